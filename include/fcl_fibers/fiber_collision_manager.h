@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include <fcl/broadphase/broadphase_collision_manager.h>
+
+#include <fcl_fibers/export.h>
+#include <fcl_fibers/fiber_manager_options.h>
+
+namespace fcl_fibers {
+
+/// Where an object stands: its fiber, and its number along that fiber, both counted from 0 in the
+/// order of registration. An object that is no part of a fiber is a fiber of one segment.
+struct FiberSegment {
+  std::size_t fiber = 0;
+  std::size_t segment = 0;
+};
+
+/// The work of one self-collision query.
+struct QueryStatistics {
+  std::size_t pairs = 0;           ///< pairs that the query reports
+  std::size_t volume_tests = 0;    ///< overlap tests, one volume against one volume
+  std::size_t capsule_tests = 0;   ///< exact capsule tests; 0 unless Report::kCapsules
+};
+
+/// What both fiber managers share: FCL's broad-phase interface over fibers of capsules.
+///
+/// Objects are borrowed, never owned. Capsules (`fcl::Capsule`) form the fibers; any other object is
+/// welcome beside them. Bounds of capsules and spheres come from pose, radius and length, so that
+/// `computeAABB` is needed for other shapes only.
+///
+/// Registering, `setup` and `update` read the objects; queries do not, so objects that move take
+/// part in queries where they were at the last of these calls. A query right after registering needs
+/// no `setup`. Queries are const and may run from several threads at once; registering, updating
+/// or clearing while a query runs, from its callback for instance, is refused.
+///
+/// Every pair is reported once, never an object with itself. Self-queries pass the object registered
+/// first as the callback's first argument, queries of one object `(managed, object)`, queries of
+/// another manager `(this manager's, the other's)`. The order of pairs is a function of the objects and
+/// their poses, never of addresses. A callback returning true ends the query at once.
+///
+/// Whatever cannot be answered is refused with `std::invalid_argument`, whose text names the call,
+/// the object and the remedy, and nothing changes. An `update` that is refused leaves all objects
+/// registered; queries refuse until an update succeeds.
+template <typename S>
+class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionManager<S> {
+ public:
+  using Object = fcl::CollisionObject<S>;
+
+  FiberCollisionManager(const FiberCollisionManager&) = delete;
+  FiberCollisionManager& operator=(const FiberCollisionManager&) = delete;
+  ~FiberCollisionManager() override;
+
+  /// Registers one fiber: capsules in their order along it. Consecutive capsules are neighbours, see
+  /// FiberManagerOptions::ignored_neighbors. An empty fiber is a no-op.
+  void registerFiber(const std::vector<Object*>& fiber);
+
+  /// Registers objects of any kind. Runs of consecutive capsules that share an end point (to 4 ulp of
+  /// the largest coordinate) are taken for fibers, for the tree's shape only: no pair of them is
+  /// ever ignored.
+  void registerObjects(const std::vector<Object*>& objects) override;
+  void registerObject(Object* object) override;
+
+  /// Segment numbers of the fiber's other objects stay as they are.
+  void unregisterObject(Object* object) override;
+
+  /// Reads the objects and builds the tree, if objects were registered since the last call.
+  void setup() override;
+
+  void update() override;
+  void update(Object* object) override;
+  void update(const std::vector<Object*>& objects) override;
+
+  void clear() override;
+
+  /// Replaces the content of `objects` by the managed objects in registration order.
+  void getObjects(std::vector<Object*>& objects) const override;
+
+  void collide(Object* object, void* cdata, fcl::CollisionCallBack<S> callback) const override;
+  void collide(void* cdata, fcl::CollisionCallBack<S> callback) const override;
+  void collide(fcl::BroadPhaseCollisionManager<S>* other, void* cdata,
+               fcl::CollisionCallBack<S> callback) const override;
+
+  void distance(Object* object, void* cdata, fcl::DistanceCallBack<S> callback) const override;
+  void distance(void* cdata, fcl::DistanceCallBack<S> callback) const override;
+  void distance(fcl::BroadPhaseCollisionManager<S>* other, void* cdata,
+                fcl::DistanceCallBack<S> callback) const override;
+
+  bool empty() const override;
+  std::size_t size() const override;
+
+  const FiberManagerOptions& options() const;
+
+  /// Fiber and segment number of a managed object.
+  FiberSegment fiberSegment(const Object* object) const;
+
+  /// Runs a self-collision query without a callback and counts its work.
+  QueryStatistics selfCollisionStatistics() const;
+
+  /// Bytes this manager holds, the objects apart.
+  std::size_t memoryUsage() const;
+
+ protected:
+  class Impl;
+  explicit FiberCollisionManager(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+extern template class FiberCollisionManager<float>;
+extern template class FiberCollisionManager<double>;
+
+}  // namespace fcl_fibers

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+namespace fcl_fibers {
+
+/// Shape of the tree over the segments; decides speed, never the answer.
+enum class Topology {
+  /// A node is a set of fibers over a range along them; eight children a node. Fast whatever the
+  /// order in which fibers were registered.
+  kBundle,
+  /// The tree of Sobottka, Varnik and Weber, section 3.2: fibers in registration order, threaded
+  /// alternately root to tip and tip to root, balanced and binary.
+  kSuperThread,
+};
+
+/// Which pairs a query reports.
+enum class Report {
+  /// Every pair whose own leaf volumes overlap: the capsules' tight boxes, or the segments' spheres.
+  /// What FCL's managers report when they are given tight boxes.
+  kVolumes,
+  /// Every pair of capsules closer than the sum of their radii and the margin. An `fcl::Sphere` is a
+  /// capsule of length zero; every other shape counts by its box.
+  kCapsules,
+};
+
+/// What a fiber manager is told once, at construction.
+struct FiberManagerOptions {
+  Topology topology = Topology::kBundle;
+  Report report = Report::kVolumes;
+
+  /// Pairs of one registerFiber() fiber whose segment numbers differ by this much or less are not
+  /// reported, neither by collide nor by distance. 0 reports all; 1 leaves out adjacent segments,
+  /// which always overlap. Not negative.
+  int ignored_neighbors = 0;
+
+  /// Pairs this close count as touching, in the scene's unit of length. Finite, not negative.
+  double margin = 0;
+};
+
+}  // namespace fcl_fibers
