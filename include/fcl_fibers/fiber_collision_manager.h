@@ -104,8 +104,10 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   std::size_t memoryUsage() const;
 
  protected:
+  enum class Hierarchy { kLayeredBoxes, kWrappedSpheres };
+  FiberCollisionManager(Hierarchy hierarchy, const FiberManagerOptions& options);
+
   class Impl;
-  explicit FiberCollisionManager(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
 

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <fcl/narrowphase/collision_object.h>
+
+#include <fcl_fibers/fiber_collision_manager.h>
+
+#include "broadphase/pointer_index.h"
+#include "tree/topology.h"
+
+namespace fcl_fibers::broadphase {
+
+using tree::SegmentId;
+
+/// Which objects are managed, in which order, and which of them form a fiber.
+///
+/// An object's id is its position in the order of registration. The id of an unregistered object stays
+/// empty, so that the numbers of its fiber's other segments stay as they are, until enough ids are
+/// empty to be worth renumbering.
+template <typename S>
+class FiberRegistry {
+ public:
+  using Object = fcl::CollisionObject<S>;
+  static constexpr SegmentId kNotFound = PointerIndex<Object>::kNotFound;
+
+  /// @param keep_links  whether areNeighbors() will be asked
+  explicit FiberRegistry(bool keep_links) : keep_links_(keep_links), index_(objects_) {}
+  FiberRegistry(const FiberRegistry&) = delete;
+  FiberRegistry& operator=(const FiberRegistry&) = delete;
+
+  /// By id; null where the id is empty.
+  const std::vector<Object*>& objects() const { return objects_; }
+  std::size_t size() const { return size_; }
+  SegmentId find(const Object* object) const { return index_.find(object); }
+
+  /// Appends objects. Where `starts_fiber` is set a new fiber starts, elsewhere the object continues
+  /// the fiber of the one before it; `declared` fibers were given by the user, others guessed.
+  /// @return the position in `added` of an object that is there twice or managed already, in which
+  ///         case nothing has changed
+  std::optional<std::size_t> add(const std::vector<Object*>& added,
+                                 const std::vector<bool>& starts_fiber, bool declared);
+
+  /// @pre the object is managed
+  void remove(const Object* object);
+
+  void clear();
+
+  /// Whether two objects belong to one declared fiber, at most `reach` segments apart.
+  /// @pre the registry keeps links
+  bool areNeighbors(SegmentId a, SegmentId b, SegmentId reach) const {
+    const auto [first, last] = std::minmax(a, b);
+    if (last - first > reach) return false;
+    for (SegmentId id = first + 1; id <= last; ++id) {
+      if (!continues_declared_fiber_[static_cast<std::size_t>(id)]) return false;
+    }
+    return true;
+  }
+
+  FiberSegment fiberSegment(SegmentId id) const {
+    const auto fiber = std::upper_bound(fiber_begin_.begin(), fiber_begin_.end(), id) - 1;
+    return {static_cast<std::size_t>(fiber - fiber_begin_.begin()),
+            static_cast<std::size_t>(id - *fiber)};
+  }
+
+  /// The fibers of all objects for which admit(id) holds, in order.
+  template <class Predicate>
+  tree::Fibers fibers(Predicate&& admit) const;
+
+  std::size_t memoryUsage() const {
+    return objects_.capacity() * sizeof(Object*) + index_.memoryUsage() +
+           fiber_begin_.capacity() * sizeof(SegmentId) +
+           (fiber_is_declared_.capacity() + continues_declared_fiber_.capacity()) / 8;
+  }
+
+ private:
+  /// Room for more at the end, growing by factors so that adding one by one stays linear.
+  template <class Vector>
+  static void reserveFor(Vector& vector, std::size_t more) {
+    const std::size_t needed = vector.size() + more;
+    if (needed > vector.capacity()) vector.reserve(std::max(needed, 2 * vector.capacity()));
+  }
+  SegmentId nextId() const { return static_cast<SegmentId>(objects_.size()); }
+  SegmentId fiberEnd(std::size_t fiber) const {
+    return fiber + 1 < fiber_begin_.size() ? fiber_begin_[fiber + 1] : nextId();
+  }
+  void renumber();
+
+  bool keep_links_;
+  std::vector<Object*> objects_;
+  PointerIndex<Object> index_;
+  std::size_t size_ = 0;
+  std::size_t removed_since_renumbering_ = 0;
+  std::vector<SegmentId> fiber_begin_;  ///< fiber f owns the ids [fiber_begin[f], fiber_begin[f + 1])
+  std::vector<bool> fiber_is_declared_;
+  std::vector<bool> continues_declared_fiber_;  ///< by id; empty unless links are kept
+};
+
+template <typename S>
+std::optional<std::size_t> FiberRegistry<S>::add(const std::vector<Object*>& added,
+                                                 const std::vector<bool>& starts_fiber,
+                                                 bool declared) {
+  // What may throw comes first.
+  const std::size_t first = objects_.size();
+  const auto starts = static_cast<std::size_t>(
+      std::count(starts_fiber.begin(), starts_fiber.end(), true));
+  reserveFor(objects_, added.size());
+  reserveFor(fiber_begin_, starts);
+  reserveFor(fiber_is_declared_, starts);
+  if (keep_links_) reserveFor(continues_declared_fiber_, added.size());
+  index_.reserve(first + added.size());
+
+  objects_.insert(objects_.end(), added.begin(), added.end());
+  for (std::size_t i = 0; i < added.size(); ++i) {
+    if (index_.insert(static_cast<SegmentId>(first + i))) continue;
+    for (std::size_t j = i; j-- > 0;) index_.erase(added[j]);
+    objects_.resize(first);
+    return i;
+  }
+  for (std::size_t i = 0; i < added.size(); ++i) {
+    if (starts_fiber[i]) {
+      fiber_begin_.push_back(static_cast<SegmentId>(first + i));
+      fiber_is_declared_.push_back(declared);
+    }
+    if (keep_links_) continues_declared_fiber_.push_back(declared && !starts_fiber[i]);
+  }
+  size_ += added.size();
+  return std::nullopt;
+}
+
+template <typename S>
+void FiberRegistry<S>::remove(const Object* object) {
+  const SegmentId id = index_.find(object);
+  index_.erase(object);
+  objects_[static_cast<std::size_t>(id)] = nullptr;
+  --size_;
+  // Each time the number of objects halves: linear in all, whatever stays empty within fibers.
+  constexpr std::size_t kFewIds = 64;
+  if (++removed_since_renumbering_ > size_ + kFewIds) renumber();
+}
+
+template <typename S>
+void FiberRegistry<S>::clear() {
+  objects_.clear();
+  index_.clear();
+  size_ = removed_since_renumbering_ = 0;
+  fiber_begin_.clear();
+  fiber_is_declared_.clear();
+  continues_declared_fiber_.clear();
+}
+
+/// Drops empty ids, those within declared fibers excepted.
+template <typename S>
+void FiberRegistry<S>::renumber() {
+  std::size_t kept_ids = 0, kept_fibers = 0;
+  for (std::size_t f = 0; f < fiber_begin_.size(); ++f) {
+    const auto begin = objects_.begin() + fiber_begin_[f];
+    const auto end = objects_.begin() + fiberEnd(f);
+    const bool declared = fiber_is_declared_[f];
+    if (std::all_of(begin, end, [](const Object* o) { return o == nullptr; })) continue;
+    fiber_begin_[kept_fibers] = static_cast<SegmentId>(kept_ids);
+    fiber_is_declared_[kept_fibers++] = declared;
+    bool continues = false;
+    for (auto object = begin; object != end; ++object) {
+      if (*object == nullptr && !declared) continue;
+      if (keep_links_) continues_declared_fiber_[kept_ids] = declared && continues;
+      objects_[kept_ids++] = *object;
+      continues = true;
+    }
+  }
+  objects_.resize(kept_ids);
+  fiber_begin_.resize(kept_fibers);
+  fiber_is_declared_.resize(kept_fibers);
+  if (keep_links_) continues_declared_fiber_.resize(kept_ids);
+
+  removed_since_renumbering_ = 0;
+  index_.clear();
+  index_.reserve(kept_ids);
+  for (std::size_t id = 0; id < kept_ids; ++id) {
+    if (objects_[id] != nullptr) index_.insert(static_cast<SegmentId>(id));
+  }
+}
+
+template <typename S>
+template <class Predicate>
+tree::Fibers FiberRegistry<S>::fibers(Predicate&& admit) const {
+  tree::Fibers fibers;
+  fibers.ids.reserve(size_);
+  fibers.begin.reserve(fiber_begin_.size() + 1);
+  for (std::size_t f = 0; f < fiber_begin_.size(); ++f) {
+    for (SegmentId id = fiber_begin_[f]; id < fiberEnd(f); ++id) {
+      if (objects_[static_cast<std::size_t>(id)] != nullptr && admit(id)) fibers.ids.push_back(id);
+    }
+    fibers.endFiber();
+  }
+  return fibers;
+}
+
+}  // namespace fcl_fibers::broadphase

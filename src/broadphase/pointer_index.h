@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace fcl_fibers::broadphase {
+
+/// Finds the position of a pointer in a vector: a hash table with linear probing that keeps positions
+/// only, eight bytes a pointer. std::unordered_map takes forty and as long to fill as the tree takes
+/// to build.
+template <typename T>
+class PointerIndex {
+ public:
+  static constexpr std::int32_t kNotFound = -1;
+
+  explicit PointerIndex(const std::vector<T*>& pointers) : pointers_(pointers) {}
+
+  std::int32_t find(const T* pointer) const {
+    if (slots_.empty()) return kNotFound;
+    return slots_[slotOf(pointer)];
+  }
+
+  /// Makes room for `count` pointers, so that insert() does not allocate.
+  void reserve(std::size_t count) {
+    std::size_t capacity = 16;
+    while (capacity < 2 * count) capacity *= 2;
+    if (capacity <= slots_.size()) return;
+    std::vector<std::int32_t> old(capacity, kNotFound);
+    old.swap(slots_);
+    for (const std::int32_t position : old) {
+      if (position != kNotFound) slots_[slotOf(at(position))] = position;
+    }
+  }
+
+  /// Enters the pointer at `position`, unless it is known already; says whether it was new.
+  /// @pre reserve() has made room
+  bool insert(std::int32_t position) {
+    std::int32_t& slot = slots_[slotOf(at(position))];
+    if (slot != kNotFound) return false;
+    slot = position;
+    return true;
+  }
+
+  /// @pre the pointer is known, and still at its position
+  void erase(const T* pointer) {
+    std::size_t hole = slotOf(pointer);
+    slots_[hole] = kNotFound;
+    // Close the gap: entries behind that could no longer be reached move into it.
+    for (std::size_t i = next(hole); slots_[i] != kNotFound; i = next(i)) {
+      const std::size_t home = homeOf(at(slots_[i]));
+      const bool reachable = hole <= i ? hole < home && home <= i : hole < home || home <= i;
+      if (reachable) continue;
+      slots_[hole] = slots_[i];
+      slots_[i] = kNotFound;
+      hole = i;
+    }
+  }
+
+  void clear() { slots_.clear(); }
+
+  std::size_t memoryUsage() const { return slots_.capacity() * sizeof(slots_[0]); }
+
+ private:
+  const T* at(std::int32_t position) const { return pointers_[static_cast<std::size_t>(position)]; }
+  std::size_t next(std::size_t slot) const { return (slot + 1) & (slots_.size() - 1); }
+
+  std::size_t homeOf(const T* pointer) const {
+    // Fibonacci hashing: Knuth, TAOCP 3, section 6.4. The order of addresses shows nowhere outside.
+    const auto key = static_cast<std::uint64_t>(reinterpret_cast<std::uintptr_t>(pointer));
+    return static_cast<std::size_t>((key * 0x9E3779B97F4A7C15u) >> 32) & (slots_.size() - 1);
+  }
+
+  /// Where the pointer is, or would be entered.
+  std::size_t slotOf(const T* pointer) const {
+    std::size_t slot = homeOf(pointer);
+    while (slots_[slot] != kNotFound && at(slots_[slot]) != pointer) slot = next(slot);
+    return slot;
+  }
+
+  const std::vector<T*>& pointers_;
+  std::vector<std::int32_t> slots_;  ///< a power of two, at most half of it in use
+};
+
+}  // namespace fcl_fibers::broadphase

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "geometry/rounding.h"
+#include "geometry/segment.h"
+#include "geometry/volume.h"
+
+namespace fcl_fibers::geometry {
+
+/// An axis-aligned box, closed.
+struct Box {
+  float low[3], high[3];
+
+  template <int N>
+  class Pack;
+
+  static Box around(const Segment& segment, double padding) {
+    const double r = segment.thickness() + padding + endPointError(segment);
+    const Vec3d low = min(segment.a, segment.b);
+    const Vec3d high = max(segment.a, segment.b);
+    return {{roundedDown(low.x - r), roundedDown(low.y - r), roundedDown(low.z - r)},
+            {roundedUp(high.x + r), roundedUp(high.y + r), roundedUp(high.z + r)}};
+  }
+
+  float size() const { return (high[0] - low[0]) + (high[1] - low[1]) + (high[2] - low[2]); }
+};
+
+/// N boxes:  low.x[0..N) low.y[0..N) low.z[0..N) high.x[0..N) high.y[0..N) high.z[0..N)
+template <int N>
+class alignas(4 * N) Box::Pack {
+ public:
+  Pack() {
+    for (int lane = 0; lane < N; ++lane) clear(lane);
+  }
+
+  void set(int lane, const Box& box) {
+    for (int axis = 0; axis < 3; ++axis) {
+      low_[axis][lane] = box.low[axis];
+      high_[axis][lane] = box.high[axis];
+    }
+  }
+  void clear(int lane) {
+    constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+    set(lane, {{kNone, kNone, kNone}, {kNone, kNone, kNone}});
+  }
+  Box get(int lane) const {
+    return {{low_[0][lane], low_[1][lane], low_[2][lane]},
+            {high_[0][lane], high_[1][lane], high_[2][lane]}};
+  }
+
+  LaneMask overlaps(const Box& box) const {
+    LaneMask mask = 0;
+    for (int lane = 0; lane < N; ++lane) {
+      const bool overlap = (low_[0][lane] <= box.high[0]) & (box.low[0] <= high_[0][lane]) &
+                           (low_[1][lane] <= box.high[1]) & (box.low[1] <= high_[1][lane]) &
+                           (low_[2][lane] <= box.high[2]) & (box.low[2] <= high_[2][lane]);
+      mask |= LaneMask{overlap} << lane;
+    }
+    return mask;
+  }
+
+  void distances(const Box& box, float (&out)[N]) const {
+    constexpr float kRoundDown = 1 - 0x1p-20f;
+    for (int lane = 0; lane < N; ++lane) {
+      float squared = 0;
+      for (int axis = 0; axis < 3; ++axis) {
+        const float gap = std::max(low_[axis][lane] - box.high[axis], box.low[axis] - high_[axis][lane]);
+        squared += gap > 0 ? gap * gap : 0.0f;
+      }
+      // Cleared lanes have slipped through as 0.
+      const bool cleared = std::isnan(low_[0][lane]);
+      out[lane] = cleared ? low_[0][lane] : std::sqrt(squared) * kRoundDown;
+    }
+  }
+
+  /// The least box around all; empty (low > high) if there is none.
+  Box unite() const {
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    Box box{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+    for (int axis = 0; axis < 3; ++axis) {
+      for (int lane = 0; lane < N; ++lane) {
+        // In this order NaN loses every comparison.
+        const float low = low_[axis][lane], high = high_[axis][lane];
+        box.low[axis] = low < box.low[axis] ? low : box.low[axis];
+        box.high[axis] = high > box.high[axis] ? high : box.high[axis];
+      }
+    }
+    return box;
+  }
+
+ private:
+  float low_[3][N], high_[3][N];
+};
+
+}  // namespace fcl_fibers::geometry

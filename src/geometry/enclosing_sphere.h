@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "geometry/sphere.h"
+
+namespace fcl_fibers::geometry {
+
+/// The sphere to which all of a basis' balls are internally tangent.
+struct SupportSphere {
+  Ball ball;
+  /// The centre is the sum of weight[i] times the i-th ball's centre; the weights sum to 1. None
+  /// negative: the sphere is the least one around the basis.
+  std::array<double, 4> weight;
+
+  bool isLeast() const;
+};
+
+/// The support sphere of one to four balls, or none if their centres are affinely dependent or no
+/// sphere is tangent to all: Fischer and Gaertner, The smallest enclosing ball of balls, 2003.
+std::optional<SupportSphere> supportSphere(const Ball* const* balls, int count);
+
+/// The basis of a minimum enclosing sphere: indices of the one to four balls that determine it.
+struct Basis {
+  std::array<int, 4> ball{};
+  int size = 0;
+
+  bool contains(int index) const;
+};
+
+struct EnclosingSphere {
+  Ball ball;
+  Basis basis;
+};
+
+/// The minimum enclosing sphere of `count` > 0 balls of any radii. Every ball is inside with
+/// certainty; the radius is the least up to rounding.
+///
+/// An algorithm for LP-type problems (Matousek, Sharir and Welzl, 1996): the ball that stands out
+/// farthest enters the basis until none does. Welzl's recursion for points (1991) fails on balls.
+/// @param start  a basis to begin with, such as that of the same balls at an earlier time; its balls
+///               need not be a basis any more. May be empty.
+EnclosingSphere enclosingSphere(const Ball* balls, int count, const Basis& start = {});
+
+}  // namespace fcl_fibers::geometry

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cmath>
+
+#include "geometry/box.h"
+#include "geometry/segment.h"
+#include "geometry/sphere.h"
+
+namespace fcl_fibers::geometry {
+
+/// The frame in which a scene is kept: q = scale (p - origin). With the origin among the segments and
+/// a size of the order of one, float bounds are tight wherever in the world the scene is, and no
+/// product overflows or vanishes. The answer never depends on it.
+struct Frame {
+  Vec3d origin{0, 0, 0};
+  double scale = 1;  ///< a power of two, so that scaling is exact
+
+  Vec3d fromWorld(const Vec3d& p) const { return scale * (p - origin); }
+};
+
+/// Takes segments and volumes of one frame into another, rounding outward.
+class FrameChange {
+ public:
+  /// Volumes grow by `growth`, a length in the frame `to`; negative shrinks them.
+  FrameChange(const Frame& from, const Frame& to, double growth = 0)
+      : scale_(to.scale / from.scale),
+        shift_(to.fromWorld(from.origin)),
+        growth_(growth) {}
+
+  /// Lengths of `to` per length of `from`.
+  double scale() const { return scale_; }
+
+  Segment operator()(const Segment& s) const {
+    return {scale_ * s.a + shift_, scale_ * s.b + shift_, scale_ * s.radius};
+  }
+
+  /// How far the result may lie from an exact change of frame. The shift carries one rounding and so
+  /// does each of the two operations, all of numbers no larger than shift and result together.
+  double error(const Segment& result) const {
+    return endPointError(result) + 8 * kEps * maxNorm(shift_);
+  }
+
+  Box operator()(const Box& box) const {
+    Box result;
+    const double shift[3] = {shift_.x, shift_.y, shift_.z};
+    for (int axis = 0; axis < 3; ++axis) {
+      // The roundings above, as lengths: float's outward step covers those relative to the result.
+      const double padding = growth_ + 4 * kEps * std::fabs(shift[axis]);
+      result.low[axis] = roundedDown(scale_ * double{box.low[axis]} + shift[axis] - padding);
+      result.high[axis] = roundedUp(scale_ * double{box.high[axis]} + shift[axis] + padding);
+    }
+    return result;
+  }
+
+  Sphere operator()(const Sphere& sphere) const {
+    const Vec3d center{sphere.center[0], sphere.center[1], sphere.center[2]};
+    const Vec3d moved = scale_ * center + shift_;
+    const double padding = growth_ + 16 * kEps * (maxNorm(shift_) + maxNorm(moved));
+    const double radius = scale_ * double{sphere.radius} + padding;
+    return Sphere::around(Ball{moved, radius > 0 ? radius : 0});
+  }
+
+ private:
+  static constexpr double kEps = std::numeric_limits<double>::epsilon();
+  double scale_;
+  Vec3d shift_;
+  double growth_;
+};
+
+/// The change that changes nothing.
+struct SameFrame {
+  double scale() const { return 1; }
+  template <class Volume>
+  const Volume& operator()(const Volume& volume) const {
+    return volume;
+  }
+};
+
+}  // namespace fcl_fibers::geometry

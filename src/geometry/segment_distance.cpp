@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "geometry/segment_distance.h"
+
+#include <algorithm>
+
+#include "geometry/double_double.h"
+
+namespace fcl_fibers::geometry {
+namespace {
+
+/// Squared distance of two points of the segments, and how much it may exceed the least one.
+template <typename T>
+struct Certified {
+  T squared;
+  T gap;
+};
+
+/// The convex function f(s, t) = |w + s u - t v|^2 over the unit square, whose minimum is the squared
+/// distance of the segments.
+template <typename T>
+class SquaredDistance {
+ public:
+  SquaredDistance(const Segment& p, const Segment& q)
+      : w_(difference(p.a, q.a)),
+        u_(difference(p.b, p.a)),
+        v_(difference(q.b, q.a)),
+        uu_(squaredNorm(u_)),
+        vv_(squaredNorm(v_)),
+        uv_(dot(u_, v_)),
+        uw_(dot(u_, w_)),
+        vw_(dot(v_, w_)) {}
+
+  /// Ericson, Real-Time Collision Detection, 2005, section 5.1.9.
+  Certified<T> atClosest() const {
+    const T determinant = uu_ * vv_ - uv_ * uv_;
+    const T s = determinant > T(0) ? clamped((uv_ * vw_ - uw_ * vv_) / determinant) : T(0);
+    const T t = quotient(uv_ * s + vw_, vv_);
+    if (t < T(0)) return atEndOfSecond(T(0));
+    if (t > T(1)) return atEndOfSecond(T(1));
+    return at(s, t);
+  }
+
+  /// The best of the two above and the four end points: where the segments are nearly parallel the
+  /// determinant is noise, and f is so flat that one of the ends is as good as the minimum.
+  Certified<T> atBestCandidate() const {
+    Certified<T> best = atClosest();
+    for (const Certified<T>& candidate : {atEndOfFirst(T(0)), atEndOfFirst(T(1)),
+                                          atEndOfSecond(T(0)), atEndOfSecond(T(1))}) {
+      if (candidate.squared - candidate.gap > best.squared - best.gap) best = candidate;
+    }
+    return best;
+  }
+
+ private:
+  static Vec3<T> difference(const Vec3d& p, const Vec3d& q) {
+    return Vec3<T>{p.x, p.y, p.z} - Vec3<T>{q.x, q.y, q.z};
+  }
+  static T clamped(const T& x) { return x < T(0) ? T(0) : x > T(1) ? T(1) : x; }
+  static T quotient(const T& x, const T& y) { return y > T(0) ? x / y : T(0); }
+
+  Certified<T> atEndOfFirst(const T& s) const {
+    return at(s, clamped(quotient(uv_ * s + vw_, vv_)));
+  }
+  Certified<T> atEndOfSecond(const T& t) const {
+    return at(clamped(quotient(uv_ * t - uw_, uu_)), t);
+  }
+
+  /// A convex function lies above its tangent plane, so f is nowhere in the square less than
+  /// f(s, t) by more than the plane falls within it (Frank and Wolfe, 1956). This holds whatever
+  /// arithmetic found s and t.
+  Certified<T> at(const T& s, const T& t) const {
+    const Vec3<T> r = w_ + s * u_ - t * v_;
+    const T slope_s = T(2) * dot(u_, r);
+    const T slope_t = T(-2) * dot(v_, r);
+    return {squaredNorm(r), fall(slope_s, s) + fall(slope_t, t)};
+  }
+  static T fall(const T& slope, const T& x) {
+    return slope > T(0) ? slope * x : -(slope * (T(1) - x));
+  }
+
+  Vec3<T> w_, u_, v_;
+  T uu_, vv_, uv_, uw_, vw_;
+};
+
+/// Bounds the rounding of `squared - gap` in double. With M the sum of the three 1-norms below, the
+/// vector r carries an error of 3 eps M, its square 9 eps M^2, each slope 13 eps M^2.
+double roundingOf(const Segment& p, const Segment& q) {
+  const auto norm1 = [](const Vec3d& d) { return std::fabs(d.x) + std::fabs(d.y) + std::fabs(d.z); };
+  const double m = norm1(p.a - q.a) + norm1(p.b - p.a) + norm1(q.b - q.a);
+  return 64 * std::numeric_limits<double>::epsilon() * m * m;
+}
+
+}  // namespace
+
+bool axesWithin(const Segment& p, const Segment& q, double reach) {
+  const double reach_squared = reach * reach;
+  const Certified<double> rough = SquaredDistance<double>(p, q).atClosest();
+  if (rough.squared <= reach_squared) return true;
+  const double rounding = roundingOf(p, q);
+  if (rough.squared - rough.gap - rounding > reach_squared) return false;
+
+  // Near the boundary, or nearly parallel. 2^-40 of double's rounding is more than DoubleDouble's.
+  const Certified<DoubleDouble> fine = SquaredDistance<DoubleDouble>(p, q).atBestCandidate();
+  return fine.squared - fine.gap <=
+         DoubleDouble(reach) * DoubleDouble(reach) + DoubleDouble(0x1p-40 * rounding);
+}
+
+double axisDistanceLowerBound(const Segment& p, const Segment& q) {
+  const Certified<double> rough = SquaredDistance<double>(p, q).atBestCandidate();
+  const double least = rough.squared - rough.gap - roundingOf(p, q);
+  constexpr double kRoundDown = 1 - 4 * std::numeric_limits<double>::epsilon();
+  return least > 0 ? std::sqrt(least) * kRoundDown : 0;
+}
+
+}  // namespace fcl_fibers::geometry

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include "geometry/rounding.h"
+#include "geometry/segment.h"
+#include "geometry/volume.h"
+
+namespace fcl_fibers::geometry {
+
+/// A ball in double, as the enclosing-sphere algorithms need it.
+struct Ball {
+  Vec3d center;
+  double radius;
+
+  /// The least ball around a capsule thickened by padding.
+  static Ball around(const Segment& segment, double padding) {
+    constexpr double kRoundUp = 1 + 16 * std::numeric_limits<double>::epsilon();
+    const Vec3d center = midpoint(segment);
+    // From the rounded centre, so that both ends are inside whatever the rounding.
+    const double half = std::max(norm(segment.a - center), norm(segment.b - center));
+    return {center, (half + segment.thickness() + padding + endPointError(segment)) * kRoundUp};
+  }
+};
+
+/// A sphere with its inside, closed.
+struct Sphere {
+  float center[3];
+  float radius;
+
+  template <int N>
+  class Pack;
+
+  static Sphere around(const Ball& ball) {
+    const float x = nearestFloat(ball.center.x);
+    const float y = nearestFloat(ball.center.y);
+    const float z = nearestFloat(ball.center.z);
+    const Vec3d moved{ball.center.x - double{x}, ball.center.y - double{y}, ball.center.z - double{z}};
+    return {{x, y, z}, roundedUp(ball.radius + norm(moved))};
+  }
+  static Sphere around(const Segment& segment, double padding) {
+    return around(Ball::around(segment, padding));
+  }
+
+  float size() const { return radius; }
+};
+
+/// N spheres:  x[0..N) y[0..N) z[0..N) radius[0..N)
+template <int N>
+class alignas(4 * N) Sphere::Pack {
+ public:
+  Pack() {
+    for (int lane = 0; lane < N; ++lane) clear(lane);
+  }
+
+  void set(int lane, const Sphere& sphere) {
+    for (int axis = 0; axis < 3; ++axis) center_[axis][lane] = sphere.center[axis];
+    radius_[lane] = sphere.radius;
+  }
+  void clear(int lane) {
+    constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+    set(lane, {{kNone, kNone, kNone}, kNone});
+  }
+  Sphere get(int lane) const {
+    return {{center_[0][lane], center_[1][lane], center_[2][lane]}, radius_[lane]};
+  }
+
+  LaneMask overlaps(const Sphere& sphere) const {
+    // The two sides carry at most eight roundings of 2^-24; the smallest normal float covers what is
+    // lost below it.
+    constexpr float kRoundUp = 1 + 0x1p-20f;
+    LaneMask mask = 0;
+    for (int lane = 0; lane < N; ++lane) {
+      const float reach = radius_[lane] + sphere.radius;
+      const bool overlap = squaredDistance(lane, sphere) <=
+                           reach * reach * kRoundUp + std::numeric_limits<float>::min();
+      mask |= LaneMask{overlap} << lane;
+    }
+    return mask;
+  }
+
+  void distances(const Sphere& sphere, float (&out)[N]) const {
+    constexpr float kRoundDown = 1 - 0x1p-20f;
+    constexpr float kRoundUp = 1 + 0x1p-20f;
+    for (int lane = 0; lane < N; ++lane) {
+      const float gap = std::sqrt(squaredDistance(lane, sphere)) * kRoundDown -
+                        (radius_[lane] + sphere.radius) * kRoundUp;
+      out[lane] = gap < 0 ? 0 : gap;  // NaN stays
+    }
+  }
+
+ private:
+  float squaredDistance(int lane, const Sphere& sphere) const {
+    const float x = center_[0][lane] - sphere.center[0];
+    const float y = center_[1][lane] - sphere.center[1];
+    const float z = center_[2][lane] - sphere.center[2];
+    return x * x + y * y + z * z;
+  }
+
+  float center_[3][N];
+  float radius_[N];
+};
+
+}  // namespace fcl_fibers::geometry

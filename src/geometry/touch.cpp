@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "geometry/touch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "geometry/segment_distance.h"
+
+namespace fcl_fibers::geometry {
+namespace {
+
+constexpr double kEps = std::numeric_limits<double>::epsilon();
+
+struct Interval {
+  double low, high;
+};
+
+Interval extent(const Segment& s, double Vec3d::*axis) {
+  const auto [low, high] = std::minmax(s.a.*axis, s.b.*axis);
+  return {low - s.thickness(), high + s.thickness()};
+}
+
+double finiteOrZero(double x) { return std::isfinite(x) ? x : 0; }
+
+/// A lower bound of the gap between two boxes along an axis; not positive if they overlap there.
+double gapLowerBound(const Segment& p, const Segment& q, double Vec3d::*axis) {
+  const Interval i = extent(p, axis), j = extent(q, axis);
+  const double gap = std::max(i.low - j.high, j.low - i.high);
+  const double error = finiteOrZero(endPointError(p)) + finiteOrZero(endPointError(q)) +
+                       4 * kEps * (p.thickness() + q.thickness());
+  return gap - error;
+}
+
+double reachOf(const Segment& p, const Segment& q, double margin, double error) {
+  return (p.radius + q.radius + margin) * (1 + 4 * kEps) + error;
+}
+
+constexpr double Vec3d::* kAxes[] = {&Vec3d::x, &Vec3d::y, &Vec3d::z};
+
+}  // namespace
+
+bool touch(const Segment& p, const Segment& q, double margin, double error) {
+  if (p.isBox() || q.isBox()) return boxesTouch(p, q, margin + error);
+  return axesWithin(p, q, reachOf(p, q, margin, error));
+}
+
+bool boxesTouch(const Segment& p, const Segment& q, double margin) {
+  return std::all_of(std::begin(kAxes), std::end(kAxes),
+                     [&](auto axis) { return gapLowerBound(p, q, axis) <= margin; });
+}
+
+double boxDistanceLowerBound(const Segment& p, const Segment& q) {
+  double squared = 0;
+  for (const auto axis : kAxes) {
+    const double gap = std::max(gapLowerBound(p, q, axis), 0.0);
+    squared += gap * gap;
+  }
+  return std::sqrt(squared) * (1 - 4 * kEps);
+}
+
+double capsuleDistanceLowerBound(const Segment& p, const Segment& q, double error) {
+  if (p.isBox() || q.isBox()) return 0;
+  return std::max(axisDistanceLowerBound(p, q) - reachOf(p, q, 0, error), 0.0);
+}
+
+bool isBounded(const Segment& segment) {
+  return std::isfinite(maxNorm(segment.a)) && std::isfinite(maxNorm(segment.b));
+}
+
+}  // namespace fcl_fibers::geometry

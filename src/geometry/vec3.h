@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace fcl_fibers::geometry {
+
+/// A vector over any scalar. Not Eigen's: this folder is to be compiled for several instruction
+/// sets, where Eigen's layout would differ from one object file to the next.
+template <typename T>
+struct Vec3 {
+  T x, y, z;
+};
+
+using Vec3d = Vec3<double>;
+
+template <typename T>
+Vec3<T> operator+(const Vec3<T>& p, const Vec3<T>& q) {
+  return {p.x + q.x, p.y + q.y, p.z + q.z};
+}
+template <typename T>
+Vec3<T> operator-(const Vec3<T>& p, const Vec3<T>& q) {
+  return {p.x - q.x, p.y - q.y, p.z - q.z};
+}
+template <typename T>
+Vec3<T> operator*(const T& s, const Vec3<T>& p) {
+  return {s * p.x, s * p.y, s * p.z};
+}
+template <typename T>
+T dot(const Vec3<T>& p, const Vec3<T>& q) {
+  return p.x * q.x + p.y * q.y + p.z * q.z;
+}
+template <typename T>
+T squaredNorm(const Vec3<T>& p) {
+  return dot(p, p);
+}
+
+inline double norm(const Vec3d& p) { return std::sqrt(squaredNorm(p)); }
+
+/// Largest absolute coordinate.
+inline double maxNorm(const Vec3d& p) {
+  return std::max({std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
+}
+
+inline Vec3d min(const Vec3d& p, const Vec3d& q) {
+  return {std::min(p.x, q.x), std::min(p.y, q.y), std::min(p.z, q.z)};
+}
+inline Vec3d max(const Vec3d& p, const Vec3d& q) {
+  return {std::max(p.x, q.x), std::max(p.y, q.y), std::max(p.z, q.z)};
+}
+
+}  // namespace fcl_fibers::geometry

@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tree/topology.h"
+
+#include <algorithm>
+
+namespace fcl_fibers::tree {
+namespace {
+
+using geometry::Segment;
+using geometry::Vec3d;
+
+/// Appends nodes so that the invariants of Topology hold.
+template <int Arity>
+class Builder {
+ public:
+  /// Opens a node whose children follow; returns its index.
+  std::int32_t openNode() {
+    const auto index = static_cast<std::int32_t>(topology_.nodes.size());
+    topology_.nodes.push_back({unlinked(std::make_index_sequence<Arity>{}), 0, leafCount(), 0});
+    return index;
+  }
+  void addLeaf(std::int32_t node, SegmentId id) {
+    topology_.leaves.push_back(id);
+    addChild(node, Link::leaf(id));
+  }
+  void addChild(std::int32_t parent, Link child) {
+    auto& node = topology_.nodes[static_cast<std::size_t>(parent)];
+    node.children[static_cast<std::size_t>(node.child_count++)] = child;
+  }
+  void closeNode(std::int32_t index) {
+    topology_.nodes[static_cast<std::size_t>(index)].leaf_end = leafCount();
+  }
+
+  void reserve(std::size_t leaves, std::size_t nodes) {
+    topology_.leaves.reserve(leaves);
+    topology_.nodes.reserve(nodes);
+  }
+  Topology<Arity> take() { return std::move(topology_); }
+
+ private:
+  template <std::size_t... I>
+  static std::array<Link, Arity> unlinked(std::index_sequence<I...>) {
+    return {((void)I, Link::node(0))...};
+  }
+  std::int32_t leafCount() const { return static_cast<std::int32_t>(topology_.leaves.size()); }
+
+  Topology<Arity> topology_;
+};
+
+/// A balanced binary tree over a sequence.
+class ChainBuilder {
+ public:
+  explicit ChainBuilder(const std::vector<SegmentId>& chain) : chain_(chain) {
+    builder_.reserve(chain.size(), chain.size());
+  }
+
+  Topology<2> build() {
+    if (!chain_.empty()) addNode(0, chain_.size());
+    return builder_.take();
+  }
+
+ private:
+  std::int32_t addNode(std::size_t begin, std::size_t end) {
+    const std::int32_t node = builder_.openNode();
+    const std::size_t middle = begin + (end - begin + 1) / 2;
+    addChild(node, begin, middle);
+    if (middle < end) addChild(node, middle, end);
+    builder_.closeNode(node);
+    return node;
+  }
+  void addChild(std::int32_t parent, std::size_t begin, std::size_t end) {
+    if (end - begin == 1) {
+      builder_.addLeaf(parent, chain_[begin]);
+    } else {
+      builder_.addChild(parent, Link::node(addNode(begin, end)));
+    }
+  }
+
+  const std::vector<SegmentId>& chain_;
+  Builder<2> builder_;
+};
+
+class BundleBuilder {
+ public:
+  BundleBuilder(const Fibers& fibers, const std::vector<Segment>& segments)
+      : fibers_(fibers), segments_(segments) {}
+
+  Topology<8> build() {
+    const std::size_t count = fibers_.ids.size();
+    if (count == 0) return {};
+    builder_.reserve(count, count / 4 + 1);
+    for (std::size_t f = 0; f + 1 < fibers_.begin.size(); ++f) {
+      if (fibers_.begin[f] < fibers_.begin[f + 1]) {
+        strands_.push_back(strand(fibers_.begin[f], fibers_.begin[f + 1]));
+      }
+    }
+    addNode({0, static_cast<std::int32_t>(strands_.size()), static_cast<std::int32_t>(count)});
+    return builder_.take();
+  }
+
+ private:
+  static constexpr int kArity = 8;
+
+  /// A range of one fiber, as a range of Fibers::ids.
+  struct Strand {
+    std::int32_t begin, end;
+    float middle[3];  ///< the middle of its middle segment; a hint, so float will do
+  };
+  /// A range of strands_, with the number of segments in all of them.
+  struct Block {
+    std::int32_t begin, end;
+    std::int32_t segments;
+
+    std::int32_t strands() const { return end - begin; }
+  };
+
+  Vec3d middleOf(std::int32_t i) const {
+    const SegmentId id = fibers_.ids[static_cast<std::size_t>(i)];
+    return geometry::midpoint(segments_[static_cast<std::size_t>(id)]);
+  }
+  Strand strand(std::int32_t begin, std::int32_t end) const {
+    const Vec3d p = middleOf(begin + (end - begin) / 2);
+    return {begin, end, {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}};
+  }
+  Strand* at(std::int32_t i) { return strands_.data() + i; }
+
+  std::int32_t addNode(const Block& block) {
+    const std::int32_t node = builder_.openNode();
+    const std::size_t strands_before = strands_.size();
+
+    // The block's parts in their order; while there is room, the one with the most segments is split.
+    // A part that fits into one node stays whole, for nodes are to be well filled.
+    std::array<Block, kArity> parts{block};
+    int count = 1;
+    const std::int32_t whole = block.segments <= kArity ? 1 : kArity;
+    while (count < kArity) {
+      const auto largest = std::max_element(
+          parts.begin(), parts.begin() + count,
+          [](const Block& p, const Block& q) { return p.segments < q.segments; });
+      if (largest->segments <= whole) break;
+      std::copy_backward(largest + 1, parts.begin() + count, parts.begin() + count + 1);
+      ++count;
+      split(largest[0], largest[0], largest[1]);
+    }
+    for (int i = 0; i < count; ++i) {
+      const Block& part = parts[static_cast<std::size_t>(i)];
+      if (part.segments == 1) {
+        builder_.addLeaf(node, fibers_.ids[static_cast<std::size_t>(at(part.begin)->begin)]);
+      } else {
+        const std::int32_t child = addNode(part);
+        builder_.addChild(node, Link::node(child));
+      }
+    }
+    strands_.resize(strands_before);
+    builder_.closeNode(node);
+    return node;
+  }
+
+  /// @pre the block has two segments or more
+  void split(Block block, Block& first, Block& second) {
+    int axis = 0;
+    const double across = extentAcross(block, axis);
+    const bool can_split_along = block.segments > block.strands();
+    if (block.strands() == 1 || (can_split_along && extentAlong(block) >= across)) {
+      splitAlong(block, first, second);
+    } else {
+      splitAcross(block, axis, first, second);
+    }
+  }
+
+  /// Length of the longest side of the box around the strands' middles, and its axis.
+  double extentAcross(const Block& block, int& axis) {
+    double longest = -1;
+    for (int k = 0; k < 3; ++k) {
+      const auto [low, high] = std::minmax_element(
+          at(block.begin), at(block.end),
+          [k](const Strand& p, const Strand& q) { return p.middle[k] < q.middle[k]; });
+      const double side = double{high->middle[k]} - double{low->middle[k]};
+      if (side > longest) {
+        longest = side;
+        axis = k;
+      }
+    }
+    return longest;
+  }
+
+  /// Mean length of the strands, estimated from a few of them and three points on each.
+  double extentAlong(const Block& block) {
+    constexpr std::int32_t kSamples = 16;
+    const std::int32_t step = std::max(1, block.strands() / kSamples);
+    double sum = 0;
+    int samples = 0;
+    for (std::int32_t i = block.begin; i < block.end; i += step, ++samples) {
+      const Strand& s = *at(i);
+      const std::int32_t segments = s.end - s.begin;
+      if (segments < 2) continue;
+      const Vec3d first = middleOf(s.begin), middle = middleOf(s.begin + segments / 2),
+                  last = middleOf(s.end - 1);
+      // The outer halves of the first and the last segment belong to it.
+      sum += (geometry::norm(middle - first) + geometry::norm(last - middle)) * segments /
+             (segments - 1);
+    }
+    return sum / samples;
+  }
+
+  /// Each strand in half; one of a single segment goes to the first half.
+  void splitAlong(const Block& block, Block& first, Block& second) {
+    const auto begin = static_cast<std::int32_t>(strands_.size());
+    first = {begin, 0, 0};
+    for (std::int32_t i = block.begin; i < block.end; ++i) {
+      const Strand& s = *at(i);
+      const std::int32_t middle = s.begin + (s.end - s.begin + 1) / 2;
+      first.segments += middle - s.begin;
+      strands_.push_back(strand(s.begin, middle));
+    }
+    first.end = static_cast<std::int32_t>(strands_.size());
+    second = {first.end, 0, block.segments - first.segments};
+    for (std::int32_t i = block.begin; i < block.end; ++i) {
+      const Strand& s = *at(i);
+      const std::int32_t middle = s.begin + (s.end - s.begin + 1) / 2;
+      if (middle < s.end) strands_.push_back(strand(middle, s.end));
+    }
+    second.end = static_cast<std::int32_t>(strands_.size());
+  }
+
+  void splitAcross(const Block& block, int axis, Block& first, Block& second) {
+    const std::int32_t middle = block.begin + block.strands() / 2;
+    std::nth_element(at(block.begin), at(middle), at(block.end),
+                     [axis](const Strand& p, const Strand& q) {
+                       // Ties by position, so that the halves are the same everywhere.
+                       return p.middle[axis] != q.middle[axis] ? p.middle[axis] < q.middle[axis]
+                                                               : p.begin < q.begin;
+                     });
+    first = {block.begin, middle, 0};
+    for (std::int32_t i = block.begin; i < middle; ++i) first.segments += at(i)->end - at(i)->begin;
+    second = {middle, block.end, block.segments - first.segments};
+  }
+
+  const Fibers& fibers_;
+  const std::vector<Segment>& segments_;
+  std::vector<Strand> strands_;  ///< a stack: blocks on the path from the root to the node at work
+  Builder<kArity> builder_;
+};
+
+}  // namespace
+
+Topology<2> superThread(const Fibers& fibers) {
+  std::vector<SegmentId> chain(fibers.ids.size());
+  auto out = chain.begin();
+  for (std::size_t f = 0; f + 1 < fibers.begin.size(); ++f) {
+    const auto root = fibers.ids.begin() + fibers.begin[f];
+    const auto tip = fibers.ids.begin() + fibers.begin[f + 1];
+    out = f % 2 == 0 ? std::copy(root, tip, out) : std::reverse_copy(root, tip, out);
+  }
+  return ChainBuilder(chain).build();
+}
+
+Topology<8> bundle(const Fibers& fibers, const std::vector<Segment>& segments) {
+  return BundleBuilder(fibers, segments).build();
+}
+
+}  // namespace fcl_fibers::tree

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "geometry/frame.h"
+#include "tree/topology.h"
+
+namespace fcl_fibers::tree {
+
+enum class Visit { kContinue, kStop };
+
+// A query is what a traversal asks at every step:
+//
+//   Visit forEachAdmitted(pack, volume, lanes, unit, visit)
+//     calls visit(lane) for those of the lanes that a pair with `volume` may be found in, in the order
+//     it likes best, and stops when told to. `unit` is the length of the pack's frame in the query's.
+//   Visit leafPair(SegmentId a, SegmentId b)   for visitPairs
+//   Visit leaf(SegmentId a)                    for visitLeaves
+//
+// The two kinds of admission follow; a query derives from one of them.
+
+/// Admits volumes that overlap.
+struct OverlapAdmission {
+  template <class Pack, class Volume, class F>
+  Visit forEachAdmitted(const Pack& pack, const Volume& volume, geometry::LaneMask lanes,
+                        double /*unit*/, F&& visit) {
+    for (auto rest = pack.overlaps(volume) & lanes; rest != 0; rest &= rest - 1) {
+      if (visit(__builtin_ctz(rest)) == Visit::kStop) return Visit::kStop;
+    }
+    return Visit::kContinue;
+  }
+};
+
+/// Admits volumes nearer than a limit, which may shrink as pairs are found; the nearest first.
+struct NearestAdmission {
+  double limit;  ///< in the frame of the query
+
+  template <int N, template <int> class Pack, class Volume, class F>
+  Visit forEachAdmitted(const Pack<N>& pack, const Volume& volume, geometry::LaneMask lanes,
+                        double unit, F&& visit) {
+    float distance[N];
+    pack.distances(volume, distance);
+    std::array<int, N> nearest_first;
+    int count = 0;
+    for (int lane = 0; lane < N; ++lane) {
+      if (!(lanes >> lane & 1u) || !(distance[lane] * unit < limit)) continue;
+      int place = count++;
+      for (; place > 0 && distance[nearest_first[static_cast<std::size_t>(place - 1)]] > distance[lane];
+           --place) {
+        nearest_first[static_cast<std::size_t>(place)] = nearest_first[static_cast<std::size_t>(place - 1)];
+      }
+      nearest_first[static_cast<std::size_t>(place)] = lane;
+    }
+    for (int i = 0; i < count; ++i) {
+      const int lane = nearest_first[static_cast<std::size_t>(i)];
+      if (!(distance[lane] * unit < limit)) break;
+      if (visit(lane) == Visit::kStop) return Visit::kStop;
+    }
+    return Visit::kContinue;
+  }
+};
+
+namespace internal {
+
+/// The child of a node, with its volume.
+template <class Tree>
+struct Child {
+  Link link;
+  typename Tree::Volume volume;
+
+  static Child of(const Tree& tree, std::int32_t node, int lane) {
+    return {tree.node(node).children[static_cast<std::size_t>(lane)], tree.pack(node).get(lane)};
+  }
+};
+
+/// Pairs of a segment of tree A and one of tree B, which may be the same.
+template <class TreeA, class TreeB, class Query, class BToA, class AToB>
+class PairTraversal {
+ public:
+  PairTraversal(const TreeA& a, const TreeB& b, const BToA& b_to_a, const AToB& a_to_b, Query& query)
+      : a_(a), b_(b), b_to_a_(b_to_a), a_to_b_(a_to_b), query_(query) {}
+
+  /// All unordered pairs below a node of A, each once.
+  Visit within(std::int32_t node) {
+    const auto& pack = a_.pack(node);
+    const int count = a_.node(node).child_count;
+    for (int lane = 0; lane < count; ++lane) {
+      const auto child = Child<TreeA>::of(a_, node, lane);
+      if (!child.link.isLeaf() && within(child.link.node()) == Visit::kStop) return Visit::kStop;
+      const auto later = geometry::firstLanes(count) & ~geometry::firstLanes(lane + 1);
+      if (query_.forEachAdmitted(pack, child.volume, later, 1, [&](int other) {
+            return between(child, Child<TreeA>::of(a_, node, other));
+          }) == Visit::kStop) {
+        return Visit::kStop;
+      }
+    }
+    return Visit::kContinue;
+  }
+
+  /// All pairs below a child in A and a child in B. The larger of the two is opened (Sobottka,
+  /// Varnik and Weber, section 2), against the whole of the other.
+  Visit between(const Child<TreeA>& a, const Child<TreeB>& b) {
+    if (a.link.isLeaf() && b.link.isLeaf()) return query_.leafPair(a.link.segment(), b.link.segment());
+    const auto& b_in_a = b_to_a_(b.volume);
+    if (b.link.isLeaf() || (!a.link.isLeaf() && a.volume.size() >= b_in_a.size())) {
+      return betweenChildrenOfA(a.link.node(), b, b_in_a);
+    }
+    return betweenChildrenOfB(a, b.link.node());
+  }
+
+  Visit betweenChildrenOfA(std::int32_t node, const Child<TreeB>& b,
+                           const typename TreeA::Volume& b_in_a) {
+    return query_.forEachAdmitted(
+        a_.pack(node), b_in_a, geometry::firstLanes(a_.node(node).child_count), 1,
+        [&](int lane) { return between(Child<TreeA>::of(a_, node, lane), b); });
+  }
+  Visit betweenChildrenOfB(const Child<TreeA>& a, std::int32_t node) {
+    return query_.forEachAdmitted(
+        b_.pack(node), a_to_b_(a.volume), geometry::firstLanes(b_.node(node).child_count),
+        b_to_a_.scale(), [&](int lane) { return between(a, Child<TreeB>::of(b_, node, lane)); });
+  }
+
+ private:
+  const TreeA& a_;
+  const TreeB& b_;
+  const BToA& b_to_a_;
+  const AToB& a_to_b_;
+  Query& query_;
+};
+
+}  // namespace internal
+
+/// Each unordered pair of a tree's segments that the query admits, once.
+template <class Tree, class Query>
+Visit visitPairs(const Tree& tree, Query& query) {
+  if (tree.empty()) return Visit::kContinue;
+  const geometry::SameFrame same;
+  return internal::PairTraversal<Tree, Tree, Query, geometry::SameFrame, geometry::SameFrame>(
+             tree, tree, same, same, query)
+      .within(0);
+}
+
+/// Each pair of a segment of `a` and one of `b` that the query admits, once. The query's frame is that
+/// of `a`.
+template <class Tree, class Query>
+Visit visitPairs(const Tree& a, const Tree& b, const geometry::FrameChange& b_to_a,
+                 const geometry::FrameChange& a_to_b, Query& query) {
+  if (a.empty() || b.empty()) return Visit::kContinue;
+  internal::PairTraversal<Tree, Tree, Query, geometry::FrameChange, geometry::FrameChange> pairs(
+      a, b, b_to_a, a_to_b, query);
+  // Roots have no volume of their own, so the children of b's root are the start.
+  for (int lane = 0; lane < b.node(0).child_count; ++lane) {
+    const auto child = internal::Child<Tree>::of(b, 0, lane);
+    if (pairs.betweenChildrenOfA(0, child, b_to_a(child.volume)) == Visit::kStop) {
+      return Visit::kStop;
+    }
+  }
+  return Visit::kContinue;
+}
+
+/// Each segment that the query admits against one volume, once.
+template <class Tree, class Query>
+Visit visitLeaves(const Tree& tree, const typename Tree::Volume& volume, Query& query,
+                  std::int32_t node = 0) {
+  if (tree.empty()) return Visit::kContinue;
+  return query.forEachAdmitted(
+      tree.pack(node), volume, geometry::firstLanes(tree.node(node).child_count), 1, [&](int lane) {
+        const Link child = tree.node(node).children[static_cast<std::size_t>(lane)];
+        return child.isLeaf() ? query.leaf(child.segment())
+                              : visitLeaves(tree, volume, query, child.node());
+      });
+}
+
+}  // namespace fcl_fibers::tree

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "geometry/enclosing_sphere.h"
+#include "tree/topology.h"
+
+namespace fcl_fibers::tree {
+
+/// The hierarchy whose nodes keep their cage: the minimum enclosing sphere of the spheres of all
+/// segments below, with the one to four of them that determine it. A refit is the cascade
+/// verification of Guibas et al. (2002); Sobottka, Varnik and Weber, section 3.1.
+template <int A>
+class WrappedSpheres {
+ public:
+  using Volume = geometry::Sphere;
+  static constexpr int kArity = A;
+  using Pack = Volume::Pack<kArity>;
+
+  void startRefit(const Topology<kArity>& topology);
+  void refitNode(const Topology<kArity>& topology, std::size_t index,
+                 const std::vector<geometry::Segment>& segments, double padding,
+                 std::vector<Pack>& packs);
+  std::size_t memoryUsage() const;
+
+  /// The cage of a node and the leaves of its basis, counted from the node's first leaf.
+  const geometry::EnclosingSphere& cage(std::size_t node) const { return cages_[node]; }
+  /// The segments' spheres in the order of Topology::leaves.
+  const std::vector<geometry::Ball>& leafBalls() const { return leaf_balls_; }
+
+  std::size_t cagesKept() const { return cages_kept_; }
+  std::size_t cagesRecomputed() const { return cages_recomputed_; }
+
+ private:
+  using Node = typename Topology<kArity>::Node;
+
+  bool keepsCage(const Topology<kArity>& topology, const Node& node,
+                 geometry::EnclosingSphere& cage) const;
+  bool encloses(const Topology<kArity>& topology, const Node& node, const geometry::Vec3d& center,
+                double limit, double& reach) const;
+
+  std::vector<geometry::Ball> leaf_balls_;
+  std::vector<geometry::EnclosingSphere> cages_;
+  std::size_t cages_kept_ = 0;
+  std::size_t cages_recomputed_ = 0;
+};
+
+extern template class WrappedSpheres<2>;
+extern template class WrappedSpheres<8>;
+
+}  // namespace fcl_fibers::tree
