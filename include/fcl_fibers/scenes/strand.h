@@ -16,8 +16,8 @@ struct StrandParameters {
   int frame = 0;           ///< time step of the motion
 };
 
-/// Helices of 30 cm with the density of a human scalp, 325 roots a square centimetre. With e standing
-/// for a normal deviate scaled by 0.02, another one each time, a fiber has
+/// Helices of 30 cm with the density of a human scalp, 325 roots a square centimetre. With e for a
+/// normal deviate scaled by 0.02, another one each time, a fiber has
 ///
 ///     turns = 4 (1 + e), helix radius R = 1 + e, phase phi = e,
 ///     w = 2 pi turns / 30, R reduced to 0.95 / w where R w > 0.95, c = sqrt(1 - R^2 w^2),

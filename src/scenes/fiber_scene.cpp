@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fcl_fibers/scenes/fiber_scene.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include <fcl/geometry/shape/capsule.h>
+
+#include "arguments.h"
+
+namespace fcl_fibers::scenes {
+namespace {
+
+template <typename S>
+struct PosedSegment {
+  fcl::Transform3<S> pose;
+  S length;
+};
+
+// Rotation that takes z to the unit vector `axis`: Duff et al., Building an Orthonormal Basis,
+// Revisited, Journal of Computer Graphics Techniques, 2017, listing 3. No direction is singular.
+fcl::Matrix3<double> rotationOntoAxis(const fcl::Vector3<double>& axis) {
+  const double x = axis.x(), y = axis.y(), z = axis.z();
+  const double sign = std::copysign(1.0, z);
+  const double a = -1 / (sign + z);
+  const double b = x * y * a;
+  fcl::Matrix3<double> rotation;
+  rotation.col(0) << 1 + sign * x * x * a, sign * b, -sign * x;
+  rotation.col(1) << b, sign + y * y * a, -y;
+  rotation.col(2) = axis;
+  return rotation;
+}
+
+// Computed in double and rounded to S at the end. The axis is the difference of the points over the
+// length as S holds it, not normalised again: times that length it gives the difference back.
+template <typename S>
+PosedSegment<S> poseSegment(const Point& from, const Point& to) {
+  using Vector = fcl::Vector3<double>;
+  const Eigen::Map<const Vector> begin(from.data());
+  const Eigen::Map<const Vector> end(to.data());
+  PosedSegment<S> segment{fcl::Transform3<S>::Identity(), 0};
+  segment.pose.translation() = (0.5 * (begin + end)).template cast<S>();
+
+  const Vector difference = end - begin;
+  const double largest = difference.cwiseAbs().maxCoeff();
+  if (largest == 0) return segment;
+
+  // Scaling by a power of two keeps the squares from overflow and underflow.
+  int exponent = 0;
+  std::frexp(largest, &exponent);
+  const Vector scaled = difference.unaryExpr([=](double d) { return std::ldexp(d, -exponent); });
+  double length = scaled.norm();
+  segment.length = static_cast<S>(std::ldexp(length, exponent));
+  // A subnormal length has too few digits to be divided by.
+  if (segment.length >= std::numeric_limits<S>::min()) {
+    length = std::ldexp(static_cast<double>(segment.length), -exponent);
+  }
+  segment.pose.linear() = rotationOntoAxis(scaled / length).template cast<S>();
+  return segment;
+}
+
+void requireFiberRanges(const char* call, const FiberScene& scene) {
+  const std::vector<std::size_t>& begin = scene.point_begin;
+  const auto refuse = [call](const std::string& reason) {
+    throw std::invalid_argument(std::string(call) + ": point_begin " + reason +
+                                "; let it ascend strictly from 0 to the number of points");
+  };
+  if (begin.empty()) refuse("is empty");
+  if (begin.front() != 0) refuse("starts at " + std::to_string(begin.front()));
+  for (std::size_t f = 0; f + 1 < begin.size(); ++f) {
+    if (begin[f + 1] <= begin[f]) refuse("leaves fiber " + std::to_string(f) + " without a point");
+  }
+  if (begin.back() != scene.points.size()) {
+    refuse("ends at " + std::to_string(begin.back()) + " where there are " +
+           std::to_string(scene.points.size()) + " points");
+  }
+}
+
+// A quarter of the largest number: the length of a segment, at most sqrt(3) times twice the largest
+// coordinate, is then finite.
+template <typename S>
+void requireCoordinates(const char* call, const FiberScene& scene) {
+  constexpr double kLimit = std::numeric_limits<S>::max() / 4;
+  for (std::size_t i = 0; i < scene.points.size(); ++i) {
+    for (const double coordinate : scene.points[i]) {
+      if (std::abs(coordinate) <= kLimit) continue;
+      const std::string name = "a coordinate of point " + std::to_string(i);
+      refuseArgument(call, name.c_str(), coordinate,
+                     "give finite coordinates below a quarter of the scalar's largest number");
+    }
+  }
+}
+
+// Calls visit(from, to) for every segment, fiber after fiber.
+template <typename Visit>
+void forEachSegment(const FiberScene& scene, const Visit& visit) {
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    for (std::size_t i = scene.point_begin[f] + 1; i < scene.point_begin[f + 1]; ++i) {
+      visit(scene.points[i - 1], scene.points[i]);
+    }
+  }
+}
+
+}  // namespace
+
+template <typename S>
+std::vector<fcl::Transform3<S>> segmentPoses(const FiberScene& scene) {
+  requireFiberRanges("segmentPoses", scene);
+  requireCoordinates<S>("segmentPoses", scene);
+
+  std::vector<fcl::Transform3<S>> poses;
+  poses.reserve(scene.segmentCount());
+  forEachSegment(scene, [&](const Point& from, const Point& to) {
+    poses.push_back(poseSegment<S>(from, to).pose);
+  });
+  return poses;
+}
+
+template <typename S>
+std::vector<std::unique_ptr<fcl::CollisionObject<S>>> makeObjects(const FiberScene& scene) {
+  requireFiberRanges("makeObjects", scene);
+  requireCoordinates<S>("makeObjects", scene);
+  const S radius = requireRadius<S>("makeObjects", scene.radius);
+
+  std::vector<std::unique_ptr<fcl::CollisionObject<S>>> objects;
+  objects.reserve(scene.segmentCount());
+  forEachSegment(scene, [&](const Point& from, const Point& to) {
+    const PosedSegment<S> segment = poseSegment<S>(from, to);
+    objects.push_back(std::make_unique<fcl::CollisionObject<S>>(
+        std::make_shared<fcl::Capsule<S>>(radius, segment.length), segment.pose));
+  });
+  return objects;
+}
+
+template std::vector<fcl::Transform3<float>> segmentPoses<float>(const FiberScene&);
+template std::vector<fcl::Transform3<double>> segmentPoses<double>(const FiberScene&);
+template std::vector<std::unique_ptr<fcl::CollisionObject<float>>> makeObjects<float>(
+    const FiberScene&);
+template std::vector<std::unique_ptr<fcl::CollisionObject<double>>> makeObjects<double>(
+    const FiberScene&);
+
+}  // namespace fcl_fibers::scenes

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fcl_fibers/scenes/strand.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace fcl_fibers::scenes {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+constexpr double kPi = 3.141592653589793;
+
+StrandParameters parametersOf(int fibers, int segments) {
+  StrandParameters parameters;
+  parameters.fibers = fibers;
+  parameters.segments = segments;
+  return parameters;
+}
+
+// The point before both turns of the given frame: the helix axis is along z.
+Point untwisted(const Point& p, int frame) {
+  const double about_x = kPi / 4 + 0.01 * frame;
+  const double y = std::cos(about_x) * p[1] + std::sin(about_x) * p[2];
+  const double z = std::cos(about_x) * p[2] - std::sin(about_x) * p[1];
+  const double about_y = kPi / 4;
+  return {std::cos(about_y) * p[0] - std::sin(about_y) * z, y,
+          std::sin(about_y) * p[0] + std::cos(about_y) * z};
+}
+
+// What a helix shows of itself in its first three points.
+struct SeenHelix {
+  Point root;
+  double radius, angular_rate, phase, rise;
+};
+
+SeenHelix seeHelix(const FiberScene& scene, std::size_t fiber, int segments, int frame) {
+  const Point* points = &scene.points[scene.point_begin[fiber]];
+  const Point p = untwisted(points[0], frame);
+  const Point q = untwisted(points[1], frame);
+  const Point r = untwisted(points[2], frame);
+  const double ds = 30.0 / segments;
+  const double first = std::atan2(q[1] - p[1], q[0] - p[0]);
+  const double second = std::atan2(r[1] - q[1], r[0] - q[0]);
+  const double angle = std::remainder(second - first, 2 * kPi);
+  SeenHelix helix;
+  helix.root = p;
+  helix.angular_rate = angle / ds;
+  helix.radius = std::hypot(q[0] - p[0], q[1] - p[1]) / (2 * std::sin(angle / 2));
+  helix.phase = std::remainder(first - angle / 2 - kPi / 2, 2 * kPi);
+  helix.rise = (q[2] - p[2]) / ds;
+  return helix;
+}
+
+std::vector<SeenHelix> seeHelices(const FiberScene& scene, int segments, int frame = 0) {
+  std::vector<SeenHelix> helices;
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    helices.push_back(seeHelix(scene, f, segments, frame));
+  }
+  return helices;
+}
+
+double distance(const Point& p, const Point& q) {
+  return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
+}
+
+void expectDeviates(const std::vector<double>& numbers, double mean, double deviation) {
+  const double n = static_cast<double>(numbers.size());
+  double sum = 0, squares = 0;
+  for (const double x : numbers) {
+    sum += x - mean;
+    squares += (x - mean) * (x - mean);
+  }
+  EXPECT_NEAR(sum / n, 0, 5 * deviation / std::sqrt(n));
+  EXPECT_NEAR(squares / n, deviation * deviation, 5 * deviation * deviation * std::sqrt(2 / n));
+}
+
+TEST(Strand, HasTheFibersAndSegmentsAskedFor) {
+  // If this fails, the scene is not of the size it is named after.
+  const FiberScene scene = makeStrand(parametersOf(7, 5));
+  EXPECT_EQ(scene.radius, 0.0035);
+  EXPECT_EQ(scene.fiberCount(), 7U);
+  EXPECT_EQ(scene.segmentCount(), 35U);
+  EXPECT_THAT(scene.point_begin, testing::ElementsAre(0, 6, 12, 18, 24, 30, 36, 42));
+  EXPECT_EQ(scene.points.size(), 42U);
+}
+
+TEST(Strand, RootsFillTheirEllipseUniformly) {
+  // If this fails, fibers are denser or sparser somewhere than 325 a square centimetre.
+  const int fibers = 20000;
+  const FiberScene scene = makeStrand(parametersOf(fibers, 2));
+  const double area = fibers / 325.0;
+  const double minor = std::sqrt(area / (1.5 * kPi));
+  const double major = 1.5 * minor;
+  std::vector<double> shares;  // of the area of the ellipse, further inside than the root
+  int quadrants[4] = {};
+  for (const SeenHelix& helix : seeHelices(scene, 2)) {
+    const double x = helix.root[0] / major;
+    const double y = helix.root[1] / minor;
+    EXPECT_NEAR(helix.root[2], 0, 1e-12);
+    shares.push_back(x * x + y * y);
+    // Quadrants turned by pi/8, so that no symmetry of the axes hides an uneven direction.
+    const double direction = std::atan2(y, x) + kPi / 8;
+    ++quadrants[static_cast<int>(std::floor(direction / (kPi / 2)) + 4) % 4];
+  }
+  std::sort(shares.begin(), shares.end());
+  EXPECT_LE(shares.back(), 1 + 1e-12);
+  // Kolmogorov and Smirnov: a larger gap is met once in ten million seeds.
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    ASSERT_NEAR(shares[i], static_cast<double>(i) / fibers, 3 / std::sqrt(fibers));
+  }
+  for (const int count : quadrants) {
+    EXPECT_NEAR(count, fibers / 4.0, 5 * std::sqrt(fibers * 3.0 / 16));
+  }
+}
+
+TEST(Strand, HelicesVaryAsDescribed) {
+  // If this fails, turns, radius or phase are not those of the closed form.
+  const int segments = 100;
+  const FiberScene scene = makeStrand(parametersOf(4000, segments));
+  std::vector<double> turns, radii, phases;
+  for (const SeenHelix& helix : seeHelices(scene, segments)) {
+    turns.push_back(helix.angular_rate * 30 / (2 * kPi));
+    radii.push_back(helix.radius);
+    phases.push_back(helix.phase);
+  }
+  expectDeviates(turns, 4, 0.08);
+  expectDeviates(radii, 1, 0.02);
+  expectDeviates(phases, 0, 0.02);
+}
+
+TEST(Strand, EveryPointIsOnItsHelix) {
+  // If this fails, the fibers are no helices parametrised by arc length.
+  const int segments = 60;
+  const FiberScene scene = makeStrand(parametersOf(50, segments));
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    const SeenHelix helix = seeHelix(scene, f, segments, 0);
+    const double slope = helix.radius * helix.angular_rate;
+    EXPECT_NEAR(helix.rise, std::sqrt(1 - slope * slope), 1e-9);
+    for (int i = 0; i <= segments; ++i) {
+      const double s = 30.0 * i / segments;
+      const double angle = helix.angular_rate * s + helix.phase;
+      const Point expected = {
+          helix.root[0] + helix.radius * (std::cos(angle) - std::cos(helix.phase)),
+          helix.root[1] + helix.radius * (std::sin(angle) - std::sin(helix.phase)), helix.rise * s};
+      const std::size_t at = scene.point_begin[f] + static_cast<std::size_t>(i);
+      ASSERT_LE(distance(untwisted(scene.points[at], 0), expected), 1e-9) << "fiber " << f;
+    }
+  }
+}
+
+TEST(Strand, WideHelicesAreNarrowedSoThatTheyRise) {
+  // If this fails, helices of unlucky seeds are flat or NaN.
+  StrandParameters parameters = parametersOf(26, 100);
+  parameters.seed = 20970;  // Fiber 25 draws turns and radius with R w = 0.9617.
+  const SeenHelix helix = seeHelix(makeStrand(parameters), 25, 100, 0);
+  EXPECT_NEAR(helix.radius * helix.angular_rate, 0.95, 1e-9);
+  EXPECT_NEAR(helix.rise, std::sqrt(1 - 0.95 * 0.95), 1e-9);
+}
+
+TEST(Strand, FibersAreThirtyCentimetresLong) {
+  // If this fails, the scene is not the one that results are known for.
+  const FiberScene scene = makeStrand(parametersOf(20, 2000));
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    double length = 0;
+    for (std::size_t i = scene.point_begin[f] + 1; i < scene.point_begin[f + 1]; ++i) {
+      length += distance(scene.points[i - 1], scene.points[i]);
+    }
+    // Chords are shorter than arcs by (curvature * step)^2 / 24, here 5e-6 of the length.
+    EXPECT_LE(length, 30);
+    EXPECT_GE(length, 30 * (1 - 1e-5));
+  }
+}
+
+TEST(Strand, SameSeedSameScene) {
+  // If this fails, no result about a scene can be repeated.
+  StrandParameters parameters = parametersOf(30, 20);
+  parameters.seed = 42;
+  const FiberScene scene = makeStrand(parameters);
+  EXPECT_EQ(makeStrand(parameters).points, scene.points);
+
+  parameters.seed = 43;
+  const FiberScene other = makeStrand(parameters);
+  for (std::size_t i = 0; i < scene.points.size(); ++i) {
+    EXPECT_NE(other.points[i], scene.points[i]);
+  }
+}
+
+TEST(Strand, MoreSegmentsRefineTheSameFibers) {
+  // If this fails, scenes of different resolution cannot be compared.
+  const FiberScene coarse = makeStrand(parametersOf(9, 10));
+  const FiberScene fine = makeStrand(parametersOf(9, 30));
+  for (std::size_t f = 0; f < 9; ++f) {
+    for (std::size_t i = 0; i <= 10; ++i) {
+      EXPECT_EQ(coarse.points[f * 11 + i], fine.points[f * 31 + 3 * i]);
+    }
+  }
+}
+
+TEST(Strand, MoreFibersKeepTheHelicesOfTheFirst) {
+  // If this fails, the random numbers of a fiber depend on the fibers after it.
+  const std::vector<SeenHelix> few = seeHelices(makeStrand(parametersOf(9, 50)), 50);
+  const std::vector<SeenHelix> many = seeHelices(makeStrand(parametersOf(36, 50)), 50);
+  for (std::size_t f = 0; f < few.size(); ++f) {
+    EXPECT_NEAR(many[f].radius, few[f].radius, 1e-9);
+    EXPECT_NEAR(many[f].angular_rate, few[f].angular_rate, 1e-9);
+    EXPECT_NEAR(many[f].phase, few[f].phase, 1e-9);
+    // Four times the area, twice the axes.
+    EXPECT_NEAR(many[f].root[0], 2 * few[f].root[0], 1e-9);
+    EXPECT_NEAR(many[f].root[1], 2 * few[f].root[1], 1e-9);
+  }
+}
+
+TEST(Strand, FramesTurnPhaseAndStrandAndNothingElse) {
+  // If this fails, the motion is not the one that updates are measured with.
+  const int segments = 50;
+  StrandParameters parameters = parametersOf(40, segments);
+  const FiberScene still = makeStrand(parameters);
+  const std::vector<SeenHelix> before = seeHelices(still, segments);
+  for (const int frame : {-3, 1, 10}) {
+    parameters.frame = frame;
+    const FiberScene moved = makeStrand(parameters);
+    ASSERT_EQ(moved.point_begin, still.point_begin);
+    const std::vector<SeenHelix> after = seeHelices(moved, segments, frame);
+    for (std::size_t f = 0; f < still.fiberCount(); ++f) {
+      EXPECT_LE(distance(after[f].root, before[f].root), 1e-12);
+      EXPECT_NEAR(after[f].radius, before[f].radius, 1e-9);
+      EXPECT_NEAR(after[f].angular_rate, before[f].angular_rate, 1e-9);
+      EXPECT_NEAR(after[f].phase, before[f].phase + 0.01 * frame, 1e-9);
+    }
+  }
+}
+
+TEST(Strand, FramesMoveEveryPointAndStretchNothing) {
+  // If this fails, parts of the scene stand still, or fibers grow.
+  StrandParameters parameters = parametersOf(40, 50);
+  const FiberScene still = makeStrand(parameters);
+  parameters.frame = 1;
+  const FiberScene moved = makeStrand(parameters);
+  for (std::size_t f = 0; f < still.fiberCount(); ++f) {
+    for (std::size_t i = still.point_begin[f]; i < still.point_begin[f + 1]; ++i) {
+      EXPECT_GT(distance(moved.points[i], still.points[i]), 1e-6);
+      if (i == still.point_begin[f]) continue;
+      EXPECT_NEAR(distance(moved.points[i - 1], moved.points[i]),
+                  distance(still.points[i - 1], still.points[i]), 1e-12);
+    }
+  }
+}
+
+TEST(Strand, RefusesSizesBelowOne) {
+  // If this fails, a mistyped size gives an empty scene or a crash.
+  for (const int bad : {0, -1, std::numeric_limits<int>::min()}) {
+    const std::string value = std::to_string(bad);
+    EXPECT_THAT([bad] { makeStrand(parametersOf(bad, 1)); },
+                ThrowsMessage<std::invalid_argument>(
+                    HasSubstr("makeStrand: fibers is " + value + "; ask for at least 1")));
+    EXPECT_THAT([bad] { makeStrand(parametersOf(1, bad)); },
+                ThrowsMessage<std::invalid_argument>(
+                    HasSubstr("makeStrand: segments is " + value + "; ask for at least 1")));
+  }
+}
+
+TEST(Strand, RefusesARadiusThatIsNone) {
+  // If this fails, the scene has a radius that no query can answer for.
+  StrandParameters parameters = parametersOf(1, 1);
+  for (const double bad : {-0.1, std::nan(""), std::numeric_limits<double>::infinity()}) {
+    parameters.radius = bad;
+    EXPECT_THAT([&] { makeStrand(parameters); },
+                ThrowsMessage<std::invalid_argument>(
+                    AllOf(HasSubstr("makeStrand: radius is "), HasSubstr("give a finite"))));
+  }
+}
+
+}  // namespace
+}  // namespace fcl_fibers::scenes
