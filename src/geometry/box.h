@@ -26,7 +26,7 @@ struct Box {
             {roundedUp(high.x + r), roundedUp(high.y + r), roundedUp(high.z + r)}};
   }
 
-  float size() const { return (high[0] - low[0]) + (high[1] - low[1]) + (high[2] - low[2]); }
+  FCL_FIBERS_ALWAYS_INLINE float size() const { return (high[0] - low[0]) + (high[1] - low[1]) + (high[2] - low[2]); }
 };
 
 /// N boxes:  low.x[0..N) low.y[0..N) low.z[0..N) high.x[0..N) high.y[0..N) high.z[0..N)
@@ -47,20 +47,17 @@ class alignas(4 * N) Box::Pack {
     constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
     set(lane, {{kNone, kNone, kNone}, {kNone, kNone, kNone}});
   }
-  Box get(int lane) const {
+  FCL_FIBERS_ALWAYS_INLINE Box get(int lane) const {
     return {{low_[0][lane], low_[1][lane], low_[2][lane]},
             {high_[0][lane], high_[1][lane], high_[2][lane]}};
   }
 
-  LaneMask overlaps(const Box& box) const {
-    LaneMask mask = 0;
-    for (int lane = 0; lane < N; ++lane) {
-      const bool overlap = (low_[0][lane] <= box.high[0]) & (box.low[0] <= high_[0][lane]) &
-                           (low_[1][lane] <= box.high[1]) & (box.low[1] <= high_[1][lane]) &
-                           (low_[2][lane] <= box.high[2]) & (box.low[2] <= high_[2][lane]);
-      mask |= LaneMask{overlap} << lane;
-    }
-    return mask;
+  FCL_FIBERS_ALWAYS_INLINE LaneMask overlaps(const Box& box) const {
+    const auto meet = [&](int axis) {
+      return (Lanes<N>::load(low_[axis]) <= Lanes<N>::all(box.high[axis])) &
+             (Lanes<N>::all(box.low[axis]) <= Lanes<N>::load(high_[axis]));
+    };
+    return (meet(0) & meet(1) & meet(2)).mask();
   }
 
   void distances(const Box& box, float (&out)[N]) const {

@@ -72,7 +72,7 @@ class FrameChange {
 struct SameFrame {
   double scale() const { return 1; }
   template <class Volume>
-  const Volume& operator()(const Volume& volume) const {
+  FCL_FIBERS_ALWAYS_INLINE const Volume& operator()(const Volume& volume) const {
     return volume;
   }
 };

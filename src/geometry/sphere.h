@@ -44,7 +44,7 @@ struct Sphere {
     return around(Ball::around(segment, padding));
   }
 
-  float size() const { return radius; }
+  FCL_FIBERS_ALWAYS_INLINE float size() const { return radius; }
 };
 
 /// N spheres:  x[0..N) y[0..N) z[0..N) radius[0..N)
@@ -63,22 +63,21 @@ class alignas(4 * N) Sphere::Pack {
     constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
     set(lane, {{kNone, kNone, kNone}, kNone});
   }
-  Sphere get(int lane) const {
+  FCL_FIBERS_ALWAYS_INLINE Sphere get(int lane) const {
     return {{center_[0][lane], center_[1][lane], center_[2][lane]}, radius_[lane]};
   }
 
-  LaneMask overlaps(const Sphere& sphere) const {
+  FCL_FIBERS_ALWAYS_INLINE LaneMask overlaps(const Sphere& sphere) const {
     // The two sides carry at most eight roundings of 2^-24; the smallest normal float covers what is
     // lost below it.
     constexpr float kRoundUp = 1 + 0x1p-20f;
-    LaneMask mask = 0;
-    for (int lane = 0; lane < N; ++lane) {
-      const float reach = radius_[lane] + sphere.radius;
-      const bool overlap = squaredDistance(lane, sphere) <=
-                           reach * reach * kRoundUp + std::numeric_limits<float>::min();
-      mask |= LaneMask{overlap} << lane;
-    }
-    return mask;
+    const Lanes<N> x = Lanes<N>::load(center_[0]) - Lanes<N>::all(sphere.center[0]);
+    const Lanes<N> y = Lanes<N>::load(center_[1]) - Lanes<N>::all(sphere.center[1]);
+    const Lanes<N> z = Lanes<N>::load(center_[2]) - Lanes<N>::all(sphere.center[2]);
+    const Lanes<N> reach = Lanes<N>::load(radius_) + Lanes<N>::all(sphere.radius);
+    const Lanes<N> reach_squared = reach * reach * Lanes<N>::all(kRoundUp) +
+                                   Lanes<N>::all(std::numeric_limits<float>::min());
+    return (x * x + y * y + z * z <= reach_squared).mask();
   }
 
   void distances(const Sphere& sphere, float (&out)[N]) const {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstdint>
+#include "geometry/lanes.h"
 
 // A bounding volume `V` is a plain value over floats that offers
 //
@@ -14,12 +14,3 @@
 //
 // A cleared lane overlaps nothing, not even an unbounded volume, and its distance is NaN: lanes hold
 // NaN then, which no comparison accepts. Boxes and spheres differ in nothing else.
-
-namespace fcl_fibers::geometry {
-
-/// One bit a lane.
-using LaneMask = std::uint32_t;
-
-constexpr LaneMask firstLanes(int count) { return (LaneMask{1} << count) - 1; }
-
-}  // namespace fcl_fibers::geometry

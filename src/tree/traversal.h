@@ -24,7 +24,7 @@ enum class Visit { kContinue, kStop };
 /// Admits volumes that overlap.
 struct OverlapAdmission {
   template <class Pack, class Volume, class F>
-  Visit forEachAdmitted(const Pack& pack, const Volume& volume, geometry::LaneMask lanes,
+  FCL_FIBERS_ALWAYS_INLINE Visit forEachAdmitted(const Pack& pack, const Volume& volume, geometry::LaneMask lanes,
                         double /*unit*/, F&& visit) {
     for (auto rest = pack.overlaps(volume) & lanes; rest != 0; rest &= rest - 1) {
       if (visit(__builtin_ctz(rest)) == Visit::kStop) return Visit::kStop;
@@ -70,7 +70,7 @@ struct Child {
   Link link;
   typename Tree::Volume volume;
 
-  static Child of(const Tree& tree, std::int32_t node, int lane) {
+  FCL_FIBERS_ALWAYS_INLINE static Child of(const Tree& tree, std::int32_t node, int lane) {
     return {tree.node(node).children[static_cast<std::size_t>(lane)], tree.pack(node).get(lane)};
   }
 };
