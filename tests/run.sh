@@ -1,0 +1,11 @@
+#!/usr/bin/env bash
+# Installs what is missing, builds Release and runs all tests. Needs git, a C++17 compiler and apt.
+# Arguments go to ctest:  tests/run.sh -R WrappedSphere
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+.ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libgtest-dev \
+  libgmock-dev libbenchmark-dev
+cmake --preset release
+cmake --build --preset release
+ctest --preset release -j "$(nproc)" "$@"
