@@ -99,10 +99,10 @@ bool axesWithin(const Segment& p, const Segment& q, double reach) {
   const double rounding = roundingOf(p, q);
   if (rough.squared - rough.gap - rounding > reach_squared) return false;
 
-  // Near the boundary, or nearly parallel. 2^-40 of double's rounding is more than DoubleDouble's.
+  // Near the boundary, or nearly parallel. DoubleDouble rounds to 2^-104 where double rounds to 2^-52.
   const Certified<DoubleDouble> fine = SquaredDistance<DoubleDouble>(p, q).atBestCandidate();
   return fine.squared - fine.gap <=
-         DoubleDouble(reach) * DoubleDouble(reach) + DoubleDouble(0x1p-40 * rounding);
+         DoubleDouble(reach) * DoubleDouble(reach) + DoubleDouble(0x1p-52 * rounding);
 }
 
 double axisDistanceLowerBound(const Segment& p, const Segment& q) {
