@@ -32,9 +32,9 @@ struct QueryStatistics {
 /// welcome beside them. Bounds of capsules and spheres come from pose, radius and length, so that
 /// `computeAABB` is needed for other shapes only.
 ///
-/// Registering, `setup` and `update` read the objects; queries do not, so objects that move take
-/// part in queries where they were at the last of these calls. A query right after registering needs
-/// no `setup`. Queries are const and may run from several threads at once; registering, updating
+/// `setup` and `update` read the objects; queries do not, so objects that move take part in queries
+/// where they were at the last of these calls. A query right after registering or unregistering needs
+/// no `setup`: the first one does its work. Queries are const and may run from several threads at once; registering, updating
 /// or clearing while a query runs, from its callback for instance, is refused.
 ///
 /// Every pair is reported once, never an object with itself. Self-queries pass the object registered

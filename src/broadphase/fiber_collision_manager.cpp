@@ -262,10 +262,10 @@ class FiberCollisionManager<S>::Impl {
                   fcl::CollisionCallBack<S> callback) const {
     requireCallback(call, callback);
     const QueryScope scope(*this, call);
-    for (Object* other : others) {
-      const Segment segment = readQueryObject(call, other);
-      if (collideOne(segment, endPointError(segment), other, registry_.find(other), cdata,
-                     callback) == Visit::kStop) {
+    const std::vector<Segment> segments = readQueryObjects(call, others);
+    for (std::size_t i = 0; i < others.size(); ++i) {
+      if (collideOne(segments[i], endPointError(segments[i]), others[i], registry_.find(others[i]),
+                     cdata, callback) == Visit::kStop) {
         return;
       }
     }
@@ -275,11 +275,11 @@ class FiberCollisionManager<S>::Impl {
                    fcl::DistanceCallBack<S> callback) const {
     requireCallback(call, callback);
     const QueryScope scope(*this, call);
+    const std::vector<Segment> segments = readQueryObjects(call, others);
     S least = std::numeric_limits<S>::max();
-    for (Object* other : others) {
-      const Segment segment = readQueryObject(call, other);
-      if (distanceOne(segment, endPointError(segment), other, registry_.find(other), cdata, callback,
-                      least) == Visit::kStop) {
+    for (std::size_t i = 0; i < others.size(); ++i) {
+      if (distanceOne(segments[i], endPointError(segments[i]), others[i],
+                      registry_.find(others[i]), cdata, callback, least) == Visit::kStop) {
         return;
       }
     }
@@ -429,6 +429,17 @@ class FiberCollisionManager<S>::Impl {
 
   Segment readQueryObject(const char* call, const Object* object) const {
     return read(call, object, scene_.frame, [] { return std::string("the object passed"); });
+  }
+
+  std::vector<Segment> readQueryObjects(const char* call, const std::vector<Object*>& others) const {
+    std::vector<Segment> segments;
+    segments.reserve(others.size());
+    for (std::size_t i = 0; i < others.size(); ++i) {
+      const auto name = [i] { return nameOf(i) + " of the other manager"; };
+      if (others[i] == nullptr) refuse(call, name() + " is null; mend that manager");
+      segments.push_back(read(call, others[i], scene_.frame, name));
+    }
+    return segments;
   }
 
   /// Reads every object into the scene, in a frame chosen anew.
