@@ -21,26 +21,28 @@ struct FiberSegment {
 
 /// The work of one self-collision query.
 struct QueryStatistics {
-  std::size_t pairs = 0;           ///< pairs that the query reports
-  std::size_t volume_tests = 0;    ///< overlap tests, one volume against one volume
-  std::size_t capsule_tests = 0;   ///< exact capsule tests; 0 unless Report::kCapsules
+  std::size_t pairs = 0;          ///< pairs that the query reports
+  std::size_t volume_tests = 0;   ///< overlap tests, one volume against one volume
+  std::size_t capsule_tests = 0;  ///< exact capsule tests; 0 unless Report::kCapsules
 };
 
 /// What both fiber managers share: FCL's broad-phase interface over fibers of capsules.
 ///
-/// Objects are borrowed, never owned. Capsules (`fcl::Capsule`) form the fibers; any other object is
-/// welcome beside them. Bounds of capsules and spheres come from pose, radius and length, so that
-/// `computeAABB` is needed for other shapes only.
+/// Objects are borrowed, never owned. Capsules (`fcl::Capsule`) form the fibers; any other object
+/// is welcome beside them. Bounds of capsules and spheres come from pose, radius and length, so
+/// that `computeAABB` is needed for other shapes only.
 ///
 /// `setup` and `update` read the objects; queries do not, so objects that move take part in queries
-/// where they were at the last of these calls. A query right after registering or unregistering needs
-/// no `setup`: the first one does its work. Queries are const and may run from several threads at once; registering, updating
-/// or clearing while a query runs, from its callback for instance, is refused.
+/// where they were at the last of these calls. A query right after registering or unregistering
+/// needs no `setup`: the first one does its work. Queries are const and may run from several
+/// threads at once; registering, updating or clearing while a query runs, from its callback for
+/// instance, is refused.
 ///
-/// Every pair is reported once, never an object with itself. Self-queries pass the object registered
-/// first as the callback's first argument, queries of one object `(managed, object)`, queries of
-/// another manager `(this manager's, the other's)`. The order of pairs is a function of the objects and
-/// their poses, never of addresses. A callback returning true ends the query at once.
+/// Every pair is reported once, never an object with itself. Self-queries pass the object
+/// registered first as the callback's first argument, queries of one object `(managed, object)`,
+/// queries of another manager `(this manager's, the other's)`. The order of pairs is a function of
+/// the objects and their poses, never of addresses. A callback returning true ends the query at
+/// once.
 ///
 /// Whatever cannot be answered is refused with `std::invalid_argument`, whose text names the call,
 /// the object and the remedy, and nothing changes. An `update` that is refused leaves all objects
@@ -54,12 +56,12 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   FiberCollisionManager& operator=(const FiberCollisionManager&) = delete;
   ~FiberCollisionManager() override;
 
-  /// Registers one fiber: capsules in their order along it. Consecutive capsules are neighbours, see
-  /// FiberManagerOptions::ignored_neighbors. An empty fiber is a no-op.
+  /// Registers one fiber: capsules in their order along it. Consecutive capsules are neighbours,
+  /// see FiberManagerOptions::ignored_neighbors. An empty fiber is a no-op.
   void registerFiber(const std::vector<Object*>& fiber);
 
-  /// Registers objects of any kind. Runs of consecutive capsules that share an end point (to 4 ulp of
-  /// the largest coordinate) are taken for fibers, for the tree's shape only: no pair of them is
+  /// Registers objects of any kind. Runs of consecutive capsules that share an end point (to 4 ulp
+  /// of the largest coordinate) are taken for fibers, for the tree's shape only: no pair of them is
   /// ever ignored.
   void registerObjects(const std::vector<Object*>& objects) override;
   void registerObject(Object* object) override;

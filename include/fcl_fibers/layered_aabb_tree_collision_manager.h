@@ -5,8 +5,8 @@
 
 namespace fcl_fibers {
 
-/// The chain-aligned tree of axis-aligned boxes of Sobottka, Varnik and Weber, sections 2.3 and 3.1:
-/// built and updated bottom-up in linear time. The manager to start with.
+/// The chain-aligned tree of axis-aligned boxes of Sobottka, Varnik and Weber, sections 2.3
+/// and 3.1: built and updated bottom-up in linear time. The manager to start with.
 template <typename S>
 class FCL_FIBERS_EXPORT LayeredAABBTreeCollisionManager : public FiberCollisionManager<S> {
  public:

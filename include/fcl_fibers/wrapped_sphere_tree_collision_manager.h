@@ -7,13 +7,15 @@ namespace fcl_fibers {
 
 /// What cascade verification did at the last set-up or update.
 struct CascadeStatistics {
-  std::size_t cages_kept = 0;        ///< cages whose basis was still valid
-  std::size_t cages_recomputed = 0;  ///< cages that a sphere below had left, or that had become loose
+  std::size_t cages_kept = 0;  ///< cages whose basis was still valid
+  std::size_t cages_recomputed =
+      0;  ///< cages that a sphere below had left, or that had become loose
 };
 
-/// The wrapped sphere tree of Sobottka, Varnik and Weber, sections 2.2, 2.3 and 3.1: each node keeps
-/// the minimum enclosing sphere (cage) of the spheres of all segments below it and the one to four
-/// spheres that determine it; an update verifies cages bottom-up and recomputes those that fail.
+/// The wrapped sphere tree of Sobottka, Varnik and Weber, sections 2.2, 2.3 and 3.1: each node
+/// keeps the minimum enclosing sphere (cage) of the spheres of all segments below it and the one to
+/// four spheres that determine it; an update verifies cages bottom-up and recomputes those that
+/// fail.
 template <typename S>
 class FCL_FIBERS_EXPORT WrappedSphereTreeCollisionManager : public FiberCollisionManager<S> {
  public:

@@ -98,7 +98,8 @@ class FiberCollisionManager<S>::Impl {
                         "; set 0 or more");
     }
     if (!(options.margin >= 0) || !std::isfinite(options.margin)) {
-      refuse(kCall, "margin is " + std::to_string(options.margin) + "; set a finite length of 0 or more");
+      refuse(kCall,
+             "margin is " + std::to_string(options.margin) + "; set a finite length of 0 or more");
     }
   }
 
@@ -115,8 +116,8 @@ class FiberCollisionManager<S>::Impl {
                            registry_.objects().size()) {
       refuse(call, "too many objects; use several managers");
     }
-    // Objects are read here to refuse the bad ones early and to guess fibers; where they will be when
-    // the tree is built may be elsewhere.
+    // Objects are read here to refuse the bad ones early and to guess fibers; where they will be
+    // when the tree is built may be elsewhere.
     std::vector<bool> starts_fiber(added.size());
     std::optional<Segment> previous = last_registered_;
     for (std::size_t i = 0; i < added.size(); ++i) {
@@ -183,7 +184,8 @@ class FiberCollisionManager<S>::Impl {
     refuseDuringQuery(call);
     std::vector<SegmentId> ids;
     ids.reserve(moved.size());
-    for (std::size_t i = 0; i < moved.size(); ++i) ids.push_back(managedId(call, moved[i], nameOf(i)));
+    for (std::size_t i = 0; i < moved.size(); ++i)
+      ids.push_back(managedId(call, moved[i], nameOf(i)));
     // A sweep over the whole tree costs less than the ways up from many segments.
     if (state_ != State::kReady || 4 * moved.size() > registry_.size()) {
       if (!moved.empty() || state_ != State::kReady) update(call);
@@ -278,8 +280,8 @@ class FiberCollisionManager<S>::Impl {
     const std::vector<Segment> segments = readQueryObjects(call, others);
     S least = std::numeric_limits<S>::max();
     for (std::size_t i = 0; i < others.size(); ++i) {
-      if (distanceOne(segments[i], endPointError(segments[i]), others[i],
-                      registry_.find(others[i]), cdata, callback, least) == Visit::kStop) {
+      if (distanceOne(segments[i], endPointError(segments[i]), others[i], registry_.find(others[i]),
+                      cdata, callback, least) == Visit::kStop) {
         return;
       }
     }
@@ -349,8 +351,7 @@ class FiberCollisionManager<S>::Impl {
   }
 
   std::size_t memoryUsage() const {
-    return sizeof(*this) + registry_.memoryUsage() +
-           scene_.segments.capacity() * sizeof(Segment) +
+    return sizeof(*this) + registry_.memoryUsage() + scene_.segments.capacity() * sizeof(Segment) +
            scene_.unbounded.capacity() * sizeof(SegmentId) +
            std::visit([](const auto& tree) { return tree.memoryUsage(); }, scene_.tree);
   }
@@ -431,7 +432,8 @@ class FiberCollisionManager<S>::Impl {
     return read(call, object, scene_.frame, [] { return std::string("the object passed"); });
   }
 
-  std::vector<Segment> readQueryObjects(const char* call, const std::vector<Object*>& others) const {
+  std::vector<Segment> readQueryObjects(const char* call,
+                                        const std::vector<Object*>& others) const {
     std::vector<Segment> segments;
     segments.reserve(others.size());
     for (std::size_t i = 0; i < others.size(); ++i) {
@@ -452,7 +454,8 @@ class FiberCollisionManager<S>::Impl {
       if (objects[id] == nullptr) continue;
       Segment& segment = scene_.segments[id];
       segment = read(call, objects[id], scene_.frame, [&] {
-        const auto before = std::count(objects.begin(), objects.begin() + static_cast<std::ptrdiff_t>(id), nullptr);
+        const auto before =
+            std::count(objects.begin(), objects.begin() + static_cast<std::ptrdiff_t>(id), nullptr);
         return nameOf(id - static_cast<std::size_t>(before)) + " in order of registration";
       });
       if (!isBounded(segment)) scene_.unbounded.push_back(static_cast<SegmentId>(id));
@@ -495,8 +498,7 @@ class FiberCollisionManager<S>::Impl {
 
   /// Whether one of each one's ends is the same but for rounding: 4 ulp of the largest coordinate.
   static bool shareEnd(const Segment& p, const Segment& q) {
-    const double largest =
-        std::max({maxNorm(p.a), maxNorm(p.b), maxNorm(q.a), maxNorm(q.b)});
+    const double largest = std::max({maxNorm(p.a), maxNorm(p.b), maxNorm(q.a), maxNorm(q.b)});
     const double tolerance = 4 * double{std::numeric_limits<S>::epsilon()} * largest;
     for (const auto& end : {p.a, p.b}) {
       if (maxNorm(end - q.a) <= tolerance || maxNorm(end - q.b) <= tolerance) return true;
@@ -542,9 +544,9 @@ class FiberCollisionManager<S>::Impl {
 
   /// Hands a pair to a distance callback, unless the capsules are known to be no nearer than the
   /// nearest pair so far.
-  Visit callNearest(tree::NearestAdmission& nearest, const Segment& p, const Segment& q, double error,
-                    Object* first, Object* second, void* cdata, fcl::DistanceCallBack<S> callback,
-                    S& least) const {
+  Visit callNearest(tree::NearestAdmission& nearest, const Segment& p, const Segment& q,
+                    double error, Object* first, Object* second, void* cdata,
+                    fcl::DistanceCallBack<S> callback, S& least) const {
     if (options_.report == Report::kCapsules &&
         !(capsuleDistanceLowerBound(p, q, error) < nearest.limit)) {
       return Visit::kContinue;
@@ -637,8 +639,8 @@ class FiberCollisionManager<S>::Impl {
         scene_.tree, other.scene_.tree);
   }
 
-  Visit collideOne(const Segment& segment, double error, Object* object, SegmentId self, void* cdata,
-                   fcl::CollisionCallBack<S> callback) const {
+  Visit collideOne(const Segment& segment, double error, Object* object, SegmentId self,
+                   void* cdata, fcl::CollisionCallBack<S> callback) const {
     auto query = makeQuery(tree::OverlapAdmission{}, [&](auto&, SegmentId a, SegmentId) {
       if (isSelfOrIgnored(a, self) || !touchesIfAsked(segmentOf(scene_, a), segment, error)) {
         return Visit::kContinue;
@@ -648,8 +650,8 @@ class FiberCollisionManager<S>::Impl {
     return visitOne(segment, error, query);
   }
 
-  Visit distanceOne(const Segment& segment, double error, Object* object, SegmentId self, void* cdata,
-                    fcl::DistanceCallBack<S> callback, S& least) const {
+  Visit distanceOne(const Segment& segment, double error, Object* object, SegmentId self,
+                    void* cdata, fcl::DistanceCallBack<S> callback, S& least) const {
     auto query = makeQuery(nearerThan(least), [&](auto& nearest, SegmentId a, SegmentId) {
       if (isSelfOrIgnored(a, self)) return Visit::kContinue;
       const Segment& p = segmentOf(scene_, a);

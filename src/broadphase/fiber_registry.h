@@ -20,9 +20,9 @@ using tree::SegmentId;
 
 /// Which objects are managed, in which order, and which of them form a fiber.
 ///
-/// An object's id is its position in the order of registration. The id of an unregistered object stays
-/// empty, so that the numbers of its fiber's other segments stay as they are, until enough ids are
-/// empty to be worth renumbering.
+/// An object's id is its position in the order of registration. The id of an unregistered object
+/// stays empty, so that the numbers of its fiber's other segments stay as they are, until enough
+/// ids are empty to be worth renumbering.
 template <typename S>
 class FiberRegistry {
  public:
@@ -39,8 +39,9 @@ class FiberRegistry {
   std::size_t size() const { return size_; }
   SegmentId find(const Object* object) const { return index_.find(object); }
 
-  /// Appends objects. Where `starts_fiber` is set a new fiber starts, elsewhere the object continues
-  /// the fiber of the one before it; `declared` fibers were given by the user, others guessed.
+  /// Appends objects. Where `starts_fiber` is set a new fiber starts, elsewhere the object
+  /// continues the fiber of the one before it; `declared` fibers were given by the user, others
+  /// guessed.
   /// @return the position in `added` of an object that is there twice or managed already, in which
   ///         case nothing has changed
   std::optional<std::size_t> add(const std::vector<Object*>& added,
@@ -96,7 +97,8 @@ class FiberRegistry {
   PointerIndex<Object> index_;
   std::size_t size_ = 0;
   std::size_t removed_since_renumbering_ = 0;
-  std::vector<SegmentId> fiber_begin_;  ///< fiber f owns the ids [fiber_begin[f], fiber_begin[f + 1])
+  std::vector<SegmentId>
+      fiber_begin_;  ///< fiber f owns the ids [fiber_begin[f], fiber_begin[f + 1])
   std::vector<bool> fiber_is_declared_;
   std::vector<bool> continues_declared_fiber_;  ///< by id; empty unless links are kept
 };
@@ -107,8 +109,8 @@ std::optional<std::size_t> FiberRegistry<S>::add(const std::vector<Object*>& add
                                                  bool declared) {
   // What may throw comes first.
   const std::size_t first = objects_.size();
-  const auto starts = static_cast<std::size_t>(
-      std::count(starts_fiber.begin(), starts_fiber.end(), true));
+  const auto starts =
+      static_cast<std::size_t>(std::count(starts_fiber.begin(), starts_fiber.end(), true));
   reserveFor(objects_, added.size());
   reserveFor(fiber_begin_, starts);
   reserveFor(fiber_is_declared_, starts);

@@ -26,8 +26,8 @@ bool allFinite(const Vec3d& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-/// Rotations drift when they are multiplied for long without being normalised; this much is harmless,
-/// as the end points are taken from the matrix as it is.
+/// Rotations drift when they are multiplied for long without being normalised; this much is
+/// harmless, as the end points are taken from the matrix as it is.
 template <typename S>
 constexpr double kRotationTolerance = std::is_same_v<S, float> ? 1e-3 : 1e-6;
 
@@ -39,11 +39,11 @@ const char* poseProblem(const fcl::Transform3<S>& pose) {
   if (!allFinite(x) || !allFinite(y) || !allFinite(z) || !allFinite(t)) {
     return "its pose is NaN or infinite; give it a finite pose";
   }
-  const double deviation = std::max({std::fabs(dot(x, x) - 1), std::fabs(dot(y, y) - 1),
-                                     std::fabs(dot(z, z) - 1), std::fabs(dot(x, y)),
-                                     std::fabs(dot(y, z)), std::fabs(dot(z, x))});
-  const double determinant = x.x * (y.y * z.z - y.z * z.y) + x.y * (y.z * z.x - y.x * z.z) +
-                             x.z * (y.x * z.y - y.y * z.x);
+  const double deviation =
+      std::max({std::fabs(dot(x, x) - 1), std::fabs(dot(y, y) - 1), std::fabs(dot(z, z) - 1),
+                std::fabs(dot(x, y)), std::fabs(dot(y, z)), std::fabs(dot(z, x))});
+  const double determinant =
+      x.x * (y.y * z.z - y.z * z.y) + x.y * (y.z * z.x - y.x * z.z) + x.z * (y.x * z.y - y.y * z.x);
   if (!(deviation <= kRotationTolerance<S>) || !(determinant > 0)) {
     return "its rotation is not orthonormal or is a reflection; give it a proper rotation";
   }
@@ -62,9 +62,9 @@ const char* readBox(const fcl::AABB<S>& box, const Frame& frame, Segment& segmen
   const auto corner = [&](const fcl::Vector3<S>& p) {
     const Vec3d q = frame.fromWorld(toVec3(p));
     const auto sided = [](S world, double local) {
-      return std::fabs(world) > kUnbounded
-                 ? std::copysign(std::numeric_limits<double>::infinity(), static_cast<double>(world))
-                 : local;
+      return std::fabs(world) > kUnbounded ? std::copysign(std::numeric_limits<double>::infinity(),
+                                                           static_cast<double>(world))
+                                           : local;
     };
     return Vec3d{sided(p[0], q.x), sided(p[1], q.y), sided(p[2], q.z)};
   };
@@ -100,8 +100,7 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& fram
       return rangeProblem(segment);
     }
     case fcl::GEOM_SPHERE: {
-      const double radius =
-          static_cast<double>(static_cast<const fcl::Sphere<S>&>(*shape).radius);
+      const double radius = static_cast<double>(static_cast<const fcl::Sphere<S>&>(*shape).radius);
       if (!(radius >= 0)) return "its radius is negative or NaN; give it a radius of 0 or more";
       const Vec3d center = frame.fromWorld(toVec3(pose.matrix().col(3)));
       segment = {center, center, frame.scale * radius};

@@ -10,16 +10,16 @@
 
 namespace fcl_fibers::broadphase {
 
-/// Reads an object as a segment in `frame`: a capsule as it is; a sphere as a capsule of length zero;
-/// anything else as its `getAABB()`, unbounded sides at infinity.
+/// Reads an object as a segment in `frame`: a capsule as it is; a sphere as a capsule of length
+/// zero; anything else as its `getAABB()`, unbounded sides at infinity.
 /// @return why the object is refused and what to do, or nullptr if it was read
 template <typename S>
 const char* readSegment(const fcl::CollisionObject<S>& object, const geometry::Frame& frame,
                         geometry::Segment& segment);
 
-/// A frame for these objects, found from a sample of them: its origin is their median, so that bounds
-/// are tightest where most of them are, and far outliers cost nothing. Null pointers and objects
-/// that cannot be read are passed over.
+/// A frame for these objects, found from a sample of them: its origin is their median, so that
+/// bounds are tightest where most of them are, and far outliers cost nothing. Null pointers and
+/// objects that cannot be read are passed over.
 template <typename S>
 geometry::Frame sceneFrame(const std::vector<fcl::CollisionObject<S>*>& objects);
 

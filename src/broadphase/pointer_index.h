@@ -7,9 +7,9 @@
 
 namespace fcl_fibers::broadphase {
 
-/// Finds the position of a pointer in a vector: a hash table with linear probing that keeps positions
-/// only, eight bytes a pointer. std::unordered_map takes forty and as long to fill as the tree takes
-/// to build.
+/// Finds the position of a pointer in a vector: a hash table with linear probing that keeps
+/// positions only, eight bytes a pointer. std::unordered_map takes forty and as long to fill as the
+/// tree takes to build.
 template <typename T>
 class PointerIndex {
  public:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-/// For the few lines that run at every step of a traversal. GCC stops inlining when a file with many
-/// instantiations has grown by 40 %, and then calls even one-line functions; a traversal takes twice
-/// as long.
+/// For the few lines that run at every step of a traversal. GCC stops inlining when a file with
+/// many instantiations has grown by 40 %, and then calls even one-line functions; a traversal takes
+/// twice as long.
 #define FCL_FIBERS_ALWAYS_INLINE __attribute__((always_inline)) inline

@@ -26,7 +26,9 @@ struct Box {
             {roundedUp(high.x + r), roundedUp(high.y + r), roundedUp(high.z + r)}};
   }
 
-  FCL_FIBERS_ALWAYS_INLINE float size() const { return (high[0] - low[0]) + (high[1] - low[1]) + (high[2] - low[2]); }
+  FCL_FIBERS_ALWAYS_INLINE float size() const {
+    return (high[0] - low[0]) + (high[1] - low[1]) + (high[2] - low[2]);
+  }
 };
 
 /// N boxes:  low.x[0..N) low.y[0..N) low.z[0..N) high.x[0..N) high.y[0..N) high.z[0..N)
@@ -65,7 +67,8 @@ class alignas(4 * N) Box::Pack {
     for (int lane = 0; lane < N; ++lane) {
       float squared = 0;
       for (int axis = 0; axis < 3; ++axis) {
-        const float gap = std::max(low_[axis][lane] - box.high[axis], box.low[axis] - high_[axis][lane]);
+        const float gap =
+            std::max(low_[axis][lane] - box.high[axis], box.low[axis] - high_[axis][lane]);
         squared += gap > 0 ? gap * gap : 0.0f;
       }
       // Cleared lanes have slipped through as 0.

@@ -107,9 +107,9 @@ bool Basis::contains(int index) const {
 
 std::optional<SupportSphere> supportSphere(const Ball* const* balls, int count) {
   assert(count >= 1 && count <= 4);
-  // Relative to the first ball's centre: tangency to ball i, |x - q_i| = rho - r_i, minus the same for
-  // ball 0 is linear, q_i . x = b_i + rho a_i. With x = f + rho e in the span of the q_i, tangency to
-  // ball 0 leaves a quadratic equation for rho.
+  // Relative to the first ball's centre: tangency to ball i, |x - q_i| = rho - r_i, minus the same
+  // for ball 0 is linear, q_i . x = b_i + rho a_i. With x = f + rho e in the span of the q_i,
+  // tangency to ball 0 leaves a quadratic equation for rho.
   const Ball& base = *balls[0];
   if (count == 1) return SupportSphere{base, {1, 0, 0, 0}};
 

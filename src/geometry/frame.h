@@ -9,9 +9,9 @@
 
 namespace fcl_fibers::geometry {
 
-/// The frame in which a scene is kept: q = scale (p - origin). With the origin among the segments and
-/// a size of the order of one, float bounds are tight wherever in the world the scene is, and no
-/// product overflows or vanishes. The answer never depends on it.
+/// The frame in which a scene is kept: q = scale (p - origin). With the origin among the segments
+/// and a size of the order of one, float bounds are tight wherever in the world the scene is, and
+/// no product overflows or vanishes. The answer never depends on it.
 struct Frame {
   Vec3d origin{0, 0, 0};
   double scale = 1;  ///< a power of two, so that scaling is exact
@@ -24,9 +24,7 @@ class FrameChange {
  public:
   /// Volumes grow by `growth`, a length in the frame `to`; negative shrinks them.
   FrameChange(const Frame& from, const Frame& to, double growth = 0)
-      : scale_(to.scale / from.scale),
-        shift_(to.fromWorld(from.origin)),
-        growth_(growth) {}
+      : scale_(to.scale / from.scale), shift_(to.fromWorld(from.origin)), growth_(growth) {}
 
   /// Lengths of `to` per length of `from`.
   double scale() const { return scale_; }
@@ -35,8 +33,8 @@ class FrameChange {
     return {scale_ * s.a + shift_, scale_ * s.b + shift_, scale_ * s.radius};
   }
 
-  /// How far the result may lie from an exact change of frame. The shift carries one rounding and so
-  /// does each of the two operations, all of numbers no larger than shift and result together.
+  /// How far the result may lie from an exact change of frame. The shift carries one rounding and
+  /// so does each of the two operations, all of numbers no larger than shift and result together.
   double error(const Segment& result) const {
     return endPointError(result) + 8 * kEps * maxNorm(shift_);
   }

@@ -42,7 +42,9 @@ class Lanes {
   struct Truth {
     LaneMask lanes;
 
-    FCL_FIBERS_ALWAYS_INLINE friend Truth operator&(const Truth& p, const Truth& q) { return {p.lanes & q.lanes}; }
+    FCL_FIBERS_ALWAYS_INLINE friend Truth operator&(const Truth& p, const Truth& q) {
+      return {p.lanes & q.lanes};
+    }
     FCL_FIBERS_ALWAYS_INLINE LaneMask mask() const { return lanes; }
   };
 
@@ -68,8 +70,12 @@ class Lanes {
 template <>
 class Lanes<8> {
  public:
-  FCL_FIBERS_ALWAYS_INLINE static Lanes load(const float* values) { return {_mm_load_ps(values), _mm_load_ps(values + 4)}; }
-  FCL_FIBERS_ALWAYS_INLINE static Lanes all(float value) { return {_mm_set1_ps(value), _mm_set1_ps(value)}; }
+  FCL_FIBERS_ALWAYS_INLINE static Lanes load(const float* values) {
+    return {_mm_load_ps(values), _mm_load_ps(values + 4)};
+  }
+  FCL_FIBERS_ALWAYS_INLINE static Lanes all(float value) {
+    return {_mm_set1_ps(value), _mm_set1_ps(value)};
+  }
 
   FCL_FIBERS_ALWAYS_INLINE friend Lanes operator+(const Lanes& a, const Lanes& b) {
     return {_mm_add_ps(a.low_, b.low_), _mm_add_ps(a.high_, b.high_)};

@@ -7,9 +7,9 @@
 
 namespace fcl_fibers::geometry {
 
-// Bounds are kept as floats, whatever the scene's scalar: half the memory, twice the lanes. They are
-// rounded outward by one to two ulp. The smallest normal float is added so that nothing depends on
-// how the machine treats subnormals; clamping keeps infinity from turning into NaN.
+// Bounds are kept as floats, whatever the scene's scalar: half the memory, twice the lanes. They
+// are rounded outward by one to two ulp. The smallest normal float is added so that nothing depends
+// on how the machine treats subnormals; clamping keeps infinity from turning into NaN.
 
 inline float nearestFloat(double x) {
   constexpr double kLargest = std::numeric_limits<float>::max();

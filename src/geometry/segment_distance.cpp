@@ -15,8 +15,8 @@ struct Certified {
   T gap;
 };
 
-/// The convex function f(s, t) = |w + s u - t v|^2 over the unit square, whose minimum is the squared
-/// distance of the segments.
+/// The convex function f(s, t) = |w + s u - t v|^2 over the unit square, whose minimum is the
+/// squared distance of the segments.
 template <typename T>
 class SquaredDistance {
  public:
@@ -44,8 +44,8 @@ class SquaredDistance {
   /// determinant is noise, and f is so flat that one of the ends is as good as the minimum.
   Certified<T> atBestCandidate() const {
     Certified<T> best = atClosest();
-    for (const Certified<T>& candidate : {atEndOfFirst(T(0)), atEndOfFirst(T(1)),
-                                          atEndOfSecond(T(0)), atEndOfSecond(T(1))}) {
+    for (const Certified<T>& candidate :
+         {atEndOfFirst(T(0)), atEndOfFirst(T(1)), atEndOfSecond(T(0)), atEndOfSecond(T(1))}) {
       if (candidate.squared - candidate.gap > best.squared - best.gap) best = candidate;
     }
     return best;
@@ -85,7 +85,9 @@ class SquaredDistance {
 /// Bounds the rounding of `squared - gap` in double. With M the sum of the three 1-norms below, the
 /// vector r carries an error of 3 eps M, its square 9 eps M^2, each slope 13 eps M^2.
 double roundingOf(const Segment& p, const Segment& q) {
-  const auto norm1 = [](const Vec3d& d) { return std::fabs(d.x) + std::fabs(d.y) + std::fabs(d.z); };
+  const auto norm1 = [](const Vec3d& d) {
+    return std::fabs(d.x) + std::fabs(d.y) + std::fabs(d.z);
+  };
   const double m = norm1(p.a - q.a) + norm1(p.b - p.a) + norm1(q.b - q.a);
   return 64 * std::numeric_limits<double>::epsilon() * m * m;
 }
@@ -99,7 +101,8 @@ bool axesWithin(const Segment& p, const Segment& q, double reach) {
   const double rounding = roundingOf(p, q);
   if (rough.squared - rough.gap - rounding > reach_squared) return false;
 
-  // Near the boundary, or nearly parallel. DoubleDouble rounds to 2^-104 where double rounds to 2^-52.
+  // Near the boundary, or nearly parallel. DoubleDouble rounds to 2^-104 where double rounds to
+  // 2^-52.
   const Certified<DoubleDouble> fine = SquaredDistance<DoubleDouble>(p, q).atBestCandidate();
   return fine.squared - fine.gap <=
          DoubleDouble(reach) * DoubleDouble(reach) + DoubleDouble(0x1p-52 * rounding);

@@ -37,7 +37,8 @@ struct Sphere {
     const float x = nearestFloat(ball.center.x);
     const float y = nearestFloat(ball.center.y);
     const float z = nearestFloat(ball.center.z);
-    const Vec3d moved{ball.center.x - double{x}, ball.center.y - double{y}, ball.center.z - double{z}};
+    const Vec3d moved{ball.center.x - double{x}, ball.center.y - double{y},
+                      ball.center.z - double{z}};
     return {{x, y, z}, roundedUp(ball.radius + norm(moved))};
   }
   static Sphere around(const Segment& segment, double padding) {
@@ -68,15 +69,15 @@ class alignas(4 * N) Sphere::Pack {
   }
 
   FCL_FIBERS_ALWAYS_INLINE LaneMask overlaps(const Sphere& sphere) const {
-    // The two sides carry at most eight roundings of 2^-24; the smallest normal float covers what is
-    // lost below it.
+    // The two sides carry at most eight roundings of 2^-24; the smallest normal float covers what
+    // is lost below it.
     constexpr float kRoundUp = 1 + 0x1p-20f;
     const Lanes<N> x = Lanes<N>::load(center_[0]) - Lanes<N>::all(sphere.center[0]);
     const Lanes<N> y = Lanes<N>::load(center_[1]) - Lanes<N>::all(sphere.center[1]);
     const Lanes<N> z = Lanes<N>::load(center_[2]) - Lanes<N>::all(sphere.center[2]);
     const Lanes<N> reach = Lanes<N>::load(radius_) + Lanes<N>::all(sphere.radius);
-    const Lanes<N> reach_squared = reach * reach * Lanes<N>::all(kRoundUp) +
-                                   Lanes<N>::all(std::numeric_limits<float>::min());
+    const Lanes<N> reach_squared =
+        reach * reach * Lanes<N>::all(kRoundUp) + Lanes<N>::all(std::numeric_limits<float>::min());
     return (x * x + y * y + z * z <= reach_squared).mask();
   }
 

@@ -36,7 +36,7 @@ double reachOf(const Segment& p, const Segment& q, double margin, double error) 
   return (p.radius + q.radius + margin) * (1 + 4 * kEps) + error;
 }
 
-constexpr double Vec3d::* kAxes[] = {&Vec3d::x, &Vec3d::y, &Vec3d::z};
+constexpr double Vec3d::*kAxes[] = {&Vec3d::x, &Vec3d::y, &Vec3d::z};
 
 }  // namespace
 

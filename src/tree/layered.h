@@ -29,9 +29,10 @@ class Layered {
     Pack& pack = packs[index];
     for (int lane = 0; lane < node.child_count; ++lane) {
       const Link child = node.children[static_cast<std::size_t>(lane)];
-      pack.set(lane, child.isLeaf()
-                         ? Volume::around(segments[static_cast<std::size_t>(child.segment())], padding)
-                         : packs[static_cast<std::size_t>(child.node())].unite());
+      pack.set(lane,
+               child.isLeaf()
+                   ? Volume::around(segments[static_cast<std::size_t>(child.segment())], padding)
+                   : packs[static_cast<std::size_t>(child.node())].unite());
     }
   }
 

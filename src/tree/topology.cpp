@@ -120,7 +120,8 @@ class BundleBuilder {
   }
   Strand strand(std::int32_t begin, std::int32_t end) const {
     const Vec3d p = middleOf(begin + (end - begin) / 2);
-    return {begin, end, {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}};
+    return {
+        begin, end, {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}};
   }
   Strand* at(std::int32_t i) { return strands_.data() + i; }
 
@@ -128,15 +129,15 @@ class BundleBuilder {
     const std::int32_t node = builder_.openNode();
     const std::size_t strands_before = strands_.size();
 
-    // The block's parts in their order; while there is room, the one with the most segments is split.
-    // A part that fits into one node stays whole, for nodes are to be well filled.
+    // The block's parts in their order; while there is room, the one with the most segments is
+    // split. A part that fits into one node stays whole, for nodes are to be well filled.
     std::array<Block, kArity> parts{block};
     int count = 1;
     const std::int32_t whole = block.segments <= kArity ? 1 : kArity;
     while (count < kArity) {
-      const auto largest = std::max_element(
-          parts.begin(), parts.begin() + count,
-          [](const Block& p, const Block& q) { return p.segments < q.segments; });
+      const auto largest =
+          std::max_element(parts.begin(), parts.begin() + count,
+                           [](const Block& p, const Block& q) { return p.segments < q.segments; });
       if (largest->segments <= whole) break;
       std::copy_backward(largest + 1, parts.begin() + count, parts.begin() + count + 1);
       ++count;

@@ -13,8 +13,8 @@ namespace fcl_fibers::tree {
 /// A segment's number among all segments of a scene.
 using SegmentId = std::int32_t;
 
-/// The fibers of a scene: fiber f consists of the segments ids[begin[f]], ..., ids[begin[f + 1] - 1],
-/// in their order along it.
+/// The fibers of a scene: fiber f consists of the segments ids[begin[f]], ..., ids[begin[f + 1] -
+/// 1], in their order along it.
 struct Fibers {
   std::vector<SegmentId> ids;
   std::vector<std::int32_t> begin = {0};
@@ -37,7 +37,8 @@ class Link {
   std::int32_t value_;
 };
 
-/// A tree without geometry. Motion leaves it as it is; only registering and unregistering change it.
+/// A tree without geometry. Motion leaves it as it is; only registering and unregistering change
+/// it.
 ///
 /// Invariants:
 /// * the root is node 0, and children come after their parent, so one backward sweep refits all;
@@ -57,14 +58,14 @@ struct Topology {
   std::vector<SegmentId> leaves;  ///< all segments, depth first
 };
 
-/// The super thread of Sobottka, Varnik and Weber, section 3.2: the fibers in the order given, every
-/// other one backward, so that consecutive fibers are joined tip to tip and root to root; over this
-/// one long chain a balanced binary tree.
+/// The super thread of Sobottka, Varnik and Weber, section 3.2: the fibers in the order given,
+/// every other one backward, so that consecutive fibers are joined tip to tip and root to root;
+/// over this one long chain a balanced binary tree.
 Topology<2> superThread(const Fibers& fibers);
 
 /// A node is a block: a set of fibers over a range along each of them. It is split where it is
-/// longer: the range in half, or the set at the median of its fibers across. Inside one fiber that is
-/// the chain-aligned tree; over fibers of one segment a kd-tree.
+/// longer: the range in half, or the set at the median of its fibers across. Inside one fiber that
+/// is the chain-aligned tree; over fibers of one segment a kd-tree.
 /// @param segments  by id, in any frame
 Topology<8> bundle(const Fibers& fibers, const std::vector<geometry::Segment>& segments);
 

@@ -14,8 +14,9 @@ enum class Visit { kContinue, kStop };
 // A query is what a traversal asks at every step:
 //
 //   Visit forEachAdmitted(pack, volume, lanes, unit, visit)
-//     calls visit(lane) for those of the lanes that a pair with `volume` may be found in, in the order
-//     it likes best, and stops when told to. `unit` is the length of the pack's frame in the query's.
+//     calls visit(lane) for those of the lanes that a pair with `volume` may be found in, in the
+//     order it likes best, and stops when told to. `unit` is the length of the pack's frame in the
+//     query's.
 //   Visit leafPair(SegmentId a, SegmentId b)   for visitPairs
 //   Visit leaf(SegmentId a)                    for visitLeaves
 //
@@ -24,8 +25,9 @@ enum class Visit { kContinue, kStop };
 /// Admits volumes that overlap.
 struct OverlapAdmission {
   template <class Pack, class Volume, class F>
-  FCL_FIBERS_ALWAYS_INLINE Visit forEachAdmitted(const Pack& pack, const Volume& volume, geometry::LaneMask lanes,
-                        double /*unit*/, F&& visit) {
+  FCL_FIBERS_ALWAYS_INLINE Visit forEachAdmitted(const Pack& pack, const Volume& volume,
+                                                 geometry::LaneMask lanes, double /*unit*/,
+                                                 F&& visit) {
     for (auto rest = pack.overlaps(volume) & lanes; rest != 0; rest &= rest - 1) {
       if (visit(__builtin_ctz(rest)) == Visit::kStop) return Visit::kStop;
     }
@@ -47,9 +49,11 @@ struct NearestAdmission {
     for (int lane = 0; lane < N; ++lane) {
       if (!(lanes >> lane & 1u) || !(distance[lane] * unit < limit)) continue;
       int place = count++;
-      for (; place > 0 && distance[nearest_first[static_cast<std::size_t>(place - 1)]] > distance[lane];
+      for (; place > 0 &&
+             distance[nearest_first[static_cast<std::size_t>(place - 1)]] > distance[lane];
            --place) {
-        nearest_first[static_cast<std::size_t>(place)] = nearest_first[static_cast<std::size_t>(place - 1)];
+        nearest_first[static_cast<std::size_t>(place)] =
+            nearest_first[static_cast<std::size_t>(place - 1)];
       }
       nearest_first[static_cast<std::size_t>(place)] = lane;
     }
@@ -79,7 +83,8 @@ struct Child {
 template <class TreeA, class TreeB, class Query, class BToA, class AToB>
 class PairTraversal {
  public:
-  PairTraversal(const TreeA& a, const TreeB& b, const BToA& b_to_a, const AToB& a_to_b, Query& query)
+  PairTraversal(const TreeA& a, const TreeB& b, const BToA& b_to_a, const AToB& a_to_b,
+                Query& query)
       : a_(a), b_(b), b_to_a_(b_to_a), a_to_b_(a_to_b), query_(query) {}
 
   /// All unordered pairs below a node of A, each once.
@@ -91,7 +96,7 @@ class PairTraversal {
       if (!child.link.isLeaf() && within(child.link.node()) == Visit::kStop) return Visit::kStop;
       const auto later = geometry::firstLanes(count) & ~geometry::firstLanes(lane + 1);
       if (query_.forEachAdmitted(pack, child.volume, later, 1, [&](int other) {
-            return between(child, Child<TreeA>::of(a_, node, other));
+            return meetInB(child, node, other);
           }) == Visit::kStop) {
         return Visit::kStop;
       }
@@ -100,26 +105,51 @@ class PairTraversal {
   }
 
   /// All pairs below a child in A and a child in B. The larger of the two is opened (Sobottka,
-  /// Varnik and Weber, section 2), against the whole of the other.
+  /// Varnik and Weber, section 2), against the whole of the other. Of two wide nodes of like size
+  /// both are, which comes to the same tests without a decision in between.
+  /// @pre not both are leaves
   Visit between(const Child<TreeA>& a, const Child<TreeB>& b) {
-    if (a.link.isLeaf() && b.link.isLeaf()) return query_.leafPair(a.link.segment(), b.link.segment());
     const auto& b_in_a = b_to_a_(b.volume);
-    if (b.link.isLeaf() || (!a.link.isLeaf() && a.volume.size() >= b_in_a.size())) {
-      return betweenChildrenOfA(a.link.node(), b, b_in_a);
+    if (a.link.isLeaf()) return betweenChildrenOfB(a, b.link.node());
+    if (b.link.isLeaf()) return betweenChildrenOfA(a.link.node(), b, b_in_a);
+
+    const float a_size = a.volume.size(), b_size = b_in_a.size();
+    constexpr float kLikeSize = 4;
+    if (TreeA::kArity > 2 && a_size <= kLikeSize * b_size && b_size <= kLikeSize * a_size) {
+      return betweenChildrenOfBoth(a.link.node(), b.link.node(), b_in_a);
     }
-    return betweenChildrenOfB(a, b.link.node());
+    return a_size >= b_size ? betweenChildrenOfA(a.link.node(), b, b_in_a)
+                            : betweenChildrenOfB(a, b.link.node());
   }
 
-  Visit betweenChildrenOfA(std::int32_t node, const Child<TreeB>& b,
-                           const typename TreeA::Volume& b_in_a) {
-    return query_.forEachAdmitted(
-        a_.pack(node), b_in_a, geometry::firstLanes(a_.node(node).child_count), 1,
-        [&](int lane) { return between(Child<TreeA>::of(a_, node, lane), b); });
+  FCL_FIBERS_ALWAYS_INLINE Visit betweenChildrenOfA(std::int32_t node, const Child<TreeB>& b,
+                                                    const typename TreeA::Volume& b_in_a) {
+    return query_.forEachAdmitted(a_.pack(node), b_in_a,
+                                  geometry::firstLanes(a_.node(node).child_count), 1,
+                                  [&](int lane) { return meetInA(node, lane, b); });
   }
-  Visit betweenChildrenOfB(const Child<TreeA>& a, std::int32_t node) {
+  FCL_FIBERS_ALWAYS_INLINE Visit betweenChildrenOfB(const Child<TreeA>& a, std::int32_t node) {
+    return query_.forEachAdmitted(b_.pack(node), a_to_b_(a.volume),
+                                  geometry::firstLanes(b_.node(node).child_count), b_to_a_.scale(),
+                                  [&](int lane) { return meetInB(a, node, lane); });
+  }
+  Visit betweenChildrenOfBoth(std::int32_t a_node, std::int32_t b_node,
+                              const typename TreeA::Volume& b_in_a) {
     return query_.forEachAdmitted(
-        b_.pack(node), a_to_b_(a.volume), geometry::firstLanes(b_.node(node).child_count),
-        b_to_a_.scale(), [&](int lane) { return between(a, Child<TreeB>::of(b_, node, lane)); });
+        a_.pack(a_node), b_in_a, geometry::firstLanes(a_.node(a_node).child_count), 1,
+        [&](int lane) { return betweenChildrenOfB(Child<TreeA>::of(a_, a_node, lane), b_node); });
+  }
+
+  // Most pairs end here, as leaves, whose volumes are not needed any more.
+  FCL_FIBERS_ALWAYS_INLINE Visit meetInA(std::int32_t a_node, int lane, const Child<TreeB>& b) {
+    const Link a = a_.node(a_node).children[static_cast<std::size_t>(lane)];
+    if (a.isLeaf() && b.link.isLeaf()) return query_.leafPair(a.segment(), b.link.segment());
+    return between(Child<TreeA>::of(a_, a_node, lane), b);
+  }
+  FCL_FIBERS_ALWAYS_INLINE Visit meetInB(const Child<TreeA>& a, std::int32_t b_node, int lane) {
+    const Link b = b_.node(b_node).children[static_cast<std::size_t>(lane)];
+    if (a.link.isLeaf() && b.isLeaf()) return query_.leafPair(a.link.segment(), b.segment());
+    return between(a, Child<TreeB>::of(b_, b_node, lane));
   }
 
  private:
@@ -142,8 +172,8 @@ Visit visitPairs(const Tree& tree, Query& query) {
       .within(0);
 }
 
-/// Each pair of a segment of `a` and one of `b` that the query admits, once. The query's frame is that
-/// of `a`.
+/// Each pair of a segment of `a` and one of `b` that the query admits, once. The query's frame is
+/// that of `a`.
 template <class Tree, class Query>
 Visit visitPairs(const Tree& a, const Tree& b, const geometry::FrameChange& b_to_a,
                  const geometry::FrameChange& a_to_b, Query& query) {

@@ -61,8 +61,8 @@ void WrappedSpheres<A>::refitNode(const Topology<kArity>& topology, std::size_t 
   }
 }
 
-/// Moves the cage along with its basis; false if it is no longer the minimum enclosing sphere, be it
-/// that a leaf has escaped or that a smaller sphere would do.
+/// Moves the cage along with its basis; false if it is no longer the minimum enclosing sphere, be
+/// it that a leaf has escaped or that a smaller sphere would do.
 template <int A>
 bool WrappedSpheres<A>::keepsCage(const Topology<kArity>& topology, const Node& node,
                                   EnclosingSphere& cage) const {

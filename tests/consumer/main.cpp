@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// Swaps FCL's dynamic tree for the fiber managers, through FCL's interface, and exits with failure if
-// one of them misses a pair that the others have.
+// Swaps FCL's dynamic tree for the fiber managers, through FCL's interface, and exits with failure
+// if one of them misses a pair that the others have.
 #include <cstdio>
 #include <memory>
 #include <vector>
