@@ -206,7 +206,7 @@ class FiberCollisionManager<S>::Impl {
       ids.erase(std::remove_if(ids.begin(), ids.end(),
                                [&](SegmentId id) { return !isBounded(segmentOf(scene_, id)); }),
                 ids.end());
-      std::visit([&](auto& tree) { tree.refit(scene_.segments, ids); }, scene_.tree);
+      std::visit([&](auto& tree) { tree.refitMoved(scene_.segments, ids); }, scene_.tree);
     }
     state_ = State::kReady;
   }

@@ -47,7 +47,8 @@ class FiberTree {
   }
 
   /// After these segments have moved, and no others: the nodes above them.
-  void refit(const std::vector<geometry::Segment>& segments, const std::vector<SegmentId>& moved) {
+  void refitMoved(const std::vector<geometry::Segment>& segments,
+                  const std::vector<SegmentId>& moved) {
     if (moved.empty()) return;
     findParents();
     std::vector<std::int32_t> stale;
