@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include <fcl/common/types.h>
+
+namespace fcl_fibers::benchmarks {
+
+/// A capsule: all points within `radius` of the segment from `from` to `to`.
+struct Capsule {
+  fcl::Vector3d from;
+  fcl::Vector3d to;
+  double radius;
+};
+
+inline fcl::Vector3d closestPoint(const fcl::Vector3d& from, const fcl::Vector3d& to,
+                                  const fcl::Vector3d& x) {
+  const fcl::Vector3d d = to - from;
+  const double length2 = d.squaredNorm();
+  if (length2 == 0) return from;
+  return from + std::clamp(d.dot(x - from) / length2, 0.0, 1.0) * d;
+}
+
+/// Distance of the segments p and q. Shares no code with the library, which it judges.
+///
+/// Every candidate is the distance of two points of the segments, so that none is too small. The
+/// minimum lies at one of the four ends, or else inside both, where the common perpendicular
+/// meets them. Near-parallel segments make that foot inaccurate, by about eps / sin of their angle
+/// across the segments, which enters the distance squared.
+inline double segmentDistance(const fcl::Vector3d& p0, const fcl::Vector3d& p1,
+                              const fcl::Vector3d& q0, const fcl::Vector3d& q1) {
+  double d2 = (p0 - closestPoint(q0, q1, p0)).squaredNorm();
+  d2 = std::min(d2, (p1 - closestPoint(q0, q1, p1)).squaredNorm());
+  d2 = std::min(d2, (q0 - closestPoint(p0, p1, q0)).squaredNorm());
+  d2 = std::min(d2, (q1 - closestPoint(p0, p1, q1)).squaredNorm());
+
+  const fcl::Vector3d normal = (p1 - p0).cross(q1 - q0);
+  const double normal2 = normal.squaredNorm();
+  if (normal2 > 0) {
+    const double s = (q0 - p0).cross(q1 - q0).dot(normal) / normal2;
+    if (s > 0 && s < 1) {
+      const fcl::Vector3d on_q = closestPoint(q0, q1, p0 + s * (p1 - p0));
+      d2 = std::min(d2, (on_q - closestPoint(p0, p1, on_q)).squaredNorm());
+    }
+  }
+  return std::sqrt(d2);
+}
+
+enum class Contact { kTouching, kBoundary, kApart };
+
+/// Pairs whose distance is the sum of their radii to within 1e-9 of it are of neither kind:
+/// rounding of their poses decides them, and a manager may report them or not.
+inline Contact contact(const Capsule& a, const Capsule& b) {
+  constexpr double kBand = 1e-9;
+  const double sum = a.radius + b.radius;
+  const double distance = segmentDistance(a.from, a.to, b.from, b.to);
+  if (distance < (1 - kBand) * sum) return Contact::kTouching;
+  return distance <= (1 + kBand) * sum ? Contact::kBoundary : Contact::kApart;
+}
+
+}  // namespace fcl_fibers::benchmarks

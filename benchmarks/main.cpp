@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// How long FCL's managers and ours take for the same fibers. One run is one scene:
+//
+//   fcl_fibers_benchmark --scene=strand --fibers=1000 --segments=100 [--seed=1] [--largest]
+//   fcl_fibers_benchmark --hair=FILE.tfx --radius=R
+//
+// and any flag of Google Benchmark, such as --benchmark_filter=Update or --benchmark_out=FILE.json.
+//
+// What is measured, all managers on the same objects, one thread, no neighbours left out:
+//
+//   SetUp          construct the manager, register all objects, setup()
+//   Update         after every pose was set anew: boxes as the manager reads them (computeAABB for
+//                  FCL's "stock", end points +- radius for FCL's "tight", none for ours) + update()
+//   SelfCollision  the query of all pairs, with a callback that counts
+//   Frame          set every pose, update as above, self-collision
+//
+// Two frames of the scene's motion take turns. Times are wall-clock medians over repetitions in
+// random order; no manager has lived through more than ten updates, for FCL's trees become slower
+// with each. Before anything is timed, each manager has to show in a process of its own
+// that it reports every touching pair, once; what is wrong, crashes or refuses has no time, and
+// what takes longer than --limit=10 seconds in any phase shows so, beside times of its other
+// phases taken once ("~"). The exit status is 1 if one of ours is wrong.
+//
+// How to read the table: pairs is what the manager reports, touching those of them whose capsules
+// touch; the difference is what a narrow phase would try in vain. The rows "bundle" and "super
+// thread" of LayeredAABBTree report what FCL's managers report on tight boxes, those of
+// WrappedSphereTree the pairs of overlapping spheres, and the rows "capsules" do the narrow phase's
+// work as well. Bytes are what malloc gave for one manager, the objects apart. "FCL's best" is
+// FCL's manager with the smallest update + self-collision in this scene, and the ratio is its time
+// to the row's.
+
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "contender.h"
+#include "largest.h"
+#include "moving_fibers.h"
+#include "preflight.h"
+#include "progress.h"
+#include "table.h"
+#include "timings.h"
+
+namespace fcl_fibers::benchmarks {
+namespace {
+
+struct Arguments {
+  std::string scene = "strand";
+  int fibers = 1000;
+  int segments = 100;
+  unsigned long long seed = 1;
+  std::string hair;
+  double radius = 0;
+  double limit = 10;
+  bool largest = false;
+  bool choose_repetitions = true;  ///< false if --benchmark_repetitions does
+  std::vector<char*> others;       ///< program name and Google Benchmark's flags
+};
+
+double parseNumber(const std::string& flag, const std::string& value, double least) {
+  std::size_t end = 0;
+  double number = least - 1;
+  try {
+    number = std::stod(value, &end);
+  } catch (const std::logic_error&) {
+  }
+  if (value.empty() || end != value.size() || !(number >= least)) {
+    throw std::invalid_argument(flag + "=" + value + ": give a number of at least " +
+                                std::to_string(least));
+  }
+  return number;
+}
+
+Arguments parseArguments(int argc, char** argv) {
+  Arguments arguments;
+  for (int i = 0; i < argc; ++i) {
+    const std::string argument = argv[i];
+    const std::size_t equals = std::min(argument.find('='), argument.size());
+    const std::string flag = argument.substr(0, equals);
+    const std::string value =
+        equals < argument.size() ? argument.substr(equals + 1) : std::string();
+    if (flag == "--scene") {
+      if (value != "strand") throw std::invalid_argument(argument + ": there is only strand");
+    } else if (flag == "--fibers") {
+      arguments.fibers = static_cast<int>(parseNumber(flag, value, 1));
+    } else if (flag == "--segments") {
+      arguments.segments = static_cast<int>(parseNumber(flag, value, 1));
+    } else if (flag == "--seed") {
+      arguments.seed = static_cast<unsigned long long>(parseNumber(flag, value, 0));
+    } else if (flag == "--hair") {
+      arguments.hair = value;
+    } else if (flag == "--radius") {
+      arguments.radius = parseNumber(flag, value, 0);
+    } else if (flag == "--limit") {
+      arguments.limit = parseNumber(flag, value, 0.01);
+    } else if (argument == "--largest") {
+      arguments.largest = true;
+    } else {
+      if (flag == "--benchmark_repetitions") arguments.choose_repetitions = false;
+      arguments.others.push_back(argv[i]);
+    }
+  }
+  if (!arguments.hair.empty() && !(arguments.radius > 0)) {
+    throw std::invalid_argument("--hair: give --radius as well, in the file's unit");
+  }
+  return arguments;
+}
+
+MovingFibers makeScene(const Arguments& arguments) {
+  showProgress("make the scene");
+  if (!arguments.hair.empty()) return readMovingHair(arguments.hair, arguments.radius);
+  return makeMovingStrand(arguments.fibers, arguments.segments, arguments.seed);
+}
+
+int run(int argc, char** argv) {
+  Arguments arguments = parseArguments(argc, argv);
+  const Circumstances where = circumstances(argc, argv);
+
+  // Before the user's flags, so that theirs win.
+  std::string interleaving = "--benchmark_enable_random_interleaving=true";
+  arguments.others.insert(arguments.others.begin() + 1, interleaving.data());
+  int others = static_cast<int>(arguments.others.size());
+  benchmark::Initialize(&others, arguments.others.data());
+  if (benchmark::ReportUnrecognizedArguments(others, arguments.others.data())) return 1;
+  benchmark::AddCustomContext("machine", where.machine);
+  benchmark::AddCustomContext("compiler", where.compiler);
+  benchmark::AddCustomContext("build_type", where.build_type);
+  benchmark::AddCustomContext("commit", where.commit);
+  benchmark::AddCustomContext("command", where.command);
+
+  const std::vector<Contender> contenders = allContenders();
+  bool ours_right = true;
+  {
+    MovingFibers fibers = makeScene(arguments);
+    PreflightLimits limits;
+    limits.phase_seconds = arguments.limit;
+    std::vector<Preflight> preflights = preflightAll(contenders, fibers, limits);
+    for (std::size_t i = 0; i < contenders.size(); ++i) {
+      if (preflights[i].right()) continue;
+      benchmark::AddCustomContext("not timed: " + contenders[i].title(), preflights[i].note);
+    }
+    const std::vector<Timing> timings =
+        timeContenders(contenders, preflights, fibers, arguments.choose_repetitions);
+    printScene(contenders, preflights, timings, fibers, where);
+    for (std::size_t i = 0; i < contenders.size(); ++i) {
+      const bool slow = preflights[i].verdict == Preflight::Verdict::kTooSlow;
+      if (contenders[i].ours && !preflights[i].right() && !slow) ours_right = false;
+    }
+  }
+  if (arguments.largest) printLargest(contenders, arguments.segments, arguments.seed);
+  return ours_right ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace fcl_fibers::benchmarks
+
+int main(int argc, char** argv) {
+  try {
+    return fcl_fibers::benchmarks::run(argc, argv);
+  } catch (const std::exception& error) {
+    fcl_fibers::benchmarks::endProgress();
+    std::fprintf(stderr, "fcl_fibers_benchmark: %s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "moving_fibers.h"
+
+#include <cmath>
+#include <cstdint>
+#include <stdexcept>
+#include <utility>
+
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl_fibers/scenes/strand.h>
+#include <fcl_fibers/scenes/tfx.h>
+
+namespace fcl_fibers::benchmarks {
+namespace {
+
+const fcl::Capsuled& shape(const CapsuleObject& object) {
+  return static_cast<const fcl::Capsuled&>(*object.collisionGeometry());
+}
+
+scenes::FiberScene swing(scenes::FiberScene scene, double angle) {
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    const scenes::Point root = scene.points[scene.point_begin[f]];
+    for (std::size_t i = scene.point_begin[f]; i < scene.point_begin[f + 1]; ++i) {
+      scenes::Point& point = scene.points[i];
+      const double y = point[1] - root[1];
+      const double z = point[2] - root[2];
+      point[1] = root[1] + std::cos(angle) * y - std::sin(angle) * z;
+      point[2] = root[2] + std::sin(angle) * y + std::cos(angle) * z;
+    }
+  }
+  return scene;
+}
+
+}  // namespace
+
+void CapsuleObject::computeTightAABB() {
+  const fcl::Capsuled& capsule = shape(*this);
+  const fcl::Vector3d extent =
+      (0.5 * capsule.lz * t.linear().col(2).cwiseAbs()).array() + capsule.radius;
+  aabb.min_ = t.translation() - extent;
+  aabb.max_ = t.translation() + extent;
+}
+
+Capsule CapsuleObject::capsule() const {
+  const fcl::Vector3d half = 0.5 * shape(*this).lz * t.linear().col(2);
+  return {t.translation() - half, t.translation() + half, shape(*this).radius};
+}
+
+MovingFibers::MovingFibers(std::string name, const scenes::FiberScene& frame0,
+                           const scenes::FiberScene& frame1)
+    : name_(std::move(name)),
+      poses_{scenes::segmentPoses<double>(frame0), scenes::segmentPoses<double>(frame1)} {
+  if (poses_[0].size() != poses_[1].size()) {
+    throw std::invalid_argument("MovingFibers: the frames differ in their segments");
+  }
+  for (std::unique_ptr<Object>& object : scenes::makeObjects<double>(frame0)) {
+    // The capsule was made for this object; FCL hands it out as const only.
+    auto geometry = std::const_pointer_cast<fcl::CollisionGeometryd>(object->collisionGeometry());
+    const fcl::Transform3d pose = object->getTransform();
+    object.reset();
+    capsule_objects_.push_back(std::make_unique<CapsuleObject>(geometry, pose));
+    CapsuleObject* const capsule_object = capsule_objects_.back().get();
+    capsule_object->setUserData(reinterpret_cast<void*>(objects_.size()));
+    objects_.push_back(capsule_object);
+  }
+  for (std::size_t f = 0; f < frame0.fiberCount(); ++f) {
+    // A fiber has one segment less than points, so fiber f's first segment is point_begin[f] - f.
+    fibers_.emplace_back(
+        objects_.begin() + static_cast<std::ptrdiff_t>(frame0.point_begin[f] - f),
+        objects_.begin() + static_cast<std::ptrdiff_t>(frame0.point_begin[f + 1] - (f + 1)));
+  }
+}
+
+std::string MovingFibers::name() const {
+  const std::size_t segments = fiberCount() == 0 ? 0 : segmentCount() / fiberCount();
+  return name_ + "/fibers:" + std::to_string(fiberCount()) +
+         "/segments:" + std::to_string(segments);
+}
+
+std::size_t MovingFibers::index(const Object* object) {
+  return reinterpret_cast<std::uintptr_t>(object->getUserData());
+}
+
+std::vector<Capsule> MovingFibers::capsules() const {
+  std::vector<Capsule> capsules;
+  capsules.reserve(segmentCount());
+  for (std::size_t i = 0; i < segmentCount(); ++i) {
+    capsules.push_back(capsule_objects_[i]->capsule());
+  }
+  return capsules;
+}
+
+void MovingFibers::setPoses(int frame) {
+  const std::vector<fcl::Transform3d>& poses = poses_[static_cast<std::size_t>(frame)];
+  for (std::size_t i = 0; i < segmentCount(); ++i) objects_[i]->setTransform(poses[i]);
+  frame_ = frame;
+  boxes_ = Boxes::kNone;
+}
+
+void MovingFibers::computeBoxes(Boxes boxes) {
+  if (boxes == Boxes::kNone) return;
+  for (std::size_t i = 0; i < segmentCount(); ++i) {
+    if (boxes == Boxes::kStock) {
+      objects_[i]->computeAABB();
+    } else {
+      capsule_objects_[i]->computeTightAABB();
+    }
+  }
+  boxes_ = boxes;
+}
+
+void MovingFibers::bringTo(int frame, Boxes boxes) {
+  if (frame_ != frame) setPoses(frame);
+  if (boxes_ != boxes) computeBoxes(boxes);
+}
+
+void MovingFibers::keepFirst(std::size_t fiber_count) {
+  std::size_t segments = 0;
+  for (std::size_t f = 0; f < fiber_count; ++f) segments += fibers_[f].size();
+  fibers_.resize(fiber_count);
+  objects_.resize(segments);
+}
+
+MovingFibers makeMovingStrand(int fibers, int segments, unsigned long long seed) {
+  scenes::StrandParameters parameters;
+  parameters.fibers = fibers;
+  parameters.segments = segments;
+  parameters.seed = seed;
+  const scenes::FiberScene frame0 = scenes::makeStrand(parameters);
+  parameters.frame = 1;
+  return MovingFibers("strand", frame0, scenes::makeStrand(parameters));
+}
+
+MovingFibers readMovingHair(const std::string& path, double radius) {
+  const scenes::FiberScene scene = scenes::readTfx(path, radius);
+  std::string name = path.substr(path.find_last_of('/') + 1);
+  name.resize(std::min(name.size(), name.find_last_of('.')));
+  return MovingFibers(std::move(name), scene, swing(scene, 0.01));
+}
+
+}  // namespace fcl_fibers::benchmarks

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fcl/narrowphase/collision_object.h>
+#include <fcl_fibers/scenes/fiber_scene.h>
+
+#include "exact_capsule_test.h"
+
+namespace fcl_fibers::benchmarks {
+
+using Object = fcl::CollisionObjectd;
+
+/// What `CollisionObject::getAABB` returns.
+enum class Boxes {
+  kNone,   ///< whatever is there: the manager does not read it
+  kStock,  ///< `computeAABB()`: the cube around the capsule's bounding sphere
+  kTight,  ///< end points +- radius
+};
+
+/// A capsule whose box can be made tight, which FCL's own object cannot.
+class CapsuleObject : public Object {
+ public:
+  using Object::Object;
+  void computeTightAABB();
+
+  /// Where the object is now.
+  Capsule capsule() const;
+};
+
+/// The objects that all managers share, and two frames of their motion.
+class MovingFibers {
+ public:
+  static constexpr int kFrames = 2;
+
+  /// Both scenes have the same fibers; all objects start in frame 0, in their order in the scene.
+  MovingFibers(std::string name, const scenes::FiberScene& frame0,
+               const scenes::FiberScene& frame1);
+
+  /// `strand/fibers:1000/segments:100`; segments are those of a fiber, on average.
+  std::string name() const;
+  std::size_t fiberCount() const { return fibers_.size(); }
+  std::size_t segmentCount() const { return objects_.size(); }
+
+  const std::vector<Object*>& objects() const { return objects_; }
+  const std::vector<std::vector<Object*>>& fibers() const { return fibers_; }
+
+  /// The object's number in objects().
+  static std::size_t index(const Object* object);
+
+  /// Capsules of all objects where they are now.
+  std::vector<Capsule> capsules() const;
+
+  int frame() const { return frame_; }
+  void setPoses(int frame);
+  void computeBoxes(Boxes boxes);
+
+  /// Poses and boxes as asked for, at no cost if they are so already.
+  void bringTo(int frame, Boxes boxes);
+
+  /// Leaves all fibers but the first ones out of objects() and fibers().
+  void keepFirst(std::size_t fiber_count);
+
+ private:
+  std::string name_;
+  std::vector<std::unique_ptr<CapsuleObject>> capsule_objects_;
+  std::vector<Object*> objects_;
+  std::vector<std::vector<Object*>> fibers_;
+  std::array<std::vector<fcl::Transform3d>, kFrames> poses_;
+  int frame_ = 0;
+  Boxes boxes_ = Boxes::kStock;
+};
+
+/// The strand, see makeStrand, and its own motion.
+MovingFibers makeMovingStrand(int fibers, int segments, unsigned long long seed);
+
+/// A .tfx hair file. Each fiber swings about its own root, 0.01 rad a frame about the x axis.
+MovingFibers readMovingHair(const std::string& path, double radius);
+
+}  // namespace fcl_fibers::benchmarks

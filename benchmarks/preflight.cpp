@@ -1,0 +1,419 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "preflight.h"
+
+#include <fcntl.h>
+#include <malloc.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/time.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <csignal>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <iterator>
+#include <new>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include <fcl_fibers/fiber_collision_manager.h>
+
+#include "progress.h"
+
+namespace fcl_fibers::benchmarks {
+namespace {
+
+/// Earlier index in the upper half, later index in the lower: sorts as pairs do.
+using Pair = std::uint64_t;
+using Pairs = std::vector<Pair>;
+using FramePairs = std::array<Pairs, MovingFibers::kFrames>;
+
+/// From here on a contender shows first that it can do an eighth of the fibers.
+constexpr std::size_t kTrialFromSegments = 500000;
+constexpr std::size_t kTrialPart = 8;
+
+/// Written by the child, read by the parent once the child has ended, however it did.
+struct Trace {
+  Phase phase;
+  bool checking;
+  bool finished;
+  std::array<double, kPhases> seconds;
+  std::array<PairCounts, MovingFibers::kFrames> frames;
+  std::size_t reported_back;
+  std::size_t volume_tests;
+  std::size_t bytes;
+  std::size_t bytes_stated;
+  std::array<char, 400> refusal;
+};
+
+template <typename Call>
+auto checkedSystemCall(const char* name, Call call) {
+  const auto result = call();
+  if (result < 0) throw std::system_error(errno, std::generic_category(), name);
+  return result;
+}
+
+/// SIGALRM kills this process after so many seconds, unless called again; 0 calls it off.
+void setAlarm(double seconds) {
+  itimerval timer = {};
+  timer.it_value.tv_sec = static_cast<time_t>(seconds);
+  timer.it_value.tv_usec = static_cast<suseconds_t>(1e6 * (seconds - std::floor(seconds)));
+  setitimer(ITIMER_REAL, &timer, nullptr);
+}
+
+std::size_t allocatedBytes() {
+  const struct mallinfo2 info = mallinfo2();
+  return info.uordblks + info.hblkhd;
+}
+
+/// The callback's data while pairs are checked.
+struct Checker {
+  std::vector<Capsule> capsules;
+  PairCounts counts;
+  Pairs touching;
+
+  static bool check(Object* a, Object* b, void* data) {
+    Checker& checker = *static_cast<Checker*>(data);
+    const std::size_t i = MovingFibers::index(a);
+    const std::size_t j = MovingFibers::index(b);
+    ++checker.counts.reported;
+    if (i == j) {
+      ++checker.counts.with_itself;
+      return false;
+    }
+    switch (contact(checker.capsules[i], checker.capsules[j])) {
+      case Contact::kTouching:
+        checker.touching.push_back(Pair{std::min(i, j)} << 32 | Pair{std::max(i, j)});
+        break;
+      case Contact::kBoundary:
+        break;
+      case Contact::kApart:
+        ++checker.counts.apart;
+        break;
+    }
+    return false;
+  }
+};
+
+void writeAll(int file, const Pairs& pairs) {
+  const char* bytes = reinterpret_cast<const char*>(pairs.data());
+  for (std::size_t left = pairs.size() * sizeof(Pair); left > 0;) {
+    const ssize_t written = checkedSystemCall("write", [&] { return write(file, bytes, left); });
+    bytes += written;
+    left -= static_cast<std::size_t>(written);
+  }
+}
+
+Pairs readPairs(int file, std::size_t count) {
+  Pairs pairs(count);
+  char* bytes = reinterpret_cast<char*>(pairs.data());
+  for (std::size_t left = count * sizeof(Pair); left > 0;) {
+    const ssize_t got = checkedSystemCall("read", [&] { return read(file, bytes, left); });
+    if (got == 0) throw std::runtime_error("preflight: pairs are missing in the temporary file");
+    bytes += got;
+    left -= static_cast<std::size_t>(got);
+  }
+  return pairs;
+}
+
+/// One contender's run, in the child.
+class Run {
+ public:
+  Run(const Contender& contender, MovingFibers& fibers, const PreflightLimits& limits, Trace& trace,
+      int pairs_file)
+      : contender_(contender),
+        fibers_(fibers),
+        limits_(limits),
+        trace_(trace),
+        pairs_file_(pairs_file) {}
+
+  void run() {
+    fibers_.bringTo(0, contender_.boxes);
+    const std::size_t bytes_before = allocatedBytes();
+    std::unique_ptr<Manager> manager;
+    time(Phase::kSetUp, [&] { manager = contender_.set_up(fibers_); });
+    trace_.bytes = allocatedBytes() - bytes_before;
+
+    trace_.frames[0].reported = timeQuery(*manager);
+    if (limits_.check) {
+      statistics(*manager);
+      check(*manager, trace_.frames[0]);
+    }
+    if (limits_.update) {
+      moveTo(1, *manager);
+      trace_.frames[1].reported = timeQuery(*manager);
+    }
+    if (limits_.update && limits_.check) {
+      check(*manager, trace_.frames[1]);
+      moveTo(0, *manager);
+      trace_.reported_back = timeQuery(*manager);
+    }
+    trace_.finished = true;
+  }
+
+ private:
+  template <typename Work>
+  void time(Phase phase, Work&& work) {
+    trace_.phase = phase;
+    setAlarm(limits_.phase_seconds);
+    trace_.seconds[static_cast<std::size_t>(phase)] = seconds(work);
+    setAlarm(0);
+  }
+
+  std::size_t timeQuery(const Manager& manager) {
+    std::size_t pairs = 0;
+    time(Phase::kSelfCollision, [&] { pairs = countPairs(manager); });
+    return pairs;
+  }
+
+  void moveTo(int frame, Manager& manager) {
+    fibers_.setPoses(frame);
+    time(Phase::kUpdate, [&] { update(contender_, fibers_, manager); });
+  }
+
+  void statistics(const Manager& manager) {
+    if (const auto* ours = dynamic_cast<const FiberCollisionManager<double>*>(&manager)) {
+      trace_.volume_tests = ours->selfCollisionStatistics().volume_tests;
+      trace_.bytes_stated = ours->memoryUsage();
+    }
+  }
+
+  // The query again, apart from the timed one, for its callback takes longer than some managers.
+  void check(const Manager& manager, PairCounts& counts) {
+    Checker checker;
+    checker.capsules = fibers_.capsules();
+    trace_.checking = true;
+    setAlarm(10 * limits_.phase_seconds);
+    manager.collide(&checker, Checker::check);
+    setAlarm(0);
+    trace_.checking = false;
+
+    Pairs& touching = checker.touching;
+    const std::size_t reported_touching = touching.size();
+    std::sort(touching.begin(), touching.end());
+    touching.erase(std::unique(touching.begin(), touching.end()), touching.end());
+    writeAll(pairs_file_, touching);
+
+    counts = checker.counts;
+    counts.touching = touching.size();
+    counts.repeated = reported_touching - touching.size();
+    counts.checked = true;
+  }
+
+  const Contender& contender_;
+  MovingFibers& fibers_;
+  const PreflightLimits& limits_;
+  Trace& trace_;
+  int pairs_file_;
+};
+
+[[noreturn]] void runChild(const Contender& contender, MovingFibers& fibers,
+                           std::size_t fiber_count, const PreflightLimits& limits, Trace& trace,
+                           int pairs_file) {
+  // A manager that goes astray is to leave no core file, no abort message in the output, and the
+  // rest of the machine its memory.
+  const rlimit no_core = {0, 0};
+  setrlimit(RLIMIT_CORE, &no_core);
+  const auto memory =
+      static_cast<rlim_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
+  const rlimit address_space = {memory, memory};
+  setrlimit(RLIMIT_AS, &address_space);
+  dup2(open("/dev/null", O_WRONLY), STDERR_FILENO);
+
+  try {
+    fibers.keepFirst(fiber_count);
+    Run(contender, fibers, limits, trace, pairs_file).run();
+    _exit(0);
+  } catch (const std::bad_alloc&) {
+    std::strncpy(trace.refusal.data(), "out of memory", trace.refusal.size() - 1);
+  } catch (const std::exception& error) {
+    std::strncpy(trace.refusal.data(), error.what(), trace.refusal.size() - 1);
+  }
+  _exit(1);
+}
+
+std::string secondsText(double seconds) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%g s", seconds);
+  return text.data();
+}
+
+/// Runs a child and says how it ended; pairs are those that it reported and that touch.
+std::pair<Preflight, FramePairs> runInChild(const Contender& contender, MovingFibers& fibers,
+                                            std::size_t fiber_count,
+                                            const PreflightLimits& limits) {
+  void* const shared =
+      mmap(nullptr, sizeof(Trace), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (shared == MAP_FAILED) throw std::system_error(errno, std::generic_category(), "mmap");
+  Trace& trace = *new (shared) Trace{};
+  trace.seconds.fill(Preflight::kUnknown);
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> pairs_file(std::tmpfile(), std::fclose);
+  if (!pairs_file) throw std::system_error(errno, std::generic_category(), "tmpfile");
+  const int file = fileno(pairs_file.get());
+
+  const pid_t child = checkedSystemCall("fork", [] { return fork(); });
+  if (child == 0) runChild(contender, fibers, fiber_count, limits, trace, file);
+  int status = 0;
+  checkedSystemCall("waitpid", [&] { return waitpid(child, &status, 0); });
+
+  Preflight result;
+  result.phase = trace.phase;
+  result.seconds = trace.seconds;
+  result.frames = trace.frames;
+  result.reported_back = trace.reported_back;
+  result.volume_tests = trace.volume_tests;
+  result.bytes = trace.bytes;
+  result.bytes_stated = trace.bytes_stated;
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM) {
+    result.verdict = Preflight::Verdict::kTooSlow;
+    result.note = trace.checking ? "check >" + secondsText(10 * limits.phase_seconds)
+                                 : ">" + secondsText(limits.phase_seconds);
+  } else if (trace.refusal[0] != '\0') {
+    result.verdict = Preflight::Verdict::kRefused;
+    result.note = "refused";
+    result.detail = trace.refusal.data();
+  } else if (!trace.finished) {
+    result.verdict = Preflight::Verdict::kCrashed;
+    result.note = "crashed";
+  }
+
+  FramePairs pairs;
+  lseek(file, 0, SEEK_SET);
+  for (std::size_t f = 0; f < pairs.size(); ++f) {
+    if (trace.frames[f].checked) pairs[f] = readPairs(file, trace.frames[f].touching);
+  }
+  munmap(shared, sizeof(Trace));
+  return {result, std::move(pairs)};
+}
+
+void judgeWrong(Preflight& result, const std::string& why) {
+  result.verdict = Preflight::Verdict::kWrong;
+  result.phase = Phase::kSelfCollision;
+  result.note = "wrong: " + why;
+}
+
+/// What is wrong whatever the others report.
+void judgeAlone(const Contender& contender, Preflight& result) {
+  for (std::size_t f = 0; f < result.frames.size(); ++f) {
+    const PairCounts& counts = result.frames[f];
+    const std::string when = f == 0 ? "" : " after update";
+    if (counts.repeated > 0) {
+      return judgeWrong(result, std::to_string(counts.repeated) + " reported again" + when);
+    }
+    if (counts.with_itself > 0) {
+      return judgeWrong(result, std::to_string(counts.with_itself) + " with themselves" + when);
+    }
+    if (contender.reported == Reported::kTouching && counts.apart > 0) {
+      return judgeWrong(result, std::to_string(counts.apart) + " not touching" + when);
+    }
+  }
+  if (result.right() && result.frames[1].checked &&
+      result.reported_back != result.frames[0].reported) {
+    judgeWrong(result, std::to_string(result.frames[0].reported) + " pairs, " +
+                           std::to_string(result.reported_back) + " when moved back");
+  }
+}
+
+void judgeMissed(Preflight& result, const FramePairs& truth) {
+  for (std::size_t f = 0; f < result.frames.size(); ++f) {
+    const PairCounts& counts = result.frames[f];
+    if (counts.checked && counts.touching < truth[f].size()) {
+      return judgeWrong(result, std::to_string(truth[f].size() - counts.touching) + " missed" +
+                                    (f == 0 ? "" : " after update"));
+    }
+  }
+}
+
+/// Bounds may be rounded outward, so ours may report a few more pairs, and none less.
+constexpr double kRoundingExcess = 0.01;
+
+void judgeWork(const std::vector<Contender>& contenders, std::vector<Preflight>& results) {
+  for (const Reported group : {Reported::kTightBoxes, Reported::kSpheres}) {
+    // FCL's manager is what the group is held to, if there is one, or else the fewest pairs.
+    const Preflight* reference = nullptr;
+    bool reference_is_fcl = false;
+    for (std::size_t i = 0; i < contenders.size(); ++i) {
+      if (contenders[i].reported != group || !results[i].right() || reference_is_fcl) continue;
+      if (!contenders[i].ours || reference == nullptr ||
+          results[i].frames[0].reported < reference->frames[0].reported) {
+        reference = &results[i];
+        reference_is_fcl = !contenders[i].ours;
+      }
+    }
+    if (reference == nullptr) continue;
+
+    for (std::size_t i = 0; i < contenders.size(); ++i) {
+      if (contenders[i].reported != group || !contenders[i].ours || !results[i].right()) continue;
+      for (std::size_t f = 0; f < results[i].frames.size(); ++f) {
+        const std::size_t reported = results[i].frames[f].reported;
+        const std::size_t due = reference->frames[f].reported;
+        if (reported < due ||
+            static_cast<double>(reported - due) > kRoundingExcess * static_cast<double>(due)) {
+          judgeWrong(results[i],
+                     std::to_string(reported) + " pairs instead of " + std::to_string(due));
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Preflight preflight(const Contender& contender, MovingFibers& fibers,
+                    const PreflightLimits& limits) {
+  Preflight result = runInChild(contender, fibers, fibers.fiberCount(), limits).first;
+  judgeAlone(contender, result);
+  return result;
+}
+
+std::vector<Preflight> preflightAll(const std::vector<Contender>& contenders, MovingFibers& fibers,
+                                    const PreflightLimits& limits) {
+  std::vector<Preflight> results;
+  FramePairs truth;
+  for (const Contender& contender : contenders) {
+    showProgress("check " + std::to_string(results.size() + 1) + "/" +
+                 std::to_string(contenders.size()) + ": " + contender.title());
+
+    // No manager's work grows less than linearly. Twice the time that an eighth of the fibers may
+    // take leaves room for noise, and hopeless ones cost a quarter of the limit.
+    if (fibers.segmentCount() >= kTrialFromSegments) {
+      const PreflightLimits trial = {2 * limits.phase_seconds / kTrialPart, /*check=*/false,
+                                     /*update=*/true};
+      Preflight result =
+          runInChild(contender, fibers, fibers.fiberCount() / kTrialPart, trial).first;
+      if (result.verdict == Preflight::Verdict::kTooSlow) {
+        result.note = ">" + secondsText(limits.phase_seconds);
+        result.seconds.fill(Preflight::kUnknown);
+        result.bytes = 0;
+        results.push_back(result);
+        continue;
+      }
+    }
+
+    auto [result, pairs] = runInChild(contender, fibers, fibers.fiberCount(), limits);
+    judgeAlone(contender, result);
+    for (std::size_t f = 0; f < truth.size(); ++f) {
+      if (pairs[f] == truth[f]) continue;
+      Pairs merged;
+      std::set_union(truth[f].begin(), truth[f].end(), pairs[f].begin(), pairs[f].end(),
+                     std::back_inserter(merged));
+      truth[f] = std::move(merged);
+    }
+    results.push_back(result);
+  }
+  for (Preflight& result : results) {
+    if (result.verdict != Preflight::Verdict::kWrong) judgeMissed(result, truth);
+  }
+  judgeWork(contenders, results);
+  endProgress();
+  return results;
+}
+
+}  // namespace fcl_fibers::benchmarks

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "contender.h"
+
+namespace fcl_fibers::benchmarks {
+
+/// What a contender reported in one frame. Each pair is judged by one exact test of the capsules.
+struct PairCounts {
+  bool checked = false;
+  std::size_t reported = 0;
+  std::size_t touching = 0;  ///< different ones
+  std::size_t repeated = 0;  ///< touching ones reported once more
+  std::size_t apart = 0;     ///< neither touching nor at the boundary of it
+  std::size_t with_itself = 0;
+};
+
+/// What one contender did, once, in a process of its own: set up, self-collide in frame 0, move,
+/// update, self-collide in frame 1, and back to frame 0. Some of FCL's managers crash or never end.
+struct Preflight {
+  enum class Verdict { kRight, kTooSlow, kWrong, kCrashed, kRefused };
+
+  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+  Verdict verdict = Verdict::kRight;
+  Phase phase = Phase::kSetUp;  ///< where it ended, unless right
+  std::string note;             ///< what the table says there instead of a time
+  std::string detail;           ///< a refusal's text
+
+  /// Each phase timed once; kFrame is unused.
+  std::array<double, kPhases> seconds = {kUnknown, kUnknown, kUnknown, kUnknown};
+  std::array<PairCounts, MovingFibers::kFrames> frames;
+  std::size_t reported_back = 0;  ///< pairs reported when back in frame 0
+
+  std::size_t volume_tests = 0;  ///< of frame 0, ours only
+  std::size_t bytes = 0;         ///< that set-up allocated and kept
+  std::size_t bytes_stated = 0;  ///< memoryUsage(), ours only
+
+  bool right() const { return verdict == Verdict::kRight; }
+};
+
+struct PreflightLimits {
+  double phase_seconds = 10;  ///< a phase that takes longer ends the contender
+  bool check = true;          ///< else pairs are counted only, and it does not move back
+  bool update = true;         ///< else it stays in frame 0
+};
+
+/// Runs one contender and judges it by itself.
+Preflight preflight(const Contender& contender, MovingFibers& fibers,
+                    const PreflightLimits& limits);
+
+/// Runs all contenders and judges them by one another too: the union of their touching pairs is
+/// what each must have reported, and those that owe the same pairs must report as many.
+std::vector<Preflight> preflightAll(const std::vector<Contender>& contenders, MovingFibers& fibers,
+                                    const PreflightLimits& limits);
+
+}  // namespace fcl_fibers::benchmarks

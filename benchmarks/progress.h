@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+namespace fcl_fibers::benchmarks {
+
+/// What is going on, on stderr: one line that overwrites itself in a terminal, plain lines
+/// elsewhere.
+void showProgress(const std::string& line);
+
+/// Clears the terminal's line, before something else is printed.
+void endProgress();
+
+bool progressOverwrites();
+
+}  // namespace fcl_fibers::benchmarks

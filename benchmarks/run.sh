@@ -1,0 +1,52 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+#
+# Installs what is missing, builds Release, times all managers scene by scene and prints one table
+# for each. Takes some minutes on 2 cores, and 6 GB of memory. Google Benchmark's JSON and the tables
+# are kept in build/benchmarks/results. What the numbers mean: benchmarks/main.cpp.
+set -euo pipefail
+
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+build=build/benchmarks
+results=$build/results
+hair=../shared/data
+
+.ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libbenchmark-dev
+
+cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
+  -DFCL_FIBERS_BUILD_TESTS=OFF -DFCL_FIBERS_BUILD_BENCHMARKS=ON >&2
+cmake --build "$build" >&2
+
+FCL_FIBERS_COMMIT=$(git describe --always --dirty 2>/dev/null || echo unknown)
+export FCL_FIBERS_COMMIT
+
+# scene NAME FLAG...
+scene() {
+  local name=$1
+  shift
+  echo "Scene $name" >&2
+  "$build/benchmarks/fcl_fibers_benchmark" "$@" \
+    --benchmark_out="$results/$name.json" --benchmark_out_format=json | tee "$results/$name.md"
+}
+
+mkdir -p "$results"
+failed=0
+scene strand_1000x100 --scene=strand --fibers=1000 --segments=100 --largest || failed=1
+scene strand_1000x2000 --scene=strand --fibers=1000 --segments=2000 || failed=1
+for file in "$hair"/*.tfx; do
+  [[ -e $file ]] || {
+    echo "No hair files in $hair: the strands only" >&2
+    break
+  }
+  # In the files' units of length, which only their authors know.
+  case $(basename "$file") in
+    *ponytail*) radius=0.05 ;;
+    *mohawk*) radius=1e-4 ;;
+    *)
+      echo "Skipping $file: no radius is known for it" >&2
+      continue
+      ;;
+  esac
+  scene "$(basename "$file" .tfx)" --hair="$file" --radius="$radius" || failed=1
+done
+exit "$failed"
