@@ -1,0 +1,355 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "broadphase/fiber_registry.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdlib>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include <fcl/geometry/shape/sphere.h>
+
+#include "support/random.h"
+
+namespace fcl_fibers::broadphase {
+namespace {
+
+using test::Random;
+
+using Registry = FiberRegistry<double>;
+using Object = Registry::Object;
+using Objects = std::vector<Object*>;
+
+/// Objects to be registered; they are never looked at.
+class Stock {
+ public:
+  explicit Stock(std::size_t count) {
+    const auto shape = std::make_shared<fcl::Sphere<double>>(1);
+    for (std::size_t i = 0; i < count; ++i) owned_.push_back(std::make_unique<Object>(shape));
+  }
+  std::size_t size() const { return owned_.size(); }
+  Object* operator[](std::size_t i) const { return owned_[i].get(); }
+  Objects range(std::size_t begin, std::size_t end) const {
+    Objects objects;
+    for (std::size_t i = begin; i < end; ++i) objects.push_back(owned_[i].get());
+    return objects;
+  }
+
+ private:
+  std::vector<std::unique_ptr<Object>> owned_;
+};
+
+/// One fiber.
+std::vector<bool> oneFiber(std::size_t count) {
+  std::vector<bool> starts(count, false);
+  if (count > 0) starts[0] = true;
+  return starts;
+}
+
+/// What a registry has to know, in the simplest form.
+struct Record {
+  int order;    // of registration
+  int fiber;    // counted over all that ever were
+  int segment;  // within the fiber, as it was registered
+  bool is_declared;
+};
+
+class Model {
+ public:
+  explicit Model(const Stock& stock) : stock_(stock) {}
+
+  Registry& registry() { return registry_; }
+  const std::map<Object*, Record>& records() const { return records_; }
+
+  std::optional<std::size_t> add(const Objects& added, const std::vector<bool>& starts,
+                                 bool declared) {
+    const auto duplicate = registry_.add(added, starts, declared);
+    if (duplicate) return duplicate;
+    int segment = 0;
+    for (std::size_t i = 0; i < added.size(); ++i) {
+      if (starts[i]) {
+        ++fibers_;
+        segment = 0;
+      }
+      records_[added[i]] = {order_++, fibers_, segment++, declared};
+    }
+    return duplicate;
+  }
+  void remove(Object* object) {
+    registry_.remove(object);
+    records_.erase(object);
+  }
+
+  void expectEqual() {
+    ASSERT_EQ(registry_.size(), records_.size());
+    std::vector<std::pair<Object*, Record>> expected(records_.begin(), records_.end());
+    std::sort(expected.begin(), expected.end(),
+              [](const auto& p, const auto& q) { return p.second.order < q.second.order; });
+    Objects managed;
+    for (Object* object : registry_.objects()) {
+      if (object != nullptr) managed.push_back(object);
+    }
+    ASSERT_EQ(managed.size(), expected.size());
+    for (std::size_t i = 0; i < managed.size(); ++i) {
+      ASSERT_EQ(managed[i], expected[i].first) << "ids are not in the order of registration";
+    }
+    for (std::size_t i = 0; i < stock_.size(); ++i) {
+      const SegmentId id = registry_.find(stock_[i]);
+      if (records_.count(stock_[i]) == 0) {
+        ASSERT_EQ(id, Registry::kNotFound) << i;
+      } else {
+        ASSERT_GE(id, 0) << i;
+        ASSERT_EQ(registry_.objects()[static_cast<std::size_t>(id)], stock_[i]) << i;
+      }
+    }
+    expectFibers(expected);
+    expectNeighbors(expected);
+  }
+
+ private:
+  using Expected = std::vector<std::pair<Object*, Record>>;
+
+  void expectFibers(const Expected& expected) {
+    std::map<int, std::size_t> number_of;
+    std::set<std::size_t> numbers;
+    for (const auto& [object, record] : expected) {
+      const FiberSegment place = registry_.fiberSegment(registry_.find(object));
+      if (record.is_declared) {
+        ASSERT_EQ(place.segment, static_cast<std::size_t>(record.segment))
+            << "a segment's number has changed";
+      }
+      const auto known = number_of.find(record.fiber);
+      if (known == number_of.end()) {
+        number_of[record.fiber] = place.fiber;
+        ASSERT_TRUE(numbers.insert(place.fiber).second) << "two fibers have one number";
+        ASSERT_EQ(place.fiber, *numbers.rbegin()) << "fibers are not in the order of registration";
+      } else {
+        ASSERT_EQ(place.fiber, known->second) << "a fiber has come apart";
+      }
+    }
+
+    // As the tree is given them, whole and in part.
+    for (const int modulus : {1, 3}) {
+      const auto admit = [&](SegmentId id) { return id % modulus == 0; };
+      const tree::Fibers fibers = registry_.fibers(admit);
+      ASSERT_EQ(fibers.begin.front(), 0);
+      ASSERT_EQ(fibers.begin.back(), static_cast<std::int32_t>(fibers.ids.size()));
+      std::vector<SegmentId> admitted;
+      for (const auto& entry : expected) {
+        const SegmentId id = registry_.find(entry.first);
+        if (admit(id)) admitted.push_back(id);
+      }
+      ASSERT_EQ(fibers.ids, admitted);
+      for (std::size_t f = 0; f + 1 < fibers.begin.size(); ++f) {
+        for (std::int32_t i = fibers.begin[f]; i < fibers.begin[f + 1]; ++i) {
+          ASSERT_EQ(registry_.fiberSegment(fibers.ids[static_cast<std::size_t>(i)]).fiber, f);
+        }
+      }
+    }
+  }
+
+  void expectNeighbors(const Expected& expected) {
+    // Pairs near each other in the order of registration; the others cannot be neighbours.
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      for (std::size_t j = i; j < std::min(i + 6, expected.size()); ++j) {
+        const Record &p = expected[i].second, &q = expected[j].second;
+        const SegmentId a = registry_.find(expected[i].first),
+                        b = registry_.find(expected[j].first);
+        for (const SegmentId reach : {0, 1, 2, 5}) {
+          const bool neighbors =
+              i == j || (p.fiber == q.fiber && p.is_declared && q.segment - p.segment <= reach);
+          ASSERT_EQ(registry_.areNeighbors(a, b, reach), neighbors)
+              << p.fiber << ' ' << p.segment << ' ' << q.segment;
+          ASSERT_EQ(registry_.areNeighbors(b, a, reach), neighbors)
+              << p.fiber << ' ' << p.segment << ' ' << q.segment;
+        }
+      }
+    }
+  }
+
+  const Stock& stock_;
+  Registry registry_{/*keep_links=*/true};
+  std::map<Object*, Record> records_;
+  int order_ = 0, fibers_ = 0;
+};
+
+TEST(FiberRegistry, KnowsFibersAndNeighbors) {
+  // If this fails, neighbours are ignored across the ends of fibers, or in fibers that were
+  // guessed.
+  const Stock stock(12);
+  Model model(stock);
+  model.expectEqual();
+  model.add(stock.range(0, 4), oneFiber(4), /*declared=*/true);
+  model.add(stock.range(4, 7), oneFiber(3), /*declared=*/true);
+  model.add(stock.range(7, 12), {true, false, true, false, true}, /*declared=*/false);
+  model.expectEqual();
+  const Registry& registry = model.registry();
+  EXPECT_TRUE(registry.areNeighbors(0, 1, 1));
+  EXPECT_FALSE(registry.areNeighbors(0, 2, 1));
+  EXPECT_TRUE(registry.areNeighbors(3, 0, 3));
+  EXPECT_FALSE(registry.areNeighbors(3, 4, 9)) << "the ends of two fibers";
+  EXPECT_FALSE(registry.areNeighbors(7, 8, 9)) << "a guessed fiber";
+  EXPECT_EQ(registry.fiberSegment(5).fiber, 1u);
+  EXPECT_EQ(registry.fiberSegment(5).segment, 1u);
+  EXPECT_EQ(registry.fiberSegment(10).fiber, 3u);
+}
+
+TEST(FiberRegistry, RemovingLeavesTheOthersNumbersAsTheyAre) {
+  // If this fails, unregistering a segment joins its two neighbours, or moves the fiber's numbers.
+  const Stock stock(300);
+  Model model(stock);
+  model.add(stock.range(0, 100), oneFiber(100), true);
+  model.add(stock.range(100, 200), oneFiber(100), false);
+  model.add(stock.range(200, 300), oneFiber(100), true);
+  // Beyond the number at which ids are renumbered.
+  for (std::size_t i = 0; i < 300; ++i) {
+    if (i % 8 == 3) continue;
+    model.remove(stock[i]);
+    if (i % 11 == 0) model.expectEqual();
+    if (testing::Test::HasFatalFailure()) FAIL() << i;
+  }
+  model.expectEqual();
+  // The first segment of a fiber is gone, and the second starts no other fiber.
+  EXPECT_EQ(model.registry().fiberSegment(model.registry().find(stock[3])).segment, 3u);
+  EXPECT_EQ(model.registry().fiberSegment(model.registry().find(stock[203])).segment, 3u);
+}
+
+TEST(FiberRegistry, IsTheModelUnderRandomUse) {
+  // If this fails, some sequence of registering and unregistering loses an object or its place.
+  for (const std::uint64_t seed : {1, 2, 3, 4}) {
+    Random random(seed);
+    const Stock stock(400);
+    Model model(stock);
+    for (int step = 0; step < 600; ++step) {
+      const bool is_filling = step / 60 % 2 == 0;
+      if (random.unit() < (is_filling ? 0.6 : 0.1)) {
+        // A few objects that are not managed, in one fiber or several.
+        Objects added;
+        for (std::size_t i = random.below(30); i > 0; --i) {
+          Object* object = stock[random.below(stock.size())];
+          if (model.records().count(object) == 0 &&
+              std::count(added.begin(), added.end(), object) == 0) {
+            added.push_back(object);
+          }
+        }
+        std::vector<bool> starts = oneFiber(added.size());
+        const bool declared = random.below(2) == 0;
+        for (std::size_t i = 1; i < added.size() && !declared; ++i)
+          starts[i] = random.below(3) == 0;
+        ASSERT_FALSE(model.add(added, starts, declared));
+      } else if (!model.records().empty()) {
+        for (std::size_t i = random.below(15); i > 0 && !model.records().empty(); --i) {
+          auto victim = model.records().begin();
+          std::advance(victim, static_cast<std::ptrdiff_t>(random.below(model.records().size())));
+          model.remove(victim->first);
+        }
+      }
+      if (step % 3 == 0) model.expectEqual();
+      if (testing::Test::HasFatalFailure()) FAIL() << "seed " << seed << ", step " << step;
+    }
+  }
+}
+
+TEST(FiberRegistry, ADuplicateChangesNothing) {
+  // If this fails, a registration that is refused leaves some of its objects behind.
+  const Stock stock(60);
+  Model model(stock);
+  model.add(stock.range(0, 10), oneFiber(10), true);
+  model.add(stock.range(10, 20), oneFiber(10), false);
+  model.remove(stock[4]);
+  model.expectEqual();
+  const auto expectRefused = [&](Objects added, std::size_t position) {
+    for (const bool declared : {false, true}) {
+      const auto duplicate = model.add(added, oneFiber(added.size()), declared);
+      ASSERT_TRUE(duplicate);
+      EXPECT_EQ(*duplicate, position);
+      model.expectEqual();
+    }
+  };
+  expectRefused({stock[0]}, 0);
+  expectRefused({stock[30], stock[31], stock[30], stock[32]}, 2);
+  expectRefused({stock[30], stock[31], stock[32], stock[19]}, 3);
+  expectRefused({stock[4], stock[4]}, 1);
+  Objects many = stock.range(20, 60);
+  many.push_back(stock[20]);
+  expectRefused(many, 40);
+  // And what was refused is welcome after all.
+  EXPECT_FALSE(model.add({stock[4], stock[30], stock[31]}, oneFiber(3), true));
+  model.expectEqual();
+}
+
+TEST(FiberRegistry, CanBeClearedAndFilledAgain) {
+  // If this fails, a cleared manager remembers fibers.
+  const Stock stock(50);
+  Model model(stock);
+  for (int round = 0; round < 3; ++round) {
+    Registry& registry = model.registry();
+    ASSERT_FALSE(registry.add(stock.range(0, 50), oneFiber(50), true));
+    EXPECT_EQ(registry.size(), 50u);
+    for (std::size_t i = 0; i < 20; ++i) registry.remove(stock[i]);
+    registry.clear();
+    EXPECT_EQ(registry.size(), 0u);
+    EXPECT_TRUE(registry.objects().empty());
+    EXPECT_EQ(registry.find(stock[49]), Registry::kNotFound);
+    EXPECT_TRUE(registry.fibers([](SegmentId) { return true; }).ids.empty());
+  }
+  model.add(stock.range(0, 5), oneFiber(5), false);
+  model.expectEqual();
+}
+
+TEST(FiberRegistry, AddingOneByOneIsLinear) {
+  // If this fails, each registration moves all objects that are there.
+  const Stock stock(20000);
+  for (const bool keep_links : {false, true}) {
+    Registry registry(keep_links);
+    std::set<std::size_t> sizes, capacities;
+    for (std::size_t i = 0; i < stock.size(); ++i) {
+      ASSERT_FALSE(registry.add({stock[i]}, {true}, false));
+      sizes.insert(registry.memoryUsage());
+      capacities.insert(registry.objects().capacity());
+    }
+    // Powers of two.
+    EXPECT_LE(capacities.size(), 16u);
+    EXPECT_LE(sizes.size(), 5 * 16u);
+    EXPECT_EQ(registry.size(), stock.size());
+  }
+}
+
+TEST(FiberRegistry, EmptyIdsDoNotPileUp) {
+  // If this fails, objects that come and go one by one make the manager grow for ever.
+  const Stock stock(2000);
+  Registry registry(true);
+  for (std::size_t i = 0; i < stock.size(); ++i) {
+    ASSERT_FALSE(registry.add({stock[i]}, {true}, i % 2 == 0));
+    if (i >= 10) registry.remove(stock[i - 10]);
+    ASSERT_LE(registry.objects().size(), 2 * registry.size() + 130) << i;
+  }
+  EXPECT_EQ(registry.size(), 10u);
+}
+
+TEST(FiberRegistry, RemovingOneByOneIsLinear) {
+  // If this fails, each removal renumbers all objects. (A renumbering shows as fewer ids.)
+  const Stock stock(20000);
+  Registry registry(false);
+  ASSERT_FALSE(
+      registry.add(stock.range(0, stock.size()), std::vector<bool>(stock.size(), true), false));
+  int renumberings = 0;
+  std::size_t ids = registry.objects().size();
+  for (std::size_t i = 0; i < stock.size(); ++i) {
+    registry.remove(stock[i]);
+    if (registry.objects().size() < ids) ++renumberings;
+    ids = registry.objects().size();
+    ASSERT_LE(ids, 2 * registry.size() + 130);
+  }
+  EXPECT_LE(renumberings, 20);
+  EXPECT_EQ(registry.size(), 0u);
+}
+
+}  // namespace
+}  // namespace fcl_fibers::broadphase

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "broadphase/pointer_index.h"
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "support/random.h"
+
+namespace fcl_fibers::broadphase {
+namespace {
+
+using test::Random;
+
+/// A table beside a vector of pointers, and the same as a map.
+class Model {
+ public:
+  explicit Model(std::size_t things) : things_(things), index_(pointers_) {}
+
+  std::size_t things() const { return things_.size(); }
+  int* thing(std::size_t i) { return &things_[i]; }
+  std::size_t size() const { return map_.size(); }
+  PointerIndex<int>& index() { return index_; }
+  std::vector<int*>& pointers() { return pointers_; }
+
+  /// Enters a thing at the end of the vector, known already or not.
+  void insert(std::size_t i) {
+    const auto position = static_cast<std::int32_t>(pointers_.size());
+    index_.reserve(pointers_.size() + 1);
+    pointers_.push_back(thing(i));
+    const bool is_new = index_.insert(position);
+    ASSERT_EQ(is_new, map_.count(thing(i)) == 0) << i;
+    if (is_new) {
+      map_[thing(i)] = position;
+    } else {
+      pointers_.pop_back();
+    }
+  }
+  void erase(std::size_t i) {
+    index_.erase(thing(i));
+    pointers_[static_cast<std::size_t>(map_[thing(i)])] = nullptr;
+    map_.erase(thing(i));
+  }
+  bool contains(std::size_t i) { return map_.count(thing(i)) != 0; }
+
+  void expectEqual() {
+    for (std::size_t i = 0; i < things_.size(); ++i) {
+      const auto expected = map_.find(thing(i));
+      ASSERT_EQ(index_.find(thing(i)),
+                expected == map_.end() ? PointerIndex<int>::kNotFound : expected->second)
+          << i;
+    }
+  }
+
+ private:
+  std::vector<int> things_;
+  std::vector<int*> pointers_;
+  PointerIndex<int> index_;
+  std::unordered_map<int*, std::int32_t> map_;
+};
+
+TEST(PointerIndex, KnowsNothingAtFirst) {
+  // If this fails, an empty manager finds objects, or looks into a table that is not there.
+  Model model(3);
+  model.expectEqual();
+  EXPECT_EQ(model.index().find(nullptr), PointerIndex<int>::kNotFound);
+  EXPECT_EQ(model.index().memoryUsage(), 0u);
+}
+
+TEST(PointerIndex, IsAMapUnderRandomUse) {
+  // If this fails, an object is lost when another is unregistered: a gap has cut its chain of
+  // probes.
+  for (const std::size_t things : {1, 3, 8, 9, 16, 17, 100, 1000}) {
+    Random random(things);
+    Model model(things);
+    for (int i = 0; i < 4000; ++i) {
+      const std::size_t k = random.below(things);
+      // By turns mostly filling and mostly emptying.
+      if (random.unit() < (i / 500 % 2 == 0 ? 0.8 : 0.2)) {
+        model.insert(k);
+      } else if (model.contains(k)) {
+        model.erase(k);
+      }
+      if (i % 37 == 0) model.expectEqual();
+      if (testing::Test::HasFatalFailure()) FAIL() << things << " things, step " << i;
+    }
+    model.expectEqual();
+  }
+}
+
+TEST(PointerIndex, ClosesGapsAcrossTheEndOfTheTable) {
+  // If this fails, probing that wraps around loses entries at the start of the table.
+  // Tables of 16 slots with 8 entries each: many sets of things, so that some of them wrap around.
+  Random random(1);
+  std::vector<std::size_t> order(8);
+  for (std::size_t i = 0; i < 8; ++i) order[i] = i;
+  std::vector<int> pool(4096);
+  for (int trial = 0; trial < 3000; ++trial) {
+    std::vector<int*> pointers;
+    for (std::size_t i = 0; i < 8; ++i) pointers.push_back(&pool[512 * i + random.below(512)]);
+    PointerIndex<int> index(pointers);
+    index.reserve(8);
+    ASSERT_EQ(index.memoryUsage(), 16 * sizeof(std::int32_t));
+    for (std::int32_t i = 0; i < 8; ++i) ASSERT_TRUE(index.insert(i));
+    random.shuffle(order);
+    for (std::size_t erased = 0; erased < 8; ++erased) {
+      index.erase(pointers[order[erased]]);
+      for (std::size_t i = 0; i < 8; ++i) {
+        const bool gone = i <= erased;
+        ASSERT_EQ(index.find(pointers[order[i]]),
+                  gone ? PointerIndex<int>::kNotFound : static_cast<std::int32_t>(order[i]))
+            << trial;
+      }
+    }
+  }
+}
+
+TEST(PointerIndex, RefusesWhatItKnows) {
+  // If this fails, an object that is registered twice has two positions.
+  std::vector<int> things(2);
+  std::vector<int*> pointers{&things[0], &things[1], &things[0]};
+  PointerIndex<int> index(pointers);
+  index.reserve(3);
+  EXPECT_TRUE(index.insert(0));
+  EXPECT_TRUE(index.insert(1));
+  EXPECT_FALSE(index.insert(2));
+  EXPECT_EQ(index.find(&things[0]), 0);
+  index.erase(&things[0]);
+  EXPECT_TRUE(index.insert(2));
+  EXPECT_EQ(index.find(&things[0]), 2);
+}
+
+TEST(PointerIndex, ReservesOnceForMany) {
+  // If this fails, insert() allocates, and a registration that fails leaves half of it behind; or
+  // the table is fuller than half, and probing is slow.
+  std::vector<int> things(1000);
+  std::vector<int*> pointers;
+  PointerIndex<int> index(pointers);
+  index.reserve(things.size());
+  const std::size_t bytes = index.memoryUsage();
+  EXPECT_GE(bytes, 2 * things.size() * sizeof(std::int32_t));
+  EXPECT_LE(bytes, 4 * things.size() * sizeof(std::int32_t));
+  for (std::size_t i = 0; i < things.size(); ++i) {
+    pointers.push_back(&things[i]);
+    EXPECT_TRUE(index.insert(static_cast<std::int32_t>(i)));
+  }
+  EXPECT_EQ(index.memoryUsage(), bytes);
+  index.reserve(10);
+  EXPECT_EQ(index.memoryUsage(), bytes);
+  EXPECT_EQ(index.find(&things[999]), 999);
+  // Growing keeps what is there.
+  index.reserve(10000);
+  for (std::size_t i = 0; i < things.size(); ++i)
+    ASSERT_EQ(index.find(&things[i]), static_cast<std::int32_t>(i));
+  index.clear();
+  EXPECT_EQ(index.find(&things[0]), PointerIndex<int>::kNotFound);
+}
+
+}  // namespace
+}  // namespace fcl_fibers::broadphase

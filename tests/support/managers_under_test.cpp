@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "support/managers_under_test.h"
+
+#include <algorithm>
+
+#include <fcl/broadphase/broadphase_bruteforce.h>
+#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
+#include <fcl_fibers/layered_aabb_tree_collision_manager.h>
+
+namespace fcl_fibers::test {
+
+template <typename S>
+std::unique_ptr<FiberCollisionManager<S>> makeLayeredAabbTree(const FiberManagerOptions& options) {
+  return std::make_unique<LayeredAABBTreeCollisionManager<S>>(options);
+}
+
+template <typename S>
+std::unique_ptr<WrappedSphereTreeCollisionManager<S>> makeWrappedSphereTree(
+    const FiberManagerOptions& options) {
+  return std::make_unique<WrappedSphereTreeCollisionManager<S>>(options);
+}
+
+template <typename S>
+std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> makeFclTree() {
+  return std::make_unique<fcl::DynamicAABBTreeCollisionManager<S>>();
+}
+
+template <typename S>
+std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> makeFclNaive() {
+  return std::make_unique<fcl::NaiveCollisionManager<S>>();
+}
+
+template <typename S>
+void registerFibers(FiberCollisionManager<S>& manager, const Scene<S>& scene) {
+  std::vector<fcl::CollisionObject<S>*> done;
+  for (const auto& fiber : scene.fibers()) {
+    manager.registerFiber(fiber);
+    done.insert(done.end(), fiber.begin(), fiber.end());
+  }
+  for (fcl::CollisionObject<S>* object : scene.objects()) {
+    if (std::find(done.begin(), done.end(), object) == done.end()) manager.registerObject(object);
+  }
+}
+
+template <typename S>
+std::vector<fcl::CollisionObject<S>*> objectsOf(const fcl::BroadPhaseCollisionManager<S>& manager) {
+  std::vector<fcl::CollisionObject<S>*> objects;
+  manager.getObjects(objects);
+  return objects;
+}
+
+#define FCL_FIBERS_INSTANTIATE(S)                                                          \
+  template std::unique_ptr<FiberCollisionManager<S>> makeLayeredAabbTree<S>(               \
+      const FiberManagerOptions&);                                                         \
+  template std::unique_ptr<WrappedSphereTreeCollisionManager<S>> makeWrappedSphereTree<S>( \
+      const FiberManagerOptions&);                                                         \
+  template std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> makeFclTree<S>();           \
+  template std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> makeFclNaive<S>();          \
+  template void registerFibers<S>(FiberCollisionManager<S>&, const Scene<S>&);             \
+  template std::vector<fcl::CollisionObject<S>*> objectsOf<S>(                             \
+      const fcl::BroadPhaseCollisionManager<S>&);
+FCL_FIBERS_INSTANTIATE(float)
+FCL_FIBERS_INSTANTIATE(double)
+#undef FCL_FIBERS_INSTANTIATE
+
+}  // namespace fcl_fibers::test

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include <fcl/broadphase/broadphase_collision_manager.h>
+#include <fcl_fibers/fiber_collision_manager.h>
+#include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
+
+#include "support/pair_oracle.h"
+#include "support/scene.h"
+
+namespace fcl_fibers::test {
+
+// Made in one file, as the headers of FCL's trees are slow to compile.
+template <typename S>
+std::unique_ptr<FiberCollisionManager<S>> makeLayeredAabbTree(const FiberManagerOptions& options);
+template <typename S>
+std::unique_ptr<WrappedSphereTreeCollisionManager<S>> makeWrappedSphereTree(
+    const FiberManagerOptions& options);
+template <typename S>
+std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> makeFclTree();
+template <typename S>
+std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> makeFclNaive();
+
+inline std::string scalarName(float) { return "Float"; }
+inline std::string scalarName(double) { return "Double"; }
+inline std::string topologyName(Topology topology) {
+  return topology == Topology::kBundle ? "Bundle" : "SuperThread";
+}
+
+// The managers that the contract suites run over. Each says how to make one, what its leaves are
+// bounded by, and whether it promises what FCL's own does not.
+
+template <typename ScalarT, Topology kTopology>
+struct LayeredAabb {
+  using Scalar = ScalarT;
+  using Manager = FiberCollisionManager<Scalar>;
+  static constexpr bool kIsFiberManager = true;
+  static constexpr LeafVolume kVolume = LeafVolume::kBox;
+  using OtherTopology = LayeredAabb<Scalar, kTopology == Topology::kBundle ? Topology::kSuperThread
+                                                                           : Topology::kBundle>;
+
+  static std::unique_ptr<FiberCollisionManager<Scalar>> make(FiberManagerOptions options = {}) {
+    options.topology = kTopology;
+    return makeLayeredAabbTree<Scalar>(options);
+  }
+  static std::string name() {
+    return "LayeredAabb" + topologyName(kTopology) + scalarName(Scalar());
+  }
+};
+
+template <typename ScalarT, Topology kTopology>
+struct WrappedSphere {
+  using Scalar = ScalarT;
+  using Manager = FiberCollisionManager<Scalar>;
+  static constexpr bool kIsFiberManager = true;
+  static constexpr LeafVolume kVolume = LeafVolume::kSphere;
+  using OtherTopology =
+      WrappedSphere<Scalar,
+                    kTopology == Topology::kBundle ? Topology::kSuperThread : Topology::kBundle>;
+
+  static std::unique_ptr<WrappedSphereTreeCollisionManager<Scalar>> make(
+      FiberManagerOptions options = {}) {
+    options.topology = kTopology;
+    return makeWrappedSphereTree<Scalar>(options);
+  }
+  static std::string name() {
+    return "WrappedSphere" + topologyName(kTopology) + scalarName(Scalar());
+  }
+};
+
+template <typename ScalarT>
+struct FclTree {
+  using Scalar = ScalarT;
+  using Manager = fcl::BroadPhaseCollisionManager<Scalar>;
+  static constexpr bool kIsFiberManager = false;
+  static constexpr LeafVolume kVolume = LeafVolume::kStock;
+
+  static std::unique_ptr<Manager> make(const FiberManagerOptions& = {}) {
+    return makeFclTree<Scalar>();
+  }
+  static std::string name() { return "FclDynamicAabbTree" + scalarName(Scalar()); }
+};
+
+using FiberManagers = testing::Types<
+    LayeredAabb<float, Topology::kBundle>, LayeredAabb<float, Topology::kSuperThread>,
+    LayeredAabb<double, Topology::kBundle>, LayeredAabb<double, Topology::kSuperThread>,
+    WrappedSphere<float, Topology::kBundle>, WrappedSphere<float, Topology::kSuperThread>,
+    WrappedSphere<double, Topology::kBundle>, WrappedSphere<double, Topology::kSuperThread>>;
+
+/// Ours, and FCL's own, so that what is tested is FCL's contract.
+using AllManagers = testing::Types<
+    LayeredAabb<float, Topology::kBundle>, LayeredAabb<float, Topology::kSuperThread>,
+    LayeredAabb<double, Topology::kBundle>, LayeredAabb<double, Topology::kSuperThread>,
+    WrappedSphere<float, Topology::kBundle>, WrappedSphere<float, Topology::kSuperThread>,
+    WrappedSphere<double, Topology::kBundle>, WrappedSphere<double, Topology::kSuperThread>,
+    FclTree<float>, FclTree<double>>;
+
+/// The cascade is the wrapped tree's alone.
+using WrappedManagers = testing::Types<
+    WrappedSphere<float, Topology::kBundle>, WrappedSphere<float, Topology::kSuperThread>,
+    WrappedSphere<double, Topology::kBundle>, WrappedSphere<double, Topology::kSuperThread>>;
+
+struct ManagerNames {
+  template <typename Config>
+  static std::string GetName(int) {
+    return Config::name();
+  }
+};
+
+/// Reports and margins; those that FCL's own has: none.
+template <typename Config>
+std::vector<FiberManagerOptions> optionsToTest(double margin) {
+  std::vector<FiberManagerOptions> all(1);
+  if (!Config::kIsFiberManager) return all;
+  all.clear();
+  for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+    for (const double m : {0.0, margin}) {
+      FiberManagerOptions options;
+      options.report = report;
+      options.margin = m;
+      all.push_back(options);
+    }
+  }
+  return all;
+}
+
+template <typename Config>
+PairRules rulesOf(const FiberManagerOptions& options) {
+  return {Config::kVolume, options.report, options.margin, options.ignored_neighbors};
+}
+
+inline std::string describe(const FiberManagerOptions& options) {
+  return std::string(options.report == Report::kVolumes ? "kVolumes" : "kCapsules") + ", margin " +
+         std::to_string(options.margin) + ", ignored neighbors " +
+         std::to_string(options.ignored_neighbors);
+}
+
+/// FCL leaves the order of arguments open.
+template <typename Config>
+constexpr ArgumentOrder kOrder =
+    Config::kIsFiberManager ? ArgumentOrder::kPromised : ArgumentOrder::kAny;
+
+/// Registers every fiber of the scene, and then what is in none, by itself.
+template <typename S>
+void registerFibers(FiberCollisionManager<S>& manager, const Scene<S>& scene);
+
+template <typename S>
+std::vector<fcl::CollisionObject<S>*> objectsOf(const fcl::BroadPhaseCollisionManager<S>& manager);
+
+/// Another program's manager, that knows FCL's interface only. Holds objects and finds nothing.
+template <typename S>
+class ForeignManager : public fcl::BroadPhaseCollisionManager<S> {
+ public:
+  using Object = fcl::CollisionObject<S>;
+  using Base = fcl::BroadPhaseCollisionManager<S>;
+  using Base::update;
+
+  explicit ForeignManager(std::vector<Object*> objects) : objects_(std::move(objects)) {}
+
+  void registerObject(Object* object) override { objects_.push_back(object); }
+  void unregisterObject(Object*) override {}
+  void setup() override {}
+  void update() override {}
+  void clear() override { objects_.clear(); }
+  void getObjects(std::vector<Object*>& objects) const override { objects = objects_; }
+  void collide(Object*, void*, fcl::CollisionCallBack<S>) const override {}
+  void collide(void*, fcl::CollisionCallBack<S>) const override {}
+  void collide(Base*, void*, fcl::CollisionCallBack<S>) const override {}
+  void distance(Object*, void*, fcl::DistanceCallBack<S>) const override {}
+  void distance(void*, fcl::DistanceCallBack<S>) const override {}
+  void distance(Base*, void*, fcl::DistanceCallBack<S>) const override {}
+  bool empty() const override { return objects_.empty(); }
+  std::size_t size() const override { return objects_.size(); }
+
+ private:
+  std::vector<Object*> objects_;
+};
+
+}  // namespace fcl_fibers::test

@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "support/pair_oracle.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <limits>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <unordered_set>
+
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl/geometry/shape/sphere.h>
+
+namespace fcl_fibers::test {
+namespace {
+
+// In eps(S) x (coordinates + lengths), how far kCapsules may be wrong, to the safe side.
+constexpr Real kCapsuleBand = 64;
+// In extents of the scene, how far apart volumes may be that are reported as overlapping.
+constexpr Real kVolumeBand = 0x1p-20L;
+
+constexpr std::size_t kNamedPairs = 10;
+
+template <typename S>
+ExactBox exactBox(const fcl::AABB<S>& box) {
+  return {box.min_.template cast<Real>(), box.max_.template cast<Real>()};
+}
+
+template <typename S>
+ExactCapsule exactCapsule(const fcl::CollisionObject<S>& object, Real radius, Real length) {
+  const Point center = object.getTransform().translation().template cast<Real>();
+  const Point axis = object.getTransform().linear().col(2).template cast<Real>();
+  return {center - length / 2 * axis, center + length / 2 * axis, radius};
+}
+
+// Sides of unbounded shapes are infinite or the largest number there is.
+template <typename S>
+bool isBounded(Real side) {
+  return std::abs(side) < Real(std::numeric_limits<S>::max());
+}
+
+}  // namespace
+
+template <typename S>
+PairOracle<S>::PairOracle(const Objects& objects, const PairRules& rules,
+                          const std::vector<Objects>& fibers)
+    : rules_(rules) {
+  Point low = Point::Constant(std::numeric_limits<Real>::max());
+  Point high = -low;
+  for (const Object* object : objects) {
+    index_.emplace(object, shapes_.size());
+    shapes_.push_back(shapeOf(*object));
+    const Shape& shape = shapes_.back();
+    for (const Point& corner : {shape.box.min, shape.box.max}) {
+      for (int i = 0; i < 3; ++i) {
+        if (!isBounded<S>(corner[i])) continue;
+        low[i] = std::min(low[i], corner[i]);
+        high[i] = std::max(high[i], corner[i]);
+        largest_coordinate_ = std::max(largest_coordinate_, std::abs(corner[i]));
+      }
+    }
+  }
+  extent_ = (high - low).cwiseMax(Point::Zero()).norm();
+  for (std::size_t f = 0; f < fibers.size(); ++f) {
+    for (std::size_t i = 0; i < fibers[f].size(); ++i) {
+      const auto found = index_.find(fibers[f][i]);
+      if (found == index_.end()) continue;  // Unregistered since.
+      shapes_[found->second].fiber = f;
+      shapes_[found->second].segment = i;
+    }
+  }
+}
+
+template <typename S>
+typename PairOracle<S>::Shape PairOracle<S>::shapeOf(const Object& object) {
+  Shape shape;
+  const fcl::CollisionGeometry<S>* geometry = object.collisionGeometry().get();
+  if (const auto* capsule = dynamic_cast<const fcl::Capsule<S>*>(geometry)) {
+    shape.capsule = exactCapsule(object, capsule->radius, capsule->lz);
+  } else if (const auto* ball = dynamic_cast<const fcl::Sphere<S>*>(geometry)) {
+    shape.capsule = exactCapsule(object, ball->radius, 0);
+  } else {
+    shape.is_capsule = false;
+  }
+  shape.stock = exactBox(object.getAABB());
+  if (shape.is_capsule) {
+    shape.box = boxOf(shape.capsule);
+    shape.sphere = sphereOf(shape.capsule);
+  } else {
+    shape.box = shape.stock;
+    shape.sphere = {(shape.box.min + shape.box.max) / 2,
+                    (shape.box.max - shape.box.min).norm() / 2};
+  }
+  return shape;
+}
+
+template <typename S>
+std::size_t PairOracle<S>::indexOf(const Object* object) const {
+  const auto found = index_.find(object);
+  if (found == index_.end()) throw std::logic_error("The oracle was not told of this object.");
+  return found->second;
+}
+
+template <typename S>
+bool PairOracle<S>::ignored(const Shape& a, const Shape& b) const {
+  if (!a.fiber || a.fiber != b.fiber) return false;
+  const std::size_t apart = a.segment > b.segment ? a.segment - b.segment : b.segment - a.segment;
+  return apart <= static_cast<std::size_t>(rules_.ignored_neighbors);
+}
+
+template <typename S>
+bool PairOracle<S>::ignored(const Object* a, const Object* b) const {
+  return ignored(shapes_[indexOf(a)], shapes_[indexOf(b)]);
+}
+
+// Between the surfaces of the exact shapes.
+template <typename S>
+Real PairOracle<S>::gap(const Shape& a, const Shape& b) const {
+  if (a.is_capsule && b.is_capsule) {
+    return segmentDistance(a.capsule.a, a.capsule.b, b.capsule.a, b.capsule.b) -
+           (a.capsule.radius + b.capsule.radius);
+  }
+  if (!a.is_capsule && !b.is_capsule) return boxDistance(a.box, b.box);
+  const ExactCapsule& capsule = a.is_capsule ? a.capsule : b.capsule;
+  const ExactBox& box = a.is_capsule ? b.box : a.box;
+  return segmentBoxDistance(capsule.a, capsule.b, box) - capsule.radius;
+}
+
+template <typename S>
+Verdict PairOracle<S>::verdict(const Shape& a, const Shape& b) const {
+  if (ignored(a, b)) return Verdict::kMustNot;
+
+  const Real margin = rules_.margin;
+  const Real volume_band = kVolumeBand * extent_;
+  const Real lengths = (a.capsule.b - a.capsule.a).norm() + (b.capsule.b - b.capsule.a).norm() +
+                       a.capsule.radius + b.capsule.radius;
+  const bool capsules = a.is_capsule && b.is_capsule;
+  const Real capsule_band = capsules ? kCapsuleBand * Real(std::numeric_limits<S>::epsilon()) *
+                                           (largest_coordinate_ + lengths)
+                                     : 0;
+  const Real box_gap = boxGap(a.box, b.box);
+
+  if (rules_.volume == LeafVolume::kStock) {
+    if (boxGap(a.stock, b.stock) <= 0) return Verdict::kMust;
+    // FCL's boxes are rounded to nearest, so that what only just touches may be missed.
+    const bool touching = box_gap <= 0 && gap(a, b) <= -capsule_band;
+    return touching && capsules ? Verdict::kMust : Verdict::kMustNot;
+  }
+
+  // Neither volumes nor what they hold: no need for the exact distance.
+  const bool boxes_apart = box_gap > margin + std::max(volume_band, capsule_band);
+  if (boxes_apart && (rules_.report == Report::kCapsules || rules_.volume == LeafVolume::kBox)) {
+    return Verdict::kMustNot;
+  }
+
+  if (rules_.report == Report::kCapsules && capsules) {
+    const Real exact = gap(a, b);
+    if (exact <= margin) return Verdict::kMust;
+    return exact > margin + capsule_band ? Verdict::kMustNot : Verdict::kMay;
+  }
+
+  // Volumes of bounded shapes: the kind that the manager uses. Boxes of others: see the class.
+  const Real sphere_gap = sphereGap(a.sphere, b.sphere);
+  const bool boxes_count = rules_.volume == LeafVolume::kBox || !capsules;
+  const bool spheres_count =
+      rules_.volume == LeafVolume::kSphere && rules_.report == Report::kVolumes;
+  if (rules_.report == Report::kVolumes) {
+    if (rules_.volume == LeafVolume::kBox && box_gap <= margin) return Verdict::kMust;
+    if (capsules && spheres_count && sphere_gap <= margin) return Verdict::kMust;
+  }
+  const bool near = (boxes_count && box_gap <= margin + volume_band) ||
+                    (spheres_count && !(sphere_gap > margin + volume_band));
+  if (box_gap <= margin && gap(a, b) <= margin) return Verdict::kMust;
+  return near ? Verdict::kMay : Verdict::kMustNot;
+}
+
+template <typename S>
+Verdict PairOracle<S>::verdict(const Object* a, const Object* b) const {
+  return verdict(shapes_[indexOf(a)], shapes_[indexOf(b)]);
+}
+
+template <typename S>
+S PairOracle<S>::distance(const Object* a, const Object* b) const {
+  return static_cast<S>(gap(shapes_[indexOf(a)], shapes_[indexOf(b)]));
+}
+
+// Each unordered pair of `managed`, or each pair of one of `managed` and one of `others`.
+template <typename S>
+template <typename Visitor>
+void PairOracle<S>::visitPairs(const Objects& managed, const Objects* others, Visitor visit) const {
+  std::vector<std::size_t> rows;
+  for (const Object* object : managed) rows.push_back(indexOf(object));
+  std::vector<std::size_t> columns = rows;
+  if (others != nullptr) {
+    columns.clear();
+    for (const Object* object : *others) columns.push_back(indexOf(object));
+  }
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    for (std::size_t c = others != nullptr ? 0 : r + 1; c < columns.size(); ++c) {
+      if (rows[r] != columns[c]) visit(rows[r], columns[c]);
+    }
+  }
+}
+
+template <typename S>
+S PairOracle<S>::smallestDistance(const Objects& managed) const {
+  S smallest = std::numeric_limits<S>::max();
+  visitPairs(managed, nullptr, [&](std::size_t a, std::size_t b) {
+    if (ignored(shapes_[a], shapes_[b])) return;
+    smallest = std::min(smallest, static_cast<S>(gap(shapes_[a], shapes_[b])));
+  });
+  return smallest;
+}
+
+template <typename S>
+S PairOracle<S>::smallestDistance(const Objects& managed, const Objects& others) const {
+  S smallest = std::numeric_limits<S>::max();
+  visitPairs(managed, &others, [&](std::size_t a, std::size_t b) {
+    if (ignored(shapes_[a], shapes_[b])) return;
+    smallest = std::min(smallest, static_cast<S>(gap(shapes_[a], shapes_[b])));
+  });
+  return smallest;
+}
+
+template <typename S>
+std::size_t PairOracle<S>::pairCount(const Objects& managed) const {
+  std::size_t count = 0;
+  visitPairs(managed, nullptr, [&](std::size_t a, std::size_t b) {
+    if (!ignored(shapes_[a], shapes_[b])) ++count;
+  });
+  return count;
+}
+
+template <typename S>
+testing::AssertionResult PairOracle<S>::answers(const Calls<S>& calls, const Objects& managed,
+                                                const Objects* others, ArgumentOrder order) const {
+  std::size_t problems = 0;
+  std::ostringstream report;
+  const auto complain = [&](const char* what, std::size_t a, std::size_t b) {
+    if (++problems > kNamedPairs) return;
+    report << "\n  " << what << " pair (" << a << ", " << b << "), "
+           << static_cast<double>(gap(shapes_[a], shapes_[b])) << " apart, boxes "
+           << static_cast<double>(boxGap(shapes_[a].box, shapes_[b].box)) << ", spheres "
+           << static_cast<double>(sphereGap(shapes_[a].sphere, shapes_[b].sphere)) << ", margin "
+           << rules_.margin;
+  };
+
+  std::unordered_map<const Object*, std::size_t> rank;
+  for (std::size_t i = 0; i < managed.size(); ++i) rank.emplace(managed[i], i);
+  std::unordered_set<const Object*> partners;
+  if (others != nullptr) partners.insert(others->begin(), others->end());
+
+  const auto key = [&](std::size_t a, std::size_t b) {
+    return std::uint64_t{std::min(a, b)} * shapes_.size() + std::max(a, b);
+  };
+  std::unordered_set<std::uint64_t> seen;
+  for (const auto& [first, second] : calls) {
+    if (index_.count(first) == 0 || index_.count(second) == 0) {
+      return testing::AssertionFailure() << "the callback was given an object nobody registered";
+    }
+    const std::size_t a = indexOf(first);
+    const std::size_t b = indexOf(second);
+    if (a == b) {
+      complain("self", a, b);
+      continue;
+    }
+    const bool forward = others == nullptr ? rank.count(first) != 0 && rank.count(second) != 0
+                                           : rank.count(first) != 0 && partners.count(second) != 0;
+    const bool backward =
+        others != nullptr && partners.count(first) != 0 && rank.count(second) != 0;
+    if (!forward && !backward) {
+      complain("unasked", a, b);
+    } else if (order == ArgumentOrder::kPromised &&
+               (others == nullptr ? rank.at(first) > rank.at(second) : !forward)) {
+      complain("turned", a, b);
+    }
+    if (!seen.insert(key(a, b)).second) {
+      complain("repeated", a, b);
+    } else if (verdict(shapes_[a], shapes_[b]) == Verdict::kMustNot) {
+      complain(ignored(shapes_[a], shapes_[b]) ? "ignored" : "extra", a, b);
+    }
+  }
+  visitPairs(managed, others, [&](std::size_t a, std::size_t b) {
+    if (seen.count(key(a, b)) != 0) return;
+    if (verdict(shapes_[a], shapes_[b]) == Verdict::kMust) complain("missing", a, b);
+  });
+
+  if (problems == 0) return testing::AssertionSuccess();
+  return testing::AssertionFailure()
+         << problems << " wrong among " << calls.size() << " reported" << report.str();
+}
+
+template <typename S>
+testing::AssertionResult PairOracle<S>::answersSelf(const Calls<S>& calls, const Objects& managed,
+                                                    ArgumentOrder order) const {
+  return answers(calls, managed, nullptr, order);
+}
+
+template <typename S>
+testing::AssertionResult PairOracle<S>::answersBetween(const Calls<S>& calls,
+                                                       const Objects& managed,
+                                                       const Objects& others,
+                                                       ArgumentOrder order) const {
+  return answers(calls, managed, &others, order);
+}
+
+template class PairOracle<float>;
+template class PairOracle<double>;
+
+}  // namespace fcl_fibers::test

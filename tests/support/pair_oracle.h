@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include <fcl/broadphase/broadphase_collision_manager.h>
+#include <fcl_fibers/fiber_manager_options.h>
+
+#include "support/exact_geometry.h"
+#include "support/pair_queries.h"
+
+namespace fcl_fibers::test {
+
+/// What bounds one object in the manager under test.
+enum class LeafVolume {
+  kBox,     ///< the capsule's tight box
+  kSphere,  ///< the segment's sphere
+  kStock,   ///< getAABB(), as FCL's managers use it
+};
+
+struct PairRules {
+  LeafVolume volume = LeafVolume::kBox;
+  Report report = Report::kVolumes;
+  double margin = 0;
+  int ignored_neighbors = 0;
+};
+
+/// Must the manager pass the pair to its callback, or must it not? Between the two lie pairs that
+/// rounding decides.
+enum class Verdict { kMust, kMay, kMustNot };
+
+enum class ArgumentOrder { kAny, kPromised };
+
+/// Brute force over all pairs, from the poses and shapes at the time of construction.
+///
+/// Two capsules (a sphere is one of length zero) must be reported if
+///   kCapsules: distance <= ra + rb + margin; must not if it is larger by more than
+///              64 eps(S) x (largest |coordinate| of the scene + both lengths and radii);
+///   kVolumes:  the gap of their leaf volumes, per axis for boxes and between the surfaces for
+///              spheres, is <= margin; must not if it is larger by more than 2^-20 of the scene's
+///              extent, as bounds are floats whatever S is.
+/// Any other shape counts by getAABB(): a pair with one must be reported if that box is within the
+/// margin of the capsule or box; with kVolumes and boxes, if the boxes are. It must not if neither
+/// the boxes nor the balls around them are within the margin and 2^-20 of the extent.
+/// LeafVolume::kStock is exact: FCL compares the boxes that it is given.
+///
+/// Whatever the rules, a pair that touches must be reported unless it is one of ignored neighbors.
+template <typename S>
+class PairOracle {
+ public:
+  using Object = fcl::CollisionObject<S>;
+  using Objects = std::vector<Object*>;
+
+  /// `fibers` are those that the manager was given by registerFiber.
+  PairOracle(const Objects& objects, const PairRules& rules,
+             const std::vector<Objects>& fibers = {});
+
+  /// Whether `calls` answer a self-collision query of a manager that holds `managed`, in this order
+  /// of registration. The failure names the first missing, extra and repeated pairs by index.
+  testing::AssertionResult answersSelf(const Calls<S>& calls, const Objects& managed,
+                                       ArgumentOrder order = ArgumentOrder::kPromised) const;
+
+  /// The same for the pairs of one group with another, `managed` being the manager's own. An object
+  /// in both is not a partner of itself.
+  testing::AssertionResult answersBetween(const Calls<S>& calls, const Objects& managed,
+                                          const Objects& others,
+                                          ArgumentOrder order = ArgumentOrder::kPromised) const;
+
+  Verdict verdict(const Object* a, const Object* b) const;
+
+  /// Distance of the exact shapes (boxes for other shapes), rounded to S. Capsules that overlap
+  /// have a negative one.
+  S distance(const Object* a, const Object* b) const;
+
+  /// Smallest distance over all pairs that are not ignored; max() if there is none.
+  S smallestDistance(const Objects& managed) const;
+  S smallestDistance(const Objects& managed, const Objects& others) const;
+
+  /// Number of pairs that are not ignored.
+  std::size_t pairCount(const Objects& managed) const;
+
+  bool ignored(const Object* a, const Object* b) const;
+
+  /// Largest |coordinate| of bounded shapes, and the diagonal of the box around all of them.
+  Real largestCoordinate() const { return largest_coordinate_; }
+  Real extent() const { return extent_; }
+
+ private:
+  struct Shape {
+    bool is_capsule = true;
+    ExactCapsule capsule;
+    ExactBox box;        // The tight box, or getAABB() of other shapes.
+    ExactSphere sphere;  // The segment's, or the ball around the box.
+    ExactBox stock;
+    std::optional<std::size_t> fiber;
+    std::size_t segment = 0;
+  };
+
+  static Shape shapeOf(const Object& object);
+  std::size_t indexOf(const Object* object) const;
+  bool ignored(const Shape& a, const Shape& b) const;
+  Verdict verdict(const Shape& a, const Shape& b) const;
+  Real gap(const Shape& a, const Shape& b) const;
+  template <typename Visitor>
+  void visitPairs(const Objects& managed, const Objects* others, Visitor visit) const;
+  testing::AssertionResult answers(const Calls<S>& calls, const Objects& managed,
+                                   const Objects* others, ArgumentOrder order) const;
+
+  PairRules rules_;
+  std::vector<Shape> shapes_;
+  std::unordered_map<const Object*, std::size_t> index_;
+  Real largest_coordinate_ = 0;
+  Real extent_ = 0;
+};
+
+extern template class PairOracle<float>;
+extern template class PairOracle<double>;
+
+}  // namespace fcl_fibers::test

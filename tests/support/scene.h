@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl/narrowphase/collision_object.h>
+
+#include "support/random.h"
+
+namespace fcl_fibers::test {
+
+/// Objects for the managers to borrow. Positions are given in double and rounded to S; what counts
+/// is the pose that the object stores.
+template <typename S>
+class Scene {
+ public:
+  using Object = fcl::CollisionObject<S>;
+  using Geometry = fcl::CollisionGeometry<S>;
+  using Pose = fcl::Transform3<S>;
+
+  Scene() = default;
+  Scene(Scene&&) = default;
+  Scene& operator=(Scene&&) = default;
+
+  /// In the order in which they were added.
+  const std::vector<Object*>& objects() const { return objects_; }
+  Object* operator[](std::size_t i) const { return objects_[i]; }
+  std::size_t size() const { return objects_.size(); }
+
+  /// What addFiber added, fiber by fiber; objects added otherwise are in none.
+  const std::vector<std::vector<Object*>>& fibers() const { return fibers_; }
+
+  Object* add(std::shared_ptr<Geometry> geometry, const Pose& pose);
+  Object* addCapsule(const Pose& pose, double radius, double length);
+  Object* addCapsule(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double radius);
+  Object* addSphere(const Eigen::Vector3d& center, double radius);
+  Object* addBox(const Eigen::Vector3d& center, const Eigen::Quaterniond& rotation,
+                 const Eigen::Vector3d& sides);
+  /// An octahedron of triangles.
+  Object* addMesh(const Eigen::Vector3d& center, double radius);
+  /// An occupancy tree in a cube.
+  Object* addOctree(const Eigen::Vector3d& center, double half_side);
+  /// normal . x <= offset.
+  Object* addHalfspace(const Eigen::Vector3d& normal, double offset);
+  Object* addPlane(const Eigen::Vector3d& normal, double offset);
+
+  /// Capsules between consecutive points.
+  std::vector<Object*> addFiber(const std::vector<Eigen::Vector3d>& points, double radius);
+
+  /// The object's shape, to be changed; its object must be a capsule.
+  fcl::Capsule<S>& capsule(std::size_t i);
+
+  /// The same objects, poses and shapes, allocated in an order that the seed decides.
+  Scene reallocated(std::uint64_t seed) const;
+
+ private:
+  std::vector<std::unique_ptr<Object>> owned_;
+  std::vector<std::shared_ptr<Geometry>> geometries_;
+  std::vector<Object*> objects_;
+  std::vector<std::vector<Object*>> fibers_;
+};
+
+/// A pose rounded to S, its rotation as orthonormal as S allows.
+template <typename S>
+fcl::Transform3<S> makePose(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& position);
+
+/// Sets the pose and does what FCL asks its users to do after that.
+template <typename S>
+void moveTo(fcl::CollisionObject<S>& object, const fcl::Transform3<S>& pose);
+
+/// Moves one object by up to `distance` on each axis and turns it by up to `angle`.
+template <typename S>
+void jolt(fcl::CollisionObject<S>& object, Random& random, double distance, double angle);
+
+template <typename S>
+void translate(fcl::CollisionObject<S>& object, const Eigen::Vector3d& by);
+
+extern template class Scene<float>;
+extern template class Scene<double>;
+
+}  // namespace fcl_fibers::test
