@@ -17,10 +17,11 @@
 //
 // Two frames of the scene's motion take turns. Times are wall-clock medians over repetitions in
 // random order; no manager has lived through more than ten updates, for FCL's trees become slower
-// with each. Before anything is timed, each manager has to show in a process of its own
-// that it reports every touching pair, once; what is wrong, crashes or refuses has no time, and
-// what takes longer than --limit=10 seconds in any phase shows so, beside times of its other
-// phases taken once ("~"). The exit status is 1 if one of ours is wrong.
+// with each, and those of FCL's managers far behind are timed once. Before anything is timed, each
+// manager has to show in a process of its own that it reports every touching pair, once; what is
+// wrong, crashes or refuses has no time, and what takes longer than --limit=10 seconds in any phase
+// shows so, beside times of its other phases taken once ("~"). The exit status is 1 if one of ours
+// is wrong.
 //
 // How to read the table: pairs is what the manager reports, touching those of them whose capsules
 // touch; the difference is what a narrow phase would try in vain. The rows "bundle" and "super

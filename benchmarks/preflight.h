@@ -22,7 +22,7 @@ struct PairCounts {
 };
 
 /// What one contender did, once, in a process of its own: set up, self-collide in frame 0, move,
-/// update, self-collide in frame 1, and back to frame 0. Some of FCL's managers crash or never end.
+/// update, self-collide in frame 1, move back, update. Some of FCL's managers crash or never end.
 struct Preflight {
   enum class Verdict { kRight, kTooSlow, kWrong, kCrashed, kRefused };
 
@@ -33,11 +33,9 @@ struct Preflight {
   std::string note;             ///< what the table says there instead of a time
   std::string detail;           ///< a refusal's text
 
-  /// Each phase timed once; kFrame is unused.
+  /// Of each phase, the last time; kFrame is unused.
   std::array<double, kPhases> seconds = {kUnknown, kUnknown, kUnknown, kUnknown};
   std::array<PairCounts, MovingFibers::kFrames> frames;
-  std::size_t reported_back = 0;  ///< pairs reported when back in frame 0
-
   std::size_t volume_tests = 0;  ///< of frame 0, ours only
   std::size_t bytes = 0;         ///< that set-up allocated and kept
   std::size_t bytes_stated = 0;  ///< memoryUsage(), ours only

@@ -86,6 +86,18 @@ void printEqualWork(const std::vector<Contender>& contenders,
   std::printf("Pairs of overlapping tight boxes before and after the motion: %s.\n", line.c_str());
 }
 
+/// Where memoryUsage() and what malloc gave differ by more than a twentieth.
+void printStatedBytes(const std::vector<Contender>& contenders,
+                      const std::vector<Preflight>& preflights, std::size_t segments) {
+  for (std::size_t i = 0; i < contenders.size(); ++i) {
+    const auto stated = static_cast<double>(preflights[i].bytes_stated);
+    const auto measured = static_cast<double>(preflights[i].bytes);
+    if (stated == 0 || std::abs(stated - measured) <= 0.05 * measured) continue;
+    std::printf("memoryUsage() of %s: %s bytes/segment.\n", contenders[i].title().c_str(),
+                countText(preflights[i].bytes_stated / segments).c_str());
+  }
+}
+
 }  // namespace
 
 Circumstances circumstances(int argc, char** argv) {
@@ -195,6 +207,7 @@ void printScene(const std::vector<Contender>& contenders, const std::vector<Pref
     }
   }
   printEqualWork(contenders, preflights);
+  printStatedBytes(contenders, preflights, fibers.segmentCount());
   std::printf("\n");
   printAgainstFcl(contenders, timings);
   std::fflush(stdout);

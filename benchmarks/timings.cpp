@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <set>
 #include <string>
@@ -20,14 +21,23 @@ namespace {
 // make the medians steadier and the whole slower: there are eighty benchmarks to a scene.
 constexpr double kSecondsPerRun = 0.03;
 constexpr double kSecondsPerBenchmark = 0.5;
+constexpr double kMinRuns = 3;
+constexpr double kMaxRuns = 9;
+
+// One of FCL's managers this many times slower than its fastest is run once: its rank is certain,
+// and its runs would take most of the time.
+constexpr double kFarBehind = 8;
 
 /// Runs of a phase that takes so many seconds once, odd for the median to be one of them.
-int repetitionsFor(double seconds) {
-  constexpr double kTooLongToRepeat = 5;
-  if (seconds > kTooLongToRepeat) return 1;
-  const double repetitions =
-      std::clamp(kSecondsPerBenchmark / std::max(seconds, kSecondsPerRun), 3.0, 9.0);
-  return static_cast<int>(repetitions) / 2 * 2 + 1;
+int runsFor(double seconds) {
+  const double runs =
+      std::clamp(kSecondsPerBenchmark / std::max(seconds, kSecondsPerRun), kMinRuns, kMaxRuns);
+  return static_cast<int>(runs) / 2 * 2 + 1;
+}
+
+double updateAndSelf(const Preflight& preflight) {
+  return preflight.seconds[static_cast<std::size_t>(Phase::kUpdate)] +
+         preflight.seconds[static_cast<std::size_t>(Phase::kSelfCollision)];
 }
 
 // Updates that a manager lives through before it is set up anew. FCL's trees become slower with
@@ -41,7 +51,9 @@ class Timed {
   Timed(const Contender& contender, const Preflight& preflight, MovingFibers& fibers)
       : contender_(contender), preflight_(preflight), fibers_(fibers) {}
 
-  void registerBenchmark(Phase phase, const std::string& name, bool choose_repetitions) {
+  /// Repetitions are --benchmark_repetitions if there is such a flag.
+  void registerBenchmark(Phase phase, const std::string& name, bool choose_repetitions,
+                         bool run_once) {
     const double expected = std::max(expectedSeconds(phase), 1e-9);
     const bool updates = phase == Phase::kUpdate || phase == Phase::kFrame;
     const double iterations = std::clamp(std::round(kSecondsPerRun / expected), 1.0,
@@ -55,7 +67,7 @@ class Timed {
     registered->UseManualTime()
         ->Unit(benchmark::kMillisecond)
         ->Iterations(static_cast<benchmark::IterationCount>(iterations));
-    const int repetitions = choose_repetitions ? repetitionsFor(expected) : 1;
+    const int repetitions = choose_repetitions && !run_once ? runsFor(expected) : 1;
     if (choose_repetitions) registered->Repetitions(repetitions);
     runs_ += repetitions;
   }
@@ -63,7 +75,7 @@ class Timed {
  private:
   double expectedSeconds(Phase phase) const {
     if (phase != Phase::kFrame) return preflight_.seconds[static_cast<std::size_t>(phase)];
-    return expectedSeconds(Phase::kUpdate) + expectedSeconds(Phase::kSelfCollision);
+    return updateAndSelf(preflight_);
   }
 
   static void showRun(const std::string& name) {
@@ -208,14 +220,22 @@ std::vector<Timing> timeContenders(const std::vector<Contender>& contenders,
            fibers.name();
   };
 
+  double fastest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < contenders.size(); ++i) {
+    if (contenders[i].ours || !preflights[i].right()) continue;
+    fastest = std::min(fastest, updateAndSelf(preflights[i]));
+  }
+
   std::vector<std::unique_ptr<Timed>> timed;
   for (std::size_t i = 0; i < contenders.size(); ++i) {
     if (!preflights[i].right()) continue;
     timed.push_back(std::make_unique<Timed>(contenders[i], preflights[i], fibers));
+    const bool run_once =
+        !contenders[i].ours && updateAndSelf(preflights[i]) > kFarBehind * fastest;
     for (int p = 0; p < kPhases; ++p) {
       const Phase phase = static_cast<Phase>(p);
       timed.back()->registerBenchmark(phase, benchmarkName(phase, contenders[i]),
-                                      choose_repetitions);
+                                      choose_repetitions, run_once);
     }
   }
   MedianReporter reporter;

@@ -36,18 +36,19 @@ const char* poseProblem(const fcl::Transform3<S>& pose) {
   const auto& matrix = pose.matrix();
   const Vec3d x = toVec3(matrix.col(0)), y = toVec3(matrix.col(1)), z = toVec3(matrix.col(2));
   const Vec3d t = toVec3(matrix.col(3));
+  const double determinant =
+      x.x * (y.y * z.z - y.z * z.y) + x.y * (y.z * z.x - y.x * z.z) + x.z * (y.x * z.y - y.y * z.x);
+  // NaN and infinity fail these comparisons.
+  constexpr double kTolerance = kRotationTolerance<S>;
+  const bool is_rotation =
+      std::fabs(dot(x, x) - 1) <= kTolerance && std::fabs(dot(y, y) - 1) <= kTolerance &&
+      std::fabs(dot(z, z) - 1) <= kTolerance && std::fabs(dot(x, y)) <= kTolerance &&
+      std::fabs(dot(y, z)) <= kTolerance && std::fabs(dot(z, x)) <= kTolerance && determinant > 0;
+  if (is_rotation && allFinite(t)) return nullptr;
   if (!allFinite(x) || !allFinite(y) || !allFinite(z) || !allFinite(t)) {
     return "its pose is NaN or infinite; give it a finite pose";
   }
-  const double deviation =
-      std::max({std::fabs(dot(x, x) - 1), std::fabs(dot(y, y) - 1), std::fabs(dot(z, z) - 1),
-                std::fabs(dot(x, y)), std::fabs(dot(y, z)), std::fabs(dot(z, x))});
-  const double determinant =
-      x.x * (y.y * z.z - y.z * z.y) + x.y * (y.z * z.x - y.x * z.z) + x.z * (y.x * z.y - y.y * z.x);
-  if (!(deviation <= kRotationTolerance<S>) || !(determinant > 0)) {
-    return "its rotation is not orthonormal or is a reflection; give it a proper rotation";
-  }
-  return nullptr;
+  return "its rotation is not orthonormal or is a reflection; give it a proper rotation";
 }
 
 const char* rangeProblem(const Segment& segment) {

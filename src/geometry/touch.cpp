@@ -64,8 +64,4 @@ double capsuleDistanceLowerBound(const Segment& p, const Segment& q, double erro
   return std::max(axisDistanceLowerBound(p, q) - reachOf(p, q, 0, error), 0.0);
 }
 
-bool isBounded(const Segment& segment) {
-  return std::isfinite(maxNorm(segment.a)) && std::isfinite(maxNorm(segment.b));
-}
-
 }  // namespace fcl_fibers::geometry

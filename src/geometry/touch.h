@@ -22,6 +22,4 @@ double boxDistanceLowerBound(const Segment& p, const Segment& q);
 /// A lower bound of the distance between two capsules; 0 if they touch or one of them is a box.
 double capsuleDistanceLowerBound(const Segment& p, const Segment& q, double error);
 
-bool isBounded(const Segment& segment);
-
 }  // namespace fcl_fibers::geometry

@@ -41,7 +41,14 @@ class FiberTree {
   void refit(const std::vector<geometry::Segment>& segments, double padding) {
     padding_ = padding;
     hierarchy_.startRefit(topology_);
+    // In a bundle neighbouring leaves are segments of different fibers, far apart in memory.
+    constexpr std::size_t kAhead = 64;
+    std::size_t next_leaf = topology_.leaves.size();
     for (std::size_t i = topology_.nodes.size(); i-- > 0;) {
+      const auto ahead = static_cast<std::size_t>(topology_.nodes[i].leaf_begin);
+      while (next_leaf > 0 && next_leaf + kAhead > ahead) {
+        __builtin_prefetch(&segments[static_cast<std::size_t>(topology_.leaves[--next_leaf])]);
+      }
       hierarchy_.refitNode(topology_, i, segments, padding_, packs_);
     }
   }

@@ -7,6 +7,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "support/distance_search.h"
@@ -252,54 +253,60 @@ TYPED_TEST(FiberRules, AnyMarginIsKept) {
 TYPED_TEST(FiberRules, VolumesThatBarelyOverlapAreFound) {
   using S = typename TypeParam::Scalar;
   Random random(163);
-  for (const double offset : {0.0, 3.0, 1e3}) {
-    for (const double margin : {0.0, 0.125}) {
-      const Placement placement{Eigen::Vector3d(offset, offset / 2, -offset), 1};
-      Scene<S> scene = soupScene<S>(120, 0.5, 164, placement);
-      const std::size_t count = scene.size();
-      for (std::size_t i = 0; i < count; ++i) {
-        // A partner of this one whose box, or whose sphere, is within the margin to a few bits.
-        fcl::CollisionObject<S>* partner =
-            scene.addCapsule(scene[i]->getTransform(), random.between(0, 0.1), random.unit());
-        jolt(*partner, random, 0, 3);
-        const bool boxes = i % 2 == 0;
-        const Eigen::Vector3d along =
-            boxes ? Eigen::Vector3d(Eigen::Vector3d::Unit(static_cast<int>(i / 2 % 3)))
-                  : random.direction();
-        double reach = 0;
-        for (const fcl::CollisionObject<S>* object : {scene[i], partner}) {
-          const auto& capsule = dynamic_cast<const fcl::Capsule<S>&>(*object->collisionGeometry());
-          const Eigen::Vector3d axis = object->getRotation().col(2).template cast<double>();
-          reach += static_cast<double>(capsule.radius) +
-                   static_cast<double>(capsule.lz) / 2 * (boxes ? std::abs(axis.dot(along)) : 1);
-        }
-        const double overlap = random.between(-0.3, 1) * std::pow(10.0, random.between(-13, -6));
-        translate(*partner, (reach + margin - overlap) * along);
+  // Against the small ones, a bit of a coordinate is large.
+  for (const auto& [offset, margin, size] :
+       std::vector<std::tuple<double, double, double>>{{0, 0, 0.5},
+                                                       {3, 0.125, 0.5},
+                                                       {1e3, 0, 0.5},
+                                                       {0, 0, 0.01},
+                                                       {3, 0, 0.002},
+                                                       {1e3, 0.001, 0.01}}) {
+    const Placement placement{Eigen::Vector3d(offset, offset / 2, -offset), 1};
+    Scene<S> scene = soupScene<S>(150, size, 164, placement);
+    const std::size_t count = scene.size();
+    for (std::size_t i = 0; i < count; ++i) {
+      // A partner of this one whose box, or whose sphere, is within the margin to a few bits.
+      fcl::CollisionObject<S>* partner = scene.addCapsule(
+          scene[i]->getTransform(), random.between(0, size / 4), random.between(0, size));
+      jolt(*partner, random, 0, 3);
+      const bool boxes = i % 2 == 0;
+      const Eigen::Vector3d along =
+          boxes ? Eigen::Vector3d(Eigen::Vector3d::Unit(static_cast<int>(i / 2 % 3)))
+                : random.direction();
+      double reach = 0;
+      for (const fcl::CollisionObject<S>* object : {scene[i], partner}) {
+        const auto& capsule = dynamic_cast<const fcl::Capsule<S>&>(*object->collisionGeometry());
+        const Eigen::Vector3d axis = object->getRotation().col(2).template cast<double>();
+        reach += static_cast<double>(capsule.radius) +
+                 static_cast<double>(capsule.lz) / 2 * (boxes ? std::abs(axis.dot(along)) : 1);
       }
-      const FiberManagerOptions options = ignoring(0, Report::kVolumes, margin);
-      SCOPED_TRACE(describe(options) + ", offset " + std::to_string(offset));
-      const PairOracle<S> oracle(scene.objects(), rulesOf<TypeParam>(options));
-      const auto manager = TypeParam::make(options);
-      manager->registerObjects(scene.objects());
-      EXPECT_TRUE(oracle.answersSelf(selfPairs(*manager), scene.objects()));
-      // And between two managers, each with its own place.
-      Scene<S> far_part = soupScene<S>(30, 0.5, 165, {Eigen::Vector3d(offset + 7, 0, 0), 3});
-      const auto mine = TypeParam::make(options);
-      const auto theirs = TypeParam::make(options);
-      std::vector<fcl::CollisionObject<S>*> others(
-          scene.objects().begin() + static_cast<std::ptrdiff_t>(count), scene.objects().end());
-      others.insert(others.end(), far_part.objects().begin(), far_part.objects().end());
-      const std::vector<fcl::CollisionObject<S>*> own(
-          scene.objects().begin(), scene.objects().begin() + static_cast<std::ptrdiff_t>(count));
-      mine->registerObjects(own);
-      theirs->registerObjects(others);
-      std::vector<fcl::CollisionObject<S>*> all = own;
-      all.insert(all.end(), others.begin(), others.end());
-      const PairOracle<S> all_oracle(all, rulesOf<TypeParam>(options));
-      EXPECT_TRUE(all_oracle.answersBetween(pairsWith(*mine, *theirs), own, others));
-      for (std::size_t i = 0; i < own.size(); i += 3) {
-        EXPECT_TRUE(all_oracle.answersBetween(pairsWith(*theirs, *own[i]), others, {own[i]}));
-      }
+      const double overlap = random.between(-0.3, 1) * std::pow(10.0, random.between(-13, -6.5));
+      translate(*partner, (reach + margin - overlap) * along);
+    }
+    const FiberManagerOptions options = ignoring(0, Report::kVolumes, margin);
+    SCOPED_TRACE(describe(options) + ", offset " + std::to_string(offset) + ", size " +
+                 std::to_string(size));
+    const PairOracle<S> oracle(scene.objects(), rulesOf<TypeParam>(options));
+    const auto manager = TypeParam::make(options);
+    manager->registerObjects(scene.objects());
+    EXPECT_TRUE(oracle.answersSelf(selfPairs(*manager), scene.objects()));
+    // And between two managers, each with its own place.
+    Scene<S> far_part = soupScene<S>(30, 0.5, 165, {Eigen::Vector3d(offset + 7, 0, 0), 3});
+    const auto mine = TypeParam::make(options);
+    const auto theirs = TypeParam::make(options);
+    std::vector<fcl::CollisionObject<S>*> others(
+        scene.objects().begin() + static_cast<std::ptrdiff_t>(count), scene.objects().end());
+    others.insert(others.end(), far_part.objects().begin(), far_part.objects().end());
+    const std::vector<fcl::CollisionObject<S>*> own(
+        scene.objects().begin(), scene.objects().begin() + static_cast<std::ptrdiff_t>(count));
+    mine->registerObjects(own);
+    theirs->registerObjects(others);
+    std::vector<fcl::CollisionObject<S>*> all = own;
+    all.insert(all.end(), others.begin(), others.end());
+    const PairOracle<S> all_oracle(all, rulesOf<TypeParam>(options));
+    EXPECT_TRUE(all_oracle.answersBetween(pairsWith(*mine, *theirs), own, others));
+    for (std::size_t i = 0; i < own.size(); i += 3) {
+      EXPECT_TRUE(all_oracle.answersBetween(pairsWith(*theirs, *own[i]), others, {own[i]}));
     }
   }
 }
