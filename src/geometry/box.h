@@ -63,17 +63,16 @@ class alignas(4 * N) Box::Pack {
   }
 
   void distances(const Box& box, float (&out)[N]) const {
-    constexpr float kRoundDown = 1 - 0x1p-20f;
     for (int lane = 0; lane < N; ++lane) {
-      float squared = 0;
+      double squared = 0;  // in double, which neither overflows nor vanishes
       for (int axis = 0; axis < 3; ++axis) {
-        const float gap =
-            std::max(low_[axis][lane] - box.high[axis], box.low[axis] - high_[axis][lane]);
-        squared += gap > 0 ? gap * gap : 0.0f;
+        const double gap = std::max(double{low_[axis][lane]} - double{box.high[axis]},
+                                    double{box.low[axis]} - double{high_[axis][lane]});
+        squared += gap > 0 ? gap * gap : 0;
       }
       // Cleared lanes have slipped through as 0.
       const bool cleared = std::isnan(low_[0][lane]);
-      out[lane] = cleared ? low_[0][lane] : std::sqrt(squared) * kRoundDown;
+      out[lane] = cleared ? low_[0][lane] : std::max(0.0f, roundedDown(std::sqrt(squared)));
     }
   }
 

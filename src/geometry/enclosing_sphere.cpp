@@ -71,7 +71,18 @@ bool encloses(const Ball& outer, const Ball& inner) {
 
 /// The minimum enclosing sphere of the start's balls and one more, which is in the new basis. The
 /// subsets are tried from small to large: the first whose least sphere encloses the rest is it.
+/// Where rounding lets none pass, as it may among nearly collinear centres, it is the sphere that
+/// has to grow least to enclose all.
 std::optional<EnclosingSphere> withBall(const Ball* balls, const Basis& start, int entering) {
+  std::array<Ball, 5> all;
+  int all_count = 0;
+  all[0] = balls[entering];
+  for (++all_count; all_count <= start.size; ++all_count) {
+    const auto i = static_cast<std::size_t>(all_count);
+    all[i] = balls[start.ball[i - 1]];
+  }
+
+  std::optional<EnclosingSphere> best;
   for (int size = 0; size <= std::min(start.size, 3); ++size) {
     for (unsigned long subset = 0; subset < (1ul << start.size); ++subset) {
       const std::bitset<4> kept(subset);
@@ -84,15 +95,17 @@ std::optional<EnclosingSphere> withBall(const Ball* balls, const Basis& start, i
       for (std::size_t i = 0; i < 4; ++i) members[i] = &balls[basis.ball[i]];
 
       const std::optional<SupportSphere> support = supportSphere(members, basis.size);
-      if (!support || !support->isLeast()) continue;
-      bool encloses_rest = true;
-      for (int i = 0; i < start.size && encloses_rest; ++i) {
-        encloses_rest = encloses(support->ball, balls[start.ball[static_cast<std::size_t>(i)]]);
-      }
-      if (encloses_rest) return EnclosingSphere{support->ball, basis};
+      if (!support) continue;
+      const Vec3d& center = support->ball.center;
+      const double reach = farthestFrom(center, all.data(), all_count).reach;
+      if (best && !(reach < best->ball.radius)) continue;
+      best = EnclosingSphere{{center, reach}, basis};
+      // The centre is rounded where it is, which may be far from the origin.
+      const double rounding = kOutTolerance * support->ball.radius + 4 * kEps * maxNorm(center);
+      if (support->isLeast() && reach <= support->ball.radius + rounding) return best;
     }
   }
-  return std::nullopt;
+  return best;
 }
 
 }  // namespace

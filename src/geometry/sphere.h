@@ -82,23 +82,18 @@ class alignas(4 * N) Sphere::Pack {
   }
 
   void distances(const Sphere& sphere, float (&out)[N]) const {
-    constexpr float kRoundDown = 1 - 0x1p-20f;
-    constexpr float kRoundUp = 1 + 0x1p-20f;
     for (int lane = 0; lane < N; ++lane) {
-      const float gap = std::sqrt(squaredDistance(lane, sphere)) * kRoundDown -
-                        (radius_[lane] + sphere.radius) * kRoundUp;
-      out[lane] = gap < 0 ? 0 : gap;  // NaN stays
+      double squared = 0;  // in double, which neither overflows nor vanishes
+      for (int axis = 0; axis < 3; ++axis) {
+        const double d = double{center_[axis][lane]} - double{sphere.center[axis]};
+        squared += d * d;
+      }
+      const double gap = std::sqrt(squared) - (double{radius_[lane]} + double{sphere.radius});
+      out[lane] = std::isnan(gap) ? radius_[lane] : std::max(0.0f, roundedDown(gap));
     }
   }
 
  private:
-  float squaredDistance(int lane, const Sphere& sphere) const {
-    const float x = center_[0][lane] - sphere.center[0];
-    const float y = center_[1][lane] - sphere.center[1];
-    const float z = center_[2][lane] - sphere.center[2];
-    return x * x + y * y + z * z;
-  }
-
   float center_[3][N];
   float radius_[N];
 };
