@@ -98,11 +98,12 @@ std::optional<EnclosingSphere> withBall(const Ball* balls, const Basis& start, i
       if (!support) continue;
       const Vec3d& center = support->ball.center;
       const double reach = farthestFrom(center, all.data(), all_count).reach;
-      if (best && !(reach < best->ball.radius)) continue;
-      best = EnclosingSphere{{center, reach}, basis};
       // The centre is rounded where it is, which may be far from the origin.
       const double rounding = kOutTolerance * support->ball.radius + 4 * kEps * maxNorm(center);
-      if (support->isLeast() && reach <= support->ball.radius + rounding) return best;
+      if (support->isLeast() && reach <= support->ball.radius + rounding) {
+        return EnclosingSphere{support->ball, basis};
+      }
+      if (!best || reach < best->ball.radius) best = EnclosingSphere{{center, reach}, basis};
     }
   }
   return best;
