@@ -1,0 +1,619 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "geometry/volume.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "geometry/box.h"
+#include "geometry/rounding.h"
+#include "geometry/sphere.h"
+#include "support/exact_geometry.h"
+#include "support/random.h"
+
+namespace fcl_fibers::geometry {
+namespace {
+
+using test::Point;
+using test::Random;
+using test::Real;
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kLargest = std::numeric_limits<float>::max();
+constexpr float kSmallest = std::numeric_limits<float>::min();
+constexpr double kUlp = std::numeric_limits<float>::epsilon();
+
+Vec3d fromEigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+Point toPoint(const Vec3d& v) { return Point(v.x, v.y, v.z); }
+Real distance(const Point& p, const Point& q) { return (p - q).norm(); }
+
+float floatAbove(float x) { return std::nextafter(x, kInfinity); }
+
+// Rounding.
+
+TEST(Rounding, IsOutwardByOneToTwoUlp) {
+  // If this fails, a bound lies inside of what it bounds, or is looser than stated.
+  Random random(1);
+  for (int i = 0; i < 200000; ++i) {
+    double x = random.between(-1, 1) * std::pow(10.0, random.between(-37, 38));
+    if (i % 3 == 0) x = double{static_cast<float>(x)};
+    const double down = roundedDown(x), up = roundedUp(x);
+    ASSERT_LT(down, x);
+    ASSERT_GT(up, x);
+    const double two_ulp = 2 * kUlp * std::fabs(x) + 2 * double{kSmallest};
+    ASSERT_GE(down, x - two_ulp);
+    ASSERT_LE(up, x + two_ulp);
+  }
+}
+
+TEST(Rounding, CoversAllDoubles) {
+  // If this fails, bounds break where floats end: at infinity, at the largest, below the smallest.
+  const double infinity = std::numeric_limits<double>::infinity();
+  const double cases[] = {
+      0.0,  -0.0,  4.9e-324, 1e-300, 1e-45, 1e-40, kSmallest,           1.0, kLargest, 3.5e38,
+      1e39, 1e300, infinity, 1e-46,  2e-38, 0.1,   2 * double{kLargest}};
+  for (const double magnitude : cases) {
+    for (const double x : {magnitude, -magnitude}) {
+      EXPECT_LE(double{roundedDown(x)}, x) << x;
+      EXPECT_GE(double{roundedUp(x)}, x) << x;
+      EXPECT_EQ(roundedDown(x), -roundedUp(-x)) << x;
+      EXPECT_FALSE(std::isnan(roundedUp(x))) << x;
+    }
+  }
+  EXPECT_EQ(roundedDown(-1e39), -kInfinity);
+  EXPECT_EQ(roundedUp(1e39), kInfinity);
+  // The far side stays finite: a bound from below of something out of range.
+  EXPECT_LT(roundedDown(1e39), kInfinity);
+  EXPECT_GT(roundedDown(1e39), 0.9f * kLargest);
+}
+
+// Volumes of segments.
+
+/// A segment, and how far it is to be thickened.
+struct Case {
+  Segment segment;
+  double padding;
+};
+
+std::vector<Case> casesOfAllSizes() {
+  Random random(2);
+  std::vector<Case> cases;
+  for (int exponent = -45; exponent <= 45; ++exponent) {
+    for (int i = 0; i < 60; ++i) {
+      const double scale = std::pow(10.0, exponent);
+      const auto smaller = [&] { return scale * std::pow(10.0, -random.between(0, 12)); };
+      const Vec3d a = scale * fromEigen(random.inCube(1));
+      const Vec3d b = a + smaller() * fromEigen(random.direction());
+      Case c{{a, b, i % 4 == 0 ? 0 : smaller()}, i % 3 == 0 ? 0 : smaller()};
+      // Sides near 0, where float's rounding does not cover that of the end points.
+      if (i % 5 == 0) c.segment.radius = std::fabs(a.x);
+      if (i % 7 == 0) c.segment.b = -1.0 * c.segment.a;
+      if (i % 11 == 0) c.segment.b = c.segment.a;
+      // Coordinates that are floats.
+      if (i % 13 == 0 && exponent <= 38) {
+        const float x = static_cast<float>(a.x);
+        c.segment = {{double{x}, 0, 0}, {double{x}, double{x}, 0}, 0};
+      }
+      cases.push_back(c);
+    }
+  }
+  for (const double x : {1e100, 1e154, 1e160, 1e300}) {
+    cases.push_back({{{x, -x, 0}, {0, x, x}, x / 8}, 0});
+    cases.push_back({{{x, 0, 0}, {x, 1, 0}, 1}, 1});
+  }
+  cases.push_back({{{0, 0, 0}, {0, 0, 0}, 0}, 0});
+  cases.push_back({{{1, 2, 3}, {1, 2, 3}, 0}, 0});
+  for (const Vec3d& high : {Vec3d{2, 3, 4}, Vec3d{1, 1, 1}}) {
+    cases.push_back({Segment::box({1, 1, 1}, high), 0});
+    cases.push_back({Segment::box({-1, -1, -1}, high), 0.25});
+  }
+  return cases;
+}
+
+std::string describe(const Case& c) {
+  const auto text = [](const Vec3d& v) {
+    return " (" + std::to_string(v.x) + ", " + std::to_string(v.y) + ", " + std::to_string(v.z) +
+           ")";
+  };
+  return text(c.segment.a) + text(c.segment.b) + " r " + std::to_string(c.segment.radius);
+}
+
+/// How far from the stored axis a volume has to reach. A quarter of the end points' error, which is
+/// stated generously, may go into the roundings of this very sum.
+Real thicknessOf(const Case& c) {
+  return Real(c.segment.thickness()) + Real(c.padding) + 0.75L * Real(endPointError(c.segment));
+}
+
+TEST(Box, ContainsTheCapsuleExactly) {
+  // If this fails, a bound is rounded inward somewhere between 1e-45 and 1e300.
+  for (const Case& c : casesOfAllSizes()) {
+    const Box box = Box::around(c.segment, c.padding);
+    const Point low = toPoint(min(c.segment.a, c.segment.b)),
+                high = toPoint(max(c.segment.a, c.segment.b));
+    for (int axis = 0; axis < 3; ++axis) {
+      ASSERT_LE(Real(box.low[axis]), low[axis] - thicknessOf(c)) << describe(c);
+      ASSERT_GE(Real(box.high[axis]), high[axis] + thicknessOf(c)) << describe(c);
+    }
+  }
+}
+
+TEST(Box, IsTight) {
+  // If this fails, boxes are larger than float's precision asks for, and so are the pairs in
+  // number.
+  for (const Case& c : casesOfAllSizes()) {
+    const Box box = Box::around(c.segment, c.padding);
+    const Point low = toPoint(min(c.segment.a, c.segment.b)),
+                high = toPoint(max(c.segment.a, c.segment.b));
+    for (int axis = 0; axis < 3; ++axis) {
+      const Real exact_low = low[axis] - thicknessOf(c), exact_high = high[axis] + thicknessOf(c);
+      if (std::max(std::fabs(exact_low), std::fabs(exact_high)) > Real(kLargest)) continue;
+      const Real least = Real(endPointError(c.segment)) + 3 * Real(kSmallest);
+      ASSERT_GE(Real(box.low[axis]), exact_low - 2.1L * Real(kUlp) * std::fabs(exact_low) - least);
+      ASSERT_LE(Real(box.high[axis]),
+                exact_high + 2.1L * Real(kUlp) * std::fabs(exact_high) + least);
+    }
+  }
+}
+
+TEST(Sphere, ContainsTheCapsuleExactly) {
+  // If this fails, moving the centre to floats has cost more than the radius has grown.
+  for (const Case& c : casesOfAllSizes()) {
+    const Ball ball = Ball::around(c.segment, c.padding);
+    const Sphere sphere = Sphere::around(c.segment, c.padding);
+    const Point center(sphere.center[0], sphere.center[1], sphere.center[2]);
+    ASSERT_TRUE(std::isfinite(sphere.center[0])) << describe(c);
+    // A capsule is the hull of the balls around its ends.
+    for (const Vec3d& end : {c.segment.a, c.segment.b}) {
+      ASSERT_LE(distance(toPoint(ball.center), toPoint(end)) + thicknessOf(c), Real(ball.radius))
+          << describe(c);
+      ASSERT_LE(distance(center, toPoint(end)) + thicknessOf(c), Real(sphere.radius))
+          << describe(c);
+    }
+    ASSERT_LE(distance(center, toPoint(ball.center)) + Real(ball.radius), Real(sphere.radius))
+        << describe(c);
+  }
+}
+
+TEST(Sphere, IsTight) {
+  // If this fails, spheres are larger than float's precision asks for.
+  for (const Case& c : casesOfAllSizes()) {
+    const Sphere sphere = Sphere::around(c.segment, c.padding);
+    const Real half = distance(toPoint(c.segment.a), toPoint(c.segment.b)) / 2;
+    const Real size = std::max(maxNorm(c.segment.a), maxNorm(c.segment.b));
+    const Real exact = half + thicknessOf(c);
+    if (size + exact > Real(kLargest)) continue;
+    // Half an ulp on each axis for the centre, two for the radius.
+    ASSERT_LE(Real(sphere.radius), exact + Real(kUlp) * (size + 2.1L * exact) + 3 * Real(kSmallest))
+        << describe(c);
+  }
+}
+
+TEST(Volumes, ContainPointsOfTheCapsulesSurface) {
+  // If this fails, the two tests above have the wrong idea of a capsule.
+  Random random(3);
+  for (int i = 0; i < 2000; ++i) {
+    const double scale = std::pow(10.0, random.between(-30, 30));
+    const Vec3d a = scale * fromEigen(random.inCube(1));
+    const Segment s{a, a + scale * random.unit() * fromEigen(random.direction()),
+                    scale * random.unit()};
+    const Box box = Box::around(s, 0);
+    const Sphere sphere = Sphere::around(s, 0);
+    const Point center(sphere.center[0], sphere.center[1], sphere.center[2]);
+    const auto expectInside = [&](const Point& p) {
+      for (int axis = 0; axis < 3; ++axis) {
+        ASSERT_LE(Real(box.low[axis]), p[axis]);
+        ASSERT_GE(Real(box.high[axis]), p[axis]);
+      }
+      ASSERT_LE(distance(center, p), Real(sphere.radius));
+    };
+    const Point start = toPoint(s.a), axis = toPoint(s.b) - start;
+    for (int k = 0; k < 6; ++k) {
+      Point direction = Point::Zero();
+      direction[k / 2] = k % 2 == 0 ? 1 : -1;
+      expectInside(start + Real(s.radius) * direction);
+      expectInside(toPoint(s.b) + Real(s.radius) * direction);
+    }
+    // Far ends, a little inside for the rounding of this test.
+    const Real r = Real(s.radius) * (1 - 0x1p-60L);
+    expectInside(toPoint(s.b) + r * axis.normalized());
+    expectInside(start - r * axis.normalized());
+    for (int k = 0; k < 20; ++k) {
+      const Point normal = axis.cross(random.direction().cast<Real>()).normalized();
+      expectInside(start + Real(random.unit()) * axis + r * normal);
+    }
+  }
+}
+
+// Packs.
+
+template <class V, int N>
+struct PackCase {
+  using Volume = V;
+  static constexpr int kLanes = N;
+};
+
+struct PackCaseName {
+  template <class T>
+  static std::string GetName(int) {
+    return (std::is_same_v<typename T::Volume, Box> ? "Box" : "Sphere") + std::to_string(T::kLanes);
+  }
+};
+
+// What a pack must answer, one volume at a time.
+
+bool overlap(const Box& p, const Box& q) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(p.low[axis] <= q.high[axis] && q.low[axis] <= p.high[axis])) return false;
+  }
+  return true;
+}
+bool overlap(const Sphere& p, const Sphere& q) {
+  const float x = p.center[0] - q.center[0], y = p.center[1] - q.center[1],
+              z = p.center[2] - q.center[2];
+  const float reach = p.radius + q.radius;
+  return x * x + y * y + z * z <= reach * reach * (1 + 0x1p-20f) + kSmallest;
+}
+
+/// Exact but for the rounding of long double; negative for spheres that overlap.
+Real gapOf(const Box& p, const Box& q) {
+  Real squared = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Real gap = std::max(
+        {Real(p.low[axis]) - Real(q.high[axis]), Real(q.low[axis]) - Real(p.high[axis]), Real(0)});
+    squared += gap * gap;
+  }
+  return std::sqrt(squared);
+}
+Real gapOf(const Sphere& p, const Sphere& q) {
+  const Point a(p.center[0], p.center[1], p.center[2]), b(q.center[0], q.center[1], q.center[2]);
+  return distance(a, b) - Real(p.radius) - Real(q.radius);
+}
+
+/// What rounding is relative to.
+Real sizeOf(const Box& p, const Box& q) { return gapOf(p, q); }
+Real sizeOf(const Sphere& p, const Sphere& q) {
+  return std::fabs(gapOf(p, q)) + 2 * (Real(p.radius) + Real(q.radius));
+}
+
+Box randomVolume(Random& random, float scale, Box*) {
+  Box box;
+  for (int axis = 0; axis < 3; ++axis) {
+    box.low[axis] = scale * static_cast<float>(random.between(-1, 1));
+    box.high[axis] = box.low[axis] + scale * static_cast<float>(random.unit());
+  }
+  return box;
+}
+Sphere randomVolume(Random& random, float scale, Sphere*) {
+  Sphere sphere;
+  for (float& x : sphere.center) x = scale * static_cast<float>(random.between(-1, 1));
+  sphere.radius = scale * static_cast<float>(random.between(0, 0.7));
+  return sphere;
+}
+
+/// A volume that just touches the other, on one axis.
+Box neighbor(const Box& p, float size, Box*) {
+  return {{p.high[0], p.low[1], p.low[2]}, {p.high[0] + size, p.high[1], p.high[2]}};
+}
+Sphere neighbor(const Sphere& p, float size, Sphere*) {
+  return {{p.center[0] + (p.radius + size), p.center[1], p.center[2]}, size};
+}
+
+Box everything(Box*) {
+  return {{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}};
+}
+Sphere everything(Sphere*) { return {{0, 0, 0}, kInfinity}; }
+
+/// The volume of radius 1 around (x, 0, 0).
+Box atX(float x, Box*) { return {{x - 1, -1, -1}, {x + 1, 1, 1}}; }
+Sphere atX(float x, Sphere*) { return {{x, 0, 0}, 1}; }
+
+template <class Case>
+class PackTest : public testing::Test {
+ protected:
+  using Volume = typename Case::Volume;
+  static constexpr int kLanes = Case::kLanes;
+  using Pack = typename Volume::template Pack<kLanes>;
+
+  static Volume anyVolume(Random& random, float scale) {
+    return randomVolume(random, scale, static_cast<Volume*>(nullptr));
+  }
+  static Volume touching(const Volume& v, float size) {
+    return neighbor(v, size, static_cast<Volume*>(nullptr));
+  }
+  static Volume all() { return everything(static_cast<Volume*>(nullptr)); }
+  static Volume at(float x) { return atX(x, static_cast<Volume*>(nullptr)); }
+
+  static Pack packOf(const std::vector<Volume>& volumes) {
+    Pack pack;
+    for (int lane = 0; lane < kLanes; ++lane)
+      pack.set(lane, volumes[static_cast<std::size_t>(lane)]);
+    return pack;
+  }
+  static std::vector<Volume> randomVolumes(Random& random, float scale) {
+    std::vector<Volume> volumes;
+    for (int lane = 0; lane < kLanes; ++lane) volumes.push_back(anyVolume(random, scale));
+    return volumes;
+  }
+  static LaneMask lanesOf(const std::vector<Volume>& volumes, const Volume& volume) {
+    LaneMask mask = 0;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (overlap(volumes[static_cast<std::size_t>(lane)], volume)) mask |= LaneMask{1} << lane;
+    }
+    return mask;
+  }
+};
+
+using PackCases =
+    testing::Types<PackCase<Box, 2>, PackCase<Box, 8>, PackCase<Sphere, 2>, PackCase<Sphere, 8>>;
+TYPED_TEST_SUITE(PackTest, PackCases, PackCaseName);
+
+TYPED_TEST(PackTest, OverlapsAreThoseOfOneVolumeAtATime) {
+  // If this fails, lanes are mixed up, or the wide test rounds in another way than the narrow one.
+  Random random(4);
+  int overlapping = 0, apart = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const auto scale = static_cast<float>(std::pow(10.0, random.between(-25, 25)));
+    const auto volumes = this->randomVolumes(random, scale);
+    const auto pack = this->packOf(volumes);
+    // Every third touches a lane as exactly as floats allow.
+    auto volume = this->anyVolume(random, scale);
+    if (i % 3 == 0) {
+      volume = this->touching(volumes[random.below(volumes.size())],
+                              scale * static_cast<float>(random.unit()));
+    }
+    const LaneMask expected = this->lanesOf(volumes, volume);
+    ASSERT_EQ(pack.overlaps(volume), expected) << i;
+    (expected == 0 ? apart : overlapping)++;
+  }
+  EXPECT_GT(overlapping, 2000);
+  EXPECT_GT(apart, 1000);
+}
+
+TYPED_TEST(PackTest, OverlapIsNeverMissedAndHardlyInvented) {
+  // If this fails, a pair of volumes that meet is not reported, or one well apart is.
+  Random random(5);
+  for (int i = 0; i < 20000; ++i) {
+    const auto scale = static_cast<float>(std::pow(10.0, random.between(-12, 12)));
+    const auto volumes = this->randomVolumes(random, scale);
+    const auto volume =
+        i % 2 == 0 ? this->anyVolume(random, scale) : this->touching(volumes[0], scale);
+    const LaneMask mask = this->packOf(volumes).overlaps(volume);
+    for (int lane = 0; lane < TestFixture::kLanes; ++lane) {
+      const auto& other = volumes[static_cast<std::size_t>(lane)];
+      const Real gap = gapOf(other, volume);
+      if (gap <= 0) {
+        ASSERT_TRUE(mask >> lane & 1u) << i;
+      }
+      if (gap > 4e-6L * sizeOf(other, volume)) {
+        ASSERT_FALSE(mask >> lane & 1u) << i;
+      }
+    }
+  }
+}
+
+TYPED_TEST(PackTest, OverlapIsSymmetric) {
+  // If this fails, whether a pair is found depends on which tree is descended.
+  Random random(6);
+  for (int i = 0; i < 20000; ++i) {
+    const auto p = this->anyVolume(random, 1);
+    const auto q = i % 2 == 0 ? this->anyVolume(random, 1)
+                              : this->touching(p, static_cast<float>(random.unit()));
+    typename TestFixture::Pack of_p, of_q;
+    of_p.set(1, p);
+    of_q.set(1, q);
+    ASSERT_EQ(of_p.overlaps(q), of_q.overlaps(p)) << i;
+  }
+}
+
+TYPED_TEST(PackTest, VolumesAreClosed) {
+  // If this fails, volumes that touch are taken for apart.
+  typename TestFixture::Pack pack;
+  pack.set(0, this->at(0));
+  EXPECT_EQ(pack.overlaps(this->at(2)), 1u);
+  EXPECT_EQ(pack.overlaps(this->at(-2)), 1u);
+  EXPECT_EQ(pack.overlaps(this->at(2.001f)), 0u);
+  EXPECT_EQ(pack.overlaps(this->at(-2.001f)), 0u);
+}
+
+TEST(BoxPack, BoxesAreClosedToTheLastBitOnEveryAxis) {
+  // If this fails, some comparison of the six is strict, or looks at another axis.
+  const Box box{{0, 0, 0}, {1, 1, 1}};
+  Box::Pack<8> pack;
+  pack.set(3, box);
+  for (int axis = 0; axis < 3; ++axis) {
+    Box other = box;
+    other.low[axis] = 1;
+    other.high[axis] = 2;
+    EXPECT_EQ(pack.overlaps(other), 8u);
+    other.low[axis] = floatAbove(1);
+    EXPECT_EQ(pack.overlaps(other), 0u);
+    other.low[axis] = -1;
+    other.high[axis] = 0;
+    EXPECT_EQ(pack.overlaps(other), 8u);
+    other.high[axis] = -1e-30f;
+    EXPECT_EQ(pack.overlaps(other), 0u);
+  }
+}
+
+TEST(SpherePack, SpheresAreClosedWhereTheDistanceIsKnown) {
+  // If this fails, an axis is missing in the distance of two centres.
+  Sphere::Pack<8> pack;
+  pack.set(5, {{0, 0, 0}, 3});
+  for (const Sphere& sphere :
+       {Sphere{{6, 6, 3}, 6}, Sphere{{6, 3, -6}, 6}, Sphere{{-3, 6, 6}, 6}}) {
+    EXPECT_EQ(pack.overlaps(sphere), 32u);
+    EXPECT_EQ(pack.overlaps({{sphere.center[0], sphere.center[1], sphere.center[2]}, 5.999f}), 0u);
+  }
+}
+
+TYPED_TEST(PackTest, EachLaneAnswersForItself) {
+  // If this fails, a lane is missed or answers in the place of another.
+  for (int lane = 0; lane < TestFixture::kLanes; ++lane) {
+    typename TestFixture::Pack pack;
+    for (int other = 0; other < TestFixture::kLanes; ++other) pack.set(other, this->at(100));
+    pack.set(lane, this->at(0));
+    EXPECT_EQ(pack.overlaps(this->at(0)), LaneMask{1} << lane);
+    EXPECT_EQ(pack.overlaps(this->at(100)),
+              firstLanes(TestFixture::kLanes) & ~(LaneMask{1} << lane));
+    float distances[TestFixture::kLanes];
+    pack.distances(this->at(0), distances);
+    for (int other = 0; other < TestFixture::kLanes; ++other) {
+      EXPECT_NEAR(distances[other], other == lane ? 0 : 98, 1e-3) << lane;
+    }
+    EXPECT_EQ(overlap(pack.get(lane), this->at(0)), true);
+    EXPECT_EQ(pack.get(lane).size(), this->at(0).size());
+  }
+}
+
+TYPED_TEST(PackTest, ClearedLanesOverlapNothingAndHaveNoDistance) {
+  // If this fails, a node with few children has more, out of nowhere.
+  typename TestFixture::Pack pack;
+  float distances[TestFixture::kLanes];
+  const auto expectNone = [&](LaneMask lanes) {
+    for (const auto& volume : {this->all(), this->at(0), this->at(1e30f)}) {
+      EXPECT_EQ(pack.overlaps(volume) & lanes, 0u);
+      pack.distances(volume, distances);
+      for (int lane = 0; lane < TestFixture::kLanes; ++lane) {
+        EXPECT_EQ(std::isnan(distances[lane]), (lanes >> lane & 1u) != 0) << lane;
+      }
+    }
+  };
+  const LaneMask lanes = firstLanes(TestFixture::kLanes);
+  expectNone(lanes);
+  for (int lane = 0; lane < TestFixture::kLanes; ++lane) {
+    pack.set(lane, this->at(0));
+    expectNone(lanes & ~(LaneMask{1} << lane));
+    EXPECT_EQ(pack.overlaps(this->at(0)), LaneMask{1} << lane);
+    pack.set(lane, this->all());
+    expectNone(lanes & ~(LaneMask{1} << lane));
+    pack.clear(lane);
+    expectNone(lanes);
+  }
+}
+
+TYPED_TEST(PackTest, UnboundedVolumesOverlapAll) {
+  // If this fails, infinity minus infinity has made a volume that covers everything miss something.
+  typename TestFixture::Pack pack;
+  const LaneMask lanes = firstLanes(TestFixture::kLanes);
+  for (int lane = 0; lane < TestFixture::kLanes; ++lane) pack.set(lane, this->all());
+  float distances[TestFixture::kLanes];
+  for (const auto& volume :
+       {this->all(), this->at(0), this->at(1e15f), this->at(-1e30f), this->at(kLargest)}) {
+    EXPECT_EQ(pack.overlaps(volume), lanes);
+    pack.distances(volume, distances);
+    for (int lane = 0; lane < TestFixture::kLanes; ++lane) EXPECT_EQ(distances[lane], 0) << lane;
+  }
+}
+
+TYPED_TEST(PackTest, DistancesAreTightLowerBounds) {
+  // If this fails, the nearest pair is pruned, or nothing is.
+  Random random(7);
+  for (int i = 0; i < 20000; ++i) {
+    const auto scale = static_cast<float>(std::pow(10.0, random.between(-12, 12)));
+    const auto volumes = this->randomVolumes(random, scale);
+    auto volume = this->anyVolume(random, scale);
+    if (i % 3 == 0) volume = this->touching(volumes[0], scale);
+    float distances[TestFixture::kLanes];
+    this->packOf(volumes).distances(volume, distances);
+    for (int lane = 0; lane < TestFixture::kLanes; ++lane) {
+      const auto& other = volumes[static_cast<std::size_t>(lane)];
+      const Real gap = gapOf(other, volume);
+      ASSERT_GE(distances[lane], 0) << i;
+      ASSERT_LE(Real(distances[lane]), std::max(gap, Real(0))) << i;
+      ASSERT_GE(Real(distances[lane]), gap - 1e-5L * sizeOf(other, volume)) << i;
+    }
+  }
+}
+
+TYPED_TEST(PackTest, DistancesAreLowerBoundsAtEverySize) {
+  // If this fails, squares that overflow or vanish make something look farther than it is.
+  Random random(8);
+  for (int i = 0; i < 40000; ++i) {
+    const auto scale = static_cast<float>(std::pow(10.0, random.between(-38, 38)));
+    const auto other_scale = static_cast<float>(std::pow(10.0, random.between(-38, 38)));
+    const auto volumes = this->randomVolumes(random, scale);
+    const auto volume = this->anyVolume(random, i % 2 == 0 ? scale : other_scale);
+    float distances[TestFixture::kLanes];
+    this->packOf(volumes).distances(volume, distances);
+    for (int lane = 0; lane < TestFixture::kLanes; ++lane) {
+      const Real gap = gapOf(volumes[static_cast<std::size_t>(lane)], volume);
+      ASSERT_GE(distances[lane], 0) << i << " scale " << scale;
+      ASSERT_LE(Real(distances[lane]), std::max(gap, Real(0))) << i << " scale " << scale;
+    }
+  }
+}
+
+TYPED_TEST(PackTest, OverlapIsNeverMissedAtAnySize) {
+  // If this fails, squares that overflow or vanish make volumes that meet look apart.
+  Random random(9);
+  for (int i = 0; i < 40000; ++i) {
+    const auto scale = static_cast<float>(std::pow(10.0, random.between(-38, 38)));
+    const auto volumes = this->randomVolumes(random, scale);
+    const auto volume = this->anyVolume(random, scale);
+    const LaneMask mask = this->packOf(volumes).overlaps(volume);
+    for (int lane = 0; lane < TestFixture::kLanes; ++lane) {
+      if (gapOf(volumes[static_cast<std::size_t>(lane)], volume) <= 0) {
+        ASSERT_TRUE(mask >> lane & 1u) << i << " scale " << scale;
+      }
+    }
+  }
+}
+
+TEST(SpherePack, SpheresOutOfRangeAreAtDistanceZero) {
+  // If this fails, a sphere that has grown beyond the range of float is lost to distance queries.
+  Sphere::Pack<8> pack;
+  pack.set(0, {{1e30f, 0, 0}, kInfinity});
+  float distances[8];
+  pack.distances({{0, 0, 0}, 1}, distances);
+  EXPECT_EQ(distances[0], 0);
+  pack.distances({{-1e30f, 0, 0}, kInfinity}, distances);
+  EXPECT_EQ(distances[0], 0);
+  EXPECT_EQ(pack.overlaps({{-1e30f, 0, 0}, 1}), 1u);
+}
+
+template <int N>
+void expectUnion() {
+  Random random(10);
+  for (int i = 0; i < 2000; ++i) {
+    Box::Pack<N> pack;
+    Box expected{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+    for (int lane = 0; lane < N; ++lane) {
+      pack.set(lane, randomVolume(random, 1e9f, static_cast<Box*>(nullptr)));
+      if (random.below(3) == 0) {
+        pack.clear(lane);
+        continue;
+      }
+      const Box box = pack.get(lane);
+      for (int axis = 0; axis < 3; ++axis) {
+        expected.low[axis] = std::min(expected.low[axis], box.low[axis]);
+        expected.high[axis] = std::max(expected.high[axis], box.high[axis]);
+      }
+    }
+    const Box united = pack.unite();
+    for (int axis = 0; axis < 3; ++axis) {
+      ASSERT_EQ(united.low[axis], expected.low[axis]);
+      ASSERT_EQ(united.high[axis], expected.high[axis]);
+    }
+  }
+}
+
+TEST(BoxPack, UnionIsTheLeastBoxAroundAllButTheClearedLanes) {
+  // If this fails, a parent does not contain its children, or a cleared lane spoils it.
+  expectUnion<2>();
+  expectUnion<8>();
+}
+
+TEST(Size, OrdersVolumesByExtent) {
+  // If this fails, traversal descends the smaller of two volumes.
+  EXPECT_EQ((Box{{0, 0, 0}, {1, 2, 3}}.size()), 6);
+  EXPECT_EQ((Box{{-1, -1, -1}, {-1, -1, -1}}.size()), 0);
+  EXPECT_EQ((Sphere{{5, 6, 7}, 2}.size()), 2);
+  EXPECT_EQ(everything(static_cast<Box*>(nullptr)).size(), kInfinity);
+}
+
+}  // namespace
+}  // namespace fcl_fibers::geometry

@@ -1,0 +1,359 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tree/topology.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "support/random.h"
+
+namespace fcl_fibers::tree {
+namespace {
+
+using geometry::Segment;
+using geometry::Vec3d;
+using test::Random;
+
+Fibers fibersOf(const std::vector<int>& lengths) {
+  Fibers fibers;
+  for (const int length : lengths) {
+    for (int i = 0; i < length; ++i)
+      fibers.ids.push_back(static_cast<SegmentId>(fibers.ids.size()));
+    fibers.endFiber();
+  }
+  return fibers;
+}
+
+template <int Arity>
+bool areEqual(const Topology<Arity>& p, const Topology<Arity>& q) {
+  if (p.leaves != q.leaves || p.nodes.size() != q.nodes.size()) return false;
+  for (std::size_t i = 0; i < p.nodes.size(); ++i) {
+    const auto &m = p.nodes[i], &n = q.nodes[i];
+    if (m.child_count != n.child_count || m.leaf_begin != n.leaf_begin || m.leaf_end != n.leaf_end)
+      return false;
+    for (std::size_t lane = 0; lane < static_cast<std::size_t>(m.child_count); ++lane) {
+      if (m.children[lane].isLeaf() != n.children[lane].isLeaf()) return false;
+      if (m.children[lane].node() != n.children[lane].node()) return false;
+    }
+  }
+  return true;
+}
+
+/// Longest way from the root to a segment, in links.
+template <int Arity>
+int depthOf(const Topology<Arity>& topology) {
+  std::vector<int> depth(topology.nodes.size(), 0);
+  int deepest = 0;
+  for (std::size_t i = 0; i < topology.nodes.size(); ++i) {
+    for (std::size_t lane = 0; lane < static_cast<std::size_t>(topology.nodes[i].child_count);
+         ++lane) {
+      const Link child = topology.nodes[i].children[lane];
+      deepest = std::max(deepest, depth[i] + 1);
+      if (!child.isLeaf()) depth[static_cast<std::size_t>(child.node())] = depth[i] + 1;
+    }
+  }
+  return deepest;
+}
+
+int ceilLog2(std::size_t n) {
+  int log = 0;
+  while ((std::size_t{1} << log) < n) ++log;
+  return log;
+}
+
+/// The words are those of Topology.
+template <int Arity>
+void expectInvariants(const Topology<Arity>& topology, const Fibers& fibers) {
+  std::vector<SegmentId> leaves = topology.leaves, ids = fibers.ids;
+  std::sort(leaves.begin(), leaves.end());
+  std::sort(ids.begin(), ids.end());
+  ASSERT_EQ(leaves, ids) << "`leaves` are all segments";
+  if (ids.empty()) {
+    ASSERT_TRUE(topology.nodes.empty()) << "empty if there are no segments";
+    return;
+  }
+  ASSERT_FALSE(topology.nodes.empty());
+  ASSERT_EQ(topology.nodes[0].leaf_begin, 0) << "the root is node 0";
+  ASSERT_EQ(topology.nodes[0].leaf_end, static_cast<std::int32_t>(ids.size()))
+      << "the root is node 0";
+
+  std::vector<int> parents(topology.nodes.size(), 0);
+  std::vector<int> leaf_parents(topology.leaves.size(), 0);
+  for (std::size_t i = 0; i < topology.nodes.size(); ++i) {
+    const auto& node = topology.nodes[i];
+    ASSERT_GE(node.child_count, i == 0 ? 1 : 2)
+        << "every node but the root has at least two children";
+    ASSERT_LE(node.child_count, Arity);
+    std::int32_t next = node.leaf_begin;
+    for (std::size_t lane = 0; lane < static_cast<std::size_t>(node.child_count); ++lane) {
+      const Link child = node.children[lane];
+      if (child.isLeaf()) {
+        ASSERT_LT(next, node.leaf_end) << "the segments below a node are a contiguous range";
+        ASSERT_EQ(topology.leaves[static_cast<std::size_t>(next)], child.segment())
+            << "children share out the range in order";
+        ++leaf_parents[static_cast<std::size_t>(next++)];
+      } else {
+        const auto index = static_cast<std::size_t>(child.node());
+        ASSERT_GT(index, i) << "children come after their parent";
+        ASSERT_LT(index, topology.nodes.size());
+        ASSERT_EQ(topology.nodes[index].leaf_begin, next)
+            << "children share out the range in order";
+        next = topology.nodes[index].leaf_end;
+        ++parents[index];
+      }
+    }
+    ASSERT_EQ(next, node.leaf_end) << "the segments below a node are a contiguous range";
+  }
+  for (std::size_t i = 0; i < parents.size(); ++i)
+    ASSERT_EQ(parents[i], i == 0 ? 0 : 1) << "node " << i;
+  for (const int count : leaf_parents)
+    ASSERT_EQ(count, 1) << "every segment is the child of one node";
+}
+
+TEST(Link, TellsNodesFromSegments) {
+  // If this fails, node 0 and segment 0 are the same.
+  for (const std::int32_t index : {0, 1, 77, 2147483647}) {
+    EXPECT_FALSE(Link::node(index).isLeaf());
+    EXPECT_EQ(Link::node(index).node(), index);
+    EXPECT_TRUE(Link::leaf(index).isLeaf());
+    EXPECT_EQ(Link::leaf(index).segment(), index);
+  }
+}
+
+TEST(SuperThreadShape, KeepsTheInvariantsAtEverySize) {
+  // If this fails, a refit or a traversal skips segments for some numbers of them.
+  for (int n = 0; n <= 300; ++n) {
+    const Fibers fibers = fibersOf({n});
+    expectInvariants(superThread(fibers), fibers);
+    if (testing::Test::HasFatalFailure()) FAIL() << n << " segments";
+  }
+  for (const auto& lengths : std::vector<std::vector<int>>{
+           {}, {0}, {0, 0, 0}, {1}, {1, 1}, {0, 1, 0, 2}, {3, 0, 5, 1}, {1000, 1, 1000}}) {
+    const Fibers fibers = fibersOf(lengths);
+    expectInvariants(superThread(fibers), fibers);
+  }
+}
+
+TEST(SuperThreadShape, IsThreadedTipToTipAndRootToRoot) {
+  // If this fails, the ends of consecutive fibers on the thread lie a fiber's length apart.
+  EXPECT_EQ(superThread(fibersOf({3, 3, 3, 2})).leaves,
+            (std::vector<SegmentId>{0, 1, 2, 5, 4, 3, 6, 7, 8, 10, 9}));
+  EXPECT_EQ(superThread(fibersOf({1, 2, 1})).leaves, (std::vector<SegmentId>{0, 2, 1, 3}));
+}
+
+TEST(SuperThreadShape, KeepsTheNumbersOfSegments) {
+  // If this fails, positions on the thread are taken for numbers in the scene.
+  Fibers fibers;
+  fibers.ids = {7, 3, 5};
+  fibers.endFiber();
+  fibers.ids.insert(fibers.ids.end(), {100, 2});
+  fibers.endFiber();
+  const Topology<2> topology = superThread(fibers);
+  EXPECT_EQ(topology.leaves, (std::vector<SegmentId>{7, 3, 5, 2, 100}));
+  expectInvariants(topology, fibers);
+}
+
+TEST(SuperThreadShape, IsBalanced) {
+  // If this fails, some segment is deeper than a balanced binary tree has it, or nodes are wasted.
+  for (std::size_t n = 2; n <= 2000; n += n < 70 ? 1 : 97) {
+    const Topology<2> topology =
+        superThread(fibersOf({static_cast<int>(n / 2), static_cast<int>(n - n / 2)}));
+    ASSERT_EQ(depthOf(topology), ceilLog2(n)) << n;
+    ASSERT_EQ(topology.nodes.size(), n - 1) << n;
+  }
+  EXPECT_EQ(depthOf(superThread(fibersOf({1}))), 1);
+}
+
+/// One segment a step of a walk; straight along x where there is no random generator.
+std::vector<Segment> chain(const Vec3d& root, int length, Random* random) {
+  std::vector<Segment> segments;
+  Vec3d p = root;
+  for (int i = 0; i < length; ++i) {
+    Vec3d step{0.1, 0, 0};
+    if (random != nullptr) {
+      const Eigen::Vector3d d = random->direction();
+      step = {0.1 * d.x(), 0.1 * d.y(), 0.1 * d.z()};
+    }
+    segments.push_back({p, p + step, 0.01});
+    p = p + step;
+  }
+  return segments;
+}
+
+struct Strands {
+  Fibers fibers;
+  std::vector<Segment> segments;
+};
+
+Strands strands(const std::vector<int>& lengths, std::uint64_t seed) {
+  Random random(seed);
+  Strands result{fibersOf(lengths), {}};
+  for (const int length : lengths) {
+    const Eigen::Vector3d root = random.inCube(1);
+    const auto fiber = chain({root.x(), root.y(), root.z()}, length, &random);
+    result.segments.insert(result.segments.end(), fiber.begin(), fiber.end());
+  }
+  return result;
+}
+
+void expectBundle(const Strands& scene) {
+  const Topology<8> topology = bundle(scene.fibers, scene.segments);
+  expectInvariants(topology, scene.fibers);
+  // Every split halves the longest range or the number of fibers.
+  std::size_t longest = 0, count = 0;
+  for (std::size_t f = 0; f + 1 < scene.fibers.begin.size(); ++f) {
+    const auto length = static_cast<std::size_t>(scene.fibers.begin[f + 1] - scene.fibers.begin[f]);
+    longest = std::max(longest, length);
+    if (length > 0) ++count;
+  }
+  ASSERT_LE(depthOf(topology), ceilLog2(longest) + ceilLog2(count) + 1);
+  ASSERT_TRUE(areEqual(topology, bundle(scene.fibers, scene.segments)))
+      << "the same for the same input";
+}
+
+TEST(BundleShape, KeepsTheInvariantsAtEverySize) {
+  // If this fails, a refit or a traversal skips segments for some shapes of bundles.
+  for (int n = 0; n <= 200; ++n) {
+    expectBundle(strands({n}, 1));
+    expectBundle(strands(std::vector<int>(static_cast<std::size_t>(n), 1), 2));
+    expectBundle(strands(std::vector<int>(static_cast<std::size_t>(n), n % 7), 3));
+    if (testing::Test::HasFatalFailure()) FAIL() << n;
+  }
+}
+
+TEST(BundleShape, TakesFibersOfUnequalLengths) {
+  // If this fails, fibers of no segment or of one are lost where longer ones are split.
+  Random random(4);
+  expectBundle(strands({0}, 5));
+  expectBundle(strands({0, 1, 0, 1000, 1, 1, 0}, 6));
+  expectBundle(strands({1, 2, 4, 8, 16, 32, 64, 128, 256, 512}, 7));
+  for (int i = 0; i < 100; ++i) {
+    std::vector<int> lengths;
+    for (std::size_t f = 0; f < 1 + random.below(40); ++f) {
+      lengths.push_back(
+          static_cast<int>(random.below(2) == 0 ? random.below(3) : random.below(100)));
+    }
+    expectBundle(strands(lengths, random.below(1000)));
+    if (testing::Test::HasFatalFailure()) FAIL() << i;
+  }
+}
+
+TEST(BundleShape, KeepsTheNumbersOfSegments) {
+  // If this fails, positions in the list of fibers are taken for numbers in the scene.
+  Strands scene = strands({5, 3, 9}, 8);
+  for (SegmentId& id : scene.fibers.ids) id = 2 * (16 - id);
+  std::vector<Segment> segments(40, Segment{{0, 0, 0}, {1e9, 0, 0}, 1});
+  for (std::size_t i = 0; i < scene.fibers.ids.size(); ++i) {
+    segments[static_cast<std::size_t>(scene.fibers.ids[i])] = scene.segments[i];
+  }
+  const Topology<8> renamed = bundle(scene.fibers, segments);
+  expectInvariants(renamed, scene.fibers);
+  for (SegmentId& id : scene.fibers.ids) id = 16 - id / 2;
+  const Topology<8> plain = bundle(scene.fibers, scene.segments);
+  for (std::size_t i = 0; i < plain.leaves.size(); ++i) {
+    EXPECT_EQ(renamed.leaves[i], 2 * (16 - plain.leaves[i]))
+        << "the shape depends on positions only";
+  }
+}
+
+TEST(BundleShape, SurvivesIdenticalSegments) {
+  // If this fails, what no plane separates makes the tree deep or the build slow.
+  const int count = 100000;
+  const std::vector<Segment> segments(static_cast<std::size_t>(count),
+                                      Segment{{1, 2, 3}, {1, 2, 4}, 0.5});
+  expectBundle({fibersOf({count}), segments});
+  expectBundle({fibersOf(std::vector<int>(static_cast<std::size_t>(count), 1)), segments});
+  expectBundle({fibersOf(std::vector<int>(static_cast<std::size_t>(count / 100), 100)), segments});
+}
+
+TEST(BundleShape, InsideOneFiberIsTheChain) {
+  // If this fails, a fiber that crosses itself is taken apart by place, which motion would undo.
+  const Strands scene = strands({777}, 9);
+  EXPECT_EQ(bundle(scene.fibers, scene.segments).leaves, scene.fibers.ids);
+}
+
+/// Parallel fibers along x, on a square grid in y and z.
+Strands parallelFibers(int side, int length, double distance) {
+  Strands scene{fibersOf(std::vector<int>(static_cast<std::size_t>(side * side), length)), {}};
+  for (int f = 0; f < side * side; ++f) {
+    const auto fiber = chain({0, distance * (f % side), distance * (f / side)}, length, nullptr);
+    scene.segments.insert(scene.segments.end(), fiber.begin(), fiber.end());
+  }
+  return scene;
+}
+
+TEST(BundleShape, SplitsAlongWhereItIsLonger) {
+  // If this fails, nodes are long and thin, and overlap far more than blocks do.
+  const int length = 400;
+  const Strands scene = parallelFibers(4, length, 0.01);
+  const Topology<8> topology = bundle(scene.fibers, scene.segments);
+  ASSERT_EQ(topology.nodes[0].child_count, 8);
+  for (std::size_t lane = 0; lane < 8; ++lane) {
+    const auto& node =
+        topology.nodes[static_cast<std::size_t>(topology.nodes[0].children[lane].node())];
+    EXPECT_EQ(node.leaf_end - node.leaf_begin, 16 * length / 8);
+    for (std::int32_t i = node.leaf_begin; i < node.leaf_end; ++i) {
+      const SegmentId along = topology.leaves[static_cast<std::size_t>(i)] % length;
+      EXPECT_EQ(static_cast<std::size_t>(along) * 8 / length, lane);
+    }
+  }
+}
+
+TEST(BundleShape, SplitsAcrossWhereItIsWider) {
+  // If this fails, fibers far apart share nodes.
+  const int length = 20;
+  const Strands scene = parallelFibers(2, length, 100);
+  const Topology<8> topology = bundle(scene.fibers, scene.segments);
+  for (std::size_t lane = 0; lane < static_cast<std::size_t>(topology.nodes[0].child_count);
+       ++lane) {
+    const Link child = topology.nodes[0].children[lane];
+    ASSERT_FALSE(child.isLeaf());
+    const auto& node = topology.nodes[static_cast<std::size_t>(child.node())];
+    for (std::int32_t i = node.leaf_begin; i < node.leaf_end; ++i) {
+      EXPECT_EQ(topology.leaves[static_cast<std::size_t>(i)] / length,
+                topology.leaves[static_cast<std::size_t>(node.leaf_begin)] / length);
+    }
+  }
+}
+
+TEST(BundleShape, OfSingleSegmentsSplitsAtTheMedian) {
+  // If this fails, the order of registration decides which single segments share a node.
+  // 64 points on a line, registered in a scattered order.
+  Fibers fibers = fibersOf(std::vector<int>(64, 1));
+  std::vector<Segment> segments;
+  for (int i = 0; i < 64; ++i) {
+    const double z = 37 * i % 64;
+    segments.push_back({{0, 0, z}, {0, 0, z}, 0.1});
+  }
+  const Topology<8> topology = bundle(fibers, segments);
+  ASSERT_EQ(topology.nodes[0].child_count, 8);
+  for (std::size_t lane = 0; lane < 8; ++lane) {
+    const auto& node =
+        topology.nodes[static_cast<std::size_t>(topology.nodes[0].children[lane].node())];
+    ASSERT_EQ(node.leaf_end - node.leaf_begin, 8);
+    for (std::int32_t i = node.leaf_begin; i < node.leaf_end; ++i) {
+      const double z =
+          segments[static_cast<std::size_t>(topology.leaves[static_cast<std::size_t>(i)])].a.z;
+      EXPECT_EQ(static_cast<std::size_t>(z) / 8, lane);
+    }
+  }
+}
+
+TEST(BundleShape, FillsItsNodes) {
+  // If this fails, packs of eight test mostly cleared lanes.
+  for (const auto& [fibers, length] :
+       {std::pair{100, 50}, {1000, 100}, {64, 64}, {333, 37}, {1000, 20}}) {
+    const Strands scene = strands(std::vector<int>(static_cast<std::size_t>(fibers), length), 10);
+    const Topology<8> topology = bundle(scene.fibers, scene.segments);
+    const double links = static_cast<double>(topology.leaves.size() + topology.nodes.size() - 1);
+    EXPECT_GT(links / static_cast<double>(topology.nodes.size()), 5) << fibers << " x " << length;
+  }
+}
+
+}  // namespace
+}  // namespace fcl_fibers::tree
