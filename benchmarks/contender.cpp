@@ -16,18 +16,15 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-template <typename FiberManager>
-std::unique_ptr<Manager> setUpOurs(const MovingFibers& fibers, const FiberManagerOptions& options) {
-  auto manager = std::make_unique<FiberManager>(options);
-  for (const std::vector<Object*>& fiber : fibers.fibers()) manager->registerFiber(fiber);
-  manager->setup();
-  return manager;
-}
-
 std::unique_ptr<Manager> registerAll(std::unique_ptr<Manager> manager, const MovingFibers& fibers) {
   manager->registerObjects(fibers.objects());
   manager->setup();
   return manager;
+}
+
+template <typename FiberManager>
+std::unique_ptr<Manager> setUpOurs(const MovingFibers& fibers, const FiberManagerOptions& options) {
+  return registerAll(std::make_unique<FiberManager>(options), fibers);
 }
 
 template <typename FclManager>

@@ -7,8 +7,14 @@
 
 #include <fcl/broadphase/broadphase_collision_manager.h>
 
+#include <fcl_fibers/eigen_alignment.h>
 #include <fcl_fibers/export.h>
 #include <fcl_fibers/fiber_manager_options.h>
+
+static_assert(EIGEN_MAX_STATIC_ALIGN_BYTES == FCL_FIBERS_EIGEN_ALIGNMENT,
+              "fcl_fibers and FCL were compiled for another instruction set, under which FCL's "
+              "objects have another layout; remove -march=native, -mavx and the like from this "
+              "program, or build fcl_fibers and FCL with the same flags");
 
 namespace fcl_fibers {
 
@@ -34,9 +40,9 @@ struct QueryStatistics {
 ///
 /// `setup` and `update` read the objects; queries do not, so objects that move take part in queries
 /// where they were at the last of these calls. A query right after registering or unregistering
-/// needs no `setup`: the first one does its work. Queries are const and may run from several
-/// threads at once; registering, updating or clearing while a query runs, from its callback for
-/// instance, is refused.
+/// needs no `setup`: the first one does its work, and reads all objects. Queries are const and may
+/// run from several threads at once; registering, updating or clearing while a query runs, from its
+/// callback for instance, is refused.
 ///
 /// Every pair is reported once, never an object with itself. Self-queries pass the object
 /// registered first as the callback's first argument, queries of one object `(managed, object)`,
@@ -45,8 +51,9 @@ struct QueryStatistics {
 /// once.
 ///
 /// Whatever cannot be answered is refused with `std::invalid_argument`, whose text names the call,
-/// the object and the remedy, and nothing changes. An `update` that is refused leaves all objects
-/// registered; queries refuse until an update succeeds.
+/// the object and the remedy, and nothing changes, with one exception: an `update` that is refused
+/// leaves all objects registered, but queries refuse until an update succeeds. Objects of a manager
+/// of another class are read one by one, so that a broken one may be refused after first pairs.
 template <typename S>
 class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionManager<S> {
  public:
@@ -66,10 +73,11 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   void registerObjects(const std::vector<Object*>& objects) override;
   void registerObject(Object* object) override;
 
-  /// Segment numbers of the fiber's other objects stay as they are.
+  /// The fiber and segment numbers of all other objects stay as they are.
   void unregisterObject(Object* object) override;
 
-  /// Reads the objects and builds the tree, if objects were registered since the last call.
+  /// Reads the objects and builds the tree, if objects were registered or unregistered since it was
+  /// built; else there is nothing to do.
   void setup() override;
 
   void update() override;

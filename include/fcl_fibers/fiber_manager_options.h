@@ -16,12 +16,10 @@ enum class Topology {
 /// Which pairs a query reports.
 enum class Report {
   /// Every pair whose own leaf volumes overlap: the capsules' tight boxes, or the segments'
-  /// spheres.
-  /// What FCL's managers report when they are given tight boxes.
+  /// spheres. What FCL's managers report when they are given tight boxes.
   kVolumes,
-  /// Every pair of capsules closer than the sum of their radii and the margin. An `fcl::Sphere` is
-  /// a
-  /// capsule of length zero; every other shape counts by its box.
+  /// Every pair of capsules no further apart than the sum of their radii and the margin. An
+  /// `fcl::Sphere` is a capsule of length zero; every other shape counts by its box.
   kCapsules,
 };
 

@@ -7,9 +7,10 @@ namespace fcl_fibers {
 
 /// What cascade verification did at the last set-up or update.
 struct CascadeStatistics {
-  std::size_t cages_kept = 0;  ///< cages whose basis was still valid
-  std::size_t cages_recomputed =
-      0;  ///< cages that a sphere below had left, or that had become loose
+  /// Cages whose basis was still valid.
+  std::size_t cages_kept = 0;
+  /// Cages that a sphere below had left, or that had become loose; all of them at set-up.
+  std::size_t cages_recomputed = 0;
 };
 
 /// The wrapped sphere tree of Sobottka, Varnik and Weber, sections 2.2, 2.3 and 3.1: each node

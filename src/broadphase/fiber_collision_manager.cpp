@@ -3,17 +3,17 @@
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
 #include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
 #include <utility>
 #include <variant>
-
-#include <fcl/geometry/shape/capsule.h>
 
 #include "broadphase/fiber_registry.h"
 #include "broadphase/object_segments.h"
@@ -147,9 +147,9 @@ class FiberCollisionManager<S>::Impl {
   void remove(const char* call, const Object* object) {
     refuseDuringQuery(call);
     managedId(call, object, "object");
-    registry_.remove(object);
-    last_registered_.reset();
     markStale();
+    last_registered_.reset();
+    registry_.remove(object);
   }
 
   void clear(const char* call) {
@@ -163,8 +163,9 @@ class FiberCollisionManager<S>::Impl {
   // --- Reading the objects ---
 
   void setup(const char* call) {
+    if (state_ == State::kReady) return;
     refuseDuringQuery(call);
-    if (state_ != State::kReady) readAndBuild(call);
+    readAndBuild(call);
   }
 
   void update(const char* call) {
@@ -218,7 +219,7 @@ class FiberCollisionManager<S>::Impl {
     const QueryScope scope(*this, call);
     auto query = makeQuery(tree::OverlapAdmission{}, [&](auto&, SegmentId a, SegmentId b) {
       if (a > b) std::swap(a, b);
-      if (!reports(a, b)) return Visit::kContinue;
+      if (ignores(a, b) || !reports(a, b)) return Visit::kContinue;
       return callback(objectOf(a), objectOf(b), cdata) ? Visit::kStop : Visit::kContinue;
     });
     visitSelf(query);
@@ -259,15 +260,16 @@ class FiberCollisionManager<S>::Impl {
     distanceOne(segment, endPointError(segment), object, self, cdata, callback, least);
   }
 
-  /// Objects of a manager that is none of ours.
+  /// Objects of a manager that is none of ours. They are read one by one, when it is their turn, so
+  /// that a query that ends early costs no more than it has to.
   void collideAll(const char* call, const std::vector<Object*>& others, void* cdata,
                   fcl::CollisionCallBack<S> callback) const {
     requireCallback(call, callback);
     const QueryScope scope(*this, call);
-    const std::vector<Segment> segments = readQueryObjects(call, others);
-    for (std::size_t i = 0; i < others.size(); ++i) {
-      if (collideOne(segments[i], endPointError(segments[i]), others[i], registry_.find(others[i]),
-                     cdata, callback) == Visit::kStop) {
+    for (std::size_t i = 0; i < others.size() && registry_.size() > 0; ++i) {
+      const Segment segment = readOther(call, others[i], i);
+      if (collideOne(segment, endPointError(segment), others[i], registry_.find(others[i]), cdata,
+                     callback) == Visit::kStop) {
         return;
       }
     }
@@ -277,11 +279,11 @@ class FiberCollisionManager<S>::Impl {
                    fcl::DistanceCallBack<S> callback) const {
     requireCallback(call, callback);
     const QueryScope scope(*this, call);
-    const std::vector<Segment> segments = readQueryObjects(call, others);
     S least = std::numeric_limits<S>::max();
-    for (std::size_t i = 0; i < others.size(); ++i) {
-      if (distanceOne(segments[i], endPointError(segments[i]), others[i], registry_.find(others[i]),
-                      cdata, callback, least) == Visit::kStop) {
+    for (std::size_t i = 0; i < others.size() && registry_.size() > 0; ++i) {
+      const Segment segment = readOther(call, others[i], i);
+      if (distanceOne(segment, endPointError(segment), others[i], registry_.find(others[i]), cdata,
+                      callback, least) == Visit::kStop) {
         return;
       }
     }
@@ -351,6 +353,7 @@ class FiberCollisionManager<S>::Impl {
   }
 
   std::size_t memoryUsage() const {
+    const std::lock_guard<std::mutex> lock(build_mutex_);  // a first query may be building
     return sizeof(*this) + registry_.memoryUsage() + scene_.segments.capacity() * sizeof(Segment) +
            scene_.unbounded.capacity() * sizeof(SegmentId) +
            std::visit([](const auto& tree) { return tree.memoryUsage(); }, scene_.tree);
@@ -432,16 +435,10 @@ class FiberCollisionManager<S>::Impl {
     return read(call, object, scene_.frame, [] { return std::string("the object passed"); });
   }
 
-  std::vector<Segment> readQueryObjects(const char* call,
-                                        const std::vector<Object*>& others) const {
-    std::vector<Segment> segments;
-    segments.reserve(others.size());
-    for (std::size_t i = 0; i < others.size(); ++i) {
-      const auto name = [i] { return nameOf(i) + " of the other manager"; };
-      if (others[i] == nullptr) refuse(call, name() + " is null; mend that manager");
-      segments.push_back(read(call, others[i], scene_.frame, name));
-    }
-    return segments;
+  Segment readOther(const char* call, const Object* object, std::size_t index) const {
+    const auto name = [index] { return nameOf(index) + " of the other manager"; };
+    if (object == nullptr) refuse(call, name() + " is null; mend that manager");
+    return read(call, object, scene_.frame, name);
   }
 
   /// Reads every object into the scene, in a frame chosen anew.
@@ -531,8 +528,8 @@ class FiberCollisionManager<S>::Impl {
     return options_.report == Report::kVolumes || touch(p, q, margin(), endPointError(p) + q_error);
   }
 
+  /// Of a pair that is not ignored.
   bool reports(SegmentId a, SegmentId b) const {
-    if (ignores(a, b)) return false;
     if (options_.report == Report::kVolumes) return true;
     const Segment& q = segmentOf(scene_, b);
     return touchesIfAsked(segmentOf(scene_, a), q, endPointError(q));

@@ -21,8 +21,9 @@ using tree::SegmentId;
 /// Which objects are managed, in which order, and which of them form a fiber.
 ///
 /// An object's id is its position in the order of registration. The id of an unregistered object
-/// stays empty, so that the numbers of its fiber's other segments stay as they are, until enough
-/// ids are empty to be worth renumbering.
+/// stays empty, so that the numbers of its fiber's other segments stay as they are. Fibers of which
+/// nothing is left are dropped when they are many; ids move up then, fiber and segment numbers do
+/// not.
 template <typename S>
 class FiberRegistry {
  public:
@@ -65,7 +66,7 @@ class FiberRegistry {
 
   FiberSegment fiberSegment(SegmentId id) const {
     const auto fiber = std::upper_bound(fiber_begin_.begin(), fiber_begin_.end(), id) - 1;
-    return {static_cast<std::size_t>(fiber - fiber_begin_.begin()),
+    return {fiber_number_[static_cast<std::size_t>(fiber - fiber_begin_.begin())],
             static_cast<std::size_t>(id - *fiber)};
   }
 
@@ -76,7 +77,8 @@ class FiberRegistry {
   std::size_t memoryUsage() const {
     return objects_.capacity() * sizeof(Object*) + index_.memoryUsage() +
            fiber_begin_.capacity() * sizeof(SegmentId) +
-           (fiber_is_declared_.capacity() + continues_declared_fiber_.capacity()) / 8;
+           fiber_number_.capacity() * sizeof(std::uint32_t) +
+           continues_declared_fiber_.capacity() / 8;
   }
 
  private:
@@ -97,9 +99,10 @@ class FiberRegistry {
   PointerIndex<Object> index_;
   std::size_t size_ = 0;
   std::size_t removed_since_renumbering_ = 0;
-  std::vector<SegmentId>
-      fiber_begin_;  ///< fiber f owns the ids [fiber_begin[f], fiber_begin[f + 1])
-  std::vector<bool> fiber_is_declared_;
+  /// Fiber f owns the ids [fiber_begin_[f], fiber_begin_[f + 1]).
+  std::vector<SegmentId> fiber_begin_;
+  std::vector<std::uint32_t> fiber_number_;  ///< as counted when they were registered
+  std::uint32_t next_fiber_number_ = 0;
   std::vector<bool> continues_declared_fiber_;  ///< by id; empty unless links are kept
 };
 
@@ -113,7 +116,7 @@ std::optional<std::size_t> FiberRegistry<S>::add(const std::vector<Object*>& add
       static_cast<std::size_t>(std::count(starts_fiber.begin(), starts_fiber.end(), true));
   reserveFor(objects_, added.size());
   reserveFor(fiber_begin_, starts);
-  reserveFor(fiber_is_declared_, starts);
+  reserveFor(fiber_number_, starts);
   if (keep_links_) reserveFor(continues_declared_fiber_, added.size());
   index_.reserve(first + added.size());
 
@@ -127,7 +130,7 @@ std::optional<std::size_t> FiberRegistry<S>::add(const std::vector<Object*>& add
   for (std::size_t i = 0; i < added.size(); ++i) {
     if (starts_fiber[i]) {
       fiber_begin_.push_back(static_cast<SegmentId>(first + i));
-      fiber_is_declared_.push_back(declared);
+      fiber_number_.push_back(next_fiber_number_++);
     }
     if (keep_links_) continues_declared_fiber_.push_back(declared && !starts_fiber[i]);
   }
@@ -152,37 +155,36 @@ void FiberRegistry<S>::clear() {
   index_.clear();
   size_ = removed_since_renumbering_ = 0;
   fiber_begin_.clear();
-  fiber_is_declared_.clear();
+  fiber_number_.clear();
+  next_fiber_number_ = 0;
   continues_declared_fiber_.clear();
 }
 
-/// Drops empty ids, those within declared fibers excepted.
+/// Drops fibers of which nothing is left. The numbers of the others stay as they are.
 template <typename S>
 void FiberRegistry<S>::renumber() {
+  removed_since_renumbering_ = 0;
   std::size_t kept_ids = 0, kept_fibers = 0;
   for (std::size_t f = 0; f < fiber_begin_.size(); ++f) {
-    const auto begin = objects_.begin() + fiber_begin_[f];
-    const auto end = objects_.begin() + fiberEnd(f);
-    const bool declared = fiber_is_declared_[f];
-    if (std::all_of(begin, end, [](const Object* o) { return o == nullptr; })) continue;
+    const SegmentId begin = fiber_begin_[f], end = fiberEnd(f);
+    if (std::all_of(objects_.begin() + begin, objects_.begin() + end,
+                    [](const Object* object) { return object == nullptr; })) {
+      continue;
+    }
     fiber_begin_[kept_fibers] = static_cast<SegmentId>(kept_ids);
-    fiber_is_declared_[kept_fibers++] = declared;
-    bool continues = false;
-    for (auto object = begin; object != end; ++object) {
-      if (*object == nullptr && !declared) continue;
-      if (keep_links_) continues_declared_fiber_[kept_ids] = declared && continues;
-      objects_[kept_ids++] = *object;
-      continues = true;
+    fiber_number_[kept_fibers] = fiber_number_[f];
+    ++kept_fibers;
+    for (auto id = static_cast<std::size_t>(begin); id < static_cast<std::size_t>(end); ++id) {
+      if (keep_links_) continues_declared_fiber_[kept_ids] = continues_declared_fiber_[id];
+      objects_[kept_ids++] = objects_[id];
     }
   }
   objects_.resize(kept_ids);
   fiber_begin_.resize(kept_fibers);
-  fiber_is_declared_.resize(kept_fibers);
+  fiber_number_.resize(kept_fibers);
   if (keep_links_) continues_declared_fiber_.resize(kept_ids);
 
-  removed_since_renumbering_ = 0;
-  index_.clear();
-  index_.reserve(kept_ids);
+  index_.forgetAll();
   for (std::size_t id = 0; id < kept_ids; ++id) {
     if (objects_[id] != nullptr) index_.insert(static_cast<SegmentId>(id));
   }

@@ -4,11 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/sphere.h>
-
-#include "geometry/touch.h"
 
 namespace fcl_fibers::broadphase {
 namespace {
@@ -51,6 +50,11 @@ const char* poseProblem(const fcl::Transform3<S>& pose) {
   return "its rotation is not orthonormal or is a reflection; give it a proper rotation";
 }
 
+constexpr const char* kBadRadius =
+    "its radius is negative, NaN or infinite; give it a finite radius of 0 or more";
+constexpr const char* kBadLength =
+    "its length is negative, NaN or infinite; give it a finite length of 0 or more";
+
 const char* rangeProblem(const Segment& segment) {
   return isBounded(segment) && std::isfinite(segment.radius)
              ? nullptr
@@ -59,22 +63,25 @@ const char* rangeProblem(const Segment& segment) {
 
 template <typename S>
 const char* readBox(const fcl::AABB<S>& box, const Frame& frame, Segment& segment) {
+  // FCL's planes reach to max(), or to infinity when they are turned.
   constexpr S kUnbounded = std::numeric_limits<S>::max() / 4;
-  const auto corner = [&](const fcl::Vector3<S>& p) {
-    const Vec3d q = frame.fromWorld(toVec3(p));
-    const auto sided = [](S world, double local) {
-      return std::fabs(world) > kUnbounded ? std::copysign(std::numeric_limits<double>::infinity(),
-                                                           static_cast<double>(world))
-                                           : local;
-    };
-    return Vec3d{sided(p[0], q.x), sided(p[1], q.y), sided(p[2], q.z)};
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  constexpr double kLargest = std::numeric_limits<double>::max();
+  // Only the outward side of a box may be open: a box far out has two finite corners.
+  const auto low = [&](S world, double local) {
+    return world < -kUnbounded ? -kInfinity : std::min(local, kLargest);
+  };
+  const auto high = [&](S world, double local) {
+    return world > kUnbounded ? kInfinity : std::max(local, -kLargest);
   };
   for (int axis = 0; axis < 3; ++axis) {
     if (!(box.min_[axis] <= box.max_[axis])) {
       return "its box is empty or NaN; give it a non-empty shape and call computeAABB()";
     }
   }
-  segment = Segment::box(corner(box.min_), corner(box.max_));
+  const Vec3d p = frame.fromWorld(toVec3(box.min_)), q = frame.fromWorld(toVec3(box.max_));
+  segment = Segment::box({low(box.min_[0], p.x), low(box.min_[1], p.y), low(box.min_[2], p.z)},
+                         {high(box.max_[0], q.x), high(box.max_[1], q.y), high(box.max_[2], q.z)});
   return nullptr;
 }
 
@@ -93,8 +100,8 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& fram
       const auto& capsule = static_cast<const fcl::Capsule<S>&>(*shape);
       const double radius = static_cast<double>(capsule.radius);
       const double length = static_cast<double>(capsule.lz);
-      if (!(radius >= 0)) return "its radius is negative or NaN; give it a radius of 0 or more";
-      if (!(length >= 0)) return "its length is negative or NaN; give it a length of 0 or more";
+      if (!(radius >= 0 && std::isfinite(radius))) return kBadRadius;
+      if (!(length >= 0 && std::isfinite(length))) return kBadLength;
       const Vec3d center = frame.fromWorld(toVec3(pose.matrix().col(3)));
       const Vec3d half = (frame.scale * (length / 2)) * toVec3(pose.matrix().col(2));
       segment = {center - half, center + half, frame.scale * radius};
@@ -102,7 +109,7 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& fram
     }
     case fcl::GEOM_SPHERE: {
       const double radius = static_cast<double>(static_cast<const fcl::Sphere<S>&>(*shape).radius);
-      if (!(radius >= 0)) return "its radius is negative or NaN; give it a radius of 0 or more";
+      if (!(radius >= 0 && std::isfinite(radius))) return kBadRadius;
       const Vec3d center = frame.fromWorld(toVec3(pose.matrix().col(3)));
       segment = {center, center, frame.scale * radius};
       return rangeProblem(segment);
@@ -115,32 +122,40 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& fram
 template <typename S>
 Frame sceneFrame(const std::vector<fcl::CollisionObject<S>*>& objects) {
   constexpr std::size_t kSamples = 255;
-  std::vector<Vec3d> middles;
-  middles.reserve(kSamples);
-  double extent = 0;
-  const std::size_t step = objects.size() / kSamples + 1;
-  for (std::size_t i = 0; i < objects.size(); i += step) {
+  const auto live = objects.size() -
+                    static_cast<std::size_t>(std::count(objects.begin(), objects.end(), nullptr));
+  const std::size_t step = live / kSamples + 1;
+  std::vector<Segment> sample;
+  sample.reserve(kSamples + 1);
+  std::size_t position = 0;
+  for (const fcl::CollisionObject<S>* object : objects) {
+    if (object == nullptr || position++ % step != 0) continue;
     Segment segment;
-    if (objects[i] == nullptr || readSegment(*objects[i], Frame{}, segment) != nullptr ||
-        !isBounded(segment)) {
-      continue;
+    if (readSegment(*object, Frame{}, segment) == nullptr && isBounded(segment)) {
+      sample.push_back(segment);
     }
-    middles.push_back(midpoint(segment));
-    extent = std::max({extent, segment.thickness(), maxNorm(segment.b - segment.a)});
   }
   Frame frame;
-  if (middles.empty()) return frame;
+  if (sample.empty()) return frame;
 
   for (const auto axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {
-    const auto median = middles.begin() + static_cast<std::ptrdiff_t>(middles.size() / 2);
-    std::nth_element(middles.begin(), median, middles.end(),
-                     [axis](const Vec3d& p, const Vec3d& q) { return p.*axis < q.*axis; });
-    frame.origin.*axis = (*median).*axis;
+    const auto median = sample.begin() + static_cast<std::ptrdiff_t>(sample.size() / 2);
+    std::nth_element(sample.begin(), median, sample.end(),
+                     [axis](const Segment& p, const Segment& q) {
+                       return midpoint(p).*axis < midpoint(q).*axis;
+                     });
+    frame.origin.*axis = midpoint(*median).*axis;
   }
-  for (const Vec3d& p : middles) extent = std::max(extent, maxNorm(p - frame.origin));
-  if (extent > 0 && std::isfinite(extent)) {
-    // Away from the ends of the range, where the scale itself would not be a normal number.
-    frame.scale = std::ldexp(1.0, -std::clamp(std::ilogb(extent), -1000, 1000));
+  double size = 0;
+  for (const Segment& s : sample) {
+    size = std::max({size, maxNorm(s.a - frame.origin) + s.thickness(),
+                     maxNorm(s.b - frame.origin) + s.thickness()});
+  }
+  if (size > 0 && std::isfinite(size)) {
+    // The scene's size becomes 2^50: squares of a scene that grows a thousandfold still fit float,
+    // and so do those of lengths 10^30 times smaller, such as all others have where one object is
+    // far out. The scale itself stays away from the ends of double's range.
+    frame.scale = std::ldexp(1.0, std::clamp(50 - std::ilogb(size), -1000, 1000));
   }
   return frame;
 }

@@ -18,8 +18,8 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const geometry::F
                         geometry::Segment& segment);
 
 /// A frame for these objects, found from a sample of them: its origin is their median, so that
-/// bounds are tightest where most of them are, and far outliers cost nothing. Null pointers and
-/// objects that cannot be read are passed over.
+/// bounds are tightest where most of them are, whatever lies far out. Null pointers and objects
+/// that cannot be read are passed over.
 template <typename S>
 geometry::Frame sceneFrame(const std::vector<fcl::CollisionObject<S>*>& objects);
 

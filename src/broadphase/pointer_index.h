@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -57,6 +58,9 @@ class PointerIndex {
       hole = i;
     }
   }
+
+  /// Empties the table and keeps its room.
+  void forgetAll() { std::fill(slots_.begin(), slots_.end(), kNotFound); }
 
   void clear() { slots_.clear(); }
 

@@ -40,9 +40,9 @@ struct EnclosingSphere {
 ///
 /// An algorithm for LP-type problems (Matousek, Sharir and Welzl, 1996): the ball that stands out
 /// farthest enters the basis until none does. Welzl's recursion for points (1991) fails on balls.
-/// @param start  a basis to begin with, such as that of the same balls at an earlier time; its
-/// balls
-///               need not be a basis any more. May be empty.
+///
+/// `start` is a basis to begin with, such as that of the same balls at an earlier time; its balls
+/// need not be a basis any more. It may be empty.
 EnclosingSphere enclosingSphere(const Ball* balls, int count, const Basis& start = {});
 
 }  // namespace fcl_fibers::geometry

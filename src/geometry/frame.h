@@ -9,9 +9,9 @@
 
 namespace fcl_fibers::geometry {
 
-/// The frame in which a scene is kept: q = scale (p - origin). With the origin among the segments
-/// and a size of the order of one, float bounds are tight wherever in the world the scene is, and
-/// no product overflows or vanishes. The answer never depends on it.
+/// The frame in which a scene is kept: q = scale (p - origin). With the origin among the segments,
+/// float bounds are tight wherever in the world the scene is; with a scale that puts its size
+/// between the ends of float's range, squares of lengths neither overflow nor vanish.
 struct Frame {
   Vec3d origin{0, 0, 0};
   double scale = 1;  ///< a power of two, so that scaling is exact

@@ -28,9 +28,11 @@ inline double endPointError(const Segment& segment) {
   return 8 * kEps * std::max(maxNorm(segment.a), maxNorm(segment.b));
 }
 
-/// Whether all coordinates are finite: true of a capsule that was read, not of a box open to a side.
+/// Whether all coordinates are finite: true of a capsule that was read, not of a box open to a
+/// side.
 inline bool isBounded(const Segment& segment) {
-  // Infinities and NaN survive addition; coordinates so large that their sum does not fit are as bad.
+  // Infinities and NaN survive addition; coordinates so large that their sum does not fit are as
+  // bad.
   return std::isfinite(segment.a.x + segment.a.y + segment.a.z + segment.b.x + segment.b.y +
                        segment.b.z);
 }

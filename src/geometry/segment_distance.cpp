@@ -82,23 +82,35 @@ class SquaredDistance {
   T uu_, vv_, uv_, uw_, vw_;
 };
 
-/// Bounds the rounding of `squared - gap` in double. With M the sum of the three 1-norms below, the
-/// vector r carries an error of 3 eps M, its square 9 eps M^2, each slope 13 eps M^2.
-double roundingOf(const Segment& p, const Segment& q) {
+/// The sum of the 1-norms of w, u and v, in terms of which rounding is bounded.
+double sizeOf(const Segment& p, const Segment& q) {
   const auto norm1 = [](const Vec3d& d) {
     return std::fabs(d.x) + std::fabs(d.y) + std::fabs(d.z);
   };
-  const double m = norm1(p.a - q.a) + norm1(p.b - p.a) + norm1(q.b - q.a);
-  return 64 * std::numeric_limits<double>::epsilon() * m * m;
+  return norm1(p.a - q.a) + norm1(p.b - p.a) + norm1(q.b - q.a);
 }
 
-}  // namespace
+/// Bounds the rounding of `squared - gap` in double for a pair of size m: the vector r carries an
+/// error of 3 eps m, its square 9 eps m^2, each slope 13 eps m^2.
+double roundingFor(double m) { return 64 * std::numeric_limits<double>::epsilon() * m * m; }
 
-bool axesWithin(const Segment& p, const Segment& q, double reach) {
+/// Products of four lengths of this size neither overflow nor vanish.
+bool isWellScaled(double m) { return m > 0x1p-200 && m < 0x1p200; }
+
+/// The power of two that brings a pair to a size of the order of one.
+double scaleFor(const Segment& p, const Segment& q, double m) {
+  if (m < 1) return std::ldexp(1.0, std::min(-std::ilogb(m), 1000));
+  const double largest = std::max({maxNorm(p.a), maxNorm(p.b), maxNorm(q.a), maxNorm(q.b)});
+  return std::ldexp(1.0, -std::ilogb(largest));
+}
+
+Segment scaled(const Segment& s, double scale) { return {scale * s.a, scale * s.b, s.radius}; }
+
+bool wellScaledAxesWithin(const Segment& p, const Segment& q, double m, double reach) {
   const double reach_squared = reach * reach;
   const Certified<double> rough = SquaredDistance<double>(p, q).atClosest();
   if (rough.squared <= reach_squared) return true;
-  const double rounding = roundingOf(p, q);
+  const double rounding = roundingFor(m);
   if (rough.squared - rough.gap - rounding > reach_squared) return false;
 
   // Near the boundary, or nearly parallel. DoubleDouble rounds to 2^-104 where double rounds to
@@ -108,9 +120,26 @@ bool axesWithin(const Segment& p, const Segment& q, double reach) {
          DoubleDouble(reach) * DoubleDouble(reach) + DoubleDouble(0x1p-52 * rounding);
 }
 
+}  // namespace
+
+bool axesWithin(const Segment& p, const Segment& q, double reach) {
+  const double m = sizeOf(p, q);
+  if (isWellScaled(m)) return wellScaledAxesWithin(p, q, m, reach);
+  if (m == 0) return true;  // two points in one place
+  const double scale = scaleFor(p, q, m);
+  // A reach far beyond the pair's size must not overflow either.
+  return axesWithin(scaled(p, scale), scaled(q, scale), std::min(scale * reach, 0x1p200));
+}
+
 double axisDistanceLowerBound(const Segment& p, const Segment& q) {
+  const double m = sizeOf(p, q);
+  if (m == 0) return 0;
+  if (!isWellScaled(m)) {
+    const double scale = scaleFor(p, q, m);
+    return axisDistanceLowerBound(scaled(p, scale), scaled(q, scale)) / scale;
+  }
   const Certified<double> rough = SquaredDistance<double>(p, q).atBestCandidate();
-  const double least = rough.squared - rough.gap - roundingOf(p, q);
+  const double least = rough.squared - rough.gap - roundingFor(m);
   constexpr double kRoundDown = 1 - 4 * std::numeric_limits<double>::epsilon();
   return least > 0 ? std::sqrt(least) * kRoundDown : 0;
 }

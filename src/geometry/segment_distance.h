@@ -7,12 +7,9 @@ namespace fcl_fibers::geometry {
 
 /// Whether the axes of two capsules come as close as `reach`: never false when they do, and true
 /// without need only where the distance exceeds `reach` by a few ulp of the coordinates.
-///
-/// Lengths should be of the order of one; the scene's frame sees to that.
 bool axesWithin(const Segment& p, const Segment& q, double reach);
 
-/// A lower bound of the distance between the axes of two capsules, tight to about
-/// 1e-8 of their lengths.
+/// A lower bound of the distance between the axes of two capsules, tight to 1e-7 of their lengths.
 double axisDistanceLowerBound(const Segment& p, const Segment& q);
 
 }  // namespace fcl_fibers::geometry

@@ -47,7 +47,7 @@ bool touch(const Segment& p, const Segment& q, double margin, double error) {
 
 bool boxesTouch(const Segment& p, const Segment& q, double margin) {
   return std::all_of(std::begin(kAxes), std::end(kAxes),
-                     [&](auto axis) { return gapLowerBound(p, q, axis) <= margin; });
+                     [&](auto axis) { return !(gapLowerBound(p, q, axis) > margin); });
 }
 
 double boxDistanceLowerBound(const Segment& p, const Segment& q) {

@@ -5,8 +5,8 @@
 
 // A bounding volume `V` is a plain value over floats that offers
 //
-//   V::around(segment, padding)       the volume of one capsule thickened by padding, rounded
-//   outward v.size()                          a length that orders volumes by how much they cover
+//   V::around(segment, padding)       around one capsule thickened by padding, rounded outward
+//   v.size()                          a length that orders volumes by how much they cover
 //   V::Pack<N>                        N volumes as a structure of arrays
 //   pack.set(lane, v), pack.get(lane), pack.clear(lane)
 //   pack.overlaps(v)                  a bit for each lane whose volume overlaps v

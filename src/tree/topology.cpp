@@ -2,10 +2,14 @@
 #include "tree/topology.h"
 
 #include <algorithm>
+#include <utility>
+
+#include "geometry/rounding.h"
 
 namespace fcl_fibers::tree {
 namespace {
 
+using geometry::nearestFloat;
 using geometry::Segment;
 using geometry::Vec3d;
 
@@ -120,8 +124,7 @@ class BundleBuilder {
   }
   Strand strand(std::int32_t begin, std::int32_t end) const {
     const Vec3d p = middleOf(begin + (end - begin) / 2);
-    return {
-        begin, end, {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}};
+    return {begin, end, {nearestFloat(p.x), nearestFloat(p.y), nearestFloat(p.z)}};
   }
   Strand* at(std::int32_t i) { return strands_.data() + i; }
 

@@ -73,7 +73,7 @@ TEST(PointerIndex, KnowsNothingAtFirst) {
 TEST(PointerIndex, IsAMapUnderRandomUse) {
   // If this fails, an object is lost when another is unregistered: a gap has cut its chain of
   // probes.
-  for (const std::size_t things : {1, 3, 8, 9, 16, 17, 100, 1000}) {
+  for (const std::size_t things : {1u, 3u, 8u, 9u, 16u, 17u, 100u, 1000u}) {
     Random random(things);
     Model model(things);
     for (int i = 0; i < 4000; ++i) {
@@ -155,8 +155,15 @@ TEST(PointerIndex, ReservesOnceForMany) {
   index.reserve(10000);
   for (std::size_t i = 0; i < things.size(); ++i)
     ASSERT_EQ(index.find(&things[i]), static_cast<std::int32_t>(i));
+  // Forgetting keeps the room, clearing does not.
+  const std::size_t large = index.memoryUsage();
+  index.forgetAll();
+  for (int& thing : things) ASSERT_EQ(index.find(&thing), PointerIndex<int>::kNotFound);
+  EXPECT_EQ(index.memoryUsage(), large);
+  EXPECT_TRUE(index.insert(5));
+  EXPECT_EQ(index.find(&things[5]), 5);
   index.clear();
-  EXPECT_EQ(index.find(&things[0]), PointerIndex<int>::kNotFound);
+  EXPECT_EQ(index.find(&things[5]), PointerIndex<int>::kNotFound);
 }
 
 }  // namespace

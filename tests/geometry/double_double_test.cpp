@@ -36,7 +36,7 @@ double integerOf(Random& random, int bits) {
 Int128 longIntegerOf(Random& random, int bits) {
   const auto high = static_cast<Int128>(integerOf(random, 53));
   const auto low = static_cast<Int128>(integerOf(random, bits - 53));
-  return (high << (bits - 53)) + low;
+  return high * (Int128{1} << (bits - 53)) + low;
 }
 
 bool isNormalized(const DoubleDouble& x) { return x.high + x.low == x.high; }

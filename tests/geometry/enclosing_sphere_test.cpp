@@ -259,6 +259,11 @@ TEST(SupportSphere, OfKnownBalls) {
   EXPECT_NEAR(of_obtuse->ball.radius, 4.25, 1e-14);
   EXPECT_FALSE(of_obtuse->isLeast());
 
+  // The equation for the radius is linear: the radii fall along the centres as fast as can be.
+  const auto linear = support({{{0, 0, 0}, 5}, {{5, 0, 0}, 2}, {{0, 5, 0}, 1}});
+  ASSERT_TRUE(linear);
+  EXPECT_NEAR(linear->ball.radius, 5 + 3.37 / 3.36, 1e-13);
+
   // Internally tangent: the larger is the sphere.
   const auto nested = support({{{0, 0, 0}, 3}, {{2, 0, 0}, 1}});
   if (nested) {
@@ -324,7 +329,7 @@ TEST(EnclosingSphere, IsRightWhereWelzlsRecursionFails) {
 TEST(EnclosingSphere, IsTheLeastAroundRandomBalls) {
   // If this fails, cages are too small, so pairs are missed, or larger than need be.
   Random random(2);
-  for (const std::size_t count : {1, 2, 3, 4, 5, 8, 20, 100, 1000}) {
+  for (const std::size_t count : {1u, 2u, 3u, 4u, 5u, 8u, 20u, 100u, 1000u}) {
     for (const double largest_radius : {0.0, 0.01, 1.0, 100.0}) {
       for (int i = 0; i < (count > 100 ? 20 : 200); ++i) {
         Balls balls = randomBalls(random, count, largest_radius);

@@ -271,20 +271,26 @@ TEST(SegmentDistance, SurvivesAspectsOf1e12) {
   }
 }
 
-TEST(SegmentDistance, NeverMissesWhatIsWithinReachHoweverLongOrShort) {
-  // If this fails, products that overflow or vanish make a touching pair look apart. (Pairs that
-  // are apart may be taken for touching there: lengths should be of the order of one.)
+TEST(SegmentDistance, DecidesWhereProductsOfLengthsOverflowOrVanish) {
+  // If this fails, a scene in very small or very large units is judged by products that are 0 or
+  // infinite.
   Random random(5);
-  for (int i = 0; i < 300; ++i) {
+  for (int i = 0; i < 200; ++i) {
     for (const auto make : {crossing, parallel, endToInside, endToEnd, endToEndOnOneLine}) {
-      KnownPair pair = make(random);
-      const double distance = nextAbove(std::sqrt(pair.squared));
-      for (const int power : {-130, -90, 90, 130, 250}) {
+      const KnownPair pair = make(random);
+      const double distance = std::sqrt(pair.squared), extent = extentOf(pair.p, pair.q);
+      for (const int power : {-1000, -600, -260, -130, -90, 90, 130, 190, 260, 600, 960}) {
         const double scale = std::ldexp(1.0, power);
-        pair.squared = 0;  // unused, and out of range below
-        const KnownPair image = scaled(pair, scale);
-        EXPECT_TRUE(axesWithin(image.p, image.q, scale * distance)) << power;
-        EXPECT_LE(axisDistanceLowerBound(image.p, image.q), scale * distance) << power;
+        const KnownPair image = scaled(pair, scale);  // its own squared distance is out of range
+        EXPECT_TRUE(axesWithin(image.p, image.q, scale * nextAbove(distance))) << power;
+        EXPECT_TRUE(axesWithin(image.p, image.q, scale * 2 * (distance + extent))) << power;
+        if (distance > 0) {
+          EXPECT_FALSE(axesWithin(image.p, image.q, scale * distance * (1 - 1e-12))) << power;
+          EXPECT_FALSE(axesWithin(image.p, image.q, 0)) << power;
+        }
+        const double bound = axisDistanceLowerBound(image.p, image.q);
+        EXPECT_LE(bound, scale * nextAbove(distance)) << power;
+        EXPECT_GE(bound, scale * (distance - 1.5e-7 * extent)) << power;
       }
       if (HasFailure()) FAIL() << "case " << i;
     }

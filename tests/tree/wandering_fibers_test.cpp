@@ -656,7 +656,7 @@ TYPED_TEST(WanderingFibersTest, StoppingEndsTheVisitAtOnce) {
     EXPECT_EQ(visitPairs(tree, tree, change, change, between), Visit::kStop);
     EXPECT_EQ(between.pairs.size(), stop);
   }
-  for (const std::size_t stop : {1, 2, 17}) {
+  for (const std::size_t stop : {1u, 2u, 17u}) {
     Recorder recorder;
     recorder.stop_at = stop;
     const auto everything = TypeParam::Volume::around({{-9, -9, -9}, {9, 9, 9}, 9}, 0);
