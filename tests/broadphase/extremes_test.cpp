@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "support/managers_under_test.h"
+#include "support/pair_queries.h"
+#include "support/scene_generators.h"
+
+// Scenes and partners whose parts differ in size or place by more than a frame can bridge.
+
+namespace fcl_fibers::test {
+namespace {
+
+template <typename Config>
+class Extremes : public testing::Test {};
+TYPED_TEST_SUITE(Extremes, FiberManagers, ManagerNames);
+
+// Both corners of a far box would be taken for infinity, and infinity minus infinity for apart.
+TYPED_TEST(Extremes, BoxesNearTheEndOfTheRangeMeet) {
+  using S = typename TypeParam::Scalar;
+  const double far = static_cast<double>(std::numeric_limits<S>::max()) / 3.2;
+  Scene<S> scene;
+  for (const double x : {far, 1.0000001 * far, 0.0}) {
+    scene.addBox({x, 0, 0}, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Constant(1e-5 * far));
+  }
+  ASSERT_TRUE(scene[0]->getAABB().overlap(scene[1]->getAABB()));
+  const auto manager = TypeParam::make();
+  manager->registerObjects(scene.objects());
+  const Calls<S> pairs = selfPairs(*manager);
+  ASSERT_EQ(pairs.size(), 1u);
+  EXPECT_EQ(pairs[0], std::make_pair(scene[0], scene[1]));
+  EXPECT_EQ(pairsWith(*manager, *scene[1]).size(), 1u);
+}
+
+// Squares of its length would overflow, and NaN be taken for apart.
+TYPED_TEST(Extremes, AQueryObjectFarLargerThanTheSceneMeetsIt) {
+  using S = typename TypeParam::Scalar;
+  FiberManagerOptions options;
+  options.report = Report::kCapsules;
+  const auto manager = TypeParam::make(options);
+  Scene<S> scene;
+  scene.addCapsule({0, 0, 0}, {1, 0, 0}, 0.1);
+  scene.addCapsule({0, 5, 0}, {1, 5, 0}, 0.1);
+  manager->registerObjects(scene.objects());
+  // Where coordinates themselves overflow, the object is refused.
+  const int last = std::min(std::numeric_limits<S>::max_exponent10 - 2, 250);
+  for (int exponent = 0; exponent <= last; exponent += 3) {
+    const double half = std::pow(10.0, exponent);
+    Scene<S> query;
+    query.addCapsule({0.5, 0, -half}, {0.5, 0, half}, 0.1);
+    const Calls<S> pairs = pairsWith(*manager, *query[0]);
+    ASSERT_GE(pairs.size(), 1u) << "half length 1e" << exponent;
+    EXPECT_EQ(pairs[0].first, scene[0]) << "half length 1e" << exponent;
+    // The other is 4.8 away, more than rounding of such lengths once they are not too large.
+    EXPECT_TRUE(pairs.size() == 1 || exponent >= 12) << "half length 1e" << exponent;
+  }
+}
+
+// Products of small lengths would vanish, and everything touch.
+TYPED_TEST(Extremes, CapsulesFarSmallerThanTheSceneAreToldApart) {
+  using S = typename TypeParam::Scalar;
+  FiberManagerOptions options;
+  options.report = Report::kCapsules;
+  const auto manager = TypeParam::make(options);
+  Scene<S> scene;
+  const double size = 1e-12;
+  scene.addCapsule({0, 0, 0}, {size, 0, 0}, 0.1 * size);
+  scene.addCapsule({0, 0.19 * size, 0}, {size, 0.19 * size, 0}, 0.1 * size);
+  scene.addCapsule({0, -0.21 * size, 0}, {size, -0.21 * size, 0}, 0.1 * size);
+  scene.addCapsule({0, 1e3, 0}, {1e3, 1e3, 0}, 1);
+  manager->registerObjects(scene.objects());
+  const Calls<S> pairs = selfPairs(*manager);
+  ASSERT_EQ(pairs.size(), 1u);
+  EXPECT_EQ(pairs[0], std::make_pair(scene[0], scene[1]));
+}
+
+// One object far out would make bounds of all others useless.
+TYPED_TEST(Extremes, AnOutlierLeavesTheOthersBoundsTight) {
+  using S = typename TypeParam::Scalar;
+  for (const double far : {1e6, 1e12, 1e20}) {
+    Scene<S> scene;
+    for (int i = 0; i < 100; ++i) {
+      scene.addCapsule({0.0, 3.0 * i, 0.0}, {1.0, 3.0 * i, 0.0}, 0.1);
+    }
+    scene.addCapsule({far, far, far}, {far, far, 1.5 * far}, 0.1);
+    const auto manager = TypeParam::make();
+    manager->registerObjects(scene.objects());
+    EXPECT_TRUE(selfPairs(*manager).empty()) << far;
+  }
+}
+
+// The frame would be lost with the objects that it was found from, and bounds be coarse.
+TYPED_TEST(Extremes, UnregisteringEveryOtherObjectLeavesBoundsTight) {
+  using S = typename TypeParam::Scalar;
+  const double offset = std::is_same_v<S, double> ? 1e6 : 1e3;
+  Scene<S> scene;
+  for (int i = 0; i < 500; ++i) {
+    const double y = 0.3 * i;
+    scene.addCapsule({offset, y, 0.0}, {offset + 0.01, y, 0.0}, 0.001);
+  }
+  for (const std::size_t first : {0u, 1u}) {
+    const auto manager = TypeParam::make();
+    manager->registerObjects(scene.objects());
+    for (std::size_t i = first; i < scene.size(); i += 2) manager->unregisterObject(scene[i]);
+    EXPECT_TRUE(selfPairs(*manager).empty()) << first;
+  }
+}
+
+// A query that ends at its first pair would cost as much as reading the other manager whole.
+TYPED_TEST(Extremes, AForeignManagersObjectsAreReadWhenTheirTurnComes) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene = strandScene<S>(6, 12, 401);
+  Scene<S> others = strandScene<S>(6, 12, 401);
+  others[others.size() - 1]->setTranslation(
+      fcl::Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN()));
+  const auto manager = TypeParam::make();
+  manager->registerObjects(scene.objects());
+  ForeignManager<S> foreign(others.objects());
+  PairCollector<S> collector;
+  collector.stop_at = 1;
+  EXPECT_NO_THROW(manager->collide(&foreign, &collector, &PairCollector<S>::collide));
+  EXPECT_EQ(collector.calls.size(), 1u);
+  collector.stop_at = kNever;
+  EXPECT_THROW(manager->collide(&foreign, &collector, &PairCollector<S>::collide),
+               std::invalid_argument);
+  const auto none = TypeParam::make();
+  EXPECT_NO_THROW(none->collide(&foreign, &collector, &PairCollector<S>::collide));
+}
+
+// Programs that name contacts by fiber and segment would see them change under their hands.
+TYPED_TEST(Extremes, NumbersStayWhateverElseIsUnregistered) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene = strandScene<S>(20, 30, 402);
+  for (const bool declared : {true, false}) {
+    const auto manager = TypeParam::make();
+    if (declared) {
+      for (const auto& fiber : scene.fibers()) manager->registerFiber(fiber);
+    } else {
+      manager->registerObjects(scene.objects());
+    }
+    const auto place = manager->fiberSegment(scene.objects().back());
+    for (std::size_t i = 0; i + 1 < scene.size(); ++i) {
+      manager->unregisterObject(scene[i]);
+      const auto now = manager->fiberSegment(scene.objects().back());
+      ASSERT_EQ(now.fiber, place.fiber) << i;
+      ASSERT_EQ(now.segment, place.segment) << i;
+    }
+  }
+}
+
+// FCL's callers may call setup() as often as they like.
+TYPED_TEST(Extremes, SetupOfAReadyManagerIsHarmlessEvenInAQuery) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene = strandScene<S>(3, 5, 403);
+  const auto manager = TypeParam::make();
+  manager->registerObjects(scene.objects());
+  manager->setup();
+  struct Data {
+    fcl::BroadPhaseCollisionManager<S>* manager;
+    std::size_t calls;
+  } data{manager.get(), 0};
+  manager->collide(&data, [](fcl::CollisionObject<S>*, fcl::CollisionObject<S>*, void* cdata) {
+    auto& d = *static_cast<Data*>(cdata);
+    d.manager->setup();
+    ++d.calls;
+    return false;
+  });
+  EXPECT_EQ(data.calls, selfPairs(*manager).size());
+}
+
+}  // namespace
+}  // namespace fcl_fibers::test
