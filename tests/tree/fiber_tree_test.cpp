@@ -323,7 +323,7 @@ TYPED_TEST(FiberTreeTest, VisitsPairsOfTwoTreesInDifferentFrames) {
 
 // Ending at the first pair would cost as much as a whole query.
 TYPED_TEST(FiberTreeTest, StopsAtOnce) {
-  for (const std::size_t wanted : {1, 2, 50}) {
+  for (const std::size_t wanted : {1u, 2u, 50u}) {
     CollectPairs query;
     query.stop_after = wanted;
     EXPECT_EQ(visitPairs(this->tree_, query), Visit::kStop);
