@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 #
 # Installs what is missing, builds Release, times all managers scene by scene and prints one table
-# for each. Takes some minutes on 2 cores, and 6 GB of memory. Google Benchmark's JSON and the tables
+# for each. Takes a quarter of an hour on 2 cores, and 6 GB of memory. Google Benchmark's JSON and the tables
 # are kept in build/benchmarks/results. What the numbers mean: benchmarks/main.cpp.
 set -euo pipefail
 
