@@ -48,7 +48,6 @@ class MovingFibers {
   std::size_t segmentCount() const { return objects_.size(); }
 
   const std::vector<Object*>& objects() const { return objects_; }
-  const std::vector<std::vector<Object*>>& fibers() const { return fibers_; }
 
   /// The object's number in objects().
   static std::size_t index(const Object* object);
@@ -63,7 +62,7 @@ class MovingFibers {
   /// Poses and boxes as asked for, at no cost if they are so already.
   void bringTo(int frame, Boxes boxes);
 
-  /// Leaves all fibers but the first ones out of objects() and fibers().
+  /// Leaves all fibers but the first ones out.
   void keepFirst(std::size_t fiber_count);
 
  private:
