@@ -4,14 +4,22 @@
 # Installs what is missing, builds Release, times all managers scene by scene and prints one table
 # for each. Takes a quarter of an hour on 2 cores, and 6 GB of memory. Google Benchmark's JSON and the tables
 # are kept in build/benchmarks/results. What the numbers mean: benchmarks/main.cpp.
+#
+# With --paper [--full]: what the paper measured, as one page; see benchmarks/paper/run.sh.
 set -euo pipefail
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+if [[ ${1-} == --paper ]]; then
+  shift
+  exec benchmarks/paper/run.sh "$@"
+fi
+
 build=build/benchmarks
 results=$build/results
 hair=../shared/data
 
-.ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libbenchmark-dev
+.ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev \
+  libtbb-dev libbenchmark-dev
 
 cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
   -DFCL_FIBERS_BUILD_TESTS=OFF -DFCL_FIBERS_BUILD_BENCHMARKS=ON >&2

@@ -4,8 +4,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-.ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libgtest-dev \
-  libgmock-dev libbenchmark-dev
+.ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev \
+  libtbb-dev libboost-dev libgtest-dev libgmock-dev libbenchmark-dev
 cmake --preset release
 cmake --build --preset release
 ctest --preset release -j "$(nproc)" "$@"

@@ -39,7 +39,9 @@ struct QueryStatistics {
 /// that `computeAABB` is needed for other shapes only.
 ///
 /// `setup` and `update` read the objects; queries do not, so objects that move take part in queries
-/// where they were at the last of these calls. A query right after registering or unregistering
+/// where they were at the last of these calls. (Under Report::kVolumes objects are read again for
+/// pairs with unbounded objects and for queries of a fiber manager of another kind or report, as
+/// segments are not kept then.) A query right after registering or unregistering
 /// needs no `setup`: the first one does its work, and reads all objects. Queries are const and may
 /// run from several threads at once; registering, updating or clearing while a query runs, from its
 /// callback for instance, is refused.

@@ -35,6 +35,11 @@ struct FiberManagerOptions {
 
   /// Pairs this close count as touching, in the scene's unit of length. Finite, not negative.
   double margin = 0;
+
+  /// Threads that build, update, self-collision and collision with another fiber manager share
+  /// their work among, the caller's included; callbacks run on the caller's alone. At least 1.
+  /// Pairs and their order are the same for any number.
+  int threads = 1;
 };
 
 }  // namespace fcl_fibers

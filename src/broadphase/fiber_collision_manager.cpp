@@ -13,13 +13,11 @@
 #include <string>
 #include <type_traits>
 #include <utility>
-#include <variant>
 
 #include "broadphase/fiber_registry.h"
 #include "broadphase/object_segments.h"
 #include "geometry/touch.h"
-#include "tree/fiber_tree.h"
-#include "tree/traversal.h"
+#include "tree/scene.h"
 
 namespace fcl_fibers {
 namespace {
@@ -27,6 +25,7 @@ namespace {
 using geometry::Frame;
 using geometry::FrameChange;
 using geometry::Segment;
+using tree::Scene;
 using tree::SegmentId;
 using tree::Visit;
 
@@ -36,53 +35,33 @@ using tree::Visit;
 
 std::string nameOf(std::size_t index) { return "object " + std::to_string(index); }
 
-/// What a query does with a pair that its admission has let through: on_pair(query, a, b).
-template <class Admission, class F>
-struct Query : Admission {
-  F on_pair;
-  SegmentId second = 0;  ///< b in a query of one segment against the scene
+/// What a query does with the pairs it finds: on_pair(a, b).
+template <class F>
+class PairsTo : public tree::PairSink {
+ public:
+  explicit PairsTo(F on_pair) : on_pair_(std::move(on_pair)) {}
 
-  Query(Admission admission, F f) : Admission(std::move(admission)), on_pair(std::move(f)) {}
-
-  Visit leafPair(SegmentId a, SegmentId b) { return on_pair(*this, a, b); }
-  Visit leaf(SegmentId a) { return on_pair(*this, a, second); }
-};
-
-template <class Admission, class F>
-Query<Admission, F> makeQuery(Admission admission, F on_pair) {
-  return {std::move(admission), std::move(on_pair)};
-}
-
-/// Counts what it admits from.
-struct CountingAdmission : tree::OverlapAdmission {
-  std::size_t* volume_tests;
-
-  template <class Pack, class Volume, class F>
-  Visit forEachAdmitted(const Pack& pack, const Volume& volume, geometry::LaneMask lanes,
-                        double unit, F&& visit) {
-    *volume_tests += static_cast<std::size_t>(__builtin_popcount(lanes));
-    return OverlapAdmission::forEachAdmitted(pack, volume, lanes, unit, visit);
+  Visit take(const tree::Pair* pairs, std::size_t count) override {
+    for (const tree::Pair* pair = pairs; pair != pairs + count; ++pair) {
+      if (on_pair_(pair->a, pair->b) == Visit::kStop) return Visit::kStop;
+    }
+    return Visit::kContinue;
   }
+
+ private:
+  F on_pair_;
 };
 
-// Pairs of which one is unbounded never reach a tree; they are admitted by their boxes.
-bool admitsBoxes(const tree::OverlapAdmission&, const Segment& p, const Segment& q, double margin) {
-  return boxesTouch(p, q, margin);
-}
-bool admitsBoxes(const tree::NearestAdmission& nearest, const Segment& p, const Segment& q,
-                 double /*margin*/) {
-  return boxDistanceLowerBound(p, q) < nearest.limit;
-}
+/// The same for distances: on_pair(a, b, limit).
+template <class F>
+class NearestTo : public tree::NearestVisitor {
+ public:
+  explicit NearestTo(F on_pair) : on_pair_(std::move(on_pair)) {}
 
-using Tree = std::variant<tree::LayeredBoxTree<8>, tree::LayeredBoxTree<2>,
-                          tree::WrappedSphereTree<8>, tree::WrappedSphereTree<2>>;
+  Visit visit(SegmentId a, SegmentId b, double& limit) override { return on_pair_(a, b, limit); }
 
-/// What queries read, in the frame of the scene.
-struct Scene {
-  Frame frame;
-  std::vector<Segment> segments;     ///< by id; what an empty id has is not read
-  std::vector<SegmentId> unbounded;  ///< kept apart from the tree and tested against everything
-  Tree tree;
+ private:
+  F on_pair_;
 };
 
 }  // namespace
@@ -91,7 +70,12 @@ template <typename S>
 class FiberCollisionManager<S>::Impl {
  public:
   Impl(Hierarchy hierarchy, const FiberManagerOptions& options)
-      : options_(options), hierarchy_(hierarchy), registry_(options.ignored_neighbors > 0) {
+      : options_(checked(options)),
+        registry_(options.ignored_neighbors > 0),
+        scene_({hierarchy == Hierarchy::kWrappedSpheres, options.topology == Topology::kSuperThread,
+                options.report == Report::kCapsules, options.margin, options.threads}) {}
+
+  static const FiberManagerOptions& checked(const FiberManagerOptions& options) {
     constexpr const char* kCall = "FiberManagerOptions";
     if (options.ignored_neighbors < 0) {
       refuse(kCall, "ignored_neighbors is " + std::to_string(options.ignored_neighbors) +
@@ -101,6 +85,10 @@ class FiberCollisionManager<S>::Impl {
       refuse(kCall,
              "margin is " + std::to_string(options.margin) + "; set a finite length of 0 or more");
     }
+    if (options.threads < 1) {
+      refuse(kCall, "threads is " + std::to_string(options.threads) + "; set 1 or more");
+    }
+    return options;
   }
 
   const FiberManagerOptions& options() const { return options_; }
@@ -155,7 +143,7 @@ class FiberCollisionManager<S>::Impl {
   void clear(const char* call) {
     refuseDuringQuery(call);
     registry_.clear();
-    scene_ = Scene{};
+    scene_.clear();
     last_registered_.reset();
     state_ = State::kStale;
   }
@@ -171,13 +159,8 @@ class FiberCollisionManager<S>::Impl {
   void update(const char* call) {
     refuseDuringQuery(call);
     if (state_.exchange(State::kRefused) != State::kReady) return readAndBuild(call);
-    const std::vector<SegmentId> unbounded_before = scene_.unbounded;
-    readAll(call);
-    if (scene_.unbounded == unbounded_before) {
-      refit();
-    } else {
-      build();
-    }
+    if (!scene_.update(newFrame(), registry_.objects().size(), reader(call)))
+      return readAndBuild(call);
     state_ = State::kReady;
   }
 
@@ -193,22 +176,10 @@ class FiberCollisionManager<S>::Impl {
       return;
     }
     state_ = State::kRefused;
-    bool bounds_changed = false;
     for (std::size_t i = 0; i < moved.size(); ++i) {
-      Segment& segment = segmentOf(scene_, ids[i]);
-      const bool was_bounded = isBounded(segment);
-      segment = read(call, moved[i], scene_.frame, [i] { return nameOf(i); });
-      bounds_changed |= was_bounded != isBounded(segment);
+      read(call, moved[i], scene_.frame(), [i] { return nameOf(i); });
     }
-    if (bounds_changed) {
-      readAll(call);
-      build();
-    } else {
-      ids.erase(std::remove_if(ids.begin(), ids.end(),
-                               [&](SegmentId id) { return !isBounded(segmentOf(scene_, id)); }),
-                ids.end());
-      std::visit([&](auto& tree) { tree.refitMoved(scene_.segments, ids); }, scene_.tree);
-    }
+    if (!scene_.updateSome(ids, reader(call))) return readAndBuild(call);
     state_ = State::kReady;
   }
 
@@ -217,26 +188,39 @@ class FiberCollisionManager<S>::Impl {
   void collide(const char* call, void* cdata, fcl::CollisionCallBack<S> callback) const {
     requireCallback(call, callback);
     const QueryScope scope(*this, call);
-    auto query = makeQuery(tree::OverlapAdmission{}, [&](auto&, SegmentId a, SegmentId b) {
+    const auto report = [&](SegmentId a, SegmentId b) {
       if (a > b) std::swap(a, b);
-      if (ignores(a, b) || !reports(a, b)) return Visit::kContinue;
+      if (ignores(a, b)) return Visit::kContinue;
       return callback(objectOf(a), objectOf(b), cdata) ? Visit::kStop : Visit::kContinue;
+    };
+    PairsTo sink(report);
+    if (scene_.findPairs(sink) == Visit::kStop) return;
+    forUnboundedPairs([&](SegmentId a, SegmentId b, const Segment& p, const Segment& q) {
+      return boxesTouch(p, q, scene_.margin()) ? report(a, b) : Visit::kContinue;
     });
-    visitSelf(query);
   }
 
   void distance(const char* call, void* cdata, fcl::DistanceCallBack<S> callback) const {
     requireCallback(call, callback);
     const QueryScope scope(*this, call);
-    S least = std::numeric_limits<S>::max();
-    auto query = makeQuery(nearerThan(least), [&](auto& nearest, SegmentId a, SegmentId b) {
+    NearestCall nearest(*this, cdata, callback);
+    const auto report = [&](SegmentId a, SegmentId b, double& limit) {
       if (a > b) std::swap(a, b);
-      if (ignores(a, b)) return Visit::kContinue;
-      const Segment &p = segmentOf(scene_, a), &q = segmentOf(scene_, b);
-      return callNearest(nearest, p, q, endPointErrors(p, q), objectOf(a), objectOf(b), cdata,
-                         callback, least);
+      return ignores(a, b) ? Visit::kContinue : nearest.call(objectOf(a), objectOf(b), limit);
+    };
+    NearestTo visitor([&](SegmentId a, SegmentId b, double& limit) {
+      if (options_.report == Report::kCapsules) {
+        const Segment& q = scene_.segment(b);
+        if (!mayBeNearer(a, q, endPointError(q), limit)) return Visit::kContinue;
+      }
+      return report(a, b, limit);
     });
-    visitSelf(query);
+    double limit = nearest.limit();
+    if (scene_.findNearest(limit, visitor) == Visit::kStop) return;
+    limit = nearest.limit();
+    forUnboundedPairs([&](SegmentId a, SegmentId b, const Segment& p, const Segment& q) {
+      return boxDistanceLowerBound(p, q) < limit ? report(a, b, limit) : Visit::kContinue;
+    });
   }
 
   void collide(const char* call, Object* object, void* cdata,
@@ -244,9 +228,7 @@ class FiberCollisionManager<S>::Impl {
     requireCallback(call, callback);
     if (object == nullptr) refuse(call, "the object is null; pass an object");
     const QueryScope scope(*this, call);
-    const Segment segment = readQueryObject(call, object);
-    const SegmentId self = registry_.find(object);
-    collideOne(segment, endPointError(segment), object, self, cdata, callback);
+    collideOne(readQueryObject(call, object), object, cdata, callback);
   }
 
   void distance(const char* call, Object* object, void* cdata,
@@ -254,10 +236,8 @@ class FiberCollisionManager<S>::Impl {
     requireCallback(call, callback);
     if (object == nullptr) refuse(call, "the object is null; pass an object");
     const QueryScope scope(*this, call);
-    const Segment segment = readQueryObject(call, object);
-    const SegmentId self = registry_.find(object);
-    S least = std::numeric_limits<S>::max();
-    distanceOne(segment, endPointError(segment), object, self, cdata, callback, least);
+    NearestCall nearest(*this, cdata, callback);
+    distanceOne(readQueryObject(call, object), object, nearest);
   }
 
   /// Objects of a manager that is none of ours. They are read one by one, when it is their turn, so
@@ -268,10 +248,7 @@ class FiberCollisionManager<S>::Impl {
     const QueryScope scope(*this, call);
     for (std::size_t i = 0; i < others.size() && registry_.size() > 0; ++i) {
       const Segment segment = readOther(call, others[i], i);
-      if (collideOne(segment, endPointError(segment), others[i], registry_.find(others[i]), cdata,
-                     callback) == Visit::kStop) {
-        return;
-      }
+      if (collideOne(segment, others[i], cdata, callback) == Visit::kStop) return;
     }
   }
 
@@ -279,13 +256,10 @@ class FiberCollisionManager<S>::Impl {
                    fcl::DistanceCallBack<S> callback) const {
     requireCallback(call, callback);
     const QueryScope scope(*this, call);
-    S least = std::numeric_limits<S>::max();
+    NearestCall nearest(*this, cdata, callback);
     for (std::size_t i = 0; i < others.size() && registry_.size() > 0; ++i) {
       const Segment segment = readOther(call, others[i], i);
-      if (distanceOne(segment, endPointError(segment), others[i], registry_.find(others[i]), cdata,
-                      callback, least) == Visit::kStop) {
-        return;
-      }
+      if (distanceOne(segment, others[i], nearest) == Visit::kStop) return;
     }
   }
 
@@ -293,32 +267,53 @@ class FiberCollisionManager<S>::Impl {
                fcl::CollisionCallBack<S> callback) const {
     requireCallback(call, callback);
     const QueryScope scope(*this, call), other_scope(other, call);
-    const FrameChange to_this(other.scene_.frame, scene_.frame);
-    auto query = makeQuery(tree::OverlapAdmission{}, [&](auto&, SegmentId a, SegmentId b) {
-      const Segment q = to_this(segmentOf(other.scene_, b));
-      if (objectOf(a) == other.objectOf(b) ||
-          !touchesIfAsked(segmentOf(scene_, a), q, to_this.error(q))) {
-        return Visit::kContinue;
-      }
+    const auto report = [&](SegmentId a, SegmentId b) {
+      if (objectOf(a) == other.objectOf(b)) return Visit::kContinue;
       return callback(objectOf(a), other.objectOf(b), cdata) ? Visit::kStop : Visit::kContinue;
-    });
-    visitBetween(other, to_this, query);
+    };
+    visitBetween(
+        other,
+        [&] {
+          std::vector<Segment> read;
+          const bool needs = options_.report == Report::kCapsules && !other.scene_.keepsSegments();
+          if (needs) read = other.allSegments();
+          PairsTo sink(report);
+          return scene_.findPairs(other.scene_,
+                                  needs ? read.data() : other.scene_.segments().data(), sink);
+        },
+        [&](const Segment& segment, double error, SegmentId b, Among among) {
+          return findOne(
+              segment, error, [&](SegmentId a) { return report(a, b); }, among);
+        });
   }
 
   void distance(const char* call, const Impl& other, void* cdata,
                 fcl::DistanceCallBack<S> callback) const {
     requireCallback(call, callback);
     const QueryScope scope(*this, call), other_scope(other, call);
-    const FrameChange to_this(other.scene_.frame, scene_.frame);
-    S least = std::numeric_limits<S>::max();
-    auto query = makeQuery(nearerThan(least), [&](auto& nearest, SegmentId a, SegmentId b) {
-      if (objectOf(a) == other.objectOf(b)) return Visit::kContinue;
-      const Segment& p = segmentOf(scene_, a);
-      const Segment q = to_this(segmentOf(other.scene_, b));
-      return callNearest(nearest, p, q, endPointError(p) + to_this.error(q), objectOf(a),
-                         other.objectOf(b), cdata, callback, least);
-    });
-    visitBetween(other, to_this, query);
+    const FrameChange to_this(other.scene_.frame(), scene_.frame());
+    NearestCall nearest(*this, cdata, callback);
+    const auto report = [&](SegmentId a, SegmentId b, double& limit) {
+      return objectOf(a) == other.objectOf(b) ? Visit::kContinue
+                                              : nearest.call(objectOf(a), other.objectOf(b), limit);
+    };
+    visitBetween(
+        other,
+        [&] {
+          NearestTo visitor([&](SegmentId a, SegmentId b, double& limit) {
+            if (options_.report == Report::kCapsules) {
+              const Segment q = to_this(other.segmentOf(b));
+              if (!mayBeNearer(a, q, to_this.error(q), limit)) return Visit::kContinue;
+            }
+            return report(a, b, limit);
+          });
+          return scene_.findNearest(other.scene_, nearest.limit(), visitor);
+        },
+        [&](const Segment& segment, double error, SegmentId b, Among among) {
+          return findNearestOne(
+              segment, error, nearest,
+              [&](SegmentId a, double& limit) { return report(a, b, limit); }, among);
+        });
   }
 
   // --- Statistics ---
@@ -326,15 +321,20 @@ class FiberCollisionManager<S>::Impl {
   QueryStatistics selfCollisionStatistics(const char* call) const {
     const QueryScope scope(*this, call);
     QueryStatistics statistics;
-    CountingAdmission admission;
-    admission.volume_tests = &statistics.volume_tests;
-    auto query = makeQuery(admission, [&](auto&, SegmentId a, SegmentId b) {
-      if (ignores(a, b)) return Visit::kContinue;
-      statistics.capsule_tests += options_.report == Report::kCapsules;
-      statistics.pairs += reports(a, b);
+    statistics.volume_tests = scene_.countVolumeTests();
+    const auto count = [this](std::size_t& counter) {
+      return PairsTo([this, &counter](SegmentId a, SegmentId b) {
+        counter += !ignores(a, b);
+        return Visit::kContinue;
+      });
+    };
+    auto pairs = count(statistics.pairs), tests = count(statistics.capsule_tests);
+    scene_.findPairs(pairs);
+    if (options_.report == Report::kCapsules) scene_.findVolumePairs(tests);
+    forUnboundedPairs([&](SegmentId a, SegmentId b, const Segment& p, const Segment& q) {
+      statistics.pairs += boxesTouch(p, q, scene_.margin()) && !ignores(a, b);
       return Visit::kContinue;
     });
-    visitSelf(query);
     return statistics;
   }
 
@@ -349,14 +349,12 @@ class FiberCollisionManager<S>::Impl {
             return {};
           }
         },
-        scene_.tree);
+        scene_.tree());
   }
 
   std::size_t memoryUsage() const {
     const std::lock_guard<std::mutex> lock(build_mutex_);  // a first query may be building
-    return sizeof(*this) + registry_.memoryUsage() + scene_.segments.capacity() * sizeof(Segment) +
-           scene_.unbounded.capacity() * sizeof(SegmentId) +
-           std::visit([](const auto& tree) { return tree.memoryUsage(); }, scene_.tree);
+    return sizeof(*this) + registry_.memoryUsage() + scene_.memoryUsage();
   }
 
   SegmentId managedId(const char* call, const Object* object, const std::string& name) const {
@@ -417,8 +415,9 @@ class FiberCollisionManager<S>::Impl {
   }
 
   void readAndBuild(const char* call) const {
-    readAll(call);
-    build();
+    scene_.build(
+        newFrame(), registry_.objects().size(),
+        [this](auto&& admit) { return registry_.fibers(admit); }, reader(call));
     state_.store(State::kReady, std::memory_order_release);
   }
 
@@ -432,61 +431,30 @@ class FiberCollisionManager<S>::Impl {
   }
 
   Segment readQueryObject(const char* call, const Object* object) const {
-    return read(call, object, scene_.frame, [] { return std::string("the object passed"); });
+    return read(call, object, scene_.frame(), [] { return std::string("the object passed"); });
   }
 
   Segment readOther(const char* call, const Object* object, std::size_t index) const {
     const auto name = [index] { return nameOf(index) + " of the other manager"; };
     if (object == nullptr) refuse(call, name() + " is null; mend that manager");
-    return read(call, object, scene_.frame, name);
+    return read(call, object, scene_.frame(), name);
   }
 
-  /// Reads every object into the scene, in a frame chosen anew.
-  void readAll(const char* call) const {
-    const std::vector<Object*>& objects = registry_.objects();
-    scene_.frame = broadphase::sceneFrame(objects);
-    scene_.segments.resize(objects.size());
-    scene_.unbounded.clear();
-    for (std::size_t id = 0; id < objects.size(); ++id) {
-      if (objects[id] == nullptr) continue;
-      Segment& segment = scene_.segments[id];
-      segment = read(call, objects[id], scene_.frame, [&] {
-        const auto before =
-            std::count(objects.begin(), objects.begin() + static_cast<std::ptrdiff_t>(id), nullptr);
-        return nameOf(id - static_cast<std::size_t>(before)) + " in order of registration";
-      });
-      if (!isBounded(segment)) scene_.unbounded.push_back(static_cast<SegmentId>(id));
-    }
-  }
+  Frame newFrame() const { return broadphase::sceneFrame(registry_.objects()); }
 
-  double padding() const { return margin() / 2; }
-  /// In the scene's frame, as all that follows.
-  double margin() const { return options_.margin * scene_.frame.scale; }
-
-  void build() const {
-    const tree::Fibers fibers =
-        registry_.fibers([&](SegmentId id) { return isBounded(segmentOf(scene_, id)); });
-    const bool boxes = hierarchy_ == Hierarchy::kLayeredBoxes;
-    if (options_.topology == Topology::kBundle) {
-      auto topology = tree::bundle(fibers, scene_.segments);
-      if (boxes) {
-        scene_.tree = tree::LayeredBoxTree<8>(std::move(topology));
-      } else {
-        scene_.tree = tree::WrappedSphereTree<8>(std::move(topology));
+  /// Reads objects into the scene.
+  auto reader(const char* call) const {
+    return [this, call](SegmentId id, Segment& segment) {
+      const Object* object = objectOf(id);
+      if (object == nullptr) return false;
+      if (const char* problem = broadphase::readSegment(*object, scene_.frame(), segment)) {
+        const auto& objects = registry_.objects();
+        const auto before = std::count(objects.begin(), objects.begin() + id, nullptr);
+        refuse(call, nameOf(static_cast<std::size_t>(id - before)) +
+                         " in order of registration: " + problem);
       }
-    } else {
-      auto topology = tree::superThread(fibers);
-      if (boxes) {
-        scene_.tree = tree::LayeredBoxTree<2>(std::move(topology));
-      } else {
-        scene_.tree = tree::WrappedSphereTree<2>(std::move(topology));
-      }
-    }
-    refit();
-  }
-
-  void refit() const {
-    std::visit([&](auto& tree) { tree.refit(scene_.segments, padding()); }, scene_.tree);
+      return true;
+    };
   }
 
   static bool isCapsule(const Object& object) {
@@ -509,157 +477,168 @@ class FiberCollisionManager<S>::Impl {
   }
 
   Object* objectOf(SegmentId id) const { return registry_.objects()[static_cast<std::size_t>(id)]; }
-  template <class AScene>
-  static auto& segmentOf(AScene& scene, SegmentId id) {
-    return scene.segments[static_cast<std::size_t>(id)];
+  /// As the scene has it; where it keeps none, as the object is now.
+  Segment segmentOf(SegmentId id) const {
+    if (scene_.keepsSegments()) return scene_.segment(id);
+    Segment segment;
+    reader("collide")(id, segment);
+    return segment;
   }
-  static double endPointErrors(const Segment& p, const Segment& q) {
-    return endPointError(p) + endPointError(q);
+  std::vector<Segment> allSegments() const {
+    std::vector<Segment> segments(registry_.objects().size());
+    forEachId([&](SegmentId id) {
+      segments[static_cast<std::size_t>(id)] = segmentOf(id);
+      return Visit::kContinue;
+    });
+    return segments;
   }
-
-  // --- The pair filter behind the tree ---
 
   bool ignores(SegmentId a, SegmentId b) const {
     return options_.ignored_neighbors > 0 &&
            registry_.areNeighbors(a, b, options_.ignored_neighbors);
   }
 
-  bool touchesIfAsked(const Segment& p, const Segment& q, double q_error) const {
-    return options_.report == Report::kVolumes || touch(p, q, margin(), endPointError(p) + q_error);
-  }
+  // --- Distances ---
 
-  /// Of a pair that is not ignored.
-  bool reports(SegmentId a, SegmentId b) const {
-    if (options_.report == Report::kVolumes) return true;
-    const Segment& q = segmentOf(scene_, b);
-    return touchesIfAsked(segmentOf(scene_, a), q, endPointError(q));
-  }
+  /// Hands pairs to a distance callback and keeps the least distance that it has seen.
+  class NearestCall {
+   public:
+    NearestCall(const Impl& impl, void* cdata, fcl::DistanceCallBack<S> callback)
+        : scale_(impl.scene_.frame().scale), cdata_(cdata), callback_(callback) {}
 
-  tree::NearestAdmission nearerThan(S distance) const {
-    return {static_cast<double>(distance) * scene_.frame.scale};
-  }
+    /// In the frame of the scene.
+    double limit() const { return static_cast<double>(least_) * scale_; }
 
-  /// Hands a pair to a distance callback, unless the capsules are known to be no nearer than the
-  /// nearest pair so far.
-  Visit callNearest(tree::NearestAdmission& nearest, const Segment& p, const Segment& q,
-                    double error, Object* first, Object* second, void* cdata,
-                    fcl::DistanceCallBack<S> callback, S& least) const {
-    if (options_.report == Report::kCapsules &&
-        !(capsuleDistanceLowerBound(p, q, error) < nearest.limit)) {
-      return Visit::kContinue;
+    Visit call(Object* first, Object* second, double& limit) {
+      const bool stop = callback_(first, second, cdata_, least_);
+      limit = this->limit();
+      return stop ? Visit::kStop : Visit::kContinue;
     }
-    const bool stop = callback(first, second, cdata, least);
-    nearest.limit = nearerThan(least).limit;
-    return stop ? Visit::kStop : Visit::kContinue;
+
+   private:
+    double scale_;
+    void* cdata_;
+    fcl::DistanceCallBack<S> callback_;
+    S least_ = std::numeric_limits<S>::max();
+  };
+
+  /// Whether a pair is worth a call of the distance callback, as far as the capsules say.
+  /// @pre the scene keeps segments
+  bool mayBeNearer(SegmentId a, const Segment& q, double q_error, double limit) const {
+    const Segment& p = scene_.segment(a);
+    return capsuleDistanceLowerBound(p, q, endPointError(p) + q_error) < limit;
   }
 
-  // --- Traversals, with the unbounded objects ---
+  // --- Unbounded objects, which are in no tree: tested against all others by their boxes ---
 
-  /// Every unordered pair of managed objects that the query admits.
-  template <class Q>
-  void visitSelf(Q& query) const {
-    const Visit visit =
-        std::visit([&](const auto& tree) { return visitPairs(tree, query); }, scene_.tree);
-    if (visit == Visit::kStop) return;
-    for (const SegmentId u : scene_.unbounded) {
-      const Segment& unbounded = segmentOf(scene_, u);
+  bool isUnbounded(SegmentId id) const {
+    const auto& unbounded = scene_.unbounded();
+    return std::binary_search(unbounded.begin(), unbounded.end(), id);
+  }
+
+  /// Every pair of managed objects with an unbounded one: visit(a, b, segment of a, segment of b).
+  template <class F>
+  Visit forUnboundedPairs(F&& visit) const {
+    for (const SegmentId u : scene_.unbounded()) {
+      const Segment unbounded = segmentOf(u);
       const Visit each = forEachId([&](SegmentId id) {
-        const Segment& segment = segmentOf(scene_, id);
         // Of two unbounded ones, the pair is the later one's.
-        if (id == u || (id > u && !isBounded(segment))) return Visit::kContinue;
-        return admitsBoxes(query, segment, unbounded, margin()) ? query.leafPair(id, u)
-                                                                : Visit::kContinue;
+        if (id == u || (id > u && isUnbounded(id))) return Visit::kContinue;
+        return visit(id, u, segmentOf(id), unbounded);
       });
-      if (each == Visit::kStop) return;
-    }
-  }
-
-  /// Every managed object that the query admits against one segment in this scene's frame.
-  template <class Q>
-  Visit visitOne(const Segment& segment, double error, Q& query) const {
-    if (!isBounded(segment)) {
-      return forEachId([&](SegmentId id) {
-        return admitsBoxes(query, segmentOf(scene_, id), segment, margin()) ? query.leaf(id)
-                                                                            : Visit::kContinue;
-      });
-    }
-    const Visit visit = std::visit(
-        [&](const auto& tree) {
-          using Volume = typename std::decay_t<decltype(tree)>::Volume;
-          return visitLeaves(tree, Volume::around(segment, tree.padding() + error), query);
-        },
-        scene_.tree);
-    if (visit == Visit::kStop) return Visit::kStop;
-    for (const SegmentId u : scene_.unbounded) {
-      if (admitsBoxes(query, segmentOf(scene_, u), segment, margin()) &&
-          query.leaf(u) == Visit::kStop) {
-        return Visit::kStop;
-      }
+      if (each == Visit::kStop) return Visit::kStop;
     }
     return Visit::kContinue;
   }
 
-  /// Every pair of one of this manager's objects and one of the other's that the query admits.
-  template <class Q>
-  void visitBetween(const Impl& other, const FrameChange& to_this, Q& query) const {
-    const auto one_of_others = [&](SegmentId b) {
-      const Segment segment = to_this(segmentOf(other.scene_, b));
-      query.second = b;
-      return visitOne(segment, to_this.error(segment), query);
-    };
-    std::visit(
-        [&](const auto& tree, const auto& other_tree) {
-          if constexpr (std::is_same_v<decltype(tree), decltype(other_tree)>) {
-            // Each tree is padded by half its own margin; the sum has to be this manager's.
-            const double growth = (options_.margin - other.options_.margin) / 2;
-            const FrameChange b_to_a(other.scene_.frame, scene_.frame, growth * scene_.frame.scale);
-            const FrameChange a_to_b(scene_.frame, other.scene_.frame,
-                                     growth * other.scene_.frame.scale);
-            if (visitPairs(tree, other_tree, b_to_a, a_to_b, query) == Visit::kStop) return;
-            for (const SegmentId u : scene_.unbounded) {
-              const Segment& unbounded = segmentOf(scene_, u);
-              const Visit visit = other.forEachId([&](SegmentId b) {
-                const Segment segment = to_this(segmentOf(other.scene_, b));
-                if (!isBounded(segment)) return Visit::kContinue;
-                return admitsBoxes(query, unbounded, segment, margin()) ? query.leafPair(u, b)
-                                                                        : Visit::kContinue;
-              });
-              if (visit == Visit::kStop) return;
-            }
-            for (const SegmentId b : other.scene_.unbounded) {
-              if (one_of_others(b) == Visit::kStop) return;
-            }
-          } else {
-            other.forEachId(one_of_others);
-          }
-        },
-        scene_.tree, other.scene_.tree);
+  /// Every managed object that makes an unbounded pair with this one: visit(id, segment).
+  template <class F>
+  Visit forUnboundedPairs(const Segment& segment, F&& visit) const {
+    if (!isBounded(segment)) {
+      return forEachId([&](SegmentId id) { return visit(id, segmentOf(id)); });
+    }
+    for (const SegmentId u : scene_.unbounded()) {
+      if (visit(u, segmentOf(u)) == Visit::kStop) return Visit::kStop;
+    }
+    return Visit::kContinue;
   }
 
-  Visit collideOne(const Segment& segment, double error, Object* object, SegmentId self,
-                   void* cdata, fcl::CollisionCallBack<S> callback) const {
-    auto query = makeQuery(tree::OverlapAdmission{}, [&](auto&, SegmentId a, SegmentId) {
-      if (isSelfOrIgnored(a, self) || !touchesIfAsked(segmentOf(scene_, a), segment, error)) {
-        return Visit::kContinue;
+  // --- One segment against the scene, in the scene's frame ---
+
+  enum class Among { kAll, kUnbounded };
+
+  /// Every managed object that meets the segment, as the options have it: on_hit(id).
+  template <class F>
+  Visit findOne(const Segment& segment, double error, F&& on_hit, Among among = Among::kAll) const {
+    if (isBounded(segment) && among == Among::kAll) {
+      PairsTo sink([&](SegmentId a, SegmentId) { return on_hit(a); });
+      if (scene_.findPairs(segment, error, sink) == Visit::kStop) return Visit::kStop;
+    }
+    return forUnboundedPairs(segment, [&](SegmentId a, const Segment& p) {
+      return boxesTouch(p, segment, scene_.margin()) ? on_hit(a) : Visit::kContinue;
+    });
+  }
+
+  /// Every managed object that may be nearer than the nearest so far: on_near(id, limit).
+  template <class F>
+  Visit findNearestOne(const Segment& segment, double error, const NearestCall& nearest,
+                       F&& on_near, Among among = Among::kAll) const {
+    if (isBounded(segment) && among == Among::kAll) {
+      NearestTo visitor([&](SegmentId a, SegmentId, double& limit) {
+        const bool prune =
+            options_.report == Report::kCapsules && !mayBeNearer(a, segment, error, limit);
+        return prune ? Visit::kContinue : on_near(a, limit);
+      });
+      if (scene_.findNearest(segment, error, nearest.limit(), visitor) == Visit::kStop) {
+        return Visit::kStop;
       }
+    }
+    double limit = nearest.limit();
+    return forUnboundedPairs(segment, [&](SegmentId a, const Segment& p) {
+      return boxDistanceLowerBound(p, segment) < limit ? on_near(a, limit) : Visit::kContinue;
+    });
+  }
+
+  Visit collideOne(const Segment& segment, Object* object, void* cdata,
+                   fcl::CollisionCallBack<S> callback) const {
+    const SegmentId self = registry_.find(object);
+    return findOne(segment, endPointError(segment), [&](SegmentId a) {
+      if (isSelfOrIgnored(a, self)) return Visit::kContinue;
       return callback(objectOf(a), object, cdata) ? Visit::kStop : Visit::kContinue;
     });
-    return visitOne(segment, error, query);
   }
 
-  Visit distanceOne(const Segment& segment, double error, Object* object, SegmentId self,
-                    void* cdata, fcl::DistanceCallBack<S> callback, S& least) const {
-    auto query = makeQuery(nearerThan(least), [&](auto& nearest, SegmentId a, SegmentId) {
-      if (isSelfOrIgnored(a, self)) return Visit::kContinue;
-      const Segment& p = segmentOf(scene_, a);
-      return callNearest(nearest, p, segment, endPointError(p) + error, objectOf(a), object, cdata,
-                         callback, least);
-    });
-    return visitOne(segment, error, query);
+  Visit distanceOne(const Segment& segment, Object* object, NearestCall& nearest) const {
+    const SegmentId self = registry_.find(object);
+    return findNearestOne(
+        segment, endPointError(segment), nearest, [&](SegmentId a, double& limit) {
+          return isSelfOrIgnored(a, self) ? Visit::kContinue
+                                          : nearest.call(objectOf(a), object, limit);
+        });
   }
 
   bool isSelfOrIgnored(SegmentId a, SegmentId self) const {
     return self != broadphase::FiberRegistry<S>::kNotFound && (a == self || ignores(a, self));
+  }
+
+  /// Every pair with an object of another fiber manager: by tree(), where both have trees of one
+  /// kind, and by one(segment, error, id, among) for what the trees do not hold, the segment in
+  /// this scene's frame.
+  template <class TreePairs, class OnePairs>
+  Visit visitBetween(const Impl& other, TreePairs&& tree, OnePairs&& one) const {
+    const FrameChange to_this(other.scene_.frame(), scene_.frame());
+    const auto meet = [&](SegmentId b, Among among) {
+      const Segment segment = to_this(other.segmentOf(b));
+      return one(segment, to_this.error(segment), b, among);
+    };
+    const bool matches = scene_.matches(other.scene_);
+    if (matches && tree() == Visit::kStop) return Visit::kStop;
+    if (matches && scene_.unbounded().empty() && other.scene_.unbounded().empty()) {
+      return Visit::kContinue;
+    }
+    return other.forEachId([&](SegmentId b) {
+      return meet(b, matches && !other.isUnbounded(b) ? Among::kUnbounded : Among::kAll);
+    });
   }
 
   template <class F>
@@ -673,7 +652,6 @@ class FiberCollisionManager<S>::Impl {
   }
 
   const FiberManagerOptions options_;
-  const Hierarchy hierarchy_;
   broadphase::FiberRegistry<S> registry_;
   std::optional<Segment> last_registered_;  ///< a capsule that the next one may continue
 

@@ -45,6 +45,15 @@ class alignas(4 * N) Box::Pack {
       high_[axis][lane] = box.high[axis];
     }
   }
+  /// As set(); says whether it made a difference.
+  bool replace(int lane, const Box& box) {
+    bool differs = false;
+    for (int axis = 0; axis < 3; ++axis) {
+      differs |= !(low_[axis][lane] == box.low[axis] && high_[axis][lane] == box.high[axis]);
+    }
+    if (differs) set(lane, box);
+    return differs;
+  }
   void clear(int lane) {
     constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
     set(lane, {{kNone, kNone, kNone}, {kNone, kNone, kNone}});
@@ -54,13 +63,8 @@ class alignas(4 * N) Box::Pack {
             {high_[0][lane], high_[1][lane], high_[2][lane]}};
   }
 
-  FCL_FIBERS_ALWAYS_INLINE LaneMask overlaps(const Box& box) const {
-    const auto meet = [&](int axis) {
-      return (Lanes<N>::load(low_[axis]) <= Lanes<N>::all(box.high[axis])) &
-             (Lanes<N>::all(box.low[axis]) <= Lanes<N>::load(high_[axis]));
-    };
-    return (meet(0) & meet(1) & meet(2)).mask();
-  }
+  const float* low(int axis) const { return low_[axis]; }
+  const float* high(int axis) const { return high_[axis]; }
 
   void distances(const Box& box, float (&out)[N]) const {
     for (int lane = 0; lane < N; ++lane) {

@@ -68,18 +68,8 @@ class alignas(4 * N) Sphere::Pack {
     return {{center_[0][lane], center_[1][lane], center_[2][lane]}, radius_[lane]};
   }
 
-  FCL_FIBERS_ALWAYS_INLINE LaneMask overlaps(const Sphere& sphere) const {
-    // The two sides carry at most eight roundings of 2^-24; the smallest normal float covers what
-    // is lost below it.
-    constexpr float kRoundUp = 1 + 0x1p-20f;
-    const Lanes<N> x = Lanes<N>::load(center_[0]) - Lanes<N>::all(sphere.center[0]);
-    const Lanes<N> y = Lanes<N>::load(center_[1]) - Lanes<N>::all(sphere.center[1]);
-    const Lanes<N> z = Lanes<N>::load(center_[2]) - Lanes<N>::all(sphere.center[2]);
-    const Lanes<N> reach = Lanes<N>::load(radius_) + Lanes<N>::all(sphere.radius);
-    const Lanes<N> reach_squared =
-        reach * reach * Lanes<N>::all(kRoundUp) + Lanes<N>::all(std::numeric_limits<float>::min());
-    return (x * x + y * y + z * z <= reach_squared).mask();
-  }
+  const float* center(int axis) const { return center_[axis]; }
+  const float* radius() const { return radius_; }
 
   void distances(const Sphere& sphere, float (&out)[N]) const {
     for (int lane = 0; lane < N; ++lane) {

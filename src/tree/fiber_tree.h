@@ -9,6 +9,7 @@
 #include "geometry/box.h"
 #include "tree/layered.h"
 #include "tree/topology.h"
+#include "tree/work.h"
 #include "tree/wrapped_spheres.h"
 
 namespace fcl_fibers::tree {
@@ -27,7 +28,15 @@ class FiberTree {
 
   /// Volumes are there after the first refit.
   explicit FiberTree(Topology<kArity> topology)
-      : topology_(std::move(topology)), packs_(topology_.nodes.size()) {}
+      : topology_(std::move(topology)), packs_(topology_.nodes.size()) {
+    hierarchy_.reserve(topology_);
+    if (topology_.leaves.empty()) return;
+    const SegmentId last = *std::max_element(topology_.leaves.begin(), topology_.leaves.end());
+    slots_.resize(static_cast<std::size_t>(last) + 1, kNoSlot);
+    forEachLeaf([&](std::int32_t node, int lane, std::int32_t leaf, SegmentId id) {
+      slots_[static_cast<std::size_t>(id)] = Hierarchy::slot(node, lane, leaf);
+    });
+  }
 
   bool empty() const { return topology_.nodes.empty(); }
   double padding() const { return padding_; }
@@ -36,30 +45,32 @@ class FiberTree {
   const Node& node(std::int32_t i) const { return topology_.nodes[static_cast<std::size_t>(i)]; }
   const Pack& pack(std::int32_t i) const { return packs_[static_cast<std::size_t>(i)]; }
 
-  /// After any segment has moved: one backward sweep.
+  // A refit: start it, then fit leaves, then the nodes above them. Leaves may be fitted by several
+  // threads at once.
+
   /// @param padding  thickens every segment; half the margin at which pairs are to be found
-  void refit(const std::vector<geometry::Segment>& segments, double padding) {
-    padding_ = padding;
-    hierarchy_.startRefit(topology_);
-    // In a bundle neighbouring leaves are segments of different fibers, far apart in memory.
-    constexpr std::size_t kAhead = 64;
-    std::size_t next_leaf = topology_.leaves.size();
-    for (std::size_t i = topology_.nodes.size(); i-- > 0;) {
-      const auto ahead = static_cast<std::size_t>(topology_.nodes[i].leaf_begin);
-      while (next_leaf > 0 && next_leaf + kAhead > ahead) {
-        __builtin_prefetch(&segments[static_cast<std::size_t>(topology_.leaves[--next_leaf])]);
-      }
-      hierarchy_.refitNode(topology_, i, segments, padding_, packs_);
-    }
+  void startRefit(double padding) { padding_ = padding; }
+
+  /// Says whether the leaf's volume has changed. A segment that is not in the tree is passed over.
+  FCL_FIBERS_ALWAYS_INLINE bool fitLeaf(SegmentId id, const geometry::Segment& segment) {
+    const auto index = static_cast<std::size_t>(id);
+    const std::int32_t slot = index < slots_.size() ? slots_[index] : kNoSlot;
+    return slot != kNoSlot && hierarchy_.fitLeaf(slot, segment, padding_, packs_);
   }
 
-  /// After these segments have moved, and no others: the nodes above them.
-  void refitMoved(const std::vector<geometry::Segment>& segments,
-                  const std::vector<SegmentId>& moved) {
-    if (moved.empty()) return;
+  /// One backward sweep, of which nothing is left to do if no leaf has changed.
+  void fitNodes(bool leaves_changed = true) {
+    if (!leaves_changed) return hierarchy_.keepAll(topology_);
+    hierarchy_.startRefit();
+    for (std::size_t i = topology_.nodes.size(); i-- > 0;) hierarchy_.fitNode(topology_, i, packs_);
+  }
+
+  /// The nodes above these leaves.
+  void fitNodesAbove(const std::vector<SegmentId>& leaves) {
+    if (leaves.empty()) return;
     findParents();
     std::vector<std::int32_t> stale;
-    for (const SegmentId id : moved) {
+    for (const SegmentId id : leaves) {
       for (std::int32_t i = leaf_parent_[static_cast<std::size_t>(id)]; i >= 0;
            i = parent_[static_cast<std::size_t>(i)]) {
         if (is_stale_[static_cast<std::size_t>(i)]) break;
@@ -68,35 +79,69 @@ class FiberTree {
       }
     }
     std::sort(stale.begin(), stale.end());
-    hierarchy_.startRefit(topology_);
+    hierarchy_.startRefit();
     for (auto i = stale.rbegin(); i != stale.rend(); ++i) {
-      hierarchy_.refitNode(topology_, static_cast<std::size_t>(*i), segments, padding_, packs_);
+      hierarchy_.fitNode(topology_, static_cast<std::size_t>(*i), packs_);
       is_stale_[static_cast<std::size_t>(*i)] = false;
     }
+  }
+
+  /// After any segment has moved.
+  void refit(const std::vector<geometry::Segment>& segments, double padding) {
+    startRefit(padding);
+    for (const SegmentId id : topology_.leaves) {
+      fitLeaf(id, segments[static_cast<std::size_t>(id)]);
+    }
+    fitNodes();
+  }
+
+  /// After these segments have moved, and no others.
+  void refitMoved(const std::vector<geometry::Segment>& segments,
+                  const std::vector<SegmentId>& moved) {
+    for (const SegmentId id : moved) fitLeaf(id, segments[static_cast<std::size_t>(id)]);
+    fitNodesAbove(moved);
   }
 
   std::size_t memoryUsage() const {
     return topology_.nodes.capacity() * sizeof(Node) +
            topology_.leaves.capacity() * sizeof(SegmentId) + packs_.capacity() * sizeof(Pack) +
-           (parent_.capacity() + leaf_parent_.capacity()) * sizeof(std::int32_t) +
+           (slots_.capacity() + parent_.capacity() + leaf_parent_.capacity()) *
+               sizeof(std::int32_t) +
            is_stale_.capacity() / 8 + hierarchy_.memoryUsage();
   }
 
  private:
+  static constexpr std::int32_t kNoSlot = -1;
+
+  /// Calls visit(node, lane, position among the leaves, id) for all leaves.
+  template <class F>
+  void forEachLeaf(F&& visit) const {
+    for (std::size_t i = 0; i < topology_.nodes.size(); ++i) {
+      const Node& node = topology_.nodes[i];
+      std::int32_t leaf = node.leaf_begin;
+      for (int lane = 0; lane < node.child_count; ++lane) {
+        const Link child = node.children[static_cast<std::size_t>(lane)];
+        if (child.isLeaf()) visit(static_cast<std::int32_t>(i), lane, leaf, child.segment());
+        leaf += leafCount(*this, child);
+      }
+    }
+  }
+
   /// Only a tree that is refitted in part pays for the way up.
   void findParents() {
     if (!parent_.empty()) return;
-    const SegmentId last = *std::max_element(topology_.leaves.begin(), topology_.leaves.end());
-    leaf_parent_.resize(static_cast<std::size_t>(last) + 1);
+    leaf_parent_.resize(slots_.size());
     is_stale_.resize(topology_.nodes.size());
     parent_.resize(topology_.nodes.size(), -1);
+    forEachLeaf([&](std::int32_t node, int, std::int32_t, SegmentId id) {
+      leaf_parent_[static_cast<std::size_t>(id)] = node;
+    });
     for (std::size_t i = 0; i < topology_.nodes.size(); ++i) {
       const Node& node = topology_.nodes[i];
       for (int lane = 0; lane < node.child_count; ++lane) {
         const Link child = node.children[static_cast<std::size_t>(lane)];
-        auto& parent = child.isLeaf() ? leaf_parent_[static_cast<std::size_t>(child.segment())]
-                                      : parent_[static_cast<std::size_t>(child.node())];
-        parent = static_cast<std::int32_t>(i);
+        if (child.isLeaf()) continue;
+        parent_[static_cast<std::size_t>(child.node())] = static_cast<std::int32_t>(i);
       }
     }
   }
@@ -105,6 +150,7 @@ class FiberTree {
   double padding_ = 0;
   Hierarchy hierarchy_;
   std::vector<Pack> packs_;
+  std::vector<std::int32_t> slots_;  ///< by segment: where the hierarchy keeps its volume
 
   // For refits in part:
   std::vector<std::int32_t> parent_;       ///< by node; -1 for the root

@@ -11,7 +11,8 @@ namespace fcl_fibers::tree {
 /// A hierarchy whose nodes bound the volumes of their children. For boxes that is the same as
 /// bounding all segments below (Sobottka, Varnik and Weber, section 2.3, the lemma).
 ///
-/// A hierarchy is what a FiberTree fits its volumes with, node by node, children before parents.
+/// A hierarchy is what a FiberTree fits its volumes with: first the leaves, in any order, each in
+/// its slot, then node by node, children before parents.
 template <class V, int A>
 class Layered {
  public:
@@ -19,20 +20,30 @@ class Layered {
   static constexpr int kArity = A;
   using Pack = typename Volume::template Pack<kArity>;
 
-  void startRefit(const Topology<kArity>&) {}
+  /// Where the volume of a leaf is kept.
+  static std::int32_t slot(std::int32_t node, int lane, std::int32_t /*leaf*/) {
+    return node * kArity + lane;
+  }
+  void reserve(const Topology<kArity>&) {}
+
+  /// Fits the volume of a leaf; says whether it has changed.
+  static bool fitLeaf(std::int32_t slot, const geometry::Segment& segment, double padding,
+                      std::vector<Pack>& packs) {
+    return packs[static_cast<std::size_t>(slot / kArity)].replace(slot % kArity,
+                                                                  Volume::around(segment, padding));
+  }
+
+  void startRefit() {}
+  void keepAll(const Topology<kArity>&) {}
 
   /// Fits the volumes of a node's children, which are its pack.
-  void refitNode(const Topology<kArity>& topology, std::size_t index,
-                 const std::vector<geometry::Segment>& segments, double padding,
-                 std::vector<Pack>& packs) {
+  static void fitNode(const Topology<kArity>& topology, std::size_t index,
+                      std::vector<Pack>& packs) {
     const auto& node = topology.nodes[index];
-    Pack& pack = packs[index];
     for (int lane = 0; lane < node.child_count; ++lane) {
       const Link child = node.children[static_cast<std::size_t>(lane)];
-      pack.set(lane,
-               child.isLeaf()
-                   ? Volume::around(segments[static_cast<std::size_t>(child.segment())], padding)
-                   : packs[static_cast<std::size_t>(child.node())].unite());
+      if (child.isLeaf()) continue;
+      packs[index].set(lane, packs[static_cast<std::size_t>(child.node())].unite());
     }
   }
 

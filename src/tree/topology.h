@@ -52,6 +52,15 @@ struct Topology {
     std::array<Link, static_cast<std::size_t>(Arity)> children;
     std::int32_t child_count;
     std::int32_t leaf_begin, leaf_end;  ///< the segments below, as a range of `leaves`
+
+    /// The children as numbers: of a node, or ~segment.
+    const std::int32_t* links() const {
+      static_assert(sizeof(Link) == sizeof(std::int32_t));
+      return reinterpret_cast<const std::int32_t*>(children.data());
+    }
+    std::int32_t leafCount() const { return leaf_end - leaf_begin; }
+    /// Every child has a segment at least.
+    bool hasOnlyLeaves() const { return leafCount() == child_count; }
   };
 
   std::vector<Node> nodes;        ///< empty if there are no segments

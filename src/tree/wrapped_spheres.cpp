@@ -24,24 +24,31 @@ constexpr double kEscape = 0x1p-30;
 }  // namespace
 
 template <int A>
-void WrappedSpheres<A>::startRefit(const Topology<kArity>& topology) {
+void WrappedSpheres<A>::reserve(const Topology<kArity>& topology) {
   leaf_balls_.resize(topology.leaves.size());
   cages_.resize(topology.nodes.size());
-  cages_kept_ = cages_recomputed_ = 0;
 }
 
 template <int A>
-void WrappedSpheres<A>::refitNode(const Topology<kArity>& topology, std::size_t index,
-                                  const std::vector<geometry::Segment>& segments, double padding,
-                                  std::vector<Pack>& packs) {
+bool WrappedSpheres<A>::fitLeaf(std::int32_t slot, const geometry::Segment& segment, double padding,
+                                std::vector<Pack>& /*packs*/) {
+  const Ball ball = Ball::around(segment, padding);
+  Ball& kept = leaf_balls_[static_cast<std::size_t>(slot)];
+  const bool differs = !(kept.center.x == ball.center.x && kept.center.y == ball.center.y &&
+                         kept.center.z == ball.center.z && kept.radius == ball.radius);
+  kept = ball;
+  return differs;
+}
+
+template <int A>
+void WrappedSpheres<A>::fitNode(const Topology<kArity>& topology, std::size_t index,
+                                std::vector<Pack>& packs) {
   const Node& node = topology.nodes[index];
   Pack& pack = packs[index];
   auto leaf = static_cast<std::size_t>(node.leaf_begin);
   for (int lane = 0; lane < node.child_count; ++lane) {
     const Link child = node.children[static_cast<std::size_t>(lane)];
     if (child.isLeaf()) {
-      leaf_balls_[leaf] =
-          Ball::around(segments[static_cast<std::size_t>(child.segment())], padding);
       pack.set(lane, Sphere::around(leaf_balls_[leaf]));
       ++leaf;
     } else {

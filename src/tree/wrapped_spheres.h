@@ -19,10 +19,17 @@ class WrappedSpheres {
   static constexpr int kArity = A;
   using Pack = Volume::Pack<kArity>;
 
-  void startRefit(const Topology<kArity>& topology);
-  void refitNode(const Topology<kArity>& topology, std::size_t index,
-                 const std::vector<geometry::Segment>& segments, double padding,
-                 std::vector<Pack>& packs);
+  static std::int32_t slot(std::int32_t /*node*/, int /*lane*/, std::int32_t leaf) { return leaf; }
+  void reserve(const Topology<kArity>& topology);
+  bool fitLeaf(std::int32_t slot, const geometry::Segment& segment, double padding,
+               std::vector<Pack>& packs);
+  void startRefit() { cages_kept_ = cages_recomputed_ = 0; }
+  /// Where no leaf has changed.
+  void keepAll(const Topology<kArity>& topology) {
+    cages_kept_ = topology.nodes.size();
+    cages_recomputed_ = 0;
+  }
+  void fitNode(const Topology<kArity>& topology, std::size_t index, std::vector<Pack>& packs);
   std::size_t memoryUsage() const;
 
   /// The cage of a node and the leaves of its basis, counted from the node's first leaf.

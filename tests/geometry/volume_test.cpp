@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "geometry/box.h"
+#include "geometry/overlap.h"
 #include "geometry/rounding.h"
 #include "geometry/sphere.h"
 #include "support/exact_geometry.h"
@@ -366,7 +367,7 @@ TYPED_TEST(PackTest, OverlapsAreThoseOfOneVolumeAtATime) {
                               scale * static_cast<float>(random.unit()));
     }
     const LaneMask expected = this->lanesOf(volumes, volume);
-    ASSERT_EQ(pack.overlaps(volume), expected) << i;
+    ASSERT_EQ(overlaps(pack, volume), expected) << i;
     (expected == 0 ? apart : overlapping)++;
   }
   EXPECT_GT(overlapping, 2000);
@@ -381,7 +382,7 @@ TYPED_TEST(PackTest, OverlapIsNeverMissedAndHardlyInvented) {
     const auto volumes = this->randomVolumes(random, scale);
     const auto volume =
         i % 2 == 0 ? this->anyVolume(random, scale) : this->touching(volumes[0], scale);
-    const LaneMask mask = this->packOf(volumes).overlaps(volume);
+    const LaneMask mask = overlaps(this->packOf(volumes), volume);
     for (int lane = 0; lane < TestFixture::kLanes; ++lane) {
       const auto& other = volumes[static_cast<std::size_t>(lane)];
       const Real gap = gapOf(other, volume);
@@ -405,7 +406,7 @@ TYPED_TEST(PackTest, OverlapIsSymmetric) {
     typename TestFixture::Pack of_p, of_q;
     of_p.set(1, p);
     of_q.set(1, q);
-    ASSERT_EQ(of_p.overlaps(q), of_q.overlaps(p)) << i;
+    ASSERT_EQ(overlaps(of_p, q), overlaps(of_q, p)) << i;
   }
 }
 
@@ -413,10 +414,10 @@ TYPED_TEST(PackTest, VolumesAreClosed) {
   // If this fails, volumes that touch are taken for apart.
   typename TestFixture::Pack pack;
   pack.set(0, this->at(0));
-  EXPECT_EQ(pack.overlaps(this->at(2)), 1u);
-  EXPECT_EQ(pack.overlaps(this->at(-2)), 1u);
-  EXPECT_EQ(pack.overlaps(this->at(2.001f)), 0u);
-  EXPECT_EQ(pack.overlaps(this->at(-2.001f)), 0u);
+  EXPECT_EQ(overlaps(pack, this->at(2)), 1u);
+  EXPECT_EQ(overlaps(pack, this->at(-2)), 1u);
+  EXPECT_EQ(overlaps(pack, this->at(2.001f)), 0u);
+  EXPECT_EQ(overlaps(pack, this->at(-2.001f)), 0u);
 }
 
 TEST(BoxPack, BoxesAreClosedToTheLastBitOnEveryAxis) {
@@ -428,14 +429,14 @@ TEST(BoxPack, BoxesAreClosedToTheLastBitOnEveryAxis) {
     Box other = box;
     other.low[axis] = 1;
     other.high[axis] = 2;
-    EXPECT_EQ(pack.overlaps(other), 8u);
+    EXPECT_EQ(overlaps(pack, other), 8u);
     other.low[axis] = floatAbove(1);
-    EXPECT_EQ(pack.overlaps(other), 0u);
+    EXPECT_EQ(overlaps(pack, other), 0u);
     other.low[axis] = -1;
     other.high[axis] = 0;
-    EXPECT_EQ(pack.overlaps(other), 8u);
+    EXPECT_EQ(overlaps(pack, other), 8u);
     other.high[axis] = -1e-30f;
-    EXPECT_EQ(pack.overlaps(other), 0u);
+    EXPECT_EQ(overlaps(pack, other), 0u);
   }
 }
 
@@ -445,8 +446,8 @@ TEST(SpherePack, SpheresAreClosedWhereTheDistanceIsKnown) {
   pack.set(5, {{0, 0, 0}, 3});
   for (const Sphere& sphere :
        {Sphere{{6, 6, 3}, 6}, Sphere{{6, 3, -6}, 6}, Sphere{{-3, 6, 6}, 6}}) {
-    EXPECT_EQ(pack.overlaps(sphere), 32u);
-    EXPECT_EQ(pack.overlaps({{sphere.center[0], sphere.center[1], sphere.center[2]}, 5.999f}), 0u);
+    EXPECT_EQ(overlaps(pack, sphere), 32u);
+    EXPECT_EQ(overlaps(pack, {{sphere.center[0], sphere.center[1], sphere.center[2]}, 5.999f}), 0u);
   }
 }
 
@@ -456,8 +457,8 @@ TYPED_TEST(PackTest, EachLaneAnswersForItself) {
     typename TestFixture::Pack pack;
     for (int other = 0; other < TestFixture::kLanes; ++other) pack.set(other, this->at(100));
     pack.set(lane, this->at(0));
-    EXPECT_EQ(pack.overlaps(this->at(0)), LaneMask{1} << lane);
-    EXPECT_EQ(pack.overlaps(this->at(100)),
+    EXPECT_EQ(overlaps(pack, this->at(0)), LaneMask{1} << lane);
+    EXPECT_EQ(overlaps(pack, this->at(100)),
               firstLanes(TestFixture::kLanes) & ~(LaneMask{1} << lane));
     float distances[TestFixture::kLanes];
     pack.distances(this->at(0), distances);
@@ -475,7 +476,7 @@ TYPED_TEST(PackTest, ClearedLanesOverlapNothingAndHaveNoDistance) {
   float distances[TestFixture::kLanes];
   const auto expectNone = [&](LaneMask lanes) {
     for (const auto& volume : {this->all(), this->at(0), this->at(1e30f)}) {
-      EXPECT_EQ(pack.overlaps(volume) & lanes, 0u);
+      EXPECT_EQ(overlaps(pack, volume) & lanes, 0u);
       pack.distances(volume, distances);
       for (int lane = 0; lane < TestFixture::kLanes; ++lane) {
         EXPECT_EQ(std::isnan(distances[lane]), (lanes >> lane & 1u) != 0) << lane;
@@ -487,7 +488,7 @@ TYPED_TEST(PackTest, ClearedLanesOverlapNothingAndHaveNoDistance) {
   for (int lane = 0; lane < TestFixture::kLanes; ++lane) {
     pack.set(lane, this->at(0));
     expectNone(lanes & ~(LaneMask{1} << lane));
-    EXPECT_EQ(pack.overlaps(this->at(0)), LaneMask{1} << lane);
+    EXPECT_EQ(overlaps(pack, this->at(0)), LaneMask{1} << lane);
     pack.set(lane, this->all());
     expectNone(lanes & ~(LaneMask{1} << lane));
     pack.clear(lane);
@@ -503,7 +504,7 @@ TYPED_TEST(PackTest, UnboundedVolumesOverlapAll) {
   float distances[TestFixture::kLanes];
   for (const auto& volume :
        {this->all(), this->at(0), this->at(1e15f), this->at(-1e30f), this->at(kLargest)}) {
-    EXPECT_EQ(pack.overlaps(volume), lanes);
+    EXPECT_EQ(overlaps(pack, volume), lanes);
     pack.distances(volume, distances);
     for (int lane = 0; lane < TestFixture::kLanes; ++lane) EXPECT_EQ(distances[lane], 0) << lane;
   }
@@ -554,7 +555,7 @@ TYPED_TEST(PackTest, OverlapIsNeverMissedAtAnySize) {
     const auto scale = static_cast<float>(std::pow(10.0, random.between(-38, 38)));
     const auto volumes = this->randomVolumes(random, scale);
     const auto volume = this->anyVolume(random, scale);
-    const LaneMask mask = this->packOf(volumes).overlaps(volume);
+    const LaneMask mask = overlaps(this->packOf(volumes), volume);
     for (int lane = 0; lane < TestFixture::kLanes; ++lane) {
       if (gapOf(volumes[static_cast<std::size_t>(lane)], volume) <= 0) {
         ASSERT_TRUE(mask >> lane & 1u) << i << " scale " << scale;
@@ -572,7 +573,7 @@ TEST(SpherePack, SpheresOutOfRangeAreAtDistanceZero) {
   EXPECT_EQ(distances[0], 0);
   pack.distances({{-1e30f, 0, 0}, kInfinity}, distances);
   EXPECT_EQ(distances[0], 0);
-  EXPECT_EQ(pack.overlaps({{-1e30f, 0, 0}, 1}), 1u);
+  EXPECT_EQ(overlaps(pack, {{-1e30f, 0, 0}, 1}), 1u);
 }
 
 template <int N>

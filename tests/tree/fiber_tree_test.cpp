@@ -146,7 +146,7 @@ class FiberTreeTest : public ::testing::Test {
       typename Volume::template Pack<2> pack;
       pack.set(0, Volume::around(segments_[i], kPadding));
       for (std::size_t j = i + 1; j < segments_.size(); ++j) {
-        if (pack.overlaps(Volume::around(segments_[j], kPadding)) & 1u) {
+        if (overlaps(pack, Volume::around(segments_[j], kPadding)) & 1u) {
           pairs.insert({static_cast<SegmentId>(i), static_cast<SegmentId>(j)});
         }
       }
@@ -261,7 +261,7 @@ TYPED_TEST(FiberTreeTest, VisitsTheLeavesThatBruteForceFinds) {
     for (std::size_t j = 0; j < this->segments_.size(); ++j) {
       typename Volume::template Pack<2> pack;
       pack.set(0, Volume::around(this->segments_[j], this->kPadding));
-      if (pack.overlaps(volume) & 1u) expected.insert(static_cast<SegmentId>(j));
+      if (overlaps(pack, volume) & 1u) expected.insert(static_cast<SegmentId>(j));
     }
     CollectPairs query;
     visitLeaves(this->tree_, volume, query);
@@ -310,8 +310,8 @@ TYPED_TEST(FiberTreeTest, VisitsPairsOfTwoTreesInDifferentFrames) {
       const std::pair<SegmentId, SegmentId> pair(static_cast<SegmentId>(i),
                                                  static_cast<SegmentId>(j));
       // Float bounds a thousand units from their origin are good to 1e-4.
-      const bool surely = (pack.overlaps(Volume::around(world_b[j], -1e-6)) & 1u) != 0;
-      const bool hardly = (pack.overlaps(Volume::around(world_b[j], 2e-3)) & 1u) == 0;
+      const bool surely = (overlaps(pack, Volume::around(world_b[j], -1e-6)) & 1u) != 0;
+      const bool hardly = (overlaps(pack, Volume::around(world_b[j], 2e-3)) & 1u) == 0;
       overlapping += surely;
       const bool found = query.pairs.count(pair) != 0;
       EXPECT_TRUE(found || !surely) << i << ", " << j;

@@ -117,7 +117,7 @@ template <class Volume>
 bool overlap(const Volume& p, const Volume& q) {
   typename Volume::template Pack<2> pack;
   pack.set(0, p);
-  return pack.overlaps(q) != 0;
+  return overlaps(pack, q) != 0;
 }
 
 bool contains(const Box& outer, const Box& inner) {

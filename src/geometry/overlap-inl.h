@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#if defined(FCL_FIBERS_GEOMETRY_OVERLAP_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef FCL_FIBERS_GEOMETRY_OVERLAP_INL_H
+#undef FCL_FIBERS_GEOMETRY_OVERLAP_INL_H
+#else
+#define FCL_FIBERS_GEOMETRY_OVERLAP_INL_H
+#endif
+
+#include <limits>
+
+#include "geometry/box.h"
+#include "geometry/lanes-inl.h"
+#include "geometry/sphere.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace fcl_fibers::geometry::HWY_NAMESPACE {
+
+// A bit for each lane of a pack whose volume overlaps another one.
+
+template <int N>
+FCL_FIBERS_ALWAYS_INLINE LaneMask overlaps(const Box::Pack<N>& pack, const Box& box) {
+  const auto meet = [&](int axis) HWY_ATTR {
+    return (Lanes<N>::load(pack.low(axis)) <= Lanes<N>::all(box.high[axis])) &
+           (Lanes<N>::all(box.low[axis]) <= Lanes<N>::load(pack.high(axis)));
+  };
+  return (meet(0) & meet(1) & meet(2)).mask();
+}
+
+template <int N>
+FCL_FIBERS_ALWAYS_INLINE LaneMask overlaps(const Sphere::Pack<N>& pack, const Sphere& sphere) {
+  // The two sides carry at most eight roundings of 2^-24; the smallest normal float covers what
+  // is lost below it.
+  constexpr float kRoundUp = 1 + 0x1p-20f;
+  const Lanes<N> x = Lanes<N>::load(pack.center(0)) - Lanes<N>::all(sphere.center[0]);
+  const Lanes<N> y = Lanes<N>::load(pack.center(1)) - Lanes<N>::all(sphere.center[1]);
+  const Lanes<N> z = Lanes<N>::load(pack.center(2)) - Lanes<N>::all(sphere.center[2]);
+  const Lanes<N> reach = Lanes<N>::load(pack.radius()) + Lanes<N>::all(sphere.radius);
+  const Lanes<N> reach_squared =
+      reach * reach * Lanes<N>::all(kRoundUp) + Lanes<N>::all(std::numeric_limits<float>::min());
+  return (x * x + y * y + z * z <= reach_squared).mask();
+}
+
+}  // namespace fcl_fibers::geometry::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

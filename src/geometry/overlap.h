@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+// The overlap test for the instruction set that this file is compiled for.
+#include "geometry/overlap-inl.h"
+
+namespace fcl_fibers::geometry {
+using HWY_NAMESPACE::overlaps;
+}

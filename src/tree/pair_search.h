@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+#include "geometry/capsule_test.h"
+#include "geometry/frame.h"
+#include "geometry/touch.h"
+#include "parallel/executor.h"
+#include "tree/search.h"
+
+namespace fcl_fibers::tree {
+
+/// Takes the pairs of a query, in runs.
+class PairSink {
+ public:
+  virtual Visit take(const Pair* pairs, std::size_t count) = 0;
+
+ protected:
+  ~PairSink() = default;
+};
+
+/// Keeps the pairs whose capsules touch: many at a time in float, those near the boundary by
+/// touch().
+class CapsuleFilter {
+ public:
+  using Segment = geometry::Segment;
+
+  /// @param a, b    segments by id; those of b are brought into a's frame where `b_to_a` is given
+  /// @param margin  in a's frame
+  /// @param unit    see CapsulePairs
+  CapsuleFilter(const Segment* a, const Segment* b, const geometry::FrameChange* b_to_a,
+                double margin, double unit)
+      : a_(a), b_(b), b_to_a_(b_to_a), margin_(margin), unit_(unit) {}
+
+  /// Moves the pairs that touch to the front, in their order; returns how many they are.
+  std::size_t keepTouching(Pair* pairs, std::size_t count) const {
+    return b_to_a_ == nullptr ? keep(pairs, count, FirstFrame{}) : keep(pairs, count, *b_to_a_);
+  }
+
+ private:
+  struct FirstFrame {
+    const Segment& operator()(const Segment& segment) const { return segment; }
+    static double error(const Segment& segment) { return endPointError(segment); }
+  };
+
+  template <class ToFirst>
+  std::size_t keep(Pair* pairs, std::size_t count, const ToFirst& to_first) const {
+    const auto first = [&](const Pair& pair) -> const Segment& {
+      return a_[static_cast<std::size_t>(pair.a)];
+    };
+    const auto second = [&](const Pair& pair) -> const Segment& {
+      return b_[static_cast<std::size_t>(pair.b)];
+    };
+    constexpr std::size_t kBlock = geometry::CapsulePairs::kCapacity;
+    geometry::CapsulePairs block(unit_);
+    std::size_t kept = 0;
+    for (std::size_t begin = 0; begin < count; begin += kBlock) {
+      const std::size_t end = std::min(begin + kBlock, count);
+      block.clear();
+      for (std::size_t i = begin; i < end; ++i) {
+        const Segment& p = first(pairs[i]);
+        const auto& q = to_first(second(pairs[i]));
+        block.add(p, q, margin_, endPointError(p) + to_first.error(q));
+      }
+      const auto verdict = block.decide();
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::size_t byte = (i - begin) / 8, bit = (i - begin) % 8;
+        if (verdict.apart[byte] >> bit & 1u) continue;
+        if (verdict.touching[byte] >> bit & 1u ||
+            touches(first(pairs[i]), to_first(second(pairs[i])), to_first)) {
+          pairs[kept++] = pairs[i];
+        }
+      }
+    }
+    return kept;
+  }
+  template <class ToFirst>
+  bool touches(const Segment& p, const Segment& q, const ToFirst& to_first) const {
+    return touch(p, q, margin_, endPointError(p) + to_first.error(q));
+  }
+
+  const Segment* a_;
+  const Segment* b_;
+  const geometry::FrameChange* b_to_a_;
+  double margin_, unit_;
+};
+
+namespace internal {
+
+/// Fills a buffer on the stack with pairs and hands them on.
+class SerialRun : public PairBuffer {
+ public:
+  SerialRun(const CapsuleFilter* filter, PairSink& sink) : filter_(filter), sink_(sink) {
+    restart();
+  }
+  SerialRun(const SerialRun&) = delete;
+  SerialRun& operator=(const SerialRun&) = delete;
+
+  Visit full() override {
+    auto count = static_cast<std::size_t>(next_ - pairs_);
+    if (filter_ != nullptr) count = filter_->keepTouching(pairs_, count);
+    // A query that wants the first pair only should not have to wait for many.
+    limit_ = std::min(2 * limit_, kCapacity);
+    restart();
+    return count == 0 ? Visit::kContinue : sink_.take(pairs_, count);
+  }
+
+ private:
+  static constexpr std::size_t kFirst = 8, kCapacity = 1024;
+
+  void restart() {
+    next_ = pairs_;
+    end_ = pairs_ + limit_;
+  }
+
+  const CapsuleFilter* filter_;
+  PairSink& sink_;
+  std::size_t limit_ = kFirst;
+  Pair pairs_[kCapacity + kRoom];
+};
+
+/// Does the work piece by piece as it comes.
+template <class Tree, class Trees>
+class SerialWork : public WorkSink {
+ public:
+  SerialWork(const Trees& trees, PairBuffer& out) : trees_(trees), out_(out) {}
+  Visit take(const Work& piece) override { return Search<Tree>::overlaps(trees_, piece, out_); }
+
+ private:
+  const Trees& trees_;
+  PairBuffer& out_;
+};
+
+/// Keeps all pairs of a piece of work.
+class PieceRun : public PairBuffer {
+ public:
+  void start() {
+    if (pairs_.empty()) pairs_.resize(kFirst + kRoom);
+    restart(0);
+  }
+  void finish(const CapsuleFilter* filter) {
+    count_ = static_cast<std::size_t>(next_ - pairs_.data());
+    if (filter != nullptr) count_ = filter->keepTouching(pairs_.data(), count_);
+  }
+  Visit full() override {
+    const auto count = static_cast<std::size_t>(next_ - pairs_.data());
+    pairs_.resize(2 * pairs_.size());
+    restart(count);
+    return Visit::kContinue;
+  }
+  const Pair* pairs() const { return pairs_.data(); }
+  std::size_t count() const { return count_; }
+
+ private:
+  static constexpr std::size_t kFirst = 256;
+
+  void restart(std::size_t count) {
+    next_ = pairs_.data() + count;
+    end_ = pairs_.data() + pairs_.size() - kRoom;
+  }
+
+  std::vector<Pair> pairs_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace internal
+
+/// What a search on several threads keeps for the next one.
+struct SearchScratch {
+  std::vector<Work> work;
+  std::vector<internal::PieceRun> pieces;
+};
+
+namespace internal {
+
+/// Collects work, shares it out, and hands the pairs on in the order of the work.
+template <class Tree, class Trees>
+class ParallelWork : public WorkSink {
+ public:
+  ParallelWork(const Trees& trees, const CapsuleFilter* filter, parallel::Executor& executor,
+               SearchScratch& scratch, PairSink& sink)
+      : trees_(trees), filter_(filter), executor_(executor), scratch_(scratch), sink_(sink) {
+    scratch_.work.clear();
+    scratch_.work.reserve(kCapacity);
+    scratch_.pieces.resize(kCapacity);
+  }
+
+  Visit take(const Work& piece) override {
+    scratch_.work.push_back(piece);
+    return scratch_.work.size() == limit_ ? share() : Visit::kContinue;
+  }
+
+  Visit share() {
+    executor_.run(static_cast<int>(scratch_.work.size()), [&](int i) {
+      PieceRun& piece = scratch_.pieces[static_cast<std::size_t>(i)];
+      piece.start();
+      Search<Tree>::overlaps(trees_, scratch_.work[static_cast<std::size_t>(i)], piece);
+      piece.finish(filter_);
+    });
+    for (std::size_t i = 0; i < scratch_.work.size(); ++i) {
+      const PieceRun& piece = scratch_.pieces[i];
+      if (piece.count() > 0 && sink_.take(piece.pairs(), piece.count()) == Visit::kStop) {
+        return Visit::kStop;
+      }
+    }
+    scratch_.work.clear();
+    limit_ = std::min(2 * limit_, kCapacity);
+    return Visit::kContinue;
+  }
+
+ private:
+  /// Bounds the pairs kept: a piece has at most the square of CutWork::kGrain.
+  static constexpr std::size_t kCapacity = 256;
+  const Trees& trees_;
+  const CapsuleFilter* filter_;
+  parallel::Executor& executor_;
+  SearchScratch& scratch_;
+  PairSink& sink_;
+  std::size_t limit_ = 4;
+};
+
+}  // namespace internal
+
+/// Every pair whose volumes overlap and that the filter, if there is one, keeps: of one tree
+/// (`Trees` is Tree), or of two (`Search<Tree>::Two`). The same pairs in the same order whatever
+/// the executor; the sink is called on this thread.
+template <class Tree, class Trees>
+Visit findPairs(const Trees& trees, const CapsuleFilter* filter, parallel::Executor* executor,
+                SearchScratch& scratch, PairSink& sink) {
+  if (executor == nullptr) {
+    internal::SerialRun run(filter, sink);
+    internal::SerialWork<Tree, Trees> work(trees, run);
+    return Search<Tree>::cut(trees, work) == Visit::kStop ? Visit::kStop : run.full();
+  }
+  internal::ParallelWork<Tree, Trees> work(trees, filter, *executor, scratch, sink);
+  return Search<Tree>::cut(trees, work) == Visit::kStop ? Visit::kStop : work.share();
+}
+
+/// The same of a tree and one volume. `second` is b of each pair.
+template <class Tree>
+Visit findPairs(const Tree& tree, const typename Tree::Volume& volume, SegmentId second,
+                const CapsuleFilter* filter, PairSink& sink) {
+  internal::SerialRun run(filter, sink);
+  return Search<Tree>::overlaps(tree, volume, second, run) == Visit::kStop ? Visit::kStop
+                                                                           : run.full();
+}
+
+}  // namespace fcl_fibers::tree

@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#if defined(FCL_FIBERS_TREE_TRAVERSAL_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef FCL_FIBERS_TREE_TRAVERSAL_INL_H
+#undef FCL_FIBERS_TREE_TRAVERSAL_INL_H
+#else
+#define FCL_FIBERS_TREE_TRAVERSAL_INL_H
+#endif
+
+#include <array>
+#include <cstdint>
+
+#include "geometry/frame.h"
+#include "geometry/overlap-inl.h"
+#include "tree/work.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace fcl_fibers::tree::HWY_NAMESPACE {
+
+// A query is what a traversal asks at every step:
+//
+//   Visit forEachAdmitted(pack, volume, lanes, unit, visit)
+//     calls visit(lane) for those of the lanes that a pair with `volume` may be found in, in the
+//     order it likes best, and stops when told to. `unit` is the length of the pack's frame in the
+//     query's.
+//   Visit leafPair(SegmentId a, SegmentId b)   for visitPairs
+//   Visit leaf(SegmentId a)                    for visitLeaves
+//
+// The two kinds of admission follow; a query derives from one of them. A query of visitPairs that
+// sets kGrain > 0 does not see the pairs below two nodes of that many leaves or fewer, but gets
+// them in one piece, to be visited later or elsewhere:
+//
+//   Visit work(const Work&)
+//
+
+/// Admits volumes that overlap.
+struct OverlapAdmission {
+  static constexpr int kGrain = 0;
+
+  template <class Pack, class Volume, class F>
+  FCL_FIBERS_ALWAYS_INLINE Visit forEachAdmitted(const Pack& pack, const Volume& volume,
+                                                 geometry::LaneMask lanes, double /*unit*/,
+                                                 F&& visit) {
+    using geometry::HWY_NAMESPACE::overlaps;
+    for (auto rest = overlaps(pack, volume) & lanes; rest != 0; rest &= rest - 1) {
+      if (visit(__builtin_ctz(rest)) == Visit::kStop) return Visit::kStop;
+    }
+    return Visit::kContinue;
+  }
+};
+
+/// Admits volumes nearer than a limit, which may shrink as pairs are found; the nearest first.
+struct NearestAdmission {
+  static constexpr int kGrain = 0;
+  double limit;  ///< in the frame of the query
+
+  template <int N, template <int> class Pack, class Volume, class F>
+  Visit forEachAdmitted(const Pack<N>& pack, const Volume& volume, geometry::LaneMask lanes,
+                        double unit, F&& visit) {
+    float distance[N];
+    pack.distances(volume, distance);
+    std::array<int, N> nearest_first;
+    int count = 0;
+    for (int lane = 0; lane < N; ++lane) {
+      if (!(lanes >> lane & 1u) || !(distance[lane] * unit < limit)) continue;
+      int place = count++;
+      for (; place > 0 &&
+             distance[nearest_first[static_cast<std::size_t>(place - 1)]] > distance[lane];
+           --place) {
+        nearest_first[static_cast<std::size_t>(place)] =
+            nearest_first[static_cast<std::size_t>(place - 1)];
+      }
+      nearest_first[static_cast<std::size_t>(place)] = lane;
+    }
+    for (int i = 0; i < count; ++i) {
+      const int lane = nearest_first[static_cast<std::size_t>(i)];
+      if (!(distance[lane] * unit < limit)) break;
+      if (visit(lane) == Visit::kStop) return Visit::kStop;
+    }
+    return Visit::kContinue;
+  }
+};
+
+namespace internal {
+
+/// Pairs of a segment of tree A and one of tree B, which may be the same.
+template <class TreeA, class TreeB, class Query, class BToA, class AToB>
+class PairTraversal {
+  static constexpr bool kCuts = Query::kGrain > 0;
+
+ public:
+  PairTraversal(const TreeA& a, const TreeB& b, const BToA& b_to_a, const AToB& a_to_b,
+                Query& query)
+      : a_(a), b_(b), b_to_a_(b_to_a), a_to_b_(a_to_b), query_(query) {}
+
+  /// What a query was handed in one piece.
+  Visit resume(const Work& work) {
+    if (work.node != Work::kBetween) return within(work.node);
+    return meet(Child<TreeA>::of(a_, work.a_slot), Child<TreeB>::of(b_, work.b_slot));
+  }
+  Visit meet(const Child<TreeA>& a, const Child<TreeB>& b) {
+    if (!a.link.isLeaf() || !b.link.isLeaf()) return between(a, b);
+    return query_.leafPair(a.link.segment(), b.link.segment());
+  }
+
+  /// All unordered pairs below a node of A, each once.
+  Visit within(std::int32_t node) {
+    if constexpr (Query::kGrain > 0) {
+      if (leafCount(a_, Link::node(node)) <= Query::kGrain) return query_.work(Work{node, 0, 0});
+    }
+    const auto& pack = a_.pack(node);
+    const int count = a_.node(node).child_count;
+    for (int lane = 0; lane < count; ++lane) {
+      const auto child = Child<TreeA>::of(a_, node, lane);
+      if (!child.link.isLeaf() && within(child.link.node()) == Visit::kStop) return Visit::kStop;
+      const auto later = geometry::firstLanes(count) & ~geometry::firstLanes(lane + 1);
+      if (query_.forEachAdmitted(pack, child.volume, later, 1, [&](int other) HWY_ATTR {
+            return meetInB(child, node, other);
+          }) == Visit::kStop) {
+        return Visit::kStop;
+      }
+    }
+    return Visit::kContinue;
+  }
+
+  /// All pairs below a child in A and a child in B. The larger of the two is opened (Sobottka,
+  /// Varnik and Weber, section 2), against the whole of the other. Of two wide nodes of like size
+  /// both are, which comes to the same tests without a decision in between.
+  /// @pre not both are leaves
+  Visit between(const Child<TreeA>& a, const Child<TreeB>& b) {
+    if constexpr (Query::kGrain > 0) {
+      if (leafCount(a_, a.link) <= Query::kGrain && leafCount(b_, b.link) <= Query::kGrain) {
+        return query_.work(Work{Work::kBetween, a.slot, b.slot});
+      }
+    }
+    const auto& b_in_a = b_to_a_(b.volume);
+    if (a.link.isLeaf()) return betweenChildrenOfB(a, b.link.node());
+    if (b.link.isLeaf()) return betweenChildrenOfA(a.link.node(), b, b_in_a);
+
+    const float a_size = a.volume.size(), b_size = b_in_a.size();
+    constexpr float kLikeSize = 4;
+    if (TreeA::kArity > 2 && a_size <= kLikeSize * b_size && b_size <= kLikeSize * a_size) {
+      return betweenChildrenOfBoth(a.link.node(), b.link.node(), b_in_a);
+    }
+    return a_size >= b_size ? betweenChildrenOfA(a.link.node(), b, b_in_a)
+                            : betweenChildrenOfB(a, b.link.node());
+  }
+
+  FCL_FIBERS_ALWAYS_INLINE Visit betweenChildrenOfA(std::int32_t node, const Child<TreeB>& b,
+                                                    const typename TreeA::Volume& b_in_a) {
+    return query_.forEachAdmitted(a_.pack(node), b_in_a,
+                                  geometry::firstLanes(a_.node(node).child_count), 1,
+                                  [&](int lane) HWY_ATTR { return meetInA(node, lane, b); });
+  }
+  FCL_FIBERS_ALWAYS_INLINE Visit betweenChildrenOfB(const Child<TreeA>& a, std::int32_t node) {
+    return query_.forEachAdmitted(b_.pack(node), a_to_b_(a.volume),
+                                  geometry::firstLanes(b_.node(node).child_count), b_to_a_.scale(),
+                                  [&](int lane) HWY_ATTR { return meetInB(a, node, lane); });
+  }
+  Visit betweenChildrenOfBoth(std::int32_t a_node, std::int32_t b_node,
+                              const typename TreeA::Volume& b_in_a) {
+    return query_.forEachAdmitted(
+        a_.pack(a_node), b_in_a, geometry::firstLanes(a_.node(a_node).child_count), 1,
+        [&](int lane)
+            HWY_ATTR { return betweenChildrenOfB(Child<TreeA>::of(a_, a_node, lane), b_node); });
+  }
+
+  // Most pairs end here, as leaves, whose volumes are not needed any more.
+  FCL_FIBERS_ALWAYS_INLINE Visit meetInA(std::int32_t a_node, int lane, const Child<TreeB>& b) {
+    const Link a = a_.node(a_node).children[static_cast<std::size_t>(lane)];
+    if (!kCuts && a.isLeaf() && b.link.isLeaf())
+      return query_.leafPair(a.segment(), b.link.segment());
+    return between(Child<TreeA>::of(a_, a_node, lane), b);
+  }
+  FCL_FIBERS_ALWAYS_INLINE Visit meetInB(const Child<TreeA>& a, std::int32_t b_node, int lane) {
+    const Link b = b_.node(b_node).children[static_cast<std::size_t>(lane)];
+    if (!kCuts && a.link.isLeaf() && b.isLeaf())
+      return query_.leafPair(a.link.segment(), b.segment());
+    return between(a, Child<TreeB>::of(b_, b_node, lane));
+  }
+
+ private:
+  const TreeA& a_;
+  const TreeB& b_;
+  const BToA& b_to_a_;
+  const AToB& a_to_b_;
+  Query& query_;
+};
+
+template <class Tree, class Query>
+auto selfPairs(const Tree& tree, Query& query) {
+  static constexpr geometry::SameFrame kSame;
+  return PairTraversal<Tree, Tree, Query, geometry::SameFrame, geometry::SameFrame>(
+      tree, tree, kSame, kSame, query);
+}
+template <class Tree, class Query>
+auto crossPairs(const Tree& a, const Tree& b, const geometry::FrameChange& b_to_a,
+                const geometry::FrameChange& a_to_b, Query& query) {
+  return PairTraversal<Tree, Tree, Query, geometry::FrameChange, geometry::FrameChange>(
+      a, b, b_to_a, a_to_b, query);
+}
+
+}  // namespace internal
+
+/// Each unordered pair of a tree's segments that the query admits, once.
+template <class Tree, class Query>
+Visit visitPairs(const Tree& tree, Query& query) {
+  if (tree.empty()) return Visit::kContinue;
+  return internal::selfPairs(tree, query).within(0);
+}
+
+/// Each pair of a segment of `a` and one of `b` that the query admits, once. The query's frame is
+/// that of `a`.
+template <class Tree, class Query>
+Visit visitPairs(const Tree& a, const Tree& b, const geometry::FrameChange& b_to_a,
+                 const geometry::FrameChange& a_to_b, Query& query) {
+  if (a.empty() || b.empty()) return Visit::kContinue;
+  auto pairs = internal::crossPairs(a, b, b_to_a, a_to_b, query);
+  // Roots have no volume of their own, so the children of b's root are the start.
+  for (int lane = 0; lane < b.node(0).child_count; ++lane) {
+    const auto child = Child<Tree>::of(b, 0, lane);
+    if (pairs.betweenChildrenOfA(0, child, b_to_a(child.volume)) == Visit::kStop) {
+      return Visit::kStop;
+    }
+  }
+  return Visit::kContinue;
+}
+
+/// A piece of the work of the above.
+template <class Tree, class Query>
+Visit visitPairs(const Tree& tree, const Work& work, Query& query) {
+  return internal::selfPairs(tree, query).resume(work);
+}
+template <class Tree, class Query>
+Visit visitPairs(const Tree& a, const Tree& b, const geometry::FrameChange& b_to_a,
+                 const geometry::FrameChange& a_to_b, const Work& work, Query& query) {
+  return internal::crossPairs(a, b, b_to_a, a_to_b, query).resume(work);
+}
+
+/// Each segment that the query admits against one volume, once.
+template <class Tree, class Query>
+Visit visitLeaves(const Tree& tree, const typename Tree::Volume& volume, Query& query,
+                  std::int32_t node = 0) {
+  if (tree.empty()) return Visit::kContinue;
+  return query.forEachAdmitted(
+      tree.pack(node), volume, geometry::firstLanes(tree.node(node).child_count), 1,
+      [&](int lane) HWY_ATTR {
+        const Link child = tree.node(node).children[static_cast<std::size_t>(lane)];
+        return child.isLeaf() ? query.leaf(child.segment())
+                              : visitLeaves(tree, volume, query, child.node());
+      });
+}
+
+}  // namespace fcl_fibers::tree::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#if defined(FCL_FIBERS_TREE_WIDE_OVERLAPS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef FCL_FIBERS_TREE_WIDE_OVERLAPS_INL_H
+#undef FCL_FIBERS_TREE_WIDE_OVERLAPS_INL_H
+#else
+#define FCL_FIBERS_TREE_WIDE_OVERLAPS_INL_H
+#endif
+
+#include <algorithm>
+#include <cstdint>
+
+#include "geometry/lanes-inl.h"
+#include "tree/search.h"
+#include "tree/traversal-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace fcl_fibers::tree::HWY_NAMESPACE {
+
+using geometry::HWY_NAMESPACE::LaneNumbers;
+using geometry::HWY_NAMESPACE::overlaps;
+
+/// The overlapping pairs of a piece of work on trees of eight children a node, many at a time.
+///
+/// What a recursion pays for is less the tests than the branches behind them: where to go next
+/// cannot be predicted. Here each step takes a batch of pairs of nodes and writes all pairs of
+/// children that overlap, a whole mask at a time and without a branch; and what comes next is known
+/// early enough to be fetched.
+template <class Tree, class BToA, class AToB>
+class WideOverlaps {
+  static_assert(Tree::kArity == 8);
+  using Volume = typename Tree::Volume;
+  using Node = typename Tree::Node;
+
+ public:
+  WideOverlaps(const Tree& a, const Tree& b, const BToA& b_to_a, const AToB& a_to_b,
+               PairBuffer& out)
+      : a_(a), b_(b), b_to_a_(b_to_a), a_to_b_(a_to_b), out_(out) {}
+
+  Visit run(const Work& work) {
+    if (work.node != Work::kBetween) {
+      if (within(work.node) == Visit::kStop) return Visit::kStop;
+    } else {
+      waiting_[count_++] = {work.a_slot, work.b_slot};
+    }
+    return drain();
+  }
+
+ private:
+  static constexpr int kBatch = 32;       ///< pairs taken at a time
+  static constexpr int kCapacity = 2048;  ///< pairs waiting; what they lead to is 64 pairs each
+
+  /// Two children that overlap, to be opened.
+  struct Slots {
+    std::int32_t a, b;
+  };
+  /// A child in A, to be tested against all children of a node in B.
+  struct Row {
+    std::int32_t a_slot, b_node;
+  };
+
+  static Link link(const Tree& tree, std::int32_t slot) {
+    return tree.node(slot / 8).children[static_cast<std::size_t>(slot % 8)];
+  }
+  FCL_FIBERS_ALWAYS_INLINE static Volume volume(const Tree& tree, std::int32_t slot) {
+    return tree.pack(slot / 8).get(slot % 8);
+  }
+  FCL_FIBERS_ALWAYS_INLINE static void prefetch(const Tree& tree, Link link) {
+    if (link.isLeaf()) return;
+    __builtin_prefetch(&tree.node(link.node()));
+    const char* pack = reinterpret_cast<const char*>(&tree.pack(link.node()));
+    for (std::size_t line = 0; line < sizeof(typename Tree::Pack); line += 64) {
+      __builtin_prefetch(pack + line);
+    }
+  }
+
+  /// All pairs below a node.
+  Visit within(std::int32_t index) {
+    const Node& node = a_.node(index);
+    const auto slots = LaneNumbers::from(8 * index);
+    const auto segments = LaneNumbers::inverse(node.links());
+    const bool only_leaves = node.hasOnlyLeaves();
+    for (int lane = 0; lane < node.child_count; ++lane) {
+      const auto later = geometry::firstLanes(node.child_count) & ~geometry::firstLanes(lane + 1);
+      const auto mask = overlaps(a_.pack(index), a_.pack(index).get(lane)) & later;
+      const Link child = node.children[static_cast<std::size_t>(lane)];
+      if (only_leaves) {
+        if (writeSegments(child.segment(), segments, mask) == Visit::kStop) return Visit::kStop;
+        continue;
+      }
+      count_ += slots.writeAfter(8 * index + lane, mask, waiting_ + count_);
+      if (count_ >= kCapacity / 2 && drain() == Visit::kStop) return Visit::kStop;
+      if (!child.isLeaf() && within(child.node()) == Visit::kStop) return Visit::kStop;
+    }
+    return Visit::kContinue;
+  }
+
+  Visit drain() {
+    while (count_ > 0) {
+      const int batch = std::min({kBatch, count_, (kCapacity - count_) / 64});
+      if ((batch > 0 ? openBatch(batch) : visitLast()) == Visit::kStop) return Visit::kStop;
+    }
+    return Visit::kContinue;
+  }
+
+  /// The pairs between the last one's children, one by one, where there is no room for more.
+  Visit visitLast() {
+    const Slots last = waiting_[--count_];
+    struct Collect : OverlapAdmission {
+      PairBuffer& out;
+      explicit Collect(PairBuffer& buffer) : out(buffer) {}
+      Visit leafPair(SegmentId a, SegmentId b) { return out.push(a, b); }
+    } query(out_);
+    return internal::PairTraversal<Tree, Tree, Collect, BToA, AToB>(a_, b_, b_to_a_, a_to_b_, query)
+        .resume({Work::kBetween, last.a, last.b});
+  }
+
+  Visit openBatch(int size) {
+    count_ -= size;
+    Slots batch[kBatch];
+    std::copy_n(waiting_ + count_, size, batch);
+    for (int i = 0; i < size; ++i) {
+      prefetch(a_, link(a_, batch[i].a));
+      prefetch(b_, link(b_, batch[i].b));
+    }
+    row_count_ = 0;
+    for (int i = 0; i < size; ++i) {
+      if (open(batch[i]) == Visit::kStop) return Visit::kStop;
+    }
+    for (int i = 0; i < row_count_; ++i) {
+      if (openB(rows_[i].a_slot, rows_[i].b_node) == Visit::kStop) return Visit::kStop;
+    }
+    return Visit::kContinue;
+  }
+
+  /// As PairTraversal::between.
+  FCL_FIBERS_ALWAYS_INLINE Visit open(const Slots& slots) {
+    const Link a = link(a_, slots.a), b = link(b_, slots.b);
+    if (b.isLeaf()) {
+      return a.isLeaf() ? out_.push(a.segment(), b.segment()) : openA(a.node(), slots.b);
+    }
+    if (a.isLeaf()) return addRow(slots.a, b.node());
+
+    const Node &a_node = a_.node(a.node()), &b_node = b_.node(b.node());
+    const Volume b_volume = volume(b_, slots.b);
+    const auto& b_in_a = b_to_a_(b_volume);
+    if (!a_node.hasOnlyLeaves() || !b_node.hasOnlyLeaves()) {
+      constexpr float kLikeSize = 4;
+      const float a_size = volume(a_, slots.a).size(), b_size = b_in_a.size();
+      if (a_size > kLikeSize * b_size) return openA(a.node(), slots.b);
+      if (b_size > kLikeSize * a_size) return addRow(slots.a, b.node());
+    }
+    const auto mask =
+        overlaps(a_.pack(a.node()), b_in_a) & geometry::firstLanes(a_node.child_count);
+    row_count_ += LaneNumbers::from(8 * a.node()).writeBefore(b.node(), mask, rows_ + row_count_);
+    return Visit::kContinue;
+  }
+
+  FCL_FIBERS_ALWAYS_INLINE Visit addRow(std::int32_t a_slot, std::int32_t b_node) {
+    rows_[row_count_++] = {a_slot, b_node};
+    return Visit::kContinue;
+  }
+
+  Visit openA(std::int32_t index, std::int32_t b_slot) {
+    const Node& node = a_.node(index);
+    const auto mask = overlaps(a_.pack(index), b_to_a_(volume(b_, b_slot))) &
+                      geometry::firstLanes(node.child_count);
+    count_ += LaneNumbers::from(8 * index).writeBefore(b_slot, mask, waiting_ + count_);
+    return Visit::kContinue;
+  }
+
+  FCL_FIBERS_ALWAYS_INLINE Visit openB(std::int32_t a_slot, std::int32_t index) {
+    const Node& node = b_.node(index);
+    const Link a = link(a_, a_slot);
+    const auto mask = overlaps(b_.pack(index), a_to_b_(volume(a_, a_slot))) &
+                      geometry::firstLanes(node.child_count);
+    if (a.isLeaf() && node.hasOnlyLeaves()) {
+      return writeSegments(a.segment(), LaneNumbers::inverse(node.links()), mask);
+    }
+    count_ += LaneNumbers::from(8 * index).writeAfter(a_slot, mask, waiting_ + count_);
+    return Visit::kContinue;
+  }
+
+  FCL_FIBERS_ALWAYS_INLINE Visit writeSegments(SegmentId a, const LaneNumbers& b,
+                                               geometry::LaneMask mask) {
+    return out_.written(b.writeAfter(a, mask, out_.room()));
+  }
+
+  const Tree& a_;
+  const Tree& b_;
+  const BToA& b_to_a_;
+  const AToB& a_to_b_;
+  PairBuffer& out_;
+  int count_ = 0;
+  int row_count_ = 0;
+  // A mask is written whole, so there is room for eight more.
+  Slots waiting_[kCapacity + 8];
+  Row rows_[8 * kBatch + 8];
+};
+
+}  // namespace fcl_fibers::tree::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
