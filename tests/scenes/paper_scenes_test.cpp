@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fcl_fibers/scenes/paper_scenes.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <fcl_fibers/layered_aabb_tree_collision_manager.h>
+#include <fcl_fibers/scenes/cosserat_rod.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace fcl_fibers::scenes {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+template <typename Parameters>
+Parameters parametersOf(int fibers, int segments) {
+  Parameters parameters;
+  parameters.fibers = fibers;
+  parameters.segments = segments;
+  return parameters;
+}
+
+FiberScene make(const StaticAssemblyParameters& parameters) {
+  return makeStaticAssembly(parameters);
+}
+FiberScene make(const DynamicAssemblyParameters& parameters) {
+  return DynamicAssembly(parameters).scene(60);
+}
+FiberScene make(const HalfScalpParameters& parameters) { return makeHalfScalp(parameters); }
+FiberScene make(const PaperStrandParameters& parameters) { return makePaperStrand(parameters); }
+
+double fiberLength(const StaticAssemblyParameters&) { return 15; }
+double fiberLength(const DynamicAssemblyParameters&) { return 15; }
+double fiberLength(const HalfScalpParameters&) { return 15; }
+double fiberLength(const PaperStrandParameters&) { return 30; }
+
+double distance(const Point& p, const Point& q) {
+  return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
+}
+
+double farthestMotion(const FiberScene& a, const FiberScene& b) {
+  double farthest = 0;
+  for (std::size_t i = 0; i < a.points.size(); ++i) {
+    farthest = std::max(farthest, distance(a.points[i], b.points[i]));
+  }
+  return farthest;
+}
+
+// Pairs of capsules that touch, the `ignored` next along a fiber left out.
+std::size_t touchingPairs(const FiberScene& scene, int ignored) {
+  const auto objects = makeObjects<double>(scene);
+  FiberManagerOptions options;
+  options.report = Report::kCapsules;
+  options.ignored_neighbors = ignored;
+  LayeredAABBTreeCollisionManagerd manager(options);
+  auto next = objects.begin();
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    std::vector<fcl::CollisionObjectd*> fiber;
+    for (std::size_t i = scene.point_begin[f] + 1; i < scene.point_begin[f + 1]; ++i) {
+      fiber.push_back((next++)->get());
+    }
+    manager.registerFiber(fiber);
+  }
+  manager.setup();
+  return manager.selfCollisionStatistics().pairs;
+}
+
+template <typename Parameters>
+class PaperScenes : public testing::Test {};
+using AllCases = testing::Types<StaticAssemblyParameters, DynamicAssemblyParameters,
+                                HalfScalpParameters, PaperStrandParameters>;
+TYPED_TEST_SUITE(PaperScenes, AllCases, );
+
+TYPED_TEST(PaperScenes, HaveTheFibersAndSegmentsAskedFor) {
+  // If this fails, a scene is not of the size it is named after. 7 and 300 segments are solved at
+  // more points, 2,000 at fewer than they have.
+  for (const int segments : {1, 7, 300, 2000}) {
+    const FiberScene scene = make(parametersOf<TypeParam>(3, segments));
+    const auto points = static_cast<std::size_t>(segments) + 1;
+    EXPECT_EQ(scene.radius, 0.0035);
+    EXPECT_THAT(scene.point_begin, testing::ElementsAre(0, points, 2 * points, 3 * points));
+    EXPECT_EQ(scene.points.size(), 3 * points);
+  }
+}
+
+TYPED_TEST(PaperScenes, FibersKeepTheirLengthInSegmentsOfOneLength) {
+  // If this fails, fibers are stretched, or their points are not of equal arc length.
+  const auto parameters = parametersOf<TypeParam>(20, 2000);
+  const FiberScene scene = make(parameters);
+  const double length = fiberLength(parameters);
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    double sum = 0;
+    for (std::size_t i = scene.point_begin[f] + 1; i < scene.point_begin[f + 1]; ++i) {
+      const double segment = distance(scene.points[i - 1], scene.points[i]);
+      ASSERT_NEAR(segment, length / 2000, 1e-5 * length / 2000);
+      sum += segment;
+    }
+    // Chords are shorter than arcs by (curvature * step)^2 / 24.
+    EXPECT_NEAR(sum, length, 1e-5 * length);
+  }
+}
+
+TYPED_TEST(PaperScenes, SegmentsDoNotChangeTheFibers) {
+  // If this fails, scenes of different resolution cannot be compared.
+  const FiberScene coarse = make(parametersOf<TypeParam>(5, 100));
+  const FiberScene fine = make(parametersOf<TypeParam>(5, 800));
+  for (std::size_t f = 0; f < 5; ++f) {
+    for (std::size_t i = 0; i <= 100; ++i) {
+      EXPECT_LE(distance(coarse.points[f * 101 + i], fine.points[f * 801 + 8 * i]), 1e-4);
+    }
+  }
+}
+
+TYPED_TEST(PaperScenes, SameSeedSameBytes) {
+  // If this fails, no result about a scene can be repeated.
+  auto parameters = parametersOf<TypeParam>(30, 50);
+  parameters.seed = 42;
+  const FiberScene scene = make(parameters);
+  EXPECT_EQ(make(parameters).points, scene.points);
+  parameters.seed = 43;
+  const FiberScene other = make(parameters);
+  for (std::size_t i = 0; i < scene.points.size(); ++i) EXPECT_NE(other.points[i], scene.points[i]);
+}
+
+TYPED_TEST(PaperScenes, RefuseSizesAndRadiiThatAreNone) {
+  // If this fails, a mistyped size gives an empty scene or a crash.
+  for (const int bad : {0, -1, std::numeric_limits<int>::min()}) {
+    const std::string value = std::to_string(bad);
+    EXPECT_THAT(
+        [bad] { make(parametersOf<TypeParam>(bad, 1)); },
+        ThrowsMessage<std::invalid_argument>(HasSubstr("fibers is " + value + "; ask for")));
+    EXPECT_THAT(
+        [bad] { make(parametersOf<TypeParam>(1, bad)); },
+        ThrowsMessage<std::invalid_argument>(HasSubstr("segments is " + value + "; ask for")));
+  }
+  auto parameters = parametersOf<TypeParam>(1, 1);
+  for (const double bad : {-0.1, std::nan(""), std::numeric_limits<double>::infinity()}) {
+    parameters.radius = bad;
+    EXPECT_THAT([&] { make(parameters); },
+                ThrowsMessage<std::invalid_argument>(
+                    AllOf(HasSubstr("radius is "), HasSubstr("give a finite"))));
+  }
+}
+
+template <typename Parameters>
+class MovingPaperScenes : public testing::Test {};
+using MovingCases =
+    testing::Types<StaticAssemblyParameters, HalfScalpParameters, PaperStrandParameters>;
+TYPED_TEST_SUITE(MovingPaperScenes, MovingCases, );
+
+TYPED_TEST(MovingPaperScenes, FramesMoveALittle) {
+  // If this fails, a frame is no small motion, or none: at most the diameter of a pencil, at least
+  // that of a hair.
+  auto parameters = parametersOf<TypeParam>(20, 50);
+  for (const int frame : {-1, 0, 1000}) {
+    parameters.frame = frame;
+    const FiberScene still = make(parameters);
+    ++parameters.frame;
+    const FiberScene moved = make(parameters);
+    EXPECT_LE(farthestMotion(still, moved), 0.7);
+    EXPECT_GE(farthestMotion(still, moved), 0.007);
+    for (std::size_t f = 0; f < still.fiberCount(); ++f) {
+      EXPECT_EQ(still.points[still.point_begin[f]], moved.points[moved.point_begin[f]]);
+    }
+  }
+}
+
+TEST(StaticAssembly, IsTurnedAboutTwoAxes) {
+  // If this fails, the turned scene is not the other one turned.
+  auto parameters = parametersOf<StaticAssemblyParameters>(10, 50);
+  const FiberScene turned = makeStaticAssembly(parameters);
+  parameters.turned = false;
+  const FiberScene straight = makeStaticAssembly(parameters);
+  const double c = std::sqrt(0.5);
+  for (std::size_t i = 0; i < turned.points.size(); ++i) {
+    const Point& p = straight.points[i];
+    const double x = c * p[0] + c * p[2];
+    const double z = c * p[2] - c * p[0];
+    EXPECT_LE(distance(turned.points[i], {x, c * p[1] - c * z, c * p[1] + c * z}), 1e-9);
+  }
+}
+
+TEST(StaticAssembly, MoreFibersSpreadTheSameFibers) {
+  // If this fails, the random numbers of a fiber depend on the fibers after it.
+  auto parameters = parametersOf<StaticAssemblyParameters>(5, 50);
+  parameters.turned = false;
+  const FiberScene few = makeStaticAssembly(parameters);
+  parameters.fibers = 20;
+  const FiberScene many = makeStaticAssembly(parameters);
+  for (std::size_t i = 0; i < few.points.size(); ++i) {
+    const std::size_t root = i / 51 * 51;
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(many.points[i][k] - many.points[root][k], few.points[i][k] - few.points[root][k],
+                  1e-12);
+      // Four times the area, twice the axes.
+      EXPECT_NEAR(many.points[root][k], 2 * few.points[root][k], 1e-12);
+    }
+  }
+}
+
+TEST(DynamicAssembly, StartsStraightAndEndsInALoop) {
+  // If this fails, the scene is not the one of the paper's figure 3.
+  const DynamicAssembly assembly(parametersOf<DynamicAssemblyParameters>(20, 100));
+  ASSERT_EQ(assembly.steps(), 101);
+  const FiberScene first = assembly.scene(0);
+  const FiberScene last = assembly.scene(100);
+  for (std::size_t f = 0; f < 20; ++f) {
+    const Point& root = first.points[f * 101];
+    for (std::size_t i = 0; i <= 100; ++i) {
+      const Point expected = {root[0], root[1], 0.15 * static_cast<double>(i)};
+      EXPECT_LE(distance(first.points[f * 101 + i], expected), 1e-12);
+    }
+    EXPECT_LE(distance(last.points[f * 101 + 100], root), 2);
+    EXPECT_NEAR(distance(last.points[f * 101 + 50], root), 15 / 3.14159, 0.8);
+  }
+}
+
+TEST(DynamicAssembly, MovesSteadily) {
+  // If this fails, fibers jump from one state to the next.
+  const DynamicAssembly assembly(parametersOf<DynamicAssemblyParameters>(20, 100));
+  FiberScene last = assembly.scene(0);
+  for (int step = 1; step < assembly.steps(); ++step) {
+    FiberScene scene = assembly.scene(step);
+    EXPECT_LE(farthestMotion(last, scene), 1.2) << step;
+    EXPECT_GE(farthestMotion(last, scene), 0.007) << step;
+    last = std::move(scene);
+  }
+}
+
+TEST(DynamicAssembly, StatesDoNotDependOnTheirOrder) {
+  // If this fails, a state asked for again is another one.
+  const auto parameters = parametersOf<DynamicAssemblyParameters>(10, 60);
+  const DynamicAssembly assembly(parameters);
+  const FiberScene sixty = assembly.scene(60);
+  const FiberScene hundred = assembly.scene(100);
+  EXPECT_EQ(assembly.scene(60).points, sixty.points);
+  EXPECT_EQ(DynamicAssembly(parameters).scene(100).points, hundred.points);
+}
+
+TEST(DynamicAssembly, ReplaysTheTrajectoryGiven) {
+  // If this fails, another recording is not what is seen.
+  LoadTrajectory pull;
+  pull.states.resize(3);
+  pull.states[2].force = {0, 0, 1};
+  const DynamicAssembly assembly(parametersOf<DynamicAssemblyParameters>(4, 20), pull);
+  EXPECT_EQ(assembly.steps(), 3);
+  for (std::size_t f = 0; f < 4; ++f) {
+    EXPECT_NEAR(assembly.scene(2).points[f * 21 + 20][2], 15, 1e-9);
+  }
+}
+
+TEST(DynamicAssembly, RefusesStatesThatAreNone) {
+  // If this fails, memory beyond the trajectory is read.
+  const auto parameters = parametersOf<DynamicAssemblyParameters>(2, 20);
+  const DynamicAssembly assembly(parameters);
+  for (const int bad : {-1, 101}) {
+    EXPECT_THAT([&] { assembly.scene(bad); },
+                ThrowsMessage<std::invalid_argument>(HasSubstr("DynamicAssembly::scene: step is " +
+                                                               std::to_string(bad) + "; ask for")));
+  }
+  EXPECT_THAT([&] { DynamicAssembly(parameters, LoadTrajectory()); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("the number of states is 0")));
+}
+
+TEST(HalfScalp, FibersStayOutsideTheHead) {
+  // If this fails, fibers grow into the head, or roots float above it.
+  for (const int frame : {0, 30}) {
+    auto parameters = parametersOf<HalfScalpParameters>(5000, 50);
+    parameters.frame = frame;
+    const FiberScene scene = makeHalfScalp(parameters);
+    const auto level = [](const Point& p) {
+      return std::hypot(p[0] / 7.75, p[1] / 9.5, p[2] / 7.75);
+    };
+    for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+      const Point& root = scene.points[scene.point_begin[f]];
+      EXPECT_NEAR(level(root), 1, 1e-12);
+      EXPECT_GT(root[0], 0);
+      for (std::size_t i = scene.point_begin[f] + 1; i < scene.point_begin[f + 1]; ++i) {
+        ASSERT_GE(level(scene.points[i]), 1) << f;
+      }
+    }
+  }
+}
+
+TEST(HalfScalp, TouchesAsOftenAsItsHeaderSays) {
+  // If this fails, the scene is denser or sparser than the one it stands for. 5,000 fibers in the
+  // middle of the area, as the whole takes seconds.
+  const FiberScene scene = makeHalfScalp(parametersOf<HalfScalpParameters>(5000, 50));
+  EXPECT_NEAR(static_cast<double>(touchingPairs(scene, 1)), 40300, 0.1 * 40300);
+}
+
+TEST(HalfScalp, RefusesMoreFibersThanItHasRoomFor) {
+  // If this fails, roots lie on the other half or deeper than the area asks for.
+  EXPECT_THAT([] { makeHalfScalp(parametersOf<HalfScalpParameters>(50001, 1)); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("fibers is 50001; ask for no more")));
+}
+
+TEST(PaperStrand, TouchesAsOftenAsThePapers) {
+  // If this fails, the scene is denser or sparser than the one it stands for: 23,000 pairs. A
+  // second neighbour along the fiber must not be among them.
+  const FiberScene scene = makePaperStrand(PaperStrandParameters());
+  EXPECT_NEAR(static_cast<double>(touchingPairs(scene, 1)), 23000, 0.15 * 23000);
+  const FiberScene small = makePaperStrand(parametersOf<PaperStrandParameters>(100, 2000));
+  EXPECT_EQ(touchingPairs(small, 1), touchingPairs(small, 2));
+}
+
+TEST(PaperStrand, MoreFibersFillTheSameArea) {
+  // If this fails, more fibers do not make the strand denser.
+  const FiberScene few = makePaperStrand(parametersOf<PaperStrandParameters>(50, 30));
+  const FiberScene many = makePaperStrand(parametersOf<PaperStrandParameters>(100, 30));
+  for (std::size_t i = 0; i < few.points.size(); ++i) EXPECT_EQ(many.points[i], few.points[i]);
+  const double minor = std::sqrt(2000 / 325.0 / (1.5 * 3.141592653589793));
+  for (std::size_t f = 0; f < 100; ++f) {
+    const Point& root = many.points[many.point_begin[f]];
+    EXPECT_LE(std::hypot(root[0] / (1.5 * minor), root[1] / minor), 1 + 1e-12);
+    for (std::size_t g = 0; g < f; ++g) {
+      EXPECT_GE(distance(root, many.points[many.point_begin[g]]), 0.01);
+    }
+  }
+}
+
+TEST(PaperStrand, HangsInTurns) {
+  // If this fails, the strand is no helix, or does not hang. Four turns about a vertical axis; its
+  // weight pulls a helix of 16.4 cm longer.
+  const FiberScene scene = makePaperStrand(parametersOf<PaperStrandParameters>(1, 2000));
+  double turned = 0;
+  for (std::size_t i = 2; i < scene.points.size(); ++i) {
+    const auto heading = [&](std::size_t k) {
+      return std::atan2(scene.points[k][1] - scene.points[k - 1][1],
+                        scene.points[k][0] - scene.points[k - 1][0]);
+    };
+    turned += std::remainder(heading(i) - heading(i - 1), 2 * 3.141592653589793);
+  }
+  EXPECT_NEAR(std::abs(turned) / (2 * 3.141592653589793), 4, 0.5);
+  EXPECT_LT(scene.points.back()[2], -16.4);
+  EXPECT_GT(scene.points.back()[2], -25);
+}
+
+TEST(PaperStrand, RefusesMoreFibersThanItHasRoomFor) {
+  // If this fails, the search for a free root never ends.
+  EXPECT_THAT([] { makePaperStrand(parametersOf<PaperStrandParameters>(6001, 1)); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("fibers is 6001; ask for no more")));
+}
+
+}  // namespace
+}  // namespace fcl_fibers::scenes

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fcl_fibers/scenes/scalp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace fcl_fibers::scenes {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+constexpr double kPi = 3.141592653589793;
+
+ScalpParameters parametersOf(int fibers, int segments) {
+  ScalpParameters parameters;
+  parameters.fibers = fibers;
+  parameters.segments = segments;
+  return parameters;
+}
+
+double norm(const Point& p) { return std::hypot(p[0], p[1], p[2]); }
+
+double distance(const Point& p, const Point& q) {
+  return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
+}
+
+TEST(Scalp, HasTheFibersAndSegmentsAskedFor) {
+  // If this fails, the scene is not of the size it is named after.
+  const FiberScene scene = makeScalp(parametersOf(7, 5));
+  EXPECT_EQ(scene.radius, 0.0035);
+  EXPECT_THAT(scene.point_begin, testing::ElementsAre(0, 6, 12, 18, 24, 30, 36, 42));
+  EXPECT_EQ(scene.points.size(), 42U);
+}
+
+TEST(Scalp, RootsFillTheirCapUniformly) {
+  // If this fails, fibers are denser or sparser somewhere than 325 a square centimetre. The area of
+  // a cap is proportional to its height (Archimedes).
+  const int fibers = 20000;
+  const FiberScene scene = makeScalp(parametersOf(fibers, 1));
+  const double height = fibers / 325.0 / (2 * kPi * 9);
+  std::vector<double> shares;
+  int quadrants[4] = {};
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    const Point& root = scene.points[scene.point_begin[f]];
+    EXPECT_NEAR(norm(root), 9, 1e-12);
+    shares.push_back((9 - root[2]) / height);
+    const double direction = std::atan2(root[1], root[0]) + kPi / 8;
+    ++quadrants[static_cast<int>(std::floor(direction / (kPi / 2)) + 4) % 4];
+  }
+  std::sort(shares.begin(), shares.end());
+  EXPECT_GE(shares.front(), 0);
+  EXPECT_LE(shares.back(), 1 + 1e-12);
+  // Kolmogorov and Smirnov: a larger gap is met once in ten million seeds.
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    ASSERT_NEAR(shares[i], static_cast<double>(i) / fibers, 3 / std::sqrt(fibers));
+  }
+  for (const int count : quadrants) {
+    EXPECT_NEAR(count, fibers / 4.0, 5 * std::sqrt(fibers * 3.0 / 16));
+  }
+}
+
+TEST(Scalp, SegmentsAreOfOneLengthOutsideTheSphere) {
+  // If this fails, fibers grow into the head, or their segments differ. Where a point is put back
+  // on the sphere, its segment is shorter.
+  const FiberScene scene = makeScalp(parametersOf(3000, 50));
+  std::size_t shortened = 0;
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    for (std::size_t i = scene.point_begin[f] + 1; i < scene.point_begin[f + 1]; ++i) {
+      ASSERT_GE(norm(scene.points[i]), 9 - 1e-12);
+      const double length = distance(scene.points[i - 1], scene.points[i]);
+      if (norm(scene.points[i]) > 9 + 1e-9) {
+        ASSERT_NEAR(length, 0.3, 1e-12);
+      } else {
+        ASSERT_LE(length, 0.6);
+        ++shortened;
+      }
+    }
+  }
+  EXPECT_LE(shortened, scene.segmentCount() / 100);
+}
+
+TEST(Scalp, FibersLeaveAlongTheNormalAndFall) {
+  // If this fails, the turning has another rate or sign. Far from the top, where fibers stand for a
+  // while.
+  const FiberScene scene = makeScalp(parametersOf(30000, 50));
+  int fallen = 0;
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    const Point* p = &scene.points[scene.point_begin[f]];
+    // The first step is the normal plus 0.105 pull, 0.05 wave and noise, normalised.
+    ASSERT_GE(norm(p[1]), 9 + 0.3 * 0.95);
+    if (p[0][2] > 8) continue;
+    ++fallen;
+    ASSERT_LT(p[50][2] - p[49][2], -0.25);
+  }
+  EXPECT_GT(fallen, 5000);
+}
+
+TEST(Scalp, SameSeedSameScene) {
+  // If this fails, no result about a scene can be repeated.
+  ScalpParameters parameters = parametersOf(30, 20);
+  parameters.seed = 42;
+  const FiberScene scene = makeScalp(parameters);
+  EXPECT_EQ(makeScalp(parameters).points, scene.points);
+  parameters.seed = 43;
+  const FiberScene other = makeScalp(parameters);
+  for (std::size_t i = 0; i < scene.points.size(); ++i) EXPECT_NE(other.points[i], scene.points[i]);
+}
+
+TEST(Scalp, MoreSegmentsLengthenTheSameFibers) {
+  // If this fails, scenes of different length cannot be compared.
+  const FiberScene shorter = makeScalp(parametersOf(9, 10));
+  const FiberScene longer = makeScalp(parametersOf(9, 30));
+  for (std::size_t f = 0; f < 9; ++f) {
+    for (std::size_t i = 0; i <= 10; ++i) {
+      EXPECT_EQ(shorter.points[f * 11 + i], longer.points[f * 31 + i]);
+    }
+  }
+}
+
+TEST(Scalp, FramesMoveALittle) {
+  // If this fails, a frame is no small motion, or none. Only fibers at the top may fall to another
+  // side.
+  ScalpParameters parameters = parametersOf(30000, 50);
+  for (const int frame : {-1, 0, 30}) {
+    parameters.frame = frame;
+    const FiberScene still = makeScalp(parameters);
+    ++parameters.frame;
+    const FiberScene moved = makeScalp(parameters);
+    double farthest = 0;
+    for (std::size_t f = 0; f < still.fiberCount(); ++f) {
+      const std::size_t begin = still.point_begin[f];
+      EXPECT_EQ(still.points[begin], moved.points[begin]);
+      if (still.points[begin][2] > 8) continue;
+      for (std::size_t i = begin; i < still.point_begin[f + 1]; ++i) {
+        farthest = std::max(farthest, distance(still.points[i], moved.points[i]));
+      }
+    }
+    EXPECT_LE(farthest, 0.5);
+    EXPECT_GE(farthest, 0.01);
+  }
+}
+
+TEST(Scalp, RefusesWhatIsNoHead) {
+  // If this fails, a mistyped size gives an empty scene or a crash.
+  for (const int bad : {0, -1, 330810, std::numeric_limits<int>::max()}) {
+    EXPECT_THAT([bad] { makeScalp(parametersOf(bad, 1)); },
+                ThrowsMessage<std::invalid_argument>(
+                    HasSubstr("makeScalp: fibers is " + std::to_string(bad) + "; ask for")));
+  }
+  EXPECT_THAT([] { makeScalp(parametersOf(1, 0)); },
+              ThrowsMessage<std::invalid_argument>(
+                  HasSubstr("makeScalp: segments is 0; ask for at least 1")));
+  ScalpParameters parameters = parametersOf(1, 1);
+  for (const double bad : {-0.1, std::nan(""), std::numeric_limits<double>::infinity()}) {
+    parameters.radius = bad;
+    EXPECT_THAT([&] { makeScalp(parameters); },
+                ThrowsMessage<std::invalid_argument>(
+                    AllOf(HasSubstr("makeScalp: radius is "), HasSubstr("give a finite"))));
+  }
+}
+
+}  // namespace
+}  // namespace fcl_fibers::scenes
