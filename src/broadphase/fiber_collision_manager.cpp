@@ -442,9 +442,24 @@ class FiberCollisionManager<S>::Impl {
 
   Frame newFrame() const { return broadphase::sceneFrame(registry_.objects()); }
 
+  /// Objects are large and lie anywhere.
+  static constexpr std::size_t kPrefetchAhead = 8;
+  void prefetchObject(std::size_t id) const {
+    const auto& objects = registry_.objects();
+    if (id + kPrefetchAhead >= objects.size()) return;
+    const auto* lines = reinterpret_cast<const char*>(objects[id + kPrefetchAhead]);
+    for (std::size_t line = 0; line < 192; line += 64) __builtin_prefetch(lines + line);
+    if (objects[id] != nullptr) {
+      lines = reinterpret_cast<const char*>(objects[id]->collisionGeometry().get());
+      __builtin_prefetch(lines);
+      __builtin_prefetch(lines + 64);
+    }
+  }
+
   /// Reads objects into the scene.
   auto reader(const char* call) const {
     return [this, call](SegmentId id, Segment& segment) {
+      prefetchObject(static_cast<std::size_t>(id) + kPrefetchAhead);
       const Object* object = objectOf(id);
       if (object == nullptr) return false;
       if (const char* problem = broadphase::readSegment(*object, scene_.frame(), segment)) {

@@ -2,7 +2,9 @@
 #include "broadphase/object_segments.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <type_traits>
 
@@ -22,7 +24,8 @@ Vec3d toVec3(const Vector& v) {
 }
 
 bool allFinite(const Vec3d& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+  // Zero times infinity or NaN is NaN.
+  return 0 * v.x + 0 * v.y + 0 * v.z == 0;
 }
 
 /// Rotations drift when they are multiplied for long without being normalised; this much is
@@ -37,12 +40,17 @@ const char* poseProblem(const fcl::Transform3<S>& pose) {
   const Vec3d t = toVec3(matrix.col(3));
   const double determinant =
       x.x * (y.y * z.z - y.z * z.y) + x.y * (y.z * z.x - y.x * z.z) + x.z * (y.x * z.y - y.y * z.x);
-  // NaN and infinity fail these comparisons.
+  const double deviation[] = {dot(x, x) - 1, dot(y, y) - 1, dot(z, z) - 1,
+                              dot(x, y),     dot(y, z),     dot(z, x)};
+  // The sum first: it is one comparison, and decides but for rotations near the limit. NaN and
+  // infinity fail all of these.
   constexpr double kTolerance = kRotationTolerance<S>;
+  double sum = 0;
+  for (const double d : deviation) sum += std::fabs(d);
   const bool is_rotation =
-      std::fabs(dot(x, x) - 1) <= kTolerance && std::fabs(dot(y, y) - 1) <= kTolerance &&
-      std::fabs(dot(z, z) - 1) <= kTolerance && std::fabs(dot(x, y)) <= kTolerance &&
-      std::fabs(dot(y, z)) <= kTolerance && std::fabs(dot(z, x)) <= kTolerance && determinant > 0;
+      (sum <= kTolerance || std::all_of(std::begin(deviation), std::end(deviation),
+                                        [](double d) { return std::fabs(d) <= kTolerance; })) &&
+      determinant > 0;
   if (is_rotation && allFinite(t)) return nullptr;
   if (!allFinite(x) || !allFinite(y) || !allFinite(z) || !allFinite(t)) {
     return "its pose is NaN or infinite; give it a finite pose";
@@ -122,32 +130,32 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& fram
 template <typename S>
 Frame sceneFrame(const std::vector<fcl::CollisionObject<S>*>& objects) {
   constexpr std::size_t kSamples = 255;
-  const auto live = objects.size() -
-                    static_cast<std::size_t>(std::count(objects.begin(), objects.end(), nullptr));
-  const std::size_t step = live / kSamples + 1;
-  std::vector<Segment> sample;
-  sample.reserve(kSamples + 1);
-  std::size_t position = 0;
-  for (const fcl::CollisionObject<S>* object : objects) {
-    if (object == nullptr || position++ % step != 0) continue;
-    Segment segment;
-    if (readSegment(*object, Frame{}, segment) == nullptr && isBounded(segment)) {
-      sample.push_back(segment);
+  std::array<Segment, kSamples> samples;
+  // Where so many objects have left that few samples are found, the steps become smaller.
+  std::size_t found = 0, step = objects.size() / kSamples + 1;
+  for (; found < kSamples / 4; step /= 2) {
+    found = 0;
+    for (std::size_t i = 0; i < objects.size() && found < kSamples; i += step) {
+      Segment& segment = samples[found];
+      found += objects[i] != nullptr && readSegment(*objects[i], Frame{}, segment) == nullptr &&
+               isBounded(segment);
     }
+    if (step == 1) break;
   }
   Frame frame;
-  if (sample.empty()) return frame;
+  if (found == 0) return frame;
+  const auto begin = samples.begin(), end = begin + found;
 
   for (const auto axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {
-    const auto median = sample.begin() + static_cast<std::ptrdiff_t>(sample.size() / 2);
-    std::nth_element(sample.begin(), median, sample.end(),
-                     [axis](const Segment& p, const Segment& q) {
-                       return midpoint(p).*axis < midpoint(q).*axis;
-                     });
+    const auto median = begin + found / 2;
+    std::nth_element(begin, median, end, [axis](const Segment& p, const Segment& q) {
+      return midpoint(p).*axis < midpoint(q).*axis;
+    });
     frame.origin.*axis = midpoint(*median).*axis;
   }
   double size = 0;
-  for (const Segment& s : sample) {
+  for (auto i = begin; i != end; ++i) {
+    const Segment& s = *i;
     size = std::max({size, maxNorm(s.a - frame.origin) + s.thickness(),
                      maxNorm(s.b - frame.origin) + s.thickness()});
   }

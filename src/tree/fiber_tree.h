@@ -58,6 +58,14 @@ class FiberTree {
     return slot != kNoSlot && hierarchy_.fitLeaf(slot, segment, padding_, packs_);
   }
 
+  /// To be called a few leaves ahead of fitLeaf().
+  FCL_FIBERS_ALWAYS_INLINE void prefetchLeaf(SegmentId id) const {
+    const auto index = static_cast<std::size_t>(id);
+    if (index < slots_.size() && slots_[index] != kNoSlot) {
+      hierarchy_.prefetchLeaf(slots_[index], packs_);
+    }
+  }
+
   /// One backward sweep, of which nothing is left to do if no leaf has changed.
   void fitNodes(bool leaves_changed = true) {
     if (!leaves_changed) return hierarchy_.keepAll(topology_);

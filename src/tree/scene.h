@@ -113,6 +113,7 @@ class Scene {
           tree.startRefit(padding());
           const bool keep = keepsSegments();
           findUnbounded(count, [&](SegmentId id, Segment& segment) {
+            tree.prefetchLeaf(id + 8);
             if (!read(id, segment)) return false;
             if (keep) segments_[static_cast<std::size_t>(id)] = segment;
             if (tree.fitLeaf(id, segment)) changed.store(true, std::memory_order_relaxed);

@@ -23,6 +23,9 @@ class WrappedSpheres {
   void reserve(const Topology<kArity>& topology);
   bool fitLeaf(std::int32_t slot, const geometry::Segment& segment, double padding,
                std::vector<Pack>& packs);
+  void prefetchLeaf(std::int32_t slot, const std::vector<Pack>&) const {
+    __builtin_prefetch(&leaf_balls_[static_cast<std::size_t>(slot)], 1);
+  }
   void startRefit() { cages_kept_ = cages_recomputed_ = 0; }
   /// Where no leaf has changed.
   void keepAll(const Topology<kArity>& topology) {
