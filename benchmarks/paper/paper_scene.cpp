@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "paper_scene.h"
+
+#include <stdexcept>
+
+#include <fcl_fibers/scenes/paper_scenes.h>
+
+namespace fcl_fibers::benchmarks {
+namespace {
+
+template <typename Parameters>
+Parameters parametersOf(const PaperSceneRequest& request, int frame) {
+  Parameters parameters;
+  if (request.fibers > 0) parameters.fibers = request.fibers;
+  if (request.segments > 0) parameters.segments = request.segments;
+  parameters.seed = request.seed;
+  parameters.frame = frame;
+  return parameters;
+}
+
+}  // namespace
+
+scenes::FiberScene makePaperScene(const PaperSceneRequest& request, int frame) {
+  if (request.name == "static" || request.name == "axis_parallel") {
+    auto parameters = parametersOf<scenes::StaticAssemblyParameters>(request, frame);
+    parameters.turned = request.name == "static";
+    return scenes::makeStaticAssembly(parameters);
+  }
+  if (request.name == "half_scalp") {
+    return scenes::makeHalfScalp(parametersOf<scenes::HalfScalpParameters>(request, frame));
+  }
+  if (request.name == "strand") {
+    return scenes::makePaperStrand(parametersOf<scenes::PaperStrandParameters>(request, frame));
+  }
+  throw std::invalid_argument("--scene=" + request.name +
+                              ": there are static, axis_parallel, half_scalp and strand");
+}
+
+}  // namespace fcl_fibers::benchmarks

@@ -1,0 +1,108 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+#
+# What benchmarks/run.sh --paper [--full] does: measures again what the paper measured, part by
+# part, and writes build/benchmarks/results/paper.html. Takes ten minutes on 2 quiet cores, and 6 GB
+# of memory. --full takes the better part of an hour: finer curves and, however long they take, all
+# managers on the half scalp. Each part keeps its results in build/benchmarks/results/paper; when
+# interrupted, the page is made of the parts that are there. Once more from kept results:
+#
+#   /usr/bin/python3 benchmarks/paper/report.py build/benchmarks/results/paper
+set -euo pipefail
+
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+build=build/benchmarks
+results=$build/results
+data=$results/paper
+program=$build/benchmarks/paper/fcl_fibers_paper
+
+command="benchmarks/run.sh --paper"
+full=0
+for argument in "$@"; do
+  case $argument in
+    --full) full=1 command+=" --full" ;;
+    *)
+      echo "benchmarks/run.sh --paper: there is only --full beside it, not $argument" >&2
+      exit 1
+      ;;
+  esac
+done
+
+.ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev \
+  libtbb-dev libbenchmark-dev python3-matplotlib
+
+cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
+  -DFCL_FIBERS_BUILD_TESTS=OFF -DFCL_FIBERS_BUILD_BENCHMARKS=ON >&2
+cmake --build "$build" --target fcl_fibers_paper >&2
+
+FCL_FIBERS_COMMIT=$(git describe --always --dirty 2>/dev/null || echo unknown)
+export FCL_FIBERS_COMMIT
+
+# Of an earlier run, which may have been of another commit.
+rm -rf "$data.previous"
+if [[ -d $data ]]; then mv "$data" "$data.previous"; fi
+mkdir -p "$data"
+echo "$command" >"$data/command.txt"
+
+# A process group of its own for each part, so that what it started ends with it.
+child=
+stopped=0
+failed=0
+stop() {
+  stopped=1
+  if [[ -n $child ]]; then kill -TERM -- "-$child" 2>/dev/null || true; fi
+}
+trap stop INT TERM
+
+parts=0
+# part NAME FLAG...
+part() {
+  local name=$1
+  shift
+  if ((stopped)); then return 0; fi
+  parts=$((parts + 1))
+  printf '%4d s  part %d: %s\n' "$SECONDS" "$parts" "$name" >&2
+  setsid "$program" "$@" --benchmark_out="$data/$name.json" --benchmark_out_format=json &
+  child=$!
+  wait "$child" || failed=1
+  child=
+}
+
+part radii --part=radii
+part pictures --part=pictures --out_dir="$data"
+for chain in random snake; do
+  edges="8 12 16 24 32 48"
+  if ((full)); then edges+=" 64"; fi
+  for edge in $edges; do
+    part "chain_${chain}_$edge" --part=chain --chain="$chain" --edge="$edge"
+  done
+done
+part dynamic --part=dynamic
+
+fibers="50 100 200 350 500 700 1000"
+if ((full)); then fibers=$(seq 50 50 1000); fi
+for count in $fibers; do
+  part "static_$count" --part=scene --scene=static --fibers="$count" --all_of_fcl --limit=2
+done
+part axis_parallel_1000 --part=scene --scene=axis_parallel --fibers=1000
+
+part strand_1000 --part=scene --scene=strand --fibers=1000
+boxes=LayeredAABBTree
+part strand_2000 --part=scene --scene=strand --fibers=2000 \
+  --only="$boxes/super_thread,$boxes/bundle,$boxes/bundle_capsules,DynamicAABBTree/tight"
+part half_scalp --part=scene --scene=half_scalp
+# Each by itself, for the sake of the others if it is interrupted.
+if ((full)); then
+  number=0
+  for name in DynamicAABBTree/tight WrappedSphereTree/bundle "$boxes/super_thread" \
+    WrappedSphereTree/super_thread; do
+    number=$((number + 1))
+    part "half_scalp_long_$number" --part=scene --scene=half_scalp --only="$name" --limit=3600
+  done
+fi
+if ((stopped)); then echo "Interrupted: the page is made of what there is" >&2; fi
+
+printf '%4d s  page\n' "$SECONDS" >&2
+/usr/bin/python3 benchmarks/paper/report.py "$data" "$results/paper.html" >&2
+echo "$results/paper.html"
+exit "$((failed || stopped))"
