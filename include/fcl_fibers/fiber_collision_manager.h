@@ -18,13 +18,6 @@ static_assert(EIGEN_MAX_STATIC_ALIGN_BYTES == FCL_FIBERS_EIGEN_ALIGNMENT,
 
 namespace fcl_fibers {
 
-/// Where an object stands: its fiber, and its number along that fiber, both counted from 0 in the
-/// order of registration. An object that is no part of a fiber is a fiber of one segment.
-struct FiberSegment {
-  std::size_t fiber = 0;
-  std::size_t segment = 0;
-};
-
 /// The work of one self-collision query.
 struct QueryStatistics {
   std::size_t pairs = 0;          ///< pairs that the query reports

@@ -1,7 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
+
 namespace fcl_fibers {
+
+/// Where a segment stands: its fiber, and its number along that fiber, both counted from 0. Of a
+/// manager's objects, in the order of registration; one that is no part of a fiber is a fiber of
+/// one segment.
+struct FiberSegment {
+  std::size_t fiber = 0;
+  std::size_t segment = 0;
+};
 
 /// Shape of the tree over the segments; decides speed, never the answer.
 enum class Topology {

@@ -109,6 +109,7 @@ class FiberCollisionManager<S>::Impl {
     std::vector<bool> starts_fiber(added.size());
     std::optional<Segment> previous = last_registered_;
     for (std::size_t i = 0; i < added.size(); ++i) {
+      prefetchObject(added, i + kPrefetchAhead);
       if (added[i] == nullptr) refuse(call, nameOf(i) + " is null; pass objects only");
       const Segment segment = read(call, added[i], Frame{}, [i] { return nameOf(i); });
       const bool is_capsule = isCapsule(*added[i]);
@@ -444,8 +445,7 @@ class FiberCollisionManager<S>::Impl {
 
   /// Objects are large and lie anywhere.
   static constexpr std::size_t kPrefetchAhead = 8;
-  void prefetchObject(std::size_t id) const {
-    const auto& objects = registry_.objects();
+  static void prefetchObject(const std::vector<Object*>& objects, std::size_t id) {
     if (id + kPrefetchAhead >= objects.size()) return;
     const auto* lines = reinterpret_cast<const char*>(objects[id + kPrefetchAhead]);
     for (std::size_t line = 0; line < 192; line += 64) __builtin_prefetch(lines + line);
@@ -459,7 +459,7 @@ class FiberCollisionManager<S>::Impl {
   /// Reads objects into the scene.
   auto reader(const char* call) const {
     return [this, call](SegmentId id, Segment& segment) {
-      prefetchObject(static_cast<std::size_t>(id) + kPrefetchAhead);
+      prefetchObject(registry_.objects(), static_cast<std::size_t>(id) + kPrefetchAhead);
       const Object* object = objectOf(id);
       if (object == nullptr) return false;
       if (const char* problem = broadphase::readSegment(*object, scene_.frame(), segment)) {

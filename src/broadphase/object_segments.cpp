@@ -142,30 +142,7 @@ Frame sceneFrame(const std::vector<fcl::CollisionObject<S>*>& objects) {
     }
     if (step == 1) break;
   }
-  Frame frame;
-  if (found == 0) return frame;
-  const auto begin = samples.begin(), end = begin + found;
-
-  for (const auto axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {
-    const auto median = begin + found / 2;
-    std::nth_element(begin, median, end, [axis](const Segment& p, const Segment& q) {
-      return midpoint(p).*axis < midpoint(q).*axis;
-    });
-    frame.origin.*axis = midpoint(*median).*axis;
-  }
-  double size = 0;
-  for (auto i = begin; i != end; ++i) {
-    const Segment& s = *i;
-    size = std::max({size, maxNorm(s.a - frame.origin) + s.thickness(),
-                     maxNorm(s.b - frame.origin) + s.thickness()});
-  }
-  if (size > 0 && std::isfinite(size)) {
-    // The scene's size becomes 2^50: squares of a scene that grows a thousandfold still fit float,
-    // and so do those of lengths 10^30 times smaller, such as all others have where one object is
-    // far out. The scale itself stays away from the ends of double's range.
-    frame.scale = std::ldexp(1.0, std::clamp(50 - std::ilogb(size), -1000, 1000));
-  }
-  return frame;
+  return geometry::frameFor(samples.data(), found);
 }
 
 template const char* readSegment(const fcl::CollisionObject<float>&, const Frame&, Segment&);

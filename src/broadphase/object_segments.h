@@ -17,9 +17,8 @@ template <typename S>
 const char* readSegment(const fcl::CollisionObject<S>& object, const geometry::Frame& frame,
                         geometry::Segment& segment);
 
-/// A frame for these objects, found from a sample of them: its origin is their median, so that
-/// bounds are tightest where most of them are, whatever lies far out. Null pointers and objects
-/// that cannot be read are passed over.
+/// A frame for these objects, found from a sample of them. Null pointers and objects that cannot be
+/// read are passed over.
 template <typename S>
 geometry::Frame sceneFrame(const std::vector<fcl::CollisionObject<S>*>& objects);
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 
 #include "geometry/box.h"
 #include "geometry/segment.h"
@@ -18,6 +19,10 @@ struct Frame {
 
   Vec3d fromWorld(const Vec3d& p) const { return scale * (p - origin); }
 };
+
+/// A frame for segments of which these are a sample, whose order is changed: its origin is their
+/// median, so that bounds are tightest where most segments are, whatever lies far out.
+Frame frameFor(Segment* samples, std::size_t count);
 
 /// Takes segments and volumes of one frame into another, rounding outward.
 class FrameChange {

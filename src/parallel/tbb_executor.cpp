@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <tbb/blocked_range.h>
+#include <algorithm>
+
+#include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -10,7 +12,9 @@ namespace {
 
 class TbbExecutor : public Executor {
  public:
-  explicit TbbExecutor(int threads) : arena_(threads) {}
+  /// More threads than the machine has would only make oneTBB print a warning.
+  explicit TbbExecutor(int threads)
+      : arena_(std::min(threads, tbb::info::default_concurrency())) {}
 
   void run(int count, const std::function<void(int)>& task) override {
     arena_.execute([&] {

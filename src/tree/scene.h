@@ -169,7 +169,10 @@ class Scene {
   }
 
   /// Whether the trees of two scenes are of one kind, so that one can be searched with the other.
-  bool matches(const Scene& other) const { return tree_.index() == other.tree_.index(); }
+  bool matches(const Scene& other) const {
+    return options_.wrapped_spheres == other.options_.wrapped_spheres &&
+           options_.super_thread == other.options_.super_thread;
+  }
 
   /// Pairs with another scene.
   /// @param other_segments  by id, where this scene reports capsules
@@ -317,7 +320,7 @@ class Scene {
             return visit(typename Search<ATree>::Two{tree, other_tree, b_to_a, a_to_b},
                          Type<ATree>());
           } else {
-            return Visit::kContinue;
+            return Visit::kContinue;  // one of the two has never been built
           }
         },
         tree_, other.tree_);

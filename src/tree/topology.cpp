@@ -2,6 +2,8 @@
 #include "tree/topology.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <utility>
 
 #include "geometry/rounding.h"
@@ -86,8 +88,13 @@ class ChainBuilder {
 
 class BundleBuilder {
  public:
-  BundleBuilder(const Fibers& fibers, const std::vector<Segment>& segments)
-      : fibers_(fibers), segments_(segments) {}
+  BundleBuilder(const Fibers& fibers, const std::vector<Segment>& segments) : fibers_(fibers) {
+    middles_.reserve(fibers.ids.size());
+    for (const SegmentId id : fibers.ids) {
+      const Vec3d p = midpoint(segments[static_cast<std::size_t>(id)]);
+      middles_.push_back({nearestFloat(p.x), nearestFloat(p.y), nearestFloat(p.z)});
+    }
+  }
 
   Topology<8> build() {
     const std::size_t count = fibers_.ids.size();
@@ -105,10 +112,13 @@ class BundleBuilder {
  private:
   static constexpr int kArity = 8;
 
+  /// Floats will do for a hint.
+  using Point = std::array<float, 3>;
+
   /// A range of one fiber, as a range of Fibers::ids.
   struct Strand {
     std::int32_t begin, end;
-    float middle[3];  ///< the middle of its middle segment; a hint, so float will do
+    Point middle;  ///< of its middle segment
   };
   /// A range of strands_, with the number of segments in all of them.
   struct Block {
@@ -118,13 +128,9 @@ class BundleBuilder {
     std::int32_t strands() const { return end - begin; }
   };
 
-  Vec3d middleOf(std::int32_t i) const {
-    const SegmentId id = fibers_.ids[static_cast<std::size_t>(i)];
-    return geometry::midpoint(segments_[static_cast<std::size_t>(id)]);
-  }
+  const Point& middleOf(std::int32_t i) const { return middles_[static_cast<std::size_t>(i)]; }
   Strand strand(std::int32_t begin, std::int32_t end) const {
-    const Vec3d p = middleOf(begin + (end - begin) / 2);
-    return {begin, end, {nearestFloat(p.x), nearestFloat(p.y), nearestFloat(p.z)}};
+    return {begin, end, middleOf(begin + (end - begin) / 2)};
   }
   Strand* at(std::int32_t i) { return strands_.data() + i; }
 
@@ -174,18 +180,28 @@ class BundleBuilder {
 
   /// Length of the longest side of the box around the strands' middles, and its axis.
   double extentAcross(const Block& block, int& axis) {
+    Point low = at(block.begin)->middle, high = low;
+    for (std::int32_t i = block.begin + 1; i < block.end; ++i) {
+      const Point& p = at(i)->middle;
+      for (std::size_t k = 0; k < 3; ++k) {
+        low[k] = std::min(low[k], p[k]);
+        high[k] = std::max(high[k], p[k]);
+      }
+    }
     double longest = -1;
-    for (int k = 0; k < 3; ++k) {
-      const auto [low, high] = std::minmax_element(
-          at(block.begin), at(block.end),
-          [k](const Strand& p, const Strand& q) { return p.middle[k] < q.middle[k]; });
-      const double side = double{high->middle[k]} - double{low->middle[k]};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double side = double{high[k]} - double{low[k]};
       if (side > longest) {
         longest = side;
-        axis = k;
+        axis = static_cast<int>(k);
       }
     }
     return longest;
+  }
+
+  static double distance(const Point& p, const Point& q) {
+    return std::hypot(double{p[0]} - double{q[0]}, double{p[1]} - double{q[1]},
+                      double{p[2]} - double{q[2]});
   }
 
   /// Mean length of the strands, estimated from a few of them and three points on each.
@@ -198,11 +214,10 @@ class BundleBuilder {
       const Strand& s = *at(i);
       const std::int32_t segments = s.end - s.begin;
       if (segments < 2) continue;
-      const Vec3d first = middleOf(s.begin), middle = middleOf(s.begin + segments / 2),
-                  last = middleOf(s.end - 1);
+      const Point &first = middleOf(s.begin), &middle = middleOf(s.begin + segments / 2),
+                  &last = middleOf(s.end - 1);
       // The outer halves of the first and the last segment belong to it.
-      sum += (geometry::norm(middle - first) + geometry::norm(last - middle)) * segments /
-             (segments - 1);
+      sum += (distance(first, middle) + distance(middle, last)) * segments / (segments - 1);
     }
     return sum / samples;
   }
@@ -230,10 +245,10 @@ class BundleBuilder {
   void splitAcross(const Block& block, int axis, Block& first, Block& second) {
     const std::int32_t middle = block.begin + block.strands() / 2;
     std::nth_element(at(block.begin), at(middle), at(block.end),
-                     [axis](const Strand& p, const Strand& q) {
+                     [k = static_cast<std::size_t>(axis)](const Strand& p, const Strand& q) {
                        // Ties by position, so that the halves are the same everywhere.
-                       return p.middle[axis] != q.middle[axis] ? p.middle[axis] < q.middle[axis]
-                                                               : p.begin < q.begin;
+                       return p.middle[k] != q.middle[k] ? p.middle[k] < q.middle[k]
+                                                         : p.begin < q.begin;
                      });
     first = {block.begin, middle, 0};
     for (std::int32_t i = block.begin; i < middle; ++i) first.segments += at(i)->end - at(i)->begin;
@@ -241,7 +256,7 @@ class BundleBuilder {
   }
 
   const Fibers& fibers_;
-  const std::vector<Segment>& segments_;
+  std::vector<Point> middles_;   ///< of the segments, in the order of Fibers::ids
   std::vector<Strand> strands_;  ///< a stack: blocks on the path from the root to the node at work
   Builder<kArity> builder_;
 };

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <fcl_fibers/export.h>
+#include <fcl_fibers/fiber_manager_options.h>
+
+namespace fcl_fibers {
+
+/// Fibers as plain arrays, borrowed for the length of a call. Fiber f owns the points
+/// [point_begin[f], point_begin[f + 1]), in their order along it, and a capsule between each two of
+/// them that follow each other; a fiber of fewer than two points has none. S is float or double.
+template <typename S>
+struct FiberArrays {
+  enum class Radii {
+    kOne,         ///< radii[0] for all
+    kPerFiber,    ///< radii[f]
+    kPerSegment,  ///< radii[i] for the capsule that starts at point i
+  };
+
+  const S* points = nullptr;  ///< x, y, z of one point after the other
+  std::size_t point_count = 0;
+  /// fiber_count + 1 numbers that do not descend, from 0 to point_count.
+  const std::size_t* point_begin = nullptr;
+  std::size_t fiber_count = 0;
+  const S* radii = nullptr;
+  Radii radii_are = Radii::kOne;
+};
+
+/// Two capsules, each named by the index of its first point; a < b within one tree.
+struct SegmentPair {
+  std::int32_t a, b;
+};
+
+struct FiberTreeOptions : FiberManagerOptions {
+  enum class Volumes {
+    kLayeredBoxes,    ///< as LayeredAABBTreeCollisionManager
+    kWrappedSpheres,  ///< as WrappedSphereTreeCollisionManager
+  };
+  Volumes volumes = Volumes::kLayeredBoxes;
+};
+
+/// The tree of the fiber managers for programs that keep no FCL object per segment. Same answers,
+/// same promises, a third of the memory traffic. This header needs neither FCL nor Eigen.
+///
+/// Queries are const and may run from several threads at once; build and update must not run
+/// beside them. Arrays that cannot be answered for are refused with std::invalid_argument, which
+/// says which point, fiber or radius it is; the tree is then as it was.
+class FCL_FIBERS_EXPORT FiberTree {
+ public:
+  explicit FiberTree(const FiberTreeOptions& options = {});
+  ~FiberTree();
+  FiberTree(FiberTree&&) noexcept;
+  FiberTree& operator=(FiberTree&&) noexcept;
+
+  /// Replaces all fibers. At most 2^27 points.
+  void build(const FiberArrays<float>& fibers);
+  void build(const FiberArrays<double>& fibers);
+
+  /// After points or radii have changed, but not the number of points of any fiber. S need not be
+  /// what it was.
+  void update(const FiberArrays<float>& fibers);
+  void update(const FiberArrays<double>& fibers);
+
+  /// Calls visit(SegmentPair) for every pair that Report, margin and ignored_neighbors ask for,
+  /// once, in an order that depends on the arrays alone. `visit` returns nothing, or a bool: true
+  /// ends the query. Returns whether it was ended.
+  template <class Visitor>
+  bool visitPairs(Visitor&& visit) const {
+    Bridge<Visitor> bridge(visit);
+    return visitRuns(bridge);
+  }
+
+  /// The same for pairs of a capsule a of this tree and b of another one, whose options but for the
+  /// volumes and the topology do not matter.
+  template <class Visitor>
+  bool visitPairs(const FiberTree& other, Visitor&& visit) const {
+    Bridge<Visitor> bridge(visit);
+    return visitRuns(other, bridge);
+  }
+
+  /// All pairs; `pairs` keeps its memory from one call to the next.
+  void findPairs(std::vector<SegmentPair>& pairs) const;
+
+  /// Fiber of a capsule, and its number along it, both counted from 0.
+  FiberSegment fiberSegment(std::int32_t segment) const;
+
+  std::size_t fiberCount() const;
+  std::size_t segmentCount() const;
+  const FiberTreeOptions& options() const;
+
+  /// Bytes that the tree holds.
+  std::size_t memoryUsage() const;
+
+ private:
+  class Runs {
+   public:
+    /// Returns true to end the query.
+    virtual bool take(const SegmentPair* pairs, std::size_t count) = 0;
+
+   protected:
+    ~Runs() = default;
+  };
+
+  template <class Visitor>
+  class Bridge : public Runs {
+   public:
+    explicit Bridge(Visitor& visit) : visit_(visit) {}
+    bool take(const SegmentPair* pairs, std::size_t count) override {
+      for (const SegmentPair* pair = pairs; pair != pairs + count; ++pair) {
+        if constexpr (std::is_void_v<decltype(visit_(*pair))>) {
+          visit_(*pair);
+        } else {
+          if (visit_(*pair)) return true;
+        }
+      }
+      return false;
+    }
+
+   private:
+    Visitor& visit_;
+  };
+
+  bool visitRuns(Runs& runs) const;
+  bool visitRuns(const FiberTree& other, Runs& runs) const;
+
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace fcl_fibers

@@ -1,0 +1,357 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fcl_fibers/fiber_tree.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "tree/scene.h"
+
+namespace fcl_fibers {
+namespace {
+
+using geometry::Frame;
+using geometry::FrameChange;
+using geometry::Segment;
+using geometry::Vec3d;
+using tree::SegmentId;
+using tree::Visit;
+
+[[noreturn]] void refuse(const char* call, const std::string& what) {
+  throw std::invalid_argument(std::string("fcl_fibers: FiberTree::") + call + ": " + what);
+}
+
+const FiberTreeOptions& checked(const FiberTreeOptions& options) {
+  if (options.ignored_neighbors < 0) {
+    refuse("FiberTree",
+           "ignored_neighbors is " + std::to_string(options.ignored_neighbors) + "; set 0 or more");
+  }
+  if (!(options.margin >= 0) || !std::isfinite(options.margin)) {
+    refuse("FiberTree",
+           "margin is " + std::to_string(options.margin) + "; set a finite length of 0 or more");
+  }
+  if (options.threads < 1) {
+    refuse("FiberTree", "threads is " + std::to_string(options.threads) + "; set 1 or more");
+  }
+  return options;
+}
+
+tree::SceneOptions sceneOptions(const FiberTreeOptions& options) {
+  return {options.volumes == FiberTreeOptions::Volumes::kWrappedSpheres,
+          options.topology == Topology::kSuperThread, options.report == Report::kCapsules,
+          options.margin, options.threads};
+}
+
+/// Reads capsules off arrays; a capsule's id is the index of its first point.
+template <typename S>
+class ArrayReader {
+ public:
+  ArrayReader(const FiberArrays<S>& fibers, const std::vector<bool>& is_last)
+      : fibers_(fibers), is_last_(is_last) {}
+
+  /// In the frame of the world.
+  Segment segment(std::size_t id, std::size_t fiber) const {
+    return {point(id), point(id + 1), radius(id, fiber)};
+  }
+
+  bool operator()(SegmentId id, const Frame& frame, Segment& segment) const {
+    const auto index = static_cast<std::size_t>(id);
+    if (is_last_[index]) return false;
+    segment = {frame.fromWorld(point(index)), frame.fromWorld(point(index + 1)),
+               frame.scale * radius(index, fiberOf(index))};
+    return true;
+  }
+
+ private:
+  Vec3d point(std::size_t i) const {
+    const S* p = fibers_.points + 3 * i;
+    return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
+  }
+  double radius(std::size_t id, std::size_t fiber) const {
+    switch (fibers_.radii_are) {
+      case FiberArrays<S>::Radii::kPerFiber:
+        return static_cast<double>(fibers_.radii[fiber]);
+      case FiberArrays<S>::Radii::kPerSegment:
+        return static_cast<double>(fibers_.radii[id]);
+      default:
+        return static_cast<double>(fibers_.radii[0]);
+    }
+  }
+  std::size_t fiberOf(std::size_t id) const {
+    if (fibers_.radii_are != FiberArrays<S>::Radii::kPerFiber) return 0;
+    const std::size_t* begin = fibers_.point_begin;
+    return static_cast<std::size_t>(std::upper_bound(begin, begin + fibers_.fiber_count + 1, id) -
+                                    begin - 1);
+  }
+
+  const FiberArrays<S>& fibers_;
+  const std::vector<bool>& is_last_;
+};
+
+}  // namespace
+
+class FiberTree::Impl {
+ public:
+  explicit Impl(const FiberTreeOptions& options)
+      : options_(checked(options)), scene_(sceneOptions(options)) {}
+
+  const FiberTreeOptions& options() const { return options_; }
+  std::size_t fiberCount() const { return point_begin_.size() - 1; }
+  std::size_t segmentCount() const { return segment_count_; }
+  std::size_t memoryUsage() const {
+    return sizeof(*this) + point_begin_.capacity() * sizeof(std::size_t) + is_last_.capacity() / 8 +
+           scene_.memoryUsage();
+  }
+
+  template <typename S>
+  void build(const FiberArrays<S>& fibers) {
+    checkFibers("build", fibers);
+    const Frame frame = checkCoordinates("build", fibers);
+
+    std::vector<std::size_t> point_begin(fibers.point_begin,
+                                         fibers.point_begin + fibers.fiber_count + 1);
+    std::vector<bool> is_last(fibers.point_count);
+    std::size_t segments = 0;
+    tree::Fibers ids;
+    ids.ids.reserve(fibers.point_count);
+    for (std::size_t f = 0; f < fibers.fiber_count; ++f) {
+      const std::size_t begin = point_begin[f], end = point_begin[f + 1];
+      if (begin == end) continue;
+      for (std::size_t i = begin; i + 1 < end; ++i) ids.ids.push_back(static_cast<SegmentId>(i));
+      ids.endFiber();
+      is_last[end - 1] = true;
+      segments += end - begin - 1;
+    }
+    const ArrayReader<S> reader(fibers, is_last);
+    tree::Scene scene(sceneOptions(options_));
+    scene.build(
+        frame, fibers.point_count, [&](auto&&) { return std::move(ids); },
+        [&](SegmentId id, Segment& segment) { return reader(id, frame, segment); });
+
+    point_begin_ = std::move(point_begin);
+    is_last_ = std::move(is_last);
+    segment_count_ = segments;
+    scene_ = std::move(scene);
+  }
+
+  template <typename S>
+  void update(const FiberArrays<S>& fibers) {
+    checkFibers("update", fibers);
+    if (!std::equal(point_begin_.begin(), point_begin_.end(), fibers.point_begin,
+                    fibers.point_begin + fibers.fiber_count + 1)) {
+      refuse("update", "fibers have other numbers of points than at the last build(); build anew");
+    }
+    const Frame frame = checkCoordinates("update", fibers);
+    const ArrayReader<S> reader(fibers, is_last_);
+    scene_.update(frame, fibers.point_count,
+                  [&](SegmentId id, Segment& segment) { return reader(id, frame, segment); });
+  }
+
+  Visit findPairs(tree::PairSink& sink) const {
+    if (options_.ignored_neighbors == 0) return scene_.findPairs(sink);
+    NeighborFilter filter(*this, sink);
+    return scene_.findPairs(filter);
+  }
+
+  Visit findPairs(const Impl& other, tree::PairSink& sink) const {
+    if (!scene_.matches(other.scene_)) {
+      refuse("visitPairs",
+             "the other tree has other volumes or another topology; give both trees "
+             "the same");
+    }
+    if (options_.report == Report::kCapsules && !other.scene_.keepsSegments()) {
+      refuse("visitPairs",
+             "the other tree reports volumes and keeps no capsules; give it "
+             "Report::kCapsules");
+    }
+    return scene_.findPairs(other.scene_, other.scene_.segments().data(), sink);
+  }
+
+  FiberSegment fiberSegment(std::int32_t segment) const {
+    const auto id = static_cast<std::size_t>(segment);
+    if (segment < 0 || id >= is_last_.size() || is_last_[id]) {
+      refuse("fiberSegment", "no capsule starts at point " + std::to_string(segment));
+    }
+    const auto after = std::upper_bound(point_begin_.begin(), point_begin_.end(), id);
+    return {static_cast<std::size_t>(after - point_begin_.begin() - 1), id - *(after - 1)};
+  }
+
+ private:
+  /// Leaves out neighbours along a fiber.
+  class NeighborFilter : public tree::PairSink {
+   public:
+    NeighborFilter(const Impl& impl, tree::PairSink& sink) : impl_(impl), sink_(sink) {}
+
+    Visit take(const tree::Pair* pairs, std::size_t count) override {
+      std::array<tree::Pair, 256> kept;
+      std::size_t size = 0;
+      for (std::size_t i = 0; i < count; ++i) {
+        if (impl_.areNeighbors(pairs[i])) continue;
+        kept[size++] = pairs[i];
+        if (size < kept.size()) continue;
+        if (sink_.take(kept.data(), size) == Visit::kStop) return Visit::kStop;
+        size = 0;
+      }
+      return size == 0 ? Visit::kContinue : sink_.take(kept.data(), size);
+    }
+
+   private:
+    const Impl& impl_;
+    tree::PairSink& sink_;
+  };
+
+  bool areNeighbors(const tree::Pair& pair) const {
+    const auto [first, last] = std::minmax(pair.a, pair.b);
+    if (last - first > options_.ignored_neighbors) return false;
+    const auto begin = is_last_.begin();
+    return std::find(begin + first, begin + last, true) == begin + last;
+  }
+
+  template <typename S>
+  static void checkFibers(const char* call, const FiberArrays<S>& fibers) {
+    constexpr std::size_t kMost = std::size_t{1} << 27;
+    if (fibers.point_count > kMost) refuse(call, "more than 2^27 points; use several trees");
+    if (fibers.point_begin == nullptr)
+      refuse(call, "point_begin is null; give fiber_count + 1 numbers");
+    const std::size_t* begin = fibers.point_begin;
+    if (begin[0] != 0 || begin[fibers.fiber_count] != fibers.point_count) {
+      refuse(call, "point_begin runs from " + std::to_string(begin[0]) + " to " +
+                       std::to_string(begin[fibers.fiber_count]) + "; it has to run from 0 to " +
+                       std::to_string(fibers.point_count) + ", the number of points");
+    }
+    for (std::size_t f = 0; f < fibers.fiber_count; ++f) {
+      if (begin[f + 1] < begin[f]) {
+        refuse(call, "point_begin descends at fiber " + std::to_string(f) + "; mend it");
+      }
+    }
+    if (fibers.point_count > 0 && (fibers.points == nullptr || fibers.radii == nullptr)) {
+      refuse(call, "points or radii are null; give both");
+    }
+  }
+
+  /// Refuses what is not finite; returns a frame for the rest.
+  template <typename S>
+  static Frame checkCoordinates(const char* call, const FiberArrays<S>& fibers) {
+    double largest = 0;
+    for (std::size_t i = 0; i < 3 * fibers.point_count; ++i) {
+      const double coordinate = std::fabs(static_cast<double>(fibers.points[i]));
+      if (!std::isfinite(coordinate)) {
+        refuse(call, "point " + std::to_string(i / 3) +
+                         " is NaN or infinite; give it finite coordinates");
+      }
+      largest = std::max(largest, coordinate);
+    }
+    using Radii = typename FiberArrays<S>::Radii;
+    const std::size_t radii = fibers.radii_are == Radii::kOne        ? fibers.point_count > 0
+                              : fibers.radii_are == Radii::kPerFiber ? fibers.fiber_count
+                                                                     : fibers.point_count;
+    for (std::size_t i = 0; i < radii; ++i) {
+      // The last point of a fiber starts no capsule, but a radius there is checked all the same.
+      const double radius = static_cast<double>(fibers.radii[i]);
+      if (!(radius >= 0 && std::isfinite(radius))) {
+        refuse(call, "radius " + std::to_string(i) +
+                         " is negative, NaN or infinite; give a finite one of 0 or more");
+      }
+      largest = std::max(largest, radius);
+    }
+
+    constexpr std::size_t kSamples = 255;
+    std::array<Segment, kSamples> samples;
+    std::size_t found = 0;
+    const std::vector<bool> none;
+    const ArrayReader<S> reader(fibers, none);
+    const std::size_t step = fibers.fiber_count / kSamples + 1;
+    for (std::size_t f = 0; f < fibers.fiber_count && found < kSamples; f += step) {
+      const std::size_t begin = fibers.point_begin[f], end = fibers.point_begin[f + 1];
+      if (end - begin < 2) continue;
+      // Each at another place along its fiber.
+      samples[found] = reader.segment(begin + found % (end - begin - 1), f);
+      ++found;
+    }
+    const Frame frame = geometry::frameFor(samples.data(), found);
+    // With room for sums of a few coordinates in the frame.
+    if (!std::isfinite(16 * frame.scale * (largest + maxNorm(frame.origin)))) {
+      refuse(call,
+             "coordinates overflow; bring the fibers nearer to the origin or change their unit");
+    }
+    return frame;
+  }
+
+  FiberTreeOptions options_;
+  std::vector<std::size_t> point_begin_ = {0};
+  std::vector<bool> is_last_;  ///< by point: whether it is the last one of its fiber
+  std::size_t segment_count_ = 0;
+  tree::Scene scene_;
+};
+
+namespace {
+
+/// Pairs of a tree, handed on in the public type.
+template <class F>
+class PairsTo : public tree::PairSink {
+ public:
+  PairsTo(bool ordered, F take) : ordered_(ordered), take_(std::move(take)) {}
+
+  Visit take(const tree::Pair* pairs, std::size_t count) override {
+    std::array<SegmentPair, 256> run;
+    for (std::size_t begin = 0; begin < count; begin += run.size()) {
+      const std::size_t size = std::min(run.size(), count - begin);
+      for (std::size_t i = 0; i < size; ++i) {
+        const auto [a, b] = pairs[begin + i];
+        run[i] = ordered_ && a > b ? SegmentPair{b, a} : SegmentPair{a, b};
+      }
+      if (take_(run.data(), size)) return Visit::kStop;
+    }
+    return Visit::kContinue;
+  }
+
+ private:
+  bool ordered_;
+  F take_;
+};
+
+}  // namespace
+
+FiberTree::FiberTree(const FiberTreeOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+FiberTree::~FiberTree() = default;
+FiberTree::FiberTree(FiberTree&&) noexcept = default;
+FiberTree& FiberTree::operator=(FiberTree&&) noexcept = default;
+
+void FiberTree::build(const FiberArrays<float>& fibers) { impl_->build(fibers); }
+void FiberTree::build(const FiberArrays<double>& fibers) { impl_->build(fibers); }
+void FiberTree::update(const FiberArrays<float>& fibers) { impl_->update(fibers); }
+void FiberTree::update(const FiberArrays<double>& fibers) { impl_->update(fibers); }
+
+bool FiberTree::visitRuns(Runs& runs) const {
+  PairsTo sink(
+      true, [&](const SegmentPair* pairs, std::size_t count) { return runs.take(pairs, count); });
+  return impl_->findPairs(sink) == Visit::kStop;
+}
+
+bool FiberTree::visitRuns(const FiberTree& other, Runs& runs) const {
+  if (&other == this) return visitRuns(runs);
+  PairsTo sink(
+      false, [&](const SegmentPair* pairs, std::size_t count) { return runs.take(pairs, count); });
+  return impl_->findPairs(*other.impl_, sink) == Visit::kStop;
+}
+
+void FiberTree::findPairs(std::vector<SegmentPair>& pairs) const {
+  pairs.clear();
+  PairsTo sink(true, [&](const SegmentPair* run, std::size_t count) {
+    pairs.insert(pairs.end(), run, run + count);
+    return false;
+  });
+  impl_->findPairs(sink);
+}
+
+FiberSegment FiberTree::fiberSegment(std::int32_t segment) const {
+  return impl_->fiberSegment(segment);
+}
+std::size_t FiberTree::fiberCount() const { return impl_->fiberCount(); }
+std::size_t FiberTree::segmentCount() const { return impl_->segmentCount(); }
+const FiberTreeOptions& FiberTree::options() const { return impl_->options(); }
+std::size_t FiberTree::memoryUsage() const { return impl_->memoryUsage(); }
+
+}  // namespace fcl_fibers

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "geometry/frame.h"
+
+#include <algorithm>
+
+namespace fcl_fibers::geometry {
+
+Frame frameFor(Segment* samples, std::size_t count) {
+  Frame frame;
+  if (count == 0) return frame;
+  Segment *const end = samples + count, *const median = samples + count / 2;
+  for (const auto axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {
+    std::nth_element(samples, median, end, [axis](const Segment& p, const Segment& q) {
+      return midpoint(p).*axis < midpoint(q).*axis;
+    });
+    frame.origin.*axis = midpoint(*median).*axis;
+  }
+  double size = 0;
+  for (const Segment* s = samples; s != end; ++s) {
+    size = std::max({size, maxNorm(s->a - frame.origin) + s->thickness(),
+                     maxNorm(s->b - frame.origin) + s->thickness()});
+  }
+  if (size > 0 && std::isfinite(size)) {
+    // The scene's size becomes 2^50: squares of a scene that grows a thousandfold still fit float,
+    // and so do those of lengths 10^30 times smaller, such as all others have where one object is
+    // far out. The scale itself stays away from the ends of double's range.
+    frame.scale = std::ldexp(1.0, std::clamp(50 - std::ilogb(size), -1000, 1000));
+  }
+  return frame;
+}
+
+}  // namespace fcl_fibers::geometry

@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fcl_fibers/fiber_tree.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "support/exact_geometry.h"
+
+namespace fcl_fibers {
+namespace {
+
+using Pairs = std::set<std::pair<std::int32_t, std::int32_t>>;
+
+/// Arrays and their owner.
+template <typename S>
+struct Assembly {
+  std::vector<S> points;
+  std::vector<std::size_t> point_begin = {0};
+  std::vector<S> radii;
+  typename FiberArrays<S>::Radii radii_are = FiberArrays<S>::Radii::kPerSegment;
+
+  FiberArrays<S> view() const {
+    return {points.data(),          points.size() / 3, point_begin.data(),
+            point_begin.size() - 1, radii.data(),      radii_are};
+  }
+  test::Point point(std::size_t i) const {
+    return {points[3 * i], points[3 * i + 1], points[3 * i + 2]};
+  }
+  test::Real radius(std::size_t i) const {
+    using Radii = typename FiberArrays<S>::Radii;
+    const auto fiber = std::upper_bound(point_begin.begin(), point_begin.end(), i) - 1;
+    return radii[radii_are == Radii::kOne ? 0
+                 : radii_are == Radii::kPerFiber
+                     ? static_cast<std::size_t>(fiber - point_begin.begin())
+                     : i];
+  }
+  bool startsCapsule(std::size_t i) const {
+    return i + 1 < points.size() / 3 &&
+           !std::binary_search(point_begin.begin(), point_begin.end(), i + 1);
+  }
+};
+
+/// Curled fibers of 1 to 40 points about one place, thick ones among them; some have no point.
+template <typename S>
+Assembly<S> curledFibers(unsigned seed, int fibers = 30) {
+  std::mt19937 random(seed);
+  const auto uniform = [&] { return static_cast<double>(random()) / 4294967296.0 - 0.5; };
+  Assembly<S> assembly;
+  for (int f = 0; f < fibers; ++f) {
+    double p[3] = {uniform(), uniform(), uniform()};
+    const auto count = f % 7 == 3 ? 0 : 1 + random() % 40;
+    for (std::size_t i = 0; i < count; ++i) {
+      for (double& coordinate : p) {
+        assembly.points.push_back(static_cast<S>(coordinate));
+        coordinate += 0.2 * uniform();
+      }
+      assembly.radii.push_back(static_cast<S>(f % 5 == 0 ? 0.05 : 0.005));
+    }
+    assembly.point_begin.push_back(assembly.points.size() / 3);
+  }
+  return assembly;
+}
+
+/// Touching pairs, those of neighbours up to `ignored` apart left out. What is within 1e-12 of
+/// touching, where rounding may decide, must not be there.
+template <typename S>
+Pairs touchingPairs(const Assembly<S>& a, const Assembly<S>& b, int ignored, double margin) {
+  const bool same = &a == &b;
+  Pairs pairs;
+  for (std::size_t i = 0; i < a.points.size() / 3; ++i) {
+    for (std::size_t j = same ? i + 1 : 0; j < b.points.size() / 3; ++j) {
+      if (!a.startsCapsule(i) || !b.startsCapsule(j)) continue;
+      const auto last = std::upper_bound(a.point_begin.begin(), a.point_begin.end(), i);
+      if (same && j < *last && j - i <= static_cast<std::size_t>(ignored)) continue;
+      const test::Real gap =
+          test::segmentDistance(a.point(i), a.point(i + 1), b.point(j), b.point(j + 1)) -
+          a.radius(i) - b.radius(j) - margin;
+      EXPECT_GT(std::fabs(gap), 1e-12) << "too close to call: " << i << ", " << j;
+      if (gap <= 0) pairs.emplace(static_cast<std::int32_t>(i), static_cast<std::int32_t>(j));
+    }
+  }
+  return pairs;
+}
+
+Pairs pairsOf(const FiberTree& tree) {
+  Pairs pairs;
+  std::size_t calls = 0;
+  tree.visitPairs([&](SegmentPair pair) {
+    pairs.emplace(pair.a, pair.b);
+    ++calls;
+  });
+  EXPECT_EQ(calls, pairs.size()) << "a pair came twice";
+  return pairs;
+}
+
+FiberTreeOptions optionsOf(FiberTreeOptions::Volumes volumes, Topology topology, Report report) {
+  FiberTreeOptions options;
+  options.volumes = volumes;
+  options.topology = topology;
+  options.report = report;
+  return options;
+}
+
+std::vector<FiberTreeOptions> allKinds(Report report) {
+  using Volumes = FiberTreeOptions::Volumes;
+  std::vector<FiberTreeOptions> kinds;
+  for (const auto volumes : {Volumes::kLayeredBoxes, Volumes::kWrappedSpheres}) {
+    for (const auto topology : {Topology::kBundle, Topology::kSuperThread}) {
+      kinds.push_back(optionsOf(volumes, topology, report));
+    }
+  }
+  return kinds;
+}
+
+template <typename S>
+class ArrayTree : public ::testing::Test {};
+
+struct ScalarName {
+  template <typename S>
+  static std::string GetName(int) {
+    return std::is_same_v<S, float> ? "Float" : "Double";
+  }
+};
+using Scalars = ::testing::Types<float, double>;
+TYPED_TEST_SUITE(ArrayTree, Scalars, ScalarName);
+
+// Touching capsules would be missed, or others reported.
+TYPED_TEST(ArrayTree, ReportsTheCapsulesThatTouch) {
+  const auto fibers = curledFibers<TypeParam>(1);
+  for (FiberTreeOptions options : allKinds(Report::kCapsules)) {
+    options.ignored_neighbors = 2;
+    options.margin = 0.003;
+    for (const int threads : {1, 3}) {
+      options.threads = threads;
+      FiberTree tree(options);
+      tree.build(fibers.view());
+      const Pairs expected = touchingPairs(fibers, fibers, 2, 0.003);
+      EXPECT_GT(expected.size(), 100u);
+      EXPECT_EQ(pairsOf(tree), expected);
+    }
+  }
+}
+
+// A tree that reports volumes would miss pairs that touch.
+TYPED_TEST(ArrayTree, VolumesOverlapWhereCapsulesTouch) {
+  const auto fibers = curledFibers<TypeParam>(2);
+  const Pairs touching = touchingPairs(fibers, fibers, 0, 0);
+  for (const FiberTreeOptions& options : allKinds(Report::kVolumes)) {
+    FiberTree tree(options);
+    tree.build(fibers.view());
+    const Pairs overlapping = pairsOf(tree);
+    EXPECT_TRUE(
+        std::includes(overlapping.begin(), overlapping.end(), touching.begin(), touching.end()));
+  }
+}
+
+// The wrong radius would be read.
+TYPED_TEST(ArrayTree, TakesOneRadiusOrOnePerFiber) {
+  using Radii = typename FiberArrays<TypeParam>::Radii;
+  auto fibers = curledFibers<TypeParam>(3);
+  FiberTree tree(optionsOf({}, Topology::kBundle, Report::kCapsules));
+
+  fibers.radii_are = Radii::kOne;
+  fibers.radii = {static_cast<TypeParam>(0.01)};
+  tree.build(fibers.view());
+  EXPECT_EQ(pairsOf(tree), touchingPairs(fibers, fibers, 0, 0));
+
+  fibers.radii_are = Radii::kPerFiber;
+  fibers.radii.clear();
+  for (std::size_t f = 0; f + 1 < fibers.point_begin.size(); ++f) {
+    fibers.radii.push_back(static_cast<TypeParam>(f % 2 == 0 ? 0.002 : 0.03));
+  }
+  tree.update(fibers.view());
+  EXPECT_EQ(pairsOf(tree), touchingPairs(fibers, fibers, 0, 0));
+}
+
+// Fibers would collide where they were.
+TYPED_TEST(ArrayTree, FollowsMotion) {
+  auto fibers = curledFibers<TypeParam>(4);
+  for (const FiberTreeOptions& options : allKinds(Report::kCapsules)) {
+    FiberTree tree(options);
+    tree.build(fibers.view());
+    std::mt19937 random(5);
+    for (int step = 0; step < 3; ++step) {
+      for (TypeParam& coordinate : fibers.points) {
+        coordinate += static_cast<TypeParam>(0.02 * (static_cast<double>(random()) / 4294967296.0));
+      }
+      tree.update(fibers.view());
+      EXPECT_EQ(pairsOf(tree), touchingPairs(fibers, fibers, 0, 0));
+    }
+  }
+}
+
+TYPED_TEST(ArrayTree, MeetsAnotherTree) {
+  const auto a = curledFibers<TypeParam>(6), b = curledFibers<TypeParam>(7, 20);
+  for (const FiberTreeOptions& options : allKinds(Report::kCapsules)) {
+    FiberTree first(options), second(options);
+    first.build(a.view());
+    second.build(b.view());
+    Pairs pairs;
+    first.visitPairs(second, [&](SegmentPair pair) { pairs.emplace(pair.a, pair.b); });
+    EXPECT_EQ(pairs, touchingPairs(a, b, 0, 0));
+  }
+}
+
+TEST(ArrayTree, NamesFiberAndSegment) {
+  const auto fibers = curledFibers<double>(8);
+  FiberTree tree;
+  tree.build(fibers.view());
+  EXPECT_EQ(tree.fiberCount(), 30u);
+  std::size_t count = 0;
+  for (std::size_t f = 0; f < 30; ++f) {
+    for (std::size_t i = fibers.point_begin[f]; i < fibers.point_begin[f + 1]; ++i) {
+      const auto id = static_cast<std::int32_t>(i);
+      if (!fibers.startsCapsule(i)) {
+        EXPECT_THROW(tree.fiberSegment(id), std::invalid_argument);
+        continue;
+      }
+      EXPECT_EQ(tree.fiberSegment(id).fiber, f);
+      EXPECT_EQ(tree.fiberSegment(id).segment, i - fibers.point_begin[f]);
+      ++count;
+    }
+  }
+  EXPECT_EQ(tree.segmentCount(), count);
+}
+
+TEST(ArrayTree, AVisitorEndsTheQuery) {
+  const auto fibers = curledFibers<double>(9);
+  FiberTree tree;
+  tree.build(fibers.view());
+  std::vector<SegmentPair> all;
+  tree.findPairs(all);
+  ASSERT_GT(all.size(), 20u);
+  std::vector<SegmentPair> seen;
+  EXPECT_TRUE(tree.visitPairs([&](SegmentPair pair) {
+    seen.push_back(pair);
+    return seen.size() == 17;
+  }));
+  ASSERT_EQ(seen.size(), 17u);
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    EXPECT_EQ(seen[i].a, all[i].a);
+    EXPECT_EQ(seen[i].b, all[i].b);
+  }
+  EXPECT_FALSE(tree.visitPairs([](SegmentPair) { return false; }));
+}
+
+TEST(ArrayTree, AnswersWhenEmpty) {
+  FiberTree tree;
+  EXPECT_TRUE(pairsOf(tree).empty());
+  tree.build(curledFibers<double>(10).view());
+  const Assembly<double> none;
+  tree.build(none.view());
+  EXPECT_TRUE(pairsOf(tree).empty());
+  EXPECT_EQ(tree.segmentCount(), 0u);
+}
+
+/// Refused with a text that says so, and nothing has changed.
+void expectRefused(FiberTree& tree, const Assembly<double>& bad, const std::string& text) {
+  const Pairs before = pairsOf(tree);
+  for (const bool build : {true, false}) {
+    try {
+      build ? tree.build(bad.view()) : tree.update(bad.view());
+      ADD_FAILURE() << "not refused: " << text;
+    } catch (const std::invalid_argument& error) {
+      EXPECT_THAT(error.what(), ::testing::HasSubstr(text));
+    }
+    EXPECT_EQ(pairsOf(tree), before);
+  }
+}
+
+// A silent wrong answer, or a crash.
+TEST(ArrayTree, RefusesWhatItCannotAnswerFor) {
+  const auto good = curledFibers<double>(11);
+  FiberTree tree;
+  tree.build(good.view());
+  const double infinity = std::numeric_limits<double>::infinity();
+
+  auto bad = good;
+  bad.points[3 * 12 + 1] = std::nan("");
+  expectRefused(tree, bad, "point 12 is NaN or infinite");
+  bad.points[3 * 12 + 1] = -infinity;
+  expectRefused(tree, bad, "point 12 is NaN or infinite");
+  bad.points[3 * 12 + 1] = 1e308;
+  expectRefused(tree, bad, "overflow");
+  bad = good;
+  bad.radii[5] = -1;
+  expectRefused(tree, bad, "radius 5 is negative");
+  bad = good;
+  bad.point_begin.back() += 1;
+  expectRefused(tree, bad, "point_begin runs from 0 to");
+  bad = good;
+  bad.point_begin[2] = bad.point_begin.back() + 7;
+  expectRefused(tree, bad, "point_begin descends at fiber 2");
+
+  bad = good;
+  bad.point_begin[1] -= 1;
+  EXPECT_THROW(tree.update(bad.view()), std::invalid_argument) << "another number of points";
+
+  FiberTreeOptions options;
+  options.threads = 0;
+  EXPECT_THROW(FiberTree{options}, std::invalid_argument);
+  options = {};
+  options.margin = -1;
+  EXPECT_THROW(FiberTree{options}, std::invalid_argument);
+  options = {};
+  options.ignored_neighbors = -1;
+  EXPECT_THROW(FiberTree{options}, std::invalid_argument);
+
+  FiberTree spheres(optionsOf(FiberTreeOptions::Volumes::kWrappedSpheres, {}, {}));
+  EXPECT_THROW(tree.visitPairs(spheres, [](SegmentPair) {}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace fcl_fibers
