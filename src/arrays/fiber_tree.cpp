@@ -114,26 +114,16 @@ class FiberTree::Impl {
                                          fibers.point_begin + fibers.fiber_count + 1);
     std::vector<bool> is_last(fibers.point_count);
     std::size_t segments = 0;
-    tree::Fibers ids;
-    ids.ids.reserve(fibers.point_count);
     for (std::size_t f = 0; f < fibers.fiber_count; ++f) {
       const std::size_t begin = point_begin[f], end = point_begin[f + 1];
       if (begin == end) continue;
-      for (std::size_t i = begin; i + 1 < end; ++i) ids.ids.push_back(static_cast<SegmentId>(i));
-      ids.endFiber();
       is_last[end - 1] = true;
       segments += end - begin - 1;
     }
-    const ArrayReader<S> reader(fibers, is_last);
-    tree::Scene scene(sceneOptions(options_));
-    scene.build(
-        frame, fibers.point_count, [&](auto&&) { return std::move(ids); },
-        [&](SegmentId id, Segment& segment) { return reader(id, frame, segment); });
-
     point_begin_ = std::move(point_begin);
     is_last_ = std::move(is_last);
     segment_count_ = segments;
-    scene_ = std::move(scene);
+    buildScene(fibers, frame);
   }
 
   template <typename S>
@@ -201,6 +191,24 @@ class FiberTree::Impl {
     const Impl& impl_;
     tree::PairSink& sink_;
   };
+
+  template <typename S>
+  void buildScene(const FiberArrays<S>& fibers, const Frame& frame) {
+    const auto ids = [this](auto&&) {
+      tree::Fibers in_order;
+      in_order.ids.reserve(segment_count_);
+      for (std::size_t f = 0; f < fiberCount(); ++f) {
+        for (std::size_t i = point_begin_[f]; i + 1 < point_begin_[f + 1]; ++i) {
+          in_order.ids.push_back(static_cast<SegmentId>(i));
+        }
+        in_order.endFiber();
+      }
+      return in_order;
+    };
+    const ArrayReader<S> reader(fibers, is_last_);
+    scene_.build(frame, fibers.point_count, ids,
+                 [&](SegmentId id, Segment& segment) { return reader(id, frame, segment); });
+  }
 
   bool areNeighbors(const tree::Pair& pair) const {
     const auto [first, last] = std::minmax(pair.a, pair.b);

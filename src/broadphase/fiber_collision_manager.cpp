@@ -160,8 +160,8 @@ class FiberCollisionManager<S>::Impl {
   void update(const char* call) {
     refuseDuringQuery(call);
     if (state_.exchange(State::kRefused) != State::kReady) return readAndBuild(call);
-    if (!scene_.update(newFrame(), registry_.objects().size(), reader(call)))
-      return readAndBuild(call);
+    const bool stays = scene_.update(newFrame(), registry_.objects().size(), reader(call));
+    if (!stays) return readAndBuild(call);
     state_ = State::kReady;
   }
 

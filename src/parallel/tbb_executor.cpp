@@ -13,10 +13,9 @@ namespace {
 class TbbExecutor : public Executor {
  public:
   /// More threads than the machine has would only make oneTBB print a warning.
-  explicit TbbExecutor(int threads)
-      : arena_(std::min(threads, tbb::info::default_concurrency())) {}
+  explicit TbbExecutor(int threads) : arena_(std::min(threads, tbb::info::default_concurrency())) {}
 
-  void run(int count, const std::function<void(int)>& task) override {
+  void run(int count, TaskRef task) override {
     arena_.execute([&] {
       // Isolated, so that a waiting caller does not pick up another query's callback.
       tbb::this_task_arena::isolate([&] { tbb::parallel_for(0, count, task); });

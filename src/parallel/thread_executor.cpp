@@ -24,7 +24,7 @@ class ThreadExecutor : public Executor {
   }
   ~ThreadExecutor() override { stop(); }
 
-  void run(int count, const std::function<void(int)>& task) override {
+  void run(int count, TaskRef task) override {
     const std::unique_lock<std::mutex> running(run_mutex_, std::try_to_lock);
     if (!running) {
       // The workers are busy with another query.
@@ -56,7 +56,7 @@ class ThreadExecutor : public Executor {
       if (stopping_) return;
       seen = round_;
       if (task_ == nullptr) continue;
-      const std::function<void(int)>& task = *task_;
+      const TaskRef task = *task_;
       const int count = count_;
       ++active_;
       lock.unlock();
@@ -66,7 +66,7 @@ class ThreadExecutor : public Executor {
     }
   }
 
-  void takeTasks(const std::function<void(int)>& task, int count) {
+  void takeTasks(TaskRef task, int count) {
     try {
       for (int i = next_++; i < count; i = next_++) task(i);
     } catch (...) {
@@ -88,7 +88,7 @@ class ThreadExecutor : public Executor {
   std::mutex run_mutex_;
   std::mutex mutex_;  ///< guards all that follows but next_
   std::condition_variable wake_, done_;
-  const std::function<void(int)>* task_ = nullptr;
+  const TaskRef* task_ = nullptr;
   int count_ = 0;
   std::size_t round_ = 0;
   int active_ = 0;

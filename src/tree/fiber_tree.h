@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <utility>
 #include <vector>
@@ -108,6 +109,22 @@ class FiberTree {
                   const std::vector<SegmentId>& moved) {
     for (const SegmentId id : moved) fitLeaf(id, segments[static_cast<std::size_t>(id)]);
     fitNodesAbove(moved);
+  }
+
+  /// Size of nodes per size of leaves, from a sample: how far the tree is from one whose nodes hold
+  /// what is close together. It grows when fibers move apart, not when the scene does.
+  double looseness() const {
+    constexpr std::size_t kSamples = 4096;
+    double nodes = 0, leaves = 0;
+    for (std::size_t i = 0; i < topology_.nodes.size();
+         i += topology_.nodes.size() / kSamples + 1) {
+      for (int lane = 0; lane < topology_.nodes[i].child_count; ++lane) {
+        const auto size = static_cast<double>(packs_[i].get(lane).size());
+        const bool leaf = topology_.nodes[i].children[static_cast<std::size_t>(lane)].isLeaf();
+        (leaf ? leaves : nodes) += size;
+      }
+    }
+    return leaves > 0 && std::isfinite(nodes / leaves) ? nodes / leaves : 0;
   }
 
   std::size_t memoryUsage() const {

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <memory>
+#include <mutex>
+#include <utility>
 #include <vector>
 
 #include "geometry/capsule_test.h"
@@ -174,6 +177,39 @@ struct SearchScratch {
   std::vector<internal::PieceRun> pieces;
 };
 
+/// Lends what queries that run at the same time each need for themselves.
+class ScratchPool {
+ public:
+  /// Holds a scratch until it goes out of scope.
+  class Lease {
+   public:
+    explicit Lease(ScratchPool& pool) : pool_(pool), scratch_(pool.take()) {}
+    ~Lease() { pool_.giveBack(std::move(scratch_)); }
+    Lease(const Lease&) = delete;
+    Lease& operator=(const Lease&) = delete;
+    SearchScratch& operator*() const { return *scratch_; }
+
+   private:
+    ScratchPool& pool_;
+    std::unique_ptr<SearchScratch> scratch_;
+  };
+
+ private:
+  std::unique_ptr<SearchScratch> take() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::unique_ptr<SearchScratch> scratch = std::move(spare_);
+    return scratch ? std::move(scratch) : std::make_unique<SearchScratch>();
+  }
+  /// One is kept for the next query; where several gave theirs back, the last.
+  void giveBack(std::unique_ptr<SearchScratch> scratch) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    spare_ = std::move(scratch);
+  }
+
+  std::mutex mutex_;
+  std::unique_ptr<SearchScratch> spare_;
+};
+
 namespace internal {
 
 /// Collects work, shares it out, and hands the pairs on in the order of the work.
@@ -194,12 +230,13 @@ class ParallelWork : public WorkSink {
   }
 
   Visit share() {
-    executor_.run(static_cast<int>(scratch_.work.size()), [&](int i) {
+    const auto search = [this](int i) {
       PieceRun& piece = scratch_.pieces[static_cast<std::size_t>(i)];
       piece.start();
       Search<Tree>::overlaps(trees_, scratch_.work[static_cast<std::size_t>(i)], piece);
       piece.finish(filter_);
-    });
+    };
+    executor_.run(static_cast<int>(scratch_.work.size()), search);
     for (std::size_t i = 0; i < scratch_.work.size(); ++i) {
       const PieceRun& piece = scratch_.pieces[i];
       if (piece.count() > 0 && sink_.take(piece.pairs(), piece.count()) == Visit::kStop) {

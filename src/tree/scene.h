@@ -42,7 +42,9 @@ class Scene {
                             WrappedSphereTree<2>>;
 
   explicit Scene(const SceneOptions& options)
-      : options_(options), executor_(parallel::makeExecutor(options.threads)) {}
+      : options_(options),
+        executor_(parallel::makeExecutor(options.threads)),
+        scratch_(std::make_unique<ScratchPool>()) {}
 
   const geometry::Frame& frame() const { return frame_; }
   const Tree& tree() const { return tree_; }
@@ -95,14 +97,16 @@ class Scene {
                                 }
                               });
           tree.fitNodes();
+          looseness_when_built_ = tree.looseness();
         },
         tree_);
     finish(count);
   }
 
   /// Reads all segments again and fits the tree to them. If nothing has moved there is nothing to
-  /// fit. Returns false if other segments than before are unbounded, in which case the scene has to
-  /// be built.
+  /// fit. Returns false if the scene has to be built: where other segments than before are
+  /// unbounded; or, all being up to date, should be, as the fibers have moved so far apart that
+  /// another bundle pays.
   template <class Read>
   bool update(const geometry::Frame& frame, std::size_t count, Read&& read) {
     frame_ = frame;
@@ -123,7 +127,7 @@ class Scene {
         },
         tree_);
     finish(count);
-    return unbounded_ == unbounded_before;
+    return unbounded_ == unbounded_before && !hasDecayed();
   }
 
   /// Reads these segments again, and fits the nodes above them. Returns as the above.
@@ -270,6 +274,14 @@ class Scene {
     std::sort(unbounded_.begin(), unbounded_.end());
   }
 
+  /// A build costs about as much as five updates; nodes half as long again overlap three times as
+  /// many others.
+  bool hasDecayed() const {
+    constexpr double kLoose = 1.5;
+    return !options_.super_thread && std::visit([](const auto& tree) { return tree.looseness(); },
+                                                tree_) > kLoose * looseness_when_built_;
+  }
+
   void finish(std::size_t count) {
     if (!keepsSegments()) {
       segments_ = std::vector<Segment>();
@@ -302,9 +314,8 @@ class Scene {
 
   template <class ATree, class Trees>
   Visit search(const Trees& trees, const CapsuleFilter* filter, PairSink& sink) const {
-    // Queries that run at the same time each have their own.
-    SearchScratch scratch;
-    return tree::findPairs<ATree>(trees, filter, executor_.get(), scratch, sink);
+    const ScratchPool::Lease scratch(*scratch_);
+    return tree::findPairs<ATree>(trees, filter, executor_.get(), *scratch, sink);
   }
 
   template <class F>
@@ -328,10 +339,12 @@ class Scene {
 
   SceneOptions options_;
   std::unique_ptr<parallel::Executor> executor_;
+  std::unique_ptr<ScratchPool> scratch_;
   geometry::Frame frame_;
   std::vector<Segment> segments_;  ///< by id, if they are kept; an empty id has anything
   std::vector<SegmentId> unbounded_;
   Tree tree_;
+  double looseness_when_built_ = 0;
   double unit_ = 1;  ///< see CapsulePairs
 };
 
