@@ -4,6 +4,7 @@
 #include <exception>
 #include <mutex>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "parallel/executor.h"
@@ -44,7 +45,8 @@ class ThreadExecutor : public Executor {
     std::unique_lock<std::mutex> lock(mutex_);
     task_ = nullptr;  // a worker that wakes only now finds nothing
     done_.wait(lock, [&] { return active_ == 0; });
-    if (error_) std::rethrow_exception(error_);
+    // Not to be kept: its last owner destroys it, and that should be who catches it.
+    if (error_) std::rethrow_exception(std::move(error_));
   }
 
  private:

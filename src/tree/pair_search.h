@@ -94,7 +94,7 @@ class CapsuleFilter {
 namespace internal {
 
 /// Fills a buffer on the stack with pairs and hands them on.
-class SerialRun : public PairBuffer {
+class SerialRun final : public PairBuffer {
  public:
   SerialRun(const CapsuleFilter* filter, PairSink& sink) : filter_(filter), sink_(sink) {
     restart();
@@ -138,7 +138,7 @@ class SerialWork : public WorkSink {
 };
 
 /// Keeps all pairs of a piece of work.
-class PieceRun : public PairBuffer {
+class PieceRun final : public PairBuffer {
  public:
   void start() {
     if (pairs_.empty()) pairs_.resize(kFirst + kRoom);

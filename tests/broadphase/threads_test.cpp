@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "support/managers_under_test.h"
+#include "support/pair_queries.h"
+#include "support/scene_generators.h"
+
+namespace fcl_fibers::test {
+namespace {
+
+/// Neither scalar nor topology matters to threads: two scalars, two topologies, two trees.
+using Managers = testing::Types<
+    LayeredAabb<double, Topology::kBundle>, LayeredAabb<float, Topology::kSuperThread>,
+    WrappedSphere<float, Topology::kBundle>, WrappedSphere<double, Topology::kSuperThread>>;
+
+constexpr int kThreads[] = {1, 2, 3, 8};
+
+// More objects than one task reads, so that they are read by several threads.
+template <typename Config>
+class Threads : public testing::Test {
+ protected:
+  using S = typename Config::Scalar;
+  using Manager = typename decltype(Config::make())::element_type;
+  using Base = fcl::BroadPhaseCollisionManager<S>;
+
+  Threads() : hair_(strandScene<S>(48, 100, 151)), scarf_(strandScene<S>(12, 40, 152)) {
+    hair_.addSphere({0, 0, 0}, 0.1);
+    hair_.addBox({0.1, 0, 0.5}, Eigen::Quaterniond::Identity(), {0.2, 0.2, 0.2});
+    hair_.addHalfspace({0, 0, 1}, -0.98);
+  }
+
+  static FiberManagerOptions options(int threads, Report report = Report::kCapsules) {
+    FiberManagerOptions options;
+    options.threads = threads;
+    options.report = report;
+    options.margin = 0.001;
+    options.ignored_neighbors = 1;
+    return options;
+  }
+
+  std::unique_ptr<Manager> managerOf(const Scene<S>& scene, const FiberManagerOptions& options) {
+    auto manager = Config::make(options);
+    registerFibers<S>(*manager, scene);
+    return manager;
+  }
+
+  Scene<S> hair_, scarf_;
+};
+TYPED_TEST_SUITE(Threads, Managers, ManagerNames);
+
+// The number of threads would show in the answer.
+TYPED_TEST(Threads, PairsAndTheirOrderAreTheSameWithAnyNumber) {
+  using S = typename TypeParam::Scalar;
+  for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+    Scene<S> hair = strandScene<S>(48, 100, 151);
+    std::vector<decltype(TypeParam::make())> managers;
+    for (const int threads : kThreads) {
+      managers.push_back(this->managerOf(hair, this->options(threads, report)));
+    }
+    const auto scarf = this->managerOf(this->scarf_, this->options(2, report));
+    Random random(153);
+    for (int step = 0; step < 3; ++step) {
+      SCOPED_TRACE(describe(this->options(1, report)) + ", step " + std::to_string(step));
+      const Calls<S> self = selfPairs<S>(*managers[0]);
+      const Calls<S> between = pairsWith<S>(*managers[0], *scarf);
+      EXPECT_GT(self.size(), hair.size());
+      EXPECT_GT(between.size(), hair.size());
+      for (const auto& manager : managers) {
+        EXPECT_TRUE(selfPairs<S>(*manager) == self);
+        EXPECT_TRUE(pairsWith<S>(*manager, *scarf) == between);
+        EXPECT_EQ(manager->selfCollisionStatistics().pairs, self.size());
+      }
+      for (fcl::CollisionObject<S>* object : hair.objects()) jolt(*object, random, 0.01, 0.05);
+      for (const auto& manager : managers) manager->update();
+    }
+  }
+}
+
+// What stands beside the tree would come earlier with threads.
+TYPED_TEST(Threads, OtherShapesKeepTheirPlace) {
+  using S = typename TypeParam::Scalar;
+  const auto one = this->managerOf(this->hair_, this->options(1));
+  const auto three = this->managerOf(this->hair_, this->options(3));
+  const Calls<S> expected = selfPairs<S>(*one);
+  EXPECT_TRUE(selfPairs<S>(*three) == expected);
+  three->update();
+  EXPECT_TRUE(selfPairs<S>(*three) == expected);
+}
+
+// A number that means nothing would be taken for another one.
+TYPED_TEST(Threads, LessThanOneIsRefused) {
+  using testing::HasSubstr;
+  for (const int threads : {0, -1}) {
+    try {
+      TypeParam::make(this->options(threads));
+      ADD_FAILURE() << threads << " was accepted";
+    } catch (const std::invalid_argument& refusal) {
+      EXPECT_THAT(refusal.what(), HasSubstr("threads is " + std::to_string(threads)));
+    }
+  }
+}
+
+/// Notes on which threads it was called.
+template <typename S>
+struct CallerCheck {
+  std::thread::id caller = std::this_thread::get_id();
+  std::size_t calls = 0, elsewhere = 0;
+
+  static bool collide(fcl::CollisionObject<S>*, fcl::CollisionObject<S>*, void* data) {
+    auto& self = *static_cast<CallerCheck*>(data);
+    ++self.calls;
+    self.elsewhere += std::this_thread::get_id() != self.caller;
+    return false;
+  }
+};
+
+// Callbacks, written for one thread, would race.
+TYPED_TEST(Threads, CallbacksRunOnTheCallersThread) {
+  using S = typename TypeParam::Scalar;
+  const auto manager = this->managerOf(this->hair_, this->options(8));
+  const auto scarf = this->managerOf(this->scarf_, this->options(3));
+  CallerCheck<S> check;
+  manager->collide(&check, &CallerCheck<S>::collide);
+  manager->collide(static_cast<typename TestFixture::Base*>(scarf.get()), &check,
+                   &CallerCheck<S>::collide);
+  EXPECT_GT(check.calls, 1000u);
+  EXPECT_EQ(check.elsewhere, 0u);
+}
+
+// Whoever wants the first contact would be called again.
+TYPED_TEST(Threads, TrueEndsTheQueryAtOnce) {
+  using S = typename TypeParam::Scalar;
+  const auto scarf = this->managerOf(this->scarf_, this->options(2));
+  for (const int threads : {2, 8}) {
+    const auto manager = this->managerOf(this->hair_, this->options(threads));
+    const Calls<S> all = selfPairs<S>(*manager);
+    const Calls<S> all_between = pairsWith<S>(*manager, *scarf);
+    for (const std::size_t stop :
+         {std::size_t{1}, std::size_t{2}, std::size_t{17}, all.size() - 1, all.size()}) {
+      PairCollector<S> some;
+      some.stop_at = stop;
+      manager->collide(&some, &PairCollector<S>::collide);
+      ASSERT_EQ(some.calls.size(), stop);
+      EXPECT_TRUE(std::equal(some.calls.begin(), some.calls.end(), all.begin()));
+    }
+    PairCollector<S> between;
+    between.stop_at = all_between.size() / 2;
+    manager->collide(static_cast<typename TestFixture::Base*>(scarf.get()), &between,
+                     &PairCollector<S>::collide);
+    ASSERT_EQ(between.calls.size(), between.stop_at);
+    EXPECT_TRUE(std::equal(between.calls.begin(), between.calls.end(), all_between.begin()));
+  }
+}
+
+// An exception on its way through a query would leave workers behind, or the manager locked.
+TYPED_TEST(Threads, ACallbackMayThrow) {
+  using S = typename TypeParam::Scalar;
+  const auto manager = this->managerOf(this->hair_, this->options(3));
+  const auto scarf = this->managerOf(this->scarf_, this->options(1));
+  const Calls<S> all = selfPairs<S>(*manager);
+  for (const std::size_t at : {std::size_t{1}, all.size() / 2, all.size()}) {
+    PairCollector<S> thrower;
+    thrower.throw_at = at;
+    EXPECT_THROW(manager->collide(&thrower, &PairCollector<S>::collide), CallbackError);
+    EXPECT_EQ(thrower.calls.size(), at);
+    EXPECT_TRUE(selfPairs<S>(*manager) == all);
+    EXPECT_NO_THROW(manager->update());
+    EXPECT_TRUE(selfPairs<S>(*manager) == all);
+  }
+  PairCollector<S> thrower;
+  thrower.throw_at = 3;
+  EXPECT_THROW(manager->collide(static_cast<typename TestFixture::Base*>(scarf.get()), &thrower,
+                                &PairCollector<S>::collide),
+               CallbackError);
+  EXPECT_NO_THROW(scarf->update());
+  EXPECT_TRUE(selfPairs<S>(*manager) == all);
+}
+
+// The error would be the object's that some thread came across first.
+TYPED_TEST(Threads, OfBrokenObjectsTheFirstIsNamed) {
+  using S = typename TypeParam::Scalar;
+  const std::size_t before = this->hair_.size();
+  const auto manager = this->managerOf(this->hair_, this->options(3));
+  const Calls<S> all = selfPairs<S>(*manager);
+  ASSERT_GT(before, 4500u);
+  std::vector<std::pair<std::size_t, fcl::Transform3<S>>> good;
+  for (const std::size_t i : {std::size_t{4500}, std::size_t{4100}, std::size_t{4099}}) {
+    good.emplace_back(i, this->hair_[i]->getTransform());
+    fcl::Transform3<S> bad = good.back().second;
+    bad.translation().x() = std::numeric_limits<S>::quiet_NaN();
+    this->hair_[i]->setTransform(bad);
+  }
+  try {
+    manager->update();
+    ADD_FAILURE() << "a NaN was accepted";
+  } catch (const std::invalid_argument& refusal) {
+    EXPECT_THAT(refusal.what(), testing::HasSubstr("4099"));
+  }
+  for (const auto& [i, pose] : good) this->hair_[i]->setTransform(pose);
+  manager->update();
+  EXPECT_TRUE(selfPairs<S>(*manager) == all);
+}
+
+// Two of the user's own threads would disturb each other, the more so in the first query, which
+// builds the tree.
+TYPED_TEST(Threads, SeveralOfTheUsersMayQueryAtOnce) {
+  using S = typename TypeParam::Scalar;
+  const auto scarf = this->managerOf(this->scarf_, this->options(2));
+  const Calls<S> expected = selfPairs<S>(*this->managerOf(this->hair_, this->options(1)));
+  const Calls<S> expected_between =
+      pairsWith<S>(*this->managerOf(this->hair_, this->options(1)), *scarf);
+  for (const int threads : {1, 3}) {
+    const auto manager = this->managerOf(this->hair_, this->options(threads));  // not built yet
+    std::vector<Calls<S>> self(4), between(4);
+    std::vector<std::thread> users;
+    for (std::size_t user = 0; user < 4; ++user) {
+      users.emplace_back([&, user] {
+        if (user % 2 == 1) between[user] = pairsWith<S>(*manager, *scarf);
+        self[user] = selfPairs<S>(*manager);
+        if (user % 2 == 0) between[user] = pairsWith<S>(*manager, *scarf);
+      });
+    }
+    for (std::thread& user : users) user.join();
+    for (std::size_t user = 0; user < 4; ++user) {
+      EXPECT_TRUE(self[user] == expected) << "user " << user;
+      EXPECT_TRUE(between[user] == expected_between) << "user " << user;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace fcl_fibers::test

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "geometry/simd.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <iostream>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace fcl_fibers::geometry {
+namespace {
+
+std::vector<std::int64_t> targets() {
+  std::vector<std::int64_t> available;
+  for (const std::int64_t target : kSimdTargets) {
+    if ((simdTargets() & target) != 0) available.push_back(target);
+  }
+  return available;
+}
+
+// The instruction set is chosen once in a process, so each choice below is made in a new one: a
+// death test of this style runs the program again, up to its statement.
+class SimdEnvironment : public testing::Test {
+ protected:
+  SimdEnvironment() { testing::FLAGS_gtest_death_test_style = "threadsafe"; }
+};
+
+/// Prints what is chosen under that environment.
+[[noreturn]] void choose(const char* name) {
+  if (name == nullptr) {
+    ::unsetenv("FCL_FIBERS_SIMD");
+  } else {
+    ::setenv("FCL_FIBERS_SIMD", name, 1);
+  }
+  try {
+    std::cerr << "chosen: " << simdTargetName(simdTarget()) << ';' << std::endl;
+  } catch (const std::invalid_argument& refusal) {
+    std::cerr << "refused: " << refusal.what() << std::endl;
+    std::exit(1);
+  }
+  std::exit(0);
+}
+std::string chosen(std::int64_t target) {
+  return std::string("chosen: ") + simdTargetName(target) + ";";
+}
+
+// Queries would crash on a machine for which there is no target.
+TEST(SimdTargets, ThereIsOneForEveryMachine) {
+  const std::vector<std::int64_t> available = targets();
+  ASSERT_FALSE(available.empty());
+  std::set<std::string> names;
+  for (const std::int64_t target : available) names.insert(simdTargetName(target));
+  EXPECT_EQ(names.size(), available.size()) << "two of one name cannot both be asked for";
+  EXPECT_EQ(names.count("scalar"), 1u);
+}
+
+// Nobody could compare instruction sets, or go around a broken one.
+TEST_F(SimdEnvironment, EachNameThatIsToBeHadWorks) {
+  for (const std::int64_t target : targets()) {
+    EXPECT_EXIT(choose(simdTargetName(target)), testing::ExitedWithCode(0), chosen(target));
+  }
+}
+
+// Users who set nothing would not get the best.
+TEST_F(SimdEnvironment, TheBestIsTakenWhereNoneIsNamed) {
+  EXPECT_EXIT(choose(nullptr), testing::ExitedWithCode(0), chosen(targets()[0]));
+  EXPECT_EXIT(choose(""), testing::ExitedWithCode(0), chosen(targets()[0]));
+}
+
+// A misspelt name would run silently with another instruction set.
+TEST_F(SimdEnvironment, AnUnknownNameIsRefusedAndTheKnownOnesAreListed) {
+  for (const char* name : {"mmx", "AVX2", "scalar ", "avx2,sse4"}) {
+    EXPECT_EXIT(choose(name), testing::ExitedWithCode(1),
+                std::string("refused: .*FCL_FIBERS_SIMD=") + name);
+    for (const std::int64_t target : targets()) {
+      EXPECT_EXIT(choose(name), testing::ExitedWithCode(1),
+                  std::string("set one of .*") + simdTargetName(target));
+    }
+  }
+}
+
+// A name that this machine does not have would end in an illegal instruction.
+TEST_F(SimdEnvironment, ANameOfAnotherMachineIsRefused) {
+  for (const std::int64_t target : kSimdTargets) {
+    if ((simdTargets() & target) != 0 || std::string(simdTargetName(target)) == "scalar") continue;
+    EXPECT_EXIT(choose(simdTargetName(target)), testing::ExitedWithCode(1),
+                std::string("is not to be had here; set one of "));
+  }
+}
+
+// Tests of one target would leave it to all that follow.
+TEST(ScopedSimdTarget, LastsAsLongAsItsScope) {
+  const std::int64_t before = simdTarget();
+  for (const std::int64_t outer : targets()) {
+    const ScopedSimdTarget scoped(outer);
+    EXPECT_EQ(simdTarget(), outer);
+    {
+      const ScopedSimdTarget inner(targets().back());
+      EXPECT_EQ(simdTarget(), targets().back());
+    }
+    EXPECT_EQ(simdTarget(), outer);
+  }
+  EXPECT_EQ(simdTarget(), before);
+}
+
+}  // namespace
+}  // namespace fcl_fibers::geometry

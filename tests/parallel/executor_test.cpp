@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "parallel/executor.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <memory>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+// Both executors are tested whichever the library was built with; the build gives their
+// makeExecutor() these names.
+namespace fcl_fibers::parallel {
+std::unique_ptr<Executor> makeThreadExecutor(int threads);
+#ifdef FCL_FIBERS_TEST_TBB
+std::unique_ptr<Executor> makeTbbExecutor(int threads);
+#endif
+}  // namespace fcl_fibers::parallel
+
+namespace fcl_fibers::parallel {
+namespace {
+
+using Make = std::unique_ptr<Executor> (*)(int);
+struct Kind {
+  const char* name;
+  Make make;
+};
+constexpr Kind kKinds[] = {
+    {"Threads", &makeThreadExecutor},
+#ifdef FCL_FIBERS_TEST_TBB
+    {"Tbb", &makeTbbExecutor},
+#endif
+};
+
+/// How often each task ran.
+class Tally {
+ public:
+  explicit Tally(int count) : runs_(static_cast<std::size_t>(count)) {}
+  void operator()(int i) { ++runs_[static_cast<std::size_t>(i)]; }
+  bool eachRanOnce() const {
+    return std::all_of(runs_.begin(), runs_.end(), [](const auto& n) { return n == 1; });
+  }
+  bool noneRanTwice() const {
+    return std::all_of(runs_.begin(), runs_.end(), [](const auto& n) { return n <= 1; });
+  }
+  bool ran(int i) const { return runs_[static_cast<std::size_t>(i)] == 1; }
+
+ private:
+  std::vector<std::atomic<int>> runs_;
+};
+
+class ExecutorTest : public testing::TestWithParam<std::tuple<Kind, int>> {
+ protected:
+  ExecutorTest() : executor_(std::get<0>(GetParam()).make(std::get<1>(GetParam()))) {}
+
+  void expectWorks(int count) {
+    Tally tally(count);
+    executor_->run(count, [&](int i) { tally(i); });
+    EXPECT_TRUE(tally.eachRanOnce()) << "of " << count;
+  }
+
+  std::unique_ptr<Executor> executor_;
+};
+INSTANTIATE_TEST_SUITE_P(, ExecutorTest,
+                         testing::Combine(testing::ValuesIn(kKinds), testing::Values(2, 3, 8)),
+                         [](const testing::TestParamInfo<ExecutorTest::ParamType>& info) {
+                           return std::string(std::get<0>(info.param).name) +
+                                  std::to_string(std::get<1>(info.param));
+                         });
+
+// One thread would pay for what several need.
+TEST(MakeExecutor, OneThreadNeedsNone) {
+  for (const Kind& kind : kKinds) EXPECT_EQ(kind.make(1), nullptr) << kind.name;
+}
+
+// Pairs would be missed or reported twice.
+TEST_P(ExecutorTest, EachTaskRunsOnce) {
+  for (const int count : {0, 1, 2, 3, 1000, 0, 1, 1000}) expectWorks(count);
+}
+
+// A worker that wakes late, when its tasks are done and the next ones there, would run some twice
+// or touch what is gone.
+TEST_P(ExecutorTest, EachTaskRunsOnceInManySmallRuns) {
+  for (int round = 0; round < 3000; ++round) expectWorks(round % 5);
+}
+
+// What the tasks wrote would not be there for the caller.
+TEST_P(ExecutorTest, WhatTasksWroteIsThereAfterwards) {
+  for (int round = 0; round < 100; ++round) {
+    std::vector<int> squares(500);
+    executor_->run(500, [&](int i) { squares[static_cast<std::size_t>(i)] = i * i; });
+    for (int i = 0; i < 500; ++i) ASSERT_EQ(squares[static_cast<std::size_t>(i)], i * i);
+  }
+}
+
+// An object that cannot be read would end the program, or the manager be of no use after it.
+TEST_P(ExecutorTest, WhatATaskThrowsIsThrownToTheCaller) {
+  for (const int count : {1, 2, 10, 1000}) {
+    for (const int at : {0, count / 2, count - 1}) {
+      Tally tally(count);
+      try {
+        executor_->run(count, [&](int i) {
+          if (i == at) throw std::runtime_error("task " + std::to_string(i));
+          tally(i);
+        });
+        ADD_FAILURE() << "nothing was thrown";
+      } catch (const std::runtime_error& error) {
+        EXPECT_EQ(error.what(), "task " + std::to_string(at));
+      }
+      EXPECT_TRUE(tally.noneRanTwice());
+      EXPECT_FALSE(tally.ran(at));
+      expectWorks(100);
+    }
+  }
+}
+
+// Of several, one is thrown, and no other one is left for the next run.
+TEST_P(ExecutorTest, OneOfManyExceptionsIsThrown) {
+  for (int round = 0; round < 100; ++round) {
+    EXPECT_THROW(executor_->run(50, [](int i) { throw i; }), int);
+    expectWorks(20);
+  }
+}
+
+// No task may still run when the caller's variables are gone.
+TEST_P(ExecutorTest, NothingRunsAfterAnException) {
+  for (int round = 0; round < 100; ++round) {
+    std::atomic<int> running{0};
+    const auto task = [&](int i) {
+      ++running;
+      std::this_thread::yield();
+      --running;
+      if (i == 3) throw std::runtime_error("3");
+    };
+    EXPECT_THROW(executor_->run(200, task), std::runtime_error);
+    EXPECT_EQ(running, 0);
+  }
+}
+
+// Two queries at once would mix up their tasks, or wait for each other for ever.
+TEST_P(ExecutorTest, RunsForSeveralThreadsAtOnce) {
+  constexpr int kUsers = 6;
+  std::atomic<int> failures{0};
+  std::vector<std::thread> users;
+  for (int user = 0; user < kUsers; ++user) {
+    users.emplace_back([&, user] {
+      for (int round = 0; round < 200; ++round) {
+        const int count = 1 + (37 * user + round) % 60;
+        Tally tally(count);
+        try {
+          executor_->run(count, [&](int i) {
+            tally(i);
+            if (user == 0 && i == count - 1) throw user;
+          });
+          if (user == 0) ++failures;
+        } catch (int who) {
+          if (who != user) ++failures;  // another user's exception
+        }
+        if (user != 0 && !tally.eachRanOnce()) ++failures;
+        if (!tally.noneRanTwice()) ++failures;
+      }
+    });
+  }
+  for (std::thread& user : users) user.join();
+  EXPECT_EQ(failures, 0);
+  expectWorks(1000);
+}
+
+// A manager that is never queried, or not after its first query, would hang when it goes.
+TEST_P(ExecutorTest, MayGoAtAnyTime) {
+  const auto [kind, threads] = GetParam();
+  for (int round = 0; round < 50; ++round) {
+    const auto unused = kind.make(threads);
+    const auto used = kind.make(threads);
+    used->run(round % 4, [](int) {});
+  }
+}
+
+// Segments at the seams would not be read, or be read by two threads.
+TEST_P(ExecutorTest, RangesCoverAllOnce) {
+  for (const std::size_t count : {0u, 1u, 9u, 10u, 11u, 19u, 20u, 21u, 1000u}) {
+    for (const std::size_t grain : {1u, 10u, 4096u}) {
+      for (Executor* executor : {executor_.get(), static_cast<Executor*>(nullptr)}) {
+        std::vector<std::atomic<int>> visits(count);
+        std::atomic<int> tasks{0};
+        forRanges(executor, count, grain, [&](std::size_t begin, std::size_t end) {
+          ++tasks;
+          EXPECT_LE(begin, end);
+          EXPECT_LE(end, count);
+          EXPECT_TRUE(executor == nullptr || end - begin <= grain);
+          for (std::size_t i = begin; i < std::min(end, count); ++i) ++visits[i];
+        });
+        EXPECT_TRUE(std::all_of(visits.begin(), visits.end(), [](const auto& n) { return n == 1; }))
+            << count << " by " << grain;
+        EXPECT_TRUE(executor != nullptr || tasks == 1);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace fcl_fibers::parallel
