@@ -32,6 +32,20 @@ std::unique_ptr<Manager> setUpFcl(const MovingFibers& fibers) {
   return registerAll(std::make_unique<FclManager>(), fibers);
 }
 
+template <typename FclTree>
+Contender fclTreeContender(const char* manager, Boxes boxes, int level) {
+  const std::string variant =
+      std::string(boxes == Boxes::kStock ? "stock" : "tight") + "_level_" + std::to_string(level);
+  return {manager, variant, false, boxes,
+          // What the box tree is held to.
+          boxes == Boxes::kTight ? Reported::kTightBoxes : Reported::kTouchingAtLeast,
+          [level](const MovingFibers& fibers) {
+            auto tree = std::make_unique<FclTree>();
+            tree->tree_init_level = level;
+            return registerAll(std::move(tree), fibers);
+          }};
+}
+
 // FCL's hash wants to be told what it is for. Cells of 1.5 times the mean box edge: half or twice
 // as much was slower on the strand. As many buckets as objects: four times as many gained nothing,
 // and its default of 1000 makes it quadratic. Limits that the motion stays within: objects outside
@@ -107,6 +121,32 @@ std::vector<Contender> allContenders() {
   return contenders;
 }
 
+Contender boxTreeContender(const std::string& variant, Report report, int threads) {
+  FiberManagerOptions options;
+  options.report = report;
+  options.threads = threads;
+  return {"LayeredAABBTree",
+          variant,
+          true,
+          Boxes::kNone,
+          report == Report::kCapsules ? Reported::kTouching : Reported::kTightBoxes,
+          [options](const MovingFibers& fibers) {
+            return setUpOurs<LayeredAABBTreeCollisionManagerd>(fibers, options);
+          }};
+}
+
+std::vector<Contender> fclTreeContenders(Boxes boxes) {
+  constexpr int kLevels = 4;
+  std::vector<Contender> contenders;
+  for (int level = 0; level < kLevels; ++level) {
+    contenders.push_back(
+        fclTreeContender<fcl::DynamicAABBTreeCollisionManagerd>("DynamicAABBTree", boxes, level));
+    contenders.push_back(fclTreeContender<fcl::DynamicAABBTreeCollisionManager_Arrayd>(
+        "DynamicAABBTree_Array", boxes, level));
+  }
+  return contenders;
+}
+
 const char* phaseName(Phase phase) {
   switch (phase) {
     case Phase::kSetUp:
@@ -122,6 +162,9 @@ const char* phaseName(Phase phase) {
 }
 
 std::size_t countPairs(const Manager& manager) {
+  if (const auto* counting = dynamic_cast<const CountsPairs*>(&manager)) {
+    return counting->countPairs();
+  }
   std::size_t count = 0;
   manager.collide(&count, countPair);
   return count;

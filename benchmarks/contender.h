@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <fcl/broadphase/broadphase_collision_manager.h>
+#include <fcl_fibers/fiber_manager_options.h>
 
 #include "moving_fibers.h"
 
@@ -40,6 +41,20 @@ struct Contender {
 
 std::vector<Contender> allContenders();
 
+/// Our box tree over bundles.
+Contender boxTreeContender(const std::string& variant, Report report, int threads);
+
+/// FCL's dynamic tree and its array form, built in each of the ways that `tree_init_level` names,
+/// such as DynamicAABBTree/tight_level_0.
+std::vector<Contender> fclTreeContenders(Boxes boxes);
+
+/// What a manager has that counts its pairs at less cost than by a callback for each.
+class CountsPairs {
+ public:
+  virtual ~CountsPairs() = default;
+  virtual std::size_t countPairs() const = 0;
+};
+
 /// The phases that are timed.
 enum class Phase { kSetUp, kUpdate, kSelfCollision, kFrame };
 constexpr int kPhases = 4;
@@ -51,7 +66,7 @@ inline void update(const Contender& contender, MovingFibers& fibers, Manager& ma
   manager.update();
 }
 
-/// Self-collision with a callback that does nothing but count.
+/// Self-collision with a callback that does nothing but count, or however the manager counts.
 std::size_t countPairs(const Manager& manager);
 
 /// Wall-clock seconds that `work()` takes.

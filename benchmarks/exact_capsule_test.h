@@ -48,6 +48,13 @@ inline double segmentDistance(const fcl::Vector3d& p0, const fcl::Vector3d& p1,
   return std::sqrt(d2);
 }
 
+/// A lower bound of the distance: the widest gap along an axis.
+inline double axisGap(const Capsule& a, const Capsule& b) {
+  const Eigen::Array3d least = a.from.cwiseMin(a.to).array().max(b.from.cwiseMin(b.to).array());
+  const Eigen::Array3d greatest = a.from.cwiseMax(a.to).array().min(b.from.cwiseMax(b.to).array());
+  return (least - greatest).maxCoeff();
+}
+
 enum class Contact { kTouching, kBoundary, kApart };
 
 /// Pairs whose distance is the sum of their radii to within 1e-9 of it are of neither kind:
@@ -55,6 +62,8 @@ enum class Contact { kTouching, kBoundary, kApart };
 inline Contact contact(const Capsule& a, const Capsule& b) {
   constexpr double kBand = 1e-9;
   const double sum = a.radius + b.radius;
+  // Most pairs of loose boxes are far apart, and there may be hundreds of millions of them.
+  if (axisGap(a, b) > (1 + kBand) * sum) return Contact::kApart;
   const double distance = segmentDistance(a.from, a.to, b.from, b.to);
   if (distance < (1 - kBand) * sum) return Contact::kTouching;
   return distance <= (1 + kBand) * sum ? Contact::kBoundary : Contact::kApart;

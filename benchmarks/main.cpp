@@ -3,6 +3,8 @@
 // How long FCL's managers and ours take for the same fibers. One run is one scene:
 //
 //   fcl_fibers_benchmark --scene=strand --fibers=1000 --segments=100 [--seed=1] [--largest]
+//   fcl_fibers_benchmark --scene=scalp [--fibers=50000] [--segments=50] [--seed=1]
+//   fcl_fibers_benchmark --scene=dynamic [--fibers=150] [--segments=100] [--seed=1] [--step=50]
 //   fcl_fibers_benchmark --hair=FILE.tfx --radius=R
 //
 // and any flag of Google Benchmark, such as --benchmark_filter=Update or --benchmark_out=FILE.json.
@@ -15,7 +17,8 @@
 //   SelfCollision  the query of all pairs, with a callback that counts
 //   Frame          set every pose, update as above, self-collision
 //
-// Two frames of the scene's motion take turns. Times are wall-clock medians over repetitions in
+// Two frames of the scene's motion take turns; of the dynamic assembly, which has many, the one
+// before --step and that one. Times are wall-clock medians over repetitions in
 // random order; no manager has lived through more than ten updates, for FCL's trees become slower
 // with each, and those of FCL's managers far behind are timed once. Before anything is timed, each
 // manager has to show in a process of its own that it reports every touching pair, once; what is
@@ -53,8 +56,9 @@ namespace {
 
 struct Arguments {
   std::string scene = "strand";
-  int fibers = 1000;
-  int segments = 100;
+  int fibers = 0;    ///< 0: as many as are usual in the scene
+  int segments = 0;  ///< likewise
+  int step = 50;
   unsigned long long seed = 1;
   std::string hair;
   double radius = 0;
@@ -87,11 +91,13 @@ Arguments parseArguments(int argc, char** argv) {
     const std::string value =
         equals < argument.size() ? argument.substr(equals + 1) : std::string();
     if (flag == "--scene") {
-      if (value != "strand") throw std::invalid_argument(argument + ": there is only strand");
+      arguments.scene = value;
     } else if (flag == "--fibers") {
       arguments.fibers = static_cast<int>(parseNumber(flag, value, 1));
     } else if (flag == "--segments") {
       arguments.segments = static_cast<int>(parseNumber(flag, value, 1));
+    } else if (flag == "--step") {
+      arguments.step = static_cast<int>(parseNumber(flag, value, 1));
     } else if (flag == "--seed") {
       arguments.seed = static_cast<unsigned long long>(parseNumber(flag, value, 0));
     } else if (flag == "--hair") {
@@ -116,7 +122,24 @@ Arguments parseArguments(int argc, char** argv) {
 MovingFibers makeScene(const Arguments& arguments) {
   showProgress("make the scene");
   if (!arguments.hair.empty()) return readMovingHair(arguments.hair, arguments.radius);
-  return makeMovingStrand(arguments.fibers, arguments.segments, arguments.seed);
+  const auto orUsual = [](int asked, int usual) { return asked > 0 ? asked : usual; };
+  const int segments = orUsual(arguments.segments, arguments.scene == "scalp" ? 50 : 100);
+  if (arguments.scene == "strand") {
+    return makeMovingStrand(orUsual(arguments.fibers, 1000), segments, arguments.seed);
+  }
+  if (arguments.scene == "scalp") {
+    return makeMovingScalp(orUsual(arguments.fibers, 50000), segments, arguments.seed);
+  }
+  if (arguments.scene == "dynamic") {
+    scenes::DynamicAssemblyParameters parameters;
+    parameters.fibers = orUsual(arguments.fibers, parameters.fibers);
+    parameters.segments = segments;
+    parameters.seed = arguments.seed;
+    return makeMovingAssembly(scenes::DynamicAssembly(parameters),
+                              {arguments.step - 1, arguments.step});
+  }
+  throw std::invalid_argument("--scene=" + arguments.scene +
+                              ": there are strand, scalp and dynamic");
 }
 
 int run(int argc, char** argv) {
@@ -154,7 +177,9 @@ int run(int argc, char** argv) {
       if (contenders[i].ours && !preflights[i].right() && !slow) ours_right = false;
     }
   }
-  if (arguments.largest) printLargest(contenders, arguments.segments, arguments.seed);
+  if (arguments.largest) {
+    printLargest(contenders, arguments.segments > 0 ? arguments.segments : 100, arguments.seed);
+  }
   return ours_right ? 0 : 1;
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include <fcl/geometry/shape/capsule.h>
+#include <fcl_fibers/scenes/scalp.h>
 #include <fcl_fibers/scenes/strand.h>
 #include <fcl_fibers/scenes/tfx.h>
 
@@ -33,12 +34,16 @@ scenes::FiberScene swing(scenes::FiberScene scene, double angle) {
 
 }  // namespace
 
-void CapsuleObject::computeTightAABB() {
+void CapsuleObject::computeTightAABB() { aabb = tightBox(); }
+
+fcl::AABBd CapsuleObject::tightBox() const {
   const fcl::Capsuled& capsule = shape(*this);
   const fcl::Vector3d extent =
       (0.5 * capsule.lz * t.linear().col(2).cwiseAbs()).array() + capsule.radius;
-  aabb.min_ = t.translation() - extent;
-  aabb.max_ = t.translation() + extent;
+  fcl::AABBd box;
+  box.min_ = t.translation() - extent;
+  box.max_ = t.translation() + extent;
+  return box;
 }
 
 Capsule CapsuleObject::capsule() const {
@@ -48,11 +53,9 @@ Capsule CapsuleObject::capsule() const {
 
 MovingFibers::MovingFibers(std::string name, const scenes::FiberScene& frame0,
                            const scenes::FiberScene& frame1)
-    : name_(std::move(name)),
-      poses_{scenes::segmentPoses<double>(frame0), scenes::segmentPoses<double>(frame1)} {
-  if (poses_[0].size() != poses_[1].size()) {
-    throw std::invalid_argument("MovingFibers: the frames differ in their segments");
-  }
+    : name_(std::move(name)) {
+  addFrame(frame0);
+  addFrame(frame1);
   for (std::unique_ptr<Object>& object : scenes::makeObjects<double>(frame0)) {
     // The capsule was made for this object; FCL hands it out as const only.
     auto geometry = std::const_pointer_cast<fcl::CollisionGeometryd>(object->collisionGeometry());
@@ -68,6 +71,13 @@ MovingFibers::MovingFibers(std::string name, const scenes::FiberScene& frame0,
     fibers_.emplace_back(
         objects_.begin() + static_cast<std::ptrdiff_t>(frame0.point_begin[f] - f),
         objects_.begin() + static_cast<std::ptrdiff_t>(frame0.point_begin[f + 1] - (f + 1)));
+  }
+}
+
+void MovingFibers::addFrame(const scenes::FiberScene& frame) {
+  poses_.push_back(scenes::segmentPoses<double>(frame));
+  if (poses_.back().size() != poses_.front().size()) {
+    throw std::invalid_argument("MovingFibers: the frames differ in their segments");
   }
 }
 
@@ -129,6 +139,23 @@ MovingFibers makeMovingStrand(int fibers, int segments, unsigned long long seed)
   const scenes::FiberScene frame0 = scenes::makeStrand(parameters);
   parameters.frame = 1;
   return MovingFibers("strand", frame0, scenes::makeStrand(parameters));
+}
+
+MovingFibers makeMovingScalp(int fibers, int segments, unsigned long long seed) {
+  scenes::ScalpParameters parameters;
+  parameters.fibers = fibers;
+  parameters.segments = segments;
+  parameters.seed = seed;
+  const scenes::FiberScene frame0 = scenes::makeScalp(parameters);
+  parameters.frame = 1;
+  return MovingFibers("scalp", frame0, scenes::makeScalp(parameters));
+}
+
+MovingFibers makeMovingAssembly(const scenes::DynamicAssembly& assembly,
+                                const std::vector<int>& states) {
+  MovingFibers moving("dynamic", assembly.scene(states.at(0)), assembly.scene(states.at(1)));
+  for (std::size_t i = 2; i < states.size(); ++i) moving.addFrame(assembly.scene(states[i]));
+  return moving;
 }
 
 MovingFibers readMovingHair(const std::string& path, double radius) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <memory>
 #include <string>
@@ -9,6 +8,7 @@
 
 #include <fcl/narrowphase/collision_object.h>
 #include <fcl_fibers/scenes/fiber_scene.h>
+#include <fcl_fibers/scenes/paper_scenes.h>
 
 #include "exact_capsule_test.h"
 
@@ -29,18 +29,26 @@ class CapsuleObject : public Object {
   using Object::Object;
   void computeTightAABB();
 
+  /// End points +- radius, where the object is now.
+  fcl::AABBd tightBox() const;
+
   /// Where the object is now.
   Capsule capsule() const;
 };
 
-/// The objects that all managers share, and two frames of their motion.
+/// The objects that all managers share, and the frames of their motion.
 class MovingFibers {
  public:
+  /// Frames that there are at least, and that managers are checked in.
   static constexpr int kFrames = 2;
 
   /// Both scenes have the same fibers; all objects start in frame 0, in their order in the scene.
   MovingFibers(std::string name, const scenes::FiberScene& frame0,
                const scenes::FiberScene& frame1);
+
+  /// A further frame of the same fibers. Capsules keep their lengths of frame 0.
+  void addFrame(const scenes::FiberScene& frame);
+  int frameCount() const { return static_cast<int>(poses_.size()); }
 
   /// `strand/fibers:1000/segments:100`; segments are those of a fiber, on average.
   std::string name() const;
@@ -70,13 +78,20 @@ class MovingFibers {
   std::vector<std::unique_ptr<CapsuleObject>> capsule_objects_;
   std::vector<Object*> objects_;
   std::vector<std::vector<Object*>> fibers_;
-  std::array<std::vector<fcl::Transform3d>, kFrames> poses_;
+  std::vector<std::vector<fcl::Transform3d>> poses_;  ///< by frame
   int frame_ = 0;
   Boxes boxes_ = Boxes::kStock;
 };
 
 /// The strand, see makeStrand, and its own motion.
 MovingFibers makeMovingStrand(int fibers, int segments, unsigned long long seed);
+
+/// The head of hair, see makeScalp, and its own motion.
+MovingFibers makeMovingScalp(int fibers, int segments, unsigned long long seed);
+
+/// Some states of a dynamic assembly, at least two.
+MovingFibers makeMovingAssembly(const scenes::DynamicAssembly& assembly,
+                                const std::vector<int>& states);
 
 /// A .tfx hair file. Each fiber swings about its own root, 0.01 rad a frame about the x axis.
 MovingFibers readMovingHair(const std::string& path, double radius);

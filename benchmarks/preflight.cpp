@@ -47,6 +47,7 @@ struct Trace {
   std::array<PairCounts, MovingFibers::kFrames> frames;
   std::size_t volume_tests;
   std::size_t bytes;
+  std::size_t bytes_after_frames;
   std::size_t bytes_stated;
   std::array<char, 400> refusal;
 };
@@ -194,6 +195,7 @@ class Run {
       // Timings move back and forth; an update may end one way and not the other.
       if (limits_.check) moveTo(0, *manager);
     }
+    trace_.bytes_after_frames = allocatedBytes() - bytes_before;
     trace_.finished = true;
   }
 
@@ -292,6 +294,7 @@ std::pair<Preflight, FramePairs> runInChild(const Contender& contender, MovingFi
   result.frames = trace.frames;
   result.volume_tests = trace.volume_tests;
   result.bytes = trace.bytes;
+  result.bytes_after_frames = trace.bytes_after_frames;
   result.bytes_stated = trace.bytes_stated;
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM) {
     result.verdict = Preflight::Verdict::kTooSlow;
@@ -399,7 +402,7 @@ std::vector<Preflight> preflightAll(const std::vector<Contender>& contenders, Mo
 
     // No manager's work grows less than linearly. Twice the time that an eighth of the fibers may
     // take leaves room for noise, and hopeless ones cost a quarter of the limit.
-    if (fibers.segmentCount() >= kTrialFromSegments) {
+    if (limits.trial && fibers.segmentCount() >= kTrialFromSegments) {
       const PreflightLimits trial = {2 * limits.phase_seconds / kTrialPart, /*check=*/false,
                                      /*update=*/true};
       Preflight result =

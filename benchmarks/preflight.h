@@ -36,9 +36,10 @@ struct Preflight {
   /// Of each phase, the last time; kFrame is unused.
   std::array<double, kPhases> seconds = {kUnknown, kUnknown, kUnknown, kUnknown};
   std::array<PairCounts, MovingFibers::kFrames> frames;
-  std::size_t volume_tests = 0;  ///< of frame 0, ours only
-  std::size_t bytes = 0;         ///< that set-up allocated and kept
-  std::size_t bytes_stated = 0;  ///< memoryUsage(), ours only
+  std::size_t volume_tests = 0;        ///< of frame 0, ours only
+  std::size_t bytes = 0;               ///< that set-up allocated and kept
+  std::size_t bytes_after_frames = 0;  ///< that it keeps when all is done
+  std::size_t bytes_stated = 0;        ///< memoryUsage(), ours only
 
   bool right() const { return verdict == Verdict::kRight; }
 };
@@ -47,6 +48,7 @@ struct PreflightLimits {
   double phase_seconds = 10;  ///< a phase that takes longer ends the contender
   bool check = true;          ///< else pairs are counted only, and it does not move back
   bool update = true;         ///< else it stays in frame 0
+  bool trial = true;          ///< of large scenes, an eighth first: for those that may be hopeless
 };
 
 /// Runs one contender and judges it by itself.

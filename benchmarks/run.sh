@@ -6,12 +6,17 @@
 # are kept in build/benchmarks/results. What the numbers mean: benchmarks/main.cpp.
 #
 # With --paper [--full]: what the paper measured, as one page; see benchmarks/paper/run.sh.
+# With --full: ours against FCL and Embree beside the targets; see benchmarks/full/run.sh.
 set -euo pipefail
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 if [[ ${1-} == --paper ]]; then
   shift
   exec benchmarks/paper/run.sh "$@"
+fi
+if [[ ${1-} == --full ]]; then
+  shift
+  exec benchmarks/full/run.sh "$@"
 fi
 
 build=build/benchmarks
