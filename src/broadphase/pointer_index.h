@@ -26,7 +26,7 @@ class PointerIndex {
   /// Makes room for `count` pointers, so that insert() does not allocate.
   void reserve(std::size_t count) {
     std::size_t capacity = 16;
-    while (capacity < 2 * count) capacity *= 2;
+    while (capacity < count + count / 2) capacity *= 2;
     if (capacity <= slots_.size()) return;
     std::vector<std::int32_t> old(capacity, kNotFound);
     old.swap(slots_);
@@ -87,7 +87,7 @@ class PointerIndex {
   }
 
   const std::vector<T*>& pointers_;
-  std::vector<std::int32_t> slots_;  ///< a power of two, at most half of it in use
+  std::vector<std::int32_t> slots_;  ///< a power of two, at most two thirds of it in use
 };
 
 }  // namespace fcl_fibers::broadphase
