@@ -445,15 +445,16 @@ class FiberCollisionManager<S>::Impl {
 
   /// Objects are large and lie anywhere.
   static constexpr std::size_t kPrefetchAhead = 8;
+  static void prefetchLines(const void* object, std::size_t count) {
+    if (object == nullptr) return;
+    const auto* lines = static_cast<const char*>(object);
+    for (std::size_t line = 0; line < count; ++line) __builtin_prefetch(lines + 64 * line);
+  }
   static void prefetchObject(const std::vector<Object*>& objects, std::size_t id) {
     if (id + kPrefetchAhead >= objects.size()) return;
-    const auto* lines = reinterpret_cast<const char*>(objects[id + kPrefetchAhead]);
-    for (std::size_t line = 0; line < 192; line += 64) __builtin_prefetch(lines + line);
-    if (objects[id] != nullptr) {
-      lines = reinterpret_cast<const char*>(objects[id]->collisionGeometry().get());
-      __builtin_prefetch(lines);
-      __builtin_prefetch(lines + 64);
-    }
+    prefetchLines(objects[id + kPrefetchAhead], 3);
+    // The object itself has arrived by now, and knows where its geometry is.
+    if (objects[id] != nullptr) prefetchLines(objects[id]->collisionGeometry().get(), 2);
   }
 
   /// Reads objects into the scene.
