@@ -542,7 +542,7 @@ class FiberCollisionManager<S>::Impl {
   /// @pre the scene keeps segments
   bool mayBeNearer(SegmentId a, const Segment& q, double q_error, double limit) const {
     const Segment& p = scene_.segment(a);
-    return capsuleDistanceLowerBound(p, q, endPointError(p) + q_error) < limit;
+    return touch(p, q, limit, endPointError(p) + q_error);
   }
 
   // --- Unbounded objects, which are in no tree: tested against all others by their boxes ---

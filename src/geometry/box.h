@@ -66,20 +66,6 @@ class alignas(4 * N) Box::Pack {
   const float* low(int axis) const { return low_[axis]; }
   const float* high(int axis) const { return high_[axis]; }
 
-  void distances(const Box& box, float (&out)[N]) const {
-    for (int lane = 0; lane < N; ++lane) {
-      double squared = 0;  // in double, which neither overflows nor vanishes
-      for (int axis = 0; axis < 3; ++axis) {
-        const double gap = std::max(double{low_[axis][lane]} - double{box.high[axis]},
-                                    double{box.low[axis]} - double{high_[axis][lane]});
-        squared += gap > 0 ? gap * gap : 0;
-      }
-      // Cleared lanes have slipped through as 0.
-      const bool cleared = std::isnan(low_[0][lane]);
-      out[lane] = cleared ? low_[0][lane] : std::max(0.0f, roundedDown(std::sqrt(squared)));
-    }
-  }
-
   /// The least box around all; empty (low > high) if there is none.
   Box unite() const {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();

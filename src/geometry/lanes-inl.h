@@ -38,6 +38,9 @@ class Lanes {
     const Vector vector = hn::Set(Tag(), value);
     return generate([vector](int) HWY_ATTR { return vector; });
   }
+  FCL_FIBERS_ALWAYS_INLINE void store(float (&values)[N]) const {
+    for (int i = 0; i < kVectors; ++i) hn::StoreU(vector_[i], Tag(), values + i * kWidth);
+  }
 
   FCL_FIBERS_ALWAYS_INLINE friend Lanes operator+(const Lanes& a, const Lanes& b) {
     return generate([&](int i) HWY_ATTR { return hn::Add(a.vector_[i], b.vector_[i]); });
@@ -65,6 +68,10 @@ class Lanes {
   /// NaN becomes anything.
   FCL_FIBERS_ALWAYS_INLINE friend Lanes max(const Lanes& a, const Lanes& b) {
     return generate([&](int i) HWY_ATTR { return hn::Max(a.vector_[i], b.vector_[i]); });
+  }
+  /// NaN becomes anything.
+  FCL_FIBERS_ALWAYS_INLINE friend Lanes min(const Lanes& a, const Lanes& b) {
+    return generate([&](int i) HWY_ATTR { return hn::Min(a.vector_[i], b.vector_[i]); });
   }
 
   /// What holds in which lane.

@@ -40,6 +40,58 @@ FCL_FIBERS_ALWAYS_INLINE LaneMask overlaps(const Sphere::Pack<N>& pack, const Sp
   return (x * x + y * y + z * z <= reach_squared).mask();
 }
 
+namespace internal {
+
+/// A lower bound of the length of a vector of these components: they are clamped to what can be
+/// squared, the smallest normal float covers what squares lose below it, and the last factor four
+/// roundings.
+template <int N>
+FCL_FIBERS_ALWAYS_INLINE Lanes<N> lengthLowerBound(const Lanes<N>& x, const Lanes<N>& y,
+                                                   const Lanes<N>& z) {
+  const auto squared = [](const Lanes<N>& d) HWY_ATTR {
+    const Lanes<N> clamped = min(max(d, Lanes<N>::all(0) - d), Lanes<N>::all(0x1p62f));
+    return clamped * clamped;
+  };
+  const Lanes<N> sum = squared(x) + squared(y) + squared(z);
+  constexpr float kLeast = std::numeric_limits<float>::min();
+  return squareRoot(max(sum - Lanes<N>::all(kLeast), Lanes<N>::all(0))) *
+         Lanes<N>::all(1 - 0x1p-21f);
+}
+
+}  // namespace internal
+
+// A bit for each lane of a pack whose volume may be no farther than `limit` from another one, and
+// lower bounds of the distances of all those.
+
+template <int N>
+FCL_FIBERS_ALWAYS_INLINE LaneMask nearer(const Box::Pack<N>& pack, const Box& box, float limit,
+                                         float (&distances)[N]) {
+  const auto gap = [&](int axis) HWY_ATTR {
+    return max(max(Lanes<N>::load(pack.low(axis)) - Lanes<N>::all(box.high[axis]),
+                   Lanes<N>::all(box.low[axis]) - Lanes<N>::load(pack.high(axis))),
+               Lanes<N>::all(0));
+  };
+  const Lanes<N> distance = internal::lengthLowerBound(gap(0), gap(1), gap(2));
+  distance.store(distances);
+  const Lanes<N> low = Lanes<N>::load(pack.low(0));
+  return ((distance <= Lanes<N>::all(limit)) & (low <= low)).mask();
+}
+
+template <int N>
+FCL_FIBERS_ALWAYS_INLINE LaneMask nearer(const Sphere::Pack<N>& pack, const Sphere& sphere,
+                                         float limit, float (&distances)[N]) {
+  const auto difference = [&](int axis) HWY_ATTR {
+    return Lanes<N>::load(pack.center(axis)) - Lanes<N>::all(sphere.center[axis]);
+  };
+  const Lanes<N> radius = Lanes<N>::load(pack.radius());
+  const Lanes<N> reach = (radius + Lanes<N>::all(sphere.radius)) * Lanes<N>::all(1 + 0x1p-21f);
+  const Lanes<N> distance = max(
+      internal::lengthLowerBound(difference(0), difference(1), difference(2)) - reach,
+      Lanes<N>::all(0));
+  distance.store(distances);
+  return ((distance <= Lanes<N>::all(limit)) & (radius <= radius)).mask();
+}
+
 }  // namespace fcl_fibers::geometry::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

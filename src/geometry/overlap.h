@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// The overlap test for the instruction set that this file is compiled for.
+// The tests of packs for the instruction set that this file is compiled for.
 #include "geometry/overlap-inl.h"
 
 namespace fcl_fibers::geometry {
+using HWY_NAMESPACE::nearer;
 using HWY_NAMESPACE::overlaps;
 }

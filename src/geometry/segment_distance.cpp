@@ -131,17 +131,4 @@ bool axesWithin(const Segment& p, const Segment& q, double reach) {
   return axesWithin(scaled(p, scale), scaled(q, scale), std::min(scale * reach, 0x1p200));
 }
 
-double axisDistanceLowerBound(const Segment& p, const Segment& q) {
-  const double m = sizeOf(p, q);
-  if (m == 0) return 0;
-  if (!isWellScaled(m)) {
-    const double scale = scaleFor(p, q, m);
-    return axisDistanceLowerBound(scaled(p, scale), scaled(q, scale)) / scale;
-  }
-  const Certified<double> rough = SquaredDistance<double>(p, q).atBestCandidate();
-  const double least = rough.squared - rough.gap - roundingFor(m);
-  constexpr double kRoundDown = 1 - 4 * std::numeric_limits<double>::epsilon();
-  return least > 0 ? std::sqrt(least) * kRoundDown : 0;
-}
-
 }  // namespace fcl_fibers::geometry

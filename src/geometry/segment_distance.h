@@ -9,7 +9,4 @@ namespace fcl_fibers::geometry {
 /// without need only where the distance exceeds `reach` by a few ulp of the coordinates.
 bool axesWithin(const Segment& p, const Segment& q, double reach);
 
-/// A lower bound of the distance between the axes of two capsules, tight to 1e-7 of their lengths.
-double axisDistanceLowerBound(const Segment& p, const Segment& q);
-
 }  // namespace fcl_fibers::geometry

@@ -71,18 +71,6 @@ class alignas(4 * N) Sphere::Pack {
   const float* center(int axis) const { return center_[axis]; }
   const float* radius() const { return radius_; }
 
-  void distances(const Sphere& sphere, float (&out)[N]) const {
-    for (int lane = 0; lane < N; ++lane) {
-      double squared = 0;  // in double, which neither overflows nor vanishes
-      for (int axis = 0; axis < 3; ++axis) {
-        const double d = double{center_[axis][lane]} - double{sphere.center[axis]};
-        squared += d * d;
-      }
-      const double gap = std::sqrt(squared) - (double{radius_[lane]} + double{sphere.radius});
-      out[lane] = std::isnan(gap) ? radius_[lane] : std::max(0.0f, roundedDown(gap));
-    }
-  }
-
  private:
   float center_[3][N];
   float radius_[N];

@@ -59,9 +59,4 @@ double boxDistanceLowerBound(const Segment& p, const Segment& q) {
   return std::sqrt(squared) * (1 - 4 * kEps);
 }
 
-double capsuleDistanceLowerBound(const Segment& p, const Segment& q, double error) {
-  if (p.isBox() || q.isBox()) return 0;
-  return std::max(axisDistanceLowerBound(p, q) - reachOf(p, q, 0, error), 0.0);
-}
-
 }  // namespace fcl_fibers::geometry

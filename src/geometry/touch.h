@@ -19,7 +19,4 @@ bool boxesTouch(const Segment& p, const Segment& q, double margin);
 /// A lower bound of the distance between the boxes of two segments.
 double boxDistanceLowerBound(const Segment& p, const Segment& q);
 
-/// A lower bound of the distance between two capsules; 0 if they touch or one of them is a box.
-double capsuleDistanceLowerBound(const Segment& p, const Segment& q, double error);
-
 }  // namespace fcl_fibers::geometry

@@ -11,6 +11,7 @@
 
 #include "geometry/frame.h"
 #include "geometry/overlap-inl.h"
+#include "geometry/rounding.h"
 #include "tree/work.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -54,14 +55,15 @@ struct NearestAdmission {
   double limit;  ///< in the frame of the query
 
   template <int N, template <int> class Pack, class Volume, class F>
-  Visit forEachAdmitted(const Pack<N>& pack, const Volume& volume, geometry::LaneMask lanes,
-                        double unit, F&& visit) {
+  FCL_FIBERS_ALWAYS_INLINE Visit forEachAdmitted(const Pack<N>& pack, const Volume& volume,
+                                                 geometry::LaneMask lanes, double unit, F&& visit) {
+    using geometry::HWY_NAMESPACE::nearer;
     float distance[N];
-    pack.distances(volume, distance);
     std::array<int, N> nearest_first;
     int count = 0;
-    for (int lane = 0; lane < N; ++lane) {
-      if (!(lanes >> lane & 1u) || !(distance[lane] * unit < limit)) continue;
+    for (auto rest = nearer(pack, volume, geometry::roundedUp(limit / unit), distance) & lanes;
+         rest != 0; rest &= rest - 1) {
+      const int lane = __builtin_ctz(rest);
       int place = count++;
       for (; place > 0 &&
              distance[nearest_first[static_cast<std::size_t>(place - 1)]] > distance[lane];

@@ -215,32 +215,6 @@ TEST(BoxDistanceLowerBound, IsBelowTheDistanceByAFewUlpOnly) {
   }
 }
 
-TEST(CapsuleDistanceLowerBound, IsBelowTheDistanceAndTight) {
-  // If this fails, a distance query prunes the nearest pair, or asks FCL for every pair.
-  Random random(5);
-  for (int i = 0; i < 100000; ++i) {
-    const Segment p = randomCapsule(random), q = randomCapsule(random);
-    const Real distance = std::max(capsuleDistance(p, q), Real(0));
-    const double bound = capsuleDistanceLowerBound(p, q, 0);
-    ASSERT_GE(bound, 0) << i;
-    ASSERT_LE(Real(bound), distance) << i;
-    ASSERT_GE(Real(bound), distance - 1e-6L) << i;
-    const double error = random.between(0, 0.1);
-    ASSERT_LE(Real(capsuleDistanceLowerBound(p, q, error)),
-              std::max(distance - Real(error), Real(0)))
-        << i;
-    ASSERT_GE(Real(capsuleDistanceLowerBound(p, q, error)), distance - Real(error) - 1e-6L) << i;
-  }
-}
-
-TEST(CapsuleDistanceLowerBound, IsZeroForBoxes) {
-  // If this fails, a shape known by its box alone is measured along the box' diagonal.
-  const Segment box = Segment::box({5, 5, 5}, {6, 6, 6}), capsule{{0, 0, 0}, {1, 0, 0}, 0.1};
-  EXPECT_EQ(capsuleDistanceLowerBound(box, capsule, 0), 0);
-  EXPECT_EQ(capsuleDistanceLowerBound(capsule, box, 0), 0);
-  EXPECT_EQ(capsuleDistanceLowerBound(box, box, 0), 0);
-}
-
 TEST(IsBounded, LooksAtAllSixSides) {
   // If this fails, an unbounded shape is put into the tree.
   EXPECT_TRUE(isBounded(Segment::box({-1, -2, -3}, {1e300, 2, 3})));

@@ -461,7 +461,8 @@ TYPED_TEST(PackTest, EachLaneAnswersForItself) {
     EXPECT_EQ(overlaps(pack, this->at(100)),
               firstLanes(TestFixture::kLanes) & ~(LaneMask{1} << lane));
     float distances[TestFixture::kLanes];
-    pack.distances(this->at(0), distances);
+    EXPECT_EQ(nearer(pack, this->at(0), 97, distances), LaneMask{1} << lane);
+    EXPECT_EQ(nearer(pack, this->at(0), 99, distances), firstLanes(TestFixture::kLanes));
     for (int other = 0; other < TestFixture::kLanes; ++other) {
       EXPECT_NEAR(distances[other], other == lane ? 0 : 98, 1e-3) << lane;
     }
@@ -470,29 +471,26 @@ TYPED_TEST(PackTest, EachLaneAnswersForItself) {
   }
 }
 
-TYPED_TEST(PackTest, ClearedLanesOverlapNothingAndHaveNoDistance) {
+TYPED_TEST(PackTest, ClearedLanesOverlapNothingAndAreNearNothing) {
   // If this fails, a node with few children has more, out of nowhere.
   typename TestFixture::Pack pack;
   float distances[TestFixture::kLanes];
+  const LaneMask all = firstLanes(TestFixture::kLanes);
   const auto expectNone = [&](LaneMask lanes) {
     for (const auto& volume : {this->all(), this->at(0), this->at(1e30f)}) {
       EXPECT_EQ(overlaps(pack, volume) & lanes, 0u);
-      pack.distances(volume, distances);
-      for (int lane = 0; lane < TestFixture::kLanes; ++lane) {
-        EXPECT_EQ(std::isnan(distances[lane]), (lanes >> lane & 1u) != 0) << lane;
-      }
+      EXPECT_EQ(nearer(pack, volume, kInfinity, distances), ~lanes & all);
     }
   };
-  const LaneMask lanes = firstLanes(TestFixture::kLanes);
-  expectNone(lanes);
+  expectNone(all);
   for (int lane = 0; lane < TestFixture::kLanes; ++lane) {
     pack.set(lane, this->at(0));
-    expectNone(lanes & ~(LaneMask{1} << lane));
+    expectNone(all & ~(LaneMask{1} << lane));
     EXPECT_EQ(overlaps(pack, this->at(0)), LaneMask{1} << lane);
     pack.set(lane, this->all());
-    expectNone(lanes & ~(LaneMask{1} << lane));
+    expectNone(all & ~(LaneMask{1} << lane));
     pack.clear(lane);
-    expectNone(lanes);
+    expectNone(all);
   }
 }
 
@@ -505,7 +503,7 @@ TYPED_TEST(PackTest, UnboundedVolumesOverlapAll) {
   for (const auto& volume :
        {this->all(), this->at(0), this->at(1e15f), this->at(-1e30f), this->at(kLargest)}) {
     EXPECT_EQ(overlaps(pack, volume), lanes);
-    pack.distances(volume, distances);
+    EXPECT_EQ(nearer(pack, volume, 0, distances), lanes);
     for (int lane = 0; lane < TestFixture::kLanes; ++lane) EXPECT_EQ(distances[lane], 0) << lane;
   }
 }
@@ -519,7 +517,8 @@ TYPED_TEST(PackTest, DistancesAreTightLowerBounds) {
     auto volume = this->anyVolume(random, scale);
     if (i % 3 == 0) volume = this->touching(volumes[0], scale);
     float distances[TestFixture::kLanes];
-    this->packOf(volumes).distances(volume, distances);
+    ASSERT_EQ(nearer(this->packOf(volumes), volume, kInfinity, distances),
+              firstLanes(TestFixture::kLanes));
     for (int lane = 0; lane < TestFixture::kLanes; ++lane) {
       const auto& other = volumes[static_cast<std::size_t>(lane)];
       const Real gap = gapOf(other, volume);
@@ -539,7 +538,8 @@ TYPED_TEST(PackTest, DistancesAreLowerBoundsAtEverySize) {
     const auto volumes = this->randomVolumes(random, scale);
     const auto volume = this->anyVolume(random, i % 2 == 0 ? scale : other_scale);
     float distances[TestFixture::kLanes];
-    this->packOf(volumes).distances(volume, distances);
+    ASSERT_EQ(nearer(this->packOf(volumes), volume, kInfinity, distances),
+              firstLanes(TestFixture::kLanes));
     for (int lane = 0; lane < TestFixture::kLanes; ++lane) {
       const Real gap = gapOf(volumes[static_cast<std::size_t>(lane)], volume);
       ASSERT_GE(distances[lane], 0) << i << " scale " << scale;
@@ -569,9 +569,9 @@ TEST(SpherePack, SpheresOutOfRangeAreAtDistanceZero) {
   Sphere::Pack<8> pack;
   pack.set(0, {{1e30f, 0, 0}, kInfinity});
   float distances[8];
-  pack.distances({{0, 0, 0}, 1}, distances);
+  EXPECT_EQ(nearer(pack, {{0, 0, 0}, 1}, 0, distances), 1u);
   EXPECT_EQ(distances[0], 0);
-  pack.distances({{-1e30f, 0, 0}, kInfinity}, distances);
+  EXPECT_EQ(nearer(pack, {{-1e30f, 0, 0}, kInfinity}, 0, distances), 1u);
   EXPECT_EQ(distances[0], 0);
   EXPECT_EQ(overlaps(pack, {{-1e30f, 0, 0}, 1}), 1u);
 }

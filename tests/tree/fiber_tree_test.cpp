@@ -353,7 +353,8 @@ TYPED_TEST(FiberTreeTest, FindsTheNearestPair) {
     typename Volume::template Pack<2> pack;
     pack.set(0, Volume::around(this->segments_[static_cast<std::size_t>(i)], 0));
     float out[2];
-    pack.distances(Volume::around(this->segments_[static_cast<std::size_t>(j)], 0), out);
+    nearer(pack, Volume::around(this->segments_[static_cast<std::size_t>(j)], 0),
+           std::numeric_limits<float>::max(), out);
     return double{out[0]};
   };
   struct Nearest : NearestAdmission {
