@@ -114,11 +114,12 @@ scenes::FiberScene strand(const PartRequest& request, unsigned long long seed, d
   return scene;
 }
 
-/// The strand and others beside it. `thin` ones do not touch, so that distances have to be searched
-/// for.
+/// The strand and others beside it. `thin` ones do not touch - the nearest are 2e-7 apart -, so that
+/// distances have to be searched for: a search that may end at the first pair that touches is a
+/// matter of luck.
 struct Strands {
   static constexpr double kHair = scenes::StrandParameters().radius;
-  static constexpr double kThin = 1e-6;
+  static constexpr double kThin = 1e-8;
   static constexpr double kApart = 20;  ///< cm
 
   explicit Strands(const PartRequest& request)
