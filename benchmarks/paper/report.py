@@ -224,7 +224,8 @@ class Page:
             cages,
             (
                 "Cascade verification: the share of cages whose basis no longer held at a step and"
-                " that were computed anew."
+                " that were computed anew. At 100 % the fibers had moved so far apart that the bundle"
+                " was made anew."
             ),
         )
 
