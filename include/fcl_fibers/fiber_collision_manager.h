@@ -34,10 +34,11 @@ struct QueryStatistics {
 /// `setup` and `update` read the objects; queries do not, so objects that move take part in queries
 /// where they were at the last of these calls. (Under Report::kVolumes objects are read again for
 /// pairs with unbounded objects and for queries of a fiber manager of another kind or report, as
-/// segments are not kept then.) A query right after registering or unregistering
-/// needs no `setup`: the first one does its work, and reads all objects. Queries are const and may
-/// run from several threads at once; registering, updating or clearing while a query runs, from its
-/// callback for instance, is refused.
+/// segments are not kept then.) A query right after registering or unregistering needs no `setup`:
+/// the first one does its work, and reads all objects; or those few that have come, where the
+/// others are many and up to date. Queries are const and may run from several threads at once;
+/// registering, updating or clearing while a query runs, from its callback for instance, is
+/// refused.
 ///
 /// Every pair is reported once, never an object with itself. Self-queries pass the object
 /// registered first as the callback's first argument, queries of one object `(managed, object)`,
@@ -71,8 +72,9 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   /// The fiber and segment numbers of all other objects stay as they are.
   void unregisterObject(Object* object) override;
 
-  /// Reads the objects and builds the tree, if objects were registered or unregistered since it was
-  /// built; else there is nothing to do.
+  /// Reads the objects and builds the tree, if there is none or many objects were registered or
+  /// unregistered since it was built; reads those registered, if they are few; else there is
+  /// nothing to do.
   void setup() override;
 
   void update() override;

@@ -135,8 +135,10 @@ class FiberTree::Impl {
     }
     const Frame frame = checkCoordinates("update", fibers);
     const ArrayReader<S> reader(fibers, is_last_);
-    scene_.update(frame, fibers.point_count,
-                  [&](SegmentId id, Segment& segment) { return reader(id, frame, segment); });
+    const bool stays =
+        scene_.update(frame, fibers.point_count,
+                      [&](SegmentId id, Segment& segment) { return reader(id, frame, segment); });
+    if (!stays) buildScene(fibers, frame);
   }
 
   Visit findPairs(tree::PairSink& sink) const {

@@ -16,6 +16,7 @@
 
 #include "broadphase/fiber_registry.h"
 #include "broadphase/object_segments.h"
+#include "geometry/sphere.h"
 #include "geometry/touch.h"
 #include "tree/scene.h"
 
@@ -72,6 +73,7 @@ class FiberCollisionManager<S>::Impl {
   Impl(Hierarchy hierarchy, const FiberManagerOptions& options)
       : options_(checked(options)),
         registry_(options.ignored_neighbors > 0),
+        is_wrapped_(hierarchy == Hierarchy::kWrappedSpheres),
         scene_({hierarchy == Hierarchy::kWrappedSpheres, options.topology == Topology::kSuperThread,
                 options.report == Report::kCapsules, options.margin, options.threads}) {}
 
@@ -129,22 +131,28 @@ class FiberCollisionManager<S>::Impl {
     if (!added.empty()) {
       last_registered_ = previous;
       if (fibers == Fibers::kDeclared) last_registered_.reset();
-      markStale();
+      addLate(added.size());
     }
   }
 
   void remove(const char* call, const Object* object) {
     refuseDuringQuery(call);
-    managedId(call, object, "object");
-    markStale();
+    const SegmentId id = managedId(call, object, "object");
     last_registered_.reset();
-    registry_.remove(object);
+    const bool keeps_ids = registry_.remove(object);
+    if (const auto late = findLate(id); late != late_.end()) {
+      late_.erase(late);
+    } else {
+      ++gone_;
+    }
+    if (!keeps_ids || isUnbounded(id) || gone_ > registry_.size() / 8) markStale();
   }
 
   void clear(const char* call) {
     refuseDuringQuery(call);
     registry_.clear();
     scene_.clear();
+    late_.clear();
     last_registered_.reset();
     state_ = State::kStale;
   }
@@ -154,15 +162,15 @@ class FiberCollisionManager<S>::Impl {
   void setup(const char* call) {
     if (state_ == State::kReady) return;
     refuseDuringQuery(call);
-    readAndBuild(call);
+    state_ == State::kLate ? readLate(call) : readAndBuild(call);
   }
 
   void update(const char* call) {
     refuseDuringQuery(call);
-    if (state_.exchange(State::kRefused) != State::kReady) return readAndBuild(call);
-    const bool stays = scene_.update(newFrame(), registry_.objects().size(), reader(call));
-    if (!stays) return readAndBuild(call);
-    state_ = State::kReady;
+    const bool is_built = hasTree();
+    state_ = State::kRefused;
+    if (!is_built || !scene_.update(newFrame(), in_scene_, reader(call))) return readAndBuild(call);
+    readLate(call);
   }
 
   void update(const char* call, const std::vector<Object*>& moved) {
@@ -172,16 +180,18 @@ class FiberCollisionManager<S>::Impl {
     for (std::size_t i = 0; i < moved.size(); ++i)
       ids.push_back(managedId(call, moved[i], nameOf(i)));
     // A sweep over the whole tree costs less than the ways up from many segments.
-    if (state_ != State::kReady || 4 * moved.size() > registry_.size()) {
-      if (!moved.empty() || state_ != State::kReady) update(call);
+    if (!hasTree() || 4 * moved.size() > registry_.size()) {
+      if (!moved.empty() || !hasTree()) update(call);
       return;
     }
     state_ = State::kRefused;
     for (std::size_t i = 0; i < moved.size(); ++i) {
       read(call, moved[i], scene_.frame(), [i] { return nameOf(i); });
     }
+    ids.erase(std::remove_if(ids.begin(), ids.end(), [this](SegmentId id) { return isLate(id); }),
+              ids.end());
     if (!scene_.updateSome(ids, reader(call))) return readAndBuild(call);
-    state_ = State::kReady;
+    readLate(call);
   }
 
   // --- Queries ---
@@ -191,14 +201,12 @@ class FiberCollisionManager<S>::Impl {
     const QueryScope scope(*this, call);
     const auto report = [&](SegmentId a, SegmentId b) {
       if (a > b) std::swap(a, b);
-      if (ignores(a, b)) return Visit::kContinue;
+      if (isGone(a) || isGone(b) || ignores(a, b)) return Visit::kContinue;
       return callback(objectOf(a), objectOf(b), cdata) ? Visit::kStop : Visit::kContinue;
     };
     PairsTo sink(report);
     if (scene_.findPairs(sink) == Visit::kStop) return;
-    forUnboundedPairs([&](SegmentId a, SegmentId b, const Segment& p, const Segment& q) {
-      return boxesTouch(p, q, scene_.margin()) ? report(a, b) : Visit::kContinue;
-    });
+    findOutside(report);
   }
 
   void distance(const char* call, void* cdata, fcl::DistanceCallBack<S> callback) const {
@@ -207,7 +215,9 @@ class FiberCollisionManager<S>::Impl {
     NearestCall nearest(*this, cdata, callback);
     const auto report = [&](SegmentId a, SegmentId b, double& limit) {
       if (a > b) std::swap(a, b);
-      return ignores(a, b) ? Visit::kContinue : nearest.call(objectOf(a), objectOf(b), limit);
+      return isGone(a) || isGone(b) || ignores(a, b)
+                 ? Visit::kContinue
+                 : nearest.call(objectOf(a), objectOf(b), limit);
     };
     NearestTo visitor([&](SegmentId a, SegmentId b, double& limit) {
       if (options_.report == Report::kCapsules) {
@@ -216,11 +226,13 @@ class FiberCollisionManager<S>::Impl {
       }
       return report(a, b, limit);
     });
-    double limit = nearest.limit();
-    if (scene_.findNearest(limit, visitor) == Visit::kStop) return;
-    limit = nearest.limit();
-    forUnboundedPairs([&](SegmentId a, SegmentId b, const Segment& p, const Segment& q) {
-      return boxDistanceLowerBound(p, q) < limit ? report(a, b, limit) : Visit::kContinue;
+    if (scene_.findNearest(nearest.limit(), visitor) == Visit::kStop) return;
+    forEachOutside([&](SegmentId b) {
+      const Segment segment = segmentOf(b);
+      return findNearestOne(segment, endPointError(segment), nearest,
+                            [&](SegmentId a, double& limit) {
+                              return isPairOf(a, b) ? report(a, b, limit) : Visit::kContinue;
+                            });
     });
   }
 
@@ -269,7 +281,7 @@ class FiberCollisionManager<S>::Impl {
     requireCallback(call, callback);
     const QueryScope scope(*this, call), other_scope(other, call);
     const auto report = [&](SegmentId a, SegmentId b) {
-      if (objectOf(a) == other.objectOf(b)) return Visit::kContinue;
+      if (!isPairWith(other, a, b)) return Visit::kContinue;
       return callback(objectOf(a), other.objectOf(b), cdata) ? Visit::kStop : Visit::kContinue;
     };
     visitBetween(
@@ -295,8 +307,8 @@ class FiberCollisionManager<S>::Impl {
     const FrameChange to_this(other.scene_.frame(), scene_.frame());
     NearestCall nearest(*this, cdata, callback);
     const auto report = [&](SegmentId a, SegmentId b, double& limit) {
-      return objectOf(a) == other.objectOf(b) ? Visit::kContinue
-                                              : nearest.call(objectOf(a), other.objectOf(b), limit);
+      return isPairWith(other, a, b) ? nearest.call(objectOf(a), other.objectOf(b), limit)
+                                     : Visit::kContinue;
     };
     visitBetween(
         other,
@@ -324,18 +336,15 @@ class FiberCollisionManager<S>::Impl {
     QueryStatistics statistics;
     statistics.volume_tests = scene_.countVolumeTests();
     const auto count = [this](std::size_t& counter) {
-      return PairsTo([this, &counter](SegmentId a, SegmentId b) {
-        counter += !ignores(a, b);
+      return [this, &counter](SegmentId a, SegmentId b) {
+        counter += !isGone(a) && !isGone(b) && !ignores(std::min(a, b), std::max(a, b));
         return Visit::kContinue;
-      });
+      };
     };
-    auto pairs = count(statistics.pairs), tests = count(statistics.capsule_tests);
+    PairsTo pairs(count(statistics.pairs)), tests(count(statistics.capsule_tests));
     scene_.findPairs(pairs);
     if (options_.report == Report::kCapsules) scene_.findVolumePairs(tests);
-    forUnboundedPairs([&](SegmentId a, SegmentId b, const Segment& p, const Segment& q) {
-      statistics.pairs += boxesTouch(p, q, scene_.margin()) && !ignores(a, b);
-      return Visit::kContinue;
-    });
+    findOutside(count(statistics.pairs));
     return statistics;
   }
 
@@ -355,7 +364,8 @@ class FiberCollisionManager<S>::Impl {
 
   std::size_t memoryUsage() const {
     const std::lock_guard<std::mutex> lock(build_mutex_);  // a first query may be building
-    return sizeof(*this) + registry_.memoryUsage() + scene_.memoryUsage();
+    return sizeof(*this) + registry_.memoryUsage() + scene_.memoryUsage() +
+           late_.capacity() * sizeof(Late);
   }
 
   SegmentId managedId(const char* call, const Object* object, const std::string& name) const {
@@ -370,6 +380,7 @@ class FiberCollisionManager<S>::Impl {
  private:
   enum class State {
     kStale,    ///< objects were registered or unregistered; the next query reads all and builds
+    kLate,     ///< few objects were registered; the next query reads those
     kReady,    ///< the scene may be queried
     kRefused,  ///< the last update failed; the scene is neither old nor new
   };
@@ -408,17 +419,41 @@ class FiberCollisionManager<S>::Impl {
     if (state_ == State::kRefused) {
       refuse(call, "the last update failed; mend the object it named and call update()");
     }
-    readAndBuild(call);
+    state_ == State::kLate ? readLate(call) : readAndBuild(call);
   }
 
+  bool hasTree() const { return state_ == State::kReady || state_ == State::kLate; }
   void markStale() {
-    if (state_ == State::kReady) state_ = State::kStale;
+    if (hasTree()) state_ = State::kStale;
+  }
+
+  /// The objects just registered stay outside the tree if they are few: a tree for them costs more
+  /// than the tests that it would save.
+  void addLate(std::size_t count) {
+    if (!hasTree()) return;
+    constexpr std::size_t kFew = 16;
+    const std::size_t few = std::min(registry_.size() / 8, kFew + registry_.size() / 256);
+    if (late_.size() + count > few) return markStale();
+    const auto end = static_cast<SegmentId>(registry_.objects().size());
+    for (SegmentId id = end - static_cast<SegmentId>(count); id < end; ++id) {
+      late_.push_back({id, Segment()});
+    }
+    state_ = State::kLate;
+  }
+
+  void readLate(const char* call) const {
+    const auto read = reader(call);
+    for (Late& late : late_) read(late.id, late.segment);
+    state_.store(State::kReady, std::memory_order_release);
   }
 
   void readAndBuild(const char* call) const {
     scene_.build(
         newFrame(), registry_.objects().size(),
         [this](auto&& admit) { return registry_.fibers(admit); }, reader(call));
+    in_scene_ = registry_.objects().size();
+    late_.clear();
+    gone_ = 0;
     state_.store(State::kReady, std::memory_order_release);
   }
 
@@ -495,6 +530,7 @@ class FiberCollisionManager<S>::Impl {
   Object* objectOf(SegmentId id) const { return registry_.objects()[static_cast<std::size_t>(id)]; }
   /// As the scene has it; where it keeps none, as the object is now.
   Segment segmentOf(SegmentId id) const {
+    if (isLate(id)) return findLate(id)->segment;
     if (scene_.keepsSegments()) return scene_.segment(id);
     Segment segment;
     reader("collide")(id, segment);
@@ -545,43 +581,81 @@ class FiberCollisionManager<S>::Impl {
     return touch(p, q, limit, endPointError(p) + q_error);
   }
 
-  // --- Unbounded objects, which are in no tree: tested against all others by their boxes ---
+  // --- Objects outside the tree: unbounded ones, and those registered since it was built ---
 
   bool isUnbounded(SegmentId id) const {
     const auto& unbounded = scene_.unbounded();
     return std::binary_search(unbounded.begin(), unbounded.end(), id);
   }
+  bool isLate(SegmentId id) const { return static_cast<std::size_t>(id) >= in_scene_; }
+  auto findLate(SegmentId id) const {
+    const auto late =
+        std::lower_bound(late_.begin(), late_.end(), id,
+                         [](const Late& object, SegmentId other) { return object.id < other; });
+    return late != late_.end() && late->id == id ? late : late_.end();
+  }
+  bool isOutside(SegmentId id) const { return isLate(id) || isUnbounded(id); }
+  bool hasOutside() const { return !late_.empty() || !scene_.unbounded().empty(); }
 
-  /// Every pair of managed objects with an unbounded one: visit(a, b, segment of a, segment of b).
+  /// Unregistered since the tree was built, which still has it.
+  bool isGone(SegmentId id) const { return objectOf(id) == nullptr; }
+
+  /// Whether a pair that was found from `outside` is to be reported there: of two outside objects,
+  /// it is the later one's.
+  bool isPairOf(SegmentId id, SegmentId outside) const {
+    return id != outside && !(id > outside && isOutside(id));
+  }
+  bool isPairWith(const Impl& other, SegmentId a, SegmentId b) const {
+    return !isGone(a) && !other.isGone(b) && objectOf(a) != other.objectOf(b);
+  }
+
   template <class F>
-  Visit forUnboundedPairs(F&& visit) const {
-    for (const SegmentId u : scene_.unbounded()) {
-      const Segment unbounded = segmentOf(u);
-      const Visit each = forEachId([&](SegmentId id) {
-        // Of two unbounded ones, the pair is the later one's.
-        if (id == u || (id > u && isUnbounded(id))) return Visit::kContinue;
-        return visit(id, u, segmentOf(id), unbounded);
-      });
-      if (each == Visit::kStop) return Visit::kStop;
+  Visit forEachOutside(F&& visit) const {
+    for (const SegmentId id : scene_.unbounded()) {
+      if (visit(id) == Visit::kStop) return Visit::kStop;
+    }
+    for (const Late& late : late_) {
+      if (visit(late.id) == Visit::kStop) return Visit::kStop;
     }
     return Visit::kContinue;
   }
 
-  /// Every managed object that makes an unbounded pair with this one: visit(id, segment).
+  /// Every pair of managed objects of which one at least is outside the tree.
   template <class F>
-  Visit forUnboundedPairs(const Segment& segment, F&& visit) const {
-    if (!isBounded(segment)) {
-      return forEachId([&](SegmentId id) { return visit(id, segmentOf(id)); });
+  Visit findOutside(F&& report) const {
+    return forEachOutside([&](SegmentId b) {
+      const Segment segment = segmentOf(b);
+      return findOne(segment, endPointError(segment),
+                     [&](SegmentId a) { return isPairOf(a, b) ? report(a, b) : Visit::kContinue; });
+    });
+  }
+
+  /// Every managed object that is to be tested against this one apart from the tree: visit(id).
+  template <class F>
+  Visit forEachOutside(const Segment& segment, F&& visit) const {
+    return isBounded(segment) ? forEachOutside(visit) : forEachId(visit);
+  }
+
+  /// As the scene would have it, were both in its tree.
+  bool meets(const Segment& p, const Segment& q, double q_error) const {
+    const bool reports_capsules = options_.report == Report::kCapsules;
+    const double margin = scene_.margin();
+    if (p.isBox() || q.isBox() || (!reports_capsules && !is_wrapped_)) {
+      const bool bounded = isBounded(p) && isBounded(q);
+      return boxesTouch(p, q, bounded ? margin + q_error : margin);
     }
-    for (const SegmentId u : scene_.unbounded()) {
-      if (visit(u, segmentOf(u)) == Visit::kStop) return Visit::kStop;
-    }
-    return Visit::kContinue;
+    const double error = endPointError(p) + q_error;
+    if (reports_capsules) return touch(p, q, margin, error);
+    const auto ball = [](const Segment& segment) {
+      const geometry::Ball around = geometry::Ball::around(segment, 0);
+      return Segment{around.center, around.center, around.radius};
+    };
+    return touch(ball(p), ball(q), margin, error);
   }
 
   // --- One segment against the scene, in the scene's frame ---
 
-  enum class Among { kAll, kUnbounded };
+  enum class Among { kAll, kOutside };
 
   /// Every managed object that meets the segment, as the options have it: on_hit(id).
   template <class F>
@@ -590,8 +664,8 @@ class FiberCollisionManager<S>::Impl {
       PairsTo sink([&](SegmentId a, SegmentId) { return on_hit(a); });
       if (scene_.findPairs(segment, error, sink) == Visit::kStop) return Visit::kStop;
     }
-    return forUnboundedPairs(segment, [&](SegmentId a, const Segment& p) {
-      return boxesTouch(p, segment, scene_.margin()) ? on_hit(a) : Visit::kContinue;
+    return forEachOutside(segment, [&](SegmentId a) {
+      return meets(segmentOf(a), segment, error) ? on_hit(a) : Visit::kContinue;
     });
   }
 
@@ -610,8 +684,9 @@ class FiberCollisionManager<S>::Impl {
       }
     }
     double limit = nearest.limit();
-    return forUnboundedPairs(segment, [&](SegmentId a, const Segment& p) {
-      return boxDistanceLowerBound(p, segment) < limit ? on_near(a, limit) : Visit::kContinue;
+    return forEachOutside(segment, [&](SegmentId a) {
+      return boxDistanceLowerBound(segmentOf(a), segment) < limit ? on_near(a, limit)
+                                                                  : Visit::kContinue;
     });
   }
 
@@ -619,7 +694,7 @@ class FiberCollisionManager<S>::Impl {
                    fcl::CollisionCallBack<S> callback) const {
     const SegmentId self = registry_.find(object);
     return findOne(segment, endPointError(segment), [&](SegmentId a) {
-      if (isSelfOrIgnored(a, self)) return Visit::kContinue;
+      if (isLeftOut(a, self)) return Visit::kContinue;
       return callback(objectOf(a), object, cdata) ? Visit::kStop : Visit::kContinue;
     });
   }
@@ -628,13 +703,13 @@ class FiberCollisionManager<S>::Impl {
     const SegmentId self = registry_.find(object);
     return findNearestOne(
         segment, endPointError(segment), nearest, [&](SegmentId a, double& limit) {
-          return isSelfOrIgnored(a, self) ? Visit::kContinue
-                                          : nearest.call(objectOf(a), object, limit);
+          return isLeftOut(a, self) ? Visit::kContinue : nearest.call(objectOf(a), object, limit);
         });
   }
 
-  bool isSelfOrIgnored(SegmentId a, SegmentId self) const {
-    return self != broadphase::FiberRegistry<S>::kNotFound && (a == self || ignores(a, self));
+  bool isLeftOut(SegmentId a, SegmentId self) const {
+    return isGone(a) ||
+           (self != broadphase::FiberRegistry<S>::kNotFound && (a == self || ignores(a, self)));
   }
 
   /// Every pair with an object of another fiber manager: by tree(), where both have trees of one
@@ -649,11 +724,9 @@ class FiberCollisionManager<S>::Impl {
     };
     const bool matches = scene_.matches(other.scene_);
     if (matches && tree() == Visit::kStop) return Visit::kStop;
-    if (matches && scene_.unbounded().empty() && other.scene_.unbounded().empty()) {
-      return Visit::kContinue;
-    }
+    if (matches && !hasOutside() && !other.hasOutside()) return Visit::kContinue;
     return other.forEachId([&](SegmentId b) {
-      return meet(b, matches && !other.isUnbounded(b) ? Among::kUnbounded : Among::kAll);
+      return meet(b, matches && !other.isOutside(b) ? Among::kOutside : Among::kAll);
     });
   }
 
@@ -670,6 +743,15 @@ class FiberCollisionManager<S>::Impl {
   const FiberManagerOptions options_;
   broadphase::FiberRegistry<S> registry_;
   std::optional<Segment> last_registered_;  ///< a capsule that the next one may continue
+  const bool is_wrapped_;
+
+  struct Late {
+    SegmentId id;
+    Segment segment;
+  };
+  mutable std::vector<Late> late_;    ///< registered since the tree was built; ids ascend
+  mutable std::size_t gone_ = 0;      ///< number of those unregistered since then
+  mutable std::size_t in_scene_ = 0;  ///< ids that the scene knows
 
   // The first query after registering builds the scene, on whichever thread it runs.
   mutable Scene scene_;

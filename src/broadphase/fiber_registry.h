@@ -48,8 +48,9 @@ class FiberRegistry {
   std::optional<std::size_t> add(const std::vector<Object*>& added,
                                  const std::vector<bool>& starts_fiber, bool declared);
 
+  /// Says whether the ids of the others are what they were.
   /// @pre the object is managed
-  void remove(const Object* object);
+  bool remove(const Object* object);
 
   void clear();
 
@@ -139,14 +140,16 @@ std::optional<std::size_t> FiberRegistry<S>::add(const std::vector<Object*>& add
 }
 
 template <typename S>
-void FiberRegistry<S>::remove(const Object* object) {
+bool FiberRegistry<S>::remove(const Object* object) {
   const SegmentId id = index_.find(object);
   index_.erase(object);
   objects_[static_cast<std::size_t>(id)] = nullptr;
   --size_;
   // Each time the number of objects halves: linear in all, whatever stays empty within fibers.
   constexpr std::size_t kFewIds = 64;
-  if (++removed_since_renumbering_ > size_ + kFewIds) renumber();
+  if (++removed_since_renumbering_ <= size_ + kFewIds) return true;
+  renumber();
+  return false;
 }
 
 template <typename S>

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <functional>
 #include <initializer_list>
 #include <limits>
 #include <memory>
@@ -303,38 +302,45 @@ TYPED_TEST(FiberUpdate, ObjectsThatMoveCountWhereTheyWereUntilUpdate) {
 TYPED_TEST(FiberUpdate, TheFirstQueryAfterRegisteringReadsTheObjects) {
   using S = typename TypeParam::Scalar;
   const Scene<S> scene = strandScene<S>(7, 14, 125);
-  std::vector<fcl::CollisionObject<S>*> inside = scene.objects();
   Random random(126);
-  const auto move_all = [&] {
-    for (fcl::CollisionObject<S>* object : scene.objects()) jolt(*object, random, 1, 1);
+  const auto move = [&](const std::vector<fcl::CollisionObject<S>*>& objects) {
+    for (fcl::CollisionObject<S>* object : objects) jolt(*object, random, 1, 1);
   };
   const auto manager = TypeParam::make();
   for (const bool set_up : {false, true}) {
     SCOPED_TRACE(set_up ? "with setup()" : "without setup()");
-    // What changes the set of objects, be it more of them, fewer or all.
-    const std::vector<std::function<void()>> changes = {[&] {
-                                                          manager->clear();
-                                                          manager->registerObjects(inside);
-                                                        },
-                                                        [&] {
-                                                          manager->unregisterObject(inside[20]);
-                                                          inside.erase(inside.begin() + 20);
-                                                        },
-                                                        [&] {
-                                                          manager->registerObject(scene[20]);
-                                                          inside.push_back(scene[20]);
-                                                        }};
-    inside = scene.objects();
-    for (std::size_t i = 0; i < changes.size(); ++i) {
-      changes[i]();
-      move_all();
+    std::vector<fcl::CollisionObject<S>*> inside = scene.objects();
+    const auto expectRead = [&](const char* when) {
       if (set_up) manager->setup();
       const PairOracle<S> oracle(scene.objects(), rulesOf<TypeParam>({}));
-      EXPECT_TRUE(oracle.answersSelf(selfPairs(*manager), inside)) << "change " << i;
+      EXPECT_TRUE(oracle.answersSelf(selfPairs(*manager), inside)) << when;
       // From then on they count where they were until an update.
-      move_all();
-      EXPECT_TRUE(oracle.answersSelf(selfPairs(*manager), inside)) << "change " << i;
-    }
+      std::vector<fcl::Transform3<S>> poses;
+      for (fcl::CollisionObject<S>* object : inside) poses.push_back(object->getTransform());
+      move(inside);
+      EXPECT_TRUE(oracle.answersSelf(selfPairs(*manager), inside)) << when;
+      for (std::size_t i = 0; i < inside.size(); ++i) moveTo(*inside[i], poses[i]);
+    };
+    manager->clear();
+    manager->registerObjects(inside);
+    move(inside);
+    expectRead("all registered");
+
+    // Many of them, and all are read.
+    const std::vector<fcl::CollisionObject<S>*> many(inside.begin(), inside.begin() + 50);
+    for (fcl::CollisionObject<S>* object : many) manager->unregisterObject(object);
+    inside.erase(inside.begin(), inside.begin() + 50);
+    manager->registerObjects(many);
+    inside.insert(inside.end(), many.begin(), many.end());
+    move(inside);
+    expectRead("many registered");
+
+    // Few of them, and these are read; the others count where they were, as in FCL's managers.
+    manager->unregisterObject(inside[20]);
+    manager->registerObject(inside[20]);
+    std::rotate(inside.begin() + 20, inside.begin() + 21, inside.end());
+    move({inside.back()});
+    expectRead("one registered");
   }
 }
 
