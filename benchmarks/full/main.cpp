@@ -6,6 +6,7 @@
 //   fcl_fibers_full --part=scene --scene=static|strand|half_scalp|dynamic
 //                   [--fibers=N] [--segments=N] [--seed=1] --benchmark_out=FILE.json
 //   fcl_fibers_full --part=queries [--fibers=N] [--segments=N] [--seed=1] --benchmark_out=FILE.json
+//   fcl_fibers_full --part=growth [--fibers=N] [--segments=N] [--seed=1] --benchmark_out=FILE.json
 //
 // `benchmarks/run.sh --full` runs all of them. What is measured in a scene:
 //
@@ -110,7 +111,8 @@ void initializeBenchmark(int argc, char** argv, const Arguments& arguments) {
 bool runPart(const Arguments& arguments) {
   if (arguments.part == "scene") return timeScene(arguments.request);
   if (arguments.part == "queries") return timeQueries(arguments.request);
-  throw std::invalid_argument("--part=" + arguments.part + ": there are scene and queries");
+  if (arguments.part == "growth") return timeGrowth(arguments.request);
+  throw std::invalid_argument("--part=" + arguments.part + ": there are scene, queries and growth");
 }
 
 /// Prints nothing, for the tables are made of the file.

@@ -24,6 +24,9 @@ bool timeScene(const PartRequest& request);
 /// FCL's answers.
 bool timeQueries(const PartRequest& request);
 
+/// The tree over plain arrays at two sizes of one density: `Growth/<segments>`.
+bool timeGrowth(const PartRequest& request);
+
 /// Runs what is registered, in random order. Results go to --benchmark_out only. Returns whether
 /// no run of ours has ended in an error.
 bool runRegistered();

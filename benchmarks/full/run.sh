@@ -46,6 +46,7 @@ part() {
 
 for scene in static strand half_scalp dynamic; do part "$scene" --part=scene --scene="$scene"; done
 part queries --part=queries
+part growth --part=growth
 printf '%4d s  tables\n' "$SECONDS" >&2
 python3 benchmarks/full/report.py "$results" | tee "$results/tables.md" || failed=1
 exit "$failed"

@@ -7,6 +7,7 @@
 //   fcl_fibers_paper --part=dynamic
 //   fcl_fibers_paper --part=chain --chain=random|snake --edge=N
 //   fcl_fibers_paper --part=radii [--full]
+//   fcl_fibers_paper --part=rods
 //   fcl_fibers_paper --part=pictures --out_dir=DIR
 //
 // and --seed=1 and any flag of Google Benchmark, such as --benchmark_out=FILE.json: report.py makes
@@ -123,11 +124,13 @@ bool runPart(const std::string& part, const PartRequest& request) {
   if (part == "chain") return countChain(request);
   if (part == "radii") {
     compareRadii(request);
+  } else if (part == "rods") {
+    timeRods(request);
   } else if (part == "pictures") {
     writePictures(request);
   } else {
     throw std::invalid_argument("--part=" + part +
-                                ": there are scene, dynamic, chain, radii and pictures");
+                                ": there are scene, dynamic, chain, radii, rods and pictures");
   }
   return true;
 }

@@ -37,6 +37,9 @@ bool countChain(const PartRequest& request);
 /// Layered against wrapped spheres, and the bytes of the trees: `Radii/...`.
 void compareRadii(const PartRequest& request);
 
+/// What one rod costs, and the scenes made of many: `Rod/...` and `Make/...`.
+void timeRods(const PartRequest& request);
+
 /// What pictures are drawn from, as files in out_dir.
 void writePictures(const PartRequest& request);
 

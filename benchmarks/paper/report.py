@@ -304,6 +304,40 @@ class Page:
             ),
         )
 
+    def rods_section(self):
+        entries = self.parts["rods"].entries
+        rows, csv_rows = [], []
+        for name in (n for n in entries if n.startswith("warm/")):
+            size = name.split(":")[1]
+            warm, cold = entries[name], entries[f"cold/segments:{size}"]
+            steps = [count_text(entry.counters["iterations"]) for entry in (warm, cold)]
+            rows.append(
+                ("", [size, seconds_text(warm.total), steps[0], seconds_text(cold.total), steps[1]])
+            )
+            csv_rows.append([size, warm.total, cold.total])
+        rows.sort(key=lambda row: int(row[1][0]))
+        write_csv(self.folder / "rods.csv", ["segments", "warm s", "cold s"], csv_rows)
+        scenes = [(name, entries[name]) for name in entries if "/" not in name]
+        made = [
+            (
+                "",
+                [
+                    name.replace("_", " "),
+                    count_text(entry.counters["fibers"]),
+                    count_text(entry.counters["segments"]),
+                    seconds_text(entry.total),
+                ],
+            )
+            for name, entry in sorted(scenes)
+        ]
+        return (
+            "<p>One hair, bent half way to the loop: warm from its shape under a load that differs"
+            " by 2 %, cold from none; beside each, Newton steps.</p>"
+            + table(["segments", "warm", "steps", "cold", "steps"], rows)
+            + "<p>Making a scene, every rod of it in equilibrium.</p>"
+            + table(["scene", "rods", "segments", "time"], made)
+        )
+
     def axis_section(self):
         rows, csv_rows = [], []
         for name, straight, turned in findings.axis_pairs(self.parts):
@@ -492,6 +526,7 @@ class Page:
         self.section("Axis-parallel against turned", "axis-parallel fibers", self.axis_section)
         self.section("One chain against itself", "chains", self.chain_section)
         self.section("Layered against wrapped spheres", "radii", self.radii_section)
+        self.section("What rods cost", "rods", self.rods_section)
         self.section("Pictures", "pictures", self.pictures_section)
 
     def text(self):

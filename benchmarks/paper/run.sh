@@ -69,6 +69,7 @@ part() {
 }
 
 part radii --part=radii
+part rods --part=rods
 part pictures --part=pictures --out_dir="$data"
 for chain in random snake; do
   edges="8 12 16 24 32 48"
