@@ -61,7 +61,7 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
 
   /// Registers one fiber: capsules in their order along it. Consecutive capsules are neighbours,
   /// see FiberManagerOptions::ignored_neighbors. An empty fiber is a no-op.
-  void registerFiber(const std::vector<Object*>& fiber);
+  void registerFiber(const std::vector<Object*>& fiber, FiberEnds ends = FiberEnds::kOpen);
 
   /// Registers objects of any kind. Runs of consecutive capsules that share an end point (to 4 ulp
   /// of the largest coordinate) are taken for fibers, for the tree's shape only: no pair of them is

@@ -13,6 +13,10 @@ struct FiberSegment {
   std::size_t segment = 0;
 };
 
+/// Whether the last segment of a fiber leads to its first one, so that the two are neighbours as
+/// any others that follow each other.
+enum class FiberEnds { kOpen, kClosed };
+
 /// Shape of the tree over the segments; decides speed, never the answer.
 enum class Topology {
   /// A node is a set of fibers over a range along them; eight children a node. Fast whatever the
@@ -42,6 +46,11 @@ struct FiberManagerOptions {
   /// reported, neither by collide nor by distance. 0 reports all; 1 leaves out adjacent segments,
   /// which always overlap. Not negative.
   int ignored_neighbors = 0;
+
+  /// Likewise pairs of one fiber between which this much of it lies or less, measured along it when
+  /// it was registered: for fibers of unequal segments. In the scene's unit of length; 0 leaves
+  /// that to ignored_neighbors alone. Finite, not negative.
+  double ignored_arc_length = 0;
 
   /// Pairs this close count as touching, in the scene's unit of length. Finite, not negative.
   double margin = 0;

@@ -31,6 +31,9 @@ struct FiberArrays {
   std::size_t fiber_count = 0;
   const S* radii = nullptr;
   Radii radii_are = Radii::kOne;
+  /// fiber_count answers, or null: none is closed. The last point of a closed fiber repeats its
+  /// first one, so that its last capsule is a neighbour of its first.
+  const bool* closed = nullptr;
 };
 
 /// Two capsules, each named by the index of its first point; a < b within one tree.
@@ -64,11 +67,11 @@ class FCL_FIBERS_EXPORT FiberTree {
   void build(const FiberArrays<double>& fibers);
 
   /// After points or radii have changed, but not the number of points of any fiber. S need not be
-  /// what it was.
+  /// what it was; which fibers are closed is what it was.
   void update(const FiberArrays<float>& fibers);
   void update(const FiberArrays<double>& fibers);
 
-  /// Calls visit(SegmentPair) for every pair that Report, margin and ignored_neighbors ask for,
+  /// Calls visit(SegmentPair) for every pair that Report, margin and what is ignored ask for,
   /// once, in an order that depends on the arrays alone. `visit` returns nothing, or a bool: true
   /// ends the query. Returns whether it was ended.
   template <class Visitor>

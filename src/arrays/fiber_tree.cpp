@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "tree/neighbor_rule.h"
 #include "tree/scene.h"
 
 namespace fcl_fibers {
@@ -27,6 +28,10 @@ const FiberTreeOptions& checked(const FiberTreeOptions& options) {
   if (options.ignored_neighbors < 0) {
     refuse("FiberTree",
            "ignored_neighbors is " + std::to_string(options.ignored_neighbors) + "; set 0 or more");
+  }
+  if (!(options.ignored_arc_length >= 0) || !std::isfinite(options.ignored_arc_length)) {
+    refuse("FiberTree", "ignored_arc_length is " + std::to_string(options.ignored_arc_length) +
+                            "; set a finite length of 0 or more");
   }
   if (!(options.margin >= 0) || !std::isfinite(options.margin)) {
     refuse("FiberTree",
@@ -95,14 +100,16 @@ class ArrayReader {
 class FiberTree::Impl {
  public:
   explicit Impl(const FiberTreeOptions& options)
-      : options_(checked(options)), scene_(sceneOptions(options)) {}
+      : options_(checked(options)),
+        neighbors_(options.ignored_neighbors, options.ignored_arc_length),
+        scene_(sceneOptions(options)) {}
 
   const FiberTreeOptions& options() const { return options_; }
   std::size_t fiberCount() const { return point_begin_.size() - 1; }
   std::size_t segmentCount() const { return segment_count_; }
   std::size_t memoryUsage() const {
     return sizeof(*this) + point_begin_.capacity() * sizeof(std::size_t) + is_last_.capacity() / 8 +
-           scene_.memoryUsage();
+           is_closed_.capacity() / 8 + arc_end_.capacity() * sizeof(double) + scene_.memoryUsage();
   }
 
   template <typename S>
@@ -120,8 +127,15 @@ class FiberTree::Impl {
       is_last[end - 1] = true;
       segments += end - begin - 1;
     }
+    std::vector<bool> is_closed;
+    if (fibers.closed != nullptr && neighbors_.ignoresAny()) {
+      is_closed.assign(fibers.closed, fibers.closed + fibers.fiber_count);
+    }
+    std::vector<double> arc_end = arcEnds(fibers, is_last);
     point_begin_ = std::move(point_begin);
     is_last_ = std::move(is_last);
+    is_closed_ = std::move(is_closed);
+    arc_end_ = std::move(arc_end);
     segment_count_ = segments;
     buildScene(fibers, frame);
   }
@@ -142,7 +156,7 @@ class FiberTree::Impl {
   }
 
   Visit findPairs(tree::PairSink& sink) const {
-    if (options_.ignored_neighbors == 0) return scene_.findPairs(sink);
+    if (!neighbors_.ignoresAny()) return scene_.findPairs(sink);
     NeighborFilter filter(*this, sink);
     return scene_.findPairs(filter);
   }
@@ -166,8 +180,8 @@ class FiberTree::Impl {
     if (segment < 0 || id >= is_last_.size() || is_last_[id]) {
       refuse("fiberSegment", "no capsule starts at point " + std::to_string(segment));
     }
-    const auto after = std::upper_bound(point_begin_.begin(), point_begin_.end(), id);
-    return {static_cast<std::size_t>(after - point_begin_.begin() - 1), id - *(after - 1)};
+    const std::size_t fiber = fiberOf(segment);
+    return {fiber, id - point_begin_[fiber]};
   }
 
  private:
@@ -212,11 +226,43 @@ class FiberTree::Impl {
                  [&](SegmentId id, Segment& segment) { return reader(id, frame, segment); });
   }
 
+  std::size_t fiberOf(SegmentId id) const {
+    const auto after =
+        std::upper_bound(point_begin_.begin(), point_begin_.end(), static_cast<std::size_t>(id));
+    return static_cast<std::size_t>(after - point_begin_.begin() - 1);
+  }
+
   bool areNeighbors(const tree::Pair& pair) const {
     const auto [first, last] = std::minmax(pair.a, pair.b);
-    if (last - first > options_.ignored_neighbors) return false;
-    const auto begin = is_last_.begin();
-    return std::find(begin + first, begin + last, true) == begin + last;
+    // Most pairs end here.
+    if (last - first > neighbors_.reach && is_closed_.empty() && arc_end_.empty()) return false;
+    const std::size_t fiber = fiberOf(first), end = point_begin_[fiber + 1];
+    if (static_cast<std::size_t>(last) >= end) return false;
+    // The last point starts no capsule.
+    const tree::FiberRange range{static_cast<SegmentId>(point_begin_[fiber]),
+                                 static_cast<SegmentId>(end) - 1,
+                                 !is_closed_.empty() && is_closed_[fiber]};
+    return tree::areNeighbors(neighbors_, range, arc_end_.data(), first, last);
+  }
+
+  /// Empty unless arc lengths matter.
+  template <typename S>
+  std::vector<double> arcEnds(const FiberArrays<S>& fibers,
+                              const std::vector<bool>& is_last) const {
+    if (neighbors_.arc_length <= 0) return {};
+    std::vector<double> ends(fibers.point_count);
+    const ArrayReader<S> reader(fibers, is_last);
+    double end = 0;
+    for (std::size_t i = 0; i < fibers.point_count; ++i) {
+      if (is_last[i]) {
+        end = 0;
+        continue;
+      }
+      const Segment segment = reader.segment(i, 0);
+      end += norm(segment.b - segment.a);
+      ends[i] = end;
+    }
+    return ends;
   }
 
   template <typename S>
@@ -290,8 +336,11 @@ class FiberTree::Impl {
   }
 
   FiberTreeOptions options_;
+  tree::NeighborRule neighbors_;
   std::vector<std::size_t> point_begin_ = {0};
-  std::vector<bool> is_last_;  ///< by point: whether it is the last one of its fiber
+  std::vector<bool> is_last_;    ///< by point: whether it is the last one of its fiber
+  std::vector<bool> is_closed_;  ///< by fiber; empty if none is, or nothing is ignored
+  std::vector<double> arc_end_;  ///< by point, see areNeighbors(); empty unless arc lengths matter
   std::size_t segment_count_ = 0;
   tree::Scene scene_;
 };

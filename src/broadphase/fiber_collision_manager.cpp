@@ -70,10 +70,16 @@ class NearestTo : public tree::NearestVisitor {
 template <typename S>
 class FiberCollisionManager<S>::Impl {
  public:
+  using Registry = broadphase::FiberRegistry<S>;
+  using Fibers = typename Registry::Kind;
+
   Impl(Hierarchy hierarchy, const FiberManagerOptions& options)
       : options_(checked(options)),
-        registry_(options.ignored_neighbors > 0),
         is_wrapped_(hierarchy == Hierarchy::kWrappedSpheres),
+        neighbors_(options.ignored_neighbors, options.ignored_arc_length),
+        registry_(options.ignored_arc_length > 0  ? Registry::Keep::kLinksAndArcs
+                  : options.ignored_neighbors > 0 ? Registry::Keep::kLinks
+                                                  : Registry::Keep::kNothing),
         scene_({hierarchy == Hierarchy::kWrappedSpheres, options.topology == Topology::kSuperThread,
                 options.report == Report::kCapsules, options.margin, options.threads}) {}
 
@@ -82,6 +88,10 @@ class FiberCollisionManager<S>::Impl {
     if (options.ignored_neighbors < 0) {
       refuse(kCall, "ignored_neighbors is " + std::to_string(options.ignored_neighbors) +
                         "; set 0 or more");
+    }
+    if (!(options.ignored_arc_length >= 0) || !std::isfinite(options.ignored_arc_length)) {
+      refuse(kCall, "ignored_arc_length is " + std::to_string(options.ignored_arc_length) +
+                        "; set a finite length of 0 or more");
     }
     if (!(options.margin >= 0) || !std::isfinite(options.margin)) {
       refuse(kCall,
@@ -94,11 +104,9 @@ class FiberCollisionManager<S>::Impl {
   }
 
   const FiberManagerOptions& options() const { return options_; }
-  const broadphase::FiberRegistry<S>& registry() const { return registry_; }
+  const Registry& registry() const { return registry_; }
 
   // --- Registering ---
-
-  enum class Fibers { kDeclared, kGuessed };
 
   void add(const char* call, const std::vector<Object*>& added, Fibers fibers) {
     refuseDuringQuery(call);
@@ -109,13 +117,15 @@ class FiberCollisionManager<S>::Impl {
     // Objects are read here to refuse the bad ones early and to guess fibers; where they will be
     // when the tree is built may be elsewhere.
     std::vector<bool> starts_fiber(added.size());
+    std::vector<double> lengths(options_.ignored_arc_length > 0 ? added.size() : 0);
     std::optional<Segment> previous = last_registered_;
     for (std::size_t i = 0; i < added.size(); ++i) {
       prefetchObject(added, i + kPrefetchAhead);
       if (added[i] == nullptr) refuse(call, nameOf(i) + " is null; pass objects only");
       const Segment segment = read(call, added[i], Frame{}, [i] { return nameOf(i); });
+      if (!lengths.empty()) lengths[i] = norm(segment.b - segment.a);
       const bool is_capsule = isCapsule(*added[i]);
-      if (fibers == Fibers::kDeclared) {
+      if (fibers != Fibers::kGuessed) {
         if (!is_capsule) {
           refuse(call, nameOf(i) + " is no capsule; register it by registerObject() instead");
         }
@@ -125,12 +135,12 @@ class FiberCollisionManager<S>::Impl {
         previous = is_capsule ? std::optional<Segment>(segment) : std::nullopt;
       }
     }
-    if (const auto duplicate = registry_.add(added, starts_fiber, fibers == Fibers::kDeclared)) {
+    if (const auto duplicate = registry_.add(added, starts_fiber, fibers, lengths)) {
       refuse(call, nameOf(*duplicate) + " is registered already; register each object once");
     }
     if (!added.empty()) {
       last_registered_ = previous;
-      if (fibers == Fibers::kDeclared) last_registered_.reset();
+      if (fibers != Fibers::kGuessed) last_registered_.reset();
       addLate(added.size());
     }
   }
@@ -371,7 +381,7 @@ class FiberCollisionManager<S>::Impl {
   SegmentId managedId(const char* call, const Object* object, const std::string& name) const {
     if (object == nullptr) refuse(call, name + " is null; pass a registered object");
     const SegmentId id = registry_.find(object);
-    if (id == broadphase::FiberRegistry<S>::kNotFound) {
+    if (id == Registry::kNotFound) {
       refuse(call, name + " is not registered; register it first");
     }
     return id;
@@ -546,8 +556,7 @@ class FiberCollisionManager<S>::Impl {
   }
 
   bool ignores(SegmentId a, SegmentId b) const {
-    return options_.ignored_neighbors > 0 &&
-           registry_.areNeighbors(a, b, options_.ignored_neighbors);
+    return neighbors_.ignoresAny() && registry_.areNeighbors(a, b, neighbors_);
   }
 
   // --- Distances ---
@@ -708,8 +717,7 @@ class FiberCollisionManager<S>::Impl {
   }
 
   bool isLeftOut(SegmentId a, SegmentId self) const {
-    return isGone(a) ||
-           (self != broadphase::FiberRegistry<S>::kNotFound && (a == self || ignores(a, self)));
+    return isGone(a) || (self != Registry::kNotFound && (a == self || ignores(a, self)));
   }
 
   /// Every pair with an object of another fiber manager: by tree(), where both have trees of one
@@ -741,9 +749,10 @@ class FiberCollisionManager<S>::Impl {
   }
 
   const FiberManagerOptions options_;
-  broadphase::FiberRegistry<S> registry_;
-  std::optional<Segment> last_registered_;  ///< a capsule that the next one may continue
   const bool is_wrapped_;
+  const tree::NeighborRule neighbors_;
+  Registry registry_;
+  std::optional<Segment> last_registered_;  ///< a capsule that the next one may continue
 
   struct Late {
     SegmentId id;
@@ -769,8 +778,9 @@ template <typename S>
 FiberCollisionManager<S>::~FiberCollisionManager() = default;
 
 template <typename S>
-void FiberCollisionManager<S>::registerFiber(const std::vector<Object*>& fiber) {
-  impl_->add("registerFiber", fiber, Impl::Fibers::kDeclared);
+void FiberCollisionManager<S>::registerFiber(const std::vector<Object*>& fiber, FiberEnds ends) {
+  impl_->add("registerFiber", fiber,
+             ends == FiberEnds::kClosed ? Impl::Fibers::kClosed : Impl::Fibers::kOpen);
 }
 
 template <typename S>

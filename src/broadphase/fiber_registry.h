@@ -12,6 +12,7 @@
 #include <fcl_fibers/fiber_collision_manager.h>
 
 #include "broadphase/pointer_index.h"
+#include "tree/neighbor_rule.h"
 #include "tree/topology.h"
 
 namespace fcl_fibers::broadphase {
@@ -30,8 +31,10 @@ class FiberRegistry {
   using Object = fcl::CollisionObject<S>;
   static constexpr SegmentId kNotFound = PointerIndex<Object>::kNotFound;
 
-  /// @param keep_links  whether areNeighbors() will be asked
-  explicit FiberRegistry(bool keep_links) : keep_links_(keep_links), index_(objects_) {}
+  /// What areNeighbors() may be asked of it later.
+  enum class Keep { kNothing, kLinks, kLinksAndArcs };
+
+  explicit FiberRegistry(Keep keep) : keep_(keep), index_(objects_) {}
   FiberRegistry(const FiberRegistry&) = delete;
   FiberRegistry& operator=(const FiberRegistry&) = delete;
 
@@ -40,13 +43,20 @@ class FiberRegistry {
   std::size_t size() const { return size_; }
   SegmentId find(const Object* object) const { return index_.find(object); }
 
+  enum class Kind : std::uint8_t {
+    kGuessed,  ///< from where objects are; no pair of them is ignored
+    kOpen,     ///< given by the user
+    kClosed,   ///< likewise
+  };
+
   /// Appends objects. Where `starts_fiber` is set a new fiber starts, elsewhere the object
-  /// continues the fiber of the one before it; `declared` fibers were given by the user, others
-  /// guessed.
+  /// continues the fiber of the one before it.
+  /// @param lengths  of the objects along their fiber, if arcs are kept
   /// @return the position in `added` of an object that is there twice or managed already, in which
   ///         case nothing has changed
   std::optional<std::size_t> add(const std::vector<Object*>& added,
-                                 const std::vector<bool>& starts_fiber, bool declared);
+                                 const std::vector<bool>& starts_fiber, Kind kind,
+                                 const std::vector<double>& lengths = {});
 
   /// Says whether the ids of the others are what they were.
   /// @pre the object is managed
@@ -54,21 +64,23 @@ class FiberRegistry {
 
   void clear();
 
-  /// Whether two objects belong to one declared fiber, at most `reach` segments apart.
-  /// @pre the registry keeps links
-  bool areNeighbors(SegmentId a, SegmentId b, SegmentId reach) const {
+  /// Whether two objects belong to one fiber given by the user, and are neighbours there.
+  /// @pre the registry keeps what the rule asks for
+  bool areNeighbors(SegmentId a, SegmentId b, const tree::NeighborRule& rule) const {
     const auto [first, last] = std::minmax(a, b);
-    if (last - first > reach) return false;
-    for (SegmentId id = first + 1; id <= last; ++id) {
-      if (!continues_declared_fiber_[static_cast<std::size_t>(id)]) return false;
-    }
-    return true;
+    // Most pairs end here.
+    if (last - first > rule.reach && !has_closed_ && rule.arc_length <= 0) return false;
+    const std::size_t fiber = fiberOf(first);
+    if (last >= fiberEnd(fiber)) return false;
+    if (first != last && fiber_kind_[fiber] == Kind::kGuessed) return false;
+    const tree::FiberRange range{fiber_begin_[fiber], fiberEnd(fiber),
+                                 fiber_kind_[fiber] == Kind::kClosed};
+    return tree::areNeighbors(rule, range, arc_end_.data(), first, last);
   }
 
   FiberSegment fiberSegment(SegmentId id) const {
-    const auto fiber = std::upper_bound(fiber_begin_.begin(), fiber_begin_.end(), id) - 1;
-    return {fiber_number_[static_cast<std::size_t>(fiber - fiber_begin_.begin())],
-            static_cast<std::size_t>(id - *fiber)};
+    const std::size_t fiber = fiberOf(id);
+    return {fiber_number_[fiber], static_cast<std::size_t>(id - fiber_begin_[fiber])};
   }
 
   /// The fibers of all objects for which admit(id) holds, in order.
@@ -79,7 +91,7 @@ class FiberRegistry {
     return objects_.capacity() * sizeof(Object*) + index_.memoryUsage() +
            fiber_begin_.capacity() * sizeof(SegmentId) +
            fiber_number_.capacity() * sizeof(std::uint32_t) +
-           continues_declared_fiber_.capacity() / 8;
+           fiber_kind_.capacity() * sizeof(Kind) + arc_end_.capacity() * sizeof(double);
   }
 
  private:
@@ -90,12 +102,16 @@ class FiberRegistry {
     if (needed > vector.capacity()) vector.reserve(std::max(needed, 2 * vector.capacity()));
   }
   SegmentId nextId() const { return static_cast<SegmentId>(objects_.size()); }
+  std::size_t fiberOf(SegmentId id) const {
+    const auto after = std::upper_bound(fiber_begin_.begin(), fiber_begin_.end(), id);
+    return static_cast<std::size_t>(after - fiber_begin_.begin() - 1);
+  }
   SegmentId fiberEnd(std::size_t fiber) const {
     return fiber + 1 < fiber_begin_.size() ? fiber_begin_[fiber + 1] : nextId();
   }
   void renumber();
 
-  bool keep_links_;
+  Keep keep_;
   std::vector<Object*> objects_;
   PointerIndex<Object> index_;
   std::size_t size_ = 0;
@@ -104,13 +120,15 @@ class FiberRegistry {
   std::vector<SegmentId> fiber_begin_;
   std::vector<std::uint32_t> fiber_number_;  ///< as counted when they were registered
   std::uint32_t next_fiber_number_ = 0;
-  std::vector<bool> continues_declared_fiber_;  ///< by id; empty unless links are kept
+  std::vector<Kind> fiber_kind_;  ///< empty unless links are kept
+  std::vector<double> arc_end_;   ///< by id, see areNeighbors(); empty unless arcs are kept
+  bool has_closed_ = false;
 };
 
 template <typename S>
 std::optional<std::size_t> FiberRegistry<S>::add(const std::vector<Object*>& added,
-                                                 const std::vector<bool>& starts_fiber,
-                                                 bool declared) {
+                                                 const std::vector<bool>& starts_fiber, Kind kind,
+                                                 const std::vector<double>& lengths) {
   // What may throw comes first.
   const std::size_t first = objects_.size();
   const auto starts =
@@ -118,7 +136,8 @@ std::optional<std::size_t> FiberRegistry<S>::add(const std::vector<Object*>& add
   reserveFor(objects_, added.size());
   reserveFor(fiber_begin_, starts);
   reserveFor(fiber_number_, starts);
-  if (keep_links_) reserveFor(continues_declared_fiber_, added.size());
+  if (keep_ != Keep::kNothing) reserveFor(fiber_kind_, starts);
+  if (keep_ == Keep::kLinksAndArcs) reserveFor(arc_end_, added.size());
   index_.reserve(first + added.size());
 
   objects_.insert(objects_.end(), added.begin(), added.end());
@@ -132,9 +151,13 @@ std::optional<std::size_t> FiberRegistry<S>::add(const std::vector<Object*>& add
     if (starts_fiber[i]) {
       fiber_begin_.push_back(static_cast<SegmentId>(first + i));
       fiber_number_.push_back(next_fiber_number_++);
+      if (keep_ != Keep::kNothing) fiber_kind_.push_back(kind);
     }
-    if (keep_links_) continues_declared_fiber_.push_back(declared && !starts_fiber[i]);
+    if (keep_ == Keep::kLinksAndArcs) {
+      arc_end_.push_back((starts_fiber[i] ? 0 : arc_end_.back()) + lengths[i]);
+    }
   }
+  has_closed_ = has_closed_ || kind == Kind::kClosed;
   size_ += added.size();
   return std::nullopt;
 }
@@ -160,7 +183,9 @@ void FiberRegistry<S>::clear() {
   fiber_begin_.clear();
   fiber_number_.clear();
   next_fiber_number_ = 0;
-  continues_declared_fiber_.clear();
+  fiber_kind_.clear();
+  arc_end_.clear();
+  has_closed_ = false;
 }
 
 /// Drops fibers of which nothing is left. The numbers of the others stay as they are.
@@ -176,16 +201,18 @@ void FiberRegistry<S>::renumber() {
     }
     fiber_begin_[kept_fibers] = static_cast<SegmentId>(kept_ids);
     fiber_number_[kept_fibers] = fiber_number_[f];
+    if (keep_ != Keep::kNothing) fiber_kind_[kept_fibers] = fiber_kind_[f];
     ++kept_fibers;
     for (auto id = static_cast<std::size_t>(begin); id < static_cast<std::size_t>(end); ++id) {
-      if (keep_links_) continues_declared_fiber_[kept_ids] = continues_declared_fiber_[id];
+      if (keep_ == Keep::kLinksAndArcs) arc_end_[kept_ids] = arc_end_[id];
       objects_[kept_ids++] = objects_[id];
     }
   }
   objects_.resize(kept_ids);
   fiber_begin_.resize(kept_fibers);
   fiber_number_.resize(kept_fibers);
-  if (keep_links_) continues_declared_fiber_.resize(kept_ids);
+  if (keep_ != Keep::kNothing) fiber_kind_.resize(kept_fibers);
+  if (keep_ == Keep::kLinksAndArcs) arc_end_.resize(kept_ids);
 
   index_.forgetAll();
   for (std::size_t id = 0; id < kept_ids; ++id) {

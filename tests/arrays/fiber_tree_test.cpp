@@ -152,6 +152,42 @@ TYPED_TEST(ArrayTree, ReportsTheCapsulesThatTouch) {
   }
 }
 
+// Neighbours would be told by number where the rule is a length, or not across the seam.
+TYPED_TEST(ArrayTree, IgnoresNeighborsByArcLengthAndAcrossTheSeam) {
+  // Two squares of four sides of length 1, so thick that all touch all; the first is closed.
+  Assembly<TypeParam> squares;
+  for (const double z : {0.0, 0.5}) {
+    for (const auto& [x, y] : {std::pair<double, double>{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0, 0}}) {
+      for (const double coordinate : {x, y, z}) {
+        squares.points.push_back(static_cast<TypeParam>(coordinate));
+      }
+    }
+    squares.point_begin.push_back(squares.points.size() / 3);
+  }
+  squares.radii = {1};
+  squares.radii_are = FiberArrays<TypeParam>::Radii::kOne;
+  const bool closed[] = {true, false};
+  const std::size_t between = 16;
+  for (const auto& [neighbors, length, within] : {std::tuple<int, double, std::size_t>{0, 0, 12},
+                                                  {1, 0, 2 + 3},
+                                                  {0, 0.5, 2 + 3},
+                                                  {0, 1, 0 + 1},
+                                                  {1, 1, 0 + 1},
+                                                  {2, 0, 0 + 1},
+                                                  {3, 0, 0}}) {
+    FiberTreeOptions options;
+    options.ignored_neighbors = neighbors;
+    options.ignored_arc_length = length;
+    FiberTree tree(options);
+    FiberArrays<TypeParam> fibers = squares.view();
+    fibers.closed = closed;
+    tree.build(fibers);
+    EXPECT_EQ(pairsOf(tree).size(), between + within) << neighbors << ' ' << length;
+    tree.update(fibers);
+    EXPECT_EQ(pairsOf(tree).size(), between + within) << neighbors << ' ' << length;
+  }
+}
+
 // A tree that reports volumes would miss pairs that touch.
 TYPED_TEST(ArrayTree, VolumesOverlapWhereCapsulesTouch) {
   const auto fibers = curledFibers<TypeParam>(2);
@@ -315,6 +351,9 @@ TEST(ArrayTree, RefusesWhatItCannotAnswerFor) {
   EXPECT_THROW(FiberTree{options}, std::invalid_argument);
   options = {};
   options.ignored_neighbors = -1;
+  EXPECT_THROW(FiberTree{options}, std::invalid_argument);
+  options = {};
+  options.ignored_arc_length = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(FiberTree{options}, std::invalid_argument);
 
   FiberTree spheres(optionsOf(FiberTreeOptions::Volumes::kWrappedSpheres, {}, {}));

@@ -363,6 +363,9 @@ TYPED_TEST(BadInput, OptionsOutOfRangeAreRefused) {
     FiberManagerOptions options;
     options.margin = margin;
     EXPECT_TRUE(refuses([&] { TypeParam::make(options); }, {"margin"})) << margin;
+    options = {};
+    options.ignored_arc_length = margin;
+    EXPECT_TRUE(refuses([&] { TypeParam::make(options); }, {"ignored_arc_length"})) << margin;
   }
   for (const int neighbors : {-1, std::numeric_limits<int>::min()}) {
     FiberManagerOptions options;

@@ -22,6 +22,10 @@ namespace {
 using test::Random;
 
 using Registry = FiberRegistry<double>;
+
+Registry::Kind kindOf(bool declared) {
+  return declared ? Registry::Kind::kOpen : Registry::Kind::kGuessed;
+}
 using Object = Registry::Object;
 using Objects = std::vector<Object*>;
 
@@ -68,7 +72,7 @@ class Model {
 
   std::optional<std::size_t> add(const Objects& added, const std::vector<bool>& starts,
                                  bool declared) {
-    const auto duplicate = registry_.add(added, starts, declared);
+    const auto duplicate = registry_.add(added, starts, kindOf(declared));
     if (duplicate) return duplicate;
     int segment = 0;
     for (std::size_t i = 0; i < added.size(); ++i) {
@@ -168,7 +172,7 @@ class Model {
   }
 
   const Stock& stock_;
-  Registry registry_{/*keep_links=*/true};
+  Registry registry_{Registry::Keep::kLinks};
   std::map<Object*, Record> records_;
   int order_ = 0, fibers_ = 0;
 };
@@ -284,7 +288,7 @@ TEST(FiberRegistry, CanBeClearedAndFilledAgain) {
   Model model(stock);
   for (int round = 0; round < 3; ++round) {
     Registry& registry = model.registry();
-    ASSERT_FALSE(registry.add(stock.range(0, 50), oneFiber(50), true));
+    ASSERT_FALSE(registry.add(stock.range(0, 50), oneFiber(50), Registry::Kind::kOpen));
     EXPECT_EQ(registry.size(), 50u);
     for (std::size_t i = 0; i < 20; ++i) registry.remove(stock[i]);
     registry.clear();
@@ -297,14 +301,44 @@ TEST(FiberRegistry, CanBeClearedAndFilledAgain) {
   model.expectEqual();
 }
 
+TEST(FiberRegistry, ArcsAndClosedFibersSurviveRenumbering) {
+  // If this fails, a fiber that moved up in the order is measured along another one.
+  const Stock stock(400);
+  Registry registry(Registry::Keep::kLinksAndArcs);
+  const auto add = [&](std::size_t begin, std::size_t end, Registry::Kind kind, double length) {
+    ASSERT_FALSE(registry.add(stock.range(begin, end), oneFiber(end - begin), kind,
+                              std::vector<double>(end - begin, length)));
+  };
+  for (std::size_t i = 0; i < 300; ++i) add(i, i + 1, Registry::Kind::kOpen, 7);
+  add(300, 310, Registry::Kind::kClosed, 2);
+  add(310, 320, Registry::Kind::kOpen, 3);
+  const auto expectRules = [&] {
+    const SegmentId ring = registry.find(stock[300]), open = registry.find(stock[310]);
+    EXPECT_TRUE(registry.areNeighbors(ring, ring + 9, 1));
+    EXPECT_FALSE(registry.areNeighbors(ring, ring + 8, 1));
+    EXPECT_TRUE(registry.areNeighbors(ring + 9, ring + 1, 2));
+    EXPECT_FALSE(registry.areNeighbors(open, open + 9, 1));
+    EXPECT_FALSE(registry.areNeighbors(ring + 9, open, {5, 100})) << "the ends of two fibers";
+    // Two segments of length 2 lie between ring + 8 and ring + 1.
+    EXPECT_TRUE(registry.areNeighbors(ring + 8, ring + 1, {0, 4}));
+    EXPECT_FALSE(registry.areNeighbors(ring + 8, ring + 1, {0, 3.9}));
+    EXPECT_TRUE(registry.areNeighbors(open + 2, open + 5, {0, 6}));
+    EXPECT_FALSE(registry.areNeighbors(open + 2, open + 5, {0, 5.9}));
+  };
+  expectRules();
+  for (std::size_t i = 0; i < 300; ++i) registry.remove(stock[i]);
+  ASSERT_LT(registry.find(stock[300]), 300) << "the ids have not moved, so nothing was tried";
+  expectRules();
+}
+
 TEST(FiberRegistry, AddingOneByOneIsLinear) {
   // If this fails, each registration moves all objects that are there.
   const Stock stock(20000);
-  for (const bool keep_links : {false, true}) {
-    Registry registry(keep_links);
+  for (const auto keep : {Registry::Keep::kNothing, Registry::Keep::kLinks}) {
+    Registry registry(keep);
     std::set<std::size_t> sizes, capacities;
     for (std::size_t i = 0; i < stock.size(); ++i) {
-      ASSERT_FALSE(registry.add({stock[i]}, {true}, false));
+      ASSERT_FALSE(registry.add({stock[i]}, {true}, Registry::Kind::kGuessed));
       sizes.insert(registry.memoryUsage());
       capacities.insert(registry.objects().capacity());
     }
@@ -318,9 +352,9 @@ TEST(FiberRegistry, AddingOneByOneIsLinear) {
 TEST(FiberRegistry, EmptyIdsDoNotPileUp) {
   // If this fails, objects that come and go one by one make the manager grow for ever.
   const Stock stock(2000);
-  Registry registry(true);
+  Registry registry(Registry::Keep::kLinks);
   for (std::size_t i = 0; i < stock.size(); ++i) {
-    ASSERT_FALSE(registry.add({stock[i]}, {true}, i % 2 == 0));
+    ASSERT_FALSE(registry.add({stock[i]}, {true}, kindOf(i % 2 == 0)));
     if (i >= 10) registry.remove(stock[i - 10]);
     ASSERT_LE(registry.objects().size(), 2 * registry.size() + 130) << i;
   }
@@ -330,9 +364,9 @@ TEST(FiberRegistry, EmptyIdsDoNotPileUp) {
 TEST(FiberRegistry, RemovingOneByOneIsLinear) {
   // If this fails, each removal renumbers all objects. (A renumbering shows as fewer ids.)
   const Stock stock(20000);
-  Registry registry(false);
-  ASSERT_FALSE(
-      registry.add(stock.range(0, stock.size()), std::vector<bool>(stock.size(), true), false));
+  Registry registry(Registry::Keep::kNothing);
+  ASSERT_FALSE(registry.add(stock.range(0, stock.size()), std::vector<bool>(stock.size(), true),
+                            Registry::Kind::kGuessed));
   int renumberings = 0;
   std::size_t ids = registry.objects().size();
   for (std::size_t i = 0; i < stock.size(); ++i) {

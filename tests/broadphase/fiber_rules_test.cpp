@@ -48,6 +48,53 @@ template <typename Config>
 class Cascade : public testing::Test {};
 TYPED_TEST_SUITE(Cascade, WrappedManagers, ManagerNames);
 
+// A rope's ends that meet would be a contact; or segments be ignored by their number where the rule
+// is a length.
+TYPED_TEST(FiberRules, NeighborsByArcLengthAndAcrossTheSeam) {
+  using S = typename TypeParam::Scalar;
+  // A ring so thick that all touch all, its segments of lengths 1, 2, 1, 2, ...
+  constexpr int kSegments = 12;
+  std::vector<Eigen::Vector3d> points;
+  const double perimeter = 1.5 * kSegments, radius = perimeter / (2 * 3.141592653589793);
+  for (int i = 0; i <= kSegments; ++i) {
+    const double arc = i % kSegments == 0 ? 0 : 1.5 * i - (i % 2 == 1 ? 0.5 : 0);
+    const double angle = arc / radius;
+    points.push_back({radius * std::cos(angle), radius * std::sin(angle), 0});
+  }
+  Scene<S> scene;
+  const auto ring = scene.addFiber(points, 2 * radius);
+  for (const FiberEnds ends : {FiberEnds::kOpen, FiberEnds::kClosed}) {
+    for (const int neighbors : {0, 2}) {
+      for (const double length : {0.0, 2.5}) {
+        for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+          FiberManagerOptions options = ignoring(neighbors, report);
+          options.ignored_arc_length = length;
+          const auto manager = TypeParam::make(options);
+          manager->registerFiber(ring, ends);
+          std::size_t expected = 0;
+          for (int i = 0; i < kSegments; ++i) {
+            for (int j = i + 1; j < kSegments; ++j) {
+              // Chords are a little shorter than 1 and 2, so that two of them are below 2.5 once.
+              const auto near = [&](int from, int to) {
+                const int apart = to - from;
+                double between = 0;
+                for (int k = from + 1; k < to; ++k) between += k % 2 == 0 ? 1 : 2;
+                return apart <= neighbors || (length > 0 && between <= length);
+              };
+              const bool ignored =
+                  near(i, j) || (ends == FiberEnds::kClosed && near(j, i + kSegments));
+              expected += !ignored;
+            }
+          }
+          EXPECT_EQ(selfPairs(*manager).size(), expected)
+              << (ends == FiberEnds::kClosed ? "closed, " : "open, ") << describe(options)
+              << ", arc " << length;
+        }
+      }
+    }
+  }
+}
+
 // Neighbours along a fiber, which always touch, would drown real contacts; or real ones be ignored.
 TYPED_TEST(FiberRules, NeighborsAlongAFiberAreIgnoredAndNoOthers) {
   using S = typename TypeParam::Scalar;
