@@ -1,11 +1,24 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds Release and runs all tests. Needs git, a C++17 compiler and apt.
-# Arguments go to ctest:  tests/run.sh -R WrappedSphere
+#
+#   tests/run.sh [--full] [CTEST ARGUMENTS]
+#
+# --full   the long run: then also every step of tests/full.sh, which takes hours
+# Other arguments go to ctest:  tests/run.sh -R WrappedSphere
 set -euo pipefail
 cd "$(dirname "$0")/.."
+
+full=false
+if [[ ${1:-} == --full ]]; then
+  full=true
+  shift
+fi
 
 .ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev \
   libtbb-dev libboost-dev libgtest-dev libgmock-dev libbenchmark-dev
 cmake --preset release
 cmake --build --preset release
 ctest --preset release -j "$(nproc)" "$@"
+if $full; then
+  tests/full.sh
+fi
