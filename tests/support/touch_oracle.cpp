@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "support/touch_oracle.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+#include <boost/multiprecision/cpp_int.hpp>
+
+namespace fcl_fibers::test {
+namespace {
+
+using Integer = boost::multiprecision::cpp_int;
+constexpr double kEps = std::numeric_limits<double>::epsilon();
+
+template <typename T>
+using Vector = std::array<T, 3>;
+
+template <typename T>
+Vector<T> operator+(const Vector<T>& p, const Vector<T>& q) {
+  return {T(p[0] + q[0]), T(p[1] + q[1]), T(p[2] + q[2])};
+}
+template <typename T>
+Vector<T> operator-(const Vector<T>& p, const Vector<T>& q) {
+  return {T(p[0] - q[0]), T(p[1] - q[1]), T(p[2] - q[2])};
+}
+template <typename T>
+Vector<T> operator*(const T& s, const Vector<T>& p) {
+  return {T(s * p[0]), T(s * p[1]), T(s * p[2])};
+}
+template <typename T>
+T dot(const Vector<T>& p, const Vector<T>& q) {
+  return p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+}
+template <typename T>
+Vector<T> cross(const Vector<T>& p, const Vector<T>& q) {
+  return {T(p[1] * q[2] - p[2] * q[1]), T(p[2] * q[0] - p[0] * q[2]), T(p[0] * q[1] - p[1] * q[0])};
+}
+
+/// Two segments, from w to w + u and from 0 to v, and how near they have to be. All lengths are
+/// doubled, so that half a length needs no fraction.
+template <typename T>
+struct PairOf {
+  Vector<T> w, u, v;
+  T reach;
+};
+
+/// `number` turns a double into a T, `product` two doubles.
+template <typename T, class Number, class Product>
+PairOf<T> pairOf(const GivenCapsule& p, const GivenCapsule& q, double margin, Number number,
+                 Product product) {
+  const auto point = [&](const Vector<double>& v) -> Vector<T> {
+    return {number(v[0]), number(v[1]), number(v[2])};
+  };
+  const auto along = [&](const GivenCapsule& c) -> Vector<T> {
+    return {product(c.length, c.axis[0]), product(c.length, c.axis[1]),
+            product(c.length, c.axis[2])};
+  };
+  const T two(2);
+  const Vector<T> p_along = along(p), q_along = along(q);
+  // Differences first, so that a place far from the origin costs no precision.
+  return {two * (point(p.a) - point(q.a)) - p_along + q_along,
+          two * ((point(p.b) - point(p.a)) + p_along), two * ((point(q.b) - point(q.a)) + q_along),
+          two * (number(p.radius) + number(q.radius) + number(margin))};
+}
+
+// --- In integers ---
+
+/// The exponent of the last bit of a double that is not 0.
+int lastBit(double x) {
+  int exponent = 0;
+  const auto mantissa = static_cast<std::int64_t>(std::ldexp(std::frexp(x, &exponent), 53));
+  return exponent - 53 + __builtin_ctzll(static_cast<unsigned long long>(mantissa));
+}
+
+Integer inUnits(double x, int unit) {
+  int exponent = 0;
+  const auto mantissa = static_cast<std::int64_t>(std::ldexp(std::frexp(x, &exponent), 53));
+  const int shift = exponent - 53 - unit;
+  // A negative shift drops zeros only.
+  return shift >= 0 ? Integer(Integer(mantissa) << shift) : Integer(Integer(mantissa) >> -shift);
+}
+
+/// The largest power of two of which all lengths of both capsules are multiples.
+int commonUnit(const GivenCapsule& p, const GivenCapsule& q, double margin) {
+  int unit = std::numeric_limits<int>::max();
+  const auto see = [&unit](double x) {
+    if (x != 0) unit = std::min(unit, lastBit(x));
+  };
+  see(margin);
+  for (const GivenCapsule* c : {&p, &q}) {
+    see(c->radius);
+    for (std::size_t i = 0; i < 3; ++i) {
+      see(c->a[i]);
+      see(c->b[i]);
+      if (c->length != 0 && c->axis[i] != 0) {
+        unit = std::min(unit, lastBit(c->length) + lastBit(c->axis[i]));
+      }
+    }
+  }
+  return unit == std::numeric_limits<int>::max() ? 0 : unit;
+}
+
+/// Whether the point x and the segment from 0 to v are that near.
+bool pointWithin(const Vector<Integer>& x, const Vector<Integer>& v, const Integer& reach_squared) {
+  const Integer along = dot(x, v), length_squared = dot(v, v);
+  if (along <= 0) return dot(x, x) <= reach_squared;
+  if (along >= length_squared) {
+    const Vector<Integer> from_end = x - v;
+    return dot(from_end, from_end) <= reach_squared;
+  }
+  const Vector<Integer> normal = cross(x, v);
+  return dot(normal, normal) <= reach_squared * length_squared;
+}
+
+/// |w + s u - t v| is convex over the unit square, so its minimum is inside, where it is the
+/// distance of the lines, or on an edge, where one of the two is at an end.
+bool within(const PairOf<Integer>& pair) {
+  const auto& [w, u, v, reach] = pair;
+  if (reach < 0) return false;
+  const Integer reach_squared = reach * reach;
+  const Vector<Integer> zero{};
+  if (pointWithin(w, v, reach_squared) || pointWithin(w + u, v, reach_squared) ||
+      pointWithin(zero - w, u, reach_squared) || pointWithin(v - w, u, reach_squared)) {
+    return true;
+  }
+  const Vector<Integer> normal = cross(u, v);
+  const Integer determinant = dot(normal, normal);
+  if (determinant == 0) return false;
+  const Integer uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), uw = dot(u, w), vw = dot(v, w);
+  const Integer s = uv * vw - vv * uw, t = uu * vw - uv * uw;
+  if (s < 0 || s > determinant || t < 0 || t > determinant) return false;
+  const Integer height = dot(w, normal);
+  return height * height <= reach_squared * determinant;
+}
+
+// --- In double ---
+
+double clampToUnit(double t) { return t > 0 ? std::min(t, 1.0) : 0; }
+
+struct Bounds {
+  double low, high;  ///< of the distance of the segments
+};
+
+/// The distance of two points bounds it from above. The plane through one of them, across the line
+/// to the other, has all of the first segment beyond it by so much at least as the nearer end of
+/// each is: that bounds it from below. `size` is the sum of the 1-norms of w, u and v, each of
+/// which carries an error of 6 eps of it; so does what is computed of them.
+Bounds boundsAt(const PairOf<double>& pair, double s, double t, double size) {
+  const auto& [w, u, v, reach] = pair;
+  const Vector<double> r = w + s * u - t * v;
+  const double norm = std::sqrt(dot(r, r));
+  const double support = dot(r, w) + std::min(dot(r, u), 0.0) - std::max(dot(r, v), 0.0);
+  const double error = 32 * kEps * size;
+  return {support / norm - error, norm * (1 + 4 * kEps) + error};
+}
+
+Bounds distanceBounds(const PairOf<double>& pair, double size) {
+  const auto& [w, u, v, reach] = pair;
+  const double uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), uw = dot(u, w), vw = dot(v, w);
+  const auto at_first = [&](double s) {
+    return boundsAt(pair, s, clampToUnit((uv * s + vw) / vv), size);
+  };
+  const auto at_second = [&](double t) {
+    return boundsAt(pair, clampToUnit((uv * t - uw) / uu), t, size);
+  };
+  // The cross product keeps its precision for lines that are nearly parallel.
+  const Vector<double> normal = cross(u, v);
+  const Vector<double> from_w = cross(v, w);
+  const double s = clampToUnit(dot(from_w, normal) / dot(normal, normal));
+  Bounds bounds{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+  const double t = clampToUnit((uv * s + vw) / vv);
+  for (const Bounds& b :
+       {at_second(t), at_first(s), at_first(0), at_first(1), at_second(0), at_second(1)}) {
+    // NaN, as of a segment without length, loses every comparison.
+    if (b.low > bounds.low) bounds.low = b.low;
+    if (b.high < bounds.high) bounds.high = b.high;
+  }
+  return bounds;
+}
+
+double sizeOf(const PairOf<double>& pair) {
+  double size = 0;
+  for (const Vector<double>& vector : {pair.w, pair.u, pair.v}) {
+    for (const double x : vector) size += std::fabs(x);
+  }
+  return size;
+}
+
+PairOf<double> roundedPair(const GivenCapsule& p, const GivenCapsule& q, double margin,
+                           double scale) {
+  return pairOf<double>(
+      p, q, margin, [scale](double x) { return scale * x; },
+      [scale](double x, double y) { return scale * x * y; });
+}
+
+}  // namespace
+
+TouchOracle::TouchOracle(std::vector<GivenCapsule> capsules) : capsules_(std::move(capsules)) {
+  spheres_.reserve(capsules_.size());
+  for (const GivenCapsule& c : capsules_) {
+    Vector<double> middle{}, half{};
+    double largest = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      middle[i] = c.a[i] / 2 + c.b[i] / 2;
+      half[i] = (c.b[i] / 2 - c.a[i] / 2) + c.length / 2 * c.axis[i];
+      largest = std::max({largest, std::fabs(c.a[i]), std::fabs(c.b[i])});
+    }
+    const double half_length = std::hypot(half[0], half[1], half[2]);
+    const double radius = (half_length + c.radius) * (1 + 0x1p-40) + largest * 0x1p-50;
+    // What is so small has lost its bits: such capsules are never certainly apart.
+    constexpr double kLeast = 0x1p-1000;
+    spheres_.push_back({middle[0], middle[1], middle[2], radius + kLeast});
+  }
+}
+
+TouchOracle::Verdict TouchOracle::judge(const GivenCapsule& p, const GivenCapsule& q,
+                                        double margin) {
+  double scale = 1;
+  PairOf<double> pair = roundedPair(p, q, margin, scale);
+  double size = sizeOf(pair);
+  if (!(size > 0x1p-200 && size < 0x1p200) && size > 0) {
+    // Where products of four lengths overflow or vanish. The differences keep their precision.
+    scale = std::isfinite(size) ? std::ldexp(1.0, std::clamp(-std::ilogb(size), -1000, 1000))
+                                : 0x1p-1000;
+    pair = roundedPair(p, q, margin, scale);
+    size = sizeOf(pair);
+  }
+  const Bounds bounds = distanceBounds(pair, size);
+  const double excess = (bounds.high - pair.reach) / scale / 2, reach = pair.reach / scale / 2;
+  const bool in_range = size > 0x1p-200 && size < 0x1p200 && pair.reach < 0x1p400;
+  if (in_range && bounds.high <= pair.reach * (1 - 4 * kEps)) return {true, false, excess, reach};
+  if (in_range && bounds.low > pair.reach * (1 + 4 * kEps)) return {false, false, excess, reach};
+  return {touchExactly(p, q, margin), true, excess, reach};
+}
+
+bool TouchOracle::touchExactly(const GivenCapsule& p, const GivenCapsule& q, double margin) {
+  const int unit = commonUnit(p, q, margin);
+  return within(pairOf<Integer>(
+      p, q, margin, [unit](double x) { return inUnits(x, unit); },
+      [unit](double x, double y) -> Integer {
+        if (x == 0 || y == 0) return 0;
+        // Each in its own last bit, so that no bit is lost.
+        const int of_x = lastBit(x), of_y = lastBit(y);
+        return Integer(inUnits(x, of_x) * inUnits(y, of_y)) << (of_x + of_y - unit);
+      }));
+}
+
+}  // namespace fcl_fibers::test
