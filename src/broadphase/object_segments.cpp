@@ -111,7 +111,8 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& fram
       if (!(radius >= 0 && std::isfinite(radius))) return kBadRadius;
       if (!(length >= 0 && std::isfinite(length))) return kBadLength;
       const Vec3d center = frame.fromWorld(toVec3(pose.matrix().col(3)));
-      const Vec3d half = (frame.scale * (length / 2)) * toVec3(pose.matrix().col(2));
+      // The scale is halved and not the length, which may be subnormal and have an odd last bit.
+      const Vec3d half = (frame.scale / 2 * length) * toVec3(pose.matrix().col(2));
       segment = {center - half, center + half, frame.scale * radius};
       return rangeProblem(segment);
     }

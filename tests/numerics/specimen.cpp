@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "numerics/specimen.h"
+
+#include <algorithm>
+#include <iterator>
+#include <limits>
+#include <unordered_map>
+#include <utility>
+
+#include "support/exact_geometry.h"
+#include "support/managers_under_test.h"
+#include "support/pair_queries.h"
+#include "support/scene.h"
+
+namespace fcl_fibers::test {
+namespace {
+
+using Volumes = FiberTreeOptions::Volumes;
+
+Point toPoint(const std::array<double, 3>& p) { return Point(p[0], p[1], p[2]); }
+
+ExactCapsule exactCapsule(const GivenCapsule& c) {
+  const Point half = Real(c.length) / 2 * toPoint(c.axis);
+  return {toPoint(c.a) - half, toPoint(c.b) + half, c.radius};
+}
+
+/// Diagonal of the box around all capsules.
+Real extentOf(const TouchOracle& truth) {
+  if (truth.size() == 0) return 0;
+  ExactBox all = boxOf(exactCapsule(truth[0]));
+  for (std::size_t i = 1; i < truth.size(); ++i) {
+    const ExactBox box = boxOf(exactCapsule(truth[i]));
+    all = {all.min.cwiseMin(box.min), all.max.cwiseMax(box.max)};
+  }
+  return (all.max - all.min).norm();
+}
+
+/// Whether the report allows the pair.
+bool isPromised(const GivenCapsule& p, const GivenCapsule& q, const FiberTreeOptions& options,
+                Real extent) {
+  const ExactCapsule a = exactCapsule(p), b = exactCapsule(q);
+  if (options.report == Report::kCapsules) {
+    const Real lengths = (a.b - a.a).norm() + (b.b - b.a).norm();
+    const Real band = 256 * Real(std::numeric_limits<double>::epsilon()) * (extent + lengths);
+    constexpr Real kLeast = std::numeric_limits<double>::denorm_min();
+    const auto margin = static_cast<double>(options.margin + std::max(band, kLeast));
+    return TouchOracle::judge(p, q, margin).touching;
+  }
+  const Real gap = options.volumes == Volumes::kLayeredBoxes ? boxGap(boxOf(a), boxOf(b))
+                                                             : sphereGap(sphereOf(a), sphereOf(b));
+  // The last is what squares of float lose where a scene is subnormal as a whole.
+  return gap <= options.margin + 0x1p-19L * extent + 0x1p-1062L;
+}
+
+}  // namespace
+
+std::vector<FiberTreeOptions> allKinds(double margin) {
+  std::vector<FiberTreeOptions> kinds;
+  for (const Report report : {Report::kCapsules, Report::kVolumes}) {
+    for (const Volumes volumes : {Volumes::kLayeredBoxes, Volumes::kWrappedSpheres}) {
+      for (const Topology topology : {Topology::kBundle, Topology::kSuperThread}) {
+        FiberTreeOptions options;
+        options.report = report;
+        options.volumes = volumes;
+        options.topology = topology;
+        options.margin = margin;
+        kinds.push_back(options);
+      }
+    }
+  }
+  return kinds;
+}
+
+std::string describe(Form form, const FiberTreeOptions& options) {
+  return std::string(form == Form::kArrays ? "arrays, " : "objects, ") +
+         (options.volumes == Volumes::kLayeredBoxes ? "boxes, " : "spheres, ") +
+         (options.topology == Topology::kBundle ? "bundle, " : "super thread, ") +
+         (options.report == Report::kCapsules ? "capsules" : "volumes");
+}
+
+template <typename S>
+struct Specimen<S>::Objects {
+  Scene<S> scene;
+
+  explicit Objects(const Assembly<S>& fibers) {
+    for (std::size_t f = 0; f < fibers.fiberCount(); ++f) {
+      std::vector<Eigen::Vector3d> points;
+      for (std::size_t i = fibers.point_begin[f]; i < fibers.point_begin[f + 1]; ++i) {
+        const auto p = fibers.point(i);
+        points.emplace_back(p[0], p[1], p[2]);
+      }
+      const std::size_t first = scene.size();
+      scene.addFiber(points, 0);
+      for (std::size_t k = first; k < scene.size(); ++k) {
+        scene.capsule(k).radius = fibers.radii[fibers.point_begin[f] + (k - first)];
+      }
+    }
+  }
+
+  std::vector<GivenCapsule> capsules() {
+    std::vector<GivenCapsule> capsules;
+    for (std::size_t k = 0; k < scene.size(); ++k) {
+      const auto center = scene[k]->getTranslation();
+      const auto pose = scene[k]->getTransform();
+      GivenCapsule capsule;
+      for (int i = 0; i < 3; ++i) {
+        const auto axis = static_cast<std::size_t>(i);
+        capsule.a[axis] = capsule.b[axis] = static_cast<double>(center[i]);
+        capsule.axis[axis] = static_cast<double>(pose.linear()(i, 2));
+      }
+      capsule.radius = static_cast<double>(scene.capsule(k).radius);
+      capsule.length = static_cast<double>(scene.capsule(k).lz);
+      capsules.push_back(capsule);
+    }
+    return capsules;
+  }
+
+  std::vector<NumberPair> pairs(const FiberTreeOptions& options) const {
+    const std::unique_ptr<FiberCollisionManager<S>> manager =
+        options.volumes == Volumes::kLayeredBoxes
+            ? makeLayeredAabbTree<S>(options)
+            : std::unique_ptr<FiberCollisionManager<S>>(makeWrappedSphereTree<S>(options));
+    for (const auto& fiber : scene.fibers()) manager->registerFiber(fiber);
+    std::unordered_map<const void*, std::int32_t> numbers;
+    for (std::size_t k = 0; k < scene.size(); ++k) {
+      numbers.emplace(scene[k], static_cast<std::int32_t>(k));
+    }
+    std::vector<NumberPair> pairs;
+    for (const auto& [a, b] : selfPairs(*manager)) pairs.push_back({numbers.at(a), numbers.at(b)});
+    return pairs;
+  }
+};
+
+template <typename S>
+Specimen<S>::Specimen(const Assembly<S>& fibers, Form form)
+    : fibers_(fibers),
+      number_of_point_(fibers.radii.size(), -1),
+      objects_(form == Form::kObjects ? std::make_unique<Objects>(fibers) : nullptr),
+      truth_(objects_ ? objects_->capsules() : fibers.capsules()) {
+  std::int32_t number = 0;
+  fibers.visitCapsules([&](std::size_t, std::size_t i) { number_of_point_[i] = number++; });
+}
+
+template <typename S>
+Specimen<S>::~Specimen() = default;
+
+template <typename S>
+std::vector<NumberPair> Specimen<S>::pairs(const FiberTreeOptions& options) const {
+  if (objects_) return objects_->pairs(options);
+  FiberTree tree(options);
+  tree.build(fibers_.view());
+  std::vector<NumberPair> pairs;
+  tree.visitPairs([&](SegmentPair pair) {
+    pairs.push_back({number_of_point_[static_cast<std::size_t>(pair.a)],
+                     number_of_point_[static_cast<std::size_t>(pair.b)]});
+  });
+  return pairs;
+}
+
+template class Specimen<float>;
+template class Specimen<double>;
+
+std::vector<NumberPair> touchingPairs(const TouchOracle& truth, double margin) {
+  std::vector<NumberPair> touching;
+  truth.visitNearPairs(
+      margin, [&](std::size_t i, std::size_t j, const TouchOracle::Verdict& verdict) {
+        if (!verdict.touching) return;
+        touching.push_back({static_cast<std::int32_t>(i), static_cast<std::int32_t>(j)});
+      });
+  return touching;
+}
+
+Findings examine(const TouchOracle& truth, const std::vector<NumberPair>& touching,
+                 const FiberTreeOptions& options, std::vector<NumberPair> reported) {
+  Findings findings;
+  findings.reported = reported.size();
+  findings.touching = touching.size();
+  const auto complain = [&](const char* what, const NumberPair& pair) {
+    if (!findings.first_wrong.empty()) return;
+    findings.first_wrong =
+        std::string(what) + " (" + std::to_string(pair.a) + ", " + std::to_string(pair.b) + ")";
+  };
+
+  for (NumberPair& pair : reported) {
+    if (pair.a > pair.b) std::swap(pair.a, pair.b);
+  }
+  std::sort(reported.begin(), reported.end());
+  for (std::size_t i = 0; i < reported.size(); ++i) {
+    const bool again = i > 0 && reported[i - 1] == reported[i];
+    if (!again && reported[i].a != reported[i].b) continue;
+    ++findings.repeated;
+    complain("repeated", reported[i]);
+  }
+
+  std::vector<NumberPair> difference;
+  std::set_difference(touching.begin(), touching.end(), reported.begin(), reported.end(),
+                      std::back_inserter(difference));
+  findings.missed = difference.size();
+  if (!difference.empty()) complain("missed", difference.front());
+
+  difference.clear();
+  std::set_difference(reported.begin(), reported.end(), touching.begin(), touching.end(),
+                      std::back_inserter(difference));
+  const Real extent = difference.empty() ? Real(0) : extentOf(truth);
+  for (const NumberPair& pair : difference) {
+    if (isPromised(truth[static_cast<std::size_t>(pair.a)], truth[static_cast<std::size_t>(pair.b)],
+                   options, extent)) {
+      continue;
+    }
+    ++findings.unpromised;
+    complain("unpromised", pair);
+  }
+  return findings;
+}
+
+}  // namespace fcl_fibers::test

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fcl_fibers/fiber_tree.h>
+
+#include "support/assembly.h"
+#include "support/touch_oracle.h"
+
+namespace fcl_fibers::test {
+
+/// What a program hands over: arrays to a FiberTree, or FCL objects to a manager.
+enum class Form { kArrays, kObjects };
+
+/// Both kinds of volumes, both topologies and both reports.
+std::vector<FiberTreeOptions> allKinds(double margin = 0);
+std::string describe(Form form, const FiberTreeOptions& options);
+
+/// An assembly in one of its forms, to be asked for its pairs in many ways.
+template <typename S>
+class Specimen {
+ public:
+  Specimen(const Assembly<S>& fibers, Form form);
+  ~Specimen();
+
+  /// The capsules as the library is given them: those of objects have the rounding of their poses.
+  const TouchOracle& truth() const { return truth_; }
+
+  /// A newly built tree's self-collision, in the order of the report.
+  std::vector<NumberPair> pairs(const FiberTreeOptions& options) const;
+
+ private:
+  struct Objects;
+  const Assembly<S>& fibers_;
+  std::vector<std::int32_t> number_of_point_;
+  std::unique_ptr<Objects> objects_;  ///< none for arrays
+  TouchOracle truth_;
+};
+
+extern template class Specimen<float>;
+extern template class Specimen<double>;
+
+/// What a list of pairs is worth.
+struct Findings {
+  std::size_t reported = 0;
+  std::size_t touching = 0;    ///< of all pairs there are
+  std::size_t missed = 0;      ///< of those
+  std::size_t repeated = 0;    ///< or of a capsule with itself
+  std::size_t unpromised = 0;  ///< further apart than the report allows
+  std::string first_wrong;
+
+  /// Share of pairs reported that do not touch.
+  double falseRate() const {
+    return reported == 0 ? 0
+                         : static_cast<double>(reported - (touching - missed)) /
+                               static_cast<double>(reported);
+  }
+  bool isRight() const { return missed == 0 && repeated == 0 && unpromised == 0; }
+};
+
+/// All pairs that touch, in ascending order.
+std::vector<NumberPair> touchingPairs(const TouchOracle& truth, double margin = 0);
+
+/// @param touching  touchingPairs(truth, options.margin)
+///
+/// Report::kCapsules may report what is further apart than radii and margin by up to 256 eps of the
+/// scene's extent and the capsules' lengths; Report::kVolumes what has volumes up to 2^-19 of the
+/// extent or 2^-1062 apart.
+Findings examine(const TouchOracle& truth, const std::vector<NumberPair>& touching,
+                 const FiberTreeOptions& options, std::vector<NumberPair> reported);
+
+}  // namespace fcl_fibers::test
