@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <pthread.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include <fcl_fibers/fiber_tree.h>
+
+#include "support/assembly.h"
+
+namespace fcl_fibers::test {
+namespace {
+
+// A million segments, where a recursion over them would overflow the stack, a sort run on equal
+// keys never end, and the square of their number overflow.
+
+constexpr int kMany = 1'000'000;
+
+struct MillionCase {
+  FiberTreeOptions::Volumes volumes;
+  Topology topology;
+};
+
+/// Runs on a thread with 256 KiB of stack.
+void runOnSmallStack(std::function<void()> body) {
+  pthread_attr_t attributes;
+  ASSERT_EQ(pthread_attr_init(&attributes), 0);
+  ASSERT_EQ(pthread_attr_setstacksize(&attributes, 256 * 1024), 0);
+  pthread_t thread;
+  const auto run = [](void* function) -> void* {
+    (*static_cast<std::function<void()>*>(function))();
+    return nullptr;
+  };
+  ASSERT_EQ(pthread_create(&thread, &attributes, run, &body), 0);
+  ASSERT_EQ(pthread_join(thread, nullptr), 0);
+  pthread_attr_destroy(&attributes);
+}
+
+class Million : public testing::TestWithParam<MillionCase> {
+ protected:
+  /// At most as many pairs as a million, by first points, ascending; a pair that comes twice or out
+  /// of order fails.
+  static std::vector<NumberPair> pairsOf(const Assembly<float>& fibers, bool updated) {
+    FiberTreeOptions options;
+    options.volumes = GetParam().volumes;
+    options.topology = GetParam().topology;
+    options.report = Report::kCapsules;
+    std::vector<NumberPair> pairs;
+    runOnSmallStack([&] {
+      FiberTree tree(options);
+      tree.build(fibers.view());
+      if (updated) tree.update(fibers.view());
+      tree.visitPairs([&](SegmentPair pair) {
+        pairs.push_back({pair.a, pair.b});
+        return pairs.size() == kMany;
+      });
+    });
+    std::sort(pairs.begin(), pairs.end());
+    EXPECT_EQ(std::adjacent_find(pairs.begin(), pairs.end()), pairs.end());
+    for (const NumberPair& pair : pairs) {
+      if (pair.a >= pair.b) ADD_FAILURE() << pair.a << ", " << pair.b;
+    }
+    return pairs;
+  }
+};
+
+TEST_P(Million, IdenticalSegments) {
+  Assembly<float> fibers;
+  for (int i = 0; i < kMany; ++i) fibers.addCapsule({1, 2, 3}, {2, 4, 6}, 0);
+  EXPECT_EQ(pairsOf(fibers, true).size(), std::size_t{kMany});
+}
+
+TEST_P(Million, NestedSegments) {
+  Assembly<float> fibers;
+  for (int i = 0; i < kMany; ++i) fibers.addCapsule({-1.0 - i, 0, 0}, {1.0 + i, 0, 0}, 0);
+  EXPECT_EQ(pairsOf(fibers, false).size(), std::size_t{kMany});
+}
+
+/// Each capsule touches the next and no other.
+std::vector<NumberPair> chain(int points_per_capsule) {
+  std::vector<NumberPair> pairs;
+  for (int i = 0; i + 1 < kMany; ++i) {
+    pairs.push_back({points_per_capsule * i, points_per_capsule * (i + 1)});
+  }
+  return pairs;
+}
+
+TEST_P(Million, CollinearFibersOfOneSegment) {
+  Assembly<float> fibers;
+  for (int i = 0; i < kMany; ++i) fibers.addCapsule({0, 1.0 * i, 0}, {0, 1.0 + i, 0}, 0);
+  EXPECT_EQ(pairsOf(fibers, false), chain(2));
+}
+
+TEST_P(Million, OneFiberThroughAllOfACube) {
+  Assembly<float> fibers;
+  constexpr int kSide = 100;
+  // To and fro along x, then a step along y, to and fro, then a step along z.
+  for (int i = 0; i <= kMany; ++i) {
+    const int row = i / kSide, layer = row / kSide;
+    const int x = row % 2 == 0 ? i % kSide : kSide - 1 - i % kSide;
+    const int y = layer % 2 == 0 ? row % kSide : kSide - 1 - row % kSide;
+    fibers.addPoint({double(x), double(y), double(layer)}, 0.25);
+  }
+  fibers.endFiber();
+  EXPECT_EQ(pairsOf(fibers, true), chain(1));
+}
+
+using Volumes = FiberTreeOptions::Volumes;
+std::string caseName(const testing::TestParamInfo<MillionCase>& info) {
+  return std::string(info.param.volumes == Volumes::kLayeredBoxes ? "Boxes" : "Spheres") +
+         (info.param.topology == Topology::kBundle ? "Bundle" : "SuperThread");
+}
+INSTANTIATE_TEST_SUITE_P(Quick, Million,
+                         testing::Values(MillionCase{Volumes::kLayeredBoxes, Topology::kBundle}),
+                         caseName);
+// Left to the long run: the others differ in what they bound the same nodes with.
+INSTANTIATE_TEST_SUITE_P(
+    DISABLED_Long, Million,
+    testing::Values(MillionCase{Volumes::kLayeredBoxes, Topology::kSuperThread},
+                    MillionCase{Volumes::kWrappedSpheres, Topology::kBundle},
+                    MillionCase{Volumes::kWrappedSpheres, Topology::kSuperThread}),
+    caseName);
+
+}  // namespace
+}  // namespace fcl_fibers::test
