@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "geometry/box.h"
 #include "geometry/segment.h"
@@ -24,16 +26,20 @@ struct Frame {
 /// median, so that bounds are tightest where most segments are, whatever lies far out.
 Frame frameFor(Segment* samples, std::size_t count);
 
-/// Takes segments and volumes of one frame into another, rounding outward.
+/// Takes segments and volumes of one frame into another, rounding outward. Between frames of sizes
+/// or places so different that coordinates overflow, volumes become unbounded.
 class FrameChange {
  public:
   /// Volumes grow by `growth`, a length in the frame `to`; negative shrinks them.
   FrameChange(const Frame& from, const Frame& to, double growth = 0)
-      : scale_(to.scale / from.scale), shift_(to.fromWorld(from.origin)), growth_(growth) {}
+      : scale_(std::min(to.scale / from.scale, std::numeric_limits<double>::max())),
+        shift_(to.fromWorld(from.origin)),
+        growth_(growth) {}
 
-  /// Lengths of `to` per length of `from`.
+  /// Lengths of `to` per length of `from`; finite.
   double scale() const { return scale_; }
 
+  /// Not finite where coordinates overflow.
   Segment operator()(const Segment& s) const {
     return {scale_ * s.a + shift_, scale_ * s.b + shift_, scale_ * s.radius};
   }
@@ -50,8 +56,11 @@ class FrameChange {
     for (int axis = 0; axis < 3; ++axis) {
       // The roundings above, as lengths: float's outward step covers those relative to the result.
       const double padding = growth_ + 4 * kEps * std::fabs(shift[axis]);
-      result.low[axis] = roundedDown(scale_ * double{box.low[axis]} + shift[axis] - padding);
-      result.high[axis] = roundedUp(scale_ * double{box.high[axis]} + shift[axis] + padding);
+      const double low = scale_ * double{box.low[axis]} + shift[axis] - padding;
+      const double high = scale_ * double{box.high[axis]} + shift[axis] + padding;
+      // NaN is what an infinite shift leaves.
+      result.low[axis] = std::isnan(low) ? -kInfinity : roundedDown(low);
+      result.high[axis] = std::isnan(high) ? kInfinity : roundedUp(high);
     }
     return result;
   }
@@ -59,6 +68,7 @@ class FrameChange {
   Sphere operator()(const Sphere& sphere) const {
     const Vec3d center{sphere.center[0], sphere.center[1], sphere.center[2]};
     const Vec3d moved = scale_ * center + shift_;
+    if (!std::isfinite(maxNorm(moved) + maxNorm(shift_))) return {{0, 0, 0}, kInfinity};
     const double padding = growth_ + 16 * kEps * (maxNorm(shift_) + maxNorm(moved));
     const double radius = scale_ * double{sphere.radius} + padding;
     return Sphere::around(Ball{moved, radius > 0 ? radius : 0});
@@ -66,6 +76,7 @@ class FrameChange {
 
  private:
   static constexpr double kEps = std::numeric_limits<double>::epsilon();
+  static constexpr float kInfinity = std::numeric_limits<float>::infinity();
   double scale_;
   Vec3d shift_;
   double growth_;

@@ -126,6 +126,7 @@ bool axesWithin(const Segment& p, const Segment& q, double reach) {
   const double m = sizeOf(p, q);
   if (isWellScaled(m)) return wellScaledAxesWithin(p, q, m, reach);
   if (m == 0) return true;  // two points in one place
+  if (!std::isfinite(m)) return true;
   const double scale = scaleFor(p, q, m);
   // A reach far beyond the pair's size must not overflow either.
   return axesWithin(scaled(p, scale), scaled(q, scale), std::min(scale * reach, 0x1p200));

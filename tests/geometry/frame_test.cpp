@@ -200,6 +200,25 @@ TEST(FrameChange, UnboundedVolumesStayUnbounded) {
   EXPECT_EQ(change(Sphere{{1, 1, 1}, kInfinity}).radius, kInfinity);
 }
 
+TEST(FrameChange, VolumesOutOfRangeBecomeUnbounded) {
+  // If this fails, infinity minus infinity takes a far larger scene for apart from a tiny one.
+  const Frame tiny{{0, 0, 0}, 0x1p1000}, huge{{0x1p1000, -0x1p1000, 1}, 0x1p-900};
+  const FrameChange to_tiny(huge, tiny), to_huge(tiny, huge);
+  EXPECT_TRUE(std::isfinite(to_tiny.scale()));
+  const Box box = to_tiny(Box{{-0x1p100f, 0, -1}, {0x1p100f, 0x1p100f, 1}});
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_EQ(box.low[axis], -kInfinity) << axis;
+    EXPECT_EQ(box.high[axis], kInfinity) << axis;
+  }
+  const Sphere sphere = to_tiny(Sphere{{-0x1p100f, 0x1p100f, 0}, 1});
+  EXPECT_EQ(sphere.radius, kInfinity);
+  EXPECT_TRUE(std::isfinite(sphere.center[0]));
+  const Box point = to_huge(Box{{1, 1, 1}, {1, 1, 1}});
+  EXPECT_LE(point.low[0], -0x1p100f);
+  EXPECT_GE(point.high[0], -0x1p100f);
+  EXPECT_LT(point.high[0], -0x1p99f);
+}
+
 TEST(SameFrame, ChangesNothing) {
   // If this fails, a self-query is one between two frames.
   const Box box{{1, 2, 3}, {4, 5, 6}};

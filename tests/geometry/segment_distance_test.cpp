@@ -332,5 +332,19 @@ TEST(SegmentDistance, OnePartIn1e12DecidesAtEveryAngle) {
   }
 }
 
+TEST(AxesWithin, WhatIsNotFiniteIsNotRuledOut) {
+  // If this fails, coordinates that overflow in another scene's frame are taken for apart, or
+  // scaled without end.
+  const double infinity = std::numeric_limits<double>::infinity();
+  const Segment p{{0, 0, 0}, {1, 0, 0}, 0};
+  for (const double bad : {infinity, -infinity, std::nan("")}) {
+    for (const Segment& q :
+         {Segment{{bad, 0, 0}, {bad, 1, 0}, 0}, Segment{{0, 5, bad}, {0, 6, 0}, 0}}) {
+      EXPECT_TRUE(axesWithin(p, q, 1));
+      EXPECT_TRUE(axesWithin(q, p, 1));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace fcl_fibers::geometry
