@@ -34,14 +34,13 @@ extern template void differ<float>(RandomKind, std::size_t, std::uint64_t, Form,
 extern template void differ<double>(RandomKind, std::size_t, std::uint64_t, Form, const HairFiles&,
                                     Tally&);
 
-/// Scenes of all kinds in turn, float and double, arrays and objects, from consecutive seeds, until
-/// that many pairs have been decided.
-template <class AfterScene>
-Tally differUntil(std::uint64_t decisions, std::size_t capsules, std::uint64_t seed,
-                  const HairFiles& hair, AfterScene&& after_scene) {
+/// Scenes of all kinds in turn, float and double, arrays and objects, from consecutive seeds, as
+/// long as goOn(tally) holds.
+template <class GoOn>
+Tally differWhile(GoOn&& goOn, std::size_t capsules, std::uint64_t seed, const HairFiles& hair) {
   Tally tally;
   constexpr std::size_t kKinds = sizeof(kRandomKinds) / sizeof(*kRandomKinds);
-  for (; tally.decisions < decisions; ++seed) {
+  for (; goOn(tally); ++seed) {
     const RandomKind kind = kRandomKinds[seed % kKinds];
     const Form form = seed / kKinds % 4 < 2 ? Form::kArrays : Form::kObjects;
     if (seed / kKinds % 2 == 0) {
@@ -49,7 +48,6 @@ Tally differUntil(std::uint64_t decisions, std::size_t capsules, std::uint64_t s
     } else {
       differ<double>(kind, capsules, seed, form, hair, tally);
     }
-    after_scene(tally);
   }
   return tally;
 }

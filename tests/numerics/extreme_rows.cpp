@@ -58,13 +58,13 @@ Assembly<S> soup(int count, double length, double radius, double side, std::uint
 /// A walk over points with whole coordinates, in units of `unit`; radii are whole as well. Contact
 /// is often exact, and segments coincide.
 template <typename S>
-Assembly<S> lattice(double unit, std::uint64_t seed) {
+Assembly<S> lattice(double unit, std::uint64_t seed, const Point& origin = {0, 0, 0}) {
   Random random(seed);
   Assembly<S> fibers;
   for (int f = 0; f < 12; ++f) {
     Point p = {0, 0, 0};
     for (int i = 0; i <= 12; ++i) {
-      fibers.addPoint(unit * p, unit * static_cast<double>(random.below(3)));
+      fibers.addPoint(origin + unit * p, unit * static_cast<double>(random.below(3)));
       for (double& x : p) x += 4 * (static_cast<double>(random.below(5)) - 2);
     }
     fibers.endFiber();
@@ -229,80 +229,93 @@ std::vector<ExtremeRow<S>> extremeRows() {
   constexpr double kMost = static_cast<double>(std::numeric_limits<S>::max());
   constexpr double kHair = 1e-5;
   std::vector<ExtremeRow<S>> rows;
-  const auto add = [&](std::string name, Assembly<S> fibers, double margin = 0) {
-    rows.push_back({std::move(name), std::move(fibers), margin, false});
+  const auto add = [&](std::string name, std::string what, Assembly<S> fibers, double margin = 0) {
+    rows.push_back({std::move(name), std::move(what), std::move(fibers), margin, false});
   };
 
-  for (const int exponent : {0, 3, 6, 9, 12, 15}) {
-    const double far = exponent == 0 ? 0 : std::pow(10.0, exponent);
-    add("Offset" + (exponent == 0 ? std::string("None") : "1e" + std::to_string(exponent)),
-        lock<S>({far, -far, far / 2}, 1, kHair, 1));
+  add("OffsetNone", "a lock of hair of radius 1e-5 about the origin",
+      lock<S>({0, 0, 0}, 1, kHair, 1));
+  for (const int exponent : {3, 6, 9, 12, 15}) {
+    const double far = std::pow(10.0, exponent);
+    const std::string name = "1e" + std::to_string(exponent);
+    const Point origin = {far, -far, far / 2};
+    Assembly<S> fibers = lock<S>(origin, 1, kHair, 1);
+    // What the lock has collapsed to beside hair of a size that S still resolves there.
+    const double ulp = static_cast<double>(neighbor(static_cast<S>(far), 1)) - far;
+    for (const auto& capsule : lattice<S>(std::max(kHair, 4 * ulp), 20, origin).capsules()) {
+      fibers.addCapsule(capsule.a, capsule.b, kHair);
+    }
+    add("Offset" + name, name + " from the origin, beside hair of a size that is resolved there",
+        fibers);
   }
-  for (const int part : {-3, -2, -1, 1, 2, 3}) {
-    const int exponent = part * (kDouble ? 50 : 10);
-    const std::string sign = part < 0 ? "Down" : "Up";
-    add("Scale" + sign + std::to_string(std::abs(part)) + "Thirds",
-        lock<S>({0, 0, 0}, std::pow(10.0, exponent), 1e-2, 2));
+  for (const int third : {-3, -2, -1, 1, 2, 3}) {
+    const std::string single = std::to_string(10 * third), both = std::to_string(50 * third);
+    add(std::string("Scale") + (third < 0 ? "Minus" : "Plus") + std::to_string(std::abs(third)),
+        "all lengths times 1e" + single + " in float, 1e" + both + " in double",
+        lock<S>({0, 0, 0}, std::pow(10.0, third * (kDouble ? 50 : 10)), 1e-2, 2));
   }
 
   Assembly<S> points = soup<S>(200, 0, 0.05, 1, 3);
   for (const auto& capsule : soup<S>(100, 0.3, 0.05, 1, 4).capsules()) {
     points.addCapsule(capsule.a, capsule.b, capsule.radius);
   }
-  add("ZeroLength", points);
+  add("ZeroLength", "segments of length zero among others", points);
   std::fill(points.radii.begin(), points.radii.end(), S(0));
-  for (int i = 0; i < 100; ++i) {  // Points on points, and at ends of segments.
+  for (int i = 0; i < 100; ++i) {
     points.addBall(points.point(static_cast<std::size_t>(2 * i)), 0);
     points.addBall(points.point(static_cast<std::size_t>(401 + 2 * i)), 0);
   }
-  add("ZeroLengthAndRadius", points);
-  add("ZeroRadius", lattice<S>(1, 5));
+  add("ZeroLengthAndRadius", "points on points and at ends of segments, nothing thick", points);
+  add("ZeroRadius", "segments without thickness, of whole coordinates", lattice<S>(1, 5));
   std::fill(rows.back().fibers.radii.begin(), rows.back().fibers.radii.end(), S(0));
-  add("RadiusFarLarger", soup<S>(300, 1e-12, 1, 10, 6));
-  // So thin that only those touch that share an end or cross exactly.
-  add("RadiusFarSmaller", lattice<S>(1, 8));
+  add("RadiusFarLarger", "radius 1e12 times the length", soup<S>(300, 1e-12, 1, 10, 6));
+  add("RadiusFarSmaller", "radius 1e-12 of the length", lattice<S>(1, 8));
   std::fill(rows.back().fibers.radii.begin(), rows.back().fibers.radii.end(), S(1e-12));
-  {
-    Assembly<S> mixed = soup<S>(150, 1e-12, 1e-13, 1e-11, 9);
-    for (const auto& capsule : soup<S>(50, 1, 0.01, 1, 10).capsules()) {
-      mixed.addCapsule(capsule.a, capsule.b, capsule.radius);
-    }
-    add("SizesFarApart", mixed);
+  Assembly<S> mixed = soup<S>(150, 1e-12, 1e-13, 1e-11, 9);
+  for (const auto& capsule : soup<S>(50, 1, 0.01, 1, 10).capsules()) {
+    mixed.addCapsule(capsule.a, capsule.b, capsule.radius);
   }
+  add("SizesFarApart", "segments 1e-12 as long as others", mixed);
 
   for (const bool flush : {false, true}) {
-    add(std::string("Subnormal") + (flush ? "FlushedToZero" : ""), lattice<S>(kLeast, 11));
-    rows.back().flush_to_zero = flush;
-    // Subnormal numbers beside others.
+    const std::string name = flush ? "FlushedToZero" : "";
+    const std::string what = flush ? ", subnormals flushed to zero" : "";
     Assembly<S> beside = lattice<S>(kLeast, 12);
     for (const auto& capsule : soup<S>(50, 1, 0.1, 1, 13).capsules()) {
       beside.addCapsule(capsule.a, capsule.b, capsule.radius);
     }
-    add(std::string("SubnormalBesideNormal") + (flush ? "FlushedToZero" : ""), beside);
+    add("Subnormal" + name, "all numbers subnormal" + what, lattice<S>(kLeast, 11));
     rows.back().flush_to_zero = flush;
-    add(std::string("NormalLock") + (flush ? "FlushedToZero" : ""), lock<S>({0, 0, 0}, 1, 1e-2, 2));
+    add("SubnormalBesideNormal" + name, "subnormal capsules beside normal ones" + what, beside);
     rows.back().flush_to_zero = flush;
   }
-  add("NearOverflow", soup<S>(300, kMost / 64, kMost / 128, kMost / 16, 14));
-  add("MarginNearOverflow", lattice<S>(1, 15), std::numeric_limits<double>::max() / 2);
-  add("Margin", lattice<S>(1, 15), 1);
+  add("NormalFlushedToZero", "a lock of hair, subnormals flushed to zero",
+      lock<S>({0, 0, 0}, 1, 1e-2, 2));
+  rows.back().flush_to_zero = true;
+  add("NearOverflow", "coordinates up to 1/25 of the largest number",
+      soup<S>(300, kMost / 64, kMost / 128, kMost / 16, 14));
+  add("MarginNearOverflow", "a margin of half the largest double", lattice<S>(1, 15),
+      std::numeric_limits<double>::max() / 2);
+  add("Margin", "a margin of 1 between whole coordinates", lattice<S>(1, 15), 1);
 
-  add("Contact", contact<S>(0));
-  add("ContactLess1Ulp", contact<S>(-1));
-  add("ContactPlus1Ulp", contact<S>(1));
-  add("ContactOnLattice", lattice<S>(1, 16));
-  add("Crossings", crossings<S>());
-  add("Parallel", alongOneDirection<S>({3, -2, 1}, 1, 1, 0.5, 17));
-  add("AntiParallel", alongOneDirection<S>({3, -2, 1}, -1, 1, 0.5, 18));
-  add("Collinear", alongOneDirection<S>({3, -2, 1}, -1, 0, 0, 19));
-  add("Identical", identical<S>());
-  add("Nested", nested<S>());
-  add("BallsCospherical", cosphericalBalls<S>());
-  add("BallsCoplanar", coplanarBalls<S>());
-  add("BallsCollinear", collinearBalls<S>());
-  add("BallsCoincident", coincidentBalls<S>(false));
-  add("BallsNested", coincidentBalls<S>(true));
-  add("BallsInternallyTangent", internallyTangentBalls<S>());
+  add("Contact", "distance exactly that of contact", contact<S>(0));
+  add("ContactLess1Ulp", "one ulp less", contact<S>(-1));
+  add("ContactPlus1Ulp", "one ulp more", contact<S>(1));
+  add("ContactOnLattice", "whole coordinates and radii", lattice<S>(1, 16));
+  add("Crossings", "crossing at angles of 1 to 1e-12, and above each other", crossings<S>());
+  add("Parallel", "parallel to the last bit", alongOneDirection<S>({3, -2, 1}, 1, 1, 0.5, 17));
+  add("AntiParallel", "parallel and anti-parallel",
+      alongOneDirection<S>({3, -2, 1}, -1, 1, 0.5, 18));
+  add("Collinear", "on one line, without thickness",
+      alongOneDirection<S>({3, -2, 1}, -1, 0, 0, 19));
+  add("Identical", "identical but for their sense and radius", identical<S>());
+  add("Nested", "each within the next, on one line", nested<S>());
+  add("BallsCospherical", "centres on one sphere", cosphericalBalls<S>());
+  add("BallsCoplanar", "centres in one plane", coplanarBalls<S>());
+  add("BallsCollinear", "centres on one line", collinearBalls<S>());
+  add("BallsCoincident", "one ball many times", coincidentBalls<S>(false));
+  add("BallsNested", "one centre, each ball half as large as the last", coincidentBalls<S>(true));
+  add("BallsInternallyTangent", "tangent to a large ball from inside", internallyTangentBalls<S>());
   return rows;
 }
 

@@ -11,7 +11,8 @@ namespace fcl_fibers::test {
 /// A row of docs/numerics.md: fibers at one of the extremes.
 template <typename S>
 struct ExtremeRow {
-  std::string name;
+  std::string name;  ///< of the test as well
+  std::string what;
   Assembly<S> fibers;
   double margin = 0;
   bool flush_to_zero = false;  ///< subnormals are flushed and taken for zero while it is answered

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The long runs behind docs/numerics.md, and its tables.
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "numerics/differential.h"
+#include "numerics/extreme_rows.h"
+#include "numerics/specimen.h"
+
+namespace fcl_fibers::test {
+namespace {
+
+using Volumes = FiberTreeOptions::Volumes;
+
+std::string percent(double share) {
+  char text[32];
+  std::snprintf(text, sizeof text, share > 0 && share < 0.0005 ? "%.2g" : "%.1f", 100 * share);
+  return text;
+}
+
+/// One row's columns: touching, then pairs and the share of them that do not touch, for capsules,
+/// boxes and spheres.
+template <typename S>
+std::vector<std::string> columns(const ExtremeRow<S>& row, bool& right) {
+  const Specimen<S> specimen(row.fibers, Form::kArrays);
+  const std::vector<NumberPair> touching = touchingPairs(specimen.truth(), row.margin);
+  std::vector<std::string> columns = {std::to_string(specimen.truth().size()),
+                                      std::to_string(touching.size())};
+  for (const FiberTreeOptions& options : allKinds(row.margin)) {
+    // What nodes hold leaves the pairs as they are.
+    if (options.topology != Topology::kBundle) continue;
+    if (options.report == Report::kCapsules && options.volumes != Volumes::kLayeredBoxes) continue;
+    std::vector<NumberPair> pairs;
+    {
+      const ScopedFlushToZero flush(row.flush_to_zero);
+      pairs = specimen.pairs(options);
+    }
+    const Findings findings = examine(specimen.truth(), touching, options, pairs);
+    right = right && findings.missed == 0;
+    columns.push_back(percent(findings.falseRate()));
+  }
+  return columns;
+}
+
+int printRows() {
+  std::cout
+      << "| row | | segments | touching | capsules: false % | boxes: false % | spheres: false "
+         "% |\n|---|---|--:|--:|--:|--:|--:|\n";
+  const auto singles = extremeRows<float>();
+  const auto doubles = extremeRows<double>();
+  bool right = true;
+  for (std::size_t i = 0; i < doubles.size(); ++i) {
+    const auto single = columns(singles[i], right), both = columns(doubles[i], right);
+    std::cout << "| " << doubles[i].name << " | " << doubles[i].what << " |";
+    for (std::size_t k = 0; k < both.size(); ++k) {
+      std::cout << ' ' << single[k];
+      if (single[k] != both[k]) std::cout << " / " << both[k];
+      std::cout << " |";
+    }
+    std::cout << '\n';
+  }
+  if (!right) std::cerr << "touching pairs were missed\n";
+  return right ? EXIT_SUCCESS : EXIT_FAILURE;
+}
+
+int runDifferential(double decisions, std::size_t capsules, std::uint64_t seed) {
+  const HairFiles hair;
+  if (hair.empty()) std::cerr << "no hair; FCL_FIBERS_DATA names the folder of .tfx files\n";
+  const auto wanted = static_cast<std::uint64_t>(decisions);
+  std::uint64_t told = 0;
+  const auto goOn = [&](const Tally& so_far) {
+    if (so_far.decisions - told >= 500'000'000) {
+      told = so_far.decisions;
+      std::cerr << told << " pairs, " << so_far.wrong << " wrong\n";
+    }
+    return so_far.decisions < wanted || so_far.within_radius < wanted / 1000 ||
+           so_far.at_contact < wanted / 100'000;
+  };
+  const Tally tally = differWhile(goOn, capsules, seed, hair);
+  std::cout << "scenes                               " << tally.scenes
+            << "\npairs decided by brute force         " << tally.decisions
+            << "\n  touching                           " << tally.touching
+            << "\n  within one radius of contact       " << tally.within_radius
+            << "\n  within 1e-12 of contact            " << tally.at_contact
+            << "\n  decided in integers                " << tally.exact
+            << "\nreported by eight kinds of trees     " << tally.reported
+            << "\nmissed, repeated or unpromised       " << tally.wrong << '\n';
+  if (tally.wrong == 0) return EXIT_SUCCESS;
+  std::cerr << tally.first_wrong << '\n';
+  return EXIT_FAILURE;
+}
+
+}  // namespace
+}  // namespace fcl_fibers::test
+
+int main(int argc, char** argv) {
+  namespace test = fcl_fibers::test;
+  CLI::App app("Numbers at the extremes: tables and long runs.");
+  app.require_subcommand(1);
+
+  CLI::App* rows = app.add_subcommand("rows", "The table of docs/numerics.md, as measured");
+
+  double decisions = 1e10;
+  std::size_t capsules = 1500;
+  std::uint64_t seed = 1;
+  CLI::App* differential =
+      app.add_subcommand("differential", "Random scenes against exact brute force");
+  differential
+      ->add_option("--decisions", decisions,
+                   "pairs to decide, a thousandth of them within one radius of\n"
+                   "contact, a hundred-thousandth within 1e-12")
+      ->capture_default_str();
+  differential->add_option("--capsules", capsules, "of a scene, about")->capture_default_str();
+  differential->add_option("--seed", seed, "of the first scene")->capture_default_str();
+
+  CLI11_PARSE(app, argc, argv);
+  try {
+    return *rows ? test::printRows() : test::runDifferential(decisions, capsules, seed);
+  } catch (const std::exception& error) {
+    std::cerr << error.what() << '\n';
+    return EXIT_FAILURE;
+  }
+}
