@@ -2,6 +2,7 @@
 #include <fcl_fibers/fiber_tree.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -15,7 +16,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "support/exact_geometry.h"
+#include "support/touch_oracle.h"
 
 namespace fcl_fibers {
 namespace {
@@ -34,10 +35,10 @@ struct Assembly {
     return {points.data(),          points.size() / 3, point_begin.data(),
             point_begin.size() - 1, radii.data(),      radii_are};
   }
-  test::Point point(std::size_t i) const {
+  std::array<double, 3> point(std::size_t i) const {
     return {points[3 * i], points[3 * i + 1], points[3 * i + 2]};
   }
-  test::Real radius(std::size_t i) const {
+  double radius(std::size_t i) const {
     using Radii = typename FiberArrays<S>::Radii;
     const auto fiber = std::upper_bound(point_begin.begin(), point_begin.end(), i) - 1;
     return radii[radii_are == Radii::kOne ? 0
@@ -72,8 +73,7 @@ Assembly<S> curledFibers(unsigned seed, int fibers = 30) {
   return assembly;
 }
 
-/// Touching pairs, those of neighbours up to `ignored` apart left out. What is within 1e-12 of
-/// touching, where rounding may decide, must not be there.
+/// Touching pairs, those of neighbours up to `ignored` apart left out.
 template <typename S>
 Pairs touchingPairs(const Assembly<S>& a, const Assembly<S>& b, int ignored, double margin) {
   const bool same = &a == &b;
@@ -83,11 +83,10 @@ Pairs touchingPairs(const Assembly<S>& a, const Assembly<S>& b, int ignored, dou
       if (!a.startsCapsule(i) || !b.startsCapsule(j)) continue;
       const auto last = std::upper_bound(a.point_begin.begin(), a.point_begin.end(), i);
       if (same && j < *last && j - i <= static_cast<std::size_t>(ignored)) continue;
-      const test::Real gap =
-          test::segmentDistance(a.point(i), a.point(i + 1), b.point(j), b.point(j + 1)) -
-          a.radius(i) - b.radius(j) - margin;
-      EXPECT_GT(std::fabs(gap), 1e-12) << "too close to call: " << i << ", " << j;
-      if (gap <= 0) pairs.emplace(static_cast<std::int32_t>(i), static_cast<std::int32_t>(j));
+      const test::GivenCapsule p{a.point(i), a.point(i + 1), a.radius(i)};
+      const test::GivenCapsule q{b.point(j), b.point(j + 1), b.radius(j)};
+      if (!test::TouchOracle::judge(p, q, margin).touching) continue;
+      pairs.emplace(static_cast<std::int32_t>(i), static_cast<std::int32_t>(j));
     }
   }
   return pairs;

@@ -9,7 +9,7 @@ namespace {
 // A pair would be missed, come twice, or be reported though it is too far apart, in some scene that
 // nobody thought of.
 TEST(Differential, AgreesWithBruteForce) {
-  const HairFiles hair;
+  const HairFiles hair = HairFiles::find();
   const Tally tally =
       differWhile([](const Tally& so_far) { return so_far.decisions < 10'000'000; }, 600, 1, hair);
   EXPECT_EQ(tally.wrong, 0u) << tally.first_wrong;
@@ -20,7 +20,7 @@ TEST(Differential, AgreesWithBruteForce) {
 
 // As above, in real hair.
 TEST(Differential, AgreesWithBruteForceInHair) {
-  const HairFiles hair;
+  const HairFiles hair = HairFiles::find();
   if (hair.empty()) {
     GTEST_SKIP() << "no .tfx file is there; FCL_FIBERS_DATA names the directory to look in";
   }

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "numerics/extreme_rows.h"
@@ -136,23 +137,30 @@ TYPED_TEST(NumbersTest, OfTwoTreesMayLieAtOppositeEnds) {
     for (int i = 0; i < 5; ++i) {
       for (int j = 0; j < 3; ++j) {
         if (truth.touch(static_cast<std::size_t>(i), static_cast<std::size_t>(5 + j))) {
-          expected.push_back({2 * i, 2 * j});
+          expected.push_back({i, j});
         }
       }
     }
-    for (const FiberTreeOptions& options : allKinds()) {
-      FiberTree first(options), second(options);
-      first.build(tiny.view());
-      second.build(huge.view());
-      std::vector<NumberPair> forward, backward;
-      first.visitPairs(second, [&](SegmentPair pair) { forward.push_back({pair.a, pair.b}); });
-      second.visitPairs(first, [&](SegmentPair pair) { backward.push_back({pair.b, pair.a}); });
-      for (auto* pairs : {&forward, &backward}) {
-        std::sort(pairs->begin(), pairs->end());
-        EXPECT_TRUE(std::includes(pairs->begin(), pairs->end(), expected.begin(), expected.end()))
-            << "2^" << exponent << ", " << describe(Form::kArrays, options) << ", " << pairs->size()
-            << " of " << expected.size();
-        EXPECT_EQ(std::adjacent_find(pairs->begin(), pairs->end()), pairs->end());
+    ASSERT_GT(expected.size(), 5u);
+    for (const Form form : {Form::kArrays, Form::kObjects}) {
+      const Specimen<S> first(tiny, form), second(huge, form);
+      for (const FiberTreeOptions& options : allKinds()) {
+        for (const Topology topology : {Topology::kBundle, Topology::kSuperThread}) {
+          FiberTreeOptions other = options;
+          other.topology = topology;
+          if (form == Form::kArrays && other.topology != options.topology) continue;
+          auto forward = first.pairsWith(second, options, other);
+          auto backward = second.pairsWith(first, other, options);
+          for (NumberPair& pair : backward) std::swap(pair.a, pair.b);
+          for (auto* pairs : {&forward, &backward}) {
+            std::sort(pairs->begin(), pairs->end());
+            EXPECT_TRUE(
+                std::includes(pairs->begin(), pairs->end(), expected.begin(), expected.end()))
+                << "2^" << exponent << ", " << describe(form, options) << ", " << pairs->size()
+                << " of " << expected.size();
+            EXPECT_EQ(std::adjacent_find(pairs->begin(), pairs->end()), pairs->end());
+          }
+        }
       }
     }
   }

@@ -14,6 +14,7 @@
 
 #include "numerics/differential.h"
 #include "numerics/extreme_rows.h"
+#include "numerics/pair_order.h"
 #include "numerics/specimen.h"
 
 namespace fcl_fibers::test {
@@ -73,7 +74,7 @@ int printRows() {
 }
 
 int runDifferential(double decisions, std::size_t capsules, std::uint64_t seed) {
-  const HairFiles hair;
+  const HairFiles hair = HairFiles::find();
   if (hair.empty()) std::cerr << "no hair; FCL_FIBERS_DATA names the folder of .tfx files\n";
   const auto wanted = static_cast<std::uint64_t>(decisions);
   std::uint64_t told = 0;
@@ -99,6 +100,15 @@ int runDifferential(double decisions, std::size_t capsules, std::uint64_t seed) 
   return EXIT_FAILURE;
 }
 
+int printHashes(int threads) {
+  for (const OrderHash& hash : orderHashes(threads)) {
+    std::printf("%-30s capsules %016llx pairs %016llx\n", hash.scene.c_str(),
+                static_cast<unsigned long long>(hash.capsules),
+                static_cast<unsigned long long>(hash.pairs));
+  }
+  return EXIT_SUCCESS;
+}
+
 }  // namespace
 }  // namespace fcl_fibers::test
 
@@ -122,9 +132,16 @@ int main(int argc, char** argv) {
   differential->add_option("--capsules", capsules, "of a scene, about")->capture_default_str();
   differential->add_option("--seed", seed, "of the first scene")->capture_default_str();
 
+  int threads = 1;
+  CLI::App* hashes = app.add_subcommand(
+      "hashes", "Hashes of pairs in their order, the same for every build and machine");
+  hashes->add_option("--threads", threads)->capture_default_str();
+
   CLI11_PARSE(app, argc, argv);
   try {
-    return *rows ? test::printRows() : test::runDifferential(decisions, capsules, seed);
+    if (*rows) return test::printRows();
+    if (*hashes) return test::printHashes(threads);
+    return test::runDifferential(decisions, capsules, seed);
   } catch (const std::exception& error) {
     std::cerr << error.what() << '\n';
     return EXIT_FAILURE;

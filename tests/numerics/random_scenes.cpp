@@ -167,13 +167,14 @@ std::string nameOf(RandomKind kind) {
   }
 }
 
-HairFiles::HairFiles() {
+HairFiles HairFiles::find() {
+  HairFiles found;
   const char* configured = std::getenv("FCL_FIBERS_DATA");
   const std::filesystem::path folder =
       configured != nullptr
           ? std::filesystem::path(configured)
           : std::filesystem::path(FCL_FIBERS_SOURCE_DIR) / ".." / "shared" / "data";
-  if (!std::filesystem::is_directory(folder)) return;
+  if (!std::filesystem::is_directory(folder)) return found;
   std::vector<std::filesystem::path> paths;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().extension() == ".tfx") paths.push_back(entry.path());
@@ -181,8 +182,9 @@ HairFiles::HairFiles() {
   std::sort(paths.begin(), paths.end());
   for (const auto& path : paths) {
     const scenes::FiberScene scene = scenes::readTfx(path.string(), 0);
-    files_.push_back({scene.points, scene.point_begin[1]});
+    found.files_.push_back({scene.points, scene.point_begin[1]});
   }
+  return found;
 }
 
 template <typename S>

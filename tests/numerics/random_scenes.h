@@ -24,11 +24,14 @@ constexpr RandomKind kRandomKinds[] = {RandomKind::kDense,   RandomKind::kSparse
                                        RandomKind::kContact, RandomKind::kHair};
 std::string nameOf(RandomKind kind);
 
-/// Strands of hair to choose from. The files are those of TressFX in the folder that the
-/// environment variable FCL_FIBERS_DATA names, or else beside the sources; there may be none.
+/// Strands of hair to choose from.
 class HairFiles {
  public:
-  HairFiles();
+  /// Of TressFX, in the folder that the environment variable FCL_FIBERS_DATA names, or else beside
+  /// the sources; there may be none.
+  static HairFiles find();
+  static HairFiles none() { return {}; }
+
   bool empty() const { return files_.empty(); }
   std::size_t size() const { return files_.size(); }
 

@@ -17,19 +17,12 @@ namespace {
 
 using Volumes = FiberTreeOptions::Volumes;
 
-Point toPoint(const std::array<double, 3>& p) { return Point(p[0], p[1], p[2]); }
-
-ExactCapsule exactCapsule(const GivenCapsule& c) {
-  const Point half = Real(c.length) / 2 * toPoint(c.axis);
-  return {toPoint(c.a) - half, toPoint(c.b) + half, c.radius};
-}
-
 /// Diagonal of the box around all capsules.
 Real extentOf(const TouchOracle& truth) {
   if (truth.size() == 0) return 0;
-  ExactBox all = boxOf(exactCapsule(truth[0]));
+  ExactBox all = boxOf(roundedCapsule(truth[0]));
   for (std::size_t i = 1; i < truth.size(); ++i) {
-    const ExactBox box = boxOf(exactCapsule(truth[i]));
+    const ExactBox box = boxOf(roundedCapsule(truth[i]));
     all = {all.min.cwiseMin(box.min), all.max.cwiseMax(box.max)};
   }
   return (all.max - all.min).norm();
@@ -38,7 +31,7 @@ Real extentOf(const TouchOracle& truth) {
 /// Whether the report allows the pair.
 bool isPromised(const GivenCapsule& p, const GivenCapsule& q, const FiberTreeOptions& options,
                 Real extent) {
-  const ExactCapsule a = exactCapsule(p), b = exactCapsule(q);
+  const ExactCapsule a = roundedCapsule(p), b = roundedCapsule(q);
   if (options.report == Report::kCapsules) {
     const Real lengths = (a.b - a.a).norm() + (b.b - b.a).norm();
     const Real band = 256 * Real(std::numeric_limits<double>::epsilon()) * (extent + lengths);
@@ -115,21 +108,87 @@ struct Specimen<S>::Objects {
     return capsules;
   }
 
-  std::vector<NumberPair> pairs(const FiberTreeOptions& options) const {
-    const std::unique_ptr<FiberCollisionManager<S>> manager =
-        options.volumes == Volumes::kLayeredBoxes
-            ? makeLayeredAabbTree<S>(options)
-            : std::unique_ptr<FiberCollisionManager<S>>(makeWrappedSphereTree<S>(options));
-    for (const auto& fiber : scene.fibers()) manager->registerFiber(fiber);
+  using Manager = FiberCollisionManager<S>;
+
+  static std::unique_ptr<Manager> makeManager(const FiberTreeOptions& options) {
+    if (options.volumes == Volumes::kLayeredBoxes) return makeLayeredAabbTree<S>(options);
+    return makeWrappedSphereTree<S>(options);
+  }
+
+  std::unique_ptr<Manager> manager(const FiberTreeOptions& options, History history) const {
+    std::unique_ptr<Manager> manager = makeManager(options);
+    const auto& fibers = scene.fibers();
+    switch (history) {
+      case History::kNew:
+        for (const auto& fiber : fibers) manager->registerFiber(fiber);
+        break;
+      case History::kUpdated: {
+        std::vector<fcl::Transform3<S>> poses;
+        for (auto* object : scene.objects()) poses.push_back(object->getTransform());
+        // Each where another one is to be.
+        for (std::size_t k = 0; k < scene.size(); ++k) {
+          scene[k]->setTransform(poses[scene.size() - 1 - k]);
+        }
+        for (const auto& fiber : fibers) manager->registerFiber(fiber);
+        selfPairs(*manager);
+        for (std::size_t k = 0; k < scene.size(); ++k) scene[k]->setTransform(poses[k]);
+        manager->update();
+        break;
+      }
+      case History::kGrown:
+        for (std::size_t f = 0; f < fibers.size() / 2; ++f) manager->registerFiber(fibers[f]);
+        selfPairs(*manager);
+        for (std::size_t f = fibers.size() / 2; f < fibers.size(); ++f) {
+          for (auto* object : fibers[f]) manager->registerObject(object);
+        }
+    }
+    return manager;
+  }
+
+  /// Pairs of objects of this scene with those of `other`, by their numbers.
+  std::vector<NumberPair> numbered(const Calls<S>& calls, const Objects& other) const {
+    const std::unordered_map<const void*, std::int32_t> first = numbers(), second = other.numbers();
+    std::vector<NumberPair> pairs;
+    for (const auto& [a, b] : calls) pairs.push_back({first.at(a), second.at(b)});
+    return pairs;
+  }
+
+ private:
+  std::unordered_map<const void*, std::int32_t> numbers() const {
     std::unordered_map<const void*, std::int32_t> numbers;
     for (std::size_t k = 0; k < scene.size(); ++k) {
       numbers.emplace(scene[k], static_cast<std::int32_t>(k));
     }
-    std::vector<NumberPair> pairs;
-    for (const auto& [a, b] : selfPairs(*manager)) pairs.push_back({numbers.at(a), numbers.at(b)});
-    return pairs;
+    return numbers;
   }
 };
+
+namespace {
+
+template <typename S>
+FiberTree treeOf(const Assembly<S>& fibers, const FiberTreeOptions& options, History history) {
+  FiberTree tree(options);
+  std::vector<SegmentPair> pairs;
+  if (history == History::kUpdated) {
+    Assembly<S> elsewhere = fibers;
+    std::reverse(elsewhere.points.begin(), elsewhere.points.end());
+    tree.build(elsewhere.view());
+    tree.findPairs(pairs);
+    tree.update(fibers.view());
+    return tree;
+  }
+  if (history == History::kGrown) {
+    Assembly<S> half = fibers;
+    half.point_begin.resize(fibers.fiberCount() / 2 + 1);
+    half.radii.resize(half.point_begin.back());
+    tree.build(half.view());
+    tree.findPairs(pairs);
+  }
+  tree.build(fibers.view());
+  return tree;
+}
+
+}  // namespace
 
 template <typename S>
 Specimen<S>::Specimen(const Assembly<S>& fibers, Form form)
@@ -145,14 +204,35 @@ template <typename S>
 Specimen<S>::~Specimen() = default;
 
 template <typename S>
-std::vector<NumberPair> Specimen<S>::pairs(const FiberTreeOptions& options) const {
-  if (objects_) return objects_->pairs(options);
-  FiberTree tree(options);
-  tree.build(fibers_.view());
+std::int32_t Specimen<S>::numberOf(std::int32_t point) const {
+  return number_of_point_[static_cast<std::size_t>(point)];
+}
+
+template <typename S>
+std::vector<NumberPair> Specimen<S>::pairs(const FiberTreeOptions& options, History history) const {
+  if (objects_) {
+    return objects_->numbered(selfPairs(*objects_->manager(options, history)), *objects_);
+  }
   std::vector<NumberPair> pairs;
-  tree.visitPairs([&](SegmentPair pair) {
-    pairs.push_back({number_of_point_[static_cast<std::size_t>(pair.a)],
-                     number_of_point_[static_cast<std::size_t>(pair.b)]});
+  treeOf(fibers_, options, history).visitPairs([&](SegmentPair pair) {
+    pairs.push_back({numberOf(pair.a), numberOf(pair.b)});
+  });
+  return pairs;
+}
+
+template <typename S>
+std::vector<NumberPair> Specimen<S>::pairsWith(const Specimen& other,
+                                               const FiberTreeOptions& options,
+                                               const FiberTreeOptions& other_options) const {
+  if (objects_) {
+    const auto first = objects_->manager(options, History::kNew);
+    const auto second = other.objects_->manager(other_options, History::kNew);
+    return objects_->numbered(fcl_fibers::test::pairsWith(*first, *second), *other.objects_);
+  }
+  const FiberTree second = treeOf(other.fibers_, other_options, History::kNew);
+  std::vector<NumberPair> pairs;
+  treeOf(fibers_, options, History::kNew).visitPairs(second, [&](SegmentPair pair) {
+    pairs.push_back({numberOf(pair.a), other.numberOf(pair.b)});
   });
   return pairs;
 }

@@ -20,6 +20,13 @@ enum class Form { kArrays, kObjects };
 std::vector<FiberTreeOptions> allKinds(double margin = 0);
 std::string describe(Form form, const FiberTreeOptions& options);
 
+/// What a tree has been through before it is asked.
+enum class History {
+  kNew,      ///< built from all fibers at once
+  kUpdated,  ///< built when all fibers were elsewhere
+  kGrown,    ///< built and asked when half of the fibers were missing; the rest came one by one
+};
+
 /// An assembly in one of its forms, to be asked for its pairs in many ways.
 template <typename S>
 class Specimen {
@@ -30,11 +37,19 @@ class Specimen {
   /// The capsules as the library is given them: those of objects have the rounding of their poses.
   const TouchOracle& truth() const { return truth_; }
 
-  /// A newly built tree's self-collision, in the order of the report.
-  std::vector<NumberPair> pairs(const FiberTreeOptions& options) const;
+  /// Self-collision of a tree of its own, in the order of the report.
+  std::vector<NumberPair> pairs(const FiberTreeOptions& options,
+                                History history = History::kNew) const;
+
+  /// Collision of a tree of this specimen's with one of another's, which is of the same form;
+  /// objects may have another topology.
+  std::vector<NumberPair> pairsWith(const Specimen& other, const FiberTreeOptions& options,
+                                    const FiberTreeOptions& other_options) const;
 
  private:
   struct Objects;
+  std::int32_t numberOf(std::int32_t point) const;
+
   const Assembly<S>& fibers_;
   std::vector<std::int32_t> number_of_point_;
   std::unique_ptr<Objects> objects_;  ///< none for arrays

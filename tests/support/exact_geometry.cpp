@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <vector>
 
 namespace fcl_fibers::test {
@@ -25,6 +26,12 @@ Real pointBoxDistance(const Point& p, const ExactBox& box) {
 }
 
 }  // namespace
+
+ExactCapsule roundedCapsule(const GivenCapsule& capsule) {
+  const auto point = [](const std::array<double, 3>& p) { return Point(p[0], p[1], p[2]); };
+  const Point half = Real(capsule.length) / 2 * point(capsule.axis);
+  return {point(capsule.a) - half, point(capsule.b) + half, capsule.radius};
+}
 
 Real pointSegmentDistance(const Point& p, const Point& a, const Point& b) {
   const Point from_a = p - a;

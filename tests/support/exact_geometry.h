@@ -3,10 +3,12 @@
 
 #include <Eigen/Core>
 
+#include "support/touch_oracle.h"
+
 namespace fcl_fibers::test {
 
-// The truth that managers are tested against: long double, every candidate enumerated, nothing
-// shared with the library.
+// Distances that the library's are tested against: long double, every candidate enumerated, nothing
+// shared with the library. Whether capsules touch is TouchOracle's to say.
 
 using Real = long double;
 using Point = Eigen::Matrix<Real, 3, 1>;
@@ -26,6 +28,9 @@ struct ExactSphere {
   Point center;
   Real radius;
 };
+
+/// A capsule with its end points rounded.
+ExactCapsule roundedCapsule(const GivenCapsule& capsule);
 
 Real pointSegmentDistance(const Point& p, const Point& a, const Point& b);
 

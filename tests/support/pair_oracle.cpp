@@ -30,10 +30,16 @@ ExactBox exactBox(const fcl::AABB<S>& box) {
 }
 
 template <typename S>
-ExactCapsule exactCapsule(const fcl::CollisionObject<S>& object, Real radius, Real length) {
-  const Point center = object.getTransform().translation().template cast<Real>();
-  const Point axis = object.getTransform().linear().col(2).template cast<Real>();
-  return {center - length / 2 * axis, center + length / 2 * axis, radius};
+GivenCapsule givenCapsule(const fcl::CollisionObject<S>& object, S radius, S length) {
+  GivenCapsule capsule;
+  for (int i = 0; i < 3; ++i) {
+    const auto axis = static_cast<std::size_t>(i);
+    capsule.a[axis] = capsule.b[axis] = static_cast<double>(object.getTransform().translation()[i]);
+    capsule.axis[axis] = static_cast<double>(object.getTransform().linear()(i, 2));
+  }
+  capsule.radius = static_cast<double>(radius);
+  capsule.length = static_cast<double>(length);
+  return capsule;
 }
 
 // Sides of unbounded shapes are infinite or the largest number there is.
@@ -79,14 +85,15 @@ typename PairOracle<S>::Shape PairOracle<S>::shapeOf(const Object& object) {
   Shape shape;
   const fcl::CollisionGeometry<S>* geometry = object.collisionGeometry().get();
   if (const auto* capsule = dynamic_cast<const fcl::Capsule<S>*>(geometry)) {
-    shape.capsule = exactCapsule(object, capsule->radius, capsule->lz);
+    shape.given = givenCapsule(object, capsule->radius, capsule->lz);
   } else if (const auto* ball = dynamic_cast<const fcl::Sphere<S>*>(geometry)) {
-    shape.capsule = exactCapsule(object, ball->radius, 0);
+    shape.given = givenCapsule(object, ball->radius, S(0));
   } else {
     shape.is_capsule = false;
   }
   shape.stock = exactBox(object.getAABB());
   if (shape.is_capsule) {
+    shape.capsule = roundedCapsule(shape.given);
     shape.box = boxOf(shape.capsule);
     shape.sphere = sphereOf(shape.capsule);
   } else {
@@ -129,6 +136,13 @@ Real PairOracle<S>::gap(const Shape& a, const Shape& b) const {
   return segmentBoxDistance(capsule.a, capsule.b, box) - capsule.radius;
 }
 
+// Whether the exact shapes are within the margin.
+template <typename S>
+bool PairOracle<S>::touch(const Shape& a, const Shape& b) const {
+  if (!a.is_capsule || !b.is_capsule) return gap(a, b) <= rules_.margin;
+  return TouchOracle::judge(a.given, b.given, rules_.margin).touching;
+}
+
 template <typename S>
 Verdict PairOracle<S>::verdict(const Shape& a, const Shape& b) const {
   if (ignored(a, b)) return Verdict::kMustNot;
@@ -157,9 +171,8 @@ Verdict PairOracle<S>::verdict(const Shape& a, const Shape& b) const {
   }
 
   if (rules_.report == Report::kCapsules && capsules) {
-    const Real exact = gap(a, b);
-    if (exact <= margin) return Verdict::kMust;
-    return exact > margin + capsule_band ? Verdict::kMustNot : Verdict::kMay;
+    if (touch(a, b)) return Verdict::kMust;
+    return gap(a, b) > margin + capsule_band ? Verdict::kMustNot : Verdict::kMay;
   }
 
   // Volumes of bounded shapes: the kind that the manager uses. Boxes of others: see the class.
@@ -173,7 +186,8 @@ Verdict PairOracle<S>::verdict(const Shape& a, const Shape& b) const {
   }
   const bool near = (boxes_count && box_gap <= margin + volume_band) ||
                     (spheres_count && !(sphere_gap > margin + volume_band));
-  if (box_gap <= margin && gap(a, b) <= margin) return Verdict::kMust;
+  // The long double gap of boxes is rounded, what touches is not: no box is asked before.
+  if (touch(a, b)) return Verdict::kMust;
   return near ? Verdict::kMay : Verdict::kMustNot;
 }
 

@@ -14,6 +14,7 @@
 
 #include "support/exact_geometry.h"
 #include "support/pair_queries.h"
+#include "support/touch_oracle.h"
 
 namespace fcl_fibers::test {
 
@@ -37,7 +38,8 @@ enum class Verdict { kMust, kMay, kMustNot };
 
 enum class ArgumentOrder { kAny, kPromised };
 
-/// Brute force over all pairs, from the poses and shapes at the time of construction.
+/// Brute force over all pairs, from the poses and shapes at the time of construction. Whether two
+/// capsules touch is decided by TouchOracle, without error.
 ///
 /// Two capsules (a sphere is one of length zero) must be reported if
 ///   kCapsules: distance <= ra + rb + margin; must not if it is larger by more than
@@ -94,9 +96,10 @@ class PairOracle {
  private:
   struct Shape {
     bool is_capsule = true;
-    ExactCapsule capsule;
-    ExactBox box;        // The tight box, or getAABB() of other shapes.
-    ExactSphere sphere;  // The segment's, or the ball around the box.
+    GivenCapsule given;
+    ExactCapsule capsule;  // The same, its end points rounded to Real.
+    ExactBox box;          // The tight box, or getAABB() of other shapes.
+    ExactSphere sphere;    // The segment's, or the ball around the box.
     ExactBox stock;
     std::optional<std::size_t> fiber;
     std::size_t segment = 0;
@@ -107,6 +110,7 @@ class PairOracle {
   bool ignored(const Shape& a, const Shape& b) const;
   Verdict verdict(const Shape& a, const Shape& b) const;
   Real gap(const Shape& a, const Shape& b) const;
+  bool touch(const Shape& a, const Shape& b) const;
   template <typename Visitor>
   void visitPairs(const Objects& managed, const Objects* others, Visitor visit) const;
   testing::AssertionResult answers(const Calls<S>& calls, const Objects& managed,
