@@ -7,6 +7,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
+numerics=build/release/tests/fcl_fibers_numerics_run
+
 # The library's assertions, which Release leaves out.
 assertions() {
   cmake --preset debug
@@ -14,8 +16,48 @@ assertions() {
   ctest --preset debug -j "$(nproc)"
 }
 
+# docs/numerics.md: its table, and a million segments in trees of every kind.
+extremes() {
+  "$numerics" rows
+  build/release/tests/numerics_test --gtest_also_run_disabled_tests --gtest_filter='*Million*'
+}
+
+# 10^10 pairs of random scenes, decided by exact brute force.
+differential() {
+  "$numerics" differential --decisions 1e10
+}
+
+# The same pairs in the same order on every instruction set and number of threads of this machine,
+# by gcc and clang, with and without optimization.
+pair_order() {
+  .ci/apt_install.sh clang
+  "$numerics" hashes | tee build/hashes
+  local level compiler optimization
+  for level in scalar sse4 avx2 avx512 neon; do
+    if ! FCL_FIBERS_SIMD=$level "$numerics" hashes --threads 3 >build/hashes-$level 2>&1; then
+      grep 'not to be had here' build/hashes-$level
+      continue
+    fi
+    diff build/hashes build/hashes-$level
+    echo "the same with FCL_FIBERS_SIMD=$level and 3 threads"
+  done
+  for compiler in g++ clang++; do
+    for optimization in -O0 -O3; do
+      local tree=build/pair_order-$compiler$optimization
+      cmake -S . -B "$tree" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER=$compiler \
+        -DCMAKE_CXX_FLAGS_RELEASE=$optimization -DFCL_FIBERS_BUILD_BENCHMARKS=OFF
+      cmake --build "$tree" --target fcl_fibers_numerics_run
+      "$tree/tests/fcl_fibers_numerics_run" hashes | diff build/hashes -
+      echo "the same by $compiler $optimization"
+    done
+  done
+}
+
 steps=(
   assertions
+  extremes
+  differential
+  pair_order
 )
 
 if (($# > 0)); then
