@@ -54,7 +54,8 @@ struct FiberTreeOptions : FiberManagerOptions {
 ///
 /// Queries are const and may run from several threads at once; build and update must not run
 /// beside them. Arrays that cannot be answered for are refused with std::invalid_argument, which
-/// says which point, fiber or radius it is; the tree is then as it was.
+/// says which point, fiber or radius it is; the tree is then as it was. After a build or an update
+/// that ran out of memory (std::bad_alloc), queries refuse until one of the two succeeds.
 class FCL_FIBERS_EXPORT FiberTree {
  public:
   explicit FiberTree(const FiberTreeOptions& options = {});

@@ -132,6 +132,7 @@ class FiberTree::Impl {
       is_closed.assign(fibers.closed, fibers.closed + fibers.fiber_count);
     }
     std::vector<double> arc_end = arcEnds(fibers, is_last);
+    is_whole_ = false;
     point_begin_ = std::move(point_begin);
     is_last_ = std::move(is_last);
     is_closed_ = std::move(is_closed);
@@ -148,20 +149,26 @@ class FiberTree::Impl {
       refuse("update", "fibers have other numbers of points than at the last build(); build anew");
     }
     const Frame frame = checkCoordinates("update", fibers);
+    if (!is_whole_) return buildScene(fibers, frame);
+    is_whole_ = false;
     const ArrayReader<S> reader(fibers, is_last_);
     const bool stays =
         scene_.update(frame, fibers.point_count,
                       [&](SegmentId id, Segment& segment) { return reader(id, frame, segment); });
-    if (!stays) buildScene(fibers, frame);
+    if (!stays) return buildScene(fibers, frame);
+    is_whole_ = true;
   }
 
   Visit findPairs(tree::PairSink& sink) const {
+    requireWhole();
     if (!neighbors_.ignoresAny()) return scene_.findPairs(sink);
     NeighborFilter filter(*this, sink);
     return scene_.findPairs(filter);
   }
 
   Visit findPairs(const Impl& other, tree::PairSink& sink) const {
+    requireWhole();
+    other.requireWhole();
     if (!scene_.matches(other.scene_)) {
       refuse("visitPairs",
              "the other tree has other volumes or another topology; give both trees "
@@ -224,6 +231,11 @@ class FiberTree::Impl {
     const ArrayReader<S> reader(fibers, is_last_);
     scene_.build(frame, fibers.point_count, ids,
                  [&](SegmentId id, Segment& segment) { return reader(id, frame, segment); });
+    is_whole_ = true;
+  }
+
+  void requireWhole() const {
+    if (!is_whole_) refuse("visitPairs", "the last build() or update() failed; build anew");
   }
 
   std::size_t fiberOf(SegmentId id) const {
@@ -343,6 +355,7 @@ class FiberTree::Impl {
   std::vector<double> arc_end_;  ///< by point, see areNeighbors(); empty unless arc lengths matter
   std::size_t segment_count_ = 0;
   tree::Scene scene_;
+  bool is_whole_ = true;  ///< false after a build or an update that ended early
 };
 
 namespace {

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <new>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fcl_fibers/fiber_tree.h>
+
+#include "support/allocation_faults.h"
+#include "support/random.h"
+
+namespace fcl_fibers::test {
+namespace {
+
+using Pairs = std::vector<std::pair<int, int>>;
+
+struct Hair {
+  std::vector<double> points;
+  std::vector<std::size_t> begin = {0};
+  double radius = 0.05;
+
+  Hair(std::size_t fibers, std::size_t points_each, std::uint64_t seed) {
+    Random random(seed);
+    for (std::size_t f = 0; f < fibers; ++f) {
+      Eigen::Vector3d point = random.inCube(0.5);
+      for (std::size_t i = 0; i < points_each; ++i) {
+        points.insert(points.end(), point.data(), point.data() + 3);
+        point += 0.2 * random.direction();
+      }
+      begin.push_back(points.size() / 3);
+    }
+  }
+  FiberArrays<double> arrays() const {
+    return {points.data(), points.size() / 3, begin.data(), begin.size() - 1, &radius};
+  }
+};
+
+struct Subject {
+  FiberTree tree, other;
+  Pairs seen;
+};
+using Act = std::function<void(Subject&)>;
+
+void see(Subject& subject) {
+  subject.seen.clear();
+  subject.tree.visitPairs([&](SegmentPair pair) { subject.seen.emplace_back(pair.a, pair.b); });
+}
+
+// Nothing, if the tree refuses to answer.
+std::optional<Pairs> pairsOf(const FiberTree& tree) {
+  Pairs pairs;
+  try {
+    tree.visitPairs([&](SegmentPair pair) { pairs.emplace_back(pair.a, pair.b); });
+  } catch (const std::invalid_argument&) {
+    return std::nullopt;
+  }
+  return pairs;
+}
+
+class TreeFaults : public testing::TestWithParam<FiberTreeOptions> {
+ protected:
+  TreeFaults() {
+    moved_.radius = 0.04;
+    for (double& x : moved_.points) x *= 1.1;
+    scattered_.radius = 0.04;
+    for (std::size_t i = 0; i < scattered_.points.size(); ++i) {
+      scattered_.points[i] *= 1 + static_cast<double>(i % 7);
+    }
+  }
+
+  Subject make(const Hair& hair) const {
+    Subject subject{FiberTree(GetParam()), FiberTree(GetParam()), {}};
+    subject.tree.build(hair.arrays());
+    subject.other.build(moved_.arrays());
+    subject.seen.reserve(100000);
+    return subject;
+  }
+
+  /// Lets every allocation of act() fail: then the tree answers as before or refuses to, and does
+  /// all that it is asked to when there is memory again.
+  void strikeEverywhere(const std::string& name, const Act& act) const {
+    Subject plain = make(hair_);
+    const std::optional<Pairs> before = pairsOf(plain.tree);
+    act(plain);
+    const std::optional<Pairs> after = pairsOf(plain.tree);
+    const Pairs seen = plain.seen;
+    ASSERT_TRUE(before && after);
+    using Lasts = AllocationFault::Lasts;
+    for (const Lasts lasts : {Lasts::kOnce, Lasts::kForever}) {
+      bool struck = true;
+      for (std::size_t number = 0; struck && !HasFailure(); ++number) {
+        SCOPED_TRACE(name + ", allocation " + std::to_string(number) +
+                     (lasts == Lasts::kOnce ? " fails" : " and all that follow fail"));
+        const std::size_t live = liveAllocations();
+        {
+          Subject subject = make(hair_);
+          bool failed = false;
+          {
+            const AllocationFault fault(number, lasts);
+            try {
+              act(subject);
+            } catch (const std::bad_alloc&) {
+              failed = true;
+            }
+            struck = fault.struck();
+          }
+          const std::optional<Pairs> found = pairsOf(subject.tree);
+          EXPECT_TRUE(failed ? !found || found == before : found == after);
+          if (failed) {
+            EXPECT_NO_THROW(act(subject));
+            EXPECT_EQ(pairsOf(subject.tree), after);
+          }
+          EXPECT_EQ(subject.seen, seen);
+        }
+        EXPECT_EQ(liveAllocations(), live) << "not freed";
+      }
+    }
+  }
+
+  const Hair hair_{6, 12, 191};
+  const Hair longer_{9, 30, 192};
+  Hair moved_{6, 12, 191};
+  Hair scattered_{6, 12, 191};
+};
+
+// A tree that was built half would be searched.
+TEST_P(TreeFaults, BuildingWithoutMemoryIsMadeUpFor) {
+  strikeEverywhere("build", [&](Subject& subject) { subject.tree.build(longer_.arrays()); });
+}
+
+// Pairs would be those of some fibers where they were and some where they are.
+TEST_P(TreeFaults, UpdatingWithoutMemoryKeepsOrRefusesAnswers) {
+  strikeEverywhere("update", [&](Subject& subject) { subject.tree.update(moved_.arrays()); });
+  strikeEverywhere("update of fibers that fly apart",
+                   [&](Subject& subject) { subject.tree.update(scattered_.arrays()); });
+}
+
+// A query would leave something behind.
+TEST_P(TreeFaults, AQueryWithoutMemoryChangesNothing) {
+  strikeEverywhere("visitPairs", see);
+  strikeEverywhere("visitPairs(other)", [](Subject& subject) {
+    subject.seen.clear();
+    subject.tree.visitPairs(subject.other,
+                            [&](SegmentPair pair) { subject.seen.emplace_back(pair.a, pair.b); });
+  });
+  strikeEverywhere("findPairs", [](Subject& subject) {
+    std::vector<SegmentPair> pairs;
+    subject.tree.findPairs(pairs);
+  });
+}
+
+std::vector<FiberTreeOptions> optionsToStrike() {
+  std::vector<FiberTreeOptions> all(4);
+  all[0].ignored_neighbors = 1;
+  all[1].report = Report::kCapsules;
+  all[1].volumes = FiberTreeOptions::Volumes::kWrappedSpheres;
+  all[2].topology = Topology::kSuperThread;
+  all[2].report = Report::kCapsules;
+  all[3].threads = 2;
+  return all;
+}
+INSTANTIATE_TEST_SUITE_P(, TreeFaults, testing::ValuesIn(optionsToStrike()));
+
+}  // namespace
+}  // namespace fcl_fibers::test

@@ -1,0 +1,389 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <new>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "support/allocation_faults.h"
+#include "support/managers_under_test.h"
+#include "support/pair_queries.h"
+#include "support/scene_generators.h"
+
+namespace fcl_fibers::test {
+namespace {
+
+// A manager of some fibers and shapes, one of others, and what more there is to register.
+template <typename Config>
+class ManagerFaults : public testing::Test {
+ protected:
+  using S = typename Config::Scalar;
+  using Object = fcl::CollisionObject<S>;
+  using Objects = std::vector<Object*>;
+  using Manager = FiberCollisionManager<S>;
+  using Base = fcl::BroadPhaseCollisionManager<S>;
+
+  struct Subject {
+    std::unique_ptr<Manager> manager, other;
+    PairCollector<S> collector;
+  };
+  using Act = std::function<void(Subject&)>;
+
+  ManagerFaults() : scene_(strandScene<S>(5, 9, 181)), others_(curledScene<S>(30, 182)) {
+    addShapes(scene_, 6, 0.3, 183);
+    scene_.addHalfspace({0, 0, 1}, -0.5);
+    addShapes(others_, 6, 0.3, 184);
+    others_.addPlane({0, 1, 0}, 0.1);
+    newcomers_ = strandScene<S>(1, 70, 185);
+  }
+
+  Subject make(const FiberManagerOptions& options) const {
+    Subject subject{Config::make(options), Config::make(options), {}};
+    registerFibers<S>(*subject.manager, scene_);
+    subject.other->registerObjects(others_.objects());
+    // Recording pairs is not to be what fails.
+    subject.collector.calls.reserve(10000);
+    return subject;
+  }
+  Subject makeReady(const FiberManagerOptions& options) const {
+    Subject subject = make(options);
+    subject.manager->setup();
+    subject.other->setup();
+    return subject;
+  }
+
+  /// Their order is another one where the tree had to be built anew.
+  static Calls<S> sortedPairs(const Manager& manager) {
+    Calls<S> pairs = selfPairs<S>(manager);
+    std::sort(pairs.begin(), pairs.end());
+    return pairs;
+  }
+
+  /// The scene where it was at first.
+  void moveBack() {
+    for (std::size_t i = 0; i < scene_.size(); ++i) moveTo(*scene_[i], poses_[i]);
+  }
+  void rememberPoses() {
+    for (Object* object : scene_.objects()) poses_.push_back(object->getTransform());
+  }
+
+  /// Lets every allocation of act() fail, one after the other, and with all that follow.
+  /// @param make   what to act upon
+  /// @param check  check(subject, failed) after that
+  template <class Make, class Check>
+  void strikeEverywhere(const std::string& name, Make make, const Act& act, Check check) {
+    using Lasts = AllocationFault::Lasts;
+    for (const Lasts lasts : {Lasts::kOnce, Lasts::kForever}) {
+      bool struck = true;
+      for (std::size_t number = 0; struck && !this->HasFailure(); ++number) {
+        SCOPED_TRACE(name + ", allocation " + std::to_string(number) +
+                     (lasts == Lasts::kOnce ? " fails" : " and all that follow fail"));
+        const std::size_t before = liveAllocations();
+        {
+          Subject subject = make();
+          bool failed = false;
+          {
+            const AllocationFault fault(number, lasts);
+            try {
+              act(subject);
+            } catch (const std::bad_alloc&) {
+              failed = true;
+            }
+            struck = fault.struck();
+          }
+          check(subject, failed);
+          if (failed) {
+            EXPECT_NO_THROW(act(subject)) << "there is memory again";
+            check(subject, false);
+          }
+        }
+        EXPECT_EQ(liveAllocations(), before) << "not freed";
+      }
+    }
+  }
+
+  static std::vector<FiberManagerOptions> optionsToStrike() {
+    std::vector<FiberManagerOptions> all(3);
+    all[0].ignored_neighbors = 1;
+    all[1].report = Report::kCapsules;
+    all[1].margin = 0.02;
+    all[2].report = Report::kCapsules;
+    all[2].threads = 2;
+    return all;
+  }
+  static std::string describe(const FiberManagerOptions& options) {
+    return test::describe(options) + ", threads " + std::to_string(options.threads);
+  }
+
+  Scene<S> scene_, others_, newcomers_;
+  std::vector<fcl::Transform3<S>> poses_;
+};
+TYPED_TEST_SUITE(ManagerFaults, FiberManagers, ManagerNames);
+
+// An object would be half registered: counted but not found, or found but not counted.
+TYPED_TEST(ManagerFaults, RegisteringWithoutMemoryChangesNothing) {
+  using Test = ManagerFaults<TypeParam>;
+  using S = typename TypeParam::Scalar;
+  const std::vector<std::pair<std::string, typename Test::Act>> acts = {
+      {"registerObject", [&](auto& subject) { subject.manager->registerObject(this->newcomers_[0]); }},
+      {"registerObjects",
+       [&](auto& subject) { subject.manager->registerObjects(this->newcomers_.objects()); }},
+      {"registerFiber",
+       [&](auto& subject) { subject.manager->registerFiber(this->newcomers_.objects()); }},
+      {"unregisterObject", [&](auto& subject) { subject.manager->unregisterObject(this->scene_[3]); }},
+      {"clear", [&](auto& subject) { subject.manager->clear(); }},
+  };
+  for (const FiberManagerOptions& options : Test::optionsToStrike()) {
+    for (const auto& [name, act] : acts) {
+      auto plain = this->makeReady(options);
+      const auto objects_before = objectsOf<S>(*plain.manager);
+      const Calls<S> pairs_before = selfPairs<S>(*plain.manager);
+      act(plain);
+      const auto objects_after = objectsOf<S>(*plain.manager);
+      const Calls<S> pairs_after = selfPairs<S>(*plain.manager);
+      ASSERT_NE(objects_before, objects_after);
+      this->strikeEverywhere(
+          name + ", " + Test::describe(options), [&] { return this->makeReady(options); }, act,
+          [&](const auto& subject, bool failed) {
+            EXPECT_EQ(objectsOf<S>(*subject.manager), failed ? objects_before : objects_after);
+            EXPECT_EQ(selfPairs<S>(*subject.manager), failed ? pairs_before : pairs_after);
+            // As these two need no memory, they do not fail.
+            EXPECT_FALSE(failed && (name == "unregisterObject" || name == "clear"));
+          });
+    }
+  }
+}
+
+// A tree that was built half would be searched.
+TYPED_TEST(ManagerFaults, SettingUpWithoutMemoryIsMadeUpFor) {
+  using Test = ManagerFaults<TypeParam>;
+  using S = typename TypeParam::Scalar;
+  const std::vector<std::pair<std::string, typename Test::Act>> acts = {
+      {"setup", [](auto& subject) { subject.manager->setup(); }},
+      {"first query",
+       [](auto& subject) {
+         subject.collector.calls.clear();
+         subject.manager->collide(&subject.collector, &PairCollector<S>::collide);
+       }},
+      {"first statistics", [](auto& subject) { subject.manager->selfCollisionStatistics(); }},
+  };
+  for (const FiberManagerOptions& options : Test::optionsToStrike()) {
+    const auto plain = this->make(options);
+    const Calls<S> pairs = selfPairs<S>(*plain.manager);
+    for (const auto& [name, act] : acts) {
+      this->strikeEverywhere(
+          name + ", " + Test::describe(options), [&] { return this->make(options); }, act,
+          [&](const auto& subject, bool) {
+            EXPECT_EQ(subject.manager->size(), this->scene_.size());
+            EXPECT_EQ(selfPairs<S>(*subject.manager), pairs);
+          });
+    }
+  }
+}
+
+// Answers would be those for some of the objects where they were and some where they are.
+TYPED_TEST(ManagerFaults, UpdatingWithoutMemoryKeepsOrRefusesAnswers) {
+  using Test = ManagerFaults<TypeParam>;
+  using S = typename TypeParam::Scalar;
+  using Objects = typename Test::Objects;
+  this->rememberPoses();
+  const auto move = [&](const Objects& moved, double distance) {
+    Random random(186);
+    for (auto* object : moved) jolt(*object, random, distance, 0.5);
+  };
+  const Objects few(this->scene_.objects().begin() + 20, this->scene_.objects().begin() + 24);
+  // So far that the bundle is made anew.
+  const double far = 40;
+  const std::vector<std::pair<std::string, typename Test::Act>> acts = {
+      {"update()",
+       [&](auto& subject) {
+         move(this->scene_.objects(), 0.2);
+         subject.manager->update();
+       }},
+      {"update() of fibers that fly apart",
+       [&](auto& subject) {
+         move(this->scene_.objects(), far);
+         subject.manager->update();
+       }},
+      {"update(objects)",
+       [&](auto& subject) {
+         move(few, 0.3);
+         subject.manager->update(few);
+       }},
+      {"update(object)",
+       [&](auto& subject) {
+         move({few[0]}, 0.3);
+         subject.manager->update(few[0]);
+       }},
+  };
+  for (const FiberManagerOptions& options : Test::optionsToStrike()) {
+    for (const auto& [name, act] : acts) {
+      auto plain = this->makeReady(options);
+      const Calls<S> pairs_before = Test::sortedPairs(*plain.manager);
+      act(plain);
+      const Calls<S> pairs_after = Test::sortedPairs(*plain.manager);
+      this->moveBack();
+      this->strikeEverywhere(
+          name + ", " + Test::describe(options),
+          [&] {
+            this->moveBack();
+            return this->makeReady(options);
+          },
+          [&, &act = act](auto& subject) {
+            this->moveBack();
+            act(subject);
+          },
+          [&](const auto& subject, bool failed) {
+            EXPECT_EQ(subject.manager->size(), this->scene_.size());
+            if (!failed) {
+              EXPECT_EQ(Test::sortedPairs(*subject.manager), pairs_after);
+              return;
+            }
+            try {
+              // With objects that are read again for queries, where they are.
+              this->moveBack();
+              EXPECT_EQ(Test::sortedPairs(*subject.manager), pairs_before);
+            } catch (const std::invalid_argument&) {
+            }
+          });
+      this->moveBack();
+    }
+  }
+}
+
+// A query would leave the manager locked, or with what it had found so far.
+TYPED_TEST(ManagerFaults, AQueryWithoutMemoryChangesNothing) {
+  using Test = ManagerFaults<TypeParam>;
+  using S = typename TypeParam::Scalar;
+  using Base = typename Test::Base;
+  const auto leave = [](fcl::CollisionObject<S>* a, fcl::CollisionObject<S>* b, void* data, S&) {
+    return PairCollector<S>::collide(a, b, data);
+  };
+  const fcl::DistanceCallBack<S> distance = leave;
+  const fcl::CollisionCallBack<S> collide = &PairCollector<S>::collide;
+  Base* naive = nullptr;
+  const std::vector<std::pair<std::string, typename Test::Act>> acts = {
+      {"collide", [&](auto& s) { s.manager->collide(&s.collector, collide); }},
+      {"collide(object)",
+       [&](auto& s) { s.manager->collide(this->others_[0], &s.collector, collide); }},
+      {"collide(manager)",
+       [&](auto& s) { s.manager->collide(s.other.get(), &s.collector, collide); }},
+      {"collide(FCL's)", [&](auto& s) { s.manager->collide(naive, &s.collector, collide); }},
+      {"distance", [&](auto& s) { s.manager->distance(&s.collector, distance); }},
+      {"distance(object)",
+       [&](auto& s) { s.manager->distance(this->others_[0], &s.collector, distance); }},
+      {"distance(manager)",
+       [&](auto& s) { s.manager->distance(s.other.get(), &s.collector, distance); }},
+      {"distance(FCL's)", [&](auto& s) { s.manager->distance(naive, &s.collector, distance); }},
+  };
+  const auto fcl_naive = makeFclNaive<S>();
+  fcl_naive->registerObjects(this->others_.objects());
+  naive = fcl_naive.get();
+  for (const FiberManagerOptions& options : Test::optionsToStrike()) {
+    for (const auto& [name, act] : acts) {
+      auto plain = this->makeReady(options);
+      act(plain);
+      const Calls<S> calls = plain.collector.calls;
+      ASSERT_FALSE(calls.empty()) << name;
+      const Calls<S> pairs = selfPairs<S>(*plain.manager);
+      this->strikeEverywhere(
+          name + ", " + Test::describe(options), [&] { return this->makeReady(options); },
+          [&, &act = act](auto& subject) {
+            subject.collector.calls.clear();
+            act(subject);
+          },
+          [&](auto& subject, bool failed) {
+            const Calls<S>& seen = subject.collector.calls;
+            ASSERT_LE(seen.size(), calls.size());
+            EXPECT_TRUE(std::equal(seen.begin(), seen.end(), calls.begin()));
+            if (!failed) {
+              EXPECT_EQ(seen.size(), calls.size());
+            }
+            EXPECT_EQ(selfPairs<S>(*subject.manager), pairs);
+            // No query is taken to be running.
+            EXPECT_NO_THROW(subject.manager->update());
+            EXPECT_NO_THROW(subject.other->update());
+          });
+    }
+  }
+}
+
+// A manager that could not be made would leave something behind.
+TYPED_TEST(ManagerFaults, AManagerIsMadeWholeOrNotAtAll) {
+  for (const FiberManagerOptions& options : ManagerFaults<TypeParam>::optionsToStrike()) {
+    bool struck = true;
+    for (std::size_t number = 0; struck; ++number) {
+      const std::size_t before = liveAllocations();
+      {
+        const AllocationFault fault(number, AllocationFault::Lasts::kOnce);
+        try {
+          TypeParam::make(options);
+        } catch (const std::bad_alloc&) {
+        }
+        struck = fault.struck();
+      }
+      EXPECT_EQ(liveAllocations(), before) << "allocation " << number;
+    }
+  }
+}
+
+// An exception from a callback, whichever call it is, would leave something behind.
+TYPED_TEST(ManagerFaults, EveryCallOfACallbackMayThrow) {
+  using Test = ManagerFaults<TypeParam>;
+  using S = typename TypeParam::Scalar;
+  const fcl::DistanceCallBack<S> distance = [](auto* a, auto* b, void* data, S&) {
+    return PairCollector<S>::collide(a, b, data);
+  };
+  const fcl::CollisionCallBack<S> collide = &PairCollector<S>::collide;
+  const std::vector<std::pair<std::string, typename Test::Act>> acts = {
+      {"collide", [&](auto& s) { s.manager->collide(&s.collector, collide); }},
+      {"collide(object)",
+       [&](auto& s) { s.manager->collide(this->others_[0], &s.collector, collide); }},
+      {"collide(manager)",
+       [&](auto& s) { s.manager->collide(s.other.get(), &s.collector, collide); }},
+      {"distance", [&](auto& s) { s.manager->distance(&s.collector, distance); }},
+      {"distance(object)",
+       [&](auto& s) { s.manager->distance(this->others_[0], &s.collector, distance); }},
+      {"distance(manager)",
+       [&](auto& s) { s.manager->distance(s.other.get(), &s.collector, distance); }},
+  };
+  for (const FiberManagerOptions& options : Test::optionsToStrike()) {
+    auto subject = this->makeReady(options);
+    for (const auto& [name, act] : acts) {
+      SCOPED_TRACE(name + ", " + Test::describe(options));
+      const auto run = [&, &act = act](std::size_t throw_at) {
+        subject.collector.calls.clear();
+        subject.collector.throw_at = throw_at;
+        try {
+          act(subject);
+        } catch (const CallbackError&) {
+          return true;
+        }
+        return false;
+      };
+      ASSERT_FALSE(run(kNever));
+      const Calls<S> calls = subject.collector.calls;
+      ASSERT_FALSE(calls.empty());
+      // The first ones, and then ever fewer.
+      for (std::size_t at = 1; at <= calls.size(); at += 1 + at / 16) {
+        const std::size_t before = liveAllocations();
+        ASSERT_TRUE(run(at));
+        ASSERT_EQ(subject.collector.calls.size(), at);
+        ASSERT_EQ(liveAllocations(), before);
+      }
+      ASSERT_FALSE(run(kNever));
+      EXPECT_EQ(subject.collector.calls, calls);
+      EXPECT_NO_THROW(subject.manager->update());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace fcl_fibers::test
