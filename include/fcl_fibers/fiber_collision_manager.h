@@ -48,8 +48,9 @@ struct QueryStatistics {
 ///
 /// Whatever cannot be answered is refused with `std::invalid_argument`, whose text names the call,
 /// the object and the remedy, and nothing changes, with one exception: an `update` that is refused
-/// leaves all objects registered, but queries refuse until an update succeeds. Objects of a manager
-/// of another class are read one by one, so that a broken one may be refused after first pairs.
+/// leaves all objects registered, but queries refuse until an update succeeds. The same holds where
+/// memory runs out (`std::bad_alloc`). Objects of a manager of another class are read one by one,
+/// so that a broken one may be refused after first pairs.
 template <typename S>
 class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionManager<S> {
  public:

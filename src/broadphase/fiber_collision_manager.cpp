@@ -615,7 +615,10 @@ class FiberCollisionManager<S>::Impl {
     return id != outside && !(id > outside && isOutside(id));
   }
   bool isPairWith(const Impl& other, SegmentId a, SegmentId b) const {
-    return !isGone(a) && !other.isGone(b) && objectOf(a) != other.objectOf(b);
+    const Object* partner = other.objectOf(b);
+    if (isGone(a) || partner == nullptr || objectOf(a) == partner) return false;
+    // It may be managed here as well; looked up only if that matters.
+    return !neighbors_.ignoresAny() || !isLeftOut(a, registry_.find(partner));
   }
 
   template <class F>

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <initializer_list>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -251,6 +252,32 @@ TYPED_TEST(FiberRules, DistanceIgnoresNeighborsToo) {
         EXPECT_TRUE(one.keepsToTheRules());
         EXPECT_EQ(one.result(), oracle.smallestDistance(scene.objects(), {scene[i]}));
       }
+    }
+  }
+}
+
+// The neighbours of a segment that another manager holds as well would come back through that one.
+TYPED_TEST(FiberRules, NeighborsAreIgnoredThroughAnotherManager) {
+  using S = typename TypeParam::Scalar;
+  const Scene<S> scene = curledScene<S>(40, 147);
+  fcl::CollisionObject<S>* shared = scene[20];
+  for (const FiberManagerOptions& options : neighborOptions<S>()) {
+    SCOPED_TRACE(describe(options));
+    const auto manager = TypeParam::make(options);
+    registerFibers(*manager, scene);
+    const PairOracle<S> oracle(scene.objects(), rulesOf<TypeParam>(options), scene.fibers());
+    std::vector<std::unique_ptr<fcl::BroadPhaseCollisionManager<S>>> others;
+    others.push_back(TypeParam::make(options));
+    others.push_back(TypeParam::OtherTopology::make(options));
+    others.push_back(makeFclNaive<S>());
+    for (const auto& other : others) {
+      other->registerObject(shared);
+      EXPECT_TRUE(
+          oracle.answersBetween(pairsWith(*manager, *other), scene.objects(), {shared}));
+      DistanceSearch<S> search(oracle);
+      search.lowers = false;
+      search.run(*manager, *other);
+      EXPECT_TRUE(search.keepsToTheRules());
     }
   }
 }

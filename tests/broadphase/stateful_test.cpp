@@ -1,0 +1,518 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Random sequences of all that a user may do with a manager, against a model: a list of what is
+// registered, and brute force over it. A sequence that fails is shrunk by rapidcheck and printed.
+// RC_PARAMS="seed=7 max_success=1000 max_size=400" runs others and longer ones.
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+#include <rapidcheck/state.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <functional>
+#include <memory>
+#include <ostream>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "support/distance_search.h"
+#include "support/managers_under_test.h"
+#include "support/pair_oracle.h"
+#include "support/pair_queries.h"
+#include "support/scene_generators.h"
+
+namespace fcl_fibers::test {
+namespace {
+
+using Indices = std::vector<std::size_t>;
+
+std::string named(const Indices& indices) {
+  std::string text;
+  for (const std::size_t i : indices) text += (text.empty() ? "" : ", ") + std::to_string(i);
+  return "{" + text + "}";
+}
+
+// The cast, the same for every sequence: objects are named by their index in it.
+constexpr std::size_t kFibers = 4, kSegments = 6, kLoose = 6, kShapes = 12, kUnbounded = 2;
+constexpr std::size_t kCapsules = kFibers * kSegments + kLoose;
+constexpr std::size_t kObjects = kCapsules + kShapes + kUnbounded;
+
+Indices fiberIndices(std::size_t fiber) {
+  Indices indices;
+  for (std::size_t i = 0; i < kSegments; ++i) indices.push_back(fiber * kSegments + i);
+  return indices;
+}
+
+// What a manager is to know.
+struct Model {
+  Indices managed;              // in the order of registration
+  std::vector<Indices> fibers;  // that were declared; kObjects where one has left
+  std::set<std::size_t> stale;  // managed, and moved since the manager has read them
+  bool reads_all = false;       // whether the next query reads all objects
+
+  bool has(std::size_t i) const {
+    return std::find(managed.begin(), managed.end(), i) != managed.end();
+  }
+  Indices outside() const {
+    Indices indices;
+    for (std::size_t i = 0; i < kObjects; ++i) {
+      if (!has(i)) indices.push_back(i);
+    }
+    return indices;
+  }
+  void add(const Indices& added) {
+    managed.insert(managed.end(), added.begin(), added.end());
+    reads_all = reads_all || !added.empty();
+  }
+  void remove(std::size_t i) {
+    managed.erase(std::find(managed.begin(), managed.end(), i));
+    stale.erase(i);
+    reads_all = true;
+    for (Indices& fiber : fibers) std::replace(fiber.begin(), fiber.end(), i, kObjects);
+  }
+  void read() {
+    if (reads_all) stale.clear();
+    reads_all = false;
+  }
+};
+
+template <typename Config>
+struct Sut {
+  using S = typename Config::Scalar;
+  using Object = fcl::CollisionObject<S>;
+  using Objects = std::vector<Object*>;
+
+  Sut(const FiberManagerOptions& with, double offset)
+      : options(with),
+        placement{Eigen::Vector3d(offset, -offset, offset / 2), 1},
+        cast(strandScene<S>(kFibers, kSegments, 7, placement)),
+        probes(soupScene<S>(5, 1, 9, placement)),
+        manager(Config::make(options)),
+        other(Config::make(options)),
+        foreign(makeFclNaive<S>()) {
+    Random random(8);
+    for (std::size_t i = 0; i < kLoose; ++i) {
+      const Eigen::Vector3d place = placement.origin + random.inCube(1);
+      cast.addCapsule(place, place + random.between(0, 1) * random.direction(), 0.05);
+    }
+    addShapes(cast, kShapes, 0.4, 10, placement);
+    cast.addHalfspace({0, 0, 1}, placement.origin.z() - 0.5);
+    cast.addPlane({1, 0, 0}, placement.origin.x());
+    addShapes(probes, 6, 0.4, 11, placement);
+    // A capsule of a fiber may be in both.
+    other->registerObjects(probes.objects());
+    other->registerObject(cast[2]);
+    foreign->registerObjects(probes.objects());
+  }
+
+  Objects objects(const Indices& indices) const {
+    Objects all;
+    for (const std::size_t i : indices) all.push_back(i < kObjects ? cast[i] : nullptr);
+    return all;
+  }
+  PairOracle<S> oracle(const Model& model) const {
+    std::vector<Objects> fibers;
+    for (const Indices& fiber : model.fibers) fibers.push_back(objects(fiber));
+    Objects all = cast.objects();
+    all.insert(all.end(), probes.objects().begin(), probes.objects().end());
+    return PairOracle<S>(all, rulesOf<Config>(options), fibers);
+  }
+
+  FiberManagerOptions options;
+  Placement placement;
+  Scene<S> cast, probes;
+  decltype(Config::make()) manager, other;
+  std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> foreign;
+};
+
+void require(const testing::AssertionResult& result) {
+  if (!result) RC_FAIL(result.message());
+}
+
+template <typename Config>
+struct Command : rc::state::Command<Model, Sut<Config>> {
+  using Base = rc::state::Command<Model, Sut<Config>>;
+  using S = typename Config::Scalar;
+
+  /// What the model says of the manager after this command.
+  void check(const Model& before, const Sut<Config>& sut) const {
+    ++commands_run;
+    const Model after = this->nextState(before);
+    RC_ASSERT(objectsOf<S>(*sut.manager) == sut.objects(after.managed));
+    RC_ASSERT(sut.manager->size() == after.managed.size());
+    RC_ASSERT(sut.manager->empty() == after.managed.empty());
+  }
+  static std::size_t commands_run;
+};
+template <typename Config>
+std::size_t Command<Config>::commands_run = 0;
+
+// --- Registering ---
+
+template <typename Config>
+struct Register : Command<Config> {
+  enum class By { kObject, kObjects, kFiber } by;
+  Indices added;
+
+  explicit Register(const Model& model) : by(*rc::gen::element(By::kObject, By::kObjects, By::kFiber)) {
+    if (by == By::kFiber) {
+      added = fiberIndices(*rc::gen::inRange<std::size_t>(0, kFibers));
+    } else {
+      const Indices outside = model.outside();
+      RC_PRE(!outside.empty());
+      const auto count = by == By::kObject ? 1 : *rc::gen::inRange<std::size_t>(0, outside.size() + 1);
+      const auto first = *rc::gen::inRange<std::size_t>(0, outside.size());
+      for (std::size_t i = 0; i < count; ++i) added.push_back(outside[(first + i) % outside.size()]);
+    }
+  }
+  void checkPreconditions(const Model& model) const override {
+    for (const std::size_t i : added) RC_PRE(!model.has(i));
+  }
+  void apply(Model& model) const override {
+    model.add(added);
+    if (by == By::kFiber) model.fibers.push_back(added);
+  }
+  void run(const Model& model, Sut<Config>& sut) const override {
+    const auto objects = sut.objects(added);
+    if (by == By::kObject) sut.manager->registerObject(objects[0]);
+    if (by == By::kObjects) sut.manager->registerObjects(objects);
+    if (by == By::kFiber) sut.manager->registerFiber(objects);
+    this->check(model, sut);
+  }
+  void show(std::ostream& os) const override {
+    os << (by == By::kFiber ? "registerFiber " : "register ") << named(added);
+  }
+};
+
+template <typename Config>
+struct Unregister : Command<Config> {
+  Indices gone;
+
+  explicit Unregister(const Model& model) {
+    RC_PRE(!model.managed.empty());
+    const auto count = *rc::gen::inRange<std::size_t>(1, model.managed.size() + 1);
+    // Mostly few.
+    for (std::size_t i = 0; i < 1 + count / 8; ++i) {
+      const std::size_t index = *rc::gen::elementOf(model.managed);
+      if (std::find(gone.begin(), gone.end(), index) == gone.end()) gone.push_back(index);
+    }
+  }
+  void checkPreconditions(const Model& model) const override {
+    for (const std::size_t i : gone) RC_PRE(model.has(i));
+  }
+  void apply(Model& model) const override {
+    for (const std::size_t i : gone) model.remove(i);
+  }
+  void run(const Model& model, Sut<Config>& sut) const override {
+    for (auto* object : sut.objects(gone)) sut.manager->unregisterObject(object);
+    this->check(model, sut);
+  }
+  void show(std::ostream& os) const override { os << "unregister " << named(gone); }
+};
+
+template <typename Config>
+struct Clear : Command<Config> {
+  explicit Clear(const Model&) {
+    // Seldom.
+    RC_PRE(*rc::gen::inRange(0, 8) == 0);
+  }
+  void apply(Model& model) const override {
+    model = {};
+    model.reads_all = true;
+  }
+  void run(const Model& model, Sut<Config>& sut) const override {
+    sut.manager->clear();
+    this->check(model, sut);
+  }
+  void show(std::ostream& os) const override { os << "clear"; }
+};
+
+// --- Moving and reading ---
+
+template <typename Config>
+struct Update : Command<Config> {
+  enum class Form { kNone, kAll, kList, kOne } form;
+  Indices moved;
+  std::uint64_t seed;
+  double distance;
+
+  explicit Update(const Model& model)
+      : form(*rc::gen::element(Form::kNone, Form::kAll, Form::kAll, Form::kList, Form::kOne)),
+        seed(*rc::gen::inRange<std::uint64_t>(0, 1000)),
+        distance(std::pow(10.0, *rc::gen::inRange(-5, 2))) {
+    RC_PRE(!model.managed.empty());
+    const auto count = form == Form::kAll   ? model.managed.size()
+                       : form == Form::kOne ? 1
+                                            : *rc::gen::inRange<std::size_t>(0, 9);
+    for (std::size_t i = 0; i < count; ++i) moved.push_back(*rc::gen::elementOf(model.managed));
+  }
+  void checkPreconditions(const Model& model) const override {
+    for (const std::size_t i : moved) RC_PRE(model.has(i));
+  }
+  void apply(Model& model) const override {
+    for (const std::size_t i : moved) model.stale.insert(i);
+    if (form == Form::kNone) return;
+    model.read();
+    if (form == Form::kAll) model.stale.clear();
+    for (const std::size_t i : moved) model.stale.erase(i);
+  }
+  void run(const Model& model, Sut<Config>& sut) const override {
+    Random random(seed);
+    for (const std::size_t i : moved) jolt(*sut.cast[i], random, distance, 1);
+    const auto objects = sut.objects(moved);
+    if (form == Form::kAll) sut.manager->update();
+    if (form == Form::kList) sut.manager->update(objects);
+    if (form == Form::kOne) sut.manager->update(objects[0]);
+    this->check(model, sut);
+  }
+  void show(std::ostream& os) const override {
+    const char* const kForms[] = {"no update", "update()", "update(objects)", "update(object)"};
+    os << "move " << named(moved) << " by " << distance << " (seed " << seed << "), "
+       << kForms[static_cast<int>(form)];
+  }
+};
+
+template <typename Config>
+struct Setup : Command<Config> {
+  explicit Setup(const Model&) {}
+  void apply(Model& model) const override { model.read(); }
+  void run(const Model& model, Sut<Config>& sut) const override {
+    sut.manager->setup();
+    this->check(model, sut);
+  }
+  void show(std::ostream& os) const override { os << "setup"; }
+};
+
+// --- Queries ---
+
+template <typename Config>
+struct Query : Command<Config> {
+  using S = typename Config::Scalar;
+  using Object = fcl::CollisionObject<S>;
+  using Objects = std::vector<Object*>;
+  enum class With { kItself, kObject, kProbe, kFiberManager, kFclManager } with;
+  bool is_distance;
+  std::size_t object;
+  std::size_t ends_at;  // 0: not before its end
+  bool throws;
+
+  explicit Query(const Model&)
+      : with(*rc::gen::element(With::kItself, With::kObject, With::kProbe, With::kFiberManager,
+                               With::kFclManager)),
+        is_distance(*rc::gen::arbitrary<bool>()),
+        object(*rc::gen::inRange<std::size_t>(0, kObjects)),
+        ends_at(*rc::gen::inRange<std::size_t>(0, 12)),
+        throws(*rc::gen::arbitrary<bool>()) {}
+
+  void apply(Model& model) const override { model.read(); }
+
+  template <typename Recorder, typename RunQuery>
+  void runQuery(Recorder& recorder, RunQuery&& run) const {
+    try {
+      run(recorder);
+    } catch (const CallbackError&) {
+      RC_ASSERT(recorder.throw_at == recorder.calls.size());
+    }
+  }
+
+  template <typename Recorder, typename RunQuery>
+  void runBoth(const Recorder& fresh, Recorder& whole, RunQuery&& run) const {
+    Recorder cut = fresh;
+    if (ends_at > 0) {
+      (throws ? cut.throw_at : cut.stop_at) = ends_at;
+      runQuery(cut, run);
+      RC_ASSERT(cut.calls.size() <= ends_at);
+    }
+    runQuery(whole, run);
+    RC_ASSERT((ends_at == 0 || cut.calls.size() == std::min(ends_at, whole.calls.size())));
+    RC_ASSERT(std::equal(cut.calls.begin(), cut.calls.end(), whole.calls.begin()));
+  }
+
+  void run(const Model& model, Sut<Config>& sut) const override {
+    Model read = model;
+    read.read();
+    sut.other->update();
+    sut.foreign->update();
+    Objects partners;
+    Object* one = with == With::kProbe ? sut.probes[object % sut.probes.size()] : sut.cast[object];
+    fcl::BroadPhaseCollisionManager<S>* other = nullptr;
+    switch (with) {
+      case With::kItself:
+        break;
+      case With::kObject:
+      case With::kProbe:
+        partners = {one};
+        break;
+      case With::kFiberManager:
+        other = sut.other.get();
+        break;
+      case With::kFclManager:
+        other = sut.foreign.get();
+        break;
+    }
+    if (other != nullptr) other->getObjects(partners);
+
+    const PairOracle<S> oracle = sut.oracle(model);
+    const Objects managed = sut.objects(model.managed);
+    if (is_distance) {
+      const auto run = [&](DistanceSearch<S>& search) {
+        if (other != nullptr) return search.run(*sut.manager, *other);
+        if (!partners.empty()) return search.run(*sut.manager, *partners[0]);
+        search.run(*sut.manager);
+      };
+      DistanceSearch<S> search(oracle);
+      runBoth(DistanceSearch<S>(oracle), search, run);
+      require(search.keepsToTheRules());
+      if (read.stale.empty()) {
+        const S smallest = partners.empty() ? oracle.smallestDistance(managed)
+                                            : oracle.smallestDistance(managed, partners);
+        RC_ASSERT((smallest > 0 ? search.result() == smallest : search.result() <= 0));
+      }
+    } else {
+      const auto run = [&](PairCollector<S>& collector) {
+        constexpr auto kCollide = &PairCollector<S>::collide;
+        if (other != nullptr) return sut.manager->collide(other, &collector, kCollide);
+        if (!partners.empty()) return sut.manager->collide(partners[0], &collector, kCollide);
+        sut.manager->collide(&collector, kCollide);
+      };
+      PairCollector<S> collector;
+      runBoth(PairCollector<S>(), collector, run);
+      if (read.stale.empty()) {
+        require(with == With::kItself
+                    ? oracle.answersSelf(collector.calls, managed)
+                    : oracle.answersBetween(collector.calls, managed, partners));
+      }
+      if (with == With::kItself) {
+        RC_ASSERT(sut.manager->selfCollisionStatistics().pairs == collector.calls.size());
+      }
+    }
+    this->check(model, sut);
+  }
+
+  void show(std::ostream& os) const override {
+    const char* const kWith[] = {"itself", "object", "probe", "another fiber manager",
+                                 "a manager of FCL's"};
+    os << (is_distance ? "distance with " : "collide with ") << kWith[static_cast<int>(with)];
+    if (with == With::kObject || with == With::kProbe) os << " " << object;
+    if (ends_at > 0) os << (throws ? ", throws at call " : ", stops at call ") << ends_at;
+  }
+};
+
+// --- Mistakes ---
+
+template <typename Config>
+struct Mistake : Command<Config> {
+  using Manager = typename Config::Manager;
+  enum class Kind { kNull, kTwice, kUnknown, kWithinAQuery, kNumberOf } kind;
+  std::size_t object;
+
+  explicit Mistake(const Model&)
+      : kind(static_cast<Kind>(*rc::gen::inRange(0, static_cast<int>(Kind::kNumberOf)))),
+        object(*rc::gen::inRange<std::size_t>(0, kObjects)) {}
+
+  void checkPreconditions(const Model& model) const override {
+    if (kind == Kind::kTwice) RC_PRE(model.has(object));
+    if (kind == Kind::kUnknown) RC_PRE(!model.has(object));
+  }
+  void apply(Model& model) const override {
+    if (kind == Kind::kWithinAQuery) model.read();
+  }
+
+  void run(const Model& model, Sut<Config>& sut) const override {
+    using S = typename Config::Scalar;
+    auto& manager = *sut.manager;
+    auto* it = sut.cast[object];
+    switch (kind) {
+      case Kind::kNull:
+        RC_ASSERT_THROWS_AS(manager.registerObject(nullptr), std::invalid_argument);
+        RC_ASSERT_THROWS_AS(manager.unregisterObject(nullptr), std::invalid_argument);
+        break;
+      case Kind::kTwice: {
+        const auto outside = sut.objects(model.outside());
+        auto with_it = outside;
+        with_it.push_back(it);
+        RC_ASSERT_THROWS_AS(manager.registerObject(it), std::invalid_argument);
+        RC_ASSERT_THROWS_AS(manager.registerObjects(with_it), std::invalid_argument);
+        break;
+      }
+      case Kind::kUnknown:
+        RC_ASSERT_THROWS_AS(manager.unregisterObject(it), std::invalid_argument);
+        RC_ASSERT_THROWS_AS(manager.update(it), std::invalid_argument);
+        break;
+      default: {
+        struct Attempt {
+          decltype(&manager) to;
+          int made = 0, refused = 0;
+        } attempt{&manager};
+        manager.collide(&attempt, [](fcl::CollisionObject<S>* a, fcl::CollisionObject<S>*,
+                                     void* data) {
+          auto& self = *static_cast<Attempt*>(data);
+          const std::vector<std::function<void()>> changes = {
+              [&] { self.to->unregisterObject(a); },
+              [&] { self.to->registerObjects({}); },
+              [&] { self.to->update(); },
+              [&] { self.to->update(a); },
+              [&] { self.to->clear(); },
+          };
+          for (const auto& change : changes) {
+            ++self.made;
+            try {
+              change();
+            } catch (const std::invalid_argument&) {
+              ++self.refused;
+            }
+          }
+          return false;
+        });
+        RC_ASSERT(attempt.refused == attempt.made);
+      }
+    }
+    this->check(model, sut);
+  }
+  void show(std::ostream& os) const override {
+    const char* const kKinds[] = {"null", "register twice", "unknown", "change within a query"};
+    os << "mistake: " << kKinds[static_cast<int>(kind)] << " " << object;
+  }
+};
+
+template <typename Config>
+class Stateful : public testing::Test {
+ protected:
+  // Some thousand commands; rapidcheck reads this once.
+  static void SetUpTestSuite() {
+    ::setenv("RC_PARAMS", "seed=1 max_success=24 max_size=140", /*overwrite=*/0);
+  }
+};
+TYPED_TEST_SUITE(Stateful, FiberManagers, ManagerNames);
+
+// Some combination of calls that nobody thought of would leave the manager wrong.
+TYPED_TEST(Stateful, AManagerIsItsModel) {
+  using C = Command<TypeParam>;
+  C::commands_run = 0;
+  EXPECT_TRUE(rc::check("any sequence of calls", [] {
+    FiberManagerOptions options;
+    options.report = *rc::gen::arbitrary<bool>() ? Report::kCapsules : Report::kVolumes;
+    options.margin = *rc::gen::element(0.0, 0.05);
+    options.ignored_neighbors = *rc::gen::inRange(0, 4);
+    options.threads = *rc::gen::inRange(1, 3);
+    const double offset = *rc::gen::element(0.0, 10.0, 1e4);
+    RC_LOG() << describe(options) << ", threads " << options.threads << ", offset " << offset;
+    Sut<TypeParam> sut(options, offset);
+    rc::state::check(
+        Model{}, sut,
+        rc::state::gen::execOneOfWithArgs<Register<TypeParam>, Register<TypeParam>,
+                                          Unregister<TypeParam>, Clear<TypeParam>,
+                                          Update<TypeParam>, Update<TypeParam>, Setup<TypeParam>,
+                                          Query<TypeParam>, Query<TypeParam>, Query<TypeParam>,
+                                          Mistake<TypeParam>>());
+  }));
+  this->RecordProperty("commands", std::to_string(C::commands_run));
+}
+
+}  // namespace
+}  // namespace fcl_fibers::test
