@@ -5,11 +5,13 @@
 #include <cmath>
 #include <initializer_list>
 #include <memory>
+#include <set>
 #include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "support/distance_search.h"
 #include "support/managers_under_test.h"
 #include "support/pair_oracle.h"
 #include "support/pair_queries.h"
@@ -253,8 +255,7 @@ TYPED_TEST(FiberCollide, AnyOtherManagerIsAnsweredThroughItsObjects) {
     others.emplace_back("boxes, super thread", makeLayeredAabbTree<S>(super_thread));
     others.emplace_back("spheres, bundle", makeWrappedSphereTree<S>(bundle));
     others.emplace_back("spheres, super thread", makeWrappedSphereTree<S>(super_thread));
-    others.emplace_back("FCL's tree", makeFclTree<S>());
-    others.emplace_back("FCL's list", makeFclNaive<S>());
+    for (auto& fcl_manager : makeFclManagers<S>()) others.push_back(std::move(fcl_manager));
     others.emplace_back(
         "foreign", std::make_unique<ForeignManager<S>>(std::vector<fcl::CollisionObject<S>*>()));
     const PairOracle<S> oracle(joined(mine, theirs), rulesOf<TypeParam>(options));
@@ -336,6 +337,41 @@ TYPED_TEST(FiberCollide, CollidingWithItselfIsTheSelfQuery) {
   manager->setup();
   EXPECT_FALSE(selfPairs(*manager).empty());
   EXPECT_EQ(pairsWith(*manager, *manager), selfPairs(*manager));
+}
+
+// What two scenes share would be in contact with itself.
+TYPED_TEST(FiberCollide, AnObjectInBothManagersDoesNotMeetItself) {
+  using S = typename TypeParam::Scalar;
+  const Scene<S> scene = strandScene<S>(6, 12, 50);
+  const auto& objects = scene.objects();
+  using Objects = std::vector<fcl::CollisionObject<S>*>;
+  const Objects mine(objects.begin(), objects.begin() + 48);
+  const Objects theirs(objects.begin() + 24, objects.end());
+  for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0.02)) {
+    const auto manager = TypeParam::make(options);
+    manager->registerObjects(mine);
+    FiberManagerOptions super_thread = options;
+    super_thread.topology = Topology::kSuperThread;
+    std::vector<std::unique_ptr<fcl::BroadPhaseCollisionManager<S>>> others;
+    others.push_back(TypeParam::make(options));
+    others.push_back(makeLayeredAabbTree<S>(super_thread));
+    others.push_back(makeFclNaive<S>());
+    const PairOracle<S> oracle(objects, rulesOf<TypeParam>(options));
+    for (const auto& other : others) {
+      SCOPED_TRACE(describe(options));
+      other->registerObjects(theirs);
+      const Calls<S> pairs = pairsWith(*manager, *other);
+      EXPECT_FALSE(pairs.empty());
+      for (const auto& [a, b] : pairs) EXPECT_NE(a, b);
+      // Of two that are in both, each is the other's partner.
+      EXPECT_EQ(std::set(pairs.begin(), pairs.end()).size(), pairs.size());
+      DistanceSearch<S> search(oracle);
+      search.lowers = false;
+      search.run(*manager, *other);
+      for (const auto& [a, b] : search.calls) EXPECT_NE(a, b);
+      EXPECT_EQ(search.calls.size(), mine.size() * theirs.size() - 24);
+    }
+  }
 }
 
 // The choice of topology would change answers, not only their speed.

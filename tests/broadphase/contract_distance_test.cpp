@@ -307,8 +307,7 @@ TYPED_TEST(FiberDistance, AnyOtherManagerIsAnsweredThroughItsObjects) {
   others.push_back(makeLayeredAabbTree<S>(super_thread));
   others.push_back(makeWrappedSphereTree<S>({}));
   others.push_back(makeWrappedSphereTree<S>(super_thread));
-  others.push_back(makeFclTree<S>());
-  others.push_back(makeFclNaive<S>());
+  for (auto& [name, fcl_manager] : makeFclManagers<S>()) others.push_back(std::move(fcl_manager));
   others.push_back(std::make_unique<ForeignManager<S>>(std::vector<fcl::CollisionObject<S>*>()));
   for (std::size_t i = 0; i < others.size(); ++i) {
     SCOPED_TRACE(i);
@@ -348,6 +347,63 @@ TYPED_TEST(FiberDistance, DistanceToItselfIsTheSelfQuery) {
   same.run(*manager, *manager);
   EXPECT_EQ(self.calls, same.calls);
   EXPECT_EQ(self.result(), same.result());
+}
+
+// Margins, or the choice of what is reported, would leak into distances: FCL knows neither.
+TYPED_TEST(FiberDistance, MarginAndReportDoNotShow) {
+  using S = typename TypeParam::Scalar;
+  const Scene<S> mine = apartScene<S>(4, 68);
+  const Scene<S> theirs = apartScene<S>(3, 69, {Eigen::Vector3d(3.95, 0.5, 0.4), 1});
+  for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0.3)) {
+    SCOPED_TRACE(describe(options));
+    const PairOracle<S> oracle(joined(mine, theirs), rulesOf<TypeParam>(options));
+    const auto manager = TypeParam::make(options);
+    manager->registerObjects(mine.objects());
+    const auto expect_found = [&](S smallest, auto run) {
+      ASSERT_GT(smallest, 0);
+      DistanceSearch<S> search(oracle);
+      run(search);
+      EXPECT_TRUE(search.keepsToTheRules());
+      EXPECT_EQ(search.result(), smallest);
+    };
+    expect_found(oracle.smallestDistance(mine.objects()),
+                 [&](auto& search) { search.run(*manager); });
+    for (fcl::CollisionObject<S>* object : theirs.objects()) {
+      expect_found(oracle.smallestDistance(mine.objects(), {object}),
+                   [&](auto& search) { search.run(*manager, *object); });
+    }
+    for (const double margin : {0.0, 0.1, 0.5}) {
+      FiberManagerOptions other_options = options;
+      other_options.margin = margin;
+      const auto other = TypeParam::make(other_options);
+      other->registerObjects(theirs.objects());
+      expect_found(oracle.smallestDistance(mine.objects(), theirs.objects()),
+                   [&](auto& search) { search.run(*manager, *other); });
+    }
+  }
+}
+
+// A query that meets nothing, of no size, would search for ever, as with four of FCL's managers.
+TYPED_TEST(DistanceContract, AQueryOfNoSizeThatMeetsNothingEnds) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene;
+  scene.addSphere({1, 2, 3}, 0);
+  const auto manager = TypeParam::make();
+  manager->registerObjects(scene.objects());
+  manager->setup();
+  Scene<S> probes;
+  probes.addSphere({5, 5, 5}, 0);
+  probes.addCapsule(Eigen::Vector3d(-4, 0, 0), Eigen::Vector3d(-4, 0, 0), 0);
+  const PairOracle<S> oracle(joined(scene, probes), rulesOf<TypeParam>({}));
+  DistanceSearch<S> alone(oracle);
+  alone.run(*manager);
+  EXPECT_TRUE(alone.calls.empty());
+  for (fcl::CollisionObject<S>* probe : probes.objects()) {
+    DistanceSearch<S> search(oracle);
+    search.run(*manager, *probe);
+    EXPECT_EQ(search.calls.size(), 1u);
+    EXPECT_EQ(search.result(), oracle.distance(scene[0], probe));
+  }
 }
 
 // A search would not prune: as slow as visiting every pair.

@@ -297,6 +297,38 @@ TYPED_TEST(FiberUpdate, ObjectsThatMoveCountWhereTheyWereUntilUpdate) {
   EXPECT_TRUE(answers<TypeParam>(*manager, scene));
 }
 
+// A program that skips computeAABB() for capsules would be answered for where they were.
+TYPED_TEST(FiberUpdate, CapsulesNeedNoComputeAABB) {
+  using S = typename TypeParam::Scalar;
+  for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0.02)) {
+    SCOPED_TRACE(describe(options));
+    const Scene<S> scene = strandScene<S>(6, 10, 108);
+    const auto manager = TypeParam::make(options);
+    manager->registerObjects(scene.objects());
+    manager->setup();
+    Random random(109);
+    const auto move = [&](fcl::CollisionObject<S>* object) {
+      fcl::Transform3<S> pose = object->getTransform();
+      pose.translation() += random.inCube(0.3).template cast<S>();
+      object->setTransform(pose);
+    };
+    const auto expect_right = [&] {
+      const PairOracle<S> oracle(scene.objects(), rulesOf<TypeParam>(options));
+      EXPECT_TRUE(oracle.answersSelf(selfPairs(*manager), scene.objects()));
+    };
+    for (fcl::CollisionObject<S>* object : scene.objects()) move(object);
+    manager->update();
+    expect_right();
+    move(scene[17]);
+    manager->update(scene[17]);
+    expect_right();
+    const std::vector<fcl::CollisionObject<S>*> some = {scene[3], scene[30], scene[59]};
+    for (fcl::CollisionObject<S>* object : some) move(object);
+    manager->update(some);
+    expect_right();
+  }
+}
+
 // Objects that move between being registered and being set up, as MoveIt's do, would be left where
 // they were created.
 TYPED_TEST(FiberUpdate, TheFirstQueryAfterRegisteringReadsTheObjects) {

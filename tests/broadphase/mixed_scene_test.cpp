@@ -230,6 +230,8 @@ TYPED_TEST(FiberMixed, DistancesIncludeShapes) {
       scene.addMesh(center, size);
     } else if (i % 6 == 3) {
       scene.addOctree(center, size);
+    } else if (i % 6 == 4) {
+      scene.addConvex(center, size);
     } else {
       scene.addCapsule(center - half, center + half, 0.02);
     }
@@ -257,8 +259,24 @@ TYPED_TEST(FiberMixed, DistancesIncludeShapes) {
       one.run(*manager, *object);
       EXPECT_TRUE(one.keepsToTheRules());
       EXPECT_EQ(one.result(), oracle.smallestDistance(scene.objects(), {object}));
+      // And not boxes that an octree was taken apart into.
+      for (const auto& call : one.calls) EXPECT_EQ(call.second, object);
     }
   }
+}
+
+// Once a contact was found, everything would be tried against the floor all the same.
+TYPED_TEST(FiberMixed, NoUnboundedShapeIsVisitedOnceTheDistanceIsZero) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene = strandScene<S>(4, 8, 173);
+  scene.addHalfspace({0, 0, 1}, 0);
+  const PairOracle<S> oracle(scene.objects(), rulesOf<TypeParam>({}));
+  const auto manager = TypeParam::make();
+  manager->registerObjects(scene.objects());
+  DistanceSearch<S> search(oracle);
+  search.run(*manager);
+  EXPECT_LE(search.result(), 0);
+  for (std::size_t i = 0; i + 1 < search.left.size(); ++i) EXPECT_GT(search.left[i], 0);
 }
 
 // A sphere beside the fibers would count by FCL's box of it, a cube when turned.

@@ -3,8 +3,13 @@
 
 #include <algorithm>
 
+#include <fcl/broadphase/broadphase_SSaP.h>
+#include <fcl/broadphase/broadphase_SaP.h>
 #include <fcl/broadphase/broadphase_bruteforce.h>
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
+#include <fcl/broadphase/broadphase_dynamic_AABB_tree_array.h>
+#include <fcl/broadphase/broadphase_interval_tree.h>
+#include <fcl/broadphase/broadphase_spatialhash.h>
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
 
 namespace fcl_fibers::test {
@@ -28,6 +33,23 @@ std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> makeFclTree() {
 template <typename S>
 std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> makeFclNaive() {
   return std::make_unique<fcl::NaiveCollisionManager<S>>();
+}
+
+template <typename S>
+std::vector<std::pair<std::string, std::unique_ptr<fcl::BroadPhaseCollisionManager<S>>>>
+makeFclManagers() {
+  std::vector<std::pair<std::string, std::unique_ptr<fcl::BroadPhaseCollisionManager<S>>>> all;
+  all.emplace_back("Naive", makeFclNaive<S>());
+  all.emplace_back("SaP", std::make_unique<fcl::SaPCollisionManager<S>>());
+  all.emplace_back("SSaP", std::make_unique<fcl::SSaPCollisionManager<S>>());
+  all.emplace_back("IntervalTree", std::make_unique<fcl::IntervalTreeCollisionManager<S>>());
+  const fcl::Vector3<S> corner = fcl::Vector3<S>::Constant(8);
+  all.emplace_back("SpatialHashing", std::make_unique<fcl::SpatialHashingCollisionManager<S>>(
+                                         S(0.5), -corner, corner));
+  all.emplace_back("DynamicAABBTree", makeFclTree<S>());
+  all.emplace_back("DynamicAABBTree_Array",
+                   std::make_unique<fcl::DynamicAABBTreeCollisionManager_Array<S>>());
+  return all;
 }
 
 template <typename S>
@@ -56,6 +78,9 @@ std::vector<fcl::CollisionObject<S>*> objectsOf(const fcl::BroadPhaseCollisionMa
       const FiberManagerOptions&);                                                         \
   template std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> makeFclTree<S>();           \
   template std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> makeFclNaive<S>();          \
+  template std::vector<                                                                    \
+      std::pair<std::string, std::unique_ptr<fcl::BroadPhaseCollisionManager<S>>>>         \
+  makeFclManagers<S>();                                                                    \
   template void registerFibers<S>(FiberCollisionManager<S>&, const Scene<S>&);             \
   template std::vector<fcl::CollisionObject<S>*> objectsOf<S>(                             \
       const fcl::BroadPhaseCollisionManager<S>&);

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include <fcl/broadphase/broadphase_collision_manager.h>
@@ -27,6 +28,10 @@ template <typename S>
 std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> makeFclTree();
 template <typename S>
 std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> makeFclNaive();
+/// One of each of FCL's managers, with its name.
+template <typename S>
+std::vector<std::pair<std::string, std::unique_ptr<fcl::BroadPhaseCollisionManager<S>>>>
+makeFclManagers();
 
 inline std::string scalarName(float) { return "Float"; }
 inline std::string scalarName(double) { return "Double"; }

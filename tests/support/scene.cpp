@@ -8,6 +8,7 @@
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/octree/octree.h>
 #include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/convex.h>
 #include <fcl/geometry/shape/halfspace.h>
 #include <fcl/geometry/shape/plane.h>
 #include <fcl/geometry/shape/sphere.h>
@@ -97,6 +98,21 @@ fcl::CollisionObject<S>* Scene<S>::addMesh(const Eigen::Vector3d& center, double
   }
   mesh->endModel();
   return add(std::move(mesh), makePose<S>(Eigen::Quaterniond::Identity(), center));
+}
+
+template <typename S>
+fcl::CollisionObject<S>* Scene<S>::addConvex(const Eigen::Vector3d& center, double radius) {
+  const auto r = static_cast<S>(radius);
+  using Corner = fcl::Vector3<S>;
+  const auto corners = std::make_shared<const std::vector<Corner>>(
+      std::vector<Corner>{Corner(r, 0, 0), Corner(-r, 0, 0), Corner(0, r, 0), Corner(0, -r, 0),
+                          Corner(0, 0, r), Corner(0, 0, -r)});
+  // Of each face, the number of corners and the corners.
+  const auto faces = std::make_shared<const std::vector<int>>(
+      std::vector<int>{3, 0, 2, 4, 3, 2, 1, 4, 3, 1, 3, 4, 3, 3, 0, 4,
+                       3, 2, 0, 5, 3, 1, 2, 5, 3, 3, 1, 5, 3, 0, 3, 5});
+  return add(std::make_shared<fcl::Convex<S>>(corners, 8, faces),
+             makePose<S>(Eigen::Quaterniond::Identity(), center));
 }
 
 template <typename S>

@@ -41,6 +41,8 @@ class Scene {
                  const Eigen::Vector3d& sides);
   /// An octahedron of triangles.
   Object* addMesh(const Eigen::Vector3d& center, double radius);
+  /// The same octahedron as a convex solid.
+  Object* addConvex(const Eigen::Vector3d& center, double radius);
   /// An occupancy tree in a cube.
   Object* addOctree(const Eigen::Vector3d& center, double half_side);
   /// normal . x <= offset.

@@ -192,7 +192,7 @@ void addShapes(Scene<S>& scene, std::size_t count, double size, std::uint64_t se
     const double x = random.between(0.2, 1) * size * placement.scale;
     const double y = random.between(0.2, 1) * size * placement.scale;
     const Eigen::Quaterniond turn = random.rotation();
-    switch (i % 5) {
+    switch (i % 6) {
       case 0:
         scene.addSphere(center, x / 2);
         break;
@@ -204,6 +204,9 @@ void addShapes(Scene<S>& scene, std::size_t count, double size, std::uint64_t se
         break;
       case 3:
         scene.addMesh(center, x / 2);
+        break;
+      case 4:
+        scene.addConvex(center, x / 2);
         break;
       default:
         scene.addOctree(center, x / 2);

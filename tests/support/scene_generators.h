@@ -51,7 +51,8 @@ struct NamedScene {
 template <typename S>
 std::vector<NamedScene<S>> standardScenes();
 
-/// Adds `count` spheres, boxes, turned boxes, meshes and octrees in turn, all over the placement.
+/// Adds `count` spheres, boxes, turned boxes, meshes, convex solids and octrees in turn, all over
+/// the placement.
 template <typename S>
 void addShapes(Scene<S>& scene, std::size_t count, double size, std::uint64_t seed,
                const Placement& placement = {});
