@@ -1,12 +1,235 @@
 // SPDX-License-Identifier: BSD-3-Clause
+//
+// A tree over arrays of any bits: built, updated, searched, met by another one. What is refused must
+// leave the tree as it was; what is answered must have each pair once, all pairs that surely touch,
+// and under Report::kCapsules none that are surely apart.
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <optional>
+#include <set>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <fuzzer/FuzzedDataProvider.h>
 
 #include <fcl_fibers/fiber_tree.h>
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  fcl_fibers::FiberTree tree;
-  (void)data;
-  (void)size;
+namespace {
+
+using fcl_fibers::FiberArrays;
+using fcl_fibers::FiberTree;
+using fcl_fibers::FiberTreeOptions;
+using fcl_fibers::Report;
+using fcl_fibers::SegmentPair;
+using Real = long double;
+using Pairs = std::vector<std::pair<int, int>>;
+
+void require(bool condition) {
+  if (!condition) std::abort();
+}
+
+FiberTreeOptions readOptions(FuzzedDataProvider& data) {
+  FiberTreeOptions options;
+  options.topology = data.ConsumeBool() ? fcl_fibers::Topology::kBundle
+                                        : fcl_fibers::Topology::kSuperThread;
+  options.volumes = data.ConsumeBool() ? FiberTreeOptions::Volumes::kLayeredBoxes
+                                       : FiberTreeOptions::Volumes::kWrappedSpheres;
+  options.report = data.ConsumeBool() ? Report::kCapsules : Report::kVolumes;
+  options.ignored_neighbors = data.ConsumeIntegralInRange(0, 3);
+  options.margin = data.ConsumeBool() ? 0 : data.ConsumeFloatingPointInRange(0.0, 10.0);
+  return options;
+}
+
+template <typename S>
+S readNumber(FuzzedDataProvider& data) {
+  // Mostly tame, for most arrays with one wild number are refused.
+  switch (data.ConsumeIntegralInRange(0, 7)) {
+    case 0:
+      return data.ConsumeFloatingPoint<S>();
+    case 1:
+      return std::ldexp(S(data.ConsumeIntegral<std::int8_t>()), data.ConsumeIntegralInRange(-140, 120));
+    default:
+      return S(data.ConsumeIntegral<std::int8_t>()) / 16;
+  }
+}
+
+template <typename S>
+struct Hair {
+  std::vector<S> points, radii;
+  std::vector<std::size_t> begin = {0};
+  typename FiberArrays<S>::Radii radii_are;
+
+  explicit Hair(FuzzedDataProvider& data) {
+    const int fibers = data.ConsumeIntegralInRange(0, 12);
+    for (int f = 0; f < fibers; ++f) {
+      begin.push_back(begin.back() + data.ConsumeIntegralInRange<std::size_t>(0, 12));
+    }
+    using Radii = typename FiberArrays<S>::Radii;
+    radii_are = data.PickValueInArray({Radii::kOne, Radii::kPerFiber, Radii::kPerSegment});
+    readNumbers(data);
+  }
+
+  void readNumbers(FuzzedDataProvider& data) {
+    using Radii = typename FiberArrays<S>::Radii;
+    points.resize(3 * begin.back());
+    for (S& x : points) x = readNumber<S>(data);
+    radii.resize(radii_are == Radii::kOne        ? 1
+                 : radii_are == Radii::kPerFiber ? begin.size() - 1
+                                                 : begin.back());
+    for (S& radius : radii) radius = std::fabs(readNumber<S>(data)) / 4;
+  }
+
+  FiberArrays<S> arrays() const {
+    return {points.data(), begin.back(), begin.data(), begin.size() - 1, radii.data(), radii_are};
+  }
+
+  std::size_t fiberOf(std::size_t segment) const {
+    return static_cast<std::size_t>(std::upper_bound(begin.begin(), begin.end(), segment) -
+                                    begin.begin() - 1);
+  }
+  bool startsCapsule(std::size_t point) const { return begin[fiberOf(point) + 1] > point + 1; }
+
+  Real radius(std::size_t segment) const {
+    using Radii = typename FiberArrays<S>::Radii;
+    return static_cast<Real>(radii[radii_are == Radii::kOne        ? 0
+                                   : radii_are == Radii::kPerFiber ? fiberOf(segment)
+                                                                   : segment]);
+  }
+  std::array<Real, 3> at(std::size_t segment, Real t) const {
+    std::array<Real, 3> point;
+    for (std::size_t k = 0; k < 3; ++k) {
+      point[k] = (1 - t) * static_cast<Real>(points[3 * segment + k]) +
+                 t * static_cast<Real>(points[3 * segment + 3 + k]);
+    }
+    return point;
+  }
+};
+
+Pairs pairsOf(const FiberTree& tree) {
+  Pairs pairs;
+  tree.visitPairs([&](SegmentPair pair) { pairs.emplace_back(pair.a, pair.b); });
+  return pairs;
+}
+
+/// Nine pairs of points say whether two capsules surely touch, their boxes whether they surely do
+/// not.
+template <typename S>
+void checkPair(const Hair<S>& hair, std::size_t a, std::size_t b, const FiberTreeOptions& options,
+               bool found) {
+  const Real reach = hair.radius(a) + hair.radius(b) + static_cast<Real>(options.margin);
+  Real largest = reach, gap = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Real p = hair.at(a, 0)[k], q = hair.at(a, 1)[k];
+    const Real r = hair.at(b, 0)[k], s = hair.at(b, 1)[k];
+    gap = std::max({gap, std::min(p, q) - std::max(r, s), std::min(r, s) - std::max(p, q)});
+    largest = std::max({largest, std::fabs(p), std::fabs(q), std::fabs(r), std::fabs(s)});
+  }
+  if (options.report == Report::kCapsules && gap > reach + 1e-12L * largest) require(!found);
+  for (const Real s : {0.0L, 0.5L, 1.0L}) {
+    for (const Real t : {0.0L, 0.5L, 1.0L}) {
+      const auto p = hair.at(a, s), q = hair.at(b, t);
+      const Real distance = std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
+      if (distance < reach - 1e-12L * largest) require(found);
+    }
+  }
+}
+
+template <typename S>
+void checkAnswers(const FiberTree& tree, const Hair<S>& hair) {
+  const FiberTreeOptions& options = tree.options();
+  const Pairs pairs = pairsOf(tree);
+  const std::set<std::pair<int, int>> found(pairs.begin(), pairs.end());
+  require(found.size() == pairs.size());
+  std::size_t counted = 0;
+  for (std::size_t a = 0; a < hair.begin.back(); ++a) {
+    if (!hair.startsCapsule(a)) continue;
+    for (std::size_t b = a + 1; b < hair.begin.back(); ++b) {
+      if (!hair.startsCapsule(b)) continue;
+      const bool is_found = found.count({static_cast<int>(a), static_cast<int>(b)}) > 0;
+      counted += is_found;
+      if (hair.fiberOf(a) == hair.fiberOf(b) &&
+          b - a <= static_cast<std::size_t>(options.ignored_neighbors)) {
+        require(!is_found);
+      } else {
+        checkPair(hair, a, b, options, is_found);
+      }
+    }
+  }
+  require(counted == pairs.size());
+}
+
+template <typename Call>
+bool isRefused(Call&& call) {
+  try {
+    call();
+  } catch (const std::invalid_argument&) {
+    return true;
+  }
+  return false;
+}
+
+template <typename S>
+void fuzz(FuzzedDataProvider& data) {
+  const FiberTreeOptions options = readOptions(data);
+  FiberTree tree(options), other(options);
+  std::optional<Hair<S>> hair;
+  while (data.remaining_bytes() > 0) {
+    switch (data.ConsumeIntegralInRange(0, 4)) {
+      case 0:
+      case 1: {
+        Hair<S> next = hair && data.ConsumeBool() ? *hair : Hair<S>(data);
+        const bool same_fibers = hair && next.begin == hair->begin;
+        if (same_fibers) next.readNumbers(data);
+        const Pairs before = pairsOf(tree);
+        const bool updates = same_fibers && data.ConsumeBool();
+        if (isRefused([&] { updates ? tree.update(next.arrays()) : tree.build(next.arrays()); })) {
+          require(pairsOf(tree) == before);
+        } else {
+          hair = next;
+          checkAnswers(tree, *hair);
+        }
+        break;
+      }
+      case 2: {
+        const Hair<S> next(data);
+        if (isRefused([&] { other.build(next.arrays()); })) break;
+        std::set<std::pair<int, int>> seen;
+        tree.visitPairs(other, [&](SegmentPair pair) {
+          require(hair->startsCapsule(static_cast<std::size_t>(pair.a)));
+          require(next.startsCapsule(static_cast<std::size_t>(pair.b)));
+          require(seen.emplace(pair.a, pair.b).second);
+        });
+        break;
+      }
+      case 3: {
+        const int most = data.ConsumeIntegralInRange(1, 40);
+        int calls = 0;
+        const bool stopped = tree.visitPairs([&](SegmentPair) { return ++calls == most; });
+        require(calls <= most && stopped == (calls == most));
+        break;
+      }
+      default: {
+        const int segment = data.ConsumeIntegral<int>();
+        isRefused([&] { tree.fiberSegment(segment); });
+      }
+    }
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+  FuzzedDataProvider data(bytes, size);
+  if (data.ConsumeBool()) {
+    fuzz<float>(data);
+  } else {
+    fuzz<double>(data);
+  }
   return 0;
 }

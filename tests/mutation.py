@@ -1,0 +1,303 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Plants known faults in the library, one by one, and shows that the tests catch each.
+
+    tests/mutation.py [--list] [-j JOBS] [NAME...]
+
+The faults are planted in a copy of the sources, build/mutation/source; the tests are built there for
+one instruction set. First they have to pass without a fault. Ends with an error if a fault survives,
+which means that a test is missing, or if the text that it replaces is not there exactly once, which
+means that this list has to follow the sources.
+"""
+import argparse
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+WORK = ROOT / "build" / "mutation"
+SOURCE = WORK / "source"
+BUILD = WORK / "build"
+
+
+@dataclass
+class Fault:
+    name: str  # what is wrong
+    file: str  # below src/
+    before: str
+    after: str
+    tests: str  # executables, the likeliest to catch it first
+
+
+WELZL = """
+/// Welzl's recursion, which is right for points only.
+std::optional<EnclosingSphere> welzl(const Ball* balls, int count, Basis on) {
+  if (count == 0 || on.size == 4) {
+    if (on.size == 0) return std::nullopt;
+    const Ball* members[4];
+    for (std::size_t i = 0; i < 4; ++i) members[i] = &balls[on.ball[i]];
+    const auto support = supportSphere(members, on.size);
+    return support ? std::optional<EnclosingSphere>({support->ball, on}) : std::nullopt;
+  }
+  const auto without = welzl(balls, count - 1, on);
+  if (without && encloses(without->ball, balls[count - 1])) return without;
+  on.ball[static_cast<std::size_t>(on.size++)] = count - 1;
+  return welzl(balls, count - 1, on);
+}
+
+}  // namespace
+
+bool SupportSphere::isLeast() const {"""
+
+FAULTS = [
+    # --- Bounds ---
+    Fault("a box is rounded to nearest", "geometry/box.h",
+          "roundedDown(low.x - r)", "nearestFloat(low.x - r)", "broadphase_test geometry_test"),
+    Fault("a bound is not moved outward", "geometry/rounding.h",
+          "x - (std::fabs(x) * kUlp + kLeast)", "x", "broadphase_test geometry_test"),
+    Fault("a sphere forgets how far its centre was rounded", "geometry/sphere.h",
+          "roundedUp(ball.radius + norm(moved))", "roundedUp(ball.radius)",
+          "geometry_test broadphase_test"),
+    Fault("a box forgets a child", "geometry/box.h",
+          "for (int lane = 0; lane < N; ++lane) {\n        // In this order",
+          "for (int lane = 0; lane < N - 1; ++lane) {\n        // In this order", "broadphase_test"),
+    Fault("a node does not fit its last child", "tree/layered.h",
+          "lane < node.child_count", "lane + 1 < node.child_count", "broadphase_test"),
+    Fault("a cage is kept although a leaf has escaped", "tree/wrapped_spheres.cpp",
+          "else if (child.isLeaf() || !encloses(", "else if (!child.isLeaf() && !encloses(",
+          "broadphase_test"),
+    Fault("a cage is kept although a smaller one would do", "tree/wrapped_spheres.cpp",
+          "if (!support || !support->isLeast()) return false;", "if (!support) return false;",
+          "tree_test broadphase_test"),
+    Fault("Welzl's recursion for balls", "geometry/enclosing_sphere.cpp",
+          "\n}  // namespace\n\nbool SupportSphere::isLeast() const {", WELZL, "geometry_test"),
+    Fault("a basis may have negative weights", "geometry/enclosing_sphere.cpp",
+          "if (support->isLeast() && reach", "if (reach", "geometry_test"),
+    Fault("the box of another frame does not grow by the margin", "geometry/frame.h",
+          "growth_ + 4 * kEps * std::fabs(shift[axis])", "4 * kEps * std::fabs(shift[axis])",
+          "broadphase_test"),
+    Fault("the margin of two trees counts the wrong way", "tree/scene.h",
+          "(options_.margin - other.options_.margin) / 2",
+          "(other.options_.margin - options_.margin) / 2", "broadphase_test"),
+    # --- Capsules ---
+    Fault("lanes take a near miss for a touch", "geometry/capsule_test.cpp",
+          "farthest <= reach * all(1 - 8 * kEps)", "nearest <= reach * all(1 + 8 * kEps)",
+          "geometry_test"),
+    Fault("lanes forget the gap of the dual bound", "geometry/capsule_test.cpp",
+          "reach_up * reach_up + gap +", "reach_up * reach_up +", "geometry_test broadphase_test"),
+    Fault("a rough distance is taken for the least", "geometry/segment_distance.cpp",
+          "rough.squared - rough.gap - rounding > reach_squared", "rough.squared > reach_squared",
+          "geometry_test broadphase_test"),
+    Fault("the rounding of end points is forgotten", "geometry/touch.cpp",
+          "(1 + 4 * kEps) + error;", "(1 + 4 * kEps) + 0 * error;",
+          "geometry_test broadphase_test"),
+    Fault("distances are of axes, not of capsules", "geometry/touch.cpp",
+          "std::max(axisDistanceLowerBound(p, q) - reachOf(p, q, 0, error), 0.0)",
+          "std::max(axisDistanceLowerBound(p, q) - 0 * error, 0.0)", "broadphase_test"),
+    # --- Search ---
+    Fault("siblings are skipped in recursion", "tree/traversal-inl.h",
+          "geometry::firstLanes(count) & ~geometry::firstLanes(lane + 1)",
+          "geometry::firstLanes(count) & ~geometry::firstLanes(lane + 2)", "broadphase_test"),
+    Fault("siblings are skipped in batches", "tree/wide_overlaps-inl.h",
+          "~geometry::firstLanes(lane + 1)", "~geometry::firstLanes(lane + 2)", "broadphase_test"),
+    Fault("pairs are dropped where there is no room", "tree/wide_overlaps-inl.h",
+          "    const Slots last = waiting_[--count_];\n",
+          "    const Slots last = waiting_[--count_];\n"
+          "    if (!link(a_, last.a).isLeaf()) return Visit::kContinue;\n",
+          "tree_test broadphase_test"),
+    Fault("a pair as near as the nearest is visited", "tree/traversal-inl.h",
+          "!(distance[lane] * unit < limit)) continue;",
+          "!(distance[lane] * unit <= limit)) continue;", "broadphase_test"),
+    Fault("distances of another frame are not scaled", "tree/traversal-inl.h",
+          "geometry::firstLanes(b_.node(node).child_count), b_to_a_.scale(),",
+          "geometry::firstLanes(b_.node(node).child_count), 1,", "broadphase_test"),
+    Fault("a full buffer of a thread starts anew", "tree/pair_search.h",
+          "    restart(count);\n", "    restart(0);\n", "broadphase_test tree_test"),
+    # --- Topology ---
+    Fault("halves of strands are lost", "tree/topology.cpp",
+          "if (middle < s.end) strands_", "if (middle + 1 < s.end) strands_", "broadphase_test"),
+    Fault("a bundle never decays", "tree/scene.h",
+          "kLoose = 1.5", "kLoose = 1e9", "tree_test"),
+    # --- Who is registered ---
+    Fault("neighbours one further apart are ignored", "broadphase/fiber_registry.h",
+          "if (last - first > reach) return false;", "if (last - first > reach + 1) return false;",
+          "broadphase_test"),
+    Fault("an unregistered object stays in the index", "broadphase/fiber_registry.h",
+          "  const SegmentId id = index_.find(object);\n  index_.erase(object);\n",
+          "  const SegmentId id = index_.find(object);\n", "registry_test broadphase_test"),
+    Fault("a gap in the index is closed with the wrong entry", "broadphase/pointer_index.h",
+          "hole < home && home <= i", "hole <= home && home <= i", "registry_test"),
+    Fault("a reflection is taken for a rotation", "broadphase/object_segments.cpp",
+          "determinant > 0;", "determinant != 0;", "broadphase_test"),
+    # --- The manager ---
+    Fault("an object may be unregistered within a query",
+          "broadphase/fiber_collision_manager.cpp",
+          "    refuseDuringQuery(call);\n    managedId(call, object, \"object\");",
+          "    managedId(call, object, \"object\");", "broadphase_test"),
+    Fault("unregistering leaves the tree as it is", "broadphase/fiber_collision_manager.cpp",
+          "    markStale();\n    last_registered_.reset();\n    registry_.remove(object);",
+          "    last_registered_.reset();\n    registry_.remove(object);", "stateful_test"),
+    Fault("an object meets itself", "broadphase/fiber_collision_manager.cpp",
+          "(a == self || ignores(a, self))", "ignores(a, self)", "broadphase_test"),
+    Fault("an object of both managers meets itself", "broadphase/fiber_collision_manager.cpp",
+          "      if (objectOf(a) == other.objectOf(b)) return Visit::kContinue;\n", "",
+          "stateful_test broadphase_test"),
+    Fault("two unbounded objects meet twice", "broadphase/fiber_collision_manager.cpp",
+          "if (id == u || (id > u && isUnbounded(id)))", "if (id == u)", "broadphase_test"),
+    Fault("unbounded objects are visited after a contact", "broadphase/fiber_collision_manager.cpp",
+          "    limit = nearest.limit();\n    forUnboundedPairs(", "    forUnboundedPairs(",
+          "broadphase_test"),
+    Fault("a failed partial update is forgotten", "broadphase/fiber_collision_manager.cpp",
+          "    state_ = State::kRefused;\n    for (std::size_t i = 0; i < moved.size(); ++i) {",
+          "    for (std::size_t i = 0; i < moved.size(); ++i) {", "broadphase_test faults_test"),
+    Fault("a query that could not be made ready goes on for ever",
+          "broadphase/fiber_collision_manager.cpp",
+          "      } catch (...) {\n        --impl_.running_queries_;\n        throw;",
+          "      } catch (...) {\n        throw;", "broadphase_test faults_test"),
+    Fault("the later object comes first", "broadphase/fiber_collision_manager.cpp",
+          "      if (a > b) std::swap(a, b);\n      if (ignores(a, b)) return Visit::kContinue;\n"
+          "      return callback(",
+          "      if (ignores(a, b)) return Visit::kContinue;\n      return callback(",
+          "broadphase_test"),
+    # --- Arrays ---
+    Fault("the last pairs behind the neighbour filter are lost", "arrays/fiber_tree.cpp",
+          "return size == 0 ? Visit::kContinue : sink_.take(kept.data(), size);",
+          "return Visit::kContinue;", "arrays_test"),
+    Fault("neighbours across fibers are ignored", "arrays/fiber_tree.cpp",
+          "return std::find(begin + first, begin + last, true) == begin + last;", "return true;",
+          "arrays_test"),
+]
+
+
+def fail(message):
+    sys.exit(f"mutation.py: {message}")
+
+
+def copy_sources():
+    """Only what has changed is written, so that little is built anew."""
+    files = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, check=True,
+                           capture_output=True, text=True).stdout.split("\n")
+    wanted = {f for f in files if f and (ROOT / f).is_file()}
+    for name in wanted:
+        target = SOURCE / name
+        content = (ROOT / name).read_bytes()
+        if not target.exists() or target.read_bytes() != content:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(content)
+            shutil.copymode(ROOT / name, target)
+    if SOURCE.exists():
+        for path in SOURCE.rglob("*"):
+            if path.is_file() and str(path.relative_to(SOURCE)) not in wanted:
+                path.unlink()
+
+
+def configure():
+    command = ["cmake", "-S", str(SOURCE), "-B", str(BUILD), "-G", "Ninja",
+               "-DCMAKE_BUILD_TYPE=None", "-DCMAKE_CXX_FLAGS=-O1 -DHWY_COMPILE_ONLY_EMU128",
+               "-DFCL_FIBERS_BUILD_BENCHMARKS=OFF"]
+    if shutil.which("ccache"):
+        command.append("-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+
+
+def build(targets, jobs):
+    done = subprocess.run(["cmake", "--build", str(BUILD), "-j", str(jobs), "--target", *targets],
+                          capture_output=True, text=True)
+    if done.returncode != 0:
+        fail(f"this does not compile:\n{done.stdout[-4000:]}{done.stderr[-2000:]}")
+
+
+def failure(test):
+    """The first test that fails, or None."""
+    environment = dict(os.environ, GTEST_FAIL_FAST="1", GTEST_BRIEF="1")
+    try:
+        done = subprocess.run([str(BUILD / "tests" / test)], env=environment, timeout=900,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                              errors="replace")
+    except subprocess.TimeoutExpired:
+        return f"{test} does not end"
+    if done.returncode == 0:
+        return None
+    failed = [line.split("]")[1].split(",")[0].split("(")[0].strip()
+              for line in done.stdout.splitlines() if "[  FAILED  ]" in line]
+    return f"{test}: {failed[0]}" if failed else f"{test} ends with {done.returncode}"
+
+
+def check_texts():
+    for fault in FAULTS:
+        count = (SOURCE / "src" / fault.file).read_text().count(fault.before)
+        if count != 1:
+            fail(f"“{fault.name}”: the text to replace is {count} times in src/{fault.file}; "
+                 "it has to be there once")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--list", action="store_true", help="name the faults, plant none")
+    parser.add_argument("-j", "--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("names", nargs="*", help="parts of names of faults; all if none is given")
+    arguments = parser.parse_args()
+
+    chosen = [f for f in FAULTS
+              if not arguments.names or any(name in f.name for name in arguments.names)]
+    if not chosen:
+        fail("no fault has such a name; --list shows all")
+    copy_sources()
+    check_texts()
+    if arguments.list:
+        print("\n".join(fault.name for fault in chosen))
+        return
+
+    configure()
+    targets = sorted({test for fault in chosen for test in fault.tests.split()})
+    print(f"building {', '.join(targets)} without a fault", flush=True)
+    build(targets, arguments.jobs)
+    for test in targets:
+        if (failed := failure(test)) is not None:
+            fail(f"{failed} fails without a fault")
+
+    survivors = []
+    for fault in chosen:
+        start = time.monotonic()
+        path = SOURCE / "src" / fault.file
+        sound = path.read_text()
+        caught = None
+        try:
+            path.write_text(sound.replace(fault.before, fault.after))
+            if fault.after == WELZL:
+                path.write_text(with_welzl_called(path.read_text()))
+            for test in fault.tests.split():
+                build([test], arguments.jobs)
+                caught = failure(test)
+                if caught is not None:
+                    break
+        finally:
+            path.write_text(sound)
+        print(f"{'caught  ' if caught else 'SURVIVES'} {fault.name}: {caught or 'no test fails'}"
+              f" ({time.monotonic() - start:.0f} s)", flush=True)
+        if caught is None:
+            survivors.append(fault.name)
+    print(f"{len(chosen) - len(survivors)} of {len(chosen)} faults are caught")
+    if survivors:
+        fail("tests are missing that catch: " + "; ".join(survivors))
+
+
+def with_welzl_called(text):
+    head = "  assert(count > 0);\n"
+    if text.count(head) != 1:
+        fail("enclosingSphere() does not begin as expected")
+    return text.replace(head, head + """\
+  if (auto found = count <= 12 ? welzl(balls, count, {}) : std::nullopt) {
+    const double reach = farthestFrom(found->ball.center, balls, count).reach;
+    found->ball.radius = std::max(reach, found->ball.radius) * (1 + 16 * kEps);
+    return *found;
+  }
+""")
+
+
+if __name__ == "__main__":
+    main()
