@@ -53,11 +53,29 @@ pair_order() {
   done
 }
 
+# More than a million calls against the model of a manager.
+stateful() {
+  RC_PARAMS="seed=${RANDOM} max_success=1300 max_size=400" \
+    build/release/tests/stateful_test --gtest_brief=1
+}
+
+# Ten minutes for each fuzzer.
+fuzz() {
+  tests/fuzz/run.sh 600
+}
+
+mutation() {
+  tests/mutation.py
+}
+
 steps=(
   assertions
   extremes
   differential
   pair_order
+  stateful
+  fuzz
+  mutation
 )
 
 if (($# > 0)); then

@@ -159,15 +159,18 @@ struct Register : Command<Config> {
   enum class By { kObject, kObjects, kFiber } by;
   Indices added;
 
-  explicit Register(const Model& model) : by(*rc::gen::element(By::kObject, By::kObjects, By::kFiber)) {
+  explicit Register(const Model& model)
+      : by(*rc::gen::element(By::kObject, By::kObjects, By::kFiber)) {
     if (by == By::kFiber) {
       added = fiberIndices(*rc::gen::inRange<std::size_t>(0, kFibers));
     } else {
       const Indices outside = model.outside();
       RC_PRE(!outside.empty());
-      const auto count = by == By::kObject ? 1 : *rc::gen::inRange<std::size_t>(0, outside.size() + 1);
+      const auto count =
+          by == By::kObject ? 1 : *rc::gen::inRange<std::size_t>(0, outside.size() + 1);
       const auto first = *rc::gen::inRange<std::size_t>(0, outside.size());
-      for (std::size_t i = 0; i < count; ++i) added.push_back(outside[(first + i) % outside.size()]);
+      for (std::size_t i = 0; i < count; ++i)
+        added.push_back(outside[(first + i) % outside.size()]);
     }
   }
   void checkPreconditions(const Model& model) const override {
@@ -383,9 +386,8 @@ struct Query : Command<Config> {
       PairCollector<S> collector;
       runBoth(PairCollector<S>(), collector, run);
       if (read.stale.empty()) {
-        require(with == With::kItself
-                    ? oracle.answersSelf(collector.calls, managed)
-                    : oracle.answersBetween(collector.calls, managed, partners));
+        require(with == With::kItself ? oracle.answersSelf(collector.calls, managed)
+                                      : oracle.answersBetween(collector.calls, managed, partners));
       }
       if (with == With::kItself) {
         RC_ASSERT(sut.manager->selfCollisionStatistics().pairs == collector.calls.size());
@@ -449,26 +451,26 @@ struct Mistake : Command<Config> {
           decltype(&manager) to;
           int made = 0, refused = 0;
         } attempt{&manager};
-        manager.collide(&attempt, [](fcl::CollisionObject<S>* a, fcl::CollisionObject<S>*,
-                                     void* data) {
-          auto& self = *static_cast<Attempt*>(data);
-          const std::vector<std::function<void()>> changes = {
-              [&] { self.to->unregisterObject(a); },
-              [&] { self.to->registerObjects({}); },
-              [&] { self.to->update(); },
-              [&] { self.to->update(a); },
-              [&] { self.to->clear(); },
-          };
-          for (const auto& change : changes) {
-            ++self.made;
-            try {
-              change();
-            } catch (const std::invalid_argument&) {
-              ++self.refused;
-            }
-          }
-          return false;
-        });
+        manager.collide(&attempt,
+                        [](fcl::CollisionObject<S>* a, fcl::CollisionObject<S>*, void* data) {
+                          auto& self = *static_cast<Attempt*>(data);
+                          const std::vector<std::function<void()>> changes = {
+                              [&] { self.to->unregisterObject(a); },
+                              [&] { self.to->registerObjects({}); },
+                              [&] { self.to->update(); },
+                              [&] { self.to->update(a); },
+                              [&] { self.to->clear(); },
+                          };
+                          for (const auto& change : changes) {
+                            ++self.made;
+                            try {
+                              change();
+                            } catch (const std::invalid_argument&) {
+                              ++self.refused;
+                            }
+                          }
+                          return false;
+                        });
         RC_ASSERT(attempt.refused == attempt.made);
       }
     }
@@ -505,11 +507,10 @@ TYPED_TEST(Stateful, AManagerIsItsModel) {
     Sut<TypeParam> sut(options, offset);
     rc::state::check(
         Model{}, sut,
-        rc::state::gen::execOneOfWithArgs<Register<TypeParam>, Register<TypeParam>,
-                                          Unregister<TypeParam>, Clear<TypeParam>,
-                                          Update<TypeParam>, Update<TypeParam>, Setup<TypeParam>,
-                                          Query<TypeParam>, Query<TypeParam>, Query<TypeParam>,
-                                          Mistake<TypeParam>>());
+        rc::state::gen::execOneOfWithArgs<
+            Register<TypeParam>, Register<TypeParam>, Unregister<TypeParam>, Clear<TypeParam>,
+            Update<TypeParam>, Update<TypeParam>, Setup<TypeParam>, Query<TypeParam>,
+            Query<TypeParam>, Query<TypeParam>, Mistake<TypeParam>>());
   }));
   this->RecordProperty("commands", std::to_string(C::commands_run));
 }

@@ -132,12 +132,14 @@ TYPED_TEST(ManagerFaults, RegisteringWithoutMemoryChangesNothing) {
   using Test = ManagerFaults<TypeParam>;
   using S = typename TypeParam::Scalar;
   const std::vector<std::pair<std::string, typename Test::Act>> acts = {
-      {"registerObject", [&](auto& subject) { subject.manager->registerObject(this->newcomers_[0]); }},
+      {"registerObject",
+       [&](auto& subject) { subject.manager->registerObject(this->newcomers_[0]); }},
       {"registerObjects",
        [&](auto& subject) { subject.manager->registerObjects(this->newcomers_.objects()); }},
       {"registerFiber",
        [&](auto& subject) { subject.manager->registerFiber(this->newcomers_.objects()); }},
-      {"unregisterObject", [&](auto& subject) { subject.manager->unregisterObject(this->scene_[3]); }},
+      {"unregisterObject",
+       [&](auto& subject) { subject.manager->unregisterObject(this->scene_[3]); }},
       {"clear", [&](auto& subject) { subject.manager->clear(); }},
   };
   for (const FiberManagerOptions& options : Test::optionsToStrike()) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A tree over arrays of any bits: built, updated, searched, met by another one. What is refused must
-// leave the tree as it was; what is answered must have each pair once, all pairs that surely touch,
-// and under Report::kCapsules none that are surely apart.
+// A tree over arrays of any bits: built, updated, searched, met by another one. What is refused
+// must leave the tree as it was; what is answered must have each pair once, all pairs that surely
+// touch, and under Report::kCapsules none that are surely apart.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -36,8 +36,8 @@ void require(bool condition) {
 
 FiberTreeOptions readOptions(FuzzedDataProvider& data) {
   FiberTreeOptions options;
-  options.topology = data.ConsumeBool() ? fcl_fibers::Topology::kBundle
-                                        : fcl_fibers::Topology::kSuperThread;
+  options.topology =
+      data.ConsumeBool() ? fcl_fibers::Topology::kBundle : fcl_fibers::Topology::kSuperThread;
   options.volumes = data.ConsumeBool() ? FiberTreeOptions::Volumes::kLayeredBoxes
                                        : FiberTreeOptions::Volumes::kWrappedSpheres;
   options.report = data.ConsumeBool() ? Report::kCapsules : Report::kVolumes;
@@ -53,7 +53,8 @@ S readNumber(FuzzedDataProvider& data) {
     case 0:
       return data.ConsumeFloatingPoint<S>();
     case 1:
-      return std::ldexp(S(data.ConsumeIntegral<std::int8_t>()), data.ConsumeIntegralInRange(-140, 120));
+      return std::ldexp(S(data.ConsumeIntegral<std::int8_t>()),
+                        data.ConsumeIntegralInRange(-140, 120));
     default:
       return S(data.ConsumeIntegral<std::int8_t>()) / 16;
   }

@@ -52,7 +52,8 @@ S readNumber(FuzzedDataProvider& data) {
     case 0:
       return data.ConsumeFloatingPoint<S>();
     case 1:
-      return std::ldexp(S(data.ConsumeIntegral<std::int8_t>()), data.ConsumeIntegralInRange(-140, 120));
+      return std::ldexp(S(data.ConsumeIntegral<std::int8_t>()),
+                        data.ConsumeIntegralInRange(-140, 120));
     default:
       return S(data.ConsumeIntegral<std::int8_t>()) / 16;
   }
@@ -216,7 +217,8 @@ class Program {
   }
 
   void collide(Object* partner) {
-    Seen seen{{}, data_.ConsumeBool() ? 1000000 : data_.ConsumeIntegralInRange<std::size_t>(1, 9), 1};
+    Seen seen{
+        {}, data_.ConsumeBool() ? 1000000 : data_.ConsumeIntegralInRange<std::size_t>(1, 9), 1};
     const fcl::CollisionCallBack<S> callback = [](Object* a, Object* b, void* data) {
       auto& self = *static_cast<Seen*>(data);
       self.calls.emplace_back(a, b);
