@@ -55,7 +55,7 @@ pair_order() {
 
 # More than a million calls against the model of a manager.
 stateful() {
-  RC_PARAMS="seed=${RANDOM} max_success=1300 max_size=400" \
+  RC_PARAMS="seed=${RANDOM} max_success=5000 max_size=400" \
     build/release/tests/stateful_test --gtest_brief=1
 }
 

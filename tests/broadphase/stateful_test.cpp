@@ -81,19 +81,19 @@ struct Model {
   }
 };
 
-template <typename Config>
+template <typename S>
 struct Sut {
-  using S = typename Config::Scalar;
   using Object = fcl::CollisionObject<S>;
   using Objects = std::vector<Object*>;
 
-  Sut(const FiberManagerOptions& with, double offset)
-      : options(with),
+  Sut(bool with_spheres, const FiberManagerOptions& with, double offset)
+      : spheres(with_spheres),
+        options(with),
         placement{Eigen::Vector3d(offset, -offset, offset / 2), 1},
         cast(strandScene<S>(kFibers, kSegments, 7, placement)),
         probes(soupScene<S>(5, 1, 9, placement)),
-        manager(Config::make(options)),
-        other(Config::make(options)),
+        manager(make()),
+        other(make()),
         foreign(makeFclNaive<S>()) {
     Random random(8);
     for (std::size_t i = 0; i < kLoose; ++i) {
@@ -110,6 +110,10 @@ struct Sut {
     foreign->registerObjects(probes.objects());
   }
 
+  std::unique_ptr<FiberCollisionManager<S>> make() const {
+    if (spheres) return makeWrappedSphereTree<S>(options);
+    return makeLayeredAabbTree<S>(options);
+  }
   Objects objects(const Indices& indices) const {
     Objects all;
     for (const std::size_t i : indices) all.push_back(i < kObjects ? cast[i] : nullptr);
@@ -120,13 +124,16 @@ struct Sut {
     for (const Indices& fiber : model.fibers) fibers.push_back(objects(fiber));
     Objects all = cast.objects();
     all.insert(all.end(), probes.objects().begin(), probes.objects().end());
-    return PairOracle<S>(all, rulesOf<Config>(options), fibers);
+    const LeafVolume volume = spheres ? LeafVolume::kSphere : LeafVolume::kBox;
+    return PairOracle<S>(all, {volume, options.report, options.margin, options.ignored_neighbors},
+                         fibers);
   }
 
+  bool spheres;
   FiberManagerOptions options;
   Placement placement;
   Scene<S> cast, probes;
-  decltype(Config::make()) manager, other;
+  std::unique_ptr<FiberCollisionManager<S>> manager, other;
   std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> foreign;
 };
 
@@ -134,13 +141,12 @@ void require(const testing::AssertionResult& result) {
   if (!result) RC_FAIL(result.message());
 }
 
-template <typename Config>
-struct Command : rc::state::Command<Model, Sut<Config>> {
-  using Base = rc::state::Command<Model, Sut<Config>>;
-  using S = typename Config::Scalar;
+template <typename S>
+struct Command : rc::state::Command<Model, Sut<S>> {
+  using Base = rc::state::Command<Model, Sut<S>>;
 
   /// What the model says of the manager after this command.
-  void check(const Model& before, const Sut<Config>& sut) const {
+  void check(const Model& before, const Sut<S>& sut) const {
     ++commands_run;
     const Model after = this->nextState(before);
     RC_ASSERT(objectsOf<S>(*sut.manager) == sut.objects(after.managed));
@@ -149,13 +155,13 @@ struct Command : rc::state::Command<Model, Sut<Config>> {
   }
   static std::size_t commands_run;
 };
-template <typename Config>
-std::size_t Command<Config>::commands_run = 0;
+template <typename S>
+std::size_t Command<S>::commands_run = 0;
 
 // --- Registering ---
 
-template <typename Config>
-struct Register : Command<Config> {
+template <typename S>
+struct Register : Command<S> {
   enum class By { kObject, kObjects, kFiber } by;
   Indices added;
 
@@ -180,7 +186,7 @@ struct Register : Command<Config> {
     model.add(added);
     if (by == By::kFiber) model.fibers.push_back(added);
   }
-  void run(const Model& model, Sut<Config>& sut) const override {
+  void run(const Model& model, Sut<S>& sut) const override {
     const auto objects = sut.objects(added);
     if (by == By::kObject) sut.manager->registerObject(objects[0]);
     if (by == By::kObjects) sut.manager->registerObjects(objects);
@@ -192,8 +198,8 @@ struct Register : Command<Config> {
   }
 };
 
-template <typename Config>
-struct Unregister : Command<Config> {
+template <typename S>
+struct Unregister : Command<S> {
   Indices gone;
 
   explicit Unregister(const Model& model) {
@@ -211,15 +217,15 @@ struct Unregister : Command<Config> {
   void apply(Model& model) const override {
     for (const std::size_t i : gone) model.remove(i);
   }
-  void run(const Model& model, Sut<Config>& sut) const override {
+  void run(const Model& model, Sut<S>& sut) const override {
     for (auto* object : sut.objects(gone)) sut.manager->unregisterObject(object);
     this->check(model, sut);
   }
   void show(std::ostream& os) const override { os << "unregister " << named(gone); }
 };
 
-template <typename Config>
-struct Clear : Command<Config> {
+template <typename S>
+struct Clear : Command<S> {
   explicit Clear(const Model&) {
     // Seldom.
     RC_PRE(*rc::gen::inRange(0, 8) == 0);
@@ -228,7 +234,7 @@ struct Clear : Command<Config> {
     model = {};
     model.reads_all = true;
   }
-  void run(const Model& model, Sut<Config>& sut) const override {
+  void run(const Model& model, Sut<S>& sut) const override {
     sut.manager->clear();
     this->check(model, sut);
   }
@@ -237,8 +243,8 @@ struct Clear : Command<Config> {
 
 // --- Moving and reading ---
 
-template <typename Config>
-struct Update : Command<Config> {
+template <typename S>
+struct Update : Command<S> {
   enum class Form { kNone, kAll, kList, kOne } form;
   Indices moved;
   std::uint64_t seed;
@@ -264,7 +270,7 @@ struct Update : Command<Config> {
     if (form == Form::kAll) model.stale.clear();
     for (const std::size_t i : moved) model.stale.erase(i);
   }
-  void run(const Model& model, Sut<Config>& sut) const override {
+  void run(const Model& model, Sut<S>& sut) const override {
     Random random(seed);
     for (const std::size_t i : moved) jolt(*sut.cast[i], random, distance, 1);
     const auto objects = sut.objects(moved);
@@ -280,11 +286,11 @@ struct Update : Command<Config> {
   }
 };
 
-template <typename Config>
-struct Setup : Command<Config> {
+template <typename S>
+struct Setup : Command<S> {
   explicit Setup(const Model&) {}
   void apply(Model& model) const override { model.read(); }
-  void run(const Model& model, Sut<Config>& sut) const override {
+  void run(const Model& model, Sut<S>& sut) const override {
     sut.manager->setup();
     this->check(model, sut);
   }
@@ -293,9 +299,8 @@ struct Setup : Command<Config> {
 
 // --- Queries ---
 
-template <typename Config>
-struct Query : Command<Config> {
-  using S = typename Config::Scalar;
+template <typename S>
+struct Query : Command<S> {
   using Object = fcl::CollisionObject<S>;
   using Objects = std::vector<Object*>;
   enum class With { kItself, kObject, kProbe, kFiberManager, kFclManager } with;
@@ -336,7 +341,7 @@ struct Query : Command<Config> {
     RC_ASSERT(std::equal(cut.calls.begin(), cut.calls.end(), whole.calls.begin()));
   }
 
-  void run(const Model& model, Sut<Config>& sut) const override {
+  void run(const Model& model, Sut<S>& sut) const override {
     Model read = model;
     read.read();
     sut.other->update();
@@ -407,9 +412,9 @@ struct Query : Command<Config> {
 
 // --- Mistakes ---
 
-template <typename Config>
-struct Mistake : Command<Config> {
-  using Manager = typename Config::Manager;
+template <typename S>
+struct Mistake : Command<S> {
+  using Manager = FiberCollisionManager<S>;
   enum class Kind { kNull, kTwice, kUnknown, kWithinAQuery, kNumberOf } kind;
   std::size_t object;
 
@@ -425,8 +430,7 @@ struct Mistake : Command<Config> {
     if (kind == Kind::kWithinAQuery) model.read();
   }
 
-  void run(const Model& model, Sut<Config>& sut) const override {
-    using S = typename Config::Scalar;
+  void run(const Model& model, Sut<S>& sut) const override {
     auto& manager = *sut.manager;
     auto* it = sut.cast[object];
     switch (kind) {
@@ -482,37 +486,45 @@ struct Mistake : Command<Config> {
   }
 };
 
-template <typename Config>
+template <typename S>
 class Stateful : public testing::Test {
  protected:
-  // Some thousand commands; rapidcheck reads this once.
+  // Some thousand calls; rapidcheck reads this once.
   static void SetUpTestSuite() {
-    ::setenv("RC_PARAMS", "seed=1 max_success=24 max_size=140", /*overwrite=*/0);
+    ::setenv("RC_PARAMS", "seed=1 max_success=100 max_size=140", /*overwrite=*/0);
   }
 };
-TYPED_TEST_SUITE(Stateful, FiberManagers, ManagerNames);
+using Scalars = testing::Types<float, double>;
+struct ScalarName {
+  template <typename S>
+  static std::string GetName(int) {
+    return scalarName(S());
+  }
+};
+TYPED_TEST_SUITE(Stateful, Scalars, ScalarName);
 
 // Some combination of calls that nobody thought of would leave the manager wrong.
 TYPED_TEST(Stateful, AManagerIsItsModel) {
-  using C = Command<TypeParam>;
-  C::commands_run = 0;
+  using S = TypeParam;
+  Command<S>::commands_run = 0;
   EXPECT_TRUE(rc::check("any sequence of calls", [] {
+    const bool spheres = *rc::gen::arbitrary<bool>();
     FiberManagerOptions options;
+    options.topology = *rc::gen::arbitrary<bool>() ? Topology::kSuperThread : Topology::kBundle;
     options.report = *rc::gen::arbitrary<bool>() ? Report::kCapsules : Report::kVolumes;
     options.margin = *rc::gen::element(0.0, 0.05);
     options.ignored_neighbors = *rc::gen::inRange(0, 4);
     options.threads = *rc::gen::inRange(1, 3);
     const double offset = *rc::gen::element(0.0, 10.0, 1e4);
-    RC_LOG() << describe(options) << ", threads " << options.threads << ", offset " << offset;
-    Sut<TypeParam> sut(options, offset);
-    rc::state::check(
-        Model{}, sut,
-        rc::state::gen::execOneOfWithArgs<
-            Register<TypeParam>, Register<TypeParam>, Unregister<TypeParam>, Clear<TypeParam>,
-            Update<TypeParam>, Update<TypeParam>, Setup<TypeParam>, Query<TypeParam>,
-            Query<TypeParam>, Query<TypeParam>, Mistake<TypeParam>>());
+    RC_LOG() << (spheres ? "spheres, " : "boxes, ") << topologyName(options.topology) << ", "
+             << describe(options) << ", threads " << options.threads << ", offset " << offset;
+    Sut<S> sut(spheres, options, offset);
+    rc::state::check(Model{}, sut,
+                     rc::state::gen::execOneOfWithArgs<Register<S>, Register<S>, Unregister<S>,
+                                                       Clear<S>, Update<S>, Update<S>, Setup<S>,
+                                                       Query<S>, Query<S>, Query<S>, Mistake<S>>());
   }));
-  this->RecordProperty("commands", std::to_string(C::commands_run));
+  this->RecordProperty("commands", std::to_string(Command<S>::commands_run));
 }
 
 }  // namespace

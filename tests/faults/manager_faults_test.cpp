@@ -185,6 +185,8 @@ TYPED_TEST(ManagerFaults, SettingUpWithoutMemoryIsMadeUpFor) {
           [&](const auto& subject, bool) {
             EXPECT_EQ(subject.manager->size(), this->scene_.size());
             EXPECT_EQ(selfPairs<S>(*subject.manager), pairs);
+            // No query is taken to be running.
+            EXPECT_NO_THROW(subject.manager->update());
           });
     }
   }
