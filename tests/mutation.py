@@ -4,10 +4,10 @@
 
     tests/mutation.py [--list] [-j JOBS] [NAME...]
 
-The faults are planted in a copy of the sources, build/mutation/source; the tests are built there for
-one instruction set. First they have to pass without a fault. Ends with an error if a fault survives,
-which means that a test is missing, or if the text that it replaces is not there exactly once, which
-means that this list has to follow the sources.
+The faults are planted in a copy of the sources, build/mutation/source; the tests are built there,
+for one instruction set. Each has to pass without a fault first. Ends with an error if a fault
+survives, which means that a test is missing, or if the text that it replaces is not there exactly
+once, which means that this list has to follow the sources.
 """
 import argparse
 import os
@@ -30,7 +30,7 @@ class Fault:
     file: str  # below src/
     before: str
     after: str
-    tests: str  # executables, the likeliest to catch it first
+    tests: str  # executables that are to catch it, the fastest first
 
 
 WELZL = """
@@ -53,23 +53,34 @@ std::optional<EnclosingSphere> welzl(const Ball* balls, int count, Basis on) {
 
 bool SupportSphere::isLeast() const {"""
 
+BEFORE_WELZL = "  assert(count > 0);\n"
+CALL_WELZL = """\
+  if (auto found = count <= 12 ? welzl(balls, count, {}) : std::nullopt) {
+    const double reach = farthestFrom(found->ball.center, balls, count).reach;
+    found->ball.radius = std::max(reach, found->ball.radius) * (1 + 16 * kEps);
+    return *found;
+  }
+"""
+
+MANAGERS = "stateful_test broadphase_test"
+
 FAULTS = [
     # --- Bounds ---
     Fault("a box is rounded to nearest", "geometry/box.h",
-          "roundedDown(low.x - r)", "nearestFloat(low.x - r)", "broadphase_test geometry_test"),
+          "roundedDown(low.x - r)", "nearestFloat(low.x - r)", "geometry_test broadphase_test"),
     Fault("a bound is not moved outward", "geometry/rounding.h",
-          "x - (std::fabs(x) * kUlp + kLeast)", "x", "broadphase_test geometry_test"),
+          "x - (std::fabs(x) * kUlp + kLeast)", "x", "geometry_test broadphase_test"),
     Fault("a sphere forgets how far its centre was rounded", "geometry/sphere.h",
           "roundedUp(ball.radius + norm(moved))", "roundedUp(ball.radius)",
           "geometry_test broadphase_test"),
     Fault("a box forgets a child", "geometry/box.h",
           "for (int lane = 0; lane < N; ++lane) {\n        // In this order",
-          "for (int lane = 0; lane < N - 1; ++lane) {\n        // In this order", "broadphase_test"),
+          "for (int lane = 0; lane < N - 1; ++lane) {\n        // In this order", MANAGERS),
     Fault("a node does not fit its last child", "tree/layered.h",
-          "lane < node.child_count", "lane + 1 < node.child_count", "broadphase_test"),
+          "lane < node.child_count", "lane + 1 < node.child_count", MANAGERS),
     Fault("a cage is kept although a leaf has escaped", "tree/wrapped_spheres.cpp",
           "else if (child.isLeaf() || !encloses(", "else if (!child.isLeaf() && !encloses(",
-          "broadphase_test"),
+          MANAGERS),
     Fault("a cage is kept although a smaller one would do", "tree/wrapped_spheres.cpp",
           "if (!support || !support->isLeast()) return false;", "if (!support) return false;",
           "tree_test broadphase_test"),
@@ -79,10 +90,10 @@ FAULTS = [
           "if (support->isLeast() && reach", "if (reach", "geometry_test"),
     Fault("the box of another frame does not grow by the margin", "geometry/frame.h",
           "growth_ + 4 * kEps * std::fabs(shift[axis])", "4 * kEps * std::fabs(shift[axis])",
-          "broadphase_test"),
+          MANAGERS),
     Fault("the margin of two trees counts the wrong way", "tree/scene.h",
           "(options_.margin - other.options_.margin) / 2",
-          "(other.options_.margin - options_.margin) / 2", "broadphase_test"),
+          "(other.options_.margin - options_.margin) / 2", MANAGERS),
     # --- Capsules ---
     Fault("lanes take a near miss for a touch", "geometry/capsule_test.cpp",
           "farthest <= reach * all(1 - 8 * kEps)", "nearest <= reach * all(1 + 8 * kEps)",
@@ -97,13 +108,13 @@ FAULTS = [
           "geometry_test broadphase_test"),
     Fault("distances are of axes, not of capsules", "geometry/touch.cpp",
           "std::max(axisDistanceLowerBound(p, q) - reachOf(p, q, 0, error), 0.0)",
-          "std::max(axisDistanceLowerBound(p, q) - 0 * error, 0.0)", "broadphase_test"),
+          "std::max(axisDistanceLowerBound(p, q) - 0 * error, 0.0)", MANAGERS),
     # --- Search ---
     Fault("siblings are skipped in recursion", "tree/traversal-inl.h",
           "geometry::firstLanes(count) & ~geometry::firstLanes(lane + 1)",
-          "geometry::firstLanes(count) & ~geometry::firstLanes(lane + 2)", "broadphase_test"),
+          "geometry::firstLanes(count) & ~geometry::firstLanes(lane + 2)", MANAGERS),
     Fault("siblings are skipped in batches", "tree/wide_overlaps-inl.h",
-          "~geometry::firstLanes(lane + 1)", "~geometry::firstLanes(lane + 2)", "broadphase_test"),
+          "~geometry::firstLanes(lane + 1)", "~geometry::firstLanes(lane + 2)", MANAGERS),
     Fault("pairs are dropped where there is no room", "tree/wide_overlaps-inl.h",
           "    const Slots last = waiting_[--count_];\n",
           "    const Slots last = waiting_[--count_];\n"
@@ -111,63 +122,63 @@ FAULTS = [
           "tree_test broadphase_test"),
     Fault("a pair as near as the nearest is visited", "tree/traversal-inl.h",
           "!(distance[lane] * unit < limit)) continue;",
-          "!(distance[lane] * unit <= limit)) continue;", "broadphase_test"),
+          "!(distance[lane] * unit <= limit)) continue;", MANAGERS),
     Fault("distances of another frame are not scaled", "tree/traversal-inl.h",
           "geometry::firstLanes(b_.node(node).child_count), b_to_a_.scale(),",
-          "geometry::firstLanes(b_.node(node).child_count), 1,", "broadphase_test"),
+          "geometry::firstLanes(b_.node(node).child_count), 1,", MANAGERS),
     Fault("a full buffer of a thread starts anew", "tree/pair_search.h",
           "    restart(count);\n", "    restart(0);\n", "broadphase_test tree_test"),
     # --- Topology ---
     Fault("halves of strands are lost", "tree/topology.cpp",
-          "if (middle < s.end) strands_", "if (middle + 1 < s.end) strands_", "broadphase_test"),
+          "if (middle < s.end) strands_", "if (middle + 1 < s.end) strands_", MANAGERS),
     Fault("a bundle never decays", "tree/scene.h",
           "kLoose = 1.5", "kLoose = 1e9", "tree_test"),
     # --- Who is registered ---
     Fault("neighbours one further apart are ignored", "broadphase/fiber_registry.h",
           "if (last - first > reach) return false;", "if (last - first > reach + 1) return false;",
-          "broadphase_test"),
+          MANAGERS),
     Fault("an unregistered object stays in the index", "broadphase/fiber_registry.h",
           "  const SegmentId id = index_.find(object);\n  index_.erase(object);\n",
           "  const SegmentId id = index_.find(object);\n", "registry_test broadphase_test"),
     Fault("a gap in the index is closed with the wrong entry", "broadphase/pointer_index.h",
           "hole < home && home <= i", "hole <= home && home <= i", "registry_test"),
     Fault("a reflection is taken for a rotation", "broadphase/object_segments.cpp",
-          "determinant > 0;", "determinant != 0;", "broadphase_test"),
+          "determinant > 0;", "determinant != 0;", MANAGERS),
     # --- The manager ---
     Fault("an object may be unregistered within a query",
           "broadphase/fiber_collision_manager.cpp",
           "    refuseDuringQuery(call);\n    managedId(call, object, \"object\");",
-          "    managedId(call, object, \"object\");", "broadphase_test"),
+          "    managedId(call, object, \"object\");", MANAGERS),
     Fault("unregistering leaves the tree as it is", "broadphase/fiber_collision_manager.cpp",
           "    markStale();\n    last_registered_.reset();\n    registry_.remove(object);",
           "    last_registered_.reset();\n    registry_.remove(object);", "stateful_test"),
     Fault("an object meets itself", "broadphase/fiber_collision_manager.cpp",
-          "(a == self || ignores(a, self))", "ignores(a, self)", "broadphase_test"),
+          "(a == self || ignores(a, self))", "ignores(a, self)", MANAGERS),
     Fault("an object of both managers meets itself", "broadphase/fiber_collision_manager.cpp",
-          "return objectOf(a) == partner || (", "return (", "stateful_test broadphase_test"),
+          "return objectOf(a) == partner || (", "return (", MANAGERS),
     Fault("neighbours come back through another manager", "broadphase/fiber_collision_manager.cpp",
           "return objectOf(a) == partner || (options_.ignored_neighbors > 0",
           "return objectOf(a) == partner || (options_.ignored_neighbors < 0",
-          "stateful_test broadphase_test"),
+          MANAGERS),
     Fault("a tree that ran out of memory is searched", "arrays/fiber_tree.cpp",
           "    is_whole_ = false;\n    point_begin_", "    point_begin_", "faults_test"),
     Fault("two unbounded objects meet twice", "broadphase/fiber_collision_manager.cpp",
-          "if (id == u || (id > u && isUnbounded(id)))", "if (id == u)", "broadphase_test"),
+          "if (id == u || (id > u && isUnbounded(id)))", "if (id == u)", MANAGERS),
     Fault("unbounded objects are visited after a contact", "broadphase/fiber_collision_manager.cpp",
           "    limit = nearest.limit();\n    forUnboundedPairs(", "    forUnboundedPairs(",
-          "broadphase_test"),
+          MANAGERS),
     Fault("a failed partial update is forgotten", "broadphase/fiber_collision_manager.cpp",
           "    state_ = State::kRefused;\n    for (std::size_t i = 0; i < moved.size(); ++i) {",
-          "    for (std::size_t i = 0; i < moved.size(); ++i) {", "broadphase_test faults_test"),
+          "    for (std::size_t i = 0; i < moved.size(); ++i) {", "faults_test broadphase_test"),
     Fault("a query that could not be made ready goes on for ever",
           "broadphase/fiber_collision_manager.cpp",
           "      } catch (...) {\n        --impl_.running_queries_;\n        throw;",
-          "      } catch (...) {\n        throw;", "broadphase_test faults_test"),
+          "      } catch (...) {\n        throw;", "faults_test broadphase_test"),
     Fault("the later object comes first", "broadphase/fiber_collision_manager.cpp",
           "      if (a > b) std::swap(a, b);\n      if (ignores(a, b)) return Visit::kContinue;\n"
           "      return callback(",
           "      if (ignores(a, b)) return Visit::kContinue;\n      return callback(",
-          "broadphase_test"),
+          MANAGERS),
     # --- Arrays ---
     Fault("the last pairs behind the neighbour filter are lost", "arrays/fiber_tree.cpp",
           "return size == 0 ? Visit::kContinue : sink_.take(kept.data(), size);",
@@ -209,8 +220,8 @@ def configure():
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
 
 
-def build(targets, jobs):
-    done = subprocess.run(["cmake", "--build", str(BUILD), "-j", str(jobs), "--target", *targets],
+def build(test, jobs):
+    done = subprocess.run(["cmake", "--build", str(BUILD), "-j", str(jobs), "--target", test],
                           capture_output=True, text=True)
     if done.returncode != 0:
         fail(f"this does not compile:\n{done.stdout[-4000:]}{done.stderr[-2000:]}")
@@ -230,6 +241,15 @@ def failure(test):
     failed = [line.split("]")[1].split(",")[0].split("(")[0].strip()
               for line in done.stdout.splitlines() if "[  FAILED  ]" in line]
     return f"{test}: {failed[0]}" if failed else f"{test} ends with {done.returncode}"
+
+
+def planted(fault, sound):
+    text = sound.replace(fault.before, fault.after)
+    if fault.after == WELZL:
+        if text.count(BEFORE_WELZL) != 1:
+            fail("enclosingSphere() does not begin as expected")
+        text = text.replace(BEFORE_WELZL, BEFORE_WELZL + CALL_WELZL)
+    return text
 
 
 def check_texts():
@@ -258,12 +278,15 @@ def main():
 
     copy_sources()
     configure()
-    targets = sorted({test for fault in chosen for test in fault.tests.split()})
-    print(f"building {', '.join(targets)} without a fault", flush=True)
-    build(targets, arguments.jobs)
-    for test in targets:
+    passing = set()
+
+    def pass_without_fault(test):
+        if test in passing:
+            return
+        build(test, arguments.jobs)
         if (failed := failure(test)) is not None:
             fail(f"{failed} fails without a fault")
+        passing.add(test)
 
     survivors = []
     for fault in chosen:
@@ -271,17 +294,16 @@ def main():
         path = SOURCE / "src" / fault.file
         sound = path.read_text()
         caught = None
-        try:
-            path.write_text(sound.replace(fault.before, fault.after))
-            if fault.after == WELZL:
-                path.write_text(with_welzl_called(path.read_text()))
-            for test in fault.tests.split():
-                build([test], arguments.jobs)
+        for test in fault.tests.split():
+            pass_without_fault(test)
+            try:
+                path.write_text(planted(fault, sound))
+                build(test, arguments.jobs)
                 caught = failure(test)
-                if caught is not None:
-                    break
-        finally:
-            path.write_text(sound)
+            finally:
+                path.write_text(sound)
+            if caught is not None:
+                break
         print(f"{'caught  ' if caught else 'SURVIVES'} {fault.name}: {caught or 'no test fails'}"
               f" ({time.monotonic() - start:.0f} s)", flush=True)
         if caught is None:
@@ -289,19 +311,6 @@ def main():
     print(f"{len(chosen) - len(survivors)} of {len(chosen)} faults are caught")
     if survivors:
         fail("tests are missing that catch: " + "; ".join(survivors))
-
-
-def with_welzl_called(text):
-    head = "  assert(count > 0);\n"
-    if text.count(head) != 1:
-        fail("enclosingSphere() does not begin as expected")
-    return text.replace(head, head + """\
-  if (auto found = count <= 12 ? welzl(balls, count, {}) : std::nullopt) {
-    const double reach = farthestFrom(found->ball.center, balls, count).reach;
-    found->ball.radius = std::max(reach, found->ball.radius) * (1 + 16 * kEps);
-    return *found;
-  }
-""")
 
 
 if __name__ == "__main__":

@@ -25,5 +25,5 @@ for fuzzer in "$@"; do
   mkdir -p "build/fuzz/corpus/$fuzzer" "build/fuzz/failures/$fuzzer"
   build/fuzz/tests/fuzz/"$fuzzer" "build/fuzz/corpus/$fuzzer" "tests/fuzz/corpus/$fuzzer" \
     -artifact_prefix="build/fuzz/failures/$fuzzer/" -max_total_time="$seconds" -timeout=10 \
-    -print_final_stats=1 -verbosity=0
+    -len_control=0 -print_final_stats=1 -verbosity=0
 done
