@@ -380,6 +380,7 @@ struct Query : Command<S> {
         const S smallest = partners.empty() ? oracle.smallestDistance(managed)
                                             : oracle.smallestDistance(managed, partners);
         RC_ASSERT((smallest > 0 ? search.result() == smallest : search.result() <= 0));
+        for (std::size_t i = 0; i + 1 < search.left.size(); ++i) RC_ASSERT(search.left[i] > 0);
       }
     } else {
       const auto run = [&](PairCollector<S>& collector) {
