@@ -9,7 +9,7 @@
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl_fibers/scenes/scalp.h>
 #include <fcl_fibers/scenes/strand.h>
-#include <fcl_fibers/scenes/tfx.h>
+#include <fcl_fibers/scenes/fiber_file.h>
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -159,7 +159,7 @@ MovingFibers makeMovingAssembly(const scenes::DynamicAssembly& assembly,
 }
 
 MovingFibers readMovingHair(const std::string& path, double radius) {
-  const scenes::FiberScene scene = scenes::readTfx(path, radius);
+  const scenes::FiberScene scene = scenes::readFibers(path, {radius}).scene;
   std::string name = path.substr(path.find_last_of('/') + 1);
   name.resize(std::min(name.size(), name.find_last_of('.')));
   return MovingFibers(std::move(name), scene, swing(scene, 0.01));

@@ -24,7 +24,7 @@ results=$build/results
 hair=../shared/data
 
 .ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev \
-  libtbb-dev libbenchmark-dev
+  libtbb-dev libpugixml-dev zlib1g-dev libbenchmark-dev
 
 cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
   -DFCL_FIBERS_BUILD_TESTS=OFF -DFCL_FIBERS_BUILD_BENCHMARKS=ON >&2

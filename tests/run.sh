@@ -15,8 +15,8 @@ if [[ ${1:-} == --full ]]; then
 fi
 
 .ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev \
-  libtbb-dev libboost-dev libcli11-dev libgtest-dev libgmock-dev librapidcheck-dev \
-  libbenchmark-dev
+  libtbb-dev libpugixml-dev zlib1g-dev libboost-dev libcli11-dev libgtest-dev libgmock-dev \
+  librapidcheck-dev libbenchmark-dev
 cmake --preset release
 cmake --build --preset release
 ctest --preset release -j "$(nproc)" "$@"

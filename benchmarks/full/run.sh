@@ -20,7 +20,7 @@ results=$build/results/full
 program=$build/benchmarks/full/fcl_fibers_full
 
 .ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev \
-  libtbb-dev libbenchmark-dev python3
+  libtbb-dev libpugixml-dev zlib1g-dev libbenchmark-dev python3
 .ci/apt_install.sh libembree-dev libbullet-dev ||
   echo "What of Embree and Bullet is not installed is left out" >&2
 

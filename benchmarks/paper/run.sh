@@ -29,7 +29,7 @@ for argument in "$@"; do
 done
 
 .ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev \
-  libtbb-dev libbenchmark-dev python3-matplotlib
+  libtbb-dev libpugixml-dev zlib1g-dev libbenchmark-dev python3-matplotlib
 
 cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
   -DFCL_FIBERS_BUILD_TESTS=OFF -DFCL_FIBERS_BUILD_BENCHMARKS=ON >&2

@@ -15,7 +15,7 @@ std::vector<geometry::Segment> treeSegments(const scenes::FiberScene& scene) {
   segments.reserve(scene.segmentCount());
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     for (std::size_t i = scene.point_begin[f] + 1; i < scene.point_begin[f + 1]; ++i) {
-      segments.push_back({vec3(scene.points[i - 1]), vec3(scene.points[i]), scene.radius});
+      segments.push_back({vec3(scene.points[i - 1]), vec3(scene.points[i]), scene.radiusAt(i - 1)});
     }
   }
   return segments;

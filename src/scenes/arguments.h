@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <limits>
 #include <sstream>
 #include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <fcl_fibers/scenes/fiber_polylines.h>
 
 namespace fcl_fibers::scenes {
 
@@ -24,6 +29,35 @@ S requireRadius(const char* call, double radius) {
     refuseArgument(call, "radius", radius, "give a finite radius, zero or positive");
   }
   return static_cast<S>(radius);
+}
+
+/// That point_begin is as FiberScene says.
+inline void requireFiberRanges(const char* call, const FiberScene& scene) {
+  const std::vector<std::size_t>& begin = scene.point_begin;
+  const auto refuse = [call](const std::string& reason) {
+    throw std::invalid_argument(std::string(call) + ": point_begin " + reason +
+                                "; let it ascend strictly from 0 to the number of points");
+  };
+  if (begin.empty()) refuse("is empty");
+  if (begin.front() != 0) refuse("starts at " + std::to_string(begin.front()));
+  for (std::size_t f = 0; f + 1 < begin.size(); ++f) {
+    if (begin[f + 1] <= begin[f]) refuse("leaves fiber " + std::to_string(f) + " without a point");
+  }
+  if (begin.back() != scene.points.size()) {
+    refuse("ends at " + std::to_string(begin.back()) + " where there are " +
+           std::to_string(scene.points.size()) + " points");
+  }
+}
+
+/// That all radii are finite in S, not negative, and as many as FiberScene says.
+template <typename S>
+void requireRadii(const char* call, const FiberScene& scene) {
+  requireRadius<S>(call, scene.radius);
+  if (!scene.radii.empty() && scene.radii.size() != scene.points.size()) {
+    refuseArgument(call, "the number of radii", scene.radii.size(),
+                   "give one for each point, or none");
+  }
+  for (const double radius : scene.radii) requireRadius<S>(call, radius);
 }
 
 }  // namespace fcl_fibers::scenes

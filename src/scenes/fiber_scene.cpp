@@ -61,23 +61,6 @@ PosedSegment<S> poseSegment(const Point& from, const Point& to) {
   return segment;
 }
 
-void requireFiberRanges(const char* call, const FiberScene& scene) {
-  const std::vector<std::size_t>& begin = scene.point_begin;
-  const auto refuse = [call](const std::string& reason) {
-    throw std::invalid_argument(std::string(call) + ": point_begin " + reason +
-                                "; let it ascend strictly from 0 to the number of points");
-  };
-  if (begin.empty()) refuse("is empty");
-  if (begin.front() != 0) refuse("starts at " + std::to_string(begin.front()));
-  for (std::size_t f = 0; f + 1 < begin.size(); ++f) {
-    if (begin[f + 1] <= begin[f]) refuse("leaves fiber " + std::to_string(f) + " without a point");
-  }
-  if (begin.back() != scene.points.size()) {
-    refuse("ends at " + std::to_string(begin.back()) + " where there are " +
-           std::to_string(scene.points.size()) + " points");
-  }
-}
-
 // A quarter of the largest number: the length of a segment, at most sqrt(3) times twice the largest
 // coordinate, is then finite.
 template <typename S>
@@ -93,13 +76,11 @@ void requireCoordinates(const char* call, const FiberScene& scene) {
   }
 }
 
-// Calls visit(from, to) for every segment, fiber after fiber.
+// Calls visit(first point's index) for every segment, fiber after fiber.
 template <typename Visit>
 void forEachSegment(const FiberScene& scene, const Visit& visit) {
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-    for (std::size_t i = scene.point_begin[f] + 1; i < scene.point_begin[f + 1]; ++i) {
-      visit(scene.points[i - 1], scene.points[i]);
-    }
+    for (std::size_t i = scene.point_begin[f]; i + 1 < scene.point_begin[f + 1]; ++i) visit(i);
   }
 }
 
@@ -112,8 +93,8 @@ std::vector<fcl::Transform3<S>> segmentPoses(const FiberScene& scene) {
 
   std::vector<fcl::Transform3<S>> poses;
   poses.reserve(scene.segmentCount());
-  forEachSegment(scene, [&](const Point& from, const Point& to) {
-    poses.push_back(poseSegment<S>(from, to).pose);
+  forEachSegment(scene, [&](std::size_t i) {
+    poses.push_back(poseSegment<S>(scene.points[i], scene.points[i + 1]).pose);
   });
   return poses;
 }
@@ -122,12 +103,13 @@ template <typename S>
 std::vector<std::unique_ptr<fcl::CollisionObject<S>>> makeObjects(const FiberScene& scene) {
   requireFiberRanges("makeObjects", scene);
   requireCoordinates<S>("makeObjects", scene);
-  const S radius = requireRadius<S>("makeObjects", scene.radius);
+  requireRadii<S>("makeObjects", scene);
 
   std::vector<std::unique_ptr<fcl::CollisionObject<S>>> objects;
   objects.reserve(scene.segmentCount());
-  forEachSegment(scene, [&](const Point& from, const Point& to) {
-    const PosedSegment<S> segment = poseSegment<S>(from, to);
+  forEachSegment(scene, [&](std::size_t i) {
+    const PosedSegment<S> segment = poseSegment<S>(scene.points[i], scene.points[i + 1]);
+    const S radius = static_cast<S>(scene.radiusAt(i));
     objects.push_back(std::make_unique<fcl::CollisionObject<S>>(
         std::make_shared<fcl::Capsule<S>>(radius, segment.length), segment.pose));
   });

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <fcl_fibers/fiber_tree.h>
+
+namespace fcl_fibers::scenes {
+
+using Point = std::array<double, 3>;
+
+/// A fiber assembly as polylines in the world frame. Fiber f owns the points
+/// [point_begin[f], point_begin[f + 1]), ordered root to tip, and one segment less than points.
+struct FiberScene {
+  std::vector<Point> points;
+
+  /// Ascends strictly from 0 to points.size(): every fiber has at least one point.
+  std::vector<std::size_t> point_begin = {0};
+
+  /// Of every segment, unless `radii` has them. Finite, not negative.
+  double radius = 0;
+
+  /// By point: the radius of the segment that starts there; of a fiber's last point it is not used.
+  /// Finite, not negative. Empty: `radius` is that of all.
+  std::vector<double> radii;
+
+  /// By fiber: 1 if it is a closed curve, whose last point is its first one again, so that its last
+  /// segment is a neighbour of its first; else 0. Empty: none is closed.
+  std::vector<std::uint8_t> closed;
+
+  std::size_t fiberCount() const { return point_begin.size() - 1; }
+  std::size_t segmentCount() const { return points.size() - fiberCount(); }
+  bool isClosed(std::size_t fiber) const { return !closed.empty() && closed[fiber] != 0; }
+
+  /// Radius of the segment that starts at a point.
+  double radiusAt(std::size_t point) const { return radii.empty() ? radius : radii[point]; }
+};
+
+/// The scene as FiberTree takes it; borrows the scene's arrays.
+inline FiberArrays<double> fiberArrays(const FiberScene& scene) {
+  FiberArrays<double> arrays;
+  arrays.points = scene.points.empty() ? nullptr : scene.points.front().data();
+  arrays.point_count = scene.points.size();
+  arrays.point_begin = scene.point_begin.data();
+  arrays.fiber_count = scene.fiberCount();
+  arrays.radii = scene.radii.empty() ? &scene.radius : scene.radii.data();
+  arrays.radii_are = scene.radii.empty() ? FiberArrays<double>::Radii::kOne
+                                         : FiberArrays<double>::Radii::kPerSegment;
+  return arrays;
+}
+
+}  // namespace fcl_fibers::scenes

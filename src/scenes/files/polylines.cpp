@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cstddef>
+#include <string_view>
+
+#include "formats.h"
+
+namespace fcl_fibers::scenes {
+namespace {
+
+constexpr std::string_view kSpace = " \t";
+
+/// Takes the next column off the line; empty if there is none.
+std::string_view takeColumn(std::string_view& line) {
+  line.remove_prefix(std::min(line.find_first_not_of(kSpace), line.size()));
+  const std::string_view column = line.substr(0, line.find_first_of(kSpace));
+  line.remove_prefix(column.size());
+  return column;
+}
+
+}  // namespace
+
+ParsedFibers parsePolylines(ByteReader& file) {
+  file.setPlaces(ByteReader::Places::kLines);
+  ParsedFibers parsed;
+  FiberScene& scene = parsed.scene;
+  while (!file.atEnd()) {
+    const std::uint64_t at = file.offset();
+    std::string_view line = file.line();
+    std::string_view column = takeColumn(line);
+    if (column.empty()) {
+      if (scene.points.size() > scene.point_begin.back()) parsed.endFiber();
+      continue;
+    }
+    if (column.front() == '#') continue;
+    Point point;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (column.empty()) file.refuse(at, "there are ", k, " columns, needed are 3: x y z");
+      point[k] = file.parse<double>(column);
+      column = takeColumn(line);
+    }
+    scene.points.push_back(point);
+  }
+  if (scene.points.size() > scene.point_begin.back()) parsed.endFiber();
+  if (scene.points.empty()) file.refuse(file.size(), "there are no points");
+  expectLineEnd(file, parsed);
+  return parsed;
+}
+
+}  // namespace fcl_fibers::scenes

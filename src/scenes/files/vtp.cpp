@@ -1,0 +1,374 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <pugixml.hpp>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "formats.h"
+
+namespace fcl_fibers::scenes {
+namespace {
+
+constexpr std::string_view kSpace = " \t\r\n";
+
+/// Most bytes that all compressed arrays together may become, in sizes of the file. Deflate goes up
+/// to 1032; indices that count up become 5 times as many bytes, coordinates 1 to 3 times.
+constexpr std::uint64_t kMostInflation = 64;
+
+/// Bytes of arrays, as they are or as base64, from an offset on.
+class EncodedBytes {
+ public:
+  EncodedBytes(const ByteReader& file, std::uint64_t at, std::string_view text, bool base64)
+      : file_(file), at_(at), text_(text), base64_(base64) {}
+
+  /// The next `count` bytes.
+  std::string take(std::uint64_t count) {
+    // Four characters are three bytes at most; spaces among them make them fewer.
+    const std::uint64_t most = base64_ ? decoded_.size() + text_.size() / 4 * 3 : text_.size();
+    if (count > most) refuse("ends before its ", count, " bytes do");
+    const auto size = static_cast<std::size_t>(count);
+    std::string bytes;
+    if (!base64_) {
+      bytes = text_.substr(0, size);
+      text_.remove_prefix(size);
+      return bytes;
+    }
+    bytes.swap(decoded_);
+    bytes.reserve(size + 2);
+    while (bytes.size() < size) decodeQuartet(bytes);
+    decoded_ = bytes.substr(size);
+    bytes.resize(size);
+    return bytes;
+  }
+
+  template <typename... Reason>
+  [[noreturn]] void refuse(const Reason&... reason) const {
+    file_.refuse(at_, "the array ", reason...);
+  }
+
+ private:
+  /// What is padded ends a part, after which the next one starts: a header may be encoded for
+  /// itself.
+  void decodeQuartet(std::string& bytes) {
+    std::uint32_t bits = 0;
+    int padding = 0;
+    for (int i = 0; i < 4; ++i) {
+      text_.remove_prefix(std::min(text_.find_first_not_of(kSpace), text_.size()));
+      if (text_.empty()) refuse("ends inside its base64 text");
+      const char c = text_.front();
+      text_.remove_prefix(1);
+      const int value = c == '=' ? 0 : sextet(c);
+      if (value < 0 || (c != '=' && padding > 0) || (c == '=' && i < 2)) {
+        refuse("has '", ByteReader::shortened({&c, 1}), "' where base64 has none");
+      }
+      padding += c == '=';
+      bits = bits << 6 | static_cast<std::uint32_t>(value);
+    }
+    for (int i = 0; i < 3 - padding; ++i) bytes += static_cast<char>(bits >> (16 - 8 * i) & 0xFF);
+  }
+
+  static int sextet(char c) {
+    if (c >= 'A' && c <= 'Z') return c - 'A';
+    if (c >= 'a' && c <= 'z') return c - 'a' + 26;
+    if (c >= '0' && c <= '9') return c - '0' + 52;
+    return c == '+' ? 62 : c == '/' ? 63 : -1;
+  }
+
+  const ByteReader& file_;
+  std::uint64_t at_;
+  std::string_view text_;
+  bool base64_;
+  std::string decoded_;  ///< at most two bytes beyond what was taken
+};
+
+/// The XML format: see VTK File Formats, https://docs.vtk.org, section "XML File Formats".
+class VtpParser {
+ public:
+  explicit VtpParser(ByteReader& file) : file_(file) {}
+
+  ParsedFibers parse() {
+    const std::string xml = splitAppended();
+    const pugi::xml_parse_result result = document_.load_buffer(xml.data(), xml.size());
+    if (!result) {
+      const auto at = static_cast<std::uint64_t>(result.offset);
+      file_.refuse(std::min(at, file_.size()), result.description());
+    }
+    const pugi::xml_node root = document_.child("VTKFile");
+    if (!root) file_.refuse(0, "there is no element VTKFile");
+    readAttributes(root);
+    for (const pugi::xml_node piece : child(root, "PolyData").children("Piece")) readPiece(piece);
+    if (parsed_.scene.points.empty()) refuse(root, "there are no lines");
+    return std::move(parsed_);
+  }
+
+ private:
+  /// The file as XML: without the data of AppendedData, which need not be text.
+  std::string splitAppended() {
+    const std::string_view bytes = file_.bytes();
+    const std::size_t start = bytes.find("<AppendedData");
+    if (start == bytes.npos) return std::string(bytes);
+    const std::size_t data = bytes.find('_', start);
+    const std::size_t end = bytes.rfind("</AppendedData>");
+    const std::size_t tag_end = std::min(bytes.find('>', start), bytes.size());
+    if (data == bytes.npos || end == bytes.npos || end < data || tag_end > data) {
+      file_.refuse(start, "the appended data do not start with '_' and end with </AppendedData>");
+    }
+    appended_ = bytes.substr(data + 1, end - data - 1);
+    return std::string(bytes.substr(0, tag_end + 1)).append(bytes.substr(end));
+  }
+
+  template <typename... Reason>
+  [[noreturn]] void refuse(const pugi::xml_node& node, const Reason&... reason) const {
+    // Offsets are to the element's name, and as in the file: only what comes after it is cut out.
+    const auto at = std::max<std::ptrdiff_t>(node.offset_debug(), 1) - 1;
+    file_.refuse(static_cast<std::uint64_t>(at), node.name(), ": ", reason...);
+  }
+
+  pugi::xml_node child(const pugi::xml_node& parent, const char* name) const {
+    const pugi::xml_node node = parent.child(name);
+    if (!node) refuse(parent, "there is no element ", name);
+    return node;
+  }
+
+  static std::string shown(const pugi::xml_attribute& attribute) {
+    return ByteReader::shortened(attribute.value());
+  }
+
+  std::uint64_t count(const pugi::xml_node& node, const char* name) const {
+    const std::string_view text = node.attribute(name).value();
+    std::uint64_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size()) {
+      refuse(node, name, " is '", ByteReader::shortened(text), "', no whole number");
+    }
+    return value;
+  }
+
+  void readAttributes(const pugi::xml_node& root) {
+    const auto oneOf = [&](const char* name, std::string_view usual, std::string_view other) {
+      const pugi::xml_attribute attribute = root.attribute(name);
+      if (!attribute || attribute.value() == usual) return false;
+      if (attribute.value() == other) return true;
+      refuse(root, name, " is '", shown(attribute), "', read are '", usual, "' and '", other, "'");
+    };
+    oneOf("type", "PolyData", "PolyData");
+    order_ = oneOf("byte_order", "LittleEndian", "BigEndian") ? ByteOrder::kBig
+                                                              : ByteOrder::kLittle;
+    wide_header_ = oneOf("header_type", "UInt32", "UInt64");
+    compressed_ = oneOf("compressor", "", "vtkZLibDataCompressor");
+    if (const pugi::xml_node appended = root.child("AppendedData")) {
+      const std::string_view encoding = appended.attribute("encoding").value();
+      if (encoding != "raw" && encoding != "base64") {
+        refuse(appended, "encoding is '", ByteReader::shortened(encoding),
+               "', read are 'raw' and 'base64'");
+      }
+      appended_is_base64_ = encoding == "base64";
+    }
+  }
+
+  void readPiece(const pugi::xml_node& piece) {
+    const std::uint64_t line_count = count(piece, "NumberOfLines");
+    if (line_count == 0) return;
+    const pugi::xml_node points_array = child(child(piece, "Points"), "DataArray");
+    if (count(points_array, "NumberOfComponents") != 3) {
+      refuse(points_array, "NumberOfComponents is not 3");
+    }
+    const std::vector<double> points = readArray<double>(points_array);
+    if (points.size() / 3 != count(piece, "NumberOfPoints") || points.size() % 3 != 0) {
+      refuse(points_array, "there are ", points.size(), " numbers, NumberOfPoints is ",
+             count(piece, "NumberOfPoints"));
+    }
+    parsed_.is_float |= std::string_view(points_array.attribute("type").value()) == "Float32";
+
+    const pugi::xml_node lines = child(piece, "Lines");
+    const pugi::xml_node offsets_array = namedArray(lines, "offsets");
+    const pugi::xml_node indices_array = namedArray(lines, "connectivity");
+    const std::vector<std::int64_t> ends = readArray<std::int64_t>(offsets_array);
+    const std::vector<std::int64_t> indices = readArray<std::int64_t>(indices_array);
+    if (ends.size() != line_count) {
+      refuse(offsets_array, "there are ", ends.size(), " numbers, NumberOfLines is ", line_count);
+    }
+    FiberScene& scene = parsed_.scene;
+    const std::size_t first = scene.points.size();
+    std::int64_t previous = 0;
+    for (const std::int64_t end : ends) {
+      if (end <= previous || static_cast<std::uint64_t>(end) > indices.size()) {
+        refuse(offsets_array, "the numbers do not ascend strictly up to ", indices.size(),
+               ", the number of points of the lines");
+      }
+      scene.point_begin.push_back(first + static_cast<std::size_t>(end));
+      previous = end;
+    }
+    if (static_cast<std::uint64_t>(previous) != indices.size()) {
+      refuse(offsets_array, "the last number is ", previous, " of ", indices.size());
+    }
+    scene.points.reserve(first + indices.size());
+    for (const std::int64_t index : indices) {
+      if (index < 0 || static_cast<std::uint64_t>(index) >= points.size() / 3) {
+        refuse(indices_array, "a line has point ", index, " of ", points.size() / 3);
+      }
+      const double* const p = &points[3 * static_cast<std::size_t>(index)];
+      scene.points.push_back({p[0], p[1], p[2]});
+    }
+  }
+
+  pugi::xml_node namedArray(const pugi::xml_node& parent, const char* name) const {
+    const pugi::xml_node array = parent.find_child_by_attribute("DataArray", "Name", name);
+    if (!array) refuse(parent, "there is no DataArray '", name, "'");
+    return array;
+  }
+
+  /// T is double for coordinates, which have to be finite, and std::int64_t for indices.
+  template <typename T>
+  std::vector<T> readArray(const pugi::xml_node& array) {
+    const std::string_view type = array.attribute("type").value();
+    const std::string_view format = array.attribute("format").value();
+    constexpr bool kReal = std::is_same_v<T, double>;
+    if (format == "ascii") return readText<T>(array);
+    const std::string bytes = readBytes(array, format);
+    if (kReal && type == "Float32") return decodeAll<float, T>(array, bytes);
+    if (kReal && type == "Float64") return decodeAll<double, T>(array, bytes);
+    if (!kReal && type == "Int32") return decodeAll<std::int32_t, T>(array, bytes);
+    if (!kReal && type == "UInt32") return decodeAll<std::uint32_t, T>(array, bytes);
+    // Of UInt64, what is beyond Int64 becomes negative, and refused.
+    if (!kReal && (type == "Int64" || type == "UInt64")) {
+      return decodeAll<std::int64_t, T>(array, bytes);
+    }
+    refuse(array, "type is '", ByteReader::shortened(type), "', read are ",
+           kReal ? "Float32 and Float64" : "Int32, Int64, UInt32 and UInt64");
+  }
+
+  template <typename Stored, typename T>
+  std::vector<T> decodeAll(const pugi::xml_node& array, const std::string& bytes) const {
+    if (bytes.size() % sizeof(Stored) != 0) {
+      refuse(array, "its ", bytes.size(), " bytes are no multiple of ", sizeof(Stored));
+    }
+    std::vector<T> numbers;
+    numbers.reserve(bytes.size() / sizeof(Stored));
+    for (std::size_t i = 0; i < bytes.size(); i += sizeof(Stored)) {
+      numbers.push_back(static_cast<T>(decode<Stored>(&bytes[i], order_)));
+      if constexpr (std::is_same_v<T, double>) {
+        if (!std::isfinite(numbers.back())) {
+          refuse(array, "number ", i / sizeof(Stored), " is ", numbers.back());
+        }
+      }
+    }
+    return numbers;
+  }
+
+  /// The text of an array, which may stand behind elements that describe it.
+  static std::string_view text(const pugi::xml_node& array) {
+    for (const pugi::xml_node part : array.children()) {
+      const std::string_view value = part.value();
+      const bool is_text = part.type() == pugi::node_pcdata || part.type() == pugi::node_cdata;
+      if (is_text && value.find_first_not_of(kSpace) != value.npos) return value;
+    }
+    return {};
+  }
+
+  template <typename T>
+  std::vector<T> readText(const pugi::xml_node& array) const {
+    std::vector<T> numbers;
+    std::string_view rest = text(array);
+    while (true) {
+      rest.remove_prefix(std::min(rest.find_first_not_of(kSpace), rest.size()));
+      if (rest.empty()) return numbers;
+      const std::string_view word = rest.substr(0, rest.find_first_of(kSpace));
+      rest.remove_prefix(word.size());
+      T value{};
+      const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+      bool good = error == std::errc() && end == word.data() + word.size();
+      if constexpr (std::is_same_v<T, double>) good = good && std::isfinite(value);
+      if (!good) {
+        refuse(array, "'", ByteReader::shortened(word), "' is no ",
+               std::is_same_v<T, double> ? "finite number" : "whole number that fits");
+      }
+      numbers.push_back(value);
+    }
+  }
+
+  std::string readBytes(const pugi::xml_node& array, std::string_view format) {
+    const auto at = static_cast<std::uint64_t>(std::max<std::ptrdiff_t>(array.offset_debug(), 1) - 1);
+    if (format == "binary") return readBytes(EncodedBytes(file_, at, text(array), true));
+    if (format != "appended") {
+      refuse(array, "format is '", ByteReader::shortened(format),
+             "', read are 'ascii', 'binary' and 'appended'");
+    }
+    const std::uint64_t offset = count(array, "offset");
+    if (offset > appended_.size()) {
+      refuse(array, "offset is ", offset, ", appended are ", appended_.size(), " bytes");
+    }
+    return readBytes(EncodedBytes(
+        file_, at, appended_.substr(static_cast<std::size_t>(offset)), appended_is_base64_));
+  }
+
+  std::uint64_t readWord(EncodedBytes& bytes) const {
+    if (wide_header_) return decode<std::uint64_t>(bytes.take(8).data(), order_);
+    return decode<std::uint32_t>(bytes.take(4).data(), order_);
+  }
+
+  /// Uncompressed: the number of bytes, then the bytes. Compressed: the number of blocks, their
+  /// size, that of the last one unless it is a whole one, their compressed sizes, then the blocks.
+  std::string readBytes(EncodedBytes bytes) {
+    const std::uint64_t blocks_or_bytes = readWord(bytes);
+    if (!compressed_) return bytes.take(blocks_or_bytes);
+    const std::uint64_t blocks = blocks_or_bytes;
+    const std::uint64_t block_size = readWord(bytes);
+    const std::uint64_t last_size = readWord(bytes);
+    if (blocks == 0) return {};
+    if (blocks > file_.size() || block_size > kMostInflation * file_.size() ||
+        last_size > block_size) {
+      bytes.refuse("has ", blocks, " blocks of ", block_size, " bytes, the last one of ",
+                   last_size, ", beyond a file of ", file_.size(), " bytes");
+    }
+    const std::uint64_t size =
+        (blocks - 1) * block_size + (last_size == 0 ? block_size : last_size);
+    inflated_ += size;
+    if (inflated_ > kMostInflation * file_.size()) {
+      bytes.refuse("is the one with which the arrays become more than ", kMostInflation,
+                   " times the file's size");
+    }
+    std::vector<std::uint64_t> compressed_sizes;
+    for (std::uint64_t i = 0; i < blocks; ++i) compressed_sizes.push_back(readWord(bytes));
+
+    std::string inflated(static_cast<std::size_t>(size), '\0');
+    std::size_t begin = 0;
+    for (const std::uint64_t compressed_size : compressed_sizes) {
+      const std::string compressed = bytes.take(compressed_size);
+      const std::size_t expected =
+          std::min(static_cast<std::size_t>(block_size), inflated.size() - begin);
+      uLongf got = static_cast<uLongf>(expected);
+      const int status = uncompress(reinterpret_cast<Bytef*>(&inflated[begin]), &got,
+                                    reinterpret_cast<const Bytef*>(compressed.data()),
+                                    static_cast<uLong>(compressed.size()));
+      if (status != Z_OK || got != expected) {
+        bytes.refuse("has a block that zlib does not make ", expected, " bytes of");
+      }
+      begin += expected;
+    }
+    return inflated;
+  }
+
+  ByteReader& file_;
+  ParsedFibers parsed_;
+  pugi::xml_document document_;
+  std::string_view appended_;  ///< behind its '_'
+  bool appended_is_base64_ = false;
+  ByteOrder order_ = ByteOrder::kLittle;
+  bool wide_header_ = false;
+  bool compressed_ = false;
+  std::uint64_t inflated_ = 0;
+};
+
+}  // namespace
+
+ParsedFibers parseVtp(ByteReader& file) { return VtpParser(file).parse(); }
+
+}  // namespace fcl_fibers::scenes

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "file_support.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <stdexcept>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "support/memory_use.h"
+
+namespace fcl_fibers::scenes {
+namespace {
+
+using testing::AllOf;
+using testing::AnyOf;
+using testing::HasSubstr;
+using testing::StartsWith;
+using testing::ThrowsMessage;
+
+constexpr char kName[] = "a file";
+
+/// What readFibers promises, messages and pages of the XML parser apart.
+std::size_t mostMemory(std::size_t size) { return 40 * size + (std::size_t{80} << 10); }
+
+}  // namespace
+
+void expectWellFormed(const FiberScene& scene) {
+  ASSERT_GE(scene.fiberCount(), 1U);
+  ASSERT_EQ(scene.point_begin.front(), 0U);
+  ASSERT_EQ(scene.point_begin.back(), scene.points.size());
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    ASSERT_GT(scene.point_begin[f + 1], scene.point_begin[f]);
+  }
+  for (const Point& point : scene.points) {
+    for (const double coordinate : point) ASSERT_TRUE(std::isfinite(coordinate));
+  }
+  ASSERT_TRUE(scene.radius >= 0 && std::isfinite(scene.radius)) << scene.radius;
+  if (!scene.radii.empty()) {
+    ASSERT_EQ(scene.radii.size(), scene.points.size());
+  }
+  for (const double radius : scene.radii) ASSERT_TRUE(radius >= 0 && std::isfinite(radius));
+  if (scene.closed.empty()) return;
+  ASSERT_EQ(scene.closed.size(), scene.fiberCount());
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    if (!scene.isClosed(f)) continue;
+    ASSERT_EQ(scene.points[scene.point_begin[f]], scene.points[scene.point_begin[f + 1] - 1]);
+    ASSERT_GE(scene.point_begin[f + 1] - scene.point_begin[f], 4U);
+  }
+}
+
+void expectRefusal(const std::string& bytes, FiberFormat format, const std::string& place,
+                   const std::string& reason) {
+  EXPECT_THAT([&] { parseFibers(bytes, kName, format); },
+              ThrowsMessage<std::runtime_error>(AllOf(
+                  StartsWith("readFibers: 'a file', " + place + ": "), HasSubstr(reason))));
+}
+
+bool parsesSafely(const std::string& bytes, FiberFormat format) {
+  FiberFileOptions options;
+  options.segments_per_span = 2;
+  const test::PeakMemory memory;
+  bool is_scene = false;
+  try {
+    const FiberFile file = parseFibers(bytes, kName, format, options);
+    is_scene = true;
+    expectWellFormed(file.scene);
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), AnyOf(StartsWith("readFibers: 'a file', byte "),
+                                    StartsWith("readFibers: 'a file', line ")));
+  }
+  EXPECT_LE(memory.bytes(), mostMemory(bytes.size()));
+  return is_scene;
+}
+
+void expectSafeTruncations(const std::string& bytes, FiberFormat format, std::size_t needed) {
+  for (std::size_t size = 0; size <= bytes.size(); ++size) {
+    SCOPED_TRACE("the first " + std::to_string(size) + " bytes");
+    EXPECT_EQ(parsesSafely(bytes.substr(0, size), format), size >= needed);
+  }
+}
+
+void expectSafeBitFlips(const std::string& bytes, FiberFormat format) {
+  for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
+    SCOPED_TRACE("bit " + std::to_string(bit));
+    std::string flipped = bytes;
+    flipped[bit / 8] = static_cast<char>(flipped[bit / 8] ^ 1 << bit % 8);
+    parsesSafely(flipped, format);
+  }
+}
+
+// Tests of several builds may run at once, so the name is drawn, not chosen.
+TemporaryFile::TemporaryFile(const std::string& extension, const std::string& bytes)
+    : path_(testing::TempDir() + "fcl_fibers_" + std::to_string(std::random_device()()) + "_" +
+            std::to_string(std::random_device()()) + extension) {
+  std::ofstream stream(path_, std::ios::binary);
+  stream << bytes;
+  stream.close();
+  if (!stream) throw std::logic_error("the test cannot write " + path_);
+}
+
+TemporaryFile::~TemporaryFile() { std::filesystem::remove(path_); }
+
+std::string realFile(const std::string& name) {
+  const char* const directory = std::getenv("FCL_FIBERS_DATA");
+  const std::filesystem::path folder =
+      directory != nullptr ? std::filesystem::path(directory)
+                           : std::filesystem::path(FCL_FIBERS_SOURCE_DIR) / ".." / "shared" / "data";
+  return (folder / name).string();
+}
+
+}  // namespace fcl_fibers::scenes
