@@ -143,6 +143,21 @@ TYPED_TEST(FiberSceneTest, CapsulesHaveTheRadiusAndLengthOfTheSegments) {
   }
 }
 
+TYPED_TEST(FiberSceneTest, CapsulesHaveTheRadiusAtTheirFirstPoint) {
+  // If this fails, hair with a thickness by point has one for all, or that of a neighbour.
+  using S = TypeParam;
+  FiberScene scene;
+  scene.points = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}};
+  scene.point_begin = {0, 3, 5};
+  scene.radius = 9;
+  scene.radii = {1, 2, 3, 4, 5};
+  const auto objects = makeObjects<S>(scene);
+  ASSERT_EQ(objects.size(), 3U);
+  EXPECT_EQ(capsuleOf(*objects[0]).radius, 1);
+  EXPECT_EQ(capsuleOf(*objects[1]).radius, 2);
+  EXPECT_EQ(capsuleOf(*objects[2]).radius, 4);
+}
+
 TYPED_TEST(FiberSceneTest, SegmentsThatAreTinyOrVastKeepTheirDirection) {
   // If this fails, squared lengths underflow or overflow.
   using S = TypeParam;
@@ -258,8 +273,17 @@ TYPED_TEST(FiberSceneTest, RefusesARadiusThatIsNone) {
     EXPECT_THAT([&] { makeObjects<TypeParam>(scene); },
                 ThrowsMessage<std::invalid_argument>(
                     AllOf(HasSubstr("makeObjects: radius is "), HasSubstr("give a finite"))));
+    FiberScene by_point = pairsOfPoints({{0, 0, 0}, {1, 1, 1}});
+    by_point.radii = {1, bad};
+    EXPECT_THAT([&] { makeObjects<TypeParam>(by_point); },
+                ThrowsMessage<std::invalid_argument>(HasSubstr("makeObjects: radius is ")));
   }
   scene.radius = 0;
+  scene.radii = {1};
+  EXPECT_THAT(
+      [&] { makeObjects<TypeParam>(scene); },
+      ThrowsMessage<std::invalid_argument>(HasSubstr("the number of radii is 1; give one")));
+  scene.radii = {};
   EXPECT_EQ(capsuleOf(*makeObjects<TypeParam>(scene)[0]).radius, 0);
 }
 

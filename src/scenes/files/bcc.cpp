@@ -84,8 +84,8 @@ ParsedFibers parseBcc(ByteReader& file, const FiberFileOptions& options) {
   if (file.take(3, "the header") != "BCC") file.refuse(0, "the file does not start with BCC");
   const auto sizes = static_cast<unsigned char>(file.take(1, "the header")[0]);
   if (sizes != kFourByteNumbers) {
-    file.refuse(3, "sizes of numbers are ", int{sizes}, ", read are integers and floats of 4 bytes (",
-                int{kFourByteNumbers}, ")");
+    file.refuse(3, "sizes of numbers are ", int{sizes},
+                ", read are integers and floats of 4 bytes (", int{kFourByteNumbers}, ")");
   }
   const std::string_view type = file.take(2, "the header");
   if (type != "C0" && type != "BS") {

@@ -28,9 +28,8 @@ T decode(const char* bytes, ByteOrder order) {
     const std::size_t next = order == ByteOrder::kBig ? i : sizeof(T) - 1 - i;
     word = word << 8 | static_cast<unsigned char>(bytes[next]);
   }
-  using Word = std::conditional_t<
-      sizeof(T) == 8, std::uint64_t,
-      std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint16_t>>;
+  using Word = std::conditional_t<sizeof(T) == 8, std::uint64_t,
+                                  std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint16_t>>;
   const Word narrow = static_cast<Word>(word);
   T number;
   std::memcpy(&number, &narrow, sizeof number);

@@ -76,8 +76,9 @@ void readSegments(ByteReader& file, const Header& header, ParsedFibers& parsed) 
   begin.reserve(static_cast<std::size_t>(header.strands) + 1);
   for (std::uint64_t strand = 0; strand < header.strands; ++strand) {
     const std::uint64_t at = file.offset();
-    const std::uint32_t segments = header.has(kSegments) ? file.number<std::uint16_t>("the segments")
-                                                         : header.default_segments;
+    const std::uint32_t segments = header.has(kSegments)
+                                       ? file.number<std::uint16_t>("the segments")
+                                       : header.default_segments;
     const std::uint64_t end = begin.back() + std::uint64_t{segments} + 1;
     if (end > header.points) {
       file.refuse(header.has(kSegments) ? at : 16, "strand ", strand, " has ", segments,
@@ -162,7 +163,7 @@ std::string hairBytes(const FiberScene& scene) {
   file.add(kSegments | kPoints | (scene.radii.empty() ? 0 : kThickness));
   file.add(std::uint32_t{0});
   file.addAsFloat("thickness", 2 * scene.radius);
-  file.add(0.0F);                             // transparency
+  file.add(0.0F);                              // transparency
   for (int k = 0; k < 3; ++k) file.add(1.0F);  // colour
   file.addZeros(kHeaderSize - file.bytes().size());
 

@@ -24,13 +24,13 @@ struct NamedType {
 
 // Signs do not matter where numbers are counts, indices or skipped.
 constexpr NamedType kTypes[] = {
-    {"char", NumberType::kInt8, 1},           {"unsigned_char", NumberType::kInt8, 1},
-    {"short", NumberType::kInt16, 2},         {"unsigned_short", NumberType::kInt16, 2},
-    {"int", NumberType::kInt32, 4},           {"unsigned_int", NumberType::kInt32, 4},
-    {"long", NumberType::kInt64, 8},          {"unsigned_long", NumberType::kInt64, 8},
-    {"vtktypeint32", NumberType::kInt32, 4},  {"vtktypeuint32", NumberType::kInt32, 4},
-    {"vtktypeint64", NumberType::kInt64, 8},  {"vtktypeuint64", NumberType::kInt64, 8},
-    {"vtkidtype", NumberType::kInt32, 4},     {"float", NumberType::kFloat, 4},
+    {"char", NumberType::kInt8, 1},          {"unsigned_char", NumberType::kInt8, 1},
+    {"short", NumberType::kInt16, 2},        {"unsigned_short", NumberType::kInt16, 2},
+    {"int", NumberType::kInt32, 4},          {"unsigned_int", NumberType::kInt32, 4},
+    {"long", NumberType::kInt64, 8},         {"unsigned_long", NumberType::kInt64, 8},
+    {"vtktypeint32", NumberType::kInt32, 4}, {"vtktypeuint32", NumberType::kInt32, 4},
+    {"vtktypeint64", NumberType::kInt64, 8}, {"vtktypeuint64", NumberType::kInt64, 8},
+    {"vtkidtype", NumberType::kInt32, 4},    {"float", NumberType::kFloat, 4},
     {"double", NumberType::kDouble, 8},
 };
 
@@ -146,10 +146,10 @@ class VtkParser {
   std::uint64_t readIndex(const NamedType& type, const char* part) {
     file_.skipSpaceUnless(binary_);
     const std::uint64_t at = file_.offset();
-    const std::int64_t value =
-        !binary_ ? file_.wordAsNumber<std::int64_t>(part)
-        : type.type == NumberType::kInt64 ? file_.number<std::int64_t>(part, ByteOrder::kBig)
-                                          : file_.number<std::int32_t>(part, ByteOrder::kBig);
+    const std::int64_t value = !binary_ ? file_.wordAsNumber<std::int64_t>(part)
+                               : type.type == NumberType::kInt64
+                                   ? file_.number<std::int64_t>(part, ByteOrder::kBig)
+                                   : file_.number<std::int32_t>(part, ByteOrder::kBig);
     if (value < 0) file_.refuse(at, part, " have a number of ", value);
     return static_cast<std::uint64_t>(value);
   }
@@ -200,14 +200,15 @@ class VtkParser {
   void readCountedLines(std::uint64_t at, std::uint64_t lines, std::uint64_t size) {
     const NamedType& type = *find("int");
     startArray(size, type.size, "the lines");
-    if (lines > size) file_.refuse(at, lines, " lines have ", size, " numbers");
+    if (lines > size) file_.refuse(at, lines, " lines have ", size, " numbers only");
     parsed_.scene.points.reserve(static_cast<std::size_t>(size - lines));
     parsed_.scene.point_begin.reserve(static_cast<std::size_t>(lines) + 1);
     std::uint64_t left = size;
     for (std::uint64_t line = 0; line < lines; ++line) {
       file_.skipSpaceUnless(binary_);
       const std::uint64_t start = file_.offset();
-      const std::uint64_t count = left == 0 ? 0 : readIndex(type, "the lines");
+      if (left == 0) file_.refuse(at, lines, " lines have more than ", size, " numbers");
+      const std::uint64_t count = readIndex(type, "the lines");
       if (count == 0) file_.refuse(start, "line ", line, " has no points");
       if (count > left - 1) {
         file_.refuse(start, "line ", line, " has ", count, " points, there are ", left - 1,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <pugixml.hpp>
 #include <zlib.h>
+#include <pugixml.hpp>
 
 #include <algorithm>
 #include <array>
@@ -159,8 +159,8 @@ class VtpParser {
       refuse(root, name, " is '", shown(attribute), "', read are '", usual, "' and '", other, "'");
     };
     oneOf("type", "PolyData", "PolyData");
-    order_ = oneOf("byte_order", "LittleEndian", "BigEndian") ? ByteOrder::kBig
-                                                              : ByteOrder::kLittle;
+    order_ =
+        oneOf("byte_order", "LittleEndian", "BigEndian") ? ByteOrder::kBig : ByteOrder::kLittle;
     wide_header_ = oneOf("header_type", "UInt32", "UInt64");
     compressed_ = oneOf("compressor", "", "vtkZLibDataCompressor");
     if (const pugi::xml_node appended = root.child("AppendedData")) {
@@ -295,7 +295,8 @@ class VtpParser {
   }
 
   std::string readBytes(const pugi::xml_node& array, std::string_view format) {
-    const auto at = static_cast<std::uint64_t>(std::max<std::ptrdiff_t>(array.offset_debug(), 1) - 1);
+    const auto at =
+        static_cast<std::uint64_t>(std::max<std::ptrdiff_t>(array.offset_debug(), 1) - 1);
     if (format == "binary") return readBytes(EncodedBytes(file_, at, text(array), true));
     if (format != "appended") {
       refuse(array, "format is '", ByteReader::shortened(format),
@@ -305,8 +306,8 @@ class VtpParser {
     if (offset > appended_.size()) {
       refuse(array, "offset is ", offset, ", appended are ", appended_.size(), " bytes");
     }
-    return readBytes(EncodedBytes(
-        file_, at, appended_.substr(static_cast<std::size_t>(offset)), appended_is_base64_));
+    return readBytes(EncodedBytes(file_, at, appended_.substr(static_cast<std::size_t>(offset)),
+                                  appended_is_base64_));
   }
 
   std::uint64_t readWord(EncodedBytes& bytes) const {
@@ -325,8 +326,8 @@ class VtpParser {
     if (blocks == 0) return {};
     if (blocks > file_.size() || block_size > kMostInflation * file_.size() ||
         last_size > block_size) {
-      bytes.refuse("has ", blocks, " blocks of ", block_size, " bytes, the last one of ",
-                   last_size, ", beyond a file of ", file_.size(), " bytes");
+      bytes.refuse("has ", blocks, " blocks of ", block_size, " bytes, the last one of ", last_size,
+                   ", beyond a file of ", file_.size(), " bytes");
     }
     const std::uint64_t size =
         (blocks - 1) * block_size + (last_size == 0 ? block_size : last_size);

@@ -56,8 +56,8 @@ void expectWellFormed(const FiberScene& scene) {
 void expectRefusal(const std::string& bytes, FiberFormat format, const std::string& place,
                    const std::string& reason) {
   EXPECT_THAT([&] { parseFibers(bytes, kName, format); },
-              ThrowsMessage<std::runtime_error>(AllOf(
-                  StartsWith("readFibers: 'a file', " + place + ": "), HasSubstr(reason))));
+              ThrowsMessage<std::runtime_error>(
+                  AllOf(StartsWith("readFibers: 'a file', " + place + ": "), HasSubstr(reason))));
 }
 
 bool parsesSafely(const std::string& bytes, FiberFormat format) {
@@ -108,8 +108,9 @@ TemporaryFile::~TemporaryFile() { std::filesystem::remove(path_); }
 std::string realFile(const std::string& name) {
   const char* const directory = std::getenv("FCL_FIBERS_DATA");
   const std::filesystem::path folder =
-      directory != nullptr ? std::filesystem::path(directory)
-                           : std::filesystem::path(FCL_FIBERS_SOURCE_DIR) / ".." / "shared" / "data";
+      directory != nullptr
+          ? std::filesystem::path(directory)
+          : std::filesystem::path(FCL_FIBERS_SOURCE_DIR) / ".." / "shared" / "data";
   return (folder / name).string();
 }
 

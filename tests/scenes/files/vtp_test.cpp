@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <zlib.h>
+
+#include <cstdint>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "file_support.h"
+
+namespace fcl_fibers::scenes {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr FiberFormat kVtp = FiberFormat::kVtp;
+
+FiberFile parse(const std::string& bytes) { return parseFibers(bytes, "a file", kVtp); }
+
+// RFC 4648, section 4.
+std::string base64(const std::string& bytes) {
+  const char* const digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string bits, text;
+  for (const char c : bytes) {
+    for (int i = 7; i >= 0; --i) bits += static_cast<unsigned char>(c) >> i & 1 ? '1' : '0';
+  }
+  while (bits.size() % 6 != 0) bits += '0';
+  for (std::size_t i = 0; i < bits.size(); i += 6) {
+    text += digits[std::stoul(bits.substr(i, 6), nullptr, 2)];
+  }
+  while (text.size() % 4 != 0) text += '=';
+  return text;
+}
+
+std::string deflated(const std::string& bytes) {
+  std::string result(compressBound(static_cast<uLong>(bytes.size())), '\0');
+  uLongf size = static_cast<uLongf>(result.size());
+  compress(reinterpret_cast<Bytef*>(result.data()), &size,
+           reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uLong>(bytes.size()));
+  result.resize(size);
+  return result;
+}
+
+std::string sized(const std::string& bytes) {
+  FileBytes array;
+  return array.little(static_cast<std::uint32_t>(bytes.size())).text(bytes).bytes();
+}
+
+// In blocks of 16 bytes; header and blocks are returned by themselves, as each is encoded so.
+std::vector<std::string> inBlocks(const std::string& bytes) {
+  constexpr std::size_t kBlock = 16;
+  std::vector<std::string> blocks;
+  for (std::size_t i = 0; i < bytes.size(); i += kBlock) {
+    blocks.push_back(deflated(bytes.substr(i, kBlock)));
+  }
+  FileBytes header, data;
+  header.little(static_cast<std::uint32_t>(blocks.size()));
+  header.little(static_cast<std::uint32_t>(kBlock));
+  header.little(static_cast<std::uint32_t>(bytes.size() % kBlock));
+  for (const std::string& block : blocks) {
+    header.little(static_cast<std::uint32_t>(block.size()));
+    data.text(block);
+  }
+  return {header.bytes(), data.bytes()};
+}
+
+std::string pointBytes() {
+  FileBytes points;
+  for (const float c :
+       {0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 1.F, 1.F, 0.F, 0.F, 1.F, .5F, 7.F, 8.F, 9.F}) {
+    points.little(c);
+  }
+  return points.bytes();
+}
+std::string indexBytes() {
+  FileBytes indices;
+  for (const int i : {0, 1, 2, 0, 3, 4}) indices.little(i);
+  return indices.bytes();
+}
+std::string endBytes() {
+  FileBytes ends;
+  return ends.little(std::int64_t{4}).little(std::int64_t{6}).bytes();
+}
+
+// What stands in the three arrays, and the attribute that says how.
+struct Arrays {
+  std::string format;
+  std::string points, indices, ends;
+  std::string attributes = "", appended = "";
+};
+
+std::string vtpFile(const Arrays& arrays) {
+  const auto array = [](const std::string& attributes, const std::string& format,
+                        const std::string& content) {
+    return "<DataArray " + attributes + " format=\"" + format + ">" + content + "</DataArray>";
+  };
+  // With "appended", what stands in an array is its offset.
+  const auto split = [&](const std::string& attributes, const std::string& content) {
+    if (arrays.format == "appended") {
+      return array(attributes, "appended\" offset=\"" + content + "\"", "");
+    }
+    return array(attributes, arrays.format + "\"", content);
+  };
+  return "<VTKFile type=\"PolyData\"" + arrays.attributes +
+         "><PolyData><Piece NumberOfPoints=\"5\" NumberOfLines=\"2\"><Points>" +
+         split("type=\"Float32\" NumberOfComponents=\"3\"", arrays.points) + "</Points><Lines>" +
+         split("type=\"Int32\" Name=\"connectivity\"", arrays.indices) +
+         split("type=\"Int64\" Name=\"offsets\"", arrays.ends) + "</Lines></Piece></PolyData>" +
+         arrays.appended + "</VTKFile>";
+}
+
+std::string textFile() {
+  return vtpFile({"ascii", "0 0 0 1 0 0\n1 1 0 0 1 .5 7 8 9", "0 1 2 0 3 4", "\t4 6\n"});
+}
+
+std::string inlineFile() {
+  return vtpFile({"binary", "\n" + base64(sized(pointBytes())) + "\n", base64(sized(indexBytes())),
+                  base64(sized(endBytes()))});
+}
+
+constexpr char kCompressed[] = " compressor=\"vtkZLibDataCompressor\"";
+
+std::string compressedInlineFile() {
+  const auto encoded = [](const std::string& bytes) {
+    const std::vector<std::string> parts = inBlocks(bytes);
+    return base64(parts[0]) + base64(parts[1]);
+  };
+  return vtpFile(
+      {"binary", encoded(pointBytes()), encoded(indexBytes()), encoded(endBytes()), kCompressed});
+}
+
+// `arrays` are as they are appended.
+std::string appendedFile(const std::vector<std::string>& arrays, const std::string& encoding,
+                         const std::string& attributes = "") {
+  return vtpFile({"appended", "0", std::to_string(arrays[0].size()),
+                  std::to_string(arrays[0].size() + arrays[1].size()), attributes,
+                  "<AppendedData encoding=\"" + encoding + "\">\n _" + arrays[0] + arrays[1] +
+                      arrays[2] + "</AppendedData>"});
+}
+
+std::string rawFile() {
+  return appendedFile({sized(pointBytes()), sized(indexBytes()), sized(endBytes())}, "raw");
+}
+
+std::string compressedRawFile() {
+  std::vector<std::string> arrays;
+  for (const std::string& bytes : {pointBytes(), indexBytes(), endBytes()}) {
+    const std::vector<std::string> parts = inBlocks(bytes);
+    arrays.push_back(parts[0] + parts[1]);
+  }
+  return appendedFile(arrays, "raw", kCompressed);
+}
+
+std::vector<std::string> sampleFiles() {
+  return {textFile(), inlineFile(), compressedInlineFile(), rawFile(), compressedRawFile()};
+}
+
+void expectSampleScene(const FiberFile& file) {
+  expectWellFormed(file.scene);
+  EXPECT_THAT(file.scene.point_begin, ElementsAre(0, 4, 6));
+  EXPECT_THAT(file.scene.points, ElementsAre(Point{0, 0, 0}, Point{1, 0, 0}, Point{1, 1, 0},
+                                             Point{0, 0, 0}, Point{0, 1, 0.5}, Point{7, 8, 9}));
+  EXPECT_THAT(file.scene.closed, ElementsAre(1, 0));
+  EXPECT_THAT(file.warnings, IsEmpty());
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+TEST(VtpTest, ReadsAllEncodings) {
+  // If this fails, arrays are read from the wrong place, or decoded wrongly.
+  for (const std::string& bytes : sampleFiles()) {
+    SCOPED_TRACE(bytes);
+    expectSampleScene(parse(bytes));
+  }
+  expectSampleScene(parse(appendedFile(
+      {base64(sized(pointBytes())), base64(sized(indexBytes())), base64(sized(endBytes()))},
+      "base64")));
+}
+
+TEST(VtpTest, JoinsPieces) {
+  // If this fails, lines of a second piece are missing, or have points of the first.
+  const std::string file = textFile();
+  const std::size_t begin = file.find("<Piece"), end = file.find("</PolyData>");
+  const std::string piece = file.substr(begin, end - begin);
+  const std::string empty = "<Piece NumberOfPoints=\"0\" NumberOfLines=\"0\"/>";
+  const FiberScene scene =
+      parse(replaced(file, piece, piece + empty + replaced(piece, "7 8 9", "6 6 6"))).scene;
+  EXPECT_THAT(scene.point_begin, ElementsAre(0, 4, 6, 10, 12));
+  EXPECT_EQ(scene.points[5], (Point{7, 8, 9}));
+  EXPECT_EQ(scene.points[11], (Point{6, 6, 6}));
+}
+
+TEST(VtpTest, SaysWhatIsMalformed) {
+  // If this fails, a broken file is read as something else, or its author has to guess. Places are
+  // those of the element that is wrong.
+  const std::string file = textFile();
+  const auto refuses = [&](const std::string& from, const std::string& to,
+                           const std::string& element, const std::string& reason) {
+    const std::string bytes = replaced(file, from, to);
+    std::size_t at = 0;
+    for (const std::string& name : {std::string("<VTKFile"), element}) at = bytes.find(name, at);
+    expectRefusal(bytes, kVtp, "byte " + std::to_string(at), reason);
+  };
+  const std::string points = "<DataArray type=\"Float";
+  const std::string indices = "<DataArray type=\"Int32\" Name=\"conn";
+  const std::string ends = "<DataArray type=\"Int64\" Name=\"off";
+  refuses("PolyData\"", "ImageData\"", "<VTKFile", "type is 'ImageData', read are 'PolyData'");
+  refuses("PolyData\"", "PolyData\" byte_order=\"Middle\"", "<VTKFile", "byte_order is 'Middle'");
+  refuses("PolyData\"", "PolyData\" header_type=\"UInt8\"", "<VTKFile", "header_type is 'UInt8'");
+  refuses("PolyData\"", "PolyData\" compressor=\"vtkLZ4DataCompressor\"", "<VTKFile",
+          "compressor is 'vtkLZ4DataCompressor', read are '' and 'vtkZLibDataCompressor'");
+  refuses("NumberOfLines=\"2\"", "NumberOfLines=\"0\"", "<VTKFile", "there are no lines");
+  refuses("NumberOfLines=\"2\"", "NumberOfLines=\"two\"", "<Piece", "'two', no whole number");
+  refuses("NumberOfLines=\"2\"", "NumberOfLines=\"3\"", ends, "there are 2 numbers, NumberOfLines");
+  refuses("NumberOfPoints=\"5\"", "NumberOfPoints=\"6\"", points, "there are 15 numbers");
+  refuses("NumberOfComponents=\"3\"", "NumberOfComponents=\"2\"", points, "is not 3");
+  refuses("7 8 9", "7 8 nan", points, "'nan' is no finite number");
+  refuses("7 8 9", "7 8", points, "there are 14 numbers");
+  refuses("0 3 4", "0 3 5", indices, "a line has point 5 of 5");
+  refuses("0 3 4", "0 3 -1", indices, "a line has point -1 of 5");
+  refuses("0 3 4", "0 3", ends, "do not ascend strictly up to 5");
+  refuses("0 3 4", "0 3 4 4", ends, "the last number is 6 of 7");
+  for (const char* bad : {"\t0 6", "\t4 4", "\t6 4", "\t4 7", "\t-1 6"}) {
+    refuses("\t4 6", bad, ends, "do not ascend strictly up to 6");
+  }
+  refuses("Name=\"offsets\"", "Name=\"ends\"", "<Lines", "there is no DataArray 'offsets'");
+  refuses("<Points>", "<Other/><Points format=\"none\"><Nothing/></Points><Points>", "<Points",
+          "there is no element DataArray");
+  refuses("format=\"ascii\"", "format=\"octal\"", points, "format is 'octal', read are 'ascii'");
+  refuses("format=\"ascii\"", "format=\"appended\"", points, "offset is '', no whole number");
+  expectRefusal("<a/>", kVtp, "byte 0", "there is no element VTKFile");
+  expectRefusal("", kVtp, "byte 0", "No document element found");
+  expectRefusal("<VTKFile><a></VTKFile>", kVtp, "byte 14", "tags mismatch");
+}
+
+TEST(VtpTest, SaysWhatIsWrongWithBytes) {
+  // If this fails, broken arrays are read as others, or beyond the file.
+  const auto refuses = [](const std::string& bytes, const std::string& element,
+                          const std::string& reason) {
+    expectRefusal(bytes, kVtp, "byte " + std::to_string(bytes.find(element)), reason);
+  };
+  const std::string points = "<DataArray type=\"Float";
+  const std::string indices = "<DataArray type=\"Int32\" Name=\"conn";
+  refuses(replaced(inlineFile(), "Float32", "Int16"), "<DataArray", "type is 'Int16', read are Fl");
+  refuses(replaced(inlineFile(), "Int32", "Int8"), "<DataArray type=\"Int8", "type is 'Int8'");
+  refuses(replaced(inlineFile(), ">\n", ">\n!"), points, "has '!' where base64 has none");
+  refuses(replaced(inlineFile(), ">\n", ">\n="), points, "has '=' where base64 has none");
+  refuses(replaced(inlineFile(), ">\n", ">\n////"), points, "ends before its 1023410175 bytes do");
+  refuses(replaced(rawFile(), "offset=\"0\"", "offset=\"999\""), points, "offset is 999, appended");
+  refuses(replaced(rawFile(), "offset=\"0\"", "offset=\"64\""), points, "there are 6 numbers");
+  refuses(replaced(rawFile(), "offset=\"64\"", "offset=\"16\""), indices, "ends before its ");
+  refuses(replaced(rawFile(), "\"raw\"", "\"hex\""), "<AppendedData", "encoding is 'hex'");
+  refuses(replaced(rawFile(), "\n _", "\n "), "<AppendedData", "do not start with '_'");
+  refuses(replaced(rawFile(), "</AppendedData>", ""), "<AppendedData", "end with </AppendedData>");
+  FileBytes nan;
+  nan.text(pointBytes()).setLittle(16, HUGE_VALF);
+  refuses(appendedFile({sized(nan.bytes()), sized(indexBytes()), sized(endBytes())}, "raw"), points,
+          "number 4 is inf");
+  refuses(appendedFile({sized("123"), "", ""}, "raw"), points, "3 bytes are no multiple of 4");
+}
+
+TEST(VtpTest, RefusesBlocksThatAreNotAsTheySay) {
+  // If this fails, a few bytes ask for all memory, or arrays hold what zlib never gave.
+  const auto refuses = [](const std::string& array, const std::string& reason) {
+    const std::string bytes = appendedFile({array, "", ""}, "raw", kCompressed);
+    EXPECT_FALSE(parsesSafely(bytes, kVtp));
+    expectRefusal(bytes, kVtp, "byte " + std::to_string(bytes.find("<DataArray")), reason);
+  };
+  const auto blocks = [](std::vector<std::uint32_t> header, const std::string& data) {
+    FileBytes array;
+    for (const std::uint32_t word : header) array.little(word);
+    return array.text(data).bytes();
+  };
+  const std::string good = deflated(pointBytes());
+  const auto size = static_cast<std::uint32_t>(good.size());
+  refuses(blocks({~0U, 16, 0, size}, good), "has 4294967295 blocks of 16 bytes");
+  refuses(blocks({1, ~0U, 0, size}, good), "has 1 blocks of 4294967295 bytes");
+  refuses(blocks({1, 60, 61, size}, good), "the last one of 61");
+  refuses(blocks({300, 30000, 0, size}, good), "more than 64 times the file's size");
+  refuses(blocks({1, 60, 0, size + 1000}, good), "ends before its ");
+  refuses(blocks({1, 60, 0, size - 1}, good), "zlib does not make 60 bytes of");
+  refuses(blocks({1, 64, 0, size}, good), "zlib does not make 64 bytes of");
+  refuses(blocks({1, 56, 0, size}, good), "zlib does not make 56 bytes of");
+  refuses(blocks({0, 0, 0}, ""), "there are 0 numbers");
+  // Zeros become a thousandth of themselves.
+  const std::string zeros = deflated(std::string(1000000, '\0'));
+  refuses(blocks({1, 1000000, 0, static_cast<std::uint32_t>(zeros.size())}, zeros),
+          "beyond a file of ");
+}
+
+TEST(VtpTest, RefusesEveryTruncation) {
+  // If this fails, a file that was not copied to its end is read as if it were whole.
+  for (const std::string& bytes : sampleFiles()) expectSafeTruncations(bytes, kVtp, bytes.size());
+}
+
+TEST(VtpTest, AnySingleBitFlippedGivesAnErrorOrAScene) {
+  // If this fails, a damaged file crashes the reader or yields a scene that is not one.
+  for (const std::string& bytes : sampleFiles()) expectSafeBitFlips(bytes, kVtp);
+}
+
+TEST(VtpTest, MemoryIsBoundedWhereElementsAreShortest) {
+  // If this fails, a large file takes more memory than the reader promises.
+  std::string elements, numbers, ends;
+  for (int i = 0; i < 50000; ++i) {
+    elements += "<a/>";
+    numbers += "0 ";
+  }
+  EXPECT_TRUE(parsesSafely(replaced(textFile(), "<PolyData>", elements + "<PolyData>"), kVtp));
+  EXPECT_TRUE(
+      parsesSafely(replaced(replaced(textFile(), "0 1 2 0 3 4", numbers), "6\n", "50000"), kVtp));
+}
+
+TEST(VtpTest, NamesACompressorOfVtkThatIsNotRead) {
+  // If this fails, files of other compressors are read as nonsense.
+  std::ifstream stream(FCL_FIBERS_SOURCE_DIR "/tests/data/binary_lz4_little_h32_float.vtp");
+  const std::string bytes(std::istreambuf_iterator<char>(stream), {});
+  expectRefusal(bytes, kVtp, "byte " + std::to_string(bytes.find("<VTKFile")),
+                "compressor is 'vtkLZ4DataCompressor'");
+}
+
+}  // namespace
+}  // namespace fcl_fibers::scenes
