@@ -5,7 +5,7 @@
 //   fcl_fibers_benchmark --scene=strand --fibers=1000 --segments=100 [--seed=1] [--largest]
 //   fcl_fibers_benchmark --scene=scalp [--fibers=50000] [--segments=50] [--seed=1]
 //   fcl_fibers_benchmark --scene=dynamic [--fibers=150] [--segments=100] [--seed=1] [--step=50]
-//   fcl_fibers_benchmark --hair=FILE.tfx --radius=R
+//   fcl_fibers_benchmark --hair=FILE [--radius=R]
 //
 // and any flag of Google Benchmark, such as --benchmark_filter=Update or --benchmark_out=FILE.json.
 //
@@ -43,6 +43,7 @@
 #include <string>
 #include <vector>
 
+#include "arguments.h"
 #include "contender.h"
 #include "largest.h"
 #include "moving_fibers.h"
@@ -60,68 +61,27 @@ struct Arguments {
   int segments = 0;  ///< likewise
   int step = 50;
   unsigned long long seed = 1;
-  std::string hair;
-  double radius = 0;
+  HairRequest hair;
   double limit = 10;
   bool largest = false;
-  bool choose_repetitions = true;  ///< false if --benchmark_repetitions does
-  std::vector<char*> others;       ///< program name and Google Benchmark's flags
 };
 
-double parseNumber(const std::string& flag, const std::string& value, double least) {
-  std::size_t end = 0;
-  double number = least - 1;
-  try {
-    number = std::stod(value, &end);
-  } catch (const std::logic_error&) {
-  }
-  if (value.empty() || end != value.size() || !(number >= least)) {
-    throw std::invalid_argument(flag + "=" + value + ": give a number of at least " +
-                                std::to_string(least));
-  }
-  return number;
-}
-
-Arguments parseArguments(int argc, char** argv) {
-  Arguments arguments;
-  for (int i = 0; i < argc; ++i) {
-    const std::string argument = argv[i];
-    const std::size_t equals = std::min(argument.find('='), argument.size());
-    const std::string flag = argument.substr(0, equals);
-    const std::string value =
-        equals < argument.size() ? argument.substr(equals + 1) : std::string();
-    if (flag == "--scene") {
-      arguments.scene = value;
-    } else if (flag == "--fibers") {
-      arguments.fibers = static_cast<int>(parseNumber(flag, value, 1));
-    } else if (flag == "--segments") {
-      arguments.segments = static_cast<int>(parseNumber(flag, value, 1));
-    } else if (flag == "--step") {
-      arguments.step = static_cast<int>(parseNumber(flag, value, 1));
-    } else if (flag == "--seed") {
-      arguments.seed = static_cast<unsigned long long>(parseNumber(flag, value, 0));
-    } else if (flag == "--hair") {
-      arguments.hair = value;
-    } else if (flag == "--radius") {
-      arguments.radius = parseNumber(flag, value, 0);
-    } else if (flag == "--limit") {
-      arguments.limit = parseNumber(flag, value, 0.01);
-    } else if (argument == "--largest") {
-      arguments.largest = true;
-    } else {
-      if (flag == "--benchmark_repetitions") arguments.choose_repetitions = false;
-      arguments.others.push_back(argv[i]);
-    }
-  }
-  if (!arguments.hair.empty() && !(arguments.radius > 0)) {
-    throw std::invalid_argument("--hair: give --radius as well, in the file's unit");
-  }
-  return arguments;
+void addOptions(CLI::App& app, Arguments& arguments) {
+  app.allow_extras();
+  app.add_option("--scene", arguments.scene)->check(CLI::IsMember({"strand", "scalp", "dynamic"}));
+  app.add_option("--fibers", arguments.fibers)->check(CLI::PositiveNumber);
+  app.add_option("--segments", arguments.segments)->check(CLI::PositiveNumber);
+  app.add_option("--step", arguments.step)->check(CLI::PositiveNumber);
+  app.add_option("--seed", arguments.seed);
+  addHairOptions(app, arguments.hair);
+  app.add_option("--limit", arguments.limit, "Seconds that a phase may take")
+      ->check(CLI::Range(0.01, 1e6));
+  app.add_flag("--largest", arguments.largest);
 }
 
 MovingFibers makeScene(const Arguments& arguments) {
   showProgress("make the scene");
-  if (!arguments.hair.empty()) return readMovingHair(arguments.hair, arguments.radius);
+  if (!arguments.hair.path.empty()) return readMovingHair(arguments.hair);
   const auto orUsual = [](int asked, int usual) { return asked > 0 ? asked : usual; };
   const int segments = orUsual(arguments.segments, arguments.scene == "scalp" ? 50 : 100);
   if (arguments.scene == "strand") {
@@ -130,28 +90,25 @@ MovingFibers makeScene(const Arguments& arguments) {
   if (arguments.scene == "scalp") {
     return makeMovingScalp(orUsual(arguments.fibers, 50000), segments, arguments.seed);
   }
-  if (arguments.scene == "dynamic") {
-    scenes::DynamicAssemblyParameters parameters;
-    parameters.fibers = orUsual(arguments.fibers, parameters.fibers);
-    parameters.segments = segments;
-    parameters.seed = arguments.seed;
-    return makeMovingAssembly(scenes::DynamicAssembly(parameters),
-                              {arguments.step - 1, arguments.step});
-  }
-  throw std::invalid_argument("--scene=" + arguments.scene +
-                              ": there are strand, scalp and dynamic");
+  scenes::DynamicAssemblyParameters parameters;
+  parameters.fibers = orUsual(arguments.fibers, parameters.fibers);
+  parameters.segments = segments;
+  parameters.seed = arguments.seed;
+  return makeMovingAssembly(scenes::DynamicAssembly(parameters),
+                            {arguments.step - 1, arguments.step});
 }
 
 int run(int argc, char** argv) {
-  Arguments arguments = parseArguments(argc, argv);
+  Arguments arguments;
+  CLI::App app("Times FCL's managers and ours on one scene. Other flags are Google Benchmark's.");
+  addOptions(app, arguments);
+  CLI11_PARSE(app, argc, argv);
   const Circumstances where = circumstances(argc, argv);
 
-  // Before the user's flags, so that theirs win.
-  std::string interleaving = "--benchmark_enable_random_interleaving=true";
-  arguments.others.insert(arguments.others.begin() + 1, interleaving.data());
-  int others = static_cast<int>(arguments.others.size());
-  benchmark::Initialize(&others, arguments.others.data());
-  if (benchmark::ReportUnrecognizedArguments(others, arguments.others.data())) return 1;
+  BenchmarkArguments others(app, argv[0], {"--benchmark_enable_random_interleaving=true"});
+  const bool choose_repetitions = !others.has("--benchmark_repetitions");
+  benchmark::Initialize(&others.count, others.values());
+  if (benchmark::ReportUnrecognizedArguments(others.count, others.values())) return 1;
   benchmark::AddCustomContext("machine", where.machine);
   benchmark::AddCustomContext("compiler", where.compiler);
   benchmark::AddCustomContext("build_type", where.build_type);
@@ -170,7 +127,7 @@ int run(int argc, char** argv) {
       benchmark::AddCustomContext("not timed: " + contenders[i].title(), preflights[i].note);
     }
     const std::vector<Timing> timings =
-        timeContenders(contenders, preflights, fibers, arguments.choose_repetitions);
+        timeContenders(contenders, preflights, fibers, choose_repetitions);
     printScene(contenders, preflights, timings, fibers, where);
     for (std::size_t i = 0; i < contenders.size(); ++i) {
       const bool slow = preflights[i].verdict == Preflight::Verdict::kTooSlow;

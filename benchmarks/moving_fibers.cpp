@@ -3,13 +3,15 @@
 
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
+#include <filesystem>
 #include <stdexcept>
 #include <utility>
 
 #include <fcl/geometry/shape/capsule.h>
+#include <fcl_fibers/scenes/fiber_file.h>
 #include <fcl_fibers/scenes/scalp.h>
 #include <fcl_fibers/scenes/strand.h>
-#include <fcl_fibers/scenes/fiber_file.h>
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -158,11 +160,26 @@ MovingFibers makeMovingAssembly(const scenes::DynamicAssembly& assembly,
   return moving;
 }
 
-MovingFibers readMovingHair(const std::string& path, double radius) {
-  const scenes::FiberScene scene = scenes::readFibers(path, {radius}).scene;
-  std::string name = path.substr(path.find_last_of('/') + 1);
-  name.resize(std::min(name.size(), name.find_last_of('.')));
-  return MovingFibers(std::move(name), scene, swing(scene, 0.01));
+scenes::FiberScene readHair(const HairRequest& hair, int frame) {
+  scenes::FiberFileOptions options;
+  options.radius = hair.radius;
+  const scenes::FiberFile file = scenes::readFibers(hair.path, options);
+  if (file.scene.radius == 0 && file.scene.radii.empty()) {
+    throw std::invalid_argument("--hair=" + hair.path +
+                                ": the file has no radius; give --radius, in the file's unit");
+  }
+  for (const std::string& warning : file.warnings) {
+    if (frame == 0) std::fprintf(stderr, "%s: %s\n", hair.path.c_str(), warning.c_str());
+  }
+  return swing(file.scene, 0.01 * frame);
+}
+
+MovingFibers readMovingHair(const HairRequest& hair) {
+  return MovingFibers(hairName(hair), readHair(hair, 0), readHair(hair, 1));
+}
+
+std::string hairName(const HairRequest& hair) {
+  return std::filesystem::path(hair.path).stem().string();
 }
 
 }  // namespace fcl_fibers::benchmarks

@@ -10,6 +10,7 @@
 #include <fcl_fibers/scenes/fiber_scene.h>
 #include <fcl_fibers/scenes/paper_scenes.h>
 
+#include "arguments.h"
 #include "exact_capsule_test.h"
 
 namespace fcl_fibers::benchmarks {
@@ -93,7 +94,13 @@ MovingFibers makeMovingScalp(int fibers, int segments, unsigned long long seed);
 MovingFibers makeMovingAssembly(const scenes::DynamicAssembly& assembly,
                                 const std::vector<int>& states);
 
-/// A .tfx hair file. Each fiber swings about its own root, 0.01 rad a frame about the x axis.
-MovingFibers readMovingHair(const std::string& path, double radius);
+/// A file's fibers. Each swings about its own root, 0.01 rad a frame about the x axis. Warnings go
+/// to standard error; throws std::invalid_argument where neither the request nor the file has a
+/// radius.
+scenes::FiberScene readHair(const HairRequest& hair, int frame);
+MovingFibers readMovingHair(const HairRequest& hair);
+
+/// The file's name without folder and extension.
+std::string hairName(const HairRequest& hair);
 
 }  // namespace fcl_fibers::benchmarks

@@ -5,9 +5,23 @@
 # for each. Takes a quarter of an hour on 2 cores, and 6 GB of memory. Google Benchmark's JSON and the tables
 # are kept in build/benchmarks/results. What the numbers mean: benchmarks/main.cpp.
 #
+# With --hair FILE [--radius R]: the fibers of that file alone, in its unit; also after the next two.
 # With --paper [--full]: what the paper measured, as one page; see benchmarks/paper/run.sh.
 # With --full: ours against FCL and Embree beside the targets; see benchmarks/full/run.sh.
 set -euo pipefail
+
+# The file's path is one from where the caller is.
+arguments=()
+previous=
+for argument in "$@"; do
+  case $previous@$argument in
+    --hair@*) argument=$(realpath -- "$argument") ;;
+    *@--hair=*) argument=--hair=$(realpath -- "${argument#--hair=}") ;;
+  esac
+  arguments+=("$argument")
+  previous=$argument
+done
+set -- "${arguments[@]}"
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 if [[ ${1-} == --paper ]]; then
@@ -19,12 +33,17 @@ if [[ ${1-} == --full ]]; then
   exec benchmarks/full/run.sh "$@"
 fi
 
+# Checked before anything is built; the flags themselves are fcl_fibers_benchmark's.
+if (($# > 0)) && [[ $1 != --hair* ]]; then
+  echo "benchmarks/run.sh: there are --hair FILE [--radius R], --paper and --full, not $1" >&2
+  exit 1
+fi
 build=build/benchmarks
 results=$build/results
-hair=../shared/data
+data=../shared/data
 
 .ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev \
-  libtbb-dev libpugixml-dev zlib1g-dev libbenchmark-dev
+  libtbb-dev libpugixml-dev zlib1g-dev libcli11-dev libbenchmark-dev
 
 cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
   -DFCL_FIBERS_BUILD_TESTS=OFF -DFCL_FIBERS_BUILD_BENCHMARKS=ON >&2
@@ -44,11 +63,15 @@ scene() {
 
 mkdir -p "$results"
 failed=0
+if (($# > 0)); then
+  scene hair "$@" || failed=1
+  exit "$failed"
+fi
 scene strand_1000x100 --scene=strand --fibers=1000 --segments=100 --largest || failed=1
 scene strand_1000x2000 --scene=strand --fibers=1000 --segments=2000 || failed=1
-for file in "$hair"/*.tfx; do
+for file in "$data"/*.tfx; do
   [[ -e $file ]] || {
-    echo "No hair files in $hair: the strands only" >&2
+    echo "No hair files in $data: the strands only" >&2
     break
   }
   # In the files' units of length, which only their authors know.

@@ -5,6 +5,7 @@
 //
 //   fcl_fibers_full --part=scene --scene=static|strand|half_scalp|dynamic
 //                   [--fibers=N] [--segments=N] [--seed=1] --benchmark_out=FILE.json
+//   fcl_fibers_full --part=scene --hair=FILE [--radius=R] --benchmark_out=FILE.json
 //   fcl_fibers_full --part=queries [--fibers=N] [--segments=N] [--seed=1] --benchmark_out=FILE.json
 //   fcl_fibers_full --part=growth [--fibers=N] [--segments=N] [--seed=1] --benchmark_out=FILE.json
 //
@@ -36,6 +37,7 @@
 #include <string>
 #include <vector>
 
+#include "arguments.h"
 #include "foreign_tree.h"
 #include "parts.h"
 #include "progress.h"
@@ -44,55 +46,21 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-struct Arguments {
-  std::string part = "scene";
-  PartRequest request;
-  std::vector<char*> others;  ///< program name and Google Benchmark's flags
-};
-
-int parseCount(const std::string& argument, const std::string& value) {
-  std::size_t end = 0;
-  int count = -1;
-  try {
-    count = std::stoi(value, &end);
-  } catch (const std::logic_error&) {
-  }
-  if (value.empty() || end != value.size() || count < 0) {
-    throw std::invalid_argument(argument + ": give a number of at least 0");
-  }
-  return count;
+void addOptions(CLI::App& app, std::string& part, PartRequest& request) {
+  app.allow_extras();
+  app.add_option("--part", part)->check(CLI::IsMember({"scene", "queries", "growth"}));
+  app.add_option("--scene", request.scene)
+      ->check(CLI::IsMember({"static", "strand", "half_scalp", "dynamic"}));
+  app.add_option("--fibers", request.fibers)->check(CLI::NonNegativeNumber);
+  app.add_option("--segments", request.segments)->check(CLI::NonNegativeNumber);
+  app.add_option("--seed", request.seed);
+  addHairOptions(app, request.hair);
 }
 
-/// Whether the argument is one of ours.
-bool parseArgument(const std::string& argument, Arguments& arguments) {
-  const std::size_t equals = std::min(argument.find('='), argument.size());
-  const std::string flag = argument.substr(0, equals);
-  const std::string value = equals < argument.size() ? argument.substr(equals + 1) : std::string();
-  PartRequest& request = arguments.request;
-  if (flag == "--part") {
-    arguments.part = value;
-  } else if (flag == "--scene") {
-    request.scene = value;
-  } else if (flag == "--fibers") {
-    request.fibers = parseCount(argument, value);
-  } else if (flag == "--segments") {
-    request.segments = parseCount(argument, value);
-  } else if (flag == "--seed") {
-    request.seed = static_cast<unsigned long long>(parseCount(argument, value));
-  } else {
-    return false;
-  }
-  return true;
-}
-
-void initializeBenchmark(int argc, char** argv, const Arguments& arguments) {
-  // Before the user's flags, so that theirs win.
-  std::string interleaving = "--benchmark_enable_random_interleaving=true";
-  std::vector<char*> flags = arguments.others;
-  flags.insert(flags.begin() + 1, interleaving.data());
-  int count = static_cast<int>(flags.size());
-  benchmark::Initialize(&count, flags.data());
-  if (benchmark::ReportUnrecognizedArguments(count, flags.data())) {
+void initializeBenchmark(int argc, char** argv, const CLI::App& app) {
+  BenchmarkArguments others(app, argv[0], {"--benchmark_enable_random_interleaving=true"});
+  benchmark::Initialize(&others.count, others.values());
+  if (benchmark::ReportUnrecognizedArguments(others.count, others.values())) {
     throw std::invalid_argument("see the head of benchmarks/full/main.cpp");
   }
   const Circumstances where = circumstances(argc, argv);
@@ -108,11 +76,13 @@ void initializeBenchmark(int argc, char** argv, const Arguments& arguments) {
   benchmark::AddCustomContext("left_out", missing);
 }
 
-bool runPart(const Arguments& arguments) {
-  if (arguments.part == "scene") return timeScene(arguments.request);
-  if (arguments.part == "queries") return timeQueries(arguments.request);
-  if (arguments.part == "growth") return timeGrowth(arguments.request);
-  throw std::invalid_argument("--part=" + arguments.part + ": there are scene, queries and growth");
+bool runPart(const std::string& part, const PartRequest& request) {
+  if (part == "scene") return timeScene(request);
+  if (!request.hair.path.empty()) {
+    throw std::invalid_argument("--hair: the part " + part +
+                                " is of strands that are made; --part=scene");
+  }
+  return part == "growth" ? timeGrowth(request) : timeQueries(request);
 }
 
 /// Prints nothing, for the tables are made of the file.
@@ -133,12 +103,13 @@ class SilentReporter : public benchmark::BenchmarkReporter {
 };
 
 int run(int argc, char** argv) {
-  Arguments arguments;
-  for (int i = 0; i < argc; ++i) {
-    if (i == 0 || !parseArgument(argv[i], arguments)) arguments.others.push_back(argv[i]);
-  }
-  initializeBenchmark(argc, argv, arguments);
-  const bool right = runPart(arguments);
+  std::string part = "scene";
+  PartRequest request;
+  CLI::App app("Times ours against FCL and Embree. Other flags are Google Benchmark's.");
+  addOptions(app, part, request);
+  CLI11_PARSE(app, argc, argv);
+  initializeBenchmark(argc, argv, app);
+  const bool right = runPart(part, request);
   endProgress();
   if (!right) std::fprintf(stderr, "fcl_fibers_full: a manager of ours is wrong\n");
   return right ? 0 : 1;

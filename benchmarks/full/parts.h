@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "arguments.h"
 #include "preflight.h"
 
 namespace fcl_fibers::benchmarks {
@@ -14,6 +15,7 @@ struct PartRequest {
   int fibers = 0;                ///< 0: as the scene has them
   int segments = 0;              ///< likewise
   unsigned long long seed = 1;
+  HairRequest hair;  ///< instead of the scene
 };
 
 /// One scene: `Tried/...`, `Checked/...`, `Frames/...` and `Floor/...`. Returns whether all of ours

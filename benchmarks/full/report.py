@@ -282,7 +282,7 @@ def print_against(scenes):
 
 def print_scene(name, scene):
     context = scene.part.context
-    print(f"## {SCENES[name]}, {scene.segments:,.0f} segments\n")
+    print(f"## {SCENES.get(name, name)}, {scene.segments:,.0f} segments\n")
     print(f"`{context['command']}`\n")
     rows = [
         [
@@ -419,6 +419,8 @@ def main(folder):
         print_against(scenes)
     if "queries" in parts:
         wrong += print_queries(parts["queries"])
+    if "hair" in parts:
+        scenes["file of --hair"] = Scene(parts["hair"])
     if "growth" in parts:
         print_growth(parts["growth"])
     for name, scene in scenes.items():

@@ -3,7 +3,7 @@
 #
 # What benchmarks/run.sh --full does: measures ours against FCL and Embree on four scenes, and
 # prints each ratio beside the one that it is to reach. Takes a quarter of an hour on 2 quiet cores,
-# and 6 GB of memory. Google Benchmark's JSON and the tables are kept in
+# and 6 GB of memory. --hair FILE [--radius R]: a file's fibers alone, which have no targets. Google Benchmark's JSON and the tables are kept in
 # build/benchmarks/results/full. What the numbers mean: benchmarks/full/main.cpp. The tables once
 # more from kept results:
 #
@@ -11,8 +11,8 @@
 set -euo pipefail
 
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
-if (($# > 0)); then
-  echo "benchmarks/run.sh --full: there is nothing beside it, not $*" >&2
+if (($# > 0)) && [[ $1 != --hair* ]]; then
+  echo "benchmarks/run.sh --full: there is only --hair FILE [--radius R] beside it, not $1" >&2
   exit 1
 fi
 build=build/benchmarks
@@ -20,7 +20,7 @@ results=$build/results/full
 program=$build/benchmarks/full/fcl_fibers_full
 
 .ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev \
-  libtbb-dev libpugixml-dev zlib1g-dev libbenchmark-dev python3
+  libtbb-dev libpugixml-dev zlib1g-dev libcli11-dev libbenchmark-dev python3
 .ci/apt_install.sh libembree-dev libbullet-dev ||
   echo "What of Embree and Bullet is not installed is left out" >&2
 
@@ -44,9 +44,15 @@ part() {
   "$program" "$@" --benchmark_out="$results/$name.json" --benchmark_out_format=json || failed=1
 }
 
-for scene in static strand half_scalp dynamic; do part "$scene" --part=scene --scene="$scene"; done
-part queries --part=queries
-part growth --part=growth
+if (($# > 0)); then
+  part hair --part=scene "$@"
+else
+  for scene in static strand half_scalp dynamic; do
+    part "$scene" --part=scene --scene="$scene"
+  done
+  part queries --part=queries
+  part growth --part=growth
+fi
 printf '%4d s  tables\n' "$SECONDS" >&2
 python3 benchmarks/full/report.py "$results" | tee "$results/tables.md" || failed=1
 exit "$failed"

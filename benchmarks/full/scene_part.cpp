@@ -81,8 +81,16 @@ Motion makeDynamicMotion(const PartRequest& request) {
   return motion;
 }
 
-/// The scene with one out of `part` fibers; roots are as dense as with all of them.
+/// The scene with one out of `part` fibers: roots are as dense as with all of them, or a file's
+/// first ones.
 Motion makeMotion(const PartRequest& request, int part = 1) {
+  if (!request.hair.path.empty()) {
+    showProgress(request.hair.path + ": read the fibers");
+    Motion motion = {readMovingHair(request.hair), false, {}};
+    const std::size_t fiber_count = motion.fibers.fiberCount();
+    motion.fibers.keepFirst(std::max<std::size_t>(1, fiber_count / static_cast<std::size_t>(part)));
+    return motion;
+  }
   showProgress(request.scene + ": make the scene");
   const auto fibers = [&](int usual) { return std::max(1, orUsual(request.fibers, usual) / part); };
   const auto segments = [&](int usual) { return orUsual(request.segments, usual); };

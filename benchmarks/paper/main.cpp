@@ -4,6 +4,7 @@
 //
 //   fcl_fibers_paper --part=scene --scene=static|axis_parallel|half_scalp|strand
 //                    [--fibers=N] [--segments=N] [--all_of_fcl] [--only=NAME,...] [--limit=10]
+//   fcl_fibers_paper --part=scene --hair=FILE [--radius=R] and the rest of it
 //   fcl_fibers_paper --part=dynamic
 //   fcl_fibers_paper --part=chain --chain=random|snake --edge=N
 //   fcl_fibers_paper --part=radii [--full]
@@ -33,6 +34,7 @@
 #include <string>
 #include <vector>
 
+#include "arguments.h"
 #include "parts.h"
 #include "progress.h"
 #include "table.h"
@@ -40,71 +42,34 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-struct Arguments {
-  std::string part;
-  PartRequest request;
-  std::vector<char*> others;  ///< program name and Google Benchmark's flags
-};
-
-double parseNumber(const std::string& argument, const std::string& value, double least) {
-  std::size_t end = 0;
-  double number = least - 1;
-  try {
-    number = std::stod(value, &end);
-  } catch (const std::logic_error&) {
-  }
-  if (value.empty() || end != value.size() || !(number >= least)) {
-    throw std::invalid_argument(argument + ": give a number of at least " + std::to_string(least));
-  }
-  return number;
+void addOptions(CLI::App& app, std::string& part, PartRequest& request) {
+  PaperSceneRequest& scene = request.scene;
+  app.allow_extras();
+  app.add_option("--part", part)
+      ->check(CLI::IsMember({"scene", "dynamic", "chain", "radii", "rods", "pictures"}))
+      ->required();
+  app.add_option("--scene", scene.name)
+      ->check(CLI::IsMember({"static", "axis_parallel", "half_scalp", "strand"}));
+  app.add_option("--fibers", scene.fibers)->check(CLI::PositiveNumber);
+  app.add_option("--segments", scene.segments)->check(CLI::PositiveNumber);
+  app.add_option("--seed", scene.seed);
+  addHairOptions(app, scene.hair);
+  app.add_option("--limit", request.limit, "Seconds that a phase may take")
+      ->check(CLI::Range(0.01, 1e6));
+  app.add_option("--chain", request.chain)->check(CLI::IsMember({"random", "snake", "straight"}));
+  app.add_option("--edge", request.edge)->check(CLI::Range(2, 1000));
+  app.add_option("--only", request.only);
+  app.add_option("--out_dir", request.out_dir);
+  app.add_flag("--all_of_fcl", request.all_of_fcl);
+  app.add_flag("--full", request.full);
 }
 
-/// False if the argument is not one of ours.
-bool parseArgument(const std::string& argument, Arguments& arguments) {
-  const std::size_t equals = std::min(argument.find('='), argument.size());
-  const std::string flag = argument.substr(0, equals);
-  const std::string value = equals < argument.size() ? argument.substr(equals + 1) : std::string();
-  PartRequest& request = arguments.request;
-  if (flag == "--part") {
-    arguments.part = value;
-  } else if (flag == "--scene") {
-    request.scene.name = value;
-  } else if (flag == "--fibers") {
-    request.scene.fibers = static_cast<int>(parseNumber(argument, value, 1));
-  } else if (flag == "--segments") {
-    request.scene.segments = static_cast<int>(parseNumber(argument, value, 1));
-  } else if (flag == "--seed") {
-    request.scene.seed = static_cast<unsigned long long>(parseNumber(argument, value, 0));
-  } else if (flag == "--limit") {
-    request.limit = parseNumber(argument, value, 0.01);
-  } else if (flag == "--chain") {
-    request.chain = value;
-  } else if (flag == "--edge") {
-    request.edge = 2 * static_cast<int>(parseNumber(argument, value, 2) / 2);
-  } else if (flag == "--only") {
-    request.only = value;
-  } else if (flag == "--out_dir") {
-    request.out_dir = value;
-  } else if (argument == "--all_of_fcl") {
-    request.all_of_fcl = true;
-  } else if (argument == "--full") {
-    request.full = true;
-  } else {
-    return false;
-  }
-  return true;
-}
-
-void initializeBenchmark(int argc, char** argv, const Arguments& arguments) {
-  // Before the user's flags, so that theirs win. A frame is an update and a self-collision, which
-  // are timed apart.
-  std::string interleaving = "--benchmark_enable_random_interleaving=true";
-  std::string filter = "--benchmark_filter=-^Frame/";
-  std::vector<char*> flags = arguments.others;
-  flags.insert(flags.begin() + 1, {interleaving.data(), filter.data()});
-  int count = static_cast<int>(flags.size());
-  benchmark::Initialize(&count, flags.data());
-  if (benchmark::ReportUnrecognizedArguments(count, flags.data())) {
+void initializeBenchmark(int argc, char** argv, const CLI::App& app, const PartRequest& request) {
+  // A frame is an update and a self-collision, which are timed apart.
+  BenchmarkArguments others(
+      app, argv[0], {"--benchmark_enable_random_interleaving=true", "--benchmark_filter=-^Frame/"});
+  benchmark::Initialize(&others.count, others.values());
+  if (benchmark::ReportUnrecognizedArguments(others.count, others.values())) {
     throw std::invalid_argument("see the head of benchmarks/paper/main.cpp");
   }
   const Circumstances where = circumstances(argc, argv);
@@ -113,24 +78,25 @@ void initializeBenchmark(int argc, char** argv, const Arguments& arguments) {
   benchmark::AddCustomContext("build_type", where.build_type);
   benchmark::AddCustomContext("commit", where.commit);
   benchmark::AddCustomContext("command", where.command);
-  benchmark::AddCustomContext("seed", std::to_string(arguments.request.scene.seed));
-  benchmark::AddCustomContext("limit", std::to_string(arguments.request.limit));
+  benchmark::AddCustomContext("seed", std::to_string(request.scene.seed));
+  benchmark::AddCustomContext("limit", std::to_string(request.limit));
 }
 
 /// Returns whether all of ours are right.
 bool runPart(const std::string& part, const PartRequest& request) {
   if (part == "scene") return timeScene(request);
+  if (!request.scene.hair.path.empty()) {
+    throw std::invalid_argument("--hair: the part " + part +
+                                " is of fibers that are made; --part=scene");
+  }
   if (part == "dynamic") return timeDynamicAssembly(request);
   if (part == "chain") return countChain(request);
   if (part == "radii") {
     compareRadii(request);
   } else if (part == "rods") {
     timeRods(request);
-  } else if (part == "pictures") {
-    writePictures(request);
   } else {
-    throw std::invalid_argument("--part=" + part +
-                                ": there are scene, dynamic, chain, radii, rods and pictures");
+    writePictures(request);
   }
   return true;
 }
@@ -142,12 +108,14 @@ class SilentReporter : public benchmark::BenchmarkReporter {
 };
 
 int run(int argc, char** argv) {
-  Arguments arguments;
-  for (int i = 0; i < argc; ++i) {
-    if (i == 0 || !parseArgument(argv[i], arguments)) arguments.others.push_back(argv[i]);
-  }
-  initializeBenchmark(argc, argv, arguments);
-  const bool right = runPart(arguments.part, arguments.request);
+  std::string part;
+  PartRequest request;
+  CLI::App app("Measures again what the paper measured. Other flags are Google Benchmark's.");
+  addOptions(app, part, request);
+  CLI11_PARSE(app, argc, argv);
+  request.edge -= request.edge % 2;
+  initializeBenchmark(argc, argv, app, request);
+  const bool right = runPart(part, request);
   endProgress();
   if (!right) std::fprintf(stderr, "fcl_fibers_paper: a manager of ours is wrong\n");
   return right ? 0 : 1;

@@ -5,6 +5,8 @@
 
 #include <fcl_fibers/scenes/paper_scenes.h>
 
+#include "moving_fibers.h"
+
 namespace fcl_fibers::benchmarks {
 namespace {
 
@@ -21,6 +23,7 @@ Parameters parametersOf(const PaperSceneRequest& request, int frame) {
 }  // namespace
 
 scenes::FiberScene makePaperScene(const PaperSceneRequest& request, int frame) {
+  if (!request.hair.path.empty()) return readHair(request.hair, frame);
   if (request.name == "static" || request.name == "axis_parallel") {
     auto parameters = parametersOf<scenes::StaticAssemblyParameters>(request, frame);
     parameters.turned = request.name == "static";

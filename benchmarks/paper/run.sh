@@ -5,7 +5,8 @@
 # part, and writes build/benchmarks/results/paper.html. Takes ten minutes on 2 quiet cores, and 6 GB
 # of memory. --full takes the better part of an hour: finer curves and, however long they take, all
 # managers on the half scalp. Each part keeps its results in build/benchmarks/results/paper; when
-# interrupted, the page is made of the parts that are there. Once more from kept results:
+# interrupted, the page is made of the parts that are there. --hair FILE [--radius R]: a file's
+# fibers alone, in Table I. Once more from kept results:
 #
 #   /usr/bin/python3 benchmarks/paper/report.py build/benchmarks/results/paper
 set -euo pipefail
@@ -18,18 +19,28 @@ program=$build/benchmarks/paper/fcl_fibers_paper
 
 command="benchmarks/run.sh --paper"
 full=0
-for argument in "$@"; do
-  case $argument in
-    --full) full=1 command+=" --full" ;;
+hair=()
+while (($# > 0)); do
+  case $1 in
+    --full) full=1 ;;
+    --hair=* | --radius=*) hair+=("$1") ;;
+    --hair | --radius)
+      hair+=("$1" "${2-}")
+      command+=" $1"
+      shift
+      ;;
     *)
-      echo "benchmarks/run.sh --paper: there is only --full beside it, not $argument" >&2
+      echo "benchmarks/run.sh --paper: there are --full and --hair FILE [--radius R] beside it," \
+        "not $1" >&2
       exit 1
       ;;
   esac
+  command+=" ${1-}"
+  shift || true
 done
 
 .ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev \
-  libtbb-dev libpugixml-dev zlib1g-dev libbenchmark-dev python3-matplotlib
+  libtbb-dev libpugixml-dev zlib1g-dev libcli11-dev libbenchmark-dev python3-matplotlib
 
 cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
   -DFCL_FIBERS_BUILD_TESTS=OFF -DFCL_FIBERS_BUILD_BENCHMARKS=ON >&2
@@ -68,38 +79,42 @@ part() {
   child=
 }
 
-part radii --part=radii
-part rods --part=rods
-part pictures --part=pictures --out_dir="$data"
-for chain in random snake; do
-  edges="8 12 16 24 32 48"
-  if ((full)); then edges+=" 64"; fi
-  for edge in $edges; do
-    part "chain_${chain}_$edge" --part=chain --chain="$chain" --edge="$edge"
+if ((${#hair[@]} > 0)); then
+  part hair --part=scene "${hair[@]}" --all_of_fcl
+else
+  part radii --part=radii
+  part rods --part=rods
+  part pictures --part=pictures --out_dir="$data"
+  for chain in random snake; do
+    edges="8 12 16 24 32 48"
+    if ((full)); then edges+=" 64"; fi
+    for edge in $edges; do
+      part "chain_${chain}_$edge" --part=chain --chain="$chain" --edge="$edge"
+    done
   done
-done
-part dynamic --part=dynamic
+  part dynamic --part=dynamic
 
-fibers="50 100 200 350 500 700 1000"
-if ((full)); then fibers=$(seq 50 50 1000); fi
-for count in $fibers; do
-  part "static_$count" --part=scene --scene=static --fibers="$count" --all_of_fcl --limit=2
-done
-part axis_parallel_1000 --part=scene --scene=axis_parallel --fibers=1000
-
-part strand_1000 --part=scene --scene=strand --fibers=1000
-boxes=LayeredAABBTree
-part strand_2000 --part=scene --scene=strand --fibers=2000 \
-  --only="$boxes/super_thread,$boxes/bundle,$boxes/bundle_capsules,DynamicAABBTree/tight"
-part half_scalp --part=scene --scene=half_scalp
-# Each by itself, for the sake of the others if it is interrupted.
-if ((full)); then
-  number=0
-  for name in DynamicAABBTree/tight WrappedSphereTree/bundle "$boxes/super_thread" \
-    WrappedSphereTree/super_thread; do
-    number=$((number + 1))
-    part "half_scalp_long_$number" --part=scene --scene=half_scalp --only="$name" --limit=3600
+  fibers="50 100 200 350 500 700 1000"
+  if ((full)); then fibers=$(seq 50 50 1000); fi
+  for count in $fibers; do
+    part "static_$count" --part=scene --scene=static --fibers="$count" --all_of_fcl --limit=2
   done
+  part axis_parallel_1000 --part=scene --scene=axis_parallel --fibers=1000
+
+  part strand_1000 --part=scene --scene=strand --fibers=1000
+  boxes=LayeredAABBTree
+  part strand_2000 --part=scene --scene=strand --fibers=2000 \
+    --only="$boxes/super_thread,$boxes/bundle,$boxes/bundle_capsules,DynamicAABBTree/tight"
+  part half_scalp --part=scene --scene=half_scalp
+  # Each by itself, for the sake of the others if it is interrupted.
+  if ((full)); then
+    number=0
+    for name in DynamicAABBTree/tight WrappedSphereTree/bundle "$boxes/super_thread" \
+      WrappedSphereTree/super_thread; do
+      number=$((number + 1))
+      part "half_scalp_long_$number" --part=scene --scene=half_scalp --only="$name" --limit=3600
+    done
+  fi
 fi
 if ((stopped)); then echo "Interrupted: the page is made of what there is" >&2; fi
 

@@ -67,12 +67,14 @@ bool endedInDetection(const Preflight& preflight) {
 }  // namespace
 
 bool timeScene(const PartRequest& request) {
-  showProgress(request.scene.name + ": make the scene");
+  const std::string name =
+      request.scene.hair.path.empty() ? request.scene.name : hairName(request.scene.hair);
+  showProgress(name + ": make the scene");
   std::vector<Contender> contenders;
   MovingFibers fibers = [&] {
     const scenes::FiberScene frame0 = makePaperScene(request.scene, 0);
     contenders = chosenContenders(request, frame0);
-    return MovingFibers(request.scene.name, frame0, makePaperScene(request.scene, 1));
+    return MovingFibers(name, frame0, makePaperScene(request.scene, 1));
   }();
 
   PreflightLimits limits;

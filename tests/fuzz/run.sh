@@ -13,7 +13,7 @@ seconds=${1:-600}
 shift || true
 
 .ci/apt_install.sh cmake ninja-build clang libclang-rt-dev libfcl-dev libccd-dev libeigen3-dev \
-  libhwy-dev libtbb-dev
+  libhwy-dev libtbb-dev libpugixml-dev zlib1g-dev
 cmake --preset fuzz
 if (($# == 0)); then
   mapfile -t fuzzers <build/fuzz/tests/fuzz/fuzzers.txt

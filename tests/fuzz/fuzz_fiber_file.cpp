@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A reader of fiber files on any bytes: a scene as FiberScene says, or a refusal that names the
+// place. FCL_FIBERS_FUZZED_FORMAT is the format.
+#include <fcl_fibers/scenes/fiber_file.h>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+using fcl_fibers::scenes::FiberFile;
+using fcl_fibers::scenes::FiberFormat;
+using fcl_fibers::scenes::FiberScene;
+
+namespace {
+
+void require(bool condition) {
+  if (!condition) std::abort();
+}
+
+bool isLength(double length) { return length >= 0 && std::isfinite(length); }
+
+void requireWellFormed(const FiberScene& scene) {
+  require(scene.fiberCount() > 0 && scene.point_begin.front() == 0);
+  require(scene.point_begin.back() == scene.points.size());
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
+    require(begin < end);
+    if (scene.isClosed(f)) require(scene.points[begin] == scene.points[end - 1]);
+  }
+  for (const auto& point : scene.points) {
+    for (const double coordinate : point) require(std::isfinite(coordinate));
+  }
+  require(scene.closed.empty() || scene.closed.size() == scene.fiberCount());
+  require(scene.radii.empty() || scene.radii.size() == scene.points.size());
+  require(isLength(scene.radius));
+  for (const double radius : scene.radii) require(isLength(radius));
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string_view bytes(reinterpret_cast<const char*>(data), size);
+  try {
+    const FiberFile file = fcl_fibers::scenes::parseFibers(
+        bytes, "the input", FiberFormat::FCL_FIBERS_FUZZED_FORMAT, {});
+    requireWellFormed(file.scene);
+  } catch (const std::runtime_error& error) {
+    const std::string what = error.what();
+    require(what.find("'the input', byte ") != std::string::npos ||
+            what.find("'the input', line ") != std::string::npos);
+  }
+  return 0;
+}
