@@ -96,10 +96,9 @@ void warnOfCoarseCoordinates(const FiberScene& scene, std::vector<std::string>& 
   for (const Point& point : scene.points) {
     for (const double c : point) largest = std::max(largest, static_cast<float>(std::abs(c)));
   }
-  double radius = scene.radius;
-  for (std::size_t i = 0; i < scene.radii.size(); ++i) {
-    radius = i == 0 ? scene.radii[i] : std::min(radius, scene.radii[i]);
-  }
+  // Hair may end in a point.
+  double radius = scene.radii.empty() ? scene.radius : std::numeric_limits<double>::infinity();
+  for (const double r : scene.radii) radius = r > 0 ? std::min(radius, r) : radius;
   const double spacing = std::nextafter(largest, std::numeric_limits<float>::infinity()) - largest;
   if (radius <= 0 || spacing <= kCoarsestSpacing * radius) return;
   std::ostringstream warning;

@@ -95,7 +95,8 @@ class VtpParser {
 
   ParsedFibers parse() {
     const std::string xml = splitAppended();
-    const pugi::xml_parse_result result = document_.load_buffer(xml.data(), xml.size());
+    const pugi::xml_parse_result result =
+        document_.load_buffer(xml.data(), xml.size(), pugi::parse_default, pugi::encoding_utf8);
     if (!result) {
       const auto at = static_cast<std::uint64_t>(result.offset);
       file_.refuse(std::min(at, file_.size()), result.description());
@@ -324,18 +325,19 @@ class VtpParser {
     const std::uint64_t block_size = readWord(bytes);
     const std::uint64_t last_size = readWord(bytes);
     if (blocks == 0) return {};
-    if (blocks > file_.size() || block_size > kMostInflation * file_.size() ||
-        last_size > block_size) {
+    const std::uint64_t most = kMostInflation * file_.size();
+    if (block_size == 0 || blocks > file_.size() || block_size > most || last_size > block_size) {
       bytes.refuse("has ", blocks, " blocks of ", block_size, " bytes, the last one of ", last_size,
                    ", beyond a file of ", file_.size(), " bytes");
+    }
+    if (blocks > (most - inflated_) / block_size) {
+      bytes.refuse("has ", blocks, " blocks of ", block_size,
+                   " bytes: all arrays become more than ", kMostInflation, " times the file's ",
+                   file_.size(), " bytes");
     }
     const std::uint64_t size =
         (blocks - 1) * block_size + (last_size == 0 ? block_size : last_size);
     inflated_ += size;
-    if (inflated_ > kMostInflation * file_.size()) {
-      bytes.refuse("is the one with which the arrays become more than ", kMostInflation,
-                   " times the file's size");
-    }
     std::vector<std::uint64_t> compressed_sizes;
     for (std::uint64_t i = 0; i < blocks; ++i) compressed_sizes.push_back(readWord(bytes));
 

@@ -142,6 +142,10 @@ TEST(FiberFileTest, WarnsOfFloatsTooCoarseForTheRadius) {
   EXPECT_THAT(warnings(-0x1p20F, 2.4), testing::SizeIs(1));
   EXPECT_THAT(warnings(0x1p20F, 0), IsEmpty());
   EXPECT_THAT(warnings(1, 1e-5), IsEmpty());
+  // Thin at its root, and without thickness at its tip.
+  FileBytes tapered;
+  tapered.text(hairBytes(0x1p20F, 0)).setLittle(12, 6U).little(2.0F).little(0.0F);
+  EXPECT_THAT(parseFibers(tapered.bytes(), "", FiberFormat::kHair).warnings, testing::SizeIs(1));
   // The same coordinates as text, or as doubles, are what they are.
   EXPECT_THAT(parseFibers("1048576 0 0\n1048576 1 0\n", "", kPolylines, {1e-9}).warnings,
               IsEmpty());

@@ -284,7 +284,8 @@ TEST(VtpTest, RefusesBlocksThatAreNotAsTheySay) {
   refuses(blocks({~0U, 16, 0, size}, good), "has 4294967295 blocks of 16 bytes");
   refuses(blocks({1, ~0U, 0, size}, good), "has 1 blocks of 4294967295 bytes");
   refuses(blocks({1, 60, 61, size}, good), "the last one of 61");
-  refuses(blocks({300, 30000, 0, size}, good), "more than 64 times the file's size");
+  refuses(blocks({300, 30000, 0, size}, good), "more than 64 times the file's ");
+  refuses(blocks({1, 0, 0, size}, good), "has 1 blocks of 0 bytes");
   refuses(blocks({1, 60, 0, size + 1000}, good), "ends before its ");
   refuses(blocks({1, 60, 0, size - 1}, good), "zlib does not make 60 bytes of");
   refuses(blocks({1, 64, 0, size}, good), "zlib does not make 64 bytes of");
