@@ -4,18 +4,13 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-namespace fcl_fibers::benchmarks {
+#include "moving_fibers.h"
 
-/// A file of fibers to be measured instead of a scene that is made.
-struct HairRequest {
-  std::string path;              ///< empty: there is none
-  std::optional<double> radius;  ///< in the file's unit; none: the file's own
-};
+namespace fcl_fibers::benchmarks {
 
 inline void addHairOptions(CLI::App& app, HairRequest& hair) {
   CLI::Option* const path =
@@ -23,7 +18,6 @@ inline void addHairOptions(CLI::App& app, HairRequest& hair) {
           ->check(CLI::ExistingFile);
   app.add_option("--radius", hair.radius,
                  "Radius of the fibers, in the file's unit; may be left out if the file has one")
-      ->check(CLI::PositiveNumber)
       ->needs(path);
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,7 +11,6 @@
 #include <fcl_fibers/scenes/fiber_scene.h>
 #include <fcl_fibers/scenes/paper_scenes.h>
 
-#include "arguments.h"
 #include "exact_capsule_test.h"
 
 namespace fcl_fibers::benchmarks {
@@ -93,6 +93,12 @@ MovingFibers makeMovingScalp(int fibers, int segments, unsigned long long seed);
 /// Some states of a dynamic assembly, at least two.
 MovingFibers makeMovingAssembly(const scenes::DynamicAssembly& assembly,
                                 const std::vector<int>& states);
+
+/// A file of fibers to be measured instead of a scene that is made.
+struct HairRequest {
+  std::string path;              ///< empty: there is none
+  std::optional<double> radius;  ///< in the file's unit; none: the file's own
+};
 
 /// A file's fibers. Each swings about its own root, 0.01 rad a frame about the x axis. Warnings go
 /// to standard error; throws std::invalid_argument where neither the request nor the file has a

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "arguments.h"
+#include "moving_fibers.h"
 #include "preflight.h"
 
 namespace fcl_fibers::benchmarks {

@@ -5,7 +5,7 @@
 
 #include <fcl_fibers/scenes/fiber_scene.h>
 
-#include "arguments.h"
+#include "moving_fibers.h"
 
 namespace fcl_fibers::benchmarks {
 
