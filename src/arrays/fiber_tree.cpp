@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "arrays/fiber_arrays.h"
 #include "tree/neighbor_rule.h"
 #include "tree/scene.h"
 
@@ -70,25 +71,13 @@ class ArrayReader {
   }
 
  private:
-  Vec3d point(std::size_t i) const {
-    const S* p = fibers_.points + 3 * i;
-    return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
-  }
+  Vec3d point(std::size_t i) const { return arrays::pointOf(fibers_, i); }
   double radius(std::size_t id, std::size_t fiber) const {
-    switch (fibers_.radii_are) {
-      case FiberArrays<S>::Radii::kPerFiber:
-        return static_cast<double>(fibers_.radii[fiber]);
-      case FiberArrays<S>::Radii::kPerSegment:
-        return static_cast<double>(fibers_.radii[id]);
-      default:
-        return static_cast<double>(fibers_.radii[0]);
-    }
+    return arrays::radiusOf(fibers_, id, fiber);
   }
   std::size_t fiberOf(std::size_t id) const {
     if (fibers_.radii_are != FiberArrays<S>::Radii::kPerFiber) return 0;
-    const std::size_t* begin = fibers_.point_begin;
-    return static_cast<std::size_t>(std::upper_bound(begin, begin + fibers_.fiber_count + 1, id) -
-                                    begin - 1);
+    return arrays::fiberOf(fibers_.point_begin, fibers_.fiber_count, id);
   }
 
   const FiberArrays<S>& fibers_;
@@ -239,9 +228,7 @@ class FiberTree::Impl {
   }
 
   std::size_t fiberOf(SegmentId id) const {
-    const auto after =
-        std::upper_bound(point_begin_.begin(), point_begin_.end(), static_cast<std::size_t>(id));
-    return static_cast<std::size_t>(after - point_begin_.begin() - 1);
+    return arrays::fiberOf(point_begin_.data(), fiberCount(), static_cast<std::size_t>(id));
   }
 
   bool areNeighbors(const tree::Pair& pair) const {

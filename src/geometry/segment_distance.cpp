@@ -8,9 +8,10 @@
 namespace fcl_fibers::geometry {
 namespace {
 
-/// Squared distance of two points of the segments, and how much it may exceed the least one.
+/// Squared distance of the points at s and t, and how much it may exceed the least one.
 template <typename T>
 struct Certified {
+  T s, t;
   T squared;
   T gap;
 };
@@ -34,10 +35,17 @@ class SquaredDistance {
   Certified<T> atClosest() const {
     const T determinant = uu_ * vv_ - uv_ * uv_;
     const T s = determinant > T(0) ? clamped((uv_ * vw_ - uw_ * vv_) / determinant) : T(0);
-    const T t = quotient(uv_ * s + vw_, vv_);
-    if (t < T(0)) return atEndOfSecond(T(0));
-    if (t > T(1)) return atEndOfSecond(T(1));
-    return at(s, t);
+    return atClosestOfSecond(s);
+  }
+
+  /// The same with the first segment's part across the second in place of the determinant, which
+  /// loses twice as many digits when angles are small. An error of s then moves the points along
+  /// two lines so nearly parallel that their distance does not feel it.
+  Certified<T> atClosestByProjection() const {
+    const T share = quotient(uv_, vv_);
+    const Vec3<T> across = u_ - share * v_;
+    const Vec3<T> apart = w_ - quotient(vw_, vv_) * v_;
+    return atClosestOfSecond(clamped(quotient(T(-1) * dot(apart, across), squaredNorm(across))));
   }
 
   /// The best of the two above and the four end points: where the segments are nearly parallel the
@@ -51,6 +59,9 @@ class SquaredDistance {
     return best;
   }
 
+  /// From the second segment's point to the first's.
+  Vec3<T> between(const T& s, const T& t) const { return w_ + s * u_ - t * v_; }
+
  private:
   static Vec3<T> difference(const Vec3d& p, const Vec3d& q) {
     return Vec3<T>{p.x, p.y, p.z} - Vec3<T>{q.x, q.y, q.z};
@@ -58,6 +69,12 @@ class SquaredDistance {
   static T clamped(const T& x) { return x < T(0) ? T(0) : x > T(1) ? T(1) : x; }
   static T quotient(const T& x, const T& y) { return y > T(0) ? x / y : T(0); }
 
+  Certified<T> atClosestOfSecond(const T& s) const {
+    const T t = quotient(uv_ * s + vw_, vv_);
+    if (t < T(0)) return atEndOfSecond(T(0));
+    if (t > T(1)) return atEndOfSecond(T(1));
+    return at(s, t);
+  }
   Certified<T> atEndOfFirst(const T& s) const {
     return at(s, clamped(quotient(uv_ * s + vw_, vv_)));
   }
@@ -69,10 +86,10 @@ class SquaredDistance {
   /// f(s, t) by more than the plane falls within it (Frank and Wolfe, 1956). This holds whatever
   /// arithmetic found s and t.
   Certified<T> at(const T& s, const T& t) const {
-    const Vec3<T> r = w_ + s * u_ - t * v_;
+    const Vec3<T> r = between(s, t);
     const T slope_s = T(2) * dot(u_, r);
     const T slope_t = T(-2) * dot(v_, r);
-    return {squaredNorm(r), fall(slope_s, s) + fall(slope_t, t)};
+    return {s, t, squaredNorm(r), fall(slope_s, s) + fall(slope_t, t)};
   }
   static T fall(const T& slope, const T& x) {
     return slope > T(0) ? slope * x : -(slope * (T(1) - x));
@@ -120,6 +137,20 @@ bool wellScaledAxesWithin(const Segment& p, const Segment& q, double m, double r
          DoubleDouble(reach) * DoubleDouble(reach) + DoubleDouble(0x1p-52 * rounding);
 }
 
+ClosestPoints wellScaledClosestPoints(const Segment& p, const Segment& q, double m) {
+  const SquaredDistance<double> rough(p, q);
+  const Certified<double> best = rough.atClosestByProjection();
+  // So close that rounding would show in the direction.
+  constexpr double kNear = 0x1p-20;
+  if (best.squared > kNear * kNear * m * m) {
+    return {best.s, best.t, -1.0 * rough.between(best.s, best.t)};
+  }
+  const SquaredDistance<DoubleDouble> fine(p, q);
+  const Certified<DoubleDouble> finest = fine.atBestCandidate();
+  const Vec3<DoubleDouble> r = fine.between(finest.s, finest.t);
+  return {double(finest.s), double(finest.t), {-double(r.x), -double(r.y), -double(r.z)}};
+}
+
 }  // namespace
 
 bool axesWithin(const Segment& p, const Segment& q, double reach) {
@@ -130,6 +161,16 @@ bool axesWithin(const Segment& p, const Segment& q, double reach) {
   const double scale = scaleFor(p, q, m);
   // A reach far beyond the pair's size must not overflow either.
   return axesWithin(scaled(p, scale), scaled(q, scale), std::min(scale * reach, 0x1p200));
+}
+
+ClosestPoints closestPoints(const Segment& p, const Segment& q) {
+  const double m = sizeOf(p, q);
+  if (isWellScaled(m)) return wellScaledClosestPoints(p, q, m);
+  if (m == 0) return {0, 0, {0, 0, 0}};
+  const double scale = scaleFor(p, q, m);
+  ClosestPoints closest = closestPoints(scaled(p, scale), scaled(q, scale));
+  closest.apart = (1 / scale) * closest.apart;
+  return closest;
 }
 
 }  // namespace fcl_fibers::geometry

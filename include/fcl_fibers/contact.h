@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+
+#include <fcl_fibers/export.h>
+#include <fcl_fibers/fiber_manager_options.h>
+#include <fcl_fibers/fiber_tree.h>
+
+namespace fcl_fibers {
+
+/// All points within `radius` of the line from `from` to `to`, which may be one point.
+struct CapsuleShape {
+  std::array<double, 3> from, to;
+  double radius;
+};
+
+/// Where two capsules a and b touch, or would touch first: two points of their axes that are
+/// closest, and what follows from them. World frame, lengths in the scene's unit.
+///
+/// Where many points are closest, as of parallel axes, it is one such pair. `distance` is right to
+/// 32 eps of (distance of the axes + their lengths + radii), at any angle; the points are rounded
+/// as coordinates of their size are.
+struct Contact {
+  FiberSegment a, b;  ///< 0, 0 where the capsules are of no fiber
+
+  /// Arc parameters of the two axis points: 0 at the capsule's first end, 1 at its second; 0 where
+  /// both ends are one point. An `fcl::Capsule` goes from its -z end to its +z end.
+  double s = 0, t = 0;
+
+  /// From surface to surface; negative if the capsules overlap: moving one of them that far along
+  /// `normal` parts them.
+  double distance = 0;
+
+  /// The axis points taken to the surfaces: a's moved by its radius along `normal`, b's against it.
+  std::array<double, 3> point_a{}, point_b{};
+
+  /// Of length one, from a to b. Where the axes meet, up to 16 eps of the coordinates, it is
+  /// perpendicular to both; where they also are parallel or without length, one such direction,
+  /// which depends on the axes alone.
+  std::array<double, 3> normal{};
+};
+
+/// The contact of two capsules, whether they touch or not. In closed form: Ericson, Real-Time
+/// Collision Detection, 2005, section 5.1.9.
+///
+/// Throws std::invalid_argument if a number is not finite or beyond 2^1000, or a radius is
+/// negative.
+FCL_FIBERS_EXPORT Contact capsuleContact(const CapsuleShape& a, const CapsuleShape& b);
+
+/// The contact of a pair that FiberTree reported, of the arrays that it was built from or updated
+/// with; with fiber and segment numbers.
+///
+/// Throws std::invalid_argument as above, and if no capsule starts at a point of the pair.
+FCL_FIBERS_EXPORT Contact capsuleContact(const FiberArrays<float>& fibers, SegmentPair pair);
+FCL_FIBERS_EXPORT Contact capsuleContact(const FiberArrays<double>& fibers, SegmentPair pair);
+
+/// The same for a pair of a capsule of `a` and one of `b`.
+FCL_FIBERS_EXPORT Contact capsuleContact(const FiberArrays<float>& a, const FiberArrays<float>& b,
+                                         SegmentPair pair);
+FCL_FIBERS_EXPORT Contact capsuleContact(const FiberArrays<double>& a, const FiberArrays<double>& b,
+                                         SegmentPair pair);
+
+}  // namespace fcl_fibers

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl/narrowphase/collision.h>
+
+#include <fcl_fibers/contact.h>
+#include <fcl_fibers/fiber_collision_manager.h>
+
+namespace fcl_fibers {
+
+/// The contact of two capsules or spheres at their present poses, without fiber and segment
+/// numbers. A sphere is a capsule of length zero.
+///
+/// Throws std::invalid_argument if one of them is of another shape, or of a pose, radius or length
+/// that a fiber manager would refuse.
+template <typename S>
+FCL_FIBERS_EXPORT Contact capsuleContact(const fcl::CollisionObject<S>& a,
+                                         const fcl::CollisionObject<S>& b);
+
+extern template FCL_FIBERS_EXPORT Contact capsuleContact(const fcl::CollisionObject<float>&,
+                                                         const fcl::CollisionObject<float>&);
+extern template FCL_FIBERS_EXPORT Contact capsuleContact(const fcl::CollisionObject<double>&,
+                                                         const fcl::CollisionObject<double>&);
+
+/// Whether capsuleContact() takes this object.
+template <typename S>
+bool isCapsule(const fcl::CollisionObject<S>& object) {
+  const fcl::NODE_TYPE type = object.getNodeType();
+  return type == fcl::GEOM_CAPSULE || type == fcl::GEOM_SPHERE;
+}
+
+template <typename S>
+struct ObjectContact : Contact {
+  fcl::CollisionObject<S>* object_a = nullptr;
+  fcl::CollisionObject<S>* object_b = nullptr;
+};
+
+/// An FCL callback that keeps the contacts of all touching pairs:
+///
+///     ContactCollector<double> collector(manager);
+///     manager.collide(&collector, collector.callback);
+///     for (const auto& contact : collector.contacts()) ...
+///
+/// Pairs of capsules and spheres have one contact, if they are no further apart than the manager's
+/// margin. All others go to `fcl::collide`, and have as many contacts as it finds and the request
+/// admits, none but of what touches. FCL's contact normals, positions and depths become those of
+/// Contact; the arc parameter of a capsule is where the position is nearest to its axis, of any
+/// other shape 0. (With float scenes FCL's narrow phase is compiled into the user's program.)
+template <typename S>
+class ContactCollector {
+ public:
+  using Manager = FiberCollisionManager<S>;
+  using Object = fcl::CollisionObject<S>;
+
+  /// For self-collision of a manager, which has to live as long as this.
+  explicit ContactCollector(const Manager& manager) : ContactCollector(manager, &manager) {}
+
+  /// For `manager.collide(other, ...)`, and with null for `manager.collide(object, ...)` and
+  /// managers of another class: Contact::b is then 0, 0.
+  ContactCollector(const Manager& manager, const Manager* other)
+      : manager_(manager), other_(other) {
+    request.enable_contact = true;
+    request.num_max_contacts = 16;
+  }
+
+  /// What fcl::collide is asked for pairs with shapes other than capsules and spheres.
+  fcl::CollisionRequest<S> request;
+
+  const std::vector<ObjectContact<S>>& contacts() const { return contacts_; }
+  void clear() { contacts_.clear(); }
+
+  /// Never ends the query. `cdata` is the collector.
+  static bool callback(Object* a, Object* b, void* cdata) {
+    static_cast<ContactCollector*>(cdata)->add(a, b);
+    return false;
+  }
+
+ private:
+  void add(Object* a, Object* b) {
+    ObjectContact<S> contact;
+    contact.object_a = a;
+    contact.object_b = b;
+    if (isCapsule(*a) && isCapsule(*b)) {
+      static_cast<Contact&>(contact) = capsuleContact(*a, *b);
+      // What the manager has decided to touch, rounding shall not part again.
+      const bool is_decided = manager_.options().report == Report::kCapsules;
+      if (is_decided || contact.distance <= manager_.options().margin) keep(contact);
+      return;
+    }
+    fcl::CollisionResult<S> result;
+    fcl::collide(a, b, request, result);
+    for (std::size_t i = 0; i < result.numContacts(); ++i) {
+      const fcl::Contact<S>& found = result.getContact(i);
+      // fcl::collide exchanges a shape and a mesh; a mesh may be a copy of its own.
+      const auto* shape_a = a->collisionGeometry().get();
+      const bool is_exchanged = found.o2 == shape_a && found.o1 != shape_a;
+      const S sign = is_exchanged ? S(-1) : S(1);
+      contact.distance = -static_cast<double>(found.penetration_depth);
+      const fcl::Vector3<S> normal = sign * found.normal;
+      setVector(contact.normal, normal);
+      setVector(contact.point_a, found.pos + found.penetration_depth / 2 * normal);
+      setVector(contact.point_b, found.pos - found.penetration_depth / 2 * normal);
+      contact.s = arcParameter(*a, found.pos);
+      contact.t = arcParameter(*b, found.pos);
+      keep(contact);
+    }
+  }
+
+  void keep(ObjectContact<S>& contact) {
+    contact.a = manager_.fiberSegment(contact.object_a);
+    if (other_ != nullptr) contact.b = other_->fiberSegment(contact.object_b);
+    contacts_.push_back(contact);
+  }
+
+  static void setVector(std::array<double, 3>& to, const fcl::Vector3<S>& from) {
+    for (int axis = 0; axis < 3; ++axis) {
+      to[static_cast<std::size_t>(axis)] = static_cast<double>(from[axis]);
+    }
+  }
+
+  static double arcParameter(const Object& object, const fcl::Vector3<S>& position) {
+    if (object.getNodeType() != fcl::GEOM_CAPSULE) return 0;
+    const auto& capsule = static_cast<const fcl::Capsule<S>&>(*object.collisionGeometry());
+    if (!(capsule.lz > 0)) return 0;
+    const S z = (object.getTransform().inverse(Eigen::Isometry) * position)[2];
+    return std::clamp(static_cast<double>(z / capsule.lz) + 0.5, 0.0, 1.0);
+  }
+
+  const Manager& manager_;
+  const Manager* other_;
+  std::vector<ObjectContact<S>> contacts_;
+};
+
+}  // namespace fcl_fibers

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fcl_fibers/contact.h>
+
+#include <stdexcept>
+#include <string>
+
+#include "arrays/fiber_arrays.h"
+#include "geometry/contact.h"
+
+namespace fcl_fibers {
+namespace {
+
+using geometry::Segment;
+
+[[noreturn]] void refuse(const std::string& what) {
+  throw std::invalid_argument("fcl_fibers: capsuleContact: " + what);
+}
+
+Segment toSegment(const CapsuleShape& capsule) {
+  const auto& [from, to, radius] = capsule;
+  return {{from[0], from[1], from[2]}, {to[0], to[1], to[2]}, radius};
+}
+
+template <class Name>
+const Segment& checked(const Segment& segment, Name&& name) {
+  if (const char* problem = geometry::contactProblem(segment)) refuse(name() + ": " + problem);
+  return segment;
+}
+
+struct LocatedSegment {
+  Segment segment;
+  FiberSegment place;
+};
+
+template <typename S>
+LocatedSegment locate(const FiberArrays<S>& fibers, std::int32_t id) {
+  const auto name = [id] { return "the capsule at point " + std::to_string(id); };
+  const auto point = static_cast<std::size_t>(id);
+  if (id < 0 || point >= fibers.point_count) {
+    refuse("no capsule starts at point " + std::to_string(id) + " of " +
+           std::to_string(fibers.point_count) + "; pass the arrays that the tree has");
+  }
+  const std::size_t fiber = arrays::fiberOf(fibers.point_begin, fibers.fiber_count, point);
+  if (point + 1 == fibers.point_begin[fiber + 1]) {
+    refuse("point " + std::to_string(id) +
+           " is the last of its fiber; pass the arrays that the "
+           "tree has");
+  }
+  const Segment segment{arrays::pointOf(fibers, point), arrays::pointOf(fibers, point + 1),
+                        arrays::radiusOf(fibers, point, fiber)};
+  return {checked(segment, name), {fiber, point - fibers.point_begin[fiber]}};
+}
+
+template <typename S>
+Contact contactOf(const FiberArrays<S>& a, const FiberArrays<S>& b, SegmentPair pair) {
+  const LocatedSegment p = locate(a, pair.a), q = locate(b, pair.b);
+  Contact contact = geometry::capsuleContact(p.segment, q.segment, {0, 0, 0});
+  contact.a = p.place;
+  contact.b = q.place;
+  return contact;
+}
+
+}  // namespace
+
+Contact capsuleContact(const CapsuleShape& a, const CapsuleShape& b) {
+  return geometry::capsuleContact(checked(toSegment(a), [] { return std::string("capsule a"); }),
+                                  checked(toSegment(b), [] { return std::string("capsule b"); }),
+                                  {0, 0, 0});
+}
+
+Contact capsuleContact(const FiberArrays<float>& fibers, SegmentPair pair) {
+  return contactOf(fibers, fibers, pair);
+}
+Contact capsuleContact(const FiberArrays<double>& fibers, SegmentPair pair) {
+  return contactOf(fibers, fibers, pair);
+}
+Contact capsuleContact(const FiberArrays<float>& a, const FiberArrays<float>& b, SegmentPair pair) {
+  return contactOf(a, b, pair);
+}
+Contact capsuleContact(const FiberArrays<double>& a, const FiberArrays<double>& b,
+                       SegmentPair pair) {
+  return contactOf(a, b, pair);
+}
+
+}  // namespace fcl_fibers

@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fcl_fibers/contact.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "support/exact_geometry.h"
+#include "support/random.h"
+
+namespace fcl_fibers {
+namespace {
+
+using test::Point;
+using test::Random;
+using test::Real;
+
+constexpr Real kEps = std::numeric_limits<double>::epsilon();
+
+Point toPoint(const std::array<double, 3>& v) { return Point(v[0], v[1], v[2]); }
+std::array<double, 3> toArray(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+CapsuleShape capsule(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double radius) {
+  return {toArray(from), toArray(to), radius};
+}
+
+Real trueAxisDistance(const CapsuleShape& a, const CapsuleShape& b) {
+  return test::segmentDistance(toPoint(a.from), toPoint(a.to), toPoint(b.from), toPoint(b.to));
+}
+
+/// Distance of the axes and their lengths together, as 1-norms.
+Real extentOf(const CapsuleShape& a, const CapsuleShape& b) {
+  return (toPoint(b.from) - toPoint(a.from)).lpNorm<1>() +
+         (toPoint(a.to) - toPoint(a.from)).lpNorm<1>() +
+         (toPoint(b.to) - toPoint(b.from)).lpNorm<1>();
+}
+
+Real largestCoordinate(const CapsuleShape& a, const CapsuleShape& b) {
+  return std::max(
+      {toPoint(a.from).lpNorm<Eigen::Infinity>(), toPoint(a.to).lpNorm<Eigen::Infinity>(),
+       toPoint(b.from).lpNorm<Eigen::Infinity>(), toPoint(b.to).lpNorm<Eigen::Infinity>()});
+}
+
+/// All that contact.h says of a contact.
+void expectRight(const CapsuleShape& a, const CapsuleShape& b, const Contact& contact) {
+  const Real distance = trueAxisDistance(a, b), extent = extentOf(a, b);
+  const Real coordinates = largestCoordinate(a, b);
+  const Real reach = Real(a.radius) + Real(b.radius);
+  const Point p0 = toPoint(a.from), p1 = toPoint(a.to), q0 = toPoint(b.from), q1 = toPoint(b.to);
+
+  ASSERT_TRUE(contact.s >= 0 && contact.s <= 1) << contact.s;
+  ASSERT_TRUE(contact.t >= 0 && contact.t <= 1) << contact.t;
+  if (p0 == p1) {
+    EXPECT_EQ(contact.s, 0);
+  }
+  if (q0 == q1) {
+    EXPECT_EQ(contact.t, 0);
+  }
+  const Point p = p0 + Real(contact.s) * (p1 - p0), q = q0 + Real(contact.t) * (q1 - q0);
+  EXPECT_LE((q - p).norm(), distance + 16 * kEps * extent);
+  EXPECT_LE(std::fabs(contact.distance - (distance - reach)), 32 * kEps * (extent + reach));
+
+  const Point normal = toPoint(contact.normal);
+  EXPECT_LE(std::fabs(normal.norm() - 1), 4 * kEps);
+  // The normal is right if a slab perpendicular to it, as thick as the axes are apart, parts them.
+  // Where they meet up to rounding, so does any slab of thickness zero.
+  const Real thickness =
+      std::min(normal.dot(q0 - p0), normal.dot(q1 - p0)) - std::max(Real(0), normal.dot(p1 - p0));
+  const bool meet = distance <= 16 * kEps * coordinates;
+  const Real slack = meet ? 32 * kEps * coordinates + 0x1p-40L * extent
+                          : 64 * kEps * extent * (1 + std::min(extent / distance, Real(0x1p20L)));
+  EXPECT_GE(thickness, distance - slack);
+
+  const Real rounding = 8 * kEps * (coordinates + reach);
+  EXPECT_LE((toPoint(contact.point_a) - (p + Real(a.radius) * normal)).norm(), rounding);
+  EXPECT_LE((toPoint(contact.point_b) - (q - Real(b.radius) * normal)).norm(), rounding);
+}
+
+void expectRightBothWays(const CapsuleShape& a, const CapsuleShape& b) {
+  expectRight(a, b, capsuleContact(a, b));
+  expectRight(b, a, capsuleContact(b, a));
+}
+
+/// Random capsules: near each other or not, of like and unlike lengths, some at a small angle.
+std::pair<CapsuleShape, CapsuleShape> anyPair(Random& random, int i) {
+  const Eigen::Vector3d p = random.inCube(1), u = random.direction();
+  Eigen::Vector3d v = random.direction();
+  if (i % 2 == 0) v = u + std::pow(10.0, -random.between(1, 16)) * v;
+  if (i % 4 == 0) v = -v;
+  const double first = std::pow(10.0, random.between(-4, 0));
+  const double second = i % 3 == 0 ? first : std::pow(10.0, random.between(-4, 0));
+  const Eigen::Vector3d away = std::pow(10.0, random.between(-18, 0)) * random.direction();
+  const Eigen::Vector3d q = i % 5 == 0 ? random.inCube(1) : p + random.unit() * first * u + away;
+  const double before = i % 7 == 0 ? 0 : random.unit() * second;
+  return {capsule(p, p + first * u, random.unit()),
+          capsule(q - before * v, q + (second - before) * v, 0.1 * random.unit())};
+}
+
+TEST(CapsuleContact, AgreesWithAnEnumerationInLongDouble) {
+  // If this fails, a contact is not where two capsules touch.
+  Random random(1);
+  for (int i = 0; i < 40000; ++i) {
+    const auto [a, b] = anyPair(random, i);
+    expectRightBothWays(a, b);
+    if (HasFailure()) FAIL() << "case " << i;
+  }
+}
+
+TEST(CapsuleContact, HoldsAtEveryAngleAndDistance) {
+  // If this fails, hairs side by side have contacts whose points are not the closest: there the
+  // determinant of Ericson's closed form is rounding noise.
+  Random random(2);
+  for (int angle = 0; angle <= 54; ++angle) {
+    for (int distance = 0; distance <= 60; distance += 4) {
+      for (int i = 0; i < 10; ++i) {
+        const Eigen::Quaterniond turn = random.rotation();
+        const Eigen::Vector3d u = turn * Eigen::Vector3d(1, 0, 0);
+        const Eigen::Vector3d v = turn * Eigen::Vector3d(1, std::ldexp(1.0, -angle), 0);
+        const Eigen::Vector3d gap = turn * Eigen::Vector3d(0, 0, std::ldexp(1.0, -distance));
+        const auto along = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& direction) {
+          return capsule(from - random.unit() * direction, from + random.unit() * direction, 0.01);
+        };
+        const Eigen::Vector3d shift = i % 2 == 0 ? Eigen::Vector3d(0, 0, 0) : random.unit() * u;
+        expectRightBothWays(along({0, 0, 0}, u), along(gap + shift, i % 3 == 0 ? -v : v));
+      }
+      if (HasFailure()) FAIL() << "angle 2^-" << angle << ", distance 2^-" << distance;
+    }
+  }
+}
+
+TEST(CapsuleContact, HasANormalPerpendicularToAxesThatMeet) {
+  // If this fails, capsules whose axes cross have a normal of noise, or none.
+  Random random(3);
+  for (int i = 0; i < 2000; ++i) {
+    const auto integers = [&]() -> Eigen::Vector3d {
+      return random.inCube(9).array().round() + Eigen::Array3d(0, 0, 0.5);
+    };
+    const Eigen::Vector3d p = integers(), u = integers(), v = integers();
+    const CapsuleShape a = capsule(p - (i % 3) * u, p + u, 0.5);
+    for (const CapsuleShape& b :
+         {capsule(p - (i % 2) * v, p + v, 0.25),     // crosses, or shares an end
+          capsule(p + u, p + 3 * u, 0.25),           // goes on along one line
+          a, capsule(p + u, p - (i % 3) * u, 0.25),  // the same
+          capsule(p, p, 0.25)}) {                    // a point of it
+      const Contact contact = capsuleContact(a, b);
+      expectRightBothWays(a, b);
+      EXPECT_EQ(contact.distance, -a.radius - b.radius);
+      const Point normal = toPoint(contact.normal);
+      EXPECT_LE(std::fabs(normal.dot(toPoint(a.to) - toPoint(a.from))), 1e-13L);
+      EXPECT_LE(std::fabs(normal.dot(toPoint(b.to) - toPoint(b.from))), 1e-13L);
+    }
+    if (HasFailure()) FAIL() << "case " << i;
+  }
+  const CapsuleShape point = capsule({1, 2, 3}, {1, 2, 3}, 0.5);
+  expectRightBothWays(point, point);
+}
+
+TEST(CapsuleContact, TurnsTheNormalWithTheOrderOfThePair) {
+  // If this fails, the force of a contact depends on which capsule came first.
+  Random random(4);
+  for (int i = 0; i < 10000; ++i) {
+    const auto [a, b] = anyPair(random, 2 * i + 1);  // at any angle
+    const Contact forth = capsuleContact(a, b), back = capsuleContact(b, a);
+    // Both normals are as right as expectRight() says, which where axes all but meet is not much.
+    if (trueAxisDistance(a, b) < 1e-6L) continue;
+    EXPECT_LE((toPoint(forth.normal) + toPoint(back.normal)).norm(), 1e-7L) << i;
+  }
+  const CapsuleShape x = capsule({-1, 0, 0}, {1, 0, 0}, 0.5), y = capsule({0, -1, 0}, {0, 1, 0}, 1);
+  EXPECT_EQ(toPoint(capsuleContact(x, y).normal), -toPoint(capsuleContact(y, x).normal));
+}
+
+TEST(CapsuleContact, ScalesWithTheUnitOfLength) {
+  // If this fails, a scene in very small or large units has contacts of products that are 0 or
+  // infinite.
+  Random random(5);
+  for (int i = 0; i < 300; ++i) {
+    for (const int power : {-960, -600, -200, -60, 60, 200, 600, 990}) {
+      auto [a, b] = anyPair(random, i);
+      for (CapsuleShape* c : {&a, &b}) {
+        for (int axis = 0; axis < 3; ++axis) {
+          const auto k = static_cast<std::size_t>(axis);
+          c->from[k] = std::ldexp(c->from[k], power);
+          c->to[k] = std::ldexp(c->to[k], power);
+        }
+        c->radius = std::ldexp(c->radius, power);
+      }
+      expectRightBothWays(a, b);
+      if (HasFailure()) FAIL() << "case " << i << ", 2^" << power;
+    }
+  }
+}
+
+TEST(CapsuleContact, RefusesWhatIsNoCapsule) {
+  // If this fails, a NaN or an overflow becomes a contact.
+  const CapsuleShape good = capsule({0, 0, 0}, {1, 0, 0}, 0.5);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const CapsuleShape& bad :
+       {capsule({nan, 0, 0}, {1, 0, 0}, 1), capsule({0, 0, 0}, {0, 0, 1e308}, 1),
+        capsule({0, 0, 0}, {1, 0, 0}, -1), capsule({0, 0, 0}, {1, 0, 0}, nan)}) {
+    EXPECT_THROW(capsuleContact(good, bad), std::invalid_argument);
+    EXPECT_THROW(capsuleContact(bad, good), std::invalid_argument);
+  }
+}
+
+template <typename S>
+struct Arrays {
+  std::vector<S> points;
+  std::vector<std::size_t> point_begin = {0};
+  std::vector<S> radii;
+  typename FiberArrays<S>::Radii radii_are = FiberArrays<S>::Radii::kPerSegment;
+
+  FiberArrays<S> view() const {
+    return {points.data(),          points.size() / 3, point_begin.data(),
+            point_begin.size() - 1, radii.data(),      radii_are};
+  }
+  CapsuleShape capsule(std::size_t i, std::size_t fiber) const {
+    const auto point = [&](std::size_t k) -> std::array<double, 3> {
+      return {points[3 * k], points[3 * k + 1], points[3 * k + 2]};
+    };
+    const std::size_t radius = radii_are == FiberArrays<S>::Radii::kOne        ? 0
+                               : radii_are == FiberArrays<S>::Radii::kPerFiber ? fiber
+                                                                               : i;
+    return {point(i), point(i + 1), radii[radius]};
+  }
+};
+
+/// Fibers of one to six points; one has none.
+template <typename S>
+Arrays<S> randomArrays(std::uint64_t seed) {
+  Random random(seed);
+  Arrays<S> arrays;
+  for (std::size_t fiber = 0; fiber < 40; ++fiber) {
+    Eigen::Vector3d p = random.inCube(0.5);
+    for (std::size_t i = fiber == 5 ? 0 : 1 + random.below(6); i > 0; --i) {
+      for (int axis = 0; axis < 3; ++axis) arrays.points.push_back(static_cast<S>(p[axis]));
+      p += random.inCube(0.3);
+      arrays.radii.push_back(static_cast<S>(0.05 * random.unit()));
+    }
+    arrays.point_begin.push_back(arrays.points.size() / 3);
+  }
+  return arrays;
+}
+
+template <typename S>
+class ArrayContacts : public testing::Test {};
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(ArrayContacts, Scalars);
+
+TYPED_TEST(ArrayContacts, AreThoseOfThePairsThatTheTreeFinds) {
+  // If this fails, a contact names another capsule, fiber, segment or radius than the pair's.
+  using Radii = typename FiberArrays<TypeParam>::Radii;
+  FiberTreeOptions options;
+  options.report = Report::kCapsules;
+  for (const Radii radii_are : {Radii::kOne, Radii::kPerFiber, Radii::kPerSegment}) {
+    Arrays<TypeParam> fibers = randomArrays<TypeParam>(7), others = randomArrays<TypeParam>(8);
+    fibers.radii_are = others.radii_are = radii_are;
+    FiberTree tree(options), other(options);
+    tree.build(fibers.view());
+    other.build(others.view());
+
+    const auto expectRightPlaced = [](const Arrays<TypeParam>& a, const Arrays<TypeParam>& b,
+                                      SegmentPair pair, const Contact& contact) {
+      EXPECT_EQ(a.point_begin[contact.a.fiber] + contact.a.segment, std::size_t(pair.a));
+      EXPECT_LT(std::size_t(pair.a) + 1, a.point_begin[contact.a.fiber + 1]);
+      EXPECT_EQ(b.point_begin[contact.b.fiber] + contact.b.segment, std::size_t(pair.b));
+      EXPECT_LT(std::size_t(pair.b) + 1, b.point_begin[contact.b.fiber + 1]);
+      expectRight(a.capsule(std::size_t(pair.a), contact.a.fiber),
+                  b.capsule(std::size_t(pair.b), contact.b.fiber), contact);
+      EXPECT_LE(contact.distance, 1e-15);
+    };
+    std::size_t pairs = 0;
+    tree.visitPairs([&](SegmentPair pair) {
+      expectRightPlaced(fibers, fibers, pair, capsuleContact(fibers.view(), pair));
+      ++pairs;
+    });
+    tree.visitPairs(other, [&](SegmentPair pair) {
+      expectRightPlaced(fibers, others, pair, capsuleContact(fibers.view(), others.view(), pair));
+      ++pairs;
+    });
+    EXPECT_GT(pairs, 50u);
+  }
+}
+
+TYPED_TEST(ArrayContacts, RefusePairsOfOtherArrays) {
+  // If this fails, a pair is looked up beyond the arrays, or across the end of a fiber.
+  const Arrays<TypeParam> fibers = randomArrays<TypeParam>(7);
+  const auto points = static_cast<std::int32_t>(fibers.points.size() / 3);
+  const auto last = static_cast<std::int32_t>(fibers.point_begin[1]) - 1;
+  for (const std::int32_t bad : {-1, last, points - 1, points}) {
+    try {
+      capsuleContact(fibers.view(), {bad, bad});
+      ADD_FAILURE() << bad;
+    } catch (const std::invalid_argument& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr("point " + std::to_string(bad)));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace fcl_fibers

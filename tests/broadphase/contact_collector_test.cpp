@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fcl_fibers/contact_collector.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <fcl_fibers/layered_aabb_tree_collision_manager.h>
+
+#include "support/exact_geometry.h"
+#include "support/scene.h"
+
+namespace fcl_fibers {
+namespace {
+
+using test::Point;
+using test::Random;
+using test::Real;
+using test::Scene;
+using Manager = LayeredAABBTreeCollisionManagerd;
+using Object = fcl::CollisionObjectd;
+using Pairs = std::set<std::pair<const Object*, const Object*>>;
+
+Point toPoint(const std::array<double, 3>& v) { return Point(v[0], v[1], v[2]); }
+
+template <typename S>
+test::ExactCapsule exactCapsule(const fcl::CollisionObject<S>& object) {
+  const auto& pose = object.getTransform().matrix();
+  const Point center = pose.col(3).template head<3>().template cast<Real>();
+  if (object.getNodeType() == fcl::GEOM_SPHERE) {
+    const auto& sphere = static_cast<const fcl::Sphere<S>&>(*object.collisionGeometry());
+    return {center, center, Real(sphere.radius)};
+  }
+  const auto& capsule = static_cast<const fcl::Capsule<S>&>(*object.collisionGeometry());
+  const Point half = Real(capsule.lz) / 2 * pose.col(2).template head<3>().template cast<Real>();
+  return {center - half, center + half, Real(capsule.radius)};
+}
+
+template <typename S>
+Real trueDistance(const fcl::CollisionObject<S>& a, const fcl::CollisionObject<S>& b) {
+  const test::ExactCapsule p = exactCapsule(a), q = exactCapsule(b);
+  return test::segmentDistance(p.a, p.b, q.a, q.b) - p.radius - q.radius;
+}
+
+/// That the contact is where these two touch; far from the origin too, where 1e-13 of the objects'
+/// size is less than the rounding of a coordinate. The points are in world coordinates.
+template <typename S>
+void expectRight(const fcl::CollisionObject<S>& a, const fcl::CollisionObject<S>& b,
+                 const Contact& contact, Real coordinates) {
+  EXPECT_LE(std::fabs(contact.distance - trueDistance(a, b)), 1e-13L);
+  const test::ExactCapsule p = exactCapsule(a), q = exactCapsule(b);
+  const Point normal = toPoint(contact.normal);
+  const Real rounding = 1e-13L + 4e-16L * coordinates;
+  EXPECT_LE(
+      (p.a + Real(contact.s) * (p.b - p.a) + p.radius * normal - toPoint(contact.point_a)).norm(),
+      rounding);
+  EXPECT_LE(
+      (q.a + Real(contact.t) * (q.b - q.a) - q.radius * normal - toPoint(contact.point_b)).norm(),
+      rounding);
+  const Point apart = toPoint(contact.point_b) - toPoint(contact.point_a);
+  EXPECT_LE(std::fabs(apart.dot(normal) - contact.distance), 2 * rounding);
+}
+
+template <typename S>
+class ObjectContacts : public testing::Test {};
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(ObjectContacts, Scalars);
+
+TYPED_TEST(ObjectContacts, AreWhereCapsulesAndSpheresTouch) {
+  // If this fails, objects are read at another pose, or lose digits far from the origin.
+  Random random(1);
+  for (const double far : {0.0, 1e3, 1e6}) {
+    for (int i = 0; i < 2000; ++i) {
+      const Eigen::Vector3d place(far, -far, far);
+      Scene<TypeParam> scene;
+      const auto add = [&](bool is_sphere) {
+        const Eigen::Vector3d p = place + random.inCube(1), q = p + random.inCube(1);
+        is_sphere ? scene.addSphere(p, 0.2) : scene.addCapsule(p, q, random.unit());
+      };
+      add(i % 3 == 0);
+      add(i % 5 == 0);
+      expectRight(*scene[0], *scene[1], capsuleContact(*scene[0], *scene[1]), 2 * far + 4);
+      if (this->HasFailure()) FAIL() << "case " << i << " at " << far;
+    }
+  }
+}
+
+TYPED_TEST(ObjectContacts, RefuseOtherShapesAndBrokenPoses) {
+  // If this fails, a box is taken for a capsule, or a NaN becomes a contact.
+  Scene<TypeParam> scene;
+  const auto* capsule = scene.addCapsule({0, 0, 0}, {1, 0, 0}, 0.1);
+  const auto* box = scene.addBox({0, 0, 0}, Eigen::Quaterniond::Identity(), {1, 1, 1});
+  auto* broken = scene.addSphere({0, 0, 0}, 0.1);
+  broken->setTranslation({std::numeric_limits<TypeParam>::quiet_NaN(), 0, 0});
+  for (const auto* bad : {box, static_cast<decltype(box)>(broken)}) {
+    EXPECT_THROW(capsuleContact(*capsule, *bad), std::invalid_argument);
+    EXPECT_THROW(capsuleContact(*bad, *capsule), std::invalid_argument);
+  }
+}
+
+/// Curled fibers about one place, some as thick as they are apart, and loose spheres.
+Scene<double> fibersAndSpheres(std::uint64_t seed) {
+  Random random(seed);
+  Scene<double> scene;
+  for (int f = 0; f < 20; ++f) {
+    std::vector<Eigen::Vector3d> points{random.inCube(0.5)};
+    for (int i = 0; i < 12; ++i) points.push_back(points.back() + random.inCube(0.2));
+    scene.addFiber(points, 0.03 * random.unit());
+  }
+  for (int i = 0; i < 10; ++i) scene.addSphere(random.inCube(0.5), 0.1);
+  return scene;
+}
+
+FiberManagerOptions optionsOf(Report report, double margin) {
+  FiberManagerOptions options;
+  options.report = report;
+  options.margin = margin;
+  options.ignored_neighbors = 1;
+  return options;
+}
+
+void registerAll(Manager& manager, const Scene<double>& scene) {
+  for (const auto& fiber : scene.fibers()) manager.registerFiber(fiber);
+  for (Object* object : scene.objects()) {
+    if (object->getNodeType() != fcl::GEOM_CAPSULE) manager.registerObject(object);
+  }
+}
+
+/// Pairs at most `margin` apart, by brute force; neighbours along a fiber are left out.
+Pairs pairsWithin(const Manager& a, const Scene<double>& first, const Scene<double>& second,
+                  double margin) {
+  Pairs pairs;
+  for (const Object* p : first.objects()) {
+    for (const Object* q : second.objects()) {
+      if (&first == &second) {
+        const FiberSegment i = a.fiberSegment(p), j = a.fiberSegment(q);
+        if (std::make_pair(i.fiber, i.segment) >= std::make_pair(j.fiber, j.segment)) continue;
+        if (i.fiber == j.fiber && j.segment - i.segment <= 1) continue;
+      }
+      const Real gap = trueDistance(*p, *q) - margin;
+      EXPECT_GT(std::fabs(gap), 1e-12L) << "too close to call";
+      if (gap <= 0) pairs.emplace(p, q);
+    }
+  }
+  return pairs;
+}
+
+Pairs pairsOf(const ContactCollector<double>& collector) {
+  Pairs pairs;
+  for (const auto& contact : collector.contacts()) {
+    EXPECT_TRUE(pairs.emplace(contact.object_a, contact.object_b).second) << "a pair came twice";
+    expectRight(*contact.object_a, *contact.object_b, contact, 4);
+  }
+  return pairs;
+}
+
+TEST(ContactCollector, KeepsTheContactOfEachTouchingPair) {
+  // If this fails, contacts are missing, come without touching, or name other segments.
+  const Scene<double> scene = fibersAndSpheres(1);
+  for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+    for (const double margin : {0.0, 0.01}) {
+      Manager manager(optionsOf(report, margin));
+      registerAll(manager, scene);
+      ContactCollector<double> collector(manager);
+      manager.collide(&collector, collector.callback);
+      const Pairs pairs = pairsOf(collector);
+      EXPECT_EQ(pairs, pairsWithin(manager, scene, scene, margin));
+      EXPECT_GT(pairs.size(), 50u);
+      for (const auto& contact : collector.contacts()) {
+        const FiberSegment a = manager.fiberSegment(contact.object_a);
+        const FiberSegment b = manager.fiberSegment(contact.object_b);
+        EXPECT_TRUE(contact.a.fiber == a.fiber && contact.a.segment == a.segment);
+        EXPECT_TRUE(contact.b.fiber == b.fiber && contact.b.segment == b.segment);
+      }
+      collector.clear();
+      EXPECT_TRUE(collector.contacts().empty());
+    }
+  }
+}
+
+TEST(ContactCollector, NumbersTheOtherManagersSegmentsByThatManager) {
+  // If this fails, a query of two managers looks up an object in the wrong one, and throws.
+  const Scene<double> scene = fibersAndSpheres(1), others = fibersAndSpheres(2);
+  Manager manager(optionsOf(Report::kVolumes, 0)), other(optionsOf(Report::kVolumes, 0));
+  registerAll(manager, scene);
+  registerAll(other, others);
+  ContactCollector<double> collector(manager, &other);
+  manager.collide(&other, &collector, collector.callback);
+  EXPECT_EQ(pairsOf(collector), pairsWithin(manager, scene, others, 0));
+  for (const auto& contact : collector.contacts()) {
+    const FiberSegment b = other.fiberSegment(contact.object_b);
+    EXPECT_TRUE(contact.b.fiber == b.fiber && contact.b.segment == b.segment);
+  }
+
+  ContactCollector<double> single(manager, nullptr);
+  manager.collide(others[0], &single, single.callback);
+  for (const auto& contact : single.contacts()) {
+    EXPECT_EQ(contact.object_b, others[0]);
+    EXPECT_EQ(contact.b.fiber + contact.b.segment, 0u);
+  }
+  EXPECT_FALSE(single.contacts().empty());
+}
+
+TEST(ContactCollector, TakesOtherShapesFromFclWithTheNormalFromAToB) {
+  // If this fails, contacts with a head or a table push the wrong way, or are lost: FCL exchanges a
+  // shape and a mesh.
+  struct Row {
+    const char* name;
+    bool is_mesh;
+    bool is_first;  // the other shape, in the pair
+  };
+  for (const Row& row : {Row{"box, capsule", false, true}, Row{"capsule, box", false, false},
+                         Row{"mesh, capsule", true, true}, Row{"capsule, mesh", true, false}}) {
+    SCOPED_TRACE(row.name);
+    Scene<double> scene;
+    // Below the face z = 0 of a box, or a face x + y + z = 1 of an octahedron.
+    const Eigen::Vector3d outward =
+        row.is_mesh ? Eigen::Vector3d(1, 1, 1).normalized() : Eigen::Vector3d(0, 0, 1);
+    const Eigen::Vector3d face =
+        row.is_mesh ? Eigen::Vector3d(1, 1, 1) / 3 : Eigen::Vector3d(0, 0, 0);
+    Object* shape = row.is_mesh
+                        ? scene.addMesh({0, 0, 0}, 1)
+                        : scene.addBox({0, 0, -1}, Eigen::Quaterniond::Identity(), {2, 2, 2});
+    // Stands on the face, its lower end's surface 0.02 deep.
+    Object* capsule = scene.addCapsule(face + 0.08 * outward, face + 0.58 * outward, 0.1);
+    Object* away = scene.addCapsule({3, 3, 3}, {3, 3, 4}, 0.1);
+
+    Manager manager;
+    if (row.is_first) manager.registerObject(shape);
+    manager.registerFiber({capsule});
+    if (!row.is_first) manager.registerObject(shape);
+    manager.registerFiber({away});
+    ContactCollector<double> collector(manager);
+    manager.collide(&collector, collector.callback);
+
+    ASSERT_FALSE(collector.contacts().empty());
+    for (const auto& contact : collector.contacts()) {
+      EXPECT_EQ(contact.object_a, row.is_first ? shape : capsule);
+      EXPECT_EQ(contact.object_b, row.is_first ? capsule : shape);
+      const Point from_shape = (row.is_first ? 1 : -1) * toPoint(contact.normal);
+      EXPECT_GT(from_shape.dot(outward.cast<Real>()), 0.99L);
+      // FCL finds depths by iteration, to 1e-6 by default.
+      EXPECT_NEAR(contact.distance, -0.02, 1e-4);
+      EXPECT_NEAR(row.is_first ? contact.t : contact.s, 0, 1e-3);
+      EXPECT_EQ(row.is_first ? contact.s : contact.t, 0);
+      const Point apart = toPoint(contact.point_b) - toPoint(contact.point_a);
+      EXPECT_LE(std::fabs(apart.dot(toPoint(contact.normal)) - contact.distance), 1e-12L);
+      EXPECT_EQ(contact.a.fiber, 0u);
+      EXPECT_EQ(contact.b.fiber, 1u);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace fcl_fibers
