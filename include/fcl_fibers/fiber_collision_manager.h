@@ -11,11 +11,6 @@
 #include <fcl_fibers/export.h>
 #include <fcl_fibers/fiber_manager_options.h>
 
-static_assert(EIGEN_MAX_STATIC_ALIGN_BYTES == FCL_FIBERS_EIGEN_ALIGNMENT,
-              "fcl_fibers and FCL were compiled for another instruction set, under which FCL's "
-              "objects have another layout; remove -march=native, -mavx and the like from this "
-              "program, or build fcl_fibers and FCL with the same flags");
-
 namespace fcl_fibers {
 
 /// The work of one self-collision query.

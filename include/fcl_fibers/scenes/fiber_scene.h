@@ -6,6 +6,7 @@
 
 #include <fcl/narrowphase/collision_object.h>
 
+#include <fcl_fibers/eigen_alignment.h>
 #include <fcl_fibers/scenes/export.h>
 #include <fcl_fibers/scenes/fiber_polylines.h>
 

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "broadphase/fcl_layout.h"
+
+#include <memory>
+#include <new>
+#include <stdexcept>
+
+#include <fcl/geometry/shape/sphere.h>
+#include <fcl/narrowphase/collision_object.h>
+
+namespace fcl_fibers::broadphase {
+namespace {
+
+using Object = fcl::CollisionObject<double>;
+
+/// Reads FCL's own members, by the layout they have here.
+struct Probe : Object {
+  using Object::aabb;
+  using Object::t;
+};
+
+/// Members of CollisionObject<double> are compiled in libfcl only: FCL declares them
+/// `extern template`, and none of them is inline.
+bool readsBackItsPose() {
+  // libfcl's objects may be larger than ours.
+  constexpr std::size_t kAlignment = 128;
+  alignas(kAlignment) unsigned char memory[sizeof(Object) + 1024] = {};
+  const fcl::Vector3d position(1, 2, 3);
+  auto* object =
+      new (memory) Object(std::make_shared<fcl::Sphered>(0.5), fcl::Matrix3d::Identity(), position);
+  const auto* probe = static_cast<const Probe*>(object);
+  const bool is_same = probe->t.matrix().col(3).head<3>() == position &&
+                       probe->aabb.min_ == (position.array() - 0.5).matrix() &&
+                       &probe->t == &object->getTransform();
+  object->~Object();
+  return is_same;
+}
+
+}  // namespace
+
+void requireLayoutOfFcl() {
+  static const bool is_same = readsBackItsPose();
+  if (!is_same) {
+    throw std::runtime_error(
+        "fcl_fibers: an object made by libfcl does not read back its pose: fcl_fibers was compiled "
+        "for an instruction set under which FCL's objects have another layout than in libfcl; "
+        "remove -march=native, -mavx512f and the like from the build of fcl_fibers, or build FCL "
+        "with the same flags");
+  }
+}
+
+}  // namespace fcl_fibers::broadphase
