@@ -14,6 +14,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "broadphase/fcl_layout.h"
 #include "broadphase/fiber_registry.h"
 #include "broadphase/object_segments.h"
 #include "geometry/sphere.h"
@@ -84,6 +85,7 @@ class FiberCollisionManager<S>::Impl {
                 options.report == Report::kCapsules, options.margin, options.threads}) {}
 
   static const FiberManagerOptions& checked(const FiberManagerOptions& options) {
+    broadphase::requireLayoutOfFcl();
     constexpr const char* kCall = "FiberManagerOptions";
     if (options.ignored_neighbors < 0) {
       refuse(kCall, "ignored_neighbors is " + std::to_string(options.ignored_neighbors) +
