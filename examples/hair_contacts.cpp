@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
+// Reads fibers from a file and writes where they touch, as CSV:
+//
+//     hair_contacts FILE [RADIUS] > contacts.csv
+//
+// FILE is a .hair, .tfx, .bcc, .vtk or .vtp file or a table of points; RADIUS is that of all
+// fibers, in the file's unit, and needed where the file has none.
+#include <cstdio>
+#include <exception>
+#include <string>
+
+#include <fcl_fibers/contact.h>
+#include <fcl_fibers/fiber_tree.h>
+#include <fcl_fibers/scenes/fiber_file.h>
+
+namespace {
+
+void writeContacts(const std::string& path, const fcl_fibers::scenes::FiberFileOptions& how) {
+  const auto file = fcl_fibers::scenes::readFibers(path, how);
+  for (const std::string& warning : file.warnings) std::fprintf(stderr, "%s\n", warning.c_str());
+  const auto fibers = fcl_fibers::scenes::fiberArrays(file.scene);
+
+  fcl_fibers::FiberTreeOptions options;
+  options.report = fcl_fibers::Report::kCapsules;
+  options.ignored_neighbors = 1;
+  fcl_fibers::FiberTree tree(options);
+  tree.build(fibers);
+
+  std::puts("fiber_a,segment_a,s,fiber_b,segment_b,t,distance,x,y,z,normal_x,normal_y,normal_z");
+  tree.visitPairs([&](fcl_fibers::SegmentPair pair) {
+    const fcl_fibers::Contact c = fcl_fibers::capsuleContact(fibers, pair);
+    std::printf("%zu,%zu,%.9g,%zu,%zu,%.9g,%.9g,", c.a.fiber, c.a.segment, c.s, c.b.fiber,
+                c.b.segment, c.t, c.distance);
+    std::printf("%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", (c.point_a[0] + c.point_b[0]) / 2,
+                (c.point_a[1] + c.point_b[1]) / 2, (c.point_a[2] + c.point_b[2]) / 2, c.normal[0],
+                c.normal[1], c.normal[2]);
+  });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 2 || argc > 3) {
+    std::fprintf(stderr, "usage: hair_contacts FILE [RADIUS]\n");
+    return 2;
+  }
+  try {
+    fcl_fibers::scenes::FiberFileOptions how;
+    if (argc == 3) how.radius = std::stod(argv[2]);
+    writeContacts(argv[1], how);
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+}
