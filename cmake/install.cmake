@@ -20,3 +20,59 @@ install(FILES
   ${PROJECT_BINARY_DIR}/fcl_fibers-config.cmake
   ${PROJECT_BINARY_DIR}/fcl_fibers-config-version.cmake
   DESTINATION ${package_dir})
+
+# --- pkg-config ---
+
+set(pc_dir ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+# Relative, so that an installed tree may be moved.
+file(RELATIVE_PATH prefix_from_pc /prefix/${pc_dir} /prefix)
+set(fcl_flags -lfcl)
+get_target_property(fcl_location fcl LOCATION)
+get_filename_component(fcl_dir "${fcl_location}" DIRECTORY)
+if(NOT fcl_dir IN_LIST CMAKE_CXX_IMPLICIT_LINK_DIRECTORIES)
+  set(fcl_flags "-L${fcl_dir} -lfcl")
+endif()
+set(required_packages "ccd eigen3 octomap")
+set(required_scenes_packages fcl_fibers)
+# Not Requires.private, which pkg-config wants to see installed for shared libraries too.
+if(NOT BUILD_SHARED_LIBS)
+  string(APPEND fcl_flags " -pthread")
+  string(APPEND required_packages " libhwy")
+  if(FCL_FIBERS_WITH_TBB)
+    string(APPEND required_packages " tbb")
+  endif()
+  string(APPEND required_scenes_packages " pugixml zlib")
+endif()
+foreach(package fcl_fibers fcl_fibers_scenes)
+  configure_file(${CMAKE_CURRENT_LIST_DIR}/${package}.pc.in ${PROJECT_BINARY_DIR}/${package}.pc @ONLY)
+  install(FILES ${PROJECT_BINARY_DIR}/${package}.pc DESTINATION ${pc_dir})
+endforeach()
+
+# --- colcon and catkin ---
+
+# A plain CMake package is known by package.xml, and to ament by a marker as well.
+file(WRITE ${PROJECT_BINARY_DIR}/ament_marker "")
+install(FILES ${PROJECT_BINARY_DIR}/ament_marker RENAME fcl_fibers
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/ament_index/resource_index/packages)
+
+# --- Debian ---
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_CONTACT "The fcl_fibers authors <maintainers@fcl-fibers.invalid>")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_NAME libfcl-fibers-dev)
+set(CPACK_DEBIAN_PACKAGE_SECTION libdevel)
+# What the libraries need is found by dpkg-shlibdeps; this is what the headers need, and what links
+# the static libraries.
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
+set(CPACK_DEBIAN_PACKAGE_DEPENDS "libfcl-dev, libeigen3-dev")
+if(NOT BUILD_SHARED_LIBS)
+  string(APPEND CPACK_DEBIAN_PACKAGE_DEPENDS ", libhwy-dev, libpugixml-dev, zlib1g-dev")
+  if(FCL_FIBERS_WITH_TBB)
+    string(APPEND CPACK_DEBIAN_PACKAGE_DEPENDS ", libtbb-dev")
+  endif()
+endif()
+include(CPack)
