@@ -68,6 +68,11 @@ mutation() {
   tests/mutation.py
 }
 
+# Every way to build, install and link the library. Installs a Debian package, and removes it.
+consumers() {
+  tests/consumers.sh
+}
+
 steps=(
   assertions
   extremes
@@ -76,6 +81,7 @@ steps=(
   stateful
   fuzz
   mutation
+  consumers
 )
 
 if (($# > 0)); then

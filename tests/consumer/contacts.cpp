@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
+// Plain arrays and contacts, for a program that has neither FCL's nor Eigen's headers in sight, nor
+// the library's flags. Prints the version of the headers and the number of contacts.
+#include <cstdio>
+
+#include <fcl_fibers/contact.h>
+#include <fcl_fibers/version.h>
+
+#ifdef EIGEN_WORLD_VERSION
+#error "fcl_fibers/contact.h includes Eigen"
+#endif
+
+int main() {
+  const double points[] = {-1, 0, 0, 1, 0, 0, 0, -1, 0.1, 0, 1, 0.1};
+  const std::size_t point_begin[] = {0, 2, 4};
+  const double radius = 0.06;
+  const fcl_fibers::FiberArrays<double> fibers{points, 4, point_begin, 2, &radius};
+  fcl_fibers::FiberTree tree;
+  tree.build(fibers);
+  int contacts = 0;
+  tree.visitPairs([&](fcl_fibers::SegmentPair pair) {
+    const fcl_fibers::Contact contact = fcl_fibers::capsuleContact(fibers, pair);
+    contacts += contact.distance < 0 && contact.normal[2] > 0.999;
+  });
+  std::printf("fcl_fibers %s: contacts %d\n", FCL_FIBERS_VERSION, contacts);
+  return contacts == 1 ? 0 : 1;
+}

@@ -1,0 +1,178 @@
+#!/usr/bin/env bash
+# Programs outside the tree that use an installed copy in every way it is meant for: gcc and clang,
+# shared and static; find_package, pkg-config, add_subdirectory; and what must not compile or run.
+#
+#   tests/consumers.sh [STEP...]    these steps alone, whose names are functions below
+#
+# Everything is built under build/consumers; the step `deb` installs a package and removes it again.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+.ci/apt_install.sh cmake ninja-build g++ clang pkg-config binutils dpkg-dev file libfcl-dev \
+  libccd-dev libeigen3-dev libhwy-dev libtbb-dev libpugixml-dev zlib1g-dev
+
+work=$PWD/build/consumers
+mkdir -p "$work"
+
+fail() {
+  echo "tests/consumers.sh: $1" >&2
+  exit 1
+}
+
+# configure COMPILER BUILD_DIR SOURCE_DIR ARGUMENTS...
+configure() {
+  local compiler=$1 build=$2 source=$3
+  shift 3
+  cmake -S "$source" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
+    -DCMAKE_CXX_COMPILER="$compiler" "$@" >/dev/null
+}
+
+# library COMPILER shared|static [NAME FLAGS]: builds and installs; sets `built` and `prefix`.
+library() {
+  local name=${3:-$1-$2}
+  built=$work/$name/library
+  prefix=$work/$name/installed
+  [[ $2 == shared ]] && local shared=ON || local shared=OFF
+  configure "$1" "$built" . -DBUILD_SHARED_LIBS=$shared -DFCL_FIBERS_BUILD_TESTS=OFF \
+    -DFCL_FIBERS_BUILD_BENCHMARKS=OFF -DCMAKE_CXX_FLAGS="${4:-}"
+  cmake --build "$built"
+  rm -rf "$prefix"
+  cmake --install "$built" --prefix "$prefix" >/dev/null
+  PKG_CONFIG_PATH=$(dirname "$(find "$prefix" -name fcl_fibers.pc)")
+  export PKG_CONFIG_PATH
+}
+
+run_consumer() {
+  cmake --build "$1"
+  ctest --test-dir "$1" --output-on-failure
+}
+
+by_find_package() {  # COMPILER KIND
+  configure "$1" "$work/$1-$2/find_package" tests/consumer -DCMAKE_PREFIX_PATH="$prefix"
+  run_consumer "$work/$1-$2/find_package"
+}
+
+by_pkg_config() {  # COMPILER KIND
+  local flags
+  flags=$(pkg-config --cflags --libs fcl_fibers_scenes)
+  ! grep -qE -- '-std=|-m[a-z]' <<<"$flags" || fail "pkg-config hands on: $flags"
+  for program in main contacts; do
+    # shellcheck disable=SC2086
+    "$1" -std=c++17 -O1 -Wall -Wextra -Werror tests/consumer/$program.cpp \
+      -o "$work/$1-$2/$program" $flags
+    LD_LIBRARY_PATH=$(pkg-config --variable=libdir fcl_fibers) "$work/$1-$2/$program"
+  done
+}
+
+by_add_subdirectory() {  # COMPILER KIND
+  [[ $2 == shared ]] && local shared=ON || local shared=OFF
+  configure "$1" "$work/$1-$2/add_subdirectory" tests/consumer -DFCL_FIBERS_SOURCE_DIR="$PWD" \
+    -DBUILD_SHARED_LIBS=$shared
+  run_consumer "$work/$1-$2/add_subdirectory"
+}
+
+# --- Steps ---
+
+linked() {
+  for compiler in ${COMPILERS:-g++ clang++}; do
+    for kind in shared static; do
+      library "$compiler" "$kind"
+      for way in find_package pkg_config add_subdirectory; do
+        printf -- '-- %s, %s, %s\n' "$compiler" "$kind" "$way"
+        "by_$way" "$compiler" "$kind"
+      done
+    done
+  done
+}
+
+# What a shared library shows, and what is installed beside it.
+installed() {
+  library g++ shared
+  local so symbols
+  so=$(find "$prefix" -name libfcl_fibers.so)
+  [[ $(objdump -p "$so") == *"SONAME"*"libfcl_fibers.so.0.1"* ]] || fail "SONAME of $so"
+  symbols=$(nm -DC --defined-only "$so")
+  ! grep -E 'fcl_fibers::(arrays|broadphase|geometry|parallel|tree)::' <<<"$symbols" ||
+    fail "these are private, and exported"
+  # Weak are FCL's and the standard library's templates.
+  ! grep -E ' [TDBR] ' <<<"$symbols" | grep -v fcl_fibers || fail "these are not ours to export"
+  ! grep -rnE -- '-m(arch|tune|avx|sse|fma)' "$prefix/lib" --include='*.cmake' --include='*.pc' ||
+    fail "flags of an instruction set are exported"
+  for file in share/fcl_fibers/package.xml share/ament_index/resource_index/packages/fcl_fibers \
+    include/fcl_fibers/{version,export,contact}.h; do
+    [[ -f $prefix/$file ]] || fail "$file is not installed"
+  done
+  local version
+  version=$(pkg-config --modversion fcl_fibers)
+  grep -q "<version>$version</version>" package.xml || fail "package.xml is not of version $version"
+}
+
+# refused MESSAGE FLAGS...: a program with FCL objects does not compile, and is told so.
+refused() {
+  local message=$1 said
+  shift
+  if said=$("$@" 2>&1); then fail "compiles: $*"; fi
+  grep -qF -- "$message" <<<"$said" || fail "no '$message' from: $* ... $said"
+}
+
+flags() {
+  library g++ shared
+  local compile compiler
+  for compiler in g++ clang++; do
+    # shellcheck disable=SC2207
+    compile=("$compiler" -std=c++17 -fsyntax-only tests/consumer/main.cpp
+      $(pkg-config --cflags fcl_fibers_scenes))
+    "${compile[@]}" -msse4.2
+    refused 'remove -march=native' "${compile[@]}" -mavx
+    refused 'remove -march=native' "${compile[@]}" -mavx512f -mfma
+    refused 'remove -march=native' "${compile[@]}" -march=skylake-avx512
+    refused 'fcl_fibers needs C++17' "${compile[@]/main.cpp/contacts.cpp}" -std=c++11
+    # Without FCL's objects there is nothing to be laid out otherwise.
+    "${compile[@]/main.cpp/contacts.cpp}" -march=skylake-avx512
+  done
+}
+
+# The library itself laid out as by -march=native on a machine with AVX-512, without its
+# instructions.
+mismatch() {
+  local flag=-DEIGEN_MAX_STATIC_ALIGN_BYTES=64 said
+  library g++ shared mismatch $flag
+  configure g++ "$work/mismatch/consumer" tests/consumer -DCMAKE_PREFIX_PATH="$prefix" \
+    -DCMAKE_CXX_FLAGS=$flag
+  cmake --build "$work/mismatch/consumer"
+  if said=$("$work/mismatch/consumer/consumer" 2>&1); then fail "runs: $said"; fi
+  grep -q 'does not read back its pose' <<<"$said" || fail "ends by: $said"
+  # What needs no object of FCL's works.
+  "$work/mismatch/consumer/contacts"
+}
+
+deb() {
+  local as_root=() package
+  ((EUID == 0)) || as_root=(sudo)
+  library g++ shared
+  rm -f "$built"/*.deb
+  (cd "$built" && cpack -G DEB)
+  package=$(echo "$built"/libfcl-fibers-dev_*.deb)
+  dpkg-deb --info "$package" | grep -E 'Version|Depends'
+  "${as_root[@]}" apt-get install --simulate -qq "$package" >/dev/null ||
+    fail "the package's dependencies are not in this release"
+  # shellcheck disable=SC2064
+  trap "${as_root[*]} dpkg --remove libfcl-fibers-dev" EXIT
+  "${as_root[@]}" dpkg -i "$package"
+  configure g++ "$work/deb/find_package" tests/consumer
+  run_consumer "$work/deb/find_package"
+  unset PKG_CONFIG_PATH
+  # shellcheck disable=SC2046
+  g++ -std=c++17 tests/consumer/main.cpp -o "$work/deb/main" \
+    $(pkg-config --cflags --libs fcl_fibers_scenes)
+  "$work/deb/main"
+}
+
+steps=(linked installed flags mismatch deb)
+if (($# > 0)); then
+  steps=("$@")
+fi
+for step in "${steps[@]}"; do
+  printf '\n== consumers: %s ==\n' "$step"
+  "$step"
+done
