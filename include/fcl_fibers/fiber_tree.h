@@ -49,6 +49,19 @@ struct FiberTreeOptions : FiberManagerOptions {
   Volumes volumes = Volumes::kLayeredBoxes;
 };
 
+/// A box or a sphere of the tree, in the frame of the arrays: it contains the capsules below it,
+/// each thickened by half the margin.
+struct TreeVolume {
+  FiberTreeOptions::Volumes kind = FiberTreeOptions::Volumes::kLayeredBoxes;
+  double center[3] = {0, 0, 0};
+  double half[3] = {0, 0, 0};  ///< half the edges of the box; the radius of the sphere, three times
+
+  /// The capsules below, each named by the index of its first point. Borrowed from the tree until
+  /// it is built, updated or gone.
+  const std::int32_t* segments = nullptr;
+  std::size_t segment_count = 0;
+};
+
 /// The tree of the fiber managers for programs that keep no FCL object per segment. Same answers,
 /// same promises, a third of the memory traffic. This header needs neither FCL nor Eigen.
 ///
@@ -91,6 +104,11 @@ class FCL_FIBERS_EXPORT FiberTree {
 
   /// All pairs; `pairs` keeps its memory from one call to the next.
   void findPairs(std::vector<SegmentPair>& pairs) const;
+
+  /// For pictures and statistics: the volumes `depth` levels below the root, which is at 0, with
+  /// those capsules that have no node so deep. Every capsule is below one of them. Throws
+  /// std::invalid_argument if depth is negative.
+  std::vector<TreeVolume> volumes(int depth) const;
 
   /// Fiber of a capsule, and its number along it, both counted from 0.
   FiberSegment fiberSegment(std::int32_t segment) const;

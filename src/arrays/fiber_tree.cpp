@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -83,6 +84,36 @@ class ArrayReader {
   const FiberArrays<S>& fibers_;
   const std::vector<bool>& is_last_;
 };
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Rounded outward. Division by the scale, a power of two, is exact.
+TreeVolume toWorld(const geometry::Box& box, const Frame& frame) {
+  TreeVolume volume;
+  const double origin[3] = {frame.origin.x, frame.origin.y, frame.origin.z};
+  for (int k = 0; k < 3; ++k) {
+    const double low = std::nextafter(double{box.low[k]} / frame.scale + origin[k], -kInfinity);
+    const double high = std::nextafter(double{box.high[k]} / frame.scale + origin[k], kInfinity);
+    volume.center[k] = low + (high - low) / 2;
+    volume.half[k] =
+        std::nextafter(std::max(high - volume.center[k], volume.center[k] - low), kInfinity);
+  }
+  return volume;
+}
+
+TreeVolume toWorld(const geometry::Sphere& sphere, const Frame& frame) {
+  TreeVolume volume;
+  volume.kind = FiberTreeOptions::Volumes::kWrappedSpheres;
+  const double origin[3] = {frame.origin.x, frame.origin.y, frame.origin.z};
+  double moved = 0;  // by rounding of the centre: half an ulp an axis, and room for the sum
+  for (int k = 0; k < 3; ++k) {
+    volume.center[k] = double{sphere.center[k]} / frame.scale + origin[k];
+    moved += std::numeric_limits<double>::epsilon() * std::fabs(volume.center[k]);
+  }
+  const double radius = std::nextafter(double{sphere.radius} / frame.scale + moved, kInfinity);
+  std::fill_n(volume.half, 3, radius);
+  return volume;
+}
 
 }  // namespace
 
@@ -169,6 +200,22 @@ class FiberTree::Impl {
              "Report::kCapsules");
     }
     return scene_.findPairs(other.scene_, other.scene_.segments().data(), sink);
+  }
+
+  std::vector<TreeVolume> volumes(int depth) const {
+    if (depth < 0) refuse("volumes", "depth is " + std::to_string(depth) + "; give 0 or more");
+    std::vector<TreeVolume> volumes;
+    std::visit(
+        [&](const auto& tree) {
+          const std::vector<SegmentId>& leaves = tree.topology().leaves;
+          tree.visitVolumes(depth, [&](const auto& volume, std::int32_t begin, std::int32_t end) {
+            volumes.push_back(toWorld(volume, scene_.frame()));
+            volumes.back().segments = leaves.data() + begin;
+            volumes.back().segment_count = static_cast<std::size_t>(end - begin);
+          });
+        },
+        scene_.tree());
+    return volumes;
   }
 
   FiberSegment fiberSegment(std::int32_t segment) const {
@@ -405,6 +452,7 @@ void FiberTree::findPairs(std::vector<SegmentPair>& pairs) const {
   impl_->findPairs(sink);
 }
 
+std::vector<TreeVolume> FiberTree::volumes(int depth) const { return impl_->volumes(depth); }
 FiberSegment FiberTree::fiberSegment(std::int32_t segment) const {
   return impl_->fiberSegment(segment);
 }

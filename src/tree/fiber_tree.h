@@ -111,6 +111,19 @@ class FiberTree {
     fitNodesAbove(moved);
   }
 
+  /// Calls visit(volume, leaf_begin, leaf_end) for the volumes `depth` levels below the root, and
+  /// for the leaves above: their ranges of topology().leaves follow each other from first to last.
+  template <class F>
+  void visitVolumes(int depth, F&& visit) const {
+    if (empty()) return;
+    const Node& root = topology_.nodes.front();
+    if (depth == 0) {
+      visit(hierarchy_.nodeVolume(0, packs_), root.leaf_begin, root.leaf_end);
+    } else {
+      visitVolumesBelow(0, depth, visit);
+    }
+  }
+
   /// Size of nodes per size of leaves, from a sample: how far the tree is from one whose nodes hold
   /// what is close together. It grows when fibers move apart, not when the scene does.
   double looseness() const {
@@ -149,6 +162,21 @@ class FiberTree {
         if (child.isLeaf()) visit(static_cast<std::int32_t>(i), lane, leaf, child.segment());
         leaf += leafCount(*this, child);
       }
+    }
+  }
+
+  template <class F>
+  void visitVolumesBelow(std::int32_t index, int depth, F&& visit) const {
+    std::int32_t leaf = node(index).leaf_begin;
+    for (int lane = 0; lane < node(index).child_count; ++lane) {
+      const Link child = node(index).children[static_cast<std::size_t>(lane)];
+      const std::int32_t end = leaf + leafCount(*this, child);
+      if (child.isLeaf() || depth == 1) {
+        visit(pack(index).get(lane), leaf, end);
+      } else {
+        visitVolumesBelow(child.node(), depth - 1, visit);
+      }
+      leaf = end;
     }
   }
 

@@ -53,6 +53,10 @@ class Layered {
     }
   }
 
+  static Volume nodeVolume(std::size_t index, const std::vector<Pack>& packs) {
+    return packs[index].unite();
+  }
+
   std::size_t memoryUsage() const { return 0; }
 };
 

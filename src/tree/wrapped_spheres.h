@@ -33,6 +33,9 @@ class WrappedSpheres {
     cages_recomputed_ = 0;
   }
   void fitNode(const Topology<kArity>& topology, std::size_t index, std::vector<Pack>& packs);
+  Volume nodeVolume(std::size_t index, const std::vector<Pack>&) const {
+    return Volume::around(cages_[index].ball);
+  }
   std::size_t memoryUsage() const;
 
   /// The cage of a node and the leaves of its basis, counted from the node's first leaf.

@@ -270,6 +270,92 @@ TEST(ArrayTree, NamesFiberAndSegment) {
   EXPECT_EQ(tree.segmentCount(), count);
 }
 
+/// How far the capsule that starts at point i reaches out of the volume; negative where it does not.
+template <typename S>
+test::Real reachOutside(const Assembly<S>& fibers, std::size_t i, const TreeVolume& volume) {
+  const test::Point center(volume.center[0], volume.center[1], volume.center[2]);
+  test::Real reach = -1e30L;
+  for (const std::size_t end : {i, i + 1}) {
+    const test::Point d = (fibers.point(end) - center).cwiseAbs();
+    if (volume.kind == FiberTreeOptions::Volumes::kWrappedSpheres) {
+      reach = std::max(reach, d.norm() + fibers.radius(i) - volume.half[0]);
+      continue;
+    }
+    for (int k = 0; k < 3; ++k) {
+      reach = std::max(reach, d[k] + fibers.radius(i) - volume.half[k]);
+    }
+  }
+  return reach;
+}
+
+/// Half the edges of the least box around these capsules' own volumes.
+template <typename S>
+test::Point halfExtent(const Assembly<S>& fibers, const TreeVolume& volume) {
+  test::Point low = test::Point::Constant(1e30L), high = -low;
+  for (std::size_t n = 0; n < volume.segment_count; ++n) {
+    const auto i = static_cast<std::size_t>(volume.segments[n]);
+    const test::ExactCapsule capsule{fibers.point(i), fibers.point(i + 1), fibers.radius(i)};
+    test::ExactBox box = test::boxOf(capsule);
+    if (volume.kind == FiberTreeOptions::Volumes::kWrappedSpheres) {
+      const test::ExactSphere sphere = test::sphereOf(capsule);
+      const test::Point radius = test::Point::Constant(sphere.radius);
+      box = {sphere.center - radius, sphere.center + radius};
+    }
+    low = low.cwiseMin(box.min);
+    high = high.cwiseMax(box.max);
+  }
+  return (high - low) / 2;
+}
+
+// A picture would show volumes that do not hold what is below them, or are larger than they are;
+// or capsules would be missing from it.
+TYPED_TEST(ArrayTree, ShowsTheVolumesOfALevel) {
+  auto fibers = curledFibers<TypeParam>(12);
+  for (TypeParam& coordinate : fibers.points) coordinate += 100;  // another frame than the tree's
+  // The tree's floats are relative to the scene, of extent 3; float arrays round at 100.
+  const test::Real rounding = std::is_same_v<TypeParam, float> ? 1e-4L : 1e-5L;
+  for (const FiberTreeOptions& options : allKinds(Report::kVolumes)) {
+    FiberTree tree(options);
+    EXPECT_TRUE(tree.volumes(0).empty());
+    tree.build(fibers.view());
+    std::size_t count = 0;
+    for (int depth = 0; count < tree.segmentCount(); ++depth) {
+      const std::vector<TreeVolume> volumes = tree.volumes(depth);
+      if (depth == 0) {
+        ASSERT_EQ(volumes.size(), 1u);
+      } else {
+        ASSERT_GT(volumes.size(), count) << "depth " << depth;
+      }
+      count = volumes.size();
+      std::set<std::int32_t> seen;
+      for (const TreeVolume& volume : volumes) {
+        EXPECT_EQ(volume.kind, options.volumes);
+        for (std::size_t n = 0; n < volume.segment_count; ++n) {
+          EXPECT_TRUE(seen.insert(volume.segments[n]).second) << "below two volumes";
+          EXPECT_LE(reachOutside(fibers, static_cast<std::size_t>(volume.segments[n]), volume), 0);
+        }
+        const test::Point half = halfExtent(fibers, volume);
+        if (volume.kind == FiberTreeOptions::Volumes::kWrappedSpheres) {
+          EXPECT_EQ(volume.half[0], volume.half[2]);
+          EXPECT_GE(volume.half[0], half.maxCoeff() - rounding);
+          EXPECT_LE(volume.half[0], half.norm() + rounding);
+        } else {
+          for (int k = 0; k < 3; ++k) {
+            EXPECT_NEAR(static_cast<double>(half[k]), volume.half[k],
+                        static_cast<double>(rounding));
+          }
+        }
+      }
+      EXPECT_EQ(seen.size(), tree.segmentCount());
+      for (const std::int32_t i : seen) {
+        EXPECT_TRUE(fibers.startsCapsule(static_cast<std::size_t>(i)));
+      }
+    }
+    EXPECT_EQ(tree.volumes(1000).size(), tree.segmentCount());
+    EXPECT_THROW(tree.volumes(-1), std::invalid_argument);
+  }
+}
+
 TEST(ArrayTree, AVisitorEndsTheQuery) {
   const auto fibers = curledFibers<double>(9);
   FiberTree tree;
