@@ -172,23 +172,21 @@ class FiberTree::Impl {
     if (!is_whole_) return buildScene(fibers, frame);
     is_whole_ = false;
     const ArrayReader<S> reader(fibers, is_last_);
-    const bool stays =
-        scene_.update(frame, fibers.point_count,
-                      [&](SegmentId id, Segment& segment) { return reader(id, frame, segment); });
-    if (!stays) return buildScene(fibers, frame);
+    const auto read = [&](SegmentId id, Segment& segment) { return reader(id, frame, segment); };
+    if (!scene_.update(frame, fibers.point_count, read)) return buildScene(fibers, frame);
     is_whole_ = true;
   }
 
   Visit findPairs(tree::PairSink& sink) const {
-    requireWhole();
+    requireWhole("visitPairs");
     if (!neighbors_.ignoresAny()) return scene_.findPairs(sink);
     NeighborFilter filter(*this, sink);
     return scene_.findPairs(filter);
   }
 
   Visit findPairs(const Impl& other, tree::PairSink& sink) const {
-    requireWhole();
-    other.requireWhole();
+    requireWhole("visitPairs");
+    other.requireWhole("visitPairs");
     if (!scene_.matches(other.scene_)) {
       refuse("visitPairs",
              "the other tree has other volumes or another topology; give both trees "
@@ -203,6 +201,7 @@ class FiberTree::Impl {
   }
 
   std::vector<TreeVolume> volumes(int depth) const {
+    requireWhole("volumes");
     if (depth < 0) refuse("volumes", "depth is " + std::to_string(depth) + "; give 0 or more");
     std::vector<TreeVolume> volumes;
     std::visit(
@@ -270,8 +269,8 @@ class FiberTree::Impl {
     is_whole_ = true;
   }
 
-  void requireWhole() const {
-    if (!is_whole_) refuse("visitPairs", "the last build() or update() failed; build anew");
+  void requireWhole(const char* call) const {
+    if (!is_whole_) refuse(call, "the last build() or update() failed; build anew");
   }
 
   std::size_t fiberOf(SegmentId id) const {

@@ -237,6 +237,34 @@ TYPED_TEST(ArrayTree, FollowsMotion) {
   }
 }
 
+// Fibers that have changed places would be searched by a tree made for where they were.
+TYPED_TEST(ArrayTree, BundlesAnewWhenFibersHaveMovedApart) {
+  const Assembly<TypeParam> at_one_place = curledFibers<TypeParam>(13, 200);
+  // Side by side in an order of their own.
+  const auto sideBySide = [&](std::size_t stride) {
+    Assembly<TypeParam> fibers = at_one_place;
+    for (std::size_t f = 0; f < 200; ++f) {
+      for (std::size_t i = fibers.point_begin[f]; i < fibers.point_begin[f + 1]; ++i) {
+        fibers.points[3 * i] += static_cast<TypeParam>(5 * (stride * f % 200));
+      }
+    }
+    return fibers;
+  };
+  const auto places = [](const FiberTree& tree) {
+    std::vector<std::vector<double>> numbers;
+    for (const TreeVolume& volume : tree.volumes(2)) {
+      numbers.push_back({volume.center[0], volume.half[0], volume.half[1], volume.half[2]});
+    }
+    return numbers;
+  };
+  const Assembly<TypeParam> moved = sideBySide(83);
+  FiberTree tree, fresh;
+  tree.build(sideBySide(1).view());
+  tree.update(moved.view());
+  fresh.build(moved.view());
+  EXPECT_EQ(places(tree), places(fresh));
+}
+
 TYPED_TEST(ArrayTree, MeetsAnotherTree) {
   const auto a = curledFibers<TypeParam>(6), b = curledFibers<TypeParam>(7, 20);
   for (const FiberTreeOptions& options : allKinds(Report::kCapsules)) {
@@ -270,7 +298,8 @@ TEST(ArrayTree, NamesFiberAndSegment) {
   EXPECT_EQ(tree.segmentCount(), count);
 }
 
-/// How far the capsule that starts at point i reaches out of the volume; negative where it does not.
+/// How far the capsule that starts at point i reaches out of the volume; negative where it does
+/// not.
 template <typename S>
 test::Real reachOutside(const Assembly<S>& fibers, std::size_t i, const TreeVolume& volume) {
   const test::Point center(volume.center[0], volume.center[1], volume.center[2]);
