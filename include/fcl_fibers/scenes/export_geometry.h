@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <fcl_fibers/fiber_manager_options.h>
+#include <fcl_fibers/fiber_tree.h>
+#include <fcl_fibers/scenes/export.h>
+#include <fcl_fibers/scenes/fiber_polylines.h>
+
+namespace fcl_fibers::scenes {
+
+/// Two segments that are near each other, and where.
+struct Contact {
+  FiberSegment a, b;
+  Point on_a, on_b;     ///< the nearest points of the two axes; of parallel ones, some such points
+  double distance = 0;  ///< of these points: below the sum of the radii where the capsules overlap
+};
+
+/// The nearest points of two segments of a scene. Throws std::invalid_argument if there is no such
+/// segment.
+FCL_FIBERS_SCENES_EXPORT Contact makeContact(const FiberScene& scene, const FiberSegment& a,
+                                             const FiberSegment& b);
+
+// Files for programs that draw. The ending of the path says which: .vtp, XML PolyData as ParaView
+// reads it, or .ply, binary, little endian. Coordinates are doubles in the scene's frame; numbers
+// beside the geometry are data of cells in .vtp, properties of the element in .ply. Points of
+// fibers carry `radius`, that of the segment which starts there.
+//
+// All throw std::invalid_argument for another ending, and std::runtime_error with the file where it
+// cannot be written.
+
+/// One polyline a fiber, with its number `fiber`. In .ply an edge a segment, with `fiber` and
+/// `segment`.
+FCL_FIBERS_SCENES_EXPORT void exportFibers(const std::string& path, const FiberScene& scene);
+
+/// One line a segment, with `fiber`, `segment` and `touching`. `touching` holds a number a segment,
+/// fiber after fiber, 0 where it touches none; throws std::invalid_argument if it is not as long.
+FCL_FIBERS_SCENES_EXPORT void exportSegments(const std::string& path, const FiberScene& scene,
+                                             const std::vector<unsigned char>& touching);
+
+/// One point a contact, midway between the two, with `fiber_a`, `segment_a`, `fiber_b`,
+/// `segment_b` and `distance`.
+FCL_FIBERS_SCENES_EXPORT void exportContacts(const std::string& path,
+                                             const std::vector<Contact>& contacts);
+
+/// The faces of FiberTree::volumes(), each with the number `volume` and the count `segments` below
+/// it: of boxes six quadrangles, of spheres 320 triangles with their corners on the sphere.
+FCL_FIBERS_SCENES_EXPORT void exportVolumes(const std::string& path,
+                                            const std::vector<TreeVolume>& volumes);
+
+}  // namespace fcl_fibers::scenes
