@@ -160,6 +160,10 @@ MovingFibers makeMovingAssembly(const scenes::DynamicAssembly& assembly,
   return moving;
 }
 
+MovingFibers makeSwingingFibers(std::string name, const scenes::FiberScene& scene) {
+  return MovingFibers(std::move(name), scene, swing(scene, 0.01));
+}
+
 scenes::FiberScene readHair(const HairRequest& hair, int frame) {
   scenes::FiberFileOptions options;
   options.radius = hair.radius;

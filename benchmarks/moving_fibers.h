@@ -94,15 +94,17 @@ MovingFibers makeMovingScalp(int fibers, int segments, unsigned long long seed);
 MovingFibers makeMovingAssembly(const scenes::DynamicAssembly& assembly,
                                 const std::vector<int>& states);
 
+/// Each fiber swings about its own root, 0.01 rad a frame about the x axis.
+MovingFibers makeSwingingFibers(std::string name, const scenes::FiberScene& scene);
+
 /// A file of fibers to be measured instead of a scene that is made.
 struct HairRequest {
   std::string path;              ///< empty: there is none
   std::optional<double> radius;  ///< in the file's unit; none: the file's own
 };
 
-/// A file's fibers. Each swings about its own root, 0.01 rad a frame about the x axis. Warnings go
-/// to standard error; throws std::invalid_argument where neither the request nor the file has a
-/// radius.
+/// A file's fibers, swinging. Warnings go to standard error; throws std::invalid_argument where
+/// neither the request nor the file has a radius.
 scenes::FiberScene readHair(const HairRequest& hair, int frame);
 MovingFibers readMovingHair(const HairRequest& hair);
 

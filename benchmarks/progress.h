@@ -9,6 +9,9 @@ namespace fcl_fibers::benchmarks {
 /// elsewhere.
 void showProgress(const std::string& line);
 
+/// From now on nothing is shown elsewhere.
+void keepProgressToTerminals();
+
 /// Clears the terminal's line, before something else is printed.
 void endProgress();
 
