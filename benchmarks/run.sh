@@ -46,7 +46,7 @@ data=../shared/data
   libtbb-dev libpugixml-dev zlib1g-dev libcli11-dev libbenchmark-dev
 
 cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
-  -DFCL_FIBERS_BUILD_TESTS=OFF -DFCL_FIBERS_BUILD_BENCHMARKS=ON >&2
+  -DFCL_FIBERS_BUILD_TESTS=OFF -DFCL_FIBERS_BUILD_BENCHMARKS=ON -DFCL_FIBERS_BUILD_TOOLS=OFF >&2
 cmake --build "$build" >&2
 
 FCL_FIBERS_COMMIT=$(git describe --always --dirty 2>/dev/null || echo unknown)

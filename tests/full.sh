@@ -53,6 +53,12 @@ pair_order() {
   done
 }
 
+# Tests of the label `long`. With Chromium the page of `fcl_fibers view` is looked at.
+long() {
+  .ci/apt_install.sh chromium
+  ctest --preset release -L long
+}
+
 # More than a million calls against the model of a manager.
 stateful() {
   RC_PARAMS="seed=${RANDOM} max_success=5000 max_size=400" \
@@ -82,6 +88,7 @@ steps=(
   fuzz
   mutation
   consumers
+  long
 )
 
 if (($# > 0)); then

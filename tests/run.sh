@@ -15,11 +15,11 @@ if [[ ${1:-} == --full ]]; then
 fi
 
 .ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev \
-  libtbb-dev libpugixml-dev zlib1g-dev libboost-dev libcli11-dev libgtest-dev libgmock-dev \
-  librapidcheck-dev libbenchmark-dev
+  libtbb-dev libpugixml-dev zlib1g-dev libcli11-dev libboost-dev libgtest-dev libgmock-dev \
+  librapidcheck-dev libbenchmark-dev libfmt-dev nlohmann-json3-dev libjs-three python3
 cmake --preset release
 cmake --build --preset release
-ctest --preset release -j "$(nproc)" "$@"
+ctest --preset release -j "$(nproc)" -LE long "$@"
 if $full; then
   tests/full.sh
 fi

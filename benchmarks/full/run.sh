@@ -25,7 +25,7 @@ program=$build/benchmarks/full/fcl_fibers_full
   echo "What of Embree and Bullet is not installed is left out" >&2
 
 cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
-  -DFCL_FIBERS_BUILD_TESTS=OFF -DFCL_FIBERS_BUILD_BENCHMARKS=ON >&2
+  -DFCL_FIBERS_BUILD_TESTS=OFF -DFCL_FIBERS_BUILD_BENCHMARKS=ON -DFCL_FIBERS_BUILD_TOOLS=OFF >&2
 cmake --build "$build" --target fcl_fibers_full >&2
 
 FCL_FIBERS_COMMIT=$(git describe --always --dirty 2>/dev/null || echo unknown)

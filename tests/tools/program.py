@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the tests of fcl_fibers share: running it, and readers of what it writes that owe nothing to
+it."""
+
+import base64
+import os
+import re
+import struct
+import subprocess
+import tempfile
+import unittest
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+PROGRAM = os.environ["FCL_FIBERS_PROGRAM"]
+
+
+class ProgramTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def run_program(self, *arguments, code=0):
+        """stdout, of a run that has to end with this code."""
+        done = subprocess.run(
+            [PROGRAM, *map(str, arguments)], capture_output=True, text=True, check=False
+        )
+        self.assertEqual(done.returncode, code, f"{arguments}: {done.stderr}")
+        self.stderr = done.stderr
+        if code in (0, 1):
+            self.assertNotIn("\r", done.stderr, "progress where there is no terminal")
+        return done.stdout
+
+    def write(self, name, text):
+        path = self.folder / name
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    def files(self):
+        return sorted(path.name for path in self.folder.iterdir())
+
+
+TYPES = {"Int32": "i", "Int64": "q", "UInt8": "B", "Float64": "d"}
+
+
+def read_vtp(path):
+    """Points, cells by kind, and arrays of points and of cells."""
+    root = ElementTree.parse(path).getroot()
+    assert root.tag == "VTKFile" and root.get("byte_order") == "LittleEndian"
+    assert root.get("header_type") == "UInt64" and root.get("compressor") is None
+    piece = root.find("PolyData/Piece")
+
+    def numbers(array):
+        assert array.get("format") == "binary"
+        data = base64.b64decode(array.text, validate=True)
+        code = TYPES[array.get("type")]
+        (size,) = struct.unpack("<Q", data[:8])
+        assert size == len(data) - 8
+        return list(struct.unpack(f"<{size // struct.calcsize(code)}{code}", data[8:]))
+
+    def arrays(tag):
+        return {a.get("Name"): numbers(a) for a in piece.findall(f"{tag}/DataArray")}
+
+    flat = arrays("Points")["Points"]
+    points = list(zip(flat[0::3], flat[1::3], flat[2::3]))
+    assert len(points) == int(piece.get("NumberOfPoints"))
+    cells = {}
+    for kind in ("Verts", "Lines", "Strips", "Polys"):
+        found = arrays(kind)
+        ends = found.get("offsets", [])
+        corners = found.get("connectivity", [])
+        assert len(ends) == int(piece.get("NumberOf" + kind))
+        assert (ends[-1] if ends else 0) == len(corners)
+        cells[kind] = [corners[a:b] for a, b in zip([0] + ends, ends)]
+    cell_data = arrays("CellData")
+    point_data = arrays("PointData")
+    assert all(len(a) == sum(map(len, cells.values())) for a in cell_data.values())
+    assert all(len(a) == len(points) for a in point_data.values())
+    return points, cells, point_data, cell_data
+
+
+PLY_TYPES = {"int": "i", "uchar": "B", "double": "d"}
+
+
+def read_ply(path):
+    """By element a list of dictionaries."""
+    data = Path(path).read_bytes()
+    header, body = data.split(b"end_header\n", 1)
+    lines = header.decode("ascii").splitlines()
+    assert lines[:2] == ["ply", "format binary_little_endian 1.0"]
+    elements = []
+    for line in lines[2:]:
+        words = line.split()
+        if words[0] == "element":
+            elements.append((words[1], int(words[2]), []))
+        elif words[0] == "property":
+            elements[-1][2].append(words[1:])
+    at = 0
+
+    def take(kind):
+        nonlocal at
+        code = "<" + PLY_TYPES[kind]
+        (number,) = struct.unpack_from(code, body, at)
+        at += struct.calcsize(code)
+        return number
+
+    result = {}
+    for name, count, properties in elements:
+        rows = result[name] = []
+        for _ in range(count):
+            row = {}
+            for words in properties:
+                if words[0] == "list":
+                    row[words[3]] = [take(words[2]) for _ in range(take(words[1]))]
+                else:
+                    row[words[1]] = take(words[0])
+            rows.append(row)
+    assert at == len(body), "the header tells of less than there is"
+    return result
+
+
+def read_polylines(path):
+    """Fibers as lists of points."""
+    blocks = re.split(r"\n\s*\n", Path(path).read_text(encoding="utf-8").strip())
+    return [[tuple(map(float, line.split())) for line in b.splitlines()] for b in blocks]

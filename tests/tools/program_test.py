@@ -1,0 +1,507 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The program fcl_fibers, as a user meets it."""
+
+import csv
+import io
+import json
+import math
+import os
+import signal
+import stat
+import subprocess
+import time
+import unittest
+
+from program import PROGRAM, ProgramTest, read_ply, read_polylines, read_vtp
+
+# Fiber 1 crosses fiber 0 in the middle of its second segment, 0.01 above; fiber 2 is far away.
+CROSSING = """# three fibers
+0 0 0
+1 0 0
+2 0 0
+3 0 0
+
+1.5 -1 0.01
+1.5 1 0.01
+
+0 0 50
+0 1 50
+"""
+HELPED = ("generate", "info", "check", "bench", "view")
+
+
+class Check(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.fibers = self.write("crossing.txt", CROSSING)
+
+    def test_lists_the_contact_as_csv(self):
+        """A contact would be missing, or named wrongly."""
+        text = self.run_program("check", self.fibers, "-r", 0.006, "--csv", code=1)
+        self.assertEqual(
+            text,
+            "fiber_a,segment_a,fiber_b,segment_b,distance,x,y,z\n0,1,1,0,0.01,1.5,0,0.005\n",
+        )
+
+    def test_lists_the_contact_as_json(self):
+        found = json.loads(self.run_program("check", self.fibers, "-r", 0.006, "--json", code=1))
+        self.assertEqual(found["contact_count"], 1)
+        self.assertEqual((found["fibers"], found["segments"]), (3, 5))
+        self.assertEqual(found["touching_segments"], 2)
+        (contact,) = found["contacts"]
+        self.assertEqual(contact["a"], {"fiber": 0, "segment": 1})
+        self.assertEqual(contact["b"], {"fiber": 1, "segment": 0})
+        self.assertEqual(contact["on_a"], [1.5, 0, 0])
+        self.assertEqual(contact["on_b"], [1.5, 0, 0.01])
+        self.assertEqual(contact["distance"], 0.01)
+
+    def test_tells_by_its_exit_code(self):
+        """A script could not tell contacts from none, or from an error."""
+        self.assertIn("0 pairs touch", self.run_program("check", self.fibers, "-r", 0.004))
+        self.assertIn(
+            "1 pair touches", self.run_program("check", self.fibers, "-r", 0.006, code=1)
+        )
+        self.run_program("check", self.folder / "none.txt", code=2)
+
+    def test_margin_neighbors_and_volumes(self):
+        check = ("check", self.fibers, "--csv", "--radius", 0.004)
+        self.run_program(*check)
+        self.run_program(*check, "--margin", 0.003, code=1)
+        adjacent = self.run_program(*check, "--ignored-neighbors", 0, code=1)
+        self.assertEqual(len(adjacent.splitlines()), 3)
+        self.assertIn("0,0,0,1,0,1,0,0", adjacent)
+        by_sphere = self.run_program(
+            *check, "--report", "volumes", "--volumes", "spheres", code=1
+        )
+        self.assertEqual(len(by_sphere.splitlines()), 1 + 3)  # fiber 1's reaches all of fiber 0
+
+    def test_a_closed_fiber_is_its_own_neighbor_at_the_end(self):
+        """The joint of a ring would be taken for a contact."""
+        ring = self.write("ring.txt", "0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 0\n")
+        self.run_program("check", ring, "-r", 0.1)
+        text = self.run_program("check", ring, "-r", 0.1, "-n", 0, "--csv", code=1)
+        self.assertEqual(len(text.splitlines()), 1 + 4)
+
+    def test_agrees_with_brute_force(self):
+        """Contacts of a denser scene would be wrong."""
+        path = self.folder / "strand.txt"
+        self.run_program("generate", "strand:fibers=12,segments=15", "-o", path)
+        fibers = read_polylines(path)
+        self.assertEqual([len(f) for f in fibers], [16] * 12)
+        segments = [
+            (f, s, fibers[f][s], fibers[f][s + 1]) for f in range(12) for s in range(15)
+        ]
+        radius, expected = 0.04, set()
+        for i, (f, s, p, q) in enumerate(segments):
+            for g, t, u, v in segments[i + 1 :]:
+                if f == g and t - s <= 1:
+                    continue
+                if segment_distance(p, q, u, v) <= 2 * radius:
+                    expected.add((f, s, g, t))
+        self.assertGreater(len(expected), 20)
+        for options in ([], ["--volumes", "spheres"], ["--topology", "super-thread"]):
+            text = self.run_program("check", path, "-r", radius, "--csv", *options, code=1)
+            rows = list(csv.DictReader(io.StringIO(text)))
+            keys = ("fiber_a", "segment_a", "fiber_b", "segment_b")
+            self.assertEqual({tuple(int(row[k]) for k in keys) for row in rows}, expected)
+            self.assertEqual(len(rows), len(expected))
+            for row in rows:
+                f, s, g, t = (int(row[k]) for k in keys)
+                exact = segment_distance(*fibers[f][s : s + 2], *fibers[g][t : t + 2])
+                self.assertAlmostEqual(float(row["distance"]), exact, delta=1e-6)
+
+    def test_writes_the_list_to_a_file(self):
+        path = self.folder / "contacts.csv"
+        self.assertEqual(
+            self.run_program("check", self.fibers, "-r", 0.006, "--csv", "-o", path, code=1), ""
+        )
+        self.assertEqual(len(path.read_text(encoding="utf-8").splitlines()), 2)
+
+
+def segment_distance(p, q, u, v):
+    """The least over a fine grid of one segment of the distance to the other: right to 1e-6 of
+    lengths of 2, for the distance is convex along it and searched by thirds."""
+
+    def to_other(s):
+        x = [a + s * (b - a) for a, b in zip(p, q)]
+        d = [b - a for a, b in zip(u, v)]
+        t = sum(e * (c - a) for e, c, a in zip(d, x, u)) / sum(e * e for e in d)
+        t = min(1, max(0, t))
+        return math.dist(x, [a + t * e for a, e in zip(u, d)])
+
+    low, high = 0.0, 1.0
+    for _ in range(60):
+        a, b = low + (high - low) / 3, high - (high - low) / 3
+        if to_other(a) <= to_other(b):
+            high = b
+        else:
+            low = a
+    return to_other((low + high) / 2)
+
+
+class Pictures(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.fibers = self.write("crossing.txt", CROSSING)
+        self.points = [p for fiber in read_polylines(self.fibers_without_comment()) for p in fiber]
+
+    def fibers_without_comment(self):
+        return self.write("plain.txt", CROSSING.split("\n", 1)[1])
+
+    def export(self, what, ending, *more):
+        path = self.folder / (what + ending)
+        self.run_program(
+            "check", self.fibers, "-r", 0.006, f"--write-{what}", path, *more, code=1
+        )
+        return path
+
+    def test_segments(self):
+        """ParaView would show other fibers, or other segments red."""
+        points, cells, point_data, data = read_vtp(self.export("segments", ".vtp"))
+        self.assertEqual(points, self.points)
+        self.assertEqual(cells["Lines"], [[0, 1], [1, 2], [2, 3], [4, 5], [6, 7]])
+        self.assertEqual(data["fiber"], [0, 0, 0, 1, 2])
+        self.assertEqual(data["segment"], [0, 1, 2, 0, 0])
+        self.assertEqual(data["touching"], [0, 1, 0, 1, 0])
+        self.assertEqual(point_data["radius"], [0.006] * 8)
+
+        elements = read_ply(self.export("segments", ".ply"))
+        self.assertEqual([(v["x"], v["y"], v["z"]) for v in elements["vertex"]], self.points)
+        edges = elements["edge"]
+        self.assertEqual([[e["vertex1"], e["vertex2"]] for e in edges], cells["Lines"])
+        for name in ("fiber", "segment", "touching"):
+            self.assertEqual([e[name] for e in edges], data[name])
+
+    def test_contacts(self):
+        points, cells, _, data = read_vtp(self.export("contacts", ".vtp"))
+        self.assertEqual(points, [(1.5, 0, 0.005)])
+        self.assertEqual(cells["Verts"], [[0]])
+        self.assertEqual(
+            data,
+            {
+                "fiber_a": [0],
+                "segment_a": [1],
+                "fiber_b": [1],
+                "segment_b": [0],
+                "distance": [0.01],
+            },
+        )
+        (vertex,) = read_ply(self.export("contacts", ".ply"))["vertex"]
+        self.assertEqual(vertex["z"], 0.005)
+        self.assertEqual((vertex["fiber_b"], vertex["distance"]), (1, 0.01))
+
+    def test_volumes_hold_what_is_below_them(self):
+        """A picture of the tree would show other volumes than it has."""
+        radius = 0.006
+        low = [min(p[k] for p in self.points) - radius for k in range(3)]
+        high = [max(p[k] for p in self.points) + radius for k in range(3)]
+        for ending in (".vtp", ".ply"):
+            corners, faces, data = self.volumes(self.export("volumes", ending, "--depth", 0))
+            self.assertEqual((len(corners), len(faces)), (8, 6))
+            self.assertEqual(data["segments"], [5] * 6)
+            for k in range(3):
+                # The tree keeps floats relative to a scene of size 50.
+                self.assertAlmostEqual(min(c[k] for c in corners), low[k], delta=1e-4)
+                self.assertAlmostEqual(max(c[k] for c in corners), high[k], delta=1e-4)
+            self.assertTrue(is_closed(faces))
+            self.assertGreater(signed_volume(corners, faces), 0, "faces look inward")
+
+            corners, faces, data = self.volumes(
+                self.export("volumes", ending, "--depth", 9, "--volumes", "spheres")
+            )
+            self.assertEqual(len(faces), 5 * 320)
+            self.assertEqual(sorted(set(data["volume"])), [0, 1, 2, 3, 4])
+            self.assertEqual(set(data["segments"]), {1})
+            self.assertTrue(is_closed(faces))
+            per_sphere = len(corners) // 5
+            ends = {}
+            for begin in range(0, len(corners), per_sphere):
+                sphere = corners[begin : begin + per_sphere]
+                middle = [sum(c[k] for c in sphere) / per_sphere for k in range(3)]
+                radii = [math.dist(c, middle) for c in sphere]
+                self.assertAlmostEqual(min(radii), max(radii), delta=1e-6)
+                ends[tuple(round(x, 3) for x in middle)] = radii[0]
+            # Around the middle of each segment, half as long and the radius.
+            self.assertAlmostEqual(ends[(0.5, 0, 0)], 0.5 + radius, delta=1e-4)
+            self.assertAlmostEqual(ends[(1.5, 0, 0.01)], 1 + radius, delta=1e-4)
+
+    def volumes(self, path):
+        if path.suffix == ".vtp":
+            points, cells, _, data = read_vtp(path)
+            return points, cells["Polys"], data
+        elements = read_ply(path)
+        faces = elements["face"]
+        data = {name: [face[name] for face in faces] for name in ("volume", "segments")}
+        points = [(v["x"], v["y"], v["z"]) for v in elements["vertex"]]
+        return points, [face["vertex_indices"] for face in faces], data
+
+    def test_another_ending_is_refused(self):
+        path = self.folder / "picture.png"
+        self.run_program("check", self.fibers, "--write-segments", path, code=2)
+        self.assertIn(".vtp", self.stderr)
+        self.assertNotIn("picture.png", self.files())
+
+
+def is_closed(faces):
+    """Each edge is walked once each way."""
+    edges = [(a, b) for f in faces for a, b in zip(f, f[1:] + f[:1])]
+    return len(set(edges)) == len(edges) and all((b, a) in set(edges) for a, b in edges[:500])
+
+
+def signed_volume(corners, faces):
+    total = 0.0
+    for face in faces:
+        a = corners[face[0]]
+        for i in range(1, len(face) - 1):
+            b, c = corners[face[i]], corners[face[i + 1]]
+            total += (
+                a[0] * (b[1] * c[2] - b[2] * c[1])
+                + a[1] * (b[2] * c[0] - b[0] * c[2])
+                + a[2] * (b[0] * c[1] - b[1] * c[0])
+            )
+    return total / 6
+
+
+class Generate(ProgramTest):
+    SCENE = "scalp:fibers=7,segments=5,seed=3"
+
+    def test_every_format_holds_the_same_fibers(self):
+        paths = {e: self.folder / ("scene" + e) for e in (".txt", ".vtp", ".ply", ".hair")}
+        for path in paths.values():
+            self.run_program("generate", self.SCENE, "-o", path)
+        fibers = read_polylines(paths[".txt"])
+        self.assertEqual([len(f) for f in fibers], [6] * 7)
+        flat = [p for f in fibers for p in f]
+
+        points, cells, point_data, data = read_vtp(paths[".vtp"])
+        self.assertEqual(points, flat)
+        self.assertEqual(cells["Lines"], [list(range(6 * f, 6 * f + 6)) for f in range(7)])
+        self.assertEqual(data["fiber"], list(range(7)))
+        self.assertEqual(set(point_data["radius"]), {0.0035})
+
+        elements = read_ply(paths[".ply"])
+        self.assertEqual([(v["x"], v["y"], v["z"]) for v in elements["vertex"]], flat)
+        self.assertEqual(len(elements["edge"]), 35)
+        last = elements["edge"][-1]
+        self.assertEqual((last["vertex1"], last["vertex2"]), (40, 41))
+        self.assertEqual((last["fiber"], last["segment"]), (6, 4))
+
+        # Read back by the program itself.
+        for ending in (".txt", ".vtp", ".hair"):
+            found = json.loads(self.run_program("info", paths[ending], "--json"))
+            self.assertEqual((found["fibers"], found["segments"]), (7, 35))
+            for k in range(3):
+                expected = max(p[k] for p in flat)
+                delta = 1e-5 if ending == ".hair" else 0  # of floats of 20
+                self.assertAlmostEqual(found["bounds"]["max"][k], expected, delta=delta)
+
+    def test_keys_of_a_scene(self):
+        texts = []
+        for scene in (
+            self.SCENE,
+            self.SCENE + ",frame=4",
+            "scalp:fibers=7,segments=5,seed=4",
+            "static:fibers=7,segments=5",
+            "static:fibers=7,segments=5,turned=0",
+            "dynamic:fibers=2,segments=5",
+            "dynamic:fibers=2,segments=5,frame=85",
+            "strand-paper:fibers=2,segments=300",
+            "half-scalp:fibers=7,segments=25",
+        ):
+            path = self.folder / "scene.txt"
+            self.run_program("generate", scene, "-o", path)
+            texts.append(path.read_text(encoding="utf-8"))
+        self.assertEqual(texts.pop(6), texts[5], "85 is the dynamic assembly's own frame")
+        self.assertEqual(len(set(texts)), len(texts))
+
+
+class Info(ProgramTest):
+    def test_counts_and_lengths(self):
+        path = self.write("crossing.txt", CROSSING)
+        found = json.loads(self.run_program("info", path, "-r", 0.1, "--json"))
+        self.assertEqual(found["fibers"], 3)
+        self.assertEqual(found["points"], 8)
+        self.assertEqual(found["segments_per_fiber"], {"min": 1, "max": 3})
+        self.assertEqual(found["length"], 6)
+        self.assertEqual(found["fiber_length"], {"min": 1, "median": 2, "max": 3})
+        self.assertEqual(found["segment_length"], {"min": 1, "median": 1, "max": 2})
+        self.assertEqual(found["radius"], {"min": 0.1, "median": 0.1, "max": 0.1})
+        self.assertEqual(found["bounds"], {"min": [0, -1, 0], "max": [3, 1, 50]})
+        self.assertEqual(found["warnings"], [])
+        text = self.run_program("info", path, "-r", 0.1)
+        self.assertIn("3", text)
+        self.assertNotIn("warning", text)
+
+    def test_warns(self):
+        """A user would trust what a broken file says."""
+        path = self.write(
+            "odd.txt", "0 0 0\n0 0 0\n1 0 0\n2 0 0\n3 0 0\n4 0 0\n90 0 0\n\n0 0 0\n0 1 0\n\n5 5 5\n"
+        )
+        text = self.run_program("info", path)
+        for expected in (
+            "single point, which touch nothing: 1",
+            "length zero, whose points coincide: 1",
+            "join what are two fibers: 1",
+            "radius zero",
+            "begin where another one does, which may be copies: 1",
+        ):
+            self.assertIn(expected, text)
+        self.assertIn("shorter than wide", self.run_program("info", path, "-r", 0.6))
+        far = self.write("far.txt", "1e9 0 0\n1e9 1 0\n1e9 2 0\n")
+        self.assertIn("million times its size", self.run_program("info", far, "-r", 0.1))
+
+
+class Bench(ProgramTest):
+    def test_all_managers_find_the_same(self):
+        path = self.folder / "scene.vtp"
+        self.run_program("generate", "strand:fibers=20,segments=20", "-o", path)
+        for scene in (path, "strand:fibers=20,segments=20"):
+            found = json.loads(
+                self.run_program("bench", scene, "-r", 0.05, "--repetitions", 1, "--json")
+            )
+            managers = {row["manager"]: row for row in found["managers"]}
+            self.assertIn("LayeredAABBTree, bundle capsules", managers)
+            self.assertIn("DynamicAABBTree, tight", managers)
+            self.assertTrue(all(row["right"] for row in managers.values()))
+            self.assertEqual(len({row["touching"] for row in managers.values()}), 1)
+            exact = managers["LayeredAABBTree, bundle capsules"]
+            self.assertEqual(exact["pairs"], exact["touching"])
+            self.assertTrue(all(row["update_s"] > 0 for row in managers.values()))
+        table = self.run_program("bench", path, "-r", 0.05, "--repetitions", 1)
+        self.assertIn("DynamicAABBTree Array, tight", table)
+
+
+class BadUse(ProgramTest):
+    def refused(self, *arguments, says):
+        self.assertEqual(self.run_program(*arguments, code=2), "")
+        self.assertIn(says, self.stderr)
+        self.assertEqual(self.files(), [])
+
+    def test_options_that_are_none(self):
+        out = self.folder / "out.vtp"
+        self.refused(says="subcommand")
+        self.refused("frobnicate", says="")
+        self.refused("check", says="SCENE")
+        self.refused("check", "strand", "--radius", -1, says="--radius")
+        self.refused("check", "strand", "--radius", "wide", says="--radius")
+        self.refused("check", "strand", "-n", "-3", says="--ignored-neighbors")
+        self.refused("check", "strand", "--volumes", "kdops", says="--volumes")
+        self.refused("check", "strand", "--csv", "--json", says="--csv")
+        self.refused("generate", "strand", says="--output")
+        self.refused("generate", "hair", "-o", out, says="no such file, nor a scene")
+        self.refused("generate", "strand:fibres=7", "-o", out, says="no key 'fibres'")
+        self.refused("generate", "strand:fibers=many", "-o", out, says="whole number")
+        self.refused("generate", "strand:fibers", "-o", out, says="key=value")
+        self.refused("generate", "strand:fibers=1,fibers=2", "-o", out, says="twice")
+        self.refused("generate", "strand:fibers=0", "-o", out, says="fibers")
+        self.refused("generate", "dynamic:fibers=1,frame=101", "-o", out, says="0 to 100")
+        self.refused("view", "dynamic:fibers=1,frames=9:3", "-o", out, says="FIRST:LAST")
+        self.refused("generate", "strand:fibers=2", "-o", self.folder / "a.obj", says=".vtp")
+
+    def test_files_that_cannot_be_read_or_written(self):
+        self.refused("check", self.folder, says="")
+        nowhere = self.folder / "none" / "out.txt"
+        self.refused("generate", "strand:fibers=2", "-o", nowhere, says="cannot be written")
+        self.refused("generate", "strand:fibers=2", "-o", self.folder, says="directory")
+        self.refused("check", "strand:fibers=2", "--csv", "-o", "/dev/full", says="writing failed")
+        with open("/dev/full", "w", encoding="utf-8") as full:
+            done = subprocess.run(
+                [PROGRAM, "info", "strand:fibers=2"],
+                stdout=full,
+                stderr=subprocess.PIPE,
+                text=True,
+                check=False,
+            )
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("stdout", done.stderr)
+
+    def test_a_broken_file_is_named(self):
+        broken = self.write("broken.vtp", "<VTKFile type='PolyData'><PolyData>")
+        self.assertEqual(self.run_program("check", broken, code=2), "")
+        self.assertIn("broken.vtp", self.stderr)
+
+    def test_help_reads_well(self):
+        text = self.run_program("--help")
+        for word in HELPED + ("half-scalp", "frames=FIRST:LAST:STEP"):
+            self.assertIn(word, text)
+        for command in HELPED:
+            text = self.run_program(command, "--help")
+            self.assertIn("SCENE", text)
+            self.assertLessEqual(max(map(len, text.splitlines())), 100)
+        self.assertRegex(self.run_program("--version"), r"^\d+\.\d+\.\d+\n$")
+
+
+class WholeFiles(ProgramTest):
+    def test_what_was_there_stays_where_writing_fails(self):
+        path = self.write("scene.vtp", "as it was")
+        self.run_program("generate", "strand:fibers=0", "-o", path, code=2)
+        self.assertEqual(path.read_text(encoding="utf-8"), "as it was")
+        self.assertEqual(self.files(), ["scene.vtp"])
+
+    def test_nothing_is_left_of_what_was_interrupted(self):
+        """Half a file would be taken for a whole one."""
+        path = self.write("page.html", "as it was")
+        for number in (signal.SIGINT, signal.SIGTERM):
+            process = subprocess.Popen([PROGRAM, "view", "half-scalp:fibers=20000", "-o", path])
+            end = time.monotonic() + 30
+            while len(self.files()) < 2 and time.monotonic() < end:
+                time.sleep(0.01)
+            self.assertEqual(len(self.files()), 2, "there is a draft beside it")
+            process.send_signal(number)
+            self.assertEqual(process.wait(timeout=30), -number)
+            self.assertEqual(self.files(), ["page.html"])
+            self.assertEqual(path.read_text(encoding="utf-8"), "as it was")
+
+    def test_a_link_is_kept_and_its_target_replaced(self):
+        target = self.write("target.txt", "")
+        link = self.folder / "link.txt"
+        link.symlink_to(target)
+        self.run_program("generate", "strand:fibers=2", "-o", link)
+        self.assertTrue(link.is_symlink())
+        self.assertGreater(target.stat().st_size, 100)
+
+    def test_progress_is_for_terminals(self):
+        """A log would fill with it; a user would wait in the dark."""
+        self.run_program("info", "strand:fibers=50")
+        self.assertEqual(self.stderr, "")
+        master, slave = os.openpty()
+        process = subprocess.Popen(
+            [PROGRAM, "info", "strand:fibers=50"], stdout=subprocess.DEVNULL, stderr=slave
+        )
+        os.close(slave)
+        seen = b""
+        try:
+            while piece := os.read(master, 4096):
+                seen += piece
+        except OSError:  # the other end is closed
+            pass
+        self.assertEqual(process.wait(), 0)
+        os.close(master)
+        self.assertIn(b"\r\x1b[K", seen)
+        self.assertTrue(seen.endswith(b"\r\x1b[K"), "the line is cleared in the end")
+
+
+class Page(ProgramTest):
+    def test_opens_without_a_network(self):
+        path = self.folder / "page.html"
+        self.run_program("view", "strand:fibers=5,segments=9", "-o", path)
+        text = path.read_text(encoding="utf-8")
+        self.assertNotRegex(text, r"""(?:src|href)\s*=\s*["'](?:https?:)?//""")
+        self.assertIn("<!doctype html>", text)
+        self.assertEqual(stat.S_IMODE(path.stat().st_mode) & 0o400, 0o400)
+        data = json.loads(text.split('class="fiber-viewer-data">', 1)[1].split("</script>", 1)[0])
+        (scene,) = data["scenes"]
+        self.assertEqual((scene["fibers"], scene["segments"]), (5, 45))
+        self.run_program("view", "strand:fibers=5,segments=9", "--fragment", "-o", path)
+        self.assertNotIn("<html", path.read_text(encoding="utf-8"))
+
+    def test_a_name_cannot_break_out(self):
+        """A file's name would be run as a script."""
+        odd = self.write("<script>alert(1)<.txt", "0 0 0\n1 0 0\n")
+        path = self.folder / "page.html"
+        self.run_program("view", odd, "-o", path)
+        self.assertNotIn("<script>alert", path.read_text(encoding="utf-8"))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "commands.h"
+#include "contender.h"
+#include "moving_fibers.h"
+#include "preflight.h"
+
+namespace fcl_fibers::tools {
+namespace {
+
+using benchmarks::Contender;
+using benchmarks::MovingFibers;
+using benchmarks::Phase;
+using benchmarks::Preflight;
+
+constexpr std::array<Phase, 3> kTimed = {Phase::kSetUp, Phase::kUpdate, Phase::kSelfCollision};
+
+MovingFibers movingFibers(const SceneSource& source) {
+  if (source.is_file) return benchmarks::makeSwingingFibers(source.name, source.scene());
+  const int other = source.frame + 1 < source.frame_count ? source.frame + 1 : source.frame - 1;
+  return MovingFibers(source.name, source.scene(), source.make(other));
+}
+
+std::vector<Contender> contenders(bool all) {
+  std::vector<Contender> chosen = benchmarks::allContenders();
+  if (all) return chosen;
+  const auto is_usual = [](const Contender& contender) {
+    return contender.ours ? contender.variant != "super_thread"
+                          : contender.manager.find("DynamicAABBTree") == 0;
+  };
+  chosen.erase(std::remove_if(chosen.begin(), chosen.end(), std::not_fn(is_usual)), chosen.end());
+  return chosen;
+}
+
+struct Result {
+  Contender contender;
+  Preflight preflight;
+  std::array<std::vector<double>, kTimed.size()> seconds;
+
+  double median(std::size_t phase) const {
+    std::vector<double> sorted = seconds[phase];
+    if (sorted.empty()) return std::numeric_limits<double>::quiet_NaN();
+    std::sort(sorted.begin(), sorted.end());
+    return sorted[sorted.size() / 2];
+  }
+};
+
+/// One manager after the other, in another order each time, so that what slows the machine for a
+/// while slows all.
+void timeAll(std::vector<Result>& results, MovingFibers& fibers, int repetitions) {
+  std::vector<Result*> order;
+  for (Result& result : results) {
+    if (result.preflight.right()) order.push_back(&result);
+  }
+  std::mt19937 random(1);
+  for (int repetition = 0; repetition < repetitions; ++repetition) {
+    std::shuffle(order.begin(), order.end(), random);
+    for (Result* result : order) {
+      const Contender& contender = result->contender;
+      progress(fmt::format("timing {} of {}: {}", repetition + 1, repetitions, contender.title()));
+      std::unique_ptr<benchmarks::Manager> manager;
+      fibers.setPoses(0);
+      const auto time = [&](std::size_t phase, auto&& work) {
+        result->seconds[phase].push_back(benchmarks::seconds(work));
+      };
+      time(0, [&] {
+        fibers.computeBoxes(contender.boxes);
+        manager = contender.set_up(fibers);
+      });
+      fibers.setPoses(1);
+      time(1, [&] { benchmarks::update(contender, fibers, *manager); });
+      time(2, [&] { benchmarks::countPairs(*manager); });
+    }
+  }
+}
+
+std::string milliseconds(double seconds) {
+  return std::isnan(seconds) ? "-" : fmt::format("{:.{}f}", 1e3 * seconds, seconds < 0.1 ? 2 : 0);
+}
+
+}  // namespace
+
+int bench(const SceneSource& source, const BenchRequest& request) {
+  progress("reading " + source.title);
+  MovingFibers fibers = movingFibers(source);
+  const std::vector<Contender> chosen = contenders(request.all);
+  benchmarks::PreflightLimits limits;
+  limits.phase_seconds = request.limit;
+  const std::vector<Preflight> preflights = benchmarks::preflightAll(chosen, fibers, limits);
+  std::vector<Result> results;
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    results.push_back({chosen[i], preflights[i], {}});
+  }
+  timeAll(results, fibers, request.repetitions);
+  progress("");
+
+  const bool wrong = std::any_of(results.begin(), results.end(), [](const Result& result) {
+    return result.preflight.verdict == Preflight::Verdict::kWrong;
+  });
+  if (request.output == Output::kJson) {
+    nlohmann::ordered_json json = {{"scene", source.title},
+                                   {"fibers", fibers.fiberCount()},
+                                   {"segments", fibers.segmentCount()},
+                                   {"repetitions", request.repetitions},
+                                   {"managers", nlohmann::ordered_json::array()}};
+    for (const Result& result : results) {
+      const Preflight& preflight = result.preflight;
+      nlohmann::ordered_json row = {{"manager", result.contender.title()},
+                                    {"pairs", preflight.frames[0].reported},
+                                    {"touching", preflight.frames[0].touching},
+                                    {"right", preflight.right()}};
+      if (!preflight.right()) row["why"] = preflight.note;
+      for (std::size_t p = 0; p < kTimed.size(); ++p) {
+        constexpr const char* kKeys[] = {"set_up_s", "update_s", "self_collision_s"};
+        if (preflight.right()) row[kKeys[p]] = result.median(p);
+      }
+      json["managers"].push_back(std::move(row));
+    }
+    print(json.dump(2) + "\n");
+    return wrong ? 1 : 0;
+  }
+
+  std::string text =
+      fmt::format("{}: {} segments of {} fibers\n\n{:<36}{:>12}{:>12}{:>16}{:>14}{:>12}\n",
+                  source.title, countText(fibers.segmentCount()), countText(fibers.fiberCount()),
+                  "manager", "set-up ms", "update ms", "collision ms", "pairs", "touching");
+  for (const Result& result : results) {
+    text += fmt::format("{:<36}", result.contender.title());
+    if (!result.preflight.right()) {
+      text += fmt::format("{:>12}  in {}\n", result.preflight.note,
+                          benchmarks::phaseName(result.preflight.phase));
+      continue;
+    }
+    text += fmt::format("{:>12}{:>12}{:>16}{:>14}{:>12}\n", milliseconds(result.median(0)),
+                        milliseconds(result.median(1)), milliseconds(result.median(2)),
+                        countText(result.preflight.frames[0].reported),
+                        countText(result.preflight.frames[0].touching));
+  }
+  text += fmt::format(
+      "\nMedians of {}, the managers in random order. Each manager has found the same touching "
+      "pairs\nbefore and after a motion, once each, or it is not timed. Volumes or boxes that "
+      "overlap are\npairs; \"capsules\" tests and reports those that touch. \"tight\" boxes are "
+      "ours, \"stock\" FCL's own.\nAdjacent segments count, as FCL knows no fibers. With more "
+      "care: benchmarks/run.sh.\n",
+      request.repetitions);
+  print(text);
+  return wrong ? 1 : 0;
+}
+
+}  // namespace fcl_fibers::tools

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <filesystem>
+#include <iterator>
+#include <stdexcept>
+#include <string>
+
+#include <fcl_fibers/scenes/export_geometry.h>
+#include <fcl_fibers/scenes/fiber_file.h>
+#include <fmt/format.h>
+
+#include "commands.h"
+#include "output_file.h"
+
+namespace fcl_fibers::tools {
+namespace {
+
+/// A point a line, a blank line between fibers; numbers are read back bit by bit.
+std::string polylinesText(const scenes::FiberScene& scene) {
+  fmt::memory_buffer text;
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    if (f > 0) text.push_back('\n');
+    for (std::size_t i = scene.point_begin[f]; i < scene.point_begin[f + 1]; ++i) {
+      const scenes::Point& p = scene.points[i];
+      fmt::format_to(std::back_inserter(text), "{} {} {}\n", p[0], p[1], p[2]);
+    }
+  }
+  return fmt::to_string(text);
+}
+
+}  // namespace
+
+int generate(const SceneSource& source, const std::string& path) {
+  OutputFile file(path);
+  progress("making " + source.title);
+  const scenes::FiberScene scene = source.scene();
+  progress("writing " + path);
+  const std::string ending = std::filesystem::path(path).extension().string();
+  if (ending == ".hair") {
+    scenes::writeHair(file.draft(), scene);
+  } else if (ending == ".txt") {
+    file.write(polylinesText(scene));
+  } else if (ending == ".vtp" || ending == ".ply") {
+    scenes::exportFibers(file.draft(), scene);
+  } else {
+    throw std::invalid_argument(
+        fmt::format("'{}': give a file that ends in .vtp, .ply, .hair or .txt", path));
+  }
+  file.commit();
+  progress("");
+  return 0;
+}
+
+}  // namespace fcl_fibers::tools

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "commands.h"
+
+namespace fcl_fibers::tools {
+namespace {
+
+using scenes::FiberScene;
+using scenes::Point;
+
+/// Of some lengths.
+struct Spread {
+  double least = 0, median = 0, largest = 0, total = 0;
+
+  explicit Spread(std::vector<double> lengths) {
+    if (lengths.empty()) return;
+    total = std::accumulate(lengths.begin(), lengths.end(), 0.0);
+    std::sort(lengths.begin(), lengths.end());
+    least = lengths.front();
+    median = lengths[lengths.size() / 2];
+    largest = lengths.back();
+  }
+};
+
+struct Facts {
+  std::vector<double> fiber_lengths;
+  std::vector<double> segment_lengths, radii;  ///< by segment
+  std::size_t fewest_segments = 0, most_segments = 0;
+  std::size_t without_segment = 0, closed = 0;  ///< fibers
+  Point low{}, high{};
+
+  explicit Facts(const FiberScene& scene) {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    low.fill(scene.points.empty() ? 0 : kInfinity);
+    high.fill(scene.points.empty() ? 0 : -kInfinity);
+    for (const Point& point : scene.points) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        low[k] = std::min(low[k], point[k]);
+        high[k] = std::max(high[k], point[k]);
+      }
+    }
+    fewest_segments = scene.fiberCount() > 0 ? std::numeric_limits<std::size_t>::max() : 0;
+    for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+      const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
+      double length = 0;
+      for (std::size_t i = begin; i + 1 < end; ++i) {
+        const Point &p = scene.points[i], &q = scene.points[i + 1];
+        segment_lengths.push_back(std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]));
+        radii.push_back(scene.radiusAt(i));
+        length += segment_lengths.back();
+      }
+      fiber_lengths.push_back(length);
+      fewest_segments = std::min(fewest_segments, end - begin - 1);
+      most_segments = std::max(most_segments, end - begin - 1);
+      without_segment += end - begin < 2 ? 1 : 0;
+      closed += scene.isClosed(f) ? 1 : 0;
+    }
+  }
+};
+
+/// What a user should know before trusting an answer.
+std::vector<std::string> warnings(const FiberScene& scene, const Facts& facts,
+                                  const Spread& segments) {
+  std::vector<std::string> texts;
+  const auto count = [&](auto&& holds) {
+    std::size_t found = 0;
+    for (std::size_t i = 0; i < facts.segment_lengths.size(); ++i) {
+      found += holds(facts.segment_lengths[i], facts.radii[i]) ? 1 : 0;
+    }
+    return found;
+  };
+  const auto warn = [&](auto number, const char* text) {
+    if (number > 0) {
+      texts.push_back(fmt::format(text, countText(static_cast<std::size_t>(number))));
+    }
+  };
+  if (scene.segmentCount() == 0) texts.push_back("there is no segment");
+  warn(facts.without_segment, "fibers of a single point, which touch nothing: {}");
+  warn(count([](double length, double) { return length == 0; }),
+       "segments of length zero, whose points coincide: {}");
+  warn(count([&](double length, double) { return length > 20 * segments.median; }),
+       "segments more than 20 times as long as the median, which may join what are two fibers: {}");
+  warn(count([](double, double radius) { return radius == 0; }),
+       "segments of radius zero, which touch only where axes meet; give --radius: {}");
+  warn(count([](double length, double radius) { return length < 2 * radius; }),
+       "segments shorter than wide, where those next but one along a fiber touch as well; see "
+       "--ignored-neighbors of check: {}");
+  std::vector<Point> roots;
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    roots.push_back(scene.points[scene.point_begin[f]]);
+  }
+  std::sort(roots.begin(), roots.end());
+  warn(roots.end() - std::unique(roots.begin(), roots.end()),
+       "fibers that begin where another one does, which may be copies: {}");
+  double size = 0, far = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    size = std::max(size, facts.high[k] - facts.low[k]);
+    far = std::max({far, std::fabs(facts.low[k]), std::fabs(facts.high[k])});
+  }
+  if (size > 0 && far > 1e6 * size) {
+    texts.push_back("the scene is more than a million times its size away from the origin");
+  }
+  return texts;
+}
+
+}  // namespace
+
+int info(const SceneSource& source, Output output) {
+  progress("reading " + source.title);
+  const FiberScene scene = source.scene();
+  progress("");
+  const Facts facts(scene);
+  const Spread fibers(facts.fiber_lengths), segments(facts.segment_lengths), radii(facts.radii);
+  std::vector<std::string> warned = source.warnings;
+  for (std::string& text : warnings(scene, facts, segments)) warned.push_back(std::move(text));
+
+  if (output == Output::kJson) {
+    const auto spread = [](const Spread& lengths) {
+      return nlohmann::ordered_json{
+          {"min", lengths.least}, {"median", lengths.median}, {"max", lengths.largest}};
+    };
+    const nlohmann::ordered_json json = {
+        {"scene", source.title},
+        {"fibers", scene.fiberCount()},
+        {"segments", scene.segmentCount()},
+        {"points", scene.points.size()},
+        {"segments_per_fiber", {{"min", facts.fewest_segments}, {"max", facts.most_segments}}},
+        {"closed_fibers", facts.closed},
+        {"radius", spread(radii)},
+        {"length", fibers.total},
+        {"fiber_length", spread(fibers)},
+        {"segment_length", spread(segments)},
+        {"bounds", {{"min", facts.low}, {"max", facts.high}}},
+        {"warnings", warned}};
+    print(json.dump(2) + "\n");
+    return 0;
+  }
+
+  const std::string per_fiber =
+      facts.fewest_segments == facts.most_segments
+          ? countText(facts.most_segments) + " a fiber"
+          : fmt::format("{} to {} a fiber", countText(facts.fewest_segments),
+                        countText(facts.most_segments));
+  std::string text = fmt::format("{}\n\n", source.title);
+  const auto line = [&](const char* name, const std::string& value) {
+    text += fmt::format("  {:<16}{}\n", name, value);
+  };
+  const auto spread = [](const Spread& lengths) {
+    return fmt::format("{:.4g} to {:.4g}, median {:.4g}", lengths.least, lengths.largest,
+                       lengths.median);
+  };
+  line("fibers", countText(scene.fiberCount()));
+  line("segments", fmt::format("{}, {}", countText(scene.segmentCount()), per_fiber));
+  if (facts.closed > 0) line("closed", countText(facts.closed));
+  line("radius", radii.least == radii.largest ? fmt::format("{:.4g}", radii.least) : spread(radii));
+  line("fiber length", fmt::format("{}, sum {:.4g}", spread(fibers), fibers.total));
+  line("segment length", spread(segments));
+  for (std::size_t k = 0; k < 3; ++k) {
+    line(k == 0 ? "bounds" : "",
+         fmt::format("{}  {:>10.4g} to {:<10.4g}", "xyz"[k], facts.low[k], facts.high[k]));
+  }
+  if (!warned.empty()) text += "\n";
+  for (const std::string& warning : warned) text += "  warning: " + warning + "\n";
+  print(text);
+  return 0;
+}
+
+}  // namespace fcl_fibers::tools

@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// fcl_fibers: what the library does, for people who have a file of fibers and no program yet.
+#include <unistd.h>
+
+#include <cstdio>
+#include <exception>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include "commands.h"
+#include "progress.h"
+
+namespace fcl_fibers::tools {
+
+void print(const std::string& text) {
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
+    throw std::runtime_error("writing to stdout failed");
+  }
+}
+
+void progress(const std::string& line) {
+  if (line.empty()) return benchmarks::endProgress();
+  benchmarks::showProgress(line);
+}
+
+std::string countText(std::size_t count) {
+  std::string text = fmt::format("{}", count);
+  for (int i = static_cast<int>(text.size()) - 3; i > 0; i -= 3) {
+    text.insert(static_cast<std::size_t>(i), 1, ',');
+  }
+  return text;
+}
+
+namespace {
+
+/// What the command line says.
+struct Arguments {
+  std::string scene;
+  std::vector<std::string> scenes;  ///< of view
+  std::optional<double> radius;
+  bool json = false, csv = false;
+  std::string path;
+  FiberTreeOptions tree;
+  CheckRequest check;
+  BenchRequest bench;
+  ViewRequest view;
+
+  SceneSource source() const { return findScene(scene, radius); }
+  Output output() const { return json ? Output::kJson : csv ? Output::kCsv : Output::kText; }
+};
+
+const std::map<std::string, Report> kReports = {{"capsules", Report::kCapsules},
+                                                {"volumes", Report::kVolumes}};
+const std::map<std::string, FiberTreeOptions::Volumes> kVolumes = {
+    {"boxes", FiberTreeOptions::Volumes::kLayeredBoxes},
+    {"spheres", FiberTreeOptions::Volumes::kWrappedSpheres}};
+const std::map<std::string, Topology> kTopologies = {{"bundle", Topology::kBundle},
+                                                     {"super-thread", Topology::kSuperThread}};
+
+/// Without its name in the help, where the option's type says enough.
+CLI::Validator quiet(CLI::Validator validator) { return validator.description(""); }
+
+std::string pictureProblem(const std::string& path) {
+  const std::size_t dot = path.find_last_of("./");
+  const std::string ending = dot == std::string::npos ? "" : path.substr(dot);
+  return ending == ".vtp" || ending == ".ply" ? "" : "'" + path + "' ends neither in .vtp nor .ply";
+}
+
+void addPicture(CLI::App& command, const char* name, std::string& path, const char* what) {
+  command.add_option(name, path, what)
+      ->check(CLI::Validator(pictureProblem, ""))
+      ->type_name("FILE")
+      ->group("Pictures, .vtp or .ply");
+}
+
+void addScene(CLI::App& command, Arguments& arguments) {
+  command.add_option("SCENE", arguments.scene, "a file, or a scene that is made")
+      ->required()
+      ->type_name("");
+  command
+      .add_option("-r,--radius", arguments.radius,
+                  "of all fibers, instead of the file's or the scene's own")
+      ->check(quiet(CLI::NonNegativeNumber))
+      ->type_name("LENGTH");
+}
+
+template <typename Value>
+void addChoice(CLI::App& command, const char* name, Value& value,
+               const std::map<std::string, Value>& choices, const char* type, const char* what) {
+  command.add_option(name, value, what)
+      ->transform(CLI::CheckedTransformer(choices).description(""))
+      ->type_name(type);
+}
+
+void addTree(CLI::App& command, FiberTreeOptions& tree) {
+  command
+      .add_option("-n,--ignored-neighbors", tree.ignored_neighbors,
+                  "segments so near along a fiber are no pair; default 1, adjacent")
+      ->check(quiet(CLI::NonNegativeNumber))
+      ->type_name("N");
+  command.add_option("-m,--margin", tree.margin, "pairs this close count; 0 by default")
+      ->check(quiet(CLI::NonNegativeNumber))
+      ->type_name("LENGTH");
+  addChoice(command, "--topology", tree.topology, kTopologies, "bundle|super-thread",
+            "of the tree; super-thread is the paper's");
+  command.add_option("--threads", tree.threads, "1 by default")
+      ->check(quiet(CLI::PositiveNumber))
+      ->type_name("N");
+}
+
+int run(int argc, char** argv) {
+  Arguments arguments;
+  arguments.tree.report = Report::kCapsules;
+  arguments.tree.ignored_neighbors = 1;
+  CLI::App app("Finds collisions among fibers: hair, cables, ropes, yarn.", "fcl_fibers");
+  app.footer(
+      sceneHelp() +
+      "\nThe exit code is 2 where something is wrong, and says so on stderr; check returns "
+      "1 if it\nfinds contacts, bench if a manager misses a pair. Files are written whole or "
+      "not at all.\n`fcl_fibers COMMAND --help` tells more.");
+  app.require_subcommand(1);
+  app.get_formatter()->column_width(34);
+  app.set_version_flag("--version", FCL_FIBERS_VERSION);
+
+  CLI::App& generate = *app.add_subcommand("generate", "Write a scene to a file.");
+  addScene(generate, arguments);
+  generate
+      .add_option("-o,--output", arguments.path,
+                  "the file: .vtp (ParaView), .ply, .hair, or .txt of polylines")
+      ->required()
+      ->type_name("FILE");
+
+  CLI::App& info = *app.add_subcommand("info", "Count and measure a scene, and warn.");
+  addScene(info, arguments);
+  info.add_flag("--json", arguments.json, "for programs");
+
+  CLI::App& check = *app.add_subcommand("check", "List the segments that touch.");
+  addScene(check, arguments);
+  addTree(check, arguments.tree);
+  addChoice(check, "--report", arguments.tree.report, kReports, "capsules|volumes",
+            "capsules that touch, the default, or volumes that overlap");
+  addChoice(check, "--volumes", arguments.tree.volumes, kVolumes, "boxes|spheres",
+            "of the tree; boxes by default");
+  CLI::Option* const json = check.add_flag("--json", arguments.json, "list all as JSON");
+  check.add_flag("--csv", arguments.csv, "list all as comma-separated values")->excludes(json);
+  check.add_option("-o,--output", arguments.check.path, "write the list there, not to stdout")
+      ->type_name("FILE");
+  addPicture(check, "--write-segments", arguments.check.segments_path,
+             "segments with `fiber`, `segment` and `touching`");
+  addPicture(check, "--write-contacts", arguments.check.contacts_path,
+             "a point between the two segments of each pair");
+  addPicture(check, "--write-volumes", arguments.check.volumes_path,
+             "volumes of one level of the tree");
+  check.add_option("--depth", arguments.check.depth, "of that level; the root is 0, default is 2")
+      ->check(quiet(CLI::NonNegativeNumber))
+      ->type_name("N")
+      ->group("Pictures, .vtp or .ply");
+  check.footer(
+      "The exit code is 0 without contacts, 1 with contacts, 2 where something is wrong.\n"
+      "`distance` is that of the axes, x, y, z the point midway.");
+
+  CLI::App& bench = *app.add_subcommand("bench", "Time our managers and FCL's on a scene.");
+  addScene(bench, arguments);
+  bench.add_flag("--all", arguments.bench.all, "all of FCL's managers, and the paper's trees");
+  bench.add_option("--repetitions", arguments.bench.repetitions, "9 by default")
+      ->check(quiet(CLI::PositiveNumber))
+      ->type_name("N");
+  bench
+      .add_option("--limit", arguments.bench.limit,
+                  "what takes longer for a phase is left out; 10 by default")
+      ->check(quiet(CLI::PositiveNumber))
+      ->type_name("SECONDS");
+  bench.add_flag("--json", arguments.json, "for programs");
+  bench.footer(
+      "A file's fibers swing about their first points; other scenes move to their next "
+      "frame.");
+
+  CLI::App& view = *app.add_subcommand("view", "Write a page that shows scenes in 3D, offline.");
+  view.add_option("SCENES", arguments.scenes, "files, or scenes that are made")
+      ->required()
+      ->type_name("");
+  view.add_option("-r,--radius", arguments.radius, "of all fibers")
+      ->check(quiet(CLI::NonNegativeNumber))
+      ->type_name("LENGTH");
+  view.add_option("-o,--output", arguments.view.path, "the page, .html")
+      ->required()
+      ->type_name("FILE");
+  addTree(view, arguments.tree);
+  view.add_option("--depth", arguments.view.depth, "of the deepest volumes; 2 by default")
+      ->check(quiet(CLI::Range(0, 8)))
+      ->type_name("N");
+  view.add_option("--points", arguments.view.points,
+                  "drawn of a scene, all frames together; 1,000,000 by default")
+      ->check(quiet(CLI::Range(std::size_t{1000}, std::size_t{100000000})))
+      ->type_name("N");
+  view.add_flag("--fragment", arguments.view.fragment, "without a head, for another page");
+  view.footer(
+      "Frames of a scene are played: `dynamic`, or `strand:frames=0:100:5`. Of more points "
+      "than\n--points every nth fiber and point is drawn; contacts are of all.");
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kExitError;
+  }
+  if (generate.parsed()) return tools::generate(arguments.source(), arguments.path);
+  if (info.parsed()) return tools::info(arguments.source(), arguments.output());
+  if (check.parsed()) {
+    arguments.check.tree = arguments.tree;
+    arguments.check.output = arguments.output();
+    return tools::check(arguments.source(), arguments.check);
+  }
+  if (bench.parsed()) {
+    arguments.bench.output = arguments.output();
+    return tools::bench(arguments.source(), arguments.bench);
+  }
+  std::vector<SceneSource> sources;
+  for (const std::string& scene : arguments.scenes) {
+    sources.push_back(findScene(scene, arguments.radius));
+  }
+  arguments.view.tree = arguments.tree;
+  return tools::view(sources, arguments.view);
+}
+
+}  // namespace
+}  // namespace fcl_fibers::tools
+
+int main(int argc, char** argv) {
+  using namespace fcl_fibers;
+  benchmarks::keepProgressToTerminals();
+  try {
+    return tools::run(argc, argv);
+  } catch (const std::exception& error) {
+    tools::progress("");
+    std::fprintf(stderr, "fcl_fibers: %s\n", error.what());
+    return tools::kExitError;
+  }
+}

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "scene_source.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <memory>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+#include <fcl_fibers/scenes/fiber_file.h>
+#include <fcl_fibers/scenes/paper_scenes.h>
+#include <fcl_fibers/scenes/scalp.h>
+#include <fcl_fibers/scenes/strand.h>
+#include <fmt/format.h>
+
+#include "commands.h"
+
+namespace fcl_fibers::tools {
+namespace {
+
+using Keys = std::map<std::string, std::string>;
+constexpr int kManyFrames = 1000;
+
+[[noreturn]] void refuse(const std::string& text, const std::string& why) {
+  throw std::invalid_argument(fmt::format("'{}': {}", text, why));
+}
+
+/// The keys of one scene, taken one by one, so that what is left over is unknown.
+class Parameters {
+ public:
+  Parameters(std::string text, const std::string& list) : text_(std::move(text)) {
+    for (std::size_t begin = 0; begin < list.size();) {
+      const std::size_t end = std::min(list.find(',', begin), list.size());
+      const std::string item = list.substr(begin, end - begin);
+      const std::size_t equals = item.find('=');
+      if (equals == std::string::npos || equals == 0) {
+        refuse(text_, fmt::format("'{}' is no key=value", item));
+      }
+      if (!keys_.emplace(item.substr(0, equals), item.substr(equals + 1)).second) {
+        refuse(text_, fmt::format("'{}' is there twice", item.substr(0, equals)));
+      }
+      begin = end + 1;
+    }
+  }
+
+  bool has(const char* key) const { return keys_.count(key) > 0; }
+
+  template <typename Number>
+  Number take(const char* key, Number otherwise) {
+    const auto found = keys_.find(key);
+    if (found == keys_.end()) return otherwise;
+    const Number number = parsed<Number>(key, found->second);
+    keys_.erase(found);
+    return number;
+  }
+
+  /// `7`, `0:100` or `0:100:2`.
+  std::vector<int> takeFrames(const char* key, int count) {
+    const auto found = keys_.find(key);
+    if (found == keys_.end()) return {};
+    std::vector<int> numbers;
+    const std::string text = found->second;
+    for (std::size_t begin = 0; begin <= text.size();) {
+      const std::size_t end = std::min(text.find(':', begin), text.size());
+      numbers.push_back(parsed<int>(key, text.substr(begin, end - begin)));
+      begin = end + 1;
+    }
+    keys_.erase(found);
+    if (numbers.size() == 1) numbers.push_back(numbers[0]);
+    if (numbers.size() == 2) numbers.push_back(1);
+    if (numbers.size() != 3 || numbers[0] < 0 || numbers[1] < numbers[0] || numbers[1] >= count ||
+        numbers[2] < 1) {
+      refuse(text_, fmt::format("{}={}: give FIRST:LAST or FIRST:LAST:STEP within 0:{}", key, text,
+                                count - 1));
+    }
+    std::vector<int> frames;
+    for (int frame = numbers[0]; frame <= numbers[1]; frame += numbers[2]) frames.push_back(frame);
+    return frames;
+  }
+
+  void requireNoMore() const {
+    if (!keys_.empty()) {
+      refuse(text_,
+             fmt::format("there is no key '{}' here; see fcl_fibers --help", keys_.begin()->first));
+    }
+  }
+
+ private:
+  template <typename Number>
+  Number parsed(const char* key, const std::string& value) const {
+    Number number{};
+    const char* const end = value.data() + value.size();
+    const auto [stop, error] = std::from_chars(value.data(), end, number);
+    if (error != std::errc() || stop != end) {
+      refuse(text_, fmt::format("{}={}: give a whole number", key, value));
+    }
+    return number;
+  }
+
+  std::string text_;
+  Keys keys_;
+};
+
+template <typename Struct>
+using Make = scenes::FiberScene (*)(const Struct&);
+
+/// A scene whose parameters have fibers, segments, radius, seed and frame.
+template <typename Struct>
+SceneSource movingScene(Parameters& keys, std::optional<double> radius, Make<Struct> make,
+                        Struct parameters = {}) {
+  parameters.fibers = keys.take("fibers", parameters.fibers);
+  parameters.segments = keys.take("segments", parameters.segments);
+  parameters.seed = keys.take<std::uint64_t>("seed", parameters.seed);
+  parameters.radius = radius.value_or(parameters.radius);
+  SceneSource source;
+  source.frame_count = kManyFrames;
+  source.make = [parameters, make](int frame) {
+    auto at_frame = parameters;
+    at_frame.frame = frame;
+    return make(at_frame);
+  };
+  return source;
+}
+
+SceneSource staticScene(Parameters& keys, std::optional<double> radius) {
+  scenes::StaticAssemblyParameters parameters;
+  parameters.turned = keys.take("turned", 1) != 0;
+  return movingScene(keys, radius, scenes::makeStaticAssembly, parameters);
+}
+
+SceneSource dynamicScene(Parameters& keys, std::optional<double> radius) {
+  scenes::DynamicAssemblyParameters parameters;
+  parameters.fibers = keys.take("fibers", parameters.fibers);
+  parameters.segments = keys.take("segments", parameters.segments);
+  parameters.seed = keys.take<std::uint64_t>("seed", parameters.seed);
+  parameters.radius = radius.value_or(parameters.radius);
+  const auto assembly = std::make_shared<scenes::DynamicAssembly>(parameters);
+  SceneSource source;
+  source.frame_count = assembly->steps();
+  source.frame = 85;  // when the loop is nearly closed
+  for (int frame = 0; frame < source.frame_count; frame += 2) source.playable.push_back(frame);
+  source.make = [assembly](int frame) { return assembly->scene(frame); };
+  return source;
+}
+
+struct Kind {
+  const char* name;
+  const char* what;
+  SceneSource (*make)(Parameters& keys, std::optional<double> radius);
+};
+
+constexpr Kind kKinds[] = {
+    {"strand", "helical strand of 1,000 x 100",
+     [](Parameters& keys, std::optional<double> radius) {
+       return movingScene(keys, radius, scenes::makeStrand);
+     }},
+    {"scalp", "head of hair of 50,000 x 50",
+     [](Parameters& keys, std::optional<double> radius) {
+       return movingScene(keys, radius, scenes::makeScalp);
+     }},
+    {"static", "the paper's static assembly of 1,000 x 100; turned=0: along z", staticScene},
+    {"dynamic", "the paper's dynamic assembly of 150 x 100, frame 0 to 100, 85 by default",
+     dynamicScene},
+    {"half-scalp", "the paper's half scalp of 50,000 x 50",
+     [](Parameters& keys, std::optional<double> radius) {
+       return movingScene(keys, radius, scenes::makeHalfScalp);
+     }},
+    {"strand-paper", "the paper's strand of 1,000 x 2,000",
+     [](Parameters& keys, std::optional<double> radius) {
+       return movingScene(keys, radius, scenes::makePaperStrand);
+     }},
+};
+
+SceneSource readFile(const std::string& path, std::optional<double> radius) {
+  SceneSource source;
+  const std::filesystem::path file(path);
+  source.name = file.filename().string();
+  source.title = source.name;
+  source.is_file = true;
+  source.playable = {0};
+  progress("reading " + path);
+  scenes::FiberFileOptions options;
+  options.radius = radius;
+  scenes::FiberFile read = scenes::readFibers(path, options);
+  source.warnings = std::move(read.warnings);
+  source.make = [scene = std::move(read.scene)](int) { return scene; };
+  return source;
+}
+
+}  // namespace
+
+SceneSource findScene(const std::string& text, std::optional<double> radius) {
+  std::error_code error;
+  if (std::filesystem::exists(text, error)) return readFile(text, radius);
+  const std::size_t colon = std::min(text.find(':'), text.size());
+  const std::string name = text.substr(0, colon);
+  const auto* const kind = std::find_if(std::begin(kKinds), std::end(kKinds),
+                                        [&](const Kind& k) { return name == k.name; });
+  if (kind == std::end(kKinds)) {
+    refuse(text, "there is no such file, nor a scene of that name; see fcl_fibers --help");
+  }
+  Parameters keys(text, colon < text.size() ? text.substr(colon + 1) : "");
+  SceneSource source = kind->make(keys, radius);
+  source.name = name;
+  source.title = text;
+  if (keys.has("frame") && keys.has("frames")) {
+    refuse(text, "there are both frame and frames; give one of them");
+  }
+  const std::vector<int> frames = keys.takeFrames("frames", source.frame_count);
+  if (!frames.empty()) {
+    source.playable = frames;
+    source.frame = frames.back();
+  }
+  if (keys.has("frame") || source.playable.empty()) {
+    source.frame = keys.take("frame", source.frame);
+    source.playable = {source.frame};
+  }
+  keys.requireNoMore();
+  if (source.frame < 0 || source.frame >= source.frame_count) {
+    refuse(text, fmt::format("frame={}: there are 0 to {}", source.frame, source.frame_count - 1));
+  }
+  return source;
+}
+
+std::string sceneHelp() {
+  std::string text =
+      "SCENE is a file of fibers (.hair, .tfx, .bcc, .vtk, .vtp, or text with a point x y z a line "
+      "and a\nblank line between fibers), or a scene that is made, NAME or NAME:key=value,...\n\n";
+  for (const Kind& kind : kKinds) text += fmt::format("  {:<14} {}\n", kind.name, kind.what);
+  text +=
+      "\nKeys are fibers, segments (of each fiber), seed, and frame of the scene's motion, or\n"
+      "frames=FIRST:LAST:STEP, which `view` plays:  strand:fibers=200,segments=50,frames=0:40\n";
+  return text;
+}
+
+}  // namespace fcl_fibers::tools

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <fcl_fibers/scenes/fiber_scene.h>
+
+namespace fcl_fibers::tools {
+
+/// What a command works on: a file of fibers, or a scene that is made, with its motion if it has
+/// one.
+struct SceneSource {
+  std::string name;   ///< short: the file's name, or the scene's
+  std::string title;  ///< as it was asked for
+  bool is_file = false;
+  std::vector<std::string> warnings;  ///< of the file
+  int frame = 0;                      ///< the one that was asked for
+  int frame_count = 1;                ///< frames are 0, ..., frame_count - 1
+  std::vector<int> playable;          ///< frames that a page plays; one of a scene at rest
+
+  /// A frame of the motion.
+  std::function<scenes::FiberScene(int frame)> make;
+
+  scenes::FiberScene scene() const { return make(frame); }
+};
+
+/// Reads `text`: the path of a file, else `NAME` or `NAME:key=value,...` of a scene.
+/// @param radius  instead of the file's or the scene's own
+///
+/// Throws std::invalid_argument for what is neither, or a key or value that is none.
+SceneSource findScene(const std::string& text, std::optional<double> radius);
+
+/// Names, keys and defaults, for --help.
+std::string sceneHelp();
+
+}  // namespace fcl_fibers::tools

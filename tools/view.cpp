@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "commands.h"
+#include "contacts.h"
+#include "output_file.h"
+#include "page.h"
+#include "scenes/base64.h"
+#include "scenes/little_endian.h"
+
+namespace fcl_fibers::tools {
+namespace {
+
+using nlohmann::json;
+using scenes::appendLittleEndian;
+using scenes::base64;
+using scenes::FiberScene;
+using scenes::Point;
+
+/// Which fibers and points of a scene are drawn: every nth fiber, and of it every mth point and the
+/// last.
+struct Thinning {
+  std::size_t fiber_step = 1;
+  std::size_t point_step = 1;
+
+  /// Points along fibers go first, as long as a fiber keeps fifty.
+  static Thinning forScene(const FiberScene& scene, std::size_t most_points) {
+    constexpr std::size_t kSmooth = 50;
+    Thinning thinning;
+    if (scene.points.size() <= most_points) return thinning;
+    const std::size_t per_fiber = scene.points.size() / scene.fiberCount();
+    const std::size_t wanted = ceilDiv(scene.points.size(), most_points);
+    thinning.point_step = std::clamp<std::size_t>(per_fiber / kSmooth, 1, wanted);
+    thinning.fiber_step = std::clamp<std::size_t>(
+        ceilDiv(scene.points.size() / thinning.point_step, most_points), 1, scene.fiberCount());
+    return thinning;
+  }
+
+  /// Calls visit(fiber, indices of its points that are drawn).
+  template <typename Visit>
+  void forEachFiber(const FiberScene& scene, Visit&& visit) const {
+    std::vector<std::size_t> points;
+    for (std::size_t f = 0; f < scene.fiberCount(); f += fiber_step) {
+      points.clear();
+      const std::size_t last = scene.point_begin[f + 1] - 1;
+      for (std::size_t i = scene.point_begin[f]; i < last; i += point_step) points.push_back(i);
+      points.push_back(last);
+      visit(f, points);
+    }
+  }
+
+  std::string text() const {
+    const auto nth = [](std::size_t n, const char* what) {
+      return fmt::format("every {}{} {}", n,
+                         n % 10 == 2 && n != 12   ? "nd"
+                         : n % 10 == 3 && n != 13 ? "rd"
+                         : n % 10 == 1 && n != 11 ? "st"
+                                                  : "th",
+                         what);
+    };
+    if (fiber_step == 1 && point_step == 1) return "";
+    if (fiber_step == 1) return nth(point_step, "point drawn");
+    if (point_step == 1) return nth(fiber_step, "fiber drawn");
+    return nth(fiber_step, "fiber and ") + nth(point_step, "point drawn");
+  }
+
+ private:
+  static std::size_t ceilDiv(std::size_t a, std::size_t b) { return (a + b - 1) / b; }
+};
+
+/// Coordinates as 16-bit steps about a middle.
+struct Steps {
+  Point middle{};
+  double step = 0;
+
+  explicit Steps(const std::vector<FiberScene>& frames) {
+    Point low, high;
+    low.fill(std::numeric_limits<double>::infinity());
+    high.fill(-std::numeric_limits<double>::infinity());
+    for (const FiberScene& frame : frames) {
+      for (const Point& point : frame.points) {
+        for (std::size_t k = 0; k < 3; ++k) {
+          low[k] = std::min(low[k], point[k]);
+          high[k] = std::max(high[k], point[k]);
+        }
+      }
+    }
+    double size = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      middle[k] = (low[k] + high[k]) / 2;
+      size = std::max(size, high[k] - low[k]);
+    }
+    step = size > 0 ? size / 65535 : 1;
+  }
+
+  void append(std::string& bytes, const Point& point) const {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double steps = std::round((point[k] - middle[k]) / step + 32767.5);
+      appendLittleEndian(bytes, static_cast<std::uint16_t>(std::clamp(steps, 0.0, 65535.0)));
+    }
+  }
+};
+
+std::string pointsText(const FiberScene& scene, const Thinning& thinning, const Steps& steps) {
+  std::string bytes;
+  thinning.forEachFiber(scene, [&](std::size_t, const std::vector<std::size_t>& points) {
+    for (const std::size_t i : points) steps.append(bytes, scene.points[i]);
+  });
+  return base64(bytes);
+}
+
+/// Of all, or one a point where they differ.
+std::string radiiText(const FiberScene& scene, const Thinning& thinning) {
+  std::string bytes;
+  if (scene.radii.empty()) {
+    appendLittleEndian(bytes, static_cast<float>(scene.radius));
+    return base64(bytes);
+  }
+  thinning.forEachFiber(scene, [&](std::size_t, const std::vector<std::size_t>& points) {
+    for (const std::size_t i : points) {
+      appendLittleEndian(bytes, static_cast<float>(scene.radii[i]));
+    }
+  });
+  return base64(bytes);
+}
+
+/// A bit a point, least first: whether what is drawn from there touches.
+std::string touchingText(const FiberScene& scene, const Thinning& thinning,
+                         const std::vector<unsigned char>& touching) {
+  std::string bytes;
+  std::size_t bit = 0;
+  thinning.forEachFiber(scene, [&](std::size_t fiber, const std::vector<std::size_t>& points) {
+    for (std::size_t n = 0; n < points.size(); ++n, ++bit) {
+      if (bit % 8 == 0) bytes += '\0';
+      if (n + 1 == points.size()) continue;
+      const auto begin = touching.begin() + static_cast<std::ptrdiff_t>(points[n] - fiber);
+      const auto end = begin + static_cast<std::ptrdiff_t>(points[n + 1] - points[n]);
+      if (std::find(begin, end, 1) == end) continue;
+      bytes.back() = static_cast<char>(static_cast<unsigned char>(bytes.back()) | 1u << bit % 8);
+    }
+  });
+  return base64(bytes);
+}
+
+/// By depth: centre and half extent of each volume, about the middle.
+json volumesJson(const FiberTree& tree, int depth, const Point& middle) {
+  json levels = json::array();
+  std::size_t count = 0;
+  for (int d = 0; d <= depth; ++d) {
+    const std::vector<TreeVolume> volumes = tree.volumes(d);
+    if (volumes.size() == count) break;  // there is nothing deeper
+    count = volumes.size();
+    std::string bytes;
+    for (const TreeVolume& volume : volumes) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        appendLittleEndian(bytes, static_cast<float>(volume.center[k] - middle[k]));
+      }
+      for (const double half : volume.half) appendLittleEndian(bytes, static_cast<float>(half));
+    }
+    levels.push_back(base64(bytes));
+  }
+  return levels;
+}
+
+json frameJson(const FiberScene& scene, const std::string& label, const Thinning& thinning,
+               const Steps& steps, const ViewRequest& request) {
+  using Volumes = FiberTreeOptions::Volumes;
+  json frame = {{"label", label}, {"points", pointsText(scene, thinning, steps)}};
+  for (const auto kind : {Volumes::kLayeredBoxes, Volumes::kWrappedSpheres}) {
+    const bool boxes = kind == Volumes::kLayeredBoxes;
+    FiberTreeOptions options = request.tree;
+    options.volumes = kind;
+    options.report = boxes ? Report::kCapsules : Report::kVolumes;
+    FiberTree tree(options);
+    tree.build(fiberArrays(scene));
+    frame["volumes"][boxes ? "boxes" : "spheres"] = volumesJson(tree, request.depth, steps.middle);
+    if (!boxes) continue;
+    const Contacts contacts = findContacts(tree, scene);
+    frame["contacts"] = contacts.pairs.size();
+    frame["touching"] = touchingText(scene, thinning, contacts.touching);
+  }
+  return frame;
+}
+
+json sceneJson(const SceneSource& source, const ViewRequest& request) {
+  std::vector<FiberScene> frames;
+  for (const int frame : source.playable) {
+    progress(fmt::format("{}: reading frame {}", source.name, frame));
+    frames.push_back(source.make(frame));
+  }
+  const FiberScene& first = frames.front();
+  if (first.segmentCount() == 0) {
+    throw std::runtime_error(fmt::format("'{}' has no segment to show", source.title));
+  }
+  const Thinning thinning = Thinning::forScene(first, request.points / frames.size());
+  const Steps steps(frames);
+  std::string begin;
+  std::size_t points = 0;
+  appendLittleEndian(begin, std::uint32_t{0});
+  thinning.forEachFiber(first, [&](std::size_t, const std::vector<std::size_t>& drawn) {
+    points += drawn.size();
+    appendLittleEndian(begin, static_cast<std::uint32_t>(points));
+  });
+  json scene = {{"name", source.name},
+                {"title", source.title},
+                {"fibers", first.fiberCount()},
+                {"segments", first.segmentCount()},
+                {"radii", radiiText(first, thinning)},
+                {"drawn", thinning.text()},
+                {"step", steps.step},
+                {"begin", base64(begin)},
+                {"opened", 0},
+                {"frames", json::array()}};
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    progress(fmt::format("{}: frame {} of {}", source.name, i + 1, frames.size()));
+    scene["frames"].push_back(frameJson(frames[i], fmt::format("frame {}", source.playable[i]),
+                                        thinning, steps, request));
+    if (source.playable[i] <= source.frame) scene["opened"] = i;
+  }
+  return scene;
+}
+
+}  // namespace
+
+int view(const std::vector<SceneSource>& sources, const ViewRequest& request) {
+  OutputFile file(request.path);
+  json data = {{"scenes", json::array()}};
+  std::string title;
+  for (const SceneSource& source : sources) {
+    data["scenes"].push_back(sceneJson(source, request));
+    title += (title.empty() ? "" : ", ") + source.name;
+  }
+  progress("writing " + request.path);
+  file.write(makePage(title, data.dump(), request.fragment));
+  file.commit();
+  progress("");
+  return 0;
+}
+
+}  // namespace fcl_fibers::tools
