@@ -6,20 +6,18 @@
 #include <iterator>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include <fcl_fibers/layered_aabb_tree_collision_manager.h>
+#include <fcl_fibers/fiber_tree.h>
 #include <fcl_fibers/scenes/paper_scenes.h>
 
 #include "parts.h"
 #include "progress.h"
-#include "tree/fiber_tree.h"
-#include "tree_scene.h"
+#include "tools/contacts.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
-
-using Object = fcl::CollisionObjectd;
 
 /// Of Fig. 6, and of the loop when it is nearly closed.
 constexpr int kStrandFibers = 500;
@@ -31,39 +29,13 @@ std::ofstream openForWriting(const std::string& path) {
   return file;
 }
 
-struct Touching {
-  std::vector<char> segments;  ///< by object: 1 if it touches another but its neighbours
-  std::size_t pairs = 0;
-
-  static bool callback(Object* a, Object* b, void* data) {
-    auto& touching = *static_cast<Touching*>(data);
-    for (const Object* object : {a, b}) {
-      touching.segments[reinterpret_cast<std::size_t>(object->getUserData())] = 1;
-    }
-    ++touching.pairs;
-    return false;
-  }
-};
-
-Touching findTouching(const scenes::FiberScene& scene) {
-  const auto objects = scenes::makeObjects<double>(scene);
-  FiberManagerOptions options;
+tools::Contacts findTouching(const scenes::FiberScene& scene) {
+  FiberTreeOptions options;
   options.report = Report::kCapsules;
   options.ignored_neighbors = 1;
-  LayeredAABBTreeCollisionManagerd manager(options);
-  std::vector<Object*> fiber;
-  std::size_t next = 0;
-  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-    fiber.clear();
-    for (std::size_t i = scene.point_begin[f] + 1; i < scene.point_begin[f + 1]; ++i, ++next) {
-      objects[next]->setUserData(reinterpret_cast<void*>(next));
-      fiber.push_back(objects[next].get());
-    }
-    manager.registerFiber(fiber);
-  }
-  Touching touching{std::vector<char>(objects.size()), 0};
-  manager.collide(&touching, Touching::callback);
-  return touching;
+  FiberTree tree(options);
+  tree.build(fiberArrays(scene));
+  return tools::findContacts(tree, scene);
 }
 
 /// NAME.points (floats x y z), NAME.begin (32-bit first points of fibers, and their number),
@@ -72,7 +44,7 @@ Touching findTouching(const scenes::FiberScene& scene) {
 void writePicture(const std::string& dir, const std::string& name,
                   const scenes::FiberScene& scene) {
   showProgress("pictures: " + name);
-  const Touching touching = findTouching(scene);
+  const tools::Contacts touching = findTouching(scene);
   const std::string path = dir + "/" + name;
 
   std::vector<float> coordinates;
@@ -92,13 +64,13 @@ void writePicture(const std::string& dir, const std::string& name,
              static_cast<std::streamsize>(sizeof(std::int32_t) * begin.size()));
 
   openForWriting(path + ".touching")
-      .write(touching.segments.data(), static_cast<std::streamsize>(touching.segments.size()));
+      .write(reinterpret_cast<const char*>(touching.touching.data()),
+             static_cast<std::streamsize>(touching.touching.size()));
 
   openForWriting(path + ".csv") << "fibers,segments,radius,touching_pairs,touching_segments\n"
                                 << scene.fiberCount() << ',' << scene.segmentCount() << ','
-                                << scene.radius << ',' << touching.pairs << ','
-                                << std::count(touching.segments.begin(), touching.segments.end(), 1)
-                                << '\n';
+                                << scene.radius << ',' << touching.pairs.size() << ','
+                                << touching.touching_segments << '\n';
 }
 
 scenes::FiberScene firstFiber(const scenes::FiberScene& scene) {
@@ -110,28 +82,49 @@ scenes::FiberScene firstFiber(const scenes::FiberScene& scene) {
   return fiber;
 }
 
-/// Calls visit(depth, parent, node) for each inner node, parents first.
-template <typename Tree, typename Visit>
-void forEachNode(const Tree& tree, const Visit& visit, std::int32_t node = 0,
-                 std::int32_t parent = -1, int depth = 0) {
-  visit(depth, parent, node);
-  for (int lane = 0; lane < tree.node(node).child_count; ++lane) {
-    const tree::Link child = tree.node(node).children[static_cast<std::size_t>(lane)];
-    if (!child.isLeaf()) forEachNode(tree, visit, child.node(), node, depth + 1);
+/// The inner nodes of the paper's tree over one fiber, level by level: of boxes low and high
+/// corner, of spheres centre and radius.
+void writeNodes(std::ofstream& file, const scenes::FiberScene& fiber,
+                FiberTreeOptions::Volumes kind) {
+  const bool boxes = kind == FiberTreeOptions::Volumes::kLayeredBoxes;
+  FiberTreeOptions options;
+  options.volumes = kind;
+  options.topology = Topology::kSuperThread;
+  FiberTree tree(options);
+  tree.build(fiberArrays(fiber));
+  struct Node {
+    int number;
+    const std::int32_t* segments;
+  };
+  std::vector<Node> level, above;
+  int count = 0;
+  for (int depth = 0; depth == 0 || !level.empty(); ++depth) {
+    above = std::exchange(level, {});
+    std::size_t parent = 0;
+    for (const TreeVolume& volume : tree.volumes(depth)) {
+      if (volume.segment_count < 2) continue;
+      // Children share out their parent's segments, in order.
+      while (parent + 1 < above.size() && above[parent + 1].segments <= volume.segments) ++parent;
+      level.push_back({count++, volume.segments});
+      file << (boxes ? "box," : "sphere,") << depth << ',' << level.back().number << ','
+           << (above.empty() ? -1 : above[parent].number);
+      const double(&c)[3] = volume.center;
+      const double(&h)[3] = volume.half;
+      if (boxes) {
+        for (const int sign : {-1, 1}) {
+          for (int k = 0; k < 3; ++k) file << ',' << c[k] + sign * h[k];
+        }
+      } else {
+        file << ',' << c[0] << ',' << c[1] << ',' << c[2] << ',' << h[0] << ",0,0";
+      }
+      file << '\n';
+    }
   }
 }
 
-/// Both hierarchies of one fiber; boxes as low and high corner, spheres as centre and radius.
 void writeVolumes(const std::string& dir, const std::string& name,
                   const scenes::FiberScene& fiber) {
   showProgress("pictures: " + name);
-  const std::vector<geometry::Segment> segments = treeSegments(fiber);
-  const tree::Fibers fibers = treeFibers(fiber);
-  tree::WrappedSphereTree<2> spheres(tree::superThread(fibers));
-  spheres.refit(segments, 0);
-  tree::LayeredBoxTree<2> boxes(tree::superThread(fibers));
-  boxes.refit(segments, 0);
-
   {
     std::ofstream points = openForWriting(dir + "/" + name + "_fiber.csv");
     points << "x,y,z\n";
@@ -139,18 +132,8 @@ void writeVolumes(const std::string& dir, const std::string& name,
   }
   std::ofstream file = openForWriting(dir + "/" + name + ".csv");
   file << "kind,depth,node,parent,a,b,c,d,e,f\n";
-  forEachNode(boxes, [&](int depth, std::int32_t parent, std::int32_t node) {
-    const geometry::Box box = boxes.pack(node).unite();
-    file << "box," << depth << ',' << node << ',' << parent;
-    for (const float x : box.low) file << ',' << x;
-    for (const float x : box.high) file << ',' << x;
-    file << '\n';
-  });
-  forEachNode(spheres, [&](int depth, std::int32_t parent, std::int32_t node) {
-    const geometry::Ball& ball = spheres.hierarchy().cage(static_cast<std::size_t>(node)).ball;
-    file << "sphere," << depth << ',' << node << ',' << parent << ',' << ball.center.x << ','
-         << ball.center.y << ',' << ball.center.z << ',' << ball.radius << ",0,0\n";
-  });
+  writeNodes(file, fiber, FiberTreeOptions::Volumes::kLayeredBoxes);
+  writeNodes(file, fiber, FiberTreeOptions::Volumes::kWrappedSpheres);
 }
 
 }  // namespace

@@ -412,6 +412,17 @@ class Page:
                 ),
             )
 
+        def interactive():
+            view = (self.folder / "view.html").read_text(encoding="utf-8")
+            return figure(
+                f'<div class="stage">{view}</div>',
+                (
+                    "The same scenes to turn and to enter: touching segments red, the volumes of "
+                    "the bundle on request, the dynamic assembly played. Fibers and points are "
+                    "thinned for the page, contacts are of all."
+                ),
+            )
+
         def volumes():
             img, stick_out = figures.volumes_picture(self.folder)
             outside = (
@@ -431,6 +442,7 @@ class Page:
                 ),
             )
 
+        picture("interactive view", interactive)
         picture("picture of the strand", strand)
         picture("picture of the loop", loop)
         picture("picture of the volumes", volumes)

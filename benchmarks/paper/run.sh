@@ -40,11 +40,12 @@ while (($# > 0)); do
 done
 
 .ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev \
-  libtbb-dev libpugixml-dev zlib1g-dev libcli11-dev libbenchmark-dev python3-matplotlib
+  libtbb-dev libpugixml-dev zlib1g-dev libbenchmark-dev python3-matplotlib libcli11-dev \
+  libfmt-dev nlohmann-json3-dev libjs-three
 
 cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
-  -DFCL_FIBERS_BUILD_TESTS=OFF -DFCL_FIBERS_BUILD_BENCHMARKS=ON >&2
-cmake --build "$build" --target fcl_fibers_paper >&2
+  -DFCL_FIBERS_BUILD_TESTS=OFF -DFCL_FIBERS_BUILD_BENCHMARKS=ON -DFCL_FIBERS_BUILD_TOOLS=ON >&2
+cmake --build "$build" --target fcl_fibers_paper fcl_fibers_program >&2
 
 FCL_FIBERS_COMMIT=$(git describe --always --dirty 2>/dev/null || echo unknown)
 export FCL_FIBERS_COMMIT
@@ -85,6 +86,11 @@ else
   part radii --part=radii
   part rods --part=rods
   part pictures --part=pictures --out_dir="$data"
+  if ((!stopped)); then
+    printf '%4d s  interactive view\n' "$SECONDS" >&2
+    "$build/tools/fcl_fibers" view strand-paper:fibers=500 dynamic half-scalp --points 300000 \
+      --fragment -o "$data/view.html" || failed=1
+  fi
   for chain in random snake; do
     edges="8 12 16 24 32 48"
     if ((full)); then edges+=" 64"; fi
