@@ -52,8 +52,7 @@ Indices fiberIndices(std::size_t fiber) {
 struct Model {
   Indices managed;              // in the order of registration
   std::vector<Indices> fibers;  // that were declared; kObjects where one has left
-  std::set<std::size_t> stale;  // managed, and moved since the manager has read them
-  bool reads_all = false;       // whether the next query reads all objects
+  std::set<std::size_t> stale;  // managed, and moved since an update named them
 
   bool has(std::size_t i) const {
     return std::find(managed.begin(), managed.end(), i) != managed.end();
@@ -65,19 +64,11 @@ struct Model {
     }
     return indices;
   }
-  void add(const Indices& added) {
-    managed.insert(managed.end(), added.begin(), added.end());
-    reads_all = reads_all || !added.empty();
-  }
+  void add(const Indices& added) { managed.insert(managed.end(), added.begin(), added.end()); }
   void remove(std::size_t i) {
     managed.erase(std::find(managed.begin(), managed.end(), i));
     stale.erase(i);
-    reads_all = true;
     for (Indices& fiber : fibers) std::replace(fiber.begin(), fiber.end(), i, kObjects);
-  }
-  void read() {
-    if (reads_all) stale.clear();
-    reads_all = false;
   }
 };
 
@@ -230,10 +221,7 @@ struct Clear : Command<S> {
     // Seldom.
     RC_PRE(*rc::gen::inRange(0, 8) == 0);
   }
-  void apply(Model& model) const override {
-    model = {};
-    model.reads_all = true;
-  }
+  void apply(Model& model) const override { model = {}; }
   void run(const Model& model, Sut<S>& sut) const override {
     sut.manager->clear();
     this->check(model, sut);
@@ -266,7 +254,6 @@ struct Update : Command<S> {
   void apply(Model& model) const override {
     for (const std::size_t i : moved) model.stale.insert(i);
     if (form == Form::kNone) return;
-    model.read();
     if (form == Form::kAll) model.stale.clear();
     for (const std::size_t i : moved) model.stale.erase(i);
   }
@@ -289,7 +276,6 @@ struct Update : Command<S> {
 template <typename S>
 struct Setup : Command<S> {
   explicit Setup(const Model&) {}
-  void apply(Model& model) const override { model.read(); }
   void run(const Model& model, Sut<S>& sut) const override {
     sut.manager->setup();
     this->check(model, sut);
@@ -317,8 +303,6 @@ struct Query : Command<S> {
         ends_at(*rc::gen::inRange<std::size_t>(0, 12)),
         throws(*rc::gen::arbitrary<bool>()) {}
 
-  void apply(Model& model) const override { model.read(); }
-
   template <typename Recorder, typename RunQuery>
   void runQuery(Recorder& recorder, RunQuery&& run) const {
     try {
@@ -342,8 +326,6 @@ struct Query : Command<S> {
   }
 
   void run(const Model& model, Sut<S>& sut) const override {
-    Model read = model;
-    read.read();
     sut.other->update();
     sut.foreign->update();
     Objects partners;
@@ -376,7 +358,7 @@ struct Query : Command<S> {
       DistanceSearch<S> search(oracle);
       runBoth(DistanceSearch<S>(oracle), search, run);
       require(search.keepsToTheRules());
-      if (read.stale.empty()) {
+      if (model.stale.empty()) {
         const S smallest = partners.empty() ? oracle.smallestDistance(managed)
                                             : oracle.smallestDistance(managed, partners);
         RC_ASSERT((smallest > 0 ? search.result() == smallest : search.result() <= 0));
@@ -391,7 +373,7 @@ struct Query : Command<S> {
       };
       PairCollector<S> collector;
       runBoth(PairCollector<S>(), collector, run);
-      if (read.stale.empty()) {
+      if (model.stale.empty()) {
         require(with == With::kItself ? oracle.answersSelf(collector.calls, managed)
                                       : oracle.answersBetween(collector.calls, managed, partners));
       }
@@ -427,10 +409,6 @@ struct Mistake : Command<S> {
     if (kind == Kind::kTwice) RC_PRE(model.has(object));
     if (kind == Kind::kUnknown) RC_PRE(!model.has(object));
   }
-  void apply(Model& model) const override {
-    if (kind == Kind::kWithinAQuery) model.read();
-  }
-
   void run(const Model& model, Sut<S>& sut) const override {
     auto& manager = *sut.manager;
     auto* it = sut.cast[object];
