@@ -110,7 +110,7 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   enum class Hierarchy { kLayeredBoxes, kWrappedSpheres };
   FiberCollisionManager(Hierarchy hierarchy, const FiberManagerOptions& options);
 
-  class Impl;
+  class FCL_FIBERS_NO_EXPORT Impl;
   std::unique_ptr<Impl> impl_;
 };
 

@@ -152,7 +152,7 @@ class FCL_FIBERS_EXPORT FiberTree {
   bool visitRuns(Runs& runs) const;
   bool visitRuns(const FiberTree& other, Runs& runs) const;
 
-  class Impl;
+  class FCL_FIBERS_NO_EXPORT Impl;
   std::unique_ptr<Impl> impl_;
 };
 
