@@ -31,9 +31,9 @@ struct FiberArrays {
   std::size_t fiber_count = 0;
   const S* radii = nullptr;
   Radii radii_are = Radii::kOne;
-  /// fiber_count answers, or null: none is closed. The last point of a closed fiber repeats its
-  /// first one, so that its last capsule is a neighbour of its first.
-  const bool* closed = nullptr;
+  /// fiber_count answers, 1 or 0, or null: none is closed. The last point of a closed fiber repeats
+  /// its first one, so that its last capsule is a neighbour of its first.
+  const std::uint8_t* closed = nullptr;
 };
 
 /// Two capsules, each named by the index of its first point; a < b within one tree.

@@ -149,7 +149,8 @@ class FiberTree::Impl {
     }
     std::vector<bool> is_closed;
     if (fibers.closed != nullptr && neighbors_.ignoresAny()) {
-      is_closed.assign(fibers.closed, fibers.closed + fibers.fiber_count);
+      for (std::size_t f = 0; f < fibers.fiber_count; ++f)
+        is_closed.push_back(fibers.closed[f] != 0);
     }
     std::vector<double> arc_end = arcEnds(fibers, is_last);
     is_whole_ = false;

@@ -165,7 +165,7 @@ TYPED_TEST(ArrayTree, IgnoresNeighborsByArcLengthAndAcrossTheSeam) {
   }
   squares.radii = {1};
   squares.radii_are = FiberArrays<TypeParam>::Radii::kOne;
-  const bool closed[] = {true, false};
+  const std::uint8_t closed[] = {1, 0};
   const std::size_t between = 16;
   for (const auto& [neighbors, length, within] : {std::tuple<int, double, std::size_t>{0, 0, 12},
                                                   {1, 0, 2 + 3},

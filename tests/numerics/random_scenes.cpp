@@ -7,7 +7,7 @@
 #include <limits>
 #include <type_traits>
 
-#include <fcl_fibers/scenes/tfx.h>
+#include <fcl_fibers/scenes/fiber_file.h>
 
 #include "support/exact_geometry.h"
 #include "support/random.h"
@@ -181,7 +181,7 @@ HairFiles HairFiles::find() {
   }
   std::sort(paths.begin(), paths.end());
   for (const auto& path : paths) {
-    const scenes::FiberScene scene = scenes::readTfx(path.string(), 0);
+    const scenes::FiberScene scene = scenes::readFibers(path.string()).scene;
     found.files_.push_back({scene.points, scene.point_begin[1]});
   }
   return found;

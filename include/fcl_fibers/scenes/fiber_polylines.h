@@ -49,6 +49,7 @@ inline FiberArrays<double> fiberArrays(const FiberScene& scene) {
   arrays.radii = scene.radii.empty() ? &scene.radius : scene.radii.data();
   arrays.radii_are = scene.radii.empty() ? FiberArrays<double>::Radii::kOne
                                          : FiberArrays<double>::Radii::kPerSegment;
+  arrays.closed = scene.closed.empty() ? nullptr : scene.closed.data();
   return arrays;
 }
 
