@@ -51,10 +51,9 @@ int main() {
 
   // Bent back as tightly as its thickness lets it, the cable meets itself after half a circle of
   // its own radius; nearer along it, segments overlap only because they are thick.
-  const double least_loop = kPi * kCable;
   fcl_fibers::FiberManagerOptions options;
   options.report = fcl_fibers::Report::kCapsules;
-  options.ignored_neighbors = static_cast<int>(std::ceil(least_loop / kStep));
+  options.ignored_arc_length = kPi * kCable;
 
   fcl_fibers::LayeredAABBTreeCollisionManagerd manager(options);
   manager.registerFiber(cable);
@@ -65,20 +64,22 @@ int main() {
   manager.collide(&collector, Collector::callback);
 
   std::size_t with_head = 0;
-  double deepest = 0;
+  const fcl_fibers::Contact* deepest = nullptr;
   for (const auto& contact : collector.contacts()) {
-    with_head += contact.object_b == &head;
-    deepest = std::fmin(deepest, contact.distance);
+    if (contact.object_b == &head) {
+      ++with_head;
+    } else if (deepest == nullptr || contact.distance < deepest->distance) {
+      deepest = &contact;
+    }
   }
   std::printf("%zu segments, %zu contacts of the cable with itself, %zu with the head\n",
               cable.size(), collector.contacts().size() - with_head, with_head);
-  std::printf("deepest: %.2g mm\n", -1000 * deepest);
-
-  const auto& first = collector.contacts().front();
+  if (deepest == nullptr) return 1;
   std::printf(
-      "segment %zu at %.2f and segment %zu at %.2f: from (%.4f, %.4f, %.4f) along "
-      "(%.3f, %.3f, %.3f)\n",
-      first.a.segment, first.s, first.b.segment, first.t, first.point_a[0], first.point_a[1],
-      first.point_a[2], first.normal[0], first.normal[1], first.normal[2]);
+      "deepest: segment %zu at %.2f and segment %zu at %.2f, by %.2f mm from (%.4f, %.4f, "
+      "%.4f) along (%.3f, %.3f, %.3f)\n",
+      deepest->a.segment, deepest->s, deepest->b.segment, deepest->t, -1000 * deepest->distance,
+      deepest->point_a[0], deepest->point_a[1], deepest->point_a[2], deepest->normal[0],
+      deepest->normal[1], deepest->normal[2]);
   return 0;
 }

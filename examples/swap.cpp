@@ -20,12 +20,12 @@ bool countTouching(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* cda
   return false;
 }
 
-/// Touching pairs of a lock of 200 hairs at rest and after a motion.
+/// Touching pairs of a lock of 60 hairs at rest and after a motion.
 template <class Manager>
 std::vector<int> touchingPairs() {
   namespace scenes = fcl_fibers::scenes;
   scenes::StrandParameters parameters;
-  parameters.fibers = 200;
+  parameters.fibers = 60;
   const auto hairs = scenes::makeObjects<double>(scenes::makeStrand(parameters));
   parameters.frame = 1;
   const auto poses = scenes::segmentPoses<double>(scenes::makeStrand(parameters));

@@ -96,7 +96,7 @@ installed() {
     fail "these are private, and exported"
   # Weak are FCL's and the standard library's templates.
   ! grep -E ' [TDBR] ' <<<"$symbols" | grep -v fcl_fibers || fail "these are not ours to export"
-  ! grep -rnE -- '-m(arch|tune|avx|sse|fma)' "$prefix/lib" --include='*.cmake' --include='*.pc' ||
+  ! grep -rnE --include='*.cmake' --include='*.pc' -- '-m(arch|tune|avx|sse|fma)' "$prefix/lib" ||
     fail "flags of an instruction set are exported"
   for file in share/fcl_fibers/package.xml share/ament_index/resource_index/packages/fcl_fibers \
     include/fcl_fibers/{version,export,contact}.h; do
@@ -157,7 +157,7 @@ deb() {
   "${as_root[@]}" apt-get install --simulate -qq "$package" >/dev/null ||
     fail "the package's dependencies are not in this release"
   # shellcheck disable=SC2064
-  trap "${as_root[*]} dpkg --remove libfcl-fibers-dev" EXIT
+  trap "${as_root[*]} dpkg --purge libfcl-fibers-dev" EXIT
   "${as_root[@]}" dpkg -i "$package"
   configure g++ "$work/deb/find_package" tests/consumer
   run_consumer "$work/deb/find_package"

@@ -251,7 +251,7 @@ Arrays<S> randomArrays(std::uint64_t seed) {
 template <typename S>
 class ArrayContacts : public testing::Test {};
 using Scalars = testing::Types<float, double>;
-TYPED_TEST_SUITE(ArrayContacts, Scalars);
+TYPED_TEST_SUITE(ArrayContacts, Scalars, );
 
 TYPED_TEST(ArrayContacts, AreThoseOfThePairsThatTheTreeFinds) {
   // If this fails, a contact names another capsule, fiber, segment or radius than the pair's.

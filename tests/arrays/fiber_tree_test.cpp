@@ -16,6 +16,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "support/exact_geometry.h"
 #include "support/touch_oracle.h"
 
 namespace fcl_fibers {
@@ -298,6 +299,12 @@ TEST(ArrayTree, NamesFiberAndSegment) {
   EXPECT_EQ(tree.segmentCount(), count);
 }
 
+template <typename S>
+test::Point exactPoint(const Assembly<S>& fibers, std::size_t i) {
+  const auto [x, y, z] = fibers.point(i);
+  return {x, y, z};
+}
+
 /// How far the capsule that starts at point i reaches out of the volume; negative where it does
 /// not.
 template <typename S>
@@ -305,7 +312,7 @@ test::Real reachOutside(const Assembly<S>& fibers, std::size_t i, const TreeVolu
   const test::Point center(volume.center[0], volume.center[1], volume.center[2]);
   test::Real reach = -1e30L;
   for (const std::size_t end : {i, i + 1}) {
-    const test::Point d = (fibers.point(end) - center).cwiseAbs();
+    const test::Point d = (exactPoint(fibers, end) - center).cwiseAbs();
     if (volume.kind == FiberTreeOptions::Volumes::kWrappedSpheres) {
       reach = std::max(reach, d.norm() + fibers.radius(i) - volume.half[0]);
       continue;
@@ -323,7 +330,8 @@ test::Point halfExtent(const Assembly<S>& fibers, const TreeVolume& volume) {
   test::Point low = test::Point::Constant(1e30L), high = -low;
   for (std::size_t n = 0; n < volume.segment_count; ++n) {
     const auto i = static_cast<std::size_t>(volume.segments[n]);
-    const test::ExactCapsule capsule{fibers.point(i), fibers.point(i + 1), fibers.radius(i)};
+    const test::ExactCapsule capsule{exactPoint(fibers, i), exactPoint(fibers, i + 1),
+                                     fibers.radius(i)};
     test::ExactBox box = test::boxOf(capsule);
     if (volume.kind == FiberTreeOptions::Volumes::kWrappedSpheres) {
       const test::ExactSphere sphere = test::sphereOf(capsule);
