@@ -137,13 +137,16 @@ class FiberCollisionManager<S>::Impl {
         previous = is_capsule ? std::optional<Segment>(segment) : std::nullopt;
       }
     }
+    // What may throw comes first.
+    const bool are_late = hasTree() && late_.size() + added.size() <= mostLate(added.size());
+    if (are_late) late_.reserve(late_.size() + added.size());
     if (const auto duplicate = registry_.add(added, starts_fiber, fibers, lengths)) {
       refuse(call, nameOf(*duplicate) + " is registered already; register each object once");
     }
     if (!added.empty()) {
       last_registered_ = previous;
       if (fibers != Fibers::kGuessed) last_registered_.reset();
-      addLate(added.size());
+      are_late ? addLate(added.size()) : markStale();
     }
   }
 
@@ -439,13 +442,15 @@ class FiberCollisionManager<S>::Impl {
     if (hasTree()) state_ = State::kStale;
   }
 
-  /// The objects just registered stay outside the tree if they are few: a tree for them costs more
-  /// than the tests that it would save.
-  void addLate(std::size_t count) {
-    if (!hasTree()) return;
+  /// Objects stay outside the tree if they are few: a tree for them costs more than the tests that
+  /// it would save.
+  std::size_t mostLate(std::size_t more) const {
     constexpr std::size_t kFew = 16;
-    const std::size_t few = std::min(registry_.size() / 8, kFew + registry_.size() / 256);
-    if (late_.size() + count > few) return markStale();
+    const std::size_t size = registry_.size() + more;
+    return std::min(size / 8, kFew + size / 256);
+  }
+  /// The objects just registered.
+  void addLate(std::size_t count) {
     const auto end = static_cast<SegmentId>(registry_.objects().size());
     for (SegmentId id = end - static_cast<SegmentId>(count); id < end; ++id) {
       late_.push_back({id, Segment()});

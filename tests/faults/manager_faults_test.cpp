@@ -42,6 +42,10 @@ class ManagerFaults : public testing::Test {
     addShapes(others_, 6, 0.3, 184);
     others_.addPlane({0, 1, 0}, 0.1);
     newcomers_ = strandScene<S>(1, 70, 185);
+    // oneTBB waits for ever once memory has run out while it started.
+    FiberManagerOptions threaded;
+    threaded.threads = 2;
+    Config::make(threaded)->setup();
   }
 
   Subject make(const FiberManagerOptions& options) const {
