@@ -623,8 +623,8 @@ class FiberCollisionManager<S>::Impl {
   }
   bool isPairWith(const Impl& other, SegmentId a, SegmentId b) const {
     const Object* partner = other.objectOf(b);
-    if (isGone(a) || partner == nullptr || objectOf(a) == partner) return false;
-    // It may be managed here as well; looked up only if that matters.
+    if (isGone(a) || other.isGone(b) || objectOf(a) == partner) return false;
+    // It may be managed here as well, as a neighbour; looked up only if that matters.
     return !neighbors_.ignoresAny() || !isLeftOut(a, registry_.find(partner));
   }
 
