@@ -7,7 +7,7 @@
 //   fcl_fibers_paper --part=scene --hair=FILE [--radius=R] and the rest of it
 //   fcl_fibers_paper --part=dynamic
 //   fcl_fibers_paper --part=chain --chain=random|snake --edge=N
-//   fcl_fibers_paper --part=radii [--full]
+//   fcl_fibers_paper --part=radii
 //   fcl_fibers_paper --part=rods
 //   fcl_fibers_paper --part=pictures --out_dir=DIR
 //
@@ -61,7 +61,6 @@ void addOptions(CLI::App& app, std::string& part, PartRequest& request) {
   app.add_option("--only", request.only);
   app.add_option("--out_dir", request.out_dir);
   app.add_flag("--all_of_fcl", request.all_of_fcl);
-  app.add_flag("--full", request.full);
 }
 
 void initializeBenchmark(int argc, char** argv, const CLI::App& app, const PartRequest& request) {

@@ -112,11 +112,12 @@ else
   part strand_2000 --part=scene --scene=strand --fibers=2000 \
     --only="$boxes/super_thread,$boxes/bundle,$boxes/bundle_capsules,DynamicAABBTree/tight"
   part half_scalp --part=scene --scene=half_scalp
-  # Each by itself, for the sake of the others if it is interrupted.
+  # The paper's boxes take minutes, its spheres longer. Each by itself, for the sake of the others if
+  # it is interrupted.
+  part half_scalp_long_0 --part=scene --scene=half_scalp --only="$boxes/super_thread" --limit=600
   if ((full)); then
     number=0
-    for name in DynamicAABBTree/tight WrappedSphereTree/bundle "$boxes/super_thread" \
-      WrappedSphereTree/super_thread; do
+    for name in DynamicAABBTree/tight WrappedSphereTree/bundle WrappedSphereTree/super_thread; do
       number=$((number + 1))
       part "half_scalp_long_$number" --part=scene --scene=half_scalp --only="$name" --limit=3600
     done
