@@ -157,7 +157,7 @@ TYPED_TEST(ManagerFaults, RegisteringWithoutMemoryChangesNothing) {
       ASSERT_NE(objects_before, objects_after);
       this->strikeEverywhere(
           name + ", " + Test::describe(options), [&] { return this->makeReady(options); }, act,
-          [&](const auto& subject, bool failed) {
+          [&, &name = name](const auto& subject, bool failed) {
             EXPECT_EQ(objectsOf<S>(*subject.manager), failed ? objects_before : objects_after);
             EXPECT_EQ(selfPairs<S>(*subject.manager), failed ? pairs_before : pairs_after);
             // As these two need no memory, they do not fail.
