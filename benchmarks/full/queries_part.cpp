@@ -114,9 +114,9 @@ scenes::FiberScene strand(const PartRequest& request, unsigned long long seed, d
   return scene;
 }
 
-/// The strand and others beside it. `thin` ones do not touch - the nearest are 2e-7 apart -, so that
-/// distances have to be searched for: a search that may end at the first pair that touches is a
-/// matter of luck.
+/// The strand and others beside it. `thin` ones do not touch - the nearest are 2e-7 apart -, so
+/// that distances have to be searched for: a search that may end at the first pair that touches is
+/// a matter of luck.
 struct Strands {
   static constexpr double kHair = scenes::StrandParameters().radius;
   static constexpr double kThin = 1e-8;

@@ -41,8 +41,9 @@ struct Contact {
   std::array<double, 3> normal{};
 };
 
-/// The contact of two capsules, whether they touch or not. In closed form: Ericson, Real-Time
-/// Collision Detection, 2005, section 5.1.9.
+/// The contact of two capsules, whether they touch or not. In closed form, after Ericson, Real-Time
+/// Collision Detection, 2005, section 5.1.9, but without its determinant, which is noise where axes
+/// are nearly parallel.
 ///
 /// Throws std::invalid_argument if a number is not finite or beyond 2^1000, or a radius is
 /// negative.

@@ -85,9 +85,9 @@ FCL_FIBERS_ALWAYS_INLINE LaneMask nearer(const Sphere::Pack<N>& pack, const Sphe
   };
   const Lanes<N> radius = Lanes<N>::load(pack.radius());
   const Lanes<N> reach = (radius + Lanes<N>::all(sphere.radius)) * Lanes<N>::all(1 + 0x1p-21f);
-  const Lanes<N> distance = max(
-      internal::lengthLowerBound(difference(0), difference(1), difference(2)) - reach,
-      Lanes<N>::all(0));
+  const Lanes<N> distance =
+      max(internal::lengthLowerBound(difference(0), difference(1), difference(2)) - reach,
+          Lanes<N>::all(0));
   distance.store(distances);
   return ((distance <= Lanes<N>::all(limit)) & (radius <= radius)).mask();
 }

@@ -7,4 +7,4 @@
 namespace fcl_fibers::geometry {
 using HWY_NAMESPACE::nearer;
 using HWY_NAMESPACE::overlaps;
-}
+}  // namespace fcl_fibers::geometry

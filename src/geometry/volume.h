@@ -11,7 +11,8 @@
 //   V::Pack<N>                        N volumes as a structure of arrays
 //   pack.set(lane, v), pack.get(lane), pack.clear(lane)
 //   overlaps(pack, v)                 a bit for each lane whose volume overlaps v (overlap-inl.h)
-//   nearer(pack, v, limit, out)       a bit for each lane whose volume may be no farther from v than
+//   nearer(pack, v, limit, out)       a bit for each lane whose volume may be no farther from v
+//   than
 //                                     limit, and a lower bound of its distance (overlap-inl.h)
 //
 // A cleared lane overlaps nothing and is near nothing, not even an unbounded volume: lanes hold NaN

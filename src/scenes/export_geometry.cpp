@@ -13,6 +13,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include <fcl_fibers/contact.h>
+
 #include "base64.h"
 #include "little_endian.h"
 
@@ -321,49 +323,15 @@ void addSphere(Mesh& mesh, const UnitSphere& unit, const TreeVolume& sphere) {
   }
 }
 
-// --- Nearest points ---
-
-Point between(const Point& p, const Point& q, double s) {
-  return {p[0] + s * (q[0] - p[0]), p[1] + s * (q[1] - p[1]), p[2] + s * (q[2] - p[2])};
-}
-double dot(const Point& from_a, const Point& to_a, const Point& from_b, const Point& to_b) {
-  double sum = 0;
-  for (std::size_t k = 0; k < 3; ++k) sum += (to_a[k] - from_a[k]) * (to_b[k] - from_b[k]);
-  return sum;
-}
-double distance(const Point& p, const Point& q) {
-  return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
-}
-Point nearestOn(const Point& a, const Point& b, const Point& p) {
-  const double length2 = dot(a, b, a, b);
-  return length2 > 0 ? between(a, b, std::clamp(dot(a, b, a, p) / length2, 0.0, 1.0)) : a;
-}
-
 }  // namespace
 
 Contact makeContact(const FiberScene& scene, const FiberSegment& a, const FiberSegment& b) {
   const std::size_t i = checkedFirstPoint("makeContact", scene, a);
   const std::size_t j = checkedFirstPoint("makeContact", scene, b);
-  const Point &p0 = scene.points[i], &p1 = scene.points[i + 1];
-  const Point &q0 = scene.points[j], &q1 = scene.points[j + 1];
-  Contact best{a, b, p0, q0, distance(p0, q0)};
-  const auto offer = [&](const Point& on_a, const Point& on_b) {
-    const double d = distance(on_a, on_b);
-    if (d < best.distance) best = {a, b, on_a, on_b, d};
-  };
-  // The minimum lies at an end, or else inside both, at the feet of the common perpendicular. A
-  // foot that rounding has moved, as where the two are nearly parallel, is met by its nearest
-  // point.
-  for (const Point& p : {p0, p1}) offer(p, nearestOn(q0, q1, p));
-  for (const Point& q : {q0, q1}) offer(nearestOn(p0, p1, q), q);
-  const double pp = dot(p0, p1, p0, p1), qq = dot(q0, q1, q0, q1), pq = dot(p0, p1, q0, q1);
-  const double determinant = pp * qq - pq * pq;
-  if (determinant > 0) {
-    const double s = (dot(p0, p1, p0, q0) * qq - dot(q0, q1, p0, q0) * pq) / determinant;
-    const Point on_b = nearestOn(q0, q1, between(p0, p1, std::clamp(s, 0.0, 1.0)));
-    offer(nearestOn(p0, p1, on_b), on_b);
-  }
-  return best;
+  // Capsules without thickness: their surfaces are the axes.
+  const fcl_fibers::Contact axes = capsuleContact({scene.points[i], scene.points[i + 1], 0},
+                                                  {scene.points[j], scene.points[j + 1], 0});
+  return {a, b, axes.point_a, axes.point_b, axes.distance};
 }
 
 void exportFibers(const std::string& path, const FiberScene& scene) {
@@ -419,7 +387,9 @@ void exportContacts(const std::string& path, const std::vector<Contact>& contact
   for (const Contact& contact : contacts) {
     mesh.corners.push_back(mesh.points.size());
     mesh.endCell();
-    mesh.points.push_back(between(contact.on_a, contact.on_b, 0.5));
+    mesh.points.push_back({(contact.on_a[0] + contact.on_b[0]) / 2,
+                           (contact.on_a[1] + contact.on_b[1]) / 2,
+                           (contact.on_a[2] + contact.on_b[2]) / 2});
     const double values[] = {static_cast<double>(contact.a.fiber),
                              static_cast<double>(contact.a.segment),
                              static_cast<double>(contact.b.fiber),

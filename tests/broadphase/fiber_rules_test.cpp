@@ -272,8 +272,7 @@ TYPED_TEST(FiberRules, NeighborsAreIgnoredThroughAnotherManager) {
     others.push_back(makeFclNaive<S>());
     for (const auto& other : others) {
       other->registerObject(shared);
-      EXPECT_TRUE(
-          oracle.answersBetween(pairsWith(*manager, *other), scene.objects(), {shared}));
+      EXPECT_TRUE(oracle.answersBetween(pairsWith(*manager, *other), scene.objects(), {shared}));
       DistanceSearch<S> search(oracle);
       search.lowers = false;
       search.run(*manager, *other);

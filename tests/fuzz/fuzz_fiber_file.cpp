@@ -12,15 +12,15 @@
 #include <string>
 #include <string_view>
 
+#include "fuzz_input.h"
+
 using fcl_fibers::scenes::FiberFile;
 using fcl_fibers::scenes::FiberFormat;
 using fcl_fibers::scenes::FiberScene;
 
 namespace {
 
-void require(bool condition) {
-  if (!condition) std::abort();
-}
+using fcl_fibers::fuzz::require;
 
 bool isLength(double length) { return length >= 0 && std::isfinite(length); }
 

@@ -20,6 +20,8 @@
 
 #include <fcl_fibers/fiber_tree.h>
 
+#include "fuzz_input.h"
+
 namespace {
 
 using fcl_fibers::FiberArrays;
@@ -27,12 +29,12 @@ using fcl_fibers::FiberTree;
 using fcl_fibers::FiberTreeOptions;
 using fcl_fibers::Report;
 using fcl_fibers::SegmentPair;
+using fcl_fibers::fuzz::readNumber;
+using fcl_fibers::fuzz::require;
 using Real = long double;
 using Pairs = std::vector<std::pair<int, int>>;
 
-void require(bool condition) {
-  if (!condition) std::abort();
-}
+constexpr int kNumbers = 8;  // see readNumber()
 
 FiberTreeOptions readOptions(FuzzedDataProvider& data) {
   FiberTreeOptions options;
@@ -44,20 +46,6 @@ FiberTreeOptions readOptions(FuzzedDataProvider& data) {
   options.ignored_neighbors = data.ConsumeIntegralInRange(0, 3);
   options.margin = data.ConsumeBool() ? 0 : data.ConsumeFloatingPointInRange(0.0, 10.0);
   return options;
-}
-
-template <typename S>
-S readNumber(FuzzedDataProvider& data) {
-  // Mostly tame, for most arrays with one wild number are refused.
-  switch (data.ConsumeIntegralInRange(0, 7)) {
-    case 0:
-      return data.ConsumeFloatingPoint<S>();
-    case 1:
-      return std::ldexp(S(data.ConsumeIntegral<std::int8_t>()),
-                        data.ConsumeIntegralInRange(-140, 120));
-    default:
-      return S(data.ConsumeIntegral<std::int8_t>()) / 16;
-  }
 }
 
 template <typename S>
@@ -79,11 +67,11 @@ struct Hair {
   void readNumbers(FuzzedDataProvider& data) {
     using Radii = typename FiberArrays<S>::Radii;
     points.resize(3 * begin.back());
-    for (S& x : points) x = readNumber<S>(data);
+    for (S& x : points) x = readNumber<S>(data, kNumbers);
     radii.resize(radii_are == Radii::kOne        ? 1
                  : radii_are == Radii::kPerFiber ? begin.size() - 1
                                                  : begin.back());
-    for (S& radius : radii) radius = std::fabs(readNumber<S>(data)) / 4;
+    for (S& radius : radii) radius = std::fabs(readNumber<S>(data, kNumbers)) / 4;
   }
 
   FiberArrays<S> arrays() const {

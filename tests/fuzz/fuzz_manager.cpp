@@ -27,14 +27,16 @@
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
 #include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
+#include "fuzz_input.h"
+
 namespace {
 
 using fcl_fibers::FiberCollisionManager;
 using fcl_fibers::FiberManagerOptions;
+using fcl_fibers::fuzz::readNumber;
+using fcl_fibers::fuzz::require;
 
-void require(bool condition) {
-  if (!condition) std::abort();
-}
+constexpr int kNumbers = 10;  // see readNumber()
 
 template <typename Call>
 bool isRefused(Call&& call) {
@@ -44,19 +46,6 @@ bool isRefused(Call&& call) {
     return true;
   }
   return false;
-}
-
-template <typename S>
-S readNumber(FuzzedDataProvider& data) {
-  switch (data.ConsumeIntegralInRange(0, 9)) {
-    case 0:
-      return data.ConsumeFloatingPoint<S>();
-    case 1:
-      return std::ldexp(S(data.ConsumeIntegral<std::int8_t>()),
-                        data.ConsumeIntegralInRange(-140, 120));
-    default:
-      return S(data.ConsumeIntegral<std::int8_t>()) / 16;
-  }
 }
 
 template <typename S>
@@ -70,15 +59,16 @@ fcl::Transform3<S> readPose(FuzzedDataProvider& data) {
   }
   if (data.ConsumeIntegralInRange(0, 31) == 0) {
     pose.linear()(data.ConsumeIntegralInRange(0, 2), data.ConsumeIntegralInRange(0, 2)) =
-        readNumber<S>(data);
+        readNumber<S>(data, kNumbers);
   }
-  for (int axis = 0; axis < 3; ++axis) pose.translation()[axis] = readNumber<S>(data);
+  for (int axis = 0; axis < 3; ++axis) pose.translation()[axis] = readNumber<S>(data, kNumbers);
   return pose;
 }
 
 template <typename S>
 std::shared_ptr<fcl::CollisionGeometry<S>> readShape(FuzzedDataProvider& data) {
-  const S radius = std::fabs(readNumber<S>(data)) / 4, length = std::fabs(readNumber<S>(data));
+  const S radius = std::fabs(readNumber<S>(data, kNumbers)) / 4,
+          length = std::fabs(readNumber<S>(data, kNumbers));
   switch (data.ConsumeIntegralInRange(0, 7)) {
     case 0:
       return std::make_shared<fcl::Sphere<S>>(radius);
