@@ -16,10 +16,11 @@ assertions() {
   ctest --preset debug -j "$(nproc)"
 }
 
-# docs/numerics.md: its table, and a million segments in trees of every kind.
+# docs/numerics.md: its table, a million segments in trees of every kind, and the paper's scenes.
 extremes() {
   "$numerics" rows
   build/release/tests/numerics_test --gtest_also_run_disabled_tests --gtest_filter='*Million*'
+  build/release/tests/scenes_test --gtest_also_run_disabled_tests --gtest_filter='*Long*'
 }
 
 # 10^10 pairs of random scenes, decided by exact brute force.

@@ -330,7 +330,8 @@ def hair_colours(fiber, depth, rng_seed=5):
     return np.clip(base * light[:, None], 0, 1)
 
 
-def draw_fibers(axes, picture, view, width, keep=None, red=True, window=None):
+def draw_fibers(axes, picture, view, width, keep=None, red=True, window=None, dots=0):
+    """`dots`: of this size on touching segments that are too short to be seen."""
     a, b, fiber = picture.segments()
     touching = picture.touching
     if keep is not None:
@@ -352,6 +353,9 @@ def draw_fibers(axes, picture, view, width, keep=None, red=True, window=None):
     axes.add_collection(
         LineCollection(lines, colors=colours[order], linewidths=widths[order], capstyle="round")
     )
+    if red and dots:
+        middle = (pa[touching, :2] + pb[touching, :2]) / 2
+        axes.scatter(*middle.T, s=dots, color=RED, linewidths=0, zorder=3)
     axes.set_aspect("equal")
     if window is None:
         axes.autoscale_view()
@@ -392,7 +396,7 @@ def strand_picture(folder):
         1, 3, figsize=(10.4, 6.4), gridspec_kw={"width_ratios": [1, 1, 1.5], "wspace": 0.05}
     )
     draw_fibers(left, picture, view, 0.35, red=False)
-    draw_fibers(right, picture, view, 0.35)
+    draw_fibers(right, picture, view, 0.35, dots=1.2)
     projected = full.points @ view.T
     centre = np.median(projected[np.arange(len(projected)) % 2001 == 900], axis=0)
     half = 0.06 * np.ptp(projected[:, 1])
@@ -400,7 +404,7 @@ def strand_picture(folder):
         (centre[0] - 0.8 * half, centre[0] + 0.8 * half),
         (centre[1] - 1.2 * half, centre[1] + 1.2 * half),
     )
-    draw_fibers(detail, full, view, 0.8, window=window)
+    draw_fibers(detail, full, view, 0.8, window=window, dots=8)
     for axes in (left, right):
         axes.set_xlim(*window_of(projected, 0))
         axes.set_ylim(*window_of(projected, 1))

@@ -77,7 +77,7 @@ def scenes_of(parts):
     return {
         n: p
         for n, p in parts.items()
-        if n.startswith(("static_", "axis_parallel", "strand_", "half_scalp"))
+        if n.startswith(("static_", "axis_", "strand_", "half_scalp"))
     }
 
 
@@ -355,7 +355,7 @@ def cages(parts):
 def axis_pairs(parts):
     """(manager, axis-parallel seconds, turned seconds) of detection."""
     for fibers, part in numbered(parts, "axis_parallel").items():
-        turned = parts.get(f"static_{fibers}")
+        turned = parts.get(f"axis_turned_{fibers}")
         if turned is None:
             continue
         for name in (BOXES, SPHERES, DEFAULT, DEFAULT_SPHERES, CAPSULES, FCL_TREE):

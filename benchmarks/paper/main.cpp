@@ -2,7 +2,7 @@
 //
 // What Sobottka, Varnik and Weber measured in section 4, measured again. One run is one part:
 //
-//   fcl_fibers_paper --part=scene --scene=static|axis_parallel|half_scalp|strand
+//   fcl_fibers_paper --part=scene --scene=static|axis_parallel|axis_turned|half_scalp|strand
 //                    [--fibers=N] [--segments=N] [--all_of_fcl] [--only=NAME,...] [--limit=10]
 //   fcl_fibers_paper --part=scene --hair=FILE [--radius=R] and the rest of it
 //   fcl_fibers_paper --part=dynamic
@@ -49,7 +49,7 @@ void addOptions(CLI::App& app, std::string& part, PartRequest& request) {
       ->check(CLI::IsMember({"scene", "dynamic", "chain", "radii", "rods", "pictures"}))
       ->required();
   app.add_option("--scene", scene.name)
-      ->check(CLI::IsMember({"static", "axis_parallel", "half_scalp", "strand"}));
+      ->check(CLI::IsMember({"static", "axis_parallel", "axis_turned", "half_scalp", "strand"}));
   app.add_option("--fibers", scene.fibers)->check(CLI::PositiveNumber);
   app.add_option("--segments", scene.segments)->check(CLI::PositiveNumber);
   app.add_option("--seed", scene.seed);

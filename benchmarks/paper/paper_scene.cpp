@@ -10,6 +10,9 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
+/// Of the load trajectory: bent by less than 0.1 rad.
+constexpr int kAllButStraight = 1;
+
 template <typename Parameters>
 Parameters parametersOf(const PaperSceneRequest& request, int frame) {
   Parameters parameters;
@@ -24,9 +27,11 @@ Parameters parametersOf(const PaperSceneRequest& request, int frame) {
 
 scenes::FiberScene makePaperScene(const PaperSceneRequest& request, int frame) {
   if (!request.hair.path.empty()) return readHair(request.hair, frame);
-  if (request.name == "static" || request.name == "axis_parallel") {
+  if (request.name == "static" || request.name == "axis_parallel" ||
+      request.name == "axis_turned") {
     auto parameters = parametersOf<scenes::StaticAssemblyParameters>(request, frame);
-    parameters.turned = request.name == "static";
+    parameters.turned = request.name != "axis_parallel";
+    if (request.name != "static") parameters.state = kAllButStraight;
     return scenes::makeStaticAssembly(parameters);
   }
   if (request.name == "half_scalp") {
@@ -36,7 +41,7 @@ scenes::FiberScene makePaperScene(const PaperSceneRequest& request, int frame) {
     return scenes::makePaperStrand(parametersOf<scenes::PaperStrandParameters>(request, frame));
   }
   throw std::invalid_argument("--scene=" + request.name +
-                              ": there are static, axis_parallel, half_scalp and strand");
+                              ": there are static, axis_parallel, axis_turned, half_scalp and strand");
 }
 
 }  // namespace fcl_fibers::benchmarks

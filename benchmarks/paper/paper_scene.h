@@ -12,7 +12,7 @@ namespace fcl_fibers::benchmarks {
 /// One of the paper's static test cases, or a file. 0 asks for the paper's own number of fibers or
 /// segments.
 struct PaperSceneRequest {
-  std::string name = "strand";  ///< static, axis_parallel, half_scalp or strand
+  std::string name = "strand";  ///< static, axis_parallel, axis_turned, half_scalp or strand
   int fibers = 0;
   int segments = 0;
   unsigned long long seed = 1;

@@ -204,6 +204,15 @@ class Page:
         ]
         return f'<p class="facts">Ended before their time: {"; ".join(texts)}.</p>'
 
+    @staticmethod
+    def not_replayed(part):
+        late = [
+            f"{figures.title_of(name)} ({html.escape(entry.note) or 'too slow a step'})"
+            for name, entry in part.entries.items()
+            if math.isnan(entry.total)
+        ]
+        return f'<p class="facts">Not replayed: {"; ".join(late)}.</p>' if late else ""
+
     def dynamic_section(self):
         part = self.parts["dynamic"]
         img = figures.dynamic_figure(part)
@@ -220,9 +229,10 @@ class Page:
                 "Fig. 10. 150 fibers of 100 segments, bent from straight to a loop in 100 steps;"
                 " each manager lives through all of them. The least of each step's times over"
                 " replays in random order. Left: boxes and spheres count volumes that overlap,"
-                " capsules those that touch."
+                " capsules those that touch. The paper's loads were recorded; these are made, a"
+                " smooth path from no load to a loop's."
             ),
-        ) + figure(
+        ) + self.not_replayed(part) + figure(
             cages,
             (
                 "Cascade verification: the share of cages whose basis no longer held at a step and"
@@ -362,7 +372,8 @@ class Page:
             self.folder / "axis_parallel.csv", ["manager", "axis-parallel s", "turned s"], csv_rows
         )
         return (
-            "<p>The static assembly, its mean axis along z or turned by π/4 about y and x.</p>"
+            "<p>The static assembly all but straight (bent by less than 0.1 rad), along z or turned by π/4"
+            " about y and x.</p>"
             + table(["detection", "axis-parallel", "turned", "turned : axis-parallel"], rows)
         )
 

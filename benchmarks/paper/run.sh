@@ -5,7 +5,7 @@
 # part, and writes build/benchmarks/results/paper.html. Takes ten minutes on 2 quiet cores, and 6 GB
 # of memory. --full takes the better part of an hour: finer curves and, however long they take, all
 # managers on the half scalp. Each part keeps its results in build/benchmarks/results/paper; when
-# interrupted, the page is made of the parts that are there. --hair FILE [--radius R]: a file's
+# interrupted, the parts that are there make build/benchmarks/results/paper_interrupted.html. --hair FILE [--radius R]: a file's
 # fibers alone, in Table I. Once more from kept results:
 #
 #   /usr/bin/python3 benchmarks/paper/report.py build/benchmarks/results/paper
@@ -105,7 +105,9 @@ else
   for count in $fibers; do
     part "static_$count" --part=scene --scene=static --fibers="$count" --all_of_fcl --limit=2
   done
-  part axis_parallel_1000 --part=scene --scene=axis_parallel --fibers=1000
+  for scene in axis_parallel axis_turned; do
+    part "${scene}_1000" --part=scene --scene="$scene" --fibers=1000
+  done
 
   part strand_1000 --part=scene --scene=strand --fibers=1000
   boxes=LayeredAABBTree
@@ -123,9 +125,13 @@ else
     done
   fi
 fi
-if ((stopped)); then echo "Interrupted: the page is made of what there is" >&2; fi
+page=$results/paper.html
+if ((stopped)); then
+  page=$results/paper_interrupted.html
+  echo "Interrupted: the page is made of what there is" >&2
+fi
 
 printf '%4d s  page\n' "$SECONDS" >&2
-/usr/bin/python3 benchmarks/paper/report.py "$data" "$results/paper.html" >&2
-echo "$results/paper.html"
+/usr/bin/python3 benchmarks/paper/report.py "$data" "$page" >&2
+echo "$page"
 exit "$((failed || stopped))"

@@ -95,7 +95,6 @@ struct Grid {
 constexpr double kAssemblyLength = 15;  // cm
 constexpr int kAssemblyGrid = 50;
 constexpr double kLoadDeviation = 0.02;  // of force and torque, and of their direction in radians
-constexpr int kStaticState = 40;
 constexpr double kStaticSwing = 0.05;         // of the load
 constexpr double kStaticSwingPerFrame = 0.1;  // rad
 
@@ -232,11 +231,16 @@ FiberScene makeStaticAssembly(const StaticAssemblyParameters& parameters) {
                                            Eigen::AngleAxisd(kPi / 4, Vector::UnitY()))
                               : Quaternion::Identity();
   const LoadTrajectory trajectory = loopTrajectory();
-  TipLoad load = trajectory.states[kStaticState];
+  if (parameters.state < 0 ||
+      static_cast<std::size_t>(parameters.state) >= trajectory.states.size()) {
+    refuseArgument(call, "state", parameters.state, "ask for one from 0 to 100");
+  }
+  const auto state = static_cast<std::size_t>(parameters.state);
+  TipLoad load = trajectory.states[state];
   const double swing = 1 + kStaticSwing * std::sin(kStaticSwingPerFrame * parameters.frame);
   load.force *= swing;
   load.torque *= swing;
-  const RodShape guess = guideShapes(trajectory, kStaticState, grid).back();
+  const RodShape guess = guideShapes(trajectory, state, grid).back();
   return assembly(call, parameters, load, turn, guess, grid);
 }
 

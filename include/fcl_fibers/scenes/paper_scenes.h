@@ -29,16 +29,18 @@ namespace fcl_fibers::scenes {
 
 /// Case 1, static assembly: the order of magnitude that fibers grow to with a common bend.
 ///
-/// Straight fibers of 15 cm along z, bent by the load of state 40 of loopTrajectory(): force and
+/// Straight fibers of 15 cm along z, bent by the load of one state of loopTrajectory(): force and
 /// torque times 1 + a deviate of 0.02 each, and both turned about z by a deviate of 0.02 rad. The
 /// whole is turned by pi/4 about y, then by pi/4 about x. A frame swings the load: it is multiplied
 /// by 1 + 0.05 sin(0.1 frame).
 ///
-/// 1,000 x 100: 14,800 touching pairs.
+/// 1,000 x 100: 14,800 touching pairs. Not turned, in state 1, fibers bend by less than 0.1 rad: all
+/// but parallel to z, the best case of boxes.
 struct StaticAssemblyParameters {
   int fibers = 1000;   ///< the paper: 50 to 1,000
   int segments = 100;  ///< per fiber
-  bool turned = true;  ///< false: the mean axis starts along z, the boxes' best case
+  int state = 40;      ///< of the trajectory: 0 straight, 100 a loop
+  bool turned = true;  ///< about two axes
   double radius = 0.0035;
   std::uint64_t seed = 1;  ///< same seed, same scene
   int frame = 0;           ///< time step of the motion
