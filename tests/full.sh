@@ -16,6 +16,12 @@ assertions() {
   ctest --preset debug -j "$(nproc)"
 }
 
+# The public headers' documentation: nothing public is without, and nothing in it is broken.
+documentation() {
+  .ci/apt_install.sh doxygen
+  doxygen docs/Doxyfile
+}
+
 # docs/numerics.md: its table, a million segments in trees of every kind, and the paper's scenes.
 extremes() {
   "$numerics" rows
@@ -81,6 +87,7 @@ consumers() {
 }
 
 steps=(
+  documentation
   assertions
   extremes
   differential

@@ -9,10 +9,12 @@
 
 namespace fcl_fibers {
 
-/// All points within `radius` of the line from `from` to `to`, which may be one point.
+/// All points within `radius` of the line from `from` to `to`, which may be one point. Any one
+/// frame and unit of length.
 struct CapsuleShape {
-  std::array<double, 3> from, to;
-  double radius;
+  std::array<double, 3> from;  ///< x, y, z of the first end of the axis
+  std::array<double, 3> to;    ///< of the second one
+  double radius;               ///< not negative
 };
 
 /// Where two capsules a and b touch, or would touch first: two points of their axes that are
@@ -22,18 +24,20 @@ struct CapsuleShape {
 /// 32 eps of (distance of the axes + their lengths + radii), at any angle; the points are rounded
 /// as coordinates of their size are.
 struct Contact {
-  FiberSegment a, b;  ///< 0, 0 where the capsules are of no fiber
+  FiberSegment a;  ///< the first capsule; 0, 0 where it is of no fiber
+  FiberSegment b;  ///< the second one, likewise
 
-  /// Arc parameters of the two axis points: 0 at the capsule's first end, 1 at its second; 0 where
-  /// both ends are one point. An `fcl::Capsule` goes from its -z end to its +z end.
-  double s = 0, t = 0;
+  /// Arc parameter of a's axis point: 0 at the capsule's first end, 1 at its second; 0 where both
+  /// ends are one point. An `fcl::Capsule` goes from its -z end to its +z end.
+  double s = 0;
+  double t = 0;  ///< of b's axis point, likewise
 
   /// From surface to surface; negative if the capsules overlap: moving one of them that far along
   /// `normal` parts them.
   double distance = 0;
 
-  /// The axis points taken to the surfaces: a's moved by its radius along `normal`, b's against it.
-  std::array<double, 3> point_a{}, point_b{};
+  std::array<double, 3> point_a{};  ///< a's axis point, moved to the surface along `normal`
+  std::array<double, 3> point_b{};  ///< b's axis point, moved to the surface against `normal`
 
   /// Of length one, from a to b. Where the axes meet, up to 16 eps of the coordinates, it is
   /// perpendicular to both; where they also are parallel or without length, one such direction,
@@ -53,13 +57,17 @@ FCL_FIBERS_EXPORT Contact capsuleContact(const CapsuleShape& a, const CapsuleSha
 /// with; with fiber and segment numbers.
 ///
 /// Throws std::invalid_argument as above, and if no capsule starts at a point of the pair.
+///@{
 FCL_FIBERS_EXPORT Contact capsuleContact(const FiberArrays<float>& fibers, SegmentPair pair);
 FCL_FIBERS_EXPORT Contact capsuleContact(const FiberArrays<double>& fibers, SegmentPair pair);
+///@}
 
 /// The same for a pair of a capsule of `a` and one of `b`.
+///@{
 FCL_FIBERS_EXPORT Contact capsuleContact(const FiberArrays<float>& a, const FiberArrays<float>& b,
                                          SegmentPair pair);
 FCL_FIBERS_EXPORT Contact capsuleContact(const FiberArrays<double>& a, const FiberArrays<double>& b,
                                          SegmentPair pair);
+///@}
 
 }  // namespace fcl_fibers

@@ -23,10 +23,12 @@ template <typename S>
 FCL_FIBERS_EXPORT Contact capsuleContact(const fcl::CollisionObject<S>& a,
                                          const fcl::CollisionObject<S>& b);
 
+/// @cond
 extern template FCL_FIBERS_EXPORT Contact capsuleContact(const fcl::CollisionObject<float>&,
                                                          const fcl::CollisionObject<float>&);
 extern template FCL_FIBERS_EXPORT Contact capsuleContact(const fcl::CollisionObject<double>&,
                                                          const fcl::CollisionObject<double>&);
+/// @endcond
 
 /// Whether capsuleContact() takes this object.
 template <typename S>
@@ -35,10 +37,11 @@ bool isCapsule(const fcl::CollisionObject<S>& object) {
   return type == fcl::GEOM_CAPSULE || type == fcl::GEOM_SPHERE;
 }
 
+/// A contact and whose it is.
 template <typename S>
 struct ObjectContact : Contact {
-  fcl::CollisionObject<S>* object_a = nullptr;
-  fcl::CollisionObject<S>* object_b = nullptr;
+  fcl::CollisionObject<S>* object_a = nullptr;  ///< the callback's first argument
+  fcl::CollisionObject<S>* object_b = nullptr;  ///< its second one
 };
 
 /// An FCL callback that keeps the contacts of all touching pairs:
@@ -55,8 +58,8 @@ struct ObjectContact : Contact {
 template <typename S>
 class ContactCollector {
  public:
-  using Manager = FiberCollisionManager<S>;
-  using Object = fcl::CollisionObject<S>;
+  using Manager = FiberCollisionManager<S>;  ///< whose queries are collected
+  using Object = fcl::CollisionObject<S>;    ///< what the manager holds
 
   /// For self-collision of a manager, which has to live as long as this.
   explicit ContactCollector(const Manager& manager) : ContactCollector(manager, &manager) {}
@@ -72,10 +75,15 @@ class ContactCollector {
   /// What fcl::collide is asked for pairs with shapes other than capsules and spheres.
   fcl::CollisionRequest<S> request;
 
+  /// Of all queries since clear(), in the order of their pairs.
   const std::vector<ObjectContact<S>>& contacts() const { return contacts_; }
+
+  /// Forgets the contacts, and keeps their memory for the next query.
   void clear() { contacts_.clear(); }
 
-  /// Never ends the query. `cdata` is the collector.
+  /// What `collide` calls; `cdata` is the collector. Never ends the query. Throws
+  /// std::invalid_argument as capsuleContact() does, where a capsule has gone bad since the manager
+  /// read it.
   static bool callback(Object* a, Object* b, void* cdata) {
     static_cast<ContactCollector*>(cdata)->add(a, b);
     return false;

@@ -49,7 +49,7 @@ struct QueryStatistics {
 template <typename S>
 class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionManager<S> {
  public:
-  using Object = fcl::CollisionObject<S>;
+  using Object = fcl::CollisionObject<S>;  ///< what it holds
 
   FiberCollisionManager(const FiberCollisionManager&) = delete;
   FiberCollisionManager& operator=(const FiberCollisionManager&) = delete;
@@ -57,15 +57,21 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
 
   /// Registers one fiber: capsules in their order along it. Consecutive capsules are neighbours,
   /// see FiberManagerOptions::ignored_neighbors. An empty fiber is a no-op.
+  ///
+  /// Throws std::invalid_argument, and registers nothing, if an object is null, no capsule,
+  /// registered already, or of a pose, radius or length that is not finite; or while a query runs.
   void registerFiber(const std::vector<Object*>& fiber, FiberEnds ends = FiberEnds::kOpen);
 
   /// Registers objects of any kind. Runs of consecutive capsules that share an end point (to 4 ulp
   /// of the largest coordinate) are taken for fibers, for the tree's shape only: no pair of them is
-  /// ever ignored.
+  /// ever ignored. Throws std::invalid_argument as registerFiber() does, but for the shape.
+  ///@{
   void registerObjects(const std::vector<Object*>& objects) override;
   void registerObject(Object* object) override;
+  ///@}
 
-  /// The fiber and segment numbers of all other objects stay as they are.
+  /// The fiber and segment numbers of all other objects stay as they are. Throws
+  /// std::invalid_argument, and changes nothing, if the object is not registered.
   void unregisterObject(Object* object) override;
 
   /// Reads the objects and builds the tree, if there is none or many objects were registered or
@@ -73,31 +79,49 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   /// nothing to do.
   void setup() override;
 
+  /// Reads the objects, or those given, after they have moved or changed their shape. Throws
+  /// std::invalid_argument if one is not registered, and nothing changes, or if one has gone bad,
+  /// after which queries refuse until an update succeeds.
+  ///@{
   void update() override;
   void update(Object* object) override;
   void update(const std::vector<Object*>& objects) override;
+  ///@}
 
+  /// Forgets all objects, which may be gone by now.
   void clear() override;
 
   /// Replaces the content of `objects` by the managed objects in registration order.
   void getObjects(std::vector<Object*>& objects) const override;
 
+  /// Calls `callback(a, b, cdata)` for each pair that FiberManagerOptions asks for: of one object,
+  /// registered or not, with the managed ones; of the managed ones; of these with another
+  /// manager's, of any class. Throws std::invalid_argument if object, manager or callback is null,
+  /// or an object cannot be read.
+  ///@{
   void collide(Object* object, void* cdata, fcl::CollisionCallBack<S> callback) const override;
   void collide(void* cdata, fcl::CollisionCallBack<S> callback) const override;
   void collide(fcl::BroadPhaseCollisionManager<S>* other, void* cdata,
                fcl::CollisionCallBack<S> callback) const override;
+  ///@}
 
+  /// Calls `callback(a, b, cdata, dist)`, which may lower `dist`, for each such pair whose volumes
+  /// are nearer than `dist`; the first `dist` is the largest number of S. Margin and report do not
+  /// matter, neighbours along a fiber are left out. Throws as collide() does.
+  ///@{
   void distance(Object* object, void* cdata, fcl::DistanceCallBack<S> callback) const override;
   void distance(void* cdata, fcl::DistanceCallBack<S> callback) const override;
   void distance(fcl::BroadPhaseCollisionManager<S>* other, void* cdata,
                 fcl::DistanceCallBack<S> callback) const override;
+  ///@}
 
-  bool empty() const override;
-  std::size_t size() const override;
+  bool empty() const override;        ///< whether no object is registered
+  std::size_t size() const override;  ///< number of registered objects
 
-  const FiberManagerOptions& options() const;
+  const FiberManagerOptions& options() const;  ///< as at construction
 
-  /// Fiber and segment number of a managed object.
+  /// Fiber and segment number of a managed object. Throws std::invalid_argument if it is not
+  /// registered.
   FiberSegment fiberSegment(const Object* object) const;
 
   /// Runs a self-collision query without a callback and counts its work.
@@ -106,12 +130,14 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   /// Bytes this manager holds, the objects apart.
   std::size_t memoryUsage() const;
 
+  /// @cond for the managers of this library only
  protected:
   enum class Hierarchy { kLayeredBoxes, kWrappedSpheres };
   FiberCollisionManager(Hierarchy hierarchy, const FiberManagerOptions& options);
 
   class FCL_FIBERS_NO_EXPORT Impl;
   std::unique_ptr<Impl> impl_;
+  /// @endcond
 };
 
 extern template class FiberCollisionManager<float>;

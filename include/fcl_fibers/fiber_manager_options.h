@@ -3,19 +3,23 @@
 
 #include <cstddef>
 
+/// Collision detection among fibers of capsules.
 namespace fcl_fibers {
 
 /// Where a segment stands: its fiber, and its number along that fiber, both counted from 0. Of a
 /// manager's objects, in the order of registration; one that is no part of a fiber is a fiber of
 /// one segment.
 struct FiberSegment {
-  std::size_t fiber = 0;
-  std::size_t segment = 0;
+  std::size_t fiber = 0;    ///< among all fibers
+  std::size_t segment = 0;  ///< along that fiber
 };
 
 /// Whether the last segment of a fiber leads to its first one, so that the two are neighbours as
 /// any others that follow each other.
-enum class FiberEnds { kOpen, kClosed };
+enum class FiberEnds {
+  kOpen,    ///< two ends
+  kClosed,  ///< a ring
+};
 
 /// Shape of the tree over the segments; decides speed, never the answer.
 enum class Topology {
@@ -37,10 +41,11 @@ enum class Report {
   kCapsules,
 };
 
-/// What a fiber manager is told once, at construction.
+/// What a fiber manager is told once, at construction, which throws std::invalid_argument where an
+/// option is out of the range said here.
 struct FiberManagerOptions {
-  Topology topology = Topology::kBundle;
-  Report report = Report::kVolumes;
+  Topology topology = Topology::kBundle;  ///< shape of the tree: speed alone
+  Report report = Report::kVolumes;       ///< which pairs a query reports
 
   /// Pairs of one registerFiber() fiber whose segment numbers differ by this much or less are not
   /// reported, neither by collide nor by distance. 0 reports all; 1 leaves out adjacent segments,

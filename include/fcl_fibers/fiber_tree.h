@@ -18,19 +18,20 @@ namespace fcl_fibers {
 /// them that follow each other; a fiber of fewer than two points has none. S is float or double.
 template <typename S>
 struct FiberArrays {
+  /// What `radii` holds.
   enum class Radii {
     kOne,         ///< radii[0] for all
     kPerFiber,    ///< radii[f]
     kPerSegment,  ///< radii[i] for the capsule that starts at point i
   };
 
-  const S* points = nullptr;  ///< x, y, z of one point after the other
-  std::size_t point_count = 0;
+  const S* points = nullptr;    ///< x, y, z of one point after the other: 3 point_count numbers
+  std::size_t point_count = 0;  ///< at most 2^27
   /// fiber_count + 1 numbers that do not descend, from 0 to point_count.
   const std::size_t* point_begin = nullptr;
-  std::size_t fiber_count = 0;
-  const S* radii = nullptr;
-  Radii radii_are = Radii::kOne;
+  std::size_t fiber_count = 0;    ///< those without capsules included
+  const S* radii = nullptr;       ///< in the unit of the points; finite, not negative
+  Radii radii_are = Radii::kOne;  ///< how many there are, and whose
   /// fiber_count answers, 1 or 0, or null: none is closed. The last point of a closed fiber repeats
   /// its first one, so that its last capsule is a neighbour of its first.
   const std::uint8_t* closed = nullptr;
@@ -38,28 +39,31 @@ struct FiberArrays {
 
 /// Two capsules, each named by the index of its first point; a < b within one tree.
 struct SegmentPair {
-  std::int32_t a, b;
+  std::int32_t a;  ///< one capsule
+  std::int32_t b;  ///< the other one
 };
 
+/// What a FiberTree is told once, at construction.
 struct FiberTreeOptions : FiberManagerOptions {
+  /// What bounds the nodes of the tree.
   enum class Volumes {
     kLayeredBoxes,    ///< as LayeredAABBTreeCollisionManager
     kWrappedSpheres,  ///< as WrappedSphereTreeCollisionManager
   };
-  Volumes volumes = Volumes::kLayeredBoxes;
+  Volumes volumes = Volumes::kLayeredBoxes;  ///< boxes are the ones to start with
 };
 
 /// A box or a sphere of the tree, in the frame of the arrays: it contains the capsules below it,
 /// each thickened by half the margin.
 struct TreeVolume {
-  FiberTreeOptions::Volumes kind = FiberTreeOptions::Volumes::kLayeredBoxes;
-  double center[3] = {0, 0, 0};
+  FiberTreeOptions::Volumes kind = FiberTreeOptions::Volumes::kLayeredBoxes;  ///< box or sphere
+  double center[3] = {0, 0, 0};                                               ///< x, y, z
   double half[3] = {0, 0, 0};  ///< half the edges of the box; the radius of the sphere, three times
 
   /// The capsules below, each named by the index of its first point. Borrowed from the tree until
   /// it is built, updated or gone.
   const std::int32_t* segments = nullptr;
-  std::size_t segment_count = 0;
+  std::size_t segment_count = 0;  ///< of `segments`
 };
 
 /// The tree of the fiber managers for programs that keep no FCL object per segment. Same answers,
@@ -71,19 +75,28 @@ struct TreeVolume {
 /// that ran out of memory (std::bad_alloc), queries refuse until one of the two succeeds.
 class FCL_FIBERS_EXPORT FiberTree {
  public:
+  /// An empty tree. Throws std::invalid_argument if an option is out of range.
   explicit FiberTree(const FiberTreeOptions& options = {});
   ~FiberTree();
+
+  /// What was moved from may be destroyed or assigned to, and nothing else.
+  ///@{
   FiberTree(FiberTree&&) noexcept;
   FiberTree& operator=(FiberTree&&) noexcept;
+  ///@}
 
-  /// Replaces all fibers. At most 2^27 points.
+  /// Replaces all fibers. At most 2^27 points. Coordinates are finite, in any one frame and unit.
+  ///@{
   void build(const FiberArrays<float>& fibers);
   void build(const FiberArrays<double>& fibers);
+  ///@}
 
   /// After points or radii have changed, but not the number of points of any fiber. S need not be
   /// what it was; which fibers are closed is what it was.
+  ///@{
   void update(const FiberArrays<float>& fibers);
   void update(const FiberArrays<double>& fibers);
+  ///@}
 
   /// Calls visit(SegmentPair) for every pair that Report, margin and what is ignored ask for,
   /// once, in an order that depends on the arrays alone. `visit` returns nothing, or a bool: true
@@ -94,8 +107,9 @@ class FCL_FIBERS_EXPORT FiberTree {
     return visitRuns(bridge);
   }
 
-  /// The same for pairs of a capsule a of this tree and b of another one, whose options but for the
-  /// volumes and the topology do not matter.
+  /// The same for pairs of a capsule a of this tree and b of another one, which needs the same
+  /// volumes and topology, and Report::kCapsules if this one has it; else throws
+  /// std::invalid_argument. Report and margin are this tree's, and no pair counts as neighbours.
   template <class Visitor>
   bool visitPairs(const FiberTree& other, Visitor&& visit) const {
     Bridge<Visitor> bridge(visit);
@@ -110,12 +124,13 @@ class FCL_FIBERS_EXPORT FiberTree {
   /// std::invalid_argument if depth is negative.
   std::vector<TreeVolume> volumes(int depth) const;
 
-  /// Fiber of a capsule, and its number along it, both counted from 0.
+  /// Fiber of the capsule that starts at point `segment`, and its number along it, both counted
+  /// from 0. Throws std::invalid_argument if none starts there.
   FiberSegment fiberSegment(std::int32_t segment) const;
 
-  std::size_t fiberCount() const;
-  std::size_t segmentCount() const;
-  const FiberTreeOptions& options() const;
+  std::size_t fiberCount() const;           ///< those without capsules included
+  std::size_t segmentCount() const;         ///< number of capsules
+  const FiberTreeOptions& options() const;  ///< as at construction
 
   /// Bytes that the tree holds.
   std::size_t memoryUsage() const;

@@ -10,11 +10,14 @@ namespace fcl_fibers {
 template <typename S>
 class FCL_FIBERS_EXPORT LayeredAABBTreeCollisionManager : public FiberCollisionManager<S> {
  public:
-  /// Throws std::invalid_argument if the options are out of range.
+  /// Throws std::invalid_argument if the options are out of range, and std::runtime_error if FCL's
+  /// objects have another layout than the library was compiled for.
   explicit LayeredAABBTreeCollisionManager(const FiberManagerOptions& options = {});
 };
 
+/// Of objects of float.
 using LayeredAABBTreeCollisionManagerf = LayeredAABBTreeCollisionManager<float>;
+/// Of objects of double.
 using LayeredAABBTreeCollisionManagerd = LayeredAABBTreeCollisionManager<double>;
 
 extern template class LayeredAABBTreeCollisionManager<float>;

@@ -20,13 +20,18 @@ struct CascadeStatistics {
 template <typename S>
 class FCL_FIBERS_EXPORT WrappedSphereTreeCollisionManager : public FiberCollisionManager<S> {
  public:
-  /// Throws std::invalid_argument if the options are out of range.
+  /// Throws std::invalid_argument if the options are out of range, and std::runtime_error if FCL's
+  /// objects have another layout than the library was compiled for.
   explicit WrappedSphereTreeCollisionManager(const FiberManagerOptions& options = {});
 
+  /// Builds the tree first where a query would. Of an `update` of few objects it counts the cages
+  /// above these.
   CascadeStatistics cascadeStatistics() const;
 };
 
+/// Of objects of float.
 using WrappedSphereTreeCollisionManagerf = WrappedSphereTreeCollisionManager<float>;
+/// Of objects of double.
 using WrappedSphereTreeCollisionManagerd = WrappedSphereTreeCollisionManager<double>;
 
 extern template class WrappedSphereTreeCollisionManager<float>;

@@ -22,7 +22,7 @@ using Rotation = Eigen::Quaternion<double, Eigen::DontAlign>;
 /// with the diagonal stiffnesses K and I and the strains u^, v^ of the rod without load. Antman,
 /// Nonlinear Problems of Elasticity, 2005, chapter 8.
 struct CosseratRod {
-  double length = 1;
+  double length = 1;  ///< in s; positive
 
   /// K: bending about d1 and d2, twist about d3; force times length squared. Positive.
   Eigen::Vector3d bending_stiffness = {1, 1, 1};

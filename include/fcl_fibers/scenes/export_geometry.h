@@ -12,10 +12,12 @@
 
 namespace fcl_fibers::scenes {
 
-/// Two segments that are near each other, and where.
+/// Two segments that are near each other, and where, in the scene's frame and unit of length.
 struct Contact {
-  FiberSegment a, b;
-  Point on_a, on_b;     ///< the nearest points of the two axes; of parallel ones, some such points
+  FiberSegment a;  ///< one segment
+  FiberSegment b;  ///< the other one
+  Point on_a;      ///< the point of a's axis that is nearest to b's; of parallel ones, some such
+  Point on_b;      ///< that of b's axis
   double distance = 0;  ///< of these points: below the sum of the radii where the capsules overlap
 };
 

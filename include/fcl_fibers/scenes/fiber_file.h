@@ -41,6 +41,7 @@ enum class FiberFormat {
   kVtp,
 };
 
+/// How a file is to be read.
 struct FiberFileOptions {
   /// Radius of all fibers in the file's unit, finite, not negative. None: the file's own radii,
   /// which but for .hair it does not have; they are 0 then.
@@ -52,7 +53,7 @@ struct FiberFileOptions {
 
 /// What was read, in the file's unit of length and frame.
 struct FiberFile {
-  FiberFormat format = FiberFormat::kPolylines;
+  FiberFormat format = FiberFormat::kPolylines;  ///< asked for, or recognized
 
   /// A fiber is closed where the file says so (.bcc); of other formats, where its last point is its
   /// first one and it has three segments or more. Segments of length zero stay.

@@ -8,14 +8,15 @@
 
 #include <fcl_fibers/fiber_tree.h>
 
+/// Fibers from files and generators, and what may be done with them beside their collisions.
 namespace fcl_fibers::scenes {
 
-using Point = std::array<double, 3>;
+using Point = std::array<double, 3>;  ///< x, y, z
 
 /// A fiber assembly as polylines in the world frame. Fiber f owns the points
 /// [point_begin[f], point_begin[f + 1]), ordered root to tip, and one segment less than points.
 struct FiberScene {
-  std::vector<Point> points;
+  std::vector<Point> points;  ///< fiber after fiber, in the scene's unit of length; finite
 
   /// Ascends strictly from 0 to points.size(): every fiber has at least one point.
   std::vector<std::size_t> point_begin = {0};
@@ -31,8 +32,13 @@ struct FiberScene {
   /// segment is a neighbour of its first; else 0. Empty: none is closed.
   std::vector<std::uint8_t> closed;
 
+  /// Those of one point, which have no segment, included.
   std::size_t fiberCount() const { return point_begin.size() - 1; }
+
+  /// Of all fibers.
   std::size_t segmentCount() const { return points.size() - fiberCount(); }
+
+  /// As `closed` says.
   bool isClosed(std::size_t fiber) const { return !closed.empty() && closed[fiber] != 0; }
 
   /// Radius of the segment that starts at a point.

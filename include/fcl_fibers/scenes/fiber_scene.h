@@ -28,6 +28,7 @@ template <typename S>
 FCL_FIBERS_SCENES_EXPORT std::vector<std::unique_ptr<fcl::CollisionObject<S>>> makeObjects(
     const FiberScene& scene);
 
+/// @cond
 extern template FCL_FIBERS_SCENES_EXPORT std::vector<fcl::Transform3<float>> segmentPoses<float>(
     const FiberScene& scene);
 extern template FCL_FIBERS_SCENES_EXPORT std::vector<fcl::Transform3<double>> segmentPoses<double>(
@@ -36,5 +37,6 @@ extern template FCL_FIBERS_SCENES_EXPORT std::vector<std::unique_ptr<fcl::Collis
 makeObjects<float>(const FiberScene& scene);
 extern template FCL_FIBERS_SCENES_EXPORT std::vector<std::unique_ptr<fcl::CollisionObject<double>>>
 makeObjects<double>(const FiberScene& scene);
+/// @endcond
 
 }  // namespace fcl_fibers::scenes

@@ -18,7 +18,7 @@ struct TipLoad {
 
 /// What was done to the tip of a guide filament, step by step; states[0] is the start.
 struct LoadTrajectory {
-  std::vector<TipLoad> states;
+  std::vector<TipLoad> states;  ///< one a step
 };
 
 /// The guide filament of the dynamic assembly test, from straight to a loop in 100 steps: 101

@@ -37,22 +37,24 @@ namespace fcl_fibers::scenes {
 /// 1,000 x 100: 14,800 touching pairs. Not turned, in state 1, fibers bend by less than 0.1 rad: all
 /// but parallel to z, the best case of boxes.
 struct StaticAssemblyParameters {
-  int fibers = 1000;   ///< the paper: 50 to 1,000
-  int segments = 100;  ///< per fiber
-  int state = 40;      ///< of the trajectory: 0 straight, 100 a loop
-  bool turned = true;  ///< about two axes
-  double radius = 0.0035;
+  int fibers = 1000;       ///< the paper: 50 to 1,000
+  int segments = 100;      ///< per fiber
+  int state = 40;          ///< of the trajectory: 0 straight, 100 a loop
+  bool turned = true;      ///< about two axes
+  double radius = 0.0035;  ///< of a human hair, in cm
   std::uint64_t seed = 1;  ///< same seed, same scene
   int frame = 0;           ///< time step of the motion
 };
+
+/// The scene of these parameters.
 FCL_FIBERS_SCENES_EXPORT FiberScene makeStaticAssembly(const StaticAssemblyParameters& parameters);
 
 /// Case 2, dynamic assembly: from parallel fibers, where boxes are thin, to a loop, where parts
 /// meet that are far from each other along the fibers.
 struct DynamicAssemblyParameters {
-  int fibers = 150;
-  int segments = 100;  ///< per fiber
-  double radius = 0.0035;
+  int fibers = 150;        ///< the paper's
+  int segments = 100;      ///< per fiber
+  double radius = 0.0035;  ///< of a human hair, in cm
   std::uint64_t seed = 1;  ///< same seed, same scenes
 };
 
@@ -65,9 +67,13 @@ class FCL_FIBERS_SCENES_EXPORT DynamicAssembly {
   /// solveRod finds no equilibrium.
   explicit DynamicAssembly(const DynamicAssemblyParameters& parameters,
                            LoadTrajectory trajectory = loopTrajectory());
+  ~DynamicAssembly();
+
+  /// What was moved from may be destroyed or assigned to, and nothing else.
+  ///@{
   DynamicAssembly(DynamicAssembly&&) noexcept;
   DynamicAssembly& operator=(DynamicAssembly&&) noexcept;
-  ~DynamicAssembly();
+  ///@}
 
   /// The number of states: 101 for 100 steps of deformation.
   int steps() const;
@@ -101,12 +107,14 @@ class FCL_FIBERS_SCENES_EXPORT DynamicAssembly {
 /// 50,000 x 50: 551,000 touching pairs; the paper's 550,000. Throws std::invalid_argument if fibers
 /// is above 50,000.
 struct HalfScalpParameters {
-  int fibers = 50000;
-  int segments = 50;  ///< per fiber
-  double radius = 0.0035;
+  int fibers = 50000;      ///< the paper's; at most
+  int segments = 50;       ///< per fiber
+  double radius = 0.0035;  ///< of a human hair, in cm
   std::uint64_t seed = 1;  ///< same seed, same scene
   int frame = 0;           ///< time step of the motion
 };
+
+/// The scene of these parameters.
 FCL_FIBERS_SCENES_EXPORT FiberScene makeHalfScalp(const HalfScalpParameters& parameters);
 
 /// Case 4, strand: very many short segments, hardly longer than wide, of fibers that are almost
@@ -123,12 +131,14 @@ FCL_FIBERS_SCENES_EXPORT FiberScene makeHalfScalp(const HalfScalpParameters& par
 /// paper has 23,000 and 80,000 for the latter two. Segments are 0.015 long and 0.007 wide, so that
 /// those next but one do not touch. Throws std::invalid_argument if fibers is above 6,000.
 struct PaperStrandParameters {
-  int fibers = 1000;    ///< the paper: 500, 1,000 and 2,000
-  int segments = 2000;  ///< per fiber
-  double radius = 0.0035;
+  int fibers = 1000;       ///< the paper: 500, 1,000 and 2,000
+  int segments = 2000;     ///< per fiber
+  double radius = 0.0035;  ///< of a human hair, in cm
   std::uint64_t seed = 1;  ///< same seed, same scene
   int frame = 0;           ///< time step of the motion
 };
+
+/// The scene of these parameters.
 FCL_FIBERS_SCENES_EXPORT FiberScene makePaperStrand(const PaperStrandParameters& parameters);
 
 }  // namespace fcl_fibers::scenes

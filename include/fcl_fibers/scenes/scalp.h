@@ -10,7 +10,7 @@ namespace fcl_fibers::scenes {
 
 /// The head of hair scalp-325: lengths in cm.
 struct ScalpParameters {
-  int fibers = 50000;
+  int fibers = 50000;      ///< at most 330,809
   int segments = 50;       ///< per fiber, each of 0.3 cm
   double radius = 0.0035;  ///< of a human hair
   std::uint64_t seed = 1;  ///< same seed, same scene

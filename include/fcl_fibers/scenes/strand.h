@@ -9,7 +9,7 @@ namespace fcl_fibers::scenes {
 
 /// The helical strand strand-325: lengths in cm.
 struct StrandParameters {
-  int fibers = 1000;
+  int fibers = 1000;       ///< any number, at one density
   int segments = 100;      ///< per fiber
   double radius = 0.0035;  ///< of a human hair
   std::uint64_t seed = 1;  ///< same seed, same scene
