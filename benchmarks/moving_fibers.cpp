@@ -70,9 +70,10 @@ MovingFibers::MovingFibers(std::string name, const scenes::FiberScene& frame0,
   }
   for (std::size_t f = 0; f < frame0.fiberCount(); ++f) {
     // A fiber has one segment less than points, so fiber f's first segment is point_begin[f] - f.
-    fibers_.emplace_back(
-        objects_.begin() + static_cast<std::ptrdiff_t>(frame0.point_begin[f] - f),
-        objects_.begin() + static_cast<std::ptrdiff_t>(frame0.point_begin[f + 1] - (f + 1)));
+    const auto begin = objects_.begin() + static_cast<std::ptrdiff_t>(frame0.point_begin[f] - f);
+    const auto end =
+        objects_.begin() + static_cast<std::ptrdiff_t>(frame0.point_begin[f + 1] - (f + 1));
+    fibers_.push_back({{begin, end}, frame0.isClosed(f) ? FiberEnds::kClosed : FiberEnds::kOpen});
   }
 }
 
@@ -128,7 +129,7 @@ void MovingFibers::bringTo(int frame, Boxes boxes) {
 
 void MovingFibers::keepFirst(std::size_t fiber_count) {
   std::size_t segments = 0;
-  for (std::size_t f = 0; f < fiber_count; ++f) segments += fibers_[f].size();
+  for (std::size_t f = 0; f < fiber_count; ++f) segments += fibers_[f].objects.size();
   fibers_.resize(fiber_count);
   objects_.resize(segments);
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <fcl/narrowphase/collision_object.h>
+#include <fcl_fibers/fiber_manager_options.h>
 #include <fcl_fibers/scenes/fiber_scene.h>
 #include <fcl_fibers/scenes/paper_scenes.h>
 
@@ -58,6 +59,13 @@ class MovingFibers {
 
   const std::vector<Object*>& objects() const { return objects_; }
 
+  /// As registerFiber() takes it.
+  struct Fiber {
+    std::vector<Object*> objects;
+    FiberEnds ends;
+  };
+  const std::vector<Fiber>& fibers() const { return fibers_; }
+
   /// The object's number in objects().
   static std::size_t index(const Object* object);
 
@@ -78,7 +86,7 @@ class MovingFibers {
   std::string name_;
   std::vector<std::unique_ptr<CapsuleObject>> capsule_objects_;
   std::vector<Object*> objects_;
-  std::vector<std::vector<Object*>> fibers_;
+  std::vector<Fiber> fibers_;
   std::vector<std::vector<fcl::Transform3d>> poses_;  ///< by frame
   int frame_ = 0;
   Boxes boxes_ = Boxes::kStock;

@@ -34,7 +34,7 @@ library() {
   prefix=$work/$name/installed
   [[ $2 == shared ]] && local shared=ON || local shared=OFF
   configure "$1" "$built" . -DBUILD_SHARED_LIBS=$shared -DFCL_FIBERS_BUILD_TESTS=OFF \
-    -DFCL_FIBERS_BUILD_BENCHMARKS=OFF -DCMAKE_CXX_FLAGS="${4:-}"
+    -DFCL_FIBERS_BUILD_BENCHMARKS=OFF -DFCL_FIBERS_BUILD_TOOLS=OFF -DCMAKE_CXX_FLAGS="${4:-}"
   cmake --build "$built"
   rm -rf "$prefix"
   cmake --install "$built" --prefix "$prefix" >/dev/null

@@ -39,7 +39,7 @@ bool countChain(const PartRequest& request) {
   const scenes::FiberScene scene =
       makeChain(chainOfName(request.chain), request.edge, request.scene.seed);
   MovingFibers fibers(request.chain, scene, scene);
-  const std::vector<Contender> contenders = paperContenders(scene, Fcl::kDynamicTree);
+  const std::vector<Contender> contenders = paperContenders(Fcl::kDynamicTree);
   PreflightLimits limits;
   limits.phase_seconds = request.limit;
   limits.update = false;

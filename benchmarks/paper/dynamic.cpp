@@ -116,7 +116,7 @@ bool timeDynamicAssembly(const PartRequest& request) {
   parameters.seed = request.scene.seed;
   const scenes::DynamicAssembly assembly(parameters);
   const scenes::FiberScene first = assembly.scene(0);
-  const std::vector<Contender> contenders = paperContenders(first, Fcl::kAll);
+  const std::vector<Contender> contenders = paperContenders(Fcl::kAll);
 
   // What is checked are the middle of the motion and its end.
   const int last = assembly.steps() - 1;

@@ -18,51 +18,37 @@ namespace {
 /// Bounds are rounded outward, so that ours may report a few more pairs of boxes, and none less.
 constexpr double kRoundingExcess = 0.01;
 
-/// Number of each fiber's first object, and the number of objects.
-using FiberBegins = std::shared_ptr<const std::vector<std::size_t>>;
-
-FiberBegins fiberBegins(const scenes::FiberScene& scene) {
-  auto begins = std::make_shared<std::vector<std::size_t>>();
-  // A fiber has one segment less than points.
-  for (std::size_t f = 0; f < scene.point_begin.size(); ++f) {
-    begins->push_back(scene.point_begin[f] - f);
-  }
-  return begins;
-}
-
 template <typename FiberManager>
-std::unique_ptr<Manager> setUpOurs(const MovingFibers& fibers, const FiberBegins& begins,
-                                   const FiberManagerOptions& options) {
+std::unique_ptr<Manager> setUpOurs(const MovingFibers& fibers, const FiberManagerOptions& options) {
   auto manager = std::make_unique<FiberManager>(options);
-  const auto first = fibers.objects().begin();
-  for (std::size_t f = 0; f + 1 < begins->size(); ++f) {
-    manager->registerFiber({first + static_cast<std::ptrdiff_t>((*begins)[f]),
-                            first + static_cast<std::ptrdiff_t>((*begins)[f + 1])});
+  for (const MovingFibers::Fiber& fiber : fibers.fibers()) {
+    manager->registerFiber(fiber.objects, fiber.ends);
   }
   manager->setup();
   return manager;
 }
 
 template <typename FiberManager>
-Contender ours(const char* manager, const char* variant, const FiberBegins& begins,
-               Topology topology, Report report, Reported reported) {
+Contender ours(const char* manager, const char* variant, Topology topology, Report report,
+               Reported reported) {
   FiberManagerOptions options;
   options.topology = topology;
   options.report = report;
   options.ignored_neighbors = 1;
-  return {manager,
-          variant,
-          true,
-          Boxes::kNone,
-          reported,
-          [begins, options](const MovingFibers& fibers) {
-            return setUpOurs<FiberManager>(fibers, begins, options);
+  return {manager, variant, true, Boxes::kNone, reported, [options](const MovingFibers& fibers) {
+            return setUpOurs<FiberManager>(fibers, options);
           }};
 }
 
 /// Pairs of adjacent segments, which ours leave out: each overlaps and touches.
 std::size_t adjacentPairs(const MovingFibers& fibers) {
-  return fibers.segmentCount() - fibers.fiberCount();
+  std::size_t pairs = 0;
+  for (const MovingFibers::Fiber& fiber : fibers.fibers()) {
+    const std::size_t segments = fiber.objects.size();
+    if (segments > 1) pairs += segments - 1;
+    if (segments > 2 && fiber.ends == FiberEnds::kClosed) ++pairs;
+  }
+  return pairs;
 }
 
 /// What a contender would have counted with adjacent segments.
@@ -124,22 +110,19 @@ void judgeVolumes(const std::vector<Contender>& contenders, const MovingFibers& 
 
 }  // namespace
 
-std::vector<Contender> paperContenders(const scenes::FiberScene& scene, Fcl fcl) {
+std::vector<Contender> paperContenders(Fcl fcl) {
   using Boxes = LayeredAABBTreeCollisionManagerd;
   using Spheres = WrappedSphereTreeCollisionManagerd;
-  const FiberBegins begins = fiberBegins(scene);
   constexpr auto kVolumes = Report::kVolumes;
   std::vector<Contender> contenders = {
-      ours<Boxes>("LayeredAABBTree", "super_thread", begins, Topology::kSuperThread, kVolumes,
+      ours<Boxes>("LayeredAABBTree", "super_thread", Topology::kSuperThread, kVolumes,
                   Reported::kTightBoxes),
-      ours<Spheres>("WrappedSphereTree", "super_thread", begins, Topology::kSuperThread, kVolumes,
+      ours<Spheres>("WrappedSphereTree", "super_thread", Topology::kSuperThread, kVolumes,
                     Reported::kSpheres),
-      ours<Boxes>("LayeredAABBTree", "bundle", begins, Topology::kBundle, kVolumes,
-                  Reported::kTightBoxes),
-      ours<Spheres>("WrappedSphereTree", "bundle", begins, Topology::kBundle, kVolumes,
-                    Reported::kSpheres),
-      ours<Boxes>("LayeredAABBTree", "bundle_capsules", begins, Topology::kBundle,
-                  Report::kCapsules, Reported::kTouching),
+      ours<Boxes>("LayeredAABBTree", "bundle", Topology::kBundle, kVolumes, Reported::kTightBoxes),
+      ours<Spheres>("WrappedSphereTree", "bundle", Topology::kBundle, kVolumes, Reported::kSpheres),
+      ours<Boxes>("LayeredAABBTree", "bundle_capsules", Topology::kBundle, Report::kCapsules,
+                  Reported::kTouching),
   };
   for (Contender& contender : allContenders()) {
     const bool is_tree = contender.manager == "DynamicAABBTree";

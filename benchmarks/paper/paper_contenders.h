@@ -16,7 +16,7 @@ enum class Fcl { kDynamicTree, kAll };
 /// Ours as published (`super_thread`) and by default (`bundle`), with fibers registered as fibers
 /// and adjacent segments left out, as the paper does; FCL's managers on tight boxes, which cannot
 /// leave them out.
-std::vector<Contender> paperContenders(const scenes::FiberScene& scene, Fcl fcl);
+std::vector<Contender> paperContenders(Fcl fcl);
 
 /// `LayeredAABBTree/super_thread`
 std::string shortName(const Contender& contender);

@@ -19,10 +19,9 @@ namespace {
 constexpr double kOnceFromSeconds = 5;
 
 /// The contenders that `only` names, and one that the others' counts are held against.
-std::vector<Contender> chosenContenders(const PartRequest& request,
-                                        const scenes::FiberScene& scene) {
+std::vector<Contender> chosenContenders(const PartRequest& request) {
   std::vector<Contender> contenders =
-      paperContenders(scene, request.all_of_fcl ? Fcl::kAll : Fcl::kDynamicTree);
+      paperContenders(request.all_of_fcl ? Fcl::kAll : Fcl::kDynamicTree);
   if (request.only.empty()) return contenders;
   const std::string names = "," + request.only + ",LayeredAABBTree/bundle,";
   contenders.erase(std::remove_if(contenders.begin(), contenders.end(),
@@ -70,12 +69,8 @@ bool timeScene(const PartRequest& request) {
   const std::string name =
       request.scene.hair.path.empty() ? request.scene.name : hairName(request.scene.hair);
   showProgress(name + ": make the scene");
-  std::vector<Contender> contenders;
-  MovingFibers fibers = [&] {
-    const scenes::FiberScene frame0 = makePaperScene(request.scene, 0);
-    contenders = chosenContenders(request, frame0);
-    return MovingFibers(name, frame0, makePaperScene(request.scene, 1));
-  }();
+  const std::vector<Contender> contenders = chosenContenders(request);
+  MovingFibers fibers(name, makePaperScene(request.scene, 0), makePaperScene(request.scene, 1));
 
   PreflightLimits limits;
   limits.phase_seconds = request.limit;

@@ -67,7 +67,8 @@ struct TreeVolume {
 };
 
 /// The tree of the fiber managers for programs that keep no FCL object per segment. Same answers,
-/// same promises, a third of the memory traffic. This header needs neither FCL nor Eigen.
+/// same promises; what is read is a point, where a manager reads an object, its pose and its shape.
+/// This header needs neither FCL nor Eigen.
 ///
 /// Queries are const and may run from several threads at once; build and update must not run
 /// beside them. Arrays that cannot be answered for are refused with std::invalid_argument, which
@@ -109,7 +110,8 @@ class FCL_FIBERS_EXPORT FiberTree {
 
   /// The same for pairs of a capsule a of this tree and b of another one, which needs the same
   /// volumes and topology, and Report::kCapsules if this one has it; else throws
-  /// std::invalid_argument. Report and margin are this tree's, and no pair counts as neighbours.
+  /// std::invalid_argument. Report and margin are this tree's, and no pair counts as neighbours. Of
+  /// the tree itself it is the query above.
   template <class Visitor>
   bool visitPairs(const FiberTree& other, Visitor&& visit) const {
     Bridge<Visitor> bridge(visit);
