@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
+// The C++ of README.md and docs/choosing.md (code_blocks.cmake), with what it takes for granted
+// declared before it.
+#include <cstdint>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fcl/geometry/shape/sphere.h>
+#include <fcl_fibers/scenes/fiber_scene.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "scenes/files/file_support.h"
+
+// clang-format off
+#include "readme_0_includes.inc"
+#include "readme_1_includes.inc"
+#include "readme_2_includes.inc"
+#include "choosing_0_includes.inc"
+// clang-format on
+
+namespace {
+
+using Fiber = std::vector<fcl::CollisionObjectd*>;
+
+/// Two fibers of three segments whose middle ones touch.
+fcl_fibers::scenes::FiberScene crossing() {
+  fcl_fibers::scenes::FiberScene scene;
+  for (const double x : {-1.5, -0.5, 0.5, 1.5}) scene.points.push_back({x, 0, 0});
+  for (const double y : {-1.5, -0.5, 0.5, 1.5}) scene.points.push_back({0, y, 0.15});
+  scene.point_begin = {0, 4, 8};
+  scene.radius = 0.1;
+  return scene;
+}
+
+/// A square whose ends meet, and which touches itself there alone.
+fcl_fibers::scenes::FiberScene square() {
+  fcl_fibers::scenes::FiberScene scene;
+  scene.points = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 0}};
+  scene.point_begin = {0, 5};
+  scene.radius = 0.1;
+  return scene;
+}
+
+struct Objects {
+  explicit Objects(const fcl_fibers::scenes::FiberScene& scene)
+      : owned(fcl_fibers::scenes::makeObjects<double>(scene)) {
+    auto next = owned.begin();
+    for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+      fibers.emplace_back();
+      for (std::size_t i = scene.point_begin[f] + 1; i < scene.point_begin[f + 1]; ++i) {
+        fibers.back().push_back((next++)->get());
+      }
+    }
+  }
+  std::vector<std::unique_ptr<fcl::CollisionObjectd>> owned;
+  std::vector<Fiber> fibers;
+};
+
+using Pairs = std::vector<std::pair<fcl::CollisionObjectd*, fcl::CollisionObjectd*>>;
+
+bool callback(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* data) {
+  static_cast<Pairs*>(data)->push_back({a, b});
+  return false;
+}
+
+// The first code that a user tries would not compile, or report other pairs than it says.
+TEST(Readme, ManagerOnTheFirstScreen) {
+  const Objects objects(crossing());
+  const std::vector<Fiber>& fibers = objects.fibers;
+  Pairs data;
+#include "readme_0_code.inc"
+  const std::pair middle(fibers[0][1], fibers[1][1]);
+  EXPECT_THAT(data, testing::ElementsAre(middle, middle));
+}
+
+TEST(Readme, TreeOverArrays) {
+  const fcl_fibers::scenes::FiberScene scene = crossing();
+  std::vector<float> points;
+  for (const fcl_fibers::scenes::Point& point : scene.points) {
+    for (const double coordinate : point) points.push_back(static_cast<float>(coordinate));
+  }
+  const std::vector<std::size_t>& point_begin = scene.point_begin;
+  const std::size_t point_count = scene.points.size(), fiber_count = scene.fiberCount();
+  const float radius = 0.1F;
+  std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
+  const auto touched = [&](std::int32_t a, std::int32_t b) { pairs.push_back({a, b}); };
+#include "readme_1_code.inc"
+  EXPECT_THAT(pairs, testing::Contains(std::pair(1, 5)));
+  EXPECT_EQ(pairs.size(), 1 + 4U) << "with adjacent segments";
+}
+
+TEST(Readme, FibersFromAFile) {
+  fcl_fibers::scenes::FileBytes bytes;
+  bytes.zeros(160).setLittle(0, 4.0F).setLittle(4, 2U).setLittle(8, 4U).setLittle(12, 160U);
+  for (const fcl_fibers::scenes::Point& point : crossing().points) {
+    for (const double coordinate : point) bytes.little(static_cast<float>(coordinate));
+    bytes.little(0.0F);
+  }
+  std::ofstream("ponytail.tfx", std::ios::binary) << bytes.bytes();
+  fcl_fibers::FiberTree tree;
+#include "readme_2_code.inc"
+  EXPECT_EQ(tree.segmentCount(), 6U);
+  EXPECT_EQ(file.scene.radius, 0.05);
+}
+
+TEST(Choosing, AClosedCableAndAHead) {
+  const fcl_fibers::scenes::FiberScene scene = square();
+  const Objects objects(scene);
+  const Fiber& cable = objects.fibers[0];
+  const double radius = scene.radius;
+  fcl::CollisionObjectd head(std::make_shared<fcl::Sphered>(0.2), fcl::Matrix3d::Identity(),
+                             fcl::Vector3d(0.5, 0.2, 0));
+  Pairs data;
+#include "choosing_0_code.inc"
+  EXPECT_THAT(data, testing::ElementsAre(std::pair(cable[0], &head)));
+}
+
+}  // namespace
