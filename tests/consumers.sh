@@ -105,6 +105,7 @@ installed() {
   local version
   version=$(pkg-config --modversion fcl_fibers)
   grep -q "<version>$version</version>" package.xml || fail "package.xml is not of version $version"
+  grep -qx "version: $version" CITATION.cff || fail "CITATION.cff is not of version $version"
 }
 
 # refused MESSAGE FLAGS...: a program with FCL objects does not compile, and is told so.
