@@ -34,8 +34,8 @@ namespace fcl_fibers::scenes {
 /// whole is turned by pi/4 about y, then by pi/4 about x. A frame swings the load: it is multiplied
 /// by 1 + 0.05 sin(0.1 frame).
 ///
-/// 1,000 x 100: 14,800 touching pairs. Not turned, in state 1, fibers bend by less than 0.1 rad: all
-/// but parallel to z, the best case of boxes.
+/// 1,000 x 100: 14,800 touching pairs. Not turned, in state 1, fibers bend by less than 0.1 rad:
+/// all but parallel to z, the best case of boxes.
 struct StaticAssemblyParameters {
   int fibers = 1000;       ///< the paper: 50 to 1,000
   int segments = 100;      ///< per fiber
