@@ -9,7 +9,8 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 .ci/apt_install.sh cmake ninja-build g++ clang pkg-config binutils dpkg-dev file libfcl-dev \
-  libccd-dev libeigen3-dev libhwy-dev libtbb-dev libpugixml-dev zlib1g-dev
+  libccd-dev libeigen3-dev libhwy-dev libtbb-dev libpugixml-dev zlib1g-dev libcli11-dev \
+  libfmt-dev nlohmann-json3-dev libjs-three
 
 work=$PWD/build/consumers
 mkdir -p "$work"
@@ -27,14 +28,16 @@ configure() {
     -DCMAKE_CXX_COMPILER="$compiler" "$@" >/dev/null
 }
 
-# library COMPILER shared|static [NAME FLAGS]: builds and installs; sets `built` and `prefix`.
+# library COMPILER shared|static [NAME FLAGS]: builds and installs; sets `built` and `prefix`. With
+# tools=ON the program as well.
 library() {
   local name=${3:-$1-$2}
   built=$work/$name/library
   prefix=$work/$name/installed
   [[ $2 == shared ]] && local shared=ON || local shared=OFF
   configure "$1" "$built" . -DBUILD_SHARED_LIBS=$shared -DFCL_FIBERS_BUILD_TESTS=OFF \
-    -DFCL_FIBERS_BUILD_BENCHMARKS=OFF -DFCL_FIBERS_BUILD_TOOLS=OFF -DCMAKE_CXX_FLAGS="${4:-}"
+    -DFCL_FIBERS_BUILD_BENCHMARKS=OFF -DFCL_FIBERS_BUILD_TOOLS=${tools:-OFF} \
+    -DCMAKE_CXX_FLAGS="${4:-}"
   cmake --build "$built"
   rm -rf "$prefix"
   cmake --install "$built" --prefix "$prefix" >/dev/null
@@ -150,7 +153,7 @@ mismatch() {
 deb() {
   local as_root=() package
   ((EUID == 0)) || as_root=(sudo)
-  library g++ shared
+  tools=ON library g++ shared
   rm -f "$built"/*.deb
   (cd "$built" && cpack -G DEB)
   package=$(echo "$built"/libfcl-fibers-dev_*.deb)
@@ -160,6 +163,7 @@ deb() {
   # shellcheck disable=SC2064
   trap "${as_root[*]} dpkg --purge libfcl-fibers-dev" EXIT
   "${as_root[@]}" dpkg -i "$package"
+  /usr/bin/fcl_fibers info strand:fibers=2
   configure g++ "$work/deb/find_package" tests/consumer
   run_consumer "$work/deb/find_package"
   unset PKG_CONFIG_PATH
