@@ -72,9 +72,9 @@ class FiberRegistry {
     if (last - first > rule.reach && !has_closed_ && rule.arc_length <= 0) return false;
     const std::size_t fiber = fiberOf(first);
     if (last >= fiberEnd(fiber)) return false;
-    if (first != last && fiber_kind_[fiber] == Kind::kGuessed) return false;
+    if (first != last && fiber_kind_[fiber].kind == Kind::kGuessed) return false;
     const tree::FiberRange range{fiber_begin_[fiber], fiberEnd(fiber),
-                                 fiber_kind_[fiber] == Kind::kClosed};
+                                 fiber_kind_[fiber].kind == Kind::kClosed};
     return tree::areNeighbors(rule, range, arc_end_.data(), first, last);
   }
 
@@ -91,7 +91,7 @@ class FiberRegistry {
     return objects_.capacity() * sizeof(Object*) + index_.memoryUsage() +
            fiber_begin_.capacity() * sizeof(SegmentId) +
            fiber_number_.capacity() * sizeof(std::uint32_t) +
-           fiber_kind_.capacity() * sizeof(Kind) + arc_end_.capacity() * sizeof(double);
+           fiber_kind_.capacity() * sizeof(FiberKind) + arc_end_.capacity() * sizeof(double);
   }
 
  private:
@@ -111,6 +111,11 @@ class FiberRegistry {
   }
   void renumber();
 
+  /// Vectors of an enumeration would be exported: visibility hides class types only.
+  struct FiberKind {
+    Kind kind;
+  };
+
   Keep keep_;
   std::vector<Object*> objects_;
   PointerIndex<Object> index_;
@@ -120,8 +125,8 @@ class FiberRegistry {
   std::vector<SegmentId> fiber_begin_;
   std::vector<std::uint32_t> fiber_number_;  ///< as counted when they were registered
   std::uint32_t next_fiber_number_ = 0;
-  std::vector<Kind> fiber_kind_;  ///< empty unless links are kept
-  std::vector<double> arc_end_;   ///< by id, see areNeighbors(); empty unless arcs are kept
+  std::vector<FiberKind> fiber_kind_;  ///< empty unless links are kept
+  std::vector<double> arc_end_;        ///< by id, see areNeighbors(); empty unless arcs are kept
   bool has_closed_ = false;
 };
 
@@ -151,7 +156,7 @@ std::optional<std::size_t> FiberRegistry<S>::add(const std::vector<Object*>& add
     if (starts_fiber[i]) {
       fiber_begin_.push_back(static_cast<SegmentId>(first + i));
       fiber_number_.push_back(next_fiber_number_++);
-      if (keep_ != Keep::kNothing) fiber_kind_.push_back(kind);
+      if (keep_ != Keep::kNothing) fiber_kind_.push_back({kind});
     }
     if (keep_ == Keep::kLinksAndArcs) {
       arc_end_.push_back((starts_fiber[i] ? 0 : arc_end_.back()) + lengths[i]);
