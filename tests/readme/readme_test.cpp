@@ -3,6 +3,7 @@
 // The C++ of README.md and docs/choosing.md (code_blocks.cmake), with what it takes for granted
 // declared before it.
 #include <cstdint>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <memory>
@@ -107,6 +108,7 @@ TEST(Readme, FibersFromAFile) {
 #include "readme_2_code.inc"
   EXPECT_EQ(tree.segmentCount(), 6U);
   EXPECT_EQ(file.scene.radius, 0.05);
+  std::filesystem::remove("ponytail.tfx");
 }
 
 TEST(Choosing, AClosedCableAndAHead) {
