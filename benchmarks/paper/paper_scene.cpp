@@ -40,8 +40,9 @@ scenes::FiberScene makePaperScene(const PaperSceneRequest& request, int frame) {
   if (request.name == "strand") {
     return scenes::makePaperStrand(parametersOf<scenes::PaperStrandParameters>(request, frame));
   }
-  throw std::invalid_argument("--scene=" + request.name +
-                              ": there are static, axis_parallel, axis_turned, half_scalp and strand");
+  throw std::invalid_argument(
+      "--scene=" + request.name +
+      ": there are static, axis_parallel, axis_turned, half_scalp and strand");
 }
 
 }  // namespace fcl_fibers::benchmarks
