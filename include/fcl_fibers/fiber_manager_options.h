@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 namespace fcl_fibers {
 
@@ -16,6 +17,15 @@ struct FiberSegment {
 /// Whether the last segment of a fiber leads to its first one, so that the two are neighbours as
 /// any others that follow each other.
 enum class FiberEnds { kOpen, kClosed };
+
+/// Fibers that never meet, given by one number to all of them: the cables of one harness, say.
+/// Segments of one group are not reported with one another, neither by collide nor by distance; and
+/// as segments of one fiber are of one group, a fiber never meets itself, be it alone in its group.
+/// Any number but 0, which is no group. What is of one group costs queries nothing where it is
+/// among itself. Numbers are one manager's own.
+struct FiberGroup {
+  std::int32_t number = 0;
+};
 
 /// Shape of the tree over the segments; decides speed, never the answer.
 enum class Topology {

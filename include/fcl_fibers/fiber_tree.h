@@ -34,6 +34,8 @@ struct FiberArrays {
   /// fiber_count answers, 1 or 0, or null: none is closed. The last point of a closed fiber repeats
   /// its first one, so that its last capsule is a neighbour of its first.
   const std::uint8_t* closed = nullptr;
+  /// fiber_count numbers, see FiberGroup, 0 for a fiber of no group, or null: none has one.
+  const std::int32_t* groups = nullptr;
 };
 
 /// Two capsules, each named by the index of its first point; a < b within one tree.
@@ -81,7 +83,7 @@ class FCL_FIBERS_EXPORT FiberTree {
   void build(const FiberArrays<double>& fibers);
 
   /// After points or radii have changed, but not the number of points of any fiber. S need not be
-  /// what it was; which fibers are closed is what it was.
+  /// what it was; which fibers are closed and of which group is what it was.
   void update(const FiberArrays<float>& fibers);
   void update(const FiberArrays<double>& fibers);
 
@@ -95,7 +97,7 @@ class FCL_FIBERS_EXPORT FiberTree {
   }
 
   /// The same for pairs of a capsule a of this tree and b of another one, whose options but for the
-  /// volumes and the topology do not matter.
+  /// volumes and the topology do not matter; groups neither.
   template <class Visitor>
   bool visitPairs(const FiberTree& other, Visitor&& visit) const {
     Bridge<Visitor> bridge(visit);
