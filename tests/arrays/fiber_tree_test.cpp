@@ -188,6 +188,76 @@ TYPED_TEST(ArrayTree, IgnoresNeighborsByArcLengthAndAcrossTheSeam) {
   }
 }
 
+// Fibers of one group would meet, or others not; after an update, or a new bundle, or in another
+// tree's query.
+TYPED_TEST(ArrayTree, LeavesOutPairsOfOneGroup) {
+  auto fibers = curledFibers<TypeParam>(21, 60);
+  const std::size_t count = fibers.point_begin.size() - 1;
+  std::vector<std::int32_t> groups;
+  for (std::size_t f = 0; f < count; ++f) groups.push_back(static_cast<std::int32_t>(f % 4) - 1);
+  const auto groupOf = [&](std::int32_t point) {
+    const auto after = std::upper_bound(fibers.point_begin.begin(), fibers.point_begin.end(),
+                                        static_cast<std::size_t>(point));
+    return groups[static_cast<std::size_t>(after - fibers.point_begin.begin() - 1)];
+  };
+  const auto withGroups = [&] {
+    FiberArrays<TypeParam> view = fibers.view();
+    view.groups = groups.data();
+    return view;
+  };
+  const auto expected = [&] {
+    Pairs pairs;
+    for (const auto& [a, b] : touchingPairs(fibers, fibers, 1, 0)) {
+      if (groupOf(a) == 0 || groupOf(a) != groupOf(b)) pairs.emplace(a, b);
+    }
+    return pairs;
+  };
+  const auto start = fibers;
+  const auto other = curledFibers<TypeParam>(22);
+  for (FiberTreeOptions options : allKinds(Report::kCapsules)) {
+    options.ignored_neighbors = 1;
+    for (const int threads : {1, 3}) {
+      options.threads = threads;
+      fibers = start;
+      FiberTree tree(options), plain(options), other_tree(options);
+      tree.build(withGroups());
+      plain.build(fibers.view());
+      EXPECT_GT(expected().size(), 100u);
+      EXPECT_LT(expected().size(), touchingPairs(fibers, fibers, 1, 0).size());
+      EXPECT_EQ(pairsOf(tree), expected());
+
+      // All that matters of the groups is what they were at the build.
+      for (const double far : {0.02, 5.0}) {
+        for (std::size_t i = 0; i < fibers.points.size(); ++i) {
+          const auto fiber =
+              std::upper_bound(fibers.point_begin.begin(), fibers.point_begin.end(), i / 3);
+          const auto place = (7 * (fiber - fibers.point_begin.begin())) % 60;
+          if (i % 3 == 0) fibers.points[i] += static_cast<TypeParam>(far * double(place / 12));
+        }
+        tree.update(fibers.view());
+        EXPECT_EQ(pairsOf(tree), expected());
+      }
+
+      fibers = start;
+      tree.update(fibers.view());
+      other_tree.build(other.view());
+      const auto between = [&](const FiberTree& first) {
+        Pairs pairs;
+        first.visitPairs(other_tree, [&](SegmentPair pair) { pairs.emplace(pair.a, pair.b); });
+        return pairs;
+      };
+      EXPECT_EQ(between(tree), between(plain));
+
+      const std::vector<std::int32_t> none(count, 0);
+      FiberArrays<TypeParam> view = fibers.view();
+      view.groups = none.data();
+      tree.build(view);
+      EXPECT_EQ(pairsOf(tree), pairsOf(plain)) << "none is in a group";
+      EXPECT_EQ(tree.memoryUsage(), plain.memoryUsage());
+    }
+  }
+}
+
 // A tree that reports volumes would miss pairs that touch.
 TYPED_TEST(ArrayTree, VolumesOverlapWhereCapsulesTouch) {
   const auto fibers = curledFibers<TypeParam>(2);
