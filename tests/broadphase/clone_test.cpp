@@ -194,7 +194,9 @@ TYPED_TEST(Clone, TakesWhatHasComeAndGoneWithIt) {
       this->expectSameNumbers(*original, *clone);
       EXPECT_EQ(clone->fiberSegment(copies[18]).segment, 4u);
 
-      // More changes before its first query.
+      // More changes before its first query; where the original's tree has them, nobody is.
+      Random random(203);
+      for (auto* object : managed) jolt(*object, random, 0.2, 0.5);
       clone->unregisterObject(copies[60]);
       managed.erase(std::find(managed.begin(), managed.end(), copies[60]));
       clone->registerObject(copies[3]);

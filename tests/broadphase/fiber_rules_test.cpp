@@ -338,7 +338,8 @@ TYPED_TEST(FiberRules, GroupsHoldThroughAnotherManager) {
   using S = typename TypeParam::Scalar;
   const Grouped<S> grouped(172);
   const auto all = grouped.scene.objects();
-  const std::vector<fcl::CollisionObject<S>*> shared(all.begin() + 20, all.begin() + 50);
+  // Of one group: others that are in both would meet twice, as (a, b) and (b, a).
+  const auto& shared = grouped.scene.fibers()[5];
   const FiberManagerOptions options = ignoring(0, Report::kCapsules, 0.01);
   const auto manager = TypeParam::make(options);
   registerFibers(*manager, grouped.scene, grouped.groups);
@@ -426,7 +427,7 @@ TYPED_TEST(FiberRules, GroupsStayThroughAllChanges) {
   manager->clear();
   grouped.groups.clear();
   registerFibers(*manager, scene);
-  managed = scene.objects();
+  managed = objectsOf<S>(*manager);
   check("groups went with clear()");
 }
 
