@@ -293,32 +293,33 @@ TEST(FiberRegistry, ADuplicateChangesNothing) {
 TEST(FiberRegistry, ACopyHasOtherObjectsInTheirPlaces) {
   // If this fails, a clone has lost numbers, neighbours, arcs or groups, or finds the original's
   // objects.
-  const Stock stock(200), others(200);
+  const Stock stock(220), others(220);
   Registry original(Registry::Keep::kLinksAndArcs);
   const auto add = [&](std::size_t begin, std::size_t end, Registry::Kind kind, tree::Group group) {
     ASSERT_FALSE(original.add(stock.range(begin, end), oneFiber(end - begin), kind,
                               std::vector<double>(end - begin, 2), group));
   };
-  add(0, 90, Registry::Kind::kOpen, 0);
-  add(90, 100, Registry::Kind::kClosed, 5);
-  add(100, 130, Registry::Kind::kOpen, 5);
-  add(130, 140, Registry::Kind::kGuessed, 0);
+  add(0, 150, Registry::Kind::kOpen, 0);
+  add(150, 160, Registry::Kind::kClosed, 5);
+  add(160, 190, Registry::Kind::kOpen, 5);
+  add(190, 200, Registry::Kind::kGuessed, 0);
   // So many that ids have moved, and then some more.
-  for (std::size_t i = 0; i < 110; ++i) {
-    if (i < 90 || i >= 100) original.remove(stock[i]);
+  for (std::size_t i = 0; i < 170; ++i) {
+    if (i < 150 || i >= 160) original.remove(stock[i]);
   }
-  original.remove(stock[95]);
-  ASSERT_LT(original.find(stock[99]), 99);
+  original.remove(stock[155]);
+  ASSERT_LT(original.find(stock[159]), 159);
 
   Objects objects;
-  for (const std::size_t i : {90, 91, 92, 93, 94, 96, 97, 98, 99}) objects.push_back(others[i]);
-  for (std::size_t i = 110; i < 140; ++i) objects.push_back(others[i]);
+  for (const std::size_t i : {150, 151, 152, 153, 154, 156, 157, 158, 159})
+    objects.push_back(others[i]);
+  for (std::size_t i = 170; i < 200; ++i) objects.push_back(others[i]);
   Registry copy(Registry::Keep::kLinksAndArcs);
   ASSERT_FALSE(copy.copy(original, objects));
   ASSERT_EQ(copy.size(), original.size());
   ASSERT_EQ(copy.objects().size(), original.objects().size());
   const auto expectAlike = [&](std::size_t added) {
-    for (std::size_t i = 0; i < 140 + added; ++i) {
+    for (std::size_t i = 0; i < 200 + added; ++i) {
       const SegmentId id = original.find(stock[i]);
       ASSERT_EQ(copy.find(others[i]), id) << i;
       ASSERT_EQ(copy.find(stock[i]), Registry::kNotFound);
@@ -327,7 +328,7 @@ TEST(FiberRegistry, ACopyHasOtherObjectsInTheirPlaces) {
       EXPECT_EQ(copy.fiberSegment(id).fiber, original.fiberSegment(id).fiber);
       EXPECT_EQ(copy.fiberSegment(id).segment, original.fiberSegment(id).segment);
       EXPECT_EQ(copy.groupOf(id), original.groupOf(id));
-      for (std::size_t j = i; j < 140 + added; ++j) {
+      for (std::size_t j = i; j < 200 + added; ++j) {
         const SegmentId other = original.find(stock[j]);
         if (other == Registry::kNotFound) continue;
         for (const double arc : {2.0, 7.0}) {
@@ -341,9 +342,9 @@ TEST(FiberRegistry, ACopyHasOtherObjectsInTheirPlaces) {
   // What comes after goes on alike.
   for (Registry* registry : {&original, &copy}) {
     const Stock& of = registry == &original ? stock : others;
-    registry->add(of.range(140, 150), oneFiber(10), Registry::Kind::kOpen,
+    registry->add(of.range(200, 210), oneFiber(10), Registry::Kind::kOpen,
                   std::vector<double>(10, 1), 6);
-    for (std::size_t i = 120; i < 130; ++i) registry->remove(of[i]);
+    for (std::size_t i = 180; i < 190; ++i) registry->remove(of[i]);
   }
   expectAlike(10);
 
