@@ -299,7 +299,7 @@ TEST(FiberRegistry, ACopyHasOtherObjectsInTheirPlaces) {
     ASSERT_FALSE(original.add(stock.range(begin, end), oneFiber(end - begin), kind,
                               std::vector<double>(end - begin, 2), group));
   };
-  add(0, 150, Registry::Kind::kOpen, 0);
+  for (std::size_t i = 0; i < 150; ++i) add(i, i + 1, Registry::Kind::kOpen, 0);
   add(150, 160, Registry::Kind::kClosed, 5);
   add(160, 190, Registry::Kind::kOpen, 5);
   add(190, 200, Registry::Kind::kGuessed, 0);
