@@ -56,11 +56,13 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   ~FiberCollisionManager() override;
 
   /// Registers one fiber: capsules in their order along it. Consecutive capsules are neighbours,
-  /// see FiberManagerOptions::ignored_neighbors. An empty fiber is a no-op.
+  /// see FiberManagerOptions::ignored_neighbors. An empty fiber is a no-op. Segments of one group
+  /// are never reported with one another, those of one fiber with a group among them.
   ///
   /// Throws std::invalid_argument, and registers nothing, if an object is null, no capsule,
   /// registered already, or of a pose, radius or length that is not finite; or while a query runs.
-  void registerFiber(const std::vector<Object*>& fiber, FiberEnds ends = FiberEnds::kOpen);
+  void registerFiber(const std::vector<Object*>& fiber, FiberEnds ends = FiberEnds::kOpen,
+                     FiberGroup group = {});
 
   /// Registers objects of any kind. Runs of consecutive capsules that share an end point (to 4 ulp
   /// of the largest coordinate) are taken for fibers, for the tree's shape only: no pair of them is
@@ -134,6 +136,8 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
  protected:
   enum class Hierarchy { kLayeredBoxes, kWrappedSpheres };
   FiberCollisionManager(Hierarchy hierarchy, const FiberManagerOptions& options);
+  /// A clone: see the subclasses.
+  FiberCollisionManager(const FiberCollisionManager& original, const std::vector<Object*>& objects);
 
   class FCL_FIBERS_NO_EXPORT Impl;
   std::unique_ptr<Impl> impl_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 /// Collision detection among fibers of capsules.
 namespace fcl_fibers {
@@ -19,6 +20,15 @@ struct FiberSegment {
 enum class FiberEnds {
   kOpen,    ///< two ends
   kClosed,  ///< a ring
+};
+
+/// Fibers that never meet, given by one number to all of them: the cables of one harness, say.
+/// Segments of one group are not reported with one another, neither by collide nor by distance; and
+/// as segments of one fiber are of one group, a fiber never meets itself, be it alone in its group.
+/// Any number but 0, which is no group. What is of one group costs queries nothing where it is
+/// among itself. Numbers are one manager's own.
+struct FiberGroup {
+  std::int32_t number = 0;
 };
 
 /// Shape of the tree over the segments; decides speed, never the answer.

@@ -35,6 +35,8 @@ struct FiberArrays {
   /// fiber_count answers, 1 or 0, or null: none is closed. The last point of a closed fiber repeats
   /// its first one, so that its last capsule is a neighbour of its first.
   const std::uint8_t* closed = nullptr;
+  /// fiber_count numbers, see FiberGroup, 0 for a fiber of no group, or null: none has one.
+  const std::int32_t* groups = nullptr;
 };
 
 /// Two capsules, each named by the index of its first point; a < b within one tree.
@@ -93,7 +95,7 @@ class FCL_FIBERS_EXPORT FiberTree {
   ///@}
 
   /// After points or radii have changed, but not the number of points of any fiber. S need not be
-  /// what it was; which fibers are closed is what it was.
+  /// what it was; which fibers are closed and of which group is what it was.
   ///@{
   void update(const FiberArrays<float>& fibers);
   void update(const FiberArrays<double>& fibers);
@@ -110,8 +112,8 @@ class FCL_FIBERS_EXPORT FiberTree {
 
   /// The same for pairs of a capsule a of this tree and b of another one, which needs the same
   /// volumes and topology, and Report::kCapsules if this one has it; else throws
-  /// std::invalid_argument. Report and margin are this tree's, and no pair counts as neighbours. Of
-  /// the tree itself it is the query above.
+  /// std::invalid_argument. Report and margin are this tree's, and no pair counts as neighbours or
+  /// of one group. Of the tree itself it is the query above.
   template <class Visitor>
   bool visitPairs(const FiberTree& other, Visitor&& visit) const {
     Bridge<Visitor> bridge(visit);

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
+#include <vector>
+
 #include <fcl_fibers/fiber_collision_manager.h>
 
 namespace fcl_fibers {
@@ -10,9 +13,25 @@ namespace fcl_fibers {
 template <typename S>
 class FCL_FIBERS_EXPORT LayeredAABBTreeCollisionManager : public FiberCollisionManager<S> {
  public:
+  using typename FiberCollisionManager<S>::Object;
+
   /// Throws std::invalid_argument if the options are out of range, and std::runtime_error if FCL's
   /// objects have another layout than the library was compiled for.
   explicit LayeredAABBTreeCollisionManager(const FiberManagerOptions& options = {});
+
+  /// The same manager over other objects, for a program that copies a scene for each of its
+  /// threads: objects[i] stands in the place of the i-th object of getObjects(), in its fiber and
+  /// group, under its fiber and segment number, with its neighbours (those of ignored_arc_length as
+  /// they were measured for the original). Where the original has a capsule, so must `objects`; the
+  /// shapes may be others. An object may be in both managers. The tree is copied, so that the first
+  /// query or setup() of the clone costs about an update(). Const: queries of the original may run
+  /// meanwhile. Throws std::invalid_argument if objects are too few or too many, null, there twice
+  /// or broken.
+  std::unique_ptr<LayeredAABBTreeCollisionManager> clone(const std::vector<Object*>& objects) const;
+
+ private:
+  LayeredAABBTreeCollisionManager(const LayeredAABBTreeCollisionManager& original,
+                                  const std::vector<Object*>& objects);
 };
 
 /// Of objects of float.

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
+#include <vector>
+
 #include <fcl_fibers/fiber_collision_manager.h>
 
 namespace fcl_fibers {
@@ -20,13 +23,23 @@ struct CascadeStatistics {
 template <typename S>
 class FCL_FIBERS_EXPORT WrappedSphereTreeCollisionManager : public FiberCollisionManager<S> {
  public:
+  using typename FiberCollisionManager<S>::Object;
+
   /// Throws std::invalid_argument if the options are out of range, and std::runtime_error if FCL's
   /// objects have another layout than the library was compiled for.
   explicit WrappedSphereTreeCollisionManager(const FiberManagerOptions& options = {});
 
+  /// As LayeredAABBTreeCollisionManager::clone().
+  std::unique_ptr<WrappedSphereTreeCollisionManager> clone(
+      const std::vector<Object*>& objects) const;
+
   /// Builds the tree first where a query would. Of an `update` of few objects it counts the cages
   /// above these.
   CascadeStatistics cascadeStatistics() const;
+
+ private:
+  WrappedSphereTreeCollisionManager(const WrappedSphereTreeCollisionManager& original,
+                                    const std::vector<Object*>& objects);
 };
 
 /// Of objects of float.

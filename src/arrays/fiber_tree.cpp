@@ -129,7 +129,8 @@ class FiberTree::Impl {
   std::size_t segmentCount() const { return segment_count_; }
   std::size_t memoryUsage() const {
     return sizeof(*this) + point_begin_.capacity() * sizeof(std::size_t) + is_last_.capacity() / 8 +
-           is_closed_.capacity() / 8 + arc_end_.capacity() * sizeof(double) + scene_.memoryUsage();
+           is_closed_.capacity() / 8 + arc_end_.capacity() * sizeof(double) +
+           groups_.capacity() * sizeof(tree::Group) + scene_.memoryUsage();
   }
 
   template <typename S>
@@ -153,11 +154,13 @@ class FiberTree::Impl {
         is_closed.push_back(fibers.closed[f] != 0);
     }
     std::vector<double> arc_end = arcEnds(fibers, is_last);
+    std::vector<tree::Group> groups = groupsOf(fibers);
     is_whole_ = false;
     point_begin_ = std::move(point_begin);
     is_last_ = std::move(is_last);
     is_closed_ = std::move(is_closed);
     arc_end_ = std::move(arc_end);
+    groups_ = std::move(groups);
     segment_count_ = segments;
     buildScene(fibers, frame);
   }
@@ -255,6 +258,7 @@ class FiberTree::Impl {
   void buildScene(const FiberArrays<S>& fibers, const Frame& frame) {
     const auto ids = [this](auto&&) {
       tree::Fibers in_order;
+      in_order.groups = groups_;
       in_order.ids.reserve(segment_count_);
       for (std::size_t f = 0; f < fiberCount(); ++f) {
         for (std::size_t i = point_begin_[f]; i + 1 < point_begin_[f + 1]; ++i) {
@@ -289,6 +293,17 @@ class FiberTree::Impl {
                                  static_cast<SegmentId>(end) - 1,
                                  !is_closed_.empty() && is_closed_[fiber]};
     return tree::areNeighbors(neighbors_, range, arc_end_.data(), first, last);
+  }
+
+  /// Empty if all are none.
+  template <typename S>
+  static std::vector<tree::Group> groupsOf(const FiberArrays<S>& fibers) {
+    const tree::Group* const begin = fibers.groups;
+    if (begin == nullptr) return {};
+    const tree::Group* const end = begin + fibers.fiber_count;
+    const auto has_group = [](tree::Group group) { return group != tree::kNoGroup; };
+    if (std::none_of(begin, end, has_group)) return {};
+    return std::vector<tree::Group>(begin, end);
   }
 
   /// Empty unless arc lengths matter.
@@ -387,6 +402,7 @@ class FiberTree::Impl {
   std::vector<bool> is_last_;    ///< by point: whether it is the last one of its fiber
   std::vector<bool> is_closed_;  ///< by fiber; empty if none is, or nothing is ignored
   std::vector<double> arc_end_;  ///< by point, see areNeighbors(); empty unless arc lengths matter
+  std::vector<tree::Group> groups_;  ///< by fiber; empty if none has one
   std::size_t segment_count_ = 0;
   tree::Scene scene_;
   bool is_whole_ = true;  ///< false after a build or an update that ended early

@@ -84,6 +84,38 @@ class FiberCollisionManager<S>::Impl {
         scene_({hierarchy == Hierarchy::kWrappedSpheres, options.topology == Topology::kSuperThread,
                 options.report == Report::kCapsules, options.margin, options.threads}) {}
 
+  /// A manager as `original`, of these objects. Queries of the original may run meanwhile.
+  Impl(const char* call, const Impl& original, const std::vector<Object*>& objects)
+      : Impl(original.is_wrapped_ ? Hierarchy::kWrappedSpheres : Hierarchy::kLayeredBoxes,
+             original.options_) {
+    if (objects.size() != original.registry_.size()) {
+      refuse(call, std::to_string(objects.size()) + " objects for " +
+                       std::to_string(original.registry_.size()) +
+                       "; pass one for each that getObjects() gives, in its order");
+    }
+    std::size_t i = 0;
+    for (const Object* model : original.registry_.objects()) {
+      if (model == nullptr) continue;
+      prefetchObject(objects, i + kPrefetchAhead);
+      const Segment segment = readNew(call, objects, i);
+      if (isCapsule(*model) && !isCapsule(*objects[i])) {
+        refuse(call, nameOf(i) + " is no capsule, and the original's is one; pass a capsule");
+      }
+      if (++i == objects.size() && original.last_registered_) last_registered_ = segment;
+    }
+    if (const auto duplicate = registry_.copy(original.registry_, objects)) {
+      refuse(call, nameOf(*duplicate) + " is there twice; pass each object once");
+    }
+    // A first query of the original may be building.
+    const std::lock_guard<std::mutex> lock(original.build_mutex_);
+    if (!original.hasTree()) return;
+    scene_.copy(original.scene_);
+    late_ = original.late_;
+    gone_ = original.gone_;
+    in_scene_ = original.in_scene_;
+    state_ = State::kCloned;
+  }
+
   static const FiberManagerOptions& checked(const FiberManagerOptions& options) {
     broadphase::requireLayoutOfFcl();
     constexpr const char* kCall = "FiberManagerOptions";
@@ -110,7 +142,8 @@ class FiberCollisionManager<S>::Impl {
 
   // --- Registering ---
 
-  void add(const char* call, const std::vector<Object*>& added, Fibers fibers) {
+  void add(const char* call, const std::vector<Object*>& added, Fibers fibers,
+           tree::Group group = tree::kNoGroup) {
     refuseDuringQuery(call);
     if (added.size() > static_cast<std::size_t>(std::numeric_limits<SegmentId>::max()) / 2 -
                            registry_.objects().size()) {
@@ -123,8 +156,7 @@ class FiberCollisionManager<S>::Impl {
     std::optional<Segment> previous = last_registered_;
     for (std::size_t i = 0; i < added.size(); ++i) {
       prefetchObject(added, i + kPrefetchAhead);
-      if (added[i] == nullptr) refuse(call, nameOf(i) + " is null; pass objects only");
-      const Segment segment = read(call, added[i], Frame{}, [i] { return nameOf(i); });
+      const Segment segment = readNew(call, added, i);
       if (!lengths.empty()) lengths[i] = norm(segment.b - segment.a);
       const bool is_capsule = isCapsule(*added[i]);
       if (fibers != Fibers::kGuessed) {
@@ -140,7 +172,7 @@ class FiberCollisionManager<S>::Impl {
     // What may throw comes first.
     const bool are_late = hasTree() && late_.size() + added.size() <= mostLate(added.size());
     if (are_late) late_.reserve(late_.size() + added.size());
-    if (const auto duplicate = registry_.add(added, starts_fiber, fibers, lengths)) {
+    if (const auto duplicate = registry_.add(added, starts_fiber, fibers, lengths, group)) {
       refuse(call, nameOf(*duplicate) + " is registered already; register each object once");
     }
     if (!added.empty()) {
@@ -177,15 +209,14 @@ class FiberCollisionManager<S>::Impl {
   void setup(const char* call) {
     if (state_ == State::kReady) return;
     refuseDuringQuery(call);
-    state_ == State::kLate ? readLate(call) : readAndBuild(call);
+    catchUp(call);
   }
 
   void update(const char* call) {
     refuseDuringQuery(call);
     const bool is_built = hasTree();
     state_ = State::kRefused;
-    if (!is_built || !scene_.update(newFrame(), in_scene_, reader(call))) return readAndBuild(call);
-    readLate(call);
+    is_built ? readAndFit(call) : readAndBuild(call);
   }
 
   void update(const char* call, const std::vector<Object*>& moved) {
@@ -195,7 +226,7 @@ class FiberCollisionManager<S>::Impl {
     for (std::size_t i = 0; i < moved.size(); ++i)
       ids.push_back(managedId(call, moved[i], nameOf(i)));
     // A sweep over the whole tree costs less than the ways up from many segments.
-    if (!hasTree() || 4 * moved.size() > registry_.size()) {
+    if (!hasTree() || state_ == State::kCloned || 4 * moved.size() > registry_.size()) {
       if (!moved.empty() || !hasTree()) update(call);
       return;
     }
@@ -216,7 +247,7 @@ class FiberCollisionManager<S>::Impl {
     const QueryScope scope(*this, call);
     const auto report = [&](SegmentId a, SegmentId b) {
       if (a > b) std::swap(a, b);
-      if (isGone(a) || isGone(b) || ignores(a, b)) return Visit::kContinue;
+      if (isGone(a) || isGone(b) || areNeighbors(a, b)) return Visit::kContinue;
       return callback(objectOf(a), objectOf(b), cdata) ? Visit::kStop : Visit::kContinue;
     };
     PairsTo sink(report);
@@ -230,7 +261,7 @@ class FiberCollisionManager<S>::Impl {
     NearestCall nearest(*this, cdata, callback);
     const auto report = [&](SegmentId a, SegmentId b, double& limit) {
       if (a > b) std::swap(a, b);
-      return isGone(a) || isGone(b) || ignores(a, b)
+      return isGone(a) || isGone(b) || areNeighbors(a, b)
                  ? Visit::kContinue
                  : nearest.call(objectOf(a), objectOf(b), limit);
     };
@@ -244,7 +275,7 @@ class FiberCollisionManager<S>::Impl {
     if (scene_.findNearest(nearest.limit(), visitor) == Visit::kStop) return;
     forEachOutside([&](SegmentId b) {
       const Segment segment = segmentOf(b);
-      return findNearestOne(segment, endPointError(segment), nearest,
+      return findNearestOne(segment, endPointError(segment), registry_.groupOf(b), nearest,
                             [&](SegmentId a, double& limit) {
                               return isPairOf(a, b) ? report(a, b, limit) : Visit::kContinue;
                             });
@@ -311,7 +342,7 @@ class FiberCollisionManager<S>::Impl {
         },
         [&](const Segment& segment, double error, SegmentId b, Among among) {
           return findOne(
-              segment, error, [&](SegmentId a) { return report(a, b); }, among);
+              segment, error, tree::kNoGroup, [&](SegmentId a) { return report(a, b); }, among);
         });
   }
 
@@ -339,7 +370,7 @@ class FiberCollisionManager<S>::Impl {
         },
         [&](const Segment& segment, double error, SegmentId b, Among among) {
           return findNearestOne(
-              segment, error, nearest,
+              segment, error, tree::kNoGroup, nearest,
               [&](SegmentId a, double& limit) { return report(a, b, limit); }, among);
         });
   }
@@ -352,7 +383,7 @@ class FiberCollisionManager<S>::Impl {
     statistics.volume_tests = scene_.countVolumeTests();
     const auto count = [this](std::size_t& counter) {
       return [this, &counter](SegmentId a, SegmentId b) {
-        counter += !isGone(a) && !isGone(b) && !ignores(std::min(a, b), std::max(a, b));
+        counter += !isGone(a) && !isGone(b) && !areNeighbors(std::min(a, b), std::max(a, b));
         return Visit::kContinue;
       };
     };
@@ -396,6 +427,7 @@ class FiberCollisionManager<S>::Impl {
   enum class State {
     kStale,    ///< objects were registered or unregistered; the next query reads all and builds
     kLate,     ///< few objects were registered; the next query reads those
+    kCloned,   ///< the tree fits another manager's objects; the next query reads all and fits it
     kReady,    ///< the scene may be queried
     kRefused,  ///< the last update failed; the scene is neither old nor new
   };
@@ -434,10 +466,12 @@ class FiberCollisionManager<S>::Impl {
     if (state_ == State::kRefused) {
       refuse(call, "the last update failed; mend the object it named and call update()");
     }
-    state_ == State::kLate ? readLate(call) : readAndBuild(call);
+    catchUp(call);
   }
 
-  bool hasTree() const { return state_ == State::kReady || state_ == State::kLate; }
+  bool hasTree() const {
+    return state_ == State::kReady || state_ == State::kLate || state_ == State::kCloned;
+  }
   void markStale() {
     if (hasTree()) state_ = State::kStale;
   }
@@ -455,7 +489,20 @@ class FiberCollisionManager<S>::Impl {
     for (SegmentId id = end - static_cast<SegmentId>(count); id < end; ++id) {
       late_.push_back({id, Segment()});
     }
-    state_ = State::kLate;
+    if (state_ == State::kReady) state_ = State::kLate;
+  }
+
+  /// Reads what has to be read before a query.
+  void catchUp(const char* call) const {
+    if (state_ == State::kLate) return readLate(call);
+    if (state_ != State::kCloned) return readAndBuild(call);
+    state_ = State::kStale;  // should an object be refused on the way
+    readAndFit(call);
+  }
+
+  void readAndFit(const char* call) const {
+    if (!scene_.update(newFrame(), in_scene_, reader(call))) return readAndBuild(call);
+    readLate(call);
   }
 
   void readLate(const char* call) const {
@@ -481,6 +528,12 @@ class FiberCollisionManager<S>::Impl {
       refuse(call, name() + ": " + problem);
     }
     return segment;
+  }
+
+  /// In the frame of the world, of those that are to be managed.
+  Segment readNew(const char* call, const std::vector<Object*>& objects, std::size_t i) const {
+    if (objects[i] == nullptr) refuse(call, nameOf(i) + " is null; pass objects only");
+    return read(call, objects[i], Frame{}, [i] { return nameOf(i); });
   }
 
   Segment readQueryObject(const char* call, const Object* object) const {
@@ -562,7 +615,7 @@ class FiberCollisionManager<S>::Impl {
     return segments;
   }
 
-  bool ignores(SegmentId a, SegmentId b) const {
+  bool areNeighbors(SegmentId a, SegmentId b) const {
     return neighbors_.ignoresAny() && registry_.areNeighbors(a, b, neighbors_);
   }
 
@@ -617,15 +670,18 @@ class FiberCollisionManager<S>::Impl {
   bool isGone(SegmentId id) const { return objectOf(id) == nullptr; }
 
   /// Whether a pair that was found from `outside` is to be reported there: of two outside objects,
-  /// it is the later one's.
+  /// it is the later one's. The tree leaves out groups by itself.
   bool isPairOf(SegmentId id, SegmentId outside) const {
-    return id != outside && !(id > outside && isOutside(id));
+    return id != outside && !(id > outside && isOutside(id)) &&
+           !registry_.areOfOneGroup(id, outside);
   }
   bool isPairWith(const Impl& other, SegmentId a, SegmentId b) const {
     const Object* partner = other.objectOf(b);
     if (isGone(a) || other.isGone(b) || objectOf(a) == partner) return false;
-    // It may be managed here as well, as a neighbour; looked up only if that matters.
-    return !neighbors_.ignoresAny() || !isLeftOut(a, registry_.find(partner));
+    // It may be managed here as well, as a neighbour or in the same group; looked up only if that
+    // matters.
+    const bool matters = neighbors_.ignoresAny() || registry_.hasGroups();
+    return !matters || !isLeftOut(a, registry_.find(partner));
   }
 
   template <class F>
@@ -644,7 +700,7 @@ class FiberCollisionManager<S>::Impl {
   Visit findOutside(F&& report) const {
     return forEachOutside([&](SegmentId b) {
       const Segment segment = segmentOf(b);
-      return findOne(segment, endPointError(segment),
+      return findOne(segment, endPointError(segment), registry_.groupOf(b),
                      [&](SegmentId a) { return isPairOf(a, b) ? report(a, b) : Visit::kContinue; });
     });
   }
@@ -676,12 +732,15 @@ class FiberCollisionManager<S>::Impl {
 
   enum class Among { kAll, kOutside };
 
+  // The tree's segments of the group are passed over; those outside the tree are not.
+
   /// Every managed object that meets the segment, as the options have it: on_hit(id).
   template <class F>
-  Visit findOne(const Segment& segment, double error, F&& on_hit, Among among = Among::kAll) const {
+  Visit findOne(const Segment& segment, double error, tree::Group group, F&& on_hit,
+                Among among = Among::kAll) const {
     if (isBounded(segment) && among == Among::kAll) {
       PairsTo sink([&](SegmentId a, SegmentId) { return on_hit(a); });
-      if (scene_.findPairs(segment, error, sink) == Visit::kStop) return Visit::kStop;
+      if (scene_.findPairs(segment, error, group, sink) == Visit::kStop) return Visit::kStop;
     }
     return forEachOutside(segment, [&](SegmentId a) {
       return meets(segmentOf(a), segment, error) ? on_hit(a) : Visit::kContinue;
@@ -690,15 +749,15 @@ class FiberCollisionManager<S>::Impl {
 
   /// Every managed object that may be nearer than the nearest so far: on_near(id, limit).
   template <class F>
-  Visit findNearestOne(const Segment& segment, double error, const NearestCall& nearest,
-                       F&& on_near, Among among = Among::kAll) const {
+  Visit findNearestOne(const Segment& segment, double error, tree::Group group,
+                       const NearestCall& nearest, F&& on_near, Among among = Among::kAll) const {
     if (isBounded(segment) && among == Among::kAll) {
       NearestTo visitor([&](SegmentId a, SegmentId, double& limit) {
         const bool prune =
             options_.report == Report::kCapsules && !mayBeNearer(a, segment, error, limit);
         return prune ? Visit::kContinue : on_near(a, limit);
       });
-      if (scene_.findNearest(segment, error, nearest.limit(), visitor) == Visit::kStop) {
+      if (scene_.findNearest(segment, error, group, nearest.limit(), visitor) == Visit::kStop) {
         return Visit::kStop;
       }
     }
@@ -712,7 +771,7 @@ class FiberCollisionManager<S>::Impl {
   Visit collideOne(const Segment& segment, Object* object, void* cdata,
                    fcl::CollisionCallBack<S> callback) const {
     const SegmentId self = registry_.find(object);
-    return findOne(segment, endPointError(segment), [&](SegmentId a) {
+    return findOne(segment, endPointError(segment), groupOf(self), [&](SegmentId a) {
       if (isLeftOut(a, self)) return Visit::kContinue;
       return callback(objectOf(a), object, cdata) ? Visit::kStop : Visit::kContinue;
     });
@@ -721,13 +780,17 @@ class FiberCollisionManager<S>::Impl {
   Visit distanceOne(const Segment& segment, Object* object, NearestCall& nearest) const {
     const SegmentId self = registry_.find(object);
     return findNearestOne(
-        segment, endPointError(segment), nearest, [&](SegmentId a, double& limit) {
+        segment, endPointError(segment), groupOf(self), nearest, [&](SegmentId a, double& limit) {
           return isLeftOut(a, self) ? Visit::kContinue : nearest.call(objectOf(a), object, limit);
         });
   }
 
+  tree::Group groupOf(SegmentId self) const {
+    return self == Registry::kNotFound ? tree::kNoGroup : registry_.groupOf(self);
+  }
   bool isLeftOut(SegmentId a, SegmentId self) const {
-    return isGone(a) || (self != Registry::kNotFound && (a == self || ignores(a, self)));
+    return isGone(a) || (self != Registry::kNotFound &&
+                         (a == self || areNeighbors(a, self) || registry_.areOfOneGroup(a, self)));
   }
 
   /// Every pair with an object of another fiber manager: by tree(), where both have trees of one
@@ -785,12 +848,19 @@ FiberCollisionManager<S>::FiberCollisionManager(Hierarchy hierarchy,
     : impl_(std::make_unique<Impl>(hierarchy, options)) {}
 
 template <typename S>
+FiberCollisionManager<S>::FiberCollisionManager(const FiberCollisionManager& original,
+                                                const std::vector<Object*>& objects)
+    : impl_(std::make_unique<Impl>("clone", *original.impl_, objects)) {}
+
+template <typename S>
 FiberCollisionManager<S>::~FiberCollisionManager() = default;
 
 template <typename S>
-void FiberCollisionManager<S>::registerFiber(const std::vector<Object*>& fiber, FiberEnds ends) {
+void FiberCollisionManager<S>::registerFiber(const std::vector<Object*>& fiber, FiberEnds ends,
+                                             FiberGroup group) {
   impl_->add("registerFiber", fiber,
-             ends == FiberEnds::kClosed ? Impl::Fibers::kClosed : Impl::Fibers::kOpen);
+             ends == FiberEnds::kClosed ? Impl::Fibers::kClosed : Impl::Fibers::kOpen,
+             group.number);
 }
 
 template <typename S>
@@ -927,9 +997,33 @@ LayeredAABBTreeCollisionManager<S>::LayeredAABBTreeCollisionManager(
     : FiberCollisionManager<S>(FiberCollisionManager<S>::Hierarchy::kLayeredBoxes, options) {}
 
 template <typename S>
+LayeredAABBTreeCollisionManager<S>::LayeredAABBTreeCollisionManager(
+    const LayeredAABBTreeCollisionManager& original, const std::vector<Object*>& objects)
+    : FiberCollisionManager<S>(original, objects) {}
+
+template <typename S>
+std::unique_ptr<LayeredAABBTreeCollisionManager<S>> LayeredAABBTreeCollisionManager<S>::clone(
+    const std::vector<Object*>& objects) const {
+  return std::unique_ptr<LayeredAABBTreeCollisionManager>(
+      new LayeredAABBTreeCollisionManager(*this, objects));
+}
+
+template <typename S>
 WrappedSphereTreeCollisionManager<S>::WrappedSphereTreeCollisionManager(
     const FiberManagerOptions& options)
     : FiberCollisionManager<S>(FiberCollisionManager<S>::Hierarchy::kWrappedSpheres, options) {}
+
+template <typename S>
+WrappedSphereTreeCollisionManager<S>::WrappedSphereTreeCollisionManager(
+    const WrappedSphereTreeCollisionManager& original, const std::vector<Object*>& objects)
+    : FiberCollisionManager<S>(original, objects) {}
+
+template <typename S>
+std::unique_ptr<WrappedSphereTreeCollisionManager<S>> WrappedSphereTreeCollisionManager<S>::clone(
+    const std::vector<Object*>& objects) const {
+  return std::unique_ptr<WrappedSphereTreeCollisionManager>(
+      new WrappedSphereTreeCollisionManager(*this, objects));
+}
 
 template <typename S>
 CascadeStatistics WrappedSphereTreeCollisionManager<S>::cascadeStatistics() const {

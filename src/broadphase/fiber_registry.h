@@ -52,11 +52,18 @@ class FiberRegistry {
   /// Appends objects. Where `starts_fiber` is set a new fiber starts, elsewhere the object
   /// continues the fiber of the one before it.
   /// @param lengths  of the objects along their fiber, if arcs are kept
+  /// @param group    of the fibers that start
   /// @return the position in `added` of an object that is there twice or managed already, in which
   ///         case nothing has changed
   std::optional<std::size_t> add(const std::vector<Object*>& added,
                                  const std::vector<bool>& starts_fiber, Kind kind,
-                                 const std::vector<double>& lengths = {});
+                                 const std::vector<double>& lengths = {},
+                                 tree::Group group = tree::kNoGroup);
+
+  /// Takes over all of another registry but its objects: the i-th one's place is objects[i]'s.
+  /// @pre this registry is as constructed, `objects` are as many as the other's and none is null
+  /// @return the position of an object that is there twice, in which case the registry is of no use
+  std::optional<std::size_t> copy(const FiberRegistry& other, const std::vector<Object*>& objects);
 
   /// Says whether the ids of the others are what they were.
   /// @pre the object is managed
@@ -78,6 +85,15 @@ class FiberRegistry {
     return tree::areNeighbors(rule, range, arc_end_.data(), first, last);
   }
 
+  bool hasGroups() const { return !fiber_group_.empty(); }
+  tree::Group groupOf(SegmentId id) const {
+    return fiber_group_.empty() ? tree::kNoGroup : fiber_group_[fiberOf(id)];
+  }
+  bool areOfOneGroup(SegmentId a, SegmentId b) const {
+    const tree::Group group = groupOf(a);
+    return group != tree::kNoGroup && group == groupOf(b);
+  }
+
   FiberSegment fiberSegment(SegmentId id) const {
     const std::size_t fiber = fiberOf(id);
     return {fiber_number_[fiber], static_cast<std::size_t>(id - fiber_begin_[fiber])};
@@ -91,7 +107,8 @@ class FiberRegistry {
     return objects_.capacity() * sizeof(Object*) + index_.memoryUsage() +
            fiber_begin_.capacity() * sizeof(SegmentId) +
            fiber_number_.capacity() * sizeof(std::uint32_t) +
-           fiber_kind_.capacity() * sizeof(FiberKind) + arc_end_.capacity() * sizeof(double);
+           fiber_kind_.capacity() * sizeof(FiberKind) +
+           fiber_group_.capacity() * sizeof(tree::Group) + arc_end_.capacity() * sizeof(double);
   }
 
  private:
@@ -125,15 +142,17 @@ class FiberRegistry {
   std::vector<SegmentId> fiber_begin_;
   std::vector<std::uint32_t> fiber_number_;  ///< as counted when they were registered
   std::uint32_t next_fiber_number_ = 0;
-  std::vector<FiberKind> fiber_kind_;  ///< empty unless links are kept
-  std::vector<double> arc_end_;        ///< by id, see areNeighbors(); empty unless arcs are kept
+  std::vector<FiberKind> fiber_kind_;     ///< empty unless links are kept
+  std::vector<tree::Group> fiber_group_;  ///< empty unless some fiber had a group
+  std::vector<double> arc_end_;           ///< by id, see areNeighbors(); empty unless arcs are kept
   bool has_closed_ = false;
 };
 
 template <typename S>
 std::optional<std::size_t> FiberRegistry<S>::add(const std::vector<Object*>& added,
                                                  const std::vector<bool>& starts_fiber, Kind kind,
-                                                 const std::vector<double>& lengths) {
+                                                 const std::vector<double>& lengths,
+                                                 tree::Group group) {
   // What may throw comes first.
   const std::size_t first = objects_.size();
   const auto starts =
@@ -142,6 +161,8 @@ std::optional<std::size_t> FiberRegistry<S>::add(const std::vector<Object*>& add
   reserveFor(fiber_begin_, starts);
   reserveFor(fiber_number_, starts);
   if (keep_ != Keep::kNothing) reserveFor(fiber_kind_, starts);
+  const bool keeps_groups = group != tree::kNoGroup || !fiber_group_.empty();
+  if (keeps_groups) reserveFor(fiber_group_, fiber_begin_.size() - fiber_group_.size() + starts);
   if (keep_ == Keep::kLinksAndArcs) reserveFor(arc_end_, added.size());
   index_.reserve(first + added.size());
 
@@ -151,6 +172,10 @@ std::optional<std::size_t> FiberRegistry<S>::add(const std::vector<Object*>& add
     for (std::size_t j = i; j-- > 0;) index_.erase(added[j]);
     objects_.resize(first);
     return i;
+  }
+  if (keeps_groups && !added.empty()) {
+    fiber_group_.resize(fiber_begin_.size(), tree::kNoGroup);
+    fiber_group_.resize(fiber_begin_.size() + starts, group);
   }
   for (std::size_t i = 0; i < added.size(); ++i) {
     if (starts_fiber[i]) {
@@ -164,6 +189,28 @@ std::optional<std::size_t> FiberRegistry<S>::add(const std::vector<Object*>& add
   }
   has_closed_ = has_closed_ || kind == Kind::kClosed;
   size_ += added.size();
+  return std::nullopt;
+}
+
+template <typename S>
+std::optional<std::size_t> FiberRegistry<S>::copy(const FiberRegistry& other,
+                                                  const std::vector<Object*>& objects) {
+  index_.reserve(other.objects_.size());
+  objects_.reserve(other.objects_.size());
+  for (const Object* original : other.objects_) {
+    objects_.push_back(original == nullptr ? nullptr : objects[size_]);
+    if (original == nullptr) continue;
+    if (!index_.insert(static_cast<SegmentId>(objects_.size() - 1))) return size_;
+    ++size_;
+  }
+  removed_since_renumbering_ = other.removed_since_renumbering_;
+  fiber_begin_ = other.fiber_begin_;
+  fiber_number_ = other.fiber_number_;
+  next_fiber_number_ = other.next_fiber_number_;
+  fiber_kind_ = other.fiber_kind_;
+  fiber_group_ = other.fiber_group_;
+  arc_end_ = other.arc_end_;
+  has_closed_ = other.has_closed_;
   return std::nullopt;
 }
 
@@ -189,6 +236,7 @@ void FiberRegistry<S>::clear() {
   fiber_number_.clear();
   next_fiber_number_ = 0;
   fiber_kind_.clear();
+  fiber_group_.clear();
   arc_end_.clear();
   has_closed_ = false;
 }
@@ -207,6 +255,7 @@ void FiberRegistry<S>::renumber() {
     fiber_begin_[kept_fibers] = static_cast<SegmentId>(kept_ids);
     fiber_number_[kept_fibers] = fiber_number_[f];
     if (keep_ != Keep::kNothing) fiber_kind_[kept_fibers] = fiber_kind_[f];
+    if (!fiber_group_.empty()) fiber_group_[kept_fibers] = fiber_group_[f];
     ++kept_fibers;
     for (auto id = static_cast<std::size_t>(begin); id < static_cast<std::size_t>(end); ++id) {
       if (keep_ == Keep::kLinksAndArcs) arc_end_[kept_ids] = arc_end_[id];
@@ -217,6 +266,7 @@ void FiberRegistry<S>::renumber() {
   fiber_begin_.resize(kept_fibers);
   fiber_number_.resize(kept_fibers);
   if (keep_ != Keep::kNothing) fiber_kind_.resize(kept_fibers);
+  if (!fiber_group_.empty()) fiber_group_.resize(kept_fibers);
   if (keep_ == Keep::kLinksAndArcs) arc_end_.resize(kept_ids);
 
   index_.forgetAll();
@@ -229,6 +279,7 @@ template <typename S>
 template <class Predicate>
 tree::Fibers FiberRegistry<S>::fibers(Predicate&& admit) const {
   tree::Fibers fibers;
+  fibers.groups = fiber_group_;
   fibers.ids.reserve(size_);
   fibers.begin.reserve(fiber_begin_.size() + 1);
   for (std::size_t f = 0; f < fiber_begin_.size(); ++f) {

@@ -20,6 +20,14 @@ namespace fcl_fibers::geometry::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
+/// @param truth  of at most eight lanes
+template <class Tag>
+FCL_FIBERS_ALWAYS_INLINE LaneMask laneMask(Tag tag, hn::Mask<Tag> truth) {
+  std::uint8_t bits[8] = {};
+  hn::StoreMaskBits(tag, truth, bits);
+  return bits[0];
+}
+
 /// N floats that are computed with at once. Arithmetic is that of float, lane by lane, on every
 /// machine: no fused operations, no reciprocals.
 template <int N>
@@ -86,9 +94,7 @@ class Lanes {
     FCL_FIBERS_ALWAYS_INLINE LaneMask mask() const {
       LaneMask mask = 0;
       for (int i = 0; i < kVectors; ++i) {
-        std::uint8_t bits[8] = {};
-        hn::StoreMaskBits(Tag(), truth[i], bits);
-        mask |= LaneMask{bits[0]} << (i * kWidth);
+        mask |= laneMask(Tag(), truth[i]) << (i * kWidth);
       }
       return mask;
     }
@@ -110,6 +116,18 @@ class Lanes {
   }
   Vector vector_[kVectors];
 };
+
+/// The lanes of N integers that equal `value`.
+template <int N>
+FCL_FIBERS_ALWAYS_INLINE LaneMask lanesEqual(const std::int32_t* values, std::int32_t value) {
+  const hn::CappedTag<std::int32_t, static_cast<std::size_t>(N)> tag;
+  constexpr int kWidth = static_cast<int>(hn::MaxLanes(tag));
+  LaneMask mask = 0;
+  for (int i = 0; i < N; i += kWidth) {
+    mask |= laneMask(tag, hn::Eq(hn::LoadU(tag, values + i), hn::Set(tag, value))) << i;
+  }
+  return mask;
+}
 
 /// Eight integers that stand for the lanes of a mask.
 class LaneNumbers {

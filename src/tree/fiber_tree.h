@@ -142,7 +142,8 @@ class FiberTree {
 
   std::size_t memoryUsage() const {
     return topology_.nodes.capacity() * sizeof(Node) +
-           topology_.leaves.capacity() * sizeof(SegmentId) + packs_.capacity() * sizeof(Pack) +
+           topology_.leaves.capacity() * sizeof(SegmentId) +
+           topology_.groups.capacity() * sizeof(Group) + packs_.capacity() * sizeof(Pack) +
            (slots_.capacity() + parent_.capacity() + leaf_parent_.capacity()) *
                sizeof(std::int32_t) +
            is_stale_.capacity() / 8 + hierarchy_.memoryUsage();

@@ -276,13 +276,13 @@ Visit findPairs(const Trees& trees, const CapsuleFilter* filter, parallel::Execu
   return Search<Tree>::cut(trees, work) == Visit::kStop ? Visit::kStop : work.share();
 }
 
-/// The same of a tree and one volume. `second` is b of each pair.
+/// The same of a tree and one volume. `second` is b of each pair; segments of `group` are left out.
 template <class Tree>
 Visit findPairs(const Tree& tree, const typename Tree::Volume& volume, SegmentId second,
-                const CapsuleFilter* filter, PairSink& sink) {
+                Group group, const CapsuleFilter* filter, PairSink& sink) {
   internal::SerialRun run(filter, sink);
-  return Search<Tree>::overlaps(tree, volume, second, run) == Visit::kStop ? Visit::kStop
-                                                                           : run.full();
+  return Search<Tree>::overlaps(tree, volume, second, group, run) == Visit::kStop ? Visit::kStop
+                                                                                  : run.full();
 }
 
 }  // namespace fcl_fibers::tree

@@ -61,6 +61,17 @@ class Scene {
   const std::vector<Segment>& segments() const { return segments_; }
   const Segment& segment(SegmentId id) const { return segments_[static_cast<std::size_t>(id)]; }
 
+  /// Becomes what the other one is; options and threads stay its own.
+  /// @pre the options are the same
+  void copy(const Scene& other) {
+    frame_ = other.frame_;
+    segments_ = other.segments_;
+    unbounded_ = other.unbounded_;
+    tree_ = other.tree_;
+    looseness_when_built_ = other.looseness_when_built_;
+    unit_ = other.unit_;
+  }
+
   void clear() {
     segments_ = std::vector<Segment>();
     unbounded_.clear();
@@ -160,13 +171,13 @@ class Scene {
   /// Pairs of this scene whose volumes overlap, whatever the queries report.
   Visit findVolumePairs(PairSink& sink) const { return findPairs(nullptr, sink); }
 
-  /// Pairs with one segment in this scene's frame; b of each is 0.
-  Visit findPairs(const Segment& segment, double error, PairSink& sink) const {
+  /// Pairs with one segment in this scene's frame, but for those of its group; b of each is 0.
+  Visit findPairs(const Segment& segment, double error, Group group, PairSink& sink) const {
     return std::visit(
         [&](const auto& tree) {
           using Volume = typename std::decay_t<decltype(tree)>::Volume;
           const CapsuleFilter filter(segments_.data(), &segment, nullptr, margin(), unit_);
-          return tree::findPairs(tree, Volume::around(segment, tree.padding() + error), 0,
+          return tree::findPairs(tree, Volume::around(segment, tree.padding() + error), 0, group,
                                  filterOrNone(filter), sink);
         },
         tree_);
@@ -178,7 +189,7 @@ class Scene {
            options_.super_thread == other.options_.super_thread;
   }
 
-  /// Pairs with another scene.
+  /// Pairs with another scene, whatever their groups.
   /// @param other_segments  by id, where this scene reports capsules
   /// @pre matches(other)
   Visit findPairs(const Scene& other, const Segment* other_segments, PairSink& sink) const {
@@ -196,13 +207,14 @@ class Scene {
         },
         tree_);
   }
-  Visit findNearest(const Segment& segment, double error, double limit,
+  Visit findNearest(const Segment& segment, double error, Group group, double limit,
                     NearestVisitor& visitor) const {
     return std::visit(
         [&](const auto& tree) {
           using ATree = std::decay_t<decltype(tree)>;
-          return Search<ATree>::nearest(
-              tree, ATree::Volume::around(segment, tree.padding() + error), 0, limit, visitor);
+          return Search<ATree>::nearest(tree,
+                                        ATree::Volume::around(segment, tree.padding() + error), 0,
+                                        group, limit, visitor);
         },
         tree_);
   }

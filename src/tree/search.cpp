@@ -71,15 +71,17 @@ struct TargetSearch {
   }
   static Visit overlapsSelf(const Tree& tree, const Work& work, PairBuffer& out) {
     constexpr geometry::SameFrame kSame;
-    return overlapsOf(tree, tree, kSame, kSame, work, out);
+    return internal::withGroups(tree, [&](auto meet) HWY_ATTR {
+      return overlapsOf(tree, tree, kSame, kSame, meet, work, out);
+    });
   }
   static Visit overlapsTwo(const Two& two, const Work& work, PairBuffer& out) {
-    return overlapsOf(two.a, two.b, two.b_to_a, two.a_to_b, work, out);
+    return overlapsOf(two.a, two.b, two.b_to_a, two.a_to_b, AllMeet(), work, out);
   }
-  static Visit overlapsOne(const Tree& tree, const Volume& volume, SegmentId second,
+  static Visit overlapsOne(const Tree& tree, const Volume& volume, SegmentId second, Group group,
                            PairBuffer& out) {
     CollectPairs query(out, second);
-    return visitLeaves(tree, volume, query);
+    return visitLeaves(tree, volume, query, group);
   }
   static Visit nearestSelf(const Tree& tree, double limit, NearestVisitor& visitor) {
     VisitNearest query(limit, visitor);
@@ -89,10 +91,10 @@ struct TargetSearch {
     VisitNearest query(limit, visitor);
     return visitPairs(two.a, two.b, two.b_to_a, two.a_to_b, query);
   }
-  static Visit nearestOne(const Tree& tree, const Volume& volume, SegmentId second, double limit,
-                          NearestVisitor& visitor) {
+  static Visit nearestOne(const Tree& tree, const Volume& volume, SegmentId second, Group group,
+                          double limit, NearestVisitor& visitor) {
     VisitNearest query(limit, visitor, second);
-    return visitLeaves(tree, volume, query);
+    return visitLeaves(tree, volume, query, group);
   }
   static std::size_t count(const Tree& tree) {
     CountTests query;
@@ -108,16 +110,16 @@ struct TargetSearch {
 
  private:
   /// The paper's binary tree is searched as published.
-  template <class BToA, class AToB>
+  template <class BToA, class AToB, class Meet>
   static Visit overlapsOf(const Tree& a, const Tree& b, const BToA& b_to_a, const AToB& a_to_b,
-                          const Work& work, PairBuffer& out) {
+                          Meet meet, const Work& work, PairBuffer& out) {
     if constexpr (Tree::kArity == 2) {
       CollectPairs query(out);
-      return internal::PairTraversal<Tree, Tree, CollectPairs, BToA, AToB>(a, b, b_to_a, a_to_b,
-                                                                           query)
+      return internal::PairTraversal<Tree, Tree, CollectPairs, BToA, AToB, Meet>(
+                 a, b, b_to_a, a_to_b, meet, query)
           .resume(work);
     } else {
-      return WideOverlaps<Tree, BToA, AToB>(a, b, b_to_a, a_to_b, out).run(work);
+      return WideOverlaps<Tree, BToA, AToB, Meet>(a, b, b_to_a, a_to_b, meet, out).run(work);
     }
   }
 };
@@ -146,10 +148,10 @@ struct Kernels {
   Visit (*cutTwo)(const Two&, WorkSink&);
   Visit (*overlapsSelf)(const Tree&, const Work&, PairBuffer&);
   Visit (*overlapsTwo)(const Two&, const Work&, PairBuffer&);
-  Visit (*overlapsOne)(const Tree&, const Volume&, SegmentId, PairBuffer&);
+  Visit (*overlapsOne)(const Tree&, const Volume&, SegmentId, Group, PairBuffer&);
   Visit (*nearestSelf)(const Tree&, double, NearestVisitor&);
   Visit (*nearestTwo)(const Two&, double, NearestVisitor&);
-  Visit (*nearestOne)(const Tree&, const Volume&, SegmentId, double, NearestVisitor&);
+  Visit (*nearestOne)(const Tree&, const Volume&, SegmentId, Group, double, NearestVisitor&);
   std::size_t (*count)(const Tree&);
 
   static const Kernels& best() {
@@ -179,9 +181,9 @@ Visit Search<Tree>::overlaps(const Two& trees, const Work& work, PairBuffer& out
   return Kernels<Tree>::best().overlapsTwo(trees, work, out);
 }
 template <class Tree>
-Visit Search<Tree>::overlaps(const Tree& tree, const Volume& volume, SegmentId second,
+Visit Search<Tree>::overlaps(const Tree& tree, const Volume& volume, SegmentId second, Group group,
                              PairBuffer& out) {
-  return Kernels<Tree>::best().overlapsOne(tree, volume, second, out);
+  return Kernels<Tree>::best().overlapsOne(tree, volume, second, group, out);
 }
 template <class Tree>
 Visit Search<Tree>::nearest(const Tree& tree, double limit, NearestVisitor& visitor) {
@@ -192,9 +194,9 @@ Visit Search<Tree>::nearest(const Two& trees, double limit, NearestVisitor& visi
   return Kernels<Tree>::best().nearestTwo(trees, limit, visitor);
 }
 template <class Tree>
-Visit Search<Tree>::nearest(const Tree& tree, const Volume& volume, SegmentId second, double limit,
-                            NearestVisitor& visitor) {
-  return Kernels<Tree>::best().nearestOne(tree, volume, second, limit, visitor);
+Visit Search<Tree>::nearest(const Tree& tree, const Volume& volume, SegmentId second, Group group,
+                            double limit, NearestVisitor& visitor) {
+  return Kernels<Tree>::best().nearestOne(tree, volume, second, group, limit, visitor);
 }
 template <class Tree>
 std::size_t Search<Tree>::countVolumeTests(const Tree& tree) {

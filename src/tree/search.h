@@ -67,7 +67,8 @@ class WorkSink {
 };
 
 /// The traversals of traversal-inl.h for the best instruction set of this machine, all with the
-/// same pairs in the same order. In those of one volume, b of each pair is `second`.
+/// same pairs in the same order. In those of one volume, b of each pair is `second`, and segments
+/// of `group` are left out. Two trees do not know each other's groups.
 template <class Tree>
 struct Search {
   using Volume = typename Tree::Volume;
@@ -88,13 +89,14 @@ struct Search {
   static Visit overlaps(const Two& trees, const Work& work, PairBuffer& out);
 
   /// Pairs whose first volume overlaps this one.
-  static Visit overlaps(const Tree& tree, const Volume& volume, SegmentId second, PairBuffer& out);
+  static Visit overlaps(const Tree& tree, const Volume& volume, SegmentId second, Group group,
+                        PairBuffer& out);
 
   /// Pairs nearer than `limit`, roughly the nearest first.
   static Visit nearest(const Tree& tree, double limit, NearestVisitor& visitor);
   static Visit nearest(const Two& trees, double limit, NearestVisitor& visitor);
-  static Visit nearest(const Tree& tree, const Volume& volume, SegmentId second, double limit,
-                       NearestVisitor& visitor);
+  static Visit nearest(const Tree& tree, const Volume& volume, SegmentId second, Group group,
+                       double limit, NearestVisitor& visitor);
 
   /// Volumes tested against a volume by a plain traversal for overlapping pairs.
   static std::size_t countVolumeTests(const Tree& tree);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <utility>
 
 #include "geometry/rounding.h"
@@ -52,6 +53,40 @@ class Builder {
 
   Topology<Arity> topology_;
 };
+
+/// See Topology::groups.
+template <int Arity>
+std::vector<Group> groupsBySlot(const Topology<Arity>& topology, const Fibers& fibers) {
+  if (fibers.groups.empty() || topology.leaves.empty()) return {};
+  const SegmentId last = *std::max_element(fibers.ids.begin(), fibers.ids.end());
+  std::vector<Group> by_segment(static_cast<std::size_t>(last) + 1);
+  for (std::size_t f = 0; f + 1 < fibers.begin.size(); ++f) {
+    for (std::int32_t i = fibers.begin[f]; i < fibers.begin[f + 1]; ++i) {
+      const SegmentId id = fibers.ids[static_cast<std::size_t>(i)];
+      by_segment[static_cast<std::size_t>(id)] = fibers.groups[f];
+    }
+  }
+  constexpr auto kArity = static_cast<std::size_t>(Arity);
+  std::vector<Group> by_slot(kArity * topology.nodes.size(), kNoGroup);
+  // Children come after their parent.
+  for (std::size_t i = topology.nodes.size(); i-- > 0;) {
+    const auto& node = topology.nodes[i];
+    for (std::size_t lane = 0; lane < static_cast<std::size_t>(node.child_count); ++lane) {
+      const Link child = node.children[lane];
+      Group& group = by_slot[kArity * i + lane];
+      if (child.isLeaf()) {
+        group = by_segment[static_cast<std::size_t>(child.segment())];
+        continue;
+      }
+      const auto below = static_cast<std::size_t>(child.node());
+      const auto first = by_slot.begin() + static_cast<std::ptrdiff_t>(kArity * below);
+      const auto end = first + topology.nodes[below].child_count;
+      const bool is_common = std::all_of(first, end, [&](Group other) { return other == *first; });
+      group = is_common ? *first : kNoGroup;
+    }
+  }
+  return by_slot;
+}
 
 /// A balanced binary tree over a sequence.
 class ChainBuilder {
@@ -271,11 +306,15 @@ Topology<2> superThread(const Fibers& fibers) {
     const auto tip = fibers.ids.begin() + fibers.begin[f + 1];
     out = f % 2 == 0 ? std::copy(root, tip, out) : std::reverse_copy(root, tip, out);
   }
-  return ChainBuilder(chain).build();
+  Topology<2> topology = ChainBuilder(chain).build();
+  topology.groups = groupsBySlot(topology, fibers);
+  return topology;
 }
 
 Topology<8> bundle(const Fibers& fibers, const std::vector<Segment>& segments) {
-  return BundleBuilder(fibers, segments).build();
+  Topology<8> topology = BundleBuilder(fibers, segments).build();
+  topology.groups = groupsBySlot(topology, fibers);
+  return topology;
 }
 
 }  // namespace fcl_fibers::tree

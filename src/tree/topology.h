@@ -13,11 +13,16 @@ namespace fcl_fibers::tree {
 /// A segment's number among all segments of a scene.
 using SegmentId = std::int32_t;
 
+/// Segments of one group are not paired with one another.
+using Group = std::int32_t;
+constexpr Group kNoGroup = 0;
+
 /// The fibers of a scene: fiber f consists of the segments ids[begin[f]], ..., ids[begin[f + 1] -
 /// 1], in their order along it.
 struct Fibers {
   std::vector<SegmentId> ids;
   std::vector<std::int32_t> begin = {0};
+  std::vector<Group> groups;  ///< by fiber; empty if none has one
 
   void endFiber() { begin.push_back(static_cast<std::int32_t>(ids.size())); }
 };
@@ -65,6 +70,10 @@ struct Topology {
 
   std::vector<Node> nodes;        ///< empty if there are no segments
   std::vector<SegmentId> leaves;  ///< all segments, depth first
+
+  /// By slot, which is Arity times the node plus the child's number: the group that all segments
+  /// of the child have, or kNoGroup if they have none or not the same. Empty if no fiber has one.
+  std::vector<Group> groups;
 };
 
 /// The super thread of Sobottka, Varnik and Weber, section 3.2: the fibers in the order given,

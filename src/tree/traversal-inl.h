@@ -8,8 +8,10 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "geometry/frame.h"
+#include "geometry/lanes-inl.h"
 #include "geometry/overlap-inl.h"
 #include "geometry/rounding.h"
 #include "tree/work.h"
@@ -32,6 +34,40 @@ namespace fcl_fibers::tree::HWY_NAMESPACE {
 //
 //   Visit work(const Work&)
 //
+// Whom a segment may meet for its group's sake is the affair of one of the two below, chosen before
+// a traversal starts.
+
+/// In a tree without groups, and between two trees.
+struct AllMeet {
+  /// The children of a node that a segment below a slot may meet; bits beyond its children are set.
+  FCL_FIBERS_ALWAYS_INLINE geometry::LaneMask lanes(std::int32_t /*slot*/,
+                                                    std::int32_t /*node*/) const {
+    return ~geometry::LaneMask{0};
+  }
+  /// Whether segments below a slot may meet each other.
+  FCL_FIBERS_ALWAYS_INLINE bool within(std::int32_t /*slot*/) const { return true; }
+};
+
+/// In a tree with groups: all but those of which all segments are of one and the same.
+template <int Arity>
+class OtherGroupsMeet {
+ public:
+  explicit OtherGroupsMeet(const std::vector<Group>& by_slot) : by_slot_(by_slot.data()) {}
+
+  FCL_FIBERS_ALWAYS_INLINE geometry::LaneMask lanes(std::int32_t slot, std::int32_t node) const {
+    return lanesOf(by_slot_[slot], node);
+  }
+  FCL_FIBERS_ALWAYS_INLINE bool within(std::int32_t slot) const {
+    return by_slot_[slot] == kNoGroup;
+  }
+  FCL_FIBERS_ALWAYS_INLINE geometry::LaneMask lanesOf(Group group, std::int32_t node) const {
+    if (group == kNoGroup) return ~geometry::LaneMask{0};
+    return ~geometry::HWY_NAMESPACE::lanesEqual<Arity>(by_slot_ + Arity * node, group);
+  }
+
+ private:
+  const Group* by_slot_;
+};
 
 /// Admits volumes that overlap.
 struct OverlapAdmission {
@@ -85,14 +121,14 @@ struct NearestAdmission {
 namespace internal {
 
 /// Pairs of a segment of tree A and one of tree B, which may be the same.
-template <class TreeA, class TreeB, class Query, class BToA, class AToB>
+template <class TreeA, class TreeB, class Query, class BToA, class AToB, class Meet>
 class PairTraversal {
   static constexpr bool kCuts = Query::kGrain > 0;
 
  public:
-  PairTraversal(const TreeA& a, const TreeB& b, const BToA& b_to_a, const AToB& a_to_b,
+  PairTraversal(const TreeA& a, const TreeB& b, const BToA& b_to_a, const AToB& a_to_b, Meet meet,
                 Query& query)
-      : a_(a), b_(b), b_to_a_(b_to_a), a_to_b_(a_to_b), query_(query) {}
+      : a_(a), b_(b), b_to_a_(b_to_a), a_to_b_(a_to_b), meet_(meet), query_(query) {}
 
   /// What a query was handed in one piece.
   Visit resume(const Work& work) {
@@ -113,8 +149,12 @@ class PairTraversal {
     const int count = a_.node(node).child_count;
     for (int lane = 0; lane < count; ++lane) {
       const auto child = Child<TreeA>::of(a_, node, lane);
-      if (!child.link.isLeaf() && within(child.link.node()) == Visit::kStop) return Visit::kStop;
-      const auto later = geometry::firstLanes(count) & ~geometry::firstLanes(lane + 1);
+      if (!child.link.isLeaf() && meet_.within(child.slot) &&
+          within(child.link.node()) == Visit::kStop) {
+        return Visit::kStop;
+      }
+      const auto later = geometry::firstLanes(count) & ~geometry::firstLanes(lane + 1) &
+                         meet_.lanes(child.slot, node);
       if (query_.forEachAdmitted(pack, child.volume, later, 1, [&](int other) HWY_ATTR {
             return meetInB(child, node, other);
           }) == Visit::kStop) {
@@ -141,7 +181,7 @@ class PairTraversal {
     const float a_size = a.volume.size(), b_size = b_in_a.size();
     constexpr float kLikeSize = 4;
     if (TreeA::kArity > 2 && a_size <= kLikeSize * b_size && b_size <= kLikeSize * a_size) {
-      return betweenChildrenOfBoth(a.link.node(), b.link.node(), b_in_a);
+      return betweenChildrenOfBoth(a.link.node(), b, b_in_a);
     }
     return a_size >= b_size ? betweenChildrenOfA(a.link.node(), b, b_in_a)
                             : betweenChildrenOfB(a, b.link.node());
@@ -149,21 +189,22 @@ class PairTraversal {
 
   FCL_FIBERS_ALWAYS_INLINE Visit betweenChildrenOfA(std::int32_t node, const Child<TreeB>& b,
                                                     const typename TreeA::Volume& b_in_a) {
-    return query_.forEachAdmitted(a_.pack(node), b_in_a,
-                                  geometry::firstLanes(a_.node(node).child_count), 1,
+    const auto lanes = geometry::firstLanes(a_.node(node).child_count) & meet_.lanes(b.slot, node);
+    return query_.forEachAdmitted(a_.pack(node), b_in_a, lanes, 1,
                                   [&](int lane) HWY_ATTR { return meetInA(node, lane, b); });
   }
   FCL_FIBERS_ALWAYS_INLINE Visit betweenChildrenOfB(const Child<TreeA>& a, std::int32_t node) {
-    return query_.forEachAdmitted(b_.pack(node), a_to_b_(a.volume),
-                                  geometry::firstLanes(b_.node(node).child_count), b_to_a_.scale(),
+    const auto lanes = geometry::firstLanes(b_.node(node).child_count) & meet_.lanes(a.slot, node);
+    return query_.forEachAdmitted(b_.pack(node), a_to_b_(a.volume), lanes, b_to_a_.scale(),
                                   [&](int lane) HWY_ATTR { return meetInB(a, node, lane); });
   }
-  Visit betweenChildrenOfBoth(std::int32_t a_node, std::int32_t b_node,
+  Visit betweenChildrenOfBoth(std::int32_t a_node, const Child<TreeB>& b,
                               const typename TreeA::Volume& b_in_a) {
-    return query_.forEachAdmitted(
-        a_.pack(a_node), b_in_a, geometry::firstLanes(a_.node(a_node).child_count), 1,
-        [&](int lane)
-            HWY_ATTR { return betweenChildrenOfB(Child<TreeA>::of(a_, a_node, lane), b_node); });
+    const auto lanes =
+        geometry::firstLanes(a_.node(a_node).child_count) & meet_.lanes(b.slot, a_node);
+    return query_.forEachAdmitted(a_.pack(a_node), b_in_a, lanes, 1, [&](int lane) HWY_ATTR {
+      return betweenChildrenOfB(Child<TreeA>::of(a_, a_node, lane), b.link.node());
+    });
   }
 
   // Most pairs end here, as leaves, whose volumes are not needed any more.
@@ -185,29 +226,52 @@ class PairTraversal {
   const TreeB& b_;
   const BToA& b_to_a_;
   const AToB& a_to_b_;
+  const Meet meet_;
   Query& query_;
 };
 
-template <class Tree, class Query>
-auto selfPairs(const Tree& tree, Query& query) {
+/// Calls visit(meet) with whom the segments of a tree may meet.
+template <class Tree, class F>
+FCL_FIBERS_ALWAYS_INLINE Visit withGroups(const Tree& tree, F&& visit) {
+  const auto& groups = tree.topology().groups;
+  return groups.empty() ? visit(AllMeet()) : visit(OtherGroupsMeet<Tree::kArity>(groups));
+}
+
+template <class Tree, class Query, class Meet>
+auto selfPairs(const Tree& tree, Meet meet, Query& query) {
   static constexpr geometry::SameFrame kSame;
-  return PairTraversal<Tree, Tree, Query, geometry::SameFrame, geometry::SameFrame>(
-      tree, tree, kSame, kSame, query);
+  return PairTraversal<Tree, Tree, Query, geometry::SameFrame, geometry::SameFrame, Meet>(
+      tree, tree, kSame, kSame, meet, query);
 }
 template <class Tree, class Query>
 auto crossPairs(const Tree& a, const Tree& b, const geometry::FrameChange& b_to_a,
                 const geometry::FrameChange& a_to_b, Query& query) {
-  return PairTraversal<Tree, Tree, Query, geometry::FrameChange, geometry::FrameChange>(
-      a, b, b_to_a, a_to_b, query);
+  return PairTraversal<Tree, Tree, Query, geometry::FrameChange, geometry::FrameChange, AllMeet>(
+      a, b, b_to_a, a_to_b, AllMeet(), query);
+}
+
+/// @param lanes  lanes(node): the children of a node that are visited at all
+template <class Tree, class Query, class Lanes>
+Visit leavesBelow(const Tree& tree, std::int32_t node, const typename Tree::Volume& volume,
+                  const Lanes& lanes, Query& query) {
+  return query.forEachAdmitted(
+      tree.pack(node), volume, geometry::firstLanes(tree.node(node).child_count) & lanes(node), 1,
+      [&](int lane) HWY_ATTR {
+        const Link child = tree.node(node).children[static_cast<std::size_t>(lane)];
+        return child.isLeaf() ? query.leaf(child.segment())
+                              : leavesBelow(tree, child.node(), volume, lanes, query);
+      });
 }
 
 }  // namespace internal
 
-/// Each unordered pair of a tree's segments that the query admits, once.
+/// Each unordered pair of a tree's segments that the query admits, once, but for those of one
+/// group.
 template <class Tree, class Query>
 Visit visitPairs(const Tree& tree, Query& query) {
   if (tree.empty()) return Visit::kContinue;
-  return internal::selfPairs(tree, query).within(0);
+  return internal::withGroups(
+      tree, [&](auto meet) HWY_ATTR { return internal::selfPairs(tree, meet, query).within(0); });
 }
 
 /// Each pair of a segment of `a` and one of `b` that the query admits, once. The query's frame is
@@ -230,7 +294,9 @@ Visit visitPairs(const Tree& a, const Tree& b, const geometry::FrameChange& b_to
 /// A piece of the work of the above.
 template <class Tree, class Query>
 Visit visitPairs(const Tree& tree, const Work& work, Query& query) {
-  return internal::selfPairs(tree, query).resume(work);
+  return internal::withGroups(tree, [&](auto meet) HWY_ATTR {
+    return internal::selfPairs(tree, meet, query).resume(work);
+  });
 }
 template <class Tree, class Query>
 Visit visitPairs(const Tree& a, const Tree& b, const geometry::FrameChange& b_to_a,
@@ -238,18 +304,18 @@ Visit visitPairs(const Tree& a, const Tree& b, const geometry::FrameChange& b_to
   return internal::crossPairs(a, b, b_to_a, a_to_b, query).resume(work);
 }
 
-/// Each segment that the query admits against one volume, once.
+/// Each segment that the query admits against one volume, once, but for those of `group`.
 template <class Tree, class Query>
 Visit visitLeaves(const Tree& tree, const typename Tree::Volume& volume, Query& query,
-                  std::int32_t node = 0) {
+                  Group group = kNoGroup) {
   if (tree.empty()) return Visit::kContinue;
-  return query.forEachAdmitted(
-      tree.pack(node), volume, geometry::firstLanes(tree.node(node).child_count), 1,
-      [&](int lane) HWY_ATTR {
-        const Link child = tree.node(node).children[static_cast<std::size_t>(lane)];
-        return child.isLeaf() ? query.leaf(child.segment())
-                              : visitLeaves(tree, volume, query, child.node());
-      });
+  if (group == kNoGroup || tree.topology().groups.empty()) {
+    const auto all = [](std::int32_t) HWY_ATTR { return ~geometry::LaneMask{0}; };
+    return internal::leavesBelow(tree, 0, volume, all, query);
+  }
+  const OtherGroupsMeet<Tree::kArity> meet(tree.topology().groups);
+  const auto others = [&](std::int32_t node) HWY_ATTR { return meet.lanesOf(group, node); };
+  return internal::leavesBelow(tree, 0, volume, others, query);
 }
 
 }  // namespace fcl_fibers::tree::HWY_NAMESPACE

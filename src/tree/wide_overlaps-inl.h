@@ -25,16 +25,16 @@ using geometry::HWY_NAMESPACE::overlaps;
 /// cannot be predicted. Here each step takes a batch of pairs of nodes and writes all pairs of
 /// children that overlap, a whole mask at a time and without a branch; and what comes next is known
 /// early enough to be fetched.
-template <class Tree, class BToA, class AToB>
+template <class Tree, class BToA, class AToB, class Meet>
 class WideOverlaps {
   static_assert(Tree::kArity == 8);
   using Volume = typename Tree::Volume;
   using Node = typename Tree::Node;
 
  public:
-  WideOverlaps(const Tree& a, const Tree& b, const BToA& b_to_a, const AToB& a_to_b,
+  WideOverlaps(const Tree& a, const Tree& b, const BToA& b_to_a, const AToB& a_to_b, Meet meet,
                PairBuffer& out)
-      : a_(a), b_(b), b_to_a_(b_to_a), a_to_b_(a_to_b), out_(out) {}
+      : a_(a), b_(b), b_to_a_(b_to_a), a_to_b_(a_to_b), meet_(meet), out_(out) {}
 
   Visit run(const Work& work) {
     if (work.node != Work::kBetween) {
@@ -81,15 +81,19 @@ class WideOverlaps {
     const bool only_leaves = node.hasOnlyLeaves();
     for (int lane = 0; lane < node.child_count; ++lane) {
       const auto later = geometry::firstLanes(node.child_count) & ~geometry::firstLanes(lane + 1);
-      const auto mask = overlaps(a_.pack(index), a_.pack(index).get(lane)) & later;
+      const std::int32_t slot = 8 * index + lane;
+      const auto mask =
+          overlaps(a_.pack(index), a_.pack(index).get(lane)) & later & meet_.lanes(slot, index);
       const Link child = node.children[static_cast<std::size_t>(lane)];
       if (only_leaves) {
         if (writeSegments(child.segment(), segments, mask) == Visit::kStop) return Visit::kStop;
         continue;
       }
-      count_ += slots.writeAfter(8 * index + lane, mask, waiting_ + count_);
+      count_ += slots.writeAfter(slot, mask, waiting_ + count_);
       if (count_ >= kCapacity / 2 && drain() == Visit::kStop) return Visit::kStop;
-      if (!child.isLeaf() && within(child.node()) == Visit::kStop) return Visit::kStop;
+      if (!child.isLeaf() && meet_.within(slot) && within(child.node()) == Visit::kStop) {
+        return Visit::kStop;
+      }
     }
     return Visit::kContinue;
   }
@@ -110,7 +114,8 @@ class WideOverlaps {
       explicit Collect(PairBuffer& buffer) : out(buffer) {}
       Visit leafPair(SegmentId a, SegmentId b) { return out.push(a, b); }
     } query(out_);
-    return internal::PairTraversal<Tree, Tree, Collect, BToA, AToB>(a_, b_, b_to_a_, a_to_b_, query)
+    return internal::PairTraversal<Tree, Tree, Collect, BToA, AToB, Meet>(a_, b_, b_to_a_, a_to_b_,
+                                                                          meet_, query)
         .resume({Work::kBetween, last.a, last.b});
   }
 
@@ -149,8 +154,8 @@ class WideOverlaps {
       if (a_size > kLikeSize * b_size) return openA(a.node(), slots.b);
       if (b_size > kLikeSize * a_size) return addRow(slots.a, b.node());
     }
-    const auto mask =
-        overlaps(a_.pack(a.node()), b_in_a) & geometry::firstLanes(a_node.child_count);
+    const auto mask = overlaps(a_.pack(a.node()), b_in_a) &
+                      geometry::firstLanes(a_node.child_count) & meet_.lanes(slots.b, a.node());
     row_count_ += LaneNumbers::from(8 * a.node()).writeBefore(b.node(), mask, rows_ + row_count_);
     return Visit::kContinue;
   }
@@ -163,7 +168,7 @@ class WideOverlaps {
   Visit openA(std::int32_t index, std::int32_t b_slot) {
     const Node& node = a_.node(index);
     const auto mask = overlaps(a_.pack(index), b_to_a_(volume(b_, b_slot))) &
-                      geometry::firstLanes(node.child_count);
+                      geometry::firstLanes(node.child_count) & meet_.lanes(b_slot, index);
     count_ += LaneNumbers::from(8 * index).writeBefore(b_slot, mask, waiting_ + count_);
     return Visit::kContinue;
   }
@@ -172,7 +177,7 @@ class WideOverlaps {
     const Node& node = b_.node(index);
     const Link a = link(a_, a_slot);
     const auto mask = overlaps(b_.pack(index), a_to_b_(volume(a_, a_slot))) &
-                      geometry::firstLanes(node.child_count);
+                      geometry::firstLanes(node.child_count) & meet_.lanes(a_slot, index);
     if (a.isLeaf() && node.hasOnlyLeaves()) {
       return writeSegments(a.segment(), LaneNumbers::inverse(node.links()), mask);
     }
@@ -189,6 +194,7 @@ class WideOverlaps {
   const Tree& b_;
   const BToA& b_to_a_;
   const AToB& a_to_b_;
+  const Meet meet_;
   PairBuffer& out_;
   int count_ = 0;
   int row_count_ = 0;

@@ -188,6 +188,70 @@ TYPED_TEST(ArrayTree, IgnoresNeighborsByArcLengthAndAcrossTheSeam) {
   }
 }
 
+// Fibers of one group would meet, or others not; after an update, or a new bundle, or in another
+// tree's query.
+TYPED_TEST(ArrayTree, LeavesOutPairsOfOneGroup) {
+  // At first, after a small motion, and where they have flown apart.
+  std::vector<Assembly<TypeParam>> stages(3, curledFibers<TypeParam>(21));
+  const std::vector<std::size_t>& begin = stages[0].point_begin;
+  const auto fiberOf = [&](std::size_t point) {
+    return static_cast<std::size_t>(std::upper_bound(begin.begin(), begin.end(), point) -
+                                    begin.begin() - 1);
+  };
+  for (std::size_t i = 0; i < stages[0].points.size(); i += 3) {
+    const std::size_t place = 7 * fiberOf(i / 3) % 30 / 6;
+    stages[1].points[i] += static_cast<TypeParam>(0.02 * static_cast<double>(place));
+    stages[2].points[i] += static_cast<TypeParam>(5 * static_cast<double>(place));
+  }
+  std::vector<std::int32_t> groups;
+  for (std::size_t f = 0; f < 30; ++f) groups.push_back(static_cast<std::int32_t>(f % 4) - 1);
+  std::vector<Pairs> expected;
+  for (const Assembly<TypeParam>& stage : stages) {
+    const Pairs touching = touchingPairs(stage, stage, 1, 0);
+    expected.emplace_back();
+    for (const auto& [a, b] : touching) {
+      const auto p = groups[fiberOf(static_cast<std::size_t>(a))];
+      const auto q = groups[fiberOf(static_cast<std::size_t>(b))];
+      if (p == 0 || p != q) expected.back().emplace(a, b);
+    }
+    EXPECT_GT(expected.back().size(), 20u);
+    EXPECT_LT(expected.back().size(), touching.size());
+  }
+
+  const auto other = curledFibers<TypeParam>(22);
+  for (FiberTreeOptions options : allKinds(Report::kCapsules)) {
+    options.ignored_neighbors = 1;
+    for (const int threads : {1, 3}) {
+      options.threads = threads;
+      FiberTree tree(options), plain(options), other_tree(options);
+      FiberArrays<TypeParam> fibers = stages[0].view();
+      fibers.groups = groups.data();
+      tree.build(fibers);
+      EXPECT_EQ(pairsOf(tree), expected[0]);
+      // All that matters of the groups is what they were at the build.
+      for (const std::size_t stage : {1, 2, 0}) {
+        tree.update(stages[stage].view());
+        EXPECT_EQ(pairsOf(tree), expected[stage]) << stage;
+      }
+
+      plain.build(stages[0].view());
+      other_tree.build(other.view());
+      const auto between = [&](const FiberTree& first) {
+        Pairs pairs;
+        first.visitPairs(other_tree, [&](SegmentPair pair) { pairs.emplace(pair.a, pair.b); });
+        return pairs;
+      };
+      EXPECT_EQ(between(tree), between(plain));
+
+      const std::vector<std::int32_t> none(groups.size(), 0);
+      fibers.groups = none.data();
+      tree.build(fibers);
+      EXPECT_EQ(pairsOf(tree), pairsOf(plain)) << "none is in a group";
+      EXPECT_EQ(tree.memoryUsage(), plain.memoryUsage());
+    }
+  }
+}
+
 // A tree that reports volumes would miss pairs that touch.
 TYPED_TEST(ArrayTree, VolumesOverlapWhereCapsulesTouch) {
   const auto fibers = curledFibers<TypeParam>(2);

@@ -61,6 +61,7 @@ struct Record {
   int fiber;    // counted over all that ever were
   int segment;  // within the fiber, as it was registered
   bool is_declared;
+  tree::Group group;
 };
 
 class Model {
@@ -71,8 +72,8 @@ class Model {
   const std::map<Object*, Record>& records() const { return records_; }
 
   std::optional<std::size_t> add(const Objects& added, const std::vector<bool>& starts,
-                                 bool declared) {
-    const auto duplicate = registry_.add(added, starts, kindOf(declared));
+                                 bool declared, tree::Group group = tree::kNoGroup) {
+    const auto duplicate = registry_.add(added, starts, kindOf(declared), {}, group);
     if (duplicate) return duplicate;
     int segment = 0;
     for (std::size_t i = 0; i < added.size(); ++i) {
@@ -80,7 +81,7 @@ class Model {
         ++fibers_;
         segment = 0;
       }
-      records_[added[i]] = {order_++, fibers_ - 1, segment++, declared};
+      records_[added[i]] = {order_++, fibers_ - 1, segment++, declared, group};
     }
     return duplicate;
   }
@@ -123,6 +124,7 @@ class Model {
       const FiberSegment place = registry_.fiberSegment(registry_.find(object));
       ASSERT_EQ(place.fiber, static_cast<std::size_t>(record.fiber)) << "a fiber's number";
       ASSERT_EQ(place.segment, static_cast<std::size_t>(record.segment)) << "a segment's number";
+      ASSERT_EQ(registry_.groupOf(registry_.find(object)), record.group) << "a fiber's group";
     }
 
     // As the tree is given them, whole and in part: in order, one fiber after the other.
@@ -147,6 +149,9 @@ class Model {
         ASSERT_TRUE(seen.insert(number).second) << "a fiber has come apart";
         for (std::int32_t i = fibers.begin[f]; i < fibers.begin[f + 1]; ++i) {
           ASSERT_EQ(numberOf(i), number) << "two fibers have become one";
+          const SegmentId id = fibers.ids[static_cast<std::size_t>(i)];
+          ASSERT_EQ(fibers.groups.empty() ? tree::kNoGroup : fibers.groups[f],
+                    registry_.groupOf(id));
         }
       }
     }
@@ -159,6 +164,7 @@ class Model {
         const Record &p = expected[i].second, &q = expected[j].second;
         const SegmentId a = registry_.find(expected[i].first),
                         b = registry_.find(expected[j].first);
+        ASSERT_EQ(registry_.areOfOneGroup(a, b), p.group != tree::kNoGroup && p.group == q.group);
         for (const SegmentId reach : {0, 1, 2, 5}) {
           const bool neighbors =
               i == j || (p.fiber == q.fiber && p.is_declared && q.segment - p.segment <= reach);
@@ -240,7 +246,9 @@ TEST(FiberRegistry, IsTheModelUnderRandomUse) {
         const bool declared = random.below(2) == 0;
         for (std::size_t i = 1; i < added.size() && !declared; ++i)
           starts[i] = random.below(3) == 0;
-        ASSERT_FALSE(model.add(added, starts, declared));
+        // The first group comes when there are fibers already.
+        const auto group = static_cast<tree::Group>(step < 20 || !declared ? 0 : random.below(4));
+        ASSERT_FALSE(model.add(added, starts, declared, group));
       } else if (!model.records().empty()) {
         for (std::size_t i = random.below(15); i > 0 && !model.records().empty(); --i) {
           auto victim = model.records().begin();
@@ -280,6 +288,72 @@ TEST(FiberRegistry, ADuplicateChangesNothing) {
   // And what was refused is welcome after all.
   EXPECT_FALSE(model.add({stock[4], stock[30], stock[31]}, oneFiber(3), true));
   model.expectEqual();
+}
+
+TEST(FiberRegistry, ACopyHasOtherObjectsInTheirPlaces) {
+  // If this fails, a clone has lost numbers, neighbours, arcs or groups, or finds the original's
+  // objects.
+  const Stock stock(220), others(220);
+  Registry original(Registry::Keep::kLinksAndArcs);
+  const auto add = [&](std::size_t begin, std::size_t end, Registry::Kind kind, tree::Group group) {
+    ASSERT_FALSE(original.add(stock.range(begin, end), oneFiber(end - begin), kind,
+                              std::vector<double>(end - begin, 2), group));
+  };
+  for (std::size_t i = 0; i < 150; ++i) add(i, i + 1, Registry::Kind::kOpen, 0);
+  add(150, 160, Registry::Kind::kClosed, 5);
+  add(160, 190, Registry::Kind::kOpen, 5);
+  add(190, 200, Registry::Kind::kGuessed, 0);
+  // So many that ids have moved, and then some more.
+  for (std::size_t i = 0; i < 170; ++i) {
+    if (i < 150 || i >= 160) original.remove(stock[i]);
+  }
+  original.remove(stock[155]);
+  ASSERT_LT(original.find(stock[159]), 159);
+
+  Objects objects;
+  for (const std::size_t i : {150, 151, 152, 153, 154, 156, 157, 158, 159})
+    objects.push_back(others[i]);
+  for (std::size_t i = 170; i < 200; ++i) objects.push_back(others[i]);
+  Registry copy(Registry::Keep::kLinksAndArcs);
+  ASSERT_FALSE(copy.copy(original, objects));
+  ASSERT_EQ(copy.size(), original.size());
+  ASSERT_EQ(copy.objects().size(), original.objects().size());
+  const auto expectAlike = [&](std::size_t added) {
+    for (std::size_t i = 0; i < 200 + added; ++i) {
+      const SegmentId id = original.find(stock[i]);
+      ASSERT_EQ(copy.find(others[i]), id) << i;
+      ASSERT_EQ(copy.find(stock[i]), Registry::kNotFound);
+      if (id == Registry::kNotFound) continue;
+      EXPECT_EQ(copy.objects()[static_cast<std::size_t>(id)], others[i]);
+      EXPECT_EQ(copy.fiberSegment(id).fiber, original.fiberSegment(id).fiber);
+      EXPECT_EQ(copy.fiberSegment(id).segment, original.fiberSegment(id).segment);
+      EXPECT_EQ(copy.groupOf(id), original.groupOf(id));
+      for (std::size_t j = i; j < 200 + added; ++j) {
+        const SegmentId other = original.find(stock[j]);
+        if (other == Registry::kNotFound) continue;
+        for (const double arc : {2.0, 7.0}) {
+          ASSERT_EQ(copy.areNeighbors(id, other, {1, arc}),
+                    original.areNeighbors(id, other, {1, arc}));
+        }
+      }
+    }
+  };
+  expectAlike(0);
+  // What comes after goes on alike.
+  for (Registry* registry : {&original, &copy}) {
+    const Stock& of = registry == &original ? stock : others;
+    registry->add(of.range(200, 210), oneFiber(10), Registry::Kind::kOpen,
+                  std::vector<double>(10, 1), 6);
+    for (std::size_t i = 180; i < 190; ++i) registry->remove(of[i]);
+  }
+  expectAlike(10);
+
+  objects.resize(39);
+  objects[30] = objects[2];
+  Registry twice(Registry::Keep::kLinksAndArcs);
+  Registry source(Registry::Keep::kNothing);
+  source.add(stock.range(0, 39), oneFiber(39), Registry::Kind::kOpen);
+  EXPECT_EQ(twice.copy(source, objects), std::optional<std::size_t>(30));
 }
 
 TEST(FiberRegistry, CanBeClearedAndFilledAgain) {

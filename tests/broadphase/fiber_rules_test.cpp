@@ -281,6 +281,172 @@ TYPED_TEST(FiberRules, NeighborsAreIgnoredThroughAnotherManager) {
   }
 }
 
+/// Fibers of which most are in groups: none, and 1 to 3; and what is in no fiber.
+template <typename S>
+struct Grouped {
+  explicit Grouped(std::uint64_t seed) : scene(strandScene<S>(12, 14, seed)) {
+    for (int f = 0; f < 12; ++f) groups.push_back(f % 4);
+    addShapes(scene, 6, 0.3, seed + 1);
+    scene.addHalfspace({0, 0, 1}, 0);
+  }
+  PairOracle<S> oracle(const PairRules& rules) const {
+    return PairOracle<S>(scene.objects(), rules, scene.fibers(), groups);
+  }
+
+  Scene<S> scene;
+  std::vector<int> groups;
+};
+
+// Fibers that never meet would be reported; or others be lost with them.
+TYPED_TEST(FiberRules, FibersOfOneGroupAreNotReportedWithOneAnother) {
+  using S = typename TypeParam::Scalar;
+  const Grouped<S> grouped(171);
+  const Scene<S>& scene = grouped.scene;
+  const auto all = scene.objects();
+  for (const int neighbors : {0, 2}) {
+    for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+      for (const int threads : {1, 2}) {
+        FiberManagerOptions options = ignoring(neighbors, report, 0.01);
+        options.threads = threads;
+        SCOPED_TRACE(describe(options) + ", threads " + std::to_string(threads));
+        const auto manager = TypeParam::make(options);
+        registerFibers(*manager, scene, grouped.groups);
+        const auto oracle = grouped.oracle(rulesOf<TypeParam>(options));
+        const Calls<S> pairs = selfPairs(*manager);
+        EXPECT_TRUE(oracle.answersSelf(pairs, all));
+        EXPECT_EQ(manager->selfCollisionStatistics().pairs, pairs.size());
+        EXPECT_EQ(pairsWith(*manager, *manager), pairs);
+        DistanceSearch<S> every(oracle);
+        every.lowers = false;
+        every.run(*manager);
+        EXPECT_TRUE(every.keepsToTheRules());
+        EXPECT_EQ(every.calls.size(), oracle.pairCount(all));
+        for (std::size_t i = 0; i < scene.size(); i += 17) {
+          EXPECT_TRUE(oracle.answersBetween(pairsWith(*manager, *scene[i]), all, {scene[i]}));
+          DistanceSearch<S> one(oracle);
+          one.lowers = false;
+          one.run(*manager, *scene[i]);
+          EXPECT_TRUE(one.keepsToTheRules());
+        }
+      }
+    }
+  }
+}
+
+// A group would come together again through a manager that has an object of it as well.
+TYPED_TEST(FiberRules, GroupsHoldThroughAnotherManager) {
+  using S = typename TypeParam::Scalar;
+  const Grouped<S> grouped(172);
+  const auto all = grouped.scene.objects();
+  // Of one group: others that are in both would meet twice, as (a, b) and (b, a).
+  const auto& shared = grouped.scene.fibers()[5];
+  const FiberManagerOptions options = ignoring(0, Report::kCapsules, 0.01);
+  const auto manager = TypeParam::make(options);
+  registerFibers(*manager, grouped.scene, grouped.groups);
+  const auto oracle = grouped.oracle(rulesOf<TypeParam>(options));
+  std::vector<std::unique_ptr<fcl::BroadPhaseCollisionManager<S>>> others;
+  others.push_back(TypeParam::make(options));
+  others.push_back(TypeParam::OtherTopology::make(options));
+  others.push_back(makeFclNaive<S>());
+  for (const auto& other : others) {
+    other->registerObjects(shared);
+    EXPECT_TRUE(oracle.answersBetween(pairsWith(*manager, *other), all, shared));
+    DistanceSearch<S> search(oracle);
+    search.lowers = false;
+    search.run(*manager, *other);
+    EXPECT_TRUE(search.keepsToTheRules());
+  }
+  // What the other manager calls a group is its own affair.
+  const auto same_numbers = TypeParam::make(options);
+  const Grouped<S> strangers(173);
+  registerFibers(*same_numbers, strangers.scene, strangers.groups);
+  auto both = all;
+  both.insert(both.end(), strangers.scene.objects().begin(), strangers.scene.objects().end());
+  const PairOracle<S> ungrouped(both, rulesOf<TypeParam>(options));
+  EXPECT_TRUE(
+      ungrouped.answersBetween(pairsWith(*manager, *same_numbers), all, strangers.scene.objects()));
+}
+
+// Groups would be forgotten or mixed up where objects come late, leave, move, or fly apart.
+TYPED_TEST(FiberRules, GroupsStayThroughAllChanges) {
+  using S = typename TypeParam::Scalar;
+  Grouped<S> grouped(174);
+  Scene<S>& scene = grouped.scene;
+  const FiberManagerOptions options = ignoring(1);
+  const auto manager = TypeParam::make(options);
+  registerFibers(*manager, scene, grouped.groups);
+  auto managed = scene.objects();
+  const auto check = [&](const char* when) {
+    const PairOracle<S> oracle(managed, rulesOf<TypeParam>(options), scene.fibers(),
+                               grouped.groups);
+    EXPECT_TRUE(oracle.answersSelf(selfPairs(*manager), managed)) << when;
+    DistanceSearch<S> every(oracle);
+    every.lowers = false;
+    every.run(*manager);
+    EXPECT_TRUE(every.keepsToTheRules()) << when;
+    EXPECT_EQ(every.calls.size(), oracle.pairCount(managed)) << when;
+    for (std::size_t i = 3; i < managed.size(); i += 31) {
+      EXPECT_TRUE(oracle.answersBetween(pairsWith(*manager, *managed[i]), managed, {managed[i]}))
+          << when;
+    }
+  };
+  check("at first");
+  const auto leave = [&](std::size_t i) {
+    manager->unregisterObject(managed[i]);
+    managed.erase(managed.begin() + static_cast<std::ptrdiff_t>(i));
+  };
+  for (const std::size_t i : std::initializer_list<std::size_t>{100, 42, 3}) leave(i);
+  check("some are gone");
+
+  // Few, so that they stay outside the tree: with a group that is there, and a new one.
+  Random random(175);
+  for (const int group : {1, 9, 9, 0}) {
+    std::vector<Eigen::Vector3d> points;
+    for (int i = 0; i <= 4; ++i) points.push_back(random.inCube(0.6));
+    const auto late = scene.addFiber(points, 0.05);
+    manager->registerFiber(late, FiberEnds::kOpen, FiberGroup{group});
+    managed.insert(managed.end(), late.begin(), late.end());
+    grouped.groups.push_back(group);
+    check("one is late");
+  }
+  for (const double far : {0.05, 40.0}) {
+    for (auto* object : managed) {
+      if (object->collisionGeometry()->getNodeType() == fcl::GEOM_CAPSULE) {
+        jolt(*object, random, far, 0.3);
+      }
+    }
+    manager->update();
+    check("all have moved");
+    for (std::size_t i = 0; i < 3; ++i) jolt(*managed[50 * i], random, far, 0.3);
+    manager->update({managed[0], managed[50], managed[100]});
+    check("some have moved");
+  }
+  // Until ids are dealt anew.
+  while (managed.size() > 40) leave(random.below(managed.size()));
+  check("most are gone");
+  manager->clear();
+  grouped.groups.clear();
+  registerFibers(*manager, scene);
+  managed = objectsOf<S>(*manager);
+  check("groups went with clear()");
+}
+
+// One large group would be searched through and through for nothing.
+TYPED_TEST(FiberRules, AGroupCostsNothingAmongItself) {
+  using S = typename TypeParam::Scalar;
+  const Scene<S> scene = strandScene<S>(30, 40, 176);
+  const auto tests = [&](const std::vector<int>& groups) {
+    const auto manager = TypeParam::make();
+    registerFibers(*manager, scene, groups);
+    return manager->selfCollisionStatistics().volume_tests;
+  };
+  std::vector<int> groups(30, 4);
+  EXPECT_EQ(tests(groups), 0u);
+  groups[11] = 5;
+  EXPECT_GT(tests(groups), 0u);
+  EXPECT_LT(tests(groups), tests({}) / 8);
+}
+
 // After updates, neighbours would come back or others be ignored.
 TYPED_TEST(FiberRules, NeighborsStayIgnoredAfterUpdates) {
   using S = typename TypeParam::Scalar;

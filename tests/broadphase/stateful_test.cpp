@@ -41,6 +41,7 @@ std::string named(const Indices& indices) {
 constexpr std::size_t kFibers = 4, kSegments = 6, kLoose = 6, kShapes = 12, kUnbounded = 2;
 constexpr std::size_t kCapsules = kFibers * kSegments + kLoose;
 constexpr std::size_t kObjects = kCapsules + kShapes + kUnbounded;
+constexpr std::size_t kShared = 2;  // another manager has it as well
 
 Indices fiberIndices(std::size_t fiber) {
   Indices indices;
@@ -52,6 +53,7 @@ Indices fiberIndices(std::size_t fiber) {
 struct Model {
   Indices managed;              // in the order of registration
   std::vector<Indices> fibers;  // that were declared; kObjects where one has left
+  std::vector<int> groups;      // of these fibers
   std::set<std::size_t> stale;  // managed, and moved since an update named them
 
   bool has(std::size_t i) const {
@@ -97,7 +99,7 @@ struct Sut {
     addShapes(probes, 6, 0.4, 11, placement);
     // A capsule of a fiber may be in both.
     other->registerObjects(probes.objects());
-    other->registerObject(cast[2]);
+    other->registerObject(cast[kShared]);
     foreign->registerObjects(probes.objects());
   }
 
@@ -117,7 +119,7 @@ struct Sut {
     all.insert(all.end(), probes.objects().begin(), probes.objects().end());
     const LeafVolume volume = spheres ? LeafVolume::kSphere : LeafVolume::kBox;
     return PairOracle<S>(all, {volume, options.report, options.margin, options.ignored_neighbors},
-                         fibers);
+                         fibers, model.groups);
   }
 
   bool spheres;
@@ -155,11 +157,13 @@ template <typename S>
 struct Register : Command<S> {
   enum class By { kObject, kObjects, kFiber } by;
   Indices added;
+  int group = 0;
 
   explicit Register(const Model& model)
       : by(*rc::gen::element(By::kObject, By::kObjects, By::kFiber)) {
     if (by == By::kFiber) {
       added = fiberIndices(*rc::gen::inRange<std::size_t>(0, kFibers));
+      group = *rc::gen::element(0, 0, 1, 2);
     } else {
       const Indices outside = model.outside();
       RC_PRE(!outside.empty());
@@ -175,17 +179,20 @@ struct Register : Command<S> {
   }
   void apply(Model& model) const override {
     model.add(added);
-    if (by == By::kFiber) model.fibers.push_back(added);
+    if (by != By::kFiber) return;
+    model.fibers.push_back(added);
+    model.groups.push_back(group);
   }
   void run(const Model& model, Sut<S>& sut) const override {
     const auto objects = sut.objects(added);
     if (by == By::kObject) sut.manager->registerObject(objects[0]);
     if (by == By::kObjects) sut.manager->registerObjects(objects);
-    if (by == By::kFiber) sut.manager->registerFiber(objects);
+    if (by == By::kFiber) sut.manager->registerFiber(objects, FiberEnds::kOpen, FiberGroup{group});
     this->check(model, sut);
   }
   void show(std::ostream& os) const override {
     os << (by == By::kFiber ? "registerFiber " : "register ") << named(added);
+    if (group != 0) os << ", group " << group;
   }
 };
 
@@ -227,6 +234,24 @@ struct Clear : Command<S> {
     this->check(model, sut);
   }
   void show(std::ostream& os) const override { os << "clear"; }
+};
+
+// Its clone takes a manager's place, over copies of all objects.
+template <typename S>
+struct Clone : Command<S> {
+  std::uint64_t seed;
+
+  explicit Clone(const Model&) : seed(*rc::gen::inRange<std::uint64_t>(0, 1000)) {}
+  void apply(Model& model) const override { model.stale.clear(); }
+  void run(const Model& model, Sut<S>& sut) const override {
+    Scene<S> copies = sut.cast.reallocated(seed);
+    sut.other->unregisterObject(sut.cast[kShared]);
+    sut.other->registerObject(copies[kShared]);
+    std::swap(sut.cast, copies);
+    sut.manager = cloneOf<S>(*sut.manager, sut.objects(model.managed));
+    this->check(model, sut);
+  }
+  void show(std::ostream& os) const override { os << "clone, seed " << seed; }
 };
 
 // --- Moving and reading ---
@@ -498,10 +523,11 @@ TYPED_TEST(Stateful, AManagerIsItsModel) {
     RC_LOG() << (spheres ? "spheres, " : "boxes, ") << topologyName(options.topology) << ", "
              << describe(options) << ", threads " << options.threads << ", offset " << offset;
     Sut<S> sut(spheres, options, offset);
-    rc::state::check(Model{}, sut,
-                     rc::state::gen::execOneOfWithArgs<Register<S>, Register<S>, Unregister<S>,
-                                                       Clear<S>, Update<S>, Update<S>, Setup<S>,
-                                                       Query<S>, Query<S>, Query<S>, Mistake<S>>());
+    rc::state::check(
+        Model{}, sut,
+        rc::state::gen::execOneOfWithArgs<Register<S>, Register<S>, Unregister<S>, Clear<S>,
+                                          Clone<S>, Update<S>, Update<S>, Setup<S>, Query<S>,
+                                          Query<S>, Query<S>, Mistake<S>>());
   }));
   this->RecordProperty("commands", std::to_string(Command<S>::commands_run));
 }

@@ -342,6 +342,44 @@ TYPED_TEST(ManagerFaults, AManagerIsMadeWholeOrNotAtAll) {
   }
 }
 
+// A clone would be made half, its original be changed, or something be left behind; or a tree that
+// was fitted half be searched by its next query.
+TYPED_TEST(ManagerFaults, ACloneIsMadeWholeOrNotAtAll) {
+  using Test = ManagerFaults<TypeParam>;
+  using S = typename TypeParam::Scalar;
+  const Scene<S> copies = this->scene_.reallocated(187);
+  for (auto* object : copies.objects()) translate(*object, {0.01, 0.02, 0});
+  for (const FiberManagerOptions& options : Test::optionsToStrike()) {
+    const auto plain = this->makeReady(options);
+    const Calls<S> pairs = selfPairs<S>(*plain.manager);
+    const Calls<S> pairs_of_clone = selfPairs<S>(*cloneOf<S>(*plain.manager, copies.objects()));
+    ASSERT_FALSE(pairs_of_clone.empty());
+    this->strikeEverywhere(
+        "clone, " + Test::describe(options), [&] { return this->makeReady(options); },
+        [&](auto& subject) {
+          // The plain one stays what it is, and is at hand when the clone has failed.
+          subject.other = cloneOf<S>(*subject.manager, copies.objects());
+        },
+        [&](const auto& subject, bool failed) {
+          EXPECT_EQ(selfPairs<S>(*subject.manager), pairs);
+          if (!failed) {
+            EXPECT_EQ(selfPairs<S>(*subject.other), pairs_of_clone);
+          }
+        });
+    auto sorted = pairs_of_clone;
+    std::sort(sorted.begin(), sorted.end());
+    this->strikeEverywhere(
+        "setup of a clone, " + Test::describe(options),
+        [&] {
+          auto subject = this->makeReady(options);
+          subject.manager = cloneOf<S>(*subject.manager, copies.objects());
+          return subject;
+        },
+        [](auto& subject) { subject.manager->setup(); },
+        [&](const auto& subject, bool) { EXPECT_EQ(Test::sortedPairs(*subject.manager), sorted); });
+  }
+}
+
 // An exception from a callback, whichever call it is, would leave something behind.
 TYPED_TEST(ManagerFaults, EveryCallOfACallbackMayThrow) {
   using Test = ManagerFaults<TypeParam>;

@@ -53,15 +53,27 @@ makeFclManagers() {
 }
 
 template <typename S>
-void registerFibers(FiberCollisionManager<S>& manager, const Scene<S>& scene) {
+void registerFibers(FiberCollisionManager<S>& manager, const Scene<S>& scene,
+                    const std::vector<int>& groups) {
   std::vector<fcl::CollisionObject<S>*> done;
-  for (const auto& fiber : scene.fibers()) {
-    manager.registerFiber(fiber);
+  for (std::size_t f = 0; f < scene.fibers().size(); ++f) {
+    const auto& fiber = scene.fibers()[f];
+    const FiberGroup group{f < groups.size() ? groups[f] : 0};
+    manager.registerFiber(fiber, FiberEnds::kOpen, group);
     done.insert(done.end(), fiber.begin(), fiber.end());
   }
   for (fcl::CollisionObject<S>* object : scene.objects()) {
     if (std::find(done.begin(), done.end(), object) == done.end()) manager.registerObject(object);
   }
+}
+
+template <typename S>
+std::unique_ptr<FiberCollisionManager<S>> cloneOf(
+    const FiberCollisionManager<S>& manager, const std::vector<fcl::CollisionObject<S>*>& objects) {
+  if (const auto* boxes = dynamic_cast<const LayeredAABBTreeCollisionManager<S>*>(&manager)) {
+    return boxes->clone(objects);
+  }
+  return dynamic_cast<const WrappedSphereTreeCollisionManager<S>&>(manager).clone(objects);
 }
 
 template <typename S>
@@ -81,7 +93,10 @@ std::vector<fcl::CollisionObject<S>*> objectsOf(const fcl::BroadPhaseCollisionMa
   template std::vector<                                                                    \
       std::pair<std::string, std::unique_ptr<fcl::BroadPhaseCollisionManager<S>>>>         \
   makeFclManagers<S>();                                                                    \
-  template void registerFibers<S>(FiberCollisionManager<S>&, const Scene<S>&);             \
+  template void registerFibers<S>(FiberCollisionManager<S>&, const Scene<S>&,              \
+                                  const std::vector<int>&);                                \
+  template std::unique_ptr<FiberCollisionManager<S>> cloneOf<S>(                           \
+      const FiberCollisionManager<S>&, const std::vector<fcl::CollisionObject<S>*>&);      \
   template std::vector<fcl::CollisionObject<S>*> objectsOf<S>(                             \
       const fcl::BroadPhaseCollisionManager<S>&);
 FCL_FIBERS_INSTANTIATE(float)

@@ -152,9 +152,16 @@ template <typename Config>
 constexpr ArgumentOrder kOrder =
     Config::kIsFiberManager ? ArgumentOrder::kPromised : ArgumentOrder::kAny;
 
-/// Registers every fiber of the scene, and then what is in none, by itself.
+/// Registers every fiber of the scene, and then what is in none, by itself. The first fibers have
+/// the groups.
 template <typename S>
-void registerFibers(FiberCollisionManager<S>& manager, const Scene<S>& scene);
+void registerFibers(FiberCollisionManager<S>& manager, const Scene<S>& scene,
+                    const std::vector<int>& groups = {});
+
+/// clone() of whichever class the manager is.
+template <typename S>
+std::unique_ptr<FiberCollisionManager<S>> cloneOf(
+    const FiberCollisionManager<S>& manager, const std::vector<fcl::CollisionObject<S>*>& objects);
 
 template <typename S>
 std::vector<fcl::CollisionObject<S>*> objectsOf(const fcl::BroadPhaseCollisionManager<S>& manager);

@@ -52,7 +52,7 @@ bool isBounded(Real side) {
 
 template <typename S>
 PairOracle<S>::PairOracle(const Objects& objects, const PairRules& rules,
-                          const std::vector<Objects>& fibers)
+                          const std::vector<Objects>& fibers, const std::vector<int>& groups)
     : rules_(rules) {
   Point low = Point::Constant(std::numeric_limits<Real>::max());
   Point high = -low;
@@ -76,6 +76,7 @@ PairOracle<S>::PairOracle(const Objects& objects, const PairRules& rules,
       if (found == index_.end()) continue;  // Unregistered since.
       shapes_[found->second].fiber = f;
       shapes_[found->second].segment = i;
+      shapes_[found->second].group = f < groups.size() ? groups[f] : 0;
     }
   }
 }
@@ -113,6 +114,7 @@ std::size_t PairOracle<S>::indexOf(const Object* object) const {
 
 template <typename S>
 bool PairOracle<S>::ignored(const Shape& a, const Shape& b) const {
+  if (a.group != 0 && a.group == b.group) return true;
   if (!a.fiber || a.fiber != b.fiber) return false;
   const std::size_t apart = a.segment > b.segment ? a.segment - b.segment : b.segment - a.segment;
   return apart <= static_cast<std::size_t>(rules_.ignored_neighbors);

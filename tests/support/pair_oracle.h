@@ -52,16 +52,18 @@ enum class ArgumentOrder { kAny, kPromised };
 /// the boxes nor the balls around them are within the margin and 2^-20 of the extent.
 /// LeafVolume::kStock is exact: FCL compares the boxes that it is given.
 ///
-/// Whatever the rules, a pair that touches must be reported unless it is one of ignored neighbors.
+/// Whatever the rules, a pair that touches must be reported unless it is one of ignored neighbors
+/// or of one group.
 template <typename S>
 class PairOracle {
  public:
   using Object = fcl::CollisionObject<S>;
   using Objects = std::vector<Object*>;
 
-  /// `fibers` are those that the manager was given by registerFiber.
+  /// `fibers` are those that the manager was given by registerFiber, `groups` the groups of the
+  /// first of them, 0 for none.
   PairOracle(const Objects& objects, const PairRules& rules,
-             const std::vector<Objects>& fibers = {});
+             const std::vector<Objects>& fibers = {}, const std::vector<int>& groups = {});
 
   /// Whether `calls` answer a self-collision query of a manager that holds `managed`, in this order
   /// of registration. The failure names the first missing, extra and repeated pairs by index.
@@ -103,6 +105,7 @@ class PairOracle {
     ExactBox stock;
     std::optional<std::size_t> fiber;
     std::size_t segment = 0;
+    int group = 0;
   };
 
   static Shape shapeOf(const Object& object);

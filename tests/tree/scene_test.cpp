@@ -417,7 +417,7 @@ TEST_P(SceneTest, PairsWithOneSegmentAreThoseOfItsOwn) {
     Segment segment;
     if (!world.read(id, segment)) continue;
     CollectAll sink;
-    scene.findPairs(segment, 0, sink);
+    scene.findPairs(segment, 0, kNoGroup, sink);
     std::set<SegmentId> found, expected{id};
     for (const auto& [a, b] : sink.found) {
       EXPECT_EQ(b, 0);

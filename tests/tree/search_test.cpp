@@ -408,6 +408,136 @@ TYPED_TEST(SearchTest, OrderDependsNeitherOnInstructionSetNorOnThreads) {
   }
 }
 
+// --- Groups ---
+
+std::vector<Group> groupsBySegment(const FiberScene& scene) {
+  std::vector<Group> groups(scene.segments.size());
+  for (std::size_t f = 0; f < scene.fibers.groups.size(); ++f) {
+    std::fill(groups.begin() + scene.fibers.begin[f], groups.begin() + scene.fibers.begin[f + 1],
+              scene.fibers.groups[f]);
+  }
+  return groups;
+}
+
+/// The same scene with groups of every kind: none, large, of one fiber, all in one.
+std::vector<FiberScene> grouped(const FiberScene& scene) {
+  const std::size_t fibers = scene.fibers.begin.size() - 1;
+  std::vector<FiberScene> all(4, scene);
+  Random random(61);
+  for (std::size_t f = 0; f < fibers; ++f) {
+    all[0].fibers.groups.push_back(static_cast<Group>(2.5 * (1 + random())) - 2);
+    all[1].fibers.groups.push_back(static_cast<Group>(f + 1));
+    all[2].fibers.groups.push_back(f == fibers / 3 ? kNoGroup : 7);
+    all[3].fibers.groups.push_back(-1);
+  }
+  return all;
+}
+
+/// Lowers no limit, and so is brought every pair.
+class CollectNearest final : public NearestVisitor {
+ public:
+  Visit visit(SegmentId a, SegmentId b, double&) override {
+    found.emplace_back(a, b);
+    return Visit::kContinue;
+  }
+  PairList found;
+};
+
+// Pairs of one group would be reported, or others be lost with them.
+TYPED_TEST(SearchTest, LeavesOutPairsOfOneGroupAndNoOthers) {
+  const auto executor = parallel::makeExecutor(2);
+  for (const FiberScene& plain : {curled(), unequal(), singles(), mixed(), identical(6, 100)}) {
+    const PairList all = asSet(pairsFound<TypeParam>(treeOf<TypeParam>(plain)), false);
+    for (const FiberScene& scene : grouped(plain)) {
+      SCOPED_TRACE(scene.name + ", first group " + std::to_string(scene.fibers.groups[0]));
+      const std::vector<Group> groups = groupsBySegment(scene);
+      const auto group = [&](SegmentId id) { return groups[static_cast<std::size_t>(id)]; };
+      const auto areOne = [&](SegmentId a, SegmentId b) {
+        return group(a) != kNoGroup && group(a) == group(b);
+      };
+      PairList expected;
+      for (const auto& [a, b] : all) {
+        if (!areOne(a, b)) expected.emplace_back(a, b);
+      }
+      const TypeParam tree = treeOf<TypeParam>(scene);
+      for (const std::int64_t target : simdTargetsHere()) {
+        const geometry::ScopedSimdTarget scoped(target);
+        SCOPED_TRACE(geometry::simdTargetName(target));
+        const PairList found = pairsFound<TypeParam>(tree);
+        EXPECT_TRUE(asSet(found, false) == expected)
+            << found.size() << " instead of " << expected.size();
+        EXPECT_TRUE(pairsFound<TypeParam>(tree, executor.get()) == found);
+      }
+
+      // Of distances, all pairs; of a scene of few segments, as they are many.
+      if (scene.segments.size() > 1000) continue;
+      const auto count = static_cast<SegmentId>(scene.segments.size());
+      PairList others;
+      for (SegmentId a = 0; a < count; ++a) {
+        for (SegmentId b = a + 1; b < count; ++b) {
+          if (!areOne(a, b)) others.emplace_back(a, b);
+        }
+      }
+      CollectNearest nearest;
+      Search<TypeParam>::nearest(tree, 1e6, nearest);
+      EXPECT_TRUE(asSet(nearest.found, false) == others);
+    }
+  }
+}
+
+// An object's own group would be reported with it, or others be lost.
+TYPED_TEST(SearchTest, LeavesOutTheGroupOfAVolume) {
+  const FiberScene plain = curled();
+  const TypeParam all = treeOf<TypeParam>(plain);
+  for (const FiberScene& scene : grouped(plain)) {
+    const std::vector<Group> groups = groupsBySegment(scene);
+    const TypeParam tree = treeOf<TypeParam>(scene);
+    for (std::size_t i = 0; i < scene.segments.size(); i += 29) {
+      const auto volume = TypeParam::Volume::around(scene.segments[i], 0.02);
+      for (const Group group : {kNoGroup, Group{-1}, Group{2}, Group{7}, groups[i]}) {
+        const auto keepOthers = [&](const PairList& pairs) {
+          PairList kept;
+          for (const auto& pair : pairs) {
+            const Group other = groups[static_cast<std::size_t>(pair.first)];
+            if (group == kNoGroup || other != group) kept.push_back(pair);
+          }
+          return kept;
+        };
+        CollectRuns unfiltered, found;
+        findPairs(all, volume, 0, kNoGroup, nullptr, unfiltered);
+        findPairs(tree, volume, 0, group, nullptr, found);
+        EXPECT_EQ(found.found, keepOthers(unfiltered.found));
+        CollectNearest far, near;
+        Search<TypeParam>::nearest(all, volume, 0, kNoGroup, 1e6, far);
+        Search<TypeParam>::nearest(tree, volume, 0, group, 1e6, near);
+        EXPECT_EQ(near.found, keepOthers(far.found));
+      }
+    }
+  }
+}
+
+// A group would be searched to the leaves, only to find that nothing of it counts.
+TYPED_TEST(SearchTest, AGroupCostsNothingAmongItself) {
+  for (const FiberScene& plain : {curled(), many(), identical(6, 100)}) {
+    SCOPED_TRACE(plain.name);
+    const std::size_t whole = Search<TypeParam>::countVolumeTests(treeOf<TypeParam>(plain));
+    const std::vector<FiberScene> scenes = grouped(plain);
+    EXPECT_EQ(Search<TypeParam>::countVolumeTests(treeOf<TypeParam>(scenes[3])), 0u);
+    const std::size_t tests = Search<TypeParam>::countVolumeTests(treeOf<TypeParam>(scenes[2]));
+    // What is left are one fiber's with the others and with itself.
+    EXPECT_LT(tests, 3 * whole / (plain.fibers.begin.size() - 1)) << "of " << whole;
+    EXPECT_GT(tests, 0u);
+  }
+}
+
+// A tree would keep an array that it has no use for.
+TYPED_TEST(SearchTest, WithoutGroupsNothingIsKeptForThem) {
+  const FiberScene scene = curled();
+  EXPECT_TRUE(treeOf<TypeParam>(scene).topology().groups.empty());
+  const std::size_t plain = treeOf<TypeParam>(scene).memoryUsage();
+  EXPECT_GT(treeOf<TypeParam>(grouped(scene)[0]).memoryUsage(), plain);
+}
+
 class CountPieces final : public WorkSink {
  public:
   Visit take(const Work&) override {
@@ -480,11 +610,11 @@ TYPED_TEST(SearchTest, FindsWhatAVolumeOverlaps) {
     for (const std::int64_t target : simdTargetsHere()) {
       const geometry::ScopedSimdTarget scoped(target);
       CollectRuns sink;
-      EXPECT_EQ(findPairs(tree, volume, 77, nullptr, sink), Visit::kContinue);
+      EXPECT_EQ(findPairs(tree, volume, 77, kNoGroup, nullptr, sink), Visit::kContinue);
       ASSERT_EQ(sink.found, plain.found) << geometry::simdTargetName(target);
     }
     CollectRuns first(1);
-    EXPECT_EQ(findPairs(tree, volume, 77, nullptr, first), Visit::kStop);
+    EXPECT_EQ(findPairs(tree, volume, 77, kNoGroup, nullptr, first), Visit::kStop);
     EXPECT_EQ(first.found, PairList(plain.found.begin(), plain.found.begin() + 1));
   }
   EXPECT_GT(found, 1000u);
@@ -523,7 +653,7 @@ TYPED_TEST(SearchTest, TestsOfAPackAreTheSameOnAllInstructionSets) {
     for (const std::int64_t target : simdTargetsHere()) {
       const geometry::ScopedSimdTarget scoped(target);
       CollectRuns sink;
-      findPairs(tree, volume, 0, nullptr, sink);
+      findPairs(tree, volume, 0, kNoGroup, nullptr, sink);
       if (!known) expected = sink.found;
       known = true;
       ASSERT_EQ(sink.found, expected) << geometry::simdTargetName(target);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <numeric>
+#include <set>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -117,6 +118,53 @@ TEST(Bundle, KeepsTheInvariants) {
   for (const auto& lengths : kLengths) {
     const Fibers fibers = makeFibers(lengths);
     expectInvariants(bundle(fibers, straightFibers(fibers)), fibers);
+  }
+}
+
+/// Slot by slot, from the leaves below.
+template <int A>
+void expectGroups(const Topology<A>& topology, const Fibers& fibers) {
+  std::vector<Group> by_segment;
+  for (std::size_t f = 0; f + 1 < fibers.begin.size(); ++f) {
+    by_segment.resize(static_cast<std::size_t>(fibers.begin[f + 1]), fibers.groups[f]);
+  }
+  ASSERT_EQ(topology.groups.size(), topology.nodes.size() * A);
+  for (std::size_t i = 0; i < topology.nodes.size(); ++i) {
+    const auto& node = topology.nodes[i];
+    std::int32_t leaf = node.leaf_begin;
+    for (std::size_t lane = 0; lane < static_cast<std::size_t>(node.child_count); ++lane) {
+      const Link child = node.children[lane];
+      const std::int32_t end =
+          child.isLeaf() ? leaf + 1
+                         : topology.nodes[static_cast<std::size_t>(child.node())].leaf_end;
+      std::set<Group> below;
+      for (; leaf < end; ++leaf) {
+        const SegmentId id = topology.leaves[static_cast<std::size_t>(leaf)];
+        below.insert(by_segment[static_cast<std::size_t>(id)]);
+      }
+      EXPECT_EQ(topology.groups[A * i + lane], below.size() == 1 ? *below.begin() : kNoGroup);
+    }
+  }
+}
+
+// A node of several groups, or of some and none, would be taken for one of a group; or a search
+// would have to look into a node of which all is of one.
+TEST(Topologies, KnowTheGroupsOfNodes) {
+  for (const auto& lengths : kLengths) {
+    for (const int groups : {1, 2, 1000}) {
+      Fibers fibers = makeFibers(lengths);
+      for (std::size_t f = 0; f < lengths.size(); ++f) {
+        // Neighbouring fibers alike, some of none.
+        const auto group = static_cast<Group>(f / 3) % groups;
+        fibers.groups.push_back(groups == 1 ? 5 : group);
+      }
+      if (lengths.empty()) continue;
+      expectGroups(superThread(fibers), fibers);
+      expectGroups(bundle(fibers, straightFibers(fibers)), fibers);
+    }
+    const Fibers plain = makeFibers(lengths);
+    EXPECT_TRUE(superThread(plain).groups.empty());
+    EXPECT_TRUE(bundle(plain, straightFibers(plain)).groups.empty());
   }
 }
 

@@ -1,0 +1,403 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <initializer_list>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <fcl_fibers/layered_aabb_tree_collision_manager.h>
+#include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
+
+#include "support/distance_search.h"
+#include "support/managers_under_test.h"
+#include "support/pair_oracle.h"
+#include "support/pair_queries.h"
+#include "support/scene_generators.h"
+
+namespace fcl_fibers::test {
+namespace {
+
+// A scene for each thread: clones of a manager over copies of its objects.
+
+template <typename Config>
+class Clone : public testing::Test {
+ protected:
+  using S = typename Config::Scalar;
+  using Object = fcl::CollisionObject<S>;
+  using Objects = std::vector<Object*>;
+  using Manager = FiberCollisionManager<S>;
+
+  Clone() : scene_(strandScene<S>(9, 14, 191)) {
+    addShapes(scene_, 6, 0.3, 192);
+    scene_.addHalfspace({0, 0, 1}, -0.5);
+    for (int f = 0; f < 9; ++f) groups_.push_back(f % 3);
+  }
+
+  static std::vector<FiberManagerOptions> someOptions() {
+    std::vector<FiberManagerOptions> all(3);
+    all[0].ignored_neighbors = 1;
+    all[1].report = Report::kCapsules;
+    all[1].margin = 0.02;
+    all[2].report = Report::kCapsules;
+    all[2].ignored_neighbors = 2;
+    all[2].threads = 2;
+    return all;
+  }
+
+  /// Pairs as positions in a list of objects, null for what has left it.
+  static std::vector<std::pair<std::size_t, std::size_t>> positions(const Calls<S>& pairs,
+                                                                    const Objects& objects) {
+    const auto at = [&](const Object* object) {
+      return static_cast<std::size_t>(std::find(objects.begin(), objects.end(), object) -
+                                      objects.begin());
+    };
+    std::vector<std::pair<std::size_t, std::size_t>> numbers;
+    for (const auto& [a, b] : pairs) numbers.emplace_back(at(a), at(b));
+    return numbers;
+  }
+
+  /// Whether the two managers number their objects alike and answer by the oracle of the clone's.
+  void expectAnswers(const Manager& clone, const Objects& managed,
+                     const FiberManagerOptions& options, const std::vector<Objects>& fibers) const {
+    const PairOracle<S> oracle(managed, rulesOf<Config>(options), fibers, groups_);
+    EXPECT_EQ(objectsOf<S>(clone), managed);
+    EXPECT_TRUE(oracle.answersSelf(selfPairs<S>(clone), managed));
+    DistanceSearch<S> every(oracle);
+    every.lowers = false;
+    every.run(clone);
+    EXPECT_TRUE(every.keepsToTheRules());
+    EXPECT_EQ(every.calls.size(), oracle.pairCount(managed));
+    for (std::size_t i = 0; i < managed.size(); i += 23) {
+      EXPECT_TRUE(oracle.answersBetween(pairsWith<S>(clone, *managed[i]), managed, {managed[i]}));
+    }
+  }
+  static void expectSameNumbers(const Manager& original, const Manager& clone) {
+    const Objects here = objectsOf<S>(original), there = objectsOf<S>(clone);
+    ASSERT_EQ(here.size(), there.size());
+    for (std::size_t i = 0; i < here.size(); ++i) {
+      EXPECT_EQ(original.fiberSegment(here[i]).fiber, clone.fiberSegment(there[i]).fiber);
+      EXPECT_EQ(original.fiberSegment(here[i]).segment, clone.fiberSegment(there[i]).segment);
+    }
+  }
+
+  Scene<S> scene_;
+  std::vector<int> groups_;
+};
+TYPED_TEST_SUITE(Clone, FiberManagers, ManagerNames);
+
+// A clone would have forgotten fibers, neighbours or groups, or see the original's objects; and be
+// searched with a tree that fits the other objects.
+TYPED_TEST(Clone, AnswersForItsOwnObjectsByTheSameRules) {
+  using S = typename TypeParam::Scalar;
+  for (const FiberManagerOptions& options : this->someOptions()) {
+    for (const bool is_set_up : {false, true}) {
+      SCOPED_TRACE(describe(options) + (is_set_up ? ", set up" : ", not set up"));
+      const auto original = TypeParam::make(options);
+      registerFibers<S>(*original, this->scene_, this->groups_);
+      if (is_set_up) original->setup();
+      const Scene<S> copies = this->scene_.reallocated(193);
+      const auto clone = cloneOf<S>(*original, copies.objects());
+      EXPECT_EQ(clone->options().ignored_neighbors, options.ignored_neighbors);
+      EXPECT_EQ(clone->options().threads, options.threads);
+      EXPECT_EQ(clone->options().topology, original->options().topology);
+
+      // Where nothing has moved, the same pairs in the same order.
+      const auto pairs = this->positions(selfPairs<S>(*clone), copies.objects());
+      EXPECT_EQ(pairs, this->positions(selfPairs<S>(*original), this->scene_.objects()));
+      EXPECT_FALSE(pairs.empty());
+      this->expectSameNumbers(*original, *clone);
+
+      // Each goes its own way.
+      const Calls<S> before = selfPairs<S>(*original);
+      Random random(194);
+      for (auto* object : copies.objects()) jolt(*object, random, 0.1, 0.5);
+      clone->update();
+      this->expectAnswers(*clone, copies.objects(), options, copies.fibers());
+      EXPECT_EQ(selfPairs<S>(*original), before);
+      original->unregisterObject(this->scene_[5]);
+      original->clear();
+      this->expectAnswers(*clone, copies.objects(), options, copies.fibers());
+    }
+  }
+}
+
+// The first query of a clone would count objects where the original's are.
+TYPED_TEST(Clone, ReadsItsObjectsAtItsFirstQueryOrUpdate) {
+  using S = typename TypeParam::Scalar;
+  using Test = Clone<TypeParam>;
+  const FiberManagerOptions options = this->someOptions()[1];
+  const auto original = TypeParam::make(options);
+  registerFibers<S>(*original, this->scene_, this->groups_);
+  original->setup();
+  // So far that another bundle is made, too.
+  for (const double far : {0.1, 40.0}) {
+    const std::vector<std::pair<std::string, std::function<void(typename Test::Manager&)>>> acts = {
+        {"a query", [](auto&) {}},
+        {"setup", [](auto& clone) { clone.setup(); }},
+        {"update", [](auto& clone) { clone.update(); }},
+        {"update of one", [](auto& clone) { clone.update(objectsOf<S>(clone)[3]); }},
+        {"update of none",
+         [](auto& clone) { clone.update(std::vector<typename Test::Object*>()); }},
+    };
+    for (const auto& [name, act] : acts) {
+      SCOPED_TRACE(name);
+      const Scene<S> copies = this->scene_.reallocated(195);
+      const auto clone = cloneOf<S>(*original, copies.objects());
+      Random random(196);
+      for (auto* object : copies.objects()) jolt(*object, random, far, 0.5);
+      act(*clone);
+      this->expectAnswers(*clone, copies.objects(), options, copies.fibers());
+    }
+  }
+}
+
+// Objects that are late or gone in the original would be lost, or come back.
+TYPED_TEST(Clone, TakesWhatHasComeAndGoneWithIt) {
+  using S = typename TypeParam::Scalar;
+  using Objects = typename Clone<TypeParam>::Objects;
+  for (const FiberManagerOptions& options : this->someOptions()) {
+    for (const bool is_late : {false, true}) {
+      SCOPED_TRACE(describe(options));
+      // Fibers, then what is in none; one of the fibers comes late.
+      const auto original = TypeParam::make(options);
+      const auto& fibers = this->scene_.fibers();
+      for (std::size_t f = 0; f + 1 < fibers.size(); ++f) {
+        original->registerFiber(fibers[f], FiberEnds::kOpen, FiberGroup{this->groups_[f]});
+      }
+      const auto last = fibers.size() - 1;
+      const auto& late = fibers[last];
+      const Objects rest(this->scene_.objects().begin() + 9 * 14, this->scene_.objects().end());
+      original->registerObjects(rest);
+      original->setup();
+      for (const std::size_t i : {17, 3, 40}) original->unregisterObject(this->scene_[i]);
+      original->registerFiber(late, FiberEnds::kOpen, FiberGroup{this->groups_[last]});
+      if (!is_late) original->setup();
+
+      const Scene<S> copies = this->scene_.reallocated(197);
+      Objects managed;
+      for (std::size_t i = 0; i < 8 * 14; ++i) {
+        if (i != 3 && i != 17 && i != 40) managed.push_back(copies[i]);
+      }
+      for (std::size_t i = 9 * 14; i < copies.size(); ++i) managed.push_back(copies[i]);
+      for (std::size_t i = 8 * 14; i < 9 * 14; ++i) managed.push_back(copies[i]);
+      const auto clone = cloneOf<S>(*original, managed);
+      this->expectSameNumbers(*original, *clone);
+      EXPECT_EQ(clone->fiberSegment(copies[18]).segment, 4u);
+
+      // More changes before its first query; where the original's tree has them, nobody is.
+      Random random(203);
+      for (auto* object : managed) jolt(*object, random, 0.2, 0.5);
+      clone->unregisterObject(copies[60]);
+      managed.erase(std::find(managed.begin(), managed.end(), copies[60]));
+      clone->registerObject(copies[3]);
+      managed.push_back(copies[3]);
+      auto of_clone = copies.fibers();
+      of_clone[0][3] = nullptr;
+      this->expectAnswers(*clone, managed, options, of_clone);
+      clone->update();
+      this->expectAnswers(*clone, managed, options, of_clone);
+
+      // Until ids are dealt anew, in a clone that has not been asked yet.
+      const auto second = cloneOf<S>(*clone, managed);
+      while (managed.size() > 30) {
+        second->unregisterObject(managed[managed.size() / 2]);
+        managed.erase(managed.begin() + static_cast<std::ptrdiff_t>(managed.size() / 2));
+      }
+      this->expectAnswers(*second, managed, options, of_clone);
+    }
+  }
+}
+
+// Objects of other shapes would be left in the tree, or out of it, as those they stand for were.
+TYPED_TEST(Clone, OtherShapesMayStandForOtherShapes) {
+  using S = typename TypeParam::Scalar;
+  for (const FiberManagerOptions& options : this->someOptions()) {
+    const auto original = TypeParam::make(options);
+    registerFibers<S>(*original, this->scene_, this->groups_);
+    original->setup();
+    Scene<S> copies = this->scene_.reallocated(198);
+    const std::size_t shapes = 9 * 14;
+    auto managed = copies.objects();
+    managed[shapes] = copies.addHalfspace({1, 0, 0}, 0);
+    managed[shapes + 6] = copies.addSphere({0, 0, 0}, 0.2);
+    managed[shapes + 1] = copies.addBox({0.1, 0, 0}, Eigen::Quaterniond::Identity(), {1, 1, 1});
+    managed[7] = copies.addCapsule({0, 0, 0}, {0.5, 0, 0.1}, 0.1);
+    auto fibers = copies.fibers();
+    fibers[0][7] = managed[7];
+    const auto clone = cloneOf<S>(*original, managed);
+    this->expectAnswers(*clone, managed, options, fibers);
+  }
+}
+
+// Closed fibers and arc lengths would be measured anew, or forgotten.
+TYPED_TEST(Clone, KeepsNeighborsByArcLengthAndAcrossTheSeam) {
+  using S = typename TypeParam::Scalar;
+  // Eight sides of a ring, so thick that all touch all.
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i <= 8; ++i) {
+    const double angle = i % 8 * 3.141592653589793 / 4;
+    points.push_back({std::cos(angle), std::sin(angle), 0});
+  }
+  Scene<S> scene;
+  const auto ring = scene.addFiber(points, 3);
+  FiberManagerOptions options;
+  options.ignored_arc_length = 1;  // one side is 0.77
+  const auto original = TypeParam::make(options);
+  original->registerFiber(ring, FiberEnds::kClosed);
+  EXPECT_EQ(selfPairs<S>(*original).size(), 28u - 16u);
+  // Of other lengths.
+  Scene<S> copies;
+  for (Eigen::Vector3d& point : points) point *= 2;
+  const auto larger = copies.addFiber(points, 6);
+  const auto clone = cloneOf<S>(*original, larger);
+  EXPECT_EQ(selfPairs<S>(*clone).size(), 28u - 16u);
+}
+
+// A clone of what is refused would be made of some of the objects; or the original be changed.
+TYPED_TEST(Clone, RefusesWhatDoesNotFit) {
+  using S = typename TypeParam::Scalar;
+  using Objects = typename Clone<TypeParam>::Objects;
+  const FiberManagerOptions options = this->someOptions()[0];
+  const auto original = TypeParam::make(options);
+  registerFibers<S>(*original, this->scene_, this->groups_);
+  const Calls<S> pairs = selfPairs<S>(*original);
+  Scene<S> copies = this->scene_.reallocated(199);
+  const Objects good = copies.objects();
+  const auto refused = [&](const Objects& objects, const std::string& why) {
+    try {
+      cloneOf<S>(*original, objects);
+      ADD_FAILURE() << "taken, though " << why;
+    } catch (const std::invalid_argument& error) {
+      EXPECT_NE(std::string(error.what()).find("fcl_fibers: clone: "), std::string::npos);
+      EXPECT_NE(std::string(error.what()).find(why), std::string::npos) << error.what();
+    }
+    EXPECT_EQ(selfPairs<S>(*original), pairs);
+  };
+  Objects objects = good;
+  objects.pop_back();
+  refused(objects, "132 objects for 133");
+  objects = good;
+  objects.push_back(copies.addSphere({0, 0, 0}, 1));
+  refused(objects, "134 objects for 133");
+  refused({}, "0 objects for 133");
+  objects = good;
+  objects[20] = nullptr;
+  refused(objects, "object 20 is null");
+  objects = good;
+  objects[20] = objects[40];
+  refused(objects, "object 40 is there twice");
+  objects = good;
+  objects[20] = copies.addSphere({0, 0, 0}, 1);
+  refused(objects, "object 20 is no capsule");
+  objects = good;
+  fcl::Transform3<S> pose = objects[20]->getTransform();
+  pose.translation()[1] = std::numeric_limits<S>::quiet_NaN();
+  objects[20]->setTransform(pose);
+  refused(objects, "object 20: its pose is NaN");
+  EXPECT_NO_THROW(cloneOf<S>(*original, this->scene_.objects())) << "in both managers";
+}
+
+// A query of a clone would use what was fitted before an object was refused.
+TYPED_TEST(Clone, AnswersOnceABrokenObjectIsMended) {
+  using S = typename TypeParam::Scalar;
+  const FiberManagerOptions options = this->someOptions()[2];
+  const auto original = TypeParam::make(options);
+  registerFibers<S>(*original, this->scene_, this->groups_);
+  original->setup();
+  Scene<S> copies = this->scene_.reallocated(200);
+  auto managed = copies.objects();
+  // The tree has none in the half-space's place; there has to be one.
+  managed.back() = copies.addSphere({0, 0, 0}, 0.4);
+  const auto clone = cloneOf<S>(*original, managed);
+  const fcl::Transform3<S> good = managed[20]->getTransform();
+  fcl::Transform3<S> bad = good;
+  bad.translation()[1] = std::numeric_limits<S>::quiet_NaN();
+  managed[20]->setTransform(bad);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_THROW(selfPairs<S>(*clone), std::invalid_argument);
+    EXPECT_THROW(clone->setup(), std::invalid_argument);
+  }
+  managed[20]->setTransform(good);
+  this->expectAnswers(*clone, managed, options, copies.fibers());
+}
+
+// Cloning would disturb queries of other threads, or read a tree that one of them is building.
+TYPED_TEST(Clone, MayBeMadeWhileTheOriginalIsAsked) {
+  using S = typename TypeParam::Scalar;
+  const FiberManagerOptions options = this->someOptions()[1];
+  const auto model = TypeParam::make(options);
+  registerFibers<S>(*model, this->scene_, this->groups_);
+  const Calls<S> expected = selfPairs<S>(*model);
+  const auto expected_positions = this->positions(expected, this->scene_.objects());
+  for (int round = 0; round < 4; ++round) {
+    // The first of the queries builds.
+    const auto original = TypeParam::make(options);
+    registerFibers<S>(*original, this->scene_, this->groups_);
+    std::atomic<int> wrong{0};
+    std::vector<std::thread> threads;
+    for (std::uint64_t t = 0; t < 4; ++t) {
+      threads.emplace_back([&, t] {
+        if (t % 2 == 0) {
+          wrong += selfPairs<S>(*original) != expected;
+          return;
+        }
+        const Scene<S> copies = this->scene_.reallocated(t);
+        const auto clone = cloneOf<S>(*original, copies.objects());
+        wrong += this->positions(selfPairs<S>(*clone), copies.objects()) != expected_positions;
+      });
+    }
+    for (std::thread& thread : threads) thread.join();
+    EXPECT_EQ(wrong, 0);
+  }
+  // From a callback, too.
+  struct Cloning {
+    FiberCollisionManager<S>& original;
+    Scene<S> copies;
+    std::size_t calls = 0, pairs = 0;
+  } cloning{*model, this->scene_.reallocated(201)};
+  model->collide(&cloning, [](fcl::CollisionObject<S>*, fcl::CollisionObject<S>*, void* data) {
+    auto& self = *static_cast<Cloning*>(data);
+    if (self.calls++ == 0) {
+      self.pairs = selfPairs<S>(*cloneOf<S>(self.original, self.copies.objects())).size();
+    }
+    return false;
+  });
+  EXPECT_EQ(cloning.calls, expected.size());
+  EXPECT_EQ(cloning.pairs, expected.size());
+}
+
+// A clone of a clone, or of nothing, would be of another kind.
+TYPED_TEST(Clone, OfAnEmptyManagerIsEmpty) {
+  using S = typename TypeParam::Scalar;
+  const auto original = TypeParam::make();
+  const auto clone = cloneOf<S>(*original, {});
+  EXPECT_TRUE(clone->empty());
+  EXPECT_TRUE(selfPairs<S>(*clone).empty());
+  original->setup();
+  const auto second = cloneOf<S>(*cloneOf<S>(*original, {}), {});
+  second->registerObjects(this->scene_.objects());
+  EXPECT_FALSE(selfPairs<S>(*second).empty());
+}
+
+// A user would have to cast.
+TEST(CloneType, IsThatOfTheOriginal) {
+  const LayeredAABBTreeCollisionManagerd boxes;
+  const std::unique_ptr<LayeredAABBTreeCollisionManagerd> boxes_too = boxes.clone({});
+  EXPECT_TRUE(boxes_too->empty());
+  const WrappedSphereTreeCollisionManagerf spheres;
+  const std::unique_ptr<WrappedSphereTreeCollisionManagerf> spheres_too = spheres.clone({});
+  EXPECT_EQ(spheres_too->cascadeStatistics().cages_kept, 0u);
+}
+
+}  // namespace
+}  // namespace fcl_fibers::test
