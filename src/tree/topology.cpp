@@ -171,18 +171,36 @@ class BundleBuilder {
 
   std::int32_t addNode(const Block& block) {
     const std::int32_t node = builder_.openNode();
+    if (block.segments <= kArity) {
+      addLeaves(node, block);
+    } else {
+      addParts(node, block);
+    }
+    builder_.closeNode(node);
+    return node;
+  }
+
+  /// One node tests all its children at once, so that their order does not matter.
+  void addLeaves(std::int32_t node, const Block& block) {
+    for (std::int32_t i = block.begin; i < block.end; ++i) {
+      for (std::int32_t s = at(i)->begin; s < at(i)->end; ++s) {
+        builder_.addLeaf(node, fibers_.ids[static_cast<std::size_t>(s)]);
+      }
+    }
+  }
+
+  void addParts(std::int32_t node, const Block& block) {
     const std::size_t strands_before = strands_.size();
 
     // The block's parts in their order; while there is room, the one with the most segments is
     // split. A part that fits into one node stays whole, for nodes are to be well filled.
     std::array<Block, kArity> parts{block};
     int count = 1;
-    const std::int32_t whole = block.segments <= kArity ? 1 : kArity;
     while (count < kArity) {
       const auto largest =
           std::max_element(parts.begin(), parts.begin() + count,
                            [](const Block& p, const Block& q) { return p.segments < q.segments; });
-      if (largest->segments <= whole) break;
+      if (largest->segments <= kArity) break;
       std::copy_backward(largest + 1, parts.begin() + count, parts.begin() + count + 1);
       ++count;
       split(largest[0], largest[0], largest[1]);
@@ -190,15 +208,13 @@ class BundleBuilder {
     for (int i = 0; i < count; ++i) {
       const Block& part = parts[static_cast<std::size_t>(i)];
       if (part.segments == 1) {
-        builder_.addLeaf(node, fibers_.ids[static_cast<std::size_t>(at(part.begin)->begin)]);
+        addLeaves(node, part);
       } else {
         const std::int32_t child = addNode(part);
         builder_.addChild(node, Link::node(child));
       }
     }
     strands_.resize(strands_before);
-    builder_.closeNode(node);
-    return node;
   }
 
   /// @pre the block has two segments or more
@@ -235,8 +251,10 @@ class BundleBuilder {
   }
 
   static double distance(const Point& p, const Point& q) {
-    return std::hypot(double{p[0]} - double{q[0]}, double{p[1]} - double{q[1]},
-                      double{p[2]} - double{q[2]});
+    // The square of no float leaves the range of double.
+    const double x = double{p[0]} - double{q[0]}, y = double{p[1]} - double{q[1]},
+                 z = double{p[2]} - double{q[2]};
+    return std::sqrt(x * x + y * y + z * z);
   }
 
   /// Mean length of the strands, estimated from a few of them and three points on each.
@@ -249,10 +267,9 @@ class BundleBuilder {
       const Strand& s = *at(i);
       const std::int32_t segments = s.end - s.begin;
       if (segments < 2) continue;
-      const Point &first = middleOf(s.begin), &middle = middleOf(s.begin + segments / 2),
-                  &last = middleOf(s.end - 1);
+      const Point &first = middleOf(s.begin), &last = middleOf(s.end - 1);
       // The outer halves of the first and the last segment belong to it.
-      sum += (distance(first, middle) + distance(middle, last)) * segments / (segments - 1);
+      sum += (distance(first, s.middle) + distance(s.middle, last)) * segments / (segments - 1);
     }
     return sum / samples;
   }
