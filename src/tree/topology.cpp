@@ -259,8 +259,8 @@ class BundleBuilder {
 
   /// Mean length of the strands, estimated from a few of them and three points on each.
   double extentAlong(const Block& block) {
-    constexpr std::int32_t kSamples = 16;
-    const std::int32_t step = std::max(1, block.strands() / kSamples);
+    constexpr std::int32_t kSamples = 8;
+    const std::int32_t step = 1 + (block.strands() - 1) / kSamples;
     double sum = 0;
     int samples = 0;
     for (std::int32_t i = block.begin; i < block.end; i += step, ++samples) {
@@ -277,21 +277,19 @@ class BundleBuilder {
   /// Each strand in half; one of a single segment goes to the first half.
   void splitAlong(const Block& block, Block& first, Block& second) {
     const auto begin = static_cast<std::int32_t>(strands_.size());
-    first = {begin, 0, 0};
-    for (std::int32_t i = block.begin; i < block.end; ++i) {
-      const Strand& s = *at(i);
+    strands_.resize(strands_.size() + 2 * static_cast<std::size_t>(block.strands()));
+    Strand* const halves = at(begin);
+    std::int32_t seconds = 0;
+    first = {begin, begin + block.strands(), 0};
+    for (std::int32_t i = 0; i < block.strands(); ++i) {
+      const Strand s = *at(block.begin + i);
       const std::int32_t middle = s.begin + (s.end - s.begin + 1) / 2;
       first.segments += middle - s.begin;
-      strands_.push_back(strand(s.begin, middle));
+      halves[i] = strand(s.begin, middle);
+      if (middle < s.end) halves[block.strands() + seconds++] = strand(middle, s.end);
     }
-    first.end = static_cast<std::int32_t>(strands_.size());
-    second = {first.end, 0, block.segments - first.segments};
-    for (std::int32_t i = block.begin; i < block.end; ++i) {
-      const Strand& s = *at(i);
-      const std::int32_t middle = s.begin + (s.end - s.begin + 1) / 2;
-      if (middle < s.end) strands_.push_back(strand(middle, s.end));
-    }
-    second.end = static_cast<std::int32_t>(strands_.size());
+    second = {first.end, first.end + seconds, block.segments - first.segments};
+    strands_.resize(static_cast<std::size_t>(second.end));
   }
 
   void splitAcross(const Block& block, int axis, Block& first, Block& second) {
