@@ -274,6 +274,14 @@ class BundleBuilder {
     return sum / samples;
   }
 
+  /// About half of `count`, and a multiple of as large a power of two as a node has room for, so
+  /// that blocks come out in sizes that fill a node. One remains one.
+  static std::int32_t firstHalf(std::int32_t count) {
+    std::int32_t unit = kArity;
+    while (unit > 1 && 2 * unit > count) unit /= 2;
+    return (count / unit + 1) / 2 * unit;
+  }
+
   /// Each strand in half; one of a single segment goes to the first half.
   void splitAlong(const Block& block, Block& first, Block& second) {
     const auto begin = static_cast<std::int32_t>(strands_.size());
@@ -283,7 +291,7 @@ class BundleBuilder {
     first = {begin, begin + block.strands(), 0};
     for (std::int32_t i = 0; i < block.strands(); ++i) {
       const Strand s = *at(block.begin + i);
-      const std::int32_t middle = s.begin + (s.end - s.begin + 1) / 2;
+      const std::int32_t middle = s.begin + firstHalf(s.end - s.begin);
       first.segments += middle - s.begin;
       halves[i] = strand(s.begin, middle);
       if (middle < s.end) halves[block.strands() + seconds++] = strand(middle, s.end);
@@ -293,7 +301,7 @@ class BundleBuilder {
   }
 
   void splitAcross(const Block& block, int axis, Block& first, Block& second) {
-    const std::int32_t middle = block.begin + block.strands() / 2;
+    const std::int32_t middle = block.begin + firstHalf(block.strands());
     std::nth_element(at(block.begin), at(middle), at(block.end),
                      [k = static_cast<std::size_t>(axis)](const Strand& p, const Strand& q) {
                        // Ties by position, so that the halves are the same everywhere.
