@@ -134,7 +134,7 @@ class BundleBuilder {
   Topology<8> build() {
     const std::size_t count = fibers_.ids.size();
     if (count == 0) return {};
-    builder_.reserve(count, count / 4 + 1);
+    builder_.reserve(count, count / 6 + 1);
     for (std::size_t f = 0; f + 1 < fibers_.begin.size(); ++f) {
       if (fibers_.begin[f] < fibers_.begin[f + 1]) {
         strands_.push_back(strand(fibers_.begin[f], fibers_.begin[f + 1]));
@@ -193,14 +193,17 @@ class BundleBuilder {
     const std::size_t strands_before = strands_.size();
 
     // The block's parts in their order; while there is room, the one with the most segments is
-    // split. A part that fits into one node stays whole, for nodes are to be well filled.
+    // split. A part that fits into a full subtree stays whole: if there is to be a node with few
+    // children, then above, where nodes are few.
+    std::int32_t full = kArity;
+    while (full < block.segments / kArity) full *= kArity;
     std::array<Block, kArity> parts{block};
     int count = 1;
     while (count < kArity) {
       const auto largest =
           std::max_element(parts.begin(), parts.begin() + count,
                            [](const Block& p, const Block& q) { return p.segments < q.segments; });
-      if (largest->segments <= kArity) break;
+      if (largest->segments <= full) break;
       std::copy_backward(largest + 1, parts.begin() + count, parts.begin() + count + 1);
       ++count;
       split(largest[0], largest[0], largest[1]);
