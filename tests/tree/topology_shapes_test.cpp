@@ -289,7 +289,7 @@ Strands parallelFibers(int side, int length, double distance) {
 
 TEST(BundleShape, SplitsAlongWhereItIsLonger) {
   // If this fails, nodes are long and thin, and overlap far more than blocks do.
-  const int length = 512;
+  const int length = 256;
   const Strands scene = parallelFibers(4, length, 0.01);
   const Topology<8> topology = bundle(scene.fibers, scene.segments);
   ASSERT_EQ(topology.nodes[0].child_count, 8);
