@@ -116,7 +116,8 @@ class FiberRegistry {
   template <class Vector>
   static void reserveFor(Vector& vector, std::size_t more) {
     const std::size_t needed = vector.size() + more;
-    if (needed > vector.capacity()) vector.reserve(std::max(needed, 2 * vector.capacity()));
+    if (needed <= vector.capacity()) return;
+    vector.reserve(std::max(needed, vector.capacity() + vector.capacity() / 2));
   }
   SegmentId nextId() const { return static_cast<SegmentId>(objects_.size()); }
   std::size_t fiberOf(SegmentId id) const {

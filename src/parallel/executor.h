@@ -6,31 +6,40 @@
 
 namespace fcl_fibers::parallel {
 
-/// Refers to something that is called with the number of a task. Other than std::function it takes
-/// no memory.
-class TaskRef {
+/// Refers to something that is called with these arguments. Other than std::function it takes no
+/// memory.
+template <class... Args>
+class CallRef {
  public:
-  /// @pre the task outlives the reference
+  /// @pre the callee outlives the reference
   template <class F>
-  TaskRef(const F& task)  // NOLINT: to be passed like the task itself
-      : task_(&task), call_([](const void* f, int i) { (*static_cast<const F*>(f))(i); }) {}
+  CallRef(const F& callee)  // NOLINT: to be passed like the callee itself
+      : callee_(&callee),
+        call_([](const void* f, Args... args) { (*static_cast<const F*>(f))(args...); }) {}
 
-  void operator()(int i) const { call_(task_, i); }
+  void operator()(Args... args) const { call_(callee_, args...); }
 
  private:
-  const void* task_;
-  void (*call_)(const void*, int);
+  const void* callee_;
+  void (*call_)(const void*, Args...);
 };
+using TaskRef = CallRef<int>;  ///< called with the number of a task
+using OwnRef = CallRef<>;
 
 /// Runs tasks on several threads. Nothing of an answer may depend on which thread runs what.
 class Executor {
  public:
   virtual ~Executor() = default;
 
-  /// Calls task(0), ..., task(count - 1), some of them at the same time, the caller's thread taking
-  /// part; returns when all have ended. What a task throws is thrown here, one of them if several
-  /// do, and tasks that have not started then need not run. May be called from several threads.
-  virtual void run(int count, TaskRef task) = 0;
+  /// Calls task(0), ..., task(count - 1), some of them at the same time, while the caller's thread
+  /// does `own`; then that thread takes part. Returns when all have ended. What any of them throws
+  /// is thrown here, one of them if several do, and tasks that have not started then need not run.
+  /// May be called from several threads, and within `own`.
+  virtual void runBeside(OwnRef own, int count, TaskRef task) = 0;
+
+  void run(int count, TaskRef task) {
+    runBeside([] {}, count, task);
+  }
 };
 
 /// An executor of that many threads; null for one, which needs none. Of oneTBB if the library was

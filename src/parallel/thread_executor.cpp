@@ -25,10 +25,11 @@ class ThreadExecutor : public Executor {
   }
   ~ThreadExecutor() override { stop(); }
 
-  void run(int count, TaskRef task) override {
-    const std::unique_lock<std::mutex> running(run_mutex_, std::try_to_lock);
+  void runBeside(OwnRef own, int count, TaskRef task) override {
+    const std::unique_lock<Claim> running(claim_, std::try_to_lock);
     if (!running) {
       // The workers are busy with another query.
+      own();
       for (int i = 0; i < count; ++i) task(i);
       return;
     }
@@ -41,7 +42,7 @@ class ThreadExecutor : public Executor {
       ++round_;
     }
     wake_.notify_all();
-    takeTasks(task, count);
+    takeTasks(own, task, count);
     std::unique_lock<std::mutex> lock(mutex_);
     task_ = nullptr;  // a worker that wakes only now finds nothing
     done_.wait(lock, [&] { return active_ == 0; });
@@ -50,6 +51,16 @@ class ThreadExecutor : public Executor {
   }
 
  private:
+  /// Who uses the workers. Other than a mutex, its holder may try to have it again.
+  class Claim {
+   public:
+    bool try_lock() { return !held_.exchange(true, std::memory_order_acquire); }
+    void unlock() { held_.store(false, std::memory_order_release); }
+
+   private:
+    std::atomic<bool> held_{false};
+  };
+
   void work() {
     std::size_t seen = 0;
     std::unique_lock<std::mutex> lock(mutex_);
@@ -62,14 +73,15 @@ class ThreadExecutor : public Executor {
       const int count = count_;
       ++active_;
       lock.unlock();
-      takeTasks(task, count);
+      takeTasks([] {}, task, count);
       lock.lock();
       if (--active_ == 0) done_.notify_all();
     }
   }
 
-  void takeTasks(TaskRef task, int count) {
+  void takeTasks(OwnRef own, TaskRef task, int count) {
     try {
+      own();
       for (int i = next_++; i < count; i = next_++) task(i);
     } catch (...) {
       const std::lock_guard<std::mutex> lock(mutex_);
@@ -87,7 +99,7 @@ class ThreadExecutor : public Executor {
     for (std::thread& worker : workers_) worker.join();
   }
 
-  std::mutex run_mutex_;
+  Claim claim_;
   std::mutex mutex_;  ///< guards all that follows but next_
   std::condition_variable wake_, done_;
   const TaskRef* task_ = nullptr;

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cstddef>
 #include <memory>
 #include <mutex>
@@ -137,8 +139,9 @@ class SerialWork : public WorkSink {
   PairBuffer& out_;
 };
 
-/// Keeps all pairs of a piece of work.
-class PieceRun final : public PairBuffer {
+/// Keeps all pairs of a piece of work. On cache lines of its own, as threads search pieces side by
+/// side, and each pair moves next_.
+class alignas(64) PieceRun final : public PairBuffer {
  public:
   void start() {
     if (pairs_.empty()) pairs_.resize(kFirst + kRoom);
@@ -173,8 +176,12 @@ class PieceRun final : public PairBuffer {
 
 /// What a search on several threads keeps for the next one.
 struct SearchScratch {
-  std::vector<Work> work;
-  std::vector<internal::PieceRun> pieces;
+  /// Pieces of work that follow each other, and what has been found in each.
+  struct Window {
+    std::vector<Work> work;
+    std::vector<internal::PieceRun> pieces;
+  };
+  std::array<Window, 2> windows;
 };
 
 /// Lends what queries that run at the same time each need for themselves.
@@ -212,50 +219,71 @@ class ScratchPool {
 
 namespace internal {
 
-/// Collects work, shares it out, and hands the pairs on in the order of the work.
+/// Collects work, shares it out, and hands the pairs on in the order of the work: a window of it at
+/// a time, while the other threads search the next one.
 template <class Tree, class Trees>
 class ParallelWork : public WorkSink {
  public:
   ParallelWork(const Trees& trees, const CapsuleFilter* filter, parallel::Executor& executor,
                SearchScratch& scratch, PairSink& sink)
-      : trees_(trees), filter_(filter), executor_(executor), scratch_(scratch), sink_(sink) {
-    scratch_.work.clear();
-    scratch_.work.reserve(kCapacity);
-    scratch_.pieces.resize(kCapacity);
+      : trees_(trees),
+        filter_(filter),
+        executor_(executor),
+        sink_(sink),
+        searched_(&scratch.windows[0]),
+        filling_(&scratch.windows[1]) {
+    for (SearchScratch::Window& window : scratch.windows) {
+      window.work.clear();
+      window.work.reserve(kCapacity);
+      window.pieces.resize(kCapacity);
+    }
   }
 
   Visit take(const Work& piece) override {
-    scratch_.work.push_back(piece);
-    return scratch_.work.size() == limit_ ? share() : Visit::kContinue;
+    filling_->work.push_back(piece);
+    return filling_->work.size() == limit_ ? advance() : Visit::kContinue;
   }
+  Visit finish() { return advance() == Visit::kStop ? Visit::kStop : deliver(); }
 
-  Visit share() {
-    const auto search = [this](int i) {
-      PieceRun& piece = scratch_.pieces[static_cast<std::size_t>(i)];
+ private:
+  Visit advance() {
+    std::atomic<bool> stopped{false};
+    const auto search = [&](int i) {
+      if (stopped.load(std::memory_order_relaxed)) return;
+      PieceRun& piece = filling_->pieces[static_cast<std::size_t>(i)];
       piece.start();
-      Search<Tree>::overlaps(trees_, scratch_.work[static_cast<std::size_t>(i)], piece);
+      Search<Tree>::overlaps(trees_, filling_->work[static_cast<std::size_t>(i)], piece);
       piece.finish(filter_);
     };
-    executor_.run(static_cast<int>(scratch_.work.size()), search);
-    for (std::size_t i = 0; i < scratch_.work.size(); ++i) {
-      const PieceRun& piece = scratch_.pieces[i];
-      if (piece.count() > 0 && sink_.take(piece.pairs(), piece.count()) == Visit::kStop) {
-        return Visit::kStop;
-      }
-    }
-    scratch_.work.clear();
+    const auto deliver_before = [&] {
+      if (deliver() == Visit::kStop) stopped.store(true, std::memory_order_relaxed);
+    };
+    executor_.runBeside(deliver_before, static_cast<int>(filling_->work.size()), search);
+    if (stopped) return Visit::kStop;
+    std::swap(searched_, filling_);
+    filling_->work.clear();
     limit_ = std::min(2 * limit_, kCapacity);
     return Visit::kContinue;
   }
 
- private:
+  Visit deliver() {
+    for (std::size_t i = 0; i < searched_->work.size(); ++i) {
+      const PieceRun& piece = searched_->pieces[i];
+      if (piece.count() > 0 && sink_.take(piece.pairs(), piece.count()) == Visit::kStop) {
+        return Visit::kStop;
+      }
+    }
+    return Visit::kContinue;
+  }
+
   /// Bounds the pairs kept: a piece has at most the square of CutWork::kGrain.
   static constexpr std::size_t kCapacity = 256;
   const Trees& trees_;
   const CapsuleFilter* filter_;
   parallel::Executor& executor_;
-  SearchScratch& scratch_;
   PairSink& sink_;
+  SearchScratch::Window* searched_;  ///< whose pairs are to be handed on
+  SearchScratch::Window* filling_;
   std::size_t limit_ = 4;
 };
 
@@ -273,7 +301,7 @@ Visit findPairs(const Trees& trees, const CapsuleFilter* filter, parallel::Execu
     return Search<Tree>::cut(trees, work) == Visit::kStop ? Visit::kStop : run.full();
   }
   internal::ParallelWork<Tree, Trees> work(trees, filter, *executor, scratch, sink);
-  return Search<Tree>::cut(trees, work) == Visit::kStop ? Visit::kStop : work.share();
+  return Search<Tree>::cut(trees, work) == Visit::kStop ? Visit::kStop : work.finish();
 }
 
 /// The same of a tree and one volume. `second` is b of each pair; segments of `group` are left out.

@@ -103,8 +103,10 @@ class Scene {
           tree.startRefit(padding());
           parallel::forRanges(executor_.get(), count, kRange,
                               [&](std::size_t begin, std::size_t end) {
-                                for (std::size_t id = begin; id < end; ++id) {
-                                  tree.fitLeaf(static_cast<SegmentId>(id), segments_[id]);
+                                for (std::size_t i = begin; i < end; ++i) {
+                                  const auto id = static_cast<SegmentId>(i);
+                                  tree.prefetchLeaf(id + kPrefetchAhead);
+                                  tree.fitLeaf(id, segments_[i]);
                                 }
                               });
           tree.fitNodes();
@@ -128,7 +130,7 @@ class Scene {
           tree.startRefit(padding());
           const bool keep = keepsSegments();
           findUnbounded(count, [&](SegmentId id, Segment& segment) {
-            tree.prefetchLeaf(id + 8);
+            tree.prefetchLeaf(id + kPrefetchAhead);
             if (!read(id, segment)) return false;
             if (keep) segments_[static_cast<std::size_t>(id)] = segment;
             if (tree.fitLeaf(id, segment)) changed.store(true, std::memory_order_relaxed);
@@ -246,6 +248,8 @@ class Scene {
   };
   /// Segments that a task reads: a tenth of a millisecond.
   static constexpr std::size_t kRange = 4096;
+  /// Segments from prefetching where a leaf is kept, which may be anywhere, to fitting it.
+  static constexpr SegmentId kPrefetchAhead = 8;
 
   double padding() const { return margin() / 2; }
   const CapsuleFilter* filterOrNone(const CapsuleFilter& filter) const {

@@ -134,7 +134,7 @@ class BundleBuilder {
   Topology<8> build() {
     const std::size_t count = fibers_.ids.size();
     if (count == 0) return {};
-    builder_.reserve(count, count / 4 + 1);
+    builder_.reserve(count, count / 6 + 1);
     for (std::size_t f = 0; f + 1 < fibers_.begin.size(); ++f) {
       if (fibers_.begin[f] < fibers_.begin[f + 1]) {
         strands_.push_back(strand(fibers_.begin[f], fibers_.begin[f + 1]));
@@ -171,18 +171,39 @@ class BundleBuilder {
 
   std::int32_t addNode(const Block& block) {
     const std::int32_t node = builder_.openNode();
+    if (block.segments <= kArity) {
+      addLeaves(node, block);
+    } else {
+      addParts(node, block);
+    }
+    builder_.closeNode(node);
+    return node;
+  }
+
+  /// One node tests all its children at once, so that their order does not matter.
+  void addLeaves(std::int32_t node, const Block& block) {
+    for (std::int32_t i = block.begin; i < block.end; ++i) {
+      for (std::int32_t s = at(i)->begin; s < at(i)->end; ++s) {
+        builder_.addLeaf(node, fibers_.ids[static_cast<std::size_t>(s)]);
+      }
+    }
+  }
+
+  void addParts(std::int32_t node, const Block& block) {
     const std::size_t strands_before = strands_.size();
 
     // The block's parts in their order; while there is room, the one with the most segments is
-    // split. A part that fits into one node stays whole, for nodes are to be well filled.
+    // split. A part that fits into a full subtree stays whole: if there is to be a node with few
+    // children, then above, where nodes are few.
+    std::int32_t full = kArity;
+    while (full < block.segments / kArity) full *= kArity;
     std::array<Block, kArity> parts{block};
     int count = 1;
-    const std::int32_t whole = block.segments <= kArity ? 1 : kArity;
     while (count < kArity) {
       const auto largest =
           std::max_element(parts.begin(), parts.begin() + count,
                            [](const Block& p, const Block& q) { return p.segments < q.segments; });
-      if (largest->segments <= whole) break;
+      if (largest->segments <= full) break;
       std::copy_backward(largest + 1, parts.begin() + count, parts.begin() + count + 1);
       ++count;
       split(largest[0], largest[0], largest[1]);
@@ -190,15 +211,13 @@ class BundleBuilder {
     for (int i = 0; i < count; ++i) {
       const Block& part = parts[static_cast<std::size_t>(i)];
       if (part.segments == 1) {
-        builder_.addLeaf(node, fibers_.ids[static_cast<std::size_t>(at(part.begin)->begin)]);
+        addLeaves(node, part);
       } else {
         const std::int32_t child = addNode(part);
         builder_.addChild(node, Link::node(child));
       }
     }
     strands_.resize(strands_before);
-    builder_.closeNode(node);
-    return node;
   }
 
   /// @pre the block has two segments or more
@@ -235,50 +254,57 @@ class BundleBuilder {
   }
 
   static double distance(const Point& p, const Point& q) {
-    return std::hypot(double{p[0]} - double{q[0]}, double{p[1]} - double{q[1]},
-                      double{p[2]} - double{q[2]});
+    // The square of no float leaves the range of double.
+    const double x = double{p[0]} - double{q[0]}, y = double{p[1]} - double{q[1]},
+                 z = double{p[2]} - double{q[2]};
+    return std::sqrt(x * x + y * y + z * z);
   }
 
   /// Mean length of the strands, estimated from a few of them and three points on each.
   double extentAlong(const Block& block) {
-    constexpr std::int32_t kSamples = 16;
-    const std::int32_t step = std::max(1, block.strands() / kSamples);
+    constexpr std::int32_t kSamples = 8;
+    const std::int32_t step = 1 + (block.strands() - 1) / kSamples;
     double sum = 0;
     int samples = 0;
     for (std::int32_t i = block.begin; i < block.end; i += step, ++samples) {
       const Strand& s = *at(i);
       const std::int32_t segments = s.end - s.begin;
       if (segments < 2) continue;
-      const Point &first = middleOf(s.begin), &middle = middleOf(s.begin + segments / 2),
-                  &last = middleOf(s.end - 1);
+      const Point &first = middleOf(s.begin), &last = middleOf(s.end - 1);
       // The outer halves of the first and the last segment belong to it.
-      sum += (distance(first, middle) + distance(middle, last)) * segments / (segments - 1);
+      sum += (distance(first, s.middle) + distance(s.middle, last)) * segments / (segments - 1);
     }
     return sum / samples;
+  }
+
+  /// About half of `count`, and a multiple of as large a power of two as a node has room for, so
+  /// that blocks come out in sizes that fill a node. One remains one.
+  static std::int32_t firstHalf(std::int32_t count) {
+    std::int32_t unit = kArity;
+    while (unit > 1 && 2 * unit > count) unit /= 2;
+    return (count / unit + 1) / 2 * unit;
   }
 
   /// Each strand in half; one of a single segment goes to the first half.
   void splitAlong(const Block& block, Block& first, Block& second) {
     const auto begin = static_cast<std::int32_t>(strands_.size());
-    first = {begin, 0, 0};
-    for (std::int32_t i = block.begin; i < block.end; ++i) {
-      const Strand& s = *at(i);
-      const std::int32_t middle = s.begin + (s.end - s.begin + 1) / 2;
+    strands_.resize(strands_.size() + 2 * static_cast<std::size_t>(block.strands()));
+    Strand* const halves = at(begin);
+    std::int32_t seconds = 0;
+    first = {begin, begin + block.strands(), 0};
+    for (std::int32_t i = 0; i < block.strands(); ++i) {
+      const Strand s = *at(block.begin + i);
+      const std::int32_t middle = s.begin + firstHalf(s.end - s.begin);
       first.segments += middle - s.begin;
-      strands_.push_back(strand(s.begin, middle));
+      halves[i] = strand(s.begin, middle);
+      if (middle < s.end) halves[block.strands() + seconds++] = strand(middle, s.end);
     }
-    first.end = static_cast<std::int32_t>(strands_.size());
-    second = {first.end, 0, block.segments - first.segments};
-    for (std::int32_t i = block.begin; i < block.end; ++i) {
-      const Strand& s = *at(i);
-      const std::int32_t middle = s.begin + (s.end - s.begin + 1) / 2;
-      if (middle < s.end) strands_.push_back(strand(middle, s.end));
-    }
-    second.end = static_cast<std::int32_t>(strands_.size());
+    second = {first.end, first.end + seconds, block.segments - first.segments};
+    strands_.resize(static_cast<std::size_t>(second.end));
   }
 
   void splitAcross(const Block& block, int axis, Block& first, Block& second) {
-    const std::int32_t middle = block.begin + block.strands() / 2;
+    const std::int32_t middle = block.begin + firstHalf(block.strands());
     std::nth_element(at(block.begin), at(middle), at(block.end),
                      [k = static_cast<std::size_t>(axis)](const Strand& p, const Strand& q) {
                        // Ties by position, so that the halves are the same everywhere.

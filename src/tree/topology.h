@@ -82,8 +82,8 @@ struct Topology {
 Topology<2> superThread(const Fibers& fibers);
 
 /// A node is a block: a set of fibers over a range along each of them. It is split where it is
-/// longer: the range in half, or the set at the median of its fibers across. Inside one fiber that
-/// is the chain-aligned tree; over fibers of one segment a kd-tree.
+/// longer: the range in about half, or the set near the median of its fibers across, so that nodes
+/// fill. Inside one fiber that is the chain-aligned tree; over fibers of one segment a kd-tree.
 /// @param segments  by id, in any frame
 Topology<8> bundle(const Fibers& fibers, const std::vector<geometry::Segment>& segments);
 

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstddef>
+#include <future>
 #include <memory>
 #include <set>
 #include <stdexcept>
@@ -141,6 +143,63 @@ TEST_P(ExecutorTest, NothingRunsAfterAnException) {
     };
     EXPECT_THROW(executor_->run(200, task), std::runtime_error);
     EXPECT_EQ(running, 0);
+  }
+}
+
+// A query's callbacks would run on another thread, more than once, or not at all.
+TEST_P(ExecutorTest, OwnWorkIsDoneOnceByTheCaller) {
+  for (const int count : {0, 1, 2, 1000}) {
+    Tally tally(count);
+    std::vector<std::thread::id> own;
+    executor_->runBeside([&] { own.push_back(std::this_thread::get_id()); }, count,
+                         [&](int i) { tally(i); });
+    EXPECT_EQ(own, std::vector{std::this_thread::get_id()}) << "of " << count;
+    EXPECT_TRUE(tally.eachRanOnce()) << "of " << count;
+  }
+}
+
+// The other threads would wait for the callbacks.
+TEST_P(ExecutorTest, TasksRunWhileTheCallerDoesItsOwn) {
+  if (std::thread::hardware_concurrency() < 2) GTEST_SKIP() << "oneTBB has no second thread here";
+  std::promise<void> all_ran;
+  std::atomic<int> ran{0};
+  const auto task = [&](int) {
+    if (++ran == 100) all_ran.set_value();
+  };
+  executor_->runBeside(
+      [&] {
+        EXPECT_EQ(all_ran.get_future().wait_for(std::chrono::minutes(1)),
+                  std::future_status::ready);
+      },
+      100, task);
+}
+
+// A callback that throws would leave threads behind that search what may be gone.
+TEST_P(ExecutorTest, NothingRunsAfterOwnWorkHasThrown) {
+  for (int round = 0; round < 100; ++round) {
+    std::atomic<int> running{0};
+    const auto task = [&](int) {
+      ++running;
+      std::this_thread::yield();
+      --running;
+    };
+    try {
+      executor_->runBeside([] { throw std::runtime_error("own"); }, 200, task);
+      ADD_FAILURE() << "nothing was thrown";
+    } catch (const std::runtime_error& error) {
+      EXPECT_STREQ(error.what(), "own");
+    }
+    EXPECT_EQ(running, 0);
+    expectWorks(20);
+  }
+}
+
+// A callback that queries would wait for itself.
+TEST_P(ExecutorTest, OwnWorkMayRunTasks) {
+  for (int round = 0; round < 100; ++round) {
+    Tally outer(50);
+    executor_->runBeside([&] { expectWorks(30); }, 50, [&](int i) { outer(i); });
+    EXPECT_TRUE(outer.eachRanOnce());
   }
 }
 

@@ -226,6 +226,33 @@ TEST_P(SceneTest, PairsAndTheirOrderAreTheSameWithAnyNumberOfThreads) {
   EXPECT_TRUE(asSet(pairsOf(two)) == asSet(pairsOf(whole)));
 }
 
+// A callback that asks the scene again, while other threads search for the next one, would wait for
+// itself or mix up the pairs.
+TEST_P(SceneTest, PairsMayBeAskedForWhilePairsAreHandedOn) {
+  class Nested final : public PairSink {
+   public:
+    explicit Nested(const Scene& scene) : scene_(scene) {}
+    Visit take(const Pair* pairs, std::size_t count) override {
+      if (runs_++ % 50 == 0) inner.push_back(pairsOf(scene_));
+      return outer.take(pairs, count);
+    }
+    CollectAll outer;
+    std::vector<PairList> inner;
+
+   private:
+    const Scene& scene_;
+    int runs_ = 0;
+  };
+  Scene scene(options(3));
+  smallWorld().build(scene);
+  const PairList expected = pairsOf(scene);
+  Nested nested(scene);
+  scene.findPairs(nested);
+  EXPECT_TRUE(nested.outer.found == expected);
+  EXPECT_GE(nested.inner.size(), 1u);
+  for (const PairList& inner : nested.inner) EXPECT_TRUE(inner == expected);
+}
+
 // Volumes would be refitted, or grow, where nothing has moved.
 TEST_P(SceneTest, AnUpdateWithoutMotionChangesNothing) {
   const World world = largeWorld();

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -576,6 +577,59 @@ TYPED_TEST(SearchTest, StopsAfterTheFirstPairs) {
   };
   expectPrefixes(tree);
   expectPrefixes(trees.two);
+}
+
+// Threads would go on searching what nobody asks for any more.
+TYPED_TEST(SearchTest, NothingIsSearchedAfterTheEnd) {
+  struct OwnFirst : parallel::Executor {
+    void runBeside(parallel::OwnRef own, int count, parallel::TaskRef task) override {
+      own();
+      for (int i = 0; i < count; ++i) task(i);
+    }
+  } executor;
+  CollectRuns sink(1);
+  SearchScratch scratch;
+  EXPECT_EQ(findPairs<TypeParam>(treeOf<TypeParam>(many()), nullptr, &executor, scratch, sink),
+            Visit::kStop);
+  std::array<std::ptrdiff_t, 2> searched;
+  std::transform(scratch.windows.begin(), scratch.windows.end(), searched.begin(),
+                 [](const SearchScratch::Window& window) {
+                   return std::count_if(window.pieces.begin(), window.pieces.end(),
+                                        [](const auto& piece) { return piece.pairs() != nullptr; });
+                 });
+  EXPECT_GT(std::max(searched[0], searched[1]), 0);
+  EXPECT_EQ(std::min(searched[0], searched[1]), 0) << "the window after the one with the pair";
+}
+
+// The user's error would be lost, or pairs be handed on after it.
+TYPED_TEST(SearchTest, WhatASinkThrowsIsThrown) {
+  class Thrower final : public PairSink {
+   public:
+    explicit Thrower(std::size_t at) : at_(at) {}
+    Visit take(const Pair*, std::size_t count) override {
+      EXPECT_LE(taken_, at_) << "asked again after it threw";
+      taken_ += count;
+      if (taken_ > at_) throw at_;
+      return Visit::kContinue;
+    }
+
+   private:
+    std::size_t at_, taken_ = 0;
+  };
+  const TypeParam tree = treeOf<TypeParam>(many());
+  const PairList all = pairsFound<TypeParam>(tree);
+  SearchScratch scratch;
+  for (const int threads : {2, 3, 8}) {
+    const auto executor = parallel::makeExecutor(threads);
+    for (const std::size_t at : {std::size_t{0}, all.size() / 2, all.size() - 1}) {
+      Thrower thrower(at);
+      EXPECT_THROW(findPairs<TypeParam>(tree, nullptr, executor.get(), scratch, thrower),
+                   std::size_t);
+      CollectRuns whole;
+      findPairs<TypeParam>(tree, nullptr, executor.get(), scratch, whole);
+      EXPECT_TRUE(whole.found == all) << "after that";
+    }
+  }
 }
 
 // What one query left behind would show in the next.

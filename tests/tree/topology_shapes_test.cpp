@@ -289,7 +289,7 @@ Strands parallelFibers(int side, int length, double distance) {
 
 TEST(BundleShape, SplitsAlongWhereItIsLonger) {
   // If this fails, nodes are long and thin, and overlap far more than blocks do.
-  const int length = 400;
+  const int length = 256;
   const Strands scene = parallelFibers(4, length, 0.01);
   const Topology<8> topology = bundle(scene.fibers, scene.segments);
   ASSERT_EQ(topology.nodes[0].child_count, 8);
@@ -305,15 +305,12 @@ TEST(BundleShape, SplitsAlongWhereItIsLonger) {
 }
 
 TEST(BundleShape, SplitsAcrossWhereItIsWider) {
-  // If this fails, fibers far apart share nodes.
+  // If this fails, fibers far apart share nodes that there are many of.
   const int length = 20;
   const Strands scene = parallelFibers(2, length, 100);
   const Topology<8> topology = bundle(scene.fibers, scene.segments);
-  for (std::size_t lane = 0; lane < static_cast<std::size_t>(topology.nodes[0].child_count);
-       ++lane) {
-    const Link child = topology.nodes[0].children[lane];
-    ASSERT_FALSE(child.isLeaf());
-    const auto& node = topology.nodes[static_cast<std::size_t>(child.node())];
+  for (const auto& node : topology.nodes) {
+    if (!node.hasOnlyLeaves()) continue;
     for (std::int32_t i = node.leaf_begin; i < node.leaf_end; ++i) {
       EXPECT_EQ(topology.leaves[static_cast<std::size_t>(i)] / length,
                 topology.leaves[static_cast<std::size_t>(node.leaf_begin)] / length);
@@ -345,13 +342,14 @@ TEST(BundleShape, OfSingleSegmentsSplitsAtTheMedian) {
 }
 
 TEST(BundleShape, FillsItsNodes) {
-  // If this fails, packs of eight test mostly cleared lanes.
+  // If this fails, packs of eight are tested for lanes that are cleared, and memory is not what is
+  // promised.
   for (const auto& [fibers, length] :
        {std::pair{100, 50}, {1000, 100}, {64, 64}, {333, 37}, {1000, 20}}) {
     const Strands scene = strands(std::vector<int>(static_cast<std::size_t>(fibers), length), 10);
     const Topology<8> topology = bundle(scene.fibers, scene.segments);
     const double links = static_cast<double>(topology.leaves.size() + topology.nodes.size() - 1);
-    EXPECT_GT(links / static_cast<double>(topology.nodes.size()), 5) << fibers << " x " << length;
+    EXPECT_GT(links / static_cast<double>(topology.nodes.size()), 7) << fibers << " x " << length;
   }
 }
 
