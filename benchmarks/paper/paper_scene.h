@@ -16,7 +16,7 @@ struct PaperSceneRequest {
   int fibers = 0;
   int segments = 0;
   unsigned long long seed = 1;
-  HairRequest hair;  ///< a file's fibers instead
+  HairRequest hair = {};  ///< a file's fibers instead
 };
 
 /// Throws std::invalid_argument if there is no scene of that name.
