@@ -22,6 +22,18 @@ documentation() {
   doxygen docs/Doxyfile
 }
 
+# The sanitizers on every instruction set of this machine; .ci/run has them without any.
+simd_sanitized() {
+  .ci/apt_install.sh clang libclang-rt-dev
+  cmake --preset sanitize -B build/sanitize-simd -DCMAKE_CXX_COMPILER=clang++ \
+    -DCMAKE_CXX_FLAGS="-O1 -g1 -fsanitize=address,undefined -fno-sanitize-recover=all"
+  cmake --build build/sanitize-simd --target geometry_test tree_test arrays_test
+  local suite
+  for suite in geometry_test tree_test arrays_test; do
+    build/sanitize-simd/tests/$suite --gtest_brief=1
+  done
+}
+
 # docs/numerics.md: its table, a million segments in trees of every kind, and the paper's scenes.
 extremes() {
   "$numerics" rows
@@ -89,6 +101,7 @@ consumers() {
 steps=(
   documentation
   assertions
+  simd_sanitized
   extremes
   differential
   pair_order
