@@ -22,12 +22,12 @@ inline void addHairOptions(CLI::App& app, HairRequest& hair) {
 }
 
 /// The arguments that `app` does not know, as Google Benchmark takes them: the program's name,
-/// `defaults`, and the user's, which win.
+/// `defaults`, and the user's, which win. Google Benchmark keeps the pointer to the name, so that
+/// it has to be main()'s.
 class BenchmarkArguments {
  public:
-  BenchmarkArguments(const CLI::App& app, const char* program, std::vector<std::string> defaults)
-      : texts_(std::move(defaults)) {
-    texts_.insert(texts_.begin(), program);
+  BenchmarkArguments(const CLI::App& app, char* program, std::vector<std::string> defaults)
+      : texts_(std::move(defaults)), pointers_{program} {
     for (const std::string& text : app.remaining()) texts_.push_back(text);
     for (std::string& text : texts_) pointers_.push_back(text.data());
     count = static_cast<int>(pointers_.size());

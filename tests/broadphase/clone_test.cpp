@@ -179,7 +179,7 @@ TYPED_TEST(Clone, TakesWhatHasComeAndGoneWithIt) {
       const Objects rest(this->scene_.objects().begin() + 9 * 14, this->scene_.objects().end());
       original->registerObjects(rest);
       original->setup();
-      for (const std::size_t i : {17, 3, 40}) original->unregisterObject(this->scene_[i]);
+      for (const std::size_t i : {17u, 3u, 40u}) original->unregisterObject(this->scene_[i]);
       original->registerFiber(late, FiberEnds::kOpen, FiberGroup{this->groups_[last]});
       if (!is_late) original->setup();
 
