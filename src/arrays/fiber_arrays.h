@@ -1,20 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 
 #include <fcl_fibers/fiber_tree.h>
 
 #include "geometry/segment.h"
+#include "tree/fiber_of.h"
 
 namespace fcl_fibers::arrays {
 
 /// The fiber that owns a point.
 inline std::size_t fiberOf(const std::size_t* point_begin, std::size_t fiber_count,
                            std::size_t point) {
-  return static_cast<std::size_t>(
-      std::upper_bound(point_begin, point_begin + fiber_count + 1, point) - point_begin - 1);
+  return tree::fiberOf(point_begin, fiber_count, point_begin[fiber_count], point);
 }
 
 template <typename S>

@@ -12,6 +12,7 @@
 #include <fcl_fibers/fiber_collision_manager.h>
 
 #include "broadphase/pointer_index.h"
+#include "tree/fiber_of.h"
 #include "tree/neighbor_rule.h"
 #include "tree/topology.h"
 
@@ -121,8 +122,7 @@ class FiberRegistry {
   }
   SegmentId nextId() const { return static_cast<SegmentId>(objects_.size()); }
   std::size_t fiberOf(SegmentId id) const {
-    const auto after = std::upper_bound(fiber_begin_.begin(), fiber_begin_.end(), id);
-    return static_cast<std::size_t>(after - fiber_begin_.begin() - 1);
+    return tree::fiberOf(fiber_begin_.data(), fiber_begin_.size(), nextId(), id);
   }
   SegmentId fiberEnd(std::size_t fiber) const {
     return fiber + 1 < fiber_begin_.size() ? fiber_begin_[fiber + 1] : nextId();

@@ -229,7 +229,7 @@ TYPED_TEST(ArrayTree, LeavesOutPairsOfOneGroup) {
       tree.build(fibers);
       EXPECT_EQ(pairsOf(tree), expected[0]);
       // All that matters of the groups is what they were at the build.
-      for (const std::size_t stage : {1, 2, 0}) {
+      for (const std::size_t stage : {1u, 2u, 0u}) {
         tree.update(stages[stage].view());
         EXPECT_EQ(pairsOf(tree), expected[stage]) << stage;
       }

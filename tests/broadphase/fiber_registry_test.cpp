@@ -311,7 +311,7 @@ TEST(FiberRegistry, ACopyHasOtherObjectsInTheirPlaces) {
   ASSERT_LT(original.find(stock[159]), 159);
 
   Objects objects;
-  for (const std::size_t i : {150, 151, 152, 153, 154, 156, 157, 158, 159})
+  for (const std::size_t i : {150u, 151u, 152u, 153u, 154u, 156u, 157u, 158u, 159u})
     objects.push_back(others[i]);
   for (std::size_t i = 170; i < 200; ++i) objects.push_back(others[i]);
   Registry copy(Registry::Keep::kLinksAndArcs);
