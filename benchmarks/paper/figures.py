@@ -398,7 +398,7 @@ def strand_picture(folder):
     draw_fibers(left, picture, view, 0.35, red=False)
     draw_fibers(right, picture, view, 0.35, dots=1.2)
     projected = full.points @ view.T
-    centre = np.median(projected[np.arange(len(projected)) % 2001 == 900], axis=0)
+    centre = np.median(projected[np.arange(len(projected)) % 2001 == 1700], axis=0)
     half = 0.06 * np.ptp(projected[:, 1])
     window = (
         (centre[0] - 0.8 * half, centre[0] + 0.8 * half),
