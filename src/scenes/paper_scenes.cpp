@@ -95,7 +95,7 @@ struct Grid {
 constexpr double kAssemblyLength = 15;  // cm
 constexpr int kAssemblyGrid = 50;
 constexpr double kLoadDeviation = 0.02;  // of force and torque, and of their direction in radians
-constexpr double kStaticSwing = 0.05;         // of the load
+constexpr double kStaticSwing = 0.05;    // of the load
 constexpr double kStaticSwingPerFrame = 0.1;  // rad
 
 struct AssemblyFiber {
