@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 #
 # What benchmarks/run.sh --paper [--full] does: measures again what the paper measured, part by
-# part, and writes build/benchmarks/results/paper.html. Takes ten minutes on 2 quiet cores, and 6 GB
+# part, and writes build/benchmarks/results/paper.html. Takes a quarter of an hour on 2 quiet cores,
+# and up to twenty minutes more for one part, the paper's own boxes on the half scalp, and 6 GB
 # of memory. --full takes the better part of an hour: finer curves and, however long they take, all
 # managers on the half scalp. Each part keeps its results in build/benchmarks/results/paper; when
 # interrupted, the parts that are there make build/benchmarks/results/paper_interrupted.html. --hair FILE [--radius R]: a file's

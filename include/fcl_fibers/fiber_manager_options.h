@@ -25,8 +25,8 @@ enum class FiberEnds {
 /// Fibers that never meet, given by one number to all of them: the cables of one harness, say.
 /// Segments of one group are not reported with one another, neither by collide nor by distance; and
 /// as segments of one fiber are of one group, a fiber never meets itself, be it alone in its group.
-/// Any number but 0, which is no group. What is of one group costs queries nothing where it is
-/// among itself. Numbers are one manager's own.
+/// Any number but 0, which is no group. Where a part of the tree is of one group, it is not
+/// searched against itself. Numbers are one manager's own.
 struct FiberGroup {
   std::int32_t number = 0;
 };
