@@ -46,8 +46,8 @@ Assembly<S> sparseScene(std::size_t capsules, Random& random) {
   // Some two contacts a capsule, whatever the number.
   const double size = 1.5 / std::cbrt(static_cast<double>(capsules));
   for (std::size_t i = 0; i < capsules; ++i) {
-    const Eigen::Vector3d a = random.inCube(1);
-    const Eigen::Vector3d b = a + random.between(0, size) * random.direction();
+    const Eigen::Vector3d a = random.inCube(1), direction = random.direction();
+    const Eigen::Vector3d b = a + random.between(0, size) * direction;
     fibers.addCapsule(numbers(a), numbers(b), random.between(0, size / 3));
   }
   return fibers;
@@ -106,8 +106,8 @@ Assembly<S> contactScene(std::size_t capsules, Random& random) {
       const Numbers c = numbers(at + random.inCube(1)), d = numbers(at + random.inCube(1));
       const auto point = [](const Numbers& p) { return Point(p[0], p[1], p[2]); };
       const Real distance = segmentDistance(point(a), point(b), point(c), point(d));
-      const double off =
-          std::ldexp(random.between(-1, 1), -40 - static_cast<int>(random.below(14)));
+      const int exponent = -40 - static_cast<int>(random.below(14));
+      const double off = std::ldexp(random.between(-1, 1), exponent);
       fibers.addCapsule(a, b, static_cast<double>(distance) / 4);
       fibers.addCapsule(c, d, static_cast<double>(distance * (1 + Real(off))) * 3 / 4);
     } else {
@@ -122,9 +122,12 @@ Assembly<S> contactScene(std::size_t capsules, Random& random) {
           q(place[0], static_cast<double>(gap), place[2]);
       const double angle = random.between(0, 6.3);
       const Eigen::Vector3d along(std::cos(angle), 0, std::sin(angle));
-      fibers.addCapsule(numbers(p - Eigen::Vector3d(random.unit(), 0, 0)),
-                        numbers(p + Eigen::Vector3d(random.unit(), 0, 0)), r);
-      fibers.addCapsule(numbers(q - random.unit() * along), numbers(q + random.unit() * along), r);
+      const Eigen::Vector3d a = p - random.unit() * Eigen::Vector3d::UnitX();
+      const Eigen::Vector3d b = p + random.unit() * Eigen::Vector3d::UnitX();
+      const Eigen::Vector3d c = q - random.unit() * along;
+      const Eigen::Vector3d d = q + random.unit() * along;
+      fibers.addCapsule(numbers(a), numbers(b), r);
+      fibers.addCapsule(numbers(c), numbers(d), r);
     }
   }
   return fibers;
