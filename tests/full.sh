@@ -64,7 +64,8 @@ pair_order() {
     for optimization in -O0 -O3; do
       local tree=build/pair_order-$compiler$optimization
       cmake -S . -B "$tree" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER=$compiler \
-        -DCMAKE_CXX_FLAGS_RELEASE=$optimization -DFCL_FIBERS_BUILD_BENCHMARKS=OFF
+        -DCMAKE_CXX_FLAGS_RELEASE=$optimization -DFCL_FIBERS_BUILD_TESTS=ON \
+        -DFCL_FIBERS_BUILD_BENCHMARKS=OFF -DFCL_FIBERS_BUILD_TOOLS=OFF
       cmake --build "$tree" --target fcl_fibers_numerics_run
       "$tree/tests/fcl_fibers_numerics_run" hashes | diff build/hashes -
       echo "the same by $compiler $optimization"

@@ -218,7 +218,8 @@ def copy_sources():
 def configure():
     command = ["cmake", "-S", str(SOURCE), "-B", str(BUILD), "-G", "Ninja",
                "-DCMAKE_BUILD_TYPE=None", "-DCMAKE_CXX_FLAGS=-O1 -DHWY_COMPILE_ONLY_EMU128",
-               "-DFCL_FIBERS_BUILD_BENCHMARKS=OFF"]
+               "-DFCL_FIBERS_BUILD_TESTS=ON", "-DFCL_FIBERS_BUILD_BENCHMARKS=OFF",
+               "-DFCL_FIBERS_BUILD_TOOLS=OFF"]
     if shutil.which("ccache"):
         command.append("-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)

@@ -17,7 +17,8 @@ fi
 .ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev \
   libtbb-dev libpugixml-dev zlib1g-dev libcli11-dev libboost-dev libgtest-dev libgmock-dev \
   librapidcheck-dev libbenchmark-dev libfmt-dev nlohmann-json3-dev libjs-three python3
-cmake --preset release
+cmake --preset release -DFCL_FIBERS_BUILD_TESTS=ON -DFCL_FIBERS_BUILD_BENCHMARKS=ON \
+  -DFCL_FIBERS_BUILD_TOOLS=ON
 cmake --build --preset release
 ctest --preset release -j "$(nproc)" -LE long "$@"
 if $full; then

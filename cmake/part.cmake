@@ -1,0 +1,56 @@
+# A part of the build that is wanted (ON), not wanted (OFF), or welcome (AUTO, the default), which is ON
+# where all that it needs is found. Leaves ON or OFF in the variable named by `part`.
+#
+#   fcl_fibers_part(PART DOC [WHEN VARIABLE...] [PARTS PART...] [PACKAGES PACKAGE...] [TARGETS TARGET...])
+#
+# WHEN      AUTO is OFF unless these are true
+# PARTS     what it is built of, declared before
+# PACKAGES  what it is built of, for find_package
+# TARGETS   of these packages, which may be installed without
+function(fcl_fibers_part part doc)
+  cmake_parse_arguments(PARSE_ARGV 2 arg "" "" "WHEN;PARTS;PACKAGES;TARGETS")
+  set(${part} AUTO CACHE STRING "${doc}: ON, OFF, or AUTO, which is ON if what it needs is found")
+  set_property(CACHE ${part} PROPERTY STRINGS AUTO ON OFF)
+  string(TOUPPER "${${part}}" wanted)
+  if(wanted STREQUAL "AUTO")
+    foreach(condition ${arg_WHEN})
+      if(NOT ${condition})
+        set(wanted OFF)
+      endif()
+    endforeach()
+  endif()
+  if(NOT wanted)
+    set(${part} OFF PARENT_SCOPE)
+    return()
+  endif()
+
+  set(missing)
+  foreach(package ${arg_PACKAGES})
+    find_package(${package} QUIET)
+    if(NOT ${package}_FOUND)
+      list(APPEND missing ${package})
+    endif()
+  endforeach()
+  foreach(target ${arg_TARGETS})
+    string(REGEX REPLACE "::.*" "" package ${target})
+    if(NOT TARGET ${target} AND NOT package IN_LIST missing)
+      list(APPEND missing ${target})
+    endif()
+  endforeach()
+  foreach(other ${arg_PARTS})
+    if(NOT ${other})
+      list(APPEND missing ${other})
+    endif()
+  endforeach()
+
+  set(${part} ON PARENT_SCOPE)
+  if(missing)
+    list(JOIN missing ", " missing)
+    if(NOT wanted STREQUAL "AUTO")
+      message(FATAL_ERROR "${part}=${${part}} needs what is not found: ${missing}. Install it, name its "
+        "place in CMAKE_PREFIX_PATH, or set ${part}=OFF")
+    endif()
+    message(STATUS "${part}: left out for want of ${missing}")
+    set(${part} OFF PARENT_SCOPE)
+  endif()
+endfunction()
