@@ -2,12 +2,22 @@ include(CMakePackageConfigHelpers)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/fcl_fibers)
 
-install(TARGETS fcl_fibers fcl_fibers_scenes EXPORT fcl_fibers-targets)
-install(EXPORT fcl_fibers-targets NAMESPACE fcl_fibers:: DESTINATION ${package_dir})
+set(libraries fcl_fibers)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/ ${PROJECT_BINARY_DIR}/include/
-  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-install(FILES ${PROJECT_SOURCE_DIR}/package.xml ${PROJECT_SOURCE_DIR}/data/loop.csv
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+  PATTERN scenes EXCLUDE)
+install(FILES ${PROJECT_SOURCE_DIR}/package.xml
   DESTINATION ${CMAKE_INSTALL_DATADIR}/fcl_fibers)
+if(FCL_FIBERS_BUILD_SCENES)
+  list(APPEND libraries fcl_fibers_scenes)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/fcl_fibers/scenes
+    ${PROJECT_BINARY_DIR}/include/fcl_fibers/scenes
+    DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/fcl_fibers)
+  install(FILES ${PROJECT_SOURCE_DIR}/data/loop.csv
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/fcl_fibers)
+endif()
+install(TARGETS ${libraries} EXPORT fcl_fibers-targets)
+install(EXPORT fcl_fibers-targets NAMESPACE fcl_fibers:: DESTINATION ${package_dir})
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/CITATION.cff
   DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
@@ -45,7 +55,7 @@ if(NOT BUILD_SHARED_LIBS)
   endif()
   string(APPEND required_scenes_packages " pugixml zlib")
 endif()
-foreach(package fcl_fibers fcl_fibers_scenes)
+foreach(package ${libraries})
   configure_file(${CMAKE_CURRENT_LIST_DIR}/${package}.pc.in ${PROJECT_BINARY_DIR}/${package}.pc @ONLY)
   install(FILES ${PROJECT_BINARY_DIR}/${package}.pc DESTINATION ${pc_dir})
 endforeach()
@@ -72,7 +82,10 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "libfcl-dev, libeigen3-dev")
 if(NOT BUILD_SHARED_LIBS)
-  string(APPEND CPACK_DEBIAN_PACKAGE_DEPENDS ", libhwy-dev, libpugixml-dev, zlib1g-dev")
+  string(APPEND CPACK_DEBIAN_PACKAGE_DEPENDS ", libhwy-dev")
+  if(FCL_FIBERS_BUILD_SCENES)
+    string(APPEND CPACK_DEBIAN_PACKAGE_DEPENDS ", libpugixml-dev, zlib1g-dev")
+  endif()
   if(FCL_FIBERS_WITH_TBB)
     string(APPEND CPACK_DEBIAN_PACKAGE_DEPENDS ", libtbb-dev")
   endif()
