@@ -1,8 +1,14 @@
 #!/usr/bin/env bash
 # Programs outside the tree that use an installed copy in every way it is meant for: gcc and clang,
-# shared and static; find_package, pkg-config, add_subdirectory; and what must not compile or run.
+# shared and static; find_package, pkg-config, add_subdirectory; what is left out of a build; and
+# what must not compile or run.
 #
-#   tests/consumers.sh [STEP...]    these steps alone, whose names are functions below
+#   tests/consumers.sh [--installed PREFIX] [STEP...]    these steps alone, functions below
+#
+# --installed PREFIX   gcc's shared libraries, with all parts, are there: no step builds them
+# COMPILERS, KINDS and WAYS in the environment: of what is in `linked`, these alone, as in
+#   COMPILERS=g++ KINDS=static WAYS="pkg_config add_subdirectory" tests/consumers.sh linked
+# COMPILERS is heeded by `flags` too.
 #
 # Everything is built under build/consumers; the step `deb` installs a package and removes it again.
 set -euo pipefail
@@ -14,6 +20,14 @@ cd "$(dirname "$0")/.."
 
 work=$PWD/build/consumers
 mkdir -p "$work"
+compilers=${COMPILERS:-g++ clang++}
+kinds=${KINDS:-shared static}
+ways=${WAYS:-find_package pkg_config add_subdirectory}
+given=
+if [[ ${1:-} == --installed ]]; then
+  given=$(realpath -- "$2")
+  shift 2
+fi
 
 fail() {
   echo "tests/consumers.sh: $1" >&2
@@ -28,21 +42,33 @@ configure() {
     -DCMAKE_CXX_COMPILER="$compiler" "$@" >/dev/null
 }
 
-# library COMPILER shared|static [NAME FLAGS]: builds and installs; sets `built` and `prefix`. With
-# tools=ON the program as well.
-library() {
-  local name=${3:-$1-$2}
+# build NAME COMPILER shared|static [ARGUMENTS...]: builds and installs; sets `built` and `prefix`.
+build() {
+  local name=$1 compiler=$2 kind=$3
+  shift 3
   built=$work/$name/library
-  prefix=$work/$name/installed
-  [[ $2 == shared ]] && local shared=ON || local shared=OFF
-  configure "$1" "$built" . -DBUILD_SHARED_LIBS=$shared -DFCL_FIBERS_BUILD_TESTS=OFF \
-    -DFCL_FIBERS_BUILD_BENCHMARKS=OFF -DFCL_FIBERS_BUILD_TOOLS=${tools:-OFF} \
-    -DCMAKE_CXX_FLAGS="${4:-}"
+  [[ $kind == shared ]] && local shared=ON || local shared=OFF
+  configure "$compiler" "$built" . -DBUILD_SHARED_LIBS=$shared -DFCL_FIBERS_BUILD_SCENES=ON \
+    -DFCL_FIBERS_BUILD_TESTS=OFF -DFCL_FIBERS_BUILD_BENCHMARKS=OFF -DFCL_FIBERS_BUILD_TOOLS=OFF "$@"
   cmake --build "$built"
-  rm -rf "$prefix"
-  cmake --install "$built" --prefix "$prefix" >/dev/null
+  rm -rf "$work/$name/installed"
+  cmake --install "$built" --prefix "$work/$name/installed" >/dev/null
+  use "$work/$name/installed"
+}
+
+use() {  # PREFIX
+  prefix=$1
   PKG_CONFIG_PATH=$(dirname "$(find "$prefix" -name fcl_fibers.pc)")
   export PKG_CONFIG_PATH
+}
+
+# library COMPILER KIND: the same with all parts but the program, or what was given.
+library() {
+  if [[ -n $given && $1-$2 == g++-shared ]]; then
+    use "$given"
+  else
+    build "$1-$2" "$1" "$2"
+  fi
 }
 
 run_consumer() {
@@ -56,7 +82,8 @@ by_find_package() {  # COMPILER KIND
 }
 
 by_pkg_config() {  # COMPILER KIND
-  local flags
+  local flags program
+  mkdir -p "$work/$1-$2"
   flags=$(pkg-config --cflags --libs fcl_fibers_scenes)
   ! grep -qE -- '-std=|-m[a-z]' <<<"$flags" || fail "pkg-config hands on: $flags"
   for program in main contacts; do
@@ -77,11 +104,12 @@ by_add_subdirectory() {  # COMPILER KIND
 # --- Steps ---
 
 linked() {
-  for compiler in ${COMPILERS:-g++ clang++}; do
-    for kind in shared static; do
-      library "$compiler" "$kind"
-      for way in find_package pkg_config add_subdirectory; do
+  local compiler kind way
+  for compiler in $compilers; do
+    for kind in $kinds; do
+      for way in $ways; do
         printf -- '-- %s, %s, %s\n' "$compiler" "$kind" "$way"
+        [[ $way == add_subdirectory ]] || library "$compiler" "$kind"
         "by_$way" "$compiler" "$kind"
       done
     done
@@ -122,7 +150,7 @@ refused() {
 flags() {
   library g++ shared
   local compile compiler
-  for compiler in g++ clang++; do
+  for compiler in $compilers; do
     # shellcheck disable=SC2207
     compile=("$compiler" -std=c++17 -fsyntax-only tests/consumer/main.cpp
       $(pkg-config --cflags fcl_fibers_scenes))
@@ -140,7 +168,7 @@ flags() {
 # instructions.
 mismatch() {
   local flag=-DEIGEN_MAX_STATIC_ALIGN_BYTES=64 said
-  library g++ shared mismatch $flag
+  build mismatch g++ shared -DCMAKE_CXX_FLAGS=$flag
   configure g++ "$work/mismatch/consumer" tests/consumer -DCMAKE_PREFIX_PATH="$prefix" \
     -DCMAKE_CXX_FLAGS=$flag
   cmake --build "$work/mismatch/consumer"
@@ -153,7 +181,7 @@ mismatch() {
 deb() {
   local as_root=() package
   ((EUID == 0)) || as_root=(sudo)
-  tools=ON library g++ shared
+  build g++-shared g++ shared -DFCL_FIBERS_BUILD_TOOLS=ON
   rm -f "$built"/*.deb
   (cd "$built" && cpack -G DEB)
   package=$(echo "$built"/libfcl-fibers-dev_*.deb)
