@@ -20,6 +20,7 @@ install(TARGETS ${libraries} EXPORT fcl_fibers-targets)
 install(EXPORT fcl_fibers-targets NAMESPACE fcl_fibers:: DESTINATION ${package_dir})
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/CITATION.cff
   DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 configure_package_config_file(
   ${CMAKE_CURRENT_LIST_DIR}/fcl_fibers-config.cmake.in

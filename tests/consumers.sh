@@ -139,11 +139,18 @@ installed() {
   grep -qx "version: $version" CITATION.cff || fail "CITATION.cff is not of version $version"
 }
 
-# refused MESSAGE FLAGS...: a program with FCL objects does not compile, and is told so.
+# The examples, as they are installed.
+examples() {
+  library g++ shared
+  configure g++ "$work/examples" "$prefix/share/doc/fcl_fibers/examples" -DCMAKE_PREFIX_PATH="$prefix"
+  run_consumer "$work/examples"
+}
+
+# refused MESSAGE COMMAND...: it fails, and says so.
 refused() {
   local message=$1 said
   shift
-  if said=$("$@" 2>&1); then fail "compiles: $*"; fi
+  if said=$("$@" 2>&1); then fail "succeeds: $*"; fi
   grep -qF -- "$message" <<<"$said" || fail "no '$message' from: $* ... $said"
 }
 
@@ -201,7 +208,7 @@ deb() {
   "$work/deb/main"
 }
 
-steps=(linked installed flags mismatch deb)
+steps=(linked installed examples flags mismatch deb)
 if (($# > 0)); then
   steps=("$@")
 fi
