@@ -154,6 +154,33 @@ refused() {
   grep -qF -- "$message" <<<"$said" || fail "no '$message' from: $* ... $said"
 }
 
+# What is not installed is left out of a build, and is an error if it is asked for.
+left_out() {
+  local tree=$work/left_out/configured said part
+  local without=(-DCMAKE_DISABLE_FIND_PACKAGE_{GTest,benchmark,threejs}"=ON")
+  rm -rf "$tree"
+  said=$(cmake -S . -B "$tree" -G Ninja "${without[@]}")
+  for part in TESTS:GTest BENCHMARKS:benchmark TOOLS:threejs; do
+    grep -qx -- "-- FCL_FIBERS_BUILD_${part%:*}: left out, as there is no ${part#*:}" <<<"$said" ||
+      fail "does not leave out $part: $said"
+  done
+  refused 'FCL_FIBERS_BUILD_TESTS=ON needs what is not found: GTest' \
+    cmake -S . -B "$tree" -DFCL_FIBERS_BUILD_TESTS=ON
+  cmake -S . -B "$tree" "${without[@]/%ON/OFF}" -DFCL_FIBERS_BUILD_TESTS=AUTO -DBUILD_TESTING=OFF
+  ! grep -q geometry_test "$tree/build.ninja" || fail "BUILD_TESTING=OFF builds tests"
+
+  build left_out g++ shared -DCMAKE_BUILD_TYPE=Debug -DFCL_FIBERS_BUILD_SCENES=AUTO \
+    -DCMAKE_DISABLE_FIND_PACKAGE_pugixml=ON
+  [[ ! -e $prefix/include/fcl_fibers/scenes ]] || fail "headers of scenes are installed without them"
+  ! pkg-config --exists fcl_fibers_scenes || fail "fcl_fibers_scenes.pc is installed without scenes"
+  refused 'FCL_FIBERS_BUILD_SCENES=ON' \
+    configure g++ "$work/left_out/consumer" tests/consumer -DCMAKE_PREFIX_PATH="$prefix"
+  # shellcheck disable=SC2046
+  g++ -std=c++17 tests/consumer/contacts.cpp -o "$work/left_out/contacts" \
+    $(pkg-config --cflags --libs fcl_fibers)
+  LD_LIBRARY_PATH=$(pkg-config --variable=libdir fcl_fibers) "$work/left_out/contacts"
+}
+
 flags() {
   library g++ shared
   local compile compiler
@@ -208,7 +235,7 @@ deb() {
   "$work/deb/main"
 }
 
-steps=(linked installed examples flags mismatch deb)
+steps=(linked installed examples left_out flags mismatch deb)
 if (($# > 0)); then
   steps=("$@")
 fi
