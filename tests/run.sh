@@ -3,7 +3,8 @@
 #
 #   tests/run.sh [--full] [CTEST ARGUMENTS]
 #
-# --full   the long run: then also every step of tests/full.sh, which takes hours
+# --full   the long run: then also every step of tests/full.sh, which takes hours and ends with a list
+#          of what passed, and of what was skipped and why
 # Other arguments go to ctest:  tests/run.sh -R WrappedSphere
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -20,7 +21,7 @@ fi
 cmake --preset release -DFCL_FIBERS_BUILD_TESTS=ON -DFCL_FIBERS_BUILD_BENCHMARKS=ON \
   -DFCL_FIBERS_BUILD_TOOLS=ON
 cmake --build --preset release
-ctest --preset release -j "$(nproc)" -LE long "$@"
+ctest --preset release -j "$(nproc)" -LE long --output-junit "$PWD/build/quick_tests.xml" "$@"
 if $full; then
   tests/full.sh
 fi
