@@ -4,6 +4,7 @@
 #include <memory>
 #include <new>
 #include <stdexcept>
+#include <string>
 
 #include <fcl/geometry/shape/sphere.h>
 #include <fcl/narrowphase/collision_object.h>
@@ -43,8 +44,11 @@ void requireLayoutOfFcl() {
   if (!is_same) {
     throw std::runtime_error(
         "fcl_fibers: an object made by libfcl does not read back its pose: fcl_fibers was compiled "
-        "for an instruction set under which FCL's objects have another layout than in libfcl; "
-        "remove -march=native, -mavx512f and the like from the build of fcl_fibers, or build FCL "
+        "with Eigen's matrices aligned to " +
+        std::to_string(EIGEN_MAX_STATIC_ALIGN_BYTES) +
+        " bytes, and libfcl was not; remove -march=native, -mavx512f and the like from the build "
+        "of "
+        "fcl_fibers, or add -DEIGEN_MAX_STATIC_ALIGN_BYTES=16 to its CMAKE_CXX_FLAGS, or build FCL "
         "with the same flags");
   }
 }
