@@ -28,7 +28,7 @@ enum class FiberEnds {
 /// Any number but 0, which is no group. Where a part of the tree is of one group, it is not
 /// searched against itself. Numbers are one manager's own.
 struct FiberGroup {
-  std::int32_t number = 0;
+  std::int32_t number = 0;  ///< of the group; 0 is none
 };
 
 /// Shape of the tree over the segments; decides speed, never the answer.
