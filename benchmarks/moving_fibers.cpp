@@ -169,9 +169,9 @@ scenes::FiberScene readHair(const HairRequest& hair, int frame) {
   scenes::FiberFileOptions options;
   options.radius = hair.radius;
   const scenes::FiberFile file = scenes::readFibers(hair.path, options);
-  if (file.scene.radius == 0 && file.scene.radii.empty()) {
+  if (!file.has_radius) {
     throw std::invalid_argument("--hair=" + hair.path +
-                                ": the file has no radius; give --radius, in the file's unit");
+                                ": the file holds no radius; give --radius R, in the file's unit");
   }
   for (const std::string& warning : file.warnings) {
     if (frame == 0) std::fprintf(stderr, "%s: %s\n", hair.path.c_str(), warning.c_str());

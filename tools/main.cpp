@@ -52,7 +52,7 @@ struct Arguments {
   BenchRequest bench;
   ViewRequest view;
 
-  SceneSource source() const { return findScene(scene, radius); }
+  SceneSource source() const { return findSceneWithRadius(scene, radius); }
   Output output() const { return json ? Output::kJson : csv ? Output::kCsv : Output::kText; }
 };
 
@@ -211,7 +211,9 @@ int run(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : kExitError;
   }
   if (generate.parsed()) return tools::generate(arguments.source(), arguments.path);
-  if (info.parsed()) return tools::info(arguments.source(), arguments.output());
+  if (info.parsed()) {
+    return tools::info(findScene(arguments.scene, arguments.radius), arguments.output());
+  }
   if (check.parsed()) {
     arguments.check.tree = arguments.tree;
     arguments.check.output = arguments.output();
@@ -223,7 +225,7 @@ int run(int argc, char** argv) {
   }
   std::vector<SceneSource> sources;
   for (const std::string& scene : arguments.scenes) {
-    sources.push_back(findScene(scene, arguments.radius));
+    sources.push_back(findSceneWithRadius(scene, arguments.radius));
   }
   arguments.view.tree = arguments.tree;
   return tools::view(sources, arguments.view);

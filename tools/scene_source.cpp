@@ -187,6 +187,7 @@ SceneSource readFile(const std::string& path, std::optional<double> radius) {
   scenes::FiberFileOptions options;
   options.radius = radius;
   scenes::FiberFile read = scenes::readFibers(path, options);
+  source.has_radius = read.has_radius;
   source.warnings = std::move(read.warnings);
   source.make = [scene = std::move(read.scene)](int) { return scene; };
   return source;
@@ -223,6 +224,16 @@ SceneSource findScene(const std::string& text, std::optional<double> radius) {
   keys.requireNoMore();
   if (source.frame < 0 || source.frame >= source.frame_count) {
     refuse(text, fmt::format("frame={}: there are 0 to {}", source.frame, source.frame_count - 1));
+  }
+  return source;
+}
+
+SceneSource findSceneWithRadius(const std::string& text, std::optional<double> radius) {
+  SceneSource source = findScene(text, radius);
+  if (!source.has_radius) {
+    refuse(text,
+           "the file holds no radius, and fibers without thickness touch nothing; give --radius R, "
+           "in the file's unit");
   }
   return source;
 }

@@ -16,6 +16,7 @@ struct SceneSource {
   std::string name;   ///< short: the file's name, or the scene's
   std::string title;  ///< as it was asked for
   bool is_file = false;
+  bool has_radius = true;             ///< false: the file holds none, and none was given
   std::vector<std::string> warnings;  ///< of the file
   int frame = 0;                      ///< the one that was asked for
   int frame_count = 1;                ///< frames are 0, ..., frame_count - 1
@@ -32,6 +33,10 @@ struct SceneSource {
 ///
 /// Throws std::invalid_argument for what is neither, or a key or value that is none.
 SceneSource findScene(const std::string& text, std::optional<double> radius);
+
+/// The same for all but looking at a file as it is: also throws std::invalid_argument where there
+/// is no radius.
+SceneSource findSceneWithRadius(const std::string& text, std::optional<double> radius);
 
 /// Names, keys and defaults, for --help.
 std::string sceneHelp();

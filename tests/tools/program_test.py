@@ -338,11 +338,14 @@ class Info(ProgramTest):
             "odd.txt", "0 0 0\n0 0 0\n1 0 0\n2 0 0\n3 0 0\n4 0 0\n90 0 0\n\n0 0 0\n0 1 0\n\n5 5 5\n"
         )
         text = self.run_program("info", path)
+        self.assertRegex(text, r"radius +none")
+        self.assertIsNone(json.loads(self.run_program("info", path, "--json"))["radius"])
+        self.assertIn("radius zero", self.run_program("info", path, "-r", 0))
         for expected in (
             "single point, which touch nothing: 1",
             "length zero, whose points coincide: 1",
             "join what are two fibers: 1",
-            "radius zero",
+            "the file holds no radius",
             "begin where another one does, which may be copies: 1",
         ):
             self.assertIn(expected, text)
@@ -419,6 +422,24 @@ class BadUse(ProgramTest):
         broken = self.write("broken.vtp", "<VTKFile type='PolyData'><PolyData>")
         self.assertEqual(self.run_program("check", broken, code=2), "")
         self.assertIn("broken.vtp", self.stderr)
+
+    def test_a_file_without_a_radius(self):
+        """Fibers without thickness would pass for fibers that touch nothing."""
+        path = self.write("crossing.txt", CROSSING)
+        page, copy = self.folder / "page.html", self.folder / "copy.vtp"
+        for command in (
+            ("check", path),
+            ("bench", path),
+            ("view", path, "-o", page),
+            ("view", "strand:fibers=2", path, "-o", page),
+            ("generate", path, "-o", copy),
+        ):
+            self.assertEqual(self.run_program(*command, code=2), "")
+            self.assertIn("crossing.txt': the file holds no radius", self.stderr)
+            self.assertIn("give --radius R", self.stderr)
+            self.assertEqual(self.files(), ["crossing.txt"])
+        self.assertIn("0 pairs touch", self.run_program("check", path, "--radius", 0))
+        self.run_program("view", path, "--radius", 0, "-o", page)
 
     def test_help_reads_well(self):
         text = self.run_program("--help")
@@ -499,7 +520,7 @@ class Page(ProgramTest):
         """A file's name would be run as a script."""
         odd = self.write("<script>alert(1)<.txt", "0 0 0\n1 0 0\n")
         path = self.folder / "page.html"
-        self.run_program("view", odd, "-o", path)
+        self.run_program("view", odd, "-r", 0.1, "-o", path)
         self.assertNotIn("<script>alert", path.read_text(encoding="utf-8"))
 
 

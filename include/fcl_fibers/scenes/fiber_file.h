@@ -13,7 +13,8 @@ namespace fcl_fibers::scenes {
 
 /// Files that fibers are kept in. What a format holds beside points and radii is not read.
 enum class FiberFormat {
-  /// Cem Yuksel's .hair. Radii are half the thickness; a segment has the larger one of its ends.
+  /// Cem Yuksel's .hair. Radii are half the thickness; a segment has the larger one of its ends. A
+  /// default thickness of 0 is none.
   kHair,
 
   /// TressFX .tfx, versions 3 and 4.
@@ -43,8 +44,8 @@ enum class FiberFormat {
 
 /// How a file is to be read.
 struct FiberFileOptions {
-  /// Radius of all fibers in the file's unit, finite, not negative. None: the file's own radii,
-  /// which but for .hair it does not have; they are 0 then.
+  /// Radius of all fibers in the file's unit, finite, not negative; 0 may be meant. None: the
+  /// file's own radii, if it holds any; see FiberFile::has_radius.
   std::optional<double> radius;
 
   /// Straight segments that a span of a .bcc spline becomes, 1 to 1000.
@@ -58,6 +59,11 @@ struct FiberFile {
   /// A fiber is closed where the file says so (.bcc); of other formats, where its last point is its
   /// first one and it has three segments or more. Segments of length zero stay.
   FiberScene scene;
+
+  /// Whether the options or the file gave the radii. Else they are 0, which nobody meant: capsules
+  /// without thickness touch only where axes meet. Give one, or set FiberScene::radius, before
+  /// collisions are asked for.
+  bool has_radius = false;
 
   /// What a reader of the scene ought to know, a sentence each: coordinates kept as float are too
   /// coarse for the radius, the file may have been cut off, something follows the last array.

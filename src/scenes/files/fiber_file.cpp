@@ -154,9 +154,10 @@ FiberFile parseFibers(std::string_view bytes, const std::string& name, FiberForm
   if (options.radius) {
     parsed.scene.radius = *options.radius;
     parsed.scene.radii = {};
+    parsed.has_radius = true;
   }
   if (parsed.is_float) warnOfCoarseCoordinates(parsed.scene, parsed.warnings);
-  return {format, std::move(parsed.scene), std::move(parsed.warnings)};
+  return {format, std::move(parsed.scene), parsed.has_radius, std::move(parsed.warnings)};
 }
 
 FiberFile readFibers(const std::string& path, FiberFormat format, const FiberFileOptions& options) {

@@ -199,6 +199,7 @@ ParsedFibers parseHair(ByteReader& file) {
     }
     scene.radius = 0.5 * static_cast<double>(header.default_thickness);
   }
+  parsed.has_radius = header.has(kThickness) || header.default_thickness > 0;
   if (header.has(kTransparency)) file.take(4 * header.points, "the transparency");
   if (header.has(kColor)) file.take(12 * header.points, "the colour");
   expectEnd(file, parsed);
