@@ -118,9 +118,6 @@ int check(const SceneSource& source, const CheckRequest& request) {
                                ? jsonText(source, request, scene, found, contacts)
                                : plainText(source, request, scene, found, contacts);
   progress("");
-  for (const std::string& warning : source.warnings) {
-    fmt::print(stderr, "fcl_fibers: warning: {}\n", warning);
-  }
   if (request.path.empty()) {
     print(text);
   } else {

@@ -52,7 +52,7 @@ struct Arguments {
   BenchRequest bench;
   ViewRequest view;
 
-  SceneSource source() const { return findSceneWithRadius(scene, radius); }
+  SceneSource source() const { return openScene(scene, radius); }
   Output output() const { return json ? Output::kJson : csv ? Output::kCsv : Output::kText; }
 };
 
@@ -225,7 +225,7 @@ int run(int argc, char** argv) {
   }
   std::vector<SceneSource> sources;
   for (const std::string& scene : arguments.scenes) {
-    sources.push_back(findSceneWithRadius(scene, arguments.radius));
+    sources.push_back(openScene(scene, arguments.radius));
   }
   arguments.view.tree = arguments.tree;
   return tools::view(sources, arguments.view);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
+#include <cstdio>
 #include <filesystem>
 #include <limits>
 #include <map>
@@ -228,12 +229,16 @@ SceneSource findScene(const std::string& text, std::optional<double> radius) {
   return source;
 }
 
-SceneSource findSceneWithRadius(const std::string& text, std::optional<double> radius) {
+SceneSource openScene(const std::string& text, std::optional<double> radius) {
   SceneSource source = findScene(text, radius);
   if (!source.has_radius) {
     refuse(text,
            "the file holds no radius, and fibers without thickness touch nothing; give --radius R, "
            "in the file's unit");
+  }
+  progress("");
+  for (const std::string& warning : source.warnings) {
+    fmt::print(stderr, "fcl_fibers: warning: {}: {}\n", source.name, warning);
   }
   return source;
 }

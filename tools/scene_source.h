@@ -34,9 +34,9 @@ struct SceneSource {
 /// Throws std::invalid_argument for what is neither, or a key or value that is none.
 SceneSource findScene(const std::string& text, std::optional<double> radius);
 
-/// The same for all but looking at a file as it is: also throws std::invalid_argument where there
-/// is no radius.
-SceneSource findSceneWithRadius(const std::string& text, std::optional<double> radius);
+/// The same for all commands but info, whose answer tells both: throws std::invalid_argument where
+/// there is no radius, and puts the file's warnings on stderr.
+SceneSource openScene(const std::string& text, std::optional<double> radius);
 
 /// Names, keys and defaults, for --help.
 std::string sceneHelp();

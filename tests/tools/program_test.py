@@ -8,6 +8,7 @@ import math
 import os
 import signal
 import stat
+import struct
 import subprocess
 import time
 import unittest
@@ -440,6 +441,26 @@ class BadUse(ProgramTest):
             self.assertEqual(self.files(), ["crossing.txt"])
         self.assertIn("0 pairs touch", self.run_program("check", path, "--radius", 0))
         self.run_program("view", path, "--radius", 0, "-o", page)
+
+    def test_what_a_reader_warns_of(self):
+        """A user would not know that a file is doubtful, whatever is asked of it."""
+        cut = self.write("cut.txt", "0 0 0\n1 0 0\n\n0 5 0\n1 5 0")
+        far = self.folder / "far.hair"  # floats that are 1 apart
+        head = struct.pack("<4s4If", b"HAIR", 1, 2, 2, 1, 0.5).ljust(128, b"\0")
+        far.write_bytes(head + struct.pack("<6f", 1e7, 0, 0, 1e7, 2, 0))
+        out = self.folder / "out"
+        for path, radius, warning in ((cut, ("-r", 0.1), "cut off"), (far, (), "coarse")):
+            for command in (
+                ("check", path),
+                ("bench", path, "--repetitions", 1),
+                ("view", path, "-o", f"{out}.html"),
+                ("generate", path, "-o", f"{out}.vtp"),
+            ):
+                self.run_program(*command, *radius)
+                self.assertIn(f"fcl_fibers: warning: {path.name}: ", self.stderr)
+                self.assertEqual(self.stderr.count(warning), 1, command)
+            self.assertIn(warning, self.run_program("info", path, *radius))
+            self.assertEqual(self.stderr, "")
 
     def test_help_reads_well(self):
         text = self.run_program("--help")
