@@ -17,6 +17,7 @@
 
 #include "base64.h"
 #include "little_endian.h"
+#include "point_radii.h"
 
 namespace fcl_fibers::scenes {
 namespace {
@@ -212,11 +213,7 @@ void write(const char* call, const std::string& path, const Mesh& mesh) {
 
 // --- Meshes ---
 
-Data radiusData(const FiberScene& scene) {
-  Data data{"radius", kFloat64, {}};
-  for (std::size_t i = 0; i < scene.points.size(); ++i) data.values.push_back(scene.radiusAt(i));
-  return data;
-}
+Data radiusData(const FiberScene& scene) { return {"radius", kFloat64, pointRadii(scene)}; }
 
 std::size_t checkedFirstPoint(const char* call, const FiberScene& scene, const FiberSegment& s) {
   if (s.fiber >= scene.fiberCount() ||

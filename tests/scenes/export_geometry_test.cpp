@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fcl_fibers/scenes/export_geometry.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -134,6 +135,49 @@ TEST_F(ExportTest, FibersAreReadBackBitByBit) {
   const FiberScene read = readFibers(path("strand.vtp")).scene;
   EXPECT_EQ(read.points, scene.points);
   EXPECT_EQ(read.point_begin, scene.point_begin);
+  EXPECT_EQ(read.radius, scene.radius);
+  EXPECT_TRUE(read.radii.empty());
+}
+
+// Fibers would become thicker with each time that they are written and read, or thinner, so that
+// contacts are missed.
+TEST_F(ExportTest, RadiiAreReadBackOrBecomeLarger) {
+  const auto readBack = [&](const FiberScene& scene, const char* name) {
+    std::string(name) == "a.vtp" ? exportFibers(path(name), scene) : writeHair(path(name), scene);
+    const FiberFile file = readFibers(path(name));
+    EXPECT_TRUE(file.has_radius);
+    EXPECT_EQ(file.scene.radii.size(), scene.radii.size());
+    return file.scene.radii;
+  };
+  Random random(2);
+  for (int trial = 0; trial < 100; ++trial) {
+    FiberScene scene;
+    for (const std::size_t points : {1U, 2U, 6U}) {
+      scene.points.resize(scene.points.size() + points);
+      scene.point_begin.push_back(scene.points.size());
+    }
+    // Of any file: the larger radius of a segment's ends.
+    std::vector<double> by_point(scene.points.size());
+    for (double& radius : by_point) radius = std::floor(8 * random.uniform()) / 4;  // a float
+    by_point[0] = 3;                                                                // not all equal
+    FiberScene of_points = scene, any = scene;
+    of_points.radii = by_point;
+    for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+      for (std::size_t i = scene.point_begin[f]; i + 1 < scene.point_begin[f + 1]; ++i) {
+        of_points.radii[i] = std::max(by_point[i], by_point[i + 1]);
+      }
+    }
+    any.radii = by_point;
+    for (const char* name : {"a.vtp", "a.hair"}) {
+      const std::vector<double> same = readBack(of_points, name), larger = readBack(any, name);
+      for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+        for (std::size_t i = scene.point_begin[f]; i + 1 < scene.point_begin[f + 1]; ++i) {
+          EXPECT_EQ(same[i], of_points.radii[i]) << name << ", trial " << trial << ", point " << i;
+          EXPECT_GE(larger[i], any.radii[i]) << name << ", trial " << trial << ", point " << i;
+        }
+      }
+    }
+  }
 }
 
 TEST_F(ExportTest, NothingIsAFileToo) {

@@ -268,8 +268,10 @@ class Generate(ProgramTest):
 
     def test_every_format_holds_the_same_fibers(self):
         paths = {e: self.folder / ("scene" + e) for e in (".txt", ".vtp", ".ply", ".hair")}
-        for path in paths.values():
+        for ending, path in paths.items():
             self.run_program("generate", self.SCENE, "-o", path)
+            lost = "text has no place for the radius; read it with --radius 0.0035\n"
+            self.assertEqual(self.stderr.endswith(lost), ending == ".txt", self.stderr)
         fibers = read_polylines(paths[".txt"])
         self.assertEqual([len(f) for f in fibers], [6] * 7)
         flat = [p for f in fibers for p in f]
@@ -283,6 +285,7 @@ class Generate(ProgramTest):
         elements = read_ply(paths[".ply"])
         self.assertEqual([(v["x"], v["y"], v["z"]) for v in elements["vertex"]], flat)
         self.assertEqual(len(elements["edge"]), 35)
+        self.assertEqual({v["radius"] for v in elements["vertex"]}, {0.0035})
         last = elements["edge"][-1]
         self.assertEqual((last["vertex1"], last["vertex2"]), (40, 41))
         self.assertEqual((last["fiber"], last["segment"]), (6, 4))
@@ -291,6 +294,11 @@ class Generate(ProgramTest):
         for ending in (".txt", ".vtp", ".hair"):
             found = json.loads(self.run_program("info", paths[ending], "--json"))
             self.assertEqual((found["fibers"], found["segments"]), (7, 35))
+            if ending == ".txt":
+                self.assertIsNone(found["radius"])
+            else:
+                self.assertAlmostEqual(found["radius"]["min"], 0.0035, delta=1e-9)
+                self.assertEqual(found["radius"]["min"], found["radius"]["max"])
             for k in range(3):
                 expected = max(p[k] for p in flat)
                 delta = 1e-5 if ending == ".hair" else 0  # of floats of 20

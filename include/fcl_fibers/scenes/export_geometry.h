@@ -29,7 +29,8 @@ FCL_FIBERS_SCENES_EXPORT Contact makeContact(const FiberScene& scene, const Fibe
 // Files for programs that draw. The ending of the path says which: .vtp, XML PolyData as ParaView
 // reads it, or .ply, binary, little endian. Coordinates are doubles in the scene's frame; numbers
 // beside the geometry are data of cells in .vtp, properties of the element in .ply. Points of
-// fibers carry `radius`, that of the segment which starts there.
+// fibers carry `radius`, as readFibers reads it: a segment has the larger one of its ends. A
+// segment thicker than both of its neighbours makes the one before it as thick in the file.
 //
 // All throw std::invalid_argument for another ending, and std::runtime_error with the file where it
 // cannot be written.

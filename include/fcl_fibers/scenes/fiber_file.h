@@ -37,7 +37,8 @@ enum class FiberFormat {
 
   /// VTK's XML format of polygonal data (.vtp), a fiber for each line of each piece: ASCII, base64
   /// inline or appended, raw appended; as it is or compressed by zlib, but no array by more than 64
-  /// times the file's size. Points are Float32 or Float64, indices 32 or 64 bits wide. Not read:
+  /// times the file's size. Points are Float32 or Float64, indices 32 or 64 bits wide. Point data
+  /// `radius`, Float32 or Float64, are radii; a segment has the larger one of its ends. Not read:
   /// LZ4, LZMA, and the parallel format (.pvtp).
   kVtp,
 };
@@ -93,7 +94,9 @@ FCL_FIBERS_SCENES_EXPORT std::optional<FiberFormat> recognizeFormat(std::string_
                                                                     const std::string& name);
 
 /// Writes Cem Yuksel's .hair: coordinates rounded to float, thickness the double radius, by point
-/// if the scene has radii. That a fiber is closed shows by its last point only.
+/// if the scene has radii; a segment thicker than both of its neighbours makes the one before it as
+/// thick, which the format cannot say otherwise. That a fiber is closed shows by its last point
+/// only.
 ///
 /// Throws std::invalid_argument, before the file is touched, where the scene is not as FiberScene
 /// says, empty, or beyond the format: coordinates and thickness of float, 65,536 points a fiber and

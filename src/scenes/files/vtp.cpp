@@ -9,8 +9,10 @@
 #include <cstring>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "../point_radii.h"
 #include "formats.h"
 
 namespace fcl_fibers::scenes {
@@ -106,6 +108,13 @@ class VtpParser {
     readAttributes(root);
     for (const pugi::xml_node piece : child(root, "PolyData").children("Piece")) readPiece(piece);
     if (parsed_.scene.points.empty()) refuse(root, "there are no lines");
+    if (!radii_.empty()) {
+      if (radii_.size() != parsed_.scene.points.size()) {
+        refuse(root, "some pieces have point data 'radius', and some have none");
+      }
+      setPointRadii(parsed_.scene, std::move(radii_));
+      parsed_.has_radius = true;
+    }
     return std::move(parsed_);
   }
 
@@ -217,6 +226,29 @@ class VtpParser {
       }
       const double* const p = &points[3 * static_cast<std::size_t>(index)];
       scene.points.push_back({p[0], p[1], p[2]});
+    }
+    readRadii(piece, points.size() / 3, indices);
+  }
+
+  /// @param indices  of the lines' points, all below point_count
+  void readRadii(const pugi::xml_node& piece, std::size_t point_count,
+                 const std::vector<std::int64_t>& indices) {
+    const pugi::xml_node array =
+        piece.child("PointData").find_child_by_attribute("DataArray", "Name", "radius");
+    if (!array) return;
+    if (array.attribute("NumberOfComponents") && count(array, "NumberOfComponents") != 1) {
+      refuse(array, "NumberOfComponents is not 1");
+    }
+    const std::vector<double> radii = readArray<double>(array);
+    if (radii.size() != point_count) {
+      refuse(array, "there are ", radii.size(), " numbers, and ", point_count, " points");
+    }
+    for (const double radius : radii) {
+      if (radius < 0) refuse(array, "a radius is ", radius);
+    }
+    radii_.reserve(radii_.size() + indices.size());
+    for (const std::int64_t index : indices) {
+      radii_.push_back(radii[static_cast<std::size_t>(index)]);
     }
   }
 
@@ -361,6 +393,7 @@ class VtpParser {
 
   ByteReader& file_;
   ParsedFibers parsed_;
+  std::vector<double> radii_;  ///< by point of the scene, if a piece has them
   pugi::xml_document document_;
   std::string_view appended_;  ///< behind its '_'
   bool appended_is_base64_ = false;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <fstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -198,6 +199,53 @@ TEST(VtpTest, JoinsPieces) {
   EXPECT_EQ(scene.points[11], (Point{6, 6, 6}));
 }
 
+std::string withPointData(const std::string& file, const std::string& array) {
+  return replaced(file, "<Lines>", "<PointData>" + array + "</PointData><Lines>");
+}
+
+std::string radiusArray(const std::string& numbers) {
+  return "<DataArray type=\"Float32\" Name=\"radius\" format=\"ascii\">" + numbers + "</DataArray>";
+}
+
+TEST(VtpTest, ReadsRadiiOfPoints) {
+  // If this fails, a radius that was written is lost, or goes to other segments.
+  const std::string other =
+      "<DataArray type=\"Int32\" Name=\"theta\" format=\"ascii\">1 2 3 4 5</DataArray>";
+  const FiberFile file = parse(withPointData(textFile(), other + radiusArray("1 2 .5 .25 .125")));
+  EXPECT_TRUE(file.has_radius);
+  // The lines have the points 0 1 2 0 and 3 4.
+  EXPECT_THAT(file.scene.radii, ElementsAre(2, 2, 1, 1, 0.25, 0.125));
+  const FiberFile one = parse(withPointData(textFile(), radiusArray("3 3 3 3 3")));
+  EXPECT_EQ(one.scene.radius, 3);
+  EXPECT_THAT(one.scene.radii, IsEmpty());
+  EXPECT_TRUE(parse(withPointData(textFile(), radiusArray("0 0 0 0 0"))).has_radius);
+  EXPECT_FALSE(parse(withPointData(textFile(), other)).has_radius);
+  EXPECT_FALSE(parse(textFile()).has_radius);
+}
+
+TEST(VtpTest, RefusesRadiiThatAreNone) {
+  // If this fails, a NaN or a negative radius enters a scene, or that of another point.
+  const auto refuses = [](const std::string& array, const std::string& reason) {
+    const std::string bytes = withPointData(textFile(), array);
+    const std::size_t at = bytes.find("<DataArray", bytes.find("<PointData>"));
+    expectRefusal(bytes, kVtp, "byte " + std::to_string(at), reason);
+  };
+  refuses(radiusArray("1 2 3 4"), "there are 4 numbers, and 5 points");
+  refuses(radiusArray("1 2 3 4 -5"), "a radius is -5");
+  refuses(radiusArray("1 2 3 4 nan"), "'nan' is no finite number");
+  refuses(replaced(radiusArray("1 2 3 4 5"), "Name", "NumberOfComponents=\"2\" Name"),
+          "NumberOfComponents is not 1");
+  const std::string file = textFile(), with = withPointData(file, radiusArray("1 2 3 4 5"));
+  const auto piece = [](const std::string& bytes) {
+    const std::size_t begin = bytes.find("<Piece"), end = bytes.find("</PolyData>");
+    return bytes.substr(begin, end - begin);
+  };
+  for (const auto& [first, second] : {std::pair(file, with), std::pair(with, file)}) {
+    expectRefusal(replaced(first, "</PolyData>", piece(second) + "</PolyData>"), kVtp, "byte 0",
+                  "some pieces have point data 'radius'");
+  }
+}
+
 TEST(VtpTest, SaysWhatIsMalformed) {
   // If this fails, a broken file is read as something else, or its author has to guess. Places are
   // those of the element that is wrong.
@@ -305,6 +353,7 @@ TEST(VtpTest, RefusesEveryTruncation) {
 TEST(VtpTest, AnySingleBitFlippedGivesAnErrorOrAScene) {
   // If this fails, a damaged file crashes the reader or yields a scene that is not one.
   for (const std::string& bytes : sampleFiles()) expectSafeBitFlips(bytes, kVtp);
+  expectSafeBitFlips(withPointData(textFile(), radiusArray("1 2 3 4 5")), kVtp);
 }
 
 TEST(VtpTest, MemoryIsBoundedWhereElementsAreShortest) {
