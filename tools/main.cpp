@@ -105,6 +105,11 @@ void addTree(CLI::App& command, FiberTreeOptions& tree) {
                   "segments so near along a fiber are no pair; default 1, adjacent")
       ->check(quiet(CLI::NonNegativeNumber))
       ->type_name("N");
+  command
+      .add_option("-a,--ignored-arc-length", tree.ignored_arc_length,
+                  "nor with this much of it, or less, between them; 0 by default")
+      ->check(quiet(CLI::NonNegativeNumber))
+      ->type_name("LENGTH");
   command.add_option("-m,--margin", tree.margin, "pairs this close count; 0 by default")
       ->check(quiet(CLI::NonNegativeNumber))
       ->type_name("LENGTH");
@@ -164,7 +169,13 @@ int run(int argc, char** argv) {
       ->group("Pictures, .vtp or .ply");
   check.footer(
       "The exit code is 0 without contacts, 1 with contacts, 2 where something is wrong.\n"
-      "`distance` is that of the axes, x, y, z the point midway.");
+      "CSV has a line for each contact, JSON the same under the same names:\n"
+      "  fiber_a, segment_a, s   one segment, counted from 0, and where along it: 0 to 1\n"
+      "  fiber_b, segment_b, t   the other one\n"
+      "  distance                from surface to surface, negative where they overlap\n"
+      "  point_a_x, ...          on a's surface, nearest to b, or deepest in it\n"
+      "  point_b_x, ...          on b's\n"
+      "  normal_x, ...           of length one, from a to b");
 
   CLI::App& bench = *app.add_subcommand("bench", "Time our managers and FCL's on a scene.");
   addScene(bench, arguments);

@@ -28,6 +28,11 @@ CROSSING = """# three fibers
 0 0 50
 0 1 50
 """
+SEGMENTS = ("fiber_a", "segment_a", "fiber_b", "segment_b")
+CONTACT_COLUMNS = [
+    *("fiber_a", "segment_a", "s", "fiber_b", "segment_b", "t", "distance"),
+    *(f"{name}_{axis}" for name in ("point_a", "point_b", "normal") for axis in "xyz"),
+]
 HELPED = ("generate", "info", "check", "bench", "view")
 
 
@@ -39,10 +44,13 @@ class Check(ProgramTest):
     def test_lists_the_contact_as_csv(self):
         """A contact would be missing, or named wrongly."""
         text = self.run_program("check", self.fibers, "-r", 0.006, "--csv", code=1)
-        self.assertEqual(
-            text,
-            "fiber_a,segment_a,fiber_b,segment_b,distance,x,y,z\n0,1,1,0,0.01,1.5,0,0.005\n",
-        )
+        (row,) = csv.DictReader(io.StringIO(text))
+        self.assertEqual(list(row), CONTACT_COLUMNS)
+        found = [float(row[name]) for name in CONTACT_COLUMNS]
+        point_a, point_b, normal = (1.5, 0, 0.006), (1.5, 0, 0.004), (0, 0, 1)
+        expected = [0, 1, 0.5, 1, 0, 0.5, -0.002, *point_a, *point_b, *normal]
+        for name, one, other in zip(CONTACT_COLUMNS, found, expected):
+            self.assertAlmostEqual(one, other, delta=1e-15, msg=name)
 
     def test_lists_the_contact_as_json(self):
         found = json.loads(self.run_program("check", self.fibers, "-r", 0.006, "--json", code=1))
@@ -50,11 +58,13 @@ class Check(ProgramTest):
         self.assertEqual((found["fibers"], found["segments"]), (3, 5))
         self.assertEqual(found["touching_segments"], 2)
         (contact,) = found["contacts"]
-        self.assertEqual(contact["a"], {"fiber": 0, "segment": 1})
-        self.assertEqual(contact["b"], {"fiber": 1, "segment": 0})
-        self.assertEqual(contact["on_a"], [1.5, 0, 0])
-        self.assertEqual(contact["on_b"], [1.5, 0, 0.01])
-        self.assertEqual(contact["distance"], 0.01)
+        csv_text = self.run_program("check", self.fibers, "-r", 0.006, "--csv", code=1)
+        (row,) = csv.DictReader(io.StringIO(csv_text))
+        flat = {}
+        for name, value in contact.items():
+            axes = zip("xyz", value) if isinstance(value, list) else [("", value)]
+            flat.update({name + (axis and "_" + axis): number for axis, number in axes})
+        self.assertEqual(flat, {name: float(value) for name, value in row.items()})
 
     def test_tells_by_its_exit_code(self):
         """A script could not tell contacts from none, or from an error."""
@@ -70,7 +80,20 @@ class Check(ProgramTest):
         self.run_program(*check, "--margin", 0.003, code=1)
         adjacent = self.run_program(*check, "--ignored-neighbors", 0, code=1)
         self.assertEqual(len(adjacent.splitlines()), 3)
-        self.assertIn("0,0,0,1,0,1,0,0", adjacent)
+        rows = csv.DictReader(io.StringIO(adjacent))
+        segments = [tuple(int(row[k]) for k in SEGMENTS) for row in rows]
+        self.assertEqual(segments, [(0, 0, 0, 1), (0, 1, 0, 2)])
+        # Between the first segment and the third lies one unit.
+        for length, count in ((0.99, 1), (1, 0)):
+            near = ("--ignored-neighbors", 0, "--ignored-arc-length", length, "--margin", 0.993)
+            text = self.run_program(*check, *near, code=1)
+            rows = [[int(row[k]) for k in SEGMENTS] for row in csv.DictReader(io.StringIO(text))]
+            self.assertEqual(rows.count([0, 0, 0, 2]), count)
+            self.assertEqual(rows.count([0, 0, 0, 1]), 0)
+        found = json.loads(
+            self.run_program("check", self.fibers, "-r", 0.004, "-a", 0.5, "--json")
+        )
+        self.assertEqual((found["ignored_neighbors"], found["ignored_arc_length"]), (1, 0.5))
         by_sphere = self.run_program(
             *check, "--report", "volumes", "--volumes", "spheres", code=1
         )
@@ -103,13 +126,29 @@ class Check(ProgramTest):
         for options in ([], ["--volumes", "spheres"], ["--topology", "super-thread"]):
             text = self.run_program("check", path, "-r", radius, "--csv", *options, code=1)
             rows = list(csv.DictReader(io.StringIO(text)))
-            keys = ("fiber_a", "segment_a", "fiber_b", "segment_b")
-            self.assertEqual({tuple(int(row[k]) for k in keys) for row in rows}, expected)
+            self.assertEqual({tuple(int(row[k]) for k in SEGMENTS) for row in rows}, expected)
             self.assertEqual(len(rows), len(expected))
             for row in rows:
-                f, s, g, t = (int(row[k]) for k in keys)
+                f, s, g, t = (int(row[k]) for k in SEGMENTS)
                 exact = segment_distance(*fibers[f][s : s + 2], *fibers[g][t : t + 2])
-                self.assertAlmostEqual(float(row["distance"]), exact, delta=1e-6)
+                self.assertAlmostEqual(float(row["distance"]) + 2 * radius, exact, delta=1e-6)
+                self.check_points(row, fibers[f][s : s + 2], fibers[g][t : t + 2], radius)
+
+    def check_points(self, row, a, b, radius):
+        """A contact's points would be off its segments, or its normal in another direction."""
+        normal = [float(row["normal_" + k]) for k in "xyz"]
+        self.assertAlmostEqual(math.hypot(*normal), 1, delta=1e-9)
+        ends = []
+        for name, arc, (p, q), sign in (("a", "s", a, 1), ("b", "t", b, -1)):
+            at = float(row[arc])
+            self.assertTrue(0 <= at <= 1)
+            axis = [x + at * (y - x) for x, y in zip(p, q)]
+            surface = [x + sign * radius * n for x, n in zip(axis, normal)]
+            found = [float(row[f"point_{name}_{k}"]) for k in "xyz"]
+            self.assertLess(math.dist(surface, found), 1e-6)
+            ends.append(found)
+        along = sum((y - x) * n for x, y, n in zip(*ends, normal))
+        self.assertAlmostEqual(along, float(row["distance"]), delta=1e-6)
 
     def test_writes_the_list_to_a_file(self):
         path = self.folder / "contacts.csv"
@@ -175,21 +214,16 @@ class Pictures(ProgramTest):
 
     def test_contacts(self):
         points, cells, _, data = read_vtp(self.export("contacts", ".vtp"))
-        self.assertEqual(points, [(1.5, 0, 0.005)])
+        self.assertEqual(len(points), 1)
+        self.assertLess(math.dist(points[0], (1.5, 0, 0.005)), 1e-15)
         self.assertEqual(cells["Verts"], [[0]])
-        self.assertEqual(
-            data,
-            {
-                "fiber_a": [0],
-                "segment_a": [1],
-                "fiber_b": [1],
-                "segment_b": [0],
-                "distance": [0.01],
-            },
-        )
+        names = [name for name in CONTACT_COLUMNS if not name.startswith("point")]
+        self.assertEqual(list(data), names)
+        for name, expected in zip(names, (0, 1, 0.5, 1, 0, 0.5, -0.002, 0, 0, 1)):
+            self.assertAlmostEqual(data[name][0], expected, delta=1e-15, msg=name)
         (vertex,) = read_ply(self.export("contacts", ".ply"))["vertex"]
-        self.assertEqual(vertex["z"], 0.005)
-        self.assertEqual((vertex["fiber_b"], vertex["distance"]), (1, 0.01))
+        self.assertEqual(tuple(vertex[k] for k in "xyz"), points[0])
+        self.assertEqual({name: [vertex[name]] for name in names}, data)
 
     def test_volumes_hold_what_is_below_them(self):
         """A picture of the tree would show other volumes than it has."""
@@ -477,6 +511,9 @@ class BadUse(ProgramTest):
         for command in HELPED:
             text = self.run_program(command, "--help")
             self.assertIn("SCENE", text)
+            if command == "check":
+                for column in CONTACT_COLUMNS[:7]:
+                    self.assertRegex(text, rf"\b{column}\b")
             self.assertLessEqual(max(map(len, text.splitlines())), 100)
         self.assertRegex(self.run_program("--version"), r"^\d+\.\d+\.\d+\n$")
 
