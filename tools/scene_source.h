@@ -28,10 +28,14 @@ struct SceneSource {
   scenes::FiberScene scene() const { return make(frame); }
 };
 
+/// Whether `text` names a file that is there, and so no scene that is made.
+bool isFile(const std::string& text);
+
 /// Reads `text`: the path of a file, else `NAME` or `NAME:key=value,...` of a scene.
-/// @param radius  instead of the file's or the scene's own
+/// @param radius  of a file's fibers, instead of its own; a scene that is made has a key for it
 ///
-/// Throws std::invalid_argument for what is neither, or a key or value that is none.
+/// Throws std::invalid_argument for what is neither, or a key or value that is none, or a radius
+/// beside a scene that is made.
 SceneSource findScene(const std::string& text, std::optional<double> radius);
 
 /// The same for all commands but info, whose answer tells both: throws std::invalid_argument where

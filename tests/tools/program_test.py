@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The program fcl_fibers, as a user meets it."""
 
+import base64
 import csv
 import io
 import json
@@ -344,6 +345,7 @@ class Generate(ProgramTest):
             self.SCENE,
             self.SCENE + ",frame=4",
             "scalp:fibers=7,segments=5,seed=4",
+            self.SCENE + ",radius=0.5",
             "static:fibers=7,segments=5",
             "static:fibers=7,segments=5,turned=0",
             "dynamic:fibers=2,segments=5",
@@ -351,10 +353,10 @@ class Generate(ProgramTest):
             "strand-paper:fibers=2,segments=300",
             "half-scalp:fibers=7,segments=25",
         ):
-            path = self.folder / "scene.txt"
+            path = self.folder / "scene.vtp"
             self.run_program("generate", scene, "-o", path)
             texts.append(path.read_text(encoding="utf-8"))
-        self.assertEqual(texts.pop(6), texts[5], "85 is the dynamic assembly's own frame")
+        self.assertEqual(texts.pop(7), texts[6], "85 is the dynamic assembly's own frame")
         self.assertEqual(len(set(texts)), len(texts))
 
 
@@ -401,9 +403,9 @@ class Bench(ProgramTest):
     def test_all_managers_find_the_same(self):
         path = self.folder / "scene.vtp"
         self.run_program("generate", "strand:fibers=20,segments=20", "-o", path)
-        for scene in (path, "strand:fibers=20,segments=20"):
+        for scene in ((path, "-r", 0.05), ("strand:fibers=20,segments=20,radius=0.05",)):
             found = json.loads(
-                self.run_program("bench", scene, "-r", 0.05, "--repetitions", 1, "--json")
+                self.run_program("bench", *scene, "--repetitions", 1, "--json")
             )
             managers = {row["manager"]: row for row in found["managers"]}
             self.assertIn("LayeredAABBTree, bundle capsules", managers)
@@ -437,7 +439,13 @@ class BadUse(ProgramTest):
         self.refused("generate", "hair", "-o", out, says="no such file, nor a scene")
         self.refused("generate", "strand:fibres=7", "-o", out, says="no key 'fibres'")
         self.refused("generate", "strand:fibers=many", "-o", out, says="whole number")
+        self.refused("generate", "strand:radius=wide", "-o", out, says="give a number")
+        self.refused("generate", "strand:radius=-1", "-o", out, says="radius is -1")
         self.refused("generate", "strand:fibers", "-o", out, says="key=value")
+        self.refused("check", "strand", "-r", 0.5, says="give strand:radius=0.5\n")
+        self.refused("check", "strand:seed=2", "-r", 0.5, says="give strand:seed=2,radius=0.5\n")
+        self.refused("view", "strand", "-r", 0.5, "-o", out, says="give strand:radius=0.5\n")
+        self.refused("view", "strand", "-r", 1, "-r", 2, "-o", out, says="0 of the scenes are")
         self.refused("generate", "strand:fibers=1,fibers=2", "-o", out, says="twice")
         self.refused("generate", "strand:fibers=0", "-o", out, says="fibers")
         self.refused("generate", "dynamic:fibers=1,frame=101", "-o", out, says="0 to 100")
@@ -581,6 +589,26 @@ class Page(ProgramTest):
         self.assertEqual((scene["fibers"], scene["segments"]), (5, 45))
         self.run_program("view", "strand:fibers=5,segments=9", "--fragment", "-o", path)
         self.assertNotIn("<html", path.read_text(encoding="utf-8"))
+
+    def test_radii_are_of_files(self):
+        """Fibers would be as thick as those of another scene."""
+        thin, thick = (self.write(f"{n}.txt", "0 0 0\n1 0 0\n") for n in ("thin", "thick"))
+        page = self.folder / "page.html"
+
+        def radii(*arguments):
+            self.run_program("view", *arguments, "-o", page)
+            text = page.read_text(encoding="utf-8").split('class="fiber-viewer-data">', 1)[1]
+            scenes = json.loads(text.split("</script>", 1)[0])["scenes"]
+            firsts = [base64.b64decode(scene["radii"])[:4] for scene in scenes]
+            return [round(struct.unpack("<f", first)[0], 6) for first in firsts]
+
+        strand = "strand:fibers=2,segments=3"
+        self.assertEqual(radii(thin, strand, thick, "-r", 0.25), [0.25, 0.0035, 0.25])
+        self.assertEqual(
+            radii("-r", 0.25, thin, strand + ",radius=0.125", thick, "-r", 0.5), [0.25, 0.125, 0.5]
+        )
+        self.run_program("view", thin, thick, *3 * ("-r", 1), "-o", page, code=2)
+        self.assertIn("--radius is there 3 times, and 2 of the scenes are files", self.stderr)
 
     def test_a_name_cannot_break_out(self):
         """A file's name would be run as a script."""
