@@ -38,6 +38,37 @@ fcl_fibers::scenes::FiberScene wound() {
   return scene;
 }
 
+/// How many contacts of one kind, and where they are deepest.
+class Summary {
+ public:
+  explicit Summary(const char* name) : name_(name) {}
+
+  void add(const fcl_fibers::Contact& contact) {
+    ++count_;
+    if (count_ == 1 || contact.distance < deepest_.distance) deepest_ = contact;
+  }
+
+  /// Returns whether there is a contact.
+  bool print() const {
+    std::printf("%s: %zu contacts", name_, count_);
+    if (count_ > 0) {
+      const fcl_fibers::Contact& c = deepest_;
+      std::printf(
+          ", the deepest at %.2f of segment %zu by %.2f mm, from (%.4f, %.4f, %.4f) along (%.3f, "
+          "%.3f, %.3f)",
+          c.s, c.a.segment, -1000 * c.distance, c.point_a[0], c.point_a[1], c.point_a[2],
+          c.normal[0], c.normal[1], c.normal[2]);
+    }
+    std::printf("\n");
+    return count_ > 0;
+  }
+
+ private:
+  const char* name_;
+  std::size_t count_ = 0;
+  fcl_fibers::Contact deepest_;
+};
+
 }  // namespace
 
 int main() {
@@ -63,23 +94,10 @@ int main() {
   Collector collector(manager);
   manager.collide(&collector, Collector::callback);
 
-  std::size_t with_head = 0;
-  const fcl_fibers::Contact* deepest = nullptr;
+  Summary with_itself("with itself"), with_head("with the head");
   for (const auto& contact : collector.contacts()) {
-    if (contact.object_b == &head) {
-      ++with_head;
-    } else if (deepest == nullptr || contact.distance < deepest->distance) {
-      deepest = &contact;
-    }
+    (contact.object_b == &head ? with_head : with_itself).add(contact);
   }
-  std::printf("%zu segments, %zu contacts of the cable with itself, %zu with the head\n",
-              cable.size(), collector.contacts().size() - with_head, with_head);
-  if (deepest == nullptr) return 1;
-  std::printf(
-      "deepest: segment %zu at %.2f and segment %zu at %.2f, by %.2f mm from (%.4f, %.4f, "
-      "%.4f) along (%.3f, %.3f, %.3f)\n",
-      deepest->a.segment, deepest->s, deepest->b.segment, deepest->t, -1000 * deepest->distance,
-      deepest->point_a[0], deepest->point_a[1], deepest->point_a[2], deepest->normal[0],
-      deepest->normal[1], deepest->normal[2]);
-  return 0;
+  std::printf("%zu segments of cable\n", cable.size());
+  return with_itself.print() && with_head.print() ? 0 : 1;
 }
