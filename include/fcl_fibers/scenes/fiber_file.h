@@ -36,10 +36,11 @@ enum class FiberFormat {
   kVtk,
 
   /// VTK's XML format of polygonal data (.vtp), a fiber for each line of each piece: ASCII, base64
-  /// inline or appended, raw appended; as it is or compressed by zlib, but no array by more than 64
-  /// times the file's size. Points are Float32 or Float64, indices 32 or 64 bits wide. Point data
-  /// `radius`, Float32 or Float64, are radii; a segment has the larger one of its ends. Not read:
-  /// LZ4, LZMA, and the parallel format (.pvtp).
+  /// inline or appended, raw appended; as it is, or compressed by zlib. Points are Float32 or
+  /// Float64, indices 32 or 64 bits wide. Point data `radius`, Float32 or Float64, are radii; a
+  /// segment has the larger one of its ends. Not read: LZ4, LZMA, the parallel format (.pvtp),
+  /// arrays that together are longer than the file, or when compressed become more than 64 times as
+  /// long, and XML with more tags than some and one for 16 bytes.
   kVtp,
 };
 
@@ -75,8 +76,15 @@ struct FiberFile {
 ///
 /// Throws std::runtime_error naming file, byte offset or line, and reason where the file is
 /// malformed, and file and reason where it cannot be read; std::invalid_argument if an option is
-/// not as FiberFileOptions says. Memory taken is at most some 40 times the file's size, of .bcc
-/// files times segments_per_span, whatever the file says; of compressed files 64 times more.
+/// not as FiberFileOptions says.
+///
+/// Memory taken is at most so many times the file's size, whatever the file says, beside the file's
+/// bytes themselves and some kilobytes; a point takes 24 bytes, and in text as little as 6, or 2
+/// for the index of one that is there already:
+///
+///     .hair, .tfx  3        text  5      .vtk  6 if binary, 12 if ASCII
+///     .bcc  2 segments_per_span + 2      .vtp  17; 9 times what its compressed arrays become,
+///                                              which is at most 64 times the file
 FCL_FIBERS_SCENES_EXPORT FiberFile readFibers(const std::string& path,
                                               const FiberFileOptions& options = {});
 

@@ -187,6 +187,10 @@ TEST(VtkTest, MemoryIsBoundedWhereNumbersAreShortest) {
     one_line += "0 ";
   }
   EXPECT_TRUE(parsesSafely(points + "\n" + lines, kVtk));
+  FileBytes binary;
+  binary.text(head("3.0", "BINARY") + "POINTS 1 float\n").zeros(12);
+  binary.text("\nLINES 1 50001\n").big(50000).zeros(4 * 50000);
+  EXPECT_TRUE(parsesSafely(binary.bytes(), kVtk));
   EXPECT_TRUE(parsesSafely(head("3.0", "ASCII") + "POINTS 1 float\n0 0 0\n" + one_line, kVtk));
 }
 
