@@ -68,13 +68,7 @@ MovingFibers::MovingFibers(std::string name, const scenes::FiberScene& frame0,
     capsule_object->setUserData(reinterpret_cast<void*>(objects_.size()));
     objects_.push_back(capsule_object);
   }
-  for (std::size_t f = 0; f < frame0.fiberCount(); ++f) {
-    // A fiber has one segment less than points, so fiber f's first segment is point_begin[f] - f.
-    const auto begin = objects_.begin() + static_cast<std::ptrdiff_t>(frame0.point_begin[f] - f);
-    const auto end =
-        objects_.begin() + static_cast<std::ptrdiff_t>(frame0.point_begin[f + 1] - (f + 1));
-    fibers_.push_back({{begin, end}, frame0.isClosed(f) ? FiberEnds::kClosed : FiberEnds::kOpen});
-  }
+  fibers_ = scenes::objectsByFiber(frame0, objects_);
 }
 
 void MovingFibers::addFrame(const scenes::FiberScene& frame) {

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
-#include <vector>
 
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/geometric_shape_to_BVH_model.h>
@@ -72,9 +71,8 @@ class Summary {
 }  // namespace
 
 int main() {
-  const auto owned = fcl_fibers::scenes::makeObjects<double>(wound());
-  std::vector<fcl::CollisionObjectd*> cable;
-  for (const auto& segment : owned) cable.push_back(segment.get());
+  const fcl_fibers::scenes::FiberScene scene = wound();
+  const auto cable = fcl_fibers::scenes::makeObjects<double>(scene);
 
   const auto mesh = std::make_shared<fcl::BVHModel<fcl::OBBRSSd>>();
   fcl::generateBVHModel(*mesh, fcl::Sphered(kHead), fcl::Transform3d::Identity(), 32, 32);
@@ -87,7 +85,9 @@ int main() {
   options.ignored_arc_length = kPi * kCable;
 
   fcl_fibers::LayeredAABBTreeCollisionManagerd manager(options);
-  manager.registerFiber(cable);
+  for (const auto& fiber : fcl_fibers::scenes::objectsByFiber(scene, cable)) {
+    manager.registerFiber(fiber.objects, fiber.ends);
+  }
   manager.registerObject(&head);
 
   using Collector = fcl_fibers::ContactCollector<double>;
