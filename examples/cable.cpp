@@ -37,37 +37,6 @@ fcl_fibers::scenes::FiberScene wound() {
   return scene;
 }
 
-/// How many contacts of one kind, and where they are deepest.
-class Summary {
- public:
-  explicit Summary(const char* name) : name_(name) {}
-
-  void add(const fcl_fibers::Contact& contact) {
-    ++count_;
-    if (count_ == 1 || contact.distance < deepest_.distance) deepest_ = contact;
-  }
-
-  /// Returns whether there is a contact.
-  bool print() const {
-    std::printf("%s: %zu contacts", name_, count_);
-    if (count_ > 0) {
-      const fcl_fibers::Contact& c = deepest_;
-      std::printf(
-          ", the deepest at %.2f of segment %zu by %.2f mm, from (%.4f, %.4f, %.4f) along (%.3f, "
-          "%.3f, %.3f)",
-          c.s, c.a.segment, -1000 * c.distance, c.point_a[0], c.point_a[1], c.point_a[2],
-          c.normal[0], c.normal[1], c.normal[2]);
-    }
-    std::printf("\n");
-    return count_ > 0;
-  }
-
- private:
-  const char* name_;
-  std::size_t count_ = 0;
-  fcl_fibers::Contact deepest_;
-};
-
 }  // namespace
 
 int main() {
@@ -94,10 +63,29 @@ int main() {
   Collector collector(manager);
   manager.collide(&collector, Collector::callback);
 
-  Summary with_itself("with itself"), with_head("with the head");
+  std::size_t with_head = 0;
+  const fcl_fibers::Contact *deepest = nullptr, *at_head = nullptr;
   for (const auto& contact : collector.contacts()) {
-    (contact.object_b == &head ? with_head : with_itself).add(contact);
+    if (contact.object_b == &head) {
+      ++with_head;
+      if (at_head == nullptr) at_head = &contact;
+    } else if (deepest == nullptr || contact.distance < deepest->distance) {
+      deepest = &contact;
+    }
   }
-  std::printf("%zu segments of cable\n", cable.size());
-  return with_itself.print() && with_head.print() ? 0 : 1;
+  std::printf("%zu segments, %zu contacts of the cable with itself, %zu with the head\n",
+              cable.size(), collector.contacts().size() - with_head, with_head);
+  if (deepest == nullptr || at_head == nullptr) return 1;
+  std::printf(
+      "deepest: segment %zu at %.2f and segment %zu at %.2f, by %.2f mm from (%.4f, %.4f, "
+      "%.4f) along (%.3f, %.3f, %.3f)\n",
+      deepest->a.segment, deepest->s, deepest->b.segment, deepest->t, -1000 * deepest->distance,
+      deepest->point_a[0], deepest->point_a[1], deepest->point_a[2], deepest->normal[0],
+      deepest->normal[1], deepest->normal[2]);
+  // Of a mesh FCL finds contacts triangle by triangle, whose depth is not the head's.
+  std::printf("head: segment %zu at %.2f, at (%.4f, %.4f, %.4f)\n", at_head->a.segment, at_head->s,
+              (at_head->point_a[0] + at_head->point_b[0]) / 2,
+              (at_head->point_a[1] + at_head->point_b[1]) / 2,
+              (at_head->point_a[2] + at_head->point_b[2]) / 2);
+  return 0;
 }
