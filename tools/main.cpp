@@ -196,7 +196,7 @@ int run(int argc, char** argv) {
       ->group("Pictures, .vtp or .ply");
   check.footer(
       "The exit code is 0 without contacts, 1 with contacts, 2 where something is wrong.\n"
-      "CSV has a line for each contact, JSON the same under the same names:\n"
+      "CSV has a line for each contact; so has JSON, with points and normals as lists:\n"
       "  fiber_a, segment_a, s   one segment, counted from 0, and where along it: 0 to 1\n"
       "  fiber_b, segment_b, t   the other one\n"
       "  distance                from surface to surface, negative where they overlap\n"
