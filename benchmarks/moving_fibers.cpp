@@ -68,13 +68,7 @@ MovingFibers::MovingFibers(std::string name, const scenes::FiberScene& frame0,
     capsule_object->setUserData(reinterpret_cast<void*>(objects_.size()));
     objects_.push_back(capsule_object);
   }
-  for (std::size_t f = 0; f < frame0.fiberCount(); ++f) {
-    // A fiber has one segment less than points, so fiber f's first segment is point_begin[f] - f.
-    const auto begin = objects_.begin() + static_cast<std::ptrdiff_t>(frame0.point_begin[f] - f);
-    const auto end =
-        objects_.begin() + static_cast<std::ptrdiff_t>(frame0.point_begin[f + 1] - (f + 1));
-    fibers_.push_back({{begin, end}, frame0.isClosed(f) ? FiberEnds::kClosed : FiberEnds::kOpen});
-  }
+  fibers_ = scenes::objectsByFiber(frame0, objects_);
 }
 
 void MovingFibers::addFrame(const scenes::FiberScene& frame) {
@@ -169,9 +163,9 @@ scenes::FiberScene readHair(const HairRequest& hair, int frame) {
   scenes::FiberFileOptions options;
   options.radius = hair.radius;
   const scenes::FiberFile file = scenes::readFibers(hair.path, options);
-  if (file.scene.radius == 0 && file.scene.radii.empty()) {
+  if (!file.has_radius) {
     throw std::invalid_argument("--hair=" + hair.path +
-                                ": the file has no radius; give --radius, in the file's unit");
+                                ": the file holds no radius; give --radius R, in the file's unit");
   }
   for (const std::string& warning : file.warnings) {
     if (frame == 0) std::fprintf(stderr, "%s: %s\n", hair.path.c_str(), warning.c_str());

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include <fcl/narrowphase/collision_object.h>
-#include <fcl_fibers/fiber_manager_options.h>
 #include <fcl_fibers/scenes/fiber_scene.h>
 #include <fcl_fibers/scenes/paper_scenes.h>
 
@@ -60,10 +59,7 @@ class MovingFibers {
   const std::vector<Object*>& objects() const { return objects_; }
 
   /// As registerFiber() takes it.
-  struct Fiber {
-    std::vector<Object*> objects;
-    FiberEnds ends;
-  };
+  using Fiber = scenes::FiberObjects<Object>;
   const std::vector<Fiber>& fibers() const { return fibers_; }
 
   /// The object's number in objects().

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
-#include <vector>
 
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/geometric_shape_to_BVH_model.h>
@@ -41,9 +40,8 @@ fcl_fibers::scenes::FiberScene wound() {
 }  // namespace
 
 int main() {
-  const auto owned = fcl_fibers::scenes::makeObjects<double>(wound());
-  std::vector<fcl::CollisionObjectd*> cable;
-  for (const auto& segment : owned) cable.push_back(segment.get());
+  const fcl_fibers::scenes::FiberScene scene = wound();
+  const auto cable = fcl_fibers::scenes::makeObjects<double>(scene);
 
   const auto mesh = std::make_shared<fcl::BVHModel<fcl::OBBRSSd>>();
   fcl::generateBVHModel(*mesh, fcl::Sphered(kHead), fcl::Transform3d::Identity(), 32, 32);
@@ -56,7 +54,9 @@ int main() {
   options.ignored_arc_length = kPi * kCable;
 
   fcl_fibers::LayeredAABBTreeCollisionManagerd manager(options);
-  manager.registerFiber(cable);
+  for (const auto& fiber : fcl_fibers::scenes::objectsByFiber(scene, cable)) {
+    manager.registerFiber(fiber.objects, fiber.ends);
+  }
   manager.registerObject(&head);
 
   using Collector = fcl_fibers::ContactCollector<double>;
@@ -64,22 +64,28 @@ int main() {
   manager.collide(&collector, Collector::callback);
 
   std::size_t with_head = 0;
-  const fcl_fibers::Contact* deepest = nullptr;
+  const fcl_fibers::Contact *deepest = nullptr, *at_head = nullptr;
   for (const auto& contact : collector.contacts()) {
     if (contact.object_b == &head) {
       ++with_head;
+      if (at_head == nullptr) at_head = &contact;
     } else if (deepest == nullptr || contact.distance < deepest->distance) {
       deepest = &contact;
     }
   }
   std::printf("%zu segments, %zu contacts of the cable with itself, %zu with the head\n",
               cable.size(), collector.contacts().size() - with_head, with_head);
-  if (deepest == nullptr) return 1;
+  if (deepest == nullptr || at_head == nullptr) return 1;
   std::printf(
       "deepest: segment %zu at %.2f and segment %zu at %.2f, by %.2f mm from (%.4f, %.4f, "
       "%.4f) along (%.3f, %.3f, %.3f)\n",
       deepest->a.segment, deepest->s, deepest->b.segment, deepest->t, -1000 * deepest->distance,
       deepest->point_a[0], deepest->point_a[1], deepest->point_a[2], deepest->normal[0],
       deepest->normal[1], deepest->normal[2]);
+  // Of a mesh FCL finds contacts triangle by triangle, whose depth is not the head's.
+  std::printf("head: segment %zu at %.2f, at (%.4f, %.4f, %.4f)\n", at_head->a.segment, at_head->s,
+              (at_head->point_a[0] + at_head->point_b[0]) / 2,
+              (at_head->point_a[1] + at_head->point_b[1]) / 2,
+              (at_head->point_a[2] + at_head->point_b[2]) / 2);
   return 0;
 }

@@ -8,6 +8,7 @@
 // fibers, in the file's unit, and needed where the file has none.
 #include <cstdio>
 #include <exception>
+#include <stdexcept>
 #include <string>
 
 #include <fcl_fibers/contact.h>
@@ -18,6 +19,9 @@ namespace {
 
 void writeContacts(const std::string& path, const fcl_fibers::scenes::FiberFileOptions& how) {
   const auto file = fcl_fibers::scenes::readFibers(path, how);
+  if (!file.has_radius) {
+    throw std::invalid_argument(path + " holds no radius: give one, in the file's unit");
+  }
   for (const std::string& warning : file.warnings) std::fprintf(stderr, "%s\n", warning.c_str());
   const auto fibers = fcl_fibers::scenes::fiberArrays(file.scene);
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
 // A program that FCL's dynamic tree served, and the same program with the one line changed that
-// names its manager: the same answers, sooner.
+// names its manager: the same answers, and how much sooner.
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -14,54 +16,85 @@
 
 namespace {
 
+using Poses = std::vector<fcl::Transform3d>;
+
+/// A lock of 60 hairs of 100 segments.
+struct Hairs {
+  std::vector<std::unique_ptr<fcl::CollisionObjectd>> owned;
+  std::vector<fcl::CollisionObjectd*> objects;
+  Poses at_rest, moved;
+
+  Hairs() {
+    namespace scenes = fcl_fibers::scenes;
+    scenes::StrandParameters parameters;
+    parameters.fibers = 60;
+    const scenes::FiberScene scene = scenes::makeStrand(parameters);
+    owned = scenes::makeObjects<double>(scene);
+    for (const auto& object : owned) objects.push_back(object.get());
+    at_rest = scenes::segmentPoses<double>(scene);
+    parameters.frame = 1;
+    moved = scenes::segmentPoses<double>(scenes::makeStrand(parameters));
+  }
+
+  void move(const Poses& poses) {
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+      objects[i]->setTransform(poses[i]);
+      objects[i]->computeAABB();
+    }
+  }
+};
+
 bool countTouching(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* cdata) {
   fcl::CollisionResultd result;
   if (fcl::collide(a, b, fcl::CollisionRequestd(), result) > 0) ++*static_cast<int*>(cdata);
   return false;
 }
 
-/// Touching pairs of a lock of 60 hairs at rest and after a motion.
+/// Touching pairs at rest and after a motion.
 template <class Manager>
-std::vector<int> touchingPairs() {
-  namespace scenes = fcl_fibers::scenes;
-  scenes::StrandParameters parameters;
-  parameters.fibers = 60;
-  const auto hairs = scenes::makeObjects<double>(scenes::makeStrand(parameters));
-  parameters.frame = 1;
-  const auto poses = scenes::segmentPoses<double>(scenes::makeStrand(parameters));
-
-  std::vector<fcl::CollisionObjectd*> objects;
-  for (const auto& hair : hairs) objects.push_back(hair.get());
-
+std::vector<int> touchingPairs(Hairs& hairs) {
+  hairs.move(hairs.at_rest);
   Manager manager;  // the line
-  manager.registerObjects(objects);
+  manager.registerObjects(hairs.objects);
   manager.setup();
   std::vector<int> touching(2);
   manager.collide(&touching[0], countTouching);
 
-  for (std::size_t i = 0; i < objects.size(); ++i) {
-    objects[i]->setTransform(poses[i]);
-    objects[i]->computeAABB();
-  }
+  hairs.move(hairs.moved);
   manager.update();
   manager.collide(&touching[1], countTouching);
   return touching;
 }
 
+struct Run {
+  std::vector<int> touching;
+  double milliseconds = std::numeric_limits<double>::infinity();  ///< of the fastest of three
+};
+
 template <class Manager>
-std::vector<int> timed(const char* name) {
-  const auto start = std::chrono::steady_clock::now();
-  const std::vector<int> touching = touchingPairs<Manager>();
-  const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
-  std::printf("%s: %d, then %d touching pairs, %.0f ms\n", name, touching[0], touching[1],
-              time.count());
-  return touching;
+Run timed(const char* name, Hairs& hairs) {
+  Run run;
+  for (int i = 0; i < 3; ++i) {
+    const auto start = std::chrono::steady_clock::now();
+    run.touching = touchingPairs<Manager>(hairs);
+    const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
+    run.milliseconds = std::min(run.milliseconds, time.count());
+  }
+  std::printf("%s: %d, then %d touching pairs, %.0f ms\n", name, run.touching[0], run.touching[1],
+              run.milliseconds);
+  return run;
 }
 
 }  // namespace
 
 int main() {
-  const auto before = timed<fcl::DynamicAABBTreeCollisionManagerd>("FCL's dynamic AABB tree");
-  const auto after = timed<fcl_fibers::LayeredAABBTreeCollisionManagerd>("layered AABB tree");
-  return before == after ? 0 : 1;
+  Hairs hairs;
+  const Run before = timed<fcl::DynamicAABBTreeCollisionManagerd>("FCL's dynamic AABB tree", hairs);
+  const Run after = timed<fcl_fibers::LayeredAABBTreeCollisionManagerd>("layered AABB tree", hairs);
+  if (before.touching != after.touching || before.touching[0] == 0 || before.touching[1] == 0) {
+    std::printf("the answers differ, or there are none\n");
+    return 1;
+  }
+  std::printf("the same answers, %.1f times as fast\n", before.milliseconds / after.milliseconds);
+  return 0;
 }

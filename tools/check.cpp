@@ -1,88 +1,121 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <iterator>
 #include <string>
 #include <vector>
 
+#include <fcl_fibers/contact.h>
 #include <fcl_fibers/scenes/export_geometry.h>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
-#include "contacts.h"
+#include "found_pairs.h"
 #include "output_file.h"
 
 namespace fcl_fibers::tools {
 namespace {
 
-using scenes::Contact;
-
 /// Contacts that are listed where not all are asked for.
 constexpr std::size_t kFew = 10;
 
-std::string csvText(const std::vector<Contact>& contacts) {
+/// What was asked and what was found.
+struct Answer {
+  const SceneSource& source;
+  const CheckRequest& request;
+  const scenes::FiberScene& scene;
+  const FoundPairs& found;
+
+  /// As many as there are pairs, which may be more than memory has room for as contacts.
+  std::size_t count() const { return found.pairs.size(); }
+  Contact contact(std::size_t i) const {
+    return capsuleContact(fiberArrays(scene), found.pairs[i]);
+  }
+};
+
+std::string csvText(const Answer& answer) {
   fmt::memory_buffer text;
-  fmt::format_to(std::back_inserter(text), "fiber_a,segment_a,fiber_b,segment_b,distance,x,y,z\n");
-  for (const Contact& c : contacts) {
-    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{}\n", c.a.fiber, c.a.segment,
-                   c.b.fiber, c.b.segment, c.distance, (c.on_a[0] + c.on_b[0]) / 2,
-                   (c.on_a[1] + c.on_b[1]) / 2, (c.on_a[2] + c.on_b[2]) / 2);
+  fmt::format_to(std::back_inserter(text),
+                 "fiber_a,segment_a,s,fiber_b,segment_b,t,distance,point_a_x,point_a_y,point_a_z,"
+                 "point_b_x,point_b_y,point_b_z,normal_x,normal_y,normal_z\n");
+  for (std::size_t i = 0; i < answer.count(); ++i) {
+    const Contact c = answer.contact(i);
+    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{}", c.a.fiber, c.a.segment, c.s,
+                   c.b.fiber, c.b.segment, c.t, c.distance);
+    for (const std::array<double, 3>& vector : {c.point_a, c.point_b, c.normal}) {
+      fmt::format_to(std::back_inserter(text), ",{},{},{}", vector[0], vector[1], vector[2]);
+    }
+    text.push_back('\n');
   }
   return fmt::to_string(text);
 }
 
-std::string jsonText(const SceneSource& source, const CheckRequest& request,
-                     const scenes::FiberScene& scene, const Contacts& found,
-                     const std::vector<Contact>& contacts) {
-  const bool spheres = request.tree.volumes == FiberTreeOptions::Volumes::kWrappedSpheres;
-  const bool capsules = request.tree.report == Report::kCapsules;
-  nlohmann::ordered_json json = {{"scene", source.title},
-                                 {"fibers", scene.fiberCount()},
-                                 {"segments", scene.segmentCount()},
+std::string jsonText(const Answer& answer) {
+  const FiberTreeOptions& tree = answer.request.tree;
+  const bool spheres = tree.volumes == FiberTreeOptions::Volumes::kWrappedSpheres;
+  const bool capsules = tree.report == Report::kCapsules;
+  nlohmann::ordered_json json = {{"scene", answer.source.title},
+                                 {"fibers", answer.scene.fiberCount()},
+                                 {"segments", answer.scene.segmentCount()},
                                  {"report", capsules  ? "capsules"
                                             : spheres ? "spheres"
                                                       : "boxes"},
-                                 {"margin", request.tree.margin},
-                                 {"ignored_neighbors", request.tree.ignored_neighbors},
-                                 {"contact_count", contacts.size()},
-                                 {"touching_segments", found.touching_segments}};
+                                 {"margin", tree.margin},
+                                 {"ignored_neighbors", tree.ignored_neighbors},
+                                 {"ignored_arc_length", tree.ignored_arc_length},
+                                 {"contact_count", answer.count()},
+                                 {"touching_segments", answer.found.touching_segments}};
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const Contact& c : contacts) {
-    list.push_back({{"a", {{"fiber", c.a.fiber}, {"segment", c.a.segment}}},
-                    {"b", {{"fiber", c.b.fiber}, {"segment", c.b.segment}}},
+  for (std::size_t i = 0; i < answer.count(); ++i) {
+    const Contact c = answer.contact(i);
+    list.push_back({{"fiber_a", c.a.fiber},
+                    {"segment_a", c.a.segment},
+                    {"s", c.s},
+                    {"fiber_b", c.b.fiber},
+                    {"segment_b", c.b.segment},
+                    {"t", c.t},
                     {"distance", c.distance},
-                    {"on_a", c.on_a},
-                    {"on_b", c.on_b}});
+                    {"point_a", c.point_a},
+                    {"point_b", c.point_b},
+                    {"normal", c.normal}});
   }
   json["contacts"] = std::move(list);
   return json.dump(1) + "\n";
 }
 
-std::string plainText(const SceneSource& source, const CheckRequest& request,
-                      const scenes::FiberScene& scene, const Contacts& found,
-                      const std::vector<Contact>& contacts) {
-  const bool capsules = request.tree.report == Report::kCapsules;
-  const bool one = contacts.size() == 1;
+std::string plainText(const Answer& answer) {
+  const scenes::FiberScene& scene = answer.scene;
+  const bool capsules = answer.request.tree.report == Report::kCapsules;
+  const bool one = answer.count() == 1;
   const char* const what = capsules ? (one ? "pair touches" : "pairs touch")
                            : one    ? "pair of volumes overlaps"
                                     : "pairs of volumes overlap";
   std::string text =
-      fmt::format("{}: {} segments of {} fibers\n{} {}, of {} segments\n", source.title,
+      fmt::format("{}: {} segments of {} fibers\n{} {}, of {} segments\n", answer.source.title,
                   countText(scene.segmentCount()), countText(scene.fiberCount()),
-                  countText(contacts.size()), what, countText(found.touching_segments));
-  if (contacts.empty()) return text;
+                  countText(answer.count()), what, countText(answer.found.touching_segments));
+  if (answer.count() == 0) return text;
   text += fmt::format("\n{:>8} {:>8}   {:>8} {:>8}   {:>10}\n", "fiber", "segment", "fiber",
                       "segment", "distance");
-  for (std::size_t i = 0; i < std::min(kFew, contacts.size()); ++i) {
-    const Contact& c = contacts[i];
+  for (std::size_t i = 0; i < std::min(kFew, answer.count()); ++i) {
+    const Contact c = answer.contact(i);
     text += fmt::format("{:>8} {:>8}   {:>8} {:>8}   {:>10.4g}\n", c.a.fiber, c.a.segment,
                         c.b.fiber, c.b.segment, c.distance);
   }
-  if (contacts.size() > kFew) {
+  if (answer.count() > kFew) {
     text +=
-        fmt::format("and {} more; --csv or --json lists all\n", countText(contacts.size() - kFew));
+        fmt::format("and {} more; --csv or --json lists all\n", countText(answer.count() - kFew));
   }
   return text;
+}
+
+std::vector<Contact> allContacts(const Answer& answer) {
+  std::vector<Contact> contacts;
+  contacts.reserve(answer.count());
+  for (std::size_t i = 0; i < answer.count(); ++i) contacts.push_back(answer.contact(i));
+  return contacts;
 }
 
 }  // namespace
@@ -93,10 +126,8 @@ int check(const SceneSource& source, const CheckRequest& request) {
   progress("looking for contacts");
   FiberTree tree(request.tree);
   tree.build(fiberArrays(scene));
-  const Contacts found = findContacts(tree, scene);
-  std::vector<Contact> contacts;
-  contacts.reserve(found.pairs.size());
-  for (const auto& [a, b] : found.pairs) contacts.push_back(makeContact(scene, a, b));
+  const FoundPairs found = findPairs(tree, scene);
+  const Answer answer{source, request, scene, found};
 
   const auto writeFile = [](const std::string& path, auto&& write) {
     if (path.empty()) return;
@@ -107,27 +138,24 @@ int check(const SceneSource& source, const CheckRequest& request) {
   };
   writeFile(request.segments_path,
             [&](const OutputFile& file) { exportSegments(file.draft(), scene, found.touching); });
-  writeFile(request.contacts_path,
-            [&](const OutputFile& file) { exportContacts(file.draft(), contacts); });
+  writeFile(request.contacts_path, [&](const OutputFile& file) {
+    scenes::exportContacts(file.draft(), allContacts(answer));
+  });
   writeFile(request.volumes_path, [&](const OutputFile& file) {
     scenes::exportVolumes(file.draft(), tree.volumes(request.depth));
   });
 
-  const std::string text = request.output == Output::kCsv ? csvText(contacts)
-                           : request.output == Output::kJson
-                               ? jsonText(source, request, scene, found, contacts)
-                               : plainText(source, request, scene, found, contacts);
+  const std::string text = request.output == Output::kCsv    ? csvText(answer)
+                           : request.output == Output::kJson ? jsonText(answer)
+                                                             : plainText(answer);
   progress("");
-  for (const std::string& warning : source.warnings) {
-    fmt::print(stderr, "fcl_fibers: warning: {}\n", warning);
-  }
   if (request.path.empty()) {
     print(text);
   } else {
     writeFile(request.path, [&](OutputFile& file) { file.write(text); });
     progress("");
   }
-  return contacts.empty() ? 0 : kExitContacts;
+  return answer.count() == 0 ? 0 : kExitContacts;
 }
 
 }  // namespace fcl_fibers::tools

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <cstdio>
 #include <filesystem>
 #include <iterator>
 #include <stdexcept>
@@ -47,6 +48,11 @@ int generate(const SceneSource& source, const std::string& path) {
   }
   file.commit();
   progress("");
+  if (ending == ".txt") {
+    fmt::print(stderr, "fcl_fibers: warning: {}: text has no place for the radius; {}\n", path,
+               scene.radii.empty() ? fmt::format("read it with --radius {}", scene.radius)
+                                   : "those of this scene differ and are lost");
+  }
   return 0;
 }
 

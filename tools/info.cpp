@@ -69,7 +69,7 @@ struct Facts {
 };
 
 /// What a user should know before trusting an answer.
-std::vector<std::string> warnings(const FiberScene& scene, const Facts& facts,
+std::vector<std::string> warnings(const FiberScene& scene, bool has_radius, const Facts& facts,
                                   const Spread& segments) {
   std::vector<std::string> texts;
   const auto count = [&](auto&& holds) {
@@ -90,8 +90,12 @@ std::vector<std::string> warnings(const FiberScene& scene, const Facts& facts,
        "segments of length zero, whose points coincide: {}");
   warn(count([&](double length, double) { return length > 20 * segments.median; }),
        "segments more than 20 times as long as the median, which may join what are two fibers: {}");
-  warn(count([](double, double radius) { return radius == 0; }),
-       "segments of radius zero, which touch only where axes meet; give --radius: {}");
+  if (has_radius) {
+    warn(count([](double, double radius) { return radius == 0; }),
+         "segments of radius zero, which touch only where axes meet: {}");
+  } else {
+    texts.push_back("the file holds no radius; all other commands need --radius");
+  }
   warn(count([](double length, double radius) { return length < 2 * radius; }),
        "segments shorter than wide, where those next but one along a fiber touch as well; see "
        "--ignored-neighbors of check: {}");
@@ -122,7 +126,9 @@ int info(const SceneSource& source, Output output) {
   const Facts facts(scene);
   const Spread fibers(facts.fiber_lengths), segments(facts.segment_lengths), radii(facts.radii);
   std::vector<std::string> warned = source.warnings;
-  for (std::string& text : warnings(scene, facts, segments)) warned.push_back(std::move(text));
+  for (std::string& text : warnings(scene, source.has_radius, facts, segments)) {
+    warned.push_back(std::move(text));
+  }
 
   if (output == Output::kJson) {
     const auto spread = [](const Spread& lengths) {
@@ -136,7 +142,7 @@ int info(const SceneSource& source, Output output) {
         {"points", scene.points.size()},
         {"segments_per_fiber", {{"min", facts.fewest_segments}, {"max", facts.most_segments}}},
         {"closed_fibers", facts.closed},
-        {"radius", spread(radii)},
+        {"radius", source.has_radius ? spread(radii) : nlohmann::ordered_json()},
         {"length", fibers.total},
         {"fiber_length", spread(fibers)},
         {"segment_length", spread(segments)},
@@ -162,7 +168,9 @@ int info(const SceneSource& source, Output output) {
   line("fibers", countText(scene.fiberCount()));
   line("segments", fmt::format("{}, {}", countText(scene.segmentCount()), per_fiber));
   if (facts.closed > 0) line("closed", countText(facts.closed));
-  line("radius", radii.least == radii.largest ? fmt::format("{:.4g}", radii.least) : spread(radii));
+  line("radius", !source.has_radius             ? "none"
+                 : radii.least == radii.largest ? fmt::format("{:.4g}", radii.least)
+                                                : spread(radii));
   line("fiber length", fmt::format("{}, sum {:.4g}", spread(fibers), fibers.total));
   line("segment length", spread(segments));
   for (std::size_t k = 0; k < 3; ++k) {

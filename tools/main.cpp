@@ -3,6 +3,8 @@
 // fcl_fibers: what the library does, for people who have a file of fibers and no program yet.
 #include <unistd.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdio>
 #include <exception>
 #include <map>
@@ -45,6 +47,7 @@ struct Arguments {
   std::string scene;
   std::vector<std::string> scenes;  ///< of view
   std::optional<double> radius;
+  std::vector<double> radii;  ///< of view
   bool json = false, csv = false;
   std::string path;
   FiberTreeOptions tree;
@@ -52,7 +55,31 @@ struct Arguments {
   BenchRequest bench;
   ViewRequest view;
 
-  SceneSource source() const { return findScene(scene, radius); }
+  SceneSource source() const { return openScene(scene, radius); }
+
+  /// Of view. One radius is that of all files; else each file has its own, in their order.
+  std::vector<SceneSource> sources() const {
+    const auto files =
+        static_cast<std::size_t>(std::count_if(scenes.begin(), scenes.end(), isFile));
+    if (radii.size() > 1 && radii.size() != files) {
+      throw std::invalid_argument(
+          fmt::format("--radius is there {} times, and {} of the scenes are files; give it once "
+                      "for all files, or once for each",
+                      radii.size(), files));
+    }
+    std::vector<SceneSource> sources;
+    std::size_t file = 0;
+    for (const std::string& name : scenes) {
+      std::optional<double> its_radius;
+      // Where none is a file, the first one refuses the radius.
+      if (!radii.empty() && (files == 0 || isFile(name))) {
+        its_radius = radii.size() == 1 ? radii[0] : radii[file++];
+      }
+      sources.push_back(openScene(name, its_radius));
+    }
+    return sources;
+  }
+
   Output output() const { return json ? Output::kJson : csv ? Output::kCsv : Output::kText; }
 };
 
@@ -86,7 +113,7 @@ void addScene(CLI::App& command, Arguments& arguments) {
       ->type_name("");
   command
       .add_option("-r,--radius", arguments.radius,
-                  "of all fibers, instead of the file's or the scene's own")
+                  "of all fibers of a file, in its unit, instead of its own")
       ->check(quiet(CLI::NonNegativeNumber))
       ->type_name("LENGTH");
 }
@@ -105,6 +132,11 @@ void addTree(CLI::App& command, FiberTreeOptions& tree) {
                   "segments so near along a fiber are no pair; default 1, adjacent")
       ->check(quiet(CLI::NonNegativeNumber))
       ->type_name("N");
+  command
+      .add_option("-a,--ignored-arc-length", tree.ignored_arc_length,
+                  "nor with this much of it, or less, between them; 0 by default")
+      ->check(quiet(CLI::NonNegativeNumber))
+      ->type_name("LENGTH");
   command.add_option("-m,--margin", tree.margin, "pairs this close count; 0 by default")
       ->check(quiet(CLI::NonNegativeNumber))
       ->type_name("LENGTH");
@@ -164,7 +196,13 @@ int run(int argc, char** argv) {
       ->group("Pictures, .vtp or .ply");
   check.footer(
       "The exit code is 0 without contacts, 1 with contacts, 2 where something is wrong.\n"
-      "`distance` is that of the axes, x, y, z the point midway.");
+      "CSV has a line for each contact; so has JSON, with points and normals as lists:\n"
+      "  fiber_a, segment_a, s   one segment, counted from 0, and where along it: 0 to 1\n"
+      "  fiber_b, segment_b, t   the other one\n"
+      "  distance                from surface to surface, negative where they overlap\n"
+      "  point_a_x, ...          on a's surface, nearest to b, or deepest in it\n"
+      "  point_b_x, ...          on b's\n"
+      "  normal_x, ...           of length one, from a to b");
 
   CLI::App& bench = *app.add_subcommand("bench", "Time our managers and FCL's on a scene.");
   addScene(bench, arguments);
@@ -186,8 +224,10 @@ int run(int argc, char** argv) {
   view.add_option("SCENES", arguments.scenes, "files, or scenes that are made")
       ->required()
       ->type_name("");
-  view.add_option("-r,--radius", arguments.radius, "of all fibers")
+  view.add_option("-r,--radius", arguments.radii,
+                  "of all fibers of the files; several: of each file, in order")
       ->check(quiet(CLI::NonNegativeNumber))
+      ->allow_extra_args(false)
       ->type_name("LENGTH");
   view.add_option("-o,--output", arguments.view.path, "the page, .html")
       ->required()
@@ -202,6 +242,7 @@ int run(int argc, char** argv) {
       ->type_name("N");
   view.add_flag("--fragment", arguments.view.fragment, "without a head, for another page");
   view.footer(
+      "A scene that is made has its own radius, or the key `radius`.\n"
       "Frames of a scene are played: `dynamic`, or `strand:frames=0:100:5`. Of more points "
       "than\n--points every nth fiber and point is drawn; contacts are of all.");
 
@@ -211,7 +252,9 @@ int run(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : kExitError;
   }
   if (generate.parsed()) return tools::generate(arguments.source(), arguments.path);
-  if (info.parsed()) return tools::info(arguments.source(), arguments.output());
+  if (info.parsed()) {
+    return tools::info(findScene(arguments.scene, arguments.radius), arguments.output());
+  }
   if (check.parsed()) {
     arguments.check.tree = arguments.tree;
     arguments.check.output = arguments.output();
@@ -221,12 +264,8 @@ int run(int argc, char** argv) {
     arguments.bench.output = arguments.output();
     return tools::bench(arguments.source(), arguments.bench);
   }
-  std::vector<SceneSource> sources;
-  for (const std::string& scene : arguments.scenes) {
-    sources.push_back(findScene(scene, arguments.radius));
-  }
   arguments.view.tree = arguments.tree;
-  return tools::view(sources, arguments.view);
+  return tools::view(arguments.sources(), arguments.view);
 }
 
 }  // namespace

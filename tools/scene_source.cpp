@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
+#include <cstdio>
 #include <filesystem>
 #include <limits>
 #include <map>
 #include <memory>
 #include <stdexcept>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 #include <fcl_fibers/scenes/fiber_file.h>
@@ -97,7 +99,8 @@ class Parameters {
     const char* const end = value.data() + value.size();
     const auto [stop, error] = std::from_chars(value.data(), end, number);
     if (error != std::errc() || stop != end) {
-      refuse(text_, fmt::format("{}={}: give a whole number", key, value));
+      refuse(text_, fmt::format("{}={}: give a {}number", key, value,
+                                std::is_integral_v<Number> ? "whole " : ""));
     }
     return number;
   }
@@ -111,12 +114,11 @@ using Make = scenes::FiberScene (*)(const Struct&);
 
 /// A scene whose parameters have fibers, segments, radius, seed and frame.
 template <typename Struct>
-SceneSource movingScene(Parameters& keys, std::optional<double> radius, Make<Struct> make,
-                        Struct parameters = {}) {
+SceneSource movingScene(Parameters& keys, Make<Struct> make, Struct parameters = {}) {
   parameters.fibers = keys.take("fibers", parameters.fibers);
   parameters.segments = keys.take("segments", parameters.segments);
   parameters.seed = keys.take<std::uint64_t>("seed", parameters.seed);
-  parameters.radius = radius.value_or(parameters.radius);
+  parameters.radius = keys.take("radius", parameters.radius);
   SceneSource source;
   source.frame_count = kManyFrames;
   source.make = [parameters, make](int frame) {
@@ -127,18 +129,18 @@ SceneSource movingScene(Parameters& keys, std::optional<double> radius, Make<Str
   return source;
 }
 
-SceneSource staticScene(Parameters& keys, std::optional<double> radius) {
+SceneSource staticScene(Parameters& keys) {
   scenes::StaticAssemblyParameters parameters;
   parameters.turned = keys.take("turned", 1) != 0;
-  return movingScene(keys, radius, scenes::makeStaticAssembly, parameters);
+  return movingScene(keys, scenes::makeStaticAssembly, parameters);
 }
 
-SceneSource dynamicScene(Parameters& keys, std::optional<double> radius) {
+SceneSource dynamicScene(Parameters& keys) {
   scenes::DynamicAssemblyParameters parameters;
   parameters.fibers = keys.take("fibers", parameters.fibers);
   parameters.segments = keys.take("segments", parameters.segments);
   parameters.seed = keys.take<std::uint64_t>("seed", parameters.seed);
-  parameters.radius = radius.value_or(parameters.radius);
+  parameters.radius = keys.take("radius", parameters.radius);
   const auto assembly = std::make_shared<scenes::DynamicAssembly>(parameters);
   SceneSource source;
   source.frame_count = assembly->steps();
@@ -151,29 +153,21 @@ SceneSource dynamicScene(Parameters& keys, std::optional<double> radius) {
 struct Kind {
   const char* name;
   const char* what;
-  SceneSource (*make)(Parameters& keys, std::optional<double> radius);
+  SceneSource (*make)(Parameters& keys);
 };
 
 constexpr Kind kKinds[] = {
     {"strand", "helical strand of 1,000 x 100",
-     [](Parameters& keys, std::optional<double> radius) {
-       return movingScene(keys, radius, scenes::makeStrand);
-     }},
+     [](Parameters& keys) { return movingScene(keys, scenes::makeStrand); }},
     {"scalp", "head of hair of 50,000 x 50",
-     [](Parameters& keys, std::optional<double> radius) {
-       return movingScene(keys, radius, scenes::makeScalp);
-     }},
+     [](Parameters& keys) { return movingScene(keys, scenes::makeScalp); }},
     {"static", "the paper's static assembly of 1,000 x 100; turned=0: along z", staticScene},
     {"dynamic", "the paper's dynamic assembly of 150 x 100, frame 0 to 100, 85 by default",
      dynamicScene},
     {"half-scalp", "the paper's half scalp of 50,000 x 50",
-     [](Parameters& keys, std::optional<double> radius) {
-       return movingScene(keys, radius, scenes::makeHalfScalp);
-     }},
+     [](Parameters& keys) { return movingScene(keys, scenes::makeHalfScalp); }},
     {"strand-paper", "the paper's strand of 1,000 x 2,000",
-     [](Parameters& keys, std::optional<double> radius) {
-       return movingScene(keys, radius, scenes::makePaperStrand);
-     }},
+     [](Parameters& keys) { return movingScene(keys, scenes::makePaperStrand); }},
 };
 
 SceneSource readFile(const std::string& path, std::optional<double> radius) {
@@ -187,6 +181,7 @@ SceneSource readFile(const std::string& path, std::optional<double> radius) {
   scenes::FiberFileOptions options;
   options.radius = radius;
   scenes::FiberFile read = scenes::readFibers(path, options);
+  source.has_radius = read.has_radius;
   source.warnings = std::move(read.warnings);
   source.make = [scene = std::move(read.scene)](int) { return scene; };
   return source;
@@ -194,9 +189,13 @@ SceneSource readFile(const std::string& path, std::optional<double> radius) {
 
 }  // namespace
 
-SceneSource findScene(const std::string& text, std::optional<double> radius) {
+bool isFile(const std::string& text) {
   std::error_code error;
-  if (std::filesystem::exists(text, error)) return readFile(text, radius);
+  return std::filesystem::exists(text, error);
+}
+
+SceneSource findScene(const std::string& text, std::optional<double> radius) {
+  if (isFile(text)) return readFile(text, radius);
   const std::size_t colon = std::min(text.find(':'), text.size());
   const std::string name = text.substr(0, colon);
   const auto* const kind = std::find_if(std::begin(kKinds), std::end(kKinds),
@@ -204,8 +203,12 @@ SceneSource findScene(const std::string& text, std::optional<double> radius) {
   if (kind == std::end(kKinds)) {
     refuse(text, "there is no such file, nor a scene of that name; see fcl_fibers --help");
   }
+  if (radius) {
+    refuse(text, fmt::format("--radius is for files; of a scene that is made give {}{}radius={}",
+                             text, colon < text.size() ? ',' : ':', *radius));
+  }
   Parameters keys(text, colon < text.size() ? text.substr(colon + 1) : "");
-  SceneSource source = kind->make(keys, radius);
+  SceneSource source = kind->make(keys);
   source.name = name;
   source.title = text;
   if (keys.has("frame") && keys.has("frames")) {
@@ -227,13 +230,27 @@ SceneSource findScene(const std::string& text, std::optional<double> radius) {
   return source;
 }
 
+SceneSource openScene(const std::string& text, std::optional<double> radius) {
+  SceneSource source = findScene(text, radius);
+  if (!source.has_radius) {
+    refuse(text,
+           "the file holds no radius, and fibers without thickness touch nothing; give --radius R, "
+           "in the file's unit");
+  }
+  progress("");
+  for (const std::string& warning : source.warnings) {
+    fmt::print(stderr, "fcl_fibers: warning: {}: {}\n", source.name, warning);
+  }
+  return source;
+}
+
 std::string sceneHelp() {
   std::string text =
       "SCENE is a file of fibers (.hair, .tfx, .bcc, .vtk, .vtp, or text with a point x y z a line "
       "and a\nblank line between fibers), or a scene that is made, NAME or NAME:key=value,...\n\n";
   for (const Kind& kind : kKinds) text += fmt::format("  {:<14} {}\n", kind.name, kind.what);
   text +=
-      "\nKeys are fibers, segments (of each fiber), seed, and frame of the scene's motion, or\n"
+      "\nKeys are fibers, segments (of each fiber), radius, seed, and frame of the motion, or\n"
       "frames=FIRST:LAST:STEP, which `view` plays:  strand:fibers=200,segments=50,frames=0:40\n";
   return text;
 }

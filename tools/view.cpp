@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
-#include "contacts.h"
+#include "found_pairs.h"
 #include "output_file.h"
 #include "page.h"
 #include "scenes/base64.h"
@@ -184,9 +184,9 @@ json frameJson(const FiberScene& scene, const std::string& label, const Thinning
     tree.build(fiberArrays(scene));
     frame["volumes"][boxes ? "boxes" : "spheres"] = volumesJson(tree, request.depth, steps.middle);
     if (!boxes) continue;
-    const Contacts contacts = findContacts(tree, scene);
-    frame["contacts"] = contacts.pairs.size();
-    frame["touching"] = touchingText(scene, thinning, contacts.touching);
+    const FoundPairs found = findPairs(tree, scene);
+    frame["contacts"] = found.pairs.size();
+    frame["touching"] = touchingText(scene, thinning, found.touching);
   }
   return frame;
 }

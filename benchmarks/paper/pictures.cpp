@@ -14,7 +14,7 @@
 
 #include "parts.h"
 #include "progress.h"
-#include "tools/contacts.h"
+#include "tools/found_pairs.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -29,13 +29,13 @@ std::ofstream openForWriting(const std::string& path) {
   return file;
 }
 
-tools::Contacts findTouching(const scenes::FiberScene& scene) {
+tools::FoundPairs findTouching(const scenes::FiberScene& scene) {
   FiberTreeOptions options;
   options.report = Report::kCapsules;
   options.ignored_neighbors = 1;
   FiberTree tree(options);
   tree.build(fiberArrays(scene));
-  return tools::findContacts(tree, scene);
+  return tools::findPairs(tree, scene);
 }
 
 /// NAME.points (floats x y z), NAME.begin (32-bit first points of fibers, and their number),
@@ -44,7 +44,7 @@ tools::Contacts findTouching(const scenes::FiberScene& scene) {
 void writePicture(const std::string& dir, const std::string& name,
                   const scenes::FiberScene& scene) {
   showProgress("pictures: " + name);
-  const tools::Contacts touching = findTouching(scene);
+  const tools::FoundPairs touching = findTouching(scene);
   const std::string path = dir + "/" + name;
 
   std::vector<float> coordinates;

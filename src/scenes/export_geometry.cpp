@@ -13,10 +13,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include <fcl_fibers/contact.h>
-
 #include "base64.h"
 #include "little_endian.h"
+#include "point_radii.h"
 
 namespace fcl_fibers::scenes {
 namespace {
@@ -212,21 +211,7 @@ void write(const char* call, const std::string& path, const Mesh& mesh) {
 
 // --- Meshes ---
 
-Data radiusData(const FiberScene& scene) {
-  Data data{"radius", kFloat64, {}};
-  for (std::size_t i = 0; i < scene.points.size(); ++i) data.values.push_back(scene.radiusAt(i));
-  return data;
-}
-
-std::size_t checkedFirstPoint(const char* call, const FiberScene& scene, const FiberSegment& s) {
-  if (s.fiber >= scene.fiberCount() ||
-      s.segment + 1 >= scene.point_begin[s.fiber + 1] - scene.point_begin[s.fiber]) {
-    throw std::invalid_argument(std::string(call) + ": there is no segment " +
-                                std::to_string(s.segment) + " of fiber " + std::to_string(s.fiber) +
-                                "; give one of the scene");
-  }
-  return scene.point_begin[s.fiber] + s.segment;
-}
+Data radiusData(const FiberScene& scene) { return {"radius", kFloat64, pointRadii(scene)}; }
 
 void addBox(Mesh& mesh, const TreeVolume& box) {
   constexpr int kFaces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
@@ -325,15 +310,6 @@ void addSphere(Mesh& mesh, const UnitSphere& unit, const TreeVolume& sphere) {
 
 }  // namespace
 
-Contact makeContact(const FiberScene& scene, const FiberSegment& a, const FiberSegment& b) {
-  const std::size_t i = checkedFirstPoint("makeContact", scene, a);
-  const std::size_t j = checkedFirstPoint("makeContact", scene, b);
-  // Capsules without thickness: their surfaces are the axes.
-  const fcl_fibers::Contact axes = capsuleContact({scene.points[i], scene.points[i + 1], 0},
-                                                  {scene.points[j], scene.points[j + 1], 0});
-  return {a, b, axes.point_a, axes.point_b, axes.distance};
-}
-
 void exportFibers(const std::string& path, const FiberScene& scene) {
   Mesh mesh{Mesh::Cells::kLines,     scene.points,       {}, {},
             {{"fiber", kInt32, {}}}, {radiusData(scene)}};
@@ -381,19 +357,29 @@ void exportContacts(const std::string& path, const std::vector<Contact>& contact
             {},
             {{"fiber_a", kInt32, {}},
              {"segment_a", kInt32, {}},
+             {"s", kFloat64, {}},
              {"fiber_b", kInt32, {}},
              {"segment_b", kInt32, {}},
-             {"distance", kFloat64, {}}}};
-  for (const Contact& contact : contacts) {
+             {"t", kFloat64, {}},
+             {"distance", kFloat64, {}},
+             {"normal_x", kFloat64, {}},
+             {"normal_y", kFloat64, {}},
+             {"normal_z", kFloat64, {}}}};
+  for (const Contact& c : contacts) {
     mesh.corners.push_back(mesh.points.size());
     mesh.endCell();
-    mesh.points.push_back({(contact.on_a[0] + contact.on_b[0]) / 2,
-                           (contact.on_a[1] + contact.on_b[1]) / 2,
-                           (contact.on_a[2] + contact.on_b[2]) / 2});
-    const double values[] = {static_cast<double>(contact.a.fiber),
-                             static_cast<double>(contact.a.segment),
-                             static_cast<double>(contact.b.fiber),
-                             static_cast<double>(contact.b.segment), contact.distance};
+    mesh.points.push_back({(c.point_a[0] + c.point_b[0]) / 2, (c.point_a[1] + c.point_b[1]) / 2,
+                           (c.point_a[2] + c.point_b[2]) / 2});
+    const double values[] = {static_cast<double>(c.a.fiber),
+                             static_cast<double>(c.a.segment),
+                             c.s,
+                             static_cast<double>(c.b.fiber),
+                             static_cast<double>(c.b.segment),
+                             c.t,
+                             c.distance,
+                             c.normal[0],
+                             c.normal[1],
+                             c.normal[2]};
     for (std::size_t k = 0; k < std::size(values); ++k) mesh.data[k].values.push_back(values[k]);
   }
   write("exportContacts", path, mesh);

@@ -11,7 +11,7 @@ import sys
 import vtk
 
 
-def poly_data(number):
+def poly_data(number, radius=None):
     points = vtk.vtkPoints()
     points.SetDataType(vtk.VTK_DOUBLE if number == "double" else vtk.VTK_FLOAT)
     for i in range(13):
@@ -38,6 +38,9 @@ def poly_data(number):
     data.SetVerts(cells([[12], [0]]))
     data.GetPointData().AddArray(
         numbers(vtk.vtkDoubleArray(), "theta of point", [0.1 * i for i in range(13)]))
+    if radius:
+        data.GetPointData().AddArray(
+            numbers(vtk.vtkFloatArray(), "radius", [radius(i) for i in range(13)]))
     data.GetFieldData().AddArray(numbers(vtk.vtkIntArray(), "frame", [7]))
     return data
 
@@ -48,6 +51,13 @@ def write_legacy(version, encoding, number):
     writer.SetFileVersion(int(version))
     writer.SetFileType(vtk.VTK_BINARY if encoding == "binary" else vtk.VTK_ASCII)
     writer.SetFileName(f"legacy_v{version}_{encoding}_{number}.vtk")
+    writer.Write()
+
+
+def write_radii():
+    writer = vtk.vtkXMLPolyDataWriter()
+    writer.SetInputData(poly_data("float", lambda i: 0.5 + 0.25 * (i % 5)))
+    writer.SetFileName("radii.vtp")
     writer.Write()
 
 
@@ -85,3 +95,4 @@ else:
     write_xml("appended_raw", "zlib", "big", "h32", "float")
     write_xml("appended_base64", "zlib", "little", "h64", "double")
     write_xml("binary", "lz4", "little", "h32", "float")
+    write_radii()

@@ -51,12 +51,8 @@ fcl_fibers::scenes::FiberScene square() {
 struct Objects {
   explicit Objects(const fcl_fibers::scenes::FiberScene& scene)
       : owned(fcl_fibers::scenes::makeObjects<double>(scene)) {
-    auto next = owned.begin();
-    for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-      fibers.emplace_back();
-      for (std::size_t i = scene.point_begin[f] + 1; i < scene.point_begin[f + 1]; ++i) {
-        fibers.back().push_back((next++)->get());
-      }
+    for (auto& fiber : fcl_fibers::scenes::objectsByFiber(scene, owned)) {
+      fibers.push_back(std::move(fiber.objects));
     }
   }
   std::vector<std::unique_ptr<fcl::CollisionObjectd>> owned;
@@ -105,8 +101,11 @@ TEST(Readme, FibersFromAFile) {
   }
   std::ofstream("ponytail.tfx", std::ios::binary) << bytes.bytes();
   fcl_fibers::FiberTree tree;
+  fcl_fibers::LayeredAABBTreeCollisionManagerd manager;
 #include "readme_2_code.inc"
   EXPECT_EQ(tree.segmentCount(), 6U);
+  EXPECT_EQ(manager.size(), 6U);
+  EXPECT_EQ(manager.fiberSegment(objects.back().get()).fiber, 1U);
   EXPECT_EQ(file.scene.radius, 0.05);
   std::filesystem::remove("ponytail.tfx");
 }

@@ -287,5 +287,35 @@ TYPED_TEST(FiberSceneTest, RefusesARadiusThatIsNone) {
   EXPECT_EQ(capsuleOf(*makeObjects<TypeParam>(scene)[0]).radius, 0);
 }
 
+TYPED_TEST(FiberSceneTest, ObjectsAreThoseOfTheirFibers) {
+  // If this fails, a manager takes segments of several fibers for one, or a ring for a hair.
+  FiberScene scene;
+  scene.points = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {5, 5, 5}, {0, 1, 0},
+                  {1, 1, 0}, {1, 2, 0}, {0, 2, 0}, {0, 1, 0}};
+  scene.point_begin = {0, 3, 4, 9};
+  scene.closed = {0, 0, 1};
+  const auto owned = makeObjects<TypeParam>(scene);
+  std::vector<fcl::CollisionObject<TypeParam>*> objects;
+  for (const auto& object : owned) objects.push_back(object.get());
+
+  const auto expectRight = [&](const auto& fibers) {
+    ASSERT_EQ(fibers.size(), 3U);
+    EXPECT_THAT(fibers[0].objects, testing::ElementsAre(objects[0], objects[1]));
+    EXPECT_THAT(fibers[1].objects, testing::IsEmpty());
+    EXPECT_THAT(fibers[2].objects,
+                testing::ElementsAre(objects[2], objects[3], objects[4], objects[5]));
+    EXPECT_EQ(fibers[0].ends, FiberEnds::kOpen);
+    EXPECT_EQ(fibers[2].ends, FiberEnds::kClosed);
+  };
+  expectRight(objectsByFiber(scene, owned));
+  expectRight(objectsByFiber(scene, objects));
+
+  objects.pop_back();
+  EXPECT_THAT([&] { objectsByFiber(scene, objects); },
+              ThrowsMessage<std::invalid_argument>(
+                  HasSubstr("objectsByFiber: there are 5 objects and 6 segments")));
+  EXPECT_TRUE(objectsByFiber(FiberScene{}, makeObjects<TypeParam>(FiberScene{})).empty());
+}
+
 }  // namespace
 }  // namespace fcl_fibers::scenes

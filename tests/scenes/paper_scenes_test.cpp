@@ -61,13 +61,8 @@ std::size_t touchingPairs(const FiberScene& scene, int ignored) {
   options.report = Report::kCapsules;
   options.ignored_neighbors = ignored;
   LayeredAABBTreeCollisionManagerd manager(options);
-  auto next = objects.begin();
-  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-    std::vector<fcl::CollisionObjectd*> fiber;
-    for (std::size_t i = scene.point_begin[f] + 1; i < scene.point_begin[f + 1]; ++i) {
-      fiber.push_back((next++)->get());
-    }
-    manager.registerFiber(fiber);
+  for (const auto& fiber : objectsByFiber(scene, objects)) {
+    manager.registerFiber(fiber.objects, fiber.ends);
   }
   manager.setup();
   return manager.selfCollisionStatistics().pairs;

@@ -93,7 +93,7 @@ class PageTest(ProgramTest):
 
     def test_shows_fibers_and_contacts_without_a_network(self):
         """An empty canvas, or one without its red segments, or a page that needs a server."""
-        path = self.make("strand:fibers=150,segments=60", "-r", 0.01)
+        path = self.make("strand:fibers=150,segments=60,radius=0.01")
         self.open(path)
         picture = self.look("strand")
         self.assertGreater(picture.count(is_fiber), 5000)

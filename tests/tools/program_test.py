@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The program fcl_fibers, as a user meets it."""
 
+import base64
 import csv
 import io
 import json
@@ -8,6 +9,7 @@ import math
 import os
 import signal
 import stat
+import struct
 import subprocess
 import time
 import unittest
@@ -27,6 +29,11 @@ CROSSING = """# three fibers
 0 0 50
 0 1 50
 """
+SEGMENTS = ("fiber_a", "segment_a", "fiber_b", "segment_b")
+CONTACT_COLUMNS = [
+    *("fiber_a", "segment_a", "s", "fiber_b", "segment_b", "t", "distance"),
+    *(f"{name}_{axis}" for name in ("point_a", "point_b", "normal") for axis in "xyz"),
+]
 HELPED = ("generate", "info", "check", "bench", "view")
 
 
@@ -38,10 +45,13 @@ class Check(ProgramTest):
     def test_lists_the_contact_as_csv(self):
         """A contact would be missing, or named wrongly."""
         text = self.run_program("check", self.fibers, "-r", 0.006, "--csv", code=1)
-        self.assertEqual(
-            text,
-            "fiber_a,segment_a,fiber_b,segment_b,distance,x,y,z\n0,1,1,0,0.01,1.5,0,0.005\n",
-        )
+        (row,) = csv.DictReader(io.StringIO(text))
+        self.assertEqual(list(row), CONTACT_COLUMNS)
+        found = [float(row[name]) for name in CONTACT_COLUMNS]
+        point_a, point_b, normal = (1.5, 0, 0.006), (1.5, 0, 0.004), (0, 0, 1)
+        expected = [0, 1, 0.5, 1, 0, 0.5, -0.002, *point_a, *point_b, *normal]
+        for name, one, other in zip(CONTACT_COLUMNS, found, expected):
+            self.assertAlmostEqual(one, other, delta=1e-15, msg=name)
 
     def test_lists_the_contact_as_json(self):
         found = json.loads(self.run_program("check", self.fibers, "-r", 0.006, "--json", code=1))
@@ -49,11 +59,13 @@ class Check(ProgramTest):
         self.assertEqual((found["fibers"], found["segments"]), (3, 5))
         self.assertEqual(found["touching_segments"], 2)
         (contact,) = found["contacts"]
-        self.assertEqual(contact["a"], {"fiber": 0, "segment": 1})
-        self.assertEqual(contact["b"], {"fiber": 1, "segment": 0})
-        self.assertEqual(contact["on_a"], [1.5, 0, 0])
-        self.assertEqual(contact["on_b"], [1.5, 0, 0.01])
-        self.assertEqual(contact["distance"], 0.01)
+        csv_text = self.run_program("check", self.fibers, "-r", 0.006, "--csv", code=1)
+        (row,) = csv.DictReader(io.StringIO(csv_text))
+        flat = {}
+        for name, value in contact.items():
+            axes = zip("xyz", value) if isinstance(value, list) else [("", value)]
+            flat.update({name + (axis and "_" + axis): number for axis, number in axes})
+        self.assertEqual(flat, {name: float(value) for name, value in row.items()})
 
     def test_tells_by_its_exit_code(self):
         """A script could not tell contacts from none, or from an error."""
@@ -69,7 +81,20 @@ class Check(ProgramTest):
         self.run_program(*check, "--margin", 0.003, code=1)
         adjacent = self.run_program(*check, "--ignored-neighbors", 0, code=1)
         self.assertEqual(len(adjacent.splitlines()), 3)
-        self.assertIn("0,0,0,1,0,1,0,0", adjacent)
+        rows = csv.DictReader(io.StringIO(adjacent))
+        segments = [tuple(int(row[k]) for k in SEGMENTS) for row in rows]
+        self.assertEqual(segments, [(0, 0, 0, 1), (0, 1, 0, 2)])
+        # Between the first segment and the third lies one unit.
+        for length, count in ((0.99, 1), (1, 0)):
+            near = ("--ignored-neighbors", 0, "--ignored-arc-length", length, "--margin", 0.993)
+            text = self.run_program(*check, *near, code=1)
+            rows = [[int(row[k]) for k in SEGMENTS] for row in csv.DictReader(io.StringIO(text))]
+            self.assertEqual(rows.count([0, 0, 0, 2]), count)
+            self.assertEqual(rows.count([0, 0, 0, 1]), 0)
+        found = json.loads(
+            self.run_program("check", self.fibers, "-r", 0.004, "-a", 0.5, "--json")
+        )
+        self.assertEqual((found["ignored_neighbors"], found["ignored_arc_length"]), (1, 0.5))
         by_sphere = self.run_program(
             *check, "--report", "volumes", "--volumes", "spheres", code=1
         )
@@ -102,13 +127,29 @@ class Check(ProgramTest):
         for options in ([], ["--volumes", "spheres"], ["--topology", "super-thread"]):
             text = self.run_program("check", path, "-r", radius, "--csv", *options, code=1)
             rows = list(csv.DictReader(io.StringIO(text)))
-            keys = ("fiber_a", "segment_a", "fiber_b", "segment_b")
-            self.assertEqual({tuple(int(row[k]) for k in keys) for row in rows}, expected)
+            self.assertEqual({tuple(int(row[k]) for k in SEGMENTS) for row in rows}, expected)
             self.assertEqual(len(rows), len(expected))
             for row in rows:
-                f, s, g, t = (int(row[k]) for k in keys)
+                f, s, g, t = (int(row[k]) for k in SEGMENTS)
                 exact = segment_distance(*fibers[f][s : s + 2], *fibers[g][t : t + 2])
-                self.assertAlmostEqual(float(row["distance"]), exact, delta=1e-6)
+                self.assertAlmostEqual(float(row["distance"]) + 2 * radius, exact, delta=1e-6)
+                self.check_points(row, fibers[f][s : s + 2], fibers[g][t : t + 2], radius)
+
+    def check_points(self, row, a, b, radius):
+        """A contact's points would be off its segments, or its normal in another direction."""
+        normal = [float(row["normal_" + k]) for k in "xyz"]
+        self.assertAlmostEqual(math.hypot(*normal), 1, delta=1e-9)
+        ends = []
+        for name, arc, (p, q), sign in (("a", "s", a, 1), ("b", "t", b, -1)):
+            at = float(row[arc])
+            self.assertTrue(0 <= at <= 1)
+            axis = [x + at * (y - x) for x, y in zip(p, q)]
+            surface = [x + sign * radius * n for x, n in zip(axis, normal)]
+            found = [float(row[f"point_{name}_{k}"]) for k in "xyz"]
+            self.assertLess(math.dist(surface, found), 1e-6)
+            ends.append(found)
+        along = sum((y - x) * n for x, y, n in zip(*ends, normal))
+        self.assertAlmostEqual(along, float(row["distance"]), delta=1e-6)
 
     def test_writes_the_list_to_a_file(self):
         path = self.folder / "contacts.csv"
@@ -174,21 +215,16 @@ class Pictures(ProgramTest):
 
     def test_contacts(self):
         points, cells, _, data = read_vtp(self.export("contacts", ".vtp"))
-        self.assertEqual(points, [(1.5, 0, 0.005)])
+        self.assertEqual(len(points), 1)
+        self.assertLess(math.dist(points[0], (1.5, 0, 0.005)), 1e-15)
         self.assertEqual(cells["Verts"], [[0]])
-        self.assertEqual(
-            data,
-            {
-                "fiber_a": [0],
-                "segment_a": [1],
-                "fiber_b": [1],
-                "segment_b": [0],
-                "distance": [0.01],
-            },
-        )
+        names = [name for name in CONTACT_COLUMNS if not name.startswith("point")]
+        self.assertEqual(list(data), names)
+        for name, expected in zip(names, (0, 1, 0.5, 1, 0, 0.5, -0.002, 0, 0, 1)):
+            self.assertAlmostEqual(data[name][0], expected, delta=1e-15, msg=name)
         (vertex,) = read_ply(self.export("contacts", ".ply"))["vertex"]
-        self.assertEqual(vertex["z"], 0.005)
-        self.assertEqual((vertex["fiber_b"], vertex["distance"]), (1, 0.01))
+        self.assertEqual(tuple(vertex[k] for k in "xyz"), points[0])
+        self.assertEqual({name: [vertex[name]] for name in names}, data)
 
     def test_volumes_hold_what_is_below_them(self):
         """A picture of the tree would show other volumes than it has."""
@@ -267,8 +303,10 @@ class Generate(ProgramTest):
 
     def test_every_format_holds_the_same_fibers(self):
         paths = {e: self.folder / ("scene" + e) for e in (".txt", ".vtp", ".ply", ".hair")}
-        for path in paths.values():
+        for ending, path in paths.items():
             self.run_program("generate", self.SCENE, "-o", path)
+            lost = "text has no place for the radius; read it with --radius 0.0035\n"
+            self.assertEqual(self.stderr.endswith(lost), ending == ".txt", self.stderr)
         fibers = read_polylines(paths[".txt"])
         self.assertEqual([len(f) for f in fibers], [6] * 7)
         flat = [p for f in fibers for p in f]
@@ -282,6 +320,7 @@ class Generate(ProgramTest):
         elements = read_ply(paths[".ply"])
         self.assertEqual([(v["x"], v["y"], v["z"]) for v in elements["vertex"]], flat)
         self.assertEqual(len(elements["edge"]), 35)
+        self.assertEqual({v["radius"] for v in elements["vertex"]}, {0.0035})
         last = elements["edge"][-1]
         self.assertEqual((last["vertex1"], last["vertex2"]), (40, 41))
         self.assertEqual((last["fiber"], last["segment"]), (6, 4))
@@ -290,6 +329,11 @@ class Generate(ProgramTest):
         for ending in (".txt", ".vtp", ".hair"):
             found = json.loads(self.run_program("info", paths[ending], "--json"))
             self.assertEqual((found["fibers"], found["segments"]), (7, 35))
+            if ending == ".txt":
+                self.assertIsNone(found["radius"])
+            else:
+                self.assertAlmostEqual(found["radius"]["min"], 0.0035, delta=1e-9)
+                self.assertEqual(found["radius"]["min"], found["radius"]["max"])
             for k in range(3):
                 expected = max(p[k] for p in flat)
                 delta = 1e-5 if ending == ".hair" else 0  # of floats of 20
@@ -301,6 +345,7 @@ class Generate(ProgramTest):
             self.SCENE,
             self.SCENE + ",frame=4",
             "scalp:fibers=7,segments=5,seed=4",
+            self.SCENE + ",radius=0.5",
             "static:fibers=7,segments=5",
             "static:fibers=7,segments=5,turned=0",
             "dynamic:fibers=2,segments=5",
@@ -308,10 +353,10 @@ class Generate(ProgramTest):
             "strand-paper:fibers=2,segments=300",
             "half-scalp:fibers=7,segments=25",
         ):
-            path = self.folder / "scene.txt"
+            path = self.folder / "scene.vtp"
             self.run_program("generate", scene, "-o", path)
             texts.append(path.read_text(encoding="utf-8"))
-        self.assertEqual(texts.pop(6), texts[5], "85 is the dynamic assembly's own frame")
+        self.assertEqual(texts.pop(7), texts[6], "85 is the dynamic assembly's own frame")
         self.assertEqual(len(set(texts)), len(texts))
 
 
@@ -338,11 +383,14 @@ class Info(ProgramTest):
             "odd.txt", "0 0 0\n0 0 0\n1 0 0\n2 0 0\n3 0 0\n4 0 0\n90 0 0\n\n0 0 0\n0 1 0\n\n5 5 5\n"
         )
         text = self.run_program("info", path)
+        self.assertRegex(text, r"radius +none")
+        self.assertIsNone(json.loads(self.run_program("info", path, "--json"))["radius"])
+        self.assertIn("radius zero", self.run_program("info", path, "-r", 0))
         for expected in (
             "single point, which touch nothing: 1",
             "length zero, whose points coincide: 1",
             "join what are two fibers: 1",
-            "radius zero",
+            "the file holds no radius",
             "begin where another one does, which may be copies: 1",
         ):
             self.assertIn(expected, text)
@@ -355,9 +403,9 @@ class Bench(ProgramTest):
     def test_all_managers_find_the_same(self):
         path = self.folder / "scene.vtp"
         self.run_program("generate", "strand:fibers=20,segments=20", "-o", path)
-        for scene in (path, "strand:fibers=20,segments=20"):
+        for scene in ((path, "-r", 0.05), ("strand:fibers=20,segments=20,radius=0.05",)):
             found = json.loads(
-                self.run_program("bench", scene, "-r", 0.05, "--repetitions", 1, "--json")
+                self.run_program("bench", *scene, "--repetitions", 1, "--json")
             )
             managers = {row["manager"]: row for row in found["managers"]}
             self.assertIn("LayeredAABBTree, bundle capsules", managers)
@@ -391,7 +439,13 @@ class BadUse(ProgramTest):
         self.refused("generate", "hair", "-o", out, says="no such file, nor a scene")
         self.refused("generate", "strand:fibres=7", "-o", out, says="no key 'fibres'")
         self.refused("generate", "strand:fibers=many", "-o", out, says="whole number")
+        self.refused("generate", "strand:radius=wide", "-o", out, says="give a number")
+        self.refused("generate", "strand:radius=-1", "-o", out, says="radius is -1")
         self.refused("generate", "strand:fibers", "-o", out, says="key=value")
+        self.refused("check", "strand", "-r", 0.5, says="give strand:radius=0.5\n")
+        self.refused("check", "strand:seed=2", "-r", 0.5, says="give strand:seed=2,radius=0.5\n")
+        self.refused("view", "strand", "-r", 0.5, "-o", out, says="give strand:radius=0.5\n")
+        self.refused("view", "strand", "-r", 1, "-r", 2, "-o", out, says="0 of the scenes are")
         self.refused("generate", "strand:fibers=1,fibers=2", "-o", out, says="twice")
         self.refused("generate", "strand:fibers=0", "-o", out, says="fibers")
         self.refused("generate", "dynamic:fibers=1,frame=101", "-o", out, says="0 to 100")
@@ -420,6 +474,44 @@ class BadUse(ProgramTest):
         self.assertEqual(self.run_program("check", broken, code=2), "")
         self.assertIn("broken.vtp", self.stderr)
 
+    def test_a_file_without_a_radius(self):
+        """Fibers without thickness would pass for fibers that touch nothing."""
+        path = self.write("crossing.txt", CROSSING)
+        page, copy = self.folder / "page.html", self.folder / "copy.vtp"
+        for command in (
+            ("check", path),
+            ("bench", path),
+            ("view", path, "-o", page),
+            ("view", "strand:fibers=2", path, "-o", page),
+            ("generate", path, "-o", copy),
+        ):
+            self.assertEqual(self.run_program(*command, code=2), "")
+            self.assertIn("crossing.txt': the file holds no radius", self.stderr)
+            self.assertIn("give --radius R", self.stderr)
+            self.assertEqual(self.files(), ["crossing.txt"])
+        self.assertIn("0 pairs touch", self.run_program("check", path, "--radius", 0))
+        self.run_program("view", path, "--radius", 0, "-o", page)
+
+    def test_what_a_reader_warns_of(self):
+        """A user would not know that a file is doubtful, whatever is asked of it."""
+        cut = self.write("cut.txt", "0 0 0\n1 0 0\n\n0 5 0\n1 5 0")
+        far = self.folder / "far.hair"  # floats that are 1 apart
+        head = struct.pack("<4s4If", b"HAIR", 1, 2, 2, 1, 0.5).ljust(128, b"\0")
+        far.write_bytes(head + struct.pack("<6f", 1e7, 0, 0, 1e7, 2, 0))
+        out = self.folder / "out"
+        for path, radius, warning in ((cut, ("-r", 0.1), "cut off"), (far, (), "coarse")):
+            for command in (
+                ("check", path),
+                ("bench", path, "--repetitions", 1),
+                ("view", path, "-o", f"{out}.html"),
+                ("generate", path, "-o", f"{out}.vtp"),
+            ):
+                self.run_program(*command, *radius)
+                self.assertIn(f"fcl_fibers: warning: {path.name}: ", self.stderr)
+                self.assertEqual(self.stderr.count(warning), 1, command)
+            self.assertIn(warning, self.run_program("info", path, *radius))
+            self.assertEqual(self.stderr, "")
+
     def test_help_reads_well(self):
         text = self.run_program("--help")
         for word in HELPED + ("half-scalp", "frames=FIRST:LAST:STEP"):
@@ -427,6 +519,9 @@ class BadUse(ProgramTest):
         for command in HELPED:
             text = self.run_program(command, "--help")
             self.assertIn("SCENE", text)
+            if command == "check":
+                for column in CONTACT_COLUMNS[:7]:
+                    self.assertRegex(text, rf"\b{column}\b")
             self.assertLessEqual(max(map(len, text.splitlines())), 100)
         self.assertRegex(self.run_program("--version"), r"^\d+\.\d+\.\d+\n$")
 
@@ -495,11 +590,31 @@ class Page(ProgramTest):
         self.run_program("view", "strand:fibers=5,segments=9", "--fragment", "-o", path)
         self.assertNotIn("<html", path.read_text(encoding="utf-8"))
 
+    def test_radii_are_of_files(self):
+        """Fibers would be as thick as those of another scene."""
+        thin, thick = (self.write(f"{n}.txt", "0 0 0\n1 0 0\n") for n in ("thin", "thick"))
+        page = self.folder / "page.html"
+
+        def radii(*arguments):
+            self.run_program("view", *arguments, "-o", page)
+            text = page.read_text(encoding="utf-8").split('class="fiber-viewer-data">', 1)[1]
+            scenes = json.loads(text.split("</script>", 1)[0])["scenes"]
+            firsts = [base64.b64decode(scene["radii"])[:4] for scene in scenes]
+            return [round(struct.unpack("<f", first)[0], 6) for first in firsts]
+
+        strand = "strand:fibers=2,segments=3"
+        self.assertEqual(radii(thin, strand, thick, "-r", 0.25), [0.25, 0.0035, 0.25])
+        self.assertEqual(
+            radii("-r", 0.25, thin, strand + ",radius=0.125", thick, "-r", 0.5), [0.25, 0.125, 0.5]
+        )
+        self.run_program("view", thin, thick, *3 * ("-r", 1), "-o", page, code=2)
+        self.assertIn("--radius is there 3 times, and 2 of the scenes are files", self.stderr)
+
     def test_a_name_cannot_break_out(self):
         """A file's name would be run as a script."""
         odd = self.write("<script>alert(1)<.txt", "0 0 0\n1 0 0\n")
         path = self.folder / "page.html"
-        self.run_program("view", odd, "-o", path)
+        self.run_program("view", odd, "-r", 0.1, "-o", path)
         self.assertNotIn("<script>alert", path.read_text(encoding="utf-8"))
 
 

@@ -1,35 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstddef>
 #include <string>
 #include <vector>
 
-#include <fcl_fibers/fiber_manager_options.h>
+#include <fcl_fibers/contact.h>
 #include <fcl_fibers/fiber_tree.h>
 #include <fcl_fibers/scenes/export.h>
 #include <fcl_fibers/scenes/fiber_polylines.h>
 
 namespace fcl_fibers::scenes {
 
-/// Two segments that are near each other, and where, in the scene's frame and unit of length.
-struct Contact {
-  FiberSegment a;  ///< one segment
-  FiberSegment b;  ///< the other one
-  Point on_a;      ///< the point of a's axis that is nearest to b's; of parallel ones, some such
-  Point on_b;      ///< that of b's axis
-  double distance = 0;  ///< of these points: below the sum of the radii where the capsules overlap
-};
-
-/// The nearest points of two segments of a scene. Throws std::invalid_argument if there is no such
-/// segment.
-FCL_FIBERS_SCENES_EXPORT Contact makeContact(const FiberScene& scene, const FiberSegment& a,
-                                             const FiberSegment& b);
-
 // Files for programs that draw. The ending of the path says which: .vtp, XML PolyData as ParaView
 // reads it, or .ply, binary, little endian. Coordinates are doubles in the scene's frame; numbers
 // beside the geometry are data of cells in .vtp, properties of the element in .ply. Points of
-// fibers carry `radius`, that of the segment which starts there.
+// fibers carry `radius`, as readFibers reads it: a segment has the larger one of its ends. A
+// segment thicker than both of its neighbours makes the one before it as thick in the file.
 //
 // All throw std::invalid_argument for another ending, and std::runtime_error with the file where it
 // cannot be written.
@@ -43,8 +29,8 @@ FCL_FIBERS_SCENES_EXPORT void exportFibers(const std::string& path, const FiberS
 FCL_FIBERS_SCENES_EXPORT void exportSegments(const std::string& path, const FiberScene& scene,
                                              const std::vector<unsigned char>& touching);
 
-/// One point a contact, midway between the two, with `fiber_a`, `segment_a`, `fiber_b`,
-/// `segment_b` and `distance`.
+/// One point a contact, midway between point_a and point_b, with `fiber_a`, `segment_a`, `s`,
+/// `fiber_b`, `segment_b`, `t`, `distance`, `normal_x`, `normal_y` and `normal_z`.
 FCL_FIBERS_SCENES_EXPORT void exportContacts(const std::string& path,
                                              const std::vector<Contact>& contacts);
 

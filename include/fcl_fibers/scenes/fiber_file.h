@@ -13,7 +13,8 @@ namespace fcl_fibers::scenes {
 
 /// Files that fibers are kept in. What a format holds beside points and radii is not read.
 enum class FiberFormat {
-  /// Cem Yuksel's .hair. Radii are half the thickness; a segment has the larger one of its ends.
+  /// Cem Yuksel's .hair. Radii are half the thickness; a segment has the larger one of its ends. A
+  /// default thickness of 0 is none.
   kHair,
 
   /// TressFX .tfx, versions 3 and 4.
@@ -35,16 +36,18 @@ enum class FiberFormat {
   kVtk,
 
   /// VTK's XML format of polygonal data (.vtp), a fiber for each line of each piece: ASCII, base64
-  /// inline or appended, raw appended; as it is or compressed by zlib, but no array by more than 64
-  /// times the file's size. Points are Float32 or Float64, indices 32 or 64 bits wide. Not read:
-  /// LZ4, LZMA, and the parallel format (.pvtp).
+  /// inline or appended, raw appended; as it is, or compressed by zlib. Points are Float32 or
+  /// Float64, indices 32 or 64 bits wide. Point data `radius`, Float32 or Float64, are radii; a
+  /// segment has the larger one of its ends. Not read: LZ4, LZMA, the parallel format (.pvtp),
+  /// arrays that together are longer than the file, or when compressed become more than 64 times as
+  /// long, and XML with more tags than some and one for 16 bytes.
   kVtp,
 };
 
 /// How a file is to be read.
 struct FiberFileOptions {
-  /// Radius of all fibers in the file's unit, finite, not negative. None: the file's own radii,
-  /// which but for .hair it does not have; they are 0 then.
+  /// Radius of all fibers in the file's unit, finite, not negative; 0 may be meant. None: the
+  /// file's own radii, if it holds any; see FiberFile::has_radius.
   std::optional<double> radius;
 
   /// Straight segments that a span of a .bcc spline becomes, 1 to 1000.
@@ -59,6 +62,11 @@ struct FiberFile {
   /// first one and it has three segments or more. Segments of length zero stay.
   FiberScene scene;
 
+  /// Whether the options or the file gave the radii. Else they are 0, which nobody meant: capsules
+  /// without thickness touch only where axes meet. Give one, or set FiberScene::radius, before
+  /// collisions are asked for.
+  bool has_radius = false;
+
   /// What a reader of the scene ought to know, a sentence each: coordinates kept as float are too
   /// coarse for the radius, the file may have been cut off, something follows the last array.
   std::vector<std::string> warnings;
@@ -68,8 +76,15 @@ struct FiberFile {
 ///
 /// Throws std::runtime_error naming file, byte offset or line, and reason where the file is
 /// malformed, and file and reason where it cannot be read; std::invalid_argument if an option is
-/// not as FiberFileOptions says. Memory taken is at most some 40 times the file's size, of .bcc
-/// files times segments_per_span, whatever the file says; of compressed files 64 times more.
+/// not as FiberFileOptions says.
+///
+/// Memory taken is at most so many times the file's size, whatever the file says, beside the file's
+/// bytes themselves and some kilobytes; a point takes 24 bytes, and in text as little as 6, or 2
+/// for the index of one that is there already:
+///
+///     .hair, .tfx  3        text  5      .vtk  6 if binary, 12 if ASCII
+///     .bcc  2 segments_per_span + 2      .vtp  17; 9 times what its compressed arrays become,
+///                                              which is at most 64 times the file
 FCL_FIBERS_SCENES_EXPORT FiberFile readFibers(const std::string& path,
                                               const FiberFileOptions& options = {});
 
@@ -87,7 +102,9 @@ FCL_FIBERS_SCENES_EXPORT std::optional<FiberFormat> recognizeFormat(std::string_
                                                                     const std::string& name);
 
 /// Writes Cem Yuksel's .hair: coordinates rounded to float, thickness the double radius, by point
-/// if the scene has radii. That a fiber is closed shows by its last point only.
+/// if the scene has radii; a segment thicker than both of its neighbours makes the one before it as
+/// thick, which the format cannot say otherwise. That a fiber is closed shows by its last point
+/// only.
 ///
 /// Throws std::invalid_argument, before the file is touched, where the scene is not as FiberScene
 /// says, empty, or beyond the format: coordinates and thickness of float, 65,536 points a fiber and

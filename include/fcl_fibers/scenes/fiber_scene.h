@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <memory>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
 #include <vector>
 
 #include <fcl/narrowphase/collision_object.h>
 
 #include <fcl_fibers/eigen_alignment.h>
+#include <fcl_fibers/fiber_manager_options.h>
 #include <fcl_fibers/scenes/export.h>
 #include <fcl_fibers/scenes/fiber_polylines.h>
 
@@ -27,6 +32,42 @@ FCL_FIBERS_SCENES_EXPORT std::vector<fcl::Transform3<S>> segmentPoses(const Fibe
 template <typename S>
 FCL_FIBERS_SCENES_EXPORT std::vector<std::unique_ptr<fcl::CollisionObject<S>>> makeObjects(
     const FiberScene& scene);
+
+/// One fiber of a scene, as registerFiber() takes it.
+template <typename Object>
+struct FiberObjects {
+  std::vector<Object*> objects;       ///< one a segment, along the fiber; borrowed
+  FiberEnds ends = FiberEnds::kOpen;  ///< as FiberScene::closed says
+};
+
+/// What makeObjects() made of the scene, or pointers to as many objects in the same order, fiber by
+/// fiber:
+///
+///     const auto objects = makeObjects<double>(scene);
+///     for (const auto& fiber : objectsByFiber(scene, objects)) {
+///       manager.registerFiber(fiber.objects, fiber.ends);
+///     }
+///
+/// A fiber of one point has no object; a manager, which then registers nothing, does not count it.
+/// Throws std::invalid_argument if there are not as many objects as segments.
+template <typename Pointer>
+auto objectsByFiber(const FiberScene& scene, const std::vector<Pointer>& objects) {
+  using Object = std::remove_reference_t<decltype(*objects.front())>;
+  if (objects.size() != scene.segmentCount()) {
+    throw std::invalid_argument("objectsByFiber: there are " + std::to_string(objects.size()) +
+                                " objects and " + std::to_string(scene.segmentCount()) +
+                                " segments; pass the objects of the scene");
+  }
+  std::vector<FiberObjects<Object>> fibers(scene.fiberCount());
+  auto next = objects.begin();
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    const std::size_t segments = scene.point_begin[f + 1] - scene.point_begin[f] - 1;
+    fibers[f].ends = scene.isClosed(f) ? FiberEnds::kClosed : FiberEnds::kOpen;
+    fibers[f].objects.reserve(segments);
+    for (std::size_t i = 0; i < segments; ++i) fibers[f].objects.push_back(&**next++);
+  }
+  return fibers;
+}
 
 /// @cond
 extern template FCL_FIBERS_SCENES_EXPORT std::vector<fcl::Transform3<float>> segmentPoses<float>(

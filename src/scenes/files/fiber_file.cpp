@@ -13,6 +13,7 @@
 #include <string>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "../arguments.h"
 #include "formats.h"
@@ -75,19 +76,25 @@ ParsedFibers parse(ByteReader& file, FiberFormat format, const FiberFileOptions&
   refuseArgument("readFibers", "format", static_cast<int>(format), "give one of FiberFormat's");
 }
 
+/// Clears it, and its memory too.
+template <typename T>
+void release(std::vector<T>& vector) {
+  vector = std::vector<T>();
+}
+
 /// As FiberScene says: empty if none is closed.
 void markClosedFibers(FiberScene& scene) {
   constexpr std::size_t kLeastPoints = 4;
-  if (scene.closed.empty()) {
-    scene.closed.reserve(scene.fiberCount());
-    for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-      const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
-      const bool closed =
-          end - begin >= kLeastPoints && scene.points[begin] == scene.points[end - 1];
-      scene.closed.push_back(closed ? 1 : 0);
-    }
+  if (!scene.closed.empty()) {
+    if (std::count(scene.closed.begin(), scene.closed.end(), 1) == 0) release(scene.closed);
+    return;
   }
-  if (std::count(scene.closed.begin(), scene.closed.end(), 1) == 0) scene.closed = {};
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
+    if (end - begin < kLeastPoints || scene.points[begin] != scene.points[end - 1]) continue;
+    scene.closed.resize(scene.fiberCount());
+    scene.closed[f] = 1;
+  }
 }
 
 /// Warns where neighbouring floats are far apart compared with the thinnest fiber.
@@ -153,10 +160,11 @@ FiberFile parseFibers(std::string_view bytes, const std::string& name, FiberForm
   markClosedFibers(parsed.scene);
   if (options.radius) {
     parsed.scene.radius = *options.radius;
-    parsed.scene.radii = {};
+    release(parsed.scene.radii);
+    parsed.has_radius = true;
   }
   if (parsed.is_float) warnOfCoarseCoordinates(parsed.scene, parsed.warnings);
-  return {format, std::move(parsed.scene), std::move(parsed.warnings)};
+  return {format, std::move(parsed.scene), parsed.has_radius, std::move(parsed.warnings)};
 }
 
 FiberFile readFibers(const std::string& path, FiberFormat format, const FiberFileOptions& options) {

@@ -13,6 +13,7 @@ namespace fcl_fibers::scenes {
 /// What a file of one format says, before options apply.
 struct ParsedFibers {
   FiberScene scene;  ///< `closed` is left empty where the format does not tell
+  bool has_radius = false;
   bool is_float = false;
   std::vector<std::string> warnings;
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -8,9 +7,11 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "../arguments.h"
+#include "../point_radii.h"
 #include "formats.h"
 
 namespace fcl_fibers::scenes {
@@ -101,15 +102,12 @@ float readThickness(ByteReader& file) {
 }
 
 void readRadii(ByteReader& file, FiberScene& scene) {
-  scene.radii.reserve(scene.points.size());
+  std::vector<double> radii;
+  radii.reserve(scene.points.size());
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
-    scene.radii.push_back(0.5 * static_cast<double>(readThickness(file)));
+    radii.push_back(0.5 * static_cast<double>(readThickness(file)));
   }
-  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-    for (std::size_t i = scene.point_begin[f]; i + 1 < scene.point_begin[f + 1]; ++i) {
-      scene.radii[i] = std::max(scene.radii[i], scene.radii[i + 1]);
-    }
-  }
+  setPointRadii(scene, std::move(radii));
 }
 
 class HairWriter {
@@ -173,7 +171,9 @@ std::string hairBytes(const FiberScene& scene) {
   for (const Point& point : scene.points) {
     for (const double coordinate : point) file.addAsFloat("a coordinate", coordinate);
   }
-  for (const double radius : scene.radii) file.addAsFloat("thickness", 2 * radius);
+  if (!scene.radii.empty()) {
+    for (const double radius : pointRadii(scene)) file.addAsFloat("thickness", 2 * radius);
+  }
   return file.bytes();
 }
 
@@ -199,6 +199,7 @@ ParsedFibers parseHair(ByteReader& file) {
     }
     scene.radius = 0.5 * static_cast<double>(header.default_thickness);
   }
+  parsed.has_radius = header.has(kThickness) || header.default_thickness > 0;
   if (header.has(kTransparency)) file.take(4 * header.points, "the transparency");
   if (header.has(kColor)) file.take(12 * header.points, "the colour");
   expectEnd(file, parsed);

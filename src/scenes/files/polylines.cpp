@@ -18,12 +18,31 @@ std::string_view takeColumn(std::string_view& line) {
   return column;
 }
 
+/// Makes room for all points and fibers at once: vectors that grow take three times as much.
+void reserve(const ByteReader& file, FiberScene& scene) {
+  std::size_t points = 0, fibers = 0;
+  bool is_inside = false;  // a fiber
+  for (ByteReader lines = file; !lines.atEnd();) {
+    std::string_view line = lines.line();
+    const std::string_view column = takeColumn(line);
+    if (!column.empty() && column.front() == '#') continue;
+    fibers += !column.empty() && !is_inside ? 1 : 0;
+    is_inside = !column.empty();
+    points += is_inside ? 1 : 0;
+  }
+  // A point takes "0 0 0" and the end of its line; lines of less will be refused.
+  points = std::min<std::size_t>(points, (file.bytes().size() + 1) / 6);
+  scene.points.reserve(points);
+  scene.point_begin.reserve(std::min(fibers, points) + 1);
+}
+
 }  // namespace
 
 ParsedFibers parsePolylines(ByteReader& file) {
   file.setPlaces(ByteReader::Places::kLines);
   ParsedFibers parsed;
   FiberScene& scene = parsed.scene;
+  reserve(file, scene);
   while (!file.atEnd()) {
     const std::uint64_t at = file.offset();
     std::string_view line = file.line();

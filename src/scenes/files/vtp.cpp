@@ -9,8 +9,10 @@
 #include <cstring>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "../point_radii.h"
 #include "formats.h"
 
 namespace fcl_fibers::scenes {
@@ -21,6 +23,10 @@ constexpr std::string_view kSpace = " \t\r\n";
 /// Most bytes that all compressed arrays together may become, in sizes of the file. Deflate goes up
 /// to 1032; indices that count up become 5 times as many bytes, coordinates 1 to 3 times.
 constexpr std::uint64_t kMostInflation = 64;
+
+/// Elements take 128 bytes each, with the text behind them, so that a file of nothing else would
+/// take 26 times its size. There may be some, and one for so many bytes; files have far fewer.
+constexpr std::uint64_t kSomeTags = 256, kBytesPerTag = 16;
 
 /// Bytes of arrays, as they are or as base64, from an offset on.
 class EncodedBytes {
@@ -94,9 +100,14 @@ class VtpParser {
   explicit VtpParser(ByteReader& file) : file_(file) {}
 
   ParsedFibers parse() {
-    const std::string xml = splitAppended();
-    const pugi::xml_parse_result result =
-        document_.load_buffer(xml.data(), xml.size(), pugi::parse_default, pugi::encoding_utf8);
+    splitAppended();
+    const auto tags = static_cast<std::uint64_t>(std::count(xml_.begin(), xml_.end(), '<'));
+    if (tags > kSomeTags + xml_.size() / kBytesPerTag) {
+      file_.refuse(0, "there are ", tags, " tags in ", xml_.size(), " bytes of XML; of so many, ",
+                   kSomeTags + xml_.size() / kBytesPerTag, " are read");
+    }
+    const pugi::xml_parse_result result = document_.load_buffer_inplace(
+        xml_.data(), xml_.size(), pugi::parse_default, pugi::encoding_utf8);
     if (!result) {
       const auto at = static_cast<std::uint64_t>(result.offset);
       file_.refuse(std::min(at, file_.size()), result.description());
@@ -104,17 +115,32 @@ class VtpParser {
     const pugi::xml_node root = document_.child("VTKFile");
     if (!root) file_.refuse(0, "there is no element VTKFile");
     readAttributes(root);
-    for (const pugi::xml_node piece : child(root, "PolyData").children("Piece")) readPiece(piece);
-    if (parsed_.scene.points.empty()) refuse(root, "there are no lines");
+    // Ends first, as they tell how much room all points need.
+    const auto pieces = child(root, "PolyData").children("Piece");
+    for (const pugi::xml_node piece : pieces) readEnds(piece);
+    FiberScene& scene = parsed_.scene;
+    if (scene.fiberCount() == 0) refuse(root, "there are no lines");
+    scene.points.reserve(believable(scene.point_begin.back(), 1));
+    for (const pugi::xml_node piece : pieces) readPoints(piece);
+    if (!radii_.empty()) {
+      if (radii_.size() != scene.points.size()) {
+        refuse(root, "some pieces have point data 'radius', and some have none");
+      }
+      setPointRadii(scene, std::move(radii_));
+      parsed_.has_radius = true;
+    }
     return std::move(parsed_);
   }
 
  private:
   /// The file as XML: without the data of AppendedData, which need not be text.
-  std::string splitAppended() {
+  void splitAppended() {
     const std::string_view bytes = file_.bytes();
     const std::size_t start = bytes.find("<AppendedData");
-    if (start == bytes.npos) return std::string(bytes);
+    if (start == bytes.npos) {
+      xml_ = bytes;
+      return;
+    }
     const std::size_t data = bytes.find('_', start);
     const std::size_t end = bytes.rfind("</AppendedData>");
     const std::size_t tag_end = std::min(bytes.find('>', start), bytes.size());
@@ -122,7 +148,16 @@ class VtpParser {
       file_.refuse(start, "the appended data do not start with '_' and end with </AppendedData>");
     }
     appended_ = bytes.substr(data + 1, end - data - 1);
-    return std::string(bytes.substr(0, tag_end + 1)).append(bytes.substr(end));
+    xml_.reserve(tag_end + 1 + bytes.size() - end);
+    xml_.append(bytes.substr(0, tag_end + 1)).append(bytes.substr(end));
+  }
+
+  /// A count that the file tells of things of so many numbers each, or as many as it can hold.
+  std::size_t believable(std::uint64_t told, std::uint64_t numbers) const {
+    // In text a number takes a digit and, but for the last one, a space.
+    const std::uint64_t most =
+        compressed_ ? kMostInflation * file_.size() / 4 : (file_.size() + 1) / 2;
+    return static_cast<std::size_t>(std::min(told, most / numbers));
   }
 
   template <typename... Reason>
@@ -174,50 +209,92 @@ class VtpParser {
     }
   }
 
-  void readPiece(const pugi::xml_node& piece) {
+  /// Where the lines of a piece end in the list of their points.
+  void readEnds(const pugi::xml_node& piece) {
     const std::uint64_t line_count = count(piece, "NumberOfLines");
     if (line_count == 0) return;
-    const pugi::xml_node points_array = child(child(piece, "Points"), "DataArray");
-    if (count(points_array, "NumberOfComponents") != 3) {
-      refuse(points_array, "NumberOfComponents is not 3");
+    const pugi::xml_node array = namedArray(child(piece, "Lines"), "offsets");
+    std::vector<std::size_t>& begin = parsed_.scene.point_begin;
+    const std::size_t first = begin.back();
+    std::uint64_t read = 0;
+    std::int64_t previous = 0;
+    readNumbers<std::int64_t>(array, [&](std::int64_t end) {
+      if (end <= previous) refuse(array, "the numbers do not ascend strictly from above 0");
+      previous = end;
+      if (read++ < line_count) begin.push_back(first + static_cast<std::size_t>(end));
+    });
+    if (read != line_count) {
+      refuse(array, "there are ", read, " numbers, NumberOfLines is ", line_count);
     }
-    const std::vector<double> points = readArray<double>(points_array);
-    if (points.size() / 3 != count(piece, "NumberOfPoints") || points.size() % 3 != 0) {
-      refuse(points_array, "there are ", points.size(), " numbers, NumberOfPoints is ",
-             count(piece, "NumberOfPoints"));
-    }
-    parsed_.is_float |= std::string_view(points_array.attribute("type").value()) == "Float32";
+  }
 
-    const pugi::xml_node lines = child(piece, "Lines");
-    const pugi::xml_node offsets_array = namedArray(lines, "offsets");
-    const pugi::xml_node indices_array = namedArray(lines, "connectivity");
-    const std::vector<std::int64_t> ends = readArray<std::int64_t>(offsets_array);
-    const std::vector<std::int64_t> indices = readArray<std::int64_t>(indices_array);
-    if (ends.size() != line_count) {
-      refuse(offsets_array, "there are ", ends.size(), " numbers, NumberOfLines is ", line_count);
-    }
+  /// The points of a piece's lines, after all ends.
+  void readPoints(const pugi::xml_node& piece) {
+    const std::uint64_t line_count = count(piece, "NumberOfLines");
+    if (line_count == 0) return;
+    const std::vector<Point> points = readPointArray(piece);
+    const std::vector<double> radii = readRadii(piece, points.size());
+
     FiberScene& scene = parsed_.scene;
     const std::size_t first = scene.points.size();
-    std::int64_t previous = 0;
-    for (const std::int64_t end : ends) {
-      if (end <= previous || static_cast<std::uint64_t>(end) > indices.size()) {
-        refuse(offsets_array, "the numbers do not ascend strictly up to ", indices.size(),
-               ", the number of points of the lines");
+    fibers_read_ += static_cast<std::size_t>(line_count);
+    const std::size_t last = scene.point_begin[fibers_read_];
+    if (!radii.empty()) radii_.reserve(scene.points.capacity());
+    const pugi::xml_node lines = child(piece, "Lines");
+    const pugi::xml_node array = namedArray(lines, "connectivity");
+    std::size_t read = 0;
+    readNumbers<std::int64_t>(array, [&](std::int64_t index) {
+      if (index < 0 || static_cast<std::uint64_t>(index) >= points.size()) {
+        refuse(array, "a line has point ", index, " of ", points.size());
       }
-      scene.point_begin.push_back(first + static_cast<std::size_t>(end));
-      previous = end;
+      if (read++ >= last - first) return;
+      scene.points.push_back(points[static_cast<std::size_t>(index)]);
+      if (!radii.empty()) radii_.push_back(radii[static_cast<std::size_t>(index)]);
+    });
+    if (read != last - first) {
+      refuse(namedArray(lines, "offsets"), "the last number is ", last - first, ", the lines have ",
+             read, " points");
     }
-    if (static_cast<std::uint64_t>(previous) != indices.size()) {
-      refuse(offsets_array, "the last number is ", previous, " of ", indices.size());
+  }
+
+  std::vector<Point> readPointArray(const pugi::xml_node& piece) {
+    const pugi::xml_node array = child(child(piece, "Points"), "DataArray");
+    if (count(array, "NumberOfComponents") != 3) refuse(array, "NumberOfComponents is not 3");
+    const std::uint64_t point_count = count(piece, "NumberOfPoints");
+    std::vector<Point> points;
+    points.reserve(believable(point_count, 3));
+    std::uint64_t read = 0;
+    readNumbers<double>(array, [&](double coordinate) {
+      const std::size_t k = read++ % 3;
+      if (k == 0 && points.size() < point_count) points.emplace_back();
+      if (read <= 3 * points.size()) points.back()[k] = coordinate;
+    });
+    if (read % 3 != 0 || read / 3 != point_count) {
+      refuse(array, "there are ", read, " numbers, NumberOfPoints is ", point_count);
     }
-    scene.points.reserve(first + indices.size());
-    for (const std::int64_t index : indices) {
-      if (index < 0 || static_cast<std::uint64_t>(index) >= points.size() / 3) {
-        refuse(indices_array, "a line has point ", index, " of ", points.size() / 3);
-      }
-      const double* const p = &points[3 * static_cast<std::size_t>(index)];
-      scene.points.push_back({p[0], p[1], p[2]});
+    parsed_.is_float |= std::string_view(array.attribute("type").value()) == "Float32";
+    return points;
+  }
+
+  /// By point of a piece; none if it has no such data.
+  std::vector<double> readRadii(const pugi::xml_node& piece, std::size_t point_count) {
+    const pugi::xml_node array =
+        piece.child("PointData").find_child_by_attribute("DataArray", "Name", "radius");
+    std::vector<double> radii;
+    if (!array) return radii;
+    if (array.attribute("NumberOfComponents") && count(array, "NumberOfComponents") != 1) {
+      refuse(array, "NumberOfComponents is not 1");
     }
+    radii.reserve(point_count);
+    std::uint64_t read = 0;
+    readNumbers<double>(array, [&](double radius) {
+      if (radius < 0) refuse(array, "a radius is ", radius);
+      if (read++ < point_count) radii.push_back(radius);
+    });
+    if (read != point_count) {
+      refuse(array, "there are ", read, " numbers, and ", point_count, " points");
+    }
+    return radii;
   }
 
   pugi::xml_node namedArray(const pugi::xml_node& parent, const char* name) const {
@@ -226,42 +303,39 @@ class VtpParser {
     return array;
   }
 
-  /// T is double for coordinates, which have to be finite, and std::int64_t for indices.
-  template <typename T>
-  std::vector<T> readArray(const pugi::xml_node& array) {
+  /// Calls visit(number) for each number, without keeping them. T is double for what has to be
+  /// finite, and std::int64_t for indices.
+  template <typename T, typename Visit>
+  void readNumbers(const pugi::xml_node& array, Visit&& visit) {
     const std::string_view type = array.attribute("type").value();
     const std::string_view format = array.attribute("format").value();
     constexpr bool kReal = std::is_same_v<T, double>;
-    if (format == "ascii") return readText<T>(array);
+    if (format == "ascii") return readText<T>(array, visit);
     const std::string bytes = readBytes(array, format);
-    if (kReal && type == "Float32") return decodeAll<float, T>(array, bytes);
-    if (kReal && type == "Float64") return decodeAll<double, T>(array, bytes);
-    if (!kReal && type == "Int32") return decodeAll<std::int32_t, T>(array, bytes);
-    if (!kReal && type == "UInt32") return decodeAll<std::uint32_t, T>(array, bytes);
+    if (kReal && type == "Float32") return decodeAll<float, T>(array, bytes, visit);
+    if (kReal && type == "Float64") return decodeAll<double, T>(array, bytes, visit);
+    if (!kReal && type == "Int32") return decodeAll<std::int32_t, T>(array, bytes, visit);
+    if (!kReal && type == "UInt32") return decodeAll<std::uint32_t, T>(array, bytes, visit);
     // Of UInt64, what is beyond Int64 becomes negative, and refused.
     if (!kReal && (type == "Int64" || type == "UInt64")) {
-      return decodeAll<std::int64_t, T>(array, bytes);
+      return decodeAll<std::int64_t, T>(array, bytes, visit);
     }
     refuse(array, "type is '", ByteReader::shortened(type), "', read are ",
            kReal ? "Float32 and Float64" : "Int32, Int64, UInt32 and UInt64");
   }
 
-  template <typename Stored, typename T>
-  std::vector<T> decodeAll(const pugi::xml_node& array, const std::string& bytes) const {
+  template <typename Stored, typename T, typename Visit>
+  void decodeAll(const pugi::xml_node& array, const std::string& bytes, Visit&& visit) const {
     if (bytes.size() % sizeof(Stored) != 0) {
       refuse(array, "its ", bytes.size(), " bytes are no multiple of ", sizeof(Stored));
     }
-    std::vector<T> numbers;
-    numbers.reserve(bytes.size() / sizeof(Stored));
     for (std::size_t i = 0; i < bytes.size(); i += sizeof(Stored)) {
-      numbers.push_back(static_cast<T>(decode<Stored>(&bytes[i], order_)));
+      const T number = static_cast<T>(decode<Stored>(&bytes[i], order_));
       if constexpr (std::is_same_v<T, double>) {
-        if (!std::isfinite(numbers.back())) {
-          refuse(array, "number ", i / sizeof(Stored), " is ", numbers.back());
-        }
+        if (!std::isfinite(number)) refuse(array, "number ", i / sizeof(Stored), " is ", number);
       }
+      visit(number);
     }
-    return numbers;
   }
 
   /// The text of an array, which may stand behind elements that describe it.
@@ -274,13 +348,12 @@ class VtpParser {
     return {};
   }
 
-  template <typename T>
-  std::vector<T> readText(const pugi::xml_node& array) const {
-    std::vector<T> numbers;
+  template <typename T, typename Visit>
+  void readText(const pugi::xml_node& array, Visit&& visit) const {
     std::string_view rest = text(array);
     while (true) {
       rest.remove_prefix(std::min(rest.find_first_not_of(kSpace), rest.size()));
-      if (rest.empty()) return numbers;
+      if (rest.empty()) return;
       const std::string_view word = rest.substr(0, rest.find_first_of(kSpace));
       rest.remove_prefix(word.size());
       T value{};
@@ -291,7 +364,7 @@ class VtpParser {
         refuse(array, "'", ByteReader::shortened(word), "' is no ",
                std::is_same_v<T, double> ? "finite number" : "whole number that fits");
       }
-      numbers.push_back(value);
+      visit(value);
     }
   }
 
@@ -320,7 +393,16 @@ class VtpParser {
   /// size, that of the last one unless it is a whole one, their compressed sizes, then the blocks.
   std::string readBytes(EncodedBytes bytes) {
     const std::uint64_t blocks_or_bytes = readWord(bytes);
-    if (!compressed_) return bytes.take(blocks_or_bytes);
+    if (!compressed_) {
+      std::string all = bytes.take(blocks_or_bytes);
+      // Arrays of several pieces may be one and the same of the appended data.
+      if (all.size() > file_.size() - decoded_) {
+        bytes.refuse("has ", all.size(), " bytes: all arrays become more than the file's ",
+                     file_.size(), " bytes");
+      }
+      decoded_ += all.size();
+      return all;
+    }
     const std::uint64_t blocks = blocks_or_bytes;
     const std::uint64_t block_size = readWord(bytes);
     const std::uint64_t last_size = readWord(bytes);
@@ -330,14 +412,14 @@ class VtpParser {
       bytes.refuse("has ", blocks, " blocks of ", block_size, " bytes, the last one of ", last_size,
                    ", beyond a file of ", file_.size(), " bytes");
     }
-    if (blocks > (most - inflated_) / block_size) {
+    if (blocks > (most - decoded_) / block_size) {
       bytes.refuse("has ", blocks, " blocks of ", block_size,
                    " bytes: all arrays become more than ", kMostInflation, " times the file's ",
                    file_.size(), " bytes");
     }
     const std::uint64_t size =
         (blocks - 1) * block_size + (last_size == 0 ? block_size : last_size);
-    inflated_ += size;
+    decoded_ += size;
     std::vector<std::uint64_t> compressed_sizes;
     for (std::uint64_t i = 0; i < blocks; ++i) compressed_sizes.push_back(readWord(bytes));
 
@@ -361,13 +443,16 @@ class VtpParser {
 
   ByteReader& file_;
   ParsedFibers parsed_;
+  std::vector<double> radii_;    ///< by point of the scene, if a piece has them
+  std::size_t fibers_read_ = 0;  ///< those with points
+  std::string xml_;              ///< what document_ refers to
   pugi::xml_document document_;
   std::string_view appended_;  ///< behind its '_'
   bool appended_is_base64_ = false;
   ByteOrder order_ = ByteOrder::kLittle;
   bool wide_header_ = false;
   bool compressed_ = false;
-  std::uint64_t inflated_ = 0;
+  std::uint64_t decoded_ = 0;  ///< bytes of all arrays so far
 };
 
 }  // namespace

@@ -181,6 +181,13 @@ TEST(BccTest, RefusesEveryTruncation) {
   expectSafeTruncations(sampleFile().bytes(), kBcc, sampleFile().size());
 }
 
+TEST(BccTest, MemoryIsBoundedWhereCurvesAreShortestOrLongest) {
+  // If this fails, a large file takes more memory than the reader promises.
+  const ControlCurve point = {Controls(1), false}, curve = {Controls(20000), true};
+  EXPECT_TRUE(parsesSafely(bccFile("C0", std::vector<ControlCurve>(20000, point)).bytes(), kBcc));
+  EXPECT_TRUE(parsesSafely(bccFile("BS", {curve}).bytes(), kBcc));
+}
+
 TEST(BccTest, AnySingleBitFlippedGivesAnErrorOrAScene) {
   // If this fails, a damaged file crashes the reader or yields a scene that is not one.
   expectSafeBitFlips(sampleFile().bytes(), kBcc);

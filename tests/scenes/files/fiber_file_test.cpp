@@ -102,6 +102,25 @@ TEST(FiberFileTest, TheRadiusOfTheOptionsWins) {
   }
 }
 
+TEST(FiberFileTest, TellsWhetherThereIsARadius) {
+  // If this fails, fibers without thickness pass for fibers that touch nothing, or a radius of 0
+  // that is meant is refused.
+  const auto has = [](const std::string& bytes, FiberFormat format,
+                      const FiberFileOptions& options = {}) {
+    return parseFibers(bytes, "", format, options).has_radius;
+  };
+  const std::string text = "0 0 0\n1 0 0\n";
+  EXPECT_FALSE(has(text, kPolylines));
+  EXPECT_TRUE(has(text, kPolylines, {0.5}));
+  EXPECT_TRUE(has(text, kPolylines, {0.0}));
+  EXPECT_TRUE(has(hairBytes(0, 0.5F), FiberFormat::kHair));
+  EXPECT_FALSE(has(hairBytes(0, 0), FiberFormat::kHair));
+  EXPECT_TRUE(has(hairBytes(0, 0), FiberFormat::kHair, {0.0}));
+  FileBytes by_point;
+  by_point.text(hairBytes(0, 0)).setLittle(12, 6U).little(0.0F).little(0.0F);
+  EXPECT_TRUE(has(by_point.bytes(), FiberFormat::kHair));
+}
+
 TEST(FiberFileTest, TheRadiusOfTheOptionsReplacesRadiiByPoint) {
   // If this fails, some segments keep the file's thickness.
   FileBytes file;

@@ -142,6 +142,19 @@ TEST(HairTest, AnySingleBitFlippedGivesAnErrorOrAScene) {
   expectSafeBitFlips(sampleFile().bytes(), kHair);
 }
 
+TEST(HairTest, MemoryIsBoundedWhereStrandsAreShortest) {
+  // If this fails, a large file takes more memory than the reader promises.
+  constexpr std::uint32_t kStrands = 20000;
+  for (const std::uint32_t flags : {kPoints, kPoints | kThickness}) {
+    FileBytes file = header(kStrands, kStrands, flags, 0, 1);
+    for (std::uint32_t i = 0; i < kStrands; ++i) file.little(0.0F).little(0.0F).little(0.0F);
+    if ((flags & kThickness) != 0) {
+      for (std::uint32_t i = 0; i < kStrands; ++i) file.little(static_cast<float>(i));
+    }
+    EXPECT_TRUE(parsesSafely(file.bytes(), kHair));
+  }
+}
+
 // Fibers of unequal length, one of them closed, coordinates that floats hold.
 FiberScene sampleScene() {
   FiberScene scene;

@@ -77,11 +77,15 @@ TEST(PolylinesTest, AnySingleBitFlippedGivesAnErrorOrAScene) {
 
 TEST(PolylinesTest, MemoryIsBoundedWhereLinesAreShortest) {
   // If this fails, a large file takes more memory than the reader promises.
-  std::string points, fibers;
+  std::string points, fibers, comments, numbers;
   for (int i = 0; i < 70000; ++i) {
     points += "0 0 0\n";
     fibers += "0 0 0\n\n";
+    comments += "#\n";
+    numbers += "0\n";
   }
+  EXPECT_TRUE(parsesSafely(comments + "0 0 0\n", kPolylines));
+  EXPECT_FALSE(parsesSafely(numbers, kPolylines));
   EXPECT_TRUE(parsesSafely(points, kPolylines));
   EXPECT_TRUE(parsesSafely(fibers, kPolylines));
 }

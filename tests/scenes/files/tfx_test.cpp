@@ -181,6 +181,15 @@ TEST_P(TfxTest, AnySingleBitFlippedGivesAnErrorOrAScene) {
   expectSafeBitFlips(sampleFile(GetParam()).bytes(), kTfx);
 }
 
+TEST(TfxMemoryTest, MemoryIsBoundedWhereStrandsAreShortest) {
+  // If this fails, a large file takes more memory than the reader promises.
+  constexpr std::uint32_t kMany = 20000;
+  FileBytes file;
+  file.zeros(148).setLittle(0, 3.0F).setLittle(4, kMany).setLittle(8, 2U).setLittle(144, 148U);
+  file.zeros(2 * kMany * 12);
+  EXPECT_TRUE(parsesSafely(file.bytes(), kTfx));
+}
+
 struct RealFile {
   const char* name;
   std::size_t strands;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -187,6 +189,10 @@ TEST(VtkTest, MemoryIsBoundedWhereNumbersAreShortest) {
     one_line += "0 ";
   }
   EXPECT_TRUE(parsesSafely(points + "\n" + lines, kVtk));
+  FileBytes binary;
+  binary.text(head("3.0", "BINARY") + "POINTS 1 float\n").zeros(12);
+  binary.text("\nLINES 1 50001\n").big(50000).zeros(4 * 50000);
+  EXPECT_TRUE(parsesSafely(binary.bytes(), kVtk));
   EXPECT_TRUE(parsesSafely(head("3.0", "ASCII") + "POINTS 1 float\n0 0 0\n" + one_line, kVtk));
 }
 
@@ -208,6 +214,21 @@ TEST_P(VtkWrittenByVtkTest, IsReadAsItIs) {
     EXPECT_EQ(file.scene.points[i], (Point{0.5 * j, 0.25 * j * j, -1.125 * j}));
   }
   EXPECT_THAT(file.warnings, IsEmpty());
+}
+
+TEST(VtkRadiiTest, OfAFileWrittenByVtkAreRead) {
+  // If this fails, we read radii as we write them, and not as VTK does.
+  const FiberFile file = readFibers(FCL_FIBERS_SOURCE_DIR "/tests/data/radii.vtp");
+  EXPECT_TRUE(file.has_radius);
+  expectWellFormed(file.scene);
+  const std::vector<int> indices = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 6, 3, 10, 11};
+  ASSERT_EQ(file.scene.radii.size(), indices.size());
+  const auto radius = [&](std::size_t i) { return 0.5 + 0.25 * (indices[i] % 5); };
+  for (std::size_t f = 0; f < file.scene.fiberCount(); ++f) {
+    for (std::size_t i = file.scene.point_begin[f]; i + 1 < file.scene.point_begin[f + 1]; ++i) {
+      EXPECT_EQ(file.scene.radii[i], std::max(radius(i), radius(i + 1))) << i;
+    }
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -3,7 +3,9 @@
 
 #include <cstdint>
 #include <fstream>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -198,6 +200,53 @@ TEST(VtpTest, JoinsPieces) {
   EXPECT_EQ(scene.points[11], (Point{6, 6, 6}));
 }
 
+std::string withPointData(const std::string& file, const std::string& array) {
+  return replaced(file, "<Lines>", "<PointData>" + array + "</PointData><Lines>");
+}
+
+std::string radiusArray(const std::string& numbers) {
+  return "<DataArray type=\"Float32\" Name=\"radius\" format=\"ascii\">" + numbers + "</DataArray>";
+}
+
+TEST(VtpTest, ReadsRadiiOfPoints) {
+  // If this fails, a radius that was written is lost, or goes to other segments.
+  const std::string other =
+      "<DataArray type=\"Int32\" Name=\"theta\" format=\"ascii\">1 2 3 4 5</DataArray>";
+  const FiberFile file = parse(withPointData(textFile(), other + radiusArray("1 2 .5 .25 .125")));
+  EXPECT_TRUE(file.has_radius);
+  // The lines have the points 0 1 2 0 and 3 4.
+  EXPECT_THAT(file.scene.radii, ElementsAre(2, 2, 1, 1, 0.25, 0.125));
+  const FiberFile one = parse(withPointData(textFile(), radiusArray("3 3 3 3 3")));
+  EXPECT_EQ(one.scene.radius, 3);
+  EXPECT_THAT(one.scene.radii, IsEmpty());
+  EXPECT_TRUE(parse(withPointData(textFile(), radiusArray("0 0 0 0 0"))).has_radius);
+  EXPECT_FALSE(parse(withPointData(textFile(), other)).has_radius);
+  EXPECT_FALSE(parse(textFile()).has_radius);
+}
+
+TEST(VtpTest, RefusesRadiiThatAreNone) {
+  // If this fails, a NaN or a negative radius enters a scene, or that of another point.
+  const auto refuses = [](const std::string& array, const std::string& reason) {
+    const std::string bytes = withPointData(textFile(), array);
+    const std::size_t at = bytes.find("<DataArray", bytes.find("<PointData>"));
+    expectRefusal(bytes, kVtp, "byte " + std::to_string(at), reason);
+  };
+  refuses(radiusArray("1 2 3 4"), "there are 4 numbers, and 5 points");
+  refuses(radiusArray("1 2 3 4 -5"), "a radius is -5");
+  refuses(radiusArray("1 2 3 4 nan"), "'nan' is no finite number");
+  refuses(replaced(radiusArray("1 2 3 4 5"), "Name", "NumberOfComponents=\"2\" Name"),
+          "NumberOfComponents is not 1");
+  const std::string file = textFile(), with = withPointData(file, radiusArray("1 2 3 4 5"));
+  const auto piece = [](const std::string& bytes) {
+    const std::size_t begin = bytes.find("<Piece"), end = bytes.find("</PolyData>");
+    return bytes.substr(begin, end - begin);
+  };
+  for (const auto& [first, second] : {std::pair(file, with), std::pair(with, file)}) {
+    expectRefusal(replaced(first, "</PolyData>", piece(second) + "</PolyData>"), kVtp, "byte 0",
+                  "some pieces have point data 'radius'");
+  }
+}
+
 TEST(VtpTest, SaysWhatIsMalformed) {
   // If this fails, a broken file is read as something else, or its author has to guess. Places are
   // those of the element that is wrong.
@@ -226,10 +275,13 @@ TEST(VtpTest, SaysWhatIsMalformed) {
   refuses("7 8 9", "7 8", points, "there are 14 numbers");
   refuses("0 3 4", "0 3 5", indices, "a line has point 5 of 5");
   refuses("0 3 4", "0 3 -1", indices, "a line has point -1 of 5");
-  refuses("0 3 4", "0 3", ends, "do not ascend strictly up to 5");
-  refuses("0 3 4", "0 3 4 4", ends, "the last number is 6 of 7");
-  for (const char* bad : {"\t0 6", "\t4 4", "\t6 4", "\t4 7", "\t-1 6"}) {
-    refuses("\t4 6", bad, ends, "do not ascend strictly up to 6");
+  refuses("0 3 4", "0 3", ends, "the last number is 6, the lines have 5 points");
+  refuses("0 3 4", "0 3 4 4", ends, "the last number is 6, the lines have 7 points");
+  refuses("\t4 6", "\t4 7", ends, "the last number is 7, the lines have 6 points");
+  refuses("\t4 6", "\t4 6 8", ends, "there are 3 numbers, NumberOfLines is 2");
+  refuses("7 8 9", "7 8 9 0 0 0", points, "there are 18 numbers");
+  for (const char* bad : {"\t0 6", "\t4 4", "\t6 4", "\t-1 6"}) {
+    refuses("\t4 6", bad, ends, "do not ascend strictly from above 0");
   }
   refuses("Name=\"offsets\"", "Name=\"ends\"", "<Lines", "there is no DataArray 'offsets'");
   refuses("<Points>", "<Other/><Points format=\"none\"><Nothing/></Points><Points>", "<Points",
@@ -264,13 +316,40 @@ TEST(VtpTest, SaysWhatIsWrongWithBytes) {
   nan.text(pointBytes()).setLittle(16, HUGE_VALF);
   refuses(appendedFile({sized(nan.bytes()), sized(indexBytes()), sized(endBytes())}, "raw"), points,
           "number 4 is inf");
-  refuses(appendedFile({sized("123"), "", ""}, "raw"), points, "3 bytes are no multiple of 4");
+  refuses(appendedFile({sized("123"), sized(indexBytes()), sized(endBytes())}, "raw"), points,
+          "3 bytes are no multiple of 4");
+}
+
+TEST(VtpTest, ArraysAreNoLongerThanTheFile) {
+  // If this fails, a file of pieces that share an array becomes as large as it likes.
+  const std::string file = rawFile();
+  const std::size_t begin = file.find("<Piece"), end = file.find("</PolyData>");
+  const std::string piece = file.substr(begin, end - begin);
+  EXPECT_TRUE(parsesSafely(replaced(file, piece, piece + piece), kVtp));
+  // Twenty pieces of little text, and of the same 1 MB of points.
+  const std::string points(12 * 87381, '\0');
+  const std::string shared =
+      appendedFile({sized(points), sized(indexBytes()), sized(endBytes())}, "raw");
+  const std::size_t from = shared.find("<Piece"), to = shared.find("</PolyData>");
+  const std::string one = replaced(shared.substr(from, to - from), "NumberOfPoints=\"5\"",
+                                   "NumberOfPoints=\"" + std::to_string(points.size() / 12) + "\"");
+  std::string all;
+  for (int i = 0; i < 20; ++i) all += one;
+  const std::string bytes = shared.substr(0, from) + all + shared.substr(to);
+  EXPECT_FALSE(parsesSafely(bytes, kVtp));
+  EXPECT_THAT([&] { parse(bytes); }, testing::ThrowsMessage<std::runtime_error>(testing::HasSubstr(
+                                         "all arrays become more than the file's")));
 }
 
 TEST(VtpTest, RefusesBlocksThatAreNotAsTheySay) {
   // If this fails, a few bytes ask for all memory, or arrays hold what zlib never gave.
   const auto refuses = [](const std::string& array, const std::string& reason) {
-    const std::string bytes = appendedFile({array, "", ""}, "raw", kCompressed);
+    const auto packed = [](const std::string& numbers) {
+      const std::vector<std::string> parts = inBlocks(numbers);
+      return parts[0] + parts[1];
+    };
+    const std::string bytes =
+        appendedFile({array, packed(indexBytes()), packed(endBytes())}, "raw", kCompressed);
     EXPECT_FALSE(parsesSafely(bytes, kVtp));
     expectRefusal(bytes, kVtp, "byte " + std::to_string(bytes.find("<DataArray")), reason);
   };
@@ -305,18 +384,32 @@ TEST(VtpTest, RefusesEveryTruncation) {
 TEST(VtpTest, AnySingleBitFlippedGivesAnErrorOrAScene) {
   // If this fails, a damaged file crashes the reader or yields a scene that is not one.
   for (const std::string& bytes : sampleFiles()) expectSafeBitFlips(bytes, kVtp);
+  expectSafeBitFlips(withPointData(textFile(), radiusArray("1 2 3 4 5")), kVtp);
 }
 
 TEST(VtpTest, MemoryIsBoundedWhereElementsAreShortest) {
   // If this fails, a large file takes more memory than the reader promises.
-  std::string elements, numbers, ends;
+  std::string elements, few_elements, attributes, numbers;
   for (int i = 0; i < 50000; ++i) {
-    elements += "<a/>";
+    elements += "<a/>x";
+    if (i % 4 == 0) few_elements += "<a b='' c=''/>xy";
+    attributes += " a=''";
     numbers += "0 ";
   }
-  EXPECT_TRUE(parsesSafely(replaced(textFile(), "<PolyData>", elements + "<PolyData>"), kVtp));
-  EXPECT_TRUE(
-      parsesSafely(replaced(replaced(textFile(), "0 1 2 0 3 4", numbers), "6\n", "50000"), kVtp));
+  const auto before = [](const std::string& xml) {
+    return replaced(textFile(), "<PolyData>", xml + "<PolyData>");
+  };
+  EXPECT_FALSE(parsesSafely(before(elements), kVtp));
+  expectRefusal(before(elements), kVtp, "byte 0", "there are 50016 tags in ");
+  EXPECT_TRUE(parsesSafely(before(few_elements), kVtp));
+  EXPECT_TRUE(parsesSafely(before("<a" + attributes + "/>"), kVtp));
+  const std::string indices =
+      replaced(replaced(textFile(), "0 1 2 0 3 4", numbers), "6\n", "50000");
+  EXPECT_TRUE(parsesSafely(indices, kVtp));
+  // Radii that differ, so that each point has its own.
+  EXPECT_TRUE(parsesSafely(
+      withPointData(replaced(indices, numbers, "1 " + numbers.substr(2)), radiusArray("1 2 3 4 5")),
+      kVtp));
 }
 
 TEST(VtpTest, NamesACompressorOfVtkThatIsNotRead) {
