@@ -22,8 +22,9 @@ struct CollectPairs : OverlapAdmission {
 };
 
 struct CutWork : OverlapAdmission {
-  /// Enough for some ten microseconds of work, few enough for any number of threads to share.
-  static constexpr std::int32_t kGrain = 256;
+  /// Some microseconds of work, so that batches fill, and few enough for any number of threads to
+  /// share. A full node three levels above the leaves.
+  static constexpr std::int32_t kGrain = 512;
   static constexpr bool kCuts = true;
 
   explicit CutWork(WorkSink& sink) : out(sink) {}
