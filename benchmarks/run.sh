@@ -5,8 +5,9 @@
 # for each. Takes a quarter of an hour on 2 cores, and 6 GB of memory. Google Benchmark's JSON and the tables
 # are kept in build/benchmarks/results. What the numbers mean: benchmarks/main.cpp.
 #
-# With --hair FILE [--radius R]: the fibers of that file alone, in its unit; also after the next two.
+# With --hair FILE [--radius R]: the fibers of that file alone, in its unit; also after the next three.
 # With --paper [--full]: what the paper measured, as one page; see benchmarks/paper/run.sh.
+# With --trade: every manager's speed against its accuracy, as one page; see benchmarks/trade/run.sh.
 # With --full: ours against FCL and Embree beside the targets; see benchmarks/full/run.sh.
 set -euo pipefail
 
@@ -32,10 +33,14 @@ if [[ ${1-} == --full ]]; then
   shift
   exec benchmarks/full/run.sh "$@"
 fi
+if [[ ${1-} == --trade ]]; then
+  shift
+  exec benchmarks/trade/run.sh "$@"
+fi
 
 # Checked before anything is built; the flags themselves are fcl_fibers_benchmark's.
 if (($# > 0)) && [[ $1 != --hair* ]]; then
-  echo "benchmarks/run.sh: there are --hair FILE [--radius R], --paper and --full, not $1" >&2
+  echo "benchmarks/run.sh: there are --hair FILE [--radius R], --paper, --trade and --full, not $1" >&2
   exit 1
 fi
 build=build/benchmarks

@@ -52,7 +52,7 @@ documentation() {
   doxygen docs/Doxyfile
 }
 
-# The sanitizers on every instruction set of this machine; .ci/run has them without any.
+# The sanitizers on every instruction set of this machine; .ci/run has them on SSE4 alone.
 simd_sanitized() {
   .ci/apt_install.sh clang libclang-rt-dev
   cmake --preset sanitize -B build/sanitize-simd -DCMAKE_CXX_COMPILER=clang++ \

@@ -582,7 +582,10 @@ def main():
     template = (Path(__file__).parent / "page.html").read_text(encoding="utf-8")
     # Written beside and renamed, so that an interrupted run leaves the page before it whole.
     draft = target.with_suffix(".html.part")
-    draft.write_text(string.Template(template).substitute(body=page.text()), encoding="utf-8")
+    text = string.Template(template).substitute(
+        title="fcl_fibers: the paper's measurements, again", body=page.text()
+    )
+    draft.write_text(text, encoding="utf-8")
     draft.replace(target)
     if page.missing:
         print("Missing on the page: " + "; ".join(page.missing), file=sys.stderr)

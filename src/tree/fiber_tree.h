@@ -45,6 +45,9 @@ class FiberTree {
   const Hierarchy& hierarchy() const { return hierarchy_; }
   const Node& node(std::int32_t i) const { return topology_.nodes[static_cast<std::size_t>(i)]; }
   const Pack& pack(std::int32_t i) const { return packs_[static_cast<std::size_t>(i)]; }
+  Volume nodeVolume(std::int32_t i) const {
+    return hierarchy_.nodeVolume(static_cast<std::size_t>(i), packs_);
+  }
 
   // A refit: start it, then fit leaves, then the nodes above them. Leaves may be fitted by several
   // threads at once.
@@ -118,7 +121,7 @@ class FiberTree {
     if (empty()) return;
     const Node& root = topology_.nodes.front();
     if (depth == 0) {
-      visit(hierarchy_.nodeVolume(0, packs_), root.leaf_begin, root.leaf_end);
+      visit(nodeVolume(0), root.leaf_begin, root.leaf_end);
     } else {
       visitVolumesBelow(0, depth, visit);
     }

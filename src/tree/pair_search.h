@@ -276,7 +276,7 @@ class ParallelWork : public WorkSink {
     return Visit::kContinue;
   }
 
-  /// Bounds the pairs kept: a piece has at most the square of CutWork::kGrain.
+  /// Bounds the pairs kept: a piece has at most the square of the grain of Search::cut().
   static constexpr std::size_t kCapacity = 256;
   const Trees& trees_;
   const CapsuleFilter* filter_;

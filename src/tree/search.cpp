@@ -22,10 +22,15 @@ struct CollectPairs : OverlapAdmission {
 };
 
 struct CutWork : OverlapAdmission {
-  /// Enough for some ten microseconds of work, few enough for any number of threads to share.
-  static constexpr int kGrain = 256;
+  /// Some microseconds of work, so that batches fill, and few enough for any number of threads to
+  /// share. A full node three levels above the leaves.
+  static constexpr std::int32_t kGrain = 512;
+  static constexpr bool kCuts = true;
 
   explicit CutWork(WorkSink& sink) : out(sink) {}
+  static bool cuts(std::int32_t a_leaves, std::int32_t b_leaves) {
+    return a_leaves <= kGrain && b_leaves <= kGrain;
+  }
   Visit work(const Work& piece) { return out.take(piece); }
   Visit leafPair(SegmentId, SegmentId) { return Visit::kContinue; }  // is work as well
 
@@ -43,16 +48,8 @@ struct VisitNearest : NearestAdmission {
   SegmentId second;
 };
 
-struct CountTests : OverlapAdmission {
-  template <class Pack, class Volume, class F>
-  Visit forEachAdmitted(const Pack& pack, const Volume& volume, geometry::LaneMask lanes,
-                        double unit, F&& visit) {
-    tests += static_cast<std::size_t>(__builtin_popcount(lanes));
-    return OverlapAdmission::forEachAdmitted(pack, volume, lanes, unit, visit);
-  }
+struct CountTests : CountedOverlapAdmission {
   Visit leafPair(SegmentId, SegmentId) { return Visit::kContinue; }
-
-  std::size_t tests = 0;
 };
 
 // What Search offers, for one instruction set.

@@ -7,6 +7,7 @@
 #endif
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -29,9 +30,10 @@ namespace fcl_fibers::tree::HWY_NAMESPACE {
 //   Visit leaf(SegmentId a)                    for visitLeaves
 //
 // The two kinds of admission follow; a query derives from one of them. A query of visitPairs that
-// sets kGrain > 0 does not see the pairs below two nodes of that many leaves or fewer, but gets
-// them in one piece, to be visited later or elsewhere:
+// sets kCuts does not see the pairs below two links of which it says so, but gets them in one
+// piece, to be visited later or elsewhere:
 //
+//   bool cuts(std::int32_t a_leaves, std::int32_t b_leaves)   how many leaves are below each
 //   Visit work(const Work&)
 //
 // Whom a segment may meet for its group's sake is the affair of one of the two below, chosen before
@@ -71,7 +73,7 @@ class OtherGroupsMeet {
 
 /// Admits volumes that overlap.
 struct OverlapAdmission {
-  static constexpr int kGrain = 0;
+  static constexpr bool kCuts = false;
 
   template <class Pack, class Volume, class F>
   FCL_FIBERS_ALWAYS_INLINE Visit forEachAdmitted(const Pack& pack, const Volume& volume,
@@ -85,9 +87,21 @@ struct OverlapAdmission {
   }
 };
 
+/// The same, and counts the volumes that were tested against a volume.
+struct CountedOverlapAdmission : OverlapAdmission {
+  template <class Pack, class Volume, class F>
+  FCL_FIBERS_ALWAYS_INLINE Visit forEachAdmitted(const Pack& pack, const Volume& volume,
+                                                 geometry::LaneMask lanes, double unit, F&& visit) {
+    tests += static_cast<std::size_t>(__builtin_popcount(lanes));
+    return OverlapAdmission::forEachAdmitted(pack, volume, lanes, unit, visit);
+  }
+
+  std::size_t tests = 0;
+};
+
 /// Admits volumes nearer than a limit, which may shrink as pairs are found; the nearest first.
 struct NearestAdmission {
-  static constexpr int kGrain = 0;
+  static constexpr bool kCuts = false;
   double limit;  ///< in the frame of the query
 
   template <int N, template <int> class Pack, class Volume, class F>
@@ -123,7 +137,7 @@ namespace internal {
 /// Pairs of a segment of tree A and one of tree B, which may be the same.
 template <class TreeA, class TreeB, class Query, class BToA, class AToB, class Meet>
 class PairTraversal {
-  static constexpr bool kCuts = Query::kGrain > 0;
+  static constexpr bool kCuts = Query::kCuts;
 
  public:
   PairTraversal(const TreeA& a, const TreeB& b, const BToA& b_to_a, const AToB& a_to_b, Meet meet,
@@ -142,8 +156,9 @@ class PairTraversal {
 
   /// All unordered pairs below a node of A, each once.
   Visit within(std::int32_t node) {
-    if constexpr (Query::kGrain > 0) {
-      if (leafCount(a_, Link::node(node)) <= Query::kGrain) return query_.work(Work{node, 0, 0});
+    if constexpr (kCuts) {
+      const std::int32_t leaves = leafCount(a_, Link::node(node));
+      if (query_.cuts(leaves, leaves)) return query_.work(Work{node, 0, 0});
     }
     const auto& pack = a_.pack(node);
     const int count = a_.node(node).child_count;
@@ -169,8 +184,8 @@ class PairTraversal {
   /// both are, which comes to the same tests without a decision in between.
   /// @pre not both are leaves
   Visit between(const Child<TreeA>& a, const Child<TreeB>& b) {
-    if constexpr (Query::kGrain > 0) {
-      if (leafCount(a_, a.link) <= Query::kGrain && leafCount(b_, b.link) <= Query::kGrain) {
+    if constexpr (kCuts) {
+      if (query_.cuts(leafCount(a_, a.link), leafCount(b_, b.link))) {
         return query_.work(Work{Work::kBetween, a.slot, b.slot});
       }
     }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A tree over arrays of any bits: built, updated, searched, met by another one. What is refused
-// must leave the tree as it was; what is answered must have each pair once, all pairs that surely
-// touch, and under Report::kCapsules none that are surely apart.
+// A tree over arrays of any bits, with groups or without: built, updated, searched, within a bound
+// too, met by another one. What is refused must leave the tree as it was; what is answered must
+// have each pair once, all pairs that surely touch, and under Report::kCapsules none that are
+// surely apart.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,7 +29,9 @@ using fcl_fibers::FiberArrays;
 using fcl_fibers::FiberTree;
 using fcl_fibers::FiberTreeOptions;
 using fcl_fibers::Report;
+using fcl_fibers::SearchBound;
 using fcl_fibers::SegmentPair;
+using fcl_fibers::UnresolvedPair;
 using fcl_fibers::fuzz::readNumber;
 using fcl_fibers::fuzz::require;
 using Real = long double;
@@ -52,6 +55,7 @@ template <typename S>
 struct Hair {
   std::vector<S> points, radii;
   std::vector<std::size_t> begin = {0};
+  std::vector<std::int32_t> groups;  ///< empty if there are none
   typename FiberArrays<S>::Radii radii_are;
 
   explicit Hair(FuzzedDataProvider& data) {
@@ -61,6 +65,9 @@ struct Hair {
     }
     using Radii = typename FiberArrays<S>::Radii;
     radii_are = data.PickValueInArray({Radii::kOne, Radii::kPerFiber, Radii::kPerSegment});
+    if (data.ConsumeBool()) {
+      for (int f = 0; f < fibers; ++f) groups.push_back(data.ConsumeIntegralInRange(0, 2));
+    }
     readNumbers(data);
   }
 
@@ -75,7 +82,14 @@ struct Hair {
   }
 
   FiberArrays<S> arrays() const {
-    return {points.data(), begin.back(), begin.data(), begin.size() - 1, radii.data(), radii_are};
+    FiberArrays<S> arrays = {points.data(),    begin.back(), begin.data(),
+                             begin.size() - 1, radii.data(), radii_are};
+    if (!groups.empty()) arrays.groups = groups.data();
+    return arrays;
+  }
+
+  bool areOfOneGroup(std::size_t a, std::size_t b) const {
+    return !groups.empty() && groups[fiberOf(a)] != 0 && groups[fiberOf(a)] == groups[fiberOf(b)];
   }
 
   std::size_t fiberOf(std::size_t segment) const {
@@ -142,8 +156,9 @@ void checkAnswers(const FiberTree& tree, const Hair<S>& hair) {
       if (!hair.startsCapsule(b)) continue;
       const bool is_found = found.count({static_cast<int>(a), static_cast<int>(b)}) > 0;
       counted += is_found;
-      if (hair.fiberOf(a) == hair.fiberOf(b) &&
-          b - a <= static_cast<std::size_t>(options.ignored_neighbors)) {
+      if (hair.areOfOneGroup(a, b) ||
+          (hair.fiberOf(a) == hair.fiberOf(b) &&
+           b - a <= static_cast<std::size_t>(options.ignored_neighbors))) {
         require(!is_found);
       } else {
         checkPair(hair, a, b, options, is_found);
@@ -151,6 +166,30 @@ void checkAnswers(const FiberTree& tree, const Hair<S>& hair) {
     }
   }
   require(counted == pairs.size());
+}
+
+/// Every pair of the whole answer is in the bounded one or in a piece of it, each once.
+void checkBounded(const FiberTree& tree, const SearchBound& bound) {
+  const Pairs whole = pairsOf(tree);
+  std::set<std::pair<int, int>> seen;
+  const auto see = [&](int a, int b) {
+    require(seen.emplace(std::min(a, b), std::max(a, b)).second);
+  };
+  const bool ended = tree.visitPairs(
+      bound,
+      [&](SegmentPair pair) {
+        require(std::find(whole.begin(), whole.end(), std::pair(pair.a, pair.b)) != whole.end());
+        see(pair.a, pair.b);
+      },
+      [&](const UnresolvedPair& piece) {
+        for (std::size_t i = 0; i < piece.a_count; ++i) {
+          for (std::size_t j = piece.a == piece.b ? i + 1 : 0; j < piece.b_count; ++j) {
+            see(piece.a[i], piece.b[j]);
+          }
+        }
+      });
+  require(!ended);
+  for (const auto& pair : whole) require(seen.count(pair) > 0);
 }
 
 template <typename Call>
@@ -169,11 +208,11 @@ void fuzz(FuzzedDataProvider& data) {
   FiberTree tree(options), other(options);
   std::optional<Hair<S>> hair;
   while (data.remaining_bytes() > 0) {
-    switch (data.ConsumeIntegralInRange(0, 4)) {
+    switch (data.ConsumeIntegralInRange(0, 5)) {
       case 0:
       case 1: {
         Hair<S> next = hair && data.ConsumeBool() ? *hair : Hair<S>(data);
-        const bool same_fibers = hair && next.begin == hair->begin;
+        const bool same_fibers = hair && next.begin == hair->begin && next.groups == hair->groups;
         if (same_fibers) next.readNumbers(data);
         const Pairs before = pairsOf(tree);
         const bool updates = same_fibers && data.ConsumeBool();
@@ -201,6 +240,13 @@ void fuzz(FuzzedDataProvider& data) {
         int calls = 0;
         const bool stopped = tree.visitPairs([&](SegmentPair) { return ++calls == most; });
         require(calls <= most && stopped == (calls == most));
+        break;
+      }
+      case 4: {
+        SearchBound bound;
+        bound.resolution = std::fabs(readNumber<S>(data, kNumbers));
+        bound.volume_tests = data.ConsumeIntegralInRange<std::size_t>(0, 2000);
+        if (std::isfinite(bound.resolution)) checkBounded(tree, bound);
         break;
       }
       default: {

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fcl_fibers/scenes/sampling.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "arguments.h"
+
+namespace fcl_fibers::scenes {
+namespace {
+
+void requireLength(const char* call, const char* name, double value) {
+  if (value >= 0 && std::isfinite(value)) return;
+  refuseArgument(call, name, value, "give a finite one of 0 or more");
+}
+
+double distance(const Point& p, const Point& q) {
+  return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
+}
+
+/// Of the circle through three points, 2 sin(angle at the middle one) / (its opposite side); 0 if
+/// two of them coincide. By the sine of a turn, not by an area: exact where the three are near a
+/// line.
+double curvatureAt(const Point& p, const Point& q, const Point& r) {
+  const double before = distance(p, q), after = distance(q, r), across = distance(p, r);
+  if (before == 0 || after == 0) return 0;
+  double u[3], v[3];
+  for (std::size_t k = 0; k < 3; ++k) {
+    u[k] = (q[k] - p[k]) / before;
+    v[k] = (r[k] - q[k]) / after;
+  }
+  const double sine =
+      std::hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]);
+  // No circle through two points is smaller than that about both.
+  const double most = 2 / std::max(before, after);
+  return across > 0 ? std::min(2 * sine / across, most) : most;
+}
+
+}  // namespace
+
+double chordError(double curvature, double length) {
+  requireLength("chordError", "curvature", curvature);
+  requireLength("chordError", "length", length);
+  return std::min(curvature * length / 8 * length, length / 2);
+}
+
+int segmentsForChordError(double curvature, double length, double tolerance) {
+  constexpr const char* kCall = "segmentsForChordError";
+  requireLength(kCall, "curvature", curvature);
+  requireLength(kCall, "length", length);
+  if (!(tolerance > 0) || !std::isfinite(tolerance)) {
+    refuseArgument(kCall, "tolerance", tolerance, "give a finite one above 0");
+  }
+  constexpr double kMost = 1 << 27;
+  const double wanted =
+      std::ceil(std::min(std::sqrt(curvature / tolerance / 8) * length, length / tolerance / 2));
+  if (!(wanted <= kMost)) {
+    refuseArgument(kCall, "the number of segments", wanted,
+                   "no more than 2^27 can be; give a larger tolerance");
+  }
+  int count = std::max(1, static_cast<int>(wanted));
+  // What rounding has left out.
+  while (chordError(curvature, length / count) > tolerance) ++count;
+  return count;
+}
+
+double largestCurvature(const FiberScene& scene) {
+  constexpr const char* kCall = "largestCurvature";
+  requireFiberRanges(kCall, scene);
+  for (const Point& point : scene.points) {
+    for (const double x : point) {
+      if (!std::isfinite(x)) refuseArgument(kCall, "a coordinate", x, "give finite points");
+    }
+  }
+  double largest = 0;
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
+    for (std::size_t i = begin; i + 2 < end; ++i) {
+      largest =
+          std::max(largest, curvatureAt(scene.points[i], scene.points[i + 1], scene.points[i + 2]));
+    }
+    // Across the seam, where the last point is the first one.
+    if (scene.isClosed(f) && end - begin > 3) {
+      largest = std::max(largest, curvatureAt(scene.points[end - 2], scene.points[begin],
+                                              scene.points[begin + 1]));
+    }
+  }
+  return largest;
+}
+
+}  // namespace fcl_fibers::scenes
