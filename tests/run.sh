@@ -18,8 +18,7 @@ fi
 .ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev \
   libtbb-dev libpugixml-dev zlib1g-dev libcli11-dev libboost-dev libgtest-dev libgmock-dev \
   librapidcheck-dev libbenchmark-dev libfmt-dev nlohmann-json3-dev libjs-three python3
-cmake --preset release -DFCL_FIBERS_BUILD_TESTS=ON -DFCL_FIBERS_BUILD_BENCHMARKS=ON \
-  -DFCL_FIBERS_BUILD_TOOLS=ON
+cmake --preset release
 cmake --build --preset release
 ctest --preset release -j "$(nproc)" -LE long --output-junit "$PWD/build/quick_tests.xml" "$@"
 if $full; then

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -20,7 +21,10 @@ using geometry::Segment;
 using geometry::Vec3d;
 using scenes::FiberScene;
 
-constexpr int kRuns = 9;
+constexpr int kRuns = 5;
+
+/// Runs in capsules thicker than so many fibers would be tried for minutes.
+constexpr double kThickest = 50;
 
 Vec3d vec(const scenes::Point& p) { return {p[0], p[1], p[2]}; }
 
@@ -104,6 +108,11 @@ class RunTree {
 
   std::size_t memoryUsage() const { return tree_->memoryUsage(); }
 
+  /// Of the capsules about the chords, on average.
+  double meanRadius() const {
+    return std::accumulate(radii_.begin(), radii_.end(), 0.0) / static_cast<double>(radii_.size());
+  }
+
  private:
   void read(const FiberScene& scene) {
     points_.resize(3 * first_.size());
@@ -157,6 +166,8 @@ void registerLeaves(const Frames& frames) {
   const auto touching = std::make_shared<std::optional<std::size_t>>();
   for (const std::size_t length : {1u, 2u, 4u, 8u}) {
     const auto tree = std::make_shared<RunTree>(length);
+    tree->build(frames.frame[0]);
+    if (tree->meanRadius() > kThickest * frames.frame[0].radiusAt(0)) continue;
     registerRuns("Leaves/" + std::to_string(length) + "/" + frames.name, kRuns,
                  [&frames, tree, touching](Numbers& numbers) {
                    numbers["build"] = seconds([&] { tree->build(frames.frame[0]); });

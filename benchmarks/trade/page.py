@@ -206,11 +206,13 @@ class Page:
             entries = self.entries(f"leaves_{scene}")
             base = entries["1"].total
             for length in ("1", "2", "4", "8"):
+                if length not in entries:
+                    continue
                 e = entries[length]
                 c = e.counters
                 rows.append(
                     (
-                        "group" if length == "8" else "",
+                        "group" if length == max(entries, key=int) else "",
                         [
                             SCENES[scene] if length == "1" else "",
                             length,
@@ -240,7 +242,8 @@ class Page:
         return (
             "<p>The tree over runs of segments, each run in the capsule about its chord; pairs of"
             " runs that touch are tried segment by segment. The answer is the same: the capsules"
-            " that touch. Plain arrays, one thread.</p>"
+            " that touch. Plain arrays, one thread. Left out: runs in capsules more than fifty times as"
+            " thick as the fiber.</p>"
             + table(header + ["touching", "pairs of runs", "pairs tried"], rows)
         )
 
@@ -249,7 +252,8 @@ class Page:
         for scene in self.scenes_with("bounds"):
             entries = self.entries(f"bounds_{scene}")
             whole = entries["none"]
-            for name, e in entries.items():
+            for name in sorted(entries, key=self.bound_order):
+                e = entries[name]
                 c = e.counters
                 share = c["pairs"] / whole.counters["pairs"]
                 cells = [name.replace(":", " ≤ ") if ":" in name else name]
@@ -275,18 +279,24 @@ class Page:
             )
         )
 
+    @staticmethod
+    def bound_order(name):
+        kind, _, value = name.partition(":")
+        return (("none", "all", "tests", "radii").index(kind), int(value or 0))
+
     def spheres(self):
         rows, csv_rows = [], []
         for scene in self.scenes_with("spheres"):
             entries = self.entries(f"spheres_{scene}")
             exact = entries["exact"].counters["mean_radius"]
-            for name, e in entries.items():
+            for name in ("verified", "exact", "core_set_20", "core_set_5", "Ritter", "centroid"):
+                e = entries[name]
                 c = e.counters
                 rows.append(
                     (
                         "",
                         [
-                            SCENES[scene] if name == next(iter(entries)) else "",
+                            SCENES[scene] if name == "verified" else "",
                             name.replace("_", " "),
                             seconds_text(c["update"]),
                             seconds_text(c["detection"]),
@@ -386,7 +396,7 @@ class Page:
 
     def costs(self):
         rows, csv_rows, text = [], [], []
-        for name, e in self.parts["costs"].entries.items():
+        for name, e in sorted(self.parts["costs"].entries.items()):
             c = e.counters
             n = c["segments"]
             kind, what = name.split("/", 1)
