@@ -24,7 +24,9 @@ FCL_FIBERS_SCENES_EXPORT double chordError(double curvature, double length);
 
 /// The least number of segments, of one length along the curve, with a chord error of no more than
 /// `tolerance`.
-/// @param length  of the whole curve
+/// @param curvature  the largest of the curve
+/// @param length     of the whole curve
+/// @param tolerance  the chord error that is allowed
 /// Throws std::invalid_argument as chordError, if the tolerance is not above 0, and if it takes
 /// more than 2^27 segments.
 FCL_FIBERS_SCENES_EXPORT int segmentsForChordError(double curvature, double length,
