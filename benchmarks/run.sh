@@ -45,7 +45,7 @@ if (($# > 0)) && [[ $1 != --hair* ]]; then
 fi
 build=build/benchmarks
 results=$build/results
-data=../shared/data
+data=${FCL_FIBERS_DATA:-../shared/data}
 
 .ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev \
   libtbb-dev libpugixml-dev zlib1g-dev libcli11-dev libbenchmark-dev

@@ -173,6 +173,8 @@ class Timed {
   void setCounters(benchmark::State& state) const {
     state.counters["pairs"] = static_cast<double>(preflight_.frames[0].reported);
     state.counters["touching"] = static_cast<double>(preflight_.frames[0].touching);
+    state.counters["segments"] = static_cast<double>(fibers_.segmentCount());
+    state.counters["fibers"] = static_cast<double>(fibers_.fiberCount());
     state.counters["bytes"] = static_cast<double>(preflight_.bytes);
     if (contender_.ours) {
       state.counters["volume_tests"] = static_cast<double>(preflight_.volume_tests);

@@ -4,6 +4,7 @@
 //
 //     file_to_manager FILE [RADIUS]
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <memory>
 #include <stdexcept>
@@ -67,7 +68,11 @@ int main(int argc, char** argv) {
   }
   try {
     scenes::FiberFileOptions how;
-    if (argc == 3) how.radius = std::stod(argv[2]);
+    if (argc == 3) {
+      char* end = nullptr;
+      how.radius = std::strtod(argv[2], &end);
+      if (*end != '\0') throw std::invalid_argument(std::string(argv[2]) + " is no radius");
+    }
     printPairs(argv[1], how);
     return 0;
   } catch (const std::exception& error) {

@@ -7,6 +7,7 @@
 // FILE is a .hair, .tfx, .bcc, .vtk or .vtp file or a table of points; RADIUS is that of all
 // fibers, in the file's unit, and needed where the file has none.
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <stdexcept>
 #include <string>
@@ -51,7 +52,11 @@ int main(int argc, char** argv) {
   }
   try {
     fcl_fibers::scenes::FiberFileOptions how;
-    if (argc == 3) how.radius = std::stod(argv[2]);
+    if (argc == 3) {
+      char* end = nullptr;
+      how.radius = std::strtod(argv[2], &end);
+      if (*end != '\0') throw std::invalid_argument(std::string(argv[2]) + " is no radius");
+    }
     writeContacts(argv[1], how);
     return 0;
   } catch (const std::exception& error) {

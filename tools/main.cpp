@@ -4,8 +4,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <map>
 #include <optional>
@@ -91,8 +93,21 @@ const std::map<std::string, FiberTreeOptions::Volumes> kVolumes = {
 const std::map<std::string, Topology> kTopologies = {{"bundle", Topology::kBundle},
                                                      {"super-thread", Topology::kSuperThread}};
 
-/// Without its name in the help, where the option's type says enough.
-CLI::Validator quiet(CLI::Validator validator) { return validator.description(""); }
+/// CLI11's own name their range, up to the largest double, in 300 digits.
+CLI::Validator numberFrom(bool zero_is_one) {
+  const auto problem = [zero_is_one](const std::string& text) -> std::string {
+    char* end = nullptr;
+    const double number = std::strtod(text.c_str(), &end);
+    if (*end == '\0' && end != text.c_str() && std::isfinite(number) &&
+        (number > 0 || (zero_is_one && number == 0))) {
+      return "";
+    }
+    return "'" + text + "' is no number " + (zero_is_one ? "of 0 or more" : "above 0");
+  };
+  return CLI::Validator(problem, "");
+}
+CLI::Validator zeroOrMore() { return numberFrom(true); }
+CLI::Validator aboveZero() { return numberFrom(false); }
 
 std::string pictureProblem(const std::string& path) {
   const std::size_t dot = path.find_last_of("./");
@@ -114,7 +129,7 @@ void addScene(CLI::App& command, Arguments& arguments) {
   command
       .add_option("-r,--radius", arguments.radius,
                   "of all fibers of a file, in its unit, instead of its own")
-      ->check(quiet(CLI::NonNegativeNumber))
+      ->check(zeroOrMore())
       ->type_name("LENGTH");
 }
 
@@ -130,21 +145,19 @@ void addTree(CLI::App& command, FiberTreeOptions& tree) {
   command
       .add_option("-n,--ignored-neighbors", tree.ignored_neighbors,
                   "segments so near along a fiber are no pair; default 1, adjacent")
-      ->check(quiet(CLI::NonNegativeNumber))
+      ->check(zeroOrMore())
       ->type_name("N");
   command
       .add_option("-a,--ignored-arc-length", tree.ignored_arc_length,
                   "nor with this much of it, or less, between them; 0 by default")
-      ->check(quiet(CLI::NonNegativeNumber))
+      ->check(zeroOrMore())
       ->type_name("LENGTH");
   command.add_option("-m,--margin", tree.margin, "pairs this close count; 0 by default")
-      ->check(quiet(CLI::NonNegativeNumber))
+      ->check(zeroOrMore())
       ->type_name("LENGTH");
   addChoice(command, "--topology", tree.topology, kTopologies, "bundle|super-thread",
             "of the tree; super-thread is the paper's");
-  command.add_option("--threads", tree.threads, "1 by default")
-      ->check(quiet(CLI::PositiveNumber))
-      ->type_name("N");
+  command.add_option("--threads", tree.threads, "1 by default")->check(aboveZero())->type_name("N");
 }
 
 int run(int argc, char** argv) {
@@ -191,7 +204,7 @@ int run(int argc, char** argv) {
   addPicture(check, "--write-volumes", arguments.check.volumes_path,
              "volumes of one level of the tree");
   check.add_option("--depth", arguments.check.depth, "of that level; the root is 0, default is 2")
-      ->check(quiet(CLI::NonNegativeNumber))
+      ->check(zeroOrMore())
       ->type_name("N")
       ->group("Pictures, .vtp or .ply");
   check.footer(
@@ -208,12 +221,12 @@ int run(int argc, char** argv) {
   addScene(bench, arguments);
   bench.add_flag("--all", arguments.bench.all, "all of FCL's managers, and the paper's trees");
   bench.add_option("--repetitions", arguments.bench.repetitions, "9 by default")
-      ->check(quiet(CLI::PositiveNumber))
+      ->check(aboveZero())
       ->type_name("N");
   bench
       .add_option("--limit", arguments.bench.limit,
                   "what takes longer for a phase is left out; 10 by default")
-      ->check(quiet(CLI::PositiveNumber))
+      ->check(aboveZero())
       ->type_name("SECONDS");
   bench.add_flag("--json", arguments.json, "for programs");
   bench.footer(
@@ -226,7 +239,7 @@ int run(int argc, char** argv) {
       ->type_name("");
   view.add_option("-r,--radius", arguments.radii,
                   "of all fibers of the files; several: of each file, in order")
-      ->check(quiet(CLI::NonNegativeNumber))
+      ->check(zeroOrMore())
       ->allow_extra_args(false)
       ->type_name("LENGTH");
   view.add_option("-o,--output", arguments.view.path, "the page, .html")
@@ -234,11 +247,11 @@ int run(int argc, char** argv) {
       ->type_name("FILE");
   addTree(view, arguments.tree);
   view.add_option("--depth", arguments.view.depth, "of the deepest volumes; 2 by default")
-      ->check(quiet(CLI::Range(0, 8)))
+      ->check(CLI::Range(0, 8).description(""))
       ->type_name("N");
   view.add_option("--points", arguments.view.points,
                   "drawn of a scene, all frames together; 1,000,000 by default")
-      ->check(quiet(CLI::Range(std::size_t{1000}, std::size_t{100000000})))
+      ->check(CLI::Range(std::size_t{1000}, std::size_t{100000000}).description(""))
       ->type_name("N");
   view.add_flag("--fragment", arguments.view.fragment, "without a head, for another page");
   view.footer(

@@ -41,15 +41,18 @@ bool contains(const BoxOfSegment& outer, const BoxOfSegment& inner) {
 
 /// Share of the segments that leave their fat box in a step, over all steps.
 double shareThatLeaves(const std::vector<scenes::FiberScene>& steps, double fatness) {
-  std::vector<BoxOfSegment> fat;
-  for (std::size_t i = 0; i + 1 < steps[0].points.size(); ++i) {
-    fat.push_back(boxOf(steps[0], i, fatness));
+  std::vector<std::size_t> firsts;  // points that a segment starts at
+  for (std::size_t f = 0; f < steps[0].fiberCount(); ++f) {
+    const std::size_t last = steps[0].point_begin[f + 1] - 1;
+    for (std::size_t i = steps[0].point_begin[f]; i < last; ++i) firsts.push_back(i);
   }
+  std::vector<BoxOfSegment> fat;
+  for (const std::size_t first : firsts) fat.push_back(boxOf(steps[0], first, fatness));
   std::size_t left = 0;
   for (std::size_t s = 1; s < steps.size(); ++s) {
     for (std::size_t i = 0; i < fat.size(); ++i) {
-      if (contains(fat[i], boxOf(steps[s], i, 0))) continue;
-      fat[i] = boxOf(steps[s], i, fatness);
+      if (contains(fat[i], boxOf(steps[s], firsts[i], 0))) continue;
+      fat[i] = boxOf(steps[s], firsts[i], fatness);
       ++left;
     }
   }

@@ -14,7 +14,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 build=build/benchmarks
 results=$build/results
 data=$results/trade
-ponytail=../shared/data/tressfx31_ponytail_tail.tfx
+ponytail=${FCL_FIBERS_DATA:-../shared/data}/tressfx31_ponytail_tail.tfx
 
 hair=("$@")
 if ((${#hair[@]} == 0)) && [[ -e $ponytail ]]; then hair=(--hair="$ponytail" --radius=0.05); fi
@@ -46,19 +46,19 @@ part() {
   "$build/benchmarks/$program" "$@" --benchmark_out="$data/$name.json" \
     --benchmark_out_format=json >"$data/$name.txt" || failed=1
 }
-# managers SCENE FLAG...: what is seconds behind is no choice
+# managers SCENE SECONDS FLAG...: what takes longer in any phase is no choice
 managers() {
-  local scene=$1
-  shift
-  part "managers_$scene" fcl_fibers_benchmark "$@" --limit=2 --benchmark_filter=^Frame/
+  local scene=$1 limit=$2
+  shift 2
+  part "managers_$scene" fcl_fibers_benchmark "$@" --limit="$limit" --benchmark_filter=^Frame/
 }
 
-managers static --scene=strand --fibers=1000 --segments=100
-managers strand --scene=strand --fibers=1000 --segments=2000
-managers half_scalp --scene=scalp --fibers=5000
-managers dynamic --scene=dynamic
+managers static 2 --scene=strand --fibers=1000 --segments=100
+managers strand 10 --scene=strand --fibers=1000 --segments=2000
+managers half_scalp 2 --scene=scalp --fibers=5000
+managers dynamic 2 --scene=dynamic
 if ((${#hair[@]} > 0)); then
-  managers hair "${hair[@]}"
+  managers hair 2 "${hair[@]}"
 else
   echo "No file of hair: benchmarks/run.sh --trade --hair FILE --radius R" >&2
 fi
@@ -66,10 +66,10 @@ fi
 for scene in static strand half_scalp dynamic; do
   part "leaves_$scene" trade/fcl_fibers_trade --part=leaves --scene="$scene"
 done
-for scene in static strand half_scalp; do
+for scene in static strand half_scalp dynamic; do
   part "bounds_$scene" trade/fcl_fibers_trade --part=bounds --scene="$scene"
 done
-for scene in static dynamic; do
+for scene in static strand half_scalp dynamic; do
   part "spheres_$scene" trade/fcl_fibers_trade --part=spheres --scene="$scene"
 done
 part costs trade/fcl_fibers_trade --part=costs

@@ -71,17 +71,17 @@ struct TreeVolume {
 
 /// How far down a query goes that has to end in time.
 struct SearchBound {
-  /// Volumes whose longest edge, or diameter, is less are not opened; in the unit of the points.
-  /// At 0 all are.
+  /// Two volumes that overlap are left unopened once each of them is a single capsule or smaller
+  /// across than this: its longest edge, or the diameter, in the unit of the points. At 0 none is.
   double resolution = 0;
   /// Volumes of the tree that are tested against another volume, at most. A few nanoseconds each,
   /// and some more for the pairs that are found.
   std::size_t volume_tests = std::numeric_limits<std::size_t>::max();
 };
 
-/// Two parts of a tree, or of two trees, whose volumes overlap and that were not opened: any of
-/// their pairs may be one that the query asks for. Capsules are named and borrowed as by
-/// TreeVolume.
+/// Two parts of a tree, or of two trees, that may overlap and were not opened: any of their pairs
+/// may be one that the query asks for, and among them are pairs that it leaves out, such as
+/// neighbours. Capsules are named and borrowed as by TreeVolume.
 struct UnresolvedPair {
   const std::int32_t* a;  ///< some capsules, of the first tree
   std::size_t a_count;    ///< of a
@@ -148,9 +148,10 @@ class FCL_FIBERS_EXPORT FiberTree {
   /// that they would report is reported to `visit`, or is among those of one UnresolvedPair that
   /// `unresolved` is called with, never both or twice; what is reported to `visit` is what they
   /// would report. The tree is opened level by level, so that a smaller bound gives a coarser
-  /// answer everywhere, not none in some places. Runs on the calling thread. Both visitors return
-  /// nothing, or true to end the query. Throws std::invalid_argument if the resolution is negative,
-  /// NaN or infinite, and as the queries above.
+  /// answer everywhere, not none in some places. Runs on the calling thread and keeps 24 bytes for
+  /// each pair of nodes of a level. Both visitors return nothing, or true to end the query. Throws
+  /// std::invalid_argument if the resolution is negative, NaN or infinite, and as the queries
+  /// above.
   ///@{
   template <class Visitor, class Unresolved>
   bool visitPairs(const SearchBound& bound, Visitor&& visit, Unresolved&& unresolved) const {
@@ -180,7 +181,7 @@ class FCL_FIBERS_EXPORT FiberTree {
   std::size_t segmentCount() const;         ///< number of capsules
   const FiberTreeOptions& options() const;  ///< as at construction
 
-  /// Bytes that the tree holds.
+  /// Bytes that the tree holds; what threads keep to write pairs to is not counted.
   std::size_t memoryUsage() const;
 
  private:

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <vector>
 
 #include "arguments.h"
 
@@ -19,12 +20,11 @@ double distance(const Point& p, const Point& q) {
   return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
 }
 
-/// Of the circle through three points, 2 sin(angle at the middle one) / (its opposite side); 0 if
-/// two of them coincide. By the sine of a turn, not by an area: exact where the three are near a
-/// line.
+/// Of the circle through three points, 2 sin(angle at the middle one) / (its opposite side). By the
+/// sine of a turn, not by an area: exact where the three are near a line.
+/// @pre the middle one is neither of the others
 double curvatureAt(const Point& p, const Point& q, const Point& r) {
   const double before = distance(p, q), after = distance(q, r), across = distance(p, r);
-  if (before == 0 || after == 0) return 0;
   double u[3], v[3];
   for (std::size_t k = 0; k < 3; ++k) {
     u[k] = (q[k] - p[k]) / before;
@@ -54,7 +54,7 @@ int segmentsForChordError(double curvature, double length, double tolerance) {
   }
   constexpr double kMost = 1 << 27;
   const double wanted =
-      std::ceil(std::min(std::sqrt(curvature / tolerance / 8) * length, length / tolerance / 2));
+      std::ceil(std::min(length / tolerance / 2, std::sqrt(curvature / tolerance / 8) * length));
   if (!(wanted <= kMost)) {
     refuseArgument(kCall, "the number of segments", wanted,
                    "no more than 2^27 can be; give a larger tolerance");
@@ -74,16 +74,18 @@ double largestCurvature(const FiberScene& scene) {
     }
   }
   double largest = 0;
+  std::vector<Point> places;
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-    const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
-    for (std::size_t i = begin; i + 2 < end; ++i) {
-      largest =
-          std::max(largest, curvatureAt(scene.points[i], scene.points[i + 1], scene.points[i + 2]));
+    places.clear();
+    for (std::size_t i = scene.point_begin[f]; i < scene.point_begin[f + 1]; ++i) {
+      if (places.empty() || places.back() != scene.points[i]) places.push_back(scene.points[i]);
+    }
+    for (std::size_t i = 0; i + 2 < places.size(); ++i) {
+      largest = std::max(largest, curvatureAt(places[i], places[i + 1], places[i + 2]));
     }
     // Across the seam, where the last point is the first one.
-    if (scene.isClosed(f) && end - begin > 3) {
-      largest = std::max(largest, curvatureAt(scene.points[end - 2], scene.points[begin],
-                                              scene.points[begin + 1]));
+    if (scene.isClosed(f) && places.size() > 3) {
+      largest = std::max(largest, curvatureAt(places[places.size() - 2], places[0], places[1]));
     }
   }
   return largest;

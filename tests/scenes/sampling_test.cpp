@@ -65,6 +65,7 @@ TEST(SamplingTest, SegmentsAreTheFewestThatKeepTheTolerance) {
   }
   EXPECT_EQ(segmentsForChordError(0, 30, 1e-9), 1);
   EXPECT_EQ(segmentsForChordError(5, 0, 1e-9), 1);
+  EXPECT_EQ(segmentsForChordError(1e300, 0, 1e-300), 1);
 }
 
 TEST(SamplingTest, CurvatureOfCirclesAndLinesIsExact) {
@@ -94,8 +95,8 @@ TEST(SamplingTest, CurvatureAtSeamsAndFolds) {
   EXPECT_GT(largestCurvature(drop), open * 1.01);
 
   FiberScene fold;
-  fold.points = {{0, 0, 0}, {1, 0, 0}, {1, 0, 0}, {0, 0, 0}, {1, 0, 0}};
-  fold.point_begin = {0, 5};
+  fold.points = {{0, 0, 0}, {1, 0, 0}, {1, 0, 0}, {0, 0, 0}};
+  fold.point_begin = {0, 4};
   EXPECT_EQ(largestCurvature(fold), 2);
 }
 

@@ -430,7 +430,7 @@ class BadUse(ProgramTest):
         self.refused(says="subcommand")
         self.refused("frobnicate", says="")
         self.refused("check", says="SCENE")
-        self.refused("check", "strand", "--radius", -1, says="--radius")
+        self.refused("check", "strand", "--radius", -1, says="--radius: '-1' is no number of 0 or more")
         self.refused("check", "strand", "--radius", "wide", says="--radius")
         self.refused("check", "strand", "-n", "-3", says="--ignored-neighbors")
         self.refused("check", "strand", "--volumes", "kdops", says="--volumes")
