@@ -110,7 +110,8 @@ std::set<std::pair<std::size_t, std::size_t>> fibersInContact(const FiberScene& 
   tree.build(fiberArrays(scene));
   std::set<std::pair<std::size_t, std::size_t>> fibers;
   tree.visitPairs([&](SegmentPair pair) {
-    const auto ends = std::minmax(tree.fiberSegment(pair.a).fiber, tree.fiberSegment(pair.b).fiber);
+    const std::pair<std::size_t, std::size_t> ends =
+        std::minmax({tree.fiberSegment(pair.a).fiber, tree.fiberSegment(pair.b).fiber});
     if (ends.first != ends.second) fibers.insert(ends);
   });
   return fibers;
