@@ -124,6 +124,19 @@ mutation() {
   tests/mutation.py
 }
 
+# A file's fibers by every benchmark program.
+hair() {
+  local program
+  local file=(--hair=examples/crossing.txt --radius=0.06)
+  for program in fcl_fibers_benchmark "full/fcl_fibers_full --part=scene" \
+    "paper/fcl_fibers_paper --part=scene" "trade/fcl_fibers_trade --part=leaves"; do
+    # shellcheck disable=SC2086
+    build/release/benchmarks/$program "${file[@]}" --benchmark_out=build/hair.json \
+      --benchmark_out_format=json >build/hair.txt
+    grep -q '"name"' build/hair.json
+  done
+}
+
 # Every way to build, install and link the library. Installs a Debian package, and removes it.
 consumers() {
   tests/consumers.sh
@@ -140,6 +153,7 @@ steps=(
   fuzz
   mutation
   consumers
+  hair
   long
 )
 

@@ -106,6 +106,24 @@ class PageTest(ProgramTest):
         self.assertEqual(plain.count(is_red), 0)
         self.assertGreater(plain.count(is_fiber), 5000)
 
+    def test_is_drawn_inside_a_report(self):
+        """The report of the paper's experiments would show an empty frame."""
+        part = self.folder / "part.html"
+        self.run_program(
+            "view", "strand:fibers=150,segments=60,radius=0.01", "--fragment", "-o", part
+        )
+        report = self.write(
+            "report.html",
+            '<!doctype html><meta charset="utf-8"><body style="margin:0">'
+            f'<div style="height:600px">{part.read_text(encoding="utf-8")}</div><p>Below.</p>',
+        )
+        self.open(report)
+        picture = self.look("report")
+        self.assertGreater(picture.count(is_fiber), 3000)
+        self.assertGreater(picture.count(is_red), 100)
+        self.assertEqual(self.browser.requests, [f"file://{report}"])
+        self.assertEqual(self.browser.problems, [])
+
     def test_only_what_touches_is_red(self):
         """Other segments than those that touch would be shown as touching."""
         crossing = self.write("crossing.txt", "0 0 0\n0 1 0\n0 2 0\n0 3 0\n\n-1 1.5 0\n1 1.5 0\n")
