@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Makes one page of what benchmarks/run.sh --trade has measured: page.py FOLDER [PAGE.html]
+"""Makes one page of what benchmarks/run.sh --trade has measured.
 
 Parts that are missing are named on the page. The numbers stand in FOLDER as CSV.
 """
 
+import argparse
 import html
-import math
+import re
 import string
 import sys
 from pathlib import Path
@@ -15,117 +16,43 @@ sys.dont_write_bytecode = True  # no __pycache__ among the sources
 PAPER = Path(__file__).resolve().parent.parent / "paper"
 sys.path.insert(0, str(PAPER))
 
-import matplotlib.pyplot as plt
-from figures import image
+from pictures import dials_figure, managers_figure
+from recommendation import recommendation
 from report import count_text, figure, seconds_text, table, write_csv
 from results import load_parts
+from settings import (
+    CAGES,
+    DIALS,
+    SAMPLINGS,
+    SCENES,
+    SHORT,
+    bound_order,
+    by_directions,
+    by_fatness,
+    chord_error,
+    entries_of,
+    missed,
+    pareto,
+    points_of,
+    scenes_with,
+    title_of,
+)
 
-SCENES = {
-    "static": "Strand of 1,000 × 100 long segments (static)",
-    "strand": "Strand of 1,000 × 2,000 short segments",
-    "half_scalp": "A tenth of the half scalp, 5,000 × 50",
-    "dynamic": "Dynamic assembly, 150 × 100, half way",
-    "hair": "Hair from a file",
-}
-# Ours in colour, FCL's in grey; okabe-ito colours, which most eyes tell apart.
-OURS = {
-    "LayeredAABBTree/bundle": ("boxes", "#0072b2", "o"),
-    "LayeredAABBTree/bundle_capsules": ("boxes, capsules out", "#56b4e9", "D"),
-    "LayeredAABBTree/super_thread": ("boxes, super thread", "#d55e00", "o"),
-    "WrappedSphereTree/bundle": ("spheres", "#009e73", "s"),
-    "WrappedSphereTree/bundle_capsules": ("spheres, capsules out", "#60c8a8", "D"),
-    "WrappedSphereTree/super_thread": ("spheres, super thread", "#9b3f8f", "s"),
-}
-FCL = {
-    "DynamicAABBTree": ("FCL dynamic tree", "^"),
-    "DynamicAABBTree_Array": ("FCL dynamic tree, array", "v"),
-    "SaP": ("FCL SaP", "P"),
-    "SSaP": ("FCL SSaP", "X"),
-    "IntervalTree": ("FCL interval tree", "<"),
-    "SpatialHashing": ("FCL spatial hashing", ">"),
-    "Naive": ("FCL naive", "x"),
-}
-LEAST = 0.01  # false pairs per contact that the axis shows; exact ones stand below
+COSTS_BLOCK = re.compile(r"(<!-- table: [^\n]*-->\n).*?(<!-- end of table -->)", re.DOTALL)
+COSTS_HEADER = ("bytes a segment", "update, ns a segment", "detection, ns a segment", "pairs")
 
 
-def title_of(name):
-    if name in OURS:
-        return OURS[name][0]
-    manager, variant = name.split("/")
-    return f"{FCL[manager][0]}, {variant} boxes"
+def ratio_text(value):
+    return f"{value:.2f} ×"
 
 
-def points_of(part):
-    """(name, seconds a frame, false pairs per contact), fastest first."""
-    points = []
-    for name, entry in part.entries.items():
-        counters = entry.counters
-        touching = counters.get("touching", 0)
-        # Adjacent segments always touch, and are nothing that a program looks for.
-        contacts = touching - (counters.get("segments", 0) - counters.get("fibers", 0))
-        if math.isnan(entry.total) or contacts <= 0:
-            continue
-        points.append((name, entry.total, (counters["pairs"] - touching) / contacts))
-    return sorted(points, key=lambda point: point[1])
-
-
-def pareto(points):
-    """Those that no other point beats in both."""
-    front = []
-    for point in points:
-        if not front or point[2] < front[-1][2]:
-            front.append(point)
-    return front
-
-
-def trade_figure(parts):
-    scenes = [scene for scene in SCENES if f"managers_{scene}" in parts]
-    columns = 2
-    rows = (len(scenes) + 1 + columns - 1) // columns
-    fig, axes = plt.subplots(rows, columns, figsize=(10.5, 3.6 * rows), squeeze=False)
-    cells = list(axes.flat)
-    for scene, ax in zip(scenes, cells):
-        points = points_of(parts[f"managers_{scene}"])
-        front = pareto(points)
-        ax.plot(
-            [1e3 * p[1] for p in front],
-            [max(p[2], LEAST) for p in front],
-            color="#e01b24",
-            lw=1.2,
-            drawstyle="steps-post",
-            zorder=1,
-        )
-        for name, seconds, false in points:
-            if name in OURS:
-                _, color, marker = OURS[name]
-            else:
-                marker = FCL[name.split("/")[0]][1]
-                color = "#22262e" if name.endswith("tight") else "#a3aab7"
-            ax.scatter(1e3 * seconds, max(false, LEAST), c=color, marker=marker, s=42, zorder=2)
-        ax.set_xscale("log")
-        ax.set_yscale("log")
-        ax.set_title(SCENES[scene])
-        ax.set_xlabel("ms a frame: motion, update, detection")
-        ax.set_ylabel("false pairs per contact")
-        ax.axhspan(LEAST * 0.7, LEAST * 1.4, color="#eef4fb", zorder=0)
-        ax.text(0.99, 0.02, "none", transform=ax.transAxes, ha="right", color="#5b6475", size=8)
-    legend = cells[len(scenes)]
-    legend.axis("off")
-    handles = [
-        plt.Line2D([], [], color=color, marker=marker, ls="", label=label)
-        for label, color, marker in OURS.values()
-    ]
-    handles += [
-        plt.Line2D([], [], color="#22262e", marker=marker, ls="", label=label)
-        for label, marker in FCL.values()
-    ]
-    handles.append(plt.Line2D([], [], color="#a3aab7", marker="o", ls="", label="grey: stock boxes"))
-    handles.append(plt.Line2D([], [], color="#e01b24", label="Pareto front"))
-    legend.legend(handles=handles, loc="center", ncol=2, fontsize=8.5)
-    for ax in cells[len(scenes) + 1 :]:
-        ax.axis("off")
-    fig.tight_layout()
-    return image(fig, "False pairs against time, one picture a scene")
+def grouped(rows):
+    """Rows of cells for table(): what the first cell says stands once, a line below the last."""
+    out = []
+    for row, after in zip(rows, rows[1:] + [[None]]):
+        first = not out or rows[len(out) - 1][0] != row[0]
+        out.append(("group" if after[0] != row[0] else "", [row[0] if first else ""] + row[1:]))
+    return out
 
 
 class Page:
@@ -134,293 +61,361 @@ class Page:
         self.parts = load_parts(folder)
         self.blocks = []
         self.missing = []
+        self.files = []
 
-    def section(self, title, make):
+    def attempt(self, title, make):
+        """None where data are missing."""
         try:
-            block = make()
-        except (KeyError, IndexError, ValueError) as lack:
-            block = None
+            return make()
+        except (KeyError, IndexError, ValueError, ZeroDivisionError) as lack:
             print(f"report: {title}: {type(lack).__name__} {lack}", file=sys.stderr)
-        if block:
-            self.blocks.append(f"<h2>{title}</h2>\n{block}")
-        else:
+            return None
+
+    def section(self, title, make, prefix=None):
+        """`prefix`: of its parts, where there is one for each scene."""
+        block = self.attempt(title, make)
+        if not block:
             self.missing.append(title)
+            return
+        self.blocks.append(f"<h2>{title}</h2>\n{block}")
+        if prefix:
+            here = scenes_with(self.parts, prefix)
+            lack = [SHORT[scene] for scene in SCENES if scene not in [*here, "hair"]]
+            self.missing += [f"{title} ({'; '.join(lack)})"] if lack else []
 
-    def entries(self, part):
-        return {name.rsplit("/", 1)[0]: e for name, e in self.parts[part].entries.items()}
+    def csv(self, name, header, rows):
+        write_csv(self.folder / f"{name}.csv", header, rows)
+        self.files.append(f"{name}.csv")
 
-    def scenes_with(self, prefix):
-        return [scene for scene in SCENES if f"{prefix}_{scene}" in self.parts]
+    def by_scene(self, prefix):
+        for scene in scenes_with(self.parts, prefix):
+            yield SHORT[scene], entries_of(self.parts[f"{prefix}_{scene}"])
 
-    # Managers
+    # Figures
 
     def managers(self):
-        if not self.scenes_with("managers"):
+        scenes = scenes_with(self.parts, "managers")
+        if not scenes:
             return None
         rows = []
-        for scene in self.scenes_with("managers"):
+        for scene in scenes:
             points = points_of(self.parts[f"managers_{scene}"])
-            front = {p[0] for p in pareto(points)}
-            for name, seconds, false in points:
-                rows.append([SCENES[scene], title_of(name), seconds, false, int(name in front)])
-        header = ["scene", "setting", "seconds a frame", "false per touching", "on the front"]
-        write_csv(self.folder / "managers.csv", header, rows)
+            front = pareto(points)
+            for point in points:
+                name, seconds, false = point
+                rows.append([SHORT[scene], title_of(name), seconds, false, int(point in front)])
+        header = ["scene", "setting", "seconds a frame", "false per contact", "on the front"]
+        self.csv("managers", header, rows)
         return figure(
-            trade_figure(self.parts),
+            managers_figure(self.parts),
             (
                 "Each manager at each setting: what a frame costs, and how many pairs it reports in"
                 " vain for each contact, that is each touching pair of segments that are not"
-                " adjacent; the adjacent ones are reported by all. FCL's managers with the boxes they make themselves"
-                " (stock, grey) and with tight ones (black). One thread."
+                " adjacent; the adjacent ones are reported by all. FCL's managers with the boxes"
+                " they make themselves (stock, grey) and with tight ones (black). One thread."
             ),
         )
 
-    def recommendation(self):
-        items, wins = [], 0
-        scenes = self.scenes_with("managers")
-        for scene in scenes:
-            points = points_of(self.parts[f"managers_{scene}"])
-            ours = [p for p in points if p[0] in OURS]
-            exact = [p for p in ours if p[0].endswith("capsules")]
-            loose = [p for p in ours if not p[0].endswith("capsules")]
-            theirs = [p for p in points if p[0] not in OURS]
-            if not exact or not loose or not theirs:
-                items.append(f"<li><b>{SCENES[scene]}.</b> Not all of them ended in time.</li>")
-                continue
-            exact, loose, theirs = exact[0], loose[0], theirs[0]
-            on_front = ", ".join(f"{title_of(p[0])}" for p in pareto(points))
-            wins += title_of(loose[0]) == "boxes"
-            items.append(
-                f"<li><b>{SCENES[scene]}.</b> Only what touches: {title_of(exact[0])},"
-                f" {seconds_text(exact[1])} a frame, {theirs[1] / exact[1]:.1f} times as fast as"
-                f" FCL's fastest, which reports {theirs[2]:.1f} false pairs for each. Volumes:"
-                f" {title_of(loose[0])}, {seconds_text(loose[1])}, with {loose[2]:.1f} false pairs."
-                f" On the front: {on_front}.</li>"
-            )
-        if not items:
+    def dials(self):
+        tried = [self.attempt(make.__name__, lambda: make(self.parts)) for make in DIALS]
+        dials = [dial for dial in tried if dial and dial.curves]
+        if not dials:
             return None
-        return (
-            f"<ul>{''.join(items)}</ul><p>Boxes over bundles, the default, are the fastest volumes in"
-            f" {wins} of {len(scenes)} scenes. A program that tests the"
-            " pairs itself takes Report::kVolumes; one that would only drop those that do not touch"
-            " takes Report::kCapsules.</p>"
+        rows = [
+            [dial.title, SHORT[curve.scene], curve.kind, *point, dial.trades, int(point in front)]
+            for dial in dials
+            for curve in dial.curves
+            for front in [dial.front(curve.scene)]
+            for point in curve.points
+        ]
+        header = ["dial", "scene", "kind", "setting", "seconds", "value", "of"]
+        self.csv("dials", header + ["on the front"], rows)
+        return figure(
+            dials_figure(dials),
+            (
+                "Each dial turned through its settings, a curve for each scene; both axes are the"
+                " better the nearer to zero. Full: the Pareto front of the scene, settings that no"
+                " other of that dial beats in both. Leaves, search bounds and sampling report what"
+                " touches; k-DOPs, spheres and lazy updates volumes. The time of lazy updates is"
+                " the least that they may take, not measured as a whole. One thread."
+            ),
         )
 
     # Dials
 
     def leaves(self):
         rows, csv_rows = [], []
-        for scene in self.scenes_with("leaves"):
-            entries = self.entries(f"leaves_{scene}")
-            base = entries["1"].total
-            for length in ("1", "2", "4", "8"):
-                if length not in entries:
-                    continue
+        for scene, entries in self.by_scene("leaves"):
+            for length in sorted(entries, key=int):
                 e = entries[length]
                 c = e.counters
                 rows.append(
-                    (
-                        "group" if length == max(entries, key=int) else "",
-                        [
-                            SCENES[scene] if length == "1" else "",
-                            length,
-                            seconds_text(c["build"]),
-                            seconds_text(c["update"]),
-                            seconds_text(c["detection"]),
-                            f"{base / e.total:.2f}",
-                            count_text(c["touching"]),
-                            count_text(c["run_pairs"]),
-                            count_text(c["tests"]),
-                        ],
-                    )
+                    [
+                        scene,
+                        length,
+                        seconds_text(c["build"]),
+                        seconds_text(c["update"]),
+                        seconds_text(c["detection"]),
+                        ratio_text(entries["1"].total / e.total),
+                        count_text(c["touching"]),
+                        count_text(c["run_pairs"]),
+                        count_text(c["tests"]),
+                    ]
                 )
                 csv_rows.append(
-                    [SCENES[scene], length, c["build"], c["update"], c["detection"], c["touching"]]
+                    [scene, length, c["build"], c["update"], c["detection"], c["touching"]]
                     + [c["run_pairs"], c["tests"], c["bytes"]]
                 )
         if not rows:
             return None
-        header = ["scene", "segments a leaf", "build", "update", "detection", "frame, 1 : this"]
-        write_csv(
-            self.folder / "leaves.csv",
-            header[:2] + ["build s", "update s", "detection s", "touching", "run pairs", "tests"]
-            + ["bytes"],
+        self.csv(
+            "leaves",
+            ["scene", "segments a leaf", "build s", "update s", "detection s", "touching"]
+            + ["run pairs", "tests", "bytes"],
             csv_rows,
         )
+        header = ["scene", "segments<br>a leaf", "build", "update", "detection"]
+        header += ["frame,<br>1 : this", "touching<br>pairs", "pairs<br>of runs", "pairs<br>tried"]
         return (
             "<p>The tree over runs of segments, each run in the capsule about its chord; pairs of"
             " runs that touch are tried segment by segment. The answer is the same: the capsules"
-            " that touch. Plain arrays, one thread. Left out: runs in capsules more than fifty times as"
-            " thick as the fiber.</p>"
-            + table(header + ["touching", "pairs of runs", "pairs tried"], rows)
+            " that touch. Plain arrays, one thread. Left out: runs in capsules more than fifty"
+            " times as thick as the fiber.</p>"
+            + table(header, grouped(rows))
+        )
+
+    def kdops(self):
+        rows, csv_rows = [], []
+        for scene in scenes_with(self.parts, "kdops"):
+            found = by_directions(self.parts[f"kdops_{scene}"])
+            box = dict(found)["6"].counters
+            for directions, e in found:
+                c = e.counters
+                touching_frame = c["update"] + c["touching_detection"]
+                false = (c["pairs"] - c["touching"]) / c["touching"]
+                rows.append(
+                    [
+                        SHORT[scene],
+                        directions,
+                        seconds_text(c["update"]),
+                        seconds_text(c["detection"]),
+                        seconds_text(c["touching_detection"]),
+                        count_text(c["pairs"]),
+                        f"{false:,.2f}",
+                        f"{c['bytes'] / c['segments']:.1f}",
+                        ratio_text(
+                            (box["update"] + box["detection"]) / (c["update"] + c["detection"])
+                        ),
+                        ratio_text((box["update"] + box["touching_detection"]) / touching_frame),
+                    ]
+                )
+                csv_rows.append(
+                    [SHORT[scene], directions, c["update"], c["detection"]]
+                    + [c["touching_detection"], c["pairs"], c["touching"], c["tests"]]
+                    + [c["bytes"], c["segments"]]
+                )
+        if not rows:
+            return None
+        self.csv(
+            "kdops",
+            ["scene", "directions", "update s", "detection s", "detection with capsules out s"]
+            + ["pairs", "touching", "tests", "bytes", "segments"],
+            csv_rows,
+        )
+        header = ["scene", "directions", "update", "detection", "capsules<br>out", "pairs"]
+        header += ["false per<br>touching", "bytes a<br>segment", "frame,<br>6 : this"]
+        return (
+            "<p>The tree with k-DOPs, polytopes between parallel planes, instead of boxes, which"
+            " are those of 6 directions and go through the same code here. <em>Capsules out</em> is"
+            " detection with the capsule test behind it, which leaves the pairs that touch. A frame"
+            " is update and detection, in the last column with capsules out. Plain arrays, one"
+            " thread.</p>"
+            + table(header + ["touching,<br>6 : this"], grouped(rows))
         )
 
     def bounds(self):
         rows, csv_rows = [], []
-        for scene in self.scenes_with("bounds"):
-            entries = self.entries(f"bounds_{scene}")
-            whole = entries["none"]
-            for name in sorted(entries, key=self.bound_order):
+        for scene, entries in self.by_scene("bounds"):
+            whole = entries["none"].counters["pairs"]
+            for name in sorted(entries, key=bound_order):
                 e = entries[name]
                 c = e.counters
-                share = c["pairs"] / whole.counters["pairs"]
-                cells = [name.replace(":", " ≤ ") if ":" in name else name]
-                cells += [seconds_text(e.total), f"{100 * share:.1f} %"]
-                cells += [count_text(c["pieces"]), count_text(c["unresolved"])]
-                rows.append(("", [SCENES[scene] if name == "none" else ""] + cells))
-                csv_rows.append([SCENES[scene], name, e.total, c["pairs"], c["pieces"]]
-                                + [c["unresolved"]])
+                kind, _, value = name.partition(":")
+                unit = f"{kind} ≤ {int(value):,}" if kind == "tests" else f"from {value} {kind}"
+                rows.append(
+                    [
+                        scene,
+                        unit if value else name,
+                        seconds_text(e.total),
+                        f"{100 * c['pairs'] / whole:.1f} %",
+                        count_text(c["pieces"]),
+                        count_text(c["unresolved"]),
+                    ]
+                )
+                csv_rows.append([scene, name, e.total, c["pairs"], c["pieces"], c["unresolved"]])
         if not rows:
             return None
-        write_csv(
-            self.folder / "bounds.csv",
-            ["scene", "bound", "seconds", "pairs", "pieces", "unresolved pairs"],
-            csv_rows,
+        self.csv(
+            "bounds", ["scene", "bound", "query s", "pairs", "pieces", "unresolved pairs"], csv_rows
         )
+        header = ["scene", "bound", "query", "touching pairs resolved", "pieces", "pairs in them"]
         return (
             "<p>FiberTree::visitPairs with a SearchBound: at most so many tests of volumes, or no"
-            " volume opened that is smaller than so many fiber radii. What is not resolved comes as"
-            " pairs of pieces that hold every pair there may be.</p>"
-            + table(
-                ["scene", "bound", "time", "touching pairs resolved", "pieces", "pairs in them"],
-                rows,
-            )
+            " volume opened that is smaller than so many fiber radii; <em>none</em> is the query"
+            " without one, <em>all</em> with one that binds nothing. What is not resolved comes as"
+            " pairs of pieces that hold every pair there may be.</p>" + table(header, grouped(rows))
         )
-
-    @staticmethod
-    def bound_order(name):
-        kind, _, value = name.partition(":")
-        return (("none", "all", "tests", "radii").index(kind), int(value or 0))
 
     def spheres(self):
         rows, csv_rows = [], []
-        for scene in self.scenes_with("spheres"):
-            entries = self.entries(f"spheres_{scene}")
-            exact = entries["exact"].counters["mean_radius"]
-            for name in ("verified", "exact", "core_set_20", "core_set_5", "Ritter", "centroid"):
-                e = entries[name]
-                c = e.counters
+        for scene, entries in self.by_scene("spheres"):
+            exact = entries["exact"].counters
+            for name in CAGES:
+                c = entries[name].counters
+                radius = c["mean_radius"] / exact["mean_radius"]
                 rows.append(
-                    (
-                        "",
-                        [
-                            SCENES[scene] if name == "verified" else "",
-                            name.replace("_", " "),
-                            seconds_text(c["update"]),
-                            seconds_text(c["detection"]),
-                            f"{c['mean_radius'] / exact:.3f}",
-                            count_text(c["tests"]),
-                        ],
-                    )
+                    [
+                        scene,
+                        CAGES[name],
+                        seconds_text(c["update"]),
+                        seconds_text(c["detection"]),
+                        f"{radius:.3f} ×",
+                        count_text(c["tests"]),
+                        f"{c['tests'] / exact['tests']:.3f} ×",
+                    ]
                 )
-                csv_rows.append(
-                    [SCENES[scene], name, c["update"], c["detection"], c["mean_radius"] / exact]
-                    + [c["tests"]]
-                )
+                csv_rows.append([scene, name, c["update"], c["detection"], radius, c["tests"]])
         if not rows:
             return None
-        header = ["scene", "cages", "update", "detection", "mean radius : exact", "tests"]
-        write_csv(self.folder / "spheres.csv", header, csv_rows)
+        self.csv(
+            "spheres",
+            ["scene", "cages", "update s", "detection s", "mean radius : exact", "tests"],
+            csv_rows,
+        )
+        header = ["scene", "cages", "update", "detection", "mean radius : exact"]
         return (
             "<p>Cages of the wrapped sphere tree: <em>verified</em> keeps the exact one as long as"
             " its basis holds, which is what the manager does; the others are made anew at every"
             " step. Detection by the least instruction set, to compare tests.</p>"
-            + table(header, rows)
+            + table(header + ["tests of volumes", "tests : exact"], grouped(rows))
         )
 
     def lazy(self):
-        part = self.parts["lazy"]
+        if "lazy" not in self.parts:
+            return None
         rows, csv_rows = [], []
         for report in ("volumes", "capsules"):
-            found = {n.split(":")[1]: e for n, e in part.entries.items() if n.startswith(report)}
-            base = found["0.00"].total
-            for fatness in sorted(found, key=float):
-                e = found[fatness]
+            found = by_fatness(self.parts["lazy"], report)
+            tight = found[0][1]
+            for fatness, e in found:
                 c = e.counters
                 rows.append(
-                    (
-                        "",
-                        [
-                            report if fatness == "0.00" else "",
-                            f"{float(fatness):g}",
-                            f"{100 * c['share']:.0f} %",
-                            seconds_text(c["moved"]),
-                            seconds_text(c["still"]),
-                            seconds_text(c["detection"]),
-                            f"{base / e.total:.2f}",
-                        ],
-                    )
+                    [
+                        report,
+                        f"{fatness:g} radii",
+                        f"{100 * c['share']:.0f} %",
+                        seconds_text(c["moved"]),
+                        seconds_text(c["still"]),
+                        seconds_text(c["detection"]),
+                        count_text(c["pairs"]),
+                        ratio_text(c["pairs"] / tight.counters["pairs"]),
+                        ratio_text(tight.total / e.total),
+                    ]
                 )
-                csv_rows.append([report, fatness, c["share"], c["moved"], c["still"]]
-                                + [c["detection"], e.total])
-        header = ["report", "fatness, radii", "leave", "update", "update, nothing moved"]
-        write_csv(
-            self.folder / "lazy.csv",
-            ["report", "fatness", "share", "update s", "still s", "detection s", "sum s"],
+                csv_rows.append(
+                    [report, fatness, c["share"], c["moved"], c["still"], c["detection"]]
+                    + [c["pairs"], e.total]
+                )
+        self.csv(
+            "lazy",
+            ["report", "fatness radii", "share", "update s", "still s", "detection s", "pairs"]
+            + ["sum s"],
             csv_rows,
         )
+        header = ["report", "fatness", "leave", "update", "update,<br>nothing moved", "detection"]
+        header += ["pairs", "pairs,<br>this : tight", "sum,<br>tight : this"]
         return (
             "<p>The dynamic assembly, all its steps: boxes fattened, refitted only where a segment"
             " has left its own. The last column takes a refit in part for its share of a whole"
             " one, which it exceeds: the most that the dial may gain.</p>"
-            + table(header + ["detection", "sum, tight : this"], rows)
+            + table(header, grouped(rows))
         )
 
     def sampling(self):
+        if "sampling" not in self.parts:
+            return None
         entries = self.parts["sampling"].entries
         rows, csv_rows = [], []
         for kind in ("plain", "margin"):
-            for segments in (25, 50, 100, 200, 400, 1000, 2000):
+            for segments in SAMPLINGS:
                 e = entries[f"{segments}/{kind}"]
-                c = e.counters
-                missed = c["missed"] / c["contacts"]
-                extra = c["extra"] / max(c["reported"], 1)
+                extra = e.counters["extra"] / max(e.counters["reported"], 1)
                 rows.append(
-                    (
-                        "",
-                        [
-                            kind if segments == 25 else "",
-                            str(segments),
-                            f"{c['chord_error'] / 0.0035:.3g}",
-                            f"{100 * missed:.2f} %",
-                            f"{100 * extra:.1f} %",
-                            seconds_text(e.total),
-                        ],
-                    )
+                    [
+                        kind,
+                        f"{segments:,}",
+                        f"{chord_error(e):.3g} radii",
+                        f"{100 * missed(e):.2f} %",
+                        f"{100 * extra:.1f} %",
+                        seconds_text(e.total),
+                    ]
                 )
-                csv_rows.append([kind, segments, c["chord_error"], missed, extra, e.total])
-        header = ["margin", "segments a fiber", "chord error, radii", "missed", "not in the finest"]
-        write_csv(
-            self.folder / "sampling.csv",
+                chord = e.counters["chord_error"]
+                csv_rows.append([kind, segments, chord, missed(e), extra, e.total])
+        self.csv(
+            "sampling",
             ["margin", "segments", "chord error cm", "missed", "extra", "seconds"],
             csv_rows,
         )
+        header = ["margin", "segments a fiber", "chord error", "missed", "not in the finest"]
         return (
             "<p>The strand of 1,000 fibers of 30 cm, against itself at 2,000 segments: contacts of"
-            " two fibers missed, and contacts that the finest has none beside. <em>Margin</em>: with"
-            " twice the chord error as margin, which misses none.</p>"
-            + table(header + ["update + detection"], rows)
+            " two fibers missed, and contacts that the finest has none beside. <em>Margin</em>:"
+            " with twice the chord error as margin, which misses none.</p>"
+            + table(header + ["update + detection"], grouped(rows))
         )
 
-    def costs(self):
-        rows, csv_rows, text = [], [], []
+    def cost_rows(self):
         for name, e in sorted(self.parts["costs"].entries.items()):
             c = e.counters
-            n = c["segments"]
-            kind, what = name.split("/", 1)
-            cells = [f"{c['bytes'] / n:.1f}", f"{1e9 * c['update'] / n:.0f}"]
-            cells += [f"{1e9 * c['detection'] / n:.0f}"]
-            rows.append(("", [f"{kind}: {what}"] + cells + [count_text(c["pairs"])]))
-            csv_rows.append([kind, what] + cells + [c["pairs"]])
-            text.append(f"| {kind} | {what} | {' | '.join(cells)} | {count_text(c['pairs'])} |")
-        header = ["", "bytes a segment", "update, ns", "detection, ns", "pairs"]
-        write_csv(self.folder / "costs.csv", ["of", "what"] + header[1:], csv_rows)
-        head = "| of | what is asked for | bytes | update, ns | detection, ns | pairs |\n|---|---|--:|--:|--:|--:|\n"
-        (self.folder / "costs.md").write_text(head + "\n".join(text) + "\n", encoding="utf-8")
+            nanoseconds = [1e9 * c[phase] / c["segments"] for phase in ("update", "detection")]
+            yield [*name.split("/", 1), c["bytes"] / c["segments"], *nanoseconds, c["pairs"]]
+
+    def cost_cells(self):
+        for of, what, size, *others in self.cost_rows():
+            yield [of, what, f"{size:.1f}", *(count_text(other) for other in others)]
+
+    def costs(self):
+        if "costs" not in self.parts:
+            return None
+        header = ["of", "what is asked for", *COSTS_HEADER]
+        self.csv("costs", header, self.cost_rows())
         return (
-            "<p>A strand of 1,000 × 100: what a tree over plain arrays and a manager of FCL objects"
-            " hold and take, a segment, by what they are told to do.</p>" + table(header, rows)
+            "<p>A strand of 1,000 × 100: what a tree over plain arrays and a manager of FCL"
+            " objects hold and take, a segment, by what they are told to do.</p>"
+            + table([h.replace(" a ", "<br>a ") for h in header], grouped(list(self.cost_cells())))
         )
+
+    def write_costs(self, path):
+        """Renews the table of docs/costs.md."""
+        if "costs" not in self.parts:
+            raise ValueError(f"no costs.json in {self.folder}: run benchmarks/run.sh --trade")
+        text = path.read_text(encoding="utf-8")
+        if not COSTS_BLOCK.search(text):
+            raise ValueError(f"{path}: no lines <!-- table: ... --> and <!-- end of table -->")
+        context = self.parts["costs"].context
+        keys = ("machine", "compiler", "build_type")
+        where = [context.get(key, "unknown") for key in keys]
+        lines = [
+            "; ".join([*where, f"commit {context.get('commit', 'unknown')}", "medians."]),
+            "",
+            "| of | what is asked for | " + " | ".join(COSTS_HEADER) + " |",
+            "|---|---|" + "--:|" * len(COSTS_HEADER),
+            *("| " + " | ".join(row) + " |" for row in self.cost_cells()),
+        ]
+        block = "\n" + "\n".join(lines) + "\n\n"
+        text = COSTS_BLOCK.sub(lambda found: found[1] + block + found[2], text)
+        path.write_text(text, encoding="utf-8")
 
     def facts(self):
         contexts = [part.context for part in self.parts.values()]
@@ -431,21 +426,24 @@ class Page:
         dates = sorted(c["date"] for c in contexts if "date" in c)
         if dates:
             rows.append(("begun", f"{dates[0]}; last part {dates[-1]}"))
+        rows.append(("as CSV", f"in {html.escape(self.folder.name)}: {', '.join(self.files)}"))
         lines = "".join(f"<tr><td>{k}</td><td>{v}</td></tr>" for k, v in rows)
         return f'<table class="facts">{lines}</table>'
 
     def make(self):
-        self.section("What a pair costs", self.managers)
-        self.section("Which setting", self.recommendation)
-        self.section("Leaves of several segments", self.leaves)
-        self.section("How finely a curve is cut", self.sampling)
-        self.section("An answer in time", self.bounds)
-        self.section("Approximate spheres", self.spheres)
+        self.section("What a pair costs", self.managers, "managers")
+        self.section("The dials", self.dials)
+        self.section("Leaves of several segments", self.leaves, "leaves")
+        self.section("k-DOPs", self.kdops, "kdops")
+        self.section("An answer in time", self.bounds, "bounds")
+        self.section("Approximate spheres", self.spheres, "spheres")
         self.section("Lazy updates", self.lazy)
+        self.section("How finely a curve is cut", self.sampling)
         self.section("A scene pays for what it uses", self.costs)
-        lack = (
-            f'<p class="missing">Not measured: {"; ".join(self.missing)}.</p>' if self.missing else ""
-        )
+        self.section("Which setting", lambda: recommendation(self.parts))
+        lack = ""
+        if self.missing:
+            lack = f'<p class="missing">Not measured: {"; ".join(self.missing)}.</p>'
         return (
             "<h1>fcl_fibers: what accuracy costs</h1>"
             '<p class="lead">Every manager and every dial, measured.</p>'
@@ -457,16 +455,24 @@ class Page:
 
 
 def main(arguments):
-    if len(arguments) not in (1, 2):
-        print(__doc__, file=sys.stderr)
-        return 1
-    folder = Path(arguments[0])
-    output = Path(arguments[1]) if len(arguments) == 2 else folder.parent / "trade.html"
-    body = Page(folder).make()
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path, help="where the parts are")
+    parser.add_argument("page", type=Path, nargs="?", help="trade.html beside the folder")
+    parser.add_argument("--costs", type=Path, help="docs/costs.md, whose table is renewed")
+    options = parser.parse_args(arguments)
+    page = Page(options.folder)
+    output = options.page or options.folder.parent / "trade.html"
     template = string.Template((PAPER / "page.html").read_text(encoding="utf-8"))
-    page = template.substitute(title="fcl_fibers: what accuracy costs", body=body)
-    output.write_text(page, encoding="utf-8")
+    title = "fcl_fibers: what accuracy costs"
+    output.write_text(template.substitute(title=title, body=page.make()), encoding="utf-8")
     print(output)
+    if options.costs:
+        try:
+            page.write_costs(options.costs)
+        except (OSError, ValueError) as error:
+            print(f"page.py: --costs: {error}", file=sys.stderr)
+            return 1
+        print(options.costs)
     return 0
 
 
