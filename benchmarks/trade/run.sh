@@ -8,6 +8,8 @@
 # more from kept results:
 #
 #   /usr/bin/python3 benchmarks/trade/page.py build/benchmarks/results/trade
+#
+# and with --costs docs/costs.md the table of that file with it.
 set -euo pipefail
 
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -63,21 +65,22 @@ else
   echo "No file of hair: benchmarks/run.sh --trade --hair FILE --radius R" >&2
 fi
 
-for scene in static strand half_scalp dynamic; do
-  part "leaves_$scene" trade/fcl_fibers_trade --part=leaves --scene="$scene"
-done
-for scene in static strand half_scalp dynamic; do
-  part "bounds_$scene" trade/fcl_fibers_trade --part=bounds --scene="$scene"
-done
-for scene in static strand half_scalp dynamic; do
-  part "spheres_$scene" trade/fcl_fibers_trade --part=spheres --scene="$scene"
-done
+# dial NAME: on every scene
+dial() {
+  local scene
+  for scene in static strand half_scalp dynamic; do
+    part "$1_$scene" trade/fcl_fibers_trade --part="$1" --scene="$scene"
+  done
+  if ((${#hair[@]} > 0)); then part "$1_hair" trade/fcl_fibers_trade --part="$1" "${hair[@]}"; fi
+}
+
+dial leaves
+dial kdops
+dial bounds
+dial spheres
 part costs trade/fcl_fibers_trade --part=costs
 part lazy trade/fcl_fibers_trade --part=lazy
 part sampling trade/fcl_fibers_trade --part=sampling
-if ((${#hair[@]} > 0)); then
-  part leaves_hair trade/fcl_fibers_trade --part=leaves "${hair[@]}"
-fi
 
 printf '%4d s  page\n' "$SECONDS" >&2
 /usr/bin/python3 benchmarks/trade/page.py "$data" "$results/trade.html" || failed=1
