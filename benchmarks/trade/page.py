@@ -137,7 +137,8 @@ class Page:
                 " better the nearer to zero. Full: the Pareto front of the scene, settings that no"
                 " other of that dial beats in both. Leaves, search bounds and sampling report what"
                 " touches; k-DOPs, spheres and lazy updates volumes. The time of lazy updates is"
-                " the least that they may take, not measured as a whole. One thread."
+                " the least that they may take, not measured as a whole. One thread. Along a curve"
+                " the settings keep their order; a label that would cover others is left out."
             ),
         )
 
@@ -228,8 +229,8 @@ class Page:
             "<p>The tree with k-DOPs, polytopes between parallel planes, instead of boxes, which"
             " are those of 6 directions and go through the same code here. <em>Capsules out</em> is"
             " detection with the capsule test behind it, which leaves the pairs that touch. A frame"
-            " is update and detection, in the last column with capsules out. Plain arrays, one"
-            " thread.</p>"
+            " is update and detection, in the last column with capsules out. Bounds are float but"
+            " for <em>double</em>. Plain arrays, one thread.</p>"
             + table(header + ["touching,<br>6 : this"], grouped(rows))
         )
 

@@ -141,7 +141,7 @@ def dials_legend(dials):
         for scene, title in SCENES.items()
         if scene in scenes
     ]
-    faces = ((SOFT, "full: on the Pareto front of its scene"), ("white", "hollow: beaten in both"))
+    faces = ((SOFT, "full: on the Pareto front of its scene"), ("white", "hollow: not on it"))
     return handles + [
         plt.Line2D([], [], ls="", marker="o", ms=5.5, mec=SOFT, mfc=face, label=label)
         for face, label in faces

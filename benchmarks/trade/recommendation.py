@@ -188,8 +188,8 @@ def defaults(parts):
         ("Volumes: boxes over the bundle", title_of(DEFAULT), loose),
         ("Boxes over the bundle for what touches", title_of(f"{DEFAULT}_capsules"), exact),
         ("One segment a leaf", "leaves of 1", of_leaves(parts)),
-        ("Boxes, not k-DOPs: volumes", "6-DOPs", of_kdops(parts, "detection")),
-        ("Boxes, not k-DOPs, for what touches", "6-DOPs", of_kdops(parts, "touching_detection")),
+        ("Boxes, not k-DOPs: volumes", "k = 6", of_kdops(parts, "detection")),
+        ("Boxes, not k-DOPs, for what touches", "k = 6", of_kdops(parts, "touching_detection")),
         ("Exact cages, verified", CAGES["verified"] + " cages", of_spheres(parts)),
         # A lazy update is given the least time that it may take, see Page.lazy().
         ("No lazy updates, at best: volumes", "fatness 0", of_lazy(parts, "volumes")),
@@ -277,7 +277,7 @@ def of_leaves(parts):
 def of_kdops(parts, detection):
     return {
         scene: {
-            f"{k}-DOPs": e.counters["update"] + e.counters[detection]
+            f"k = {k}": e.counters["update"] + e.counters[detection]
             for k, e in by_directions(parts[f"kdops_{scene}"])
         }
         for scene in scenes_with(parts, "kdops")

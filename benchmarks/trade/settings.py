@@ -38,7 +38,7 @@ FCL = {
     "SpatialHashing": ("FCL spatial hashing", ">"),
     "Naive": ("FCL naive", "x"),
 }
-DIRECTIONS = ("6", "14", "18", "26")
+DIRECTIONS = {"6_double": "6 double", "6": "6", "14": "14", "18": "18", "26": "26"}
 CAGES = {
     "verified": "verified",
     "exact": "exact",
@@ -143,7 +143,7 @@ def kdops(parts):
 
 def by_directions(part):
     entries = entries_of(part)
-    return [(name, entries[name]) for name in DIRECTIONS if name in entries]
+    return [(label, entries[name]) for name, label in DIRECTIONS.items() if name in entries]
 
 
 def bounds(parts):
