@@ -17,6 +17,7 @@
 #include "broadphase/fcl_layout.h"
 #include "broadphase/fiber_registry.h"
 #include "broadphase/object_segments.h"
+#include "geometry/always_inline.h"
 #include "geometry/sphere.h"
 #include "geometry/touch.h"
 #include "tree/scene.h"
@@ -555,7 +556,8 @@ class FiberCollisionManager<S>::Impl {
     const auto* lines = static_cast<const char*>(object);
     for (std::size_t line = 0; line < count; ++line) __builtin_prefetch(lines + 64 * line);
   }
-  static void prefetchObject(const std::vector<Object*>& objects, std::size_t id) {
+  FCL_FIBERS_ALWAYS_INLINE static void prefetchObject(const std::vector<Object*>& objects,
+                                                      std::size_t id) {
     if (id + kPrefetchAhead >= objects.size()) return;
     prefetchLines(objects[id + kPrefetchAhead], 3);
     // The object itself has arrived by now, and knows where its geometry is.

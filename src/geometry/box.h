@@ -18,7 +18,7 @@ struct Box {
   template <int N>
   class Pack;
 
-  static Box around(const Segment& segment, double padding) {
+  FCL_FIBERS_ALWAYS_INLINE static Box around(const Segment& segment, double padding) {
     const double r = segment.thickness() + padding + endPointError(segment);
     const Vec3d low = min(segment.a, segment.b);
     const Vec3d high = max(segment.a, segment.b);
@@ -48,7 +48,7 @@ class alignas(4 * N) Box::Pack {
     }
   }
   /// As set(); says whether it made a difference.
-  bool replace(int lane, const Box& box) {
+  FCL_FIBERS_ALWAYS_INLINE bool replace(int lane, const Box& box) {
     bool differs = false;
     for (int axis = 0; axis < 3; ++axis) {
       differs |= !(low_[axis][lane] == box.low[axis] && high_[axis][lane] == box.high[axis]);

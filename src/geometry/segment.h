@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "geometry/always_inline.h"
 #include "geometry/vec3.h"
 
 namespace fcl_fibers::geometry {
@@ -23,7 +24,7 @@ struct Segment {
 /// frame a = t - h and b = t + h, where t and h carry one and one and a half roundings of their own
 /// size, which is at most that of a and b; the sum adds half of one. That makes three halves of
 /// eps and sqrt(3) for three axes; the constant 8 leaves room for the rotation's own rounding.
-inline double endPointError(const Segment& segment) {
+FCL_FIBERS_ALWAYS_INLINE double endPointError(const Segment& segment) {
   constexpr double kEps = std::numeric_limits<double>::epsilon();
   return 8 * kEps * std::max(maxNorm(segment.a), maxNorm(segment.b));
 }

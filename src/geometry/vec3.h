@@ -32,6 +32,10 @@ T dot(const Vec3<T>& p, const Vec3<T>& q) {
   return p.x * q.x + p.y * q.y + p.z * q.z;
 }
 template <typename T>
+Vec3<T> cross(const Vec3<T>& p, const Vec3<T>& q) {
+  return {p.y * q.z - p.z * q.y, p.z * q.x - p.x * q.z, p.x * q.y - p.y * q.x};
+}
+template <typename T>
 T squaredNorm(const Vec3<T>& p) {
   return dot(p, p);
 }

@@ -130,7 +130,7 @@ class FiberTree {
   /// Size of nodes per size of leaves, from a sample: how far the tree is from one whose nodes hold
   /// what is close together. It grows when fibers move apart, not when the scene does.
   double looseness() const {
-    constexpr std::size_t kSamples = 4096;
+    constexpr std::size_t kSamples = 1024;
     double nodes = 0, leaves = 0;
     for (std::size_t i = 0; i < topology_.nodes.size();
          i += topology_.nodes.size() / kSamples + 1) {

@@ -300,7 +300,8 @@ class Scene {
       for (std::size_t i = begin; i < end; ++i) {
         const auto id = static_cast<SegmentId>(i);
         Segment segment;
-        if (!read(id, segment) || isBounded(segment)) continue;
+        // Capsules that have been read are bounded.
+        if (!read(id, segment) || !segment.isBox() || isBounded(segment)) continue;
         const std::lock_guard<std::mutex> lock(mutex);
         unbounded_.push_back(id);
       }
