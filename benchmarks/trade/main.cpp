@@ -3,7 +3,7 @@
 // What accuracy costs: dials that are no manager's option, or were not made one, measured on one
 // scene. `benchmarks/run.sh --trade` runs all parts, and fcl_fibers_benchmark for the managers.
 //
-//   fcl_fibers_trade --part=leaves|bounds|spheres
+//   fcl_fibers_trade --part=leaves|bounds|spheres|kdops
 //                    [--scene=static|strand|half_scalp|dynamic] [--hair=FILE [--radius=R]]
 //   fcl_fibers_trade --part=sampling
 //   fcl_fibers_trade --part=lazy
@@ -16,6 +16,7 @@
 //   Spheres   a wrapped sphere tree's cages, exact or approximate, from the centroid (Ritter, An
 //             efficient bounding sphere, 1990, and Badoiu and Clarkson, Smaller core-sets for
 //             balls, 2003)
+//   KDops     bundles of 14-, 18- and 26-DOPs beside boxes, with bounds in float and in double
 //   Sampling  the strand cut into 25 to 2,000 segments: contacts found and missed
 //   Lazy      boxes fattened by a part of the radius, refitted only where a segment has left its
 //             own: the share that leaves, and detection with such boxes; the dynamic assembly
@@ -30,6 +31,7 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <fcl_fibers/scenes/paper_scenes.h>
 #include <fcl_fibers/scenes/scalp.h>
@@ -46,7 +48,7 @@ namespace {
 void addOptions(CLI::App& app, std::string& part, PartRequest& request) {
   app.allow_extras();
   app.add_option("--part", part)
-      ->check(CLI::IsMember({"leaves", "bounds", "spheres", "sampling", "lazy", "costs"}))
+      ->check(CLI::IsMember({"leaves", "bounds", "spheres", "kdops", "sampling", "lazy", "costs"}))
       ->required();
   app.add_option("--scene", request.scene)
       ->check(CLI::IsMember({"static", "strand", "half_scalp", "dynamic"}));
@@ -100,6 +102,7 @@ int run(int argc, char** argv) {
     if (part == "leaves") registerLeaves(frames);
     if (part == "bounds") registerBounds(frames);
     if (part == "spheres") registerSpheres(frames);
+    if (part == "kdops") registerKDops(frames);
   }
   SilentReporter reporter;
   benchmark::RunSpecifiedBenchmarks(&reporter);
@@ -146,6 +149,29 @@ Frames makeFrames(const PartRequest& request) {
                                 ": there are static, strand, half_scalp and dynamic");
   }
   return frames;
+}
+
+std::vector<geometry::Segment> segmentsOf(const scenes::FiberScene& scene) {
+  std::vector<geometry::Segment> segments;
+  const auto vec = [](const scenes::Point& p) { return geometry::Vec3d{p[0], p[1], p[2]}; };
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    for (std::size_t i = scene.point_begin[f]; i + 1 < scene.point_begin[f + 1]; ++i) {
+      segments.push_back({vec(scene.points[i]), vec(scene.points[i + 1]), scene.radiusAt(i)});
+    }
+  }
+  return segments;
+}
+
+tree::Fibers fibersOf(const scenes::FiberScene& scene) {
+  tree::Fibers fibers;
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    const std::size_t count = scene.point_begin[f + 1] - scene.point_begin[f] - 1;
+    for (std::size_t i = 0; i < count; ++i) {
+      fibers.ids.push_back(static_cast<tree::SegmentId>(fibers.ids.size()));
+    }
+    fibers.endFiber();
+  }
+  return fibers;
 }
 
 void registerRuns(const std::string& name, int runs, std::function<double(Numbers&)> run) {

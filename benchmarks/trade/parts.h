@@ -9,7 +9,9 @@
 #include <fcl_fibers/fiber_tree.h>
 #include <fcl_fibers/scenes/fiber_polylines.h>
 
+#include "geometry/segment.h"
 #include "moving_fibers.h"
+#include "tree/topology.h"
 
 namespace fcl_fibers::benchmarks {
 
@@ -31,17 +33,23 @@ struct Frames {
 /// scene.
 Frames makeFrames(const PartRequest& request);
 
+// A scene as the trees take it.
+std::vector<geometry::Segment> segmentsOf(const scenes::FiberScene& scene);
+tree::Fibers fibersOf(const scenes::FiberScene& scene);
+
 /// Bytes and times a segment of what a tree or a manager is told to keep: `Costs/arrays/...` and
 /// `Costs/objects/...`.
 void registerCosts();
 
 // One dial each, on one scene: `Leaves/<segments to a leaf>`, `Sampling/<segments>`,
-// `Bound/<kind>:<value>`, `Lazy/<fatness>`, `Spheres/<kind>`. Each registers its runs.
+// `Bound/<kind>:<value>`, `Lazy/<fatness>`, `Spheres/<kind>`, `KDops/<k>`. Each registers its runs.
+// Throws std::runtime_error where two ways do not find the same.
 void registerLeaves(const Frames& frames);
 void registerSampling();
 void registerBounds(const Frames& frames);
 void registerLazy(const PartRequest& request);
 void registerSpheres(const Frames& frames);
+void registerKDops(const Frames& frames);
 
 using Numbers = std::map<std::string, double>;
 

@@ -162,30 +162,11 @@ struct CountLeafPairs : tree::CountedOverlapAdmission {
   std::size_t pairs = 0;
 };
 
-std::vector<Segment> segmentsOf(const scenes::FiberScene& scene) {
-  std::vector<Segment> segments;
-  const auto vec = [](const scenes::Point& p) { return Vec3d{p[0], p[1], p[2]}; };
-  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-    for (std::size_t i = scene.point_begin[f]; i + 1 < scene.point_begin[f + 1]; ++i) {
-      segments.push_back({vec(scene.points[i]), vec(scene.points[i + 1]), scene.radiusAt(i)});
-    }
-  }
-  return segments;
-}
-
 template <class Tree>
 void registerTree(const std::string& name, const Frames& frames) {
   const auto segments = std::make_shared<std::array<std::vector<Segment>, 2>>();
   for (std::size_t f : {0u, 1u}) (*segments)[f] = segmentsOf(frames.frame[f]);
-  tree::Fibers fibers;
-  for (std::size_t f = 0; f < frames.frame[0].fiberCount(); ++f) {
-    const auto count = frames.frame[0].point_begin[f + 1] - frames.frame[0].point_begin[f] - 1;
-    for (std::size_t i = 0; i < count; ++i) {
-      fibers.ids.push_back(static_cast<tree::SegmentId>(fibers.ids.size()));
-    }
-    fibers.endFiber();
-  }
-  const auto tree = std::make_shared<Tree>(tree::bundle(fibers, (*segments)[0]));
+  const auto tree = std::make_shared<Tree>(tree::bundle(fibersOf(frames.frame[0]), (*segments)[0]));
   tree->refit((*segments)[0], 0);
   registerRuns("Spheres/" + name + "/" + frames.name, kRuns, [=](Numbers& numbers) {
     tree->refit((*segments)[0], 0);
