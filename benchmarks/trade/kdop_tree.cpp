@@ -14,7 +14,6 @@
 #include <limits>
 #include <utility>
 
-#include "geometry/always_inline.h"
 #include "geometry/lanes-inl.h"
 #include "geometry/rounding.h"
 #include "tree/fiber_tree.h"
@@ -50,6 +49,9 @@ inline void roundOutward(double low, double high, double& to_low, double& to_hig
   to_high = high;
 }
 
+template <int K, class Real, int N>
+class KDopPack;
+
 /// A volume, see geometry/volume.h: all points between K / 2 pairs of planes.
 template <int K, class Real>
 struct KDop {
@@ -57,7 +59,7 @@ struct KDop {
   Real low[kSlabs], high[kSlabs];
 
   template <int N>
-  class Pack;
+  using Pack = KDopPack<K, Real, N>;
 
   static KDop around(const Segment& segment, double padding) {
     KDop dop;
@@ -75,25 +77,27 @@ struct KDop {
     return dop;
   }
   /// That of the box, so that all k descend alike.
-  FCL_FIBERS_ALWAYS_INLINE float size() const {
+  float size() const {
     return static_cast<float>((high[0] - low[0]) + (high[1] - low[1]) + (high[2] - low[2]));
   }
 };
 
-template <int K, class Real>
-template <int N>
-class alignas(sizeof(Real) * N) KDop<K, Real>::Pack {
+template <int K, class Real, int N>
+class alignas(sizeof(Real) * N) KDopPack {
+  using Dop = KDop<K, Real>;
+  static constexpr int kSlabs = Dop::kSlabs;
+
  public:
-  Pack() {
+  KDopPack() {
     for (int lane = 0; lane < N; ++lane) clear(lane);
   }
-  void set(int lane, const KDop& dop) {
+  void set(int lane, const Dop& dop) {
     for (int i = 0; i < kSlabs; ++i) {
       low_[i][lane] = dop.low[i];
       high_[i][lane] = dop.high[i];
     }
   }
-  bool replace(int lane, const KDop& dop) {
+  bool replace(int lane, const Dop& dop) {
     bool differs = false;
     for (int i = 0; i < kSlabs; ++i) {
       differs |= !(low_[i][lane] == dop.low[i] && high_[i][lane] == dop.high[i]);
@@ -106,17 +110,17 @@ class alignas(sizeof(Real) * N) KDop<K, Real>::Pack {
       low_[i][lane] = high_[i][lane] = std::numeric_limits<Real>::quiet_NaN();
     }
   }
-  FCL_FIBERS_ALWAYS_INLINE KDop get(int lane) const {
-    KDop dop;
+  Dop get(int lane) const {
+    Dop dop;
     for (int i = 0; i < kSlabs; ++i) {
       dop.low[i] = low_[i][lane];
       dop.high[i] = high_[i][lane];
     }
     return dop;
   }
-  KDop unite() const {
+  Dop unite() const {
     constexpr Real kInfinity = std::numeric_limits<Real>::infinity();
-    KDop dop;
+    Dop dop;
     for (int i = 0; i < kSlabs; ++i) {
       dop.low[i] = kInfinity;
       dop.high[i] = -kInfinity;
@@ -130,25 +134,29 @@ class alignas(sizeof(Real) * N) KDop<K, Real>::Pack {
     return dop;
   }
 
-  FCL_FIBERS_ALWAYS_INLINE friend LaneMask overlaps(const Pack& pack, const KDop& dop) {
-    using Tag = hn::CappedTag<Real, static_cast<std::size_t>(N)>;
-    constexpr int kWidth = static_cast<int>(hn::MaxLanes(Tag()));
-    LaneMask mask = 0;
-    for (int lane = 0; lane < N; lane += kWidth) {
-      const auto meet = [&](int i) HWY_ATTR {
-        return hn::And(hn::Le(hn::Load(Tag(), pack.low_[i] + lane), hn::Set(Tag(), dop.high[i])),
-                       hn::Le(hn::Set(Tag(), dop.low[i]), hn::Load(Tag(), pack.high_[i] + lane)));
-      };
-      auto all = meet(0);
-      for (int i = 1; i < kSlabs; ++i) all = hn::And(all, meet(i));
-      mask |= geometry::HWY_NAMESPACE::laneMask(Tag(), all) << lane;
-    }
-    return mask;
-  }
+  const Real* low(int i) const { return low_[i]; }
+  const Real* high(int i) const { return high_[i]; }
 
  private:
   Real low_[kSlabs][N], high_[kSlabs][N];
 };
+
+template <int K, class Real, int N>
+LaneMask overlaps(const KDopPack<K, Real, N>& pack, const KDop<K, Real>& dop) {
+  using Tag = hn::CappedTag<Real, static_cast<std::size_t>(N)>;
+  constexpr int kWidth = static_cast<int>(hn::MaxLanes(Tag()));
+  LaneMask mask = 0;
+  for (int lane = 0; lane < N; lane += kWidth) {
+    const auto meet = [&](int i) HWY_ATTR {
+      return hn::And(hn::Le(hn::Load(Tag(), pack.low(i) + lane), hn::Set(Tag(), dop.high[i])),
+                     hn::Le(hn::Set(Tag(), dop.low[i]), hn::Load(Tag(), pack.high(i) + lane)));
+    };
+    auto all = meet(0);
+    for (int i = 1; i < K / 2; ++i) all = hn::And(all, meet(i));
+    mask |= geometry::HWY_NAMESPACE::laneMask(Tag(), all) << lane;
+  }
+  return mask;
+}
 
 struct CountPairs final : tree::PairSink {
   tree::Visit take(const tree::Pair*, std::size_t count) override {
