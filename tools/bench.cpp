@@ -132,8 +132,8 @@ int bench(const SceneSource& source, const BenchRequest& request) {
   }
 
   std::string text =
-      fmt::format("{}: {} segments of {} fibers\n\n{:<36}{:>12}{:>12}{:>16}{:>14}{:>12}\n",
-                  source.title, countText(fibers.segmentCount()), countText(fibers.fiberCount()),
+      fmt::format("{}: {} of {}\n\n{:<36}{:>12}{:>12}{:>16}{:>14}{:>12}\n", source.title,
+                  counted(fibers.segmentCount(), "segment"), counted(fibers.fiberCount(), "fiber"),
                   "manager", "set-up ms", "update ms", "collision ms", "pairs", "touching");
   for (const Result& result : results) {
     text += fmt::format("{:<36}", result.contender.title());

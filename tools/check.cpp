@@ -92,10 +92,10 @@ std::string plainText(const Answer& answer) {
   const char* const what = capsules ? (one ? "pair touches" : "pairs touch")
                            : one    ? "pair of volumes overlaps"
                                     : "pairs of volumes overlap";
-  std::string text =
-      fmt::format("{}: {} segments of {} fibers\n{} {}, of {} segments\n", answer.source.title,
-                  countText(scene.segmentCount()), countText(scene.fiberCount()),
-                  countText(answer.count()), what, countText(answer.found.touching_segments));
+  std::string text = fmt::format("{}: {} of {}\n{} {}, of {}\n", answer.source.title,
+                                 counted(scene.segmentCount(), "segment"),
+                                 counted(scene.fiberCount(), "fiber"), countText(answer.count()),
+                                 what, counted(answer.found.touching_segments, "segment"));
   if (answer.count() == 0) return text;
   text += fmt::format("\n{:>8} {:>8}   {:>8} {:>8}   {:>10}\n", "fiber", "segment", "fiber",
                       "segment", "distance");

@@ -63,4 +63,7 @@ void progress(const std::string& line);
 /// `1,234,567`
 std::string countText(std::size_t count);
 
+/// `1 fiber`, `1,234 fibers`
+std::string counted(std::size_t count, const char* one);
+
 }  // namespace fcl_fibers::tools

@@ -42,6 +42,10 @@ std::string countText(std::size_t count) {
   return text;
 }
 
+std::string counted(std::size_t count, const char* one) {
+  return fmt::format("{} {}{}", countText(count), one, count == 1 ? "" : "s");
+}
+
 namespace {
 
 /// What the command line says.
@@ -65,9 +69,9 @@ struct Arguments {
         static_cast<std::size_t>(std::count_if(scenes.begin(), scenes.end(), isFile));
     if (radii.size() > 1 && radii.size() != files) {
       throw std::invalid_argument(
-          fmt::format("--radius is there {} times, and {} of the scenes are files; give it once "
-                      "for all files, or once for each",
-                      radii.size(), files));
+          fmt::format("--radius is there {} times, beside {}; give it once for all files, or once "
+                      "for each",
+                      radii.size(), counted(files, "file")));
     }
     std::vector<SceneSource> sources;
     std::size_t file = 0;

@@ -75,6 +75,15 @@ class Check(ProgramTest):
         )
         self.run_program("check", self.folder / "none.txt", code=2)
 
+    def test_one_is_no_plural(self):
+        text = self.run_program("check", self.fibers, "-r", 0.006, code=1)
+        self.assertIn(": 5 segments of 3 fibers\n1 pair touches, of 2 segments\n", text)
+        bent = self.write("bent.txt", "0 0 0\n1 0 0\n1 1 0\n")
+        text = self.run_program("check", bent, "-r", 0.1)
+        self.assertIn(": 2 segments of 1 fiber\n0 pairs touch, of 0 segments\n", text)
+        straight = self.write("straight.txt", "0 0 0\n1 0 0\n")
+        self.assertIn(": 1 segment of 1 fiber\n", self.run_program("check", straight, "-r", 0.1))
+
     def test_margin_neighbors_and_volumes(self):
         check = ("check", self.fibers, "--csv", "--radius", 0.004)
         self.run_program(*check)
@@ -417,6 +426,7 @@ class Bench(ProgramTest):
             self.assertTrue(all(row["update_s"] > 0 for row in managers.values()))
         table = self.run_program("bench", path, "-r", 0.05, "--repetitions", 1)
         self.assertIn("DynamicAABBTree Array, tight", table)
+        self.assertIn(": 400 segments of 20 fibers\n", table)
 
 
 class BadUse(ProgramTest):
@@ -445,7 +455,7 @@ class BadUse(ProgramTest):
         self.refused("check", "strand", "-r", 0.5, says="give strand:radius=0.5\n")
         self.refused("check", "strand:seed=2", "-r", 0.5, says="give strand:seed=2,radius=0.5\n")
         self.refused("view", "strand", "-r", 0.5, "-o", out, says="give strand:radius=0.5\n")
-        self.refused("view", "strand", "-r", 1, "-r", 2, "-o", out, says="0 of the scenes are")
+        self.refused("view", "strand", "-r", 1, "-r", 2, "-o", out, says="beside 0 files;")
         self.refused("generate", "strand:fibers=1,fibers=2", "-o", out, says="twice")
         self.refused("generate", "strand:fibers=0", "-o", out, says="fibers")
         self.refused("generate", "dynamic:fibers=1,frame=101", "-o", out, says="0 to 100")
@@ -608,7 +618,7 @@ class Page(ProgramTest):
             radii("-r", 0.25, thin, strand + ",radius=0.125", thick, "-r", 0.5), [0.25, 0.125, 0.5]
         )
         self.run_program("view", thin, thick, *3 * ("-r", 1), "-o", page, code=2)
-        self.assertIn("--radius is there 3 times, and 2 of the scenes are files", self.stderr)
+        self.assertIn("--radius is there 3 times, beside 2 files;", self.stderr)
 
     def test_a_name_cannot_break_out(self):
         """A file's name would be run as a script."""
