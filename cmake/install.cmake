@@ -91,4 +91,9 @@ if(NOT BUILD_SHARED_LIBS)
     string(APPEND CPACK_DEBIAN_PACKAGE_DEPENDS ", libtbb-dev")
   endif()
 endif()
+# Debian wants the licence under this name, in a folder of the package's.
+configure_file(${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_BINARY_DIR}/debian/copyright COPYONLY)
+set(CPACK_INSTALLED_DIRECTORIES
+  ${PROJECT_BINARY_DIR}/debian
+  ${CPACK_PACKAGING_INSTALL_PREFIX}/share/doc/${CPACK_DEBIAN_PACKAGE_NAME})
 include(CPack)

@@ -228,6 +228,10 @@ deb() {
   (cd "$built" && cpack -G DEB)
   package=$(echo "$built"/libfcl-fibers-dev_*.deb)
   dpkg-deb --info "$package" | grep -E 'Version|Depends'
+  # Of the package itself, for dpkg can be told not to install what is under share/doc.
+  dpkg-deb --fsys-tarfile "$package" |
+    tar -xO ./usr/share/doc/libfcl-fibers-dev/copyright | cmp - LICENSE ||
+    fail "$package has not the licence as its copyright"
   "${as_root[@]}" apt-get install --simulate -qq "$package" >/dev/null ||
     fail "the package's dependencies are not in this release"
   # shellcheck disable=SC2064
