@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 #
 # Installs what is missing, builds Release, times all managers scene by scene and prints one table
-# for each. Takes a quarter of an hour on 2 cores, and 6 GB of memory. Google Benchmark's JSON and the tables
-# are kept in build/benchmarks/results. What the numbers mean: benchmarks/main.cpp.
+# for each. Takes 18 minutes and the build on 2 cores, and 6 GB of memory. Google Benchmark's JSON and
+# the tables are kept in build/benchmarks/results. What the numbers mean: benchmarks/main.cpp.
 #
-# With --hair FILE [--radius R]: the fibers of that file alone, in its unit; also after the next three.
+# With --hair FILE [--radius R]: the fibers of that file alone, in its unit; also after the next
+# three.
 # With --paper [--full]: what the paper measured, as one page; see benchmarks/paper/run.sh.
 # With --trade: every manager's speed against its accuracy, as one page; see benchmarks/trade/run.sh.
 # With --full: ours against FCL and Embree beside the targets; see benchmarks/full/run.sh.

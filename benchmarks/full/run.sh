@@ -3,9 +3,9 @@
 #
 # What benchmarks/run.sh --full does: measures ours against FCL and Embree on four scenes, and
 # prints each ratio beside the one that it is to reach. Takes 20 to 30 minutes on 2 quiet cores,
-# and 6 GB of memory. --hair FILE [--radius R]: a file's fibers alone, which have no targets. Google Benchmark's JSON and the tables are kept in
-# build/benchmarks/results/full. What the numbers mean: benchmarks/full/main.cpp. The tables once
-# more from kept results:
+# and 6 GB of memory. --hair FILE [--radius R]: a file's fibers alone, which have no targets. Google
+# Benchmark's JSON and the tables are kept in build/benchmarks/results/full. What the numbers mean:
+# benchmarks/full/main.cpp. The tables once more from kept results:
 #
 #   python3 benchmarks/full/report.py build/benchmarks/results/full
 set -euo pipefail

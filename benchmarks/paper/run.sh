@@ -6,8 +6,8 @@
 # and up to twenty minutes more for one part, the paper's own boxes on the half scalp, and 6 GB
 # of memory. --full takes the better part of an hour: finer curves and, however long they take, all
 # managers on the half scalp. Each part keeps its results in build/benchmarks/results/paper; when
-# interrupted, the parts that are there make build/benchmarks/results/paper_interrupted.html. --hair FILE [--radius R]: a file's
-# fibers alone, in Table I. Once more from kept results:
+# interrupted, the parts that are there make build/benchmarks/results/paper_interrupted.html.
+# --hair FILE [--radius R]: a file's fibers alone, in Table I. Once more from kept results:
 #
 #   /usr/bin/python3 benchmarks/paper/report.py build/benchmarks/results/paper
 set -euo pipefail
