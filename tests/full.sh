@@ -16,6 +16,13 @@ skip() {
   echo "skipped: $2"
 }
 
+# has_packages PACKAGE...: whether they are installed, or can be; else the step is skipped.
+has_packages() {
+  .ci/apt_install.sh "$@" && return
+  skip "$step" "$*, which cannot be installed here"
+  return 1
+}
+
 skip_tests_of() {  # STEP, JUNIT_FILE
   local line
   while IFS= read -r line; do skip "$1" "$line"; done < <(tests/skipped_tests.py "$2")
@@ -142,6 +149,36 @@ consumers() {
   tests/consumers.sh
 }
 
+# Whether package.xml is one, and colcon builds and installs the library by it, so that a package
+# behind it finds it. Debian's packages of both are for /usr/bin/python3.
+ros() {
+  has_packages python3-catkin-pkg || return 0
+  /usr/bin/python3 -c '
+import sys
+from catkin_pkg.package import parse_package
+warnings = []
+package = parse_package("package.xml", warnings=warnings)
+package.evaluate_conditions({})
+sys.exit("\n".join(warnings) or package.get_build_type() != "cmake" and "package.xml: not cmake")'
+
+  has_packages colcon python3-colcon-ros ninja-build || return 0
+  local tree=$PWD/build/colcon
+  rm -rf "$tree"
+  colcon --log-base "$tree/log" build --paths . --event-handlers console_direct+ \
+    --build-base "$tree/build" --install-base "$tree/installed" --cmake-args -G Ninja \
+    -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF -DFCL_FIBERS_BUILD_SCENES=ON \
+    -DFCL_FIBERS_BUILD_BENCHMARKS=OFF -DFCL_FIBERS_BUILD_TOOLS=OFF
+  (
+    set +u  # setup.sh reads variables that are not set
+    # shellcheck disable=SC1091
+    . "$tree/installed/setup.sh"
+    cmake -S tests/consumer -B "$tree/consumer" -G Ninja -DCMAKE_BUILD_TYPE=Release
+    grep -q "^fcl_fibers_DIR:PATH=$tree/installed/" "$tree/consumer/CMakeCache.txt"
+    cmake --build "$tree/consumer"
+    ctest --test-dir "$tree/consumer" --output-on-failure
+  )
+}
+
 steps=(
   documentation
   assertions
@@ -153,6 +190,7 @@ steps=(
   fuzz
   mutation
   consumers
+  ros
   hair
   long
 )
