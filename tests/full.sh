@@ -179,6 +179,12 @@ sys.exit("\n".join(warnings) or package.get_build_type() != "cmake" and "package
   )
 }
 
+# VTK reads what the program writes for it.
+vtk() {
+  has_packages python3-vtk9 || return 0
+  FCL_FIBERS_PROGRAM=build/release/tools/fcl_fibers /usr/bin/python3 -B tests/tools/vtk_test.py
+}
+
 steps=(
   documentation
   assertions
@@ -192,6 +198,7 @@ steps=(
   consumers
   ros
   hair
+  vtk
   long
 )
 
