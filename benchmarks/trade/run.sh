@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 #
 # What benchmarks/run.sh --trade does: measures what accuracy costs, every manager and every dial on
-# five scenes, and writes build/benchmarks/results/trade.html. Takes a quarter of an hour on 2 quiet
+# five scenes, and writes build/benchmarks/results/trade.html. Takes 13 minutes on 2 quiet
 # cores, and 6 GB of memory. --hair FILE [--radius R]: that file for the scene of real hair. Each
 # part's numbers are kept in build/benchmarks/results/trade, as are the page's as CSV. The page once
 # more from kept results:
