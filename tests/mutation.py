@@ -149,7 +149,11 @@ FAULTS = [
     Fault("a gap in the index is closed with the wrong entry", "broadphase/pointer_index.h",
           "hole < home && home <= i", "hole <= home && home <= i", "registry_test"),
     Fault("a reflection is taken for a rotation", "broadphase/object_segments.cpp",
-          "determinant > 0;", "determinant != 0;", "broadphase_test"),
+          "const Vec3d off = cross(x, y) - z;",
+          "const Vec3d off = (dot(cross(x, y), z) < 0 ? -1.0 : 1.0) * cross(x, y) - z;",
+          "broadphase_test"),
+    Fault("oblique axes are taken for a rotation's", "broadphase/object_segments.cpp",
+          "std::fabs(dot(x, y)) + ", "", "broadphase_test"),
     # --- The manager ---
     Fault("an object may be unregistered within a query",
           "broadphase/fiber_collision_manager.cpp",

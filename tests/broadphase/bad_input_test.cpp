@@ -8,6 +8,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -97,7 +98,15 @@ std::vector<Spoiled<S>> waysToSpoil() {
       {"scaled rotation", scaled(S(1.5), S(1.5), S(1.5))},
       {"rotation stretched along the axis", scaled(1, 1, S(1.01))},
       {"rotation stretched across the axis", scaled(S(0.5), 1, 1)},
+      {"reflection", scaled(1, 1, -1)},
       {"zero rotation", scaled(0, 0, 0)},
+      {"axes of a rotation that are a little oblique",
+       [](Scene<S>& scene, std::size_t i) {
+         fcl::Matrix3<S> rotation = scene[i]->getRotation();
+         const S tilt = std::is_same_v<S, float> ? S(1e-2) : S(1e-4);
+         rotation.col(1) = (rotation.col(1) + tilt * rotation.col(0)).normalized();
+         scene[i]->setRotation(rotation);
+       }},
       {"sheared rotation",
        [](Scene<S>& scene, std::size_t i) {
          fcl::Matrix3<S> rotation = scene[i]->getRotation();
