@@ -40,7 +40,7 @@ if [[ ${1-} == --trade ]]; then
 fi
 
 # Checked before anything is built; the flags themselves are fcl_fibers_benchmark's.
-if (($# > 0)) && [[ $1 != --hair* ]]; then
+if (($# > 0)) && [[ $1 != --hair* && $1 != --radius* ]]; then
   echo "benchmarks/run.sh: there are --hair FILE [--radius R], --paper, --trade and --full, not $1" >&2
   exit 1
 fi

@@ -119,14 +119,16 @@ linked() {
 # What a shared library shows, and what is installed beside it.
 installed() {
   library g++ shared
-  local so symbols
-  so=$(find "$prefix" -name libfcl_fibers.so)
-  [[ $(objdump -p "$so") == *"SONAME"*"libfcl_fibers.so.0.1"* ]] || fail "SONAME of $so"
-  symbols=$(nm -DC --defined-only "$so")
-  ! grep -E 'fcl_fibers::(arrays|broadphase|geometry|parallel|tree)::' <<<"$symbols" ||
-    fail "these are private, and exported"
-  # Weak are FCL's and the standard library's templates.
-  ! grep -E ' [TDBR] ' <<<"$symbols" | grep -v fcl_fibers || fail "these are not ours to export"
+  local name so symbols
+  for name in fcl_fibers fcl_fibers_scenes; do
+    so=$(find "$prefix" -name "lib$name.so")
+    [[ $(objdump -p "$so") == *"SONAME"*"lib$name.so.0.1"* ]] || fail "SONAME of $so"
+    symbols=$(nm -DC --defined-only "$so")
+    ! grep -E 'fcl_fibers::(arrays|broadphase|geometry|parallel|tree)::' <<<"$symbols" ||
+      fail "these are private, and exported by $so"
+    # Weak are FCL's and the standard library's templates.
+    ! grep -E ' [TDBR] ' <<<"$symbols" | grep -v fcl_fibers || fail "these are not for $so to export"
+  done
   ! grep -rnE --include='*.cmake' --include='*.pc' -- '-m(arch|tune|avx|sse|fma)' "$prefix/lib" ||
     fail "flags of an instruction set are exported"
   for file in share/fcl_fibers/package.xml share/ament_index/resource_index/packages/fcl_fibers \

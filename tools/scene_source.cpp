@@ -161,7 +161,7 @@ constexpr Kind kKinds[] = {
      [](Parameters& keys) { return movingScene(keys, scenes::makeStrand); }},
     {"scalp", "head of hair of 50,000 x 50",
      [](Parameters& keys) { return movingScene(keys, scenes::makeScalp); }},
-    {"static", "the paper's static assembly of 1,000 x 100; turned=0: along z", staticScene},
+    {"static", "the paper's static assembly of 1,000 x 100; turned=0: roots along z", staticScene},
     {"dynamic", "the paper's dynamic assembly of 150 x 100, frame 0 to 100, 85 by default",
      dynamicScene},
     {"half-scalp", "the paper's half scalp of 50,000 x 50",

@@ -11,7 +11,7 @@
 set -euo pipefail
 
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
-if (($# > 0)) && [[ $1 != --hair* ]]; then
+if (($# > 0)) && [[ $1 != --hair* && $1 != --radius* ]]; then
   echo "benchmarks/run.sh --full: there is only --hair FILE [--radius R] beside it, not $1" >&2
   exit 1
 fi

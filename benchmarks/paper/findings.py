@@ -519,7 +519,7 @@ def collisions(parts, paper):
         text[0].upper()
         + text[1:]
         + f" Touching capsules are {span(factors)} times the paper's count: "
-        "its scenes are known by their description only."
+        "root areas and deviates, which the paper does not give, were chosen so."
     )
     return Finding(
         (

@@ -4,10 +4,11 @@
 # What benchmarks/run.sh --paper [--full] does: measures again what the paper measured, part by
 # part, and writes build/benchmarks/results/paper.html. Takes a quarter of an hour on 2 quiet cores,
 # and up to twenty minutes more for one part, the paper's own boxes on the half scalp, and 6 GB
-# of memory. --full takes the better part of an hour: finer curves and, however long they take, all
-# managers on the half scalp. Each part keeps its results in build/benchmarks/results/paper; when
+# of memory. --full takes hours: finer curves and, up to an hour each phase, spheres and FCL's tree on
+# the half scalp. Each part keeps its results in build/benchmarks/results/paper; when
 # interrupted, the parts that are there make build/benchmarks/results/paper_interrupted.html.
-# --hair FILE [--radius R]: a file's fibers alone, in Table I. Once more from kept results:
+# --hair FILE [--radius R]: a file's fibers alone, in Table I, as paper_hair.html. Once more from
+# kept results:
 #
 #   /usr/bin/python3 benchmarks/paper/report.py build/benchmarks/results/paper
 set -euo pipefail
@@ -40,6 +41,8 @@ while (($# > 0)); do
   shift || true
 done
 
+if ((${#hair[@]} > 0)); then data=${data}_hair; fi
+
 .ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev \
   libtbb-dev libpugixml-dev zlib1g-dev libbenchmark-dev python3-matplotlib libcli11-dev \
   libfmt-dev nlohmann-json3-dev libjs-three
@@ -51,9 +54,16 @@ cmake --build "$build" --target fcl_fibers_paper fcl_fibers_program >&2
 FCL_FIBERS_COMMIT=$(git describe --always --dirty 2>/dev/null || echo unknown)
 export FCL_FIBERS_COMMIT
 
-# Of an earlier run, which may have been of another commit.
-rm -rf "$data.previous"
-if [[ -d $data ]]; then mv "$data" "$data.previous"; fi
+# Of an earlier run, which may have been of another commit. What has never been made into the page
+# does not replace what has.
+if [[ -d $data ]]; then
+  if [[ -e $data/complete || ! -d $data.previous ]]; then
+    rm -rf "$data.previous"
+    mv "$data" "$data.previous"
+  else
+    rm -rf "$data"
+  fi
+fi
 mkdir -p "$data"
 echo "$command" >"$data/command.txt"
 
@@ -126,12 +136,13 @@ else
     done
   fi
 fi
-page=$results/paper.html
+page=$data.html
 if ((stopped)); then
-  page=$results/paper_interrupted.html
+  page=${data}_interrupted.html
   echo "Interrupted: the page is made of what there is" >&2
 fi
 
+((failed || stopped)) || touch "$data/complete"
 printf '%4d s  page\n' "$SECONDS" >&2
 /usr/bin/python3 benchmarks/paper/report.py "$data" "$page" >&2
 echo "$page"

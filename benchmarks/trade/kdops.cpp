@@ -32,18 +32,21 @@ void registerTree(const std::string& name, int directions, Bounds bounds, const 
     throw std::runtime_error(name + ": " + std::to_string(touching) + " pairs touch, not " +
                              std::to_string(scene->touching) + " as with boxes");
   }
-  registerRuns("KDops/" + name + "/" + frames.name, kRuns, [=](Numbers& numbers) {
-    tree->refit(scene->frame[0]);
-    numbers["update"] = seconds([&] { tree->refit(scene->frame[1]); });
-    numbers["detection"] = seconds([&] { tree->countPairs(); });
-    numbers["touching_detection"] = seconds([&] { tree->countTouching(scene->frame[1]); });
-    numbers["segments"] = static_cast<double>(scene->frame[0].size());
-    numbers["bytes"] = static_cast<double>(tree->memoryUsage());
-    numbers["pairs"] = static_cast<double>(pairs);
-    numbers["touching"] = static_cast<double>(touching);
-    numbers["tests"] = static_cast<double>(tests);
-    return numbers["update"] + numbers["touching_detection"];
-  });
+  registerRuns("KDops/" + name + "/" + frames.name, kRuns,
+               [=, fibers = frames.frame[0].fiberCount()](Numbers& numbers) {
+                 tree->refit(scene->frame[0]);
+                 numbers["update"] = seconds([&] { tree->refit(scene->frame[1]); });
+                 numbers["detection"] = seconds([&] { tree->countPairs(); });
+                 numbers["touching_detection"] =
+                     seconds([&] { tree->countTouching(scene->frame[1]); });
+                 numbers["fibers"] = static_cast<double>(fibers);
+                 numbers["segments"] = static_cast<double>(scene->frame[0].size());
+                 numbers["bytes"] = static_cast<double>(tree->memoryUsage());
+                 numbers["pairs"] = static_cast<double>(pairs);
+                 numbers["touching"] = static_cast<double>(touching);
+                 numbers["tests"] = static_cast<double>(tests);
+                 return numbers["update"] + numbers["touching_detection"];
+               });
 }
 
 }  // namespace

@@ -16,7 +16,7 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-constexpr int kRuns = 3;
+constexpr int kRuns = 9;
 
 struct BoxOfSegment {
   std::array<double, 3> low, high;

@@ -20,7 +20,7 @@ ponytail=${FCL_FIBERS_DATA:-../shared/data}/tressfx31_ponytail_tail.tfx
 
 hair=("$@")
 if ((${#hair[@]} == 0)) && [[ -e $ponytail ]]; then hair=(--hair="$ponytail" --radius=0.05); fi
-if ((${#hair[@]} > 0)) && [[ ${hair[0]} != --hair* ]]; then
+if ((${#hair[@]} > 0)) && [[ ${hair[0]} != --hair* && ${hair[0]} != --radius* ]]; then
   echo "benchmarks/run.sh --trade: there is only --hair FILE [--radius R] beside it, not $1" >&2
   exit 1
 fi

@@ -59,17 +59,21 @@ def title_of(name):
     return f"{FCL[manager][0]}, {variant} boxes"
 
 
+def contacts_of(counters):
+    """Adjacent segments always touch, and are nothing that a program looks for."""
+    adjacent = counters.get("segments", 0) - counters.get("fibers", 0)
+    return counters.get("touching", 0) - adjacent
+
+
 def points_of(part):
     """(name, seconds a frame, false pairs per contact), fastest first."""
     points = []
     for name, entry in part.entries.items():
         counters = entry.counters
-        touching = counters.get("touching", 0)
-        # Adjacent segments always touch, and are nothing that a program looks for.
-        contacts = touching - (counters.get("segments", 0) - counters.get("fibers", 0))
+        contacts = contacts_of(counters)
         if math.isnan(entry.total) or contacts <= 0:
             continue
-        points.append((name, entry.total, (counters["pairs"] - touching) / contacts))
+        points.append((name, entry.total, (counters["pairs"] - counters["touching"]) / contacts))
     return sorted(points, key=lambda point: point[1])
 
 
@@ -134,10 +138,10 @@ def kdops(parts):
         points = []
         for name, entry in by_directions(parts[f"kdops_{scene}"]):
             c = entry.counters
-            false = (c["pairs"] - c["touching"]) / c["touching"]
+            false = (c["pairs"] - c["touching"]) / contacts_of(c)
             points.append((name, c["update"] + c["detection"], false))
         curves.append(Curve(scene, points))
-    trades = "false pairs per touching pair"
+    trades = "false pairs per contact"
     return Dial("k-DOPs", "a frame: update, detection", trades, "directions; 6: box", curves)
 
 

@@ -156,6 +156,30 @@ TEST_P(TreeFaults, AQueryWithoutMemoryChangesNothing) {
   });
 }
 
+// A frame that allocates is slow now and then. What starts threads is not ours to count.
+TEST_P(TreeFaults, NothingIsAllocatedAfterTheFirstFrame) {
+  if (GetParam().threads > 1) GTEST_SKIP() << "of one thread only";
+  Hair hair(30, 40, 187);
+  FiberTree tree(GetParam());
+  tree.build(hair.arrays());
+  std::size_t pairs = 0;
+  const auto frame = [&](double scale) {
+    for (double& coordinate : hair.points) coordinate *= scale;
+    tree.update(hair.arrays());
+    pairs = 0;
+    tree.visitPairs([&](SegmentPair) { ++pairs; });
+  };
+  frame(1);
+  bool struck = false;
+  {
+    const AllocationFault fault(0, AllocationFault::Lasts::kForever);
+    EXPECT_NO_THROW(frame(1.001));
+    struck = fault.struck();
+  }
+  EXPECT_FALSE(struck);
+  EXPECT_GT(pairs, 0u);
+}
+
 std::vector<FiberTreeOptions> optionsToStrike() {
   std::vector<FiberTreeOptions> all(4);
   all[0].ignored_neighbors = 1;

@@ -431,5 +431,39 @@ TYPED_TEST(ManagerFaults, EveryCallOfACallbackMayThrow) {
   }
 }
 
+// A frame that allocates is slow now and then.
+TYPED_TEST(ManagerFaults, NothingIsAllocatedAfterTheFirstFrame) {
+  using S = typename TypeParam::Scalar;
+  for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+    FiberManagerOptions options;
+    options.report = report;
+    options.ignored_neighbors = 1;
+    Scene<S> scene = strandScene<S>(20, 40, 186);
+    const auto manager = TypeParam::make(options);
+    registerFibers<S>(*manager, scene);
+    PairCollector<S> collector;
+    collector.calls.reserve(100000);
+    const auto frame = [&](S shift) {
+      for (std::size_t i = 0; i < scene.size(); ++i) {
+        fcl::Transform3<S> pose = scene[i]->getTransform();
+        pose.translation()[2] += shift * static_cast<S>(i % 7);
+        moveTo(*scene[i], pose);
+      }
+      collector.calls.clear();
+      manager->update();
+      manager->collide(&collector, &PairCollector<S>::collide);
+    };
+    frame(0);
+    bool struck = false;
+    {
+      const AllocationFault fault(0, AllocationFault::Lasts::kForever);
+      EXPECT_NO_THROW(frame(S(0.001)));
+      struck = fault.struck();
+    }
+    EXPECT_FALSE(struck);
+    EXPECT_FALSE(collector.calls.empty());
+  }
+}
+
 }  // namespace
 }  // namespace fcl_fibers::test

@@ -11,15 +11,16 @@
 
 namespace fcl_fibers::scenes {
 
-// Files for programs that draw. The ending of the path says which: .vtp, XML PolyData as ParaView
-// reads it, or .ply, binary, little endian. Coordinates are doubles in the scene's frame; numbers
-// beside the geometry are data of cells in .vtp, properties of the element in .ply. Of a .ply VTK,
-// and so ParaView, reads points and faces alone: neither the edges nor these numbers. Points of
-// fibers carry `radius`, as readFibers reads it: a segment has the larger one of its ends. A
-// segment thicker than both of its neighbours makes the one before it as thick in the file.
-//
-// All throw std::invalid_argument for another ending, and std::runtime_error with the file where it
-// cannot be written.
+/// @file
+/// Files for programs that draw. The ending of the path says which: .vtp, XML PolyData as ParaView
+/// reads it, or .ply, binary, little endian. Coordinates are doubles in the scene's frame; numbers
+/// beside the geometry are data of cells in .vtp, properties of the element in .ply. Of a .ply VTK,
+/// and so ParaView, reads points and faces alone: neither the edges nor these numbers. Points of
+/// fibers carry `radius`, as readFibers reads it: a segment has the larger one of its ends. A
+/// segment thicker than both of its neighbours makes the one before it as thick in the file.
+///
+/// All throw std::invalid_argument for another ending, and std::runtime_error with the file where
+/// it cannot be written.
 
 /// One polyline a fiber, with its number `fiber`. In .ply an edge a segment, with `fiber` and
 /// `segment`.

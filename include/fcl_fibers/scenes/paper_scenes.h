@@ -10,22 +10,25 @@
 
 namespace fcl_fibers::scenes {
 
-// The test cases of Sobottka, Varnik and Weber, Collision Detection in Densely Packed Fiber
-// Assemblies with Application to Hair Modeling, section 4, as far as its text tells: fibers are
-// Cosserat rods in equilibrium (cosserat_rod.h). Lengths are in cm, forces in dyn.
-//
-// A rod is a human hair: radius 0.0035, bending stiffness 4.7 dyn cm2, twisting stiffness 3.5 dyn
-// cm2, without stretch and shear. Where not said otherwise, roots are uniform over an ellipse in
-// the plane z = 0 with the density of a human scalp, 325 / cm2, its axes in ratio 1.5 : 1, the
-// longer along x. "Deviates" are normal, of the standard deviation given, another one each time.
-//
-// Random numbers depend on seed and fiber alone. Points of equal arc length; where a rod is solved
-// at fewer points than it has, those in between are interpolated (refinedPoints), where at more,
-// the others are left out. Platforms differ by the rounding of their sin, cos and log.
-//
-// All throw std::invalid_argument if fibers or segments is below 1, or radius not finite or
-// negative. "Touching pairs" are pairs of capsules, adjacent ones of a fiber left out; no other
-// segments of a fiber touch.
+/// @file
+/// The test cases of Sobottka, Varnik and Weber, Collision Detection in Densely Packed Fiber
+/// Assemblies with Application to Hair Modeling, section 4, as far as its text tells: fibers are
+/// Cosserat rods in equilibrium (cosserat_rod.h). Lengths are in cm, forces in dyn.
+///
+/// A rod is a human hair: radius 0.0035, bending stiffness 4.7 dyn cm2, twisting stiffness 3.5 dyn
+/// cm2, without stretch and shear. Where not said otherwise, roots are uniform over an ellipse in
+/// the plane z = 0 with the density of a human scalp, 325 / cm2, its axes in ratio 1.5 : 1, the
+/// longer along x. "Deviates" are normal, of the standard deviation given, another one each time.
+///
+/// Random numbers depend on seed and fiber alone. Points of equal arc length; where a rod is solved
+/// at fewer points than it has, those in between are interpolated (refinedPoints), where at more,
+/// the others are left out. Platforms differ by the rounding of their sin, cos and log.
+///
+/// All throw std::invalid_argument if fibers or segments is below 1, or radius not finite or
+/// negative. "Touching pairs" are pairs of capsules, adjacent ones of a fiber left out; no other
+/// segments of a fiber touch. The paper gives their numbers for cases 3 and 4, but neither root
+/// areas nor how much fibers vary: those of makeHalfScalp() and makePaperStrand() were chosen so
+/// that the numbers come out within 15 %.
 
 /// Case 1, static assembly: the order of magnitude that fibers grow to with a common bend.
 ///

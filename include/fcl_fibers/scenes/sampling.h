@@ -6,13 +6,14 @@
 
 namespace fcl_fibers::scenes {
 
-// Into how many segments to cut a smooth curve. Lengths are in any one unit, curvatures in its
-// inverse.
-//
-// A point of the curve is no further from the chord of its segment than the chord error e, so the
-// distance of two curves and that of their polylines differ by 2 e at most. Contacts that are
-// missed are no deeper than 2 e; with a margin of 2 e none is missed, and what is reported besides
-// is nearer than 4 e.
+/// @file
+/// Into how many segments to cut a smooth curve. Lengths are in any one unit, curvatures in its
+/// inverse.
+///
+/// A point of the curve is no further from the chord of its segment than the chord error e, so the
+/// distance of two curves and that of their polylines differ by 2 e at most. Contacts that are
+/// missed are no deeper than 2 e; with a margin of 2 e none is missed, and what is reported besides
+/// is nearer than 4 e.
 
 /// Bound of the distance between a curve and the chord of a piece of it, its sagitta:
 /// curvature length^2 / 8, the error of linear interpolation by arc length (de Boor, A Practical
