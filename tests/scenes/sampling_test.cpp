@@ -118,7 +118,7 @@ std::set<std::pair<std::size_t, std::size_t>> fibersInContact(const FiberScene& 
 }
 
 // What the header promises of contacts would not hold on curves that are no circles.
-TEST(SamplingTest, WithTwiceTheErrorAsMarginNoContactIsMissed) {
+TEST(SamplingTest, WithTwiceTheErrorAsMarginNoContactIsMissedAndWithoutNoDeepOne) {
   constexpr int kFinest = 1000;
   StrandParameters parameters;
   parameters.fibers = 40;
@@ -140,6 +140,13 @@ TEST(SamplingTest, WithTwiceTheErrorAsMarginNoContactIsMissed) {
     const auto found = fibersInContact(coarse, 2 * both);
     EXPECT_TRUE(std::includes(found.begin(), found.end(), touching.begin(), touching.end()))
         << tolerance;
+    // What is deeper than 2 e touches thinner fibers as well, and is found without a margin.
+    FiberScene thin = fine;
+    thin.radius = parameters.radius - both;
+    const auto deep = fibersInContact(thin, 0);
+    const auto plain = fibersInContact(coarse, 0);
+    EXPECT_FALSE(deep.empty());
+    EXPECT_TRUE(std::includes(plain.begin(), plain.end(), deep.begin(), deep.end())) << tolerance;
     const auto near = fibersInContact(fine, 4 * both);
     EXPECT_TRUE(std::includes(near.begin(), near.end(), found.begin(), found.end())) << tolerance;
   }
