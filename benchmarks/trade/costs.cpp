@@ -72,22 +72,26 @@ void registerTree(const std::string& name, const FiberTreeOptions& options, Chan
   });
 }
 
-template <class FiberManager>
+enum class Register { kLoose, kFibers, kGroups };
+
+/// @param pose_before  1: an update finds everything where it was
+template <class FiberManager = LayeredAABBTreeCollisionManagerd>
 void registerManager(const std::string& name, const FiberManagerOptions& options,
-                     const std::shared_ptr<MovingFibers>& fibers, bool as_fibers, bool grouped) {
+                     const std::shared_ptr<MovingFibers>& fibers, Register as = Register::kFibers,
+                     int pose_before = 0) {
   const auto manager = std::make_shared<FiberManager>(options);
-  if (as_fibers) {
+  if (as == Register::kLoose) {
+    manager->registerObjects(fibers->objects());
+  } else {
     std::int32_t number = 0;
     for (const MovingFibers::Fiber& fiber : fibers->fibers()) {
       manager->registerFiber(fiber.objects, fiber.ends,
-                             FiberGroup{grouped ? number++ % 10 + 1 : 0});
+                             FiberGroup{as == Register::kGroups ? number++ % 10 + 1 : 0});
     }
-  } else {
-    manager->registerObjects(fibers->objects());
   }
   manager->setup();
   registerRuns("Costs/objects/" + name, kRuns, [=](Numbers& numbers) {
-    fibers->setPoses(0);
+    fibers->setPoses(pose_before);
     manager->update();
     fibers->setPoses(1);
     numbers["update"] = seconds([&] { manager->update(); });
@@ -140,6 +144,17 @@ void registerCosts() {
                         Report report) {
     registerTree<double>(name, with(volumes, topology, report), as_it_is);
   };
+  FiberTreeOptions margin;
+  margin.margin = 0.0035;
+  registerTree<double>("boxes, margin of a radius", margin, as_it_is);
+  FiberTreeOptions much = arc_length;
+  much.report = Report::kCapsules;
+  much.threads = 2;
+  registerTree<double>("boxes, capsules, arc length, groups, 2 threads", much,
+                       [](auto& arrays) { arrays.view.groups = arrays.groups.data(); });
+  FiberTreeOptions sphere_neighbors = arc_length;
+  sphere_neighbors.volumes = Volumes::kWrappedSpheres;
+  registerTree<double>("spheres, neighbours by arc length", sphere_neighbors, as_it_is);
   kind("boxes, capsules", Volumes::kLayeredBoxes, Topology::kBundle, Report::kCapsules);
   kind("boxes, super thread", Volumes::kLayeredBoxes, Topology::kSuperThread, Report::kVolumes);
   kind("spheres", Volumes::kWrappedSpheres, Topology::kBundle, Report::kVolumes);
@@ -147,24 +162,25 @@ void registerCosts() {
   kind("spheres, super thread", Volumes::kWrappedSpheres, Topology::kSuperThread, Report::kVolumes);
 
   const auto fibers = std::make_shared<MovingFibers>(makeMovingStrand(kFibers, kSegments, 1));
-  registerManager<LayeredAABBTreeCollisionManagerd>("boxes, loose objects", {}, fibers, false,
-                                                    false);
-  registerManager<LayeredAABBTreeCollisionManagerd>("boxes, fibers", {}, fibers, true, false);
-  registerManager<LayeredAABBTreeCollisionManagerd>("boxes, fibers, neighbours by number",
-                                                    neighbors, fibers, true, false);
-  registerManager<LayeredAABBTreeCollisionManagerd>("boxes, fibers, neighbours by arc length",
-                                                    arc_length, fibers, true, false);
-  registerManager<LayeredAABBTreeCollisionManagerd>("boxes, fibers, groups", {}, fibers, true,
-                                                    true);
-  registerManager<LayeredAABBTreeCollisionManagerd>("boxes, fibers, 2 threads", threads, fibers,
-                                                    true, false);
-  FiberManagerOptions capsules;
+  FiberManagerOptions capsules, super_thread, all = arc_length;
   capsules.report = Report::kCapsules;
-  registerManager<LayeredAABBTreeCollisionManagerd>("boxes, fibers, capsules", capsules, fibers,
-                                                    true, false);
-  registerManager<WrappedSphereTreeCollisionManagerd>("spheres, fibers", {}, fibers, true, false);
-  registerManager<WrappedSphereTreeCollisionManagerd>("spheres, fibers, capsules", capsules, fibers,
-                                                      true, false);
+  super_thread.topology = Topology::kSuperThread;
+  all.report = Report::kCapsules;
+  all.threads = 2;
+  registerManager("boxes, loose objects", {}, fibers, Register::kLoose);
+  registerManager("boxes, fibers", {}, fibers);
+  registerManager("boxes, fibers, none has moved", {}, fibers, Register::kFibers, 1);
+  registerManager("boxes, fibers, neighbours by number", neighbors, fibers);
+  registerManager("boxes, fibers, neighbours by arc length", arc_length, fibers);
+  registerManager("boxes, fibers, groups", {}, fibers, Register::kGroups);
+  registerManager("boxes, fibers, 2 threads", threads, fibers);
+  registerManager("boxes, fibers, capsules", capsules, fibers);
+  registerManager("boxes, fibers, super thread", super_thread, fibers);
+  registerManager("boxes, fibers, capsules, arc length, groups, 2 threads", all, fibers,
+                  Register::kGroups);
+  registerManager<WrappedSphereTreeCollisionManagerd>("spheres, fibers", {}, fibers);
+  registerManager<WrappedSphereTreeCollisionManagerd>("spheres, fibers, capsules", capsules,
+                                                      fibers);
 }
 
 }  // namespace fcl_fibers::benchmarks
