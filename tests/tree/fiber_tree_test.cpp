@@ -10,7 +10,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tree/traversal.h"
+#include "geometry/overlap.h"
+#include "tree/plain_traversal.h"
 
 namespace fcl_fibers::tree {
 namespace {
@@ -171,27 +172,16 @@ using Trees = ::testing::Types<LayeredBoxTree<2>, LayeredBoxTree<8>, WrappedSphe
                                WrappedSphereTree<8>>;
 TYPED_TEST_SUITE(FiberTreeTest, Trees, TreeNames);
 
-struct CollectPairs : OverlapAdmission {
+struct CollectPairs : plain::OverlapVisitor {
   Pairs pairs;
   std::size_t calls = 0;
   std::size_t stop_after = SIZE_MAX;
 
-  Visit leafPair(SegmentId a, SegmentId b) {
+  Visit leafPair(SegmentId a, SegmentId b) override {
     pairs.insert(std::minmax(a, b));
     return ++calls < stop_after ? Visit::kContinue : Visit::kStop;
   }
-  Visit leaf(SegmentId a) { return leafPair(a, a); }
-};
-
-struct CountTests : CollectPairs {
-  std::size_t tests = 0;
-
-  template <class Pack, class Volume, class F>
-  Visit forEachAdmitted(const Pack& pack, const Volume& volume, geometry::LaneMask lanes,
-                        double unit, F&& visit) {
-    ++tests;
-    return OverlapAdmission::forEachAdmitted(pack, volume, lanes, unit, visit);
-  }
+  Visit leaf(SegmentId a) override { return leafPair(a, a); }
 };
 
 // A touching pair would be missed.
@@ -289,14 +279,15 @@ TYPED_TEST(FiberTreeTest, VisitsPairsOfTwoTreesInDifferentFrames) {
   tree_a.refit(a, 0);
   tree_b.refit(b, 0);
 
-  struct CollectOrderedPairs : OverlapAdmission {
+  struct CollectOrderedPairs : plain::OverlapVisitor {
     Pairs pairs;
     std::size_t calls = 0;
-    Visit leafPair(SegmentId p, SegmentId q) {
+    Visit leafPair(SegmentId p, SegmentId q) override {
       pairs.insert({p, q});
       ++calls;
       return Visit::kContinue;
     }
+    Visit leaf(SegmentId) override { return Visit::kContinue; }
   } query;
   visitPairs(tree_a, tree_b, FrameChange(there, here), FrameChange(here, there), query);
   EXPECT_EQ(query.calls, query.pairs.size()) << "a pair came twice";
@@ -329,7 +320,7 @@ TYPED_TEST(FiberTreeTest, StopsAtOnce) {
     EXPECT_EQ(visitPairs(this->tree_, query), Visit::kStop);
     EXPECT_EQ(query.calls, wanted);
   }
-  CountTests whole, first;
+  CollectPairs whole, first;
   first.stop_after = 1;
   visitPairs(this->tree_, whole);
   visitPairs(this->tree_, first);
@@ -357,15 +348,16 @@ TYPED_TEST(FiberTreeTest, FindsTheNearestPair) {
            std::numeric_limits<float>::max(), out);
     return double{out[0]};
   };
-  struct Nearest : NearestAdmission {
+  struct Nearest : plain::NearVisitor {
+    explicit Nearest(decltype(distance)& d) : NearVisitor(1e30), between(d) {}
     decltype(distance)& between;
-    std::size_t calls;
-    Visit leafPair(SegmentId a, SegmentId b) {
+    std::size_t calls = 0;
+    Visit leafPair(SegmentId a, SegmentId b) override {
       ++calls;
       limit = std::min(limit, between(a, b));
       return Visit::kContinue;
     }
-  } query{{1e30}, distance, 0};
+  } query(distance);
   visitPairs(tree, query);
 
   double expected = 1e30;

@@ -16,10 +16,11 @@
 #include <utility>
 #include <vector>
 
+#include "geometry/overlap.h"
 #include "geometry/simd.h"
 #include "parallel/executor.h"
 #include "tree/pair_search.h"
-#include "tree/traversal.h"
+#include "tree/plain_traversal.h"
 
 namespace fcl_fibers::tree {
 namespace {
@@ -186,12 +187,14 @@ PairList pairsFound(const Trees& trees, parallel::Executor* executor = nullptr) 
   return sink.found;
 }
 
-struct CollectPlainly : OverlapAdmission {
+struct CollectPlainly : plain::OverlapVisitor {
+  static constexpr SegmentId kVolume = 77;  ///< stands for the volume that leaves meet
   PairList found;
-  Visit leafPair(SegmentId a, SegmentId b) {
+  Visit leafPair(SegmentId a, SegmentId b) override {
     found.emplace_back(a, b);
     return Visit::kContinue;
   }
+  Visit leaf(SegmentId a) override { return leafPair(a, kVolume); }
 };
 
 /// Without an order, and of one tree's pairs without a first and a second.
@@ -652,23 +655,19 @@ TYPED_TEST(SearchTest, FindsWhatAVolumeOverlaps) {
   std::size_t found = 0;
   for (std::size_t i = 0; i < scene.segments.size(); i += 7) {
     const auto volume = TypeParam::Volume::around(scene.segments[i], 0.02);
-    struct CollectLeaves : OverlapAdmission {
-      PairList found;
-      Visit leaf(SegmentId a) {
-        found.emplace_back(a, 77);
-        return Visit::kContinue;
-      }
-    } plain;
+    CollectPlainly plain;
     visitLeaves(tree, volume, plain);
     found += plain.found.size();
     for (const std::int64_t target : simdTargetsHere()) {
       const geometry::ScopedSimdTarget scoped(target);
       CollectRuns sink;
-      EXPECT_EQ(findPairs(tree, volume, 77, kNoGroup, nullptr, sink), Visit::kContinue);
+      EXPECT_EQ(findPairs(tree, volume, CollectPlainly::kVolume, kNoGroup, nullptr, sink),
+                Visit::kContinue);
       ASSERT_EQ(sink.found, plain.found) << geometry::simdTargetName(target);
     }
     CollectRuns first(1);
-    EXPECT_EQ(findPairs(tree, volume, 77, kNoGroup, nullptr, first), Visit::kStop);
+    EXPECT_EQ(findPairs(tree, volume, CollectPlainly::kVolume, kNoGroup, nullptr, first),
+              Visit::kStop);
     EXPECT_EQ(first.found, PairList(plain.found.begin(), plain.found.begin() + 1));
   }
   EXPECT_GT(found, 1000u);

@@ -15,9 +15,10 @@
 
 #include "geometry/enclosing_sphere.h"
 #include "geometry/frame.h"
+#include "geometry/overlap.h"
 #include "support/exact_geometry.h"
 #include "support/random.h"
-#include "tree/traversal.h"
+#include "tree/plain_traversal.h"
 
 namespace fcl_fibers::tree {
 namespace {
@@ -256,36 +257,36 @@ void expectLikeRefit(const WrappedSphereTree<N>& tree, const WrappedSphereTree<N
 // Queries.
 
 /// Records all pairs and leaves, and stops at the k-th.
-struct Recorder : OverlapAdmission {
+struct Recorder : plain::OverlapVisitor {
   std::vector<Pair> pairs;
   std::vector<SegmentId> leaves;
   std::size_t stop_at = std::numeric_limits<std::size_t>::max();
 
-  Visit leafPair(SegmentId a, SegmentId b) {
+  Visit leafPair(SegmentId a, SegmentId b) override {
     pairs.emplace_back(a, b);
     return pairs.size() == stop_at ? Visit::kStop : Visit::kContinue;
   }
-  Visit leaf(SegmentId a) {
+  Visit leaf(SegmentId a) override {
     leaves.push_back(a);
     return leaves.size() == stop_at ? Visit::kStop : Visit::kContinue;
   }
 };
 
 /// Looks for the smallest distance of capsules.
-struct Nearest : NearestAdmission {
+struct Nearest : plain::NearVisitor {
   const std::vector<Segment>& a;
   const std::vector<Segment>& b;
   std::size_t visited = 0;
   Pair best{-1, -1};
 
   Nearest(const std::vector<Segment>& first, const std::vector<Segment>& second, double start)
-      : NearestAdmission{start}, a(first), b(second) {}
+      : NearVisitor(start), a(first), b(second) {}
 
   double distance(SegmentId i, SegmentId j) const {
     return std::max(0.0, static_cast<double>(capsuleDistance(a[static_cast<std::size_t>(i)],
                                                              b[static_cast<std::size_t>(j)])));
   }
-  Visit leafPair(SegmentId i, SegmentId j) {
+  Visit leafPair(SegmentId i, SegmentId j) override {
     ++visited;
     const double d = distance(i, j);
     if (d < limit) {
