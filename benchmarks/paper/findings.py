@@ -557,13 +557,13 @@ def growth_of_strand(parts):
 
 def past_the_paper(parts):
     scenes = scenes_of(parts)
-    order = ratios(scenes, "SelfCollision", BOXES, DEFAULT)
+    bundle = ratios(scenes, "SelfCollision", BOXES, DEFAULT)
     fcl = ratios(scenes, "SelfCollision", FCL_TREE, BOXES)
     fcl_default = ratios(scenes, "SelfCollision", FCL_TREE, DEFAULT)
-    if not order:
+    if not bundle:
         return None
     text = (
-        f"Detection with boxes by default is {span(order.values())} times as fast as with the"
+        f"Detection with boxes by default is {span(bundle.values())} times as fast as with the"
         " paper's tree"
     )
     if fcl:
@@ -572,8 +572,8 @@ def past_the_paper(parts):
             f" tree and {span(fcl_default.values())} times as long as the default"
         )
     return Finding(
-        "Not in the paper: the order of fibers and FCL.",
-        text + f", over {len(order)} scenes.",
+        "Not in the paper: another topology and FCL.",
+        text + f", over {len(bundle)} scenes.",
         "beyond it",
     )
 

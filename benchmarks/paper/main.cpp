@@ -3,7 +3,8 @@
 // What Sobottka, Varnik and Weber measured in section 4, measured again. One run is one part:
 //
 //   fcl_fibers_paper --part=scene --scene=static|axis_parallel|axis_turned|half_scalp|strand
-//                    [--fibers=N] [--segments=N] [--all_of_fcl] [--only=NAME,...] [--limit=10]
+//                    [--fibers=N] [--segments=N] [--rows] [--all_of_fcl] [--only=NAME,...]
+//                    [--limit=10]
 //   fcl_fibers_paper --part=scene --hair=FILE [--radius=R] and the rest of it
 //   fcl_fibers_paper --part=dynamic
 //   fcl_fibers_paper --part=chain --chain=random|snake --edge=N
@@ -61,6 +62,7 @@ void addOptions(CLI::App& app, std::string& part, PartRequest& request) {
   app.add_option("--only", request.only);
   app.add_option("--out_dir", request.out_dir);
   app.add_flag("--all_of_fcl", request.all_of_fcl);
+  app.add_flag("--rows", request.rows, "Fibers in the order of rows of roots");
 }
 
 void initializeBenchmark(int argc, char** argv, const CLI::App& app, const PartRequest& request) {

@@ -13,6 +13,7 @@ struct PartRequest {
   PaperSceneRequest scene;
   double limit = 10;  ///< seconds that a phase may take
   bool all_of_fcl = false;
+  bool rows = false;             ///< fibers in the order of rowsOfRoots()
   std::string chain = "random";  ///< see makeChain
   int edge = 16;
   std::string only;     ///< names of the only contenders to be timed, if any: `A/b,A/c`

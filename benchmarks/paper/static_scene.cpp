@@ -10,6 +10,7 @@
 #include "paper_contenders.h"
 #include "parts.h"
 #include "progress.h"
+#include "row_order.h"
 #include "timings.h"
 
 namespace fcl_fibers::benchmarks {
@@ -70,7 +71,14 @@ bool timeScene(const PartRequest& request) {
       request.scene.hair.path.empty() ? request.scene.name : hairName(request.scene.hair);
   showProgress(name + ": make the scene");
   const std::vector<Contender> contenders = chosenContenders(request);
-  MovingFibers fibers(name, makePaperScene(request.scene, 0), makePaperScene(request.scene, 1));
+  scenes::FiberScene scene = makePaperScene(request.scene, 0),
+                     moved = makePaperScene(request.scene, 1);
+  if (request.rows) {
+    const std::vector<std::size_t> order = rowsOfRoots(scene);
+    scene = reordered(scene, order);
+    moved = reordered(moved, order);
+  }
+  MovingFibers fibers(name, std::move(scene), std::move(moved));
 
   PreflightLimits limits;
   limits.phase_seconds = request.limit;
