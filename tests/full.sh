@@ -59,7 +59,35 @@ documentation() {
   doxygen docs/Doxyfile
 }
 
-# The sanitizers on every instruction set of this machine; .ci/run has them on SSE4 alone.
+# The tests of everything that depends on it, on every instruction set of this machine.
+simd() {
+  local level suite
+  for level in "${simd_levels[@]}"; do
+    has_simd "$level" || continue
+    for suite in geometry_test tree_test arrays_test broadphase_test; do
+      FCL_FIBERS_SIMD=$level build/release/tests/$suite --gtest_brief=1
+    done
+  done
+}
+
+# All tests under AddressSanitizer and UndefinedBehaviorSanitizer, of which .ci/run leaves some out.
+sanitized() {
+  .ci/apt_install.sh clang libclang-rt-dev
+  cmake --preset sanitize -DCMAKE_CXX_COMPILER=clang++
+  cmake --build --preset sanitize
+  run_tests --preset sanitize -j "$(nproc)" -LE long
+}
+
+# What is done on several threads, under ThreadSanitizer.
+threads_sanitized() {
+  cmake --preset thread-sanitize
+  cmake --build --preset thread-sanitize --target parallel_test tree_test
+  build/thread-sanitize/tests/parallel_test --gtest_brief=1
+  build/thread-sanitize/tests/tree_test --gtest_brief=1 \
+    --gtest_filter='SceneTest*Threads/*:SceneTest*HandedOn/*:SceneTest*Named/*'
+}
+
+# The sanitizers on every instruction set of this machine; elsewhere they are on SSE4 alone.
 simd_sanitized() {
   .ci/apt_install.sh clang libclang-rt-dev
   cmake --preset sanitize -B build/sanitize-simd -DCMAKE_CXX_COMPILER=clang++ \
@@ -187,8 +215,11 @@ vtk() {
 
 steps=(
   documentation
+  simd
   assertions
+  sanitized
   simd_sanitized
+  threads_sanitized
   extremes
   differential
   pair_order
