@@ -170,7 +170,7 @@ std::optional<std::size_t> FiberRegistry<S>::add(const std::vector<Object*>& add
   objects_.insert(objects_.end(), added.begin(), added.end());
   for (std::size_t i = 0; i < added.size(); ++i) {
     if (index_.insert(static_cast<SegmentId>(first + i))) continue;
-    for (std::size_t j = i; j-- > 0;) index_.erase(added[j]);
+    for (std::size_t j = i; j-- > 0;) index_.takeBack(static_cast<SegmentId>(first + j));
     objects_.resize(first);
     return i;
   }
@@ -218,7 +218,6 @@ std::optional<std::size_t> FiberRegistry<S>::copy(const FiberRegistry& other,
 template <typename S>
 bool FiberRegistry<S>::remove(const Object* object) {
   const SegmentId id = index_.find(object);
-  index_.erase(object);
   objects_[static_cast<std::size_t>(id)] = nullptr;
   --size_;
   // Each time the number of objects halves: linear in all, whatever stays empty within fibers.

@@ -11,6 +11,9 @@ namespace fcl_fibers::broadphase {
 /// Finds the position of a pointer in a vector: a hash table with linear probing that keeps
 /// positions only, eight bytes a pointer. std::unordered_map takes forty and as long to fill as the
 /// tree takes to build.
+///
+/// A pointer is forgotten by setting it to null in the vector: its slot is passed over from then
+/// on, and its position is never entered again.
 template <typename T>
 class PointerIndex {
  public:
@@ -19,11 +22,11 @@ class PointerIndex {
   explicit PointerIndex(const std::vector<T*>& pointers) : pointers_(pointers) {}
 
   std::int32_t find(const T* pointer) const {
-    if (slots_.empty()) return kNotFound;
+    if (slots_.empty() || pointer == nullptr) return kNotFound;
     return slots_[slotOf(pointer)];
   }
 
-  /// Makes room for `count` pointers, so that insert() does not allocate.
+  /// Makes room for `count` positions, so that insert() does not allocate.
   void reserve(std::size_t count) {
     std::size_t capacity = 16;
     while (capacity < count + count / 2) capacity *= 2;
@@ -31,7 +34,8 @@ class PointerIndex {
     std::vector<std::int32_t> old(capacity, kNotFound);
     old.swap(slots_);
     for (const std::int32_t position : old) {
-      if (position != kNotFound) slots_[slotOf(at(position))] = position;
+      if (position == kNotFound || at(position) == nullptr) continue;
+      slots_[slotOf(at(position))] = position;
     }
   }
 
@@ -44,20 +48,8 @@ class PointerIndex {
     return true;
   }
 
-  /// @pre the pointer is known, and still at its position
-  void erase(const T* pointer) {
-    std::size_t hole = slotOf(pointer);
-    slots_[hole] = kNotFound;
-    // Close the gap: entries behind that could no longer be reached move into it.
-    for (std::size_t i = next(hole); slots_[i] != kNotFound; i = next(i)) {
-      const std::size_t home = homeOf(at(slots_[i]));
-      const bool reachable = hole <= i ? hole < home && home <= i : hole < home || home <= i;
-      if (reachable) continue;
-      slots_[hole] = slots_[i];
-      slots_[i] = kNotFound;
-      hole = i;
-    }
-  }
+  /// Takes back the last insert() that has not been taken back. No other was probed past it.
+  void takeBack(std::int32_t position) { slots_[slotOf(at(position))] = kNotFound; }
 
   /// Empties the table and keeps its room.
   void forgetAll() { std::fill(slots_.begin(), slots_.end(), kNotFound); }
