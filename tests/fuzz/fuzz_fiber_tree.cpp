@@ -98,6 +98,14 @@ struct Hair {
   }
   bool startsCapsule(std::size_t point) const { return begin[fiberOf(point) + 1] > point + 1; }
 
+  /// The largest coordinate or radius.
+  Real size() const {
+    Real size = 0;
+    for (const S x : points) size = std::max(size, std::fabs(static_cast<Real>(x)));
+    for (const S radius : radii) size = std::max(size, static_cast<Real>(radius));
+    return size;
+  }
+
   Real radius(std::size_t segment) const {
     using Radii = typename FiberArrays<S>::Radii;
     return static_cast<Real>(radii[radii_are == Radii::kOne        ? 0
@@ -121,7 +129,7 @@ Pairs pairsOf(const FiberTree& tree) {
 }
 
 /// Nine pairs of points say whether two capsules surely touch, their boxes whether they surely do
-/// not.
+/// not: further apart than 256 eps of the whole scene, as docs/numerics.md promises.
 template <typename S>
 void checkPair(const Hair<S>& hair, std::size_t a, std::size_t b, const FiberTreeOptions& options,
                bool found) {
@@ -133,7 +141,7 @@ void checkPair(const Hair<S>& hair, std::size_t a, std::size_t b, const FiberTre
     gap = std::max({gap, std::min(p, q) - std::max(r, s), std::min(r, s) - std::max(p, q)});
     largest = std::max({largest, std::fabs(p), std::fabs(q), std::fabs(r), std::fabs(s)});
   }
-  if (options.report == Report::kCapsules && gap > reach + 1e-12L * largest) require(!found);
+  if (options.report == Report::kCapsules && gap > reach + 1e-12L * hair.size()) require(!found);
   for (const Real s : {0.0L, 0.5L, 1.0L}) {
     for (const Real t : {0.0L, 0.5L, 1.0L}) {
       const auto p = hair.at(a, s), q = hair.at(b, t);
