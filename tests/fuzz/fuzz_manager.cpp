@@ -2,7 +2,8 @@
 //
 // A manager under any sequence of calls, with objects of any poses and sizes. It may refuse by
 // std::invalid_argument only, and what it refuses to register or unregister is as it was; each pair
-// comes once, and the same query gives the same pairs.
+// comes once and is of two groups, and the same query gives the same pairs. So of its clones, and
+// of it and them.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +11,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -32,6 +34,8 @@
 namespace {
 
 using fcl_fibers::FiberCollisionManager;
+using fcl_fibers::FiberEnds;
+using fcl_fibers::FiberGroup;
 using fcl_fibers::FiberManagerOptions;
 using fcl_fibers::fuzz::readNumber;
 using fcl_fibers::fuzz::require;
@@ -91,12 +95,14 @@ class Program {
     options.report =
         data.ConsumeBool() ? fcl_fibers::Report::kCapsules : fcl_fibers::Report::kVolumes;
     options.ignored_neighbors = data.ConsumeIntegralInRange(0, 2);
+    if (data.ConsumeBool()) options.ignored_arc_length = data.ConsumeFloatingPointInRange(0.0, 4.0);
     options.margin = data.ConsumeBool() ? 0 : data.ConsumeFloatingPointInRange(0.0, 10.0);
     if (data.ConsumeBool()) {
-      manager_ = std::make_unique<fcl_fibers::LayeredAABBTreeCollisionManager<S>>(options);
+      boxes_ = std::make_unique<Boxes>(options);
     } else {
-      manager_ = std::make_unique<fcl_fibers::WrappedSphereTreeCollisionManager<S>>(options);
+      spheres_ = std::make_unique<Spheres>(options);
     }
+    manager_ = boxes_ ? static_cast<Manager*>(boxes_.get()) : spheres_.get();
     const std::size_t count = data.ConsumeIntegralInRange<std::size_t>(1, 40);
     for (std::size_t i = 0; i < count; ++i) {
       const auto shape = readShape<S>(data);
@@ -116,6 +122,9 @@ class Program {
  private:
   using Object = fcl::CollisionObject<S>;
   using Objects = std::vector<Object*>;
+  using Manager = FiberCollisionManager<S>;
+  using Boxes = fcl_fibers::LayeredAABBTreeCollisionManager<S>;
+  using Spheres = fcl_fibers::WrappedSphereTreeCollisionManager<S>;
 
   Object* any() {
     return owned_[data_.ConsumeIntegralInRange<std::size_t>(0, owned_.size() - 1)].get();
@@ -127,7 +136,7 @@ class Program {
   }
 
   void step() {
-    switch (data_.ConsumeIntegralInRange(0, 11)) {
+    switch (data_.ConsumeIntegralInRange(0, 13)) {
       case 0: {
         Object* object = any();
         if (!isRefused([&] { manager_->registerObject(object); })) managed_.push_back(object);
@@ -136,12 +145,15 @@ class Program {
       case 1:
       case 2: {
         const Objects added = several();
-        const bool fiber = data_.ConsumeBool();
-        if (!isRefused([&] {
-              fiber ? manager_->registerFiber(added) : manager_->registerObjects(added);
-            })) {
-          managed_.insert(managed_.end(), added.begin(), added.end());
+        if (!data_.ConsumeBool()) {
+          if (isRefused([&] { manager_->registerObjects(added); })) return;
+        } else {
+          const FiberEnds ends = data_.ConsumeBool() ? FiberEnds::kClosed : FiberEnds::kOpen;
+          const FiberGroup group{data_.ConsumeIntegralInRange(0, 2)};
+          if (isRefused([&] { manager_->registerFiber(added, ends, group); })) return;
+          for (Object* object : added) group_[object] = group.number;
         }
+        managed_.insert(managed_.end(), added.begin(), added.end());
         return;
       }
       case 3: {
@@ -150,6 +162,7 @@ class Program {
         require(isRefused([&] { manager_->unregisterObject(object); }) ==
                 (place == managed_.end()));
         if (place != managed_.end()) managed_.erase(place);
+        group_.erase(object);
         return;
       }
       case 4:
@@ -173,6 +186,7 @@ class Program {
         if (data_.ConsumeIntegralInRange(0, 7) == 0) {
           manager_->clear();
           managed_.clear();
+          group_.clear();
         }
         return;
       case 8:
@@ -181,8 +195,12 @@ class Program {
         return collide(any());
       case 10:
         return distance(nullptr);
-      default:
+      case 11:
         return distance(any());
+      case 12:
+        return withClone([&](Manager& clone) { clone.collide(&query_, record); });
+      default:
+        return withClone([&](Manager& clone) { manager_->collide(&clone, &query_, record); });
     }
   }
 
@@ -196,6 +214,7 @@ class Program {
     require(seen.calls.size() <= seen.stop_at);
     std::set<std::pair<Object*, Object*>> pairs;
     for (const auto& [a, b] : seen.calls) {
+      require(groupOf(a) == 0 || groupOf(a) != groupOf(b));
       require(a != b && pairs.insert(std::minmax(a, b)).second);
       require(std::find(managed_.begin(), managed_.end(), a) != managed_.end());
       if (partner != nullptr) {
@@ -206,20 +225,26 @@ class Program {
     }
   }
 
+  int groupOf(const Object* object) const {
+    const auto group = group_.find(object);
+    return group == group_.end() ? 0 : group->second;
+  }
+
+  static bool record(Object* a, Object* b, void* data) {
+    auto& self = *static_cast<Seen*>(data);
+    self.calls.emplace_back(a, b);
+    return self.calls.size() == self.stop_at;
+  }
+
   void collide(Object* partner) {
     Seen seen{
         {}, data_.ConsumeBool() ? 1000000 : data_.ConsumeIntegralInRange<std::size_t>(1, 9), 1};
-    const fcl::CollisionCallBack<S> callback = [](Object* a, Object* b, void* data) {
-      auto& self = *static_cast<Seen*>(data);
-      self.calls.emplace_back(a, b);
-      return self.calls.size() == self.stop_at;
-    };
     const auto query = [&] {
       seen.calls.clear();
       if (partner != nullptr) {
-        manager_->collide(partner, &seen, callback);
+        manager_->collide(partner, &seen, record);
       } else {
-        manager_->collide(&seen, callback);
+        manager_->collide(&seen, record);
       }
     };
     if (isRefused(query)) return;
@@ -227,6 +252,45 @@ class Program {
     const auto before = seen.calls;
     query();
     require(seen.calls == before);
+  }
+
+  /// A clone over copies of the objects, which a query is made of. What it reports is judged as
+  /// pairs of the originals.
+  template <typename Query>
+  void withClone(Query&& query) {
+    std::vector<std::unique_ptr<Object>> copies;
+    Objects objects;
+    std::map<const Object*, Object*> original;
+    for (Object* object : managed_) {
+      copies.push_back(std::make_unique<Object>(*object));
+      objects.push_back(copies.back().get());
+      original[objects.back()] = object;
+    }
+    std::unique_ptr<Manager> clone;
+    if (isRefused([&] {
+          if (boxes_) {
+            clone = boxes_->clone(objects);
+          } else {
+            clone = spheres_->clone(objects);
+          }
+        })) {
+      return;
+    }
+    Objects cloned;
+    clone->getObjects(cloned);
+    require(cloned == objects);
+    query_ = {{}, 1000000, 1};
+    if (isRefused([&] { query(*clone); })) return;
+    std::set<std::pair<Object*, Object*>> pairs;
+    for (const auto& [a, b] : query_.calls) {
+      require(a != b && pairs.insert(std::minmax(a, b)).second);
+      const bool both_are_copies = original.count(a) + original.count(b) == 2;
+      const auto of = [&](Object* object) {
+        return original.count(object) > 0 ? original[object] : object;
+      };
+      // Groups are a manager's own.
+      require(!both_are_copies || groupOf(of(a)) == 0 || groupOf(of(a)) != groupOf(of(b)));
+    }
   }
 
   void distance(Object* partner) {
@@ -252,9 +316,13 @@ class Program {
   }
 
   FuzzedDataProvider& data_;
-  std::unique_ptr<FiberCollisionManager<S>> manager_;
+  std::unique_ptr<Boxes> boxes_;  ///< the one, or
+  std::unique_ptr<Spheres> spheres_;
+  Manager* manager_ = nullptr;
   std::vector<std::unique_ptr<Object>> owned_;
   Objects managed_;
+  std::map<const Object*, int> group_;  ///< of those registered as fibers
+  Seen query_{};
 };
 
 }  // namespace
