@@ -78,13 +78,15 @@ sanitized() {
   run_tests --preset sanitize -j "$(nproc)" -LE long
 }
 
-# What is done on several threads, under ThreadSanitizer.
+# What is done on several threads, by the library's or the user's, under ThreadSanitizer.
 threads_sanitized() {
   cmake --preset thread-sanitize
-  cmake --build --preset thread-sanitize --target parallel_test tree_test
+  cmake --build --preset thread-sanitize --target parallel_test tree_test broadphase_test
   build/thread-sanitize/tests/parallel_test --gtest_brief=1
   build/thread-sanitize/tests/tree_test --gtest_brief=1 \
     --gtest_filter='SceneTest*Threads/*:SceneTest*HandedOn/*:SceneTest*Named/*'
+  build/thread-sanitize/tests/broadphase_test --gtest_brief=1 \
+    --gtest_filter='Threads/*:LifecycleContract/*Threads*:*TwoManagers*:Clone/*MayBeMade*'
 }
 
 # The sanitizers on every instruction set of this machine; elsewhere they are on SSE4 alone.
@@ -144,10 +146,15 @@ long() {
   run_tests --preset release -L long
 }
 
-# More than a million calls against the model of a manager.
+# More than a million calls of each scalar against the model of a manager.
 stateful() {
-  RC_PARAMS="seed=${RANDOM} max_success=5000 max_size=400" \
-    build/release/tests/stateful_test --gtest_brief=1
+  local results=build/stateful.xml count
+  RC_PARAMS="seed=${RANDOM} max_success=11000 max_size=400" \
+    build/release/tests/stateful_test --gtest_brief=1 --gtest_output=xml:$results
+  while read -r count; do
+    echo "$count calls"
+    ((count > 1000000))
+  done < <(grep -o 'name="commands" value="[0-9]*"' $results | grep -o '[0-9]*')
 }
 
 # Ten minutes for each fuzzer.

@@ -122,7 +122,7 @@ FAULTS = [
           "    if (!link(a_, last.a).isLeaf()) return Visit::kContinue;\n",
           "tree_test broadphase_test"),
     Fault("a pair as near as the nearest is visited", "tree/traversal-inl.h",
-          "if (!(distance[lane] * unit < limit)) break;", "", MANAGERS),
+          "if (!(distance[lane] * unit < limit) && std::isfinite(limit)) break;", "", MANAGERS),
     Fault("gaps between boxes are measured on two axes", "geometry/overlap-inl.h",
           "lengthLowerBound(gap(0), gap(1), gap(2))", "lengthLowerBound(gap(0), gap(1), gap(1))",
           MANAGERS),

@@ -43,7 +43,7 @@ struct QueryStatistics {
 ///
 /// Whatever cannot be answered is refused with `std::invalid_argument`, whose text names the call,
 /// the object and the remedy, and nothing changes, with one exception: an `update` that is refused
-/// leaves all objects registered, but queries refuse until an update succeeds. The same holds where
+/// leaves all objects registered, but queries refuse until an update or setup() succeeds. The same holds where
 /// memory runs out (`std::bad_alloc`). Objects of a manager of another class are read one by one,
 /// so that a broken one may be refused after first pairs.
 template <typename S>
@@ -81,9 +81,10 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   /// nothing to do.
   void setup() override;
 
-  /// Reads the objects, or those given, after they have moved or changed their shape. Throws
-  /// std::invalid_argument if one is not registered, and nothing changes, or if one has gone bad,
-  /// after which queries refuse until an update succeeds.
+  /// Reads the objects, or those given (all of them where a quarter of all are given), after they
+  /// have moved or changed their shape. Throws std::invalid_argument if one is not registered, and
+  /// nothing changes, or if one has gone bad, after which queries refuse until update() or setup()
+  /// succeeds.
   ///@{
   void update() override;
   void update(Object* object) override;
@@ -108,8 +109,9 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   ///@}
 
   /// Calls `callback(a, b, cdata, dist)`, which may lower `dist`, for each such pair whose volumes
-  /// are nearer than `dist`; the first `dist` is the largest number of S. Margin and report do not
-  /// matter, neighbours along a fiber are left out. Throws as collide() does.
+  /// are nearer than `dist`; the first `dist` is the largest number of S. The margin does not
+  /// matter; under Report::kCapsules pairs whose capsules are at least `dist` apart are passed over,
+  /// too. Neighbours along a fiber are left out. Throws as collide() does.
   ///@{
   void distance(Object* object, void* cdata, fcl::DistanceCallBack<S> callback) const override;
   void distance(void* cdata, fcl::DistanceCallBack<S> callback) const override;

@@ -112,6 +112,7 @@ class FiberCollisionManager<S>::Impl {
     if (!original.hasTree()) return;
     scene_.copy(original.scene_);
     late_ = original.late_;
+    late_read_ = 0;
     gone_ = original.gone_;
     in_scene_ = original.in_scene_;
     state_ = State::kCloned;
@@ -189,11 +190,13 @@ class FiberCollisionManager<S>::Impl {
     last_registered_.reset();
     const bool keeps_ids = registry_.remove(object);
     if (const auto late = findLate(id); late != late_.end()) {
+      if (static_cast<std::size_t>(late - late_.begin()) < late_read_) --late_read_;
       late_.erase(late);
     } else {
       ++gone_;
     }
     if (!keeps_ids || isUnbounded(id) || gone_ > registry_.size() / 8) markStale();
+    if (registry_.size() == 0) state_ = State::kStale;  // nothing is left that could be refused
   }
 
   void clear(const char* call) {
@@ -201,6 +204,7 @@ class FiberCollisionManager<S>::Impl {
     registry_.clear();
     scene_.clear();
     late_.clear();
+    late_read_ = 0;
     last_registered_.reset();
     state_ = State::kStale;
   }
@@ -233,10 +237,16 @@ class FiberCollisionManager<S>::Impl {
     }
     state_ = State::kRefused;
     for (std::size_t i = 0; i < moved.size(); ++i) {
-      read(call, moved[i], scene_.frame(), [i] { return nameOf(i); });
+      Segment segment;
+      if (broadphase::readSegment(*moved[i], scene_.frame(), segment) == nullptr) continue;
+      // It may be the frame that does not hold it: the scene gets another.
+      read(call, moved[i], Frame{}, [i] { return nameOf(i); });
+      return readAndBuild(call);
     }
-    ids.erase(std::remove_if(ids.begin(), ids.end(), [this](SegmentId id) { return isLate(id); }),
-              ids.end());
+    const auto first_late =
+        std::partition(ids.begin(), ids.end(), [this](SegmentId id) { return !isLate(id); });
+    for (auto id = first_late; id != ids.end(); ++id) reader(call)(*id, findLate(*id)->segment);
+    ids.erase(first_late, ids.end());
     if (!scene_.updateSome(ids, reader(call))) return readAndBuild(call);
     readLate(call);
   }
@@ -433,6 +443,12 @@ class FiberCollisionManager<S>::Impl {
     kRefused,  ///< the last update failed; the scene is neither old nor new
   };
 
+  /// An object outside the tree.
+  struct Late {
+    SegmentId id;
+    Segment segment;
+  };
+
   /// Holds the scene ready and fixed while a query runs.
   class QueryScope {
    public:
@@ -502,13 +518,21 @@ class FiberCollisionManager<S>::Impl {
   }
 
   void readAndFit(const char* call) const {
+    late_read_ = 0;
     if (!scene_.update(newFrame(), in_scene_, reader(call))) return readAndBuild(call);
     readLate(call);
   }
 
+  /// Those that have not been read yet.
   void readLate(const char* call) const {
-    const auto read = reader(call);
-    for (Late& late : late_) read(late.id, late.segment);
+    for (; late_read_ < late_.size(); ++late_read_) {
+      Late& late = late_[late_read_];
+      const Object& object = *objectOf(late.id);
+      if (broadphase::readSegment(object, scene_.frame(), late.segment) == nullptr) continue;
+      // It may be the frame that does not hold it; else building names it.
+      if (state_ == State::kLate) state_ = State::kStale;
+      return readAndBuild(call);
+    }
     state_.store(State::kReady, std::memory_order_release);
   }
 
@@ -518,6 +542,7 @@ class FiberCollisionManager<S>::Impl {
         [this](auto&& admit) { return registry_.fibers(admit); }, reader(call));
     in_scene_ = registry_.objects().size();
     late_.clear();
+    late_read_ = 0;
     gone_ = 0;
     state_.store(State::kReady, std::memory_order_release);
   }
@@ -645,14 +670,23 @@ class FiberCollisionManager<S>::Impl {
     S least_ = std::numeric_limits<S>::max();
   };
 
+  /// Whether what is at least this far may be nearer than the limit. A frame in which the limit is
+  /// infinite, as it is between scenes of very different size, may not hold the distance either.
+  static bool mayBeNearer(double lower_bound, double limit) {
+    return lower_bound < limit || limit == std::numeric_limits<double>::infinity();
+  }
+
   /// Whether a pair is worth a call of the distance callback, as far as the capsules say.
   /// @pre the scene keeps segments
   bool mayBeNearer(SegmentId a, const Segment& q, double q_error, double limit) const {
+    if (limit == std::numeric_limits<double>::infinity()) return true;
     const Segment& p = scene_.segment(a);
     return touch(p, q, limit, endPointError(p) + q_error);
   }
 
   // --- Objects outside the tree: unbounded ones, and those registered since it was built ---
+
+  enum class Among { kAll, kOutside };
 
   bool isUnbounded(SegmentId id) const {
     const auto& unbounded = scene_.unbounded();
@@ -709,8 +743,9 @@ class FiberCollisionManager<S>::Impl {
 
   /// Every managed object that is to be tested against this one apart from the tree: visit(id).
   template <class F>
-  Visit forEachOutside(const Segment& segment, F&& visit) const {
-    return isBounded(segment) ? forEachOutside(visit) : forEachId(visit);
+  Visit forEachOutside(const Segment& segment, Among among, F&& visit) const {
+    return isBounded(segment) || among == Among::kOutside ? forEachOutside(visit)
+                                                          : forEachId(visit);
   }
 
   /// As the scene would have it, were both in its tree.
@@ -732,8 +767,6 @@ class FiberCollisionManager<S>::Impl {
 
   // --- One segment against the scene, in the scene's frame ---
 
-  enum class Among { kAll, kOutside };
-
   // The tree's segments of the group are passed over; those outside the tree are not.
 
   /// Every managed object that meets the segment, as the options have it: on_hit(id).
@@ -744,7 +777,7 @@ class FiberCollisionManager<S>::Impl {
       PairsTo sink([&](SegmentId a, SegmentId) { return on_hit(a); });
       if (scene_.findPairs(segment, error, group, sink) == Visit::kStop) return Visit::kStop;
     }
-    return forEachOutside(segment, [&](SegmentId a) {
+    return forEachOutside(segment, among, [&](SegmentId a) {
       return meets(segmentOf(a), segment, error) ? on_hit(a) : Visit::kContinue;
     });
   }
@@ -764,9 +797,9 @@ class FiberCollisionManager<S>::Impl {
       }
     }
     double limit = nearest.limit();
-    return forEachOutside(segment, [&](SegmentId a) {
-      return boxDistanceLowerBound(segmentOf(a), segment) < limit ? on_near(a, limit)
-                                                                  : Visit::kContinue;
+    return forEachOutside(segment, among, [&](SegmentId a) {
+      return mayBeNearer(boxDistanceLowerBound(segmentOf(a), segment), limit) ? on_near(a, limit)
+                                                                              : Visit::kContinue;
     });
   }
 
@@ -829,13 +862,10 @@ class FiberCollisionManager<S>::Impl {
   Registry registry_;
   std::optional<Segment> last_registered_;  ///< a capsule that the next one may continue
 
-  struct Late {
-    SegmentId id;
-    Segment segment;
-  };
-  mutable std::vector<Late> late_;    ///< registered since the tree was built; ids ascend
-  mutable std::size_t gone_ = 0;      ///< number of those unregistered since then
-  mutable std::size_t in_scene_ = 0;  ///< ids that the scene knows
+  mutable std::vector<Late> late_;     ///< registered since the tree was built; ids ascend
+  mutable std::size_t late_read_ = 0;  ///< the first of these have been read
+  mutable std::size_t gone_ = 0;       ///< number of those unregistered since then
+  mutable std::size_t in_scene_ = 0;   ///< ids that the scene knows
 
   // The first query after registering builds the scene, on whichever thread it runs.
   mutable Scene scene_;

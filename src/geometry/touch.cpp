@@ -51,12 +51,17 @@ bool boxesTouch(const Segment& p, const Segment& q, double margin) {
 }
 
 double boxDistanceLowerBound(const Segment& p, const Segment& q) {
-  double squared = 0;
-  for (const auto axis : kAxes) {
-    const double gap = std::max(gapLowerBound(p, q, axis), 0.0);
-    squared += gap * gap;
+  double gaps[3], largest = 0;
+  for (int i = 0; i < 3; ++i) {
+    const double gap = gapLowerBound(p, q, kAxes[i]);
+    gaps[i] = gap > 0 ? gap : 0;  // NaN is where both are infinite
+    largest = std::max(largest, gaps[i]);
   }
-  return std::sqrt(squared) * (1 - 4 * kEps);
+  if (largest == 0 || !std::isfinite(largest)) return largest;
+  // Scaled, for squares overflow.
+  double squared = 0;
+  for (const double gap : gaps) squared += (gap / largest) * (gap / largest);
+  return std::sqrt(squared) * (1 - 8 * kEps) * largest;
 }
 
 }  // namespace fcl_fibers::geometry

@@ -7,6 +7,7 @@
 #endif
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -125,7 +126,8 @@ struct NearestAdmission {
     }
     for (int i = 0; i < count; ++i) {
       const int lane = nearest_first[static_cast<std::size_t>(i)];
-      if (!(distance[lane] * unit < limit)) break;
+      // Where the limit is infinite the product may be, too.
+      if (!(distance[lane] * unit < limit) && std::isfinite(limit)) break;
       if (visit(lane) == Visit::kStop) return Visit::kStop;
     }
     return Visit::kContinue;

@@ -157,6 +157,54 @@ TYPED_TEST(ComingAndGoing, OneMayComeAndGoForever) {
   EXPECT_LT(managed.manager->memoryUsage(), 8 * before);
 }
 
+// Objects would count where they are without an update that names them, and a broken one would be
+// held against the update of another.
+TYPED_TEST(ComingAndGoing, ALateObjectIsReadAgainWhereAnUpdateNamesIt) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene = strandScene<S>(12, 16, 301);
+  const Objects<S> most = scene.objects();
+  fcl::CollisionObject<S>* late = scene.addCapsule({0, 0, 0}, {0, 0, 0.1}, 0.05);
+  const auto manager = TypeParam::make();
+  manager->registerObjects(most);
+  manager->setup();
+  manager->registerObject(late);
+  const auto with_it = [&] {
+    const Calls<S> pairs = selfPairs(*manager);
+    return std::count_if(pairs.begin(), pairs.end(), [&](const auto& pair) {
+      return pair.first == late || pair.second == late;
+    });
+  };
+  const auto before = with_it();
+  EXPECT_GT(before, 0);
+  late->setTranslation(fcl::Vector3<S>(100, 100, 100));
+  manager->update(most[3]);
+  EXPECT_EQ(with_it(), before);
+  late->setTranslation(fcl::Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN()));
+  manager->update(most[3]);
+  EXPECT_EQ(with_it(), before);
+  late->setTranslation(fcl::Vector3<S>(100, 100, 100));
+  manager->update({most[3], late});
+  EXPECT_EQ(with_it(), 0);
+}
+
+// Nobody could mend what is not there any more.
+TYPED_TEST(ComingAndGoing, AnEmptyManagerHasNothingToRefuse) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene = strandScene<S>(2, 8, 5);
+  const auto manager = TypeParam::make();
+  manager->registerObjects(scene.objects());
+  manager->setup();
+  const fcl::Vector3<S> place = scene[3]->getTranslation();
+  scene[3]->setTranslation(fcl::Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN()));
+  EXPECT_THROW(manager->update(), std::invalid_argument);
+  EXPECT_THROW(selfPairs(*manager), std::invalid_argument);
+  for (fcl::CollisionObject<S>* object : scene.objects()) manager->unregisterObject(object);
+  EXPECT_TRUE(selfPairs(*manager).empty());
+  scene[3]->setTranslation(place);
+  manager->registerObjects(scene.objects());
+  EXPECT_FALSE(selfPairs(*manager).empty());
+}
+
 // An object that cannot be read would be passed over in silence.
 TYPED_TEST(ComingAndGoing, ALateObjectThatHasGoneBadIsNamed) {
   using S = typename TypeParam::Scalar;

@@ -9,7 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "support/distance_search.h"
 #include "support/managers_under_test.h"
+#include "support/pair_oracle.h"
 #include "support/pair_queries.h"
 #include "support/scene_generators.h"
 
@@ -37,6 +39,117 @@ TYPED_TEST(Extremes, BoxesNearTheEndOfTheRangeMeet) {
   ASSERT_EQ(pairs.size(), 1u);
   EXPECT_EQ(pairs[0], std::make_pair(scene[0], scene[1]));
   EXPECT_EQ(pairsWith(*manager, *scene[1]).size(), 1u);
+}
+
+// Distances between them overflow in the frame of the smaller one, and so do their squares.
+TYPED_TEST(Extremes, ManagersOfVeryDifferentSizeAnswerEachOther) {
+  using S = typename TypeParam::Scalar;
+  constexpr int kMost = std::is_same_v<S, float> ? 120 : 1010;
+  for (const int exponent : {kMost, kMost / 2, 2 * kMost / 5, 3 * kMost / 10}) {
+    const double small = std::ldexp(1.0, -exponent), large = std::ldexp(1.0, exponent);
+    Scene<S> tiny, huge;
+    for (int i = -20; i <= 20; ++i) tiny.addSphere({small * i / 2, 0, small * i / 2}, 0.2 * small);
+    for (int i = 1; i <= 22; ++i) {
+      huge.addCapsule({-large, i * large, 0}, {large, i * large, 0}, large / 4);
+    }
+    for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+      FiberManagerOptions options;
+      options.report = report;
+      std::vector<fcl::CollisionObject<S>*> all = tiny.objects();
+      all.insert(all.end(), huge.objects().begin(), huge.objects().end());
+      const PairOracle<S> oracle(all, rulesOf<TypeParam>(options));
+      const S least = oracle.smallestDistance(tiny.objects(), huge.objects());
+      for (const bool late : {false, true}) {
+        SCOPED_TRACE(testing::Message() << "2^" << exponent << (late ? ", one is late" : ""));
+        const auto first = TypeParam::make(options), second = TypeParam::make(options);
+        auto at_once = tiny.objects();
+        if (late) at_once.pop_back();
+        first->registerObjects(at_once);
+        first->setup();
+        if (late) first->registerObject(tiny.objects().back());
+        second->registerObjects(huge.objects());
+        for (const bool forth : {true, false}) {
+          const auto& asked = forth ? first : second;
+          auto& other = forth ? *second : *first;
+          DistanceSearch<S> nearest(oracle);
+          nearest.run(*asked, other);
+          EXPECT_TRUE(nearest.keepsToTheRules());
+          EXPECT_EQ(nearest.result(), least);
+          DistanceSearch<S> every(oracle);
+          every.lowers = false;
+          every.run(*asked, other);
+          EXPECT_TRUE(every.keepsToTheRules());
+          EXPECT_EQ(every.calls.size(), tiny.size() * huge.size());
+          Calls<S> pairs = pairsWith(*asked, other);
+          std::sort(pairs.begin(), pairs.end());
+          EXPECT_EQ(std::adjacent_find(pairs.begin(), pairs.end()), pairs.end());
+        }
+      }
+    }
+  }
+}
+
+// What the trees have found would be found again one by one.
+TYPED_TEST(Extremes, AHalfSpaceBesideManagersOfVeryDifferentSizeRepeatsNothing) {
+  using S = typename TypeParam::Scalar;
+  constexpr int kMost = std::is_same_v<S, float> ? 120 : 1010;
+  for (const int exponent : {kMost, kMost / 2}) {
+    const double small = std::ldexp(1.0, -exponent), large = std::ldexp(1.0, exponent);
+    for (const bool in_tiny : {true, false}) {
+      Scene<S> tiny, huge;
+      for (int i = -2; i <= 2; ++i) {
+        tiny.addSphere({small * i / 2, 0, small * i / 2}, 0.36 * small);
+      }
+      huge.addCapsule({-large, 0, 0}, {large, 0, 0}, 0.5 * small);
+      huge.addCapsule({-large, large, 0}, {large, large, 0}, large);
+      (in_tiny ? tiny : huge).addHalfspace({0, 0, 1}, 0);
+      const auto first = TypeParam::make(), second = TypeParam::make();
+      first->registerObjects(tiny.objects());
+      second->registerObjects(huge.objects());
+      for (Calls<S> pairs : {pairsWith(*first, *second), pairsWith(*second, *first)}) {
+        EXPECT_GE(pairs.size(), 5u);
+        std::sort(pairs.begin(), pairs.end());
+        EXPECT_EQ(std::adjacent_find(pairs.begin(), pairs.end()), pairs.end()) << "2^" << exponent;
+      }
+    }
+  }
+}
+
+// The frame of the tree does not hold it, but another one does: it would be refused.
+TYPED_TEST(Extremes, AnObjectThatMovesOutOfTheFramesRangeIsFollowed) {
+  using S = typename TypeParam::Scalar;
+  const S far = static_cast<S>(std::sqrt(static_cast<double>(std::numeric_limits<S>::max())) * 1e9);
+  const double size = std::is_same_v<S, float> ? 1e-20 : 1e-155;
+  for (const bool late : {false, true}) {
+    Scene<S> scene;
+    for (int i = 0; i < 24; ++i) scene.addSphere({i * size, 0, 0}, 0.6 * size);
+    const auto manager = TypeParam::make();
+    auto objects = scene.objects();
+    fcl::CollisionObject<S>* const last = objects.back();
+    fcl::CollisionObject<S>* const neighbor = objects[objects.size() - 2];
+    if (late) objects.pop_back();
+    manager->registerObjects(objects);
+    EXPECT_EQ(selfPairs(*manager).size(), objects.size() - 1);
+    if (late) manager->registerObject(last);
+    const auto move_to = [&](S x) {
+      last->setTranslation(fcl::Vector3<S>(x, 0, 0));
+      last->computeAABB();
+      manager->update(last);
+    };
+    // Beside it the others may be too small to be told apart, so only it is looked at.
+    const auto has = [&](fcl::CollisionObject<S>* a) {
+      const Calls<S> pairs = selfPairs(*manager);
+      return std::any_of(pairs.begin(), pairs.end(), [&](const auto& pair) {
+        return pair == std::pair(a, last) || pair == std::pair(last, a);
+      });
+    };
+    move_to(far);
+    // Out of the range of float in the frame that update(object) keeps, a sphere is unbounded.
+    const bool spheres = rulesOf<TypeParam>({}).volume == LeafVolume::kSphere;
+    EXPECT_EQ(has(neighbor), (spheres && std::is_same_v<S, float>));
+    move_to(static_cast<S>(23 * size));
+    EXPECT_TRUE(has(neighbor));
+  }
 }
 
 // Squares of its length would overflow, and NaN be taken for apart.

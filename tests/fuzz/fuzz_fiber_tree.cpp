@@ -129,7 +129,7 @@ Pairs pairsOf(const FiberTree& tree) {
 }
 
 /// Nine pairs of points say whether two capsules surely touch, their boxes whether they surely do
-/// not: further apart than 256 eps of the whole scene, as docs/numerics.md promises.
+/// not: the band about contact, which docs/numerics.md has, is of the whole scene's size.
 template <typename S>
 void checkPair(const Hair<S>& hair, std::size_t a, std::size_t b, const FiberTreeOptions& options,
                bool found) {
