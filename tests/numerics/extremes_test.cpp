@@ -19,6 +19,13 @@
 namespace fcl_fibers::test {
 namespace {
 
+/// Made once, as every test's name asks for them.
+template <typename S>
+const std::vector<ExtremeRow<S>>& rows() {
+  static const std::vector<ExtremeRow<S>> rows = extremeRows<S>();
+  return rows;
+}
+
 /// The number of a row.
 class ExtremeTest : public testing::TestWithParam<std::size_t> {};
 
@@ -78,8 +85,8 @@ void expectRight(const ExtremeRow<S>& row) {
 }
 
 // Touching capsules would be missed, or others reported that the report's promise rules out.
-TEST_P(ExtremeTest, Float) { expectRight(extremeRows<float>()[GetParam()]); }
-TEST_P(ExtremeTest, Double) { expectRight(extremeRows<double>()[GetParam()]); }
+TEST_P(ExtremeTest, Float) { expectRight(rows<float>()[GetParam()]); }
+TEST_P(ExtremeTest, Double) { expectRight(rows<double>()[GetParam()]); }
 
 /// Pairs in ascending order, each once and the lower number first; `all` are those to be.
 void expectEach(std::vector<NumberPair> pairs, const std::vector<NumberPair>& all,
@@ -188,17 +195,12 @@ void expectRightByOtherQueries(const ExtremeRow<S>& row) {
 
 // What holds for the self-collision of a new tree would not hold for the objects of another manager
 // or of none, for those registered after a query, or for distances.
-TEST_P(ExtremeTest, FloatByOtherQueries) {
-  expectRightByOtherQueries(extremeRows<float>()[GetParam()]);
-}
-TEST_P(ExtremeTest, DoubleByOtherQueries) {
-  expectRightByOtherQueries(extremeRows<double>()[GetParam()]);
-}
+TEST_P(ExtremeTest, FloatByOtherQueries) { expectRightByOtherQueries(rows<float>()[GetParam()]); }
+TEST_P(ExtremeTest, DoubleByOtherQueries) { expectRightByOtherQueries(rows<double>()[GetParam()]); }
 
-INSTANTIATE_TEST_SUITE_P(Rows, ExtremeTest,
-                         testing::Range(std::size_t{0}, extremeRows<double>().size()),
+INSTANTIATE_TEST_SUITE_P(Rows, ExtremeTest, testing::Range(std::size_t{0}, rows<double>().size()),
                          [](const testing::TestParamInfo<std::size_t>& info) {
-                           return extremeRows<double>()[info.param].name;
+                           return rows<double>()[info.param].name;
                          });
 
 template <typename S>
