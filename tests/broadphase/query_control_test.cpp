@@ -159,12 +159,37 @@ TYPED_TEST(QueryContract, ACallbackMayThrow) {
 // The caller's data would not arrive as it was given.
 TYPED_TEST(QueryContract, TheCallersPointerIsPassedOn) {
   using S = typename TypeParam::Scalar;
-  const auto see = [](fcl::CollisionObject<S>*, fcl::CollisionObject<S>*, void* data) {
-    return data != nullptr;
+  using Object = fcl::CollisionObject<S>;
+  static std::vector<void*> given;  // as a callback that is a plain function has its pointer only
+  const fcl::CollisionCallBack<S> collide = [](Object*, Object*, void* data) {
+    given.push_back(data);
+    return false;
   };
-  // A null pointer is the caller's business: no false positive, no dereference.
-  this->manager_->collide(nullptr, see);
-  this->manager_->collide(this->probe(), nullptr, see);
+  const fcl::DistanceCallBack<S> distance = [](Object*, Object*, void* data, S&) {
+    given.push_back(data);
+    return false;
+  };
+  const auto& manager = *this->manager_;
+  fcl::BroadPhaseCollisionManager<S>* other = this->other_.get();
+  const std::vector<std::pair<std::string, std::function<void(void*)>>> queries = {
+      {"collide", [&](void* data) { manager.collide(data, collide); }},
+      {"collide(object)", [&](void* data) { manager.collide(this->probe(), data, collide); }},
+      {"collide(manager)", [&](void* data) { manager.collide(other, data, collide); }},
+      {"distance", [&](void* data) { manager.distance(data, distance); }},
+      {"distance(object)", [&](void* data) { manager.distance(this->probe(), data, distance); }},
+      {"distance(manager)", [&](void* data) { manager.distance(other, data, distance); }},
+  };
+  int first = 0, second = 0;
+  // A null pointer is the caller's business: it is passed on like any other.
+  for (void* const data :
+       {static_cast<void*>(&first), static_cast<void*>(&second), static_cast<void*>(nullptr)}) {
+    for (const auto& [name, query] : queries) {
+      given.clear();
+      query(data);
+      ASSERT_GT(given.size(), 1u) << name;
+      EXPECT_EQ(given, std::vector<void*>(given.size(), data)) << name;
+    }
+  }
 }
 
 // Callbacks that look around, for the partners of a partner say, would disturb the query.

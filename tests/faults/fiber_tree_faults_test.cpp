@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <exception>
 #include <functional>
 #include <new>
 #include <optional>
@@ -48,10 +50,52 @@ struct Subject {
 };
 using Act = std::function<void(Subject&)>;
 
-void see(Subject& subject) {
-  subject.seen.clear();
-  subject.tree.visitPairs([&](SegmentPair pair) { subject.seen.emplace_back(pair.a, pair.b); });
+// A query that tells what it calls its visitors with: a pair by its capsules, which are 0 or more;
+// two unresolved parts by the numbers of their capsules, less than 0.
+using Note = std::function<void(int, int)>;
+using Query = std::function<void(const Subject&, const Note&)>;
+
+std::vector<std::pair<std::string, Query>> queries() {
+  const auto visitor = [](const Note& note) {
+    return [&note](SegmentPair pair) { note(pair.a, pair.b); };
+  };
+  const auto unresolved = [](const Note& note) {
+    return [&note](const UnresolvedPair& pair) {
+      note(-static_cast<int>(pair.a_count), -static_cast<int>(pair.b_count));
+    };
+  };
+  // Both leave something, and find some pairs in most trees.
+  SearchBound coarse, early;
+  coarse.resolution = 0.5;
+  early.volume_tests = 250;
+  return {
+      {"visitPairs",
+       [=](const Subject& subject, const Note& note) { subject.tree.visitPairs(visitor(note)); }},
+      {"visitPairs(other)",
+       [=](const Subject& subject, const Note& note) {
+         subject.tree.visitPairs(subject.other, visitor(note));
+       }},
+      {"visitPairs(resolution)",
+       [=](const Subject& subject, const Note& note) {
+         subject.tree.visitPairs(coarse, visitor(note), unresolved(note));
+       }},
+      {"visitPairs(tests)",
+       [=](const Subject& subject, const Note& note) {
+         subject.tree.visitPairs(early, visitor(note), unresolved(note));
+       }},
+      {"visitPairs(other, resolution)",
+       [=](const Subject& subject, const Note& note) {
+         subject.tree.visitPairs(subject.other, coarse, visitor(note), unresolved(note));
+       }},
+      {"visitPairs(other, tests)",
+       [=](const Subject& subject, const Note& note) {
+         subject.tree.visitPairs(subject.other, early, visitor(note), unresolved(note));
+       }},
+  };
 }
+
+/// What a test's visitor throws, so that nothing else is mistaken for it.
+struct VisitorError : std::exception {};
 
 // Nothing, if the tree refuses to answer.
 std::optional<Pairs> pairsOf(const FiberTree& tree) {
@@ -144,16 +188,62 @@ TEST_P(TreeFaults, UpdatingWithoutMemoryKeepsOrRefusesAnswers) {
 
 // A query would leave something behind.
 TEST_P(TreeFaults, AQueryWithoutMemoryChangesNothing) {
-  strikeEverywhere("visitPairs", see);
-  strikeEverywhere("visitPairs(other)", [](Subject& subject) {
-    subject.seen.clear();
-    subject.tree.visitPairs(subject.other,
-                            [&](SegmentPair pair) { subject.seen.emplace_back(pair.a, pair.b); });
-  });
+  for (const auto& [name, query] : queries()) {
+    strikeEverywhere(name, [&query = query](Subject& subject) {
+      subject.seen.clear();
+      query(subject, [&](int a, int b) { subject.seen.emplace_back(a, b); });
+    });
+  }
   strikeEverywhere("findPairs", [](Subject& subject) {
     std::vector<SegmentPair> pairs;
     subject.tree.findPairs(pairs);
   });
+}
+
+// An exception from a visitor, whichever call it is, would leave something behind or spoil what is
+// asked next.
+TEST_P(TreeFaults, EveryCallOfAVisitorMayThrow) {
+  Subject subject = make(hair_);
+  const std::optional<Pairs> before = pairsOf(subject.tree);
+  std::ptrdiff_t found_within_bounds = 0;
+  for (const auto& [name, query] : queries()) {
+    SCOPED_TRACE(name);
+    const auto run = [&, &query = query](std::size_t throw_at) {
+      subject.seen.clear();
+      try {
+        query(subject, [&](int a, int b) {
+          subject.seen.emplace_back(a, b);
+          if (subject.seen.size() == throw_at) throw VisitorError();
+        });
+      } catch (const VisitorError&) {
+        return true;
+      }
+      return false;
+    };
+    ASSERT_FALSE(run(0));
+    const Pairs calls = subject.seen;
+    const auto is_found = [](const auto& call) { return call.first >= 0; };
+    const auto found = std::count_if(calls.begin(), calls.end(), is_found);
+    if (name == "visitPairs" || name == "visitPairs(other)") {
+      ASSERT_GT(found, 0);
+    } else {
+      ASSERT_LT(found, static_cast<std::ptrdiff_t>(calls.size())) << "the bound leaves nothing";
+      found_within_bounds += found;
+    }
+    for (std::size_t at = 1; at <= calls.size(); ++at) {
+      const std::size_t live = liveAllocations();
+      ASSERT_TRUE(run(at));
+      ASSERT_EQ(subject.seen.size(), at);
+      ASSERT_TRUE(std::equal(subject.seen.begin(), subject.seen.end(), calls.begin()));
+      ASSERT_EQ(liveAllocations(), live);
+    }
+    ASSERT_FALSE(run(0));
+    EXPECT_EQ(subject.seen, calls);
+    EXPECT_EQ(pairsOf(subject.tree), before);
+  }
+  EXPECT_GT(found_within_bounds, 0);
+  subject.tree.update(moved_.arrays());
+  EXPECT_EQ(pairsOf(subject.tree), pairsOf(subject.other));
 }
 
 // A frame that allocates is slow now and then. What starts threads is not ours to count.

@@ -29,6 +29,12 @@ extern template std::vector<ExtremeRow<double>> extremeRows<double>();
 /// scope; where the machine can, as x86 does.
 class ScopedFlushToZero {
  public:
+#if defined(__SSE2__)
+  static constexpr bool kIsPossible = true;
+#else
+  static constexpr bool kIsPossible = false;
+#endif
+
   explicit ScopedFlushToZero(bool on);
   ~ScopedFlushToZero();
   ScopedFlushToZero(const ScopedFlushToZero&) = delete;

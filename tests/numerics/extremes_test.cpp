@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -17,14 +19,59 @@
 namespace fcl_fibers::test {
 namespace {
 
+/// Made once, as every test's name asks for them.
+template <typename S>
+const std::vector<ExtremeRow<S>>& rows() {
+  static const std::vector<ExtremeRow<S>> rows = extremeRows<S>();
+  return rows;
+}
+
 /// The number of a row.
 class ExtremeTest : public testing::TestWithParam<std::size_t> {};
 
 template <typename S>
+bool hasSubnormals(const Assembly<S>& fibers) {
+  const auto is_subnormal = [](S x) { return std::fpclassify(x) == FP_SUBNORMAL; };
+  return std::any_of(fibers.points.begin(), fibers.points.end(), is_subnormal) ||
+         std::any_of(fibers.radii.begin(), fibers.radii.end(), is_subnormal);
+}
+
+/// What the findings of a row's queries have to be.
+template <typename S>
+class Expectation {
+ public:
+  Expectation(const ExtremeRow<S>& row, const TouchOracle& truth, std::vector<NumberPair> touching)
+      : truth_(truth),
+        touching_(std::move(touching)),
+        // Scenes that vanish altogether have nothing to tell their parts by.
+        vanishes_(row.flush_to_zero && hasSubnormals(row.fibers)) {}
+
+  void check(const FiberTreeOptions& options, std::vector<NumberPair> pairs,
+             const std::string& query) const {
+    const Findings findings = examine(truth_, touching_, options, std::move(pairs));
+    EXPECT_EQ(findings.missed, 0u)
+        << query << ": " << findings.first_wrong << " of " << touching_.size();
+    EXPECT_EQ(findings.repeated, 0u) << query << ": " << findings.first_wrong;
+    if (vanishes_) return;
+    EXPECT_EQ(findings.unpromised, 0u)
+        << query << ": " << findings.first_wrong << " of " << findings.reported;
+  }
+
+ private:
+  const TouchOracle& truth_;
+  const std::vector<NumberPair> touching_;
+  const bool vanishes_;
+};
+
+template <typename S>
 void expectRight(const ExtremeRow<S>& row) {
+  if (row.flush_to_zero && !ScopedFlushToZero::kIsPossible) {
+    GTEST_SKIP() << "no SSE2, which flushes subnormals to zero";
+  }
   for (const Form form : {Form::kArrays, Form::kObjects}) {
     const Specimen<S> specimen(row.fibers, form);
-    const std::vector<NumberPair> touching = touchingPairs(specimen.truth(), row.margin);
+    const Expectation<S> expected(row, specimen.truth(),
+                                  touchingPairs(specimen.truth(), row.margin));
     for (const FiberTreeOptions& options : allKinds(row.margin)) {
       std::vector<NumberPair> pairs;
       {
@@ -32,26 +79,128 @@ void expectRight(const ExtremeRow<S>& row) {
         pairs = specimen.pairs(options);
       }
       EXPECT_TRUE(options.report == Report::kCapsules || !pairs.empty()) << "the row shows nothing";
-      const Findings findings = examine(specimen.truth(), touching, options, pairs);
-      EXPECT_EQ(findings.missed, 0u)
-          << describe(form, options) << ": " << findings.first_wrong << " of " << touching.size();
-      EXPECT_EQ(findings.repeated, 0u) << describe(form, options) << ": " << findings.first_wrong;
-      // Scenes that vanish altogether have nothing to tell their parts by.
-      if (row.flush_to_zero) continue;
-      EXPECT_EQ(findings.unpromised, 0u)
-          << describe(form, options) << ": " << findings.first_wrong << " of " << pairs.size();
+      expected.check(options, std::move(pairs), describe(form, options));
     }
   }
 }
 
 // Touching capsules would be missed, or others reported that the report's promise rules out.
-TEST_P(ExtremeTest, Float) { expectRight(extremeRows<float>()[GetParam()]); }
-TEST_P(ExtremeTest, Double) { expectRight(extremeRows<double>()[GetParam()]); }
+TEST_P(ExtremeTest, Float) { expectRight(rows<float>()[GetParam()]); }
+TEST_P(ExtremeTest, Double) { expectRight(rows<double>()[GetParam()]); }
 
-INSTANTIATE_TEST_SUITE_P(Rows, ExtremeTest,
-                         testing::Range(std::size_t{0}, extremeRows<double>().size()),
+/// Pairs in ascending order, each once and the lower number first; `all` are those to be.
+void expectEach(std::vector<NumberPair> pairs, const std::vector<NumberPair>& all,
+                const std::string& query) {
+  for (NumberPair& pair : pairs) {
+    if (pair.a > pair.b) std::swap(pair.a, pair.b);
+  }
+  std::sort(pairs.begin(), pairs.end());
+  EXPECT_TRUE(pairs == all) << query << ": " << pairs.size() << " calls for " << all.size()
+                            << " pairs";
+}
+
+/// By one report, to save time: by the one that passes over pairs for their capsules as well.
+bool asksForDistances(const FiberTreeOptions& options) {
+  return options.report == Report::kCapsules;
+}
+
+template <typename S>
+void expectRightWhenGrown(const ExtremeRow<S>& row) {
+  const Specimen<S> specimen(row.fibers, Form::kObjects);
+  const Expectation<S> expected(row, specimen.truth(), touchingPairs(specimen.truth(), row.margin));
+  const auto count = static_cast<std::int32_t>(specimen.truth().size());
+  std::vector<NumberPair> all;
+  for (std::int32_t i = 0; i < count; ++i) {
+    for (std::int32_t j = i + 1; j < count; ++j) all.push_back({i, j});
+  }
+  for (const FiberTreeOptions& options : allKinds(row.margin)) {
+    for (const History history : {History::kGrown, History::kLate}) {
+      const std::string query =
+          describe(Form::kObjects, options) + (history == History::kGrown ? ", grown" : ", late");
+      const bool asks_distances = history == History::kLate && asksForDistances(options);
+      std::vector<NumberPair> pairs, calls;
+      {
+        const ScopedFlushToZero flush(row.flush_to_zero);
+        pairs = specimen.pairs(options, history);
+        if (asks_distances) calls = specimen.pairs(options, history, Query::kDistance);
+      }
+      expected.check(options, std::move(pairs), query);
+      if (asks_distances) expectEach(std::move(calls), all, query + ", distance");
+    }
+  }
+}
+
+template <typename S>
+void expectRightOfHalves(const ExtremeRow<S>& row) {
+  // Every other fiber is one half.
+  Assembly<S> halves[2];
+  for (std::size_t f = 0; f < row.fibers.fiberCount(); ++f) {
+    Assembly<S>& half = halves[f % 2];
+    for (std::size_t i = row.fibers.point_begin[f]; i < row.fibers.point_begin[f + 1]; ++i) {
+      half.addPoint(row.fibers.point(i), static_cast<double>(row.fibers.radii[i]));
+    }
+    half.endFiber();
+  }
+  for (const Form form : {Form::kArrays, Form::kObjects}) {
+    const Specimen<S> first(halves[0], form), second(halves[1], form);
+    std::vector<GivenCapsule> capsules;
+    for (const Specimen<S>* half : {&first, &second}) {
+      for (std::size_t i = 0; i < half->truth().size(); ++i) capsules.push_back(half->truth()[i]);
+    }
+    const TouchOracle truth(std::move(capsules));
+    // Those of the second half are counted on from the first.
+    const auto middle = static_cast<std::int32_t>(first.truth().size());
+    const auto end = static_cast<std::int32_t>(truth.size());
+    std::vector<NumberPair> all, touching;
+    for (std::int32_t i = 0; i < middle; ++i) {
+      for (std::int32_t j = middle; j < end; ++j) {
+        all.push_back({i, j});
+        if (truth.touch(static_cast<std::size_t>(i), static_cast<std::size_t>(j), row.margin)) {
+          touching.push_back({i, j});
+        }
+      }
+    }
+    ASSERT_FALSE(all.empty());
+    const Expectation<S> expected(row, truth, std::move(touching));
+    for (const FiberTreeOptions& options : allKinds(row.margin)) {
+      const auto ask = [&](Partner partner, Query query) {
+        std::vector<NumberPair> pairs;
+        {
+          const ScopedFlushToZero flush(row.flush_to_zero);
+          pairs = first.pairsWith(second, options, options, partner, query);
+        }
+        for (NumberPair& pair : pairs) pair.b += middle;
+        return pairs;
+      };
+      for (const Partner partner : {Partner::kManager, Partner::kEachObject}) {
+        if (form == Form::kArrays && partner == Partner::kEachObject) continue;
+        const std::string query =
+            describe(form, options) + (partner == Partner::kManager ? ", two" : ", one by one");
+        expected.check(options, ask(partner, Query::kCollide), query);
+        if (form == Form::kArrays || !asksForDistances(options)) continue;
+        expectEach(ask(partner, Query::kDistance), all, query + ", distance");
+      }
+    }
+  }
+}
+
+template <typename S>
+void expectRightByOtherQueries(const ExtremeRow<S>& row) {
+  if (row.flush_to_zero && !ScopedFlushToZero::kIsPossible) {
+    GTEST_SKIP() << "no SSE2, which flushes subnormals to zero";
+  }
+  expectRightWhenGrown(row);
+  expectRightOfHalves(row);
+}
+
+// What holds for the self-collision of a new tree would not hold for the objects of another manager
+// or of none, for those registered after a query, or for distances.
+TEST_P(ExtremeTest, FloatByOtherQueries) { expectRightByOtherQueries(rows<float>()[GetParam()]); }
+TEST_P(ExtremeTest, DoubleByOtherQueries) { expectRightByOtherQueries(rows<double>()[GetParam()]); }
+
+INSTANTIATE_TEST_SUITE_P(Rows, ExtremeTest, testing::Range(std::size_t{0}, rows<double>().size()),
                          [](const testing::TestParamInfo<std::size_t>& info) {
-                           return extremeRows<double>()[info.param].name;
+                           return rows<double>()[info.param].name;
                          });
 
 template <typename S>

@@ -45,6 +45,21 @@ bool isPromised(const GivenCapsule& p, const GivenCapsule& q, const FiberTreeOpt
   return gap <= options.margin + 0x1p-19L * extent + 0x1p-1062L;
 }
 
+/// Partner is an object or a manager; none for the query of a manager's own objects.
+template <typename S, typename... Partner>
+Calls<S> callsOf(Query query, const fcl::BroadPhaseCollisionManager<S>& manager,
+                 Partner*... partner) {
+  PairCollector<S> collector;
+  if (query == Query::kCollide) {
+    manager.collide(partner..., &collector, &PairCollector<S>::collide);
+  } else {
+    manager.distance(partner..., &collector, [](auto* a, auto* b, void* data, S&) {
+      return PairCollector<S>::collide(a, b, data);
+    });
+  }
+  return collector.calls;
+}
+
 }  // namespace
 
 std::vector<FiberTreeOptions> allKinds(double margin) {
@@ -141,6 +156,14 @@ struct Specimen<S>::Objects {
         for (std::size_t f = fibers.size() / 2; f < fibers.size(); ++f) {
           for (auto* object : fibers[f]) manager->registerObject(object);
         }
+        break;
+      case History::kLate: {
+        const auto& objects = scene.objects();
+        const auto late = objects.end() - 8;
+        manager->registerObjects({objects.begin(), late});
+        selfPairs(*manager);
+        std::for_each(late, objects.end(), [&](auto* object) { manager->registerObject(object); });
+      }
     }
     return manager;
   }
@@ -177,7 +200,7 @@ FiberTree treeOf(const Assembly<S>& fibers, const FiberTreeOptions& options, His
     tree.update(fibers.view());
     return tree;
   }
-  if (history == History::kGrown) {
+  if (history == History::kGrown || history == History::kLate) {
     Assembly<S> half = fibers;
     half.point_begin.resize(fibers.fiberCount() / 2 + 1);
     half.radii.resize(half.point_begin.back());
@@ -209,9 +232,10 @@ std::int32_t Specimen<S>::numberOf(std::int32_t point) const {
 }
 
 template <typename S>
-std::vector<NumberPair> Specimen<S>::pairs(const FiberTreeOptions& options, History history) const {
+std::vector<NumberPair> Specimen<S>::pairs(const FiberTreeOptions& options, History history,
+                                           Query query) const {
   if (objects_) {
-    return objects_->numbered(selfPairs(*objects_->manager(options, history)), *objects_);
+    return objects_->numbered(callsOf(query, *objects_->manager(options, history)), *objects_);
   }
   std::vector<NumberPair> pairs;
   treeOf(fibers_, options, history).visitPairs([&](SegmentPair pair) {
@@ -223,11 +247,20 @@ std::vector<NumberPair> Specimen<S>::pairs(const FiberTreeOptions& options, Hist
 template <typename S>
 std::vector<NumberPair> Specimen<S>::pairsWith(const Specimen& other,
                                                const FiberTreeOptions& options,
-                                               const FiberTreeOptions& other_options) const {
+                                               const FiberTreeOptions& other_options,
+                                               Partner partner, Query query) const {
   if (objects_) {
     const auto first = objects_->manager(options, History::kNew);
-    const auto second = other.objects_->manager(other_options, History::kNew);
-    return objects_->numbered(fcl_fibers::test::pairsWith(*first, *second), *other.objects_);
+    Calls<S> calls;
+    if (partner == Partner::kManager) {
+      const auto second = other.objects_->manager(other_options, History::kNew);
+      calls = callsOf(query, *first, second.get());
+    } else {
+      for (auto* object : other.objects_->scene.objects()) {
+        for (const auto& call : callsOf(query, *first, object)) calls.push_back(call);
+      }
+    }
+    return objects_->numbered(calls, *other.objects_);
   }
   const FiberTree second = treeOf(other.fibers_, other_options, History::kNew);
   std::vector<NumberPair> pairs;

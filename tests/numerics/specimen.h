@@ -25,6 +25,19 @@ enum class History {
   kNew,      ///< built from all fibers at once
   kUpdated,  ///< built when all fibers were elsewhere
   kGrown,    ///< built and asked when half of the fibers were missing; the rest came one by one
+  kLate,  ///< the same of the last 8 objects, which a manager keeps beside its tree; arrays: kGrown
+};
+
+/// Which query a manager is asked; of arrays there is the first only.
+enum class Query {
+  kCollide,
+  kDistance,  ///< by a callback that lowers nothing, so that it is to see every pair
+};
+
+/// How objects of another specimen are handed to a query; arrays are as in a manager.
+enum class Partner {
+  kManager,     ///< in a manager of their own
+  kEachObject,  ///< each by itself, in none
 };
 
 /// An assembly in one of its forms, to be asked for its pairs in many ways.
@@ -38,13 +51,15 @@ class Specimen {
   const TouchOracle& truth() const { return truth_; }
 
   /// Self-collision of a tree of its own, in the order of the report.
-  std::vector<NumberPair> pairs(const FiberTreeOptions& options,
-                                History history = History::kNew) const;
+  std::vector<NumberPair> pairs(const FiberTreeOptions& options, History history = History::kNew,
+                                Query query = Query::kCollide) const;
 
   /// Collision of a tree of this specimen's with one of another's, which is of the same form;
   /// objects may have another topology.
   std::vector<NumberPair> pairsWith(const Specimen& other, const FiberTreeOptions& options,
-                                    const FiberTreeOptions& other_options) const;
+                                    const FiberTreeOptions& other_options,
+                                    Partner partner = Partner::kManager,
+                                    Query query = Query::kCollide) const;
 
  private:
   struct Objects;
