@@ -43,9 +43,9 @@ struct QueryStatistics {
 ///
 /// Whatever cannot be answered is refused with `std::invalid_argument`, whose text names the call,
 /// the object and the remedy, and nothing changes, with one exception: an `update` that is refused
-/// leaves all objects registered, but queries refuse until an update or setup() succeeds. The same holds where
-/// memory runs out (`std::bad_alloc`). Objects of a manager of another class are read one by one,
-/// so that a broken one may be refused after first pairs.
+/// leaves all objects registered, but queries refuse until an update or setup() succeeds. The same
+/// holds where memory runs out (`std::bad_alloc`). Objects of a manager of another class are read
+/// one by one, so that a broken one may be refused after first pairs.
 template <typename S>
 class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionManager<S> {
  public:
@@ -110,8 +110,8 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
 
   /// Calls `callback(a, b, cdata, dist)`, which may lower `dist`, for each such pair whose volumes
   /// are nearer than `dist`; the first `dist` is the largest number of S. The margin does not
-  /// matter; under Report::kCapsules pairs whose capsules are at least `dist` apart are passed over,
-  /// too. Neighbours along a fiber are left out. Throws as collide() does.
+  /// matter; under Report::kCapsules pairs whose capsules are at least `dist` apart are passed
+  /// over, too. Neighbours along a fiber are left out. Throws as collide() does.
   ///@{
   void distance(Object* object, void* cdata, fcl::DistanceCallBack<S> callback) const override;
   void distance(void* cdata, fcl::DistanceCallBack<S> callback) const override;
