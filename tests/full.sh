@@ -148,13 +148,15 @@ long() {
 
 # More than a million calls of each scalar against the model of a manager.
 stateful() {
-  local results=build/stateful.xml count
+  local results=build/stateful.xml counts count
   RC_PARAMS="seed=${RANDOM} max_success=11000 max_size=400" \
     build/release/tests/stateful_test --gtest_brief=1 --gtest_output=xml:$results
-  while read -r count; do
+  mapfile -t counts < <(grep -o 'name="commands" value="[0-9]*"' $results | grep -o '[0-9]*')
+  ((${#counts[@]} == 2))
+  for count in "${counts[@]}"; do
     echo "$count calls"
     ((count > 1000000))
-  done < <(grep -o 'name="commands" value="[0-9]*"' $results | grep -o '[0-9]*')
+  done
 }
 
 # Ten minutes for each fuzzer.

@@ -81,8 +81,8 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   /// nothing to do.
   void setup() override;
 
-  /// Reads the objects, or those given (all of them where a quarter of all are given), after they
-  /// have moved or changed their shape. Throws std::invalid_argument if one is not registered, and
+  /// Reads the objects, or those given (where these are more than a quarter, all), after they have
+  /// moved or changed their shape. Throws std::invalid_argument if one is not registered, and
   /// nothing changes, or if one has gone bad, after which queries refuse until update() or setup()
   /// succeeds.
   ///@{
