@@ -90,12 +90,11 @@ MovingFibers makeScene(const Arguments& arguments) {
   if (arguments.scene == "scalp") {
     return makeMovingScalp(orUsual(arguments.fibers, 50000), segments, arguments.seed);
   }
-  scenes::DynamicAssemblyParameters parameters;
+  scenes::PaperDynamicParameters parameters;
   parameters.fibers = orUsual(arguments.fibers, parameters.fibers);
   parameters.segments = segments;
   parameters.seed = arguments.seed;
-  return makeMovingAssembly(scenes::DynamicAssembly(parameters),
-                            {arguments.step - 1, arguments.step});
+  return makeMovingAssembly(scenes::PaperDynamic(parameters), {arguments.step - 1, arguments.step});
 }
 
 int run(int argc, char** argv) {

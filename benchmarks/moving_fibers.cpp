@@ -9,9 +9,9 @@
 #include <utility>
 
 #include <fcl/geometry/shape/capsule.h>
+#include <fcl_fibers/scenes/cap.h>
 #include <fcl_fibers/scenes/fiber_file.h>
-#include <fcl_fibers/scenes/scalp.h>
-#include <fcl_fibers/scenes/strand.h>
+#include <fcl_fibers/scenes/helix.h>
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -129,26 +129,26 @@ void MovingFibers::keepFirst(std::size_t fiber_count) {
 }
 
 MovingFibers makeMovingStrand(int fibers, int segments, unsigned long long seed) {
-  scenes::StrandParameters parameters;
+  scenes::HelixParameters parameters;
   parameters.fibers = fibers;
   parameters.segments = segments;
   parameters.seed = seed;
-  const scenes::FiberScene frame0 = scenes::makeStrand(parameters);
+  const scenes::FiberScene frame0 = scenes::makeHelix(parameters);
   parameters.frame = 1;
-  return MovingFibers("strand", frame0, scenes::makeStrand(parameters));
+  return MovingFibers("strand", frame0, scenes::makeHelix(parameters));
 }
 
 MovingFibers makeMovingScalp(int fibers, int segments, unsigned long long seed) {
-  scenes::ScalpParameters parameters;
+  scenes::CapParameters parameters;
   parameters.fibers = fibers;
   parameters.segments = segments;
   parameters.seed = seed;
-  const scenes::FiberScene frame0 = scenes::makeScalp(parameters);
+  const scenes::FiberScene frame0 = scenes::makeCap(parameters);
   parameters.frame = 1;
-  return MovingFibers("scalp", frame0, scenes::makeScalp(parameters));
+  return MovingFibers("scalp", frame0, scenes::makeCap(parameters));
 }
 
-MovingFibers makeMovingAssembly(const scenes::DynamicAssembly& assembly,
+MovingFibers makeMovingAssembly(const scenes::PaperDynamic& assembly,
                                 const std::vector<int>& states) {
   MovingFibers moving("dynamic", assembly.scene(states.at(0)), assembly.scene(states.at(1)));
   for (std::size_t i = 2; i < states.size(); ++i) moving.addFrame(assembly.scene(states[i]));

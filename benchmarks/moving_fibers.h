@@ -88,14 +88,14 @@ class MovingFibers {
   Boxes boxes_ = Boxes::kStock;
 };
 
-/// The strand, see makeStrand, and its own motion.
+/// The strand, see makeHelix, and its own motion.
 MovingFibers makeMovingStrand(int fibers, int segments, unsigned long long seed);
 
-/// The head of hair, see makeScalp, and its own motion.
+/// The head of hair, see makeCap, and its own motion.
 MovingFibers makeMovingScalp(int fibers, int segments, unsigned long long seed);
 
 /// Some states of a dynamic assembly, at least two.
-MovingFibers makeMovingAssembly(const scenes::DynamicAssembly& assembly,
+MovingFibers makeMovingAssembly(const scenes::PaperDynamic& assembly,
                                 const std::vector<int>& states);
 
 /// Each fiber swings about its own root, 0.01 rad a frame about the x axis.

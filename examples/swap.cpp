@@ -12,7 +12,7 @@
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
-#include <fcl_fibers/scenes/strand.h>
+#include <fcl_fibers/scenes/helix.h>
 
 namespace {
 
@@ -26,14 +26,14 @@ struct Hairs {
 
   Hairs() {
     namespace scenes = fcl_fibers::scenes;
-    scenes::StrandParameters parameters;
+    scenes::HelixParameters parameters;
     parameters.fibers = 60;
-    const scenes::FiberScene scene = scenes::makeStrand(parameters);
+    const scenes::FiberScene scene = scenes::makeHelix(parameters);
     owned = scenes::makeObjects<double>(scene);
     for (const auto& object : owned) objects.push_back(object.get());
     at_rest = scenes::segmentPoses<double>(scene);
     parameters.frame = 1;
-    moved = scenes::segmentPoses<double>(scenes::makeStrand(parameters));
+    moved = scenes::segmentPoses<double>(scenes::makeHelix(parameters));
   }
 
   void move(const Poses& poses) {

@@ -239,7 +239,7 @@ deb() {
   # shellcheck disable=SC2064
   trap "${as_root[*]} dpkg --purge libfcl-fibers-dev" EXIT
   "${as_root[@]}" dpkg -i "$package"
-  /usr/bin/fcl_fibers info strand:fibers=2
+  /usr/bin/fcl_fibers info helix:fibers=2
   configure g++ "$work/deb/find_package" tests/consumer
   run_consumer "$work/deb/find_package"
   unset PKG_CONFIG_PATH

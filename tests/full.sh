@@ -39,7 +39,7 @@ run_tests() {
 has_simd() {
   local said
   # It ends with 1 where capsules touch.
-  said=$(FCL_FIBERS_SIMD=$1 build/release/tools/fcl_fibers check strand:fibers=2 2>&1) || true
+  said=$(FCL_FIBERS_SIMD=$1 build/release/tools/fcl_fibers check helix:fibers=2 2>&1) || true
   [[ $said == *"not to be had here"* ]] || return 0
   skip "$step" "FCL_FIBERS_SIMD=$1, which this machine does not have"
   return 1

@@ -260,7 +260,7 @@ int run(int argc, char** argv) {
   view.add_flag("--fragment", arguments.view.fragment, "without a head, for another page");
   view.footer(
       "A scene that is made has its own radius, or the key `radius`.\n"
-      "Frames of a scene are played: `dynamic`, or `strand:frames=0:100:5`. Of more points "
+      "Frames of a scene are played: `paper-dynamic`, or `helix:frames=0:100:5`. Of more points "
       "than\n--points every nth fiber and point is drawn; contacts are of all.");
 
   try {

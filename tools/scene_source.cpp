@@ -14,10 +14,10 @@
 #include <type_traits>
 #include <utility>
 
+#include <fcl_fibers/scenes/cap.h>
 #include <fcl_fibers/scenes/fiber_file.h>
+#include <fcl_fibers/scenes/helix.h>
 #include <fcl_fibers/scenes/paper_scenes.h>
-#include <fcl_fibers/scenes/scalp.h>
-#include <fcl_fibers/scenes/strand.h>
 #include <fmt/format.h>
 
 #include "commands.h"
@@ -130,18 +130,18 @@ SceneSource movingScene(Parameters& keys, Make<Struct> make, Struct parameters =
 }
 
 SceneSource staticScene(Parameters& keys) {
-  scenes::StaticAssemblyParameters parameters;
+  scenes::PaperStaticParameters parameters;
   parameters.turned = keys.take("turned", 1) != 0;
-  return movingScene(keys, scenes::makeStaticAssembly, parameters);
+  return movingScene(keys, scenes::makePaperStatic, parameters);
 }
 
 SceneSource dynamicScene(Parameters& keys) {
-  scenes::DynamicAssemblyParameters parameters;
+  scenes::PaperDynamicParameters parameters;
   parameters.fibers = keys.take("fibers", parameters.fibers);
   parameters.segments = keys.take("segments", parameters.segments);
   parameters.seed = keys.take<std::uint64_t>("seed", parameters.seed);
   parameters.radius = keys.take("radius", parameters.radius);
-  const auto assembly = std::make_shared<scenes::DynamicAssembly>(parameters);
+  const auto assembly = std::make_shared<scenes::PaperDynamic>(parameters);
   SceneSource source;
   source.frame_count = assembly->steps();
   source.frame = 85;  // when the loop is nearly closed
@@ -157,16 +157,17 @@ struct Kind {
 };
 
 constexpr Kind kKinds[] = {
-    {"strand", "helical strand of 1,000 x 100",
-     [](Parameters& keys) { return movingScene(keys, scenes::makeStrand); }},
-    {"scalp", "head of hair of 50,000 x 50",
-     [](Parameters& keys) { return movingScene(keys, scenes::makeScalp); }},
-    {"static", "the paper's static assembly of 1,000 x 100; turned=0: roots along z", staticScene},
-    {"dynamic", "the paper's dynamic assembly of 150 x 100, frame 0 to 100, 85 by default",
+    {"helix", "helices, like a strand of hair, of 1,000 x 100",
+     [](Parameters& keys) { return movingScene(keys, scenes::makeHelix); }},
+    {"cap", "head of hair of 50,000 x 50",
+     [](Parameters& keys) { return movingScene(keys, scenes::makeCap); }},
+    {"paper-static", "the paper's static assembly of 1,000 x 100; turned=0: roots along z",
+     staticScene},
+    {"paper-dynamic", "the paper's dynamic assembly of 150 x 100, frame 0 to 100, 85 by default",
      dynamicScene},
-    {"half-scalp", "the paper's half scalp of 50,000 x 50",
-     [](Parameters& keys) { return movingScene(keys, scenes::makeHalfScalp); }},
-    {"strand-paper", "the paper's strand of 1,000 x 2,000",
+    {"paper-half-scalp", "the paper's half scalp of 50,000 x 50",
+     [](Parameters& keys) { return movingScene(keys, scenes::makePaperHalfScalp); }},
+    {"paper-strand", "the paper's strand of 1,000 x 2,000",
      [](Parameters& keys) { return movingScene(keys, scenes::makePaperStrand); }},
 };
 
@@ -248,10 +249,10 @@ std::string sceneHelp() {
   std::string text =
       "SCENE is a file of fibers (.hair, .tfx, .bcc, .vtk, .vtp, or text with a point x y z a line "
       "and a\nblank line between fibers), or a scene that is made, NAME or NAME:key=value,...\n\n";
-  for (const Kind& kind : kKinds) text += fmt::format("  {:<14} {}\n", kind.name, kind.what);
+  for (const Kind& kind : kKinds) text += fmt::format("  {:<17} {}\n", kind.name, kind.what);
   text +=
       "\nKeys are fibers, segments (of each fiber), radius, seed, and frame of the motion, or\n"
-      "frames=FIRST:LAST:STEP, which `view` plays:  strand:fibers=200,segments=50,frames=0:40\n";
+      "frames=FIRST:LAST:STEP, which `view` plays:  helix:fibers=200,segments=50,frames=0:40\n";
   return text;
 }
 

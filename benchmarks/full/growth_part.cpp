@@ -8,7 +8,7 @@
 #include <vector>
 
 #include <fcl_fibers/fiber_tree.h>
-#include <fcl_fibers/scenes/strand.h>
+#include <fcl_fibers/scenes/helix.h>
 
 #include "parts.h"
 #include "preflight.h"
@@ -24,14 +24,14 @@ constexpr int kSmall = 10000, kTimesLarger = 10;  // fibers
 class GrowingStrand {
  public:
   GrowingStrand(const PartRequest& request, int fibers) {
-    scenes::StrandParameters parameters;
+    scenes::HelixParameters parameters;
     parameters.fibers = fibers;
     if (request.segments > 0) parameters.segments = request.segments;
     parameters.seed = request.seed;
     radius_ = parameters.radius;
     for (std::size_t frame = 0; frame < points_.size(); ++frame) {
       parameters.frame = static_cast<int>(frame);
-      const scenes::FiberScene scene = scenes::makeStrand(parameters);
+      const scenes::FiberScene scene = scenes::makeHelix(parameters);
       points_[frame].reserve(3 * scene.points.size());
       for (const scenes::Point& point : scene.points) {
         points_[frame].insert(points_[frame].end(), point.begin(), point.end());

@@ -20,7 +20,7 @@
 #include <fcl/math/bv/OBBRSS.h>
 #include <fcl/narrowphase/distance.h>
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
-#include <fcl_fibers/scenes/strand.h>
+#include <fcl_fibers/scenes/helix.h>
 
 #include "parts.h"
 #include "progress.h"
@@ -104,12 +104,12 @@ struct Nearest {
 
 scenes::FiberScene strand(const PartRequest& request, unsigned long long seed, double radius,
                           double shift) {
-  scenes::StrandParameters parameters;
+  scenes::HelixParameters parameters;
   if (request.fibers > 0) parameters.fibers = request.fibers;
   if (request.segments > 0) parameters.segments = request.segments;
   parameters.seed = seed;
   parameters.radius = radius;
-  scenes::FiberScene scene = scenes::makeStrand(parameters);
+  scenes::FiberScene scene = scenes::makeHelix(parameters);
   for (scenes::Point& point : scene.points) point[0] += shift;
   return scene;
 }
@@ -118,7 +118,7 @@ scenes::FiberScene strand(const PartRequest& request, unsigned long long seed, d
 /// that distances have to be searched for: a search that may end at the first pair that touches is
 /// a matter of luck.
 struct Strands {
-  static constexpr double kHair = scenes::StrandParameters().radius;
+  static constexpr double kHair = scenes::HelixParameters().radius;
   static constexpr double kThin = 1e-8;
   static constexpr double kApart = 20;  ///< cm
 

@@ -67,11 +67,11 @@ struct Motion {
 int orUsual(int asked, int usual) { return asked > 0 ? asked : usual; }
 
 Motion makeDynamicMotion(const PartRequest& request) {
-  scenes::DynamicAssemblyParameters parameters;
+  scenes::PaperDynamicParameters parameters;
   parameters.fibers = orUsual(request.fibers, parameters.fibers);
   parameters.segments = orUsual(request.segments, parameters.segments);
   parameters.seed = request.seed;
-  const scenes::DynamicAssembly assembly(parameters);
+  const scenes::PaperDynamic assembly(parameters);
   std::vector<int> states(static_cast<std::size_t>(assembly.steps()));
   std::iota(states.begin(), states.end(), 0);
   Motion motion = {makeMovingAssembly(assembly, states), /*summed=*/true, {}};

@@ -87,7 +87,7 @@ class Replay {
   const std::vector<Poses>& poses_;
 };
 
-std::vector<Poses> posesOfAllSteps(const scenes::DynamicAssembly& assembly) {
+std::vector<Poses> posesOfAllSteps(const scenes::PaperDynamic& assembly) {
   std::vector<Poses> poses;
   for (int step = 0; step < assembly.steps(); ++step) {
     if (progressOverwrites()) {
@@ -110,11 +110,11 @@ int replaysOf(const Contender& contender, const Preflight& preflight) {
 }  // namespace
 
 bool timeDynamicAssembly(const PartRequest& request) {
-  scenes::DynamicAssemblyParameters parameters;
+  scenes::PaperDynamicParameters parameters;
   if (request.scene.fibers > 0) parameters.fibers = request.scene.fibers;
   if (request.scene.segments > 0) parameters.segments = request.scene.segments;
   parameters.seed = request.scene.seed;
-  const scenes::DynamicAssembly assembly(parameters);
+  const scenes::PaperDynamic assembly(parameters);
   const scenes::FiberScene first = assembly.scene(0);
   const std::vector<Contender> contenders = paperContenders(Fcl::kAll);
 

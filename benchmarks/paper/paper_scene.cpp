@@ -29,13 +29,14 @@ scenes::FiberScene makePaperScene(const PaperSceneRequest& request, int frame) {
   if (!request.hair.path.empty()) return readHair(request.hair, frame);
   if (request.name == "static" || request.name == "axis_parallel" ||
       request.name == "axis_turned") {
-    auto parameters = parametersOf<scenes::StaticAssemblyParameters>(request, frame);
+    auto parameters = parametersOf<scenes::PaperStaticParameters>(request, frame);
     parameters.turned = request.name != "axis_parallel";
     if (request.name != "static") parameters.state = kAllButStraight;
-    return scenes::makeStaticAssembly(parameters);
+    return scenes::makePaperStatic(parameters);
   }
   if (request.name == "half_scalp") {
-    return scenes::makeHalfScalp(parametersOf<scenes::HalfScalpParameters>(request, frame));
+    return scenes::makePaperHalfScalp(
+        parametersOf<scenes::PaperHalfScalpParameters>(request, frame));
   }
   if (request.name == "strand") {
     return scenes::makePaperStrand(parametersOf<scenes::PaperStrandParameters>(request, frame));

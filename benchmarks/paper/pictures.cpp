@@ -140,9 +140,9 @@ void writeVolumes(const std::string& dir, const std::string& name,
 
 void writePictures(const PartRequest& request) {
   if (request.out_dir.empty()) throw std::invalid_argument("--part=pictures: give --out_dir");
-  scenes::DynamicAssemblyParameters parameters;
+  scenes::PaperDynamicParameters parameters;
   parameters.seed = request.scene.seed;
-  const scenes::DynamicAssembly assembly(parameters);
+  const scenes::PaperDynamic assembly(parameters);
   const scenes::FiberScene loop = assembly.scene(std::min(kLoopStep, assembly.steps() - 1));
   writeVolumes(request.out_dir, "volumes", firstFiber(loop));
   writePicture(request.out_dir, "loop", loop);

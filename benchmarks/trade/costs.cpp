@@ -6,7 +6,7 @@
 #include <vector>
 
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
-#include <fcl_fibers/scenes/strand.h>
+#include <fcl_fibers/scenes/helix.h>
 #include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
 #include "contender.h"
@@ -22,11 +22,11 @@ constexpr int kFibers = 1000, kSegments = 100, kRuns = 9;
 template <typename S>
 struct Arrays {
   explicit Arrays(int frame) {
-    scenes::StrandParameters parameters;
+    scenes::HelixParameters parameters;
     parameters.fibers = kFibers;
     parameters.segments = kSegments;
     parameters.frame = frame;
-    const scenes::FiberScene scene = scenes::makeStrand(parameters);
+    const scenes::FiberScene scene = scenes::makeHelix(parameters);
     for (const scenes::Point& point : scene.points) {
       for (const double x : point) points.push_back(static_cast<S>(x));
     }

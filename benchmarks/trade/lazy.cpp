@@ -63,9 +63,9 @@ double shareThatLeaves(const std::vector<scenes::FiberScene>& steps, double fatn
 
 void registerLazy(const PartRequest& request) {
   showProgress("dynamic: make the scene");
-  scenes::DynamicAssemblyParameters parameters;
+  scenes::PaperDynamicParameters parameters;
   parameters.seed = request.seed;
-  const scenes::DynamicAssembly assembly(parameters);
+  const scenes::PaperDynamic assembly(parameters);
   const auto steps = std::make_shared<std::vector<scenes::FiberScene>>();
   for (int step = 0; step < assembly.steps(); ++step) steps->push_back(assembly.scene(step));
 

@@ -33,9 +33,9 @@
 #include <utility>
 #include <vector>
 
+#include <fcl_fibers/scenes/cap.h>
+#include <fcl_fibers/scenes/helix.h>
 #include <fcl_fibers/scenes/paper_scenes.h>
-#include <fcl_fibers/scenes/scalp.h>
-#include <fcl_fibers/scenes/strand.h>
 
 #include "arguments.h"
 #include "parts.h"
@@ -124,24 +124,24 @@ Frames makeFrames(const PartRequest& request) {
     fill(hairName(request.hair), [&](int frame) { return readHair(request.hair, frame); });
   } else if (request.scene == "static" || request.scene == "strand") {
     fill(request.scene, [&](int frame) {
-      scenes::StrandParameters parameters;
+      scenes::HelixParameters parameters;
       parameters.segments = request.scene == "static" ? 100 : 2000;
       parameters.seed = request.seed;
       parameters.frame = frame;
-      return scenes::makeStrand(parameters);
+      return scenes::makeHelix(parameters);
     });
   } else if (request.scene == "half_scalp") {
     fill(request.scene, [&](int frame) {
-      scenes::ScalpParameters parameters;
+      scenes::CapParameters parameters;
       parameters.fibers = 5000;
       parameters.seed = request.seed;
       parameters.frame = frame;
-      return scenes::makeScalp(parameters);
+      return scenes::makeCap(parameters);
     });
   } else if (request.scene == "dynamic") {
-    scenes::DynamicAssemblyParameters parameters;
+    scenes::PaperDynamicParameters parameters;
     parameters.seed = request.seed;
-    const scenes::DynamicAssembly assembly(parameters);
+    const scenes::PaperDynamic assembly(parameters);
     const int middle = assembly.steps() / 2;
     fill(request.scene, [&](int frame) { return assembly.scene(middle - 1 + frame); });
   } else {

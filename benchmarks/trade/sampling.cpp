@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include <fcl_fibers/scenes/strand.h>
+#include <fcl_fibers/scenes/helix.h>
 
 #include "contender.h"
 #include "parts.h"
@@ -20,13 +20,13 @@ namespace fcl_fibers::benchmarks {
 namespace {
 
 constexpr int kFibers = 1000, kFinest = 2000, kRuns = 5;
-constexpr double kLength = 30;  // cm, of makeStrand()
+constexpr double kLength = 30;  // cm, of makeHelix()
 
 scenes::FiberScene strandOf(int segments) {
-  scenes::StrandParameters parameters;
+  scenes::HelixParameters parameters;
   parameters.fibers = kFibers;
   parameters.segments = segments;
-  return scenes::makeStrand(parameters);
+  return scenes::makeHelix(parameters);
 }
 
 /// Segment a of a fiber touches segment b of another one.

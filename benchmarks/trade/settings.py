@@ -48,7 +48,7 @@ CAGES = {
     "centroid": "centroid",
 }
 SAMPLINGS = (25, 50, 100, 200, 400, 1000, 2000)  # segments a fiber; the last is the truth
-STRAND_RADIUS = 0.0035  # cm, of makeStrand()
+STRAND_RADIUS = 0.0035  # cm, of makeHelix()
 LAZY_FRAMES = 100  # updates of a run of the lazy part: the dynamic assembly has 101 states
 
 

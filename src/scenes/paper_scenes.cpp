@@ -222,8 +222,8 @@ constexpr double kStrandSwayPerFrame = 0.05;  // rad
 
 }  // namespace
 
-FiberScene makeStaticAssembly(const StaticAssemblyParameters& parameters) {
-  const char* call = "makeStaticAssembly";
+FiberScene makePaperStatic(const PaperStaticParameters& parameters) {
+  const char* call = "makePaperStatic";
   requireCounts(call, parameters);
   const Grid grid(parameters.segments, kAssemblyGrid);
   const Quaternion turn = parameters.turned
@@ -244,9 +244,9 @@ FiberScene makeStaticAssembly(const StaticAssemblyParameters& parameters) {
   return assembly(call, parameters, load, turn, guess, grid);
 }
 
-class DynamicAssembly::Impl {
+class PaperDynamic::Impl {
  public:
-  Impl(const DynamicAssemblyParameters& parameters, LoadTrajectory trajectory)
+  Impl(const PaperDynamicParameters& parameters, LoadTrajectory trajectory)
       : parameters_(parameters),
         trajectory_(std::move(trajectory)),
         grid_(parameters.segments, kAssemblyGrid),
@@ -256,42 +256,41 @@ class DynamicAssembly::Impl {
 
   FiberScene scene(int step) const {
     const auto i = static_cast<std::size_t>(step);
-    return assembly("DynamicAssembly", parameters_, trajectory_.states[i], Quaternion::Identity(),
+    return assembly("PaperDynamic", parameters_, trajectory_.states[i], Quaternion::Identity(),
                     guides_[i], grid_);
   }
 
  private:
-  DynamicAssemblyParameters parameters_;
+  PaperDynamicParameters parameters_;
   LoadTrajectory trajectory_;
   Grid grid_;
   std::vector<RodShape> guides_;
 };
 
-DynamicAssembly::DynamicAssembly(const DynamicAssemblyParameters& parameters,
-                                 LoadTrajectory trajectory) {
-  requireCounts("DynamicAssembly", parameters);
-  requireRadius<double>("DynamicAssembly", parameters.radius);
+PaperDynamic::PaperDynamic(const PaperDynamicParameters& parameters, LoadTrajectory trajectory) {
+  requireCounts("PaperDynamic", parameters);
+  requireRadius<double>("PaperDynamic", parameters.radius);
   if (trajectory.states.empty()) {
-    refuseArgument("DynamicAssembly", "the number of states", 0, "give at least the start");
+    refuseArgument("PaperDynamic", "the number of states", 0, "give at least the start");
   }
   impl_ = std::make_unique<Impl>(parameters, std::move(trajectory));
 }
 
-DynamicAssembly::DynamicAssembly(DynamicAssembly&&) noexcept = default;
-DynamicAssembly& DynamicAssembly::operator=(DynamicAssembly&&) noexcept = default;
-DynamicAssembly::~DynamicAssembly() = default;
+PaperDynamic::PaperDynamic(PaperDynamic&&) noexcept = default;
+PaperDynamic& PaperDynamic::operator=(PaperDynamic&&) noexcept = default;
+PaperDynamic::~PaperDynamic() = default;
 
-int DynamicAssembly::steps() const { return impl_->steps(); }
+int PaperDynamic::steps() const { return impl_->steps(); }
 
-FiberScene DynamicAssembly::scene(int step) const {
+FiberScene PaperDynamic::scene(int step) const {
   if (step < 0 || step >= steps()) {
-    refuseArgument("DynamicAssembly::scene", "step", step, "ask for one from 0 to steps() - 1");
+    refuseArgument("PaperDynamic::scene", "step", step, "ask for one from 0 to steps() - 1");
   }
   return impl_->scene(step);
 }
 
-FiberScene makeHalfScalp(const HalfScalpParameters& parameters) {
-  const char* call = "makeHalfScalp";
+FiberScene makePaperHalfScalp(const PaperHalfScalpParameters& parameters) {
+  const char* call = "makePaperHalfScalp";
   requireCounts(call, parameters);
   if (parameters.fibers > kHalfScalpFibers) {
     refuseArgument(call, "fibers", parameters.fibers,

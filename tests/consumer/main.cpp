@@ -9,7 +9,7 @@
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
-#include <fcl_fibers/scenes/strand.h>
+#include <fcl_fibers/scenes/helix.h>
 #include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
 namespace {
@@ -32,12 +32,12 @@ std::size_t touchingPairs(fcl::BroadPhaseCollisionManagerd& manager,
 }  // namespace
 
 int main() {
-  fcl_fibers::scenes::StrandParameters parameters;
+  fcl_fibers::scenes::HelixParameters parameters;
   parameters.fibers = 20;
   parameters.segments = 50;
   parameters.radius = 0.05;
   const auto owned =
-      fcl_fibers::scenes::makeObjects<double>(fcl_fibers::scenes::makeStrand(parameters));
+      fcl_fibers::scenes::makeObjects<double>(fcl_fibers::scenes::makeHelix(parameters));
   std::vector<fcl::CollisionObjectd*> objects;
   for (const auto& object : owned) objects.push_back(object.get());
 

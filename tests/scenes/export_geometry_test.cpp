@@ -12,7 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <fcl_fibers/scenes/fiber_file.h>
-#include <fcl_fibers/scenes/strand.h>
+#include <fcl_fibers/scenes/helix.h>
 
 #include "scenes/random.h"
 
@@ -49,10 +49,10 @@ class ExportTest : public testing::Test {
 
 // A scene would come back from its file as another one.
 TEST_F(ExportTest, FibersAreReadBackBitByBit) {
-  StrandParameters parameters;
+  HelixParameters parameters;
   parameters.fibers = 20;
   parameters.segments = 7;
-  const FiberScene scene = makeStrand(parameters);
+  const FiberScene scene = makeHelix(parameters);
   exportFibers(path("strand.vtp"), scene);
   const FiberScene read = readFibers(path("strand.vtp")).scene;
   EXPECT_EQ(read.points, scene.points);

@@ -28,18 +28,18 @@ Parameters parametersOf(int fibers, int segments) {
   return parameters;
 }
 
-FiberScene make(const StaticAssemblyParameters& parameters) {
-  return makeStaticAssembly(parameters);
+FiberScene make(const PaperStaticParameters& parameters) { return makePaperStatic(parameters); }
+FiberScene make(const PaperDynamicParameters& parameters) {
+  return PaperDynamic(parameters).scene(60);
 }
-FiberScene make(const DynamicAssemblyParameters& parameters) {
-  return DynamicAssembly(parameters).scene(60);
+FiberScene make(const PaperHalfScalpParameters& parameters) {
+  return makePaperHalfScalp(parameters);
 }
-FiberScene make(const HalfScalpParameters& parameters) { return makeHalfScalp(parameters); }
 FiberScene make(const PaperStrandParameters& parameters) { return makePaperStrand(parameters); }
 
-double fiberLength(const StaticAssemblyParameters&) { return 15; }
-double fiberLength(const DynamicAssemblyParameters&) { return 15; }
-double fiberLength(const HalfScalpParameters&) { return 15; }
+double fiberLength(const PaperStaticParameters&) { return 15; }
+double fiberLength(const PaperDynamicParameters&) { return 15; }
+double fiberLength(const PaperHalfScalpParameters&) { return 15; }
 double fiberLength(const PaperStrandParameters&) { return 30; }
 
 double distance(const Point& p, const Point& q) {
@@ -70,8 +70,8 @@ std::size_t touchingPairs(const FiberScene& scene, int ignored) {
 
 template <typename Parameters>
 class PaperScenes : public testing::Test {};
-using AllCases = testing::Types<StaticAssemblyParameters, DynamicAssemblyParameters,
-                                HalfScalpParameters, PaperStrandParameters>;
+using AllCases = testing::Types<PaperStaticParameters, PaperDynamicParameters,
+                                PaperHalfScalpParameters, PaperStrandParameters>;
 TYPED_TEST_SUITE(PaperScenes, AllCases, );
 
 TYPED_TEST(PaperScenes, HaveTheFibersAndSegmentsAskedFor) {
@@ -148,7 +148,7 @@ TYPED_TEST(PaperScenes, RefuseSizesAndRadiiThatAreNone) {
 template <typename Parameters>
 class MovingPaperScenes : public testing::Test {};
 using MovingCases =
-    testing::Types<StaticAssemblyParameters, HalfScalpParameters, PaperStrandParameters>;
+    testing::Types<PaperStaticParameters, PaperHalfScalpParameters, PaperStrandParameters>;
 TYPED_TEST_SUITE(MovingPaperScenes, MovingCases, );
 
 TYPED_TEST(MovingPaperScenes, FramesMoveALittle) {
@@ -170,10 +170,10 @@ TYPED_TEST(MovingPaperScenes, FramesMoveALittle) {
 
 TEST(StaticAssembly, IsTurnedAboutTwoAxes) {
   // If this fails, the turned scene is not the other one turned.
-  auto parameters = parametersOf<StaticAssemblyParameters>(10, 50);
-  const FiberScene turned = makeStaticAssembly(parameters);
+  auto parameters = parametersOf<PaperStaticParameters>(10, 50);
+  const FiberScene turned = makePaperStatic(parameters);
   parameters.turned = false;
-  const FiberScene straight = makeStaticAssembly(parameters);
+  const FiberScene straight = makePaperStatic(parameters);
   const double c = std::sqrt(0.5);
   for (std::size_t i = 0; i < turned.points.size(); ++i) {
     const Point& p = straight.points[i];
@@ -185,10 +185,10 @@ TEST(StaticAssembly, IsTurnedAboutTwoAxes) {
 
 TEST(StaticAssembly, IsAllButParallelToAnAxisInStateOne) {
   // If this fails, the best case of boxes is none.
-  auto parameters = parametersOf<StaticAssemblyParameters>(10, 50);
+  auto parameters = parametersOf<PaperStaticParameters>(10, 50);
   parameters.turned = false;
   parameters.state = 1;
-  const FiberScene scene = makeStaticAssembly(parameters);
+  const FiberScene scene = makePaperStatic(parameters);
   for (std::size_t f = 0; f < 10; ++f) {
     const Point& root = scene.points[f * 51];
     const Point& tip = scene.points[f * 51 + 50];
@@ -196,7 +196,7 @@ TEST(StaticAssembly, IsAllButParallelToAnAxisInStateOne) {
   }
   for (const int bad : {-1, 101}) {
     parameters.state = bad;
-    EXPECT_THAT([&] { makeStaticAssembly(parameters); },
+    EXPECT_THAT([&] { makePaperStatic(parameters); },
                 ThrowsMessage<std::invalid_argument>(
                     HasSubstr("state is " + std::to_string(bad) + "; ask for one from 0 to 100")));
   }
@@ -204,16 +204,16 @@ TEST(StaticAssembly, IsAllButParallelToAnAxisInStateOne) {
 
 TEST(StaticAssembly, TouchesAsOftenAsItsHeaderSays) {
   // If this fails, the scene is denser or sparser than the one whose times are published.
-  EXPECT_NEAR(static_cast<double>(touchingPairs(makeStaticAssembly({}), 1)), 14752, 0.01 * 14752);
+  EXPECT_NEAR(static_cast<double>(touchingPairs(makePaperStatic({}), 1)), 14752, 0.01 * 14752);
 }
 
 TEST(StaticAssembly, MoreFibersSpreadTheSameFibers) {
   // If this fails, the random numbers of a fiber depend on the fibers after it.
-  auto parameters = parametersOf<StaticAssemblyParameters>(5, 50);
+  auto parameters = parametersOf<PaperStaticParameters>(5, 50);
   parameters.turned = false;
-  const FiberScene few = makeStaticAssembly(parameters);
+  const FiberScene few = makePaperStatic(parameters);
   parameters.fibers = 20;
-  const FiberScene many = makeStaticAssembly(parameters);
+  const FiberScene many = makePaperStatic(parameters);
   for (std::size_t i = 0; i < few.points.size(); ++i) {
     const std::size_t root = i / 51 * 51;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -225,9 +225,9 @@ TEST(StaticAssembly, MoreFibersSpreadTheSameFibers) {
   }
 }
 
-TEST(DynamicAssembly, StartsStraightAndEndsInALoop) {
+TEST(PaperDynamic, StartsStraightAndEndsInALoop) {
   // If this fails, the scene is not the one of the paper's figure 3.
-  const DynamicAssembly assembly(parametersOf<DynamicAssemblyParameters>(20, 100));
+  const PaperDynamic assembly(parametersOf<PaperDynamicParameters>(20, 100));
   ASSERT_EQ(assembly.steps(), 101);
   const FiberScene first = assembly.scene(0);
   const FiberScene last = assembly.scene(100);
@@ -242,9 +242,9 @@ TEST(DynamicAssembly, StartsStraightAndEndsInALoop) {
   }
 }
 
-TEST(DynamicAssembly, MovesSteadily) {
+TEST(PaperDynamic, MovesSteadily) {
   // If this fails, fibers jump from one state to the next.
-  const DynamicAssembly assembly(parametersOf<DynamicAssemblyParameters>(20, 100));
+  const PaperDynamic assembly(parametersOf<PaperDynamicParameters>(20, 100));
   FiberScene last = assembly.scene(0);
   for (int step = 1; step < assembly.steps(); ++step) {
     FiberScene scene = assembly.scene(step);
@@ -254,47 +254,47 @@ TEST(DynamicAssembly, MovesSteadily) {
   }
 }
 
-TEST(DynamicAssembly, StatesDoNotDependOnTheirOrder) {
+TEST(PaperDynamic, StatesDoNotDependOnTheirOrder) {
   // If this fails, a state asked for again is another one.
-  const auto parameters = parametersOf<DynamicAssemblyParameters>(10, 60);
-  const DynamicAssembly assembly(parameters);
+  const auto parameters = parametersOf<PaperDynamicParameters>(10, 60);
+  const PaperDynamic assembly(parameters);
   const FiberScene sixty = assembly.scene(60);
   const FiberScene hundred = assembly.scene(100);
   EXPECT_EQ(assembly.scene(60).points, sixty.points);
-  EXPECT_EQ(DynamicAssembly(parameters).scene(100).points, hundred.points);
+  EXPECT_EQ(PaperDynamic(parameters).scene(100).points, hundred.points);
 }
 
-TEST(DynamicAssembly, ReplaysTheTrajectoryGiven) {
+TEST(PaperDynamic, ReplaysTheTrajectoryGiven) {
   // If this fails, another recording is not what is seen.
   LoadTrajectory pull;
   pull.states.resize(3);
   pull.states[2].force = {0, 0, 1};
-  const DynamicAssembly assembly(parametersOf<DynamicAssemblyParameters>(4, 20), pull);
+  const PaperDynamic assembly(parametersOf<PaperDynamicParameters>(4, 20), pull);
   EXPECT_EQ(assembly.steps(), 3);
   for (std::size_t f = 0; f < 4; ++f) {
     EXPECT_NEAR(assembly.scene(2).points[f * 21 + 20][2], 15, 1e-9);
   }
 }
 
-TEST(DynamicAssembly, RefusesStatesThatAreNone) {
+TEST(PaperDynamic, RefusesStatesThatAreNone) {
   // If this fails, memory beyond the trajectory is read.
-  const auto parameters = parametersOf<DynamicAssemblyParameters>(2, 20);
-  const DynamicAssembly assembly(parameters);
+  const auto parameters = parametersOf<PaperDynamicParameters>(2, 20);
+  const PaperDynamic assembly(parameters);
   for (const int bad : {-1, 101}) {
     EXPECT_THAT([&] { assembly.scene(bad); },
-                ThrowsMessage<std::invalid_argument>(HasSubstr("DynamicAssembly::scene: step is " +
+                ThrowsMessage<std::invalid_argument>(HasSubstr("PaperDynamic::scene: step is " +
                                                                std::to_string(bad) + "; ask for")));
   }
-  EXPECT_THAT([&] { DynamicAssembly(parameters, LoadTrajectory()); },
+  EXPECT_THAT([&] { PaperDynamic(parameters, LoadTrajectory()); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("the number of states is 0")));
 }
 
 TEST(HalfScalp, FibersStayOutsideTheHead) {
   // If this fails, fibers grow into the head, or roots float above it.
   for (const int frame : {0, 30}) {
-    auto parameters = parametersOf<HalfScalpParameters>(5000, 50);
+    auto parameters = parametersOf<PaperHalfScalpParameters>(5000, 50);
     parameters.frame = frame;
-    const FiberScene scene = makeHalfScalp(parameters);
+    const FiberScene scene = makePaperHalfScalp(parameters);
     const auto level = [](const Point& p) {
       return std::hypot(p[0] / 7.75, p[1] / 9.5, p[2] / 7.75);
     };
@@ -312,20 +312,20 @@ TEST(HalfScalp, FibersStayOutsideTheHead) {
 TEST(HalfScalp, TouchesAsOftenAsItsHeaderSays) {
   // If this fails, the scene is denser or sparser than the one it stands for. 5,000 fibers in the
   // middle of the area, as the whole takes seconds.
-  const FiberScene scene = makeHalfScalp(parametersOf<HalfScalpParameters>(5000, 50));
+  const FiberScene scene = makePaperHalfScalp(parametersOf<PaperHalfScalpParameters>(5000, 50));
   EXPECT_NEAR(static_cast<double>(touchingPairs(scene, 1)), 40300, 0.1 * 40300);
 }
 
 // Left to the long run.
 TEST(HalfScalp, DISABLED_LongTouchesAsOftenAsThePapers) {
   // If this fails, the scene is denser or sparser than the one it stands for: 550,000 pairs.
-  const FiberScene scene = makeHalfScalp(HalfScalpParameters());
+  const FiberScene scene = makePaperHalfScalp(PaperHalfScalpParameters());
   EXPECT_NEAR(static_cast<double>(touchingPairs(scene, 1)), 550000, 0.15 * 550000);
 }
 
 TEST(HalfScalp, RefusesMoreFibersThanItHasRoomFor) {
   // If this fails, roots lie on the other half or deeper than the area asks for.
-  EXPECT_THAT([] { makeHalfScalp(parametersOf<HalfScalpParameters>(50001, 1)); },
+  EXPECT_THAT([] { makePaperHalfScalp(parametersOf<PaperHalfScalpParameters>(50001, 1)); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("fibers is 50001; ask for no more")));
 }
 

@@ -15,7 +15,7 @@
 #include <gtest/gtest.h>
 
 #include <fcl_fibers/fiber_tree.h>
-#include <fcl_fibers/scenes/strand.h>
+#include <fcl_fibers/scenes/helix.h>
 
 namespace fcl_fibers::scenes {
 namespace {
@@ -120,11 +120,11 @@ std::set<std::pair<std::size_t, std::size_t>> fibersInContact(const FiberScene& 
 // What the header promises of contacts would not hold on curves that are no circles.
 TEST(SamplingTest, WithTwiceTheErrorAsMarginNoContactIsMissedAndWithoutNoDeepOne) {
   constexpr int kFinest = 1000;
-  StrandParameters parameters;
+  HelixParameters parameters;
   parameters.fibers = 40;
   parameters.radius = 0.02;
   parameters.segments = kFinest;
-  const FiberScene fine = makeStrand(parameters);
+  const FiberScene fine = makeHelix(parameters);
   const double curvature = largestCurvature(fine), length = 30;
   // The strand's helices: 4 turns on 30 cm, radius 1 cm.
   EXPECT_NEAR(curvature, std::pow(2 * kPi * 4 / length, 2), 0.12);
@@ -132,7 +132,7 @@ TEST(SamplingTest, WithTwiceTheErrorAsMarginNoContactIsMissedAndWithoutNoDeepOne
   ASSERT_GT(touching.size(), 10u);
   for (const double tolerance : {0.01, 0.001}) {
     parameters.segments = segmentsForChordError(curvature, length, tolerance);
-    const FiberScene coarse = makeStrand(parameters);
+    const FiberScene coarse = makeHelix(parameters);
     const double error = chordError(curvature, length / parameters.segments);
     ASSERT_LE(error, tolerance);
     // The finest scene has an error of its own, far smaller.

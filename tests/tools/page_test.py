@@ -93,9 +93,9 @@ class PageTest(ProgramTest):
 
     def test_shows_fibers_and_contacts_without_a_network(self):
         """An empty canvas, or one without its red segments, or a page that needs a server."""
-        path = self.make("strand:fibers=150,segments=60,radius=0.01")
+        path = self.make("helix:fibers=150,segments=60,radius=0.01")
         self.open(path)
-        picture = self.look("strand")
+        picture = self.look("helix")
         self.assertGreater(picture.count(is_fiber), 5000)
         self.assertGreater(picture.count(is_red), 200)
         self.assertEqual(self.browser.requests, [f"file://{path}"])
@@ -110,7 +110,7 @@ class PageTest(ProgramTest):
         """The report of the paper's experiments would show an empty frame."""
         part = self.folder / "part.html"
         self.run_program(
-            "view", "strand:fibers=150,segments=60,radius=0.01", "--fragment", "-o", part
+            "view", "helix:fibers=150,segments=60,radius=0.01", "--fragment", "-o", part
         )
         report = self.write(
             "report.html",
@@ -139,7 +139,7 @@ class PageTest(ProgramTest):
         self.assertEqual(self.look("apart").count(is_red), 0)
 
     def test_orbits_and_zooms(self):
-        self.open(self.make("strand:fibers=150,segments=60"))
+        self.open(self.make("helix:fibers=150,segments=60"))
         first = self.look("orbit_before")
         self.browser.drag(450, 350, 650, 300)
         turned = self.look("orbit_after")
@@ -156,7 +156,7 @@ class PageTest(ProgramTest):
 
     def test_shows_volumes(self):
         """Volumes of another depth or kind than asked for, or none."""
-        path = self.make("strand:fibers=60,segments=60")
+        path = self.make("helix:fibers=60,segments=60")
         self.open(path)
         without = self.look("no_volumes")
         seen = []
@@ -175,7 +175,7 @@ class PageTest(ProgramTest):
         self.assertEqual(self.browser.problems, [])
 
     def test_plays_the_motion(self):
-        self.open(self.make("dynamic:fibers=30,segments=40,frames=0:100:10"))
+        self.open(self.make("paper-dynamic:fibers=30,segments=40,frames=0:100:10"))
         self.assertEqual(self.browser.evaluate(f"{VIEWER}.state.frame"), 10)
         self.browser.evaluate(f"{VIEWER}.set({{frame: 0}})")
         start = self.look("dynamic_start")
@@ -190,7 +190,7 @@ class PageTest(ProgramTest):
         self.assertEqual(self.browser.problems, [])
 
     def test_changes_scenes(self):
-        self.open(self.make("strand:fibers=20,segments=20", "scalp:fibers=200,segments=20"))
+        self.open(self.make("helix:fibers=20,segments=20", "cap:fibers=200,segments=20"))
         first = self.look("first_scene")
         self.click(".scenes button:nth-child(2)")
         second = self.look("second_scene")

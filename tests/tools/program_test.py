@@ -118,8 +118,8 @@ class Check(ProgramTest):
 
     def test_agrees_with_brute_force(self):
         """Contacts of a denser scene would be wrong."""
-        path = self.folder / "strand.txt"
-        self.run_program("generate", "strand:fibers=12,segments=15", "-o", path)
+        path = self.folder / "helix.txt"
+        self.run_program("generate", "helix:fibers=12,segments=15", "-o", path)
         fibers = read_polylines(path)
         self.assertEqual([len(f) for f in fibers], [16] * 12)
         segments = [
@@ -308,7 +308,7 @@ def signed_volume(corners, faces):
 
 
 class Generate(ProgramTest):
-    SCENE = "scalp:fibers=7,segments=5,seed=3"
+    SCENE = "cap:fibers=7,segments=5,seed=3"
 
     def test_every_format_holds_the_same_fibers(self):
         paths = {e: self.folder / ("scene" + e) for e in (".txt", ".vtp", ".ply", ".hair")}
@@ -353,14 +353,14 @@ class Generate(ProgramTest):
         for scene in (
             self.SCENE,
             self.SCENE + ",frame=4",
-            "scalp:fibers=7,segments=5,seed=4",
+            "cap:fibers=7,segments=5,seed=4",
             self.SCENE + ",radius=0.5",
-            "static:fibers=7,segments=5",
-            "static:fibers=7,segments=5,turned=0",
-            "dynamic:fibers=2,segments=5",
-            "dynamic:fibers=2,segments=5,frame=85",
-            "strand-paper:fibers=2,segments=300",
-            "half-scalp:fibers=7,segments=25",
+            "paper-static:fibers=7,segments=5",
+            "paper-static:fibers=7,segments=5,turned=0",
+            "paper-dynamic:fibers=2,segments=5",
+            "paper-dynamic:fibers=2,segments=5,frame=85",
+            "paper-strand:fibers=2,segments=300",
+            "paper-half-scalp:fibers=7,segments=25",
         ):
             path = self.folder / "scene.vtp"
             self.run_program("generate", scene, "-o", path)
@@ -411,8 +411,8 @@ class Info(ProgramTest):
 class Bench(ProgramTest):
     def test_all_managers_find_the_same(self):
         path = self.folder / "scene.vtp"
-        self.run_program("generate", "strand:fibers=20,segments=20", "-o", path)
-        for scene in ((path, "-r", 0.05), ("strand:fibers=20,segments=20,radius=0.05",)):
+        self.run_program("generate", "helix:fibers=20,segments=20", "-o", path)
+        for scene in ((path, "-r", 0.05), ("helix:fibers=20,segments=20,radius=0.05",)):
             found = json.loads(
                 self.run_program("bench", *scene, "--repetitions", 1, "--json")
             )
@@ -440,37 +440,37 @@ class BadUse(ProgramTest):
         self.refused(says="subcommand")
         self.refused("frobnicate", says="")
         self.refused("check", says="SCENE")
-        self.refused("check", "strand", "--radius", -1, says="--radius: '-1' is no number of 0 or more")
-        self.refused("check", "strand", "--radius", "wide", says="--radius")
-        self.refused("check", "strand", "-n", "-3", says="--ignored-neighbors")
-        self.refused("check", "strand", "--volumes", "kdops", says="--volumes")
-        self.refused("check", "strand", "--csv", "--json", says="--csv")
-        self.refused("generate", "strand", says="--output")
+        self.refused("check", "helix", "--radius", -1, says="--radius: '-1' is no number of 0 or more")
+        self.refused("check", "helix", "--radius", "wide", says="--radius")
+        self.refused("check", "helix", "-n", "-3", says="--ignored-neighbors")
+        self.refused("check", "helix", "--volumes", "kdops", says="--volumes")
+        self.refused("check", "helix", "--csv", "--json", says="--csv")
+        self.refused("generate", "helix", says="--output")
         self.refused("generate", "hair", "-o", out, says="no such file, nor a scene")
-        self.refused("generate", "strand:fibres=7", "-o", out, says="no key 'fibres'")
-        self.refused("generate", "strand:fibers=many", "-o", out, says="whole number")
-        self.refused("generate", "strand:radius=wide", "-o", out, says="give a number")
-        self.refused("generate", "strand:radius=-1", "-o", out, says="radius is -1")
-        self.refused("generate", "strand:fibers", "-o", out, says="key=value")
-        self.refused("check", "strand", "-r", 0.5, says="give strand:radius=0.5\n")
-        self.refused("check", "strand:seed=2", "-r", 0.5, says="give strand:seed=2,radius=0.5\n")
-        self.refused("view", "strand", "-r", 0.5, "-o", out, says="give strand:radius=0.5\n")
-        self.refused("view", "strand", "-r", 1, "-r", 2, "-o", out, says="beside 0 files;")
-        self.refused("generate", "strand:fibers=1,fibers=2", "-o", out, says="twice")
-        self.refused("generate", "strand:fibers=0", "-o", out, says="fibers")
-        self.refused("generate", "dynamic:fibers=1,frame=101", "-o", out, says="0 to 100")
-        self.refused("view", "dynamic:fibers=1,frames=9:3", "-o", out, says="FIRST:LAST")
-        self.refused("generate", "strand:fibers=2", "-o", self.folder / "a.obj", says=".vtp")
+        self.refused("generate", "helix:fibres=7", "-o", out, says="no key 'fibres'")
+        self.refused("generate", "helix:fibers=many", "-o", out, says="whole number")
+        self.refused("generate", "helix:radius=wide", "-o", out, says="give a number")
+        self.refused("generate", "helix:radius=-1", "-o", out, says="radius is -1")
+        self.refused("generate", "helix:fibers", "-o", out, says="key=value")
+        self.refused("check", "helix", "-r", 0.5, says="give helix:radius=0.5\n")
+        self.refused("check", "helix:seed=2", "-r", 0.5, says="give helix:seed=2,radius=0.5\n")
+        self.refused("view", "helix", "-r", 0.5, "-o", out, says="give helix:radius=0.5\n")
+        self.refused("view", "helix", "-r", 1, "-r", 2, "-o", out, says="beside 0 files;")
+        self.refused("generate", "helix:fibers=1,fibers=2", "-o", out, says="twice")
+        self.refused("generate", "helix:fibers=0", "-o", out, says="fibers")
+        self.refused("generate", "paper-dynamic:fibers=1,frame=101", "-o", out, says="0 to 100")
+        self.refused("view", "paper-dynamic:fibers=1,frames=9:3", "-o", out, says="FIRST:LAST")
+        self.refused("generate", "helix:fibers=2", "-o", self.folder / "a.obj", says=".vtp")
 
     def test_files_that_cannot_be_read_or_written(self):
         self.refused("check", self.folder, says="")
         nowhere = self.folder / "none" / "out.txt"
-        self.refused("generate", "strand:fibers=2", "-o", nowhere, says="cannot be written")
-        self.refused("generate", "strand:fibers=2", "-o", self.folder, says="directory")
-        self.refused("check", "strand:fibers=2", "--csv", "-o", "/dev/full", says="writing failed")
+        self.refused("generate", "helix:fibers=2", "-o", nowhere, says="cannot be written")
+        self.refused("generate", "helix:fibers=2", "-o", self.folder, says="directory")
+        self.refused("check", "helix:fibers=2", "--csv", "-o", "/dev/full", says="writing failed")
         with open("/dev/full", "w", encoding="utf-8") as full:
             done = subprocess.run(
-                [PROGRAM, "info", "strand:fibers=2"],
+                [PROGRAM, "info", "helix:fibers=2"],
                 stdout=full,
                 stderr=subprocess.PIPE,
                 text=True,
@@ -492,7 +492,7 @@ class BadUse(ProgramTest):
             ("check", path),
             ("bench", path),
             ("view", path, "-o", page),
-            ("view", "strand:fibers=2", path, "-o", page),
+            ("view", "helix:fibers=2", path, "-o", page),
             ("generate", path, "-o", copy),
         ):
             self.assertEqual(self.run_program(*command, code=2), "")
@@ -524,7 +524,7 @@ class BadUse(ProgramTest):
 
     def test_help_reads_well(self):
         text = self.run_program("--help")
-        for word in HELPED + ("half-scalp", "frames=FIRST:LAST:STEP"):
+        for word in HELPED + ("paper-half-scalp", "frames=FIRST:LAST:STEP"):
             self.assertIn(word, text)
         for command in HELPED:
             text = self.run_program(command, "--help")
@@ -539,7 +539,7 @@ class BadUse(ProgramTest):
 class WholeFiles(ProgramTest):
     def test_what_was_there_stays_where_writing_fails(self):
         path = self.write("scene.vtp", "as it was")
-        self.run_program("generate", "strand:fibers=0", "-o", path, code=2)
+        self.run_program("generate", "helix:fibers=0", "-o", path, code=2)
         self.assertEqual(path.read_text(encoding="utf-8"), "as it was")
         self.assertEqual(self.files(), ["scene.vtp"])
 
@@ -547,7 +547,7 @@ class WholeFiles(ProgramTest):
         """Half a file would be taken for a whole one."""
         path = self.write("page.html", "as it was")
         for number in (signal.SIGINT, signal.SIGTERM):
-            process = subprocess.Popen([PROGRAM, "view", "half-scalp:fibers=20000", "-o", path])
+            process = subprocess.Popen([PROGRAM, "view", "paper-half-scalp:fibers=20000", "-o", path])
             end = time.monotonic() + 30
             while len(self.files()) < 2 and time.monotonic() < end:
                 time.sleep(0.01)
@@ -561,17 +561,17 @@ class WholeFiles(ProgramTest):
         target = self.write("target.txt", "")
         link = self.folder / "link.txt"
         link.symlink_to(target)
-        self.run_program("generate", "strand:fibers=2", "-o", link)
+        self.run_program("generate", "helix:fibers=2", "-o", link)
         self.assertTrue(link.is_symlink())
         self.assertGreater(target.stat().st_size, 100)
 
     def test_progress_is_for_terminals(self):
         """A log would fill with it; a user would wait in the dark."""
-        self.run_program("info", "strand:fibers=50")
+        self.run_program("info", "helix:fibers=50")
         self.assertEqual(self.stderr, "")
         master, slave = os.openpty()
         process = subprocess.Popen(
-            [PROGRAM, "info", "strand:fibers=50"], stdout=subprocess.DEVNULL, stderr=slave
+            [PROGRAM, "info", "helix:fibers=50"], stdout=subprocess.DEVNULL, stderr=slave
         )
         os.close(slave)
         seen = b""
@@ -589,7 +589,7 @@ class WholeFiles(ProgramTest):
 class Page(ProgramTest):
     def test_opens_without_a_network(self):
         path = self.folder / "page.html"
-        self.run_program("view", "strand:fibers=5,segments=9", "-o", path)
+        self.run_program("view", "helix:fibers=5,segments=9", "-o", path)
         text = path.read_text(encoding="utf-8")
         self.assertNotRegex(text, r"""(?:src|href)\s*=\s*["'](?:https?:)?//""")
         self.assertIn("<!doctype html>", text)
@@ -597,7 +597,7 @@ class Page(ProgramTest):
         data = json.loads(text.split('class="fiber-viewer-data">', 1)[1].split("</script>", 1)[0])
         (scene,) = data["scenes"]
         self.assertEqual((scene["fibers"], scene["segments"]), (5, 45))
-        self.run_program("view", "strand:fibers=5,segments=9", "--fragment", "-o", path)
+        self.run_program("view", "helix:fibers=5,segments=9", "--fragment", "-o", path)
         self.assertNotIn("<html", path.read_text(encoding="utf-8"))
 
     def test_radii_are_of_files(self):
@@ -612,10 +612,10 @@ class Page(ProgramTest):
             firsts = [base64.b64decode(scene["radii"])[:4] for scene in scenes]
             return [round(struct.unpack("<f", first)[0], 6) for first in firsts]
 
-        strand = "strand:fibers=2,segments=3"
-        self.assertEqual(radii(thin, strand, thick, "-r", 0.25), [0.25, 0.0035, 0.25])
+        helix = "helix:fibers=2,segments=3"
+        self.assertEqual(radii(thin, helix, thick, "-r", 0.25), [0.25, 0.0035, 0.25])
         self.assertEqual(
-            radii("-r", 0.25, thin, strand + ",radius=0.125", thick, "-r", 0.5), [0.25, 0.125, 0.5]
+            radii("-r", 0.25, thin, helix + ",radius=0.125", thick, "-r", 0.5), [0.25, 0.125, 0.5]
         )
         self.run_program("view", thin, thick, *3 * ("-r", 1), "-o", page, code=2)
         self.assertIn("--radius is there 3 times, beside 2 files;", self.stderr)

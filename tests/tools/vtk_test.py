@@ -11,7 +11,7 @@ from vtkmodules.vtkFiltersCore import vtkFeatureEdges
 from vtkmodules.vtkIOPLY import vtkPLYReader
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
 
-SCENE = "strand:fibers=12,segments=15,radius=0.04"
+SCENE = "helix:fibers=12,segments=15,radius=0.04"
 SEGMENTS, FIBERS = 12 * 15, 12
 POINTS = SEGMENTS + FIBERS
 

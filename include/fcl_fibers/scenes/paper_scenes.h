@@ -27,8 +27,8 @@ namespace fcl_fibers::scenes {
 /// All throw std::invalid_argument if fibers or segments is below 1, or radius not finite or
 /// negative. "Touching pairs" are pairs of capsules, adjacent ones of a fiber left out; no other
 /// segments of a fiber touch. The paper gives their numbers for cases 3 and 4, but neither root
-/// areas nor how much fibers vary: those of makeHalfScalp() and makePaperStrand() were chosen so
-/// that the numbers come out within 15 %.
+/// areas nor how much fibers vary: those of makePaperHalfScalp() and makePaperStrand() were chosen
+/// so that the numbers come out within 15 %.
 
 /// Case 1, static assembly: the order of magnitude that fibers grow to with a common bend.
 ///
@@ -39,7 +39,7 @@ namespace fcl_fibers::scenes {
 ///
 /// 1,000 x 100: 14,800 touching pairs. Not turned, in state 1, fibers bend by less than 0.1 rad:
 /// all but parallel to z, the best case of boxes.
-struct StaticAssemblyParameters {
+struct PaperStaticParameters {
   int fibers = 1000;       ///< the paper: 50 to 1,000
   int segments = 100;      ///< per fiber
   int state = 40;          ///< of the trajectory: 0 straight, 100 a loop
@@ -50,11 +50,11 @@ struct StaticAssemblyParameters {
 };
 
 /// The scene of these parameters.
-FCL_FIBERS_SCENES_EXPORT FiberScene makeStaticAssembly(const StaticAssemblyParameters& parameters);
+FCL_FIBERS_SCENES_EXPORT FiberScene makePaperStatic(const PaperStaticParameters& parameters);
 
 /// Case 2, dynamic assembly: from parallel fibers, where boxes are thin, to a loop, where parts
 /// meet that are far from each other along the fibers.
-struct DynamicAssemblyParameters {
+struct PaperDynamicParameters {
   int fibers = 150;        ///< the paper's
   int segments = 100;      ///< per fiber
   double radius = 0.0035;  ///< of a human hair, in cm
@@ -63,19 +63,19 @@ struct DynamicAssemblyParameters {
 
 /// The assembly of case 1, not turned, whose loads replay a trajectory of a guide filament. Any
 /// number of threads may ask for scenes at once.
-class FCL_FIBERS_SCENES_EXPORT DynamicAssembly {
+class FCL_FIBERS_SCENES_EXPORT PaperDynamic {
  public:
   /// Solves the guide filament in all states, each from the one before. Throws
   /// std::invalid_argument as above, or if there are no states, and std::runtime_error where
   /// solveRod finds no equilibrium.
-  explicit DynamicAssembly(const DynamicAssemblyParameters& parameters,
-                           LoadTrajectory trajectory = loopTrajectory());
-  ~DynamicAssembly();
+  explicit PaperDynamic(const PaperDynamicParameters& parameters,
+                        LoadTrajectory trajectory = loopTrajectory());
+  ~PaperDynamic();
 
   /// What was moved from may be destroyed or assigned to, and nothing else.
   ///@{
-  DynamicAssembly(DynamicAssembly&&) noexcept;
-  DynamicAssembly& operator=(DynamicAssembly&&) noexcept;
+  PaperDynamic(PaperDynamic&&) noexcept;
+  PaperDynamic& operator=(PaperDynamic&&) noexcept;
   ///@}
 
   /// The number of states: 101 for 100 steps of deformation.
@@ -109,7 +109,7 @@ class FCL_FIBERS_SCENES_EXPORT DynamicAssembly {
 ///
 /// 50,000 x 50: 551,000 touching pairs; the paper's 550,000. Throws std::invalid_argument if fibers
 /// is above 50,000.
-struct HalfScalpParameters {
+struct PaperHalfScalpParameters {
   int fibers = 50000;      ///< the paper's; at most
   int segments = 50;       ///< per fiber
   double radius = 0.0035;  ///< of a human hair, in cm
@@ -118,7 +118,7 @@ struct HalfScalpParameters {
 };
 
 /// The scene of these parameters.
-FCL_FIBERS_SCENES_EXPORT FiberScene makeHalfScalp(const HalfScalpParameters& parameters);
+FCL_FIBERS_SCENES_EXPORT FiberScene makePaperHalfScalp(const PaperHalfScalpParameters& parameters);
 
 /// Case 4, strand: very many short segments, hardly longer than wide, of fibers that are almost
 /// parallel.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <fcl_fibers/scenes/strand.h>
+#include <fcl_fibers/scenes/helix.h>
 
 #include <cmath>
 #include <cstddef>
@@ -73,12 +73,12 @@ class Turn {
 
 }  // namespace
 
-FiberScene makeStrand(const StrandParameters& parameters) {
+FiberScene makeHelix(const HelixParameters& parameters) {
   if (parameters.fibers < 1) {
-    refuseArgument("makeStrand", "fibers", parameters.fibers, "ask for at least 1 fiber");
+    refuseArgument("makeHelix", "fibers", parameters.fibers, "ask for at least 1 fiber");
   }
   if (parameters.segments < 1) {
-    refuseArgument("makeStrand", "segments", parameters.segments,
+    refuseArgument("makeHelix", "segments", parameters.segments,
                    "ask for at least 1 segment per fiber");
   }
 
@@ -89,7 +89,7 @@ FiberScene makeStrand(const StrandParameters& parameters) {
   Random random(parameters.seed);
 
   FiberScene scene;
-  scene.radius = requireRadius<double>("makeStrand", parameters.radius);
+  scene.radius = requireRadius<double>("makeHelix", parameters.radius);
   scene.points.reserve(fibers * points_per_fiber);
   scene.point_begin.reserve(fibers + 1);
   for (std::size_t f = 0; f < fibers; ++f) {

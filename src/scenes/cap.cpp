@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <fcl_fibers/scenes/scalp.h>
+#include <fcl_fibers/scenes/cap.h>
 
 #include <cmath>
 #include <cstddef>
@@ -29,21 +29,21 @@ constexpr double kDeviation = 0.01;
 
 }  // namespace
 
-FiberScene makeScalp(const ScalpParameters& parameters) {
+FiberScene makeCap(const CapParameters& parameters) {
   const double cap_height = parameters.fibers / (kRootsPerArea * 2 * kPi * kHeadRadius);
   constexpr int kMostFibers = 330809;
   if (parameters.fibers < 1 || parameters.fibers > kMostFibers) {
-    refuseArgument("makeScalp", "fibers", parameters.fibers,
+    refuseArgument("makeCap", "fibers", parameters.fibers,
                    "ask for at least 1 fiber and for no more than the head has room for, 330809");
   }
   if (parameters.segments < 1) {
-    refuseArgument("makeScalp", "segments", parameters.segments,
+    refuseArgument("makeCap", "segments", parameters.segments,
                    "ask for at least 1 segment per fiber");
   }
 
   const auto fibers = static_cast<std::size_t>(parameters.fibers);
   FiberScene scene;
-  scene.radius = requireRadius<double>("makeScalp", parameters.radius);
+  scene.radius = requireRadius<double>("makeCap", parameters.radius);
   scene.points.reserve(fibers * (static_cast<std::size_t>(parameters.segments) + 1));
   scene.point_begin.reserve(fibers + 1);
   for (std::size_t f = 0; f < fibers; ++f) {

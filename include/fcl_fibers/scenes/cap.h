@@ -8,8 +8,8 @@
 
 namespace fcl_fibers::scenes {
 
-/// The head of hair scalp-325: lengths in cm.
-struct ScalpParameters {
+/// The scene `cap`, a head of hair: lengths in cm.
+struct CapParameters {
   int fibers = 50000;      ///< at most 330,809
   int segments = 50;       ///< per fiber, each of 0.3 cm
   double radius = 0.0035;  ///< of a human hair
@@ -34,6 +34,6 @@ struct ScalpParameters {
 ///
 /// Throws std::invalid_argument if fibers is below 1 or above 330,809 (the whole sphere), segments
 /// is below 1, or radius not finite or negative.
-FCL_FIBERS_SCENES_EXPORT FiberScene makeScalp(const ScalpParameters& parameters);
+FCL_FIBERS_SCENES_EXPORT FiberScene makeCap(const CapParameters& parameters);
 
 }  // namespace fcl_fibers::scenes

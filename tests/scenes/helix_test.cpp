@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <fcl_fibers/scenes/strand.h>
+#include <fcl_fibers/scenes/helix.h>
 
 #include <algorithm>
 #include <cmath>
@@ -20,8 +20,8 @@ using testing::ThrowsMessage;
 
 constexpr double kPi = 3.141592653589793;
 
-StrandParameters parametersOf(int fibers, int segments) {
-  StrandParameters parameters;
+HelixParameters parametersOf(int fibers, int segments) {
+  HelixParameters parameters;
   parameters.fibers = fibers;
   parameters.segments = segments;
   return parameters;
@@ -84,9 +84,9 @@ void expectDeviates(const std::vector<double>& numbers, double mean, double devi
   EXPECT_NEAR(squares / n, deviation * deviation, 5 * deviation * deviation * std::sqrt(2 / n));
 }
 
-TEST(Strand, HasTheFibersAndSegmentsAskedFor) {
+TEST(Helix, HasTheFibersAndSegmentsAskedFor) {
   // If this fails, the scene is not of the size it is named after.
-  const FiberScene scene = makeStrand(parametersOf(7, 5));
+  const FiberScene scene = makeHelix(parametersOf(7, 5));
   EXPECT_EQ(scene.radius, 0.0035);
   EXPECT_EQ(scene.fiberCount(), 7U);
   EXPECT_EQ(scene.segmentCount(), 35U);
@@ -94,10 +94,10 @@ TEST(Strand, HasTheFibersAndSegmentsAskedFor) {
   EXPECT_EQ(scene.points.size(), 42U);
 }
 
-TEST(Strand, RootsFillTheirEllipseUniformly) {
+TEST(Helix, RootsFillTheirEllipseUniformly) {
   // If this fails, fibers are denser or sparser somewhere than 325 a square centimetre.
   const int fibers = 20000;
-  const FiberScene scene = makeStrand(parametersOf(fibers, 2));
+  const FiberScene scene = makeHelix(parametersOf(fibers, 2));
   const double area = fibers / 325.0;
   const double minor = std::sqrt(area / (1.5 * kPi));
   const double major = 1.5 * minor;
@@ -123,10 +123,10 @@ TEST(Strand, RootsFillTheirEllipseUniformly) {
   }
 }
 
-TEST(Strand, HelicesVaryAsDescribed) {
+TEST(Helix, HelicesVaryAsDescribed) {
   // If this fails, turns, radius or phase are not those of the closed form.
   const int segments = 100;
-  const FiberScene scene = makeStrand(parametersOf(4000, segments));
+  const FiberScene scene = makeHelix(parametersOf(4000, segments));
   std::vector<double> turns, radii, phases;
   for (const SeenHelix& helix : seeHelices(scene, segments)) {
     turns.push_back(helix.angular_rate * 30 / (2 * kPi));
@@ -138,10 +138,10 @@ TEST(Strand, HelicesVaryAsDescribed) {
   expectDeviates(phases, 0, 0.02);
 }
 
-TEST(Strand, EveryPointIsOnItsHelix) {
+TEST(Helix, EveryPointIsOnItsHelix) {
   // If this fails, the fibers are no helices parametrised by arc length.
   const int segments = 60;
-  const FiberScene scene = makeStrand(parametersOf(50, segments));
+  const FiberScene scene = makeHelix(parametersOf(50, segments));
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     const SeenHelix helix = seeHelix(scene, f, segments, 0);
     const double slope = helix.radius * helix.angular_rate;
@@ -158,18 +158,18 @@ TEST(Strand, EveryPointIsOnItsHelix) {
   }
 }
 
-TEST(Strand, WideHelicesAreNarrowedSoThatTheyRise) {
+TEST(Helix, WideHelicesAreNarrowedSoThatTheyRise) {
   // If this fails, helices of unlucky seeds are flat or NaN.
-  StrandParameters parameters = parametersOf(26, 100);
+  HelixParameters parameters = parametersOf(26, 100);
   parameters.seed = 20970;  // Fiber 25 draws turns and radius with R w = 0.9617.
-  const SeenHelix helix = seeHelix(makeStrand(parameters), 25, 100, 0);
+  const SeenHelix helix = seeHelix(makeHelix(parameters), 25, 100, 0);
   EXPECT_NEAR(helix.radius * helix.angular_rate, 0.95, 1e-9);
   EXPECT_NEAR(helix.rise, std::sqrt(1 - 0.95 * 0.95), 1e-9);
 }
 
-TEST(Strand, FibersAreThirtyCentimetresLong) {
+TEST(Helix, FibersAreThirtyCentimetresLong) {
   // If this fails, the scene is not the one that results are known for.
-  const FiberScene scene = makeStrand(parametersOf(20, 2000));
+  const FiberScene scene = makeHelix(parametersOf(20, 2000));
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     double length = 0;
     for (std::size_t i = scene.point_begin[f] + 1; i < scene.point_begin[f + 1]; ++i) {
@@ -181,24 +181,24 @@ TEST(Strand, FibersAreThirtyCentimetresLong) {
   }
 }
 
-TEST(Strand, SameSeedSameScene) {
+TEST(Helix, SameSeedSameScene) {
   // If this fails, no result about a scene can be repeated.
-  StrandParameters parameters = parametersOf(30, 20);
+  HelixParameters parameters = parametersOf(30, 20);
   parameters.seed = 42;
-  const FiberScene scene = makeStrand(parameters);
-  EXPECT_EQ(makeStrand(parameters).points, scene.points);
+  const FiberScene scene = makeHelix(parameters);
+  EXPECT_EQ(makeHelix(parameters).points, scene.points);
 
   parameters.seed = 43;
-  const FiberScene other = makeStrand(parameters);
+  const FiberScene other = makeHelix(parameters);
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     EXPECT_NE(other.points[i], scene.points[i]);
   }
 }
 
-TEST(Strand, MoreSegmentsRefineTheSameFibers) {
+TEST(Helix, MoreSegmentsRefineTheSameFibers) {
   // If this fails, scenes of different resolution cannot be compared.
-  const FiberScene coarse = makeStrand(parametersOf(9, 10));
-  const FiberScene fine = makeStrand(parametersOf(9, 30));
+  const FiberScene coarse = makeHelix(parametersOf(9, 10));
+  const FiberScene fine = makeHelix(parametersOf(9, 30));
   for (std::size_t f = 0; f < 9; ++f) {
     for (std::size_t i = 0; i <= 10; ++i) {
       EXPECT_EQ(coarse.points[f * 11 + i], fine.points[f * 31 + 3 * i]);
@@ -206,10 +206,10 @@ TEST(Strand, MoreSegmentsRefineTheSameFibers) {
   }
 }
 
-TEST(Strand, MoreFibersKeepTheHelicesOfTheFirst) {
+TEST(Helix, MoreFibersKeepTheHelicesOfTheFirst) {
   // If this fails, the random numbers of a fiber depend on the fibers after it.
-  const std::vector<SeenHelix> few = seeHelices(makeStrand(parametersOf(9, 50)), 50);
-  const std::vector<SeenHelix> many = seeHelices(makeStrand(parametersOf(36, 50)), 50);
+  const std::vector<SeenHelix> few = seeHelices(makeHelix(parametersOf(9, 50)), 50);
+  const std::vector<SeenHelix> many = seeHelices(makeHelix(parametersOf(36, 50)), 50);
   for (std::size_t f = 0; f < few.size(); ++f) {
     EXPECT_NEAR(many[f].radius, few[f].radius, 1e-9);
     EXPECT_NEAR(many[f].angular_rate, few[f].angular_rate, 1e-9);
@@ -220,15 +220,15 @@ TEST(Strand, MoreFibersKeepTheHelicesOfTheFirst) {
   }
 }
 
-TEST(Strand, FramesTurnPhaseAndStrandAndNothingElse) {
+TEST(Helix, FramesTurnPhaseAndHelixAndNothingElse) {
   // If this fails, the motion is not the one that updates are measured with.
   const int segments = 50;
-  StrandParameters parameters = parametersOf(40, segments);
-  const FiberScene still = makeStrand(parameters);
+  HelixParameters parameters = parametersOf(40, segments);
+  const FiberScene still = makeHelix(parameters);
   const std::vector<SeenHelix> before = seeHelices(still, segments);
   for (const int frame : {-3, 1, 10}) {
     parameters.frame = frame;
-    const FiberScene moved = makeStrand(parameters);
+    const FiberScene moved = makeHelix(parameters);
     ASSERT_EQ(moved.point_begin, still.point_begin);
     const std::vector<SeenHelix> after = seeHelices(moved, segments, frame);
     for (std::size_t f = 0; f < still.fiberCount(); ++f) {
@@ -240,12 +240,12 @@ TEST(Strand, FramesTurnPhaseAndStrandAndNothingElse) {
   }
 }
 
-TEST(Strand, FramesMoveEveryPointAndStretchNothing) {
+TEST(Helix, FramesMoveEveryPointAndStretchNothing) {
   // If this fails, parts of the scene stand still, or fibers grow.
-  StrandParameters parameters = parametersOf(40, 50);
-  const FiberScene still = makeStrand(parameters);
+  HelixParameters parameters = parametersOf(40, 50);
+  const FiberScene still = makeHelix(parameters);
   parameters.frame = 1;
-  const FiberScene moved = makeStrand(parameters);
+  const FiberScene moved = makeHelix(parameters);
   for (std::size_t f = 0; f < still.fiberCount(); ++f) {
     for (std::size_t i = still.point_begin[f]; i < still.point_begin[f + 1]; ++i) {
       EXPECT_GT(distance(moved.points[i], still.points[i]), 1e-6);
@@ -256,27 +256,27 @@ TEST(Strand, FramesMoveEveryPointAndStretchNothing) {
   }
 }
 
-TEST(Strand, RefusesSizesBelowOne) {
+TEST(Helix, RefusesSizesBelowOne) {
   // If this fails, a mistyped size gives an empty scene or a crash.
   for (const int bad : {0, -1, std::numeric_limits<int>::min()}) {
     const std::string value = std::to_string(bad);
-    EXPECT_THAT([bad] { makeStrand(parametersOf(bad, 1)); },
+    EXPECT_THAT([bad] { makeHelix(parametersOf(bad, 1)); },
                 ThrowsMessage<std::invalid_argument>(
-                    HasSubstr("makeStrand: fibers is " + value + "; ask for at least 1")));
-    EXPECT_THAT([bad] { makeStrand(parametersOf(1, bad)); },
+                    HasSubstr("makeHelix: fibers is " + value + "; ask for at least 1")));
+    EXPECT_THAT([bad] { makeHelix(parametersOf(1, bad)); },
                 ThrowsMessage<std::invalid_argument>(
-                    HasSubstr("makeStrand: segments is " + value + "; ask for at least 1")));
+                    HasSubstr("makeHelix: segments is " + value + "; ask for at least 1")));
   }
 }
 
-TEST(Strand, RefusesARadiusThatIsNone) {
+TEST(Helix, RefusesARadiusThatIsNone) {
   // If this fails, the scene has a radius that no query can answer for.
-  StrandParameters parameters = parametersOf(1, 1);
+  HelixParameters parameters = parametersOf(1, 1);
   for (const double bad : {-0.1, std::nan(""), std::numeric_limits<double>::infinity()}) {
     parameters.radius = bad;
-    EXPECT_THAT([&] { makeStrand(parameters); },
+    EXPECT_THAT([&] { makeHelix(parameters); },
                 ThrowsMessage<std::invalid_argument>(
-                    AllOf(HasSubstr("makeStrand: radius is "), HasSubstr("give a finite"))));
+                    AllOf(HasSubstr("makeHelix: radius is "), HasSubstr("give a finite"))));
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <fcl_fibers/scenes/scalp.h>
+#include <fcl_fibers/scenes/cap.h>
 
 #include <algorithm>
 #include <cmath>
@@ -20,8 +20,8 @@ using testing::ThrowsMessage;
 
 constexpr double kPi = 3.141592653589793;
 
-ScalpParameters parametersOf(int fibers, int segments) {
-  ScalpParameters parameters;
+CapParameters parametersOf(int fibers, int segments) {
+  CapParameters parameters;
   parameters.fibers = fibers;
   parameters.segments = segments;
   return parameters;
@@ -33,19 +33,19 @@ double distance(const Point& p, const Point& q) {
   return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
 }
 
-TEST(Scalp, HasTheFibersAndSegmentsAskedFor) {
+TEST(Cap, HasTheFibersAndSegmentsAskedFor) {
   // If this fails, the scene is not of the size it is named after.
-  const FiberScene scene = makeScalp(parametersOf(7, 5));
+  const FiberScene scene = makeCap(parametersOf(7, 5));
   EXPECT_EQ(scene.radius, 0.0035);
   EXPECT_THAT(scene.point_begin, testing::ElementsAre(0, 6, 12, 18, 24, 30, 36, 42));
   EXPECT_EQ(scene.points.size(), 42U);
 }
 
-TEST(Scalp, RootsFillTheirCapUniformly) {
+TEST(Cap, RootsFillTheirCapUniformly) {
   // If this fails, fibers are denser or sparser somewhere than 325 a square centimetre. The area of
   // a cap is proportional to its height (Archimedes).
   const int fibers = 20000;
-  const FiberScene scene = makeScalp(parametersOf(fibers, 1));
+  const FiberScene scene = makeCap(parametersOf(fibers, 1));
   const double height = fibers / 325.0 / (2 * kPi * 9);
   std::vector<double> shares;
   int quadrants[4] = {};
@@ -68,10 +68,10 @@ TEST(Scalp, RootsFillTheirCapUniformly) {
   }
 }
 
-TEST(Scalp, SegmentsAreOfOneLengthOutsideTheSphere) {
+TEST(Cap, SegmentsAreOfOneLengthOutsideTheSphere) {
   // If this fails, fibers grow into the head, or their segments differ. Where a point is put back
   // on the sphere, its segment is shorter.
-  const FiberScene scene = makeScalp(parametersOf(3000, 50));
+  const FiberScene scene = makeCap(parametersOf(3000, 50));
   std::size_t shortened = 0;
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     for (std::size_t i = scene.point_begin[f] + 1; i < scene.point_begin[f + 1]; ++i) {
@@ -88,10 +88,10 @@ TEST(Scalp, SegmentsAreOfOneLengthOutsideTheSphere) {
   EXPECT_LE(shortened, scene.segmentCount() / 100);
 }
 
-TEST(Scalp, FibersLeaveAlongTheNormalAndFall) {
+TEST(Cap, FibersLeaveAlongTheNormalAndFall) {
   // If this fails, the turning has another rate or sign. Far from the top, where fibers stand for a
   // while.
-  const FiberScene scene = makeScalp(parametersOf(30000, 50));
+  const FiberScene scene = makeCap(parametersOf(30000, 50));
   int fallen = 0;
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     const Point* p = &scene.points[scene.point_begin[f]];
@@ -104,21 +104,21 @@ TEST(Scalp, FibersLeaveAlongTheNormalAndFall) {
   EXPECT_GT(fallen, 5000);
 }
 
-TEST(Scalp, SameSeedSameScene) {
+TEST(Cap, SameSeedSameScene) {
   // If this fails, no result about a scene can be repeated.
-  ScalpParameters parameters = parametersOf(30, 20);
+  CapParameters parameters = parametersOf(30, 20);
   parameters.seed = 42;
-  const FiberScene scene = makeScalp(parameters);
-  EXPECT_EQ(makeScalp(parameters).points, scene.points);
+  const FiberScene scene = makeCap(parameters);
+  EXPECT_EQ(makeCap(parameters).points, scene.points);
   parameters.seed = 43;
-  const FiberScene other = makeScalp(parameters);
+  const FiberScene other = makeCap(parameters);
   for (std::size_t i = 0; i < scene.points.size(); ++i) EXPECT_NE(other.points[i], scene.points[i]);
 }
 
-TEST(Scalp, MoreSegmentsLengthenTheSameFibers) {
+TEST(Cap, MoreSegmentsLengthenTheSameFibers) {
   // If this fails, scenes of different length cannot be compared.
-  const FiberScene shorter = makeScalp(parametersOf(9, 10));
-  const FiberScene longer = makeScalp(parametersOf(9, 30));
+  const FiberScene shorter = makeCap(parametersOf(9, 10));
+  const FiberScene longer = makeCap(parametersOf(9, 30));
   for (std::size_t f = 0; f < 9; ++f) {
     for (std::size_t i = 0; i <= 10; ++i) {
       EXPECT_EQ(shorter.points[f * 11 + i], longer.points[f * 31 + i]);
@@ -126,15 +126,15 @@ TEST(Scalp, MoreSegmentsLengthenTheSameFibers) {
   }
 }
 
-TEST(Scalp, FramesMoveALittle) {
+TEST(Cap, FramesMoveALittle) {
   // If this fails, a frame is no small motion, or none. Only fibers at the top may fall to another
   // side.
-  ScalpParameters parameters = parametersOf(30000, 50);
+  CapParameters parameters = parametersOf(30000, 50);
   for (const int frame : {-1, 0, 30}) {
     parameters.frame = frame;
-    const FiberScene still = makeScalp(parameters);
+    const FiberScene still = makeCap(parameters);
     ++parameters.frame;
-    const FiberScene moved = makeScalp(parameters);
+    const FiberScene moved = makeCap(parameters);
     double farthest = 0;
     for (std::size_t f = 0; f < still.fiberCount(); ++f) {
       const std::size_t begin = still.point_begin[f];
@@ -149,22 +149,22 @@ TEST(Scalp, FramesMoveALittle) {
   }
 }
 
-TEST(Scalp, RefusesWhatIsNoHead) {
+TEST(Cap, RefusesWhatIsNoHead) {
   // If this fails, a mistyped size gives an empty scene or a crash.
   for (const int bad : {0, -1, 330810, std::numeric_limits<int>::max()}) {
-    EXPECT_THAT([bad] { makeScalp(parametersOf(bad, 1)); },
+    EXPECT_THAT([bad] { makeCap(parametersOf(bad, 1)); },
                 ThrowsMessage<std::invalid_argument>(
-                    HasSubstr("makeScalp: fibers is " + std::to_string(bad) + "; ask for")));
+                    HasSubstr("makeCap: fibers is " + std::to_string(bad) + "; ask for")));
   }
-  EXPECT_THAT([] { makeScalp(parametersOf(1, 0)); },
+  EXPECT_THAT([] { makeCap(parametersOf(1, 0)); },
               ThrowsMessage<std::invalid_argument>(
-                  HasSubstr("makeScalp: segments is 0; ask for at least 1")));
-  ScalpParameters parameters = parametersOf(1, 1);
+                  HasSubstr("makeCap: segments is 0; ask for at least 1")));
+  CapParameters parameters = parametersOf(1, 1);
   for (const double bad : {-0.1, std::nan(""), std::numeric_limits<double>::infinity()}) {
     parameters.radius = bad;
-    EXPECT_THAT([&] { makeScalp(parameters); },
+    EXPECT_THAT([&] { makeCap(parameters); },
                 ThrowsMessage<std::invalid_argument>(
-                    AllOf(HasSubstr("makeScalp: radius is "), HasSubstr("give a finite"))));
+                    AllOf(HasSubstr("makeCap: radius is "), HasSubstr("give a finite"))));
   }
 }
 

@@ -7,8 +7,8 @@
 
 namespace fcl_fibers::scenes {
 
-/// The helical strand strand-325: lengths in cm.
-struct StrandParameters {
+/// The scene `helix`, like a strand of hair: lengths in cm.
+struct HelixParameters {
   int fibers = 1000;       ///< any number, at one density
   int segments = 100;      ///< per fiber
   double radius = 0.0035;  ///< of a human hair
@@ -35,6 +35,6 @@ struct StrandParameters {
 /// spread with the ellipse). Platforms differ by the rounding of their sin, cos and log.
 ///
 /// Throws std::invalid_argument if fibers or segments is below 1, or radius not finite or negative.
-FCL_FIBERS_SCENES_EXPORT FiberScene makeStrand(const StrandParameters& parameters);
+FCL_FIBERS_SCENES_EXPORT FiberScene makeHelix(const HelixParameters& parameters);
 
 }  // namespace fcl_fibers::scenes
