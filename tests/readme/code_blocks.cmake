@@ -1,9 +1,9 @@
 # Takes the C++ of a Markdown file apart, for a program that includes it:
 #
-#   cmake -DMARKDOWN=README.md -DCOUNT=3 -DOUTPUT=blocks/readme -P code_blocks.cmake
+#   cmake -DMARKDOWN=docs/files.md -DCOUNT=1 -DOUTPUT=blocks/files -P code_blocks.cmake
 #
-# writes, of the n-th block ```cpp from 0, its #include lines to readme_n_includes.inc and all other
-# lines to readme_n_code.inc. Compilers give places in the Markdown file. COUNT is how many blocks
+# writes, of the n-th block ```cpp from 0, its #include lines to files_n_includes.inc and all other
+# lines to files_n_code.inc. Compilers give places in the Markdown file. COUNT is how many blocks
 # there have to be, so that none is left out.
 file(READ ${MARKDOWN} rest)
 # CMake takes these apart where it makes lists.

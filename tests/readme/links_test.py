@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whether what the Markdown files link to is there, file and heading, and nothing in them is left to
-be done. Addresses of the web are not asked for."""
+"""Whether what the Markdown files link to is there, file and heading, nothing in them is left to be
+done, and the README's program is examples/minimal.cpp with its output. Addresses of the web are not
+asked for."""
 
 import re
 import sys
@@ -57,8 +58,27 @@ def what_is_wrong(path, link):
     return None
 
 
-def main():
+def first_program_errors():
+    """examples/CMakeLists.txt runs the program and has its output as a regular expression."""
+    blocks = re.findall(
+        r"^```(cpp|text)\n(.*?)^```", (ROOT / "README.md").read_text(encoding="utf-8"), re.M | re.S
+    )
+    if [language for language, _ in blocks] != ["cpp", "text"]:
+        return ["README.md: there is not one block of C++ and then one of its output"]
+    (_, program), (_, output) = blocks
+    _, _, minimal = (ROOT / "examples/minimal.cpp").read_text(encoding="utf-8").partition("\n")
+    examples = (ROOT / "examples/CMakeLists.txt").read_text(encoding="utf-8")
+    expected = re.search(r"fcl_fibers_example\(minimal EXPECTED \"(.*)\"\)", examples)[1]
     errors = []
+    if program != minimal:
+        errors.append("README.md: the program is not examples/minimal.cpp")
+    if not re.fullmatch(expected, output.rstrip("\n"), re.S):
+        errors.append(f"README.md: the output is not that of examples/CMakeLists.txt: {expected}")
+    return errors
+
+
+def main():
+    errors = first_program_errors()
     links = 0
     for path in sorted({path for pattern in PATTERNS for path in ROOT.glob(pattern)}):
         text = path.read_text(encoding="utf-8")

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// The C++ of README.md and docs/choosing.md (code_blocks.cmake), with what it takes for granted
-// declared before it.
+// The C++ of docs/choosing.md and docs/files.md (code_blocks.cmake), with what it takes for granted
+// declared before it. The README's program is examples/minimal.cpp (links_test.py).
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -19,10 +19,9 @@
 #include "scenes/files/file_support.h"
 
 // clang-format off
-#include "readme_0_includes.inc"
-#include "readme_1_includes.inc"
-#include "readme_2_includes.inc"
 #include "choosing_0_includes.inc"
+#include "choosing_1_includes.inc"
+#include "files_0_includes.inc"
 // clang-format on
 
 namespace {
@@ -66,17 +65,8 @@ bool callback(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* data) {
   return false;
 }
 
-// The first code that a user tries would not compile, or report other pairs than it says.
-TEST(Readme, ManagerOnTheFirstScreen) {
-  const Objects objects(crossing());
-  const std::vector<Fiber>& fibers = objects.fibers;
-  Pairs data;
-#include "readme_0_code.inc"
-  const std::pair middle(fibers[0][1], fibers[1][1]);
-  EXPECT_THAT(data, testing::ElementsAre(middle, middle));
-}
-
-TEST(Readme, TreeOverArrays) {
+// Code that a user copies would not compile, or report other pairs than it says.
+TEST(Choosing, TreeOverArrays) {
   const fcl_fibers::scenes::FiberScene scene = crossing();
   std::vector<float> points;
   for (const fcl_fibers::scenes::Point& point : scene.points) {
@@ -87,12 +77,12 @@ TEST(Readme, TreeOverArrays) {
   const float radius = 0.1F;
   std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
   const auto touched = [&](std::int32_t a, std::int32_t b) { pairs.push_back({a, b}); };
-#include "readme_1_code.inc"
+#include "choosing_1_code.inc"
   EXPECT_THAT(pairs, testing::Contains(std::pair(1, 5)));
   EXPECT_EQ(pairs.size(), 1 + 4U) << "with adjacent segments";
 }
 
-TEST(Readme, FibersFromAFile) {
+TEST(Files, FibersFromAFile) {
   fcl_fibers::scenes::FileBytes bytes;
   bytes.zeros(160).setLittle(0, 4.0F).setLittle(4, 2U).setLittle(8, 4U).setLittle(12, 160U);
   for (const fcl_fibers::scenes::Point& point : crossing().points) {
@@ -102,7 +92,7 @@ TEST(Readme, FibersFromAFile) {
   std::ofstream("ponytail.tfx", std::ios::binary) << bytes.bytes();
   fcl_fibers::FiberTree tree;
   fcl_fibers::LayeredAABBTreeCollisionManagerd manager;
-#include "readme_2_code.inc"
+#include "files_0_code.inc"
   EXPECT_EQ(tree.segmentCount(), 6U);
   EXPECT_EQ(manager.size(), 6U);
   EXPECT_EQ(manager.fiberSegment(objects.back().get()).fiber, 1U);
