@@ -127,12 +127,12 @@ void addPicture(CLI::App& command, const char* name, std::string& path, const ch
 }
 
 void addScene(CLI::App& command, Arguments& arguments) {
-  command.add_option("SCENE", arguments.scene, "a file, or a scene that is made")
+  command.add_option("SCENE", arguments.scene, "A file or a generated scene")
       ->required()
       ->type_name("");
   command
       .add_option("-r,--radius", arguments.radius,
-                  "of all fibers of a file, in its unit, instead of its own")
+                  "Radius of all fibers, in the file's unit (overrides the file)")
       ->check(zeroOrMore())
       ->type_name("LENGTH");
 }
@@ -148,20 +148,22 @@ void addChoice(CLI::App& command, const char* name, Value& value,
 void addTree(CLI::App& command, FiberTreeOptions& tree) {
   command
       .add_option("-n,--ignored-neighbors", tree.ignored_neighbors,
-                  "segments so near along a fiber are no pair; default 1, adjacent")
+                  "Ignore pairs up to N segments apart on the same fiber (default 1)")
       ->check(zeroOrMore())
       ->type_name("N");
   command
       .add_option("-a,--ignored-arc-length", tree.ignored_arc_length,
-                  "nor with this much of it, or less, between them; 0 by default")
+                  "Ignore pairs closer than LENGTH along the same fiber (default 0)")
       ->check(zeroOrMore())
       ->type_name("LENGTH");
-  command.add_option("-m,--margin", tree.margin, "pairs this close count; 0 by default")
+  command.add_option("-m,--margin", tree.margin, "Report pairs up to LENGTH apart (default 0)")
       ->check(zeroOrMore())
       ->type_name("LENGTH");
   addChoice(command, "--topology", tree.topology, kTopologies, "bundle|super-thread",
-            "of the tree; super-thread is the paper's");
-  command.add_option("--threads", tree.threads, "1 by default")->check(aboveZero())->type_name("N");
+            "Shape of the tree; super-thread is the paper's (default bundle)");
+  command.add_option("--threads", tree.threads, "Threads to use (default 1)")
+      ->check(aboveZero())
+      ->type_name("N");
 }
 
 int run(int argc, char** argv) {
@@ -171,9 +173,9 @@ int run(int argc, char** argv) {
   CLI::App app("Finds collisions among fibers: hair, cables, ropes, yarn.", "fcl_fibers");
   app.footer(
       sceneHelp() +
-      "\nThe exit code is 2 where something is wrong, and says so on stderr; check returns "
-      "1 if it\nfinds contacts, bench if a manager misses a pair. Files are written whole or "
-      "not at all.\n`fcl_fibers COMMAND --help` tells more.");
+      "\nExit code 2 is an error, with its message on stderr. `check` returns 1 if it finds "
+      "contacts,\n`bench` if a manager misses a pair. Files are written whole or not at all.\n"
+      "`fcl_fibers COMMAND --help` lists the options of a command.");
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
   app.set_version_flag("--version", FCL_FIBERS_VERSION);
@@ -182,38 +184,42 @@ int run(int argc, char** argv) {
   addScene(generate, arguments);
   generate
       .add_option("-o,--output", arguments.path,
-                  "the file: .vtp (ParaView), .ply, .hair, or .txt of polylines")
+                  "File to write: .vtp (ParaView), .ply, .hair, or .txt of polylines")
       ->required()
       ->type_name("FILE");
 
   CLI::App& info = *app.add_subcommand("info", "Count and measure a scene, and warn.");
   addScene(info, arguments);
-  info.add_flag("--json", arguments.json, "for programs");
+  info.add_flag("--json", arguments.json, "Print JSON, for programs");
 
   CLI::App& check = *app.add_subcommand("check", "List the segments that touch.");
   addScene(check, arguments);
   addTree(check, arguments.tree);
   addChoice(check, "--report", arguments.tree.report, kReports, "capsules|volumes",
-            "capsules that touch, the default, or volumes that overlap");
+            "Capsules that touch, or volumes that overlap (default capsules)");
   addChoice(check, "--volumes", arguments.tree.volumes, kVolumes, "boxes|spheres",
-            "of the tree; boxes by default");
-  CLI::Option* const json = check.add_flag("--json", arguments.json, "list all as JSON");
-  check.add_flag("--csv", arguments.csv, "list all as comma-separated values")->excludes(json);
-  check.add_option("-o,--output", arguments.check.path, "write the list there, not to stdout")
+            "Volumes of the tree (default boxes)");
+  CLI::Option* const json = check.add_flag("--json", arguments.json, "List all contacts as JSON");
+  check.add_flag("--csv", arguments.csv, "List all contacts as comma-separated values")
+      ->excludes(json);
+  check.add_option("-o,--output", arguments.check.path, "Write the list to FILE instead of stdout")
       ->type_name("FILE");
   addPicture(check, "--write-segments", arguments.check.segments_path,
-             "segments with `fiber`, `segment` and `touching`");
+             "Write the segments, with `fiber`, `segment` and `touching`");
   addPicture(check, "--write-contacts", arguments.check.contacts_path,
-             "a point between the two segments of each pair");
+             "Write a point between the two segments of each pair");
   addPicture(check, "--write-volumes", arguments.check.volumes_path,
-             "volumes of one level of the tree");
-  check.add_option("--depth", arguments.check.depth, "of that level; the root is 0, default is 2")
+             "Write the volumes of one level of the tree");
+  check
+      .add_option("--depth", arguments.check.depth,
+                  "Depth of that level; the root is 0 (default 2)")
       ->check(zeroOrMore())
       ->type_name("N")
       ->group("Pictures, .vtp or .ply");
   check.footer(
-      "The exit code is 0 without contacts, 1 with contacts, 2 where something is wrong.\n"
-      "CSV has a line for each contact; so has JSON, with points and normals as lists:\n"
+      "The exit code is 0 without contacts, 1 with contacts, 2 after an error.\n"
+      "CSV has a line for each contact. JSON has the same names, with points and normals as "
+      "lists:\n"
       "  fiber_a, segment_a, s   one segment, counted from 0, and where along it: 0 to 1\n"
       "  fiber_b, segment_b, t   the other one\n"
       "  distance                from surface to surface, negative where they overlap\n"
@@ -223,45 +229,46 @@ int run(int argc, char** argv) {
 
   CLI::App& bench = *app.add_subcommand("bench", "Time our managers and FCL's on a scene.");
   addScene(bench, arguments);
-  bench.add_flag("--all", arguments.bench.all, "all of FCL's managers, and the paper's trees");
-  bench.add_option("--repetitions", arguments.bench.repetitions, "9 by default")
+  bench.add_flag("--all", arguments.bench.all, "Time all of FCL's managers, and the paper's trees");
+  bench.add_option("--repetitions", arguments.bench.repetitions, "Repetitions (default 9)")
       ->check(aboveZero())
       ->type_name("N");
   bench
       .add_option("--limit", arguments.bench.limit,
-                  "what takes longer for a phase is left out; 10 by default")
+                  "Leave out a manager whose phase takes longer (default 10)")
       ->check(aboveZero())
       ->type_name("SECONDS");
-  bench.add_flag("--json", arguments.json, "for programs");
+  bench.add_flag("--json", arguments.json, "Print JSON, for programs");
   bench.footer(
-      "A file's fibers swing about their first points; other scenes move to their next "
+      "Fibers of a file swing about their first points; generated scenes move to their next "
       "frame.");
 
   CLI::App& view = *app.add_subcommand("view", "Write a page that shows scenes in 3D, offline.");
-  view.add_option("SCENES", arguments.scenes, "files, or scenes that are made")
+  view.add_option("SCENES", arguments.scenes, "Files or generated scenes")
       ->required()
       ->type_name("");
-  view.add_option("-r,--radius", arguments.radii,
-                  "of all fibers of the files; several: of each file, in order")
+  view.add_option("-r,--radius", arguments.radii, "Radius of all files, or of each file in order")
       ->check(zeroOrMore())
       ->allow_extra_args(false)
       ->type_name("LENGTH");
-  view.add_option("-o,--output", arguments.view.path, "the page, .html")
+  view.add_option("-o,--output", arguments.view.path, "Page to write, .html")
       ->required()
       ->type_name("FILE");
   addTree(view, arguments.tree);
-  view.add_option("--depth", arguments.view.depth, "of the deepest volumes; 2 by default")
+  view.add_option("--depth", arguments.view.depth, "Depth of the deepest volumes (default 2)")
       ->check(CLI::Range(0, 8).description(""))
       ->type_name("N");
   view.add_option("--points", arguments.view.points,
-                  "drawn of a scene, all frames together; 1,000,000 by default")
+                  "Points drawn of a scene, all frames together (default 1,000,000)")
       ->check(CLI::Range(std::size_t{1000}, std::size_t{100000000}).description(""))
       ->type_name("N");
-  view.add_flag("--fragment", arguments.view.fragment, "without a head, for another page");
+  view.add_flag("--fragment", arguments.view.fragment,
+                "Write a fragment without a head, for another page");
   view.footer(
-      "A scene that is made has its own radius, or the key `radius`.\n"
-      "Frames of a scene are played: `paper-dynamic`, or `helix:frames=0:100:5`. Of more points "
-      "than\n--points every nth fiber and point is drawn; contacts are of all.");
+      "Generated scenes have a radius of their own, or the key `radius`.\n"
+      "Scenes with frames are played: `paper-dynamic`, or `helix:frames=0:100:5`.\n"
+      "If a scene has more points than --points, every nth fiber and point is drawn.\n"
+      "Contacts are of all points.");
 
   try {
     app.parse(argc, argv);

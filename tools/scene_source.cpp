@@ -248,7 +248,7 @@ SceneSource openScene(const std::string& text, std::optional<double> radius) {
 std::string sceneHelp() {
   std::string text =
       "SCENE is a file of fibers (.hair, .tfx, .bcc, .vtk, .vtp, or text with a point x y z a line "
-      "and a\nblank line between fibers), or a scene that is made, NAME or NAME:key=value,...\n\n";
+      "and a\nblank line between fibers), or a generated scene, NAME or NAME:key=value,...\n\n";
   for (const Kind& kind : kKinds) text += fmt::format("  {:<17} {}\n", kind.name, kind.what);
   text +=
       "\nKeys are fibers, segments (of each fiber), radius, seed, and frame of the motion, or\n"

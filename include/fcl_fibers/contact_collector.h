@@ -50,11 +50,12 @@ struct ObjectContact : Contact {
 ///     manager.collide(&collector, collector.callback);
 ///     for (const auto& contact : collector.contacts()) ...
 ///
-/// Pairs of capsules and spheres have one contact, if they are no further apart than the manager's
-/// margin. All others go to `fcl::collide`, and have as many contacts as it finds and the request
-/// admits, none but of what touches. FCL's contact normals, positions and depths become those of
-/// Contact; the arc parameter of a capsule is where the position is nearest to its axis, of any
-/// other shape 0. (With float scenes FCL's narrow phase is compiled into the user's program.)
+/// A pair of capsules or spheres has one contact if the two are no further apart than the manager's
+/// margin. All other pairs go to `fcl::collide`. They have the contacts that it finds, at most as
+/// many as the request admits, and none if they do not touch. FCL's contact normals, positions and
+/// depths become those of Contact. The arc parameter of a capsule is where the position is nearest
+/// to its axis; it is 0 for any other shape. (With float scenes FCL's narrow phase is compiled into
+/// the user's program.)
 template <typename S>
 class ContactCollector {
  public:
@@ -64,8 +65,8 @@ class ContactCollector {
   /// For self-collision of a manager, which has to live as long as this.
   explicit ContactCollector(const Manager& manager) : ContactCollector(manager, &manager) {}
 
-  /// For `manager.collide(other, ...)`, and with null for `manager.collide(object, ...)` and
-  /// managers of another class: Contact::b is then 0, 0.
+  /// For `manager.collide(other, ...)`. With null for `manager.collide(object, ...)` and for
+  /// managers of another class; Contact::b is then 0, 0.
   ContactCollector(const Manager& manager, const Manager* other)
       : manager_(manager), other_(other) {
     request.enable_contact = true;
@@ -81,9 +82,9 @@ class ContactCollector {
   /// Forgets the contacts, and keeps their memory for the next query.
   void clear() { contacts_.clear(); }
 
-  /// What `collide` calls; `cdata` is the collector. Never ends the query. Throws
-  /// std::invalid_argument as capsuleContact() does, where a capsule has gone bad since the manager
-  /// read it.
+  /// What `collide` calls; `cdata` is the collector. It never ends the query. Throws
+  /// std::invalid_argument as capsuleContact() does, if a capsule has become invalid since the
+  /// manager read it.
   static bool callback(Object* a, Object* b, void* cdata) {
     static_cast<ContactCollector*>(cdata)->add(a, b);
     return false;

@@ -7,8 +7,8 @@
 /// Collision detection among fibers of capsules.
 namespace fcl_fibers {
 
-/// Where a segment stands: its fiber, and its number along that fiber, both counted from 0. Of a
-/// manager's objects, in the order of registration; one that is no part of a fiber is a fiber of
+/// Where a segment stands: its fiber, and its number along that fiber, both counted from 0. A
+/// manager counts in the order of registration. An object that is no part of a fiber is a fiber of
 /// one segment.
 struct FiberSegment {
   std::size_t fiber = 0;    ///< among all fibers
@@ -22,11 +22,11 @@ enum class FiberEnds {
   kClosed,  ///< a ring
 };
 
-/// Fibers that never meet, given by one number to all of them: the cables of one harness, say.
-/// Segments of one group are not reported with one another, neither by collide nor by distance; and
-/// as segments of one fiber are of one group, a fiber never meets itself, be it alone in its group.
-/// Any number but 0, which is no group. Where a part of the tree is of one group, it is not
-/// searched against itself. Numbers are one manager's own.
+/// Fibers that never meet, such as the cables of one harness: all have the same number. Pairs of
+/// segments of one group are reported neither by collide nor by distance. So a fiber of a group
+/// never meets itself, even if it is the only one of its group. The number 0 is no group. A part of
+/// the tree whose segments are all of one group is not searched against itself. Each manager has
+/// numbers of its own.
 struct FiberGroup {
   std::int32_t number = 0;  ///< of the group; 0 is none
 };

@@ -71,11 +71,12 @@ struct TreeVolume {
 
 /// How far down a query goes that has to end in time.
 struct SearchBound {
-  /// Two volumes that overlap are left unopened once each of them is a single capsule or smaller
-  /// across than this: its longest edge, or the diameter, in the unit of the points. At 0 none is.
+  /// Two overlapping volumes stay unopened if each of them is a single capsule or is smaller than
+  /// this. The size of a volume is its longest edge, or the diameter, in the unit of the points. At
+  /// 0 all volumes are opened.
   double resolution = 0;
-  /// Volumes of the tree that are tested against another volume, at most. A few nanoseconds each,
-  /// and some more for the pairs that are found.
+  /// The largest number of tests of two volumes. A test takes a few nanoseconds, and the pairs that
+  /// are found some more.
   std::size_t volume_tests = std::numeric_limits<std::size_t>::max();
 };
 
