@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// A simulation that keeps its fibers in arrays, and no FCL object: 400 ropes hang in a square and
-// swing; every step asks which segments touch.
+// A simulation that keeps its fibers in arrays, without FCL objects. 400 ropes hang in a square and
+// swing. Every step asks which segments touch.
 #include <cmath>
 #include <cstdio>
 #include <vector>

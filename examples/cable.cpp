@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// One long cable wound about a head: where it touches itself, and where it touches the head, a mesh
-// in the same manager. Lengths in metres.
+// One long cable is wound about a head, which is a mesh in the same manager. Prints where the cable
+// touches itself and where it touches the head. Lengths are in metres.
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -82,7 +82,7 @@ int main() {
       deepest->a.segment, deepest->s, deepest->b.segment, deepest->t, -1000 * deepest->distance,
       deepest->point_a[0], deepest->point_a[1], deepest->point_a[2], deepest->normal[0],
       deepest->normal[1], deepest->normal[2]);
-  // Of a mesh FCL finds contacts triangle by triangle, whose depth is not the head's.
+  // FCL finds contacts of a mesh triangle by triangle; their depth is not the depth in the head.
   std::printf("head: segment %zu at %.2f, at (%.4f, %.4f, %.4f)\n", at_head->a.segment, at_head->s,
               (at_head->point_a[0] + at_head->point_b[0]) / 2,
               (at_head->point_a[1] + at_head->point_b[1]) / 2,

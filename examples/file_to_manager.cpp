@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// Fibers of a file in a manager, beside an object that is no fiber: which of them touch.
+// Reads fibers from a file into a manager, beside an object that is no fiber. Prints what touches:
 //
 //     file_to_manager FILE [RADIUS]
 #include <cstdio>
@@ -44,7 +44,7 @@ void printPairs(const std::string& path, const scenes::FiberFileOptions& how) {
   }
 
   fcl_fibers::FiberManagerOptions options;
-  options.report = fcl_fibers::Report::kCapsules;  // and the boxes of what is no capsule
+  options.report = fcl_fibers::Report::kCapsules;  // other shapes count by their boxes
   options.ignored_neighbors = 1;
   Manager manager(options);
   const auto objects = scenes::makeObjects<double>(file.scene);

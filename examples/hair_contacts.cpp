@@ -4,8 +4,8 @@
 //
 //     hair_contacts FILE [RADIUS] > contacts.csv
 //
-// FILE is a .hair, .tfx, .bcc, .vtk or .vtp file or a table of points; RADIUS is that of all
-// fibers, in the file's unit, and needed where the file has none.
+// FILE is a .hair, .tfx, .bcc, .vtk or .vtp file or a table of points. RADIUS is the radius of all
+// fibers in the file's unit; it is needed if the file has none.
 #include <cstdio>
 #include <cstdlib>
 #include <exception>

@@ -66,7 +66,7 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
 
   /// Registers objects of any kind. Runs of consecutive capsules that share an end point (to 4 ulp
   /// of the largest coordinate) are taken for fibers, for the tree's shape only: no pair of them is
-  /// ever ignored. Throws std::invalid_argument as registerFiber() does, but for the shape.
+  /// ever ignored. Throws std::invalid_argument as registerFiber() does, except for the shape.
   ///@{
   void registerObjects(const std::vector<Object*>& objects) override;
   void registerObject(Object* object) override;
