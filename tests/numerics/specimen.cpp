@@ -281,21 +281,26 @@ Findings examine(const TouchOracle& truth, const std::vector<NumberPair>& touchi
     if (pair.a > pair.b) std::swap(pair.a, pair.b);
   }
   std::sort(reported.begin(), reported.end());
-  for (std::size_t i = 0; i < reported.size(); ++i) {
-    const bool again = i > 0 && reported[i - 1] == reported[i];
-    if (!again && reported[i].a != reported[i].b) continue;
+  std::vector<NumberPair> pairs;  // those of two capsules, each once
+  for (const NumberPair& pair : reported) {
+    const bool is_pair =
+        0 <= pair.a && pair.a < pair.b && static_cast<std::size_t>(pair.b) < truth.size();
+    if (is_pair && (pairs.empty() || !(pairs.back() == pair))) {
+      pairs.push_back(pair);
+      continue;
+    }
     ++findings.repeated;
-    complain("repeated", reported[i]);
+    complain(is_pair ? "repeated" : pair.a == pair.b ? "self" : "unknown", pair);
   }
 
   std::vector<NumberPair> difference;
-  std::set_difference(touching.begin(), touching.end(), reported.begin(), reported.end(),
+  std::set_difference(touching.begin(), touching.end(), pairs.begin(), pairs.end(),
                       std::back_inserter(difference));
   findings.missed = difference.size();
   if (!difference.empty()) complain("missed", difference.front());
 
   difference.clear();
-  std::set_difference(reported.begin(), reported.end(), touching.begin(), touching.end(),
+  std::set_difference(pairs.begin(), pairs.end(), touching.begin(), touching.end(),
                       std::back_inserter(difference));
   const LeafVolume volume =
       options.volumes == Volumes::kLayeredBoxes ? LeafVolume::kBox : LeafVolume::kSphere;
