@@ -226,7 +226,7 @@ TEST(Promise, IsThatOfTheDocument) {
     return isPromised(p, q, report, volume, 0, kExtent);
   };
   const double capsules = 256 * std::ldexp(1.0, -52) * (kExtent + kLength);
-  const double volumes = std::ldexp(kExtent, -19);
+  const double volumes = std::ldexp(kExtent, -20);
   EXPECT_TRUE(promised(Report::kCapsules, LeafVolume::kBox, 0.99 * capsules));
   EXPECT_FALSE(promised(Report::kCapsules, LeafVolume::kBox, 1.01 * capsules));
   EXPECT_TRUE(promised(Report::kVolumes, LeafVolume::kBox, 0.99 * volumes));

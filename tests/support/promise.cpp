@@ -8,7 +8,7 @@ namespace fcl_fibers::test {
 
 Real volumeBand(Real extent) {
   // The last is what squares of float lose where a scene is subnormal as a whole.
-  return 0x1p-19L * extent + 0x1p-1062L;
+  return 0x1p-20L * extent + 0x1p-1062L;
 }
 
 bool isPromised(const GivenCapsule& p, const GivenCapsule& q, Report report, LeafVolume volume,
