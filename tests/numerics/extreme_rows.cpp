@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <functional>
 #include <limits>
@@ -13,6 +14,7 @@
 #include <immintrin.h>
 #endif
 
+#include "numerics/specimen.h"
 #include "support/random.h"
 
 namespace fcl_fibers::test {
@@ -317,6 +319,58 @@ std::vector<ExtremeRow<S>> extremeRows() {
   add("BallsNested", "one centre, each ball half as large as the last", coincidentBalls<S>(true));
   add("BallsInternallyTangent", "tangent to a large ball from inside", internallyTangentBalls<S>());
   return rows;
+}
+
+namespace {
+
+using Volumes = FiberTreeOptions::Volumes;
+
+std::string percent(double share) {
+  char text[32];
+  std::snprintf(text, sizeof text, share > 0 && share < 0.0005 ? "%.2g" : "%.1f", 100 * share);
+  return text;
+}
+
+/// One row's columns: touching, then pairs and the share of them that do not touch, for capsules,
+/// boxes and spheres.
+template <typename S>
+std::vector<std::string> columns(const ExtremeRow<S>& row) {
+  const Specimen<S> specimen(row.fibers, Form::kArrays);
+  const std::vector<NumberPair> touching = touchingPairs(specimen.truth(), row.margin);
+  std::vector<std::string> columns = {std::to_string(specimen.truth().size()),
+                                      std::to_string(touching.size())};
+  for (const FiberTreeOptions& options : allKinds(row.margin)) {
+    // What nodes hold leaves the pairs as they are.
+    if (options.topology != Topology::kBundle) continue;
+    if (options.report == Report::kCapsules && options.volumes != Volumes::kLayeredBoxes) continue;
+    std::vector<NumberPair> pairs;
+    {
+      const ScopedFlushToZero flush(row.flush_to_zero);
+      pairs = specimen.pairs(options);
+    }
+    const Findings findings = examine(specimen.truth(), touching, options, pairs);
+    columns.push_back(percent(findings.falseRate()));
+  }
+  return columns;
+}
+
+}  // namespace
+
+std::string rowsTable() {
+  std::string table =
+      "| row | | segments | touching | capsules: false % | boxes: false % | spheres: false % |\n"
+      "|---|---|--:|--:|--:|--:|--:|\n";
+  const auto singles = extremeRows<float>();
+  const auto doubles = extremeRows<double>();
+  for (std::size_t i = 0; i < doubles.size(); ++i) {
+    const auto single = columns(singles[i]), both = columns(doubles[i]);
+    table += "| " + doubles[i].name + " | " + doubles[i].what + " |";
+    for (std::size_t k = 0; k < both.size(); ++k) {
+      table += ' ' + single[k] + (single[k] == both[k] ? "" : " / " + both[k]) + " |";
+    }
+    table += '\n';
+  }
+  return table;
 }
 
 template std::vector<ExtremeRow<float>> extremeRows<float>();

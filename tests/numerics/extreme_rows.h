@@ -25,6 +25,9 @@ std::vector<ExtremeRow<S>> extremeRows();
 extern template std::vector<ExtremeRow<float>> extremeRows<float>();
 extern template std::vector<ExtremeRow<double>> extremeRows<double>();
 
+/// The table of docs/numerics.md.
+std::string rowsTable();
+
 /// Has the calling thread flush subnormals to zero and take them for zero, until it goes out of
 /// scope; where the machine can, as x86 does.
 class ScopedFlushToZero {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <fstream>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -91,6 +92,7 @@ TEST_P(ExtremeTest, Double) { expectRight(rows<double>()[GetParam()]); }
 /// Pairs in ascending order, each once and the lower number first; `all` are those to be.
 void expectEach(std::vector<NumberPair> pairs, const std::vector<NumberPair>& all,
                 const std::string& query) {
+  ASSERT_FALSE(all.empty());
   for (NumberPair& pair : pairs) {
     if (pair.a > pair.b) std::swap(pair.a, pair.b);
   }
@@ -202,6 +204,17 @@ INSTANTIATE_TEST_SUITE_P(Rows, ExtremeTest, testing::Range(std::size_t{0}, rows<
                          [](const testing::TestParamInfo<std::size_t>& info) {
                            return rows<double>()[info.param].name;
                          });
+
+// The table that users read would be of another commit.
+TEST(ExtremeRows, AreThoseOfTheDocument) {
+  if (!ScopedFlushToZero::kIsPossible) {
+    GTEST_SKIP() << "no SSE2, which flushes subnormals to zero";
+  }
+  std::ifstream file(FCL_FIBERS_SOURCE_DIR "/docs/numerics.md");
+  std::string document;
+  for (std::string line; std::getline(file, line);) document += line + '\n';
+  EXPECT_THAT(document, testing::HasSubstr(rowsTable()));
+}
 
 template <typename S>
 class NumbersTest : public testing::Test {};

@@ -1,77 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // The long runs behind docs/numerics.md, and its tables.
-#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <iostream>
 #include <string>
-#include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include "numerics/differential.h"
 #include "numerics/extreme_rows.h"
 #include "numerics/pair_order.h"
-#include "numerics/specimen.h"
 
 namespace fcl_fibers::test {
 namespace {
-
-using Volumes = FiberTreeOptions::Volumes;
-
-std::string percent(double share) {
-  char text[32];
-  std::snprintf(text, sizeof text, share > 0 && share < 0.0005 ? "%.2g" : "%.1f", 100 * share);
-  return text;
-}
-
-/// One row's columns: touching, then pairs and the share of them that do not touch, for capsules,
-/// boxes and spheres.
-template <typename S>
-std::vector<std::string> columns(const ExtremeRow<S>& row, bool& right) {
-  const Specimen<S> specimen(row.fibers, Form::kArrays);
-  const std::vector<NumberPair> touching = touchingPairs(specimen.truth(), row.margin);
-  std::vector<std::string> columns = {std::to_string(specimen.truth().size()),
-                                      std::to_string(touching.size())};
-  for (const FiberTreeOptions& options : allKinds(row.margin)) {
-    // What nodes hold leaves the pairs as they are.
-    if (options.topology != Topology::kBundle) continue;
-    if (options.report == Report::kCapsules && options.volumes != Volumes::kLayeredBoxes) continue;
-    std::vector<NumberPair> pairs;
-    {
-      const ScopedFlushToZero flush(row.flush_to_zero);
-      pairs = specimen.pairs(options);
-    }
-    const Findings findings = examine(specimen.truth(), touching, options, pairs);
-    right = right && findings.missed == 0;
-    columns.push_back(percent(findings.falseRate()));
-  }
-  return columns;
-}
-
-int printRows() {
-  std::cout
-      << "| row | | segments | touching | capsules: false % | boxes: false % | spheres: false "
-         "% |\n|---|---|--:|--:|--:|--:|--:|\n";
-  const auto singles = extremeRows<float>();
-  const auto doubles = extremeRows<double>();
-  bool right = true;
-  for (std::size_t i = 0; i < doubles.size(); ++i) {
-    const auto single = columns(singles[i], right), both = columns(doubles[i], right);
-    std::cout << "| " << doubles[i].name << " | " << doubles[i].what << " |";
-    for (std::size_t k = 0; k < both.size(); ++k) {
-      std::cout << ' ' << single[k];
-      if (single[k] != both[k]) std::cout << " / " << both[k];
-      std::cout << " |";
-    }
-    std::cout << '\n';
-  }
-  if (!right) std::cerr << "touching pairs were missed\n";
-  return right ? EXIT_SUCCESS : EXIT_FAILURE;
-}
 
 int runDifferential(double decisions, std::size_t capsules, std::uint64_t seed) {
   const HairFiles hair = HairFiles::find();
@@ -139,7 +83,10 @@ int main(int argc, char** argv) {
 
   CLI11_PARSE(app, argc, argv);
   try {
-    if (*rows) return test::printRows();
+    if (*rows) {
+      std::cout << test::rowsTable();
+      return EXIT_SUCCESS;
+    }
     if (*hashes) return test::printHashes(threads);
     return test::runDifferential(decisions, capsules, seed);
   } catch (const std::exception& error) {

@@ -173,6 +173,7 @@ TYPED_TEST(MetamorphicTest, ATreesPastDoesNotShow) {
     for (const Form form : {Form::kArrays, Form::kObjects}) {
       const Specimen<TypeParam> specimen(fibers, form);
       const std::vector<NumberPair> touching = touchingPairs(specimen.truth());
+      ASSERT_GT(touching.size(), 20u);
       for (const FiberTreeOptions& options : allKinds()) {
         std::vector<NumberPair> built = specimen.pairs(options);
         std::sort(built.begin(), built.end());
@@ -201,6 +202,7 @@ TYPED_TEST(MetamorphicTest, TwoManagersFindWhatOneFinds) {
     for (const Form form : formsOf(kind)) {
       const Specimen<TypeParam> all(fibers, form), a(first.fibers, form), b(second.fibers, form);
       const std::vector<NumberPair> touching = touchingPairs(all.truth());
+      ASSERT_GT(touching.size(), 20u);
       for (const FiberTreeOptions& options : allKinds()) {
         std::vector<NumberPair> pairs = mapped(a.pairs(options), first.original);
         for (const NumberPair& pair : mapped(b.pairs(options), second.original)) {

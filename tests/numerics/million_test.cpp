@@ -7,10 +7,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include <fcl_fibers/fiber_tree.h>
 
+#include "numerics/specimen.h"
 #include "support/assembly.h"
 
 namespace fcl_fibers::test {
@@ -96,18 +98,21 @@ TEST_P(Million, CollinearFibersOfOneSegment) {
   EXPECT_EQ(pairsOf(fibers, false), chain(2));
 }
 
-TEST_P(Million, OneFiberThroughAllOfACube) {
+/// One fiber, to and fro along x, then a step along y, to and fro, then a step along z.
+Assembly<float> throughACube(int side) {
   Assembly<float> fibers;
-  constexpr int kSide = 100;
-  // To and fro along x, then a step along y, to and fro, then a step along z.
-  for (int i = 0; i <= kMany; ++i) {
-    const int row = i / kSide, layer = row / kSide;
-    const int x = row % 2 == 0 ? i % kSide : kSide - 1 - i % kSide;
-    const int y = layer % 2 == 0 ? row % kSide : kSide - 1 - row % kSide;
+  for (int i = 0; i <= side * side * side; ++i) {
+    const int row = i / side, layer = row / side;
+    const int x = row % 2 == 0 ? i % side : side - 1 - i % side;
+    const int y = layer % 2 == 0 ? row % side : side - 1 - row % side;
     fibers.addPoint({double(x), double(y), double(layer)}, 0.25);
   }
   fibers.endFiber();
-  EXPECT_EQ(pairsOf(fibers, true), chain(1));
+  return fibers;
+}
+
+TEST_P(Million, OneFiberThroughAllOfACube) {
+  EXPECT_EQ(pairsOf(throughACube(100), true), chain(1));
 }
 
 using Volumes = FiberTreeOptions::Volumes;
@@ -118,6 +123,38 @@ std::string caseName(const testing::TestParamInfo<MillionCase>& info) {
 INSTANTIATE_TEST_SUITE_P(Quick, Million,
                          testing::Values(MillionCase{Volumes::kLayeredBoxes, Topology::kBundle}),
                          caseName);
+// Programs whose threads have little stack would crash in some query, in one of the managers say.
+TEST(SmallStack, IsEnoughForEveryBuildUpdateAndQuery) {
+  const Assembly<float> many = throughACube(30), few = throughACube(10);
+  const std::size_t pairs_of_few = few.capsules().size() * (few.capsules().size() - 1) / 2;
+  for (const Form form : {Form::kArrays, Form::kObjects}) {
+    const Specimen<float> large(many, form), small(few, form);
+    for (FiberTreeOptions options : allKinds()) {
+      options.threads = options.topology == Topology::kBundle ? 1 : 2;
+      const auto history = form == Form::kArrays ? History::kUpdated : History::kLate;
+      runOnSmallStack([&] {
+        EXPECT_GT(large.pairs(options, History::kUpdated).size(), 20'000u);
+        EXPECT_GT(large.pairs(options, history).size(), 20'000u);
+        EXPECT_GT(large.pairsWith(small, options, options).size(), 1'000u);
+        if (form == Form::kObjects) {
+          EXPECT_EQ(small.pairs(options, history, Query::kDistance).size(), pairs_of_few);
+          EXPECT_GT(large.pairsWith(small, options, options, Partner::kEachObject).size(), 1'000u);
+          return;
+        }
+        FiberTree tree(options), other(options);
+        tree.build(many.view());
+        other.build(few.view());
+        std::size_t pairs = 0;
+        const auto visit = [&](SegmentPair) { ++pairs; };
+        tree.visitPairs(SearchBound{}, visit, [](const UnresolvedPair&) {});
+        tree.visitPairs(other, SearchBound{}, visit, [](const UnresolvedPair&) {});
+        EXPECT_GT(pairs, 21'000u);
+        EXPECT_GT(tree.volumes(100).size(), 20'000u);
+      });
+    }
+  }
+}
+
 // Left to the long run: the others differ in what they bound the same nodes with.
 INSTANTIATE_TEST_SUITE_P(
     DISABLED_Long, Million,

@@ -2,6 +2,7 @@
 #include "numerics/pair_order.h"
 
 #include <cstring>
+#include <stdexcept>
 #include <type_traits>
 
 #include "numerics/random_scenes.h"
@@ -49,6 +50,7 @@ OrderHash orderHash(RandomKind kind, Form form, int threads) {
   for (FiberTreeOptions options : allKinds()) {
     options.threads = threads;
     const std::vector<NumberPair> pairs = specimen.pairs(options);
+    if (pairs.empty()) throw std::logic_error("The scene has no pairs to put in order.");
     hash.add(std::uint64_t{pairs.size()});
     for (const NumberPair& pair : pairs) {
       hash.add(std::uint64_t{static_cast<std::uint32_t>(pair.a)} << 32 |

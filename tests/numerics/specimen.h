@@ -79,7 +79,7 @@ struct Findings {
   std::size_t reported = 0;
   std::size_t touching = 0;    ///< of all pairs there are
   std::size_t missed = 0;      ///< of those
-  std::size_t repeated = 0;    ///< or of a capsule with itself
+  std::size_t repeated = 0;    ///< or of a capsule with itself, or with one that there is not
   std::size_t unpromised = 0;  ///< further apart than the report allows
   std::string first_wrong;
 
@@ -95,11 +95,8 @@ struct Findings {
 /// All pairs that touch, in ascending order.
 std::vector<NumberPair> touchingPairs(const TouchOracle& truth, double margin = 0);
 
+/// Of pairs in any order and sense, none of which is to be ignored; see isPromised().
 /// @param touching  touchingPairs(truth, options.margin)
-///
-/// Report::kCapsules may report what is further apart than radii and margin by up to 256 eps of the
-/// scene's extent and the capsules' lengths; Report::kVolumes what has volumes up to 2^-19 of the
-/// extent or 2^-1062 apart.
 Findings examine(const TouchOracle& truth, const std::vector<NumberPair>& touching,
                  const FiberTreeOptions& options, std::vector<NumberPair> reported);
 
