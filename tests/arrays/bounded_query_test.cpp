@@ -23,6 +23,7 @@ using test::allKinds;
 using test::Assembly;
 using test::curledFibers;
 using test::Pairs;
+using test::pairsOf;
 using test::touchingPairs;
 
 /// What a bounded query answers.
@@ -60,12 +61,6 @@ Answer answerOf(const FiberTree& a, const FiberTree& b, const SearchBound& bound
     a.visitPairs(b, bound, pair, piece);
   }
   return answer;
-}
-
-Pairs pairsOf(const FiberTree& a, const FiberTree& b) {
-  Pairs pairs;
-  a.visitPairs(b, [&](SegmentPair pair) { pairs.emplace(pair.a, pair.b); });
-  return pairs;
 }
 
 bool isSubset(const Pairs& part, const Pairs& whole) {
