@@ -25,7 +25,7 @@ Assembly<S> curledFibers(std::uint64_t seed, int fibers = 30) {
   Random random(seed);
   Assembly<S> assembly;
   for (int f = 0; f < fibers; ++f) {
-    Eigen::Vector3d p = random.inCube(0.5);
+    Eigen::Vector3d p = random.inCube(0.4);
     for (std::size_t i = f % 7 == 3 ? 0 : 1 + random.below(40); i > 0; --i) {
       assembly.addPoint({p.x(), p.y(), p.z()}, f % 5 == 0 ? 0.05 : 0.005);
       p += random.inCube(0.1);

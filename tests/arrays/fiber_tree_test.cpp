@@ -236,7 +236,7 @@ TYPED_TEST(ArrayTree, MeetsAnotherTree) {
     first.build(a.view());
     second.build(b.view());
     const Pairs touching = touchingPairs(a, b, 0, 0);
-    EXPECT_GT(touching.size(), 100u);
+    EXPECT_GT(touching.size(), 50u);
     EXPECT_EQ(pairsOf(first, second), touching);
   }
 }
