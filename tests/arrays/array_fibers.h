@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <set>
 #include <utility>
 #include <vector>
 
@@ -17,7 +17,7 @@
 
 namespace fcl_fibers::test {
 
-using Pairs = std::set<std::pair<std::int32_t, std::int32_t>>;
+using Pairs = std::vector<std::pair<std::int32_t, std::int32_t>>;  ///< ascending
 
 /// Curled fibers of 1 to 40 points about one place, thick ones among them; some have no point.
 template <typename S>
@@ -45,7 +45,7 @@ Pairs touchingPairs(const Assembly<S>& a, const Assembly<S>& b, int ignored, dou
       if (same && q <= p) return;
       if (same && p_fiber == q_fiber && q - p <= static_cast<std::size_t>(ignored)) return;
       if (!TouchOracle::judge(a.capsule(p), b.capsule(q), margin).touching) return;
-      pairs.emplace(static_cast<std::int32_t>(p), static_cast<std::int32_t>(q));
+      pairs.emplace_back(static_cast<std::int32_t>(p), static_cast<std::int32_t>(q));
     });
   });
   return pairs;
@@ -55,12 +55,9 @@ Pairs touchingPairs(const Assembly<S>& a, const Assembly<S>& b, int ignored, dou
 template <class Ask>
 Pairs pairsFrom(Ask&& ask) {
   Pairs pairs;
-  std::size_t calls = 0;
-  ask([&](SegmentPair pair) {
-    pairs.emplace(pair.a, pair.b);
-    ++calls;
-  });
-  EXPECT_EQ(calls, pairs.size()) << "a pair came twice";
+  ask([&](SegmentPair pair) { pairs.emplace_back(pair.a, pair.b); });
+  std::sort(pairs.begin(), pairs.end());
+  EXPECT_EQ(std::adjacent_find(pairs.begin(), pairs.end()), pairs.end()) << "a pair came twice";
   return pairs;
 }
 inline Pairs pairsOf(const FiberTree& tree) {

@@ -61,6 +61,13 @@ TEST(Costs, NothingIsKeptThatIsNotAskedFor) {
     arrays.radii_are = radii;
     EXPECT_EQ(bytesPerSegment({}, arrays), least);
   }
+  // A tree that threads search keeps what they write pairs to: a few MB, however large the scene
+  // is.
+  FiberTreeOptions threaded;
+  threaded.threads = 2;
+  const double scratch = (bytesPerSegment(threaded, arrays) - least) * kFibers * kSegments;
+  EXPECT_GT(scratch, 0);
+  EXPECT_LE(scratch, 0x1p22);
   const std::vector<std::uint8_t> closed(kFibers, 1);
   arrays.closed = closed.data();
   EXPECT_EQ(bytesPerSegment({}, arrays), least) << "no neighbours are ignored";
@@ -70,7 +77,6 @@ TEST(Costs, NothingIsKeptThatIsNotAskedFor) {
 
   FiberTreeOptions options;
   options.margin = 0.01;
-  options.threads = 2;
   EXPECT_EQ(bytesPerSegment(options, arrays), least);
   arrays.closed = nullptr;
   options.ignored_neighbors = 3;

@@ -111,7 +111,7 @@ TYPED_TEST(ArrayTree, LeavesOutPairsOfOneGroup) {
     for (const auto& [a, b] : touching) {
       const auto p = groups[fiberOf(a)];
       const auto q = groups[fiberOf(b)];
-      if (p == 0 || p != q) expected.back().emplace(a, b);
+      if (p == 0 || p != q) expected.back().emplace_back(a, b);
     }
     EXPECT_GT(expected.back().size(), 20u);
     EXPECT_LT(expected.back().size(), touching.size());
@@ -143,7 +143,9 @@ TYPED_TEST(ArrayTree, LeavesOutPairsOfOneGroup) {
       fibers.groups = none.data();
       tree.build(fibers);
       EXPECT_EQ(pairsOf(tree), pairsOf(plain)) << "none is in a group";
-      EXPECT_EQ(tree.memoryUsage(), plain.memoryUsage());
+      if (threads == 1) {  // several keep what their last query has written pairs to
+        EXPECT_EQ(tree.memoryUsage(), plain.memoryUsage());
+      }
     }
   }
 }

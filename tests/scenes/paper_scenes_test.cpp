@@ -99,6 +99,12 @@ std::size_t trulyTouchingPairs(const FiberScene& scene, std::size_t ignored) {
   return pairs;
 }
 
+/// A pin: the library's own count of the day when the scene was made, which TouchesAreCountedRight
+/// gives reason to trust. One part in a hundred is for mathematical functions that round otherwise.
+void expectTouches(const FiberScene& scene, double pinned) {
+  EXPECT_NEAR(static_cast<double>(touchingPairs(scene, 1)), pinned, 0.01 * pinned);
+}
+
 template <typename Parameters>
 class EveryScene : public testing::Test {};
 using AllScenes =
@@ -188,7 +194,9 @@ TYPED_TEST(EveryScene, RefuseSizesAndRadiiThatAreNone) {
 
 TYPED_TEST(EveryScene, TouchesAreCountedRight) {
   // If this fails, the numbers of touching pairs that are held below are not those of the scene.
-  const FiberScene scene = make(parametersOf<TypeParam>(40, 60));
+  auto parameters = parametersOf<TypeParam>(40, 60);
+  parameters.radius = 0.05;  // as few fibers of the strand's are too far from each other for hairs
+  const FiberScene scene = make(parameters);
   const std::size_t truly = trulyTouchingPairs(scene, 1);
   EXPECT_GT(truly, 20U);
   EXPECT_EQ(touchingPairs(scene, 1), truly);
@@ -253,7 +261,7 @@ TEST(StaticAssembly, IsAllButParallelToAnAxisInStateOne) {
 
 TEST(StaticAssembly, TouchesAsOftenAsItsHeaderSays) {
   // If this fails, the scene is denser or sparser than the one whose times are published.
-  EXPECT_NEAR(static_cast<double>(touchingPairs(makePaperStatic({}), 1)), 14752, 0.01 * 14752);
+  expectTouches(makePaperStatic({}), 14752);
 }
 
 TEST(StaticAssembly, MoreFibersSpreadTheSameFibers) {
@@ -361,15 +369,13 @@ TEST(HalfScalp, FibersStayOutsideTheHead) {
 TEST(HalfScalp, TouchesAsOftenAsItsHeaderSays) {
   // If this fails, the scene is denser or sparser than the one it stands for. 5,000 fibers in the
   // middle of the area, as the whole takes seconds.
-  const FiberScene scene = makePaperHalfScalp(parametersOf<PaperHalfScalpParameters>(5000, 50));
-  EXPECT_NEAR(static_cast<double>(touchingPairs(scene, 1)), 40300, 0.1 * 40300);
+  expectTouches(makePaperHalfScalp(parametersOf<PaperHalfScalpParameters>(5000, 50)), 40299);
 }
 
 // Left to the long run.
 TEST(HalfScalp, DISABLED_LongTouchesAsOftenAsThePapers) {
-  // If this fails, the scene is denser or sparser than the one it stands for: 550,000 pairs.
-  const FiberScene scene = makePaperHalfScalp(PaperHalfScalpParameters());
-  EXPECT_NEAR(static_cast<double>(touchingPairs(scene, 1)), 550000, 0.15 * 550000);
+  // If this fails, the scene is denser or sparser than the one it stands for, which has 550,000.
+  expectTouches(makePaperHalfScalp(PaperHalfScalpParameters()), 550980);
 }
 
 TEST(HalfScalp, RefusesMoreFibersThanItHasRoomFor) {
@@ -379,18 +385,18 @@ TEST(HalfScalp, RefusesMoreFibersThanItHasRoomFor) {
 }
 
 TEST(PaperStrand, TouchesAsOftenAsThePapers) {
-  // If this fails, the scene is denser or sparser than the one it stands for: 23,000 pairs. A
-  // second neighbour along the fiber must not be among them.
-  const FiberScene scene = makePaperStrand(PaperStrandParameters());
-  EXPECT_NEAR(static_cast<double>(touchingPairs(scene, 1)), 23000, 0.15 * 23000);
+  // If this fails, the scene is denser or sparser than the one it stands for, which has 23,000. A
+  // second neighbour along the fiber must not be among the pairs.
+  expectTouches(makePaperStrand(PaperStrandParameters()), 21602);
   const FiberScene small = makePaperStrand(parametersOf<PaperStrandParameters>(100, 2000));
+  EXPECT_GT(touchingPairs(small, 1), 100U);
   EXPECT_EQ(touchingPairs(small, 1), touchingPairs(small, 2));
 }
 
 TEST(PaperStrand, DISABLED_LongTouchesAsOftenAsThePapersTwice) {
-  // If this fails, twice the fibers on the same area touch another number of times: 80,000.
-  const FiberScene scene = makePaperStrand(parametersOf<PaperStrandParameters>(2000, 2000));
-  EXPECT_NEAR(static_cast<double>(touchingPairs(scene, 1)), 80000, 0.15 * 80000);
+  // If this fails, twice the fibers on the same area touch another number of times; the paper's do
+  // 80,000 times.
+  expectTouches(makePaperStrand(parametersOf<PaperStrandParameters>(2000, 2000)), 80721);
 }
 
 TEST(PaperStrand, MoreFibersFillTheSameArea) {
