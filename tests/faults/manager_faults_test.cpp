@@ -296,20 +296,11 @@ TYPED_TEST(ManagerFaults, AQueryWithoutMemoryChangesNothing) {
 
 // A manager that could not be made would leave something behind.
 TYPED_TEST(ManagerFaults, AManagerIsMadeWholeOrNotAtAll) {
-  for (const FiberManagerOptions& options : ManagerFaults<TypeParam>::optionsToStrike()) {
-    bool struck = true;
-    for (std::size_t number = 0; struck; ++number) {
-      const std::size_t before = liveAllocations();
-      {
-        const AllocationFault fault(number, AllocationFault::Lasts::kOnce);
-        try {
-          TypeParam::make(options);
-        } catch (const std::bad_alloc&) {
-        }
-        struck = fault.struck();
-      }
-      EXPECT_EQ(liveAllocations(), before) << "allocation " << number;
-    }
+  using Test = ManagerFaults<TypeParam>;
+  for (const FiberManagerOptions& options : Test::optionsToStrike()) {
+    strikeEverywhere(
+        "constructor, " + Test::describe(options), [] { return 0; },
+        [&](int) { TypeParam::make(options); }, [](int, bool) {});
   }
 }
 
