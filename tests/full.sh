@@ -142,7 +142,7 @@ pair_order() {
 # Tests of the label `long`. With Chromium the page of `fcl_fibers view` is looked at.
 long() {
   # Without it page_test tells that it is skipped.
-  .ci/apt_install.sh chromium python3-pil || true
+  .ci/apt_install.sh chromium-driver python3-selenium python3-pil || true
   run_tests --preset release -L long
 }
 
