@@ -99,7 +99,7 @@ FiberScene mixed() {
 FiberScene many() {
   FiberScene scene{"many", {}, {}};
   Random random(35);
-  for (int f = 0; f < 50; ++f) addFiber(scene, random, 250, 0.03, 0.01);
+  for (int f = 0; f < 64; ++f) addFiber(scene, random, 250, 0.03, 0.01);
   return scene;
 }
 /// All of them in one place: every volume overlaps every other one.
