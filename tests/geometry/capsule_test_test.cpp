@@ -278,17 +278,18 @@ Block scaled(const Block& block, int exponent) {
 
 struct Family {
   const char* name;
+  std::size_t least_decided;  ///< in percent: ten less than when this was written; boxes never are
   std::function<Block(Random&)> block;
 };
 void PrintTo(const Family& family, std::ostream* out) { *out << family.name; }
 
 template <class F>
-Family familyOf(const char* name, F question) {
-  return {name, [question](Random& random) { return blockOf(random, question); }};
+Family familyOf(const char* name, std::size_t least_decided, F question) {
+  return {name, least_decided, [question](Random& random) { return blockOf(random, question); }};
 }
 
 Family scaledToFit() {
-  return {"ScaledToFit", [](Random& random) {
+  return {"ScaledToFit", 56, [](Random& random) {
             const int exponent = static_cast<int>(random.below(121)) - 60;
             Block block =
                 scaled(blockOf(random, random.below(2) == 0 ? anyQuestion : closeCall), exponent);
@@ -297,7 +298,7 @@ Family scaledToFit() {
           }};
 }
 Family scaledNotToFit() {
-  return {"ScaledNotToFit", [](Random& random) {
+  return {"ScaledNotToFit", 11, [](Random& random) {
             const int exponent = static_cast<int>(random.below(121)) - 60;
             Block block =
                 scaled(blockOf(random, random.below(2) == 0 ? anyQuestion : closeCall), exponent);
@@ -318,19 +319,21 @@ TEST_P(CapsulePairsFamily, NoAnswerIsWrongAndAllInstructionSetsGiveTheSame) {
     expectTrueAnswers(GetParam().block(random), decided);
     if (HasFatalFailure()) return;
   }
-  RecordProperty("decided_percent", static_cast<int>(100 * decided / (kBlocks * kCapacity)));
+  const std::size_t percent = 100 * decided / (kBlocks * kCapacity);
+  EXPECT_GE(percent, GetParam().least_decided) << "the others take ten times as long";
 }
 
 INSTANTIATE_TEST_SUITE_P(
     , CapsulePairsFamily,
-    testing::Values(familyOf("Random", anyQuestion), familyOf("NearlyParallel", nearlyParallel),
-                    familyOf("Parallel", parallel), familyOf("Collinear", collinear),
-                    familyOf("CrossingClosely", crossingClosely), familyOf("SharedEnd", sharedEnd),
-                    familyOf("ZeroLength", zeroLength), familyOf("ZeroRadius", zeroRadius),
-                    familyOf("HugeRadius", hugeRadius),
-                    familyOf("FarFromTheOrigin", farFromTheOrigin), familyOf("Boxes", boxes),
-                    familyOf("CloseCall", closeCall), familyOf("WithoutBounds", withoutBounds),
-                    scaledToFit(), scaledNotToFit()),
+    testing::Values(familyOf("Random", 89, anyQuestion),
+                    familyOf("NearlyParallel", 66, nearlyParallel),
+                    familyOf("Parallel", 59, parallel), familyOf("Collinear", 50, collinear),
+                    familyOf("CrossingClosely", 59, crossingClosely),
+                    familyOf("SharedEnd", 45, sharedEnd), familyOf("ZeroLength", 67, zeroLength),
+                    familyOf("ZeroRadius", 56, zeroRadius), familyOf("HugeRadius", 51, hugeRadius),
+                    familyOf("FarFromTheOrigin", 68, farFromTheOrigin), familyOf("Boxes", 0, boxes),
+                    familyOf("CloseCall", 22, closeCall),
+                    familyOf("WithoutBounds", 21, withoutBounds), scaledToFit(), scaledNotToFit()),
     [](const testing::TestParamInfo<Family>& info) { return std::string(info.param.name); });
 
 /// Hairs of a scene that is ten units wide.
