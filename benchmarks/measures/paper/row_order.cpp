@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "row_order.h"
+#include "measures/paper/row_order.h"
 
 #include <algorithm>
 #include <array>

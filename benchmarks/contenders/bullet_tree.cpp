@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "foreign_tree.h"
+#include "contenders/foreign_tree.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -17,8 +17,10 @@ btDbvtVolume volume(const FloatBox& box) {
 /// inserts every leaf anew.
 class BulletTree : public ForeignTree {
  public:
+  BulletTree() : ForeignTree(1) {}
+
   void setup() override {
-    readBoxes(1);
+    readBoxes();
     leaves_.reserve(size());
     for (std::size_t i = 0; i < size(); ++i) {
       leaves_.push_back(tree_.insert(volume(boxes()[i]), reinterpret_cast<void*>(i)));
@@ -28,7 +30,7 @@ class BulletTree : public ForeignTree {
   }
 
   void update() override {
-    readBoxes(1);
+    readBoxes();
     for (std::size_t i = 0; i < size(); ++i) leaves_[i]->volume = volume(boxes()[i]);
     if (tree_.m_root != nullptr) refit(*tree_.m_root);
   }
@@ -38,10 +40,10 @@ class BulletTree : public ForeignTree {
     forEachPair([&](std::size_t a, std::size_t b) { callback(object(a), object(b), cdata); });
   }
 
-  std::size_t countPairs() const override {
+  PairCount countPairs() const override {
     std::size_t pairs = 0;
     forEachPair([&](std::size_t, std::size_t) { ++pairs; });
-    return pairs;
+    return {pairs, pairs};
   }
 
  private:

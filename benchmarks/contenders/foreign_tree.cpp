@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "foreign_tree.h"
+#include "contenders/foreign_tree.h"
 
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
-#include <thread>
 #include <utility>
 
 namespace fcl_fibers::benchmarks {
@@ -41,36 +40,27 @@ FloatBox floatBox(const fcl::AABBd& box) {
           false,
           Boxes::kNone,
           Reported::kTightBoxes,
-          [make](const MovingFibers& fibers) -> std::unique_ptr<Manager> {
-            std::unique_ptr<ForeignTree> tree = make();
-            tree->registerObjects(fibers.objects());
-            tree->setup();
-            return tree;
-          }};
+          [make](const std::vector<Object*>&) { return make(); }};
 }
 
 }  // namespace
+
+ForeignTree::ForeignTree(int threads) : executor_(parallel::makeExecutor(threads)) {}
 
 void ForeignTree::registerObjects(const std::vector<Object*>& objects) {
   if (!objects_.empty()) refuse();
   objects_ = objects;
 }
 
-void ForeignTree::readBoxes(int threads) {
+void ForeignTree::readBoxes() {
+  constexpr std::size_t kGrain = 4096;
   boxes_.resize(objects_.size());
-  const auto read = [this](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      boxes_[i] = floatBox(static_cast<const CapsuleObject*>(objects_[i])->tightBox());
-    }
-  };
-  const auto parts = static_cast<std::size_t>(threads);
-  const auto begin = [&](std::size_t part) { return objects_.size() * part / parts; };
-  std::vector<std::thread> others;
-  for (std::size_t part = 1; part < parts; ++part) {
-    others.emplace_back(read, begin(part), begin(part + 1));
-  }
-  read(begin(0), begin(1));
-  for (std::thread& other : others) other.join();
+  parallel::forRanges(
+      executor_.get(), objects_.size(), kGrain, [this](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          boxes_[i] = floatBox(static_cast<const CapsuleObject*>(objects_[i])->tightBox());
+        }
+      });
 }
 
 void ForeignTree::registerObject(Object*) { refuse(); }
@@ -87,7 +77,7 @@ std::vector<Contender> foreignContenders() {
 #ifdef FCL_FIBERS_WITH_EMBREE
   const std::vector<std::pair<std::string, EmbreeUpdate>> updates = {
       {"rebuild", EmbreeUpdate::kRebuild},
-      {"rebuild_Morton", EmbreeUpdate::kRebuildMorton},
+      {"morton", EmbreeUpdate::kRebuildMorton},
       {"refit", EmbreeUpdate::kRefit}};
   for (const int threads : {1, 2}) {
     for (const auto& [name, update] : updates) {
@@ -98,7 +88,7 @@ std::vector<Contender> foreignContenders() {
   }
 #endif
 #ifdef FCL_FIBERS_WITH_BULLET
-  contenders.push_back(foreignContender("Bullet_btDbvt", "refit", makeBulletTree));
+  contenders.push_back(foreignContender("Bullet", "refit", makeBulletTree));
 #endif
   return contenders;
 }

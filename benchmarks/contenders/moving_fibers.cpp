@@ -1,37 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "moving_fibers.h"
+#include "contenders/moving_fibers.h"
 
-#include <cmath>
 #include <cstdint>
-#include <cstdio>
-#include <filesystem>
 #include <stdexcept>
 #include <utility>
 
 #include <fcl/geometry/shape/capsule.h>
-#include <fcl_fibers/scenes/cap.h>
-#include <fcl_fibers/scenes/fiber_file.h>
-#include <fcl_fibers/scenes/helix.h>
 
 namespace fcl_fibers::benchmarks {
 namespace {
 
 const fcl::Capsuled& shape(const CapsuleObject& object) {
   return static_cast<const fcl::Capsuled&>(*object.collisionGeometry());
-}
-
-scenes::FiberScene swing(scenes::FiberScene scene, double angle) {
-  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-    const scenes::Point root = scene.points[scene.point_begin[f]];
-    for (std::size_t i = scene.point_begin[f]; i < scene.point_begin[f + 1]; ++i) {
-      scenes::Point& point = scene.points[i];
-      const double y = point[1] - root[1];
-      const double z = point[2] - root[2];
-      point[1] = root[1] + std::cos(angle) * y - std::sin(angle) * z;
-      point[2] = root[2] + std::sin(angle) * y + std::cos(angle) * z;
-    }
-  }
-  return scene;
 }
 
 }  // namespace
@@ -78,12 +58,6 @@ void MovingFibers::addFrame(const scenes::FiberScene& frame) {
   }
 }
 
-std::string MovingFibers::name() const {
-  const std::size_t segments = fiberCount() == 0 ? 0 : segmentCount() / fiberCount();
-  return name_ + "/fibers:" + std::to_string(fiberCount()) +
-         "/segments:" + std::to_string(segments);
-}
-
 std::size_t MovingFibers::index(const Object* object) {
   return reinterpret_cast<std::uintptr_t>(object->getUserData());
 }
@@ -121,64 +95,25 @@ void MovingFibers::bringTo(int frame, Boxes boxes) {
   if (boxes_ != boxes) computeBoxes(boxes);
 }
 
+std::vector<std::uint32_t> MovingFibers::nextInFiber() const {
+  std::vector<std::uint32_t> next(capsule_objects_.size());
+  for (std::size_t i = 0; i < next.size(); ++i) next[i] = static_cast<std::uint32_t>(i);
+  for (const Fiber& fiber : fibers_) {
+    const std::size_t count = fiber.objects.size();
+    const bool closed = count > 2 && fiber.ends == FiberEnds::kClosed;
+    for (std::size_t i = 0; i + (closed ? 0 : 1) < count; ++i) {
+      next[index(fiber.objects[i])] =
+          static_cast<std::uint32_t>(index(fiber.objects[(i + 1) % count]));
+    }
+  }
+  return next;
+}
+
 void MovingFibers::keepFirst(std::size_t fiber_count) {
   std::size_t segments = 0;
   for (std::size_t f = 0; f < fiber_count; ++f) segments += fibers_[f].objects.size();
   fibers_.resize(fiber_count);
   objects_.resize(segments);
-}
-
-MovingFibers makeMovingStrand(int fibers, int segments, unsigned long long seed) {
-  scenes::HelixParameters parameters;
-  parameters.fibers = fibers;
-  parameters.segments = segments;
-  parameters.seed = seed;
-  const scenes::FiberScene frame0 = scenes::makeHelix(parameters);
-  parameters.frame = 1;
-  return MovingFibers("strand", frame0, scenes::makeHelix(parameters));
-}
-
-MovingFibers makeMovingScalp(int fibers, int segments, unsigned long long seed) {
-  scenes::CapParameters parameters;
-  parameters.fibers = fibers;
-  parameters.segments = segments;
-  parameters.seed = seed;
-  const scenes::FiberScene frame0 = scenes::makeCap(parameters);
-  parameters.frame = 1;
-  return MovingFibers("scalp", frame0, scenes::makeCap(parameters));
-}
-
-MovingFibers makeMovingAssembly(const scenes::PaperDynamic& assembly,
-                                const std::vector<int>& states) {
-  MovingFibers moving("dynamic", assembly.scene(states.at(0)), assembly.scene(states.at(1)));
-  for (std::size_t i = 2; i < states.size(); ++i) moving.addFrame(assembly.scene(states[i]));
-  return moving;
-}
-
-MovingFibers makeSwingingFibers(std::string name, const scenes::FiberScene& scene) {
-  return MovingFibers(std::move(name), scene, swing(scene, 0.01));
-}
-
-scenes::FiberScene readHair(const HairRequest& hair, int frame) {
-  scenes::FiberFileOptions options;
-  options.radius = hair.radius;
-  const scenes::FiberFile file = scenes::readFibers(hair.path, options);
-  if (!file.has_radius) {
-    throw std::invalid_argument("--hair=" + hair.path +
-                                ": the file holds no radius; give --radius R, in the file's unit");
-  }
-  for (const std::string& warning : file.warnings) {
-    if (frame == 0) std::fprintf(stderr, "%s: %s\n", hair.path.c_str(), warning.c_str());
-  }
-  return swing(file.scene, 0.01 * frame);
-}
-
-MovingFibers readMovingHair(const HairRequest& hair) {
-  return MovingFibers(hairName(hair), readHair(hair, 0), readHair(hair, 1));
-}
-
-std::string hairName(const HairRequest& hair) {
-  return std::filesystem::path(hair.path).stem().string();
 }
 
 }  // namespace fcl_fibers::benchmarks

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "preflight.h"
+#include "judge/preflight.h"
 
 #include <fcntl.h>
 #include <malloc.h>
@@ -25,7 +25,7 @@
 
 #include <fcl_fibers/fiber_collision_manager.h>
 
-#include "progress.h"
+#include "harness/progress.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -34,6 +34,15 @@ namespace {
 using Pair = std::uint64_t;
 using Pairs = std::vector<Pair>;
 using FramePairs = std::array<Pairs, MovingFibers::kFrames>;
+
+/// See MovingFibers::nextInFiber().
+using NextInFiber = std::vector<std::uint32_t>;
+
+bool areAdjacent(const NextInFiber& next, Pair pair) {
+  const std::size_t i = pair >> 32;
+  const std::size_t j = pair & 0xffffffff;
+  return i != j && (next[i] == j || next[j] == i);
+}
 
 /// From here on a contender shows first that it can do an eighth of the fibers.
 constexpr std::size_t kTrialFromSegments = 500000;
@@ -87,7 +96,8 @@ std::size_t allocatedBytes() {
 /// time.
 class Checker {
  public:
-  explicit Checker(const MovingFibers& fibers) : capsules_(fibers.capsules()) {
+  explicit Checker(const MovingFibers& fibers)
+      : capsules_(fibers.capsules()), next_(fibers.nextInFiber()) {
     block_.reserve(kBlock);
   }
 
@@ -106,6 +116,8 @@ class Checker {
     touching_.erase(std::unique(touching_.begin(), touching_.end()), touching_.end());
     counts_.touching = touching_.size();
     counts_.repeated = reported_touching - touching_.size();
+    counts_.adjacent = static_cast<std::size_t>(std::count_if(
+        touching_.begin(), touching_.end(), [&](Pair pair) { return areAdjacent(next_, pair); }));
     counts_.checked = true;
     return {counts_, std::move(touching_)};
   }
@@ -139,6 +151,7 @@ class Checker {
   }
 
   std::vector<Capsule> capsules_;
+  NextInFiber next_;
   Pairs block_;
   Pairs touching_;
   PairCounts counts_;
@@ -181,10 +194,10 @@ class Run {
     fibers_.bringTo(0, contender_.boxes);
     const std::size_t bytes_before = allocatedBytes();
     std::unique_ptr<Manager> manager;
-    note(Phase::kSetUp, limited(Phase::kSetUp, [&] { manager = contender_.set_up(fibers_); }));
-    trace_.bytes = allocatedBytes() - bytes_before;
+    note(Phase::kSetUp, limited(Phase::kSetUp, [&] { manager = contender_.setUp(fibers_); }));
+    trace_.bytes = bytesOf(*manager, bytes_before);
 
-    query(*manager, trace_.frames[0]);
+    if (limits_.check || !limits_.update) query(*manager, trace_.frames[0]);
     if (const auto* ours = dynamic_cast<const FiberCollisionManager<double>*>(manager.get())) {
       trace_.volume_tests = ours->selfCollisionStatistics().volume_tests;
       trace_.bytes_stated = ours->memoryUsage();
@@ -195,7 +208,7 @@ class Run {
       // Timings move back and forth; an update may end one way and not the other.
       if (limits_.check) moveTo(0, *manager);
     }
-    trace_.bytes_after_frames = allocatedBytes() - bytes_before;
+    trace_.bytes_after_frames = bytesOf(*manager, bytes_before);
     trace_.finished = true;
   }
 
@@ -210,6 +223,12 @@ class Run {
     return taken;
   }
 
+  static std::size_t bytesOf(const Manager& manager, std::size_t bytes_before) {
+    const std::size_t allocated = allocatedBytes() - bytes_before;
+    const auto* foreign = dynamic_cast<const ForeignManager*>(&manager);
+    return foreign == nullptr ? allocated : foreign->libraryBytes(allocated);
+  }
+
   void note(Phase phase, double taken) { trace_.seconds[static_cast<std::size_t>(phase)] = taken; }
 
   void moveTo(int frame, Manager& manager) {
@@ -219,14 +238,14 @@ class Run {
 
   void query(const Manager& manager, PairCounts& counts) {
     if (!limits_.check) {
-      note(Phase::kSelfCollision,
-           limited(Phase::kSelfCollision, [&] { counts.reported = countPairs(manager); }));
+      note(Phase::kDetection,
+           limited(Phase::kDetection, [&] { counts.reported = countPairs(manager).pairs; }));
       return;
     }
     Checker checker(fibers_);
     const double taken =
-        limited(Phase::kSelfCollision, [&] { manager.collide(&checker, Checker::callback); });
-    note(Phase::kSelfCollision, taken - checker.secondsJudging());
+        limited(Phase::kDetection, [&] { manager.collide(&checker, Checker::callback); });
+    note(Phase::kDetection, taken - checker.secondsJudging());
     const auto [checked, touching] = checker.finish();
     writeAll(pairs_file_, touching);
     counts = checked;
@@ -319,7 +338,7 @@ std::pair<Preflight, FramePairs> runInChild(const Contender& contender, MovingFi
 
 void judgeWrong(Preflight& result, const std::string& why) {
   result.verdict = Preflight::Verdict::kWrong;
-  result.phase = Phase::kSelfCollision;
+  result.phase = Phase::kDetection;
   result.note = "wrong: " + why;
 }
 
@@ -334,17 +353,20 @@ void judgeAlone(const Contender& contender, Preflight& result) {
     if (counts.with_itself > 0) {
       return judgeWrong(result, std::to_string(counts.with_itself) + " with themselves" + when);
     }
+    if (contender.leaves_out_adjacent && counts.adjacent > 0) {
+      return judgeWrong(result, std::to_string(counts.adjacent) + " adjacent" + when);
+    }
     if (contender.reported == Reported::kTouching && counts.apart > 0) {
       return judgeWrong(result, std::to_string(counts.apart) + " not touching" + when);
     }
   }
 }
 
-void judgeMissed(Preflight& result, const FramePairs& truth) {
+void judgeMissed(Preflight& result, const std::array<std::size_t, MovingFibers::kFrames>& found,
+                 const FramePairs& truth) {
   for (std::size_t f = 0; f < result.frames.size(); ++f) {
-    const PairCounts& counts = result.frames[f];
-    if (counts.checked && counts.touching < truth[f].size()) {
-      return judgeWrong(result, std::to_string(truth[f].size() - counts.touching) + " missed" +
+    if (result.frames[f].checked && found[f] < truth[f].size()) {
+      return judgeWrong(result, std::to_string(truth[f].size() - found[f]) + " missed" +
                                     (f == 0 ? "" : " after update"));
     }
   }
@@ -353,30 +375,35 @@ void judgeMissed(Preflight& result, const FramePairs& truth) {
 /// Bounds may be rounded outward, so ours may report a few more pairs, and none less.
 constexpr double kRoundingExcess = 0.01;
 
-void judgeWork(const std::vector<Contender>& contenders, std::vector<Preflight>& results) {
+/// Each of ours against FCL's manager of its group, if there is one, or else against the fewest
+/// pairs. What some leave out counts for none.
+void judgeWork(const std::vector<Contender>& contenders, std::vector<Preflight>& results,
+               bool without_adjacent) {
+  const auto reported = [&](std::size_t i, std::size_t frame) {
+    const PairCounts& counts = results[i].frames[frame];
+    return counts.reported - (without_adjacent ? counts.adjacent : 0);
+  };
   for (const Reported group : {Reported::kTightBoxes, Reported::kSpheres}) {
-    // FCL's manager is what the group is held to, if there is one, or else the fewest pairs.
-    const Preflight* reference = nullptr;
-    bool reference_is_fcl = false;
+    std::vector<std::size_t> members;
     for (std::size_t i = 0; i < contenders.size(); ++i) {
-      if (contenders[i].reported != group || !results[i].right() || reference_is_fcl) continue;
-      if (!contenders[i].ours || reference == nullptr ||
-          results[i].frames[0].reported < reference->frames[0].reported) {
-        reference = &results[i];
-        reference_is_fcl = !contenders[i].ours;
-      }
+      if (contenders[i].reported == group && results[i].right()) members.push_back(i);
     }
-    if (reference == nullptr) continue;
-
-    for (std::size_t i = 0; i < contenders.size(); ++i) {
-      if (contenders[i].reported != group || !contenders[i].ours || !results[i].right()) continue;
+    if (members.empty()) continue;
+    const auto rank = [&](std::size_t i) {
+      return std::make_pair(contenders[i].boxes != Boxes::kTight, reported(i, 0));
+    };
+    const std::size_t reference =
+        *std::min_element(members.begin(), members.end(),
+                          [&](std::size_t i, std::size_t j) { return rank(i) < rank(j); });
+    for (const std::size_t i : members) {
+      if (!contenders[i].ours) continue;
       for (std::size_t f = 0; f < results[i].frames.size(); ++f) {
-        const std::size_t reported = results[i].frames[f].reported;
-        const std::size_t due = reference->frames[f].reported;
-        if (reported < due ||
-            static_cast<double>(reported - due) > kRoundingExcess * static_cast<double>(due)) {
+        const std::size_t due = reported(reference, f);
+        const bool more =
+            static_cast<double>(reported(i, f)) > (1 + kRoundingExcess) * static_cast<double>(due);
+        if (reported(i, f) < due || more) {
           judgeWrong(results[i],
-                     std::to_string(reported) + " pairs instead of " + std::to_string(due));
+                     std::to_string(reported(i, f)) + " pairs instead of " + std::to_string(due));
         }
       }
     }
@@ -394,10 +421,15 @@ Preflight preflight(const Contender& contender, MovingFibers& fibers,
 
 std::vector<Preflight> preflightAll(const std::vector<Contender>& contenders, MovingFibers& fibers,
                                     const PreflightLimits& limits) {
+  const bool without_adjacent =
+      std::any_of(contenders.begin(), contenders.end(),
+                  [](const Contender& contender) { return contender.leaves_out_adjacent; });
+  const NextInFiber next = fibers.nextInFiber();
   std::vector<Preflight> results;
+  std::vector<std::array<std::size_t, MovingFibers::kFrames>> found;  // touching pairs
   FramePairs truth;
   for (const Contender& contender : contenders) {
-    showProgress("check " + std::to_string(results.size() + 1) + "/" +
+    showProgress(fibers.name() + ": check " + std::to_string(results.size() + 1) + "/" +
                  std::to_string(contenders.size()) + ": " + contender.title());
 
     // No manager's work grows less than linearly. Twice the time that an eighth of the fibers may
@@ -412,27 +444,44 @@ std::vector<Preflight> preflightAll(const std::vector<Contender>& contenders, Mo
         result.seconds.fill(Preflight::kUnknown);
         result.bytes = 0;
         results.push_back(result);
+        found.emplace_back();
         continue;
       }
     }
 
     auto [result, pairs] = runInChild(contender, fibers, fibers.fiberCount(), limits);
     judgeAlone(contender, result);
+    results.push_back(result);
+    found.emplace_back();
     for (std::size_t f = 0; f < truth.size(); ++f) {
+      if (without_adjacent) {
+        const auto isAdjacent = [&](Pair pair) { return areAdjacent(next, pair); };
+        pairs[f].erase(std::remove_if(pairs[f].begin(), pairs[f].end(), isAdjacent),
+                       pairs[f].end());
+      }
+      found.back()[f] = pairs[f].size();
       if (pairs[f] == truth[f]) continue;
       Pairs merged;
       std::set_union(truth[f].begin(), truth[f].end(), pairs[f].begin(), pairs[f].end(),
                      std::back_inserter(merged));
       truth[f] = std::move(merged);
     }
-    results.push_back(result);
   }
-  for (Preflight& result : results) {
-    if (result.verdict != Preflight::Verdict::kWrong) judgeMissed(result, truth);
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    if (results[i].verdict != Preflight::Verdict::kWrong) judgeMissed(results[i], found[i], truth);
   }
-  judgeWork(contenders, results);
+  judgeWork(contenders, results, without_adjacent);
   endProgress();
   return results;
+}
+
+bool oursAreRight(const std::vector<Contender>& contenders,
+                  const std::vector<Preflight>& preflights) {
+  for (std::size_t i = 0; i < contenders.size(); ++i) {
+    const bool slow = preflights[i].verdict == Preflight::Verdict::kTooSlow;
+    if (contenders[i].ours && !preflights[i].right() && !slow) return false;
+  }
+  return true;
 }
 
 }  // namespace fcl_fibers::benchmarks

@@ -15,7 +15,7 @@
 #include <string>
 #include <type_traits>
 
-#include "foreign_tree.h"
+#include "contenders/foreign_tree.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -34,11 +34,20 @@ Device newDevice(int threads) {
 class EmbreeTree : public ForeignTree {
  public:
   EmbreeTree(EmbreeUpdate update, int threads)
-      : threads_(threads),
+      : ForeignTree(threads),
+        threads_(threads),
         leaves_are_boxes_(update != EmbreeUpdate::kRefit),
         device_(newDevice(threads)),
         scene_(rtcNewScene(device_.get()), rtcReleaseScene),
         geometry_(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_USER), rtcReleaseGeometry) {
+    // Malloc gives only a part of it.
+    rtcSetDeviceMemoryMonitorFunction(
+        device_.get(),
+        [](void* bytes, ssize_t more, bool) {
+          *static_cast<std::atomic<ssize_t>*>(bytes) += more;
+          return true;
+        },
+        bytes_.get());
     rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_DYNAMIC);
     if (update == EmbreeUpdate::kRebuild) return;
     rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_LOW);
@@ -48,7 +57,7 @@ class EmbreeTree : public ForeignTree {
   }
 
   void setup() override {
-    readBoxes(threads_);
+    readBoxes();
     rtcSetGeometryUserPrimitiveCount(geometry_.get(), static_cast<unsigned int>(size()));
     rtcSetGeometryUserData(geometry_.get(), this);
     rtcSetGeometryBoundsFunction(geometry_.get(), bounds, nullptr);
@@ -58,7 +67,7 @@ class EmbreeTree : public ForeignTree {
   }
 
   void update() override {
-    readBoxes(threads_);
+    readBoxes();
     rtcCommitGeometry(geometry_.get());
     commitScene();
   }
@@ -76,20 +85,26 @@ class EmbreeTree : public ForeignTree {
     });
   }
 
-  std::size_t countPairs() const override {
+  PairCount countPairs() const override {
     if (threads_ == 1) {
-      std::size_t pairs = 0;
-      forEachBlock([&](const RTCCollision* collisions, unsigned int count) {
-        pairs += pairsIn(collisions, count);
+      PairCount count;
+      forEachBlock([&](const RTCCollision* collisions, unsigned int size) {
+        count.pairs += pairsIn(collisions, size);
+        count.visited += size;
       });
-      return pairs;
+      return count;
     }
-    std::atomic<std::size_t> pairs{0};
-    forEachBlock([&](const RTCCollision* collisions, unsigned int count) {
-      const std::size_t found = pairsIn(collisions, count);
+    std::atomic<std::size_t> pairs{0}, visited{0};
+    forEachBlock([&](const RTCCollision* collisions, unsigned int size) {
+      const std::size_t found = pairsIn(collisions, size);
       if (found > 0) pairs.fetch_add(found, std::memory_order_relaxed);
+      visited.fetch_add(size, std::memory_order_relaxed);
     });
-    return pairs;
+    return {pairs, visited};
+  }
+
+  std::size_t libraryBytes(std::size_t) const override {
+    return static_cast<std::size_t>(bytes_->load());
   }
 
  private:
@@ -142,6 +157,8 @@ class EmbreeTree : public ForeignTree {
 
   int threads_;
   bool leaves_are_boxes_;
+  // Outlives the device, which still frees memory when it is released.
+  std::unique_ptr<std::atomic<ssize_t>> bytes_ = std::make_unique<std::atomic<ssize_t>>(0);
   Device device_;
   Scene scene_;
   Geometry geometry_;

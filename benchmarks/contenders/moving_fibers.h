@@ -2,16 +2,15 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include <fcl/narrowphase/collision_object.h>
 #include <fcl_fibers/scenes/fiber_scene.h>
-#include <fcl_fibers/scenes/paper_scenes.h>
 
-#include "exact_capsule_test.h"
+#include "judge/exact_capsule_test.h"
 
 namespace fcl_fibers::benchmarks {
 
@@ -51,8 +50,7 @@ class MovingFibers {
   void addFrame(const scenes::FiberScene& frame);
   int frameCount() const { return static_cast<int>(poses_.size()); }
 
-  /// `strand/fibers:1000/segments:100`; segments are those of a fiber, on average.
-  std::string name() const;
+  const std::string& name() const { return name_; }
   std::size_t fiberCount() const { return fibers_.size(); }
   std::size_t segmentCount() const { return objects_.size(); }
 
@@ -64,6 +62,9 @@ class MovingFibers {
 
   /// The object's number in objects().
   static std::size_t index(const Object* object);
+
+  /// The number of the segment that follows each one in its fiber, or its own at the end of one.
+  std::vector<std::uint32_t> nextInFiber() const;
 
   /// Capsules of all objects where they are now.
   std::vector<Capsule> capsules() const;
@@ -87,32 +88,5 @@ class MovingFibers {
   int frame_ = 0;
   Boxes boxes_ = Boxes::kStock;
 };
-
-/// The strand, see makeHelix, and its own motion.
-MovingFibers makeMovingStrand(int fibers, int segments, unsigned long long seed);
-
-/// The head of hair, see makeCap, and its own motion.
-MovingFibers makeMovingScalp(int fibers, int segments, unsigned long long seed);
-
-/// Some states of a dynamic assembly, at least two.
-MovingFibers makeMovingAssembly(const scenes::PaperDynamic& assembly,
-                                const std::vector<int>& states);
-
-/// Each fiber swings about its own root, 0.01 rad a frame about the x axis.
-MovingFibers makeSwingingFibers(std::string name, const scenes::FiberScene& scene);
-
-/// A file of fibers to be measured instead of a scene that is made.
-struct HairRequest {
-  std::string path;              ///< empty: there is none
-  std::optional<double> radius;  ///< in the file's unit; none: the file's own
-};
-
-/// A file's fibers, swinging. Warnings go to standard error; throws std::invalid_argument where
-/// neither the request nor the file has a radius.
-scenes::FiberScene readHair(const HairRequest& hair, int frame);
-MovingFibers readMovingHair(const HairRequest& hair);
-
-/// The file's name without folder and extension.
-std::string hairName(const HairRequest& hair);
 
 }  // namespace fcl_fibers::benchmarks

@@ -7,7 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "contender.h"
+#include "contenders/contender.h"
+#include "parallel/executor.h"
 
 namespace fcl_fibers::benchmarks {
 
@@ -27,8 +28,11 @@ inline bool overlap(const FloatBox& a, const FloatBox& b) {
 /// A tree of another library behind FCL's interface, as far as it is needed here: objects are
 /// registered once, all of them MovingFibers', and the only query is self-collision. Whatever else
 /// is called throws std::logic_error.
-class ForeignTree : public Manager, public CountsPairs {
+class ForeignTree : public Manager, public ForeignManager {
  public:
+  /// @param threads  that read boxes, of a pool as ours are
+  explicit ForeignTree(int threads);
+
   using Manager::update;
 
   void registerObjects(const std::vector<Object*>& objects) override;
@@ -47,8 +51,13 @@ class ForeignTree : public Manager, public CountsPairs {
   void distance(Manager* other, void* cdata, fcl::DistanceCallBack<double> callback) const override;
 
  protected:
-  /// Reads the tight boxes from the poses, as our manager does, by so many threads.
-  void readBoxes(int threads);
+  /// Reads the tight boxes from the poses, as our manager does.
+  void readBoxes();
+
+  /// Without the copy of the boxes, which only this class needs.
+  std::size_t libraryBytes(std::size_t allocated) const override {
+    return allocated - boxes_.capacity() * sizeof(FloatBox);
+  }
 
   const std::vector<FloatBox>& boxes() const { return boxes_; }
   Object* object(std::size_t i) const { return objects_[i]; }
@@ -56,13 +65,8 @@ class ForeignTree : public Manager, public CountsPairs {
  private:
   std::vector<Object*> objects_;
   std::vector<FloatBox> boxes_;
+  std::unique_ptr<parallel::Executor> executor_;
 };
-
-/// Embree's and Bullet's trees, those of them that this program was built with.
-std::vector<Contender> foreignContenders();
-
-/// Names of those that it was built without.
-std::vector<std::string> missingLibraries();
 
 #ifdef FCL_FIBERS_WITH_EMBREE
 enum class EmbreeUpdate { kRebuild, kRebuildMorton, kRefit };
