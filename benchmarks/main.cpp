@@ -66,7 +66,8 @@ namespace fcl_fibers::benchmarks {
 namespace {
 
 const std::map<std::string, bool (*)(const Request&)> kMeasures = {
-    {"frames", measureFrames},
+    {"bounds", measureBounds}, {"costs", measureCosts},     {"frames", measureFrames},
+    {"growth", measureGrowth}, {"queries", measureQueries}, {"sampling", measureSampling},
 };
 
 void addOptions(CLI::App& app, std::string& measure, Request& request) {

@@ -85,7 +85,10 @@ class Parameters {
     return number;
   }
 
-  int takeFibers(int otherwise) { return std::max(1, take("fibers", otherwise) / part_); }
+  int takeFibers(int otherwise) {
+    const int fibers = take("fibers", otherwise);
+    return part_ == 1 ? fibers : std::max(1, fibers / part_);
+  }
 
   /// `7`, `0:100` or `0:100:2`.
   std::vector<int> takeFrames(const char* key, int count) {

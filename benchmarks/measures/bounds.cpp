@@ -4,8 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "contender.h"
-#include "parts.h"
+#include "harness/progress.h"
+#include "harness/runs.h"
+#include "measures.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -32,15 +33,18 @@ Answer answerOf(const FiberTree& tree, const SearchBound& bound) {
 
 }  // namespace
 
-void registerBounds(const Frames& frames) {
+bool measureBounds(const Request& request) {
+  showProgress(request.scene.text + ": make the scene");
+  const tools::SceneSource source = openScene(request.scene);
+  const scenes::FiberScene scene = source.scene();
   FiberTreeOptions options;
   options.report = Report::kCapsules;
   options.ignored_neighbors = 1;
   const auto tree = std::make_shared<FiberTree>(options);
-  tree->build(scenes::fiberArrays(frames.frame[0]));
+  tree->build(scenes::fiberArrays(scene));
 
   const auto add = [&](const std::string& name, auto&& answer) {
-    registerRuns("Bound/" + name + "/" + frames.name, kRuns, [=](Numbers& numbers) {
+    registerRuns("Bound/" + name + "/" + source.name, kRuns, [=](Numbers& numbers) {
       Answer got;
       const double time = seconds([&] { got = answer(); });
       numbers["pairs"] = got.pairs;
@@ -58,12 +62,13 @@ void registerBounds(const Frames& frames) {
   for (std::size_t tests = 1000; tests <= 100'000'000; tests *= 10) {
     add("tests:" + std::to_string(tests), [tree, tests] { return answerOf(*tree, {0, tests}); });
   }
-  const double radius = frames.frame[0].radiusAt(0);
+  const double radius = scene.radiusAt(0);
   for (const int radii : {1000, 300, 100, 30, 10}) {
     SearchBound bound;
     bound.resolution = radii * radius;
     add("radii:" + std::to_string(radii), [tree, bound] { return answerOf(*tree, bound); });
   }
+  return runRegistered();
 }
 
 }  // namespace fcl_fibers::benchmarks

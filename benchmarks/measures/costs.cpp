@@ -9,9 +9,9 @@
 #include <fcl_fibers/scenes/helix.h>
 #include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
-#include "contender.h"
-#include "parts.h"
-#include "progress.h"
+#include "harness/progress.h"
+#include "harness/runs.h"
+#include "measures.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -96,7 +96,7 @@ void registerManager(const std::string& name, const FiberManagerOptions& options
     fibers->setPoses(1);
     numbers["update"] = seconds([&] { manager->update(); });
     std::size_t pairs = 0;
-    numbers["detection"] = seconds([&] { pairs = countPairs(*manager); });
+    numbers["detection"] = seconds([&] { pairs = countPairs(*manager).pairs; });
     numbers["bytes"] = static_cast<double>(manager->memoryUsage());
     numbers["segments"] = static_cast<double>(fibers->segmentCount());
     numbers["pairs"] = static_cast<double>(pairs);
@@ -114,7 +114,7 @@ FiberTreeOptions with(FiberTreeOptions::Volumes volumes, Topology topology, Repo
 
 }  // namespace
 
-void registerCosts() {
+bool measureCosts(const Request&) {
   using Volumes = FiberTreeOptions::Volumes;
   showProgress("costs: make the scenes");
   const auto as_it_is = [](auto&) {};
@@ -161,7 +161,9 @@ void registerCosts() {
   kind("spheres, capsules", Volumes::kWrappedSpheres, Topology::kBundle, Report::kCapsules);
   kind("spheres, super thread", Volumes::kWrappedSpheres, Topology::kSuperThread, Report::kVolumes);
 
-  const auto fibers = std::make_shared<MovingFibers>(makeMovingStrand(kFibers, kSegments, 1));
+  SceneRequest helix;
+  helix.text = "helix:fibers=" + std::to_string(kFibers) + ",segments=" + std::to_string(kSegments);
+  const auto fibers = std::make_shared<MovingFibers>(movingFibers(openScene(helix)));
   FiberManagerOptions capsules, super_thread, all = arc_length;
   capsules.report = Report::kCapsules;
   super_thread.topology = Topology::kSuperThread;
@@ -181,6 +183,7 @@ void registerCosts() {
   registerManager<WrappedSphereTreeCollisionManagerd>("spheres, fibers", {}, fibers);
   registerManager<WrappedSphereTreeCollisionManagerd>("spheres, fibers, capsules", capsules,
                                                       fibers);
+  return runRegistered();
 }
 
 }  // namespace fcl_fibers::benchmarks

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <benchmark/benchmark.h>
-
 #include <array>
 #include <cstddef>
 #include <memory>
@@ -10,24 +8,22 @@
 #include <fcl_fibers/fiber_tree.h>
 #include <fcl_fibers/scenes/helix.h>
 
-#include "parts.h"
-#include "preflight.h"
-#include "progress.h"
+#include "harness/progress.h"
+#include "harness/runs.h"
+#include "measures.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
 
 constexpr int kRuns = 5;
-constexpr int kSmall = 10000, kTimesLarger = 10;  // fibers
+constexpr int kFibers[] = {1'000, 10'000, 100'000};  // of 100 segments
 
-/// A strand as plain arrays, at rest and moved, and a tree over it.
-class GrowingStrand {
+/// A helix scene as plain arrays, at rest and moved, and a tree over it.
+class GrowingHelix {
  public:
-  GrowingStrand(const PartRequest& request, int fibers) {
+  explicit GrowingHelix(int fibers) {
     scenes::HelixParameters parameters;
     parameters.fibers = fibers;
-    if (request.segments > 0) parameters.segments = request.segments;
-    parameters.seed = request.seed;
     radius_ = parameters.radius;
     for (std::size_t frame = 0; frame < points_.size(); ++frame) {
       parameters.frame = static_cast<int>(frame);
@@ -46,18 +42,18 @@ class GrowingStrand {
 
   std::size_t segmentCount() const { return tree_.segmentCount(); }
 
-  void time(benchmark::State& state) {
+  double frame(Numbers& numbers) {
     frame_ = 1 - frame_;
     const double update = seconds([&] { tree_.update(arrays(frame_)); });
     std::size_t pairs = 0;
     const double detection = seconds([&] { tree_.visitPairs([&](SegmentPair) { ++pairs; }); });
-    state.SetIterationTime(update + detection);
     const auto segments = static_cast<double>(segmentCount());
-    state.counters["segments"] = segments;
-    state.counters["update"] = update / segments;
-    state.counters["detection"] = detection / segments;
-    state.counters["answer"] = static_cast<double>(pairs) / segments;
-    state.counters["bytes"] = static_cast<double>(tree_.memoryUsage()) / segments;
+    numbers["segments"] = segments;
+    numbers["update"] = update / segments;
+    numbers["detection"] = detection / segments;
+    numbers["answer"] = static_cast<double>(pairs) / segments;
+    numbers["bytes"] = static_cast<double>(tree_.memoryUsage()) / segments;
+    return update + detection;
   }
 
  private:
@@ -80,23 +76,12 @@ class GrowingStrand {
 
 }  // namespace
 
-bool timeGrowth(const PartRequest& request) {
-  const int small = request.fibers > 0 ? request.fibers : kSmall;
-  std::vector<std::unique_ptr<GrowingStrand>> strands;
-  for (const int fibers : {small, kTimesLarger * small}) {
+bool measureGrowth(const Request&) {
+  for (const int fibers : kFibers) {
     showProgress("make " + std::to_string(fibers) + " fibers");
-    strands.push_back(std::make_unique<GrowingStrand>(request, fibers));
-    GrowingStrand& strand = *strands.back();
-    const std::string name = "Growth/" + std::to_string(strand.segmentCount());
-    benchmark::RegisterBenchmark(name.c_str(),
-                                 [&strand, name](benchmark::State& state) {
-                                   showProgress("time " + name);
-                                   for ([[maybe_unused]] auto _ : state) strand.time(state);
-                                 })
-        ->UseManualTime()
-        ->Unit(benchmark::kMillisecond)
-        ->Iterations(1)
-        ->Repetitions(kRuns);
+    const auto helix = std::make_shared<GrowingHelix>(fibers);
+    registerRuns("Growth/" + std::to_string(helix->segmentCount()), kRuns,
+                 [helix](Numbers& numbers) { return helix->frame(numbers); });
   }
   return runRegistered();
 }

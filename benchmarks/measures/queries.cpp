@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <benchmark/benchmark.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,18 +10,16 @@
 #include <utility>
 #include <vector>
 
-#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
-#include <fcl/broadphase/broadphase_dynamic_AABB_tree_array.h>
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/sphere.h>
 #include <fcl/math/bv/OBBRSS.h>
 #include <fcl/narrowphase/distance.h>
-#include <fcl_fibers/layered_aabb_tree_collision_manager.h>
 #include <fcl_fibers/scenes/helix.h>
 
-#include "parts.h"
-#include "progress.h"
+#include "harness/progress.h"
+#include "harness/runs.h"
+#include "measures.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -33,44 +29,11 @@ constexpr std::size_t kProbes = 100;
 constexpr std::size_t kObjects = 10000;
 constexpr int kFrames = 4;  // fewer than would slow FCL's trees
 
-/// One way to make a manager.
-struct Kind {
-  std::string name;
-  bool ours;
-  Boxes boxes;
-  std::function<std::unique_ptr<Manager>()> make;
-};
-
-template <typename FclTree>
-std::unique_ptr<Manager> makeFclTree(int level) {
-  auto tree = std::make_unique<FclTree>();
-  tree->tree_init_level = level;
-  return tree;
-}
-
 /// Ours, and FCL's two trees with each tree_init_level.
-std::vector<Kind> makeKinds(Boxes fcl_boxes) {
-  std::vector<Kind> kinds = {{"LayeredAABBTree/boxes", true, Boxes::kNone,
-                              [] { return std::make_unique<LayeredAABBTreeCollisionManagerd>(); }}};
-  constexpr int kLevels = 4;
-  for (int level = 0; level < kLevels; ++level) {
-    const std::string variant = std::string(fcl_boxes == Boxes::kTight ? "/tight" : "/stock") +
-                                "_level_" + std::to_string(level);
-    kinds.push_back({"DynamicAABBTree" + variant, false, fcl_boxes, [level] {
-                       return makeFclTree<fcl::DynamicAABBTreeCollisionManagerd>(level);
-                     }});
-    kinds.push_back({"DynamicAABBTree_Array" + variant, false, fcl_boxes, [level] {
-                       return makeFclTree<fcl::DynamicAABBTreeCollisionManager_Arrayd>(level);
-                     }});
-  }
-  return kinds;
-}
-
-std::unique_ptr<Manager> setUp(const Kind& kind, const std::vector<Object*>& objects) {
-  std::unique_ptr<Manager> manager = kind.make();
-  manager->registerObjects(objects);
-  manager->setup();
-  return manager;
+std::vector<Contender> contendersWith(Boxes fcl_boxes) {
+  std::vector<Contender> contenders = fclTrees(fcl_boxes);
+  contenders.push_back(ourContenders().front());
+  return contenders;
 }
 
 bool countPair(Object*, Object*, void* count) {
@@ -102,11 +65,8 @@ struct Nearest {
   }
 };
 
-scenes::FiberScene strand(const PartRequest& request, unsigned long long seed, double radius,
-                          double shift) {
+scenes::FiberScene helix(unsigned long long seed, double radius, double shift) {
   scenes::HelixParameters parameters;
-  if (request.fibers > 0) parameters.fibers = request.fibers;
-  if (request.segments > 0) parameters.segments = request.segments;
   parameters.seed = seed;
   parameters.radius = radius;
   scenes::FiberScene scene = scenes::makeHelix(parameters);
@@ -114,23 +74,23 @@ scenes::FiberScene strand(const PartRequest& request, unsigned long long seed, d
   return scene;
 }
 
-/// The strand and others beside it. `thin` ones do not touch - the nearest are 2e-7 apart -, so
-/// that distances have to be searched for: a search that may end at the first pair that touches is
-/// a matter of luck.
-struct Strands {
+/// The helix scene and others beside it. `thin` ones do not touch - the nearest are 2e-7 apart -,
+/// so that distances have to be searched for: a search that may end at the first pair that touches
+/// is a matter of luck.
+struct Helices {
   static constexpr double kHair = scenes::HelixParameters().radius;
   static constexpr double kThin = 1e-8;
   static constexpr double kApart = 20;  ///< cm
 
-  explicit Strands(const PartRequest& request)
-      : hair(make(strand(request, request.seed, kHair, 0))),
-        other(make(strand(request, request.seed + 1, kHair, 0))),
-        thin(make(strand(request, request.seed, kThin, 0))),
-        thin_other(make(strand(request, request.seed + 1, kThin, 0))),
-        thin_apart(make(strand(request, request.seed + 1, kThin, kApart))) {}
+  Helices()
+      : hair(make(helix(1, kHair, 0))),
+        other(make(helix(2, kHair, 0))),
+        thin(make(helix(1, kThin, 0))),
+        thin_other(make(helix(2, kThin, 0))),
+        thin_apart(make(helix(2, kThin, kApart))) {}
 
   static MovingFibers make(const scenes::FiberScene& scene) {
-    return MovingFibers("strand", scene, scene);
+    return MovingFibers("helix", scene, scene);
   }
 
   MovingFibers hair, other, thin, thin_other, thin_apart;
@@ -173,42 +133,42 @@ struct Query {
   std::function<double(Manager&, Manager*)> run;
 };
 
-std::vector<Query> makeQueries(Strands& strands) {
-  const auto per_fiber = strands.thin.segmentCount() / strands.thin.fiberCount();
-  const std::vector<Object*> hairs = probes(strands.other);
-  const std::vector<Object*> thin = probes(strands.thin_other);
-  const std::vector<Object*> apart = probes(strands.thin_apart);
+std::vector<Query> makeQueries(Helices& helices) {
+  const auto per_fiber = helices.thin.segmentCount() / helices.thin.fiberCount();
+  const std::vector<Object*> hairs = probes(helices.other);
+  const std::vector<Object*> thin = probes(helices.thin_other);
+  const std::vector<Object*> apart = probes(helices.thin_apart);
   const auto distanceOf = [](Manager& manager, Manager* other) {
     Nearest nearest{0};
     manager.distance(other, &nearest, Nearest::callback);
     return nearest.distance;
   };
   return {
-      {"distance, self", strands.thin, strands.thin, false, 1,
+      {"distance, self", helices.thin, helices.thin, false, 1,
        [per_fiber](Manager& manager, Manager*) {
          Nearest nearest{per_fiber};
          manager.distance(&nearest, Nearest::callback);
          return nearest.distance;
        }},
-      {"distance, one object inside", strands.thin, strands.thin_other, false,
+      {"distance, one object inside", helices.thin, helices.thin_other, false,
        static_cast<double>(thin.size()),
        [thin](Manager& manager, Manager*) { return distanceOfEach(manager, thin); }},
-      {"distance, one object 20 cm away", strands.thin, strands.thin_apart, false,
+      {"distance, one object 20 cm away", helices.thin, helices.thin_apart, false,
        static_cast<double>(apart.size()),
        [apart](Manager& manager, Manager*) { return distanceOfEach(manager, apart); }},
-      {"distance, two managers in one place", strands.thin, strands.thin_other, true, 1,
+      {"distance, two managers in one place", helices.thin, helices.thin_other, true, 1,
        distanceOf},
-      {"distance, two managers 20 cm apart", strands.thin, strands.thin_apart, true, 1, distanceOf},
-      {"collide, one object", strands.hair, strands.other, false, static_cast<double>(hairs.size()),
+      {"distance, two managers 20 cm apart", helices.thin, helices.thin_apart, true, 1, distanceOf},
+      {"collide, one object", helices.hair, helices.other, false, static_cast<double>(hairs.size()),
        [hairs](Manager& manager, Manager*) { return collideEach(manager, hairs); }},
-      {"collide, two managers", strands.hair, strands.other, true, 1,
+      {"collide, two managers", helices.hair, helices.other, true, 1,
        [](Manager& manager, Manager* other) {
          std::size_t count = 0;
          manager.collide(other, &count, countPair);
          return static_cast<double>(count);
        }},
-      {"unregister one, query, register it, query", strands.hair, strands.other, false, 1,
-       [hairs, &objects = strands.hair.objects()](Manager& manager, Manager*) {
+      {"unregister one, query, register it, query", helices.hair, helices.other, false, 1,
+       [hairs, &objects = helices.hair.objects()](Manager& manager, Manager*) {
          Object* const one = objects[objects.size() / 2];
          const std::vector<Object*> probe = {hairs[hairs.size() / 2]};
          manager.unregisterObject(one);
@@ -222,29 +182,19 @@ std::vector<Query> makeQueries(Strands& strands) {
   };
 }
 
-void registerQuery(const Query& query, const Kind& kind) {
-  const std::string name = "Query/" + query.name + "/" + kind.name;
-  benchmark::RegisterBenchmark(
-      name.c_str(),
-      [&query, &kind, name](benchmark::State& state) {
-        showProgress("time " + name);
-        // The boxes of a queried object are what FCL reads, as the managers' are.
-        query.first.bringTo(0, kind.boxes);
-        query.second.bringTo(0, kind.boxes);
-        const auto manager = setUp(kind, query.first.objects());
-        const auto other =
-            query.needs_second_manager ? setUp(kind, query.second.objects()) : nullptr;
-        for ([[maybe_unused]] auto _ : state) {
-          double answer = 0;
-          const double taken = seconds([&] { answer = query.run(*manager, other.get()); });
-          state.SetIterationTime(taken / query.times);
-          state.counters["answer"] = answer;
-        }
-      })
-      ->UseManualTime()
-      ->Unit(benchmark::kMillisecond)
-      ->Iterations(1)
-      ->Repetitions(kRuns);
+void registerQuery(const Query& query, const Contender& contender) {
+  registerRuns("Query/" + query.name + "/" + contender.name(), kRuns, [&](Numbers& numbers) {
+    // The boxes of a queried object are what FCL reads, as the managers' are.
+    query.first.bringTo(0, contender.boxes);
+    query.second.bringTo(0, contender.boxes);
+    const auto manager = contender.setUp(query.first.objects());
+    const auto other =
+        query.needs_second_manager ? contender.setUp(query.second.objects()) : nullptr;
+    double answer = 0;
+    const double taken = seconds([&] { answer = query.run(*manager, other.get()); });
+    numbers["answer"] = answer;
+    return taken / query.times;
+  });
 }
 
 using Geometry = std::shared_ptr<fcl::CollisionGeometryd>;
@@ -291,8 +241,8 @@ class LooseObjects {
     for (std::size_t i = 0; i < kObjects; ++i) pointers_[i]->setTransform(poses_[frame][i]);
   }
 
-  void computeBoxes(const Kind& kind) {
-    if (kind.ours && !ours_reads_boxes_) return;
+  void computeBoxes(const Contender& contender) {
+    if (contender.ours && !ours_reads_boxes_) return;
     for (Object* const object : pointers_) object->computeAABB();
   }
 
@@ -304,54 +254,41 @@ class LooseObjects {
   std::vector<Object*> pointers_;
 };
 
-void runFrames(benchmark::State& state, LooseObjects& objects, const Kind& kind) {
-  objects.setPoses(0);
-  objects.computeBoxes(kind);
-  std::unique_ptr<Manager> manager;
-  const double set_up = seconds([&] { manager = setUp(kind, objects.objects()); });
-  double update = 0;
-  double detection = 0;
-  std::size_t pairs = 0;
-  for (int frame = 0; frame < kFrames; ++frame) {
-    objects.setPoses(frame % 2 == 0 ? 1 : 0);
-    update += seconds([&] {
-      objects.computeBoxes(kind);
-      manager->update();
-    });
-    detection += seconds([&] { manager->collide(&pairs, countPair); });
-  }
-  state.SetIterationTime((update + detection) / kFrames);
-  state.counters["set_up"] = set_up;
-  state.counters["update"] = update / kFrames;
-  state.counters["detection"] = detection / kFrames;
-  state.counters["answer"] = static_cast<double>(pairs);
-}
-
-void registerObjects(LooseObjects& objects, const Kind& kind) {
-  const std::string name = "Objects/" + objects.name() + "/" + kind.name;
-  benchmark::RegisterBenchmark(name.c_str(),
-                               [&objects, &kind, name](benchmark::State& state) {
-                                 showProgress("time " + name);
-                                 for ([[maybe_unused]] auto _ : state) {
-                                   runFrames(state, objects, kind);
-                                 }
-                               })
-      ->UseManualTime()
-      ->Unit(benchmark::kMillisecond)
-      ->Iterations(1)
-      ->Repetitions(2 * kRuns - 1);
+void registerObjects(LooseObjects& objects, const Contender& contender) {
+  const std::string name = "Objects/" + objects.name() + "/" + contender.name();
+  registerRuns(name, 2 * kRuns - 1, [&](Numbers& numbers) {
+    objects.setPoses(0);
+    objects.computeBoxes(contender);
+    std::unique_ptr<Manager> manager;
+    numbers["set_up"] = seconds([&] { manager = contender.setUp(objects.objects()); });
+    double update = 0;
+    double detection = 0;
+    std::size_t pairs = 0;
+    for (int frame = 0; frame < kFrames; ++frame) {
+      objects.setPoses(frame % 2 == 0 ? 1 : 0);
+      update += seconds([&] {
+        objects.computeBoxes(contender);
+        manager->update();
+      });
+      detection += seconds([&] { manager->collide(&pairs, countPair); });
+    }
+    numbers["update"] = update / kFrames;
+    numbers["detection"] = detection / kFrames;
+    numbers["answer"] = static_cast<double>(pairs);
+    return (update + detection) / kFrames;
+  });
 }
 
 }  // namespace
 
-bool timeQueries(const PartRequest& request) {
+bool measureQueries(const Request&) {
   showProgress("queries: make the scenes");
-  Strands strands(request);
+  Helices helices;
   // With tight boxes, which leave less to FCL's queries than its own.
-  const std::vector<Kind> kinds = makeKinds(Boxes::kTight);
-  const std::vector<Query> queries = makeQueries(strands);
+  const std::vector<Contender> contenders = contendersWith(Boxes::kTight);
+  const std::vector<Query> queries = makeQueries(helices);
   for (const Query& query : queries) {
-    for (const Kind& kind : kinds) registerQuery(query, kind);
+    for (const Contender& contender : contenders) registerQuery(query, contender);
   }
 
   std::vector<LooseObjects> loose;
@@ -359,9 +296,9 @@ bool timeQueries(const PartRequest& request) {
   loose.emplace_back("boxes", true, std::make_shared<fcl::Boxd>(0.02, 0.03, 0.04));
   loose.emplace_back("meshes", true, tetrahedron(0.04));
   // Boxes of such objects are FCL's own, whoever reads them.
-  const std::vector<Kind> loose_kinds = makeKinds(Boxes::kStock);
+  const std::vector<Contender> loose_contenders = contendersWith(Boxes::kStock);
   for (LooseObjects& objects : loose) {
-    for (const Kind& kind : loose_kinds) registerObjects(objects, kind);
+    for (const Contender& contender : loose_contenders) registerObjects(objects, contender);
   }
   return runRegistered();
 }

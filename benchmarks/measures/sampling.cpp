@@ -12,9 +12,9 @@
 
 #include <fcl_fibers/scenes/helix.h>
 
-#include "contender.h"
-#include "parts.h"
-#include "progress.h"
+#include "harness/progress.h"
+#include "harness/runs.h"
+#include "measures.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -22,7 +22,7 @@ namespace {
 constexpr int kFibers = 1000, kFinest = 2000, kRuns = 5;
 constexpr double kLength = 30;  // cm, of makeHelix()
 
-scenes::FiberScene strandOf(int segments) {
+scenes::FiberScene helixOf(int segments) {
   scenes::HelixParameters parameters;
   parameters.fibers = kFibers;
   parameters.segments = segments;
@@ -40,7 +40,7 @@ struct Touch {
 
 class Sampled {
  public:
-  Sampled(int segments, double margin) : segments_(segments), scene_(strandOf(segments)) {
+  Sampled(int segments, double margin) : segments_(segments), scene_(helixOf(segments)) {
     FiberTreeOptions options;
     options.report = Report::kCapsules;
     options.margin = margin;
@@ -103,11 +103,11 @@ std::size_t countWithout(const std::set<Touch>& some, int from, const std::set<T
 
 }  // namespace
 
-void registerSampling() {
-  showProgress("strand: the finest sampling");
+bool measureSampling(const Request&) {
+  showProgress("helix: the finest sampling");
   const Sampled finest(kFinest, 0);
   const std::set<Touch> truth = finest.touches();
-  const double curvature = scenes::largestCurvature(strandOf(kFinest));
+  const double curvature = scenes::largestCurvature(helixOf(kFinest));
   for (const bool with_margin : {false, true}) {
     for (const int segments : {25, 50, 100, 200, 400, 1000, 2000}) {
       const double error = scenes::chordError(curvature, kLength / segments);
@@ -127,6 +127,7 @@ void registerSampling() {
                    });
     }
   }
+  return runRegistered();
 }
 
 }  // namespace fcl_fibers::benchmarks
