@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <memory>
@@ -18,6 +19,9 @@ constexpr int kReplays = 5;
 // One of FCL's managers that takes more seconds for one step is replayed once, or not at all.
 constexpr double kSlowStep = 0.05;
 constexpr double kHopelessStep = 0.3;
+
+/// Whoever takes longer in any phase, which some never end, would not be replayed.
+constexpr double kMostSeconds = 10;
 
 /// `update:007`
 std::string counterName(const char* what, int step) {
@@ -83,7 +87,7 @@ bool measureReplay(const Request& request) {
     for (const Contender& tree : fclTrees(boxes)) contenders.push_back(tree);
   }
   PreflightLimits limits;
-  limits.phase_seconds = request.limit;
+  limits.phase_seconds = std::min(request.limit, kMostSeconds);
   // In the middle of the motion and at its end.
   MovingFibers& last = motion.checked.back();
   const std::vector<Preflight> checked = preflightAll(contenders, last, limits);
