@@ -41,10 +41,11 @@
 //   Costs/arrays|objects  bytes and seconds of every combination of what may be asked for
 //   Bound/<kind>:<value>  FiberTree::visitPairs with a SearchBound
 //   Sampling/<segments>   the helix cut into 25 to 2,000 segments: contacts found and missed
-//   Replay/...            the paper's dynamic assembly, all steps: update:007 is of step 7
+//   Replay/...            the paper's dynamic assembly, all --steps: update:007 is of step 7
 //   Chain/...             self-collision of one chain, --chain=random|snake|straight --edge=N
 //   Radii/...             radii of layered and wrapped spheres, bytes of the trees
 //   Rod/..., Make/...     the rods that the paper's scenes are made of
+//   Picture/...           counts of what --out_dir=FOLDER gets as files
 
 #include <benchmark/benchmark.h>
 #include <CLI/CLI.hpp>
@@ -66,8 +67,10 @@ namespace fcl_fibers::benchmarks {
 namespace {
 
 const std::map<std::string, bool (*)(const Request&)> kMeasures = {
-    {"bounds", measureBounds}, {"costs", measureCosts},     {"frames", measureFrames},
-    {"growth", measureGrowth}, {"queries", measureQueries}, {"sampling", measureSampling},
+    {"bounds", measureBounds},   {"chain", measureChain},       {"costs", measureCosts},
+    {"frames", measureFrames},   {"growth", measureGrowth},     {"pictures", measurePictures},
+    {"queries", measureQueries}, {"radii", measureRadii},       {"replay", measureReplay},
+    {"rods", measureRods},       {"sampling", measureSampling},
 };
 
 void addOptions(CLI::App& app, std::string& measure, Request& request) {
@@ -153,6 +156,9 @@ int run(int argc, char** argv) {
   CLI::App app("Measures what --measure names. Other flags are Google Benchmark's.");
   addOptions(app, measure, request);
   CLI11_PARSE(app, argc, argv);
+  if (measure == "replay" && app.count("--scene") + app.count("--hair") == 0) {
+    request.scene.text = "paper-dynamic";
+  }
   initializeBenchmark(app, argv[0]);
   addContext(argc, argv, measure, request);
   const bool right = kMeasures.at(measure)(request);

@@ -15,8 +15,8 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-constexpr int kRuns = 5;
 constexpr int kFibers[] = {1'000, 10'000, 100'000};  // of 100 segments
+constexpr int kRuns = 5, kRunsOfLargest = 3;
 
 /// A helix scene as plain arrays, at rest and moved, and a tree over it.
 class GrowingHelix {
@@ -80,7 +80,8 @@ bool measureGrowth(const Request&) {
   for (const int fibers : kFibers) {
     showProgress("make " + std::to_string(fibers) + " fibers");
     const auto helix = std::make_shared<GrowingHelix>(fibers);
-    registerRuns("Growth/" + std::to_string(helix->segmentCount()), kRuns,
+    const int runs = fibers == kFibers[2] ? kRunsOfLargest : kRuns;
+    registerRuns("Growth/" + std::to_string(helix->segmentCount()), runs,
                  [helix](Numbers& numbers) { return helix->frame(numbers); });
   }
   return runRegistered();

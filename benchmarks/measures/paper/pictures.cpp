@@ -1,27 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <fstream>
-#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <fcl_fibers/fiber_tree.h>
-#include <fcl_fibers/scenes/paper_scenes.h>
 
-#include "parts.h"
-#include "progress.h"
+#include "harness/runs.h"
+#include "measures.h"
 #include "tools/found_pairs.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
-
-/// Of Fig. 6, and of the loop when it is nearly closed.
-constexpr int kStrandFibers = 500;
-constexpr int kLoopStep = 85;
 
 std::ofstream openForWriting(const std::string& path) {
   std::ofstream file(path, std::ios::binary);
@@ -38,35 +31,32 @@ tools::FoundPairs findTouching(const scenes::FiberScene& scene) {
   return tools::findPairs(tree, scene);
 }
 
+template <typename T>
+void writeRaw(const std::string& path, const std::vector<T>& values) {
+  openForWriting(path).write(reinterpret_cast<const char*>(values.data()),
+                             static_cast<std::streamsize>(sizeof(T) * values.size()));
+}
+
 /// NAME.points (floats x y z), NAME.begin (32-bit first points of fibers, and their number),
 /// NAME.touching (a byte a segment), and NAME.csv with the counts, last, as the sign that all are
 /// there.
-void writePicture(const std::string& dir, const std::string& name,
-                  const scenes::FiberScene& scene) {
-  showProgress("pictures: " + name);
+void writePicture(const std::string& path, const scenes::FiberScene& scene, Numbers& numbers) {
   const tools::FoundPairs touching = findTouching(scene);
-  const std::string path = dir + "/" + name;
-
   std::vector<float> coordinates;
   coordinates.reserve(3 * scene.points.size());
   for (const scenes::Point& point : scene.points) {
     for (const double x : point) coordinates.push_back(static_cast<float>(x));
   }
-  openForWriting(path + ".points")
-      .write(reinterpret_cast<const char*>(coordinates.data()),
-             static_cast<std::streamsize>(sizeof(float) * coordinates.size()));
-
   std::vector<std::int32_t> begin;
-  std::transform(scene.point_begin.begin(), scene.point_begin.end(), std::back_inserter(begin),
-                 [](std::size_t i) { return static_cast<std::int32_t>(i); });
-  openForWriting(path + ".begin")
-      .write(reinterpret_cast<const char*>(begin.data()),
-             static_cast<std::streamsize>(sizeof(std::int32_t) * begin.size()));
+  for (const std::size_t i : scene.point_begin) begin.push_back(static_cast<std::int32_t>(i));
+  writeRaw(path + ".points", coordinates);
+  writeRaw(path + ".begin", begin);
+  writeRaw(path + ".touching", touching.touching);
 
-  openForWriting(path + ".touching")
-      .write(reinterpret_cast<const char*>(touching.touching.data()),
-             static_cast<std::streamsize>(touching.touching.size()));
-
+  numbers = {{"fibers", static_cast<double>(scene.fiberCount())},
+             {"segments", static_cast<double>(scene.segmentCount())},
+             {"touching_pairs", static_cast<double>(touching.pairs.size())},
+             {"touching_segments", static_cast<double>(touching.touching_segments)}};
   openForWriting(path + ".csv") << "fibers,segments,radius,touching_pairs,touching_segments\n"
                                 << scene.fiberCount() << ',' << scene.segmentCount() << ','
                                 << scene.radius << ',' << touching.pairs.size() << ','
@@ -122,15 +112,13 @@ void writeNodes(std::ofstream& file, const scenes::FiberScene& fiber,
   }
 }
 
-void writeVolumes(const std::string& dir, const std::string& name,
-                  const scenes::FiberScene& fiber) {
-  showProgress("pictures: " + name);
+void writeVolumes(const std::string& path, const scenes::FiberScene& fiber) {
   {
-    std::ofstream points = openForWriting(dir + "/" + name + "_fiber.csv");
+    std::ofstream points = openForWriting(path + "_fiber.csv");
     points << "x,y,z\n";
     for (const auto& p : fiber.points) points << p[0] << ',' << p[1] << ',' << p[2] << '\n';
   }
-  std::ofstream file = openForWriting(dir + "/" + name + ".csv");
+  std::ofstream file = openForWriting(path + ".csv");
   file << "kind,depth,node,parent,a,b,c,d,e,f\n";
   writeNodes(file, fiber, FiberTreeOptions::Volumes::kLayeredBoxes);
   writeNodes(file, fiber, FiberTreeOptions::Volumes::kWrappedSpheres);
@@ -138,22 +126,24 @@ void writeVolumes(const std::string& dir, const std::string& name,
 
 }  // namespace
 
-void writePictures(const PartRequest& request) {
-  if (request.out_dir.empty()) throw std::invalid_argument("--part=pictures: give --out_dir");
-  scenes::PaperDynamicParameters parameters;
-  parameters.seed = request.scene.seed;
-  const scenes::PaperDynamic assembly(parameters);
-  const scenes::FiberScene loop = assembly.scene(std::min(kLoopStep, assembly.steps() - 1));
-  writeVolumes(request.out_dir, "volumes", firstFiber(loop));
-  writePicture(request.out_dir, "loop", loop);
-
-  PaperSceneRequest scene = request.scene;
-  scene.name = "strand";
-  scene.fibers = kStrandFibers;
-  writePicture(request.out_dir, "strand", makePaperScene(scene, 0));
-  scene = request.scene;
-  scene.name = "half_scalp";
-  writePicture(request.out_dir, "half_scalp", makePaperScene(scene, 0));
+bool measurePictures(const Request& request) {
+  const std::string& dir = request.out_dir;
+  if (dir.empty()) throw std::invalid_argument("--measure=pictures: give --out_dir");
+  const std::string loop = "paper-dynamic:frame=85";  // when it is nearly closed
+  const std::pair<const char*, std::string> kPictures[] = {
+      {"loop", loop}, {"strand", "paper-strand:fibers=500"}, {"half_scalp", "paper-half-scalp"}};
+  for (const auto& [name, scene] : kPictures) {
+    registerRuns("Picture/" + std::string(name), 1,
+                 [&dir, name = name, scene = scene](Numbers& numbers) {
+                   writePicture(dir + "/" + name, tools::openScene(scene, {}).scene(), numbers);
+                   return 0.0;
+                 });
+  }
+  registerRuns("Picture/volumes", 1, [&](Numbers&) {
+    writeVolumes(dir + "/volumes", firstFiber(tools::openScene(loop, {}).scene()));
+    return 0.0;
+  });
+  return runRegistered();
 }
 
 }  // namespace fcl_fibers::benchmarks

@@ -7,14 +7,12 @@
 #include <fcl_fibers/scenes/cosserat_rod.h>
 #include <fcl_fibers/scenes/load_trajectory.h>
 
-#include "paper_scene.h"
-#include "parts.h"
-#include "progress.h"
+#include "harness/progress.h"
+#include "harness/runs.h"
+#include "measures.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
-
-constexpr int kScenes = 3;
 
 /// A hair of the dynamic assembly, bent half way to the loop.
 struct Hair {
@@ -57,36 +55,28 @@ void registerRod(int segments, bool warm) {
   benchmark::RegisterBenchmark(name.c_str(), run)->Unit(benchmark::kMicrosecond)->Repetitions(5);
 }
 
-void registerScene(const PaperSceneRequest& scene) {
-  const std::string name = "Make/" + scene.name;
-  const auto run = [scene, name](benchmark::State& state) {
-    showProgress("rods: " + name);
-    std::size_t fibers = 0, segments = 0;
-    for ([[maybe_unused]] auto _ : state) {
-      const scenes::FiberScene made = makePaperScene(scene, 0);
-      fibers = made.fiberCount();
-      segments = made.segmentCount();
-    }
-    state.counters["fibers"] = static_cast<double>(fibers);
-    state.counters["segments"] = static_cast<double>(segments);
-  };
-  benchmark::RegisterBenchmark(name.c_str(), run)
-      ->Unit(benchmark::kSecond)
-      ->Iterations(1)
-      ->Repetitions(kScenes);
+void registerScene(const std::string& name) {
+  constexpr int kRuns = 3;
+  registerRuns("Make/" + name, kRuns, [name](Numbers& numbers) {
+    scenes::FiberScene scene;
+    const double taken = seconds([&] { scene = tools::openScene(name, {}).scene(); });
+    numbers["fibers"] = static_cast<double>(scene.fiberCount());
+    numbers["segments"] = static_cast<double>(scene.segmentCount());
+    return taken;
+  });
 }
 
 }  // namespace
 
-void timeRods(const PartRequest& request) {
+bool measureRods(const Request&) {
   for (const int segments : {25, 50, 100, 200, 400}) {
     registerRod(segments, true);
     registerRod(segments, false);
   }
-  for (const char* scene : {"static", "half_scalp", "strand"}) {
-    registerScene({scene, 0, 0, request.scene.seed});
+  for (const char* scene : {"paper-static", "paper-half-scalp", "paper-strand"}) {
+    registerScene(scene);
   }
-  runRegistered();
+  return runRegistered();
 }
 
 }  // namespace fcl_fibers::benchmarks

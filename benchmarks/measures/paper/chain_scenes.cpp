@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "chain_scenes.h"
+#include "measures/paper/chain_scenes.h"
 
 #include <algorithm>
 #include <array>
@@ -125,10 +125,10 @@ class RandomCycle {
   std::mt19937_64 random_;
 };
 
-Path randomPath(std::size_t edge, std::uint64_t seed) {
+Path randomPath(std::size_t edge) {
   // A cube now and then finds no edge to be joined by.
-  for (std::uint64_t attempt = 0; attempt < 1000; ++attempt) {
-    Path path = RandomCycle(edge, seed + (attempt << 32)).path();
+  for (std::uint64_t seed = 1; seed < 1000; ++seed) {
+    Path path = RandomCycle(edge, seed).path();
     if (path.size() == edge * edge * edge) return path;
   }
   throw std::runtime_error("makeChain: no cycle through all points was found");
@@ -163,7 +163,8 @@ Chain chainOfName(const std::string& name) {
   throw std::invalid_argument("--chain=" + name + ": there are straight, random and snake");
 }
 
-scenes::FiberScene makeChain(Chain chain, int edge, std::uint64_t seed) {
+scenes::FiberScene makeChain(Chain chain, int edge) {
+  if (edge < 2 || edge % 2 != 0) throw std::invalid_argument("makeChain: the edge has to be even");
   const auto m = static_cast<std::size_t>(edge);
   scenes::FiberScene scene;
   scene.radius = 0.2;
@@ -172,7 +173,7 @@ scenes::FiberScene makeChain(Chain chain, int edge, std::uint64_t seed) {
       scene.points.push_back(turned(0, 0, static_cast<double>(i)));
     }
   } else {
-    for (const std::size_t p : chain == Chain::kSnake ? snakePath(m) : randomPath(m, seed)) {
+    for (const std::size_t p : chain == Chain::kSnake ? snakePath(m) : randomPath(m)) {
       scene.points.push_back(turned(static_cast<double>(p % m), static_cast<double>(p / m % m),
                                     static_cast<double>(p / (m * m))));
     }

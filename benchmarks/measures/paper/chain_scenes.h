@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstdint>
 #include <string>
 
 #include <fcl_fibers/scenes/fiber_scene.h>
@@ -24,7 +23,7 @@ Chain chainOfName(const std::string& name);
 /// The snake is as bad as such a chain can be: each of its n^(2/3) rows has a box, or a sphere,
 /// that a fixed part of all others reach, which makes n^(4/3) pairs.
 ///
-/// @param edge  even, at least 2
-scenes::FiberScene makeChain(Chain chain, int edge, std::uint64_t seed);
+/// @param edge  even, at least 2; throws std::invalid_argument where it is not
+scenes::FiberScene makeChain(Chain chain, int edge);
 
 }  // namespace fcl_fibers::benchmarks

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <benchmark/benchmark.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -8,17 +6,46 @@
 #include <string>
 #include <vector>
 
-#include "chain_scenes.h"
 #include "geometry/enclosing_sphere.h"
-#include "parts.h"
-#include "progress.h"
+#include "geometry/segment.h"
+#include "harness/runs.h"
+#include "measures.h"
+#include "measures/paper/chain_scenes.h"
 #include "tree/fiber_tree.h"
-#include "tree_scene.h"
+#include "tree/topology.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
 
 using geometry::Ball;
+
+// A scene as the trees read it, in its own frame, without FCL's objects in between.
+
+std::vector<geometry::Segment> treeSegments(const scenes::FiberScene& scene) {
+  const auto point = [&](std::size_t i) {
+    const scenes::Point& p = scene.points[i];
+    return geometry::Vec3d{p[0], p[1], p[2]};
+  };
+  std::vector<geometry::Segment> segments;
+  segments.reserve(scene.segmentCount());
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    for (std::size_t i = scene.point_begin[f] + 1; i < scene.point_begin[f + 1]; ++i) {
+      segments.push_back({point(i - 1), point(i), scene.radiusAt(i - 1)});
+    }
+  }
+  return segments;
+}
+
+tree::Fibers treeFibers(const scenes::FiberScene& scene) {
+  tree::Fibers fibers;
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    for (std::size_t i = scene.point_begin[f] + 1; i < scene.point_begin[f + 1]; ++i) {
+      fibers.ids.push_back(static_cast<tree::SegmentId>(fibers.ids.size()));
+    }
+    fibers.endFiber();
+  }
+  return fibers;
+}
 
 /// What the two hierarchies make of one chain.
 struct Comparison {
@@ -90,50 +117,42 @@ Comparison compare(const scenes::FiberScene& scene) {
   return result;
 }
 
-void registerComparison(const std::string& name, std::function<scenes::FiberScene()> make_scene) {
-  const auto run = [name, make_scene](benchmark::State& state) {
-    showProgress("radii: " + name);
+void registerComparison(const std::string& name,
+                        const std::function<scenes::FiberScene()>& make_scene) {
+  registerRuns("Radii/" + name, 1, [make_scene](Numbers& numbers) {
     const scenes::FiberScene scene = make_scene();
     const Comparison result = compare(scene);
-    for ([[maybe_unused]] auto _ : state) state.SetIterationTime(0);
     const auto segments = static_cast<double>(scene.segmentCount());
-    state.counters["segments"] = segments;
-    state.counters["height"] = result.height;
-    state.counters["layered"] = result.layered;
-    state.counters["wrapped"] = result.wrapped;
-    state.counters["largest_ratio"] = result.largest_ratio;
-    state.counters["largest_of_bound"] = result.largest_of_bound;
-    state.counters["box_bytes_per_segment"] = static_cast<double>(result.box_bytes) / segments;
-    state.counters["sphere_bytes_per_segment"] =
-        static_cast<double>(result.sphere_bytes) / segments;
-  };
-  benchmark::RegisterBenchmark(("Radii/" + name).c_str(), run)
-      ->UseManualTime()
-      ->Iterations(1)
-      ->Repetitions(1);
+    numbers["segments"] = segments;
+    numbers["height"] = result.height;
+    numbers["layered"] = result.layered;
+    numbers["wrapped"] = result.wrapped;
+    numbers["largest_ratio"] = result.largest_ratio;
+    numbers["largest_of_bound"] = result.largest_of_bound;
+    numbers["box_bytes_per_segment"] = static_cast<double>(result.box_bytes) / segments;
+    numbers["sphere_bytes_per_segment"] = static_cast<double>(result.sphere_bytes) / segments;
+    return 0.0;
+  });
+}
+
+void registerScene(const std::string& name, int fibers) {
+  const std::string count = std::to_string(fibers);
+  registerComparison(name + "/fibers:" + count,
+                     [=] { return tools::openScene(name + ":fibers=" + count, {}).scene(); });
 }
 
 }  // namespace
 
-void compareRadii(const PartRequest& request) {
-  const auto seed = request.scene.seed;
+bool measureRadii(const Request&) {
   for (const char* chain : {"straight", "random", "snake"}) {
     for (const int edge : {2, 4, 6, 8, 12, 16, 24, 32}) {
       registerComparison(std::string(chain) + "/edge:" + std::to_string(edge),
-                         [=] { return makeChain(chainOfName(chain), edge, seed); });
+                         [=] { return makeChain(chainOfName(chain), edge); });
     }
   }
-  for (const int fibers : {1, 10, 100, 1000}) {
-    const PaperSceneRequest scene = {"static", fibers, 0, seed};
-    registerComparison("static/fibers:" + std::to_string(fibers),
-                       [=] { return makePaperScene(scene, 0); });
-  }
-  for (const int fibers : {1, 10, 100}) {
-    const PaperSceneRequest scene = {"strand", fibers, 0, seed};
-    registerComparison("strand/fibers:" + std::to_string(fibers),
-                       [=] { return makePaperScene(scene, 0); });
-  }
-  runRegistered();
+  for (const int fibers : {1, 10, 100, 1000}) registerScene("paper-static", fibers);
+  for (const int fibers : {1, 10, 100}) registerScene("paper-strand", fibers);
+  return runRegistered();
 }
 
 }  // namespace fcl_fibers::benchmarks
