@@ -1,142 +1,170 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// How long FCL's managers and ours take for the same fibers. One run is one scene:
+// All that is measured. One run is one measure, on one scene where it has any; its results go to a
+// file of Google Benchmark's, of which benchmarks/report makes tables, and benchmarks/run.sh runs
+// what belongs together:
 //
-//   fcl_fibers_benchmark --scene=strand --fibers=1000 --segments=100 [--seed=1] [--largest]
-//   fcl_fibers_benchmark --scene=scalp [--fibers=50000] [--segments=50] [--seed=1]
-//   fcl_fibers_benchmark --scene=dynamic [--fibers=150] [--segments=100] [--seed=1] [--step=50]
-//   fcl_fibers_benchmark --hair=FILE [--radius=R]
+//   fcl_fibers_bench --measure=frames [SCENE]
+//   [--against=headline|full|all|paper|paper_all|NAME,...] fcl_fibers_bench
+//   --measure=queries|growth|costs|sampling fcl_fibers_bench --measure=bounds [SCENE]
+//   fcl_fibers_bench --measure=replay|chain|radii|rods|pictures     the paper's
 //
-// and any flag of Google Benchmark, such as --benchmark_filter=Update or --benchmark_out=FILE.json.
+// with --benchmark_out=FILE.json and any other flag of Google Benchmark. SCENE is
+// --scene=NAME:key=value,... as `fcl_fibers --help` lists them, or --hair=FILE [--radius=R].
 //
-// What is measured, all managers on the same objects, one thread, no neighbours left out:
+// The results of frames. Every contender first has to show, in a process of its own, that it
+// reports every touching pair, once, before a motion and after it. What is wrong, crashes or
+// refuses is not timed, and neither is what takes longer than --limit seconds in any phase. Runs
+// are in random order.
 //
-//   SetUp          construct the manager, register all objects, setup()
-//   Update         after every pose was set anew: boxes as the manager reads them (computeAABB for
-//                  FCL's "stock", end points +- radius for FCL's "tight", none for ours) + update()
-//   SelfCollision  the query of all pairs, with a callback that counts
-//   Frame          set every pose, update as above, self-collision
+//   Tried/...    FCL's dynamic tree and its array form with every tree_init_level, one frame; the
+//                fastest in set-up, update, detection and a frame go on, those of the first two to
+//                that phase only
+//   Checked/...  the check: pairs, touching pairs, bytes, and the seconds of each phase, once; the
+//                label says why a contender is not timed
+//   Frames/...   set_up: construct the manager, register all objects, setup(); and of a frame,
+//   after
+//                every pose was set anew, update: boxes as the manager reads them (computeAABB for
+//                FCL's "stock", end points +- radius for FCL's "tight", none for ours) + update();
+//                detection: the query of all pairs, with a callback that counts. Of the paper's
+//                dynamic assembly the sum over --steps. "visited" are pairs before any filter:
+//                Embree visits both orders of a pair, and each object with itself. `_and_collide`:
+//                fcl::collide on `sampled` pairs `of` those reported, scaled to all.
+//   Floor/read   a loop over the objects that reads their transforms and capsules
 //
-// Two frames of the scene's motion take turns; of the dynamic assembly, which has many, the one
-// before --step and that one. Times are wall-clock medians over repetitions in
-// random order; no manager has lived through more than ten updates, for FCL's trees become slower
-// with each, and those of FCL's managers far behind are timed once. Before anything is timed, each
-// manager has to show in a process of its own that it reports every touching pair, once; what is
-// wrong, crashes or refuses has no time, and what takes longer than --limit=10 seconds in any phase
-// shows so, beside times of its other phases taken once ("~"). The exit status is 1 if one of ours
-// is wrong.
+// Of Embree's and Bullet's times, update is reading the boxes from the poses, as our manager does,
+// and what the library does with them.
 //
-// How to read the table: pairs is what the manager reports, touching those of them whose capsules
-// touch; the difference is what a narrow phase would try in vain. The rows "bundle" and "super
-// thread" of LayeredAABBTree report what FCL's managers report on tight boxes, those of
-// WrappedSphereTree the pairs of overlapping spheres, and the rows "capsules" do the narrow phase's
-// work as well. Bytes are what malloc gave for one manager, the objects apart. "FCL's best" is
-// FCL's manager with the smallest update + self-collision in this scene, and the ratio is its time
-// to the row's.
+//   Query/<query>/...     FCL's other queries; answers are the same for all
+//   Objects/<shape>/...   objects that are no fibers
+//   Growth/<segments>     the tree over plain arrays at three sizes of one density, per segment
+//   Costs/arrays|objects  bytes and seconds of every combination of what may be asked for
+//   Bound/<kind>:<value>  FiberTree::visitPairs with a SearchBound
+//   Sampling/<segments>   the helix cut into 25 to 2,000 segments: contacts found and missed
+//   Replay/...            the paper's dynamic assembly, all --steps: update:007 is of step 7
+//   Chain/...             self-collision of one chain, --chain=random|snake|straight --edge=N
+//   Radii/...             radii of layered and wrapped spheres, bytes of the trees
+//   Rod/..., Make/...     the rods that the paper's scenes are made of
+//   Picture/...           counts of what --out_dir=FOLDER gets as files
 
 #include <benchmark/benchmark.h>
+#include <CLI/CLI.hpp>
 
-#include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
+#include <fstream>
+#include <map>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
-#include "arguments.h"
-#include "contender.h"
-#include "largest.h"
-#include "moving_fibers.h"
-#include "preflight.h"
-#include "progress.h"
-#include "table.h"
-#include "timings.h"
+#include "harness/progress.h"
+#include "measures.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
 
-struct Arguments {
-  std::string scene = "strand";
-  int fibers = 0;    ///< 0: as many as are usual in the scene
-  int segments = 0;  ///< likewise
-  int step = 50;
-  unsigned long long seed = 1;
-  HairRequest hair;
-  double limit = 10;
-  bool largest = false;
+const std::map<std::string, bool (*)(const Request&)> kMeasures = {
+    {"bounds", measureBounds},   {"chain", measureChain},       {"costs", measureCosts},
+    {"frames", measureFrames},   {"growth", measureGrowth},     {"pictures", measurePictures},
+    {"queries", measureQueries}, {"radii", measureRadii},       {"replay", measureReplay},
+    {"rods", measureRods},       {"sampling", measureSampling},
 };
 
-void addOptions(CLI::App& app, Arguments& arguments) {
+void addOptions(CLI::App& app, std::string& measure, Request& request) {
   app.allow_extras();
-  app.add_option("--scene", arguments.scene)->check(CLI::IsMember({"strand", "scalp", "dynamic"}));
-  app.add_option("--fibers", arguments.fibers)->check(CLI::PositiveNumber);
-  app.add_option("--segments", arguments.segments)->check(CLI::PositiveNumber);
-  app.add_option("--step", arguments.step)->check(CLI::PositiveNumber);
-  app.add_option("--seed", arguments.seed);
-  addHairOptions(app, arguments.hair);
-  app.add_option("--limit", arguments.limit, "Seconds that a phase may take")
+  app.add_option("--measure", measure)->check(CLI::IsMember(kMeasures))->required();
+  auto* const scene = app.add_option("--scene", request.scene.text);
+  auto* const hair = app.add_option("--hair", request.scene.text,
+                                    "Fibers of a .hair, .tfx, .bcc, .vtk, .vtp or text file")
+                         ->check(CLI::ExistingFile)
+                         ->excludes(scene);
+  app.add_option("--radius", request.scene.radius,
+                 "Radius of the fibers, in the file's unit; may be left out if the file has one")
+      ->needs(hair);
+  app.add_flag("--rows", request.scene.rows, "Fibers in the order of rows of roots");
+  app.add_option("--steps", request.scene.steps, "Of the paper's dynamic assembly")
+      ->check(CLI::Range(1, 100));
+  app.add_option("--against", request.against, "Who is measured");
+  app.add_option("--limit", request.limit, "Seconds that a phase may take")
       ->check(CLI::Range(0.01, 1e6));
-  app.add_flag("--largest", arguments.largest);
+  app.add_option("--chain", request.chain)->check(CLI::IsMember({"random", "snake", "straight"}));
+  app.add_option("--edge", request.edge)->check(CLI::Range(2, 1000));
+  app.add_option("--out_dir", request.out_dir, "Where pictures are written");
 }
 
-MovingFibers makeScene(const Arguments& arguments) {
-  showProgress("make the scene");
-  if (!arguments.hair.path.empty()) return readMovingHair(arguments.hair);
-  const auto orUsual = [](int asked, int usual) { return asked > 0 ? asked : usual; };
-  const int segments = orUsual(arguments.segments, arguments.scene == "scalp" ? 50 : 100);
-  if (arguments.scene == "strand") {
-    return makeMovingStrand(orUsual(arguments.fibers, 1000), segments, arguments.seed);
+/// The flags that `app` does not know. Google Benchmark keeps the pointer to the program's name.
+void initializeBenchmark(const CLI::App& app, char* program) {
+  std::vector<std::string> texts = {"--benchmark_enable_random_interleaving=true"};
+  for (const std::string& text : app.remaining()) texts.push_back(text);
+  std::vector<char*> pointers = {program};
+  for (std::string& text : texts) pointers.push_back(text.data());
+  int count = static_cast<int>(pointers.size());
+  benchmark::Initialize(&count, pointers.data());
+  if (benchmark::ReportUnrecognizedArguments(count, pointers.data())) {
+    throw std::invalid_argument("see the head of benchmarks/main.cpp");
   }
-  if (arguments.scene == "scalp") {
-    return makeMovingScalp(orUsual(arguments.fibers, 50000), segments, arguments.seed);
+}
+
+std::string machine() {
+  std::string processor = "unknown processor";
+  std::ifstream cpuinfo("/proc/cpuinfo");
+  for (std::string line; std::getline(cpuinfo, line);) {
+    if (line.rfind("model name", 0) == 0) processor = line.substr(line.find(':') + 2);
   }
-  scenes::PaperDynamicParameters parameters;
-  parameters.fibers = orUsual(arguments.fibers, parameters.fibers);
-  parameters.segments = segments;
-  parameters.seed = arguments.seed;
-  return makeMovingAssembly(scenes::PaperDynamic(parameters), {arguments.step - 1, arguments.step});
+  return processor + ", " + std::to_string(std::thread::hardware_concurrency()) + " cores";
+}
+
+void addContext(int argc, char** argv, const std::string& measure, const Request& request) {
+#ifdef __clang__
+  const std::string compiler = "clang " __clang_version__;
+#else
+  const std::string compiler = "g++ " __VERSION__;
+#endif
+  const char* const commit = std::getenv("FCL_FIBERS_COMMIT");
+  // The folders of the program, of files and of results mean nothing to others.
+  std::string command = "fcl_fibers_bench";
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word.rfind("--benchmark_out", 0) != 0) command += " " + word;
+  }
+  std::string left_out;
+  for (const std::string& library : missingLibraries()) {
+    left_out += (left_out.empty() ? "" : ", ") + library;
+  }
+  std::string scene = request.scene.text;
+  if (tools::isFile(scene)) scene = scene.substr(scene.find_last_of('/') + 1);
+  const std::size_t seed = scene.find("seed=");
+  benchmark::AddCustomContext("machine", machine());
+  benchmark::AddCustomContext("compiler", compiler);
+  benchmark::AddCustomContext("build_type", FCL_FIBERS_BUILD_TYPE);
+  benchmark::AddCustomContext("commit", commit == nullptr ? "unknown" : commit);
+  benchmark::AddCustomContext("command", command);
+  benchmark::AddCustomContext("left_out", left_out);
+  benchmark::AddCustomContext("measure", measure);
+  benchmark::AddCustomContext("scene", scene);
+  benchmark::AddCustomContext(
+      "seed",
+      seed == std::string::npos ? "1" : scene.substr(seed + 5, scene.find(',', seed) - seed - 5));
 }
 
 int run(int argc, char** argv) {
-  Arguments arguments;
-  CLI::App app("Times FCL's managers and ours on one scene. Other flags are Google Benchmark's.");
-  addOptions(app, arguments);
+  std::string measure;
+  Request request;
+  CLI::App app("Measures what --measure names. Other flags are Google Benchmark's.");
+  addOptions(app, measure, request);
   CLI11_PARSE(app, argc, argv);
-  const Circumstances where = circumstances(argc, argv);
-
-  BenchmarkArguments others(app, argv[0], {"--benchmark_enable_random_interleaving=true"});
-  const bool choose_repetitions = !others.has("--benchmark_repetitions");
-  benchmark::Initialize(&others.count, others.values());
-  if (benchmark::ReportUnrecognizedArguments(others.count, others.values())) return 1;
-  benchmark::AddCustomContext("machine", where.machine);
-  benchmark::AddCustomContext("compiler", where.compiler);
-  benchmark::AddCustomContext("build_type", where.build_type);
-  benchmark::AddCustomContext("commit", where.commit);
-  benchmark::AddCustomContext("command", where.command);
-
-  const std::vector<Contender> contenders = allContenders();
-  bool ours_right = true;
-  {
-    MovingFibers fibers = makeScene(arguments);
-    PreflightLimits limits;
-    limits.phase_seconds = arguments.limit;
-    std::vector<Preflight> preflights = preflightAll(contenders, fibers, limits);
-    for (std::size_t i = 0; i < contenders.size(); ++i) {
-      if (preflights[i].right()) continue;
-      benchmark::AddCustomContext("not timed: " + contenders[i].title(), preflights[i].note);
-    }
-    const std::vector<Timing> timings =
-        timeContenders(contenders, preflights, fibers, choose_repetitions);
-    printScene(contenders, preflights, timings, fibers, where);
-    for (std::size_t i = 0; i < contenders.size(); ++i) {
-      const bool slow = preflights[i].verdict == Preflight::Verdict::kTooSlow;
-      if (contenders[i].ours && !preflights[i].right() && !slow) ours_right = false;
-    }
+  if (measure == "replay" && app.count("--scene") + app.count("--hair") == 0) {
+    request.scene.text = "paper-dynamic";
   }
-  if (arguments.largest) {
-    printLargest(contenders, arguments.segments > 0 ? arguments.segments : 100, arguments.seed);
-  }
-  return ours_right ? 0 : 1;
+  initializeBenchmark(app, argv[0]);
+  addContext(argc, argv, measure, request);
+  const bool right = kMeasures.at(measure)(request);
+  endProgress();
+  if (!right) std::fprintf(stderr, "fcl_fibers_bench: one of ours is wrong\n");
+  return right ? 0 : 1;
 }
 
 }  // namespace
@@ -147,7 +175,7 @@ int main(int argc, char** argv) {
     return fcl_fibers::benchmarks::run(argc, argv);
   } catch (const std::exception& error) {
     fcl_fibers::benchmarks::endProgress();
-    std::fprintf(stderr, "fcl_fibers_benchmark: %s\n", error.what());
+    std::fprintf(stderr, "fcl_fibers_bench: %s\n", error.what());
     return 1;
   }
 }

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
+#include <iterator>
 #include <memory>
 #include <random>
 #include <string>
@@ -12,9 +12,9 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
-#include "contender.h"
-#include "moving_fibers.h"
-#include "preflight.h"
+#include "contenders/contender.h"
+#include "judge/preflight.h"
+#include "scenes.h"
 
 namespace fcl_fibers::tools {
 namespace {
@@ -24,29 +24,28 @@ using benchmarks::MovingFibers;
 using benchmarks::Phase;
 using benchmarks::Preflight;
 
-constexpr std::array<Phase, 3> kTimed = {Phase::kSetUp, Phase::kUpdate, Phase::kSelfCollision};
-
-MovingFibers movingFibers(const SceneSource& source) {
-  if (source.is_file) return benchmarks::makeSwingingFibers(source.name, source.scene());
-  const int other = source.frame + 1 < source.frame_count ? source.frame + 1 : source.frame - 1;
-  return MovingFibers(source.name, source.scene(), source.make(other));
-}
-
+/// Ours and FCL's, of which FCL's slow ones, the paper's trees and threads only with --all.
 std::vector<Contender> contenders(bool all) {
-  std::vector<Contender> chosen = benchmarks::allContenders();
-  if (all) return chosen;
-  const auto is_usual = [](const Contender& contender) {
-    return contender.ours ? contender.variant != "super_thread"
-                          : contender.manager.find("DynamicAABBTree") == 0;
+  std::vector<Contender> chosen;
+  const auto add = [&](const std::vector<Contender>& more, auto&& isUsual) {
+    std::copy_if(more.begin(), more.end(), std::back_inserter(chosen),
+                 [&](const Contender& contender) { return all || isUsual(contender); });
   };
-  chosen.erase(std::remove_if(chosen.begin(), chosen.end(), std::not_fn(is_usual)), chosen.end());
+  add(benchmarks::ourContenders(), [](const Contender& contender) {
+    return contender.variant == "boxes" || contender.variant == "spheres" ||
+           contender.variant == "capsules";
+  });
+  for (const auto boxes : {benchmarks::Boxes::kStock, benchmarks::Boxes::kTight}) {
+    add(benchmarks::fclManagers(boxes),
+        [](const Contender& contender) { return contender.manager.find("DynamicAABBTree") == 0; });
+  }
   return chosen;
 }
 
 struct Result {
   Contender contender;
   Preflight preflight;
-  std::array<std::vector<double>, kTimed.size()> seconds;
+  std::array<std::vector<double>, benchmarks::kPhases> seconds;
 
   double median(std::size_t phase) const {
     std::vector<double> sorted = seconds[phase];
@@ -71,16 +70,16 @@ void timeAll(std::vector<Result>& results, MovingFibers& fibers, int repetitions
       progress(fmt::format("timing {} of {}: {}", repetition + 1, repetitions, contender.title()));
       std::unique_ptr<benchmarks::Manager> manager;
       fibers.setPoses(0);
-      const auto time = [&](std::size_t phase, auto&& work) {
-        result->seconds[phase].push_back(benchmarks::seconds(work));
+      const auto time = [&](Phase phase, auto&& work) {
+        result->seconds[static_cast<std::size_t>(phase)].push_back(benchmarks::seconds(work));
       };
-      time(0, [&] {
+      time(Phase::kSetUp, [&] {
         fibers.computeBoxes(contender.boxes);
-        manager = contender.set_up(fibers);
+        manager = contender.setUp(fibers);
       });
       fibers.setPoses(1);
-      time(1, [&] { benchmarks::update(contender, fibers, *manager); });
-      time(2, [&] { benchmarks::countPairs(*manager); });
+      time(Phase::kUpdate, [&] { benchmarks::update(contender, fibers, *manager); });
+      time(Phase::kDetection, [&] { benchmarks::countPairs(*manager); });
     }
   }
 }
@@ -93,7 +92,7 @@ std::string milliseconds(double seconds) {
 
 int bench(const SceneSource& source, const BenchRequest& request) {
   progress("reading " + source.title);
-  MovingFibers fibers = movingFibers(source);
+  MovingFibers fibers = benchmarks::movingFibers(source);
   const std::vector<Contender> chosen = contenders(request.all);
   benchmarks::PreflightLimits limits;
   limits.phase_seconds = request.limit;
@@ -121,7 +120,7 @@ int bench(const SceneSource& source, const BenchRequest& request) {
                                     {"touching", preflight.frames[0].touching},
                                     {"right", preflight.right()}};
       if (!preflight.right()) row["why"] = preflight.note;
-      for (std::size_t p = 0; p < kTimed.size(); ++p) {
+      for (std::size_t p = 0; p < benchmarks::kPhases; ++p) {
         constexpr const char* kKeys[] = {"set_up_s", "update_s", "self_collision_s"};
         if (preflight.right()) row[kKeys[p]] = result.median(p);
       }

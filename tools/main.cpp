@@ -19,7 +19,7 @@
 #include <CLI/CLI.hpp>
 
 #include "commands.h"
-#include "progress.h"
+#include "harness/progress.h"
 
 namespace fcl_fibers::tools {
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "scene_source.h"
+#include "tools/scene_source.h"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -18,9 +20,8 @@
 #include <fcl_fibers/scenes/fiber_file.h>
 #include <fcl_fibers/scenes/helix.h>
 #include <fcl_fibers/scenes/paper_scenes.h>
-#include <fmt/format.h>
 
-#include "commands.h"
+#include "harness/progress.h"
 
 namespace fcl_fibers::tools {
 namespace {
@@ -29,22 +30,45 @@ using Keys = std::map<std::string, std::string>;
 constexpr int kManyFrames = 1000;
 
 [[noreturn]] void refuse(const std::string& text, const std::string& why) {
-  throw std::invalid_argument(fmt::format("'{}': {}", text, why));
+  throw std::invalid_argument("'" + text + "': " + why);
+}
+
+/// Each fiber turned about its own root, around the x axis.
+scenes::FiberScene swing(scenes::FiberScene scene, double angle) {
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    const scenes::Point root = scene.points[scene.point_begin[f]];
+    for (std::size_t i = scene.point_begin[f]; i < scene.point_begin[f + 1]; ++i) {
+      scenes::Point& point = scene.points[i];
+      const double y = point[1] - root[1];
+      const double z = point[2] - root[2];
+      point[1] = root[1] + std::cos(angle) * y - std::sin(angle) * z;
+      point[2] = root[2] + std::sin(angle) * y + std::cos(angle) * z;
+    }
+  }
+  return scene;
+}
+
+/// As few digits as name the number.
+std::string shortest(double number) {
+  std::array<char, 32> text;
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
+  return std::string(text.data(), end);
 }
 
 /// The keys of one scene, taken one by one, so that what is left over is unknown.
 class Parameters {
  public:
-  Parameters(std::string text, const std::string& list) : text_(std::move(text)) {
+  Parameters(std::string text, const std::string& list, int part)
+      : text_(std::move(text)), part_(part) {
     for (std::size_t begin = 0; begin < list.size();) {
       const std::size_t end = std::min(list.find(',', begin), list.size());
       const std::string item = list.substr(begin, end - begin);
       const std::size_t equals = item.find('=');
       if (equals == std::string::npos || equals == 0) {
-        refuse(text_, fmt::format("'{}' is no key=value", item));
+        refuse(text_, "'" + item + "' is no key=value");
       }
       if (!keys_.emplace(item.substr(0, equals), item.substr(equals + 1)).second) {
-        refuse(text_, fmt::format("'{}' is there twice", item.substr(0, equals)));
+        refuse(text_, "'" + item.substr(0, equals) + "' is there twice");
       }
       begin = end + 1;
     }
@@ -59,6 +83,11 @@ class Parameters {
     const Number number = parsed<Number>(key, found->second);
     keys_.erase(found);
     return number;
+  }
+
+  int takeFibers(int otherwise) {
+    const int fibers = take("fibers", otherwise);
+    return part_ == 1 ? fibers : std::max(1, fibers / part_);
   }
 
   /// `7`, `0:100` or `0:100:2`.
@@ -77,8 +106,8 @@ class Parameters {
     if (numbers.size() == 2) numbers.push_back(1);
     if (numbers.size() != 3 || numbers[0] < 0 || numbers[1] < numbers[0] || numbers[1] >= count ||
         numbers[2] < 1) {
-      refuse(text_, fmt::format("{}={}: give FIRST:LAST or FIRST:LAST:STEP within 0:{}", key, text,
-                                count - 1));
+      refuse(text_, key + ("=" + text) + ": give FIRST:LAST or FIRST:LAST:STEP within 0:" +
+                        std::to_string(count - 1));
     }
     std::vector<int> frames;
     for (int frame = numbers[0]; frame <= numbers[1]; frame += numbers[2]) frames.push_back(frame);
@@ -87,8 +116,7 @@ class Parameters {
 
   void requireNoMore() const {
     if (!keys_.empty()) {
-      refuse(text_,
-             fmt::format("there is no key '{}' here; see fcl_fibers --help", keys_.begin()->first));
+      refuse(text_, "there is no key '" + keys_.begin()->first + "' here; see fcl_fibers --help");
     }
   }
 
@@ -99,13 +127,14 @@ class Parameters {
     const char* const end = value.data() + value.size();
     const auto [stop, error] = std::from_chars(value.data(), end, number);
     if (error != std::errc() || stop != end) {
-      refuse(text_, fmt::format("{}={}: give a {}number", key, value,
-                                std::is_integral_v<Number> ? "whole " : ""));
+      refuse(text_, key + ("=" + value) + ": give a " +
+                        (std::is_integral_v<Number> ? "whole number" : "number"));
     }
     return number;
   }
 
   std::string text_;
+  int part_;
   Keys keys_;
 };
 
@@ -115,7 +144,7 @@ using Make = scenes::FiberScene (*)(const Struct&);
 /// A scene whose parameters have fibers, segments, radius, seed and frame.
 template <typename Struct>
 SceneSource movingScene(Parameters& keys, Make<Struct> make, Struct parameters = {}) {
-  parameters.fibers = keys.take("fibers", parameters.fibers);
+  parameters.fibers = keys.takeFibers(parameters.fibers);
   parameters.segments = keys.take("segments", parameters.segments);
   parameters.seed = keys.take<std::uint64_t>("seed", parameters.seed);
   parameters.radius = keys.take("radius", parameters.radius);
@@ -132,12 +161,13 @@ SceneSource movingScene(Parameters& keys, Make<Struct> make, Struct parameters =
 SceneSource staticScene(Parameters& keys) {
   scenes::PaperStaticParameters parameters;
   parameters.turned = keys.take("turned", 1) != 0;
+  parameters.state = keys.take("state", parameters.state);
   return movingScene(keys, scenes::makePaperStatic, parameters);
 }
 
 SceneSource dynamicScene(Parameters& keys) {
   scenes::PaperDynamicParameters parameters;
-  parameters.fibers = keys.take("fibers", parameters.fibers);
+  parameters.fibers = keys.takeFibers(parameters.fibers);
   parameters.segments = keys.take("segments", parameters.segments);
   parameters.seed = keys.take<std::uint64_t>("seed", parameters.seed);
   parameters.radius = keys.take("radius", parameters.radius);
@@ -161,8 +191,8 @@ constexpr Kind kKinds[] = {
      [](Parameters& keys) { return movingScene(keys, scenes::makeHelix); }},
     {"cap", "head of hair of 50,000 x 50",
      [](Parameters& keys) { return movingScene(keys, scenes::makeCap); }},
-    {"paper-static", "the paper's static assembly of 1,000 x 100; turned=0: roots along z",
-     staticScene},
+    {"paper-static",
+     "the paper's static assembly of 1,000 x 100; turned=0: along z, state=1: unbent", staticScene},
     {"paper-dynamic", "the paper's dynamic assembly of 150 x 100, frame 0 to 100, 85 by default",
      dynamicScene},
     {"paper-half-scalp", "the paper's half scalp of 50,000 x 50",
@@ -178,13 +208,15 @@ SceneSource readFile(const std::string& path, std::optional<double> radius) {
   source.title = source.name;
   source.is_file = true;
   source.playable = {0};
-  progress("reading " + path);
+  benchmarks::showProgress("reading " + path);
   scenes::FiberFileOptions options;
   options.radius = radius;
   scenes::FiberFile read = scenes::readFibers(path, options);
   source.has_radius = read.has_radius;
   source.warnings = std::move(read.warnings);
-  source.make = [scene = std::move(read.scene)](int) { return scene; };
+  source.make = [scene = std::move(read.scene)](int frame) {
+    return frame == 0 ? scene : swing(scene, 0.01 * frame);
+  };
   return source;
 }
 
@@ -195,7 +227,7 @@ bool isFile(const std::string& text) {
   return std::filesystem::exists(text, error);
 }
 
-SceneSource findScene(const std::string& text, std::optional<double> radius) {
+SceneSource findScene(const std::string& text, std::optional<double> radius, int part) {
   if (isFile(text)) return readFile(text, radius);
   const std::size_t colon = std::min(text.find(':'), text.size());
   const std::string name = text.substr(0, colon);
@@ -205,10 +237,10 @@ SceneSource findScene(const std::string& text, std::optional<double> radius) {
     refuse(text, "there is no such file, nor a scene of that name; see fcl_fibers --help");
   }
   if (radius) {
-    refuse(text, fmt::format("--radius is for files; of a scene that is made give {}{}radius={}",
-                             text, colon < text.size() ? ',' : ':', *radius));
+    refuse(text, "--radius is for files; of a scene that is made give " + text +
+                     (colon < text.size() ? ",radius=" : ":radius=") + shortest(*radius));
   }
-  Parameters keys(text, colon < text.size() ? text.substr(colon + 1) : "");
+  Parameters keys(text, colon < text.size() ? text.substr(colon + 1) : "", part);
   SceneSource source = kind->make(keys);
   source.name = name;
   source.title = text;
@@ -226,21 +258,22 @@ SceneSource findScene(const std::string& text, std::optional<double> radius) {
   }
   keys.requireNoMore();
   if (source.frame < 0 || source.frame >= source.frame_count) {
-    refuse(text, fmt::format("frame={}: there are 0 to {}", source.frame, source.frame_count - 1));
+    refuse(text, "frame=" + std::to_string(source.frame) + ": there are 0 to " +
+                     std::to_string(source.frame_count - 1));
   }
   return source;
 }
 
-SceneSource openScene(const std::string& text, std::optional<double> radius) {
-  SceneSource source = findScene(text, radius);
+SceneSource openScene(const std::string& text, std::optional<double> radius, int part) {
+  SceneSource source = findScene(text, radius, part);
   if (!source.has_radius) {
     refuse(text,
            "the file holds no radius, and fibers without thickness touch nothing; give --radius R, "
            "in the file's unit");
   }
-  progress("");
+  benchmarks::endProgress();
   for (const std::string& warning : source.warnings) {
-    fmt::print(stderr, "fcl_fibers: warning: {}: {}\n", source.name, warning);
+    std::fprintf(stderr, "fcl_fibers: warning: %s: %s\n", source.name.c_str(), warning.c_str());
   }
   return source;
 }
@@ -249,7 +282,11 @@ std::string sceneHelp() {
   std::string text =
       "SCENE is a file of fibers (.hair, .tfx, .bcc, .vtk, .vtp, or text with a point x y z a line "
       "and a\nblank line between fibers), or a generated scene, NAME or NAME:key=value,...\n\n";
-  for (const Kind& kind : kKinds) text += fmt::format("  {:<17} {}\n", kind.name, kind.what);
+  for (const Kind& kind : kKinds) {
+    std::string name = kind.name;
+    name.resize(17, ' ');
+    text += "  " + name + ' ' + kind.what + '\n';
+  }
   text +=
       "\nKeys are fibers, segments (of each fiber), radius, seed, and frame of the motion, or\n"
       "frames=FIRST:LAST:STEP, which `view` plays:  helix:fibers=200,segments=50,frames=0:40\n";

@@ -418,11 +418,11 @@ class Bench(ProgramTest):
                 self.run_program("bench", *scene, "--repetitions", 1, "--json")
             )
             managers = {row["manager"]: row for row in found["managers"]}
-            self.assertIn("LayeredAABBTree, bundle capsules", managers)
+            self.assertIn("LayeredAABBTree, capsules", managers)
             self.assertIn("DynamicAABBTree, tight", managers)
             self.assertTrue(all(row["right"] for row in managers.values()))
             self.assertEqual(len({row["touching"] for row in managers.values()}), 1)
-            exact = managers["LayeredAABBTree, bundle capsules"]
+            exact = managers["LayeredAABBTree, capsules"]
             self.assertEqual(exact["pairs"], exact["touching"])
             self.assertTrue(all(row["update_s"] > 0 for row in managers.values()))
         table = self.run_program("bench", path, "-r", 0.05, "--repetitions", 1)

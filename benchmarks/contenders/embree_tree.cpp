@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Embree has three ways to follow a motion. A rebuild by surface area is its default. With the
+// scene's quality low, it keeps a tree for each geometry, which it rebuilds by Morton codes, at a
+// quarter of the time, or refits. A refit without the low quality is none: it costs a rebuild.
+//
+// rtcCollide calls back for pairs of leaves, in both orders and for an object with itself. Its
+// rebuilt trees have one box to a leaf, so that these are the pairs that overlap. A tree to be
+// refitted has several and no test of their boxes, so that we test them.
+#include <embree3/rtcore.h>
+
+#include <atomic>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+
+#include "contenders/foreign_tree.h"
+
+namespace fcl_fibers::benchmarks {
+namespace {
+
+using Device = std::unique_ptr<std::remove_pointer_t<RTCDevice>, void (*)(RTCDevice)>;
+using Scene = std::unique_ptr<std::remove_pointer_t<RTCScene>, void (*)(RTCScene)>;
+using Geometry = std::unique_ptr<std::remove_pointer_t<RTCGeometry>, void (*)(RTCGeometry)>;
+
+Device newDevice(int threads) {
+  const std::string options = "threads=" + std::to_string(threads) + ",set_affinity=0";
+  Device device(rtcNewDevice(options.c_str()), rtcReleaseDevice);
+  if (!device) throw std::runtime_error("Embree: no device with " + options);
+  return device;
+}
+
+class EmbreeTree : public ForeignTree {
+ public:
+  EmbreeTree(EmbreeUpdate update, int threads)
+      : ForeignTree(threads),
+        threads_(threads),
+        leaves_are_boxes_(update != EmbreeUpdate::kRefit),
+        device_(newDevice(threads)),
+        scene_(rtcNewScene(device_.get()), rtcReleaseScene),
+        geometry_(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_USER), rtcReleaseGeometry) {
+    // Malloc gives only a part of it.
+    rtcSetDeviceMemoryMonitorFunction(
+        device_.get(),
+        [](void* bytes, ssize_t more, bool) {
+          *static_cast<std::atomic<ssize_t>*>(bytes) += more;
+          return true;
+        },
+        bytes_.get());
+    rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_DYNAMIC);
+    if (update == EmbreeUpdate::kRebuild) return;
+    rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_LOW);
+    rtcSetGeometryBuildQuality(geometry_.get(), update == EmbreeUpdate::kRefit
+                                                    ? RTC_BUILD_QUALITY_REFIT
+                                                    : RTC_BUILD_QUALITY_LOW);
+  }
+
+  void setup() override {
+    readBoxes();
+    rtcSetGeometryUserPrimitiveCount(geometry_.get(), static_cast<unsigned int>(size()));
+    rtcSetGeometryUserData(geometry_.get(), this);
+    rtcSetGeometryBoundsFunction(geometry_.get(), bounds, nullptr);
+    rtcCommitGeometry(geometry_.get());
+    rtcAttachGeometry(scene_.get(), geometry_.get());
+    commitScene();
+  }
+
+  void update() override {
+    readBoxes();
+    rtcCommitGeometry(geometry_.get());
+    commitScene();
+  }
+
+  using ForeignTree::collide;
+  void collide(void* cdata, fcl::CollisionCallBack<double> callback) const override {
+    // Embree calls back from all of its threads.
+    std::mutex mutex;
+    forEachBlock([&](const RTCCollision* collisions, unsigned int count) {
+      const std::lock_guard<std::mutex> lock(mutex);
+      for (unsigned int i = 0; i < count; ++i) {
+        const auto [a, b] = ids(collisions[i]);
+        if (isPair(a, b)) callback(object(a), object(b), cdata);
+      }
+    });
+  }
+
+  PairCount countPairs() const override {
+    if (threads_ == 1) {
+      PairCount count;
+      forEachBlock([&](const RTCCollision* collisions, unsigned int size) {
+        count.pairs += pairsIn(collisions, size);
+        count.visited += size;
+      });
+      return count;
+    }
+    std::atomic<std::size_t> pairs{0}, visited{0};
+    forEachBlock([&](const RTCCollision* collisions, unsigned int size) {
+      const std::size_t found = pairsIn(collisions, size);
+      if (found > 0) pairs.fetch_add(found, std::memory_order_relaxed);
+      visited.fetch_add(size, std::memory_order_relaxed);
+    });
+    return {pairs, visited};
+  }
+
+  std::size_t libraryBytes(std::size_t) const override {
+    return static_cast<std::size_t>(bytes_->load());
+  }
+
+ private:
+  static void bounds(const RTCBoundsFunctionArguments* arguments) {
+    const auto* const tree = static_cast<const EmbreeTree*>(arguments->geometryUserPtr);
+    const FloatBox& box = tree->boxes()[arguments->primID];
+    RTCBounds& result = *arguments->bounds_o;
+    result.lower_x = box.least[0];
+    result.lower_y = box.least[1];
+    result.lower_z = box.least[2];
+    result.upper_x = box.greatest[0];
+    result.upper_y = box.greatest[1];
+    result.upper_z = box.greatest[2];
+  }
+
+  static std::pair<unsigned int, unsigned int> ids(const RTCCollision& collision) {
+    return {collision.primID0, collision.primID1};
+  }
+
+  bool isPair(unsigned int a, unsigned int b) const {
+    return a < b && (leaves_are_boxes_ || overlap(boxes()[a], boxes()[b]));
+  }
+
+  std::size_t pairsIn(const RTCCollision* collisions, unsigned int count) const {
+    std::size_t pairs = 0;
+    for (unsigned int i = 0; i < count; ++i) {
+      const auto [a, b] = ids(collisions[i]);
+      pairs += isPair(a, b) ? 1 : 0;
+    }
+    return pairs;
+  }
+
+  template <typename Block>
+  void forEachBlock(Block&& block) const {
+    rtcCollide(
+        scene_.get(), scene_.get(),
+        [](void* data, RTCCollision* collisions, unsigned int count) {
+          (*static_cast<std::remove_reference_t<Block>*>(data))(collisions, count);
+        },
+        &block);
+  }
+
+  void commitScene() {
+    rtcCommitScene(scene_.get());
+    const RTCError error = rtcGetDeviceError(device_.get());
+    if (error != RTC_ERROR_NONE) {
+      throw std::runtime_error("Embree: error " + std::to_string(static_cast<int>(error)));
+    }
+  }
+
+  int threads_;
+  bool leaves_are_boxes_;
+  // Outlives the device, which still frees memory when it is released.
+  std::unique_ptr<std::atomic<ssize_t>> bytes_ = std::make_unique<std::atomic<ssize_t>>(0);
+  Device device_;
+  Scene scene_;
+  Geometry geometry_;
+};
+
+}  // namespace
+
+std::unique_ptr<ForeignTree> makeEmbreeTree(EmbreeUpdate update, int threads) {
+  return std::make_unique<EmbreeTree>(update, threads);
+}
+
+}  // namespace fcl_fibers::benchmarks

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contenders/foreign_tree.h"
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace fcl_fibers::benchmarks {
+namespace {
+
+[[noreturn]] void refuse() {
+  throw std::logic_error("ForeignTree: only self-collision of objects registered once");
+}
+
+/// An ulp at least, without the branches of nextafter.
+float below(double x) {
+  const auto nearest = static_cast<float>(x);
+  return nearest - std::abs(nearest) * std::numeric_limits<float>::epsilon();
+}
+
+float above(double x) { return -below(-x); }
+
+FloatBox floatBox(const fcl::AABBd& box) {
+  FloatBox result;
+  for (int axis = 0; axis < 3; ++axis) {
+    result.least[static_cast<std::size_t>(axis)] = below(box.min_[axis]);
+    result.greatest[static_cast<std::size_t>(axis)] = above(box.max_[axis]);
+  }
+  return result;
+}
+
+// Without any of the libraries, it has no use.
+[[maybe_unused]] Contender foreignContender(
+    const char* library, const std::string& variant,
+    const std::function<std::unique_ptr<ForeignTree>()>& make) {
+  return {library,
+          variant,
+          false,
+          Boxes::kNone,
+          Reported::kTightBoxes,
+          [make](const std::vector<Object*>&) { return make(); }};
+}
+
+}  // namespace
+
+ForeignTree::ForeignTree(int threads) : executor_(parallel::makeExecutor(threads)) {}
+
+void ForeignTree::registerObjects(const std::vector<Object*>& objects) {
+  if (!objects_.empty()) refuse();
+  objects_ = objects;
+}
+
+void ForeignTree::readBoxes() {
+  constexpr std::size_t kGrain = 4096;
+  boxes_.resize(objects_.size());
+  parallel::forRanges(
+      executor_.get(), objects_.size(), kGrain, [this](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          boxes_[i] = floatBox(static_cast<const CapsuleObject*>(objects_[i])->tightBox());
+        }
+      });
+}
+
+void ForeignTree::registerObject(Object*) { refuse(); }
+void ForeignTree::unregisterObject(Object*) { refuse(); }
+void ForeignTree::clear() { refuse(); }
+void ForeignTree::collide(Object*, void*, fcl::CollisionCallBack<double>) const { refuse(); }
+void ForeignTree::collide(Manager*, void*, fcl::CollisionCallBack<double>) const { refuse(); }
+void ForeignTree::distance(Object*, void*, fcl::DistanceCallBack<double>) const { refuse(); }
+void ForeignTree::distance(void*, fcl::DistanceCallBack<double>) const { refuse(); }
+void ForeignTree::distance(Manager*, void*, fcl::DistanceCallBack<double>) const { refuse(); }
+
+std::vector<Contender> foreignContenders() {
+  std::vector<Contender> contenders;
+#ifdef FCL_FIBERS_WITH_EMBREE
+  const std::vector<std::pair<std::string, EmbreeUpdate>> updates = {
+      {"rebuild", EmbreeUpdate::kRebuild},
+      {"morton", EmbreeUpdate::kRebuildMorton},
+      {"refit", EmbreeUpdate::kRefit}};
+  for (const int threads : {1, 2}) {
+    for (const auto& [name, update] : updates) {
+      contenders.push_back(
+          foreignContender("Embree", name + (threads == 1 ? "" : "_2_threads"),
+                           [update = update, threads] { return makeEmbreeTree(update, threads); }));
+    }
+  }
+#endif
+#ifdef FCL_FIBERS_WITH_BULLET
+  contenders.push_back(foreignContender("Bullet", "refit", makeBulletTree));
+#endif
+  return contenders;
+}
+
+std::vector<std::string> missingLibraries() {
+  std::vector<std::string> missing;
+#ifndef FCL_FIBERS_WITH_EMBREE
+  missing.push_back("Embree");
+#endif
+#ifndef FCL_FIBERS_WITH_BULLET
+  missing.push_back("Bullet");
+#endif
+  return missing;
+}
+
+}  // namespace fcl_fibers::benchmarks

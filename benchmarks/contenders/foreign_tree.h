@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "contenders/contender.h"
+#include "parallel/executor.h"
+
+namespace fcl_fibers::benchmarks {
+
+/// A box in floats, rounded outward.
+struct FloatBox {
+  std::array<float, 3> least;
+  std::array<float, 3> greatest;
+};
+
+inline bool overlap(const FloatBox& a, const FloatBox& b) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (a.least[axis] > b.greatest[axis] || b.least[axis] > a.greatest[axis]) return false;
+  }
+  return true;
+}
+
+/// A tree of another library behind FCL's interface, as far as it is needed here: objects are
+/// registered once, all of them MovingFibers', and the only query is self-collision. Whatever else
+/// is called throws std::logic_error.
+class ForeignTree : public Manager, public ForeignManager {
+ public:
+  /// @param threads  that read boxes, of a pool as ours are
+  explicit ForeignTree(int threads);
+
+  using Manager::update;
+
+  void registerObjects(const std::vector<Object*>& objects) override;
+  void registerObject(Object* object) override;
+  void unregisterObject(Object* object) override;
+  void clear() override;
+  void getObjects(std::vector<Object*>& objects) const override { objects = objects_; }
+  bool empty() const override { return objects_.empty(); }
+  std::size_t size() const override { return objects_.size(); }
+
+  void collide(void* cdata, fcl::CollisionCallBack<double> callback) const override = 0;
+  void collide(Object* object, void* cdata, fcl::CollisionCallBack<double> callback) const override;
+  void collide(Manager* other, void* cdata, fcl::CollisionCallBack<double> callback) const override;
+  void distance(Object* object, void* cdata, fcl::DistanceCallBack<double> callback) const override;
+  void distance(void* cdata, fcl::DistanceCallBack<double> callback) const override;
+  void distance(Manager* other, void* cdata, fcl::DistanceCallBack<double> callback) const override;
+
+ protected:
+  /// Reads the tight boxes from the poses, as our manager does.
+  void readBoxes();
+
+  /// Without the copy of the boxes, which only this class needs.
+  std::size_t libraryBytes(std::size_t allocated) const override {
+    return allocated - boxes_.capacity() * sizeof(FloatBox);
+  }
+
+  const std::vector<FloatBox>& boxes() const { return boxes_; }
+  Object* object(std::size_t i) const { return objects_[i]; }
+
+ private:
+  std::vector<Object*> objects_;
+  std::vector<FloatBox> boxes_;
+  std::unique_ptr<parallel::Executor> executor_;
+};
+
+#ifdef FCL_FIBERS_WITH_EMBREE
+enum class EmbreeUpdate { kRebuild, kRebuildMorton, kRefit };
+std::unique_ptr<ForeignTree> makeEmbreeTree(EmbreeUpdate update, int threads);
+#endif
+#ifdef FCL_FIBERS_WITH_BULLET
+std::unique_ptr<ForeignTree> makeBulletTree();
+#endif
+
+}  // namespace fcl_fibers::benchmarks

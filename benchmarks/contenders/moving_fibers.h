@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fcl/narrowphase/collision_object.h>
+#include <fcl_fibers/scenes/fiber_scene.h>
+
+#include "judge/exact_capsule_test.h"
+
+namespace fcl_fibers::benchmarks {
+
+using Object = fcl::CollisionObjectd;
+
+/// What `CollisionObject::getAABB` returns.
+enum class Boxes {
+  kNone,   ///< whatever is there: the manager does not read it
+  kStock,  ///< `computeAABB()`: the cube around the capsule's bounding sphere
+  kTight,  ///< end points +- radius
+};
+
+/// A capsule whose box can be made tight, which FCL's own object cannot.
+class CapsuleObject : public Object {
+ public:
+  using Object::Object;
+  void computeTightAABB();
+
+  /// End points +- radius, where the object is now.
+  fcl::AABBd tightBox() const;
+
+  /// Where the object is now.
+  Capsule capsule() const;
+};
+
+/// The objects that all managers share, and the frames of their motion.
+class MovingFibers {
+ public:
+  /// Frames that there are at least, and that managers are checked in.
+  static constexpr int kFrames = 2;
+
+  /// Both scenes have the same fibers; all objects start in frame 0, in their order in the scene.
+  MovingFibers(std::string name, const scenes::FiberScene& frame0,
+               const scenes::FiberScene& frame1);
+
+  /// A further frame of the same fibers. Capsules keep their lengths of frame 0.
+  void addFrame(const scenes::FiberScene& frame);
+  int frameCount() const { return static_cast<int>(poses_.size()); }
+
+  const std::string& name() const { return name_; }
+  std::size_t fiberCount() const { return fibers_.size(); }
+  std::size_t segmentCount() const { return objects_.size(); }
+
+  const std::vector<Object*>& objects() const { return objects_; }
+
+  /// As registerFiber() takes it.
+  using Fiber = scenes::FiberObjects<Object>;
+  const std::vector<Fiber>& fibers() const { return fibers_; }
+
+  /// The object's number in objects().
+  static std::size_t index(const Object* object);
+
+  /// The number of the segment that follows each one in its fiber, or its own at the end of one.
+  std::vector<std::uint32_t> nextInFiber() const;
+
+  /// Capsules of all objects where they are now.
+  std::vector<Capsule> capsules() const;
+
+  int frame() const { return frame_; }
+  void setPoses(int frame);
+  void computeBoxes(Boxes boxes);
+
+  /// Poses and boxes as asked for, at no cost if they are so already.
+  void bringTo(int frame, Boxes boxes);
+
+  /// Leaves all fibers but the first ones out.
+  void keepFirst(std::size_t fiber_count);
+
+ private:
+  std::string name_;
+  std::vector<std::unique_ptr<CapsuleObject>> capsule_objects_;
+  std::vector<Object*> objects_;
+  std::vector<Fiber> fibers_;
+  std::vector<std::vector<fcl::Transform3d>> poses_;  ///< by frame
+  int frame_ = 0;
+  Boxes boxes_ = Boxes::kStock;
+};
+
+}  // namespace fcl_fibers::benchmarks

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "harness/frame_runs.h"
+
+#include <algorithm>
+#include <memory>
+#include <stdexcept>
+#include <utility>
+
+#include "contenders/narrow_phase.h"
+
+namespace fcl_fibers::benchmarks {
+namespace {
+
+// FCL's trees become slower with every update, the array form's detection tenfold after ten on the
+// dynamic assembly. So theirs, Embree's and Bullet's are set up anew after two, at no cost to them.
+// Ours live through all.
+constexpr int kUpdatesPerManager = 2;
+
+// Seconds that the frames of a run are to take, and how many frames at most; from kSlowFrame
+// seconds on, a run has one.
+constexpr double kSecondsPerRun = 0.15;
+constexpr double kMaxFrames = 10;
+constexpr double kSlowFrame = 1.5;
+
+// Seconds that all runs of one contender are to take, but a spread needs so many runs.
+constexpr double kSecondsPerContender = 2;
+constexpr double kLeastRuns = 5, kMostRuns = 9;
+constexpr double kLeastRunsOfLarge = 3;
+constexpr std::size_t kLargeFromSegments = 1'000'000;
+
+/// Pairs that fcl::collide is called on in a frame.
+constexpr std::size_t kNarrowPairs = 50'000;
+
+std::vector<int> framesOfRun(const Motion& motion, double seconds_per_frame) {
+  std::vector<int> frames;
+  if (motion.summed) {
+    for (int frame = 1; frame < motion.fibers.frameCount(); ++frame) frames.push_back(frame);
+    return frames;
+  }
+  if (!(seconds_per_frame <= kSlowFrame)) return {1};
+  const double count = std::clamp(kSecondsPerRun / seconds_per_frame, 2.0, kMaxFrames);
+  for (int i = 0; i < static_cast<int>(count) / 2 * 2; ++i) frames.push_back(1 - i % 2);
+  return frames;
+}
+
+}  // namespace
+
+void registerChecked(const Contender& contender, const Preflight& checked,
+                     const MovingFibers& fibers) {
+  Numbers numbers;
+  const auto set = [&](const char* name, std::size_t value) {
+    numbers[name] = static_cast<double>(value);
+  };
+  set("fibers", fibers.fiberCount());
+  set("segments", fibers.segmentCount());
+  // A killed contender leaves counts of zero, which are not what it would have counted.
+  if (checked.frames[0].checked) {
+    set("pairs", checked.frames[0].reported);
+    set("touching", checked.frames[0].touching);
+  }
+  if (checked.bytes > 0) set("bytes", checked.bytes);
+  if (checked.bytes_after_frames > 0) set("bytes_after_frames", checked.bytes_after_frames);
+  if (checked.bytes_stated > 0) set("bytes_stated", checked.bytes_stated);
+  if (checked.volume_tests > 0) set("volume_tests", checked.volume_tests);
+  for (std::size_t p = 0; p < kPhases; ++p) {
+    numbers[phaseName(static_cast<Phase>(p))] = checked.seconds[p];
+  }
+  std::string label = checked.note;
+  if (!label.empty()) label += std::string(" in ") + phaseName(checked.phase);
+  if (!checked.detail.empty()) label += ": " + checked.detail;
+  registerNumbers("Checked/" + contender.name(), numbers, label);
+}
+
+FrameRuns::FrameRuns(const Contender& contender, const Preflight& checked, Motion& motion,
+                     Phase last)
+    : contender_(contender),
+      checked_(checked),
+      motion_(motion),
+      last_(last),
+      frames_(framesOfRun(motion, checked.frameSeconds())) {
+  if (last == Phase::kSetUp) frames_.clear();
+}
+
+int FrameRuns::runCount() const {
+  const bool large = motion_.fibers.segmentCount() >= kLargeFromSegments;
+  // What was not checked to its end has no seconds of a frame, and is slow.
+  const double frames = static_cast<double>(frames_.size()) * checked_.frameSeconds();
+  const double seconds = checked_.phaseSeconds(Phase::kSetUp) + (checked_.right() ? frames : 0);
+  const double runs =
+      std::clamp(kSecondsPerContender / seconds, large ? kLeastRunsOfLarge : kLeastRuns, kMostRuns);
+  return static_cast<int>(runs) / 2 * 2 + 1;  // odd, for the median to be one of them
+}
+
+void FrameRuns::registerFrames(int runs, bool narrow_phase) {
+  narrow_phase_ = narrow_phase;
+  if (runs == 0) runs = runCount();
+  const std::string name = "Frames/" + contender_.name();
+  registerRuns(
+      name, runs, [this](Numbers& numbers) { return frame(numbers, false); },
+      contender_.ours ? Whose::kOurs : Whose::kPeers);
+  if (!narrow_phase) return;
+  registerRuns(
+      name + "_and_collide", runs, [this](Numbers& numbers) { return frame(numbers, true); },
+      Whose::kPeers);
+}
+
+double FrameRuns::frame(Numbers& numbers, bool with_narrow_phase) {
+  std::deque<Numbers>& waiting = with_narrow_phase ? with_narrow_phase_ : plain_;
+  if (waiting.empty()) run();
+  numbers = std::move(waiting.front());
+  waiting.pop_front();
+  if (last_ == Phase::kSetUp) return numbers["set_up"];
+  return numbers["update"] + (last_ == Phase::kUpdate ? 0 : numbers["detection"]);
+}
+
+void FrameRuns::run() {
+  MovingFibers& fibers = motion_.fibers;
+  fibers.bringTo(0, contender_.boxes);
+  std::unique_ptr<Manager> manager;
+  const double set_up = seconds([&] { manager = contender_.setUp(fibers); });
+  double update_seconds = 0, detection_seconds = 0, narrow_seconds = 0;
+  PairCount count;
+  NarrowPhase narrow(NarrowPhase::strideFor(checked_.frames[0].reported, kNarrowPairs));
+  int updates = 0;
+  for (const int frame : frames_) {
+    if (!contender_.ours && updates == kUpdatesPerManager) {
+      manager = nullptr;  // before the next one takes memory
+      manager = contender_.setUp(fibers);
+      updates = 0;
+    }
+    fibers.setPoses(frame);
+    update_seconds += seconds([&] { update(contender_, fibers, *manager); });
+    ++updates;
+    if (last_ != Phase::kDetection) continue;
+    PairCount found;
+    detection_seconds += seconds([&] { found = countPairs(*manager); });
+    notePairs(frame, found.pairs);
+    count.pairs += found.pairs;
+    count.visited += found.visited;
+    if (narrow_phase_) narrow_seconds += narrow.time(*manager);
+  }
+
+  // A sum over all frames, or the mean of the two that take turns.
+  const auto perFrame = [&, frames = static_cast<double>(frames_.size())](auto sum) {
+    return static_cast<double>(sum) / (motion_.summed ? 1 : frames);
+  };
+  Numbers numbers = {{"set_up", set_up},
+                     {"frames", static_cast<double>(frames_.size())},
+                     {"update", Preflight::kUnknown},
+                     {"detection", Preflight::kUnknown},
+                     {"pairs", Preflight::kUnknown},
+                     {"visited", Preflight::kUnknown}};
+  if (last_ != Phase::kSetUp) numbers["update"] = perFrame(update_seconds);
+  if (last_ == Phase::kDetection) {
+    numbers["detection"] = perFrame(detection_seconds);
+    numbers["pairs"] = perFrame(count.pairs);
+    numbers["visited"] = perFrame(count.visited);
+  }
+  plain_.push_back(numbers);
+  if (!narrow_phase_) return;
+  numbers["detection"] = perFrame(narrow_seconds);
+  numbers["sampled"] = perFrame(narrow.sampled());
+  numbers["of"] = perFrame(narrow.pairs());
+  numbers["touching"] = perFrame(narrow.touching());
+  with_narrow_phase_.push_back(numbers);
+}
+
+/// What is timed is what was checked. Embree's trees are not the same each time, and some of them
+/// have several boxes to a leaf.
+void FrameRuns::notePairs(int frame, std::size_t pairs) {
+  if (contender_.manager == "Embree") return;
+  const auto [known, is_new] = pairs_.try_emplace(frame, pairs);
+  if (is_new && !motion_.summed) {
+    known->second = checked_.frames[static_cast<std::size_t>(frame)].reported;
+  }
+  if (pairs != known->second) {
+    throw std::runtime_error("reports other pairs than when it was checked, or in another run");
+  }
+}
+
+}  // namespace fcl_fibers::benchmarks

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "harness/progress.h"
+
+#include <unistd.h>
+
+#include <cstdio>
+
+namespace fcl_fibers::benchmarks {
+
+namespace {
+
+bool terminals_only = false;
+
+}  // namespace
+
+bool progressOverwrites() {
+  static const bool terminal = isatty(STDERR_FILENO) != 0;
+  return terminal;
+}
+
+void keepProgressToTerminals() { terminals_only = true; }
+
+void showProgress(const std::string& line) {
+  if (terminals_only && !progressOverwrites()) return;
+  // "\r\033[K" goes back to the first column and clears the line.
+  std::fprintf(stderr, progressOverwrites() ? "\r\033[K%s" : "%s\n", line.c_str());
+  std::fflush(stderr);
+}
+
+void endProgress() {
+  if (progressOverwrites()) std::fputs("\r\033[K", stderr);
+}
+
+}  // namespace fcl_fibers::benchmarks

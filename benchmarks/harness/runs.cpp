@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "harness/runs.h"
+
+#include <benchmark/benchmark.h>
+
+#include <cstdio>
+#include <set>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "harness/progress.h"
+
+namespace fcl_fibers::benchmarks {
+namespace {
+
+int runs_registered = 0;
+int runs_done = 0;
+std::set<std::string> peers;
+
+void showRun(const std::string& name) {
+  ++runs_done;
+  showProgress("run " + std::to_string(runs_done) + "/" + std::to_string(runs_registered) + ": " +
+               name);
+}
+
+/// Prints nothing but errors.
+class ErrorReporter : public benchmark::BenchmarkReporter {
+ public:
+  bool ReportContext(const Context&) override { return true; }
+
+  void ReportRuns(const std::vector<Run>& runs) override {
+    for (const Run& run : runs) {
+      if (!run.error_occurred) continue;
+      const std::string& name = run.run_name.function_name;
+      ours_failed = ours_failed || peers.count(name) == 0;
+      endProgress();
+      std::fprintf(stderr, "%s: %s\n", name.c_str(), run.error_message.c_str());
+    }
+  }
+
+  bool ours_failed = false;
+};
+
+void registerBenchmark(const std::string& name, int runs,
+                       const std::function<void(benchmark::State&)>& run) {
+  benchmark::RegisterBenchmark(name.c_str(), run)
+      ->UseManualTime()
+      ->Unit(benchmark::kMillisecond)
+      ->Iterations(1)
+      ->Repetitions(runs);
+}
+
+void setCounters(benchmark::State& state, const Numbers& numbers) {
+  for (const auto& [counter, value] : numbers) state.counters[counter] = value;
+}
+
+}  // namespace
+
+void registerRuns(const std::string& name, int runs, std::function<double(Numbers&)> run,
+                  Whose whose) {
+  runs_registered += runs;
+  if (whose == Whose::kPeers) peers.insert(name);
+  registerBenchmark(name, runs, [name, run = std::move(run)](benchmark::State& state) {
+    showRun(name);
+    for ([[maybe_unused]] auto _ : state) {
+      Numbers numbers;
+      try {
+        state.SetIterationTime(run(numbers));
+      } catch (const std::runtime_error& error) {
+        return state.SkipWithError(error.what());
+      }
+      setCounters(state, numbers);
+    }
+  });
+}
+
+void registerNumbers(const std::string& name, const Numbers& numbers, const std::string& label) {
+  registerBenchmark(name, 1, [numbers, label](benchmark::State& state) {
+    for ([[maybe_unused]] auto _ : state) state.SetIterationTime(0);
+    setCounters(state, numbers);
+    state.SetLabel(label);
+  });
+}
+
+bool runRegistered() {
+  ErrorReporter reporter;
+  benchmark::RunSpecifiedBenchmarks(&reporter);
+  benchmark::ClearRegisteredBenchmarks();
+  endProgress();
+  return !reporter.ours_failed;
+}
+
+}  // namespace fcl_fibers::benchmarks

@@ -1,0 +1,513 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "judge/preflight.h"
+
+#include <fcntl.h>
+#include <malloc.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/time.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <csignal>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <deque>
+#include <exception>
+#include <iterator>
+#include <memory>
+#include <new>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include <fcl_fibers/fiber_collision_manager.h>
+
+#include "harness/progress.h"
+
+namespace fcl_fibers::benchmarks {
+namespace {
+
+/// Earlier index in the upper half, later index in the lower: sorts as pairs do.
+using Pair = std::uint64_t;
+using Pairs = std::vector<Pair>;
+using FramePairs = std::array<Pairs, MovingFibers::kFrames>;
+
+/// See MovingFibers::nextInFiber().
+using NextInFiber = std::vector<std::uint32_t>;
+
+bool areAdjacent(const NextInFiber& next, Pair pair) {
+  const std::size_t i = pair >> 32;
+  const std::size_t j = pair & 0xffffffff;
+  return i != j && (next[i] == j || next[j] == i);
+}
+
+/// From here on a contender shows first that it can do an eighth of the fibers.
+constexpr std::size_t kTrialFromSegments = 500000;
+constexpr std::size_t kTrialPart = 8;
+
+/// Written by the child, read by the parent once the child has ended, however it did.
+struct Trace {
+  Phase phase;
+  bool finished;
+  std::array<double, kPhases> seconds;
+  std::array<PairCounts, MovingFibers::kFrames> frames;
+  std::size_t volume_tests;
+  std::size_t bytes;
+  std::size_t bytes_after_frames;
+  std::size_t bytes_stated;
+  std::array<char, 400> refusal;
+};
+
+template <typename Call>
+auto checkedSystemCall(const char* name, Call call) {
+  const auto result = call();
+  if (result < 0) throw std::system_error(errno, std::generic_category(), name);
+  return result;
+}
+
+/// SIGALRM kills this process after so many seconds, unless called again; 0 calls it off.
+void setAlarm(double seconds) {
+  itimerval timer = {};
+  timer.it_value.tv_sec = static_cast<time_t>(seconds);
+  timer.it_value.tv_usec = static_cast<suseconds_t>(1e6 * (seconds - std::floor(seconds)));
+  setitimer(ITIMER_REAL, &timer, nullptr);
+}
+
+/// Work that the alarm does not count.
+template <typename Work>
+void pauseAlarm(Work&& work) {
+  const itimerval off = {};
+  itimerval left;
+  setitimer(ITIMER_REAL, &off, &left);
+  work();
+  setitimer(ITIMER_REAL, &left, nullptr);
+}
+
+std::size_t allocatedBytes() {
+  const struct mallinfo2 info = mallinfo2();
+  return info.uordblks + info.hblkhd;
+}
+
+/// Collects what a query reports and judges it, in blocks: some report hundreds of millions of
+/// pairs, and the exact tests take longer than some managers, so they are kept out of the query's
+/// time.
+class Checker {
+ public:
+  explicit Checker(const MovingFibers& fibers)
+      : capsules_(fibers.capsules()), next_(fibers.nextInFiber()) {
+    block_.reserve(kBlock);
+  }
+
+  static bool callback(Object* a, Object* b, void* data) {
+    static_cast<Checker*>(data)->add(MovingFibers::index(a), MovingFibers::index(b));
+    return false;
+  }
+
+  double secondsJudging() const { return seconds_judging_; }
+
+  /// Once, when the query has ended: what was counted, and the different touching pairs in order.
+  std::pair<PairCounts, Pairs> finish() {
+    judgeBlock();
+    const std::size_t reported_touching = touching_.size();
+    std::sort(touching_.begin(), touching_.end());
+    touching_.erase(std::unique(touching_.begin(), touching_.end()), touching_.end());
+    counts_.touching = touching_.size();
+    counts_.repeated = reported_touching - touching_.size();
+    counts_.adjacent = static_cast<std::size_t>(std::count_if(
+        touching_.begin(), touching_.end(), [&](Pair pair) { return areAdjacent(next_, pair); }));
+    counts_.checked = true;
+    return {counts_, std::move(touching_)};
+  }
+
+ private:
+  static constexpr std::size_t kBlock = 1 << 20;
+
+  void add(std::size_t i, std::size_t j) {
+    block_.push_back(Pair{std::min(i, j)} << 32 | Pair{std::max(i, j)});
+    if (block_.size() == kBlock) {
+      pauseAlarm([&] { seconds_judging_ += seconds([&] { judgeBlock(); }); });
+    }
+  }
+
+  void judgeBlock() {
+    for (const Pair pair : block_) judge(pair);
+    counts_.reported += block_.size();
+    block_.clear();
+  }
+
+  void judge(Pair pair) {
+    const std::size_t i = pair >> 32;
+    const std::size_t j = pair & 0xffffffff;
+    if (i == j) {
+      ++counts_.with_itself;
+      return;
+    }
+    const Contact kind = contact(capsules_[i], capsules_[j]);
+    if (kind == Contact::kTouching) touching_.push_back(pair);
+    if (kind == Contact::kApart) ++counts_.apart;
+  }
+
+  std::vector<Capsule> capsules_;
+  NextInFiber next_;
+  Pairs block_;
+  Pairs touching_;
+  PairCounts counts_;
+  double seconds_judging_ = 0;
+};
+
+void writeAll(int file, const Pairs& pairs) {
+  const char* bytes = reinterpret_cast<const char*>(pairs.data());
+  for (std::size_t left = pairs.size() * sizeof(Pair); left > 0;) {
+    const ssize_t written = checkedSystemCall("write", [&] { return write(file, bytes, left); });
+    bytes += written;
+    left -= static_cast<std::size_t>(written);
+  }
+}
+
+Pairs readPairs(int file, std::size_t count) {
+  Pairs pairs(count);
+  char* bytes = reinterpret_cast<char*>(pairs.data());
+  for (std::size_t left = count * sizeof(Pair); left > 0;) {
+    const ssize_t got = checkedSystemCall("read", [&] { return read(file, bytes, left); });
+    if (got == 0) throw std::runtime_error("preflight: pairs are missing in the temporary file");
+    bytes += got;
+    left -= static_cast<std::size_t>(got);
+  }
+  return pairs;
+}
+
+/// One contender's run, in the child.
+class Run {
+ public:
+  Run(const Contender& contender, MovingFibers& fibers, const PreflightLimits& limits, Trace& trace,
+      int pairs_file)
+      : contender_(contender),
+        fibers_(fibers),
+        limits_(limits),
+        trace_(trace),
+        pairs_file_(pairs_file) {}
+
+  void run() {
+    fibers_.bringTo(0, contender_.boxes);
+    const std::size_t bytes_before = allocatedBytes();
+    std::unique_ptr<Manager> manager;
+    note(Phase::kSetUp, limited(Phase::kSetUp, [&] { manager = contender_.setUp(fibers_); }));
+    trace_.bytes = bytesOf(*manager, bytes_before);
+
+    if (limits_.check || !limits_.update) query(*manager, trace_.frames[0]);
+    if (const auto* ours = dynamic_cast<const FiberCollisionManager<double>*>(manager.get())) {
+      trace_.volume_tests = ours->selfCollisionStatistics().volume_tests;
+      trace_.bytes_stated = ours->memoryUsage();
+    }
+    if (limits_.update) {
+      moveTo(1, *manager);
+      query(*manager, trace_.frames[1]);
+      // Timings move back and forth; an update may end one way and not the other.
+      if (limits_.check) moveTo(0, *manager);
+    }
+    trace_.bytes_after_frames = bytesOf(*manager, bytes_before);
+    trace_.finished = true;
+  }
+
+ private:
+  /// Returns the seconds that the work took.
+  template <typename Work>
+  double limited(Phase phase, Work&& work) {
+    trace_.phase = phase;
+    setAlarm(limits_.phase_seconds);
+    const double taken = seconds(work);
+    setAlarm(0);
+    return taken;
+  }
+
+  static std::size_t bytesOf(const Manager& manager, std::size_t bytes_before) {
+    const std::size_t allocated = allocatedBytes() - bytes_before;
+    const auto* foreign = dynamic_cast<const ForeignManager*>(&manager);
+    return foreign == nullptr ? allocated : foreign->libraryBytes(allocated);
+  }
+
+  void note(Phase phase, double taken) { trace_.seconds[static_cast<std::size_t>(phase)] = taken; }
+
+  void moveTo(int frame, Manager& manager) {
+    fibers_.setPoses(frame);
+    note(Phase::kUpdate, limited(Phase::kUpdate, [&] { update(contender_, fibers_, manager); }));
+  }
+
+  void query(const Manager& manager, PairCounts& counts) {
+    if (!limits_.check) {
+      note(Phase::kDetection,
+           limited(Phase::kDetection, [&] { counts.reported = countPairs(manager).pairs; }));
+      return;
+    }
+    Checker checker(fibers_);
+    const double taken =
+        limited(Phase::kDetection, [&] { manager.collide(&checker, Checker::callback); });
+    note(Phase::kDetection, taken - checker.secondsJudging());
+    const auto [checked, touching] = checker.finish();
+    writeAll(pairs_file_, touching);
+    counts = checked;
+  }
+
+  const Contender& contender_;
+  MovingFibers& fibers_;
+  const PreflightLimits& limits_;
+  Trace& trace_;
+  int pairs_file_;
+};
+
+[[noreturn]] void runChild(const Contender& contender, MovingFibers& fibers,
+                           std::size_t fiber_count, const PreflightLimits& limits, Trace& trace,
+                           int pairs_file) {
+  // A manager that goes astray is to leave no core file, no abort message in the output, and the
+  // rest of the machine its memory.
+  const rlimit no_core = {0, 0};
+  setrlimit(RLIMIT_CORE, &no_core);
+  const auto memory =
+      static_cast<rlim_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
+  const rlimit address_space = {memory, memory};
+  setrlimit(RLIMIT_AS, &address_space);
+  dup2(open("/dev/null", O_WRONLY), STDERR_FILENO);
+
+  try {
+    fibers.keepFirst(fiber_count);
+    Run(contender, fibers, limits, trace, pairs_file).run();
+    _exit(0);
+  } catch (const std::bad_alloc&) {
+    std::strncpy(trace.refusal.data(), "out of memory", trace.refusal.size() - 1);
+  } catch (const std::exception& error) {
+    std::strncpy(trace.refusal.data(), error.what(), trace.refusal.size() - 1);
+  }
+  _exit(1);
+}
+
+std::string secondsText(double seconds) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%g s", seconds);
+  return text.data();
+}
+
+/// One contender's run in a process of its own, which starts at once.
+class Child {
+ public:
+  Child(const Contender& contender, MovingFibers& fibers, std::size_t fiber_count,
+        const PreflightLimits& limits)
+      : limits_(limits), pairs_file_(std::tmpfile(), std::fclose) {
+    void* const shared =
+        mmap(nullptr, sizeof(Trace), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (shared == MAP_FAILED) throw std::system_error(errno, std::generic_category(), "mmap");
+    trace_.reset(new (shared) Trace{});
+    trace_->seconds.fill(Preflight::kUnknown);
+    if (!pairs_file_) throw std::system_error(errno, std::generic_category(), "tmpfile");
+    pid_ = checkedSystemCall("fork", [] { return fork(); });
+    if (pid_ == 0) runChild(contender, fibers, fiber_count, limits, *trace_, file());
+  }
+
+  /// How it ended, and the pairs that it reported and that touch.
+  std::pair<Preflight, FramePairs> wait() const {
+    int status = 0;
+    checkedSystemCall("waitpid", [&] { return waitpid(pid_, &status, 0); });
+
+    Preflight result;
+    result.phase = trace_->phase;
+    result.seconds = trace_->seconds;
+    result.frames = trace_->frames;
+    result.volume_tests = trace_->volume_tests;
+    result.bytes = trace_->bytes;
+    result.bytes_after_frames = trace_->bytes_after_frames;
+    result.bytes_stated = trace_->bytes_stated;
+    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM) {
+      result.verdict = Preflight::Verdict::kTooSlow;
+      result.note = ">" + secondsText(limits_.phase_seconds);
+    } else if (trace_->refusal[0] != '\0') {
+      result.verdict = Preflight::Verdict::kRefused;
+      result.note = "refused";
+      result.detail = trace_->refusal.data();
+    } else if (!trace_->finished) {
+      result.verdict = Preflight::Verdict::kCrashed;
+      result.note = "crashed";
+    }
+
+    FramePairs pairs;
+    lseek(file(), 0, SEEK_SET);
+    for (std::size_t f = 0; f < pairs.size(); ++f) {
+      if (trace_->frames[f].checked) pairs[f] = readPairs(file(), trace_->frames[f].touching);
+    }
+    return {result, std::move(pairs)};
+  }
+
+ private:
+  struct Unmap {
+    void operator()(Trace* trace) const { munmap(trace, sizeof(Trace)); }
+  };
+
+  int file() const { return fileno(pairs_file_.get()); }
+
+  PreflightLimits limits_;
+  std::unique_ptr<Trace, Unmap> trace_;
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> pairs_file_;
+  pid_t pid_;
+};
+
+void judgeWrong(Preflight& result, const std::string& why) {
+  result.verdict = Preflight::Verdict::kWrong;
+  result.phase = Phase::kDetection;
+  result.note = "wrong: " + why;
+}
+
+/// What is wrong whatever the others report.
+void judgeAlone(const Contender& contender, Preflight& result) {
+  for (std::size_t f = 0; f < result.frames.size(); ++f) {
+    const PairCounts& counts = result.frames[f];
+    const std::string when = f == 0 ? "" : " after update";
+    if (counts.repeated > 0) {
+      return judgeWrong(result, std::to_string(counts.repeated) + " reported again" + when);
+    }
+    if (counts.with_itself > 0) {
+      return judgeWrong(result, std::to_string(counts.with_itself) + " with themselves" + when);
+    }
+    if (contender.leaves_out_adjacent && counts.adjacent > 0) {
+      return judgeWrong(result, std::to_string(counts.adjacent) + " adjacent" + when);
+    }
+    if (contender.reported == Reported::kTouching && counts.apart > 0) {
+      return judgeWrong(result, std::to_string(counts.apart) + " not touching" + when);
+    }
+  }
+}
+
+void judgeMissed(Preflight& result, const std::array<std::size_t, MovingFibers::kFrames>& found,
+                 const FramePairs& truth) {
+  for (std::size_t f = 0; f < result.frames.size(); ++f) {
+    if (result.frames[f].checked && found[f] < truth[f].size()) {
+      return judgeWrong(result, std::to_string(truth[f].size() - found[f]) + " missed" +
+                                    (f == 0 ? "" : " after update"));
+    }
+  }
+}
+
+/// Bounds may be rounded outward, so ours may report a few more pairs, and none less.
+constexpr double kRoundingExcess = 0.01;
+
+/// Each of ours against FCL's manager of its group, if there is one, or else against the fewest
+/// pairs. What some leave out counts for none.
+void judgeWork(const std::vector<Contender>& contenders, std::vector<Preflight>& results,
+               bool without_adjacent) {
+  const auto reported = [&](std::size_t i, std::size_t frame) {
+    const PairCounts& counts = results[i].frames[frame];
+    return counts.reported - (without_adjacent ? counts.adjacent : 0);
+  };
+  for (const Reported group : {Reported::kTightBoxes, Reported::kSpheres}) {
+    std::vector<std::size_t> members;
+    for (std::size_t i = 0; i < contenders.size(); ++i) {
+      if (contenders[i].reported == group && results[i].right()) members.push_back(i);
+    }
+    if (members.empty()) continue;
+    const auto rank = [&](std::size_t i) {
+      return std::make_pair(contenders[i].boxes != Boxes::kTight, reported(i, 0));
+    };
+    const std::size_t reference =
+        *std::min_element(members.begin(), members.end(),
+                          [&](std::size_t i, std::size_t j) { return rank(i) < rank(j); });
+    for (const std::size_t i : members) {
+      if (!contenders[i].ours) continue;
+      for (std::size_t f = 0; f < results[i].frames.size(); ++f) {
+        const std::size_t due = reported(reference, f);
+        const bool more =
+            static_cast<double>(reported(i, f)) > (1 + kRoundingExcess) * static_cast<double>(due);
+        if (reported(i, f) < due || more) {
+          judgeWrong(results[i],
+                     std::to_string(reported(i, f)) + " pairs instead of " + std::to_string(due));
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Preflight preflight(const Contender& contender, MovingFibers& fibers,
+                    const PreflightLimits& limits) {
+  Preflight result = Child(contender, fibers, fibers.fiberCount(), limits).wait().first;
+  judgeAlone(contender, result);
+  return result;
+}
+
+std::vector<Preflight> preflightAll(const std::vector<Contender>& contenders, MovingFibers& fibers,
+                                    const PreflightLimits& limits) {
+  const bool without_adjacent =
+      std::any_of(contenders.begin(), contenders.end(),
+                  [](const Contender& contender) { return contender.leaves_out_adjacent; });
+  const NextInFiber next = fibers.nextInFiber();
+  std::vector<Preflight> results;
+  std::vector<std::array<std::size_t, MovingFibers::kFrames>> found;  // touching pairs
+  FramePairs truth;
+  std::deque<Child> running;
+  const auto judgeFirst = [&] {
+    auto [result, pairs] = running.front().wait();
+    running.pop_front();
+    judgeAlone(contenders[results.size()], result);
+    results.push_back(result);
+    found.emplace_back();
+    for (std::size_t f = 0; f < truth.size(); ++f) {
+      if (without_adjacent) {
+        const auto isAdjacent = [&](Pair pair) { return areAdjacent(next, pair); };
+        pairs[f].erase(std::remove_if(pairs[f].begin(), pairs[f].end(), isAdjacent),
+                       pairs[f].end());
+      }
+      found.back()[f] = pairs[f].size();
+      if (pairs[f] == truth[f]) continue;
+      Pairs merged;
+      std::set_union(truth[f].begin(), truth[f].end(), pairs[f].begin(), pairs[f].end(),
+                     std::back_inserter(merged));
+      truth[f] = std::move(merged);
+    }
+  };
+  for (std::size_t i = 0; i < contenders.size(); ++i) {
+    const Contender& contender = contenders[i];
+    showProgress(fibers.name() + ": check " + std::to_string(i + 1) + "/" +
+                 std::to_string(contenders.size()) + ": " + contender.title());
+    while (running.size() >= limits.at_once) judgeFirst();
+
+    // No manager's work grows less than linearly. Twice the time that an eighth of the fibers may
+    // take leaves room for noise, and hopeless ones cost a quarter of the limit.
+    if (limits.trial && fibers.segmentCount() >= kTrialFromSegments) {
+      while (!running.empty()) judgeFirst();
+      PreflightLimits trial = limits;
+      trial.phase_seconds *= 2.0 / kTrialPart;
+      trial.check = false;
+      Preflight result =
+          Child(contender, fibers, fibers.fiberCount() / kTrialPart, trial).wait().first;
+      if (result.verdict == Preflight::Verdict::kTooSlow) {
+        result.note = ">" + secondsText(limits.phase_seconds);
+        result.seconds.fill(Preflight::kUnknown);
+        result.bytes = 0;
+        results.push_back(result);
+        found.emplace_back();
+        continue;
+      }
+    }
+    running.emplace_back(contender, fibers, fibers.fiberCount(), limits);
+  }
+  while (!running.empty()) judgeFirst();
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    if (results[i].verdict != Preflight::Verdict::kWrong) judgeMissed(results[i], found[i], truth);
+  }
+  judgeWork(contenders, results, without_adjacent);
+  endProgress();
+  return results;
+}
+
+bool oursAreRight(const std::vector<Contender>& contenders,
+                  const std::vector<Preflight>& preflights) {
+  for (std::size_t i = 0; i < contenders.size(); ++i) {
+    const bool slow = preflights[i].verdict == Preflight::Verdict::kTooSlow;
+    if (contenders[i].ours && !preflights[i].right() && !slow) return false;
+  }
+  return true;
+}
+
+}  // namespace fcl_fibers::benchmarks

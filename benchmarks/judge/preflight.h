@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "contenders/contender.h"
+
+namespace fcl_fibers::benchmarks {
+
+/// What a contender reported in one frame. Each pair is judged by one exact test of the capsules.
+struct PairCounts {
+  bool checked = false;
+  std::size_t reported = 0;
+  std::size_t touching = 0;  ///< different ones
+  std::size_t repeated = 0;  ///< touching ones reported once more
+  std::size_t apart = 0;     ///< neither touching nor at the boundary of it
+  std::size_t with_itself = 0;
+  std::size_t adjacent = 0;  ///< adjacent segments of a fiber, touching ones
+};
+
+/// What one contender did, once, in a process of its own: set up, self-collide in frame 0, move,
+/// update, self-collide in frame 1, move back, update. Some of FCL's managers crash or never end.
+struct Preflight {
+  enum class Verdict { kRight, kTooSlow, kWrong, kCrashed, kRefused };
+
+  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+  Verdict verdict = Verdict::kRight;
+  Phase phase = Phase::kSetUp;  ///< where it ended, unless right
+  std::string note;             ///< what the table says there instead of a time
+  std::string detail;           ///< a refusal's text
+
+  /// Of each phase, the last time.
+  std::array<double, kPhases> seconds = {kUnknown, kUnknown, kUnknown};
+  std::array<PairCounts, MovingFibers::kFrames> frames;
+  std::size_t volume_tests = 0;        ///< of frame 0, ours only
+  std::size_t bytes = 0;               ///< that set-up allocated and kept
+  std::size_t bytes_after_frames = 0;  ///< that it keeps when all is done
+  std::size_t bytes_stated = 0;        ///< memoryUsage(), ours only
+
+  bool right() const { return verdict == Verdict::kRight; }
+  double phaseSeconds(Phase p) const { return seconds[static_cast<std::size_t>(p)]; }
+  double frameSeconds() const {
+    return phaseSeconds(Phase::kUpdate) + phaseSeconds(Phase::kDetection);
+  }
+};
+
+struct PreflightLimits {
+  double phase_seconds = 10;  ///< a phase that takes longer ends the contender
+  bool check = true;          ///< else pairs are counted only, once, and it does not move back
+  bool update = true;         ///< else it stays in frame 0
+  std::size_t at_once = 1;    ///< contenders that run at the same time, whose seconds then say less
+  bool trial = true;          ///< of large scenes, an eighth first: for those that may be hopeless
+};
+
+/// Runs one contender and judges it by itself.
+Preflight preflight(const Contender& contender, MovingFibers& fibers,
+                    const PreflightLimits& limits);
+
+/// Runs all contenders and judges them by one another too: the union of their touching pairs is
+/// what each must have reported, and those that owe the same pairs must report as many. Where one
+/// of them leaves out adjacent segments, all are compared without these.
+std::vector<Preflight> preflightAll(const std::vector<Contender>& contenders, MovingFibers& fibers,
+                                    const PreflightLimits& limits);
+
+/// Whether none of ours is wrong; to be too slow is not.
+bool oursAreRight(const std::vector<Contender>& contenders,
+                  const std::vector<Preflight>& preflights);
+
+}  // namespace fcl_fibers::benchmarks

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "contenders/contender.h"
+#include "scenes.h"
+
+namespace fcl_fibers::benchmarks {
+
+/// What a measure is told.
+struct Request {
+  SceneRequest scene;
+  std::string against = "headline";  ///< see readAgainst()
+  double limit = 120;                ///< seconds that a phase may take while it is checked
+  std::string chain = "random";      ///< see makeChain()
+  int edge = 16;
+  std::string out_dir;  ///< of files that are not Google Benchmark's
+};
+
+// Each measure registers its runs, runs them through Google Benchmark, which has to be initialised,
+// and returns whether all of ours are right. Names of results are at the head of main.cpp.
+
+bool measureFrames(const Request& request);
+bool measureQueries(const Request& request);
+bool measureGrowth(const Request& request);
+bool measureCosts(const Request& request);
+bool measureBounds(const Request& request);
+bool measureSampling(const Request& request);
+
+// The paper's.
+bool measureReplay(const Request& request);
+bool measureChain(const Request& request);
+bool measureRadii(const Request& request);
+bool measureRods(const Request& request);
+bool measurePictures(const Request& request);
+
+}  // namespace fcl_fibers::benchmarks

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <deque>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <fcl/geometry/shape/capsule.h>
+
+#include "harness/frame_runs.h"
+#include "harness/progress.h"
+#include "measures.h"
+
+namespace fcl_fibers::benchmarks {
+namespace {
+
+/// From so many segments on, FCL's trees are tried on a scene of a quarter of the fibers.
+constexpr std::size_t kTrySmallerFromSegments = 500'000;
+constexpr int kTryPart = 4;
+
+/// One of FCL's other managers that is so many times slower than the fastest of its trees is run
+/// once: its rank is certain.
+constexpr double kFarBehind = 8;
+
+/// A frame that takes longer is timed by the check alone.
+constexpr double kCheckedOnlySeconds = 60;
+
+/// Who is timed, how far a run goes, and whether with FCL's narrow phase as well.
+struct Chosen {
+  Contender contender;
+  Phase last = Phase::kDetection;
+  bool narrow_phase = false;
+  bool fcl_tree = false;  ///< chosen among those that were tried
+};
+
+PreflightLimits tryLimits(double phase_seconds) {
+  PreflightLimits limits;
+  limits.phase_seconds = phase_seconds;
+  limits.check = false;
+  limits.trial = false;
+  return limits;
+}
+
+/// FCL's trees that are the fastest in set-up, update, detection or a frame, of all that were tried
+/// once. A tree that is fast only in what comes early is not timed further.
+std::vector<Chosen> fastestFclTrees(Boxes boxes, const Against& against, double phase_limit,
+                                    MovingFibers& fibers) {
+  const std::vector<Contender> trees = fclTrees(boxes);
+  std::vector<Preflight> tried;
+  for (const Contender& tree : trees) {
+    showProgress(fibers.name() + ": try " + tree.title());
+    tried.push_back(preflight(tree, fibers, tryLimits(phase_limit)));
+    Numbers numbers = {{"segments", static_cast<double>(fibers.segmentCount())}};
+    for (std::size_t p = 0; p < kPhases; ++p) {
+      numbers[phaseName(static_cast<Phase>(p))] = tried.back().seconds[p];
+    }
+    registerNumbers("Tried/" + tree.name(), numbers, tried.back().note);
+  }
+
+  std::vector<Chosen> chosen;
+  const auto addFastest = [&](Phase last, bool narrow_phase, auto&& secondsOf) {
+    std::size_t fastest = trees.size();
+    for (std::size_t i = 0; i < trees.size(); ++i) {
+      if (!tried[i].right()) continue;
+      if (fastest == trees.size() || secondsOf(tried[i]) < secondsOf(tried[fastest])) fastest = i;
+    }
+    if (fastest == trees.size()) throw std::runtime_error("none of FCL's trees ended in time");
+    const bool is_there = std::any_of(chosen.begin(), chosen.end(), [&](const Chosen& other) {
+      return other.contender.name() == trees[fastest].name();
+    });
+    if (!is_there) chosen.push_back({trees[fastest], last, narrow_phase, true});
+  };
+  addFastest(Phase::kDetection, against.narrow_phase,
+             [](const Preflight& result) { return result.frameSeconds(); });
+  for (const Phase phase : {Phase::kDetection, Phase::kUpdate, Phase::kSetUp}) {
+    addFastest(phase, false,
+               [phase](const Preflight& result) { return result.phaseSeconds(phase); });
+  }
+  return chosen;
+}
+
+std::vector<Chosen> choose(const Request& request, const Against& against, Motion& motion) {
+  std::vector<Chosen> chosen;
+  if (!against.fcl_trees.empty()) {
+    const bool smaller =
+        motion.checked.empty() && motion.fibers.segmentCount() >= kTrySmallerFromSegments;
+    std::optional<Motion> part;
+    if (smaller) part = makeMotion(request.scene, kTryPart);
+    MovingFibers& fibers = smaller                  ? part->fibers
+                           : motion.checked.empty() ? motion.fibers
+                                                    : motion.checked.back();
+    for (const Boxes boxes : against.fcl_trees) {
+      for (Chosen& tree : fastestFclTrees(boxes, against, request.limit, fibers)) {
+        chosen.push_back(std::move(tree));
+      }
+    }
+  }
+  for (const Contender& contender : against.contenders) chosen.push_back({contender});
+  return chosen;
+}
+
+/// Times and counts are those of the last frames, where there are most pairs.
+std::vector<Preflight> checkMotion(const std::vector<Chosen>& chosen, bool quick,
+                                   double phase_limit, Motion& motion) {
+  std::vector<Contender> contenders;
+  for (const Chosen& one : chosen) contenders.push_back(one.contender);
+  PreflightLimits limits;
+  limits.phase_seconds = phase_limit;
+  limits.trial = !quick;
+  limits.at_once = quick ? 2 : 1;
+  if (motion.checked.empty()) return preflightAll(contenders, motion.fibers, limits);
+  std::vector<Preflight> results = preflightAll(contenders, motion.checked.front(), limits);
+  for (std::size_t m = 1; m < motion.checked.size(); ++m) {
+    const std::vector<Preflight> later = preflightAll(contenders, motion.checked[m], limits);
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      if (results[i].right()) results[i] = later[i];
+    }
+  }
+  return results;
+}
+
+/// Ours whose detection takes too long still have a set-up and an update worth knowing.
+bool endedInDetection(const Preflight& checked) {
+  return checked.verdict == Preflight::Verdict::kTooSlow && checked.phase == Phase::kDetection;
+}
+
+/// What every update has to do at least: read each object's transform and capsule.
+double readObjects(const MovingFibers& fibers) {
+  double sum = 0;
+  for (const Object* const object : fibers.objects()) {
+    const fcl::Transform3d& pose = object->getTransform();
+    const auto& capsule = static_cast<const fcl::Capsuled&>(*object->collisionGeometry());
+    sum += pose.translation().sum() + pose.linear().col(2).sum() + capsule.lz + capsule.radius;
+  }
+  return sum;
+}
+
+void registerFloor(Motion& motion) {
+  constexpr int kRuns = 5, kMostFrames = 4;
+  registerRuns("Floor/read", kRuns, [&motion](Numbers&) {
+    const int frames = motion.summed ? motion.fibers.frameCount() - 1 : kMostFrames;
+    double taken = 0;
+    for (int i = 1; i <= frames; ++i) {
+      motion.fibers.setPoses(motion.summed ? i : i % 2);
+      taken += seconds([&] { benchmark::DoNotOptimize(readObjects(motion.fibers)); });
+    }
+    return motion.summed ? taken : taken / frames;
+  });
+}
+
+}  // namespace
+
+bool measureFrames(const Request& request) {
+  Motion motion = makeMotion(request.scene);
+  const Against against = readAgainst(request.against);
+  const std::vector<Chosen> chosen = choose(request, against, motion);
+  const std::vector<Preflight> checked = checkMotion(chosen, against.quick, request.limit, motion);
+
+  double fastest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < checked.size(); ++i) {
+    if (chosen[i].fcl_tree && checked[i].right()) {
+      fastest = std::min(fastest, checked[i].frameSeconds());
+    }
+  }
+
+  std::deque<FrameRuns> runs;
+  std::vector<Contender> contenders;
+  for (std::size_t i = 0; i < checked.size(); ++i) {
+    const Contender& contender = chosen[i].contender;
+    contenders.push_back(contender);
+    registerChecked(contender, checked[i], motion.fibers);
+    const double frame = checked[i].frameSeconds();
+    if (contender.ours && endedInDetection(checked[i])) {
+      runs.emplace_back(contender, checked[i], motion, Phase::kUpdate).registerFrames();
+    }
+    if (!checked[i].right() || frame > kCheckedOnlySeconds) continue;
+    FrameRuns& frame_runs = runs.emplace_back(contender, checked[i], motion, chosen[i].last);
+    const bool far_behind = !contender.ours && !chosen[i].fcl_tree && frame > kFarBehind * fastest;
+    frame_runs.registerFrames(far_behind ? 1 : 0, chosen[i].narrow_phase);
+  }
+  registerFloor(motion);
+  return runRegistered() && oursAreRight(contenders, checked);
+}
+
+}  // namespace fcl_fibers::benchmarks

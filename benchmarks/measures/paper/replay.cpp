@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
+
+#include "harness/frame_runs.h"
+#include "measures.h"
+
+namespace fcl_fibers::benchmarks {
+namespace {
+
+constexpr int kReplays = 5;
+// One of FCL's managers that takes more seconds for one step is replayed once, or not at all.
+constexpr double kSlowStep = 0.05;
+constexpr double kHopelessStep = 0.3;
+
+/// Whoever takes longer in any phase, which some never end, would not be replayed.
+constexpr double kMostSeconds = 10;
+
+/// `update:007`
+std::string counterName(const char* what, int step) {
+  std::array<char, 64> text;
+  std::snprintf(text.data(), text.size(), "%s:%03d", what, step);
+  return text.data();
+}
+
+/// The contender lives through all steps. Returns the seconds of its updates and detections.
+double replay(const Contender& contender, MovingFibers& fibers, Numbers& numbers) {
+  fibers.bringTo(0, contender.boxes);
+  const std::unique_ptr<Manager> manager = contender.setUp(fibers);
+  double total = 0;
+  for (int step = 0; step < fibers.frameCount(); ++step) {
+    const auto set = [&](const char* what, double value) {
+      numbers[counterName(what, step)] = value;
+    };
+    if (step > 0) {
+      fibers.setPoses(step);
+      const double taken = seconds([&] { update(contender, fibers, *manager); });
+      set("update", taken);
+      total += taken;
+      if (const auto* spheres =
+              dynamic_cast<const WrappedSphereTreeCollisionManagerd*>(manager.get())) {
+        const CascadeStatistics cages = spheres->cascadeStatistics();
+        set("cages_kept", static_cast<double>(cages.cages_kept));
+        set("cages_recomputed", static_cast<double>(cages.cages_recomputed));
+      }
+    }
+    PairCount count;
+    const double taken = seconds([&] { count = countPairs(*manager); });
+    set("detection", taken);
+    set("pairs", static_cast<double>(count.pairs));
+    total += taken;
+  }
+  return total;
+}
+
+int replayCount(const std::vector<Contender>& contenders, const std::vector<Preflight>& checked,
+                std::size_t i) {
+  if (!checked[i].right()) return 0;
+  if (contenders[i].ours) return kReplays;
+  const double step = checked[i].frameSeconds();
+  // Of each of FCL's trees only the level that was fastest in the check.
+  for (std::size_t j = 0; j < contenders.size(); ++j) {
+    const bool same = contenders[j].manager == contenders[i].manager;
+    if (same && checked[j].right() && checked[j].frameSeconds() < step) return 0;
+  }
+  if (step > kHopelessStep) return 0;
+  return step > kSlowStep ? 1 : kReplays;
+}
+
+}  // namespace
+
+bool measureReplay(const Request& request) {
+  Motion motion = makeMotion(request.scene);
+  if (!motion.summed) {
+    throw std::invalid_argument("--measure=replay: give --scene=paper-dynamic, without a frame");
+  }
+  const Against against = readAgainst("paper_all");
+  std::vector<Contender> contenders = against.contenders;
+  for (const Boxes boxes : against.fcl_trees) {
+    for (const Contender& tree : fclTrees(boxes)) contenders.push_back(tree);
+  }
+  PreflightLimits limits;
+  limits.phase_seconds = std::min(request.limit, kMostSeconds);
+  // In the middle of the motion and at its end.
+  MovingFibers& last = motion.checked.back();
+  const std::vector<Preflight> checked = preflightAll(contenders, last, limits);
+  for (std::size_t i = 0; i < contenders.size(); ++i) {
+    const Contender& contender = contenders[i];
+    registerChecked(contender, checked[i], last);
+    const int runs = replayCount(contenders, checked, i);
+    if (runs == 0) continue;
+    registerRuns(
+        "Replay/" + contender.name(), runs,
+        [&](Numbers& numbers) { return replay(contender, motion.fibers, numbers); },
+        contender.ours ? Whose::kOurs : Whose::kPeers);
+  }
+  return runRegistered() && oursAreRight(contenders, checked);
+}
+
+}  // namespace fcl_fibers::benchmarks

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <benchmark/benchmark.h>
+
+#include <limits>
+#include <string>
+
+#include <fcl_fibers/scenes/cosserat_rod.h>
+#include <fcl_fibers/scenes/load_trajectory.h>
+
+#include "harness/progress.h"
+#include "harness/runs.h"
+#include "measures.h"
+
+namespace fcl_fibers::benchmarks {
+namespace {
+
+/// A hair of the dynamic assembly, bent half way to the loop.
+struct Hair {
+  scenes::CosseratRod rod;
+  scenes::RodLoad load;
+
+  Hair() {
+    constexpr double kBending = 4.7, kTwist = 3.5, kNone = std::numeric_limits<double>::infinity();
+    rod.length = 15;
+    rod.bending_stiffness = {kBending, kBending, kTwist};
+    rod.shear_stiffness = {kNone, kNone, kNone};
+    const scenes::LoadTrajectory trajectory = scenes::loopTrajectory();
+    const scenes::TipLoad& state = trajectory.states[trajectory.states.size() / 2];
+    load.tip_force = state.force;
+    load.tip_torque = state.torque;
+  }
+};
+
+/// @param warm  from the shape under a load that differs by 2 %, as in a motion or an assembly
+void registerRod(int segments, bool warm) {
+  const std::string name =
+      std::string("Rod/") + (warm ? "warm" : "cold") + "/segments:" + std::to_string(segments);
+  const auto run = [segments, warm, name](benchmark::State& state) {
+    showProgress("rods: " + name);
+    const Hair hair;
+    scenes::RodLoad other = hair.load;
+    other.tip_force *= 1.02;
+    other.tip_torque *= 1.02;
+    const scenes::RodShape guess = scenes::solveRod(hair.rod, other, segments);
+    int iterations = 0;
+    for ([[maybe_unused]] auto _ : state) {
+      const scenes::RodShape shape =
+          scenes::solveRod(hair.rod, hair.load, segments, warm ? &guess : nullptr);
+      iterations = shape.iterations;
+      benchmark::DoNotOptimize(shape.points.data());
+    }
+    state.counters["iterations"] = iterations;
+    state.counters["segments"] = segments;
+  };
+  benchmark::RegisterBenchmark(name.c_str(), run)->Unit(benchmark::kMicrosecond)->Repetitions(5);
+}
+
+void registerScene(const std::string& name) {
+  constexpr int kRuns = 3;
+  registerRuns("Make/" + name, kRuns, [name](Numbers& numbers) {
+    scenes::FiberScene scene;
+    const double taken = seconds([&] { scene = tools::openScene(name, {}).scene(); });
+    numbers["fibers"] = static_cast<double>(scene.fiberCount());
+    numbers["segments"] = static_cast<double>(scene.segmentCount());
+    return taken;
+  });
+}
+
+}  // namespace
+
+bool measureRods(const Request&) {
+  for (const int segments : {25, 50, 100, 200, 400}) {
+    registerRod(segments, true);
+    registerRod(segments, false);
+  }
+  for (const char* scene : {"paper-static", "paper-half-scalp", "paper-strand"}) {
+    registerScene(scene);
+  }
+  return runRegistered();
+}
+
+}  // namespace fcl_fibers::benchmarks

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fcl_fibers/scenes/sampling.h>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fcl_fibers/scenes/helix.h>
+
+#include "harness/progress.h"
+#include "harness/runs.h"
+#include "measures.h"
+
+namespace fcl_fibers::benchmarks {
+namespace {
+
+constexpr int kFibers = 1000, kFinest = 2000, kRuns = 5;
+constexpr double kLength = 30;  // cm, of makeHelix()
+
+scenes::FiberScene helixOf(int segments) {
+  scenes::HelixParameters parameters;
+  parameters.fibers = kFibers;
+  parameters.segments = segments;
+  return scenes::makeHelix(parameters);
+}
+
+/// Segment a of a fiber touches segment b of another one.
+struct Touch {
+  std::size_t fiber_a, fiber_b, a, b;
+  bool operator<(const Touch& other) const {
+    return std::array{fiber_a, fiber_b, a, b} <
+           std::array{other.fiber_a, other.fiber_b, other.a, other.b};
+  }
+};
+
+class Sampled {
+ public:
+  Sampled(int segments, double margin) : segments_(segments), scene_(helixOf(segments)) {
+    FiberTreeOptions options;
+    options.report = Report::kCapsules;
+    options.margin = margin;
+    options.ignored_neighbors = 1;
+    tree_ = std::make_unique<FiberTree>(options);
+    tree_->build(scenes::fiberArrays(scene_));
+  }
+
+  double frame() {
+    std::size_t pairs = 0;
+    return seconds([&] {
+      tree_->update(scenes::fiberArrays(scene_));
+      tree_->visitPairs([&](SegmentPair) { ++pairs; });
+    });
+  }
+
+  std::set<Touch> touches() const {
+    std::set<Touch> found;
+    tree_->visitPairs([&](SegmentPair pair) {
+      FiberSegment a = tree_->fiberSegment(pair.a), b = tree_->fiberSegment(pair.b);
+      if (a.fiber == b.fiber) return;
+      if (b.fiber < a.fiber) std::swap(a, b);
+      found.insert({a.fiber, b.fiber, a.segment, b.segment});
+    });
+    return found;
+  }
+
+  int segments() const { return segments_; }
+
+ private:
+  int segments_;
+  scenes::FiberScene scene_;
+  std::unique_ptr<FiberTree> tree_;
+};
+
+/// How many of `some`, cut into `from` segments a fiber, have none of `others`, cut into `to`,
+/// where they are or a segment beside.
+std::size_t countWithout(const std::set<Touch>& some, int from, const std::set<Touch>& others,
+                         int to) {
+  const auto range = [&](std::size_t segment) {
+    const auto f = static_cast<std::size_t>(from), t = static_cast<std::size_t>(to);
+    const std::size_t first = segment * t / f, last = ((segment + 1) * t - 1) / f;
+    return std::pair(first == 0 ? first : first - 1, last + 1);
+  };
+  std::size_t count = 0;
+  for (const Touch& touch : some) {
+    const auto [a_first, a_last] = range(touch.a);
+    const auto [b_first, b_last] = range(touch.b);
+    bool found = false;
+    for (auto it = others.lower_bound({touch.fiber_a, touch.fiber_b, a_first, 0});
+         !found && it != others.end() && it->fiber_a == touch.fiber_a &&
+         it->fiber_b == touch.fiber_b && it->a <= a_last;
+         ++it) {
+      found = b_first <= it->b && it->b <= b_last;
+    }
+    count += found ? 0 : 1;
+  }
+  return count;
+}
+
+}  // namespace
+
+bool measureSampling(const Request&) {
+  showProgress("helix: the finest sampling");
+  const Sampled finest(kFinest, 0);
+  const std::set<Touch> truth = finest.touches();
+  const double curvature = scenes::largestCurvature(helixOf(kFinest));
+  for (const bool with_margin : {false, true}) {
+    for (const int segments : {25, 50, 100, 200, 400, 1000, 2000}) {
+      const double error = scenes::chordError(curvature, kLength / segments);
+      const double both = error + scenes::chordError(curvature, kLength / kFinest);
+      const auto sampled = std::make_shared<Sampled>(segments, with_margin ? 2 * both : 0);
+      const std::set<Touch> touches = sampled->touches();
+      const std::size_t missed = countWithout(truth, kFinest, touches, segments);
+      const std::size_t extra = countWithout(touches, segments, truth, kFinest);
+      registerRuns("Sampling/" + std::to_string(segments) + (with_margin ? "/margin" : "/plain"),
+                   kRuns, [=, count = truth.size(), reported = touches.size()](Numbers& numbers) {
+                     numbers["chord_error"] = error;
+                     numbers["contacts"] = static_cast<double>(count);
+                     numbers["reported"] = static_cast<double>(reported);
+                     numbers["missed"] = static_cast<double>(missed);
+                     numbers["extra"] = static_cast<double>(extra);
+                     return sampled->frame();
+                   });
+    }
+  }
+  return runRegistered();
+}
+
+}  // namespace fcl_fibers::benchmarks

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "scenes.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "harness/progress.h"
+#include "measures/paper/row_order.h"
+
+namespace fcl_fibers::benchmarks {
+namespace {
+
+MovingFibers movingFibers(const tools::SceneSource& source, bool rows,
+                          const std::vector<int>& frames) {
+  showProgress(source.title + ": make the scene");
+  const scenes::FiberScene first = source.make(frames.at(0));
+  std::vector<std::size_t> order;
+  if (rows) order = rowsOfRoots(first);
+  const auto inOrder = [&](const scenes::FiberScene& scene) {
+    return rows ? reordered(scene, order) : scene;
+  };
+  MovingFibers fibers(source.title, inOrder(first), inOrder(source.make(frames.at(1))));
+  for (std::size_t i = 2; i < frames.size(); ++i) fibers.addFrame(inOrder(source.make(frames[i])));
+  return fibers;
+}
+
+std::vector<int> twoFrames(const tools::SceneSource& source) {
+  const bool has_next = source.is_file || source.frame + 1 < source.frame_count;
+  return {source.frame, has_next ? source.frame + 1 : source.frame - 1};
+}
+
+}  // namespace
+
+tools::SceneSource openScene(const SceneRequest& request, int part) {
+  return tools::openScene(request.text, request.radius, part);
+}
+
+std::array<scenes::FiberScene, 2> twoFrames(const SceneRequest& request) {
+  const tools::SceneSource source = openScene(request);
+  const std::vector<int> frames = twoFrames(source);
+  return {source.make(frames[0]), source.make(frames[1])};
+}
+
+MovingFibers movingFibers(const tools::SceneSource& source, bool rows) {
+  return movingFibers(source, rows, twoFrames(source));
+}
+
+Motion makeMotion(const SceneRequest& request, int part) {
+  const tools::SceneSource source = openScene(request, part);
+  if (source.name != "paper-dynamic" || source.playable.size() == 1) {
+    Motion motion = {movingFibers(source, request.rows), false, {}};
+    if (source.is_file && part > 1) {
+      const std::size_t fibers = motion.fibers.fiberCount() / static_cast<std::size_t>(part);
+      motion.fibers.keepFirst(std::max<std::size_t>(1, fibers));
+    }
+    return motion;
+  }
+  const int last = source.frame_count - 1;
+  std::vector<int> frames;
+  for (int i = 0; i <= request.steps; ++i) frames.push_back(i * last / request.steps);
+  Motion motion = {movingFibers(source, request.rows, frames), true, {}};
+  motion.checked.push_back(movingFibers(source, request.rows, {0, last / 4}));
+  motion.checked.push_back(movingFibers(source, request.rows, {last / 2, last}));
+  return motion;
+}
+
+}  // namespace fcl_fibers::benchmarks

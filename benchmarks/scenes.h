@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "contenders/moving_fibers.h"
+#include "tools/scene_source.h"
+
+namespace fcl_fibers::benchmarks {
+
+/// A scene as the program fcl_fibers names it, or a file of fibers.
+struct SceneRequest {
+  std::string text = "helix";    ///< `helix:fibers=1000,segments=100`, or a path
+  std::optional<double> radius;  ///< of a file's fibers, in its unit
+  int steps = 100;               ///< of the paper's dynamic assembly
+  bool rows = false;             ///< fibers in the order of rowsOfRoots()
+};
+
+/// Throws std::invalid_argument where there is no such scene, or no radius.
+/// @param part  one out of so many fibers: of a scene that is made, they are as dense as all
+tools::SceneSource openScene(const SceneRequest& request, int part = 1);
+
+/// Two frames that take turns: the one that the scene asks for, and the next one.
+std::array<scenes::FiberScene, 2> twoFrames(const SceneRequest& request);
+MovingFibers movingFibers(const tools::SceneSource& source, bool rows = false);
+
+/// A scene and how its motion is gone through.
+struct Motion {
+  MovingFibers fibers;
+  bool summed = false;  ///< over all frames in their order; else two frames take turns
+
+  /// Where contenders are checked, two frames each; those of `fibers` if there are none.
+  std::vector<MovingFibers> checked;
+};
+
+/// The paper's dynamic assembly through its steps, unless one frame of it is asked for; any other
+/// scene in two frames.
+Motion makeMotion(const SceneRequest& request, int part = 1);
+
+}  // namespace fcl_fibers::benchmarks
