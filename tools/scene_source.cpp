@@ -192,9 +192,7 @@ constexpr Kind kKinds[] = {
     {"cap", "head of hair of 50,000 x 50",
      [](Parameters& keys) { return movingScene(keys, scenes::makeCap); }},
     {"paper-static",
-     "the paper's static assembly of 1,000 x 100; turned=0: roots along z; state=1: all but "
-     "straight",
-     staticScene},
+     "the paper's static assembly of 1,000 x 100; turned=0: along z, state=1: unbent", staticScene},
     {"paper-dynamic", "the paper's dynamic assembly of 150 x 100, frame 0 to 100, 85 by default",
      dynamicScene},
     {"paper-half-scalp", "the paper's half scalp of 50,000 x 50",

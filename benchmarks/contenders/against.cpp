@@ -78,7 +78,7 @@ Against readAgainst(const std::string& text) {
     return named(is_paper ? text.substr(paper.size()) : text, pool);
   }
   against.fcl_trees = {kBoth.begin(), kBoth.end()};
-  against.narrow_phase = text != "all";
+  against.narrow_phase = against.quick = text != "all";
   return against;
 }
 

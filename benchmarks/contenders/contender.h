@@ -73,6 +73,7 @@ struct Against {
   /// For these boxes FCL's trees are tried at every level, and the fastest of them join.
   std::vector<Boxes> fcl_trees;
   bool narrow_phase = false;  ///< the fastest of them also with fcl::collide on their pairs
+  bool quick = false;         ///< nobody is hopeless, and two are checked at once
 };
 
 /// Reads `--against`: headline, full, all, paper, paper_all, or names of contenders, `NAME,NAME`,

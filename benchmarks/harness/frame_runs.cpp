@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <memory>
-#include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include "contenders/narrow_phase.h"
 
@@ -20,7 +20,7 @@ constexpr int kUpdatesPerManager = 2;
 // seconds on, a run has one.
 constexpr double kSecondsPerRun = 0.15;
 constexpr double kMaxFrames = 10;
-constexpr double kSlowFrame = 0.5;
+constexpr double kSlowFrame = 1.5;
 
 // Seconds that all runs of one contender are to take, but a spread needs so many runs.
 constexpr double kSecondsPerContender = 2;
@@ -91,30 +91,36 @@ int FrameRuns::runCount() const {
   return static_cast<int>(runs) / 2 * 2 + 1;  // odd, for the median to be one of them
 }
 
-void FrameRuns::registerFrames(int runs) {
+void FrameRuns::registerFrames(int runs, bool narrow_phase) {
+  narrow_phase_ = narrow_phase;
+  if (runs == 0) runs = runCount();
+  const std::string name = "Frames/" + contender_.name();
   registerRuns(
-      "Frames/" + contender_.name(), runs > 0 ? runs : runCount(),
-      [this](Numbers& numbers) { return run(numbers, false); },
+      name, runs, [this](Numbers& numbers) { return frame(numbers, false); },
       contender_.ours ? Whose::kOurs : Whose::kPeers);
-}
-
-void FrameRuns::registerNarrowPhase() {
+  if (!narrow_phase) return;
   registerRuns(
-      "Frames/" + contender_.name() + "_and_collide", runCount(),
-      [this](Numbers& numbers) { return run(numbers, true); }, Whose::kPeers);
+      name + "_and_collide", runs, [this](Numbers& numbers) { return frame(numbers, true); },
+      Whose::kPeers);
 }
 
-double FrameRuns::run(Numbers& numbers, bool with_narrow_phase) {
+double FrameRuns::frame(Numbers& numbers, bool with_narrow_phase) {
+  std::deque<Numbers>& waiting = with_narrow_phase ? with_narrow_phase_ : plain_;
+  if (waiting.empty()) run();
+  numbers = std::move(waiting.front());
+  waiting.pop_front();
+  if (last_ == Phase::kSetUp) return numbers["set_up"];
+  return numbers["update"] + (last_ == Phase::kUpdate ? 0 : numbers["detection"]);
+}
+
+void FrameRuns::run() {
   MovingFibers& fibers = motion_.fibers;
   fibers.bringTo(0, contender_.boxes);
   std::unique_ptr<Manager> manager;
-  numbers["set_up"] = seconds([&] { manager = contender_.setUp(fibers); });
-  std::optional<NarrowPhase> narrow;
-  if (with_narrow_phase) {
-    narrow.emplace(NarrowPhase::strideFor(checked_.frames[0].reported, kNarrowPairs));
-  }
-  double update_seconds = 0, detection_seconds = 0;
+  const double set_up = seconds([&] { manager = contender_.setUp(fibers); });
+  double update_seconds = 0, detection_seconds = 0, narrow_seconds = 0;
   PairCount count;
+  NarrowPhase narrow(NarrowPhase::strideFor(checked_.frames[0].reported, kNarrowPairs));
   int updates = 0;
   for (const int frame : frames_) {
     if (!contender_.ours && updates == kUpdatesPerManager) {
@@ -127,33 +133,36 @@ double FrameRuns::run(Numbers& numbers, bool with_narrow_phase) {
     ++updates;
     if (last_ != Phase::kDetection) continue;
     PairCount found;
-    if (narrow) {
-      const std::size_t before = narrow->pairs();
-      detection_seconds += narrow->time(*manager);
-      found.pairs = found.visited = narrow->pairs() - before;
-    } else {
-      detection_seconds += seconds([&] { found = countPairs(*manager); });
-    }
+    detection_seconds += seconds([&] { found = countPairs(*manager); });
     notePairs(frame, found.pairs);
     count.pairs += found.pairs;
     count.visited += found.visited;
+    if (narrow_phase_) narrow_seconds += narrow.time(*manager);
   }
+
   // A sum over all frames, or the mean of the two that take turns.
-  const double divisor =
-      motion_.summed ? 1 : static_cast<double>(std::max<std::size_t>(1, frames_.size()));
-  const bool updated = last_ != Phase::kSetUp, detected = last_ == Phase::kDetection;
-  numbers["update"] = updated ? update_seconds / divisor : Preflight::kUnknown;
-  numbers["detection"] = detected ? detection_seconds / divisor : Preflight::kUnknown;
-  numbers["pairs"] = detected ? static_cast<double>(count.pairs) / divisor : Preflight::kUnknown;
-  numbers["visited"] =
-      detected ? static_cast<double>(count.visited) / divisor : Preflight::kUnknown;
-  numbers["frames"] = static_cast<double>(frames_.size());
-  if (narrow) {
-    numbers["sampled"] = static_cast<double>(narrow->sampled()) / divisor;
-    numbers["of"] = static_cast<double>(narrow->pairs()) / divisor;
-    numbers["touching"] = narrow->touching() / divisor;
+  const auto perFrame = [&, frames = static_cast<double>(frames_.size())](auto sum) {
+    return static_cast<double>(sum) / (motion_.summed ? 1 : frames);
+  };
+  Numbers numbers = {{"set_up", set_up},
+                     {"frames", static_cast<double>(frames_.size())},
+                     {"update", Preflight::kUnknown},
+                     {"detection", Preflight::kUnknown},
+                     {"pairs", Preflight::kUnknown},
+                     {"visited", Preflight::kUnknown}};
+  if (last_ != Phase::kSetUp) numbers["update"] = perFrame(update_seconds);
+  if (last_ == Phase::kDetection) {
+    numbers["detection"] = perFrame(detection_seconds);
+    numbers["pairs"] = perFrame(count.pairs);
+    numbers["visited"] = perFrame(count.visited);
   }
-  return (update_seconds + detection_seconds) / divisor;
+  plain_.push_back(numbers);
+  if (!narrow_phase_) return;
+  numbers["detection"] = perFrame(narrow_seconds);
+  numbers["sampled"] = perFrame(narrow.sampled());
+  numbers["of"] = perFrame(narrow.pairs());
+  numbers["touching"] = perFrame(narrow.touching());
+  with_narrow_phase_.push_back(numbers);
 }
 
 /// What is timed is what was checked. Embree's trees are not the same each time, and some of them

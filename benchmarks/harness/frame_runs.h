@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <deque>
 #include <map>
 #include <string>
 #include <vector>
@@ -18,7 +19,7 @@ void registerChecked(const Contender& contender, const Preflight& checked,
                      const MovingFibers& fibers);
 
 /// One contender, whose runs are set-up and then frame by frame motion, update and detection:
-/// `Frames/<contender>`. A contender that lives longer than a few frames is set up anew meanwhile.
+/// `Frames/<contender>`. A peer that lives longer than a few frames is set up anew meanwhile.
 class FrameRuns {
  public:
   /// @param last  phase that a run goes to: there is no time of those behind it
@@ -26,13 +27,14 @@ class FrameRuns {
             Phase last = Phase::kDetection);
 
   /// @param runs  0: as many as a spread needs
-  void registerFrames(int runs = 0);
-
-  /// `Frames/<contender>_and_collide`: with fcl::collide on the pairs, or on a sample of them.
-  void registerNarrowPhase();
+  /// @param narrow_phase  `Frames/<contender>_and_collide` too, with fcl::collide on the pairs, or
+  /// on a sample of them
+  void registerFrames(int runs = 0, bool narrow_phase = false);
 
  private:
-  double run(Numbers& numbers, bool with_narrow_phase);
+  /// The numbers of a run, and the seconds of its frame.
+  double frame(Numbers& numbers, bool with_narrow_phase);
+  void run();
   void notePairs(int frame, std::size_t pairs);
   int runCount() const;
 
@@ -42,6 +44,10 @@ class FrameRuns {
   Phase last_;
   std::vector<int> frames_;           ///< that a run goes through, after frame 0
   std::map<int, std::size_t> pairs_;  ///< by frame
+  bool narrow_phase_ = false;
+  /// A run with a narrow phase does both kinds of detection, and the results of one kind wait here
+  /// until they are asked for.
+  std::deque<Numbers> plain_, with_narrow_phase_;
 };
 
 }  // namespace fcl_fibers::benchmarks

@@ -16,8 +16,10 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <deque>
 #include <exception>
 #include <iterator>
+#include <memory>
 #include <new>
 #include <stdexcept>
 #include <system_error>
@@ -289,52 +291,67 @@ std::string secondsText(double seconds) {
   return text.data();
 }
 
-/// Runs a child and says how it ended; pairs are those that it reported and that touch.
-std::pair<Preflight, FramePairs> runInChild(const Contender& contender, MovingFibers& fibers,
-                                            std::size_t fiber_count,
-                                            const PreflightLimits& limits) {
-  void* const shared =
-      mmap(nullptr, sizeof(Trace), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-  if (shared == MAP_FAILED) throw std::system_error(errno, std::generic_category(), "mmap");
-  Trace& trace = *new (shared) Trace{};
-  trace.seconds.fill(Preflight::kUnknown);
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> pairs_file(std::tmpfile(), std::fclose);
-  if (!pairs_file) throw std::system_error(errno, std::generic_category(), "tmpfile");
-  const int file = fileno(pairs_file.get());
-
-  const pid_t child = checkedSystemCall("fork", [] { return fork(); });
-  if (child == 0) runChild(contender, fibers, fiber_count, limits, trace, file);
-  int status = 0;
-  checkedSystemCall("waitpid", [&] { return waitpid(child, &status, 0); });
-
-  Preflight result;
-  result.phase = trace.phase;
-  result.seconds = trace.seconds;
-  result.frames = trace.frames;
-  result.volume_tests = trace.volume_tests;
-  result.bytes = trace.bytes;
-  result.bytes_after_frames = trace.bytes_after_frames;
-  result.bytes_stated = trace.bytes_stated;
-  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM) {
-    result.verdict = Preflight::Verdict::kTooSlow;
-    result.note = ">" + secondsText(limits.phase_seconds);
-  } else if (trace.refusal[0] != '\0') {
-    result.verdict = Preflight::Verdict::kRefused;
-    result.note = "refused";
-    result.detail = trace.refusal.data();
-  } else if (!trace.finished) {
-    result.verdict = Preflight::Verdict::kCrashed;
-    result.note = "crashed";
+/// One contender's run in a process of its own, which starts at once.
+class Child {
+ public:
+  Child(const Contender& contender, MovingFibers& fibers, std::size_t fiber_count,
+        const PreflightLimits& limits)
+      : limits_(limits), pairs_file_(std::tmpfile(), std::fclose) {
+    void* const shared =
+        mmap(nullptr, sizeof(Trace), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (shared == MAP_FAILED) throw std::system_error(errno, std::generic_category(), "mmap");
+    trace_.reset(new (shared) Trace{});
+    trace_->seconds.fill(Preflight::kUnknown);
+    if (!pairs_file_) throw std::system_error(errno, std::generic_category(), "tmpfile");
+    pid_ = checkedSystemCall("fork", [] { return fork(); });
+    if (pid_ == 0) runChild(contender, fibers, fiber_count, limits, *trace_, file());
   }
 
-  FramePairs pairs;
-  lseek(file, 0, SEEK_SET);
-  for (std::size_t f = 0; f < pairs.size(); ++f) {
-    if (trace.frames[f].checked) pairs[f] = readPairs(file, trace.frames[f].touching);
+  /// How it ended, and the pairs that it reported and that touch.
+  std::pair<Preflight, FramePairs> wait() const {
+    int status = 0;
+    checkedSystemCall("waitpid", [&] { return waitpid(pid_, &status, 0); });
+
+    Preflight result;
+    result.phase = trace_->phase;
+    result.seconds = trace_->seconds;
+    result.frames = trace_->frames;
+    result.volume_tests = trace_->volume_tests;
+    result.bytes = trace_->bytes;
+    result.bytes_after_frames = trace_->bytes_after_frames;
+    result.bytes_stated = trace_->bytes_stated;
+    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM) {
+      result.verdict = Preflight::Verdict::kTooSlow;
+      result.note = ">" + secondsText(limits_.phase_seconds);
+    } else if (trace_->refusal[0] != '\0') {
+      result.verdict = Preflight::Verdict::kRefused;
+      result.note = "refused";
+      result.detail = trace_->refusal.data();
+    } else if (!trace_->finished) {
+      result.verdict = Preflight::Verdict::kCrashed;
+      result.note = "crashed";
+    }
+
+    FramePairs pairs;
+    lseek(file(), 0, SEEK_SET);
+    for (std::size_t f = 0; f < pairs.size(); ++f) {
+      if (trace_->frames[f].checked) pairs[f] = readPairs(file(), trace_->frames[f].touching);
+    }
+    return {result, std::move(pairs)};
   }
-  munmap(shared, sizeof(Trace));
-  return {result, std::move(pairs)};
-}
+
+ private:
+  struct Unmap {
+    void operator()(Trace* trace) const { munmap(trace, sizeof(Trace)); }
+  };
+
+  int file() const { return fileno(pairs_file_.get()); }
+
+  PreflightLimits limits_;
+  std::unique_ptr<Trace, Unmap> trace_;
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> pairs_file_;
+  pid_t pid_;
+};
 
 void judgeWrong(Preflight& result, const std::string& why) {
   result.verdict = Preflight::Verdict::kWrong;
@@ -414,7 +431,7 @@ void judgeWork(const std::vector<Contender>& contenders, std::vector<Preflight>&
 
 Preflight preflight(const Contender& contender, MovingFibers& fibers,
                     const PreflightLimits& limits) {
-  Preflight result = runInChild(contender, fibers, fibers.fiberCount(), limits).first;
+  Preflight result = Child(contender, fibers, fibers.fiberCount(), limits).wait().first;
   judgeAlone(contender, result);
   return result;
 }
@@ -428,29 +445,11 @@ std::vector<Preflight> preflightAll(const std::vector<Contender>& contenders, Mo
   std::vector<Preflight> results;
   std::vector<std::array<std::size_t, MovingFibers::kFrames>> found;  // touching pairs
   FramePairs truth;
-  for (const Contender& contender : contenders) {
-    showProgress(fibers.name() + ": check " + std::to_string(results.size() + 1) + "/" +
-                 std::to_string(contenders.size()) + ": " + contender.title());
-
-    // No manager's work grows less than linearly. Twice the time that an eighth of the fibers may
-    // take leaves room for noise, and hopeless ones cost a quarter of the limit.
-    if (limits.trial && fibers.segmentCount() >= kTrialFromSegments) {
-      const PreflightLimits trial = {2 * limits.phase_seconds / kTrialPart, /*check=*/false,
-                                     /*update=*/true};
-      Preflight result =
-          runInChild(contender, fibers, fibers.fiberCount() / kTrialPart, trial).first;
-      if (result.verdict == Preflight::Verdict::kTooSlow) {
-        result.note = ">" + secondsText(limits.phase_seconds);
-        result.seconds.fill(Preflight::kUnknown);
-        result.bytes = 0;
-        results.push_back(result);
-        found.emplace_back();
-        continue;
-      }
-    }
-
-    auto [result, pairs] = runInChild(contender, fibers, fibers.fiberCount(), limits);
-    judgeAlone(contender, result);
+  std::deque<Child> running;
+  const auto judgeFirst = [&] {
+    auto [result, pairs] = running.front().wait();
+    running.pop_front();
+    judgeAlone(contenders[results.size()], result);
     results.push_back(result);
     found.emplace_back();
     for (std::size_t f = 0; f < truth.size(); ++f) {
@@ -466,7 +465,34 @@ std::vector<Preflight> preflightAll(const std::vector<Contender>& contenders, Mo
                      std::back_inserter(merged));
       truth[f] = std::move(merged);
     }
+  };
+  for (std::size_t i = 0; i < contenders.size(); ++i) {
+    const Contender& contender = contenders[i];
+    showProgress(fibers.name() + ": check " + std::to_string(i + 1) + "/" +
+                 std::to_string(contenders.size()) + ": " + contender.title());
+    while (running.size() >= limits.at_once) judgeFirst();
+
+    // No manager's work grows less than linearly. Twice the time that an eighth of the fibers may
+    // take leaves room for noise, and hopeless ones cost a quarter of the limit.
+    if (limits.trial && fibers.segmentCount() >= kTrialFromSegments) {
+      while (!running.empty()) judgeFirst();
+      PreflightLimits trial = limits;
+      trial.phase_seconds *= 2.0 / kTrialPart;
+      trial.check = false;
+      Preflight result =
+          Child(contender, fibers, fibers.fiberCount() / kTrialPart, trial).wait().first;
+      if (result.verdict == Preflight::Verdict::kTooSlow) {
+        result.note = ">" + secondsText(limits.phase_seconds);
+        result.seconds.fill(Preflight::kUnknown);
+        result.bytes = 0;
+        results.push_back(result);
+        found.emplace_back();
+        continue;
+      }
+    }
+    running.emplace_back(contender, fibers, fibers.fiberCount(), limits);
   }
+  while (!running.empty()) judgeFirst();
   for (std::size_t i = 0; i < results.size(); ++i) {
     if (results[i].verdict != Preflight::Verdict::kWrong) judgeMissed(results[i], found[i], truth);
   }

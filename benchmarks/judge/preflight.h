@@ -53,6 +53,7 @@ struct PreflightLimits {
   double phase_seconds = 10;  ///< a phase that takes longer ends the contender
   bool check = true;          ///< else pairs are counted only, once, and it does not move back
   bool update = true;         ///< else it stays in frame 0
+  std::size_t at_once = 1;    ///< contenders that run at the same time, whose seconds then say less
   bool trial = true;          ///< of large scenes, an eighth first: for those that may be hopeless
 };
 

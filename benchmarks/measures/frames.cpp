@@ -83,8 +83,7 @@ std::vector<Chosen> fastestFclTrees(Boxes boxes, const Against& against, double 
   return chosen;
 }
 
-std::vector<Chosen> choose(const Request& request, Motion& motion) {
-  const Against against = readAgainst(request.against);
+std::vector<Chosen> choose(const Request& request, const Against& against, Motion& motion) {
   std::vector<Chosen> chosen;
   if (!against.fcl_trees.empty()) {
     const bool smaller =
@@ -105,12 +104,14 @@ std::vector<Chosen> choose(const Request& request, Motion& motion) {
 }
 
 /// Times and counts are those of the last frames, where there are most pairs.
-std::vector<Preflight> checkMotion(const std::vector<Chosen>& chosen, double phase_limit,
-                                   Motion& motion) {
+std::vector<Preflight> checkMotion(const std::vector<Chosen>& chosen, bool quick,
+                                   double phase_limit, Motion& motion) {
   std::vector<Contender> contenders;
   for (const Chosen& one : chosen) contenders.push_back(one.contender);
   PreflightLimits limits;
   limits.phase_seconds = phase_limit;
+  limits.trial = !quick;
+  limits.at_once = quick ? 2 : 1;
   if (motion.checked.empty()) return preflightAll(contenders, motion.fibers, limits);
   std::vector<Preflight> results = preflightAll(contenders, motion.checked.front(), limits);
   for (std::size_t m = 1; m < motion.checked.size(); ++m) {
@@ -139,7 +140,7 @@ double readObjects(const MovingFibers& fibers) {
 }
 
 void registerFloor(Motion& motion) {
-  constexpr int kRuns = 9, kMostFrames = 10;
+  constexpr int kRuns = 5, kMostFrames = 4;
   registerRuns("Floor/read", kRuns, [&motion](Numbers&) {
     const int frames = motion.summed ? motion.fibers.frameCount() - 1 : kMostFrames;
     double taken = 0;
@@ -155,8 +156,9 @@ void registerFloor(Motion& motion) {
 
 bool measureFrames(const Request& request) {
   Motion motion = makeMotion(request.scene);
-  const std::vector<Chosen> chosen = choose(request, motion);
-  const std::vector<Preflight> checked = checkMotion(chosen, request.limit, motion);
+  const Against against = readAgainst(request.against);
+  const std::vector<Chosen> chosen = choose(request, against, motion);
+  const std::vector<Preflight> checked = checkMotion(chosen, against.quick, request.limit, motion);
 
   double fastest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < checked.size(); ++i) {
@@ -178,8 +180,7 @@ bool measureFrames(const Request& request) {
     if (!checked[i].right() || frame > kCheckedOnlySeconds) continue;
     FrameRuns& frame_runs = runs.emplace_back(contender, checked[i], motion, chosen[i].last);
     const bool far_behind = !contender.ours && !chosen[i].fcl_tree && frame > kFarBehind * fastest;
-    frame_runs.registerFrames(far_behind ? 1 : 0);
-    if (chosen[i].narrow_phase) frame_runs.registerNarrowPhase();
+    frame_runs.registerFrames(far_behind ? 1 : 0, chosen[i].narrow_phase);
   }
   registerFloor(motion);
   return runRegistered() && oursAreRight(contenders, checked);
