@@ -1,30 +1,22 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 #
-# Installs what is missing, builds, measures, prints tables and makes a page: see usage() below.
-# What the numbers mean: benchmarks/main.cpp. From kept results, the tables once more and into the
-# documents:
+# benchmarks/run.sh [--full [--targets] | --trade | --paper [--full]] [--hair FILE [--radius R]]
+#
+#   (nothing)  the README's first table: ours, FCL and Embree on three scenes. 3 minutes
+#   --full     all of docs/performance.md: scenes, other queries, growth. 15 minutes, 6 GB of memory;
+#              --targets: which ratios reach what they are to reach
+#   --trade    what accuracy costs: every manager, bounds, sampling, options. 8 minutes
+#   --paper    the paper's Table I, figures and pictures. 15 minutes, and up to 20 for one part;
+#              with --full finer curves and its slowest trees. Hours
+#   --hair     a file's fibers, in its unit: alone, or with --trade beside the other scenes;
+#              --radius where the file has none
+#
+# Installs what is missing and builds first. Times are of 2 cores, after the build. Results, tables,
+# picture and page are kept in build/benchmarks/results. The tables once more, into the documents:
 #
 #   /usr/bin/python3 benchmarks/report/report.py SET build/benchmarks/results/SET --docs .
 set -euo pipefail
-
-usage() {
-  cat <<'END'
-benchmarks/run.sh [--full [--targets] | --trade | --paper [--full]] [--hair FILE [--radius R]]
-
-  (nothing)  the README's first table: ours, FCL and Embree on three scenes. 3 minutes
-  --full     all of docs/performance.md: scenes, other queries, growth. 15 minutes, 6 GB of memory;
-             --targets: which ratios reach what they are to reach
-  --trade    what accuracy costs: every manager, bounds, sampling, options. 8 minutes
-  --paper    the paper's Table I, figures and pictures. 15 minutes, and up to 20 for one part; with
-             --full finer curves and its slowest trees. Hours
-  --hair     a file's fibers, in its unit: alone, or with --trade beside the other scenes; --radius
-             where the file has none
-
-Times are of 2 cores, after the build. Results, tables, picture and page are kept in
-build/benchmarks/results.
-END
-}
 
 set=headline full=0 hair=() targets=()
 while (($# > 0)); do
@@ -37,14 +29,8 @@ while (($# > 0)); do
       hair+=("$1=${2?$1 takes a value}")
       shift
       ;;
-    --help)
-      usage
-      exit
-      ;;
-    *)
-      echo "benchmarks/run.sh: there is no $1; see --help" >&2
-      exit 1
-      ;;
+    --help) sed -n '4,16s/^# \{0,1\}//p' "$0" && exit ;;
+    *) echo "benchmarks/run.sh: there is no $1; see --help" >&2 && exit 1 ;;
   esac
   shift
 done
@@ -149,13 +135,14 @@ case $scenes in
     against[paper]=paper_all
     for n in $fibers; do frames "static_$n" --limit=2 --scene="paper-static:fibers=$n"; done
     against[paper]=paper
-    for n in 0 1; do frames "axis_turned_$n" --limit=10 --scene="paper-static:state=1,turned=$n"; done
+    frames axis_turned_0 --limit=10 --scene=paper-static:state=1,turned=0
+    frames axis_turned_1 --limit=10 --scene=paper-static:state=1
     for n in 1000 2000; do frames "strand_$n" --limit=10 --scene="paper-strand:fibers=$n"; done
     frames half-scalp --limit=10 --scene=paper-half-scalp
     # By themselves, for they take minutes, and some of them hours.
     for name in $slow; do
       against[paper]=paper:$name
-      frames "half-scalp_long_${#against[paper]}" --limit=3600 --scene=paper-half-scalp
+      frames "half-scalp_long_${name//\//_}" --limit=3600 --scene=paper-half-scalp
     done
     ;;
 esac
