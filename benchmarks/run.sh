@@ -131,7 +131,7 @@ case $scenes in
       measure "chain_random_$edge" chain --chain=random --edge="$edge"
       measure "chain_snake_$edge" chain --chain=snake --edge="$edge"
     done
-    measure replay replay
+    measure replay replay --scene=paper-dynamic
     against[paper]=paper_all
     for n in $fibers; do frames "static_$n" --limit=2 --scene="paper-static:fibers=$n"; done
     against[paper]=paper

@@ -12,11 +12,11 @@ FULL = ("helix", "helix-2000", "cap", "paper-dynamic")
 PHASES = ("set_up", "update", "detection", "frame")
 PHASE_TITLES = ["set-up", "update", "detection", "update + detection"]
 READ_RATIOS = (
-    "Times as fast, one thread unless the row says otherwise: the ratio of medians, and the lowest "
-    "and highest ratio that single runs allow. It is 'as fast' where they include 1. FCL's best is, "
-    "row by row, its tree and level with the least median of what the row measures. Touching pairs "
-    "are an update and a query with Report::kCapsules. Embree's best is the fastest of a rebuild, a "
-    "rebuild by Morton codes and a refit; Embree visits both orders of each pair."
+    "Ratios of medians, one thread unless the row says otherwise; in brackets the lowest and the "
+    "highest that single runs allow, 'as fast' where they include 1. FCL's best is, row by row, its "
+    "tree and level with the least median of what the row measures, Embree's the fastest of its "
+    "rebuild, Morton rebuild and refit; Embree visits both orders of each pair. Touching pairs are "
+    "an update and a query with Report::kCapsules."
 )
 
 
@@ -96,10 +96,7 @@ def best(scenes):
                 *cells,
             ]
         )
-    caption = (
-        "Whom each row of ratios is against. Per visited pair: ours visits each pair once, Embree in "
-        "both orders, so its time for a pair is for half of the work."
-    )
+    caption = "Whom each row is against. Ours visits each pair once, Embree in both orders."
     header = ["", *(scene.title() for scene in scenes.values())]
     return Table("best", "Who is best", header, who, caption)
 
@@ -125,26 +122,21 @@ def scene_table(scene, ranges=False):
             form = time_and_range if ranges or key == "frame" else lambda runs: time(runs.median())
             known = part.knows("Frames", name, key)
             cells.append(form(part.runs("Frames", name, key)) if known else "-")
+        counts = ["-"] * 4
         if name.endswith("_and_collide"):
-            pairs = [
-                count(scene.median(name, "pairs")),
-                "-",
-                "~" + count(scene.median(name, "touching")),
-                "-",
-            ]
+            both = [count(scene.median(name, key)) for key in ("pairs", "touching")]
+            counts = [both[0], "-", "~" + both[1], "-"]
         elif part.knows("Frames", name, "visited"):
-            pairs = [count(scene.median(name, "pairs")), digits(per_visited(scene, name).median())]
-            pairs += [count(scene.checked(name, "touching")), digits(scene.bytes(name))]
-        else:
-            pairs = ["-"] * 4
-        rows.append([title(name), *cells, *pairs, str(len(part.counters("Frames", name)))])
+            counts = [count(scene.median(name, "pairs")), digits(per_visited(scene, name).median())]
+            counts += [count(scene.checked(name, "touching")), digits(scene.bytes(name))]
+        rows.append([title(name), *cells, *counts, str(len(part.counters("Frames", name)))])
     floor = part.runs("Floor", "read", "seconds")
     cells = ["-", time(floor.median()), *["-"] * 6, str(len(floor))]
     rows.append(["a loop that only reads the objects", *cells])
     header = ["", *PHASE_TITLES, "pairs", "ns a visited pair", "touching", "bytes/segment", "runs"]
     caption = (
-        "Medians, and in brackets the lowest and the highest; ~ and the detection of 'and "
-        "collide' are scaled up from the sample. FCL's trees have what they were fastest in, when all were tried."
+        "Medians, and in brackets the lowest and the highest; detection and ~ of 'and collide' are "
+        "scaled up from the sample. FCL's trees go as far as they were fastest when all were tried."
     )
     if scene.name == "paper-dynamic":
         caption += " Times and pairs are sums over the steps; touching pairs are of the last one."
@@ -155,9 +147,8 @@ def scene_table(scene, ranges=False):
 
 def not_timed(scene):
     notes = {name: scene.part.note(name) for name in scene.part.names("Checked")}
-    return [
-        f"{title(name)} ({note})" for name, note in {**notes, **scene.part.errors}.items() if note
-    ]
+    notes.update(scene.part.errors)
+    return [f"{title(name)} ({note})" for name, note in notes.items() if note]
 
 
 def tried(scene):

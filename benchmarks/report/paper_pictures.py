@@ -177,9 +177,13 @@ def half_scalp(picture):
 
 
 def fibers(draw, folder, name):
-    """Caption and picture."""
-    picture = Picture(folder, name)
-    return f"{picture.text()}. Touching segments are red.", png(draw(picture))
+    return png(draw(Picture(folder, name)))
+
+
+def caption(folder, name):
+    if name == "volumes":
+        return "One filament of the dynamic assembly."
+    return f"{Picture(folder, name).text()}. Touching segments are red."
 
 
 def volumes(folder, _, depth=3):
@@ -206,10 +210,10 @@ def volumes(folder, _, depth=3):
         axis.set_aspect("equal")
         axis.autoscale_view()
         axis.axis("off")
-    return "One filament of the dynamic assembly.", png(figure)
+    return png(figure)
 
 
-PICTURES = {  # by the names of files: title, and who makes caption and picture
+PICTURES = {  # by the names of files: title, and who draws it
     "strand": ("Figs. 1 and 6. Strand", partial(fibers, strand)),
     "loop": ("Fig. 3, left. The dynamic assembly late in its motion", partial(fibers, loop)),
     "volumes": ("Figs. 3, right, and 4. Volumes of one level", volumes),

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The figures of the sets headline and trade, and what all figures share."""
 
-import base64
 import io
 
 import matplotlib
@@ -58,10 +57,6 @@ def png(figure):
     return buffer.getvalue()
 
 
-def inlined(data):
-    return "data:image/png;base64," + base64.b64encode(data).decode()
-
-
 def seconds_label(value, _=None):
     for unit, scale in (("s", 1), ("ms", 1e-3), ("µs", 1e-6)):
         if value >= scale * 0.9999:
@@ -108,23 +103,16 @@ def headline(scenes):
     for axis, scene in zip(axes, scenes.values()):
         at, ticks, values = 0.0, [], []
         for group, bars in headline_bars(scene).items():
-            axis.text(
-                0, at, group, transform=axis.get_yaxis_transform(), weight="bold", va="center"
-            )
+            left = axis.get_yaxis_transform()
+            axis.text(0, at, group, transform=left, weight="bold", va="center")
             for label, name, colour in bars:
                 at += 1
                 runs = scene.part.runs("Frames", name, "frame")
                 middle = runs.median()
                 error = [[middle - runs.min()], [runs.max() - middle]]
                 axis.barh(at, middle, 0.72, color=colour, xerr=error, ecolor=INK, capsize=2)
-                axis.annotate(
-                    seconds_label(middle),
-                    (runs.max(), at),
-                    (4, 0),
-                    textcoords="offset points",
-                    va="center",
-                    color=INK,
-                )
+                place = {"xytext": (4, 0), "textcoords": "offset points", "va": "center"}
+                axis.annotate(seconds_label(middle), (runs.max(), at), color=INK, **place)
                 ticks.append((at, label))
                 values.append(middle)
             at += 1.3

@@ -89,18 +89,13 @@ class Scene:
 
     def fcl(self, boxes="", collide=False):
         """FCL's contenders with such boxes, tight or stock; any if none are named."""
-        return [
-            name
-            for name in self.contenders
-            if name.split("/")[0] in FCL
-            and name.split("/")[1].startswith(boxes)
-            and name.endswith("_and_collide") == collide
-        ]
+        names = [name for name in self.contenders if name.split("/")[0] in FCL]
+        names = [name for name in names if name.endswith("_and_collide") == collide]
+        return [name for name in names if f"/{boxes}" in name]
 
     def embree(self, threads):
-        suffix = "_2_threads"
         names = [name for name in self.contenders if name.startswith("Embree/")]
-        return [name for name in names if name.endswith(suffix) == (threads == 2)]
+        return [name for name in names if name.endswith("_2_threads") == (threads == 2)]
 
     def best(self, names, key):
         """The one rule for all rows: the least median of exactly what the row measures. A tree that

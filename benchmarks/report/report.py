@@ -5,10 +5,11 @@ What was not run is named as not measured. Anything else that is missing is an e
 """
 
 import argparse
+import base64
 import re
 import sys
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 
 import jinja2
@@ -36,12 +37,16 @@ class Figure:
     name: str  # of the file in docs/images, if it is there
     title: str
     caption: str
-    data: bytes = b""
+    draw: object = None  # returns the bytes of a PNG
     html: str = ""
+
+    @cached_property
+    def data(self):
+        return self.draw()
 
     @property
     def inlined(self):
-        return pictures.inlined(self.data)
+        return "data:image/png;base64," + base64.b64encode(self.data).decode()
 
 
 class Report:
@@ -65,7 +70,7 @@ class Report:
     def draw(self, files, name, title, caption, make, *arguments):
         """Likewise a figure."""
         if self.has(files):
-            self.blocks.append(Figure(name, title, caption, make(*arguments)))
+            self.blocks.append(Figure(name, title, caption, partial(make, *arguments)))
 
     def tables(self):
         return {block.name: block for block in self.blocks if isinstance(block, Table)}
@@ -147,7 +152,9 @@ def paper_again(folder):
     replay = partial(report.draw, "replay", "")
     replay("Fig. 10. Dynamic assembly", paper.REPLAY, paper.replay_figure, parts.get("replay"))
     replay("Cascade verification", paper.CAGES, paper.cages_figure, parts.get("replay"))
-    report.add("axis_turned_1", paper.axis_table, parts)
+    for name, title in paper.AXES.items():
+        if name in parts:
+            report.add(name, frames.scene_table, frames.Scene(title, parts[name]))
     title = "One chain against itself"
     report.draw("chain_.*", "", title, paper.CHAINS, paper.chain_figure, parts)
     columns = {"height": count, "layered": digits, "wrapped": digits, "largest_of_bound": digits}
@@ -161,7 +168,8 @@ def paper_again(folder):
     report.add("rods", paper.medians, parts.get("rods"), "Make", title, columns)
     for name, (title, draw) in paper_pictures.PICTURES.items():
         if (folder / f"{name}.csv").exists():
-            report.blocks.append(Figure("", title, *draw(folder, name)))
+            caption = paper_pictures.caption(folder, name)
+            report.blocks.append(Figure("", title, caption, partial(draw, folder, name)))
         else:
             report.missing.append(title)
     if (folder / "view.html").exists():

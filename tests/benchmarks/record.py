@@ -16,12 +16,12 @@ STATIC = "--scene=paper-static:segments=20,fibers="
 RECORDED = {
     "full/frames_helix": ["frames", "--against=full", HELIX],
     "full/frames_paper-dynamic": ["frames", "--steps=5", DYNAMIC],
-    "full/queries": ["queries", HELIX],
-    "full/growth": ["growth", HELIX],
+    "full/queries": ["queries", "--benchmark_filter=collide, one|/spheres/"],
+    "full/growth": ["growth", "--benchmark_filter=Growth/10*/"],
     "trade/frames_helix": ["frames", "--against=all", HELIX],
     "trade/bounds_helix": ["bounds", HELIX],
-    "trade/sampling": ["sampling", HELIX],
-    "trade/costs": ["costs", HELIX],
+    "trade/sampling": ["sampling", "--benchmark_filter=/(100|2000)/"],
+    "trade/costs": ["costs", "--benchmark_filter=Costs/.*/boxes(, fibers)?/"],
     "paper/static_10": ["frames", "--against=paper_all", STATIC + "10"],
     "paper/static_20": ["frames", "--against=paper_all", STATIC + "20"],
     "paper/axis_turned_0": ["frames", "--against=paper", STATIC + "10,turned=0"],
@@ -34,8 +34,8 @@ RECORDED = {
     "paper/replay": ["replay", "--steps=5", DYNAMIC],
     "paper/chain_random_4": ["chain", "--chain=random", "--edge=4"],
     "paper/chain_snake_4": ["chain", "--chain=snake", "--edge=4"],
-    "paper/radii": ["radii"],
-    "paper/rods": ["rods"],
+    "paper/radii": ["radii", "--benchmark_filter=edge:[24]/"],
+    "paper/rods": ["rods", "--benchmark_filter=segments:25/|Make/paper-static"],
 }
 RUNS = 5  # of each name: a ratio asks for so many
 CONTEXT = ("machine", "compiler", "build_type", "commit", "left_out")
