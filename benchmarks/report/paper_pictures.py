@@ -17,7 +17,7 @@ from pictures import INK, OURS, RED, png
 from ratios import FCL
 
 FCL_TREE = ("DynamicAABBTree", "DynamicAABBTree_Array")
-FCL_LINES = dict(zip(FCL.values(), ("k-", "k:", "C7-", "C7--", "C7-.", "C7:", "C8-")))
+FCL_LINES = dict(zip(FCL.values(), ("k-", "k:", "C7-", "C7--", "C7-.", "C7:", "y-")))
 
 
 def label_of(name):

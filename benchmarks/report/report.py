@@ -231,7 +231,7 @@ def main(arguments):
         print(f"## {table.title}\n\n{table.markdown()}\n\n{table.caption}\n")
     print(circumstances(report.parts))
     if report.missing:
-        print(f"Not measured: {', '.join(report.missing)}.")
+        print(f"Not measured: {'; '.join(report.missing)}.")
     if options.page:
         write_page(report, options.page)
     if options.picture:

@@ -135,10 +135,10 @@ class ReportTest(unittest.TestCase):
         """If this failed, a part that was left out would look as if it did not exist."""
         self.take("full", "frames_helix")
         self.assertIn(
-            "Not measured: frames of cap, frames of paper-dynamic.", self.made("headline")
+            "Not measured: frames of cap; frames of paper-dynamic.", self.made("headline")
         )
         text = self.made("full")
-        missing = "frames of helix-2000, frames of cap, frames of paper-dynamic, queries, growth"
+        missing = "frames of helix-2000; frames of cap; frames of paper-dynamic; queries; growth"
         self.assertIn(f"Not measured: {missing}.", text)
 
     def test_what_is_wrong_or_missing_ends_the_report(self):
@@ -227,7 +227,10 @@ class ReportTest(unittest.TestCase):
         self.assertRegex(
             self.row(text, "bytes a segment ")[0], r"^\d+\.?\d* (met|MISSED) \(< 80\)$"
         )
-        self.assertNotIn("MISSED", self.made("full"))
+        self.assertEqual(self.row(text, "growth, update")[0], "1.50 MISSED (< 1.5)")
+        text = self.made("full")
+        self.assertEqual(self.row(text, "update  ")[:4], ["60.0 ns", "66.0 ns", "90.0 ns", "1.50x"])
+        self.assertNotIn("MISSED", text)
 
     def test_trade(self):
         """If this failed, docs/accuracy.md and docs/costs.md could not be made."""
