@@ -34,6 +34,7 @@ run_tests() {
 # has_simd LEVEL: whether this machine has the instruction set; else it is skipped.
 has_simd() {
   local said
+  [[ -x build/release/tools/fcl_fibers ]] || build fcl_fibers_program
   # It ends with 1 where capsules touch.
   said=$(FCL_FIBERS_SIMD=$1 build/release/tools/fcl_fibers check helix:fibers=2 2>&1) || true
   [[ $said == *"not to be had here"* ]] || return 0
@@ -122,11 +123,12 @@ pair_order() {
   done
 }
 
-# Tests of the label `long`. With Chromium the page of `fcl_fibers view` is looked at.
+# Tests of the program and of the label `long`. With Chromium the page of `fcl_fibers view` is looked at.
 long() {
   # Without it page_test tells that it is skipped.
   .ci/apt_install.sh chromium || true
-  run_tests release -L long
+  build fcl_fibers_program_tests
+  run_tests release -L 'long|program'
 }
 
 # More than a million calls of each scalar against the model of a manager.
@@ -202,6 +204,7 @@ sys.exit("\n".join(warnings) or package.get_build_type() != "cmake" and "package
 
 # VTK reads what the program writes for it.
 vtk() {
+  build fcl_fibers_program
   has_packages python3-vtk9 || return 0
   FCL_FIBERS_PROGRAM=build/release/tools/fcl_fibers /usr/bin/python3 -B tests/tools/vtk_test.py
 }

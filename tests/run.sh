@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds Release and runs all tests. Needs git, a C++17 compiler and apt.
+# Installs what is missing, builds Release and runs the library's tests. Needs git, a C++17 compiler
+# and apt. The program and the examples are tested by  .ci/run program
 #
 #   tests/run.sh [--full] [CTEST ARGUMENTS]
 #
@@ -23,7 +24,7 @@ fi
 cmake --preset release
 cmake --build --preset release --target fcl_fibers_tests
 status=0
-tests/run_tests.sh release -LE long "$@" || status=$?
+tests/run_tests.sh release -LE 'long|program' "$@" || status=$?
 if $full; then
   tests/full.sh || status=$?
 fi
