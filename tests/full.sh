@@ -126,7 +126,7 @@ pair_order() {
 # Tests of the program and of the label `long`. With Chromium the page of `fcl_fibers view` is looked at.
 long() {
   # Without it page_test tells that it is skipped.
-  .ci/apt_install.sh chromium || true
+  .ci/apt_install.sh chromium python3-pil || true
   build fcl_fibers_program_tests
   run_tests release -L 'long|program'
 }

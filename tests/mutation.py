@@ -74,6 +74,8 @@ FAULTS = [
     Fault("a sphere forgets how far its centre was rounded", "geometry/sphere.h",
           "roundedUp(ball.radius + norm(moved))", "roundedUp(ball.radius)",
           "geometry_test broadphase_test"),
+    Fault("end points are taken for nearly exact", "geometry/segment.h",
+          "return 8 * kEps * std::max", "return 0.25 * kEps * std::max", "geometry_test"),
     Fault("a box forgets a child", "geometry/box.h",
           "for (int lane = 0; lane < N; ++lane) {\n        // In this order",
           "for (int lane = 0; lane < N - 1; ++lane) {\n        // In this order", MANAGERS),

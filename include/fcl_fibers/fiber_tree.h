@@ -181,7 +181,7 @@ class FCL_FIBERS_EXPORT FiberTree {
   std::size_t segmentCount() const;         ///< number of capsules
   const FiberTreeOptions& options() const;  ///< as at construction
 
-  /// Bytes that the tree holds; what threads keep to write pairs to is not counted.
+  /// Bytes that the tree holds, with what a query on several threads keeps for the next one.
   std::size_t memoryUsage() const;
 
  private:

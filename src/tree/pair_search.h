@@ -159,6 +159,7 @@ class alignas(64) PieceRun final : public PairBuffer {
   }
   const Pair* pairs() const { return pairs_.data(); }
   std::size_t count() const { return count_; }
+  std::size_t memoryUsage() const { return pairs_.capacity() * sizeof(Pair); }
 
  private:
   static constexpr std::size_t kFirst = 256;
@@ -182,11 +183,28 @@ struct SearchScratch {
     std::vector<internal::PieceRun> pieces;
   };
   std::array<Window, 2> windows;
+
+  std::size_t memoryUsage() const {
+    std::size_t bytes = 0;
+    for (const Window& window : windows) {
+      bytes += window.work.capacity() * sizeof(Work) +
+               window.pieces.capacity() * sizeof(internal::PieceRun);
+      for (const internal::PieceRun& piece : window.pieces) bytes += piece.memoryUsage();
+    }
+    return bytes;
+  }
 };
 
 /// Lends what queries that run at the same time each need for themselves.
 class ScratchPool {
  public:
+  /// Of what is kept for the next query.
+  std::size_t memoryUsage() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return spare_ ? sizeof(SearchScratch) + spare_->memoryUsage() : 0;
+  }
+  void clear() { giveBack(nullptr); }
+
   /// Holds a scratch until it goes out of scope.
   class Lease {
    public:

@@ -77,6 +77,7 @@ class Scene {
     segments_ = std::vector<Segment>();
     unbounded_.clear();
     tree_ = Tree();
+    scratch_->clear();
     frame_ = {};
   }
 
@@ -260,9 +261,8 @@ class Scene {
         tree_);
   }
 
-  /// Pair buffers apart.
   std::size_t memoryUsage() const {
-    return segments_.capacity() * sizeof(Segment) + unbounded_.capacity() * sizeof(SegmentId) +
+    return scratch_->memoryUsage() + segments_.capacity() * sizeof(Segment) + unbounded_.capacity() * sizeof(SegmentId) +
            std::visit([](const auto& tree) { return tree.memoryUsage(); }, tree_);
   }
 

@@ -12,12 +12,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "support/assembly.h"
 #include "support/exact_geometry.h"
 #include "support/random.h"
 
 namespace fcl_fibers {
 namespace {
 
+using test::Assembly;
 using test::Point;
 using test::Random;
 using test::Real;
@@ -209,41 +211,20 @@ TEST(CapsuleContact, RefusesWhatIsNoCapsule) {
   }
 }
 
-template <typename S>
-struct Arrays {
-  std::vector<S> points;
-  std::vector<std::size_t> point_begin = {0};
-  std::vector<S> radii;
-  typename FiberArrays<S>::Radii radii_are = FiberArrays<S>::Radii::kPerSegment;
-
-  FiberArrays<S> view() const {
-    return {points.data(),          points.size() / 3, point_begin.data(),
-            point_begin.size() - 1, radii.data(),      radii_are};
-  }
-  CapsuleShape capsule(std::size_t i, std::size_t fiber) const {
-    const auto point = [&](std::size_t k) -> std::array<double, 3> {
-      return {points[3 * k], points[3 * k + 1], points[3 * k + 2]};
-    };
-    const std::size_t radius = radii_are == FiberArrays<S>::Radii::kOne        ? 0
-                               : radii_are == FiberArrays<S>::Radii::kPerFiber ? fiber
-                                                                               : i;
-    return {point(i), point(i + 1), radii[radius]};
-  }
-};
+CapsuleShape shapeOf(const test::GivenCapsule& c) { return {c.a, c.b, c.radius}; }
 
 /// Fibers of one to six points; one has none.
 template <typename S>
-Arrays<S> randomArrays(std::uint64_t seed) {
+Assembly<S> randomArrays(std::uint64_t seed) {
   Random random(seed);
-  Arrays<S> arrays;
+  Assembly<S> arrays;
   for (std::size_t fiber = 0; fiber < 40; ++fiber) {
     Eigen::Vector3d p = random.inCube(0.5);
     for (std::size_t i = fiber == 5 ? 0 : 1 + random.below(6); i > 0; --i) {
-      for (int axis = 0; axis < 3; ++axis) arrays.points.push_back(static_cast<S>(p[axis]));
+      arrays.addPoint(toArray(p), 0.05 * random.unit());
       p += random.inCube(0.3);
-      arrays.radii.push_back(static_cast<S>(0.05 * random.unit()));
     }
-    arrays.point_begin.push_back(arrays.points.size() / 3);
+    arrays.endFiber();
   }
   return arrays;
 }
@@ -259,20 +240,20 @@ TYPED_TEST(ArrayContacts, AreThoseOfThePairsThatTheTreeFinds) {
   FiberTreeOptions options;
   options.report = Report::kCapsules;
   for (const Radii radii_are : {Radii::kOne, Radii::kPerFiber, Radii::kPerSegment}) {
-    Arrays<TypeParam> fibers = randomArrays<TypeParam>(7), others = randomArrays<TypeParam>(8);
+    Assembly<TypeParam> fibers = randomArrays<TypeParam>(7), others = randomArrays<TypeParam>(8);
     fibers.radii_are = others.radii_are = radii_are;
     FiberTree tree(options), other(options);
     tree.build(fibers.view());
     other.build(others.view());
 
-    const auto expectRightPlaced = [](const Arrays<TypeParam>& a, const Arrays<TypeParam>& b,
+    const auto expectRightPlaced = [](const Assembly<TypeParam>& a, const Assembly<TypeParam>& b,
                                       SegmentPair pair, const Contact& contact) {
       EXPECT_EQ(a.point_begin[contact.a.fiber] + contact.a.segment, std::size_t(pair.a));
       EXPECT_LT(std::size_t(pair.a) + 1, a.point_begin[contact.a.fiber + 1]);
       EXPECT_EQ(b.point_begin[contact.b.fiber] + contact.b.segment, std::size_t(pair.b));
       EXPECT_LT(std::size_t(pair.b) + 1, b.point_begin[contact.b.fiber + 1]);
-      expectRight(a.capsule(std::size_t(pair.a), contact.a.fiber),
-                  b.capsule(std::size_t(pair.b), contact.b.fiber), contact);
+      expectRight(shapeOf(a.capsule(std::size_t(pair.a))), shapeOf(b.capsule(std::size_t(pair.b))),
+                  contact);
       EXPECT_LE(contact.distance, 1e-15);
     };
     std::size_t pairs = 0;
@@ -290,8 +271,8 @@ TYPED_TEST(ArrayContacts, AreThoseOfThePairsThatTheTreeFinds) {
 
 TYPED_TEST(ArrayContacts, RefusePairsOfOtherArrays) {
   // If this fails, a pair is looked up beyond the arrays, or across the end of a fiber.
-  const Arrays<TypeParam> fibers = randomArrays<TypeParam>(7);
-  const auto points = static_cast<std::int32_t>(fibers.points.size() / 3);
+  const Assembly<TypeParam> fibers = randomArrays<TypeParam>(7);
+  const auto points = static_cast<std::int32_t>(fibers.pointCount());
   const auto last = static_cast<std::int32_t>(fibers.point_begin[1]) - 1;
   for (const std::int32_t bad : {-1, last, points - 1, points}) {
     try {

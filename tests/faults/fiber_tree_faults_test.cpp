@@ -16,6 +16,7 @@
 #include <fcl_fibers/fiber_tree.h>
 
 #include "support/allocation_faults.h"
+#include "support/assembly.h"
 #include "support/random.h"
 
 namespace fcl_fibers::test {
@@ -23,26 +24,22 @@ namespace {
 
 using Pairs = std::vector<std::pair<int, int>>;
 
-struct Hair {
-  std::vector<double> points;
-  std::vector<std::size_t> begin = {0};
-  double radius = 0.05;
-
-  Hair(std::size_t fibers, std::size_t points_each, std::uint64_t seed) {
-    Random random(seed);
-    for (std::size_t f = 0; f < fibers; ++f) {
-      Eigen::Vector3d point = random.inCube(0.5);
-      for (std::size_t i = 0; i < points_each; ++i) {
-        points.insert(points.end(), point.data(), point.data() + 3);
-        point += 0.2 * random.direction();
-      }
-      begin.push_back(points.size() / 3);
+/// Of radius 0.05.
+Assembly<double> hair(int fibers, int points_each, std::uint64_t seed) {
+  Random random(seed);
+  Assembly<double> hair;
+  for (int f = 0; f < fibers; ++f) {
+    Eigen::Vector3d point = random.inCube(0.5);
+    for (int i = 0; i < points_each; ++i) {
+      hair.addPoint({point.x(), point.y(), point.z()}, 0.05);
+      point += 0.2 * random.direction();
     }
+    hair.endFiber();
   }
-  FiberArrays<double> arrays() const {
-    return {points.data(), points.size() / 3, begin.data(), begin.size() - 1, &radius};
-  }
-};
+  hair.radii = {0.05};
+  hair.radii_are = FiberArrays<double>::Radii::kOne;
+  return hair;
+}
 
 struct Subject {
   FiberTree tree, other;
@@ -111,18 +108,18 @@ std::optional<Pairs> pairsOf(const FiberTree& tree) {
 class TreeFaults : public testing::TestWithParam<FiberTreeOptions> {
  protected:
   TreeFaults() {
-    moved_.radius = 0.04;
+    moved_.radii = {0.04};
     for (double& x : moved_.points) x *= 1.1;
-    scattered_.radius = 0.04;
+    scattered_.radii = {0.04};
     for (std::size_t i = 0; i < scattered_.points.size(); ++i) {
       scattered_.points[i] *= 1 + static_cast<double>(i % 7);
     }
   }
 
-  Subject make(const Hair& hair) const {
+  Subject make(const Assembly<double>& hair) const {
     Subject subject{FiberTree(GetParam()), FiberTree(GetParam()), {}};
-    subject.tree.build(hair.arrays());
-    subject.other.build(moved_.arrays());
+    subject.tree.build(hair.view());
+    subject.other.build(moved_.view());
     subject.seen.reserve(100000);
     return subject;
   }
@@ -168,22 +165,21 @@ class TreeFaults : public testing::TestWithParam<FiberTreeOptions> {
     }
   }
 
-  const Hair hair_{6, 12, 191};
-  const Hair longer_{9, 30, 192};
-  Hair moved_{6, 12, 191};
-  Hair scattered_{6, 12, 191};
+  const Assembly<double> hair_ = hair(6, 12, 191);
+  const Assembly<double> longer_ = hair(9, 30, 192);
+  Assembly<double> moved_ = hair_, scattered_ = hair_;
 };
 
 // A tree that was built half would be searched.
 TEST_P(TreeFaults, BuildingWithoutMemoryIsMadeUpFor) {
-  strikeEverywhere("build", [&](Subject& subject) { subject.tree.build(longer_.arrays()); });
+  strikeEverywhere("build", [&](Subject& subject) { subject.tree.build(longer_.view()); });
 }
 
 // Pairs would be those of some fibers where they were and some where they are.
 TEST_P(TreeFaults, UpdatingWithoutMemoryKeepsOrRefusesAnswers) {
-  strikeEverywhere("update", [&](Subject& subject) { subject.tree.update(moved_.arrays()); });
+  strikeEverywhere("update", [&](Subject& subject) { subject.tree.update(moved_.view()); });
   strikeEverywhere("update of fibers that fly apart",
-                   [&](Subject& subject) { subject.tree.update(scattered_.arrays()); });
+                   [&](Subject& subject) { subject.tree.update(scattered_.view()); });
 }
 
 // A query would leave something behind.
@@ -242,20 +238,20 @@ TEST_P(TreeFaults, EveryCallOfAVisitorMayThrow) {
     EXPECT_EQ(pairsOf(subject.tree), before);
   }
   EXPECT_GT(found_within_bounds, 0);
-  subject.tree.update(moved_.arrays());
+  subject.tree.update(moved_.view());
   EXPECT_EQ(pairsOf(subject.tree), pairsOf(subject.other));
 }
 
 // A frame that allocates is slow now and then. What starts threads is not ours to count.
 TEST_P(TreeFaults, NothingIsAllocatedAfterTheFirstFrame) {
   if (GetParam().threads > 1) GTEST_SKIP() << "of one thread only";
-  Hair hair(30, 40, 187);
+  Assembly<double> fibers = hair(30, 40, 187);
   FiberTree tree(GetParam());
-  tree.build(hair.arrays());
+  tree.build(fibers.view());
   std::size_t pairs = 0;
   const auto frame = [&](double scale) {
-    for (double& coordinate : hair.points) coordinate *= scale;
-    tree.update(hair.arrays());
+    for (double& coordinate : fibers.points) coordinate *= scale;
+    tree.update(fibers.view());
     pairs = 0;
     tree.visitPairs([&](SegmentPair) { ++pairs; });
   };

@@ -5,7 +5,6 @@
 // have each pair once, all pairs that surely touch, and under Report::kCapsules none that are
 // surely apart.
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -22,6 +21,8 @@
 #include <fcl_fibers/fiber_tree.h>
 
 #include "fuzz_input.h"
+#include "support/assembly.h"
+#include "support/touch_oracle.h"
 
 namespace {
 
@@ -34,7 +35,9 @@ using fcl_fibers::SegmentPair;
 using fcl_fibers::UnresolvedPair;
 using fcl_fibers::fuzz::readNumber;
 using fcl_fibers::fuzz::require;
-using Real = long double;
+using fcl_fibers::test::Assembly;
+using fcl_fibers::test::GivenCapsule;
+using fcl_fibers::test::TouchOracle;
 using Pairs = std::vector<std::pair<int, int>>;
 
 constexpr int kNumbers = 8;  // see readNumber()
@@ -52,19 +55,16 @@ FiberTreeOptions readOptions(FuzzedDataProvider& data) {
 }
 
 template <typename S>
-struct Hair {
-  std::vector<S> points, radii;
-  std::vector<std::size_t> begin = {0};
+struct Hair : Assembly<S> {
   std::vector<std::int32_t> groups;  ///< empty if there are none
-  typename FiberArrays<S>::Radii radii_are;
 
   explicit Hair(FuzzedDataProvider& data) {
     const int fibers = data.ConsumeIntegralInRange(0, 12);
     for (int f = 0; f < fibers; ++f) {
-      begin.push_back(begin.back() + data.ConsumeIntegralInRange<std::size_t>(0, 12));
+      this->point_begin.push_back(this->pointCount() +
+                                  data.ConsumeIntegralInRange<std::size_t>(0, 12));
     }
-    using Radii = typename FiberArrays<S>::Radii;
-    radii_are = data.PickValueInArray({Radii::kOne, Radii::kPerFiber, Radii::kPerSegment});
+    this->radii_are = data.PickValueInArray({Radii::kOne, Radii::kPerFiber, Radii::kPerSegment});
     if (data.ConsumeBool()) {
       for (int f = 0; f < fibers; ++f) groups.push_back(data.ConsumeIntegralInRange(0, 2));
     }
@@ -72,54 +72,36 @@ struct Hair {
   }
 
   void readNumbers(FuzzedDataProvider& data) {
-    using Radii = typename FiberArrays<S>::Radii;
-    points.resize(3 * begin.back());
-    for (S& x : points) x = readNumber<S>(data, kNumbers);
-    radii.resize(radii_are == Radii::kOne        ? 1
-                 : radii_are == Radii::kPerFiber ? begin.size() - 1
-                                                 : begin.back());
-    for (S& radius : radii) radius = std::fabs(readNumber<S>(data, kNumbers)) / 4;
+    this->points.resize(3 * this->pointCount());
+    for (S& x : this->points) x = readNumber<S>(data, kNumbers);
+    this->radii.resize(this->radii_are == Radii::kOne        ? 1
+                       : this->radii_are == Radii::kPerFiber ? this->fiberCount()
+                                                             : this->pointCount());
+    for (S& radius : this->radii) radius = std::fabs(readNumber<S>(data, kNumbers)) / 4;
   }
 
   FiberArrays<S> arrays() const {
-    FiberArrays<S> arrays = {points.data(),    begin.back(), begin.data(),
-                             begin.size() - 1, radii.data(), radii_are};
+    FiberArrays<S> arrays = this->view();
     if (!groups.empty()) arrays.groups = groups.data();
     return arrays;
   }
 
   bool areOfOneGroup(std::size_t a, std::size_t b) const {
-    return !groups.empty() && groups[fiberOf(a)] != 0 && groups[fiberOf(a)] == groups[fiberOf(b)];
+    if (groups.empty()) return false;
+    const std::int32_t group = groups[this->fiberOf(a)];
+    return group != 0 && group == groups[this->fiberOf(b)];
   }
-
-  std::size_t fiberOf(std::size_t segment) const {
-    return static_cast<std::size_t>(std::upper_bound(begin.begin(), begin.end(), segment) -
-                                    begin.begin() - 1);
-  }
-  bool startsCapsule(std::size_t point) const { return begin[fiberOf(point) + 1] > point + 1; }
 
   /// The largest coordinate or radius.
-  Real size() const {
-    Real size = 0;
-    for (const S x : points) size = std::max(size, std::fabs(static_cast<Real>(x)));
-    for (const S radius : radii) size = std::max(size, static_cast<Real>(radius));
+  double size() const {
+    double size = 0;
+    for (const S x : this->points) size = std::max(size, std::fabs(static_cast<double>(x)));
+    for (const S radius : this->radii) size = std::max(size, static_cast<double>(radius));
     return size;
   }
 
-  Real radius(std::size_t segment) const {
-    using Radii = typename FiberArrays<S>::Radii;
-    return static_cast<Real>(radii[radii_are == Radii::kOne        ? 0
-                                   : radii_are == Radii::kPerFiber ? fiberOf(segment)
-                                                                   : segment]);
-  }
-  std::array<Real, 3> at(std::size_t segment, Real t) const {
-    std::array<Real, 3> point;
-    for (std::size_t k = 0; k < 3; ++k) {
-      point[k] = (1 - t) * static_cast<Real>(points[3 * segment + k]) +
-                 t * static_cast<Real>(points[3 * segment + 3 + k]);
-    }
-    return point;
-  }
+ private:
+  using Radii = typename FiberArrays<S>::Radii;
 };
 
 Pairs pairsOf(const FiberTree& tree) {
@@ -128,26 +110,20 @@ Pairs pairsOf(const FiberTree& tree) {
   return pairs;
 }
 
-/// Nine pairs of points say whether two capsules surely touch, their boxes whether they surely do
-/// not: the band about contact, which docs/numerics.md has, is of the whole scene's size.
+/// The band about contact in which either answer is right, see docs/numerics.md, is smaller than
+/// this part of the scene's size.
+constexpr double kBand = 1e-12;
+
 template <typename S>
 void checkPair(const Hair<S>& hair, std::size_t a, std::size_t b, const FiberTreeOptions& options,
                bool found) {
-  const Real reach = hair.radius(a) + hair.radius(b) + static_cast<Real>(options.margin);
-  Real largest = reach, gap = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Real p = hair.at(a, 0)[k], q = hair.at(a, 1)[k];
-    const Real r = hair.at(b, 0)[k], s = hair.at(b, 1)[k];
-    gap = std::max({gap, std::min(p, q) - std::max(r, s), std::min(r, s) - std::max(p, q)});
-    largest = std::max({largest, std::fabs(p), std::fabs(q), std::fabs(r), std::fabs(s)});
-  }
-  if (options.report == Report::kCapsules && gap > reach + 1e-12L * hair.size()) require(!found);
-  for (const Real s : {0.0L, 0.5L, 1.0L}) {
-    for (const Real t : {0.0L, 0.5L, 1.0L}) {
-      const auto p = hair.at(a, s), q = hair.at(b, t);
-      const Real distance = std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
-      if (distance < reach - 1e-12L * largest) require(found);
-    }
+  const GivenCapsule p = hair.capsule(a), q = hair.capsule(b);
+  const bool touch = TouchOracle::judge(p, q, options.margin).touching;
+  const double band = kBand * (hair.size() + options.margin);
+  if (!found) {
+    require(!touch || !TouchOracle::touchExactly(p, q, options.margin - band));
+  } else if (options.report == Report::kCapsules) {
+    require(touch || TouchOracle::judge(p, q, options.margin + band).touching);
   }
 }
 
@@ -158,9 +134,9 @@ void checkAnswers(const FiberTree& tree, const Hair<S>& hair) {
   const std::set<std::pair<int, int>> found(pairs.begin(), pairs.end());
   require(found.size() == pairs.size());
   std::size_t counted = 0;
-  for (std::size_t a = 0; a < hair.begin.back(); ++a) {
+  for (std::size_t a = 0; a < hair.pointCount(); ++a) {
     if (!hair.startsCapsule(a)) continue;
-    for (std::size_t b = a + 1; b < hair.begin.back(); ++b) {
+    for (std::size_t b = a + 1; b < hair.pointCount(); ++b) {
       if (!hair.startsCapsule(b)) continue;
       const bool is_found = found.count({static_cast<int>(a), static_cast<int>(b)}) > 0;
       counted += is_found;
@@ -220,7 +196,8 @@ void fuzz(FuzzedDataProvider& data) {
       case 0:
       case 1: {
         Hair<S> next = hair && data.ConsumeBool() ? *hair : Hair<S>(data);
-        const bool same_fibers = hair && next.begin == hair->begin && next.groups == hair->groups;
+        const bool same_fibers =
+            hair && next.point_begin == hair->point_begin && next.groups == hair->groups;
         if (same_fibers) next.readNumbers(data);
         const Pairs before = pairsOf(tree);
         const bool updates = same_fibers && data.ConsumeBool();

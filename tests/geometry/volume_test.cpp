@@ -12,6 +12,7 @@
 #include "geometry/box.h"
 #include "geometry/overlap.h"
 #include "geometry/rounding.h"
+#include "geometry/segment.h"
 #include "geometry/sphere.h"
 #include "support/exact_geometry.h"
 #include "support/random.h"
@@ -70,6 +71,31 @@ TEST(Rounding, CoversAllDoubles) {
   // The far side stays finite: a bound from below of something out of range.
   EXPECT_LT(roundedDown(1e39), kInfinity);
   EXPECT_GT(roundedDown(1e39), 0.9f * kLargest);
+}
+
+TEST(Segment, EndPointErrorCoversThePosesRounding) {
+  // If this fails, a volume is too small for the capsule that a pose and a length define; or larger
+  // than it has to be, and so is the number of pairs that take the exact way.
+  const double eps = std::numeric_limits<double>::epsilon();
+  EXPECT_EQ(endPointError({{1, 2, -3}, {0.5, 0, 2}, 7}), 8 * eps * 3);
+  EXPECT_EQ(endPointError({{1, 2, 2}, {0.5, -5, 2}, 0}), 8 * eps * 5);
+  EXPECT_EQ(endPointError(Segment::box({-4, 0, 0}, {1, 1, 1})), 8 * eps * 4);
+  Random random(9);
+  Real largest = 0;  // of errors, in parts of what covers them
+  for (int i = 0; i < 200000; ++i) {
+    const double half = 0.5 * random.between(0, 1) * std::pow(10.0, random.between(-3, 0));
+    const Eigen::Quaterniond turn = random.rotation();
+    const Eigen::Vector3d center = random.inCube(std::pow(10.0, random.between(-2, 2)));
+    const Eigen::Vector3d h = turn.toRotationMatrix().col(2) * half;
+    const Eigen::Vector3d a = center - h, b = center + h;
+    const Point exact = turn.cast<Real>().normalized() * Point(0, 0, Real(half));
+    const Real error = std::max((a.cast<Real>() - (center.cast<Real>() - exact)).norm(),
+                                (b.cast<Real>() - (center.cast<Real>() + exact)).norm());
+    const Real covered = Real(endPointError({fromEigen(a), fromEigen(b), 0}));
+    ASSERT_LE(error, covered);
+    largest = std::max(largest, error / covered);
+  }
+  EXPECT_GT(largest, 0.1L) << "it is far larger than any error";
 }
 
 // Volumes of segments.

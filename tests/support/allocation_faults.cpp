@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/allocation_faults.h"
 
+#include <malloc.h>
+
 #include <atomic>
 #include <cstdlib>
 #include <new>
 
 namespace {
 
-std::atomic<std::size_t> live{0};
+std::atomic<std::size_t> live{0}, live_bytes{0};
 std::atomic<bool> armed{false}, has_struck{false}, forever{false};
 std::atomic<std::size_t> next_number{0}, fatal_number{0};
 
@@ -22,12 +24,14 @@ bool fails() {
 void* counted(void* memory) {
   if (memory == nullptr) throw std::bad_alloc();
   ++live;
+  live_bytes += malloc_usable_size(memory);
   return memory;
 }
 
 void release(void* memory) noexcept {
   if (memory == nullptr) return;
   --live;
+  live_bytes -= malloc_usable_size(memory);
   std::free(memory);
 }
 
@@ -61,5 +65,6 @@ AllocationFault::~AllocationFault() { armed = false; }
 bool AllocationFault::struck() const { return has_struck; }
 
 std::size_t liveAllocations() { return live; }
+std::size_t liveBytes() { return live_bytes; }
 
 }  // namespace fcl_fibers::test

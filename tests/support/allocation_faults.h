@@ -25,5 +25,7 @@ class AllocationFault {
 
 /// Allocations by `operator new` that have not been freed.
 std::size_t liveAllocations();
+/// The bytes of them, as malloc rounds them.
+std::size_t liveBytes();
 
 }  // namespace fcl_fibers::test

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -15,17 +16,19 @@ namespace fcl_fibers::test {
 /// Fibers as plain arrays, and their owner. Capsules are counted along the fibers, from 0.
 template <typename S>
 struct Assembly {
+  using Point = std::array<double, 3>;
+  using Radii = typename FiberArrays<S>::Radii;
+
   std::vector<S> points;  ///< x, y, z
   std::vector<std::size_t> point_begin = {0};
-  std::vector<S> radii;  ///< by point, of the capsule that starts there
-
-  using Point = std::array<double, 3>;
+  std::vector<S> radii;
+  Radii radii_are = Radii::kPerSegment;
 
   void addPoint(const Point& p, double radius) {
     for (const double x : p) points.push_back(static_cast<S>(x));
     radii.push_back(static_cast<S>(radius));
   }
-  void endFiber() { point_begin.push_back(radii.size()); }
+  void endFiber() { point_begin.push_back(points.size() / 3); }
   void addFiber(const std::vector<Point>& fiber, double radius) {
     for (const Point& p : fiber) addPoint(p, radius);
     endFiber();
@@ -33,15 +36,29 @@ struct Assembly {
   void addCapsule(const Point& a, const Point& b, double radius) { addFiber({a, b}, radius); }
   void addBall(const Point& center, double radius) { addCapsule(center, center, radius); }
 
+  std::size_t pointCount() const { return point_begin.back(); }
   std::size_t fiberCount() const { return point_begin.size() - 1; }
+  std::size_t fiberOf(std::size_t point) const {
+    return static_cast<std::size_t>(
+        std::upper_bound(point_begin.begin(), point_begin.end(), point) - point_begin.begin() - 1);
+  }
   Point point(std::size_t i) const {
     return {static_cast<double>(points[3 * i]), static_cast<double>(points[3 * i + 1]),
             static_cast<double>(points[3 * i + 2])};
   }
+  bool startsCapsule(std::size_t point) const {
+    return point < pointCount() && point + 1 < point_begin[fiberOf(point) + 1];
+  }
+  /// That starts at this point.
+  GivenCapsule capsule(std::size_t point) const {
+    const std::size_t i = radii_are == Radii::kOne        ? 0
+                          : radii_are == Radii::kPerFiber ? fiberOf(point)
+                                                          : point;
+    return {this->point(point), this->point(point + 1), static_cast<double>(radii[i])};
+  }
 
   FiberArrays<S> view() const {
-    return {points.data(), radii.size(), point_begin.data(),
-            fiberCount(),  radii.data(), FiberArrays<S>::Radii::kPerSegment};
+    return {points.data(), pointCount(), point_begin.data(), fiberCount(), radii.data(), radii_are};
   }
 
   /// Calls visit(fiber, first point) for every capsule.
@@ -53,9 +70,7 @@ struct Assembly {
   }
   std::vector<GivenCapsule> capsules() const {
     std::vector<GivenCapsule> capsules;
-    visitCapsules([&](std::size_t, std::size_t i) {
-      capsules.push_back({point(i), point(i + 1), static_cast<double>(radii[i])});
-    });
+    visitCapsules([&](std::size_t, std::size_t i) { capsules.push_back(capsule(i)); });
     return capsules;
   }
 };

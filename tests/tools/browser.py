@@ -6,11 +6,9 @@ import json
 import os
 import select
 import shutil
-import struct
 import subprocess
 import tempfile
 import time
-import zlib
 
 
 def find_chromium():
@@ -154,42 +152,3 @@ class Browser:
         for i in range(1, 6):
             self.mouse("mouseMoved", x0 + (x1 - x0) * i / 5, y0 + (y1 - y0) * i / 5, buttons=1)
         self.mouse("mouseReleased", x1, y1, button="left", clickCount=1)
-
-
-def pixels(png):
-    """Width, height and rows of (red, green, blue) of a PNG of 8 bits without interlace."""
-    assert png[:8] == b"\x89PNG\r\n\x1a\n"
-    at, data = 8, b""
-    while at < len(png):
-        size, kind = struct.unpack(">I4s", png[at : at + 8])
-        body = png[at + 8 : at + 8 + size]
-        if kind == b"IHDR":
-            width, height, depth, colour, _, _, interlace = struct.unpack(">IIBBBBB", body)
-            assert depth == 8 and colour in (2, 6) and not interlace
-            channels = 3 if colour == 2 else 4
-        if kind == b"IDAT":
-            data += body
-        at += 12 + size
-    raw = zlib.decompress(data)
-    stride = width * channels
-    before = bytearray(stride)
-    rows = []
-    for y in range(height):
-        begin = y * (stride + 1)
-        filter_type, row = raw[begin], bytearray(raw[begin + 1 : begin + 1 + stride])
-        for i in range(stride):
-            left = row[i - channels] if i >= channels else 0
-            up = before[i]
-            corner = before[i - channels] if i >= channels else 0
-            if filter_type == 1:
-                row[i] = (row[i] + left) & 255
-            elif filter_type == 2:
-                row[i] = (row[i] + up) & 255
-            elif filter_type == 3:
-                row[i] = (row[i] + (left + up) // 2) & 255
-            elif filter_type == 4:
-                guess = left + up - corner
-                row[i] = (row[i] + min((left, up, corner), key=lambda c: abs(guess - c))) & 255
-        before = row
-        rows.append([tuple(row[i : i + 3]) for i in range(0, stride, channels)])
-    return width, height, rows

@@ -2,12 +2,14 @@
 """The page that `fcl_fibers view` writes, in a headless Chromium. FCL_FIBERS_SCREENSHOTS names a
 folder that keeps what is seen."""
 
+import io
 import os
 import sys
 import unittest
 from pathlib import Path
 
-from browser import Browser, find_chromium, pixels
+from browser import Browser, find_chromium
+from PIL import Image
 from program import ProgramTest
 
 CHROMIUM = find_chromium()
@@ -35,8 +37,10 @@ class Picture:
 
     def __init__(self, png):
         self.png = png
-        width, height, rows = pixels(png)
-        self.inside = [row[30 : width - 30] for row in rows[130 : height - 110]]
+        whole = Image.open(io.BytesIO(png)).convert("RGB")
+        seen = whole.crop((30, 130, whole.width - 30, whole.height - 110))
+        flat = list(seen.getdata())
+        self.inside = [flat[i : i + seen.width] for i in range(0, len(flat), seen.width)]
 
     def count(self, predicate):
         return sum(predicate(pixel) for row in self.inside for pixel in row)

@@ -465,10 +465,11 @@ TEST_P(SceneTest, AClearedSceneIsEmpty) {
   EXPECT_TRUE(pairsOf(scene).empty());
   const World world = smallWorld();
   world.build(scene);
+  EXPECT_FALSE(pairsOf(scene).empty());
   scene.clear();
+  EXPECT_EQ(scene.memoryUsage(), 0u);
   EXPECT_TRUE(pairsOf(scene).empty());
   EXPECT_TRUE(scene.unbounded().empty());
-  EXPECT_EQ(scene.memoryUsage(), 0u);
   World none;
   none.build(scene);
   EXPECT_TRUE(none.update(scene));

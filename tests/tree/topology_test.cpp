@@ -1,23 +1,26 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tree/topology.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <numeric>
+#include <cstddef>
+#include <cstdint>
 #include <set>
+#include <utility>
 #include <vector>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "support/random.h"
 
 namespace fcl_fibers::tree {
 namespace {
 
 using geometry::Segment;
-using ::testing::ElementsAre;
+using geometry::Vec3d;
+using test::Random;
 
-Fibers makeFibers(const std::vector<int>& lengths) {
+Fibers fibersOf(const std::vector<int>& lengths) {
   Fibers fibers;
   for (const int length : lengths) {
     for (int i = 0; i < length; ++i)
@@ -27,108 +30,395 @@ Fibers makeFibers(const std::vector<int>& lengths) {
   return fibers;
 }
 
-/// Straight fibers along z, on a square grid a tenth apart, segments of length 0.3.
-std::vector<Segment> straightFibers(const Fibers& fibers) {
-  std::vector<Segment> segments(fibers.ids.size());
-  for (std::size_t f = 0; f + 1 < fibers.begin.size(); ++f) {
-    const double x = 0.1 * static_cast<double>(f % 30), y = 0.1 * static_cast<double>(f / 30);
-    for (std::int32_t i = fibers.begin[f]; i < fibers.begin[f + 1]; ++i) {
-      const double z = 0.3 * (i - fibers.begin[f]);
-      segments[static_cast<std::size_t>(i)] = {{x, y, z}, {x, y, z + 0.3}, 0.01};
+template <int Arity>
+bool areEqual(const Topology<Arity>& p, const Topology<Arity>& q) {
+  if (p.leaves != q.leaves || p.nodes.size() != q.nodes.size()) return false;
+  for (std::size_t i = 0; i < p.nodes.size(); ++i) {
+    const auto &m = p.nodes[i], &n = q.nodes[i];
+    if (m.child_count != n.child_count || m.leaf_begin != n.leaf_begin || m.leaf_end != n.leaf_end)
+      return false;
+    for (std::size_t lane = 0; lane < static_cast<std::size_t>(m.child_count); ++lane) {
+      if (m.children[lane].isLeaf() != n.children[lane].isLeaf()) return false;
+      if (m.children[lane].node() != n.children[lane].node()) return false;
     }
   }
-  return segments;
+  return true;
 }
 
-template <int A>
-int depthBelow(const Topology<A>& topology, std::int32_t index) {
-  const auto& node = topology.nodes[static_cast<std::size_t>(index)];
-  int depth = 1;
-  for (int lane = 0; lane < node.child_count; ++lane) {
-    const Link child = node.children[static_cast<std::size_t>(lane)];
-    if (!child.isLeaf()) depth = std::max(depth, 1 + depthBelow(topology, child.node()));
+/// Longest way from the root to a segment, in links.
+template <int Arity>
+int depthOf(const Topology<Arity>& topology) {
+  std::vector<int> depth(topology.nodes.size(), 0);
+  int deepest = 0;
+  for (std::size_t i = 0; i < topology.nodes.size(); ++i) {
+    for (std::size_t lane = 0; lane < static_cast<std::size_t>(topology.nodes[i].child_count);
+         ++lane) {
+      const Link child = topology.nodes[i].children[lane];
+      deepest = std::max(deepest, depth[i] + 1);
+      if (!child.isLeaf()) depth[static_cast<std::size_t>(child.node())] = depth[i] + 1;
+    }
   }
-  return depth;
+  return deepest;
 }
 
-/// The invariants that Topology documents.
-template <int A>
-void expectInvariants(const Topology<A>& topology, const Fibers& fibers) {
-  std::vector<SegmentId> leaves = topology.leaves;
+int ceilLog2(std::size_t n) {
+  int log = 0;
+  while ((std::size_t{1} << log) < n) ++log;
+  return log;
+}
+
+/// The words are those of Topology.
+template <int Arity>
+void expectInvariants(const Topology<Arity>& topology, const Fibers& fibers) {
+  std::vector<SegmentId> leaves = topology.leaves, ids = fibers.ids;
   std::sort(leaves.begin(), leaves.end());
-  std::vector<SegmentId> all = fibers.ids;
-  std::sort(all.begin(), all.end());
-  EXPECT_EQ(leaves, all) << "every segment is a leaf, once";
-  if (fibers.ids.empty()) {
-    EXPECT_TRUE(topology.nodes.empty());
+  std::sort(ids.begin(), ids.end());
+  ASSERT_EQ(leaves, ids) << "`leaves` are all segments";
+  if (ids.empty()) {
+    ASSERT_TRUE(topology.nodes.empty()) << "empty if there are no segments";
     return;
   }
   ASSERT_FALSE(topology.nodes.empty());
-  EXPECT_EQ(topology.nodes[0].leaf_begin, 0);
-  EXPECT_EQ(topology.nodes[0].leaf_end, static_cast<std::int32_t>(fibers.ids.size()));
+  ASSERT_EQ(topology.nodes[0].leaf_begin, 0) << "the root is node 0";
+  ASSERT_EQ(topology.nodes[0].leaf_end, static_cast<std::int32_t>(ids.size()))
+      << "the root is node 0";
 
   std::vector<int> parents(topology.nodes.size(), 0);
+  std::vector<int> leaf_parents(topology.leaves.size(), 0);
   for (std::size_t i = 0; i < topology.nodes.size(); ++i) {
     const auto& node = topology.nodes[i];
-    ASSERT_GE(node.child_count, i == 0 ? 1 : 2);
-    ASSERT_LE(node.child_count, A);
-    std::int32_t leaf = node.leaf_begin;
-    for (int lane = 0; lane < node.child_count; ++lane) {
-      const Link child = node.children[static_cast<std::size_t>(lane)];
+    ASSERT_GE(node.child_count, i == 0 ? 1 : 2)
+        << "every node but the root has at least two children";
+    ASSERT_LE(node.child_count, Arity);
+    std::int32_t next = node.leaf_begin;
+    for (std::size_t lane = 0; lane < static_cast<std::size_t>(node.child_count); ++lane) {
+      const Link child = node.children[lane];
       if (child.isLeaf()) {
-        EXPECT_EQ(topology.leaves[static_cast<std::size_t>(leaf)], child.segment());
-        ++leaf;
+        ASSERT_LT(next, node.leaf_end) << "the segments below a node are a contiguous range";
+        ASSERT_EQ(topology.leaves[static_cast<std::size_t>(next)], child.segment())
+            << "children share out the range in order";
+        ++leaf_parents[static_cast<std::size_t>(next++)];
       } else {
-        ASSERT_GT(child.node(), static_cast<std::int32_t>(i)) << "children come after their parent";
-        const auto& below = topology.nodes[static_cast<std::size_t>(child.node())];
-        EXPECT_EQ(below.leaf_begin, leaf) << "children share the leaves out in order";
-        leaf = below.leaf_end;
-        ++parents[static_cast<std::size_t>(child.node())];
+        const auto index = static_cast<std::size_t>(child.node());
+        ASSERT_GT(index, i) << "children come after their parent";
+        ASSERT_LT(index, topology.nodes.size());
+        ASSERT_EQ(topology.nodes[index].leaf_begin, next)
+            << "children share out the range in order";
+        next = topology.nodes[index].leaf_end;
+        ++parents[index];
       }
     }
-    EXPECT_EQ(leaf, node.leaf_end);
+    ASSERT_EQ(next, node.leaf_end) << "the segments below a node are a contiguous range";
   }
-  EXPECT_EQ(parents[0], 0);
-  EXPECT_TRUE(std::all_of(parents.begin() + 1, parents.end(), [](int n) { return n == 1; }))
-      << "every node but the root is the child of one";
+  for (std::size_t i = 0; i < parents.size(); ++i)
+    ASSERT_EQ(parents[i], i == 0 ? 0 : 1) << "node " << i;
+  for (const int count : leaf_parents)
+    ASSERT_EQ(count, 1) << "every segment is the child of one node";
 }
 
-const std::vector<std::vector<int>> kLengths = {{},
-                                                {1},
-                                                {2},
-                                                {0, 0},
-                                                {1, 1, 1, 1, 1, 1, 1, 1, 1},
-                                                {5},
-                                                {1000},
-                                                {8, 8, 8},
-                                                {3, 0, 7},
-                                                {1, 500, 2, 1, 30},
-                                                std::vector<int>(100, 40),
-                                                std::vector<int>(333, 1)};
+TEST(Link, TellsNodesFromSegments) {
+  // If this fails, node 0 and segment 0 are the same.
+  for (const std::int32_t index : {0, 1, 77, 2147483647}) {
+    EXPECT_FALSE(Link::node(index).isLeaf());
+    EXPECT_EQ(Link::node(index).node(), index);
+    EXPECT_TRUE(Link::leaf(index).isLeaf());
+    EXPECT_EQ(Link::leaf(index).segment(), index);
+  }
+}
 
-// Refits and traversals would visit a segment twice, never, or before its volume is fitted.
-TEST(SuperThread, KeepsTheInvariants) {
-  for (const auto& lengths : kLengths) {
-    const Fibers fibers = makeFibers(lengths);
+TEST(SuperThread, KeepsTheInvariantsAtEverySize) {
+  // If this fails, a refit or a traversal skips segments for some numbers of them.
+  for (int n = 0; n <= 300; ++n) {
+    const Fibers fibers = fibersOf({n});
+    expectInvariants(superThread(fibers), fibers);
+    if (testing::Test::HasFatalFailure()) FAIL() << n << " segments";
+  }
+  for (const auto& lengths : std::vector<std::vector<int>>{{},
+                                                           {0},
+                                                           {0, 0, 0},
+                                                           {1},
+                                                           {1, 1},
+                                                           {0, 1, 0, 2},
+                                                           {3, 0, 5, 1},
+                                                           {1000, 1, 1000},
+                                                           {1, 500, 2, 1, 30},
+                                                           std::vector<int>(100, 40),
+                                                           std::vector<int>(333, 1)}) {
+    const Fibers fibers = fibersOf(lengths);
     expectInvariants(superThread(fibers), fibers);
   }
 }
 
-TEST(Bundle, KeepsTheInvariants) {
-  for (const auto& lengths : kLengths) {
-    const Fibers fibers = makeFibers(lengths);
-    expectInvariants(bundle(fibers, straightFibers(fibers)), fibers);
+TEST(SuperThread, IsThreadedTipToTipAndRootToRoot) {
+  // If this fails, the ends of consecutive fibers on the thread lie a fiber's length apart.
+  EXPECT_EQ(superThread(fibersOf({3, 3, 3, 2})).leaves,
+            (std::vector<SegmentId>{0, 1, 2, 5, 4, 3, 6, 7, 8, 10, 9}));
+  EXPECT_EQ(superThread(fibersOf({1, 2, 1})).leaves, (std::vector<SegmentId>{0, 2, 1, 3}));
+  EXPECT_EQ(superThread(fibersOf({3, 2, 0, 3, 1})).leaves,
+            (std::vector<SegmentId>{0, 1, 2, 4, 3, /*third fiber empty*/ 7, 6, 5, 8}));
+}
+
+TEST(SuperThread, KeepsTheNumbersOfSegments) {
+  // If this fails, positions on the thread are taken for numbers in the scene.
+  Fibers fibers;
+  fibers.ids = {7, 3, 5};
+  fibers.endFiber();
+  fibers.ids.insert(fibers.ids.end(), {100, 2});
+  fibers.endFiber();
+  const Topology<2> topology = superThread(fibers);
+  EXPECT_EQ(topology.leaves, (std::vector<SegmentId>{7, 3, 5, 2, 100}));
+  expectInvariants(topology, fibers);
+}
+
+TEST(SuperThread, IsBalanced) {
+  // If this fails, some segment is deeper than a balanced binary tree has it, or nodes are wasted.
+  for (std::size_t n = 2; n <= 2000; n += n < 70 ? 1 : 97) {
+    const Topology<2> topology =
+        superThread(fibersOf({static_cast<int>(n / 2), static_cast<int>(n - n / 2)}));
+    ASSERT_EQ(depthOf(topology), ceilLog2(n)) << n;
+    ASSERT_EQ(topology.nodes.size(), n - 1) << n;
+  }
+  EXPECT_EQ(depthOf(superThread(fibersOf({1}))), 1);
+}
+
+/// One segment a step of a walk; straight along x where there is no random generator.
+std::vector<Segment> chain(const Vec3d& root, int length, Random* random) {
+  std::vector<Segment> segments;
+  Vec3d p = root;
+  for (int i = 0; i < length; ++i) {
+    Vec3d step{0.1, 0, 0};
+    if (random != nullptr) {
+      const Eigen::Vector3d d = random->direction();
+      step = {0.1 * d.x(), 0.1 * d.y(), 0.1 * d.z()};
+    }
+    segments.push_back({p, p + step, 0.01});
+    p = p + step;
+  }
+  return segments;
+}
+
+struct Strands {
+  Fibers fibers;
+  std::vector<Segment> segments;
+};
+
+Strands strands(const std::vector<int>& lengths, std::uint64_t seed) {
+  Random random(seed);
+  Strands result{fibersOf(lengths), {}};
+  for (const int length : lengths) {
+    const Eigen::Vector3d root = random.inCube(1);
+    const auto fiber = chain({root.x(), root.y(), root.z()}, length, &random);
+    result.segments.insert(result.segments.end(), fiber.begin(), fiber.end());
+  }
+  return result;
+}
+
+void expectBundle(const Strands& scene) {
+  const Topology<8> topology = bundle(scene.fibers, scene.segments);
+  expectInvariants(topology, scene.fibers);
+  // Every split halves the longest range or the number of fibers.
+  std::size_t longest = 0, count = 0;
+  for (std::size_t f = 0; f + 1 < scene.fibers.begin.size(); ++f) {
+    const auto length = static_cast<std::size_t>(scene.fibers.begin[f + 1] - scene.fibers.begin[f]);
+    longest = std::max(longest, length);
+    if (length > 0) ++count;
+  }
+  ASSERT_LE(depthOf(topology), ceilLog2(longest) + ceilLog2(count) + 1);
+  ASSERT_TRUE(areEqual(topology, bundle(scene.fibers, scene.segments)))
+      << "the same for the same input";
+}
+
+TEST(Bundle, KeepsTheInvariantsAtEverySize) {
+  // If this fails, a refit or a traversal skips segments for some shapes of bundles.
+  for (int n = 0; n <= 200; ++n) {
+    expectBundle(strands({n}, 1));
+    expectBundle(strands(std::vector<int>(static_cast<std::size_t>(n), 1), 2));
+    expectBundle(strands(std::vector<int>(static_cast<std::size_t>(n), n % 7), 3));
+    if (testing::Test::HasFatalFailure()) FAIL() << n;
   }
 }
 
+TEST(Bundle, TakesFibersOfUnequalLengths) {
+  // If this fails, fibers of no segment or of one are lost where longer ones are split.
+  Random random(4);
+  expectBundle(strands({0}, 5));
+  expectBundle(strands({0, 1, 0, 1000, 1, 1, 0}, 6));
+  expectBundle(strands({1, 2, 4, 8, 16, 32, 64, 128, 256, 512}, 7));
+  expectBundle(strands({1, 500, 2, 1, 30}, 11));
+  for (int i = 0; i < 100; ++i) {
+    std::vector<int> lengths;
+    for (std::size_t f = 0; f < 1 + random.below(40); ++f) {
+      lengths.push_back(
+          static_cast<int>(random.below(2) == 0 ? random.below(3) : random.below(100)));
+    }
+    expectBundle(strands(lengths, random.below(1000)));
+    if (testing::Test::HasFatalFailure()) FAIL() << i;
+  }
+}
+
+TEST(Bundle, KeepsTheNumbersOfSegments) {
+  // If this fails, positions in the list of fibers are taken for numbers in the scene.
+  Strands scene = strands({5, 3, 9}, 8);
+  for (SegmentId& id : scene.fibers.ids) id = 2 * (16 - id);
+  std::vector<Segment> segments(40, Segment{{0, 0, 0}, {1e9, 0, 0}, 1});
+  for (std::size_t i = 0; i < scene.fibers.ids.size(); ++i) {
+    segments[static_cast<std::size_t>(scene.fibers.ids[i])] = scene.segments[i];
+  }
+  const Topology<8> renamed = bundle(scene.fibers, segments);
+  expectInvariants(renamed, scene.fibers);
+  for (SegmentId& id : scene.fibers.ids) id = 16 - id / 2;
+  const Topology<8> plain = bundle(scene.fibers, scene.segments);
+  for (std::size_t i = 0; i < plain.leaves.size(); ++i) {
+    EXPECT_EQ(renamed.leaves[i], 2 * (16 - plain.leaves[i]))
+        << "the shape depends on positions only";
+  }
+}
+
+TEST(Bundle, SurvivesIdenticalSegments) {
+  // If this fails, what no plane separates makes the tree deep or the build slow.
+  const int count = 100000;
+  const std::vector<Segment> segments(static_cast<std::size_t>(count),
+                                      Segment{{1, 2, 3}, {1, 2, 4}, 0.5});
+  for (const int length : {count, 1, 100}) {
+    const Fibers fibers =
+        fibersOf(std::vector<int>(static_cast<std::size_t>(count / length), length));
+    expectBundle({fibers, segments});
+    EXPECT_LE(depthOf(bundle(fibers, segments)), 17) << length;
+  }
+}
+
+TEST(Bundle, IsShallowWhateverTheFibers) {
+  // If this fails, the stack of a query is not bounded, nor its time.
+  std::vector<int> uneven(1000, 1);
+  uneven.push_back(100000);
+  for (const auto& lengths : {std::vector<int>(100, 100), std::vector<int>(10000, 1), uneven}) {
+    const Strands scene = strands(lengths, 12);
+    EXPECT_LE(depthOf(bundle(scene.fibers, scene.segments)),
+              static_cast<int>(std::log2(scene.segments.size())));
+  }
+}
+
+TEST(Bundle, InsideOneFiberIsTheChain) {
+  // If this fails, a fiber that crosses itself is taken apart by place, which motion would undo.
+  const Strands scene = strands({777}, 9);
+  EXPECT_EQ(bundle(scene.fibers, scene.segments).leaves, scene.fibers.ids);
+}
+
+/// Parallel fibers along x, on a square grid in y and z.
+Strands parallelFibers(int side, int length, double distance) {
+  Strands scene{fibersOf(std::vector<int>(static_cast<std::size_t>(side * side), length)), {}};
+  for (int f = 0; f < side * side; ++f) {
+    const auto fiber = chain({0, distance * (f % side), distance * (f / side)}, length, nullptr);
+    scene.segments.insert(scene.segments.end(), fiber.begin(), fiber.end());
+  }
+  return scene;
+}
+
+TEST(Bundle, SplitsAlongWhereItIsLonger) {
+  // If this fails, nodes are long and thin, and overlap far more than blocks do.
+  const int length = 256;
+  const Strands scene = parallelFibers(4, length, 0.01);
+  const Topology<8> topology = bundle(scene.fibers, scene.segments);
+  ASSERT_EQ(topology.nodes[0].child_count, 8);
+  for (std::size_t lane = 0; lane < 8; ++lane) {
+    const auto& node =
+        topology.nodes[static_cast<std::size_t>(topology.nodes[0].children[lane].node())];
+    EXPECT_EQ(node.leaf_end - node.leaf_begin, 16 * length / 8);
+    for (std::int32_t i = node.leaf_begin; i < node.leaf_end; ++i) {
+      const SegmentId along = topology.leaves[static_cast<std::size_t>(i)] % length;
+      EXPECT_EQ(static_cast<std::size_t>(along) * 8 / length, lane);
+    }
+  }
+}
+
+TEST(Bundle, SplitsAcrossWhereItIsWider) {
+  // If this fails, fibers far apart share nodes that there are many of.
+  const int length = 20;
+  const Strands scene = parallelFibers(2, length, 100);
+  const Topology<8> topology = bundle(scene.fibers, scene.segments);
+  for (const auto& node : topology.nodes) {
+    if (!node.hasOnlyLeaves()) continue;
+    for (std::int32_t i = node.leaf_begin; i < node.leaf_end; ++i) {
+      EXPECT_EQ(topology.leaves[static_cast<std::size_t>(i)] / length,
+                topology.leaves[static_cast<std::size_t>(node.leaf_begin)] / length);
+    }
+  }
+}
+
+TEST(Bundle, OfSingleSegmentsSplitsAtTheMedian) {
+  // If this fails, the order of registration decides which single segments share a node.
+  // 64 points on a line, registered in a scattered order.
+  Fibers fibers = fibersOf(std::vector<int>(64, 1));
+  std::vector<Segment> segments;
+  for (int i = 0; i < 64; ++i) {
+    const double z = 37 * i % 64;
+    segments.push_back({{0, 0, z}, {0, 0, z}, 0.1});
+  }
+  const Topology<8> topology = bundle(fibers, segments);
+  ASSERT_EQ(topology.nodes[0].child_count, 8);
+  for (std::size_t lane = 0; lane < 8; ++lane) {
+    const auto& node =
+        topology.nodes[static_cast<std::size_t>(topology.nodes[0].children[lane].node())];
+    ASSERT_EQ(node.leaf_end - node.leaf_begin, 8);
+    for (std::int32_t i = node.leaf_begin; i < node.leaf_end; ++i) {
+      const double z =
+          segments[static_cast<std::size_t>(topology.leaves[static_cast<std::size_t>(i)])].a.z;
+      EXPECT_EQ(static_cast<std::size_t>(z) / 8, lane);
+    }
+  }
+}
+
+TEST(Bundle, FillsItsNodes) {
+  // If this fails, packs of eight are tested for lanes that are cleared, and memory is not what is
+  // promised.
+  for (const auto& [fibers, length] :
+       {std::pair{100, 50}, {1000, 100}, {64, 64}, {333, 37}, {1000, 20}}) {
+    const Strands scene = strands(std::vector<int>(static_cast<std::size_t>(fibers), length), 10);
+    const Topology<8> topology = bundle(scene.fibers, scene.segments);
+    const double links = static_cast<double>(topology.leaves.size() + topology.nodes.size() - 1);
+    EXPECT_GT(links / static_cast<double>(topology.nodes.size()), 7) << fibers << " x " << length;
+  }
+}
+
+TEST(Bundle, DoesNotDependOnTheOrderOfFibers) {
+  // If this fails, a node holds fibers that were registered together, not fibers that are near.
+  constexpr std::size_t kFibers = 900, kLength = 20;
+  const Strands scene = parallelFibers(30, kLength, 0.1);
+  std::vector<Segment> shuffled(scene.segments.size());
+  for (std::size_t f = 0; f < kFibers; ++f) {
+    const std::size_t to = f * 7 % kFibers;  // 7 and 900 have no factor in common
+    std::copy_n(scene.segments.begin() + static_cast<std::ptrdiff_t>(kLength * f), kLength,
+                shuffled.begin() + static_cast<std::ptrdiff_t>(kLength * to));
+  }
+  // The diagonals of all nodes' boxes.
+  const auto cost = [&](const std::vector<Segment>& segments) {
+    const Topology<8> topology = bundle(scene.fibers, segments);
+    const auto at = [&](std::int32_t leaf) {
+      const SegmentId id = topology.leaves[static_cast<std::size_t>(leaf)];
+      return segments[static_cast<std::size_t>(id)];
+    };
+    double sum = 0;
+    for (const auto& node : topology.nodes) {
+      Vec3d low = at(node.leaf_begin).a, high = low;
+      for (std::int32_t i = node.leaf_begin; i < node.leaf_end; ++i) {
+        low = min(low, min(at(i).a, at(i).b));
+        high = max(high, max(at(i).a, at(i).b));
+      }
+      sum += norm(high - low);
+    }
+    return sum;
+  };
+  EXPECT_NEAR(cost(shuffled), cost(scene.segments), 0.02 * cost(scene.segments));
+}
+
 /// Slot by slot, from the leaves below.
-template <int A>
-void expectGroups(const Topology<A>& topology, const Fibers& fibers) {
+template <int Arity>
+void expectGroups(const Topology<Arity>& topology, const Fibers& fibers) {
   std::vector<Group> by_segment;
   for (std::size_t f = 0; f + 1 < fibers.begin.size(); ++f) {
     by_segment.resize(static_cast<std::size_t>(fibers.begin[f + 1]), fibers.groups[f]);
   }
-  ASSERT_EQ(topology.groups.size(), topology.nodes.size() * A);
+  ASSERT_EQ(topology.groups.size(), topology.nodes.size() * Arity);
   for (std::size_t i = 0; i < topology.nodes.size(); ++i) {
     const auto& node = topology.nodes[i];
     std::int32_t leaf = node.leaf_begin;
@@ -142,126 +432,38 @@ void expectGroups(const Topology<A>& topology, const Fibers& fibers) {
         const SegmentId id = topology.leaves[static_cast<std::size_t>(leaf)];
         below.insert(by_segment[static_cast<std::size_t>(id)]);
       }
-      EXPECT_EQ(topology.groups[A * i + lane], below.size() == 1 ? *below.begin() : kNoGroup);
+      EXPECT_EQ(topology.groups[Arity * i + lane], below.size() == 1 ? *below.begin() : kNoGroup);
     }
   }
 }
 
-// A node of several groups, or of some and none, would be taken for one of a group; or a search
-// would have to look into a node of which all is of one.
 TEST(Topologies, KnowTheGroupsOfNodes) {
-  for (const auto& lengths : kLengths) {
+  // If this fails, a node of several groups, or of some and none, is taken for one of a group; or a
+  // search looks into a node of which all is of one.
+  for (const auto& lengths : std::vector<std::vector<int>>{{1},
+                                                           {2},
+                                                           {0, 0},
+                                                           {1, 1, 1, 1, 1, 1, 1, 1, 1},
+                                                           {5},
+                                                           {1000},
+                                                           {8, 8, 8},
+                                                           {3, 0, 7},
+                                                           {1, 500, 2, 1, 30},
+                                                           std::vector<int>(100, 40),
+                                                           std::vector<int>(333, 1)}) {
+    const Strands plain = strands(lengths, 13);
+    EXPECT_TRUE(superThread(plain.fibers).groups.empty());
+    EXPECT_TRUE(bundle(plain.fibers, plain.segments).groups.empty());
     for (const int groups : {1, 2, 1000}) {
-      Fibers fibers = makeFibers(lengths);
+      Fibers fibers = plain.fibers;
       for (std::size_t f = 0; f < lengths.size(); ++f) {
         // Neighbouring fibers alike, some of none.
-        const auto group = static_cast<Group>(f / 3) % groups;
-        fibers.groups.push_back(groups == 1 ? 5 : group);
+        fibers.groups.push_back(groups == 1 ? 5 : static_cast<Group>(f / 3) % groups);
       }
-      if (lengths.empty()) continue;
       expectGroups(superThread(fibers), fibers);
-      expectGroups(bundle(fibers, straightFibers(fibers)), fibers);
+      expectGroups(bundle(fibers, plain.segments), fibers);
     }
-    const Fibers plain = makeFibers(lengths);
-    EXPECT_TRUE(superThread(plain).groups.empty());
-    EXPECT_TRUE(bundle(plain, straightFibers(plain)).groups.empty());
   }
-}
-
-// It would not be the paper's order: tip to tip and root to root alternately.
-TEST(SuperThread, TurnsEveryOtherFiber) {
-  EXPECT_THAT(superThread(makeFibers({3, 2, 0, 3, 1})).leaves,
-              ElementsAre(0, 1, 2, 4, 3, /*third fiber empty*/ 7, 6, 5, 8));
-}
-
-// Ids need not be consecutive: unregistered objects leave gaps.
-TEST(SuperThread, TakesAnyIds) {
-  Fibers fibers;
-  fibers.ids = {4, 9, 2, 30};
-  fibers.begin = {0, 2, 4};
-  EXPECT_THAT(superThread(fibers).leaves, ElementsAre(4, 9, 30, 2));
-}
-
-// Detection along one chain would be worse than the paper's bound.
-TEST(SuperThread, IsBalanced) {
-  for (const int n : {2, 3, 4, 5, 31, 32, 33, 1000}) {
-    const auto topology = superThread(makeFibers({n}));
-    EXPECT_EQ(depthBelow(topology, 0), static_cast<int>(std::ceil(std::log2(n)))) << n;
-    EXPECT_EQ(topology.nodes.size(), static_cast<std::size_t>(n - 1));
-  }
-}
-
-// The stack would not be bounded, nor the time of a query.
-TEST(Bundle, IsShallowWhateverTheFibers) {
-  std::vector<int> uneven(1000, 1);
-  uneven.push_back(100000);
-  for (const auto& lengths : {std::vector<int>(100, 100), std::vector<int>(10000, 1), uneven}) {
-    const Fibers fibers = makeFibers(lengths);
-    const auto topology = bundle(fibers, straightFibers(fibers));
-    EXPECT_LE(depthBelow(topology, 0), static_cast<int>(std::log2(fibers.ids.size())));
-  }
-}
-
-// Scenes where nothing tells segments apart would take for ever or overflow the stack.
-TEST(Bundle, SplitsCoincidentSegments) {
-  const Fibers one = makeFibers({100000});
-  const Fibers many = makeFibers(std::vector<int>(100000, 1));
-  const std::vector<Segment> segments(100000, Segment{{1, 2, 3}, {1, 2, 3}, 0});
-  for (const Fibers& fibers : {one, many}) {
-    const auto topology = bundle(fibers, segments);
-    expectInvariants(topology, fibers);
-    EXPECT_LE(depthBelow(topology, 0), 17);
-  }
-}
-
-// Half-empty packs would cost memory and tests.
-TEST(Bundle, FillsItsNodes) {
-  for (const auto& lengths : {std::vector<int>(100, 100), std::vector<int>(1000, 50)}) {
-    const Fibers fibers = makeFibers(lengths);
-    const auto topology = bundle(fibers, straightFibers(fibers));
-    const double segments_per_node =
-        static_cast<double>(fibers.ids.size()) / static_cast<double>(topology.nodes.size());
-    EXPECT_GT(segments_per_node, 6) << "of seven, were all full";
-  }
-}
-
-// It would be a chain-aligned tree no more: a node of one fiber has to be a range along it.
-TEST(Bundle, OfOneFiberIsChainAligned) {
-  const Fibers fibers = makeFibers({777});
-  std::vector<SegmentId> in_order(777);
-  std::iota(in_order.begin(), in_order.end(), 0);
-  EXPECT_EQ(bundle(fibers, straightFibers(fibers)).leaves, in_order);
-}
-
-// The whole point: a node that holds near segments of many fibers, however they were registered.
-TEST(Bundle, DoesNotDependOnTheOrderOfFibers) {
-  const Fibers fibers = makeFibers(std::vector<int>(900, 20));
-  const std::vector<Segment> segments = straightFibers(fibers);
-  std::vector<Segment> shuffled(segments.size());
-  for (std::size_t f = 0; f < 900; ++f) {
-    const std::size_t to = f * 7 % 900;  // 7 and 900 have no factor in common
-    std::copy_n(segments.begin() + static_cast<std::ptrdiff_t>(20 * f), 20,
-                shuffled.begin() + static_cast<std::ptrdiff_t>(20 * to));
-  }
-  const auto cost = [&](const std::vector<Segment>& scene) {
-    const auto topology = bundle(fibers, scene);
-    double sum = 0;
-    for (const auto& node : topology.nodes) {
-      geometry::Vec3d low = scene[static_cast<std::size_t>(
-                                      topology.leaves[static_cast<std::size_t>(node.leaf_begin)])]
-                                .a,
-                      high = low;
-      for (std::int32_t i = node.leaf_begin; i < node.leaf_end; ++i) {
-        const Segment& s =
-            scene[static_cast<std::size_t>(topology.leaves[static_cast<std::size_t>(i)])];
-        low = min(low, min(s.a, s.b));
-        high = max(high, max(s.a, s.b));
-      }
-      sum += norm(high - low);
-    }
-    return sum;
-  };
-  EXPECT_NEAR(cost(shuffled), cost(segments), 0.02 * cost(segments));
 }
 
 }  // namespace

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <fcl_fibers/fiber_tree.h>
+
+#include "support/allocation_faults.h"
+#include "support/assembly.h"
+#include "support/managers_under_test.h"
+#include "support/pair_queries.h"
+#include "support/scene_generators.h"
+
+namespace fcl_fibers::test {
+namespace {
+
+/// What is said of memory is what `operator new` gave since then, to a twentieth.
+void expectBytes(std::size_t said, std::size_t live_before) {
+  const auto live = static_cast<double>(liveBytes() - live_before);
+  EXPECT_NEAR(static_cast<double>(said), live, 0.05 * live);
+}
+
+TEST(TreeMemory, IsWhatTheHeapGave) {
+  // If this fails, a program that counts on memoryUsage() runs out of memory.
+  constexpr int kFibers = 150, kPoints = 60;
+  Random random(188);
+  Assembly<double> fibers;
+  for (int f = 0; f < kFibers; ++f) {
+    Eigen::Vector3d point = random.inCube(2);
+    for (int i = 0; i < kPoints; ++i) {
+      fibers.addPoint({point.x(), point.y(), point.z()}, 0.02);
+      point += 0.1 * random.direction();
+    }
+    fibers.endFiber();
+  }
+  const std::vector<std::uint8_t> closed(kFibers, 1);
+  std::vector<std::int32_t> groups;
+  for (int f = 0; f < kFibers; ++f) groups.push_back(f % 5);
+  for (const auto volumes :
+       {FiberTreeOptions::Volumes::kLayeredBoxes, FiberTreeOptions::Volumes::kWrappedSpheres}) {
+    for (const Topology topology : {Topology::kBundle, Topology::kSuperThread}) {
+      for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+        for (const int threads : {1, 2}) {
+          SCOPED_TRACE(threads);
+          FiberTreeOptions options;
+          options.volumes = volumes;
+          options.topology = topology;
+          options.report = report;
+          options.threads = threads;
+          FiberArrays<double> arrays = fibers.view();
+          if (threads == 2) {
+            options.ignored_arc_length = 0.1;
+            arrays.closed = closed.data();
+            arrays.groups = groups.data();
+          }
+          std::size_t pairs = 0;
+          const auto count = [&](SegmentPair) { ++pairs; };
+          FiberTree(options).visitPairs(count);  // what threads need once is not the tree's
+          const std::size_t live_before = liveBytes();
+          FiberTree tree(options);
+          tree.build(arrays);
+          expectBytes(tree.memoryUsage(), live_before);
+          tree.visitPairs(count);
+          EXPECT_GT(pairs, 100u);
+          expectBytes(tree.memoryUsage(), live_before);
+          tree.update(arrays);
+          tree.visitPairs(count);
+          expectBytes(tree.memoryUsage(), live_before);
+        }
+      }
+    }
+  }
+}
+
+template <typename Config>
+class ManagerMemory : public testing::Test {};
+TYPED_TEST_SUITE(ManagerMemory, FiberManagers, ManagerNames);
+
+TYPED_TEST(ManagerMemory, IsWhatTheHeapGave) {
+  // If this fails, a program that counts on memoryUsage() runs out of memory.
+  using S = typename TypeParam::Scalar;
+  const Scene<S> scene = strandScene<S>(60, 80, 189);
+  const Scene<S> late = strandScene<S>(1, 40, 190);
+  std::vector<FiberManagerOptions> all(3);
+  all[1].report = Report::kCapsules;
+  all[1].ignored_arc_length = 0.1;
+  all[2].report = Report::kCapsules;
+  all[2].threads = 2;
+  for (const FiberManagerOptions& options : all) {
+    SCOPED_TRACE(describe(options) + ", threads " + std::to_string(options.threads));
+    selfPairs<S>(*TypeParam::make(options));  // what threads need once is not the manager's
+    const std::size_t live_before = liveBytes();
+    const auto manager = TypeParam::make(options);
+    registerFibers<S>(*manager, scene, {1, 2, 1});
+    expectBytes(manager->memoryUsage(), live_before);
+    EXPECT_GT(selfPairs<S>(*manager).size(), 100u);
+    expectBytes(manager->memoryUsage(), live_before);
+    manager->update({scene[0], scene[77], scene[500]});
+    EXPECT_GT(selfPairs<S>(*manager).size(), 100u);
+    expectBytes(manager->memoryUsage(), live_before);
+    manager->registerObjects(late.objects());  // few: kept beside the tree
+    manager->unregisterObject(scene[3]);
+    EXPECT_GT(selfPairs<S>(*manager).size(), 100u);
+    expectBytes(manager->memoryUsage(), live_before);
+  }
+}
+
+}  // namespace
+}  // namespace fcl_fibers::test
