@@ -154,7 +154,8 @@ std::vector<FiberManagerOptions> optionsToTest(double margin) {
 
 template <typename Config>
 PairRules rulesOf(const FiberManagerOptions& options) {
-  return {Config::kVolume, options.report, options.margin, options.ignored_neighbors};
+  return {Config::kVolume, options.report, options.margin, options.ignored_neighbors,
+          options.ignored_arc_length};
 }
 
 inline std::string describe(const FiberManagerOptions& options) {
