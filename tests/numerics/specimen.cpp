@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <iterator>
-#include <limits>
 #include <unordered_map>
 #include <utility>
 
 #include "support/exact_geometry.h"
 #include "support/managers_under_test.h"
 #include "support/pair_queries.h"
+#include "support/promise.h"
 #include "support/scene.h"
 
 namespace fcl_fibers::test {
@@ -26,23 +26,6 @@ Real extentOf(const TouchOracle& truth) {
     all = {all.min.cwiseMin(box.min), all.max.cwiseMax(box.max)};
   }
   return (all.max - all.min).norm();
-}
-
-/// Whether the report allows the pair.
-bool isPromised(const GivenCapsule& p, const GivenCapsule& q, const FiberTreeOptions& options,
-                Real extent) {
-  const ExactCapsule a = roundedCapsule(p), b = roundedCapsule(q);
-  if (options.report == Report::kCapsules) {
-    const Real lengths = (a.b - a.a).norm() + (b.b - b.a).norm();
-    const Real band = 256 * Real(std::numeric_limits<double>::epsilon()) * (extent + lengths);
-    constexpr Real kLeast = std::numeric_limits<double>::denorm_min();
-    const auto margin = static_cast<double>(options.margin + std::max(band, kLeast));
-    return TouchOracle::judge(p, q, margin).touching;
-  }
-  const Real gap = options.volumes == Volumes::kLayeredBoxes ? boxGap(boxOf(a), boxOf(b))
-                                                             : sphereGap(sphereOf(a), sphereOf(b));
-  // The last is what squares of float lose where a scene is subnormal as a whole.
-  return gap <= options.margin + 0x1p-19L * extent + 0x1p-1062L;
 }
 
 /// Partner is an object or a manager; none for the query of a manager's own objects.
@@ -314,10 +297,12 @@ Findings examine(const TouchOracle& truth, const std::vector<NumberPair>& touchi
   difference.clear();
   std::set_difference(reported.begin(), reported.end(), touching.begin(), touching.end(),
                       std::back_inserter(difference));
+  const LeafVolume volume =
+      options.volumes == Volumes::kLayeredBoxes ? LeafVolume::kBox : LeafVolume::kSphere;
   const Real extent = difference.empty() ? Real(0) : extentOf(truth);
   for (const NumberPair& pair : difference) {
     if (isPromised(truth[static_cast<std::size_t>(pair.a)], truth[static_cast<std::size_t>(pair.b)],
-                   options, extent)) {
+                   options.report, volume, options.margin, extent)) {
       continue;
     }
     ++findings.unpromised;

@@ -17,10 +17,9 @@
 namespace fcl_fibers::test {
 namespace {
 
-// In eps(S) x (coordinates + lengths), how far kCapsules may be wrong, to the safe side.
-constexpr Real kCapsuleBand = 64;
-// In extents of the scene, how far apart volumes may be that are reported as overlapping.
-constexpr Real kVolumeBand = 0x1p-20L;
+// In eps(S) x (coordinates + lengths), how deep capsules may touch whose stock boxes do not, as FCL
+// rounds these to nearest.
+constexpr Real kStockBand = 64;
 
 constexpr std::size_t kNamedPairs = 10;
 
@@ -52,8 +51,9 @@ bool isBounded(Real side) {
 
 template <typename S>
 PairOracle<S>::PairOracle(const Objects& objects, const PairRules& rules,
-                          const std::vector<Objects>& fibers, const std::vector<int>& groups)
-    : rules_(rules) {
+                          const std::vector<Objects>& fibers, const std::vector<int>& groups,
+                          const std::vector<FiberEnds>& ends)
+    : rules_(rules), fibers_(fibers.size()) {
   Point low = Point::Constant(std::numeric_limits<Real>::max());
   Point high = -low;
   for (const Object* object : objects) {
@@ -71,6 +71,17 @@ PairOracle<S>::PairOracle(const Objects& objects, const PairRules& rules,
   }
   extent_ = (high - low).cwiseMax(Point::Zero()).norm();
   for (std::size_t f = 0; f < fibers.size(); ++f) {
+    Fiber& fiber = fibers_[f];
+    fiber.is_closed = f < ends.size() && ends[f] == FiberEnds::kClosed;
+    fiber.count = fibers[f].size();
+    if (rules.ignored_arc_length > 0) {
+      for (const Object* object : fibers[f]) {
+        if (object == nullptr) throw std::logic_error("Nothing is left to measure the fiber by.");
+        const ExactCapsule capsule = shapeOf(*object).capsule;
+        fiber.lengths.push_back((capsule.b - capsule.a).norm());
+        fiber.rounding += 8 * Real(std::numeric_limits<S>::epsilon()) * fiber.lengths.back();
+      }
+    }
     for (std::size_t i = 0; i < fibers[f].size(); ++i) {
       const auto found = index_.find(fibers[f][i]);
       if (found == index_.end()) continue;  // Unregistered since.
@@ -116,8 +127,32 @@ template <typename S>
 bool PairOracle<S>::ignored(const Shape& a, const Shape& b) const {
   if (a.group != 0 && a.group == b.group) return true;
   if (!a.fiber || a.fiber != b.fiber) return false;
-  const std::size_t apart = a.segment > b.segment ? a.segment - b.segment : b.segment - a.segment;
-  return apart <= static_cast<std::size_t>(rules_.ignored_neighbors);
+  const Fiber& fiber = fibers_[*a.fiber];
+  return areNeighbors(fiber, a.segment, b.segment) || areNeighbors(fiber, b.segment, a.segment);
+}
+
+// By walking along the fiber from one segment to the other.
+template <typename S>
+bool PairOracle<S>::areNeighbors(const Fiber& fiber, std::size_t from, std::size_t to) const {
+  Real between = 0;
+  for (std::size_t steps = 1; steps <= fiber.count; ++steps) {
+    if (++from == fiber.count) {
+      if (!fiber.is_closed) return false;
+      from = 0;
+    }
+    const bool is_near = steps <= static_cast<std::size_t>(rules_.ignored_neighbors);
+    if (from == to && is_near) return true;
+    const Real left = rules_.ignored_arc_length - between;
+    if (!is_near && (rules_.ignored_arc_length <= 0 || left < -fiber.rounding)) return false;
+    if (from == to) {
+      if (between > 0 && left <= fiber.rounding) {
+        throw std::logic_error("Rounding decides who is a neighbour.");
+      }
+      return true;
+    }
+    if (rules_.ignored_arc_length > 0) between += fiber.lengths[from];
+  }
+  return false;
 }
 
 template <typename S>
@@ -150,47 +185,38 @@ Verdict PairOracle<S>::verdict(const Shape& a, const Shape& b) const {
   if (ignored(a, b)) return Verdict::kMustNot;
 
   const Real margin = rules_.margin;
-  const Real volume_band = kVolumeBand * extent_;
-  const Real lengths = (a.capsule.b - a.capsule.a).norm() + (b.capsule.b - b.capsule.a).norm() +
-                       a.capsule.radius + b.capsule.radius;
   const bool capsules = a.is_capsule && b.is_capsule;
-  const Real capsule_band = capsules ? kCapsuleBand * Real(std::numeric_limits<S>::epsilon()) *
-                                           (largest_coordinate_ + lengths)
-                                     : 0;
+  const bool reports_volumes = rules_.report == Report::kVolumes;
   const Real box_gap = boxGap(a.box, b.box);
 
   if (rules_.volume == LeafVolume::kStock) {
     if (boxGap(a.stock, b.stock) <= 0) return Verdict::kMust;
-    // FCL's boxes are rounded to nearest, so that what only just touches may be missed.
-    const bool touching = box_gap <= 0 && gap(a, b) <= -capsule_band;
-    return touching && capsules ? Verdict::kMust : Verdict::kMustNot;
+    if (!capsules || box_gap > 0) return Verdict::kMustNot;
+    const Real lengths = (a.capsule.b - a.capsule.a).norm() + (b.capsule.b - b.capsule.a).norm() +
+                         a.capsule.radius + b.capsule.radius;
+    const Real band =
+        kStockBand * Real(std::numeric_limits<S>::epsilon()) * (largest_coordinate_ + lengths);
+    return gap(a, b) <= -band ? Verdict::kMust : Verdict::kMustNot;
   }
 
-  // Neither volumes nor what they hold: no need for the exact distance.
-  const bool boxes_apart = box_gap > margin + std::max(volume_band, capsule_band);
-  if (boxes_apart && (rules_.report == Report::kCapsules || rules_.volume == LeafVolume::kBox)) {
-    return Verdict::kMustNot;
-  }
+  const bool uses_boxes = rules_.volume == LeafVolume::kBox;
+  // No need for exact distances, as what is promised of capsules is less.
+  const bool boxes_apart = box_gap > margin + volumeBand(extent_);
+  if (boxes_apart && (uses_boxes || !reports_volumes)) return Verdict::kMustNot;
 
-  if (rules_.report == Report::kCapsules && capsules) {
-    if (touch(a, b)) return Verdict::kMust;
-    return gap(a, b) > margin + capsule_band ? Verdict::kMustNot : Verdict::kMay;
+  const Real volume_gap = uses_boxes ? box_gap : sphereGap(a.sphere, b.sphere);
+  if (capsules) {
+    if (!isPromised(a.given, b.given, rules_.report, rules_.volume, rules_.margin, extent_)) {
+      return Verdict::kMustNot;
+    }
+    return touch(a, b) || (reports_volumes && volume_gap <= margin) ? Verdict::kMust
+                                                                    : Verdict::kMay;
   }
-
-  // Volumes of bounded shapes: the kind that the manager uses. Boxes of others: see the class.
-  const Real sphere_gap = sphereGap(a.sphere, b.sphere);
-  const bool boxes_count = rules_.volume == LeafVolume::kBox || !capsules;
-  const bool spheres_count =
-      rules_.volume == LeafVolume::kSphere && rules_.report == Report::kVolumes;
-  if (rules_.report == Report::kVolumes) {
-    if (rules_.volume == LeafVolume::kBox && box_gap <= margin) return Verdict::kMust;
-    if (capsules && spheres_count && sphere_gap <= margin) return Verdict::kMust;
-  }
-  const bool near = (boxes_count && box_gap <= margin + volume_band) ||
-                    (spheres_count && !(sphere_gap > margin + volume_band));
-  // The long double gap of boxes is rounded, what touches is not: no box is asked before.
-  if (touch(a, b)) return Verdict::kMust;
-  return near ? Verdict::kMay : Verdict::kMustNot;
+  if (touch(a, b) || (reports_volumes && uses_boxes && box_gap <= margin)) return Verdict::kMust;
+  // NaN, as of spheres around what is unbounded, is near.
+  const bool spheres_near =
+      reports_volumes && !uses_boxes && !(volume_gap > margin + volumeBand(extent_));
+  return boxes_apart && !spheres_near ? Verdict::kMustNot : Verdict::kMay;
 }
 
 template <typename S>
@@ -252,7 +278,8 @@ std::size_t PairOracle<S>::pairCount(const Objects& managed) const {
 
 template <typename S>
 testing::AssertionResult PairOracle<S>::answers(const Calls<S>& calls, const Objects& managed,
-                                                const Objects* others, ArgumentOrder order) const {
+                                                const Objects* others, ArgumentOrder order,
+                                                std::size_t least) const {
   std::size_t problems = 0;
   std::ostringstream report;
   const auto complain = [&](const char* what, std::size_t a, std::size_t b) {
@@ -274,7 +301,7 @@ testing::AssertionResult PairOracle<S>::answers(const Calls<S>& calls, const Obj
   };
   std::unordered_set<std::uint64_t> seen;
   for (const auto& [first, second] : calls) {
-    if (index_.count(first) == 0 || index_.count(second) == 0) {
+    if (!knows(first) || !knows(second)) {
       return testing::AssertionFailure() << "the callback was given an object nobody registered";
     }
     const std::size_t a = indexOf(first);
@@ -299,11 +326,16 @@ testing::AssertionResult PairOracle<S>::answers(const Calls<S>& calls, const Obj
       complain(ignored(shapes_[a], shapes_[b]) ? "ignored" : "extra", a, b);
     }
   }
+  std::unordered_set<std::uint64_t> expected;
   visitPairs(managed, others, [&](std::size_t a, std::size_t b) {
-    if (seen.count(key(a, b)) != 0) return;
-    if (verdict(shapes_[a], shapes_[b]) == Verdict::kMust) complain("missing", a, b);
+    if (verdict(shapes_[a], shapes_[b]) != Verdict::kMust) return;
+    if (expected.insert(key(a, b)).second && seen.count(key(a, b)) == 0) complain("missing", a, b);
   });
 
+  if (problems == 0 && expected.size() < least) {
+    return testing::AssertionFailure() << "the scene shows nothing: " << expected.size()
+                                       << " pairs must be found, at least " << least << " expected";
+  }
   if (problems == 0) return testing::AssertionSuccess();
   return testing::AssertionFailure()
          << problems << " wrong among " << calls.size() << " reported" << report.str();
@@ -311,16 +343,16 @@ testing::AssertionResult PairOracle<S>::answers(const Calls<S>& calls, const Obj
 
 template <typename S>
 testing::AssertionResult PairOracle<S>::answersSelf(const Calls<S>& calls, const Objects& managed,
-                                                    ArgumentOrder order) const {
-  return answers(calls, managed, nullptr, order);
+                                                    ArgumentOrder order, std::size_t least) const {
+  return answers(calls, managed, nullptr, order, least);
 }
 
 template <typename S>
 testing::AssertionResult PairOracle<S>::answersBetween(const Calls<S>& calls,
                                                        const Objects& managed,
-                                                       const Objects& others,
-                                                       ArgumentOrder order) const {
-  return answers(calls, managed, &others, order);
+                                                       const Objects& others, ArgumentOrder order,
+                                                       std::size_t least) const {
+  return answers(calls, managed, &others, order, least);
 }
 
 template class PairOracle<float>;

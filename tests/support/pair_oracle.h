@@ -14,22 +14,17 @@
 
 #include "support/exact_geometry.h"
 #include "support/pair_queries.h"
+#include "support/promise.h"
 #include "support/touch_oracle.h"
 
 namespace fcl_fibers::test {
-
-/// What bounds one object in the manager under test.
-enum class LeafVolume {
-  kBox,     ///< the capsule's tight box
-  kSphere,  ///< the segment's sphere
-  kStock,   ///< getAABB(), as FCL's managers use it
-};
 
 struct PairRules {
   LeafVolume volume = LeafVolume::kBox;
   Report report = Report::kVolumes;
   double margin = 0;
   int ignored_neighbors = 0;
+  double ignored_arc_length = 0;
 };
 
 /// Must the manager pass the pair to its callback, or must it not? Between the two lie pairs that
@@ -42,14 +37,13 @@ enum class ArgumentOrder { kAny, kPromised };
 /// capsules touch is decided by TouchOracle, without error.
 ///
 /// Two capsules (a sphere is one of length zero) must be reported if
-///   kCapsules: distance <= ra + rb + margin; must not if it is larger by more than
-///              64 eps(S) x (largest |coordinate| of the scene + both lengths and radii);
+///   kCapsules: distance <= ra + rb + margin;
 ///   kVolumes:  the gap of their leaf volumes, per axis for boxes and between the surfaces for
-///              spheres, is <= margin; must not if it is larger by more than 2^-20 of the scene's
-///              extent, as bounds are floats whatever S is.
+///              spheres, is <= margin.
+/// They must not if isPromised() does not allow it.
 /// Any other shape counts by getAABB(): a pair with one must be reported if that box is within the
 /// margin of the capsule or box; with kVolumes and boxes, if the boxes are. It must not if neither
-/// the boxes nor the balls around them are within the margin and 2^-20 of the extent.
+/// the boxes nor the balls around them are within the margin and volumeBand().
 /// LeafVolume::kStock is exact: FCL compares the boxes that it is given.
 ///
 /// Whatever the rules, a pair that touches must be reported unless it is one of ignored neighbors
@@ -60,21 +54,29 @@ class PairOracle {
   using Object = fcl::CollisionObject<S>;
   using Objects = std::vector<Object*>;
 
-  /// `fibers` are those that the manager was given by registerFiber, `groups` the groups of the
-  /// first of them, 0 for none.
+  /// `fibers` are those that the manager was given by registerFiber; `groups` and `ends` are of the
+  /// first of them, the others are open and of no group. Where a segment has been unregistered,
+  /// there is null or an object that is not among `objects`; with an arc length the latter, as it
+  /// counts by its length.
   PairOracle(const Objects& objects, const PairRules& rules,
-             const std::vector<Objects>& fibers = {}, const std::vector<int>& groups = {});
+             const std::vector<Objects>& fibers = {}, const std::vector<int>& groups = {},
+             const std::vector<FiberEnds>& ends = {});
 
   /// Whether `calls` answer a self-collision query of a manager that holds `managed`, in this order
-  /// of registration. The failure names the first missing, extra and repeated pairs by index.
+  /// of registration. The failure names the first wrong pairs by index: each is missing, extra,
+  /// ignored, repeated, turned (its arguments are in the other order), self or unasked.
+  /// @param least  of the pairs that must be reported; with fewer the scene shows nothing, which
+  ///               is a failure
   testing::AssertionResult answersSelf(const Calls<S>& calls, const Objects& managed,
-                                       ArgumentOrder order = ArgumentOrder::kPromised) const;
+                                       ArgumentOrder order = ArgumentOrder::kPromised,
+                                       std::size_t least = 1) const;
 
   /// The same for the pairs of one group with another, `managed` being the manager's own. An object
   /// in both is not a partner of itself.
   testing::AssertionResult answersBetween(const Calls<S>& calls, const Objects& managed,
                                           const Objects& others,
-                                          ArgumentOrder order = ArgumentOrder::kPromised) const;
+                                          ArgumentOrder order = ArgumentOrder::kPromised,
+                                          std::size_t least = 1) const;
 
   Verdict verdict(const Object* a, const Object* b) const;
 
@@ -89,7 +91,12 @@ class PairOracle {
   /// Number of pairs that are not ignored.
   std::size_t pairCount(const Objects& managed) const;
 
+  /// Neighbours along a fiber, by number or by arc length, and objects of one group. Throws where
+  /// rounding decides whether an arc is too long, as lengths are of the poses at registration.
   bool ignored(const Object* a, const Object* b) const;
+
+  /// Whether the oracle was told of the object.
+  bool knows(const Object* object) const { return index_.count(object) > 0; }
 
   /// Largest |coordinate| of bounded shapes, and the diagonal of the box around all of them.
   Real largestCoordinate() const { return largest_coordinate_; }
@@ -107,20 +114,29 @@ class PairOracle {
     std::size_t segment = 0;
     int group = 0;
   };
+  struct Fiber {
+    bool is_closed = false;
+    std::size_t count = 0;
+    std::vector<Real> lengths;  // Of its segments; empty unless there is an arc length.
+    Real rounding = 0;          // Of an arc, at registration or now.
+  };
 
   static Shape shapeOf(const Object& object);
   std::size_t indexOf(const Object* object) const;
   bool ignored(const Shape& a, const Shape& b) const;
+  bool areNeighbors(const Fiber& fiber, std::size_t from, std::size_t to) const;
   Verdict verdict(const Shape& a, const Shape& b) const;
   Real gap(const Shape& a, const Shape& b) const;
   bool touch(const Shape& a, const Shape& b) const;
   template <typename Visitor>
   void visitPairs(const Objects& managed, const Objects* others, Visitor visit) const;
   testing::AssertionResult answers(const Calls<S>& calls, const Objects& managed,
-                                   const Objects* others, ArgumentOrder order) const;
+                                   const Objects* others, ArgumentOrder order,
+                                   std::size_t least) const;
 
   PairRules rules_;
   std::vector<Shape> shapes_;
+  std::vector<Fiber> fibers_;
   std::unordered_map<const Object*, std::size_t> index_;
   Real largest_coordinate_ = 0;
   Real extent_ = 0;
