@@ -114,6 +114,13 @@ using AllManagers = testing::Types<
 using WrappedManagers = testing::Types<
     WrappedSphere<float, Topology::kBundle>, WrappedSphere<float, Topology::kSuperThread>,
     WrappedSphere<double, Topology::kBundle>, WrappedSphere<double, Topology::kSuperThread>>;
+#elif defined(FCL_FIBERS_OTHER_MANAGERS)
+using FiberManagers = testing::Types<
+    LayeredAabb<double, Topology::kBundle>, LayeredAabb<float, Topology::kSuperThread>,
+    WrappedSphere<float, Topology::kBundle>, WrappedSphere<double, Topology::kSuperThread>>;
+using AllManagers = FiberManagers;
+using WrappedManagers = testing::Types<WrappedSphere<float, Topology::kBundle>,
+                                       WrappedSphere<double, Topology::kSuperThread>>;
 #else
 using FiberManagers = testing::Types<
     LayeredAabb<float, Topology::kBundle>, LayeredAabb<double, Topology::kSuperThread>,
