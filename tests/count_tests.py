@@ -13,7 +13,7 @@ from pathlib import Path
 
 
 def reason_of(test, skipped):
-    """GoogleTest's message has the place in its first line; ctest has what the test printed last."""
+    """Behind the place in GoogleTest's message; for ctest, what the test has printed last."""
     by_google_test = skipped.get("message", "").partition("\n")[2]
     printed = test.findtext("system-out", "").strip().rpartition("\n")[2]
     return by_google_test.strip() or printed

@@ -4,9 +4,9 @@
 
     tests/mutation.py [--list] [--rotate N] [-j JOBS] [NAME...]
 
---rotate plants N of them, others with each commit, which need few executables between them. The faults are planted in a copy of the sources, build/mutation/source; the tests are built there,
-for one instruction set. Each has to pass without a fault first. Ends with an error if a fault
-survives, which means that a test is missing, or if the text that it replaces is not there exactly
+--rotate plants N of them, others with each commit. The faults are planted in a copy of the sources,
+build/mutation/source; the tests are built there, for one instruction set. Each has to pass without
+a fault first. Ends with an error if a fault survives, which means that a test is missing, or if the text that it replaces is not there exactly
 once, which means that this list has to follow the sources.
 """
 import argparse
@@ -165,7 +165,8 @@ FAULTS = [
     # --- The manager ---
     Fault("an object may be unregistered within a query",
           "broadphase/fiber_collision_manager.cpp",
-          "    refuseDuringQuery(call);\n    const SegmentId id = managedId(call, object, \"object\");",
+          "    refuseDuringQuery(call);\n"
+          "    const SegmentId id = managedId(call, object, \"object\");",
           "    const SegmentId id = managedId(call, object, \"object\");", MANAGERS),
     Fault("an unregistered object is still a partner", "broadphase/fiber_collision_manager.cpp",
           "if (isGone(a) || isGone(b) || areNeighbors(a, b)) return",
@@ -194,8 +195,10 @@ FAULTS = [
           "broadphase/fiber_collision_manager.cpp",
           "      } catch (...) {\n        --impl_.running_queries_;\n        throw;",
           "      } catch (...) {\n        throw;", "faults_test broadphase_test"),
-    Fault("the later object comes first", "broadphase/fiber_collision_manager.cpp",
-          "      if (a > b) std::swap(a, b);\n      if (isGone(a)", "      if (isGone(a)", MANAGERS),
+    Fault("the later object comes first",
+          "broadphase/fiber_collision_manager.cpp",
+          "      if (a > b) std::swap(a, b);\n      if (isGone(a)", "      if (isGone(a)",
+          MANAGERS),
     # --- Arrays ---
     Fault("the last pairs behind the neighbour filter are lost", "arrays/fiber_tree.cpp",
           "return size == 0 ? Visit::kContinue : sink_.take(kept.data(), size);",

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whether what the Markdown files link to is there, file and heading, and nothing in them is left to
-be done. Addresses of the web are not asked for."""
+"""Whether what the Markdown files link to is there, file and heading, and nothing in them is left
+to be done. Addresses of the web are not asked for."""
 
 import re
 import sys

@@ -126,10 +126,10 @@ using FiberManagers = testing::Types<
     LayeredAabb<float, Topology::kBundle>, LayeredAabb<double, Topology::kSuperThread>,
     WrappedSphere<double, Topology::kBundle>, WrappedSphere<float, Topology::kSuperThread>>;
 /// Ours, and FCL's own, so that what is tested is FCL's contract.
-using AllManagers = testing::Types<
-    LayeredAabb<float, Topology::kBundle>, LayeredAabb<double, Topology::kSuperThread>,
-    WrappedSphere<double, Topology::kBundle>, WrappedSphere<float, Topology::kSuperThread>,
-    FclTree<double>>;
+using AllManagers = testing::Types<LayeredAabb<float, Topology::kBundle>,
+                                   LayeredAabb<double, Topology::kSuperThread>,
+                                   WrappedSphere<double, Topology::kBundle>,
+                                   WrappedSphere<float, Topology::kSuperThread>, FclTree<double>>;
 /// The cascade is the wrapped tree's alone.
 using WrappedManagers = testing::Types<WrappedSphere<double, Topology::kBundle>,
                                        WrappedSphere<float, Topology::kSuperThread>>;
