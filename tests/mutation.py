@@ -6,8 +6,9 @@
 
 --rotate plants N of them, others with each commit. The faults are planted in a copy of the sources,
 build/mutation/source; the tests are built there, for one instruction set. Each has to pass without
-a fault first. Ends with an error if a fault survives, which means that a test is missing, or if the text that it replaces is not there exactly
-once, which means that this list has to follow the sources.
+a fault first. Ends with an error if a fault survives, which means that a test is missing, or if the
+text that it replaces is not there exactly once, which means that this list has to follow the
+sources.
 """
 import argparse
 import os
