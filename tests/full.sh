@@ -48,7 +48,7 @@ simd_levels=(scalar sse4 avx2 avx512 neon)
 all_managers() {
   cmake --preset debug -DFCL_FIBERS_MANAGERS=all
   cmake --build --preset debug --target fcl_fibers_tests
-  run_tests debug
+  run_tests debug -LE 'long|program'
 }
 
 # The tests of everything that depends on it, on every instruction set of this machine.
@@ -67,7 +67,7 @@ sanitized() {
   .ci/apt_install.sh clang libclang-rt-dev
   cmake --preset sanitize -DFCL_FIBERS_MANAGERS=all
   cmake --build --preset sanitize --target fcl_fibers_tests
-  run_tests sanitize -LE long
+  run_tests sanitize -LE 'long|program'
 }
 
 # The sanitizers on every instruction set of this machine; elsewhere they are on SSE4 alone.

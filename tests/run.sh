@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds Release and runs the library's tests. Needs git, a C++17 compiler
-# and apt. The program and the examples are tested by  .ci/run program
+# and apt. The program, the examples and the benchmarks are tested by  .ci/run program benchmark
 #
 #   tests/run.sh [--full] [CTEST ARGUMENTS]
 #
@@ -24,7 +24,7 @@ fi
 cmake --preset release
 cmake --build --preset release --target fcl_fibers_tests
 status=0
-tests/run_tests.sh release -LE 'long|program' "$@" || status=$?
+tests/run_tests.sh release -LE 'long|program|benchmarks' "$@" || status=$?
 if $full; then
   tests/full.sh || status=$?
 fi

@@ -84,41 +84,6 @@ class ManagerFaults : public testing::Test {
     for (Object* object : scene_.objects()) poses_.push_back(object->getTransform());
   }
 
-  /// Lets every allocation of act() fail, one after the other, and with all that follow.
-  /// @param make   what to act upon
-  /// @param check  check(subject, failed) after that
-  template <class Make, class Check>
-  void strikeEverywhere(const std::string& name, Make make, const Act& act, Check check) {
-    using Lasts = AllocationFault::Lasts;
-    for (const Lasts lasts : {Lasts::kOnce, Lasts::kForever}) {
-      bool struck = true;
-      for (std::size_t number = 0; struck && !this->HasFailure(); ++number) {
-        SCOPED_TRACE(name + ", allocation " + std::to_string(number) +
-                     (lasts == Lasts::kOnce ? " fails" : " and all that follow fail"));
-        const std::size_t before = liveAllocations();
-        {
-          Subject subject = make();
-          bool failed = false;
-          {
-            const AllocationFault fault(number, lasts);
-            try {
-              act(subject);
-            } catch (const std::bad_alloc&) {
-              failed = true;
-            }
-            struck = fault.struck();
-          }
-          check(subject, failed);
-          if (failed) {
-            EXPECT_NO_THROW(act(subject)) << "there is memory again";
-            check(subject, false);
-          }
-        }
-        EXPECT_EQ(liveAllocations(), before) << "not freed";
-      }
-    }
-  }
-
   static std::vector<FiberManagerOptions> optionsToStrike() {
     std::vector<FiberManagerOptions> all(3);
     all[0].ignored_neighbors = 1;
@@ -161,7 +126,7 @@ TYPED_TEST(ManagerFaults, RegisteringWithoutMemoryChangesNothing) {
       const auto objects_after = objectsOf<S>(*plain.manager);
       const Calls<S> pairs_after = selfPairs<S>(*plain.manager);
       ASSERT_NE(objects_before, objects_after);
-      this->strikeEverywhere(
+      strikeEverywhere(
           name + ", " + Test::describe(options), [&] { return this->makeReady(options); }, act,
           [&, &name = name](const auto& subject, bool failed) {
             EXPECT_EQ(objectsOf<S>(*subject.manager), failed ? objects_before : objects_after);
@@ -190,7 +155,7 @@ TYPED_TEST(ManagerFaults, SettingUpWithoutMemoryIsMadeUpFor) {
     const auto plain = this->make(options);
     const Calls<S> pairs = selfPairs<S>(*plain.manager);
     for (const auto& [name, act] : acts) {
-      this->strikeEverywhere(
+      strikeEverywhere(
           name + ", " + Test::describe(options), [&] { return this->make(options); }, act,
           [&](const auto& subject, bool) {
             EXPECT_EQ(subject.manager->size(), this->scene_.size());
@@ -244,7 +209,7 @@ TYPED_TEST(ManagerFaults, UpdatingWithoutMemoryKeepsOrRefusesAnswers) {
       act(plain);
       const Calls<S> pairs_after = Test::sortedPairs(*plain.manager);
       this->moveBack();
-      this->strikeEverywhere(
+      strikeEverywhere(
           name + ", " + Test::describe(options),
           [&] {
             this->moveBack();
@@ -307,7 +272,7 @@ TYPED_TEST(ManagerFaults, AQueryWithoutMemoryChangesNothing) {
       const Calls<S> calls = plain.collector.calls;
       ASSERT_FALSE(calls.empty()) << name;
       const Calls<S> pairs = selfPairs<S>(*plain.manager);
-      this->strikeEverywhere(
+      strikeEverywhere(
           name + ", " + Test::describe(options), [&] { return this->makeReady(options); },
           [&, &act = act](auto& subject) {
             subject.collector.calls.clear();
@@ -331,20 +296,11 @@ TYPED_TEST(ManagerFaults, AQueryWithoutMemoryChangesNothing) {
 
 // A manager that could not be made would leave something behind.
 TYPED_TEST(ManagerFaults, AManagerIsMadeWholeOrNotAtAll) {
-  for (const FiberManagerOptions& options : ManagerFaults<TypeParam>::optionsToStrike()) {
-    bool struck = true;
-    for (std::size_t number = 0; struck; ++number) {
-      const std::size_t before = liveAllocations();
-      {
-        const AllocationFault fault(number, AllocationFault::Lasts::kOnce);
-        try {
-          TypeParam::make(options);
-        } catch (const std::bad_alloc&) {
-        }
-        struck = fault.struck();
-      }
-      EXPECT_EQ(liveAllocations(), before) << "allocation " << number;
-    }
+  using Test = ManagerFaults<TypeParam>;
+  for (const FiberManagerOptions& options : Test::optionsToStrike()) {
+    strikeEverywhere(
+        "constructor, " + Test::describe(options), [] { return 0; },
+        [&](int) { TypeParam::make(options); }, [](int, bool) {});
   }
 }
 
@@ -360,7 +316,7 @@ TYPED_TEST(ManagerFaults, ACloneIsMadeWholeOrNotAtAll) {
     const Calls<S> pairs = selfPairs<S>(*plain.manager);
     const Calls<S> pairs_of_clone = selfPairs<S>(*cloneOf<S>(*plain.manager, copies.objects()));
     ASSERT_FALSE(pairs_of_clone.empty());
-    this->strikeEverywhere(
+    strikeEverywhere(
         "clone, " + Test::describe(options), [&] { return this->makeReady(options); },
         [&](auto& subject) {
           // The plain one stays what it is, and is at hand when the clone has failed.
@@ -374,7 +330,7 @@ TYPED_TEST(ManagerFaults, ACloneIsMadeWholeOrNotAtAll) {
         });
     auto sorted = pairs_of_clone;
     std::sort(sorted.begin(), sorted.end());
-    this->strikeEverywhere(
+    strikeEverywhere(
         "setup of a clone, " + Test::describe(options),
         [&] {
           auto subject = this->makeReady(options);

@@ -12,7 +12,6 @@
 #include <cstring>
 #include <optional>
 #include <set>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -33,6 +32,7 @@ using fcl_fibers::Report;
 using fcl_fibers::SearchBound;
 using fcl_fibers::SegmentPair;
 using fcl_fibers::UnresolvedPair;
+using fcl_fibers::fuzz::isRefused;
 using fcl_fibers::fuzz::readNumber;
 using fcl_fibers::fuzz::require;
 using fcl_fibers::test::Assembly;
@@ -174,16 +174,6 @@ void checkBounded(const FiberTree& tree, const SearchBound& bound) {
       });
   require(!ended);
   for (const auto& pair : whole) require(seen.count(pair) > 0);
-}
-
-template <typename Call>
-bool isRefused(Call&& call) {
-  try {
-    call();
-  } catch (const std::invalid_argument&) {
-    return true;
-  }
-  return false;
 }
 
 template <typename S>

@@ -6,11 +6,22 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <stdexcept>
 
 namespace fcl_fibers::fuzz {
 
 inline void require(bool condition) {
   if (!condition) std::abort();
+}
+
+template <typename Call>
+bool isRefused(Call&& call) {
+  try {
+    call();
+  } catch (const std::invalid_argument&) {
+    return true;
+  }
+  return false;
 }
 
 /// Mostly tame, as a scene with one wild number is refused mostly: two of `kinds` are not.

@@ -15,7 +15,6 @@
 #include <memory>
 #include <optional>
 #include <set>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -37,20 +36,11 @@ using fcl_fibers::FiberCollisionManager;
 using fcl_fibers::FiberEnds;
 using fcl_fibers::FiberGroup;
 using fcl_fibers::FiberManagerOptions;
+using fcl_fibers::fuzz::isRefused;
 using fcl_fibers::fuzz::readNumber;
 using fcl_fibers::fuzz::require;
 
 constexpr int kNumbers = 10;  // see readNumber()
-
-template <typename Call>
-bool isRefused(Call&& call) {
-  try {
-    call();
-  } catch (const std::invalid_argument&) {
-    return true;
-  }
-  return false;
-}
 
 template <typename S>
 fcl::Transform3<S> readPose(FuzzedDataProvider& data) {

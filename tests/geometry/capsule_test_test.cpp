@@ -278,7 +278,7 @@ Block scaled(const Block& block, int exponent) {
 
 struct Family {
   const char* name;
-  std::size_t least_decided;  ///< in percent: ten less than was decided when this was written
+  std::size_t least_decided;  ///< in percent: ten less than when this was written; boxes never are
   std::function<Block(Random&)> block;
 };
 void PrintTo(const Family& family, std::ostream* out) { *out << family.name; }
@@ -289,7 +289,7 @@ Family familyOf(const char* name, std::size_t least_decided, F question) {
 }
 
 Family scaledToFit() {
-  return {"ScaledToFit", 99, [](Random& random) {
+  return {"ScaledToFit", 56, [](Random& random) {
             const int exponent = static_cast<int>(random.below(121)) - 60;
             Block block =
                 scaled(blockOf(random, random.below(2) == 0 ? anyQuestion : closeCall), exponent);
@@ -298,7 +298,7 @@ Family scaledToFit() {
           }};
 }
 Family scaledNotToFit() {
-  return {"ScaledNotToFit", 99, [](Random& random) {
+  return {"ScaledNotToFit", 11, [](Random& random) {
             const int exponent = static_cast<int>(random.below(121)) - 60;
             Block block =
                 scaled(blockOf(random, random.below(2) == 0 ? anyQuestion : closeCall), exponent);
@@ -325,15 +325,15 @@ TEST_P(CapsulePairsFamily, NoAnswerIsWrongAndAllInstructionSetsGiveTheSame) {
 
 INSTANTIATE_TEST_SUITE_P(
     , CapsulePairsFamily,
-    testing::Values(familyOf("Random", 99, anyQuestion),
-                    familyOf("NearlyParallel", 99, nearlyParallel),
-                    familyOf("Parallel", 99, parallel), familyOf("Collinear", 99, collinear),
-                    familyOf("CrossingClosely", 99, crossingClosely),
-                    familyOf("SharedEnd", 99, sharedEnd), familyOf("ZeroLength", 99, zeroLength),
-                    familyOf("ZeroRadius", 99, zeroRadius), familyOf("HugeRadius", 99, hugeRadius),
-                    familyOf("FarFromTheOrigin", 99, farFromTheOrigin),
-                    familyOf("Boxes", 99, boxes), familyOf("CloseCall", 99, closeCall),
-                    familyOf("WithoutBounds", 99, withoutBounds), scaledToFit(), scaledNotToFit()),
+    testing::Values(familyOf("Random", 89, anyQuestion),
+                    familyOf("NearlyParallel", 66, nearlyParallel),
+                    familyOf("Parallel", 59, parallel), familyOf("Collinear", 50, collinear),
+                    familyOf("CrossingClosely", 59, crossingClosely),
+                    familyOf("SharedEnd", 45, sharedEnd), familyOf("ZeroLength", 67, zeroLength),
+                    familyOf("ZeroRadius", 56, zeroRadius), familyOf("HugeRadius", 51, hugeRadius),
+                    familyOf("FarFromTheOrigin", 68, farFromTheOrigin), familyOf("Boxes", 0, boxes),
+                    familyOf("CloseCall", 22, closeCall),
+                    familyOf("WithoutBounds", 21, withoutBounds), scaledToFit(), scaledNotToFit()),
     [](const testing::TestParamInfo<Family>& info) { return std::string(info.param.name); });
 
 /// Hairs of a scene that is ten units wide.

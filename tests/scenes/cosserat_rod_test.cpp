@@ -408,8 +408,9 @@ TEST(CosseratRod, AColumnBucklesToTheSideItIsPushedTo) {
 }
 
 TEST(CosseratRod, RefinedPointsLieOnTheCentreLine) {
-  // If this fails, a scene of many segments is not the rod of its few. The error falls by 2^6, the
-  // quintic's own.
+  // If this fails, a scene of many segments is not the rod of its few. The quintic's own error
+  // falls by 2^6; the error of the solver's frames, of fourth order, falls by 2^5 over a segment's
+  // length. Cubics would be of fourth order.
   KirchhoffHelix helix;
   double last = 0;
   for (const int segments : {50, 100}) {
@@ -431,7 +432,7 @@ TEST(CosseratRod, RefinedPointsLieOnTheCentreLine) {
     }
     EXPECT_LE(largest, 1e-5);
     if (last > 0) {
-      EXPECT_NEAR(std::log2(last / largest), 6, 0.3);
+      EXPECT_GT(std::log2(last / largest), 5);
     }
     last = largest;
   }

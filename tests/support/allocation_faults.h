@@ -2,6 +2,10 @@
 #pragma once
 
 #include <cstddef>
+#include <new>
+#include <string>
+
+#include <gtest/gtest.h>
 
 namespace fcl_fibers::test {
 
@@ -27,5 +31,41 @@ class AllocationFault {
 std::size_t liveAllocations();
 /// The bytes of them, as malloc rounds them.
 std::size_t liveBytes();
+
+/// Lets every allocation of act(subject) fail, one after the other, and with all that follow; then
+/// there is memory again.
+/// @param make   what to act upon
+/// @param check  check(subject, failed), after act() and after doing again what failed
+template <class Make, class Act, class Check>
+void strikeEverywhere(const std::string& name, Make&& make, Act&& act, Check&& check) {
+  using Lasts = AllocationFault::Lasts;
+  for (const Lasts lasts : {Lasts::kOnce, Lasts::kForever}) {
+    bool struck = true;
+    for (std::size_t number = 0; struck && !testing::Test::HasFailure(); ++number) {
+      SCOPED_TRACE(name + ", allocation " + std::to_string(number) +
+                   (lasts == Lasts::kOnce ? " fails" : " and all that follow fail"));
+      const std::size_t before = liveAllocations();
+      {
+        auto subject = make();
+        bool failed = false;
+        {
+          const AllocationFault fault(number, lasts);
+          try {
+            act(subject);
+          } catch (const std::bad_alloc&) {
+            failed = true;
+          }
+          struck = fault.struck();
+        }
+        check(subject, failed);
+        if (failed) {
+          EXPECT_NO_THROW(act(subject)) << "there is memory again";
+          check(subject, false);
+        }
+      }
+      EXPECT_EQ(liveAllocations(), before) << "not freed";
+    }
+  }
+}
 
 }  // namespace fcl_fibers::test

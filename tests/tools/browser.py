@@ -1,33 +1,24 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A headless Chromium, driven through its debugging pipe; nothing but the standard library."""
+"""A headless Chromium, driven by Selenium."""
 
-import base64
 import json
-import os
-import select
 import shutil
-import subprocess
-import tempfile
 import time
 
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
 
-def find_chromium():
-    for name in ("chromium", "chromium-browser", "google-chrome"):
-        path = shutil.which(name)
-        if path:
-            return path
-    return None
+
+def find_driver():
+    return shutil.which("chromedriver")
 
 
 class Browser:
-    """One page of a fixed size. Use as a context; WebGL is drawn by SwiftShader."""
+    """One page of a fixed size. WebGL is drawn by SwiftShader."""
 
-    def __init__(self, program, width=1280, height=800):
-        self.profile = tempfile.TemporaryDirectory()
-        to_read, self.commands = os.pipe()
-        self.answers, to_write = os.pipe()
-        command = [
-            program,
+    def __init__(self, driver, width=1280, height=800):
+        options = webdriver.ChromeOptions()
+        for argument in (
             "--headless",
             "--no-sandbox",
             "--disable-dev-shm-usage",
@@ -35,35 +26,10 @@ class Browser:
             "--use-angle=swiftshader",
             "--enable-unsafe-swiftshader",
             "--hide-scrollbars",
-            f"--user-data-dir={self.profile.name}",
-            f"--window-size={width},{height}",
-            "--remote-debugging-pipe",
-            "about:blank",
-        ]
-
-        def take_pipes():  # Chromium reads from 3 and writes to 4
-            spare_read, spare_write = os.dup(to_read), os.dup(to_write)
-            os.dup2(spare_read, 3)
-            os.dup2(spare_write, 4)
-
-        self.process = subprocess.Popen(
-            command,
-            pass_fds=(3, 4, to_read, to_write),
-            preexec_fn=take_pipes,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        os.close(to_read)
-        os.close(to_write)
-        self.unread = b""
-        self.last_id = 0
-        self.session = None
-        self.problems = []  # what the page complained of
-        targets = self.call("Target.getTargets")["targetInfos"]
-        page = next(t["targetId"] for t in targets if t["type"] == "page")
-        self.session = self.call("Target.attachToTarget", targetId=page, flatten=True)["sessionId"]
-        for domain in ("Page", "Runtime", "Log", "Network"):
-            self.call(domain + ".enable")
+        ):
+            options.add_argument(argument)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+        self.driver = webdriver.Chrome(service=Service(driver), options=options)
         self.call(
             "Emulation.setDeviceMetricsOverride",
             width=width,
@@ -71,67 +37,35 @@ class Browser:
             deviceScaleFactor=1,
             mobile=False,
         )
-        self.requests = []  # addresses that the page asked for
 
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.process.kill()
-        self.process.wait()
-        os.close(self.commands)
-        os.close(self.answers)
-        for _ in range(50):  # its children may still write there
-            try:
-                self.profile.cleanup()
-                break
-            except OSError:
-                time.sleep(0.1)
+    def quit(self):
+        self.driver.quit()
 
     def call(self, method, **parameters):
-        self.last_id += 1
-        message = {"id": self.last_id, "method": method, "params": parameters}
-        if self.session:
-            message["sessionId"] = self.session
-        os.write(self.commands, json.dumps(message).encode() + b"\0")
-        while True:
-            answer = self._receive()
-            if answer.get("id") == self.last_id:
-                if "error" in answer:
-                    raise RuntimeError(f"{method}: {answer['error']}")
-                return answer["result"]
-
-    def _receive(self, seconds=120):
-        end = time.monotonic() + seconds
-        while b"\0" not in self.unread:
-            if not select.select([self.answers], [], [], max(0, end - time.monotonic()))[0]:
-                raise TimeoutError("Chromium does not answer")
-            piece = os.read(self.answers, 1 << 16)
-            if not piece:
-                raise RuntimeError("Chromium has ended")
-            self.unread += piece
-        line, self.unread = self.unread.split(b"\0", 1)
-        message = json.loads(line)
-        if message.get("method") == "Runtime.exceptionThrown":
-            self.problems.append(message["params"]["exceptionDetails"])
-        if message.get("method") == "Log.entryAdded":
-            entry = message["params"]["entry"]
-            if entry["level"] in ("error", "warning"):
-                self.problems.append(entry["text"])
-        if message.get("method") == "Network.requestWillBeSent":
-            self.requests.append(message["params"]["request"]["url"])
-        return message
+        return self.driver.execute_cdp_cmd(method, parameters)
 
     def open(self, url):
-        self.call("Page.navigate", url="about:blank")
-        self.requests.clear()
-        self.call("Page.navigate", url=url)
+        self.driver.get("about:blank")
+        self.problems()
+        self.requests()
+        self.driver.get(url)
+
+    def problems(self):
+        """What the page has complained of since the last time."""
+        entries = self.driver.get_log("browser")
+        return [entry["message"] for entry in entries if entry["level"] in ("SEVERE", "WARNING")]
+
+    def requests(self):
+        """Addresses that the page has asked for since the last time."""
+        events = [json.loads(e["message"])["message"] for e in self.driver.get_log("performance")]
+        return [
+            event["params"]["request"]["url"]
+            for event in events
+            if event["method"] == "Network.requestWillBeSent"
+        ]
 
     def evaluate(self, expression):
-        result = self.call("Runtime.evaluate", expression=expression, returnByValue=True)
-        if "exceptionDetails" in result:
-            raise RuntimeError(result["exceptionDetails"]["exception"]["description"])
-        return result["result"].get("value")
+        return self.driver.execute_script(f"return {expression}")
 
     def wait_for(self, expression, seconds=60):
         end = time.monotonic() + seconds
@@ -142,7 +76,7 @@ class Browser:
 
     def screenshot(self):
         """Bytes of a PNG file."""
-        return base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"])
+        return self.driver.get_screenshot_as_png()
 
     def mouse(self, kind, x, y, **more):
         self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **more)

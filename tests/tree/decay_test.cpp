@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <random>
-#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "support/random.h"
 #include "tree/scene.h"
 
 namespace fcl_fibers::tree {
@@ -68,8 +67,7 @@ TEST(Decay, FibersThatHaveChangedPlacesAreBundledAnew) {
   const std::size_t before = moved.scene.countVolumeTests();
 
   std::vector<int> shuffled = inOrder();
-  std::mt19937 random(1);
-  for (std::size_t i = shuffled.size(); i-- > 1;) std::swap(shuffled[i], shuffled[random() % i]);
+  test::Random(1).shuffle(shuffled);
   moved.segments = fibersAt(shuffled);
   EXPECT_FALSE(moved.update());
   EXPECT_GT(moved.scene.countVolumeTests(), 3 * before);

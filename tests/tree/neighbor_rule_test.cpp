@@ -2,10 +2,11 @@
 #include "tree/neighbor_rule.h"
 
 #include <algorithm>
-#include <random>
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include "support/random.h"
 
 namespace fcl_fibers::tree {
 namespace {
@@ -28,20 +29,20 @@ bool meetOnTheWay(const NeighborRule& rule, const std::vector<double>& lengths, 
 
 // A pair would be ignored that is far away along the fiber, or one at the seam be reported.
 TEST(NeighborRule, IsTheWalkAlongTheFiberInBothDirections) {
-  std::mt19937 random(1);
+  test::Random random(1);
   for (int trial = 0; trial < 200; ++trial) {
-    const std::size_t count = 3 + random() % 20;
-    const SegmentId begin = static_cast<SegmentId>(random() % 5);
+    const std::size_t count = 3 + random.below(20);
+    const SegmentId begin = static_cast<SegmentId>(random.below(5));
     // Multiples of 1/4, whose sums are exact.
     std::vector<double> lengths(count), arc_end(static_cast<std::size_t>(begin) + count);
     double end = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      lengths[i] = static_cast<double>(random() % 5) / 4;
+      lengths[i] = static_cast<double>(random.below(5)) / 4;
       end += lengths[i];
       arc_end[static_cast<std::size_t>(begin) + i] = end;
     }
-    const NeighborRule rule(static_cast<SegmentId>(random() % 4),
-                            trial % 3 == 0 ? 0.0 : static_cast<double>(random() % 9) / 4);
+    const NeighborRule rule(static_cast<SegmentId>(random.below(4)),
+                            trial % 3 == 0 ? 0.0 : static_cast<double>(random.below(9)) / 4);
     for (const bool closed : {false, true}) {
       const FiberRange fiber{begin, begin + static_cast<SegmentId>(count), closed};
       for (std::size_t i = 0; i < count; ++i) {

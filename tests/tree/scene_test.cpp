@@ -173,59 +173,6 @@ std::vector<SceneOptions> allKinds() {
 }
 INSTANTIATE_TEST_SUITE_P(, SceneTest, testing::ValuesIn(allKinds()), nameOf);
 
-// The number of threads would show in the answer.
-TEST_P(SceneTest, PairsAndTheirOrderAreTheSameWithAnyNumberOfThreads) {
-  const World still = largeWorld();
-  World other = smallWorld();
-  other.frame = {{5, 0.1, -2}, 2};
-  Scene one(options(1)), two(options(2)), eight(options(8));
-  Scene other_scene(options(1));
-  other.build(other_scene);
-  std::vector<Segment> others(other.count());
-  for (std::size_t id = 0; id < other.count(); ++id) {
-    other.read(static_cast<SegmentId>(id), others[id]);
-  }
-
-  World world = still;
-  Random random(43);
-  const auto expectSame = [&](const char* when) {
-    SCOPED_TRACE(when);
-    const PairList expected = pairsOf(one);
-    EXPECT_GT(expected.size(), world.count() / 2);
-    CollectAll expected_between;
-    one.findPairs(other_scene, others.data(), expected_between);
-    EXPECT_GT(expected_between.found.size(), 1000u);
-    for (const Scene* scene : {&two, &eight}) {
-      EXPECT_TRUE(pairsOf(*scene) == expected);
-      EXPECT_EQ(scene->countVolumeTests(), one.countVolumeTests());
-      CollectAll between;
-      scene->findPairs(other_scene, others.data(), between);
-      EXPECT_TRUE(between.found == expected_between.found);
-    }
-  };
-  for (Scene* scene : {&one, &two, &eight}) world.build(*scene);
-  expectSame("built");
-  for (std::size_t id = 0; id < world.count(); ++id) {
-    world.move(static_cast<SegmentId>(id), random, 0.02);
-  }
-  for (Scene* scene : {&one, &two, &eight}) EXPECT_TRUE(world.update(*scene));
-  expectSame("all moved");
-  std::vector<SegmentId> some;
-  for (SegmentId id = 0; id < 300; id += 3) {
-    if (!world.present[static_cast<std::size_t>(id)]) continue;
-    world.move(id, random, 0.1);
-    some.push_back(id);
-  }
-  for (Scene* scene : {&one, &two, &eight}) EXPECT_TRUE(scene->updateSome(some, world.reader()));
-  expectSame("some moved");
-
-  // And the tree is that of the segments as they are now.
-  Scene whole(options(2));
-  still.build(whole);
-  EXPECT_TRUE(world.update(whole));
-  EXPECT_TRUE(asSet(pairsOf(two)) == asSet(pairsOf(whole)));
-}
-
 // A callback that asks the scene again, while other threads search for the next one, would wait for
 // itself or mix up the pairs.
 TEST_P(SceneTest, PairsMayBeAskedForWhilePairsAreHandedOn) {

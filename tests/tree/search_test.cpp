@@ -10,7 +10,6 @@
 #include <cstdint>
 #include <iterator>
 #include <memory>
-#include <random>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -19,6 +18,7 @@
 #include "geometry/overlap.h"
 #include "geometry/simd.h"
 #include "parallel/executor.h"
+#include "support/random.h"
 #include "tree/pair_search.h"
 #include "tree/plain_traversal.h"
 
@@ -31,6 +31,7 @@ using geometry::FrameChange;
 using geometry::Segment;
 using geometry::Sphere;
 using geometry::Vec3d;
+using test::Random;
 using PairList = std::vector<std::pair<SegmentId, SegmentId>>;
 
 std::vector<std::int64_t> simdTargetsHere() {
@@ -49,25 +50,16 @@ struct FiberScene {
   Fibers fibers;
 };
 
-class Random {
- public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  /// In [-1, 1); the standard's distributions differ between libraries.
-  double operator()() { return static_cast<double>(engine_()) / 2147483648.0 - 1; }
-  Vec3d vector(double size) {
-    const double x = (*this)(), y = (*this)(), z = (*this)();
-    return {size * x, size * y, size * z};
-  }
-
- private:
-  std::mt19937 engine_;
-};
+Vec3d inCube(Random& random, double half_side) {
+  const Eigen::Vector3d v = random.inCube(half_side);
+  return {v.x(), v.y(), v.z()};
+}
 
 /// A fiber that wanders about and turns back where it leaves the unit ball.
 void addFiber(FiberScene& scene, Random& random, int segments, double step, double radius) {
-  Vec3d p = random.vector(0.7), direction = random.vector(1);
+  Vec3d p = inCube(random, 0.7), direction = inCube(random, 1);
   for (int i = 0; i < segments; ++i) {
-    direction = direction + random.vector(0.6) - 0.3 * p;
+    direction = direction + inCube(random, 0.6) - 0.3 * p;
     direction = (1 / geometry::norm(direction)) * direction;
     const Vec3d q = p + step * direction;
     scene.fibers.ids.push_back(static_cast<SegmentId>(scene.segments.size()));
@@ -429,7 +421,7 @@ std::vector<FiberScene> grouped(const FiberScene& scene) {
   std::vector<FiberScene> all(4, scene);
   Random random(61);
   for (std::size_t f = 0; f < fibers; ++f) {
-    all[0].fibers.groups.push_back(static_cast<Group>(2.5 * (1 + random())) - 2);
+    all[0].fibers.groups.push_back(static_cast<Group>(random.below(5)) - 2);
     all[1].fibers.groups.push_back(static_cast<Group>(f + 1));
     all[2].fibers.groups.push_back(f == fibers / 3 ? kNoGroup : 7);
     all[3].fibers.groups.push_back(-1);
@@ -532,14 +524,6 @@ TYPED_TEST(SearchTest, AGroupCostsNothingAmongItself) {
     EXPECT_LT(tests, 3 * whole / (plain.fibers.begin.size() - 1)) << "of " << whole;
     EXPECT_GT(tests, 0u);
   }
-}
-
-// A tree would keep an array that it has no use for.
-TYPED_TEST(SearchTest, WithoutGroupsNothingIsKeptForThem) {
-  const FiberScene scene = curled();
-  EXPECT_TRUE(treeOf<TypeParam>(scene).topology().groups.empty());
-  const std::size_t plain = treeOf<TypeParam>(scene).memoryUsage();
-  EXPECT_GT(treeOf<TypeParam>(grouped(scene)[0]).memoryUsage(), plain);
 }
 
 class CountPieces final : public WorkSink {
@@ -683,7 +667,7 @@ TYPED_TEST(SearchTest, TestsOfAPackAreTheSameOnAllInstructionSets) {
     // A node need not be full.
     const int count = 1 + round % TypeParam::kArity;
     for (int i = 0; i < count; ++i) {
-      const Vec3d p = random.vector(1), q = random.vector(1);
+      const Vec3d p = inCube(random, 1), q = inCube(random, 1);
       scene.segments.push_back({p, q, 0.1});
       fibers.ids.push_back(static_cast<SegmentId>(i));
       fibers.endFiber();
@@ -691,7 +675,7 @@ TYPED_TEST(SearchTest, TestsOfAPackAreTheSameOnAllInstructionSets) {
     const TypeParam tree = treeOf<TypeParam>(scene);
     // In exact contact with the first, as far as floats can be.
     typename TypeParam::Volume volume =
-        TypeParam::Volume::around({random.vector(1), random.vector(1), 0.1}, 0);
+        TypeParam::Volume::around({inCube(random, 1), inCube(random, 1), 0.1}, 0);
     const auto first = tree.pack(0).get(0);
     if constexpr (std::is_same_v<typename TypeParam::Volume, Box>) {
       if (round % 2 == 0) volume.low[round % 3] = first.high[round % 3];
@@ -699,7 +683,7 @@ TYPED_TEST(SearchTest, TestsOfAPackAreTheSameOnAllInstructionSets) {
       const float x = volume.center[0] - first.center[0], y = volume.center[1] - first.center[1],
                   z = volume.center[2] - first.center[2];
       const float gap = std::sqrt(x * x + y * y + z * z) - first.radius;
-      if (gap > 0) volume.radius = gap * (1 + 1e-6f * static_cast<float>(random()));
+      if (gap > 0) volume.radius = gap * (1 + 1e-6f * static_cast<float>(random.between(-1, 1)));
     }
     PairList expected;
     bool known = false;

@@ -18,6 +18,7 @@ namespace {
 
 using testing::AllOf;
 using testing::AnyOf;
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::StartsWith;
 using testing::ThrowsMessage;
@@ -74,6 +75,16 @@ void expectWellFormed(const FiberScene& scene) {
     ASSERT_EQ(scene.points[scene.point_begin[f]], scene.points[scene.point_begin[f + 1] - 1]);
     ASSERT_GE(scene.point_begin[f + 1] - scene.point_begin[f], 4U);
   }
+}
+
+void expectTwoLines(const FiberFile& file) {
+  expectWellFormed(file.scene);
+  EXPECT_THAT(file.scene.point_begin, ElementsAre(0, 4, 6));
+  EXPECT_THAT(file.scene.points, ElementsAre(Point{0, 0, 0}, Point{1, 0, 0}, Point{1, 1, 0},
+                                             Point{0, 0, 0}, Point{0, 1, 0.5}, Point{7, 8, 9}));
+  EXPECT_THAT(file.scene.closed, ElementsAre(1, 0));
+  EXPECT_EQ(file.scene.radius, 0);
+  EXPECT_THAT(file.warnings, testing::IsEmpty());
 }
 
 void expectRefusal(const std::string& bytes, FiberFormat format, const std::string& place,

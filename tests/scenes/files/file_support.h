@@ -66,6 +66,10 @@ class FileBytes {
 /// That the scene is as FiberScene says.
 void expectWellFormed(const FiberScene& scene);
 
+/// That it is what the samples of VTK's formats hold: a closed line of three points, and one of
+/// two.
+void expectTwoLines(const FiberFile& file);
+
 /// That parsing throws std::runtime_error naming the file, the place and the reason.
 void expectRefusal(const std::string& bytes, FiberFormat format, const std::string& place,
                    const std::string& reason);
