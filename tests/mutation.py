@@ -135,7 +135,7 @@ FAULTS = [
     Fault("a node is of its first child's group", "tree/topology.cpp",
           "group = is_common ? *first : kNoGroup;", "group = *first;", "tree_test " + MANAGERS),
     Fault("a full buffer of a thread starts anew", "tree/pair_search.h",
-          "    restart(count);\n", "    restart(0);\n", "broadphase_test tree_test"),
+          "    restart(count);\n", "    restart(0);\n", "threads_test tree_scene_test"),
     # --- Topology ---
     Fault("halves of strands are lost", "tree/topology.cpp",
           "if (middle < s.end) halves", "if (middle + 1 < s.end) halves", MANAGERS),
