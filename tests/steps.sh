@@ -36,6 +36,6 @@ run_steps() {
   printf '\n== Summary ==\n'
   printf '%s\n' "${lines[@]}"
   sed 's/^/skipped: /' "$skipped_list"
-  printf '%6d s in all, %d steps passed, %d failed\n' "$SECONDS" $(($# - failed)) "$failed"
+  printf '%6d s in all. Steps: %d passed, %d failed\n' "$SECONDS" $(($# - failed)) "$failed"
   ((failed == 0))
 }
