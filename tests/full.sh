@@ -3,60 +3,53 @@
 #
 #   tests/full.sh [STEP...]    these steps alone, of a tree that tests/run.sh has built
 #
-# A step is a function below and a name in `steps`; it ends with an error where it finds one. At the
-# end all are listed, and what was skipped and why; without STEPs, of the quick tests too.
+# A step is a function below and a name in `steps`; it ends with an error where it finds one. All run,
+# and tests/steps.sh lists at the end what passed, what failed, and what was skipped and why.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+. tests/steps.sh
 
 numerics=build/release/tests/fcl_fibers_numerics_run
 
-skipped=()
-skip() {
-  skipped+=("$1: $2")
-  echo "skipped: $2"
+# build TARGET...: of the release preset, which tests/run.sh has not built.
+build() {
+  cmake --build --preset release --target "$@"
 }
 
 # has_packages PACKAGE...: whether they are installed, or can be; else the step is skipped.
 has_packages() {
   .ci/apt_install.sh "$@" && return
-  skip "$step" "$*, which cannot be installed here"
+  skip "$*, which cannot be installed here"
   return 1
 }
 
-skip_tests_of() {  # STEP, JUNIT_FILE
-  local line
-  while IFS= read -r line; do skip "$1" "$line"; done < <(tests/skipped_tests.py "$2")
-}
-
-# run_tests ARGUMENTS...: by ctest; what it skips is told at the end.
+# run_tests PRESET ARGUMENTS...: what is skipped is told at the end.
 run_tests() {
-  local results=$PWD/build/$step.xml
-  ctest "$@" --output-junit "$results"
-  skip_tests_of "$step" "$results"
+  local line
+  tests/run_tests.sh "$@"
+  while IFS= read -r line; do skip "$line"; done < <(
+    tests/count_tests.py "build/$1/results" --skipped)
 }
 
 # has_simd LEVEL: whether this machine has the instruction set; else it is skipped.
 has_simd() {
   local said
+  [[ -x build/release/tools/fcl_fibers ]] || build fcl_fibers_program
   # It ends with 1 where capsules touch.
   said=$(FCL_FIBERS_SIMD=$1 build/release/tools/fcl_fibers check helix:fibers=2 2>&1) || true
   [[ $said == *"not to be had here"* ]] || return 0
-  skip "$step" "FCL_FIBERS_SIMD=$1, which this machine does not have"
+  skip "FCL_FIBERS_SIMD=$1, which this machine does not have"
   return 1
 }
 simd_levels=(scalar sse4 avx2 avx512 neon)
 
-# The library's assertions, which Release leaves out.
-assertions() {
-  cmake --preset debug
-  cmake --build --preset debug
-  run_tests --preset debug -j "$(nproc)"
-}
-
-# The public headers' documentation: nothing public is without, and nothing in it is broken.
-documentation() {
-  .ci/apt_install.sh doxygen
-  doxygen docs/Doxyfile
+# Every manager, and FCL's own, under the suites that tests/run.sh runs over four of ours; with the
+# library's assertions, which Release leaves out; and without precompiled headers, which hide that an
+# include is missing.
+all_managers() {
+  cmake --preset debug -DFCL_FIBERS_MANAGERS=all -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON
+  cmake --build --preset debug --target fcl_fibers_tests
+  run_tests debug -LE 'long|program'
 }
 
 # The tests of everything that depends on it, on every instruction set of this machine.
@@ -64,7 +57,7 @@ simd() {
   local level suite
   for level in "${simd_levels[@]}"; do
     has_simd "$level" || continue
-    for suite in geometry_test tree_test arrays_test broadphase_test; do
+    for suite in geometry_test tree_test tree_scene_test arrays_test broadphase_test; do
       FCL_FIBERS_SIMD=$level build/release/tests/$suite --gtest_brief=1
     done
   done
@@ -73,37 +66,27 @@ simd() {
 # All tests under AddressSanitizer and UndefinedBehaviorSanitizer, of which .ci/run leaves some out.
 sanitized() {
   .ci/apt_install.sh clang libclang-rt-dev
-  cmake --preset sanitize -DCMAKE_CXX_COMPILER=clang++
-  cmake --build --preset sanitize
-  run_tests --preset sanitize -j "$(nproc)" -LE long
-}
-
-# What is done on several threads, by the library's or the user's, under ThreadSanitizer.
-threads_sanitized() {
-  cmake --preset thread-sanitize
-  cmake --build --preset thread-sanitize --target parallel_test tree_test broadphase_test
-  build/thread-sanitize/tests/parallel_test --gtest_brief=1
-  build/thread-sanitize/tests/tree_test --gtest_brief=1 \
-    --gtest_filter='SceneTest*WithoutMotion/*:SceneTest*HandedOn/*:SceneTest*Named/*'
-  build/thread-sanitize/tests/broadphase_test --gtest_brief=1 \
-    --gtest_filter='Threads/*:LifecycleContract/*Threads*:*TwoManagers*:Clone/*MayBeMade*'
+  cmake --preset sanitize -DFCL_FIBERS_MANAGERS=all
+  cmake --build --preset sanitize --target fcl_fibers_tests
+  run_tests sanitize -LE 'long|program'
 }
 
 # The sanitizers on every instruction set of this machine; elsewhere they are on SSE4 alone.
 simd_sanitized() {
   .ci/apt_install.sh clang libclang-rt-dev
-  cmake --preset sanitize -B build/sanitize-simd -DCMAKE_CXX_COMPILER=clang++ \
+  cmake --preset sanitize -B build/sanitize-simd \
     -DCMAKE_CXX_FLAGS="-O1 -g1 -fsanitize=address,undefined -fno-sanitize-recover=all"
-  cmake --build build/sanitize-simd --target geometry_test tree_test arrays_test
+  cmake --build build/sanitize-simd --target geometry_test tree_test tree_scene_test arrays_test
   local suite level
   for level in "${simd_levels[@]}"; do has_simd "$level" || true; done
-  for suite in geometry_test tree_test arrays_test; do
+  for suite in geometry_test tree_test tree_scene_test arrays_test; do
     build/sanitize-simd/tests/$suite --gtest_brief=1
   done
 }
 
 # docs/numerics.md: its table, a million segments in trees of every kind, and the paper's scenes.
 extremes() {
+  build fcl_fibers_numerics_run
   "$numerics" rows
   build/release/tests/numerics_test --gtest_also_run_disabled_tests --gtest_filter='*Million*'
   build/release/tests/scenes_test --gtest_also_run_disabled_tests --gtest_filter='*Long*'
@@ -111,14 +94,16 @@ extremes() {
 
 # 10^10 pairs of random scenes, decided by exact brute force.
 differential() {
+  build fcl_fibers_numerics_run
   "$numerics" differential --decisions 1e10 2>&1 | tee build/differential.log
-  ! grep '^no hair' build/differential.log || skip differential "hair, as FCL_FIBERS_DATA has no .tfx"
+  ! grep '^no hair' build/differential.log || skip "hair, as FCL_FIBERS_DATA has no .tfx"
 }
 
 # The same pairs in the same order on every instruction set and number of threads of this machine,
 # by gcc and clang, with and without optimization.
 pair_order() {
   .ci/apt_install.sh clang
+  build fcl_fibers_numerics_run
   "$numerics" hashes | tee build/hashes
   local level compiler optimization
   for level in "${simd_levels[@]}"; do
@@ -139,11 +124,12 @@ pair_order() {
   done
 }
 
-# Tests of the label `long`. With Chromium the page of `fcl_fibers view` is looked at.
+# Tests of the program and of the label `long`. With Chromium the page of `fcl_fibers view` is looked at.
 long() {
   # Without it page_test tells that it is skipped.
-  .ci/apt_install.sh chromium-driver python3-selenium python3-pil || true
-  run_tests --preset release -L long
+  .ci/apt_install.sh chromium python3-pil || true
+  build fcl_fibers_program_tests
+  run_tests release -L 'long|program'
 }
 
 # More than a million calls of each scalar against the model of a manager.
@@ -170,6 +156,7 @@ mutation() {
 
 # A file's fibers by every benchmark program.
 hair() {
+  build all
   local program
   local file=(--hair=examples/crossing.txt --radius=0.06)
   for program in fcl_fibers_benchmark "full/fcl_fibers_full --part=scene" \
@@ -218,17 +205,16 @@ sys.exit("\n".join(warnings) or package.get_build_type() != "cmake" and "package
 
 # VTK reads what the program writes for it.
 vtk() {
+  build fcl_fibers_program
   has_packages python3-vtk9 || return 0
   FCL_FIBERS_PROGRAM=build/release/tools/fcl_fibers /usr/bin/python3 -B tests/tools/vtk_test.py
 }
 
 steps=(
-  documentation
   simd
-  assertions
+  all_managers
   sanitized
   simd_sanitized
-  threads_sanitized
   extremes
   differential
   pair_order
@@ -242,23 +228,7 @@ steps=(
   long
 )
 
-summary() {
-  local status=$?
-  printf '\n== Summary ==\n'
-  printf 'passed:  %s\n' "${passed[@]:-nothing}"
-  ((status == 0)) || printf 'FAILED:  %s, and what comes after it was not run\n' "$step"
-  printf 'skipped: %s\n' "${skipped[@]:-nothing}"
-}
-
 if (($# > 0)); then
   steps=("$@")
-else
-  skip_tests_of tests/run.sh build/quick_tests.xml
 fi
-passed=()
-trap summary EXIT
-for step in "${steps[@]}"; do
-  printf '\n== %s ==\n' "$step"
-  "$step"
-  passed+=("$step")
-done
+run_steps "${steps[@]}"

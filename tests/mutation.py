@@ -2,12 +2,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Plants known faults in the library, one by one, and shows that the tests catch each.
 
-    tests/mutation.py [--list] [-j JOBS] [NAME...]
+    tests/mutation.py [--list] [--rotate N] [-j JOBS] [NAME...]
 
-The faults are planted in a copy of the sources, build/mutation/source; the tests are built there,
-for one instruction set. Each has to pass without a fault first. Ends with an error if a fault
-survives, which means that a test is missing, or if the text that it replaces is not there exactly
-once, which means that this list has to follow the sources.
+--rotate plants N of them, others with each commit. The faults are planted in a copy of the sources,
+build/mutation/source; the tests are built there, for one instruction set. Each has to pass without
+a fault first. Ends with an error if a fault survives, which means that a test is missing, or if the
+text that it replaces is not there exactly once, which means that this list has to follow the
+sources.
 """
 import argparse
 import os
@@ -62,8 +63,9 @@ CALL_WELZL = """\
   }
 """
 
-MANAGERS = "stateful_test broadphase_test"
+MANAGERS = "stateful_test broadphase_test threads_test"
 
+# fmt: off
 FAULTS = [
     # --- Bounds ---
     Fault("a box is rounded to nearest", "geometry/box.h",
@@ -133,7 +135,7 @@ FAULTS = [
     Fault("a node is of its first child's group", "tree/topology.cpp",
           "group = is_common ? *first : kNoGroup;", "group = *first;", "tree_test " + MANAGERS),
     Fault("a full buffer of a thread starts anew", "tree/pair_search.h",
-          "    restart(count);\n", "    restart(0);\n", "broadphase_test tree_test"),
+          "    restart(count);\n", "    restart(0);\n", "threads_test tree_scene_test"),
     # --- Topology ---
     Fault("halves of strands are lost", "tree/topology.cpp",
           "if (middle < s.end) halves", "if (middle + 1 < s.end) halves", MANAGERS),
@@ -167,7 +169,8 @@ FAULTS = [
     # --- The manager ---
     Fault("an object may be unregistered within a query",
           "broadphase/fiber_collision_manager.cpp",
-          "    refuseDuringQuery(call);\n    const SegmentId id = managedId(call, object, \"object\");",
+          "    refuseDuringQuery(call);\n"
+          "    const SegmentId id = managedId(call, object, \"object\");",
           "    const SegmentId id = managedId(call, object, \"object\");", MANAGERS),
     Fault("an unregistered object is still a partner", "broadphase/fiber_collision_manager.cpp",
           "if (isGone(a) || isGone(b) || areNeighbors(a, b)) return",
@@ -196,8 +199,10 @@ FAULTS = [
           "broadphase/fiber_collision_manager.cpp",
           "      } catch (...) {\n        --impl_.running_queries_;\n        throw;",
           "      } catch (...) {\n        throw;", "faults_test broadphase_test"),
-    Fault("the later object comes first", "broadphase/fiber_collision_manager.cpp",
-          "      if (a > b) std::swap(a, b);\n      if (isGone(a)", "      if (isGone(a)", MANAGERS),
+    Fault("the later object comes first",
+          "broadphase/fiber_collision_manager.cpp",
+          "      if (a > b) std::swap(a, b);\n      if (isGone(a)", "      if (isGone(a)",
+          MANAGERS),
     # --- Arrays ---
     Fault("the last pairs behind the neighbour filter are lost", "arrays/fiber_tree.cpp",
           "return size == 0 ? Visit::kContinue : sink_.take(kept.data(), size);",
@@ -205,6 +210,7 @@ FAULTS = [
     Fault("neighbours across fibers are ignored", "arrays/fiber_tree.cpp",
           "if (static_cast<std::size_t>(last) >= end) return false;", "", "arrays_test"),
 ]
+# fmt: on
 
 
 def fail(message):
@@ -213,8 +219,13 @@ def fail(message):
 
 def copy_sources():
     """Only what has changed is written, so that little is built anew."""
-    files = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, check=True,
-                           capture_output=True, text=True).stdout.split("\n")
+    files = subprocess.run(
+        ["git", "ls-files", "-co", "--exclude-standard"],
+        cwd=ROOT,
+        check=True,
+        capture_output=True,
+        text=True,
+    ).stdout.split("\n")
     wanted = {f for f in files if f and (ROOT / f).is_file()}
     for name in wanted:
         target = SOURCE / name
@@ -230,18 +241,31 @@ def copy_sources():
 
 
 def configure():
-    command = ["cmake", "-S", str(SOURCE), "-B", str(BUILD), "-G", "Ninja",
-               "-DCMAKE_BUILD_TYPE=None", "-DCMAKE_CXX_FLAGS=-O1 -DHWY_COMPILE_ONLY_EMU128",
-               "-DFCL_FIBERS_BUILD_TESTS=ON", "-DFCL_FIBERS_BUILD_BENCHMARKS=OFF",
-               "-DFCL_FIBERS_BUILD_TOOLS=OFF"]
+    command = [
+        "cmake",
+        "-S",
+        str(SOURCE),
+        "-B",
+        str(BUILD),
+        "-G",
+        "Ninja",
+        "-DCMAKE_BUILD_TYPE=None",
+        "-DCMAKE_CXX_FLAGS=-O1 -DHWY_COMPILE_ONLY_EMU128",
+        "-DFCL_FIBERS_BUILD_TESTS=ON",
+        "-DFCL_FIBERS_BUILD_BENCHMARKS=OFF",
+        "-DFCL_FIBERS_BUILD_TOOLS=OFF",
+    ]
     if shutil.which("ccache"):
         command.append("-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
 
 
 def build(test, jobs):
-    done = subprocess.run(["cmake", "--build", str(BUILD), "-j", str(jobs), "--target", test],
-                          capture_output=True, text=True)
+    done = subprocess.run(
+        ["cmake", "--build", str(BUILD), "-j", str(jobs), "--target", test],
+        capture_output=True,
+        text=True,
+    )
     if done.returncode != 0:
         fail(f"this does not compile:\n{done.stdout[-4000:]}{done.stderr[-2000:]}")
 
@@ -250,15 +274,24 @@ def failure(test):
     """The first test that fails, or None."""
     environment = dict(os.environ, GTEST_FAIL_FAST="1", GTEST_BRIEF="1")
     try:
-        done = subprocess.run([str(BUILD / "tests" / test)], env=environment, timeout=900,
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                              errors="replace")
+        done = subprocess.run(
+            [str(BUILD / "tests" / test)],
+            env=environment,
+            timeout=900,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+        )
     except subprocess.TimeoutExpired:
         return f"{test} does not end"
     if done.returncode == 0:
         return None
-    failed = [line.split("]")[1].split(",")[0].split("(")[0].strip()
-              for line in done.stdout.splitlines() if "[  FAILED  ]" in line]
+    failed = [
+        line.split("]")[1].split(",")[0].split("(")[0].strip()
+        for line in done.stdout.splitlines()
+        if "[  FAILED  ]" in line
+    ]
     return f"{test}: {failed[0]}" if failed else f"{test} ends with {done.returncode}"
 
 
@@ -271,23 +304,41 @@ def planted(fault, sound):
     return text
 
 
+def rotated(count):
+    """Those that the same executables catch are neighbours, as building these takes longest."""
+    commits = subprocess.run(
+        ["git", "rev-list", "--count", "HEAD"], cwd=ROOT, check=True, capture_output=True, text=True
+    )
+    faults = sorted(FAULTS, key=lambda fault: fault.tests)
+    turns = -(-len(faults) // count)
+    turn = int(commits.stdout) % turns
+    return faults[turn * count : (turn + 1) * count]
+
+
 def check_texts():
     for fault in FAULTS:
         count = (ROOT / "src" / fault.file).read_text().count(fault.before)
         if count != 1:
-            fail(f"“{fault.name}”: the text to replace is {count} times in src/{fault.file}; "
-                 "it has to be there once")
+            fail(
+                f"“{fault.name}”: the text to replace is {count} times in src/{fault.file}; "
+                "it has to be there once"
+            )
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--list", action="store_true", help="name the faults, plant none")
+    parser.add_argument(
+        "--rotate", type=int, metavar="N", help="plant N, which this commit chooses"
+    )
     parser.add_argument("-j", "--jobs", type=int, default=os.cpu_count())
     parser.add_argument("names", nargs="*", help="parts of names of faults; all if none is given")
     arguments = parser.parse_args()
 
-    chosen = [f for f in FAULTS
-              if not arguments.names or any(name in f.name for name in arguments.names)]
+    faults = rotated(arguments.rotate) if arguments.rotate else FAULTS
+    chosen = [
+        f for f in faults if not arguments.names or any(name in f.name for name in arguments.names)
+    ]
     if not chosen:
         fail("no fault has such a name; --list shows all")
     check_texts()
@@ -323,8 +374,11 @@ def main():
                 path.write_text(sound)
             if caught is not None:
                 break
-        print(f"{'caught  ' if caught else 'SURVIVES'} {fault.name}: {caught or 'no test fails'}"
-              f" ({time.monotonic() - start:.0f} s)", flush=True)
+        print(
+            f"{'caught  ' if caught else 'SURVIVES'} {fault.name}: {caught or 'no test fails'}"
+            f" ({time.monotonic() - start:.0f} s)",
+            flush=True,
+        )
         if caught is None:
             survivors.append(fault.name)
     print(f"{len(chosen) - len(survivors)} of {len(chosen)} faults are caught")

@@ -1,11 +1,14 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds Release and runs all tests. Needs git, a C++17 compiler and apt.
+# Installs what is missing, builds Release and runs the library's tests. Needs git, a C++17 compiler
+# and apt. The program, the examples and the benchmarks are tested by  .ci/run program benchmark
 #
 #   tests/run.sh [--full] [CTEST ARGUMENTS]
 #
-# --full   the long run: then also every step of tests/full.sh, which takes hours and ends with a list
-#          of what passed, and of what was skipped and why
-# Other arguments go to ctest:  tests/run.sh -R WrappedSphere
+# --full   the long run: then also every step of tests/full.sh, which takes hours
+# Other arguments go to ctest, whose tests are whole executables; a filter of GoogleTest's goes on:
+#   tests/run.sh -R broadphase
+#   GTEST_FILTER='*WrappedSphere*' tests/run.sh
+#   build/release/tests/tree_test --gtest_filter='CageTest.*'     (of what is built)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -19,8 +22,10 @@ fi
   libtbb-dev libpugixml-dev zlib1g-dev libcli11-dev libboost-dev libgtest-dev libgmock-dev \
   librapidcheck-dev libbenchmark-dev libfmt-dev nlohmann-json3-dev libjs-three python3
 cmake --preset release
-cmake --build --preset release
-ctest --preset release -j "$(nproc)" -LE long --output-junit "$PWD/build/quick_tests.xml" "$@"
+cmake --build --preset release --target fcl_fibers_tests
+status=0
+tests/run_tests.sh release -LE 'long|program|benchmarks' "$@" || status=$?
 if $full; then
-  tests/full.sh
+  tests/full.sh || status=$?
 fi
+exit "$status"

@@ -37,10 +37,12 @@ def poly_data(number, radius=None):
     data.SetLines(cells([[0, 1, 2, 3], [4, 5], [6, 7, 8, 9, 6], [3, 10, 11]]))
     data.SetVerts(cells([[12], [0]]))
     data.GetPointData().AddArray(
-        numbers(vtk.vtkDoubleArray(), "theta of point", [0.1 * i for i in range(13)]))
+        numbers(vtk.vtkDoubleArray(), "theta of point", [0.1 * i for i in range(13)])
+    )
     if radius:
         data.GetPointData().AddArray(
-            numbers(vtk.vtkFloatArray(), "radius", [radius(i) for i in range(13)]))
+            numbers(vtk.vtkFloatArray(), "radius", [radius(i) for i in range(13)])
+        )
     data.GetFieldData().AddArray(numbers(vtk.vtkIntArray(), "frame", [7]))
     return data
 
@@ -67,8 +69,11 @@ def write_xml(mode, compressor, order, header, number):
     modes = {"ascii": writer.SetDataModeToAscii, "binary": writer.SetDataModeToBinary}
     modes.get(mode, writer.SetDataModeToAppended)()
     writer.SetEncodeAppendedData(mode == "appended_base64")
-    {"none": writer.SetCompressorTypeToNone, "zlib": writer.SetCompressorTypeToZLib,
-     "lz4": writer.SetCompressorTypeToLZ4}[compressor]()
+    {
+        "none": writer.SetCompressorTypeToNone,
+        "zlib": writer.SetCompressorTypeToZLib,
+        "lz4": writer.SetCompressorTypeToLZ4,
+    }[compressor]()
     {"little": writer.SetByteOrderToLittleEndian, "big": writer.SetByteOrderToBigEndian}[order]()
     {"h32": writer.SetHeaderTypeToUInt32, "h64": writer.SetHeaderTypeToUInt64}[header]()
     {"h32": writer.SetIdTypeToInt32, "h64": writer.SetIdTypeToInt64}[header]()
@@ -79,9 +84,13 @@ def write_xml(mode, compressor, order, header, number):
 if "--all" in sys.argv:
     for choice in itertools.product(["42", "51"], ["ascii", "binary"], ["float", "double"]):
         write_legacy(*choice)
-    for choice in itertools.product(["ascii", "binary", "appended_base64", "appended_raw"],
-                                    ["none", "zlib", "lz4"], ["little", "big"], ["h32", "h64"],
-                                    ["float", "double"]):
+    for choice in itertools.product(
+        ["ascii", "binary", "appended_base64", "appended_raw"],
+        ["none", "zlib", "lz4"],
+        ["little", "big"],
+        ["h32", "h64"],
+        ["float", "double"],
+    ):
         write_xml(*choice)
 else:
     write_legacy("42", "ascii", "float")

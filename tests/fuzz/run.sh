@@ -2,6 +2,7 @@
 # Installs what is missing, builds the fuzzers and runs each of them for some seconds, which are 600
 # unless given, from the kept corpus on; all of them or those named:
 #   tests/fuzz/run.sh [--tree TREE] [SECONDS [FUZZER...]]
+# 0 seconds: the kept inputs alone.
 # --tree takes those of a tree that is built already with FCL_FIBERS_BUILD_FUZZERS=ON; in build/fuzz,
 # the one that is built here, the library counts what they reach.
 # Inputs that reach further are added to TREE/corpus; an input that fails is written to
@@ -28,10 +29,12 @@ if (($# == 0)); then
   mapfile -t fuzzers <"$tree/tests/fuzz/fuzzers.txt"
   set -- "${fuzzers[@]}"
 fi
+until=(-max_total_time="$seconds" -len_control=0)
+((seconds > 0)) || until=(-runs=0)
 for fuzzer in "$@"; do
   printf '\n== %s, %s s ==\n' "$fuzzer" "$seconds"
   mkdir -p "$tree/corpus/$fuzzer" "$tree/failures/$fuzzer"
   "$tree/tests/fuzz/$fuzzer" "$tree/corpus/$fuzzer" "tests/fuzz/corpus/$fuzzer" \
-    -artifact_prefix="$tree/failures/$fuzzer/" -max_total_time="$seconds" -timeout=10 \
-    -len_control=0 -print_final_stats=1 -verbosity=0
+    -artifact_prefix="$tree/failures/$fuzzer/" "${until[@]}" -timeout=10 \
+    -print_final_stats=1 -verbosity=0
 done

@@ -32,6 +32,10 @@ std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> makeFclNaive();
 template <typename S>
 std::vector<std::pair<std::string, std::unique_ptr<fcl::BroadPhaseCollisionManager<S>>>>
 makeFclManagers();
+/// These, ours with both topologies, and one of another program.
+template <typename S>
+std::vector<std::pair<std::string, std::unique_ptr<fcl::BroadPhaseCollisionManager<S>>>>
+makeEachManager(FiberManagerOptions options = {});
 
 inline std::string scalarName(float) { return "Float"; }
 inline std::string scalarName(double) { return "Double"; }
@@ -93,24 +97,43 @@ struct FclTree {
   static std::string name() { return "FclDynamicAabbTree" + scalarName(Scalar()); }
 };
 
+// By default the four of ours that have every pair of volume, scalar and topology, and FCL's in the
+// scalar that it is compiled for.
+#ifdef FCL_FIBERS_ALL_MANAGERS
 using FiberManagers = testing::Types<
     LayeredAabb<float, Topology::kBundle>, LayeredAabb<float, Topology::kSuperThread>,
     LayeredAabb<double, Topology::kBundle>, LayeredAabb<double, Topology::kSuperThread>,
     WrappedSphere<float, Topology::kBundle>, WrappedSphere<float, Topology::kSuperThread>,
     WrappedSphere<double, Topology::kBundle>, WrappedSphere<double, Topology::kSuperThread>>;
-
-/// Ours, and FCL's own, so that what is tested is FCL's contract.
 using AllManagers = testing::Types<
     LayeredAabb<float, Topology::kBundle>, LayeredAabb<float, Topology::kSuperThread>,
     LayeredAabb<double, Topology::kBundle>, LayeredAabb<double, Topology::kSuperThread>,
     WrappedSphere<float, Topology::kBundle>, WrappedSphere<float, Topology::kSuperThread>,
     WrappedSphere<double, Topology::kBundle>, WrappedSphere<double, Topology::kSuperThread>,
     FclTree<float>, FclTree<double>>;
-
-/// The cascade is the wrapped tree's alone.
 using WrappedManagers = testing::Types<
     WrappedSphere<float, Topology::kBundle>, WrappedSphere<float, Topology::kSuperThread>,
     WrappedSphere<double, Topology::kBundle>, WrappedSphere<double, Topology::kSuperThread>>;
+#elif defined(FCL_FIBERS_OTHER_MANAGERS)
+using FiberManagers = testing::Types<
+    LayeredAabb<double, Topology::kBundle>, LayeredAabb<float, Topology::kSuperThread>,
+    WrappedSphere<float, Topology::kBundle>, WrappedSphere<double, Topology::kSuperThread>>;
+using AllManagers = FiberManagers;
+using WrappedManagers = testing::Types<WrappedSphere<float, Topology::kBundle>,
+                                       WrappedSphere<double, Topology::kSuperThread>>;
+#else
+using FiberManagers = testing::Types<
+    LayeredAabb<float, Topology::kBundle>, LayeredAabb<double, Topology::kSuperThread>,
+    WrappedSphere<double, Topology::kBundle>, WrappedSphere<float, Topology::kSuperThread>>;
+/// Ours, and FCL's own, so that what is tested is FCL's contract.
+using AllManagers = testing::Types<LayeredAabb<float, Topology::kBundle>,
+                                   LayeredAabb<double, Topology::kSuperThread>,
+                                   WrappedSphere<double, Topology::kBundle>,
+                                   WrappedSphere<float, Topology::kSuperThread>, FclTree<double>>;
+/// The cascade is the wrapped tree's alone.
+using WrappedManagers = testing::Types<WrappedSphere<double, Topology::kBundle>,
+                                       WrappedSphere<float, Topology::kSuperThread>>;
+#endif
 
 struct ManagerNames {
   template <typename Config>
@@ -175,7 +198,7 @@ class ForeignManager : public fcl::BroadPhaseCollisionManager<S> {
   using Base = fcl::BroadPhaseCollisionManager<S>;
   using Base::update;
 
-  explicit ForeignManager(std::vector<Object*> objects) : objects_(std::move(objects)) {}
+  explicit ForeignManager(std::vector<Object*> objects = {}) : objects_(std::move(objects)) {}
 
   void registerObject(Object* object) override { objects_.push_back(object); }
   void unregisterObject(Object*) override {}

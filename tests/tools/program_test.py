@@ -70,9 +70,7 @@ class Check(ProgramTest):
     def test_tells_by_its_exit_code(self):
         """A script could not tell contacts from none, or from an error."""
         self.assertIn("0 pairs touch", self.run_program("check", self.fibers, "-r", 0.004))
-        self.assertIn(
-            "1 pair touches", self.run_program("check", self.fibers, "-r", 0.006, code=1)
-        )
+        self.assertIn("1 pair touches", self.run_program("check", self.fibers, "-r", 0.006, code=1))
         self.run_program("check", self.folder / "none.txt", code=2)
 
     def test_one_is_no_plural(self):
@@ -100,13 +98,9 @@ class Check(ProgramTest):
             rows = [[int(row[k]) for k in SEGMENTS] for row in csv.DictReader(io.StringIO(text))]
             self.assertEqual(rows.count([0, 0, 0, 2]), count)
             self.assertEqual(rows.count([0, 0, 0, 1]), 0)
-        found = json.loads(
-            self.run_program("check", self.fibers, "-r", 0.004, "-a", 0.5, "--json")
-        )
+        found = json.loads(self.run_program("check", self.fibers, "-r", 0.004, "-a", 0.5, "--json"))
         self.assertEqual((found["ignored_neighbors"], found["ignored_arc_length"]), (1, 0.5))
-        by_sphere = self.run_program(
-            *check, "--report", "volumes", "--volumes", "spheres", code=1
-        )
+        by_sphere = self.run_program(*check, "--report", "volumes", "--volumes", "spheres", code=1)
         self.assertEqual(len(by_sphere.splitlines()), 1 + 3)  # fiber 1's reaches all of fiber 0
 
     def test_a_closed_fiber_is_its_own_neighbor_at_the_end(self):
@@ -122,9 +116,7 @@ class Check(ProgramTest):
         self.run_program("generate", "helix:fibers=12,segments=15", "-o", path)
         fibers = read_polylines(path)
         self.assertEqual([len(f) for f in fibers], [16] * 12)
-        segments = [
-            (f, s, fibers[f][s], fibers[f][s + 1]) for f in range(12) for s in range(15)
-        ]
+        segments = [(f, s, fibers[f][s], fibers[f][s + 1]) for f in range(12) for s in range(15)]
         radius, expected = 0.04, set()
         for i, (f, s, p, q) in enumerate(segments):
             for g, t, u, v in segments[i + 1 :]:
@@ -200,9 +192,7 @@ class Pictures(ProgramTest):
 
     def export(self, what, ending, *more):
         path = self.folder / (what + ending)
-        self.run_program(
-            "check", self.fibers, "-r", 0.006, f"--write-{what}", path, *more, code=1
-        )
+        self.run_program("check", self.fibers, "-r", 0.006, f"--write-{what}", path, *more, code=1)
         return path
 
     def test_segments(self):
@@ -414,9 +404,7 @@ class Bench(ProgramTest):
         path = self.folder / "scene.vtp"
         self.run_program("generate", "helix:fibers=20,segments=20", "-o", path)
         for scene in ((path, "-r", 0.05), ("helix:fibers=20,segments=20,radius=0.05",)):
-            found = json.loads(
-                self.run_program("bench", *scene, "--repetitions", 1, "--json")
-            )
+            found = json.loads(self.run_program("bench", *scene, "--repetitions", 1, "--json"))
             managers = {row["manager"]: row for row in found["managers"]}
             self.assertIn("LayeredAABBTree, capsules", managers)
             self.assertIn("DynamicAABBTree, tight", managers)
@@ -441,7 +429,9 @@ class BadUse(ProgramTest):
         self.refused(says="subcommand")
         self.refused("frobnicate", says="")
         self.refused("check", says="SCENE")
-        self.refused("check", "helix", "--radius", -1, says="--radius: '-1' is no number of 0 or more")
+        self.refused(
+            "check", "helix", "--radius", -1, says="--radius: '-1' is no number of 0 or more"
+        )
         self.refused("check", "helix", "--radius", "wide", says="--radius")
         self.refused("check", "helix", "-n", "-3", says="--ignored-neighbors")
         self.refused("check", "helix", "--volumes", "kdops", says="--volumes")
@@ -548,7 +538,9 @@ class WholeFiles(ProgramTest):
         """Half a file would be taken for a whole one."""
         path = self.write("page.html", "as it was")
         for number in (signal.SIGINT, signal.SIGTERM):
-            process = subprocess.Popen([PROGRAM, "view", "paper-half-scalp:fibers=20000", "-o", path])
+            process = subprocess.Popen(
+                [PROGRAM, "view", "paper-half-scalp:fibers=20000", "-o", path]
+            )
             end = time.monotonic() + 30
             while len(self.files()) < 2 and time.monotonic() < end:
                 time.sleep(0.01)

@@ -54,9 +54,7 @@ class Vtk(ProgramTest):
     def check(self, what, ending, *more):
         """What `check` says of the scene, and what VTK reads of a picture of it."""
         path = self.folder / (what + ending)
-        text = self.run_program(
-            "check", SCENE, "--json", f"--write-{what}", path, *more, code=1
-        )
+        text = self.run_program("check", SCENE, "--json", f"--write-{what}", path, *more, code=1)
         said = json.loads(text)
         self.assertEqual((said["fibers"], said["segments"]), (FIBERS, SEGMENTS))
         self.assertGreater(said["contact_count"], 20)
@@ -117,9 +115,7 @@ class Vtk(ProgramTest):
         self.assertEqual(list(read), names)
         for name in names:
             self.assertEqual(read[name], [c[name] for c in contacts], name)
-        middles = [
-            [(a + b) / 2 for a, b in zip(c["point_a"], c["point_b"])] for c in contacts
-        ]
+        middles = [[(a + b) / 2 for a, b in zip(c["point_a"], c["point_b"])] for c in contacts]
         self.assert_points(data, middles, 1e-15)
 
         _, of_ply = self.check("contacts", ".ply")
