@@ -154,16 +154,13 @@ mutation() {
   tests/mutation.py
 }
 
-# A file's fibers by every benchmark program.
+# A file's fibers by the benchmark program.
 hair() {
-  build all
-  local program
-  local file=(--hair=examples/crossing.txt --radius=0.06)
-  for program in fcl_fibers_benchmark "full/fcl_fibers_full --part=scene" \
-    "paper/fcl_fibers_paper --part=scene" "trade/fcl_fibers_trade --part=leaves"; do
-    # shellcheck disable=SC2086
-    build/release/benchmarks/$program "${file[@]}" --benchmark_out=build/hair.json \
-      --benchmark_out_format=json >build/hair.txt
+  build fcl_fibers_bench
+  local measure
+  for measure in frames bounds; do
+    build/release/benchmarks/fcl_fibers_bench --measure=$measure --hair=examples/crossing.txt \
+      --radius=0.06 --benchmark_out=build/hair.json
     grep -q '"name"' build/hair.json
   done
 }
