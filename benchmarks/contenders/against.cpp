@@ -35,7 +35,10 @@ Against named(const std::string& list, const Contenders& pool) {
       throw std::invalid_argument("--against=" + list + ": there is no '" + name +
                                   "'; there are headline, full, all, paper, paper_all, and" + all);
     }
-    against.contenders.push_back(*found);
+    const auto isIt = [&](const Contender& other) { return other.name() == name; };
+    if (std::none_of(against.contenders.begin(), against.contenders.end(), isIt)) {
+      against.contenders.push_back(*found);
+    }
   }
   return against;
 }
@@ -75,7 +78,9 @@ Against readAgainst(const std::string& text) {
       add(pool, fclManagers(boxes));
     }
     add(pool, foreignContenders());
-    return named(is_paper ? text.substr(paper.size()) : text, pool);
+    if (!is_paper) return named(text, pool);
+    // One more, to which counts are held.
+    return named(text.substr(paper.size()) + ",LayeredAABBTree/boxes", pool);
   }
   against.fcl_trees = {kBoth.begin(), kBoth.end()};
   against.narrow_phase = against.quick = text != "all";

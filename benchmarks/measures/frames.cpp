@@ -5,7 +5,6 @@
 #include <deque>
 #include <limits>
 #include <optional>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -68,7 +67,7 @@ std::vector<Chosen> fastestFclTrees(Boxes boxes, const Against& against, double 
       if (!tried[i].right()) continue;
       if (fastest == trees.size() || secondsOf(tried[i]) < secondsOf(tried[fastest])) fastest = i;
     }
-    if (fastest == trees.size()) throw std::runtime_error("none of FCL's trees ended in time");
+    if (fastest == trees.size()) return;  // none of them ended in time
     const bool is_there = std::any_of(chosen.begin(), chosen.end(), [&](const Chosen& other) {
       return other.contender.name() == trees[fastest].name();
     });
@@ -179,7 +178,8 @@ bool measureFrames(const Request& request) {
     }
     if (!checked[i].right() || frame > kCheckedOnlySeconds) continue;
     FrameRuns& frame_runs = runs.emplace_back(contender, checked[i], motion, chosen[i].last);
-    const bool far_behind = !contender.ours && !chosen[i].fcl_tree && frame > kFarBehind * fastest;
+    const bool other_of_fcl = contender.boxes != Boxes::kNone && !chosen[i].fcl_tree;
+    const bool far_behind = other_of_fcl && frame > kFarBehind * fastest;
     frame_runs.registerFrames(far_behind ? 1 : 0, chosen[i].narrow_phase);
   }
   registerFloor(motion);
