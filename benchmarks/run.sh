@@ -1,94 +1,150 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 #
-# Installs what is missing, builds Release, times all managers scene by scene and prints one table
-# for each. Takes 18 minutes and the build on 2 cores, and 6 GB of memory. Google Benchmark's JSON and
-# the tables are kept in build/benchmarks/results. What the numbers mean: benchmarks/main.cpp.
+# benchmarks/run.sh [--full [--targets] | --trade | --paper [--full]] [--hair FILE [--radius R]]
 #
-# With --hair FILE [--radius R]: the fibers of that file alone, in its unit; also after the next
-# three.
-# With --paper [--full]: what the paper measured, as one page; see benchmarks/paper/run.sh.
-# With --trade: every manager's speed against its accuracy, as one page; see benchmarks/trade/run.sh.
-# With --full: ours against FCL and Embree beside the targets; see benchmarks/full/run.sh.
+#   (nothing)  the README's first table: ours, FCL and Embree on three scenes. 3 minutes
+#   --full     all of docs/performance.md: scenes, other queries, growth. 15 minutes, 6 GB memory;
+#              --targets: which ratios reach what they are to reach
+#   --trade    what accuracy costs: every manager, bounds, sampling, options. 8 minutes
+#   --paper    the paper's Table I, figures and pictures. 15 minutes, and up to 20 for one part;
+#              with --full finer curves and its slowest trees. Hours
+#   --hair     a file's fibers, in its unit: alone, or with --trade beside the other scenes;
+#              --radius where the file has none
+#
+# Installs what is missing and builds first. Times are of 2 cores, after the build. Results, tables,
+# picture and page are kept in build/benchmarks/results. The tables once more, into the documents:
+#
+#   /usr/bin/python3 benchmarks/report/report.py SET build/benchmarks/results/SET --docs .
 set -euo pipefail
 
-# The file's path is one from where the caller is.
-arguments=()
-previous=
-for argument in "$@"; do
-  case $previous@$argument in
-    --hair@*) argument=$(realpath -- "$argument") ;;
-    *@--hair=*) argument=--hair=$(realpath -- "${argument#--hair=}") ;;
+set=headline full=0 hair=() targets=()
+while (($# > 0)); do
+  case $1 in
+    --full) [[ $set == paper ]] && full=1 || set=full ;;
+    --trade | --paper) set=${1#--} ;;
+    --targets) targets=(--targets) ;;
+    --hair=* | --radius=*) hair+=("$1") ;;
+    --hair | --radius)
+      hair+=("$1=${2?$1 takes a value}")
+      shift
+      ;;
+    --help) sed -n '4,16s/^# \{0,1\}//p' "$0" && exit ;;
+    *) echo "benchmarks/run.sh: there is no $1; see --help" >&2 && exit 1 ;;
   esac
-  arguments+=("$argument")
-  previous=$argument
+  shift
 done
-set -- "${arguments[@]}"
+# The file's path is one from where the caller is.
+for i in "${!hair[@]}"; do
+  if [[ ${hair[i]} == --hair=* ]]; then hair[i]=--hair=$(realpath -e -- "${hair[i]#--hair=}"); fi
+done
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-if [[ ${1-} == --paper ]]; then
-  shift
-  exec benchmarks/paper/run.sh "$@"
+ponytail=${FCL_FIBERS_DATA:-../shared/data}/tressfx31_ponytail_tail.tfx
+if [[ $set == trade && ${#hair[@]} == 0 && -e $ponytail ]]; then
+  hair=(--hair="$ponytail" --radius=0.05)
 fi
-if [[ ${1-} == --full ]]; then
-  shift
-  exec benchmarks/full/run.sh "$@"
-fi
-if [[ ${1-} == --trade ]]; then
-  shift
-  exec benchmarks/trade/run.sh "$@"
-fi
+build=build/benchmarks scenes=$set data=build/benchmarks/results/$set
+if ((${#hair[@]} > 0)) && [[ $set != trade ]]; then scenes=hair data=${data}_hair; fi
 
-# Checked before anything is built; the flags themselves are fcl_fibers_benchmark's.
-if (($# > 0)) && [[ $1 != --hair* && $1 != --radius* ]]; then
-  echo "benchmarks/run.sh: there are --hair FILE [--radius R], --paper, --trade and --full, not $1" >&2
-  exit 1
+.ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev libtbb-dev \
+  libpugixml-dev zlib1g-dev libcli11-dev libbenchmark-dev python3-pandas python3-jinja2 \
+  python3-matplotlib
+.ci/apt_install.sh libembree-dev libbullet-dev ||
+  echo "What of Embree and Bullet is not installed is left out" >&2
+tools=OFF goals=(fcl_fibers_bench)
+if [[ $set == paper ]]; then
+  .ci/apt_install.sh libfmt-dev nlohmann-json3-dev libjs-three
+  tools=ON goals+=(fcl_fibers_program)
 fi
-build=build/benchmarks
-results=$build/results
-data=${FCL_FIBERS_DATA:-../shared/data}
-
-.ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev \
-  libtbb-dev libpugixml-dev zlib1g-dev libcli11-dev libbenchmark-dev
-
-cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
-  -DFCL_FIBERS_BUILD_TESTS=OFF -DFCL_FIBERS_BUILD_BENCHMARKS=ON -DFCL_FIBERS_BUILD_TOOLS=OFF >&2
-cmake --build "$build" >&2
+cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DFCL_FIBERS_BUILD_TESTS=OFF \
+  -DFCL_FIBERS_BUILD_BENCHMARKS=ON -DFCL_FIBERS_BUILD_TOOLS=$tools >&2
+cmake --build "$build" --target "${goals[@]}" >&2
 
 FCL_FIBERS_COMMIT=$(git describe --always --dirty 2>/dev/null || echo unknown)
 export FCL_FIBERS_COMMIT
+rm -rf "$data.previous"
+if [[ -d $data ]]; then mv "$data" "$data.previous"; fi
+mkdir -p "$data"
+failed=0 SECONDS=0
 
-# scene NAME FLAG...
-scene() {
-  local name=$1
-  shift
-  echo "Scene $name" >&2
-  "$build/benchmarks/fcl_fibers_benchmark" "$@" \
-    --benchmark_out="$results/$name.json" --benchmark_out_format=json | tee "$results/$name.md"
+# measure NAME MEASURE FLAG...: one that fails leaves no results.
+measure() {
+  local file=$data/$1.json
+  printf '%4d s  %s\n' "$SECONDS" "$1" >&2
+  if ! "$build/benchmarks/fcl_fibers_bench" --measure="$2" "${@:3}" --benchmark_out="$file"; then
+    echo "benchmarks/run.sh: $1 has failed" >&2
+    if [[ -e $file ]]; then mv "$file" "$file.failed"; fi
+    failed=1
+  fi
 }
 
-mkdir -p "$results"
-failed=0
-if (($# > 0)); then
-  scene hair "$@" || failed=1
-  exit "$failed"
-fi
-scene strand_1000x100 --scene=strand --fibers=1000 --segments=100 --largest || failed=1
-scene strand_1000x2000 --scene=strand --fibers=1000 --segments=2000 || failed=1
-for file in "$data"/*.tfx; do
-  [[ -e $file ]] || {
-    echo "No hair files in $data: the strands only" >&2
-    break
-  }
-  # In the files' units of length, which only their authors know.
-  case $(basename "$file") in
-    *ponytail*) radius=0.05 ;;
-    *mohawk*) radius=1e-4 ;;
-    *)
-      echo "Skipping $file: no radius is known for it" >&2
-      continue
-      ;;
-  esac
-  scene "$(basename "$file" .tfx)" --hair="$file" --radius="$radius" || failed=1
-done
+declare -A against=([headline]=headline [full]=full [trade]=all [paper]=paper)
+frames() { measure "$1" frames --against="${against[$set]}" "${@:2}"; }
+# What takes longer than so many seconds in any phase is no choice: trade SCENE SECONDS FLAG...
+trade() {
+  frames "frames_$1" --limit="$2" --steps=20 "${@:3}"
+  measure "bounds_$1" bounds "${@:3}"
+}
+helix=--scene=helix:fibers=1000,segments
+
+case $scenes in
+  headline)
+    frames frames_helix $helix=100
+    frames frames_cap --scene=cap:fibers=10000
+    frames frames_paper-dynamic --scene=paper-dynamic --steps=20
+    ;;
+  full)
+    frames frames_helix $helix=100
+    frames frames_helix-2000 $helix=2000
+    frames frames_cap --scene=cap:fibers=50000
+    frames frames_paper-dynamic --scene=paper-dynamic
+    measure queries queries
+    measure growth growth
+    ;;
+  trade)
+    trade helix 2 $helix=100
+    trade helix-2000 10 $helix=2000
+    trade cap 2 --scene=cap:fibers=5000
+    trade paper-dynamic 2 --scene=paper-dynamic
+    if ((${#hair[@]} > 0)); then trade hair 2 "${hair[@]}"; fi
+    measure costs costs
+    measure sampling sampling
+    ;;
+  hair) frames frames_hair "${hair[@]}" ;;
+  paper)
+    measure radii radii
+    measure rods rods
+    measure pictures pictures --out_dir="$data"
+    "$build/tools/fcl_fibers" view paper-strand:fibers=500 paper-dynamic paper-half-scalp \
+      --points 300000 --fragment -o "$data/view.html" || failed=1
+    edges="8 12 16 24 32 48" fibers="50 100 200 350 500 700 1000" slow=LayeredAABBTree/super_thread
+    if ((full)); then
+      edges+=" 64" fibers=$(seq 50 50 1000)
+      slow+=" DynamicAABBTree/tight WrappedSphereTree/spheres WrappedSphereTree/super_thread"
+    fi
+    for edge in $edges; do
+      measure "chain_random_$edge" chain --chain=random --edge="$edge"
+      measure "chain_snake_$edge" chain --chain=snake --edge="$edge"
+    done
+    measure replay replay --scene=paper-dynamic
+    against[paper]=paper_all
+    for n in $fibers; do frames "static_$n" --limit=2 --scene="paper-static:fibers=$n"; done
+    against[paper]=paper
+    frames axis_turned_0 --limit=10 --scene=paper-static:state=1,turned=0
+    frames axis_turned_1 --limit=10 --scene=paper-static:state=1
+    for n in 1000 2000; do frames "strand_$n" --limit=10 --scene="paper-strand:fibers=$n"; done
+    frames half-scalp --limit=10 --scene=paper-half-scalp
+    # By themselves, for they take minutes, and some of them hours.
+    for name in $slow; do
+      against[paper]=paper:$name
+      frames "half-scalp_long_${name//\//_}" --limit=3600 --scene=paper-half-scalp
+    done
+    ;;
+esac
+
+page=$data/page.html picture=$data/picture.png
+/usr/bin/python3 -B benchmarks/report/report.py "$set" "$data" --page "$page" --picture "$picture" \
+  "${targets[@]}" | tee "$data/tables.md" || failed=1
+printf '\nPage: %s\nPicture: %s\n' "$page" "$picture"
 exit "$failed"

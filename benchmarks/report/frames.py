@@ -1,0 +1,246 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Tables of the sets headline and full."""
+
+import math
+
+import ratios
+from ratios import BOXES, EMBREE, ON_2_THREADS, Scene, ratio_of
+from tables import Table, count, digits, time, time_and_range, title
+
+HEADLINE = ("helix", "cap", "paper-dynamic")
+FULL = ("helix", "helix-2000", "cap", "paper-dynamic")
+PHASES = ("set_up", "update", "detection", "frame")
+PHASE_TITLES = ["set-up", "update", "detection", "update + detection"]
+READ_RATIOS = (
+    "Ratios of medians, one thread unless the row says otherwise; in brackets the lowest and the "
+    "highest that single runs allow, 'as fast' where they include 1. FCL's best is, row by row, "
+    "the tree and level with the least median of what the row measures, Embree's the fastest of a "
+    "rebuild, Morton rebuild and refit; Embree visits both orders of each pair. Touching pairs are "
+    "an update and a query with Report::kCapsules."
+)
+
+
+def scenes_of(parts):
+    """By name, those that were measured."""
+    there = [name for name in (*FULL, "hair") if f"frames_{name}" in parts]
+    return {name: Scene(name, parts[f"frames_{name}"]) for name in there}
+
+
+def ratio_cells(scenes, row):
+    found = [scene.ratios()[row] for scene in scenes.values()]
+    return ["not installed" if ratio is None else ratio.text() for ratio in found]
+
+
+def sample_text(scenes, boxes):
+    """Empty where fcl::collide was called on all pairs."""
+    found = [scene.sampled(boxes) for scene in scenes.values()]
+    sizes = sorted(sampled for sampled, of in found if sampled < of)
+    if not sizes:
+        return ""
+    sizes = dict.fromkeys([count(sizes[0]), count(sizes[-1])])
+    return f", estimated from a sample of {' to '.join(sizes)} pairs"
+
+
+def row_title(scenes, row):
+    if row.startswith(ratios.TOUCHING_TIGHT):
+        return row + sample_text(scenes, "tight")
+    if row.startswith(ratios.TOUCHING_STOCK):
+        return row + sample_text(scenes, "stock")
+    return row
+
+
+def header_of(scenes):
+    return ["Speed-up over the fastest other", *(scene.title() for scene in scenes.values())]
+
+
+def headline(scenes):
+    plain = (ratios.TIGHT, ratios.STOCK, ratios.UPDATE, ratios.SET_UP)
+    rows = plain + (ratios.TOUCHING_TIGHT, ratios.TOUCHING_STOCK)
+    lines = [[row_title(scenes, row), *ratio_cells(scenes, row)] for row in rows]
+    both = zip(
+        ratio_cells(scenes, EMBREE.format("1 thread")),
+        ratio_cells(scenes, EMBREE.format("2 threads")),
+    )
+    embree = "Update + detection: Embree, 1 thread / both on 2 threads"
+    lines.append([embree, *map(" / ".join, both)])
+    return Table("headline", "How many times as fast", header_of(scenes), lines, READ_RATIOS)
+
+
+def all_ratios(scenes):
+    rows = next(iter(scenes.values())).ratios()
+    lines = [[row_title(scenes, row), *ratio_cells(scenes, row)] for row in rows]
+
+    def add(what, value):
+        lines.append([what, *(value(scene) for scene in scenes.values())])
+
+    add("Update, in times a loop that only reads", lambda s: digits(s.times_the_floor(), 2) + "x")
+    add("Bytes a segment after a frame, boxes", lambda s: digits(s.bytes(BOXES)))
+    add("Bytes a segment after a frame, capsules", lambda s: digits(s.bytes(ratios.CAPSULES)))
+    add("Bytes, boxes, of those of FCL's best", lambda s: digits(s.of_fcls_bytes(), 2))
+    return Table("ratios", "How many times as fast", header_of(scenes), lines, READ_RATIOS)
+
+
+def best(scenes):
+    """Whom the ratios are against."""
+    found = [scene.ratios() for scene in scenes.values()]
+    rows = [row for row in found[0] if not row.endswith(ON_2_THREADS)]
+    who = [
+        [row] + [title(scene[row].against) if scene[row] else "not installed" for scene in found]
+        for row in rows
+    ]
+    for threads, suffix in ((1, ""), (2, "_2_threads")):
+        cells = [visited_ratio(scene, threads, BOXES + suffix) for scene in scenes.values()]
+        who.append(
+            [
+                f"Detection per visited pair, times Embree's, {threads} thread{suffix and 's'}",
+                *cells,
+            ]
+        )
+    caption = "Whom each row is against. Ours visits each pair once, Embree in both orders."
+    header = ["", *(scene.title() for scene in scenes.values())]
+    return Table("best", "Who is best", header, who, caption)
+
+
+def per_visited(scene, name):
+    """Nanoseconds by run."""
+    return 1e9 * scene.part.runs("Frames", name, "detection") / scene.median(name, "visited")
+
+
+def visited_ratio(scene, threads, ours):
+    if not scene.has_embree():
+        return "not installed"
+    against = min(scene.embree(threads), key=lambda name: per_visited(scene, name).median())
+    return ratio_of(per_visited(scene, against), per_visited(scene, ours), against).text()
+
+
+def scene_table(scene, ranges=False):
+    """`ranges`: of all times, not of a frame's alone."""
+    part, rows = scene.part, []
+    for name in sorted(scene.contenders, key=lambda name: (not name.startswith("Layered"), name)):
+        cells = []
+        for key in PHASES:
+            form = time_and_range if ranges or key == "frame" else lambda runs: time(runs.median())
+            known = part.knows("Frames", name, key)
+            cells.append(form(part.runs("Frames", name, key)) if known else "-")
+        counts = ["-"] * 4
+        if name.endswith("_and_collide"):
+            both = [count(scene.median(name, key)) for key in ("pairs", "touching")]
+            counts = [both[0], "-", "~" + both[1], "-"]
+        elif part.knows("Frames", name, "visited"):
+            counts = [count(scene.median(name, "pairs")), digits(per_visited(scene, name).median())]
+            counts += [count(scene.checked(name, "touching")), digits(scene.bytes(name))]
+        rows.append([title(name), *cells, *counts, str(len(part.counters("Frames", name)))])
+    floor = part.runs("Floor", "read", "seconds")
+    cells = ["-", time(floor.median()), *["-"] * 6, str(len(floor))]
+    rows.append(["a loop that only reads the objects", *cells])
+    header = ["", *PHASE_TITLES, "pairs", "ns a visited pair", "touching", "bytes/segment", "runs"]
+    caption = (
+        "Medians, and in brackets the lowest and the highest; detection and ~ of 'and collide' are "
+        "scaled up from the sample. FCL's trees go as far as they were fastest when all were tried."
+    )
+    if scene.name == "paper-dynamic":
+        caption += " Times and pairs are sums over the steps; touching pairs are of the last one."
+    if not_timed(scene):
+        caption += f" Not timed: {'; '.join(not_timed(scene))}."
+    return Table(f"scene {scene.name}", scene.title(), header, rows, caption)
+
+
+def not_timed(scene):
+    notes = {name: scene.part.note(name) for name in scene.part.names("Checked")}
+    notes.update(scene.part.errors)
+    return [f"{title(name)} ({note})" for name, note in notes.items() if note]
+
+
+def tried(scene):
+    """FCL's trees at every level."""
+    found = {name: scene.part.counters("Tried", name).iloc[0] for name in scene.part.names("Tried")}
+    rows = [
+        [title(name), *("-" if math.isnan(row[key]) else time(row[key]) for key in PHASES)]
+        for name, row in sorted(found.items(), key=lambda entry: entry[1]["frame"])
+    ]
+    segments = next(iter(found.values()))["segments"]
+    caption = f"Each once, on {segments:,.0f} segments. The fastest in each column went on."
+    return Table(
+        f"tried {scene.name}", f"FCL's levels, {scene.title()}", ["", *PHASE_TITLES], rows, caption
+    )
+
+
+def elsewhere(part):
+    """Queries, and objects that are no fibers."""
+    groups = {}  # (what, counter): {contender: (kind, name)}
+    for name in part.names("Query"):
+        query, contender = name.split("/", 1)
+        groups.setdefault((query, "seconds"), {})[contender] = ("Query", name)
+    for name in part.names("Objects"):
+        shape, contender = name.split("/", 1)
+        for key, what in zip(PHASES, ("set-up", "update", "self-collision")):
+            group = groups.setdefault((f"10,000 {shape}, {what}", key), {})
+            group[contender] = ("Objects", name)
+    rows = []
+    for (what, key), entries in sorted(groups.items()):
+        ours = entries.pop(BOXES)
+        against = min(entries, key=lambda name: part.median(*entries[name], key))
+        theirs = entries[against]
+        answers = [part.median(*who, "answer") for who in (ours, theirs)]
+        if not same_answer(*answers):
+            raise ValueError(f"{part.file}: {what}: {answers[0]}, {against} {answers[1]}")
+        values = [part.runs(*who, key) for who in (ours, theirs)]
+        times = [time(runs.median()) for runs in values]
+        rows.append([what, *times, title(against), ratio_of(*reversed(values), against).text()])
+    header = ["", "ours", "FCL's best", "which is", "times as fast"]
+    caption = "As above: the ratio of medians, its range, and 'as fast' where that includes 1."
+    return Table("elsewhere", "Other queries, other objects", header, rows, caption)
+
+
+def same_answer(ours, theirs):
+    """Distances are the same to rounding, pairs to that of bounds. Where objects touch, a distance
+    query ends at the first pair that does, which may be any."""
+    if ours <= 0 and theirs <= 0:
+        return True
+    return theirs * (1 - 1e-6) <= ours <= theirs * (1 + ratios.ROUNDING)
+
+
+def growth_of(part, key):
+    """Medians by size, smallest first."""
+    return [part.median("Growth", size, key) for size in sorted(part.names("Growth"), key=int)]
+
+
+def growth(part):
+    sizes = [f"{size:,.0f} segments" for size in growth_of(part, "segments")]
+    rows = []
+    for key in ("update", "detection"):
+        found = growth_of(part, key)
+        cells = [digits(1e9 * value) + " ns" for value in found]
+        rows.append([key, *cells, digits(found[-1] / found[0]) + "x"])
+    for key, what in (("answer", "pairs"), ("bytes", "bytes")):
+        rows.append([what, *(digits(value) for value in growth_of(part, key)), "-"])
+    header = ["per segment, FiberTree over arrays", *sizes, "last : first"]
+    return Table("growth", "Growth", header, rows, "Helices of 100 segments at one density.")
+
+
+def targets(scenes, growth_part):
+    def at_least(ratio, target):
+        return f"{digits(ratio.value)}x {'met' if ratio.value >= target else 'MISSED'} ({target}x)"
+
+    def at_most(value, most):
+        return f"{digits(value)} {'met' if value < most else 'MISSED'} (< {most})"
+
+    columns = {name: scenes[name] for name in ratios.SCENES if name in scenes}
+    rows = []
+    for row, values in ratios.TARGETS.items():
+        goals = dict(zip(ratios.SCENES, values))
+        found = {name: scene.ratios()[row] for name, scene in columns.items()}
+        rows.append([row, *(at_least(r, goals[n]) if r else "-" for n, r in found.items())])
+    for what, value, most in (
+        ("update, times the loop", Scene.times_the_floor, ratios.MOST_TIMES_THE_FLOOR),
+        ("bytes a segment", lambda scene: scene.bytes(BOXES), ratios.MOST_BYTES),
+        ("bytes, of FCL's best's", Scene.of_fcls_bytes, ratios.MOST_OF_FCLS_BYTES),
+    ):
+        rows.append([what, *(at_most(value(scene), most) for scene in columns.values())])
+    if growth_part:
+        for key in ("update", "detection"):
+            found = growth_of(growth_part, key)
+            cell = at_most(found[-1] / found[0], ratios.MOST_GROWTH)
+            rows.append([f"growth, {key}", cell, *["-"] * (len(columns) - 1)])
+    header = ["", *(scene.title() for scene in columns.values())]
+    return Table("targets", "Targets", header, rows)

@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Who is best, how many times as fast ours are, and the ratios that are to be reached."""
+
+from dataclasses import dataclass
+
+from tables import digits
+
+BOXES, CAPSULES = "LayeredAABBTree/boxes", "LayeredAABBTree/capsules"
+FCL = {
+    "DynamicAABBTree": "FCL dynamic tree",
+    "DynamicAABBTree_Array": "FCL dynamic tree, array",
+    "SaP": "FCL SaP",
+    "SSaP": "FCL SSaP",
+    "IntervalTree": "FCL interval tree",
+    "SpatialHashing": "FCL spatial hashing",
+    "Naive": "FCL naive",
+}
+ROUNDING = 0.01  # Bounds are rounded outward: so many more pairs are the same work.
+MILLION = 1_000_000
+
+# What the targets are of: see TARGETS and Scene.ratios().
+TIGHT = "Detection: FCL on the same tight boxes"
+STOCK = "Detection: FCL on the boxes that it computes itself"
+UPDATE = "Update after motion: FCL on any boxes"
+SET_UP = "Set-up: FCL on any boxes"
+TOUCHING_TIGHT = "Touching pairs: FCL on tight boxes + fcl::collide"
+TOUCHING_STOCK = "Touching pairs: FCL on its own boxes + fcl::collide"
+EMBREE = "Update + detection: Embree, {}"
+ON_2_THREADS = ", ours on 2 threads"
+
+# How many times as fast, by scene.
+SCENES = ("helix", "helix-2000", "cap", "paper-dynamic")
+TARGETS = {
+    TIGHT: (2.5, 4.5, 2.5, 2),
+    STOCK: (8, 5, 9, 5),
+    UPDATE: (2, 2, 2, 2),
+    SET_UP: (4, 15, 8, 3),
+    TOUCHING_STOCK: (40, 10, 60, 15),
+    TOUCHING_STOCK + ON_2_THREADS: (65, 16, 100, 20),
+    EMBREE.format("1 thread"): (2, 4, 2, 2),
+    EMBREE.format("2 threads"): (2, 4, 2, 2),
+}
+MOST_TIMES_THE_FLOOR, MOST_BYTES, MOST_OF_FCLS_BYTES, MOST_GROWTH = 1.5, 80, 0.5, 1.5
+
+
+@dataclass
+class Ratio:
+    """Of medians; and the least and the greatest that single runs allow."""
+
+    value: float
+    low: float
+    high: float
+    against: str  # the name of the other
+
+    def text(self):
+        spread = f"({digits(self.low, 2)} to {digits(self.high, 2)})"
+        as_fast = self.low <= 1 <= self.high
+        return f"as fast {spread}" if as_fast else f"{digits(self.value, 2)}x {spread}"
+
+
+def ratio_of(theirs, ours, against):
+    low, high = theirs.min() / ours.max(), theirs.max() / ours.min()
+    return Ratio(theirs.median() / ours.median(), low, high, against)
+
+
+class Scene:
+    """The frames of one scene."""
+
+    def __init__(self, name, part):
+        self.name, self.part = name, part
+        self.contenders = part.names("Frames")
+        first = part.names("Checked")[0]
+        self.segments = part.median("Checked", first, "segments")
+        self.fibers = part.median("Checked", first, "fibers")
+
+    def title(self):
+        each = self.segments / self.fibers
+        size = f" x {each:.0f}" if each == int(each) else f", {self.segments:,.0f} segments"
+        steps = ""
+        if self.name == "paper-dynamic":
+            steps = f", {self.part.median('Frames', BOXES, 'frames'):.0f} steps"
+        return f"{self.name.split('-2000')[0]} {self.fibers:,.0f}{size}{steps}"
+
+    def median(self, name, key):
+        return self.part.median("Frames", name, key)
+
+    def checked(self, name, key):
+        return self.part.median("Checked", name, key)
+
+    def fcl(self, boxes="", collide=False):
+        """FCL's contenders with such boxes, tight or stock; any if none are named."""
+        names = [name for name in self.contenders if name.split("/")[0] in FCL]
+        names = [name for name in names if name.endswith("_and_collide") == collide]
+        return [name for name in names if f"/{boxes}" in name]
+
+    def embree(self, threads):
+        names = [name for name in self.contenders if name.startswith("Embree/")]
+        return [name for name in names if name.endswith("_2_threads") == (threads == 2)]
+
+    def best(self, names, key):
+        """The one rule for all rows: the least median of exactly what the row measures. A tree that
+        was fast in set-up alone, when all were tried, has only that."""
+        names = [name for name in names if self.part.knows("Frames", name, key)]
+        if not names:
+            raise KeyError(f"{self.part.file}: nobody to compare {key} with")
+        return min(names, key=lambda name: self.median(name, key))
+
+    def runs(self, name, key):
+        runs = self.part.runs("Frames", name, key)
+        least = 3 if self.segments >= MILLION else 5
+        if len(runs) < least:
+            raise ValueError(f"{self.part.file}: {name} has {len(runs)} runs, not {least}")
+        return runs
+
+    def ratio(self, names, key, ours):
+        against = self.best(names, key)
+        return ratio_of(self.runs(against, key), self.runs(ours, key), against)
+
+    def has_embree(self):
+        return bool(self.embree(1)) or "Embree" not in self.part.context["left_out"]
+
+    def detection_on_tight_boxes(self):
+        """Boxes are the same only if there are as many pairs."""
+        ratio = self.ratio(self.fcl("tight"), "detection", BOXES)
+        ours, theirs = self.median(BOXES, "pairs"), self.median(ratio.against, "pairs")
+        if abs(ours - theirs) > ROUNDING * theirs:
+            raise ValueError(f"{self.part.file}: {ours} pairs, {ratio.against} {theirs}")
+        return ratio
+
+    def ratios(self):
+        """By row, one thread where the row does not say; None where a library is not installed."""
+        found = {
+            TIGHT: self.detection_on_tight_boxes(),
+            STOCK: self.ratio(self.fcl("stock"), "detection", BOXES),
+            UPDATE: self.ratio(self.fcl(), "update", BOXES),
+            SET_UP: self.ratio(self.fcl(), "set_up", BOXES),
+        }
+        for suffix, threads in (("", ""), (ON_2_THREADS, "_2_threads")):
+            for row, boxes in ((TOUCHING_TIGHT, "tight"), (TOUCHING_STOCK, "stock")):
+                names = self.fcl(boxes, collide=True)
+                found[row + suffix] = self.ratio(names, "frame", CAPSULES + threads)
+        for threads, ours in ((1, BOXES), (2, BOXES + "_2_threads")):
+            embree = self.ratio(self.embree(threads), "frame", ours) if self.has_embree() else None
+            found[EMBREE.format("2 threads" if threads == 2 else "1 thread")] = embree
+        return found
+
+    def sampled(self, boxes):
+        """Pairs that fcl::collide was called on and pairs that there are, of the best."""
+        name = self.best(self.fcl(boxes, collide=True), "frame")
+        return self.median(name, "sampled"), self.median(name, "of")
+
+    def bytes(self, name):
+        return self.checked(name, "bytes_after_frames") / self.segments
+
+    def of_fcls_bytes(self):
+        return self.bytes(BOXES) / self.bytes(self.best(self.fcl(), "frame"))
+
+    def times_the_floor(self):
+        return self.median(BOXES, "update") / self.part.median("Floor", "read", "seconds")

@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Makes tables and a page of what benchmarks/run.sh has measured.
+
+What was not run is named as not measured. Anything else that is missing is an error.
+"""
+
+import argparse
+import base64
+import re
+import sys
+from dataclasses import dataclass
+from functools import cached_property, partial
+from pathlib import Path
+
+import jinja2
+
+import frames
+import paper
+import paper_pictures
+import pictures
+import trade
+from results import circumstances, load
+from tables import Table, count, digits, time
+
+# Tables that documents have, by the first word of their names. The others are on the page alone.
+DOCUMENTED = {
+    "headline": ("headline",),
+    "full": ("ratios", "best", "scene", "elsewhere", "growth"),
+    "trade": ("managers", "sampling", "bounds-tests", "bounds-resolution", "costs"),
+    "paper": ("table-1",),
+}
+BARS = "Bars are medians, lines reach from the lowest run to the highest."
+MARK = re.compile(r"(<!-- table ([\w -]+): [^\n]*-->\n).*?(<!-- end of table -->)", re.DOTALL)
+
+
+@dataclass
+class Figure:
+    name: str  # of the file in docs/images, if it is there
+    title: str
+    caption: str
+    draw: object = None  # returns the bytes of a PNG
+    html: str = ""
+
+    @cached_property
+    def data(self):
+        return self.draw()
+
+    @property
+    def inlined(self):
+        return "data:image/png;base64," + base64.b64encode(self.data).decode()
+
+
+class Report:
+    """Tables and figures of one set."""
+
+    def __init__(self, kind, title, folder, wanted):
+        """`wanted`: the files of the set's measures, a regex each, by what is measured."""
+        self.kind, self.title, self.folder = kind, title, folder
+        self.parts = load(folder, "|".join([*wanted.values(), r"(frames|bounds)_hair"]))
+        self.missing = [what for what, files in wanted.items() if not self.has(files)]
+        self.blocks = []
+
+    def has(self, files):
+        return any(re.fullmatch(files, name) for name in self.parts)
+
+    def add(self, files, make, *arguments):
+        """A table of such files, if there are any."""
+        if self.has(files):
+            self.blocks.append(make(*arguments))
+
+    def draw(self, files, name, title, caption, make, *arguments):
+        """Likewise a figure."""
+        if self.has(files):
+            self.blocks.append(Figure(name, title, caption, partial(make, *arguments)))
+
+    def tables(self):
+        return {block.name: block for block in self.blocks if isinstance(block, Table)}
+
+    def figures(self):
+        return [block for block in self.blocks if isinstance(block, Figure)]
+
+    def documented(self):
+        words = DOCUMENTED[self.kind]
+        return {n: table for n, table in self.tables().items() if n.split()[0] in words}
+
+
+def files_of(kind, scenes):
+    return {f"{kind} of {scene}": f"{kind}_{scene}" for scene in scenes}
+
+
+def headline(folder):
+    report = Report("headline", "The headline", folder, files_of("frames", frames.HEADLINE))
+    scenes = frames.scenes_of(report.parts)
+    report.add("frames_.*", frames.headline, scenes)
+    report.draw("frames_.*", "headline", "A frame", BARS, pictures.headline, scenes)
+    report.add("frames_.*", frames.best, scenes)
+    for name, scene in scenes.items():
+        report.add(f"frames_{name}", frames.scene_table, scene, True)
+        report.add(f"frames_{name}", frames.tried, scene)
+    return report
+
+
+def full(folder, with_targets):
+    wanted = files_of("frames", frames.FULL) | {"queries": "queries", "growth": "growth"}
+    report = Report("full", "All figures", folder, wanted)
+    scenes, parts = frames.scenes_of(report.parts), report.parts
+    report.add("frames_.*", frames.all_ratios, scenes)
+    report.add("frames_.*", frames.best, scenes)
+    report.draw("frames_.*", "", "A frame", BARS, pictures.headline, scenes)
+    if with_targets:
+        report.add("frames_.*", frames.targets, scenes, parts.get("growth"))
+    for name, scene in scenes.items():
+        report.add(f"frames_{name}", frames.scene_table, scene)
+        report.add(f"frames_{name}", frames.tried, scene)
+    report.add("queries", frames.elsewhere, parts.get("queries"))
+    report.add("growth", frames.growth, parts.get("growth"))
+    return report
+
+
+def trade_offs(folder):
+    wanted = files_of("frames", frames.FULL) | files_of("bounds", frames.FULL)
+    wanted |= {"costs": "costs", "sampling": "sampling"}
+    report = Report("trade", "What accuracy costs", folder, wanted)
+    parts = report.parts
+    report.add("frames_.*", trade.managers, parts)
+    caption = "Down and to the left is better. Exact ones stand at the foot."
+    draw = partial(report.draw, "frames_.*", "trade", "Speed and false pairs", caption)
+    draw(lambda: pictures.managers(*trade.manager_points(parts)))
+    for name in [name for name in parts if name.startswith("bounds_")]:
+        for kind in trade.BOUND_KINDS:
+            report.add(name, trade.bounds, parts, name.split("_")[1], kind)
+    report.add("sampling", trade.sampling, parts.get("sampling"))
+    if report.has("bounds_.*"):
+        caption = "Labels stand at the points of one curve; the others have the same settings."
+        draw = partial(report.draw, "sampling", "dials", "Dials", caption)
+        draw(lambda: pictures.dials(trade.bound_points(parts), trade.sampling_points(parts)))
+    report.add("costs", trade.costs, parts.get("costs"))
+    return report
+
+
+def paper_again(folder):
+    names = ("radii", "rods", "replay", "axis_turned_0", "axis_turned_1", "half-scalp", "pictures")
+    wanted = {name: name for name in names}
+    wanted |= {"static assembly": r"static_\d+", "strand": r"strand_\d+"}
+    wanted |= {"chains": r"chain_(random|snake)_\d+", "half scalp, boxes": r"half-scalp_long_\d+"}
+    report = Report("paper", "The paper's measurements, again", folder, wanted)
+    parts = report.parts
+    report.add(r"half-scalp|strand_\d+|frames_hair", paper.table_one, parts)
+    for number, (phase, what) in enumerate(zip(paper.PHASES, paper.PHASE_TITLES), 7):
+        title = f"Fig. {number}. Time of {what}"
+        caption = paper.static_caption(parts)
+        report.draw(r"static_\d+", "", title, caption, paper.static_figure, parts, phase)
+    replay = partial(report.draw, "replay", "")
+    replay("Fig. 10. Dynamic assembly", paper.REPLAY, paper.replay_figure, parts.get("replay"))
+    replay("Cascade verification", paper.CAGES, paper.cages_figure, parts.get("replay"))
+    for name, title in paper.AXES.items():
+        if name in parts:
+            report.add(name, frames.scene_table, frames.Scene(title, parts[name]))
+    title = "One chain against itself"
+    report.draw("chain_.*", "", title, paper.CHAINS, paper.chain_figure, parts)
+    columns = {"height": count, "layered": digits, "wrapped": digits, "largest_of_bound": digits}
+    title = "Radii of layered and wrapped spheres"
+    report.add("radii", paper.medians, parts.get("radii"), "Radii", title, columns, paper.RADII)
+    columns = {"seconds": time, "iterations": count}
+    title = "One hair, bent half way to the loop"
+    report.add("rods", paper.medians, parts.get("rods"), "Rod", title, columns, paper.RODS)
+    columns = {"fibers": count, "segments": count, "seconds": time}
+    title = "Making a scene, every rod in equilibrium"
+    report.add("rods", paper.medians, parts.get("rods"), "Make", title, columns)
+    for name, (title, draw) in paper_pictures.PICTURES.items():
+        if (folder / f"{name}.csv").exists():
+            caption = paper_pictures.caption(folder, name)
+            report.blocks.append(Figure("", title, caption, partial(draw, folder, name)))
+        else:
+            report.missing.append(title)
+    if (folder / "view.html").exists():
+        html = (folder / "view.html").read_text(encoding="utf-8")
+        report.blocks.append(Figure("", "To turn and to enter", paper.VIEW, html=html))
+    return report
+
+
+def write_page(report, path):
+    """Beside and renamed, so that the page before it stays whole until then."""
+    loader = jinja2.FileSystemLoader(Path(__file__).parent)
+    undefined = jinja2.StrictUndefined
+    environment = jinja2.Environment(loader=loader, autoescape=True, undefined=undefined)
+    template = environment.get_template("page.html")
+    text = template.render(report=report, circumstances=circumstances(report.parts))
+    draft = path.with_suffix(".part")
+    draft.write_text(text, encoding="utf-8")
+    draft.replace(path)
+
+
+def write_documents(report, root):
+    """Replaces the marked tables and the pictures of this set."""
+    tables = report.documented()
+    due = set(tables)
+    known = {word: kind for kind, words in DOCUMENTED.items() for word in words}
+
+    def renewed(mark):
+        head, name, foot = mark.groups()
+        if known[name.split()[0]] != report.kind:
+            return mark[0]
+        due.remove(name)  # a second one is an error
+        return f"{head}\n{tables[name].markdown()}\n\n{circumstances(report.parts)}\n\n{foot}"
+
+    for path in [root / "README.md", *sorted((root / "docs").glob("*.md"))]:
+        path.write_text(MARK.sub(renewed, path.read_text(encoding="utf-8")), encoding="utf-8")
+    if due:
+        raise ValueError(f"no document has a mark for {', '.join(sorted(due))}")
+    for figure in report.figures():
+        if figure.name:
+            (root / "docs" / "images" / f"{figure.name}.png").write_bytes(figure.data)
+
+
+def main(arguments):
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("set", choices=DOCUMENTED)
+    parser.add_argument("folder", type=Path, help="of the results")
+    parser.add_argument("--page", type=Path, metavar="FILE.html")
+    parser.add_argument("--picture", type=Path, metavar="FILE.png", help="the first one")
+    parser.add_argument("--docs", type=Path, metavar="ROOT", help="renews its tables and pictures")
+    parser.add_argument("--targets", action="store_true", help="full: met and missed")
+    options = parser.parse_args(arguments)
+    make = {"headline": headline, "trade": trade_offs, "paper": paper_again}
+    make["full"] = partial(full, with_targets=options.targets)
+    report = make[options.set](options.folder)
+    shown = report.documented()
+    if options.targets:
+        shown["targets"] = report.tables()["targets"]
+    for table in shown.values():
+        print(f"## {table.title}\n\n{table.markdown()}\n\n{table.caption}\n")
+    print(circumstances(report.parts))
+    if report.missing:
+        print(f"Not measured: {'; '.join(report.missing)}.")
+    if options.page:
+        write_page(report, options.page)
+    if options.picture:
+        options.picture.write_bytes(report.figures()[0].data)
+    if options.docs:
+        write_documents(report, options.docs)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

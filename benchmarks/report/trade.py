@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Tables of the set trade, and the points of its pictures."""
+
+from frames import scenes_of
+from pictures import OURS, count_label, style_of
+from tables import Table, count, digits, percent, time
+
+HELIX_RADIUS = 0.0035  # cm, of makeHelix()
+BOUND_KINDS = {
+    "tests": "at most so many tests of volumes",
+    "radii": "no volume below so many radii",
+}
+
+
+def contacts(scene, name):
+    """Adjacent segments always touch, and are nothing that a program looks for."""
+    return scene.checked(name, "touching") - (scene.segments - scene.fibers)
+
+
+def points_of(scene):
+    """(name, seconds a frame, false pairs per contact) of one thread, fastest first."""
+    points = []
+    for name in scene.contenders:
+        if name.endswith("_threads") or not scene.part.knows("Frames", name, "frame"):
+            continue
+        false = scene.checked(name, "pairs") - scene.checked(name, "touching")
+        points.append((name, scene.median(name, "frame"), false / contacts(scene, name)))
+    return sorted(points, key=lambda point: point[1])
+
+
+def pareto(points):
+    """Those that no other point beats in both."""
+    front = []
+    for point in sorted(points, key=lambda point: point[1:]):
+        if not front or point[2] < front[-1][2]:
+            front.append(point)
+    return front
+
+
+def row_of(name):
+    """FCL's trees are at the level that is fastest in the scene."""
+    label = style_of(name)[0]
+    return label if name in OURS else f"{label}, {name.split('/')[1].split('_')[0]} boxes"
+
+
+def managers(parts):
+    scenes = scenes_of(parts)
+    cells = {}
+    for scene in scenes.values():
+        points = points_of(scene)
+        front = pareto(points)
+        for point in reversed(points):  # the fastest level has the last word
+            name, seconds, false = point
+            text = f"{time(seconds)}, {digits(false, 2)}" + (" *" if point in front else "")
+            cells.setdefault(row_of(name), {})[scene.name] = text
+    ours = [label for label, *_ in OURS.values()]
+    order = sorted(cells, key=lambda row: (ours.index(row) if row in ours else len(ours), row))
+    rows = [[row, *(cells[row].get(name, "-") for name in scenes)] for row in order]
+    caption = (
+        "Update + detection on one thread, and false pairs for each contact: a contact is a pair "
+        "that touches and is not adjacent. * is on the scene's Pareto front: nobody beats it in "
+        "both. - was ended, as a phase took longer than the limit."
+    )
+    header = ["", *(scene.title() for scene in scenes.values())]
+    return Table("managers", "Managers", header, rows, caption)
+
+
+def manager_points(parts):
+    """Points and Pareto fronts by the scene's title."""
+    points = {scene.title(): points_of(scene) for scene in scenes_of(parts).values()}
+    return points, {title: pareto(found) for title, found in points.items()}
+
+
+def bound_values(part, kind):
+    """Coarsest first."""
+    found = (name.split(":") for name in part.names("Bound") if ":" in name)
+    return sorted((int(value) for of, value in found if of == kind), reverse=kind == "radii")
+
+
+def bounds(parts, scene, kind):
+    part = parts[f"bounds_{scene}"]
+    whole = part.median("Bound", "none", "pairs")
+    rows = []
+    for name in [f"{kind}:{value}" for value in bound_values(part, kind)]:
+        pairs = percent(part.median("Bound", name, "pairs"), whole)
+        left = [count(part.median("Bound", name, key)) for key in ("pieces", "unresolved")]
+        bound = f"{int(name.split(':')[1]):,}"
+        rows.append([bound, time(part.median("Bound", name, "seconds")), pairs, *left])
+    rows.append(["no bound", time(part.median("Bound", "none", "seconds")), "100 %", "0", "0"])
+    header = [BOUND_KINDS[kind], "takes", "touching pairs resolved", "pairs of parts left"]
+    header.append("pairs of segments in them")
+    name = {"tests": "bounds-tests", "radii": "bounds-resolution"}[kind]
+    name += "" if scene == "helix" else f" {scene}"
+    caption = "A query of FiberTree, adjacent segments left out. Radii are the fiber's."
+    return Table(name, f"An answer in time, {scene}: {BOUND_KINDS[kind]}", header, rows, caption)
+
+
+def bound_points(parts):
+    """By kind and scene: label, times the query without a bound, percent that is not resolved."""
+    found = {}
+    for name, part in parts.items():
+        if not name.startswith("bounds_"):
+            continue
+        none, whole = (part.median("Bound", "none", key) for key in ("seconds", "pairs"))
+        for kind, title in BOUND_KINDS.items():
+            points = []
+            for value in bound_values(part, kind):
+                got = [part.median("Bound", f"{kind}:{value}", key) for key in ("seconds", "pairs")]
+                points.append((count_label(value), got[0] / none, 100 * (1 - got[1] / whole)))
+            found.setdefault(title, {})[name.split("_", 1)[1]] = points
+    return found
+
+
+def samplings(part):
+    """Segments a fiber; the last is the truth."""
+    return sorted({int(name.split("/")[0]) for name in part.names("Sampling")})
+
+
+def sampling(part):
+    rows = []
+    for segments in samplings(part):
+        plain, margin = f"{segments}/plain", f"{segments}/margin"
+
+        def value(name, key):
+            return part.median("Sampling", name, key)
+
+        cells = [digits(value(plain, "chord_error") / HELIX_RADIUS, 2)]
+        for name in (plain, margin):
+            cells.append(percent(value(name, "missed"), value(name, "contacts")))
+            cells.append(time(value(name, "seconds")))
+        cells.append(percent(value(margin, "extra"), value(margin, "reported")))
+        rows.append([f"{segments:,}", *cells])
+    header = ["segments a fiber", "chord error e, radii", "missed", "takes"]
+    header += ["missed with a margin of 2 e", "takes", "of these not in the finest"]
+    caption = "Contacts of two fibers, against the finest sampling; update and detection of arrays."
+    return Table("sampling", "Sampling", header, rows, caption)
+
+
+def sampling_points(parts):
+    part = parts["sampling"]
+    return {
+        kind: [
+            (
+                f"{segments:,}",
+                part.median("Sampling", f"{segments}/{kind}", "seconds"),
+                100
+                * part.median("Sampling", f"{segments}/{kind}", "missed")
+                / part.median("Sampling", f"{segments}/{kind}", "contacts"),
+            )
+            for segments in samplings(part)
+        ]
+        for kind in ("plain", "margin")
+    }
+
+
+def costs(part):
+    rows = []
+    for name in sorted(part.names("Costs")):
+        segments = part.median("Costs", name, "segments")
+        size, *times = (part.median("Costs", name, k) for k in ("bytes", "update", "detection"))
+        cells = [digits(size / segments), *(count(1e9 * seconds / segments) for seconds in times)]
+        rows.append(
+            [name.replace("/", ": ", 1), *cells, count(part.median("Costs", name, "pairs"))]
+        )
+    header = ["what is asked for", "bytes a segment", "update, ns a segment"]
+    header += ["detection, ns a segment", "pairs"]
+    caption = "Of a tree over plain arrays, and of a manager of FCL's objects."
+    return Table("costs", "What a scene pays for", header, rows, caption)
