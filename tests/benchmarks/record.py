@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Records anew what report_test.py makes reports of: record.py fcl_fibers_bench
+
+Small scenes, and of each file only what reports read, a run a line. Where Embree
+was run once, being far behind FCL in so small a scene, record it again. full/growth.json is written
+by hand, as ten million segments take minutes.
+"""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+HELIX = "--scene=helix:fibers=10,segments=20"
+DYNAMIC = "--scene=paper-dynamic:fibers=40,segments=50"
+STATIC = "--scene=paper-static:segments=20,fibers="
+RECORDED = {
+    "full/frames_helix": ["frames", "--against=full", HELIX],
+    "full/frames_paper-dynamic": ["frames", "--steps=5", DYNAMIC],
+    "full/queries": ["queries", "--benchmark_filter=collide, one|/spheres/"],
+    "trade/frames_helix": ["frames", "--against=all", HELIX],
+    "trade/bounds_helix": ["bounds", HELIX],
+    "trade/sampling": ["sampling", "--benchmark_filter=/(100|2000)/"],
+    "trade/costs": ["costs", "--benchmark_filter=Costs/.*/boxes(, fibers)?/"],
+    "paper/static_10": ["frames", "--against=paper_all", STATIC + "10"],
+    "paper/static_20": ["frames", "--against=paper_all", STATIC + "20"],
+    "paper/axis_turned_1": ["frames", "--against=paper", STATIC + "10"],
+    "paper/strand_1000": [
+        "frames",
+        "--against=paper",
+        "--scene=paper-strand:fibers=10,segments=20",
+    ],
+    "paper/replay": ["replay", "--steps=5", DYNAMIC],
+    "paper/chain_random_4": ["chain", "--chain=random", "--edge=4"],
+    "paper/chain_snake_4": ["chain", "--chain=snake", "--edge=4"],
+    "paper/radii": ["radii", "--benchmark_filter=edge:[24]/"],
+    "paper/rods": ["rods", "--benchmark_filter=segments:25/|Make/paper-static"],
+}
+RUNS = 5  # of each name: a ratio asks for so many
+CONTEXT = ("machine", "compiler", "build_type", "commit", "left_out")
+READ = (
+    "run_type",
+    "run_name",
+    "real_time",
+    "time_unit",
+    "label",
+    "error_occurred",
+    "error_message",
+)
+
+
+def shrunk(run):
+    numbers = {k: float(f"{v:.5g}") for k, v in run.items() if isinstance(v, float)}
+    del numbers["cpu_time"]
+    return {**{key: run[key] for key in READ if key in run}, **numbers}
+
+
+def record(program, name, flags):
+    path = Path(__file__).parent / "results" / f"{name}.json"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    environment = {**os.environ, "FCL_FIBERS_COMMIT": "abcdef0"}
+    command = [program, f"--measure={flags[0]}", *flags[1:], f"--benchmark_out={path}"]
+    subprocess.run(command, check=True, env=environment)
+    document = json.loads(path.read_text())
+    runs = {}
+    for run in document["benchmarks"]:
+        if run["run_type"] == "iteration":
+            runs.setdefault(run["run_name"], []).append(json.dumps(shrunk(run)))
+    lines = ",\n".join(run for found in runs.values() for run in found[:RUNS])
+    context = json.dumps({key: document["context"][key] for key in CONTEXT})
+    text = f'{{"context": {context},\n"benchmarks": [\n{lines}\n]}}\n'
+    path.write_text(text)
+
+
+if __name__ == "__main__":
+    for name in sys.argv[2:] or RECORDED:
+        record(sys.argv[1], name, RECORDED[name])

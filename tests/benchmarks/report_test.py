@@ -1,0 +1,255 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Each report of benchmarks/report is made from small recorded results; see record.py."""
+
+import contextlib
+import io
+import itertools
+import json
+import shutil
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent.parent / "benchmarks" / "report"))
+
+import report  # noqa: E402
+
+
+class ReportTest(unittest.TestCase):
+    def setUp(self):
+        self.root = Path(tempfile.mkdtemp())
+        self.addCleanup(shutil.rmtree, self.root)
+        self.folder = self.root / "results"
+
+    def take(self, kind, *names):
+        """Copies recorded results, all of the kind if none are named."""
+        self.folder.mkdir(exist_ok=True)
+        for path in (HERE / "results" / kind).iterdir():
+            if not names or path.stem in names:
+                shutil.copy(path, self.folder)
+
+    def made(self, kind, *flags):
+        """What the report prints."""
+        with contextlib.redirect_stdout(io.StringIO()) as text:
+            report.main([kind, str(self.folder), *map(str, flags)])
+        return text.getvalue()
+
+    def assert_fails(self, message, kind="headline", *flags):
+        with self.assertRaisesRegex(Exception, message):
+            self.made(kind, *flags)
+
+    def edit(self, name, change):
+        """Changes the runs of a file, each a dictionary."""
+        path = self.folder / f"{name}.json"
+        document = json.loads(path.read_text())
+        document["benchmarks"] = [run for run in document["benchmarks"] if change(run) is not False]
+        path.write_text(json.dumps(document))
+
+    def set_times(self, contender, counter, values):
+        """The runs of a contender in frames_helix get such values, by turns."""
+        turns = itertools.cycle(values)
+
+        def change(run):
+            if run["run_name"].startswith(f"Frames/{contender}/iterations"):
+                run[counter] = float(next(turns))
+
+        self.edit("frames_helix", change)
+
+    def row(self, text, name):
+        """The cells of the only row of that name."""
+        lines = [line for line in text.splitlines() if line.startswith(f"| {name}")]
+        self.assertEqual(len(lines), 1, f"{name}: {lines}")
+        return [cell.strip() for cell in lines[0].strip("|").split("|")][1:]
+
+    def fcl(self, boxes, key="detection"):
+        """Names of FCL's contenders that have that counter."""
+        runs = json.loads((self.folder / "frames_helix.json").read_text())["benchmarks"]
+        names = ["/".join(run["run_name"].split("/")[:3]) for run in runs if run.get(key, 0) > 0]
+        start = "Frames/Dynamic"
+        return sorted({n[7:] for n in names if n.startswith(start) and f"/{boxes}" in n})
+
+    def test_ratio_is_of_medians_with_the_range_that_single_runs_allow(self):
+        """If this failed, the README's first table would state other ratios than were measured."""
+        self.take("full", "frames_helix")
+        for name in [n for n in self.fcl("tight") if not n.endswith("_and_collide")]:
+            self.set_times(name, "detection", [9])
+        best = [n for n in self.fcl("tight") if not n.endswith("_and_collide")][0]
+        self.set_times("LayeredAABBTree/boxes", "detection", [0.8, 1, 2, 2.5, 1.5])
+        self.set_times(best, "detection", [6, 3, 4.5, 5, 4])
+        # Medians 4.5 and 1.5; 3 / 2.5 and 6 / 0.8.
+        found = self.row(self.made("headline"), "Detection: FCL on the same tight boxes")
+        self.assertEqual(found, ["3.0x (1.2 to 7.5)"])
+
+    def test_as_fast_where_the_range_includes_one(self):
+        """If this failed, noise would be sold as an advantage."""
+        self.take("full", "frames_helix")
+        for name in self.fcl("", "update"):
+            self.set_times(name, "update", [2])
+        self.set_times("LayeredAABBTree/boxes", "update", [1, 1, 1, 1, 2.5])
+        found = self.row(self.made("headline"), "Update after motion: FCL on any boxes")
+        self.assertEqual(found, ["as fast (0.80 to 2.0)"])
+
+    def test_best_is_whose_median_is_least_whatever_a_single_run_says(self):
+        """If this failed, a peer would be represented by a configuration that is not its best."""
+        self.take("full", "frames_helix")
+        for name in self.fcl("", "set_up"):
+            self.set_times(name, "set_up", [1, 8, 8, 8, 8])
+        best = [name for name in self.fcl("stock", "set_up")][0]
+        self.set_times(best, "set_up", [6])
+        self.set_times("LayeredAABBTree/boxes", "set_up", [2])
+        found = self.row(self.made("headline"), "Set-up: FCL on any boxes")
+        self.assertEqual(found, ["3.0x (3.0 to 3.0)"])
+
+    def test_touching_pairs_say_how_large_their_sample_was(self):
+        """If this failed, an estimate would stand as a measurement."""
+        self.take("full", "frames_helix")
+        for boxes, factor in (("tight", 10), ("stock", 20)):
+            for name in [n for n in self.fcl(boxes) if n.endswith("_and_collide")]:
+                self.set_times(name, "detection", [factor])
+                self.set_times(name, "update", [0])
+                self.set_times(name, "of", [70000])
+                self.set_times(name, "sampled", [50500])
+        self.set_times("LayeredAABBTree/capsules", "detection", [3])
+        self.set_times("LayeredAABBTree/capsules", "update", [2])
+        text = self.made("headline")
+        sample = ", estimated from a sample of 50,500 pairs"
+        row = "Touching pairs: FCL on tight boxes + fcl::collide" + sample
+        self.assertEqual(self.row(text, row), ["2.0x (2.0 to 2.0)"])
+        row = "Touching pairs: FCL on its own boxes + fcl::collide" + sample
+        self.assertEqual(self.row(text, row), ["4.0x (4.0 to 4.0)"])
+
+    def test_detection_per_visited_pair_counts_both_orders_of_embree(self):
+        """If this failed, Embree would be blamed for work that the ratio does not mention."""
+        self.take("full", "frames_helix")
+        for name in ("rebuild", "morton", "refit"):
+            self.set_times(f"Embree/{name}", "detection", [4])
+            self.set_times(f"Embree/{name}", "visited", [200])
+        self.set_times("LayeredAABBTree/boxes", "detection", [1])
+        self.set_times("LayeredAABBTree/boxes", "visited", [100])
+        row = "Detection per visited pair, times Embree's, 1 thread"
+        self.assertEqual(self.row(self.made("full"), row), ["2.0x (2.0 to 2.0)"])
+
+    def test_a_measure_that_was_not_run_is_named(self):
+        """If this failed, a part that was left out would look as if it did not exist."""
+        self.take("full", "frames_helix")
+        self.assertIn(
+            "Not measured: frames of cap; frames of paper-dynamic.", self.made("headline")
+        )
+        text = self.made("full")
+        missing = "frames of helix-2000; frames of cap; frames of paper-dynamic; queries; growth"
+        self.assertIn(f"Not measured: {missing}.", text)
+
+    def test_what_is_wrong_or_missing_ends_the_report(self):
+        """If this failed, a broken measurement would be published as far as it got."""
+
+        def without(prefix, key):
+            def change(run):
+                if run["run_name"].startswith(prefix):
+                    del run[key]
+
+            return change
+
+        def renamed(run):
+            run["run_name"] = run["run_name"].replace("LayeredAABBTree/boxes", "LayeredAABB/boxes")
+
+        def wrong(run):
+            if run["run_name"].startswith("Checked/LayeredAABBTree/boxes/"):
+                run["label"] = "wrong: 3 touching pairs instead of 4 in detection"
+
+        runs = []
+
+        def once(run):
+            runs.append(run["run_name"])
+            return not (run["run_name"].startswith("Frames/") and runs.count(runs[-1]) > 4)
+
+        for change, message in (
+            (without("Frames/LayeredAABBTree/boxes/", "detection"), "has no detection"),
+            (without("Frames/DynamicAABBTree", "update"), "has no update"),
+            (without("Checked/", "touching"), "has no touching"),
+            (renamed, "no Frames/LayeredAABBTree/boxes"),
+            (lambda run: not run["run_name"].startswith("Floor"), "no Floor/read"),
+            (wrong, "wrong: 3 touching pairs"),
+            (once, "4 runs, not 5"),
+        ):
+            with self.subTest(message):
+                self.take("full", "frames_helix")
+                self.edit("frames_helix", change)
+                self.assert_fails(message)
+        self.take("full", "frames_helix")
+        shutil.copy(self.folder / "frames_helix.json", self.folder / "frames_helx.json")
+        self.assert_fails("no measure of this name")
+
+    def test_unequal_work_is_not_compared(self):
+        """If this failed, who reports fewer pairs would be the faster one."""
+        self.take("full", "frames_helix")
+        self.set_times("LayeredAABBTree/boxes", "pairs", [5])
+        self.assert_fails("5.0 pairs, DynamicAABBTree")
+
+    def test_documents_have_their_marked_tables_replaced(self):
+        """If this failed, documents would keep figures of another commit, or lose their text."""
+        self.take("full", "frames_helix")
+        (self.root / "docs" / "images").mkdir(parents=True)
+        readme = self.root / "README.md"
+        mark = "<!-- table headline: benchmarks/run.sh -->\n"
+        readme.write_text(f"before\n\n{mark}old\n<!-- end of table -->\n\nafter\n")
+        other = self.root / "docs" / "costs.md"
+        costs = "<!-- table costs: benchmarks/run.sh --trade -->\nkept\n<!-- end of table -->\n"
+        other.write_text(costs)
+        self.made("headline", "--docs", self.root)
+        text = readme.read_text()
+        self.assertTrue(text.startswith(f"before\n\n{mark}\n| Speed-up over"), text)
+        self.assertTrue(
+            text.endswith("Release; commit abcdef0.\n\n<!-- end of table -->\n\nafter\n")
+        )
+        self.assertNotIn("old", text)
+        self.assertEqual(other.read_text(), costs)
+        png = (self.root / "docs" / "images" / "headline.png").read_bytes()
+        self.assertTrue(png.startswith(b"\x89PNG"))
+        readme.write_text("no mark\n")
+        self.assert_fails("no document has a mark", "headline", "--docs", self.root)
+
+    def page(self, kind, *flags):
+        """Text and page of all that is recorded."""
+        self.take(kind)
+        page, picture = self.root / "page.html", self.root / "picture.png"
+        text = self.made(kind, "--page", page, "--picture", picture, *flags)
+        self.assertTrue(picture.read_bytes().startswith(b"\x89PNG"))
+        return text, page.read_text()
+
+    def test_full(self):
+        """If this failed, docs/performance.md could not be made."""
+        text, page = self.page("full", "--targets")
+        for title in ("How many times as fast", "Who is best", "Targets", "Growth"):
+            self.assertIn(f"## {title}\n", text)
+            self.assertIn(f"<h2>{title}</h2>", page)
+        self.assertRegex(
+            self.row(text, "bytes a segment ")[0], r"^\d+\.?\d* (met|MISSED) \(< 80\)$"
+        )
+        self.assertEqual(self.row(text, "growth, update")[0], "1.50 MISSED (< 1.5)")
+        text = self.made("full")
+        self.assertEqual(self.row(text, "update  ")[:4], ["60.0 ns", "66.0 ns", "90.0 ns", "1.50x"])
+        self.assertNotIn("MISSED", text)
+
+    def test_trade(self):
+        """If this failed, docs/accuracy.md and docs/costs.md could not be made."""
+        text, page = self.page("trade")
+        for title in ("Managers", "Sampling", "What a scene pays for"):
+            self.assertIn(f"## {title}\n", text)
+        self.assertEqual(page.count("<img "), 2)
+        # 10,000 tests of volumes are more than so small a scene takes.
+        self.assertEqual(self.row(text, "10,000 ")[1:], ["100 %", "0", "0"])
+
+    def test_paper(self):
+        """If this failed, the paper's experiments would have no page."""
+        text, page = self.page("paper")
+        row = self.row(text, "paper-strand 1,000 x 2,000: the paper's boxes")
+        self.assertEqual(row, ["2.78 s", "281 ms", "1.69 s", "23,000", "-"])
+        for title in ("Fig. 7. Time of construction", "Fig. 10. Dynamic assembly"):
+            self.assertIn(f"<h2>{title}</h2>", page)
+        self.assertEqual(page.count("<img "), 6)
+
+
+if __name__ == "__main__":
+    unittest.main()
