@@ -29,7 +29,7 @@ while (($# > 0)); do
       hair+=("$1=${2?$1 takes a value}")
       shift
       ;;
-    --help) sed -n '4,16s/^# \{0,1\}//p' "$0" && exit ;;
+    --help) sed -n '4,18s/^# \{0,1\}//p' "$0" && exit ;;
     *) echo "benchmarks/run.sh: there is no $1; see --help" >&2 && exit 1 ;;
   esac
   shift
