@@ -143,7 +143,7 @@ case $scenes in
     ;;
 esac
 
-page=$data/page.html picture=$data/picture.png
+page=$PWD/$data/page.html picture=$PWD/$data/picture.png
 /usr/bin/python3 -B benchmarks/report/report.py "$set" "$data" --page "$page" --picture "$picture" \
   "${targets[@]}" | tee "$data/tables.md" || failed=1
 printf '\nPage: %s\nPicture: %s\n' "$page" "$picture"
