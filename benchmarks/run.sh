@@ -4,7 +4,7 @@
 # benchmarks/run.sh [--full [--targets] | --trade | --paper [--full]] [--hair FILE [--radius R]]
 #
 #   (nothing)  the README's first table: ours, FCL and Embree on three scenes. 3 minutes
-#   --full     all of docs/performance.md: scenes, other queries, growth. 15 minutes, 6 GB of memory;
+#   --full     all of docs/performance.md: scenes, other queries, growth. 15 minutes, 6 GB memory;
 #              --targets: which ratios reach what they are to reach
 #   --trade    what accuracy costs: every manager, bounds, sampling, options. 8 minutes
 #   --paper    the paper's Table I, figures and pictures. 15 minutes, and up to 20 for one part;
@@ -29,7 +29,7 @@ while (($# > 0)); do
       hair+=("$1=${2?$1 takes a value}")
       shift
       ;;
-    --help) sed -n '4,16s/^# \{0,1\}//p' "$0" && exit ;;
+    --help) sed -n '4,18s/^# \{0,1\}//p' "$0" && exit ;;
     *) echo "benchmarks/run.sh: there is no $1; see --help" >&2 && exit 1 ;;
   esac
   shift
@@ -40,12 +40,11 @@ for i in "${!hair[@]}"; do
 done
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-build=build/benchmarks
 ponytail=${FCL_FIBERS_DATA:-../shared/data}/tressfx31_ponytail_tail.tfx
 if [[ $set == trade && ${#hair[@]} == 0 && -e $ponytail ]]; then
   hair=(--hair="$ponytail" --radius=0.05)
 fi
-scenes=$set data=$build/results/$set
+build=build/benchmarks scenes=$set data=build/benchmarks/results/$set
 if ((${#hair[@]} > 0)) && [[ $set != trade ]]; then scenes=hair data=${data}_hair; fi
 
 .ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev libtbb-dev \
@@ -53,12 +52,10 @@ if ((${#hair[@]} > 0)) && [[ $set != trade ]]; then scenes=hair data=${data}_hai
   python3-matplotlib
 .ci/apt_install.sh libembree-dev libbullet-dev ||
   echo "What of Embree and Bullet is not installed is left out" >&2
-tools=OFF
-goals=(fcl_fibers_bench)
+tools=OFF goals=(fcl_fibers_bench)
 if [[ $set == paper ]]; then
   .ci/apt_install.sh libfmt-dev nlohmann-json3-dev libjs-three
-  tools=ON
-  goals+=(fcl_fibers_program)
+  tools=ON goals+=(fcl_fibers_program)
 fi
 cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DFCL_FIBERS_BUILD_TESTS=OFF \
   -DFCL_FIBERS_BUILD_BENCHMARKS=ON -DFCL_FIBERS_BUILD_TOOLS=$tools >&2
@@ -69,8 +66,7 @@ export FCL_FIBERS_COMMIT
 rm -rf "$data.previous"
 if [[ -d $data ]]; then mv "$data" "$data.previous"; fi
 mkdir -p "$data"
-failed=0
-SECONDS=0
+failed=0 SECONDS=0
 
 # measure NAME MEASURE FLAG...: one that fails leaves no results.
 measure() {
@@ -147,7 +143,7 @@ case $scenes in
     ;;
 esac
 
-page=$data/page.html picture=$data/picture.png
+page=$PWD/$data/page.html picture=$PWD/$data/picture.png
 /usr/bin/python3 -B benchmarks/report/report.py "$set" "$data" --page "$page" --picture "$picture" \
   "${targets[@]}" | tee "$data/tables.md" || failed=1
 printf '\nPage: %s\nPicture: %s\n' "$page" "$picture"

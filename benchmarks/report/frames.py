@@ -13,8 +13,8 @@ PHASES = ("set_up", "update", "detection", "frame")
 PHASE_TITLES = ["set-up", "update", "detection", "update + detection"]
 READ_RATIOS = (
     "Ratios of medians, one thread unless the row says otherwise; in brackets the lowest and the "
-    "highest that single runs allow, 'as fast' where they include 1. FCL's best is, row by row, the "
-    "tree and level with the least median of what the row measures, Embree's the fastest of its "
+    "highest that single runs allow, 'as fast' where they include 1. FCL's best is, row by row, "
+    "the tree and level with the least median of what the row measures, Embree's the fastest of a "
     "rebuild, Morton rebuild and refit; Embree visits both orders of each pair. Touching pairs are "
     "an update and a query with Report::kCapsules."
 )

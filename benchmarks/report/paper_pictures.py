@@ -157,7 +157,9 @@ def strand(picture):
     draw_fibers(middle, picture, view, 0.35, step=8, dots=1.2)
     projected = (picture.points @ view.T)[:, :2]
     half = 0.06 * np.ptp(projected[:, 1]) * np.array([0.8, 1.2])
-    low, high = np.median(projected, axis=0) - half, np.median(projected, axis=0) + half
+    points = picture.begin[1]
+    centre = np.median(projected[int(0.85 * points) :: points], axis=0)
+    low, high = centre - half, centre + half
     draw_fibers(right, picture, view, 0.8, dots=8, window=(low, high))
     middle.add_patch(Rectangle(low, *(high - low), fill=False, color=INK, lw=0.9))
     return figure

@@ -98,7 +98,7 @@ def headline_bars(scene):
 
 def headline(scenes):
     """One picture a scene: bars of a frame's time, one thread, shortest above."""
-    figure = Figure(figsize=(0.6 + 3.6 * len(scenes), 3.6))
+    figure = Figure(figsize=(2.4 + 3.2 * len(scenes), 3.6))
     axes = figure.subplots(1, len(scenes), sharey=True, squeeze=False)[0]
     for axis, scene in zip(axes, scenes.values()):
         at, ticks, values = 0.0, [], []

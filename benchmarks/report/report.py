@@ -29,6 +29,7 @@ DOCUMENTED = {
     "trade": ("managers", "sampling", "bounds-tests", "bounds-resolution", "costs"),
     "paper": ("table-1",),
 }
+BARS = "Bars are medians, lines reach from the lowest run to the highest."
 MARK = re.compile(r"(<!-- table ([\w -]+): [^\n]*-->\n).*?(<!-- end of table -->)", re.DOTALL)
 
 
@@ -91,8 +92,7 @@ def headline(folder):
     report = Report("headline", "The headline", folder, files_of("frames", frames.HEADLINE))
     scenes = frames.scenes_of(report.parts)
     report.add("frames_.*", frames.headline, scenes)
-    caption = "Bars are medians, lines reach from the lowest run to the highest."
-    report.draw("frames_.*", "headline", "A frame", caption, pictures.headline, scenes)
+    report.draw("frames_.*", "headline", "A frame", BARS, pictures.headline, scenes)
     report.add("frames_.*", frames.best, scenes)
     for name, scene in scenes.items():
         report.add(f"frames_{name}", frames.scene_table, scene, True)
@@ -106,6 +106,7 @@ def full(folder, with_targets):
     scenes, parts = frames.scenes_of(report.parts), report.parts
     report.add("frames_.*", frames.all_ratios, scenes)
     report.add("frames_.*", frames.best, scenes)
+    report.draw("frames_.*", "", "A frame", BARS, pictures.headline, scenes)
     if with_targets:
         report.add("frames_.*", frames.targets, scenes, parts.get("growth"))
     for name, scene in scenes.items():
