@@ -207,6 +207,11 @@ FAULTS = [
     Fault("the last pairs behind the neighbour filter are lost", "arrays/fiber_tree.cpp",
           "return size == 0 ? Visit::kContinue : sink_.take(kept.data(), size);",
           "return Visit::kContinue;", "arrays_test"),
+    Fault("trees of two kinds are searched together", "arrays/fiber_tree.cpp",
+          "if (!scene_.matches(other.scene_)) {", "if (false) {", "arrays_test"),
+    Fault("a partner without capsules is asked for them", "arrays/fiber_tree.cpp",
+          "if (options_.report == Report::kCapsules && !other.scene_.keepsSegments()) {",
+          "if (false) {", "arrays_test"),
     Fault("neighbours across fibers are ignored", "arrays/fiber_tree.cpp",
           "if (static_cast<std::size_t>(last) >= end) return false;", "", "arrays_test"),
 ]

@@ -718,9 +718,10 @@ TYPED_TEST(SearchTest, CountsVolumeTests) {
 
 // A manager with no objects or one would crash.
 TYPED_TEST(SearchTest, FindsNothingWhereThereIsNothing) {
-  Random random(37);
-  FiberScene one{"one", {}, {}};
-  addFiber(one, random, 1, 0.1, 0.1);
+  // So thick that some of the curled segments touch it.
+  FiberScene one{"one", {{{0, 0, 0}, {0.1, 0, 0}, 0.3}}, {}};
+  one.fibers.ids = {0};
+  one.fibers.endFiber();
   const auto executor = parallel::makeExecutor(2);
   for (parallel::Executor* const threads :
        {static_cast<parallel::Executor*>(nullptr), executor.get()}) {
