@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/managers_under_test.h"
 
-#include <algorithm>
-
 #include <fcl/broadphase/broadphase_SSaP.h>
 #include <fcl/broadphase/broadphase_SaP.h>
 #include <fcl/broadphase/broadphase_bruteforce.h>
@@ -78,18 +76,26 @@ makeFclManagers() {
 }
 
 template <typename S>
+std::vector<std::pair<std::string, std::unique_ptr<fcl::BroadPhaseCollisionManager<S>>>>
+makeEachManager(FiberManagerOptions options) {
+  auto all = makeFclManagers<S>();
+  for (const Topology topology : {Topology::kBundle, Topology::kSuperThread}) {
+    options.topology = topology;
+    all.emplace_back("boxes, " + topologyName(topology), makeLayeredAabbTree<S>(options));
+    all.emplace_back("spheres, " + topologyName(topology), makeWrappedSphereTree<S>(options));
+  }
+  all.emplace_back("foreign", std::make_unique<ForeignManager<S>>());
+  return all;
+}
+
+template <typename S>
 void registerFibers(FiberCollisionManager<S>& manager, const Scene<S>& scene,
                     const std::vector<int>& groups) {
-  std::vector<fcl::CollisionObject<S>*> done;
   for (std::size_t f = 0; f < scene.fibers().size(); ++f) {
-    const auto& fiber = scene.fibers()[f];
     const FiberGroup group{f < groups.size() ? groups[f] : 0};
-    manager.registerFiber(fiber, FiberEnds::kOpen, group);
-    done.insert(done.end(), fiber.begin(), fiber.end());
+    manager.registerFiber(scene.fibers()[f], FiberEnds::kOpen, group);
   }
-  for (fcl::CollisionObject<S>* object : scene.objects()) {
-    if (std::find(done.begin(), done.end(), object) == done.end()) manager.registerObject(object);
-  }
+  for (fcl::CollisionObject<S>* object : scene.loose()) manager.registerObject(object);
 }
 
 template <typename S>
@@ -118,6 +124,9 @@ std::vector<fcl::CollisionObject<S>*> objectsOf(const fcl::BroadPhaseCollisionMa
   template std::vector<                                                                    \
       std::pair<std::string, std::unique_ptr<fcl::BroadPhaseCollisionManager<S>>>>         \
   makeFclManagers<S>();                                                                    \
+  template std::vector<                                                                    \
+      std::pair<std::string, std::unique_ptr<fcl::BroadPhaseCollisionManager<S>>>>         \
+      makeEachManager<S>(FiberManagerOptions);                                             \
   template void registerFibers<S>(FiberCollisionManager<S>&, const Scene<S>&,              \
                                   const std::vector<int>&);                                \
   template std::unique_ptr<FiberCollisionManager<S>> cloneOf<S>(                           \

@@ -150,6 +150,21 @@ std::vector<fcl::CollisionObject<S>*> Scene<S>::addFiber(const std::vector<Eigen
 }
 
 template <typename S>
+std::vector<fcl::CollisionObject<S>*> Scene<S>::loose() const {
+  // Fibers are in the order of their objects.
+  std::vector<Object*> loose;
+  auto fiber = fibers_.begin();
+  for (std::size_t i = 0; i < size();) {
+    if (fiber != fibers_.end() && !fiber->empty() && objects_[i] == fiber->front()) {
+      i += (fiber++)->size();
+    } else {
+      loose.push_back(objects_[i++]);
+    }
+  }
+  return loose;
+}
+
+template <typename S>
 fcl::Capsule<S>& Scene<S>::capsule(std::size_t i) {
   return dynamic_cast<fcl::Capsule<S>&>(*geometries_[i]);
 }

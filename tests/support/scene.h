@@ -32,6 +32,8 @@ class Scene {
 
   /// What addFiber added, fiber by fiber; objects added otherwise are in none.
   const std::vector<std::vector<Object*>>& fibers() const { return fibers_; }
+  /// What is in no fiber.
+  std::vector<Object*> loose() const;
 
   Object* add(std::shared_ptr<Geometry> geometry, const Pose& pose);
   Object* addCapsule(const Pose& pose, double radius, double length);
@@ -76,6 +78,12 @@ void moveTo(fcl::CollisionObject<S>& object, const fcl::Transform3<S>& pose);
 /// Moves one object by up to `distance` on each axis and turns it by up to `angle`.
 template <typename S>
 void jolt(fcl::CollisionObject<S>& object, Random& random, double distance, double angle);
+
+template <typename S>
+void jolt(const std::vector<fcl::CollisionObject<S>*>& objects, Random& random, double distance,
+          double angle) {
+  for (fcl::CollisionObject<S>* object : objects) jolt(*object, random, distance, angle);
+}
 
 template <typename S>
 void translate(fcl::CollisionObject<S>& object, const Eigen::Vector3d& by);
