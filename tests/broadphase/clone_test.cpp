@@ -18,10 +18,7 @@
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
 #include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
-#include "support/distance_search.h"
-#include "support/managers_under_test.h"
-#include "support/pair_oracle.h"
-#include "support/pair_queries.h"
+#include "support/managed.h"
 #include "support/scene_generators.h"
 
 namespace fcl_fibers::test {
@@ -54,32 +51,10 @@ class Clone : public testing::Test {
     return all;
   }
 
-  /// Pairs as positions in a list of objects, null for what has left it.
-  static std::vector<std::pair<std::size_t, std::size_t>> positions(const Calls<S>& pairs,
-                                                                    const Objects& objects) {
-    const auto at = [&](const Object* object) {
-      return static_cast<std::size_t>(std::find(objects.begin(), objects.end(), object) -
-                                      objects.begin());
-    };
-    std::vector<std::pair<std::size_t, std::size_t>> numbers;
-    for (const auto& [a, b] : pairs) numbers.emplace_back(at(a), at(b));
-    return numbers;
-  }
-
-  /// Whether the two managers number their objects alike and answer by the oracle of the clone's.
-  void expectAnswers(const Manager& clone, const Objects& managed,
-                     const FiberManagerOptions& options, const std::vector<Objects>& fibers) const {
-    const PairOracle<S> oracle(managed, rulesOf<Config>(options), fibers, groups_);
-    EXPECT_EQ(objectsOf<S>(clone), managed);
-    EXPECT_TRUE(oracle.answersSelf(selfPairs<S>(clone), managed));
-    DistanceSearch<S> every(oracle);
-    every.lowers = false;
-    every.run(clone);
-    EXPECT_TRUE(every.keepsToTheRules());
-    EXPECT_EQ(every.calls.size(), oracle.pairCount(managed));
-    for (std::size_t i = 0; i < managed.size(); i += 23) {
-      EXPECT_TRUE(oracle.answersBetween(pairsWith<S>(clone, *managed[i]), managed, {managed[i]}));
-    }
+  void expectAnswers(const Managed<Config>& clone) const {
+    EXPECT_TRUE(clone.answersSelf());
+    clone.expectEveryPair();
+    clone.expectAnswersWith(clone.every(23));
   }
   static void expectSameNumbers(const Manager& original, const Manager& clone) {
     const Objects here = objectsOf<S>(original), there = objectsOf<S>(clone);
@@ -88,6 +63,13 @@ class Clone : public testing::Test {
       EXPECT_EQ(original.fiberSegment(here[i]).fiber, clone.fiberSegment(there[i]).fiber);
       EXPECT_EQ(original.fiberSegment(here[i]).segment, clone.fiberSegment(there[i]).segment);
     }
+  }
+
+  Managed<Config> original(const FiberManagerOptions& options, bool is_set_up = true) const {
+    Managed<Config> manager(options);
+    manager.registerFibers(scene_, groups_);
+    if (is_set_up) manager->setup();
+    return manager;
   }
 
   Scene<S> scene_;
@@ -102,31 +84,27 @@ TYPED_TEST(Clone, AnswersForItsOwnObjectsByTheSameRules) {
   for (const FiberManagerOptions& options : this->someOptions()) {
     for (const bool is_set_up : {false, true}) {
       SCOPED_TRACE(describe(options) + (is_set_up ? ", set up" : ", not set up"));
-      const auto original = TypeParam::make(options);
-      registerFibers<S>(*original, this->scene_, this->groups_);
-      if (is_set_up) original->setup();
+      auto original = this->original(options, is_set_up);
       const Scene<S> copies = this->scene_.reallocated(193);
-      const auto clone = cloneOf<S>(*original, copies.objects());
+      const auto clone = original.clone(copies.objects());
       EXPECT_EQ(clone->options().ignored_neighbors, options.ignored_neighbors);
       EXPECT_EQ(clone->options().threads, options.threads);
       EXPECT_EQ(clone->options().topology, original->options().topology);
 
       // Where nothing has moved, the same pairs in the same order.
-      const auto pairs = this->positions(selfPairs<S>(*clone), copies.objects());
-      EXPECT_EQ(pairs, this->positions(selfPairs<S>(*original), this->scene_.objects()));
-      EXPECT_FALSE(pairs.empty());
+      EXPECT_EQ(clone.numbered(selfPairs<S>(*clone)), original.numbered(selfPairs<S>(*original)));
       this->expectSameNumbers(*original, *clone);
 
       // Each goes its own way.
       const Calls<S> before = selfPairs<S>(*original);
       Random random(194);
-      for (auto* object : copies.objects()) jolt(*object, random, 0.1, 0.5);
+      jolt(copies.objects(), random, 0.1, 0.5);
       clone->update();
-      this->expectAnswers(*clone, copies.objects(), options, copies.fibers());
+      this->expectAnswers(clone);
       EXPECT_EQ(selfPairs<S>(*original), before);
-      original->unregisterObject(this->scene_[5]);
-      original->clear();
-      this->expectAnswers(*clone, copies.objects(), options, copies.fibers());
+      original.unregisterObject(this->scene_[5]);
+      original.clear();
+      this->expectAnswers(clone);
     }
   }
 }
@@ -134,108 +112,89 @@ TYPED_TEST(Clone, AnswersForItsOwnObjectsByTheSameRules) {
 // The first query of a clone would count objects where the original's are.
 TYPED_TEST(Clone, ReadsItsObjectsAtItsFirstQueryOrUpdate) {
   using S = typename TypeParam::Scalar;
-  using Test = Clone<TypeParam>;
   const FiberManagerOptions options = this->someOptions()[1];
-  const auto original = TypeParam::make(options);
-  registerFibers<S>(*original, this->scene_, this->groups_);
-  original->setup();
+  const auto original = this->original(options);
   // So far that another bundle is made, too.
   for (const double far : {0.1, 40.0}) {
-    const std::vector<std::pair<std::string, std::function<void(typename Test::Manager&)>>> acts = {
-        {"a query", [](auto&) {}},
-        {"setup", [](auto& clone) { clone.setup(); }},
-        {"update", [](auto& clone) { clone.update(); }},
-        {"update of one", [](auto& clone) { clone.update(objectsOf<S>(clone)[3]); }},
-        {"update of none",
-         [](auto& clone) { clone.update(std::vector<typename Test::Object*>()); }},
-    };
+    const std::vector<std::pair<std::string, std::function<void(typename TestFixture::Manager&)>>>
+        acts = {
+            {"a query", [](auto&) {}},
+            {"setup", [](auto& clone) { clone.setup(); }},
+            {"update", [](auto& clone) { clone.update(); }},
+            {"update of one", [](auto& clone) { clone.update(objectsOf<S>(clone)[3]); }},
+            {"update of none",
+             [](auto& clone) { clone.update(std::vector<typename TestFixture::Object*>()); }},
+        };
     for (const auto& [name, act] : acts) {
       SCOPED_TRACE(name);
       const Scene<S> copies = this->scene_.reallocated(195);
-      const auto clone = cloneOf<S>(*original, copies.objects());
+      const auto clone = original.clone(copies.objects());
       Random random(196);
-      for (auto* object : copies.objects()) jolt(*object, random, far, 0.5);
+      jolt(copies.objects(), random, far, 0.5);
       act(*clone);
-      this->expectAnswers(*clone, copies.objects(), options, copies.fibers());
+      this->expectAnswers(clone);
     }
   }
 }
 
 // Objects that are late or gone in the original would be lost, or come back.
 TYPED_TEST(Clone, TakesWhatHasComeAndGoneWithIt) {
-  using S = typename TypeParam::Scalar;
-  using Objects = typename Clone<TypeParam>::Objects;
   for (const FiberManagerOptions& options : this->someOptions()) {
     for (const bool is_late : {false, true}) {
       SCOPED_TRACE(describe(options));
       // Fibers, then what is in none; one of the fibers comes late.
-      const auto original = TypeParam::make(options);
-      const auto& fibers = this->scene_.fibers();
-      for (std::size_t f = 0; f + 1 < fibers.size(); ++f) {
-        original->registerFiber(fibers[f], FiberEnds::kOpen, FiberGroup{this->groups_[f]});
-      }
-      const auto last = fibers.size() - 1;
-      const auto& late = fibers[last];
-      const Objects rest(this->scene_.objects().begin() + 9 * 14, this->scene_.objects().end());
-      original->registerObjects(rest);
+      Managed<TypeParam> original(options);
+      const auto register_fiber = [&](std::size_t f) {
+        original.registerFiber(this->scene_.fibers()[f], FiberEnds::kOpen,
+                               FiberGroup{this->groups_[f]});
+      };
+      for (std::size_t f = 0; f < 8; ++f) register_fiber(f);
+      original.registerObjects(this->scene_.loose());
       original->setup();
-      for (const std::size_t i : {17u, 3u, 40u}) original->unregisterObject(this->scene_[i]);
-      original->registerFiber(late, FiberEnds::kOpen, FiberGroup{this->groups_[last]});
+      for (const std::size_t i : {17u, 3u, 40u}) original.unregisterObject(this->scene_[i]);
+      register_fiber(8);
       if (!is_late) original->setup();
 
-      const Scene<S> copies = this->scene_.reallocated(197);
-      Objects managed;
-      for (std::size_t i = 0; i < 8 * 14; ++i) {
-        if (i != 3 && i != 17 && i != 40) managed.push_back(copies[i]);
+      const Scene<typename TypeParam::Scalar> copies = this->scene_.reallocated(197);
+      typename TestFixture::Objects managed;
+      for (auto* object : original.objects()) {
+        const auto& all = this->scene_.objects();
+        managed.push_back(copies[static_cast<std::size_t>(
+            std::find(all.begin(), all.end(), object) - all.begin())]);
       }
-      for (std::size_t i = 9 * 14; i < copies.size(); ++i) managed.push_back(copies[i]);
-      for (std::size_t i = 8 * 14; i < 9 * 14; ++i) managed.push_back(copies[i]);
-      const auto clone = cloneOf<S>(*original, managed);
+      auto clone = original.clone(managed);
       this->expectSameNumbers(*original, *clone);
       EXPECT_EQ(clone->fiberSegment(copies[18]).segment, 4u);
 
       // More changes before its first query; where the original's tree has them, nobody is.
       Random random(203);
-      for (auto* object : managed) jolt(*object, random, 0.2, 0.5);
-      clone->unregisterObject(copies[60]);
-      managed.erase(std::find(managed.begin(), managed.end(), copies[60]));
-      clone->registerObject(copies[3]);
-      managed.push_back(copies[3]);
-      auto of_clone = copies.fibers();
-      of_clone[0][3] = nullptr;
-      this->expectAnswers(*clone, managed, options, of_clone);
+      jolt(managed, random, 0.2, 0.5);
+      clone.unregisterObject(copies[60]);
+      clone.registerObject(copies[3]);
+      this->expectAnswers(clone);
       clone->update();
-      this->expectAnswers(*clone, managed, options, of_clone);
+      this->expectAnswers(clone);
 
       // Until ids are dealt anew, in a clone that has not been asked yet.
-      const auto second = cloneOf<S>(*clone, managed);
-      while (managed.size() > 30) {
-        second->unregisterObject(managed[managed.size() / 2]);
-        managed.erase(managed.begin() + static_cast<std::ptrdiff_t>(managed.size() / 2));
-      }
-      this->expectAnswers(*second, managed, options, of_clone);
+      auto second = clone.clone(clone.objects());
+      while (second.size() > 30) second.unregister(second.size() / 2);
+      this->expectAnswers(second);
     }
   }
 }
 
 // Objects of other shapes would be left in the tree, or out of it, as those they stand for were.
 TYPED_TEST(Clone, OtherShapesMayStandForOtherShapes) {
-  using S = typename TypeParam::Scalar;
   for (const FiberManagerOptions& options : this->someOptions()) {
-    const auto original = TypeParam::make(options);
-    registerFibers<S>(*original, this->scene_, this->groups_);
-    original->setup();
-    Scene<S> copies = this->scene_.reallocated(198);
+    const auto original = this->original(options);
+    Scene<typename TypeParam::Scalar> copies = this->scene_.reallocated(198);
     const std::size_t shapes = 9 * 14;
     auto managed = copies.objects();
     managed[shapes] = copies.addHalfspace({1, 0, 0}, 0);
     managed[shapes + 6] = copies.addSphere({0, 0, 0}, 0.2);
     managed[shapes + 1] = copies.addBox({0.1, 0, 0}, Eigen::Quaterniond::Identity(), {1, 1, 1});
     managed[7] = copies.addCapsule({0, 0, 0}, {0.5, 0, 0.1}, 0.1);
-    auto fibers = copies.fibers();
-    fibers[0][7] = managed[7];
-    const auto clone = cloneOf<S>(*original, managed);
-    this->expectAnswers(*clone, managed, options, fibers);
+    this->expectAnswers(original.clone(managed));
   }
 }
 
@@ -252,15 +211,14 @@ TYPED_TEST(Clone, KeepsNeighborsByArcLengthAndAcrossTheSeam) {
   const auto ring = scene.addFiber(points, 3);
   FiberManagerOptions options;
   options.ignored_arc_length = 1;  // one side is 0.77
-  const auto original = TypeParam::make(options);
-  original->registerFiber(ring, FiberEnds::kClosed);
+  Managed<TypeParam> original(options);
+  original.registerFiber(ring, FiberEnds::kClosed);
   EXPECT_EQ(selfPairs<S>(*original).size(), 28u - 16u);
   // Of other lengths.
   Scene<S> copies;
   for (Eigen::Vector3d& point : points) point *= 2;
   const auto larger = copies.addFiber(points, 6);
-  const auto clone = cloneOf<S>(*original, larger);
-  EXPECT_EQ(selfPairs<S>(*clone).size(), 28u - 16u);
+  EXPECT_EQ(selfPairs<S>(*original.clone(larger)).size(), 28u - 16u);
 }
 
 // A clone of what is refused would be made of some of the objects; or the original be changed.
@@ -268,8 +226,7 @@ TYPED_TEST(Clone, RefusesWhatDoesNotFit) {
   using S = typename TypeParam::Scalar;
   using Objects = typename Clone<TypeParam>::Objects;
   const FiberManagerOptions options = this->someOptions()[0];
-  const auto original = TypeParam::make(options);
-  registerFibers<S>(*original, this->scene_, this->groups_);
+  const auto original = this->original(options);
   const Calls<S> pairs = selfPairs<S>(*original);
   Scene<S> copies = this->scene_.reallocated(199);
   const Objects good = copies.objects();
@@ -311,14 +268,12 @@ TYPED_TEST(Clone, RefusesWhatDoesNotFit) {
 TYPED_TEST(Clone, AnswersOnceABrokenObjectIsMended) {
   using S = typename TypeParam::Scalar;
   const FiberManagerOptions options = this->someOptions()[2];
-  const auto original = TypeParam::make(options);
-  registerFibers<S>(*original, this->scene_, this->groups_);
-  original->setup();
+  const auto original = this->original(options);
   Scene<S> copies = this->scene_.reallocated(200);
   auto managed = copies.objects();
   // The tree has none in the half-space's place; there has to be one.
   managed.back() = copies.addSphere({0, 0, 0}, 0.4);
-  const auto clone = cloneOf<S>(*original, managed);
+  const auto clone = original.clone(managed);
   const fcl::Transform3<S> good = managed[20]->getTransform();
   fcl::Transform3<S> bad = good;
   bad.translation()[1] = std::numeric_limits<S>::quiet_NaN();
@@ -328,21 +283,19 @@ TYPED_TEST(Clone, AnswersOnceABrokenObjectIsMended) {
     EXPECT_THROW(clone->setup(), std::invalid_argument);
   }
   managed[20]->setTransform(good);
-  this->expectAnswers(*clone, managed, options, copies.fibers());
+  this->expectAnswers(clone);
 }
 
 // Cloning would disturb queries of other threads, or read a tree that one of them is building.
 TYPED_TEST(Clone, MayBeMadeWhileTheOriginalIsAsked) {
   using S = typename TypeParam::Scalar;
   const FiberManagerOptions options = this->someOptions()[1];
-  const auto model = TypeParam::make(options);
-  registerFibers<S>(*model, this->scene_, this->groups_);
+  const auto model = this->original(options);
   const Calls<S> expected = selfPairs<S>(*model);
-  const auto expected_positions = this->positions(expected, this->scene_.objects());
+  const auto expected_numbers = model.numbered(expected);
   for (int round = 0; round < 4; ++round) {
     // The first of the queries builds.
-    const auto original = TypeParam::make(options);
-    registerFibers<S>(*original, this->scene_, this->groups_);
+    const auto original = this->original(options, false);
     std::atomic<int> wrong{0};
     std::vector<std::thread> threads;
     for (std::uint64_t t = 0; t < 4; ++t) {
@@ -352,8 +305,8 @@ TYPED_TEST(Clone, MayBeMadeWhileTheOriginalIsAsked) {
           return;
         }
         const Scene<S> copies = this->scene_.reallocated(t);
-        const auto clone = cloneOf<S>(*original, copies.objects());
-        wrong += this->positions(selfPairs<S>(*clone), copies.objects()) != expected_positions;
+        const auto clone = original.clone(copies.objects());
+        wrong += clone.numbered(selfPairs<S>(*clone)) != expected_numbers;
       });
     }
     for (std::thread& thread : threads) thread.join();

@@ -38,8 +38,7 @@ TYPED_TEST(ComingAndGoing, AnswersAreThoseOfANewTree) {
   using S = typename TypeParam::Scalar;
   Scene<S> scene = strandScene<S>(12, 16, 301);
   const auto strands = scene.fibers();
-  const auto curl =
-      scene.addFiber({{-0.5, 0, 0}, {0, 0.3, 0}, {0.2, -0.1, 0.4}, {0, 0, 0}}, 0.03);
+  const auto curl = scene.addFiber({{-0.5, 0, 0}, {0, 0.3, 0}, {0.2, -0.1, 0.4}, {0, 0, 0}}, 0.03);
   scene.addHalfspace({0, 0, 1}, -0.4);
   scene.addSphere({0.1, 0.1, 0}, 0.1);
   scene.addPlane({1, 0, 0}, 0.3);
@@ -101,7 +100,7 @@ TYPED_TEST(ComingAndGoing, OneMayComeAndGoForever) {
   };
   const std::size_t first = peak();
   EXPECT_TRUE(managed.answersSelf());
-  EXPECT_EQ(peak(), first);
+  EXPECT_LE(peak(), first);
   EXPECT_TRUE(managed.answersSelf());
 }
 

@@ -4,16 +4,13 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <set>
 #include <stdexcept>
-#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
-#include <fcl_fibers/layered_aabb_tree_collision_manager.h>
-
 #include "support/exact_geometry.h"
+#include "support/managed.h"
 #include "support/scene.h"
 
 namespace fcl_fibers {
@@ -23,9 +20,6 @@ using test::Point;
 using test::Random;
 using test::Real;
 using test::Scene;
-using Manager = LayeredAABBTreeCollisionManagerd;
-using Object = fcl::CollisionObjectd;
-using Pairs = std::set<std::pair<const Object*, const Object*>>;
 
 Point toPoint(const std::array<double, 3>& v) { return Point(v[0], v[1], v[2]); }
 
@@ -105,9 +99,10 @@ TYPED_TEST(ObjectContacts, RefuseOtherShapesAndBrokenPoses) {
 }
 
 /// Curled fibers about one place, some as thick as they are apart, and loose spheres.
-Scene<double> fibersAndSpheres(std::uint64_t seed) {
+template <typename S>
+Scene<S> fibersAndSpheres(std::uint64_t seed) {
   Random random(seed);
-  Scene<double> scene;
+  Scene<S> scene;
   for (int f = 0; f < 20; ++f) {
     std::vector<Eigen::Vector3d> points{random.inCube(0.5)};
     for (int i = 0; i < 12; ++i) points.push_back(points.back() + random.inCube(0.2));
@@ -125,56 +120,35 @@ FiberManagerOptions optionsOf(Report report, double margin) {
   return options;
 }
 
-void registerAll(Manager& manager, const Scene<double>& scene) {
-  for (const auto& fiber : scene.fibers()) manager.registerFiber(fiber);
-  for (Object* object : scene.objects()) {
-    if (object->getNodeType() != fcl::GEOM_CAPSULE) manager.registerObject(object);
-  }
-}
-
-/// Pairs at most `margin` apart, by brute force; neighbours along a fiber are left out.
-Pairs pairsWithin(const Manager& a, const Scene<double>& first, const Scene<double>& second,
-                  double margin) {
-  Pairs pairs;
-  for (const Object* p : first.objects()) {
-    for (const Object* q : second.objects()) {
-      if (&first == &second) {
-        const FiberSegment i = a.fiberSegment(p), j = a.fiberSegment(q);
-        if (std::make_pair(i.fiber, i.segment) >= std::make_pair(j.fiber, j.segment)) continue;
-        if (i.fiber == j.fiber && j.segment - i.segment <= 1) continue;
-      }
-      const Real gap = trueDistance(*p, *q) - margin;
-      EXPECT_GT(std::fabs(gap), 1e-12L) << "too close to call";
-      if (gap <= 0) pairs.emplace(p, q);
-    }
-  }
-  return pairs;
-}
-
-Pairs pairsOf(const ContactCollector<double>& collector) {
-  Pairs pairs;
+/// That the contacts are those of the capsules that touch, and each is right.
+template <typename Config, typename S>
+void expectTouching(const test::Managed<Config>& manager, const test::QueryPartner<S>& partner,
+                    const ContactCollector<S>& collector) {
+  test::Calls<S> pairs;
   for (const auto& contact : collector.contacts()) {
-    EXPECT_TRUE(pairs.emplace(contact.object_a, contact.object_b).second) << "a pair came twice";
+    pairs.emplace_back(contact.object_a, contact.object_b);
     expectRight(*contact.object_a, *contact.object_b, contact, 4);
   }
-  return pairs;
+  EXPECT_TRUE(manager.areTouching(pairs, partner, 50));
 }
 
-TEST(ContactCollector, KeepsTheContactOfEachTouchingPair) {
+template <typename Config>
+class Contacts : public testing::Test {};
+TYPED_TEST_SUITE(Contacts, test::FiberManagers, test::ManagerNames);
+
+TYPED_TEST(Contacts, AreOfEachTouchingPair) {
   // If this fails, contacts are missing, come without touching, or name other segments.
-  const Scene<double> scene = fibersAndSpheres(1);
+  const auto scene = fibersAndSpheres<typename TypeParam::Scalar>(1);
   for (const Report report : {Report::kVolumes, Report::kCapsules}) {
     for (const double margin : {0.0, 0.01}) {
-      Manager manager(optionsOf(report, margin));
-      registerAll(manager, scene);
-      ContactCollector<double> collector(manager);
-      manager.collide(&collector, collector.callback);
-      const Pairs pairs = pairsOf(collector);
-      EXPECT_EQ(pairs, pairsWithin(manager, scene, scene, margin));
-      EXPECT_GT(pairs.size(), 50u);
+      test::Managed<TypeParam> manager(optionsOf(report, margin));
+      manager.registerFibers(scene);
+      ContactCollector<typename TypeParam::Scalar> collector(*manager);
+      manager->collide(&collector, collector.callback);
+      expectTouching<TypeParam, typename TypeParam::Scalar>(manager, {}, collector);
       for (const auto& contact : collector.contacts()) {
-        const FiberSegment a = manager.fiberSegment(contact.object_a);
-        const FiberSegment b = manager.fiberSegment(contact.object_b);
+        const FiberSegment a = manager->fiberSegment(contact.object_a);
+        const FiberSegment b = manager->fiberSegment(contact.object_b);
         EXPECT_TRUE(contact.a.fiber == a.fiber && contact.a.segment == a.segment);
         EXPECT_TRUE(contact.b.fiber == b.fiber && contact.b.segment == b.segment);
       }
@@ -184,22 +158,23 @@ TEST(ContactCollector, KeepsTheContactOfEachTouchingPair) {
   }
 }
 
-TEST(ContactCollector, NumbersTheOtherManagersSegmentsByThatManager) {
+TYPED_TEST(Contacts, NumberTheOtherManagersSegmentsByThatManager) {
   // If this fails, a query of two managers looks up an object in the wrong one, and throws.
-  const Scene<double> scene = fibersAndSpheres(1), others = fibersAndSpheres(2);
-  Manager manager(optionsOf(Report::kVolumes, 0)), other(optionsOf(Report::kVolumes, 0));
-  registerAll(manager, scene);
-  registerAll(other, others);
-  ContactCollector<double> collector(manager, &other);
-  manager.collide(&other, &collector, collector.callback);
-  EXPECT_EQ(pairsOf(collector), pairsWithin(manager, scene, others, 0));
+  using S = typename TypeParam::Scalar;
+  const Scene<S> scene = fibersAndSpheres<S>(1), others = fibersAndSpheres<S>(2);
+  test::Managed<TypeParam> manager, other;
+  manager.registerFibers(scene);
+  other.registerFibers(others);
+  ContactCollector<S> collector(*manager, &*other);
+  manager->collide(&*other, &collector, collector.callback);
+  expectTouching<TypeParam, S>(manager, other, collector);
   for (const auto& contact : collector.contacts()) {
-    const FiberSegment b = other.fiberSegment(contact.object_b);
+    const FiberSegment b = other->fiberSegment(contact.object_b);
     EXPECT_TRUE(contact.b.fiber == b.fiber && contact.b.segment == b.segment);
   }
 
-  ContactCollector<double> single(manager, nullptr);
-  manager.collide(others[0], &single, single.callback);
+  ContactCollector<S> single(*manager, nullptr);
+  manager->collide(others[0], &single, single.callback);
   for (const auto& contact : single.contacts()) {
     EXPECT_EQ(contact.object_b, others[0]);
     EXPECT_EQ(contact.b.fiber + contact.b.segment, 0u);
@@ -207,9 +182,10 @@ TEST(ContactCollector, NumbersTheOtherManagersSegmentsByThatManager) {
   EXPECT_FALSE(single.contacts().empty());
 }
 
-TEST(ContactCollector, TakesOtherShapesFromFclWithTheNormalFromAToB) {
+TYPED_TEST(Contacts, WithOtherShapesAreFclsWithTheNormalFromAToB) {
   // If this fails, contacts with a head or a table push the wrong way, or are lost: FCL exchanges a
   // shape and a mesh.
+  using S = typename TypeParam::Scalar;
   struct Row {
     const char* name;
     bool is_mesh;
@@ -218,26 +194,25 @@ TEST(ContactCollector, TakesOtherShapesFromFclWithTheNormalFromAToB) {
   for (const Row& row : {Row{"box, capsule", false, true}, Row{"capsule, box", false, false},
                          Row{"mesh, capsule", true, true}, Row{"capsule, mesh", true, false}}) {
     SCOPED_TRACE(row.name);
-    Scene<double> scene;
+    Scene<S> scene;
     // Below the face z = 0 of a box, or a face x + y + z = 1 of an octahedron.
     const Eigen::Vector3d outward =
         row.is_mesh ? Eigen::Vector3d(1, 1, 1).normalized() : Eigen::Vector3d(0, 0, 1);
     const Eigen::Vector3d face =
         row.is_mesh ? Eigen::Vector3d(1, 1, 1) / 3 : Eigen::Vector3d(0, 0, 0);
-    Object* shape = row.is_mesh
-                        ? scene.addMesh({0, 0, 0}, 1)
-                        : scene.addBox({0, 0, -1}, Eigen::Quaterniond::Identity(), {2, 2, 2});
+    auto* shape = row.is_mesh ? scene.addMesh({0, 0, 0}, 1)
+                              : scene.addBox({0, 0, -1}, Eigen::Quaterniond::Identity(), {2, 2, 2});
     // Stands on the face, its lower end's surface 0.02 deep.
-    Object* capsule = scene.addCapsule(face + 0.08 * outward, face + 0.58 * outward, 0.1);
-    Object* away = scene.addCapsule({3, 3, 3}, {3, 3, 4}, 0.1);
+    auto* capsule = scene.addCapsule(face + 0.08 * outward, face + 0.58 * outward, 0.1);
+    auto* away = scene.addCapsule({3, 3, 3}, {3, 3, 4}, 0.1);
 
-    Manager manager;
-    if (row.is_first) manager.registerObject(shape);
-    manager.registerFiber({capsule});
-    if (!row.is_first) manager.registerObject(shape);
-    manager.registerFiber({away});
-    ContactCollector<double> collector(manager);
-    manager.collide(&collector, collector.callback);
+    const auto manager = TypeParam::make();
+    if (row.is_first) manager->registerObject(shape);
+    manager->registerFiber({capsule});
+    if (!row.is_first) manager->registerObject(shape);
+    manager->registerFiber({away});
+    ContactCollector<S> collector(*manager);
+    manager->collide(&collector, collector.callback);
 
     ASSERT_FALSE(collector.contacts().empty());
     for (const auto& contact : collector.contacts()) {
@@ -250,7 +225,8 @@ TEST(ContactCollector, TakesOtherShapesFromFclWithTheNormalFromAToB) {
       EXPECT_NEAR(row.is_first ? contact.t : contact.s, 0, 1e-3);
       EXPECT_EQ(row.is_first ? contact.s : contact.t, 0);
       const Point apart = toPoint(contact.point_b) - toPoint(contact.point_a);
-      EXPECT_LE(std::fabs(apart.dot(toPoint(contact.normal)) - contact.distance), 1e-12L);
+      EXPECT_LE(std::fabs(apart.dot(toPoint(contact.normal)) - contact.distance),
+                64 * std::numeric_limits<S>::epsilon());
       EXPECT_EQ(contact.a.fiber, 0u);
       EXPECT_EQ(contact.b.fiber, 1u);
     }

@@ -35,19 +35,18 @@ TYPED_TEST(CollideContract, SelfCollisionReportsEachOverlappingPairOnce) {
 
 // A tree of some number of leaves would have a hole: an empty node, a last child, a lone root.
 TYPED_TEST(CollideContract, SelfCollisionIsRightForAnyNumberOfObjects) {
-  using S = typename TypeParam::Scalar;
   for (std::size_t count = 0; count <= 75; ++count) {
-    const Scene<S> scene = soupScene<S>(count, 1.2, 100 + count);
+    const auto scene = soupScene<typename TypeParam::Scalar>(count, 1.2, 100 + count);
     EXPECT_TRUE(Managed<TypeParam>(scene).answersSelf(count < 9 ? 0 : 1)) << count;
   }
 }
 
 // A tree of some number of fibers and segments would have a hole.
 TYPED_TEST(CollideContract, SelfCollisionIsRightForAnyShapeOfBundle) {
-  using S = typename TypeParam::Scalar;
   for (std::size_t fibers = 1; fibers <= 18; ++fibers) {
     for (const std::size_t segments : std::initializer_list<std::size_t>{1, 2, 3, 7, 8, 9, 17}) {
-      const Scene<S> scene = strandScene<S>(fibers, segments, fibers * 31 + segments);
+      const auto scene =
+          strandScene<typename TypeParam::Scalar>(fibers, segments, fibers * 31 + segments);
       EXPECT_TRUE(Managed<TypeParam>(scene).answersSelf(segments > 1 ? 1 : 0))
           << fibers << " x " << segments;
     }
@@ -85,34 +84,26 @@ TYPED_TEST(CollideContract, AnUnregisteredObjectMeetsEachPartnerOnce) {
   }
 }
 
-// Two groups of fibers, each with its manager, would pass through each other.
+// Two groups of fibers, each with its manager, would pass through each other; or small groups
+// against large ones take a path of their own, and lose pairs there.
 TYPED_TEST(CollideContract, AnotherManagerOfTheSameClassMeetsEachPairOnce) {
   using S = typename TypeParam::Scalar;
   const Scene<S> mine = strandScene<S>(9, 20, 31);
-  const Scene<S> theirs = curledScene<S>(130, 32, {Eigen::Vector3d(0.2, 0.1, -0.3), 1.5});
-  const Scene<S> far_away = soupScene<S>(20, 0.5, 33, {Eigen::Vector3d(100, 0, 0), 1});
-  for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0.02)) {
-    SCOPED_TRACE(describe(options));
-    const Managed<TypeParam> manager(mine, options);
-    for (const Scene<S>* scene : {&theirs, &far_away}) {
-      const Managed<TypeParam> other(*scene, options);
-      EXPECT_TRUE(manager.answersWith(other, scene == &theirs ? 1 : 0));
-      EXPECT_TRUE(other.answersWith(manager, scene == &theirs ? 1 : 0));
-    }
+  std::vector<Scene<S>> others;
+  others.push_back(soupScene<S>(20, 0.5, 33, {Eigen::Vector3d(100, 0, 0), 1}));
+  others.push_back(curledScene<S>(130, 32, {Eigen::Vector3d(0.2, 0.1, -0.3), 1.5}));
+  for (const std::size_t count : std::initializer_list<std::size_t>{0, 1, 2, 8}) {
+    others.push_back(soupScene<S>(count, 1.5, 35 + count));
+    others.back().addCapsule(Eigen::Vector3d(-1, 0, 0), Eigen::Vector3d(1, 0, 0), 0.3);
   }
-}
-
-// Small groups against large ones would take a path of their own, and lose pairs there.
-TYPED_TEST(CollideContract, ManagersOfVeryDifferentSizesMeet) {
-  using S = typename TypeParam::Scalar;
-  const Scene<S> many = soupScene<S>(200, 0.6, 34);
-  const Managed<TypeParam> manager(many);
-  for (const std::size_t count : std::initializer_list<std::size_t>{1, 2, 3, 9}) {
-    SCOPED_TRACE(count);
-    const Scene<S> small = soupScene<S>(count, 1.5, 35 + count);
-    const Managed<TypeParam> other(small);
-    EXPECT_TRUE(manager.answersWith(other));
-    EXPECT_TRUE(other.answersWith(manager));
+  for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0.02)) {
+    const Managed<TypeParam> manager(mine, options);
+    for (std::size_t i = 0; i < others.size(); ++i) {
+      SCOPED_TRACE(describe(options) + ", scene " + std::to_string(i));
+      const Managed<TypeParam> other(others[i], options);
+      EXPECT_TRUE(manager.answersWith(other, i == 0 ? 0 : 1));
+      EXPECT_TRUE(other.answersWith(manager, i == 0 ? 0 : 1));
+    }
   }
 }
 
@@ -128,6 +119,11 @@ TYPED_TEST(CollideContract, AnEmptyManagerAnswersEveryQuery) {
     EXPECT_TRUE(empty.answersWith(also_empty, 0));
     EXPECT_TRUE(empty.answersWith(filled, 0));
     EXPECT_TRUE(filled.answersWith(empty, 0));
+    empty.expectEveryPair();
+    empty.expectEveryPair(scene[0]);
+    empty.expectEveryPair(also_empty);
+    empty.expectEveryPair(filled);
+    filled.expectEveryPair(empty);
   }
   empty->update();
   EXPECT_TRUE(empty.answersSelf(0));
@@ -140,7 +136,7 @@ TYPED_TEST(CollideContract, TheSameQueryGivesTheSameSequence) {
   const Scene<S> others = soupScene<S>(40, 0.7, 38);
   const Managed<TypeParam> manager(scene), other(others);
   const auto answers = [&] {
-    const std::vector<Calls<S>> all = {selfPairs(*manager), pairsWith(*manager, *others[3]),
+    const std::vector<Calls<S>> all = {selfPairs(*manager), pairsWith(*manager, *scene[3]),
                                        pairsWith(*manager, *other)};
     for (const Calls<S>& calls : all) EXPECT_FALSE(calls.empty());
     return all;

@@ -3,10 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <memory>
 #include <thread>
-#include <unordered_map>
-#include <utility>
 #include <vector>
 
 #include "support/managed.h"
@@ -22,21 +19,6 @@ template <typename S>
 Objects<S> slice(const Objects<S>& objects, std::size_t begin, std::size_t end) {
   return {objects.begin() + static_cast<std::ptrdiff_t>(begin),
           objects.begin() + static_cast<std::ptrdiff_t>(end)};
-}
-
-// Pairs as numbers of objects, for scenes whose objects live elsewhere.
-template <typename S>
-std::vector<std::pair<std::size_t, std::size_t>> numbered(const Calls<S>& calls,
-                                                          const Scene<S>& first,
-                                                          const Scene<S>& second) {
-  EXPECT_FALSE(calls.empty()) << "nothing is compared";
-  std::unordered_map<const fcl::CollisionObject<S>*, std::size_t> number;
-  for (const Scene<S>* scene : {&first, &second}) {
-    for (const auto* object : scene->objects()) number.emplace(object, number.size());
-  }
-  std::vector<std::pair<std::size_t, std::size_t>> pairs;
-  for (const auto& [a, b] : calls) pairs.emplace_back(number.at(a), number.at(b));
-  return pairs;
 }
 
 template <typename Config>
@@ -161,24 +143,13 @@ TYPED_TEST(LifecycleContract, TheSequenceDoesNotDependOnAddresses) {
   using S = typename TypeParam::Scalar;
   const auto sequences = [](const Scene<S>& scene, const Scene<S>& probes) {
     const Managed<TypeParam> manager(scene), other(probes);
-    return std::vector{numbered<S>(selfPairs(*manager), scene, probes),
-                       numbered<S>(pairsWith(*manager, *other), scene, probes),
-                       numbered<S>(pairsWith(*manager, *probes[0]), scene, probes)};
+    return std::vector{manager.numbered(selfPairs(*manager)),
+                       manager.numbered(pairsWith(*manager, *other), probes.objects()),
+                       manager.numbered(pairsWith(*manager, *scene[7]))};
   };
   const Scene<S> scene = unequalScene<S>(76);
   const Scene<S> probes = soupScene<S>(20, 1, 77);
   EXPECT_EQ(sequences(scene, probes), sequences(scene.reallocated(78), probes.reallocated(79)));
-}
-
-// A careful program that calls setup() before each query would see other sequences.
-TYPED_TEST(LifecycleContract, RepeatedSetupIsHarmless) {
-  const auto scene = strandScene<typename TypeParam::Scalar>(7, 13, 80);
-  const Managed<TypeParam> manager(scene);
-  const auto pairs = selfPairs(*manager);
-  manager->setup();
-  manager->setup();
-  EXPECT_EQ(selfPairs(*manager), pairs);
-  EXPECT_TRUE(manager.answersSelf());
 }
 
 // Objects that left a scene would go on colliding, or take others with them.
@@ -218,7 +189,8 @@ TYPED_TEST(LifecycleContract, AnySequenceOfRegisteringAndUnregisteringIsRight) {
   Managed<TypeParam> manager;
   for (int step = 0; step < 300; ++step) {
     if (manager.size() == 0 || (!outside.empty() && random.unit() < 0.55)) {
-      const auto chosen = outside.begin() + static_cast<std::ptrdiff_t>(random.below(outside.size()));
+      const auto chosen =
+          outside.begin() + static_cast<std::ptrdiff_t>(random.below(outside.size()));
       manager.registerObject(*chosen);
       outside.erase(chosen);
     } else {
@@ -296,27 +268,6 @@ TYPED_TEST(FiberLifecycle, GetObjectsIsInOrderOfRegistration) {
   manager.unregisterObject(scene[4]);
   manager.registerObject(scene[4]);
   EXPECT_TRUE(manager.answersSelf());
-}
-
-// The way in which fibers are registered would change answers, not only speed.
-TYPED_TEST(FiberLifecycle, AllWaysOfRegisteringFindTheSamePairs) {
-  using S = typename TypeParam::Scalar;
-  const Scene<S> scene = unequalScene<S>(93);
-  EXPECT_TRUE(Managed<TypeParam>(scene).answersSelf());
-  Managed<TypeParam> by_fiber, one_by_one, mixed;
-  by_fiber.registerFibers(scene);
-  by_fiber.registerFiber({});
-  EXPECT_TRUE(by_fiber.answersSelf());
-  one_by_one.registerEach(scene.objects());
-  EXPECT_TRUE(one_by_one.answersSelf());
-  for (std::size_t f = 0; f < scene.fibers().size(); ++f) {
-    const auto& fiber = scene.fibers()[f];
-    if (f % 3 == 0) mixed.registerFiber(fiber);
-    if (f % 3 == 1) mixed.registerObjects(fiber);
-    if (f % 3 == 2) mixed.registerEach(fiber);
-    if (f == 5) mixed->setup();
-  }
-  EXPECT_TRUE(mixed.answersSelf());
 }
 
 // Fibers would need an order of registration that follows space: bundles sort, others must not

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <initializer_list>
 #include <limits>
 #include <memory>
@@ -54,7 +53,8 @@ TYPED_TEST(UpdateContract, UpdateFollowsTheSceneAsAWhole) {
   using S = typename TypeParam::Scalar;
   const Scene<S> scene = unequalScene<S>(105);
   const Managed<TypeParam> manager(scene);
-  const auto apply = [&](const Eigen::Quaterniond& turn, double scale, const Eigen::Vector3d& shift) {
+  const auto apply = [&](const Eigen::Quaterniond& turn, double scale,
+                         const Eigen::Vector3d& shift) {
     for (auto* object : scene.objects()) {
       const Eigen::Matrix3d rotation = object->getRotation().template cast<double>();
       const Eigen::Vector3d position = object->getTranslation().template cast<double>();
@@ -196,8 +196,8 @@ TYPED_TEST(FiberUpdate, TinyMotionsAtLargeOffsetsCount) {
   const double step = offset * static_cast<double>(std::numeric_limits<S>::epsilon());
   Scene<S> scene;
   for (const auto& [x, y] : {std::pair{0.0, 0.0}, std::pair{2 + step, 0.0}, std::pair{0.0, 40.0}}) {
-    scene.addCapsule(
-        makePose<S>(Eigen::Quaterniond::Identity(), {offset + x, offset + y, offset}), 1, 2);
+    scene.addCapsule(makePose<S>(Eigen::Quaterniond::Identity(), {offset + x, offset + y, offset}),
+                     1, 2);
   }
   for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0)) {
     const Managed<TypeParam> manager(scene, options);
@@ -301,14 +301,7 @@ TYPED_TEST(FiberUpdate, TheSequenceAfterUpdatesDoesNotDependOnAddresses) {
       jolt(scene.objects(), random, 0.2, 0.5);
       manager->update();
     }
-    std::vector<std::pair<std::ptrdiff_t, std::ptrdiff_t>> numbers;
-    const auto number = [&](const fcl::CollisionObject<S>* object) {
-      const auto& all = scene.objects();
-      return std::find(all.begin(), all.end(), object) - all.begin();
-    };
-    for (const auto& [a, b] : selfPairs(*manager)) numbers.emplace_back(number(a), number(b));
-    EXPECT_FALSE(numbers.empty());
-    return numbers;
+    return manager.numbered(selfPairs(*manager));
   };
   const Scene<S> scene = strandScene<S>(7, 14, 120);
   const Scene<S> copy = scene.reallocated(121);

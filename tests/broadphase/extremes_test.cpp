@@ -9,10 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "support/distance_search.h"
-#include "support/managers_under_test.h"
-#include "support/pair_oracle.h"
-#include "support/pair_queries.h"
+#include "support/managed.h"
 #include "support/scene_generators.h"
 
 // Scenes and partners whose parts differ in size or place by more than a frame can bridge.
@@ -33,11 +30,9 @@ TYPED_TEST(Extremes, BoxesNearTheEndOfTheRangeMeet) {
     scene.addBox({x, 0, 0}, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Constant(1e-5 * far));
   }
   ASSERT_TRUE(scene[0]->getAABB().overlap(scene[1]->getAABB()));
-  const auto manager = TypeParam::make();
-  manager->registerObjects(scene.objects());
-  const Calls<S> pairs = selfPairs(*manager);
-  ASSERT_EQ(pairs.size(), 1u);
-  EXPECT_EQ(pairs[0], std::make_pair(scene[0], scene[1]));
+  const Managed<TypeParam> manager(scene);
+  const Calls<S> only = {{scene[0], scene[1]}};
+  EXPECT_EQ(selfPairs(*manager), only);
   EXPECT_EQ(pairsWith(*manager, *scene[1]).size(), 1u);
 }
 
@@ -52,38 +47,18 @@ TYPED_TEST(Extremes, ManagersOfVeryDifferentSizeAnswerEachOther) {
     for (int i = 1; i <= 22; ++i) {
       huge.addCapsule({-large, i * large, 0}, {large, i * large, 0}, large / 4);
     }
-    for (const Report report : {Report::kVolumes, Report::kCapsules}) {
-      FiberManagerOptions options;
-      options.report = report;
-      std::vector<fcl::CollisionObject<S>*> all = tiny.objects();
-      all.insert(all.end(), huge.objects().begin(), huge.objects().end());
-      const PairOracle<S> oracle(all, rulesOf<TypeParam>(options));
-      const S least = oracle.smallestDistance(tiny.objects(), huge.objects());
+    for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0)) {
       for (const bool late : {false, true}) {
         SCOPED_TRACE(testing::Message() << "2^" << exponent << (late ? ", one is late" : ""));
-        const auto first = TypeParam::make(options), second = TypeParam::make(options);
         auto at_once = tiny.objects();
         if (late) at_once.pop_back();
-        first->registerObjects(at_once);
-        first->setup();
-        if (late) first->registerObject(tiny.objects().back());
-        second->registerObjects(huge.objects());
-        for (const bool forth : {true, false}) {
-          const auto& asked = forth ? first : second;
-          auto& other = forth ? *second : *first;
-          DistanceSearch<S> nearest(oracle);
-          nearest.run(*asked, other);
-          EXPECT_TRUE(nearest.keepsToTheRules());
-          EXPECT_EQ(nearest.result(), least);
-          DistanceSearch<S> every(oracle);
-          every.lowers = false;
-          every.run(*asked, other);
-          EXPECT_TRUE(every.keepsToTheRules());
-          EXPECT_EQ(every.calls.size(), tiny.size() * huge.size());
-          Calls<S> pairs = pairsWith(*asked, other);
-          std::sort(pairs.begin(), pairs.end());
-          EXPECT_EQ(std::adjacent_find(pairs.begin(), pairs.end()), pairs.end());
-        }
+        Managed<TypeParam> first(at_once, options);
+        const Managed<TypeParam> second(huge, options);
+        if (late) first.registerObject(tiny.objects().back());
+        first.expectNearest(second);
+        first.expectEveryPair(second);
+        second.expectNearest(first);
+        second.expectEveryPair(first);
       }
     }
   }
@@ -103,9 +78,7 @@ TYPED_TEST(Extremes, AHalfSpaceBesideManagersOfVeryDifferentSizeRepeatsNothing) 
       huge.addCapsule({-large, 0, 0}, {large, 0, 0}, 0.5 * small);
       huge.addCapsule({-large, large, 0}, {large, large, 0}, large);
       (in_tiny ? tiny : huge).addHalfspace({0, 0, 1}, 0);
-      const auto first = TypeParam::make(), second = TypeParam::make();
-      first->registerObjects(tiny.objects());
-      second->registerObjects(huge.objects());
+      const Managed<TypeParam> first(tiny), second(huge);
       for (Calls<S> pairs : {pairsWith(*first, *second), pairsWith(*second, *first)}) {
         EXPECT_GE(pairs.size(), 5u);
         std::sort(pairs.begin(), pairs.end());
@@ -123,14 +96,13 @@ TYPED_TEST(Extremes, AnObjectThatMovesOutOfTheFramesRangeIsFollowed) {
   for (const bool late : {false, true}) {
     Scene<S> scene;
     for (int i = 0; i < 24; ++i) scene.addSphere({i * size, 0, 0}, 0.6 * size);
-    const auto manager = TypeParam::make();
     auto objects = scene.objects();
     fcl::CollisionObject<S>* const last = objects.back();
     fcl::CollisionObject<S>* const neighbor = objects[objects.size() - 2];
     if (late) objects.pop_back();
-    manager->registerObjects(objects);
+    Managed<TypeParam> manager(objects);
     EXPECT_EQ(selfPairs(*manager).size(), objects.size() - 1);
-    if (late) manager->registerObject(last);
+    if (late) manager.registerObject(last);
     const auto move_to = [&](S x) {
       last->setTranslation(fcl::Vector3<S>(x, 0, 0));
       last->computeAABB();
@@ -176,36 +148,15 @@ TYPED_TEST(Extremes, AQueryObjectFarLargerThanTheSceneMeetsIt) {
   }
 }
 
-// Products of small lengths would vanish, and everything touch.
-TYPED_TEST(Extremes, CapsulesFarSmallerThanTheSceneAreToldApart) {
-  using S = typename TypeParam::Scalar;
-  FiberManagerOptions options;
-  options.report = Report::kCapsules;
-  const auto manager = TypeParam::make(options);
-  Scene<S> scene;
-  const double size = 1e-12;
-  scene.addCapsule({0, 0, 0}, {size, 0, 0}, 0.1 * size);
-  scene.addCapsule({0, 0.19 * size, 0}, {size, 0.19 * size, 0}, 0.1 * size);
-  scene.addCapsule({0, -0.21 * size, 0}, {size, -0.21 * size, 0}, 0.1 * size);
-  scene.addCapsule({0, 1e3, 0}, {1e3, 1e3, 0}, 1);
-  manager->registerObjects(scene.objects());
-  const Calls<S> pairs = selfPairs(*manager);
-  ASSERT_EQ(pairs.size(), 1u);
-  EXPECT_EQ(pairs[0], std::make_pair(scene[0], scene[1]));
-}
-
 // One object far out would make bounds of all others useless.
 TYPED_TEST(Extremes, AnOutlierLeavesTheOthersBoundsTight) {
-  using S = typename TypeParam::Scalar;
   for (const double far : {1e6, 1e12, 1e20}) {
-    Scene<S> scene;
+    Scene<typename TypeParam::Scalar> scene;
     for (int i = 0; i < 100; ++i) {
       scene.addCapsule({0.0, 3.0 * i, 0.0}, {1.0, 3.0 * i, 0.0}, 0.1);
     }
     scene.addCapsule({far, far, far}, {far, far, 1.5 * far}, 0.1);
-    const auto manager = TypeParam::make();
-    manager->registerObjects(scene.objects());
-    EXPECT_TRUE(selfPairs(*manager).empty()) << far;
+    EXPECT_TRUE(selfPairs(*Managed<TypeParam>(scene)).empty()) << far;
   }
 }
 
@@ -233,8 +184,7 @@ TYPED_TEST(Extremes, AForeignManagersObjectsAreReadWhenTheirTurnComes) {
   Scene<S> others = strandScene<S>(6, 12, 401);
   others[others.size() - 1]->setTranslation(
       fcl::Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN()));
-  const auto manager = TypeParam::make();
-  manager->registerObjects(scene.objects());
+  const Managed<TypeParam> manager(scene);
   ForeignManager<S> foreign(others.objects());
   PairCollector<S> collector;
   collector.stop_at = 1;
@@ -247,38 +197,15 @@ TYPED_TEST(Extremes, AForeignManagersObjectsAreReadWhenTheirTurnComes) {
   EXPECT_NO_THROW(none->collide(&foreign, &collector, &PairCollector<S>::collide));
 }
 
-// Programs that name contacts by fiber and segment would see them change under their hands.
-TYPED_TEST(Extremes, NumbersStayWhateverElseIsUnregistered) {
-  using S = typename TypeParam::Scalar;
-  Scene<S> scene = strandScene<S>(20, 30, 402);
-  for (const bool declared : {true, false}) {
-    const auto manager = TypeParam::make();
-    if (declared) {
-      for (const auto& fiber : scene.fibers()) manager->registerFiber(fiber);
-    } else {
-      manager->registerObjects(scene.objects());
-    }
-    const auto place = manager->fiberSegment(scene.objects().back());
-    for (std::size_t i = 0; i + 1 < scene.size(); ++i) {
-      manager->unregisterObject(scene[i]);
-      const auto now = manager->fiberSegment(scene.objects().back());
-      ASSERT_EQ(now.fiber, place.fiber) << i;
-      ASSERT_EQ(now.segment, place.segment) << i;
-    }
-  }
-}
-
 // FCL's callers may call setup() as often as they like.
 TYPED_TEST(Extremes, SetupOfAReadyManagerIsHarmlessEvenInAQuery) {
   using S = typename TypeParam::Scalar;
-  Scene<S> scene = strandScene<S>(3, 5, 403);
-  const auto manager = TypeParam::make();
-  manager->registerObjects(scene.objects());
-  manager->setup();
+  const Scene<S> scene = strandScene<S>(3, 5, 403);
+  const Managed<TypeParam> manager(scene);
   struct Data {
     fcl::BroadPhaseCollisionManager<S>* manager;
     std::size_t calls;
-  } data{manager.get(), 0};
+  } data{&*manager, 0};
   manager->collide(&data, [](fcl::CollisionObject<S>*, fcl::CollisionObject<S>*, void* cdata) {
     auto& d = *static_cast<Data*>(cdata);
     d.manager->setup();

@@ -51,7 +51,6 @@ TYPED_TEST_SUITE(Cascade, WrappedManagers, ManagerNames);
 // A rope's ends that meet would be a contact; or segments be ignored by their number where the rule
 // is a length.
 TYPED_TEST(FiberRules, NeighborsByArcLengthAndAcrossTheSeam) {
-  using S = typename TypeParam::Scalar;
   // A ring so thick that all touch all, its segments of lengths 1, 2, 1, 2, ...
   constexpr int kSegments = 12;
   std::vector<Eigen::Vector3d> points;
@@ -61,7 +60,7 @@ TYPED_TEST(FiberRules, NeighborsByArcLengthAndAcrossTheSeam) {
     const double angle = arc / radius;
     points.push_back({radius * std::cos(angle), radius * std::sin(angle), 0});
   }
-  Scene<S> scene;
+  Scene<typename TypeParam::Scalar> scene;
   const auto ring = scene.addFiber(points, 2 * radius);
   for (const FiberEnds ends : {FiberEnds::kOpen, FiberEnds::kClosed}) {
     for (const int neighbors : {0, 2}) {
@@ -69,27 +68,12 @@ TYPED_TEST(FiberRules, NeighborsByArcLengthAndAcrossTheSeam) {
         for (const Report report : {Report::kVolumes, Report::kCapsules}) {
           FiberManagerOptions options = ignoring(neighbors, report);
           options.ignored_arc_length = length;
+          SCOPED_TRACE(describe(options) + ", arc " + std::to_string(length) +
+                       (ends == FiberEnds::kClosed ? ", closed" : ", open"));
           Managed<TypeParam> manager(options);
           manager.registerFiber(ring, ends);
-          EXPECT_TRUE(manager.answersSelf());
-          std::size_t expected = 0;
-          for (int i = 0; i < kSegments; ++i) {
-            for (int j = i + 1; j < kSegments; ++j) {
-              // Chords are a little shorter than 1 and 2, so that two of them are below 2.5 once.
-              const auto near = [&](int from, int to) {
-                const int apart = to - from;
-                double between = 0;
-                for (int k = from + 1; k < to; ++k) between += k % 2 == 0 ? 1 : 2;
-                return apart <= neighbors || (length > 0 && between <= length);
-              };
-              const bool ignored =
-                  near(i, j) || (ends == FiberEnds::kClosed && near(j, i + kSegments));
-              expected += !ignored;
-            }
-          }
-          EXPECT_EQ(selfPairs(*manager).size(), expected)
-              << (ends == FiberEnds::kClosed ? "closed, " : "open, ") << describe(options)
-              << ", arc " << length;
+          EXPECT_TRUE(manager.answersSelf(10));
+          manager.expectEveryPair();
         }
       }
     }
@@ -116,10 +100,10 @@ TYPED_TEST(FiberRules, NeighborsAlongAFiberAreIgnoredAndNoOthers) {
   }
 }
 
-// Fibers that were only guessed would lose pairs that the user asked for.
+// Fibers that were only guessed would lose pairs that the user asked for; or the way in which they
+// are registered would change answers, not only speed.
 TYPED_TEST(FiberRules, NeighborsAreNeverIgnoredInGuessedFibers) {
-  using S = typename TypeParam::Scalar;
-  const Scene<S> scene = unequalScene<S>(143);
+  const auto scene = unequalScene<typename TypeParam::Scalar>(143);
   const FiberManagerOptions options = ignoring(3);
   EXPECT_TRUE(Managed<TypeParam>(scene, options).answersSelf());
   Managed<TypeParam> one_by_one(options), mixed(options);
@@ -136,7 +120,9 @@ TYPED_TEST(FiberRules, NeighborsAreNeverIgnoredInGuessedFibers) {
       mixed.registerFiber({fiber.begin(), half});
       mixed.registerFiber({half, fiber.end()});
     }
+    if (f == 5) mixed->setup();
   }
+  mixed.registerFiber({});
   EXPECT_TRUE(mixed.answersSelf());
 }
 
@@ -292,7 +278,7 @@ TYPED_TEST(FiberRules, GroupsStayThroughAllChanges) {
     SCOPED_TRACE(when);
     EXPECT_TRUE(manager.answersSelf());
     manager.expectEveryPair();
-    manager.expectAnswersWith(manager.every(31));
+    for (auto* object : manager.every(31)) EXPECT_TRUE(manager.answersWith(object, 0));
   };
   check("at first");
   for (const std::size_t i : std::initializer_list<std::size_t>{100, 42, 3}) manager.unregister(i);
@@ -327,8 +313,7 @@ TYPED_TEST(FiberRules, GroupsStayThroughAllChanges) {
 
 // One large group would be searched through and through for nothing.
 TYPED_TEST(FiberRules, AGroupCostsNothingAmongItself) {
-  using S = typename TypeParam::Scalar;
-  const Scene<S> scene = strandScene<S>(30, 40, 176);
+  const auto scene = strandScene<typename TypeParam::Scalar>(30, 40, 176);
   const auto tests = [&](const std::vector<int>& groups) {
     const auto manager = TypeParam::make();
     registerFibers(*manager, scene, groups);
@@ -463,24 +448,9 @@ TYPED_TEST(FiberRules, ContactIsDecidedToTheLastBits) {
   EXPECT_LT(touching, 1000u);
 }
 
-// kCapsules would leave out a contact that is there, or report one that kVolumes does not have.
-TYPED_TEST(FiberRules, TouchingCapsulesAreAmongOverlappingVolumes) {
-  using S = typename TypeParam::Scalar;
-  for (const NamedScene<S>& named : standardScenes<S>()) {
-    SCOPED_TRACE(named.name);
-    Calls<S> more = selfPairs(*Managed<TypeParam>(named.scene, ignoring(0)));
-    Calls<S> fewer = selfPairs(*Managed<TypeParam>(named.scene, ignoring(0, Report::kCapsules)));
-    EXPECT_FALSE(fewer.empty());
-    std::sort(more.begin(), more.end());
-    std::sort(fewer.begin(), fewer.end());
-    EXPECT_TRUE(std::includes(more.begin(), more.end(), fewer.begin(), fewer.end()));
-  }
-}
-
 // The statistics would not explain the query that they are named after.
 TYPED_TEST(FiberRules, StatisticsCountTheSelfQuery) {
-  using S = typename TypeParam::Scalar;
-  const Scene<S> scene = strandScene<S>(9, 20, 150);
+  const auto scene = strandScene<typename TypeParam::Scalar>(9, 20, 150);
   for (const FiberManagerOptions& options : neighborOptions()) {
     SCOPED_TRACE(describe(options));
     const auto manager = TypeParam::make(options);
@@ -530,8 +500,7 @@ TYPED_TEST(FiberRules, FiberAndSegmentAreCountedInOrderOfRegistration) {
 
 // Bytes a fiber could not be told, nor a leak be seen.
 TYPED_TEST(FiberRules, MemoryUsageGrowsWithTheScene) {
-  using S = typename TypeParam::Scalar;
-  const Scene<S> scene = strandScene<S>(30, 30, 154);
+  const auto scene = strandScene<typename TypeParam::Scalar>(30, 30, 154);
   const auto few = TypeParam::make();
   few->registerFiber(scene.fibers()[0]);
   few->setup();
@@ -579,8 +548,7 @@ TYPED_TEST(Cascade, KeepsEveryCageWhenNothingMoved) {
 
 // A cage would be counted twice or not at all.
 TYPED_TEST(Cascade, EveryCageIsKeptOrRecomputed) {
-  using S = typename TypeParam::Scalar;
-  const Scene<S> scene = strandScene<S>(9, 18, 155);
+  const auto scene = strandScene<typename TypeParam::Scalar>(9, 18, 155);
   const Managed<TypeParam> manager(scene);
   const std::size_t cages = manager->cascadeStatistics().cages_recomputed;
   Random random(156);
@@ -618,12 +586,11 @@ TYPED_TEST(Cascade, FollowsAShiftOfEverything) {
 
 // A lone segment would be taken for a cage, or an empty manager have some.
 TYPED_TEST(Cascade, NoCageIsCountedWithoutSegments) {
-  using S = typename TypeParam::Scalar;
   const auto manager = TypeParam::make();
   EXPECT_EQ(manager->cascadeStatistics().cages_recomputed, 0u);
   manager->setup();
   EXPECT_EQ(manager->cascadeStatistics().cages_recomputed, 0u);
-  const Scene<S> scene = soupScene<S>(5, 1, 158);
+  const auto scene = soupScene<typename TypeParam::Scalar>(5, 1, 158);
   manager->registerObjects(scene.objects());
   manager->setup();
   EXPECT_GT(manager->cascadeStatistics().cages_recomputed, 0u);

@@ -115,8 +115,7 @@ TYPED_TEST(MixedContract, ShapesMoveToo) {
 
 // Shapes that come and go would take fibers with them.
 TYPED_TEST(FiberMixed, ShapesMayComeAndGo) {
-  using S = typename TypeParam::Scalar;
-  Scene<S> scene = fibersAndShapes<S>(15, 168);
+  auto scene = fibersAndShapes<typename TypeParam::Scalar>(15, 168);
   addUnbounded(scene);
   Managed<TypeParam> manager(scene);
   Random random(169);
@@ -154,16 +153,15 @@ TYPED_TEST(FiberMixed, UnboundedShapesMayBeRegisteredAtOnce) {
 
 // A scene of nothing but unbounded shapes, or of one, has no box to build on.
 TYPED_TEST(FiberMixed, AnUnboundedShapeMayBeAlone) {
-  using S = typename TypeParam::Scalar;
-  Scene<S> floor;
+  Scene<typename TypeParam::Scalar> floor, capsule;
   floor.addHalfspace({0, 0, 1}, 0);
-  const Scene<S> capsules = soupScene<S>(3, 1, 171);
+  capsule.addCapsule(Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(0, 0, 1), 0.1);
   Managed<TypeParam> manager(floor);
   EXPECT_TRUE(manager.answersSelf(0));
   EXPECT_TRUE(manager.answersWith(floor[0], 0));
-  manager.registerObject(capsules[0]);
+  manager.registerObject(capsule[0]);
   EXPECT_TRUE(manager.answersSelf());
-  manager.unregisterObject(capsules[0]);
+  manager.unregisterObject(capsule[0]);
   EXPECT_TRUE(manager.answersSelf(0));
 }
 

@@ -8,10 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "support/distance_search.h"
-#include "support/managers_under_test.h"
-#include "support/pair_oracle.h"
-#include "support/pair_queries.h"
+#include "support/managed.h"
 #include "support/scene_generators.h"
 
 namespace fcl_fibers::test {
@@ -27,28 +24,15 @@ class Queries : public testing::Test {
   Queries()
       : scene_(strandScene<S>(6, 12, 131)),
         others_(soupScene<S>(30, 1, 132)),
-        oracle_(joined(), rulesOf<Config>({})),
-        manager_(Config::make()),
-        other_(Config::make()) {
-    manager_->registerObjects(scene_.objects());
-    manager_->setup();
-    other_->registerObjects(others_.objects());
-    other_->setup();
+        manager_(scene_),
+        other_(others_),
+        oracle_(manager_.oracle(others_.objects())) {
     // An object that meets many.
-    for (fcl::CollisionObject<S>* object : others_.objects()) {
-      if (pairsWith(*manager_, *object).size() > pairsWith(*manager_, *probe()).size()) {
-        probe_ = object;
-      }
-    }
+    probe_ = *std::max_element(
+        others_.objects().begin(), others_.objects().end(), [&](auto* a, auto* b) {
+          return pairsWith(*manager_, *a).size() < pairsWith(*manager_, *b).size();
+        });
   }
-
-  std::vector<fcl::CollisionObject<S>*> joined() const {
-    std::vector<fcl::CollisionObject<S>*> all = scene_.objects();
-    all.insert(all.end(), others_.objects().begin(), others_.objects().end());
-    return all;
-  }
-
-  fcl::CollisionObject<S>* probe() const { return probe_ != nullptr ? probe_ : others_[0]; }
 
   // Each runs one query and gives the pairs that the callback saw. Distance callbacks lower
   // nothing, so that they are called often.
@@ -67,17 +51,17 @@ class Queries : public testing::Test {
           manager_->collide(&collector, &PairCollector<S>::collide);
           break;
         case 1:
-          manager_->collide(probe(), &collector, &PairCollector<S>::collide);
+          manager_->collide(probe_, &collector, &PairCollector<S>::collide);
           break;
         case 2:
-          manager_->collide(static_cast<Manager*>(other_.get()), &collector,
+          manager_->collide(&static_cast<Manager&>(*other_), &collector,
                             &PairCollector<S>::collide);
           break;
         case 3:
           search.run(*manager_);
           break;
         case 4:
-          search.run(*manager_, *probe());
+          search.run(*manager_, *probe_);
           break;
         default:
           search.run(*manager_, *other_);
@@ -92,10 +76,9 @@ class Queries : public testing::Test {
 
   Scene<S> scene_;
   Scene<S> others_;
+  Managed<Config> manager_, other_;
   PairOracle<S> oracle_;
-  decltype(Config::make()) manager_;
-  decltype(Config::make()) other_;
-  fcl::CollisionObject<S>* probe_ = nullptr;
+  fcl::CollisionObject<S>* probe_;
 };
 
 template <typename Config>
@@ -124,7 +107,6 @@ TYPED_TEST(QueryContract, TrueEndsTheQueryAtOnce) {
 
 // An exception on its way through a query would spoil the manager for all later ones.
 TYPED_TEST(QueryContract, ACallbackMayThrow) {
-  using S = typename TypeParam::Scalar;
   for (int query = 0; query < this->kQueries; ++query) {
     SCOPED_TRACE("query " + std::to_string(query));
     bool thrown = false;
@@ -145,15 +127,9 @@ TYPED_TEST(QueryContract, ACallbackMayThrow) {
   bool thrown = false;
   this->run(0, kNever, 3, &thrown);
   EXPECT_TRUE(thrown);
-  auto& manager = *this->manager_;
-  fcl::CollisionObject<S>* gone = this->scene_[20];
-  manager.unregisterObject(gone);
-  manager.registerObject(gone);
-  manager.update();
-  std::vector<fcl::CollisionObject<S>*> objects = this->scene_.objects();
-  objects.erase(objects.begin() + 20);
-  objects.push_back(gone);
-  EXPECT_TRUE(this->oracle_.answersSelf(selfPairs<S>(manager), objects, kOrder<TypeParam>));
+  this->manager_.registerObject(this->manager_.unregister(20));
+  this->manager_->update();
+  EXPECT_TRUE(this->manager_.answersSelf());
 }
 
 // The caller's data would not arrive as it was given.
@@ -170,13 +146,13 @@ TYPED_TEST(QueryContract, TheCallersPointerIsPassedOn) {
     return false;
   };
   const auto& manager = *this->manager_;
-  fcl::BroadPhaseCollisionManager<S>* other = this->other_.get();
+  fcl::BroadPhaseCollisionManager<S>* other = &*this->other_;
   const std::vector<std::pair<std::string, std::function<void(void*)>>> queries = {
       {"collide", [&](void* data) { manager.collide(data, collide); }},
-      {"collide(object)", [&](void* data) { manager.collide(this->probe(), data, collide); }},
+      {"collide(object)", [&](void* data) { manager.collide(this->probe_, data, collide); }},
       {"collide(manager)", [&](void* data) { manager.collide(other, data, collide); }},
       {"distance", [&](void* data) { manager.distance(data, distance); }},
-      {"distance(object)", [&](void* data) { manager.distance(this->probe(), data, distance); }},
+      {"distance(object)", [&](void* data) { manager.distance(this->probe_, data, distance); }},
       {"distance(manager)", [&](void* data) { manager.distance(other, data, distance); }},
   };
   int first = 0, second = 0;
@@ -208,7 +184,7 @@ TYPED_TEST(FiberQuery, ACallbackMayQuery) {
     }
   };
   const Calls<S> expected = selfPairs<S>(*this->manager_);
-  Nested nested{this->manager_.get(), {}, {}};
+  Nested nested{&*this->manager_, {}, {}};
   this->manager_->collide(&nested, &Nested::collide);
   EXPECT_EQ(nested.outer, expected);
   ASSERT_FALSE(nested.inner.empty());
@@ -265,15 +241,15 @@ TYPED_TEST(FiberQuery, ACallbackMayNotChangeTheManager) {
     EXPECT_GT(self.refused, 0u);
     EXPECT_EQ(self.calls, pairs);
     Change one{&manager, apply, {}, 0};
-    manager.collide(this->probe(), &one, &Change::collide);
+    manager.collide(this->probe_, &one, &Change::collide);
     EXPECT_GT(one.refused, 0u);
     Change other{&manager, apply, {}, 0};
-    manager.collide(this->other_.get(), &other, &Change::collide);
+    manager.collide(&*this->other_, &other, &Change::collide);
     EXPECT_GT(other.refused, 0u);
     // The other manager's tree is in use as well.
     if (name == "update()" || name == "clear") {
-      Change theirs{this->other_.get(), apply, {}, 0};
-      manager.collide(this->other_.get(), &theirs, &Change::collide);
+      Change theirs{&*this->other_, apply, {}, 0};
+      manager.collide(&*this->other_, &theirs, &Change::collide);
       EXPECT_GT(theirs.refused, 0u);
     }
     Change distance{&manager, apply, {}, 0};

@@ -5,21 +5,19 @@
 #include <algorithm>
 #include <cstddef>
 #include <limits>
-#include <memory>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <utility>
 #include <vector>
 
-#include "support/managers_under_test.h"
-#include "support/pair_queries.h"
+#include "support/managed.h"
 #include "support/scene_generators.h"
 
 namespace fcl_fibers::test {
 namespace {
 
-/// Neither scalar nor topology matters to threads: two scalars, two topologies, two trees.
+/// Not those of FiberManagers, so that with these all of ours are asked for something.
 using Managers = testing::Types<
     LayeredAabb<double, Topology::kBundle>, LayeredAabb<float, Topology::kSuperThread>,
     WrappedSphere<float, Topology::kBundle>, WrappedSphere<double, Topology::kSuperThread>>;
@@ -31,8 +29,6 @@ template <typename Config>
 class Threads : public testing::Test {
  protected:
   using S = typename Config::Scalar;
-  using Manager = typename decltype(Config::make())::element_type;
-  using Base = fcl::BroadPhaseCollisionManager<S>;
 
   Threads() : hair_(strandScene<S>(48, 100, 151)), scarf_(strandScene<S>(12, 40, 152)) {
     hair_.addSphere({0, 0, 0}, 0.1);
@@ -49,9 +45,9 @@ class Threads : public testing::Test {
     return options;
   }
 
-  std::unique_ptr<Manager> managerOf(const Scene<S>& scene, const FiberManagerOptions& options) {
-    auto manager = Config::make(options);
-    registerFibers<S>(*manager, scene);
+  Managed<Config> managerOf(const Scene<S>& scene, const FiberManagerOptions& options) {
+    Managed<Config> manager(options);
+    manager.registerFibers(scene);
     return manager;
   }
 
@@ -59,12 +55,12 @@ class Threads : public testing::Test {
 };
 TYPED_TEST_SUITE(Threads, Managers, ManagerNames);
 
-// The number of threads would show in the answer.
+// The number of threads would show in the answer, or what stands beside the tree come earlier.
 TYPED_TEST(Threads, PairsAndTheirOrderAreTheSameWithAnyNumber) {
   using S = typename TypeParam::Scalar;
   for (const Report report : {Report::kVolumes, Report::kCapsules}) {
-    Scene<S> hair = strandScene<S>(48, 100, 151);
-    std::vector<decltype(TypeParam::make())> managers;
+    const Scene<S>& hair = this->hair_;
+    std::vector<Managed<TypeParam>> managers;
     for (const int threads : kThreads) {
       managers.push_back(this->managerOf(hair, this->options(threads, report)));
     }
@@ -81,32 +77,8 @@ TYPED_TEST(Threads, PairsAndTheirOrderAreTheSameWithAnyNumber) {
         EXPECT_TRUE(pairsWith<S>(*manager, *scarf) == between);
         EXPECT_EQ(manager->selfCollisionStatistics().pairs, self.size());
       }
-      for (fcl::CollisionObject<S>* object : hair.objects()) jolt(*object, random, 0.01, 0.05);
+      jolt(hair.objects(), random, 0.01, 0.05);
       for (const auto& manager : managers) manager->update();
-    }
-  }
-}
-
-// What stands beside the tree would come earlier with threads.
-TYPED_TEST(Threads, OtherShapesKeepTheirPlace) {
-  using S = typename TypeParam::Scalar;
-  const auto one = this->managerOf(this->hair_, this->options(1));
-  const auto three = this->managerOf(this->hair_, this->options(3));
-  const Calls<S> expected = selfPairs<S>(*one);
-  EXPECT_TRUE(selfPairs<S>(*three) == expected);
-  three->update();
-  EXPECT_TRUE(selfPairs<S>(*three) == expected);
-}
-
-// A number that means nothing would be taken for another one.
-TYPED_TEST(Threads, LessThanOneIsRefused) {
-  using testing::HasSubstr;
-  for (const int threads : {0, -1}) {
-    try {
-      TypeParam::make(this->options(threads));
-      ADD_FAILURE() << threads << " was accepted";
-    } catch (const std::invalid_argument& refusal) {
-      EXPECT_THAT(refusal.what(), HasSubstr("threads is " + std::to_string(threads)));
     }
   }
 }
@@ -132,8 +104,7 @@ TYPED_TEST(Threads, CallbacksRunOnTheCallersThread) {
   const auto scarf = this->managerOf(this->scarf_, this->options(3));
   CallerCheck<S> check;
   manager->collide(&check, &CallerCheck<S>::collide);
-  manager->collide(static_cast<typename TestFixture::Base*>(scarf.get()), &check,
-                   &CallerCheck<S>::collide);
+  manager->collide(&*scarf, &check, &CallerCheck<S>::collide);
   EXPECT_GT(check.calls, 1000u);
   EXPECT_EQ(check.elsewhere, 0u);
 }
@@ -156,8 +127,7 @@ TYPED_TEST(Threads, TrueEndsTheQueryAtOnce) {
     }
     PairCollector<S> between;
     between.stop_at = all_between.size() / 2;
-    manager->collide(static_cast<typename TestFixture::Base*>(scarf.get()), &between,
-                     &PairCollector<S>::collide);
+    manager->collide(&*scarf, &between, &PairCollector<S>::collide);
     ASSERT_EQ(between.calls.size(), between.stop_at);
     EXPECT_TRUE(std::equal(between.calls.begin(), between.calls.end(), all_between.begin()));
   }
@@ -180,9 +150,7 @@ TYPED_TEST(Threads, ACallbackMayThrow) {
   }
   PairCollector<S> thrower;
   thrower.throw_at = 3;
-  EXPECT_THROW(manager->collide(static_cast<typename TestFixture::Base*>(scarf.get()), &thrower,
-                                &PairCollector<S>::collide),
-               CallbackError);
+  EXPECT_THROW(manager->collide(&*scarf, &thrower, &PairCollector<S>::collide), CallbackError);
   EXPECT_NO_THROW(scarf->update());
   EXPECT_TRUE(selfPairs<S>(*manager) == all);
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <unordered_map>
 
 namespace fcl_fibers::test {
 
@@ -18,10 +19,23 @@ typename Answering<S>::Objects Answering<S>::every(std::size_t step) const {
 }
 
 template <typename S>
-PairOracle<S> Answering<S>::oracle(const Objects& others) const {
+std::vector<std::pair<std::size_t, std::size_t>> Answering<S>::numbered(
+    const Calls<S>& calls, const Objects& others) const {
+  EXPECT_FALSE(calls.empty()) << "there is nothing to compare";
+  std::unordered_map<const Object*, std::size_t> number;
+  for (const Objects* objects : {&objects_, &others}) {
+    for (const Object* object : *objects) number.emplace(object, number.size());
+  }
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  for (const auto& [a, b] : calls) pairs.emplace_back(number.at(a), number.at(b));
+  return pairs;
+}
+
+template <typename S>
+PairOracle<S> Answering<S>::oracle(const Objects& others, const PairRules& rules) const {
   Objects all = objects_;
   all.insert(all.end(), others.begin(), others.end());
-  return PairOracle<S>(all, rules_, fibers_, groups_, ends_);
+  return PairOracle<S>(all, rules, fibers_, groups_, ends_);
 }
 
 template <typename S>
@@ -43,8 +57,18 @@ testing::AssertionResult Answering<S>::answersWith(const QueryPartner<S>& partne
                                                    std::size_t least) const {
   const Calls<S> calls = partner.object != nullptr ? pairsWith(*manager_, *partner.object)
                                                    : pairsWith(*manager_, *partner.manager);
-  return oracle(partner.objects)
-      .answersBetween(calls, objects_, partner.objects, order_, least);
+  return oracle(partner.objects).answersBetween(calls, objects_, partner.objects, order_, least);
+}
+
+template <typename S>
+testing::AssertionResult Answering<S>::areTouching(const Calls<S>& pairs,
+                                                   const QueryPartner<S>& partner,
+                                                   std::size_t least) const {
+  PairRules rules = rules_;
+  rules.report = Report::kCapsules;
+  const PairOracle<S> truth = oracle(partner.objects, rules);
+  return partner.isSelf() ? truth.answersSelf(pairs, objects_, order_, least)
+                          : truth.answersBetween(pairs, objects_, partner.objects, order_, least);
 }
 
 template <typename S>
@@ -72,10 +96,10 @@ void Answering<S>::run(DistanceSearch<S>& search, const QueryPartner<S>& partner
     return std::find(list.begin(), list.end(), object) - list.begin();
   };
   for (const auto& [a, b] : search.calls) {
-    const bool in_order = partner.isSelf() ? rank(a, objects_) < rank(b, objects_)
-                                  : std::count(objects_.begin(), objects_.end(), a) != 0 &&
-                                        std::count(partner.objects.begin(), partner.objects.end(),
-                                                   b) != 0;
+    const bool in_order =
+        partner.isSelf() ? rank(a, objects_) < rank(b, objects_)
+                         : std::count(objects_.begin(), objects_.end(), a) != 0 &&
+                               std::count(partner.objects.begin(), partner.objects.end(), b) != 0;
     EXPECT_TRUE(in_order) << "objects " << rank(a, objects_) << " and " << rank(b, objects_);
   }
 }
@@ -86,7 +110,7 @@ S Answering<S>::expectNearest(const QueryPartner<S>& partner) const {
   DistanceSearch<S> search(truth);
   run(search, partner);
   const S smallest = partner.isSelf() ? truth.smallestDistance(objects_)
-                             : truth.smallestDistance(objects_, partner.objects);
+                                      : truth.smallestDistance(objects_, partner.objects);
   if (smallest <= 0) {
     EXPECT_LE(search.result(), 0);
   } else if (order_ == ArgumentOrder::kPromised) {
@@ -129,6 +153,22 @@ void Answering<S>::remember(const Objects& objects) {
     }
   }
   objects_.insert(objects_.end(), objects.begin(), objects.end());
+}
+
+template <typename S>
+void Answering<S>::rememberAs(const Answering& other, const Objects& objects) {
+  objects_ = objects;
+  fibers_ = other.fibers_;
+  groups_ = other.groups_;
+  ends_ = other.ends_;
+  for (Objects& fiber : fibers_) {
+    for (Object*& object : fiber) {
+      const auto place = std::find(other.objects_.begin(), other.objects_.end(), object);
+      const bool is_gone = object == nullptr || place == other.objects_.end();
+      object =
+          is_gone ? nullptr : objects[static_cast<std::size_t>(place - other.objects_.begin())];
+    }
+  }
 }
 
 template <typename S>

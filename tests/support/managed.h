@@ -53,13 +53,20 @@ class Answering {
   /// One of every `step` objects.
   Objects every(std::size_t step) const;
 
-  /// By the poses of now. Knows these objects as well.
-  PairOracle<S> oracle(const Objects& others = {}) const;
+  /// Pairs as numbers of these objects and then of the others, to compare those of other scenes.
+  std::vector<std::pair<std::size_t, std::size_t>> numbered(const Calls<S>& calls,
+                                                            const Objects& others = {}) const;
 
-  /// Whether the manager holds these objects and reports their pairs, of which at least so many have
-  /// to be found.
+  /// By the poses of now. Knows these objects as well.
+  PairOracle<S> oracle(const Objects& others = {}) const { return oracle(others, rules_); }
+
+  /// Whether the manager holds these objects and reports their pairs, of which at least so many
+  /// have to be found.
   testing::AssertionResult answersSelf(std::size_t least = 1) const;
   testing::AssertionResult answersWith(const QueryPartner<S>& partner, std::size_t least = 1) const;
+  /// Whether these pairs are those of objects that touch, whatever the manager reports.
+  testing::AssertionResult areTouching(const Calls<S>& pairs, const QueryPartner<S>& partner,
+                                       std::size_t least) const;
   /// With each of these objects, at least one of which meets something.
   void expectAnswersWith(const Objects& partners) const;
 
@@ -81,6 +88,8 @@ class Answering {
       : manager_(&manager), rules_(rules), order_(order) {}
 
   void remember(const Objects& objects);
+  /// The other's fibers, of these objects instead of its own.
+  void rememberAs(const Answering& other, const Objects& objects);
 
   std::vector<Objects> fibers_;
   std::vector<int> groups_;
@@ -89,6 +98,7 @@ class Answering {
  private:
   friend struct QueryPartner<S>;
 
+  PairOracle<S> oracle(const Objects& others, const PairRules& rules) const;
   void run(DistanceSearch<S>& search, const QueryPartner<S>& partner) const;
 
   Base* manager_;
@@ -123,7 +133,8 @@ class Managed : public Answering<typename Config::Scalar> {
   /// Takes over a manager that is empty.
   Managed(std::unique_ptr<Manager> manager, const FiberManagerOptions& options)
       : Answering<S>(*manager, rulesOf<Config>(options), kOrder<Config>),
-        manager_(std::move(manager)) {}
+        manager_(std::move(manager)),
+        options_(options) {}
 
   Manager& operator*() const { return *manager_; }
   Manager* operator->() const { return manager_.get(); }
@@ -145,9 +156,17 @@ class Managed : public Answering<typename Config::Scalar> {
     }
     this->registerEach(scene.loose());
   }
+  /// A clone whose objects stand for those of this one.
+  Managed clone(const Objects& objects) const {
+    auto made = cloneOf<S>(*manager_, objects);
+    Managed clone(std::unique_ptr<Manager>(&dynamic_cast<Manager&>(*made.release())), options_);
+    clone.rememberAs(*this, objects);
+    return clone;
+  }
 
  private:
   std::unique_ptr<Manager> manager_;
+  FiberManagerOptions options_;
 };
 
 }  // namespace fcl_fibers::test

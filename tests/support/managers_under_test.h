@@ -46,94 +46,77 @@ inline std::string topologyName(Topology topology) {
 // The managers that the contract suites run over. Each says how to make one, what its leaves are
 // bounded by, and whether it promises what FCL's own does not.
 
-template <typename ScalarT, Topology kTopology>
-struct LayeredAabb {
+template <LeafVolume kLeafVolume, typename ScalarT, Topology kTopology>
+struct FiberManagerConfig {
   using Scalar = ScalarT;
-  using Manager = FiberCollisionManager<Scalar>;
   static constexpr bool kIsFiberManager = true;
-  static constexpr LeafVolume kVolume = LeafVolume::kBox;
-  using OtherTopology = LayeredAabb<Scalar, kTopology == Topology::kBundle ? Topology::kSuperThread
-                                                                           : Topology::kBundle>;
+  static constexpr LeafVolume kVolume = kLeafVolume;
+  using OtherTopology = FiberManagerConfig<
+      kVolume, Scalar, kTopology == Topology::kBundle ? Topology::kSuperThread : Topology::kBundle>;
 
-  static std::unique_ptr<FiberCollisionManager<Scalar>> make(FiberManagerOptions options = {}) {
+  static auto make(FiberManagerOptions options = {}) {
     options.topology = kTopology;
-    return makeLayeredAabbTree<Scalar>(options);
+    if constexpr (kVolume == LeafVolume::kBox) {
+      return makeLayeredAabbTree<Scalar>(options);
+    } else {
+      return makeWrappedSphereTree<Scalar>(options);
+    }
   }
   static std::string name() {
-    return "LayeredAabb" + topologyName(kTopology) + scalarName(Scalar());
+    return (kVolume == LeafVolume::kBox ? "LayeredAabb" : "WrappedSphere") +
+           topologyName(kTopology) + scalarName(Scalar());
   }
 };
 
-template <typename ScalarT, Topology kTopology>
-struct WrappedSphere {
-  using Scalar = ScalarT;
-  using Manager = FiberCollisionManager<Scalar>;
-  static constexpr bool kIsFiberManager = true;
-  static constexpr LeafVolume kVolume = LeafVolume::kSphere;
-  using OtherTopology =
-      WrappedSphere<Scalar,
-                    kTopology == Topology::kBundle ? Topology::kSuperThread : Topology::kBundle>;
-
-  static std::unique_ptr<WrappedSphereTreeCollisionManager<Scalar>> make(
-      FiberManagerOptions options = {}) {
-    options.topology = kTopology;
-    return makeWrappedSphereTree<Scalar>(options);
-  }
-  static std::string name() {
-    return "WrappedSphere" + topologyName(kTopology) + scalarName(Scalar());
-  }
-};
+template <typename Scalar, Topology kTopology>
+using LayeredAabb = FiberManagerConfig<LeafVolume::kBox, Scalar, kTopology>;
+template <typename Scalar, Topology kTopology>
+using WrappedSphere = FiberManagerConfig<LeafVolume::kSphere, Scalar, kTopology>;
 
 template <typename ScalarT>
 struct FclTree {
   using Scalar = ScalarT;
-  using Manager = fcl::BroadPhaseCollisionManager<Scalar>;
   static constexpr bool kIsFiberManager = false;
   static constexpr LeafVolume kVolume = LeafVolume::kStock;
 
-  static std::unique_ptr<Manager> make(const FiberManagerOptions& = {}) {
-    return makeFclTree<Scalar>();
-  }
+  static auto make(const FiberManagerOptions& = {}) { return makeFclTree<Scalar>(); }
   static std::string name() { return "FclDynamicAabbTree" + scalarName(Scalar()); }
+};
+
+template <typename A, typename B>
+struct Joined;
+template <typename... A, typename... B>
+struct Joined<testing::Types<A...>, testing::Types<B...>> {
+  using Types = testing::Types<A..., B...>;
 };
 
 // By default the four of ours that have every pair of volume, scalar and topology, and FCL's in the
 // scalar that it is compiled for.
 #ifdef FCL_FIBERS_ALL_MANAGERS
-using FiberManagers = testing::Types<
-    LayeredAabb<float, Topology::kBundle>, LayeredAabb<float, Topology::kSuperThread>,
-    LayeredAabb<double, Topology::kBundle>, LayeredAabb<double, Topology::kSuperThread>,
-    WrappedSphere<float, Topology::kBundle>, WrappedSphere<float, Topology::kSuperThread>,
-    WrappedSphere<double, Topology::kBundle>, WrappedSphere<double, Topology::kSuperThread>>;
-using AllManagers = testing::Types<
-    LayeredAabb<float, Topology::kBundle>, LayeredAabb<float, Topology::kSuperThread>,
-    LayeredAabb<double, Topology::kBundle>, LayeredAabb<double, Topology::kSuperThread>,
-    WrappedSphere<float, Topology::kBundle>, WrappedSphere<float, Topology::kSuperThread>,
-    WrappedSphere<double, Topology::kBundle>, WrappedSphere<double, Topology::kSuperThread>,
-    FclTree<float>, FclTree<double>>;
-using WrappedManagers = testing::Types<
-    WrappedSphere<float, Topology::kBundle>, WrappedSphere<float, Topology::kSuperThread>,
-    WrappedSphere<double, Topology::kBundle>, WrappedSphere<double, Topology::kSuperThread>>;
-#elif defined(FCL_FIBERS_OTHER_MANAGERS)
-using FiberManagers = testing::Types<
-    LayeredAabb<double, Topology::kBundle>, LayeredAabb<float, Topology::kSuperThread>,
-    WrappedSphere<float, Topology::kBundle>, WrappedSphere<double, Topology::kSuperThread>>;
-using AllManagers = FiberManagers;
+template <LeafVolume kVolume>
+using ManagersOf = testing::Types<FiberManagerConfig<kVolume, float, Topology::kBundle>,
+                                  FiberManagerConfig<kVolume, float, Topology::kSuperThread>,
+                                  FiberManagerConfig<kVolume, double, Topology::kBundle>,
+                                  FiberManagerConfig<kVolume, double, Topology::kSuperThread>>;
+using LayeredManagers = ManagersOf<LeafVolume::kBox>;
+using WrappedManagers = ManagersOf<LeafVolume::kSphere>;
+using FclManagers = testing::Types<FclTree<float>, FclTree<double>>;
+#elif defined(FCL_FIBERS_OTHER_MANAGERS)  // What the default leaves out.
+using LayeredManagers = testing::Types<LayeredAabb<double, Topology::kBundle>,
+                                       LayeredAabb<float, Topology::kSuperThread>>;
 using WrappedManagers = testing::Types<WrappedSphere<float, Topology::kBundle>,
                                        WrappedSphere<double, Topology::kSuperThread>>;
+using FclManagers = testing::Types<FclTree<float>>;
 #else
-using FiberManagers = testing::Types<
-    LayeredAabb<float, Topology::kBundle>, LayeredAabb<double, Topology::kSuperThread>,
-    WrappedSphere<double, Topology::kBundle>, WrappedSphere<float, Topology::kSuperThread>>;
-/// Ours, and FCL's own, so that what is tested is FCL's contract.
-using AllManagers = testing::Types<LayeredAabb<float, Topology::kBundle>,
-                                   LayeredAabb<double, Topology::kSuperThread>,
-                                   WrappedSphere<double, Topology::kBundle>,
-                                   WrappedSphere<float, Topology::kSuperThread>, FclTree<double>>;
-/// The cascade is the wrapped tree's alone.
+using LayeredManagers = testing::Types<LayeredAabb<float, Topology::kBundle>,
+                                       LayeredAabb<double, Topology::kSuperThread>>;
 using WrappedManagers = testing::Types<WrappedSphere<double, Topology::kBundle>,
                                        WrappedSphere<float, Topology::kSuperThread>>;
+using FclManagers = testing::Types<FclTree<double>>;
 #endif
+using FiberManagers = Joined<LayeredManagers, WrappedManagers>::Types;
+/// Ours, and FCL's own, so that what is tested is FCL's contract.
+using AllManagers = Joined<FiberManagers, FclManagers>::Types;
 
 struct ManagerNames {
   template <typename Config>
@@ -149,7 +132,7 @@ std::vector<FiberManagerOptions> optionsToTest(double margin) {
   if (!Config::kIsFiberManager) return all;
   all.clear();
   for (const Report report : {Report::kVolumes, Report::kCapsules}) {
-    for (const double m : {0.0, margin}) {
+    for (const double m : margin > 0 ? std::vector{0.0, margin} : std::vector{0.0}) {
       FiberManagerOptions options;
       options.report = report;
       options.margin = m;
