@@ -262,7 +262,8 @@ class Scene {
   }
 
   std::size_t memoryUsage() const {
-    return scratch_->memoryUsage() + segments_.capacity() * sizeof(Segment) + unbounded_.capacity() * sizeof(SegmentId) +
+    return scratch_->memoryUsage() + segments_.capacity() * sizeof(Segment) +
+           unbounded_.capacity() * sizeof(SegmentId) +
            std::visit([](const auto& tree) { return tree.memoryUsage(); }, tree_);
   }
 
