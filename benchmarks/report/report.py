@@ -80,8 +80,10 @@ class Report:
         return [block for block in self.blocks if isinstance(block, Figure)]
 
     def documented(self):
+        """Of several scenes the documents show each one's contenders, and bounds on the helix."""
         words = DOCUMENTED[self.kind]
-        return {n: table for n, table in self.tables().items() if n.split()[0] in words}
+        names = [name for name in self.tables() if name in words or name.startswith("scene ")]
+        return {name: self.tables()[name] for name in names if name.split()[0] in words}
 
 
 def files_of(kind, scenes):
