@@ -40,7 +40,6 @@ PreflightLimits tryLimits(double phase_seconds) {
   PreflightLimits limits;
   limits.phase_seconds = phase_seconds;
   limits.check = false;
-  limits.trial = false;
   return limits;
 }
 
@@ -109,7 +108,6 @@ std::vector<Preflight> checkMotion(const std::vector<Chosen>& chosen, bool quick
   for (const Chosen& one : chosen) contenders.push_back(one.contender);
   PreflightLimits limits;
   limits.phase_seconds = phase_limit;
-  limits.trial = !quick;
   limits.at_once = quick ? 2 : 1;
   if (motion.checked.empty()) return preflightAll(contenders, motion.fibers, limits);
   std::vector<Preflight> results = preflightAll(contenders, motion.checked.front(), limits);
