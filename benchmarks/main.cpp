@@ -4,12 +4,13 @@
 // file of Google Benchmark's, of which benchmarks/report makes tables, and benchmarks/run.sh runs
 // what belongs together:
 //
-//   fcl_fibers_bench --measure=frames [SCENE]
-//   [--against=headline|full|all|paper|paper_all|NAME,...] fcl_fibers_bench
-//   --measure=queries|growth|costs|sampling fcl_fibers_bench --measure=bounds [SCENE]
+//   fcl_fibers_bench --measure=frames [SCENE] [--against=WHOM]
+//   fcl_fibers_bench --measure=bounds [SCENE]
+//   fcl_fibers_bench --measure=queries|growth|costs|sampling
 //   fcl_fibers_bench --measure=replay|chain|radii|rods|pictures     the paper's
 //
-// with --benchmark_out=FILE.json and any other flag of Google Benchmark. SCENE is
+// WHOM is headline, full, all, paper, paper_all, or names of contenders, NAME,... Add
+// --benchmark_out=FILE.json and any other flag of Google Benchmark. SCENE is
 // --scene=NAME:key=value,... as `fcl_fibers --help` lists them, or --hair=FILE [--radius=R].
 //
 // The results of frames. Every contender first has to show, in a process of its own, that it
@@ -22,8 +23,7 @@
 //                that phase only
 //   Checked/...  the check: pairs, touching pairs, bytes, and the seconds of each phase, once; the
 //                label says why a contender is not timed
-//   Frames/...   set_up: construct the manager, register all objects, setup(); and of a frame,
-//   after
+//   Frames/...   set_up: construct the manager, register all objects, setup(). Of a frame, after
 //                every pose was set anew, update: boxes as the manager reads them (computeAABB for
 //                FCL's "stock", end points +- radius for FCL's "tight", none for ours) + update();
 //                detection: the query of all pairs, with a callback that counts. Of the paper's

@@ -109,6 +109,12 @@ inline void update(const Contender& contender, MovingFibers& fibers, Manager& ma
   manager.update();
 }
 
+/// A callback that counts in the std::size_t that its data points to.
+inline bool countPair(Object*, Object*, void* count) {
+  ++*static_cast<std::size_t*>(count);
+  return false;
+}
+
 /// Self-collision with a callback that does nothing but count, or however the manager counts.
 PairCount countPairs(const Manager& manager);
 

@@ -3,16 +3,11 @@
 
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 #include <string>
 #include <utility>
 
 namespace fcl_fibers::benchmarks {
 namespace {
-
-[[noreturn]] void refuse() {
-  throw std::logic_error("ForeignTree: only self-collision of objects registered once");
-}
 
 /// An ulp at least, without the branches of nextafter.
 float below(double x) {
@@ -35,22 +30,14 @@ FloatBox floatBox(const fcl::AABBd& box) {
 [[maybe_unused]] Contender foreignContender(
     const char* library, const std::string& variant,
     const std::function<std::unique_ptr<ForeignTree>()>& make) {
-  return {library,
-          variant,
-          false,
-          Boxes::kNone,
-          Reported::kTightBoxes,
-          [make](const std::vector<Object*>&) { return make(); }};
+  return {library, variant, false, Boxes::kNone, Reported::kTightBoxes, [make](const auto&) {
+            return make();
+          }};
 }
 
 }  // namespace
 
 ForeignTree::ForeignTree(int threads) : executor_(parallel::makeExecutor(threads)) {}
-
-void ForeignTree::registerObjects(const std::vector<Object*>& objects) {
-  if (!objects_.empty()) refuse();
-  objects_ = objects;
-}
 
 void ForeignTree::readBoxes() {
   constexpr std::size_t kGrain = 4096;
@@ -62,15 +49,6 @@ void ForeignTree::readBoxes() {
         }
       });
 }
-
-void ForeignTree::registerObject(Object*) { refuse(); }
-void ForeignTree::unregisterObject(Object*) { refuse(); }
-void ForeignTree::clear() { refuse(); }
-void ForeignTree::collide(Object*, void*, fcl::CollisionCallBack<double>) const { refuse(); }
-void ForeignTree::collide(Manager*, void*, fcl::CollisionCallBack<double>) const { refuse(); }
-void ForeignTree::distance(Object*, void*, fcl::DistanceCallBack<double>) const { refuse(); }
-void ForeignTree::distance(void*, fcl::DistanceCallBack<double>) const { refuse(); }
-void ForeignTree::distance(Manager*, void*, fcl::DistanceCallBack<double>) const { refuse(); }
 
 std::vector<Contender> foreignContenders() {
   std::vector<Contender> contenders;

@@ -95,13 +95,11 @@ void FrameRuns::registerFrames(int runs, bool narrow_phase) {
   narrow_phase_ = narrow_phase;
   if (runs == 0) runs = runCount();
   const std::string name = "Frames/" + contender_.name();
-  registerRuns(
-      name, runs, [this](Numbers& numbers) { return frame(numbers, false); },
-      contender_.ours ? Whose::kOurs : Whose::kPeers);
+  const auto plain = [this](Numbers& numbers) { return frame(numbers, false); };
+  registerRuns(name, runs, plain, contender_.ours);
   if (!narrow_phase) return;
-  registerRuns(
-      name + "_and_collide", runs, [this](Numbers& numbers) { return frame(numbers, true); },
-      Whose::kPeers);
+  const auto with_narrow_phase = [this](Numbers& numbers) { return frame(numbers, true); };
+  registerRuns(name + "_and_collide", runs, with_narrow_phase, false);
 }
 
 double FrameRuns::frame(Numbers& numbers, bool with_narrow_phase) {
@@ -118,9 +116,10 @@ void FrameRuns::run() {
   fibers.bringTo(0, contender_.boxes);
   std::unique_ptr<Manager> manager;
   const double set_up = seconds([&] { manager = contender_.setUp(fibers); });
-  double update_seconds = 0, detection_seconds = 0, narrow_seconds = 0;
+  double update_seconds = 0, detection_seconds = 0;
   PairCount count;
-  NarrowPhase narrow(NarrowPhase::strideFor(checked_.frames[0].reported, kNarrowPairs));
+  NarrowPhase narrow;
+  const std::size_t stride = narrowPhaseStride(checked_.frames[0].reported, kNarrowPairs);
   int updates = 0;
   for (const int frame : frames_) {
     if (!contender_.ours && updates == kUpdatesPerManager) {
@@ -137,7 +136,10 @@ void FrameRuns::run() {
     notePairs(frame, found.pairs);
     count.pairs += found.pairs;
     count.visited += found.visited;
-    if (narrow_phase_) narrow_seconds += narrow.time(*manager);
+    if (!narrow_phase_) continue;
+    const NarrowPhase more = collideSample(*manager, stride);
+    narrow = {narrow.seconds + more.seconds, narrow.pairs + more.pairs,
+              narrow.sampled + more.sampled, narrow.touching + more.touching};
   }
 
   // A sum over all frames, or the mean of the two that take turns.
@@ -158,10 +160,10 @@ void FrameRuns::run() {
   }
   plain_.push_back(numbers);
   if (!narrow_phase_) return;
-  numbers["detection"] = perFrame(narrow_seconds);
-  numbers["sampled"] = perFrame(narrow.sampled());
-  numbers["of"] = perFrame(narrow.pairs());
-  numbers["touching"] = perFrame(narrow.touching());
+  numbers["detection"] = perFrame(narrow.seconds);
+  numbers["sampled"] = perFrame(narrow.sampled);
+  numbers["of"] = perFrame(narrow.pairs);
+  numbers["touching"] = perFrame(narrow.touching);
   with_narrow_phase_.push_back(numbers);
 }
 

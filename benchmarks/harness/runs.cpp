@@ -58,9 +58,9 @@ void setCounters(benchmark::State& state, const Numbers& numbers) {
 }  // namespace
 
 void registerRuns(const std::string& name, int runs, std::function<double(Numbers&)> run,
-                  Whose whose) {
+                  bool ours) {
   runs_registered += runs;
-  if (whose == Whose::kPeers) peers.insert(name);
+  if (!ours) peers.insert(name);
   registerBenchmark(name, runs, [name, run = std::move(run)](benchmark::State& state) {
     showRun(name);
     for ([[maybe_unused]] auto _ : state) {

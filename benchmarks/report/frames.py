@@ -31,22 +31,17 @@ def ratio_cells(scenes, row):
     return ["not installed" if ratio is None else ratio.text() for ratio in found]
 
 
-def sample_text(scenes, boxes):
-    """Empty where fcl::collide was called on all pairs."""
+def row_title(scenes, row):
+    """With the size of the sample, where fcl::collide was not called on all pairs."""
+    if not row.startswith((ratios.TOUCHING_TIGHT, ratios.TOUCHING_STOCK)):
+        return row
+    boxes = "tight" if row.startswith(ratios.TOUCHING_TIGHT) else "stock"
     found = [scene.sampled(boxes) for scene in scenes.values()]
     sizes = sorted(sampled for sampled, of in found if sampled < of)
     if not sizes:
-        return ""
+        return row
     sizes = dict.fromkeys([count(sizes[0]), count(sizes[-1])])
-    return f", estimated from a sample of {' to '.join(sizes)} pairs"
-
-
-def row_title(scenes, row):
-    if row.startswith(ratios.TOUCHING_TIGHT):
-        return row + sample_text(scenes, "tight")
-    if row.startswith(ratios.TOUCHING_STOCK):
-        return row + sample_text(scenes, "stock")
-    return row
+    return f"{row}, estimated from a sample of {' to '.join(sizes)} pairs"
 
 
 def header_of(scenes):
@@ -57,10 +52,7 @@ def headline(scenes):
     plain = (ratios.TIGHT, ratios.STOCK, ratios.UPDATE, ratios.SET_UP)
     rows = plain + (ratios.TOUCHING_TIGHT, ratios.TOUCHING_STOCK)
     lines = [[row_title(scenes, row), *ratio_cells(scenes, row)] for row in rows]
-    both = zip(
-        ratio_cells(scenes, EMBREE.format("1 thread")),
-        ratio_cells(scenes, EMBREE.format("2 threads")),
-    )
+    both = zip(*(ratio_cells(scenes, EMBREE.format(on)) for on in ("1 thread", "2 threads")))
     embree = "Update + detection: Embree, 1 thread / both on 2 threads"
     lines.append([embree, *map(" / ".join, both)])
     return Table("headline", "How many times as fast", header_of(scenes), lines, READ_RATIOS)
@@ -90,12 +82,8 @@ def best(scenes):
     ]
     for threads, suffix in ((1, ""), (2, "_2_threads")):
         cells = [visited_ratio(scene, threads, BOXES + suffix) for scene in scenes.values()]
-        who.append(
-            [
-                f"Detection per visited pair, times Embree's, {threads} thread{suffix and 's'}",
-                *cells,
-            ]
-        )
+        what = f"Detection per visited pair, times Embree's, {threads} thread{suffix and 's'}"
+        who.append([what, *cells])
     caption = "Whom each row is against. Ours visits each pair once, Embree in both orders."
     header = ["", *(scene.title() for scene in scenes.values())]
     return Table("best", "Who is best", header, who, caption)

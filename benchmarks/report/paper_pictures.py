@@ -81,7 +81,6 @@ class Picture:
     """Fibers and which of their segments touch, as --measure=pictures wrote them."""
 
     def __init__(self, folder, name):
-        self.counts = {k: float(v) for k, v in read_csv(folder / f"{name}.csv")[0].items()}
         self.points = np.fromfile(folder / f"{name}.points", dtype=np.float32).reshape(-1, 3)
         self.begin = np.fromfile(folder / f"{name}.begin", dtype=np.int32)
         self.touching = np.fromfile(folder / f"{name}.touching", dtype=np.uint8).astype(bool)
@@ -97,14 +96,6 @@ class Picture:
         a = self.begin[fiber] + within
         b = np.minimum(a + step, self.begin[fiber + 1] - 1)
         return self.points[a], self.points[b], fiber, touching
-
-    def text(self):
-        c = self.counts
-        share = 100 * c["touching_segments"] / c["segments"]
-        return (
-            f"{c['fibers']:,.0f} fibers, {c['segments']:,.0f} segments, {c['touching_pairs']:,.0f} "
-            f"touching pairs on {share:.1f} % of the segments"
-        )
 
 
 def principal_view(points):
@@ -178,14 +169,19 @@ def half_scalp(picture):
     return figure
 
 
-def fibers(draw, folder, name):
+def drawn(draw, folder, name):
     return png(draw(Picture(folder, name)))
 
 
-def caption(folder, name):
+def caption(part, name):
     if name == "volumes":
         return "One filament of the dynamic assembly."
-    return f"{Picture(folder, name).text()}. Touching segments are red."
+    keys = ("fibers", "segments", "touching_pairs", "touching_segments")
+    fibers, segments, pairs, touching = part.medians("Picture", name, *keys)
+    return (
+        f"{fibers:,.0f} fibers, {segments:,.0f} segments, {pairs:,.0f} touching pairs on "
+        f"{100 * touching / segments:.1f} % of the segments. Touching segments are red."
+    )
 
 
 def volumes(folder, _, depth=3):
@@ -216,8 +212,8 @@ def volumes(folder, _, depth=3):
 
 
 PICTURES = {  # by the names of files: title, and who draws it
-    "strand": ("Figs. 1 and 6. Strand", partial(fibers, strand)),
-    "loop": ("Fig. 3, left. The dynamic assembly late in its motion", partial(fibers, loop)),
+    "strand": ("Figs. 1 and 6. Strand", partial(drawn, strand)),
+    "loop": ("Fig. 3, left. The dynamic assembly late in its motion", partial(drawn, loop)),
     "volumes": ("Figs. 3, right, and 4. Volumes of one level", volumes),
-    "half_scalp": ("Fig. 2, right. Half scalp, three fibers in ten", partial(fibers, half_scalp)),
+    "half_scalp": ("Fig. 2, right. Half scalp, three fibers in ten", partial(drawn, half_scalp)),
 }
