@@ -130,10 +130,6 @@ void addContext(int argc, char** argv, const std::string& measure, const Request
     const std::string word = argv[i];
     if (word.rfind("--benchmark_out", 0) != 0) command += " " + word;
   }
-  std::string left_out;
-  for (const std::string& library : missingLibraries()) {
-    left_out += (left_out.empty() ? "" : ", ") + library;
-  }
   std::string scene = request.scene.text;
   if (tools::isFile(scene)) scene = scene.substr(scene.find_last_of('/') + 1);
   const std::size_t seed = scene.find("seed=");
@@ -142,7 +138,7 @@ void addContext(int argc, char** argv, const std::string& measure, const Request
   benchmark::AddCustomContext("build_type", FCL_FIBERS_BUILD_TYPE);
   benchmark::AddCustomContext("commit", commit == nullptr ? "unknown" : commit);
   benchmark::AddCustomContext("command", command);
-  benchmark::AddCustomContext("left_out", left_out);
+  benchmark::AddCustomContext("left_out", missingLibraries());
   benchmark::AddCustomContext("measure", measure);
   benchmark::AddCustomContext("scene", scene);
   benchmark::AddCustomContext(

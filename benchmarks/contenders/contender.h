@@ -64,8 +64,8 @@ std::vector<Contender> fclManagers(Boxes boxes);
 /// Embree's and Bullet's trees, those of them that this program was built with.
 std::vector<Contender> foreignContenders();
 
-/// Names of the libraries that it was built without.
-std::vector<std::string> missingLibraries();
+/// Names of the libraries that it was built without, `Embree, Bullet`.
+std::string missingLibraries();
 
 /// Who is measured.
 struct Against {

@@ -27,7 +27,7 @@ enum class Boxes {
 class CapsuleObject : public Object {
  public:
   using Object::Object;
-  void computeTightAABB();
+  void computeTightAABB() { aabb = tightBox(); }
 
   /// End points +- radius, where the object is now.
   fcl::AABBd tightBox() const;

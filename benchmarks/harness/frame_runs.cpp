@@ -146,18 +146,15 @@ void FrameRuns::run() {
   const auto perFrame = [&, frames = static_cast<double>(frames_.size())](auto sum) {
     return static_cast<double>(sum) / (motion_.summed ? 1 : frames);
   };
+  const auto known = [&](Phase phase, auto sum) {
+    return phase <= last_ ? perFrame(sum) : Preflight::kUnknown;
+  };
   Numbers numbers = {{"set_up", set_up},
                      {"frames", static_cast<double>(frames_.size())},
-                     {"update", Preflight::kUnknown},
-                     {"detection", Preflight::kUnknown},
-                     {"pairs", Preflight::kUnknown},
-                     {"visited", Preflight::kUnknown}};
-  if (last_ != Phase::kSetUp) numbers["update"] = perFrame(update_seconds);
-  if (last_ == Phase::kDetection) {
-    numbers["detection"] = perFrame(detection_seconds);
-    numbers["pairs"] = perFrame(count.pairs);
-    numbers["visited"] = perFrame(count.visited);
-  }
+                     {"update", known(Phase::kUpdate, update_seconds)},
+                     {"detection", known(Phase::kDetection, detection_seconds)},
+                     {"pairs", known(Phase::kDetection, count.pairs)},
+                     {"visited", known(Phase::kDetection, count.visited)}};
   plain_.push_back(numbers);
   if (!narrow_phase_) return;
   numbers["detection"] = perFrame(narrow.seconds);

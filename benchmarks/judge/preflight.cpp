@@ -159,7 +159,7 @@ struct Run {
     fibers.bringTo(0, contender.boxes);
     const std::size_t bytes_before = allocatedBytes();
     std::unique_ptr<Manager> manager;
-    note(Phase::kSetUp, limited(Phase::kSetUp, [&] { manager = contender.setUp(fibers); }));
+    time(Phase::kSetUp, [&] { manager = contender.setUp(fibers); });
     trace.bytes = bytesOf(*manager, bytes_before);
 
     if (limits.check || !limits.update) query(*manager, trace.frames[0]);
@@ -177,14 +177,13 @@ struct Run {
     trace.finished = true;
   }
 
-  /// Returns the seconds that the work took.
+  /// Notes the seconds that the work takes.
   template <typename Work>
-  double limited(Phase phase, Work&& work) {
+  void time(Phase phase, Work&& work) {
     trace.phase = phase;
     setAlarm(limits.phase_seconds);
-    const double taken = seconds(work);
+    trace.seconds[static_cast<std::size_t>(phase)] = seconds(work);
     setAlarm(0);
-    return taken;
   }
 
   static std::size_t bytesOf(const Manager& manager, std::size_t bytes_before) {
@@ -193,23 +192,19 @@ struct Run {
     return foreign == nullptr ? allocated : foreign->libraryBytes(allocated);
   }
 
-  void note(Phase phase, double taken) { trace.seconds[static_cast<std::size_t>(phase)] = taken; }
-
   void moveTo(int frame, Manager& manager) {
     fibers.setPoses(frame);
-    note(Phase::kUpdate, limited(Phase::kUpdate, [&] { update(contender, fibers, manager); }));
+    time(Phase::kUpdate, [&] { update(contender, fibers, manager); });
   }
 
   void query(const Manager& manager, PairCounts& counts) {
     if (!limits.check) {
-      note(Phase::kDetection,
-           limited(Phase::kDetection, [&] { counts.reported = countPairs(manager).pairs; }));
+      time(Phase::kDetection, [&] { counts.reported = countPairs(manager).pairs; });
       return;
     }
     Checker checker(fibers);
-    const double taken =
-        limited(Phase::kDetection, [&] { manager.collide(&checker, Checker::callback); });
-    note(Phase::kDetection, taken - checker.secondsJudging());
+    time(Phase::kDetection, [&] { manager.collide(&checker, Checker::callback); });
+    trace.seconds[static_cast<std::size_t>(Phase::kDetection)] -= checker.secondsJudging();
     const auto [checked, touching] = checker.finish();
     const std::size_t written =
         std::fwrite(touching.data(), sizeof(Pair), touching.size(), pairs_file);
@@ -369,13 +364,6 @@ void judgeWork(const std::vector<Contender>& contenders, std::vector<Preflight>&
 
 }  // namespace
 
-Preflight preflight(const Contender& contender, MovingFibers& fibers,
-                    const PreflightLimits& limits) {
-  Preflight result = Child(contender, fibers, limits).wait().first;
-  judgeAlone(contender, result);
-  return result;
-}
-
 std::vector<Preflight> preflightAll(const std::vector<Contender>& contenders, MovingFibers& fibers,
                                     const PreflightLimits& limits) {
   const bool without_adjacent =
@@ -388,8 +376,9 @@ std::vector<Preflight> preflightAll(const std::vector<Contender>& contenders, Mo
   for (std::size_t started = 0; results.size() < contenders.size();) {
     if (started < contenders.size() && running.size() < limits.at_once) {
       const Contender& contender = contenders[started];
-      showProgress(fibers.name() + ": check " + std::to_string(++started) + "/" +
-                   std::to_string(contenders.size()) + ": " + contender.title());
+      showProgress(fibers.name() + (limits.check ? ": check " : ": try ") +
+                   std::to_string(++started) + "/" + std::to_string(contenders.size()) + ": " +
+                   contender.title());
       running.emplace_back(contender, fibers, limits);
       continue;
     }

@@ -59,10 +59,6 @@ struct PreflightLimits {
   std::size_t at_once = 1;    ///< contenders that run at the same time, whose seconds then say less
 };
 
-/// Runs one contender and judges it by itself.
-Preflight preflight(const Contender& contender, MovingFibers& fibers,
-                    const PreflightLimits& limits);
-
 /// Runs all contenders and judges them by one another too: the union of their touching pairs is
 /// what each must have reported, and those that owe the same pairs must report as many. Where one
 /// of them leaves out adjacent segments, all are compared without these.

@@ -9,6 +9,7 @@ from tables import Table, count, digits, time, time_and_range, title
 
 HEADLINE = ("helix", "cap", "paper-dynamic")
 FULL = ("helix", "helix-2000", "cap", "paper-dynamic")
+SPEED_UP = "Speed-up over the fastest other"
 PHASES = ("set_up", "update", "detection", "frame")
 PHASE_TITLES = ["set-up", "update", "detection", "update + detection"]
 READ_RATIOS = (
@@ -44,8 +45,8 @@ def row_title(scenes, row):
     return f"{row}, estimated from a sample of {' to '.join(sizes)} pairs"
 
 
-def header_of(scenes):
-    return ["Speed-up over the fastest other", *(scene.title() for scene in scenes.values())]
+def header_of(scenes, what=""):
+    return [what, *(scene.title() for scene in scenes.values())]
 
 
 def headline(scenes):
@@ -55,7 +56,9 @@ def headline(scenes):
     both = zip(*(ratio_cells(scenes, EMBREE.format(on)) for on in ("1 thread", "2 threads")))
     embree = "Update + detection: Embree, 1 thread / both on 2 threads"
     lines.append([embree, *map(" / ".join, both)])
-    return Table("headline", "How many times as fast", header_of(scenes), lines, READ_RATIOS)
+    return Table(
+        "headline", "How many times as fast", header_of(scenes, SPEED_UP), lines, READ_RATIOS
+    )
 
 
 def all_ratios(scenes):
@@ -69,7 +72,9 @@ def all_ratios(scenes):
     add("Bytes a segment after a frame, boxes", lambda s: digits(s.bytes(BOXES)))
     add("Bytes a segment after a frame, capsules", lambda s: digits(s.bytes(ratios.CAPSULES)))
     add("Bytes, boxes, of those of FCL's best", lambda s: digits(s.of_fcls_bytes(), 2))
-    return Table("ratios", "How many times as fast", header_of(scenes), lines, READ_RATIOS)
+    return Table(
+        "ratios", "How many times as fast", header_of(scenes, SPEED_UP), lines, READ_RATIOS
+    )
 
 
 def best(scenes):
@@ -85,8 +90,7 @@ def best(scenes):
         what = f"Detection per visited pair, times Embree's, {threads} thread{suffix and 's'}"
         who.append([what, *cells])
     caption = "Whom each row is against. Ours visits each pair once, Embree in both orders."
-    header = ["", *(scene.title() for scene in scenes.values())]
-    return Table("best", "Who is best", header, who, caption)
+    return Table("best", "Who is best", header_of(scenes), who, caption)
 
 
 def per_visited(scene, name):
@@ -230,5 +234,4 @@ def targets(scenes, growth_part):
             found = growth_of(growth_part, key)
             cell = at_most(found[-1] / found[0], ratios.MOST_GROWTH)
             rows.append([f"growth, {key}", cell, *["-"] * (len(columns) - 1)])
-    header = ["", *(scene.title() for scene in columns.values())]
-    return Table("targets", "Targets", header, rows)
+    return Table("targets", "Targets", header_of(columns), rows)

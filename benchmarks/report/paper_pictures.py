@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Curves and pictures of the set paper."""
 
-import csv
 import math
 from dataclasses import dataclass
 from functools import partial
 
 import matplotlib
 import numpy as np
+import pandas as pd
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
@@ -17,7 +17,8 @@ from pictures import INK, OURS, RED, png
 from ratios import FCL
 
 FCL_TREE = ("DynamicAABBTree", "DynamicAABBTree_Array")
-FCL_LINES = dict(zip(FCL.values(), ("k-", "k:", "C7-", "C7--", "C7-.", "C7:", "y-")))
+LINES = dict(zip(FCL.values(), ("k-", "k:", "C7-", "C7--", "C7-.", "C7:", "y-")))
+LINES |= {"n": ":", "n^(4/3)": "--"}
 
 
 def label_of(name):
@@ -36,18 +37,14 @@ class Panel:
     marker: str = "o"
 
     def draw(self, axis):
-        colours = {label: colour for label, colour, _ in OURS.values()}
+        colours = {label: {"color": colour} for label, colour, _ in OURS.values()}
         for label, points in self.curves.items():
-            x, y = np.array(points).T
-            style = {"lw": 1.7, "marker": self.marker, "ms": 4, "label": label}
-            if label in FCL_LINES:
-                axis.plot(x, y, FCL_LINES[label], **{**style, "lw": 1.1})
-            elif label in colours:
-                axis.plot(x, y, color=colours[label], **style)
-            elif "(" in label or label == "n":
-                axis.plot(x, y, color=INK, ls="--" if "(" in label else ":", lw=1, label=label)
-            else:
-                axis.plot(x, y, **style)
+            line = {"lw": 1.7, "marker": self.marker, **colours.get(label, {})}
+            if label in LINES:
+                line["lw"] = 1.1
+            if label.startswith("n"):
+                line |= {"color": INK, "marker": ""}
+            axis.plot(*np.array(points).T, LINES.get(label, "-"), ms=4, label=label, **line)
         axis.set(title=self.title, xlabel=self.xlabel, xscale=self.xscale, yscale=self.yscale)
         for along, form in ((axis.xaxis, self.x_format), (axis.yaxis, self.y_format)):
             if form:
@@ -70,11 +67,6 @@ def panels_figure(panels):
     figure.legend(handles.values(), handles.keys(), **place)
     figure.tight_layout()
     return png(figure)
-
-
-def read_csv(path):
-    with open(path, newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
 
 
 class Picture:
@@ -186,16 +178,15 @@ def caption(part, name):
 
 def volumes(folder, _, depth=3):
     """One filament in the boxes and in the wrapped spheres of one depth."""
-    points = [[float(p[c]) for c in "xyz"] for p in read_csv(folder / "volumes_fiber.csv")]
-    fiber = np.array(points)
+    fiber = Picture(folder, "volumes").points
+    nodes = pd.read_csv(folder / "volumes.csv")
     view = principal_view(fiber)
     figure = Figure(figsize=(8, 3.9))
     edges = [(i, i | 1 << k) for i in range(8) for k in range(3) if not i >> k & 1]
     for axis, kind in zip(figure.subplots(1, 2), ("box", "sphere")):
         axis.plot(*(fiber @ view.T)[:, :2].T, color=INK, lw=1.6, zorder=5)
-        rows = [r for r in read_csv(folder / "volumes.csv") if r["kind"] == kind]
-        for i, row in enumerate(r for r in rows if int(r["depth"]) == depth):
-            numbers = np.array([float(row[c]) for c in "abcdef"])
+        level = nodes[(nodes["kind"] == kind) & (nodes["depth"] == depth)]
+        for i, numbers in enumerate(level[list("abcdef")].to_numpy()):
             if kind == "box":
                 ends = numbers.reshape(2, 3)
                 at = np.array([[ends[c >> k & 1][k] for k in range(3)] for c in range(8)]) @ view.T

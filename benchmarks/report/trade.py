@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Tables of the set trade, and the points of its pictures."""
 
-from frames import scenes_of
+from frames import header_of, scenes_of
 from pictures import OURS, count_label, style_of
 from tables import Table, count, digits, percent, time
 
@@ -61,8 +61,7 @@ def managers(parts):
         "that touches and is not adjacent. * is on the scene's Pareto front: nobody beats it in "
         "both. - was ended, as a phase took longer than the limit."
     )
-    header = ["", *(scene.title() for scene in scenes.values())]
-    return Table("managers", "Managers", header, rows, caption)
+    return Table("managers", "Managers", header_of(scenes), rows, caption)
 
 
 def manager_points(parts):

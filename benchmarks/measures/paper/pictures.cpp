@@ -90,12 +90,7 @@ void writeNodes(std::ofstream& file, const scenes::FiberScene& fiber,
 }
 
 void writeVolumes(const std::string& path, const scenes::FiberScene& fiber) {
-  {
-    std::ofstream points = openForWriting(path + "_fiber.csv");
-    points << "x,y,z\n";
-    for (const auto& p : fiber.points) points << p[0] << ',' << p[1] << ',' << p[2] << '\n';
-  }
-  std::ofstream file = openForWriting(path + ".csv");
+  std::ofstream file = openForWriting(path);
   file << "kind,depth,a,b,c,d,e,f\n";
   writeNodes(file, fiber, FiberTreeOptions::Volumes::kLayeredBoxes);
   writeNodes(file, fiber, FiberTreeOptions::Volumes::kWrappedSpheres);
@@ -107,19 +102,19 @@ bool measurePictures(const Request& request) {
   const std::string& dir = request.out_dir;
   if (dir.empty()) throw std::invalid_argument("--measure=pictures: give --out_dir");
   const std::string loop = "paper-dynamic:frame=85";  // when it is nearly closed
-  const std::pair<const char*, std::string> kPictures[] = {
-      {"loop", loop}, {"strand", "paper-strand:fibers=500"}, {"half_scalp", "paper-half-scalp"}};
-  for (const auto& [name, scene] : kPictures) {
-    registerRuns("Picture/" + std::string(name), 1,
-                 [&dir, name = name, scene = scene](Numbers& numbers) {
-                   writePicture(dir + "/" + name, tools::openScene(scene, {}).scene(), numbers);
-                   return 0.0;
-                 });
+  const std::pair<const char*, std::string> kPictures[] = {{"loop", loop},
+                                                           {"strand", "paper-strand:fibers=500"},
+                                                           {"half_scalp", "paper-half-scalp"},
+                                                           {"volumes", loop + ",fibers=1"}};
+  for (const auto& [name, text] : kPictures) {
+    const std::string path = dir + "/" + name;
+    registerRuns("Picture/" + std::string(name), 1, [path, text = text](Numbers& numbers) {
+      const scenes::FiberScene scene = tools::openScene(text, {}).scene();
+      writePicture(path, scene, numbers);
+      if (scene.fiberCount() == 1) writeVolumes(path + ".csv", scene);
+      return 0.0;
+    });
   }
-  registerRuns("Picture/volumes", 1, [&](Numbers&) {
-    writeVolumes(dir + "/volumes", tools::openScene(loop + ",fibers=1", {}).scene());
-    return 0.0;
-  });
   return runRegistered();
 }
 

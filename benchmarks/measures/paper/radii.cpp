@@ -40,17 +40,12 @@ struct TreeScene {
 };
 
 /// Layered spheres by node: the minimum enclosing sphere of the two spheres below.
-class LayeredSpheres {
- public:
+struct LayeredSpheres {
   explicit LayeredSpheres(const tree::WrappedSphereTree<2>& tree)
-      : balls_(tree.topology().nodes.size()), heights_(balls_.size()) {
-    for (std::size_t i = balls_.size(); i-- > 0;) fit(tree, i);
+      : balls(tree.topology().nodes.size()), heights(balls.size()) {
+    for (std::size_t i = balls.size(); i-- > 0;) fit(tree, i);
   }
 
-  const Ball& ball(std::size_t node) const { return balls_[node]; }
-  int height(std::size_t node) const { return heights_[node]; }
-
- private:
   void fit(const tree::WrappedSphereTree<2>& tree, std::size_t index) {
     const auto& node = tree.topology().nodes[index];
     auto leaf = static_cast<std::size_t>(node.leaf_begin);
@@ -62,16 +57,16 @@ class LayeredSpheres {
         continue;
       }
       const auto i = static_cast<std::size_t>(child.node());
-      below.push_back(balls_[i]);
-      heights_[index] = std::max(heights_[index], heights_[i]);
+      below.push_back(balls[i]);
+      heights[index] = std::max(heights[index], heights[i]);
       leaf = static_cast<std::size_t>(tree.topology().nodes[i].leaf_end);
     }
-    ++heights_[index];
-    balls_[index] = enclosingSphere(below.data(), static_cast<int>(below.size())).ball;
+    ++heights[index];
+    balls[index] = enclosingSphere(below.data(), static_cast<int>(below.size())).ball;
   }
 
-  std::vector<Ball> balls_;
-  std::vector<int> heights_;
+  std::vector<Ball> balls;
+  std::vector<int> heights;
 };
 
 /// What the two hierarchies make of one chain. The height is that of the balanced binary tree over
@@ -85,14 +80,14 @@ void compare(const TreeScene& scene, Numbers& numbers) {
 
   double largest_ratio = 0, largest_of_bound = 0;
   for (std::size_t i = 0; i < spheres.topology().nodes.size(); ++i) {
-    const double ratio = layered.ball(i).radius / spheres.hierarchy().cage(i).ball.radius;
+    const double ratio = layered.balls[i].radius / spheres.hierarchy().cage(i).ball.radius;
     largest_ratio = std::max(largest_ratio, ratio);
-    largest_of_bound = std::max(largest_of_bound, ratio / std::sqrt(layered.height(i) + 1.0));
+    largest_of_bound = std::max(largest_of_bound, ratio / std::sqrt(layered.heights[i] + 1.0));
   }
   const auto segments = static_cast<double>(scene.segments.size());
   numbers = {{"segments", segments},
-             {"height", layered.height(0)},
-             {"layered", layered.ball(0).radius},
+             {"height", layered.heights[0]},
+             {"layered", layered.balls[0].radius},
              {"wrapped", spheres.hierarchy().cage(0).ball.radius},
              {"largest_ratio", largest_ratio},
              {"largest_of_bound", largest_of_bound},
