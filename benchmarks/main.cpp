@@ -7,7 +7,8 @@
 //   fcl_fibers_bench --measure=frames [SCENE] [--against=WHOM]
 //   fcl_fibers_bench --measure=bounds [SCENE]
 //   fcl_fibers_bench --measure=queries|growth|costs|sampling
-//   fcl_fibers_bench --measure=replay|chain|radii|rods|pictures     the paper's
+//   fcl_fibers_bench --measure=chain|radii|rods|pictures            the paper's
+//   fcl_fibers_bench --measure=replay --scene=paper-dynamic         likewise
 //
 // WHOM is headline, full, all, paper, paper_all, or names of contenders, NAME,... Add
 // --benchmark_out=FILE.json and any other flag of Google Benchmark. SCENE is
@@ -152,9 +153,6 @@ int run(int argc, char** argv) {
   CLI::App app("Measures what --measure names. Other flags are Google Benchmark's.");
   addOptions(app, measure, request);
   CLI11_PARSE(app, argc, argv);
-  if (measure == "replay" && app.count("--scene") + app.count("--hair") == 0) {
-    request.scene.text = "paper-dynamic";
-  }
   initializeBenchmark(app, argv[0]);
   addContext(argc, argv, measure, request);
   const bool right = kMeasures.at(measure)(request);

@@ -69,7 +69,6 @@ class MovingFibers {
   /// Capsules of all objects where they are now.
   std::vector<Capsule> capsules() const;
 
-  int frame() const { return frame_; }
   void setPoses(int frame);
   void computeBoxes(Boxes boxes);
 

@@ -10,8 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include <fcl_fibers/scenes/helix.h>
-
 #include "harness/progress.h"
 #include "harness/runs.h"
 #include "measures.h"
@@ -19,14 +17,11 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-constexpr int kFibers = 1000, kFinest = 2000, kRuns = 5;
+constexpr int kFinest = 2000, kRuns = 5;
 constexpr double kLength = 30;  // cm, of makeHelix()
 
 scenes::FiberScene helixOf(int segments) {
-  scenes::HelixParameters parameters;
-  parameters.fibers = kFibers;
-  parameters.segments = segments;
-  return scenes::makeHelix(parameters);
+  return tools::openScene("helix:fibers=1000,segments=" + std::to_string(segments), {}).scene();
 }
 
 /// Two fibers, and the segment of the one that touches a segment of the other.

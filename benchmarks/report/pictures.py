@@ -146,14 +146,12 @@ def managers(points, fronts):
     handles = {}
     for axis, (scene, found) in zip(cells, points.items()):
         front = [(p[1], max(p[2], LEAST)) for p in fronts[scene]]
-        handles["Pareto front"] = axis.step(
-            *zip(*front), color=RED, lw=1.2, where="post", zorder=1
-        )[0]
+        line = {"color": RED, "lw": 1.2, "where": "post", "zorder": 1}
+        handles["Pareto front"] = axis.step(*zip(*front), **line)[0]
         for name, seconds, false in found:
             label, colour, marker = style_of(name)
-            handles[label] = axis.scatter(
-                seconds, max(false, LEAST), c=colour, marker=marker, s=42, zorder=2
-            )
+            dot = {"c": colour, "marker": marker, "s": 42, "zorder": 2}
+            handles[label] = axis.scatter(seconds, max(false, LEAST), **dot)
         log_axis(axis.yaxis, lambda value, _: "none" if value <= LEAST else count_label(value))
         seconds_axis(axis.xaxis, [p[1] for p in found])
         axis.set(title=scene, xlabel="update + detection", ylabel="false pairs per contact")
