@@ -41,7 +41,7 @@ struct Nearest {
 
   static bool isAdjacent(const Object* a, const Object* b) {
     constexpr std::size_t kSegments = scenes::HelixParameters().segments;
-    const auto [i, j] = std::minmax(MovingFibers::index(a), MovingFibers::index(b));
+    const auto [i, j] = std::minmax({MovingFibers::index(a), MovingFibers::index(b)});
     return j - i == 1 && j % kSegments != 0;
   }
 
