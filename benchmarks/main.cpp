@@ -4,12 +4,14 @@
 // file of Google Benchmark's, of which benchmarks/report makes tables, and benchmarks/run.sh runs
 // what belongs together:
 //
-//   fcl_fibers_bench --measure=frames [SCENE]
-//   [--against=headline|full|all|paper|paper_all|NAME,...] fcl_fibers_bench
-//   --measure=queries|growth|costs|sampling fcl_fibers_bench --measure=bounds [SCENE]
-//   fcl_fibers_bench --measure=replay|chain|radii|rods|pictures     the paper's
+//   fcl_fibers_bench --measure=frames [SCENE] [--against=WHOM]
+//   fcl_fibers_bench --measure=bounds [SCENE]
+//   fcl_fibers_bench --measure=queries|growth|costs|sampling
+//   fcl_fibers_bench --measure=chain|radii|rods|pictures            the paper's
+//   fcl_fibers_bench --measure=replay --scene=paper-dynamic         likewise
 //
-// with --benchmark_out=FILE.json and any other flag of Google Benchmark. SCENE is
+// WHOM is headline, full, all, paper, paper_all, or names of contenders, NAME,... Add
+// --benchmark_out=FILE.json and any other flag of Google Benchmark. SCENE is
 // --scene=NAME:key=value,... as `fcl_fibers --help` lists them, or --hair=FILE [--radius=R].
 //
 // The results of frames. Every contender first has to show, in a process of its own, that it
@@ -22,8 +24,7 @@
 //                that phase only
 //   Checked/...  the check: pairs, touching pairs, bytes, and the seconds of each phase, once; the
 //                label says why a contender is not timed
-//   Frames/...   set_up: construct the manager, register all objects, setup(); and of a frame,
-//   after
+//   Frames/...   set_up: construct the manager, register all objects, setup(). Of a frame, after
 //                every pose was set anew, update: boxes as the manager reads them (computeAABB for
 //                FCL's "stock", end points +- radius for FCL's "tight", none for ours) + update();
 //                detection: the query of all pairs, with a callback that counts. Of the paper's
@@ -130,10 +131,6 @@ void addContext(int argc, char** argv, const std::string& measure, const Request
     const std::string word = argv[i];
     if (word.rfind("--benchmark_out", 0) != 0) command += " " + word;
   }
-  std::string left_out;
-  for (const std::string& library : missingLibraries()) {
-    left_out += (left_out.empty() ? "" : ", ") + library;
-  }
   std::string scene = request.scene.text;
   if (tools::isFile(scene)) scene = scene.substr(scene.find_last_of('/') + 1);
   const std::size_t seed = scene.find("seed=");
@@ -142,7 +139,7 @@ void addContext(int argc, char** argv, const std::string& measure, const Request
   benchmark::AddCustomContext("build_type", FCL_FIBERS_BUILD_TYPE);
   benchmark::AddCustomContext("commit", commit == nullptr ? "unknown" : commit);
   benchmark::AddCustomContext("command", command);
-  benchmark::AddCustomContext("left_out", left_out);
+  benchmark::AddCustomContext("left_out", missingLibraries());
   benchmark::AddCustomContext("measure", measure);
   benchmark::AddCustomContext("scene", scene);
   benchmark::AddCustomContext(
@@ -156,9 +153,6 @@ int run(int argc, char** argv) {
   CLI::App app("Measures what --measure names. Other flags are Google Benchmark's.");
   addOptions(app, measure, request);
   CLI11_PARSE(app, argc, argv);
-  if (measure == "replay" && app.count("--scene") + app.count("--hair") == 0) {
-    request.scene.text = "paper-dynamic";
-  }
   initializeBenchmark(app, argv[0]);
   addContext(argc, argv, measure, request);
   const bool right = kMeasures.at(measure)(request);

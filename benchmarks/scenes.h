@@ -19,10 +19,6 @@ struct SceneRequest {
   bool rows = false;             ///< fibers in the order of rowsOfRoots()
 };
 
-/// Throws std::invalid_argument where there is no such scene, or no radius.
-/// @param part  one out of so many fibers: of a scene that is made, they are as dense as all
-tools::SceneSource openScene(const SceneRequest& request, int part = 1);
-
 /// Two frames that take turns: the one that the scene asks for, and the next one.
 std::array<scenes::FiberScene, 2> twoFrames(const SceneRequest& request);
 MovingFibers movingFibers(const tools::SceneSource& source, bool rows = false);
@@ -37,7 +33,8 @@ struct Motion {
 };
 
 /// The paper's dynamic assembly through its steps, unless one frame of it is asked for; any other
-/// scene in two frames.
+/// scene in two frames. Throws std::invalid_argument where there is no such scene, or no radius.
+/// @param part  one out of so many fibers: of a scene that is made, they are as dense as all
 Motion makeMotion(const SceneRequest& request, int part = 1);
 
 }  // namespace fcl_fibers::benchmarks

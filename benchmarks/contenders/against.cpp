@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <algorithm>
 #include <array>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 
@@ -23,24 +23,18 @@ void addOtherFclManagers(Contenders& contenders, Boxes boxes) {
 
 /// Those of the pool that a list names.
 Against named(const std::string& list, const Contenders& pool) {
+  std::set<std::string> names;
+  std::istringstream words(list);
+  for (std::string name; std::getline(words, name, ',');) names.insert(name);
   Against against;
-  std::istringstream names(list);
-  for (std::string name; std::getline(names, name, ',');) {
-    const auto found = std::find_if(pool.begin(), pool.end(), [&](const Contender& contender) {
-      return contender.name() == name;
-    });
-    if (found == pool.end()) {
-      std::string all;
-      for (const Contender& contender : pool) all += " " + contender.name();
-      throw std::invalid_argument("--against=" + list + ": there is no '" + name +
-                                  "'; there are headline, full, all, paper, paper_all, and" + all);
-    }
-    const auto isIt = [&](const Contender& other) { return other.name() == name; };
-    if (std::none_of(against.contenders.begin(), against.contenders.end(), isIt)) {
-      against.contenders.push_back(*found);
-    }
+  std::string all;
+  for (const Contender& contender : pool) {
+    if (names.erase(contender.name()) > 0) against.contenders.push_back(contender);
+    all += " " + contender.name();
   }
-  return against;
+  if (names.empty()) return against;
+  throw std::invalid_argument("--against=" + list + ": there is no '" + *names.begin() +
+                              "'; there are headline, full, all, paper, paper_all, and" + all);
 }
 
 }  // namespace
@@ -51,10 +45,9 @@ Against readAgainst(const std::string& text) {
   Against against;
   if (text == "headline") {
     for (const Contender& contender : ourContenders()) {
-      const bool is_other = contender.variant == "super_thread" ||
-                            contender.reported == Reported::kSpheres ||
-                            contender.manager == "WrappedSphereTree";
-      if (!is_other) against.contenders.push_back(contender);
+      const bool is_box_tree = contender.manager == "LayeredAABBTree";
+      if (is_box_tree && contender.variant != "super_thread")
+        against.contenders.push_back(contender);
     }
     for (const Contender& contender : foreignContenders()) {
       if (contender.manager == "Embree") against.contenders.push_back(contender);

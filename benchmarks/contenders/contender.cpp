@@ -20,15 +20,16 @@ namespace {
 
 using Objects = std::vector<Object*>;
 using Contenders = std::vector<Contender>;
+using DynamicTree = fcl::DynamicAABBTreeCollisionManagerd;
+using DynamicTreeArray = fcl::DynamicAABBTreeCollisionManager_Arrayd;
 
 const char* boxesName(Boxes boxes) { return boxes == Boxes::kStock ? "stock" : "tight"; }
 
 template <typename FiberManager>
 Contender ours(const char* manager, const char* variant, Reported reported,
                const FiberManagerOptions& options) {
-  return {manager,  variant,
-          true,     Boxes::kNone,
-          reported, [options](const Objects&) { return std::make_unique<FiberManager>(options); }};
+  const auto make = [options](const Objects&) { return std::make_unique<FiberManager>(options); };
+  return {manager, variant, true, Boxes::kNone, reported, make};
 }
 
 /// Our trees with these options and other topologies and reports.
@@ -50,24 +51,21 @@ Contenders ourTrees(FiberManagerOptions options) {
 
 template <typename FclManager>
 Contender fclManager(const char* manager, Boxes boxes) {
-  return {manager,
-          boxesName(boxes),
-          false,
-          boxes,
-          Reported::kTouchingAtLeast,
-          [](const Objects&) { return std::make_unique<FclManager>(); }};
+  const auto make = [](const Objects&) { return std::make_unique<FclManager>(); };
+  return {manager, boxesName(boxes), false, boxes, Reported::kTouchingAtLeast, make};
 }
 
 template <typename FclTree>
 Contender fclTree(const char* manager, Boxes boxes, int level) {
-  return {manager, boxesName(boxes) + ("_level_" + std::to_string(level)), false, boxes,
-          // What the box tree is held to.
-          boxes == Boxes::kTight ? Reported::kTightBoxes : Reported::kTouchingAtLeast,
-          [level](const Objects&) {
-            auto tree = std::make_unique<FclTree>();
-            tree->tree_init_level = level;
-            return tree;
-          }};
+  const auto make = [level](const Objects&) {
+    auto tree = std::make_unique<FclTree>();
+    tree->tree_init_level = level;
+    return tree;
+  };
+  // What the box tree is held to.
+  const auto reported = boxes == Boxes::kTight ? Reported::kTightBoxes : Reported::kTouchingAtLeast;
+  const std::string variant = boxesName(boxes) + ("_level_" + std::to_string(level));
+  return {manager, variant, false, boxes, reported, make};
 }
 
 // FCL's hash wants to be told what it is for. Cells of 1.5 times the mean box edge: half or twice
@@ -87,11 +85,6 @@ std::unique_ptr<Manager> makeSpatialHashing(const Objects& objects) {
   return std::make_unique<fcl::SpatialHashingCollisionManagerd<>>(
       1.5 * mean_edge, bounds.min_ - spare, bounds.max_ + spare,
       static_cast<unsigned int>(objects.size()));
-}
-
-bool countPair(Object*, Object*, void* count) {
-  ++*static_cast<std::size_t*>(count);
-  return false;
 }
 
 }  // namespace
@@ -141,27 +134,23 @@ std::vector<Contender> paperTrees() {
 }
 
 std::vector<Contender> fclTrees(Boxes boxes) {
-  constexpr int kLevels = 4;
   Contenders contenders;
-  for (int level = 0; level < kLevels; ++level) {
-    contenders.push_back(
-        fclTree<fcl::DynamicAABBTreeCollisionManagerd>("DynamicAABBTree", boxes, level));
-    contenders.push_back(fclTree<fcl::DynamicAABBTreeCollisionManager_Arrayd>(
-        "DynamicAABBTree_Array", boxes, level));
+  for (const int level : {0, 1, 2, 3}) {
+    contenders.push_back(fclTree<DynamicTree>("DynamicAABBTree", boxes, level));
+    contenders.push_back(fclTree<DynamicTreeArray>("DynamicAABBTree_Array", boxes, level));
   }
   return contenders;
 }
 
 std::vector<Contender> fclManagers(Boxes boxes) {
-  Contenders contenders = {
-      fclManager<fcl::DynamicAABBTreeCollisionManagerd>("DynamicAABBTree", boxes),
-      fclManager<fcl::DynamicAABBTreeCollisionManager_Arrayd>("DynamicAABBTree_Array", boxes),
-      fclManager<fcl::SaPCollisionManagerd>("SaP", boxes),
-      fclManager<fcl::SSaPCollisionManagerd>("SSaP", boxes),
-      fclManager<fcl::IntervalTreeCollisionManagerd>("IntervalTree", boxes),
-      {"SpatialHashing", boxesName(boxes), false, boxes, Reported::kTouchingAtLeast,
-       makeSpatialHashing},
-      fclManager<fcl::NaiveCollisionManagerd>("Naive", boxes)};
+  Contenders contenders = {fclManager<DynamicTree>("DynamicAABBTree", boxes),
+                           fclManager<DynamicTreeArray>("DynamicAABBTree_Array", boxes),
+                           fclManager<fcl::SaPCollisionManagerd>("SaP", boxes),
+                           fclManager<fcl::SSaPCollisionManagerd>("SSaP", boxes),
+                           fclManager<fcl::IntervalTreeCollisionManagerd>("IntervalTree", boxes),
+                           {"SpatialHashing", boxesName(boxes), false, boxes,
+                            Reported::kTouchingAtLeast, makeSpatialHashing},
+                           fclManager<fcl::NaiveCollisionManagerd>("Naive", boxes)};
   // Our box tree is held to do the work of FCL's own tree on tight boxes.
   if (boxes == Boxes::kTight) contenders.front().reported = Reported::kTightBoxes;
   return contenders;

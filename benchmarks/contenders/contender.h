@@ -64,8 +64,8 @@ std::vector<Contender> fclManagers(Boxes boxes);
 /// Embree's and Bullet's trees, those of them that this program was built with.
 std::vector<Contender> foreignContenders();
 
-/// Names of the libraries that it was built without.
-std::vector<std::string> missingLibraries();
+/// Names of the libraries that it was built without, `Embree, Bullet`.
+std::string missingLibraries();
 
 /// Who is measured.
 struct Against {
@@ -107,6 +107,12 @@ const char* phaseName(Phase phase);
 inline void update(const Contender& contender, MovingFibers& fibers, Manager& manager) {
   fibers.computeBoxes(contender.boxes);
   manager.update();
+}
+
+/// A callback that counts in the std::size_t that its data points to.
+inline bool countPair(Object*, Object*, void* count) {
+  ++*static_cast<std::size_t*>(count);
+  return false;
 }
 
 /// Self-collision with a callback that does nothing but count, or however the manager counts.

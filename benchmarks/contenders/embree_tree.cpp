@@ -79,8 +79,8 @@ class EmbreeTree : public ForeignTree {
     forEachBlock([&](const RTCCollision* collisions, unsigned int count) {
       const std::lock_guard<std::mutex> lock(mutex);
       for (unsigned int i = 0; i < count; ++i) {
-        const auto [a, b] = ids(collisions[i]);
-        if (isPair(a, b)) callback(object(a), object(b), cdata);
+        const RTCCollision& found = collisions[i];
+        if (isPair(found)) callback(object(found.primID0), object(found.primID1), cdata);
       }
     });
   }
@@ -111,29 +111,18 @@ class EmbreeTree : public ForeignTree {
   static void bounds(const RTCBoundsFunctionArguments* arguments) {
     const auto* const tree = static_cast<const EmbreeTree*>(arguments->geometryUserPtr);
     const FloatBox& box = tree->boxes()[arguments->primID];
-    RTCBounds& result = *arguments->bounds_o;
-    result.lower_x = box.least[0];
-    result.lower_y = box.least[1];
-    result.lower_z = box.least[2];
-    result.upper_x = box.greatest[0];
-    result.upper_y = box.greatest[1];
-    result.upper_z = box.greatest[2];
+    *arguments->bounds_o = {box.least[0],    box.least[1],    box.least[2],    0,
+                            box.greatest[0], box.greatest[1], box.greatest[2], 0};
   }
 
-  static std::pair<unsigned int, unsigned int> ids(const RTCCollision& collision) {
-    return {collision.primID0, collision.primID1};
-  }
-
-  bool isPair(unsigned int a, unsigned int b) const {
-    return a < b && (leaves_are_boxes_ || overlap(boxes()[a], boxes()[b]));
+  bool isPair(const RTCCollision& found) const {
+    return found.primID0 < found.primID1 &&
+           (leaves_are_boxes_ || overlap(boxes()[found.primID0], boxes()[found.primID1]));
   }
 
   std::size_t pairsIn(const RTCCollision* collisions, unsigned int count) const {
     std::size_t pairs = 0;
-    for (unsigned int i = 0; i < count; ++i) {
-      const auto [a, b] = ids(collisions[i]);
-      pairs += isPair(a, b) ? 1 : 0;
-    }
+    for (unsigned int i = 0; i < count; ++i) pairs += isPair(collisions[i]) ? 1 : 0;
     return pairs;
   }
 

@@ -3,16 +3,11 @@
 
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 #include <string>
 #include <utility>
 
 namespace fcl_fibers::benchmarks {
 namespace {
-
-[[noreturn]] void refuse() {
-  throw std::logic_error("ForeignTree: only self-collision of objects registered once");
-}
 
 /// An ulp at least, without the branches of nextafter.
 float below(double x) {
@@ -31,26 +26,9 @@ FloatBox floatBox(const fcl::AABBd& box) {
   return result;
 }
 
-// Without any of the libraries, it has no use.
-[[maybe_unused]] Contender foreignContender(
-    const char* library, const std::string& variant,
-    const std::function<std::unique_ptr<ForeignTree>()>& make) {
-  return {library,
-          variant,
-          false,
-          Boxes::kNone,
-          Reported::kTightBoxes,
-          [make](const std::vector<Object*>&) { return make(); }};
-}
-
 }  // namespace
 
 ForeignTree::ForeignTree(int threads) : executor_(parallel::makeExecutor(threads)) {}
-
-void ForeignTree::registerObjects(const std::vector<Object*>& objects) {
-  if (!objects_.empty()) refuse();
-  objects_ = objects;
-}
 
 void ForeignTree::readBoxes() {
   constexpr std::size_t kGrain = 4096;
@@ -63,43 +41,38 @@ void ForeignTree::readBoxes() {
       });
 }
 
-void ForeignTree::registerObject(Object*) { refuse(); }
-void ForeignTree::unregisterObject(Object*) { refuse(); }
-void ForeignTree::clear() { refuse(); }
-void ForeignTree::collide(Object*, void*, fcl::CollisionCallBack<double>) const { refuse(); }
-void ForeignTree::collide(Manager*, void*, fcl::CollisionCallBack<double>) const { refuse(); }
-void ForeignTree::distance(Object*, void*, fcl::DistanceCallBack<double>) const { refuse(); }
-void ForeignTree::distance(void*, fcl::DistanceCallBack<double>) const { refuse(); }
-void ForeignTree::distance(Manager*, void*, fcl::DistanceCallBack<double>) const { refuse(); }
-
 std::vector<Contender> foreignContenders() {
   std::vector<Contender> contenders;
+  // Without any of the libraries, it has no use.
+  [[maybe_unused]] const auto add = [&](const char* library, const std::string& variant,
+                                        auto makeTree) {
+    const auto make = [makeTree](const std::vector<Object*>&) { return makeTree(); };
+    contenders.push_back({library, variant, false, Boxes::kNone, Reported::kTightBoxes, make});
+  };
 #ifdef FCL_FIBERS_WITH_EMBREE
-  const std::vector<std::pair<std::string, EmbreeUpdate>> updates = {
-      {"rebuild", EmbreeUpdate::kRebuild},
-      {"morton", EmbreeUpdate::kRebuildMorton},
-      {"refit", EmbreeUpdate::kRefit}};
   for (const int threads : {1, 2}) {
-    for (const auto& [name, update] : updates) {
-      contenders.push_back(
-          foreignContender("Embree", name + (threads == 1 ? "" : "_2_threads"),
-                           [update = update, threads] { return makeEmbreeTree(update, threads); }));
-    }
+    const std::string suffix = threads == 1 ? "" : "_2_threads";
+    const auto addWay = [&](const char* name, EmbreeUpdate update) {
+      add("Embree", name + suffix, [=] { return makeEmbreeTree(update, threads); });
+    };
+    addWay("rebuild", EmbreeUpdate::kRebuild);
+    addWay("morton", EmbreeUpdate::kRebuildMorton);
+    addWay("refit", EmbreeUpdate::kRefit);
   }
 #endif
 #ifdef FCL_FIBERS_WITH_BULLET
-  contenders.push_back(foreignContender("Bullet", "refit", makeBulletTree));
+  add("Bullet", "refit", makeBulletTree);
 #endif
   return contenders;
 }
 
-std::vector<std::string> missingLibraries() {
-  std::vector<std::string> missing;
+std::string missingLibraries() {
+  std::string missing;
 #ifndef FCL_FIBERS_WITH_EMBREE
-  missing.push_back("Embree");
+  missing = "Embree";
 #endif
 #ifndef FCL_FIBERS_WITH_BULLET
-  missing.push_back("Bullet");
+  missing += missing.empty() ? "Bullet" : ", Bullet";
 #endif
   return missing;
 }

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <stdexcept>
 #include <vector>
 
 #include "contenders/contender.h"
@@ -35,20 +36,23 @@ class ForeignTree : public Manager, public ForeignManager {
 
   using Manager::update;
 
-  void registerObjects(const std::vector<Object*>& objects) override;
-  void registerObject(Object* object) override;
-  void unregisterObject(Object* object) override;
-  void clear() override;
+  void registerObjects(const std::vector<Object*>& objects) override {
+    if (!objects_.empty()) refuse();
+    objects_ = objects;
+  }
   void getObjects(std::vector<Object*>& objects) const override { objects = objects_; }
   bool empty() const override { return objects_.empty(); }
   std::size_t size() const override { return objects_.size(); }
-
   void collide(void* cdata, fcl::CollisionCallBack<double> callback) const override = 0;
-  void collide(Object* object, void* cdata, fcl::CollisionCallBack<double> callback) const override;
-  void collide(Manager* other, void* cdata, fcl::CollisionCallBack<double> callback) const override;
-  void distance(Object* object, void* cdata, fcl::DistanceCallBack<double> callback) const override;
-  void distance(void* cdata, fcl::DistanceCallBack<double> callback) const override;
-  void distance(Manager* other, void* cdata, fcl::DistanceCallBack<double> callback) const override;
+
+  void registerObject(Object*) override { refuse(); }
+  void unregisterObject(Object*) override { refuse(); }
+  void clear() override { refuse(); }
+  void collide(Object*, void*, fcl::CollisionCallBack<double>) const override { refuse(); }
+  void collide(Manager*, void*, fcl::CollisionCallBack<double>) const override { refuse(); }
+  void distance(Object*, void*, fcl::DistanceCallBack<double>) const override { refuse(); }
+  void distance(void*, fcl::DistanceCallBack<double>) const override { refuse(); }
+  void distance(Manager*, void*, fcl::DistanceCallBack<double>) const override { refuse(); }
 
  protected:
   /// Reads the tight boxes from the poses, as our manager does.
@@ -63,6 +67,10 @@ class ForeignTree : public Manager, public ForeignManager {
   Object* object(std::size_t i) const { return objects_[i]; }
 
  private:
+  [[noreturn]] static void refuse() {
+    throw std::logic_error("ForeignTree: only self-collision of objects registered once");
+  }
+
   std::vector<Object*> objects_;
   std::vector<FloatBox> boxes_;
   std::unique_ptr<parallel::Executor> executor_;

@@ -16,8 +16,6 @@ const fcl::Capsuled& shape(const CapsuleObject& object) {
 
 }  // namespace
 
-void CapsuleObject::computeTightAABB() { aabb = tightBox(); }
-
 fcl::AABBd CapsuleObject::tightBox() const {
   const fcl::Capsuled& capsule = shape(*this);
   const fcl::Vector3d extent =

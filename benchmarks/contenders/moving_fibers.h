@@ -27,7 +27,7 @@ enum class Boxes {
 class CapsuleObject : public Object {
  public:
   using Object::Object;
-  void computeTightAABB();
+  void computeTightAABB() { aabb = tightBox(); }
 
   /// End points +- radius, where the object is now.
   fcl::AABBd tightBox() const;
@@ -69,7 +69,6 @@ class MovingFibers {
   /// Capsules of all objects where they are now.
   std::vector<Capsule> capsules() const;
 
-  int frame() const { return frame_; }
   void setPoses(int frame);
   void computeBoxes(Boxes boxes);
 

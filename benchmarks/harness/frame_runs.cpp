@@ -95,13 +95,11 @@ void FrameRuns::registerFrames(int runs, bool narrow_phase) {
   narrow_phase_ = narrow_phase;
   if (runs == 0) runs = runCount();
   const std::string name = "Frames/" + contender_.name();
-  registerRuns(
-      name, runs, [this](Numbers& numbers) { return frame(numbers, false); },
-      contender_.ours ? Whose::kOurs : Whose::kPeers);
+  const auto plain = [this](Numbers& numbers) { return frame(numbers, false); };
+  registerRuns(name, runs, plain, contender_.ours);
   if (!narrow_phase) return;
-  registerRuns(
-      name + "_and_collide", runs, [this](Numbers& numbers) { return frame(numbers, true); },
-      Whose::kPeers);
+  const auto with_narrow_phase = [this](Numbers& numbers) { return frame(numbers, true); };
+  registerRuns(name + "_and_collide", runs, with_narrow_phase, false);
 }
 
 double FrameRuns::frame(Numbers& numbers, bool with_narrow_phase) {
@@ -118,9 +116,10 @@ void FrameRuns::run() {
   fibers.bringTo(0, contender_.boxes);
   std::unique_ptr<Manager> manager;
   const double set_up = seconds([&] { manager = contender_.setUp(fibers); });
-  double update_seconds = 0, detection_seconds = 0, narrow_seconds = 0;
+  double update_seconds = 0, detection_seconds = 0;
   PairCount count;
-  NarrowPhase narrow(NarrowPhase::strideFor(checked_.frames[0].reported, kNarrowPairs));
+  NarrowPhase narrow;
+  const std::size_t stride = narrowPhaseStride(checked_.frames[0].reported, kNarrowPairs);
   int updates = 0;
   for (const int frame : frames_) {
     if (!contender_.ours && updates == kUpdatesPerManager) {
@@ -137,31 +136,31 @@ void FrameRuns::run() {
     notePairs(frame, found.pairs);
     count.pairs += found.pairs;
     count.visited += found.visited;
-    if (narrow_phase_) narrow_seconds += narrow.time(*manager);
+    if (!narrow_phase_) continue;
+    const NarrowPhase more = collideSample(*manager, stride);
+    narrow = {narrow.seconds + more.seconds, narrow.pairs + more.pairs,
+              narrow.sampled + more.sampled, narrow.touching + more.touching};
   }
 
   // A sum over all frames, or the mean of the two that take turns.
   const auto perFrame = [&, frames = static_cast<double>(frames_.size())](auto sum) {
     return static_cast<double>(sum) / (motion_.summed ? 1 : frames);
   };
+  const auto known = [&](Phase phase, auto sum) {
+    return phase <= last_ ? perFrame(sum) : Preflight::kUnknown;
+  };
   Numbers numbers = {{"set_up", set_up},
                      {"frames", static_cast<double>(frames_.size())},
-                     {"update", Preflight::kUnknown},
-                     {"detection", Preflight::kUnknown},
-                     {"pairs", Preflight::kUnknown},
-                     {"visited", Preflight::kUnknown}};
-  if (last_ != Phase::kSetUp) numbers["update"] = perFrame(update_seconds);
-  if (last_ == Phase::kDetection) {
-    numbers["detection"] = perFrame(detection_seconds);
-    numbers["pairs"] = perFrame(count.pairs);
-    numbers["visited"] = perFrame(count.visited);
-  }
+                     {"update", known(Phase::kUpdate, update_seconds)},
+                     {"detection", known(Phase::kDetection, detection_seconds)},
+                     {"pairs", known(Phase::kDetection, count.pairs)},
+                     {"visited", known(Phase::kDetection, count.visited)}};
   plain_.push_back(numbers);
   if (!narrow_phase_) return;
-  numbers["detection"] = perFrame(narrow_seconds);
-  numbers["sampled"] = perFrame(narrow.sampled());
-  numbers["of"] = perFrame(narrow.pairs());
-  numbers["touching"] = perFrame(narrow.touching());
+  numbers["detection"] = perFrame(narrow.seconds);
+  numbers["sampled"] = perFrame(narrow.sampled);
+  numbers["of"] = perFrame(narrow.pairs);
+  numbers["touching"] = perFrame(narrow.touching);
   with_narrow_phase_.push_back(numbers);
 }
 

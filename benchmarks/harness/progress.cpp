@@ -6,17 +6,16 @@
 #include <cstdio>
 
 namespace fcl_fibers::benchmarks {
-
 namespace {
 
 bool terminals_only = false;
-
-}  // namespace
 
 bool progressOverwrites() {
   static const bool terminal = isatty(STDERR_FILENO) != 0;
   return terminal;
 }
+
+}  // namespace
 
 void keepProgressToTerminals() { terminals_only = true; }
 

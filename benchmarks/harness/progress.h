@@ -15,6 +15,4 @@ void keepProgressToTerminals();
 /// Clears the terminal's line, before something else is printed.
 void endProgress();
 
-bool progressOverwrites();
-
 }  // namespace fcl_fibers::benchmarks

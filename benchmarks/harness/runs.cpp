@@ -18,12 +18,6 @@ int runs_registered = 0;
 int runs_done = 0;
 std::set<std::string> peers;
 
-void showRun(const std::string& name) {
-  ++runs_done;
-  showProgress("run " + std::to_string(runs_done) + "/" + std::to_string(runs_registered) + ": " +
-               name);
-}
-
 /// Prints nothing but errors.
 class ErrorReporter : public benchmark::BenchmarkReporter {
  public:
@@ -58,11 +52,12 @@ void setCounters(benchmark::State& state, const Numbers& numbers) {
 }  // namespace
 
 void registerRuns(const std::string& name, int runs, std::function<double(Numbers&)> run,
-                  Whose whose) {
+                  bool ours) {
   runs_registered += runs;
-  if (whose == Whose::kPeers) peers.insert(name);
+  if (!ours) peers.insert(name);
   registerBenchmark(name, runs, [name, run = std::move(run)](benchmark::State& state) {
-    showRun(name);
+    showProgress("run " + std::to_string(++runs_done) + "/" + std::to_string(runs_registered) +
+                 ": " + name);
     for ([[maybe_unused]] auto _ : state) {
       Numbers numbers;
       try {

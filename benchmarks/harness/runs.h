@@ -10,13 +10,11 @@ namespace fcl_fibers::benchmarks {
 /// What a result has besides its time, by the counter's name.
 using Numbers = std::map<std::string, double>;
 
-enum class Whose { kOurs, kPeers };
-
 /// Registers a benchmark with so many runs in random order. A run returns the seconds that it took
 /// and adds numbers. What it throws as std::runtime_error is an error of the benchmark.
-/// @param whose  an error of a peer is written, but fails nothing
+/// @param ours  an error of a peer is written, but fails nothing
 void registerRuns(const std::string& name, int runs, std::function<double(Numbers&)> run,
-                  Whose whose = Whose::kOurs);
+                  bool ours = true);
 
 /// Registers numbers without a time, and a label.
 void registerNumbers(const std::string& name, const Numbers& numbers,

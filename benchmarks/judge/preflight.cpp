@@ -21,6 +21,7 @@
 #include <iterator>
 #include <memory>
 #include <new>
+#include <sstream>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -46,28 +47,14 @@ bool areAdjacent(const NextInFiber& next, Pair pair) {
   return i != j && (next[i] == j || next[j] == i);
 }
 
-/// From here on a contender shows first that it can do an eighth of the fibers.
-constexpr std::size_t kTrialFromSegments = 500000;
-constexpr std::size_t kTrialPart = 8;
-
-/// Written by the child, read by the parent once the child has ended, however it did.
-struct Trace {
-  Phase phase;
-  bool finished;
-  std::array<double, kPhases> seconds;
-  std::array<PairCounts, MovingFibers::kFrames> frames;
-  std::size_t volume_tests;
-  std::size_t bytes;
-  std::size_t bytes_after_frames;
-  std::size_t bytes_stated;
-  std::array<char, 400> refusal;
+/// Written by the child, read by the parent once the child has ended.
+struct Trace : Measured {
+  bool finished = false;
+  std::array<char, 400> refusal = {};
 };
 
-template <typename Call>
-auto checkedSystemCall(const char* name, Call call) {
-  const auto result = call();
-  if (result < 0) throw std::system_error(errno, std::generic_category(), name);
-  return result;
+[[noreturn]] void failSystemCall(const char* name) {
+  throw std::system_error(errno, std::generic_category(), name);
 }
 
 /// SIGALRM kills this process after so many seconds, unless called again; 0 calls it off.
@@ -160,69 +147,43 @@ class Checker {
   double seconds_judging_ = 0;
 };
 
-void writeAll(int file, const Pairs& pairs) {
-  const char* bytes = reinterpret_cast<const char*>(pairs.data());
-  for (std::size_t left = pairs.size() * sizeof(Pair); left > 0;) {
-    const ssize_t written = checkedSystemCall("write", [&] { return write(file, bytes, left); });
-    bytes += written;
-    left -= static_cast<std::size_t>(written);
-  }
-}
-
-Pairs readPairs(int file, std::size_t count) {
-  Pairs pairs(count);
-  char* bytes = reinterpret_cast<char*>(pairs.data());
-  for (std::size_t left = count * sizeof(Pair); left > 0;) {
-    const ssize_t got = checkedSystemCall("read", [&] { return read(file, bytes, left); });
-    if (got == 0) throw std::runtime_error("preflight: pairs are missing in the temporary file");
-    bytes += got;
-    left -= static_cast<std::size_t>(got);
-  }
-  return pairs;
-}
-
 /// One contender's run, in the child.
-class Run {
- public:
-  Run(const Contender& contender, MovingFibers& fibers, const PreflightLimits& limits, Trace& trace,
-      int pairs_file)
-      : contender_(contender),
-        fibers_(fibers),
-        limits_(limits),
-        trace_(trace),
-        pairs_file_(pairs_file) {}
+struct Run {
+  const Contender& contender;
+  MovingFibers& fibers;
+  const PreflightLimits& limits;
+  Trace& trace;
+  std::FILE* pairs_file;
 
   void run() {
-    fibers_.bringTo(0, contender_.boxes);
+    fibers.bringTo(0, contender.boxes);
     const std::size_t bytes_before = allocatedBytes();
     std::unique_ptr<Manager> manager;
-    note(Phase::kSetUp, limited(Phase::kSetUp, [&] { manager = contender_.setUp(fibers_); }));
-    trace_.bytes = bytesOf(*manager, bytes_before);
+    time(Phase::kSetUp, [&] { manager = contender.setUp(fibers); });
+    trace.bytes = bytesOf(*manager, bytes_before);
 
-    if (limits_.check || !limits_.update) query(*manager, trace_.frames[0]);
+    if (limits.check || !limits.update) query(*manager, trace.frames[0]);
     if (const auto* ours = dynamic_cast<const FiberCollisionManager<double>*>(manager.get())) {
-      trace_.volume_tests = ours->selfCollisionStatistics().volume_tests;
-      trace_.bytes_stated = ours->memoryUsage();
+      trace.volume_tests = ours->selfCollisionStatistics().volume_tests;
+      trace.bytes_stated = ours->memoryUsage();
     }
-    if (limits_.update) {
+    if (limits.update) {
       moveTo(1, *manager);
-      query(*manager, trace_.frames[1]);
+      query(*manager, trace.frames[1]);
       // Timings move back and forth; an update may end one way and not the other.
-      if (limits_.check) moveTo(0, *manager);
+      if (limits.check) moveTo(0, *manager);
     }
-    trace_.bytes_after_frames = bytesOf(*manager, bytes_before);
-    trace_.finished = true;
+    trace.bytes_after_frames = bytesOf(*manager, bytes_before);
+    trace.finished = true;
   }
 
- private:
-  /// Returns the seconds that the work took.
+  /// Notes the seconds that the work takes.
   template <typename Work>
-  double limited(Phase phase, Work&& work) {
-    trace_.phase = phase;
-    setAlarm(limits_.phase_seconds);
-    const double taken = seconds(work);
+  void time(Phase phase, Work&& work) {
+    trace.phase = phase;
+    setAlarm(limits.phase_seconds);
+    trace.seconds[static_cast<std::size_t>(phase)] = seconds(work);
     setAlarm(0);
-    return taken;
   }
 
   static std::size_t bytesOf(const Manager& manager, std::size_t bytes_before) {
@@ -231,38 +192,28 @@ class Run {
     return foreign == nullptr ? allocated : foreign->libraryBytes(allocated);
   }
 
-  void note(Phase phase, double taken) { trace_.seconds[static_cast<std::size_t>(phase)] = taken; }
-
   void moveTo(int frame, Manager& manager) {
-    fibers_.setPoses(frame);
-    note(Phase::kUpdate, limited(Phase::kUpdate, [&] { update(contender_, fibers_, manager); }));
+    fibers.setPoses(frame);
+    time(Phase::kUpdate, [&] { update(contender, fibers, manager); });
   }
 
   void query(const Manager& manager, PairCounts& counts) {
-    if (!limits_.check) {
-      note(Phase::kDetection,
-           limited(Phase::kDetection, [&] { counts.reported = countPairs(manager).pairs; }));
+    if (!limits.check) {
+      time(Phase::kDetection, [&] { counts.reported = countPairs(manager).pairs; });
       return;
     }
-    Checker checker(fibers_);
-    const double taken =
-        limited(Phase::kDetection, [&] { manager.collide(&checker, Checker::callback); });
-    note(Phase::kDetection, taken - checker.secondsJudging());
+    Checker checker(fibers);
+    time(Phase::kDetection, [&] { manager.collide(&checker, Checker::callback); });
+    trace.seconds[static_cast<std::size_t>(Phase::kDetection)] -= checker.secondsJudging();
     const auto [checked, touching] = checker.finish();
-    writeAll(pairs_file_, touching);
+    const std::size_t written =
+        std::fwrite(touching.data(), sizeof(Pair), touching.size(), pairs_file);
+    if (written < touching.size() || std::fflush(pairs_file) != 0) failSystemCall("fwrite");
     counts = checked;
   }
-
-  const Contender& contender_;
-  MovingFibers& fibers_;
-  const PreflightLimits& limits_;
-  Trace& trace_;
-  int pairs_file_;
 };
 
-[[noreturn]] void runChild(const Contender& contender, MovingFibers& fibers,
-                           std::size_t fiber_count, const PreflightLimits& limits, Trace& trace,
-                           int pairs_file) {
+[[noreturn]] void runChild(Run run) {
   // A manager that goes astray is to leave no core file, no abort message in the output, and the
   // rest of the machine its memory.
   const rlimit no_core = {0, 0};
@@ -274,55 +225,43 @@ class Run {
   dup2(open("/dev/null", O_WRONLY), STDERR_FILENO);
 
   try {
-    fibers.keepFirst(fiber_count);
-    Run(contender, fibers, limits, trace, pairs_file).run();
+    run.run();
     _exit(0);
   } catch (const std::bad_alloc&) {
-    std::strncpy(trace.refusal.data(), "out of memory", trace.refusal.size() - 1);
+    std::strncpy(run.trace.refusal.data(), "out of memory", run.trace.refusal.size() - 1);
   } catch (const std::exception& error) {
-    std::strncpy(trace.refusal.data(), error.what(), trace.refusal.size() - 1);
+    std::strncpy(run.trace.refusal.data(), error.what(), run.trace.refusal.size() - 1);
   }
   _exit(1);
-}
-
-std::string secondsText(double seconds) {
-  std::array<char, 32> text;
-  std::snprintf(text.data(), text.size(), "%g s", seconds);
-  return text.data();
 }
 
 /// One contender's run in a process of its own, which starts at once.
 class Child {
  public:
-  Child(const Contender& contender, MovingFibers& fibers, std::size_t fiber_count,
-        const PreflightLimits& limits)
+  Child(const Contender& contender, MovingFibers& fibers, const PreflightLimits& limits)
       : limits_(limits), pairs_file_(std::tmpfile(), std::fclose) {
     void* const shared =
         mmap(nullptr, sizeof(Trace), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-    if (shared == MAP_FAILED) throw std::system_error(errno, std::generic_category(), "mmap");
+    if (shared == MAP_FAILED) failSystemCall("mmap");
     trace_.reset(new (shared) Trace{});
-    trace_->seconds.fill(Preflight::kUnknown);
-    if (!pairs_file_) throw std::system_error(errno, std::generic_category(), "tmpfile");
-    pid_ = checkedSystemCall("fork", [] { return fork(); });
-    if (pid_ == 0) runChild(contender, fibers, fiber_count, limits, *trace_, file());
+    if (!pairs_file_) failSystemCall("tmpfile");
+    pid_ = fork();
+    if (pid_ < 0) failSystemCall("fork");
+    if (pid_ == 0) runChild({contender, fibers, limits, *trace_, pairs_file_.get()});
   }
 
   /// How it ended, and the pairs that it reported and that touch.
   std::pair<Preflight, FramePairs> wait() const {
     int status = 0;
-    checkedSystemCall("waitpid", [&] { return waitpid(pid_, &status, 0); });
+    if (waitpid(pid_, &status, 0) < 0) failSystemCall("waitpid");
 
     Preflight result;
-    result.phase = trace_->phase;
-    result.seconds = trace_->seconds;
-    result.frames = trace_->frames;
-    result.volume_tests = trace_->volume_tests;
-    result.bytes = trace_->bytes;
-    result.bytes_after_frames = trace_->bytes_after_frames;
-    result.bytes_stated = trace_->bytes_stated;
+    static_cast<Measured&>(result) = *trace_;
     if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM) {
       result.verdict = Preflight::Verdict::kTooSlow;
-      result.note = ">" + secondsText(limits_.phase_seconds);
+      std::ostringstream note;
+      note << '>' << limits_.phase_seconds << " s";
+      result.note = note.str();
     } else if (trace_->refusal[0] != '\0') {
       result.verdict = Preflight::Verdict::kRefused;
       result.note = "refused";
@@ -333,9 +272,13 @@ class Child {
     }
 
     FramePairs pairs;
-    lseek(file(), 0, SEEK_SET);
+    std::rewind(pairs_file_.get());
     for (std::size_t f = 0; f < pairs.size(); ++f) {
-      if (trace_->frames[f].checked) pairs[f] = readPairs(file(), trace_->frames[f].touching);
+      pairs[f].resize(result.frames[f].touching);
+      const std::size_t count = pairs[f].size();
+      if (std::fread(pairs[f].data(), sizeof(Pair), count, pairs_file_.get()) < count) {
+        throw std::runtime_error("preflight: pairs are missing in the temporary file");
+      }
     }
     return {result, std::move(pairs)};
   }
@@ -345,46 +288,39 @@ class Child {
     void operator()(Trace* trace) const { munmap(trace, sizeof(Trace)); }
   };
 
-  int file() const { return fileno(pairs_file_.get()); }
-
   PreflightLimits limits_;
   std::unique_ptr<Trace, Unmap> trace_;
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> pairs_file_;
   pid_t pid_;
 };
 
-void judgeWrong(Preflight& result, const std::string& why) {
+void judgeWrong(Preflight& result, std::size_t frame, std::size_t count, const std::string& what) {
   result.verdict = Preflight::Verdict::kWrong;
   result.phase = Phase::kDetection;
-  result.note = "wrong: " + why;
+  result.note = "wrong: " + std::to_string(count) + what + (frame == 0 ? "" : " after update");
 }
 
 /// What is wrong whatever the others report.
 void judgeAlone(const Contender& contender, Preflight& result) {
   for (std::size_t f = 0; f < result.frames.size(); ++f) {
     const PairCounts& counts = result.frames[f];
-    const std::string when = f == 0 ? "" : " after update";
-    if (counts.repeated > 0) {
-      return judgeWrong(result, std::to_string(counts.repeated) + " reported again" + when);
-    }
-    if (counts.with_itself > 0) {
-      return judgeWrong(result, std::to_string(counts.with_itself) + " with themselves" + when);
-    }
-    if (contender.leaves_out_adjacent && counts.adjacent > 0) {
-      return judgeWrong(result, std::to_string(counts.adjacent) + " adjacent" + when);
-    }
-    if (contender.reported == Reported::kTouching && counts.apart > 0) {
-      return judgeWrong(result, std::to_string(counts.apart) + " not touching" + when);
+    const std::pair<std::size_t, const char*> faults[] = {
+        {counts.repeated, " reported again"},
+        {counts.with_itself, " with themselves"},
+        {contender.leaves_out_adjacent ? counts.adjacent : 0, " adjacent"},
+        {contender.reported == Reported::kTouching ? counts.apart : 0, " not touching"}};
+    for (const auto& [count, what] : faults) {
+      if (count > 0) return judgeWrong(result, f, count, what);
     }
   }
 }
 
-void judgeMissed(Preflight& result, const std::array<std::size_t, MovingFibers::kFrames>& found,
-                 const FramePairs& truth) {
+void judgeMissed(Preflight& result, const FramePairs& truth, bool without_adjacent) {
   for (std::size_t f = 0; f < result.frames.size(); ++f) {
-    if (result.frames[f].checked && found[f] < truth[f].size()) {
-      return judgeWrong(result, std::to_string(truth[f].size() - found[f]) + " missed" +
-                                    (f == 0 ? "" : " after update"));
+    const PairCounts& counts = result.frames[f];
+    const std::size_t found = counts.touching - (without_adjacent ? counts.adjacent : 0);
+    if (counts.checked && found < truth[f].size()) {
+      return judgeWrong(result, f, truth[f].size() - found, " missed");
     }
   }
 }
@@ -419,8 +355,7 @@ void judgeWork(const std::vector<Contender>& contenders, std::vector<Preflight>&
         const bool more =
             static_cast<double>(reported(i, f)) > (1 + kRoundingExcess) * static_cast<double>(due);
         if (reported(i, f) < due || more) {
-          judgeWrong(results[i],
-                     std::to_string(reported(i, f)) + " pairs instead of " + std::to_string(due));
+          judgeWrong(results[i], f, reported(i, f), " pairs instead of " + std::to_string(due));
         }
       }
     }
@@ -429,13 +364,6 @@ void judgeWork(const std::vector<Contender>& contenders, std::vector<Preflight>&
 
 }  // namespace
 
-Preflight preflight(const Contender& contender, MovingFibers& fibers,
-                    const PreflightLimits& limits) {
-  Preflight result = Child(contender, fibers, fibers.fiberCount(), limits).wait().first;
-  judgeAlone(contender, result);
-  return result;
-}
-
 std::vector<Preflight> preflightAll(const std::vector<Contender>& contenders, MovingFibers& fibers,
                                     const PreflightLimits& limits) {
   const bool without_adjacent =
@@ -443,58 +371,33 @@ std::vector<Preflight> preflightAll(const std::vector<Contender>& contenders, Mo
                   [](const Contender& contender) { return contender.leaves_out_adjacent; });
   const NextInFiber next = fibers.nextInFiber();
   std::vector<Preflight> results;
-  std::vector<std::array<std::size_t, MovingFibers::kFrames>> found;  // touching pairs
   FramePairs truth;
   std::deque<Child> running;
-  const auto judgeFirst = [&] {
+  for (std::size_t started = 0; results.size() < contenders.size();) {
+    if (started < contenders.size() && running.size() < limits.at_once) {
+      const Contender& contender = contenders[started];
+      showProgress(fibers.name() + (limits.check ? ": check " : ": try ") +
+                   std::to_string(++started) + "/" + std::to_string(contenders.size()) + ": " +
+                   contender.title());
+      running.emplace_back(contender, fibers, limits);
+      continue;
+    }
     auto [result, pairs] = running.front().wait();
     running.pop_front();
     judgeAlone(contenders[results.size()], result);
     results.push_back(result);
-    found.emplace_back();
     for (std::size_t f = 0; f < truth.size(); ++f) {
-      if (without_adjacent) {
-        const auto isAdjacent = [&](Pair pair) { return areAdjacent(next, pair); };
-        pairs[f].erase(std::remove_if(pairs[f].begin(), pairs[f].end(), isAdjacent),
-                       pairs[f].end());
-      }
-      found.back()[f] = pairs[f].size();
+      const auto isLeftOut = [&](Pair pair) { return without_adjacent && areAdjacent(next, pair); };
+      pairs[f].erase(std::remove_if(pairs[f].begin(), pairs[f].end(), isLeftOut), pairs[f].end());
       if (pairs[f] == truth[f]) continue;
       Pairs merged;
       std::set_union(truth[f].begin(), truth[f].end(), pairs[f].begin(), pairs[f].end(),
                      std::back_inserter(merged));
       truth[f] = std::move(merged);
     }
-  };
-  for (std::size_t i = 0; i < contenders.size(); ++i) {
-    const Contender& contender = contenders[i];
-    showProgress(fibers.name() + ": check " + std::to_string(i + 1) + "/" +
-                 std::to_string(contenders.size()) + ": " + contender.title());
-    while (running.size() >= limits.at_once) judgeFirst();
-
-    // No manager's work grows less than linearly. Twice the time that an eighth of the fibers may
-    // take leaves room for noise, and hopeless ones cost a quarter of the limit.
-    if (limits.trial && fibers.segmentCount() >= kTrialFromSegments) {
-      while (!running.empty()) judgeFirst();
-      PreflightLimits trial = limits;
-      trial.phase_seconds *= 2.0 / kTrialPart;
-      trial.check = false;
-      Preflight result =
-          Child(contender, fibers, fibers.fiberCount() / kTrialPart, trial).wait().first;
-      if (result.verdict == Preflight::Verdict::kTooSlow) {
-        result.note = ">" + secondsText(limits.phase_seconds);
-        result.seconds.fill(Preflight::kUnknown);
-        result.bytes = 0;
-        results.push_back(result);
-        found.emplace_back();
-        continue;
-      }
-    }
-    running.emplace_back(contender, fibers, fibers.fiberCount(), limits);
   }
-  while (!running.empty()) judgeFirst();
-  for (std::size_t i = 0; i < results.size(); ++i) {
-    if (results[i].verdict != Preflight::Verdict::kWrong) judgeMissed(results[i], found[i], truth);
+  for (Preflight& result : results) {
+    if (result.verdict != Preflight::Verdict::kWrong) judgeMissed(result, truth, without_adjacent);
   }
   judgeWork(contenders, results, without_adjacent);
   endProgress();

@@ -22,18 +22,11 @@ struct PairCounts {
   std::size_t adjacent = 0;  ///< adjacent segments of a fiber, touching ones
 };
 
-/// What one contender did, once, in a process of its own: set up, self-collide in frame 0, move,
-/// update, self-collide in frame 1, move back, update. Some of FCL's managers crash or never end.
-struct Preflight {
-  enum class Verdict { kRight, kTooSlow, kWrong, kCrashed, kRefused };
-
+/// What the process of a contender leaves, however it ended.
+struct Measured {
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-  Verdict verdict = Verdict::kRight;
   Phase phase = Phase::kSetUp;  ///< where it ended, unless right
-  std::string note;             ///< what the table says there instead of a time
-  std::string detail;           ///< a refusal's text
-
   /// Of each phase, the last time.
   std::array<double, kPhases> seconds = {kUnknown, kUnknown, kUnknown};
   std::array<PairCounts, MovingFibers::kFrames> frames;
@@ -41,6 +34,16 @@ struct Preflight {
   std::size_t bytes = 0;               ///< that set-up allocated and kept
   std::size_t bytes_after_frames = 0;  ///< that it keeps when all is done
   std::size_t bytes_stated = 0;        ///< memoryUsage(), ours only
+};
+
+/// What one contender did, once, in a process of its own: set up, self-collide in frame 0, move,
+/// update, self-collide in frame 1, move back, update. Some of FCL's managers crash or never end.
+struct Preflight : Measured {
+  enum class Verdict { kRight, kTooSlow, kWrong, kCrashed, kRefused };
+
+  Verdict verdict = Verdict::kRight;
+  std::string note;    ///< what the table says there instead of a time
+  std::string detail;  ///< a refusal's text
 
   bool right() const { return verdict == Verdict::kRight; }
   double phaseSeconds(Phase p) const { return seconds[static_cast<std::size_t>(p)]; }
@@ -54,12 +57,7 @@ struct PreflightLimits {
   bool check = true;          ///< else pairs are counted only, once, and it does not move back
   bool update = true;         ///< else it stays in frame 0
   std::size_t at_once = 1;    ///< contenders that run at the same time, whose seconds then say less
-  bool trial = true;          ///< of large scenes, an eighth first: for those that may be hopeless
 };
-
-/// Runs one contender and judges it by itself.
-Preflight preflight(const Contender& contender, MovingFibers& fibers,
-                    const PreflightLimits& limits);
 
 /// Runs all contenders and judges them by one another too: the union of their touching pairs is
 /// what each must have reported, and those that owe the same pairs must report as many. Where one

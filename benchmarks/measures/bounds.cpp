@@ -35,7 +35,7 @@ Answer answerOf(const FiberTree& tree, const SearchBound& bound) {
 
 bool measureBounds(const Request& request) {
   showProgress(request.scene.text + ": make the scene");
-  const tools::SceneSource source = openScene(request.scene);
+  const tools::SceneSource source = tools::openScene(request.scene.text, request.scene.radius);
   const scenes::FiberScene scene = source.scene();
   FiberTreeOptions options;
   options.report = Report::kCapsules;

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
-#include <fcl_fibers/scenes/helix.h>
 #include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
 #include "harness/progress.h"
@@ -16,22 +15,21 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-constexpr int kFibers = 1000, kSegments = 100, kRuns = 9;
+constexpr int kRuns = 9;
 
-/// The scene as arrays that a combination may add to.
+std::int32_t groupOf(std::size_t fiber) { return static_cast<std::int32_t>(fiber % 10) + 1; }
+
+/// A scene as arrays that a case may add to.
 template <typename S>
 struct Arrays {
-  explicit Arrays(int frame) {
-    scenes::HelixParameters parameters;
-    parameters.fibers = kFibers;
-    parameters.segments = kSegments;
-    parameters.frame = frame;
-    const scenes::FiberScene scene = scenes::makeHelix(parameters);
+  explicit Arrays(const scenes::FiberScene& scene)
+      : point_begin(scene.point_begin),
+        radius(scene.points.size(), static_cast<S>(scene.radius)),
+        closed(scene.fiberCount(), 1) {
     for (const scenes::Point& point : scene.points) {
       for (const double x : point) points.push_back(static_cast<S>(x));
     }
-    point_begin = scene.point_begin;
-    radius.assign(scene.points.size(), static_cast<S>(scene.radius));
+    for (std::size_t f = 0; f < scene.fiberCount(); ++f) groups.push_back(groupOf(f));
     view = {points.data(), scene.points.size(), point_begin.data(), scene.fiberCount(),
             radius.data()};
   }
@@ -39,36 +37,34 @@ struct Arrays {
   std::vector<S> points;
   std::vector<std::size_t> point_begin;
   std::vector<S> radius;
-  std::vector<std::uint8_t> closed = std::vector<std::uint8_t>(kFibers, 1);
-  std::vector<std::int32_t> groups = [] {
-    std::vector<std::int32_t> numbers(kFibers);
-    for (std::size_t f = 0; f < numbers.size(); ++f) {
-      numbers[f] = static_cast<std::int32_t>(f % 10) + 1;
-    }
-    return numbers;
-  }();
+  std::vector<std::uint8_t> closed;
+  std::vector<std::int32_t> groups;
   FiberArrays<S> view;
 };
 
-template <typename S, class Change>
-void registerTree(const std::string& name, const FiberTreeOptions& options, Change change) {
-  const auto frames = std::make_shared<std::vector<Arrays<S>>>();
-  frames->reserve(2);
-  for (const int frame : {0, 1}) {
-    frames->emplace_back(frame);
-    change(frames->back());
-  }
+/// Returns the seconds of a frame.
+double addCounts(Numbers& numbers, std::size_t bytes, std::size_t segments, std::size_t pairs) {
+  numbers["bytes"] = static_cast<double>(bytes);
+  numbers["segments"] = static_cast<double>(segments);
+  numbers["pairs"] = static_cast<double>(pairs);
+  return numbers["update"] + numbers["detection"];
+}
+
+/// FiberTree over arrays of two frames, to which `add` adds.
+template <typename S = double>
+void registerTree(
+    const std::array<scenes::FiberScene, 2>& scenes, const std::string& name,
+    const FiberTreeOptions& options, void (*add)(Arrays<S>&) = [](Arrays<S>&) {}) {
+  const auto frames = std::make_shared<std::vector<Arrays<S>>>(scenes.begin(), scenes.end());
+  for (Arrays<S>& arrays : *frames) add(arrays);
   const auto tree = std::make_shared<FiberTree>(options);
-  tree->build((*frames)[0].view);
+  tree->build(frames->front().view);
   registerRuns("Costs/arrays/" + name, kRuns, [=](Numbers& numbers) {
-    tree->update((*frames)[0].view);
-    numbers["update"] = seconds([&] { tree->update((*frames)[1].view); });
+    tree->update(frames->front().view);
+    numbers["update"] = seconds([&] { tree->update(frames->back().view); });
     std::size_t pairs = 0;
     numbers["detection"] = seconds([&] { tree->visitPairs([&](SegmentPair) { ++pairs; }); });
-    numbers["bytes"] = static_cast<double>(tree->memoryUsage());
-    numbers["segments"] = static_cast<double>(tree->segmentCount());
-    numbers["pairs"] = static_cast<double>(pairs);
-    return numbers["update"] + numbers["detection"];
+    return addCounts(numbers, tree->memoryUsage(), tree->segmentCount(), pairs);
   });
 }
 
@@ -76,113 +72,97 @@ enum class Register { kLoose, kFibers, kGroups };
 
 /// @param pose_before  1: an update finds everything where it was
 template <class FiberManager = LayeredAABBTreeCollisionManagerd>
-void registerManager(const std::string& name, const FiberManagerOptions& options,
-                     const std::shared_ptr<MovingFibers>& fibers, Register as = Register::kFibers,
+void registerManager(MovingFibers& fibers, const std::string& name,
+                     const FiberManagerOptions& options, Register as = Register::kFibers,
                      int pose_before = 0) {
   const auto manager = std::make_shared<FiberManager>(options);
-  if (as == Register::kLoose) {
-    manager->registerObjects(fibers->objects());
-  } else {
-    std::int32_t number = 0;
-    for (const MovingFibers::Fiber& fiber : fibers->fibers()) {
-      manager->registerFiber(fiber.objects, fiber.ends,
-                             FiberGroup{as == Register::kGroups ? number++ % 10 + 1 : 0});
-    }
+  if (as == Register::kLoose) manager->registerObjects(fibers.objects());
+  for (std::size_t f = 0; as != Register::kLoose && f < fibers.fiberCount(); ++f) {
+    const MovingFibers::Fiber& fiber = fibers.fibers()[f];
+    const FiberGroup group{as == Register::kGroups ? groupOf(f) : 0};
+    manager->registerFiber(fiber.objects, fiber.ends, group);
   }
   manager->setup();
-  registerRuns("Costs/objects/" + name, kRuns, [=](Numbers& numbers) {
-    fibers->setPoses(pose_before);
+  registerRuns("Costs/objects/" + name, kRuns, [=, &fibers](Numbers& numbers) {
+    fibers.setPoses(pose_before);
     manager->update();
-    fibers->setPoses(1);
+    fibers.setPoses(1);
     numbers["update"] = seconds([&] { manager->update(); });
     std::size_t pairs = 0;
     numbers["detection"] = seconds([&] { pairs = countPairs(*manager).pairs; });
-    numbers["bytes"] = static_cast<double>(manager->memoryUsage());
-    numbers["segments"] = static_cast<double>(fibers->segmentCount());
-    numbers["pairs"] = static_cast<double>(pairs);
-    return numbers["update"] + numbers["detection"];
+    return addCounts(numbers, manager->memoryUsage(), fibers.segmentCount(), pairs);
   });
 }
 
-FiberTreeOptions with(FiberTreeOptions::Volumes volumes, Topology topology, Report report) {
+template <class Set>
+FiberTreeOptions with(Set set) {
   FiberTreeOptions options;
-  options.volumes = volumes;
-  options.topology = topology;
-  options.report = report;
+  set(options);
+  return options;
+}
+
+FiberTreeOptions spheres(FiberTreeOptions options) {
+  options.volumes = FiberTreeOptions::Volumes::kWrappedSpheres;
   return options;
 }
 
 }  // namespace
 
 bool measureCosts(const Request&) {
-  using Volumes = FiberTreeOptions::Volumes;
+  using Radii = FiberArrays<double>::Radii;
   showProgress("costs: make the scenes");
-  const auto as_it_is = [](auto&) {};
-  const FiberTreeOptions least;
-  registerTree<double>("boxes", least, as_it_is);
-  registerTree<float>("boxes, float", least, as_it_is);
-  registerTree<double>("boxes, radius by fiber", least, [](auto& arrays) {
-    arrays.view.radii_are = FiberArrays<double>::Radii::kPerFiber;
-  });
-  registerTree<double>("boxes, radius by segment", least, [](auto& arrays) {
-    arrays.view.radii_are = FiberArrays<double>::Radii::kPerSegment;
-  });
-  FiberTreeOptions neighbors;
-  neighbors.ignored_neighbors = 1;
-  registerTree<double>("boxes, neighbours by number", neighbors, as_it_is);
-  registerTree<double>("boxes, neighbours by number, closed fibers", neighbors,
-                       [](auto& arrays) { arrays.view.closed = arrays.closed.data(); });
-  FiberTreeOptions arc_length;
-  arc_length.ignored_arc_length = 0.3;
-  registerTree<double>("boxes, neighbours by arc length", arc_length, as_it_is);
-  registerTree<double>("boxes, groups", least,
-                       [](auto& arrays) { arrays.view.groups = arrays.groups.data(); });
-  FiberTreeOptions threads;
-  threads.threads = 2;
-  registerTree<double>("boxes, 2 threads", threads, as_it_is);
-  const auto kind = [&](const std::string& name, Volumes volumes, Topology topology,
-                        Report report) {
-    registerTree<double>(name, with(volumes, topology, report), as_it_is);
-  };
-  FiberTreeOptions margin;
-  margin.margin = 0.0035;
-  registerTree<double>("boxes, margin of a radius", margin, as_it_is);
+  SceneRequest helix;
+  helix.text = "helix:fibers=1000,segments=100";
+  const auto frames = twoFrames(helix);
+  MovingFibers fibers(helix.text, frames[0], frames[1]);
+
+  const FiberTreeOptions plain;
+  const auto neighbors = with([](auto& options) { options.ignored_neighbors = 1; });
+  const auto arc_length = with([](auto& options) { options.ignored_arc_length = 0.3; });
+  const auto margin = with([](auto& options) { options.margin = 0.0035; });
+  const auto threads = with([](auto& options) { options.threads = 2; });
+  const auto capsules = with([](auto& options) { options.report = Report::kCapsules; });
+  const auto super_thread = with([](auto& options) { options.topology = Topology::kSuperThread; });
   FiberTreeOptions much = arc_length;
   much.report = Report::kCapsules;
   much.threads = 2;
-  registerTree<double>("boxes, capsules, arc length, groups, 2 threads", much,
-                       [](auto& arrays) { arrays.view.groups = arrays.groups.data(); });
-  FiberTreeOptions sphere_neighbors = arc_length;
-  sphere_neighbors.volumes = Volumes::kWrappedSpheres;
-  registerTree<double>("spheres, neighbours by arc length", sphere_neighbors, as_it_is);
-  kind("boxes, capsules", Volumes::kLayeredBoxes, Topology::kBundle, Report::kCapsules);
-  kind("boxes, super thread", Volumes::kLayeredBoxes, Topology::kSuperThread, Report::kVolumes);
-  kind("spheres", Volumes::kWrappedSpheres, Topology::kBundle, Report::kVolumes);
-  kind("spheres, capsules", Volumes::kWrappedSpheres, Topology::kBundle, Report::kCapsules);
-  kind("spheres, super thread", Volumes::kWrappedSpheres, Topology::kSuperThread, Report::kVolumes);
+  const auto addGroups = [](Arrays<double>& arrays) { arrays.view.groups = arrays.groups.data(); };
 
-  SceneRequest helix;
-  helix.text = "helix:fibers=" + std::to_string(kFibers) + ",segments=" + std::to_string(kSegments);
-  const auto fibers = std::make_shared<MovingFibers>(movingFibers(openScene(helix)));
-  FiberManagerOptions capsules, super_thread, all = arc_length;
-  capsules.report = Report::kCapsules;
-  super_thread.topology = Topology::kSuperThread;
-  all.report = Report::kCapsules;
-  all.threads = 2;
-  registerManager("boxes, loose objects", {}, fibers, Register::kLoose);
-  registerManager("boxes, fibers", {}, fibers);
-  registerManager("boxes, fibers, none has moved", {}, fibers, Register::kFibers, 1);
-  registerManager("boxes, fibers, neighbours by number", neighbors, fibers);
-  registerManager("boxes, fibers, neighbours by arc length", arc_length, fibers);
-  registerManager("boxes, fibers, groups", {}, fibers, Register::kGroups);
-  registerManager("boxes, fibers, 2 threads", threads, fibers);
-  registerManager("boxes, fibers, capsules", capsules, fibers);
-  registerManager("boxes, fibers, super thread", super_thread, fibers);
-  registerManager("boxes, fibers, capsules, arc length, groups, 2 threads", all, fibers,
+  registerTree(frames, "boxes", plain);
+  registerTree<float>(frames, "boxes, float", plain);
+  registerTree<double>(frames, "boxes, radius by fiber", plain,
+                       [](auto& arrays) { arrays.view.radii_are = Radii::kPerFiber; });
+  registerTree<double>(frames, "boxes, radius by segment", plain,
+                       [](auto& arrays) { arrays.view.radii_are = Radii::kPerSegment; });
+  registerTree(frames, "boxes, neighbours by number", neighbors);
+  registerTree<double>(frames, "boxes, neighbours by number, closed fibers", neighbors,
+                       [](auto& arrays) { arrays.view.closed = arrays.closed.data(); });
+  registerTree(frames, "boxes, neighbours by arc length", arc_length);
+  registerTree<double>(frames, "boxes, groups", plain, addGroups);
+  registerTree(frames, "boxes, 2 threads", threads);
+  registerTree(frames, "boxes, margin of a radius", margin);
+  registerTree<double>(frames, "boxes, capsules, arc length, groups, 2 threads", much, addGroups);
+  registerTree(frames, "boxes, capsules", capsules);
+  registerTree(frames, "boxes, super thread", super_thread);
+  registerTree(frames, "spheres", spheres(plain));
+  registerTree(frames, "spheres, neighbours by arc length", spheres(arc_length));
+  registerTree(frames, "spheres, capsules", spheres(capsules));
+  registerTree(frames, "spheres, super thread", spheres(super_thread));
+
+  registerManager(fibers, "boxes, loose objects", plain, Register::kLoose);
+  registerManager(fibers, "boxes, fibers", plain);
+  registerManager(fibers, "boxes, fibers, none has moved", plain, Register::kFibers, 1);
+  registerManager(fibers, "boxes, fibers, neighbours by number", neighbors);
+  registerManager(fibers, "boxes, fibers, neighbours by arc length", arc_length);
+  registerManager(fibers, "boxes, fibers, groups", plain, Register::kGroups);
+  registerManager(fibers, "boxes, fibers, 2 threads", threads);
+  registerManager(fibers, "boxes, fibers, capsules", capsules);
+  registerManager(fibers, "boxes, fibers, super thread", super_thread);
+  registerManager(fibers, "boxes, fibers, capsules, arc length, groups, 2 threads", much,
                   Register::kGroups);
-  registerManager<WrappedSphereTreeCollisionManagerd>("spheres, fibers", {}, fibers);
-  registerManager<WrappedSphereTreeCollisionManagerd>("spheres, fibers, capsules", capsules,
-                                                      fibers);
+  using SphereManager = WrappedSphereTreeCollisionManagerd;
+  registerManager<SphereManager>(fibers, "spheres, fibers", plain);
+  registerManager<SphereManager>(fibers, "spheres, fibers, capsules", capsules);
   return runRegistered();
 }
 

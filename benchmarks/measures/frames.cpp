@@ -36,42 +36,36 @@ struct Chosen {
   bool fcl_tree = false;  ///< chosen among those that were tried
 };
 
-PreflightLimits tryLimits(double phase_seconds) {
-  PreflightLimits limits;
-  limits.phase_seconds = phase_seconds;
-  limits.check = false;
-  limits.trial = false;
-  return limits;
-}
-
 /// FCL's trees that are the fastest in set-up, update, detection or a frame, of all that were tried
 /// once. A tree that is fast only in what comes early is not timed further.
 std::vector<Chosen> fastestFclTrees(Boxes boxes, const Against& against, double phase_limit,
                                     MovingFibers& fibers) {
+  PreflightLimits limits;
+  limits.phase_seconds = phase_limit;
+  limits.check = false;
   const std::vector<Contender> trees = fclTrees(boxes);
-  std::vector<Preflight> tried;
-  for (const Contender& tree : trees) {
-    showProgress(fibers.name() + ": try " + tree.title());
-    tried.push_back(preflight(tree, fibers, tryLimits(phase_limit)));
+  const std::vector<Preflight> results = preflightAll(trees, fibers, limits);
+  std::vector<std::pair<Contender, Preflight>> tried;  // those that ended in time
+  for (std::size_t i = 0; i < trees.size(); ++i) {
+    if (results[i].right()) tried.emplace_back(trees[i], results[i]);
     Numbers numbers = {{"segments", static_cast<double>(fibers.segmentCount())}};
     for (std::size_t p = 0; p < kPhases; ++p) {
-      numbers[phaseName(static_cast<Phase>(p))] = tried.back().seconds[p];
+      numbers[phaseName(static_cast<Phase>(p))] = results[i].seconds[p];
     }
-    registerNumbers("Tried/" + tree.name(), numbers, tried.back().note);
+    registerNumbers("Tried/" + trees[i].name(), numbers, results[i].note);
   }
 
   std::vector<Chosen> chosen;
   const auto addFastest = [&](Phase last, bool narrow_phase, auto&& secondsOf) {
-    std::size_t fastest = trees.size();
-    for (std::size_t i = 0; i < trees.size(); ++i) {
-      if (!tried[i].right()) continue;
-      if (fastest == trees.size() || secondsOf(tried[i]) < secondsOf(tried[fastest])) fastest = i;
-    }
-    if (fastest == trees.size()) return;  // none of them ended in time
+    const auto fastest =
+        std::min_element(tried.begin(), tried.end(), [&](const auto& one, const auto& other) {
+          return secondsOf(one.second) < secondsOf(other.second);
+        });
+    if (fastest == tried.end()) return;
     const bool is_there = std::any_of(chosen.begin(), chosen.end(), [&](const Chosen& other) {
-      return other.contender.name() == trees[fastest].name();
+      return other.contender.name() == fastest->first.name();
     });
-    if (!is_there) chosen.push_back({trees[fastest], last, narrow_phase, true});
+    if (!is_there) chosen.push_back({fastest->first, last, narrow_phase, true});
   };
   addFastest(Phase::kDetection, against.narrow_phase,
              [](const Preflight& result) { return result.frameSeconds(); });
@@ -109,7 +103,6 @@ std::vector<Preflight> checkMotion(const std::vector<Chosen>& chosen, bool quick
   for (const Chosen& one : chosen) contenders.push_back(one.contender);
   PreflightLimits limits;
   limits.phase_seconds = phase_limit;
-  limits.trial = !quick;
   limits.at_once = quick ? 2 : 1;
   if (motion.checked.empty()) return preflightAll(contenders, motion.fibers, limits);
   std::vector<Preflight> results = preflightAll(contenders, motion.checked.front(), limits);
@@ -120,11 +113,6 @@ std::vector<Preflight> checkMotion(const std::vector<Chosen>& chosen, bool quick
     }
   }
   return results;
-}
-
-/// Ours whose detection takes too long still have a set-up and an update worth knowing.
-bool endedInDetection(const Preflight& checked) {
-  return checked.verdict == Preflight::Verdict::kTooSlow && checked.phase == Phase::kDetection;
 }
 
 /// What every update has to do at least: read each object's transform and capsule.
@@ -173,7 +161,9 @@ bool measureFrames(const Request& request) {
     contenders.push_back(contender);
     registerChecked(contender, checked[i], motion.fibers);
     const double frame = checked[i].frameSeconds();
-    if (contender.ours && endedInDetection(checked[i])) {
+    // Ours whose detection takes too long still have a set-up and an update worth knowing.
+    if (contender.ours && checked[i].verdict == Preflight::Verdict::kTooSlow &&
+        checked[i].phase == Phase::kDetection) {
       runs.emplace_back(contender, checked[i], motion, Phase::kUpdate).registerFrames();
     }
     if (!checked[i].right() || frame > kCheckedOnlySeconds) continue;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <functional>
 #include <limits>
 #include <memory>
 #include <random>
@@ -36,26 +34,20 @@ std::vector<Contender> contendersWith(Boxes fcl_boxes) {
   return contenders;
 }
 
-bool countPair(Object*, Object*, void* count) {
-  ++*static_cast<std::size_t*>(count);
-  return false;
-}
-
-/// The nearest pair so far. Adjacent segments, which always touch, are left out.
+/// The nearest pair so far.
 struct Nearest {
-  std::size_t segments_per_fiber;  ///< 0: no pair is left out
+  bool without_adjacent = false;  ///< segments of a fiber, which always touch
   double distance = std::numeric_limits<double>::infinity();
 
-  bool isAdjacent(const Object* a, const Object* b) const {
-    if (segments_per_fiber == 0) return false;
-    const std::size_t i = std::min(MovingFibers::index(a), MovingFibers::index(b));
-    const std::size_t j = std::max(MovingFibers::index(a), MovingFibers::index(b));
-    return j - i == 1 && j % segments_per_fiber != 0;
+  static bool isAdjacent(const Object* a, const Object* b) {
+    constexpr std::size_t kSegments = scenes::HelixParameters().segments;
+    const auto [i, j] = std::minmax({MovingFibers::index(a), MovingFibers::index(b)});
+    return j - i == 1 && j % kSegments != 0;
   }
 
   static bool callback(Object* a, Object* b, void* data, double& distance) {
     auto& nearest = *static_cast<Nearest*>(data);
-    if (!nearest.isAdjacent(a, b)) {
+    if (!nearest.without_adjacent || !isAdjacent(a, b)) {
       fcl::DistanceResultd result;
       nearest.distance =
           std::min(nearest.distance, fcl::distance(a, b, fcl::DistanceRequestd(), result));
@@ -65,39 +57,27 @@ struct Nearest {
   }
 };
 
-scenes::FiberScene helix(unsigned long long seed, double radius, double shift) {
+MovingFibers helix(unsigned long long seed, double radius, double shift = 0) {
   scenes::HelixParameters parameters;
   parameters.seed = seed;
   parameters.radius = radius;
   scenes::FiberScene scene = scenes::makeHelix(parameters);
   for (scenes::Point& point : scene.points) point[0] += shift;
-  return scene;
+  return MovingFibers("helix", scene, scene);
 }
 
 /// The helix scene and others beside it. `thin` ones do not touch - the nearest are 2e-7 apart -,
 /// so that distances have to be searched for: a search that may end at the first pair that touches
 /// is a matter of luck.
 struct Helices {
-  static constexpr double kHair = scenes::HelixParameters().radius;
-  static constexpr double kThin = 1e-8;
-  static constexpr double kApart = 20;  ///< cm
-
-  Helices()
-      : hair(make(helix(1, kHair, 0))),
-        other(make(helix(2, kHair, 0))),
-        thin(make(helix(1, kThin, 0))),
-        thin_other(make(helix(2, kThin, 0))),
-        thin_apart(make(helix(2, kThin, kApart))) {}
-
-  static MovingFibers make(const scenes::FiberScene& scene) {
-    return MovingFibers("helix", scene, scene);
-  }
-
-  MovingFibers hair, other, thin, thin_other, thin_apart;
+  static constexpr double kHair = scenes::HelixParameters().radius, kThin = 1e-8;
+  MovingFibers hair = helix(1, kHair), other = helix(2, kHair);
+  MovingFibers thin = helix(1, kThin), thin_other = helix(2, kThin);
+  MovingFibers thin_apart = helix(2, kThin, 20);  // cm
 };
 
 /// Every so-manieth object: one-object queries are made with these.
-std::vector<Object*> probes(const MovingFibers& fibers) {
+std::vector<Object*> probesOf(const MovingFibers& fibers) {
   std::vector<Object*> chosen;
   const std::size_t stride = std::max<std::size_t>(1, fibers.segmentCount() / kProbes);
   for (std::size_t i = stride / 2; i < fibers.segmentCount(); i += stride) {
@@ -106,80 +86,85 @@ std::vector<Object*> probes(const MovingFibers& fibers) {
   return chosen;
 }
 
-double collideEach(const Manager& manager, const std::vector<Object*>& objects) {
-  std::size_t count = 0;
-  for (Object* const object : objects) manager.collide(object, &count, countPair);
-  return static_cast<double>(count);
+/// A manager, its objects and, as the query needs them, objects or a manager of another scene.
+struct Asked {
+  Manager& manager;
+  const std::vector<Object*>& objects;
+  const std::vector<Object*>& probes;
+  Manager* other;
+};
+
+// Each query returns its answer: a number of pairs, or a distance or a sum of these.
+
+double distanceSelf(const Asked& asked) {
+  Nearest nearest{true};
+  asked.manager.distance(&nearest, Nearest::callback);
+  return nearest.distance;
 }
 
-/// The sum of the distances.
-double distanceOfEach(const Manager& manager, const std::vector<Object*>& objects) {
+double distanceOfEach(const Asked& asked) {
   double sum = 0;
-  for (Object* const object : objects) {
-    Nearest nearest{0};
-    manager.distance(object, &nearest, Nearest::callback);
+  for (Object* const object : asked.probes) {
+    Nearest nearest;
+    asked.manager.distance(object, &nearest, Nearest::callback);
     sum += nearest.distance;
   }
   return sum;
 }
 
-/// One query: its answer, of a manager over `first` and, where it needs them, `second`.
+double distanceOfManagers(const Asked& asked) {
+  Nearest nearest;
+  asked.manager.distance(asked.other, &nearest, Nearest::callback);
+  return nearest.distance;
+}
+
+double collideEach(const Asked& asked) {
+  std::size_t count = 0;
+  for (Object* const object : asked.probes) asked.manager.collide(object, &count, countPair);
+  return static_cast<double>(count);
+}
+
+double collideManagers(const Asked& asked) {
+  std::size_t count = 0;
+  asked.manager.collide(asked.other, &count, countPair);
+  return static_cast<double>(count);
+}
+
+double changeAndCollide(const Asked& asked) {
+  Object* const one = asked.objects[asked.objects.size() / 2];
+  asked.manager.unregisterObject(one);
+  asked.manager.setup();
+  const double without = collideEach(asked);
+  asked.manager.registerObject(one);
+  asked.manager.setup();
+  return without + collideEach(asked);
+}
+
+enum class Needs { kNothing, kProbes, kOneProbe, kManager };
+
 struct Query {
   std::string name;
   MovingFibers& first;
   MovingFibers& second;
-  bool needs_second_manager;
-  double times;  ///< that a run makes it
-  std::function<double(Manager&, Manager*)> run;
+  Needs needs;  ///< of the second
+  double (*run)(const Asked&);
 };
 
-std::vector<Query> makeQueries(Helices& helices) {
-  const auto per_fiber = helices.thin.segmentCount() / helices.thin.fiberCount();
-  const std::vector<Object*> hairs = probes(helices.other);
-  const std::vector<Object*> thin = probes(helices.thin_other);
-  const std::vector<Object*> apart = probes(helices.thin_apart);
-  const auto distanceOf = [](Manager& manager, Manager* other) {
-    Nearest nearest{0};
-    manager.distance(other, &nearest, Nearest::callback);
-    return nearest.distance;
-  };
+std::vector<Query> makeQueries(Helices& all) {
+  const std::string distance = "distance, ";
   return {
-      {"distance, self", helices.thin, helices.thin, false, 1,
-       [per_fiber](Manager& manager, Manager*) {
-         Nearest nearest{per_fiber};
-         manager.distance(&nearest, Nearest::callback);
-         return nearest.distance;
-       }},
-      {"distance, one object inside", helices.thin, helices.thin_other, false,
-       static_cast<double>(thin.size()),
-       [thin](Manager& manager, Manager*) { return distanceOfEach(manager, thin); }},
-      {"distance, one object 20 cm away", helices.thin, helices.thin_apart, false,
-       static_cast<double>(apart.size()),
-       [apart](Manager& manager, Manager*) { return distanceOfEach(manager, apart); }},
-      {"distance, two managers in one place", helices.thin, helices.thin_other, true, 1,
-       distanceOf},
-      {"distance, two managers 20 cm apart", helices.thin, helices.thin_apart, true, 1, distanceOf},
-      {"collide, one object", helices.hair, helices.other, false, static_cast<double>(hairs.size()),
-       [hairs](Manager& manager, Manager*) { return collideEach(manager, hairs); }},
-      {"collide, two managers", helices.hair, helices.other, true, 1,
-       [](Manager& manager, Manager* other) {
-         std::size_t count = 0;
-         manager.collide(other, &count, countPair);
-         return static_cast<double>(count);
-       }},
-      {"unregister one, query, register it, query", helices.hair, helices.other, false, 1,
-       [hairs, &objects = helices.hair.objects()](Manager& manager, Manager*) {
-         Object* const one = objects[objects.size() / 2];
-         const std::vector<Object*> probe = {hairs[hairs.size() / 2]};
-         manager.unregisterObject(one);
-         manager.setup();
-         double count = collideEach(manager, probe);
-         manager.registerObject(one);
-         manager.setup();
-         count += collideEach(manager, probe);
-         return count;
-       }},
-  };
+      {distance + "self", all.thin, all.thin, Needs::kNothing, distanceSelf},
+      {distance + "one object inside", all.thin, all.thin_other, Needs::kProbes, distanceOfEach},
+      {distance + "one object 20 cm away", all.thin, all.thin_apart, Needs::kProbes,
+       distanceOfEach},
+      {distance + "two managers in one place", all.thin, all.thin_other, Needs::kManager,
+       distanceOfManagers},
+      {distance + "two managers 20 cm apart", all.thin, all.thin_apart, Needs::kManager,
+       distanceOfManagers},
+      {"collide, one object", all.hair, all.other, Needs::kProbes, collideEach},
+      {"collide, two managers", all.hair, all.other, Needs::kManager, collideManagers},
+      {"unregister one, query, register it, query", all.hair, all.other, Needs::kOneProbe,
+       changeAndCollide}};
 }
 
 void registerQuery(const Query& query, const Contender& contender) {
@@ -188,12 +173,15 @@ void registerQuery(const Query& query, const Contender& contender) {
     query.first.bringTo(0, contender.boxes);
     query.second.bringTo(0, contender.boxes);
     const auto manager = contender.setUp(query.first.objects());
-    const auto other =
-        query.needs_second_manager ? contender.setUp(query.second.objects()) : nullptr;
+    std::unique_ptr<Manager> other;
+    if (query.needs == Needs::kManager) other = contender.setUp(query.second.objects());
+    std::vector<Object*> probes = probesOf(query.second);
+    if (query.needs == Needs::kOneProbe) probes = {probes[probes.size() / 2]};
+    const Asked asked = {*manager, query.first.objects(), probes, other.get()};
     double answer = 0;
-    const double taken = seconds([&] { answer = query.run(*manager, other.get()); });
+    const double taken = seconds([&] { answer = query.run(asked); });
     numbers["answer"] = answer;
-    return taken / query.times;
+    return query.needs == Needs::kProbes ? taken / static_cast<double>(probes.size()) : taken;
   });
 }
 
@@ -210,64 +198,57 @@ Geometry tetrahedron(double edge) {
 }
 
 /// Objects without any fiber, in a cube of edge 1, and two frames of their poses.
-class LooseObjects {
- public:
+struct LooseObjects {
   /// Ours takes bounds of spheres from their poses; other shapes count by their boxes.
   LooseObjects(std::string name, bool ours_reads_boxes, const Geometry& geometry)
-      : name_(std::move(name)), ours_reads_boxes_(ours_reads_boxes) {
+      : name(std::move(name)), ours_reads_boxes(ours_reads_boxes) {
     std::mt19937 random(1);
     std::uniform_real_distribution<double> place(0, 1);
     std::uniform_real_distribution<double> step(-0.005, 0.005);
-    const bool turned = ours_reads_boxes;  // a sphere stays as it is
     for (std::size_t i = 0; i < kObjects; ++i) {
       fcl::Transform3d pose = fcl::Transform3d::Identity();
       pose.translation() = fcl::Vector3d(place(random), place(random), place(random));
-      if (turned) {
+      if (ours_reads_boxes) {  // a sphere stays as it is
         const fcl::Vector3d axis(step(random), step(random), step(random));
         pose.linear() = fcl::AngleAxisd(6 * place(random), axis.normalized()).toRotationMatrix();
       }
-      poses_[0].push_back(pose);
+      poses[0].push_back(pose);
       pose.translation() += fcl::Vector3d(step(random), step(random), step(random));
-      poses_[1].push_back(pose);
-      objects_.push_back(std::make_unique<Object>(geometry, poses_[0].back()));
-      pointers_.push_back(objects_.back().get());
+      poses[1].push_back(pose);
+      owned.push_back(std::make_unique<Object>(geometry, poses[0].back()));
+      objects.push_back(owned.back().get());
     }
   }
 
-  const std::string& name() const { return name_; }
-  const std::vector<Object*>& objects() const { return pointers_; }
-
   void setPoses(std::size_t frame) {
-    for (std::size_t i = 0; i < kObjects; ++i) pointers_[i]->setTransform(poses_[frame][i]);
+    for (std::size_t i = 0; i < kObjects; ++i) objects[i]->setTransform(poses[frame][i]);
   }
 
   void computeBoxes(const Contender& contender) {
-    if (contender.ours && !ours_reads_boxes_) return;
-    for (Object* const object : pointers_) object->computeAABB();
+    if (contender.ours && !ours_reads_boxes) return;
+    for (Object* const object : objects) object->computeAABB();
   }
 
- private:
-  std::string name_;
-  bool ours_reads_boxes_;
-  std::array<std::vector<fcl::Transform3d>, 2> poses_;
-  std::vector<std::unique_ptr<Object>> objects_;
-  std::vector<Object*> pointers_;
+  std::string name;
+  bool ours_reads_boxes;
+  std::array<std::vector<fcl::Transform3d>, 2> poses;
+  std::vector<std::unique_ptr<Object>> owned;
+  std::vector<Object*> objects;
 };
 
-void registerObjects(LooseObjects& objects, const Contender& contender) {
-  const std::string name = "Objects/" + objects.name() + "/" + contender.name();
+void registerObjects(LooseObjects& loose, const Contender& contender) {
+  const std::string name = "Objects/" + loose.name + "/" + contender.name();
   registerRuns(name, 2 * kRuns - 1, [&](Numbers& numbers) {
-    objects.setPoses(0);
-    objects.computeBoxes(contender);
+    loose.setPoses(0);
+    loose.computeBoxes(contender);
     std::unique_ptr<Manager> manager;
-    numbers["set_up"] = seconds([&] { manager = contender.setUp(objects.objects()); });
-    double update = 0;
-    double detection = 0;
+    numbers["set_up"] = seconds([&] { manager = contender.setUp(loose.objects); });
+    double update = 0, detection = 0;
     std::size_t pairs = 0;
     for (int frame = 0; frame < kFrames; ++frame) {
-      objects.setPoses(frame % 2 == 0 ? 1 : 0);
+      loose.setPoses(frame % 2 == 0 ? 1 : 0);
       update += seconds([&] {
-        objects.computeBoxes(contender);
+        loose.computeBoxes(contender);
         manager->update();
       });
       detection += seconds([&] { manager->collide(&pairs, countPair); });

@@ -10,8 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include <fcl_fibers/scenes/helix.h>
-
 #include "harness/progress.h"
 #include "harness/runs.h"
 #include "measures.h"
@@ -19,28 +17,19 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-constexpr int kFibers = 1000, kFinest = 2000, kRuns = 5;
+constexpr int kFinest = 2000, kRuns = 5;
 constexpr double kLength = 30;  // cm, of makeHelix()
 
 scenes::FiberScene helixOf(int segments) {
-  scenes::HelixParameters parameters;
-  parameters.fibers = kFibers;
-  parameters.segments = segments;
-  return scenes::makeHelix(parameters);
+  return tools::openScene("helix:fibers=1000,segments=" + std::to_string(segments), {}).scene();
 }
 
-/// Segment a of a fiber touches segment b of another one.
-struct Touch {
-  std::size_t fiber_a, fiber_b, a, b;
-  bool operator<(const Touch& other) const {
-    return std::array{fiber_a, fiber_b, a, b} <
-           std::array{other.fiber_a, other.fiber_b, other.a, other.b};
-  }
-};
+/// Two fibers, and the segment of the one that touches a segment of the other.
+using Touch = std::array<std::size_t, 4>;
 
 class Sampled {
  public:
-  Sampled(int segments, double margin) : segments_(segments), scene_(helixOf(segments)) {
+  Sampled(int segments, double margin) : scene_(helixOf(segments)) {
     FiberTreeOptions options;
     options.report = Report::kCapsules;
     options.margin = margin;
@@ -68,10 +57,7 @@ class Sampled {
     return found;
   }
 
-  int segments() const { return segments_; }
-
  private:
-  int segments_;
   scenes::FiberScene scene_;
   std::unique_ptr<FiberTree> tree_;
 };
@@ -86,15 +72,13 @@ std::size_t countWithout(const std::set<Touch>& some, int from, const std::set<T
     return std::pair(first == 0 ? first : first - 1, last + 1);
   };
   std::size_t count = 0;
-  for (const Touch& touch : some) {
-    const auto [a_first, a_last] = range(touch.a);
-    const auto [b_first, b_last] = range(touch.b);
+  for (const auto& [fiber_a, fiber_b, a, b] : some) {
+    const auto [a_first, a_last] = range(a);
+    const auto [b_first, b_last] = range(b);
     bool found = false;
-    for (auto it = others.lower_bound({touch.fiber_a, touch.fiber_b, a_first, 0});
-         !found && it != others.end() && it->fiber_a == touch.fiber_a &&
-         it->fiber_b == touch.fiber_b && it->a <= a_last;
-         ++it) {
-      found = b_first <= it->b && it->b <= b_last;
+    const auto end = others.lower_bound({fiber_a, fiber_b, a_last + 1, 0});
+    for (auto it = others.lower_bound({fiber_a, fiber_b, a_first, 0}); !found && it != end; ++it) {
+      found = b_first <= (*it)[3] && (*it)[3] <= b_last;
     }
     count += found ? 0 : 1;
   }

@@ -9,6 +9,7 @@ from tables import Table, count, digits, time, time_and_range, title
 
 HEADLINE = ("helix", "cap", "paper-dynamic")
 FULL = ("helix", "helix-2000", "cap", "paper-dynamic")
+SPEED_UP = "Speed-up over the fastest other"
 PHASES = ("set_up", "update", "detection", "frame")
 PHASE_TITLES = ["set-up", "update", "detection", "update + detection"]
 READ_RATIOS = (
@@ -31,39 +32,33 @@ def ratio_cells(scenes, row):
     return ["not installed" if ratio is None else ratio.text() for ratio in found]
 
 
-def sample_text(scenes, boxes):
-    """Empty where fcl::collide was called on all pairs."""
+def row_title(scenes, row):
+    """With the size of the sample, where fcl::collide was not called on all pairs."""
+    if not row.startswith((ratios.TOUCHING_TIGHT, ratios.TOUCHING_STOCK)):
+        return row
+    boxes = "tight" if row.startswith(ratios.TOUCHING_TIGHT) else "stock"
     found = [scene.sampled(boxes) for scene in scenes.values()]
     sizes = sorted(sampled for sampled, of in found if sampled < of)
     if not sizes:
-        return ""
+        return row
     sizes = dict.fromkeys([count(sizes[0]), count(sizes[-1])])
-    return f", estimated from a sample of {' to '.join(sizes)} pairs"
+    return f"{row}, estimated from a sample of {' to '.join(sizes)} pairs"
 
 
-def row_title(scenes, row):
-    if row.startswith(ratios.TOUCHING_TIGHT):
-        return row + sample_text(scenes, "tight")
-    if row.startswith(ratios.TOUCHING_STOCK):
-        return row + sample_text(scenes, "stock")
-    return row
-
-
-def header_of(scenes):
-    return ["Speed-up over the fastest other", *(scene.title() for scene in scenes.values())]
+def header_of(scenes, what=""):
+    return [what, *(scene.title() for scene in scenes.values())]
 
 
 def headline(scenes):
     plain = (ratios.TIGHT, ratios.STOCK, ratios.UPDATE, ratios.SET_UP)
     rows = plain + (ratios.TOUCHING_TIGHT, ratios.TOUCHING_STOCK)
     lines = [[row_title(scenes, row), *ratio_cells(scenes, row)] for row in rows]
-    both = zip(
-        ratio_cells(scenes, EMBREE.format("1 thread")),
-        ratio_cells(scenes, EMBREE.format("2 threads")),
-    )
+    both = zip(*(ratio_cells(scenes, EMBREE.format(on)) for on in ("1 thread", "2 threads")))
     embree = "Update + detection: Embree, 1 thread / both on 2 threads"
     lines.append([embree, *map(" / ".join, both)])
-    return Table("headline", "How many times as fast", header_of(scenes), lines, READ_RATIOS)
+    return Table(
+        "headline", "How many times as fast", header_of(scenes, SPEED_UP), lines, READ_RATIOS
+    )
 
 
 def all_ratios(scenes):
@@ -77,7 +72,9 @@ def all_ratios(scenes):
     add("Bytes a segment after a frame, boxes", lambda s: digits(s.bytes(BOXES)))
     add("Bytes a segment after a frame, capsules", lambda s: digits(s.bytes(ratios.CAPSULES)))
     add("Bytes, boxes, of those of FCL's best", lambda s: digits(s.of_fcls_bytes(), 2))
-    return Table("ratios", "How many times as fast", header_of(scenes), lines, READ_RATIOS)
+    return Table(
+        "ratios", "How many times as fast", header_of(scenes, SPEED_UP), lines, READ_RATIOS
+    )
 
 
 def best(scenes):
@@ -90,15 +87,10 @@ def best(scenes):
     ]
     for threads, suffix in ((1, ""), (2, "_2_threads")):
         cells = [visited_ratio(scene, threads, BOXES + suffix) for scene in scenes.values()]
-        who.append(
-            [
-                f"Detection per visited pair, times Embree's, {threads} thread{suffix and 's'}",
-                *cells,
-            ]
-        )
+        what = f"Detection per visited pair, times Embree's, {threads} thread{suffix and 's'}"
+        who.append([what, *cells])
     caption = "Whom each row is against. Ours visits each pair once, Embree in both orders."
-    header = ["", *(scene.title() for scene in scenes.values())]
-    return Table("best", "Who is best", header, who, caption)
+    return Table("best", "Who is best", header_of(scenes), who, caption)
 
 
 def per_visited(scene, name):
@@ -242,5 +234,4 @@ def targets(scenes, growth_part):
             found = growth_of(growth_part, key)
             cell = at_most(found[-1] / found[0], ratios.MOST_GROWTH)
             rows.append([f"growth, {key}", cell, *["-"] * (len(columns) - 1)])
-    header = ["", *(scene.title() for scene in columns.values())]
-    return Table("targets", "Targets", header, rows)
+    return Table("targets", "Targets", header_of(columns), rows)

@@ -194,7 +194,7 @@ def chain_figure(parts):
         curves = {}
         for part in numbered(parts, "chain_" + kind).values():
             for name in [name for name in part.names("Chain") if name in OURS]:
-                point = [part.median("Chain", name, key) for key in ("segments", "volume_tests")]
+                point = part.medians("Chain", name, "segments", "volume_tests")
                 curves.setdefault(label_of(name), []).append(point)
         n = np.array([4e2, 3e5])
         curves["n^(4/3)"] = list(zip(n, 12 * n ** (4 / 3)))

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Curves and pictures of the set paper."""
 
-import csv
 import math
 from dataclasses import dataclass
 from functools import partial
 
 import matplotlib
 import numpy as np
+import pandas as pd
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
@@ -17,7 +17,8 @@ from pictures import INK, OURS, RED, png
 from ratios import FCL
 
 FCL_TREE = ("DynamicAABBTree", "DynamicAABBTree_Array")
-FCL_LINES = dict(zip(FCL.values(), ("k-", "k:", "C7-", "C7--", "C7-.", "C7:", "y-")))
+LINES = dict(zip(FCL.values(), ("k-", "k:", "C7-", "C7--", "C7-.", "C7:", "y-")))
+LINES |= {"n": ":", "n^(4/3)": "--"}
 
 
 def label_of(name):
@@ -36,18 +37,14 @@ class Panel:
     marker: str = "o"
 
     def draw(self, axis):
-        colours = {label: colour for label, colour, _ in OURS.values()}
+        colours = {label: {"color": colour} for label, colour, _ in OURS.values()}
         for label, points in self.curves.items():
-            x, y = np.array(points).T
-            style = {"lw": 1.7, "marker": self.marker, "ms": 4, "label": label}
-            if label in FCL_LINES:
-                axis.plot(x, y, FCL_LINES[label], **{**style, "lw": 1.1})
-            elif label in colours:
-                axis.plot(x, y, color=colours[label], **style)
-            elif "(" in label or label == "n":
-                axis.plot(x, y, color=INK, ls="--" if "(" in label else ":", lw=1, label=label)
-            else:
-                axis.plot(x, y, **style)
+            line = {"lw": 1.7, "marker": self.marker, **colours.get(label, {})}
+            if label in LINES:
+                line["lw"] = 1.1
+            if label.startswith("n"):
+                line |= {"color": INK, "marker": ""}
+            axis.plot(*np.array(points).T, LINES.get(label, "-"), ms=4, label=label, **line)
         axis.set(title=self.title, xlabel=self.xlabel, xscale=self.xscale, yscale=self.yscale)
         for along, form in ((axis.xaxis, self.x_format), (axis.yaxis, self.y_format)):
             if form:
@@ -72,16 +69,10 @@ def panels_figure(panels):
     return png(figure)
 
 
-def read_csv(path):
-    with open(path, newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
-
-
 class Picture:
     """Fibers and which of their segments touch, as --measure=pictures wrote them."""
 
     def __init__(self, folder, name):
-        self.counts = {k: float(v) for k, v in read_csv(folder / f"{name}.csv")[0].items()}
         self.points = np.fromfile(folder / f"{name}.points", dtype=np.float32).reshape(-1, 3)
         self.begin = np.fromfile(folder / f"{name}.begin", dtype=np.int32)
         self.touching = np.fromfile(folder / f"{name}.touching", dtype=np.uint8).astype(bool)
@@ -97,14 +88,6 @@ class Picture:
         a = self.begin[fiber] + within
         b = np.minimum(a + step, self.begin[fiber + 1] - 1)
         return self.points[a], self.points[b], fiber, touching
-
-    def text(self):
-        c = self.counts
-        share = 100 * c["touching_segments"] / c["segments"]
-        return (
-            f"{c['fibers']:,.0f} fibers, {c['segments']:,.0f} segments, {c['touching_pairs']:,.0f} "
-            f"touching pairs on {share:.1f} % of the segments"
-        )
 
 
 def principal_view(points):
@@ -178,28 +161,32 @@ def half_scalp(picture):
     return figure
 
 
-def fibers(draw, folder, name):
+def drawn(draw, folder, name):
     return png(draw(Picture(folder, name)))
 
 
-def caption(folder, name):
+def caption(part, name):
     if name == "volumes":
         return "One filament of the dynamic assembly."
-    return f"{Picture(folder, name).text()}. Touching segments are red."
+    keys = ("fibers", "segments", "touching_pairs", "touching_segments")
+    fibers, segments, pairs, touching = part.medians("Picture", name, *keys)
+    return (
+        f"{fibers:,.0f} fibers, {segments:,.0f} segments, {pairs:,.0f} touching pairs on "
+        f"{100 * touching / segments:.1f} % of the segments. Touching segments are red."
+    )
 
 
 def volumes(folder, _, depth=3):
     """One filament in the boxes and in the wrapped spheres of one depth."""
-    points = [[float(p[c]) for c in "xyz"] for p in read_csv(folder / "volumes_fiber.csv")]
-    fiber = np.array(points)
+    fiber = Picture(folder, "volumes").points
+    nodes = pd.read_csv(folder / "volumes.csv")
     view = principal_view(fiber)
     figure = Figure(figsize=(8, 3.9))
     edges = [(i, i | 1 << k) for i in range(8) for k in range(3) if not i >> k & 1]
     for axis, kind in zip(figure.subplots(1, 2), ("box", "sphere")):
         axis.plot(*(fiber @ view.T)[:, :2].T, color=INK, lw=1.6, zorder=5)
-        rows = [r for r in read_csv(folder / "volumes.csv") if r["kind"] == kind]
-        for i, row in enumerate(r for r in rows if int(r["depth"]) == depth):
-            numbers = np.array([float(row[c]) for c in "abcdef"])
+        level = nodes[(nodes["kind"] == kind) & (nodes["depth"] == depth)]
+        for i, numbers in enumerate(level[list("abcdef")].to_numpy()):
             if kind == "box":
                 ends = numbers.reshape(2, 3)
                 at = np.array([[ends[c >> k & 1][k] for k in range(3)] for c in range(8)]) @ view.T
@@ -216,8 +203,8 @@ def volumes(folder, _, depth=3):
 
 
 PICTURES = {  # by the names of files: title, and who draws it
-    "strand": ("Figs. 1 and 6. Strand", partial(fibers, strand)),
-    "loop": ("Fig. 3, left. The dynamic assembly late in its motion", partial(fibers, loop)),
+    "strand": ("Figs. 1 and 6. Strand", partial(drawn, strand)),
+    "loop": ("Fig. 3, left. The dynamic assembly late in its motion", partial(drawn, loop)),
     "volumes": ("Figs. 3, right, and 4. Volumes of one level", volumes),
-    "half_scalp": ("Fig. 2, right. Half scalp, three fibers in ten", partial(fibers, half_scalp)),
+    "half_scalp": ("Fig. 2, right. Half scalp, three fibers in ten", partial(drawn, half_scalp)),
 }

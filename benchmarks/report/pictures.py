@@ -18,13 +18,9 @@ matplotlib.rcParams.update(
         "font.size": 9.5,
         "axes.spines.top": False,
         "axes.spines.right": False,
-        "axes.edgecolor": "#7b8494",
-        "axes.labelcolor": INK,
         "axes.titlesize": 10.5,
         "axes.titlelocation": "left",
         "axes.titleweight": "bold",
-        "xtick.color": SOFT,
-        "ytick.color": SOFT,
         "axes.grid": True,
         "grid.color": "#e6e9ef",
         "grid.linewidth": 0.7,
@@ -87,12 +83,11 @@ def headline_bars(scene):
     boxes = [("ours", BOXES, "#0072b2")]
     if scene.has_embree():
         boxes.append(("Embree", scene.best(scene.embree(1), "frame"), "#e69f00"))
-    boxes.append(("FCL, tight boxes", scene.best(scene.fcl("tight"), "frame"), "#5b6475"))
-    boxes.append(("FCL, its own boxes", scene.best(scene.fcl("stock"), "frame"), "#a3aab7"))
     touching = [("ours", CAPSULES, "#56b4e9")]
     for label, kind, colour in (("tight", "tight", "#5b6475"), ("its own", "stock", "#a3aab7")):
-        name = scene.best(scene.fcl(kind, collide=True), "frame")
-        touching.append((f"FCL, {label} boxes + fcl::collide", name, colour))
+        best, collide = (scene.best(scene.fcl(kind, c), "frame") for c in (False, True))
+        boxes.append((f"FCL, {label} boxes", best, colour))
+        touching.append((f"FCL, {label} boxes + fcl::collide", collide, colour))
     return {"pairs whose boxes overlap": boxes, "pairs that touch": touching}
 
 
@@ -151,14 +146,12 @@ def managers(points, fronts):
     handles = {}
     for axis, (scene, found) in zip(cells, points.items()):
         front = [(p[1], max(p[2], LEAST)) for p in fronts[scene]]
-        handles["Pareto front"] = axis.step(
-            *zip(*front), color=RED, lw=1.2, where="post", zorder=1
-        )[0]
+        line = {"color": RED, "lw": 1.2, "where": "post", "zorder": 1}
+        handles["Pareto front"] = axis.step(*zip(*front), **line)[0]
         for name, seconds, false in found:
             label, colour, marker = style_of(name)
-            handles[label] = axis.scatter(
-                seconds, max(false, LEAST), c=colour, marker=marker, s=42, zorder=2
-            )
+            dot = {"c": colour, "marker": marker, "s": 42, "zorder": 2}
+            handles[label] = axis.scatter(seconds, max(false, LEAST), **dot)
         log_axis(axis.yaxis, lambda value, _: "none" if value <= LEAST else count_label(value))
         seconds_axis(axis.xaxis, [p[1] for p in found])
         axis.set(title=scene, xlabel="update + detection", ylabel="false pairs per contact")
@@ -176,25 +169,17 @@ def dials(bounds, sampling):
     for axis, (kind, curves) in zip(axes, bounds.items()):
         for scene, points in curves.items():
             colour, marker = SCENE_COLOURS[scene]
-            labels, x, y = zip(*points)
-            axis.plot(x, y, color=colour, marker=marker, ms=5.5, lw=1.3, label=scene)
-            if scene == next(iter(curves)):
-                label_points(axis, labels, x, y, colour)
+            curve(axis, points, colour, marker, scene, scene == next(iter(curves)))
         log_axis(axis.xaxis, lambda value, _: f"{value:g}x", (1, 2, 5))
         axis.axvline(1, color=SOFT, lw=1, ls="--")
         axis.set_ylim(-4, 104)
-        axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g} %"))
         axis.set(title=f"Search bound: {kind}", ylabel="touching pairs not resolved")
         axis.set_xlabel("time of the query, times the query without a bound (dashed)")
         axis.legend()
     axis = axes[-1]
-    colours = {"plain": "#0072b2", "margin": "#d55e00"}
-    for kind, points in sampling.items():
-        labels, x, y = zip(*points)
-        axis.plot(x, y, color=colours[kind], marker="o", ms=5.5, lw=1.3, label=kind)
-        label_points(axis, labels, x, y, colours[kind])
+    for (kind, points), colour in zip(sampling.items(), ("#0072b2", "#d55e00")):
+        curve(axis, points, colour, "o", kind)
     seconds_axis(axis.xaxis, [point[1] for points in sampling.values() for point in points])
-    axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g} %"))
     axis.set(title="Sampling: segments a fiber", ylabel="contacts missed")
     axis.set_xlabel("update + detection")
     axis.legend(title="capsules as they are, or with a margin of twice the chord error", ncol=2)
@@ -202,6 +187,10 @@ def dials(bounds, sampling):
     return png(figure)
 
 
-def label_points(axis, labels, x, y, colour):
-    for text, *at in zip(labels, x, y):
+def curve(axis, points, colour, marker, name, labelled=True):
+    """Of percents. Labels stand at the points of one curve only, if several have the same ones."""
+    labels, x, y = zip(*points)
+    axis.plot(x, y, color=colour, marker=marker, ms=5.5, lw=1.3, label=name)
+    axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g} %"))
+    for text, *at in zip(labels, x, y) if labelled else ():
         axis.annotate(text, at, (5, 6), textcoords="offset points", color=colour, size=9)

@@ -90,29 +90,23 @@ def files_of(kind, scenes):
     return {f"{kind} of {scene}": f"{kind}_{scene}" for scene in scenes}
 
 
-def headline(folder):
-    report = Report("headline", "The headline", folder, files_of("frames", frames.HEADLINE))
-    scenes = frames.scenes_of(report.parts)
-    report.add("frames_.*", frames.headline, scenes)
-    report.draw("frames_.*", "headline", "A frame", BARS, pictures.headline, scenes)
-    report.add("frames_.*", frames.best, scenes)
-    for name, scene in scenes.items():
-        report.add(f"frames_{name}", frames.scene_table, scene, True)
-        report.add(f"frames_{name}", frames.tried, scene)
-    return report
-
-
-def full(folder, with_targets):
-    wanted = files_of("frames", frames.FULL) | {"queries": "queries", "growth": "growth"}
-    report = Report("full", "All figures", folder, wanted)
+def speed(kind, folder, with_targets=False):
+    """The sets headline and full."""
+    if kind == "headline":
+        report = Report(kind, "The headline", folder, files_of("frames", frames.HEADLINE))
+    else:
+        wanted = files_of("frames", frames.FULL) | {"queries": "queries", "growth": "growth"}
+        report = Report(kind, "All figures", folder, wanted)
     scenes, parts = frames.scenes_of(report.parts), report.parts
-    report.add("frames_.*", frames.all_ratios, scenes)
+    first = frames.headline if kind == "headline" else frames.all_ratios
+    report.add("frames_.*", first, scenes)
     report.add("frames_.*", frames.best, scenes)
-    report.draw("frames_.*", "", "A frame", BARS, pictures.headline, scenes)
+    picture = "headline" if kind == "headline" else ""
+    report.draw("frames_.*", picture, "A frame", BARS, pictures.headline, scenes)
     if with_targets:
         report.add("frames_.*", frames.targets, scenes, parts.get("growth"))
     for name, scene in scenes.items():
-        report.add(f"frames_{name}", frames.scene_table, scene)
+        report.add(f"frames_{name}", frames.scene_table, scene, kind == "headline")
         report.add(f"frames_{name}", frames.tried, scene)
     report.add("queries", frames.elsewhere, parts.get("queries"))
     report.add("growth", frames.growth, parts.get("growth"))
@@ -135,7 +129,11 @@ def trade_offs(folder):
     if report.has("bounds_.*"):
         caption = "Labels stand at the points of one curve; the others have the same settings."
         draw = partial(report.draw, "sampling", "dials", "Dials", caption)
-        draw(lambda: pictures.dials(trade.bound_points(parts), trade.sampling_points(parts)))
+        draw(
+            lambda: pictures.dials(
+                trade.bound_points(parts), trade.sampling_points(parts["sampling"])
+            )
+        )
     report.add("costs", trade.costs, parts.get("costs"))
     return report
 
@@ -170,11 +168,9 @@ def paper_again(folder):
     title = "Making a scene, every rod in equilibrium"
     report.add("rods", paper.medians, parts.get("rods"), "Make", title, columns)
     for name, (title, draw) in paper_pictures.PICTURES.items():
-        if (folder / f"{name}.csv").exists():
-            caption = paper_pictures.caption(folder, name)
+        if "pictures" in parts:
+            caption = paper_pictures.caption(parts["pictures"], name)
             report.blocks.append(Figure("", title, caption, partial(draw, folder, name)))
-        else:
-            report.missing.append(title)
     if (folder / "view.html").exists():
         html = (folder / "view.html").read_text(encoding="utf-8")
         report.blocks.append(Figure("", "To turn and to enter", paper.VIEW, html=html))
@@ -224,9 +220,10 @@ def main(arguments):
     parser.add_argument("--docs", type=Path, metavar="ROOT", help="renews its tables and pictures")
     parser.add_argument("--targets", action="store_true", help="full: met and missed")
     options = parser.parse_args(arguments)
-    make = {"headline": headline, "trade": trade_offs, "paper": paper_again}
-    make["full"] = partial(full, with_targets=options.targets)
-    report = make[options.set](options.folder)
+    if options.set in ("headline", "full"):
+        report = speed(options.set, options.folder, options.targets)
+    else:
+        report = {"trade": trade_offs, "paper": paper_again}[options.set](options.folder)
     shown = report.documented()
     if options.targets:
         shown["targets"] = report.tables()["targets"]

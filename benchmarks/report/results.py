@@ -65,6 +65,9 @@ class Part:
     def median(self, kind, name, key):
         return self.runs(kind, name, key).median()
 
+    def medians(self, kind, name, *keys):
+        return [self.median(kind, name, key) for key in keys]
+
     def note(self, name):
         """Why it is not timed, or nothing."""
         return self.runs("Checked", name, "label").iloc[0]

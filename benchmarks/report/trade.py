@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Tables of the set trade, and the points of its pictures."""
 
-from frames import scenes_of
+from frames import header_of, scenes_of
 from pictures import OURS, count_label, style_of
 from tables import Table, count, digits, percent, time
 
@@ -61,8 +61,7 @@ def managers(parts):
         "that touches and is not adjacent. * is on the scene's Pareto front: nobody beats it in "
         "both. - was ended, as a phase took longer than the limit."
     )
-    header = ["", *(scene.title() for scene in scenes.values())]
-    return Table("managers", "Managers", header, rows, caption)
+    return Table("managers", "Managers", header_of(scenes), rows, caption)
 
 
 def manager_points(parts):
@@ -79,14 +78,13 @@ def bound_values(part, kind):
 
 def bounds(parts, scene, kind):
     part = parts[f"bounds_{scene}"]
-    whole = part.median("Bound", "none", "pairs")
+    whole, without = part.medians("Bound", "none", "pairs", "seconds")
     rows = []
-    for name in [f"{kind}:{value}" for value in bound_values(part, kind)]:
-        pairs = percent(part.median("Bound", name, "pairs"), whole)
-        left = [count(part.median("Bound", name, key)) for key in ("pieces", "unresolved")]
-        bound = f"{int(name.split(':')[1]):,}"
-        rows.append([bound, time(part.median("Bound", name, "seconds")), pairs, *left])
-    rows.append(["no bound", time(part.median("Bound", "none", "seconds")), "100 %", "0", "0"])
+    for value in bound_values(part, kind):
+        keys = ("seconds", "pairs", "pieces", "unresolved")
+        seconds, pairs, *left = part.medians("Bound", f"{kind}:{value}", *keys)
+        rows.append([f"{value:,}", time(seconds), percent(pairs, whole), *map(count, left)])
+    rows.append(["no bound", time(without), "100 %", "0", "0"])
     header = [BOUND_KINDS[kind], "takes", "touching pairs resolved", "pairs of parts left"]
     header.append("pairs of segments in them")
     name = {"tests": "bounds-tests", "radii": "bounds-resolution"}[kind]
@@ -101,12 +99,12 @@ def bound_points(parts):
     for name, part in parts.items():
         if not name.startswith("bounds_"):
             continue
-        none, whole = (part.median("Bound", "none", key) for key in ("seconds", "pairs"))
+        none, whole = part.medians("Bound", "none", "seconds", "pairs")
         for kind, title in BOUND_KINDS.items():
             points = []
             for value in bound_values(part, kind):
-                got = [part.median("Bound", f"{kind}:{value}", key) for key in ("seconds", "pairs")]
-                points.append((count_label(value), got[0] / none, 100 * (1 - got[1] / whole)))
+                seconds, pairs = part.medians("Bound", f"{kind}:{value}", "seconds", "pairs")
+                points.append((count_label(value), seconds / none, 100 * (1 - pairs / whole)))
             found.setdefault(title, {})[name.split("_", 1)[1]] = points
     return found
 
@@ -119,49 +117,37 @@ def samplings(part):
 def sampling(part):
     rows = []
     for segments in samplings(part):
-        plain, margin = f"{segments}/plain", f"{segments}/margin"
-
-        def value(name, key):
-            return part.median("Sampling", name, key)
-
-        cells = [digits(value(plain, "chord_error") / HELIX_RADIUS, 2)]
-        for name in (plain, margin):
-            cells.append(percent(value(name, "missed"), value(name, "contacts")))
-            cells.append(time(value(name, "seconds")))
-        cells.append(percent(value(margin, "extra"), value(margin, "reported")))
-        rows.append([f"{segments:,}", *cells])
+        error = part.median("Sampling", f"{segments}/plain", "chord_error")
+        cells = [digits(error / HELIX_RADIUS, 2)]
+        for name in (f"{segments}/plain", f"{segments}/margin"):
+            keys = ("missed", "contacts", "seconds", "extra", "reported")
+            missed, contacts, seconds, *extra = part.medians("Sampling", name, *keys)
+            cells += [percent(missed, contacts), time(seconds)]
+        rows.append([f"{segments:,}", *cells, percent(*extra)])
     header = ["segments a fiber", "chord error e, radii", "missed", "takes"]
     header += ["missed with a margin of 2 e", "takes", "of these not in the finest"]
     caption = "Contacts of two fibers, against the finest sampling; update and detection of arrays."
     return Table("sampling", "Sampling", header, rows, caption)
 
 
-def sampling_points(parts):
-    part = parts["sampling"]
-    return {
-        kind: [
-            (
-                f"{segments:,}",
-                part.median("Sampling", f"{segments}/{kind}", "seconds"),
-                100
-                * part.median("Sampling", f"{segments}/{kind}", "missed")
-                / part.median("Sampling", f"{segments}/{kind}", "contacts"),
-            )
-            for segments in samplings(part)
-        ]
-        for kind in ("plain", "margin")
-    }
+def sampling_points(part):
+    """By kind: segments a fiber, seconds, percent of the contacts that are missed."""
+
+    def point(segments, kind):
+        keys = ("seconds", "missed", "contacts")
+        seconds, missed, contacts = part.medians("Sampling", f"{segments}/{kind}", *keys)
+        return f"{segments:,}", seconds, 100 * missed / contacts
+
+    return {kind: [point(n, kind) for n in samplings(part)] for kind in ("plain", "margin")}
 
 
 def costs(part):
     rows = []
     for name in sorted(part.names("Costs")):
-        segments = part.median("Costs", name, "segments")
-        size, *times = (part.median("Costs", name, k) for k in ("bytes", "update", "detection"))
+        keys = ("segments", "bytes", "pairs", "update", "detection")
+        segments, size, pairs, *times = part.medians("Costs", name, *keys)
         cells = [digits(size / segments), *(count(1e9 * seconds / segments) for seconds in times)]
-        rows.append(
-            [name.replace("/", ": ", 1), *cells, count(part.median("Costs", name, "pairs"))]
-        )
+        rows.append([name.replace("/", ": ", 1), *cells, count(pairs)])
     header = ["what is asked for", "bytes a segment", "update, ns a segment"]
     header += ["detection, ns a segment", "pairs"]
     caption = "Of a tree over plain arrays, and of a manager of FCL's objects."

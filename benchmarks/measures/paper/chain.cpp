@@ -42,10 +42,8 @@ bool measureChain(const Request& request) {
     const Contender& contender = contenders[i];
     registerChecked(contender, checked[i], fibers);
     if (!checked[i].right()) continue;
-    registerRuns(
-        "Chain/" + contender.name(), kRuns,
-        [&](Numbers& numbers) { return detect(contender, fibers, numbers); },
-        contender.ours ? Whose::kOurs : Whose::kPeers);
+    const auto run = [&](Numbers& numbers) { return detect(contender, fibers, numbers); };
+    registerRuns("Chain/" + contender.name(), kRuns, run, contender.ours);
   }
   return runRegistered() && oursAreRight(contenders, checked);
 }

@@ -96,10 +96,8 @@ bool measureReplay(const Request& request) {
     registerChecked(contender, checked[i], last);
     const int runs = replayCount(contenders, checked, i);
     if (runs == 0) continue;
-    registerRuns(
-        "Replay/" + contender.name(), runs,
-        [&](Numbers& numbers) { return replay(contender, motion.fibers, numbers); },
-        contender.ours ? Whose::kOurs : Whose::kPeers);
+    const auto run = [&](Numbers& numbers) { return replay(contender, motion.fibers, numbers); };
+    registerRuns("Replay/" + contender.name(), runs, run, contender.ours);
   }
   return runRegistered() && oursAreRight(contenders, checked);
 }
