@@ -5,13 +5,15 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <new>
 #include <random>
 #include <stdexcept>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <pugixml.hpp>
 
-#include "support/memory_use.h"
+#include "support/allocation_faults.h"
 
 namespace fcl_fibers::scenes {
 namespace {
@@ -24,6 +26,13 @@ using testing::StartsWith;
 using testing::ThrowsMessage;
 
 constexpr char kName[] = "a file";
+
+// Before main, so that pugixml frees nothing that it allocated otherwise.
+const bool pugixml_is_counted = [] {
+  pugi::set_memory_management_functions([](std::size_t size) { return ::operator new(size); },
+                                        [](void* memory) { ::operator delete(memory); });
+  return true;
+}();
 
 constexpr int kSegmentsPerSpan = 2;
 

@@ -63,11 +63,14 @@ class FileBytes {
   std::string bytes_;
 };
 
+/// The numbers of a closed line of three points and an open one of two, as VTK's formats have them.
+constexpr float kTwoLinesPoints[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, .5F, 7, 8, 9};
+constexpr int kTwoLinesIndices[] = {0, 1, 2, 0, 3, 4};
+
 /// That the scene is as FiberScene says.
 void expectWellFormed(const FiberScene& scene);
 
-/// That it is what the samples of VTK's formats hold: a closed line of three points, and one of
-/// two.
+/// That it is these two lines.
 void expectTwoLines(const FiberFile& file);
 
 /// That parsing throws std::runtime_error naming the file, the place and the reason.
