@@ -16,8 +16,8 @@
 #include "geometry/enclosing_sphere.h"
 #include "geometry/frame.h"
 #include "geometry/overlap.h"
-#include "support/exact_geometry.h"
 #include "support/random.h"
+#include "support/segments.h"
 #include "tree/plain_traversal.h"
 
 namespace fcl_fibers::tree {
@@ -27,6 +27,7 @@ using geometry::Ball;
 using geometry::Box;
 using geometry::Frame;
 using geometry::FrameChange;
+using geometry::fromEigen;
 using geometry::Segment;
 using geometry::Sphere;
 using geometry::Vec3d;
@@ -37,9 +38,6 @@ using test::Random;
 using test::Real;
 
 using Pair = std::pair<SegmentId, SegmentId>;
-
-Vec3d fromEigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-Point toPoint(const Vec3d& v) { return Point(v.x, v.y, v.z); }
 
 // Scenes.
 
@@ -136,14 +134,14 @@ bool contains(const Box& box, const Segment& s, double padding) {
   return true;
 }
 bool contains(const Sphere& sphere, const Segment& s, double padding) {
-  const Point center(sphere.center[0], sphere.center[1], sphere.center[2]);
+  const Point center = centerOf(sphere);
   const Real radius = Real(s.radius) + Real(padding);
   return (toPoint(s.a) - center).norm() + radius <= Real(sphere.radius) &&
          (toPoint(s.b) - center).norm() + radius <= Real(sphere.radius);
 }
 bool contains(const Sphere& sphere, const Ball& ball) {
-  const Point center(sphere.center[0], sphere.center[1], sphere.center[2]);
-  return (toPoint(ball.center) - center).norm() + Real(ball.radius) <= Real(sphere.radius);
+  return (toPoint(ball.center) - centerOf(sphere)).norm() + Real(ball.radius) <=
+         Real(sphere.radius);
 }
 
 /// Whether what two segments' volumes are rounded from overlaps.
@@ -154,11 +152,6 @@ bool exactlyOverlap(const Segment& p, const Segment& q, const Box*) {
 bool exactlyOverlap(const Segment& p, const Segment& q, const Sphere*) {
   return test::sphereGap(test::sphereOf({toPoint(p.a), toPoint(p.b), p.radius}),
                          test::sphereOf({toPoint(q.a), toPoint(q.b), q.radius})) <= 0;
-}
-
-Real capsuleDistance(const Segment& p, const Segment& q) {
-  return test::segmentDistance(toPoint(p.a), toPoint(p.b), toPoint(q.a), toPoint(q.b)) -
-         Real(p.radius) - Real(q.radius);
 }
 
 /// The volumes of leaves by segment number.
