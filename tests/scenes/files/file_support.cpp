@@ -4,9 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <new>
-#include <random>
 #include <stdexcept>
 
 #include <gmock/gmock.h>
@@ -137,18 +135,6 @@ void expectSafeBitFlips(const std::string& bytes, FiberFormat format) {
     parsesSafely(flipped, format);
   }
 }
-
-// Tests of several builds may run at once, so the name is drawn, not chosen.
-TemporaryFile::TemporaryFile(const std::string& extension, const std::string& bytes)
-    : path_(testing::TempDir() + "fcl_fibers_" + std::to_string(std::random_device()()) + "_" +
-            std::to_string(std::random_device()()) + extension) {
-  std::ofstream stream(path_, std::ios::binary);
-  stream << bytes;
-  stream.close();
-  if (!stream) throw std::logic_error("the test cannot write " + path_);
-}
-
-TemporaryFile::~TemporaryFile() { std::filesystem::remove(path_); }
 
 std::string realFile(const std::string& name) {
   const char* const directory = std::getenv("FCL_FIBERS_DATA");

@@ -10,6 +10,8 @@
 
 #include <fcl_fibers/scenes/fiber_file.h>
 
+#include "../scene_support.h"
+
 namespace fcl_fibers::scenes {
 
 /// The bytes of a file, put together by hand.
@@ -86,19 +88,6 @@ void expectSafeTruncations(const std::string& bytes, FiberFormat format, std::si
 
 /// For a valid file with each of its bits flipped.
 void expectSafeBitFlips(const std::string& bytes, FiberFormat format);
-
-/// A file that goes with the test.
-class TemporaryFile {
- public:
-  explicit TemporaryFile(const std::string& extension, const std::string& bytes = "");
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  ~TemporaryFile();
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
 
 /// Of real files, which are no part of this project; those that use it skip where it is absent.
 std::string realFile(const std::string& name);
