@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
 #include <fstream>
 #include <limits>
 #include <stdexcept>
