@@ -40,17 +40,6 @@ class Clone : public testing::Test {
     for (int f = 0; f < 9; ++f) groups_.push_back(f % 3);
   }
 
-  static std::vector<FiberManagerOptions> someOptions() {
-    std::vector<FiberManagerOptions> all(3);
-    all[0].ignored_neighbors = 1;
-    all[1].report = Report::kCapsules;
-    all[1].margin = 0.02;
-    all[2].report = Report::kCapsules;
-    all[2].ignored_neighbors = 2;
-    all[2].threads = 2;
-    return all;
-  }
-
   void expectAnswers(const Managed<Config>& clone) const {
     EXPECT_TRUE(clone.answersSelf());
     clone.expectEveryPair();
@@ -81,7 +70,7 @@ TYPED_TEST_SUITE(Clone, FiberManagers, ManagerNames);
 // searched with a tree that fits the other objects.
 TYPED_TEST(Clone, AnswersForItsOwnObjectsByTheSameRules) {
   using S = typename TypeParam::Scalar;
-  for (const FiberManagerOptions& options : this->someOptions()) {
+  for (const FiberManagerOptions& options : assortedOptions()) {
     for (const bool is_set_up : {false, true}) {
       SCOPED_TRACE(describe(options) + (is_set_up ? ", set up" : ", not set up"));
       auto original = this->original(options, is_set_up);
@@ -112,8 +101,7 @@ TYPED_TEST(Clone, AnswersForItsOwnObjectsByTheSameRules) {
 // The first query of a clone would count objects where the original's are.
 TYPED_TEST(Clone, ReadsItsObjectsAtItsFirstQueryOrUpdate) {
   using S = typename TypeParam::Scalar;
-  const FiberManagerOptions options = this->someOptions()[1];
-  const auto original = this->original(options);
+  const auto original = this->original(assortedOptions()[1]);
   // So far that another bundle is made, too.
   for (const double far : {0.1, 40.0}) {
     const std::vector<std::pair<std::string, std::function<void(typename TestFixture::Manager&)>>>
@@ -139,7 +127,7 @@ TYPED_TEST(Clone, ReadsItsObjectsAtItsFirstQueryOrUpdate) {
 
 // Objects that are late or gone in the original would be lost, or come back.
 TYPED_TEST(Clone, TakesWhatHasComeAndGoneWithIt) {
-  for (const FiberManagerOptions& options : this->someOptions()) {
+  for (const FiberManagerOptions& options : assortedOptions()) {
     for (const bool is_late : {false, true}) {
       SCOPED_TRACE(describe(options));
       // Fibers, then what is in none; one of the fibers comes late.
@@ -185,7 +173,7 @@ TYPED_TEST(Clone, TakesWhatHasComeAndGoneWithIt) {
 
 // Objects of other shapes would be left in the tree, or out of it, as those they stand for were.
 TYPED_TEST(Clone, OtherShapesMayStandForOtherShapes) {
-  for (const FiberManagerOptions& options : this->someOptions()) {
+  for (const FiberManagerOptions& options : assortedOptions()) {
     const auto original = this->original(options);
     Scene<typename TypeParam::Scalar> copies = this->scene_.reallocated(198);
     const std::size_t shapes = 9 * 14;
@@ -225,8 +213,7 @@ TYPED_TEST(Clone, KeepsNeighborsByArcLengthAndAcrossTheSeam) {
 TYPED_TEST(Clone, RefusesWhatDoesNotFit) {
   using S = typename TypeParam::Scalar;
   using Objects = typename Clone<TypeParam>::Objects;
-  const FiberManagerOptions options = this->someOptions()[0];
-  const auto original = this->original(options);
+  const auto original = this->original(assortedOptions()[0]);
   const Calls<S> pairs = selfPairs<S>(*original);
   Scene<S> copies = this->scene_.reallocated(199);
   const Objects good = copies.objects();
@@ -267,8 +254,7 @@ TYPED_TEST(Clone, RefusesWhatDoesNotFit) {
 // A query of a clone would use what was fitted before an object was refused.
 TYPED_TEST(Clone, AnswersOnceABrokenObjectIsMended) {
   using S = typename TypeParam::Scalar;
-  const FiberManagerOptions options = this->someOptions()[2];
-  const auto original = this->original(options);
+  const auto original = this->original(assortedOptions()[2]);
   Scene<S> copies = this->scene_.reallocated(200);
   auto managed = copies.objects();
   // The tree has none in the half-space's place; there has to be one.
@@ -289,7 +275,7 @@ TYPED_TEST(Clone, AnswersOnceABrokenObjectIsMended) {
 // Cloning would disturb queries of other threads, or read a tree that one of them is building.
 TYPED_TEST(Clone, MayBeMadeWhileTheOriginalIsAsked) {
   using S = typename TypeParam::Scalar;
-  const FiberManagerOptions options = this->someOptions()[1];
+  const FiberManagerOptions options = assortedOptions()[1];
   const auto model = this->original(options);
   const Calls<S> expected = selfPairs<S>(*model);
   const auto expected_numbers = model.numbered(expected);

@@ -29,9 +29,7 @@ void expectAnswers(const Managed<Config>& managed, const Managed<Config>& other)
   for (auto* object : other.every(7)) managed.expectNearest(object);
 }
 
-template <typename Config>
-class ComingAndGoing : public testing::Test {};
-TYPED_TEST_SUITE(ComingAndGoing, FiberManagers, ManagerNames);
+MANAGER_SUITE(ComingAndGoing, FiberManagers);
 
 // What came late, or has gone, would be missed or answered for.
 TYPED_TEST(ComingAndGoing, AnswersAreThoseOfANewTree) {

@@ -132,9 +132,7 @@ void expectTouching(const test::Managed<Config>& manager, const test::QueryPartn
   EXPECT_TRUE(manager.areTouching(pairs, partner, 50));
 }
 
-template <typename Config>
-class Contacts : public testing::Test {};
-TYPED_TEST_SUITE(Contacts, test::FiberManagers, test::ManagerNames);
+MANAGER_SUITE(Contacts, test::FiberManagers);
 
 TYPED_TEST(Contacts, AreOfEachTouchingPair) {
   // If this fails, contacts are missing, come without touching, or name other segments.

@@ -14,13 +14,8 @@
 namespace fcl_fibers::test {
 namespace {
 
-template <typename Config>
-class CollideContract : public testing::Test {};
-TYPED_TEST_SUITE(CollideContract, AllManagers, ManagerNames);
-
-template <typename Config>
-class FiberCollide : public testing::Test {};
-TYPED_TEST_SUITE(FiberCollide, FiberManagers, ManagerNames);
+MANAGER_SUITE(CollideContract, AllManagers);
+MANAGER_SUITE(FiberCollide, FiberManagers);
 
 // A simulation would miss contacts, treat some twice, or drown in pairs that are far apart.
 TYPED_TEST(CollideContract, SelfCollisionReportsEachOverlappingPairOnce) {

@@ -26,13 +26,8 @@ Scene<S> apartScene(int side, std::uint64_t seed, const Placement& placement = {
   return scene;
 }
 
-template <typename Config>
-class DistanceContract : public testing::Test {};
-TYPED_TEST_SUITE(DistanceContract, AllManagers, ManagerNames);
-
-template <typename Config>
-class FiberDistance : public testing::Test {};
-TYPED_TEST_SUITE(FiberDistance, FiberManagers, ManagerNames);
+MANAGER_SUITE(DistanceContract, AllManagers);
+MANAGER_SUITE(FiberDistance, FiberManagers);
 
 // The closest approach in a scene would be missed.
 TYPED_TEST(DistanceContract, SelfDistanceIsTheSmallestOverAllPairs) {

@@ -21,13 +21,8 @@ Objects<S> slice(const Objects<S>& objects, std::size_t begin, std::size_t end) 
           objects.begin() + static_cast<std::ptrdiff_t>(end)};
 }
 
-template <typename Config>
-class LifecycleContract : public testing::Test {};
-TYPED_TEST_SUITE(LifecycleContract, AllManagers, ManagerNames);
-
-template <typename Config>
-class FiberLifecycle : public testing::Test {};
-TYPED_TEST_SUITE(FiberLifecycle, FiberManagers, ManagerNames);
+MANAGER_SUITE(LifecycleContract, AllManagers);
+MANAGER_SUITE(FiberLifecycle, FiberManagers);
 
 // Programs that register one by one, as MoveIt does, would get another answer.
 TYPED_TEST(LifecycleContract, RegisteringOneByOneIsRegisteringAtOnce) {

@@ -13,13 +13,8 @@
 namespace fcl_fibers::test {
 namespace {
 
-template <typename Config>
-class UpdateContract : public testing::Test {};
-TYPED_TEST_SUITE(UpdateContract, AllManagers, ManagerNames);
-
-template <typename Config>
-class FiberUpdate : public testing::Test {};
-TYPED_TEST_SUITE(FiberUpdate, FiberManagers, ManagerNames);
+MANAGER_SUITE(UpdateContract, AllManagers);
+MANAGER_SUITE(FiberUpdate, FiberManagers);
 
 // After a motion, pairs would be those of a frame ago.
 TYPED_TEST(UpdateContract, UpdateFollowsRandomMotions) {

@@ -17,9 +17,7 @@
 namespace fcl_fibers::test {
 namespace {
 
-template <typename Config>
-class Extremes : public testing::Test {};
-TYPED_TEST_SUITE(Extremes, FiberManagers, ManagerNames);
+MANAGER_SUITE(Extremes, FiberManagers);
 
 // Both corners of a far box would be taken for infinity, and infinity minus infinity for apart.
 TYPED_TEST(Extremes, BoxesNearTheEndOfTheRangeMeet) {

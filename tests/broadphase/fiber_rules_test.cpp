@@ -40,13 +40,8 @@ std::vector<FiberManagerOptions> neighborOptions() {
   return all;
 }
 
-template <typename Config>
-class FiberRules : public testing::Test {};
-TYPED_TEST_SUITE(FiberRules, FiberManagers, ManagerNames);
-
-template <typename Config>
-class Cascade : public testing::Test {};
-TYPED_TEST_SUITE(Cascade, WrappedManagers, ManagerNames);
+MANAGER_SUITE(FiberRules, FiberManagers);
+MANAGER_SUITE(Cascade, WrappedManagers);
 
 // A rope's ends that meet would be a contact; or segments be ignored by their number where the rule
 // is a length.

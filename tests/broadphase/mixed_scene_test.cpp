@@ -39,13 +39,8 @@ Scene<S> fibersAndShapes(std::size_t shapes, std::uint64_t seed) {
   return scene;
 }
 
-template <typename Config>
-class MixedContract : public testing::Test {};
-TYPED_TEST_SUITE(MixedContract, AllManagers, ManagerNames);
-
-template <typename Config>
-class FiberMixed : public testing::Test {};
-TYPED_TEST_SUITE(FiberMixed, FiberManagers, ManagerNames);
+MANAGER_SUITE(MixedContract, AllManagers);
+MANAGER_SUITE(FiberMixed, FiberManagers);
 
 // Hair would pass through the head.
 TYPED_TEST(MixedContract, ShapesBesideFibersAreFound) {

@@ -84,19 +84,6 @@ class ManagerFaults : public testing::Test {
     for (Object* object : scene_.objects()) poses_.push_back(object->getTransform());
   }
 
-  static std::vector<FiberManagerOptions> optionsToStrike() {
-    std::vector<FiberManagerOptions> all(3);
-    all[0].ignored_neighbors = 1;
-    all[1].report = Report::kCapsules;
-    all[1].margin = 0.02;
-    all[2].report = Report::kCapsules;
-    all[2].threads = 2;
-    return all;
-  }
-  static std::string describe(const FiberManagerOptions& options) {
-    return test::describe(options) + ", threads " + std::to_string(options.threads);
-  }
-
   Scene<S> scene_, others_, newcomers_;
   std::vector<fcl::Transform3<S>> poses_;
 };
@@ -117,7 +104,7 @@ TYPED_TEST(ManagerFaults, RegisteringWithoutMemoryChangesNothing) {
        [&](auto& subject) { subject.manager->unregisterObject(this->scene_[3]); }},
       {"clear", [&](auto& subject) { subject.manager->clear(); }},
   };
-  for (const FiberManagerOptions& options : Test::optionsToStrike()) {
+  for (const FiberManagerOptions& options : assortedOptions()) {
     for (const auto& [name, act] : acts) {
       auto plain = this->makeReady(options);
       const auto objects_before = objectsOf<S>(*plain.manager);
@@ -127,7 +114,7 @@ TYPED_TEST(ManagerFaults, RegisteringWithoutMemoryChangesNothing) {
       const Calls<S> pairs_after = selfPairs<S>(*plain.manager);
       ASSERT_NE(objects_before, objects_after);
       strikeEverywhere(
-          name + ", " + Test::describe(options), [&] { return this->makeReady(options); }, act,
+          name + ", " + describe(options), [&] { return this->makeReady(options); }, act,
           [&, &name = name](const auto& subject, bool failed) {
             EXPECT_EQ(objectsOf<S>(*subject.manager), failed ? objects_before : objects_after);
             EXPECT_EQ(selfPairs<S>(*subject.manager), failed ? pairs_before : pairs_after);
@@ -151,12 +138,12 @@ TYPED_TEST(ManagerFaults, SettingUpWithoutMemoryIsMadeUpFor) {
        }},
       {"first statistics", [](auto& subject) { subject.manager->selfCollisionStatistics(); }},
   };
-  for (const FiberManagerOptions& options : Test::optionsToStrike()) {
+  for (const FiberManagerOptions& options : assortedOptions()) {
     const auto plain = this->make(options);
     const Calls<S> pairs = selfPairs<S>(*plain.manager);
     for (const auto& [name, act] : acts) {
       strikeEverywhere(
-          name + ", " + Test::describe(options), [&] { return this->make(options); }, act,
+          name + ", " + describe(options), [&] { return this->make(options); }, act,
           [&](const auto& subject, bool) {
             EXPECT_EQ(subject.manager->size(), this->scene_.size());
             EXPECT_EQ(selfPairs<S>(*subject.manager), pairs);
@@ -202,7 +189,7 @@ TYPED_TEST(ManagerFaults, UpdatingWithoutMemoryKeepsOrRefusesAnswers) {
          subject.manager->update(few[0]);
        }},
   };
-  for (const FiberManagerOptions& options : Test::optionsToStrike()) {
+  for (const FiberManagerOptions& options : assortedOptions()) {
     for (const auto& [name, act] : acts) {
       auto plain = this->makeReady(options);
       const Calls<S> pairs_before = Test::sortedPairs(*plain.manager);
@@ -210,7 +197,7 @@ TYPED_TEST(ManagerFaults, UpdatingWithoutMemoryKeepsOrRefusesAnswers) {
       const Calls<S> pairs_after = Test::sortedPairs(*plain.manager);
       this->moveBack();
       strikeEverywhere(
-          name + ", " + Test::describe(options),
+          name + ", " + describe(options),
           [&] {
             this->moveBack();
             return this->makeReady(options);
@@ -265,7 +252,7 @@ TYPED_TEST(ManagerFaults, AQueryWithoutMemoryChangesNothing) {
   const auto fcl_naive = makeFclNaive<S>();
   fcl_naive->registerObjects(this->others_.objects());
   naive = fcl_naive.get();
-  for (const FiberManagerOptions& options : Test::optionsToStrike()) {
+  for (const FiberManagerOptions& options : assortedOptions()) {
     for (const auto& [name, act] : acts) {
       auto plain = this->makeReady(options);
       act(plain);
@@ -273,7 +260,7 @@ TYPED_TEST(ManagerFaults, AQueryWithoutMemoryChangesNothing) {
       ASSERT_FALSE(calls.empty()) << name;
       const Calls<S> pairs = selfPairs<S>(*plain.manager);
       strikeEverywhere(
-          name + ", " + Test::describe(options), [&] { return this->makeReady(options); },
+          name + ", " + describe(options), [&] { return this->makeReady(options); },
           [&, &act = act](auto& subject) {
             subject.collector.calls.clear();
             act(subject);
@@ -296,10 +283,9 @@ TYPED_TEST(ManagerFaults, AQueryWithoutMemoryChangesNothing) {
 
 // A manager that could not be made would leave something behind.
 TYPED_TEST(ManagerFaults, AManagerIsMadeWholeOrNotAtAll) {
-  using Test = ManagerFaults<TypeParam>;
-  for (const FiberManagerOptions& options : Test::optionsToStrike()) {
+  for (const FiberManagerOptions& options : assortedOptions()) {
     strikeEverywhere(
-        "constructor, " + Test::describe(options), [] { return 0; },
+        "constructor, " + describe(options), [] { return 0; },
         [&](int) { TypeParam::make(options); }, [](int, bool) {});
   }
 }
@@ -311,13 +297,13 @@ TYPED_TEST(ManagerFaults, ACloneIsMadeWholeOrNotAtAll) {
   using S = typename TypeParam::Scalar;
   const Scene<S> copies = this->scene_.reallocated(187);
   for (auto* object : copies.objects()) translate(*object, {0.01, 0.02, 0});
-  for (const FiberManagerOptions& options : Test::optionsToStrike()) {
+  for (const FiberManagerOptions& options : assortedOptions()) {
     const auto plain = this->makeReady(options);
     const Calls<S> pairs = selfPairs<S>(*plain.manager);
     const Calls<S> pairs_of_clone = selfPairs<S>(*cloneOf<S>(*plain.manager, copies.objects()));
     ASSERT_FALSE(pairs_of_clone.empty());
     strikeEverywhere(
-        "clone, " + Test::describe(options), [&] { return this->makeReady(options); },
+        "clone, " + describe(options), [&] { return this->makeReady(options); },
         [&](auto& subject) {
           // The plain one stays what it is, and is at hand when the clone has failed.
           subject.other = cloneOf<S>(*subject.manager, copies.objects());
@@ -331,7 +317,7 @@ TYPED_TEST(ManagerFaults, ACloneIsMadeWholeOrNotAtAll) {
     auto sorted = pairs_of_clone;
     std::sort(sorted.begin(), sorted.end());
     strikeEverywhere(
-        "setup of a clone, " + Test::describe(options),
+        "setup of a clone, " + describe(options),
         [&] {
           auto subject = this->makeReady(options);
           subject.manager = cloneOf<S>(*subject.manager, copies.objects());
@@ -367,10 +353,10 @@ TYPED_TEST(ManagerFaults, EveryCallOfACallbackMayThrow) {
       {"distance(manager)",
        [&](auto& s) { s.manager->distance(s.other.get(), &s.collector, distance); }},
   };
-  for (const FiberManagerOptions& options : Test::optionsToStrike()) {
+  for (const FiberManagerOptions& options : assortedOptions()) {
     auto subject = Test::makeReady(options, scene, others);
     for (const auto& [name, act] : acts) {
-      SCOPED_TRACE(name + ", " + Test::describe(options));
+      SCOPED_TRACE(name + ", " + describe(options));
       const auto run = [&, &act = act](std::size_t throw_at) {
         subject.collector.calls.clear();
         subject.collector.throw_at = throw_at;

@@ -8,8 +8,8 @@
 
 #include <fcl_fibers/fiber_tree.h>
 
+#include "arrays/array_fibers.h"
 #include "support/allocation_faults.h"
-#include "support/assembly.h"
 #include "support/managers_under_test.h"
 #include "support/pair_queries.h"
 #include "support/scene_generators.h"
@@ -39,45 +39,36 @@ TEST(TreeMemory, IsWhatTheHeapGave) {
   const std::vector<std::uint8_t> closed(kFibers, 1);
   std::vector<std::int32_t> groups;
   for (int f = 0; f < kFibers; ++f) groups.push_back(f % 5);
-  for (const auto volumes :
-       {FiberTreeOptions::Volumes::kLayeredBoxes, FiberTreeOptions::Volumes::kWrappedSpheres}) {
-    for (const Topology topology : {Topology::kBundle, Topology::kSuperThread}) {
-      for (const Report report : {Report::kVolumes, Report::kCapsules}) {
-        for (const int threads : {1, 2}) {
-          SCOPED_TRACE(threads);
-          FiberTreeOptions options;
-          options.volumes = volumes;
-          options.topology = topology;
-          options.report = report;
-          options.threads = threads;
-          FiberArrays<double> arrays = fibers.view();
-          if (threads == 2) {
-            options.ignored_arc_length = 0.1;
-            arrays.closed = closed.data();
-            arrays.groups = groups.data();
-          }
-          std::size_t pairs = 0;
-          const auto count = [&](SegmentPair) { ++pairs; };
-          FiberTree(options).visitPairs(count);  // what threads need once is not the tree's
-          const std::size_t live_before = liveBytes();
-          FiberTree tree(options);
-          tree.build(arrays);
-          expectBytes(tree.memoryUsage(), live_before);
-          tree.visitPairs(count);
-          EXPECT_GT(pairs, 100u);
-          expectBytes(tree.memoryUsage(), live_before);
-          tree.update(arrays);
-          tree.visitPairs(count);
-          expectBytes(tree.memoryUsage(), live_before);
+  for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+    for (FiberTreeOptions options : allKinds(report)) {
+      for (const int threads : {1, 2}) {
+        SCOPED_TRACE(threads);
+        options.threads = threads;
+        FiberArrays<double> arrays = fibers.view();
+        if (threads == 2) {
+          options.ignored_arc_length = 0.1;
+          arrays.closed = closed.data();
+          arrays.groups = groups.data();
         }
+        std::size_t pairs = 0;
+        const auto count = [&](SegmentPair) { ++pairs; };
+        FiberTree(options).visitPairs(count);  // what threads need once is not the tree's
+        const std::size_t live_before = liveBytes();
+        FiberTree tree(options);
+        tree.build(arrays);
+        expectBytes(tree.memoryUsage(), live_before);
+        tree.visitPairs(count);
+        EXPECT_GT(pairs, 100u);
+        expectBytes(tree.memoryUsage(), live_before);
+        tree.update(arrays);
+        tree.visitPairs(count);
+        expectBytes(tree.memoryUsage(), live_before);
       }
     }
   }
 }
 
-template <typename Config>
-class ManagerMemory : public testing::Test {};
-TYPED_TEST_SUITE(ManagerMemory, FiberManagers, ManagerNames);
+MANAGER_SUITE(ManagerMemory, FiberManagers);
 
 TYPED_TEST(ManagerMemory, IsWhatTheHeapGave) {
   // If this fails, a program that counts on memoryUsage() runs out of memory.
@@ -90,7 +81,7 @@ TYPED_TEST(ManagerMemory, IsWhatTheHeapGave) {
   all[2].report = Report::kCapsules;
   all[2].threads = 2;
   for (const FiberManagerOptions& options : all) {
-    SCOPED_TRACE(describe(options) + ", threads " + std::to_string(options.threads));
+    SCOPED_TRACE(describe(options));
     selfPairs<S>(*TypeParam::make(options));  // what threads need once is not the manager's
     const std::size_t live_before = liveBytes();
     const auto manager = TypeParam::make(options);

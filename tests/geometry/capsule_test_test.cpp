@@ -14,26 +14,17 @@
 #include <string>
 #include <vector>
 
-#include "geometry/simd.h"
-#include "support/exact_geometry.h"
 #include "support/random.h"
+#include "support/segments.h"
 
 namespace fcl_fibers::geometry {
 namespace {
 
-using test::Point;
 using test::Random;
 using test::Real;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kCapacity = CapsulePairs::kCapacity;
-
-Vec3d fromEigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-Point toPoint(const Vec3d& v) { return Point(v.x, v.y, v.z); }
-
-Real axisDistance(const Segment& p, const Segment& q) {
-  return test::segmentDistance(toPoint(p.a), toPoint(p.b), toPoint(q.a), toPoint(q.b));
-}
 
 struct Question {
   Segment p, q;
@@ -44,14 +35,6 @@ struct Block {
   double unit = 1;
   std::vector<Question> questions;
 };
-
-std::vector<std::int64_t> targets() {
-  std::vector<std::int64_t> available;
-  for (const std::int64_t target : kSimdTargets) {
-    if ((simdTargets() & target) != 0) available.push_back(target);
-  }
-  return available;
-}
 
 enum class Answer { kUndecided, kTouching, kApart, kBoth };
 std::ostream& operator<<(std::ostream& out, Answer answer) {
@@ -94,7 +77,7 @@ std::string described(const Question& question) {
 /// No answer is wrong, and all instruction sets give the same; returns how many there are.
 void expectTrueAnswers(const Block& block, std::size_t& decided) {
   const std::vector<Answer> answers = answersTo(block);
-  for (const std::int64_t target : targets()) {
+  for (const std::int64_t target : simdTargetsHere()) {
     const ScopedSimdTarget scoped(target);
     ASSERT_EQ(answersTo(block), answers) << simdTargetName(target);
   }
@@ -288,21 +271,14 @@ Family familyOf(const char* name, std::size_t least_decided, F question) {
   return {name, least_decided, [question](Random& random) { return blockOf(random, question); }};
 }
 
-Family scaledToFit() {
-  return {"ScaledToFit", 56, [](Random& random) {
-            const int exponent = static_cast<int>(random.below(121)) - 60;
+/// Of another scale, with the unit that fits it or any.
+Family scaledFamily(const char* name, std::size_t least_decided, bool unit_fits) {
+  return {name, least_decided, [unit_fits](Random& random) {
+            const auto anyExponent = [&] { return static_cast<int>(random.below(121)) - 60; };
+            const int exponent = anyExponent();
             Block block =
                 scaled(blockOf(random, random.below(2) == 0 ? anyQuestion : closeCall), exponent);
-            block.unit = std::ldexp(1.0, -exponent);
-            return block;
-          }};
-}
-Family scaledNotToFit() {
-  return {"ScaledNotToFit", 11, [](Random& random) {
-            const int exponent = static_cast<int>(random.below(121)) - 60;
-            Block block =
-                scaled(blockOf(random, random.below(2) == 0 ? anyQuestion : closeCall), exponent);
-            block.unit = std::ldexp(1.0, static_cast<int>(random.below(121)) - 60);
+            block.unit = std::ldexp(1.0, unit_fits ? -exponent : anyExponent());
             return block;
           }};
 }
@@ -325,15 +301,15 @@ TEST_P(CapsulePairsFamily, NoAnswerIsWrongAndAllInstructionSetsGiveTheSame) {
 
 INSTANTIATE_TEST_SUITE_P(
     , CapsulePairsFamily,
-    testing::Values(familyOf("Random", 89, anyQuestion),
-                    familyOf("NearlyParallel", 66, nearlyParallel),
-                    familyOf("Parallel", 59, parallel), familyOf("Collinear", 50, collinear),
-                    familyOf("CrossingClosely", 59, crossingClosely),
-                    familyOf("SharedEnd", 45, sharedEnd), familyOf("ZeroLength", 67, zeroLength),
-                    familyOf("ZeroRadius", 56, zeroRadius), familyOf("HugeRadius", 51, hugeRadius),
-                    familyOf("FarFromTheOrigin", 68, farFromTheOrigin), familyOf("Boxes", 0, boxes),
-                    familyOf("CloseCall", 22, closeCall),
-                    familyOf("WithoutBounds", 21, withoutBounds), scaledToFit(), scaledNotToFit()),
+    testing::Values(
+        familyOf("Random", 89, anyQuestion), familyOf("NearlyParallel", 66, nearlyParallel),
+        familyOf("Parallel", 59, parallel), familyOf("Collinear", 50, collinear),
+        familyOf("CrossingClosely", 59, crossingClosely), familyOf("SharedEnd", 45, sharedEnd),
+        familyOf("ZeroLength", 67, zeroLength), familyOf("ZeroRadius", 56, zeroRadius),
+        familyOf("HugeRadius", 51, hugeRadius), familyOf("FarFromTheOrigin", 68, farFromTheOrigin),
+        familyOf("Boxes", 0, boxes), familyOf("CloseCall", 22, closeCall),
+        familyOf("WithoutBounds", 21, withoutBounds), scaledFamily("ScaledToFit", 56, true),
+        scaledFamily("ScaledNotToFit", 11, false)),
     [](const testing::TestParamInfo<Family>& info) { return std::string(info.param.name); });
 
 /// Hairs of a scene that is ten units wide.
@@ -392,7 +368,7 @@ TEST(CapsulePairs, WhatDoesNotFitTheUnitIsLeftUndecided) {
 // The answers of a block that is not full would be those of the block before it.
 TEST(CapsulePairs, TheRestOfABlockHasNoSay) {
   Random random(25);
-  for (const std::int64_t target : targets()) {
+  for (const std::int64_t target : simdTargetsHere()) {
     const ScopedSimdTarget scoped(target);
     CapsulePairs pairs(1);
     for (const int size : {64, 0, 1, 7, 8, 9, 63, 64, 1, 0}) {

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "support/exact_geometry.h"
 #include "support/random.h"
+#include "support/segments.h"
 
 namespace fcl_fibers::geometry {
 namespace {
@@ -23,9 +23,6 @@ using test::Random;
 using test::Real;
 
 using Balls = std::vector<Ball>;
-
-Vec3d fromEigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-Point toPoint(const Vec3d& v) { return Point(v.x, v.y, v.z); }
 
 // What follows is independent of the library: long double, orthogonalization where the library
 // solves normal equations, all subsets where it pivots.
@@ -244,20 +241,18 @@ TEST(SupportSphere, OfKnownBalls) {
   EXPECT_NEAR(of_two->weight[1], 0.6, 1e-15);
   EXPECT_TRUE(of_two->isLeast());
 
-  const auto of_corners = support({{{0, 0, 0}, 0}, {{2, 0, 0}, 0}, {{0, 2, 0}, 0}, {{0, 0, 2}, 0}});
-  ASSERT_TRUE(of_corners);
-  EXPECT_NEAR(of_corners->ball.radius, std::sqrt(3), 1e-15);
-  EXPECT_FALSE(of_corners->isLeast());  // three of them determine a smaller one
-
-  const auto of_right_angle = support({{{0, 0, 0}, 0}, {{6, 0, 0}, 0}, {{0, 8, 0}, 0}});
-  ASSERT_TRUE(of_right_angle);
-  EXPECT_NEAR(of_right_angle->ball.radius, 5, 1e-14);
-  EXPECT_TRUE(of_right_angle->isLeast());  // the weight of the right angle is 0
-
-  const auto of_obtuse = support({{{0, 0, 0}, 0}, {{4, 0, 0}, 0}, {{2, 0.5, 0}, 0}});
-  ASSERT_TRUE(of_obtuse);
-  EXPECT_NEAR(of_obtuse->ball.radius, 4.25, 1e-14);
-  EXPECT_FALSE(of_obtuse->isLeast());
+  const auto expect = [](const Balls& balls, double radius, double tolerance, bool is_least) {
+    const auto sphere = support(balls);
+    ASSERT_TRUE(sphere);
+    EXPECT_NEAR(sphere->ball.radius, radius, tolerance);
+    EXPECT_EQ(sphere->isLeast(), is_least) << radius;
+  };
+  // Of four corners of a cube, three determine a smaller one.
+  expect({{{0, 0, 0}, 0}, {{2, 0, 0}, 0}, {{0, 2, 0}, 0}, {{0, 0, 2}, 0}}, std::sqrt(3), 1e-15,
+         false);
+  // A right angle has the weight 0, an obtuse one less.
+  expect({{{0, 0, 0}, 0}, {{6, 0, 0}, 0}, {{0, 8, 0}, 0}}, 5, 1e-14, true);
+  expect({{{0, 0, 0}, 0}, {{4, 0, 0}, 0}, {{2, 0.5, 0}, 0}}, 4.25, 1e-14, false);
 
   // The equation for the radius is linear: the radii fall along the centres as fast as can be.
   const auto linear = support({{{0, 0, 0}, 5}, {{5, 0, 0}, 2}, {{0, 5, 0}, 1}});
@@ -401,46 +396,33 @@ std::vector<Known> degenerateSets() {
                   6});
   sets.push_back({"right angle", {{{0, 0, 0}, 0}, {{6, 0, 0}, 0}, {{0, 8, 0}, 0}}, 5});
 
-  Known collinear{"collinear", {}, 13};
-  for (int i = 0; i <= 24; ++i) collinear.balls.push_back({{0.6 * (i - 12), 0.8 * (i - 12), 0}, 1});
-  sets.push_back(collinear);
-
-  Known coplanar{"coplanar", {}, 5 * std::sqrt(2)};
-  for (int i = 0; i <= 10; ++i) {
-    for (int j = 0; j <= 10; ++j) coplanar.balls.push_back({{double(i), double(j), 7}, 0});
-  }
-  sets.push_back(coplanar);
-
+  const auto add = [&](const char* name, double radius, int count, auto&& ball) {
+    sets.push_back({name, {}, radius});
+    for (int i = 0; i < count; ++i) sets.back().balls.push_back(ball(i));
+  };
+  add("collinear", 13, 25, [](int i) { return Ball{{0.6 * (i - 12), 0.8 * (i - 12), 0}, 1}; });
+  add("coplanar", 5 * std::sqrt(2), 121, [](int i) {
+    return Ball{{double(i / 11), double(i % 11), 7}, 0};
+  });
   for (const double radius : {0.0, 0.25}) {
-    Known cube{"cube", {}, std::sqrt(3) + radius};
-    for (int i = 0; i < 8; ++i) {
-      cube.balls.push_back({{i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0}, radius});
-    }
-    sets.push_back(cube);
-    Known circle{"circle", {}, 2 + radius};
-    for (int i = 0; i < 360; ++i) {
+    add("cube", std::sqrt(3) + radius, 8, [=](int i) {
+      return Ball{{i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0}, radius};
+    });
+    add("circle", 2 + radius, 360, [=](int i) {
       const double angle = i * 3.14159265358979323846 / 180;
-      circle.balls.push_back({{2 * std::cos(angle), 2 * std::sin(angle), 3}, radius});
-    }
-    sets.push_back(circle);
-    Known grid{"cubic grid", {}, 2 * std::sqrt(3) + radius};
-    for (int i = 0; i < 125; ++i) {
-      grid.balls.push_back({{double(i % 5), double(i / 5 % 5), double(i / 25)}, radius});
-    }
-    sets.push_back(grid);
+      return Ball{{2 * std::cos(angle), 2 * std::sin(angle), 3}, radius};
+    });
+    add("cubic grid", 2 * std::sqrt(3) + radius, 125, [=](int i) {
+      return Ball{{double(i % 5), double(i / 5 % 5), double(i / 25)}, radius};
+    });
   }
-  // A straight fiber: balls of one radius, each overlapping the next.
-  Known fiber{"straight fiber", {}, 50.0 + 0.75};
-  for (int i = 0; i <= 200; ++i) fiber.balls.push_back({{0, 0, 0.5 * i}, 0.75});
-  sets.push_back(fiber);
-  // Balls that all touch a sphere of radius 4 from inside.
+  // Balls of one radius, each overlapping the next.
+  add("straight fiber", 50.0 + 0.75, 201, [](int i) { return Ball{{0, 0, 0.5 * i}, 0.75}; });
   Random random(5);
-  Known tangent{"tangent to one sphere", {}, 4};
-  for (int i = 0; i < 500; ++i) {
+  add("tangent to one sphere from inside", 4, 500, [&](int) {
     const double radius = random.between(0, 3);
-    tangent.balls.push_back({(4 - radius) * fromEigen(random.direction()), radius});
-  }
-  sets.push_back(tangent);
+    return Ball{(4 - radius) * fromEigen(random.direction()), radius};
+  });
   return sets;
 }
 

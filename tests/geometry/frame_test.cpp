@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "support/exact_geometry.h"
 #include "support/random.h"
+#include "support/segments.h"
 
 namespace fcl_fibers::geometry {
 namespace {
@@ -19,9 +19,6 @@ using test::Real;
 
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-Vec3d fromEigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-Point toPoint(const Vec3d& v) { return Point(v.x, v.y, v.z); }
 
 Frame randomFrame(Random& random) {
   const double size = std::pow(10.0, random.between(-4, 6));
@@ -156,13 +153,11 @@ TEST(FrameChange, SpheresContainTheExactlyMovedSphere) {
     for (float& x : sphere.center) x = static_cast<float>(c.size * random.between(-1, 1));
     sphere.radius = static_cast<float>(c.size * random.unit());
     const Sphere result = change(sphere);
-    const Point center =
-        moved(Point(sphere.center[0], sphere.center[1], sphere.center[2]), c.from, c.to);
-    const Point moved_center(result.center[0], result.center[1], result.center[2]);
+    const Point center = moved(centerOf(sphere), c.from, c.to);
     const Real radius = Real(change.scale()) * Real(sphere.radius) + Real(growth);
     ASSERT_GE(result.radius, 0) << i;
     if (radius < 0) continue;  // nothing is left of it
-    ASSERT_LE((center - moved_center).norm() + radius, Real(result.radius)) << i;
+    ASSERT_LE((center - centerOf(result)).norm() + radius, Real(result.radius)) << i;
     const Vec3d shift = c.to.fromWorld(c.from.origin);
     const Real size = center.cwiseAbs().maxCoeff() + radius;
     ASSERT_LE(Real(result.radius), radius + 5e-7L * size + 1e-13L * Real(maxNorm(shift)) + 1e-37L)
@@ -185,8 +180,7 @@ TEST(FrameChange, VolumesCoverWhatTheShiftLoses) {
       EXPECT_LE(Real(box.low[axis]), exact);
       EXPECT_GE(Real(box.high[axis]), exact);
     }
-    const Point center(sphere.center[0], sphere.center[1], sphere.center[2]);
-    EXPECT_LE((Point(exact, exact, exact) - center).norm(), Real(sphere.radius));
+    EXPECT_LE((Point(exact, exact, exact) - centerOf(sphere)).norm(), Real(sphere.radius));
   }
 }
 

@@ -8,13 +8,12 @@
 #include <limits>
 #include <utility>
 
-#include "support/exact_geometry.h"
 #include "support/random.h"
+#include "support/segments.h"
 
 namespace fcl_fibers::geometry {
 namespace {
 
-using test::Point;
 using test::Random;
 using test::Real;
 
@@ -24,14 +23,8 @@ struct KnownPair {
   double squared;
 };
 
-Vec3d fromEigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-Point toPoint(const Vec3d& v) { return Point(v.x, v.y, v.z); }
 Vec3d cross(const Vec3d& p, const Vec3d& q) {
   return {p.y * q.z - p.z * q.y, p.z * q.x - p.x * q.z, p.x * q.y - p.y * q.x};
-}
-
-Real trueDistance(const Segment& p, const Segment& q) {
-  return test::segmentDistance(toPoint(p.a), toPoint(p.b), toPoint(q.a), toPoint(q.b));
 }
 
 /// What rounding is relative to: the distance of two end points and both lengths.
@@ -295,7 +288,7 @@ TEST(SegmentDistance, AgreesWithAnEnumerationInLongDouble) {
   Random random(6);
   for (int i = 0; i < 200000; ++i) {
     const auto [p, q] = anyPair(random, i);
-    const Real distance = trueDistance(p, q);
+    const Real distance = axisDistance(p, q);
     const double extent = extentOf(p, q);
     const Real error = 0x1p-57L * Real(extent);  // of the enumeration
     for (const double change : {-1e-3, -1e-12, -1e-14, 0.0, 1e-14, 1e-12, 1e-3}) {
@@ -324,7 +317,7 @@ TEST(SegmentDistance, OnePartIn1e12DecidesAtEveryAngle) {
       const Segment first{p - random.unit() * u, p + random.unit() * u, 0};
       Segment second{q - random.unit() * v, q + random.unit() * v, 0};
       if (i % 2 == 0) std::swap(second.a, second.b);
-      const Real distance = trueDistance(first, second);
+      const Real distance = axisDistance(first, second);
       if (distance < 1e-3L) continue;
       ASSERT_TRUE(axesWithin(first, second, static_cast<double>(distance * (1 + 1e-12L))));
       ASSERT_FALSE(axesWithin(first, second, static_cast<double>(distance * (1 - 1e-12L))));

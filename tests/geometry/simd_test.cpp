@@ -12,16 +12,10 @@
 #include <string>
 #include <vector>
 
+#include "support/segments.h"
+
 namespace fcl_fibers::geometry {
 namespace {
-
-std::vector<std::int64_t> targets() {
-  std::vector<std::int64_t> available;
-  for (const std::int64_t target : kSimdTargets) {
-    if ((simdTargets() & target) != 0) available.push_back(target);
-  }
-  return available;
-}
 
 // The instruction set is chosen once in a process, so each choice below is made in a new one: a
 // death test of this style runs the program again, up to its statement.
@@ -51,7 +45,7 @@ std::string chosen(std::int64_t target) {
 
 // Queries would crash on a machine for which there is no target.
 TEST(SimdTargets, ThereIsOneForEveryMachine) {
-  const std::vector<std::int64_t> available = targets();
+  const std::vector<std::int64_t> available = simdTargetsHere();
   ASSERT_FALSE(available.empty());
   std::set<std::string> names;
   for (const std::int64_t target : available) names.insert(simdTargetName(target));
@@ -62,15 +56,15 @@ TEST(SimdTargets, ThereIsOneForEveryMachine) {
 
 // Nobody could compare instruction sets, or go around a broken one.
 TEST_F(SimdEnvironment, EachNameThatIsToBeHadWorks) {
-  for (const std::int64_t target : targets()) {
+  for (const std::int64_t target : simdTargetsHere()) {
     EXPECT_EXIT(choose(simdTargetName(target)), testing::ExitedWithCode(0), chosen(target));
   }
 }
 
 // Users who set nothing would not get the best.
 TEST_F(SimdEnvironment, TheBestIsTakenWhereNoneIsNamed) {
-  EXPECT_EXIT(choose(nullptr), testing::ExitedWithCode(0), chosen(targets()[0]));
-  EXPECT_EXIT(choose(""), testing::ExitedWithCode(0), chosen(targets()[0]));
+  EXPECT_EXIT(choose(nullptr), testing::ExitedWithCode(0), chosen(simdTargetsHere()[0]));
+  EXPECT_EXIT(choose(""), testing::ExitedWithCode(0), chosen(simdTargetsHere()[0]));
 }
 
 // A misspelt name would run silently with another instruction set.
@@ -78,7 +72,7 @@ TEST_F(SimdEnvironment, AnUnknownNameIsRefusedAndTheKnownOnesAreListed) {
   for (const char* name : {"mmx", "AVX2", "scalar ", "avx2,sse4"}) {
     EXPECT_EXIT(choose(name), testing::ExitedWithCode(1),
                 std::string("refused: .*FCL_FIBERS_SIMD=") + name);
-    for (const std::int64_t target : targets()) {
+    for (const std::int64_t target : simdTargetsHere()) {
       EXPECT_EXIT(choose(name), testing::ExitedWithCode(1),
                   std::string("set one of .*") + simdTargetName(target));
     }
@@ -97,12 +91,12 @@ TEST_F(SimdEnvironment, ANameOfAnotherMachineIsRefused) {
 // Tests of one target would leave it to all that follow.
 TEST(ScopedSimdTarget, LastsAsLongAsItsScope) {
   const std::int64_t before = simdTarget();
-  for (const std::int64_t outer : targets()) {
+  for (const std::int64_t outer : simdTargetsHere()) {
     const ScopedSimdTarget scoped(outer);
     EXPECT_EQ(simdTarget(), outer);
     {
-      const ScopedSimdTarget inner(targets().back());
-      EXPECT_EQ(simdTarget(), targets().back());
+      const ScopedSimdTarget inner(simdTargetsHere().back());
+      EXPECT_EQ(simdTarget(), simdTargetsHere().back());
     }
     EXPECT_EQ(simdTarget(), outer);
   }

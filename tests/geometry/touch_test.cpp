@@ -8,29 +8,21 @@
 #include <cmath>
 #include <limits>
 
-#include "support/exact_geometry.h"
 #include "support/random.h"
+#include "support/segments.h"
 
 namespace fcl_fibers::geometry {
 namespace {
 
 using test::ExactBox;
-using test::Point;
 using test::Random;
 using test::Real;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 
-Vec3d fromEigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-Point toPoint(const Vec3d& v) { return Point(v.x, v.y, v.z); }
-
 ExactBox exactBox(const Segment& s) {
   return test::boxOf({toPoint(s.a), toPoint(s.b), Real(s.thickness())});
-}
-Real capsuleDistance(const Segment& p, const Segment& q) {
-  return test::segmentDistance(toPoint(p.a), toPoint(p.b), toPoint(q.a), toPoint(q.b)) -
-         Real(p.radius) - Real(q.radius);
 }
 
 /// Largest finite coordinate of the two, radii included.

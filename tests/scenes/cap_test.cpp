@@ -11,6 +11,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "scene_support.h"
+
 namespace fcl_fibers::scenes {
 namespace {
 
@@ -19,50 +21,28 @@ using testing::ThrowsMessage;
 
 constexpr double kPi = 3.141592653589793;
 
-CapParameters parametersOf(int fibers, int segments) {
-  CapParameters parameters;
-  parameters.fibers = fibers;
-  parameters.segments = segments;
-  return parameters;
-}
-
 double norm(const Point& p) { return std::hypot(p[0], p[1], p[2]); }
-
-double distance(const Point& p, const Point& q) {
-  return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
-}
 
 TEST(Cap, RootsFillTheirCapUniformly) {
   // If this fails, fibers are denser or sparser somewhere than 325 a square centimetre. The area of
   // a cap is proportional to its height (Archimedes).
   const int fibers = 20000;
-  const FiberScene scene = makeCap(parametersOf(fibers, 1));
+  const FiberScene scene = makeCap(parametersOf<CapParameters>(fibers, 1));
   const double height = fibers / 325.0 / (2 * kPi * 9);
-  std::vector<double> shares;
-  int quadrants[4] = {};
+  std::vector<double> shares, directions;
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     const Point& root = scene.points[scene.point_begin[f]];
     EXPECT_NEAR(norm(root), 9, 1e-12);
     shares.push_back((9 - root[2]) / height);
-    const double direction = std::atan2(root[1], root[0]) + kPi / 8;
-    ++quadrants[static_cast<int>(std::floor(direction / (kPi / 2)) + 4) % 4];
+    directions.push_back(std::atan2(root[1], root[0]));
   }
-  std::sort(shares.begin(), shares.end());
-  EXPECT_GE(shares.front(), 0);
-  EXPECT_LE(shares.back(), 1 + 1e-12);
-  // Kolmogorov and Smirnov: a larger gap is met once in ten million seeds.
-  for (std::size_t i = 0; i < shares.size(); ++i) {
-    ASSERT_NEAR(shares[i], static_cast<double>(i) / fibers, 3 / std::sqrt(fibers));
-  }
-  for (const int count : quadrants) {
-    EXPECT_NEAR(count, fibers / 4.0, 5 * std::sqrt(fibers * 3.0 / 16));
-  }
+  expectUniform(shares, directions);
 }
 
 TEST(Cap, SegmentsAreOfOneLengthOutsideTheSphere) {
   // If this fails, fibers grow into the head, or their segments differ. Where a point is put back
   // on the sphere, its segment is shorter.
-  const FiberScene scene = makeCap(parametersOf(3000, 50));
+  const FiberScene scene = makeCap(parametersOf<CapParameters>(3000, 50));
   std::size_t shortened = 0;
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     for (std::size_t i = scene.point_begin[f] + 1; i < scene.point_begin[f + 1]; ++i) {
@@ -82,7 +62,7 @@ TEST(Cap, SegmentsAreOfOneLengthOutsideTheSphere) {
 TEST(Cap, FibersLeaveAlongTheNormalAndFall) {
   // If this fails, the turning has another rate or sign. Far from the top, where fibers stand for a
   // while.
-  const FiberScene scene = makeCap(parametersOf(30000, 50));
+  const FiberScene scene = makeCap(parametersOf<CapParameters>(30000, 50));
   int fallen = 0;
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     const Point* p = &scene.points[scene.point_begin[f]];
@@ -97,8 +77,8 @@ TEST(Cap, FibersLeaveAlongTheNormalAndFall) {
 
 TEST(Cap, MoreSegmentsLengthenTheSameFibers) {
   // If this fails, scenes of different length cannot be compared.
-  const FiberScene shorter = makeCap(parametersOf(9, 10));
-  const FiberScene longer = makeCap(parametersOf(9, 30));
+  const FiberScene shorter = makeCap(parametersOf<CapParameters>(9, 10));
+  const FiberScene longer = makeCap(parametersOf<CapParameters>(9, 30));
   for (std::size_t f = 0; f < 9; ++f) {
     for (std::size_t i = 0; i <= 10; ++i) {
       EXPECT_EQ(shorter.points[f * 11 + i], longer.points[f * 31 + i]);
@@ -109,7 +89,7 @@ TEST(Cap, MoreSegmentsLengthenTheSameFibers) {
 TEST(Cap, FramesMoveALittle) {
   // If this fails, a frame is no small motion, or none. Only fibers at the top may fall to another
   // side.
-  CapParameters parameters = parametersOf(30000, 50);
+  auto parameters = parametersOf<CapParameters>(30000, 50);
   for (const int frame : {-1, 0, 30}) {
     parameters.frame = frame;
     const FiberScene still = makeCap(parameters);
@@ -132,7 +112,7 @@ TEST(Cap, FramesMoveALittle) {
 TEST(Cap, RefusesMoreFibersThanItHasRoomFor) {
   // If this fails, roots lie beyond the sphere.
   for (const int bad : {330810, std::numeric_limits<int>::max()}) {
-    EXPECT_THAT([bad] { makeCap(parametersOf(bad, 1)); },
+    EXPECT_THAT([bad] { makeCap(parametersOf<CapParameters>(bad, 1)); },
                 ThrowsMessage<std::invalid_argument>(
                     HasSubstr("makeCap: fibers is " + std::to_string(bad) + "; ask for")));
   }

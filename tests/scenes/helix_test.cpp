@@ -7,17 +7,12 @@
 
 #include <gtest/gtest.h>
 
+#include "scene_support.h"
+
 namespace fcl_fibers::scenes {
 namespace {
 
 constexpr double kPi = 3.141592653589793;
-
-HelixParameters parametersOf(int fibers, int segments) {
-  HelixParameters parameters;
-  parameters.fibers = fibers;
-  parameters.segments = segments;
-  return parameters;
-}
 
 // The point before both turns of the given frame: the helix axis is along z.
 Point untwisted(const Point& p, int frame) {
@@ -61,10 +56,6 @@ std::vector<SeenHelix> seeHelices(const FiberScene& scene, int segments, int fra
   return helices;
 }
 
-double distance(const Point& p, const Point& q) {
-  return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
-}
-
 void expectDeviates(const std::vector<double>& numbers, double mean, double deviation) {
   const double n = static_cast<double>(numbers.size());
   double sum = 0, squares = 0;
@@ -79,36 +70,25 @@ void expectDeviates(const std::vector<double>& numbers, double mean, double devi
 TEST(Helix, RootsFillTheirEllipseUniformly) {
   // If this fails, fibers are denser or sparser somewhere than 325 a square centimetre.
   const int fibers = 20000;
-  const FiberScene scene = makeHelix(parametersOf(fibers, 2));
+  const FiberScene scene = makeHelix(parametersOf<HelixParameters>(fibers, 2));
   const double area = fibers / 325.0;
   const double minor = std::sqrt(area / (1.5 * kPi));
   const double major = 1.5 * minor;
-  std::vector<double> shares;  // of the area of the ellipse, further inside than the root
-  int quadrants[4] = {};
+  std::vector<double> shares, directions;
   for (const SeenHelix& helix : seeHelices(scene, 2)) {
     const double x = helix.root[0] / major;
     const double y = helix.root[1] / minor;
     EXPECT_NEAR(helix.root[2], 0, 1e-12);
     shares.push_back(x * x + y * y);
-    // Quadrants turned by pi/8, so that no symmetry of the axes hides an uneven direction.
-    const double direction = std::atan2(y, x) + kPi / 8;
-    ++quadrants[static_cast<int>(std::floor(direction / (kPi / 2)) + 4) % 4];
+    directions.push_back(std::atan2(y, x));
   }
-  std::sort(shares.begin(), shares.end());
-  EXPECT_LE(shares.back(), 1 + 1e-12);
-  // Kolmogorov and Smirnov: a larger gap is met once in ten million seeds.
-  for (std::size_t i = 0; i < shares.size(); ++i) {
-    ASSERT_NEAR(shares[i], static_cast<double>(i) / fibers, 3 / std::sqrt(fibers));
-  }
-  for (const int count : quadrants) {
-    EXPECT_NEAR(count, fibers / 4.0, 5 * std::sqrt(fibers * 3.0 / 16));
-  }
+  expectUniform(shares, directions);
 }
 
 TEST(Helix, HelicesVaryAsDescribed) {
   // If this fails, turns, radius or phase are not those of the closed form.
   const int segments = 100;
-  const FiberScene scene = makeHelix(parametersOf(4000, segments));
+  const FiberScene scene = makeHelix(parametersOf<HelixParameters>(4000, segments));
   std::vector<double> turns, radii, phases;
   for (const SeenHelix& helix : seeHelices(scene, segments)) {
     turns.push_back(helix.angular_rate * 30 / (2 * kPi));
@@ -123,7 +103,7 @@ TEST(Helix, HelicesVaryAsDescribed) {
 TEST(Helix, EveryPointIsOnItsHelix) {
   // If this fails, the fibers are no helices parametrised by arc length.
   const int segments = 60;
-  const FiberScene scene = makeHelix(parametersOf(50, segments));
+  const FiberScene scene = makeHelix(parametersOf<HelixParameters>(50, segments));
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     const SeenHelix helix = seeHelix(scene, f, segments, 0);
     const double slope = helix.radius * helix.angular_rate;
@@ -142,7 +122,7 @@ TEST(Helix, EveryPointIsOnItsHelix) {
 
 TEST(Helix, WideHelicesAreNarrowedSoThatTheyRise) {
   // If this fails, helices of unlucky seeds are flat or NaN.
-  HelixParameters parameters = parametersOf(26, 100);
+  auto parameters = parametersOf<HelixParameters>(26, 100);
   parameters.seed = 20970;  // Fiber 25 draws turns and radius with R w = 0.9617.
   const SeenHelix helix = seeHelix(makeHelix(parameters), 25, 100, 0);
   EXPECT_NEAR(helix.radius * helix.angular_rate, 0.95, 1e-9);
@@ -151,8 +131,8 @@ TEST(Helix, WideHelicesAreNarrowedSoThatTheyRise) {
 
 TEST(Helix, MoreSegmentsRefineTheSameFibers) {
   // If this fails, scenes of different resolution cannot be compared.
-  const FiberScene coarse = makeHelix(parametersOf(9, 10));
-  const FiberScene fine = makeHelix(parametersOf(9, 30));
+  const FiberScene coarse = makeHelix(parametersOf<HelixParameters>(9, 10));
+  const FiberScene fine = makeHelix(parametersOf<HelixParameters>(9, 30));
   for (std::size_t f = 0; f < 9; ++f) {
     for (std::size_t i = 0; i <= 10; ++i) {
       EXPECT_EQ(coarse.points[f * 11 + i], fine.points[f * 31 + 3 * i]);
@@ -162,8 +142,10 @@ TEST(Helix, MoreSegmentsRefineTheSameFibers) {
 
 TEST(Helix, MoreFibersKeepTheHelicesOfTheFirst) {
   // If this fails, the random numbers of a fiber depend on the fibers after it.
-  const std::vector<SeenHelix> few = seeHelices(makeHelix(parametersOf(9, 50)), 50);
-  const std::vector<SeenHelix> many = seeHelices(makeHelix(parametersOf(36, 50)), 50);
+  const std::vector<SeenHelix> few =
+      seeHelices(makeHelix(parametersOf<HelixParameters>(9, 50)), 50);
+  const std::vector<SeenHelix> many =
+      seeHelices(makeHelix(parametersOf<HelixParameters>(36, 50)), 50);
   for (std::size_t f = 0; f < few.size(); ++f) {
     EXPECT_NEAR(many[f].radius, few[f].radius, 1e-9);
     EXPECT_NEAR(many[f].angular_rate, few[f].angular_rate, 1e-9);
@@ -177,7 +159,7 @@ TEST(Helix, MoreFibersKeepTheHelicesOfTheFirst) {
 TEST(Helix, FramesTurnPhaseAndHelixAndNothingElse) {
   // If this fails, the motion is not the one that updates are measured with.
   const int segments = 50;
-  HelixParameters parameters = parametersOf(40, segments);
+  auto parameters = parametersOf<HelixParameters>(40, segments);
   const FiberScene still = makeHelix(parameters);
   const std::vector<SeenHelix> before = seeHelices(still, segments);
   for (const int frame : {-3, 1, 10}) {
@@ -196,7 +178,7 @@ TEST(Helix, FramesTurnPhaseAndHelixAndNothingElse) {
 
 TEST(Helix, FramesMoveEveryPointAndStretchNothing) {
   // If this fails, parts of the scene stand still, or fibers grow.
-  HelixParameters parameters = parametersOf(40, 50);
+  auto parameters = parametersOf<HelixParameters>(40, 50);
   const FiberScene still = makeHelix(parameters);
   parameters.frame = 1;
   const FiberScene moved = makeHelix(parameters);

@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
 #include <fstream>
 #include <limits>
 #include <stdexcept>
@@ -11,6 +10,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "scene_support.h"
 
 namespace fcl_fibers::scenes {
 namespace {
@@ -21,27 +22,8 @@ using testing::ThrowsMessage;
 
 const char kHeader[] = "step,fx,fy,fz,tx,ty,tz\n";
 
-// A file that goes with the test.
-class TemporaryFile {
- public:
-  explicit TemporaryFile(const std::string& content = "") : path_(testing::TempDir() + name()) {
-    std::ofstream(path_, std::ios::binary) << content;
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  ~TemporaryFile() { std::remove(path_.c_str()); }
-  const std::string& path() const { return path_; }
-
- private:
-  static std::string name() {
-    return std::string("load_trajectory_") +
-           testing::UnitTest::GetInstance()->current_test_info()->name() + ".csv";
-  }
-  std::string path_;
-};
-
 LoadTrajectory read(const std::string& content) {
-  const TemporaryFile file(content);
+  const TemporaryFile file(".csv", content);
   return readLoadTrajectory(file.path());
 }
 
@@ -80,7 +62,7 @@ TEST(LoadTrajectory, ReadsBackWhatWasWritten) {
   trajectory.states.push_back({{0.1, -0.0, 1.0 / 3}, {1e300, 5e-324, -1e-17}});
   trajectory.states.push_back(
       {{std::nextafter(1.0, 2.0), std::numeric_limits<double>::max(), 3}, {1, 2, 123456789.125}});
-  const TemporaryFile file;
+  const TemporaryFile file(".csv");
   writeLoadTrajectory(file.path(), trajectory);
   expectSame(readLoadTrajectory(file.path()), trajectory);
 }
@@ -139,7 +121,7 @@ TEST(LoadTrajectory, SaysWhereAFileCannotBeReadOrWritten) {
 
 TEST(LoadTrajectory, RefusesToWriteWhatCannotBeRead) {
   // If this fails, a file is written that is refused later.
-  const TemporaryFile file;
+  const TemporaryFile file(".csv");
   EXPECT_THAT([&] { writeLoadTrajectory(file.path(), {}); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("the number of states is 0")));
   LoadTrajectory trajectory = loopTrajectory();

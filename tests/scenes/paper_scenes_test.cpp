@@ -16,6 +16,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "scene_support.h"
 #include "support/touch_oracle.h"
 
 namespace fcl_fibers::scenes {
@@ -23,14 +24,6 @@ namespace {
 
 using testing::HasSubstr;
 using testing::ThrowsMessage;
-
-template <typename Parameters>
-Parameters parametersOf(int fibers, int segments) {
-  Parameters parameters;
-  parameters.fibers = fibers;
-  parameters.segments = segments;
-  return parameters;
-}
 
 FiberScene make(const HelixParameters& parameters) { return makeHelix(parameters); }
 FiberScene make(const CapParameters& parameters) { return makeCap(parameters); }
@@ -55,10 +48,6 @@ double fiberLength(const PaperStaticParameters&) { return 15; }
 double fiberLength(const PaperDynamicParameters&) { return 15; }
 double fiberLength(const PaperHalfScalpParameters&) { return 15; }
 double fiberLength(const PaperStrandParameters&) { return 30; }
-
-double distance(const Point& p, const Point& q) {
-  return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
-}
 
 double farthestMotion(const FiberScene& a, const FiberScene& b) {
   double farthest = 0;

@@ -3,13 +3,14 @@
 
 #include <malloc.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <new>
 
 namespace {
 
-std::atomic<std::size_t> live{0}, live_bytes{0};
+std::atomic<std::size_t> live{0}, live_bytes{0}, peak{0};
 std::atomic<bool> armed{false}, has_struck{false}, forever{false};
 std::atomic<std::size_t> next_number{0}, fatal_number{0};
 
@@ -24,7 +25,8 @@ bool fails() {
 void* counted(void* memory) {
   if (memory == nullptr) throw std::bad_alloc();
   ++live;
-  live_bytes += malloc_usable_size(memory);
+  const std::size_t size = malloc_usable_size(memory);
+  peak = std::max<std::size_t>(peak, live_bytes += size);
   return memory;
 }
 
@@ -66,5 +68,8 @@ bool AllocationFault::struck() const { return has_struck; }
 
 std::size_t liveAllocations() { return live; }
 std::size_t liveBytes() { return live_bytes; }
+
+PeakMemory::PeakMemory() : before_(live_bytes) { peak = before_; }
+std::size_t PeakMemory::bytes() const { return peak - before_; }
 
 }  // namespace fcl_fibers::test

@@ -32,6 +32,17 @@ std::size_t liveAllocations();
 /// The bytes of them, as malloc rounds them.
 std::size_t liveBytes();
 
+/// The most bytes that were allocated at a time since this was made, beyond those that were then;
+/// of one thread.
+class PeakMemory {
+ public:
+  PeakMemory();
+  std::size_t bytes() const;
+
+ private:
+  std::size_t before_;
+};
+
 /// Lets every allocation of act(subject) fail, one after the other, and with all that follow; then
 /// there is memory again.
 /// @param make   what to act upon

@@ -125,6 +125,12 @@ struct ManagerNames {
   }
 };
 
+/// A suite of tests that run over these managers and share nothing.
+#define MANAGER_SUITE(Suite, Managers)   \
+  template <typename Config>             \
+  class Suite : public testing::Test {}; \
+  TYPED_TEST_SUITE(Suite, Managers, ::fcl_fibers::test::ManagerNames)
+
 /// Reports and margins; those that FCL's own has: none.
 template <typename Config>
 std::vector<FiberManagerOptions> optionsToTest(double margin) {
@@ -142,6 +148,18 @@ std::vector<FiberManagerOptions> optionsToTest(double margin) {
   return all;
 }
 
+/// Few, with neighbours, a margin and threads among them.
+inline std::vector<FiberManagerOptions> assortedOptions() {
+  std::vector<FiberManagerOptions> all(3);
+  all[0].ignored_neighbors = 1;
+  all[1].report = Report::kCapsules;
+  all[1].margin = 0.02;
+  all[2].report = Report::kCapsules;
+  all[2].ignored_neighbors = 2;
+  all[2].threads = 2;
+  return all;
+}
+
 template <typename Config>
 PairRules rulesOf(const FiberManagerOptions& options) {
   return {Config::kVolume, options.report, options.margin, options.ignored_neighbors,
@@ -151,7 +169,7 @@ PairRules rulesOf(const FiberManagerOptions& options) {
 inline std::string describe(const FiberManagerOptions& options) {
   return std::string(options.report == Report::kVolumes ? "kVolumes" : "kCapsules") + ", margin " +
          std::to_string(options.margin) + ", ignored neighbors " +
-         std::to_string(options.ignored_neighbors);
+         std::to_string(options.ignored_neighbors) + ", threads " + std::to_string(options.threads);
 }
 
 /// FCL leaves the order of arguments open.

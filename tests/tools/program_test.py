@@ -42,10 +42,16 @@ class Check(ProgramTest):
         super().setUp()
         self.fibers = self.write("crossing.txt", CROSSING)
 
+    def contacts(self, *arguments):
+        text = self.run_program("check", *arguments, "--csv", code=1)
+        return list(csv.DictReader(io.StringIO(text)))
+
+    def segments(self, *arguments):
+        return [tuple(int(row[k]) for k in SEGMENTS) for row in self.contacts(*arguments)]
+
     def test_lists_the_contact_as_csv(self):
         """A contact would be missing, or named wrongly."""
-        text = self.run_program("check", self.fibers, "-r", 0.006, "--csv", code=1)
-        (row,) = csv.DictReader(io.StringIO(text))
+        (row,) = self.contacts(self.fibers, "-r", 0.006)
         self.assertEqual(list(row), CONTACT_COLUMNS)
         found = [float(row[name]) for name in CONTACT_COLUMNS]
         point_a, point_b, normal = (1.5, 0, 0.006), (1.5, 0, 0.004), (0, 0, 1)
@@ -59,8 +65,7 @@ class Check(ProgramTest):
         self.assertEqual((found["fibers"], found["segments"]), (3, 5))
         self.assertEqual(found["touching_segments"], 2)
         (contact,) = found["contacts"]
-        csv_text = self.run_program("check", self.fibers, "-r", 0.006, "--csv", code=1)
-        (row,) = csv.DictReader(io.StringIO(csv_text))
+        (row,) = self.contacts(self.fibers, "-r", 0.006)
         flat = {}
         for name, value in contact.items():
             axes = zip("xyz", value) if isinstance(value, list) else [("", value)]
@@ -83,32 +88,27 @@ class Check(ProgramTest):
         self.assertIn(": 1 segment of 1 fiber\n", self.run_program("check", straight, "-r", 0.1))
 
     def test_margin_neighbors_and_volumes(self):
-        check = ("check", self.fibers, "--csv", "--radius", 0.004)
-        self.run_program(*check)
-        self.run_program(*check, "--margin", 0.003, code=1)
-        adjacent = self.run_program(*check, "--ignored-neighbors", 0, code=1)
-        self.assertEqual(len(adjacent.splitlines()), 3)
-        rows = csv.DictReader(io.StringIO(adjacent))
-        segments = [tuple(int(row[k]) for k in SEGMENTS) for row in rows]
-        self.assertEqual(segments, [(0, 0, 0, 1), (0, 1, 0, 2)])
+        thin = (self.fibers, "--radius", 0.004)
+        self.run_program("check", *thin, "--csv")
+        self.assertEqual(len(self.contacts(*thin, "--margin", 0.003)), 1)
+        adjacent = self.segments(*thin, "--ignored-neighbors", 0)
+        self.assertEqual(adjacent, [(0, 0, 0, 1), (0, 1, 0, 2)])
         # Between the first segment and the third lies one unit.
         for length, count in ((0.99, 1), (1, 0)):
             near = ("--ignored-neighbors", 0, "--ignored-arc-length", length, "--margin", 0.993)
-            text = self.run_program(*check, *near, code=1)
-            rows = [[int(row[k]) for k in SEGMENTS] for row in csv.DictReader(io.StringIO(text))]
-            self.assertEqual(rows.count([0, 0, 0, 2]), count)
-            self.assertEqual(rows.count([0, 0, 0, 1]), 0)
+            segments = self.segments(*thin, *near)
+            self.assertEqual(segments.count((0, 0, 0, 2)), count)
+            self.assertEqual(segments.count((0, 0, 0, 1)), 0)
         found = json.loads(self.run_program("check", self.fibers, "-r", 0.004, "-a", 0.5, "--json"))
         self.assertEqual((found["ignored_neighbors"], found["ignored_arc_length"]), (1, 0.5))
-        by_sphere = self.run_program(*check, "--report", "volumes", "--volumes", "spheres", code=1)
-        self.assertEqual(len(by_sphere.splitlines()), 1 + 3)  # fiber 1's reaches all of fiber 0
+        by_sphere = self.contacts(*thin, "--report", "volumes", "--volumes", "spheres")
+        self.assertEqual(len(by_sphere), 3)  # fiber 1's reaches all of fiber 0
 
     def test_a_closed_fiber_is_its_own_neighbor_at_the_end(self):
         """The joint of a ring would be taken for a contact."""
         ring = self.write("ring.txt", "0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 0\n")
         self.run_program("check", ring, "-r", 0.1)
-        text = self.run_program("check", ring, "-r", 0.1, "-n", 0, "--csv", code=1)
-        self.assertEqual(len(text.splitlines()), 1 + 4)
+        self.assertEqual(len(self.contacts(ring, "-r", 0.1, "-n", 0)), 4)
 
     def test_agrees_with_brute_force(self):
         """Contacts of a denser scene would be wrong."""
@@ -126,8 +126,7 @@ class Check(ProgramTest):
                     expected.add((f, s, g, t))
         self.assertGreater(len(expected), 20)
         for options in ([], ["--volumes", "spheres"], ["--topology", "super-thread"]):
-            text = self.run_program("check", path, "-r", radius, "--csv", *options, code=1)
-            rows = list(csv.DictReader(io.StringIO(text)))
+            rows = self.contacts(path, "-r", radius, *options)
             self.assertEqual({tuple(int(row[k]) for k in SEGMENTS) for row in rows}, expected)
             self.assertEqual(len(rows), len(expected))
             for row in rows:
@@ -460,12 +459,9 @@ class BadUse(ProgramTest):
         self.refused("generate", "helix:fibers=2", "-o", self.folder, says="directory")
         self.refused("check", "helix:fibers=2", "--csv", "-o", "/dev/full", says="writing failed")
         with open("/dev/full", "w", encoding="utf-8") as full:
+            program = [PROGRAM, "info", "helix:fibers=2"]
             done = subprocess.run(
-                [PROGRAM, "info", "helix:fibers=2"],
-                stdout=full,
-                stderr=subprocess.PIPE,
-                text=True,
-                check=False,
+                program, stdout=full, stderr=subprocess.PIPE, text=True, check=False
             )
         self.assertEqual(done.returncode, 2)
         self.assertIn("stdout", done.stderr)
@@ -580,6 +576,10 @@ class WholeFiles(ProgramTest):
 
 
 class Page(ProgramTest):
+    def scenes_of(self, page):
+        data = page.read_text(encoding="utf-8").split('class="fiber-viewer-data">', 1)[1]
+        return json.loads(data.split("</script>", 1)[0])["scenes"]
+
     def test_opens_without_a_network(self):
         path = self.folder / "page.html"
         self.run_program("view", "helix:fibers=5,segments=9", "-o", path)
@@ -587,8 +587,7 @@ class Page(ProgramTest):
         self.assertNotRegex(text, r"""(?:src|href)\s*=\s*["'](?:https?:)?//""")
         self.assertIn("<!doctype html>", text)
         self.assertEqual(stat.S_IMODE(path.stat().st_mode) & 0o400, 0o400)
-        data = json.loads(text.split('class="fiber-viewer-data">', 1)[1].split("</script>", 1)[0])
-        (scene,) = data["scenes"]
+        (scene,) = self.scenes_of(path)
         self.assertEqual((scene["fibers"], scene["segments"]), (5, 45))
         self.run_program("view", "helix:fibers=5,segments=9", "--fragment", "-o", path)
         self.assertNotIn("<html", path.read_text(encoding="utf-8"))
@@ -600,9 +599,7 @@ class Page(ProgramTest):
 
         def radii(*arguments):
             self.run_program("view", *arguments, "-o", page)
-            text = page.read_text(encoding="utf-8").split('class="fiber-viewer-data">', 1)[1]
-            scenes = json.loads(text.split("</script>", 1)[0])["scenes"]
-            firsts = [base64.b64decode(scene["radii"])[:4] for scene in scenes]
+            firsts = [base64.b64decode(scene["radii"])[:4] for scene in self.scenes_of(page)]
             return [round(struct.unpack("<f", first)[0], 6) for first in firsts]
 
         helix = "helix:fibers=2,segments=3"

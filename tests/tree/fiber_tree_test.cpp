@@ -16,9 +16,10 @@
 #include "geometry/enclosing_sphere.h"
 #include "geometry/frame.h"
 #include "geometry/overlap.h"
-#include "support/exact_geometry.h"
 #include "support/random.h"
+#include "support/segments.h"
 #include "tree/plain_traversal.h"
+#include "tree/search.h"
 
 namespace fcl_fibers::tree {
 namespace {
@@ -27,6 +28,7 @@ using geometry::Ball;
 using geometry::Box;
 using geometry::Frame;
 using geometry::FrameChange;
+using geometry::fromEigen;
 using geometry::Segment;
 using geometry::Sphere;
 using geometry::Vec3d;
@@ -36,10 +38,7 @@ using test::Point;
 using test::Random;
 using test::Real;
 
-using Pair = std::pair<SegmentId, SegmentId>;
-
-Vec3d fromEigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-Point toPoint(const Vec3d& v) { return Point(v.x, v.y, v.z); }
+using IdPair = std::pair<SegmentId, SegmentId>;
 
 // Scenes.
 
@@ -136,14 +135,14 @@ bool contains(const Box& box, const Segment& s, double padding) {
   return true;
 }
 bool contains(const Sphere& sphere, const Segment& s, double padding) {
-  const Point center(sphere.center[0], sphere.center[1], sphere.center[2]);
+  const Point center = centerOf(sphere);
   const Real radius = Real(s.radius) + Real(padding);
   return (toPoint(s.a) - center).norm() + radius <= Real(sphere.radius) &&
          (toPoint(s.b) - center).norm() + radius <= Real(sphere.radius);
 }
 bool contains(const Sphere& sphere, const Ball& ball) {
-  const Point center(sphere.center[0], sphere.center[1], sphere.center[2]);
-  return (toPoint(ball.center) - center).norm() + Real(ball.radius) <= Real(sphere.radius);
+  return (toPoint(ball.center) - centerOf(sphere)).norm() + Real(ball.radius) <=
+         Real(sphere.radius);
 }
 
 /// Whether what two segments' volumes are rounded from overlaps.
@@ -154,11 +153,6 @@ bool exactlyOverlap(const Segment& p, const Segment& q, const Box*) {
 bool exactlyOverlap(const Segment& p, const Segment& q, const Sphere*) {
   return test::sphereGap(test::sphereOf({toPoint(p.a), toPoint(p.b), p.radius}),
                          test::sphereOf({toPoint(q.a), toPoint(q.b), q.radius})) <= 0;
-}
-
-Real capsuleDistance(const Segment& p, const Segment& q) {
-  return test::segmentDistance(toPoint(p.a), toPoint(p.b), toPoint(q.a), toPoint(q.b)) -
-         Real(p.radius) - Real(q.radius);
 }
 
 /// The volumes of leaves by segment number.
@@ -259,43 +253,45 @@ void expectLikeRefit(const WrappedSphereTree<N>& tree, const WrappedSphereTree<N
 
 // Queries.
 
-/// Records all pairs and leaves, and stops at the k-th.
+/// Records all pairs and leaves.
 struct Recorder : plain::OverlapVisitor {
-  std::vector<Pair> pairs;
+  std::vector<IdPair> pairs;
   std::vector<SegmentId> leaves;
-  std::size_t stop_at = std::numeric_limits<std::size_t>::max();
 
   Visit leafPair(SegmentId a, SegmentId b) override {
     pairs.emplace_back(a, b);
-    return pairs.size() == stop_at ? Visit::kStop : Visit::kContinue;
+    return Visit::kContinue;
   }
   Visit leaf(SegmentId a) override {
     leaves.push_back(a);
-    return leaves.size() == stop_at ? Visit::kStop : Visit::kContinue;
+    return Visit::kContinue;
   }
 };
 
+template <class Item>
+void sortAndExpectEachOnce(std::vector<Item>& items) {
+  std::sort(items.begin(), items.end());
+  ASSERT_EQ(std::adjacent_find(items.begin(), items.end()), items.end()) << "one comes twice";
+}
+
 /// Looks for the smallest distance of capsules.
-struct Nearest : plain::NearVisitor {
+struct Nearest final : NearestVisitor {
   const std::vector<Segment>& a;
   const std::vector<Segment>& b;
+  double least = std::numeric_limits<double>::infinity();
   std::size_t visited = 0;
-  Pair best{-1, -1};
 
-  Nearest(const std::vector<Segment>& first, const std::vector<Segment>& second, double start)
-      : NearVisitor(start), a(first), b(second) {}
+  Nearest(const std::vector<Segment>& first, const std::vector<Segment>& second)
+      : a(first), b(second) {}
 
   double distance(SegmentId i, SegmentId j) const {
     return std::max(0.0, static_cast<double>(capsuleDistance(a[static_cast<std::size_t>(i)],
                                                              b[static_cast<std::size_t>(j)])));
   }
-  Visit leafPair(SegmentId i, SegmentId j) override {
+  Visit visit(SegmentId i, SegmentId j, double& limit) override {
     ++visited;
-    const double d = distance(i, j);
-    if (d < limit) {
-      limit = d;
-      best = {i, j};
-    }
+    least = std::min(least, distance(i, j));
+    limit = std::min(limit, least);
     return Visit::kContinue;
   }
 };
@@ -313,9 +309,18 @@ class FiberTreeTest : public testing::Test {
     return scene.segments[static_cast<std::size_t>(id)];
   }
 
-  /// Pairs come once. All are there whose exact volumes overlap, and none whose leaf volumes do
-  /// not. Boxes that overlap by their rounding alone are found as well; such spheres need not be,
-  /// as the rounding may stick out of the node above.
+  /// What overlaps exactly is found, and nothing whose leaf volumes do not overlap. Boxes that
+  /// overlap by their rounding alone are found as well; such spheres need not be, as the rounding
+  /// may stick out of the node above.
+  static void expectRight(bool found, bool overlapping, bool exactly_overlapping) {
+    ASSERT_TRUE(overlapping || !exactly_overlapping);
+    if (exactly_overlapping || (std::is_same_v<Volume, Box> && overlapping)) {
+      ASSERT_TRUE(found) << "missing";
+    }
+    ASSERT_TRUE(overlapping || !found) << "extra";
+  }
+
+  /// Pairs come once, and are right.
   static void expectPairsOfLeafVolumes(const Tree& tree, const Scene& scene, std::size_t least) {
     Recorder recorder;
     ASSERT_EQ(visitPairs(tree, recorder), Visit::kContinue);
@@ -323,10 +328,7 @@ class FiberTreeTest : public testing::Test {
       ASSERT_NE(a, b) << "a segment is paired with itself";
       if (a > b) std::swap(a, b);
     }
-    std::sort(recorder.pairs.begin(), recorder.pairs.end());
-    ASSERT_EQ(std::adjacent_find(recorder.pairs.begin(), recorder.pairs.end()),
-              recorder.pairs.end())
-        << "a pair comes twice";
+    sortAndExpectEachOnce(recorder.pairs);
     ASSERT_GE(recorder.pairs.size(), least);
 
     const auto volumes = leafVolumes(tree);
@@ -335,17 +337,12 @@ class FiberTreeTest : public testing::Test {
     for (auto i = ids.begin(); i != ids.end(); ++i) {
       for (auto j = i + 1; j != ids.end(); ++j) {
         const bool found =
-            std::binary_search(recorder.pairs.begin(), recorder.pairs.end(), Pair{*i, *j});
+            std::binary_search(recorder.pairs.begin(), recorder.pairs.end(), IdPair{*i, *j});
         const bool overlapping =
             overlap(volumes[static_cast<std::size_t>(*i)], volumes[static_cast<std::size_t>(*j)]);
         const bool exactly_overlapping = exactly(at(scene, *i), at(scene, *j));
-        ASSERT_TRUE(overlapping || !exactly_overlapping) << *i << ' ' << *j;
-        if (exactly_overlapping || (std::is_same_v<Volume, Box> && overlapping)) {
-          ASSERT_TRUE(found) << "missing: " << *i << ' ' << *j;
-        }
-        if (!overlapping) {
-          ASSERT_FALSE(found) << "extra: " << *i << ' ' << *j;
-        }
+        expectRight(found, overlapping, exactly_overlapping);
+        if (HasFatalFailure()) FAIL() << *i << ' ' << *j;
       }
     }
   }
@@ -499,18 +496,26 @@ std::vector<TwoFrames> framesOfTwoTrees() {
           {{{1e6, 1e6, 1e6}, 1}, {{1e6 + 0.3, 1e6, 1e6}, 1024}}};
 }
 
+/// Two scenes, each in its own frame, and the second one's segments in the first's.
+struct TwoScenes {
+  Scene a, b;
+  std::vector<Segment> b_in_a;
+};
+TwoScenes seenFrom(const TwoFrames& frames, Scene a, Scene b) {
+  // World coordinates are taken relative to the first frame's origin.
+  const Frame world{frames.a.origin, 1};
+  a.segments = seenFrom(frames.a, world, a.segments);
+  b.segments = seenFrom(frames.b, world, b.segments);
+  return {a, b, seenFrom(frames.a, frames.b, b.segments)};
+}
+
 TYPED_TEST(FiberTreeTest, PairsOfTwoTreesInTwoFramesAreFound) {
   // If this fails, managers whose scenes lie elsewhere or have another size miss each other's
   // objects.
   const Scene world_a = wanderingFibers({50, 1, 70, 3}, 8, 0.5);
   const Scene world_b = wanderingFibers({40, 40, 0, 1, 9}, 9, 0.5);
   for (const TwoFrames& frames : framesOfTwoTrees()) {
-    // World coordinates are taken relative to the first frame's origin.
-    const Frame world{frames.a.origin, 1};
-    Scene a = world_a, b = world_b;
-    a.segments = seenFrom(frames.a, world, a.segments);
-    b.segments = seenFrom(frames.b, world, b.segments);
-    const std::vector<Segment> b_in_a = seenFrom(frames.a, frames.b, b.segments);
+    const auto [a, b, b_in_a] = seenFrom(frames, world_a, world_b);
     const TypeParam tree_a = this->build(a), tree_b = this->build(b);
 
     for (const double growth : {0.0, 0.1}) {
@@ -518,15 +523,12 @@ TYPED_TEST(FiberTreeTest, PairsOfTwoTreesInTwoFramesAreFound) {
       const FrameChange b_to_a(frames.b, frames.a, in_a), a_to_b(frames.a, frames.b, in_b);
       Recorder recorder;
       ASSERT_EQ(visitPairs(tree_a, tree_b, b_to_a, a_to_b, recorder), Visit::kContinue);
-      std::sort(recorder.pairs.begin(), recorder.pairs.end());
-      ASSERT_EQ(std::adjacent_find(recorder.pairs.begin(), recorder.pairs.end()),
-                recorder.pairs.end())
-          << "a pair comes twice";
+      sortAndExpectEachOnce(recorder.pairs);
       EXPECT_GE(recorder.pairs.size(), 20u);
       for (const SegmentId i : a.fibers.ids) {
         for (const SegmentId j : b.fibers.ids) {
           const bool found =
-              std::binary_search(recorder.pairs.begin(), recorder.pairs.end(), Pair{i, j});
+              std::binary_search(recorder.pairs.begin(), recorder.pairs.end(), IdPair{i, j});
           const Segment& p = this->at(a, i);
           Segment q = b_in_a[static_cast<std::size_t>(j)];
           const double reach = q.radius + in_a, slack = 1e-5 * frames.a.scale;
@@ -558,22 +560,14 @@ TYPED_TEST(FiberTreeTest, LeavesAreThoseThatOverlapTheVolume) {
     const auto volume = TypeParam::Volume::around(segment, 0);
     Recorder recorder;
     ASSERT_EQ(visitLeaves(tree, volume, recorder), Visit::kContinue);
-    std::sort(recorder.leaves.begin(), recorder.leaves.end());
-    ASSERT_EQ(std::adjacent_find(recorder.leaves.begin(), recorder.leaves.end()),
-              recorder.leaves.end())
-        << "a segment comes twice";
+    sortAndExpectEachOnce(recorder.leaves);
     hits += recorder.leaves.size();
     for (const SegmentId id : scene.fibers.ids) {
       const bool found = std::binary_search(recorder.leaves.begin(), recorder.leaves.end(), id);
       const bool overlapping = overlap(volumes[static_cast<std::size_t>(id)], volume);
       const bool exactly_overlapping = this->exactly(this->at(scene, id), segment);
-      ASSERT_TRUE(overlapping || !exactly_overlapping) << id;
-      if (exactly_overlapping || (std::is_same_v<typename TypeParam::Volume, Box> && overlapping)) {
-        ASSERT_TRUE(found) << "missing: " << id;
-      }
-      if (!overlapping) {
-        ASSERT_FALSE(found) << "extra: " << id;
-      }
+      this->expectRight(found, overlapping, exactly_overlapping);
+      if (this->HasFatalFailure()) FAIL() << id;
     }
   }
   EXPECT_GT(hits, 100u);
@@ -597,20 +591,18 @@ TYPED_TEST(FiberTreeTest, TheNearestPairIsFoundByLookingAtFew) {
               [](const Segment& p, const Segment& q) { return p.a.x < q.a.x; });
     const TypeParam tree = this->build(scene);
     const double infinity = std::numeric_limits<double>::infinity();
-    Nearest nearest(scene.segments, scene.segments, infinity);
-    ASSERT_EQ(visitPairs(tree, nearest), Visit::kContinue);
+    Nearest nearest(scene.segments, scene.segments);
+    ASSERT_EQ(Search<TypeParam>::nearest(tree, infinity, nearest), Visit::kContinue);
     double least = infinity;
     for (SegmentId a = 0; a < 400; ++a) {
       for (SegmentId b = 0; b < a; ++b) least = std::min(least, nearest.distance(a, b));
     }
-    EXPECT_EQ(nearest.limit, least) << i;
+    EXPECT_EQ(nearest.least, least) << i;
     EXPECT_LT(nearest.visited, 400u * 399 / 2 / 10) << i;
 
     // A limit below the least distance prunes all.
-    Nearest below(scene.segments, scene.segments, 0.5 * least);
-    visitPairs(tree, below);
-    EXPECT_EQ(below.best.first, -1) << i;
-    EXPECT_EQ(below.limit, 0.5 * least) << i;
+    Nearest below(scene.segments, scene.segments);
+    Search<TypeParam>::nearest(tree, 0.5 * least, below);
     EXPECT_LT(below.visited, nearest.visited) << i;
   }
 }
@@ -622,57 +614,19 @@ TYPED_TEST(FiberTreeTest, TheNearestPairOfTwoTreesIsFoundInTwoFrames) {
   for (Segment& segment : world_b.segments)
     segment = {segment.a + Vec3d{3, 1, 0}, segment.b + Vec3d{3, 1, 0}, segment.radius};
   for (const TwoFrames& frames : framesOfTwoTrees()) {
-    const Frame world{frames.a.origin, 1};
-    Scene a = world_a, b = world_b;
-    a.segments = seenFrom(frames.a, world, a.segments);
-    b.segments = seenFrom(frames.b, world, b.segments);
-    const std::vector<Segment> b_in_a = seenFrom(frames.a, frames.b, b.segments);
+    const auto [a, b, b_in_a] = seenFrom(frames, world_a, world_b);
     const FrameChange b_to_a(frames.b, frames.a), a_to_b(frames.a, frames.b);
-    Nearest nearest(a.segments, b_in_a, std::numeric_limits<double>::infinity());
-    visitPairs(this->build(a), this->build(b), b_to_a, a_to_b, nearest);
-    double least = std::numeric_limits<double>::infinity();
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    const TypeParam tree_a = this->build(a), tree_b = this->build(b);
+    Nearest nearest(a.segments, b_in_a);
+    Search<TypeParam>::nearest({tree_a, tree_b, b_to_a, a_to_b}, kInfinity, nearest);
+    double least = kInfinity;
     for (const SegmentId i : a.fibers.ids) {
       for (const SegmentId j : b.fibers.ids) least = std::min(least, nearest.distance(i, j));
     }
     EXPECT_GT(least, 0);
-    EXPECT_NEAR(nearest.limit, least, 1e-9 * frames.a.scale);
+    EXPECT_NEAR(nearest.least, least, 1e-9 * frames.a.scale);
     EXPECT_LT(nearest.visited, a.fibers.ids.size() * b.fibers.ids.size() / 4);
-  }
-}
-
-TYPED_TEST(FiberTreeTest, StoppingEndsTheVisitAtOnce) {
-  // If this fails, a callback that has seen enough is called again.
-  const Scene scene = mediumScene();
-  const TypeParam tree = this->build(scene);
-  Recorder all;
-  visitPairs(tree, all);
-  for (const std::size_t stop :
-       {std::size_t{1}, std::size_t{2}, std::size_t{17}, all.pairs.size()}) {
-    Recorder recorder;
-    recorder.stop_at = stop;
-    EXPECT_EQ(visitPairs(tree, recorder), Visit::kStop);
-    EXPECT_EQ(recorder.pairs.size(), stop);
-    EXPECT_TRUE(std::equal(recorder.pairs.begin(), recorder.pairs.end(), all.pairs.begin()));
-
-    const FrameChange change(Frame{}, Frame{});
-    Recorder between;
-    between.stop_at = stop;
-    EXPECT_EQ(visitPairs(tree, tree, change, change, between), Visit::kStop);
-    EXPECT_EQ(between.pairs.size(), stop);
-  }
-  // Ending at the first pair must not cost as much as a whole query.
-  const TypeParam large = this->build(wanderingFibers(std::vector<int>(40, 30), 25));
-  Recorder whole, first;
-  first.stop_at = 1;
-  visitPairs(large, whole);
-  visitPairs(large, first);
-  EXPECT_LE(100 * first.tests, whole.tests);
-  for (const std::size_t stop : {1u, 2u, 17u}) {
-    Recorder recorder;
-    recorder.stop_at = stop;
-    const auto everything = TypeParam::Volume::around({{-9, -9, -9}, {9, 9, 9}, 9}, 0);
-    EXPECT_EQ(visitLeaves(tree, everything, recorder), Visit::kStop);
-    EXPECT_EQ(recorder.leaves.size(), stop);
   }
 }
 
@@ -707,7 +661,7 @@ TYPED_TEST(FiberTreeTest, OneSegmentHasNoPairs) {
   EXPECT_EQ(recorder.leaves, one.fibers.ids);
   const FrameChange change(Frame{}, Frame{});
   visitPairs(tree, this->build(other), change, change, recorder);
-  EXPECT_EQ(recorder.pairs, (std::vector<Pair>{{one.fibers.ids[0], other.fibers.ids[0]}}));
+  EXPECT_EQ(recorder.pairs, (std::vector<IdPair>{{one.fibers.ids[0], other.fibers.ids[0]}}));
 }
 
 TYPED_TEST(FiberTreeTest, SegmentsOutOfFloatsRangeAreStillFound) {
@@ -729,7 +683,7 @@ TYPED_TEST(FiberTreeTest, SegmentsOutOfFloatsRangeAreStillFound) {
   for (SegmentId a = 0; a < 20; ++a) {
     for (SegmentId b = a + 1; b < 20; ++b) {
       if ((a < 10) != (b < 10)) continue;
-      EXPECT_TRUE(std::binary_search(recorder.pairs.begin(), recorder.pairs.end(), Pair{a, b}))
+      EXPECT_TRUE(std::binary_search(recorder.pairs.begin(), recorder.pairs.end(), IdPair{a, b}))
           << a << ' ' << b;
     }
   }

@@ -8,28 +8,13 @@ namespace {
 
 using geometry::FrameChange;
 
-struct Overlapping : CountedOverlapAdmission {
+struct Overlapping : OverlapAdmission {
   explicit Overlapping(OverlapVisitor& visitor) : to(visitor) {}
-  ~Overlapping() { to.tests += tests; }
-  Overlapping(const Overlapping&) = delete;
-  Overlapping& operator=(const Overlapping&) = delete;
 
   Visit leafPair(SegmentId a, SegmentId b) { return to.leafPair(a, b); }
   Visit leaf(SegmentId a) { return to.leaf(a); }
 
   OverlapVisitor& to;
-};
-
-struct Near : NearestAdmission {
-  explicit Near(NearVisitor& visitor) : NearestAdmission{visitor.limit}, to(visitor) {}
-
-  Visit leafPair(SegmentId a, SegmentId b) {
-    const Visit visit = to.leafPair(a, b);
-    limit = to.limit;
-    return visit;
-  }
-
-  NearVisitor& to;
 };
 
 }  // namespace
@@ -50,26 +35,12 @@ Visit visitLeaves(const Tree& tree, const typename Tree::Volume& volume, Overlap
   Overlapping query(visitor);
   return tree::visitLeaves(tree, volume, query);
 }
-template <class Tree>
-Visit visitPairs(const Tree& tree, NearVisitor& visitor) {
-  Near query(visitor);
-  return tree::visitPairs(tree, query);
-}
-template <class Tree>
-Visit visitPairs(const Tree& a, const Tree& b, const FrameChange& b_to_a, const FrameChange& a_to_b,
-                 NearVisitor& visitor) {
-  Near query(visitor);
-  return tree::visitPairs(a, b, b_to_a, a_to_b, query);
-}
 
 #define FCL_FIBERS_TRAVERSALS(TREE)                                                           \
   template Visit visitPairs(const TREE&, OverlapVisitor&);                                    \
   template Visit visitPairs(const TREE&, const TREE&, const FrameChange&, const FrameChange&, \
                             OverlapVisitor&);                                                 \
-  template Visit visitLeaves(const TREE&, const TREE::Volume&, OverlapVisitor&);              \
-  template Visit visitPairs(const TREE&, NearVisitor&);                                       \
-  template Visit visitPairs(const TREE&, const TREE&, const FrameChange&, const FrameChange&, \
-                            NearVisitor&)
+  template Visit visitLeaves(const TREE&, const TREE::Volume&, OverlapVisitor&)
 FCL_FIBERS_TRAVERSALS(LayeredBoxTree<2>);
 FCL_FIBERS_TRAVERSALS(LayeredBoxTree<8>);
 FCL_FIBERS_TRAVERSALS(WrappedSphereTree<2>);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstddef>
-
 #include "geometry/frame.h"
 #include "tree/fiber_tree.h"
 #include "tree/work.h"
@@ -18,18 +16,6 @@ class OverlapVisitor {
   virtual ~OverlapVisitor() = default;
   virtual Visit leafPair(SegmentId a, SegmentId b) = 0;
   virtual Visit leaf(SegmentId a) = 0;
-
-  std::size_t tests = 0;  ///< volumes that were tested against a volume
-};
-
-/// What a traversal for volumes nearer than a limit visits, the nearest first.
-class NearVisitor {
- public:
-  explicit NearVisitor(double start) : limit(start) {}
-  virtual ~NearVisitor() = default;
-  virtual Visit leafPair(SegmentId a, SegmentId b) = 0;
-
-  double limit;  ///< in the frame of the (first) tree; may be lowered
 };
 
 template <class Tree>
@@ -39,11 +25,5 @@ Visit visitPairs(const Tree& a, const Tree& b, const geometry::FrameChange& b_to
                  const geometry::FrameChange& a_to_b, OverlapVisitor& visitor);
 template <class Tree>
 Visit visitLeaves(const Tree& tree, const typename Tree::Volume& volume, OverlapVisitor& visitor);
-
-template <class Tree>
-Visit visitPairs(const Tree& tree, NearVisitor& visitor);
-template <class Tree>
-Visit visitPairs(const Tree& a, const Tree& b, const geometry::FrameChange& b_to_a,
-                 const geometry::FrameChange& a_to_b, NearVisitor& visitor);
 
 }  // namespace fcl_fibers::tree::plain

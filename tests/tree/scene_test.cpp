@@ -20,13 +20,14 @@
 #include <variant>
 #include <vector>
 
-#include "support/exact_geometry.h"
 #include "support/random.h"
+#include "support/segments.h"
 
 namespace fcl_fibers::tree {
 namespace {
 
 using geometry::Frame;
+using geometry::fromEigen;
 using geometry::Segment;
 using geometry::Vec3d;
 using test::Point;
@@ -35,9 +36,6 @@ using test::Real;
 using PairList = std::vector<std::pair<SegmentId, SegmentId>>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-Vec3d fromEigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-Point toPoint(const Vec3d& v) { return Point(v.x, v.y, v.z); }
 
 /// Segments in the world, some ids of which have gone.
 struct World {

@@ -4,14 +4,14 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <random>
+#include <new>
 #include <stdexcept>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <pugixml.hpp>
 
-#include "support/memory_use.h"
+#include "support/allocation_faults.h"
 
 namespace fcl_fibers::scenes {
 namespace {
@@ -24,6 +24,13 @@ using testing::StartsWith;
 using testing::ThrowsMessage;
 
 constexpr char kName[] = "a file";
+
+// Before main, so that pugixml frees nothing that it allocated otherwise.
+const bool pugixml_is_counted = [] {
+  pugi::set_memory_management_functions([](std::size_t size) { return ::operator new(size); },
+                                        [](void* memory) { ::operator delete(memory); });
+  return true;
+}();
 
 constexpr int kSegmentsPerSpan = 2;
 
@@ -128,18 +135,6 @@ void expectSafeBitFlips(const std::string& bytes, FiberFormat format) {
     parsesSafely(flipped, format);
   }
 }
-
-// Tests of several builds may run at once, so the name is drawn, not chosen.
-TemporaryFile::TemporaryFile(const std::string& extension, const std::string& bytes)
-    : path_(testing::TempDir() + "fcl_fibers_" + std::to_string(std::random_device()()) + "_" +
-            std::to_string(std::random_device()()) + extension) {
-  std::ofstream stream(path_, std::ios::binary);
-  stream << bytes;
-  stream.close();
-  if (!stream) throw std::logic_error("the test cannot write " + path_);
-}
-
-TemporaryFile::~TemporaryFile() { std::filesystem::remove(path_); }
 
 std::string realFile(const std::string& name) {
   const char* const directory = std::getenv("FCL_FIBERS_DATA");

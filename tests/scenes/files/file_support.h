@@ -10,6 +10,8 @@
 
 #include <fcl_fibers/scenes/fiber_file.h>
 
+#include "../scene_support.h"
+
 namespace fcl_fibers::scenes {
 
 /// The bytes of a file, put together by hand.
@@ -63,11 +65,14 @@ class FileBytes {
   std::string bytes_;
 };
 
+/// The numbers of a closed line of three points and an open one of two, as VTK's formats have them.
+constexpr float kTwoLinesPoints[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, .5F, 7, 8, 9};
+constexpr int kTwoLinesIndices[] = {0, 1, 2, 0, 3, 4};
+
 /// That the scene is as FiberScene says.
 void expectWellFormed(const FiberScene& scene);
 
-/// That it is what the samples of VTK's formats hold: a closed line of three points, and one of
-/// two.
+/// That it is these two lines.
 void expectTwoLines(const FiberFile& file);
 
 /// That parsing throws std::runtime_error naming the file, the place and the reason.
@@ -83,19 +88,6 @@ void expectSafeTruncations(const std::string& bytes, FiberFormat format, std::si
 
 /// For a valid file with each of its bits flipped.
 void expectSafeBitFlips(const std::string& bytes, FiberFormat format);
-
-/// A file that goes with the test.
-class TemporaryFile {
- public:
-  explicit TemporaryFile(const std::string& extension, const std::string& bytes = "");
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  ~TemporaryFile();
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
 
 /// Of real files, which are no part of this project; those that use it skip where it is absent.
 std::string realFile(const std::string& name);

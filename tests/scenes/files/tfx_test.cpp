@@ -5,8 +5,6 @@
 #include <filesystem>
 #include <limits>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -73,19 +71,17 @@ class TfxTest : public testing::TestWithParam<int> {};
 INSTANTIATE_TEST_SUITE_P(Version, TfxTest, testing::Values(3, 4),
                          testing::PrintToStringParamName());
 
-TEST_P(TfxTest, ReadsWhatWasWritten) {
-  // If this fails, points are read from the wrong place or in the wrong order.
-  const FiberFile file = parse(sampleFile(GetParam()).bytes());
-  expectSampleScene(file.scene);
-  EXPECT_EQ(file.scene.radius, 0);
-  EXPECT_THAT(file.warnings, testing::IsEmpty());
-}
-
-TEST_P(TfxTest, AcceptsMinorVersions) {
-  // If this fails, files of version 3.1 or 4.1 are refused though their layout is known.
+TEST_P(TfxTest, ReadsWhatWasWrittenInMinorVersionsToo) {
+  // If this fails, points are read from the wrong place or in the wrong order, or files of version
+  // 3.1 or 4.1 are refused though their layout is known.
   SampleFile sample = sampleFile(GetParam());
-  sample.file.setLittle(0, static_cast<float>(GetParam()) + 0.1F);
-  expectSampleScene(parse(sample.bytes()).scene);
+  for (const float minor : {0.0F, 0.1F}) {
+    sample.file.setLittle(0, static_cast<float>(GetParam()) + minor);
+    const FiberFile file = parse(sample.bytes());
+    expectSampleScene(file.scene);
+    EXPECT_EQ(file.scene.radius, 0);
+    EXPECT_THAT(file.warnings, testing::IsEmpty());
+  }
 }
 
 TEST_P(TfxTest, RefusesOtherVersions) {
@@ -98,61 +94,44 @@ TEST_P(TfxTest, RefusesOtherVersions) {
   }
 }
 
-TEST_P(TfxTest, RefusesFilesWithoutStrands) {
-  // If this fails, an empty scene hides that a file is broken.
-  SampleFile sample = sampleFile(GetParam());
-  sample.file.setLittle(4, std::uint32_t{0});
-  expectRefusal(sample.bytes(), kTfx, "byte 4", "there are no strands");
+TEST_P(TfxTest, RefusesCountsThatTheFileCannotHold) {
+  // If this fails, an empty scene hides that a file is broken, fibers without a segment enter a
+  // scene, or a count asks for memory that the machine does not have, or wraps around.
+  const auto refuses = [](std::uint32_t strands, std::uint32_t points_per_strand,
+                          const std::string& place, const std::string& reason) {
+    SampleFile sample = sampleFile(GetParam());
+    sample.file.setLittle(4, strands).setLittle(8, points_per_strand);
+    expectRefusal(sample.bytes(), kTfx, place, reason);
+  };
+  refuses(0, 3, "byte 4", "there are no strands");
+  refuses(2, 0, "byte 8", "points per strand are 0");
+  refuses(2, 1, "byte 8", "points per strand are 1");
+  refuses(3, 3, "byte 4", "3 strands of ");
+  refuses(0xFFFFFFFF, 0xFFFFFFFF, "byte 4", "4294967295 strands of ");  // bytes beyond 64 bits
+  // 2^62 points: times 12 or 16 wraps around to 0.
+  refuses(0x80000000, 0x80000000, "byte 4", "2147483648 strands of ");
+  refuses(0x10000, 0x10000, "byte 4", "65536 strands of ");  // 2^32 points: 0 in 32 bits
+  refuses(1, 0xFFFFFFFF, "byte 4", "1 strands of ");         // a single strand of 48 GiB or more
+  refuses(0xFFFFFFFF, 2, "byte 4", "4294967295 strands of ");
 }
 
-TEST_P(TfxTest, RefusesStrandsWithoutSegments) {
-  // If this fails, fibers without a segment, or without a point, enter a scene.
+TEST_P(TfxTest, RefusesPointsInsideTheHeaderOrBeyondTheFile) {
+  // If this fails, counts and offsets are read as coordinates, or memory is filled with what the
+  // file does not contain.
   SampleFile sample = sampleFile(GetParam());
-  for (const std::uint32_t points : {0U, 1U}) {
-    sample.file.setLittle(8, points);
-    expectRefusal(sample.bytes(), kTfx, "byte 8",
-                  "points per strand are " + std::to_string(points));
-  }
-}
-
-TEST_P(TfxTest, RefusesPointsInsideTheHeader) {
-  // If this fails, counts and offsets are read as coordinates.
-  SampleFile sample = sampleFile(GetParam());
+  const auto refuses = [&](std::size_t points_begin, std::size_t place, const std::string& reason) {
+    sample.file.setLittle(sample.offset_field, static_cast<std::uint32_t>(points_begin));
+    expectRefusal(sample.bytes(), kTfx, "byte " + std::to_string(place), reason);
+  };
   for (const std::size_t offset : {std::size_t{0}, std::size_t{12}, sample.header_size - 1}) {
-    sample.file.setLittle(sample.offset_field, static_cast<std::uint32_t>(offset));
-    expectRefusal(sample.bytes(), kTfx, "byte " + std::to_string(sample.offset_field),
-                  "inside the header");
+    refuses(offset, sample.offset_field, "inside the header");
   }
-}
-
-TEST_P(TfxTest, RefusesPointsBeyondTheFile) {
-  // If this fails, memory is filled with what the file does not contain.
-  SampleFile sample = sampleFile(GetParam());
   for (const std::size_t offset : {sample.bytes().size() + 1, std::size_t{0xFFFFFFFF}}) {
-    sample.file.setLittle(sample.offset_field, static_cast<std::uint32_t>(offset));
-    expectRefusal(sample.bytes(), kTfx, "byte " + std::to_string(sample.offset_field),
-                  "points start at byte " + std::to_string(offset));
+    refuses(offset, sample.offset_field, "points start at byte " + std::to_string(offset));
   }
   for (const std::size_t offset :
        {sample.points_begin + kTrailingBytes + 1, sample.bytes().size()}) {
-    sample.file.setLittle(sample.offset_field, static_cast<std::uint32_t>(offset));
-    expectRefusal(sample.bytes(), kTfx, "byte 4", "end beyond the file");
-  }
-}
-
-TEST_P(TfxTest, RefusesCountsThatTheFileCannotHold) {
-  // If this fails, a broken count asks for memory that the machine does not have, or wraps around.
-  const std::vector<std::pair<std::uint32_t, std::uint32_t>> counts = {
-      {3, 3},                    // one strand too many
-      {0xFFFFFFFF, 0xFFFFFFFF},  // bytes beyond 64 bits
-      {0x80000000, 0x80000000},  // 2^62 points: times 12 or 16 wraps around to 0
-      {0x10000, 0x10000},        // 2^32 points: 0 in 32 bits
-      {1, 0xFFFFFFFF},           // a single strand of 48 GiB or more
-      {0xFFFFFFFF, 2}};
-  for (const auto& [strands, points_per_strand] : counts) {
-    SampleFile sample = sampleFile(GetParam());
-    sample.file.setLittle(4, strands).setLittle(8, points_per_strand);
-    expectRefusal(sample.bytes(), kTfx, "byte 4", std::to_string(strands) + " strands of ");
+    refuses(offset, 4, "end beyond the file");
   }
 }
 

@@ -35,7 +35,7 @@ std::string asciiFile() { return head("3.0", "ASCII") + kPoints + kLines; }
 std::string binaryFile() {
   FileBytes file;
   file.text(head("2.0", "BINARY")).text("POINTS 5 double\n");
-  for (const double c : {0., 0., 0., 1., 0., 0., 1., 1., 0., 0., 1., .5, 7., 8., 9.}) file.big(c);
+  for (const double c : kTwoLinesPoints) file.big(c);
   file.text("\nVERTICES 1 2\n").big(1).big(2);
   file.text("\nLINES 2 8\n");
   for (const int i : {4, 0, 1, 2, 0, 2, 3, 4}) file.big(i);
@@ -46,14 +46,11 @@ std::string binaryFile() {
 std::string binaryFileOfVersion5() {
   FileBytes file;
   file.text(head("5.1", "BINARY")).text("POINTS 5 float\n");
-  for (const float c :
-       {0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 1.F, 1.F, 0.F, 0.F, 1.F, .5F, 7.F, 8.F, 9.F}) {
-    file.big(c);
-  }
+  for (const float c : kTwoLinesPoints) file.big(c);
   file.text("\nMETADATA\nINFORMATION 0\n\nLINES 3 6\nOFFSETS vtktypeint64\n");
   for (const std::int64_t i : {0, 4, 6}) file.big(i);
   file.text("\nCONNECTIVITY vtktypeint32\n");
-  for (const int i : {0, 1, 2, 0, 3, 4}) file.big(i);
+  for (const int i : kTwoLinesIndices) file.big(i);
   return file.text("\n").bytes();
 }
 
@@ -62,12 +59,13 @@ std::string asciiFileOfVersion5() {
          "LINES 3 6\nOFFSETS vtktypeint64\n0 4 6\nCONNECTIVITY vtktypeint64\n0 1 2 0 3 4\n";
 }
 
+std::vector<std::string> sampleFiles() {
+  return {asciiFile(), binaryFile(), asciiFileOfVersion5(), binaryFileOfVersion5()};
+}
+
 TEST(VtkTest, ReadsAllFourLayouts) {
   // If this fails, points or lines are read from the wrong place, order or byte order.
-  expectTwoLines(parse(asciiFile()));
-  expectTwoLines(parse(binaryFile()));
-  expectTwoLines(parse(asciiFileOfVersion5()));
-  expectTwoLines(parse(binaryFileOfVersion5()));
+  for (const std::string& bytes : sampleFiles()) expectTwoLines(parse(bytes));
 }
 
 TEST(VtkTest, SkipsWhatIsNoLine) {
@@ -155,8 +153,7 @@ TEST(VtkTest, WarnsOfALastLineWithoutEnd) {
 TEST(VtkTest, DamageIsRefusedOrHarmless) {
   // If this fails, a file that was not copied to its end is read as if it were whole, or a damaged
   // one crashes the reader or yields a scene that is not one.
-  for (const std::string& bytes :
-       {asciiFile(), binaryFile(), asciiFileOfVersion5(), binaryFileOfVersion5()}) {
+  for (const std::string& bytes : sampleFiles()) {
     expectSafeTruncations(bytes, kVtk, bytes.size() - 1);
     expectSafeBitFlips(bytes, kVtk);
   }
@@ -180,6 +177,9 @@ TEST(VtkTest, MemoryIsBoundedWhereNumbersAreShortest) {
   EXPECT_TRUE(parsesSafely(head("3.0", "ASCII") + "POINTS 1 float\n0 0 0\n" + one_line, kVtk));
 }
 
+// The points of the lines of the files that VTK wrote.
+const std::vector<int> kWrittenPoints = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 6, 3, 10, 11};
+
 class VtkWrittenByVtkTest : public testing::TestWithParam<const char*> {};
 
 TEST_P(VtkWrittenByVtkTest, IsReadAsItIs) {
@@ -191,10 +191,9 @@ TEST_P(VtkWrittenByVtkTest, IsReadAsItIs) {
   expectWellFormed(file.scene);
   EXPECT_THAT(file.scene.point_begin, ElementsAre(0, 4, 6, 11, 14));
   EXPECT_THAT(file.scene.closed, ElementsAre(0, 0, 1, 0));
-  const std::vector<int> indices = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 6, 3, 10, 11};
-  ASSERT_EQ(file.scene.points.size(), indices.size());
-  for (std::size_t i = 0; i < indices.size(); ++i) {
-    const double j = indices[i];
+  ASSERT_EQ(file.scene.points.size(), kWrittenPoints.size());
+  for (std::size_t i = 0; i < kWrittenPoints.size(); ++i) {
+    const double j = kWrittenPoints[i];
     EXPECT_EQ(file.scene.points[i], (Point{0.5 * j, 0.25 * j * j, -1.125 * j}));
   }
   EXPECT_THAT(file.warnings, IsEmpty());
@@ -205,9 +204,8 @@ TEST(VtkRadiiTest, OfAFileWrittenByVtkAreRead) {
   const FiberFile file = readFibers(FCL_FIBERS_SOURCE_DIR "/tests/data/radii.vtp");
   EXPECT_TRUE(file.has_radius);
   expectWellFormed(file.scene);
-  const std::vector<int> indices = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 6, 3, 10, 11};
-  ASSERT_EQ(file.scene.radii.size(), indices.size());
-  const auto radius = [&](std::size_t i) { return 0.5 + 0.25 * (indices[i] % 5); };
+  ASSERT_EQ(file.scene.radii.size(), kWrittenPoints.size());
+  const auto radius = [](std::size_t i) { return 0.5 + 0.25 * (kWrittenPoints[i] % 5); };
   for (std::size_t f = 0; f < file.scene.fiberCount(); ++f) {
     for (std::size_t i = file.scene.point_begin[f]; i + 1 < file.scene.point_begin[f + 1]; ++i) {
       EXPECT_EQ(file.scene.radii[i], std::max(radius(i), radius(i + 1))) << i;

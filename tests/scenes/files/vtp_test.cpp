@@ -52,8 +52,9 @@ std::string sized(const std::string& bytes) {
   return array.little(static_cast<std::uint32_t>(bytes.size())).text(bytes).bytes();
 }
 
-// In blocks of 16 bytes; header and blocks are returned by themselves, as each is encoded so.
-std::vector<std::string> inBlocks(const std::string& bytes) {
+// In blocks of 16 bytes, the header and the blocks, each of them encoded by itself.
+template <class Encode>
+std::string inBlocks(const std::string& bytes, Encode&& encode) {
   constexpr std::size_t kBlock = 16;
   std::vector<std::string> blocks;
   for (std::size_t i = 0; i < bytes.size(); i += kBlock) {
@@ -67,20 +68,20 @@ std::vector<std::string> inBlocks(const std::string& bytes) {
     header.little(static_cast<std::uint32_t>(block.size()));
     data.text(block);
   }
-  return {header.bytes(), data.bytes()};
+  return encode(header.bytes()) + encode(data.bytes());
+}
+std::string inRawBlocks(const std::string& bytes) {
+  return inBlocks(bytes, [](const std::string& part) { return part; });
 }
 
 std::string pointBytes() {
   FileBytes points;
-  for (const float c :
-       {0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 1.F, 1.F, 0.F, 0.F, 1.F, .5F, 7.F, 8.F, 9.F}) {
-    points.little(c);
-  }
+  for (const float c : kTwoLinesPoints) points.little(c);
   return points.bytes();
 }
 std::string indexBytes() {
   FileBytes indices;
-  for (const int i : {0, 1, 2, 0, 3, 4}) indices.little(i);
+  for (const int i : kTwoLinesIndices) indices.little(i);
   return indices.bytes();
 }
 std::string endBytes() {
@@ -127,12 +128,8 @@ std::string inlineFile() {
 constexpr char kCompressed[] = " compressor=\"vtkZLibDataCompressor\"";
 
 std::string compressedInlineFile() {
-  const auto encoded = [](const std::string& bytes) {
-    const std::vector<std::string> parts = inBlocks(bytes);
-    return base64(parts[0]) + base64(parts[1]);
-  };
-  return vtpFile(
-      {"binary", encoded(pointBytes()), encoded(indexBytes()), encoded(endBytes()), kCompressed});
+  return vtpFile({"binary", inBlocks(pointBytes(), base64), inBlocks(indexBytes(), base64),
+                  inBlocks(endBytes(), base64), kCompressed});
 }
 
 // `arrays` are as they are appended.
@@ -144,21 +141,19 @@ std::string appendedFile(const std::vector<std::string>& arrays, const std::stri
                       arrays[2] + "</AppendedData>"});
 }
 
-std::string rawFile() {
-  return appendedFile({sized(pointBytes()), sized(indexBytes()), sized(endBytes())}, "raw");
+std::string rawFileWith(const std::string& points) {
+  return appendedFile({points, sized(indexBytes()), sized(endBytes())}, "raw");
 }
+std::string rawFile() { return rawFileWith(sized(pointBytes())); }
 
-std::string compressedRawFile() {
-  std::vector<std::string> arrays;
-  for (const std::string& bytes : {pointBytes(), indexBytes(), endBytes()}) {
-    const std::vector<std::string> parts = inBlocks(bytes);
-    arrays.push_back(parts[0] + parts[1]);
-  }
-  return appendedFile(arrays, "raw", kCompressed);
+std::string compressedRawFileWith(const std::string& points) {
+  return appendedFile({points, inRawBlocks(indexBytes()), inRawBlocks(endBytes())}, "raw",
+                      kCompressed);
 }
 
 std::vector<std::string> sampleFiles() {
-  return {textFile(), inlineFile(), compressedInlineFile(), rawFile(), compressedRawFile()};
+  return {textFile(), inlineFile(), compressedInlineFile(), rawFile(),
+          compressedRawFileWith(inRawBlocks(pointBytes()))};
 }
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
@@ -166,6 +161,16 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   EXPECT_NE(at, std::string::npos) << from;
   return text.replace(at, from.size(), to);
 }
+
+std::string pieceOf(const std::string& file) {
+  const std::size_t begin = file.find("<Piece"), end = file.find("</PolyData>");
+  return file.substr(begin, end - begin);
+}
+
+// Where the arrays begin.
+constexpr char kPointsElement[] = "<DataArray type=\"Float";
+constexpr char kIndicesElement[] = "<DataArray type=\"Int32\" Name=\"conn";
+constexpr char kEndsElement[] = "<DataArray type=\"Int64\" Name=\"off";
 
 TEST(VtpTest, ReadsAllEncodings) {
   // If this fails, arrays are read from the wrong place, or decoded wrongly.
@@ -180,9 +185,7 @@ TEST(VtpTest, ReadsAllEncodings) {
 
 TEST(VtpTest, JoinsPieces) {
   // If this fails, lines of a second piece are missing, or have points of the first.
-  const std::string file = textFile();
-  const std::size_t begin = file.find("<Piece"), end = file.find("</PolyData>");
-  const std::string piece = file.substr(begin, end - begin);
+  const std::string file = textFile(), piece = pieceOf(file);
   const std::string empty = "<Piece NumberOfPoints=\"0\" NumberOfLines=\"0\"/>";
   const FiberScene scene =
       parse(replaced(file, piece, piece + empty + replaced(piece, "7 8 9", "6 6 6"))).scene;
@@ -228,12 +231,8 @@ TEST(VtpTest, RefusesRadiiThatAreNone) {
   refuses(replaced(radiusArray("1 2 3 4 5"), "Name", "NumberOfComponents=\"2\" Name"),
           "NumberOfComponents is not 1");
   const std::string file = textFile(), with = withPointData(file, radiusArray("1 2 3 4 5"));
-  const auto piece = [](const std::string& bytes) {
-    const std::size_t begin = bytes.find("<Piece"), end = bytes.find("</PolyData>");
-    return bytes.substr(begin, end - begin);
-  };
   for (const auto& [first, second] : {std::pair(file, with), std::pair(with, file)}) {
-    expectRefusal(replaced(first, "</PolyData>", piece(second) + "</PolyData>"), kVtp, "byte 0",
+    expectRefusal(replaced(first, "</PolyData>", pieceOf(second) + "</PolyData>"), kVtp, "byte 0",
                   "some pieces have point data 'radius'");
   }
 }
@@ -249,9 +248,6 @@ TEST(VtpTest, SaysWhatIsMalformed) {
     for (const std::string& name : {std::string("<VTKFile"), element}) at = bytes.find(name, at);
     expectRefusal(bytes, kVtp, "byte " + std::to_string(at), reason);
   };
-  const std::string points = "<DataArray type=\"Float";
-  const std::string indices = "<DataArray type=\"Int32\" Name=\"conn";
-  const std::string ends = "<DataArray type=\"Int64\" Name=\"off";
   refuses("PolyData\"", "ImageData\"", "<VTKFile", "type is 'ImageData', read are 'PolyData'");
   refuses("PolyData\"", "PolyData\" byte_order=\"Middle\"", "<VTKFile", "byte_order is 'Middle'");
   refuses("PolyData\"", "PolyData\" header_type=\"UInt8\"", "<VTKFile", "header_type is 'UInt8'");
@@ -259,26 +255,29 @@ TEST(VtpTest, SaysWhatIsMalformed) {
           "compressor is 'vtkLZ4DataCompressor', read are '' and 'vtkZLibDataCompressor'");
   refuses("NumberOfLines=\"2\"", "NumberOfLines=\"0\"", "<VTKFile", "there are no lines");
   refuses("NumberOfLines=\"2\"", "NumberOfLines=\"two\"", "<Piece", "'two', no whole number");
-  refuses("NumberOfLines=\"2\"", "NumberOfLines=\"3\"", ends, "there are 2 numbers, NumberOfLines");
-  refuses("NumberOfPoints=\"5\"", "NumberOfPoints=\"6\"", points, "there are 15 numbers");
-  refuses("NumberOfComponents=\"3\"", "NumberOfComponents=\"2\"", points, "is not 3");
-  refuses("7 8 9", "7 8 nan", points, "'nan' is no finite number");
-  refuses("7 8 9", "7 8", points, "there are 14 numbers");
-  refuses("0 3 4", "0 3 5", indices, "a line has point 5 of 5");
-  refuses("0 3 4", "0 3 -1", indices, "a line has point -1 of 5");
-  refuses("0 3 4", "0 3", ends, "the last number is 6, the lines have 5 points");
-  refuses("0 3 4", "0 3 4 4", ends, "the last number is 6, the lines have 7 points");
-  refuses("\t4 6", "\t4 7", ends, "the last number is 7, the lines have 6 points");
-  refuses("\t4 6", "\t4 6 8", ends, "there are 3 numbers, NumberOfLines is 2");
-  refuses("7 8 9", "7 8 9 0 0 0", points, "there are 18 numbers");
+  refuses("NumberOfLines=\"2\"", "NumberOfLines=\"3\"", kEndsElement,
+          "there are 2 numbers, NumberOfLines");
+  refuses("NumberOfPoints=\"5\"", "NumberOfPoints=\"6\"", kPointsElement, "there are 15 numbers");
+  refuses("NumberOfComponents=\"3\"", "NumberOfComponents=\"2\"", kPointsElement, "is not 3");
+  refuses("7 8 9", "7 8 nan", kPointsElement, "'nan' is no finite number");
+  refuses("7 8 9", "7 8", kPointsElement, "there are 14 numbers");
+  refuses("0 3 4", "0 3 5", kIndicesElement, "a line has point 5 of 5");
+  refuses("0 3 4", "0 3 -1", kIndicesElement, "a line has point -1 of 5");
+  refuses("0 3 4", "0 3", kEndsElement, "the last number is 6, the lines have 5 points");
+  refuses("0 3 4", "0 3 4 4", kEndsElement, "the last number is 6, the lines have 7 points");
+  refuses("\t4 6", "\t4 7", kEndsElement, "the last number is 7, the lines have 6 points");
+  refuses("\t4 6", "\t4 6 8", kEndsElement, "there are 3 numbers, NumberOfLines is 2");
+  refuses("7 8 9", "7 8 9 0 0 0", kPointsElement, "there are 18 numbers");
   for (const char* bad : {"\t0 6", "\t4 4", "\t6 4", "\t-1 6"}) {
-    refuses("\t4 6", bad, ends, "do not ascend strictly from above 0");
+    refuses("\t4 6", bad, kEndsElement, "do not ascend strictly from above 0");
   }
   refuses("Name=\"offsets\"", "Name=\"ends\"", "<Lines", "there is no DataArray 'offsets'");
   refuses("<Points>", "<Other/><Points format=\"none\"><Nothing/></Points><Points>", "<Points",
           "there is no element DataArray");
-  refuses("format=\"ascii\"", "format=\"octal\"", points, "format is 'octal', read are 'ascii'");
-  refuses("format=\"ascii\"", "format=\"appended\"", points, "offset is '', no whole number");
+  refuses("format=\"ascii\"", "format=\"octal\"", kPointsElement,
+          "format is 'octal', read are 'ascii'");
+  refuses("format=\"ascii\"", "format=\"appended\"", kPointsElement,
+          "offset is '', no whole number");
   expectRefusal("<a/>", kVtp, "byte 0", "there is no element VTKFile");
   expectRefusal("", kVtp, "byte 0", "No document element found");
   expectRefusal("<VTKFile><a></VTKFile>", kVtp, "byte 14", "tags mismatch");
@@ -290,43 +289,39 @@ TEST(VtpTest, SaysWhatIsWrongWithBytes) {
                           const std::string& reason) {
     expectRefusal(bytes, kVtp, "byte " + std::to_string(bytes.find(element)), reason);
   };
-  const std::string points = "<DataArray type=\"Float";
-  const std::string indices = "<DataArray type=\"Int32\" Name=\"conn";
   refuses(replaced(inlineFile(), "Float32", "Int16"), "<DataArray", "type is 'Int16', read are Fl");
   refuses(replaced(inlineFile(), "Int32", "Int8"), "<DataArray type=\"Int8", "type is 'Int8'");
-  refuses(replaced(inlineFile(), ">\n", ">\n!"), points, "has '!' where base64 has none");
-  refuses(replaced(inlineFile(), ">\n", ">\n="), points, "has '=' where base64 has none");
-  refuses(replaced(inlineFile(), ">\n", ">\n////"), points, "ends before its 1023410175 bytes do");
-  refuses(replaced(rawFile(), "offset=\"0\"", "offset=\"999\""), points, "offset is 999, appended");
-  refuses(replaced(rawFile(), "offset=\"0\"", "offset=\"64\""), points, "there are 6 numbers");
-  refuses(replaced(rawFile(), "offset=\"64\"", "offset=\"16\""), indices, "ends before its ");
+  refuses(replaced(inlineFile(), ">\n", ">\n!"), kPointsElement, "has '!' where base64 has none");
+  refuses(replaced(inlineFile(), ">\n", ">\n="), kPointsElement, "has '=' where base64 has none");
+  refuses(replaced(inlineFile(), ">\n", ">\n////"), kPointsElement,
+          "ends before its 1023410175 bytes do");
+  refuses(replaced(rawFile(), "offset=\"0\"", "offset=\"999\""), kPointsElement,
+          "offset is 999, appended");
+  refuses(replaced(rawFile(), "offset=\"0\"", "offset=\"64\""), kPointsElement,
+          "there are 6 numbers");
+  refuses(replaced(rawFile(), "offset=\"64\"", "offset=\"16\""), kIndicesElement,
+          "ends before its ");
   refuses(replaced(rawFile(), "\"raw\"", "\"hex\""), "<AppendedData", "encoding is 'hex'");
   refuses(replaced(rawFile(), "\n _", "\n "), "<AppendedData", "do not start with '_'");
   refuses(replaced(rawFile(), "</AppendedData>", ""), "<AppendedData", "end with </AppendedData>");
   FileBytes nan;
   nan.text(pointBytes()).setLittle(16, HUGE_VALF);
-  refuses(appendedFile({sized(nan.bytes()), sized(indexBytes()), sized(endBytes())}, "raw"), points,
-          "number 4 is inf");
-  refuses(appendedFile({sized("123"), sized(indexBytes()), sized(endBytes())}, "raw"), points,
-          "3 bytes are no multiple of 4");
+  refuses(rawFileWith(sized(nan.bytes())), kPointsElement, "number 4 is inf");
+  refuses(rawFileWith(sized("123")), kPointsElement, "3 bytes are no multiple of 4");
 }
 
 TEST(VtpTest, ArraysAreNoLongerThanTheFile) {
   // If this fails, a file of pieces that share an array becomes as large as it likes.
-  const std::string file = rawFile();
-  const std::size_t begin = file.find("<Piece"), end = file.find("</PolyData>");
-  const std::string piece = file.substr(begin, end - begin);
+  const std::string file = rawFile(), piece = pieceOf(file);
   EXPECT_TRUE(parsesSafely(replaced(file, piece, piece + piece), kVtp));
   // Twenty pieces of little text, and of the same 1 MB of points.
   const std::string points(12 * 87381, '\0');
-  const std::string shared =
-      appendedFile({sized(points), sized(indexBytes()), sized(endBytes())}, "raw");
-  const std::size_t from = shared.find("<Piece"), to = shared.find("</PolyData>");
-  const std::string one = replaced(shared.substr(from, to - from), "NumberOfPoints=\"5\"",
+  const std::string shared = rawFileWith(sized(points));
+  const std::string one = replaced(pieceOf(shared), "NumberOfPoints=\"5\"",
                                    "NumberOfPoints=\"" + std::to_string(points.size() / 12) + "\"");
   std::string all;
   for (int i = 0; i < 20; ++i) all += one;
-  const std::string bytes = shared.substr(0, from) + all + shared.substr(to);
+  const std::string bytes = replaced(shared, pieceOf(shared), all);
   EXPECT_FALSE(parsesSafely(bytes, kVtp));
   EXPECT_THAT([&] { parse(bytes); }, testing::ThrowsMessage<std::runtime_error>(testing::HasSubstr(
                                          "all arrays become more than the file's")));
@@ -335,12 +330,7 @@ TEST(VtpTest, ArraysAreNoLongerThanTheFile) {
 TEST(VtpTest, RefusesBlocksThatAreNotAsTheySay) {
   // If this fails, a few bytes ask for all memory, or arrays hold what zlib never gave.
   const auto refuses = [](const std::string& array, const std::string& reason) {
-    const auto packed = [](const std::string& numbers) {
-      const std::vector<std::string> parts = inBlocks(numbers);
-      return parts[0] + parts[1];
-    };
-    const std::string bytes =
-        appendedFile({array, packed(indexBytes()), packed(endBytes())}, "raw", kCompressed);
+    const std::string bytes = compressedRawFileWith(array);
     EXPECT_FALSE(parsesSafely(bytes, kVtp));
     expectRefusal(bytes, kVtp, "byte " + std::to_string(bytes.find("<DataArray")), reason);
   };

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <fcl_fibers/scenes/fiber_scene.h>
+
+namespace fcl_fibers::scenes {
+
+template <typename Parameters>
+Parameters parametersOf(int fibers, int segments) {
+  Parameters parameters;
+  parameters.fibers = fibers;
+  parameters.segments = segments;
+  return parameters;
+}
+
+inline double distance(const Point& p, const Point& q) {
+  return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
+}
+
+/// That roots fill their area uniformly.
+/// @param shares      of the area, further inside than the root
+/// @param directions  of the root from the middle, in radians
+inline void expectUniform(std::vector<double> shares, const std::vector<double>& directions) {
+  constexpr double kPi = 3.141592653589793;
+  const auto roots = static_cast<double>(shares.size());
+  std::sort(shares.begin(), shares.end());
+  EXPECT_GE(shares.front(), 0);
+  EXPECT_LE(shares.back(), 1 + 1e-12);
+  // Kolmogorov and Smirnov: a larger gap is met once in ten million seeds.
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    ASSERT_NEAR(shares[i], static_cast<double>(i) / roots, 3 / std::sqrt(roots));
+  }
+  // Quadrants turned by pi/8, so that no symmetry of the axes hides an uneven direction.
+  int quadrants[4] = {};
+  for (const double direction : directions) {
+    ++quadrants[static_cast<int>(std::floor((direction + kPi / 8) / (kPi / 2)) + 4) % 4];
+  }
+  for (const int count : quadrants) {
+    EXPECT_NEAR(count, roots / 4, 5 * std::sqrt(roots * 3 / 16));
+  }
+}
+
+/// A file that goes with the test. Tests of several builds may run at once, so the name is drawn.
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(const std::string& extension, const std::string& bytes = "")
+      : path_(testing::TempDir() + "fcl_fibers_" + std::to_string(std::random_device()()) + "_" +
+              std::to_string(std::random_device()()) + extension) {
+    std::ofstream stream(path_, std::ios::binary);
+    stream << bytes;
+    stream.close();
+    if (!stream) throw std::logic_error("the test cannot write " + path_);
+  }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  ~TemporaryFile() { std::filesystem::remove(path_); }
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+}  // namespace fcl_fibers::scenes
