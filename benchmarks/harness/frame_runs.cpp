@@ -28,8 +28,8 @@ constexpr double kLeastRuns = 5, kMostRuns = 9;
 constexpr double kLeastRunsOfLarge = 3;
 constexpr std::size_t kLargeFromSegments = 1'000'000;
 
-/// Pairs that fcl::collide is called on in a frame.
-constexpr std::size_t kNarrowPairs = 50'000;
+/// Pairs that fcl::collide is called on in a frame, and at most in a run.
+constexpr std::size_t kNarrowPairs = 50'000, kNarrowPairsOfRun = 400'000;
 
 std::vector<int> framesOfRun(const Motion& motion, double seconds_per_frame) {
   std::vector<int> frames;
@@ -119,7 +119,9 @@ void FrameRuns::run() {
   double update_seconds = 0, detection_seconds = 0;
   PairCount count;
   NarrowPhase narrow;
-  const std::size_t stride = narrowPhaseStride(checked_.frames[0].reported, kNarrowPairs);
+  const std::size_t stride = narrowPhaseStride(
+      checked_.frames[0].reported,
+      std::min(kNarrowPairs, kNarrowPairsOfRun / std::max<std::size_t>(frames_.size(), 1)));
   int updates = 0;
   for (const int frame : frames_) {
     if (!contender_.ours && updates == kUpdatesPerManager) {

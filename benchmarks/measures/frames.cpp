@@ -25,6 +25,9 @@ constexpr int kTryPart = 4;
 /// once: its rank is certain.
 constexpr double kFarBehind = 8;
 
+/// Bullet is in no ratio. It is run once where a frame takes longer.
+constexpr double kLongFrame = 2;
+
 /// A frame that takes longer is timed by the check alone.
 constexpr double kCheckedOnlySeconds = 60;
 
@@ -169,7 +172,8 @@ bool measureFrames(const Request& request) {
     if (!checked[i].right() || frame > kCheckedOnlySeconds) continue;
     FrameRuns& frame_runs = runs.emplace_back(contender, checked[i], motion, chosen[i].last);
     const bool other_of_fcl = contender.boxes != Boxes::kNone && !chosen[i].fcl_tree;
-    const bool far_behind = other_of_fcl && frame > kFarBehind * fastest;
+    const bool far_behind = (other_of_fcl && frame > kFarBehind * fastest) ||
+                            (contender.manager == "Bullet" && frame > kLongFrame);
     frame_runs.registerFrames(far_behind ? 1 : 0, chosen[i].narrow_phase);
   }
   registerFloor(motion);
