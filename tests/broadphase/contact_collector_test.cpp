@@ -132,7 +132,14 @@ void expectTouching(const test::Managed<Config>& manager, const test::QueryPartn
   EXPECT_TRUE(manager.areTouching(pairs, partner, 50));
 }
 
-MANAGER_SUITE(Contacts, test::FiberManagers);
+// Of floats, FCL's narrow phase is compiled here, for half a minute: where time allows.
+#if defined(FCL_FIBERS_ALL_MANAGERS) || defined(FCL_FIBERS_OTHER_MANAGERS)
+using ManagersWithContacts = test::FiberManagers;
+#else
+using ManagersWithContacts = testing::Types<test::LayeredAabb<double, Topology::kSuperThread>,
+                                            test::WrappedSphere<double, Topology::kBundle>>;
+#endif
+MANAGER_SUITE(Contacts, ManagersWithContacts);
 
 TYPED_TEST(Contacts, AreOfEachTouchingPair) {
   // If this fails, contacts are missing, come without touching, or name other segments.

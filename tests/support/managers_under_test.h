@@ -90,8 +90,7 @@ struct Joined<testing::Types<A...>, testing::Types<B...>> {
   using Types = testing::Types<A..., B...>;
 };
 
-// By default the four of ours that have every pair of volume, scalar and topology, and FCL's in the
-// scalar that it is compiled for.
+// By default the four of ours that have every pair of volume, scalar and topology.
 #ifdef FCL_FIBERS_ALL_MANAGERS
 template <LeafVolume kVolume>
 using ManagersOf = testing::Types<FiberManagerConfig<kVolume, float, Topology::kBundle>,
@@ -106,13 +105,13 @@ using LayeredManagers = testing::Types<LayeredAabb<double, Topology::kBundle>,
                                        LayeredAabb<float, Topology::kSuperThread>>;
 using WrappedManagers = testing::Types<WrappedSphere<float, Topology::kBundle>,
                                        WrappedSphere<double, Topology::kSuperThread>>;
-using FclManagers = testing::Types<FclTree<float>>;
+using FclManagers = testing::Types<FclTree<double>>;
 #else
 using LayeredManagers = testing::Types<LayeredAabb<float, Topology::kBundle>,
                                        LayeredAabb<double, Topology::kSuperThread>>;
 using WrappedManagers = testing::Types<WrappedSphere<double, Topology::kBundle>,
                                        WrappedSphere<float, Topology::kSuperThread>>;
-using FclManagers = testing::Types<FclTree<double>>;
+using FclManagers = testing::Types<>;
 #endif
 using FiberManagers = Joined<LayeredManagers, WrappedManagers>::Types;
 /// Ours, and FCL's own, so that what is tested is FCL's contract.

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <numeric>
+#include <type_traits>
 #include <utility>
 
 #include <fcl/geometry/bvh/BVH_model.h>
@@ -86,18 +87,24 @@ fcl::CollisionObject<S>* Scene<S>::addBox(const Eigen::Vector3d& center,
 
 template <typename S>
 fcl::CollisionObject<S>* Scene<S>::addMesh(const Eigen::Vector3d& center, double radius) {
-  auto mesh = std::make_shared<fcl::BVHModel<fcl::AABB<S>>>();
-  const fcl::Vector3<S> x = fcl::Vector3<S>::UnitX() * static_cast<S>(radius);
-  const fcl::Vector3<S> y = fcl::Vector3<S>::UnitY() * static_cast<S>(radius);
-  const fcl::Vector3<S> z = fcl::Vector3<S>::UnitZ() * static_cast<S>(radius);
-  mesh->beginModel();
-  for (const S sx : {S(-1), S(1)}) {
-    for (const S sy : {S(-1), S(1)}) {
-      for (const S sz : {S(-1), S(1)}) mesh->addTriangle(sx * x, sy * y, sz * z);
+  if constexpr (std::is_same_v<S, float>) {
+    // A manager sees the same box of either, and FCL's library has meshes of doubles only: those of
+    // floats would be compiled here, for half a minute.
+    return addConvex(center, radius);
+  } else {
+    auto mesh = std::make_shared<fcl::BVHModel<fcl::AABB<S>>>();
+    const fcl::Vector3<S> x = fcl::Vector3<S>::UnitX() * radius;
+    const fcl::Vector3<S> y = fcl::Vector3<S>::UnitY() * radius;
+    const fcl::Vector3<S> z = fcl::Vector3<S>::UnitZ() * radius;
+    mesh->beginModel();
+    for (const S sx : {S(-1), S(1)}) {
+      for (const S sy : {S(-1), S(1)}) {
+        for (const S sz : {S(-1), S(1)}) mesh->addTriangle(sx * x, sy * y, sz * z);
+      }
     }
+    mesh->endModel();
+    return add(std::move(mesh), makePose<S>(Eigen::Quaterniond::Identity(), center));
   }
-  mesh->endModel();
-  return add(std::move(mesh), makePose<S>(Eigen::Quaterniond::Identity(), center));
 }
 
 template <typename S>

@@ -41,7 +41,7 @@ class Scene {
   Object* addSphere(const Eigen::Vector3d& center, double radius);
   Object* addBox(const Eigen::Vector3d& center, const Eigen::Quaterniond& rotation,
                  const Eigen::Vector3d& sides);
-  /// An octahedron of triangles.
+  /// An octahedron of triangles; of floats a convex solid.
   Object* addMesh(const Eigen::Vector3d& center, double radius);
   /// The same octahedron as a convex solid.
   Object* addConvex(const Eigen::Vector3d& center, double radius);
