@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <type_traits>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -137,7 +138,7 @@ void expectTouching(const test::Managed<Config>& manager, const test::QueryPartn
 using ManagersWithContacts = test::FiberManagers;
 #else
 using ManagersWithContacts = testing::Types<test::LayeredAabb<double, Topology::kSuperThread>,
-                                            test::WrappedSphere<double, Topology::kBundle>>;
+                                            test::WrappedSphere<double, Topology::kBundle> >;
 #endif
 MANAGER_SUITE(Contacts, ManagersWithContacts);
 
@@ -198,6 +199,7 @@ TYPED_TEST(Contacts, WithOtherShapesAreFclsWithTheNormalFromAToB) {
   };
   for (const Row& row : {Row{"box, capsule", false, true}, Row{"capsule, box", false, false},
                          Row{"mesh, capsule", true, true}, Row{"capsule, mesh", true, false}}) {
+    if (row.is_mesh && std::is_same_v<S, float>) continue;  // there are none, see Scene::addMesh
     SCOPED_TRACE(row.name);
     Scene<S> scene;
     // Below the face z = 0 of a box, or a face x + y + z = 1 of an octahedron.
