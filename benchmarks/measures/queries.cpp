@@ -76,7 +76,7 @@ struct Helices {
   MovingFibers thin_apart = helix(2, kThin, 20);  // cm
 };
 
-/// Every so-manieth object: one-object queries are made with these.
+/// Evenly spread objects: one-object queries are made with these.
 std::vector<Object*> probesOf(const MovingFibers& fibers) {
   std::vector<Object*> chosen;
   const std::size_t stride = std::max<std::size_t>(1, fibers.segmentCount() / kProbes);
