@@ -9,15 +9,16 @@ from tables import Table, count, digits, time, time_and_range, title
 
 HEADLINE = ("helix", "cap", "paper-dynamic")
 FULL = ("helix", "helix-2000", "cap", "paper-dynamic")
-SPEED_UP = "Speed-up over the fastest other"
+SPEED_UP = "How many times as fast as the one that the row names"
+ABSENT = "not installed"
 PHASES = ("set_up", "update", "detection", "frame")
 PHASE_TITLES = ["set-up", "update", "detection", "update + detection"]
 READ_RATIOS = (
     "Ratios of medians, one thread unless the row says otherwise; in brackets the lowest and the "
     "highest that single runs allow, 'as fast' where they include 1. FCL's best is, row by row, "
-    "the tree and level with the least median of what the row measures, Embree's the fastest of a "
-    "rebuild, Morton rebuild and refit; Embree visits both orders of each pair. Touching pairs are "
-    "an update and a query with Report::kCapsules."
+    "the tree and level with the least median of what the row measures, on the boxes that row or "
+    "cell name, Embree's the fastest of a rebuild, Morton rebuild and refit; Embree visits both "
+    "orders of each pair. Touching pairs are an update and a query with Report::kCapsules."
 )
 
 
@@ -29,7 +30,8 @@ def scenes_of(parts):
 
 def ratio_cells(scenes, row):
     found = [scene.ratios()[row] for scene in scenes.values()]
-    return ["not installed" if ratio is None else ratio.text() for ratio in found]
+    any_boxes = row in (ratios.UPDATE, ratios.SET_UP)
+    return [ABSENT if ratio is None else ratio.text(any_boxes) for ratio in found]
 
 
 def row_title(scenes, row):
@@ -53,9 +55,10 @@ def headline(scenes):
     plain = (ratios.TIGHT, ratios.STOCK, ratios.UPDATE, ratios.SET_UP)
     rows = plain + (ratios.TOUCHING_TIGHT, ratios.TOUCHING_STOCK)
     lines = [[row_title(scenes, row), *ratio_cells(scenes, row)] for row in rows]
-    both = zip(*(ratio_cells(scenes, EMBREE.format(on)) for on in ("1 thread", "2 threads")))
-    embree = "Update + detection: Embree, 1 thread / both on 2 threads"
-    lines.append([embree, *map(" / ".join, both)])
+    for row in EMBREE.values():
+        both = zip(*(ratio_cells(scenes, row.format(on)) for on in ("1 thread", "2 threads")))
+        cells = [ABSENT if ABSENT in pair else " / ".join(pair) for pair in both]
+        lines.append([row.format("1 thread / both on 2 threads"), *cells])
     return Table(
         "headline", "How many times as fast", header_of(scenes, SPEED_UP), lines, READ_RATIOS
     )
@@ -68,10 +71,13 @@ def all_ratios(scenes):
     def add(what, value):
         lines.append([what, *(value(scene) for scene in scenes.values())])
 
-    add("Update, in times a loop that only reads", lambda s: digits(s.times_the_floor(), 2) + "x")
+    add(
+        "Update, as a multiple of a loop that only reads",
+        lambda s: digits(s.times_the_floor(), 2) + "x",
+    )
     add("Bytes a segment after a frame, boxes", lambda s: digits(s.bytes(BOXES)))
     add("Bytes a segment after a frame, capsules", lambda s: digits(s.bytes(ratios.CAPSULES)))
-    add("Bytes, boxes, of those of FCL's best", lambda s: digits(s.of_fcls_bytes(), 2))
+    add("Bytes with boxes, share of FCL's best", lambda s: digits(s.of_fcls_bytes(), 2))
     return Table(
         "ratios", "How many times as fast", header_of(scenes, SPEED_UP), lines, READ_RATIOS
     )
@@ -82,13 +88,13 @@ def best(scenes):
     found = [scene.ratios() for scene in scenes.values()]
     rows = [row for row in found[0] if not row.endswith(ON_2_THREADS)]
     who = [
-        [row] + [title(scene[row].against) if scene[row] else "not installed" for scene in found]
+        [row] + [title(scene[row].against) if scene[row] else ABSENT for scene in found]
         for row in rows
     ]
     for threads, suffix in ((1, ""), (2, "_2_threads")):
         cells = [visited_ratio(scene, threads, BOXES + suffix) for scene in scenes.values()]
-        what = f"Detection per visited pair, times Embree's, {threads} thread{suffix and 's'}"
-        who.append([what, *cells])
+        what = "Detection per visited pair, how many times as fast as Embree"
+        who.append([f"{what}, {threads} thread{suffix and 's'}", *cells])
     caption = "Whom each row is against. Ours visits each pair once, Embree in both orders."
     return Table("best", "Who is best", header_of(scenes), who, caption)
 
@@ -100,7 +106,7 @@ def per_visited(scene, name):
 
 def visited_ratio(scene, threads, ours):
     if not scene.has_embree():
-        return "not installed"
+        return ABSENT
     against = min(scene.embree(threads), key=lambda name: per_visited(scene, name).median())
     return ratio_of(per_visited(scene, against), per_visited(scene, ours), against).text()
 

@@ -142,7 +142,7 @@ def paper_again(folder):
     names = ("radii", "rods", "replay", "axis_turned_0", "axis_turned_1", "half-scalp", "pictures")
     wanted = {name: name for name in names}
     wanted |= {"static assembly": r"static_\d+", "strand": r"strand_\d+"}
-    wanted |= {"chains": r"chain_(random|snake)_\d+", "half scalp, boxes": r"half-scalp_long_\d+"}
+    wanted |= {"chains": r"chain_(random|snake)_\d+", "half scalp, slow": r"half-scalp_long_\w+"}
     report = Report("paper", "The paper's measurements, again", folder, wanted)
     parts = report.parts
     report.add(r"half-scalp|strand_\d+|frames_hair", paper.table_one, parts)
@@ -167,10 +167,10 @@ def paper_again(folder):
     columns = {"fibers": count, "segments": count, "seconds": time}
     title = "Making a scene, every rod in equilibrium"
     report.add("rods", paper.medians, parts.get("rods"), "Make", title, columns)
-    for name, (title, draw) in paper_pictures.PICTURES.items():
+    for name, (image, title, draw) in paper_pictures.PICTURES.items():
         if "pictures" in parts:
             caption = paper_pictures.caption(parts["pictures"], name)
-            report.blocks.append(Figure("", title, caption, partial(draw, folder, name)))
+            report.blocks.append(Figure(image, title, caption, partial(draw, folder, name)))
     if (folder / "view.html").exists():
         html = (folder / "view.html").read_text(encoding="utf-8")
         report.blocks.append(Figure("", "To turn and to enter", paper.VIEW, html=html))
@@ -216,7 +216,7 @@ def main(arguments):
     parser.add_argument("set", choices=DOCUMENTED)
     parser.add_argument("folder", type=Path, help="of the results")
     parser.add_argument("--page", type=Path, metavar="FILE.html")
-    parser.add_argument("--picture", type=Path, metavar="FILE.png", help="the first one")
+    parser.add_argument("--picture", type=Path, metavar="FILE.png", help="the first, if any")
     parser.add_argument("--docs", type=Path, metavar="ROOT", help="renews its tables and pictures")
     parser.add_argument("--targets", action="store_true", help="full: met and missed")
     options = parser.parse_args(arguments)
@@ -234,7 +234,7 @@ def main(arguments):
         print(f"Not measured: {'; '.join(report.missing)}.")
     if options.page:
         write_page(report, options.page)
-    if options.picture:
+    if options.picture and report.figures():
         options.picture.write_bytes(report.figures()[0].data)
     if options.docs:
         write_documents(report, options.docs)
