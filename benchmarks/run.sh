@@ -24,10 +24,7 @@ set=headline full=0 hair=() targets=()
 while (($# > 0)); do
   case $1 in
     --full) full=1 ;;
-    --trade | --paper)
-      [[ $set == headline ]] || refuse "--trade and --paper are two runs"
-      set=${1#--}
-      ;;
+    --trade | --paper) [[ $set == headline ]] || refuse "it is --trade or --paper"; set=${1#--} ;;
     --targets) targets=(--targets) ;;
     --hair=* | --radius=*) hair+=("$1") ;;
     --hair | --radius)
@@ -39,14 +36,12 @@ while (($# > 0)); do
   esac
   shift
 done
-if ((full)) && [[ $set == trade || ($set == paper && ${#hair[@]} != 0) ]]; then
-  refuse "--full changes nothing of --trade and of --paper --hair"
-fi
-if ((full)) && [[ $set == headline ]]; then set=full; fi
-if ((${#targets[@]})) && [[ $set != full || ${#hair[@]} != 0 ]]; then
-  refuse "--targets are of --full alone"
-fi
-if ((${#hair[@]})) && [[ ${hair[*]} != *--hair=* ]]; then refuse "--radius is of --hair FILE"; fi
+[[ ${#hair[@]} == 0 || ${hair[*]} == *--hair=* ]] || refuse "--radius is of --hair FILE"
+case "$full $set ${hair[*]}" in
+  '1 trade '* | '1 paper '?*) refuse "--full changes nothing of --trade and of --paper --hair" ;;
+  '1 headline '*) set=full ;;
+esac
+[[ ${#targets[@]} == 0 || "$set ${hair[*]}" == 'full ' ]] || refuse "--targets are of --full alone"
 ponytail=${FCL_FIBERS_DATA:+$FCL_FIBERS_DATA/tressfx31_ponytail_tail.tfx}
 if [[ $set == trade && ${#hair[@]} == 0 && -e $ponytail ]]; then
   hair=(--hair="$ponytail" --radius=0.05)

@@ -7,8 +7,7 @@ import ratios
 from ratios import BOXES, EMBREE, ON_2_THREADS, Scene, ratio_of
 from tables import Table, count, digits, time, time_and_range, title
 
-HEADLINE = ("helix", "cap", "paper-dynamic")
-FULL = ("helix", "helix-2000", "cap", "paper-dynamic")
+HEADLINE, FULL = ("helix", "cap", "paper-dynamic"), ratios.SCENES
 SPEED_UP = "How many times as fast as the one that the row names"
 ABSENT = "not installed"
 PHASES = ("set_up", "update", "detection", "frame")
@@ -55,13 +54,12 @@ def headline(scenes):
     plain = (ratios.TIGHT, ratios.STOCK, ratios.UPDATE, ratios.SET_UP)
     rows = plain + (ratios.TOUCHING_TIGHT, ratios.TOUCHING_STOCK)
     lines = [[row_title(scenes, row), *ratio_cells(scenes, row)] for row in rows]
-    for row in EMBREE.values():
-        both = zip(*(ratio_cells(scenes, row.format(on)) for on in ("1 thread", "2 threads")))
+    for what in (f"{what}: Embree, " for what in EMBREE.values()):
+        both = zip(*(ratio_cells(scenes, what + on) for on in ("1 thread", "2 threads")))
         cells = [ABSENT if ABSENT in pair else " / ".join(pair) for pair in both]
-        lines.append([row.format("1 thread / both on 2 threads"), *cells])
-    return Table(
-        "headline", "How many times as fast", header_of(scenes, SPEED_UP), lines, READ_RATIOS
-    )
+        lines.append([what + "1 thread / both on 2 threads", *cells])
+    header = header_of(scenes, SPEED_UP)
+    return Table("headline", "How many times as fast", header, lines, READ_RATIOS)
 
 
 def all_ratios(scenes):
@@ -78,9 +76,8 @@ def all_ratios(scenes):
     add("Bytes a segment after a frame, boxes", lambda s: digits(s.bytes(BOXES)))
     add("Bytes a segment after a frame, capsules", lambda s: digits(s.bytes(ratios.CAPSULES)))
     add("Bytes with boxes, share of FCL's best", lambda s: digits(s.of_fcls_bytes(), 2))
-    return Table(
-        "ratios", "How many times as fast", header_of(scenes, SPEED_UP), lines, READ_RATIOS
-    )
+    header = header_of(scenes, SPEED_UP)
+    return Table("ratios", "How many times as fast", header, lines, READ_RATIOS)
 
 
 def best(scenes):
@@ -91,10 +88,10 @@ def best(scenes):
         [row] + [title(scene[row].against) if scene[row] else ABSENT for scene in found]
         for row in rows
     ]
-    for threads, suffix in ((1, ""), (2, "_2_threads")):
-        cells = [visited_ratio(scene, threads, BOXES + suffix) for scene in scenes.values()]
-        what = "Detection per visited pair, how many times as fast as Embree"
-        who.append([f"{what}, {threads} thread{suffix and 's'}", *cells])
+    for on, suffix in (("1 thread", ""), ("2 threads", "_2_threads")):
+        cells = [visited_ratio(scene, on, BOXES + suffix) for scene in scenes.values()]
+        what = f"Detection per visited pair, how many times as fast as Embree, {on}"
+        who.append([what, *cells])
     caption = "Whom each row is against. Ours visits each pair once, Embree in both orders."
     return Table("best", "Who is best", header_of(scenes), who, caption)
 
@@ -104,10 +101,10 @@ def per_visited(scene, name):
     return 1e9 * scene.part.runs("Frames", name, "detection") / scene.median(name, "visited")
 
 
-def visited_ratio(scene, threads, ours):
+def visited_ratio(scene, on, ours):
     if not scene.has_embree():
         return ABSENT
-    against = min(scene.embree(threads), key=lambda name: per_visited(scene, name).median())
+    against = min(scene.embree(on), key=lambda name: per_visited(scene, name).median())
     return ratio_of(per_visited(scene, against), per_visited(scene, ours), against).text()
 
 

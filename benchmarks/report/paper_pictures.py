@@ -202,11 +202,10 @@ def volumes(folder, _, depth=3):
     return png(figure)
 
 
-LOOP = "Fig. 3, left. The dynamic assembly late in its motion"
-HALF_SCALP = "Fig. 2, right. Half scalp, three fibers in ten"
-PICTURES = {  # by the names of files: name in docs/images if it is there, title, who draws it
-    "strand": ("", "Figs. 1 and 6. Strand", partial(drawn, strand)),
-    "loop": ("paper_dynamic", LOOP, partial(drawn, loop)),
-    "volumes": ("", "Figs. 3, right, and 4. Volumes of one level", volumes),
-    "half_scalp": ("paper_half_scalp", HALF_SCALP, partial(drawn, half_scalp)),
+IN_DOCUMENTS = {"loop": "paper_dynamic", "half_scalp": "paper_half_scalp"}
+PICTURES = {  # by the names of files: title, and who draws it
+    "strand": ("Figs. 1 and 6. Strand", partial(drawn, strand)),
+    "loop": ("Fig. 3, left. The dynamic assembly late in its motion", partial(drawn, loop)),
+    "volumes": ("Figs. 3, right, and 4. Volumes of one level", volumes),
+    "half_scalp": ("Fig. 2, right. Half scalp, three fibers in ten", partial(drawn, half_scalp)),
 }

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from tables import digits
 
 BOXES, CAPSULES = "LayeredAABBTree/boxes", "LayeredAABBTree/capsules"
-BOXES_2_THREADS = "LayeredAABBTree/boxes_2_threads"
 FCL = {
     "DynamicAABBTree": "FCL dynamic tree",
     "DynamicAABBTree_Array": "FCL dynamic tree, array",
@@ -17,7 +16,6 @@ FCL = {
     "Naive": "FCL naive",
 }
 ROUNDING = 0.01  # Bounds are rounded outward: so many more pairs are the same work.
-MILLION = 1_000_000
 
 # What the targets are of: see TARGETS and Scene.ratios().
 TIGHT = "Detection: FCL on the same tight boxes"
@@ -26,11 +24,7 @@ UPDATE = "Update after motion: FCL on any boxes"
 SET_UP = "Set-up: FCL on any boxes"
 TOUCHING_TIGHT = "Touching pairs: FCL on tight boxes + fcl::collide"
 TOUCHING_STOCK = "Touching pairs: FCL on its own boxes + fcl::collide"
-EMBREE = {  # by what is measured
-    "frame": "Update + detection: Embree, {}",
-    "update": "Update after motion: Embree, {}",
-    "set_up": "Set-up: Embree, {}",
-}
+EMBREE = {"frame": "Update + detection", "update": "Update after motion", "set_up": "Set-up"}
 ON_2_THREADS = ", ours on 2 threads"
 
 # How many times as fast, by scene.
@@ -42,8 +36,8 @@ TARGETS = {
     SET_UP: (4, 15, 8, 3),
     TOUCHING_STOCK: (40, 10, 60, 15),
     TOUCHING_STOCK + ON_2_THREADS: (65, 16, 100, 20),
-    EMBREE["frame"].format("1 thread"): (2, 4, 2, 2),
-    EMBREE["frame"].format("2 threads"): (2, 4, 2, 2),
+    EMBREE["frame"] + ": Embree, 1 thread": (2, 4, 2, 2),
+    EMBREE["frame"] + ": Embree, 2 threads": (2, 4, 2, 2),
 }
 MOST_TIMES_THE_FLOOR, MOST_BYTES, MOST_OF_FCLS_BYTES, MOST_GROWTH = 1.5, 80, 0.5, 1.5
 
@@ -101,9 +95,9 @@ class Scene:
         names = [name for name in names if name.endswith("_and_collide") == collide]
         return [name for name in names if f"/{boxes}" in name]
 
-    def embree(self, threads):
+    def embree(self, on="1 thread"):
         names = [name for name in self.contenders if name.startswith("Embree/")]
-        return [name for name in names if name.endswith("_2_threads") == (threads == 2)]
+        return [name for name in names if name.endswith("_2_threads") == (on == "2 threads")]
 
     def best(self, names, key):
         """The one rule for all rows: the least median of exactly what the row measures. A tree that
@@ -115,7 +109,7 @@ class Scene:
 
     def runs(self, name, key):
         runs = self.part.runs("Frames", name, key)
-        least = 3 if self.segments >= MILLION else 5
+        least = 3 if self.segments >= 1_000_000 else 5
         if len(runs) < least:
             raise ValueError(f"{self.part.file}: {name} has {len(runs)} runs, not {least}")
         return runs
@@ -125,7 +119,7 @@ class Scene:
         return ratio_of(self.runs(against, key), self.runs(ours, key), against)
 
     def has_embree(self):
-        return bool(self.embree(1)) or "Embree" not in self.part.context["left_out"]
+        return bool(self.embree()) or "Embree" not in self.part.context["left_out"]
 
     def detection_on_tight_boxes(self):
         """Boxes are the same only if there are as many pairs."""
@@ -147,10 +141,11 @@ class Scene:
             for row, boxes in ((TOUCHING_TIGHT, "tight"), (TOUCHING_STOCK, "stock")):
                 names = self.fcl(boxes, collide=True)
                 found[row + suffix] = self.ratio(names, "frame", CAPSULES + threads)
-        for key, row in EMBREE.items():
-            for threads, on, ours in ((1, "1 thread", BOXES), (2, "2 threads", BOXES_2_THREADS)):
-                embree = self.ratio(self.embree(threads), key, ours) if self.has_embree() else None
-                found[row.format(on)] = embree
+        for key, what in EMBREE.items():
+            for on, ours in (("1 thread", BOXES), ("2 threads", BOXES + "_2_threads")):
+                names = self.embree(on)
+                ratio = self.ratio(names, key, ours) if self.has_embree() else None
+                found[f"{what}: Embree, {on}"] = ratio
         return found
 
     def sampled(self, boxes):

@@ -129,11 +129,8 @@ def trade_offs(folder):
     if report.has("bounds_.*"):
         caption = "Labels stand at the points of one curve; the others have the same settings."
         draw = partial(report.draw, "sampling", "dials", "Dials", caption)
-        draw(
-            lambda: pictures.dials(
-                trade.bound_points(parts), trade.sampling_points(parts["sampling"])
-            )
-        )
+        points = trade.bound_points(parts)
+        draw(lambda: pictures.dials(points, trade.sampling_points(parts["sampling"])))
     report.add("costs", trade.costs, parts.get("costs"))
     return report
 
@@ -167,9 +164,10 @@ def paper_again(folder):
     columns = {"fibers": count, "segments": count, "seconds": time}
     title = "Making a scene, every rod in equilibrium"
     report.add("rods", paper.medians, parts.get("rods"), "Make", title, columns)
-    for name, (image, title, draw) in paper_pictures.PICTURES.items():
+    for name, (title, draw) in paper_pictures.PICTURES.items():
         if "pictures" in parts:
             caption = paper_pictures.caption(parts["pictures"], name)
+            image = paper_pictures.IN_DOCUMENTS.get(name, "")
             report.blocks.append(Figure(image, title, caption, partial(draw, folder, name)))
     if (folder / "view.html").exists():
         html = (folder / "view.html").read_text(encoding="utf-8")
@@ -178,15 +176,11 @@ def paper_again(folder):
 
 
 def write_page(report, path):
-    """Beside and renamed, so that the page before it stays whole until then."""
     loader = jinja2.FileSystemLoader(Path(__file__).parent)
-    undefined = jinja2.StrictUndefined
-    environment = jinja2.Environment(loader=loader, autoescape=True, undefined=undefined)
-    template = environment.get_template("page.html")
+    pages = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
+    template = pages.get_template("page.html")
     text = template.render(report=report, circumstances=circumstances(report.parts))
-    draft = path.with_suffix(".part")
-    draft.write_text(text, encoding="utf-8")
-    draft.replace(path)
+    path.write_text(text, encoding="utf-8")
 
 
 def write_documents(report, root):

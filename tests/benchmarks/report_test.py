@@ -366,7 +366,7 @@ class FlagsTest(unittest.TestCase):
             ("--trade --full", "--full changes nothing of --trade and .*"),
             ("--full --trade", "--full changes nothing of --trade and .*"),
             ("--paper --full --hair=/dev/null", "and of --paper --hair"),
-            ("--trade --paper", "two runs"),
+            ("--trade --paper", "it is --trade or --paper"),
             ("--targets", "of --full alone"),
             ("--trade --targets", "of --full alone"),
             ("--targets --full --paper", "of --full alone"),
