@@ -6,11 +6,12 @@
 #   (nothing)  the README's first table: ours, FCL and Embree on three scenes. 3 minutes
 #   --full     all of docs/performance.md: scenes, other queries, growth. 15 minutes, 6 GB memory;
 #              --targets: which ratios reach what they are to reach
-#   --trade    what accuracy costs: every manager, bounds, sampling, options. 8 minutes
+#   --trade    what accuracy costs: every manager, bounds, sampling, options; real hair too if
+#              FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx. 8 minutes
 #   --paper    the paper's Table I, figures and pictures. 15 minutes, and up to 20 for one part;
 #              with --full finer curves and its slowest trees. Hours
-#   --hair     a file's fibers, in its unit: alone, or with --trade beside the other scenes;
-#              --radius where the file has none
+#   --hair     a file's fibers instead of the scenes, against the same contenders; with --trade
+#              beside the scenes. --radius, in the file's unit, where the file has none
 #
 # Installs what is missing and builds first. Times are of 2 cores, after the build. Results, tables,
 # picture and page are kept in build/benchmarks/results. The tables once more, into the documents:
@@ -18,32 +19,39 @@
 #   /usr/bin/python3 benchmarks/report/report.py SET build/benchmarks/results/SET --docs .
 set -euo pipefail
 
+refuse() { echo "benchmarks/run.sh: $1; see --help" >&2 && exit 1; }
 set=headline full=0 hair=() targets=()
 while (($# > 0)); do
   case $1 in
-    --full) [[ $set == paper ]] && full=1 || set=full ;;
-    --trade | --paper) set=${1#--} ;;
+    --full) full=1 ;;
+    --trade | --paper) [[ $set == headline ]] || refuse "it is --trade or --paper"; set=${1#--} ;;
     --targets) targets=(--targets) ;;
     --hair=* | --radius=*) hair+=("$1") ;;
     --hair | --radius)
       hair+=("$1=${2?$1 takes a value}")
       shift
       ;;
-    --help) sed -n '4,18s/^# \{0,1\}//p' "$0" && exit ;;
-    *) echo "benchmarks/run.sh: there is no $1; see --help" >&2 && exit 1 ;;
+    --help) sed -n '4,19s/^# \{0,1\}//p' "$0" && exit ;;
+    *) refuse "there is no $1" ;;
   esac
   shift
 done
+[[ ${#hair[@]} == 0 || ${hair[*]} == *--hair=* ]] || refuse "--radius is of --hair FILE"
+case "$full $set ${hair[*]}" in
+  '1 trade '* | '1 paper '?*) refuse "--full changes nothing of --trade and of --paper --hair" ;;
+  '1 headline '*) set=full ;;
+esac
+[[ ${#targets[@]} == 0 || "$set ${hair[*]}" == 'full ' ]] || refuse "--targets are of --full alone"
+ponytail=${FCL_FIBERS_DATA:+$FCL_FIBERS_DATA/tressfx31_ponytail_tail.tfx}
+if [[ $set == trade && ${#hair[@]} == 0 && -e $ponytail ]]; then
+  hair=(--hair="$ponytail" --radius=0.05)
+fi
 # The file's path is one from where the caller is.
 for i in "${!hair[@]}"; do
   if [[ ${hair[i]} == --hair=* ]]; then hair[i]=--hair=$(realpath -e -- "${hair[i]#--hair=}"); fi
 done
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-ponytail=${FCL_FIBERS_DATA:-../shared/data}/tressfx31_ponytail_tail.tfx
-if [[ $set == trade && ${#hair[@]} == 0 && -e $ponytail ]]; then
-  hair=(--hair="$ponytail" --radius=0.05)
-fi
 build=build/benchmarks scenes=$set data=build/benchmarks/results/$set
 if ((${#hair[@]} > 0)) && [[ $set != trade ]]; then scenes=hair data=${data}_hair; fi
 
@@ -146,5 +154,6 @@ esac
 page=$PWD/$data/page.html picture=$PWD/$data/picture.png
 /usr/bin/python3 -B benchmarks/report/report.py "$set" "$data" --page "$page" --picture "$picture" \
   "${targets[@]}" | tee "$data/tables.md" || failed=1
-printf '\nPage: %s\nPicture: %s\n' "$page" "$picture"
+printf '\nPage: %s\n' "$page"
+if [[ -e $picture ]]; then printf 'Picture: %s\n' "$picture"; fi
 exit "$failed"

@@ -39,14 +39,12 @@ Contenders ourTrees(FiberManagerOptions options) {
   super_thread.topology = Topology::kSuperThread;
   using BoxTree = LayeredAABBTreeCollisionManagerd;
   using SphereTree = WrappedSphereTreeCollisionManagerd;
-  const char* const box_tree = "LayeredAABBTree";
-  const char* const sphere_tree = "WrappedSphereTree";
-  return {ours<BoxTree>(box_tree, "boxes", Reported::kTightBoxes, options),
-          ours<BoxTree>(box_tree, "capsules", Reported::kTouching, capsules),
-          ours<BoxTree>(box_tree, "super_thread", Reported::kTightBoxes, super_thread),
-          ours<SphereTree>(sphere_tree, "spheres", Reported::kSpheres, options),
-          ours<SphereTree>(sphere_tree, "capsules", Reported::kTouching, capsules),
-          ours<SphereTree>(sphere_tree, "super_thread", Reported::kSpheres, super_thread)};
+  return {ours<BoxTree>("LayeredAABBTree", "boxes", Reported::kTightBoxes, options),
+          ours<BoxTree>("LayeredAABBTree", "capsules", Reported::kTouching, capsules),
+          ours<BoxTree>("LayeredAABBTree", "super_thread", Reported::kTightBoxes, super_thread),
+          ours<SphereTree>("WrappedSphereTree", "spheres", Reported::kSpheres, options),
+          ours<SphereTree>("WrappedSphereTree", "capsules", Reported::kTouching, capsules),
+          ours<SphereTree>("WrappedSphereTree", "super_thread", Reported::kSpheres, super_thread)};
 }
 
 template <typename FclManager>

@@ -10,10 +10,7 @@ namespace {
 
 bool terminals_only = false;
 
-bool progressOverwrites() {
-  static const bool terminal = isatty(STDERR_FILENO) != 0;
-  return terminal;
-}
+bool progressOverwrites() { return isatty(STDERR_FILENO) != 0; }
 
 }  // namespace
 

@@ -47,9 +47,7 @@ bool measureBounds(const Request& request) {
     registerRuns("Bound/" + name + "/" + source.name, kRuns, [=](Numbers& numbers) {
       Answer got;
       const double time = seconds([&] { got = answer(); });
-      numbers["pairs"] = got.pairs;
-      numbers["pieces"] = got.pieces;
-      numbers["unresolved"] = got.unresolved;
+      numbers = {{"pairs", got.pairs}, {"pieces", got.pieces}, {"unresolved", got.unresolved}};
       return time;
     });
   };

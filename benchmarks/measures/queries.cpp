@@ -76,7 +76,7 @@ struct Helices {
   MovingFibers thin_apart = helix(2, kThin, 20);  // cm
 };
 
-/// Every so-manieth object: one-object queries are made with these.
+/// Evenly spread objects: one-object queries are made with these.
 std::vector<Object*> probesOf(const MovingFibers& fibers) {
   std::vector<Object*> chosen;
   const std::size_t stride = std::max<std::size_t>(1, fibers.segmentCount() / kProbes);
@@ -151,15 +151,13 @@ struct Query {
 };
 
 std::vector<Query> makeQueries(Helices& all) {
-  const std::string distance = "distance, ";
   return {
-      {distance + "self", all.thin, all.thin, Needs::kNothing, distanceSelf},
-      {distance + "one object inside", all.thin, all.thin_other, Needs::kProbes, distanceOfEach},
-      {distance + "one object 20 cm away", all.thin, all.thin_apart, Needs::kProbes,
-       distanceOfEach},
-      {distance + "two managers in one place", all.thin, all.thin_other, Needs::kManager,
+      {"distance, self", all.thin, all.thin, Needs::kNothing, distanceSelf},
+      {"distance, one object inside", all.thin, all.thin_other, Needs::kProbes, distanceOfEach},
+      {"distance, one object 20 cm away", all.thin, all.thin_apart, Needs::kProbes, distanceOfEach},
+      {"distance, two managers in one place", all.thin, all.thin_other, Needs::kManager,
        distanceOfManagers},
-      {distance + "two managers 20 cm apart", all.thin, all.thin_apart, Needs::kManager,
+      {"distance, two managers 20 cm apart", all.thin, all.thin_apart, Needs::kManager,
        distanceOfManagers},
       {"collide, one object", all.hair, all.other, Needs::kProbes, collideEach},
       {"collide, two managers", all.hair, all.other, Needs::kManager, collideManagers},

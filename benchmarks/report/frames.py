@@ -7,17 +7,17 @@ import ratios
 from ratios import BOXES, EMBREE, ON_2_THREADS, Scene, ratio_of
 from tables import Table, count, digits, time, time_and_range, title
 
-HEADLINE = ("helix", "cap", "paper-dynamic")
-FULL = ("helix", "helix-2000", "cap", "paper-dynamic")
-SPEED_UP = "Speed-up over the fastest other"
+HEADLINE, FULL = ("helix", "cap", "paper-dynamic"), ratios.SCENES
+SPEED_UP = "How many times as fast as the one that the row names"
+ABSENT = "not installed"
 PHASES = ("set_up", "update", "detection", "frame")
 PHASE_TITLES = ["set-up", "update", "detection", "update + detection"]
 READ_RATIOS = (
     "Ratios of medians, one thread unless the row says otherwise; in brackets the lowest and the "
     "highest that single runs allow, 'as fast' where they include 1. FCL's best is, row by row, "
-    "the tree and level with the least median of what the row measures, Embree's the fastest of a "
-    "rebuild, Morton rebuild and refit; Embree visits both orders of each pair. Touching pairs are "
-    "an update and a query with Report::kCapsules."
+    "the tree and level with the least median of what the row measures, on the boxes that row or "
+    "cell name, Embree's the fastest of a rebuild, Morton rebuild and refit; Embree visits both "
+    "orders of each pair. Touching pairs are an update and a query with Report::kCapsules."
 )
 
 
@@ -29,7 +29,8 @@ def scenes_of(parts):
 
 def ratio_cells(scenes, row):
     found = [scene.ratios()[row] for scene in scenes.values()]
-    return ["not installed" if ratio is None else ratio.text() for ratio in found]
+    any_boxes = row in (ratios.UPDATE, ratios.SET_UP)
+    return [ABSENT if ratio is None else ratio.text(any_boxes) for ratio in found]
 
 
 def row_title(scenes, row):
@@ -53,12 +54,12 @@ def headline(scenes):
     plain = (ratios.TIGHT, ratios.STOCK, ratios.UPDATE, ratios.SET_UP)
     rows = plain + (ratios.TOUCHING_TIGHT, ratios.TOUCHING_STOCK)
     lines = [[row_title(scenes, row), *ratio_cells(scenes, row)] for row in rows]
-    both = zip(*(ratio_cells(scenes, EMBREE.format(on)) for on in ("1 thread", "2 threads")))
-    embree = "Update + detection: Embree, 1 thread / both on 2 threads"
-    lines.append([embree, *map(" / ".join, both)])
-    return Table(
-        "headline", "How many times as fast", header_of(scenes, SPEED_UP), lines, READ_RATIOS
-    )
+    for what in (f"{what}: Embree, " for what in EMBREE.values()):
+        both = zip(*(ratio_cells(scenes, what + on) for on in ("1 thread", "2 threads")))
+        cells = [ABSENT if ABSENT in pair else " / ".join(pair) for pair in both]
+        lines.append([what + "1 thread / both on 2 threads", *cells])
+    header = header_of(scenes, SPEED_UP)
+    return Table("headline", "How many times as fast", header, lines, READ_RATIOS)
 
 
 def all_ratios(scenes):
@@ -68,13 +69,15 @@ def all_ratios(scenes):
     def add(what, value):
         lines.append([what, *(value(scene) for scene in scenes.values())])
 
-    add("Update, in times a loop that only reads", lambda s: digits(s.times_the_floor(), 2) + "x")
+    add(
+        "Update, as a multiple of a loop that only reads",
+        lambda s: digits(s.times_the_floor(), 2) + "x",
+    )
     add("Bytes a segment after a frame, boxes", lambda s: digits(s.bytes(BOXES)))
     add("Bytes a segment after a frame, capsules", lambda s: digits(s.bytes(ratios.CAPSULES)))
-    add("Bytes, boxes, of those of FCL's best", lambda s: digits(s.of_fcls_bytes(), 2))
-    return Table(
-        "ratios", "How many times as fast", header_of(scenes, SPEED_UP), lines, READ_RATIOS
-    )
+    add("Bytes with boxes, share of FCL's best", lambda s: digits(s.of_fcls_bytes(), 2))
+    header = header_of(scenes, SPEED_UP)
+    return Table("ratios", "How many times as fast", header, lines, READ_RATIOS)
 
 
 def best(scenes):
@@ -82,12 +85,12 @@ def best(scenes):
     found = [scene.ratios() for scene in scenes.values()]
     rows = [row for row in found[0] if not row.endswith(ON_2_THREADS)]
     who = [
-        [row] + [title(scene[row].against) if scene[row] else "not installed" for scene in found]
+        [row] + [title(scene[row].against) if scene[row] else ABSENT for scene in found]
         for row in rows
     ]
-    for threads, suffix in ((1, ""), (2, "_2_threads")):
-        cells = [visited_ratio(scene, threads, BOXES + suffix) for scene in scenes.values()]
-        what = f"Detection per visited pair, times Embree's, {threads} thread{suffix and 's'}"
+    for on, suffix in (("1 thread", ""), ("2 threads", "_2_threads")):
+        cells = [visited_ratio(scene, on, BOXES + suffix) for scene in scenes.values()]
+        what = f"Detection per visited pair, how many times as fast as Embree, {on}"
         who.append([what, *cells])
     caption = "Whom each row is against. Ours visits each pair once, Embree in both orders."
     return Table("best", "Who is best", header_of(scenes), who, caption)
@@ -98,10 +101,10 @@ def per_visited(scene, name):
     return 1e9 * scene.part.runs("Frames", name, "detection") / scene.median(name, "visited")
 
 
-def visited_ratio(scene, threads, ours):
+def visited_ratio(scene, on, ours):
     if not scene.has_embree():
-        return "not installed"
-    against = min(scene.embree(threads), key=lambda name: per_visited(scene, name).median())
+        return ABSENT
+    against = min(scene.embree(on), key=lambda name: per_visited(scene, name).median())
     return ratio_of(per_visited(scene, against), per_visited(scene, ours), against).text()
 
 

@@ -24,7 +24,7 @@ TABLE_SCENES = {
     "half-scalp": "paper-half-scalp 50,000 x 50",
     "strand_1000": "paper-strand 1,000 x 2,000",
     "strand_2000": "paper-strand 2,000 x 2,000",
-    "frames_hair": "the file of --hair",
+    "frames_hair": "hair",
 }
 PHASES = ("set_up", "update", "detection")
 PHASE_TITLES = ["construction", "update", "detection"]
@@ -91,13 +91,13 @@ def row_cells(parts, names):
 
 def table_one(parts):
     rows = []
-    for scene, title in TABLE_SCENES.items():
-        if scene not in parts:
-            continue
+    for scene in [scene for scene in TABLE_SCENES if scene in parts]:
+        title = parts[scene].title(TABLE_SCENES[scene])
         for volume, (*seconds, collisions) in PAPER.get(scene, {}).items():
             cells = ["-" if value is None else time(value) for value in seconds]
             rows.append([f"{title}: the paper's {volume}", *cells, count(collisions), "-"])
-        found = [parts[scene], *numbered(parts, scene + "_long").values()]
+        slow = [part for name, part in parts.items() if name.startswith(scene + "_long_")]
+        found = [parts[scene], *slow]
         for row, names in rows_of(found).items():
             rows.append([f"{title}: {row}", *row_cells(found, names)])
     caption = (

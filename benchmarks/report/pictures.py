@@ -82,7 +82,7 @@ def headline_bars(scene):
     """Groups of bars: (label, contender, colour)."""
     boxes = [("ours", BOXES, "#0072b2")]
     if scene.has_embree():
-        boxes.append(("Embree", scene.best(scene.embree(1), "frame"), "#e69f00"))
+        boxes.append(("Embree", scene.best(scene.embree(), "frame"), "#e69f00"))
     touching = [("ours", CAPSULES, "#56b4e9")]
     for label, kind, colour in (("tight", "tight", "#5b6475"), ("its own", "stock", "#a3aab7")):
         best, collide = (scene.best(scene.fcl(kind, c), "frame") for c in (False, True))
@@ -120,8 +120,6 @@ def headline(scenes):
     figure.tight_layout(w_pad=1.5)
     return png(figure)
 
-
-# The set trade: see trade.py for its points.
 
 LEAST = 0.01  # false pairs per contact that the axis shows; exact ones stand at its foot
 

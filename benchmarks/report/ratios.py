@@ -16,7 +16,6 @@ FCL = {
     "Naive": "FCL naive",
 }
 ROUNDING = 0.01  # Bounds are rounded outward: so many more pairs are the same work.
-MILLION = 1_000_000
 
 # What the targets are of: see TARGETS and Scene.ratios().
 TIGHT = "Detection: FCL on the same tight boxes"
@@ -25,7 +24,7 @@ UPDATE = "Update after motion: FCL on any boxes"
 SET_UP = "Set-up: FCL on any boxes"
 TOUCHING_TIGHT = "Touching pairs: FCL on tight boxes + fcl::collide"
 TOUCHING_STOCK = "Touching pairs: FCL on its own boxes + fcl::collide"
-EMBREE = "Update + detection: Embree, {}"
+EMBREE = {"frame": "Update + detection", "update": "Update after motion", "set_up": "Set-up"}
 ON_2_THREADS = ", ours on 2 threads"
 
 # How many times as fast, by scene.
@@ -37,8 +36,8 @@ TARGETS = {
     SET_UP: (4, 15, 8, 3),
     TOUCHING_STOCK: (40, 10, 60, 15),
     TOUCHING_STOCK + ON_2_THREADS: (65, 16, 100, 20),
-    EMBREE.format("1 thread"): (2, 4, 2, 2),
-    EMBREE.format("2 threads"): (2, 4, 2, 2),
+    EMBREE["frame"] + ": Embree, 1 thread": (2, 4, 2, 2),
+    EMBREE["frame"] + ": Embree, 2 threads": (2, 4, 2, 2),
 }
 MOST_TIMES_THE_FLOOR, MOST_BYTES, MOST_OF_FCLS_BYTES, MOST_GROWTH = 1.5, 80, 0.5, 1.5
 
@@ -52,8 +51,11 @@ class Ratio:
     high: float
     against: str  # the name of the other
 
-    def text(self):
+    def text(self, with_boxes=False):
+        """`with_boxes`: and which ones FCL had, tight or stock."""
         spread = f"({digits(self.low, 2)} to {digits(self.high, 2)})"
+        if with_boxes:
+            spread += ", " + self.against.split("/")[1].split("_")[0]
         as_fast = self.low <= 1 <= self.high
         return f"as fast {spread}" if as_fast else f"{digits(self.value, 2)}x {spread}"
 
@@ -79,7 +81,7 @@ class Scene:
         steps = ""
         if self.name == "paper-dynamic":
             steps = f", {self.part.median('Frames', BOXES, 'frames'):.0f} steps"
-        return f"{self.name.split('-2000')[0]} {self.fibers:,.0f}{size}{steps}"
+        return f"{self.part.title(self.name.split('-2000')[0])} {self.fibers:,.0f}{size}{steps}"
 
     def median(self, name, key):
         return self.part.median("Frames", name, key)
@@ -93,9 +95,9 @@ class Scene:
         names = [name for name in names if name.endswith("_and_collide") == collide]
         return [name for name in names if f"/{boxes}" in name]
 
-    def embree(self, threads):
+    def embree(self, on="1 thread"):
         names = [name for name in self.contenders if name.startswith("Embree/")]
-        return [name for name in names if name.endswith("_2_threads") == (threads == 2)]
+        return [name for name in names if name.endswith("_2_threads") == (on == "2 threads")]
 
     def best(self, names, key):
         """The one rule for all rows: the least median of exactly what the row measures. A tree that
@@ -107,7 +109,7 @@ class Scene:
 
     def runs(self, name, key):
         runs = self.part.runs("Frames", name, key)
-        least = 3 if self.segments >= MILLION else 5
+        least = 3 if self.segments >= 1_000_000 else 5
         if len(runs) < least:
             raise ValueError(f"{self.part.file}: {name} has {len(runs)} runs, not {least}")
         return runs
@@ -117,7 +119,7 @@ class Scene:
         return ratio_of(self.runs(against, key), self.runs(ours, key), against)
 
     def has_embree(self):
-        return bool(self.embree(1)) or "Embree" not in self.part.context["left_out"]
+        return bool(self.embree()) or "Embree" not in self.part.context["left_out"]
 
     def detection_on_tight_boxes(self):
         """Boxes are the same only if there are as many pairs."""
@@ -139,9 +141,11 @@ class Scene:
             for row, boxes in ((TOUCHING_TIGHT, "tight"), (TOUCHING_STOCK, "stock")):
                 names = self.fcl(boxes, collide=True)
                 found[row + suffix] = self.ratio(names, "frame", CAPSULES + threads)
-        for threads, ours in ((1, BOXES), (2, BOXES + "_2_threads")):
-            embree = self.ratio(self.embree(threads), "frame", ours) if self.has_embree() else None
-            found[EMBREE.format("2 threads" if threads == 2 else "1 thread")] = embree
+        for key, what in EMBREE.items():
+            for on, ours in (("1 thread", BOXES), ("2 threads", BOXES + "_2_threads")):
+                names = self.embree(on)
+                ratio = self.ratio(names, key, ours) if self.has_embree() else None
+                found[f"{what}: Embree, {on}"] = ratio
         return found
 
     def sampled(self, boxes):

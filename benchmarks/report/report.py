@@ -129,11 +129,8 @@ def trade_offs(folder):
     if report.has("bounds_.*"):
         caption = "Labels stand at the points of one curve; the others have the same settings."
         draw = partial(report.draw, "sampling", "dials", "Dials", caption)
-        draw(
-            lambda: pictures.dials(
-                trade.bound_points(parts), trade.sampling_points(parts["sampling"])
-            )
-        )
+        points = trade.bound_points(parts)
+        draw(lambda: pictures.dials(points, trade.sampling_points(parts["sampling"])))
     report.add("costs", trade.costs, parts.get("costs"))
     return report
 
@@ -142,7 +139,7 @@ def paper_again(folder):
     names = ("radii", "rods", "replay", "axis_turned_0", "axis_turned_1", "half-scalp", "pictures")
     wanted = {name: name for name in names}
     wanted |= {"static assembly": r"static_\d+", "strand": r"strand_\d+"}
-    wanted |= {"chains": r"chain_(random|snake)_\d+", "half scalp, boxes": r"half-scalp_long_\d+"}
+    wanted |= {"chains": r"chain_(random|snake)_\d+", "half scalp, slow": r"half-scalp_long_\w+"}
     report = Report("paper", "The paper's measurements, again", folder, wanted)
     parts = report.parts
     report.add(r"half-scalp|strand_\d+|frames_hair", paper.table_one, parts)
@@ -170,7 +167,8 @@ def paper_again(folder):
     for name, (title, draw) in paper_pictures.PICTURES.items():
         if "pictures" in parts:
             caption = paper_pictures.caption(parts["pictures"], name)
-            report.blocks.append(Figure("", title, caption, partial(draw, folder, name)))
+            image = paper_pictures.IN_DOCUMENTS.get(name, "")
+            report.blocks.append(Figure(image, title, caption, partial(draw, folder, name)))
     if (folder / "view.html").exists():
         html = (folder / "view.html").read_text(encoding="utf-8")
         report.blocks.append(Figure("", "To turn and to enter", paper.VIEW, html=html))
@@ -178,15 +176,11 @@ def paper_again(folder):
 
 
 def write_page(report, path):
-    """Beside and renamed, so that the page before it stays whole until then."""
     loader = jinja2.FileSystemLoader(Path(__file__).parent)
-    undefined = jinja2.StrictUndefined
-    environment = jinja2.Environment(loader=loader, autoescape=True, undefined=undefined)
-    template = environment.get_template("page.html")
+    pages = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
+    template = pages.get_template("page.html")
     text = template.render(report=report, circumstances=circumstances(report.parts))
-    draft = path.with_suffix(".part")
-    draft.write_text(text, encoding="utf-8")
-    draft.replace(path)
+    path.write_text(text, encoding="utf-8")
 
 
 def write_documents(report, root):
@@ -216,7 +210,7 @@ def main(arguments):
     parser.add_argument("set", choices=DOCUMENTED)
     parser.add_argument("folder", type=Path, help="of the results")
     parser.add_argument("--page", type=Path, metavar="FILE.html")
-    parser.add_argument("--picture", type=Path, metavar="FILE.png", help="the first one")
+    parser.add_argument("--picture", type=Path, metavar="FILE.png", help="the first, if any")
     parser.add_argument("--docs", type=Path, metavar="ROOT", help="renews its tables and pictures")
     parser.add_argument("--targets", action="store_true", help="full: met and missed")
     options = parser.parse_args(arguments)
@@ -234,7 +228,7 @@ def main(arguments):
         print(f"Not measured: {'; '.join(report.missing)}.")
     if options.page:
         write_page(report, options.page)
-    if options.picture:
+    if options.picture and report.figures():
         options.picture.write_bytes(report.figures()[0].data)
     if options.docs:
         write_documents(report, options.docs)

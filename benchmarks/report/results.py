@@ -68,6 +68,10 @@ class Part:
     def medians(self, kind, name, *keys):
         return [self.median(kind, name, key) for key in keys]
 
+    def title(self, scene):
+        """Of hair with the file's name."""
+        return f"hair ({self.context['scene']})" if scene == "hair" else scene
+
     def note(self, name):
         """Why it is not timed, or nothing."""
         return self.runs("Checked", name, "label").iloc[0]

@@ -90,7 +90,8 @@ def bounds(parts, scene, kind):
     name = {"tests": "bounds-tests", "radii": "bounds-resolution"}[kind]
     name += "" if scene == "helix" else f" {scene}"
     caption = "A query of FiberTree, adjacent segments left out. Radii are the fiber's."
-    return Table(name, f"An answer in time, {scene}: {BOUND_KINDS[kind]}", header, rows, caption)
+    title = f"An answer in time, {part.title(scene)}: {BOUND_KINDS[kind]}"
+    return Table(name, title, header, rows, caption)
 
 
 def bound_points(parts):

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Records anew what report_test.py makes reports of: record.py fcl_fibers_bench
 
-Small scenes, and of each file only what reports read, a run a line. Where Embree
-was run once, being far behind FCL in so small a scene, record it again. full/growth.json is written
-by hand, as ten million segments take minutes.
+Small scenes, and of each file only what reports read, a run a line. full/growth.json is written by
+hand, because ten million segments take minutes.
 """
 
 import json
@@ -14,10 +13,13 @@ from pathlib import Path
 
 HELIX = "--scene=helix:fibers=10,segments=20"
 DYNAMIC = "--scene=paper-dynamic:fibers=40,segments=50"
+HALF_SCALP = "--scene=paper-half-scalp:fibers=20,segments=10"
 STATIC = "--scene=paper-static:segments=20,fibers="
 RECORDED = {
+    "headline/frames_helix": ["frames", HELIX],
+    "headline/frames_cap": ["frames", "--scene=cap:fibers=20,segments=10"],
+    "headline/frames_paper-dynamic": ["frames", "--steps=5", DYNAMIC],
     "full/frames_helix": ["frames", "--against=full", HELIX],
-    "full/frames_paper-dynamic": ["frames", "--steps=5", DYNAMIC],
     "full/queries": ["queries", "--benchmark_filter=collide, one|/spheres/"],
     "trade/frames_helix": ["frames", "--against=all", HELIX],
     "trade/bounds_helix": ["bounds", HELIX],
@@ -30,6 +32,12 @@ RECORDED = {
         "frames",
         "--against=paper",
         "--scene=paper-strand:fibers=10,segments=20",
+    ],
+    "paper/half-scalp": ["frames", "--against=paper", HALF_SCALP],
+    "paper/half-scalp_long_LayeredAABBTree_super_thread": [
+        "frames",
+        "--against=paper:LayeredAABBTree/super_thread",
+        HALF_SCALP,
     ],
     "paper/replay": ["replay", "--steps=5", DYNAMIC],
     "paper/chain_random_4": ["chain", "--chain=random", "--edge=4"],

@@ -6,13 +6,17 @@ import io
 import itertools
 import json
 import shutil
+import subprocess
 import sys
 import tempfile
 import unittest
 from pathlib import Path
 
+import numpy as np
+
 HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent.parent / "benchmarks" / "report"))
+BENCHMARKS = HERE.parent.parent / "benchmarks"
+sys.path.insert(0, str(BENCHMARKS / "report"))
 
 import report  # noqa: E402
 
@@ -40,10 +44,11 @@ class ReportTest(unittest.TestCase):
         with self.assertRaisesRegex(Exception, message):
             self.made(kind, *flags)
 
-    def edit(self, name, change):
-        """Changes the runs of a file, each a dictionary."""
+    def edit(self, name, change, **context):
+        """Changes the runs of a file, each a dictionary, and its context."""
         path = self.folder / f"{name}.json"
         document = json.loads(path.read_text())
+        document["context"].update(context)
         document["benchmarks"] = [run for run in document["benchmarks"] if change(run) is not False]
         path.write_text(json.dumps(document))
 
@@ -89,7 +94,7 @@ class ReportTest(unittest.TestCase):
             self.set_times(name, "update", [2])
         self.set_times("LayeredAABBTree/boxes", "update", [1, 1, 1, 1, 2.5])
         found = self.row(self.made("headline"), "Update after motion: FCL on any boxes")
-        self.assertEqual(found, ["as fast (0.80 to 2.0)"])
+        self.assertRegex(found[0], r"^as fast \(0\.80 to 2\.0\), (tight|stock)$")
 
     def test_best_is_whose_median_is_least_whatever_a_single_run_says(self):
         """If this failed, a peer would be represented by a configuration that is not its best."""
@@ -100,7 +105,7 @@ class ReportTest(unittest.TestCase):
         self.set_times(best, "set_up", [6])
         self.set_times("LayeredAABBTree/boxes", "set_up", [2])
         found = self.row(self.made("headline"), "Set-up: FCL on any boxes")
-        self.assertEqual(found, ["3.0x (3.0 to 3.0)"])
+        self.assertEqual(found, ["3.0x (3.0 to 3.0), stock"])
 
     def test_touching_pairs_say_how_large_their_sample_was(self):
         """If this failed, an estimate would stand as a measurement."""
@@ -128,7 +133,7 @@ class ReportTest(unittest.TestCase):
             self.set_times(f"Embree/{name}", "visited", [200])
         self.set_times("LayeredAABBTree/boxes", "detection", [1])
         self.set_times("LayeredAABBTree/boxes", "visited", [100])
-        row = "Detection per visited pair, times Embree's, 1 thread"
+        row = "Detection per visited pair, how many times as fast as Embree, 1 thread"
         self.assertEqual(self.row(self.made("full"), row), ["2.0x (2.0 to 2.0)"])
 
     def test_a_measure_that_was_not_run_is_named(self):
@@ -199,7 +204,7 @@ class ReportTest(unittest.TestCase):
         other.write_text(costs)
         self.made("headline", "--docs", self.root)
         text = readme.read_text()
-        self.assertTrue(text.startswith(f"before\n\n{mark}\n| Speed-up over"), text)
+        self.assertTrue(text.startswith(f"before\n\n{mark}\n| How many times as fast"), text)
         self.assertTrue(
             text.endswith("Release; commit abcdef0.\n\n<!-- end of table -->\n\nafter\n")
         )
@@ -213,10 +218,48 @@ class ReportTest(unittest.TestCase):
     def page(self, kind, *flags):
         """Text and page of all that is recorded."""
         self.take(kind)
+        return self.page_of_folder(kind, *flags)
+
+    def page_of_folder(self, kind, *flags):
         page, picture = self.root / "page.html", self.root / "picture.png"
         text = self.made(kind, "--page", page, "--picture", picture, *flags)
         self.assertTrue(picture.read_bytes().startswith(b"\x89PNG"))
         return text, page.read_text()
+
+    def headline_rows(self, text):
+        """Cells by the row's name."""
+        lines = text.split("## ")[1].split("\n\n")[1].splitlines()
+        rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+        self.assertEqual(
+            rows[0][1:], ["helix 10 x 20", "cap 20 x 10", "paper-dynamic 40 x 50, 5 steps"]
+        )
+        return {name: cells for name, *cells in rows[2:]}
+
+    def test_headline(self):
+        """If this failed, the README's table would lack a scene or a peer, or hide whose boxes."""
+        text, page = self.page("headline")
+        self.assertNotIn("Not measured", text)
+        rows = self.headline_rows(text)
+        self.assertEqual(len(rows), 9)
+        ratio = r"(as fast|[\d.,]+x) \([\d.,]+ to [\d.,]+\)"
+        for name, cells in rows.items():
+            boxes = ", (tight|stock)" if "any boxes" in name else ""
+            both = f" / {ratio}" if "Embree" in name else ""
+            for cell in cells:
+                self.assertRegex(cell, f"^{ratio}{both}{boxes}$", name)
+        for phase in ("Set-up", "Update after motion", "Update + detection"):
+            self.assertIn(f"{phase}: Embree, 1 thread / both on 2 threads", rows)
+        self.assertIn("<td>Update after motion: FCL on any boxes</td>", page)
+
+    def test_headline_without_embree(self):
+        """If this failed, nobody without Embree would get the README's table."""
+        self.take("headline")
+        for name in ("frames_helix", "frames_cap", "frames_paper-dynamic"):
+            self.edit(name, lambda run: "/Embree/" not in run["run_name"], left_out="Embree")
+        rows = self.headline_rows(self.page_of_folder("headline")[0])
+        found = [cells for name, cells in rows.items() if "Embree" in name]
+        self.assertEqual(found, [["not installed"] * 3] * 3)
+        self.assertEqual(sum("not installed" in cells for cells in rows.values()), 3)
 
     def test_full(self):
         """If this failed, docs/performance.md could not be made."""
@@ -231,6 +274,10 @@ class ReportTest(unittest.TestCase):
         text = self.made("full")
         self.assertEqual(self.row(text, "update  ")[:4], ["60.0 ns", "66.0 ns", "90.0 ns", "1.50x"])
         self.assertNotIn("MISSED", text)
+        for phase in ("Set-up", "Update after motion", "Update + detection"):
+            for on in ("1 thread", "2 threads"):
+                names = [line for line in text.splitlines() if f"{phase}: Embree, {on}" in line]
+                self.assertEqual(len(names), 2)  # how fast, and which of Embree's ways
 
     def test_trade(self):
         """If this failed, docs/accuracy.md and docs/costs.md could not be made."""
@@ -249,6 +296,92 @@ class ReportTest(unittest.TestCase):
         for title in ("Fig. 7. Time of construction", "Fig. 10. Dynamic assembly"):
             self.assertIn(f"<h2>{title}</h2>", page)
         self.assertEqual(page.count("<img "), 6)
+
+    def test_paper_takes_what_was_measured_by_itself(self):
+        """If this failed, --paper would lose its report, or the trees that take minutes."""
+        self.take("paper")
+        name = "LayeredAABBTree/super_thread"
+
+        def ended(run):
+            if run["run_name"].startswith(f"Checked/{name}/"):
+                run["label"] = ">10 s in detection"
+                del run["detection"]
+            return not run["run_name"].startswith(f"Frames/{name}/")
+
+        self.edit("half-scalp", ended)
+        row = "paper-half-scalp 50,000 x 50: boxes, super thread"
+        self.assertRegex(self.row(self.made("paper"), row)[2], r"^\d")
+        (self.folder / "half-scalp_long_LayeredAABBTree_super_thread.json").unlink()
+        self.assertEqual(self.row(self.made("paper"), row)[2], ">10 s in detection")
+
+    def test_hair_is_named_and_needs_no_picture(self):
+        """If this failed, --hair FILE would end in an error, or not tell whose hair it was."""
+        self.take("paper", "half-scalp")
+        (self.folder / "half-scalp.json").rename(self.folder / "frames_hair.json")
+        self.edit("frames_hair", lambda run: True, scene="tail.tfx")
+        text = self.made("paper", "--picture", self.root / "picture.png")
+        self.assertIn("| hair (tail.tfx): boxes, super thread ", text)
+        self.assertFalse((self.root / "picture.png").exists())
+        shutil.rmtree(self.folder)
+        self.take("trade", "frames_helix", "bounds_helix")
+        for measure in ("frames", "bounds"):
+            (self.folder / f"{measure}_helix.json").rename(self.folder / f"{measure}_hair.json")
+            self.edit(f"{measure}_hair", lambda run: True, scene="tail.tfx")
+        text, page = self.page_of_folder("trade")
+        self.assertIn("| hair (tail.tfx) 10 x 20 ", text)
+        self.assertIn("<h2>An answer in time, hair (tail.tfx): ", page)
+
+    def test_documents_have_the_pictures_of_the_paper_replaced(self):
+        """If this failed, README and docs/paper.md would keep pictures of another commit."""
+        self.take("paper", "half-scalp")
+        names = {"loop": "paper_dynamic", "half_scalp": "paper_half_scalp", "strand": ""}
+        counts = dict.fromkeys(("fibers", "segments", "touching_pairs", "touching_segments"), 1.0)
+        runs = [{"run_type": "iteration", "run_name": f"Picture/{name}"} for name in names]
+        runs = [{**run, "real_time": 0.0, "time_unit": "s", **counts} for run in runs]
+        document = json.loads((self.folder / "half-scalp.json").read_text())
+        text = json.dumps({"context": document["context"], "benchmarks": runs})
+        (self.folder / "pictures.json").write_text(text)
+        for name in ("loop", "half_scalp"):
+            np.random.default_rng(1).random(12, np.float32).tofile(self.folder / f"{name}.points")
+            np.array([0, 2, 4], np.int32).tofile(self.folder / f"{name}.begin")
+            np.array([0, 1], np.uint8).tofile(self.folder / f"{name}.touching")
+        images = self.root / "docs" / "images"
+        images.mkdir(parents=True)
+        (self.root / "README.md").write_text("")
+        mark = "<!-- table table-1: benchmarks/run.sh --paper -->\n<!-- end of table -->\n"
+        (self.root / "docs" / "paper.md").write_text(mark)
+        self.made("paper", "--docs", self.root)
+        found = sorted(path.stem for path in images.iterdir())
+        self.assertEqual(found, ["paper_dynamic", "paper_half_scalp"])
+
+
+class FlagsTest(unittest.TestCase):
+    def test_flags_that_exclude_each_other_are_refused(self):
+        """If this failed, minutes would go into another set than the one that was asked for."""
+        root = Path(tempfile.mkdtemp())  # where there is nothing that it could install or build
+        self.addCleanup(shutil.rmtree, root)
+        (root / "benchmarks").mkdir()
+        run_sh = shutil.copy(BENCHMARKS / "run.sh", root / "benchmarks")
+        for flags, message in (
+            ("--trade --full", "--full changes nothing of --trade and .*"),
+            ("--full --trade", "--full changes nothing of --trade and .*"),
+            ("--paper --full --hair=/dev/null", "and of --paper --hair"),
+            ("--trade --paper", "it is --trade or --paper"),
+            ("--targets", "of --full alone"),
+            ("--trade --targets", "of --full alone"),
+            ("--targets --full --paper", "of --full alone"),
+            ("--full --targets --hair /dev/null", "of --full alone"),
+            ("--radius=1", "of --hair FILE"),
+            ("--ful", "there is no --ful"),
+        ):
+            with self.subTest(flags):
+                done = subprocess.run([run_sh, *flags.split()], capture_output=True, text=True)
+                self.assertEqual(done.returncode, 1)
+                self.assertRegex(done.stderr, f"^benchmarks/run.sh: .*{message}; see --help\n$")
+        for flags in ("--full --paper", "--paper --full", "--full --targets", "--targets --full"):
+            with self.subTest(flags):
+                done = subprocess.run([run_sh, *flags.split()], capture_output=True, text=True)
+                self.assertIn(".ci/apt_install.sh: No such file", done.stderr)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -25,9 +23,8 @@ constexpr double kMostSeconds = 10;
 
 /// `update:007`
 std::string counterName(const char* what, int step) {
-  std::array<char, 64> text;
-  std::snprintf(text.data(), text.size(), "%s:%03d", what, step);
-  return text.data();
+  const std::string number = std::to_string(1000 + step);
+  return what + (":" + number.substr(1));
 }
 
 /// The contender lives through all steps. Returns the seconds of its updates and detections.
