@@ -40,7 +40,7 @@ for i in "${!hair[@]}"; do
 done
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-ponytail=${FCL_FIBERS_DATA:-../shared/data}/tressfx31_ponytail_tail.tfx
+ponytail=${FCL_FIBERS_DATA:+$FCL_FIBERS_DATA/tressfx31_ponytail_tail.tfx}
 if [[ $set == trade && ${#hair[@]} == 0 && -e $ponytail ]]; then
   hair=(--hair="$ponytail" --radius=0.05)
 fi
