@@ -50,7 +50,7 @@ function(fcl_fibers_part part doc)
       message(FATAL_ERROR "${part}=${${part}} needs what is not found: ${missing}. Install it, name its "
         "place in CMAKE_PREFIX_PATH, or set ${part}=OFF")
     endif()
-    message(STATUS "${part}: left out for want of ${missing}")
+    message(STATUS "${part}: left out, as ${missing} is not found")
     set(${part} OFF PARENT_SCOPE)
   endif()
 endfunction()

@@ -1,34 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cstdio>
-#include <memory>
-#include <vector>
 
-#include <fcl/geometry/shape/capsule.h>
-#include <fcl_fibers/contact_collector.h>
-#include <fcl_fibers/layered_aabb_tree_collision_manager.h>
+#include <fcl_fibers/fiber_tree.h>
 
 int main() {
-  // Two fibers of three segments that cross in the middle.
-  const auto capsule = std::make_shared<fcl::Capsuled>(/*radius=*/0.1, /*lz=*/1.0);
-  std::vector<fcl::CollisionObjectd> upright(3, fcl::CollisionObjectd(capsule)), lying = upright;
-  fcl::Matrix3d from_z_to_x;
-  from_z_to_x << 0, 0, 1, 1, 0, 0, 0, 1, 0;
-  double middle = -1;
-  for (auto& segment : upright) segment.setTranslation({0, 0, middle++});
-  middle = -1;
-  for (auto& segment : lying) segment.setTransform(from_z_to_x, {middle++, 0.15, 0});
+  using namespace fcl_fibers;
+  double points[] = {-1, 0, 0, 0, 0, 0, 1, 0, 0, 0.5, -1, 0.15, 0.5, 1, 0.15};  // x, y, z of five
+  const std::size_t point_begin[] = {0, 3, 5};  // the first fiber has three of them, the second two
+  const double radius = 0.1;
+  const FiberArrays<double> fibers = {points, 5, point_begin, 2, &radius};
 
-  fcl_fibers::FiberManagerOptions options;
-  options.report = fcl_fibers::Report::kCapsules;  // capsules that touch, not boxes that overlap
+  FiberTreeOptions options;
+  options.report = Report::kCapsules;  // capsules that touch, not boxes that overlap
   options.ignored_neighbors = 1;  // neighbors along a fiber share a point, so they always touch
-  fcl_fibers::LayeredAABBTreeCollisionManagerd manager(options);
-  manager.registerFiber({&upright[0], &upright[1], &upright[2]});
-  manager.registerFiber({&lying[0], &lying[1], &lying[2]});
+  FiberTree tree(options);
+  tree.build(fibers);
+  const auto print = [](SegmentPair p) { std::printf("segments %d and %d touch\n", p.a, p.b); };
+  tree.visitPairs(print);
 
-  fcl_fibers::ContactCollector<double> collector(manager);
-  manager.collide(&collector, collector.callback);  // or your own FCL callback
-  for (const auto& contact : collector.contacts()) {
-    std::printf("fiber %zu segment %zu touches fiber %zu segment %zu, %.2f deep\n", contact.a.fiber,
-                contact.a.segment, contact.b.fiber, contact.b.segment, -contact.distance);
-  }
+  points[9] = points[12] = -0.5;  // the second fiber moves along the first
+  tree.update(fibers);
+  tree.visitPairs(print);
 }

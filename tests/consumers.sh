@@ -163,7 +163,7 @@ left_out() {
   rm -rf "$tree"
   said=$(cmake -S . -B "$tree" -G Ninja "${without[@]}")
   for part in TESTS:GTest BENCHMARKS:benchmark TOOLS:threejs; do
-    grep -qx -- "-- FCL_FIBERS_BUILD_${part%:*}: left out for want of ${part#*:}" <<<"$said" ||
+    grep -qx -- "-- FCL_FIBERS_BUILD_${part%:*}: left out, as ${part#*:} is not found" <<<"$said" ||
       fail "does not leave out $part: $said"
   done
   refused 'FCL_FIBERS_BUILD_TESTS=ON needs what is not found: GTest' \

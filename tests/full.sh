@@ -52,6 +52,13 @@ all_managers() {
   run_tests debug -LE 'long|program'
 }
 
+# Everything, the benchmarks and the program too, compiles with clang without a warning.
+clang() {
+  .ci/apt_install.sh clang
+  cmake --preset release -B build/clang -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_CXX_FLAGS=-Werror
+  cmake --build build/clang
+}
+
 # The tests of everything that depends on it, on every instruction set of this machine.
 simd() {
   local level suite
@@ -208,6 +215,7 @@ vtk() {
 }
 
 steps=(
+  clang
   simd
   all_managers
   sanitized

@@ -12,7 +12,7 @@ namespace fcl_fibers::tools {
 
 // The commands of fcl_fibers. Each takes what --help says and returns the exit code; what it throws
 // is an error, code 2. Answers go to stdout, progress to stderr where that is a terminal; warnings
-// of a file are there already, but for info's, which are part of its answer.
+// of a file are there already, except info's, which are part of its answer.
 
 constexpr int kExitContacts = 1;
 constexpr int kExitError = 2;

@@ -131,7 +131,8 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   /// Runs a self-collision query without a callback and counts its work.
   QueryStatistics selfCollisionStatistics() const;
 
-  /// Bytes this manager holds, the objects apart.
+  /// Bytes that this manager holds, with what a query on several threads keeps for the next one;
+  /// the objects apart.
   std::size_t memoryUsage() const;
 
   /// @cond for the managers of this library only

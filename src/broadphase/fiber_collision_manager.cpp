@@ -609,7 +609,7 @@ class FiberCollisionManager<S>::Impl {
     return object.collisionGeometry()->getNodeType() == fcl::GEOM_CAPSULE;
   }
 
-  /// Whether one of each one's ends is the same but for rounding: 4 ulp of the largest coordinate.
+  /// Whether the two share an end, up to rounding: 4 ulp of the largest coordinate.
   static bool shareEnd(const Segment& p, const Segment& q) {
     const double largest = std::max({maxNorm(p.a), maxNorm(p.b), maxNorm(q.a), maxNorm(q.b)});
     const double tolerance = 4 * double{std::numeric_limits<S>::epsilon()} * largest;

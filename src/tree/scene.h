@@ -175,7 +175,7 @@ class Scene {
   /// Pairs of this scene whose volumes overlap, whatever the queries report.
   Visit findVolumePairs(PairSink& sink) const { return findPairs(nullptr, sink); }
 
-  /// Pairs with one segment in this scene's frame, but for those of its group; b of each is 0.
+  /// Pairs with one segment in this scene's frame, except those of its group; b of each is 0.
   Visit findPairs(const Segment& segment, double error, Group group, PairSink& sink) const {
     return std::visit(
         [&](const auto& tree) {

@@ -282,7 +282,7 @@ Visit leavesBelow(const Tree& tree, std::int32_t node, const typename Tree::Volu
 
 }  // namespace internal
 
-/// Each unordered pair of a tree's segments that the query admits, once, but for those of one
+/// Each unordered pair of a tree's segments that the query admits, once, except those of one
 /// group.
 template <class Tree, class Query>
 Visit visitPairs(const Tree& tree, Query& query) {
@@ -321,7 +321,7 @@ Visit visitPairs(const Tree& a, const Tree& b, const geometry::FrameChange& b_to
   return internal::crossPairs(a, b, b_to_a, a_to_b, query).resume(work);
 }
 
-/// Each segment that the query admits against one volume, once, but for those of `group`.
+/// Each segment that the query admits against one volume, once, except those of `group`.
 template <class Tree, class Query>
 Visit visitLeaves(const Tree& tree, const typename Tree::Volume& volume, Query& query,
                   Group group = kNoGroup) {

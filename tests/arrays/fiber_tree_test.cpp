@@ -173,6 +173,7 @@ TYPED_TEST(ArrayTree, TakesOneRadiusOrOnePerFiber) {
   fibers.radii_are = Radii::kOne;
   fibers.radii = {static_cast<TypeParam>(0.01)};
   tree.build(fibers.view());
+  EXPECT_FALSE(pairsOf(tree).empty());
   EXPECT_EQ(pairsOf(tree), touchingPairs(fibers, fibers, 0, 0));
 
   fibers.radii_are = Radii::kPerFiber;
@@ -181,6 +182,7 @@ TYPED_TEST(ArrayTree, TakesOneRadiusOrOnePerFiber) {
     fibers.radii.push_back(static_cast<TypeParam>(f % 2 == 0 ? 0.002 : 0.03));
   }
   tree.update(fibers.view());
+  EXPECT_FALSE(pairsOf(tree).empty());
   EXPECT_EQ(pairsOf(tree), touchingPairs(fibers, fibers, 0, 0));
 }
 
@@ -391,6 +393,7 @@ TEST(ArrayTree, AnswersWhenEmpty) {
 /// Refused with a text that says so, and nothing has changed.
 void expectRefused(FiberTree& tree, const FiberArrays<double>& bad, const std::string& text) {
   const Pairs before = pairsOf(tree);
+  ASSERT_FALSE(before.empty());
   for (const bool build : {true, false}) {
     try {
       build ? tree.build(bad) : tree.update(bad);

@@ -86,6 +86,7 @@ TYPED_TEST(Clone, AnswersForItsOwnObjectsByTheSameRules) {
 
       // Each goes its own way.
       const Calls<S> before = selfPairs<S>(*original);
+      EXPECT_FALSE(before.empty());
       Random random(194);
       jolt(copies.objects(), random, 0.1, 0.5);
       clone->update();
@@ -215,6 +216,7 @@ TYPED_TEST(Clone, RefusesWhatDoesNotFit) {
   using Objects = typename Clone<TypeParam>::Objects;
   const auto original = this->original(assortedOptions()[0]);
   const Calls<S> pairs = selfPairs<S>(*original);
+  ASSERT_FALSE(pairs.empty());
   Scene<S> copies = this->scene_.reallocated(199);
   const Objects good = copies.objects();
   const auto refused = [&](const Objects& objects, const std::string& why) {

@@ -44,8 +44,7 @@ TYPED_TEST(ComingAndGoing, AnswersAreThoseOfANewTree) {
   Scene<S> other_scene = strandScene<S>(6, 9, 302);
   other_scene.addHalfspace({0, 1, 0}, -0.6);
 
-  for (FiberManagerOptions options : optionsToTest<TypeParam>(0.02)) {
-    options.ignored_neighbors = 1;
+  for (const FiberManagerOptions& options : assortedOptions()) {
     SCOPED_TRACE(describe(options));
     Managed<TypeParam> managed(options), other(options);
     for (const auto& fiber : strands) managed.registerFiber(fiber, FiberEnds::kClosed);

@@ -139,6 +139,21 @@ TYPED_TEST(CollideContract, TheSameQueryGivesTheSameSequence) {
   EXPECT_EQ(answers(), answers());
 }
 
+// Neighbours along a fiber, and beyond the ends of a closed one, would be reported, or others left
+// out.
+TYPED_TEST(FiberCollide, RulesOfFibersCountInEveryScene) {
+  using S = typename TypeParam::Scalar;
+  for (const NamedScene<S>& named : standardScenes<S>()) {
+    for (const FiberManagerOptions& options : assortedOptions()) {
+      SCOPED_TRACE(named.name + ", " + describe(options));
+      Managed<TypeParam> manager(options);
+      manager.registerFibers(named.scene);
+      EXPECT_TRUE(manager.answersSelf());
+      manager.expectAnswersWith(manager.every(13));
+    }
+  }
+}
+
 // An object would collide with itself, or a query for its partners would depend on how it is asked.
 TYPED_TEST(FiberCollide, ARegisteredObjectMeetsItsPartnersOnceAndNeverItself) {
   using S = typename TypeParam::Scalar;

@@ -104,6 +104,19 @@ TYPED_TEST(FiberDistance, NothingIsVisitedOnceTheDistanceIsZero) {
   EXPECT_GT(touching, 5);
 }
 
+// The nearest would be a neighbour along the fiber, or beyond the ends of a closed one.
+TYPED_TEST(FiberDistance, RulesOfFibersCount) {
+  const auto scene = ringScene<typename TypeParam::Scalar>(3, 24, 67);
+  for (const FiberManagerOptions& options : assortedOptions()) {
+    SCOPED_TRACE(describe(options));
+    Managed<TypeParam> manager(options);
+    manager.registerFibers(scene);
+    manager.expectNearest();
+    manager.expectEveryPair();
+    for (auto* object : manager.every(17)) manager.expectNearest(object);
+  }
+}
+
 // A registered object would be at distance zero from itself, and so from everything.
 TYPED_TEST(FiberDistance, DistanceOfARegisteredObjectIsThatToTheOthers) {
   const auto scene = apartScene<typename TypeParam::Scalar>(4, 61);

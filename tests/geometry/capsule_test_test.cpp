@@ -104,8 +104,8 @@ Segment randomCapsule(Random& random) {
   return {fromEigen(random.inCube(1)), fromEigen(random.inCube(1)), random.between(0, 0.2)};
 }
 
-/// Radii that make the two touch but for a change of their reach, relative to it; where they cross,
-/// radii of nothing.
+/// Radii and a margin whose sum is the distance of the two times 1 + change; all are 0 where they
+/// cross.
 Question nearlyTouching(Segment p, Segment q, double change) {
   const auto reach = static_cast<double>(axisDistance(p, q) * (1 + Real(change)));
   p.radius = reach / 4;

@@ -344,7 +344,7 @@ TEST(EnclosingSphere, IsTheLeastAroundTenThousandBalls) {
   // If this fails, the number of balls decides whether all are enclosed.
   Random random(3);
   expectLeast(randomBalls(random, 10000, 0.2));
-  // All on one sphere, but for rounding: each is tangent.
+  // All on one sphere, up to rounding: each is tangent.
   Balls balls;
   for (int i = 0; i < 10000; ++i) balls.push_back({fromEigen(random.direction()), 0.125});
   const EnclosingSphere sphere = enclose(balls);

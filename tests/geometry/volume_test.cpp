@@ -262,7 +262,7 @@ bool overlap(const Sphere& p, const Sphere& q) {
   return x * x + y * y + z * z <= reach * reach * (1 + 0x1p-20f) + kSmallest;
 }
 
-/// Exact but for the rounding of long double; negative for spheres that overlap.
+/// Exact except for the rounding of long double; negative for spheres that overlap.
 Real gapOf(const Box& p, const Box& q) {
   Real squared = 0;
   for (int axis = 0; axis < 3; ++axis) {

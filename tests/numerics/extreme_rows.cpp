@@ -81,8 +81,8 @@ S neighbor(S x, int ulps) {
   return x;
 }
 
-/// Pairs of capsules at a distance of exactly the sum of their radii, but for the second one's, by
-/// `ulps`: side by side, end to end, crossing, and two balls.
+/// Pairs of capsules whose distance is that of contact plus `ulps`: side by side, end to end,
+/// crossing, and two balls.
 template <typename S>
 Assembly<S> contact(int ulps) {
   Assembly<S> fibers;
@@ -310,7 +310,7 @@ std::vector<ExtremeRow<S>> extremeRows() {
       alongOneDirection<S>({3, -2, 1}, -1, 1, 0.5, 18));
   add("Collinear", "on one line, without thickness",
       alongOneDirection<S>({3, -2, 1}, -1, 0, 0, 19));
-  add("Identical", "identical but for their sense and radius", identical<S>());
+  add("Identical", "identical except for their sense and radius", identical<S>());
   add("Nested", "each within the next, on one line", nested<S>());
   add("BallsCospherical", "centres on one sphere", cosphericalBalls<S>());
   add("BallsCoplanar", "centres in one plane", coplanarBalls<S>());

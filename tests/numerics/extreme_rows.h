@@ -18,7 +18,7 @@ struct ExtremeRow {
   bool flush_to_zero = false;  ///< subnormals are flushed and taken for zero while it is answered
 };
 
-/// The same rows, but for the numbers that S holds, for float and double.
+/// The same rows for float and double, except for the numbers that S holds.
 template <typename S>
 std::vector<ExtremeRow<S>> extremeRows();
 

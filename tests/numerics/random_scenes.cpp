@@ -100,7 +100,7 @@ Assembly<S> contactScene(std::size_t capsules, Random& random) {
     const Numbers place = {8.0 * static_cast<double>(i % row), 0,
                            8.0 * static_cast<double>(i / row)};
     if (std::is_same_v<S, double> && i % 2 == 0) {
-      // Anywhere; the radius is that of contact but for 1e-12.
+      // Anywhere; the radius is within 1e-12 of that of contact.
       const Eigen::Vector3d at(place[0], place[1], place[2]);
       const Numbers a = numbers(at + random.inCube(1)), b = numbers(at + random.inCube(1));
       const Numbers c = numbers(at + random.inCube(1)), d = numbers(at + random.inCube(1));
@@ -173,10 +173,8 @@ std::string nameOf(RandomKind kind) {
 HairFiles HairFiles::find() {
   HairFiles found;
   const char* configured = std::getenv("FCL_FIBERS_DATA");
-  const std::filesystem::path folder =
-      configured != nullptr
-          ? std::filesystem::path(configured)
-          : std::filesystem::path(FCL_FIBERS_SOURCE_DIR) / ".." / "shared" / "data";
+  if (configured == nullptr) return found;
+  const std::filesystem::path folder(configured);
   if (!std::filesystem::is_directory(folder)) return found;
   std::vector<std::filesystem::path> paths;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {

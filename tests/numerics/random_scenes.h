@@ -27,8 +27,8 @@ std::string nameOf(RandomKind kind);
 /// Strands of hair to choose from.
 class HairFiles {
  public:
-  /// Of TressFX, in the folder that the environment variable FCL_FIBERS_DATA names, or else beside
-  /// the sources; there may be none.
+  /// Of TressFX, in the folder that the environment variable FCL_FIBERS_DATA names; there may be
+  /// none.
   static HairFiles find();
   static HairFiles none() { return {}; }
 

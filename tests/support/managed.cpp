@@ -164,9 +164,9 @@ void Answering<S>::rememberAs(const Answering& other, const Objects& objects) {
   for (Objects& fiber : fibers_) {
     for (Object*& object : fiber) {
       const auto place = std::find(other.objects_.begin(), other.objects_.end(), object);
-      const bool is_gone = object == nullptr || place == other.objects_.end();
-      object =
-          is_gone ? nullptr : objects[static_cast<std::size_t>(place - other.objects_.begin())];
+      // What is gone stays, as an arc length counts it.
+      if (place == other.objects_.end()) continue;
+      object = objects[static_cast<std::size_t>(place - other.objects_.begin())];
     }
   }
 }

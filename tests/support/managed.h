@@ -151,7 +151,7 @@ class Managed : public Answering<typename Config::Scalar> {
   void registerFibers(const Scene<S>& scene, const std::vector<int>& groups = {}) {
     const std::size_t fibers = scene.fibers().size();
     for (std::size_t f = 0; f < fibers; ++f) {
-      registerFiber(scene.fibers()[f], FiberEnds::kOpen,
+      registerFiber(scene.fibers()[f], scene.ends()[f],
                     FiberGroup{f < groups.size() ? groups[f] : 0});
     }
     this->registerEach(scene.loose());

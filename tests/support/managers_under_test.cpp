@@ -93,7 +93,7 @@ void registerFibers(FiberCollisionManager<S>& manager, const Scene<S>& scene,
                     const std::vector<int>& groups) {
   for (std::size_t f = 0; f < scene.fibers().size(); ++f) {
     const FiberGroup group{f < groups.size() ? groups[f] : 0};
-    manager.registerFiber(scene.fibers()[f], FiberEnds::kOpen, group);
+    manager.registerFiber(scene.fibers()[f], scene.ends()[f], group);
   }
   for (fcl::CollisionObject<S>* object : scene.loose()) manager.registerObject(object);
 }

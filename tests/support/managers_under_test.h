@@ -147,15 +147,17 @@ std::vector<FiberManagerOptions> optionsToTest(double margin) {
   return all;
 }
 
-/// Few, with neighbours, a margin and threads among them.
+/// Few, with neighbours by number and by arc length, margins and threads among them.
 inline std::vector<FiberManagerOptions> assortedOptions() {
-  std::vector<FiberManagerOptions> all(3);
+  std::vector<FiberManagerOptions> all(4);
   all[0].ignored_neighbors = 1;
   all[1].report = Report::kCapsules;
   all[1].margin = 0.02;
   all[2].report = Report::kCapsules;
   all[2].ignored_neighbors = 2;
   all[2].threads = 2;
+  all[3].margin = 0.01;
+  all[3].ignored_arc_length = 0.27;
   return all;
 }
 
@@ -168,7 +170,9 @@ PairRules rulesOf(const FiberManagerOptions& options) {
 inline std::string describe(const FiberManagerOptions& options) {
   return std::string(options.report == Report::kVolumes ? "kVolumes" : "kCapsules") + ", margin " +
          std::to_string(options.margin) + ", ignored neighbors " +
-         std::to_string(options.ignored_neighbors) + ", threads " + std::to_string(options.threads);
+         std::to_string(options.ignored_neighbors) + ", ignored arc length " +
+         std::to_string(options.ignored_arc_length) + ", threads " +
+         std::to_string(options.threads);
 }
 
 /// FCL leaves the order of arguments open.

@@ -147,12 +147,13 @@ fcl::CollisionObject<S>* Scene<S>::addPlane(const Eigen::Vector3d& normal, doubl
 
 template <typename S>
 std::vector<fcl::CollisionObject<S>*> Scene<S>::addFiber(const std::vector<Eigen::Vector3d>& points,
-                                                         double radius) {
+                                                         double radius, FiberEnds ends) {
   std::vector<Object*> fiber;
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {
     fiber.push_back(addCapsule(points[i], points[i + 1], radius));
   }
   fibers_.push_back(fiber);
+  ends_.push_back(ends);
   return fiber;
 }
 
@@ -197,6 +198,7 @@ Scene<S> Scene<S>::reallocated(std::uint64_t seed) const {
     const auto first = copy.objects_.begin() + static_cast<std::ptrdiff_t>(begin);
     copy.fibers_.emplace_back(first, first + static_cast<std::ptrdiff_t>(fiber.size()));
   }
+  copy.ends_ = ends_;
   return copy;
 }
 

@@ -7,6 +7,7 @@
 
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/narrowphase/collision_object.h>
+#include <fcl_fibers/fiber_manager_options.h>
 
 #include "support/random.h"
 
@@ -32,6 +33,8 @@ class Scene {
 
   /// What addFiber added, fiber by fiber; objects added otherwise are in none.
   const std::vector<std::vector<Object*>>& fibers() const { return fibers_; }
+  /// Of each fiber.
+  const std::vector<FiberEnds>& ends() const { return ends_; }
   /// What is in no fiber.
   std::vector<Object*> loose() const;
 
@@ -52,7 +55,8 @@ class Scene {
   Object* addPlane(const Eigen::Vector3d& normal, double offset);
 
   /// Capsules between consecutive points.
-  std::vector<Object*> addFiber(const std::vector<Eigen::Vector3d>& points, double radius);
+  std::vector<Object*> addFiber(const std::vector<Eigen::Vector3d>& points, double radius,
+                                FiberEnds ends = FiberEnds::kOpen);
 
   /// The object's shape, to be changed; its object must be a capsule.
   fcl::Capsule<S>& capsule(std::size_t i);
@@ -65,6 +69,7 @@ class Scene {
   std::vector<std::shared_ptr<Geometry>> geometries_;
   std::vector<Object*> objects_;
   std::vector<std::vector<Object*>> fibers_;
+  std::vector<FiberEnds> ends_;
 };
 
 /// A pose rounded to S, its rotation as orthonormal as S allows.

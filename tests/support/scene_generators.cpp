@@ -102,6 +102,26 @@ Scene<S> unequalScene(std::uint64_t seed, const Placement& placement) {
 }
 
 template <typename S>
+Scene<S> ringScene(std::size_t rings, std::size_t segments, std::uint64_t seed) {
+  constexpr double kTwoPi = 6.283185307179586;
+  Random random(seed);
+  Scene<S> scene;
+  for (std::size_t ring = 0; ring < rings; ++ring) {
+    const Eigen::Quaterniond turn = random.rotation();
+    const Eigen::Vector3d center = random.inCube(0.3);
+    Points points;
+    for (std::size_t i = 0; i < segments; ++i) {
+      const double angle = kTwoPi * static_cast<double>(i) / static_cast<double>(segments);
+      const Eigen::Vector3d p(0.6 * std::cos(angle), 0.4 * std::sin(angle), 0);
+      points.push_back(center + turn * p + random.inCube(0.02));
+    }
+    points.push_back(points.front());
+    scene.addFiber(points, 0.05, FiberEnds::kClosed);
+  }
+  return scene;
+}
+
+template <typename S>
 Scene<S> degenerateScene() {
   Scene<S> scene;
   // Each group has a place of its own, and there touches nothing but itself.
@@ -174,6 +194,7 @@ std::vector<NamedScene<S>> standardScenes() {
   scenes.push_back({"sparse soup", soupScene<S>(150, 0.2, 3), 0.1});
   scenes.push_back({"curled fiber", curledScene<S>(200, 4), 0.02});
   scenes.push_back({"unequal fibers", unequalScene<S>(5), 0.03});
+  scenes.push_back({"closed fibers", ringScene<S>(5, 24, 11), 0.02});
   scenes.push_back({"degenerate", degenerateScene<S>(), 0.0625});
   scenes.push_back({"far strand", strandScene<S>(8, 16, 6, far), 0.02});
   scenes.push_back({"far soup", soupScene<S>(100, 0.4, 7, far), 0.02});
@@ -219,6 +240,7 @@ void addShapes(Scene<S>& scene, std::size_t count, double size, std::uint64_t se
   template Scene<S> soupScene<S>(std::size_t, double, std::uint64_t, const Placement&);        \
   template Scene<S> curledScene<S>(std::size_t, std::uint64_t, const Placement&);              \
   template Scene<S> unequalScene<S>(std::uint64_t, const Placement&);                          \
+  template Scene<S> ringScene<S>(std::size_t, std::size_t, std::uint64_t);                     \
   template Scene<S> degenerateScene<S>();                                                      \
   template std::vector<NamedScene<S>> standardScenes<S>();                                     \
   template void addShapes<S>(Scene<S>&, std::size_t, double, std::uint64_t, const Placement&);

@@ -34,6 +34,10 @@ Scene<S> curledScene(std::size_t segments, std::uint64_t seed, const Placement& 
 template <typename S>
 Scene<S> unequalScene(std::uint64_t seed, const Placement& placement = {});
 
+/// Closed fibers that pass through each other, as links of a chain.
+template <typename S>
+Scene<S> ringScene(std::size_t rings, std::size_t segments, std::uint64_t seed);
+
 /// Zero length, zero radius, coincident, collinear, parallel, antiparallel, crossing, exactly
 /// touching and almost parallel capsules. Apart from the last, all numbers are exact in float.
 template <typename S>

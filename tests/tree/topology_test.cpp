@@ -88,7 +88,7 @@ void expectInvariants(const Topology<Arity>& topology, const Fibers& fibers) {
   for (std::size_t i = 0; i < topology.nodes.size(); ++i) {
     const auto& node = topology.nodes[i];
     ASSERT_GE(node.child_count, i == 0 ? 1 : 2)
-        << "every node but the root has at least two children";
+        << "every node except the root has at least two children";
     ASSERT_LE(node.child_count, Arity);
     std::int32_t next = node.leaf_begin;
     for (std::size_t lane = 0; lane < static_cast<std::size_t>(node.child_count); ++lane) {

@@ -124,7 +124,7 @@ class VtkParser {
   void startArray(std::uint64_t count, std::uint64_t size, const char* part) {
     const std::uint64_t at = file_.offset();
     if (binary_) file_.line();  // what is left of the line that announces them
-    // In text a number takes a digit and, but for the last one, a space.
+    // In text a number takes a digit and, except the last one, a space.
     const std::uint64_t most = binary_ ? file_.remaining() / size : (file_.remaining() + 1) / 2;
     if (count > most) {
       file_.refuse(at, part, " have ", count, " numbers, the file has room for ", most);

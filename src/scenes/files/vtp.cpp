@@ -154,7 +154,7 @@ class VtpParser {
 
   /// A count that the file tells of things of so many numbers each, or as many as it can hold.
   std::size_t believable(std::uint64_t told, std::uint64_t numbers) const {
-    // In text a number takes a digit and, but for the last one, a space.
+    // In text a number takes a digit and, except the last one, a space.
     const std::uint64_t most =
         compressed_ ? kMostInflation * file_.size() / 4 : (file_.size() + 1) / 2;
     return static_cast<std::size_t>(std::min(told, most / numbers));

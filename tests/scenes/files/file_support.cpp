@@ -138,11 +138,8 @@ void expectSafeBitFlips(const std::string& bytes, FiberFormat format) {
 
 std::string realFile(const std::string& name) {
   const char* const directory = std::getenv("FCL_FIBERS_DATA");
-  const std::filesystem::path folder =
-      directory != nullptr
-          ? std::filesystem::path(directory)
-          : std::filesystem::path(FCL_FIBERS_SOURCE_DIR) / ".." / "shared" / "data";
-  return (folder / name).string();
+  if (directory == nullptr) return "";
+  return (std::filesystem::path(directory) / name).string();
 }
 
 }  // namespace fcl_fibers::scenes

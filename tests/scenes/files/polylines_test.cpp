@@ -92,9 +92,9 @@ TEST(PolylinesTest, MemoryIsBoundedWhereLinesAreShortest) {
 
 TEST(PolylinesTest, RealKnotIsReadAsItIs) {
   // If this fails, files of the real world are read wrongly though our own are read well.
-  const std::string path = realFile("imcder_overhand_n1.txt");
+  const std::string name = "imcder_overhand_n1.txt", path = realFile(name);
   if (!std::filesystem::exists(path)) {
-    GTEST_SKIP() << path << " is absent; FCL_FIBERS_DATA names the directory to look in";
+    GTEST_SKIP() << name << " is absent; FCL_FIBERS_DATA names the directory to look in";
   }
   const FiberFile file = readFibers(path, {0.0016});
   EXPECT_EQ(file.format, kPolylines);

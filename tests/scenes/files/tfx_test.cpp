@@ -182,7 +182,7 @@ TEST_P(TfxRealFileTest, IsReadAsItIs) {
   const RealFile& file = GetParam();
   const std::string path = realFile(file.name);
   if (!std::filesystem::exists(path)) {
-    GTEST_SKIP() << path << " is absent; FCL_FIBERS_DATA names the directory to look in";
+    GTEST_SKIP() << file.name << " is absent; FCL_FIBERS_DATA names the directory to look in";
   }
   const FiberFile read = readFibers(path, {0.05});
   EXPECT_EQ(read.format, kTfx);
