@@ -74,7 +74,9 @@ Scene<S> soupScene(std::size_t capsules, double size, std::uint64_t seed,
   Scene<S> scene;
   for (std::size_t i = 0; i < capsules; ++i) {
     const Eigen::Vector3d center = random.inCube(1);
-    const Eigen::Vector3d half = random.between(0, size) / 2 * random.direction();
+    // One number after the other: in one expression, compilers choose the order.
+    const Eigen::Vector3d direction = random.direction();
+    const Eigen::Vector3d half = random.between(0, size) / 2 * direction;
     const double radius = random.between(0, size) / 4;
     scene.addCapsule(placed(placement, center - half), placed(placement, center + half),
                      radius * placement.scale);
@@ -191,7 +193,7 @@ std::vector<NamedScene<S>> standardScenes() {
   const Placement huge{Eigen::Vector3d(1e7, 0, 0), 1e6};
   scenes.push_back({"strand", strandScene<S>(12, 20, 1), 0.02});
   scenes.push_back({"dense soup", soupScene<S>(150, 0.8, 2), 0.05});
-  scenes.push_back({"sparse soup", soupScene<S>(150, 0.2, 3), 0.1});
+  scenes.push_back({"sparse soup", soupScene<S>(150, 0.3, 3), 0.1});
   scenes.push_back({"curled fiber", curledScene<S>(200, 4), 0.02});
   scenes.push_back({"unequal fibers", unequalScene<S>(5), 0.03});
   scenes.push_back({"closed fibers", ringScene<S>(5, 24, 11), 0.02});
