@@ -49,7 +49,7 @@ simd_levels=(scalar sse4 avx2 avx512 neon)
 all_managers() {
   cmake --preset debug -DFCL_FIBERS_MANAGERS=all -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON
   cmake --build --preset debug --target fcl_fibers_tests
-  run_tests debug -LE 'long|program'
+  run_tests debug -LE 'long|program|benchmarks'
 }
 
 # Everything, the benchmarks and the program too, compiles with clang without a warning.
@@ -75,7 +75,7 @@ sanitized() {
   .ci/apt_install.sh clang libclang-rt-dev
   cmake --preset sanitize -DFCL_FIBERS_MANAGERS=all
   cmake --build --preset sanitize --target fcl_fibers_tests
-  run_tests sanitize -LE 'long|program'
+  run_tests sanitize -LE 'long|program|benchmarks'
 }
 
 # The sanitizers on every instruction set of this machine; elsewhere they are on SSE4 alone.
