@@ -375,7 +375,7 @@ FiberScene makePaperStrand(const PaperStrandParameters& parameters) {
   const double rate = 2 * kPi * kHelixTurns / kStrandLength;
   const double slope = kHelixRadius * rate;
   const Vector helix(0, slope * rate, std::sqrt(1 - slope * slope) * rate);
-  const Quaternion hanging = Quaternion::FromTwoVectors(helix, -Vector::UnitZ());
+  const Quaternion hanging(Eigen::AngleAxisd(std::atan2(helix.y(), -helix.z()), -Vector::UnitX()));
 
   CosseratRod rod = hair(kStrandLength);
   rod.reference_curvature = helix;

@@ -67,7 +67,12 @@ fcl::CollisionObject<S>* Scene<S>::addCapsule(const Eigen::Vector3d& from,
   // A quotient of its own: squares of tiny or huge lengths are out of range.
   const Eigen::Vector3d direction = length > 0 ? Eigen::Vector3d((to - from) / length)
                                                : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
-  const auto turn = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), direction);
+  // Eigen's FromTwoVectors() takes half of the time to compile this file.
+  const Eigen::Vector3d across(-direction.y(), direction.x(), 0);
+  const double sine = across.norm();
+  const Eigen::Quaterniond turn(
+      Eigen::AngleAxisd(std::atan2(sine, direction.z()),
+                        sine > 0 ? Eigen::Vector3d(across / sine) : Eigen::Vector3d::UnitX()));
   return addCapsule(makePose<S>(turn, from + (to - from) / 2), radius, length);
 }
 
