@@ -16,6 +16,7 @@
 
 #include "numerics/extreme_rows.h"
 #include "numerics/specimen.h"
+#include "support/scalars.h"
 
 namespace fcl_fibers::test {
 namespace {
@@ -89,16 +90,21 @@ void expectRight(const ExtremeRow<S>& row) {
 TEST_P(ExtremeTest, Float) { expectRight(rows<float>()[GetParam()]); }
 TEST_P(ExtremeTest, Double) { expectRight(rows<double>()[GetParam()]); }
 
-/// Pairs in ascending order, each once and the lower number first; `all` are those to be.
-void expectEach(std::vector<NumberPair> pairs, const std::vector<NumberPair>& all,
+/// That each of `all` is called once, and nothing else. The last of `all` has the largest numbers.
+void expectEach(const std::vector<NumberPair>& pairs, const std::vector<NumberPair>& all,
                 const std::string& query) {
   ASSERT_FALSE(all.empty());
-  for (NumberPair& pair : pairs) {
-    if (pair.a > pair.b) std::swap(pair.a, pair.b);
-  }
-  std::sort(pairs.begin(), pairs.end());
-  EXPECT_TRUE(pairs == all) << query << ": " << pairs.size() << " calls for " << all.size()
-                            << " pairs";
+  ASSERT_EQ(pairs.size(), all.size()) << query;
+  const auto count = static_cast<std::size_t>(all.back().b) + 1;
+  std::vector<int> calls(count * count);
+  const auto callsOf = [&](const NumberPair& pair) -> int& {
+    const auto [low, high] = std::minmax(pair.a, pair.b);
+    return calls.at(static_cast<std::size_t>(low) * count + static_cast<std::size_t>(high));
+  };
+  for (const NumberPair& pair : pairs) ++callsOf(pair);
+  EXPECT_TRUE(std::all_of(all.begin(), all.end(), [&](const NumberPair& pair) {
+    return callsOf(pair) == 1;
+  })) << query;
 }
 
 /// By one report, to save time: by the one that passes over pairs for their capsules as well.
@@ -218,13 +224,6 @@ TEST(ExtremeRows, AreThoseOfTheDocument) {
 
 template <typename S>
 class NumbersTest : public testing::Test {};
-using Scalars = testing::Types<float, double>;
-struct ScalarName {
-  template <typename S>
-  static std::string GetName(int) {
-    return std::is_same_v<S, float> ? "Float" : "Double";
-  }
-};
 TYPED_TEST_SUITE(NumbersTest, Scalars, ScalarName);
 
 /// Five balls in a row, each touching the next, with coordinates up to `size`.

@@ -147,8 +147,9 @@ void Answering<S>::expectEveryPair(const QueryPartner<S>& partner) const {
 template <typename S>
 void Answering<S>::remember(const Objects& objects) {
   // What comes back is no part of its fiber any more.
-  for (Objects& fiber : fibers_) {
-    for (Object* object : objects) {
+  for (Object* object : objects) {
+    if (gone_.erase(object) == 0) continue;
+    for (Objects& fiber : fibers_) {
       std::replace(fiber.begin(), fiber.end(), object, static_cast<Object*>(nullptr));
     }
   }
@@ -161,6 +162,7 @@ void Answering<S>::rememberAs(const Answering& other, const Objects& objects) {
   fibers_ = other.fibers_;
   groups_ = other.groups_;
   ends_ = other.ends_;
+  gone_ = other.gone_;
   for (Objects& fiber : fibers_) {
     for (Object*& object : fiber) {
       const auto place = std::find(other.objects_.begin(), other.objects_.end(), object);
@@ -191,6 +193,7 @@ void Answering<S>::registerEach(const Objects& objects) {
 template <typename S>
 void Answering<S>::unregisterObject(Object* object) {
   manager_->unregisterObject(object);
+  gone_.insert(object);
   objects_.erase(std::find(objects_.begin(), objects_.end(), object));
 }
 
@@ -205,6 +208,7 @@ template <typename S>
 void Answering<S>::clear() {
   manager_->clear();
   objects_.clear();
+  gone_.clear();
   fibers_.clear();
   groups_.clear();
   ends_.clear();

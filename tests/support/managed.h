@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -105,6 +106,7 @@ class Answering {
   PairRules rules_;
   ArgumentOrder order_;
   Objects objects_;
+  std::set<Object*> gone_;
 };
 
 extern template struct QueryPartner<float>;
