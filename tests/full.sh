@@ -44,11 +44,12 @@ has_simd() {
 simd_levels=(scalar sse4 avx2 avx512 neon)
 
 # Every manager, and FCL's own, under the suites that tests/run.sh runs over four of ours; with the
-# library's assertions, which Release leaves out; and without precompiled headers, which hide that an
-# include is missing.
+# library's assertions, which Release leaves out; and each file by itself without precompiled
+# headers, which hide that an include is missing.
 all_managers() {
-  cmake --preset debug -DFCL_FIBERS_MANAGERS=all -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON
-  cmake --build --preset debug --target fcl_fibers_tests
+  cmake --preset debug -DFCL_FIBERS_MANAGERS=all -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON \
+    -DCMAKE_UNITY_BUILD=OFF
+  cmake --build --preset debug --target fcl_fibers_tests fcl_fibers_scenes_tests
   run_tests debug -LE 'long|program|benchmarks'
 }
 
@@ -74,7 +75,7 @@ simd() {
 sanitized() {
   .ci/apt_install.sh clang libclang-rt-dev
   cmake --preset sanitize -DFCL_FIBERS_MANAGERS=all
-  cmake --build --preset sanitize --target fcl_fibers_tests
+  cmake --build --preset sanitize --target fcl_fibers_tests fcl_fibers_scenes_tests
   run_tests sanitize -LE 'long|program|benchmarks'
 }
 
@@ -93,7 +94,7 @@ simd_sanitized() {
 
 # docs/numerics.md: its table, a million segments in trees of every kind, and the paper's scenes.
 extremes() {
-  build fcl_fibers_numerics_run
+  build fcl_fibers_numerics_run scenes_test
   "$numerics" rows
   build/release/tests/numerics_test --gtest_also_run_disabled_tests --gtest_filter='*Million*'
   build/release/tests/scenes_test --gtest_also_run_disabled_tests --gtest_filter='*Long*'

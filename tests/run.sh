@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds Release and runs the library's tests. Needs git, a C++17 compiler
-# and apt. The program, the examples and the benchmarks are tested by  .ci/run program benchmark
+# and apt. Scenes, readers of files, the program, the examples and the benchmarks are tested by
+# .ci/run program benchmark
 #
 #   tests/run.sh [--full] [CTEST ARGUMENTS]
 #
@@ -24,7 +25,7 @@ fi
 cmake --preset release
 cmake --build --preset release --target fcl_fibers_tests
 status=0
-tests/run_tests.sh release -LE 'long|program|benchmarks' "$@" || status=$?
+tests/run_tests.sh release -LE 'long|scenes|program|benchmarks' "$@" || status=$?
 if $full; then
   tests/full.sh || status=$?
 fi

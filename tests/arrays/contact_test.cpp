@@ -15,6 +15,7 @@
 #include "support/assembly.h"
 #include "support/exact_geometry.h"
 #include "support/random.h"
+#include "support/scalars.h"
 
 namespace fcl_fibers {
 namespace {
@@ -231,8 +232,7 @@ Assembly<S> randomArrays(std::uint64_t seed) {
 
 template <typename S>
 class ArrayContacts : public testing::Test {};
-using Scalars = testing::Types<float, double>;
-TYPED_TEST_SUITE(ArrayContacts, Scalars, );
+TYPED_TEST_SUITE(ArrayContacts, test::Scalars, );
 
 TYPED_TEST(ArrayContacts, AreThoseOfThePairsThatTheTreeFinds) {
   // If this fails, a contact names another capsule, fiber, segment or radius than the pair's.

@@ -17,6 +17,7 @@
 
 #include "arrays/array_fibers.h"
 #include "support/exact_geometry.h"
+#include "support/scalars.h"
 #include "support/touch_oracle.h"
 
 namespace fcl_fibers {
@@ -34,14 +35,7 @@ using test::touchingPairs;
 template <typename S>
 class ArrayTree : public ::testing::Test {};
 
-struct ScalarName {
-  template <typename S>
-  static std::string GetName(int) {
-    return std::is_same_v<S, float> ? "Float" : "Double";
-  }
-};
-using Scalars = ::testing::Types<float, double>;
-TYPED_TEST_SUITE(ArrayTree, Scalars, ScalarName);
+TYPED_TEST_SUITE(ArrayTree, test::Scalars, test::ScalarName);
 
 // Touching capsules would be missed, or others reported.
 TYPED_TEST(ArrayTree, ReportsTheCapsulesThatTouch) {

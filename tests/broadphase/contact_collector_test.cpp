@@ -12,6 +12,7 @@
 
 #include "support/exact_geometry.h"
 #include "support/managed.h"
+#include "support/scalars.h"
 #include "support/scene.h"
 
 namespace fcl_fibers {
@@ -64,8 +65,7 @@ void expectRight(const fcl::CollisionObject<S>& a, const fcl::CollisionObject<S>
 
 template <typename S>
 class ObjectContacts : public testing::Test {};
-using Scalars = testing::Types<float, double>;
-TYPED_TEST_SUITE(ObjectContacts, Scalars, );
+TYPED_TEST_SUITE(ObjectContacts, test::Scalars, );
 
 TYPED_TEST(ObjectContacts, AreWhereCapsulesAndSpheresTouch) {
   // If this fails, objects are read at another pose, or lose digits far from the origin.

@@ -24,6 +24,7 @@
 #include "support/managers_under_test.h"
 #include "support/pair_oracle.h"
 #include "support/pair_queries.h"
+#include "support/scalars.h"
 #include "support/scene_generators.h"
 
 namespace fcl_fibers::test {
@@ -558,13 +559,6 @@ class Stateful : public testing::Test {
   // Some thousand calls; rapidcheck reads this once.
   static void SetUpTestSuite() {
     ::setenv("RC_PARAMS", "seed=1 max_success=100 max_size=140", /*overwrite=*/0);
-  }
-};
-using Scalars = testing::Types<float, double>;
-struct ScalarName {
-  template <typename S>
-  static std::string GetName(int) {
-    return scalarName(S());
   }
 };
 TYPED_TEST_SUITE(Stateful, Scalars, ScalarName);

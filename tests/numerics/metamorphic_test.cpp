@@ -15,6 +15,7 @@
 #include "numerics/random_scenes.h"
 #include "numerics/specimen.h"
 #include "support/random.h"
+#include "support/scalars.h"
 
 namespace fcl_fibers::test {
 namespace {
@@ -123,13 +124,6 @@ std::vector<Form> formsOf(RandomKind kind) {
 
 template <typename S>
 class MetamorphicTest : public testing::Test {};
-using Scalars = testing::Types<float, double>;
-struct ScalarName {
-  template <typename S>
-  static std::string GetName(int) {
-    return std::is_same_v<S, float> ? "Float" : "Double";
-  }
-};
 TYPED_TEST_SUITE(MetamorphicTest, Scalars, ScalarName);
 
 constexpr RandomKind kKinds[] = {RandomKind::kDense, RandomKind::kSparse, RandomKind::kCurled,

@@ -3,11 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <type_traits>
-
-#include <fcl_fibers/scenes/fiber_file.h>
 
 #include "support/exact_geometry.h"
 #include "support/random.h"
@@ -168,24 +165,6 @@ std::string nameOf(RandomKind kind) {
     default:
       return "hair";
   }
-}
-
-HairFiles HairFiles::find() {
-  HairFiles found;
-  const char* configured = std::getenv("FCL_FIBERS_DATA");
-  if (configured == nullptr) return found;
-  const std::filesystem::path folder(configured);
-  if (!std::filesystem::is_directory(folder)) return found;
-  std::vector<std::filesystem::path> paths;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (entry.path().extension() == ".tfx") paths.push_back(entry.path());
-  }
-  std::sort(paths.begin(), paths.end());
-  for (const auto& path : paths) {
-    const scenes::FiberScene scene = scenes::readFibers(path.string()).scene;
-    found.files_.push_back({scene.points, scene.point_begin[1]});
-  }
-  return found;
 }
 
 template <typename S>

@@ -19,8 +19,6 @@ namespace {
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
-constexpr double kPi = 3.141592653589793;
-
 double norm(const Point& p) { return std::hypot(p[0], p[1], p[2]); }
 
 TEST(Cap, RootsFillTheirCapUniformly) {

@@ -14,6 +14,8 @@
 #include <boost/math/special_functions/ellint_2.hpp>
 #include <boost/math/tools/roots.hpp>
 
+#include "scene_support.h"
+
 namespace fcl_fibers::scenes {
 namespace {
 
@@ -22,7 +24,6 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
-constexpr double kPi = 3.141592653589793;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Neither shears nor stretches.

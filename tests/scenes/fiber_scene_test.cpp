@@ -15,6 +15,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "support/scalars.h"
+
 namespace fcl_fibers::scenes {
 namespace {
 
@@ -80,15 +82,7 @@ std::vector<Point> trickySegments() {
 template <typename S>
 class FiberSceneTest : public testing::Test {};
 
-struct ScalarName {
-  template <typename S>
-  static std::string GetName(int) {
-    return std::is_same_v<S, float> ? "float" : "double";
-  }
-};
-
-using Scalars = testing::Types<float, double>;
-TYPED_TEST_SUITE(FiberSceneTest, Scalars, ScalarName);
+TYPED_TEST_SUITE(FiberSceneTest, test::Scalars, test::ScalarName);
 
 TYPED_TEST(FiberSceneTest, CapsuleEndsMeetThePoints) {
   // If this fails, capsules are not where the polyline is, or neighbours do not share an end.

@@ -12,8 +12,6 @@
 namespace fcl_fibers::scenes {
 namespace {
 
-constexpr double kPi = 3.141592653589793;
-
 // The point before both turns of the given frame: the helix axis is along z.
 Point untwisted(const Point& p, int frame) {
   const double about_x = kPi / 4 + 0.01 * frame;

@@ -17,10 +17,10 @@
 #include <fcl_fibers/fiber_tree.h>
 #include <fcl_fibers/scenes/helix.h>
 
+#include "scene_support.h"
+
 namespace fcl_fibers::scenes {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 /// Points at equal distances along the arc of a circle about the origin.
 FiberScene arc(double radius, double angle, int segments) {

@@ -25,6 +25,8 @@ Parameters parametersOf(int fibers, int segments) {
   return parameters;
 }
 
+constexpr double kPi = 3.141592653589793;
+
 inline double distance(const Point& p, const Point& q) {
   return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
 }
@@ -33,7 +35,6 @@ inline double distance(const Point& p, const Point& q) {
 /// @param shares      of the area, further inside than the root
 /// @param directions  of the root from the middle, in radians
 inline void expectUniform(std::vector<double> shares, const std::vector<double>& directions) {
-  constexpr double kPi = 3.141592653589793;
   const auto roots = static_cast<double>(shares.size());
   std::sort(shares.begin(), shares.end());
   EXPECT_GE(shares.front(), 0);

@@ -14,6 +14,7 @@
 #include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
 #include "support/pair_oracle.h"
+#include "support/scalars.h"
 #include "support/scene.h"
 
 namespace fcl_fibers::test {
@@ -37,8 +38,6 @@ template <typename S>
 std::vector<std::pair<std::string, std::unique_ptr<fcl::BroadPhaseCollisionManager<S>>>>
 makeEachManager(FiberManagerOptions options = {});
 
-inline std::string scalarName(float) { return "Float"; }
-inline std::string scalarName(double) { return "Double"; }
 inline std::string topologyName(Topology topology) {
   return topology == Topology::kBundle ? "Bundle" : "SuperThread";
 }

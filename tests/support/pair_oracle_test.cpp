@@ -16,6 +16,7 @@
 
 #include "support/distance_search.h"
 #include "support/promise.h"
+#include "support/scalars.h"
 #include "support/scene.h"
 
 namespace fcl_fibers::test {
@@ -23,7 +24,7 @@ namespace {
 
 using testing::HasSubstr;
 using testing::Not;
-using Numbers = std::vector<std::pair<std::size_t, std::size_t>>;
+using NumberPairs = std::vector<std::pair<std::size_t, std::size_t>>;
 
 /// Five balls in a row, each touching the next. The first three are a fiber, whose neighbours are
 /// ignored.
@@ -42,7 +43,7 @@ class Judges : public testing::Test {
     return {LeafVolume::kBox, Report::kCapsules, 0, /*ignored_neighbors=*/1};
   }
   PairOracle<S> oracle() const { return {all, rules(), {first}}; }
-  Calls<S> calls(const Numbers& numbers) const {
+  Calls<S> calls(const NumberPairs& numbers) const {
     Calls<S> calls;
     for (const auto& [a, b] : numbers) calls.emplace_back(all[a], all[b]);
     return calls;
@@ -51,7 +52,6 @@ class Judges : public testing::Test {
   Scene<S> scene;
   Objects all, first, last;
 };
-using Scalars = testing::Types<float, double>;
 TYPED_TEST_SUITE(Judges, Scalars);
 
 /// That the judge finds this and nothing else.
@@ -68,7 +68,7 @@ void expectFound(const testing::AssertionResult& result, const std::string& what
 // A manager that answers wrongly would pass every contract test.
 TYPED_TEST(Judges, NameEachWrongPairOfASelfCollision) {
   const auto oracle = this->oracle();
-  const auto answer = [&](const Numbers& pairs) {
+  const auto answer = [&](const NumberPairs& pairs) {
     return oracle.answersSelf(this->calls(pairs), this->all);
   };
   EXPECT_TRUE(answer({{2, 3}, {3, 4}}));
@@ -92,7 +92,7 @@ TYPED_TEST(Judges, NameEachWrongPairOfASelfCollision) {
 // The same between two managers.
 TYPED_TEST(Judges, NameEachWrongPairOfTwoManagers) {
   const auto oracle = this->oracle();
-  const auto answer = [&](const Numbers& pairs) {
+  const auto answer = [&](const NumberPairs& pairs) {
     return oracle.answersBetween(this->calls(pairs), this->first, this->last);
   };
   EXPECT_TRUE(answer({{2, 3}}));
@@ -124,7 +124,7 @@ TYPED_TEST(Judges, RefuseASceneThatShowsNothing) {
 TYPED_TEST(Judges, NameAWrongCallOfADistanceQuery) {
   using S = TypeParam;
   const auto oracle = this->oracle();
-  const auto search = [&](const Numbers& pairs, bool is_self = true) {
+  const auto search = [&](const NumberPairs& pairs, bool is_self = true) {
     DistanceSearch<S> search(oracle);
     search.lowers = false;
     search.asked.emplace();
@@ -137,7 +137,7 @@ TYPED_TEST(Judges, NameAWrongCallOfADistanceQuery) {
     }
     return search;
   };
-  Numbers every;
+  NumberPairs every;
   for (std::size_t i = 0; i < 5; ++i) {
     for (std::size_t j = std::max(i + 1, std::size_t{3}); j < 5; ++j) {
       every.push_back({i, j});
@@ -145,7 +145,7 @@ TYPED_TEST(Judges, NameAWrongCallOfADistanceQuery) {
   }
   every.push_back({0, 2});
   const auto with = [&](std::pair<std::size_t, std::size_t> pair) {
-    Numbers pairs = every;
+    NumberPairs pairs = every;
     pairs.push_back(pair);
     return search(pairs).keepsToTheRules();
   };
@@ -177,7 +177,7 @@ TYPED_TEST(Judges, KnowNeighborsByNumberAndArcLengthAlongClosedFibersToo) {
     const PairOracle<S> oracle(fiber.objects(),
                                {LeafVolume::kBox, Report::kVolumes, 0, neighbors, arc_length},
                                fiber.fibers(), {}, {ends});
-    Numbers pairs;
+    NumberPairs pairs;
     for (std::size_t i = 0; i < 5; ++i) {
       for (std::size_t j = i + 1; j < 5; ++j) {
         EXPECT_EQ(oracle.ignored(fiber[i], fiber[j]), oracle.ignored(fiber[j], fiber[i]));
@@ -186,17 +186,18 @@ TYPED_TEST(Judges, KnowNeighborsByNumberAndArcLengthAlongClosedFibersToo) {
     }
     return pairs;
   };
-  const Numbers next = {{0, 1}, {1, 2}, {2, 3}, {3, 4}},
-                ring = {{0, 1}, {0, 4}, {1, 2}, {2, 3}, {3, 4}};
-  EXPECT_EQ(ignored(0, 0, FiberEnds::kOpen), Numbers{});
+  const NumberPairs next = {{0, 1}, {1, 2}, {2, 3}, {3, 4}},
+                    ring = {{0, 1}, {0, 4}, {1, 2}, {2, 3}, {3, 4}};
+  EXPECT_EQ(ignored(0, 0, FiberEnds::kOpen), NumberPairs{});
   EXPECT_EQ(ignored(1, 0, FiberEnds::kOpen), next);
   EXPECT_EQ(ignored(1, 0, FiberEnds::kClosed), ring);
   EXPECT_EQ(ignored(2, 0, FiberEnds::kClosed).size(), 10u);
   EXPECT_EQ(ignored(0, 0.5, FiberEnds::kOpen), next);
   EXPECT_EQ(ignored(0, 0.5, FiberEnds::kClosed), ring);
-  EXPECT_EQ(ignored(0, 1.5, FiberEnds::kOpen), (Numbers{{0, 1}, {1, 2}, {1, 3}, {2, 3}, {3, 4}}));
+  EXPECT_EQ(ignored(0, 1.5, FiberEnds::kOpen),
+            (NumberPairs{{0, 1}, {1, 2}, {1, 3}, {2, 3}, {3, 4}}));
   EXPECT_EQ(ignored(0, 1.5, FiberEnds::kClosed),
-            (Numbers{{0, 1}, {0, 4}, {1, 2}, {1, 3}, {1, 4}, {2, 3}, {3, 4}}));
+            (NumberPairs{{0, 1}, {0, 4}, {1, 2}, {1, 3}, {1, 4}, {2, 3}, {3, 4}}));
   EXPECT_EQ(ignored(1, 1.5, FiberEnds::kOpen), ignored(0, 1.5, FiberEnds::kOpen));
   EXPECT_EQ(ignored(2, 0.5, FiberEnds::kOpen), ignored(2, 0, FiberEnds::kOpen));
   EXPECT_THROW(ignored(0, 1, FiberEnds::kOpen), std::logic_error) << "rounding decides";
