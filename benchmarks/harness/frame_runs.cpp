@@ -11,16 +11,11 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-// FCL's trees become slower with every update, the array form's detection tenfold after ten on the
-// dynamic assembly. So theirs, Embree's and Bullet's are set up anew after two, at no cost to them.
-// Ours live through all.
-constexpr int kUpdatesPerManager = 2;
-
 // Seconds that the frames of a run are to take, and how many frames at most; from kSlowFrame
 // seconds on, a run has one.
 constexpr double kSecondsPerRun = 0.15;
 constexpr double kMaxFrames = 10;
-constexpr double kSlowFrame = 1.5;
+constexpr double kSlowFrame = 0.25;
 
 // Seconds that all runs of one contender are to take, but a spread needs so many runs.
 constexpr double kSecondsPerContender = 2;
@@ -122,16 +117,18 @@ void FrameRuns::run() {
   const std::size_t stride = narrowPhaseStride(
       checked_.frames[0].reported,
       std::min(kNarrowPairs, kNarrowPairsOfRun / std::max<std::size_t>(frames_.size(), 1)));
-  int updates = 0;
+  bool is_new = true;
   for (const int frame : frames_) {
-    if (!contender_.ours && updates == kUpdatesPerManager) {
+    // FCL's trees become slower with every update: the array form's detection a thousandfold after
+    // the second on the cap. So theirs, Embree's and Bullet's are set up anew before each, at no
+    // cost to them. Ours live through all.
+    if (!contender_.ours && !is_new) {
       manager = nullptr;  // before the next one takes memory
       manager = contender_.setUp(fibers);
-      updates = 0;
     }
+    is_new = false;
     fibers.setPoses(frame);
     update_seconds += seconds([&] { update(contender_, fibers, *manager); });
-    ++updates;
     if (last_ != Phase::kDetection) continue;
     PairCount found;
     detection_seconds += seconds([&] { found = countPairs(*manager); });
