@@ -15,10 +15,10 @@ namespace {
 // seconds on, a run has one.
 constexpr double kSecondsPerRun = 0.15;
 constexpr double kMaxFrames = 10;
-constexpr double kSlowFrame = 0.25;
+constexpr double kSlowFrame = 0.1;
 
 // Seconds that all runs of one contender are to take, but a spread needs so many runs.
-constexpr double kSecondsPerContender = 2;
+constexpr double kSecondsPerContender = 1;
 constexpr double kLeastRuns = 5, kMostRuns = 9;
 constexpr double kLeastRunsOfLarge = 3;
 constexpr std::size_t kLargeFromSegments = 1'000'000;
