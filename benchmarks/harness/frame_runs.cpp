@@ -24,7 +24,7 @@ constexpr double kLeastRunsOfLarge = 3;
 constexpr std::size_t kLargeFromSegments = 1'000'000;
 
 /// Pairs that fcl::collide is called on in a frame, and at most in a run.
-constexpr std::size_t kNarrowPairs = 50'000, kNarrowPairsOfRun = 400'000;
+constexpr std::size_t kNarrowPairs = 25'000, kNarrowPairsOfRun = 200'000;
 
 std::vector<int> framesOfRun(const Motion& motion, double seconds_per_frame) {
   std::vector<int> frames;
