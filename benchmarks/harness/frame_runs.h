@@ -19,7 +19,8 @@ void registerChecked(const Contender& contender, const Preflight& checked,
                      const MovingFibers& fibers);
 
 /// One contender, whose runs are set-up and then frame by frame motion, update and detection:
-/// `Frames/<contender>`. A peer that lives longer than a few frames is set up anew meanwhile.
+/// `Frames/<contender>`. A peer is set up anew before each
+/// update.
 class FrameRuns {
  public:
   /// @param last  phase that a run goes to: there is no time of those behind it

@@ -3,8 +3,8 @@
 
 /// For the few lines that run at every step of a traversal. GCC stops inlining when a file with
 /// many instantiations has grown by 40 %, and then calls even one-line functions; a traversal takes
-/// twice as long. The sanitizers' presets set it to `inline`, as clang takes five times as long to
-/// instrument what is copied to so many places.
+/// twice as long. The sanitizers' presets set it to `inline`, as clang takes four times as long to
+/// instrument what is copied to so many places (77 s instead of 17 for tree/search.cpp).
 #ifndef FCL_FIBERS_ALWAYS_INLINE
 #define FCL_FIBERS_ALWAYS_INLINE __attribute__((always_inline)) inline
 #endif

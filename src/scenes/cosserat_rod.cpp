@@ -523,8 +523,8 @@ bool follow(Equations& equations, const Load& load, bool stable, State& state) {
   return true;
 }
 
-/// The least turn. Eigen's FromTwoVectors() compiles a singular value decomposition, which takes a
-/// third of this file's time.
+/// The least turn. Eigen's FromTwoVectors() compiles a singular value decomposition, which takes
+/// more than half of the time to compile this file.
 Quaternion turnBetween(const Vector& from, const Vector& to) {
   const Vector across = from.cross(to);
   const double sine = across.norm();

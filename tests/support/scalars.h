@@ -7,8 +7,8 @@
 
 namespace fcl_fibers::test {
 
-/// What FCL's templates, and so ours, are compiled for:  TYPED_TEST_SUITE(Suite, Scalars,
-/// ScalarName)
+/// What FCL's templates, and so ours, are compiled for.
+/// Usage: TYPED_TEST_SUITE(Suite, Scalars, ScalarName)
 using Scalars = testing::Types<float, double>;
 
 inline std::string scalarName(float) { return "Float"; }
