@@ -2,67 +2,49 @@
 #include "contenders/narrow_phase.h"
 
 #include <algorithm>
-#include <utility>
-#include <vector>
 
 #include <fcl/narrowphase/collision.h>
 
 namespace fcl_fibers::benchmarks {
 namespace {
 
-constexpr std::size_t kBlock = 500;
+struct Sampler {
+  static constexpr std::size_t kBlock = 500;
 
-struct Sample {
-  std::size_t stride;
-  std::size_t pairs = 0, sampled = 0, touching = 0;
-  std::ptrdiff_t to_skip = 0;  ///< a countdown, because FCL's query is timed with it
-  double seconds_in_fcl = 0;
-  std::vector<std::pair<Object*, Object*>> block = {};
+  std::size_t stride;  ///< in blocks
+  PairSample sample = {};
 
   static bool callback(Object* a, Object* b, void* data) {
-    auto& self = *static_cast<Sample*>(data);
-    ++self.pairs;
-    if (self.to_skip-- > 0) return false;
-    self.block.emplace_back(a, b);
-    if (self.block.size() == kBlock) self.collideBlock();
+    auto& self = *static_cast<Sampler*>(data);
+    if (self.sample.of++ / kBlock % self.stride == 0) self.sample.pairs.emplace_back(a, b);
     return false;
-  }
-
-  void collideBlock() {
-    seconds_in_fcl += seconds([this] {
-      const fcl::CollisionRequestd request;
-      for (const auto& [a, b] : block) {
-        fcl::CollisionResultd result;
-        fcl::collide(a, b, request, result);
-        if (result.isCollision()) ++touching;
-      }
-    });
-    sampled += block.size();
-    to_skip = static_cast<std::ptrdiff_t>((stride - 1) * kBlock);
-    block.clear();
   }
 };
 
 }  // namespace
 
-std::size_t narrowPhaseStride(std::size_t reported, std::size_t pairs) {
+PairSample samplePairs(const Manager& manager, std::size_t reported, std::size_t size) {
   // Fewer blocks than these say little of a scene whose parts differ.
   constexpr std::size_t kLeastBlocks = 20;
-  const std::size_t blocks = std::max(kLeastBlocks, pairs / kBlock);
-  return std::max<std::size_t>(1, reported / kBlock / blocks);
+  const std::size_t blocks = std::max(kLeastBlocks, size / Sampler::kBlock);
+  Sampler sampler{std::max<std::size_t>(1, reported / Sampler::kBlock / blocks)};
+  manager.collide(&sampler, Sampler::callback);
+  return std::move(sampler.sample);
 }
 
-NarrowPhase collideSample(const Manager& manager, std::size_t stride) {
-  Sample sample{stride};
-  sample.block.reserve(kBlock);
-  const double all = seconds([&] {
-    manager.collide(&sample, Sample::callback);
-    sample.collideBlock();
+NarrowPhase collide(const PairSample& sample) {
+  if (sample.pairs.empty()) return {};
+  std::size_t touching = 0;
+  const double taken = seconds([&] {
+    const fcl::CollisionRequestd request;
+    for (const auto& [a, b] : sample.pairs) {
+      fcl::CollisionResultd result;
+      fcl::collide(a, b, request, result);
+      if (result.isCollision()) ++touching;
+    }
   });
-  const auto pairs = static_cast<double>(sample.pairs);
-  const double scale = sample.sampled == 0 ? 1 : pairs / static_cast<double>(sample.sampled);
-  return {all + (scale - 1) * sample.seconds_in_fcl, sample.pairs, sample.sampled,
-          scale * static_cast<double>(sample.touching)};
+  const double scale = static_cast<double>(sample.of) / static_cast<double>(sample.pairs.size());
+  return {scale * taken, scale * static_cast<double>(touching)};
 }
 
 }  // namespace fcl_fibers::benchmarks

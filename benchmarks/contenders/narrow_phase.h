@@ -2,24 +2,29 @@
 #pragma once
 
 #include <cstddef>
+#include <utility>
+#include <vector>
 
 #include "contenders/contender.h"
 
 namespace fcl_fibers::benchmarks {
 
-/// A self-collision query with fcl::collide on its pairs.
-struct NarrowPhase {
-  double seconds = 0;  ///< together with fcl::collide on each pair
-  std::size_t pairs = 0;
-  std::size_t sampled = 0;  ///< those that fcl::collide was called on
-  double touching = 0;      ///< estimated by these
+/// Pairs of a self-collision query, or blocks of them that are evenly spread.
+struct PairSample {
+  std::vector<std::pair<Object*, Object*>> pairs;
+  std::size_t of = 0;  ///< that the query reports
 };
 
-/// The stride for about so many pairs out of `reported`.
-std::size_t narrowPhaseStride(std::size_t reported, std::size_t pairs);
+/// About `size` of the `reported` pairs, or all. Blocks, for the objects of pairs that follow each
+/// other are in the cache.
+PairSample samplePairs(const Manager& manager, std::size_t reported, std::size_t size);
 
-/// Calls fcl::collide on one block of pairs out of `stride`, and scales its time to all pairs.
-/// Blocks, for the objects of pairs that follow each other are in the cache.
-NarrowPhase collideSample(const Manager& manager, std::size_t stride);
+struct NarrowPhase {
+  double seconds = 0;
+  double touching = 0;
+};
+
+/// Calls fcl::collide on the sample, and scales to all pairs.
+NarrowPhase collide(const PairSample& sample);
 
 }  // namespace fcl_fibers::benchmarks

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "contenders/contender.h"
+#include "contenders/narrow_phase.h"
 #include "harness/runs.h"
 #include "judge/preflight.h"
 #include "scenes.h"
@@ -19,8 +20,7 @@ void registerChecked(const Contender& contender, const Preflight& checked,
                      const MovingFibers& fibers);
 
 /// One contender, whose runs are set-up and then frame by frame motion, update and detection:
-/// `Frames/<contender>`. A peer is set up anew before each
-/// update.
+/// `Frames/<contender>`. A peer is set up anew before each update.
 class FrameRuns {
  public:
   /// @param last  phase that a run goes to: there is no time of those behind it
@@ -36,6 +36,7 @@ class FrameRuns {
   /// The numbers of a run, and the seconds of its frame.
   double frame(Numbers& numbers, bool with_narrow_phase);
   void run();
+  const PairSample& sampleOf(int frame, const Manager& manager);
   void notePairs(int frame, std::size_t pairs);
   int runCount() const;
 
@@ -46,6 +47,7 @@ class FrameRuns {
   std::vector<int> frames_;           ///< that a run goes through, after frame 0
   std::map<int, std::size_t> pairs_;  ///< by frame
   bool narrow_phase_ = false;
+  std::map<int, PairSample> samples_;  ///< by frame, for the narrow phase
   /// A run with a narrow phase does both kinds of detection, and the results of one kind wait here
   /// until they are asked for.
   std::deque<Numbers> plain_, with_narrow_phase_;
