@@ -116,9 +116,9 @@ void FrameRuns::run() {
   bool is_new = true;
   for (const int frame : frames_) {
     // FCL's trees become slower with every update: after the second on the cap, the array form's
-    // detection (level 1) took more than four minutes instead of half a second. So theirs, Embree's
-    // and Bullet's are set up anew before each update, at no cost to them. Ours live through all.
-    if (!contender_.ours && !is_new) {
+    // detection (level 1) took more than four minutes instead of half a second. So they are set up
+    // anew before each update, at no cost to them. All others live through all frames.
+    if (contender_.boxes != Boxes::kNone && !is_new) {
       manager = nullptr;  // before the next one takes memory
       manager = contender_.setUp(fibers);
     }

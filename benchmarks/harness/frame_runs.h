@@ -20,7 +20,7 @@ void registerChecked(const Contender& contender, const Preflight& checked,
                      const MovingFibers& fibers);
 
 /// One contender, whose runs are set-up and then frame by frame motion, update and detection:
-/// `Frames/<contender>`. A peer is set up anew before each update.
+/// `Frames/<contender>`. FCL's are set up anew before each update.
 class FrameRuns {
  public:
   /// @param last  phase that a run goes to: there is no time of those behind it

@@ -170,8 +170,8 @@ struct Run {
     if (limits.update) {
       moveTo(1, *manager);
       query(*manager, trace.frames[1]);
-      // Ours are timed back and forth; an update may end one way and not the other.
-      if (limits.check && contender.ours) moveTo(0, *manager);
+      // All but FCL's are timed back and forth; an update may end one way and not the other.
+      if (limits.check && contender.boxes == Boxes::kNone) moveTo(0, *manager);
     }
     trace.bytes_after_frames = bytesOf(*manager, bytes_before);
     trace.finished = true;
