@@ -112,9 +112,9 @@ case $scenes in
     ;;
   trade)
     trade helix 2 $helix=100
-    trade helix-2000 10 $helix=2000
+    trade helix-2000 4 $helix=2000
     trade cap 2 --scene=cap:fibers=5000
-    trade paper-dynamic 2 --scene=paper-dynamic
+    trade paper-dynamic 0.5 --scene=paper-dynamic
     if ((${#hair[@]} > 0)); then trade hair 2 "${hair[@]}"; fi
     measure costs costs
     measure sampling sampling
