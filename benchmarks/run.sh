@@ -3,11 +3,11 @@
 #
 # benchmarks/run.sh [--full [--targets] | --trade | --paper [--full]] [--hair FILE [--radius R]]
 #
-#   (nothing)  the README's first table: ours, FCL and Embree on three scenes. 3 to 4 minutes
+#   (nothing)  the README's first table: ours, FCL and Embree on three scenes. 3 minutes
 #   --full     all of docs/performance.md: scenes, other queries, growth. 15 to 25 minutes, 6 GB;
 #              --targets: which ratios reach what they are to reach
 #   --trade    what accuracy costs: every manager, bounds, sampling, options; real hair too if
-#              FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx. 20 minutes
+#              FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx. 12 minutes
 #   --paper    the paper's Table I, figures and pictures. 15 minutes, and up to 20 for one part;
 #              with --full finer curves and its slowest trees. Hours
 #   --hair     a file's fibers instead of the scenes, against the same contenders; with --trade
@@ -112,7 +112,7 @@ case $scenes in
     ;;
   trade)
     trade helix 2 $helix=100
-    trade helix-2000 4 $helix=2000
+    trade helix-2000 8 $helix=2000
     trade cap 2 --scene=cap:fibers=5000
     trade paper-dynamic 0.5 --scene=paper-dynamic
     if ((${#hair[@]} > 0)); then trade hair 2 "${hair[@]}"; fi

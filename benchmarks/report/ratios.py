@@ -77,7 +77,7 @@ class Scene:
 
     def title(self):
         each = self.segments / self.fibers
-        size = f" x {each:.0f}" if each == int(each) else f", {self.segments:,.0f} segments"
+        size = f" x {each:,.0f}" if each == int(each) else f", {self.segments:,.0f} segments"
         steps = ""
         if self.name == "paper-dynamic":
             steps = f", {self.part.median('Frames', BOXES, 'frames'):.0f} steps"
