@@ -39,16 +39,16 @@ struct Chosen {
   bool fcl_tree = false;  ///< chosen among those that were tried
 };
 
-/// FCL's trees that are the fastest in set-up, update, detection or a frame, of all that were tried
-/// once. A tree that is fast only in what comes early is not timed further.
-std::vector<Chosen> fastestFclTrees(Boxes boxes, const Against& against, double phase_limit,
-                                    MovingFibers& fibers) {
+using Tried = std::vector<std::pair<Contender, Preflight>>;
+
+/// FCL's trees, each run once, those that ended in time.
+Tried tryFclTrees(Boxes boxes, double phase_limit, MovingFibers& fibers) {
   PreflightLimits limits;
   limits.phase_seconds = phase_limit;
   limits.check = false;
   const std::vector<Contender> trees = fclTrees(boxes);
   const std::vector<Preflight> results = preflightAll(trees, fibers, limits);
-  std::vector<std::pair<Contender, Preflight>> tried;  // those that ended in time
+  Tried tried;
   for (std::size_t i = 0; i < trees.size(); ++i) {
     if (results[i].right()) tried.emplace_back(trees[i], results[i]);
     Numbers numbers = {{"segments", static_cast<double>(fibers.segmentCount())}};
@@ -57,25 +57,44 @@ std::vector<Chosen> fastestFclTrees(Boxes boxes, const Against& against, double 
     }
     registerNumbers("Tried/" + trees[i].name(), numbers, results[i].note);
   }
+  return tried;
+}
 
+/// Adds the fastest unless it is there. A tree that is fast only in what comes early is not timed
+/// further.
+template <typename SecondsOf>
+void addFastest(std::vector<Chosen>& chosen, const Tried& tried, Chosen how,
+                SecondsOf&& seconds_of) {
+  const auto fastest =
+      std::min_element(tried.begin(), tried.end(), [&](const auto& one, const auto& other) {
+        return seconds_of(one.second) < seconds_of(other.second);
+      });
+  if (fastest == tried.end()) return;
+  how.contender = fastest->first;
+  const bool is_there = std::any_of(chosen.begin(), chosen.end(), [&](const Chosen& other) {
+    return other.contender.name() == how.contender.name();
+  });
+  if (!is_there) chosen.push_back(std::move(how));
+}
+
+/// The fastest in a frame and in detection on each kind of boxes, and in update and set-up on any.
+std::vector<Chosen> fastestFclTrees(const Against& against, double phase_limit,
+                                    MovingFibers& fibers) {
   std::vector<Chosen> chosen;
-  const auto addFastest = [&](Phase last, bool narrow_phase, auto&& secondsOf) {
-    const auto fastest =
-        std::min_element(tried.begin(), tried.end(), [&](const auto& one, const auto& other) {
-          return secondsOf(one.second) < secondsOf(other.second);
-        });
-    if (fastest == tried.end()) return;
-    const bool is_there = std::any_of(chosen.begin(), chosen.end(), [&](const Chosen& other) {
-      return other.contender.name() == fastest->first.name();
-    });
-    if (!is_there) chosen.push_back({fastest->first, last, narrow_phase, true});
-  };
-  addFastest(Phase::kDetection, against.narrow_phase,
-             [](const Preflight& result) { return result.frameSeconds(); });
-  for (const Phase phase : {Phase::kDetection, Phase::kUpdate, Phase::kSetUp}) {
-    addFastest(phase, false,
+  const auto add = [&](const Tried& tried, Phase phase) {
+    addFastest(chosen, tried, {{}, phase, false, true},
                [phase](const Preflight& result) { return result.phaseSeconds(phase); });
+  };
+  Tried all;
+  for (const Boxes boxes : against.fcl_trees) {
+    const Tried tried = tryFclTrees(boxes, phase_limit, fibers);
+    addFastest(chosen, tried, {{}, Phase::kDetection, against.narrow_phase, true},
+               [](const Preflight& result) { return result.frameSeconds(); });
+    add(tried, Phase::kDetection);
+    all.insert(all.end(), tried.begin(), tried.end());
   }
+  add(all, Phase::kUpdate);
+  add(all, Phase::kSetUp);
   return chosen;
 }
 
@@ -89,11 +108,7 @@ std::vector<Chosen> choose(const Request& request, const Against& against, Motio
     MovingFibers& fibers = smaller                  ? part->fibers
                            : motion.checked.empty() ? motion.fibers
                                                     : motion.checked.back();
-    for (const Boxes boxes : against.fcl_trees) {
-      for (Chosen& tree : fastestFclTrees(boxes, against, request.limit, fibers)) {
-        chosen.push_back(std::move(tree));
-      }
-    }
+    chosen = fastestFclTrees(against, request.limit, fibers);
   }
   for (const Contender& contender : against.contenders) chosen.push_back({contender});
   return chosen;

@@ -16,8 +16,9 @@ READ_RATIOS = (
     "Ratios of medians, one thread unless the row says otherwise; in brackets the lowest and the "
     "highest that single runs allow, 'as fast' where they include 1. FCL's best is, row by row, "
     "the tree and level with the least median of what the row measures, on the boxes that row or "
-    "cell name, Embree's the fastest of a rebuild, Morton rebuild and refit; Embree visits both "
-    "orders of each pair. Touching pairs are an update and a query with Report::kCapsules."
+    "cell name, Embree's the fastest of a Morton rebuild, a refit and, with --full, a rebuild by "
+    "surface area; Embree visits both orders of each pair. Touching pairs are an update and a query "
+    "with Report::kCapsules."
 )
 
 
@@ -154,7 +155,10 @@ def tried(scene):
         for name, row in sorted(found.items(), key=lambda entry: entry[1]["frame"])
     ]
     segments = next(iter(found.values()))["segments"]
-    caption = f"Each once, on {segments:,.0f} segments. The fastest in each column went on."
+    caption = (
+        f"Each once, on {segments:,.0f} segments. The fastest in each column went on, in the last two "
+        "for each kind of boxes."
+    )
     return Table(
         f"tried {scene.name}", f"FCL's levels, {scene.title()}", ["", *PHASE_TITLES], rows, caption
     )
