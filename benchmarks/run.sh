@@ -4,7 +4,7 @@
 # benchmarks/run.sh [--full [--targets] | --trade | --paper [--full]] [--hair FILE [--radius R]]
 #
 #   (nothing)  the README's first table: ours, FCL and Embree on three scenes. 3 minutes
-#   --full     all of docs/performance.md: scenes, other queries, growth. 15 to 25 minutes, 6 GB;
+#   --full     all of docs/performance.md: scenes, other queries, growth. 25 minutes, 6 GB;
 #              --targets: which ratios reach what they are to reach
 #   --trade    what accuracy costs: every manager, bounds, sampling, options; real hair too if
 #              FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx. 12 minutes

@@ -17,8 +17,8 @@ READ_RATIOS = (
     "highest that single runs allow, 'as fast' where they include 1. FCL's best is, row by row, "
     "the tree and level with the least median of what the row measures, on the boxes that row or "
     "cell name, Embree's the fastest of a Morton rebuild, a refit and, with --full, a rebuild by "
-    "surface area; Embree visits both orders of each pair. Touching pairs are an update and a query "
-    "with Report::kCapsules."
+    "surface area; Embree visits both orders of each pair. Touching pairs are an update and a "
+    "query with Report::kCapsules."
 )
 
 
@@ -156,8 +156,8 @@ def tried(scene):
     ]
     segments = next(iter(found.values()))["segments"]
     caption = (
-        f"Each once, on {segments:,.0f} segments. The fastest in each column went on, in the last two "
-        "for each kind of boxes."
+        f"Each once, on {segments:,.0f} segments. The fastest in each column went on, in the last "
+        "two for each kind of boxes."
     )
     return Table(
         f"tried {scene.name}", f"FCL's levels, {scene.title()}", ["", *PHASE_TITLES], rows, caption

@@ -16,7 +16,7 @@ LINK = re.compile(
     re.MULTILINE,
 )
 HEADING = re.compile(r"^#{1,6} +(.+?) *#*$", re.MULTILINE)
-LEFT_TO_DO = re.compile(r"\b(TBD|TODO|FIXME)\b")
+LEFT_TO_DO = re.compile(r"\b(TBD|TODO|FIXME|not measured yet)\b")
 
 
 def without_code(text):
