@@ -451,18 +451,6 @@ TYPED_TEST(FiberTreeTest, PairsAreThoseOfOverlappingLeafVolumes) {
   }
 }
 
-TYPED_TEST(FiberTreeTest, AllPairsOfCoincidentSegmentsAreFound) {
-  // If this fails, what overlaps everywhere is pruned somewhere.
-  Scene scene;
-  for (int i = 0; i < 100; ++i) {
-    scene.fibers.ids.push_back(i);
-    if (i % 7 == 6) scene.fibers.endFiber();
-    scene.segments.push_back({{0.1, 0.2, 0.3}, {0.1, 0.2, 0.3}, 0});
-  }
-  scene.fibers.endFiber();
-  this->expectPairsOfLeafVolumes(this->build(scene), scene, 100 * 99 / 2);
-}
-
 TYPED_TEST(FiberTreeTest, PaddingFindsPairsThatAreApart) {
   // If this fails, the margin is not half on either side.
   Scene scene;
@@ -630,65 +618,6 @@ TYPED_TEST(FiberTreeTest, TheNearestPairOfTwoTreesIsFoundInTwoFrames) {
   }
 }
 
-TYPED_TEST(FiberTreeTest, AnEmptyTreeAnswersEverything) {
-  // If this fails, a manager without objects looks for a root.
-  const Scene none = wanderingFibers({0, 0}, 14);
-  const Scene some = wanderingFibers({20}, 15);
-  const auto volume = TypeParam::Volume::around({{-9, -9, -9}, {9, 9, 9}, 9}, 0);
-  const FrameChange change(Frame{}, Frame{});
-  TypeParam refitted = this->build(none);
-  refitted.refitMoved(none.segments, {});
-  for (const TypeParam& tree : {TypeParam(), refitted}) {
-    EXPECT_TRUE(tree.empty());
-    Recorder recorder;
-    EXPECT_EQ(visitPairs(tree, recorder), Visit::kContinue);
-    EXPECT_EQ(visitLeaves(tree, volume, recorder), Visit::kContinue);
-    EXPECT_EQ(visitPairs(tree, this->build(some), change, change, recorder), Visit::kContinue);
-    EXPECT_EQ(visitPairs(this->build(some), tree, change, change, recorder), Visit::kContinue);
-    EXPECT_TRUE(recorder.pairs.empty() && recorder.leaves.empty());
-  }
-}
-
-TYPED_TEST(FiberTreeTest, OneSegmentHasNoPairs) {
-  // If this fails, a lone segment collides with itself.
-  const Scene one = wanderingFibers({1}, 16), other = wanderingFibers({1}, 16);
-  const TypeParam tree = this->build(one);
-  EXPECT_FALSE(tree.empty());
-  Recorder recorder;
-  EXPECT_EQ(visitPairs(tree, recorder), Visit::kContinue);
-  EXPECT_TRUE(recorder.pairs.empty());
-  visitLeaves(tree, TypeParam::Volume::around({{-9, -9, -9}, {9, 9, 9}, 9}, 0), recorder);
-  EXPECT_EQ(recorder.leaves, one.fibers.ids);
-  const FrameChange change(Frame{}, Frame{});
-  visitPairs(tree, this->build(other), change, change, recorder);
-  EXPECT_EQ(recorder.pairs, (std::vector<IdPair>{{one.fibers.ids[0], other.fibers.ids[0]}}));
-}
-
-TYPED_TEST(FiberTreeTest, SegmentsOutOfFloatsRangeAreStillFound) {
-  // If this fails, a coordinate too large for float turns a volume into nothing.
-  Scene scene;
-  for (SegmentId id = 0; id < 20; ++id) {
-    const double x = id < 10 ? 1e39 : id;
-    scene.fibers.ids.push_back(id);
-    scene.segments.push_back({{x, 0, 0}, {x, 1e38, 0}, 1});
-  }
-  scene.fibers.endFiber();
-  const TypeParam tree = this->build(scene);
-  Recorder recorder;
-  visitPairs(tree, recorder);
-  for (auto& [a, b] : recorder.pairs) {
-    if (a > b) std::swap(a, b);
-  }
-  std::sort(recorder.pairs.begin(), recorder.pairs.end());
-  for (SegmentId a = 0; a < 20; ++a) {
-    for (SegmentId b = a + 1; b < 20; ++b) {
-      if ((a < 10) != (b < 10)) continue;
-      EXPECT_TRUE(std::binary_search(recorder.pairs.begin(), recorder.pairs.end(), IdPair{a, b}))
-          << a << ' ' << b;
-    }
-  }
-}
-
 // Cages.
 
 template <class Tree>
@@ -804,22 +733,6 @@ TYPED_TEST(CageTest, RigidMotionKeepsTheCages) {
     tree.refit(scene.segments, 0);
     EXPECT_GE(tree.hierarchy().cagesKept(), tree.topology().nodes.size() * 9 / 10) << frame;
     this->expectLeastCages(tree, 0x1p-29);
-  }
-}
-
-TYPED_TEST(CageTest, CagesShrinkWhenTheFiberContracts) {
-  // If this fails, a curled-up fiber keeps the cages of the stretched one.
-  Scene scene = wanderingFibers({200}, 23);
-  TypeParam tree = treeOf<TypeParam>(scene);
-  const double before = tree.hierarchy().cage(0).ball.radius;
-  Random random(24);
-  for (int frame = 0; frame < 20; ++frame) {
-    for (Segment& s : scene.segments) {
-      s = {0.8 * s.a, 0.8 * s.b, 0.8 * s.radius};
-      jiggle(random, 1e-3 * std::pow(0.8, frame), s);
-    }
-    tree.refit(scene.segments, 0);
-    EXPECT_LT(tree.hierarchy().cage(0).ball.radius, before * std::pow(0.82, frame + 1));
   }
 }
 

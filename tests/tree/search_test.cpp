@@ -503,20 +503,6 @@ TYPED_TEST(SearchTest, LeavesOutTheGroupOfAVolume) {
   }
 }
 
-// A group would be searched to the leaves, only to find that nothing of it counts.
-TYPED_TEST(SearchTest, AGroupCostsNothingAmongItself) {
-  for (const FiberScene& plain : {curled(), many(), identical(6, 100)}) {
-    SCOPED_TRACE(plain.name);
-    const std::size_t whole = Search<TypeParam>::countVolumeTests(treeOf<TypeParam>(plain));
-    const std::vector<FiberScene> scenes = grouped(plain);
-    EXPECT_EQ(Search<TypeParam>::countVolumeTests(treeOf<TypeParam>(scenes[3])), 0u);
-    const std::size_t tests = Search<TypeParam>::countVolumeTests(treeOf<TypeParam>(scenes[2]));
-    // What is left are one fiber's with the others and with itself.
-    EXPECT_LT(tests, 3 * whole / (plain.fibers.begin.size() - 1)) << "of " << whole;
-    EXPECT_GT(tests, 0u);
-  }
-}
-
 class CountPieces final : public WorkSink {
  public:
   Visit take(const Work&) override {
@@ -693,20 +679,6 @@ TYPED_TEST(SearchTest, TestsOfAPackAreTheSameOnAllInstructionSets) {
   }
   EXPECT_GT(overlapping, tested / 10);
   EXPECT_LT(overlapping, tested * 9 / 10);
-}
-
-// The statistic would say that there was no work, or depend on the machine.
-TYPED_TEST(SearchTest, CountsVolumeTests) {
-  for (const FiberScene& scene : {curled(), mixed()}) {
-    const TypeParam tree = treeOf<TypeParam>(scene);
-    const std::size_t tests = Search<TypeParam>::countVolumeTests(tree);
-    EXPECT_GT(tests, pairsFound<TypeParam>(tree).size());
-    EXPECT_LT(tests, scene.segments.size() * scene.segments.size() / 2);
-    for (const std::int64_t target : simdTargetsHere()) {
-      const geometry::ScopedSimdTarget scoped(target);
-      EXPECT_EQ(Search<TypeParam>::countVolumeTests(tree), tests);
-    }
-  }
 }
 
 // A manager with no objects or one would crash.
