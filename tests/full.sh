@@ -71,7 +71,8 @@ simd() {
   done
 }
 
-# All tests under AddressSanitizer and UndefinedBehaviorSanitizer, of which .ci/run leaves some out.
+# All tests of the library and the scenes under AddressSanitizer and UndefinedBehaviorSanitizer, of
+# which .ci/run leaves some out.
 sanitized() {
   .ci/apt_install.sh clang libclang-rt-dev
   cmake --preset sanitize -DFCL_FIBERS_MANAGERS=all

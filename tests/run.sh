@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds Release and runs the library's tests. Needs git, a C++17 compiler
-# and apt. Scenes, readers of files, the program, the examples and the benchmarks are tested by
+# Installs what is missing, builds Release and runs the library's tests. Needs apt, and root or sudo.
+# Scenes, readers of files, the program, the examples and the benchmarks are tested by
 # .ci/run program benchmark
 #
 #   tests/run.sh [--full] [CTEST ARGUMENTS]

@@ -25,7 +25,7 @@ namespace {
 constexpr int kRuns = 5;
 constexpr std::size_t kProbes = 100;
 constexpr std::size_t kObjects = 10000;
-constexpr int kFrames = 4;  // fewer than would slow FCL's trees
+constexpr int kFrames = 4;  // of one tree
 
 /// Ours, and FCL's two trees with each tree_init_level.
 std::vector<Contender> contendersWith(Boxes fcl_boxes) {

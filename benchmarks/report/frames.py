@@ -8,7 +8,7 @@ from ratios import BOXES, EMBREE, ON_2_THREADS, Scene, ratio_of
 from tables import Table, count, digits, time, time_and_range, title
 
 HEADLINE, FULL = ("helix", "cap", "paper-dynamic"), ratios.SCENES
-SPEED_UP = "How many times as fast as the one that the row names"
+SPEED_UP = "How many times as fast as"
 ABSENT = "not installed"
 PHASES = ("set_up", "update", "detection", "frame")
 PHASE_TITLES = ["set-up", "update", "detection", "update + detection"]
@@ -135,7 +135,7 @@ def scene_table(scene, ranges=False):
         "scaled up from the sample. FCL's trees go as far as they were fastest when all were tried."
     )
     if scene.name == "paper-dynamic":
-        caption += " Times and pairs are sums over the steps; touching pairs are of the last one."
+        caption += " Times and pairs are sums over the steps; touching pairs are of the one in the middle."
     if not_timed(scene):
         caption += f" Not timed: {'; '.join(not_timed(scene))}."
     return Table(f"scene {scene.name}", scene.title(), header, rows, caption)

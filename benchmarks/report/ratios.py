@@ -56,7 +56,9 @@ class Ratio:
         spread = f"({digits(self.low, 2)} to {digits(self.high, 2)})"
         if with_boxes:
             spread += ", " + self.against.split("/")[1].split("_")[0]
-        as_fast = self.low <= 1 <= self.high
+        # Of the range as it is shown, so that the reader sees the rule.
+        low, high = (float(digits(side, 2).replace(",", "")) for side in (self.low, self.high))
+        as_fast = low <= 1 <= high
         return f"as fast {spread}" if as_fast else f"{digits(self.value, 2)}x {spread}"
 
 
