@@ -135,7 +135,9 @@ def scene_table(scene, ranges=False):
         "scaled up from the sample. FCL's trees go as far as they were fastest when all were tried."
     )
     if scene.name == "paper-dynamic":
-        caption += " Times and pairs are sums over the steps; touching pairs are of the one in the middle."
+        caption += (
+            " Times and pairs are sums over the steps; touching pairs are of the one in the middle."
+        )
     if not_timed(scene):
         caption += f" Not timed: {'; '.join(not_timed(scene))}."
     return Table(f"scene {scene.name}", scene.title(), header, rows, caption)
