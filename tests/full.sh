@@ -49,7 +49,7 @@ simd_levels=(scalar sse4 avx2 avx512 neon)
 all_managers() {
   cmake --preset debug -DFCL_FIBERS_MANAGERS=all -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON \
     -DCMAKE_UNITY_BUILD=OFF
-  cmake --build --preset debug --target fcl_fibers_tests fcl_fibers_scenes_tests
+  cmake --build --preset debug --target fcl_fibers_tests fcl_fibers_other_tests
   run_tests debug -LE 'long|program|benchmarks'
 }
 
@@ -76,7 +76,7 @@ simd() {
 sanitized() {
   .ci/apt_install.sh clang libclang-rt-dev
   cmake --preset sanitize -DFCL_FIBERS_MANAGERS=all
-  cmake --build --preset sanitize --target fcl_fibers_tests fcl_fibers_scenes_tests
+  cmake --build --preset sanitize --target fcl_fibers_tests fcl_fibers_other_tests
   run_tests sanitize -LE 'long|program|benchmarks'
 }
 
@@ -144,6 +144,7 @@ long() {
 # More than a million calls of each scalar against the model of a manager.
 stateful() {
   local results=build/stateful.xml counts count
+  build stateful_test
   RC_PARAMS="seed=${RANDOM} max_success=11000 max_size=400" \
     build/release/tests/stateful_test --gtest_brief=1 --gtest_output=xml:$results
   mapfile -t counts < <(grep -o 'name="commands" value="[0-9]*"' $results | grep -o '[0-9]*')

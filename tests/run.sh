@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds Release and runs the library's tests. Needs apt, and root or sudo.
-# Scenes, readers of files, the program, the examples and the benchmarks are tested by
-# .ci/run program benchmark
+# Scenes, readers of files, the program, the examples, random calls against the model of a manager, and
+# the benchmarks are tested by
+#   .ci/run program benchmark
 #
 #   tests/run.sh [--full] [CTEST ARGUMENTS]
 #
@@ -25,7 +26,7 @@ fi
 cmake --preset release
 cmake --build --preset release --target fcl_fibers_tests
 status=0
-tests/run_tests.sh release -LE 'long|scenes|program|benchmarks' "$@" || status=$?
+tests/run_tests.sh release -LE 'long|other|program|benchmarks' "$@" || status=$?
 if $full; then
   tests/full.sh || status=$?
 fi
