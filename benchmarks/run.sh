@@ -8,7 +8,7 @@
 #              --targets: which ratios reach what they are to reach
 #   --trade    what accuracy costs: every manager, bounds, sampling, options; real hair too if
 #              FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx. 12 minutes
-#   --paper    the paper's Table I, figures and pictures. 15 minutes, and up to an hour for one part;
+#   --paper    the paper's Table I, figures and pictures. 20 minutes, and up to an hour for one part;
 #              with --full finer curves and its slowest trees. Hours
 #   --hair     a file's fibers instead of the scenes, against the same contenders; with --trade
 #              beside the scenes. --radius, in the file's unit, where the file has none
