@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds Release and runs the library's tests. Needs apt, and root or sudo.
-# Scenes, readers of files, the program, the examples, random calls against the model of a manager, and
-# the benchmarks are tested by
+# Scenes, readers of files, the program, the examples, contacts, want of memory, random calls against
+# the model of a manager, and the benchmarks are tested by
 #   .ci/run program benchmark
 #
 #   tests/run.sh [--full] [CTEST ARGUMENTS]
