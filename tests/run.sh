@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds Release and runs the library's tests. Needs apt, and root or sudo.
-# Scenes, readers of files, the program, the examples, contacts, want of memory, random calls against
+# Scenes, readers of files, the program, the examples, contacts, memory that runs out, random calls against
 # the model of a manager, and the benchmarks are tested by
 #   .ci/run program benchmark
 #

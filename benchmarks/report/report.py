@@ -30,7 +30,7 @@ DOCUMENTED = {
     "paper": ("table-1",),
 }
 BARS = "Bars are medians, lines reach from the lowest run to the highest."
-MARK = re.compile(r"(<!-- table ([\w -]+): [^\n]*-->\n).*?(<!-- end of table -->)", re.DOTALL)
+MARK = re.compile(r"(<!-- table ([\w -]+): ([^\n]*) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 
 
 @dataclass
@@ -190,11 +190,12 @@ def write_documents(report, root):
     known = {word: kind for kind, words in DOCUMENTED.items() for word in words}
 
     def renewed(mark):
-        head, name, foot = mark.groups()
+        head, name, command, foot = mark.groups()
         if known[name.split()[0]] != report.kind:
             return mark[0]
         due.remove(name)  # a second one is an error
-        return f"{head}\n{tables[name].markdown()}\n\n{circumstances(report.parts)}\n\n{foot}"
+        source = f"`{command}`, {circumstances(report.parts)}"
+        return f"{head}\n{tables[name].markdown()}\n\n{source}\n\n{foot}"
 
     for path in [root / "README.md", *sorted((root / "docs").glob("*.md"))]:
         path.write_text(MARK.sub(renewed, path.read_text(encoding="utf-8")), encoding="utf-8")
