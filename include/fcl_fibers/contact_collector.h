@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <stdexcept>
 #include <vector>
 
 #include <fcl/geometry/shape/capsule.h>
@@ -51,22 +52,23 @@ struct ObjectContact : Contact {
 ///     for (const auto& contact : collector.contacts()) ...
 ///
 /// A pair of capsules or spheres has one contact if the two are no further apart than the manager's
-/// margin. All other pairs go to `fcl::collide`. They have the contacts that it finds, at most as
-/// many as the request admits, and none if they do not touch. FCL's contact normals, positions and
-/// depths become those of Contact. The arc parameter of a capsule is where the position is nearest
-/// to its axis; it is 0 for any other shape. (With float scenes FCL's narrow phase is compiled into
-/// the user's program.)
+/// margin and what the program has added to their boxes, see Bounds. All other pairs go to
+/// `fcl::collide`. They have the contacts that it finds, at most as many as the request admits, and
+/// none if they do not touch. FCL's contact normals, positions and depths become those of Contact.
+/// The arc parameter of a capsule is where the position is nearest to its axis; it is 0 for any
+/// other shape. (With float scenes FCL's narrow phase is compiled into the user's program.)
 template <typename S>
 class ContactCollector {
  public:
   using Manager = FiberCollisionManager<S>;  ///< whose queries are collected
   using Object = fcl::CollisionObject<S>;    ///< what the manager holds
 
-  /// For self-collision of a manager, which has to live as long as this.
+  /// For all collision queries of a manager, which has to live as long as this. Contact::b is that
+  /// of an object of this manager, and 0, 0 of any other.
   explicit ContactCollector(const Manager& manager) : ContactCollector(manager, &manager) {}
 
-  /// For `manager.collide(other, ...)`. With null for `manager.collide(object, ...)` and for
-  /// managers of another class; Contact::b is then 0, 0.
+  /// For `manager.collide(other, ...)`, with the numbers that `other` has for the second object in
+  /// Contact::b. With null it is always 0, 0.
   ContactCollector(const Manager& manager, const Manager* other)
       : manager_(manager), other_(other) {
     request.enable_contact = true;
@@ -84,7 +86,7 @@ class ContactCollector {
 
   /// What `collide` calls; `cdata` is the collector. It never ends the query. Throws
   /// std::invalid_argument as capsuleContact() does, if a capsule has become invalid since the
-  /// manager read it.
+  /// manager read it, and if the query is not one of the collector's manager.
   static bool callback(Object* a, Object* b, void* cdata) {
     static_cast<ContactCollector*>(cdata)->add(a, b);
     return false;
@@ -97,9 +99,7 @@ class ContactCollector {
     contact.object_b = b;
     if (isCapsule(*a) && isCapsule(*b)) {
       static_cast<Contact&>(contact) = capsuleContact(*a, *b);
-      // What the manager has decided to touch, rounding shall not part again.
-      const bool is_decided = manager_.options().report == Report::kCapsules;
-      if (is_decided || contact.distance <= manager_.options().margin) keep(contact);
+      if (isNear(contact)) keep(contact);
       return;
     }
     fcl::CollisionResult<S> result;
@@ -121,9 +121,27 @@ class ContactCollector {
     }
   }
 
+  bool isNear(const ObjectContact<S>& contact) const {
+    const FiberManagerOptions& options = manager_.options();
+    if (contact.distance <= options.margin) return true;
+    if (options.bounds == Bounds::kObjects) return false;
+    // What the manager has decided to touch, rounding shall not part again.
+    if (options.report == Report::kCapsules) return true;
+    const Manager& of_b = other_ != nullptr ? *other_ : manager_;
+    return contact.distance <=
+           options.margin + manager_.margin(contact.object_a) + of_b.margin(contact.object_b);
+  }
+
   void keep(ObjectContact<S>& contact) {
+    if (!manager_.isRegistered(contact.object_a)) {
+      throw std::invalid_argument(
+          "fcl_fibers: ContactCollector: the first object is not one of the collector's manager; "
+          "construct the collector with the manager that is asked");
+    }
     contact.a = manager_.fiberSegment(contact.object_a);
-    if (other_ != nullptr) contact.b = other_->fiberSegment(contact.object_b);
+    if (other_ != nullptr && other_->isRegistered(contact.object_b)) {
+      contact.b = other_->fiberSegment(contact.object_b);
+    }
     contacts_.push_back(contact);
   }
 

@@ -55,6 +55,14 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   FiberCollisionManager& operator=(const FiberCollisionManager&) = delete;
   ~FiberCollisionManager() override;
 
+  /// Takes over the other's objects and options. The other is then as newly constructed with its
+  /// options. While a query of either runs, in its callback for instance, the behaviour is
+  /// undefined.
+  ///@{
+  FiberCollisionManager(FiberCollisionManager&& other) noexcept;
+  FiberCollisionManager& operator=(FiberCollisionManager&& other) noexcept;
+  ///@}
+
   /// Registers one fiber: capsules in their order along it. Consecutive capsules are neighbours,
   /// see FiberManagerOptions::ignored_neighbors. An empty fiber is a no-op. Segments of one group
   /// are never reported with one another, those of one fiber with a group among them.
@@ -81,10 +89,11 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   /// nothing to do.
   void setup() override;
 
-  /// Reads the objects, or those given (where these are more than a quarter, all), after they have
-  /// moved or changed their shape. Throws std::invalid_argument if one is not registered, and
-  /// nothing changes, or if one has gone bad, after which queries refuse until update() or setup()
-  /// succeeds.
+  /// Reads the objects, or those given, after they have moved or changed their shape. Objects that
+  /// are not registered are passed over. Given objects are read alone, except where they are more
+  /// than a quarter of all, and where so many have been updated that it pays to bundle the fibers
+  /// anew: all are read then. Throws std::invalid_argument if one is null, and nothing changes, or
+  /// if one has gone bad, after which queries refuse until update() or setup() succeeds.
   ///@{
   void update() override;
   void update(Object* object) override;
@@ -124,9 +133,23 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
 
   const FiberManagerOptions& options() const;  ///< as at construction
 
+  bool isRegistered(const Object* object) const;  ///< false for null
+
   /// Fiber and segment number of a managed object. Throws std::invalid_argument if it is not
   /// registered.
   FiberSegment fiberSegment(const Object* object) const;
+
+  /// Whether an object has moved or changed its shape so that an update() would change an answer:
+  /// for an assertion before a query. Reads the objects up to the first that has moved, so that it
+  /// costs at most what an update() costs. True after an update() that failed; false where the next
+  /// query reads the objects anyway.
+  bool movedSinceUpdate() const;
+
+  /// The margin that an object has by itself under Bounds::kShapesAndMargins: what the program has
+  /// added to its box, at its largest where that is uneven. 0 for shapes other than capsules and
+  /// spheres, which count by their boxes. In the scene's unit of length. Throws
+  /// std::invalid_argument if it cannot be read.
+  double margin(const Object* object) const;
 
   /// Runs a self-collision query without a callback and counts its work.
   QueryStatistics selfCollisionStatistics() const;
@@ -143,7 +166,13 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   FiberCollisionManager(const FiberCollisionManager& original, const std::vector<Object*>& objects);
 
   class FCL_FIBERS_NO_EXPORT Impl;
-  std::unique_ptr<Impl> impl_;
+  FCL_FIBERS_NO_EXPORT Impl& impl();
+  FCL_FIBERS_NO_EXPORT const Impl& impl() const;
+
+ private:
+  Hierarchy hierarchy_;
+  FiberManagerOptions options_;
+  std::unique_ptr<Impl> impl_;  ///< null after a move
   /// @endcond
 };
 

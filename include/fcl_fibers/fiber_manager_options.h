@@ -51,11 +51,29 @@ enum class Report {
   kCapsules,
 };
 
+/// What bounds an object of a manager.
+enum class Bounds {
+  /// Pose and shape: `getAABB()` is never read. The fastest, and enough for a program that does not
+  /// widen boxes.
+  kShapes,
+  /// Pose and shape, and the margin by which a program has made `getAABB()` larger than FCL's own
+  /// box of the shape, as it does for a contact distance. `computeAABB()` is not needed: a box from
+  /// before the last move counts by its size alone. A box that is larger on some sides than on
+  /// others counts in place of the shape.
+  kShapesAndMargins,
+  /// `getAABB()` alone, of capsules too, as in FCL's managers: for boxes that a program makes
+  /// smaller, and up to date only if it calls `computeAABB()`.
+  kObjects,
+};
+
 /// What a fiber manager is told once, at construction, which throws std::invalid_argument where an
 /// option is out of the range said here.
 struct FiberManagerOptions {
   Topology topology = Topology::kBundle;  ///< shape of the tree: speed alone
   Report report = Report::kVolumes;       ///< which pairs a query reports
+
+  /// What bounds an object; FiberTree has no objects and passes over it.
+  Bounds bounds = Bounds::kShapesAndMargins;
 
   /// Pairs of one registerFiber() fiber whose segment numbers differ by this much or less are not
   /// reported, neither by collide nor by distance. 0 reports all; 1 leaves out adjacent segments,

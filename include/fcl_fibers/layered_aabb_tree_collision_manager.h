@@ -19,6 +19,12 @@ class FCL_FIBERS_EXPORT LayeredAABBTreeCollisionManager : public FiberCollisionM
   /// objects have another layout than the library was compiled for.
   explicit LayeredAABBTreeCollisionManager(const FiberManagerOptions& options = {});
 
+  /// See FiberCollisionManager.
+  ///@{
+  LayeredAABBTreeCollisionManager(LayeredAABBTreeCollisionManager&&) noexcept = default;
+  LayeredAABBTreeCollisionManager& operator=(LayeredAABBTreeCollisionManager&&) noexcept = default;
+  ///@}
+
   /// The same manager over other objects, for a program that copies a scene for each of its
   /// threads: objects[i] stands in the place of the i-th object of getObjects(), in its fiber and
   /// group, under its fiber and segment number, with its neighbours (those of ignored_arc_length as

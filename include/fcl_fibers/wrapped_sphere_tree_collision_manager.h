@@ -29,6 +29,13 @@ class FCL_FIBERS_EXPORT WrappedSphereTreeCollisionManager : public FiberCollisio
   /// objects have another layout than the library was compiled for.
   explicit WrappedSphereTreeCollisionManager(const FiberManagerOptions& options = {});
 
+  /// See FiberCollisionManager.
+  ///@{
+  WrappedSphereTreeCollisionManager(WrappedSphereTreeCollisionManager&&) noexcept = default;
+  WrappedSphereTreeCollisionManager& operator=(WrappedSphereTreeCollisionManager&&) noexcept =
+      default;
+  ///@}
+
   /// As LayeredAABBTreeCollisionManager::clone().
   std::unique_ptr<WrappedSphereTreeCollisionManager> clone(
       const std::vector<Object*>& objects) const;

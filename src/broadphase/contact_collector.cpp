@@ -21,7 +21,7 @@ using geometry::Segment;
 template <typename S>
 Segment readCapsule(const fcl::CollisionObject<S>& object, const Frame& frame, const char* name) {
   Segment segment;
-  const char* problem = broadphase::readSegment(object, frame, segment);
+  const char* problem = broadphase::readSegment(object, frame, Bounds::kShapes, segment);
   if (problem == nullptr && segment.isBox()) {
     problem = "it is neither a capsule nor a sphere; pass it to fcl::collide";
   }

@@ -76,7 +76,7 @@ class FiberCollisionManager<S>::Impl {
   using Fibers = typename Registry::Kind;
 
   Impl(Hierarchy hierarchy, const FiberManagerOptions& options)
-      : options_(checked(options)),
+      : options_(options),
         is_wrapped_(hierarchy == Hierarchy::kWrappedSpheres),
         neighbors_(options.ignored_neighbors, options.ignored_arc_length),
         registry_(options.ignored_arc_length > 0  ? Registry::Keep::kLinksAndArcs
@@ -86,9 +86,9 @@ class FiberCollisionManager<S>::Impl {
                 options.report == Report::kCapsules, options.margin, options.threads}) {}
 
   /// A manager as `original`, of these objects. Queries of the original may run meanwhile.
-  Impl(const char* call, const Impl& original, const std::vector<Object*>& objects)
-      : Impl(original.is_wrapped_ ? Hierarchy::kWrappedSpheres : Hierarchy::kLayeredBoxes,
-             original.options_) {
+  Impl(const char* call, Hierarchy hierarchy, const FiberManagerOptions& options,
+       const Impl& original, const std::vector<Object*>& objects)
+      : Impl(hierarchy, options) {
     if (objects.size() != original.registry_.size()) {
       refuse(call, std::to_string(objects.size()) + " objects for " +
                        std::to_string(original.registry_.size()) +
@@ -139,7 +139,6 @@ class FiberCollisionManager<S>::Impl {
     return options;
   }
 
-  const FiberManagerOptions& options() const { return options_; }
   const Registry& registry() const { return registry_; }
 
   // --- Registering ---
@@ -158,9 +157,13 @@ class FiberCollisionManager<S>::Impl {
     std::optional<Segment> previous = last_registered_;
     for (std::size_t i = 0; i < added.size(); ++i) {
       prefetchObject(added, i + kPrefetchAhead);
-      const Segment segment = readNew(call, added, i);
-      if (!lengths.empty()) lengths[i] = norm(segment.b - segment.a);
+      Segment segment = readNew(call, added, i);
       const bool is_capsule = isCapsule(*added[i]);
+      // Its box, if that is what counts, does not run along the fiber.
+      if (is_capsule && segment.isBox()) {
+        segment = read(call, added[i], Frame{}, Bounds::kShapes, [i] { return nameOf(i); });
+      }
+      if (!lengths.empty()) lengths[i] = norm(segment.b - segment.a);
       if (fibers != Fibers::kGuessed) {
         if (!is_capsule) {
           refuse(call, nameOf(i) + " is no capsule; register it by registerObject() instead");
@@ -228,19 +231,25 @@ class FiberCollisionManager<S>::Impl {
     refuseDuringQuery(call);
     std::vector<SegmentId> ids;
     ids.reserve(moved.size());
-    for (std::size_t i = 0; i < moved.size(); ++i)
-      ids.push_back(managedId(call, moved[i], nameOf(i)));
+    for (std::size_t i = 0; i < moved.size(); ++i) {
+      if (moved[i] == nullptr) refuse(call, nameOf(i) + " is null; pass registered objects");
+      const SegmentId id = registry_.find(moved[i]);
+      if (id != Registry::kNotFound) ids.push_back(id);
+    }
+    if (ids.empty()) return;
     // A sweep over the whole tree costs less than the ways up from many segments.
-    if (!hasTree() || state_ == State::kCloned || 4 * moved.size() > registry_.size()) {
-      if (!moved.empty() || !hasTree()) update(call);
-      return;
+    if (!hasTree() || state_ == State::kCloned || 4 * ids.size() > registry_.size()) {
+      return update(call);
     }
     state_ = State::kRefused;
     for (std::size_t i = 0; i < moved.size(); ++i) {
       Segment segment;
-      if (broadphase::readSegment(*moved[i], scene_.frame(), segment) == nullptr) continue;
+      if (registry_.find(moved[i]) == Registry::kNotFound ||
+          broadphase::readSegment(*moved[i], scene_.frame(), options_.bounds, segment) == nullptr) {
+        continue;
+      }
       // It may be the frame that does not hold it: the scene gets another.
-      read(call, moved[i], Frame{}, [i] { return nameOf(i); });
+      read(call, moved[i], Frame{}, options_.bounds, [i] { return nameOf(i); });
       return readAndBuild(call);
     }
     const auto first_late =
@@ -386,6 +395,40 @@ class FiberCollisionManager<S>::Impl {
         });
   }
 
+  bool movedSinceUpdate() const {
+    const std::lock_guard<std::mutex> lock(build_mutex_);
+    if (state_ == State::kRefused) return true;
+    if (!hasTree() || state_ == State::kCloned) return false;  // the next query reads all
+    return forEachId([&](SegmentId id) {
+             Segment now;
+             const auto late = findLate(id);
+             const bool is_late = late != late_.end();
+             if (is_late && static_cast<std::size_t>(late - late_.begin()) >= late_read_) {
+               return Visit::kContinue;  // the next query reads it
+             }
+             const bool is_read = broadphase::readSegment(*objectOf(id), scene_.frame(),
+                                                          options_.bounds, now) == nullptr;
+             const bool stays =
+                 is_read && (is_late ? now == late->segment : scene_.isFitted(id, now));
+             return stays ? Visit::kContinue : Visit::kStop;
+           }) == Visit::kStop;
+  }
+
+  double marginOf(const char* call, const Object* object) const {
+    if (object == nullptr) refuse(call, "the object is null; pass an object");
+    if (options_.bounds != Bounds::kShapesAndMargins) return 0;
+    const auto name = [] { return std::string("the object passed"); };
+    const Segment shape = read(call, object, Frame{}, Bounds::kShapes, name);
+    const Segment counted = read(call, object, Frame{}, options_.bounds, name);
+    if (shape.isBox() || !counted.isBox()) return counted.radius - shape.radius;
+    const double r = shape.radius;
+    const auto beyond = [r](const geometry::Vec3d& p, const geometry::Vec3d& q) {
+      return std::max({p.x - q.x, p.y - q.y, p.z - q.z}) - r;
+    };
+    return std::max(
+        {0.0, beyond(min(shape.a, shape.b), counted.a), beyond(counted.b, max(shape.a, shape.b))});
+  }
+
   // --- Statistics ---
 
   QueryStatistics selfCollisionStatistics(const char* call) const {
@@ -528,7 +571,10 @@ class FiberCollisionManager<S>::Impl {
     for (; late_read_ < late_.size(); ++late_read_) {
       Late& late = late_[late_read_];
       const Object& object = *objectOf(late.id);
-      if (broadphase::readSegment(object, scene_.frame(), late.segment) == nullptr) continue;
+      if (broadphase::readSegment(object, scene_.frame(), options_.bounds, late.segment) ==
+          nullptr) {
+        continue;
+      }
       // It may be the frame that does not hold it; else building names it.
       if (state_ == State::kLate) state_ = State::kStale;
       return readAndBuild(call);
@@ -548,9 +594,10 @@ class FiberCollisionManager<S>::Impl {
   }
 
   template <class Name>
-  Segment read(const char* call, const Object* object, const Frame& frame, Name&& name) const {
+  static Segment read(const char* call, const Object* object, const Frame& frame, Bounds bounds,
+                      Name&& name) {
     Segment segment;
-    if (const char* problem = broadphase::readSegment(*object, frame, segment)) {
+    if (const char* problem = broadphase::readSegment(*object, frame, bounds, segment)) {
       refuse(call, name() + ": " + problem);
     }
     return segment;
@@ -559,20 +606,21 @@ class FiberCollisionManager<S>::Impl {
   /// In the frame of the world, of those that are to be managed.
   Segment readNew(const char* call, const std::vector<Object*>& objects, std::size_t i) const {
     if (objects[i] == nullptr) refuse(call, nameOf(i) + " is null; pass objects only");
-    return read(call, objects[i], Frame{}, [i] { return nameOf(i); });
+    return read(call, objects[i], Frame{}, options_.bounds, [i] { return nameOf(i); });
   }
 
   Segment readQueryObject(const char* call, const Object* object) const {
-    return read(call, object, scene_.frame(), [] { return std::string("the object passed"); });
+    return read(call, object, scene_.frame(), options_.bounds,
+                [] { return std::string("the object passed"); });
   }
 
   Segment readOther(const char* call, const Object* object, std::size_t index) const {
     const auto name = [index] { return nameOf(index) + " of the other manager"; };
     if (object == nullptr) refuse(call, name() + " is null; mend that manager");
-    return read(call, object, scene_.frame(), name);
+    return read(call, object, scene_.frame(), options_.bounds, name);
   }
 
-  Frame newFrame() const { return broadphase::sceneFrame(registry_.objects()); }
+  Frame newFrame() const { return broadphase::sceneFrame(registry_.objects(), options_.bounds); }
 
   /// Objects are large and lie anywhere.
   static constexpr std::size_t kPrefetchAhead = 8;
@@ -595,7 +643,8 @@ class FiberCollisionManager<S>::Impl {
       prefetchObject(registry_.objects(), static_cast<std::size_t>(id) + kPrefetchAhead);
       const Object* object = objectOf(id);
       if (object == nullptr) return false;
-      if (const char* problem = broadphase::readSegment(*object, scene_.frame(), segment)) {
+      if (const char* problem =
+              broadphase::readSegment(*object, scene_.frame(), options_.bounds, segment)) {
         const auto& objects = registry_.objects();
         const auto before = std::count(objects.begin(), objects.begin() + id, nullptr);
         refuse(call, nameOf(static_cast<std::size_t>(id - before)) +
@@ -877,12 +926,43 @@ class FiberCollisionManager<S>::Impl {
 template <typename S>
 FiberCollisionManager<S>::FiberCollisionManager(Hierarchy hierarchy,
                                                 const FiberManagerOptions& options)
-    : impl_(std::make_unique<Impl>(hierarchy, options)) {}
+    : hierarchy_(hierarchy), options_(Impl::checked(options)) {
+  impl();
+}
 
 template <typename S>
 FiberCollisionManager<S>::FiberCollisionManager(const FiberCollisionManager& original,
                                                 const std::vector<Object*>& objects)
-    : impl_(std::make_unique<Impl>("clone", *original.impl_, objects)) {}
+    : hierarchy_(original.hierarchy_),
+      options_(original.options_),
+      impl_(std::make_unique<Impl>("clone", hierarchy_, options_, original.impl(), objects)) {}
+
+// FCL's base class has nothing that ours use.
+template <typename S>
+FiberCollisionManager<S>::FiberCollisionManager(FiberCollisionManager&& other) noexcept
+    : hierarchy_(other.hierarchy_), options_(other.options_), impl_(std::move(other.impl_)) {}
+
+template <typename S>
+FiberCollisionManager<S>& FiberCollisionManager<S>::operator=(
+    FiberCollisionManager&& other) noexcept {
+  hierarchy_ = other.hierarchy_;
+  options_ = other.options_;
+  impl_ = std::move(other.impl_);
+  return *this;
+}
+
+template <typename S>
+typename FiberCollisionManager<S>::Impl& FiberCollisionManager<S>::impl() {
+  if (impl_ == nullptr) impl_ = std::make_unique<Impl>(hierarchy_, options_);
+  return *impl_;
+}
+
+template <typename S>
+const typename FiberCollisionManager<S>::Impl& FiberCollisionManager<S>::impl() const {
+  // Of one that was moved from several threads may ask, so that it is not made here.
+  static const Impl empty(Hierarchy::kLayeredBoxes, {});
+  return impl_ == nullptr ? empty : *impl_;
+}
 
 template <typename S>
 FiberCollisionManager<S>::~FiberCollisionManager() = default;
@@ -890,56 +970,56 @@ FiberCollisionManager<S>::~FiberCollisionManager() = default;
 template <typename S>
 void FiberCollisionManager<S>::registerFiber(const std::vector<Object*>& fiber, FiberEnds ends,
                                              FiberGroup group) {
-  impl_->add("registerFiber", fiber,
+  impl().add("registerFiber", fiber,
              ends == FiberEnds::kClosed ? Impl::Fibers::kClosed : Impl::Fibers::kOpen,
              group.number);
 }
 
 template <typename S>
 void FiberCollisionManager<S>::registerObjects(const std::vector<Object*>& objects) {
-  impl_->add("registerObjects", objects, Impl::Fibers::kGuessed);
+  impl().add("registerObjects", objects, Impl::Fibers::kGuessed);
 }
 
 template <typename S>
 void FiberCollisionManager<S>::registerObject(Object* object) {
-  impl_->add("registerObject", {object}, Impl::Fibers::kGuessed);
+  impl().add("registerObject", {object}, Impl::Fibers::kGuessed);
 }
 
 template <typename S>
 void FiberCollisionManager<S>::unregisterObject(Object* object) {
-  impl_->remove("unregisterObject", object);
+  impl().remove("unregisterObject", object);
 }
 
 template <typename S>
 void FiberCollisionManager<S>::setup() {
-  impl_->setup("setup");
+  impl().setup("setup");
 }
 
 template <typename S>
 void FiberCollisionManager<S>::update() {
-  impl_->update("update");
+  impl().update("update");
 }
 
 template <typename S>
 void FiberCollisionManager<S>::update(Object* object) {
-  impl_->update("update", {object});
+  impl().update("update", {object});
 }
 
 template <typename S>
 void FiberCollisionManager<S>::update(const std::vector<Object*>& objects) {
-  impl_->update("update", objects);
+  impl().update("update", objects);
 }
 
 template <typename S>
 void FiberCollisionManager<S>::clear() {
-  impl_->clear("clear");
+  impl().clear("clear");
 }
 
 template <typename S>
 void FiberCollisionManager<S>::getObjects(std::vector<Object*>& objects) const {
   objects.clear();
   objects.reserve(size());
-  for (Object* object : impl_->registry().objects()) {
+  for (Object* object : impl().registry().objects()) {
     if (object != nullptr) objects.push_back(object);
   }
 }
@@ -947,12 +1027,12 @@ void FiberCollisionManager<S>::getObjects(std::vector<Object*>& objects) const {
 template <typename S>
 void FiberCollisionManager<S>::collide(Object* object, void* cdata,
                                        fcl::CollisionCallBack<S> callback) const {
-  impl_->collide("collide", object, cdata, callback);
+  impl().collide("collide", object, cdata, callback);
 }
 
 template <typename S>
 void FiberCollisionManager<S>::collide(void* cdata, fcl::CollisionCallBack<S> callback) const {
-  impl_->collide("collide", cdata, callback);
+  impl().collide("collide", cdata, callback);
 }
 
 template <typename S>
@@ -961,22 +1041,22 @@ void FiberCollisionManager<S>::collide(fcl::BroadPhaseCollisionManager<S>* other
   if (other == nullptr) refuse("collide", "the manager is null; pass a manager");
   if (other == this) return collide(cdata, callback);
   if (const auto* fibers = dynamic_cast<const FiberCollisionManager*>(other)) {
-    return impl_->collide("collide", *fibers->impl_, cdata, callback);
+    return impl().collide("collide", fibers->impl(), cdata, callback);
   }
   std::vector<Object*> objects;
   other->getObjects(objects);
-  impl_->collideAll("collide", objects, cdata, callback);
+  impl().collideAll("collide", objects, cdata, callback);
 }
 
 template <typename S>
 void FiberCollisionManager<S>::distance(Object* object, void* cdata,
                                         fcl::DistanceCallBack<S> callback) const {
-  impl_->distance("distance", object, cdata, callback);
+  impl().distance("distance", object, cdata, callback);
 }
 
 template <typename S>
 void FiberCollisionManager<S>::distance(void* cdata, fcl::DistanceCallBack<S> callback) const {
-  impl_->distance("distance", cdata, callback);
+  impl().distance("distance", cdata, callback);
 }
 
 template <typename S>
@@ -985,11 +1065,11 @@ void FiberCollisionManager<S>::distance(fcl::BroadPhaseCollisionManager<S>* othe
   if (other == nullptr) refuse("distance", "the manager is null; pass a manager");
   if (other == this) return distance(cdata, callback);
   if (const auto* fibers = dynamic_cast<const FiberCollisionManager*>(other)) {
-    return impl_->distance("distance", *fibers->impl_, cdata, callback);
+    return impl().distance("distance", fibers->impl(), cdata, callback);
   }
   std::vector<Object*> objects;
   other->getObjects(objects);
-  impl_->distanceAll("distance", objects, cdata, callback);
+  impl().distanceAll("distance", objects, cdata, callback);
 }
 
 template <typename S>
@@ -999,28 +1079,43 @@ bool FiberCollisionManager<S>::empty() const {
 
 template <typename S>
 std::size_t FiberCollisionManager<S>::size() const {
-  return impl_->registry().size();
+  return impl().registry().size();
 }
 
 template <typename S>
 const FiberManagerOptions& FiberCollisionManager<S>::options() const {
-  return impl_->options();
+  return options_;
+}
+
+template <typename S>
+bool FiberCollisionManager<S>::isRegistered(const Object* object) const {
+  return object != nullptr && impl().registry().find(object) != Impl::Registry::kNotFound;
 }
 
 template <typename S>
 FiberSegment FiberCollisionManager<S>::fiberSegment(const Object* object) const {
-  return impl_->registry().fiberSegment(
-      impl_->managedId("fiberSegment", object, "the object passed"));
+  return impl().registry().fiberSegment(
+      impl().managedId("fiberSegment", object, "the object passed"));
 }
 
 template <typename S>
 QueryStatistics FiberCollisionManager<S>::selfCollisionStatistics() const {
-  return impl_->selfCollisionStatistics("selfCollisionStatistics");
+  return impl().selfCollisionStatistics("selfCollisionStatistics");
+}
+
+template <typename S>
+bool FiberCollisionManager<S>::movedSinceUpdate() const {
+  return impl().movedSinceUpdate();
+}
+
+template <typename S>
+double FiberCollisionManager<S>::margin(const Object* object) const {
+  return impl().marginOf("margin", object);
 }
 
 template <typename S>
 std::size_t FiberCollisionManager<S>::memoryUsage() const {
-  return impl_->memoryUsage();
+  return impl().memoryUsage();
 }
 
 template <typename S>
@@ -1059,7 +1154,7 @@ std::unique_ptr<WrappedSphereTreeCollisionManager<S>> WrappedSphereTreeCollision
 
 template <typename S>
 CascadeStatistics WrappedSphereTreeCollisionManager<S>::cascadeStatistics() const {
-  return this->impl_->cascadeStatistics("cascadeStatistics");
+  return this->impl().cascadeStatistics("cascadeStatistics");
 }
 
 template class FiberCollisionManager<float>;

@@ -10,6 +10,8 @@
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/sphere.h>
 
+#include "broadphase/program_margin.h"
+
 namespace fcl_fibers::broadphase {
 namespace {
 
@@ -62,67 +64,195 @@ const char* rangeProblem(const Segment& segment) {
              : "its coordinates overflow; bring the scene nearer to the origin or change its unit";
 }
 
+/// Two corners in the scene's frame; sides that are open are at infinity.
+struct Corners {
+  Vec3d low, high;
+};
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// FCL's planes reach to max(), or to infinity when they are turned.
 template <typename S>
-const char* readBox(const fcl::AABB<S>& box, const Frame& frame, Segment& segment) {
-  // FCL's planes reach to max(), or to infinity when they are turned.
-  constexpr S kUnbounded = std::numeric_limits<S>::max() / 4;
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  constexpr double kLargest = std::numeric_limits<double>::max();
-  // Only the outward side of a box may be open: a box far out has two finite corners.
-  const auto low = [&](S world, double local) {
-    return world < -kUnbounded ? -kInfinity : std::min(local, kLargest);
+double openLow(S side) {
+  return side < -std::numeric_limits<S>::max() / 4 ? -kInfinity : static_cast<double>(side);
+}
+template <typename S>
+double openHigh(S side) {
+  return side > std::numeric_limits<S>::max() / 4 ? kInfinity : static_cast<double>(side);
+}
+
+/// Only the outward side of a box may be open: a box far out has two finite corners.
+double finiteLow(double x) { return std::min(x, std::numeric_limits<double>::max()); }
+double finiteHigh(double x) { return std::max(x, -std::numeric_limits<double>::max()); }
+
+template <typename S>
+bool isProper(const fcl::AABB<S>& box) {
+  return (box.min_.array() <= box.max_.array()).all();
+}
+
+template <typename S>
+Corners ownCorners(const fcl::AABB<S>& box, const Frame& frame) {
+  const Vec3d low = frame.fromWorld(toVec3(box.min_)), high = frame.fromWorld(toVec3(box.max_));
+  const auto lowest = [](S side, double local) {
+    return openLow(side) == -kInfinity ? -kInfinity : finiteLow(local);
   };
-  const auto high = [&](S world, double local) {
-    return world > kUnbounded ? kInfinity : std::max(local, -kLargest);
+  const auto highest = [](S side, double local) {
+    return openHigh(side) == kInfinity ? kInfinity : finiteHigh(local);
   };
-  for (int axis = 0; axis < 3; ++axis) {
-    if (!(box.min_[axis] <= box.max_[axis])) {
-      return "its box is empty or NaN; give it a non-empty shape and call computeAABB()";
+  return {
+      {lowest(box.min_[0], low.x), lowest(box.min_[1], low.y), lowest(box.min_[2], low.z)},
+      {highest(box.max_[0], high.x), highest(box.max_[1], high.y), highest(box.max_[2], high.z)}};
+}
+
+/// An open side stays where it is in poses that FCL takes for a translation.
+template <typename S>
+double product(double entry, double side) {
+  const bool is_none = std::fabs(entry) <= double{Eigen::NumTraits<S>::dummy_precision()};
+  return is_none && std::isinf(side) ? 0 : entry * side;
+}
+
+/// The least box around both of FCL's bounds of a shape, its own box and the ball around that, in
+/// a pose.
+/// @param half  is set to half its size, in the world's unit
+template <typename S>
+Corners posedCorners(const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& pose,
+                     const Frame& frame, Vec3d& half) {
+  constexpr double kEps = std::numeric_limits<double>::epsilon();
+  const Vec3d position = frame.fromWorld(toVec3(pose.matrix().col(3)));
+  const double at[] = {position.x, position.y, position.z};
+  // A ball of no radius is none.
+  const auto radius = static_cast<double>(shape.aabb_radius);
+  const double ball =
+      radius > 0 ? radius * (1 + 8 * double{std::numeric_limits<S>::epsilon()}) : kInfinity;
+  double low[3], high[3], size[3];
+  for (int row = 0; row < 3; ++row) {
+    double from = 0, to = 0, center = 0, largest = 0;
+    for (int column = 0; column < 3; ++column) {
+      const auto entry = static_cast<double>(pose.matrix()(row, column));
+      const double p = product<S>(entry, openLow(shape.aabb_local.min_[column]));
+      const double q = product<S>(entry, openHigh(shape.aabb_local.max_[column]));
+      from += std::min(p, q);
+      to += std::max(p, q);
+      center += entry * static_cast<double>(shape.aabb_center[column]);
+      for (const double x : {p, q})
+        largest = std::isfinite(x) ? std::max(largest, std::fabs(x)) : largest;
+    }
+    const double rounding = 16 * kEps * largest;
+    from = std::max(from, std::isfinite(center) ? center - ball : -kInfinity) - rounding;
+    to = std::min(to, std::isfinite(center) ? center + ball : kInfinity) + rounding;
+    size[row] = (to - from) / 2;
+    low[row] = from == -kInfinity ? from : finiteLow(at[row] + frame.scale * from);
+    high[row] = to == kInfinity ? to : finiteHigh(at[row] + frame.scale * to);
+  }
+  half = {size[0], size[1], size[2]};
+  return {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
+}
+
+bool contains(const Corners& outer, const Corners& inner, double rounding) {
+  const auto reaches = [rounding](const Vec3d& low, const Vec3d& high) {
+    return low.x <= high.x + rounding && low.y <= high.y + rounding && low.z <= high.z + rounding;
+  };
+  return reaches(outer.low, inner.low) && reaches(inner.high, outer.high);
+}
+
+/// Anything but a capsule or a sphere.
+template <typename S>
+const char* readBox(const fcl::CollisionObject<S>& object, const Frame& frame, Bounds bounds,
+                    Segment& segment) {
+  const fcl::CollisionGeometry<S>& shape = *object.collisionGeometry();
+  const fcl::AABB<S>& box = object.getAABB();
+  const bool has_own = bounds != Bounds::kShapes && isProper(box);
+  const bool has_shape = bounds != Bounds::kObjects && isProper(shape.aabb_local);
+  if (!has_own && !has_shape) {
+    return "its box is empty or NaN; give it a non-empty shape and call computeAABB()";
+  }
+  if (!has_shape) {
+    const Corners own = ownCorners(box, frame);
+    segment = Segment::box(own.low, own.high);
+    return nullptr;
+  }
+  Vec3d half;
+  Corners corners = posedCorners(shape, object.getTransform(), frame, half);
+  if (has_own) {
+    const BoxSize size(box);
+    const Corners own = ownCorners(box, frame);
+    if (contains(own, corners, frame.scale * size.rounding)) {
+      corners = {min(own.low, corners.low), max(own.high, corners.high)};
+    } else {
+      // It is of another pose, unless it is smaller than FCL makes it.
+      const Widening added = wideningOf(object, size, BoxSize(shape.aabb_local).half, half);
+      const double margin = frame.scale * added.margin;
+      corners.low = corners.low - Vec3d{margin, margin, margin};
+      corners.high = corners.high + Vec3d{margin, margin, margin};
     }
   }
-  const Vec3d p = frame.fromWorld(toVec3(box.min_)), q = frame.fromWorld(toVec3(box.max_));
-  segment = Segment::box({low(box.min_[0], p.x), low(box.min_[1], p.y), low(box.min_[2], p.z)},
-                         {high(box.max_[0], q.x), high(box.max_[1], q.y), high(box.max_[2], q.z)});
+  segment = Segment::box(corners.low, corners.high);
   return nullptr;
+}
+
+/// A capsule or a sphere that has been read, with what the program has added to its box.
+template <typename S>
+const char* readWithBox(const fcl::CollisionObject<S>& object, const Frame& frame, Bounds bounds,
+                        double radius, double length, Segment& segment) {
+  const fcl::AABB<S>& box = object.getAABB();
+  if (bounds == Bounds::kObjects) return readBox(object, frame, bounds, segment);
+  const BoxSize size(box);
+  const double end = length / 2 + radius;
+  const double cube = std::sqrt(2 * radius * radius + end * end);
+  if (size.isAbout({cube, cube, cube}) || size.isAbout({radius, radius, end})) return nullptr;
+
+  const Vec3d axis = toVec3(object.getTransform().matrix().col(2));
+  const Widening added =
+      wideningOf(object, size, {radius, radius, end},
+                 {std::fabs(axis.x) * length / 2 + radius, std::fabs(axis.y) * length / 2 + radius,
+                  std::fabs(axis.z) * length / 2 + radius});
+  segment.radius += frame.scale * added.margin;
+  if (added.is_uneven) {
+    const Corners own = ownCorners(box, frame);
+    const double r = segment.radius + endPointError(segment);
+    segment = Segment::box(min(own.low, min(segment.a, segment.b) - Vec3d{r, r, r}),
+                           max(own.high, max(segment.a, segment.b) + Vec3d{r, r, r}));
+  }
+  return segment.isBox() ? nullptr : rangeProblem(segment);
 }
 
 }  // namespace
 
 template <typename S>
-const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& frame,
+const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& frame, Bounds bounds,
                         Segment& segment) {
   const fcl::CollisionGeometry<S>* shape = object.collisionGeometry().get();
   if (shape == nullptr) return "it has no geometry; construct it with a shape";
   const fcl::Transform3<S>& pose = object.getTransform();
   if (const char* problem = poseProblem(pose)) return problem;
 
+  double radius, length = 0;
   switch (shape->getNodeType()) {
     case fcl::GEOM_CAPSULE: {
       const auto& capsule = static_cast<const fcl::Capsule<S>&>(*shape);
-      const double radius = static_cast<double>(capsule.radius);
-      const double length = static_cast<double>(capsule.lz);
-      if (!(radius >= 0 && std::isfinite(radius))) return kBadRadius;
-      if (!(length >= 0 && std::isfinite(length))) return kBadLength;
-      const Vec3d center = frame.fromWorld(toVec3(pose.matrix().col(3)));
-      // The scale is halved and not the length, which may be subnormal and have an odd last bit.
-      const Vec3d half = (frame.scale / 2 * length) * toVec3(pose.matrix().col(2));
-      segment = {center - half, center + half, frame.scale * radius};
-      return rangeProblem(segment);
+      radius = static_cast<double>(capsule.radius);
+      length = static_cast<double>(capsule.lz);
+      break;
     }
-    case fcl::GEOM_SPHERE: {
-      const double radius = static_cast<double>(static_cast<const fcl::Sphere<S>&>(*shape).radius);
-      if (!(radius >= 0 && std::isfinite(radius))) return kBadRadius;
-      const Vec3d center = frame.fromWorld(toVec3(pose.matrix().col(3)));
-      segment = {center, center, frame.scale * radius};
-      return rangeProblem(segment);
-    }
+    case fcl::GEOM_SPHERE:
+      radius = static_cast<double>(static_cast<const fcl::Sphere<S>&>(*shape).radius);
+      break;
     default:
-      return readBox(object.getAABB(), frame, segment);
+      return readBox(object, frame, bounds, segment);
   }
+  if (!(radius >= 0 && std::isfinite(radius))) return kBadRadius;
+  if (!(length >= 0 && std::isfinite(length))) return kBadLength;
+  const Vec3d center = frame.fromWorld(toVec3(pose.matrix().col(3)));
+  // The scale is halved and not the length, which may be subnormal and have an odd last bit.
+  const Vec3d half = (frame.scale / 2 * length) * toVec3(pose.matrix().col(2));
+  segment = {center - half, center + half, frame.scale * radius};
+  if (const char* problem = rangeProblem(segment)) return problem;
+  return bounds == Bounds::kShapes ? nullptr
+                                   : readWithBox(object, frame, bounds, radius, length, segment);
 }
 
 template <typename S>
-Frame sceneFrame(const std::vector<fcl::CollisionObject<S>*>& objects) {
+Frame sceneFrame(const std::vector<fcl::CollisionObject<S>*>& objects, Bounds bounds) {
   constexpr std::size_t kSamples = 255;
   std::array<Segment, kSamples> samples;
   // Where so many objects have left that few samples are found, the steps become smaller.
@@ -131,17 +261,19 @@ Frame sceneFrame(const std::vector<fcl::CollisionObject<S>*>& objects) {
     found = 0;
     for (std::size_t i = 0; i < objects.size() && found < kSamples; i += step) {
       Segment& segment = samples[found];
-      found += objects[i] != nullptr && readSegment(*objects[i], Frame{}, segment) == nullptr &&
-               isBounded(segment);
+      found += objects[i] != nullptr &&
+               readSegment(*objects[i], Frame{}, bounds, segment) == nullptr && isBounded(segment);
     }
     if (step == 1) break;
   }
   return geometry::frameFor(samples.data(), found);
 }
 
-template const char* readSegment(const fcl::CollisionObject<float>&, const Frame&, Segment&);
-template const char* readSegment(const fcl::CollisionObject<double>&, const Frame&, Segment&);
-template Frame sceneFrame(const std::vector<fcl::CollisionObject<float>*>&);
-template Frame sceneFrame(const std::vector<fcl::CollisionObject<double>*>&);
+template const char* readSegment(const fcl::CollisionObject<float>&, const Frame&, Bounds,
+                                 Segment&);
+template const char* readSegment(const fcl::CollisionObject<double>&, const Frame&, Bounds,
+                                 Segment&);
+template Frame sceneFrame(const std::vector<fcl::CollisionObject<float>*>&, Bounds);
+template Frame sceneFrame(const std::vector<fcl::CollisionObject<double>*>&, Bounds);
 
 }  // namespace fcl_fibers::broadphase

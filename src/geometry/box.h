@@ -47,14 +47,18 @@ class alignas(4 * N) Box::Pack {
       high_[axis][lane] = box.high[axis];
     }
   }
-  /// As set(); says whether it made a difference.
-  FCL_FIBERS_ALWAYS_INLINE bool replace(int lane, const Box& box) {
+  FCL_FIBERS_ALWAYS_INLINE bool holds(int lane, const Box& box) const {
     bool differs = false;
     for (int axis = 0; axis < 3; ++axis) {
       differs |= !(low_[axis][lane] == box.low[axis] && high_[axis][lane] == box.high[axis]);
     }
-    if (differs) set(lane, box);
-    return differs;
+    return !differs;
+  }
+  /// As set(); says whether it made a difference.
+  FCL_FIBERS_ALWAYS_INLINE bool replace(int lane, const Box& box) {
+    if (holds(lane, box)) return false;
+    set(lane, box);
+    return true;
   }
   void clear(int lane) {
     constexpr float kNone = std::numeric_limits<float>::quiet_NaN();

@@ -18,6 +18,10 @@ struct Segment {
   static Segment box(const Vec3d& low, const Vec3d& high) { return {low, high, -1}; }
   bool isBox() const { return radius < 0; }
   double thickness() const { return radius < 0 ? 0 : radius; }
+
+  friend bool operator==(const Segment& p, const Segment& q) {
+    return p.a == q.a && p.b == q.b && p.radius == q.radius;
+  }
 };
 
 /// How far the stored end points may lie from those that pose and length define. In the scene's

@@ -15,6 +15,10 @@ struct Ball {
   Vec3d center;
   double radius;
 
+  friend bool operator==(const Ball& p, const Ball& q) {
+    return p.center == q.center && p.radius == q.radius;
+  }
+
   /// The least ball around a capsule thickened by padding.
   static Ball around(const Segment& segment, double padding) {
     constexpr double kRoundUp = 1 + 16 * std::numeric_limits<double>::epsilon();

@@ -16,6 +16,10 @@ struct Vec3 {
 using Vec3d = Vec3<double>;
 
 template <typename T>
+bool operator==(const Vec3<T>& p, const Vec3<T>& q) {
+  return p.x == q.x && p.y == q.y && p.z == q.z;
+}
+template <typename T>
 Vec3<T> operator+(const Vec3<T>& p, const Vec3<T>& q) {
   return {p.x + q.x, p.y + q.y, p.z + q.z};
 }

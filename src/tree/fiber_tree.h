@@ -62,6 +62,13 @@ class FiberTree {
     return slot != kNoSlot && hierarchy_.fitLeaf(slot, segment, padding_, packs_);
   }
 
+  /// Whether fitLeaf() would change nothing.
+  bool isFitted(SegmentId id, const geometry::Segment& segment) const {
+    const auto index = static_cast<std::size_t>(id);
+    const std::int32_t slot = index < slots_.size() ? slots_[index] : kNoSlot;
+    return slot == kNoSlot || hierarchy_.isFitted(slot, segment, padding_, packs_);
+  }
+
   /// To be called a few leaves ahead of fitLeaf().
   FCL_FIBERS_ALWAYS_INLINE void prefetchLeaf(SegmentId id) const {
     const auto index = static_cast<std::size_t>(id);

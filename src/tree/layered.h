@@ -33,6 +33,13 @@ class Layered {
                                                                   Volume::around(segment, padding));
   }
 
+  /// Whether fitLeaf() would change nothing.
+  static bool isFitted(std::int32_t slot, const geometry::Segment& segment, double padding,
+                       const std::vector<Pack>& packs) {
+    return packs[static_cast<std::size_t>(slot / kArity)].holds(slot % kArity,
+                                                                Volume::around(segment, padding));
+  }
+
   static void prefetchLeaf(std::int32_t slot, const std::vector<Pack>& packs) {
     const auto* pack =
         reinterpret_cast<const char*>(&packs[static_cast<std::size_t>(slot / kArity)]);

@@ -144,6 +144,7 @@ class SerialWork : public WorkSink {
 class alignas(64) PieceRun final : public PairBuffer {
  public:
   void start() {
+    if (pairs_.capacity() > kHeld) trim();
     if (pairs_.empty()) pairs_.resize(kFirst + kRoom);
     restart(0);
   }
@@ -160,9 +161,13 @@ class alignas(64) PieceRun final : public PairBuffer {
   const Pair* pairs() const { return pairs_.data(); }
   std::size_t count() const { return count_; }
   std::size_t memoryUsage() const { return pairs_.capacity() * sizeof(Pair); }
+  /// Gives back what only a dense part of a scene needs.
+  void trim() {
+    if (pairs_.capacity() > kKept) pairs_ = std::vector<Pair>();
+  }
 
  private:
-  static constexpr std::size_t kFirst = 256;
+  static constexpr std::size_t kFirst = 256, kKept = 2048, kHeld = 16 * kKept;
 
   void restart(std::size_t count) {
     next_ = pairs_.data() + count;
@@ -184,6 +189,11 @@ struct SearchScratch {
   };
   std::array<Window, 2> windows;
 
+  void trim() {
+    for (Window& window : windows) {
+      for (internal::PieceRun& piece : window.pieces) piece.trim();
+    }
+  }
   std::size_t memoryUsage() const {
     std::size_t bytes = 0;
     for (const Window& window : windows) {
@@ -227,6 +237,7 @@ class ScratchPool {
   }
   /// One is kept for the next query; where several gave theirs back, the last.
   void giveBack(std::unique_ptr<SearchScratch> scratch) {
+    if (scratch) scratch->trim();
     const std::lock_guard<std::mutex> lock(mutex_);
     spare_ = std::move(scratch);
   }
@@ -280,7 +291,10 @@ class ParallelWork : public WorkSink {
     if (stopped) return Visit::kStop;
     std::swap(searched_, filling_);
     filling_->work.clear();
-    limit_ = std::min(2 * limit_, kCapacity);
+    std::size_t found = 0;
+    for (std::size_t i = 0; i < searched_->work.size(); ++i) found += searched_->pieces[i].count();
+    limit_ =
+        found > kManyPairs ? std::max(limit_ / 2, kFirstLimit) : std::min(2 * limit_, kCapacity);
     return Visit::kContinue;
   }
 
@@ -294,15 +308,17 @@ class ParallelWork : public WorkSink {
     return Visit::kContinue;
   }
 
-  /// Bounds the pairs kept: a piece has at most the square of the grain of Search::cut().
-  static constexpr std::size_t kCapacity = 256;
+  /// Pieces in a window. A piece has at most the square of the grain of Search::cut() of pairs, two
+  /// megabytes, so that where pairs are many windows become small.
+  static constexpr std::size_t kFirstLimit = 4, kCapacity = 256;
+  static constexpr std::size_t kManyPairs = std::size_t{1} << 20;
   const Trees& trees_;
   const CapsuleFilter* filter_;
   parallel::Executor& executor_;
   PairSink& sink_;
   SearchScratch::Window* searched_;  ///< whose pairs are to be handed on
   SearchScratch::Window* filling_;
-  std::size_t limit_ = 4;
+  std::size_t limit_ = kFirstLimit;
 };
 
 }  // namespace internal

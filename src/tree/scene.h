@@ -113,6 +113,7 @@ class Scene {
                               });
           tree.fitNodes();
           looseness_when_built_ = tree.looseness();
+          fitted_ = 0;
         },
         tree_);
     finish(count);
@@ -142,10 +143,12 @@ class Scene {
         },
         tree_);
     finish(count);
+    fitted_ = 0;
     return unbounded_ == unbounded_before && !hasDecayed();
   }
 
-  /// Reads these segments again, and fits the nodes above them. Returns as the above.
+  /// Reads these segments again, and fits the nodes above them. Returns as the above; whether
+  /// another bundle pays it finds out now and then.
   template <class Read>
   bool updateSome(const std::vector<SegmentId>& ids, Read&& read) {
     return std::visit(
@@ -160,9 +163,19 @@ class Scene {
             if (!was_unbounded && tree.fitLeaf(id, segment)) moved.push_back(id);
           }
           tree.fitNodesAbove(moved);
-          return true;
+          // As often as the whole tree has been fitted.
+          fitted_ += moved.size();
+          if (fitted_ < tree.topology().leaves.size()) return true;
+          fitted_ = 0;
+          return !hasDecayed();
         },
         tree_);
+  }
+
+  /// Whether reading this segment again would change no answer.
+  bool isFitted(SegmentId id, const Segment& segment) const {
+    if (keepsSegments()) return this->segment(id) == segment;
+    return std::visit([&](const auto& tree) { return tree.isFitted(id, segment); }, tree_);
   }
 
   // --- Queries of what is in the tree; `sink` gets pairs on this thread ---
@@ -397,7 +410,8 @@ class Scene {
   std::vector<SegmentId> unbounded_;
   Tree tree_;
   double looseness_when_built_ = 0;
-  double unit_ = 1;  ///< see CapsulePairs
+  std::size_t fitted_ = 0;  ///< leaves that updateSome() has fitted since it looked at the bundle
+  double unit_ = 1;         ///< see CapsulePairs
 };
 
 }  // namespace fcl_fibers::tree

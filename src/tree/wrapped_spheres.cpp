@@ -34,10 +34,9 @@ bool WrappedSpheres<A>::fitLeaf(std::int32_t slot, const geometry::Segment& segm
                                 std::vector<Pack>& /*packs*/) {
   const Ball ball = Ball::around(segment, padding);
   Ball& kept = leaf_balls_[static_cast<std::size_t>(slot)];
-  const bool differs = !(kept.center.x == ball.center.x && kept.center.y == ball.center.y &&
-                         kept.center.z == ball.center.z && kept.radius == ball.radius);
+  if (kept == ball) return false;
   kept = ball;
-  return differs;
+  return true;
 }
 
 template <int A>

@@ -23,6 +23,10 @@ class WrappedSpheres {
   void reserve(const Topology<kArity>& topology);
   bool fitLeaf(std::int32_t slot, const geometry::Segment& segment, double padding,
                std::vector<Pack>& packs);
+  bool isFitted(std::int32_t slot, const geometry::Segment& segment, double padding,
+                const std::vector<Pack>&) const {
+    return leaf_balls_[static_cast<std::size_t>(slot)] == geometry::Ball::around(segment, padding);
+  }
   void prefetchLeaf(std::int32_t slot, const std::vector<Pack>&) const {
     __builtin_prefetch(&leaf_balls_[static_cast<std::size_t>(slot)], 1);
   }

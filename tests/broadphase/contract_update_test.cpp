@@ -342,5 +342,36 @@ TYPED_TEST(FiberUpdate, ASceneMayChangeItsSizeAndPlaceByOrders) {
   }
 }
 
+// A program that updates what it has just taken out would end.
+TYPED_TEST(UpdateContract, UnknownObjectsArePassedOver) {
+  using S = typename TypeParam::Scalar;
+  const auto scene = strandScene<S>(5, 12, 121);
+  Scene<S> unknown = soupScene<S>(3, 0.3, 122);
+  Managed<TypeParam> manager(scene);
+  manager->update(unknown[0]);
+  EXPECT_TRUE(manager.answersSelf());
+  fcl::CollisionObject<S>* const gone = manager.unregister(37);
+  manager->update(gone);
+  EXPECT_TRUE(manager.answersSelf());
+  // Broken ones too, and beside others, which count.
+  unknown[1]->setTranslation(fcl::Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN()));
+  Random random(123);
+  for (const std::size_t count : {1u, 5u, 50u}) {
+    std::vector<fcl::CollisionObject<S>*> list = {unknown[1], gone};
+    for (std::size_t i = 0; i < count; ++i) {
+      jolt(*manager[i], random, 0.2, 0.5);
+      list.push_back(manager[i]);
+    }
+    list.push_back(unknown[2]);
+    manager->update(list);
+    EXPECT_TRUE(manager.answersSelf()) << count;
+  }
+  manager->update({unknown[0], unknown[2]});
+  EXPECT_TRUE(manager.answersSelf());
+  Managed<TypeParam> empty;
+  empty->update(unknown[0]);
+  EXPECT_TRUE(empty.answersSelf(0));
+}
+
 }  // namespace
 }  // namespace fcl_fibers::test

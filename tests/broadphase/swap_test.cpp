@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What programs do with FCL's managers beside asking them.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "support/managed.h"
+#include "support/scene_generators.h"
+
+namespace fcl_fibers::test {
+namespace {
+
+template <typename Config>
+using ManagerOf = typename Managed<Config>::Manager;
+
+template <typename Config>
+auto makeByValue(const FiberManagerOptions& options) {
+  using S = typename Config::Scalar;
+  if constexpr (Config::kVolume == LeafVolume::kBox) {
+    return LayeredAABBTreeCollisionManager<S>(options);
+  } else {
+    return WrappedSphereTreeCollisionManager<S>(options);
+  }
+}
+
+MANAGER_SUITE(Swap, FiberManagers);
+
+// A manager in a struct that a container moves would not compile, or leave its objects behind.
+TYPED_TEST(Swap, AManagerMayBeMoved) {
+  using S = typename TypeParam::Scalar;
+  using Manager = decltype(makeByValue<TypeParam>({}));
+  static_assert(std::is_nothrow_move_constructible_v<Manager>);
+  static_assert(std::is_nothrow_move_assignable_v<Manager>);
+  static_assert(!std::is_copy_constructible_v<Manager>);
+  FiberManagerOptions options;
+  options.topology = TypeParam::kTopology;
+  for (const int threads : {1, 2}) {
+    for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+      options.threads = threads;
+      options.report = report;
+      options.ignored_neighbors = 1;
+      const Scene<S> scene = strandScene<S>(5, 12, 321), more = strandScene<S>(3, 12, 322);
+      Manager first = makeByValue<TypeParam>(options);
+      for (const auto& fiber : scene.fibers()) first.registerFiber(fiber);
+      const Calls<S> pairs = selfPairs<S>(first);
+      ASSERT_GT(pairs.size(), 10u);
+
+      // Many times, in a container, before and after queries.
+      std::vector<Manager> managers;
+      managers.push_back(std::move(first));
+      for (int i = 0; i < 5; ++i) managers.push_back(makeByValue<TypeParam>({}));
+      EXPECT_EQ(selfPairs<S>(managers[0]), pairs);
+      Manager second = makeByValue<TypeParam>({});
+      second.registerObjects(more.objects());
+      second = std::move(managers[0]);
+      EXPECT_EQ(selfPairs<S>(second), pairs);
+      EXPECT_EQ(objectsOf<S>(second), scene.objects());
+      EXPECT_EQ(second.options().ignored_neighbors, 1);
+      EXPECT_EQ(second.fiberSegment(scene[13]).fiber, 1u);
+      second.update(scene[3]);
+      second.update();
+      EXPECT_EQ(selfPairs<S>(second), pairs);
+
+      // What it was moved from is empty, answers, and is of use again.
+      Manager& from = managers[0];
+      EXPECT_TRUE(from.empty());
+      EXPECT_EQ(from.size(), 0u);
+      EXPECT_TRUE(objectsOf<S>(from).empty());
+      EXPECT_TRUE(selfPairs<S>(from).empty());
+      EXPECT_TRUE(pairsWith<S>(from, *scene[0]).empty());
+      EXPECT_TRUE(pairsWith<S>(from, second).empty());
+      EXPECT_TRUE(pairsWith<S>(second, from).empty());
+      EXPECT_FALSE(from.isRegistered(scene[0]));
+      EXPECT_FALSE(from.movedSinceUpdate());
+      EXPECT_EQ(from.selfCollisionStatistics().pairs, 0u);
+      EXPECT_THROW(from.fiberSegment(scene[0]), std::invalid_argument);
+      EXPECT_THROW(from.unregisterObject(scene[0]), std::invalid_argument);
+      from.setup();
+      from.update();
+      from.update(scene[0]);
+      from.clear();
+      EXPECT_EQ(from.options().ignored_neighbors, 1);
+      for (const auto& fiber : scene.fibers()) from.registerFiber(fiber);
+      EXPECT_EQ(selfPairs<S>(from), pairs);
+      managers[1] = std::move(from);
+      from = makeByValue<TypeParam>(options);
+      EXPECT_EQ(from.size(), 0u);
+      EXPECT_EQ(selfPairs<S>(managers[1]), pairs);
+      const auto clone = std::move(managers[1]).clone(scene.objects());
+      EXPECT_EQ(selfPairs<S>(*clone), pairs);
+    }
+  }
+}
+
+// A program could not find out that it has forgotten update().
+TYPED_TEST(Swap, ItIsToldWhetherObjectsHaveMoved) {
+  using S = typename TypeParam::Scalar;
+  for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0)) {
+    for (const bool has_floor : {false, true}) {
+      SCOPED_TRACE(describe(options) + (has_floor ? ", with a floor" : ""));
+      Scene<S> scene = strandScene<S>(5, 60, 323), late = strandScene<S>(1, 2, 324);
+      addShapes(scene, 10, 0.2, 325);
+      if (has_floor) scene.addHalfspace({0, 0, 1}, -0.5);
+      auto manager = TypeParam::make(options);
+      EXPECT_FALSE(manager->movedSinceUpdate()) << "empty";
+      manager->registerObjects(scene.objects());
+      EXPECT_FALSE(manager->movedSinceUpdate()) << "the next query reads them";
+      manager->setup();
+      EXPECT_FALSE(manager->movedSinceUpdate());
+      Random random(326);
+      for (const std::size_t i : {std::size_t{0}, std::size_t{150}, scene.size() - 1}) {
+        const fcl::Transform3<S> pose = scene[i]->getTransform();
+        moveTo(*scene[i], makePose<S>(random.rotation(), random.inCube(1)));
+        EXPECT_TRUE(manager->movedSinceUpdate()) << i;
+        manager->update(scene[i]);
+        EXPECT_FALSE(manager->movedSinceUpdate()) << i;
+        moveTo(*scene[i], pose);
+        EXPECT_TRUE(manager->movedSinceUpdate()) << i;
+        manager->update();
+        EXPECT_FALSE(manager->movedSinceUpdate()) << i;
+      }
+      scene.capsule(7).lz *= S(1.01);
+      EXPECT_TRUE(manager->movedSinceUpdate()) << "another length";
+      manager->update();
+      scene.capsule(7).radius = -1;
+      EXPECT_TRUE(manager->movedSinceUpdate()) << "broken";
+      EXPECT_THROW(manager->update(), std::invalid_argument);
+      EXPECT_TRUE(manager->movedSinceUpdate()) << "the update failed";
+      scene.capsule(7).radius = S(0.01);
+      manager->update();
+      EXPECT_FALSE(manager->movedSinceUpdate());
+
+      // Those that have come since.
+      manager->registerObjects(late.objects());
+      EXPECT_FALSE(manager->movedSinceUpdate()) << "the next query reads them";
+      selfPairs<S>(*manager);
+      EXPECT_FALSE(manager->movedSinceUpdate());
+      late[1]->setTranslation(fcl::Vector3<S>(1, 2, 3));
+      EXPECT_TRUE(manager->movedSinceUpdate());
+      manager->unregisterObject(late[1]);
+      EXPECT_FALSE(manager->movedSinceUpdate());
+      const auto clone = cloneOf<S>(*manager, objectsOf<S>(*manager));
+      EXPECT_FALSE(clone->movedSinceUpdate()) << "its first query reads them";
+    }
+  }
+}
+
+// A program that only ever updates some objects would slow down without end.
+TYPED_TEST(Swap, UpdatesOfSomeObjectsBundleAnewToo) {
+  using S = typename TypeParam::Scalar;
+  // Fibers that change places, a few segments at a time, in no order.
+  const std::size_t fibers = 60, segments = 10;
+  const auto pose = [](std::size_t fiber, std::size_t segment) {
+    return makePose<S>(
+        Eigen::Quaterniond::Identity(),
+        Eigen::Vector3d(double(fiber % 8), double(fiber / 8), 0.1 * double(segment)));
+  };
+  Scene<S> scene;
+  for (std::size_t f = 0; f < fibers; ++f) {
+    for (std::size_t s = 0; s < segments; ++s) scene.addCapsule(pose(f, s), 0.02, 0.1);
+  }
+  const auto manager = TypeParam::make();
+  for (std::size_t f = 0; f < fibers; ++f) {
+    const auto begin = scene.objects().begin() + static_cast<std::ptrdiff_t>(f * segments);
+    manager->registerFiber({begin, begin + static_cast<std::ptrdiff_t>(segments)});
+  }
+  manager->setup();
+  const std::size_t tests = manager->selfCollisionStatistics().volume_tests;
+  std::size_t most = 0;
+  for (std::size_t round = 0; round < 12; ++round) {
+    for (std::size_t f = 0; f < fibers; ++f) {
+      std::vector<fcl::CollisionObject<S>*> moved;
+      for (std::size_t s = 0; s < segments; ++s) {
+        moved.push_back(scene[f * segments + s]);
+        moved.back()->setTransform(pose((f * 37 + 11 * round) % fibers, s));
+      }
+      manager->update(moved);
+    }
+    if (round > 2) most = std::max(most, manager->selfCollisionStatistics().volume_tests);
+  }
+  // The fibers of a super thread stay in the order in which they were registered.
+  if (TypeParam::kTopology == Topology::kBundle) EXPECT_LE(most, 2 * tests);
+}
+
+}  // namespace
+}  // namespace fcl_fibers::test
