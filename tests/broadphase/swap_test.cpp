@@ -2,21 +2,21 @@
 // What programs do with FCL's managers beside asking them.
 #include <gtest/gtest.h>
 
-#include <array>
-#include <memory>
-#include <string>
+#include <algorithm>
+#include <cstddef>
+#include <stdexcept>
 #include <type_traits>
 #include <utility>
 #include <vector>
+
+#include <fcl_fibers/layered_aabb_tree_collision_manager.h>
+#include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
 #include "support/managed.h"
 #include "support/scene_generators.h"
 
 namespace fcl_fibers::test {
 namespace {
-
-template <typename Config>
-using ManagerOf = typename Managed<Config>::Manager;
 
 template <typename Config>
 auto makeByValue(const FiberManagerOptions& options) {
@@ -38,7 +38,7 @@ TYPED_TEST(Swap, AManagerMayBeMoved) {
   static_assert(std::is_nothrow_move_assignable_v<Manager>);
   static_assert(!std::is_copy_constructible_v<Manager>);
   FiberManagerOptions options;
-  options.topology = TypeParam::kTopology;
+  options.topology = TypeParam::make()->options().topology;
   for (const int threads : {1, 2}) {
     for (const Report report : {Report::kVolumes, Report::kCapsules}) {
       options.threads = threads;
@@ -171,20 +171,24 @@ TYPED_TEST(Swap, UpdatesOfSomeObjectsBundleAnewToo) {
   }
   manager->setup();
   const std::size_t tests = manager->selfCollisionStatistics().volume_tests;
-  std::size_t most = 0;
-  for (std::size_t round = 0; round < 12; ++round) {
+  // In the last two rounds the fibers stay where they have come to.
+  for (std::size_t round = 0; round < 8; ++round) {
     for (std::size_t f = 0; f < fibers; ++f) {
       std::vector<fcl::CollisionObject<S>*> moved;
       for (std::size_t s = 0; s < segments; ++s) {
         moved.push_back(scene[f * segments + s]);
-        moved.back()->setTransform(pose((f * 37 + 11 * round) % fibers, s));
+        moved.back()->setTransform(
+            pose((f * 37 + 11 * std::min<std::size_t>(round, 5)) % fibers, s));
+        translate(*moved.back(), Eigen::Vector3d::Constant(0.001 * double(round)));
       }
       manager->update(moved);
     }
-    if (round > 2) most = std::max(most, manager->selfCollisionStatistics().volume_tests);
   }
+  const std::size_t after = manager->selfCollisionStatistics().volume_tests;
   // The fibers of a super thread stay in the order in which they were registered.
-  if (TypeParam::kTopology == Topology::kBundle) EXPECT_LE(most, 2 * tests);
+  if (manager->options().topology == Topology::kBundle) {
+    EXPECT_LE(after, 1.5 * static_cast<double>(tests));
+  }
 }
 
 }  // namespace
