@@ -1,0 +1,339 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "clients/client_support.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <stdexcept>
+#include <type_traits>
+#include <utility>
+
+#include <fcl/geometry/bvh/BVH_model.h>
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/cone.h>
+#include <fcl/geometry/shape/convex.h>
+#include <fcl/geometry/shape/cylinder.h>
+#include <fcl/geometry/shape/ellipsoid.h>
+#include <fcl/geometry/shape/halfspace.h>
+#include <fcl/geometry/shape/sphere.h>
+#include <fcl/narrowphase/collision.h>
+#include <fcl/narrowphase/distance.h>
+
+namespace fcl_fibers::test {
+namespace {
+
+using Mesh = fcl::BVHModel<fcl::OBBRSS<double>>;
+using Geometry = std::shared_ptr<fcl::CollisionGeometry<double>>;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// FCL's narrow phase is iterative, to 1e-6 of lengths of about 1, and poses of floats are off by
+// 1e-7: this much nearer than asked for is near enough without doubt.
+constexpr double kGap = 1e-4;
+
+std::shared_ptr<Mesh> octahedron(const Eigen::Vector3d& half_axes) {
+  auto mesh = std::make_shared<Mesh>();
+  mesh->beginModel();
+  for (const double x : {-half_axes.x(), half_axes.x()}) {
+    for (const double y : {-half_axes.y(), half_axes.y()}) {
+      for (const double z : {-half_axes.z(), half_axes.z()}) {
+        mesh->addTriangle({x, 0, 0}, {0, y, 0}, {0, 0, z});
+      }
+    }
+  }
+  mesh->endModel();
+  return mesh;
+}
+
+template <typename S>
+Geometry inDouble(const fcl::CollisionGeometry<S>& geometry) {
+  switch (geometry.getNodeType()) {
+    case fcl::GEOM_SPHERE: {
+      const auto& shape = static_cast<const fcl::Sphere<S>&>(geometry);
+      return std::make_shared<fcl::Sphered>(shape.radius);
+    }
+    case fcl::GEOM_BOX: {
+      const auto& shape = static_cast<const fcl::Box<S>&>(geometry);
+      return std::make_shared<fcl::Boxd>(shape.side.template cast<double>());
+    }
+    case fcl::GEOM_CAPSULE: {
+      const auto& shape = static_cast<const fcl::Capsule<S>&>(geometry);
+      return std::make_shared<fcl::Capsuled>(shape.radius, shape.lz);
+    }
+    case fcl::GEOM_CYLINDER: {
+      const auto& shape = static_cast<const fcl::Cylinder<S>&>(geometry);
+      return std::make_shared<fcl::Cylinderd>(shape.radius, shape.lz);
+    }
+    case fcl::GEOM_CONE: {
+      const auto& shape = static_cast<const fcl::Cone<S>&>(geometry);
+      return std::make_shared<fcl::Coned>(shape.radius, shape.lz);
+    }
+    case fcl::GEOM_ELLIPSOID: {
+      const auto& shape = static_cast<const fcl::Ellipsoid<S>&>(geometry);
+      return std::make_shared<fcl::Ellipsoidd>(shape.radii.template cast<double>());
+    }
+    case fcl::GEOM_CONVEX: {
+      const auto& shape = static_cast<const fcl::Convex<S>&>(geometry);
+      auto corners = std::make_shared<std::vector<Eigen::Vector3d>>();
+      for (const auto& corner : shape.getVertices()) {
+        corners->push_back(corner.template cast<double>());
+      }
+      return std::make_shared<fcl::Convexd>(corners, shape.getFaceCount(),
+                                            std::make_shared<std::vector<int>>(shape.getFaces()));
+    }
+    case fcl::GEOM_HALFSPACE: {
+      const auto& shape = static_cast<const fcl::Halfspace<S>&>(geometry);
+      return std::make_shared<fcl::Halfspaced>(shape.n.template cast<double>(), shape.d);
+    }
+    case fcl::BV_OBBRSS:
+      if constexpr (std::is_same_v<S, double>) {
+        return std::make_shared<Mesh>(static_cast<const Mesh&>(geometry));
+      }
+      [[fallthrough]];
+    default:
+      throw std::logic_error("no client has such a shape");
+  }
+}
+
+bool isHalfspace(const fcl::CollisionObject<double>& object) {
+  return object.getNodeType() == fcl::GEOM_HALFSPACE;
+}
+
+template <typename S>
+struct NearestSearch {
+  const Truth<S>* truth;
+  double found = kInfinity;
+
+  static bool visit(fcl::CollisionObject<S>* a, fcl::CollisionObject<S>* b, void* data, S& dist) {
+    auto& self = *static_cast<NearestSearch*>(data);
+    const double distance = self.truth->distance(a, b);
+    self.found = std::min(self.found, distance);
+    if (distance < static_cast<double>(dist)) dist = static_cast<S>(distance);
+    return dist <= 0;
+  }
+};
+
+}  // namespace
+
+template <typename S>
+void addAllShapes(Scene<S>& scene, std::size_t count, double size, double half_side,
+                  Random& random) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const Eigen::Vector3d center = random.inCube(half_side);
+    const fcl::Transform3<S> pose = makePose<S>(random.rotation(), center);
+    const auto side = [&] { return static_cast<S>(size * random.between(0.5, 1)); };
+    const S a = side(), b = side(), c = side();
+    switch (i % 7) {
+      case 0:
+        scene.add(std::make_shared<fcl::Sphere<S>>(a / 2), pose);
+        break;
+      case 1:
+        scene.add(std::make_shared<fcl::Box<S>>(a, b, c), pose);
+        break;
+      case 2:
+        scene.add(std::make_shared<fcl::Cylinder<S>>(a / 2, b), pose);
+        break;
+      case 3:
+        scene.add(std::make_shared<fcl::Cone<S>>(a / 2, b), pose);
+        break;
+      case 4:
+        scene.add(std::make_shared<fcl::Ellipsoid<S>>(a / 2, b / 2, c / 2), pose);
+        break;
+      case 5:
+        moveTo(*scene.addConvex(center, double(a) / 2), pose);
+        break;
+      case 6:
+        // FCL's library has meshes of doubles only: those of floats would be compiled here, for
+        // half a minute.
+        if constexpr (std::is_same_v<S, double>) {
+          scene.add(octahedron({a / 2, b / 2, c / 2}), pose);
+        } else {
+          moveTo(*scene.addConvex(center, double(b) / 2), pose);
+        }
+        break;
+    }
+  }
+}
+
+std::vector<Eigen::Vector3d> wanderingChain(std::size_t segments, double length, double half_side,
+                                            Random& random) {
+  std::vector<Eigen::Vector3d> points = {random.inCube(half_side)};
+  Eigen::Vector3d direction = random.direction();
+  while (points.size() <= segments) {
+    // Straight on by and large, and back where it would leave.
+    direction += 0.5 * random.direction();
+    if (points.back().lpNorm<Eigen::Infinity>() > half_side) direction -= points.back();
+    direction.normalize();
+    points.push_back(points.back() + length * direction);
+  }
+  return points;
+}
+
+template <typename S>
+fcl::Transform3<S> posedAlong(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  Eigen::Matrix3d axes;
+  axes.col(2) = (to - from).normalized();
+  axes.col(0) = axes.col(2).unitOrthogonal();
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  return makePose<S>(Eigen::Quaterniond(axes), (from + to) / 2);
+}
+
+template <typename S>
+void widenShape(fcl::CollisionObject<S>& object, double margin) {
+  auto& shape = const_cast<fcl::CollisionGeometry<S>&>(*object.collisionGeometry());
+  shape.aabb_local.min_.array() -= static_cast<S>(margin);
+  shape.aabb_local.max_.array() += static_cast<S>(margin);
+  shape.aabb_radius = (shape.aabb_local.max_ - shape.aabb_center).norm();
+  object.computeAABB();
+}
+
+template <typename S>
+void Truth<S>::read(const Objects& objects, double margin) {
+  for (const Object* object : objects) {
+    const Eigen::Matrix4d matrix = object->getTransform().matrix().template cast<double>();
+    Body& body = bodies_[object];
+    body.object = std::make_shared<fcl::CollisionObject<double>>(
+        inDouble(*object->collisionGeometry()), fcl::Transform3<double>(matrix));
+    const auto& shape = *body.object->collisionGeometry();
+    body.center = body.object->getTransform() * shape.aabb_center;
+    body.radius = isHalfspace(*body.object) ? kInfinity : shape.aabb_local.radius();
+    body.margin = margin;
+  }
+}
+
+template <typename S>
+void Truth<S>::ignoreNeighbors(const Objects& chain) {
+  for (std::size_t i = 1; i < chain.size(); ++i) bodies_.at(chain[i]).ignored = chain[i - 1];
+}
+
+template <typename S>
+double Truth<S>::distance(const Object* a, const Object* b) const {
+  const Body &p = bodies_.at(a), &q = bodies_.at(b);
+  return p.ignored == b || q.ignored == a ? kInfinity : distance(p, q);
+}
+
+template <typename S>
+double Truth<S>::distance(const Body& a, const Body& b) const {
+  if (isHalfspace(*a.object) || isHalfspace(*b.object)) {
+    fcl::CollisionResult<double> result;
+    const auto contacts =
+        fcl::collide(a.object.get(), b.object.get(), fcl::CollisionRequest<double>(), result);
+    return contacts > 0 ? 0 : kInfinity;
+  }
+  fcl::DistanceResult<double> result;
+  return std::max(
+      0.0, fcl::distance(a.object.get(), b.object.get(), fcl::DistanceRequest<double>(), result));
+}
+
+template <typename S>
+template <typename Visitor>
+void Truth<S>::visitPairs(const Objects& managed, const Partners& partners, Visitor visit) const {
+  for (std::size_t i = 0; i < managed.size(); ++i) {
+    for (std::size_t j = partners ? 0 : i + 1; j < (partners ? *partners : managed).size(); ++j) {
+      Object* partner = (partners ? *partners : managed)[j];
+      if (partner != managed[i]) visit(managed[i], partner);
+    }
+  }
+}
+
+template <typename S>
+testing::AssertionResult Truth<S>::areAll(const Calls<S>& calls, const Objects& managed,
+                                          const Partners& partners, std::size_t least) const {
+  const auto name = [&](const Object* object) {
+    return testing::PrintToString(bodies_.at(object).object->getNodeType());
+  };
+  using Pair = std::pair<const Object*, const Object*>;
+  std::set<Pair> asked, handed;
+  visitPairs(managed, partners, [&](Object* a, Object* b) { asked.insert(std::minmax(a, b)); });
+  for (const auto& [a, b] : calls) {
+    if (asked.count(std::minmax(a, b)) == 0) {
+      return testing::AssertionFailure() << "a pair that was not asked for";
+    }
+    if (!handed.insert(std::minmax(a, b)).second) {
+      return testing::AssertionFailure() << "a pair twice: types " << name(a) << ", " << name(b);
+    }
+    // The balls around the cubes that FCL bounds what is turned by; some of ours are such balls.
+    const Body &p = bodies_.at(a), &q = bodies_.at(b);
+    const double far = std::sqrt(3) * (p.radius + q.radius) + 3 * (p.margin + q.margin) + kGap;
+    if (!far_pairs_ && (p.center - q.center).norm() > far) {
+      return testing::AssertionFailure()
+             << "a pair that is far apart: types " << name(a) << ", " << name(b);
+    }
+  }
+  std::size_t near = 0;
+  for (const auto& [a, b] : asked) {
+    const Body &p = bodies_.at(a), &q = bodies_.at(b);
+    const double reach = std::max(0.0, p.margin + q.margin - kGap);
+    if ((p.center - q.center).norm() > p.radius + q.radius + reach) continue;
+    const double distance = this->distance(a, b);
+    if (distance > reach) continue;
+    ++near;
+    if (handed.count({a, b}) == 0) {
+      return testing::AssertionFailure() << "a pair is missing: types " << name(a) << ", "
+                                         << name(b) << ", " << distance << " apart";
+    }
+  }
+  if (near < least) {
+    return testing::AssertionFailure() << "only " << near << " pairs are near enough";
+  }
+  return testing::AssertionSuccess();
+}
+
+template <typename S>
+void Truth<S>::expectAll(const Manager& manager, std::size_t least) const {
+  EXPECT_TRUE(areAll(selfPairs(manager), objectsOf(manager), {}, least));
+}
+
+template <typename S>
+void Truth<S>::expectAll(const Manager& manager, Object& object) const {
+  EXPECT_TRUE(areAll(pairsWith(manager, object), objectsOf(manager), Objects{&object}, 0));
+}
+
+template <typename S>
+void Truth<S>::expectAll(const Manager& manager, Manager& other, std::size_t least) const {
+  EXPECT_TRUE(areAll(pairsWith(manager, other), objectsOf(manager), objectsOf(other), least));
+}
+
+template <typename S>
+template <typename... Partner>
+void Truth<S>::nearest(const Manager& manager, const Partners& partners,
+                       Partner*... partner) const {
+  NearestSearch<S> search{this};
+  manager.distance(partner..., &search, &NearestSearch<S>::visit);
+  double least = kInfinity;
+  visitPairs(objectsOf(manager), partners, [&](Object* a, Object* b) {
+    const Body &p = bodies_.at(a), &q = bodies_.at(b);
+    if ((p.center - q.center).norm() - p.radius - q.radius > least) return;
+    least = std::min(least, distance(a, b));
+  });
+  // Of nothing it is infinite.
+  EXPECT_TRUE(search.found == least || std::fabs(search.found - least) <= kGap)
+      << search.found << " instead of " << least;
+}
+
+template <typename S>
+void Truth<S>::expectNearest(const Manager& manager) const {
+  nearest(manager, {});
+}
+
+template <typename S>
+void Truth<S>::expectNearest(const Manager& manager, Object& object) const {
+  nearest(manager, Objects{&object}, &object);
+}
+
+template <typename S>
+void Truth<S>::expectNearest(const Manager& manager, Manager& other) const {
+  nearest(manager, objectsOf(other), &other);
+}
+
+#define FCL_FIBERS_INSTANTIATE(S)                                                            \
+  template void addAllShapes<S>(Scene<S>&, std::size_t, double, double, Random&);            \
+  template fcl::Transform3<S> posedAlong<S>(const Eigen::Vector3d&, const Eigen::Vector3d&); \
+  template void widenShape<S>(fcl::CollisionObject<S>&, double);                             \
+  template class Truth<S>;
+FCL_FIBERS_INSTANTIATE(float)
+FCL_FIBERS_INSTANTIATE(double)
+#undef FCL_FIBERS_INSTANTIATE
+
+}  // namespace fcl_fibers::test

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include <fcl/broadphase/broadphase_collision_manager.h>
+#include <fcl/narrowphase/collision_object.h>
+#include <Eigen/Core>
+
+#include "support/managers_under_test.h"
+#include "support/pair_oracle.h"
+#include "support/pair_queries.h"
+#include "support/random.h"
+#include "support/scene.h"
+
+// Models of programs that use FCL's managers, each by the sequence of its calls: with the type of
+// the manager changed and nothing else, they must find what they found. Every model runs on FCL's
+// dynamic tree as well, which shows that the model asks for nothing that FCL does not serve.
+namespace fcl_fibers::test {
+
+using ClientManagers = testing::Types<
+    FclTree<float>, FclTree<double>, LayeredAabb<float, Topology::kBundle>,
+    LayeredAabb<float, Topology::kSuperThread>, LayeredAabb<double, Topology::kBundle>,
+    LayeredAabb<double, Topology::kSuperThread>, WrappedSphere<float, Topology::kBundle>,
+    WrappedSphere<float, Topology::kSuperThread>, WrappedSphere<double, Topology::kBundle>,
+    WrappedSphere<double, Topology::kSuperThread>>;
+
+/// The one thing that a program changes: what makes its managers.
+template <typename S>
+struct Swap {
+  std::function<std::unique_ptr<fcl::BroadPhaseCollisionManager<S>>()> make;
+  PairRules rules;      ///< of what it makes
+  ArgumentOrder order;  ///< likewise
+};
+
+/// Runs a program with managers of this configuration, with each Report, over several scenes.
+template <typename Config>
+void runClient(void (*program)(const Swap<typename Config::Scalar>&, Random&), std::uint64_t seed) {
+  for (const FiberManagerOptions& options : optionsToTest<Config>(0)) {
+    for (const std::uint64_t scene_seed : {seed, seed + 1}) {
+      SCOPED_TRACE(describe(options) + ", seed " + std::to_string(scene_seed));
+      Random random(scene_seed);
+      program({[&] { return Config::make(options); }, rulesOf<Config>(options), kOrder<Config>},
+              random);
+    }
+  }
+}
+
+/// Spheres, boxes, cylinders, cones, ellipsoids, convex solids and meshes in turn, turned at random
+/// and all over a cube of this half side.
+template <typename S>
+void addAllShapes(Scene<S>& scene, std::size_t count, double size, double half_side,
+                  Random& random);
+
+/// The points of a chain of segments of one length that stays about in a cube of this half side.
+std::vector<Eigen::Vector3d> wanderingChain(std::size_t segments, double length, double half_side,
+                                            Random& random);
+
+/// The pose of a capsule from one point to another.
+template <typename S>
+fcl::Transform3<S> posedAlong(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
+
+/// Drake's way to say from how far away an object is to be heard of: the box of its shape grows, so
+/// that every computeAABB() of the object takes the margin along.
+template <typename S>
+void widenShape(fcl::CollisionObject<S>& object, double margin);
+
+/// What is there to be found: FCL's narrow phase in double, over all pairs. It shares nothing with
+/// any manager and takes its own copies of the shapes, so that it looks at no box of a program's.
+template <typename S>
+class Truth {
+ public:
+  using Object = fcl::CollisionObject<S>;
+  using Objects = std::vector<Object*>;
+  using Manager = fcl::BroadPhaseCollisionManager<S>;
+
+  Truth() = default;
+  /// Objects as they are now, each of which a program wants to hear of from this far away, so that
+  /// of a pair the sum counts.
+  explicit Truth(const Objects& objects, double margin = 0) { read(objects, margin); }
+  /// More of them, or the same ones again.
+  void read(const Objects& objects, double margin = 0);
+
+  /// Programs pass over the pairs of consecutive links in their callbacks.
+  void ignoreNeighbors(const Objects& chain);
+  /// For a program whose own mistake has all pairs reported.
+  void allowFarPairs() { far_pairs_ = true; }
+
+  /// 0 where they overlap; infinity where they are ignored. With a half-space only 0 or infinity,
+  /// as FCL has no distance to one.
+  double distance(const Object* a, const Object* b) const;
+
+  /// That a collision query hands over every pair that is near enough, once, and none that was not
+  /// asked for or is far apart.
+  /// @param least  of the pairs that are near enough; with fewer the scene shows nothing
+  void expectAll(const Manager& manager, std::size_t least = 1) const;
+  void expectAll(const Manager& manager, Object& object) const;
+  void expectAll(const Manager& manager, Manager& other, std::size_t least = 1) const;
+
+  /// That a callback that asks for distances and stops at a contact gets down to the least one.
+  void expectNearest(const Manager& manager) const;
+  void expectNearest(const Manager& manager, Object& object) const;
+  void expectNearest(const Manager& manager, Manager& other) const;
+
+ private:
+  struct Body {
+    std::shared_ptr<fcl::CollisionObject<double>> object;
+    Eigen::Vector3d center;  // Of a ball around it.
+    double radius = 0;
+    double margin = 0;
+    const Object* ignored = nullptr;  // The link before it.
+  };
+
+  using Partners = std::optional<Objects>;  // None in a query of a manager itself.
+
+  double distance(const Body& a, const Body& b) const;
+  template <typename Visitor>
+  void visitPairs(const Objects& managed, const Partners& partners, Visitor visit) const;
+  testing::AssertionResult areAll(const Calls<S>& calls, const Objects& managed,
+                                  const Partners& partners, std::size_t least) const;
+  template <typename... Partner>
+  void nearest(const Manager& manager, const Partners& partners, Partner*... partner) const;
+
+  std::unordered_map<const Object*, Body> bodies_;
+  bool far_pairs_ = false;
+};
+
+extern template class Truth<float>;
+extern template class Truth<double>;
+
+}  // namespace fcl_fibers::test
