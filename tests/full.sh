@@ -210,6 +210,19 @@ sys.exit("\n".join(warnings) or package.get_build_type() != "cmake" and "package
   )
 }
 
+# DART from its package steps a world with our managers in the place of FCL's tree.
+dart() {
+  has_packages libdart-dev pkg-config || return 0
+  local tree=$PWD/build/dart
+  build fcl_fibers fcl_fibers_scenes fcl_fibers_program
+  rm -rf "$tree"
+  cmake --install build/release --prefix "$tree/installed" >/dev/null
+  cmake -S tests/clients/dart -B "$tree/program" -G Ninja -DCMAKE_BUILD_TYPE=Release \
+    -DCMAKE_CXX_FLAGS=-Werror -DCMAKE_PREFIX_PATH="$tree/installed"
+  cmake --build "$tree/program"
+  "$tree/program/dart_ropes"
+}
+
 # VTK reads what the program writes for it.
 vtk() {
   build fcl_fibers_program
@@ -231,6 +244,7 @@ steps=(
   mutation
   consumers
   ros
+  dart
   hair
   vtk
   long
