@@ -242,8 +242,8 @@ std::pair<dart::dynamics::Joint*, dart::dynamics::BodyNode*> addBody(
   return skeleton.createJointAndBodyNodePair<Joint>(parent, joint, body);
 }
 
-/// One above the other and crosswise, in waves; every fifth is held at its first joint. A few are
-/// of shapes that DART hands to FCL itself, a mesh for the cylinder.
+/// One above the other and crosswise, in waves; every fifth is held at its first joint. Two are of
+/// ellipsoids, which DART hands to FCL as they are.
 dart::dynamics::SkeletonPtr makeRope(int rope) {
   ShapePtr shape = std::make_shared<dart::dynamics::CapsuleShape>(kRadius, kLength);
   if (rope % 10 == 3) {
@@ -299,8 +299,7 @@ void run() {
   world->addSkeleton(makeFixed("ground",
                                std::make_shared<dynamics::BoxShape>(Eigen::Vector3d(10, 10, 1)),
                                moved(0, 0, -0.5)));
-  // DART makes a mesh of a cylinder. They hover, as what stands still would touch the ground in
-  // each step.
+  // Of a cylinder DART makes a mesh. The posts hover, as they would touch the ground in every step.
   const std::array<ShapePtr, 2> shapes = {std::make_shared<dynamics::SphereShape>(0.05),
                                           std::make_shared<dynamics::CylinderShape>(0.05, 0.1)};
   for (int i = 0; i < 36; ++i) {
