@@ -16,6 +16,7 @@
 
 #include "broadphase/fcl_layout.h"
 #include "broadphase/fiber_registry.h"
+#include "broadphase/object_members.h"
 #include "broadphase/object_segments.h"
 #include "geometry/always_inline.h"
 #include "geometry/sphere.h"
@@ -74,6 +75,7 @@ class FiberCollisionManager<S>::Impl {
  public:
   using Registry = broadphase::FiberRegistry<S>;
   using Fibers = typename Registry::Kind;
+  using ObjectMembers = broadphase::ObjectMembers<S>;
 
   Impl(Hierarchy hierarchy, const FiberManagerOptions& options)
       : options_(options),
@@ -632,9 +634,9 @@ class FiberCollisionManager<S>::Impl {
   FCL_FIBERS_ALWAYS_INLINE static void prefetchObject(const std::vector<Object*>& objects,
                                                       std::size_t id) {
     if (id + kPrefetchAhead >= objects.size()) return;
-    prefetchLines(objects[id + kPrefetchAhead], 3);
+    prefetchLines(objects[id + kPrefetchAhead], 4);
     // The object itself has arrived by now, and knows where its geometry is.
-    if (objects[id] != nullptr) prefetchLines(objects[id]->collisionGeometry().get(), 2);
+    if (objects[id] != nullptr) prefetchLines(ObjectMembers::shape(*objects[id]), 2);
   }
 
   /// Reads objects into the scene.
@@ -655,7 +657,7 @@ class FiberCollisionManager<S>::Impl {
   }
 
   static bool isCapsule(const Object& object) {
-    return object.collisionGeometry()->getNodeType() == fcl::GEOM_CAPSULE;
+    return ObjectMembers::shape(object)->getNodeType() == fcl::GEOM_CAPSULE;
   }
 
   /// Whether the two share an end, up to rounding: 4 ulp of the largest coordinate.

@@ -10,6 +10,7 @@
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/sphere.h>
 
+#include "broadphase/object_members.h"
 #include "broadphase/program_margin.h"
 
 namespace fcl_fibers::broadphase {
@@ -159,8 +160,8 @@ bool contains(const Corners& outer, const Corners& inner, double rounding) {
 template <typename S>
 const char* readBox(const fcl::CollisionObject<S>& object, const Frame& frame, Bounds bounds,
                     Segment& segment) {
-  const fcl::CollisionGeometry<S>& shape = *object.collisionGeometry();
-  const fcl::AABB<S>& box = object.getAABB();
+  const fcl::CollisionGeometry<S>& shape = *ObjectMembers<S>::shape(object);
+  const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
   const bool has_own = bounds != Bounds::kShapes && isProper(box);
   const bool has_shape = bounds != Bounds::kObjects && isProper(shape.aabb_local);
   if (!has_own && !has_shape) {
@@ -172,7 +173,7 @@ const char* readBox(const fcl::CollisionObject<S>& object, const Frame& frame, B
     return nullptr;
   }
   Vec3d half;
-  Corners corners = posedCorners(shape, object.getTransform(), frame, half);
+  Corners corners = posedCorners(shape, ObjectMembers<S>::pose(object), frame, half);
   if (has_own) {
     const BoxSize size(box);
     const Corners own = ownCorners(box, frame);
@@ -190,18 +191,14 @@ const char* readBox(const fcl::CollisionObject<S>& object, const Frame& frame, B
   return nullptr;
 }
 
-/// A capsule or a sphere that has been read, with what the program has added to its box.
+/// Adds to a capsule or a sphere what the program has added to its box.
 template <typename S>
-const char* readWithBox(const fcl::CollisionObject<S>& object, const Frame& frame, Bounds bounds,
-                        double radius, double length, Segment& segment) {
-  const fcl::AABB<S>& box = object.getAABB();
-  if (bounds == Bounds::kObjects) return readBox(object, frame, bounds, segment);
+const char* addWidening(const fcl::CollisionObject<S>& object, const Frame& frame, double radius,
+                        double length, Segment& segment) {
+  const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
   const BoxSize size(box);
   const double end = length / 2 + radius;
-  const double cube = std::sqrt(2 * radius * radius + end * end);
-  if (size.isAbout({cube, cube, cube}) || size.isAbout({radius, radius, end})) return nullptr;
-
-  const Vec3d axis = toVec3(object.getTransform().matrix().col(2));
+  const Vec3d axis = toVec3(ObjectMembers<S>::pose(object).matrix().col(2));
   const Widening added =
       wideningOf(object, size, {radius, radius, end},
                  {std::fabs(axis.x) * length / 2 + radius, std::fabs(axis.y) * length / 2 + radius,
@@ -216,15 +213,39 @@ const char* readWithBox(const fcl::CollisionObject<S>& object, const Frame& fram
   return segment.isBox() ? nullptr : rangeProblem(segment);
 }
 
+/// Whether a box is as large as FCL makes that of a capsule, turned or not, as nearly all are. What
+/// is too small for squares is left to wideningOf().
+template <typename S>
+FCL_FIBERS_ALWAYS_INLINE bool isStockBox(const fcl::AABB<S>& box, const fcl::Transform3<S>& pose,
+                                         double radius, double length) {
+  const Vec3d size = toVec3(box.max_) - toVec3(box.min_);
+  const Vec3d t = toVec3(pose.matrix().col(3));
+  const double thickness = 2 * radius, end = length + thickness;
+  // As far as rounding may have moved the sides of a box at this pose.
+  const double slack = 4 * double{std::numeric_limits<S>::epsilon()} *
+                       (std::fabs(t.x) + std::fabs(t.y) + std::fabs(t.z) + end);
+  if (std::fabs(size.x - size.y) <= slack && std::fabs(size.x - size.z) <= slack) {
+    if (length == 0 && std::fabs(size.x - end) <= slack) return true;
+    // The diagonal of the box that is not turned is the side of the one that is.
+    constexpr double kSmall = 1e-280;
+    const double squared = 2 * thickness * thickness + end * end;
+    return squared > kSmall && std::fabs(size.x * size.x - squared) <= slack * (size.x + end);
+  }
+  return std::fabs(size.x - thickness) <= slack && std::fabs(size.y - thickness) <= slack &&
+         std::fabs(size.z - end) <= slack;
+}
+
 }  // namespace
 
 template <typename S>
 const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& frame, Bounds bounds,
                         Segment& segment) {
-  const fcl::CollisionGeometry<S>* shape = object.collisionGeometry().get();
+  const fcl::CollisionGeometry<S>* shape = ObjectMembers<S>::shape(object);
   if (shape == nullptr) return "it has no geometry; construct it with a shape";
-  const fcl::Transform3<S>& pose = object.getTransform();
+  const fcl::Transform3<S>& pose = ObjectMembers<S>::pose(object);
   if (const char* problem = poseProblem(pose)) return problem;
+
+  if (bounds == Bounds::kObjects) return readBox(object, frame, bounds, segment);
 
   double radius, length = 0;
   switch (shape->getNodeType()) {
@@ -247,8 +268,11 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& fram
   const Vec3d half = (frame.scale / 2 * length) * toVec3(pose.matrix().col(2));
   segment = {center - half, center + half, frame.scale * radius};
   if (const char* problem = rangeProblem(segment)) return problem;
-  return bounds == Bounds::kShapes ? nullptr
-                                   : readWithBox(object, frame, bounds, radius, length, segment);
+  if (bounds == Bounds::kShapes ||
+      isStockBox(ObjectMembers<S>::box(object), pose, radius, length)) {
+    return nullptr;
+  }
+  return addWidening(object, frame, radius, length, segment);
 }
 
 template <typename S>

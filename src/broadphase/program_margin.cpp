@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "broadphase/object_members.h"
+
 namespace fcl_fibers::broadphase {
 namespace {
 
@@ -20,10 +22,10 @@ Vec3d halfOf(const fcl::AABB<S>& box) {
 /// By the formula of CollisionObject::computeAABB() for objects that are rotated.
 template <typename S>
 bool containsStockBox(const fcl::CollisionObject<S>& object) {
-  const fcl::CollisionGeometry<S>& shape = *object.collisionGeometry();
-  const fcl::Vector3<S> center = object.getTransform() * shape.aabb_center;
+  const fcl::CollisionGeometry<S>& shape = *ObjectMembers<S>::shape(object);
+  const fcl::Vector3<S> center = ObjectMembers<S>::pose(object) * shape.aabb_center;
   const fcl::Vector3<S> delta = fcl::Vector3<S>::Constant(shape.aabb_radius);
-  const fcl::AABB<S>& box = object.getAABB();
+  const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
   return (box.min_.array() <= (center - delta).array()).all() &&
          (box.max_.array() >= (center + delta).array()).all();
 }
@@ -34,7 +36,7 @@ template <typename S>
 Widening wideningOf(const fcl::CollisionObject<S>& object, const BoxSize& size,
                     const Vec3d& unrotated, const Vec3d& tight) {
   constexpr double kRounding = 8 * double{std::numeric_limits<S>::epsilon()};
-  const fcl::CollisionGeometry<S>& shape = *object.collisionGeometry();
+  const fcl::CollisionGeometry<S>& shape = *ObjectMembers<S>::shape(object);
   const Vec3d local = halfOf(shape.aabb_local);
   const double radius = static_cast<double>(shape.aabb_radius);
   // FCL's own boxes overflow before capsules do.
