@@ -23,8 +23,12 @@ struct QueryStatistics {
 /// What both fiber managers share: FCL's broad-phase interface over fibers of capsules.
 ///
 /// Objects are borrowed, never owned. Capsules (`fcl::Capsule`) form the fibers; any other object
-/// is welcome beside them. Bounds of capsules and spheres come from pose, radius and length, so
-/// that `computeAABB` is needed for other shapes only.
+/// is welcome beside them. Objects count by pose and shape, so that `computeAABB` is not needed; a
+/// box that the program has made larger is a margin of that object, see Bounds.
+///
+/// Never hand one of these managers to one of FCL's: `fcls.collide(&ours, ...)` and
+/// `fcls.distance(&ours, ...)` are undefined behaviour, as FCL's managers cast the other manager to
+/// their own class without a check. `ours.collide(&fcls, ...)` works.
 ///
 /// `setup` and `update` read the objects; queries do not, so objects that move take part in queries
 /// where they were at the last of these calls. (Under Report::kVolumes objects are read again for
