@@ -30,7 +30,7 @@ struct FiberArrays {
   std::size_t point_count = 0;  ///< at most 2^27
   /// fiber_count + 1 numbers that do not descend, from 0 to point_count.
   const std::size_t* point_begin = nullptr;
-  std::size_t fiber_count = 0;    ///< those without capsules included
+  std::size_t fiber_count = 0;    ///< those without capsules included; at most 2^27
   const S* radii = nullptr;       ///< in the unit of the points; finite, not negative
   Radii radii_are = Radii::kOne;  ///< how many there are, and whose
   /// fiber_count answers, 1 or 0, or null: none is closed. The last point of a closed fiber repeats

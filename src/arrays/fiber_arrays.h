@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 
 #include <fcl_fibers/fiber_tree.h>
 
@@ -32,6 +33,43 @@ double radiusOf(const FiberArrays<S>& fibers, std::size_t id, std::size_t fiber)
       return static_cast<double>(fibers.radii[id]);
     default:
       return static_cast<double>(fibers.radii[0]);
+  }
+}
+
+template <typename S>
+std::size_t radiusCount(const FiberArrays<S>& fibers) {
+  switch (fibers.radii_are) {
+    case FiberArrays<S>::Radii::kPerFiber:
+      return fibers.fiber_count;
+    case FiberArrays<S>::Radii::kPerSegment:
+      return fibers.point_count;
+    default:
+      return fibers.point_count > 0 ? 1 : 0;
+  }
+}
+
+/// Calls refuse(text), which throws, where arrays are null or do not fit each other, as far as that
+/// is seen without reading them all.
+template <typename S, class Refuse>
+void checkEnds(const FiberArrays<S>& fibers, Refuse&& refuse) {
+  constexpr std::size_t kMost = std::size_t{1} << 27;
+  if (fibers.point_count > kMost) return refuse("more than 2^27 points; use several trees");
+  // A negative number, converted, would read before the array.
+  if (fibers.fiber_count > kMost) return refuse("more than 2^27 fibers; use several trees");
+  if (fibers.point_begin == nullptr) {
+    return refuse("point_begin is null; give fiber_count + 1 numbers");
+  }
+  const std::size_t begin = fibers.point_begin[0], end = fibers.point_begin[fibers.fiber_count];
+  if (begin != 0 || end != fibers.point_count) {
+    return refuse("point_begin runs from " + std::to_string(begin) + " to " + std::to_string(end) +
+                  "; it has to run from 0 to " + std::to_string(fibers.point_count) +
+                  ", the number of points");
+  }
+  if (fibers.points == nullptr && fibers.point_count > 0) {
+    return refuse("points are null; give " + std::to_string(fibers.point_count));
+  }
+  if (const std::size_t radii = radiusCount(fibers); fibers.radii == nullptr && radii > 0) {
+    return refuse("radii are null; give " + std::to_string(radii));
   }
 }
 

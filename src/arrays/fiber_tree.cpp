@@ -361,23 +361,12 @@ class FiberTree::Impl {
 
   template <typename S>
   static void checkFibers(const char* call, const FiberArrays<S>& fibers) {
-    constexpr std::size_t kMost = std::size_t{1} << 27;
-    if (fibers.point_count > kMost) refuse(call, "more than 2^27 points; use several trees");
-    if (fibers.point_begin == nullptr)
-      refuse(call, "point_begin is null; give fiber_count + 1 numbers");
+    arrays::checkEnds(fibers, [call](const std::string& what) { refuse(call, what); });
     const std::size_t* begin = fibers.point_begin;
-    if (begin[0] != 0 || begin[fibers.fiber_count] != fibers.point_count) {
-      refuse(call, "point_begin runs from " + std::to_string(begin[0]) + " to " +
-                       std::to_string(begin[fibers.fiber_count]) + "; it has to run from 0 to " +
-                       std::to_string(fibers.point_count) + ", the number of points");
-    }
     for (std::size_t f = 0; f < fibers.fiber_count; ++f) {
       if (begin[f + 1] < begin[f]) {
         refuse(call, "point_begin descends at fiber " + std::to_string(f) + "; mend it");
       }
-    }
-    if (fibers.point_count > 0 && (fibers.points == nullptr || fibers.radii == nullptr)) {
-      refuse(call, "points or radii are null; give both");
     }
   }
 
@@ -393,11 +382,7 @@ class FiberTree::Impl {
       }
       largest = std::max(largest, coordinate);
     }
-    using Radii = typename FiberArrays<S>::Radii;
-    const std::size_t radii = fibers.radii_are == Radii::kOne        ? fibers.point_count > 0
-                              : fibers.radii_are == Radii::kPerFiber ? fibers.fiber_count
-                                                                     : fibers.point_count;
-    for (std::size_t i = 0; i < radii; ++i) {
+    for (std::size_t i = 0; i < arrays::radiusCount(fibers); ++i) {
       // The last point of a fiber starts no capsule, but a radius there is checked all the same.
       const double radius = static_cast<double>(fibers.radii[i]);
       if (!(radius >= 0 && std::isfinite(radius))) {

@@ -447,6 +447,42 @@ TEST(ArrayTree, RefusesWhatItCannotAnswerFor) {
   huge_begin.back() = huge.point_count;
   huge.point_begin = huge_begin.data();
   expectRefused(tree, huge, "more than 2^27 points");
+  huge = good.view();
+  huge.fiber_count = static_cast<std::size_t>(-1);
+  expectRefused(tree, huge, "more than 2^27 fibers");
+}
+
+// A null pointer would be read, also where there are fibers, but no points.
+TEST(ArrayTree, RefusesNullArrays) {
+  using Radii = FiberArrays<double>::Radii;
+  auto good = curledFibers<double>(11);
+  for (const Radii radii_are : {Radii::kOne, Radii::kPerFiber, Radii::kPerSegment}) {
+    good.radii_are = radii_are;
+    FiberTree tree;
+    tree.build(good.view());
+    for (const auto& [array, text] :
+         {std::pair(&FiberArrays<double>::points, "points are null; give"),
+          {&FiberArrays<double>::radii, "radii are null; give"}}) {
+      FiberArrays<double> bad = good.view();
+      bad.*array = nullptr;
+      expectRefused(tree, bad, text);
+    }
+    FiberArrays<double> bad = good.view();
+    bad.point_begin = nullptr;
+    expectRefused(tree, bad, "point_begin is null");
+    expectRefused(tree, {}, "point_begin is null");
+
+    const std::size_t nowhere[] = {0, 0};
+    const FiberArrays<double> pointless{nullptr, 0, nowhere, 1, nullptr, radii_are};
+    if (radii_are == Radii::kPerFiber) {
+      expectRefused(tree, pointless, "radii are null; give 1");
+    } else {
+      tree.build(pointless);
+      tree.update(pointless);
+      EXPECT_EQ(tree.fiberCount(), 1u);
+      EXPECT_TRUE(pairsOf(tree).empty());
+    }
+  }
 }
 
 TEST(ArrayTree, RefusesATreeOfAnotherKind) {
