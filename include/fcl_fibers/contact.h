@@ -56,7 +56,8 @@ FCL_FIBERS_EXPORT Contact capsuleContact(const CapsuleShape& a, const CapsuleSha
 /// The contact of a pair that FiberTree reported, of the arrays that it was built from or updated
 /// with; with fiber and segment numbers.
 ///
-/// Throws std::invalid_argument as above, and if no capsule starts at a point of the pair.
+/// Throws std::invalid_argument as above, if no capsule starts at a point of the pair, and if
+/// arrays are null or point_begin does not run from 0 to the number of points.
 ///@{
 FCL_FIBERS_EXPORT Contact capsuleContact(const FiberArrays<float>& fibers, SegmentPair pair);
 FCL_FIBERS_EXPORT Contact capsuleContact(const FiberArrays<double>& fibers, SegmentPair pair);

@@ -36,15 +36,16 @@ template <typename S>
 LocatedSegment locate(const FiberArrays<S>& fibers, std::int32_t id) {
   const auto name = [id] { return "the capsule at point " + std::to_string(id); };
   const auto point = static_cast<std::size_t>(id);
+  arrays::checkEnds(fibers, refuse);
   if (id < 0 || point >= fibers.point_count) {
     refuse("no capsule starts at point " + std::to_string(id) + " of " +
            std::to_string(fibers.point_count) + "; pass the arrays that the tree has");
   }
   const std::size_t fiber = arrays::fiberOf(fibers.point_begin, fibers.fiber_count, point);
-  if (point + 1 == fibers.point_begin[fiber + 1]) {
+  // The other comparison is for a point_begin that descends.
+  if (point + 1 >= fibers.point_begin[fiber + 1] || point + 1 == fibers.point_count) {
     refuse("point " + std::to_string(id) +
-           " is the last of its fiber; pass the arrays that the "
-           "tree has");
+           " is the last of its fiber; pass the arrays that the tree has");
   }
   const Segment segment{arrays::pointOf(fibers, point), arrays::pointOf(fibers, point + 1),
                         arrays::radiusOf(fibers, point, fiber)};

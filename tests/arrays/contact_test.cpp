@@ -284,5 +284,47 @@ TYPED_TEST(ArrayContacts, RefusePairsOfOtherArrays) {
   }
 }
 
+TYPED_TEST(ArrayContacts, RefuseArraysThatDoNotFitEachOther) {
+  // If this fails, point_begin is read beyond its end, or a null array is.
+  using Radii = typename FiberArrays<TypeParam>::Radii;
+  const std::vector<TypeParam> points(30);
+  const std::vector<TypeParam> radii(10);
+  const auto refused = [](const FiberArrays<TypeParam>& bad, SegmentPair pair,
+                          const std::string& text) {
+    const auto refusal = testing::ThrowsMessage<std::invalid_argument>(
+        testing::HasSubstr("capsuleContact: " + text));
+    EXPECT_THAT([&] { capsuleContact(bad, pair); }, refusal);
+    EXPECT_THAT([&] { capsuleContact(bad, bad, pair); }, refusal);
+  };
+  for (const Radii radii_are : {Radii::kOne, Radii::kPerFiber, Radii::kPerSegment}) {
+    const std::vector<std::size_t> all = {0, 10};
+    const FiberArrays<TypeParam> good{points.data(), 10, all.data(), 1, radii.data(), radii_are};
+    EXPECT_EQ(capsuleContact(good, {0, 8}).b.segment, 8u);
+
+    FiberArrays<TypeParam> bad = good;
+    for (const auto& begin : std::vector<std::vector<std::size_t>>{{0, 5}, {0, 0}, {0}, {2, 10}}) {
+      bad.point_begin = begin.data();
+      bad.fiber_count = begin.size() - 1;
+      refused(bad, {7, 0}, "point_begin runs from");
+    }
+    // That the middle descends shows only where it is read.
+    const std::vector<std::size_t> descending = {0, 100, 10};
+    bad.point_begin = descending.data();
+    bad.fiber_count = 2;
+    refused(bad, {9, 0}, "point 9 is the last");
+
+    bad = good;
+    bad.fiber_count = static_cast<std::size_t>(-1);
+    refused(bad, {0, 1}, "more than 2^27 fibers");
+    bad = good;
+    bad.points = nullptr;
+    refused(bad, {0, 1}, "points are null");
+    bad = good;
+    bad.radii = nullptr;
+    refused(bad, {0, 1}, "radii are null");
+    refused({}, {0, 1}, "point_begin is null");
+  }
+}
+
 }  // namespace
 }  // namespace fcl_fibers
