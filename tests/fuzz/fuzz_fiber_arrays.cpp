@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Arrays that are null or do not fit each other: a tree takes them if and only if they are sound,
+// and else is as it was; contacts of the tree's pairs are there in the arrays that it has, and
+// those of other arrays or of any pair are refused or read within the arrays.
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include <fuzzer/FuzzedDataProvider.h>
+
+#include <fcl_fibers/contact.h>
+#include <fcl_fibers/fiber_tree.h>
+
+#include "fuzz_input.h"
+
+namespace {
+
+using fcl_fibers::FiberArrays;
+using fcl_fibers::FiberTree;
+using fcl_fibers::FiberTreeOptions;
+using fcl_fibers::SegmentPair;
+using fcl_fibers::fuzz::isRefused;
+using fcl_fibers::fuzz::require;
+using Pairs = std::vector<std::pair<int, int>>;
+
+/// Arrays on the heap of exactly the sizes that they say, so that a read beyond one is seen. Any of
+/// them may be null, and point_begin may hold anything.
+template <typename S>
+class AnyArrays {
+ public:
+  explicit AnyArrays(FuzzedDataProvider& data) {
+    view_.point_count = data.ConsumeIntegralInRange<std::size_t>(0, 6);
+    view_.fiber_count = data.ConsumeIntegralInRange<std::size_t>(0, 3);
+    view_.radii_are = data.PickValueInArray({Radii::kOne, Radii::kPerFiber, Radii::kPerSegment});
+    const std::size_t points = view_.point_count, fibers = view_.fiber_count;
+
+    const bool tidy = data.ConsumeBool();
+    view_.point_begin = fill(data, fibers + 1, point_begin_, [&] {
+      return data.ConsumeIntegralInRange<std::size_t>(0, points + (tidy ? 0 : 2));
+    });
+    if (tidy && view_.point_begin != nullptr) {
+      std::sort(point_begin_.get(), point_begin_.get() + fibers);
+      point_begin_[0] = 0;
+      point_begin_[fibers] = points;
+    }
+    view_.points = fill(data, 3 * points, points_,
+                        [&] { return S(data.ConsumeIntegral<std::int8_t>()) / 16; });
+    view_.radii = fill(data, radiusCount(), radii_,
+                       [&] { return S(data.ConsumeIntegral<std::uint8_t>()) / 64; });
+    view_.closed = fill(data, fibers, closed_, [&] { return data.ConsumeBool(); });
+    view_.groups = fill(data, fibers, groups_, [&] { return data.ConsumeIntegralInRange(0, 2); });
+  }
+
+  const FiberArrays<S>& view() const { return view_; }
+  std::vector<std::size_t> begin() const {
+    if (view_.point_begin == nullptr) return {};
+    return {view_.point_begin, view_.point_begin + view_.fiber_count + 1};
+  }
+
+  bool isSound() const {
+    const std::vector<std::size_t> begin = this->begin();
+    return !begin.empty() && begin.front() == 0 && begin.back() == view_.point_count &&
+           std::is_sorted(begin.begin(), begin.end()) &&
+           (view_.points != nullptr || view_.point_count == 0) &&
+           (view_.radii != nullptr || radiusCount() == 0);
+  }
+
+ private:
+  using Radii = typename FiberArrays<S>::Radii;
+
+  std::size_t radiusCount() const {
+    if (view_.radii_are == Radii::kPerFiber) return view_.fiber_count;
+    return view_.radii_are == Radii::kPerSegment ? view_.point_count : view_.point_count > 0;
+  }
+
+  template <typename T, typename Next>
+  static const T* fill(FuzzedDataProvider& data, std::size_t size, std::unique_ptr<T[]>& array,
+                       Next&& next) {
+    if (data.ConsumeIntegralInRange(0, 3) == 1) return nullptr;
+    array.reset(new T[size]);
+    std::generate_n(array.get(), size, next);
+    return array.get();
+  }
+
+  std::unique_ptr<S[]> points_, radii_;
+  std::unique_ptr<std::size_t[]> point_begin_;
+  std::unique_ptr<std::uint8_t[]> closed_;
+  std::unique_ptr<std::int32_t[]> groups_;
+  FiberArrays<S> view_;
+};
+
+Pairs pairsOf(const FiberTree& tree) {
+  Pairs pairs;
+  tree.visitPairs([&](SegmentPair pair) { pairs.emplace_back(pair.a, pair.b); });
+  return pairs;
+}
+
+template <typename S>
+void fuzz(FuzzedDataProvider& data) {
+  FiberTreeOptions options;
+  options.ignored_neighbors = data.ConsumeIntegralInRange(0, 1);
+  options.ignored_arc_length = data.ConsumeBool() ? 0.5 : 0;
+  FiberTree tree(options);
+  std::vector<std::size_t> built = {0};
+  while (data.remaining_bytes() > 0) {
+    const AnyArrays<S> arrays(data);
+    const FiberArrays<S>& view = arrays.view();
+    const Pairs before = pairsOf(tree);
+    const bool updates = data.ConsumeBool();
+    const bool refused = isRefused([&] { updates ? tree.update(view) : tree.build(view); });
+    require(refused != (arrays.isSound() && (!updates || arrays.begin() == built)));
+    if (!refused) built = arrays.begin();
+    const Pairs after = pairsOf(tree);
+    require(!refused || after == before);
+    for (const auto& pair : after) {
+      require(!isRefused([&] { capsuleContact(view, {pair.first, pair.second}); }) || refused);
+    }
+    const SegmentPair any{data.ConsumeIntegralInRange(-2, 9), data.ConsumeIntegralInRange(-2, 9)};
+    isRefused([&] { capsuleContact(view, any); });
+    isRefused([&] { tree.fiberSegment(any.a); });
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+  FuzzedDataProvider data(bytes, size);
+  data.ConsumeBool() ? fuzz<float>(data) : fuzz<double>(data);
+  return 0;
+}
