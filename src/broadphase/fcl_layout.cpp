@@ -46,10 +46,8 @@ void requireLayoutOfFcl() {
         "fcl_fibers: an object made by libfcl does not read back its pose: fcl_fibers was compiled "
         "with Eigen's matrices aligned to " +
         std::to_string(EIGEN_MAX_STATIC_ALIGN_BYTES) +
-        " bytes, and libfcl was not; remove -march=native, -mavx512f and the like from the build "
-        "of "
-        "fcl_fibers, or add -DEIGEN_MAX_STATIC_ALIGN_BYTES=16 to its CMAKE_CXX_FLAGS, or build FCL "
-        "with the same flags");
+        " bytes, and libfcl was not; add -DEIGEN_MAX_ALIGN_BYTES=16 to the CMAKE_CXX_FLAGS of "
+        "fcl_fibers, where -march=native, -mavx or the like is, or build FCL with the same flags");
   }
 }
 

@@ -18,7 +18,7 @@ TEST(FclLayout, RefusesALibraryCompiledForAnotherLayout) {
     ADD_FAILURE() << "nothing was thrown";
   } catch (const std::runtime_error& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("aligned to 64 bytes"));
-    EXPECT_THAT(error.what(), testing::HasSubstr("add -DEIGEN_MAX_STATIC_ALIGN_BYTES=16"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("add -DEIGEN_MAX_ALIGN_BYTES=16"));
   }
 }
 
