@@ -144,7 +144,7 @@ class SerialWork : public WorkSink {
 class alignas(64) PieceRun final : public PairBuffer {
  public:
   void start() {
-    if (pairs_.capacity() > kHeld) trim();
+    if (pairs_.capacity() > kHeld) release();
     if (pairs_.empty()) pairs_.resize(kFirst + kRoom);
     restart(0);
   }
@@ -161,13 +161,10 @@ class alignas(64) PieceRun final : public PairBuffer {
   const Pair* pairs() const { return pairs_.data(); }
   std::size_t count() const { return count_; }
   std::size_t memoryUsage() const { return pairs_.capacity() * sizeof(Pair); }
-  /// Gives back what only a dense part of a scene needs.
-  void trim() {
-    if (pairs_.capacity() > kKept) pairs_ = std::vector<Pair>();
-  }
+  void release() { pairs_ = std::vector<Pair>(); }
 
  private:
-  static constexpr std::size_t kFirst = 256, kKept = 2048, kHeld = 16 * kKept;
+  static constexpr std::size_t kFirst = 256, kHeld = std::size_t{1} << 15;
 
   void restart(std::size_t count) {
     next_ = pairs_.data() + count;
@@ -189,9 +186,20 @@ struct SearchScratch {
   };
   std::array<Window, 2> windows;
 
+  /// Gives back what only dense parts of a scene need, and what is more than a few megabytes in
+  /// all.
   void trim() {
+    constexpr std::size_t kPiece = std::size_t{1} << 16, kAll = std::size_t{1} << 23;
+    std::size_t kept = 0;
     for (Window& window : windows) {
-      for (internal::PieceRun& piece : window.pieces) piece.trim();
+      for (internal::PieceRun& piece : window.pieces) {
+        const std::size_t bytes = piece.memoryUsage();
+        if (bytes > kPiece || kept + bytes > kAll) {
+          piece.release();
+        } else {
+          kept += bytes;
+        }
+      }
     }
   }
   std::size_t memoryUsage() const {

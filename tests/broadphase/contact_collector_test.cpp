@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <string>
 #include <type_traits>
 #include <vector>
 
@@ -186,6 +187,78 @@ TYPED_TEST(Contacts, NumberTheOtherManagersSegmentsByThatManager) {
     EXPECT_EQ(contact.b.fiber + contact.b.segment, 0u);
   }
   EXPECT_FALSE(single.contacts().empty());
+}
+
+TYPED_TEST(Contacts, AreCollectedFromEveryQueryOfTheManager) {
+  // If this fails, a collector ends the query of one object, or of FCL's manager, by an exception.
+  using S = typename TypeParam::Scalar;
+  const Scene<S> scene = fibersAndSpheres<S>(1), others = fibersAndSpheres<S>(2);
+  test::Managed<TypeParam> manager, other;
+  manager.registerFibers(scene);
+  other.registerFibers(others);
+  test::ForeignManager<S> foreign(others.objects());
+  ContactCollector<S> collector(*manager);
+  manager->collide(&*other, &collector, collector.callback);
+  const std::size_t count = collector.contacts().size();
+  EXPECT_GT(count, 50u);
+  manager->collide(&foreign, &collector, collector.callback);
+  EXPECT_EQ(collector.contacts().size(), 2 * count);
+  for (auto* object : others.objects()) manager->collide(object, &collector, collector.callback);
+  EXPECT_EQ(collector.contacts().size(), 3 * count);
+  for (const auto& contact : collector.contacts()) {
+    EXPECT_EQ(contact.a.fiber, manager->fiberSegment(contact.object_a).fiber);
+    EXPECT_EQ(contact.b.fiber + contact.b.segment, 0u);
+  }
+  collector.clear();
+  manager->collide(scene[30], &collector, collector.callback);
+  ASSERT_FALSE(collector.contacts().empty());
+  EXPECT_EQ(collector.contacts()[0].b.fiber, manager->fiberSegment(scene[30]).fiber);
+  EXPECT_EQ(collector.contacts()[0].b.segment, manager->fiberSegment(scene[30]).segment);
+  try {
+    other->collide(&collector, collector.callback);
+    ADD_FAILURE() << "contacts of another manager";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("construct the collector with"), std::string::npos);
+  }
+}
+
+TYPED_TEST(Contacts, AreWithinTheMarginsThatAProgramHasAddedToBoxes) {
+  // If this fails, a program that looks ahead gets pairs and no contacts, or contacts with all.
+  using S = typename TypeParam::Scalar;
+  for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+    for (const double added : {0.04, 0.06}) {
+      FiberManagerOptions options;
+      options.report = report;
+      // Slanted, so that their boxes meet at any margin, and 0.11 apart.
+      Scene<S> scene, other;
+      const Eigen::Vector3d along(1, 1, 1), across = Eigen::Vector3d(1, -1, 0).normalized();
+      scene.addCapsule({0, 0, 0}, along, 0.1);
+      other.addCapsule(0.31 * across, along + 0.31 * across, 0.1);
+      for (auto* object : {scene[0], other[0]}) {
+        auto& shape = const_cast<fcl::CollisionGeometry<S>&>(*object->collisionGeometry());
+        shape.aabb_local.min_.array() -= static_cast<S>(added);
+        shape.aabb_local.max_.array() += static_cast<S>(added);
+        shape.aabb_radius = shape.aabb_local.max_.norm();
+        object->computeAABB();
+      }
+      const std::size_t expected = added < 0.05 ? 0 : 1;
+      const auto both = TypeParam::make(options), first = TypeParam::make(options),
+                 second = TypeParam::make(options);
+      both->registerObjects({scene[0], other[0]});
+      first->registerObject(scene[0]);
+      second->registerObject(other[0]);
+      ContactCollector<S> self(*both), one(*first), two(*first, second.get());
+      both->collide(&self, self.callback);
+      first->collide(other[0], &one, one.callback);
+      first->collide(second.get(), &two, two.callback);
+      for (const auto* collector : {&self, &one, &two}) {
+        ASSERT_EQ(collector->contacts().size(), expected);
+        if (expected == 1) {
+          EXPECT_NEAR(collector->contacts()[0].distance, 0.11, 1e-6);
+        }
+      }
+    }
+  }
 }
 
 TYPED_TEST(Contacts, WithOtherShapesAreFclsWithTheNormalFromAToB) {
