@@ -87,6 +87,8 @@ class Program {
     options.ignored_neighbors = data.ConsumeIntegralInRange(0, 2);
     if (data.ConsumeBool()) options.ignored_arc_length = data.ConsumeFloatingPointInRange(0.0, 4.0);
     options.margin = data.ConsumeBool() ? 0 : data.ConsumeFloatingPointInRange(0.0, 10.0);
+    // Not of bytes of its own, so that the kept inputs mean what they did.
+    options.bounds = static_cast<fcl_fibers::Bounds>(options.ignored_neighbors);
     if (data.ConsumeBool()) {
       boxes_ = std::make_unique<Boxes>(options);
     } else {
@@ -160,8 +162,10 @@ class Program {
         const Objects moved = several();
         for (Object* object : moved) {
           object->setTransform(readPose<S>(data_));
-          object->computeAABB();
+          if (moved.size() % 4 != 3) object->computeAABB();
+          if (moved.size() > 8) widen(*object, readNumber<S>(data_, kNumbers));
         }
+        manager_->movedSinceUpdate();
         if (data_.ConsumeBool()) {
           isRefused([&] { manager_->update(moved); });
         } else {
@@ -192,6 +196,15 @@ class Program {
       default:
         return withClone([&](Manager& clone) { manager_->collide(&clone, &query_, record); });
     }
+  }
+
+  static void widen(Object& object, S margin) {
+    struct Subclass : Object {
+      using Object::aabb;
+    };
+    fcl::AABB<S>& box = object.*(&Subclass::aabb);
+    box.min_.array() -= margin;
+    box.max_.array() += margin;
   }
 
   struct Seen {

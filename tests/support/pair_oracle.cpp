@@ -200,8 +200,11 @@ Verdict PairOracle<S>::verdict(const Shape& a, const Shape& b) const {
   }
 
   const bool uses_boxes = rules_.volume == LeafVolume::kBox;
+  // FCL rounds getAABB() to the nearest coordinate, and the box that is not rounded counts, too.
+  const Real rounding =
+      capsules ? 0 : 2 * Real(std::numeric_limits<S>::epsilon()) * largest_coordinate_;
   // No need for exact distances, as what is promised of capsules is less.
-  const bool boxes_apart = box_gap > margin + volumeBand(extent_);
+  const bool boxes_apart = box_gap > margin + volumeBand(extent_) + rounding;
   if (boxes_apart && (uses_boxes || !reports_volumes)) return Verdict::kMustNot;
 
   const Real volume_gap = uses_boxes ? box_gap : sphereGap(a.sphere, b.sphere);
@@ -215,7 +218,7 @@ Verdict PairOracle<S>::verdict(const Shape& a, const Shape& b) const {
   if (touch(a, b) || (reports_volumes && uses_boxes && box_gap <= margin)) return Verdict::kMust;
   // NaN, as of spheres around what is unbounded, is near.
   const bool spheres_near =
-      reports_volumes && !uses_boxes && !(volume_gap > margin + volumeBand(extent_));
+      reports_volumes && !uses_boxes && !(volume_gap > margin + volumeBand(extent_) + 2 * rounding);
   return boxes_apart && !spheres_near ? Verdict::kMustNot : Verdict::kMay;
 }
 

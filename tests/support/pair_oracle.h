@@ -43,7 +43,8 @@ enum class ArgumentOrder { kAny, kPromised };
 /// They must not if isPromised() does not allow it.
 /// Any other shape counts by getAABB(): a pair with one must be reported if that box is within the
 /// margin of the capsule or box; with kVolumes and boxes, if the boxes are. It must not if neither
-/// the boxes nor the balls around them are within the margin and volumeBand().
+/// the boxes nor the balls around them are within the margin, volumeBand() and the rounding of
+/// getAABB().
 /// LeafVolume::kStock is exact: FCL compares the boxes that it is given.
 ///
 /// Whatever the rules, a pair that touches must be reported unless it is one of ignored neighbors
