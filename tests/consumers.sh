@@ -210,6 +210,22 @@ flags() {
   LD_LIBRARY_PATH=$(pkg-config --variable=libdir fcl_fibers) "$work/native"
 }
 
+# No source of the libraries compiles with -ffast-math; a program may, and is linked with it.
+fast_math() {
+  local tree=$work/fast_math/configured
+  rm -rf "$tree"
+  configure g++ "$tree" . -DCMAKE_CXX_FLAGS='-ffast-math -Wfatal-errors' -DFCL_FIBERS_BUILD_SCENES=ON \
+    -DFCL_FIBERS_BUILD_TESTS=OFF -DFCL_FIBERS_BUILD_BENCHMARKS=OFF -DFCL_FIBERS_BUILD_TOOLS=OFF
+  refused 'remove -ffast-math' cmake --build "$tree" -- -k 0
+  [[ -z $(find "$tree/src" -name '*.o') ]] || fail "compiled with -ffast-math: $(find "$tree/src" -name '*.o')"
+
+  library g++ shared
+  # shellcheck disable=SC2046
+  g++ -std=c++17 -ffast-math tests/consumer/contacts.cpp -o "$work/fast_math/contacts" \
+    $(pkg-config --cflags --libs fcl_fibers)
+  LD_LIBRARY_PATH=$(pkg-config --variable=libdir fcl_fibers) "$work/fast_math/contacts"
+}
+
 # The library itself laid out as by -march=native on a machine with AVX-512, without its
 # instructions; and what the message says to do about it, with the instructions of this machine.
 mismatch() {
@@ -258,7 +274,7 @@ deb() {
   "$work/deb/main"
 }
 
-steps=(linked installed examples left_out flags mismatch deb)
+steps=(linked installed examples left_out flags fast_math mismatch deb)
 if (($# > 0)); then
   steps=("$@")
 fi
