@@ -71,6 +71,14 @@ simd() {
   done
 }
 
+# The same tests with subnormals flushed to zero, as in a program that is linked with -ffast-math.
+flush_to_zero() {
+  local suite
+  for suite in geometry_test tree_test tree_scene_test arrays_test broadphase_test; do
+    FCL_FIBERS_FLUSH_TO_ZERO=1 build/release/tests/$suite --gtest_brief=1
+  done
+}
+
 # All tests of the library and the scenes under AddressSanitizer and UndefinedBehaviorSanitizer, of
 # which .ci/run leaves some out.
 sanitized() {
@@ -233,6 +241,7 @@ vtk() {
 steps=(
   clang
   simd
+  flush_to_zero
   all_managers
   sanitized
   simd_sanitized

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <string>
 #include <vector>
@@ -575,6 +576,12 @@ TEST(Size, OrdersVolumesByExtent) {
   EXPECT_EQ((Box{{-1, -1, -1}, {-1, -1, -1}}.size()), 0);
   EXPECT_EQ((Sphere{{5, 6, 7}, 2}.size()), 2);
   EXPECT_EQ(Make<Box>::all().size(), kInfinity);
+}
+
+TEST(FlushToZero, IsOnWhereTheEnvironmentAsksForIt) {
+  // If this fails, the step flush_to_zero of tests/full.sh tests what all others do.
+  volatile float least = kSmallest;
+  EXPECT_EQ(least / 2 == 0, std::getenv("FCL_FIBERS_FLUSH_TO_ZERO") != nullptr);
 }
 
 }  // namespace
