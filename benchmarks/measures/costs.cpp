@@ -123,6 +123,8 @@ bool measureCosts(const Request&) {
   const auto threads = with([](auto& options) { options.threads = 2; });
   const auto capsules = with([](auto& options) { options.report = Report::kCapsules; });
   const auto super_thread = with([](auto& options) { options.topology = Topology::kSuperThread; });
+  const auto shapes = with([](auto& options) { options.bounds = Bounds::kShapes; });
+  const auto objects = with([](auto& options) { options.bounds = Bounds::kObjects; });
   FiberTreeOptions much = arc_length;
   much.report = Report::kCapsules;
   much.threads = 2;
@@ -151,6 +153,8 @@ bool measureCosts(const Request&) {
 
   registerManager(fibers, "boxes, loose objects", plain, Register::kLoose);
   registerManager(fibers, "boxes, fibers", plain);
+  registerManager(fibers, "boxes, fibers, bounds of shapes", shapes);
+  registerManager(fibers, "boxes, fibers, bounds of objects", objects);
   registerManager(fibers, "boxes, fibers, none has moved", plain, Register::kFibers, 1);
   registerManager(fibers, "boxes, fibers, neighbours by number", neighbors);
   registerManager(fibers, "boxes, fibers, neighbours by arc length", arc_length);
