@@ -59,14 +59,6 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   FiberCollisionManager& operator=(const FiberCollisionManager&) = delete;
   ~FiberCollisionManager() override;
 
-  /// Takes over the other's objects and options. The other is then as newly constructed with its
-  /// options. While a query of either runs, in its callback for instance, the behaviour is
-  /// undefined.
-  ///@{
-  FiberCollisionManager(FiberCollisionManager&& other) noexcept;
-  FiberCollisionManager& operator=(FiberCollisionManager&& other) noexcept;
-  ///@}
-
   /// Registers one fiber: capsules in their order along it. Consecutive capsules are neighbours,
   /// see FiberManagerOptions::ignored_neighbors. An empty fiber is a no-op. Segments of one group
   /// are never reported with one another, those of one fiber with a group among them.
@@ -144,9 +136,9 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   FiberSegment fiberSegment(const Object* object) const;
 
   /// Whether an object has moved or changed its shape so that an update() would change an answer:
-  /// for an assertion before a query. Reads the objects up to the first that has moved, so that it
-  /// costs at most what an update() costs. True after an update() that failed; false where the next
-  /// query reads the objects anyway.
+  /// for an assertion before a query. Reads the objects, on this thread, up to the first that has
+  /// moved, and costs about as much as an update() on one thread if none has. True after an
+  /// update() that failed; false where the next query reads the objects anyway.
   bool movedSinceUpdate() const;
 
   /// The margin that an object has by itself under Bounds::kShapesAndMargins: what the program has
@@ -166,6 +158,8 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
  protected:
   enum class Hierarchy { kLayeredBoxes, kWrappedSpheres };
   FiberCollisionManager(Hierarchy hierarchy, const FiberManagerOptions& options);
+  FiberCollisionManager(FiberCollisionManager&& other) noexcept;
+  FiberCollisionManager& operator=(FiberCollisionManager&& other) noexcept;
   /// A clone: see the subclasses.
   FiberCollisionManager(const FiberCollisionManager& original, const std::vector<Object*>& objects);
 

@@ -19,7 +19,9 @@ class FCL_FIBERS_EXPORT LayeredAABBTreeCollisionManager : public FiberCollisionM
   /// objects have another layout than the library was compiled for.
   explicit LayeredAABBTreeCollisionManager(const FiberManagerOptions& options = {});
 
-  /// See FiberCollisionManager.
+  /// Takes over the other's objects and options. The other is then as newly constructed with its
+  /// options. While a query of either runs, in its callback for instance, the behaviour is
+  /// undefined.
   ///@{
   LayeredAABBTreeCollisionManager(LayeredAABBTreeCollisionManager&&) noexcept = default;
   LayeredAABBTreeCollisionManager& operator=(LayeredAABBTreeCollisionManager&&) noexcept = default;

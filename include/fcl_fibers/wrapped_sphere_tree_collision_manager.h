@@ -29,7 +29,9 @@ class FCL_FIBERS_EXPORT WrappedSphereTreeCollisionManager : public FiberCollisio
   /// objects have another layout than the library was compiled for.
   explicit WrappedSphereTreeCollisionManager(const FiberManagerOptions& options = {});
 
-  /// See FiberCollisionManager.
+  /// Takes over the other's objects and options. The other is then as newly constructed with its
+  /// options. While a query of either runs, in its callback for instance, the behaviour is
+  /// undefined.
   ///@{
   WrappedSphereTreeCollisionManager(WrappedSphereTreeCollisionManager&&) noexcept = default;
   WrappedSphereTreeCollisionManager& operator=(WrappedSphereTreeCollisionManager&&) noexcept =

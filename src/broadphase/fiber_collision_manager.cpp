@@ -937,7 +937,10 @@ FiberCollisionManager<S>::FiberCollisionManager(const FiberCollisionManager& ori
                                                 const std::vector<Object*>& objects)
     : hierarchy_(original.hierarchy_),
       options_(original.options_),
-      impl_(std::make_unique<Impl>("clone", hierarchy_, options_, original.impl(), objects)) {}
+      impl_(std::make_unique<Impl>("clone", hierarchy_, options_, original.impl(), objects)) {
+  // Of one that was moved from there is nothing to copy.
+  if (original.impl_ == nullptr) impl_ = nullptr;
+}
 
 // FCL's base class has nothing that ours use.
 template <typename S>

@@ -149,11 +149,36 @@ Corners posedCorners(const fcl::CollisionGeometry<S>& shape, const fcl::Transfor
   return {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
 }
 
+/// How far the finite corners of a box may have been rounded.
+template <typename S>
+double roundingOf(const fcl::AABB<S>& box) {
+  double farthest = 0;
+  for (const auto& corner : {box.min_, box.max_}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const double x = std::fabs(static_cast<double>(corner[axis]));
+      if (x <= double{std::numeric_limits<S>::max()} / 4) farthest = std::max(farthest, x);
+    }
+  }
+  return 4 * double{std::numeric_limits<S>::epsilon()} * farthest;
+}
+
+double finiteNorm(const Vec3d& v) {
+  double largest = 0;
+  for (const double x : {v.x, v.y, v.z}) {
+    if (std::isfinite(x)) largest = std::max(largest, std::fabs(x));
+  }
+  return largest;
+}
+
 bool contains(const Corners& outer, const Corners& inner, double rounding) {
   const auto reaches = [rounding](const Vec3d& low, const Vec3d& high) {
     return low.x <= high.x + rounding && low.y <= high.y + rounding && low.z <= high.z + rounding;
   };
   return reaches(outer.low, inner.low) && reaches(inner.high, outer.high);
+}
+
+bool haveOneMiddle(const Corners& p, const Corners& q, double rounding) {
+  return maxNorm((p.low - q.low) + (p.high - q.high)) <= 2 * rounding;
 }
 
 /// Anything but a capsule or a sphere.
@@ -177,14 +202,19 @@ const char* readBox(const fcl::CollisionObject<S>& object, const Frame& frame, B
   if (has_own) {
     const BoxSize size(box);
     const Corners own = ownCorners(box, frame);
-    if (contains(own, corners, frame.scale * size.rounding)) {
-      corners = {min(own.low, corners.low), max(own.high, corners.high)};
-    } else {
-      // It is of another pose, unless it is smaller than FCL makes it.
-      const Widening added = wideningOf(object, size, BoxSize(shape.aabb_local).half, half);
-      const double margin = frame.scale * added.margin;
+    // FCL takes small rotations for none.
+    const double tilt = 4 * double{Eigen::NumTraits<S>::dummy_precision()} * finiteNorm(half);
+    const double rounding = frame.scale * (roundingOf(box) + tilt);
+    const bool contains_shape = contains(own, corners, rounding);
+    // A box of this pose that is smaller somewhere is the program's own.
+    const bool is_of_this_pose = contains_shape || haveOneMiddle(own, corners, rounding);
+    if (!contains_shape) {
+      const double margin = frame.scale * marginOfOldBox(object, size, half);
       corners.low = corners.low - Vec3d{margin, margin, margin};
       corners.high = corners.high + Vec3d{margin, margin, margin};
+    }
+    if (is_of_this_pose) {
+      corners = {min(own.low, corners.low), max(own.high, corners.high)};
     }
   }
   segment = Segment::box(corners.low, corners.high);
@@ -195,26 +225,20 @@ const char* readBox(const fcl::CollisionObject<S>& object, const Frame& frame, B
 template <typename S>
 const char* addWidening(const fcl::CollisionObject<S>& object, const Frame& frame, double radius,
                         double length, Segment& segment) {
-  const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
-  const BoxSize size(box);
-  const double end = length / 2 + radius;
-  const Vec3d axis = toVec3(ObjectMembers<S>::pose(object).matrix().col(2));
-  const Widening added =
-      wideningOf(object, size, {radius, radius, end},
-                 {std::fabs(axis.x) * length / 2 + radius, std::fabs(axis.y) * length / 2 + radius,
-                  std::fabs(axis.z) * length / 2 + radius});
+  const Widening added = wideningOf(object, radius, length);
   segment.radius += frame.scale * added.margin;
   if (added.is_uneven) {
-    const Corners own = ownCorners(box, frame);
+    const Corners own = ownCorners(ObjectMembers<S>::box(object), frame);
     const double r = segment.radius + endPointError(segment);
     segment = Segment::box(min(own.low, min(segment.a, segment.b) - Vec3d{r, r, r}),
                            max(own.high, max(segment.a, segment.b) + Vec3d{r, r, r}));
+    return nullptr;
   }
-  return segment.isBox() ? nullptr : rangeProblem(segment);
+  return rangeProblem(segment);
 }
 
-/// Whether a box is as large as FCL makes that of a capsule, turned or not, as nearly all are. What
-/// is too small for squares is left to wideningOf().
+/// Whether a box is as large as FCL makes that of a capsule, turned or not, as nearly all are. It
+/// leaves to wideningOf() what is too small for squares, and what has no length and is turned.
 template <typename S>
 FCL_FIBERS_ALWAYS_INLINE bool isStockBox(const fcl::AABB<S>& box, const fcl::Transform3<S>& pose,
                                          double radius, double length) {
@@ -222,14 +246,12 @@ FCL_FIBERS_ALWAYS_INLINE bool isStockBox(const fcl::AABB<S>& box, const fcl::Tra
   const Vec3d t = toVec3(pose.matrix().col(3));
   const double thickness = 2 * radius, end = length + thickness;
   // As far as rounding may have moved the sides of a box at this pose.
-  const double slack = 4 * double{std::numeric_limits<S>::epsilon()} *
-                       (std::fabs(t.x) + std::fabs(t.y) + std::fabs(t.z) + end);
-  if (std::fabs(size.x - size.y) <= slack && std::fabs(size.x - size.z) <= slack) {
-    if (length == 0 && std::fabs(size.x - end) <= slack) return true;
+  const double slack = double{std::numeric_limits<S>::epsilon()} * (1.25 * maxNorm(t) + 5 * end);
+  if (length > 0 && std::fabs(size.x - size.y) <= slack && std::fabs(size.x - size.z) <= slack) {
     // The diagonal of the box that is not turned is the side of the one that is.
     constexpr double kSmall = 1e-280;
     const double squared = 2 * thickness * thickness + end * end;
-    return squared > kSmall && std::fabs(size.x * size.x - squared) <= slack * (size.x + end);
+    return squared > kSmall && std::fabs(size.x * size.x - squared) <= 2 * slack * size.x;
   }
   return std::fabs(size.x - thickness) <= slack && std::fabs(size.y - thickness) <= slack &&
          std::fabs(size.z - end) <= slack;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
+#include <limits>
 
 #include "broadphase/object_members.h"
 
@@ -11,74 +13,148 @@ namespace {
 
 using geometry::Vec3d;
 
+template <typename S>
+constexpr double kEps = double{std::numeric_limits<S>::epsilon()};
+
 double least(const Vec3d& v) { return std::min({v.x, v.y, v.z}); }
 double most(const Vec3d& v) { return std::max({v.x, v.y, v.z}); }
+Vec3d cube(double half) { return {half, half, half}; }
 
 template <typename S>
-Vec3d halfOf(const fcl::AABB<S>& box) {
-  return BoxSize(box).half;
+Vec3d toVec3(const fcl::Vector3<S>& v) {
+  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
 }
 
-/// By the formula of CollisionObject::computeAABB() for objects that are rotated.
-template <typename S>
-bool containsStockBox(const fcl::CollisionObject<S>& object) {
-  const fcl::CollisionGeometry<S>& shape = *ObjectMembers<S>::shape(object);
-  const fcl::Vector3<S> center = ObjectMembers<S>::pose(object) * shape.aabb_center;
-  const fcl::Vector3<S> delta = fcl::Vector3<S>::Constant(shape.aabb_radius);
-  const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
-  return (box.min_.array() <= (center - delta).array()).all() &&
-         (box.max_.array() >= (center + delta).array()).all();
+/// Half the size that a box has where the program adds nothing to it, and the margin that the
+/// object has all the same, as the shape's own box has it.
+struct Form {
+  Vec3d half;
+  double margin = 0;
+};
+
+/// The same excess on all axes, if it is more than rounding; else 0.
+double evenExcess(const Vec3d& least_excess, const Vec3d& most_excess, double rounding) {
+  const double low = least(least_excess), high = most(most_excess);
+  return high - low <= 2 * rounding && low > rounding ? high + rounding : 0;
+}
+
+double marginOfEvenSize(const BoxSize& size, const Form* forms, std::size_t count) {
+  double margin = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3d excess = size.half - forms[i].half;
+    const double even = evenExcess(excess, excess, size.rounding);
+    if (even > 0) margin = std::max(margin, even + forms[i].margin);
+  }
+  return margin;
+}
+
+/// Of a box of another pose, by its size alone.
+double marginOfSize(const BoxSize& size, const Form* forms, std::size_t count) {
+  double margin = marginOfEvenSize(size, forms, count);
+  if (margin > 0) return margin;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double everywhere = least(size.half - forms[i].half);
+    if (everywhere > size.rounding) margin = std::max(margin, everywhere + size.rounding);
+  }
+  return margin;
 }
 
 }  // namespace
 
 template <typename S>
-Widening wideningOf(const fcl::CollisionObject<S>& object, const BoxSize& size,
-                    const Vec3d& unrotated, const Vec3d& tight) {
-  constexpr double kRounding = 8 * double{std::numeric_limits<S>::epsilon()};
-  const fcl::CollisionGeometry<S>& shape = *ObjectMembers<S>::shape(object);
-  const Vec3d local = halfOf(shape.aabb_local);
-  const double radius = static_cast<double>(shape.aabb_radius);
-  // FCL's own boxes overflow before capsules do.
-  if (!std::isfinite(radius) || !std::isfinite(maxNorm(local))) return {};
-
-  // What the shape's own box has beyond the shape. A length that has changed since FCL computed
-  // that box shows on one axis, and so adds nothing.
-  double added_to_shape = least(local - unrotated);
-  if (!(added_to_shape > kRounding * maxNorm(local))) added_to_shape = 0;
-  double added_to_radius = added_to_shape;
-  const double usual_radius = norm(local);
-  if (std::fabs(radius - usual_radius) > kRounding * usual_radius) {
-    const double least_radius = shape.getNodeType() == fcl::GEOM_SPHERE ? local.x : usual_radius;
-    const double beyond = radius - least_radius;
-    if (beyond > kRounding * radius) added_to_radius += beyond;
-  }
-
-  const struct {
-    Vec3d half;
-    double margin;
-  } forms[] = {{{radius, radius, radius}, added_to_radius}, {local, added_to_shape}, {tight, 0}};
-  for (const auto& form : forms) {
-    if (size.isAbout(form.half)) return {form.margin, false};
-  }
-  double margin = -1;
-  for (const auto& form : forms) {
-    const Vec3d beyond = size.half - form.half;
-    if (!(most(beyond) - least(beyond) <= 2 * size.rounding && least(beyond) > size.rounding)) {
-      continue;
-    }
-    margin = std::max(margin, most(beyond) + size.rounding + form.margin);
-  }
-  if (margin >= 0) return {margin, false};
-  if (containsStockBox(object)) return {0, true};
-  // It is of another pose, or of another size of the shape.
-  const double beyond = std::max(least(size.half - unrotated), least(size.half - tight));
-  return {beyond > size.rounding && std::isfinite(beyond) ? beyond + size.rounding : 0, false};
+BoxSize::BoxSize(const fcl::AABB<S>& box) {
+  const Vec3d low = toVec3<S>(box.min_), high = toVec3<S>(box.max_);
+  half = 0.5 * high - 0.5 * low;
+  const double farthest = std::max(maxNorm(low), maxNorm(high));
+  is_open = farthest > double{std::numeric_limits<S>::max()} / 4;
+  // Each corner is rounded to nearest, and what FCL adds to the position carries three roundings.
+  rounding = kEps<S> * (0.75 * farthest + 3 * maxNorm(half)) +
+             4 * double{std::numeric_limits<S>::denorm_min()};
 }
 
-template Widening wideningOf(const fcl::CollisionObject<float>&, const BoxSize&, const Vec3d&,
-                             const Vec3d&);
-template Widening wideningOf(const fcl::CollisionObject<double>&, const BoxSize&, const Vec3d&,
-                             const Vec3d&);
+template <typename S>
+Widening wideningOf(const fcl::CollisionObject<S>& object, double radius, double length) {
+  const fcl::CollisionGeometry<S>& shape = *ObjectMembers<S>::shape(object);
+  const fcl::Transform3<S>& pose = ObjectMembers<S>::pose(object);
+  const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
+  const BoxSize size(box);
+  if (!(least(size.half) >= 0)) return {};  // NaN, or empty
+  // The shape's own box, which the program may have widened too. What it is longer than the shape
+  // does not count: a length that has changed since FCL computed it would show there.
+  const bool is_sphere = shape.getNodeType() == fcl::GEOM_SPHERE;
+  const BoxSize own(shape.aabb_local);
+  const Vec3d middle =
+      0.5 * toVec3<S>(shape.aabb_local.min_) + 0.5 * toVec3<S>(shape.aabb_local.max_);
+  const double own_rounding = 4 * own.rounding;
+  const double excess[] = {own.half.x - radius, own.half.y - radius,
+                           is_sphere ? own.half.z - radius : own.half.x - radius};
+  const auto [low, high] = std::minmax({excess[0], excess[1], excess[2]});
+  const bool is_even = high - low <= own_rounding && maxNorm(middle) <= own_rounding;
+  const double in_box = is_even && high > own_rounding ? high : 0;
+
+  // The ball around it, which bounds objects that are turned.
+  const auto ball = static_cast<double>(shape.aabb_radius), usual = norm(own.half);
+  // Where FCL's own box has overflowed, nobody can tell.
+  if (size.is_open) return {0, std::isfinite(ball)};
+  double in_ball = in_box;
+  if (std::fabs(ball - usual) > own_rounding) {
+    const double beyond = ball - (is_sphere ? own.half.x : usual);
+    if (beyond > own_rounding && std::isfinite(beyond)) in_ball += beyond;
+  }
+
+  const Vec3d axis = toVec3<S>(pose.matrix().col(2).template head<3>());
+  const Vec3d tight = {std::fabs(axis.x) * length / 2 + radius,
+                       std::fabs(axis.y) * length / 2 + radius,
+                       std::fabs(axis.z) * length / 2 + radius};
+  Form forms[3] = {{own.half, in_box}, {tight, 0}};
+  std::size_t count = 2;
+  // Where both of FCL's boxes are cubes, the pose tells which it is.
+  const bool may_be_turned =
+      !(most(own.half) - least(own.half) <= own_rounding) || !pose.linear().isIdentity();
+  if (std::isfinite(ball) && may_be_turned) forms[count++] = {cube(ball), in_ball};
+
+  if (is_even) {
+    for (std::size_t i = 0; i < count; ++i) {
+      if (maxNorm(size.half - forms[i].half) <= size.rounding) return {forms[i].margin, false};
+    }
+  }
+  const Vec3d position = toVec3<S>(pose.matrix().col(3).template head<3>());
+  const Vec3d below = position - toVec3<S>(box.min_), above = toVec3<S>(box.max_) - position;
+  const Vec3d inner = min(below, above), outer = max(below, above);
+  if (least(inner - tight) >= -size.rounding) {
+    double margin = 0;
+    for (std::size_t i = 0; is_even && i < count; ++i) {
+      const double even =
+          evenExcess(inner - forms[i].half, outer - forms[i].half, 2 * size.rounding);
+      if (even > 0) margin = std::max(margin, even + forms[i].margin);
+    }
+    if (margin > 0) return {margin, false};
+    // Widened on one side, or on all and then moved by less than that: both count.
+    return {marginOfEvenSize(size, forms, count), true};
+  }
+  if (!is_even) return {std::max(0.0, std::max(high, most(size.half - tight))), false};
+  return {marginOfSize(size, forms, count), false};
+}
+
+template <typename S>
+double marginOfOldBox(const fcl::CollisionObject<S>& object, const BoxSize& size,
+                      const Vec3d& posed) {
+  const fcl::CollisionGeometry<S>& shape = *ObjectMembers<S>::shape(object);
+  const auto ball = static_cast<double>(shape.aabb_radius);
+  if (size.is_open) return 0;
+  const Form forms[] = {{BoxSize(shape.aabb_local).half, 0}, {posed, 0}, {cube(ball), 0}};
+  for (const Form& form : forms) {
+    if (maxNorm(size.half - form.half) <= size.rounding) return 0;
+  }
+  return marginOfSize(size, forms, std::isfinite(ball) ? 3 : 2);
+}
+
+#define FCL_FIBERS_INSTANTIATE(S)                                               \
+  template BoxSize::BoxSize(const fcl::AABB<S>&);                               \
+  template Widening wideningOf(const fcl::CollisionObject<S>&, double, double); \
+  template double marginOfOldBox(const fcl::CollisionObject<S>&, const BoxSize&, const Vec3d&);
+FCL_FIBERS_INSTANTIATE(float)
+FCL_FIBERS_INSTANTIATE(double)
+#undef FCL_FIBERS_INSTANTIATE
 
 }  // namespace fcl_fibers::broadphase

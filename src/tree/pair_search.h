@@ -144,13 +144,14 @@ class SerialWork : public WorkSink {
 class alignas(64) PieceRun final : public PairBuffer {
  public:
   void start() {
-    if (pairs_.capacity() > kHeld) release();
     if (pairs_.empty()) pairs_.resize(kFirst + kRoom);
     restart(0);
   }
-  void finish(const CapsuleFilter* filter) {
-    count_ = static_cast<std::size_t>(next_ - pairs_.data());
-    if (filter != nullptr) count_ = filter->keepTouching(pairs_.data(), count_);
+  /// Returns how many pairs it has found, of which the filter keeps some.
+  std::size_t finish(const CapsuleFilter* filter) {
+    const auto found = static_cast<std::size_t>(next_ - pairs_.data());
+    count_ = filter != nullptr ? filter->keepTouching(pairs_.data(), found) : found;
+    return found;
   }
   Visit full() override {
     const auto count = static_cast<std::size_t>(next_ - pairs_.data());
@@ -162,9 +163,13 @@ class alignas(64) PieceRun final : public PairBuffer {
   std::size_t count() const { return count_; }
   std::size_t memoryUsage() const { return pairs_.capacity() * sizeof(Pair); }
   void release() { pairs_ = std::vector<Pair>(); }
+  /// Gives back what only dense parts of a scene need.
+  void trim() {
+    if (pairs_.capacity() > kMostKept) release();
+  }
 
  private:
-  static constexpr std::size_t kFirst = 256, kHeld = std::size_t{1} << 15;
+  static constexpr std::size_t kFirst = 256, kMostKept = 8192;
 
   void restart(std::size_t count) {
     next_ = pairs_.data() + count;
@@ -186,19 +191,15 @@ struct SearchScratch {
   };
   std::array<Window, 2> windows;
 
-  /// Gives back what only dense parts of a scene need, and what is more than a few megabytes in
-  /// all.
+  /// Gives back what is more than a few megabytes in all.
   void trim() {
-    constexpr std::size_t kPiece = std::size_t{1} << 16, kAll = std::size_t{1} << 23;
+    constexpr std::size_t kAll = std::size_t{1} << 23;
     std::size_t kept = 0;
     for (Window& window : windows) {
       for (internal::PieceRun& piece : window.pieces) {
-        const std::size_t bytes = piece.memoryUsage();
-        if (bytes > kPiece || kept + bytes > kAll) {
-          piece.release();
-        } else {
-          kept += bytes;
-        }
+        piece.trim();
+        if (kept + piece.memoryUsage() > kAll) piece.release();
+        kept += piece.memoryUsage();
       }
     }
   }
@@ -278,19 +279,37 @@ class ParallelWork : public WorkSink {
 
   Visit take(const Work& piece) override {
     filling_->work.push_back(piece);
-    return filling_->work.size() == limit_ ? advance() : Visit::kContinue;
+    while (filling_->work.size() >= limit_) {
+      if (advance() == Visit::kStop) return Visit::kStop;
+    }
+    return Visit::kContinue;
   }
-  Visit finish() { return advance() == Visit::kStop ? Visit::kStop : deliver(); }
+  Visit finish() {
+    while (!filling_->work.empty()) {
+      if (advance() == Visit::kStop) return Visit::kStop;
+    }
+    return deliver();
+  }
 
  private:
   Visit advance() {
     std::atomic<bool> stopped{false};
+    std::atomic<std::size_t> found{0}, searched{filling_->work.size()};
     const auto search = [&](int i) {
       if (stopped.load(std::memory_order_relaxed)) return;
-      PieceRun& piece = filling_->pieces[static_cast<std::size_t>(i)];
+      const auto number = static_cast<std::size_t>(i);
+      PieceRun& piece = filling_->pieces[number];
+      if (i > 0 && found.load(std::memory_order_relaxed) > kManyPairs) {
+        // Left to the next window, and all behind it.
+        std::size_t end = searched.load(std::memory_order_relaxed);
+        while (number < end && !searched.compare_exchange_weak(end, number)) {
+        }
+        piece.release();
+        return;
+      }
       piece.start();
-      Search<Tree>::overlaps(trees_, filling_->work[static_cast<std::size_t>(i)], piece);
-      piece.finish(filter_);
+      Search<Tree>::overlaps(trees_, filling_->work[number], piece);
+      found.fetch_add(piece.finish(filter_), std::memory_order_relaxed);
     };
     const auto deliver_before = [&] {
       if (deliver() == Visit::kStop) stopped.store(true, std::memory_order_relaxed);
@@ -298,9 +317,11 @@ class ParallelWork : public WorkSink {
     executor_.runBeside(deliver_before, static_cast<int>(filling_->work.size()), search);
     if (stopped) return Visit::kStop;
     std::swap(searched_, filling_);
-    filling_->work.clear();
-    std::size_t found = 0;
-    for (std::size_t i = 0; i < searched_->work.size(); ++i) found += searched_->pieces[i].count();
+    for (PieceRun& piece : filling_->pieces) piece.trim();
+    const auto left = searched_->work.begin() + static_cast<std::ptrdiff_t>(searched.load());
+    filling_->work.assign(left, searched_->work.end());
+    for (std::size_t i = searched; i < searched_->work.size(); ++i) searched_->pieces[i].release();
+    searched_->work.erase(left, searched_->work.end());
     limit_ =
         found > kManyPairs ? std::max(limit_ / 2, kFirstLimit) : std::min(2 * limit_, kCapacity);
     return Visit::kContinue;
@@ -317,7 +338,7 @@ class ParallelWork : public WorkSink {
   }
 
   /// Pieces in a window. A piece has at most the square of the grain of Search::cut() of pairs, two
-  /// megabytes, so that where pairs are many windows become small.
+  /// megabytes; a window ends before the piece at which it has many.
   static constexpr std::size_t kFirstLimit = 4, kCapacity = 256;
   static constexpr std::size_t kManyPairs = std::size_t{1} << 20;
   const Trees& trees_;

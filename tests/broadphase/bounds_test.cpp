@@ -11,6 +11,9 @@
 #include <utility>
 #include <vector>
 
+#include <fcl/geometry/shape/sphere.h>
+
+#include "support/exact_geometry.h"
 #include "support/managed.h"
 #include "support/scene_generators.h"
 
@@ -40,9 +43,26 @@ fcl::AABB<S> tightBox(const fcl::CollisionObject<S>& object) {
     half = (capsule.lz / 2 * object.getRotation().col(2)).cwiseAbs();
     half.array() += capsule.radius;
   } else {
-    half.setConstant(object.collisionGeometry()->aabb_radius);
+    const auto& sphere = static_cast<const fcl::Sphere<S>&>(*object.collisionGeometry());
+    half.setConstant(sphere.radius);
   }
   return {object.getTranslation() - half, object.getTranslation() + half};
+}
+
+// Whether a capsule or a sphere reaches a box; by its own box alone it might not for spheres.
+template <typename S>
+bool meets(const fcl::AABB<S>& box, const fcl::CollisionObject<S>& object) {
+  const fcl::AABB<S> tight = tightBox(object);
+  Point half = Point::Zero();
+  Real radius = Real(tight.max_[0] - tight.min_[0]) / 2;
+  if (object.getNodeType() == fcl::GEOM_CAPSULE) {
+    const auto& capsule = static_cast<const fcl::Capsule<S>&>(*object.collisionGeometry());
+    half = Real(capsule.lz) / 2 * object.getRotation().col(2).template cast<Real>();
+    radius = Real(capsule.radius);
+  }
+  const Point center = object.getTranslation().template cast<Real>();
+  const ExactBox exact{box.min_.template cast<Real>(), box.max_.template cast<Real>()};
+  return segmentBoxDistance(center - half, center + half, exact) <= radius;
 }
 
 // The ways in which programs give their objects a margin. A sphere is as FCL has it in the third,
@@ -131,11 +151,12 @@ TYPED_TEST(FiberBounds, AMarginInABoxIsTheObjects) {
       EXPECT_TRUE(oracle.answersSelf(image(selfPairs<S>(*manager)), thicker.objects(),
                                      ArgumentOrder::kPromised, 100));
 
-      // All moved, in part by lists, and their boxes as before: no translation changes a size.
+      // All moved by more than their boxes are large, and these as before: no motion changes a
+      // size.
       Random random(302);
       Objects moved;
       for (std::size_t i = 0; i < scene.size(); ++i) {
-        const Eigen::Vector3d by = random.inCube(0.1);
+        const Eigen::Vector3d by = random.inCube(0.1) + Eigen::Vector3d::Constant(4);
         for (auto* object : {scene[i], thicker[i]}) {
           object->setTranslation(object->getTranslation() + by.cast<S>());
         }
@@ -161,6 +182,152 @@ TYPED_TEST(FiberBounds, AMarginInABoxIsTheObjects) {
       EXPECT_TRUE(oracle.answersBetween(
           image(pairsWith<S>(*a, *b)), Objects(thicker.objects().begin(), end),
           Objects(end, thicker.objects().end()), ArgumentOrder::kPromised, 20));
+    }
+  }
+}
+
+template <typename S>
+std::set<std::pair<std::size_t, std::size_t>> selfNumbers(
+    const fcl::BroadPhaseCollisionManager<S>& manager, const Scene<S>& scene) {
+  std::set<std::pair<std::size_t, std::size_t>> numbers;
+  for (const auto& [a, b] : selfPairs<S>(manager)) {
+    const auto numberOf = [&](const auto* object) {
+      const auto& all = scene.objects();
+      return static_cast<std::size_t>(std::find(all.begin(), all.end(), object) - all.begin());
+    };
+    EXPECT_TRUE(numbers.insert(std::minmax(numberOf(a), numberOf(b))).second);
+  }
+  return numbers;
+}
+
+// A margin would be lost where an object has moved by less than that, without computeAABB().
+TYPED_TEST(FiberBounds, AMarginOutlastsASmallMotion) {
+  using S = typename TypeParam::Scalar;
+  for (int way = 0; way < 4; ++way) {
+    for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0.03)) {
+      SCOPED_TRACE(std::string(kWays[way]) + ", " + describe(options));
+      const Scene<S> scene = capsulesAndSpheres<S>(301), thicker = thickened(scene);
+      for (std::size_t i = 0; i < scene.size(); ++i) widen(*scene[i], way, marginOf<S>(i));
+      Random random(311);
+      for (std::size_t i = 0; i < scene.size(); ++i) {
+        const Eigen::Vector3d by = random.inCube(0.01);
+        for (auto* object : {scene[i], thicker[i]}) {
+          object->setTranslation(object->getTranslation() + by.cast<S>());
+        }
+      }
+      const auto manager = TypeParam::make(options);
+      manager->registerObjects(scene.objects());
+      const auto reported = selfNumbers<S>(*manager, scene);
+      const PairOracle<S> oracle(thicker.objects(), rulesOf<TypeParam>(options));
+      for (std::size_t i = 0; i < scene.size(); ++i) {
+        for (std::size_t j = i + 1; j < scene.size(); ++j) {
+          if (oracle.verdict(thicker[i], thicker[j]) != Verdict::kMust) continue;
+          EXPECT_TRUE(reported.count({i, j})) << i << ", " << j;
+        }
+      }
+    }
+  }
+}
+
+// Any box that FCL would find a pair by has to find it here, whatever the program does with it.
+TYPED_TEST(FiberBounds, ABoxAroundTheShapeFindsWhatItFindsInFcl) {
+  using S = typename TypeParam::Scalar;
+  using Box = fcl::AABB<S>;
+  struct Widened {
+    const char* how;
+    void (*widen)(Box& box, fcl::CollisionGeometry<S>& shape, fcl::CollisionObject<S>& object);
+  };
+  constexpr S kInfinity = std::numeric_limits<S>::infinity(), kMost = std::numeric_limits<S>::max();
+  const Widened kAll[] = {
+      {"along x", [](Box& box, auto&, auto&) { box.max_[0] += S(0.5); }},
+      {"against z", [](Box& box, auto&, auto&) { box.min_[2] -= S(0.5); }},
+      {"along all three", [](Box& box, auto&, auto&) { box.max_.array() += S(0.5); }},
+      {"most of all across",
+       [](Box& box, auto&, auto&) {
+         box.min_ -= fcl::Vector3<S>(S(0.3), S(0.3), S(0.1));
+         box.max_ += fcl::Vector3<S>(S(0.3), S(0.3), S(0.1));
+       }},
+      {"everywhere", [](Box& box, auto&, auto&) { grow(box, kInfinity); }},
+      {"as far as a plane", [](Box& box, auto&, auto&) { box.max_[1] = kMost; }},
+      {"the shape's box, along x",
+       [](Box&, auto& shape, auto& object) {
+         shape.aabb_local.max_[0] += S(0.5);
+         shape.aabb_center = shape.aabb_local.center();
+         shape.aabb_radius = (shape.aabb_local.max_ - shape.aabb_center).norm();
+         object.computeAABB();
+       }},
+  };
+  for (const auto& [how, widen] : kAll) {
+    for (const bool is_turned : {false, true}) {
+      for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0)) {
+        SCOPED_TRACE(std::string(how) + (is_turned ? ", turned, " : ", ") + describe(options));
+        Random random(312);
+        Scene<S> scene;
+        for (int i = 0; i < 60; ++i) {
+          const auto pose = makePose<S>(
+              is_turned ? random.rotation() : Eigen::Quaterniond::Identity(), random.inCube(0.6));
+          if (i % 3 == 0) scene.addCapsule(pose, 0.05, 0.3);
+          if (i % 3 == 1) scene.addCapsule(pose, 0.1, 0);
+          if (i % 3 == 2) {
+            scene.addSphere({0, 0, 0}, 0.1);
+            moveTo(*scene.objects().back(), pose);
+          }
+        }
+        for (std::size_t i = 0; i < scene.size(); i += 4) {
+          widen(boxOf(*scene[i]),
+                const_cast<fcl::CollisionGeometry<S>&>(*scene[i]->collisionGeometry()), *scene[i]);
+        }
+        const auto manager = TypeParam::make(options);
+        manager->registerObjects(scene.objects());
+        const auto reported = selfNumbers<S>(*manager, scene);
+        std::size_t found = 0;
+        for (std::size_t i = 0; i < scene.size(); i += 4) {
+          for (std::size_t j = 0; j < scene.size(); ++j) {
+            if (j != i && meets(scene[i]->getAABB(), *scene[j])) {
+              EXPECT_TRUE(reported.count(std::minmax(i, j))) << i << ", " << j;
+              ++found;
+            }
+          }
+        }
+        EXPECT_GT(found, 10u);
+      }
+    }
+  }
+}
+
+// A floor would lose its margin with its size, which is that of the largest number.
+TYPED_TEST(FiberBounds, PlanesAndHalfspacesKeepTheirs) {
+  using S = typename TypeParam::Scalar;
+  for (const double size : {1e-3, 1.0, 1e3}) {
+    for (const bool is_turned : {false, true}) {
+      for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0)) {
+        SCOPED_TRACE(std::to_string(size) + (is_turned ? ", turned, " : ", ") + describe(options));
+        Scene<S> scene;
+        scene.addHalfspace({0, 0, 1}, 0);
+        scene.addPlane({0, 1, 0}, 0);
+        if (is_turned) {
+          // Down, and about itself.
+          moveTo(*scene[0], makePose<S>(Eigen::Quaterniond(0, 1, 0, 0), {0, 0, 0}));
+          moveTo(*scene[1], makePose<S>(Eigen::Quaterniond(0, 0, 1, 0), {0, 0, 0}));
+        }
+        const double side = is_turned ? -size : size;
+        scene.addCapsule(Eigen::Vector3d(0, 0.5, 0.5) * side, Eigen::Vector3d(1, 0.5, 0.5) * side,
+                         0.1 * size);
+        for (auto* object : {scene[0], scene[1]}) grow(boxOf(*object), S(0.45 * size));
+        auto manager = TypeParam::make(options);
+        manager->registerObjects(scene.objects());
+        const auto reported = selfNumbers<S>(*manager, scene);
+        EXPECT_TRUE(reported.count({0, 2}) && reported.count({1, 2}));
+
+        // A plane without a margin is where it is, not where it was.
+        Scene<S> moved;
+        moved.addPlane({0, 0, 1}, 0);
+        moved.addCapsule(Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(size, 0, 0), 0.1 * size);
+        moved[0]->setTranslation(fcl::Vector3<S>(0, 0, S(-size)));
+        manager = TypeParam::make(options);
+        manager->registerObjects(moved.objects());
+        EXPECT_TRUE(selfPairs<S>(*manager).empty());
+      }
     }
   }
 }
@@ -264,10 +431,7 @@ TYPED_TEST(FiberBounds, ABoxWidenedUnevenlyCountsAsItIs) {
       boxOf(*scene[i]).max_[static_cast<int>(i / 4 % 3)] += S(0.5);
     }
     Managed<TypeParam> manager(scene, options);
-    std::set<std::pair<std::size_t, std::size_t>> reported;
-    for (const auto& pair : manager.numbered(selfPairs<S>(*manager))) {
-      EXPECT_TRUE(reported.insert(pair).second);
-    }
+    const auto reported = selfNumbers<S>(*manager, scene);
     int swept = 0;
     for (std::size_t i = 0; i < scene.size(); ++i) {
       for (std::size_t j = i + 1; j < scene.size(); ++j) {
@@ -313,8 +477,7 @@ TYPED_TEST(FiberBounds, OtherShapesNeedNoComputeAABBEither) {
         grow(boxOf(*fresh[i]), margin);
       }
       manager->update();
-      std::set<std::pair<std::size_t, std::size_t>> reported;
-      for (const auto& pair : manager.numbered(selfPairs<S>(*manager))) reported.insert(pair);
+      const auto reported = selfNumbers<S>(*manager, scene);
       // The octahedra of meshes and convex solids have every axis in them, and boxes have more.
       std::size_t within = 0, boxes = 0;
       for (std::size_t i = 0; i < scene.size(); ++i) {
@@ -368,8 +531,7 @@ TYPED_TEST(FiberBounds, AreOfShapesAloneOrOfObjectsAlone) {
 
     options.bounds = Bounds::kObjects;
     Managed<TypeParam> objects(scene, options);
-    std::set<std::pair<std::size_t, std::size_t>> reported;
-    for (const auto& pair : objects.numbered(selfPairs<S>(*objects))) reported.insert(pair);
+    const auto reported = selfNumbers<S>(*objects, scene);
     std::size_t overlapping = 0;
     for (std::size_t i = 0; i < scene.size(); ++i) {
       for (std::size_t j = i + 1; j < scene.size(); ++j) {
