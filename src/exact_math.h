@@ -3,7 +3,7 @@
 
 // Included before the first line of every source of the libraries, see CMakeLists.txt here. NaN
 // marks empty lanes, and rounding is bounded term by term, so that these flags lose pairs in
-// silence.
+// silence. Of the last two clang says nothing unless -ffast-math is beside them.
 #if defined(__FAST_MATH__) || __FINITE_MATH_ONLY__ || defined(__ASSOCIATIVE_MATH__) || \
     defined(__RECIPROCAL_MATH__)
 #error \

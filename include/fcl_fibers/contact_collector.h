@@ -52,7 +52,8 @@ struct ObjectContact : Contact {
 ///     for (const auto& contact : collector.contacts()) ...
 ///
 /// A pair of capsules or spheres has one contact if the two are no further apart than the manager's
-/// margin and what the program has added to their boxes, see Bounds. All other pairs go to
+/// margin and what the program has added to their boxes, see Bounds; under Report::kCapsules also
+/// if the manager reports it for a box that counts in the place of a capsule. All other pairs go to
 /// `fcl::collide`. They have the contacts that it finds, at most as many as the request admits, and
 /// none if they do not touch. FCL's contact normals, positions and depths become those of Contact.
 /// The arc parameter of a capsule is where the position is nearest to its axis; it is 0 for any

@@ -56,10 +56,10 @@ enum class Bounds {
   /// Pose and shape: `getAABB()` is never read. The fastest, and enough for a program that does not
   /// widen boxes.
   kShapes,
-  /// Pose and shape, and the margin by which a program has made `getAABB()` larger than FCL's own
-  /// box of the shape, as it does for a contact distance. `computeAABB()` is not needed: a box from
-  /// before the last move counts by its size alone. A box that is larger on some sides than on
-  /// others counts in place of the shape.
+  /// Pose and shape, and what a program has added to FCL's own box of the shape, as it does for a
+  /// contact distance: a margin of that object. A box that contains the shape and is larger on some
+  /// sides than on others counts in place of the shape. `computeAABB()` is not needed: a box of
+  /// another pose counts by its size alone. docs/contract.md has the rule.
   kShapesAndMargins,
   /// `getAABB()` alone, of capsules too, as in FCL's managers: for boxes that a program makes
   /// smaller, and up to date only if it calls `computeAABB()`.
