@@ -74,7 +74,7 @@ simd() {
 # The same tests with subnormals flushed to zero, as in a program that is linked with -ffast-math.
 flush_to_zero() {
   local suite
-  for suite in geometry_test tree_test tree_scene_test arrays_test broadphase_test; do
+  for suite in geometry_test tree_test tree_scene_test arrays_test broadphase_test swap_test; do
     FCL_FIBERS_FLUSH_TO_ZERO=1 build/release/tests/$suite --gtest_brief=1
   done
 }

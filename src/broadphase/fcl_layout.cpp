@@ -9,16 +9,12 @@
 #include <fcl/geometry/shape/sphere.h>
 #include <fcl/narrowphase/collision_object.h>
 
+#include "broadphase/object_members.h"
+
 namespace fcl_fibers::broadphase {
 namespace {
 
 using Object = fcl::CollisionObject<double>;
-
-/// Reads FCL's own members, by the layout they have here.
-struct Probe : Object {
-  using Object::aabb;
-  using Object::t;
-};
 
 /// Members of CollisionObject<double> are compiled in libfcl only: FCL declares them
 /// `extern template`, and none of them is inline.
@@ -29,10 +25,10 @@ bool readsBackItsPose() {
   const fcl::Vector3d position(1, 2, 3);
   auto* object =
       new (memory) Object(std::make_shared<fcl::Sphered>(0.5), fcl::Matrix3d::Identity(), position);
-  const auto* probe = static_cast<const Probe*>(object);
-  const bool is_same = probe->t.matrix().col(3).head<3>() == position &&
-                       probe->aabb.min_ == (position.array() - 0.5).matrix() &&
-                       &probe->t == &object->getTransform();
+  using Members = ObjectMembers<double>;
+  const bool is_same = Members::pose(*object).matrix().col(3).head<3>() == position &&
+                       Members::box(*object).min_ == (position.array() - 0.5).matrix() &&
+                       &Members::pose(*object) == &object->getTransform();
   object->~Object();
   return is_same;
 }
