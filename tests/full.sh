@@ -101,6 +101,12 @@ simd_sanitized() {
   done
 }
 
+# All threads' suites, of which .ci/run takes one at a time.
+threads() {
+  .ci/apt_install.sh clang libclang-rt-dev
+  tests/thread_sanitized.sh parallel_test threads_test arrays_test tree_scene_test
+}
+
 # docs/numerics.md: its table, a million segments in trees of every kind, and the paper's scenes.
 extremes() {
   build fcl_fibers_numerics_run scenes_test
@@ -243,6 +249,7 @@ steps=(
   simd
   flush_to_zero
   all_managers
+  threads
   sanitized
   simd_sanitized
   extremes

@@ -1,0 +1,14 @@
+#!/usr/bin/env bash
+# What these suites do on several threads, under ThreadSanitizer:
+#
+#   tests/thread_sanitized.sh SUITE...
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+cmake --preset thread-sanitize
+cmake --build --preset thread-sanitize --target "$@"
+for suite in "$@"; do
+  filter='*Threads*:*WithoutMotion*:*HandedOn*:*Named*:*TwoManagers*:*MayBeMade*'
+  [[ $suite != parallel_test ]] || filter='*'
+  "build/thread-sanitize/tests/$suite" --gtest_brief=1 --gtest_filter="$filter"
+done
