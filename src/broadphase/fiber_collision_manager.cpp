@@ -626,7 +626,7 @@ class FiberCollisionManager<S>::Impl {
 
   /// Objects are large and lie anywhere.
   static constexpr std::size_t kPrefetchAhead = 8;
-  static void prefetchLines(const void* object, std::size_t count) {
+  FCL_FIBERS_ALWAYS_INLINE static void prefetchLines(const void* object, std::size_t count) {
     if (object == nullptr) return;
     const auto* lines = static_cast<const char*>(object);
     for (std::size_t line = 0; line < count; ++line) __builtin_prefetch(lines + 64 * line);

@@ -40,7 +40,9 @@ class Layered {
                                                                 Volume::around(segment, padding));
   }
 
-  static void prefetchLeaf(std::int32_t slot, const std::vector<Pack>& packs) {
+  /// Inlined, or gcc takes it for a function that does nothing.
+  FCL_FIBERS_ALWAYS_INLINE static void prefetchLeaf(std::int32_t slot,
+                                                    const std::vector<Pack>& packs) {
     const auto* pack =
         reinterpret_cast<const char*>(&packs[static_cast<std::size_t>(slot / kArity)]);
     for (std::size_t line = 0; line < sizeof(Pack); line += 64) __builtin_prefetch(pack + line, 1);

@@ -34,9 +34,9 @@ bool WrappedSpheres<A>::fitLeaf(std::int32_t slot, const geometry::Segment& segm
                                 std::vector<Pack>& /*packs*/) {
   const Ball ball = Ball::around(segment, padding);
   Ball& kept = leaf_balls_[static_cast<std::size_t>(slot)];
-  if (kept == ball) return false;
+  const bool differs = !(kept == ball);
   kept = ball;
-  return true;
+  return differs;
 }
 
 template <int A>

@@ -27,7 +27,8 @@ class WrappedSpheres {
                 const std::vector<Pack>&) const {
     return leaf_balls_[static_cast<std::size_t>(slot)] == geometry::Ball::around(segment, padding);
   }
-  void prefetchLeaf(std::int32_t slot, const std::vector<Pack>&) const {
+  /// Inlined, or gcc takes it for a function that does nothing.
+  FCL_FIBERS_ALWAYS_INLINE void prefetchLeaf(std::int32_t slot, const std::vector<Pack>&) const {
     __builtin_prefetch(&leaf_balls_[static_cast<std::size_t>(slot)], 1);
   }
   void startRefit() { cages_kept_ = cages_recomputed_ = 0; }
