@@ -3,7 +3,14 @@
 
 #include <fcl/narrowphase/collision_object.h>
 
+#include "geometry/vec3.h"
+
 namespace fcl_fibers::broadphase {
+
+template <class Vector>
+geometry::Vec3d toVec3(const Vector& v) {
+  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
+}
 
 /// Reads members of FCL's objects where they are. FCL compiles their accessors in libfcl alone, so
 /// that each would be a call. requireLayoutOfFcl() has made sure of the layout.

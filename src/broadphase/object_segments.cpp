@@ -20,11 +20,6 @@ using geometry::Frame;
 using geometry::Segment;
 using geometry::Vec3d;
 
-template <class Vector>
-Vec3d toVec3(const Vector& v) {
-  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
-}
-
 bool allFinite(const Vec3d& v) {
   // Zero times infinity or NaN is NaN.
   return 0 * v.x + 0 * v.y + 0 * v.z == 0;

@@ -20,11 +20,6 @@ double least(const Vec3d& v) { return std::min({v.x, v.y, v.z}); }
 double most(const Vec3d& v) { return std::max({v.x, v.y, v.z}); }
 Vec3d cube(double half) { return {half, half, half}; }
 
-template <typename S>
-Vec3d toVec3(const fcl::Vector3<S>& v) {
-  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
-}
-
 /// Half the size that a box has where the program adds nothing to it, and the margin that the
 /// object has all the same, as the shape's own box has it.
 struct Form {
@@ -63,7 +58,7 @@ double marginOfSize(const BoxSize& size, const Form* forms, std::size_t count) {
 
 template <typename S>
 BoxSize::BoxSize(const fcl::AABB<S>& box) {
-  const Vec3d low = toVec3<S>(box.min_), high = toVec3<S>(box.max_);
+  const Vec3d low = toVec3(box.min_), high = toVec3(box.max_);
   half = 0.5 * high - 0.5 * low;
   const double farthest = std::max(maxNorm(low), maxNorm(high));
   is_open = farthest > double{std::numeric_limits<S>::max()} / 4;
@@ -83,8 +78,7 @@ Widening wideningOf(const fcl::CollisionObject<S>& object, double radius, double
   // does not count: a length that has changed since FCL computed it would show there.
   const bool is_sphere = shape.getNodeType() == fcl::GEOM_SPHERE;
   const BoxSize own(shape.aabb_local);
-  const Vec3d middle =
-      0.5 * toVec3<S>(shape.aabb_local.min_) + 0.5 * toVec3<S>(shape.aabb_local.max_);
+  const Vec3d middle = 0.5 * toVec3(shape.aabb_local.min_) + 0.5 * toVec3(shape.aabb_local.max_);
   const double own_rounding = 4 * own.rounding;
   const double excess[] = {own.half.x - radius, own.half.y - radius,
                            is_sphere ? own.half.z - radius : own.half.x - radius};
@@ -102,7 +96,7 @@ Widening wideningOf(const fcl::CollisionObject<S>& object, double radius, double
     if (beyond > own_rounding && std::isfinite(beyond)) in_ball += beyond;
   }
 
-  const Vec3d axis = toVec3<S>(pose.matrix().col(2).template head<3>());
+  const Vec3d axis = toVec3(pose.matrix().col(2));
   const Vec3d tight = {std::fabs(axis.x) * length / 2 + radius,
                        std::fabs(axis.y) * length / 2 + radius,
                        std::fabs(axis.z) * length / 2 + radius};
@@ -118,8 +112,8 @@ Widening wideningOf(const fcl::CollisionObject<S>& object, double radius, double
       if (maxNorm(size.half - forms[i].half) <= size.rounding) return {forms[i].margin, false};
     }
   }
-  const Vec3d position = toVec3<S>(pose.matrix().col(3).template head<3>());
-  const Vec3d below = position - toVec3<S>(box.min_), above = toVec3<S>(box.max_) - position;
+  const Vec3d position = toVec3(pose.matrix().col(3));
+  const Vec3d below = position - toVec3(box.min_), above = toVec3(box.max_) - position;
   const Vec3d inner = min(below, above), outer = max(below, above);
   if (least(inner - tight) >= -size.rounding) {
     double margin = 0;
