@@ -92,8 +92,6 @@ class Truth {
 
   /// Programs pass over the pairs of consecutive links in their callbacks.
   void ignoreNeighbors(const Objects& chain);
-  /// For a program whose own mistake has all pairs reported.
-  void allowFarPairs() { far_pairs_ = true; }
 
   /// 0 where they overlap; infinity where they are ignored. With a half-space only 0 or infinity,
   /// as FCL has no distance to one.
@@ -125,13 +123,12 @@ class Truth {
   double distance(const Body& a, const Body& b) const;
   template <typename Visitor>
   void visitPairs(const Objects& managed, const Partners& partners, Visitor visit) const;
-  testing::AssertionResult areAll(const Calls<S>& calls, const Objects& managed,
+  testing::AssertionResult areAll(const Manager& manager, const Calls<S>& calls,
                                   const Partners& partners, std::size_t least) const;
   template <typename... Partner>
   void nearest(const Manager& manager, const Partners& partners, Partner*... partner) const;
 
   std::unordered_map<const Object*, Body> bodies_;
-  bool far_pairs_ = false;
 };
 
 extern template class Truth<float>;

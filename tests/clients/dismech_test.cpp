@@ -51,7 +51,6 @@ void limbsInContact(const Swap<S>& swap, Random& random) {
     SCOPED_TRACE("frame " + std::to_string(frame));
     for (Limb<S>& limb : limbs) limb.step(random);
     Truth<S> truth;
-    if (is_fcl) truth.allowFarPairs();
     for (const Limb<S>& limb : limbs) truth.read(limb.edges.objects());
     for (std::size_t i = 0; i < limbs.size(); ++i) {
       const auto& edges = limbs[i].edges.objects();
