@@ -193,7 +193,7 @@ struct SearchScratch {
 
   /// Gives back what is more than a few megabytes in all.
   void trim() {
-    constexpr std::size_t kAll = std::size_t{1} << 23;
+    constexpr std::size_t kAll = std::size_t{1} << 22;
     std::size_t kept = 0;
     for (Window& window : windows) {
       for (internal::PieceRun& piece : window.pieces) {

@@ -96,7 +96,7 @@ TYPED_TEST(ManagerMemory, OfADenseQueryIsBoundedAndGivenBack) {
     EXPECT_GT(count.calls, 17'000'000u);  // 144 megabytes
     EXPECT_LE(count.most - live_before, std::size_t{64} << 20);
     const std::size_t kept = liveBytes() - live_before;
-    EXPECT_LE(kept, std::size_t{9} << 20);
+    EXPECT_LE(kept, std::size_t{5} << 20);
     EXPECT_NEAR(double(manager->memoryUsage() - said_before), double(kept),
                 0.05 * double(kept) + 4096);
   }
