@@ -5,7 +5,6 @@
 // what belongs together:
 //
 //   fcl_fibers_bench --measure=frames [SCENE] [--against=WHOM]
-//   fcl_fibers_bench --measure=bounds [SCENE]
 //   fcl_fibers_bench --measure=queries|growth|costs|sampling
 //   fcl_fibers_bench --measure=chain|radii|rods|pictures            the paper's
 //   fcl_fibers_bench --measure=replay --scene=paper-dynamic         likewise
@@ -40,7 +39,6 @@
 //   Objects/<shape>/...   objects that are no fibers
 //   Growth/<segments>     the tree over plain arrays at three sizes of one density, per segment
 //   Costs/arrays|objects  bytes and seconds of every combination of what may be asked for
-//   Bound/<kind>:<value>  FiberTree::visitPairs with a SearchBound
 //   Sampling/<segments>   the helix cut into 25 to 2,000 segments: contacts found and missed
 //   Replay/...            the paper's dynamic assembly, all --steps: update:007 is of step 7
 //   Chain/...             self-collision of one chain, --chain=random|snake|straight --edge=N
@@ -68,10 +66,10 @@ namespace fcl_fibers::benchmarks {
 namespace {
 
 const std::map<std::string, bool (*)(const Request&)> kMeasures = {
-    {"bounds", measureBounds},   {"chain", measureChain},       {"costs", measureCosts},
-    {"frames", measureFrames},   {"growth", measureGrowth},     {"pictures", measurePictures},
-    {"queries", measureQueries}, {"radii", measureRadii},       {"replay", measureReplay},
-    {"rods", measureRods},       {"sampling", measureSampling},
+    {"chain", measureChain},       {"costs", measureCosts},       {"frames", measureFrames},
+    {"growth", measureGrowth},     {"pictures", measurePictures}, {"queries", measureQueries},
+    {"radii", measureRadii},       {"replay", measureReplay},     {"rods", measureRods},
+    {"sampling", measureSampling},
 };
 
 void addOptions(CLI::App& app, std::string& measure, Request& request) {

@@ -25,7 +25,6 @@ bool measureFrames(const Request& request);
 bool measureQueries(const Request& request);
 bool measureGrowth(const Request& request);
 bool measureCosts(const Request& request);
-bool measureBounds(const Request& request);
 bool measureSampling(const Request& request);
 
 // The paper's.

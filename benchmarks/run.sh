@@ -6,7 +6,7 @@
 #   (nothing)  the README's first table: ours, FCL and Embree on three scenes. 3 minutes
 #   --full     all of docs/performance.md: scenes, other queries, growth. 25 minutes, 6 GB;
 #              --targets: which ratios reach what they are to reach
-#   --trade    what accuracy costs: every manager, bounds, sampling, options; real hair too if
+#   --trade    what accuracy costs: every manager, sampling, options; real hair too if
 #              FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx. 12 minutes
 #   --paper    the paper's Table I, figures and pictures. 20 minutes, and up to an hour for one part;
 #              with --full finer curves and its slowest trees. Hours
@@ -90,10 +90,7 @@ measure() {
 declare -A against=([headline]=headline [full]=full [trade]=all [paper]=paper)
 frames() { measure "$1" frames --against="${against[$set]}" "${@:2}"; }
 # What takes longer than so many seconds in any phase is no choice: trade SCENE SECONDS FLAG...
-trade() {
-  frames "frames_$1" --limit="$2" --steps=20 "${@:3}"
-  measure "bounds_$1" bounds "${@:3}"
-}
+trade() { frames "frames_$1" --limit="$2" --steps=20 "${@:3}"; }
 helix=--scene=helix:fibers=1000,segments
 
 case $scenes in

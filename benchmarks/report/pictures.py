@@ -38,13 +38,6 @@ OURS = {
     "WrappedSphereTree/super_thread": ("spheres, super thread", "#9b3f8f", "s"),
 }
 MARKERS = dict(zip(FCL, "^vPX<>x"))
-SCENE_COLOURS = {
-    "helix": ("#0072b2", "o"),
-    "helix-2000": ("#d55e00", "s"),
-    "cap": ("#009e73", "D"),
-    "paper-dynamic": ("#9b3f8f", "^"),
-    "hair": ("#b07d00", "v"),
-}
 
 
 def png(figure):
@@ -157,38 +150,3 @@ def managers(points, fronts):
     others[0].legend(handles.values(), handles.keys(), loc="center", ncol=2, fontsize=9)
     figure.tight_layout()
     return png(figure)
-
-
-def dials(bounds, sampling):
-    """`bounds`: by kind, by scene, (label, times the query without a bound, share of touching pairs
-    that is left). `sampling`: by kind, (label, seconds, share missed)."""
-    figure = Figure(figsize=(9, 3.6 * (len(bounds) + 1)))
-    axes = figure.subplots(len(bounds) + 1)
-    for axis, (kind, curves) in zip(axes, bounds.items()):
-        for scene, points in curves.items():
-            colour, marker = SCENE_COLOURS[scene]
-            curve(axis, points, colour, marker, scene, scene == next(iter(curves)))
-        log_axis(axis.xaxis, lambda value, _: f"{value:g}x", (1, 2, 5))
-        axis.axvline(1, color=SOFT, lw=1, ls="--")
-        axis.set_ylim(-4, 104)
-        axis.set(title=f"Search bound: {kind}", ylabel="touching pairs not resolved")
-        axis.set_xlabel("time of the query, times the query without a bound (dashed)")
-        axis.legend()
-    axis = axes[-1]
-    for (kind, points), colour in zip(sampling.items(), ("#0072b2", "#d55e00")):
-        curve(axis, points, colour, "o", kind)
-    seconds_axis(axis.xaxis, [point[1] for points in sampling.values() for point in points])
-    axis.set(title="Sampling: segments a fiber", ylabel="contacts missed")
-    axis.set_xlabel("update + detection")
-    axis.legend(title="capsules as they are, or with a margin of twice the chord error", ncol=2)
-    figure.tight_layout()
-    return png(figure)
-
-
-def curve(axis, points, colour, marker, name, labelled=True):
-    """Of percents. Labels stand at the points of one curve only, if several have the same ones."""
-    labels, x, y = zip(*points)
-    axis.plot(x, y, color=colour, marker=marker, ms=5.5, lw=1.3, label=name)
-    axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g} %"))
-    for text, *at in zip(labels, x, y) if labelled else ():
-        axis.annotate(text, at, (5, 6), textcoords="offset points", color=colour, size=9)

@@ -26,7 +26,7 @@ from tables import Table, count, digits, time
 DOCUMENTED = {
     "headline": ("headline",),
     "full": ("ratios", "best", "scene", "elsewhere", "growth"),
-    "trade": ("managers", "sampling", "bounds-tests", "bounds-resolution", "costs"),
+    "trade": ("managers", "sampling", "costs"),
     "paper": ("table-1",),
 }
 BARS = "Bars are medians, lines reach from the lowest run to the highest."
@@ -56,7 +56,7 @@ class Report:
     def __init__(self, kind, title, folder, wanted):
         """`wanted`: the files of the set's measures, a regex each, by what is measured."""
         self.kind, self.title, self.folder = kind, title, folder
-        self.parts = load(folder, "|".join([*wanted.values(), r"(frames|bounds)_hair"]))
+        self.parts = load(folder, "|".join([*wanted.values(), "frames_hair"]))
         self.missing = [what for what, files in wanted.items() if not self.has(files)]
         self.blocks = []
 
@@ -80,7 +80,7 @@ class Report:
         return [block for block in self.blocks if isinstance(block, Figure)]
 
     def documented(self):
-        """Of several scenes the documents show each one's contenders, and bounds on the helix."""
+        """Of several scenes the documents show each one's contenders."""
         words = DOCUMENTED[self.kind]
         names = [name for name in self.tables() if name in words or name.startswith("scene ")]
         return {name: self.tables()[name] for name in names if name.split()[0] in words}
@@ -114,23 +114,14 @@ def speed(kind, folder, with_targets=False):
 
 
 def trade_offs(folder):
-    wanted = files_of("frames", frames.FULL) | files_of("bounds", frames.FULL)
-    wanted |= {"costs": "costs", "sampling": "sampling"}
+    wanted = files_of("frames", frames.FULL) | {"costs": "costs", "sampling": "sampling"}
     report = Report("trade", "What accuracy costs", folder, wanted)
     parts = report.parts
     report.add("frames_.*", trade.managers, parts)
     caption = "Down and to the left is better. Exact ones stand at the foot."
     draw = partial(report.draw, "frames_.*", "trade", "Speed and false pairs", caption)
     draw(lambda: pictures.managers(*trade.manager_points(parts)))
-    for name in [name for name in parts if name.startswith("bounds_")]:
-        for kind in trade.BOUND_KINDS:
-            report.add(name, trade.bounds, parts, name.split("_")[1], kind)
     report.add("sampling", trade.sampling, parts.get("sampling"))
-    if report.has("bounds_.*"):
-        caption = "Labels stand at the points of one curve; the others have the same settings."
-        draw = partial(report.draw, "sampling", "dials", "Dials", caption)
-        points = trade.bound_points(parts)
-        draw(lambda: pictures.dials(points, trade.sampling_points(parts["sampling"])))
     report.add("costs", trade.costs, parts.get("costs"))
     return report
 

@@ -2,14 +2,10 @@
 """Tables of the set trade, and the points of its pictures."""
 
 from frames import header_of, scenes_of
-from pictures import OURS, count_label, style_of
+from pictures import OURS, style_of
 from tables import Table, count, digits, percent, time
 
 HELIX_RADIUS = 0.0035  # cm, of makeHelix()
-BOUND_KINDS = {
-    "tests": "at most so many tests of volumes",
-    "radii": "no volume below so many radii",
-}
 
 
 def contacts(scene, name):
@@ -71,46 +67,6 @@ def manager_points(parts):
     return points, {title: pareto(found) for title, found in points.items()}
 
 
-def bound_values(part, kind):
-    """Coarsest first."""
-    found = (name.split(":") for name in part.names("Bound") if ":" in name)
-    return sorted((int(value) for of, value in found if of == kind), reverse=kind == "radii")
-
-
-def bounds(parts, scene, kind):
-    part = parts[f"bounds_{scene}"]
-    whole, without = part.medians("Bound", "none", "pairs", "seconds")
-    rows = []
-    for value in bound_values(part, kind):
-        keys = ("seconds", "pairs", "pieces", "unresolved")
-        seconds, pairs, *left = part.medians("Bound", f"{kind}:{value}", *keys)
-        rows.append([f"{value:,}", time(seconds), percent(pairs, whole), *map(count, left)])
-    rows.append(["no bound", time(without), "100 %", "0", "0"])
-    header = [BOUND_KINDS[kind], "takes", "touching pairs resolved", "pairs of parts left"]
-    header.append("pairs of segments in them")
-    name = {"tests": "bounds-tests", "radii": "bounds-resolution"}[kind]
-    name += "" if scene == "helix" else f" {scene}"
-    caption = "A query of FiberTree, adjacent segments left out. Radii are the fiber's."
-    title = f"An answer in time, {part.title(scene)}: {BOUND_KINDS[kind]}"
-    return Table(name, title, header, rows, caption)
-
-
-def bound_points(parts):
-    """By kind and scene: label, times the query without a bound, percent that is not resolved."""
-    found = {}
-    for name, part in parts.items():
-        if not name.startswith("bounds_"):
-            continue
-        none, whole = part.medians("Bound", "none", "seconds", "pairs")
-        for kind, title in BOUND_KINDS.items():
-            points = []
-            for value in bound_values(part, kind):
-                seconds, pairs = part.medians("Bound", f"{kind}:{value}", "seconds", "pairs")
-                points.append((count_label(value), seconds / none, 100 * (1 - pairs / whole)))
-            found.setdefault(title, {})[name.split("_", 1)[1]] = points
-    return found
-
-
 def samplings(part):
     """Segments a fiber; the last is the truth."""
     return sorted({int(name.split("/")[0]) for name in part.names("Sampling")})
@@ -130,17 +86,6 @@ def sampling(part):
     header += ["missed with a margin of 2 e", "takes", "of these not in the finest"]
     caption = "Contacts of two fibers, against the finest sampling; update and detection of arrays."
     return Table("sampling", "Sampling", header, rows, caption)
-
-
-def sampling_points(part):
-    """By kind: segments a fiber, seconds, percent of the contacts that are missed."""
-
-    def point(segments, kind):
-        keys = ("seconds", "missed", "contacts")
-        seconds, missed, contacts = part.medians("Sampling", f"{segments}/{kind}", *keys)
-        return f"{segments:,}", seconds, 100 * missed / contacts
-
-    return {kind: [point(n, kind) for n in samplings(part)] for kind in ("plain", "margin")}
 
 
 def costs(part):

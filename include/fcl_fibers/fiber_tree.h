@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <type_traits>
 #include <utility>
@@ -69,27 +68,6 @@ struct TreeVolume {
   std::size_t segment_count = 0;  ///< of `segments`
 };
 
-/// How far down a query goes that has to end in time.
-struct SearchBound {
-  /// Two overlapping volumes stay unopened if each of them is a single capsule or is smaller than
-  /// this. The size of a volume is its longest edge, or the diameter, in the unit of the points. At
-  /// 0 all volumes are opened.
-  double resolution = 0;
-  /// The largest number of tests of two volumes. A test takes a few nanoseconds, and the pairs that
-  /// are found some more.
-  std::size_t volume_tests = std::numeric_limits<std::size_t>::max();
-};
-
-/// Two parts of a tree, or of two trees, that may overlap and were not opened: any of their pairs
-/// may be one that the query asks for, and among them are pairs that it leaves out, such as
-/// neighbours. Capsules are named and borrowed as by TreeVolume.
-struct UnresolvedPair {
-  const std::int32_t* a;  ///< some capsules, of the first tree
-  std::size_t a_count;    ///< of a
-  const std::int32_t* b;  ///< other ones, of the second tree; or the same as a: pairs of these
-  std::size_t b_count;    ///< of b
-};
-
 /// The tree of the fiber managers for programs that keep no FCL object per segment. Same answers,
 /// same promises; what is read is a point, where a manager reads an object, its pose and its shape.
 /// This header needs neither FCL nor Eigen.
@@ -145,30 +123,6 @@ class FCL_FIBERS_EXPORT FiberTree {
   /// All pairs; `pairs` keeps its memory from one call to the next.
   void findPairs(std::vector<SegmentPair>& pairs) const;
 
-  /// An answer within a frame: the queries above, no further down than `bound` allows. Every pair
-  /// that they would report is reported to `visit`, or is among those of one UnresolvedPair that
-  /// `unresolved` is called with, never both or twice; what is reported to `visit` is what they
-  /// would report. The tree is opened level by level, so that a smaller bound gives a coarser
-  /// answer everywhere, not none in some places. Runs on the calling thread and keeps 24 bytes for
-  /// each pair of nodes of a level. Both visitors return nothing, or true to end the query. Throws
-  /// std::invalid_argument if the resolution is negative, NaN or infinite, and as the queries
-  /// above.
-  ///@{
-  template <class Visitor, class Unresolved>
-  bool visitPairs(const SearchBound& bound, Visitor&& visit, Unresolved&& unresolved) const {
-    Bridge<Visitor> bridge(visit);
-    UnresolvedBridge<Unresolved> unresolved_bridge(unresolved);
-    return visitBounded(bound, bridge, unresolved_bridge);
-  }
-  template <class Visitor, class Unresolved>
-  bool visitPairs(const FiberTree& other, const SearchBound& bound, Visitor&& visit,
-                  Unresolved&& unresolved) const {
-    Bridge<Visitor> bridge(visit);
-    UnresolvedBridge<Unresolved> unresolved_bridge(unresolved);
-    return visitBounded(other, bound, bridge, unresolved_bridge);
-  }
-  ///@}
-
   /// For pictures and statistics: the volumes `depth` levels below the root, which is at 0, with
   /// those capsules that have no node so deep. Every capsule is below one of them. Throws
   /// std::invalid_argument if depth is negative.
@@ -194,24 +148,6 @@ class FCL_FIBERS_EXPORT FiberTree {
    protected:
     ~Runs() = default;
   };
-  class UnresolvedPairs {
-   public:
-    /// Returns true to end the query.
-    virtual bool take(const UnresolvedPair& pair) = 0;
-
-   protected:
-    ~UnresolvedPairs() = default;
-  };
-
-  template <class Visitor, class Found>
-  static bool ends(Visitor& visit, const Found& found) {
-    if constexpr (std::is_void_v<decltype(visit(found))>) {
-      visit(found);
-      return false;
-    } else {
-      return visit(found);
-    }
-  }
 
   template <class Visitor>
   class Bridge : public Runs {
@@ -219,7 +155,11 @@ class FCL_FIBERS_EXPORT FiberTree {
     explicit Bridge(Visitor& visit) : visit_(visit) {}
     bool take(const SegmentPair* pairs, std::size_t count) override {
       for (const SegmentPair* pair = pairs; pair != pairs + count; ++pair) {
-        if (ends(visit_, *pair)) return true;
+        if constexpr (std::is_void_v<decltype(visit_(*pair))>) {
+          visit_(*pair);
+        } else if (visit_(*pair)) {
+          return true;
+        }
       }
       return false;
     }
@@ -227,21 +167,9 @@ class FCL_FIBERS_EXPORT FiberTree {
    private:
     Visitor& visit_;
   };
-  template <class Visitor>
-  class UnresolvedBridge : public UnresolvedPairs {
-   public:
-    explicit UnresolvedBridge(Visitor& visit) : visit_(visit) {}
-    bool take(const UnresolvedPair& pair) override { return ends(visit_, pair); }
-
-   private:
-    Visitor& visit_;
-  };
 
   bool visitRuns(Runs& runs) const;
   bool visitRuns(const FiberTree& other, Runs& runs) const;
-  bool visitBounded(const SearchBound& bound, Runs& runs, UnresolvedPairs& unresolved) const;
-  bool visitBounded(const FiberTree& other, const SearchBound& bound, Runs& runs,
-                    UnresolvedPairs& unresolved) const;
 
   class FCL_FIBERS_NO_EXPORT Impl;
   std::unique_ptr<Impl> impl_;

@@ -193,23 +193,6 @@ class FiberTree::Impl {
     return scene_.findPairs(other.scene_, other.scene_.segments().data(), sink);
   }
 
-  Visit findPairs(const SearchBound& bound, tree::PairSink& sink,
-                  tree::UnresolvedSink& unresolved) const {
-    requireWhole("visitPairs");
-    requireResolution(bound);
-    NeighborFilter filter(*this, sink);
-    return scene_.findPairs(bound.resolution, bound.volume_tests,
-                            neighbors_.ignoresAny() ? filter : sink, unresolved);
-  }
-
-  Visit findPairs(const Impl& other, const SearchBound& bound, tree::PairSink& sink,
-                  tree::UnresolvedSink& unresolved) const {
-    requireMatch(other);
-    requireResolution(bound);
-    return scene_.findPairs(other.scene_, other.scene_.segments().data(), bound.resolution,
-                            bound.volume_tests, sink, unresolved);
-  }
-
   /// All capsules, in the order of the tree.
   const std::vector<SegmentId>& leaves() const {
     return std::visit(
@@ -299,12 +282,6 @@ class FiberTree::Impl {
              "the other tree reports volumes and keeps no capsules; give it "
              "Report::kCapsules");
     }
-  }
-
-  static void requireResolution(const SearchBound& bound) {
-    if (bound.resolution >= 0 && std::isfinite(bound.resolution)) return;
-    refuse("visitPairs", "the bound's resolution is " + std::to_string(bound.resolution) +
-                             "; set a finite length of 0 or more");
   }
 
   void requireWhole(const char* call) const {
@@ -452,29 +429,6 @@ class PairsTo : public tree::PairSink {
   F take_;
 };
 
-/// Pieces of two trees, or of one given twice, handed on in the public type.
-template <class F>
-class UnresolvedTo : public tree::UnresolvedSink {
- public:
-  UnresolvedTo(const std::vector<SegmentId>& a, const std::vector<SegmentId>& b, F take)
-      : a_(a.data()), b_(b.data()), take_(std::move(take)) {}
-
-  Visit between(tree::LeafRange a, tree::LeafRange b) override {
-    return handOn({a_ + a.begin, countOf(a), b_ + b.begin, countOf(b)});
-  }
-  Visit within(tree::LeafRange range) override { return between(range, range); }
-
- private:
-  static std::size_t countOf(tree::LeafRange range) {
-    return static_cast<std::size_t>(range.end - range.begin);
-  }
-  Visit handOn(const UnresolvedPair& pair) { return take_(pair) ? Visit::kStop : Visit::kContinue; }
-
-  const SegmentId* a_;
-  const SegmentId* b_;
-  F take_;
-};
-
 }  // namespace
 
 FiberTree::FiberTree(const FiberTreeOptions& options) : impl_(std::make_unique<Impl>(options)) {}
@@ -491,25 +445,6 @@ bool FiberTree::visitRuns(Runs& runs) const {
   PairsTo sink(
       true, [&](const SegmentPair* pairs, std::size_t count) { return runs.take(pairs, count); });
   return impl_->findPairs(sink) == Visit::kStop;
-}
-
-bool FiberTree::visitBounded(const SearchBound& bound, Runs& runs,
-                             UnresolvedPairs& unresolved) const {
-  PairsTo sink(
-      true, [&](const SegmentPair* pairs, std::size_t count) { return runs.take(pairs, count); });
-  UnresolvedTo pieces(impl_->leaves(), impl_->leaves(),
-                      [&](const UnresolvedPair& pair) { return unresolved.take(pair); });
-  return impl_->findPairs(bound, sink, pieces) == Visit::kStop;
-}
-
-bool FiberTree::visitBounded(const FiberTree& other, const SearchBound& bound, Runs& runs,
-                             UnresolvedPairs& unresolved) const {
-  if (&other == this) return visitBounded(bound, runs, unresolved);
-  PairsTo sink(
-      false, [&](const SegmentPair* pairs, std::size_t count) { return runs.take(pairs, count); });
-  UnresolvedTo pieces(impl_->leaves(), other.impl_->leaves(),
-                      [&](const UnresolvedPair& pair) { return unresolved.take(pair); });
-  return impl_->findPairs(*other.impl_, bound, sink, pieces) == Visit::kStop;
 }
 
 bool FiberTree::visitRuns(const FiberTree& other, Runs& runs) const {

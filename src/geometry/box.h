@@ -29,8 +29,6 @@ struct Box {
   FCL_FIBERS_ALWAYS_INLINE float size() const {
     return (high[0] - low[0]) + (high[1] - low[1]) + (high[2] - low[2]);
   }
-  /// Across, where it is longest.
-  float extent() const { return std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]}); }
 };
 
 /// N boxes:  low.x[0..N) low.y[0..N) low.z[0..N) high.x[0..N) high.y[0..N) high.z[0..N)

@@ -50,7 +50,6 @@ struct Sphere {
   }
 
   FCL_FIBERS_ALWAYS_INLINE float size() const { return radius; }
-  float extent() const { return 2 * radius; }
 };
 
 /// N spheres:  x[0..N) y[0..N) z[0..N) radius[0..N)

@@ -14,7 +14,6 @@
 
 #include "geometry/frame.h"
 #include "parallel/executor.h"
-#include "tree/bounded_search.h"
 #include "tree/fiber_tree.h"
 #include "tree/pair_search.h"
 #include "tree/topology.h"
@@ -216,30 +215,6 @@ class Scene {
     });
   }
 
-  /// Pairs of this scene or with another, no further down than the bound allows, on this thread.
-  /// What is left to `unresolved` are nodes whose volumes overlap, whatever the queries report.
-  /// @param resolution  in the world's unit
-  ///@{
-  Visit findPairs(double resolution, std::size_t tests, PairSink& sink,
-                  UnresolvedSink& unresolved) const {
-    const CapsuleFilter filter(segments_.data(), segments_.data(), nullptr, margin(), unit_);
-    const Bound bound{resolution * frame_.scale, resolution * frame_.scale, tests};
-    return std::visit(
-        [&](const auto& tree) {
-          return findBounded<std::decay_t<decltype(tree)>>(tree, bound, filter, sink, unresolved);
-        },
-        tree_);
-  }
-  Visit findPairs(const Scene& other, const Segment* other_segments, double resolution,
-                  std::size_t tests, PairSink& sink, UnresolvedSink& unresolved) const {
-    const Bound bound{resolution * frame_.scale, resolution * other.frame_.scale, tests};
-    return visitTwo(other, [&](const auto& two, auto tree) {
-      const CapsuleFilter filter(segments_.data(), other_segments, &two.b_to_a, margin(), unit_);
-      return findBounded<typename decltype(tree)::type>(two, bound, filter, sink, unresolved);
-    });
-  }
-  ///@}
-
   /// Pairs nearer than `limit`: the same three.
   Visit findNearest(double limit, NearestVisitor& visitor) const {
     return std::visit(
@@ -372,15 +347,6 @@ class Scene {
   Visit search(const Trees& trees, const CapsuleFilter* filter, PairSink& sink) const {
     const ScratchPool::Lease scratch(*scratch_);
     return tree::findPairs<ATree>(trees, filter, executor_.get(), *scratch, sink);
-  }
-
-  template <class ATree, class Trees>
-  Visit findBounded(const Trees& trees, const Bound& bound, const CapsuleFilter& filter,
-                    PairSink& sink, UnresolvedSink& unresolved) const {
-    internal::SerialRun run(filterOrNone(filter), sink);
-    return BoundedSearch<ATree>::overlaps(trees, bound, run, unresolved) == Visit::kStop
-               ? Visit::kStop
-               : run.full();
   }
 
   template <class F>

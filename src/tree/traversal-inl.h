@@ -254,19 +254,6 @@ FCL_FIBERS_ALWAYS_INLINE Visit withGroups(const Tree& tree, F&& visit) {
   return groups.empty() ? visit(AllMeet()) : visit(OtherGroupsMeet<Tree::kArity>(groups));
 }
 
-template <class Tree, class Query, class Meet>
-auto selfPairs(const Tree& tree, Meet meet, Query& query) {
-  static constexpr geometry::SameFrame kSame;
-  return PairTraversal<Tree, Tree, Query, geometry::SameFrame, geometry::SameFrame, Meet>(
-      tree, tree, kSame, kSame, meet, query);
-}
-template <class Tree, class Query>
-auto crossPairs(const Tree& a, const Tree& b, const geometry::FrameChange& b_to_a,
-                const geometry::FrameChange& a_to_b, Query& query) {
-  return PairTraversal<Tree, Tree, Query, geometry::FrameChange, geometry::FrameChange, AllMeet>(
-      a, b, b_to_a, a_to_b, AllMeet(), query);
-}
-
 /// @param lanes  lanes(node): the children of a node that are visited at all
 template <class Tree, class Query, class Lanes>
 Visit leavesBelow(const Tree& tree, std::int32_t node, const typename Tree::Volume& volume,
@@ -287,8 +274,13 @@ Visit leavesBelow(const Tree& tree, std::int32_t node, const typename Tree::Volu
 template <class Tree, class Query>
 Visit visitPairs(const Tree& tree, Query& query) {
   if (tree.empty()) return Visit::kContinue;
-  return internal::withGroups(
-      tree, [&](auto meet) HWY_ATTR { return internal::selfPairs(tree, meet, query).within(0); });
+  return internal::withGroups(tree, [&](auto meet) HWY_ATTR {
+    using geometry::SameFrame;
+    static constexpr SameFrame kSame;
+    return internal::PairTraversal<Tree, Tree, Query, SameFrame, SameFrame, decltype(meet)>(
+               tree, tree, kSame, kSame, meet, query)
+        .within(0);
+  });
 }
 
 /// Each pair of a segment of `a` and one of `b` that the query admits, once. The query's frame is
@@ -297,7 +289,9 @@ template <class Tree, class Query>
 Visit visitPairs(const Tree& a, const Tree& b, const geometry::FrameChange& b_to_a,
                  const geometry::FrameChange& a_to_b, Query& query) {
   if (a.empty() || b.empty()) return Visit::kContinue;
-  auto pairs = internal::crossPairs(a, b, b_to_a, a_to_b, query);
+  using geometry::FrameChange;
+  internal::PairTraversal<Tree, Tree, Query, FrameChange, FrameChange, AllMeet> pairs(
+      a, b, b_to_a, a_to_b, AllMeet(), query);
   // Roots have no volume of their own, so the children of b's root are the start.
   for (int lane = 0; lane < b.node(0).child_count; ++lane) {
     const auto child = Child<Tree>::of(b, 0, lane);
@@ -306,19 +300,6 @@ Visit visitPairs(const Tree& a, const Tree& b, const geometry::FrameChange& b_to
     }
   }
   return Visit::kContinue;
-}
-
-/// A piece of the work of the above.
-template <class Tree, class Query>
-Visit visitPairs(const Tree& tree, const Work& work, Query& query) {
-  return internal::withGroups(tree, [&](auto meet) HWY_ATTR {
-    return internal::selfPairs(tree, meet, query).resume(work);
-  });
-}
-template <class Tree, class Query>
-Visit visitPairs(const Tree& a, const Tree& b, const geometry::FrameChange& b_to_a,
-                 const geometry::FrameChange& a_to_b, const Work& work, Query& query) {
-  return internal::crossPairs(a, b, b_to_a, a_to_b, query).resume(work);
 }
 
 /// Each segment that the query admits against one volume, once, except those of `group`.

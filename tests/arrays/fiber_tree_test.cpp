@@ -502,7 +502,6 @@ TEST(ArrayTree, RefusesATreeOfAnotherKind) {
     const auto refusal =
         ::testing::ThrowsMessage<std::invalid_argument>(::testing::HasSubstr(text));
     EXPECT_THAT([&] { first.visitPairs(other, none); }, refusal);
-    EXPECT_THAT([&] { first.visitPairs(other, SearchBound{}, none, none); }, refusal);
   };
   for (const Report report : {Report::kVolumes, Report::kCapsules}) {
     expectRefusal(tree, treeOf(Volumes::kWrappedSpheres, Topology::kBundle, report),

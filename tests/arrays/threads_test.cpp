@@ -19,11 +19,10 @@ namespace {
 using test::Assembly;
 using test::curledFibers;
 
-/// What a query hands out, in its order: pairs, or numbers of capsules that are left.
+/// What a query hands out, in its order.
 class Record {
  public:
   void operator()(SegmentPair pair) { add(pair.a, pair.b); }
-  void operator()(const UnresolvedPair& pair) { add(pair.a_count, pair.b_count); }
   template <typename A, typename B>
   void add(A a, B b) {
     rows_.emplace_back(static_cast<std::int64_t>(a), static_cast<std::int64_t>(b));
@@ -39,7 +38,7 @@ using Query = std::function<void(const FiberTree&, const FiberTree&, Record&)>;
 /// One of every kind that a tree has.
 std::vector<Query> allQueries() {
   using Tree = FiberTree;
-  std::vector<Query> queries = {
+  return {
       [](const Tree& tree, const Tree&, Record& record) { tree.visitPairs(record); },
       [](const Tree& tree, const Tree& other, Record& record) { tree.visitPairs(other, record); },
       [](const Tree& tree, const Tree& other, Record& record) { other.visitPairs(tree, record); },
@@ -57,18 +56,6 @@ std::vector<Query> allQueries() {
         EXPECT_GT(tree.memoryUsage(), 0u);
       },
   };
-  SearchBound coarse, early;
-  coarse.resolution = 0.4;
-  early.volume_tests = 3000;
-  for (const SearchBound& bound : {coarse, early}) {
-    queries.push_back([bound](const Tree& tree, const Tree&, Record& record) {
-      tree.visitPairs(bound, record, record);
-    });
-    queries.push_back([bound](const Tree& tree, const Tree& other, Record& record) {
-      tree.visitPairs(other, bound, record, record);
-    });
-  }
-  return queries;
 }
 
 class ArrayTreeThreads : public ::testing::TestWithParam<FiberTreeOptions> {};

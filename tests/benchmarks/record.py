@@ -22,7 +22,6 @@ RECORDED = {
     "full/frames_helix": ["frames", "--against=full", HELIX],
     "full/queries": ["queries", "--benchmark_filter=collide, one|/spheres/"],
     "trade/frames_helix": ["frames", "--against=all", HELIX],
-    "trade/bounds_helix": ["bounds", HELIX],
     "trade/sampling": ["sampling", "--benchmark_filter=/(100|2000)/"],
     "trade/costs": ["costs", "--benchmark_filter=Costs/.*/boxes(, fibers)?/"],
     "paper/static_10": ["frames", "--against=paper_all", STATIC + "10"],

@@ -284,9 +284,7 @@ class ReportTest(unittest.TestCase):
         text, page = self.page("trade")
         for title in ("Managers", "Sampling", "What a scene pays for"):
             self.assertIn(f"## {title}\n", text)
-        self.assertEqual(page.count("<img "), 2)
-        # 10,000 tests of volumes are more than so small a scene takes.
-        self.assertEqual(self.row(text, "10,000 ")[1:], ["100 %", "0", "0"])
+        self.assertEqual(page.count("<img "), 1)
 
     def test_paper(self):
         """If this failed, the paper's experiments would have no page."""
@@ -323,13 +321,11 @@ class ReportTest(unittest.TestCase):
         self.assertIn("| hair (tail.tfx): boxes, super thread ", text)
         self.assertFalse((self.root / "picture.png").exists())
         shutil.rmtree(self.folder)
-        self.take("trade", "frames_helix", "bounds_helix")
-        for measure in ("frames", "bounds"):
-            (self.folder / f"{measure}_helix.json").rename(self.folder / f"{measure}_hair.json")
-            self.edit(f"{measure}_hair", lambda run: True, scene="tail.tfx")
+        self.take("trade", "frames_helix")
+        (self.folder / "frames_helix.json").rename(self.folder / "frames_hair.json")
+        self.edit("frames_hair", lambda run: True, scene="tail.tfx")
         text, page = self.page_of_folder("trade")
         self.assertIn("| hair (tail.tfx) 10 x 20 ", text)
-        self.assertIn("<h2>An answer in time, hair (tail.tfx): ", page)
 
     def test_documents_have_the_pictures_of_the_paper_replaced(self):
         """If this failed, README and docs/paper.md would keep pictures of another commit."""

@@ -47,8 +47,7 @@ struct Subject {
 };
 using Act = std::function<void(Subject&)>;
 
-// A query that tells what it calls its visitors with: a pair by its capsules, which are 0 or more;
-// two unresolved parts by the numbers of their capsules, less than 0.
+// A query that tells what it calls its visitor with.
 using Note = std::function<void(int, int)>;
 using Query = std::function<void(const Subject&, const Note&)>;
 
@@ -56,37 +55,12 @@ std::vector<std::pair<std::string, Query>> queries() {
   const auto visitor = [](const Note& note) {
     return [&note](SegmentPair pair) { note(pair.a, pair.b); };
   };
-  const auto unresolved = [](const Note& note) {
-    return [&note](const UnresolvedPair& pair) {
-      note(-static_cast<int>(pair.a_count), -static_cast<int>(pair.b_count));
-    };
-  };
-  // Both leave something, and find some pairs in most trees.
-  SearchBound coarse, early;
-  coarse.resolution = 0.5;
-  early.volume_tests = 250;
   return {
       {"visitPairs",
        [=](const Subject& subject, const Note& note) { subject.tree.visitPairs(visitor(note)); }},
       {"visitPairs(other)",
        [=](const Subject& subject, const Note& note) {
          subject.tree.visitPairs(subject.other, visitor(note));
-       }},
-      {"visitPairs(resolution)",
-       [=](const Subject& subject, const Note& note) {
-         subject.tree.visitPairs(coarse, visitor(note), unresolved(note));
-       }},
-      {"visitPairs(tests)",
-       [=](const Subject& subject, const Note& note) {
-         subject.tree.visitPairs(early, visitor(note), unresolved(note));
-       }},
-      {"visitPairs(other, resolution)",
-       [=](const Subject& subject, const Note& note) {
-         subject.tree.visitPairs(subject.other, coarse, visitor(note), unresolved(note));
-       }},
-      {"visitPairs(other, tests)",
-       [=](const Subject& subject, const Note& note) {
-         subject.tree.visitPairs(subject.other, early, visitor(note), unresolved(note));
        }},
   };
 }
@@ -181,7 +155,6 @@ TEST_P(TreeFaults, AQueryWithoutMemoryChangesNothing) {
 TEST_P(TreeFaults, EveryCallOfAVisitorMayThrow) {
   Subject subject = make(hair_);
   const std::optional<Pairs> before = pairsOf(subject.tree);
-  std::ptrdiff_t found_within_bounds = 0;
   for (const auto& [name, query] : queries()) {
     SCOPED_TRACE(name);
     const auto run = [&, &query = query](std::size_t throw_at) {
@@ -198,14 +171,7 @@ TEST_P(TreeFaults, EveryCallOfAVisitorMayThrow) {
     };
     ASSERT_FALSE(run(0));
     const Pairs calls = subject.seen;
-    const auto is_found = [](const auto& call) { return call.first >= 0; };
-    const auto found = std::count_if(calls.begin(), calls.end(), is_found);
-    if (name == "visitPairs" || name == "visitPairs(other)") {
-      ASSERT_GT(found, 0);
-    } else {
-      ASSERT_LT(found, static_cast<std::ptrdiff_t>(calls.size())) << "the bound leaves nothing";
-      found_within_bounds += found;
-    }
+    ASSERT_FALSE(calls.empty());
     for (std::size_t at = 1; at <= calls.size(); ++at) {
       const std::size_t live = liveAllocations();
       ASSERT_TRUE(run(at));
@@ -217,7 +183,6 @@ TEST_P(TreeFaults, EveryCallOfAVisitorMayThrow) {
     EXPECT_EQ(subject.seen, calls);
     EXPECT_EQ(pairsOf(subject.tree), before);
   }
-  EXPECT_GT(found_within_bounds, 0);
   subject.tree.update(moved_.view());
   EXPECT_EQ(pairsOf(subject.tree), pairsOf(subject.other));
 }

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A tree over arrays of any bits, with groups or without: built, updated, searched, within a bound
-// too, met by another one. What is refused must leave the tree as it was; what is answered must
-// have each pair once, all pairs that surely touch, and under Report::kCapsules none that are
-// surely apart.
+// A tree over arrays of any bits, with groups or without: built, updated, searched, met by
+// another one. What is refused must leave the tree as it was; what is answered must have each pair
+// once, all pairs that surely touch, and under Report::kCapsules none that are surely apart.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -29,9 +28,7 @@ using fcl_fibers::FiberArrays;
 using fcl_fibers::FiberTree;
 using fcl_fibers::FiberTreeOptions;
 using fcl_fibers::Report;
-using fcl_fibers::SearchBound;
 using fcl_fibers::SegmentPair;
-using fcl_fibers::UnresolvedPair;
 using fcl_fibers::fuzz::isRefused;
 using fcl_fibers::fuzz::readNumber;
 using fcl_fibers::fuzz::require;
@@ -152,37 +149,13 @@ void checkAnswers(const FiberTree& tree, const Hair<S>& hair) {
   require(counted == pairs.size());
 }
 
-/// Every pair of the whole answer is in the bounded one or in a piece of it, each once.
-void checkBounded(const FiberTree& tree, const SearchBound& bound) {
-  const Pairs whole = pairsOf(tree);
-  std::set<std::pair<int, int>> seen;
-  const auto see = [&](int a, int b) {
-    require(seen.emplace(std::min(a, b), std::max(a, b)).second);
-  };
-  const bool ended = tree.visitPairs(
-      bound,
-      [&](SegmentPair pair) {
-        require(std::find(whole.begin(), whole.end(), std::pair(pair.a, pair.b)) != whole.end());
-        see(pair.a, pair.b);
-      },
-      [&](const UnresolvedPair& piece) {
-        for (std::size_t i = 0; i < piece.a_count; ++i) {
-          for (std::size_t j = piece.a == piece.b ? i + 1 : 0; j < piece.b_count; ++j) {
-            see(piece.a[i], piece.b[j]);
-          }
-        }
-      });
-  require(!ended);
-  for (const auto& pair : whole) require(seen.count(pair) > 0);
-}
-
 template <typename S>
 void fuzz(FuzzedDataProvider& data) {
   const FiberTreeOptions options = readOptions(data);
   FiberTree tree(options), other(options);
   std::optional<Hair<S>> hair;
   while (data.remaining_bytes() > 0) {
-    switch (data.ConsumeIntegralInRange(0, 5)) {
+    switch (data.ConsumeIntegralInRange(0, 4)) {
       case 0:
       case 1: {
         Hair<S> next = hair && data.ConsumeBool() ? *hair : Hair<S>(data);
@@ -215,13 +188,6 @@ void fuzz(FuzzedDataProvider& data) {
         int calls = 0;
         const bool stopped = tree.visitPairs([&](SegmentPair) { return ++calls == most; });
         require(calls <= most && stopped == (calls == most));
-        break;
-      }
-      case 4: {
-        SearchBound bound;
-        bound.resolution = std::fabs(readNumber<S>(data, kNumbers));
-        bound.volume_tests = data.ConsumeIntegralInRange<std::size_t>(0, 2000);
-        if (std::isfinite(bound.resolution)) checkBounded(tree, bound);
         break;
       }
       default: {
