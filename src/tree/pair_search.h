@@ -314,7 +314,8 @@ class ParallelWork : public WorkSink {
     const auto deliver_before = [&] {
       if (deliver() == Visit::kStop) stopped.store(true, std::memory_order_relaxed);
     };
-    executor_.runBeside(deliver_before, static_cast<int>(filling_->work.size()), search);
+    executor_.parallelForWithForeground(deliver_before, static_cast<int>(filling_->work.size()),
+                                        search);
     if (stopped) return Visit::kStop;
     std::swap(searched_, filling_);
     for (PieceRun& piece : filling_->pieces) piece.trim();

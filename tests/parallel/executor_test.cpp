@@ -2,9 +2,7 @@
 #include "parallel/executor.h"
 
 #include <gtest/gtest.h>
-#ifdef FCL_FIBERS_TEST_TBB
 #include <tbb/info.h>
-#endif
 
 #include <algorithm>
 #include <atomic>
@@ -16,33 +14,10 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
-#include <tuple>
-#include <utility>
 #include <vector>
-
-// Both executors are tested whichever the library was built with; the build gives their
-// makeExecutor() these names.
-namespace fcl_fibers::parallel {
-std::unique_ptr<Executor> makeThreadExecutor(int threads);
-#ifdef FCL_FIBERS_TEST_TBB
-std::unique_ptr<Executor> makeTbbExecutor(int threads);
-#endif
-}  // namespace fcl_fibers::parallel
 
 namespace fcl_fibers::parallel {
 namespace {
-
-using Make = std::unique_ptr<Executor> (*)(int);
-struct Kind {
-  const char* name;
-  Make make;
-};
-constexpr Kind kKinds[] = {
-    {"Threads", &makeThreadExecutor},
-#ifdef FCL_FIBERS_TEST_TBB
-    {"Tbb", &makeTbbExecutor},
-#endif
-};
 
 /// How often each task ran.
 class Tally {
@@ -61,29 +36,23 @@ class Tally {
   std::vector<std::atomic<int>> runs_;
 };
 
-class ExecutorTest : public testing::TestWithParam<std::tuple<Kind, int>> {
+class ExecutorTest : public testing::TestWithParam<int> {
  protected:
-  ExecutorTest() : executor_(std::get<0>(GetParam()).make(std::get<1>(GetParam()))) {}
+  ExecutorTest() : executor_(makeExecutor(GetParam())) {}
 
   void expectWorks(int count) {
     Tally tally(count);
-    executor_->run(count, [&](int i) { tally(i); });
+    executor_->parallelFor(count, [&](int i) { tally(i); });
     EXPECT_TRUE(tally.eachRanOnce()) << "of " << count;
   }
 
   std::unique_ptr<Executor> executor_;
 };
-INSTANTIATE_TEST_SUITE_P(, ExecutorTest,
-                         testing::Combine(testing::ValuesIn(kKinds), testing::Values(2, 3, 8)),
-                         [](const testing::TestParamInfo<ExecutorTest::ParamType>& info) {
-                           return std::string(std::get<0>(info.param).name) +
-                                  std::to_string(std::get<1>(info.param));
-                         });
+INSTANTIATE_TEST_SUITE_P(, ExecutorTest, testing::Values(2, 3, 8),
+                         testing::PrintToStringParamName());
 
 // One thread would pay for what several need.
-TEST(MakeExecutor, OneThreadNeedsNone) {
-  for (const Kind& kind : kKinds) EXPECT_EQ(kind.make(1), nullptr) << kind.name;
-}
+TEST(MakeExecutor, OneThreadNeedsNone) { EXPECT_EQ(makeExecutor(1), nullptr); }
 
 // Pairs would be missed or reported twice.
 TEST_P(ExecutorTest, EachTaskRunsOnce) {
@@ -100,7 +69,7 @@ TEST_P(ExecutorTest, EachTaskRunsOnceInManySmallRuns) {
 TEST_P(ExecutorTest, WhatTasksWroteIsThereAfterwards) {
   for (int round = 0; round < 100; ++round) {
     std::vector<int> squares(500);
-    executor_->run(500, [&](int i) { squares[static_cast<std::size_t>(i)] = i * i; });
+    executor_->parallelFor(500, [&](int i) { squares[static_cast<std::size_t>(i)] = i * i; });
     for (int i = 0; i < 500; ++i) ASSERT_EQ(squares[static_cast<std::size_t>(i)], i * i);
   }
 }
@@ -111,7 +80,7 @@ TEST_P(ExecutorTest, WhatATaskThrowsIsThrownToTheCaller) {
     for (const int at : {0, count / 2, count - 1}) {
       Tally tally(count);
       try {
-        executor_->run(count, [&](int i) {
+        executor_->parallelFor(count, [&](int i) {
           if (i == at) throw std::runtime_error("task " + std::to_string(i));
           tally(i);
         });
@@ -129,7 +98,7 @@ TEST_P(ExecutorTest, WhatATaskThrowsIsThrownToTheCaller) {
 // Of several, one is thrown, and no other one is left for the next run.
 TEST_P(ExecutorTest, OneOfManyExceptionsIsThrown) {
   for (int round = 0; round < 100; ++round) {
-    EXPECT_THROW(executor_->run(50, [](int i) { throw i; }), int);
+    EXPECT_THROW(executor_->parallelFor(50, [](int i) { throw i; }), int);
     expectWorks(20);
   }
 }
@@ -144,34 +113,32 @@ TEST_P(ExecutorTest, NothingRunsAfterAnException) {
       --running;
       if (i == 3) throw std::runtime_error("3");
     };
-    EXPECT_THROW(executor_->run(200, task), std::runtime_error);
+    EXPECT_THROW(executor_->parallelFor(200, task), std::runtime_error);
     EXPECT_EQ(running, 0);
   }
 }
 
 // A query's callbacks would run on another thread, more than once, or not at all.
-TEST_P(ExecutorTest, OwnWorkIsDoneOnceByTheCaller) {
+TEST_P(ExecutorTest, TheForegroundRunsOnceOnTheCallersThread) {
   for (const int count : {0, 1, 2, 1000}) {
     Tally tally(count);
     std::vector<std::thread::id> own;
-    executor_->runBeside([&] { own.push_back(std::this_thread::get_id()); }, count,
-                         [&](int i) { tally(i); });
+    executor_->parallelForWithForeground([&] { own.push_back(std::this_thread::get_id()); }, count,
+                                         [&](int i) { tally(i); });
     EXPECT_EQ(own, std::vector{std::this_thread::get_id()}) << "of " << count;
     EXPECT_TRUE(tally.eachRanOnce()) << "of " << count;
   }
 }
 
 // The other threads would wait for the callbacks.
-TEST_P(ExecutorTest, TasksRunWhileTheCallerDoesItsOwn) {
-#ifdef FCL_FIBERS_TEST_TBB
+TEST_P(ExecutorTest, TasksRunBesideTheForeground) {
   if (tbb::info::default_concurrency() < 2) GTEST_SKIP() << "oneTBB has no second thread here";
-#endif
   std::promise<void> all_ran;
   std::atomic<int> ran{0};
   const auto task = [&](int) {
     if (++ran == 100) all_ran.set_value();
   };
-  executor_->runBeside(
+  executor_->parallelForWithForeground(
       [&] {
         EXPECT_EQ(all_ran.get_future().wait_for(std::chrono::minutes(1)),
                   std::future_status::ready);
@@ -180,7 +147,7 @@ TEST_P(ExecutorTest, TasksRunWhileTheCallerDoesItsOwn) {
 }
 
 // A callback that throws would leave threads behind that search what may be gone.
-TEST_P(ExecutorTest, NothingRunsAfterOwnWorkHasThrown) {
+TEST_P(ExecutorTest, NothingRunsAfterTheForegroundHasThrown) {
   for (int round = 0; round < 100; ++round) {
     std::atomic<int> running{0};
     const auto task = [&](int) {
@@ -189,7 +156,7 @@ TEST_P(ExecutorTest, NothingRunsAfterOwnWorkHasThrown) {
       --running;
     };
     try {
-      executor_->runBeside([] { throw std::runtime_error("own"); }, 200, task);
+      executor_->parallelForWithForeground([] { throw std::runtime_error("own"); }, 200, task);
       ADD_FAILURE() << "nothing was thrown";
     } catch (const std::runtime_error& error) {
       EXPECT_STREQ(error.what(), "own");
@@ -200,10 +167,10 @@ TEST_P(ExecutorTest, NothingRunsAfterOwnWorkHasThrown) {
 }
 
 // A callback that queries would wait for itself.
-TEST_P(ExecutorTest, OwnWorkMayRunTasks) {
+TEST_P(ExecutorTest, TheForegroundMayRunTasks) {
   for (int round = 0; round < 100; ++round) {
     Tally outer(50);
-    executor_->runBeside([&] { expectWorks(30); }, 50, [&](int i) { outer(i); });
+    executor_->parallelForWithForeground([&] { expectWorks(30); }, 50, [&](int i) { outer(i); });
     EXPECT_TRUE(outer.eachRanOnce());
   }
 }
@@ -219,7 +186,7 @@ TEST_P(ExecutorTest, RunsForSeveralThreadsAtOnce) {
         const int count = 1 + (37 * user + round) % 60;
         Tally tally(count);
         try {
-          executor_->run(count, [&](int i) {
+          executor_->parallelFor(count, [&](int i) {
             tally(i);
             if (user == 0 && i == count - 1) throw user;
           });
@@ -239,11 +206,10 @@ TEST_P(ExecutorTest, RunsForSeveralThreadsAtOnce) {
 
 // A manager that is never queried, or not after its first query, would hang when it goes.
 TEST_P(ExecutorTest, MayGoAtAnyTime) {
-  const auto [kind, threads] = GetParam();
   for (int round = 0; round < 50; ++round) {
-    const auto unused = kind.make(threads);
-    const auto used = kind.make(threads);
-    used->run(round % 4, [](int) {});
+    const auto unused = makeExecutor(GetParam());
+    const auto used = makeExecutor(GetParam());
+    used->parallelFor(round % 4, [](int) {});
   }
 }
 

@@ -545,9 +545,10 @@ TYPED_TEST(SearchTest, StopsAfterTheFirstPairs) {
 
 // Threads would go on searching what nobody asks for any more.
 TYPED_TEST(SearchTest, NothingIsSearchedAfterTheEnd) {
-  struct OwnFirst : parallel::Executor {
-    void runBeside(parallel::OwnRef own, int count, parallel::TaskRef task) override {
-      own();
+  struct ForegroundFirst : parallel::Executor {
+    void parallelForWithForeground(parallel::FunctionRef<> foreground, int count,
+                                   parallel::FunctionRef<int> task) override {
+      foreground();
       for (int i = 0; i < count; ++i) task(i);
     }
   } executor;

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "parallel/executor.h"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <utility>
+
+#include <tbb/info.h>
+#include <tbb/task_arena.h>
+#include <tbb/task_group.h>
+
+namespace fcl_fibers::parallel {
+namespace {
+
+/// One call of parallelForWithForeground().
+class Call {
+ public:
+  Call(tbb::task_arena& arena, int count, FunctionRef<int> task)
+      : arena_(arena), count_(count), task_(task) {}
+
+  void run(FunctionRef<> foreground) {
+    // The foreground is done outside the arena, where no other thread can pick it up, nor this one
+    // another query's. What helpers leave, because they come late or the caller's group of tasks
+    // has been cancelled, this thread does.
+    arena_.execute(OnAnyThread<&Call::startHelpers>(*this));
+    takeTasks(foreground);
+    arena_.execute(OnAnyThread<&Call::waitForHelpers>(*this));
+    ended_.load(std::memory_order_acquire);
+    if (error_) std::rethrow_exception(std::move(error_));
+  }
+
+ private:
+  /// Calls a member function on the thread that oneTBB chooses. ThreadSanitizer does not look into
+  /// oneTBB, so the two atomics tell it that this happens after the call began and before it ends.
+  template <void (Call::*kFunction)()>
+  class OnAnyThread {
+   public:
+    explicit OnAnyThread(Call& call) { call_.store(&call, std::memory_order_release); }
+    OnAnyThread(const OnAnyThread& other) : OnAnyThread(*other.call_.load()) {}
+
+    void operator()() const {
+      Call& call = *call_.load(std::memory_order_acquire);
+      (call.*kFunction)();
+      call.ended_.fetch_add(1, std::memory_order_release);
+    }
+
+   private:
+    std::atomic<Call*> call_;
+  };
+
+  void startHelpers() {
+    for (int i = 1; i < std::min(arena_.max_concurrency(), count_ + 1); ++i) {
+      helpers_.run(OnAnyThread<&Call::help>(*this));
+    }
+  }
+  void waitForHelpers() { helpers_.wait(); }
+  void help() {
+    takeTasks([] {});
+  }
+
+  int next() { return next_.fetch_add(1, std::memory_order_relaxed); }
+  void takeTasks(FunctionRef<> first) {
+    try {
+      first();
+      for (int i = next(); i < count_; i = next()) task_(i);
+    } catch (...) {
+      next_.store(count_, std::memory_order_relaxed);
+      if (!failed_.exchange(true)) error_ = std::current_exception();
+    }
+  }
+
+  tbb::task_arena& arena_;
+  const int count_;
+  const FunctionRef<int> task_;
+  std::atomic<int> next_{0};
+  std::atomic<int> ended_{0};  ///< functions that have been called on any thread
+  std::atomic<bool> failed_{false};
+  std::exception_ptr error_;
+  tbb::task_group helpers_;
+};
+
+class TbbExecutor : public Executor {
+ public:
+  /// More threads than the machine has would only make oneTBB print a warning.
+  explicit TbbExecutor(int threads) : arena_(std::min(threads, tbb::info::default_concurrency())) {}
+
+  void parallelForWithForeground(FunctionRef<> foreground, int count,
+                                 FunctionRef<int> task) override {
+    Call(arena_, count, task).run(foreground);
+  }
+
+ private:
+  tbb::task_arena arena_;
+};
+
+}  // namespace
+
+std::unique_ptr<Executor> makeExecutor(int threads) {
+  if (threads == 1) return nullptr;
+  return std::make_unique<TbbExecutor>(threads);
+}
+
+}  // namespace fcl_fibers::parallel
