@@ -4,7 +4,7 @@
 #include <array>
 
 #include <fcl_fibers/export.h>
-#include <fcl_fibers/fiber_manager_options.h>
+#include <fcl_fibers/fiber_options.h>
 #include <fcl_fibers/fiber_tree.h>
 
 namespace fcl_fibers {

@@ -60,7 +60,7 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   ~FiberCollisionManager() override;
 
   /// Registers one fiber: capsules in their order along it. Consecutive capsules are neighbours,
-  /// see FiberManagerOptions::ignored_neighbors. An empty fiber is a no-op. Segments of one group
+  /// see FiberOptions::ignored_neighbors. An empty fiber is a no-op. Segments of one group
   /// are never reported with one another, those of one fiber with a group among them.
   ///
   /// Throws std::invalid_argument, and registers nothing, if an object is null, no capsule,

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include <fcl_fibers/export.h>
-#include <fcl_fibers/fiber_manager_options.h>
+#include <fcl_fibers/fiber_options.h>
 
 namespace fcl_fibers {
 
@@ -46,7 +46,7 @@ struct SegmentPair {
 };
 
 /// What a FiberTree is told once, at construction.
-struct FiberTreeOptions : FiberManagerOptions {
+struct FiberTreeOptions : FiberOptions {
   /// What bounds the nodes of the tree.
   enum class Volumes {
     kLayeredBoxes,    ///< as LayeredAABBTreeCollisionManager

@@ -9,7 +9,7 @@
 
 #include <fcl/narrowphase/collision_object.h>
 
-#include <fcl_fibers/fiber_collision_manager.h>
+#include <fcl_fibers/fiber_options.h>
 
 #include "broadphase/pointer_index.h"
 #include "tree/fiber_of.h"

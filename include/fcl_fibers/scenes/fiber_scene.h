@@ -11,7 +11,7 @@
 #include <fcl/narrowphase/collision_object.h>
 
 #include <fcl_fibers/eigen_alignment.h>
-#include <fcl_fibers/fiber_manager_options.h>
+#include <fcl_fibers/fiber_options.h>
 #include <fcl_fibers/scenes/export.h>
 #include <fcl_fibers/scenes/fiber_polylines.h>
 
