@@ -5,7 +5,7 @@
 #include <string>
 
 #include "arrays/fiber_arrays.h"
-#include "geometry/contact.h"
+#include "arrays/public_contact.h"
 
 namespace fcl_fibers {
 namespace {
@@ -55,18 +55,16 @@ LocatedSegment locate(const FiberArrays<S>& fibers, std::int32_t id) {
 template <typename S>
 Contact contactOf(const FiberArrays<S>& a, const FiberArrays<S>& b, SegmentPair pair) {
   const LocatedSegment p = locate(a, pair.a), q = locate(b, pair.b);
-  Contact contact = geometry::capsuleContact(p.segment, q.segment, {0, 0, 0});
-  contact.a = p.place;
-  contact.b = q.place;
-  return contact;
+  return arrays::publicContact(geometry::capsuleContact(p.segment, q.segment, {0, 0, 0}), p.place,
+                               q.place);
 }
 
 }  // namespace
 
 Contact capsuleContact(const CapsuleShape& a, const CapsuleShape& b) {
-  return geometry::capsuleContact(checked(toSegment(a), [] { return std::string("capsule a"); }),
-                                  checked(toSegment(b), [] { return std::string("capsule b"); }),
-                                  {0, 0, 0});
+  return arrays::publicContact(geometry::capsuleContact(
+      checked(toSegment(a), [] { return std::string("capsule a"); }),
+      checked(toSegment(b), [] { return std::string("capsule b"); }), {0, 0, 0}));
 }
 
 Contact capsuleContact(const FiberArrays<float>& fibers, SegmentPair pair) {

@@ -4,8 +4,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "arrays/public_contact.h"
 #include "broadphase/object_segments.h"
-#include "geometry/contact.h"
 
 namespace fcl_fibers {
 namespace {
@@ -40,7 +40,7 @@ Contact capsuleContact(const fcl::CollisionObject<S>& a, const fcl::CollisionObj
   frame.origin = {static_cast<double>(position[0]), static_cast<double>(position[1]),
                   static_cast<double>(position[2])};
   const Segment p = readCapsule(a, frame, "a"), q = readCapsule(b, frame, "b");
-  return geometry::capsuleContact(p, q, frame.origin);
+  return arrays::publicContact(geometry::capsuleContact(p, q, frame.origin));
 }
 
 template Contact capsuleContact(const fcl::CollisionObject<float>&,

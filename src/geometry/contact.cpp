@@ -51,8 +51,6 @@ Vec3d perpendicularTo(const Vec3d& along_p, const Vec3d& along_q, const Vec3d& a
   return dot(normal, apart) < 0 ? -1.0 * normal : normal;
 }
 
-std::array<double, 3> toArray(const Vec3d& v) { return {v.x, v.y, v.z}; }
-
 }  // namespace
 
 const char* contactProblem(const Segment& capsule) {
@@ -67,7 +65,7 @@ const char* contactProblem(const Segment& capsule) {
   return is_in_range ? nullptr : "it has a number that is NaN or beyond 2^1000; mend it";
 }
 
-Contact capsuleContact(const Segment& p, const Segment& q, const Vec3d& origin) {
+CapsuleContact capsuleContact(const Segment& p, const Segment& q, const Vec3d& origin) {
   const ClosestPoints closest = closestPoints(p, q);
   const Vec3d u = p.b - p.a, v = q.b - q.a;
   // Of end points, which in world coordinates have been rounded before they came here.
@@ -77,16 +75,14 @@ Contact capsuleContact(const Segment& p, const Segment& q, const Vec3d& origin) 
   const bool meet = maxNorm(closest.apart) <= rounding;
   const Vec3d normal = meet ? perpendicularTo(u, v, closest.apart) : normalized(closest.apart);
 
-  Contact contact;
-  contact.s = closest.s;
-  contact.t = closest.t;
-  contact.normal = toArray(normal);
   const double axes =
       maxNorm(closest.apart) > 0 ? dot(normalized(closest.apart), closest.apart) : 0;
-  contact.distance = axes - p.radius - q.radius;
-  contact.point_a = toArray(p.a + closest.s * u + p.radius * normal + origin);
-  contact.point_b = toArray(q.a + closest.t * v - q.radius * normal + origin);
-  return contact;
+  return {closest.s,
+          closest.t,
+          axes - p.radius - q.radius,
+          p.a + closest.s * u + p.radius * normal + origin,
+          q.a + closest.t * v - q.radius * normal + origin,
+          normal};
 }
 
 }  // namespace fcl_fibers::geometry
