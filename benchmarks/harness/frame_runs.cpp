@@ -54,7 +54,6 @@ void registerChecked(const Contender& contender, const Preflight& checked,
   if (checked.bytes > 0) set("bytes", checked.bytes);
   if (checked.bytes_after_frames > 0) set("bytes_after_frames", checked.bytes_after_frames);
   if (checked.bytes_stated > 0) set("bytes_stated", checked.bytes_stated);
-  if (checked.volume_tests > 0) set("volume_tests", checked.volume_tests);
   for (std::size_t p = 0; p < kPhases; ++p) {
     numbers[phaseName(static_cast<Phase>(p))] = checked.seconds[p];
   }

@@ -164,7 +164,6 @@ struct Run {
 
     if (limits.check || !limits.update) query(*manager, trace.frames[0]);
     if (const auto* ours = dynamic_cast<const FiberCollisionManager<double>*>(manager.get())) {
-      trace.volume_tests = ours->selfCollisionStatistics().volume_tests;
       trace.bytes_stated = ours->memoryUsage();
     }
     if (limits.update) {

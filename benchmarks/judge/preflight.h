@@ -30,7 +30,6 @@ struct Measured {
   /// Of each phase, the last time.
   std::array<double, kPhases> seconds = {kUnknown, kUnknown, kUnknown};
   std::array<PairCounts, MovingFibers::kFrames> frames;
-  std::size_t volume_tests = 0;        ///< of frame 0, ours only
   std::size_t bytes = 0;               ///< that set-up allocated and kept
   std::size_t bytes_after_frames = 0;  ///< that it keeps when all is done
   std::size_t bytes_stated = 0;        ///< memoryUsage(), ours only

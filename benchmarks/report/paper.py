@@ -36,7 +36,7 @@ REPLAY = (
     "150 fibers of 100 segments, bent from straight to a loop in 100 steps; each manager lives "
     "through all of them. The least of each step's times over the replays."
 )
-CAGES = "Share of cages that were computed anew. At 100 % the bundle was made anew."
+CAGES = "Share of cages that were computed anew, in trees that are built once."
 CHAINS = (
     "Both chains visit each point of a cubic lattice once, turned by 45 degrees about two axes: in "
     "random order, or row after row."

@@ -13,13 +13,6 @@
 
 namespace fcl_fibers {
 
-/// The work of one self-collision query.
-struct QueryStatistics {
-  std::size_t pairs = 0;          ///< pairs that the query reports
-  std::size_t volume_tests = 0;   ///< overlap tests, one volume against one volume
-  std::size_t capsule_tests = 0;  ///< exact capsule tests; 0 unless Report::kCapsules
-};
-
 /// What both fiber managers share: FCL's broad-phase interface over fibers of capsules.
 ///
 /// Objects are borrowed, never owned. Capsules (`fcl::Capsule`) form the fibers; any other object
@@ -146,9 +139,6 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   /// spheres, which count by their boxes. In the scene's unit of length. Throws
   /// std::invalid_argument if it cannot be read.
   double margin(const Object* object) const;
-
-  /// Runs a self-collision query without a callback and counts its work.
-  QueryStatistics selfCollisionStatistics() const;
 
   /// Bytes that this manager holds, with what a query on several threads keeps for the next one;
   /// the objects apart.

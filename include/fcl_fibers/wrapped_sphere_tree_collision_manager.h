@@ -8,14 +8,6 @@
 
 namespace fcl_fibers {
 
-/// What cascade verification did at the last set-up or update.
-struct CascadeStatistics {
-  /// Cages whose basis was still valid.
-  std::size_t cages_kept = 0;
-  /// Cages that a sphere below had left, or that had become loose; all of them at set-up.
-  std::size_t cages_recomputed = 0;
-};
-
 /// The wrapped sphere tree of Sobottka, Varnik and Weber, sections 2.2, 2.3 and 3.1: each node
 /// keeps the minimum enclosing sphere (cage) of the spheres of all segments below it and the one to
 /// four spheres that determine it; an update verifies cages bottom-up and recomputes those that
@@ -41,10 +33,6 @@ class FCL_FIBERS_EXPORT WrappedSphereTreeCollisionManager : public FiberCollisio
   /// As LayeredAABBTreeCollisionManager::clone().
   std::unique_ptr<WrappedSphereTreeCollisionManager> clone(
       const std::vector<Object*>& objects) const;
-
-  /// Builds the tree first where a query would. Of an `update` of few objects it counts the cages
-  /// above these.
-  CascadeStatistics cascadeStatistics() const;
 
  private:
   WrappedSphereTreeCollisionManager(const WrappedSphereTreeCollisionManager& original,

@@ -431,39 +431,6 @@ class FiberCollisionManager<S>::Impl {
         {0.0, beyond(min(shape.a, shape.b), counted.a), beyond(counted.b, max(shape.a, shape.b))});
   }
 
-  // --- Statistics ---
-
-  QueryStatistics selfCollisionStatistics(const char* call) const {
-    const QueryScope scope(*this, call);
-    QueryStatistics statistics;
-    statistics.volume_tests = scene_.countVolumeTests();
-    const auto count = [this](std::size_t& counter) {
-      return [this, &counter](SegmentId a, SegmentId b) {
-        counter += !isGone(a) && !isGone(b) && !areNeighbors(std::min(a, b), std::max(a, b));
-        return Visit::kContinue;
-      };
-    };
-    PairsTo pairs(count(statistics.pairs)), tests(count(statistics.capsule_tests));
-    scene_.findPairs(pairs);
-    if (options_.report == Report::kCapsules) scene_.findVolumePairs(tests);
-    findOutside(count(statistics.pairs));
-    return statistics;
-  }
-
-  CascadeStatistics cascadeStatistics(const char* call) const {
-    const QueryScope scope(*this, call);
-    return std::visit(
-        [](const auto& tree) -> CascadeStatistics {
-          if constexpr (std::is_same_v<typename std::decay_t<decltype(tree)>::Volume,
-                                       geometry::Sphere>) {
-            return {tree.hierarchy().cagesKept(), tree.hierarchy().cagesRecomputed()};
-          } else {
-            return {};
-          }
-        },
-        scene_.tree());
-  }
-
   std::size_t memoryUsage() const {
     const std::lock_guard<std::mutex> lock(build_mutex_);  // a first query may be building
     return sizeof(*this) + registry_.memoryUsage() + scene_.memoryUsage() +
@@ -1104,11 +1071,6 @@ FiberSegment FiberCollisionManager<S>::fiberSegment(const Object* object) const 
 }
 
 template <typename S>
-QueryStatistics FiberCollisionManager<S>::selfCollisionStatistics() const {
-  return impl().selfCollisionStatistics("selfCollisionStatistics");
-}
-
-template <typename S>
 bool FiberCollisionManager<S>::movedSinceUpdate() const {
   return impl().movedSinceUpdate();
 }
@@ -1155,11 +1117,6 @@ std::unique_ptr<WrappedSphereTreeCollisionManager<S>> WrappedSphereTreeCollision
     const std::vector<Object*>& objects) const {
   return std::unique_ptr<WrappedSphereTreeCollisionManager>(
       new WrappedSphereTreeCollisionManager(*this, objects));
-}
-
-template <typename S>
-CascadeStatistics WrappedSphereTreeCollisionManager<S>::cascadeStatistics() const {
-  return this->impl().cascadeStatistics("cascadeStatistics");
 }
 
 template class FiberCollisionManager<float>;

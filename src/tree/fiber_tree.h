@@ -79,8 +79,8 @@ class FiberTree {
 
   /// One backward sweep, of which nothing is left to do if no leaf has changed.
   void fitNodes(bool leaves_changed = true) {
-    if (!leaves_changed) return hierarchy_.keepAll(topology_);
     hierarchy_.startRefit();
+    if (!leaves_changed) return;
     for (std::size_t i = topology_.nodes.size(); i-- > 0;) hierarchy_.fitNode(topology_, i, packs_);
   }
 

@@ -49,7 +49,6 @@ class Layered {
   }
 
   void startRefit() {}
-  void keepAll(const Topology<kArity>&) {}
 
   /// Fits the volumes of a node's children, which are its pack.
   static void fitNode(const Topology<kArity>& topology, std::size_t index,

@@ -182,10 +182,12 @@ class Scene {
   /// Pairs of this scene.
   Visit findPairs(PairSink& sink) const {
     const CapsuleFilter filter(segments_.data(), segments_.data(), nullptr, margin(), unit_);
-    return findPairs(filterOrNone(filter), sink);
+    return std::visit(
+        [&](const auto& tree) {
+          return search<std::decay_t<decltype(tree)>>(tree, filterOrNone(filter), sink);
+        },
+        tree_);
   }
-  /// Pairs of this scene whose volumes overlap, whatever the queries report.
-  Visit findVolumePairs(PairSink& sink) const { return findPairs(nullptr, sink); }
 
   /// Pairs with one segment in this scene's frame, except those of its group; b of each is 0.
   Visit findPairs(const Segment& segment, double error, Group group, PairSink& sink) const {
@@ -238,15 +240,6 @@ class Scene {
     return visitTwo(other, [&](const auto& two, auto tree) {
       return Search<typename decltype(tree)::type>::nearest(two, limit, visitor);
     });
-  }
-
-  /// Of findPairs(sink).
-  std::size_t countVolumeTests() const {
-    return std::visit(
-        [](const auto& tree) {
-          return Search<std::decay_t<decltype(tree)>>::countVolumeTests(tree);
-        },
-        tree_);
   }
 
   std::size_t memoryUsage() const {
@@ -319,12 +312,6 @@ class Scene {
       return;
     }
     if (options_.capsules) unit_ = usualUnit(count);
-  }
-
-  Visit findPairs(const CapsuleFilter* filter, PairSink& sink) const {
-    return std::visit(
-        [&](const auto& tree) { return search<std::decay_t<decltype(tree)>>(tree, filter, sink); },
-        tree_);
   }
 
   /// A power of two that brings the median segment to a size of about one, from a sample.

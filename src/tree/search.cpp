@@ -48,10 +48,6 @@ struct VisitNearest : NearestAdmission {
   SegmentId second;
 };
 
-struct CountTests : CountedOverlapAdmission {
-  Visit leafPair(SegmentId, SegmentId) { return Visit::kContinue; }
-};
-
 // What Search offers, for one instruction set.
 template <class Tree>
 struct TargetSearch {
@@ -93,16 +89,11 @@ struct TargetSearch {
     VisitNearest query(limit, visitor, second);
     return visitLeaves(tree, volume, query, group);
   }
-  static std::size_t count(const Tree& tree) {
-    CountTests query;
-    visitPairs(tree, query);
-    return query.tests;
-  }
 
   template <class Kernels>
   static Kernels kernels() {
-    return {&cutSelf,     &cutTwo,     &overlapsSelf, &overlapsTwo, &overlapsOne,
-            &nearestSelf, &nearestTwo, &nearestOne,   &count};
+    return {&cutSelf,     &cutTwo,      &overlapsSelf, &overlapsTwo,
+            &overlapsOne, &nearestSelf, &nearestTwo,   &nearestOne};
   }
 
  private:
@@ -149,7 +140,6 @@ struct Kernels {
   Visit (*nearestSelf)(const Tree&, double, NearestVisitor&);
   Visit (*nearestTwo)(const Two&, double, NearestVisitor&);
   Visit (*nearestOne)(const Tree&, const Volume&, SegmentId, Group, double, NearestVisitor&);
-  std::size_t (*count)(const Tree&);
 
   static const Kernels& best() {
     using Get = const Kernels& (*)();
@@ -194,10 +184,6 @@ template <class Tree>
 Visit Search<Tree>::nearest(const Tree& tree, const Volume& volume, SegmentId second, Group group,
                             double limit, NearestVisitor& visitor) {
   return Kernels<Tree>::best().nearestOne(tree, volume, second, group, limit, visitor);
-}
-template <class Tree>
-std::size_t Search<Tree>::countVolumeTests(const Tree& tree) {
-  return Kernels<Tree>::best().count(tree);
 }
 
 template struct Search<LayeredBoxTree<2>>;

@@ -97,9 +97,6 @@ struct Search {
   static Visit nearest(const Two& trees, double limit, NearestVisitor& visitor);
   static Visit nearest(const Tree& tree, const Volume& volume, SegmentId second, Group group,
                        double limit, NearestVisitor& visitor);
-
-  /// Volumes tested against a volume by a plain traversal for overlapping pairs.
-  static std::size_t countVolumeTests(const Tree& tree);
 };
 
 extern template struct Search<LayeredBoxTree<2>>;

@@ -88,18 +88,6 @@ struct OverlapAdmission {
   }
 };
 
-/// The same, and counts the volumes that were tested against a volume.
-struct CountedOverlapAdmission : OverlapAdmission {
-  template <class Pack, class Volume, class F>
-  FCL_FIBERS_ALWAYS_INLINE Visit forEachAdmitted(const Pack& pack, const Volume& volume,
-                                                 geometry::LaneMask lanes, double unit, F&& visit) {
-    tests += static_cast<std::size_t>(__builtin_popcount(lanes));
-    return OverlapAdmission::forEachAdmitted(pack, volume, lanes, unit, visit);
-  }
-
-  std::size_t tests = 0;
-};
-
 /// Admits volumes nearer than a limit, which may shrink as pairs are found; the nearest first.
 struct NearestAdmission {
   static constexpr bool kCuts = false;

@@ -6,8 +6,6 @@
 #include "tree/traversal-inl.h"
 
 namespace fcl_fibers::tree {
-using HWY_NAMESPACE::CountedOverlapAdmission;
-using HWY_NAMESPACE::NearestAdmission;
 using HWY_NAMESPACE::OverlapAdmission;
 using HWY_NAMESPACE::visitLeaves;
 using HWY_NAMESPACE::visitPairs;

@@ -58,13 +58,10 @@ void WrappedSpheres<A>::fitNode(const Topology<kArity>& topology, std::size_t in
   }
 
   EnclosingSphere& cage = cages_[index];
-  if (keepsCage(topology, node, cage)) {
-    ++cages_kept_;
-  } else {
-    cage = enclosingSphere(leaf_balls_.data() + node.leaf_begin, node.leaf_end - node.leaf_begin,
-                           cage.basis);
-    ++cages_recomputed_;
-  }
+  if (keepsCage(topology, node, cage)) return;
+  cage = enclosingSphere(leaf_balls_.data() + node.leaf_begin, node.leaf_end - node.leaf_begin,
+                         cage.basis);
+  ++cages_recomputed_;
 }
 
 /// Moves the cage along with its basis; false if it is no longer the minimum enclosing sphere, be

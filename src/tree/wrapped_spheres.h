@@ -31,12 +31,7 @@ class WrappedSpheres {
   FCL_FIBERS_ALWAYS_INLINE void prefetchLeaf(std::int32_t slot, const std::vector<Pack>&) const {
     __builtin_prefetch(&leaf_balls_[static_cast<std::size_t>(slot)], 1);
   }
-  void startRefit() { cages_kept_ = cages_recomputed_ = 0; }
-  /// Where no leaf has changed.
-  void keepAll(const Topology<kArity>& topology) {
-    cages_kept_ = topology.nodes.size();
-    cages_recomputed_ = 0;
-  }
+  void startRefit() { cages_recomputed_ = 0; }
   void fitNode(const Topology<kArity>& topology, std::size_t index, std::vector<Pack>& packs);
   Volume nodeVolume(std::size_t index, const std::vector<Pack>&) const {
     return Volume::around(cages_[index].ball);
@@ -48,7 +43,7 @@ class WrappedSpheres {
   /// The segments' spheres in the order of Topology::leaves.
   const std::vector<geometry::Ball>& leafBalls() const { return leaf_balls_; }
 
-  std::size_t cagesKept() const { return cages_kept_; }
+  /// By the last refit; the others passed the verification, or nothing below them moved.
   std::size_t cagesRecomputed() const { return cages_recomputed_; }
 
  private:
@@ -61,7 +56,6 @@ class WrappedSpheres {
 
   std::vector<geometry::Ball> leaf_balls_;
   std::vector<geometry::EnclosingSphere> cages_;
-  std::size_t cages_kept_ = 0;
   std::size_t cages_recomputed_ = 0;
 };
 

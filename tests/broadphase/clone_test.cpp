@@ -337,7 +337,7 @@ TEST(CloneType, IsThatOfTheOriginal) {
   EXPECT_TRUE(boxes_too->empty());
   const WrappedSphereTreeCollisionManagerf spheres;
   const std::unique_ptr<WrappedSphereTreeCollisionManagerf> spheres_too = spheres.clone({});
-  EXPECT_EQ(spheres_too->cascadeStatistics().cages_kept, 0u);
+  EXPECT_TRUE(spheres_too->empty());
 }
 
 }  // namespace

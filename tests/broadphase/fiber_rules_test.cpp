@@ -16,7 +16,7 @@
 namespace fcl_fibers::test {
 namespace {
 
-// What the fiber managers promise beyond FCL's contract: fibers, neighbours, margins, statistics.
+// What the fiber managers promise beyond FCL's contract: fibers, neighbours, margins.
 
 FiberManagerOptions ignoring(int neighbors, Report report = Report::kVolumes, double margin = 0) {
   FiberManagerOptions options;
@@ -232,7 +232,6 @@ TYPED_TEST(FiberRules, FibersOfOneGroupAreNotReportedWithOneAnother) {
         manager.registerFibers(grouped.scene, grouped.groups);
         EXPECT_TRUE(manager.answersSelf());
         const auto pairs = selfPairs(*manager);
-        EXPECT_EQ(manager->selfCollisionStatistics().pairs, pairs.size());
         EXPECT_EQ(pairsWith(*manager, *manager), pairs);
         manager.expectEveryPair();
         manager.expectAnswersWith(manager.every(17));
@@ -304,21 +303,6 @@ TYPED_TEST(FiberRules, GroupsStayThroughAllChanges) {
   manager.clear();
   manager.registerFibers(grouped.scene);
   check("groups went with clear()");
-}
-
-// One large group would be searched through and through for nothing.
-TYPED_TEST(FiberRules, AGroupCostsNothingAmongItself) {
-  const auto scene = strandScene<typename TypeParam::Scalar>(30, 40, 176);
-  const auto tests = [&](const std::vector<int>& groups) {
-    const auto manager = TypeParam::make();
-    registerFibers(*manager, scene, groups);
-    return manager->selfCollisionStatistics().volume_tests;
-  };
-  std::vector<int> groups(30, 4);
-  EXPECT_EQ(tests(groups), 0u);
-  groups[11] = 5;
-  EXPECT_GT(tests(groups), 0u);
-  EXPECT_LT(tests(groups), tests({}) / 8);
 }
 
 // After updates, neighbours would come back or others be ignored.
@@ -443,27 +427,6 @@ TYPED_TEST(FiberRules, ContactIsDecidedToTheLastBits) {
   EXPECT_LT(touching, 1000u);
 }
 
-// The statistics would not explain the query that they are named after.
-TYPED_TEST(FiberRules, StatisticsCountTheSelfQuery) {
-  const auto scene = strandScene<typename TypeParam::Scalar>(9, 20, 150);
-  for (const FiberManagerOptions& options : neighborOptions()) {
-    SCOPED_TRACE(describe(options));
-    const auto manager = TypeParam::make(options);
-    registerFibers(*manager, scene);
-    const QueryStatistics statistics = manager->selfCollisionStatistics();
-    EXPECT_EQ(statistics.pairs, selfPairs(*manager).size());
-    EXPECT_GE(statistics.volume_tests, statistics.pairs / 8);
-    if (options.report == Report::kVolumes) {
-      EXPECT_EQ(statistics.capsule_tests, 0u);
-    } else {
-      EXPECT_GE(statistics.capsule_tests, statistics.pairs);
-    }
-  }
-  const QueryStatistics none = TypeParam::make()->selfCollisionStatistics();
-  EXPECT_EQ(none.pairs, 0u);
-  EXPECT_EQ(none.capsule_tests, 0u);
-}
-
 // A user could not say which segments touched.
 TYPED_TEST(FiberRules, FiberAndSegmentAreCountedInOrderOfRegistration) {
   using S = typename TypeParam::Scalar;
@@ -523,41 +486,6 @@ TYPED_TEST(FiberRules, OptionsAreKept) {
   EXPECT_EQ(defaults.margin, 0);
 }
 
-// Cages would be computed anew although nothing moved: the paper's update would be pointless.
-TYPED_TEST(Cascade, KeepsEveryCageWhenNothingMoved) {
-  using S = typename TypeParam::Scalar;
-  for (const NamedScene<S>& named : standardScenes<S>()) {
-    SCOPED_TRACE(named.name);
-    const Managed<TypeParam> manager(named.scene);
-    const CascadeStatistics built = manager->cascadeStatistics();
-    EXPECT_EQ(built.cages_kept, 0u);
-    EXPECT_GT(built.cages_recomputed, 0u);
-    for (int step = 0; step < 3; ++step) {
-      manager->update();
-      const CascadeStatistics updated = manager->cascadeStatistics();
-      EXPECT_EQ(updated.cages_recomputed, 0u);
-      EXPECT_EQ(updated.cages_kept, built.cages_recomputed);
-    }
-  }
-}
-
-// A cage would be counted twice or not at all.
-TYPED_TEST(Cascade, EveryCageIsKeptOrRecomputed) {
-  const auto scene = strandScene<typename TypeParam::Scalar>(9, 18, 155);
-  const Managed<TypeParam> manager(scene);
-  const std::size_t cages = manager->cascadeStatistics().cages_recomputed;
-  Random random(156);
-  std::size_t recomputed = 0;
-  for (const double distance : {1e-4, 1e-2, 0.1, 1.0}) {
-    jolt(scene.objects(), random, distance, 0.01);
-    manager->update();
-    const CascadeStatistics updated = manager->cascadeStatistics();
-    EXPECT_EQ(updated.cages_kept + updated.cages_recomputed, cages);
-    recomputed += updated.cages_recomputed;
-  }
-  EXPECT_GT(recomputed, 0u);
-}
-
 // A scene that travels would lose pairs, or make every cage anew.
 TYPED_TEST(Cascade, FollowsAShiftOfEverything) {
   using S = typename TypeParam::Scalar;
@@ -577,18 +505,6 @@ TYPED_TEST(Cascade, FollowsAShiftOfEverything) {
     manager->update();
     EXPECT_TRUE(manager.answersSelf());
   }
-}
-
-// A lone segment would be taken for a cage, or an empty manager have some.
-TYPED_TEST(Cascade, NoCageIsCountedWithoutSegments) {
-  const auto manager = TypeParam::make();
-  EXPECT_EQ(manager->cascadeStatistics().cages_recomputed, 0u);
-  manager->setup();
-  EXPECT_EQ(manager->cascadeStatistics().cages_recomputed, 0u);
-  const auto scene = soupScene<typename TypeParam::Scalar>(5, 1, 158);
-  manager->registerObjects(scene.objects());
-  manager->setup();
-  EXPECT_GT(manager->cascadeStatistics().cages_recomputed, 0u);
 }
 
 }  // namespace

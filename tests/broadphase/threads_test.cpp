@@ -75,7 +75,6 @@ TYPED_TEST(Threads, PairsAndTheirOrderAreTheSameWithAnyNumber) {
       for (const auto& manager : managers) {
         EXPECT_TRUE(selfPairs<S>(*manager) == self);
         EXPECT_TRUE(pairsWith<S>(*manager, *scarf) == between);
-        EXPECT_EQ(manager->selfCollisionStatistics().pairs, self.size());
       }
       jolt(hair.objects(), random, 0.01, 0.05);
       for (const auto& manager : managers) manager->update();

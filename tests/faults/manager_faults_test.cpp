@@ -136,7 +136,6 @@ TYPED_TEST(ManagerFaults, SettingUpWithoutMemoryIsMadeUpFor) {
          subject.collector.calls.clear();
          subject.manager->collide(&subject.collector, &PairCollector<S>::collide);
        }},
-      {"first statistics", [](auto& subject) { subject.manager->selfCollisionStatistics(); }},
   };
   for (const FiberManagerOptions& options : assortedOptions()) {
     const auto plain = this->make(options);

@@ -10,6 +10,7 @@
 #include <fcl_fibers/scenes/paper_scenes.h>
 #include <gtest/gtest.h>
 
+#include "support/volume_tests.h"
 #include "tree/scene.h"
 
 namespace fcl_fibers::tree {
@@ -39,7 +40,8 @@ class CountPairs : public PairSink {
 };
 
 /// Builds at the first frame, updates to the second one and searches that.
-Counts countsOf(const FiberScene& first, const FiberScene& second, bool wrapped_spheres) {
+Counts countsOf(const FiberScene& first, const FiberScene& second, bool wrapped_spheres,
+                const std::vector<Group>& groups = {}) {
   SceneOptions options;
   options.wrapped_spheres = wrapped_spheres;
   options.capsules = true;
@@ -55,6 +57,7 @@ Counts countsOf(const FiberScene& first, const FiberScene& second, bool wrapped_
   };
   const auto all = [&](auto&&) {
     Fibers fibers;
+    fibers.groups = groups;
     for (std::size_t f = 0; f < first.fiberCount(); ++f) {
       for (std::size_t i = first.point_begin[f]; i + 1 < first.point_begin[f + 1]; ++i) {
         fibers.ids.push_back(static_cast<SegmentId>(i));
@@ -66,13 +69,15 @@ Counts countsOf(const FiberScene& first, const FiberScene& second, bool wrapped_
   scene.build(Frame{}, first.points.size(), all, reader(first));
   EXPECT_TRUE(scene.update(Frame{}, second.points.size(), reader(second)));
 
-  CountPairs touching, tested;
+  CountPairs touching;
   scene.findPairs(touching);
-  scene.findVolumePairs(tested);
-  Counts counts{0, scene.countVolumeTests(), tested.count(), touching.count(), 0};
+  Counts counts{0, 0, 0, touching.count(), 0};
   std::visit(
       [&](const auto& tree) {
         counts.nodes = tree.topology().nodes.size();
+        const test::VolumeTests volumes = test::countVolumeTests(tree);
+        counts.volume_tests = volumes.tests;
+        counts.capsule_tests = volumes.pairs;
         using Volume = typename std::decay_t<decltype(tree)>::Volume;
         if constexpr (std::is_same_v<Volume, geometry::Sphere>) {
           counts.cages_recomputed = tree.hierarchy().cagesRecomputed();
@@ -132,6 +137,24 @@ TEST(Counts, AreWhatTheyWere) {
       expectPinned(counts.touching, pinned.touching, "touching pairs, neighbours among them");
       expectPinned(counts.cages_recomputed, pinned.cages_recomputed, "cages recomputed");
     }
+  }
+}
+
+TEST(Counts, OfAGroupAmongItselfAreNone) {
+  // If this fails, one large group is searched through and through for nothing.
+  scenes::HelixParameters helix;
+  helix.fibers = 30;
+  helix.segments = 40;
+  const FiberScene hair = makeHelix(helix);
+  for (const bool wrapped_spheres : {false, true}) {
+    const auto tests = [&](const std::vector<Group>& groups) {
+      return countsOf(hair, hair, wrapped_spheres, groups).volume_tests;
+    };
+    std::vector<Group> groups(30, 4);
+    EXPECT_EQ(tests(groups), 0u);
+    groups[11] = 5;
+    EXPECT_GT(tests(groups), 0u);
+    EXPECT_LT(tests(groups), tests({}) / 8);
   }
 }
 

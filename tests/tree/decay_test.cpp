@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <cstddef>
+#include <variant>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "support/random.h"
+#include "support/volume_tests.h"
 #include "tree/scene.h"
 
 namespace fcl_fibers::tree {
@@ -50,6 +53,10 @@ struct TestScene {
     scene.build(
         Frame{}, segments.size(), [](auto&&) { return allFibers(); }, reader());
   }
+  std::size_t volumeTests() const {
+    return std::visit([](const auto& tree) { return test::countVolumeTests(tree).tests; },
+                      scene.tree());
+  }
   bool update() { return scene.update(Frame{}, segments.size(), reader()); }
 };
 
@@ -64,16 +71,37 @@ TEST(Decay, FibersThatHaveChangedPlacesAreBundledAnew) {
   TestScene moved;
   moved.segments = fibersAt(inOrder());
   moved.build();
-  const std::size_t before = moved.scene.countVolumeTests();
+  const std::size_t before = moved.volumeTests();
 
   std::vector<int> shuffled = inOrder();
   test::Random(1).shuffle(shuffled);
   moved.segments = fibersAt(shuffled);
   EXPECT_FALSE(moved.update());
-  EXPECT_GT(moved.scene.countVolumeTests(), 3 * before);
+  EXPECT_GT(moved.volumeTests(), 3 * before);
   moved.build();
-  EXPECT_LT(moved.scene.countVolumeTests(), 2 * before);
+  EXPECT_LT(moved.volumeTests(), 2 * before);
   EXPECT_TRUE(moved.update()) << "once is enough";
+}
+
+// A program that only ever updates some objects would slow down without end.
+TEST(Decay, IsFoundOutByUpdatesOfSomeSegmentsToo) {
+  TestScene moved;
+  moved.segments = fibersAt(inOrder());
+  moved.build();
+  std::vector<int> shuffled = inOrder();
+  test::Random(1).shuffle(shuffled);
+  const std::vector<Segment> there = fibersAt(shuffled);
+  bool stays = true;
+  for (std::size_t fiber = 0; stays && fiber < 2 * kFibers; ++fiber) {
+    std::vector<SegmentId> ids;
+    for (std::size_t i = fiber % kFibers * kSegments; ids.size() < kSegments; ++i) {
+      moved.segments[i] = there[i];
+      moved.segments[i].radius += 1e-3 * static_cast<double>(fiber);
+      ids.push_back(static_cast<SegmentId>(i));
+    }
+    stays = moved.scene.updateSome(ids, moved.reader());
+  }
+  EXPECT_FALSE(stays);
 }
 
 // A scene that only turns, drifts, bends or grows would be built again and again.

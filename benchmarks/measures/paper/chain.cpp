@@ -4,10 +4,10 @@
 #include <memory>
 #include <vector>
 
-#include <fcl_fibers/fiber_collision_manager.h>
-
 #include "harness/frame_runs.h"
 #include "measures.h"
+#include "measures/paper/tree_scene.h"
+#include "tests/support/volume_tests.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -21,9 +21,6 @@ double detect(const Contender& contender, MovingFibers& fibers, Numbers& numbers
   const double taken = seconds([&] { count = countPairs(*manager); });
   numbers["segments"] = static_cast<double>(fibers.segmentCount());
   numbers["pairs"] = static_cast<double>(count.pairs);
-  if (const auto* ours = dynamic_cast<const FiberCollisionManager<double>*>(manager.get())) {
-    numbers["volume_tests"] = static_cast<double>(ours->selfCollisionStatistics().volume_tests);
-  }
   return taken;
 }
 
@@ -42,7 +39,16 @@ bool measureChain(const Request& request) {
     const Contender& contender = contenders[i];
     registerChecked(contender, checked[i], fibers);
     if (!checked[i].right()) continue;
-    const auto run = [&](Numbers& numbers) { return detect(contender, fibers, numbers); };
+    double volume_tests = 0;
+    if (contender.ours) {
+      withTree(contender, fibers, [&](const auto& tree) {
+        volume_tests = static_cast<double>(test::countVolumeTests(tree).tests);
+      });
+    }
+    const auto run = [&, volume_tests](Numbers& numbers) {
+      if (contender.ours) numbers["volume_tests"] = volume_tests;
+      return detect(contender, fibers, numbers);
+    };
     registerRuns("Chain/" + contender.name(), kRuns, run, contender.ours);
   }
   return runRegistered() && oursAreRight(contenders, checked);

@@ -7,37 +7,15 @@
 #include <vector>
 
 #include "geometry/enclosing_sphere.h"
-#include "geometry/segment.h"
 #include "harness/runs.h"
 #include "measures.h"
 #include "measures/paper/chain_scenes.h"
-#include "tree/fiber_tree.h"
-#include "tree/topology.h"
+#include "measures/paper/tree_scene.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
 
 using geometry::Ball;
-
-/// A scene as the trees read it, in its own frame, without FCL's objects in between.
-struct TreeScene {
-  explicit TreeScene(const scenes::FiberScene& scene) {
-    const auto point = [&](std::size_t i) {
-      const scenes::Point& p = scene.points[i];
-      return geometry::Vec3d{p[0], p[1], p[2]};
-    };
-    for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-      for (std::size_t i = scene.point_begin[f] + 1; i < scene.point_begin[f + 1]; ++i) {
-        fibers.ids.push_back(static_cast<tree::SegmentId>(segments.size()));
-        segments.push_back({point(i - 1), point(i), scene.radiusAt(i - 1)});
-      }
-      fibers.endFiber();
-    }
-  }
-
-  std::vector<geometry::Segment> segments;
-  tree::Fibers fibers;
-};
 
 /// Layered spheres by node: the minimum enclosing sphere of the two spheres below.
 struct LayeredSpheres {
@@ -98,7 +76,8 @@ void compare(const TreeScene& scene, Numbers& numbers) {
 void registerComparison(const std::string& name,
                         const std::function<scenes::FiberScene()>& make_scene) {
   registerRuns("Radii/" + name, 1, [make_scene](Numbers& numbers) {
-    compare(TreeScene(make_scene()), numbers);
+    const scenes::FiberScene scene = make_scene();
+    compare(TreeScene(MovingFibers("", scene, scene)), numbers);
     return 0.0;
   });
 }

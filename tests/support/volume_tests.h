@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+
+#include "tree/traversal.h"
+
+namespace fcl_fibers::test {
+
+/// What a plain traversal for overlapping pairs does.
+struct VolumeTests : tree::OverlapAdmission {
+  template <class Pack, class Volume, class F>
+  tree::Visit forEachAdmitted(const Pack& pack, const Volume& volume, geometry::LaneMask lanes,
+                              double unit, F&& visit) {
+    tests += static_cast<std::size_t>(__builtin_popcount(lanes));
+    return OverlapAdmission::forEachAdmitted(pack, volume, lanes, unit, visit);
+  }
+  tree::Visit leafPair(tree::SegmentId, tree::SegmentId) {
+    ++pairs;
+    return tree::Visit::kContinue;
+  }
+
+  std::size_t tests = 0;  ///< volumes tested against a volume
+  std::size_t pairs = 0;  ///< of segments whose volumes overlap
+};
+
+template <class Tree>
+VolumeTests countVolumeTests(const Tree& tree) {
+  VolumeTests count;
+  visitPairs(tree, count);
+  return count;
+}
+
+}  // namespace fcl_fibers::test
