@@ -77,7 +77,7 @@ void addOptions(CLI::App& app, std::string& measure, Request& request) {
   app.add_option("--measure", measure)->check(CLI::IsMember(kMeasures))->required();
   auto* const scene = app.add_option("--scene", request.scene.text);
   auto* const hair = app.add_option("--hair", request.scene.text,
-                                    "Fibers of a .hair, .tfx, .bcc, .vtk, .vtp or text file")
+                                    "Fibers of a .hair, .tfx, .bcc, .vtp or text file")
                          ->check(CLI::ExistingFile)
                          ->excludes(scene);
   app.add_option("--radius", request.scene.radius,

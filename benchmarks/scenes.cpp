@@ -13,10 +13,10 @@ namespace {
 MovingFibers movingFibers(const tools::SceneSource& source, bool rows,
                           const std::vector<int>& frames) {
   showProgress(source.title + ": make the scene");
-  const scenes::FiberScene first = source.make(frames.at(0));
+  const FiberPolylines first = source.make(frames.at(0));
   std::vector<std::size_t> order;
   if (rows) order = rowsOfRoots(first);
-  const auto inOrder = [&](const scenes::FiberScene& scene) {
+  const auto inOrder = [&](const FiberPolylines& scene) {
     return rows ? reordered(scene, order) : scene;
   };
   MovingFibers fibers(source.title, inOrder(first), inOrder(source.make(frames.at(1))));
@@ -31,7 +31,7 @@ std::vector<int> twoFrames(const tools::SceneSource& source) {
 
 }  // namespace
 
-std::array<scenes::FiberScene, 2> twoFrames(const SceneRequest& request) {
+std::array<FiberPolylines, 2> twoFrames(const SceneRequest& request) {
   const tools::SceneSource source = tools::openScene(request.text, request.radius);
   const std::vector<int> frames = twoFrames(source);
   return {source.make(frames[0]), source.make(frames[1])};

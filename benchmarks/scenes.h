@@ -20,7 +20,7 @@ struct SceneRequest {
 };
 
 /// Two frames that take turns: the one that the scene asks for, and the next one.
-std::array<scenes::FiberScene, 2> twoFrames(const SceneRequest& request);
+std::array<FiberPolylines, 2> twoFrames(const SceneRequest& request);
 MovingFibers movingFibers(const tools::SceneSource& source, bool rows = false);
 
 /// A scene and how its motion is gone through.

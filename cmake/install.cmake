@@ -2,22 +2,37 @@ include(CMakePackageConfigHelpers)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/fcl_fibers)
 
-set(libraries fcl_fibers)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/ ${PROJECT_BINARY_DIR}/include/
-  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-  PATTERN scenes EXCLUDE)
+# install_library(COMPONENT TARGET HEADER...): a library that find_package has by this component, with
+# its headers, which are under include/fcl_fibers of the sources or of the build.
+set(components)
+function(install_library component target)
+  foreach(header ${ARGN})
+    set(path ${PROJECT_SOURCE_DIR}/include/fcl_fibers/${header})
+    if(NOT EXISTS ${path})
+      set(path ${PROJECT_BINARY_DIR}/include/fcl_fibers/${header})
+    endif()
+    get_filename_component(folder fcl_fibers/${header} DIRECTORY)
+    install(FILES ${path} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${folder})
+  endforeach()
+  set(export fcl_fibers-${component}-targets)
+  install(TARGETS ${target} EXPORT ${export})
+  install(EXPORT ${export} NAMESPACE fcl_fibers:: DESTINATION ${package_dir})
+  set(components ${components} ${component} PARENT_SCOPE)
+endfunction()
+
+install_library(tree fcl_fibers_tree
+  contact.h fiber_options.h fiber_polylines.h fiber_tree.h tree_export.h version.h)
+if(FCL_FIBERS_BUILD_MANAGERS)
+  install_library(managers fcl_fibers
+    contact_collector.h eigen_alignment.h export.h fiber_collision_manager.h fiber_manager_options.h
+    fiber_objects.h layered_aabb_tree_collision_manager.h wrapped_sphere_tree_collision_manager.h)
+endif()
+if(FCL_FIBERS_BUILD_IO)
+  install_library(io fcl_fibers_io
+    io/export.h io/export_geometry.h io/fiber_file.h io/sampling.h)
+endif()
 install(FILES ${PROJECT_SOURCE_DIR}/package.xml
   DESTINATION ${CMAKE_INSTALL_DATADIR}/fcl_fibers)
-if(FCL_FIBERS_BUILD_SCENES)
-  list(APPEND libraries fcl_fibers_scenes)
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/fcl_fibers/scenes
-    ${PROJECT_BINARY_DIR}/include/fcl_fibers/scenes
-    DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/fcl_fibers)
-  install(FILES ${PROJECT_SOURCE_DIR}/data/loop.csv
-    DESTINATION ${CMAKE_INSTALL_DATADIR}/fcl_fibers)
-endif()
-install(TARGETS ${libraries} EXPORT fcl_fibers-targets)
-install(EXPORT fcl_fibers-targets NAMESPACE fcl_fibers:: DESTINATION ${package_dir})
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/CITATION.cff
   DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples DESTINATION ${CMAKE_INSTALL_DOCDIR})
@@ -39,24 +54,36 @@ install(FILES
 set(pc_dir ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 # Relative, so that an installed tree may be moved.
 file(RELATIVE_PATH prefix_from_pc /prefix/${pc_dir} /prefix)
-set(fcl_flags -lfcl)
-get_target_property(fcl_location fcl LOCATION)
-get_filename_component(fcl_dir "${fcl_location}" DIRECTORY)
-if(NOT fcl_dir IN_LIST CMAKE_CXX_IMPLICIT_LINK_DIRECTORIES)
-  set(fcl_flags "-L${fcl_dir} -lfcl")
-endif()
-set(required_packages "ccd eigen3 octomap")
-set(required_scenes_packages fcl_fibers)
+# install_pc(NAME DESCRIPTION LIBS REQUIRES)
+function(install_pc name description libs requires)
+  configure_file(${PROJECT_SOURCE_DIR}/cmake/fcl_fibers.pc.in ${PROJECT_BINARY_DIR}/${name}.pc @ONLY)
+  install(FILES ${PROJECT_BINARY_DIR}/${name}.pc DESTINATION ${pc_dir})
+endfunction()
+
+set(tree_libs)
+set(tree_packages)
+set(io_packages fcl_fibers_tree)
 # Not Requires.private, which pkg-config wants to see installed for shared libraries too.
 if(NOT BUILD_SHARED_LIBS)
-  string(APPEND fcl_flags " -pthread")
-  string(APPEND required_packages " libhwy tbb")
-  string(APPEND required_scenes_packages " pugixml zlib")
+  set(tree_libs "-pthread")
+  set(tree_packages "libhwy tbb")
+  string(APPEND io_packages " pugixml zlib")
 endif()
-foreach(package ${libraries})
-  configure_file(${CMAKE_CURRENT_LIST_DIR}/${package}.pc.in ${PROJECT_BINARY_DIR}/${package}.pc @ONLY)
-  install(FILES ${PROJECT_BINARY_DIR}/${package}.pc DESTINATION ${pc_dir})
-endforeach()
+install_pc(fcl_fibers_tree "${PROJECT_DESCRIPTION}" "${tree_libs}" "${tree_packages}")
+if(FCL_FIBERS_BUILD_MANAGERS)
+  # FCL by its library, not by its fcl.pc: Debian's asks for -std=c++11, which is too old for this.
+  set(fcl_flags -lfcl)
+  get_target_property(fcl_location fcl LOCATION)
+  get_filename_component(fcl_dir "${fcl_location}" DIRECTORY)
+  if(NOT fcl_dir IN_LIST CMAKE_CXX_IMPLICIT_LINK_DIRECTORIES)
+    set(fcl_flags "-L${fcl_dir} -lfcl")
+  endif()
+  install_pc(fcl_fibers "Managers of FCL's interface for fibers" "${fcl_flags}"
+    "fcl_fibers_tree ccd eigen3 octomap")
+endif()
+if(FCL_FIBERS_BUILD_IO)
+  install_pc(fcl_fibers_io "Readers and writers of fiber files" "" "${io_packages}")
+endif()
 
 # --- colcon and catkin ---
 
@@ -78,13 +105,17 @@ set(CPACK_DEBIAN_PACKAGE_SECTION libdevel)
 # the static libraries.
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
-set(CPACK_DEBIAN_PACKAGE_DEPENDS "libfcl-dev, libeigen3-dev")
+set(depends)
+if(FCL_FIBERS_BUILD_MANAGERS)
+  list(APPEND depends libfcl-dev libeigen3-dev)
+endif()
 if(NOT BUILD_SHARED_LIBS)
-  string(APPEND CPACK_DEBIAN_PACKAGE_DEPENDS ", libhwy-dev, libtbb-dev")
-  if(FCL_FIBERS_BUILD_SCENES)
-    string(APPEND CPACK_DEBIAN_PACKAGE_DEPENDS ", libpugixml-dev, zlib1g-dev")
+  list(APPEND depends libhwy-dev libtbb-dev)
+  if(FCL_FIBERS_BUILD_IO)
+    list(APPEND depends libpugixml-dev zlib1g-dev)
   endif()
 endif()
+list(JOIN depends ", " CPACK_DEBIAN_PACKAGE_DEPENDS)
 # Debian wants the licence under this name, in a folder of the package's.
 configure_file(${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_BINARY_DIR}/debian/copyright COPYONLY)
 set(CPACK_INSTALLED_DIRECTORIES

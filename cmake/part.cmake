@@ -5,7 +5,7 @@
 #
 # WHEN      AUTO is OFF unless these are true
 # PARTS     what it is built of, declared before
-# PACKAGES  what it is built of, for find_package
+# PACKAGES  what it is built of, for find_package: a name, or a name and a version
 # TARGETS   of these packages, which may be installed without
 function(fcl_fibers_part part doc)
   cmake_parse_arguments(PARSE_ARGV 2 arg "" "" "WHEN;PARTS;PACKAGES;TARGETS")
@@ -26,7 +26,9 @@ function(fcl_fibers_part part doc)
 
   set(missing)
   foreach(package ${arg_PACKAGES})
+    separate_arguments(package UNIX_COMMAND "${package}")
     find_package(${package} QUIET)
+    list(GET package 0 package)
     if(NOT ${package}_FOUND)
       list(APPEND missing ${package})
     endif()

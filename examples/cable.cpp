@@ -9,8 +9,8 @@
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/geometric_shape_to_BVH_model.h>
 #include <fcl_fibers/contact_collector.h>
+#include <fcl_fibers/fiber_objects.h>
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
-#include <fcl_fibers/scenes/fiber_scene.h>
 
 namespace {
 
@@ -21,8 +21,8 @@ constexpr double kStep = 0.01;   // length of a segment
 
 /// Winds from 40 degrees off one pole to 40 off the other, a twentieth too close for the cable's
 /// thickness, pressed 2 mm into the head.
-fcl_fibers::scenes::FiberScene wound() {
-  fcl_fibers::scenes::FiberScene scene;
+fcl_fibers::FiberPolylines wound() {
+  fcl_fibers::FiberPolylines scene;
   const double distance = kHead + kCable - 0.002;
   const double winding = 0.95 * 2 * kCable / distance;  // from one turn to the next, in radians
   for (double polar = 40 * kPi / 180; polar < 140 * kPi / 180;) {
@@ -40,8 +40,8 @@ fcl_fibers::scenes::FiberScene wound() {
 }  // namespace
 
 int main() {
-  const fcl_fibers::scenes::FiberScene scene = wound();
-  const auto cable = fcl_fibers::scenes::makeObjects<double>(scene);
+  const fcl_fibers::FiberPolylines scene = wound();
+  const auto cable = fcl_fibers::makeObjects<double>(scene);
 
   const auto mesh = std::make_shared<fcl::BVHModel<fcl::OBBRSSd>>();
   fcl::generateBVHModel(*mesh, fcl::Sphered(kHead), fcl::Transform3d::Identity(), 32, 32);
@@ -54,7 +54,7 @@ int main() {
   options.ignored_arc_length = kPi * kCable;
 
   fcl_fibers::LayeredAABBTreeCollisionManagerd manager(options);
-  for (const auto& fiber : fcl_fibers::scenes::objectsByFiber(scene, cable)) {
+  for (const auto& fiber : fcl_fibers::objectsByFiber(scene, cable)) {
     manager.registerFiber(fiber.objects, fiber.ends);
   }
   manager.registerObject(&head);

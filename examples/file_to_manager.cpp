@@ -11,13 +11,12 @@
 #include <string>
 
 #include <fcl/geometry/shape/box.h>
+#include <fcl_fibers/fiber_objects.h>
+#include <fcl_fibers/io/fiber_file.h>
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
-#include <fcl_fibers/scenes/fiber_file.h>
-#include <fcl_fibers/scenes/fiber_scene.h>
 
 namespace {
 
-namespace scenes = fcl_fibers::scenes;
 using Manager = fcl_fibers::LayeredAABBTreeCollisionManagerd;
 
 struct Query {
@@ -36,8 +35,8 @@ bool printPair(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* cdata) 
   return false;
 }
 
-void printPairs(const std::string& path, const scenes::FiberFileOptions& how) {
-  const scenes::FiberFile file = scenes::readFibers(path, how);
+void printPairs(const std::string& path, const fcl_fibers::io::FiberFileOptions& how) {
+  const fcl_fibers::io::FiberFile file = fcl_fibers::io::readFibers(path, how);
   for (const std::string& warning : file.warnings) std::fprintf(stderr, "%s\n", warning.c_str());
   if (!file.has_radius) {
     throw std::invalid_argument(path + " holds no radius: give one, in the file's unit");
@@ -47,8 +46,8 @@ void printPairs(const std::string& path, const scenes::FiberFileOptions& how) {
   options.report = fcl_fibers::Report::kCapsules;  // other shapes count by their boxes
   options.ignored_neighbors = 1;
   Manager manager(options);
-  const auto objects = scenes::makeObjects<double>(file.scene);
-  for (const auto& fiber : scenes::objectsByFiber(file.scene, objects)) {
+  const auto objects = fcl_fibers::makeObjects<double>(file.fibers);
+  for (const auto& fiber : fcl_fibers::objectsByFiber(file.fibers, objects)) {
     manager.registerFiber(fiber.objects, fiber.ends);
   }
   fcl::CollisionObjectd box(std::make_shared<fcl::Boxd>(0.1, 0.1, 0.1), fcl::Matrix3d::Identity(),
@@ -67,7 +66,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    scenes::FiberFileOptions how;
+    fcl_fibers::io::FiberFileOptions how;
     if (argc == 3) {
       char* end = nullptr;
       how.radius = std::strtod(argv[2], &end);

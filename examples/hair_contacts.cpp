@@ -4,7 +4,7 @@
 //
 //     hair_contacts FILE [RADIUS] > contacts.csv
 //
-// FILE is a .hair, .tfx, .bcc, .vtk or .vtp file or a table of points. RADIUS is the radius of all
+// FILE is a .hair, .tfx, .bcc or .vtp file or a table of points. RADIUS is the radius of all
 // fibers in the file's unit; it is needed if the file has none.
 #include <cstdio>
 #include <cstdlib>
@@ -14,17 +14,17 @@
 
 #include <fcl_fibers/contact.h>
 #include <fcl_fibers/fiber_tree.h>
-#include <fcl_fibers/scenes/fiber_file.h>
+#include <fcl_fibers/io/fiber_file.h>
 
 namespace {
 
-void writeContacts(const std::string& path, const fcl_fibers::scenes::FiberFileOptions& how) {
-  const auto file = fcl_fibers::scenes::readFibers(path, how);
+void writeContacts(const std::string& path, const fcl_fibers::io::FiberFileOptions& how) {
+  const auto file = fcl_fibers::io::readFibers(path, how);
   if (!file.has_radius) {
     throw std::invalid_argument(path + " holds no radius: give one, in the file's unit");
   }
   for (const std::string& warning : file.warnings) std::fprintf(stderr, "%s\n", warning.c_str());
-  const auto fibers = fcl_fibers::scenes::fiberArrays(file.scene);
+  const auto fibers = fcl_fibers::fiberArrays(file.fibers);
 
   fcl_fibers::FiberTreeOptions options;
   options.report = fcl_fibers::Report::kCapsules;
@@ -51,7 +51,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    fcl_fibers::scenes::FiberFileOptions how;
+    fcl_fibers::io::FiberFileOptions how;
     if (argc == 3) {
       char* end = nullptr;
       how.radius = std::strtod(argv[2], &end);

@@ -4,6 +4,7 @@
 // Prints that the answers are the same, and how many times as fast they come.
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <limits>
 #include <memory>
@@ -11,29 +12,38 @@
 
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl/narrowphase/collision.h>
+#include <fcl_fibers/fiber_objects.h>
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
-#include <fcl_fibers/scenes/helix.h>
 
 namespace {
 
 using Poses = std::vector<fcl::Transform3d>;
 
-/// A lock of 60 hairs of 100 segments.
+/// A lock of 60 curls of 100 segments, turned by an angle. Lengths are in centimetres.
+fcl_fibers::FiberPolylines curls(double angle) {
+  fcl_fibers::FiberPolylines lock;
+  lock.radius = 0.0035;
+  for (int curl = 0; curl < 60; ++curl) {
+    for (int i = 0; i <= 100; ++i) {
+      const double turn = 0.25 * i + 0.01 * curl + angle;
+      lock.points.push_back(
+          {std::cos(turn) + 0.05 * (curl % 8), std::sin(turn) + 0.05 * (curl / 8), 0.15 * i});
+    }
+    lock.point_begin.push_back(lock.points.size());
+  }
+  return lock;
+}
+
 struct Hairs {
   std::vector<std::unique_ptr<fcl::CollisionObjectd>> owned;
   std::vector<fcl::CollisionObjectd*> objects;
   Poses at_rest, moved;
 
   Hairs() {
-    namespace scenes = fcl_fibers::scenes;
-    scenes::HelixParameters parameters;
-    parameters.fibers = 60;
-    const scenes::FiberScene scene = scenes::makeHelix(parameters);
-    owned = scenes::makeObjects<double>(scene);
+    owned = fcl_fibers::makeObjects<double>(curls(0));
     for (const auto& object : owned) objects.push_back(object.get());
-    at_rest = scenes::segmentPoses<double>(scene);
-    parameters.frame = 1;
-    moved = scenes::segmentPoses<double>(scenes::makeHelix(parameters));
+    at_rest = fcl_fibers::segmentPoses<double>(curls(0));
+    moved = fcl_fibers::segmentPoses<double>(curls(0.1));
   }
 
   void move(const Poses& poses) {

@@ -48,7 +48,7 @@ build() {
   shift 3
   built=$work/$name/library
   [[ $kind == shared ]] && local shared=ON || local shared=OFF
-  configure "$compiler" "$built" . -DBUILD_SHARED_LIBS=$shared -DFCL_FIBERS_BUILD_SCENES=ON \
+  configure "$compiler" "$built" . -DBUILD_SHARED_LIBS=$shared -DFCL_FIBERS_BUILD_IO=ON \
     -DFCL_FIBERS_BUILD_TESTS=OFF -DFCL_FIBERS_BUILD_BENCHMARKS=OFF -DFCL_FIBERS_BUILD_TOOLS=OFF "$@"
   cmake --build "$built"
   rm -rf "$work/$name/installed"
@@ -58,7 +58,7 @@ build() {
 
 use() {  # PREFIX
   prefix=$1
-  PKG_CONFIG_PATH=$(dirname "$(find "$prefix" -name fcl_fibers.pc)")
+  PKG_CONFIG_PATH=$(dirname "$(find "$prefix" -name fcl_fibers_tree.pc)")
   export PKG_CONFIG_PATH
 }
 
@@ -84,9 +84,9 @@ by_find_package() {  # COMPILER KIND
 by_pkg_config() {  # COMPILER KIND
   local flags program
   mkdir -p "$work/$1-$2"
-  flags=$(pkg-config --cflags --libs fcl_fibers_scenes)
+  flags=$(pkg-config --cflags --libs fcl_fibers fcl_fibers_io)
   ! grep -qE -- '-std=|-m[a-z]' <<<"$flags" || fail "pkg-config hands on: $flags"
-  for program in main contacts; do
+  for program in main contacts file; do
     # shellcheck disable=SC2086
     "$1" -std=c++17 -O1 -Wall -Wextra -Werror tests/consumer/$program.cpp \
       -o "$work/$1-$2/$program" $flags
@@ -120,7 +120,7 @@ linked() {
 installed() {
   library g++ shared
   local name so symbols
-  for name in fcl_fibers fcl_fibers_scenes; do
+  for name in fcl_fibers_tree fcl_fibers fcl_fibers_io; do
     so=$(find "$prefix" -name "lib$name.so")
     [[ $(objdump -p "$so") == *"SONAME"*"lib$name.so.0.1"* ]] || fail "SONAME of $so"
     symbols=$(nm -DC --defined-only "$so")
@@ -132,7 +132,7 @@ installed() {
   ! grep -rnE --include='*.cmake' --include='*.pc' -- '-m(arch|tune|avx|sse|fma)' "$prefix/lib" ||
     fail "flags of an instruction set are exported"
   for file in share/fcl_fibers/package.xml share/ament_index/resource_index/packages/fcl_fibers \
-    include/fcl_fibers/{version,export,contact}.h; do
+    include/fcl_fibers/{version,export,tree_export,contact}.h; do
     [[ -f $prefix/$file ]] || fail "$file is not installed"
   done
   local version
@@ -171,16 +171,51 @@ left_out() {
   cmake -S . -B "$tree" "${without[@]/%ON/OFF}" -DFCL_FIBERS_BUILD_TESTS=AUTO -DBUILD_TESTING=OFF
   ! grep -q geometry_test "$tree/build.ninja" || fail "BUILD_TESTING=OFF builds tests"
 
-  build left_out g++ shared -DCMAKE_BUILD_TYPE=Debug -DFCL_FIBERS_BUILD_SCENES=AUTO \
+  build left_out g++ shared -DCMAKE_BUILD_TYPE=Debug -DFCL_FIBERS_BUILD_IO=AUTO \
     -DCMAKE_DISABLE_FIND_PACKAGE_pugixml=ON
-  [[ ! -e $prefix/include/fcl_fibers/scenes ]] || fail "headers of scenes are installed without them"
-  ! pkg-config --exists fcl_fibers_scenes || fail "fcl_fibers_scenes.pc is installed without scenes"
-  refused 'FCL_FIBERS_BUILD_SCENES=ON' \
-    configure g++ "$work/left_out/consumer" tests/consumer -DCMAKE_PREFIX_PATH="$prefix"
+  [[ ! -e $prefix/include/fcl_fibers/io ]] || fail "headers of io are installed without it"
+  ! pkg-config --exists fcl_fibers_io || fail "fcl_fibers_io.pc is installed without the library"
+  refused 'FCL_FIBERS_BUILD_IO=ON' configure g++ "$work/left_out/consumer" tests/consumer \
+    -DCMAKE_PREFIX_PATH="$prefix" -DWITHOUT_FCL=ON
   # shellcheck disable=SC2046
   g++ -std=c++17 tests/consumer/contacts.cpp -o "$work/left_out/contacts" \
-    $(pkg-config --cflags --libs fcl_fibers)
+    $(pkg-config --cflags --libs fcl_fibers_tree)
   LD_LIBRARY_PATH=$(pkg-config --variable=libdir fcl_fibers) "$work/left_out/contacts"
+}
+
+# Of the libraries that do not need FCL: no header reads one of FCL's, nor of what FCL needs, no library
+# is linked with it, and a program finds them as if it were not installed. Hidden from the build, it is
+# not needed to build and install them.
+tree() {
+  local hidden=(-DCMAKE_DISABLE_FIND_PACKAGE_{fcl,ccd,octomap,Eigen3}"=ON") header read name flags
+  rm -rf "$work/tree"
+  library g++ shared
+  for header in contact fiber_options fiber_polylines fiber_tree tree_export version \
+    io/export io/export_geometry io/fiber_file io/sampling; do
+    read=$(g++ -std=c++17 -M -I"$prefix/include" "$prefix/include/fcl_fibers/$header.h") ||
+      fail "$header.h does not compile by itself"
+    ! grep -oE '/(fcl|ccd|octomap|eigen3|Eigen)/[^ ]*' <<<"$read" || fail "$header.h reads these"
+  done
+  for name in fcl_fibers_tree fcl_fibers_io; do
+    ! readelf -d "$(find "$prefix" -name "lib$name.so")" |
+      grep -E 'NEEDED.*lib(fcl\.|fcl_fibers\.|ccd|octo)' || fail "lib$name.so needs more than it may"
+  done
+  configure g++ "$work/tree/of_all" tests/consumer -DWITHOUT_FCL=ON -DCMAKE_PREFIX_PATH="$prefix" \
+    "${hidden[@]}"
+  run_consumer "$work/tree/of_all"
+  configure g++ "$work/tree/optional" tests/consumer -DWITHOUT_FCL=ON -DOPTIONAL=managers \
+    -DCMAKE_PREFIX_PATH="$prefix" "${hidden[@]}"
+
+  # Without optimization and for one instruction set, which compiles quickly.
+  build tree g++ shared -DCMAKE_BUILD_TYPE=Debug "${hidden[@]}" \
+    -DCMAKE_CXX_FLAGS='-msse4.2 -mpclmul -maes -DHWY_COMPILE_ONLY_STATIC'
+  [[ ! -e $prefix/include/fcl_fibers/export.h ]] || fail "a header of the managers is installed"
+  refused 'has no component managers' configure g++ "$work/tree/managers" tests/consumer \
+    -DCMAKE_PREFIX_PATH="$prefix" -DCOMPONENTS=managers
+  flags=$(pkg-config --cflags --libs fcl_fibers_io)
+  # shellcheck disable=SC2086
+  g++ -std=c++17 tests/consumer/file.cpp -o "$work/tree/file" $flags
+  LD_LIBRARY_PATH=$(pkg-config --variable=libdir fcl_fibers_io) "$work/tree/file"
 }
 
 # What Eigen needs to be told beside -march=native, for FCL's objects to have the layout that they have
@@ -193,7 +228,7 @@ flags() {
   for compiler in $compilers; do
     # shellcheck disable=SC2207
     compile=("$compiler" -std=c++17 -fsyntax-only tests/consumer/main.cpp
-      $(pkg-config --cflags fcl_fibers_scenes))
+      $(pkg-config --cflags fcl_fibers))
     "${compile[@]}" -msse4.2
     refused "add $mended" "${compile[@]}" -mavx
     refused "add $mended" "${compile[@]}" -mavx512f -mfma
@@ -214,7 +249,7 @@ flags() {
 fast_math() {
   local tree=$work/fast_math/configured
   rm -rf "$tree"
-  configure g++ "$tree" . -DCMAKE_CXX_FLAGS='-ffast-math -Wfatal-errors' -DFCL_FIBERS_BUILD_SCENES=ON \
+  configure g++ "$tree" . -DCMAKE_CXX_FLAGS='-ffast-math -Wfatal-errors' -DFCL_FIBERS_BUILD_IO=ON \
     -DFCL_FIBERS_BUILD_TESTS=OFF -DFCL_FIBERS_BUILD_BENCHMARKS=OFF -DFCL_FIBERS_BUILD_TOOLS=OFF
   refused 'remove -ffast-math' cmake --build "$tree" -- -k 0
   [[ -z $(find "$tree/src" -name '*.o') ]] || fail "compiled with -ffast-math: $(find "$tree/src" -name '*.o')"
@@ -222,7 +257,7 @@ fast_math() {
   library g++ shared
   # shellcheck disable=SC2046
   g++ -std=c++17 -ffast-math tests/consumer/contacts.cpp -o "$work/fast_math/contacts" \
-    $(pkg-config --cflags --libs fcl_fibers)
+    $(pkg-config --cflags --libs fcl_fibers_tree)
   LD_LIBRARY_PATH=$(pkg-config --variable=libdir fcl_fibers) "$work/fast_math/contacts"
 }
 
@@ -234,13 +269,13 @@ mismatch() {
   configure g++ "$work/mismatch/consumer" tests/consumer -DCMAKE_PREFIX_PATH="$prefix" \
     -DCMAKE_CXX_FLAGS=$flag=64
   cmake --build "$work/mismatch/consumer"
-  if said=$("$work/mismatch/consumer/consumer" 2>&1); then fail "runs: $said"; fi
+  if said=$("$work/mismatch/consumer/main" 2>&1); then fail "runs: $said"; fi
   grep -q "does not read back its pose.*add $mended" <<<"$said" || fail "ends by: $said"
   # What needs no object of FCL's works.
   "$work/mismatch/consumer/contacts"
   # shellcheck disable=SC2046
   refused "add $mended" g++ -std=c++17 -fsyntax-only tests/consumer/main.cpp \
-    $(pkg-config --cflags fcl_fibers_scenes)
+    $(pkg-config --cflags fcl_fibers)
 
   build mended g++ shared -DCMAKE_CXX_FLAGS="-march=native $mended"
   configure g++ "$work/mended/consumer" tests/consumer -DCMAKE_PREFIX_PATH="$prefix"
@@ -270,11 +305,11 @@ deb() {
   unset PKG_CONFIG_PATH
   # shellcheck disable=SC2046
   g++ -std=c++17 tests/consumer/main.cpp -o "$work/deb/main" \
-    $(pkg-config --cflags --libs fcl_fibers_scenes)
+    $(pkg-config --cflags --libs fcl_fibers)
   "$work/deb/main"
 }
 
-steps=(linked installed examples left_out flags fast_math mismatch deb)
+steps=(linked installed tree examples left_out flags fast_math mismatch deb)
 if (($# > 0)); then
   steps=("$@")
 fi

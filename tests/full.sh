@@ -37,7 +37,7 @@ has_simd() {
   [[ -x build/release/tools/fcl_fibers ]] || build fcl_fibers_program
   # It ends with 1 where capsules touch.
   said=$(FCL_FIBERS_SIMD=$1 build/release/tools/fcl_fibers check helix:fibers=2 2>&1) || true
-  [[ $said == *"not to be had here"* ]] || return 0
+  [[ $said == *"not available here"* ]] || return 0
   skip "FCL_FIBERS_SIMD=$1, which this machine does not have"
   return 1
 }
@@ -65,7 +65,7 @@ simd() {
   local level suite
   for level in "${simd_levels[@]}"; do
     has_simd "$level" || continue
-    for suite in geometry_test tree_test tree_scene_test arrays_test broadphase_test; do
+    for suite in geometry_test tree_test index_test arrays_test broadphase_test; do
       FCL_FIBERS_SIMD=$level build/release/tests/$suite --gtest_brief=1
     done
   done
@@ -74,7 +74,7 @@ simd() {
 # The same tests with subnormals flushed to zero, as in a program that is linked with -ffast-math.
 flush_to_zero() {
   local suite
-  for suite in geometry_test tree_test tree_scene_test arrays_test broadphase_test swap_test; do
+  for suite in geometry_test tree_test index_test arrays_test broadphase_test swap_test; do
     FCL_FIBERS_FLUSH_TO_ZERO=1 build/release/tests/$suite --gtest_brief=1
   done
 }
@@ -93,10 +93,10 @@ simd_sanitized() {
   .ci/apt_install.sh clang libclang-rt-dev
   cmake --preset sanitize -B build/sanitize-simd \
     -DCMAKE_CXX_FLAGS="-O1 -g1 -fsanitize=address,undefined -fno-sanitize-recover=all"
-  cmake --build build/sanitize-simd --target geometry_test tree_test tree_scene_test arrays_test
+  cmake --build build/sanitize-simd --target geometry_test tree_test index_test arrays_test
   local suite level
   for level in "${simd_levels[@]}"; do has_simd "$level" || true; done
-  for suite in geometry_test tree_test tree_scene_test arrays_test; do
+  for suite in geometry_test tree_test index_test arrays_test; do
     build/sanitize-simd/tests/$suite --gtest_brief=1
   done
 }
@@ -104,7 +104,7 @@ simd_sanitized() {
 # All threads' suites, of which .ci/run takes one at a time.
 threads() {
   .ci/apt_install.sh clang libclang-rt-dev
-  tests/thread_sanitized.sh parallel_test threads_test arrays_test tree_scene_test
+  tests/thread_sanitized.sh parallel_test threads_test arrays_test index_test
 }
 
 # docs/numerics.md: its table, a million segments in trees of every kind, and the paper's scenes.
@@ -208,7 +208,7 @@ sys.exit("\n".join(warnings) or package.get_build_type() != "cmake" and "package
   rm -rf "$tree"
   colcon --log-base "$tree/log" build --paths . --event-handlers console_direct+ \
     --build-base "$tree/build" --install-base "$tree/installed" --cmake-args -G Ninja \
-    -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF -DFCL_FIBERS_BUILD_SCENES=ON \
+    -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF -DFCL_FIBERS_BUILD_IO=ON \
     -DFCL_FIBERS_BUILD_BENCHMARKS=OFF -DFCL_FIBERS_BUILD_TOOLS=OFF
   (
     set +u  # setup.sh reads variables that are not set
@@ -225,7 +225,7 @@ sys.exit("\n".join(warnings) or package.get_build_type() != "cmake" and "package
 dart() {
   has_packages libdart-dev pkg-config || return 0
   local tree=$PWD/build/dart
-  build fcl_fibers fcl_fibers_scenes fcl_fibers_program
+  build fcl_fibers fcl_fibers_io fcl_fibers_program
   rm -rf "$tree"
   cmake --install build/release --prefix "$tree/installed" >/dev/null
   cmake -S tests/clients/dart -B "$tree/program" -G Ninja -DCMAKE_BUILD_TYPE=Release \

@@ -24,7 +24,7 @@ using benchmarks::MovingFibers;
 using benchmarks::Phase;
 using benchmarks::Preflight;
 
-/// Ours and FCL's, of which FCL's slow ones, the paper's trees and threads only with --all.
+/// Our managers and FCL's. FCL's slow ones, the paper's trees and threads come only with --all.
 std::vector<Contender> contenders(bool all) {
   std::vector<Contender> chosen;
   const auto add = [&](const std::vector<Contender>& more, auto&& isUsual) {
@@ -55,8 +55,8 @@ struct Result {
   }
 };
 
-/// One manager after the other, in another order each time, so that what slows the machine for a
-/// while slows all.
+/// Times the managers in random order, so that a slow phase of the machine does not hit one of them
+/// only.
 void timeAll(std::vector<Result>& results, MovingFibers& fibers, int repetitions) {
   std::vector<Result*> order;
   for (Result& result : results) {
@@ -147,11 +147,11 @@ int bench(const SceneSource& source, const BenchRequest& request) {
                         countText(result.preflight.frames[0].touching));
   }
   text += fmt::format(
-      "\nMedians of {}, the managers in random order. Each manager has found the same touching "
-      "pairs\nbefore and after a motion, once each, or it is not timed. Volumes or boxes that "
-      "overlap are\npairs; \"capsules\" tests and reports those that touch. \"tight\" boxes are "
-      "ours, \"stock\" FCL's own.\nAdjacent segments count, as FCL knows no fibers. With more "
-      "care: benchmarks/run.sh.\n",
+      "\nTimes are medians of {} runs, with the managers in random order. A manager is timed only "
+      "if it\nfinds each touching pair once, before and after a motion. Pairs are volumes or "
+      "boxes that overlap;\n\"capsules\" reports only capsules that touch. \"tight\" boxes are "
+      "ours, \"stock\" boxes FCL's own.\nAdjacent segments count, because FCL knows no fibers. "
+      "benchmarks/run.sh measures with more care.\n",
       request.repetitions);
   print(text);
   return wrong ? 1 : 0;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include <fcl_fibers/contact.h>
-#include <fcl_fibers/scenes/export_geometry.h>
+#include <fcl_fibers/io/export_geometry.h>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -18,17 +18,17 @@
 namespace fcl_fibers::tools {
 namespace {
 
-/// Contacts that are listed where not all are asked for.
+/// The number of contacts in a plain list.
 constexpr std::size_t kFew = 10;
 
-/// What was asked and what was found.
+/// The request and what was found.
 struct Answer {
   const SceneSource& source;
   const CheckRequest& request;
-  const scenes::FiberScene& scene;
+  const FiberPolylines& scene;
   const FoundPairs& found;
 
-  /// As many as there are pairs, which may be more than memory has room for as contacts.
+  /// Contacts are computed one by one, because memory may not hold all of them.
   std::size_t count() const { return found.pairs.size(); }
   Contact contact(std::size_t i) const {
     return capsuleContact(fiberArrays(scene), found.pairs[i]);
@@ -86,7 +86,7 @@ std::string jsonText(const Answer& answer) {
 }
 
 std::string plainText(const Answer& answer) {
-  const scenes::FiberScene& scene = answer.scene;
+  const FiberPolylines& scene = answer.scene;
   const bool capsules = answer.request.tree.report == Report::kCapsules;
   const bool one = answer.count() == 1;
   const char* const what = capsules ? (one ? "pair touches" : "pairs touch")
@@ -122,7 +122,7 @@ std::vector<Contact> allContacts(const Answer& answer) {
 
 int check(const SceneSource& source, const CheckRequest& request) {
   progress("reading " + source.title);
-  const scenes::FiberScene scene = source.scene();
+  const FiberPolylines scene = source.scene();
   progress("looking for contacts");
   FiberTree tree(request.tree);
   tree.build(fiberArrays(scene));
@@ -136,13 +136,13 @@ int check(const SceneSource& source, const CheckRequest& request) {
     write(file);
     file.commit();
   };
-  writeFile(request.segments_path,
-            [&](const OutputFile& file) { exportSegments(file.draft(), scene, found.touching); });
-  writeFile(request.contacts_path, [&](const OutputFile& file) {
-    scenes::exportContacts(file.draft(), allContacts(answer));
+  writeFile(request.segments_path, [&](const OutputFile& file) {
+    io::exportSegments(file.draft(), scene, found.touching);
   });
+  writeFile(request.contacts_path,
+            [&](const OutputFile& file) { io::exportContacts(file.draft(), allContacts(answer)); });
   writeFile(request.volumes_path, [&](const OutputFile& file) {
-    scenes::exportVolumes(file.draft(), tree.volumes(request.depth));
+    io::exportVolumes(file.draft(), tree.volumes(request.depth));
   });
 
   const std::string text = request.output == Output::kCsv    ? csvText(answer)

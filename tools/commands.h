@@ -10,16 +10,16 @@
 
 namespace fcl_fibers::tools {
 
-// The commands of fcl_fibers. Each takes what --help says and returns the exit code; what it throws
-// is an error, code 2. Answers go to stdout, progress to stderr where that is a terminal; warnings
-// of a file are there already, except info's, which are part of its answer.
+// The commands of fcl_fibers. Each returns the exit code; an exception is an error, code 2. Answers
+// go to stdout, and progress to stderr if that is a terminal. openScene() has printed the warnings
+// of a file; only info has them in its answer.
 
 constexpr int kExitContacts = 1;
 constexpr int kExitError = 2;
 
 enum class Output { kText, kCsv, kJson };
 
-/// Writes the scene to `path`, whose ending says how: .vtp, .ply, .hair or .txt.
+/// Writes the scene to `path`, whose ending chooses the format: .vtp, .hair or .txt.
 int generate(const SceneSource& source, const std::string& path);
 
 /// Counts, lengths, bounds and warnings.
@@ -47,9 +47,9 @@ int bench(const SceneSource& source, const BenchRequest& request);
 struct ViewRequest {
   FiberTreeOptions tree;
   std::string path;
-  bool fragment = false;         ///< to be part of another page
+  bool fragment = false;         ///< write a part of another page
   int depth = 2;                 ///< deepest volumes
-  std::size_t points = 1000000;  ///< drawn of each scene, all frames together
+  std::size_t points = 1000000;  ///< drawn of each scene, in all frames together
 };
 /// Writes a page that shows the scenes.
 int view(const std::vector<SceneSource>& sources, const ViewRequest& request);

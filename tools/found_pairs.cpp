@@ -6,7 +6,7 @@
 
 namespace fcl_fibers::tools {
 
-FoundPairs findPairs(const FiberTree& tree, const scenes::FiberScene& scene) {
+FoundPairs findPairs(const FiberTree& tree, const FiberPolylines& scene) {
   FoundPairs found;
   tree.findPairs(found.pairs);
   std::sort(found.pairs.begin(), found.pairs.end(), [](const SegmentPair& p, const SegmentPair& q) {

@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <string>
 
-#include <fcl_fibers/scenes/export_geometry.h>
-#include <fcl_fibers/scenes/fiber_file.h>
+#include <fcl_fibers/io/export_geometry.h>
+#include <fcl_fibers/io/fiber_file.h>
 #include <fmt/format.h>
 
 #include "commands.h"
@@ -15,13 +15,13 @@
 namespace fcl_fibers::tools {
 namespace {
 
-/// A point a line, a blank line between fibers; numbers are read back bit by bit.
-std::string polylinesText(const scenes::FiberScene& scene) {
+/// One point per line and a blank line between fibers. Reading restores every bit.
+std::string polylinesText(const FiberPolylines& scene) {
   fmt::memory_buffer text;
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     if (f > 0) text.push_back('\n');
     for (std::size_t i = scene.point_begin[f]; i < scene.point_begin[f + 1]; ++i) {
-      const scenes::Point& p = scene.points[i];
+      const Point& p = scene.points[i];
       fmt::format_to(std::back_inserter(text), "{} {} {}\n", p[0], p[1], p[2]);
     }
   }
@@ -33,18 +33,18 @@ std::string polylinesText(const scenes::FiberScene& scene) {
 int generate(const SceneSource& source, const std::string& path) {
   OutputFile file(path);
   progress("making " + source.title);
-  const scenes::FiberScene scene = source.scene();
+  const FiberPolylines scene = source.scene();
   progress("writing " + path);
   const std::string ending = std::filesystem::path(path).extension().string();
   if (ending == ".hair") {
-    scenes::writeHair(file.draft(), scene);
+    io::writeHair(file.draft(), scene);
   } else if (ending == ".txt") {
     file.write(polylinesText(scene));
-  } else if (ending == ".vtp" || ending == ".ply") {
-    scenes::exportFibers(file.draft(), scene);
+  } else if (ending == ".vtp") {
+    io::exportFibers(file.draft(), scene);
   } else {
     throw std::invalid_argument(
-        fmt::format("'{}': give a file that ends in .vtp, .ply, .hair or .txt", path));
+        fmt::format("'{}': give a file that ends in .vtp, .hair or .txt", path));
   }
   file.commit();
   progress("");

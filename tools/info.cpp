@@ -15,10 +15,6 @@
 namespace fcl_fibers::tools {
 namespace {
 
-using scenes::FiberScene;
-using scenes::Point;
-
-/// Of some lengths.
 struct Spread {
   double least = 0, median = 0, largest = 0, total = 0;
 
@@ -39,7 +35,7 @@ struct Facts {
   std::size_t without_segment = 0, closed = 0;  ///< fibers
   Point low{}, high{};
 
-  explicit Facts(const FiberScene& scene) {
+  explicit Facts(const FiberPolylines& scene) {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     low.fill(scene.points.empty() ? 0 : kInfinity);
     high.fill(scene.points.empty() ? 0 : -kInfinity);
@@ -69,7 +65,7 @@ struct Facts {
 };
 
 /// What a user should know before trusting an answer.
-std::vector<std::string> warnings(const FiberScene& scene, bool has_radius, const Facts& facts,
+std::vector<std::string> warnings(const FiberPolylines& scene, bool has_radius, const Facts& facts,
                                   const Spread& segments) {
   std::vector<std::string> texts;
   const auto count = [&](auto&& holds) {
@@ -89,15 +85,15 @@ std::vector<std::string> warnings(const FiberScene& scene, bool has_radius, cons
   warn(count([](double length, double) { return length == 0; }),
        "segments of length zero, whose points coincide: {}");
   warn(count([&](double length, double) { return length > 20 * segments.median; }),
-       "segments more than 20 times as long as the median, which may join what are two fibers: {}");
+       "segments more than 20 times as long as the median, which may join two fibers: {}");
   if (has_radius) {
     warn(count([](double, double radius) { return radius == 0; }),
-         "segments of radius zero, which touch only where axes meet: {}");
+         "segments of radius zero, which touch only if axes cross: {}");
   } else {
     texts.push_back("the file holds no radius; all other commands need --radius");
   }
   warn(count([](double length, double radius) { return length < 2 * radius; }),
-       "segments shorter than wide, where those next but one along a fiber touch as well; see "
+       "segments shorter than wide, so that those next but one along a fiber touch, too; see "
        "--ignored-neighbors of check: {}");
   std::vector<Point> roots;
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
@@ -121,7 +117,7 @@ std::vector<std::string> warnings(const FiberScene& scene, bool has_radius, cons
 
 int info(const SceneSource& source, Output output) {
   progress("reading " + source.title);
-  const FiberScene scene = source.scene();
+  const FiberPolylines scene = source.scene();
   progress("");
   const Facts facts(scene);
   const Spread fibers(facts.fiber_lengths), segments(facts.segment_lengths), radii(facts.radii);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// fcl_fibers: what the library does, for people who have a file of fibers and no program yet.
+// fcl_fibers: the library as a program, for people who have a file of fibers.
 #include <unistd.h>
 
 #include <algorithm>
@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <stdexcept>
@@ -48,7 +49,7 @@ std::string counted(std::size_t count, const char* one) {
 
 namespace {
 
-/// What the command line says.
+/// The parsed command line.
 struct Arguments {
   std::string scene;
   std::vector<std::string> scenes;  ///< of view
@@ -63,21 +64,21 @@ struct Arguments {
 
   SceneSource source() const { return openScene(scene, radius); }
 
-  /// Of view. One radius is that of all files; else each file has its own, in their order.
+  /// The scenes of view. One radius is for all files; several are for the files in order.
   std::vector<SceneSource> sources() const {
     const auto files =
         static_cast<std::size_t>(std::count_if(scenes.begin(), scenes.end(), isFile));
     if (radii.size() > 1 && radii.size() != files) {
       throw std::invalid_argument(
-          fmt::format("--radius is there {} times, beside {}; give it once for all files, or once "
-                      "for each",
+          fmt::format("--radius is given {} times for {}; give it once for all files, or once for "
+                      "each",
                       radii.size(), counted(files, "file")));
     }
     std::vector<SceneSource> sources;
     std::size_t file = 0;
     for (const std::string& name : scenes) {
       std::optional<double> its_radius;
-      // Where none is a file, the first one refuses the radius.
+      // If no scene is a file, the first one refuses the radius.
       if (!radii.empty() && (files == 0 || isFile(name))) {
         its_radius = radii.size() == 1 ? radii[0] : radii[file++];
       }
@@ -97,7 +98,7 @@ const std::map<std::string, FiberTreeOptions::Volumes> kVolumes = {
 const std::map<std::string, Topology> kTopologies = {{"bundle", Topology::kBundle},
                                                      {"super-thread", Topology::kSuperThread}};
 
-/// CLI11's own name their range, up to the largest double, in 300 digits.
+/// CLI11's own validators print their range, up to the largest double in 300 digits.
 CLI::Validator numberFrom(bool zero_is_one) {
   const auto problem = [zero_is_one](const std::string& text) -> std::string {
     char* end = nullptr;
@@ -106,7 +107,7 @@ CLI::Validator numberFrom(bool zero_is_one) {
         (number > 0 || (zero_is_one && number == 0))) {
       return "";
     }
-    return "'" + text + "' is no number " + (zero_is_one ? "of 0 or more" : "above 0");
+    return "'" + text + "' is not a number " + (zero_is_one ? "of 0 or more" : "above 0");
   };
   return CLI::Validator(problem, "");
 }
@@ -114,16 +115,15 @@ CLI::Validator zeroOrMore() { return numberFrom(true); }
 CLI::Validator aboveZero() { return numberFrom(false); }
 
 std::string pictureProblem(const std::string& path) {
-  const std::size_t dot = path.find_last_of("./");
-  const std::string ending = dot == std::string::npos ? "" : path.substr(dot);
-  return ending == ".vtp" || ending == ".ply" ? "" : "'" + path + "' ends neither in .vtp nor .ply";
+  const bool is_vtp = std::filesystem::path(path).extension() == ".vtp";
+  return is_vtp ? "" : "'" + path + "' does not end in .vtp";
 }
 
 void addPicture(CLI::App& command, const char* name, std::string& path, const char* what) {
   command.add_option(name, path, what)
       ->check(CLI::Validator(pictureProblem, ""))
       ->type_name("FILE")
-      ->group("Pictures, .vtp or .ply");
+      ->group("Pictures, .vtp");
 }
 
 void addScene(CLI::App& command, Arguments& arguments) {
@@ -184,7 +184,7 @@ int run(int argc, char** argv) {
   addScene(generate, arguments);
   generate
       .add_option("-o,--output", arguments.path,
-                  "File to write: .vtp (ParaView), .ply, .hair, or .txt of polylines")
+                  "File to write: .vtp (ParaView), .hair, or .txt of polylines")
       ->required()
       ->type_name("FILE");
 
@@ -215,19 +215,19 @@ int run(int argc, char** argv) {
                   "Depth of that level; the root is 0 (default 2)")
       ->check(zeroOrMore())
       ->type_name("N")
-      ->group("Pictures, .vtp or .ply");
+      ->group("Pictures, .vtp");
   check.footer(
       "The exit code is 0 without contacts, 1 with contacts, 2 after an error.\n"
       "CSV has a line for each contact. JSON has the same names, with points and normals as "
       "lists:\n"
       "  fiber_a, segment_a, s   one segment, counted from 0, and where along it: 0 to 1\n"
       "  fiber_b, segment_b, t   the other one\n"
-      "  distance                from surface to surface, negative where they overlap\n"
+      "  distance                from surface to surface, negative if they overlap\n"
       "  point_a_x, ...          on a's surface, nearest to b, or deepest in it\n"
       "  point_b_x, ...          on b's\n"
       "  normal_x, ...           of length one, from a to b");
 
-  CLI::App& bench = *app.add_subcommand("bench", "Time our managers and FCL's on a scene.");
+  CLI::App& bench = *app.add_subcommand("bench", "Compare the times of our managers and FCL's.");
   addScene(bench, arguments);
   bench.add_flag("--all", arguments.bench.all, "Time all of FCL's managers, and the paper's trees");
   bench.add_option("--repetitions", arguments.bench.repetitions, "Repetitions (default 9)")
@@ -235,7 +235,7 @@ int run(int argc, char** argv) {
       ->type_name("N");
   bench
       .add_option("--limit", arguments.bench.limit,
-                  "Leave out a manager whose phase takes longer (default 10)")
+                  "Leave out managers with a phase longer than this (default 10)")
       ->check(aboveZero())
       ->type_name("SECONDS");
   bench.add_flag("--json", arguments.json, "Print JSON, for programs");
@@ -268,7 +268,7 @@ int run(int argc, char** argv) {
       "Generated scenes have a radius of their own, or the key `radius`.\n"
       "Scenes with frames are played: `paper-dynamic`, or `helix:frames=0:100:5`.\n"
       "If a scene has more points than --points, every nth fiber and point is drawn.\n"
-      "Contacts are of all points.");
+      "Contacts are searched among all points.");
 
   try {
     app.parse(argc, argv);

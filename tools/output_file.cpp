@@ -18,8 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The draft that a signal has to remove, as a handler may read it; empty for none. There is one at
-/// a time.
+/// The path of the draft that a signal removes, in a form that a handler may read. There is one
+/// draft at a time.
 char draft_to_remove[4096];
 volatile std::sig_atomic_t has_draft = 0;
 
@@ -36,7 +36,7 @@ void keepInMind(const std::string& draft) {
   std::memcpy(draft_to_remove, draft.c_str(), draft.size() + 1);
   has_draft = 1;
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
-    // What the caller has told us to ignore stays ignored.
+    // A signal that the caller ignores stays ignored.
     if (std::signal(signal, removeDraftAndEnd) == SIG_IGN) std::signal(signal, SIG_IGN);
   }
 }
@@ -51,7 +51,7 @@ OutputFile::OutputFile(const std::string& path) : path_(path), draft_(path) {
   }
   in_place_ = fs::exists(status) && !fs::is_regular_file(status);
   if (in_place_) return;
-  // A link is kept, and what it points at replaced.
+  // A link is kept, and its target replaced.
   const fs::path place = fs::exists(status) ? fs::canonical(path) : fs::path(path);
   path_ = place.string();
   draft_ = (place.parent_path() / fmt::format(".part-{}-{}", getpid(), place.filename().string()))
@@ -80,7 +80,7 @@ void OutputFile::commit() {
   if (in_place_) return;
   if (std::rename(draft_.c_str(), path_.c_str()) != 0) {
     throw std::runtime_error(
-        fmt::format("'{}' cannot be put in its place: {}", path_, std::strerror(errno)));
+        fmt::format("'{}' cannot be replaced: {}", path_, std::strerror(errno)));
   }
   has_draft = 0;
   draft_.clear();

@@ -5,9 +5,9 @@
 
 namespace fcl_fibers::tools {
 
-/// A file that is there whole or not at all: it is written beside its place and renamed. What has
-/// not been committed is removed, also where SIGINT, SIGTERM or SIGHUP end the program. What is no
-/// regular file, such as /dev/stdout, is written in place.
+/// A file that appears whole or not at all: a draft is written beside it and renamed. A draft that
+/// is not committed is removed, even if SIGINT, SIGTERM or SIGHUP ends the program. Anything except
+/// a regular file, such as /dev/stdout, is written in place.
 class OutputFile {
  public:
   /// Throws std::runtime_error if nothing can be written there.
@@ -16,13 +16,13 @@ class OutputFile {
   OutputFile& operator=(const OutputFile&) = delete;
   ~OutputFile();
 
-  /// Where to write until it is committed; ends as the path does.
+  /// The path to write to before commit(). It has the same ending.
   const std::string& draft() const { return draft_; }
 
   /// Replaces the content of the draft.
   void write(const std::string& text);
 
-  /// Throws std::runtime_error if it cannot be put in its place.
+  /// Renames the draft. Throws std::runtime_error if that fails.
   void commit();
 
  private:

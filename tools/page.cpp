@@ -9,7 +9,7 @@
 namespace fcl_fibers::tools {
 namespace {
 
-/// Replaces each @name@ that is a key; what is put in is not looked at again.
+/// Replaces each @name@ whose name is a key. Inserted text is not searched.
 std::string filled(std::string_view text, const std::map<std::string_view, std::string>& values) {
   std::string result;
   std::size_t done = 0;
@@ -38,7 +38,7 @@ std::string makePage(const std::string& title, const std::string& data, bool fra
   replaceAll(escaped_title, "&", "&amp;");
   replaceAll(escaped_title, "<", "&lt;");
   std::string escaped_data = data;
-  // Or a name could end the script element.
+  // Otherwise a name could end the script element.
   replaceAll(escaped_data, "<", "\\u003c");
   const auto text = [](std::string_view file) { return std::string(file); };
   const std::string viewer =

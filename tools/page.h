@@ -5,8 +5,8 @@
 
 namespace fcl_fibers::tools {
 
-/// A page that opens without a network: page/ and three.js with `data`, which is JSON as
-/// page/viewer.js reads it, in place. A fragment has no head and can be put into another page.
+/// Makes a page that opens offline, from page/, three.js and `data`, the JSON that page/viewer.js
+/// reads. A fragment has no head and fits into another page.
 std::string makePage(const std::string& title, const std::string& data, bool fragment);
 
 }  // namespace fcl_fibers::tools

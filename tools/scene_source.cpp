@@ -16,10 +16,10 @@
 #include <type_traits>
 #include <utility>
 
-#include <fcl_fibers/scenes/cap.h>
-#include <fcl_fibers/scenes/fiber_file.h>
-#include <fcl_fibers/scenes/helix.h>
-#include <fcl_fibers/scenes/paper_scenes.h>
+#include <fcl_fibers/io/fiber_file.h>
+#include "scenes/cap.h"
+#include "scenes/helix.h"
+#include "scenes/paper_scenes.h"
 
 #include "harness/progress.h"
 
@@ -33,12 +33,12 @@ constexpr int kManyFrames = 1000;
   throw std::invalid_argument("'" + text + "': " + why);
 }
 
-/// Each fiber turned about its own root, around the x axis.
-scenes::FiberScene swing(scenes::FiberScene scene, double angle) {
+/// Rotates each fiber about its root, around the x axis.
+FiberPolylines swing(FiberPolylines scene, double angle) {
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-    const scenes::Point root = scene.points[scene.point_begin[f]];
+    const Point root = scene.points[scene.point_begin[f]];
     for (std::size_t i = scene.point_begin[f]; i < scene.point_begin[f + 1]; ++i) {
-      scenes::Point& point = scene.points[i];
+      Point& point = scene.points[i];
       const double y = point[1] - root[1];
       const double z = point[2] - root[2];
       point[1] = root[1] + std::cos(angle) * y - std::sin(angle) * z;
@@ -48,14 +48,14 @@ scenes::FiberScene swing(scenes::FiberScene scene, double angle) {
   return scene;
 }
 
-/// As few digits as name the number.
+/// The fewest digits that identify the number.
 std::string shortest(double number) {
   std::array<char, 32> text;
   const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
   return std::string(text.data(), end);
 }
 
-/// The keys of one scene, taken one by one, so that what is left over is unknown.
+/// The keys of one scene. Known keys are taken one by one, so that unknown ones are left.
 class Parameters {
  public:
   Parameters(std::string text, const std::string& list, int part)
@@ -65,10 +65,10 @@ class Parameters {
       const std::string item = list.substr(begin, end - begin);
       const std::size_t equals = item.find('=');
       if (equals == std::string::npos || equals == 0) {
-        refuse(text_, "'" + item + "' is no key=value");
+        refuse(text_, "'" + item + "' is not key=value");
       }
       if (!keys_.emplace(item.substr(0, equals), item.substr(equals + 1)).second) {
-        refuse(text_, "'" + item.substr(0, equals) + "' is there twice");
+        refuse(text_, "'" + item.substr(0, equals) + "' is given twice");
       }
       begin = end + 1;
     }
@@ -139,7 +139,7 @@ class Parameters {
 };
 
 template <typename Struct>
-using Make = scenes::FiberScene (*)(const Struct&);
+using Make = FiberPolylines (*)(const Struct&);
 
 /// A scene whose parameters have fibers, segments, radius, seed and frame.
 template <typename Struct>
@@ -187,17 +187,17 @@ struct Kind {
 };
 
 constexpr Kind kKinds[] = {
-    {"helix", "helices, like a strand of hair, of 1,000 x 100",
+    {"helix", "helices like a strand of hair, 1,000 x 100",
      [](Parameters& keys) { return movingScene(keys, scenes::makeHelix); }},
-    {"cap", "head of hair of 50,000 x 50",
+    {"cap", "a head of hair, 50,000 x 50",
      [](Parameters& keys) { return movingScene(keys, scenes::makeCap); }},
-    {"paper-static",
-     "the paper's static assembly of 1,000 x 100; turned=0: along z, state=1: unbent", staticScene},
-    {"paper-dynamic", "the paper's dynamic assembly of 150 x 100, frame 0 to 100, 85 by default",
+    {"paper-static", "the paper's static assembly, 1,000 x 100; turned=0: along z, state=1: unbent",
+     staticScene},
+    {"paper-dynamic", "the paper's dynamic assembly, 150 x 100, frame 0 to 100, 85 by default",
      dynamicScene},
-    {"paper-half-scalp", "the paper's half scalp of 50,000 x 50",
+    {"paper-half-scalp", "the paper's half scalp, 50,000 x 50",
      [](Parameters& keys) { return movingScene(keys, scenes::makePaperHalfScalp); }},
-    {"paper-strand", "the paper's strand of 1,000 x 2,000",
+    {"paper-strand", "the paper's strand, 1,000 x 2,000",
      [](Parameters& keys) { return movingScene(keys, scenes::makePaperStrand); }},
 };
 
@@ -209,12 +209,12 @@ SceneSource readFile(const std::string& path, std::optional<double> radius) {
   source.is_file = true;
   source.playable = {0};
   benchmarks::showProgress("reading " + path);
-  scenes::FiberFileOptions options;
+  io::FiberFileOptions options;
   options.radius = radius;
-  scenes::FiberFile read = scenes::readFibers(path, options);
+  io::FiberFile read = io::readFibers(path, options);
   source.has_radius = read.has_radius;
   source.warnings = std::move(read.warnings);
-  source.make = [scene = std::move(read.scene)](int frame) {
+  source.make = [scene = std::move(read.fibers)](int frame) {
     return frame == 0 ? scene : swing(scene, 0.01 * frame);
   };
   return source;
@@ -234,10 +234,10 @@ SceneSource findScene(const std::string& text, std::optional<double> radius, int
   const auto* const kind = std::find_if(std::begin(kKinds), std::end(kKinds),
                                         [&](const Kind& k) { return name == k.name; });
   if (kind == std::end(kKinds)) {
-    refuse(text, "there is no such file, nor a scene of that name; see fcl_fibers --help");
+    refuse(text, "there is neither a file nor a scene of that name; see fcl_fibers --help");
   }
   if (radius) {
-    refuse(text, "--radius is for files; of a scene that is made give " + text +
+    refuse(text, "--radius is for files; for a generated scene give " + text +
                      (colon < text.size() ? ",radius=" : ":radius=") + shortest(*radius));
   }
   Parameters keys(text, colon < text.size() ? text.substr(colon + 1) : "", part);
@@ -245,7 +245,7 @@ SceneSource findScene(const std::string& text, std::optional<double> radius, int
   source.name = name;
   source.title = text;
   if (keys.has("frame") && keys.has("frames")) {
-    refuse(text, "there are both frame and frames; give one of them");
+    refuse(text, "frame and frames are both given; give one of them");
   }
   const std::vector<int> frames = keys.takeFrames("frames", source.frame_count);
   if (!frames.empty()) {
@@ -258,7 +258,7 @@ SceneSource findScene(const std::string& text, std::optional<double> radius, int
   }
   keys.requireNoMore();
   if (source.frame < 0 || source.frame >= source.frame_count) {
-    refuse(text, "frame=" + std::to_string(source.frame) + ": there are 0 to " +
+    refuse(text, "frame=" + std::to_string(source.frame) + ": give a frame from 0 to " +
                      std::to_string(source.frame_count - 1));
   }
   return source;
@@ -280,8 +280,8 @@ SceneSource openScene(const std::string& text, std::optional<double> radius, int
 
 std::string sceneHelp() {
   std::string text =
-      "SCENE is a file of fibers (.hair, .tfx, .bcc, .vtk, .vtp, or text with a point x y z a line "
-      "and a\nblank line between fibers), or a generated scene, NAME or NAME:key=value,...\n\n";
+      "SCENE is a file of fibers (.hair, .tfx, .bcc, .vtp, or text with a point x y z per line and "
+      "a\nblank line between fibers), or a generated scene, NAME or NAME:key=value,...\n\n";
   for (const Kind& kind : kKinds) {
     std::string name = kind.name;
     name.resize(17, ' ');

@@ -10,30 +10,25 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "bytes.h"
 #include "commands.h"
 #include "found_pairs.h"
 #include "output_file.h"
 #include "page.h"
-#include "scenes/base64.h"
-#include "scenes/little_endian.h"
 
 namespace fcl_fibers::tools {
 namespace {
 
 using nlohmann::json;
-using scenes::appendLittleEndian;
-using scenes::base64;
-using scenes::FiberScene;
-using scenes::Point;
 
-/// Which fibers and points of a scene are drawn: every nth fiber, and of it every mth point and the
+/// Which fibers and points of a scene are drawn: every nth fiber, and on it every mth point and the
 /// last.
 struct Thinning {
   std::size_t fiber_step = 1;
   std::size_t point_step = 1;
 
-  /// Points along fibers go first, as long as a fiber keeps fifty.
-  static Thinning forScene(const FiberScene& scene, std::size_t most_points) {
+  /// Drops points before fibers, as long as a fiber keeps fifty points.
+  static Thinning forScene(const FiberPolylines& scene, std::size_t most_points) {
     constexpr std::size_t kSmooth = 50;
     Thinning thinning;
     if (scene.points.size() <= most_points) return thinning;
@@ -47,7 +42,7 @@ struct Thinning {
 
   /// Calls visit(fiber, indices of its points that are drawn).
   template <typename Visit>
-  void forEachFiber(const FiberScene& scene, Visit&& visit) const {
+  void forEachFiber(const FiberPolylines& scene, Visit&& visit) const {
     std::vector<std::size_t> points;
     for (std::size_t f = 0; f < scene.fiberCount(); f += fiber_step) {
       points.clear();
@@ -82,11 +77,11 @@ struct Steps {
   Point middle{};
   double step = 0;
 
-  explicit Steps(const std::vector<FiberScene>& frames) {
+  explicit Steps(const std::vector<FiberPolylines>& frames) {
     Point low, high;
     low.fill(std::numeric_limits<double>::infinity());
     high.fill(-std::numeric_limits<double>::infinity());
-    for (const FiberScene& frame : frames) {
+    for (const FiberPolylines& frame : frames) {
       for (const Point& point : frame.points) {
         for (std::size_t k = 0; k < 3; ++k) {
           low[k] = std::min(low[k], point[k]);
@@ -110,7 +105,7 @@ struct Steps {
   }
 };
 
-std::string pointsText(const FiberScene& scene, const Thinning& thinning, const Steps& steps) {
+std::string pointsText(const FiberPolylines& scene, const Thinning& thinning, const Steps& steps) {
   std::string bytes;
   thinning.forEachFiber(scene, [&](std::size_t, const std::vector<std::size_t>& points) {
     for (const std::size_t i : points) steps.append(bytes, scene.points[i]);
@@ -118,8 +113,8 @@ std::string pointsText(const FiberScene& scene, const Thinning& thinning, const 
   return base64(bytes);
 }
 
-/// Of all, or one a point where they differ.
-std::string radiiText(const FiberScene& scene, const Thinning& thinning) {
+/// The radius of all points, or one for each point if they differ.
+std::string radiiText(const FiberPolylines& scene, const Thinning& thinning) {
   std::string bytes;
   if (scene.radii.empty()) {
     appendLittleEndian(bytes, static_cast<float>(scene.radius));
@@ -133,8 +128,8 @@ std::string radiiText(const FiberScene& scene, const Thinning& thinning) {
   return base64(bytes);
 }
 
-/// A bit a point, least first: whether what is drawn from there touches.
-std::string touchingText(const FiberScene& scene, const Thinning& thinning,
+/// One bit for each point, least significant first: whether the line drawn from it touches.
+std::string touchingText(const FiberPolylines& scene, const Thinning& thinning,
                          const std::vector<unsigned char>& touching) {
   std::string bytes;
   std::size_t bit = 0;
@@ -151,7 +146,7 @@ std::string touchingText(const FiberScene& scene, const Thinning& thinning,
   return base64(bytes);
 }
 
-/// By depth: centre and half extent of each volume, about the middle.
+/// By depth, the centre of each volume, relative to the middle, and its half extent.
 json volumesJson(const FiberTree& tree, int depth, const Point& middle) {
   json levels = json::array();
   std::size_t count = 0;
@@ -171,7 +166,7 @@ json volumesJson(const FiberTree& tree, int depth, const Point& middle) {
   return levels;
 }
 
-json frameJson(const FiberScene& scene, const std::string& label, const Thinning& thinning,
+json frameJson(const FiberPolylines& scene, const std::string& label, const Thinning& thinning,
                const Steps& steps, const ViewRequest& request) {
   using Volumes = FiberTreeOptions::Volumes;
   json frame = {{"label", label}, {"points", pointsText(scene, thinning, steps)}};
@@ -192,12 +187,12 @@ json frameJson(const FiberScene& scene, const std::string& label, const Thinning
 }
 
 json sceneJson(const SceneSource& source, const ViewRequest& request) {
-  std::vector<FiberScene> frames;
+  std::vector<FiberPolylines> frames;
   for (const int frame : source.playable) {
     progress(fmt::format("{}: reading frame {}", source.name, frame));
     frames.push_back(source.make(frame));
   }
-  const FiberScene& first = frames.front();
+  const FiberPolylines& first = frames.front();
   if (first.segmentCount() == 0) {
     throw std::runtime_error(fmt::format("'{}' has no segment to show", source.title));
   }

@@ -31,12 +31,12 @@ Capsule CapsuleObject::capsule() const {
   return {t.translation() - half, t.translation() + half, shape(*this).radius};
 }
 
-MovingFibers::MovingFibers(std::string name, const scenes::FiberScene& frame0,
-                           const scenes::FiberScene& frame1)
+MovingFibers::MovingFibers(std::string name, const FiberPolylines& frame0,
+                           const FiberPolylines& frame1)
     : name_(std::move(name)) {
   addFrame(frame0);
   addFrame(frame1);
-  for (std::unique_ptr<Object>& object : scenes::makeObjects<double>(frame0)) {
+  for (std::unique_ptr<Object>& object : makeObjects<double>(frame0)) {
     // The capsule was made for this object; FCL hands it out as const only.
     auto geometry = std::const_pointer_cast<fcl::CollisionGeometryd>(object->collisionGeometry());
     const fcl::Transform3d pose = object->getTransform();
@@ -46,11 +46,11 @@ MovingFibers::MovingFibers(std::string name, const scenes::FiberScene& frame0,
     capsule_object->setUserData(reinterpret_cast<void*>(objects_.size()));
     objects_.push_back(capsule_object);
   }
-  fibers_ = scenes::objectsByFiber(frame0, objects_);
+  fibers_ = objectsByFiber(frame0, objects_);
 }
 
-void MovingFibers::addFrame(const scenes::FiberScene& frame) {
-  poses_.push_back(scenes::segmentPoses<double>(frame));
+void MovingFibers::addFrame(const FiberPolylines& frame) {
+  poses_.push_back(segmentPoses<double>(frame));
   if (poses_.back().size() != poses_.front().size()) {
     throw std::invalid_argument("MovingFibers: the frames differ in their segments");
   }

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include <fcl/narrowphase/collision_object.h>
-#include <fcl_fibers/scenes/fiber_scene.h>
+#include <fcl_fibers/fiber_objects.h>
 
 #include "judge/exact_capsule_test.h"
 
@@ -43,11 +43,10 @@ class MovingFibers {
   static constexpr int kFrames = 2;
 
   /// Both scenes have the same fibers; all objects start in frame 0, in their order in the scene.
-  MovingFibers(std::string name, const scenes::FiberScene& frame0,
-               const scenes::FiberScene& frame1);
+  MovingFibers(std::string name, const FiberPolylines& frame0, const FiberPolylines& frame1);
 
   /// A further frame of the same fibers. Capsules keep their lengths of frame 0.
-  void addFrame(const scenes::FiberScene& frame);
+  void addFrame(const FiberPolylines& frame);
   int frameCount() const { return static_cast<int>(poses_.size()); }
 
   const std::string& name() const { return name_; }
@@ -57,7 +56,7 @@ class MovingFibers {
   const std::vector<Object*>& objects() const { return objects_; }
 
   /// As registerFiber() takes it.
-  using Fiber = scenes::FiberObjects<Object>;
+  using Fiber = FiberObjects<Object>;
   const std::vector<Fiber>& fibers() const { return fibers_; }
 
   /// The object's number in objects().

@@ -22,11 +22,11 @@ std::int32_t groupOf(std::size_t fiber) { return static_cast<std::int32_t>(fiber
 /// A scene as arrays that a case may add to.
 template <typename S>
 struct Arrays {
-  explicit Arrays(const scenes::FiberScene& scene)
+  explicit Arrays(const FiberPolylines& scene)
       : point_begin(scene.point_begin),
         radius(scene.points.size(), static_cast<S>(scene.radius)),
         closed(scene.fiberCount(), 1) {
-    for (const scenes::Point& point : scene.points) {
+    for (const Point& point : scene.points) {
       for (const double x : point) points.push_back(static_cast<S>(x));
     }
     for (std::size_t f = 0; f < scene.fiberCount(); ++f) groups.push_back(groupOf(f));
@@ -53,7 +53,7 @@ double addCounts(Numbers& numbers, std::size_t bytes, std::size_t segments, std:
 /// FiberTree over arrays of two frames, to which `add` adds.
 template <typename S = double>
 void registerTree(
-    const std::array<scenes::FiberScene, 2>& scenes, const std::string& name,
+    const std::array<FiberPolylines, 2>& scenes, const std::string& name,
     const FiberTreeOptions& options, void (*add)(Arrays<S>&) = [](Arrays<S>&) {}) {
   const auto frames = std::make_shared<std::vector<Arrays<S>>>(scenes.begin(), scenes.end());
   for (Arrays<S>& arrays : *frames) add(arrays);
@@ -72,10 +72,10 @@ enum class Register { kLoose, kFibers, kGroups };
 
 /// @param pose_before  1: an update finds everything where it was
 template <class FiberManager = LayeredAABBTreeCollisionManagerd>
-void registerManager(MovingFibers& fibers, const std::string& name,
-                     const FiberManagerOptions& options, Register as = Register::kFibers,
-                     int pose_before = 0) {
-  const auto manager = std::make_shared<FiberManager>(options);
+void registerManager(MovingFibers& fibers, const std::string& name, const FiberOptions& options,
+                     Register as = Register::kFibers, int pose_before = 0,
+                     Bounds bounds = Bounds::kShapesAndMargins) {
+  const auto manager = std::make_shared<FiberManager>(FiberManagerOptions{options, bounds});
   if (as == Register::kLoose) manager->registerObjects(fibers.objects());
   for (std::size_t f = 0; as != Register::kLoose && f < fibers.fiberCount(); ++f) {
     const MovingFibers::Fiber& fiber = fibers.fibers()[f];
@@ -123,8 +123,6 @@ bool measureCosts(const Request&) {
   const auto threads = with([](auto& options) { options.threads = 2; });
   const auto capsules = with([](auto& options) { options.report = Report::kCapsules; });
   const auto super_thread = with([](auto& options) { options.topology = Topology::kSuperThread; });
-  const auto shapes = with([](auto& options) { options.bounds = Bounds::kShapes; });
-  const auto objects = with([](auto& options) { options.bounds = Bounds::kObjects; });
   FiberTreeOptions much = arc_length;
   much.report = Report::kCapsules;
   much.threads = 2;
@@ -153,8 +151,10 @@ bool measureCosts(const Request&) {
 
   registerManager(fibers, "boxes, loose objects", plain, Register::kLoose);
   registerManager(fibers, "boxes, fibers", plain);
-  registerManager(fibers, "boxes, fibers, bounds of shapes", shapes);
-  registerManager(fibers, "boxes, fibers, bounds of objects", objects);
+  registerManager(fibers, "boxes, fibers, bounds of shapes", plain, Register::kFibers, 0,
+                  Bounds::kShapes);
+  registerManager(fibers, "boxes, fibers, bounds of objects", plain, Register::kFibers, 0,
+                  Bounds::kObjects);
   registerManager(fibers, "boxes, fibers, none has moved", plain, Register::kFibers, 1);
   registerManager(fibers, "boxes, fibers, neighbours by number", neighbors);
   registerManager(fibers, "boxes, fibers, neighbours by arc length", arc_length);

@@ -4,8 +4,8 @@
 #include <memory>
 #include <string>
 
+#include <fcl_fibers/fiber_polylines.h>
 #include <fcl_fibers/fiber_tree.h>
-#include <fcl_fibers/scenes/fiber_polylines.h>
 
 #include "harness/progress.h"
 #include "harness/runs.h"
@@ -20,7 +20,7 @@ bool measureGrowth(const Request&) {
     SceneRequest helix;
     helix.text = "helix:segments=100,fibers=" + std::to_string(fibers);
     showProgress(helix.text + ": make the scene");
-    const auto scenes = std::make_shared<std::array<scenes::FiberScene, 2>>(twoFrames(helix));
+    const auto scenes = std::make_shared<std::array<FiberPolylines, 2>>(twoFrames(helix));
     const auto tree = std::make_shared<FiberTree>();
     tree->build(fiberArrays(scenes->front()));
     const auto segments = static_cast<double>(tree->segmentCount());

@@ -13,11 +13,11 @@
 #include <fcl/geometry/shape/sphere.h>
 #include <fcl/math/bv/OBBRSS.h>
 #include <fcl/narrowphase/distance.h>
-#include <fcl_fibers/scenes/helix.h>
 
 #include "harness/progress.h"
 #include "harness/runs.h"
 #include "measures.h"
+#include "scenes/helix.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -61,8 +61,8 @@ MovingFibers helix(unsigned long long seed, double radius, double shift = 0) {
   scenes::HelixParameters parameters;
   parameters.seed = seed;
   parameters.radius = radius;
-  scenes::FiberScene scene = scenes::makeHelix(parameters);
-  for (scenes::Point& point : scene.points) point[0] += shift;
+  FiberPolylines scene = scenes::makeHelix(parameters);
+  for (Point& point : scene.points) point[0] += shift;
   return MovingFibers("helix", scene, scene);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <fcl_fibers/scenes/sampling.h>
+#include <fcl_fibers/io/sampling.h>
 
 #include <algorithm>
 #include <array>
@@ -20,7 +20,7 @@ namespace {
 constexpr int kFinest = 2000, kRuns = 5;
 constexpr double kLength = 30;  // cm, of makeHelix()
 
-scenes::FiberScene helixOf(int segments) {
+FiberPolylines helixOf(int segments) {
   return tools::openScene("helix:fibers=1000,segments=" + std::to_string(segments), {}).scene();
 }
 
@@ -35,13 +35,13 @@ class Sampled {
     options.margin = margin;
     options.ignored_neighbors = 1;
     tree_ = std::make_unique<FiberTree>(options);
-    tree_->build(scenes::fiberArrays(scene_));
+    tree_->build(fiberArrays(scene_));
   }
 
   double frame() {
     std::size_t pairs = 0;
     return seconds([&] {
-      tree_->update(scenes::fiberArrays(scene_));
+      tree_->update(fiberArrays(scene_));
       tree_->visitPairs([&](SegmentPair) { ++pairs; });
     });
   }
@@ -58,7 +58,7 @@ class Sampled {
   }
 
  private:
-  scenes::FiberScene scene_;
+  FiberPolylines scene_;
   std::unique_ptr<FiberTree> tree_;
 };
 
@@ -91,11 +91,11 @@ bool measureSampling(const Request&) {
   showProgress("helix: the finest sampling");
   const Sampled finest(kFinest, 0);
   const std::set<Touch> truth = finest.touches();
-  const double curvature = scenes::largestCurvature(helixOf(kFinest));
+  const double curvature = io::largestCurvature(helixOf(kFinest));
   for (const bool with_margin : {false, true}) {
     for (const int segments : {25, 50, 100, 200, 400, 1000, 2000}) {
-      const double error = scenes::chordError(curvature, kLength / segments);
-      const double both = error + scenes::chordError(curvature, kLength / kFinest);
+      const double error = io::chordError(curvature, kLength / segments);
+      const double both = error + io::chordError(curvature, kLength / kFinest);
       const auto sampled = std::make_shared<Sampled>(segments, with_margin ? 2 * both : 0);
       const std::set<Touch> touches = sampled->touches();
       const std::size_t missed = countWithout(truth, kFinest, touches, segments);

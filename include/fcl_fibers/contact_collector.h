@@ -18,8 +18,8 @@ namespace fcl_fibers {
 /// The contact of two capsules or spheres at their present poses, without fiber and segment
 /// numbers. A sphere is a capsule of length zero.
 ///
-/// Throws std::invalid_argument if one of them is of another shape, or of a pose, radius or length
-/// that a fiber manager would refuse.
+/// Throws std::invalid_argument if one of them has another shape, or a pose, radius or length that
+/// a fiber manager would refuse.
 template <typename S>
 FCL_FIBERS_EXPORT Contact capsuleContact(const fcl::CollisionObject<S>& a,
                                          const fcl::CollisionObject<S>& b);
@@ -31,18 +31,18 @@ extern template FCL_FIBERS_EXPORT Contact capsuleContact(const fcl::CollisionObj
                                                          const fcl::CollisionObject<double>&);
 /// @endcond
 
-/// Whether capsuleContact() takes this object.
+/// Whether capsuleContact() takes this object: a capsule or a sphere.
 template <typename S>
 bool isCapsule(const fcl::CollisionObject<S>& object) {
   const fcl::NODE_TYPE type = object.getNodeType();
   return type == fcl::GEOM_CAPSULE || type == fcl::GEOM_SPHERE;
 }
 
-/// A contact and whose it is.
+/// A contact and its two objects.
 template <typename S>
 struct ObjectContact : Contact {
   fcl::CollisionObject<S>* object_a = nullptr;  ///< the callback's first argument
-  fcl::CollisionObject<S>* object_b = nullptr;  ///< its second one
+  fcl::CollisionObject<S>* object_b = nullptr;  ///< the second argument
 };
 
 /// An FCL callback that keeps the contacts of all touching pairs:
@@ -51,43 +51,43 @@ struct ObjectContact : Contact {
 ///     manager.collide(&collector, collector.callback);
 ///     for (const auto& contact : collector.contacts()) ...
 ///
-/// A pair of capsules or spheres has one contact if the two are no further apart than the manager's
-/// margin and what the program has added to their boxes, see Bounds; under Report::kCapsules also
-/// if the manager reports it for a box that counts in the place of a capsule. All other pairs go to
-/// `fcl::collide`. They have the contacts that it finds, at most as many as the request admits, and
-/// none if they do not touch. FCL's contact normals, positions and depths become those of Contact.
-/// The arc parameter of a capsule is where the position is nearest to its axis; it is 0 for any
-/// other shape. (With float scenes FCL's narrow phase is compiled into the user's program.)
+/// Two capsules or spheres have one contact if they are no further apart than the manager's margin
+/// and the margins that the program has added to their boxes (see Bounds). Under Report::kCapsules
+/// they also have one if the manager reports them because a box counts in place of a capsule. All
+/// other pairs go to `fcl::collide` and have the contacts that it finds, at most as many as the
+/// request admits. FCL's normals, positions and depths are converted to those of Contact. The arc
+/// parameter of a capsule is where its axis is nearest to FCL's position; for any other shape it is
+/// 0. With float scenes FCL's narrow phase is compiled into the user's program.
 template <typename S>
 class ContactCollector {
  public:
-  using Manager = FiberCollisionManager<S>;  ///< whose queries are collected
+  using Manager = FiberCollisionManager<S>;  ///< its queries are collected
   using Object = fcl::CollisionObject<S>;    ///< what the manager holds
 
-  /// For all collision queries of a manager, which has to live as long as this. Contact::b is that
-  /// of an object of this manager, and 0, 0 of any other.
+  /// For all collision queries of a manager, which has to outlive the collector. Contact::b is 0, 0
+  /// if the second object is not in this manager.
   explicit ContactCollector(const Manager& manager) : ContactCollector(manager, &manager) {}
 
-  /// For `manager.collide(other, ...)`, with the numbers that `other` has for the second object in
-  /// Contact::b. With null it is always 0, 0.
+  /// For `manager.collide(other, ...)`: Contact::b has the numbers that `other` has for the second
+  /// object. If `other` is null, it is always 0, 0.
   ContactCollector(const Manager& manager, const Manager* other)
       : manager_(manager), other_(other) {
     request.enable_contact = true;
     request.num_max_contacts = 16;
   }
 
-  /// What fcl::collide is asked for pairs with shapes other than capsules and spheres.
+  /// The request to fcl::collide for pairs with a shape other than a capsule or a sphere.
   fcl::CollisionRequest<S> request;
 
-  /// Of all queries since clear(), in the order of their pairs.
+  /// The contacts of all queries since clear(), in the order of their pairs.
   const std::vector<ObjectContact<S>>& contacts() const { return contacts_; }
 
-  /// Forgets the contacts, and keeps their memory for the next query.
+  /// Forgets the contacts but keeps their memory for the next query.
   void clear() { contacts_.clear(); }
 
-  /// What `collide` calls; `cdata` is the collector. It never ends the query. Throws
-  /// std::invalid_argument as capsuleContact() does, if a capsule has become invalid since the
-  /// manager read it, and if the query is not one of the collector's manager.
+  /// The callback to pass to `collide`, with the collector as `cdata`. It never ends the query. It
+  /// throws std::invalid_argument as capsuleContact() does if a capsule has become invalid since
+  /// the manager read it, and if the query is not one of the collector's manager.
   static bool callback(Object* a, Object* b, void* cdata) {
     static_cast<ContactCollector*>(cdata)->add(a, b);
     return false;
@@ -107,7 +107,7 @@ class ContactCollector {
     fcl::collide(a, b, request, result);
     for (std::size_t i = 0; i < result.numContacts(); ++i) {
       const fcl::Contact<S>& found = result.getContact(i);
-      // fcl::collide exchanges a shape and a mesh; a mesh may be a copy of its own.
+      // fcl::collide may exchange a shape and a mesh, and pass a copy of the mesh.
       const auto* shape_a = a->collisionGeometry().get();
       const bool is_exchanged = found.o2 == shape_a && found.o1 != shape_a;
       const S sign = is_exchanged ? S(-1) : S(1);
@@ -126,7 +126,7 @@ class ContactCollector {
     const FiberManagerOptions& options = manager_.options();
     if (contact.distance <= options.margin) return true;
     if (options.bounds == Bounds::kObjects) return false;
-    // What the manager has decided to touch, rounding shall not part again.
+    // Rounding must not drop a pair that the manager has reported.
     if (options.report == Report::kCapsules) return true;
     const Manager& of_b = other_ != nullptr ? *other_ : manager_;
     return contact.distance <=
@@ -136,8 +136,8 @@ class ContactCollector {
   void keep(ObjectContact<S>& contact) {
     if (!manager_.isRegistered(contact.object_a)) {
       throw std::invalid_argument(
-          "fcl_fibers: ContactCollector: the first object is not one of the collector's manager; "
-          "construct the collector with the manager that is asked");
+          "fcl_fibers: ContactCollector: the first object is not in the collector's manager; "
+          "construct the collector with the manager whose query it is for");
     }
     contact.a = manager_.fiberSegment(contact.object_a);
     if (other_ != nullptr && other_->isRegistered(contact.object_b)) {

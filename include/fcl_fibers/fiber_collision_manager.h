@@ -13,92 +13,103 @@
 
 namespace fcl_fibers {
 
-/// What both fiber managers share: FCL's broad-phase interface over fibers of capsules.
+/// The base of both fiber managers: FCL's broad-phase interface over fibers of capsules.
 ///
-/// Objects are borrowed, never owned. Capsules (`fcl::Capsule`) form the fibers; any other object
-/// is welcome beside them. Objects count by pose and shape, so that `computeAABB` is not needed; a
-/// box that the program has made larger is a margin of that object, see Bounds.
+/// Objects are borrowed, never owned. Capsules (`fcl::Capsule`) form the fibers; objects of any
+/// other shape may be registered beside them. Objects count by pose and shape, so `computeAABB` is
+/// not needed. If the program has made an object's box larger, the difference is a margin of that
+/// object, see Bounds.
 ///
-/// Never hand one of these managers to one of FCL's: `fcls.collide(&ours, ...)` and
-/// `fcls.distance(&ours, ...)` are undefined behaviour, as FCL's managers cast the other manager to
-/// their own class without a check. `ours.collide(&fcls, ...)` works.
+/// Never pass one of these managers to one of FCL's: `fcls.collide(&ours, ...)` and
+/// `fcls.distance(&ours, ...)` are undefined behaviour, because FCL's managers cast the other
+/// manager to their own class without a check. `ours.collide(&fcls, ...)` works.
 ///
-/// `setup` and `update` read the objects; queries do not, so objects that move take part in queries
-/// where they were at the last of these calls. (Under Report::kVolumes objects are read again for
-/// pairs with unbounded objects and for queries of a fiber manager of another kind or report, as
-/// segments are not kept then.) A query right after registering or unregistering needs no `setup`:
-/// the first one does its work, and reads all objects; or those few that have come, where the
-/// others are many and up to date. Queries are const and may run from several threads at once;
-/// registering, updating or clearing while a query runs, from its callback for instance, is
-/// refused.
+/// `setup` and `update` read the managed objects, and queries find them where they were read last.
+/// There are two exceptions. The first query after registering or unregistering does the work of
+/// `setup`. A query with another fiber manager reads that manager's objects again if it has
+/// Report::kVolumes, and other volumes, topology or report than this one.
 ///
-/// Every pair is reported once, never an object with itself. Self-queries pass the object
-/// registered first as the callback's first argument, queries of one object `(managed, object)`,
-/// queries of another manager `(this manager's, the other's)`. The order of pairs is a function of
-/// the objects and their poses, never of addresses. A callback returning true ends the query at
+/// Queries are const and may run from several threads at once. While a query runs, for instance in
+/// its callback, registering, unregistering, updating and clearing are refused.
+///
+/// Every pair is reported once, and no object with itself. The callback's first argument is the
+/// object registered first in self-queries, the managed object in queries of one object, and this
+/// manager's object in queries with another manager. The order of pairs depends on the objects,
+/// their poses and the calls before, because objects registered since the tree was built are
+/// searched apart. It never depends on addresses. A callback that returns true ends the query at
 /// once.
 ///
-/// Whatever cannot be answered is refused with `std::invalid_argument`, whose text names the call,
-/// the object and the remedy, and nothing changes, with one exception: an `update` that is refused
-/// leaves all objects registered, but queries refuse until an update or setup() succeeds. The same
-/// holds where memory runs out (`std::bad_alloc`). Objects of a manager of another class are read
-/// one by one, so that a broken one may be refused after first pairs.
+/// A call that cannot be answered throws `std::invalid_argument`, whose text names the call, the
+/// object and the remedy, and changes nothing. The exception is an `update` that throws: it leaves
+/// all objects registered, but queries are refused until an update or setup() succeeds. The same
+/// holds for `std::bad_alloc`. Objects of a manager of another class are read one by one, so a
+/// broken one may be refused after the first pairs.
 template <typename S>
 class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionManager<S> {
  public:
-  using Object = fcl::CollisionObject<S>;  ///< what it holds
+  using Object = fcl::CollisionObject<S>;  ///< an object that it manages
 
   FiberCollisionManager(const FiberCollisionManager&) = delete;
   FiberCollisionManager& operator=(const FiberCollisionManager&) = delete;
   ~FiberCollisionManager() override;
 
   /// Registers one fiber: capsules in their order along it. Consecutive capsules are neighbours,
-  /// see FiberOptions::ignored_neighbors. An empty fiber is a no-op. Segments of one group
-  /// are never reported with one another, those of one fiber with a group among them.
+  /// see FiberOptions::ignored_neighbors. Segments of one group are not paired with one another,
+  /// not even within one fiber. Each manager has group numbers of its own. An empty fiber registers
+  /// nothing.
   ///
-  /// Throws std::invalid_argument, and registers nothing, if an object is null, no capsule,
-  /// registered already, or of a pose, radius or length that is not finite; or while a query runs.
+  /// Throws std::invalid_argument, and registers nothing, if an object is null, not a capsule or
+  /// already registered; if its pose, radius or length is not one that can be read; or while a
+  /// query runs.
   void registerFiber(const std::vector<Object*>& fiber, FiberEnds ends = FiberEnds::kOpen,
                      FiberGroup group = {});
 
-  /// Registers objects of any kind. Runs of consecutive capsules that share an end point (to 4 ulp
-  /// of the largest coordinate) are taken for fibers, for the tree's shape only: no pair of them is
-  /// ever ignored. Throws std::invalid_argument as registerFiber() does, except for the shape.
+  /// Registers objects of any kind. Consecutive capsules that share an end point, to 4 ulp of the
+  /// largest coordinate, are taken for a fiber. It shapes the tree and has a number, but no pair of
+  /// it is ignored. Throws std::invalid_argument as registerFiber() does, except for the shape.
   ///@{
   void registerObjects(const std::vector<Object*>& objects) override;
   void registerObject(Object* object) override;
   ///@}
 
-  /// The fiber and segment numbers of all other objects stay as they are. Throws
-  /// std::invalid_argument, and changes nothing, if the object is not registered.
+  /// Unregisters an object. The fiber and segment numbers of all others stay as they are. Throws
+  /// std::invalid_argument, and changes nothing, if the object is not registered, or while a query
+  /// runs.
   void unregisterObject(Object* object) override;
 
-  /// Reads the objects and builds the tree, if there is none or many objects were registered or
-  /// unregistered since it was built; reads those registered, if they are few; else there is
-  /// nothing to do.
+  /// Brings the tree up to date:
+  /// * It reads all objects and builds the tree if there is none, if many objects were registered
+  ///   or unregistered since it was built, or if the last update failed.
+  /// * It reads all objects of a new clone and refits the tree.
+  /// * It reads the objects registered since the tree was built if they are few and some of them
+  ///   are unread.
+  /// * Otherwise it does nothing.
+  ///
+  /// Throws std::invalid_argument if an object cannot be read.
   void setup() override;
 
-  /// Reads the objects, or those given, after they have moved or changed their shape. Objects that
-  /// are not registered are passed over. Given objects are read alone, except where they are more
-  /// than a quarter of all, and where so many have been updated that it pays to bundle the fibers
-  /// anew: all are read then. Throws std::invalid_argument if one is null, and nothing changes, or
-  /// if one has gone bad, after which queries refuse until update() or setup() succeeds.
+  /// Reads all objects, or those given, after they have moved or changed their shape. Given objects
+  /// that are not registered are passed over. All objects are read if more than a quarter of them
+  /// are given, and if so many have been updated that it pays to bundle the fibers anew.
+  ///
+  /// Throws std::invalid_argument if a given object is null, and nothing changes; or if an object
+  /// has become invalid, after which queries are refused until update() or setup() succeeds.
   ///@{
   void update() override;
   void update(Object* object) override;
   void update(const std::vector<Object*>& objects) override;
   ///@}
 
-  /// Forgets all objects, which may be gone by now.
+  /// Unregisters all objects, which may have been destroyed by now.
   void clear() override;
 
   /// Replaces the content of `objects` by the managed objects in registration order.
   void getObjects(std::vector<Object*>& objects) const override;
 
-  /// Calls `callback(a, b, cdata)` for each pair that FiberManagerOptions asks for: of one object,
-  /// registered or not, with the managed ones; of the managed ones; of these with another
-  /// manager's, of any class. Throws std::invalid_argument if object, manager or callback is null,
-  /// or an object cannot be read.
+  /// Calls `callback(a, b, cdata)` for each pair that FiberManagerOptions asks for: of `object`,
+  /// registered or not, with the managed objects; of the managed objects; or of these with those of
+  /// `other`, a manager of any class. Throws std::invalid_argument if the object, manager or
+  /// callback is null, or if an object cannot be read.
   ///@{
   void collide(Object* object, void* cdata, fcl::CollisionCallBack<S> callback) const override;
   void collide(void* cdata, fcl::CollisionCallBack<S> callback) const override;
@@ -107,9 +118,9 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   ///@}
 
   /// Calls `callback(a, b, cdata, dist)`, which may lower `dist`, for each such pair whose volumes
-  /// are nearer than `dist`; the first `dist` is the largest number of S. The margin does not
-  /// matter; under Report::kCapsules pairs whose capsules are at least `dist` apart are passed
-  /// over, too. Neighbours along a fiber are left out. Throws as collide() does.
+  /// are nearer than `dist`. At first `dist` is the largest number of S. FiberOptions::margin does
+  /// not matter. Under Report::kCapsules pairs whose capsules are at least `dist` apart are skipped
+  /// too. Ignored neighbours and pairs of one group are left out. Throws as collide() does.
   ///@{
   void distance(Object* object, void* cdata, fcl::DistanceCallBack<S> callback) const override;
   void distance(void* cdata, fcl::DistanceCallBack<S> callback) const override;
@@ -120,28 +131,28 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   bool empty() const override;        ///< whether no object is registered
   std::size_t size() const override;  ///< number of registered objects
 
-  const FiberManagerOptions& options() const;  ///< as at construction
+  const FiberManagerOptions& options() const;  ///< the options given at construction
 
-  bool isRegistered(const Object* object) const;  ///< false for null
+  bool isRegistered(const Object* object) const;  ///< whether it is managed; false for null
 
-  /// Fiber and segment number of a managed object. Throws std::invalid_argument if it is not
-  /// registered.
+  /// The fiber and segment number of a managed object. Throws std::invalid_argument if the object
+  /// is not registered.
   FiberSegment fiberSegment(const Object* object) const;
 
-  /// Whether an object has moved or changed its shape so that an update() would change an answer:
-  /// for an assertion before a query. Reads the objects, on this thread, up to the first that has
-  /// moved, and costs about as much as an update() on one thread if none has. True after an
-  /// update() that failed; false where the next query reads the objects anyway.
+  /// Whether an update() would change an answer, because an object has moved or changed its shape;
+  /// for an assertion before a query. It reads objects on this thread up to the first that has
+  /// moved. If none has, it costs about as much as an update() on one thread. It is true after a
+  /// failed update() and false if the next query reads all objects anyway.
   bool movedSinceUpdate() const;
 
-  /// The margin that an object has by itself under Bounds::kShapesAndMargins: what the program has
-  /// added to its box, at its largest where that is uneven. 0 for shapes other than capsules and
-  /// spheres, which count by their boxes. In the scene's unit of length. Throws
-  /// std::invalid_argument if it cannot be read.
+  /// The margin of an object under Bounds::kShapesAndMargins, in the scene's unit of length: the
+  /// most that the program has added to its box on a side. It is 0 under other bounds, and for
+  /// shapes other than capsules and spheres, which count by their boxes. Throws
+  /// std::invalid_argument if the object is null or cannot be read.
   double margin(const Object* object) const;
 
-  /// Bytes that this manager holds, with what a query on several threads keeps for the next one;
-  /// the objects apart.
+  /// Bytes that this manager holds, including what a query on several threads keeps for the next
+  /// one, excluding the objects.
   std::size_t memoryUsage() const;
 
   /// @cond for the managers of this library only
@@ -150,7 +161,7 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   FiberCollisionManager(Hierarchy hierarchy, const FiberManagerOptions& options);
   FiberCollisionManager(FiberCollisionManager&& other) noexcept;
   FiberCollisionManager& operator=(FiberCollisionManager&& other) noexcept;
-  /// A clone: see the subclasses.
+  /// See clone() of the subclasses.
   FiberCollisionManager(const FiberCollisionManager& original, const std::vector<Object*>& objects);
 
   class FCL_FIBERS_NO_EXPORT Impl;

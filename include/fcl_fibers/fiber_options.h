@@ -7,69 +7,69 @@
 /// Collision detection among fibers of capsules.
 namespace fcl_fibers {
 
-/// Where a segment stands: its fiber, and its number along that fiber, both counted from 0. Fibers
-/// count in the order in which they were given; an object that is no part of a fiber is a fiber of
+/// The place of a segment: its fiber, and its number along that fiber, both counted from 0. Fibers
+/// count in the order in which they were given. An object that belongs to no fiber is a fiber of
 /// one segment.
 struct FiberSegment {
   std::size_t fiber = 0;    ///< among all fibers
   std::size_t segment = 0;  ///< along that fiber
 };
 
-/// Whether the last segment of a fiber leads to its first one, so that the two are neighbours as
-/// any others that follow each other.
+/// Whether the last segment of a fiber leads to its first one, so that the two are neighbours.
 enum class FiberEnds {
   kOpen,    ///< two ends
   kClosed,  ///< a ring
 };
 
-/// Fibers that never meet, such as the cables of one harness: all have the same number. Pairs of
-/// segments of one group are never reported. So a fiber of a group never meets itself, even if it
-/// is the only one of its group. The number 0 is no group. A part of the tree whose segments are
-/// all of one group is not searched against itself. Each tree or manager has numbers of its own.
+/// Fibers whose segments are not paired with one another, such as the cables of one harness: all
+/// have the same number. This also excludes pairs within one fiber. A part of the tree whose
+/// segments are all of one group is not searched against itself, which saves time. Each tree has
+/// numbers of its own.
 struct FiberGroup {
-  std::int32_t number = 0;  ///< of the group; 0 is none
+  std::int32_t number = 0;  ///< any but 0, which is no group
 };
 
-/// Shape of the tree over the segments; decides speed, never the answer.
+/// The shape of the tree over the segments. It decides speed, never the answer.
 enum class Topology {
-  /// A node is a set of fibers over a range along them; eight children a node. Fast whatever the
-  /// order in which fibers were registered.
+  /// A node is a set of fibers over a range along them, with up to eight children. This is fast
+  /// whatever the order in which fibers were registered.
   kBundle,
-  /// The tree of Sobottka, Varnik and Weber, section 3.2: fibers in registration order, threaded
-  /// alternately root to tip and tip to root, balanced and binary.
+  /// The tree of Sobottka, Varnik and Weber, Collision Detection in Densely Packed Fiber Assemblies
+  /// with Application to Hair Modeling, 2005, section 3.2: a balanced binary tree over the fibers
+  /// in the order of registration, alternately root to tip and tip to root.
   kSuperThread,
 };
 
 /// Which pairs a query reports.
 enum class Report {
-  /// Every pair whose own leaf volumes overlap: the capsules' tight boxes, or the segments'
-  /// spheres. FCL's managers report the same when they are given tight boxes.
+  /// Every pair whose leaf volumes overlap: tight boxes of the capsules, or spheres of the
+  /// segments. FCL's broad phase reports the same when it is given tight boxes.
   kVolumes,
-  /// Every pair of capsules no further apart than the sum of their radii and the margin. A sphere
-  /// is a capsule of length zero; every other shape counts by its box.
+  /// Every pair of capsules whose axes are no further apart than the sum of their radii and the
+  /// margin. A sphere is a capsule of length zero. Every other shape counts by its box.
   kCapsules,
 };
 
-/// What FiberTree and the fiber managers are told once, at construction, which throws
-/// std::invalid_argument where an option is out of the range said here.
+/// Options of whatever searches fibers. Its constructor throws std::invalid_argument if one is out
+/// of the range given here.
 struct FiberOptions {
-  Topology topology = Topology::kBundle;  ///< shape of the tree: speed alone
+  Topology topology = Topology::kBundle;  ///< shape of the tree
   Report report = Report::kVolumes;       ///< which pairs a query reports
 
-  /// Pairs of one fiber whose segment numbers differ by this much or less are not reported. 0
-  /// reports all; 1 leaves out adjacent segments, which always overlap. Not negative.
+  /// Pairs of one fiber whose segment numbers differ by at most this are not reported. 0 reports
+  /// all; 1 leaves out adjacent segments, which always overlap. Not negative.
   int ignored_neighbors = 0;
 
-  /// Likewise pairs of one fiber between which this much of it lies or less, measured along it when
-  /// it was built or registered: for fibers of unequal segments. In the scene's unit of length; 0
-  /// leaves that to ignored_neighbors alone. Finite, not negative.
+  /// Pairs of one fiber with at most this much of it between them are not reported either. It is
+  /// measured along the fiber when that is registered or the tree is built, in the scene's unit of
+  /// length, and suits fibers of unequal segments. 0 leaves out none. Finite, not negative.
   double ignored_arc_length = 0;
 
   /// Pairs this close count as touching, in the scene's unit of length. Finite, not negative.
   double margin = 0;
 
-  /// Threads that build, update, self-collision and collision with another tree or fiber manager
-  /// share their work among, the caller's included; callbacks and visitors run on the caller's
+  /// Threads, including the caller's, that share the work of build, update, self-collision and
+  /// collision with another tree of fibers. Callbacks and visitors run on the caller's thread
   /// alone. At least 1. Pairs and their order are the same for any number.
   int threads = 1;
 };

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fcl_fibers/contact.h>
 
-#include <stdexcept>
 #include <string>
 
 #include "arrays/fiber_arrays.h"
-#include "arrays/public_contact.h"
+#include "fibers/options.h"
+#include "fibers/public_contact.h"
 
 namespace fcl_fibers {
 namespace {
@@ -13,7 +13,7 @@ namespace {
 using geometry::Segment;
 
 [[noreturn]] void refuse(const std::string& what) {
-  throw std::invalid_argument("fcl_fibers: capsuleContact: " + what);
+  fibers::throwInvalidArgument("capsuleContact", what);
 }
 
 Segment toSegment(const CapsuleShape& capsule) {
@@ -39,13 +39,13 @@ LocatedSegment locate(const FiberArrays<S>& fibers, std::int32_t id) {
   arrays::checkEnds(fibers, refuse);
   if (id < 0 || point >= fibers.point_count) {
     refuse("no capsule starts at point " + std::to_string(id) + " of " +
-           std::to_string(fibers.point_count) + "; pass the arrays that the tree has");
+           std::to_string(fibers.point_count) + "; pass the arrays that the tree was built from");
   }
   const std::size_t fiber = arrays::fiberOf(fibers.point_begin, fibers.fiber_count, point);
-  // The other comparison is for a point_begin that descends.
+  // The second comparison stays inside the array if point_begin descends.
   if (point + 1 >= fibers.point_begin[fiber + 1] || point + 1 == fibers.point_count) {
     refuse("point " + std::to_string(id) +
-           " is the last of its fiber; pass the arrays that the tree has");
+           " is the last of its fiber; pass the arrays that the tree was built from");
   }
   const Segment segment{arrays::pointOf(fibers, point), arrays::pointOf(fibers, point + 1),
                         arrays::radiusOf(fibers, point, fiber)};
@@ -55,14 +55,14 @@ LocatedSegment locate(const FiberArrays<S>& fibers, std::int32_t id) {
 template <typename S>
 Contact contactOf(const FiberArrays<S>& a, const FiberArrays<S>& b, SegmentPair pair) {
   const LocatedSegment p = locate(a, pair.a), q = locate(b, pair.b);
-  return arrays::publicContact(geometry::capsuleContact(p.segment, q.segment, {0, 0, 0}), p.place,
+  return fibers::publicContact(geometry::capsuleContact(p.segment, q.segment, {0, 0, 0}), p.place,
                                q.place);
 }
 
 }  // namespace
 
 Contact capsuleContact(const CapsuleShape& a, const CapsuleShape& b) {
-  return arrays::publicContact(geometry::capsuleContact(
+  return fibers::publicContact(geometry::capsuleContact(
       checked(toSegment(a), [] { return std::string("capsule a"); }),
       checked(toSegment(b), [] { return std::string("capsule b"); }), {0, 0, 0}));
 }

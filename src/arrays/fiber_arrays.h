@@ -6,15 +6,15 @@
 
 #include <fcl_fibers/fiber_tree.h>
 
+#include "fibers/fiber_of.h"
 #include "geometry/segment.h"
-#include "tree/fiber_of.h"
 
 namespace fcl_fibers::arrays {
 
 /// The fiber that owns a point.
 inline std::size_t fiberOf(const std::size_t* point_begin, std::size_t fiber_count,
                            std::size_t point) {
-  return tree::fiberOf(point_begin, fiber_count, point_begin[fiber_count], point);
+  return fibers::fiberOf(point_begin, fiber_count, point_begin[fiber_count], point);
 }
 
 template <typename S>
@@ -23,7 +23,7 @@ geometry::Vec3d pointOf(const FiberArrays<S>& fibers, std::size_t i) {
   return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
 }
 
-/// Of the capsule of fiber `fiber` that starts at point `id`.
+/// The radius of the capsule that starts at point `id` of fiber `fiber`.
 template <typename S>
 double radiusOf(const FiberArrays<S>& fibers, std::size_t id, std::size_t fiber) {
   switch (fibers.radii_are) {
@@ -48,13 +48,12 @@ std::size_t radiusCount(const FiberArrays<S>& fibers) {
   }
 }
 
-/// Calls refuse(text), which throws, where arrays are null or do not fit each other, as far as that
-/// is seen without reading them all.
+/// Calls refuse(text), which throws, if an array is null or the ends of point_begin do not fit.
 template <typename S, class Refuse>
 void checkEnds(const FiberArrays<S>& fibers, Refuse&& refuse) {
   constexpr std::size_t kMost = std::size_t{1} << 27;
   if (fibers.point_count > kMost) return refuse("more than 2^27 points; use several trees");
-  // A negative number, converted, would read before the array.
+  // A converted negative number would read before the array.
   if (fibers.fiber_count > kMost) return refuse("more than 2^27 fibers; use several trees");
   if (fibers.point_begin == nullptr) {
     return refuse("point_begin is null; give fiber_count + 1 numbers");

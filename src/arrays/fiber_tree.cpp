@@ -5,89 +5,34 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 #include <string>
+#include <utility>
 
-#include "arrays/fiber_arrays.h"
-#include "tree/neighbor_rule.h"
-#include "tree/scene.h"
+#include "arrays/array_source.h"
+#include "fibers/fiber_table.h"
+#include "fibers/options.h"
+#include "index/segment_index.h"
 
 namespace fcl_fibers {
 namespace {
 
+using fibers::FiberTable;
 using geometry::Frame;
-using geometry::FrameChange;
-using geometry::Segment;
-using geometry::Vec3d;
-using tree::SegmentId;
+using index::SegmentId;
 using tree::Visit;
 
 [[noreturn]] void refuse(const char* call, const std::string& what) {
-  throw std::invalid_argument(std::string("fcl_fibers: FiberTree::") + call + ": " + what);
+  fibers::throwInvalidArgument(std::string("FiberTree::") + call, what);
 }
 
 const FiberTreeOptions& checked(const FiberTreeOptions& options) {
-  if (options.ignored_neighbors < 0) {
-    refuse("FiberTree",
-           "ignored_neighbors is " + std::to_string(options.ignored_neighbors) + "; set 0 or more");
-  }
-  if (!(options.ignored_arc_length >= 0) || !std::isfinite(options.ignored_arc_length)) {
-    refuse("FiberTree", "ignored_arc_length is " + std::to_string(options.ignored_arc_length) +
-                            "; set a finite length of 0 or more");
-  }
-  if (!(options.margin >= 0) || !std::isfinite(options.margin)) {
-    refuse("FiberTree",
-           "margin is " + std::to_string(options.margin) + "; set a finite length of 0 or more");
-  }
-  if (options.threads < 1) {
-    refuse("FiberTree", "threads is " + std::to_string(options.threads) + "; set 1 or more");
-  }
+  fibers::requireValid("FiberTree::FiberTree", options);
   return options;
 }
 
-tree::SceneOptions sceneOptions(const FiberTreeOptions& options) {
-  return {options.volumes == FiberTreeOptions::Volumes::kWrappedSpheres,
-          options.topology == Topology::kSuperThread, options.report == Report::kCapsules,
-          options.margin, options.threads};
-}
-
-/// Reads capsules off arrays; a capsule's id is the index of its first point.
-template <typename S>
-class ArrayReader {
- public:
-  ArrayReader(const FiberArrays<S>& fibers, const std::vector<bool>& is_last)
-      : fibers_(fibers), is_last_(is_last) {}
-
-  /// In the frame of the world.
-  Segment segment(std::size_t id, std::size_t fiber) const {
-    return {point(id), point(id + 1), radius(id, fiber)};
-  }
-
-  bool operator()(SegmentId id, const Frame& frame, Segment& segment) const {
-    const auto index = static_cast<std::size_t>(id);
-    if (is_last_[index]) return false;
-    segment = {frame.fromWorld(point(index)), frame.fromWorld(point(index + 1)),
-               frame.scale * radius(index, fiberOf(index))};
-    return true;
-  }
-
- private:
-  Vec3d point(std::size_t i) const { return arrays::pointOf(fibers_, i); }
-  double radius(std::size_t id, std::size_t fiber) const {
-    return arrays::radiusOf(fibers_, id, fiber);
-  }
-  std::size_t fiberOf(std::size_t id) const {
-    if (fibers_.radii_are != FiberArrays<S>::Radii::kPerFiber) return 0;
-    return arrays::fiberOf(fibers_.point_begin, fibers_.fiber_count, id);
-  }
-
-  const FiberArrays<S>& fibers_;
-  const std::vector<bool>& is_last_;
-};
-
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Rounded outward. Division by the scale, a power of two, is exact.
+/// Rounds outward. Division by the scale, a power of two, is exact.
 TreeVolume toWorld(const geometry::Box& box, const Frame& frame) {
   TreeVolume volume;
   const double origin[3] = {frame.origin.x, frame.origin.y, frame.origin.z};
@@ -105,7 +50,7 @@ TreeVolume toWorld(const geometry::Sphere& sphere, const Frame& frame) {
   TreeVolume volume;
   volume.kind = FiberTreeOptions::Volumes::kWrappedSpheres;
   const double origin[3] = {frame.origin.x, frame.origin.y, frame.origin.z};
-  double moved = 0;  // by rounding of the centre: half an ulp an axis, and room for the sum
+  double moved = 0;  // by rounding the centre: half an ulp on each axis, and room for the sum
   for (int k = 0; k < 3; ++k) {
     volume.center[k] = double{sphere.center[k]} / frame.scale + origin[k];
     moved += std::numeric_limits<double>::epsilon() * std::fabs(volume.center[k]);
@@ -115,321 +60,149 @@ TreeVolume toWorld(const geometry::Sphere& sphere, const Frame& frame) {
   return volume;
 }
 
+/// Converts pairs to the public type and hands them to take(pairs, count), which returns true to
+/// end the search.
+template <class F>
+class PairsTo final : public index::PairSink {
+ public:
+  /// @param table  the fibers if one tree is searched: pairs are ordered so that a < b, and
+  ///               neighbours are excluded. Null if two trees are searched.
+  PairsTo(const FiberTable* table, F take) : table_(table), take_(std::move(take)) {}
+
+  Visit take(const tree::Pair* pairs, std::size_t count) override {
+    std::array<SegmentPair, 256> run;
+    std::size_t size = 0;
+    for (const tree::Pair* pair = pairs; pair != pairs + count; ++pair) {
+      SegmentPair& next = run[size];
+      next = {pair->a, pair->b};
+      if (table_ != nullptr) {
+        if (table_->areNeighbors(pair->a, pair->b)) continue;
+        if (next.a > next.b) std::swap(next.a, next.b);
+      }
+      if (++size < run.size()) continue;
+      if (take_(run.data(), size)) return Visit::kStop;
+      size = 0;
+    }
+    return size > 0 && take_(run.data(), size) ? Visit::kStop : Visit::kContinue;
+  }
+
+ private:
+  const FiberTable* table_;
+  F take_;
+};
+
 }  // namespace
 
 class FiberTree::Impl {
  public:
   explicit Impl(const FiberTreeOptions& options)
       : options_(checked(options)),
-        neighbors_(options.ignored_neighbors, options.ignored_arc_length),
-        scene_(sceneOptions(options)) {}
+        table_(emptyTable()),
+        index_(fibers::indexOptions(
+            options, options.volumes == FiberTreeOptions::Volumes::kWrappedSpheres)) {}
 
   const FiberTreeOptions& options() const { return options_; }
-  std::size_t fiberCount() const { return point_begin_.size() - 1; }
-  std::size_t segmentCount() const { return segment_count_; }
+  const FiberTable& table() const { return table_; }
+  std::size_t segmentCount() const { return index_.leaves().size(); }
   std::size_t memoryUsage() const {
-    return sizeof(*this) + point_begin_.capacity() * sizeof(std::size_t) + is_last_.capacity() / 8 +
-           is_closed_.capacity() / 8 + arc_end_.capacity() * sizeof(double) +
-           groups_.capacity() * sizeof(tree::Group) + scene_.memoryUsage();
+    return sizeof(*this) + table_.memoryUsage() + index_.memoryUsage();
   }
 
   template <typename S>
   void build(const FiberArrays<S>& fibers) {
-    checkFibers("build", fibers);
-    const Frame frame = checkCoordinates("build", fibers);
-
-    std::vector<std::size_t> point_begin(fibers.point_begin,
-                                         fibers.point_begin + fibers.fiber_count + 1);
-    std::vector<bool> is_last(fibers.point_count);
-    std::size_t segments = 0;
-    for (std::size_t f = 0; f < fibers.fiber_count; ++f) {
-      const std::size_t begin = point_begin[f], end = point_begin[f + 1];
-      if (begin == end) continue;
-      is_last[end - 1] = true;
-      segments += end - begin - 1;
-    }
-    std::vector<bool> is_closed;
-    if (fibers.closed != nullptr && neighbors_.ignoresAny()) {
-      for (std::size_t f = 0; f < fibers.fiber_count; ++f)
-        is_closed.push_back(fibers.closed[f] != 0);
-    }
-    std::vector<double> arc_end = arcEnds(fibers, is_last);
-    std::vector<tree::Group> groups = groupsOf(fibers);
-    is_whole_ = false;
-    point_begin_ = std::move(point_begin);
-    is_last_ = std::move(is_last);
-    is_closed_ = std::move(is_closed);
-    arc_end_ = std::move(arc_end);
-    groups_ = std::move(groups);
-    segment_count_ = segments;
-    buildScene(fibers, frame);
+    const Frame frame = arrays::checkArrays("FiberTree::build", fibers);
+    FiberTable table = emptyTable();
+    arrays::addFibers(fibers, table);
+    is_valid_ = false;
+    table_ = std::move(table);
+    buildIndex(fibers, frame);
   }
 
   template <typename S>
   void update(const FiberArrays<S>& fibers) {
-    checkFibers("update", fibers);
-    if (!std::equal(point_begin_.begin(), point_begin_.end(), fibers.point_begin,
-                    fibers.point_begin + fibers.fiber_count + 1)) {
-      refuse("update", "fibers have other numbers of points than at the last build(); build anew");
+    const Frame frame = arrays::checkArrays("FiberTree::update", fibers);
+    bool has_same_fibers = fibers.fiber_count == table_.fiberCount() &&
+                           fibers.point_count == static_cast<std::size_t>(table_.idCount());
+    for (std::size_t f = 0; has_same_fibers && f < table_.fiberCount(); ++f) {
+      has_same_fibers = static_cast<std::size_t>(table_.beginOf(f)) == fibers.point_begin[f];
     }
-    const Frame frame = checkCoordinates("update", fibers);
-    if (!is_whole_) return buildScene(fibers, frame);
-    is_whole_ = false;
-    const ArrayReader<S> reader(fibers, is_last_);
-    const auto read = [&](SegmentId id, Segment& segment) { return reader(id, frame, segment); };
-    if (!scene_.update(frame, fibers.point_count, read)) return buildScene(fibers, frame);
-    is_whole_ = true;
+    if (!has_same_fibers) {
+      refuse("update", "the numbers of points differ from those at the last build(); call build()");
+    }
+    if (!is_valid_) return buildIndex(fibers, frame);
+    is_valid_ = false;
+    if (!index_.refit(arrays::ArraySource<S>(fibers), frame)) return buildIndex(fibers, frame);
+    is_valid_ = true;
   }
 
-  Visit findPairs(tree::PairSink& sink) const {
-    requireWhole("visitPairs");
-    if (!neighbors_.ignoresAny()) return scene_.findPairs(sink);
-    NeighborFilter filter(*this, sink);
-    return scene_.findPairs(filter);
+  template <class F>
+  bool visitPairs(F take) const {
+    requireValid("visitPairs");
+    PairsTo sink(&table_, std::move(take));
+    return index_.search(sink) == Visit::kStop;
   }
 
-  Visit findPairs(const Impl& other, tree::PairSink& sink) const {
-    requireMatch(other);
-    return scene_.findPairs(other.scene_, other.scene_.segments().data(), sink);
-  }
-
-  /// All capsules, in the order of the tree.
-  const std::vector<SegmentId>& leaves() const {
-    return std::visit(
-        [](const auto& tree) -> const std::vector<SegmentId>& { return tree.topology().leaves; },
-        scene_.tree());
+  template <class F>
+  bool visitPairs(const Impl& other, F take) const {
+    requireValid("visitPairs");
+    other.requireValid("visitPairs");
+    if (!index_.matches(other.index_)) {
+      refuse("visitPairs", "the trees have different volumes or topologies; give both the same");
+    }
+    if (index_.keepsSegments() && !other.index_.keepsSegments()) {
+      refuse("visitPairs",
+             "the other tree reports volumes and keeps no capsules; give it Report::kCapsules");
+    }
+    PairsTo sink(nullptr, std::move(take));
+    return index_.search(other.index_, nullptr, sink) == Visit::kStop;
   }
 
   std::vector<TreeVolume> volumes(int depth) const {
-    requireWhole("volumes");
+    requireValid("volumes");
     if (depth < 0) refuse("volumes", "depth is " + std::to_string(depth) + "; give 0 or more");
     std::vector<TreeVolume> volumes;
     std::visit(
         [&](const auto& tree) {
           tree.visitVolumes(depth, [&](const auto& volume, std::int32_t begin, std::int32_t end) {
-            volumes.push_back(toWorld(volume, scene_.frame()));
-            volumes.back().segments = leaves().data() + begin;
+            volumes.push_back(toWorld(volume, index_.frame()));
+            volumes.back().segments = index_.leaves().data() + begin;
             volumes.back().segment_count = static_cast<std::size_t>(end - begin);
           });
         },
-        scene_.tree());
+        index_.tree());
     return volumes;
   }
 
   FiberSegment fiberSegment(std::int32_t segment) const {
-    const auto id = static_cast<std::size_t>(segment);
-    if (segment < 0 || id >= is_last_.size() || is_last_[id]) {
-      refuse("fiberSegment", "no capsule starts at point " + std::to_string(segment));
+    if (segment < 0 || segment >= table_.idCount() || table_.isBehind(segment)) {
+      refuse("fiberSegment", "no capsule starts at point " + std::to_string(segment) +
+                                 "; pass an id of a reported pair");
     }
-    const std::size_t fiber = fiberOf(segment);
-    return {fiber, id - point_begin_[fiber]};
+    const fibers::Place place = table_.placeOf(segment);
+    return {place.fiber, place.segment};
   }
 
  private:
-  /// Leaves out neighbours along a fiber.
-  class NeighborFilter : public tree::PairSink {
-   public:
-    NeighborFilter(const Impl& impl, tree::PairSink& sink) : impl_(impl), sink_(sink) {}
-
-    Visit take(const tree::Pair* pairs, std::size_t count) override {
-      std::array<tree::Pair, 256> kept;
-      std::size_t size = 0;
-      for (std::size_t i = 0; i < count; ++i) {
-        if (impl_.areNeighbors(pairs[i])) continue;
-        kept[size++] = pairs[i];
-        if (size < kept.size()) continue;
-        if (sink_.take(kept.data(), size) == Visit::kStop) return Visit::kStop;
-        size = 0;
-      }
-      return size == 0 ? Visit::kContinue : sink_.take(kept.data(), size);
-    }
-
-   private:
-    const Impl& impl_;
-    tree::PairSink& sink_;
-  };
-
-  template <typename S>
-  void buildScene(const FiberArrays<S>& fibers, const Frame& frame) {
-    const auto ids = [this](auto&&) {
-      tree::Fibers in_order;
-      in_order.groups = groups_;
-      in_order.ids.reserve(segment_count_);
-      for (std::size_t f = 0; f < fiberCount(); ++f) {
-        for (std::size_t i = point_begin_[f]; i + 1 < point_begin_[f + 1]; ++i) {
-          in_order.ids.push_back(static_cast<SegmentId>(i));
-        }
-        in_order.endFiber();
-      }
-      return in_order;
-    };
-    const ArrayReader<S> reader(fibers, is_last_);
-    scene_.build(frame, fibers.point_count, ids,
-                 [&](SegmentId id, Segment& segment) { return reader(id, frame, segment); });
-    is_whole_ = true;
-  }
-
-  void requireMatch(const Impl& other) const {
-    requireWhole("visitPairs");
-    other.requireWhole("visitPairs");
-    if (!scene_.matches(other.scene_)) {
-      refuse("visitPairs",
-             "the other tree has other volumes or another topology; give both trees "
-             "the same");
-    }
-    if (options_.report == Report::kCapsules && !other.scene_.keepsSegments()) {
-      refuse("visitPairs",
-             "the other tree reports volumes and keeps no capsules; give it "
-             "Report::kCapsules");
-    }
-  }
-
-  void requireWhole(const char* call) const {
-    if (!is_whole_) refuse(call, "the last build() or update() failed; build anew");
-  }
-
-  std::size_t fiberOf(SegmentId id) const {
-    return arrays::fiberOf(point_begin_.data(), fiberCount(), static_cast<std::size_t>(id));
-  }
-
-  bool areNeighbors(const tree::Pair& pair) const {
-    const auto [first, last] = std::minmax(pair.a, pair.b);
-    // Most pairs end here.
-    if (last - first > neighbors_.reach && is_closed_.empty() && arc_end_.empty()) return false;
-    const std::size_t fiber = fiberOf(first), end = point_begin_[fiber + 1];
-    if (static_cast<std::size_t>(last) >= end) return false;
-    // The last point starts no capsule.
-    const tree::FiberRange range{static_cast<SegmentId>(point_begin_[fiber]),
-                                 static_cast<SegmentId>(end) - 1,
-                                 !is_closed_.empty() && is_closed_[fiber]};
-    return tree::areNeighbors(neighbors_, range, arc_end_.data(), first, last);
-  }
-
-  /// Empty if all are none.
-  template <typename S>
-  static std::vector<tree::Group> groupsOf(const FiberArrays<S>& fibers) {
-    const tree::Group* const begin = fibers.groups;
-    if (begin == nullptr) return {};
-    const tree::Group* const end = begin + fibers.fiber_count;
-    const auto has_group = [](tree::Group group) { return group != tree::kNoGroup; };
-    if (std::none_of(begin, end, has_group)) return {};
-    return std::vector<tree::Group>(begin, end);
-  }
-
-  /// Empty unless arc lengths matter.
-  template <typename S>
-  std::vector<double> arcEnds(const FiberArrays<S>& fibers,
-                              const std::vector<bool>& is_last) const {
-    if (neighbors_.arc_length <= 0) return {};
-    std::vector<double> ends(fibers.point_count);
-    const ArrayReader<S> reader(fibers, is_last);
-    double end = 0;
-    for (std::size_t i = 0; i < fibers.point_count; ++i) {
-      if (is_last[i]) {
-        end = 0;
-        continue;
-      }
-      const Segment segment = reader.segment(i, 0);
-      end += norm(segment.b - segment.a);
-      ends[i] = end;
-    }
-    return ends;
+  FiberTable emptyTable() const {
+    return FiberTable(fibers::neighborRule(options_), /*ids_behind=*/1);
   }
 
   template <typename S>
-  static void checkFibers(const char* call, const FiberArrays<S>& fibers) {
-    arrays::checkEnds(fibers, [call](const std::string& what) { refuse(call, what); });
-    const std::size_t* begin = fibers.point_begin;
-    for (std::size_t f = 0; f < fibers.fiber_count; ++f) {
-      if (begin[f + 1] < begin[f]) {
-        refuse(call, "point_begin descends at fiber " + std::to_string(f) + "; mend it");
-      }
-    }
+  void buildIndex(const FiberArrays<S>& fibers, const Frame& frame) {
+    index_.build(arrays::ArraySource<S>(fibers), frame, 0, table_.idCount(),
+                 table_.segmentsFrom(0, [](SegmentId) { return true; }));
+    is_valid_ = true;
   }
 
-  /// Refuses what is not finite; returns a frame for the rest.
-  template <typename S>
-  static Frame checkCoordinates(const char* call, const FiberArrays<S>& fibers) {
-    double largest = 0;
-    for (std::size_t i = 0; i < 3 * fibers.point_count; ++i) {
-      const double coordinate = std::fabs(static_cast<double>(fibers.points[i]));
-      if (!std::isfinite(coordinate)) {
-        refuse(call, "point " + std::to_string(i / 3) +
-                         " is NaN or infinite; give it finite coordinates");
-      }
-      largest = std::max(largest, coordinate);
-    }
-    for (std::size_t i = 0; i < arrays::radiusCount(fibers); ++i) {
-      // The last point of a fiber starts no capsule, but a radius there is checked all the same.
-      const double radius = static_cast<double>(fibers.radii[i]);
-      if (!(radius >= 0 && std::isfinite(radius))) {
-        refuse(call, "radius " + std::to_string(i) +
-                         " is negative, NaN or infinite; give a finite one of 0 or more");
-      }
-      largest = std::max(largest, radius);
-    }
-
-    constexpr std::size_t kSamples = 255;
-    std::array<Segment, kSamples> samples;
-    std::size_t found = 0;
-    const std::vector<bool> none;
-    const ArrayReader<S> reader(fibers, none);
-    const std::size_t step = fibers.fiber_count / kSamples + 1;
-    for (std::size_t f = 0; f < fibers.fiber_count && found < kSamples; f += step) {
-      const std::size_t begin = fibers.point_begin[f], end = fibers.point_begin[f + 1];
-      if (end - begin < 2) continue;
-      // Each at another place along its fiber.
-      samples[found] = reader.segment(begin + found % (end - begin - 1), f);
-      ++found;
-    }
-    const Frame frame = geometry::frameFor(samples.data(), found);
-    // With room for sums of a few coordinates in the frame.
-    if (!std::isfinite(16 * frame.scale * (largest + maxNorm(frame.origin)))) {
-      refuse(call,
-             "coordinates overflow; bring the fibers nearer to the origin or change their unit");
-    }
-    return frame;
+  void requireValid(const char* call) const {
+    if (!is_valid_) refuse(call, "the last build() or update() failed; call build()");
   }
 
   FiberTreeOptions options_;
-  tree::NeighborRule neighbors_;
-  std::vector<std::size_t> point_begin_ = {0};
-  std::vector<bool> is_last_;    ///< by point: whether it is the last one of its fiber
-  std::vector<bool> is_closed_;  ///< by fiber; empty if none is, or nothing is ignored
-  std::vector<double> arc_end_;  ///< by point, see areNeighbors(); empty unless arc lengths matter
-  std::vector<tree::Group> groups_;  ///< by fiber; empty if none has one
-  std::size_t segment_count_ = 0;
-  tree::Scene scene_;
-  bool is_whole_ = true;  ///< false after a build or an update that ended early
+  FiberTable table_;
+  index::SegmentIndex index_;
+  bool is_valid_ = true;  ///< false after a build() or update() has thrown
 };
-
-namespace {
-
-/// Pairs of a tree, handed on in the public type.
-template <class F>
-class PairsTo : public tree::PairSink {
- public:
-  PairsTo(bool ordered, F take) : ordered_(ordered), take_(std::move(take)) {}
-
-  Visit take(const tree::Pair* pairs, std::size_t count) override {
-    std::array<SegmentPair, 256> run;
-    for (std::size_t begin = 0; begin < count; begin += run.size()) {
-      const std::size_t size = std::min(run.size(), count - begin);
-      for (std::size_t i = 0; i < size; ++i) {
-        const auto [a, b] = pairs[begin + i];
-        run[i] = ordered_ && a > b ? SegmentPair{b, a} : SegmentPair{a, b};
-      }
-      if (take_(run.data(), size)) return Visit::kStop;
-    }
-    return Visit::kContinue;
-  }
-
- private:
-  bool ordered_;
-  F take_;
-};
-
-}  // namespace
 
 FiberTree::FiberTree(const FiberTreeOptions& options) : impl_(std::make_unique<Impl>(options)) {}
 FiberTree::~FiberTree() = default;
@@ -442,32 +215,30 @@ void FiberTree::update(const FiberArrays<float>& fibers) { impl_->update(fibers)
 void FiberTree::update(const FiberArrays<double>& fibers) { impl_->update(fibers); }
 
 bool FiberTree::visitRuns(Runs& runs) const {
-  PairsTo sink(
-      true, [&](const SegmentPair* pairs, std::size_t count) { return runs.take(pairs, count); });
-  return impl_->findPairs(sink) == Visit::kStop;
+  return impl_->visitPairs(
+      [&](const SegmentPair* pairs, std::size_t count) { return runs.take(pairs, count); });
 }
 
 bool FiberTree::visitRuns(const FiberTree& other, Runs& runs) const {
   if (&other == this) return visitRuns(runs);
-  PairsTo sink(
-      false, [&](const SegmentPair* pairs, std::size_t count) { return runs.take(pairs, count); });
-  return impl_->findPairs(*other.impl_, sink) == Visit::kStop;
+  return impl_->visitPairs(*other.impl_, [&](const SegmentPair* pairs, std::size_t count) {
+    return runs.take(pairs, count);
+  });
 }
 
 void FiberTree::findPairs(std::vector<SegmentPair>& pairs) const {
   pairs.clear();
-  PairsTo sink(true, [&](const SegmentPair* run, std::size_t count) {
+  impl_->visitPairs([&](const SegmentPair* run, std::size_t count) {
     pairs.insert(pairs.end(), run, run + count);
     return false;
   });
-  impl_->findPairs(sink);
 }
 
 std::vector<TreeVolume> FiberTree::volumes(int depth) const { return impl_->volumes(depth); }
 FiberSegment FiberTree::fiberSegment(std::int32_t segment) const {
   return impl_->fiberSegment(segment);
 }
-std::size_t FiberTree::fiberCount() const { return impl_->fiberCount(); }
+std::size_t FiberTree::fiberCount() const { return impl_->table().fiberCount(); }
 std::size_t FiberTree::segmentCount() const { return impl_->segmentCount(); }
 const FiberTreeOptions& FiberTree::options() const { return impl_->options(); }
 std::size_t FiberTree::memoryUsage() const { return impl_->memoryUsage(); }

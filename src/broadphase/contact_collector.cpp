@@ -4,8 +4,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "arrays/public_contact.h"
 #include "broadphase/object_segments.h"
+#include "fibers/public_contact.h"
 
 namespace fcl_fibers {
 namespace {
@@ -34,13 +34,13 @@ Segment readCapsule(const fcl::CollisionObject<S>& object, const Frame& frame, c
 
 template <typename S>
 Contact capsuleContact(const fcl::CollisionObject<S>& a, const fcl::CollisionObject<S>& b) {
-  // Relative to the first, so that nothing is lost far from the world's origin.
+  // The first object's position is the origin, so that no digits are lost far from the world's.
   Frame frame;
   const auto& position = a.getTransform().matrix().col(3);
   frame.origin = {static_cast<double>(position[0]), static_cast<double>(position[1]),
                   static_cast<double>(position[2])};
   const Segment p = readCapsule(a, frame, "a"), q = readCapsule(b, frame, "b");
-  return arrays::publicContact(geometry::capsuleContact(p, q, frame.origin));
+  return fibers::publicContact(geometry::capsuleContact(p, q, frame.origin));
 }
 
 template Contact capsuleContact(const fcl::CollisionObject<float>&,

@@ -16,8 +16,8 @@ namespace {
 
 using Object = fcl::CollisionObject<double>;
 
-/// Members of CollisionObject<double> are compiled in libfcl only: FCL declares them
-/// `extern template`, and none of them is inline.
+/// The constructor and the accessor run in libfcl: FCL declares CollisionObject<double> `extern
+/// template`, and no member is inline.
 bool readsBackItsPose() {
   // libfcl's objects may be larger than ours.
   constexpr std::size_t kAlignment = 128;
@@ -42,8 +42,8 @@ void requireLayoutOfFcl() {
         "fcl_fibers: an object made by libfcl does not read back its pose: fcl_fibers was compiled "
         "with Eigen's matrices aligned to " +
         std::to_string(EIGEN_MAX_STATIC_ALIGN_BYTES) +
-        " bytes, and libfcl was not; add -DEIGEN_MAX_ALIGN_BYTES=16 to the CMAKE_CXX_FLAGS of "
-        "fcl_fibers, where -march=native, -mavx or the like is, or build FCL with the same flags");
+        " bytes, and libfcl was not; add -DEIGEN_MAX_ALIGN_BYTES=16 to -march=native, -mavx or the "
+        "like in the CMAKE_CXX_FLAGS of fcl_fibers, or build FCL with the same flags");
   }
 }
 

@@ -3,10 +3,10 @@
 
 namespace fcl_fibers::broadphase {
 
-/// Throws std::runtime_error, which says what to do, if FCL's objects have another layout in libfcl
-/// than in this library: an object made by libfcl does not read back its pose here then. That is so
-/// where this library was compiled for other instructions than FCL, and the header's comparison of
-/// the two, which knows only this library, finds nothing.
+/// Throws std::runtime_error with the remedy if an object made by libfcl does not read back its
+/// pose here. Then FCL's objects have another layout in this library than in libfcl, because it was
+/// compiled for other instructions. The comparison in the public header does not find that, because
+/// it knows only this library.
 void requireLayoutOfFcl();
 
 }  // namespace fcl_fibers::broadphase

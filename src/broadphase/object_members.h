@@ -12,8 +12,8 @@ geometry::Vec3d toVec3(const Vector& v) {
   return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
 }
 
-/// Reads members of FCL's objects where they are. FCL compiles their accessors in libfcl alone, so
-/// that each would be a call. requireLayoutOfFcl() has made sure of the layout.
+/// Reads members of FCL's objects directly. Their accessors are compiled in libfcl only, so each
+/// would cost a call. requireLayoutOfFcl() has checked the layout.
 template <typename S>
 class ObjectMembers : fcl::CollisionObject<S> {
   using Object = fcl::CollisionObject<S>;

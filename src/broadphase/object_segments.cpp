@@ -11,6 +11,7 @@
 #include <fcl/geometry/shape/sphere.h>
 
 #include "broadphase/object_members.h"
+#include "broadphase/object_source.h"
 #include "broadphase/program_margin.h"
 
 namespace fcl_fibers::broadphase {
@@ -25,8 +26,8 @@ bool allFinite(const Vec3d& v) {
   return 0 * v.x + 0 * v.y + 0 * v.z == 0;
 }
 
-/// Rotations drift when they are multiplied for long without being normalised; this much, in sum,
-/// is harmless, as the end points are taken from the matrix as it is.
+/// Rotations drift if they are multiplied for long without normalisation. This much, in sum, is
+/// harmless, because end points are computed from the matrix as it is.
 template <typename S>
 constexpr double kRotationTolerance = std::is_same_v<S, float> ? 5e-3 : 5e-6;
 
@@ -35,8 +36,8 @@ const char* poseProblem(const fcl::Transform3<S>& pose) {
   const auto& matrix = pose.matrix();
   const Vec3d x = toVec3(matrix.col(0)), y = toVec3(matrix.col(1)), z = toVec3(matrix.col(2));
   const Vec3d t = toVec3(matrix.col(3));
-  // Two columns are perpendicular and of length one, and the third is their cross product. Added
-  // up by hand: packed loads from an array that has just been written would wait for it.
+  // Two columns must be perpendicular unit vectors, and the third their cross product. The sum is
+  // written out, because packed loads from an array just written would wait for it.
   const Vec3d off = cross(x, y) - z;
   const double deviation = (std::fabs(dot(x, x) - 1) + std::fabs(dot(y, y) - 1)) +
                            (std::fabs(dot(x, y)) + std::fabs(off.x)) +
@@ -60,14 +61,14 @@ const char* rangeProblem(const Segment& segment) {
              : "its coordinates overflow; bring the scene nearer to the origin or change its unit";
 }
 
-/// Two corners in the scene's frame; sides that are open are at infinity.
+/// Two corners in the index's frame. Open sides are at infinity.
 struct Corners {
   Vec3d low, high;
 };
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// FCL's planes reach to max(), or to infinity when they are turned.
+/// FCL's planes reach to max(), or to infinity if they are rotated.
 template <typename S>
 double openLow(S side) {
   return side < -std::numeric_limits<S>::max() / 4 ? -kInfinity : static_cast<double>(side);
@@ -77,7 +78,8 @@ double openHigh(S side) {
   return side > std::numeric_limits<S>::max() / 4 ? kInfinity : static_cast<double>(side);
 }
 
-/// Only the outward side of a box may be open: a box far out has two finite corners.
+/// A box far out may overflow, but its low side must not become +infinity, nor its high side
+/// -infinity.
 double finiteLow(double x) { return std::min(x, std::numeric_limits<double>::max()); }
 double finiteHigh(double x) { return std::max(x, -std::numeric_limits<double>::max()); }
 
@@ -100,15 +102,15 @@ Corners ownCorners(const fcl::AABB<S>& box, const Frame& frame) {
       {highest(box.max_[0], high.x), highest(box.max_[1], high.y), highest(box.max_[2], high.z)}};
 }
 
-/// An open side stays where it is in poses that FCL takes for a translation.
+/// An open side does not spread to other axes in poses that FCL treats as a translation.
 template <typename S>
 double product(double entry, double side) {
   const bool is_none = std::fabs(entry) <= double{Eigen::NumTraits<S>::dummy_precision()};
   return is_none && std::isinf(side) ? 0 : entry * side;
 }
 
-/// The least box around both of FCL's bounds of a shape, its own box and the ball around that, in
-/// a pose.
+/// The intersection of the boxes around FCL's two bounds of a posed shape, which are its local box
+/// and the ball around that.
 /// @param half  is set to half its size, in the world's unit
 template <typename S>
 Corners posedCorners(const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& pose,
@@ -116,7 +118,7 @@ Corners posedCorners(const fcl::CollisionGeometry<S>& shape, const fcl::Transfor
   constexpr double kEps = std::numeric_limits<double>::epsilon();
   const Vec3d position = frame.fromWorld(toVec3(pose.matrix().col(3)));
   const double at[] = {position.x, position.y, position.z};
-  // A ball of no radius is none.
+  // Radius 0 means that there is no ball.
   const auto radius = static_cast<double>(shape.aabb_radius);
   const double ball =
       radius > 0 ? radius * (1 + 8 * double{std::numeric_limits<S>::epsilon()}) : kInfinity;
@@ -176,7 +178,7 @@ bool haveOneMiddle(const Corners& p, const Corners& q, double rounding) {
   return maxNorm((p.low - q.low) + (p.high - q.high)) <= 2 * rounding;
 }
 
-/// Anything but a capsule or a sphere.
+/// Reads an object as a box: any under Bounds::kObjects, else all except capsules and spheres.
 template <typename S>
 const char* readBox(const fcl::CollisionObject<S>& object, const Frame& frame, Bounds bounds,
                     Segment& segment) {
@@ -197,11 +199,11 @@ const char* readBox(const fcl::CollisionObject<S>& object, const Frame& frame, B
   if (has_own) {
     const BoxSize size(box);
     const Corners own = ownCorners(box, frame);
-    // FCL takes small rotations for none.
+    // FCL treats small rotations as the identity.
     const double tilt = 4 * double{Eigen::NumTraits<S>::dummy_precision()} * finiteNorm(half);
     const double rounding = frame.scale * (roundingOf(box) + tilt);
     const bool contains_shape = contains(own, corners, rounding);
-    // A box of this pose that is smaller somewhere is the program's own.
+    // A box with the same middle is of this pose too. The program has made it smaller somewhere.
     const bool is_of_this_pose = contains_shape || haveOneMiddle(own, corners, rounding);
     if (!contains_shape) {
       const double margin = frame.scale * marginOfOldBox(object, size, half);
@@ -216,7 +218,7 @@ const char* readBox(const fcl::CollisionObject<S>& object, const Frame& frame, B
   return nullptr;
 }
 
-/// Adds to a capsule or a sphere what the program has added to its box.
+/// Adds to a capsule or sphere the margin that the program has added to its box.
 template <typename S>
 const char* addWidening(const fcl::CollisionObject<S>& object, const Frame& frame, double radius,
                         double length, Segment& segment) {
@@ -232,18 +234,18 @@ const char* addWidening(const fcl::CollisionObject<S>& object, const Frame& fram
   return rangeProblem(segment);
 }
 
-/// Whether a box is as large as FCL makes that of a capsule, turned or not, as nearly all are. It
-/// leaves to wideningOf() what is too small for squares, and what has no length and is turned.
+/// Whether a box has the size that FCL gives to a capsule, rotated or not, as nearly all have.
+/// Boxes too small to be squared, and rotated capsules without length, are left to wideningOf().
 template <typename S>
 FCL_FIBERS_ALWAYS_INLINE bool isStockBox(const fcl::AABB<S>& box, const fcl::Transform3<S>& pose,
                                          double radius, double length) {
   const Vec3d size = toVec3(box.max_) - toVec3(box.min_);
   const Vec3d t = toVec3(pose.matrix().col(3));
   const double thickness = 2 * radius, end = length + thickness;
-  // As far as rounding may have moved the sides of a box at this pose.
+  // Bound on the rounding of the sides of a box in this pose.
   const double slack = double{std::numeric_limits<S>::epsilon()} * (1.25 * maxNorm(t) + 5 * end);
   if (length > 0 && std::fabs(size.x - size.y) <= slack && std::fabs(size.x - size.z) <= slack) {
-    // The diagonal of the box that is not turned is the side of the one that is.
+    // The side of the rotated box is the diagonal of the unrotated one.
     constexpr double kSmall = 1e-280;
     const double squared = 2 * thickness * thickness + end * end;
     return squared > kSmall && std::fabs(size.x * size.x - squared) <= 2 * slack * size.x;
@@ -281,7 +283,7 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& fram
   if (!(radius >= 0 && std::isfinite(radius))) return kBadRadius;
   if (!(length >= 0 && std::isfinite(length))) return kBadLength;
   const Vec3d center = frame.fromWorld(toVec3(pose.matrix().col(3)));
-  // The scale is halved and not the length, which may be subnormal and have an odd last bit.
+  // Halving the length instead of the scale could lose the last bit of a subnormal length.
   const Vec3d half = (frame.scale / 2 * length) * toVec3(pose.matrix().col(2));
   segment = {center - half, center + half, frame.scale * radius};
   if (const char* problem = rangeProblem(segment)) return problem;
@@ -292,29 +294,40 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& fram
   return addWidening(object, frame, radius, length, segment);
 }
 
+/// This loop takes half of an update's time. It is in this file so that readSegment() can be
+/// inlined.
 template <typename S>
-Frame sceneFrame(const std::vector<fcl::CollisionObject<S>*>& objects, Bounds bounds) {
-  constexpr std::size_t kSamples = 255;
-  std::array<Segment, kSamples> samples;
-  // Where so many objects have left that few samples are found, the steps become smaller.
-  std::size_t found = 0, step = objects.size() / kSamples + 1;
-  for (; found < kSamples / 4; step /= 2) {
-    found = 0;
-    for (std::size_t i = 0; i < objects.size() && found < kSamples; i += step) {
-      Segment& segment = samples[found];
-      found += objects[i] != nullptr &&
-               readSegment(*objects[i], Frame{}, bounds, segment) == nullptr && isBounded(segment);
-    }
-    if (step == 1) break;
+index::SegmentId ObjectSource<S>::read(index::SegmentId begin, index::SegmentId end,
+                                       const Frame& frame, Segment* out,
+                                       std::uint64_t& present) const {
+  const bool is_block = end - begin > 1;
+  std::uint64_t read = 0;
+  for (index::SegmentId id = begin; id < end; ++id) {
+    if (is_block) prefetchObject(objects_, static_cast<std::size_t>(id));
+    const Object* object = objects_[static_cast<std::size_t>(id)];
+    if (object == nullptr) continue;
+    if (readSegment(*object, frame, bounds_, out[id - begin]) != nullptr) return id;
+    read |= std::uint64_t{1} << (id - begin);
   }
-  return geometry::frameFor(samples.data(), found);
+  present = read;
+  return end;
 }
 
+template <typename S>
+void ObjectSource<S>::refuse(index::SegmentId id, const Frame& frame) const {
+  const auto empty = std::count(objects_.begin(), objects_.begin() + id, nullptr);
+  readObject(call_, *objects_[static_cast<std::size_t>(id)], frame, bounds_,
+             [&] { return "object " + std::to_string(id - empty) + " in order of registration"; });
+  // If the object is readable now, another thread has changed it meanwhile.
+  fibers::throwInvalidArgument(call_,
+                               "an object has changed during the call; change objects after it");
+}
+
+template class ObjectSource<float>;
+template class ObjectSource<double>;
 template const char* readSegment(const fcl::CollisionObject<float>&, const Frame&, Bounds,
                                  Segment&);
 template const char* readSegment(const fcl::CollisionObject<double>&, const Frame&, Bounds,
                                  Segment&);
-template Frame sceneFrame(const std::vector<fcl::CollisionObject<float>*>&, Bounds);
-template Frame sceneFrame(const std::vector<fcl::CollisionObject<double>*>&, Bounds);
 
 }  // namespace fcl_fibers::broadphase

@@ -8,12 +8,12 @@
 
 namespace fcl_fibers::broadphase {
 
-/// Finds the position of a pointer in a vector: a hash table with linear probing that keeps
-/// positions only, eight bytes a pointer. std::unordered_map takes forty and as long to fill as the
-/// tree takes to build.
+/// Finds the position of a pointer in a vector. This is a hash table with linear probing that keeps
+/// only positions, at about eight bytes a pointer. std::unordered_map takes forty bytes, and
+/// filling it takes as long as building the tree.
 ///
-/// A pointer is forgotten by setting it to null in the vector: its slot is passed over from then
-/// on, and its position is never entered again.
+/// To remove a pointer, set it to null in the vector. Its slot is then passed over, and its
+/// position must not be inserted again.
 template <typename T>
 class PointerIndex {
  public:
@@ -39,7 +39,7 @@ class PointerIndex {
     }
   }
 
-  /// Enters the pointer at `position`, unless it is known already; says whether it was new.
+  /// Inserts the pointer at `position` unless it is known already. Returns whether it was new.
   /// @pre reserve() has made room
   bool insert(std::int32_t position) {
     std::int32_t& slot = slots_[slotOf(at(position))];
@@ -48,10 +48,10 @@ class PointerIndex {
     return true;
   }
 
-  /// Takes back the last insert() that has not been taken back. No other was probed past it.
+  /// Undoes the last insert() that was not undone. No other pointer has been probed past it.
   void takeBack(std::int32_t position) { slots_[slotOf(at(position))] = kNotFound; }
 
-  /// Empties the table and keeps its room.
+  /// Empties the table but keeps its memory.
   void forgetAll() { std::fill(slots_.begin(), slots_.end(), kNotFound); }
 
   void clear() { slots_.clear(); }
@@ -63,15 +63,15 @@ class PointerIndex {
   std::size_t next(std::size_t slot) const { return (slot + 1) & (slots_.size() - 1); }
 
   std::size_t homeOf(const T* pointer) const {
-    // Objects registered together mostly lie together, and then so do their slots: 64 kB of
-    // addresses go to one window of slots, that window to anywhere by Fibonacci hashing (Knuth,
-    // TAOCP 3, section 6.4). The order of addresses shows nowhere outside.
+    // Objects registered together mostly lie together in memory, and their slots should, too.
+    // Addresses in 64 kB share a window of slots, which Fibonacci hashing (Knuth, TAOCP 3, section
+    // 6.4) places anywhere. No result depends on addresses.
     const auto key = static_cast<std::uint64_t>(reinterpret_cast<std::uintptr_t>(pointer));
     const std::uint64_t window = ((key >> 16) * 0x9E3779B97F4A7C15u) >> 32;
     return static_cast<std::size_t>(window + (key >> 5 & 0x7FF)) & (slots_.size() - 1);
   }
 
-  /// Where the pointer is, or would be entered.
+  /// The slot of the pointer, or the free slot where it would be inserted.
   std::size_t slotOf(const T* pointer) const {
     std::size_t slot = homeOf(pointer);
     while (slots_[slot] != kNotFound && at(slots_[slot]) != pointer) slot = next(slot);
@@ -79,7 +79,7 @@ class PointerIndex {
   }
 
   const std::vector<T*>& pointers_;
-  std::vector<std::int32_t> slots_;  ///< a power of two, at most two thirds of it in use
+  std::vector<std::int32_t> slots_;  ///< a power of two of slots, at most two thirds in use
 };
 
 }  // namespace fcl_fibers::broadphase

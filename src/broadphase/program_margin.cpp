@@ -20,14 +20,14 @@ double least(const Vec3d& v) { return std::min({v.x, v.y, v.z}); }
 double most(const Vec3d& v) { return std::max({v.x, v.y, v.z}); }
 Vec3d cube(double half) { return {half, half, half}; }
 
-/// Half the size that a box has where the program adds nothing to it, and the margin that the
-/// object has all the same, as the shape's own box has it.
+/// Half the size of the object's box if the program has left that box alone. `margin` is the part
+/// of it that the program has added to the shape's own box.
 struct Form {
   Vec3d half;
   double margin = 0;
 };
 
-/// The same excess on all axes, if it is more than rounding; else 0.
+/// The excess if it is equal on all axes and more than rounding, else 0.
 double evenExcess(const Vec3d& least_excess, const Vec3d& most_excess, double rounding) {
   const double low = least(least_excess), high = most(most_excess);
   return high - low <= 2 * rounding && low > rounding ? high + rounding : 0;
@@ -43,7 +43,7 @@ double marginOfEvenSize(const BoxSize& size, const Form* forms, std::size_t coun
   return margin;
 }
 
-/// Of a box of another pose, by its size alone.
+/// The margin of a box of another pose. Only its size can tell.
 double marginOfSize(const BoxSize& size, const Form* forms, std::size_t count) {
   double margin = marginOfEvenSize(size, forms, count);
   if (margin > 0) return margin;
@@ -62,7 +62,8 @@ BoxSize::BoxSize(const fcl::AABB<S>& box) {
   half = 0.5 * high - 0.5 * low;
   const double farthest = std::max(maxNorm(low), maxNorm(high));
   is_open = farthest > double{std::numeric_limits<S>::max()} / 4;
-  // Each corner is rounded to nearest, and what FCL adds to the position carries three roundings.
+  // FCL rounds each corner to nearest. The extent that it adds to the position carries three
+  // roundings.
   rounding = kEps<S> * (0.75 * farthest + 3 * maxNorm(half)) +
              4 * double{std::numeric_limits<S>::denorm_min()};
 }
@@ -74,8 +75,8 @@ Widening wideningOf(const fcl::CollisionObject<S>& object, double radius, double
   const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
   const BoxSize size(box);
   if (!(least(size.half) >= 0)) return {};  // NaN, or empty
-  // The shape's own box, which the program may have widened too. What it is longer than the shape
-  // does not count: a length that has changed since FCL computed it would show there.
+  // The program may have widened the shape's own box, too. Excess along the axis does not count,
+  // because the length may have changed since FCL computed that box.
   const bool is_sphere = shape.getNodeType() == fcl::GEOM_SPHERE;
   const BoxSize own(shape.aabb_local);
   const Vec3d middle = 0.5 * toVec3(shape.aabb_local.min_) + 0.5 * toVec3(shape.aabb_local.max_);
@@ -86,9 +87,9 @@ Widening wideningOf(const fcl::CollisionObject<S>& object, double radius, double
   const bool is_even = high - low <= own_rounding && maxNorm(middle) <= own_rounding;
   const double in_box = is_even && high > own_rounding ? high : 0;
 
-  // The ball around it, which bounds objects that are turned.
+  // The ball around that box, by which FCL bounds rotated objects.
   const auto ball = static_cast<double>(shape.aabb_radius), usual = norm(own.half);
-  // Where FCL's own box has overflowed, nobody can tell.
+  // If FCL's own box has overflowed, its size tells nothing.
   if (size.is_open) return {0, std::isfinite(ball)};
   double in_ball = in_box;
   if (std::fabs(ball - usual) > own_rounding) {
@@ -102,7 +103,7 @@ Widening wideningOf(const fcl::CollisionObject<S>& object, double radius, double
                        std::fabs(axis.z) * length / 2 + radius};
   Form forms[3] = {{own.half, in_box}, {tight, 0}};
   std::size_t count = 2;
-  // Where both of FCL's boxes are cubes, the pose tells which it is.
+  // If both of FCL's boxes are cubes, the pose tells which one this is.
   const bool may_be_turned =
       !(most(own.half) - least(own.half) <= own_rounding) || !pose.linear().isIdentity();
   if (std::isfinite(ball) && may_be_turned) forms[count++] = {cube(ball), in_ball};
@@ -123,7 +124,8 @@ Widening wideningOf(const fcl::CollisionObject<S>& object, double radius, double
       if (even > 0) margin = std::max(margin, even + forms[i].margin);
     }
     if (margin > 0) return {margin, false};
-    // Widened on one side, or on all and then moved by less than that: both count.
+    // The box was widened on one side, or it was widened on all and the object has moved by less.
+    // Box and margin both count.
     return {marginOfEvenSize(size, forms, count), true};
   }
   if (!is_even) return {std::max(0.0, std::max(high, most(size.half - tight))), false};

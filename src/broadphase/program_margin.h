@@ -7,21 +7,21 @@
 
 namespace fcl_fibers::broadphase {
 
-// What a program has added to FCL's boxes. docs/contract.md, "Boxes that a program widens", has the
-// rule and why it misses nothing.
+// What a program has added to FCL's boxes. docs/contract.md, "Boxes that a program widens", states
+// the rule and why it misses nothing.
 
 /// Half the size of a box, which no translation changes.
 struct BoxSize {
   geometry::Vec3d half;
-  double rounding;  ///< how far the rounding of its corners may have moved half its size
+  double rounding;  ///< bound on the error of `half` from rounding the corners
   bool is_open;     ///< a side is infinite, or as far out as FCL's planes reach
 
   template <typename S>
   explicit BoxSize(const fcl::AABB<S>& box);
 };
 
-/// What is added to the box of a capsule or a sphere: a margin on all sides, which counts as the
-/// object's, or more on some sides than on others, so that the box counts in place of the shape.
+/// What a program has added to the box of a capsule or sphere. A margin that is equal on all sides
+/// counts as the object's. If it is uneven, the box counts in place of the shape.
 struct Widening {
   double margin = 0;
   bool is_uneven = false;
@@ -30,7 +30,7 @@ struct Widening {
 template <typename S>
 Widening wideningOf(const fcl::CollisionObject<S>& object, double radius, double length);
 
-/// What is added to the box of any other shape, if that is of another pose.
+/// The margin of any other shape whose box is of another pose.
 /// @param posed  half the size of the shape's own box in the object's pose
 template <typename S>
 double marginOfOldBox(const fcl::CollisionObject<S>& object, const BoxSize& size,

@@ -18,6 +18,12 @@ struct Box {
   template <int N>
   class Pack;
 
+  /// Around everything.
+  static Box unbounded() {
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    return {{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}};
+  }
+
   FCL_FIBERS_ALWAYS_INLINE static Box around(const Segment& segment, double padding) {
     const double r = segment.thickness() + padding + endPointError(segment);
     const Vec3d low = min(segment.a, segment.b);
@@ -52,7 +58,7 @@ class alignas(4 * N) Box::Pack {
     }
     return !differs;
   }
-  /// As set(); says whether it made a difference.
+  /// Sets the box and returns whether it has changed.
   FCL_FIBERS_ALWAYS_INLINE bool replace(int lane, const Box& box) {
     if (holds(lane, box)) return false;
     set(lane, box);
@@ -70,7 +76,7 @@ class alignas(4 * N) Box::Pack {
   const float* low(int axis) const { return low_[axis]; }
   const float* high(int axis) const { return high_[axis]; }
 
-  /// The least box around all; empty (low > high) if there is none.
+  /// The least box around all of them; it is empty (low > high) if all lanes are clear.
   Box unite() const {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     Box box{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};

@@ -5,12 +5,13 @@
 #define HWY_TARGET_INCLUDE "geometry/capsule_test.cpp"
 #include <hwy/foreach_target.h>
 
-#include "geometry/lanes-inl.h"
+#include "simd/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace fcl_fibers::geometry::HWY_NAMESPACE {
 
-using Float8 = Lanes<8>;
+using simd::LaneMask;
+using Float8 = simd::HWY_NAMESPACE::Lanes<8>;
 
 struct Vec3Lanes {
   Float8 x, y, z;
@@ -25,7 +26,8 @@ FCL_FIBERS_ALWAYS_INLINE Float8 dot(const Vec3Lanes& a, const Vec3Lanes& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
-/// How far the tangent plane of a convex function falls from x to the end of [0, 1] downhill.
+/// How far the tangent plane of a convex function falls from x to the end of [0, 1] that is
+/// downhill.
 FCL_FIBERS_ALWAYS_INLINE Float8 fall(const Float8& slope, const Float8& x) {
   return max(slope * x, slope * (x - Float8::all(1)));
 }
@@ -35,9 +37,9 @@ struct Verdict8 {
 };
 
 /// The squared distance of two points of the axes, f(s, t) = |w + s u - t v|^2, is convex over the
-/// unit square: at any point of it, f is an upper bound of its minimum, and f less the fall of the
-/// tangent plane a lower one (Frank and Wolfe, 1956). So s and t need not be exact; what has to be
-/// bounded is the rounding of f and of its slopes.
+/// unit square. So f at any point is an upper bound of its minimum, and f minus the fall of the
+/// tangent plane is a lower bound (Frank and Wolfe, 1956). Hence s and t need not be exact; only
+/// the rounding of f and of its slopes has to be bounded.
 FCL_FIBERS_ALWAYS_INLINE Verdict8 decide8(const CapsulePairs& pairs, int i) {
   const auto w = Vec3Lanes::load(pairs.w(0), pairs.w(1), pairs.w(2), i);
   const auto u = Vec3Lanes::load(pairs.u(0), pairs.u(1), pairs.u(2), i);
@@ -46,7 +48,7 @@ FCL_FIBERS_ALWAYS_INLINE Verdict8 decide8(const CapsulePairs& pairs, int i) {
   const Float8 error = Float8::load(pairs.error().data() + i);
   const auto all = [](float x) HWY_ATTR { return Float8::all(x); };
 
-  // Closest points of the lines, then each clamped in turn.
+  // The closest points of the lines, each clamped in turn.
   const Float8 uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), uw = dot(u, w), vw = dot(v, w);
   Float8 s = quotientInUnitInterval(uv * vw - uw * vv, uu * vv - uv * uv);
   const Float8 t = quotientInUnitInterval(uv * s + vw, vv);
@@ -56,10 +58,10 @@ FCL_FIBERS_ALWAYS_INLINE Verdict8 decide8(const CapsulePairs& pairs, int i) {
   const Float8 distance = squareRoot(dot(r, r));
   const Float8 gap = all(2) * (fall(dot(u, r), s) + fall(all(0) - dot(v, r), t));
 
-  // With e = 2^-24 and m = |w| + |u| + |v|, which is at most sqrt(3 (|w|^2 + |u|^2 + |v|^2)): the
-  // vector r carries an error of 4 e m, a conversion to float included, its length another 4 e of
-  // itself, and a slope 4 e m |u| + 6 e |u| |r|. Each bound below is wider by a fifth or more,
-  // which covers its own rounding.
+  // With e = 2^-24, let m = |w| + |u| + |v|, which is at most sqrt(3 (|w|^2 + |u|^2 + |v|^2)). The
+  // vector r carries an error of 4 e m, including a conversion to float. Its length carries another
+  // 4 e of itself, and a slope 4 e m |u| + 6 e |u| |r|. Each bound below is wider by at least a
+  // fifth, which covers its own rounding.
   constexpr float kEps = 0x1p-24f;
   const Float8 squares = dot(w, w) + uu + vv;
   const Float8 m = squareRoot(all(3) * squares);
@@ -72,7 +74,7 @@ FCL_FIBERS_ALWAYS_INLINE Verdict8 decide8(const CapsulePairs& pairs, int i) {
   const Float8 least = nearest * nearest * all(1 - 8 * kEps);
   const Float8 enough = (reach_up * reach_up + gap + all(2) * slope_error) * all(1 + 16 * kEps);
 
-  // Where products overflow or vanish the above does not hold.
+  // The bounds do not hold if products overflow or vanish.
   const auto in_range = (all(0x1p-40f) <= squares) & (squares <= all(0x1p40f));
   const auto touching = (farthest <= reach * all(1 - 8 * kEps)) & in_range;
   const auto apart = (enough <= least) & in_range;
@@ -93,9 +95,11 @@ CapsulePairs::Verdict decide(const CapsulePairs& pairs) {
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-#include "geometry/simd.h"
+#include "simd/dispatch.h"
 
 namespace fcl_fibers::geometry {
+
+HWY_EXPORT(decide);
 
 CapsulePairs::Verdict CapsulePairs::decide() {
   // The last eight may be incomplete.
@@ -105,10 +109,8 @@ CapsulePairs::Verdict CapsulePairs::decide() {
     }
     reach_[i] = error_[i] = 0;
   }
-  using Decide = Verdict (*)(const CapsulePairs&);
-#define FCL_FIBERS_DECIDE(NAMESPACE) &NAMESPACE::decide
-  return FCL_FIBERS_BEST_TARGET(Decide, FCL_FIBERS_DECIDE)(*this);
-#undef FCL_FIBERS_DECIDE
+  simd::readEnvironment();
+  return HWY_DYNAMIC_DISPATCH(decide)(*this);
 }
 
 }  // namespace fcl_fibers::geometry

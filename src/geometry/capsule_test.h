@@ -4,19 +4,19 @@
 #include <array>
 #include <cstdint>
 
-#include "geometry/always_inline.h"
 #include "geometry/segment.h"
+#include "simd/always_inline.h"
 
 namespace fcl_fibers::geometry {
 
-/// A block of pairs of capsules, to be tested many at a time in float. Each pair is kept relative
-/// to itself, so that nothing is lost far from the origin.
+/// A block of pairs of capsules, which are tested many at a time in float. Each pair is kept
+/// relative to one of its own points, so nothing is lost far from the origin.
 class CapsulePairs {
  public:
   static constexpr int kCapacity = 64;
 
-  /// @param unit  a power of two that brings the scene's usual segment to a size of the order of
-  ///              one; pairs 2^20 times larger or smaller are left undecided
+  /// @param unit  a power of two that brings the usual segment to a size of about one; pairs that
+  ///              are 2^20 times larger or smaller stay undecided
   explicit CapsulePairs(double unit) : unit_(unit) {}
 
   int size() const { return size_; }
@@ -24,7 +24,7 @@ class CapsulePairs {
 
   /// @pre size() < kCapacity
   /// @param margin  pairs this close count as touching
-  /// @param error   how far the four end points together may lie from where they should
+  /// @param error   bounds the error of all four end points together
   FCL_FIBERS_ALWAYS_INLINE void add(const Segment& p, const Segment& q, double margin,
                                     double error) {
     const auto put = [&](std::array<float, kCapacity>* row, const Vec3d& v) {
@@ -35,17 +35,17 @@ class CapsulePairs {
     put(w_, p.a - q.a);
     put(u_, p.b - p.a);
     put(v_, q.b - q.a);
-    // A box is no capsule: NaN lets no comparison hold.
+    // A box is not a capsule: with NaN no comparison holds, so the pair stays undecided.
     const bool boxed = p.isBox() || q.isBox();
     reach_[index()] = boxed ? __builtin_nanf("") : toFloat(p.radius + q.radius + margin);
     error_[index()] = toFloat(error);
     ++size_;
   }
 
-  /// For each pair whether it touches, does not, or is too close to call in float: as touch() would
-  /// say with its double arithmetic. The same on every instruction set.
+  /// Whether each pair touches, is apart, or is too close to decide in float. A decision is that of
+  /// touch(), and the same on every instruction set.
   struct Verdict {
-    std::array<std::uint8_t, kCapacity / 8> touching;  ///< one bit a pair
+    std::array<std::uint8_t, kCapacity / 8> touching;  ///< one bit per pair
     std::array<std::uint8_t, kCapacity / 8> apart;
   };
   Verdict decide();
@@ -60,14 +60,14 @@ class CapsulePairs {
 
  private:
   std::size_t index() const { return static_cast<std::size_t>(size_); }
-  /// Out of float's range the conversion gives infinity, which no comparison lets pass.
+  /// Beyond float's range the conversion gives infinity, with which no comparison holds.
   float toFloat(double x) const { return static_cast<float>(unit_ * x); }
 
   double unit_;
   int size_ = 0;
-  alignas(64) Row w_[3];  ///< from the second capsule's first end to the first's
-  alignas(64) Row u_[3];  ///< along the first
-  alignas(64) Row v_[3];  ///< along the second
+  alignas(64) Row w_[3];  ///< from the second capsule's first end to the first capsule's
+  alignas(64) Row u_[3];  ///< along the first capsule
+  alignas(64) Row v_[3];  ///< along the second capsule
   alignas(64) Row reach_;
   alignas(64) Row error_;
 };

@@ -5,19 +5,19 @@
 
 namespace fcl_fibers::geometry {
 
-/// Where two capsules touch, or would touch first; fcl_fibers::Contact says more.
+/// Where two capsules touch, or would touch first; see fcl_fibers::Contact.
 struct CapsuleContact {
   double s, t;             ///< arc parameters of the axis points
-  double distance;         ///< from surface to surface
+  double distance;         ///< between the surfaces
   Vec3d point_a, point_b;  ///< on the surfaces
-  Vec3d normal;            ///< of length one, from p to q
+  Vec3d normal;            ///< unit vector from p to q
 };
 
-/// Why a capsule is refused and what to do, or nullptr.
+/// Why a capsule is refused and what to do, or nullptr if it is valid.
 const char* contactProblem(const Segment& capsule);
 
 /// The contact of two capsules whose coordinates are relative to `origin`.
-/// @pre contactProblem() has nothing against them
+/// @pre contactProblem() is nullptr for both
 CapsuleContact capsuleContact(const Segment& p, const Segment& q, const Vec3d& origin);
 
 }  // namespace fcl_fibers::geometry

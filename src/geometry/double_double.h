@@ -5,28 +5,29 @@
 
 namespace fcl_fibers::geometry {
 
-/// An unevaluated sum of two doubles, about 32 decimal digits: Dekker, A floating-point technique
-/// for extending the available precision, 1971. `std::fma` is used for an exact product only, so it
-/// gives the same bits whether the machine has the instruction or not.
+/// An unevaluated sum of two doubles with about 32 decimal digits: Dekker, A floating-point
+/// technique for extending the available precision, 1971. `std::fma` is used only for an exact
+/// product, so the bits are the same whether or not the machine has the instruction.
 struct DoubleDouble {
   double high = 0;
   double low = 0;
 
   DoubleDouble() = default;
-  DoubleDouble(double value) : high(value) {}  // NOLINT: a double is one, exactly
+  DoubleDouble(double value) : high(value) {}  // NOLINT: the conversion is exact
   DoubleDouble(double h, double l) : high(h), low(l) {}
 
   explicit operator double() const { return high; }
 };
 
-/// a + b without error, for any two doubles: Knuth, TAOCP 2, section 4.2.2.
+/// a + b without error, for any two doubles: Knuth, The Art of Computer Programming 2, section
+/// 4.2.2.
 inline DoubleDouble exactSum(double a, double b) {
   const double sum = a + b;
   const double b_part = sum - a;
   return {sum, (a - (sum - b_part)) + (b - b_part)};
 }
 
-/// The same where |a| >= |b|.
+/// a + b without error if |a| >= |b|: Dekker, 1971.
 inline DoubleDouble renormalized(double a, double b) {
   const double sum = a + b;
   return {sum, b - (sum - a)};

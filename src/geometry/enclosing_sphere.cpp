@@ -12,15 +12,16 @@ namespace {
 
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 
-/// Weights this far below 0 are taken for rounding. A sphere that is less than the least by so much
-/// of a basis' extent is as good: it is made to enclose everything in the end.
+/// Weights this far below 0 count as rounding. A sphere that is smaller than the least by so much
+/// of its basis' extent is good enough, because in the end it is made to enclose everything.
 constexpr double kWeightTolerance = 1e-9;
 
-/// Balls that stand out by less, relative to the sphere, are taken for enclosed while searching.
+/// During the search, balls that stand out by less than this, relative to the sphere, count as
+/// enclosed.
 constexpr double kOutTolerance = 64 * kEps;
 
-/// Solves the symmetric positive definite system G x = p and G y = q of size n <= 3 by Gaussian
-/// elimination, which needs no pivoting then; false if G is singular to working precision.
+/// Solves the symmetric positive definite systems G x = p and G y = q of size n <= 3 by Gaussian
+/// elimination, which then needs no pivoting. Returns false if G is singular to working precision.
 bool solveSpd(double (&g)[3][3], double (&p)[3], double (&q)[3], int n) {
   constexpr double kSingular = 1e-14;
   double diagonal[3];
@@ -45,7 +46,7 @@ bool solveSpd(double (&g)[3][3], double (&p)[3], double (&q)[3], int n) {
   return true;
 }
 
-/// The ball that stands out farthest from `center`, and how far its far side is.
+/// The ball that stands out farthest from `center`, and the distance of its far side.
 struct Farthest {
   int ball;
   double reach;
@@ -55,7 +56,7 @@ Farthest farthestFrom(const Vec3d& center, const Ball* balls, int count) {
   Farthest farthest{0, -1};
   for (int i = 0; i < count; ++i) {
     const double squared = squaredNorm(balls[i].center - center);
-    // A square root only for a new farthest.
+    // The square root is taken only for a new farthest ball.
     const double slack = farthest.reach - balls[i].radius;
     if (slack < 0 || squared > slack * slack) {
       const double reach = std::sqrt(squared) + balls[i].radius;
@@ -69,10 +70,10 @@ bool encloses(const Ball& outer, const Ball& inner) {
   return norm(inner.center - outer.center) + inner.radius <= outer.radius * (1 + kOutTolerance);
 }
 
-/// The minimum enclosing sphere of the start's balls and one more, which is in the new basis. The
-/// subsets are tried from small to large: the first whose least sphere encloses the rest is it.
-/// Where rounding lets none pass, as it may among nearly collinear centres, it is the sphere that
-/// has to grow least to enclose all.
+/// The minimum enclosing sphere of the start's balls and one more, which is in the new basis.
+/// Subsets are tried from small to large; the first whose least sphere encloses the rest is the
+/// basis. If rounding lets none pass, as among nearly collinear centres, the result is the sphere
+/// that has to grow least to enclose all.
 std::optional<EnclosingSphere> withBall(const Ball* balls, const Basis& start, int entering) {
   std::array<Ball, 5> all;
   int all_count = 0;
@@ -98,7 +99,7 @@ std::optional<EnclosingSphere> withBall(const Ball* balls, const Basis& start, i
       if (!support) continue;
       const Vec3d& center = support->ball.center;
       const double reach = farthestFrom(center, all.data(), all_count).reach;
-      // The centre is rounded where it is, which may be far from the origin.
+      // The rounding of the centre grows with its distance from the origin.
       const double rounding = kOutTolerance * support->ball.radius + 4 * kEps * maxNorm(center);
       if (support->isLeast() && reach <= support->ball.radius + rounding) {
         return EnclosingSphere{support->ball, basis};
@@ -121,9 +122,9 @@ bool Basis::contains(int index) const {
 
 std::optional<SupportSphere> supportSphere(const Ball* const* balls, int count) {
   assert(count >= 1 && count <= 4);
-  // Relative to the first ball's centre: tangency to ball i, |x - q_i| = rho - r_i, minus the same
-  // for ball 0 is linear, q_i . x = b_i + rho a_i. With x = f + rho e in the span of the q_i,
-  // tangency to ball 0 leaves a quadratic equation for rho.
+  // Coordinates are relative to the first ball's centre. Tangency to ball i is |x - q_i| = rho -
+  // r_i. The same for ball 0, subtracted, makes it linear: q_i . x = b_i + rho a_i. With x = f +
+  // rho e in the span of the q_i, tangency to ball 0 is a quadratic equation for rho.
   const Ball& base = *balls[0];
   if (count == 1) return SupportSphere{base, {1, 0, 0, 0}};
 
@@ -157,7 +158,7 @@ std::optional<SupportSphere> supportSphere(const Ball* const* balls, int count) 
   } else {
     const double discriminant = half_linear * half_linear - quadratic * constant;
     if (discriminant < 0) return std::nullopt;
-    // The root without cancellation first, the other from the product of both.
+    // The root without cancellation first, then the other from the product of both.
     const double sum = half_linear + std::copysign(std::sqrt(discriminant), half_linear);
     root[0] = sum / quadratic;
     root[1] = sum == 0 ? root[0] : constant / sum;
@@ -188,8 +189,8 @@ EnclosingSphere enclosingSphere(const Ball* balls, int count, const Basis& start
   Farthest farthest = farthestFrom(sphere.ball.center, balls, count);
   while (farthest.reach > sphere.ball.radius * (1 + kOutTolerance)) {
     const auto grown = withBall(balls, sphere.basis, farthest.ball);
-    // The radius of a basis grows strictly, so no basis comes twice; where rounding has stopped
-    // it, the sphere is the least to working precision.
+    // The radius of the basis grows strictly, so no basis comes twice. If rounding has stopped it,
+    // the sphere is the least to working precision.
     if (!grown || !(grown->ball.radius > sphere.ball.radius)) break;
     sphere = *grown;
     farthest = farthestFrom(sphere.ball.center, balls, count);

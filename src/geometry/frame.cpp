@@ -21,8 +21,8 @@ Frame frameFor(Segment* samples, std::size_t count) {
                      maxNorm(s->b - frame.origin) + s->thickness()});
   }
   if (size > 0 && std::isfinite(size)) {
-    // The scene's size becomes 2^50: squares of a scene that grows a thousandfold still fit float,
-    // and so do those of lengths 10^30 times smaller, such as all others have where one object is
+    // The size becomes 2^50. Squares still fit float if the scene grows a thousandfold, and squares
+    // of lengths 10^30 times smaller do too, such as those of all other segments if one object is
     // far out. The scale itself stays away from the ends of double's range.
     frame.scale = std::ldexp(1.0, std::clamp(50 - std::ilogb(size), -1000, 1000));
   }

@@ -12,9 +12,9 @@
 
 namespace fcl_fibers::geometry {
 
-/// The frame in which a scene is kept: q = scale (p - origin). With the origin among the segments,
-/// float bounds are tight wherever in the world the scene is; with a scale that puts its size
-/// between the ends of float's range, squares of lengths neither overflow nor vanish.
+/// The frame in which an index keeps its segments: q = scale (p - origin). Its origin is among the
+/// segments, so float bounds are tight wherever in the world they are. Its scale puts their extent
+/// between the ends of float's range, so squares of lengths neither overflow nor vanish.
 struct Frame {
   Vec3d origin{0, 0, 0};
   double scale = 1;  ///< a power of two, so that scaling is exact
@@ -22,30 +22,37 @@ struct Frame {
   Vec3d fromWorld(const Vec3d& p) const { return scale * (p - origin); }
 };
 
-/// A frame for segments of which these are a sample, whose order is changed: its origin is their
-/// median, so that bounds are tightest where most segments are, whatever lies far out.
+/// Whether squares of the coordinates fit float, so that volumes are tight, or the segment is
+/// unbounded.
+inline bool isInFloatRange(const Segment& segment) {
+  const double size = std::max(maxNorm(segment.a), maxNorm(segment.b)) + segment.thickness();
+  return size <= 0x1p62 || !isBounded(segment);
+}
+
+/// A frame for segments of which `samples` are a sample, whose order is changed. Its origin is
+/// their median, so bounds are tightest where most segments are, whatever lies far out.
 Frame frameFor(Segment* samples, std::size_t count);
 
-/// Takes segments and volumes of one frame into another, rounding outward. Between frames of sizes
-/// or places so different that coordinates overflow, volumes become unbounded.
+/// Takes segments and volumes from one frame into another, rounding outward. If coordinates
+/// overflow because sizes or places of the frames differ too much, volumes become unbounded.
 class FrameChange {
  public:
-  /// Volumes grow by `growth`, a length in the frame `to`; negative shrinks them.
+  /// @param growth  length in the frame `to` by which volumes grow; they shrink if it is negative
   FrameChange(const Frame& from, const Frame& to, double growth = 0)
       : scale_(std::min(to.scale / from.scale, std::numeric_limits<double>::max())),
         shift_(to.fromWorld(from.origin)),
         growth_(growth) {}
 
-  /// Lengths of `to` per length of `from`; finite.
+  /// The length in `to` of a unit of `from`; finite.
   double scale() const { return scale_; }
 
-  /// Not finite where coordinates overflow.
+  /// The result is not finite if coordinates overflow.
   Segment operator()(const Segment& s) const {
     return {scale_ * s.a + shift_, scale_ * s.b + shift_, scale_ * s.radius};
   }
 
-  /// How far the result may lie from an exact change of frame. The shift carries one rounding and
-  /// so does each of the two operations, all of numbers no larger than shift and result together.
+  /// Bounds how far the result lies from an exact change of frame. The shift and each of the two
+  /// operations carry one rounding, of numbers no larger than shift and result together.
   double error(const Segment& result) const {
     return endPointError(result) + 8 * kEps * maxNorm(shift_);
   }
@@ -54,11 +61,12 @@ class FrameChange {
     Box result;
     const double shift[3] = {shift_.x, shift_.y, shift_.z};
     for (int axis = 0; axis < 3; ++axis) {
-      // The roundings above, as lengths: float's outward step covers those relative to the result.
+      // The roundings of error(), as lengths. The outward step of float covers those relative to
+      // the result.
       const double padding = growth_ + 4 * kEps * std::fabs(shift[axis]);
       const double low = scale_ * double{box.low[axis]} + shift[axis] - padding;
       const double high = scale_ * double{box.high[axis]} + shift[axis] + padding;
-      // NaN is what an infinite shift leaves.
+      // An infinite shift leaves NaN.
       result.low[axis] = std::isnan(low) ? -kInfinity : roundedDown(low);
       result.high[axis] = std::isnan(high) ? kInfinity : roundedUp(high);
     }
@@ -82,7 +90,7 @@ class FrameChange {
   double growth_;
 };
 
-/// The change that changes nothing.
+/// The identity change of frame.
 struct SameFrame {
   double scale() const { return 1; }
   template <class Volume>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// The tests of packs for the instruction set that this file is compiled for.
+// The tests of packs for the instruction set that the including file is compiled for.
 #include "geometry/overlap-inl.h"
 
 namespace fcl_fibers::geometry {

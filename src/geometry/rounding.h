@@ -7,25 +7,25 @@
 
 namespace fcl_fibers::geometry {
 
-// Bounds are kept as floats, whatever the scene's scalar: half the memory, twice the lanes. They
-// are moved outward by one ulp of float before they are rounded, so by one to two in all, and by
-// the smallest normal float, so that nothing depends on how the machine treats subnormals.
+// Bounds are floats, whatever the scalar of the scene. Before rounding they are moved outward by
+// one ulp of float, so by one to two in all, and by the smallest normal float, so that nothing
+// depends on how the machine treats subnormals.
 
 inline float nearestFloat(double x) {
   constexpr double kLargest = std::numeric_limits<float>::max();
   return static_cast<float>(std::min(std::max(x, -kLargest), kLargest));
 }
 
-/// A float not above x, -infinity below the range of float.
+/// A float not above x; -infinity if x is below the range of float.
 inline float roundedDown(double x) {
   constexpr double kUlp = std::numeric_limits<float>::epsilon();
   constexpr double kLeast = std::numeric_limits<float>::min();
   constexpr double kLargest = std::numeric_limits<float>::max();
   const double below = x - (std::fabs(x) * kUlp + kLeast);
-  return static_cast<float>(below < kLargest ? below : kLargest);  // also where x is infinite
+  return static_cast<float>(below < kLargest ? below : kLargest);  // also if x is infinite
 }
 
-/// A float not below x, infinity above the range of float.
+/// A float not below x; infinity if x is above the range of float.
 inline float roundedUp(double x) { return -roundedDown(-x); }
 
 }  // namespace fcl_fibers::geometry

@@ -3,14 +3,14 @@
 
 #include <limits>
 
-#include "geometry/always_inline.h"
 #include "geometry/vec3.h"
+#include "simd/always_inline.h"
 
 namespace fcl_fibers::geometry {
 
-/// One capsule: all points within `radius` of the line from a to b, in the scene's frame. Something
-/// known by its box alone is kept as the diagonal of that box; box and enclosing sphere of the
-/// diagonal, taken with radius 0, are those of the box.
+/// One capsule: all points within `radius` of the line from a to b, in the frame of the index. An
+/// object of which only the box is known is kept as the diagonal of that box: box and enclosing
+/// sphere of the diagonal, with radius 0, are those of the box.
 struct Segment {
   Vec3d a, b;
   double radius;  ///< negative: a and b are the low and high corner of a box
@@ -24,20 +24,34 @@ struct Segment {
   }
 };
 
-/// How far the stored end points may lie from those that pose and length define. In the scene's
-/// frame a = t - h and b = t + h, where t and h carry one and one and a half roundings of their own
-/// size, which is at most that of a and b; the sum adds half of one. That makes three halves of
-/// eps and sqrt(3) for three axes; the constant 8 leaves room for the rotation's own rounding.
-FCL_FIBERS_ALWAYS_INLINE double endPointError(const Segment& segment) {
-  constexpr double kEps = std::numeric_limits<double>::epsilon();
-  return 8 * kEps * std::max(maxNorm(segment.a), maxNorm(segment.b));
+/// The largest finite coordinate of a box that is unbounded on a side. It stays out of the loops
+/// over capsules, which never call it.
+[[gnu::noinline, gnu::cold]] inline double largestFinite(const Segment& segment) {
+  double largest = 0;
+  for (const Vec3d* corner : {&segment.a, &segment.b}) {
+    for (const double x : {corner->x, corner->y, corner->z}) {
+      if (std::isfinite(x)) largest = std::max(largest, std::fabs(x));
+    }
+  }
+  return largest;
 }
 
-/// Whether all coordinates are finite: true of a capsule that was read, not of a box open to a
+/// Bounds how far the stored end points lie from those that pose and length define. In the frame of
+/// the index a = t - h and b = t + h. Here t carries one rounding of its own size and h one and a
+/// half; each is at most the size of a and b. The sum adds half a rounding. That makes three halves
+/// of eps, times sqrt(3) for three axes; the constant 8 leaves room for the rotation's own
+/// rounding.
+FCL_FIBERS_ALWAYS_INLINE double endPointError(const Segment& segment) {
+  constexpr double kEps = std::numeric_limits<double>::epsilon();
+  const double largest = std::max(maxNorm(segment.a), maxNorm(segment.b));
+  const bool is_open = segment.isBox() && largest > std::numeric_limits<double>::max();
+  return 8 * kEps * (is_open ? largestFinite(segment) : largest);
+}
+
+/// Whether all coordinates are finite, as those of every capsule are. A box may be unbounded on a
 /// side.
 inline bool isBounded(const Segment& segment) {
-  // Infinities and NaN survive addition; coordinates so large that their sum does not fit are as
-  // bad.
+  // Infinities and NaN survive addition. Coordinates whose sum overflows count as unbounded too.
   return std::isfinite(segment.a.x + segment.a.y + segment.a.z + segment.b.x + segment.b.y +
                        segment.b.z);
 }

@@ -8,7 +8,7 @@
 namespace fcl_fibers::geometry {
 namespace {
 
-/// Squared distance of the points at s and t, and how much it may exceed the least one.
+/// The squared distance at s and t, and how much it may exceed the least one.
 template <typename T>
 struct Certified {
   T s, t;
@@ -38,9 +38,9 @@ class SquaredDistance {
     return atClosestOfSecond(s);
   }
 
-  /// The same with the first segment's part across the second in place of the determinant, which
-  /// loses twice as many digits when angles are small. An error of s then moves the points along
-  /// two lines so nearly parallel that their distance does not feel it.
+  /// This uses the part of the first segment across the second in place of the determinant, which
+  /// loses twice as many digits at small angles. An error of s then moves the points along two
+  /// lines that are so nearly parallel that their distance hardly changes.
   Certified<T> atClosestByProjection() const {
     const T share = quotient(uv_, vv_);
     const Vec3<T> across = u_ - share * v_;
@@ -48,7 +48,7 @@ class SquaredDistance {
     return atClosestOfSecond(clamped(quotient(T(-1) * dot(apart, across), squaredNorm(across))));
   }
 
-  /// The best of the two above and the four end points: where the segments are nearly parallel the
+  /// The best of atClosest() and the four end points. If the segments are nearly parallel, the
   /// determinant is noise, and f is so flat that one of the ends is as good as the minimum.
   Certified<T> atBestCandidate() const {
     Certified<T> best = atClosest();
@@ -59,7 +59,7 @@ class SquaredDistance {
     return best;
   }
 
-  /// From the second segment's point to the first's.
+  /// The vector from the second segment's point to the first's.
   Vec3<T> between(const T& s, const T& t) const { return w_ + s * u_ - t * v_; }
 
  private:
@@ -82,9 +82,9 @@ class SquaredDistance {
     return at(clamped(quotient(uv_ * t - uw_, uu_)), t);
   }
 
-  /// A convex function lies above its tangent plane, so f is nowhere in the square less than
-  /// f(s, t) by more than the plane falls within it (Frank and Wolfe, 1956). This holds whatever
-  /// arithmetic found s and t.
+  /// A convex function lies above its tangent plane, so f in the square is less than f(s, t) by at
+  /// most the fall of the plane (Frank and Wolfe, 1956). This holds whatever arithmetic found s and
+  /// t.
   Certified<T> at(const T& s, const T& t) const {
     const Vec3<T> r = between(s, t);
     const T slope_s = T(2) * dot(u_, r);
@@ -99,7 +99,7 @@ class SquaredDistance {
   T uu_, vv_, uv_, uw_, vw_;
 };
 
-/// The sum of the 1-norms of w, u and v, in terms of which rounding is bounded.
+/// The sum of the 1-norms of w, u and v, by which rounding is bounded.
 double sizeOf(const Segment& p, const Segment& q) {
   const auto norm1 = [](const Vec3d& d) {
     return std::fabs(d.x) + std::fabs(d.y) + std::fabs(d.z);
@@ -107,14 +107,14 @@ double sizeOf(const Segment& p, const Segment& q) {
   return norm1(p.a - q.a) + norm1(p.b - p.a) + norm1(q.b - q.a);
 }
 
-/// Bounds the rounding of `squared - gap` in double for a pair of size m: the vector r carries an
-/// error of 3 eps m, its square 9 eps m^2, each slope 13 eps m^2.
+/// Bounds the rounding of `squared - gap` in double for a pair of size m. The vector r carries an
+/// error of 3 eps m, its square 9 eps m^2, and each slope 13 eps m^2.
 double roundingFor(double m) { return 64 * std::numeric_limits<double>::epsilon() * m * m; }
 
-/// Products of four lengths of this size neither overflow nor vanish.
+/// Whether products of four lengths of this size neither overflow nor vanish.
 bool isWellScaled(double m) { return m > 0x1p-200 && m < 0x1p200; }
 
-/// The power of two that brings a pair to a size of the order of one.
+/// The power of two that brings a pair to a size of about one.
 double scaleFor(const Segment& p, const Segment& q, double m) {
   if (m < 1) return std::ldexp(1.0, std::min(-std::ilogb(m), 1000));
   const double largest = std::max({maxNorm(p.a), maxNorm(p.b), maxNorm(q.a), maxNorm(q.b)});
@@ -130,7 +130,7 @@ bool wellScaledAxesWithin(const Segment& p, const Segment& q, double m, double r
   const double rounding = roundingFor(m);
   if (rough.squared - rough.gap - rounding > reach_squared) return false;
 
-  // Near the boundary, or nearly parallel. DoubleDouble rounds to 2^-104 where double rounds to
+  // The pair is near the boundary, or nearly parallel. DoubleDouble rounds to 2^-104, double to
   // 2^-52.
   const Certified<DoubleDouble> fine = SquaredDistance<DoubleDouble>(p, q).atBestCandidate();
   return fine.squared - fine.gap <=
@@ -140,7 +140,7 @@ bool wellScaledAxesWithin(const Segment& p, const Segment& q, double m, double r
 ClosestPoints wellScaledClosestPoints(const Segment& p, const Segment& q, double m) {
   const SquaredDistance<double> rough(p, q);
   const Certified<double> best = rough.atClosestByProjection();
-  // So close that rounding would show in the direction.
+  // Closer points need more digits, or rounding would show in the direction.
   constexpr double kNear = 0x1p-20;
   if (best.squared > kNear * kNear * m * m) {
     return {best.s, best.t, -1.0 * rough.between(best.s, best.t)};
@@ -156,10 +156,10 @@ ClosestPoints wellScaledClosestPoints(const Segment& p, const Segment& q, double
 bool axesWithin(const Segment& p, const Segment& q, double reach) {
   const double m = sizeOf(p, q);
   if (isWellScaled(m)) return wellScaledAxesWithin(p, q, m, reach);
-  if (m == 0) return true;  // two points in one place
+  if (m == 0) return true;  // both segments are one point
   if (!std::isfinite(m)) return true;
   const double scale = scaleFor(p, q, m);
-  // A reach far beyond the pair's size must not overflow either.
+  // The scaled reach must not overflow either.
   return axesWithin(scaled(p, scale), scaled(q, scale), std::min(scale * reach, 0x1p200));
 }
 

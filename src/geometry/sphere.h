@@ -10,7 +10,7 @@
 
 namespace fcl_fibers::geometry {
 
-/// A ball in double, as the enclosing-sphere algorithms need it.
+/// A ball in double, for the algorithms of enclosing spheres.
 struct Ball {
   Vec3d center;
   double radius;
@@ -19,23 +19,30 @@ struct Ball {
     return p.center == q.center && p.radius == q.radius;
   }
 
+  static Ball unbounded() { return {{0, 0, 0}, std::numeric_limits<double>::infinity()}; }
+  bool isUnbounded() const { return radius > std::numeric_limits<double>::max(); }
+
   /// The least ball around a capsule thickened by padding.
   static Ball around(const Segment& segment, double padding) {
+    if (segment.isBox() && !isBounded(segment)) return unbounded();
     constexpr double kRoundUp = 1 + 16 * std::numeric_limits<double>::epsilon();
     const Vec3d center = midpoint(segment);
-    // From the rounded centre, so that both ends are inside whatever the rounding.
+    // The distances are from the rounded centre, so both ends are inside whatever the rounding.
     const double half = std::max(norm(segment.a - center), norm(segment.b - center));
     return {center, (half + segment.thickness() + padding + endPointError(segment)) * kRoundUp};
   }
 };
 
-/// A sphere with its inside, closed.
+/// A closed ball in float.
 struct Sphere {
   float center[3];
   float radius;
 
   template <int N>
   class Pack;
+
+  /// Around everything.
+  static Sphere unbounded() { return {{0, 0, 0}, std::numeric_limits<float>::infinity()}; }
 
   static Sphere around(const Ball& ball) {
     const float x = nearestFloat(ball.center.x);

@@ -23,7 +23,8 @@ Interval extent(const Segment& s, double Vec3d::*axis) {
 
 double finiteOrZero(double x) { return std::isfinite(x) ? x : 0; }
 
-/// A lower bound of the gap between two boxes along an axis; not positive if they overlap there.
+/// A lower bound of the gap between two boxes along an axis. It is not positive if they overlap
+/// there.
 double gapLowerBound(const Segment& p, const Segment& q, double Vec3d::*axis) {
   const Interval i = extent(p, axis), j = extent(q, axis);
   const double gap = std::max(i.low - j.high, j.low - i.high);
@@ -54,11 +55,11 @@ double boxDistanceLowerBound(const Segment& p, const Segment& q) {
   double gaps[3], largest = 0;
   for (int i = 0; i < 3; ++i) {
     const double gap = gapLowerBound(p, q, kAxes[i]);
-    gaps[i] = gap > 0 ? gap : 0;  // NaN is where both are infinite
+    gaps[i] = gap > 0 ? gap : 0;  // NaN if both are infinite
     largest = std::max(largest, gaps[i]);
   }
   if (largest == 0 || !std::isfinite(largest)) return largest;
-  // Scaled, for squares overflow.
+  // Gaps are scaled because squares may overflow.
   double squared = 0;
   for (const double gap : gaps) squared += (gap / largest) * (gap / largest);
   return std::sqrt(squared) * (1 - 8 * kEps) * largest;

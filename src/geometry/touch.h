@@ -5,12 +5,12 @@
 
 namespace fcl_fibers::geometry {
 
-// Decisions about pairs of segments in double. All err on the side of touching, by no more than
-// `error` and a few ulp; `error` is how far the four end points together may lie from where they
-// should, see endPointError(). A box may be unbounded on any side.
+// These decide about pairs of segments in double. They err on the side of touching, by at most
+// `error` and a few ulp. `error` bounds the error of all four end points together, see
+// endPointError(). A box may be unbounded on any side.
 
-/// Whether two capsules are at most `margin` apart; where one of the two is a box, whether their
-/// boxes are, on every axis.
+/// Whether two capsules are at most `margin` apart. If one of the two is a box, it is their boxes
+/// that count, on every axis.
 bool touch(const Segment& p, const Segment& q, double margin, double error);
 
 /// Whether the boxes of two segments are at most `margin` apart on every axis.

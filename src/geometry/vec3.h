@@ -6,8 +6,8 @@
 
 namespace fcl_fibers::geometry {
 
-/// A vector over any scalar. Not Eigen's: this folder is to be compiled for several instruction
-/// sets, where Eigen's layout would differ from one object file to the next.
+/// A vector over any scalar. Eigen's layout would differ between the object files of this folder,
+/// which are compiled for several instruction sets.
 template <typename T>
 struct Vec3 {
   T x, y, z;
@@ -46,7 +46,6 @@ T squaredNorm(const Vec3<T>& p) {
 
 inline double norm(const Vec3d& p) { return std::sqrt(squaredNorm(p)); }
 
-/// Largest absolute coordinate.
 inline double maxNorm(const Vec3d& p) {
   return std::max({std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
 }

@@ -20,9 +20,9 @@ class Call {
       : arena_(arena), count_(count), task_(task) {}
 
   void run(FunctionRef<> foreground) {
-    // The foreground is done outside the arena, where no other thread can pick it up, nor this one
-    // another query's. What helpers leave, because they come late or the caller's group of tasks
-    // has been cancelled, this thread does.
+    // The foreground runs outside the arena, where no other thread can pick it up and this thread
+    // cannot pick up another query's tasks. If helpers leave tasks, because they start late or the
+    // caller's task group was cancelled, this thread does them.
     arena_.execute(OnAnyThread<&Call::startHelpers>(*this));
     takeTasks(foreground);
     arena_.execute(OnAnyThread<&Call::waitForHelpers>(*this));
@@ -32,7 +32,7 @@ class Call {
 
  private:
   /// Calls a member function on the thread that oneTBB chooses. ThreadSanitizer does not look into
-  /// oneTBB, so the two atomics tell it that this happens after the call began and before it ends.
+  /// oneTBB, so two atomics tell it that this happens after the call began and before it ends.
   template <void (Call::*kFunction)()>
   class OnAnyThread {
    public:
@@ -74,7 +74,7 @@ class Call {
   const int count_;
   const FunctionRef<int> task_;
   std::atomic<int> next_{0};
-  std::atomic<int> ended_{0};  ///< functions that have been called on any thread
+  std::atomic<int> ended_{0};  ///< functions that have ended, on any thread
   std::atomic<bool> failed_{false};
   std::exception_ptr error_;
   tbb::task_group helpers_;

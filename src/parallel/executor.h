@@ -6,14 +6,13 @@
 
 namespace fcl_fibers::parallel {
 
-/// Refers to something that is called with these arguments. Unlike std::function it does not
-/// allocate.
+/// Refers to a callable. Unlike std::function it does not allocate.
 template <class... Args>
 class FunctionRef {
  public:
   /// @pre the callee outlives the reference
   template <class F>
-  FunctionRef(const F& callee)  // NOLINT: to be passed like the callee itself
+  FunctionRef(const F& callee)  // NOLINT: passed like the callee itself
       : callee_(&callee),
         call_([](const void* f, Args... args) { (*static_cast<const F*>(f))(args...); }) {}
 
@@ -24,15 +23,15 @@ class FunctionRef {
   void (*call_)(const void*, Args...);
 };
 
-/// Runs tasks on several threads. Nothing of an answer may depend on which thread runs what.
+/// Runs tasks on several threads. No answer may depend on which thread runs which task.
 class Executor {
  public:
   virtual ~Executor() = default;
 
   /// Calls task(0), ..., task(count - 1), some of them at the same time, while the caller's thread
-  /// does `foreground`; then that thread takes part. Returns when all have ended. What any of them
-  /// throws is thrown here, one of them if several do, and tasks that have not started then need
-  /// not run. May be called from several threads, and within `foreground`.
+  /// runs `foreground` and then takes part. Returns when all have ended. If any of them throws, one
+  /// of the exceptions is thrown here, and tasks that have not started may be skipped. May be
+  /// called from several threads, and within `foreground`.
   virtual void parallelForWithForeground(FunctionRef<> foreground, int count,
                                          FunctionRef<int> task) = 0;
 
@@ -41,11 +40,10 @@ class Executor {
   }
 };
 
-/// An executor of that many threads; null for one, which needs none.
-/// @pre threads > 0
+/// An executor of that many threads; null for one thread, which needs no executor.
 std::unique_ptr<Executor> makeExecutor(int threads);
 
-/// Splits [0, count) among tasks of some `grain` each: visit(begin, end).
+/// Splits [0, count) into tasks of `grain` each and calls visit(begin, end) for every task.
 template <class F>
 void forRanges(Executor* executor, std::size_t count, std::size_t grain, F&& visit) {
   if (executor == nullptr || count <= grain) return visit(std::size_t{0}, count);

@@ -8,11 +8,11 @@
 
 namespace fcl_fibers::tree {
 
-/// A hierarchy whose nodes bound the volumes of their children. For boxes that is the same as
-/// bounding all segments below (Sobottka, Varnik and Weber, section 2.3, the lemma).
+/// A hierarchy whose nodes bound the volumes of their children. For boxes this is the same as
+/// bounding all segments below (Sobottka, Varnik and Weber, 2005, section 2.3, the lemma).
 ///
-/// A hierarchy is what a FiberTree fits its volumes with: first the leaves, in any order, each in
-/// its slot, then node by node, children before parents.
+/// A Bvh fits its volumes by a hierarchy: first the leaves in any order, each in its slot, then the
+/// nodes, children before parents.
 template <class V, int A>
 class Layered {
  public:
@@ -20,13 +20,13 @@ class Layered {
   static constexpr int kArity = A;
   using Pack = typename Volume::template Pack<kArity>;
 
-  /// Where the volume of a leaf is kept.
+  /// The place where the volume of a leaf is kept.
   static std::int32_t slot(std::int32_t node, int lane, std::int32_t /*leaf*/) {
     return node * kArity + lane;
   }
   void reserve(const Topology<kArity>&) {}
 
-  /// Fits the volume of a leaf; says whether it has changed.
+  /// Fits the volume of a leaf and returns whether it has changed.
   static bool fitLeaf(std::int32_t slot, const geometry::Segment& segment, double padding,
                       std::vector<Pack>& packs) {
     return packs[static_cast<std::size_t>(slot / kArity)].replace(slot % kArity,
@@ -40,7 +40,7 @@ class Layered {
                                                                 Volume::around(segment, padding));
   }
 
-  /// Inlined, or gcc takes it for a function that does nothing.
+  /// It is inlined because gcc otherwise takes it for a function that does nothing.
   FCL_FIBERS_ALWAYS_INLINE static void prefetchLeaf(std::int32_t slot,
                                                     const std::vector<Pack>& packs) {
     const auto* pack =
@@ -50,7 +50,7 @@ class Layered {
 
   void startRefit() {}
 
-  /// Fits the volumes of a node's children, which are its pack.
+  /// Fits a node's pack: the volumes of its children.
   static void fitNode(const Topology<kArity>& topology, std::size_t index,
                       std::vector<Pack>& packs) {
     const auto& node = topology.nodes[index];

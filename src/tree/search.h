@@ -4,8 +4,8 @@
 #include <cstddef>
 
 #include "geometry/frame.h"
-#include "tree/fiber_tree.h"
-#include "tree/work.h"
+#include "tree/bvh.h"
+#include "tree/traversal_task.h"
 
 namespace fcl_fibers::tree {
 
@@ -13,10 +13,10 @@ struct Pair {
   SegmentId a, b;
 };
 
-/// Where a search writes the pairs it finds.
+/// A search writes the pairs that it finds here.
 class PairBuffer {
  public:
-  /// Pairs that may be written at once.
+  /// The number of pairs that may be written at once.
   static constexpr std::size_t kRoom = 8;
 
   FCL_FIBERS_ALWAYS_INLINE Visit push(SegmentId a, SegmentId b) {
@@ -24,7 +24,7 @@ class PairBuffer {
     return endOfPairs();
   }
 
-  /// Where up to eight pairs may be written, of which `count` are then said to be there.
+  /// Up to eight pairs may be written at room(); written() then counts those that were.
   FCL_FIBERS_ALWAYS_INLINE Pair* room() { return next_; }
   FCL_FIBERS_ALWAYS_INLINE Visit written(int count) {
     next_ += count;
@@ -37,18 +37,18 @@ class PairBuffer {
   PairBuffer(const PairBuffer&) = default;
   PairBuffer& operator=(const PairBuffer&) = default;
 
-  /// Makes room.
+  /// Called when the buffer is full, to make room.
   virtual Visit full() = 0;
 
   Pair* next_ = nullptr;
-  Pair* end_ = nullptr;  ///< from here on there is room for eight more, and no sooner is it full
+  Pair* end_ = nullptr;  ///< the buffer is full from here on; eight more pairs still fit
 
  private:
   FCL_FIBERS_ALWAYS_INLINE Visit endOfPairs() { return next_ >= end_ ? full() : Visit::kContinue; }
 };
 
-/// Where a search for the nearest pair brings those that are nearer than `limit`, which it may
-/// lower. Lengths are in the frame of the (first) tree.
+/// Receives the pairs that are nearer than `limit`, which it may lower. Lengths are in the frame of
+/// the (first) tree.
 class NearestVisitor {
  public:
   virtual Visit visit(SegmentId a, SegmentId b, double& limit) = 0;
@@ -57,51 +57,68 @@ class NearestVisitor {
   ~NearestVisitor() = default;
 };
 
-/// Where a search brings pieces of work.
-class WorkSink {
+class TaskSink {
  public:
-  virtual Visit take(const Work& work) = 0;
+  virtual Visit take(const TraversalTask& task) = 0;
 
  protected:
-  ~WorkSink() = default;
+  ~TaskSink() = default;
 };
 
-/// The traversals of traversal-inl.h for the best instruction set of this machine, all with the
-/// same pairs in the same order. In those of one volume, b of each pair is `second`, and segments
-/// of `group` are left out. Two trees do not know each other's groups.
+/// Two trees and the changes between their frames. Their groups are independent.
 template <class Tree>
-struct Search {
-  using Volume = typename Tree::Volume;
-  using FrameChange = geometry::FrameChange;
-  /// Two trees and their frames.
-  struct Two {
-    const Tree& a;
-    const Tree& b;
-    const FrameChange& b_to_a;
-    const FrameChange& a_to_b;
-  };
-
-  /// Pairs whose volumes overlap: cut() hands out the work in pieces, of which each overlaps() does
-  /// one.
-  static Visit cut(const Tree& tree, WorkSink& out);
-  static Visit cut(const Two& trees, WorkSink& out);
-  static Visit overlaps(const Tree& tree, const Work& work, PairBuffer& out);
-  static Visit overlaps(const Two& trees, const Work& work, PairBuffer& out);
-
-  /// Pairs whose first volume overlaps this one.
-  static Visit overlaps(const Tree& tree, const Volume& volume, SegmentId second, Group group,
-                        PairBuffer& out);
-
-  /// Pairs nearer than `limit`, roughly the nearest first.
-  static Visit nearest(const Tree& tree, double limit, NearestVisitor& visitor);
-  static Visit nearest(const Two& trees, double limit, NearestVisitor& visitor);
-  static Visit nearest(const Tree& tree, const Volume& volume, SegmentId second, Group group,
-                       double limit, NearestVisitor& visitor);
+struct TreePair {
+  const Tree& a;
+  const Tree& b;
+  const geometry::FrameChange& b_to_a;
+  const geometry::FrameChange& a_to_b;
 };
 
-extern template struct Search<LayeredBoxTree<2>>;
-extern template struct Search<LayeredBoxTree<8>>;
-extern template struct Search<WrappedSphereTree<2>>;
-extern template struct Search<WrappedSphereTree<8>>;
+/// Searches for pairs of one tree (`Trees` is Tree) or of two trees (TreePair<Tree>).
+template <class Trees>
+struct PairKernels {
+  /// splitIntoTasks() hands out the tasks of a search for pairs whose volumes overlap; overlaps()
+  /// does one of them.
+  Visit (*splitIntoTasks)(const Trees& trees, TaskSink& out);
+  Visit (*overlaps)(const Trees& trees, const TraversalTask& task, PairBuffer& out);
+  /// Finds the pairs nearer than `limit`, roughly the nearest first.
+  Visit (*nearest)(const Trees& trees, double limit, NearestVisitor& visitor);
+};
+
+/// The traversals of traversal-inl.h for one instruction set. All instruction sets find the same
+/// pairs in the same order. In searches with one volume, b of each pair is `second`, and segments
+/// of `group` are left out.
+template <class Tree>
+struct Kernels {
+  using Volume = typename Tree::Volume;
+
+  PairKernels<Tree> self;
+  PairKernels<TreePair<Tree>> cross;
+  Visit (*overlapsVolume)(const Tree& tree, const Volume& volume, SegmentId second, Group group,
+                          PairBuffer& out);
+  Visit (*nearestVolume)(const Tree& tree, const Volume& volume, SegmentId second, Group group,
+                         double limit, NearestVisitor& visitor);
+};
+
+/// The kernels for the instruction set in use (simd/dispatch.h). Fetch them once for each query.
+template <class Tree>
+const Kernels<Tree>& kernels();
+template <>
+const Kernels<LayeredBoxTree<2>>& kernels();
+template <>
+const Kernels<LayeredBoxTree<8>>& kernels();
+template <>
+const Kernels<WrappedSphereTree<2>>& kernels();
+template <>
+const Kernels<WrappedSphereTree<8>>& kernels();
+
+template <class Tree>
+const PairKernels<Tree>& pairKernels(const Tree& /*tree*/) {
+  return kernels<Tree>().self;
+}
+template <class Tree>
+const PairKernels<TreePair<Tree>>& pairKernels(const TreePair<Tree>& /*trees*/) {
+  return kernels<Tree>().cross;
+}
 
 }  // namespace fcl_fibers::tree

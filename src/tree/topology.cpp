@@ -13,14 +13,13 @@ namespace fcl_fibers::tree {
 namespace {
 
 using geometry::nearestFloat;
-using geometry::Segment;
 using geometry::Vec3d;
 
 /// Appends nodes so that the invariants of Topology hold.
 template <int Arity>
 class Builder {
  public:
-  /// Opens a node whose children follow; returns its index.
+  /// Opens a node whose children follow, and returns its index.
   std::int32_t openNode() {
     const auto index = static_cast<std::int32_t>(topology_.nodes.size());
     topology_.nodes.push_back({unlinked(std::make_index_sequence<Arity>{}), 0, leafCount(), 0});
@@ -54,16 +53,17 @@ class Builder {
   Topology<Arity> topology_;
 };
 
-/// See Topology::groups.
 template <int Arity>
 std::vector<Group> groupsBySlot(const Topology<Arity>& topology, const Fibers& fibers) {
   if (fibers.groups.empty() || topology.leaves.empty()) return {};
-  const SegmentId last = *std::max_element(fibers.ids.begin(), fibers.ids.end());
-  std::vector<Group> by_segment(static_cast<std::size_t>(last) + 1);
+  const auto [first, last] = std::minmax_element(fibers.ids.begin(), fibers.ids.end());
+  const auto index = [first_id = *first](SegmentId id) {
+    return static_cast<std::size_t>(id - first_id);
+  };
+  std::vector<Group> by_segment(index(*last) + 1);
   for (std::size_t f = 0; f + 1 < fibers.begin.size(); ++f) {
     for (std::int32_t i = fibers.begin[f]; i < fibers.begin[f + 1]; ++i) {
-      const SegmentId id = fibers.ids[static_cast<std::size_t>(i)];
-      by_segment[static_cast<std::size_t>(id)] = fibers.groups[f];
+      by_segment[index(fibers.ids[static_cast<std::size_t>(i)])] = fibers.groups[f];
     }
   }
   constexpr auto kArity = static_cast<std::size_t>(Arity);
@@ -75,14 +75,14 @@ std::vector<Group> groupsBySlot(const Topology<Arity>& topology, const Fibers& f
       const Link child = node.children[lane];
       Group& group = by_slot[kArity * i + lane];
       if (child.isLeaf()) {
-        group = by_segment[static_cast<std::size_t>(child.segment())];
+        group = by_segment[index(child.segment())];
         continue;
       }
       const auto below = static_cast<std::size_t>(child.node());
-      const auto first = by_slot.begin() + static_cast<std::ptrdiff_t>(kArity * below);
-      const auto end = first + topology.nodes[below].child_count;
-      const bool is_common = std::all_of(first, end, [&](Group other) { return other == *first; });
-      group = is_common ? *first : kNoGroup;
+      const auto begin = by_slot.begin() + static_cast<std::ptrdiff_t>(kArity * below);
+      const auto end = begin + topology.nodes[below].child_count;
+      const bool is_common = std::all_of(begin, end, [&](Group other) { return other == *begin; });
+      group = is_common ? *begin : kNoGroup;
     }
   }
   return by_slot;
@@ -123,10 +123,11 @@ class ChainBuilder {
 
 class BundleBuilder {
  public:
-  BundleBuilder(const Fibers& fibers, const std::vector<Segment>& segments) : fibers_(fibers) {
+  BundleBuilder(const Fibers& fibers, const SegmentRange& segments) : fibers_(fibers) {
     middles_.reserve(fibers.ids.size());
     for (const SegmentId id : fibers.ids) {
-      const Vec3d p = midpoint(segments[static_cast<std::size_t>(id)]);
+      // A box that is unbounded on a side counts as at the origin of the frame.
+      const Vec3d p = isBounded(segments[id]) ? midpoint(segments[id]) : Vec3d{0, 0, 0};
       middles_.push_back({nearestFloat(p.x), nearestFloat(p.y), nearestFloat(p.z)});
     }
   }
@@ -147,13 +148,13 @@ class BundleBuilder {
  private:
   static constexpr int kArity = 8;
 
-  /// Floats will do for a hint.
+  /// Points only decide where to split, for which floats are precise enough.
   using Point = std::array<float, 3>;
 
   /// A range of one fiber, as a range of Fibers::ids.
   struct Strand {
     std::int32_t begin, end;
-    Point middle;  ///< of its middle segment
+    Point middle;  ///< midpoint of its middle segment
   };
   /// A range of strands_, with the number of segments in all of them.
   struct Block {
@@ -180,7 +181,7 @@ class BundleBuilder {
     return node;
   }
 
-  /// One node tests all its children at once, so that their order does not matter.
+  /// The order does not matter, because a node tests all its children at once.
   void addLeaves(std::int32_t node, const Block& block) {
     for (std::int32_t i = block.begin; i < block.end; ++i) {
       for (std::int32_t s = at(i)->begin; s < at(i)->end; ++s) {
@@ -192,9 +193,9 @@ class BundleBuilder {
   void addParts(std::int32_t node, const Block& block) {
     const std::size_t strands_before = strands_.size();
 
-    // The block's parts in their order; while there is room, the one with the most segments is
-    // split. A part that fits into a full subtree stays whole: if there is to be a node with few
-    // children, then above, where nodes are few.
+    // The parts of the block are kept in order. While there is room, the one with most segments is
+    // split. A part that fits into a full subtree stays whole, so nodes with few children are near
+    // the root, where nodes are few.
     std::int32_t full = kArity;
     while (full < block.segments / kArity) full *= kArity;
     std::array<Block, kArity> parts{block};
@@ -232,7 +233,7 @@ class BundleBuilder {
     }
   }
 
-  /// Length of the longest side of the box around the strands' middles, and its axis.
+  /// The length of the longest side of the box around the middles of the strands, and its axis.
   double extentAcross(const Block& block, int& axis) {
     Point low = at(block.begin)->middle, high = low;
     for (std::int32_t i = block.begin + 1; i < block.end; ++i) {
@@ -254,13 +255,13 @@ class BundleBuilder {
   }
 
   static double distance(const Point& p, const Point& q) {
-    // The square of no float leaves the range of double.
+    // No square of a float leaves the range of double.
     const double x = double{p[0]} - double{q[0]}, y = double{p[1]} - double{q[1]},
                  z = double{p[2]} - double{q[2]};
     return std::sqrt(x * x + y * y + z * z);
   }
 
-  /// Mean length of the strands, estimated from a few of them and three points on each.
+  /// The mean length of the strands, estimated from a few of them and three points on each.
   double extentAlong(const Block& block) {
     constexpr std::int32_t kSamples = 8;
     const std::int32_t step = 1 + (block.strands() - 1) / kSamples;
@@ -277,15 +278,15 @@ class BundleBuilder {
     return sum / samples;
   }
 
-  /// About half of `count`, and a multiple of as large a power of two as a node has room for, so
-  /// that blocks come out in sizes that fill a node. One remains one.
+  /// About half of `count`, as a multiple of the largest power of two for which a node has room, so
+  /// that sizes of blocks fill nodes. Half of one is one.
   static std::int32_t firstHalf(std::int32_t count) {
     std::int32_t unit = kArity;
     while (unit > 1 && 2 * unit > count) unit /= 2;
     return (count / unit + 1) / 2 * unit;
   }
 
-  /// Each strand in half; one of a single segment goes to the first half.
+  /// Splits each strand in half. A strand of one segment goes to the first half.
   void splitAlong(const Block& block, Block& first, Block& second) {
     const auto begin = static_cast<std::int32_t>(strands_.size());
     strands_.resize(strands_.size() + 2 * static_cast<std::size_t>(block.strands()));
@@ -307,7 +308,7 @@ class BundleBuilder {
     const std::int32_t middle = block.begin + firstHalf(block.strands());
     std::nth_element(at(block.begin), at(middle), at(block.end),
                      [k = static_cast<std::size_t>(axis)](const Strand& p, const Strand& q) {
-                       // Ties by position, so that the halves are the same everywhere.
+                       // Ties are decided by position, so that the halves are the same everywhere.
                        return p.middle[k] != q.middle[k] ? p.middle[k] < q.middle[k]
                                                          : p.begin < q.begin;
                      });
@@ -317,8 +318,8 @@ class BundleBuilder {
   }
 
   const Fibers& fibers_;
-  std::vector<Point> middles_;   ///< of the segments, in the order of Fibers::ids
-  std::vector<Strand> strands_;  ///< a stack: blocks on the path from the root to the node at work
+  std::vector<Point> middles_;   ///< midpoints of the segments, in the order of Fibers::ids
+  std::vector<Strand> strands_;  ///< a stack of the blocks on the path from the root
   Builder<kArity> builder_;
 };
 
@@ -337,7 +338,7 @@ Topology<2> superThread(const Fibers& fibers) {
   return topology;
 }
 
-Topology<8> bundle(const Fibers& fibers, const std::vector<Segment>& segments) {
+Topology<8> bundle(const Fibers& fibers, const SegmentRange& segments) {
   Topology<8> topology = BundleBuilder(fibers, segments).build();
   topology.groups = groupsBySlot(topology, fibers);
   return topology;

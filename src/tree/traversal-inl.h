@@ -13,73 +13,72 @@
 #include <vector>
 
 #include "geometry/frame.h"
-#include "geometry/lanes-inl.h"
 #include "geometry/overlap-inl.h"
 #include "geometry/rounding.h"
-#include "tree/work.h"
+#include "simd/lanes-inl.h"
+#include "tree/traversal_task.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace fcl_fibers::tree::HWY_NAMESPACE {
 
-// A query is what a traversal asks at every step:
+// A query decides at every step what a traversal visits:
 //
-//   Visit forEachAdmitted(pack, volume, lanes, unit, visit)
-//     calls visit(lane) for those of the lanes that a pair with `volume` may be found in, in the
-//     order it likes best, and stops when told to. `unit` is the length of the pack's frame in the
-//     query's.
+//   Visit forEachPassing(pack, volume, lanes, unit, visit)
+//     calls visit(lane) for those of the lanes in which a pair with `volume` may be found, in any
+//     order, and stops when told to. `unit` is the length of the pack's unit in the query's frame.
 //   Visit leafPair(SegmentId a, SegmentId b)   for visitPairs
 //   Visit leaf(SegmentId a)                    for visitLeaves
 //
-// The two kinds of admission follow; a query derives from one of them. A query of visitPairs that
-// sets kCuts does not see the pairs below two links of which it says so, but gets them in one
-// piece, to be visited later or elsewhere:
+// The two tests follow; a query derives from one of them. A query of visitPairs that sets kSplits
+// gets the pairs below two links as one task, to be visited later or elsewhere, if isTask() is true
+// of them:
 //
-//   bool cuts(std::int32_t a_leaves, std::int32_t b_leaves)   how many leaves are below each
-//   Visit work(const Work&)
+//   bool isTask(std::int32_t a_leaves, std::int32_t b_leaves)   the numbers of leaves below
+//   Visit addTask(const TraversalTask&)
 //
-// Whom a segment may meet for its group's sake is the affair of one of the two below, chosen before
-// a traversal starts.
+// A group filter tells which segments may be paired. It is one of the two below, chosen before a
+// traversal starts.
 
-/// In a tree without groups, and between two trees.
-struct AllMeet {
-  /// The children of a node that a segment below a slot may meet; bits beyond its children are set.
-  FCL_FIBERS_ALWAYS_INLINE geometry::LaneMask lanes(std::int32_t /*slot*/,
-                                                    std::int32_t /*node*/) const {
-    return ~geometry::LaneMask{0};
+/// The filter of a tree without groups, and of two trees.
+struct AllGroups {
+  /// The children of a node that may be paired with segments below a slot. Bits beyond the children
+  /// are set.
+  FCL_FIBERS_ALWAYS_INLINE simd::LaneMask lanes(std::int32_t /*slot*/,
+                                                std::int32_t /*node*/) const {
+    return ~simd::LaneMask{0};
   }
-  /// Whether segments below a slot may meet each other.
-  FCL_FIBERS_ALWAYS_INLINE bool within(std::int32_t /*slot*/) const { return true; }
+  /// Whether segments below a slot may be paired with one another.
+  FCL_FIBERS_ALWAYS_INLINE bool passesSelf(std::int32_t /*slot*/) const { return true; }
 };
 
-/// In a tree with groups: all but those of which all segments are of one and the same.
+/// The filter of a tree with groups. It excludes pairs of children whose segments are all of one
+/// group.
 template <int Arity>
-class OtherGroupsMeet {
+class OtherGroups {
  public:
-  explicit OtherGroupsMeet(const std::vector<Group>& by_slot) : by_slot_(by_slot.data()) {}
+  explicit OtherGroups(const std::vector<Group>& by_slot) : by_slot_(by_slot.data()) {}
 
-  FCL_FIBERS_ALWAYS_INLINE geometry::LaneMask lanes(std::int32_t slot, std::int32_t node) const {
+  FCL_FIBERS_ALWAYS_INLINE simd::LaneMask lanes(std::int32_t slot, std::int32_t node) const {
     return lanesOf(by_slot_[slot], node);
   }
-  FCL_FIBERS_ALWAYS_INLINE bool within(std::int32_t slot) const {
+  FCL_FIBERS_ALWAYS_INLINE bool passesSelf(std::int32_t slot) const {
     return by_slot_[slot] == kNoGroup;
   }
-  FCL_FIBERS_ALWAYS_INLINE geometry::LaneMask lanesOf(Group group, std::int32_t node) const {
-    if (group == kNoGroup) return ~geometry::LaneMask{0};
-    return ~geometry::HWY_NAMESPACE::lanesEqual<Arity>(by_slot_ + Arity * node, group);
+  FCL_FIBERS_ALWAYS_INLINE simd::LaneMask lanesOf(Group group, std::int32_t node) const {
+    if (group == kNoGroup) return ~simd::LaneMask{0};
+    return ~simd::HWY_NAMESPACE::lanesEqual<Arity>(by_slot_ + Arity * node, group);
   }
 
  private:
   const Group* by_slot_;
 };
 
-/// Admits volumes that overlap.
-struct OverlapAdmission {
-  static constexpr bool kCuts = false;
+struct OverlapTest {
+  static constexpr bool kSplits = false;
 
   template <class Pack, class Volume, class F>
-  FCL_FIBERS_ALWAYS_INLINE Visit forEachAdmitted(const Pack& pack, const Volume& volume,
-                                                 geometry::LaneMask lanes, double /*unit*/,
-                                                 F&& visit) {
+  FCL_FIBERS_ALWAYS_INLINE Visit forEachPassing(const Pack& pack, const Volume& volume,
+                                                simd::LaneMask lanes, double /*unit*/, F&& visit) {
     using geometry::HWY_NAMESPACE::overlaps;
     for (auto rest = overlaps(pack, volume) & lanes; rest != 0; rest &= rest - 1) {
       if (visit(__builtin_ctz(rest)) == Visit::kStop) return Visit::kStop;
@@ -88,14 +87,14 @@ struct OverlapAdmission {
   }
 };
 
-/// Admits volumes nearer than a limit, which may shrink as pairs are found; the nearest first.
-struct NearestAdmission {
-  static constexpr bool kCuts = false;
+/// Passes volumes nearer than a limit, which may shrink as pairs are found, the nearest first.
+struct DistanceTest {
+  static constexpr bool kSplits = false;
   double limit;  ///< in the frame of the query
 
   template <int N, template <int> class Pack, class Volume, class F>
-  FCL_FIBERS_ALWAYS_INLINE Visit forEachAdmitted(const Pack<N>& pack, const Volume& volume,
-                                                 geometry::LaneMask lanes, double unit, F&& visit) {
+  FCL_FIBERS_ALWAYS_INLINE Visit forEachPassing(const Pack<N>& pack, const Volume& volume,
+                                                simd::LaneMask lanes, double unit, F&& visit) {
     using geometry::HWY_NAMESPACE::nearer;
     float distance[N];
     std::array<int, N> nearest_first;
@@ -114,7 +113,7 @@ struct NearestAdmission {
     }
     for (int i = 0; i < count; ++i) {
       const int lane = nearest_first[static_cast<std::size_t>(i)];
-      // Where the limit is infinite the product may be, too.
+      // If the limit is infinite, the product may be infinite too.
       if (!(distance[lane] * unit < limit) && std::isfinite(limit)) break;
       if (visit(lane) == Visit::kStop) return Visit::kStop;
     }
@@ -124,44 +123,43 @@ struct NearestAdmission {
 
 namespace internal {
 
-/// Pairs of a segment of tree A and one of tree B, which may be the same.
-template <class TreeA, class TreeB, class Query, class BToA, class AToB, class Meet>
+/// Visits pairs of a segment of tree A and one of tree B, which may be the same tree.
+template <class TreeA, class TreeB, class Query, class BToA, class AToB, class GroupFilter>
 class PairTraversal {
-  static constexpr bool kCuts = Query::kCuts;
+  static constexpr bool kSplits = Query::kSplits;
 
  public:
-  PairTraversal(const TreeA& a, const TreeB& b, const BToA& b_to_a, const AToB& a_to_b, Meet meet,
-                Query& query)
-      : a_(a), b_(b), b_to_a_(b_to_a), a_to_b_(a_to_b), meet_(meet), query_(query) {}
+  PairTraversal(const TreeA& a, const TreeB& b, const BToA& b_to_a, const AToB& a_to_b,
+                GroupFilter filter, Query& query)
+      : a_(a), b_(b), b_to_a_(b_to_a), a_to_b_(a_to_b), filter_(filter), query_(query) {}
 
-  /// What a query was handed in one piece.
-  Visit resume(const Work& work) {
-    if (work.node != Work::kBetween) return within(work.node);
-    return meet(Child<TreeA>::of(a_, work.a_slot), Child<TreeB>::of(b_, work.b_slot));
+  Visit run(const TraversalTask& task) {
+    if (task.node != TraversalTask::kCross) return visitSelf(task.node);
+    return visitPair(Child<TreeA>::of(a_, task.a_slot), Child<TreeB>::of(b_, task.b_slot));
   }
-  Visit meet(const Child<TreeA>& a, const Child<TreeB>& b) {
-    if (!a.link.isLeaf() || !b.link.isLeaf()) return between(a, b);
+  Visit visitPair(const Child<TreeA>& a, const Child<TreeB>& b) {
+    if (!a.link.isLeaf() || !b.link.isLeaf()) return visitCross(a, b);
     return query_.leafPair(a.link.segment(), b.link.segment());
   }
 
-  /// All unordered pairs below a node of A, each once.
-  Visit within(std::int32_t node) {
-    if constexpr (kCuts) {
+  /// Visits all unordered pairs below a node of A once.
+  Visit visitSelf(std::int32_t node) {
+    if constexpr (kSplits) {
       const std::int32_t leaves = leafCount(a_, Link::node(node));
-      if (query_.cuts(leaves, leaves)) return query_.work(Work{node, 0, 0});
+      if (query_.isTask(leaves, leaves)) return query_.addTask(TraversalTask{node, 0, 0});
     }
     const auto& pack = a_.pack(node);
     const int count = a_.node(node).child_count;
     for (int lane = 0; lane < count; ++lane) {
       const auto child = Child<TreeA>::of(a_, node, lane);
-      if (!child.link.isLeaf() && meet_.within(child.slot) &&
-          within(child.link.node()) == Visit::kStop) {
+      if (!child.link.isLeaf() && filter_.passesSelf(child.slot) &&
+          visitSelf(child.link.node()) == Visit::kStop) {
         return Visit::kStop;
       }
-      const auto later = geometry::firstLanes(count) & ~geometry::firstLanes(lane + 1) &
-                         meet_.lanes(child.slot, node);
-      if (query_.forEachAdmitted(pack, child.volume, later, 1, [&](int other) HWY_ATTR {
-            return meetInB(child, node, other);
+      const auto later =
+          simd::firstLanes(count) & ~simd::firstLanes(lane + 1) & filter_.lanes(child.slot, node);
+      if (query_.forEachPassing(pack, child.volume, later, 1, [&](int other) HWY_ATTR {
+            return visitInB(child, node, other);
           }) == Visit::kStop) {
         return Visit::kStop;
       }
@@ -169,61 +167,61 @@ class PairTraversal {
     return Visit::kContinue;
   }
 
-  /// All pairs below a child in A and a child in B. The larger of the two is opened (Sobottka,
-  /// Varnik and Weber, section 2), against the whole of the other. Of two wide nodes of like size
-  /// both are, which comes to the same tests without a decision in between.
+  /// Visits all pairs below a child in A and a child in B. The larger of the two is opened
+  /// (Sobottka, Varnik and Weber, 2005, section 2), against the whole of the other. Two wide nodes
+  /// of similar size are both opened, which makes the same tests without a decision in between.
   /// @pre not both are leaves
-  Visit between(const Child<TreeA>& a, const Child<TreeB>& b) {
-    if constexpr (kCuts) {
-      if (query_.cuts(leafCount(a_, a.link), leafCount(b_, b.link))) {
-        return query_.work(Work{Work::kBetween, a.slot, b.slot});
+  Visit visitCross(const Child<TreeA>& a, const Child<TreeB>& b) {
+    if constexpr (kSplits) {
+      if (query_.isTask(leafCount(a_, a.link), leafCount(b_, b.link))) {
+        return query_.addTask(TraversalTask{TraversalTask::kCross, a.slot, b.slot});
       }
     }
     const auto& b_in_a = b_to_a_(b.volume);
-    if (a.link.isLeaf()) return betweenChildrenOfB(a, b.link.node());
-    if (b.link.isLeaf()) return betweenChildrenOfA(a.link.node(), b, b_in_a);
+    if (a.link.isLeaf()) return crossChildrenOfB(a, b.link.node());
+    if (b.link.isLeaf()) return crossChildrenOfA(a.link.node(), b, b_in_a);
 
     const float a_size = a.volume.size(), b_size = b_in_a.size();
     constexpr float kLikeSize = 4;
     if (TreeA::kArity > 2 && a_size <= kLikeSize * b_size && b_size <= kLikeSize * a_size) {
-      return betweenChildrenOfBoth(a.link.node(), b, b_in_a);
+      return crossChildrenOfBoth(a.link.node(), b, b_in_a);
     }
-    return a_size >= b_size ? betweenChildrenOfA(a.link.node(), b, b_in_a)
-                            : betweenChildrenOfB(a, b.link.node());
+    return a_size >= b_size ? crossChildrenOfA(a.link.node(), b, b_in_a)
+                            : crossChildrenOfB(a, b.link.node());
   }
 
-  FCL_FIBERS_ALWAYS_INLINE Visit betweenChildrenOfA(std::int32_t node, const Child<TreeB>& b,
-                                                    const typename TreeA::Volume& b_in_a) {
-    const auto lanes = geometry::firstLanes(a_.node(node).child_count) & meet_.lanes(b.slot, node);
-    return query_.forEachAdmitted(a_.pack(node), b_in_a, lanes, 1,
-                                  [&](int lane) HWY_ATTR { return meetInA(node, lane, b); });
+  FCL_FIBERS_ALWAYS_INLINE Visit crossChildrenOfA(std::int32_t node, const Child<TreeB>& b,
+                                                  const typename TreeA::Volume& b_in_a) {
+    const auto lanes = simd::firstLanes(a_.node(node).child_count) & filter_.lanes(b.slot, node);
+    return query_.forEachPassing(a_.pack(node), b_in_a, lanes, 1,
+                                 [&](int lane) HWY_ATTR { return visitInA(node, lane, b); });
   }
-  FCL_FIBERS_ALWAYS_INLINE Visit betweenChildrenOfB(const Child<TreeA>& a, std::int32_t node) {
-    const auto lanes = geometry::firstLanes(b_.node(node).child_count) & meet_.lanes(a.slot, node);
-    return query_.forEachAdmitted(b_.pack(node), a_to_b_(a.volume), lanes, b_to_a_.scale(),
-                                  [&](int lane) HWY_ATTR { return meetInB(a, node, lane); });
+  FCL_FIBERS_ALWAYS_INLINE Visit crossChildrenOfB(const Child<TreeA>& a, std::int32_t node) {
+    const auto lanes = simd::firstLanes(b_.node(node).child_count) & filter_.lanes(a.slot, node);
+    return query_.forEachPassing(b_.pack(node), a_to_b_(a.volume), lanes, b_to_a_.scale(),
+                                 [&](int lane) HWY_ATTR { return visitInB(a, node, lane); });
   }
-  Visit betweenChildrenOfBoth(std::int32_t a_node, const Child<TreeB>& b,
-                              const typename TreeA::Volume& b_in_a) {
+  Visit crossChildrenOfBoth(std::int32_t a_node, const Child<TreeB>& b,
+                            const typename TreeA::Volume& b_in_a) {
     const auto lanes =
-        geometry::firstLanes(a_.node(a_node).child_count) & meet_.lanes(b.slot, a_node);
-    return query_.forEachAdmitted(a_.pack(a_node), b_in_a, lanes, 1, [&](int lane) HWY_ATTR {
-      return betweenChildrenOfB(Child<TreeA>::of(a_, a_node, lane), b.link.node());
+        simd::firstLanes(a_.node(a_node).child_count) & filter_.lanes(b.slot, a_node);
+    return query_.forEachPassing(a_.pack(a_node), b_in_a, lanes, 1, [&](int lane) HWY_ATTR {
+      return crossChildrenOfB(Child<TreeA>::of(a_, a_node, lane), b.link.node());
     });
   }
 
-  // Most pairs end here, as leaves, whose volumes are not needed any more.
-  FCL_FIBERS_ALWAYS_INLINE Visit meetInA(std::int32_t a_node, int lane, const Child<TreeB>& b) {
+  // Most pairs end here as leaves, whose volumes are no longer needed.
+  FCL_FIBERS_ALWAYS_INLINE Visit visitInA(std::int32_t a_node, int lane, const Child<TreeB>& b) {
     const Link a = a_.node(a_node).children[static_cast<std::size_t>(lane)];
-    if (!kCuts && a.isLeaf() && b.link.isLeaf())
+    if (!kSplits && a.isLeaf() && b.link.isLeaf())
       return query_.leafPair(a.segment(), b.link.segment());
-    return between(Child<TreeA>::of(a_, a_node, lane), b);
+    return visitCross(Child<TreeA>::of(a_, a_node, lane), b);
   }
-  FCL_FIBERS_ALWAYS_INLINE Visit meetInB(const Child<TreeA>& a, std::int32_t b_node, int lane) {
+  FCL_FIBERS_ALWAYS_INLINE Visit visitInB(const Child<TreeA>& a, std::int32_t b_node, int lane) {
     const Link b = b_.node(b_node).children[static_cast<std::size_t>(lane)];
-    if (!kCuts && a.link.isLeaf() && b.isLeaf())
+    if (!kSplits && a.link.isLeaf() && b.isLeaf())
       return query_.leafPair(a.link.segment(), b.segment());
-    return between(a, Child<TreeB>::of(b_, b_node, lane));
+    return visitCross(a, Child<TreeB>::of(b_, b_node, lane));
   }
 
  private:
@@ -231,23 +229,36 @@ class PairTraversal {
   const TreeB& b_;
   const BToA& b_to_a_;
   const AToB& a_to_b_;
-  const Meet meet_;
+  const GroupFilter filter_;
   Query& query_;
 };
 
-/// Calls visit(meet) with whom the segments of a tree may meet.
+/// Calls visit(filter) with the group filter of a tree.
 template <class Tree, class F>
 FCL_FIBERS_ALWAYS_INLINE Visit withGroups(const Tree& tree, F&& visit) {
   const auto& groups = tree.topology().groups;
-  return groups.empty() ? visit(AllMeet()) : visit(OtherGroupsMeet<Tree::kArity>(groups));
+  return groups.empty() ? visit(AllGroups()) : visit(OtherGroups<Tree::kArity>(groups));
 }
 
-/// @param lanes  lanes(node): the children of a node that are visited at all
+template <class Tree, class Query, class GroupFilter>
+auto selfPairs(const Tree& tree, GroupFilter filter, Query& query) {
+  static constexpr geometry::SameFrame kSame;
+  return PairTraversal<Tree, Tree, Query, geometry::SameFrame, geometry::SameFrame, GroupFilter>(
+      tree, tree, kSame, kSame, filter, query);
+}
+template <class Tree, class Query>
+auto crossPairs(const Tree& a, const Tree& b, const geometry::FrameChange& b_to_a,
+                const geometry::FrameChange& a_to_b, Query& query) {
+  return PairTraversal<Tree, Tree, Query, geometry::FrameChange, geometry::FrameChange, AllGroups>(
+      a, b, b_to_a, a_to_b, AllGroups(), query);
+}
+
+/// @param lanes  lanes(node): the children of a node that are tested
 template <class Tree, class Query, class Lanes>
 Visit leavesBelow(const Tree& tree, std::int32_t node, const typename Tree::Volume& volume,
                   const Lanes& lanes, Query& query) {
-  return query.forEachAdmitted(
-      tree.pack(node), volume, geometry::firstLanes(tree.node(node).child_count) & lanes(node), 1,
+  return query.forEachPassing(
+      tree.pack(node), volume, simd::firstLanes(tree.node(node).child_count) & lanes(node), 1,
       [&](int lane) HWY_ATTR {
         const Link child = tree.node(node).children[static_cast<std::size_t>(lane)];
         return child.isLeaf() ? query.leaf(child.segment())
@@ -257,50 +268,45 @@ Visit leavesBelow(const Tree& tree, std::int32_t node, const typename Tree::Volu
 
 }  // namespace internal
 
-/// Each unordered pair of a tree's segments that the query admits, once, except those of one
-/// group.
+/// Visits each unordered pair of a tree's segments that passes the query's test once, except pairs
+/// of one group.
 template <class Tree, class Query>
 Visit visitPairs(const Tree& tree, Query& query) {
   if (tree.empty()) return Visit::kContinue;
-  return internal::withGroups(tree, [&](auto meet) HWY_ATTR {
-    using geometry::SameFrame;
-    static constexpr SameFrame kSame;
-    return internal::PairTraversal<Tree, Tree, Query, SameFrame, SameFrame, decltype(meet)>(
-               tree, tree, kSame, kSame, meet, query)
-        .within(0);
+  return internal::withGroups(tree, [&](auto filter) HWY_ATTR {
+    return internal::selfPairs(tree, filter, query).visitSelf(0);
   });
 }
 
-/// Each pair of a segment of `a` and one of `b` that the query admits, once. The query's frame is
-/// that of `a`.
+/// Visits each pair of a segment of `a` and one of `b` that passes the query's test once. The
+/// query's frame is that of `a`.
 template <class Tree, class Query>
 Visit visitPairs(const Tree& a, const Tree& b, const geometry::FrameChange& b_to_a,
                  const geometry::FrameChange& a_to_b, Query& query) {
   if (a.empty() || b.empty()) return Visit::kContinue;
-  using geometry::FrameChange;
-  internal::PairTraversal<Tree, Tree, Query, FrameChange, FrameChange, AllMeet> pairs(
-      a, b, b_to_a, a_to_b, AllMeet(), query);
-  // Roots have no volume of their own, so the children of b's root are the start.
+  auto pairs = internal::crossPairs(a, b, b_to_a, a_to_b, query);
+  // The root's volume is in no pack, so the children of b's root are the start.
   for (int lane = 0; lane < b.node(0).child_count; ++lane) {
     const auto child = Child<Tree>::of(b, 0, lane);
-    if (pairs.betweenChildrenOfA(0, child, b_to_a(child.volume)) == Visit::kStop) {
+    if (pairs.crossChildrenOfA(0, child, b_to_a(child.volume)) == Visit::kStop) {
       return Visit::kStop;
     }
   }
   return Visit::kContinue;
 }
 
-/// Each segment that the query admits against one volume, once, except those of `group`.
+/// Visits each segment that passes the query's test against one volume once, except those of
+/// `group`.
 template <class Tree, class Query>
 Visit visitLeaves(const Tree& tree, const typename Tree::Volume& volume, Query& query,
                   Group group = kNoGroup) {
   if (tree.empty()) return Visit::kContinue;
   if (group == kNoGroup || tree.topology().groups.empty()) {
-    const auto all = [](std::int32_t) HWY_ATTR { return ~geometry::LaneMask{0}; };
+    const auto all = [](std::int32_t) HWY_ATTR { return ~simd::LaneMask{0}; };
     return internal::leavesBelow(tree, 0, volume, all, query);
   }
-  const OtherGroupsMeet<Tree::kArity> meet(tree.topology().groups);
-  const auto others = [&](std::int32_t node) HWY_ATTR { return meet.lanesOf(group, node); };
+  const OtherGroups<Tree::kArity> filter(tree.topology().groups);
+  const auto others = [&](std::int32_t node) HWY_ATTR { return filter.lanesOf(group, node); };
   return internal::leavesBelow(tree, 0, volume, others, query);
 }
 

@@ -9,47 +9,47 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "geometry/lanes-inl.h"
+#include "simd/lanes-inl.h"
 #include "tree/search.h"
 #include "tree/traversal-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace fcl_fibers::tree::HWY_NAMESPACE {
 
-using geometry::HWY_NAMESPACE::LaneNumbers;
 using geometry::HWY_NAMESPACE::overlaps;
+using simd::HWY_NAMESPACE::LaneNumbers;
 
-/// The overlapping pairs of a piece of work on trees of eight children a node, many at a time.
+/// Finds the overlapping pairs of a task on trees with eight children per node, many at a time.
 ///
-/// What a recursion pays for is less the tests than the branches behind them: where to go next
-/// cannot be predicted. Here each step takes a batch of pairs of nodes and writes all pairs of
-/// children that overlap, a whole mask at a time and without a branch; and what comes next is known
-/// early enough to be fetched.
-template <class Tree, class BToA, class AToB, class Meet>
+/// The cost of a recursion is less its tests than the branches behind them, because where to go
+/// next cannot be predicted. Here each step takes a batch of pairs of nodes and writes all pairs of
+/// children that overlap, a whole mask at a time and without a branch. So the nodes of the next
+/// step are known early enough to be prefetched.
+template <class Tree, class BToA, class AToB, class GroupFilter>
 class WideOverlaps {
   static_assert(Tree::kArity == 8);
   using Volume = typename Tree::Volume;
   using Node = typename Tree::Node;
 
  public:
-  WideOverlaps(const Tree& a, const Tree& b, const BToA& b_to_a, const AToB& a_to_b, Meet meet,
-               PairBuffer& out)
-      : a_(a), b_(b), b_to_a_(b_to_a), a_to_b_(a_to_b), meet_(meet), out_(out) {}
+  WideOverlaps(const Tree& a, const Tree& b, const BToA& b_to_a, const AToB& a_to_b,
+               GroupFilter filter, PairBuffer& out)
+      : a_(a), b_(b), b_to_a_(b_to_a), a_to_b_(a_to_b), filter_(filter), out_(out) {}
 
-  Visit run(const Work& work) {
-    if (work.node != Work::kBetween) {
-      if (within(work.node) == Visit::kStop) return Visit::kStop;
+  Visit run(const TraversalTask& task) {
+    if (task.node != TraversalTask::kCross) {
+      if (overlapSelf(task.node) == Visit::kStop) return Visit::kStop;
     } else {
-      waiting_[count_++] = {work.a_slot, work.b_slot};
+      waiting_[count_++] = {task.a_slot, task.b_slot};
     }
     return drain();
   }
 
  private:
-  static constexpr int kBatch = 32;       ///< pairs taken at a time
-  static constexpr int kCapacity = 2048;  ///< pairs waiting; what they lead to is 64 pairs each
+  static constexpr int kBatch = 32;       ///< pairs opened at a time
+  static constexpr int kCapacity = 2048;  ///< waiting pairs; each may lead to 64 more
 
-  /// Two children that overlap, to be opened.
+  /// Two overlapping children, to be opened.
   struct Slots {
     std::int32_t a, b;
   };
@@ -73,17 +73,16 @@ class WideOverlaps {
     }
   }
 
-  /// All pairs below a node.
-  Visit within(std::int32_t index) {
+  Visit overlapSelf(std::int32_t index) {
     const Node& node = a_.node(index);
     const auto slots = LaneNumbers::from(8 * index);
     const auto segments = LaneNumbers::inverse(node.links());
     const bool only_leaves = node.hasOnlyLeaves();
     for (int lane = 0; lane < node.child_count; ++lane) {
-      const auto later = geometry::firstLanes(node.child_count) & ~geometry::firstLanes(lane + 1);
+      const auto later = simd::firstLanes(node.child_count) & ~simd::firstLanes(lane + 1);
       const std::int32_t slot = 8 * index + lane;
       const auto mask =
-          overlaps(a_.pack(index), a_.pack(index).get(lane)) & later & meet_.lanes(slot, index);
+          overlaps(a_.pack(index), a_.pack(index).get(lane)) & later & filter_.lanes(slot, index);
       const Link child = node.children[static_cast<std::size_t>(lane)];
       if (only_leaves) {
         if (writeSegments(child.segment(), segments, mask) == Visit::kStop) return Visit::kStop;
@@ -91,7 +90,8 @@ class WideOverlaps {
       }
       count_ += slots.writeAfter(slot, mask, waiting_ + count_);
       if (count_ >= kCapacity / 2 && drain() == Visit::kStop) return Visit::kStop;
-      if (!child.isLeaf() && meet_.within(slot) && within(child.node()) == Visit::kStop) {
+      if (!child.isLeaf() && filter_.passesSelf(slot) &&
+          overlapSelf(child.node()) == Visit::kStop) {
         return Visit::kStop;
       }
     }
@@ -106,17 +106,17 @@ class WideOverlaps {
     return Visit::kContinue;
   }
 
-  /// The pairs between the last one's children, one by one, where there is no room for more.
+  /// Finds the pairs below the last waiting pair one by one, if there is no room for more.
   Visit visitLast() {
     const Slots last = waiting_[--count_];
-    struct Collect : OverlapAdmission {
+    struct Collect : OverlapTest {
       PairBuffer& out;
       explicit Collect(PairBuffer& buffer) : out(buffer) {}
       Visit leafPair(SegmentId a, SegmentId b) { return out.push(a, b); }
     } query(out_);
-    return internal::PairTraversal<Tree, Tree, Collect, BToA, AToB, Meet>(a_, b_, b_to_a_, a_to_b_,
-                                                                          meet_, query)
-        .resume({Work::kBetween, last.a, last.b});
+    return internal::PairTraversal<Tree, Tree, Collect, BToA, AToB, GroupFilter>(
+               a_, b_, b_to_a_, a_to_b_, filter_, query)
+        .run({TraversalTask::kCross, last.a, last.b});
   }
 
   Visit openBatch(int size) {
@@ -137,7 +137,7 @@ class WideOverlaps {
     return Visit::kContinue;
   }
 
-  /// As PairTraversal::between.
+  /// Like PairTraversal::visitCross().
   FCL_FIBERS_ALWAYS_INLINE Visit open(const Slots& slots) {
     const Link a = link(a_, slots.a), b = link(b_, slots.b);
     if (b.isLeaf()) {
@@ -154,8 +154,8 @@ class WideOverlaps {
       if (a_size > kLikeSize * b_size) return openA(a.node(), slots.b);
       if (b_size > kLikeSize * a_size) return addRow(slots.a, b.node());
     }
-    const auto mask = overlaps(a_.pack(a.node()), b_in_a) &
-                      geometry::firstLanes(a_node.child_count) & meet_.lanes(slots.b, a.node());
+    const auto mask = overlaps(a_.pack(a.node()), b_in_a) & simd::firstLanes(a_node.child_count) &
+                      filter_.lanes(slots.b, a.node());
     row_count_ += LaneNumbers::from(8 * a.node()).writeBefore(b.node(), mask, rows_ + row_count_);
     return Visit::kContinue;
   }
@@ -168,7 +168,7 @@ class WideOverlaps {
   Visit openA(std::int32_t index, std::int32_t b_slot) {
     const Node& node = a_.node(index);
     const auto mask = overlaps(a_.pack(index), b_to_a_(volume(b_, b_slot))) &
-                      geometry::firstLanes(node.child_count) & meet_.lanes(b_slot, index);
+                      simd::firstLanes(node.child_count) & filter_.lanes(b_slot, index);
     count_ += LaneNumbers::from(8 * index).writeBefore(b_slot, mask, waiting_ + count_);
     return Visit::kContinue;
   }
@@ -177,7 +177,7 @@ class WideOverlaps {
     const Node& node = b_.node(index);
     const Link a = link(a_, a_slot);
     const auto mask = overlaps(b_.pack(index), a_to_b_(volume(a_, a_slot))) &
-                      geometry::firstLanes(node.child_count) & meet_.lanes(a_slot, index);
+                      simd::firstLanes(node.child_count) & filter_.lanes(a_slot, index);
     if (a.isLeaf() && node.hasOnlyLeaves()) {
       return writeSegments(a.segment(), LaneNumbers::inverse(node.links()), mask);
     }
@@ -186,7 +186,7 @@ class WideOverlaps {
   }
 
   FCL_FIBERS_ALWAYS_INLINE Visit writeSegments(SegmentId a, const LaneNumbers& b,
-                                               geometry::LaneMask mask) {
+                                               simd::LaneMask mask) {
     return out_.written(b.writeAfter(a, mask, out_.room()));
   }
 
@@ -194,11 +194,11 @@ class WideOverlaps {
   const Tree& b_;
   const BToA& b_to_a_;
   const AToB& a_to_b_;
-  const Meet meet_;
+  const GroupFilter filter_;
   PairBuffer& out_;
   int count_ = 0;
   int row_count_ = 0;
-  // A mask is written whole, so there is room for eight more.
+  // Writing a whole mask needs room for eight more.
   Slots waiting_[kCapacity + 8];
   Row rows_[8 * kBatch + 8];
 };

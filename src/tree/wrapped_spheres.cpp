@@ -16,9 +16,10 @@ namespace {
 
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 
-/// A leaf that leaves its cage by less, relative to the radius, does not count as escaped: the cage
-/// grows to enclose it. Far below what rounding to float adds, far above rounding in double, which
-/// would recompute a cage whenever a leaf touches it from inside.
+/// A leaf that leaves its cage by less than this, relative to the radius, does not count as
+/// escaped: the cage grows to enclose it. This is far below what rounding to float adds. It is far
+/// above rounding in double, by which a leaf that touches its cage from inside would always make it
+/// be recomputed.
 constexpr double kEscape = 0x1p-30;
 
 }  // namespace
@@ -45,27 +46,29 @@ void WrappedSpheres<A>::fitNode(const Topology<kArity>& topology, std::size_t in
   const Node& node = topology.nodes[index];
   Pack& pack = packs[index];
   auto leaf = static_cast<std::size_t>(node.leaf_begin);
+  bool is_unbounded = false;
   for (int lane = 0; lane < node.child_count; ++lane) {
     const Link child = node.children[static_cast<std::size_t>(lane)];
-    if (child.isLeaf()) {
-      pack.set(lane, Sphere::around(leaf_balls_[leaf]));
-      ++leaf;
-    } else {
-      const auto below = static_cast<std::size_t>(child.node());
-      pack.set(lane, Sphere::around(cages_[below].ball));
-      leaf = static_cast<std::size_t>(topology.nodes[below].leaf_end);
-    }
+    const auto below = static_cast<std::size_t>(child.isLeaf() ? 0 : child.node());
+    const Ball& ball = child.isLeaf() ? leaf_balls_[leaf] : cages_[below].ball;
+    pack.set(lane, Sphere::around(ball));
+    is_unbounded |= ball.isUnbounded();
+    leaf = child.isLeaf() ? leaf + 1 : static_cast<std::size_t>(topology.nodes[below].leaf_end);
   }
 
   EnclosingSphere& cage = cages_[index];
-  if (keepsCage(topology, node, cage)) return;
-  cage = enclosingSphere(leaf_balls_.data() + node.leaf_begin, node.leaf_end - node.leaf_begin,
-                         cage.basis);
-  ++cages_recomputed_;
+  if (is_unbounded) {
+    cages_recomputed_ += !cage.ball.isUnbounded();
+    cage = {Ball::unbounded(), {}};
+  } else if (!keepsCage(topology, node, cage)) {
+    cage = enclosingSphere(leaf_balls_.data() + node.leaf_begin, node.leaf_end - node.leaf_begin,
+                           cage.basis);
+    ++cages_recomputed_;
+  }
 }
 
-/// Moves the cage along with its basis; false if it is no longer the minimum enclosing sphere, be
-/// it that a leaf has escaped or that a smaller sphere would do.
+/// Moves the cage along with its basis. Returns false if it is no longer the minimum enclosing
+/// sphere, because a leaf has escaped or a smaller sphere suffices.
 template <int A>
 bool WrappedSpheres<A>::keepsCage(const Topology<kArity>& topology, const Node& node,
                                   EnclosingSphere& cage) const {
@@ -83,9 +86,9 @@ bool WrappedSpheres<A>::keepsCage(const Topology<kArity>& topology, const Node& 
   return true;
 }
 
-/// Whether all leaves below the node are within `limit` of `center`; raises `reach` to how far they
-/// do reach. Where the cage of a child is within, its leaves are; where it sticks out, which it may
-/// although no leaf does (section 2.2, Fig. 4), its children are looked at.
+/// Whether all leaves below the node are within `limit` of `center`; raises `reach` to the
+/// farthest. If the cage of a child is within, so are its leaves. If the cage sticks out, although
+/// perhaps no leaf does (section 2.2, Fig. 4), the children are tested.
 template <int A>
 bool WrappedSpheres<A>::encloses(const Topology<kArity>& topology, const Node& node,
                                  const Vec3d& center, double limit, double& reach) const {

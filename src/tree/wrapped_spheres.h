@@ -9,9 +9,9 @@
 
 namespace fcl_fibers::tree {
 
-/// The hierarchy whose nodes keep their cage: the minimum enclosing sphere of the spheres of all
-/// segments below, with the one to four of them that determine it. A refit is the cascade
-/// verification of Guibas et al. (2002); Sobottka, Varnik and Weber, section 3.1.
+/// The hierarchy whose nodes keep their cage, the minimum enclosing sphere of the spheres of all
+/// segments below, and the one to four of these that determine it. A refit is the cascade
+/// verification of Guibas et al. (2002): Sobottka, Varnik and Weber, 2005, section 3.1.
 template <int A>
 class WrappedSpheres {
  public:
@@ -27,7 +27,7 @@ class WrappedSpheres {
                 const std::vector<Pack>&) const {
     return leaf_balls_[static_cast<std::size_t>(slot)] == geometry::Ball::around(segment, padding);
   }
-  /// Inlined, or gcc takes it for a function that does nothing.
+  /// It is inlined because gcc otherwise takes it for a function that does nothing.
   FCL_FIBERS_ALWAYS_INLINE void prefetchLeaf(std::int32_t slot, const std::vector<Pack>&) const {
     __builtin_prefetch(&leaf_balls_[static_cast<std::size_t>(slot)], 1);
   }
@@ -38,12 +38,13 @@ class WrappedSpheres {
   }
   std::size_t memoryUsage() const;
 
-  /// The cage of a node and the leaves of its basis, counted from the node's first leaf.
+  /// The cage of a node. Its basis counts from the first leaf of the node.
   const geometry::EnclosingSphere& cage(std::size_t node) const { return cages_[node]; }
-  /// The segments' spheres in the order of Topology::leaves.
+  /// The spheres of the segments in the order of Topology::leaves.
   const std::vector<geometry::Ball>& leafBalls() const { return leaf_balls_; }
 
-  /// By the last refit; the others passed the verification, or nothing below them moved.
+  /// The number of cages that the last refit recomputed. The others passed the verification, or
+  /// nothing below them moved.
   std::size_t cagesRecomputed() const { return cages_recomputed_; }
 
  private:

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fcl_fibers/fiber_tree.h>
 
+#include <sys/mman.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <new>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -81,6 +85,28 @@ TYPED_TEST(ArrayTree, IgnoresNeighborsByArcLengthAndAcrossTheSeam) {
     tree.update(fibers);
     EXPECT_EQ(pairsOf(tree).size(), between + within) << neighbors << ' ' << length;
   }
+}
+
+// The way across the seam would be as long as all fibers before it.
+TYPED_TEST(ArrayTree, MeasuresArcsAlongOneFiber) {
+  // Two hexagons far apart, so thick that all sides of one touch each other.
+  Assembly<TypeParam> hexagons;
+  for (const double z : {0.0, 10.0}) {
+    std::vector<typename Assembly<TypeParam>::Point> points;
+    for (int i = 0; i <= 6; ++i) {
+      const double angle = i % 6 * 3.141592653589793 / 3;
+      points.push_back({std::cos(angle), std::sin(angle), z});
+    }
+    hexagons.addFiber(points, 2);
+  }
+  const std::uint8_t closed[] = {1, 1};
+  FiberTreeOptions options;
+  options.ignored_arc_length = 1.5;
+  FiberTree tree(options);
+  FiberArrays<TypeParam> fibers = hexagons.view();
+  fibers.closed = closed;
+  tree.build(fibers);
+  EXPECT_EQ(pairsOf(tree), (Pairs{{0, 3}, {1, 4}, {2, 5}, {7, 10}, {8, 11}, {9, 12}}));
 }
 
 // Fibers of one group would meet, or others not; after an update, or a new bundle, or in another
@@ -374,6 +400,61 @@ TEST(ArrayTree, AVisitorEndsTheQuery) {
   EXPECT_FALSE(tree.visitPairs([](SegmentPair) { return false; }));
 }
 
+/// An array that ends where memory does that may not be read.
+template <typename T>
+class AtTheEnd {
+ public:
+  explicit AtTheEnd(const std::vector<T>& values) {
+    const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+    const std::size_t bytes = values.size() * sizeof(T), kept = (bytes + page - 1) / page * page;
+    size_ = kept + page;
+    void* memory = mmap(nullptr, size_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (memory == MAP_FAILED) throw std::bad_alloc();
+    memory_ = static_cast<char*>(memory);
+    data_ = reinterpret_cast<T*>(memory_ + kept - bytes);
+    std::copy(values.begin(), values.end(), data_);
+    mprotect(memory_ + kept, page, PROT_NONE);
+  }
+  ~AtTheEnd() { munmap(memory_, size_); }
+  AtTheEnd(const AtTheEnd&) = delete;
+  AtTheEnd& operator=(const AtTheEnd&) = delete;
+  const T* data() const { return data_; }
+
+ private:
+  std::size_t size_;
+  char* memory_;
+  T* data_;
+};
+
+// A capsule would start at the last point, or a fiber behind the last one, and the program crash
+// now and then.
+TYPED_TEST(ArrayTree, ReadsNothingBehindTheArrays) {
+  using Radii = typename FiberArrays<TypeParam>::Radii;
+  const auto some = curledFibers<TypeParam>(14);
+  const std::size_t fiber_count = some.point_begin.size() - 1;
+  const AtTheEnd<TypeParam> points(some.points), radii(some.radii);
+  const AtTheEnd<TypeParam> fiber_radii(std::vector<TypeParam>(fiber_count, TypeParam(0.01)));
+  const AtTheEnd<std::size_t> point_begin(some.point_begin);
+  const AtTheEnd<std::uint8_t> closed(std::vector<std::uint8_t>(fiber_count, 1));
+  const AtTheEnd<std::int32_t> groups(std::vector<std::int32_t>(fiber_count, 2));
+  FiberArrays<TypeParam> fibers = some.view();
+  fibers.points = points.data();
+  fibers.point_begin = point_begin.data();
+  fibers.closed = closed.data();
+  fibers.groups = groups.data();
+  for (FiberTreeOptions options : allKinds(Report::kCapsules)) {
+    options.ignored_arc_length = 0.01;
+    for (const Radii radii_are : {Radii::kPerSegment, Radii::kPerFiber}) {
+      fibers.radii_are = radii_are;
+      fibers.radii = radii_are == Radii::kPerFiber ? fiber_radii.data() : radii.data();
+      FiberTree tree(options);
+      tree.build(fibers);
+      tree.update(fibers);
+      EXPECT_TRUE(pairsOf(tree).empty()) << "all are of one group";
+    }
+  }
+}
+
 TEST(ArrayTree, AnswersWhenEmpty) {
   FiberTree tree;
   EXPECT_TRUE(pairsOf(tree).empty());
@@ -401,7 +482,7 @@ void expectRefused(FiberTree& tree, const FiberArrays<double>& bad, const std::s
 
 // A silent wrong answer, or a crash.
 TEST(ArrayTree, RefusesWhatItCannotAnswerFor) {
-  const auto good = curledFibers<double>(11);
+  const auto good = curledFibers<double>(11, 200);  // of which the frame samples some
   FiberTree tree;
   tree.build(good.view());
   const double infinity = std::numeric_limits<double>::infinity();
@@ -505,9 +586,9 @@ TEST(ArrayTree, RefusesATreeOfAnotherKind) {
   };
   for (const Report report : {Report::kVolumes, Report::kCapsules}) {
     expectRefusal(tree, treeOf(Volumes::kWrappedSpheres, Topology::kBundle, report),
-                  "other volumes or another topology");
+                  "different volumes or topologies");
     expectRefusal(tree, treeOf(Volumes::kLayeredBoxes, Topology::kSuperThread, report),
-                  "other volumes or another topology");
+                  "different volumes or topologies");
   }
   expectRefusal(tree, volumes, "keeps no capsules");
   EXPECT_FALSE(pairsOf(volumes, tree).empty()) << "the other way round it needs none";

@@ -319,7 +319,10 @@ TYPED_TEST(FiberBounds, PlanesAndHalfspacesKeepTheirs) {
         const auto reported = selfNumbers<S>(*manager, scene);
         EXPECT_TRUE(reported.count({0, 2}) && reported.count({1, 2}));
 
-        // A plane without a margin is where it is, not where it was.
+        // A plane without a margin is where it is, not where it was. A sphere around one is around
+        // everything.
+        if (TypeParam::kVolume == LeafVolume::kSphere && options.report == Report::kVolumes)
+          continue;
         Scene<S> moved;
         moved.addPlane({0, 0, 1}, 0);
         moved.addCapsule(Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(size, 0, 0), 0.1 * size);

@@ -241,7 +241,7 @@ TYPED_TEST(Clone, RefusesWhatDoesNotFit) {
   refused(objects, "object 20 is null");
   objects = good;
   objects[20] = objects[40];
-  refused(objects, "object 40 is there twice");
+  refused(objects, "object 40 is passed twice");
   objects = good;
   objects[20] = copies.addSphere({0, 0, 0}, 1);
   refused(objects, "object 20 is no capsule");

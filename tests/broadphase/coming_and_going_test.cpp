@@ -74,6 +74,27 @@ TYPED_TEST(ComingAndGoing, AnswersAreThoseOfANewTree) {
   }
 }
 
+// Those of its fiber that are in the tree already would be reported twice, or itself not at all.
+TYPED_TEST(ComingAndGoing, AFiberMayBeContinued) {
+  using S = typename TypeParam::Scalar;
+  for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+    FiberManagerOptions options;
+    options.report = report;
+    const Scene<S> scene = strandScene<S>(3, 60, 307);
+    Managed<TypeParam> managed(options);
+    const auto& objects = scene.objects();
+    managed.registerEach({objects.begin(), objects.begin() + 150});
+    for (std::size_t i = 150; i < 165; ++i) {
+      EXPECT_TRUE(managed.answersSelf()) << i;
+      managed.registerObject(objects[i]);
+    }
+    EXPECT_TRUE(managed.answersSelf());
+    managed.expectEveryPair();
+    managed->update();
+    EXPECT_TRUE(managed.answersSelf());
+  }
+}
+
 // One object that comes and goes each frame would cost a tree, make the manager grow, or be
 // forgotten in the order of registration.
 TYPED_TEST(ComingAndGoing, OneMayComeAndGoForever) {
@@ -103,7 +124,7 @@ TYPED_TEST(ComingAndGoing, OneMayComeAndGoForever) {
 
 // Objects would count where they are without an update that names them, and a broken one would be
 // held against the update of another.
-TYPED_TEST(ComingAndGoing, ALateObjectIsReadAgainWhereAnUpdateNamesIt) {
+TYPED_TEST(ComingAndGoing, AYoungObjectIsReadAgainIfAnUpdateNamesIt) {
   using S = typename TypeParam::Scalar;
   Scene<S> scene = strandScene<S>(12, 16, 301);
   Managed<TypeParam> manager(scene);
@@ -128,7 +149,7 @@ TYPED_TEST(ComingAndGoing, ALateObjectIsReadAgainWhereAnUpdateNamesIt) {
   EXPECT_EQ(with_it(), 0);
 }
 
-// Nobody could mend what is not there any more.
+// Nobody could fix what is not there any more.
 TYPED_TEST(ComingAndGoing, AnEmptyManagerHasNothingToRefuse) {
   using S = typename TypeParam::Scalar;
   Scene<S> scene = strandScene<S>(2, 8, 5);

@@ -166,6 +166,30 @@ TYPED_TEST(FiberRules, SegmentNumbersStayWhenManyAreUnregistered) {
   }
 }
 
+// Two fibers would have one number, if one of them is gone.
+TYPED_TEST(FiberRules, FiberNumbersAreNotDealtTwice) {
+  using S = typename TypeParam::Scalar;
+  const Scene<S> few = strandScene<S>(13, 5, 167), many = strandScene<S>(30, 5, 168);
+  Managed<TypeParam> manager(ignoring(1));
+  std::size_t count = 0;
+  const auto registerNext = [&](const auto& fiber, const char* when) {
+    manager.registerFiber(fiber);
+    EXPECT_EQ(manager->fiberSegment(fiber[3]).fiber, count) << when;
+    ++count;
+  };
+  for (const auto& fiber : few.fibers()) registerNext(fiber, "at first");
+  // So many that ids are dealt anew with the last of them.
+  while (manager.size() > 0) manager.unregister(0);
+  for (const auto& fiber : many.fibers()) registerNext(fiber, "all were gone");
+  // And where some are left.
+  while (manager.size() > 10) manager.unregister(0);
+  EXPECT_EQ(manager->fiberSegment(many.fibers()[29][3]).fiber, count - 1) << "its number stays";
+  registerNext(few.fibers()[0], "most are gone");
+  manager.clear();
+  count = 0;
+  registerNext(many.fibers()[0], "after clear()");
+}
+
 // The nearest pair would always be one of neighbours, at distance zero.
 TYPED_TEST(FiberRules, DistanceIgnoresNeighborsToo) {
   // Thin fibers, far apart compared to their radius.
@@ -303,6 +327,31 @@ TYPED_TEST(FiberRules, GroupsStayThroughAllChanges) {
   manager.clear();
   manager.registerFibers(grouped.scene);
   check("groups went with clear()");
+}
+
+// The narrow phase would be asked for every pair whose boxes overlap, however far the capsules are.
+TYPED_TEST(FiberRules, NoCapsulesAreVisitedThatAreFartherThanTheNearest) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene;
+  for (int i = 0; i < 12; ++i) {
+    const Eigen::Vector3d from(0.1 * i, -0.1 * i, 0);
+    scene.addCapsule(from, from + Eigen::Vector3d(4, 4, 4), 0.01);
+  }
+  std::size_t calls = 0;
+  const auto visit = [](fcl::CollisionObject<S>*, fcl::CollisionObject<S>*, void* data, S& least) {
+    ++*static_cast<std::size_t*>(data);
+    least = S(0.1);
+    return false;
+  };
+  for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+    const Managed<TypeParam> manager(scene, ignoring(0, report));
+    calls = 0;
+    manager->distance(&calls, visit);
+    EXPECT_EQ(calls, report == Report::kCapsules ? 1u : 66u);
+    calls = 0;
+    manager->distance(scene[5], &calls, visit);
+    EXPECT_EQ(calls, report == Report::kCapsules ? 1u : 11u);
+  }
 }
 
 // After updates, neighbours would come back or others be ignored.

@@ -2,14 +2,15 @@
 
 // Swaps FCL's dynamic tree for the fiber managers, through FCL's interface, and exits with failure
 // if one of them misses a pair that the others have.
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <vector>
 
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl/narrowphase/collision.h>
+#include <fcl_fibers/fiber_objects.h>
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
-#include <fcl_fibers/scenes/helix.h>
 #include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
 namespace {
@@ -32,12 +33,16 @@ std::size_t touchingPairs(fcl::BroadPhaseCollisionManagerd& manager,
 }  // namespace
 
 int main() {
-  fcl_fibers::scenes::HelixParameters parameters;
-  parameters.fibers = 20;
-  parameters.segments = 50;
-  parameters.radius = 0.05;
-  const auto owned =
-      fcl_fibers::scenes::makeObjects<double>(fcl_fibers::scenes::makeHelix(parameters));
+  fcl_fibers::FiberPolylines helices;
+  helices.radius = 0.05;
+  for (int fiber = 0; fiber < 20; ++fiber) {
+    for (int i = 0; i <= 50; ++i) {
+      const double turn = 0.5 * i + fiber;
+      helices.points.push_back({std::cos(turn) + 0.1 * fiber, std::sin(turn), 0.2 * i});
+    }
+    helices.point_begin.push_back(helices.points.size());
+  }
+  const auto owned = fcl_fibers::makeObjects<double>(helices);
   std::vector<fcl::CollisionObjectd*> objects;
   for (const auto& object : owned) objects.push_back(object.get());
 

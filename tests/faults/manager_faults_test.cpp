@@ -153,6 +153,41 @@ TYPED_TEST(ManagerFaults, SettingUpWithoutMemoryIsMadeUpFor) {
   }
 }
 
+// An index of the young ones that was built half would be searched.
+TYPED_TEST(ManagerFaults, ReadingNewObjectsWithoutMemoryIsMadeUpFor) {
+  using Test = ManagerFaults<TypeParam>;
+  const auto makeGrown = [&](const FiberManagerOptions& options) {
+    auto subject = this->makeReady(options);
+    const auto& newcomers = this->newcomers_.objects();
+    subject.manager->registerObjects({newcomers.begin(), newcomers.begin() + 5});
+    return subject;
+  };
+  const std::vector<std::pair<std::string, typename Test::Act>> acts = {
+      {"first query",
+       [](auto& subject) {
+         subject.collector.calls.clear();
+         subject.manager->collide(&subject.collector, &PairCollector<typename Test::S>::collide);
+       }},
+      {"update(object)", [&](auto& subject) { subject.manager->update(this->scene_[3]); }},
+  };
+  for (const FiberManagerOptions& options : assortedOptions()) {
+    const auto plain = makeGrown(options);
+    const auto pairs = Test::sortedPairs(*plain.manager);
+    for (const auto& [name, act] : acts) {
+      strikeEverywhere(
+          name + ", " + describe(options), [&] { return makeGrown(options); }, act,
+          [&](const auto& subject, bool) {
+            try {
+              EXPECT_EQ(Test::sortedPairs(*subject.manager), pairs);
+            } catch (const std::invalid_argument&) {
+              EXPECT_NO_THROW(subject.manager->update());
+              EXPECT_EQ(Test::sortedPairs(*subject.manager), pairs);
+            }
+          });
+    }
+  }
+}
+
 // Answers would be those for some of the objects where they were and some where they are.
 TYPED_TEST(ManagerFaults, UpdatingWithoutMemoryKeepsOrRefusesAnswers) {
   using Test = ManagerFaults<TypeParam>;

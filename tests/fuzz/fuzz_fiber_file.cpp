@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A reader of fiber files on any bytes: a scene as FiberScene says, or a refusal that names the
+// A reader of fiber files on any bytes: a scene as FiberPolylines says, or a refusal that names the
 // place. FCL_FIBERS_FUZZED_FORMAT is the format.
-#include <fcl_fibers/scenes/fiber_file.h>
+#include <fcl_fibers/io/fiber_file.h>
 
 #include <cmath>
 #include <cstddef>
@@ -14,9 +14,9 @@
 
 #include "fuzz_input.h"
 
-using fcl_fibers::scenes::FiberFile;
-using fcl_fibers::scenes::FiberFormat;
-using fcl_fibers::scenes::FiberScene;
+using fcl_fibers::FiberPolylines;
+using fcl_fibers::io::FiberFile;
+using fcl_fibers::io::FiberFormat;
 
 namespace {
 
@@ -24,7 +24,7 @@ using fcl_fibers::fuzz::require;
 
 bool isLength(double length) { return length >= 0 && std::isfinite(length); }
 
-void requireWellFormed(const FiberScene& scene) {
+void requireWellFormed(const FiberPolylines& scene) {
   require(scene.fiberCount() > 0 && scene.point_begin.front() == 0);
   require(scene.point_begin.back() == scene.points.size());
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
@@ -46,9 +46,9 @@ void requireWellFormed(const FiberScene& scene) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view bytes(reinterpret_cast<const char*>(data), size);
   try {
-    const FiberFile file = fcl_fibers::scenes::parseFibers(
-        bytes, "the input", FiberFormat::FCL_FIBERS_FUZZED_FORMAT, {});
-    requireWellFormed(file.scene);
+    const FiberFile file =
+        fcl_fibers::io::parseFibers(bytes, "the input", FiberFormat::FCL_FIBERS_FUZZED_FORMAT, {});
+    requireWellFormed(file.fibers);
   } catch (const std::runtime_error& error) {
     const std::string what = error.what();
     require(what.find("'the input', byte ") != std::string::npos ||

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "simd/dispatch.h"
 #include "support/random.h"
 #include "support/segments.h"
 
@@ -77,9 +78,9 @@ std::string described(const Question& question) {
 /// No answer is wrong, and all instruction sets give the same; returns how many there are.
 void expectTrueAnswers(const Block& block, std::size_t& decided) {
   const std::vector<Answer> answers = answersTo(block);
-  for (const std::int64_t target : simdTargetsHere()) {
-    const ScopedSimdTarget scoped(target);
-    ASSERT_EQ(answersTo(block), answers) << simdTargetName(target);
+  for (const std::int64_t target : simd::availableTargets()) {
+    const simd::ScopedTarget scoped(target);
+    ASSERT_EQ(answersTo(block), answers) << simd::targetName(target);
   }
   for (std::size_t i = 0; i < answers.size(); ++i) {
     const Question& question = block.questions[i];
@@ -368,8 +369,8 @@ TEST(CapsulePairs, WhatDoesNotFitTheUnitIsLeftUndecided) {
 // The answers of a block that is not full would be those of the block before it.
 TEST(CapsulePairs, TheRestOfABlockHasNoSay) {
   Random random(25);
-  for (const std::int64_t target : simdTargetsHere()) {
-    const ScopedSimdTarget scoped(target);
+  for (const std::int64_t target : simd::availableTargets()) {
+    const simd::ScopedTarget scoped(target);
     CapsulePairs pairs(1);
     for (const int size : {64, 0, 1, 7, 8, 9, 63, 64, 1, 0}) {
       Block block = blockOf(random, anyQuestion);
@@ -383,7 +384,7 @@ TEST(CapsulePairs, TheRestOfABlockHasNoSay) {
       EXPECT_EQ(answersOf(pairs), answers) << "asked again";
       for (std::size_t i = 0; i < answers.size(); ++i) {
         EXPECT_EQ(answersTo({1, {block.questions[i]}})[0], answers[i])
-            << i << " of " << size << " with " << simdTargetName(target);
+            << i << " of " << size << " with " << simd::targetName(target);
       }
     }
   }

@@ -19,6 +19,8 @@
 namespace fcl_fibers::geometry {
 namespace {
 
+using simd::firstLanes;
+using simd::LaneMask;
 using test::Point;
 using test::Random;
 using test::Real;
@@ -195,6 +197,29 @@ TEST(Sphere, ContainsTheCapsuleTightly) {
     // Half an ulp on each axis for the centre, two for the radius.
     ASSERT_LE(Real(sphere.radius), exact + Real(kUlp) * (size + 2.1L * exact) + 3 * Real(kSmallest))
         << describe(c);
+  }
+}
+
+TEST(Volumes, OfABoxOpenToASideReachToItsOtherSides) {
+  // If this fails, a floor meets what is high above it, or nothing.
+  const double infinity = std::numeric_limits<double>::infinity();
+  for (const double padding : {0.0, 0.25}) {
+    const Segment floor = Segment::box({-infinity, -infinity, -infinity}, {infinity, infinity, -2});
+    EXPECT_GT(endPointError(floor), 0);
+    EXPECT_LT(endPointError(floor), 1e-14);
+    const Box box = Box::around(floor, padding);
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_EQ(box.low[axis], -kInfinity);
+    }
+    EXPECT_EQ(box.high[0], kInfinity);
+    EXPECT_EQ(box.high[1], kInfinity);
+    EXPECT_GE(double{box.high[2]}, padding - 2);
+    EXPECT_LT(double{box.high[2]}, padding - 2 + 1e-6);
+    // A sphere has one side only.
+    EXPECT_TRUE(Ball::around(floor, padding).isUnbounded());
+    const Sphere sphere = Sphere::around(floor, padding);
+    EXPECT_EQ(sphere.radius, kInfinity);
+    for (const float coordinate : sphere.center) EXPECT_TRUE(std::isfinite(coordinate));
   }
 }
 

@@ -250,8 +250,15 @@ TYPED_TEST(NumbersTest, AreAnsweredOrRefusedUpToTheEndOfTheRange) {
         try {
           const Findings findings =
               examine(specimen.truth(), touching, options, specimen.pairs(options));
-          EXPECT_TRUE(findings.isRight()) << "2^" << exponent << ", " << describe(form, options)
-                                          << ": " << findings.first_wrong;
+          // FCL takes coordinates of such objects for infinite, and a sphere around an open box is
+          // around everything.
+          const bool may_be_open = form == Form::kObjects && exponent >= kLast - 1 &&
+                                   options.volumes == FiberTreeOptions::Volumes::kWrappedSpheres &&
+                                   options.report == Report::kVolumes;
+          EXPECT_TRUE(findings.isRight() ||
+                      (may_be_open && findings.missed == 0 && findings.repeated == 0))
+              << "2^" << exponent << ", " << describe(form, options) << ": "
+              << findings.first_wrong;
         } catch (const std::invalid_argument& error) {
           EXPECT_THAT(error.what(), testing::HasSubstr("coordinates overflow"));
           EXPECT_TRUE((std::is_same_v<S, double>)) << "float is read as double";

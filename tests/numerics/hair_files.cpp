@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <fcl_fibers/scenes/fiber_file.h>
+#include <fcl_fibers/io/fiber_file.h>
 
 #include "numerics/random_scenes.h"
 
@@ -23,7 +23,7 @@ HairFiles HairFiles::find() {
   }
   std::sort(paths.begin(), paths.end());
   for (const auto& path : paths) {
-    const scenes::FiberScene scene = scenes::readFibers(path.string()).scene;
+    const FiberPolylines scene = io::readFibers(path.string()).fibers;
     found.files_.push_back({scene.points, scene.point_begin[1]});
   }
   return found;

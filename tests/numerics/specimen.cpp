@@ -109,8 +109,9 @@ struct Specimen<S>::Objects {
   using Manager = FiberCollisionManager<S>;
 
   static std::unique_ptr<Manager> makeManager(const FiberTreeOptions& options) {
-    if (options.volumes == Volumes::kLayeredBoxes) return makeLayeredAabbTree<S>(options);
-    return makeWrappedSphereTree<S>(options);
+    const FiberManagerOptions same{options};
+    if (options.volumes == Volumes::kLayeredBoxes) return makeLayeredAabbTree<S>(same);
+    return makeWrappedSphereTree<S>(same);
   }
 
   std::unique_ptr<Manager> manager(const FiberTreeOptions& options, History history) const {

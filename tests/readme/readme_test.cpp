@@ -12,11 +12,11 @@
 #include <vector>
 
 #include <fcl/geometry/shape/sphere.h>
-#include <fcl_fibers/scenes/fiber_scene.h>
+#include <fcl_fibers/fiber_objects.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "scenes/files/file_support.h"
+#include "io/file_support.h"
 
 // clang-format off
 #include "choosing_0_includes.inc"
@@ -29,8 +29,8 @@ namespace {
 using Fiber = std::vector<fcl::CollisionObjectd*>;
 
 /// Two fibers of three segments whose middle ones touch.
-fcl_fibers::scenes::FiberScene crossing() {
-  fcl_fibers::scenes::FiberScene scene;
+fcl_fibers::FiberPolylines crossing() {
+  fcl_fibers::FiberPolylines scene;
   for (const double x : {-1.5, -0.5, 0.5, 1.5}) scene.points.push_back({x, 0, 0});
   for (const double y : {-1.5, -0.5, 0.5, 1.5}) scene.points.push_back({0, y, 0.15});
   scene.point_begin = {0, 4, 8};
@@ -39,8 +39,8 @@ fcl_fibers::scenes::FiberScene crossing() {
 }
 
 /// A square whose ends meet, and which touches itself there alone.
-fcl_fibers::scenes::FiberScene square() {
-  fcl_fibers::scenes::FiberScene scene;
+fcl_fibers::FiberPolylines square() {
+  fcl_fibers::FiberPolylines scene;
   scene.points = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 0}};
   scene.point_begin = {0, 5};
   scene.radius = 0.1;
@@ -48,9 +48,9 @@ fcl_fibers::scenes::FiberScene square() {
 }
 
 struct Objects {
-  explicit Objects(const fcl_fibers::scenes::FiberScene& scene)
-      : owned(fcl_fibers::scenes::makeObjects<double>(scene)) {
-    for (auto& fiber : fcl_fibers::scenes::objectsByFiber(scene, owned)) {
+  explicit Objects(const fcl_fibers::FiberPolylines& scene)
+      : owned(fcl_fibers::makeObjects<double>(scene)) {
+    for (auto& fiber : fcl_fibers::objectsByFiber(scene, owned)) {
       fibers.push_back(std::move(fiber.objects));
     }
   }
@@ -67,9 +67,9 @@ bool callback(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* data) {
 
 // Code that a user copies would not compile, or report other pairs than it says.
 TEST(Choosing, TreeOverArrays) {
-  const fcl_fibers::scenes::FiberScene scene = crossing();
+  const fcl_fibers::FiberPolylines scene = crossing();
   std::vector<float> points;
-  for (const fcl_fibers::scenes::Point& point : scene.points) {
+  for (const fcl_fibers::Point& point : scene.points) {
     for (const double coordinate : point) points.push_back(static_cast<float>(coordinate));
   }
   const std::vector<std::size_t>& point_begin = scene.point_begin;
@@ -83,9 +83,9 @@ TEST(Choosing, TreeOverArrays) {
 }
 
 TEST(Files, FibersFromAFile) {
-  fcl_fibers::scenes::FileBytes bytes;
+  fcl_fibers::io::FileBytes bytes;
   bytes.zeros(160).setLittle(0, 4.0F).setLittle(4, 2U).setLittle(8, 4U).setLittle(12, 160U);
-  for (const fcl_fibers::scenes::Point& point : crossing().points) {
+  for (const fcl_fibers::Point& point : crossing().points) {
     for (const double coordinate : point) bytes.little(static_cast<float>(coordinate));
     bytes.little(0.0F);
   }
@@ -96,12 +96,12 @@ TEST(Files, FibersFromAFile) {
   EXPECT_EQ(tree.segmentCount(), 6U);
   EXPECT_EQ(manager.size(), 6U);
   EXPECT_EQ(manager.fiberSegment(objects.back().get()).fiber, 1U);
-  EXPECT_EQ(file.scene.radius, 0.05);
+  EXPECT_EQ(file.fibers.radius, 0.05);
   std::filesystem::remove("ponytail.tfx");
 }
 
 TEST(Choosing, AClosedCableAndAHead) {
-  const fcl_fibers::scenes::FiberScene scene = square();
+  const fcl_fibers::FiberPolylines scene = square();
   const Objects objects(scene);
   const Fiber& cable = objects.fibers[0];
   const double radius = scene.radius;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <fcl_fibers/scenes/cap.h>
+#include "scenes/cap.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,7 +25,7 @@ TEST(Cap, RootsFillTheirCapUniformly) {
   // If this fails, fibers are denser or sparser somewhere than 325 a square centimetre. The area of
   // a cap is proportional to its height (Archimedes).
   const int fibers = 20000;
-  const FiberScene scene = makeCap(parametersOf<CapParameters>(fibers, 1));
+  const FiberPolylines scene = makeCap(parametersOf<CapParameters>(fibers, 1));
   const double height = fibers / 325.0 / (2 * kPi * 9);
   std::vector<double> shares, directions;
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
@@ -40,7 +40,7 @@ TEST(Cap, RootsFillTheirCapUniformly) {
 TEST(Cap, SegmentsAreOfOneLengthOutsideTheSphere) {
   // If this fails, fibers grow into the head, or their segments differ. Where a point is put back
   // on the sphere, its segment is shorter.
-  const FiberScene scene = makeCap(parametersOf<CapParameters>(3000, 50));
+  const FiberPolylines scene = makeCap(parametersOf<CapParameters>(3000, 50));
   std::size_t shortened = 0;
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     for (std::size_t i = scene.point_begin[f] + 1; i < scene.point_begin[f + 1]; ++i) {
@@ -60,7 +60,7 @@ TEST(Cap, SegmentsAreOfOneLengthOutsideTheSphere) {
 TEST(Cap, FibersLeaveAlongTheNormalAndFall) {
   // If this fails, the turning has another rate or sign. Far from the top, where fibers stand for a
   // while.
-  const FiberScene scene = makeCap(parametersOf<CapParameters>(30000, 50));
+  const FiberPolylines scene = makeCap(parametersOf<CapParameters>(30000, 50));
   int fallen = 0;
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     const Point* p = &scene.points[scene.point_begin[f]];
@@ -75,8 +75,8 @@ TEST(Cap, FibersLeaveAlongTheNormalAndFall) {
 
 TEST(Cap, MoreSegmentsLengthenTheSameFibers) {
   // If this fails, scenes of different length cannot be compared.
-  const FiberScene shorter = makeCap(parametersOf<CapParameters>(9, 10));
-  const FiberScene longer = makeCap(parametersOf<CapParameters>(9, 30));
+  const FiberPolylines shorter = makeCap(parametersOf<CapParameters>(9, 10));
+  const FiberPolylines longer = makeCap(parametersOf<CapParameters>(9, 30));
   for (std::size_t f = 0; f < 9; ++f) {
     for (std::size_t i = 0; i <= 10; ++i) {
       EXPECT_EQ(shorter.points[f * 11 + i], longer.points[f * 31 + i]);
@@ -90,9 +90,9 @@ TEST(Cap, FramesMoveALittle) {
   auto parameters = parametersOf<CapParameters>(30000, 50);
   for (const int frame : {-1, 0, 30}) {
     parameters.frame = frame;
-    const FiberScene still = makeCap(parameters);
+    const FiberPolylines still = makeCap(parameters);
     ++parameters.frame;
-    const FiberScene moved = makeCap(parameters);
+    const FiberPolylines moved = makeCap(parameters);
     double farthest = 0;
     for (std::size_t f = 0; f < still.fiberCount(); ++f) {
       const std::size_t begin = still.point_begin[f];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <fcl_fibers/scenes/cosserat_rod.h>
+#include "scenes/cosserat_rod.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <fcl_fibers/scenes/helix.h>
+#include "scenes/helix.h"
 
 #include <algorithm>
 #include <cmath>
@@ -28,7 +28,7 @@ struct SeenHelix {
   double radius, angular_rate, phase, rise;
 };
 
-SeenHelix seeHelix(const FiberScene& scene, std::size_t fiber, int segments, int frame) {
+SeenHelix seeHelix(const FiberPolylines& scene, std::size_t fiber, int segments, int frame) {
   const Point* points = &scene.points[scene.point_begin[fiber]];
   const Point p = untwisted(points[0], frame);
   const Point q = untwisted(points[1], frame);
@@ -46,7 +46,7 @@ SeenHelix seeHelix(const FiberScene& scene, std::size_t fiber, int segments, int
   return helix;
 }
 
-std::vector<SeenHelix> seeHelices(const FiberScene& scene, int segments, int frame = 0) {
+std::vector<SeenHelix> seeHelices(const FiberPolylines& scene, int segments, int frame = 0) {
   std::vector<SeenHelix> helices;
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     helices.push_back(seeHelix(scene, f, segments, frame));
@@ -68,7 +68,7 @@ void expectDeviates(const std::vector<double>& numbers, double mean, double devi
 TEST(Helix, RootsFillTheirEllipseUniformly) {
   // If this fails, fibers are denser or sparser somewhere than 325 a square centimetre.
   const int fibers = 20000;
-  const FiberScene scene = makeHelix(parametersOf<HelixParameters>(fibers, 2));
+  const FiberPolylines scene = makeHelix(parametersOf<HelixParameters>(fibers, 2));
   const double area = fibers / 325.0;
   const double minor = std::sqrt(area / (1.5 * kPi));
   const double major = 1.5 * minor;
@@ -86,7 +86,7 @@ TEST(Helix, RootsFillTheirEllipseUniformly) {
 TEST(Helix, HelicesVaryAsDescribed) {
   // If this fails, turns, radius or phase are not those of the closed form.
   const int segments = 100;
-  const FiberScene scene = makeHelix(parametersOf<HelixParameters>(4000, segments));
+  const FiberPolylines scene = makeHelix(parametersOf<HelixParameters>(4000, segments));
   std::vector<double> turns, radii, phases;
   for (const SeenHelix& helix : seeHelices(scene, segments)) {
     turns.push_back(helix.angular_rate * 30 / (2 * kPi));
@@ -101,7 +101,7 @@ TEST(Helix, HelicesVaryAsDescribed) {
 TEST(Helix, EveryPointIsOnItsHelix) {
   // If this fails, the fibers are no helices parametrised by arc length.
   const int segments = 60;
-  const FiberScene scene = makeHelix(parametersOf<HelixParameters>(50, segments));
+  const FiberPolylines scene = makeHelix(parametersOf<HelixParameters>(50, segments));
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     const SeenHelix helix = seeHelix(scene, f, segments, 0);
     const double slope = helix.radius * helix.angular_rate;
@@ -129,8 +129,8 @@ TEST(Helix, WideHelicesAreNarrowedSoThatTheyRise) {
 
 TEST(Helix, MoreSegmentsRefineTheSameFibers) {
   // If this fails, scenes of different resolution cannot be compared.
-  const FiberScene coarse = makeHelix(parametersOf<HelixParameters>(9, 10));
-  const FiberScene fine = makeHelix(parametersOf<HelixParameters>(9, 30));
+  const FiberPolylines coarse = makeHelix(parametersOf<HelixParameters>(9, 10));
+  const FiberPolylines fine = makeHelix(parametersOf<HelixParameters>(9, 30));
   for (std::size_t f = 0; f < 9; ++f) {
     for (std::size_t i = 0; i <= 10; ++i) {
       EXPECT_EQ(coarse.points[f * 11 + i], fine.points[f * 31 + 3 * i]);
@@ -158,11 +158,11 @@ TEST(Helix, FramesTurnPhaseAndHelixAndNothingElse) {
   // If this fails, the motion is not the one that updates are measured with.
   const int segments = 50;
   auto parameters = parametersOf<HelixParameters>(40, segments);
-  const FiberScene still = makeHelix(parameters);
+  const FiberPolylines still = makeHelix(parameters);
   const std::vector<SeenHelix> before = seeHelices(still, segments);
   for (const int frame : {-3, 1, 10}) {
     parameters.frame = frame;
-    const FiberScene moved = makeHelix(parameters);
+    const FiberPolylines moved = makeHelix(parameters);
     ASSERT_EQ(moved.point_begin, still.point_begin);
     const std::vector<SeenHelix> after = seeHelices(moved, segments, frame);
     for (std::size_t f = 0; f < still.fiberCount(); ++f) {
@@ -177,9 +177,9 @@ TEST(Helix, FramesTurnPhaseAndHelixAndNothingElse) {
 TEST(Helix, FramesMoveEveryPointAndStretchNothing) {
   // If this fails, parts of the scene stand still, or fibers grow.
   auto parameters = parametersOf<HelixParameters>(40, 50);
-  const FiberScene still = makeHelix(parameters);
+  const FiberPolylines still = makeHelix(parameters);
   parameters.frame = 1;
-  const FiberScene moved = makeHelix(parameters);
+  const FiberPolylines moved = makeHelix(parameters);
   for (std::size_t f = 0; f < still.fiberCount(); ++f) {
     for (std::size_t i = still.point_begin[f]; i < still.point_begin[f + 1]; ++i) {
       EXPECT_GT(distance(moved.points[i], still.points[i]), 1e-6);

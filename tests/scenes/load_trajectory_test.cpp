@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <fcl_fibers/scenes/load_trajectory.h>
+#include "scenes/load_trajectory.h"
 
 #include <cmath>
 #include <cstddef>
@@ -11,11 +11,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "scene_support.h"
+#include "support/temporary_file.h"
 
 namespace fcl_fibers::scenes {
 namespace {
 
+using test::TemporaryFile;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
@@ -40,7 +41,8 @@ void expectSame(const LoadTrajectory& a, const LoadTrajectory& b) {
 
 TEST(LoadTrajectory, TheFileHoldsTheFunction) {
   // If this fails, who reads the file replays another scene.
-  expectSame(readLoadTrajectory(FCL_FIBERS_SOURCE_DIR "/data/loop.csv"), loopTrajectory());
+  expectSame(readLoadTrajectory(FCL_FIBERS_SOURCE_DIR "/benchmarks/scenes/loop.csv"),
+             loopTrajectory());
 }
 
 TEST(LoadTrajectory, LeadsFromNothingToAFullCircle) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <fcl_fibers/scenes/paper_scenes.h>
+#include "scenes/paper_scenes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,11 +10,11 @@
 #include <vector>
 
 #include <fcl_fibers/fiber_tree.h>
-#include <fcl_fibers/scenes/cap.h>
-#include <fcl_fibers/scenes/cosserat_rod.h>
-#include <fcl_fibers/scenes/helix.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include "scenes/cap.h"
+#include "scenes/cosserat_rod.h"
+#include "scenes/helix.h"
 
 #include "scene_support.h"
 #include "support/touch_oracle.h"
@@ -25,16 +25,16 @@ namespace {
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
-FiberScene make(const HelixParameters& parameters) { return makeHelix(parameters); }
-FiberScene make(const CapParameters& parameters) { return makeCap(parameters); }
-FiberScene make(const PaperStaticParameters& parameters) { return makePaperStatic(parameters); }
-FiberScene make(const PaperDynamicParameters& parameters) {
+FiberPolylines make(const HelixParameters& parameters) { return makeHelix(parameters); }
+FiberPolylines make(const CapParameters& parameters) { return makeCap(parameters); }
+FiberPolylines make(const PaperStaticParameters& parameters) { return makePaperStatic(parameters); }
+FiberPolylines make(const PaperDynamicParameters& parameters) {
   return PaperDynamic(parameters).scene(60);
 }
-FiberScene make(const PaperHalfScalpParameters& parameters) {
+FiberPolylines make(const PaperHalfScalpParameters& parameters) {
   return makePaperHalfScalp(parameters);
 }
-FiberScene make(const PaperStrandParameters& parameters) { return makePaperStrand(parameters); }
+FiberPolylines make(const PaperStrandParameters& parameters) { return makePaperStrand(parameters); }
 
 const char* callOf(const HelixParameters&) { return "makeHelix: "; }
 const char* callOf(const CapParameters&) { return "makeCap: "; }
@@ -49,7 +49,7 @@ double fiberLength(const PaperDynamicParameters&) { return 15; }
 double fiberLength(const PaperHalfScalpParameters&) { return 15; }
 double fiberLength(const PaperStrandParameters&) { return 30; }
 
-double farthestMotion(const FiberScene& a, const FiberScene& b) {
+double farthestMotion(const FiberPolylines& a, const FiberPolylines& b) {
   double farthest = 0;
   for (std::size_t i = 0; i < a.points.size(); ++i) {
     farthest = std::max(farthest, distance(a.points[i], b.points[i]));
@@ -58,7 +58,7 @@ double farthestMotion(const FiberScene& a, const FiberScene& b) {
 }
 
 /// Pairs of capsules that touch, the `ignored` next along a fiber left out.
-std::size_t touchingPairs(const FiberScene& scene, int ignored) {
+std::size_t touchingPairs(const FiberPolylines& scene, int ignored) {
   FiberTreeOptions options;
   options.report = Report::kCapsules;
   options.ignored_neighbors = ignored;
@@ -70,7 +70,7 @@ std::size_t touchingPairs(const FiberScene& scene, int ignored) {
 }
 
 /// The same by brute force, which shares nothing with the library.
-std::size_t trulyTouchingPairs(const FiberScene& scene, std::size_t ignored) {
+std::size_t trulyTouchingPairs(const FiberPolylines& scene, std::size_t ignored) {
   std::vector<test::GivenCapsule> capsules;
   std::vector<std::pair<std::size_t, std::size_t>> places;  // fiber and segment
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
@@ -90,7 +90,7 @@ std::size_t trulyTouchingPairs(const FiberScene& scene, std::size_t ignored) {
 
 /// A pin: the library's own count of the day when the scene was made, which TouchesAreCountedRight
 /// gives reason to trust. One part in a hundred is for mathematical functions that round otherwise.
-void expectTouches(const FiberScene& scene, double pinned) {
+void expectTouches(const FiberPolylines& scene, double pinned) {
   EXPECT_NEAR(static_cast<double>(touchingPairs(scene, 1)), pinned, 0.01 * pinned);
 }
 
@@ -113,7 +113,7 @@ TYPED_TEST(EveryScene, HaveTheFibersAndSegmentsAskedFor) {
   // If this fails, a scene is not of the size it is named after. 7 and 300 segments are solved at
   // more points, 2,000 at fewer than they have.
   for (const int segments : {1, 7, 300, 2000}) {
-    const FiberScene scene = make(parametersOf<TypeParam>(3, segments));
+    const FiberPolylines scene = make(parametersOf<TypeParam>(3, segments));
     const auto points = static_cast<std::size_t>(segments) + 1;
     EXPECT_EQ(scene.radius, 0.0035);
     EXPECT_EQ(scene.fiberCount(), 3U);
@@ -126,7 +126,7 @@ TYPED_TEST(EveryScene, HaveTheFibersAndSegmentsAskedFor) {
 TYPED_TEST(ScenesOfOneLength, FibersKeepTheirLengthInSegmentsOfOneLength) {
   // If this fails, fibers are stretched, or their points are not of equal arc length.
   const auto parameters = parametersOf<TypeParam>(20, 2000);
-  const FiberScene scene = make(parameters);
+  const FiberPolylines scene = make(parameters);
   const double length = fiberLength(parameters);
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     double sum = 0;
@@ -142,8 +142,8 @@ TYPED_TEST(ScenesOfOneLength, FibersKeepTheirLengthInSegmentsOfOneLength) {
 
 TYPED_TEST(ScenesOfOneLength, SegmentsDoNotChangeTheFibers) {
   // If this fails, scenes of different resolution cannot be compared.
-  const FiberScene coarse = make(parametersOf<TypeParam>(5, 100));
-  const FiberScene fine = make(parametersOf<TypeParam>(5, 800));
+  const FiberPolylines coarse = make(parametersOf<TypeParam>(5, 100));
+  const FiberPolylines fine = make(parametersOf<TypeParam>(5, 800));
   for (std::size_t f = 0; f < 5; ++f) {
     for (std::size_t i = 0; i <= 100; ++i) {
       EXPECT_LE(distance(coarse.points[f * 101 + i], fine.points[f * 801 + 8 * i]), 1e-4);
@@ -155,10 +155,10 @@ TYPED_TEST(EveryScene, SameSeedSameBytes) {
   // If this fails, no result about a scene can be repeated.
   auto parameters = parametersOf<TypeParam>(30, 50);
   parameters.seed = 42;
-  const FiberScene scene = make(parameters);
+  const FiberPolylines scene = make(parameters);
   EXPECT_EQ(make(parameters).points, scene.points);
   parameters.seed = 43;
-  const FiberScene other = make(parameters);
+  const FiberPolylines other = make(parameters);
   for (std::size_t i = 0; i < scene.points.size(); ++i) EXPECT_NE(other.points[i], scene.points[i]);
 }
 
@@ -185,7 +185,7 @@ TYPED_TEST(EveryScene, TouchesAreCountedRight) {
   // If this fails, the numbers of touching pairs that are held below are not those of the scene.
   auto parameters = parametersOf<TypeParam>(40, 60);
   parameters.radius = 0.05;  // as few fibers of the strand's are too far from each other for hairs
-  const FiberScene scene = make(parameters);
+  const FiberPolylines scene = make(parameters);
   const std::size_t truly = trulyTouchingPairs(scene, 1);
   EXPECT_GT(truly, 20U);
   EXPECT_EQ(touchingPairs(scene, 1), truly);
@@ -203,9 +203,9 @@ TYPED_TEST(MovingPaperScenes, FramesMoveALittle) {
   auto parameters = parametersOf<TypeParam>(20, 50);
   for (const int frame : {-1, 0, 1000}) {
     parameters.frame = frame;
-    const FiberScene still = make(parameters);
+    const FiberPolylines still = make(parameters);
     ++parameters.frame;
-    const FiberScene moved = make(parameters);
+    const FiberPolylines moved = make(parameters);
     EXPECT_LE(farthestMotion(still, moved), 0.7);
     EXPECT_GE(farthestMotion(still, moved), 0.007);
     for (std::size_t f = 0; f < still.fiberCount(); ++f) {
@@ -217,9 +217,9 @@ TYPED_TEST(MovingPaperScenes, FramesMoveALittle) {
 TEST(StaticAssembly, IsTurnedAboutTwoAxes) {
   // If this fails, the turned scene is not the other one turned.
   auto parameters = parametersOf<PaperStaticParameters>(10, 50);
-  const FiberScene turned = makePaperStatic(parameters);
+  const FiberPolylines turned = makePaperStatic(parameters);
   parameters.turned = false;
-  const FiberScene straight = makePaperStatic(parameters);
+  const FiberPolylines straight = makePaperStatic(parameters);
   const double c = std::sqrt(0.5);
   for (std::size_t i = 0; i < turned.points.size(); ++i) {
     const Point& p = straight.points[i];
@@ -234,7 +234,7 @@ TEST(StaticAssembly, IsAllButParallelToAnAxisInStateOne) {
   auto parameters = parametersOf<PaperStaticParameters>(10, 50);
   parameters.turned = false;
   parameters.state = 1;
-  const FiberScene scene = makePaperStatic(parameters);
+  const FiberPolylines scene = makePaperStatic(parameters);
   for (std::size_t f = 0; f < 10; ++f) {
     const Point& root = scene.points[f * 51];
     const Point& tip = scene.points[f * 51 + 50];
@@ -257,9 +257,9 @@ TEST(StaticAssembly, MoreFibersSpreadTheSameFibers) {
   // If this fails, the random numbers of a fiber depend on the fibers after it.
   auto parameters = parametersOf<PaperStaticParameters>(5, 50);
   parameters.turned = false;
-  const FiberScene few = makePaperStatic(parameters);
+  const FiberPolylines few = makePaperStatic(parameters);
   parameters.fibers = 20;
-  const FiberScene many = makePaperStatic(parameters);
+  const FiberPolylines many = makePaperStatic(parameters);
   for (std::size_t i = 0; i < few.points.size(); ++i) {
     const std::size_t root = i / 51 * 51;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -275,8 +275,8 @@ TEST(PaperDynamic, StartsStraightAndEndsInALoop) {
   // If this fails, the scene is not the one of the paper's figure 3.
   const PaperDynamic assembly(parametersOf<PaperDynamicParameters>(20, 100));
   ASSERT_EQ(assembly.steps(), 101);
-  const FiberScene first = assembly.scene(0);
-  const FiberScene last = assembly.scene(100);
+  const FiberPolylines first = assembly.scene(0);
+  const FiberPolylines last = assembly.scene(100);
   for (std::size_t f = 0; f < 20; ++f) {
     const Point& root = first.points[f * 101];
     for (std::size_t i = 0; i <= 100; ++i) {
@@ -291,9 +291,9 @@ TEST(PaperDynamic, StartsStraightAndEndsInALoop) {
 TEST(PaperDynamic, MovesSteadily) {
   // If this fails, fibers jump from one state to the next.
   const PaperDynamic assembly(parametersOf<PaperDynamicParameters>(20, 100));
-  FiberScene last = assembly.scene(0);
+  FiberPolylines last = assembly.scene(0);
   for (int step = 1; step < assembly.steps(); ++step) {
-    FiberScene scene = assembly.scene(step);
+    FiberPolylines scene = assembly.scene(step);
     EXPECT_LE(farthestMotion(last, scene), 1.2) << step;
     EXPECT_GE(farthestMotion(last, scene), 0.007) << step;
     last = std::move(scene);
@@ -304,8 +304,8 @@ TEST(PaperDynamic, StatesDoNotDependOnTheirOrder) {
   // If this fails, a state asked for again is another one.
   const auto parameters = parametersOf<PaperDynamicParameters>(10, 60);
   const PaperDynamic assembly(parameters);
-  const FiberScene sixty = assembly.scene(60);
-  const FiberScene hundred = assembly.scene(100);
+  const FiberPolylines sixty = assembly.scene(60);
+  const FiberPolylines hundred = assembly.scene(100);
   EXPECT_EQ(assembly.scene(60).points, sixty.points);
   EXPECT_EQ(PaperDynamic(parameters).scene(100).points, hundred.points);
 }
@@ -340,7 +340,7 @@ TEST(HalfScalp, FibersStayOutsideTheHead) {
   for (const int frame : {0, 30}) {
     auto parameters = parametersOf<PaperHalfScalpParameters>(5000, 50);
     parameters.frame = frame;
-    const FiberScene scene = makePaperHalfScalp(parameters);
+    const FiberPolylines scene = makePaperHalfScalp(parameters);
     const auto level = [](const Point& p) {
       return std::hypot(p[0] / 7.75, p[1] / 9.5, p[2] / 7.75);
     };
@@ -377,7 +377,7 @@ TEST(PaperStrand, TouchesAsOftenAsThePapers) {
   // If this fails, the scene is denser or sparser than the one it stands for, which has 23,000. A
   // second neighbour along the fiber must not be among the pairs.
   expectTouches(makePaperStrand(PaperStrandParameters()), 21602);
-  const FiberScene small = makePaperStrand(parametersOf<PaperStrandParameters>(100, 2000));
+  const FiberPolylines small = makePaperStrand(parametersOf<PaperStrandParameters>(100, 2000));
   EXPECT_GT(touchingPairs(small, 1), 100U);
   EXPECT_EQ(touchingPairs(small, 1), touchingPairs(small, 2));
 }
@@ -390,8 +390,8 @@ TEST(PaperStrand, DISABLED_LongTouchesAsOftenAsThePapersTwice) {
 
 TEST(PaperStrand, MoreFibersFillTheSameArea) {
   // If this fails, more fibers do not make the strand denser.
-  const FiberScene few = makePaperStrand(parametersOf<PaperStrandParameters>(50, 30));
-  const FiberScene many = makePaperStrand(parametersOf<PaperStrandParameters>(100, 30));
+  const FiberPolylines few = makePaperStrand(parametersOf<PaperStrandParameters>(50, 30));
+  const FiberPolylines many = makePaperStrand(parametersOf<PaperStrandParameters>(100, 30));
   for (std::size_t i = 0; i < few.points.size(); ++i) EXPECT_EQ(many.points[i], few.points[i]);
   const double minor = std::sqrt(2000 / 325.0 / (1.5 * 3.141592653589793));
   for (std::size_t f = 0; f < 100; ++f) {
@@ -406,7 +406,7 @@ TEST(PaperStrand, MoreFibersFillTheSameArea) {
 TEST(PaperStrand, HangsInTurns) {
   // If this fails, the strand is no helix, or does not hang. Four turns about a vertical axis; its
   // weight pulls a helix of 16.4 cm longer.
-  const FiberScene scene = makePaperStrand(parametersOf<PaperStrandParameters>(1, 2000));
+  const FiberPolylines scene = makePaperStrand(parametersOf<PaperStrandParameters>(1, 2000));
   double turned = 0;
   for (std::size_t i = 2; i < scene.points.size(); ++i) {
     const auto heading = [&](std::size_t k) {

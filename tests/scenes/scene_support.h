@@ -4,16 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <filesystem>
-#include <fstream>
-#include <random>
-#include <stdexcept>
-#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
-#include <fcl_fibers/scenes/fiber_scene.h>
+#include <fcl_fibers/fiber_polylines.h>
 
 namespace fcl_fibers::scenes {
 
@@ -52,25 +47,5 @@ inline void expectUniform(std::vector<double> shares, const std::vector<double>&
     EXPECT_NEAR(count, roots / 4, 5 * std::sqrt(roots * 3 / 16));
   }
 }
-
-/// A file that goes with the test. Tests of several builds may run at once, so the name is drawn.
-class TemporaryFile {
- public:
-  explicit TemporaryFile(const std::string& extension, const std::string& bytes = "")
-      : path_(testing::TempDir() + "fcl_fibers_" + std::to_string(std::random_device()()) + "_" +
-              std::to_string(std::random_device()()) + extension) {
-    std::ofstream stream(path_, std::ios::binary);
-    stream << bytes;
-    stream.close();
-    if (!stream) throw std::logic_error("the test cannot write " + path_);
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  ~TemporaryFile() { std::filesystem::remove(path_); }
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
 
 }  // namespace fcl_fibers::scenes

@@ -7,7 +7,6 @@
 #include <Eigen/Core>
 
 #include "geometry/segment.h"
-#include "geometry/simd.h"
 #include "geometry/sphere.h"
 #include "support/exact_geometry.h"
 
@@ -25,15 +24,6 @@ inline test::Real axisDistance(const Segment& p, const Segment& q) {
 }
 inline test::Real capsuleDistance(const Segment& p, const Segment& q) {
   return axisDistance(p, q) - test::Real(p.radius) - test::Real(q.radius);
-}
-
-/// The instruction sets of this machine.
-inline std::vector<std::int64_t> simdTargetsHere() {
-  std::vector<std::int64_t> available;
-  for (const std::int64_t target : kSimdTargets) {
-    if ((simdTargets() & target) != 0) available.push_back(target);
-  }
-  return available;
 }
 
 }  // namespace fcl_fibers::geometry

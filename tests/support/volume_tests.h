@@ -8,12 +8,12 @@
 namespace fcl_fibers::test {
 
 /// What a plain traversal for overlapping pairs does.
-struct VolumeTests : tree::OverlapAdmission {
+struct VolumeTests : tree::OverlapTest {
   template <class Pack, class Volume, class F>
-  tree::Visit forEachAdmitted(const Pack& pack, const Volume& volume, geometry::LaneMask lanes,
-                              double unit, F&& visit) {
+  tree::Visit forEachPassing(const Pack& pack, const Volume& volume, simd::LaneMask lanes,
+                             double unit, F&& visit) {
     tests += static_cast<std::size_t>(__builtin_popcount(lanes));
-    return OverlapAdmission::forEachAdmitted(pack, volume, lanes, unit, visit);
+    return OverlapTest::forEachPassing(pack, volume, lanes, unit, visit);
   }
   tree::Visit leafPair(tree::SegmentId, tree::SegmentId) {
     ++pairs;

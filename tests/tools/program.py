@@ -80,46 +80,6 @@ def read_vtp(path):
     return points, cells, point_data, cell_data
 
 
-PLY_TYPES = {"int": "i", "uchar": "B", "double": "d"}
-
-
-def read_ply(path):
-    """By element a list of dictionaries."""
-    data = Path(path).read_bytes()
-    header, body = data.split(b"end_header\n", 1)
-    lines = header.decode("ascii").splitlines()
-    assert lines[:2] == ["ply", "format binary_little_endian 1.0"]
-    elements = []
-    for line in lines[2:]:
-        words = line.split()
-        if words[0] == "element":
-            elements.append((words[1], int(words[2]), []))
-        elif words[0] == "property":
-            elements[-1][2].append(words[1:])
-    at = 0
-
-    def take(kind):
-        nonlocal at
-        code = "<" + PLY_TYPES[kind]
-        (number,) = struct.unpack_from(code, body, at)
-        at += struct.calcsize(code)
-        return number
-
-    result = {}
-    for name, count, properties in elements:
-        rows = result[name] = []
-        for _ in range(count):
-            row = {}
-            for words in properties:
-                if words[0] == "list":
-                    row[words[3]] = [take(words[2]) for _ in range(take(words[1]))]
-                else:
-                    row[words[1]] = take(words[0])
-            rows.append(row)
-    assert at == len(body), "the header tells of less than there is"
-    return result
-
-
 def read_polylines(path):
     """Fibers as lists of points."""
     blocks = re.split(r"\n\s*\n", Path(path).read_text(encoding="utf-8").strip())

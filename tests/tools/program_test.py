@@ -14,7 +14,7 @@ import subprocess
 import time
 import unittest
 
-from program import PROGRAM, ProgramTest, read_ply, read_polylines, read_vtp
+from program import PROGRAM, ProgramTest, read_polylines, read_vtp
 
 # Fiber 1 crosses fiber 0 in the middle of its second segment, 0.01 above; fiber 2 is far away.
 CROSSING = """# three fibers
@@ -189,14 +189,14 @@ class Pictures(ProgramTest):
     def fibers_without_comment(self):
         return self.write("plain.txt", CROSSING.split("\n", 1)[1])
 
-    def export(self, what, ending, *more):
-        path = self.folder / (what + ending)
+    def export(self, what, *more):
+        path = self.folder / (what + ".vtp")
         self.run_program("check", self.fibers, "-r", 0.006, f"--write-{what}", path, *more, code=1)
         return path
 
     def test_segments(self):
         """ParaView would show other fibers, or other segments red."""
-        points, cells, point_data, data = read_vtp(self.export("segments", ".vtp"))
+        points, cells, point_data, data = read_vtp(self.export("segments"))
         self.assertEqual(points, self.points)
         self.assertEqual(cells["Lines"], [[0, 1], [1, 2], [2, 3], [4, 5], [6, 7]])
         self.assertEqual(data["fiber"], [0, 0, 0, 1, 2])
@@ -204,15 +204,8 @@ class Pictures(ProgramTest):
         self.assertEqual(data["touching"], [0, 1, 0, 1, 0])
         self.assertEqual(point_data["radius"], [0.006] * 8)
 
-        elements = read_ply(self.export("segments", ".ply"))
-        self.assertEqual([(v["x"], v["y"], v["z"]) for v in elements["vertex"]], self.points)
-        edges = elements["edge"]
-        self.assertEqual([[e["vertex1"], e["vertex2"]] for e in edges], cells["Lines"])
-        for name in ("fiber", "segment", "touching"):
-            self.assertEqual([e[name] for e in edges], data[name])
-
     def test_contacts(self):
-        points, cells, _, data = read_vtp(self.export("contacts", ".vtp"))
+        points, cells, _, data = read_vtp(self.export("contacts"))
         self.assertEqual(len(points), 1)
         self.assertLess(math.dist(points[0], (1.5, 0, 0.005)), 1e-15)
         self.assertEqual(cells["Verts"], [[0]])
@@ -220,54 +213,42 @@ class Pictures(ProgramTest):
         self.assertEqual(list(data), names)
         for name, expected in zip(names, (0, 1, 0.5, 1, 0, 0.5, -0.002, 0, 0, 1)):
             self.assertAlmostEqual(data[name][0], expected, delta=1e-15, msg=name)
-        (vertex,) = read_ply(self.export("contacts", ".ply"))["vertex"]
-        self.assertEqual(tuple(vertex[k] for k in "xyz"), points[0])
-        self.assertEqual({name: [vertex[name]] for name in names}, data)
 
     def test_volumes_hold_what_is_below_them(self):
         """A picture of the tree would show other volumes than it has."""
         radius = 0.006
         low = [min(p[k] for p in self.points) - radius for k in range(3)]
         high = [max(p[k] for p in self.points) + radius for k in range(3)]
-        for ending in (".vtp", ".ply"):
-            corners, faces, data = self.volumes(self.export("volumes", ending, "--depth", 0))
-            self.assertEqual((len(corners), len(faces)), (8, 6))
-            self.assertEqual(data["segments"], [5] * 6)
-            for k in range(3):
-                # The tree keeps floats relative to a scene of size 50.
-                self.assertAlmostEqual(min(c[k] for c in corners), low[k], delta=1e-4)
-                self.assertAlmostEqual(max(c[k] for c in corners), high[k], delta=1e-4)
-            self.assertTrue(is_closed(faces))
-            self.assertGreater(signed_volume(corners, faces), 0, "faces look inward")
+        corners, faces, data = self.volumes("--depth", 0)
+        self.assertEqual((len(corners), len(faces)), (8, 6))
+        self.assertEqual(data["segments"], [5] * 6)
+        for k in range(3):
+            # The tree keeps floats relative to a scene of size 50.
+            self.assertAlmostEqual(min(c[k] for c in corners), low[k], delta=1e-4)
+            self.assertAlmostEqual(max(c[k] for c in corners), high[k], delta=1e-4)
+        self.assertTrue(is_closed(faces))
+        self.assertGreater(signed_volume(corners, faces), 0, "faces look inward")
 
-            corners, faces, data = self.volumes(
-                self.export("volumes", ending, "--depth", 9, "--volumes", "spheres")
-            )
-            self.assertEqual(len(faces), 5 * 320)
-            self.assertEqual(sorted(set(data["volume"])), [0, 1, 2, 3, 4])
-            self.assertEqual(set(data["segments"]), {1})
-            self.assertTrue(is_closed(faces))
-            per_sphere = len(corners) // 5
-            ends = {}
-            for begin in range(0, len(corners), per_sphere):
-                sphere = corners[begin : begin + per_sphere]
-                middle = [sum(c[k] for c in sphere) / per_sphere for k in range(3)]
-                radii = [math.dist(c, middle) for c in sphere]
-                self.assertAlmostEqual(min(radii), max(radii), delta=1e-6)
-                ends[tuple(round(x, 3) for x in middle)] = radii[0]
-            # Around the middle of each segment, half as long and the radius.
-            self.assertAlmostEqual(ends[(0.5, 0, 0)], 0.5 + radius, delta=1e-4)
-            self.assertAlmostEqual(ends[(1.5, 0, 0.01)], 1 + radius, delta=1e-4)
+        corners, faces, data = self.volumes("--depth", 9, "--volumes", "spheres")
+        self.assertEqual(len(faces), 5 * 320)
+        self.assertEqual(sorted(set(data["volume"])), [0, 1, 2, 3, 4])
+        self.assertEqual(set(data["segments"]), {1})
+        self.assertTrue(is_closed(faces))
+        per_sphere = len(corners) // 5
+        ends = {}
+        for begin in range(0, len(corners), per_sphere):
+            sphere = corners[begin : begin + per_sphere]
+            middle = [sum(c[k] for c in sphere) / per_sphere for k in range(3)]
+            radii = [math.dist(c, middle) for c in sphere]
+            self.assertAlmostEqual(min(radii), max(radii), delta=1e-6)
+            ends[tuple(round(x, 3) for x in middle)] = radii[0]
+        # Around the middle of each segment, half as long and the radius.
+        self.assertAlmostEqual(ends[(0.5, 0, 0)], 0.5 + radius, delta=1e-4)
+        self.assertAlmostEqual(ends[(1.5, 0, 0.01)], 1 + radius, delta=1e-4)
 
-    def volumes(self, path):
-        if path.suffix == ".vtp":
-            points, cells, _, data = read_vtp(path)
-            return points, cells["Polys"], data
-        elements = read_ply(path)
-        faces = elements["face"]
-        data = {name: [face[name] for face in faces] for name in ("volume", "segments")}
-        points = [(v["x"], v["y"], v["z"]) for v in elements["vertex"]]
-        return points, [face["vertex_indices"] for face in faces], data
+    def volumes(self, *more):
+        points, cells, _, data = read_vtp(self.export("volumes", *more))
+        return points, cells["Polys"], data
 
     def test_another_ending_is_refused(self):
         path = self.folder / "picture.png"
@@ -301,7 +282,7 @@ class Generate(ProgramTest):
     SCENE = "cap:fibers=7,segments=5,seed=3"
 
     def test_every_format_holds_the_same_fibers(self):
-        paths = {e: self.folder / ("scene" + e) for e in (".txt", ".vtp", ".ply", ".hair")}
+        paths = {e: self.folder / ("scene" + e) for e in (".txt", ".vtp", ".hair")}
         for ending, path in paths.items():
             self.run_program("generate", self.SCENE, "-o", path)
             lost = "text has no place for the radius; read it with --radius 0.0035\n"
@@ -315,14 +296,6 @@ class Generate(ProgramTest):
         self.assertEqual(cells["Lines"], [list(range(6 * f, 6 * f + 6)) for f in range(7)])
         self.assertEqual(data["fiber"], list(range(7)))
         self.assertEqual(set(point_data["radius"]), {0.0035})
-
-        elements = read_ply(paths[".ply"])
-        self.assertEqual([(v["x"], v["y"], v["z"]) for v in elements["vertex"]], flat)
-        self.assertEqual(len(elements["edge"]), 35)
-        self.assertEqual({v["radius"] for v in elements["vertex"]}, {0.0035})
-        last = elements["edge"][-1]
-        self.assertEqual((last["vertex1"], last["vertex2"]), (40, 41))
-        self.assertEqual((last["fiber"], last["segment"]), (6, 4))
 
         # Read back by the program itself.
         for ending in (".txt", ".vtp", ".hair"):
@@ -388,7 +361,7 @@ class Info(ProgramTest):
         for expected in (
             "single point, which touch nothing: 1",
             "length zero, whose points coincide: 1",
-            "join what are two fibers: 1",
+            "join two fibers: 1",
             "the file holds no radius",
             "begin where another one does, which may be copies: 1",
         ):
@@ -429,14 +402,14 @@ class BadUse(ProgramTest):
         self.refused("frobnicate", says="")
         self.refused("check", says="SCENE")
         self.refused(
-            "check", "helix", "--radius", -1, says="--radius: '-1' is no number of 0 or more"
+            "check", "helix", "--radius", -1, says="--radius: '-1' is not a number of 0 or more"
         )
         self.refused("check", "helix", "--radius", "wide", says="--radius")
         self.refused("check", "helix", "-n", "-3", says="--ignored-neighbors")
         self.refused("check", "helix", "--volumes", "kdops", says="--volumes")
         self.refused("check", "helix", "--csv", "--json", says="--csv")
         self.refused("generate", "helix", says="--output")
-        self.refused("generate", "hair", "-o", out, says="no such file, nor a scene")
+        self.refused("generate", "hair", "-o", out, says="neither a file nor a scene")
         self.refused("generate", "helix:fibres=7", "-o", out, says="no key 'fibres'")
         self.refused("generate", "helix:fibers=many", "-o", out, says="whole number")
         self.refused("generate", "helix:radius=wide", "-o", out, says="give a number")
@@ -445,7 +418,7 @@ class BadUse(ProgramTest):
         self.refused("check", "helix", "-r", 0.5, says="give helix:radius=0.5\n")
         self.refused("check", "helix:seed=2", "-r", 0.5, says="give helix:seed=2,radius=0.5\n")
         self.refused("view", "helix", "-r", 0.5, "-o", out, says="give helix:radius=0.5\n")
-        self.refused("view", "helix", "-r", 1, "-r", 2, "-o", out, says="beside 0 files;")
+        self.refused("view", "helix", "-r", 1, "-r", 2, "-o", out, says="for 0 files;")
         self.refused("generate", "helix:fibers=1,fibers=2", "-o", out, says="twice")
         self.refused("generate", "helix:fibers=0", "-o", out, says="fibers")
         self.refused("generate", "paper-dynamic:fibers=1,frame=101", "-o", out, says="0 to 100")
@@ -496,7 +469,7 @@ class BadUse(ProgramTest):
         head = struct.pack("<4s4If", b"HAIR", 1, 2, 2, 1, 0.5).ljust(128, b"\0")
         far.write_bytes(head + struct.pack("<6f", 1e7, 0, 0, 1e7, 2, 0))
         out = self.folder / "out"
-        for path, radius, warning in ((cut, ("-r", 0.1), "cut off"), (far, (), "coarse")):
+        for path, radius, warning in ((cut, ("-r", 0.1), "truncated"), (far, (), "coarse")):
             for command in (
                 ("check", path),
                 ("bench", path, "--repetitions", 1),
@@ -608,7 +581,7 @@ class Page(ProgramTest):
             radii("-r", 0.25, thin, helix + ",radius=0.125", thick, "-r", 0.5), [0.25, 0.125, 0.5]
         )
         self.run_program("view", thin, thick, *3 * ("-r", 1), "-o", page, code=2)
-        self.assertIn("--radius is there 3 times, beside 2 files;", self.stderr)
+        self.assertIn("--radius is given 3 times for 2 files;", self.stderr)
 
     def test_a_name_cannot_break_out(self):
         """A file's name would be run as a script."""

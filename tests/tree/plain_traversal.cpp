@@ -8,7 +8,7 @@ namespace {
 
 using geometry::FrameChange;
 
-struct Overlapping : OverlapAdmission {
+struct Overlapping : OverlapTest {
   explicit Overlapping(OverlapVisitor& visitor) : to(visitor) {}
 
   Visit leafPair(SegmentId a, SegmentId b) { return to.leafPair(a, b); }

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "geometry/frame.h"
-#include "tree/fiber_tree.h"
-#include "tree/work.h"
+#include "tree/bvh.h"
+#include "tree/traversal_task.h"
 
 // The traversal of tree/traversal-inl.h for one instruction set, recursive and without batches.
 // What it visits is behind a virtual call, so that it is compiled once and not for each test.

@@ -1,26 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tree/search.h"
+#include "simd/dispatch.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
-#include <memory>
-#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "geometry/overlap.h"
-#include "parallel/executor.h"
 #include "support/random.h"
 #include "support/segments.h"
-#include "tree/pair_search.h"
 #include "tree/plain_traversal.h"
+#include "tree/search_scenes.h"
 
 namespace fcl_fibers::tree {
 namespace {
@@ -29,146 +26,60 @@ using geometry::Box;
 using geometry::Frame;
 using geometry::FrameChange;
 using geometry::Segment;
-using geometry::simdTargetsHere;
 using geometry::Sphere;
 using geometry::Vec3d;
 using test::Random;
-using PairList = std::vector<std::pair<SegmentId, SegmentId>>;
-
-// --- Scenes ---
-
-struct FiberScene {
-  std::string name;
-  std::vector<Segment> segments;
-  Fibers fibers;
-};
-
-Vec3d inCube(Random& random, double half_side) {
-  return geometry::fromEigen(random.inCube(half_side));
-}
-
-/// A fiber that wanders about and turns back where it leaves the unit ball.
-void addFiber(FiberScene& scene, Random& random, int segments, double step, double radius) {
-  Vec3d p = inCube(random, 0.7), direction = inCube(random, 1);
-  for (int i = 0; i < segments; ++i) {
-    direction = direction + inCube(random, 0.6) - 0.3 * p;
-    direction = (1 / geometry::norm(direction)) * direction;
-    const Vec3d q = p + step * direction;
-    scene.fibers.ids.push_back(static_cast<SegmentId>(scene.segments.size()));
-    scene.segments.push_back({p, q, radius});
-    p = q;
-  }
-  scene.fibers.endFiber();
-}
-
-FiberScene curled() {
-  FiberScene scene{"curled", {}, {}};
-  Random random(31);
-  for (int f = 0; f < 20; ++f) addFiber(scene, random, 60, 0.06, 0.03);
-  return scene;
-}
-FiberScene unequal() {
-  FiberScene scene{"unequal", {}, {}};
-  Random random(32);
-  for (int f = 0; f < 24; ++f) addFiber(scene, random, 1 + f * f % 97, 0.06, 0.03);
-  return scene;
-}
-FiberScene singles() {
-  FiberScene scene{"singles", {}, {}};
-  Random random(33);
-  for (int f = 0; f < 900; ++f) addFiber(scene, random, 1, 0.1, 0.04);
-  return scene;
-}
-FiberScene mixed() {
-  FiberScene scene{"mixed", {}, {}};
-  Random random(34);
-  for (int f = 0; f < 300; ++f) {
-    addFiber(scene, random, f % 50 == 7 ? 200 : 1, 0.06, f % 3 == 0 ? 0.1 : 0.01);
-  }
-  return scene;
-}
-/// So many that work comes in more pieces than are done at once.
-FiberScene many() {
-  FiberScene scene{"many", {}, {}};
-  Random random(35);
-  for (int f = 0; f < 64; ++f) addFiber(scene, random, 250, 0.03, 0.01);
-  return scene;
-}
-/// All of them in one place: every volume overlaps every other one.
-FiberScene identical(int fibers, int segments) {
-  FiberScene scene{"identical", {}, {}};
-  for (int f = 0; f < fibers; ++f) {
-    for (int i = 0; i < segments; ++i) {
-      scene.fibers.ids.push_back(static_cast<SegmentId>(scene.segments.size()));
-      scene.segments.push_back({{0.1, 0.2, 0.3}, {0.4, 0.5, 0.6}, 0.1});
-    }
-    scene.fibers.endFiber();
-  }
-  return scene;
-}
-
-// --- Trees ---
-
-template <class Tree>
-Tree treeOf(const FiberScene& scene, double padding = 0.001) {
-  Tree tree = [&] {
-    if constexpr (Tree::kArity == 2) {
-      return Tree(superThread(scene.fibers));
-    } else {
-      return Tree(bundle(scene.fibers, scene.segments));
-    }
-  }();
-  tree.refit(scene.segments, padding);
-  return tree;
-}
-
-FiberScene inFrame(const FiberScene& world, const Frame& frame) {
-  FiberScene local = world;
-  for (Segment& s : local.segments) {
-    s = {frame.fromWorld(s.a), frame.fromWorld(s.b), frame.scale * s.radius};
-  }
-  return local;
-}
-
-/// Two trees in frames of their own.
-template <class Tree>
-struct TwoTrees {
-  TwoTrees(const FiberScene& world_a, const FiberScene& world_b)
-      : a(treeOf<Tree>(inFrame(world_a, here))), b(treeOf<Tree>(inFrame(world_b, there))) {}
-
-  Frame here{{0.1, -0.3, 0.7}, 4}, there{{-30, 20, 0.1}, 0.0625};
-  Tree a, b;
-  FrameChange b_to_a{there, here}, a_to_b{here, there};
-  typename Search<Tree>::Two two{a, b, b_to_a, a_to_b};
-};
 
 // --- Answers ---
 
-class CollectRuns final : public PairSink {
+/// Takes everything, or as many as wanted, eight pairs at a time.
+class SmallBuffer final : public PairBuffer {
  public:
-  explicit CollectRuns(std::size_t wanted = SIZE_MAX) : wanted_(wanted) {}
-
-  Visit take(const Pair* pairs, std::size_t count) override {
-    EXPECT_LT(found.size(), wanted_) << "asked again after the end";
-    EXPECT_GT(count, 0u);
-    for (std::size_t i = 0; i < count; ++i) {
-      found.emplace_back(pairs[i].a, pairs[i].b);
-      if (found.size() == wanted_) return Visit::kStop;
+  explicit SmallBuffer(std::size_t wanted = SIZE_MAX) : wanted_(wanted) { restart(); }
+  Visit full() override {
+    for (const Pair* pair = pairs_; pair != next_ && found.size() < wanted_; ++pair) {
+      found.emplace_back(pair->a, pair->b);
     }
-    return Visit::kContinue;
+    restart();
+    return found.size() < wanted_ ? Visit::kContinue : Visit::kStop;
   }
   PairList found;
 
  private:
+  void restart() {
+    next_ = pairs_;
+    end_ = pairs_ + 1;
+  }
   std::size_t wanted_;
+  Pair pairs_[1 + kRoom];
 };
 
+/// Does the work piece by piece.
 template <class Tree, class Trees>
-PairList pairsFound(const Trees& trees, parallel::Executor* executor = nullptr) {
-  CollectRuns sink;
-  SearchScratch scratch;
-  EXPECT_EQ(findPairs<Tree>(trees, nullptr, executor, scratch, sink), Visit::kContinue);
-  return sink.found;
+PairList pairsFound(const Trees& trees) {
+  class Serial final : public TaskSink {
+   public:
+    explicit Serial(const Trees& trees) : trees_(trees) {}
+    Visit take(const TraversalTask& work) override {
+      return pairKernels(trees_).overlaps(trees_, work, out);
+    }
+    SmallBuffer out;
+
+   private:
+    const Trees& trees_;
+  } serial(trees);
+  EXPECT_EQ(pairKernels(trees).splitIntoTasks(trees, serial), Visit::kContinue);
+  serial.out.full();
+  return serial.out.found;
+}
+
+template <class Tree>
+PairList pairsWith(const Tree& tree, const typename Tree::Volume& volume, SegmentId second,
+                   Group group) {
+  SmallBuffer out;
+  EXPECT_EQ(kernels<Tree>().overlapsVolume(tree, volume, second, group, out), Visit::kContinue);
+  out.full();
+  return out.found;
 }
 
 struct CollectPlainly : plain::OverlapVisitor {
@@ -181,29 +92,10 @@ struct CollectPlainly : plain::OverlapVisitor {
   Visit leaf(SegmentId a) override { return leafPair(a, kVolume); }
 };
 
-/// Without an order, and of one tree's pairs without a first and a second.
-PairList asSet(PairList pairs, bool ordered) {
-  for (auto& pair : pairs) {
-    if (!ordered && pair.first > pair.second) std::swap(pair.first, pair.second);
-  }
-  std::sort(pairs.begin(), pairs.end());
-  return pairs;
-}
-bool hasDuplicates(const PairList& set) {
-  return std::adjacent_find(set.begin(), set.end()) != set.end();
-}
 PairList difference(const PairList& a, const PairList& b) {
   PairList result;
   std::set_symmetric_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(result));
   return result;
-}
-
-PairList allPairs(SegmentId segments) {
-  PairList all;
-  for (SegmentId a = 0; a < segments; ++a) {
-    for (SegmentId b = a + 1; b < segments; ++b) all.emplace_back(a, b);
-  }
-  return all;
 }
 
 /// Whether volumes touch within the rounding of a change of frame: floats of some thirty units.
@@ -222,17 +114,7 @@ bool barelyTouch(const Segment& p, const Segment& q) {
 template <class Tree>
 class SearchTest : public testing::Test {};
 
-struct TreeNames {
-  template <class Tree>
-  static std::string GetName(int) {
-    return std::string(std::is_same_v<typename Tree::Volume, Box> ? "LayeredBoxes"
-                                                                  : "WrappedSpheres") +
-           std::to_string(Tree::kArity);
-  }
-};
-using Trees = testing::Types<LayeredBoxTree<2>, LayeredBoxTree<8>, WrappedSphereTree<2>,
-                             WrappedSphereTree<8>>;
-TYPED_TEST_SUITE(SearchTest, Trees, TreeNames);
+TYPED_TEST_SUITE(SearchTest, SearchedTrees, TreeNames);
 
 // Pairs would be missed, invented or repeated.
 TYPED_TEST(SearchTest, FindsThePairsOfThePlainTraversal) {
@@ -260,28 +142,6 @@ TYPED_TEST(SearchTest, FindsAllPairsOfSegmentsInOnePlace) {
   }
 }
 
-/// Takes everything, eight pairs at a time.
-class SmallBuffer final : public PairBuffer {
- public:
-  explicit SmallBuffer(std::size_t wanted = SIZE_MAX) : wanted_(wanted) { restart(); }
-  Visit full() override {
-    for (const Pair* pair = pairs_; pair != next_ && found.size() < wanted_; ++pair) {
-      found.emplace_back(pair->a, pair->b);
-    }
-    restart();
-    return found.size() < wanted_ ? Visit::kContinue : Visit::kStop;
-  }
-  PairList found;
-
- private:
-  void restart() {
-    next_ = pairs_;
-    end_ = pairs_ + 1;
-  }
-  std::size_t wanted_;
-  Pair pairs_[1 + kRoom];
-};
-
 /// The lowest node whose first two children have so many leaves each.
 template <class Tree>
 std::int32_t parentOf(const Tree& tree, std::int32_t leaves) {
@@ -299,25 +159,25 @@ TYPED_TEST(SearchTest, DoesAPieceOfAnySize) {
   constexpr std::int32_t kLeaves = 512;
   const TypeParam tree = treeOf<TypeParam>(identical(64, 64));
   const std::int32_t parent = parentOf(tree, kLeaves), slot = TypeParam::kArity * parent;
-  const Work below{tree.node(parent).children[0].node(), 0, 0};
-  const Work between{Work::kBetween, slot, slot + 1};
+  const TraversalTask below{tree.node(parent).children[0].node(), 0, 0};
+  const TraversalTask between{TraversalTask::kCross, slot, slot + 1};
 
-  const auto expectFound = [&](const Work& work, std::size_t count) {
+  const auto expectFound = [&](const TraversalTask& work, std::size_t count) {
     SmallBuffer all;
-    EXPECT_EQ(Search<TypeParam>::overlaps(tree, work, all), Visit::kContinue);
+    EXPECT_EQ(pairKernels(tree).overlaps(tree, work, all), Visit::kContinue);
     all.full();
     const PairList found = asSet(all.found, false);
     EXPECT_FALSE(hasDuplicates(found));
     EXPECT_EQ(found.size(), count);
     for (const std::size_t wanted : {std::size_t{5000}, count - 1}) {
       SmallBuffer some(wanted);
-      EXPECT_EQ(Search<TypeParam>::overlaps(tree, work, some), Visit::kStop);
+      EXPECT_EQ(pairKernels(tree).overlaps(tree, work, some), Visit::kStop);
       EXPECT_TRUE(std::equal(some.found.begin(), some.found.end(), all.found.begin()));
     }
   };
-  for (const std::int64_t target : simdTargetsHere()) {
-    const geometry::ScopedSimdTarget scoped(target);
-    SCOPED_TRACE(geometry::simdTargetName(target));
+  for (const std::int64_t target : simd::availableTargets()) {
+    const simd::ScopedTarget scoped(target);
+    SCOPED_TRACE(simd::targetName(target));
     expectFound(below, kLeaves * (kLeaves - 1) / 2);
     expectFound(between, kLeaves * kLeaves);
   }
@@ -345,7 +205,7 @@ TYPED_TEST(SearchTest, KeepsItsRoom) {
   const TypeParam tree = treeOf<TypeParam>(identical(256, 128));
   const std::int32_t slot = TypeParam::kArity * parentOf(tree, kLeaves);
   CountingBuffer between;
-  Search<TypeParam>::overlaps(tree, Work{Work::kBetween, slot, slot + 1}, between);
+  pairKernels(tree).overlaps(tree, TraversalTask{TraversalTask::kCross, slot, slot + 1}, between);
   between.full();
   EXPECT_EQ(between.count, std::size_t{kLeaves} * kLeaves);
 }
@@ -376,23 +236,19 @@ TYPED_TEST(SearchTest, FindsThePairsOfTwoTreesInDifferentFrames) {
   EXPECT_EQ(found.size(), 600u * 500u);
 }
 
-// Answers would come in another order on another machine, or from one run to the next.
-TYPED_TEST(SearchTest, OrderDependsNeitherOnInstructionSetNorOnThreads) {
-  std::vector<std::unique_ptr<parallel::Executor>> executors;
-  for (const int threads : {1, 2, 3, 8}) executors.push_back(parallel::makeExecutor(threads));
+// Answers would come in another order on another machine.
+TYPED_TEST(SearchTest, OrderDoesNotDependOnTheInstructionSet) {
   for (const FiberScene& scene : {curled(), mixed(), many(), identical(4, 150)}) {
     SCOPED_TRACE(scene.name);
     const TypeParam tree = treeOf<TypeParam>(scene);
     const TwoTrees<TypeParam> trees(scene, unequal());
     const PairList self = pairsFound<TypeParam>(tree);
     const PairList two = pairsFound<TypeParam>(trees.two);
-    for (const std::int64_t target : simdTargetsHere()) {
-      const geometry::ScopedSimdTarget scoped(target);
-      SCOPED_TRACE(geometry::simdTargetName(target));
-      for (const auto& executor : executors) {
-        EXPECT_TRUE(pairsFound<TypeParam>(tree, executor.get()) == self);
-        EXPECT_TRUE(pairsFound<TypeParam>(trees.two, executor.get()) == two);
-      }
+    for (const std::int64_t target : simd::availableTargets()) {
+      const simd::ScopedTarget scoped(target);
+      SCOPED_TRACE(simd::targetName(target));
+      EXPECT_TRUE(pairsFound<TypeParam>(tree) == self);
+      EXPECT_TRUE(pairsFound<TypeParam>(trees.two) == two);
     }
   }
 }
@@ -408,20 +264,6 @@ std::vector<Group> groupsBySegment(const FiberScene& scene) {
   return groups;
 }
 
-/// The same scene with groups of every kind: none, large, of one fiber, all in one.
-std::vector<FiberScene> grouped(const FiberScene& scene) {
-  const std::size_t fibers = scene.fibers.begin.size() - 1;
-  std::vector<FiberScene> all(4, scene);
-  Random random(61);
-  for (std::size_t f = 0; f < fibers; ++f) {
-    all[0].fibers.groups.push_back(static_cast<Group>(random.below(5)) - 2);
-    all[1].fibers.groups.push_back(static_cast<Group>(f + 1));
-    all[2].fibers.groups.push_back(f == fibers / 3 ? kNoGroup : 7);
-    all[3].fibers.groups.push_back(-1);
-  }
-  return all;
-}
-
 /// Lowers no limit, and so is brought every pair.
 class CollectNearest final : public NearestVisitor {
  public:
@@ -434,7 +276,6 @@ class CollectNearest final : public NearestVisitor {
 
 // Pairs of one group would be reported, or others be lost with them.
 TYPED_TEST(SearchTest, LeavesOutPairsOfOneGroupAndNoOthers) {
-  const auto executor = parallel::makeExecutor(2);
   for (const FiberScene& plain : {curled(), unequal(), singles(), mixed(), identical(6, 100)}) {
     const PairList all = asSet(pairsFound<TypeParam>(treeOf<TypeParam>(plain)), false);
     for (const FiberScene& scene : grouped(plain)) {
@@ -453,19 +294,18 @@ TYPED_TEST(SearchTest, LeavesOutPairsOfOneGroupAndNoOthers) {
       };
       const PairList expected = ofTwo(all);
       const TypeParam tree = treeOf<TypeParam>(scene);
-      for (const std::int64_t target : simdTargetsHere()) {
-        const geometry::ScopedSimdTarget scoped(target);
-        SCOPED_TRACE(geometry::simdTargetName(target));
+      for (const std::int64_t target : simd::availableTargets()) {
+        const simd::ScopedTarget scoped(target);
+        SCOPED_TRACE(simd::targetName(target));
         const PairList found = pairsFound<TypeParam>(tree);
         EXPECT_TRUE(asSet(found, false) == expected)
             << found.size() << " instead of " << expected.size();
-        EXPECT_TRUE(pairsFound<TypeParam>(tree, executor.get()) == found);
       }
 
       // Of distances, all pairs; of a scene of few segments, as they are many.
       if (scene.segments.size() > 1000) continue;
       CollectNearest nearest;
-      Search<TypeParam>::nearest(tree, 1e6, nearest);
+      pairKernels(tree).nearest(tree, 1e6, nearest);
       EXPECT_TRUE(asSet(nearest.found, false) ==
                   ofTwo(allPairs(static_cast<SegmentId>(scene.segments.size()))));
     }
@@ -490,123 +330,14 @@ TYPED_TEST(SearchTest, LeavesOutTheGroupOfAVolume) {
           }
           return kept;
         };
-        CollectRuns unfiltered, found;
-        findPairs(all, volume, 0, kNoGroup, nullptr, unfiltered);
-        findPairs(tree, volume, 0, group, nullptr, found);
-        EXPECT_EQ(found.found, keepOthers(unfiltered.found));
+        EXPECT_EQ(pairsWith(tree, volume, 0, group),
+                  keepOthers(pairsWith(all, volume, 0, kNoGroup)));
         CollectNearest far, near;
-        Search<TypeParam>::nearest(all, volume, 0, kNoGroup, 1e6, far);
-        Search<TypeParam>::nearest(tree, volume, 0, group, 1e6, near);
+        kernels<TypeParam>().nearestVolume(all, volume, 0, kNoGroup, 1e6, far);
+        kernels<TypeParam>().nearestVolume(tree, volume, 0, group, 1e6, near);
         EXPECT_EQ(near.found, keepOthers(far.found));
       }
     }
-  }
-}
-
-class CountPieces final : public WorkSink {
- public:
-  Visit take(const Work&) override {
-    ++count;
-    return Visit::kContinue;
-  }
-  std::size_t count = 0;
-};
-
-// The tests above would not see what happens at the window's end.
-TYPED_TEST(SearchTest, ManyPiecesAreMoreThanOneWindow) {
-  CountPieces pieces;
-  Search<TypeParam>::cut(treeOf<TypeParam>(many()), pieces);
-  EXPECT_GT(pieces.count, 4u + 8 + 16 + 32 + 64 + 128 + 256);
-}
-
-// Whoever wants the first contact would get another one with threads, or more than asked for.
-TYPED_TEST(SearchTest, StopsAfterTheFirstPairs) {
-  std::vector<std::unique_ptr<parallel::Executor>> executors;
-  for (const int threads : {1, 2, 3, 8}) executors.push_back(parallel::makeExecutor(threads));
-  const TypeParam tree = treeOf<TypeParam>(many());
-  const TwoTrees<TypeParam> trees(many(), curled());
-  const auto expectPrefixes = [&](const auto& what) {
-    const PairList all = pairsFound<TypeParam>(what);
-    ASSERT_GT(all.size(), 3000u);
-    for (const std::size_t wanted :
-         {std::size_t{1}, std::size_t{2}, std::size_t{17}, all.size() - 1, all.size()}) {
-      for (const auto& executor : executors) {
-        CollectRuns sink(wanted);
-        SearchScratch scratch;
-        EXPECT_EQ(findPairs<TypeParam>(what, nullptr, executor.get(), scratch, sink), Visit::kStop);
-        ASSERT_EQ(sink.found.size(), wanted);
-        EXPECT_TRUE(std::equal(sink.found.begin(), sink.found.end(), all.begin())) << wanted;
-      }
-    }
-  };
-  expectPrefixes(tree);
-  expectPrefixes(trees.two);
-}
-
-// Threads would go on searching what nobody asks for any more.
-TYPED_TEST(SearchTest, NothingIsSearchedAfterTheEnd) {
-  struct ForegroundFirst : parallel::Executor {
-    void parallelForWithForeground(parallel::FunctionRef<> foreground, int count,
-                                   parallel::FunctionRef<int> task) override {
-      foreground();
-      for (int i = 0; i < count; ++i) task(i);
-    }
-  } executor;
-  CollectRuns sink(1);
-  SearchScratch scratch;
-  EXPECT_EQ(findPairs<TypeParam>(treeOf<TypeParam>(many()), nullptr, &executor, scratch, sink),
-            Visit::kStop);
-  std::array<std::ptrdiff_t, 2> searched;
-  std::transform(scratch.windows.begin(), scratch.windows.end(), searched.begin(),
-                 [](const SearchScratch::Window& window) {
-                   return std::count_if(window.pieces.begin(), window.pieces.end(),
-                                        [](const auto& piece) { return piece.pairs() != nullptr; });
-                 });
-  EXPECT_GT(std::max(searched[0], searched[1]), 0);
-  EXPECT_EQ(std::min(searched[0], searched[1]), 0) << "the window after the one with the pair";
-}
-
-// The user's error would be lost, or pairs be handed on after it.
-TYPED_TEST(SearchTest, WhatASinkThrowsIsThrown) {
-  class Thrower final : public PairSink {
-   public:
-    explicit Thrower(std::size_t at) : at_(at) {}
-    Visit take(const Pair*, std::size_t count) override {
-      EXPECT_LE(taken_, at_) << "asked again after it threw";
-      taken_ += count;
-      if (taken_ > at_) throw at_;
-      return Visit::kContinue;
-    }
-
-   private:
-    std::size_t at_, taken_ = 0;
-  };
-  const TypeParam tree = treeOf<TypeParam>(many());
-  const PairList all = pairsFound<TypeParam>(tree);
-  SearchScratch scratch;
-  for (const int threads : {2, 3, 8}) {
-    const auto executor = parallel::makeExecutor(threads);
-    for (const std::size_t at : {std::size_t{0}, all.size() / 2, all.size() - 1}) {
-      Thrower thrower(at);
-      EXPECT_THROW(findPairs<TypeParam>(tree, nullptr, executor.get(), scratch, thrower),
-                   std::size_t);
-      CollectRuns whole;
-      findPairs<TypeParam>(tree, nullptr, executor.get(), scratch, whole);
-      EXPECT_TRUE(whole.found == all) << "after that";
-    }
-  }
-}
-
-// What one query left behind would show in the next.
-TYPED_TEST(SearchTest, ScratchMayBeUsedAgain) {
-  const auto executor = parallel::makeExecutor(2);
-  const TypeParam large = treeOf<TypeParam>(many()), small = treeOf<TypeParam>(unequal());
-  SearchScratch scratch;
-  for (const TypeParam* tree : {&large, &small, &large}) {
-    CollectRuns stopped(17), whole;
-    findPairs<TypeParam>(*tree, nullptr, executor.get(), scratch, stopped);
-    findPairs<TypeParam>(*tree, nullptr, executor.get(), scratch, whole);
-    EXPECT_TRUE(whole.found == pairsFound<TypeParam>(*tree));
   }
 }
 
@@ -620,17 +351,18 @@ TYPED_TEST(SearchTest, FindsWhatAVolumeOverlaps) {
     CollectPlainly plain;
     visitLeaves(tree, volume, plain);
     found += plain.found.size();
-    for (const std::int64_t target : simdTargetsHere()) {
-      const geometry::ScopedSimdTarget scoped(target);
-      CollectRuns sink;
-      EXPECT_EQ(findPairs(tree, volume, CollectPlainly::kVolume, kNoGroup, nullptr, sink),
-                Visit::kContinue);
-      ASSERT_EQ(sink.found, plain.found) << geometry::simdTargetName(target);
+    for (const std::int64_t target : simd::availableTargets()) {
+      const simd::ScopedTarget scoped(target);
+      ASSERT_EQ(pairsWith(tree, volume, CollectPlainly::kVolume, kNoGroup), plain.found)
+          << simd::targetName(target);
     }
+    // The buffer is asked eight pairs at a time at most, and so are those that are left at the end.
     const std::size_t wanted = 1 + i % plain.found.size();
-    CollectRuns some(wanted);
-    EXPECT_EQ(findPairs(tree, volume, CollectPlainly::kVolume, kNoGroup, nullptr, some),
-              Visit::kStop);
+    SmallBuffer some(wanted);
+    if (kernels<TypeParam>().overlapsVolume(tree, volume, CollectPlainly::kVolume, kNoGroup,
+                                            some) == Visit::kContinue) {
+      some.full();
+    }
     ASSERT_EQ(some.found.size(), wanted);
     EXPECT_TRUE(std::equal(some.found.begin(), some.found.end(), plain.found.begin()));
   }
@@ -667,13 +399,12 @@ TYPED_TEST(SearchTest, TestsOfAPackAreTheSameOnAllInstructionSets) {
     }
     PairList expected;
     bool known = false;
-    for (const std::int64_t target : simdTargetsHere()) {
-      const geometry::ScopedSimdTarget scoped(target);
-      CollectRuns sink;
-      findPairs(tree, volume, 0, kNoGroup, nullptr, sink);
-      if (!known) expected = sink.found;
+    for (const std::int64_t target : simd::availableTargets()) {
+      const simd::ScopedTarget scoped(target);
+      const PairList found = pairsWith(tree, volume, 0, kNoGroup);
+      if (!known) expected = found;
       known = true;
-      ASSERT_EQ(sink.found, expected) << geometry::simdTargetName(target);
+      ASSERT_EQ(found, expected) << simd::targetName(target);
     }
     overlapping += expected.size();
     tested += static_cast<std::size_t>(count);
@@ -688,18 +419,13 @@ TYPED_TEST(SearchTest, FindsNothingWhereThereIsNothing) {
   FiberScene one{"one", {{{0, 0, 0}, {0.1, 0, 0}, 0.3}}, {}};
   one.fibers.ids = {0};
   one.fibers.endFiber();
-  const auto executor = parallel::makeExecutor(2);
-  for (parallel::Executor* const threads :
-       {static_cast<parallel::Executor*>(nullptr), executor.get()}) {
-    for (const FiberScene& scene : {FiberScene{"none", {}, {}}, one}) {
-      const TypeParam tree = treeOf<TypeParam>(scene);
-      EXPECT_TRUE(pairsFound<TypeParam>(tree, threads).empty());
-      for (const FiberScene& other : {FiberScene{"none", {}, {}}, curled()}) {
-        const TwoTrees<TypeParam> trees(scene, other), swapped(other, scene);
-        const bool any = !scene.segments.empty() && !other.segments.empty();
-        EXPECT_EQ(pairsFound<TypeParam>(trees.two, threads).empty(), !any);
-        EXPECT_EQ(pairsFound<TypeParam>(swapped.two, threads).empty(), !any);
-      }
+  for (const FiberScene& scene : {FiberScene{"none", {}, {}}, one}) {
+    EXPECT_TRUE(pairsFound<TypeParam>(treeOf<TypeParam>(scene)).empty());
+    for (const FiberScene& other : {FiberScene{"none", {}, {}}, curled()}) {
+      const TwoTrees<TypeParam> trees(scene, other), swapped(other, scene);
+      const bool any = !scene.segments.empty() && !other.segments.empty();
+      EXPECT_EQ(pairsFound<TypeParam>(trees.two).empty(), !any);
+      EXPECT_EQ(pairsFound<TypeParam>(swapped.two).empty(), !any);
     }
   }
 }

@@ -27,7 +27,7 @@ double detect(const Contender& contender, MovingFibers& fibers, Numbers& numbers
 }  // namespace
 
 bool measureChain(const Request& request) {
-  const scenes::FiberScene scene = makeChain(chainOfName(request.chain), request.edge);
+  const FiberPolylines scene = makeChain(chainOfName(request.chain), request.edge);
   MovingFibers fibers(request.chain, scene, scene);
   std::vector<Contender> contenders = paperTrees();
   contenders.push_back(fclManagers(Boxes::kTight).front());

@@ -14,8 +14,6 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-using scenes::Point;
-
 /// Numbers of lattice points, x fastest.
 using Path = std::vector<std::size_t>;
 
@@ -163,10 +161,10 @@ Chain chainOfName(const std::string& name) {
   throw std::invalid_argument("--chain=" + name + ": there are straight, random and snake");
 }
 
-scenes::FiberScene makeChain(Chain chain, int edge) {
+FiberPolylines makeChain(Chain chain, int edge) {
   if (edge < 2 || edge % 2 != 0) throw std::invalid_argument("makeChain: the edge has to be even");
   const auto m = static_cast<std::size_t>(edge);
-  scenes::FiberScene scene;
+  FiberPolylines scene;
   scene.radius = 0.2;
   if (chain == Chain::kStraight) {
     for (std::size_t i = 0; i < m * m * m; ++i) {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include <fcl_fibers/scenes/fiber_scene.h>
+#include <fcl_fibers/fiber_polylines.h>
 
 namespace fcl_fibers::benchmarks {
 
@@ -24,6 +24,6 @@ Chain chainOfName(const std::string& name);
 /// that a fixed part of all others reach, which makes n^(4/3) pairs.
 ///
 /// @param edge  even, at least 2; throws std::invalid_argument where it is not
-scenes::FiberScene makeChain(Chain chain, int edge);
+FiberPolylines makeChain(Chain chain, int edge);
 
 }  // namespace fcl_fibers::benchmarks

@@ -22,7 +22,7 @@ std::ofstream openForWriting(const std::string& path) {
   return file;
 }
 
-tools::FoundPairs findTouching(const scenes::FiberScene& scene) {
+tools::FoundPairs findTouching(const FiberPolylines& scene) {
   FiberTreeOptions options;
   options.report = Report::kCapsules;
   options.ignored_neighbors = 1;
@@ -39,11 +39,11 @@ void writeRaw(const std::string& path, const std::vector<T>& values) {
 
 /// NAME.points (floats x y z), NAME.begin (32-bit first points of fibers, and their number),
 /// NAME.touching (a byte a segment). Counts are numbers of the result.
-void writePicture(const std::string& path, const scenes::FiberScene& scene, Numbers& numbers) {
+void writePicture(const std::string& path, const FiberPolylines& scene, Numbers& numbers) {
   const tools::FoundPairs touching = findTouching(scene);
   std::vector<float> coordinates;
   coordinates.reserve(3 * scene.points.size());
-  for (const scenes::Point& point : scene.points) {
+  for (const Point& point : scene.points) {
     for (const double x : point) coordinates.push_back(static_cast<float>(x));
   }
   std::vector<std::int32_t> begin;
@@ -60,8 +60,7 @@ void writePicture(const std::string& path, const scenes::FiberScene& scene, Numb
 
 /// The inner nodes of the paper's tree over one fiber, level by level: of boxes low and high
 /// corner, of spheres centre and radius.
-void writeNodes(std::ofstream& file, const scenes::FiberScene& fiber,
-                FiberTreeOptions::Volumes kind) {
+void writeNodes(std::ofstream& file, const FiberPolylines& fiber, FiberTreeOptions::Volumes kind) {
   FiberTreeOptions options;
   options.volumes = kind;
   options.topology = Topology::kSuperThread;
@@ -89,7 +88,7 @@ void writeNodes(std::ofstream& file, const scenes::FiberScene& fiber,
   }
 }
 
-void writeVolumes(const std::string& path, const scenes::FiberScene& fiber) {
+void writeVolumes(const std::string& path, const FiberPolylines& fiber) {
   std::ofstream file = openForWriting(path);
   file << "kind,depth,a,b,c,d,e,f\n";
   writeNodes(file, fiber, FiberTreeOptions::Volumes::kLayeredBoxes);
@@ -109,7 +108,7 @@ bool measurePictures(const Request& request) {
   for (const auto& [name, text] : kPictures) {
     const std::string path = dir + "/" + name;
     registerRuns("Picture/" + std::string(name), 1, [path, text = text](Numbers& numbers) {
-      const scenes::FiberScene scene = tools::openScene(text, {}).scene();
+      const FiberPolylines scene = tools::openScene(text, {}).scene();
       writePicture(path, scene, numbers);
       if (scene.fiberCount() == 1) writeVolumes(path + ".csv", scene);
       return 0.0;

@@ -74,9 +74,9 @@ void compare(const TreeScene& scene, Numbers& numbers) {
 }
 
 void registerComparison(const std::string& name,
-                        const std::function<scenes::FiberScene()>& make_scene) {
+                        const std::function<FiberPolylines()>& make_scene) {
   registerRuns("Radii/" + name, 1, [make_scene](Numbers& numbers) {
-    const scenes::FiberScene scene = make_scene();
+    const FiberPolylines scene = make_scene();
     compare(TreeScene(MovingFibers("", scene, scene)), numbers);
     return 0.0;
   });

@@ -4,8 +4,8 @@
 #include <limits>
 #include <string>
 
-#include <fcl_fibers/scenes/cosserat_rod.h>
-#include <fcl_fibers/scenes/load_trajectory.h>
+#include "scenes/cosserat_rod.h"
+#include "scenes/load_trajectory.h"
 
 #include "harness/progress.h"
 #include "harness/runs.h"
@@ -58,7 +58,7 @@ void registerRod(int segments, bool warm) {
 void registerScene(const std::string& name) {
   constexpr int kRuns = 3;
   registerRuns("Make/" + name, kRuns, [name](Numbers& numbers) {
-    scenes::FiberScene scene;
+    FiberPolylines scene;
     const double taken = seconds([&] { scene = tools::openScene(name, {}).scene(); });
     numbers["fibers"] = static_cast<double>(scene.fiberCount());
     numbers["segments"] = static_cast<double>(scene.segmentCount());

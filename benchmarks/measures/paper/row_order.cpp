@@ -10,7 +10,7 @@
 
 namespace fcl_fibers::benchmarks {
 
-std::vector<std::size_t> rowsOfRoots(const scenes::FiberScene& scene) {
+std::vector<std::size_t> rowsOfRoots(const FiberPolylines& scene) {
   const std::size_t count = scene.fiberCount();
   const auto root = [&](std::size_t f) { return scene.points[scene.point_begin[f]]; };
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -43,9 +43,8 @@ std::vector<std::size_t> rowsOfRoots(const scenes::FiberScene& scene) {
   return order;
 }
 
-scenes::FiberScene reordered(const scenes::FiberScene& scene,
-                             const std::vector<std::size_t>& order) {
-  scenes::FiberScene result;
+FiberPolylines reordered(const FiberPolylines& scene, const std::vector<std::size_t>& order) {
+  FiberPolylines result;
   result.radius = scene.radius;
   for (const std::size_t f : order) {
     for (std::size_t i = scene.point_begin[f]; i < scene.point_begin[f + 1]; ++i) {

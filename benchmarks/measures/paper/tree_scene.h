@@ -5,7 +5,7 @@
 
 #include "contenders/contender.h"
 #include "geometry/segment.h"
-#include "tree/fiber_tree.h"
+#include "tree/bvh.h"
 #include "tree/topology.h"
 
 namespace fcl_fibers::benchmarks {

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include <fcl/narrowphase/collision_object.h>
+
+#include <fcl_fibers/eigen_alignment.h>
+#include <fcl_fibers/export.h>
+#include <fcl_fibers/fiber_options.h>
+#include <fcl_fibers/fiber_polylines.h>
+
+namespace fcl_fibers {
+
+/// Poses of all segments, fiber after fiber, in the world frame. An `fcl::Capsule` along z is
+/// centred between the two points and turned from the first (-z) to the second (+z). Its ends match
+/// the points to 2 ulp of the largest coordinate. A segment of length zero is not turned.
+///
+/// Throws std::invalid_argument if point_begin is not as FiberPolylines requires, or if a
+/// coordinate is not a number that S holds with two bits to spare.
+template <typename S>
+FCL_FIBERS_EXPORT std::vector<fcl::Transform3<S>> segmentPoses(const FiberPolylines& scene);
+
+/// One object per segment, fiber after fiber, each with a capsule of its own at the pose of
+/// segmentPoses(). Throws as segmentPoses() does, if a radius is negative or not finite in S, and
+/// if `radii` is neither empty nor one for each point.
+template <typename S>
+FCL_FIBERS_EXPORT std::vector<std::unique_ptr<fcl::CollisionObject<S>>> makeObjects(
+    const FiberPolylines& scene);
+
+/// One fiber of a scene, as registerFiber() takes it.
+template <typename Object>
+struct FiberObjects {
+  std::vector<Object*> objects;       ///< one per segment, along the fiber; borrowed
+  FiberEnds ends = FiberEnds::kOpen;  ///< from FiberPolylines::closed
+};
+
+/// Sorts by fiber what makeObjects() made, or pointers to as many objects in the same order:
+///
+///     const auto objects = makeObjects<double>(scene);
+///     for (const auto& fiber : objectsByFiber(scene, objects)) {
+///       manager.registerFiber(fiber.objects, fiber.ends);
+///     }
+///
+/// A fiber of one point has no object, and a manager, which then registers nothing, does not count
+/// it. Throws std::invalid_argument if there are not as many objects as segments.
+template <typename Pointer>
+auto objectsByFiber(const FiberPolylines& scene, const std::vector<Pointer>& objects) {
+  using Object = std::remove_reference_t<decltype(*objects.front())>;
+  if (objects.size() != scene.segmentCount()) {
+    throw std::invalid_argument("objectsByFiber: there are " + std::to_string(objects.size()) +
+                                " objects and " + std::to_string(scene.segmentCount()) +
+                                " segments; pass the objects of the scene");
+  }
+  std::vector<FiberObjects<Object>> fibers(scene.fiberCount());
+  auto next = objects.begin();
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    const std::size_t segments = scene.point_begin[f + 1] - scene.point_begin[f] - 1;
+    fibers[f].ends = scene.isClosed(f) ? FiberEnds::kClosed : FiberEnds::kOpen;
+    fibers[f].objects.reserve(segments);
+    for (std::size_t i = 0; i < segments; ++i) fibers[f].objects.push_back(&**next++);
+  }
+  return fibers;
+}
+
+/// @cond
+extern template FCL_FIBERS_EXPORT std::vector<fcl::Transform3<float>> segmentPoses<float>(
+    const FiberPolylines& scene);
+extern template FCL_FIBERS_EXPORT std::vector<fcl::Transform3<double>> segmentPoses<double>(
+    const FiberPolylines& scene);
+extern template FCL_FIBERS_EXPORT std::vector<std::unique_ptr<fcl::CollisionObject<float>>>
+makeObjects<float>(const FiberPolylines& scene);
+extern template FCL_FIBERS_EXPORT std::vector<std::unique_ptr<fcl::CollisionObject<double>>>
+makeObjects<double>(const FiberPolylines& scene);
+/// @endcond
+
+}  // namespace fcl_fibers

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "index/segment_index.h"
+
+namespace fcl_fibers::broadphase {
+
+using tree::SegmentId;
+
+/// A manager's objects in two indexes with one frame. The main index has the objects that were
+/// registered when it was built; the young index has those registered since. Ids ascend in the
+/// order of registration, so young ids follow the others. The young index is small and is rebuilt
+/// when it grows, so that many single registrations share the price of one build of the main index.
+class Generations {
+ public:
+  using Segment = geometry::Segment;
+
+  explicit Generations(const index::IndexOptions& options)
+      : main_(options), young_(singleThreaded(options)) {}
+
+  const index::IndexOptions& options() const { return main_.options(); }
+  const geometry::Frame& frame() const { return main_.frame(); }
+  /// Young ids are youngBegin(), ..., end() - 1.
+  ///@{
+  SegmentId youngBegin() const { return main_.end(); }
+  SegmentId end() const { return end_; }
+  ///@}
+  bool isYoung(SegmentId id) const { return id >= main_.end(); }
+
+  /// How many of `size` objects may be young before all are built into one index. If objects are
+  /// registered one by one, each costs a build of the young index, and one too many costs a build
+  /// of the main index. The sum is least at sqrt(2 size).
+  static std::size_t mostYoung(std::size_t size) {
+    return std::min(size / 8, static_cast<std::size_t>(std::sqrt(2.0 * static_cast<double>(size))));
+  }
+
+  void copy(const Generations& other);
+  void clear();
+
+  /// Builds all objects into the main index, in a new frame.
+  void build(const index::SegmentSource& source, SegmentId end, const tree::Fibers& fibers);
+  /// @param fibers  the fibers of young objects
+  /// @return false if the frame cannot hold a young object; all have to be built then
+  bool buildYoung(const index::SegmentSource& source, SegmentId end, const tree::Fibers& fibers);
+
+  /// See SegmentIndex. Only the main index decides whether all should be built again: the young one
+  /// is small, and is built whenever it grows.
+  ///@{
+  bool refit(const index::SegmentSource& source);
+  bool refitSome(const std::vector<SegmentId>& ids, const std::vector<Segment>& moved);
+  ///@}
+
+  /// Whether refitting this segment would change nothing.
+  bool isFitted(SegmentId id, const Segment& segment) const {
+    return (isYoung(id) ? young_ : main_).isFitted(id, segment);
+  }
+
+  // See SegmentIndex::search(). Pairs of one group across the two indexes are not excluded.
+
+  template <class Sink>
+  tree::Visit search(Sink& sink) const {
+    if (main_.search(sink) == tree::Visit::kStop) return tree::Visit::kStop;
+    if (!hasYoung()) return tree::Visit::kContinue;
+    return main_.search(young_, nullptr, sink) == tree::Visit::kStop ? tree::Visit::kStop
+                                                                     : young_.search(sink);
+  }
+
+  template <class Sink>
+  tree::Visit search(const Segment& segment, double error, tree::Group group, SegmentId second,
+                     Sink& sink) const {
+    return forEach([&](const index::SegmentIndex& part) {
+      return part.search(segment, error, group, second, sink);
+    });
+  }
+
+  template <class Sink>
+  tree::Visit search(const Generations& other, const index::SegmentSource& source,
+                     Sink& sink) const {
+    return forEach([&](const index::SegmentIndex& part) {
+      return other.forEach([&](const index::SegmentIndex& other_part) {
+        return part.search(other_part, &source, sink);
+      });
+    });
+  }
+
+  std::size_t memoryUsage() const { return main_.memoryUsage() + young_.memoryUsage(); }
+
+ private:
+  static index::IndexOptions singleThreaded(index::IndexOptions options) {
+    options.threads = 1;
+    return options;
+  }
+  bool hasYoung() const { return end_ > main_.end(); }
+
+  template <class F>
+  tree::Visit forEach(F&& visit) const {
+    if (visit(main_) == tree::Visit::kStop) return tree::Visit::kStop;
+    return hasYoung() ? visit(young_) : tree::Visit::kContinue;
+  }
+
+  index::SegmentIndex main_, young_;
+  SegmentId end_ = 0;  ///< main_.end() unless the young index is complete
+};
+
+}  // namespace fcl_fibers::broadphase

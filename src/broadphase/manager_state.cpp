@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "broadphase/manager_state.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "broadphase/new_objects.h"
+
+namespace fcl_fibers::broadphase {
+
+using fibers::throwInvalidArgument;
+using geometry::Frame;
+using geometry::Segment;
+
+template <typename S>
+ManagerState<S>::ManagerState(bool wrapped_spheres, const FiberManagerOptions& options)
+    : options_(options),
+      registry_(fibers::neighborRule(options)),
+      generations_(fibers::indexOptions(options, wrapped_spheres)) {}
+
+template <typename S>
+ManagerState<S>::ManagerState(const char* call, const ManagerState& original,
+                              const Objects& objects)
+    : ManagerState(original.generations_.options().wrapped_spheres, original.options_) {
+  if (objects.size() != original.registry_.size()) {
+    throwInvalidArgument(call, std::to_string(objects.size()) + " objects for " +
+                                   std::to_string(original.registry_.size()) +
+                                   "; pass one for each object of getObjects(), in that order");
+  }
+  std::size_t i = 0;
+  for (const Object* model : original.registry_.objects()) {
+    if (model == nullptr) continue;
+    prefetchObject(objects, i);
+    readNew(call, objects, i, options_.bounds);
+    if (isCapsule(*model) && !isCapsule(*objects[i])) {
+      throwInvalidArgument(call,
+                           nameOf(i) + " is no capsule, but the original's is; pass a capsule");
+    }
+    if (++i == objects.size() && original.last_registered_) {
+      // A box that counts in its place does not run along the fiber.
+      last_registered_ = readObject(call, *objects[i - 1], Frame{}, Bounds::kShapes,
+                                    [i] { return nameOf(i - 1); });
+    }
+  }
+  if (const auto duplicate = registry_.copy(original.registry_, objects)) {
+    throwInvalidArgument(call, nameOf(*duplicate) + " is passed twice; pass each object once");
+  }
+  // The original's first query may be building.
+  const std::lock_guard<std::mutex> lock(original.build_mutex_);
+  if (!original.hasTree()) return;
+  generations_.copy(original.generations_);
+  removed_ = original.removed_;
+  removed_young_ = original.removed_young_;
+  state_ = State::kCloned;
+}
+
+// --- Registering ---
+
+template <typename S>
+void ManagerState<S>::add(const char* call, const Objects& added, const Kind& kind) {
+  refuseDuringQuery(call);
+  if (added.size() > static_cast<std::size_t>(std::numeric_limits<SegmentId>::max()) / 2 -
+                         registry_.objects().size()) {
+    throwInvalidArgument(call, "too many objects; use several managers");
+  }
+  const NewObjects found = readNewObjects<S>(call, added, kind, options_, last_registered_);
+  if (const auto duplicate = registry_.add(added, found.starts_fiber, kind, found.lengths)) {
+    throwInvalidArgument(call,
+                         nameOf(*duplicate) + " is registered already; register each object once");
+  }
+  if (added.empty()) return;
+  last_registered_ = found.last;
+  if (!hasTree()) return;
+  const auto young_ids = static_cast<std::size_t>(registry_.idCount() - generations_.youngBegin());
+  if (young_ids - removed_young_ > Generations::mostYoung(registry_.size()) ||
+      young_ids > registry_.size() / 8) {
+    markStale();
+  } else if (state_ == State::kReady) {
+    state_ = State::kGrown;
+  }
+}
+
+template <typename S>
+void ManagerState<S>::remove(const char* call, const Object* object) {
+  refuseDuringQuery(call);
+  const SegmentId id = managedId(call, object, "object");
+  last_registered_.reset();
+  const bool keeps_ids = registry_.remove(object);
+  ++(generations_.isYoung(id) ? removed_young_ : removed_);
+  if (!keeps_ids || removed_ > registry_.size() / 8) markStale();
+  if (registry_.size() == 0) state_ = State::kStale;  // no object is left that could be refused
+}
+
+template <typename S>
+void ManagerState<S>::clear(const char* call) {
+  refuseDuringQuery(call);
+  registry_.clear();
+  generations_.clear();
+  last_registered_.reset();
+  state_ = State::kStale;
+}
+
+// --- Reading the objects ---
+
+template <typename S>
+void ManagerState<S>::setup(const char* call) {
+  if (state_ == State::kReady) return;
+  refuseDuringQuery(call);
+  catchUp(call);
+}
+
+template <typename S>
+void ManagerState<S>::update(const char* call) {
+  refuseDuringQuery(call);
+  const bool is_built = hasTree();
+  state_ = State::kFailed;
+  is_built ? readAndFit(call) : readAndBuild(call);
+}
+
+template <typename S>
+void ManagerState<S>::update(const char* call, const Objects& moved) {
+  refuseDuringQuery(call);
+  std::vector<SegmentId> ids;
+  std::vector<std::size_t> positions;
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    if (moved[i] == nullptr) {
+      throwInvalidArgument(call, nameOf(i) + " is null; pass registered objects");
+    }
+    const SegmentId id = registry_.find(moved[i]);
+    if (id == Registry::kNotFound) continue;
+    ids.push_back(id);
+    positions.push_back(i);
+  }
+  if (ids.empty()) return;
+  // One sweep over all nodes costs less than a way up from each of many segments.
+  if (!hasTree() || state_ == State::kCloned || 4 * ids.size() > registry_.size()) {
+    return update(call);
+  }
+  const State before = state_;
+  state_ = State::kFailed;
+  std::vector<Segment> segments(ids.size());
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const Object& object = *registry_[ids[i]];
+    if (readSegment(object, generations_.frame(), options_.bounds, segments[i]) == nullptr) {
+      continue;
+    }
+    // If only the frame cannot hold the object, a build chooses another frame.
+    readObject(call, object, Frame{}, options_.bounds, [&] { return nameOf(positions[i]); });
+    return readAndBuild(call);
+  }
+  // Objects that are in no index yet are read by the next query.
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    if (ids[i] >= generations_.end()) continue;
+    ids[kept] = ids[i];
+    segments[kept++] = segments[i];
+  }
+  ids.resize(kept);
+  segments.resize(kept);
+  if (!generations_.refitSome(ids, segments)) return readAndBuild(call);
+  state_ = before;
+  if (before == State::kGrown) readYoung(call);
+}
+
+template <typename S>
+void ManagerState<S>::refuseDuringQuery(const char* call) const {
+  if (running_queries_ == 0) return;
+  throwInvalidArgument(call, "a query is running; collect the changes and make them after it");
+}
+
+/// Several threads may query first; one of them builds.
+template <typename S>
+void ManagerState<S>::makeReady(const char* call) const {
+  if (state_.load(std::memory_order_acquire) == State::kReady) return;
+  const std::lock_guard<std::mutex> lock(build_mutex_);
+  if (state_ == State::kReady) return;
+  if (state_ == State::kFailed) {
+    throwInvalidArgument(call, "the last update failed; fix the object it named and call update()");
+  }
+  catchUp(call);
+}
+
+template <typename S>
+void ManagerState<S>::catchUp(const char* call) const {
+  if (state_ == State::kGrown) return readYoung(call);
+  if (state_ != State::kCloned) return readAndBuild(call);
+  state_ = State::kStale;  // in case an object is refused
+  readAndFit(call);
+}
+
+template <typename S>
+void ManagerState<S>::readAndBuild(const char* call) const {
+  generations_.build(source(call), registry_.idCount(), registry_.fibersFrom(0));
+  removed_ = removed_young_ = 0;
+  state_.store(State::kReady, std::memory_order_release);
+}
+
+template <typename S>
+void ManagerState<S>::readAndFit(const char* call) const {
+  if (!generations_.refit(source(call))) return readAndBuild(call);
+  readYoung(call);
+}
+
+template <typename S>
+void ManagerState<S>::readYoung(const char* call) const {
+  if (registry_.idCount() > generations_.end()) {
+    const bool is_in_frame = generations_.buildYoung(
+        source(call), registry_.idCount(), registry_.fibersFrom(generations_.youngBegin()));
+    if (!is_in_frame) {
+      if (state_ == State::kGrown) state_ = State::kStale;
+      return readAndBuild(call);
+    }
+  }
+  state_.store(State::kReady, std::memory_order_release);
+}
+
+// --- Asking ---
+
+template <typename S>
+ManagerState<S>::QueryScope::QueryScope(const ManagerState& state, const char* call)
+    : state_(state) {
+  ++state_.running_queries_;
+  try {
+    state_.makeReady(call);
+  } catch (...) {
+    --state_.running_queries_;
+    throw;
+  }
+}
+
+template <typename S>
+bool ManagerState<S>::movedSinceUpdate() const {
+  const std::lock_guard<std::mutex> lock(build_mutex_);
+  if (state_ == State::kFailed) return true;
+  if (!hasTree() || state_ == State::kCloned) return false;  // the next query reads all
+  for (SegmentId id = 0; id < generations_.end(); ++id) {
+    const Object* object = registry_[id];
+    if (object == nullptr) continue;
+    Segment now;
+    if (readSegment(*object, generations_.frame(), options_.bounds, now) != nullptr ||
+        !generations_.isFitted(id, now)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+template <typename S>
+std::size_t ManagerState<S>::memoryUsage() const {
+  const std::lock_guard<std::mutex> lock(build_mutex_);  // a first query may be building
+  return sizeof(*this) + registry_.memoryUsage() + generations_.memoryUsage();
+}
+
+template <typename S>
+SegmentId ManagerState<S>::managedId(const char* call, const Object* object,
+                                     const std::string& name) const {
+  if (object == nullptr) throwInvalidArgument(call, name + " is null; pass a registered object");
+  const SegmentId id = registry_.find(object);
+  if (id == Registry::kNotFound) {
+    throwInvalidArgument(call, name + " is not registered; register it first");
+  }
+  return id;
+}
+
+template class ManagerState<float>;
+template class ManagerState<double>;
+
+}  // namespace fcl_fibers::broadphase

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "broadphase/new_objects.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace fcl_fibers::broadphase {
+
+using geometry::Frame;
+using geometry::Segment;
+
+namespace {
+
+/// Whether the two share an end point, within 4 ulp of the largest coordinate.
+template <typename S>
+bool shareEnd(const Segment& p, const Segment& q) {
+  const double largest = std::max({maxNorm(p.a), maxNorm(p.b), maxNorm(q.a), maxNorm(q.b)});
+  const double tolerance = 4 * double{std::numeric_limits<S>::epsilon()} * largest;
+  for (const auto& end : {p.a, p.b}) {
+    if (maxNorm(end - q.a) <= tolerance || maxNorm(end - q.b) <= tolerance) return true;
+  }
+  return false;
+}
+
+std::string nameOf(std::size_t i) { return "object " + std::to_string(i); }
+
+}  // namespace
+
+template <typename S>
+Segment readNew(const char* call, const std::vector<fcl::CollisionObject<S>*>& objects,
+                std::size_t i, Bounds bounds) {
+  if (objects[i] == nullptr) {
+    fibers::throwInvalidArgument(call, nameOf(i) + " is null; pass objects only");
+  }
+  return readObject(call, *objects[i], Frame{}, bounds, [i] { return nameOf(i); });
+}
+
+template <typename S>
+NewObjects readNewObjects(const char* call, const std::vector<fcl::CollisionObject<S>*>& added,
+                          const typename ObjectRegistry<S>::Kind& kind,
+                          const FiberManagerOptions& options,
+                          const std::optional<Segment>& previous) {
+  NewObjects found;
+  found.starts_fiber.resize(added.size());
+  if (options.ignored_arc_length > 0) found.lengths.resize(added.size());
+  found.last = previous;
+  for (std::size_t i = 0; i < added.size(); ++i) {
+    prefetchObject(added, i);
+    Segment segment = readNew(call, added, i, options.bounds);
+    const bool is_capsule = isCapsule(*added[i]);
+    // If its box counts instead, that has no end points to compare.
+    if (is_capsule && segment.isBox()) {
+      segment = readObject(call, *added[i], Frame{}, Bounds::kShapes, [i] { return nameOf(i); });
+    }
+    if (!found.lengths.empty()) found.lengths[i] = norm(segment.b - segment.a);
+    if (kind.has_neighbors) {
+      if (!is_capsule) {
+        fibers::throwInvalidArgument(call,
+                                     nameOf(i) + " is no capsule; use registerObject() for it");
+      }
+      found.starts_fiber[i] = i == 0;
+    } else {
+      found.starts_fiber[i] = !(is_capsule && found.last && shareEnd<S>(*found.last, segment));
+      found.last = is_capsule ? std::optional<Segment>(segment) : std::nullopt;
+    }
+  }
+  if (kind.has_neighbors) found.last.reset();
+  return found;
+}
+
+template Segment readNew(const char*, const std::vector<fcl::CollisionObject<float>*>&, std::size_t,
+                         Bounds);
+template Segment readNew(const char*, const std::vector<fcl::CollisionObject<double>*>&,
+                         std::size_t, Bounds);
+template NewObjects readNewObjects<float>(const char*,
+                                          const std::vector<fcl::CollisionObject<float>*>&,
+                                          const ObjectRegistry<float>::Kind&,
+                                          const FiberManagerOptions&,
+                                          const std::optional<Segment>&);
+template NewObjects readNewObjects<double>(const char*,
+                                           const std::vector<fcl::CollisionObject<double>*>&,
+                                           const ObjectRegistry<double>::Kind&,
+                                           const FiberManagerOptions&,
+                                           const std::optional<Segment>&);
+
+}  // namespace fcl_fibers::broadphase

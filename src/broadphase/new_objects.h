@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "broadphase/object_registry.h"
+#include "broadphase/object_source.h"
+
+namespace fcl_fibers::broadphase {
+
+template <typename S>
+bool isCapsule(const fcl::CollisionObject<S>& object) {
+  return ObjectMembers<S>::shape(object)->getNodeType() == fcl::GEOM_CAPSULE;
+}
+
+/// World-frame segment of an object about to be registered.
+template <typename S>
+geometry::Segment readNew(const char* call, const std::vector<fcl::CollisionObject<S>*>& objects,
+                          std::size_t i, Bounds bounds);
+
+/// What registering reads from objects. It refuses broken ones early and guesses fibers from
+/// capsules that share end points. The index reads the objects again when it is built.
+struct NewObjects {
+  std::vector<bool> starts_fiber;
+  std::vector<double> lengths;            ///< of segments; empty if no arc length counts
+  std::optional<geometry::Segment> last;  ///< a capsule that the next object may continue
+};
+
+/// @param previous  `last` of the objects registered before
+template <typename S>
+NewObjects readNewObjects(const char* call, const std::vector<fcl::CollisionObject<S>*>& added,
+                          const typename ObjectRegistry<S>::Kind& kind,
+                          const FiberManagerOptions& options,
+                          const std::optional<geometry::Segment>& previous);
+
+}  // namespace fcl_fibers::broadphase

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include <fcl/narrowphase/collision_object.h>
+
+#include "broadphase/pointer_index.h"
+#include "fibers/fiber_table.h"
+
+namespace fcl_fibers::broadphase {
+
+using tree::SegmentId;
+
+/// The managed objects, their order and their fibers.
+///
+/// An object's id is its position in the order of registration. The id of a removed object stays
+/// empty, so that segment numbers along its fiber do not change. Once many objects were removed,
+/// fibers without objects are dropped. Then ids move up, but fiber and segment numbers do not
+/// change.
+template <typename S>
+class ObjectRegistry {
+ public:
+  using Object = fcl::CollisionObject<S>;
+  static constexpr SegmentId kNotFound = PointerIndex<Object>::kNotFound;
+
+  explicit ObjectRegistry(const fibers::NeighborRule& rule) : fibers_(rule), index_(objects_) {}
+  ObjectRegistry(const ObjectRegistry&) = delete;
+  ObjectRegistry& operator=(const ObjectRegistry&) = delete;
+
+  /// By id; null if the id is empty.
+  const std::vector<Object*>& objects() const { return objects_; }
+  Object* operator[](SegmentId id) const { return objects_[static_cast<std::size_t>(id)]; }
+  std::size_t size() const { return size_; }
+  SegmentId idCount() const { return static_cast<SegmentId>(objects_.size()); }
+  SegmentId find(const Object* object) const { return index_.find(object); }
+  const fibers::FiberTable& fibers() const { return fibers_; }
+
+  /// Properties of the fibers of one add(). Guessed fibers have no neighbours.
+  using Kind = fibers::FiberTable::Kind;
+
+  /// Appends objects. An object starts a fiber if its `starts_fiber` is set; else it continues the
+  /// fiber of the object before.
+  /// @param lengths  of the segments, if the table has arc lengths
+  /// @return the position in `added` of an object that is repeated or managed already; then nothing
+  ///         has changed
+  std::optional<std::size_t> add(const std::vector<Object*>& added,
+                                 const std::vector<bool>& starts_fiber, const Kind& kind,
+                                 const std::vector<double>& lengths = {});
+
+  /// Copies another registry, with objects[i] in place of its i-th object.
+  /// @pre this registry is new, and `objects` has as many as the other one and no null
+  /// @return the position of a repeated object; then this registry is unusable
+  std::optional<std::size_t> copy(const ObjectRegistry& other, const std::vector<Object*>& objects);
+
+  /// Returns whether the ids of all other objects are unchanged.
+  /// @pre the object is managed
+  bool remove(const Object* object);
+
+  void clear();
+
+  /// The fibers of all objects from an id on, in order; of the fiber that has the id, what follows.
+  tree::Fibers fibersFrom(SegmentId begin) const {
+    return fibers_.segmentsFrom(begin, [this](SegmentId id) { return (*this)[id] != nullptr; });
+  }
+
+  std::size_t memoryUsage() const {
+    return objects_.capacity() * sizeof(Object*) + index_.memoryUsage() + fibers_.memoryUsage();
+  }
+
+ private:
+  void renumber();
+
+  std::vector<Object*> objects_;
+  fibers::FiberTable fibers_;
+  PointerIndex<Object> index_;
+  std::size_t size_ = 0;
+  std::size_t removed_since_renumbering_ = 0;
+};
+
+template <typename S>
+std::optional<std::size_t> ObjectRegistry<S>::add(const std::vector<Object*>& added,
+                                                  const std::vector<bool>& starts_fiber,
+                                                  const Kind& kind,
+                                                  const std::vector<double>& lengths) {
+  // Calls that may throw come first.
+  const std::size_t first = objects_.size(), count = first + added.size();
+  if (count > objects_.capacity()) {
+    // Leaves room for single objects, so that the first of them does not copy all.
+    constexpr std::size_t kFew = 64;
+    objects_.reserve(std::max(count + count / 128 + kFew, first + first / 2));
+  }
+  const auto starts = std::count(starts_fiber.begin(), starts_fiber.end(), true);
+  fibers_.reserve(static_cast<std::size_t>(starts), added.size(),
+                  kind.closed || !kind.has_neighbors, kind.group != tree::kNoGroup);
+  index_.reserve(count);
+
+  objects_.insert(objects_.end(), added.begin(), added.end());
+  for (std::size_t i = 0; i < added.size(); ++i) {
+    if (index_.insert(static_cast<SegmentId>(first + i))) continue;
+    for (std::size_t j = i; j-- > 0;) index_.takeBack(static_cast<SegmentId>(first + j));
+    objects_.resize(first);
+    return i;
+  }
+  for (std::size_t i = 0; i < added.size();) {
+    if (starts_fiber[i]) fibers_.startFiber(kind);
+    const std::size_t begin = i;
+    do {
+      if (!lengths.empty()) fibers_.addId(lengths[i]);
+    } while (++i < added.size() && !starts_fiber[i]);
+    if (lengths.empty()) fibers_.addIds(static_cast<SegmentId>(i - begin));
+  }
+  size_ += added.size();
+  return std::nullopt;
+}
+
+template <typename S>
+std::optional<std::size_t> ObjectRegistry<S>::copy(const ObjectRegistry& other,
+                                                   const std::vector<Object*>& objects) {
+  index_.reserve(other.objects_.size());
+  objects_.reserve(other.objects_.size());
+  for (const Object* original : other.objects_) {
+    objects_.push_back(original == nullptr ? nullptr : objects[size_]);
+    if (original == nullptr) continue;
+    if (!index_.insert(static_cast<SegmentId>(objects_.size() - 1))) return size_;
+    ++size_;
+  }
+  removed_since_renumbering_ = other.removed_since_renumbering_;
+  fibers_ = other.fibers_;
+  return std::nullopt;
+}
+
+template <typename S>
+bool ObjectRegistry<S>::remove(const Object* object) {
+  // Renumbering each time the number of objects has halved takes linear time in total, however many
+  // ids stay empty within fibers.
+  constexpr std::size_t kFewIds = 64;
+  const bool keeps_ids = removed_since_renumbering_ + 1 <= size_ - 1 + kFewIds;
+  if (!keeps_ids) fibers_.reserveForDrop();
+  objects_[static_cast<std::size_t>(index_.find(object))] = nullptr;
+  --size_;
+  ++removed_since_renumbering_;
+  if (!keeps_ids) renumber();
+  return keeps_ids;
+}
+
+template <typename S>
+void ObjectRegistry<S>::clear() {
+  objects_.clear();
+  fibers_.clear();
+  index_.clear();
+  size_ = removed_since_renumbering_ = 0;
+}
+
+template <typename S>
+void ObjectRegistry<S>::renumber() {
+  removed_since_renumbering_ = 0;
+  fibers_.drop(
+      [this](SegmentId begin, SegmentId end) {
+        return std::any_of(objects_.begin() + begin, objects_.begin() + end,
+                           [](const Object* object) { return object != nullptr; });
+      },
+      [this](SegmentId from, SegmentId to) {
+        objects_[static_cast<std::size_t>(to)] = objects_[static_cast<std::size_t>(from)];
+      });
+  objects_.resize(static_cast<std::size_t>(fibers_.idCount()));
+  index_.forgetAll();
+  for (SegmentId id = 0; id < idCount(); ++id) {
+    if ((*this)[id] != nullptr) index_.insert(id);
+  }
+}
+
+}  // namespace fcl_fibers::broadphase

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <fcl/narrowphase/collision_object.h>
+
+#include <fcl_fibers/fiber_manager_options.h>
+
+#include "broadphase/object_members.h"
+#include "broadphase/object_segments.h"
+#include "fibers/options.h"
+#include "geometry/frame.h"
+#include "index/segment_source.h"
+#include "simd/always_inline.h"
+
+namespace fcl_fibers::broadphase {
+
+/// Reads FCL's objects as segments. An object's id is its position; null is an empty id.
+template <typename S>
+class ObjectSource final : public index::SegmentSource {
+ public:
+  using Object = fcl::CollisionObject<S>;
+
+  /// @param call     for the text of refuse()
+  /// @param objects  by id; borrowed
+  ObjectSource(const char* call, const std::vector<Object*>& objects, Bounds bounds)
+      : call_(call), objects_(objects), bounds_(bounds) {}
+
+  index::SegmentId read(index::SegmentId begin, index::SegmentId end, const geometry::Frame& frame,
+                        geometry::Segment* out, std::uint64_t& present) const override;
+  [[noreturn]] void refuse(index::SegmentId id, const geometry::Frame& frame) const override;
+
+ private:
+  const char* call_;
+  const std::vector<Object*>& objects_;
+  Bounds bounds_;
+};
+
+FCL_FIBERS_ALWAYS_INLINE void prefetchLines(const void* object, std::size_t count) {
+  if (object == nullptr) return;
+  const auto* lines = static_cast<const char*>(object);
+  for (std::size_t line = 0; line < count; ++line) __builtin_prefetch(lines + 64 * line);
+}
+
+/// Reads one object in `frame`. Throws std::invalid_argument with name() if it cannot be read.
+template <typename S, class Name>
+geometry::Segment readObject(const char* call, const fcl::CollisionObject<S>& object,
+                             const geometry::Frame& frame, Bounds bounds, Name&& name) {
+  geometry::Segment segment;
+  if (const char* problem = readSegment(object, frame, bounds, segment)) {
+    fibers::throwInvalidArgument(call, name() + ": " + problem);
+  }
+  return segment;
+}
+
+/// FCL objects are scattered on the heap. Round `i` of a loop over them calls this to prefetch what
+/// a round soon after it reads. It is inlined by force, because gcc removes a call of a function
+/// that only prefetches.
+template <typename S>
+FCL_FIBERS_ALWAYS_INLINE void prefetchObject(const std::vector<fcl::CollisionObject<S>*>& objects,
+                                             std::size_t i) {
+  constexpr std::size_t kAhead = 8;
+  if (i + 2 * kAhead >= objects.size()) return;
+  prefetchLines(objects[i + 2 * kAhead], 4);
+  // The object kAhead on has arrived by now, so the address of its shape is known.
+  const auto* next = objects[i + kAhead];
+  if (next != nullptr) prefetchLines(ObjectMembers<S>::shape(*next), 2);
+}
+
+}  // namespace fcl_fibers::broadphase

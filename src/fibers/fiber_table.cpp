@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fibers/fiber_table.h"
+
+namespace fcl_fibers::fibers {
+namespace {
+
+/// Makes room for `count` elements. It grows by factors, so that adding one by one stays linear.
+template <class Vector>
+void reserveFor(Vector& vector, std::size_t count) {
+  if (count <= vector.capacity()) return;
+  vector.reserve(std::max(count, vector.capacity() + vector.capacity() / 2));
+}
+
+}  // namespace
+
+void FiberTable::reserve(std::size_t fibers, std::size_t ids, bool has_kinds, bool has_groups) {
+  const std::size_t count = begin_.size() + fibers;
+  reserveFor(begin_, count);
+  if (!numbers_.empty() || next_number_ != begin_.size()) reserveFor(numbers_, count);
+  if (rule_.ignoresAny() && (has_kinds || !flags_.empty())) reserveFor(flags_, count);
+  if (has_groups || !groups_.empty()) reserveFor(groups_, count);
+  if (hasArcLengths()) reserveFor(arc_end_, static_cast<std::size_t>(end_) + ids);
+}
+
+void FiberTable::clear() {
+  end_ = 0;
+  begin_.clear();
+  numbers_.clear();
+  next_number_ = 0;
+  flags_.clear();
+  groups_.clear();
+  arc_end_.clear();
+  has_closed_ = false;
+}
+
+}  // namespace fcl_fibers::fibers

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "fibers/fiber_of.h"
+#include "fibers/neighbor_rule.h"
+#include "tree/topology.h"
+
+namespace fcl_fibers::fibers {
+
+using tree::Group;
+using tree::kNoGroup;
+using tree::SegmentId;
+
+/// The place of a segment, like the public FiberSegment.
+struct Place {
+  std::size_t fiber;
+  std::size_t segment;  ///< along the fiber
+};
+
+/// Which ids form a fiber, which of them are neighbours, and which group each fiber has. A fiber
+/// owns a run of ids, which ascend along it. The runs follow each other from 0 on.
+///
+/// Arrays that the rule, the groups and the fibers do not need stay empty.
+class FiberTable {
+ public:
+  /// @param ids_behind  number of ids at the end of each fiber that are no segments: 1 if ids are
+  ///                    points, because the last point starts no segment
+  explicit FiberTable(const NeighborRule& rule, SegmentId ids_behind = 0)
+      : rule_(rule), ids_behind_(ids_behind) {}
+
+  // --- Growing ---
+
+  /// Properties of a fiber.
+  struct Kind {
+    bool has_neighbors = true;  ///< whether the neighbour rule applies to it
+    bool closed = false;
+    Group group = kNoGroup;
+  };
+
+  /// Makes room, so that adding these fibers and ids cannot throw.
+  /// @param has_kinds   whether some fibers are closed or have no neighbours
+  /// @param has_groups  whether some fibers have a group
+  void reserve(std::size_t fibers, std::size_t ids, bool has_kinds, bool has_groups);
+
+  /// Starts a fiber, to which addId() and addIds() add from now on.
+  void startFiber(const Kind& kind);
+
+  /// @param length  of the segment; used if the rule has an arc length
+  void addId(double length);
+  /// @pre the rule has no arc length
+  void addIds(SegmentId count) { end_ += count; }
+
+  /// Makes room, so that drop() cannot throw.
+  void reserveForDrop() {
+    if (numbers_.empty()) numbers_.reserve(begin_.size());
+  }
+
+  /// Removes all fibers. Their numbers start at 0 again.
+  void clear();
+
+  /// Drops the fibers for which keep(begin, end) is false, and calls move(old_id, new_id) for the
+  /// ids of the others, in order. Numbers of fibers do not change.
+  template <class Keep, class Move>
+  void drop(Keep&& keep, Move&& move);
+
+  // --- Questions ---
+
+  SegmentId beginOf(std::size_t fiber) const { return begin_[fiber]; }
+  SegmentId idCount() const { return end_; }
+  std::size_t fiberCount() const { return begin_.size(); }
+  bool hasArcLengths() const { return rule_.arc_length > 0; }
+  bool hasNeighbors() const { return rule_.ignoresAny(); }
+
+  /// @pre 0 <= id < idCount()
+  Place placeOf(SegmentId id) const {
+    const std::size_t fiber = fiberOf(id);
+    return {numbers_.empty() ? fiber : numbers_[fiber],
+            static_cast<std::size_t>(id - begin_[fiber])};
+  }
+
+  /// Whether the id is one of `ids_behind`, and so no segment.
+  bool isBehind(SegmentId id) const { return id >= segmentsEnd(fiberOf(id)); }
+
+  /// Whether the rule excludes this pair.
+  bool areNeighbors(SegmentId a, SegmentId b) const {
+    const auto [first, last] = std::minmax(a, b);
+    // Most pairs end here.
+    if (last - first > rule_.reach && !has_closed_ && rule_.arc_length <= 0) return false;
+    if (!rule_.ignoresAny()) return false;
+    const std::size_t fiber = fiberOf(first);
+    const std::uint8_t flags = flags_.empty() ? 0 : flags_[fiber];
+    if (last >= fiberEnd(fiber) || (flags & kHasNoNeighbors) != 0) return false;
+    const FiberRange range{begin_[fiber], segmentsEnd(fiber), (flags & kIsClosed) != 0};
+    return fibers::areNeighbors(rule_, range, arc_end_.data(), first, last);
+  }
+
+  bool hasGroups() const { return !groups_.empty(); }
+  Group groupOf(SegmentId id) const { return groups_.empty() ? kNoGroup : groups_[fiberOf(id)]; }
+  bool shareGroup(SegmentId a, SegmentId b) const {
+    const Group group = groupOf(a);
+    return group != kNoGroup && group == groupOf(b);
+  }
+
+  /// The fibers from the one with id `begin` on, with the segments for which is_there(id) is true.
+  template <class IsThere>
+  tree::Fibers segmentsFrom(SegmentId begin, IsThere&& is_there) const;
+
+  std::size_t memoryUsage() const {
+    return begin_.capacity() * sizeof(SegmentId) + flags_.capacity() +
+           numbers_.capacity() * sizeof(std::uint32_t) + groups_.capacity() * sizeof(Group) +
+           arc_end_.capacity() * sizeof(double);
+  }
+
+ private:
+  static constexpr std::uint8_t kHasNoNeighbors = 1, kIsClosed = 2;
+
+  std::size_t fiberOf(SegmentId id) const {
+    return fibers::fiberOf(begin_.data(), begin_.size(), end_, id);
+  }
+  SegmentId fiberEnd(std::size_t fiber) const {
+    return fiber + 1 < begin_.size() ? begin_[fiber + 1] : end_;
+  }
+  /// At most the fiber's begin if the fiber has no segment.
+  SegmentId segmentsEnd(std::size_t fiber) const { return fiberEnd(fiber) - ids_behind_; }
+
+  NeighborRule rule_;
+  SegmentId ids_behind_;
+  SegmentId end_ = 0;
+  std::vector<SegmentId> begin_;        ///< by fiber: its first id
+  std::vector<std::uint32_t> numbers_;  ///< by fiber; empty while each is the fiber's position
+  std::uint32_t next_number_ = 0;
+  std::vector<std::uint8_t> flags_;  ///< by fiber; empty while all are 0 or of no use
+  std::vector<Group> groups_;        ///< by fiber; empty unless some fiber has one
+  std::vector<double> arc_end_;      ///< by id, see areNeighbors(); empty unless arc lengths matter
+  bool has_closed_ = false;
+};
+
+inline void FiberTable::startFiber(const Kind& kind) {
+  if (kind.group != kNoGroup || !groups_.empty()) {
+    groups_.resize(begin_.size(), kNoGroup);
+    groups_.push_back(kind.group);
+  }
+  const auto flags = static_cast<std::uint8_t>((kind.has_neighbors ? 0 : kHasNoNeighbors) |
+                                               (kind.closed ? kIsClosed : 0));
+  if (rule_.ignoresAny() && (flags != 0 || !flags_.empty())) {
+    flags_.resize(begin_.size(), 0);
+    flags_.push_back(flags);
+    has_closed_ = has_closed_ || kind.closed;
+  }
+  begin_.push_back(end_);
+  if (!numbers_.empty() || next_number_ + 1 != begin_.size()) numbers_.push_back(next_number_);
+  ++next_number_;
+}
+
+inline void FiberTable::addId(double length) {
+  if (hasArcLengths()) {
+    const bool is_first = begin_.back() == end_;
+    arc_end_.push_back((is_first ? 0 : arc_end_.back()) + length);
+  }
+  ++end_;
+}
+
+template <class Keep, class Move>
+void FiberTable::drop(Keep&& keep, Move&& move) {
+  if (numbers_.empty()) {
+    numbers_.resize(begin_.size());
+    for (std::size_t f = 0; f < begin_.size(); ++f) numbers_[f] = static_cast<std::uint32_t>(f);
+  }
+  std::size_t kept = 0;
+  SegmentId next = 0;
+  for (std::size_t f = 0; f < begin_.size(); ++f) {
+    const SegmentId begin = begin_[f], end = fiberEnd(f);
+    if (!keep(begin, end)) continue;
+    begin_[kept] = next;
+    numbers_[kept] = numbers_[f];
+    if (!flags_.empty()) flags_[kept] = flags_[f];
+    if (!groups_.empty()) groups_[kept] = groups_[f];
+    ++kept;
+    for (SegmentId id = begin; id < end; ++id, ++next) {
+      if (!arc_end_.empty()) {
+        arc_end_[static_cast<std::size_t>(next)] = arc_end_[static_cast<std::size_t>(id)];
+      }
+      move(id, next);
+    }
+  }
+  end_ = next;
+  begin_.resize(kept);
+  numbers_.resize(kept);
+  if (!flags_.empty()) flags_.resize(kept);
+  if (!groups_.empty()) groups_.resize(kept);
+  if (!arc_end_.empty()) arc_end_.resize(static_cast<std::size_t>(next));
+}
+
+template <class IsThere>
+tree::Fibers FiberTable::segmentsFrom(SegmentId first, IsThere&& is_there) const {
+  tree::Fibers fibers;
+  std::size_t f = first < end_ ? fiberOf(first) : begin_.size();
+  fibers.ids.reserve(static_cast<std::size_t>(end_ - first));
+  fibers.begin.reserve(begin_.size() - f + 1);
+  if (!groups_.empty()) {
+    fibers.groups.assign(groups_.begin() + static_cast<std::ptrdiff_t>(f), groups_.end());
+  }
+  for (; f < begin_.size(); ++f) {
+    for (SegmentId id = std::max(begin_[f], first); id < segmentsEnd(f); ++id) {
+      if (is_there(id)) fibers.ids.push_back(id);
+    }
+    fibers.endFiber();
+  }
+  return fibers;
+}
+
+}  // namespace fcl_fibers::fibers

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fibers/options.h"
+
+#include <cmath>
+#include <stdexcept>
+
+namespace fcl_fibers::fibers {
+
+void throwInvalidArgument(const std::string& call, const std::string& what) {
+  throw std::invalid_argument("fcl_fibers: " + call + ": " + what);
+}
+
+void requireValid(const char* call, const FiberOptions& options) {
+  const auto requireLength = [call](const char* name, double length) {
+    if (length >= 0 && std::isfinite(length)) return;
+    throwInvalidArgument(call, std::string(name) + " is " + std::to_string(length) +
+                                   "; set a finite length of 0 or more");
+  };
+  if (options.ignored_neighbors < 0) {
+    throwInvalidArgument(call, "ignored_neighbors is " + std::to_string(options.ignored_neighbors) +
+                                   "; set 0 or more");
+  }
+  requireLength("ignored_arc_length", options.ignored_arc_length);
+  requireLength("margin", options.margin);
+  if (options.threads < 1) {
+    throwInvalidArgument(call, "threads is " + std::to_string(options.threads) + "; set 1 or more");
+  }
+}
+
+NeighborRule neighborRule(const FiberOptions& options) {
+  return {options.ignored_neighbors, options.ignored_arc_length};
+}
+
+index::IndexOptions indexOptions(const FiberOptions& options, bool wrapped_spheres) {
+  return {wrapped_spheres, options.topology == Topology::kSuperThread,
+          options.report == Report::kCapsules, options.margin, options.threads};
+}
+
+}  // namespace fcl_fibers::fibers

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include <fcl_fibers/fiber_options.h>
+
+#include "fibers/neighbor_rule.h"
+#include "index/segment_index.h"
+
+namespace fcl_fibers::fibers {
+
+/// Throws std::invalid_argument with "fcl_fibers: call: what". `what` ends with the remedy.
+[[noreturn]] void throwInvalidArgument(const std::string& call, const std::string& what);
+
+/// Throws std::invalid_argument if an option is out of its range.
+void requireValid(const char* call, const FiberOptions& options);
+
+NeighborRule neighborRule(const FiberOptions& options);
+index::IndexOptions indexOptions(const FiberOptions& options, bool wrapped_spheres);
+
+}  // namespace fcl_fibers::fibers

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "geometry/frame.h"
+#include "geometry/segment.h"
+#include "tree/search.h"
+
+namespace fcl_fibers::index {
+
+using tree::SegmentRange;
+
+/// Keeps the pairs whose capsules touch. Many are decided at a time in float; touch() decides those
+/// near the boundary.
+class CapsuleFilter {
+ public:
+  /// @param b       in a's frame, or in another one if `b_to_a` leads from there to a's
+  /// @param margin  in a's frame
+  /// @param unit    see CapsulePairs
+  /// @param error   bound on the error of b's end points, if it is larger than their coordinates
+  ///                imply; unused if `b_to_a` is given, which has its own bound
+  CapsuleFilter(SegmentRange a, SegmentRange b, const geometry::FrameChange* b_to_a, double margin,
+                double unit, double error = 0)
+      : a_(a), b_(b), b_to_a_(b_to_a), margin_(margin), unit_(unit), error_(error) {}
+
+  /// Moves the pairs that touch to the front in their order, and returns their number.
+  std::size_t keepTouching(tree::Pair* pairs, std::size_t count) const;
+
+ private:
+  template <class ToFirst>
+  std::size_t keep(tree::Pair* pairs, std::size_t count, const ToFirst& to_first) const;
+
+  SegmentRange a_, b_;
+  const geometry::FrameChange* b_to_a_;
+  double margin_, unit_, error_;
+};
+
+/// The power of two that scales the median segment of a sample to a size of about one.
+double usualUnit(const std::vector<geometry::Segment>& segments);
+
+}  // namespace fcl_fibers::index

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+
+#include "tree/search.h"
+
+namespace fcl_fibers::index {
+
+/// Receives the pairs of a search in runs.
+class PairSink {
+ public:
+  virtual tree::Visit take(const tree::Pair* pairs, std::size_t count) = 0;
+
+ protected:
+  ~PairSink() = default;
+};
+
+/// Receives the pairs that may be nearer than a limit. Each visit may lower the limit.
+class NearestSink : public tree::NearestVisitor {
+ public:
+  /// The initial limit, in the frame of the index whose search() is called.
+  virtual double limit() const = 0;
+
+ protected:
+  ~NearestSink() = default;
+};
+
+}  // namespace fcl_fibers::index

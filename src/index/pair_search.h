@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "index/capsule_filter.h"
+#include "index/pair_query.h"
+#include "parallel/executor.h"
+#include "tree/search.h"
+
+namespace fcl_fibers::index {
+
+/// A search for overlapping pairs within one tree or between two, split into tasks of some
+/// microseconds.
+class PairSearch {
+ public:
+  virtual tree::Visit split(tree::TaskSink& out) const = 0;
+  virtual tree::Visit run(const tree::TraversalTask& task, tree::PairBuffer& out) const = 0;
+
+ protected:
+  ~PairSearch() = default;
+};
+
+/// Collects pairs on the stack and hands them on, through the filter if there is one.
+class SerialBuffer final : public tree::PairBuffer {
+ public:
+  SerialBuffer(const CapsuleFilter* filter, PairSink& sink) : filter_(filter), sink_(sink) {
+    restart();
+  }
+  SerialBuffer(const SerialBuffer&) = delete;
+  SerialBuffer& operator=(const SerialBuffer&) = delete;
+
+  /// Must be called at the end of a search, too.
+  tree::Visit full() override;
+
+ private:
+  static constexpr std::size_t kFirst = 8, kCapacity = 1024;
+
+  void restart() {
+    next_ = pairs_;
+    end_ = pairs_ + limit_;
+  }
+
+  const CapsuleFilter* filter_;
+  PairSink& sink_;
+  std::size_t limit_ = kFirst;
+  tree::Pair pairs_[kCapacity + kRoom];
+};
+
+/// Keeps all pairs of a task. It has its own cache lines, because threads run tasks side by side
+/// and each pair moves next_.
+class alignas(64) TaskBuffer final : public tree::PairBuffer {
+ public:
+  void start();
+  /// Filters the pairs, if there is a filter, and returns how many there were before.
+  std::size_t finish(const CapsuleFilter* filter);
+  tree::Visit full() override;
+
+  const tree::Pair* pairs() const { return pairs_.data(); }
+  std::size_t count() const { return count_; }
+  std::size_t memoryUsage() const { return pairs_.capacity() * sizeof(tree::Pair); }
+  void release() { pairs_ = std::vector<tree::Pair>(); }
+  /// Frees memory that only tasks with very many pairs need.
+  void trim() {
+    if (pairs_.capacity() > kMostKept) release();
+  }
+
+ private:
+  static constexpr std::size_t kFirst = 256, kMostKept = 8192;
+
+  void restart(std::size_t count) {
+    next_ = pairs_.data() + count;
+    end_ = pairs_.data() + pairs_.size() - kRoom;
+  }
+
+  std::vector<tree::Pair> pairs_;
+  std::size_t count_ = 0;
+};
+
+/// Memory that one search on several threads leaves to the next.
+struct SearchScratch {
+  /// Consecutive tasks and the pairs found by each.
+  struct Window {
+    std::vector<tree::TraversalTask> tasks;
+    std::vector<TaskBuffer> buffers;
+  };
+  std::array<Window, 2> windows;
+
+  /// Frees all but a few megabytes.
+  void trim();
+  std::size_t memoryUsage() const;
+};
+
+/// Lends scratch memory, which searches that run at the same time must not share.
+class ScratchPool {
+ public:
+  /// Excludes memory that is lent at present.
+  std::size_t memoryUsage();
+  void clear() { giveBack(nullptr); }
+
+  /// Holds a scratch until it goes out of scope.
+  class Lease {
+   public:
+    explicit Lease(ScratchPool& pool) : pool_(pool), scratch_(pool.take()) {}
+    ~Lease() { pool_.giveBack(std::move(scratch_)); }
+    Lease(const Lease&) = delete;
+    Lease& operator=(const Lease&) = delete;
+    SearchScratch& operator*() const { return *scratch_; }
+
+   private:
+    ScratchPool& pool_;
+    std::unique_ptr<SearchScratch> scratch_;
+  };
+
+ private:
+  std::unique_ptr<SearchScratch> take();
+  /// Keeps only the last one given back.
+  void giveBack(std::unique_ptr<SearchScratch> scratch);
+
+  std::mutex mutex_;
+  std::unique_ptr<SearchScratch> spare_;
+};
+
+/// Hands on every pair whose volumes overlap and that passes the filter, if there is one. Pairs and
+/// their order are the same for every executor. The sink is called on the calling thread.
+/// @param executor  null for one thread
+tree::Visit findPairs(const PairSearch& search, const CapsuleFilter* filter,
+                      parallel::Executor* executor, ScratchPool& scratch, PairSink& sink);
+
+}  // namespace fcl_fibers::index

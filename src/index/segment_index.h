@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <variant>
+#include <vector>
+
+#include "geometry/frame.h"
+#include "index/pair_query.h"
+#include "index/pair_search.h"
+#include "index/segment_source.h"
+#include "parallel/executor.h"
+#include "tree/bvh.h"
+#include "tree/topology.h"
+
+namespace fcl_fibers::index {
+
+struct IndexOptions {
+  bool wrapped_spheres = false;  ///< else layered boxes
+  bool super_thread = false;     ///< else bundles
+  bool capsules = false;         ///< searches report capsules that touch; else volumes that overlap
+  double margin = 0;             ///< in the world's unit
+  int threads = 1;
+};
+
+/// Segments in, pairs out: a Bvh over the segments begin(), ..., end() - 1 in its own frame. It
+/// reads them from a SegmentSource and does not know where they come from.
+///
+/// Searches are const and may run at the same time. After a call has thrown, the index must be
+/// built again.
+class SegmentIndex {
+ public:
+  using Segment = geometry::Segment;
+  using Tree = std::variant<tree::LayeredBoxTree<8>, tree::LayeredBoxTree<2>,
+                            tree::WrappedSphereTree<8>, tree::WrappedSphereTree<2>>;
+
+  explicit SegmentIndex(const IndexOptions& options);
+
+  const IndexOptions& options() const { return options_; }
+  const geometry::Frame& frame() const { return frame_; }
+  const Tree& tree() const { return tree_; }
+  SegmentId begin() const { return begin_; }
+  SegmentId end() const { return end_; }
+  bool contains(SegmentId id) const { return begin_ <= id && id < end_; }
+
+  /// In the unit of frame(), as are all lengths below.
+  double margin() const { return options_.margin * frame_.scale; }
+
+  /// Copies the other index, except for its options, threads and scratch memory.
+  /// @pre the options differ at most in threads
+  void copy(const SegmentIndex& other);
+  void clear();
+
+  /// Reads all segments and builds the tree.
+  /// @param fibers  the segments in [begin, end), without empty ids
+  void build(const SegmentSource& source, const geometry::Frame& frame, SegmentId begin,
+             SegmentId end, const tree::Fibers& fibers);
+  /// The same in a frame that was made for others: returns false, and has to be built again, if
+  /// the frame cannot hold a segment.
+  bool tryBuild(const SegmentSource& source, const geometry::Frame& frame, SegmentId begin,
+                SegmentId end, const tree::Fibers& fibers);
+
+  /// Reads all segments again and refits the Bvh. Nodes are not touched if no segment has moved.
+  /// Returns false if a build pays, because the fibers have moved so far apart that the bundle is
+  /// loose. The index is up to date even then.
+  bool refit(const SegmentSource& source, const geometry::Frame& frame);
+
+  /// Refits these segments, given in frame(), and the nodes above them. Returns what refit() does,
+  /// but checks only now and then whether a build pays.
+  bool refitSome(const std::vector<SegmentId>& ids, const std::vector<Segment>& moved);
+
+  /// Whether refitting this segment would change nothing.
+  bool isFitted(SegmentId id, const Segment& segment) const;
+
+  // Each search exists for a PairSink and for a NearestSink. The sink is called on the calling
+  // thread. A search returns Visit::kStop if its sink did.
+
+  /// Pairs within this index, except those within one group.
+  ///@{
+  tree::Visit search(PairSink& sink) const;
+  tree::Visit search(NearestSink& sink) const;
+  ///@}
+
+  /// Pairs of this index with one segment, except those within its group. Each pair has `second` as
+  /// its b.
+  /// @param error  bound on the error of the segment's end points
+  ///@{
+  tree::Visit search(const Segment& segment, double error, tree::Group group, SegmentId second,
+                     PairSink& sink) const;
+  tree::Visit search(const Segment& segment, double error, tree::Group group, SegmentId second,
+                     NearestSink& sink) const;
+  ///@}
+
+  /// Pairs with another index, whatever their groups, with the margin of this one.
+  /// @param source  the other index's. It is read if that index keeps no segments and the search
+  ///                needs them; otherwise it may be null.
+  ///@{
+  tree::Visit search(const SegmentIndex& other, const SegmentSource* source, PairSink& sink) const;
+  tree::Visit search(const SegmentIndex& other, const SegmentSource* source,
+                     NearestSink& sink) const;
+  ///@}
+
+  /// Whether both trees have one type. If not, search() takes the other index segment by segment.
+  bool matches(const SegmentIndex& other) const {
+    return options_.wrapped_spheres == other.options_.wrapped_spheres &&
+           options_.super_thread == other.options_.super_thread;
+  }
+  /// Whether the index keeps its segments beside their volumes, for the test of capsules.
+  bool keepsSegments() const { return options_.capsules; }
+  /// All segments, in the order of the tree.
+  const std::vector<SegmentId>& leaves() const;
+
+  std::size_t memoryUsage() const;
+
+ private:
+  tree::SegmentRange segments() const { return {segments_.data(), begin_}; }
+  double padding() const { return margin() / 2; }
+  template <class Fit>
+  SegmentId readAll(const SegmentSource& source, Fit&& fit);
+  SegmentId readToBuild(const SegmentSource& source, const geometry::Frame& frame, SegmentId begin,
+                        SegmentId end);
+  void buildTree(const tree::Fibers& fibers);
+  bool hasDecayed() const;
+
+  template <class Sink>
+  tree::Visit searchOneByOne(const SegmentIndex& other, const SegmentSource* source,
+                             Sink& sink) const;
+  template <class F>
+  tree::Visit visitTrees(const SegmentIndex& other, F&& visit) const;
+  std::vector<Segment> readSegments(const SegmentSource& source) const;
+
+  IndexOptions options_;
+  std::unique_ptr<parallel::Executor> executor_;  ///< null for one thread
+  std::unique_ptr<ScratchPool> scratch_;
+  geometry::Frame frame_;
+  SegmentId begin_ = 0, end_ = 0;
+  std::vector<Segment> segments_;  ///< from begin_ on, unspecified at empty ids; empty if not kept
+  Tree tree_;
+  double looseness_when_built_ = 0;
+  std::size_t fitted_ = 0;  ///< leaves fitted by refitSome() since it last checked the looseness
+  double unit_ = 1;         ///< see CapsulePairs
+};
+
+}  // namespace fcl_fibers::index

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <type_traits>
+#include <utility>
+
+namespace fcl_fibers::io {
+
+enum class ByteOrder { kLittle, kBig };
+
+template <typename T>
+T decode(const char* bytes, ByteOrder order) {
+  static_assert(sizeof(T) == 2 || sizeof(T) == 4 || sizeof(T) == 8);
+  std::uint64_t word = 0;
+  for (std::size_t i = 0; i < sizeof(T); ++i) {
+    const std::size_t next = order == ByteOrder::kBig ? i : sizeof(T) - 1 - i;
+    word = word << 8 | static_cast<unsigned char>(bytes[next]);
+  }
+  using Word = std::conditional_t<sizeof(T) == 8, std::uint64_t,
+                                  std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint16_t>>;
+  const Word narrow = static_cast<Word>(word);
+  T number;
+  std::memcpy(&number, &narrow, sizeof number);
+  return number;
+}
+
+/// Reads a file's bytes from front to back, and never beyond them. Errors have the file's name, the
+/// place and a reason.
+class ByteReader {
+ public:
+  /// How errors give a place.
+  enum class Places { kBytes, kLines };
+
+  ByteReader(std::string_view bytes, std::string name, Places places = Places::kBytes)
+      : bytes_(bytes), name_(std::move(name)), places_(places) {}
+
+  void setPlaces(Places places) { places_ = places; }
+
+  std::string_view bytes() const { return bytes_; }
+  std::uint64_t size() const { return bytes_.size(); }
+  std::uint64_t offset() const { return offset_; }
+  std::uint64_t remaining() const { return size() - offset_; }
+  bool atEnd() const { return remaining() == 0; }
+
+  /// @param part  what the bytes belong to, for the error text
+  void seek(std::uint64_t offset, const char* part) {
+    if (offset > size()) refuseEnd(part);
+    offset_ = static_cast<std::size_t>(offset);
+  }
+
+  std::string_view take(std::uint64_t count, const char* part) {
+    if (count > remaining()) refuseEnd(part);
+    const std::string_view taken = bytes_.substr(offset_, static_cast<std::size_t>(count));
+    offset_ += taken.size();
+    return taken;
+  }
+
+  template <typename T>
+  T number(const char* part) {
+    return decode<T>(take(sizeof(T), part).data(), ByteOrder::kLittle);
+  }
+
+  template <typename T>
+  double coordinate() {
+    const std::uint64_t at = offset_;
+    const double value = static_cast<double>(number<T>("the points"));
+    if (!std::isfinite(value)) refuse(at, "a coordinate is ", value);
+    return value;
+  }
+
+  /// Returns the next line without its end, which the last line may lack.
+  std::string_view line() {
+    const std::size_t end = std::min(bytes_.find('\n', offset_), bytes_.size());
+    std::string_view line = bytes_.substr(offset_, end - offset_);
+    offset_ = std::min(end + 1, bytes_.size());
+    if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+    return line;
+  }
+
+  /// @pre `text` is part of the file
+  template <typename T>
+  T parse(std::string_view text) const {
+    T value{};
+    const char* const end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, value);
+    bool good = error == std::errc() && stop == end;
+    if constexpr (std::is_floating_point_v<T>) good = good && std::isfinite(value);
+    if (!good) {
+      const auto at = static_cast<std::uint64_t>(text.data() - bytes_.data());
+      refuse(at, "'", shortened(text), "' is no ",
+             std::is_floating_point_v<T> ? "finite number" : "whole number that fits");
+    }
+    return value;
+  }
+
+  template <typename... Reason>
+  [[noreturn]] void refuse(std::uint64_t offset, const Reason&... reason) const {
+    std::ostringstream message;
+    message << "readFibers: '" << name_ << "', ";
+    if (places_ == Places::kBytes) {
+      message << "byte " << offset;
+    } else {
+      const std::string_view before = bytes_.substr(0, static_cast<std::size_t>(offset));
+      message << "line " << 1 + std::count(before.begin(), before.end(), '\n');
+    }
+    message << ": ";
+    (message << ... << reason);
+    throw std::runtime_error(message.str());
+  }
+
+  [[noreturn]] void refuseEnd(const char* part) const {
+    refuse(size(), "the file ends inside ", part);
+  }
+
+  /// Words of broken files may be long or binary.
+  static std::string shortened(std::string_view text) {
+    constexpr std::size_t kMost = 40;
+    std::string shown(text.substr(0, kMost));
+    std::replace_if(
+        shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+    return text.size() > kMost ? shown + "..." : shown;
+  }
+
+ private:
+  std::string_view bytes_;
+  std::string name_;
+  Places places_;
+  std::size_t offset_ = 0;
+};
+
+}  // namespace fcl_fibers::io

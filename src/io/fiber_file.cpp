@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fcl_fibers/io/fiber_file.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "arguments.h"
+#include "io/formats.h"
+
+namespace fcl_fibers::io {
+namespace {
+
+constexpr int kMostSegmentsPerSpan = 1000;
+
+/// Rounding two points can change the distance of two fibers by sqrt(3) spacings of the
+/// coordinates. This should stay below a tenth of the radius.
+constexpr double kCoarsestSpacing = 0.05;
+
+void requireOptions(const FiberFileOptions& options) {
+  if (options.radius) requireRadius<double>("readFibers", *options.radius);
+  if (options.segments_per_span < 1 || options.segments_per_span > kMostSegmentsPerSpan) {
+    refuseArgument("readFibers", "segments_per_span", options.segments_per_span,
+                   "give a number from 1 to 1000");
+  }
+}
+
+std::string readBytes(const std::string& path) {
+  const auto refuse = [&](const std::string& reason) {
+    throw std::runtime_error("readFibers: '" + path + "' " + reason);
+  };
+  // Opening may succeed for other files, but a directory would read as empty, and a pipe could
+  // block.
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (status.type() == std::filesystem::file_type::not_found) refuse("does not exist");
+  if (!std::filesystem::status_known(status)) refuse("cannot be opened: " + error.message());
+  if (std::filesystem::is_directory(status)) refuse("is a directory");
+  if (!std::filesystem::is_regular_file(status)) refuse("is not a regular file");
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) refuse("cannot be opened");
+  stream.seekg(0, std::ios::end);
+  const std::streamoff size = stream.tellg();
+  if (!stream || size < 0) refuse("has no size");
+  std::string bytes(static_cast<std::size_t>(size), '\0');
+  stream.seekg(0);
+  stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  if (!stream) refuse("could not be read to its end");
+  return bytes;
+}
+
+ParsedFibers parse(ByteReader& file, FiberFormat format, const FiberFileOptions& options) {
+  switch (format) {
+    case FiberFormat::kHair:
+      return parseHair(file);
+    case FiberFormat::kTfx:
+      return parseTfx(file);
+    case FiberFormat::kBcc:
+      return parseBcc(file, options);
+    case FiberFormat::kPolylines:
+      return parsePolylines(file);
+    case FiberFormat::kVtp:
+      return parseVtp(file);
+  }
+  refuseArgument("readFibers", "format", static_cast<int>(format), "give a value of FiberFormat");
+}
+
+/// Clears the vector and frees its memory.
+template <typename T>
+void release(std::vector<T>& vector) {
+  vector = std::vector<T>();
+}
+
+/// If the format does not tell, a fiber is closed if it ends at its start. As FiberPolylines
+/// requires, `closed` is empty if no fiber is closed.
+void markClosedFibers(FiberPolylines& scene) {
+  constexpr std::size_t kLeastPoints = 4;
+  if (!scene.closed.empty()) {
+    if (std::count(scene.closed.begin(), scene.closed.end(), 1) == 0) release(scene.closed);
+    return;
+  }
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
+    if (end - begin < kLeastPoints || scene.points[begin] != scene.points[end - 1]) continue;
+    scene.closed.resize(scene.fiberCount());
+    scene.closed[f] = 1;
+  }
+}
+
+/// Warns if neighbouring floats are far apart compared with the thinnest fiber.
+void warnOfCoarseCoordinates(const FiberPolylines& scene, std::vector<std::string>& warnings) {
+  float largest = 0;
+  for (const Point& point : scene.points) {
+    for (const double c : point) largest = std::max(largest, static_cast<float>(std::abs(c)));
+  }
+  // Hair may taper to radius 0.
+  double radius = scene.radii.empty() ? scene.radius : std::numeric_limits<double>::infinity();
+  for (const double r : scene.radii) radius = r > 0 ? std::min(radius, r) : radius;
+  const double spacing = std::nextafter(largest, std::numeric_limits<float>::infinity()) - largest;
+  if (radius <= 0 || spacing <= kCoarsestSpacing * radius) return;
+  std::ostringstream warning;
+  warning << "Coordinates are floats up to " << largest << " and thus " << spacing
+          << " apart, which is coarse for a radius of " << radius
+          << ": move the fibers to the origin before they are written, or write doubles.";
+  warnings.push_back(warning.str());
+}
+
+bool startsWith(std::string_view bytes, std::string_view start) {
+  return bytes.substr(0, start.size()) == start;
+}
+
+std::string extension(const std::string& name) {
+  std::string extension = std::filesystem::path(name).extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+}  // namespace
+
+std::optional<FiberFormat> recognizeFormat(std::string_view bytes, const std::string& name) {
+  if (startsWith(bytes, "HAIR")) return FiberFormat::kHair;
+  if (startsWith(bytes, "BCC")) return FiberFormat::kBcc;
+  if (startsWith(bytes, "<?xml") || startsWith(bytes, "<VTKFile")) return FiberFormat::kVtp;
+  if (bytes.size() >= sizeof(float)) {
+    // A row of numbers cannot match: the fourth byte of such a float is '@'.
+    const float version = decode<float>(bytes.data(), ByteOrder::kLittle);
+    if (version >= 3 && version < 5) return FiberFormat::kTfx;
+  }
+  const std::string end = extension(name);
+  if (end == ".hair") return FiberFormat::kHair;
+  if (end == ".bcc") return FiberFormat::kBcc;
+  if (end == ".vtp") return FiberFormat::kVtp;
+  if (end == ".tfx") return FiberFormat::kTfx;
+  const std::size_t first = bytes.find_first_not_of(" \t\r\n");
+  constexpr std::string_view kNumberOrComment = "+-.0123456789#";
+  if (first != bytes.npos && kNumberOrComment.find(bytes[first]) != std::string_view::npos) {
+    return FiberFormat::kPolylines;
+  }
+  if (end == ".txt" || end == ".xyz" || end == ".dat") return FiberFormat::kPolylines;
+  return std::nullopt;
+}
+
+FiberFile parseFibers(std::string_view bytes, const std::string& name, FiberFormat format,
+                      const FiberFileOptions& options) {
+  requireOptions(options);
+  ByteReader file(bytes, name);
+  ParsedFibers parsed = parse(file, format, options);
+  markClosedFibers(parsed.fibers);
+  if (options.radius) {
+    parsed.fibers.radius = *options.radius;
+    release(parsed.fibers.radii);
+    parsed.has_radius = true;
+  }
+  if (parsed.is_float) warnOfCoarseCoordinates(parsed.fibers, parsed.warnings);
+  return {format, std::move(parsed.fibers), parsed.has_radius, std::move(parsed.warnings)};
+}
+
+FiberFile readFibers(const std::string& path, FiberFormat format, const FiberFileOptions& options) {
+  requireOptions(options);
+  return parseFibers(readBytes(path), path, format, options);
+}
+
+FiberFile readFibers(const std::string& path, const FiberFileOptions& options) {
+  requireOptions(options);
+  const std::string bytes = readBytes(path);
+  const std::optional<FiberFormat> format = recognizeFormat(bytes, path);
+  if (!format) {
+    throw std::runtime_error("readFibers: '" + path +
+                             "' has no known format; supported are .hair, .tfx, .bcc, .vtp and "
+                             "text with one point x y z per line");
+  }
+  return parseFibers(bytes, path, *format, options);
+}
+
+}  // namespace fcl_fibers::io

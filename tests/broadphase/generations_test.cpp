@@ -1,0 +1,336 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "support/managed.h"
+#include "support/scene_generators.h"
+
+// Objects are in one tree if they were registered before it was built, and in another one if they
+// came later. Nobody who asks may see which.
+
+namespace fcl_fibers::test {
+namespace {
+
+/// A distance callback that wants what is this near.
+template <typename S>
+struct NearPairs {
+  S limit;
+  Calls<S> calls;
+
+  static bool visit(fcl::CollisionObject<S>* a, fcl::CollisionObject<S>* b, void* data, S& dist) {
+    auto& self = *static_cast<NearPairs*>(data);
+    self.calls.emplace_back(a, b);
+    dist = std::min(dist, self.limit);
+    return false;
+  }
+};
+
+template <typename S, class... Partner>
+Calls<S> nearPairs(const fcl::BroadPhaseCollisionManager<S>& manager, S limit,
+                   Partner*... partner) {
+  NearPairs<S> near{limit, {}};
+  manager.distance(partner..., &near, &NearPairs<S>::visit);
+  return near.calls;
+}
+
+template <typename S>
+auto asSet(const Calls<S>& calls) {
+  const std::set<typename Calls<S>::value_type> set(calls.begin(), calls.end());
+  EXPECT_EQ(set.size(), calls.size()) << "a pair comes twice";
+  return set;
+}
+
+/// What is in one of the sets only.
+template <typename S>
+std::size_t differing(const Calls<S>& calls, const Calls<S>& others) {
+  const auto set = asSet<S>(calls), other_set = asSet<S>(others);
+  // The first pair comes before anything is known of how near others are.
+  return static_cast<std::size_t>(std::count_if(set.begin(), set.end(), [&](const auto& pair) {
+    return pair != calls.front() && other_set.count(pair) == 0;
+  }));
+}
+
+template <typename S>
+void expectSameNear(const Calls<S>& calls, const Calls<S>& others) {
+  EXPECT_EQ(calls.empty(), others.empty());
+  EXPECT_EQ(differing<S>(calls, others), 0u);
+  EXPECT_EQ(differing<S>(others, calls), 0u);
+}
+
+/// That two managers of the same objects have the same pairs in every query.
+/// @param objects  to ask about
+/// @param other    to ask about as well
+template <typename Config>
+void expectSamePairs(const Managed<Config>& one, const Managed<Config>& two,
+                     const typename Managed<Config>::Objects& objects,
+                     const Managed<Config>& other) {
+  using S = typename Config::Scalar;
+  const S limit = S(0.03);
+  EXPECT_TRUE(asSet<S>(selfPairs(*one)) == asSet<S>(selfPairs(*two)));
+  expectSameNear<S>(nearPairs<S>(*one, limit), nearPairs<S>(*two, limit));
+  for (auto* object : objects) {
+    EXPECT_TRUE(asSet<S>(pairsWith(*one, *object)) == asSet<S>(pairsWith(*two, *object)));
+    expectSameNear<S>(nearPairs<S>(*one, limit, object), nearPairs<S>(*two, limit, object));
+  }
+  EXPECT_TRUE(asSet<S>(pairsWith(*one, *other)) == asSet<S>(pairsWith(*two, *other)));
+  EXPECT_TRUE(asSet<S>(pairsWith(*other, *one)) == asSet<S>(pairsWith(*other, *two)));
+  expectSameNear<S>(nearPairs<S>(*one, limit, &*other), nearPairs<S>(*two, limit, &*other));
+  expectSameNear<S>(nearPairs<S>(*other, limit, &*one), nearPairs<S>(*other, limit, &*two));
+}
+
+std::vector<FiberManagerOptions> someOptions() {
+  std::vector<FiberManagerOptions> all = assortedOptions();
+  all.emplace_back();
+  return all;
+}
+
+MANAGER_SUITE(Generations, FiberManagers);
+
+// Whether a pair is reported would depend on when its objects were registered.
+TYPED_TEST(Generations, ObjectsHaveTheSamePairsWheneverTheyAreRegistered) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene = strandScene<S>(12, 16, 311);
+  scene.addFiber({{-0.5, 0, 0}, {0, 0.3, 0}, {0.2, -0.1, 0.4}, {0, 0, 0}}, 0.03,
+                 FiberEnds::kClosed);
+  addShapes(scene, 7, 0.2, 312);
+  Scene<S> other_scene = strandScene<S>(6, 9, 313);
+  addShapes(other_scene, 6, 0.2, 314);
+  for (const FiberManagerOptions& options : someOptions()) {
+    SCOPED_TRACE(describe(options));
+    Managed<TypeParam> before(options), after(options), other(options);
+    before.registerFibers(scene);
+    before->setup();
+    for (std::size_t f = 0; f < scene.fibers().size(); ++f) {
+      if (f == scene.fibers().size() - 1) after->setup();
+      after.registerFiber(scene.fibers()[f], scene.ends()[f]);
+    }
+    after.registerEach(scene.loose());
+    // Of the other one some come later too.
+    for (std::size_t i = 0; i < other_scene.size(); ++i) {
+      if (i == other_scene.size() - 4) other->setup();
+      other.registerObject(other_scene[i]);
+    }
+    const auto expectSame = [&](const char* what) {
+      SCOPED_TRACE(what);
+      expectSamePairs(before, after, after.every(17), other);
+      expectSamePairs(before, after, other.every(17), other);
+    };
+    expectSame("registered");
+    EXPECT_TRUE(after.answersSelf());
+    EXPECT_TRUE(after.answersWith(other));
+    after.expectNearest();
+
+    Random random(315);
+    jolt(scene.objects(), random, 0.02, 0.1);
+    before->update();
+    after->update();
+    expectSame("moved");
+    const std::vector<fcl::CollisionObject<S>*> some{scene[4], scene[scene.size() - 1],
+                                                     scene[scene.size() - 8]};
+    jolt(some, random, 0.05, 0.3);
+    before->update(some);
+    after->update(some);
+    expectSame("some moved");
+    for (const std::size_t i : {scene.size() - 3, std::size_t{40}}) {
+      before.unregisterObject(scene[i]);
+      after.unregisterObject(scene[i]);
+    }
+    expectSame("some gone");
+    EXPECT_TRUE(after.answersSelf());
+  }
+}
+
+// Long thin boxes were compared by their boxes where one came late, and by the spheres around them
+// where both had been there.
+TYPED_TEST(Generations, TwoLongBoxesSideBySideAreThePairThatTheirVolumesSay) {
+  using S = typename TypeParam::Scalar;
+  for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+    FiberManagerOptions options;
+    options.report = report;
+    Scene<S> scene = soupScene<S>(30, 0.1, 316, {{100, 0, 0}, 1});
+    const auto addBox = [&](double y) {
+      return scene.addBox({0, y, 0}, Eigen::Quaterniond::Identity(), {10, 0.1, 0.1});
+    };
+    auto* const first = addBox(0);
+    auto* const second = addBox(1.1);
+    for (const int late : {0, 1, 2}) {
+      SCOPED_TRACE(describe(options) + ", late: " + std::to_string(late));
+      Managed<TypeParam> managed(options);
+      for (std::size_t i = 0; i < scene.size(); ++i) {
+        if (i + static_cast<std::size_t>(late) == scene.size()) managed->setup();
+        managed.registerObject(scene[i]);
+      }
+      const auto has = [&](const Calls<S>& calls, auto* a, auto* b) {
+        return std::count(calls.begin(), calls.end(), std::pair(a, b)) == 1;
+      };
+      const bool overlap = report == Report::kVolumes && TypeParam::kVolume == LeafVolume::kSphere;
+      EXPECT_EQ(has(selfPairs(*managed), first, second), overlap);
+      EXPECT_EQ(has(pairsWith(*managed, *first), second, first), overlap);
+      EXPECT_EQ(has(pairsWith(*managed, *second), first, second), overlap);
+      // Within half a unit there is no pair but those whose volumes are.
+      NearPairs<S> near{S(0.5), {}};
+      managed->distance(second, &near, &NearPairs<S>::visit);
+      EXPECT_EQ(has(near.calls, first, second),
+                overlap || (!near.calls.empty() && near.calls.front().first == first));
+      EXPECT_TRUE(managed.answersSelf(0));
+      managed.expectNearest();
+    }
+  }
+}
+
+// A limb that is registered when the body moves already would collide with it.
+TYPED_TEST(Generations, AGroupHasNoPairsAmongItselfAcrossThem) {
+  using S = typename TypeParam::Scalar;
+  const Scene<S> scene = strandScene<S>(16, 14, 317);
+  const std::size_t fibers = scene.fibers().size();
+  for (const FiberManagerOptions& options : someOptions()) {
+    SCOPED_TRACE(describe(options));
+    std::vector<int> groups;
+    for (std::size_t f = 0; f < fibers; ++f) groups.push_back(f % 3 == 0 ? 0 : f % 3 == 1 ? 7 : -2);
+    groups.back() = 7;
+    Managed<TypeParam> before(options), after(options), none(options);
+    before.registerFibers(scene, groups);
+    none.registerFibers(scene);
+    for (std::size_t f = 0; f < fibers; ++f) {
+      if (f == fibers - 1) after->setup();
+      after.registerFiber(scene.fibers()[f], scene.ends()[f], FiberGroup{groups[f]});
+    }
+    const auto& late = scene.fibers().back();
+    const auto inGroup = [&](const Managed<TypeParam>& managed) {
+      std::size_t count = 0;
+      for (const auto& [a, b] : selfPairs(*managed)) {
+        const auto isLate = [&](auto* object) {
+          return std::count(late.begin(), late.end(), object) != 0;
+        };
+        const auto groupOf = [&](auto* object) {
+          return groups[managed->fiberSegment(object).fiber];
+        };
+        count += isLate(a) != isLate(b) && groupOf(a) == 7 && groupOf(b) == 7;
+      }
+      return count;
+    };
+    EXPECT_GT(inGroup(none), 0u) << "a scene that shows nothing";
+    EXPECT_EQ(inGroup(after), 0u);
+    EXPECT_TRUE(after.answersSelf());
+    after.expectAnswersWith(after.every(5));
+    after.expectNearest();
+    after.expectEveryPair();
+    for (auto* object : {late.front(), late.back(), scene[0], scene[20]}) {
+      after.expectNearest(object);
+      after.expectEveryPair(object);
+    }
+    // Objects that are in both keep their groups.
+    expectSamePairs(before, after, after.every(5), none);
+  }
+}
+
+// A floor or a wall would be passed through by what came before it, or after.
+TYPED_TEST(Generations, HalfSpacesMayComeBeforeOthersOrAfter) {
+  using S = typename TypeParam::Scalar;
+  for (const FiberManagerOptions& options : someOptions()) {
+    SCOPED_TRACE(describe(options));
+    Scene<S> scene = strandScene<S>(10, 12, 318);
+    const auto fibers = scene.fibers();
+    const std::vector<fcl::CollisionObject<S>*> walls{
+        scene.addHalfspace({0, 0, 1}, -0.4), scene.addHalfspace({1, 0, 0}, -0.3),
+        scene.addPlane({0, 1, 0}, 0.2), scene.addHalfspace({1, 1, 1}, -0.6),
+        scene.addPlane({1, -1, 0}, 0.1)};
+    Scene<S> other_scene = strandScene<S>(6, 9, 319);
+    other_scene.addHalfspace({0, 1, 0}, -0.6);
+    Managed<TypeParam> other(options);
+    other->setup();
+    other.registerEach(other_scene.objects());
+
+    for (std::size_t late = 0; late <= walls.size(); ++late) {
+      SCOPED_TRACE("late: " + std::to_string(late));
+      // Those that are there first come first in both.
+      Managed<TypeParam> before(options), after(options);
+      for (Managed<TypeParam>* managed : {&before, &after}) {
+        managed->registerEach({walls.begin(), walls.end() - static_cast<std::ptrdiff_t>(late)});
+        for (const auto& fiber : fibers) managed->registerFiber(fiber);
+        if (managed == &after) after->setup();
+        managed->registerEach({walls.end() - static_cast<std::ptrdiff_t>(late), walls.end()});
+      }
+      expectSamePairs(before, after, walls, other);
+      EXPECT_TRUE(after.answersSelf());
+      EXPECT_TRUE(after.answersWith(other));
+      EXPECT_TRUE(other.answersWith(after));
+      after.expectAnswersWith(walls);
+      after.expectNearest();
+      after.expectNearest(other);
+    }
+  }
+}
+
+// A clone would miss what came late, or hold it against the original.
+TYPED_TEST(Generations, AClonesPairsAreThoseOfTheOriginal) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene = strandScene<S>(12, 16, 320);
+  scene.addHalfspace({0, 0, 1}, -0.4);
+  scene.addSphere({0.1, 0.1, 0}, 0.1);
+  for (const bool is_asked : {false, true}) {
+    Managed<TypeParam> managed;
+    for (const auto& fiber : scene.fibers()) managed.registerFiber(fiber);
+    managed->setup();
+    managed.registerEach(scene.loose());
+    if (is_asked) {
+      EXPECT_TRUE(managed.answersSelf());
+    }
+    const Scene<S> copies = scene.reallocated(321);
+    const Managed<TypeParam> clone = managed.clone(copies.objects());
+    EXPECT_TRUE(clone.answersSelf());
+    EXPECT_EQ(clone.numbered(selfPairs(*clone)).size(),
+              managed.numbered(selfPairs(*managed)).size());
+    clone.expectNearest();
+    clone.expectAnswersWith(clone.every(17));
+  }
+}
+
+// A tool that is picked up and put down again would be forgotten, answered for when it has gone, or
+// cost more each time.
+TYPED_TEST(Generations, OneObjectMayComeAndGoAThousandTimes) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene = strandScene<S>(12, 16, 322);
+  auto* const tool = scene.addSphere({0.1, 0, 0}, 0.1);
+  auto* const wall = scene.addHalfspace({0, 0, 1}, -0.4);
+  for (auto* one : {tool, wall}) {
+    Managed<TypeParam> managed;
+    for (const auto& fiber : scene.fibers()) managed.registerFiber(fiber);
+    managed->setup();
+    const Calls<S> without = selfPairs(*managed);
+    std::size_t most = 0, earlier = 0;
+    Random random(323);
+    for (int time = 0; time < 1000; ++time) {
+      if (one == tool) jolt(*one, random, 0.02, 0.1);
+      managed.registerObject(one);
+      const std::size_t pairs = pairsWith(*managed, *one).size();
+      if (time % 100 == 0) {
+        EXPECT_GT(pairs, 0u);
+        EXPECT_TRUE(managed.answersSelf()) << time;
+        managed.expectNearest(one);
+      }
+      if (time % 7 == 0) {
+        ASSERT_EQ(selfPairs(*managed).size(), without.size() + pairs) << time;
+      }
+      managed.unregisterObject(one);
+      if (time % 11 == 0) {
+        ASSERT_EQ(selfPairs(*managed).size(), without.size()) << time;
+      }
+      most = std::max(most, managed->memoryUsage());
+      if (time == 600) earlier = std::exchange(most, 0);
+    }
+    EXPECT_LE(most, earlier) << "of the first six hundred times";
+    EXPECT_TRUE(managed.answersSelf());
+    EXPECT_EQ(managed->fiberSegment(scene.fibers()[3][2]).fiber, 3u);
+    EXPECT_EQ(managed->fiberSegment(scene.fibers()[3][2]).segment, 2u);
+  }
+}
+
+}  // namespace
+}  // namespace fcl_fibers::test

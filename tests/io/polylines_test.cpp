@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <filesystem>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "io/file_support.h"
+
+namespace fcl_fibers::io {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr FiberFormat kPolylines = FiberFormat::kPolylines;
+
+FiberFile parse(const std::string& text) { return parseFibers(text, "a file", kPolylines); }
+
+const char kSample[] =
+    "# x y z theta\n"
+    "0 0.5 -1e-3 0.25\n"
+    "\t1 2  3\r\n"
+    "  \t\n"
+    "\n"
+    "7 8 9 not a number\n"
+    "# then\n"
+    "-7 .5 5e300\n";
+
+TEST(PolylinesTest, BlankLinesSeparateFibers) {
+  // If this fails, fibers are joined, or cut where people wrote comments or more columns.
+  const FiberFile file = parse(kSample);
+  expectWellFormed(file.fibers);
+  EXPECT_THAT(file.fibers.point_begin, ElementsAre(0, 2, 4));
+  EXPECT_THAT(file.fibers.points, ElementsAre(Point{0, 0.5, -1e-3}, Point{1, 2, 3}, Point{7, 8, 9},
+                                              Point{-7, 0.5, 5e300}));
+  EXPECT_THAT(file.warnings, IsEmpty());
+}
+
+TEST(PolylinesTest, SaysWhereAFileIsMalformed) {
+  // If this fails, a broken file is read as something else, or its author has to guess.
+  expectRefusal("", kPolylines, "line 1", "there are no points");
+  expectRefusal("\n# only\n\n", kPolylines, "line 4", "there are no points");
+  expectRefusal("1 2 3\n4 5\n6 7 8\n", kPolylines, "line 2", "there are 2 columns; 3 are needed");
+  expectRefusal("1 2 3\n\n4\n", kPolylines, "line 3", "there are 1 columns");
+  for (const char* bad : {"x", "1e999", "nan", "inf", "1.2.3", "0x1", "+1", "1,2", "\x80\x01"}) {
+    const std::string row = "1 2 " + std::string(bad) + "\n";
+    expectRefusal("1 2 3\n" + row, kPolylines, "line 2", "' is no finite number");
+  }
+  expectRefusal("1 2 3" + std::string(99, '4') + "x\n", kPolylines, "line 1",
+                "'3" + std::string(39, '4') + "...' is no finite number");
+}
+
+TEST(PolylinesTest, WarnsOfALastLineWithoutEnd) {
+  // If this fails, 12.5 that was cut to 1 is read without a word.
+  EXPECT_THAT(parse("1 2 3\n4 5 1").warnings, ElementsAre(HasSubstr("may be truncated")));
+  EXPECT_THAT(parse("1 2 3\n4 5 1\n").warnings, IsEmpty());
+}
+
+TEST(PolylinesTest, TruncationsAreRefusedOrWarnedOf) {
+  // If this fails, a file that was not copied to its end crashes the reader, or passes for whole
+  // though its last line is not.
+  const std::string text = kSample;
+  for (std::size_t size = 0; size < text.size(); ++size) {
+    SCOPED_TRACE("the first " + std::to_string(size) + " bytes");
+    const std::string start = text.substr(0, size);
+    if (!parsesSafely(start, kPolylines)) continue;
+    EXPECT_EQ(parse(start).warnings.empty(), start.back() == '\n' || start.back() == '\r');
+  }
+}
+
+TEST(PolylinesTest, AnySingleBitFlippedGivesAnErrorOrAScene) {
+  // If this fails, a damaged file crashes the reader or yields a scene that is not one.
+  expectSafeBitFlips(kSample, kPolylines);
+}
+
+TEST(PolylinesTest, MemoryIsBoundedWhereLinesAreShortest) {
+  // If this fails, a large file takes more memory than the reader promises.
+  std::string points, fibers, comments, numbers;
+  for (int i = 0; i < 70000; ++i) {
+    points += "0 0 0\n";
+    fibers += "0 0 0\n\n";
+    comments += "#\n";
+    numbers += "0\n";
+  }
+  EXPECT_TRUE(parsesSafely(comments + "0 0 0\n", kPolylines));
+  EXPECT_FALSE(parsesSafely(numbers, kPolylines));
+  EXPECT_TRUE(parsesSafely(points, kPolylines));
+  EXPECT_TRUE(parsesSafely(fibers, kPolylines));
+}
+
+TEST(PolylinesTest, RealKnotIsReadAsItIs) {
+  // If this fails, files of the real world are read wrongly though our own are read well.
+  const std::string name = "imcder_overhand_n1.txt", path = realFile(name);
+  if (!std::filesystem::exists(path)) {
+    GTEST_SKIP() << name << " is absent; FCL_FIBERS_DATA names the directory to look in";
+  }
+  const FiberFile file = readFibers(path, {0.0016});
+  EXPECT_EQ(file.format, kPolylines);
+  expectWellFormed(file.fibers);
+  EXPECT_THAT(file.fibers.point_begin, ElementsAre(0, 301));
+  EXPECT_EQ(file.fibers.points.front(),
+            (Point{0, -1.449999999999999900e-01, -2.499999999999999445e-02}));
+  EXPECT_EQ(file.fibers.points.back(),
+            (Point{0, 1.349899999999999989e-01, -2.499999999999999445e-02}));
+  EXPECT_THAT(file.fibers.closed, IsEmpty());
+  EXPECT_THAT(file.warnings, IsEmpty());
+}
+
+}  // namespace
+}  // namespace fcl_fibers::io

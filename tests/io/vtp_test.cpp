@@ -1,0 +1,456 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <zlib.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "io/file_support.h"
+
+namespace fcl_fibers::io {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr FiberFormat kVtp = FiberFormat::kVtp;
+
+FiberFile parse(const std::string& bytes) { return parseFibers(bytes, "a file", kVtp); }
+
+// RFC 4648, section 4.
+std::string base64(const std::string& bytes) {
+  const char* const digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string bits, text;
+  for (const char c : bytes) {
+    for (int i = 7; i >= 0; --i) bits += static_cast<unsigned char>(c) >> i & 1 ? '1' : '0';
+  }
+  while (bits.size() % 6 != 0) bits += '0';
+  for (std::size_t i = 0; i < bits.size(); i += 6) {
+    text += digits[std::stoul(bits.substr(i, 6), nullptr, 2)];
+  }
+  while (text.size() % 4 != 0) text += '=';
+  return text;
+}
+
+std::string deflated(const std::string& bytes) {
+  std::string result(compressBound(static_cast<uLong>(bytes.size())), '\0');
+  uLongf size = static_cast<uLongf>(result.size());
+  compress(reinterpret_cast<Bytef*>(result.data()), &size,
+           reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uLong>(bytes.size()));
+  result.resize(size);
+  return result;
+}
+
+std::string sized(const std::string& bytes) {
+  FileBytes array;
+  return array.little(static_cast<std::uint32_t>(bytes.size())).text(bytes).bytes();
+}
+
+// In blocks of 16 bytes, the header and the blocks, each of them encoded by itself.
+template <class Encode>
+std::string inBlocks(const std::string& bytes, Encode&& encode) {
+  constexpr std::size_t kBlock = 16;
+  std::vector<std::string> blocks;
+  for (std::size_t i = 0; i < bytes.size(); i += kBlock) {
+    blocks.push_back(deflated(bytes.substr(i, kBlock)));
+  }
+  FileBytes header, data;
+  header.little(static_cast<std::uint32_t>(blocks.size()));
+  header.little(static_cast<std::uint32_t>(kBlock));
+  header.little(static_cast<std::uint32_t>(bytes.size() % kBlock));
+  for (const std::string& block : blocks) {
+    header.little(static_cast<std::uint32_t>(block.size()));
+    data.text(block);
+  }
+  return encode(header.bytes()) + encode(data.bytes());
+}
+std::string inRawBlocks(const std::string& bytes) {
+  return inBlocks(bytes, [](const std::string& part) { return part; });
+}
+
+std::string pointBytes() {
+  FileBytes points;
+  for (const float c : kTwoLinesPoints) points.little(c);
+  return points.bytes();
+}
+std::string indexBytes() {
+  FileBytes indices;
+  for (const int i : kTwoLinesIndices) indices.little(i);
+  return indices.bytes();
+}
+std::string endBytes() {
+  FileBytes ends;
+  return ends.little(std::int64_t{4}).little(std::int64_t{6}).bytes();
+}
+
+// What stands in the three arrays, and the attribute that says how.
+struct Arrays {
+  std::string format;
+  std::string points, indices, ends;
+  std::string attributes = "", appended = "";
+};
+
+std::string vtpFile(const Arrays& arrays) {
+  const auto array = [](const std::string& attributes, const std::string& format,
+                        const std::string& content) {
+    return "<DataArray " + attributes + " format=\"" + format + ">" + content + "</DataArray>";
+  };
+  // With "appended", what stands in an array is its offset.
+  const auto split = [&](const std::string& attributes, const std::string& content) {
+    if (arrays.format == "appended") {
+      return array(attributes, "appended\" offset=\"" + content + "\"", "");
+    }
+    return array(attributes, arrays.format + "\"", content);
+  };
+  return "<VTKFile type=\"PolyData\"" + arrays.attributes +
+         "><PolyData><Piece NumberOfPoints=\"5\" NumberOfLines=\"2\"><Points>" +
+         split("type=\"Float32\" NumberOfComponents=\"3\"", arrays.points) + "</Points><Lines>" +
+         split("type=\"Int32\" Name=\"connectivity\"", arrays.indices) +
+         split("type=\"Int64\" Name=\"offsets\"", arrays.ends) + "</Lines></Piece></PolyData>" +
+         arrays.appended + "</VTKFile>";
+}
+
+std::string textFile() {
+  return vtpFile({"ascii", "0 0 0 1 0 0\n1 1 0 0 1 .5 7 8 9", "0 1 2 0 3 4", "\t4 6\n"});
+}
+
+std::string inlineFile() {
+  return vtpFile({"binary", "\n" + base64(sized(pointBytes())) + "\n", base64(sized(indexBytes())),
+                  base64(sized(endBytes()))});
+}
+
+constexpr char kCompressed[] = " compressor=\"vtkZLibDataCompressor\"";
+
+std::string compressedInlineFile() {
+  return vtpFile({"binary", inBlocks(pointBytes(), base64), inBlocks(indexBytes(), base64),
+                  inBlocks(endBytes(), base64), kCompressed});
+}
+
+// `arrays` are as they are appended.
+std::string appendedFile(const std::vector<std::string>& arrays, const std::string& encoding,
+                         const std::string& attributes = "") {
+  return vtpFile({"appended", "0", std::to_string(arrays[0].size()),
+                  std::to_string(arrays[0].size() + arrays[1].size()), attributes,
+                  "<AppendedData encoding=\"" + encoding + "\">\n _" + arrays[0] + arrays[1] +
+                      arrays[2] + "</AppendedData>"});
+}
+
+std::string rawFileWith(const std::string& points) {
+  return appendedFile({points, sized(indexBytes()), sized(endBytes())}, "raw");
+}
+std::string rawFile() { return rawFileWith(sized(pointBytes())); }
+
+std::string compressedRawFileWith(const std::string& points) {
+  return appendedFile({points, inRawBlocks(indexBytes()), inRawBlocks(endBytes())}, "raw",
+                      kCompressed);
+}
+
+std::vector<std::string> sampleFiles() {
+  return {textFile(), inlineFile(), compressedInlineFile(), rawFile(),
+          compressedRawFileWith(inRawBlocks(pointBytes()))};
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+std::string pieceOf(const std::string& file) {
+  const std::size_t begin = file.find("<Piece"), end = file.find("</PolyData>");
+  return file.substr(begin, end - begin);
+}
+
+// Where the arrays begin.
+constexpr char kPointsElement[] = "<DataArray type=\"Float";
+constexpr char kIndicesElement[] = "<DataArray type=\"Int32\" Name=\"conn";
+constexpr char kEndsElement[] = "<DataArray type=\"Int64\" Name=\"off";
+
+TEST(VtpTest, ReadsAllEncodings) {
+  // If this fails, arrays are read from the wrong place, or decoded wrongly.
+  for (const std::string& bytes : sampleFiles()) {
+    SCOPED_TRACE(bytes);
+    expectTwoLines(parse(bytes));
+  }
+  expectTwoLines(parse(appendedFile(
+      {base64(sized(pointBytes())), base64(sized(indexBytes())), base64(sized(endBytes()))},
+      "base64")));
+}
+
+TEST(VtpTest, JoinsPieces) {
+  // If this fails, lines of a second piece are missing, or have points of the first.
+  const std::string file = textFile(), piece = pieceOf(file);
+  const std::string empty = "<Piece NumberOfPoints=\"0\" NumberOfLines=\"0\"/>";
+  const FiberPolylines scene =
+      parse(replaced(file, piece, piece + empty + replaced(piece, "7 8 9", "6 6 6"))).fibers;
+  EXPECT_THAT(scene.point_begin, ElementsAre(0, 4, 6, 10, 12));
+  EXPECT_EQ(scene.points[5], (Point{7, 8, 9}));
+  EXPECT_EQ(scene.points[11], (Point{6, 6, 6}));
+}
+
+std::string withPointData(const std::string& file, const std::string& array) {
+  return replaced(file, "<Lines>", "<PointData>" + array + "</PointData><Lines>");
+}
+
+std::string radiusArray(const std::string& numbers) {
+  return "<DataArray type=\"Float32\" Name=\"radius\" format=\"ascii\">" + numbers + "</DataArray>";
+}
+
+TEST(VtpTest, ReadsRadiiOfPoints) {
+  // If this fails, a radius that was written is lost, or goes to other segments.
+  const std::string other =
+      "<DataArray type=\"Int32\" Name=\"theta\" format=\"ascii\">1 2 3 4 5</DataArray>";
+  const FiberFile file = parse(withPointData(textFile(), other + radiusArray("1 2 .5 .25 .125")));
+  EXPECT_TRUE(file.has_radius);
+  // The lines have the points 0 1 2 0 and 3 4.
+  EXPECT_THAT(file.fibers.radii, ElementsAre(2, 2, 1, 1, 0.25, 0.125));
+  const FiberFile one = parse(withPointData(textFile(), radiusArray("3 3 3 3 3")));
+  EXPECT_EQ(one.fibers.radius, 3);
+  EXPECT_THAT(one.fibers.radii, IsEmpty());
+  EXPECT_TRUE(parse(withPointData(textFile(), radiusArray("0 0 0 0 0"))).has_radius);
+  EXPECT_FALSE(parse(withPointData(textFile(), other)).has_radius);
+  EXPECT_FALSE(parse(textFile()).has_radius);
+}
+
+TEST(VtpTest, RefusesRadiiThatAreNone) {
+  // If this fails, a NaN or a negative radius enters a scene, or that of another point.
+  const auto refuses = [](const std::string& array, const std::string& reason) {
+    const std::string bytes = withPointData(textFile(), array);
+    const std::size_t at = bytes.find("<DataArray", bytes.find("<PointData>"));
+    expectRefusal(bytes, kVtp, "byte " + std::to_string(at), reason);
+  };
+  refuses(radiusArray("1 2 3 4"), "there are 4 numbers, but 5 points");
+  refuses(radiusArray("1 2 3 4 -5"), "a radius is -5");
+  refuses(radiusArray("1 2 3 4 nan"), "'nan' is no finite number");
+  refuses(replaced(radiusArray("1 2 3 4 5"), "Name", "NumberOfComponents=\"2\" Name"),
+          "NumberOfComponents is not 1");
+  const std::string file = textFile(), with = withPointData(file, radiusArray("1 2 3 4 5"));
+  for (const auto& [first, second] : {std::pair(file, with), std::pair(with, file)}) {
+    expectRefusal(replaced(first, "</PolyData>", pieceOf(second) + "</PolyData>"), kVtp, "byte 0",
+                  "some pieces have point data 'radius'");
+  }
+}
+
+TEST(VtpTest, SaysWhatIsMalformed) {
+  // If this fails, a broken file is read as something else, or its author has to guess. Places are
+  // those of the element that is wrong.
+  const std::string file = textFile();
+  const auto refuses = [&](const std::string& from, const std::string& to,
+                           const std::string& element, const std::string& reason) {
+    const std::string bytes = replaced(file, from, to);
+    std::size_t at = 0;
+    for (const std::string& name : {std::string("<VTKFile"), element}) at = bytes.find(name, at);
+    expectRefusal(bytes, kVtp, "byte " + std::to_string(at), reason);
+  };
+  refuses("PolyData\"", "ImageData\"", "<VTKFile", "type is 'ImageData'; supported are 'PolyData'");
+  refuses("PolyData\"", "PolyData\" byte_order=\"Middle\"", "<VTKFile", "byte_order is 'Middle'");
+  refuses("PolyData\"", "PolyData\" header_type=\"UInt8\"", "<VTKFile", "header_type is 'UInt8'");
+  refuses("PolyData\"", "PolyData\" compressor=\"vtkLZ4DataCompressor\"", "<VTKFile",
+          "compressor is 'vtkLZ4DataCompressor'; supported are '' and 'vtkZLibDataCompressor'");
+  refuses("NumberOfLines=\"2\"", "NumberOfLines=\"0\"", "<VTKFile", "there are no lines");
+  refuses("NumberOfLines=\"2\"", "NumberOfLines=\"two\"", "<Piece",
+          "'two', which is no whole number");
+  refuses("NumberOfLines=\"2\"", "NumberOfLines=\"3\"", kEndsElement,
+          "there are 2 numbers, but NumberOfLines");
+  refuses("NumberOfPoints=\"5\"", "NumberOfPoints=\"6\"", kPointsElement, "there are 15 numbers");
+  refuses("NumberOfComponents=\"3\"", "NumberOfComponents=\"2\"", kPointsElement, "is not 3");
+  refuses("7 8 9", "7 8 nan", kPointsElement, "'nan' is no finite number");
+  refuses("7 8 9", "7 8", kPointsElement, "there are 14 numbers");
+  refuses("0 3 4", "0 3 5", kIndicesElement, "a line has point 5 of 5");
+  refuses("0 3 4", "0 3 -1", kIndicesElement, "a line has point -1 of 5");
+  refuses("0 3 4", "0 3", kEndsElement, "the last number is 6, but the lines have 5 points");
+  refuses("0 3 4", "0 3 4 4", kEndsElement, "the last number is 6, but the lines have 7 points");
+  refuses("\t4 6", "\t4 7", kEndsElement, "the last number is 7, but the lines have 6 points");
+  refuses("\t4 6", "\t4 6 8", kEndsElement, "there are 3 numbers, but NumberOfLines is 2");
+  refuses("7 8 9", "7 8 9 0 0 0", kPointsElement, "there are 18 numbers");
+  for (const char* bad : {"\t0 6", "\t4 4", "\t6 4", "\t-1 6"}) {
+    refuses("\t4 6", bad, kEndsElement, "do not ascend strictly from above 0");
+  }
+  refuses("Name=\"offsets\"", "Name=\"ends\"", "<Lines", "there is no DataArray 'offsets'");
+  refuses("<Points>", "<Other/><Points format=\"none\"><Nothing/></Points><Points>", "<Points",
+          "there is no element DataArray");
+  refuses("format=\"ascii\"", "format=\"octal\"", kPointsElement,
+          "format is 'octal'; supported are 'ascii'");
+  refuses("format=\"ascii\"", "format=\"appended\"", kPointsElement,
+          "offset is '', which is no whole number");
+  expectRefusal("<a/>", kVtp, "byte 0", "there is no element VTKFile");
+  expectRefusal("", kVtp, "byte 0", "No document element found");
+  expectRefusal("<VTKFile><a></VTKFile>", kVtp, "byte 14", "tags mismatch");
+}
+
+TEST(VtpTest, SaysWhatIsWrongWithBytes) {
+  // If this fails, broken arrays are read as others, or beyond the file.
+  const auto refuses = [](const std::string& bytes, const std::string& element,
+                          const std::string& reason) {
+    expectRefusal(bytes, kVtp, "byte " + std::to_string(bytes.find(element)), reason);
+  };
+  refuses(replaced(inlineFile(), "Float32", "Int16"), "<DataArray",
+          "type is 'Int16'; supported are Fl");
+  refuses(replaced(inlineFile(), "Int32", "Int8"), "<DataArray type=\"Int8", "type is 'Int8'");
+  refuses(replaced(inlineFile(), ">\n", ">\n!"), kPointsElement,
+          "has '!', which base64 does not allow there");
+  refuses(replaced(inlineFile(), ">\n", ">\n="), kPointsElement,
+          "has '=', which base64 does not allow there");
+  refuses(replaced(inlineFile(), ">\n", ">\n////"), kPointsElement,
+          "ends before its 1023410175 bytes do");
+  refuses(replaced(rawFile(), "offset=\"0\"", "offset=\"999\""), kPointsElement,
+          "offset is 999, but only");
+  refuses(replaced(rawFile(), "offset=\"0\"", "offset=\"64\""), kPointsElement,
+          "there are 6 numbers");
+  refuses(replaced(rawFile(), "offset=\"64\"", "offset=\"16\""), kIndicesElement,
+          "ends before its ");
+  refuses(replaced(rawFile(), "\"raw\"", "\"hex\""), "<AppendedData", "encoding is 'hex'");
+  refuses(replaced(rawFile(), "\n _", "\n "), "<AppendedData", "do not start with '_'");
+  refuses(replaced(rawFile(), "</AppendedData>", ""), "<AppendedData", "end with </AppendedData>");
+  FileBytes nan;
+  nan.text(pointBytes()).setLittle(16, HUGE_VALF);
+  refuses(rawFileWith(sized(nan.bytes())), kPointsElement, "number 4 is inf");
+  refuses(rawFileWith(sized("123")), kPointsElement, "3 bytes are no multiple of 4");
+}
+
+TEST(VtpTest, ArraysAreNoLongerThanTheFile) {
+  // If this fails, a file of pieces that share an array becomes as large as it likes.
+  const std::string file = rawFile(), piece = pieceOf(file);
+  EXPECT_TRUE(parsesSafely(replaced(file, piece, piece + piece), kVtp));
+  // Twenty pieces of little text, and of the same 1 MB of points.
+  const std::string points(12 * 87381, '\0');
+  const std::string shared = rawFileWith(sized(points));
+  const std::string one = replaced(pieceOf(shared), "NumberOfPoints=\"5\"",
+                                   "NumberOfPoints=\"" + std::to_string(points.size() / 12) + "\"");
+  std::string all;
+  for (int i = 0; i < 20; ++i) all += one;
+  const std::string bytes = replaced(shared, pieceOf(shared), all);
+  EXPECT_FALSE(parsesSafely(bytes, kVtp));
+  EXPECT_THAT([&] { parse(bytes); }, testing::ThrowsMessage<std::runtime_error>(testing::HasSubstr(
+                                         "all arrays together exceed the file's")));
+}
+
+TEST(VtpTest, RefusesBlocksThatAreNotAsTheySay) {
+  // If this fails, a few bytes ask for all memory, or arrays hold what zlib never gave.
+  const auto refuses = [](const std::string& array, const std::string& reason) {
+    const std::string bytes = compressedRawFileWith(array);
+    EXPECT_FALSE(parsesSafely(bytes, kVtp));
+    expectRefusal(bytes, kVtp, "byte " + std::to_string(bytes.find("<DataArray")), reason);
+  };
+  const auto blocks = [](std::vector<std::uint32_t> header, const std::string& data) {
+    FileBytes array;
+    for (const std::uint32_t word : header) array.little(word);
+    return array.text(data).bytes();
+  };
+  const std::string good = deflated(pointBytes());
+  const auto size = static_cast<std::uint32_t>(good.size());
+  refuses(blocks({~0U, 16, 0, size}, good), "has 4294967295 blocks of 16 bytes");
+  refuses(blocks({1, ~0U, 0, size}, good), "has 1 blocks of 4294967295 bytes");
+  refuses(blocks({1, 60, 61, size}, good), "the last one of 61");
+  refuses(blocks({300, 30000, 0, size}, good), "exceed 64 times the file's ");
+  refuses(blocks({1, 0, 0, size}, good), "has 1 blocks of 0 bytes");
+  refuses(blocks({1, 60, 0, size + 1000}, good), "ends before its ");
+  refuses(blocks({1, 60, 0, size - 1}, good), "zlib does not inflate to 60 bytes");
+  refuses(blocks({1, 64, 0, size}, good), "zlib does not inflate to 64 bytes");
+  refuses(blocks({1, 56, 0, size}, good), "zlib does not inflate to 56 bytes");
+  refuses(blocks({0, 0, 0}, ""), "there are 0 numbers");
+  // Zeros become a thousandth of themselves.
+  const std::string zeros = deflated(std::string(1000000, '\0'));
+  refuses(blocks({1, 1000000, 0, static_cast<std::uint32_t>(zeros.size())}, zeros),
+          "beyond a file of ");
+}
+
+TEST(VtpTest, DamageIsRefusedOrHarmless) {
+  // If this fails, a file that was not copied to its end is read as if it were whole, or a damaged
+  // one crashes the reader or yields a scene that is not one.
+  for (const std::string& bytes : sampleFiles()) {
+    expectSafeTruncations(bytes, kVtp, bytes.size());
+    expectSafeBitFlips(bytes, kVtp);
+  }
+  expectSafeBitFlips(withPointData(textFile(), radiusArray("1 2 3 4 5")), kVtp);
+}
+
+TEST(VtpTest, MemoryIsBoundedWhereElementsAreShortest) {
+  // If this fails, a large file takes more memory than the reader promises.
+  std::string elements, few_elements, attributes, numbers;
+  for (int i = 0; i < 50000; ++i) {
+    elements += "<a/>x";
+    if (i % 4 == 0) few_elements += "<a b='' c=''/>xy";
+    attributes += " a=''";
+    numbers += "0 ";
+  }
+  const auto before = [](const std::string& xml) {
+    return replaced(textFile(), "<PolyData>", xml + "<PolyData>");
+  };
+  EXPECT_FALSE(parsesSafely(before(elements), kVtp));
+  expectRefusal(before(elements), kVtp, "byte 0", "there are 50016 tags in ");
+  EXPECT_TRUE(parsesSafely(before(few_elements), kVtp));
+  EXPECT_TRUE(parsesSafely(before("<a" + attributes + "/>"), kVtp));
+  const std::string indices =
+      replaced(replaced(textFile(), "0 1 2 0 3 4", numbers), "6\n", "50000");
+  EXPECT_TRUE(parsesSafely(indices, kVtp));
+  // Radii that differ, so that each point has its own.
+  EXPECT_TRUE(parsesSafely(
+      withPointData(replaced(indices, numbers, "1 " + numbers.substr(2)), radiusArray("1 2 3 4 5")),
+      kVtp));
+}
+
+// The points of the lines of the files that VTK wrote.
+const std::vector<int> kWrittenPoints = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 6, 3, 10, 11};
+
+class VtpWrittenByVtkTest : public testing::TestWithParam<const char*> {};
+
+TEST_P(VtpWrittenByVtkTest, IsReadAsItIs) {
+  // If this fails, we read what we write, and not what VTK does.
+  const FiberFile file =
+      readFibers(FCL_FIBERS_SOURCE_DIR "/tests/data/" + std::string(GetParam()), {0.1});
+  EXPECT_EQ(file.format, kVtp);
+  expectWellFormed(file.fibers);
+  EXPECT_THAT(file.fibers.point_begin, ElementsAre(0, 4, 6, 11, 14));
+  EXPECT_THAT(file.fibers.closed, ElementsAre(0, 0, 1, 0));
+  ASSERT_EQ(file.fibers.points.size(), kWrittenPoints.size());
+  for (std::size_t i = 0; i < kWrittenPoints.size(); ++i) {
+    const double j = kWrittenPoints[i];
+    EXPECT_EQ(file.fibers.points[i], (Point{0.5 * j, 0.25 * j * j, -1.125 * j}));
+  }
+  EXPECT_THAT(file.warnings, IsEmpty());
+}
+
+TEST(VtpRadiiTest, OfAFileWrittenByVtkAreRead) {
+  // If this fails, we read radii as we write them, and not as VTK does.
+  const FiberFile file = readFibers(FCL_FIBERS_SOURCE_DIR "/tests/data/radii.vtp");
+  EXPECT_TRUE(file.has_radius);
+  expectWellFormed(file.fibers);
+  ASSERT_EQ(file.fibers.radii.size(), kWrittenPoints.size());
+  const auto radius = [](std::size_t i) { return 0.5 + 0.25 * (kWrittenPoints[i] % 5); };
+  for (std::size_t f = 0; f < file.fibers.fiberCount(); ++f) {
+    for (std::size_t i = file.fibers.point_begin[f]; i + 1 < file.fibers.point_begin[f + 1]; ++i) {
+      EXPECT_EQ(file.fibers.radii[i], std::max(radius(i), radius(i + 1))) << i;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(File, VtpWrittenByVtkTest,
+                         testing::Values("ascii_none_little_h32_float.vtp",
+                                         "binary_none_big_h64_double.vtp",
+                                         "binary_zlib_little_h32_float.vtp",
+                                         "appended_raw_none_little_h64_double.vtp",
+                                         "appended_raw_zlib_big_h32_float.vtp",
+                                         "appended_base64_zlib_little_h64_double.vtp"),
+                         [](const auto& file) {
+                           const std::string name = file.param;
+                           return name.substr(0, name.find('.'));
+                         });
+
+TEST(VtpTest, NamesACompressorOfVtkThatIsNotRead) {
+  // If this fails, files of other compressors are read as nonsense.
+  std::ifstream stream(FCL_FIBERS_SOURCE_DIR "/tests/data/binary_lz4_little_h32_float.vtp");
+  const std::string bytes(std::istreambuf_iterator<char>(stream), {});
+  expectRefusal(bytes, kVtp, "byte " + std::to_string(bytes.find("<VTKFile")),
+                "compressor is 'vtkLZ4DataCompressor'");
+}
+
+}  // namespace
+}  // namespace fcl_fibers::io
