@@ -263,8 +263,6 @@ FAULTS = [
     Fault("the ball around a box open to a side has an end", "geometry/sphere.h",
           "if (segment.isBox() && !isBounded(segment)) return unbounded();", "",
           "geometry_test broadphase_test"),
-    Fault("a cage around an unbounded ball is computed", "tree/wrapped_spheres.cpp",
-          "  if (is_unbounded) {", "  if (false) {", "index_test"),
     Fault("looseness counts what is unbounded", "tree/bvh.h",
           "        if (!std::isfinite(size)) continue;\n", "", "index_test swap_test"),
     # --- An index ---

@@ -20,7 +20,6 @@ struct Ball {
   }
 
   static Ball unbounded() { return {{0, 0, 0}, std::numeric_limits<double>::infinity()}; }
-  bool isUnbounded() const { return radius > std::numeric_limits<double>::max(); }
 
   /// The least ball around a capsule thickened by padding.
   static Ball around(const Segment& segment, double padding) {

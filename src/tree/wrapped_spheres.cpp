@@ -46,25 +46,19 @@ void WrappedSpheres<A>::fitNode(const Topology<kArity>& topology, std::size_t in
   const Node& node = topology.nodes[index];
   Pack& pack = packs[index];
   auto leaf = static_cast<std::size_t>(node.leaf_begin);
-  bool is_unbounded = false;
   for (int lane = 0; lane < node.child_count; ++lane) {
     const Link child = node.children[static_cast<std::size_t>(lane)];
     const auto below = static_cast<std::size_t>(child.isLeaf() ? 0 : child.node());
     const Ball& ball = child.isLeaf() ? leaf_balls_[leaf] : cages_[below].ball;
     pack.set(lane, Sphere::around(ball));
-    is_unbounded |= ball.isUnbounded();
     leaf = child.isLeaf() ? leaf + 1 : static_cast<std::size_t>(topology.nodes[below].leaf_end);
   }
 
   EnclosingSphere& cage = cages_[index];
-  if (is_unbounded) {
-    cages_recomputed_ += !cage.ball.isUnbounded();
-    cage = {Ball::unbounded(), {}};
-  } else if (!keepsCage(topology, node, cage)) {
-    cage = enclosingSphere(leaf_balls_.data() + node.leaf_begin, node.leaf_end - node.leaf_begin,
-                           cage.basis);
-    ++cages_recomputed_;
-  }
+  if (keepsCage(topology, node, cage)) return;
+  cage = enclosingSphere(leaf_balls_.data() + node.leaf_begin, node.leaf_end - node.leaf_begin,
+                         cage.basis);
+  ++cages_recomputed_;
 }
 
 /// Moves the cage along with its basis. Returns false if it is no longer the minimum enclosing

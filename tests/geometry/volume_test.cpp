@@ -216,7 +216,7 @@ TEST(Volumes, OfABoxOpenToASideReachToItsOtherSides) {
     EXPECT_GE(double{box.high[2]}, padding - 2);
     EXPECT_LT(double{box.high[2]}, padding - 2 + 1e-6);
     // A sphere has one side only.
-    EXPECT_TRUE(Ball::around(floor, padding).isUnbounded());
+    EXPECT_EQ(Ball::around(floor, padding).radius, infinity);
     const Sphere sphere = Sphere::around(floor, padding);
     EXPECT_EQ(sphere.radius, kInfinity);
     for (const float coordinate : sphere.center) EXPECT_TRUE(std::isfinite(coordinate));
