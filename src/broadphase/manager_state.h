@@ -16,8 +16,6 @@
 
 namespace fcl_fibers::broadphase {
 
-inline std::string nameOf(std::size_t index) { return "object " + std::to_string(index); }
-
 /// The registered objects of a manager and the indexes over them. The first query or update after a
 /// change brings the indexes up to date.
 ///

@@ -22,8 +22,6 @@ bool shareEnd(const Segment& p, const Segment& q) {
   return false;
 }
 
-std::string nameOf(std::size_t i) { return "object " + std::to_string(i); }
-
 }  // namespace
 
 template <typename S>

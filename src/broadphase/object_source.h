@@ -45,6 +45,8 @@ FCL_FIBERS_ALWAYS_INLINE void prefetchLines(const void* object, std::size_t coun
   for (std::size_t line = 0; line < count; ++line) __builtin_prefetch(lines + 64 * line);
 }
 
+inline std::string nameOf(std::size_t index) { return "object " + std::to_string(index); }
+
 /// Reads one object in `frame`. Throws std::invalid_argument with name() if it cannot be read.
 template <typename S, class Name>
 geometry::Segment readObject(const char* call, const fcl::CollisionObject<S>& object,

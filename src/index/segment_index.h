@@ -42,7 +42,6 @@ class SegmentIndex {
   const Tree& tree() const { return tree_; }
   SegmentId begin() const { return begin_; }
   SegmentId end() const { return end_; }
-  bool contains(SegmentId id) const { return begin_ <= id && id < end_; }
 
   /// In the unit of frame(), as are all lengths below.
   double margin() const { return options_.margin * frame_.scale; }
