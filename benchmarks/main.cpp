@@ -5,6 +5,7 @@
 // what belongs together:
 //
 //   fcl_fibers_bench --measure=frames [SCENE] [--against=WHOM]
+//   fcl_fibers_bench --measure=arrays [SCENE]
 //   fcl_fibers_bench --measure=queries|growth|costs|sampling
 //   fcl_fibers_bench --measure=chain|radii|rods|pictures            the paper's
 //   fcl_fibers_bench --measure=replay --scene=paper-dynamic         likewise
@@ -37,6 +38,7 @@
 //
 //   Query/<query>/...     FCL's other queries; answers are the same for all
 //   Objects/<shape>/...   objects that are no fibers
+//   Arrays/<tree>         FiberTree, and a plain loop that reads the points and writes boxes
 //   Growth/<segments>     the tree over plain arrays at three sizes of one density, per segment
 //   Costs/arrays|objects  bytes and seconds of every combination of what may be asked for
 //   Sampling/<segments>   the helix cut into 25 to 2,000 segments: contacts found and missed
@@ -66,10 +68,10 @@ namespace fcl_fibers::benchmarks {
 namespace {
 
 const std::map<std::string, bool (*)(const Request&)> kMeasures = {
-    {"chain", measureChain},       {"costs", measureCosts},       {"frames", measureFrames},
-    {"growth", measureGrowth},     {"pictures", measurePictures}, {"queries", measureQueries},
-    {"radii", measureRadii},       {"replay", measureReplay},     {"rods", measureRods},
-    {"sampling", measureSampling},
+    {"arrays", measureArrays},   {"chain", measureChain},       {"costs", measureCosts},
+    {"frames", measureFrames},   {"growth", measureGrowth},     {"pictures", measurePictures},
+    {"queries", measureQueries}, {"radii", measureRadii},       {"replay", measureReplay},
+    {"rods", measureRods},       {"sampling", measureSampling},
 };
 
 void addOptions(CLI::App& app, std::string& measure, Request& request) {

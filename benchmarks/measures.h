@@ -21,6 +21,7 @@ struct Request {
 // Each measure registers its runs, runs them through Google Benchmark, which has to be initialised,
 // and returns whether all of ours are right. Names of results are at the head of main.cpp.
 
+bool measureArrays(const Request& request);
 bool measureFrames(const Request& request);
 bool measureQueries(const Request& request);
 bool measureGrowth(const Request& request);
