@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <type_traits>
 
 #include "arrays/fiber_arrays.h"
 #include "fibers/options.h"
@@ -11,27 +14,51 @@ namespace fcl_fibers::arrays {
 
 using fibers::throwInvalidArgument;
 using geometry::Frame;
-using geometry::Segment;
 using index::SegmentId;
 
 template <typename S>
-SegmentId ArraySource<S>::read(SegmentId begin, SegmentId end, const Frame& frame, Segment* out,
-                               std::uint64_t& present) const {
-  const auto first = static_cast<std::size_t>(begin), last = static_cast<std::size_t>(end);
-  std::size_t fiber = fiberOf(fibers_.point_begin, fibers_.fiber_count, first);
-  std::uint64_t read = 0;
-  for (std::size_t i = first; i < last; ++fiber) {
-    const std::size_t fiber_end = fibers_.point_begin[fiber + 1];
-    for (const std::size_t stop = std::min(fiber_end, last); i < stop; ++i) {
-      if (i + 1 == fiber_end) continue;
-      out[i - first] = {frame.fromWorld(pointOf(fibers_, i)),
-                        frame.fromWorld(pointOf(fibers_, i + 1)),
-                        frame.scale * radiusOf(fibers_, i, fiber)};
-      read |= std::uint64_t{1} << (i - first);
+bool ArraySource<S>::read(const SegmentId* ids, int count, int ahead, const Frame& frame,
+                          index::SegmentBlock& out, index::BlockMask& present) const {
+  for (int i = count; i < count + ahead; ++i) {
+    const S* point = fibers_.points + 3 * static_cast<std::size_t>(ids[i]);
+    __builtin_prefetch(point);
+    __builtin_prefetch(point + 5);
+  }
+  const double origin[3] = {frame.origin.x, frame.origin.y, frame.origin.z};
+  for (int i = 0; i < count; ++i) {
+    const S* point = fibers_.points + 3 * static_cast<std::size_t>(ids[i]);
+    for (int axis = 0; axis < 3; ++axis) {
+      out.a[axis][i] = frame.scale * (static_cast<double>(point[axis]) - origin[axis]);
+      out.b[axis][i] = frame.scale * (static_cast<double>(point[axis + 3]) - origin[axis]);
     }
   }
-  present = read;
-  return end;
+  readRadii(ids, count, frame.scale, out.radius);
+  present = geometry::firstOfBlock(count);
+  return true;
+}
+
+template <typename S>
+void ArraySource<S>::readRadii(const SegmentId* ids, int count, double scale, double* out) const {
+  const auto index = [ids](int i) { return static_cast<std::size_t>(ids[i]); };
+  switch (fibers_.radii_are) {
+    case FiberArrays<S>::Radii::kPerFiber: {
+      std::size_t fiber = 0, begin = 0, end = 0;
+      for (int i = 0; i < count; ++i) {
+        if (index(i) < begin || index(i) >= end) {
+          fiber = fiberOf(fibers_.point_begin, fibers_.fiber_count, index(i));
+          begin = fibers_.point_begin[fiber];
+          end = fibers_.point_begin[fiber + 1];
+        }
+        out[i] = scale * static_cast<double>(fibers_.radii[fiber]);
+      }
+      break;
+    }
+    case FiberArrays<S>::Radii::kPerSegment:
+      for (int i = 0; i < count; ++i) out[i] = scale * static_cast<double>(fibers_.radii[index(i)]);
+      break;
+    default:
+      std::fill_n(out, count, scale * static_cast<double>(fibers_.radii[0]));
+  }
 }
 
 template <typename S>
@@ -43,18 +70,39 @@ void ArraySource<S>::refuse(SegmentId id, const Frame&) const {
 
 namespace {
 
+/// The largest magnitude of some numbers, or one that is not finite if any of them is not. The bits
+/// of magnitudes have the order of the numbers, and NaN comes last; they are compared without a
+/// branch.
+template <typename S>
+double largestMagnitude(const S* numbers, std::size_t count) {
+  using Bits = std::conditional_t<sizeof(S) == 8, std::uint64_t, std::uint32_t>;
+  constexpr Bits kMagnitude = ~Bits{0} >> 1;
+  constexpr std::size_t kLanes = 8;
+  Bits largest[kLanes] = {};
+  const auto take = [&](std::size_t i, std::size_t lane) {
+    Bits bits;
+    std::memcpy(&bits, numbers + i, sizeof(bits));
+    largest[lane] = std::max(largest[lane], bits & kMagnitude);
+  };
+  std::size_t i = 0;
+  for (; i + kLanes <= count; i += kLanes) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) take(i + lane, lane);
+  }
+  for (; i < count; ++i) take(i, 0);
+  const Bits bits = *std::max_element(largest, largest + kLanes);
+  S result;
+  std::memcpy(&result, &bits, sizeof(result));
+  return static_cast<double>(result);
+}
+
 template <typename S>
 double largestCoordinate(const char* call, const FiberArrays<S>& fibers) {
-  double largest = 0;
-  for (std::size_t i = 0; i < 3 * fibers.point_count; ++i) {
-    const double coordinate = std::fabs(static_cast<double>(fibers.points[i]));
-    if (!std::isfinite(coordinate)) {
-      throwInvalidArgument(call, "point " + std::to_string(i / 3) +
-                                     " is NaN or infinite; give it finite coordinates");
-    }
-    largest = std::max(largest, coordinate);
-  }
-  return largest;
+  const double largest = largestMagnitude(fibers.points, 3 * fibers.point_count);
+  if (std::isfinite(largest)) return largest;
+  const S* const end = fibers.points + 3 * fibers.point_count;
+  const S* const bad = std::find_if(fibers.points, end, [](S x) { return !std::isfinite(x); });
+  throwInvalidArgument(call, "point " + std::to_string((bad - fibers.points) / 3) +
+                                 " is NaN or infinite; give it finite coordinates");
 }
 
 /// Checks the radius at the last point of a fiber too, although no capsule starts there.
@@ -76,7 +124,7 @@ double largestRadius(const char* call, const FiberArrays<S>& fibers) {
 }  // namespace
 
 template <typename S>
-Frame checkArrays(const char* call, const FiberArrays<S>& fibers) {
+double checkArrays(const char* call, const FiberArrays<S>& fibers) {
   checkEnds(fibers, [call](const std::string& what) { throwInvalidArgument(call, what); });
   const std::size_t* begin = fibers.point_begin;
   for (std::size_t f = 0; f < fibers.fiber_count; ++f) {
@@ -84,11 +132,19 @@ Frame checkArrays(const char* call, const FiberArrays<S>& fibers) {
       throwInvalidArgument(call, "point_begin descends at fiber " + std::to_string(f) + "; fix it");
     }
   }
-  const double largest = std::max(largestCoordinate(call, fibers), largestRadius(call, fibers));
-  const Frame frame =
-      frameFor(ArraySource<S>(fibers), 0, static_cast<SegmentId>(fibers.point_count));
+  return std::max(largestCoordinate(call, fibers), largestRadius(call, fibers));
+}
+
+bool holds(const Frame& frame, double largest) {
   // The factor leaves room for sums of a few coordinates.
-  if (!std::isfinite(16 * frame.scale * (largest + maxNorm(frame.origin)))) {
+  return std::isfinite(16 * frame.scale * (largest + maxNorm(frame.origin)));
+}
+
+template <typename S>
+Frame frameFor(const char* call, const FiberArrays<S>& fibers, const std::vector<SegmentId>& ids,
+               double largest) {
+  const Frame frame = index::frameFor(ArraySource<S>(fibers), ids);
+  if (!holds(frame, largest)) {
     throwInvalidArgument(
         call, "coordinates overflow; bring the fibers nearer to the origin or change their unit");
   }
@@ -116,8 +172,12 @@ void addFibers(const FiberArrays<S>& fibers, fibers::FiberTable& table) {
 
 template class ArraySource<float>;
 template class ArraySource<double>;
-template Frame checkArrays(const char*, const FiberArrays<float>&);
-template Frame checkArrays(const char*, const FiberArrays<double>&);
+template double checkArrays(const char*, const FiberArrays<float>&);
+template double checkArrays(const char*, const FiberArrays<double>&);
+template Frame frameFor(const char*, const FiberArrays<float>&, const std::vector<SegmentId>&,
+                        double);
+template Frame frameFor(const char*, const FiberArrays<double>&, const std::vector<SegmentId>&,
+                        double);
 template void addFibers(const FiberArrays<float>&, fibers::FiberTable&);
 template void addFibers(const FiberArrays<double>&, fibers::FiberTable&);
 

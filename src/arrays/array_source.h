@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include <fcl_fibers/fiber_tree.h>
 
@@ -18,19 +19,32 @@ class ArraySource final : public index::SegmentSource {
  public:
   explicit ArraySource(const FiberArrays<S>& fibers) : fibers_(fibers) {}
 
-  index::SegmentId read(index::SegmentId begin, index::SegmentId end, const geometry::Frame& frame,
-                        geometry::Segment* out, std::uint64_t& present) const override;
+  bool read(const index::SegmentId* ids, int count, int ahead, const geometry::Frame& frame,
+            index::SegmentBlock& out, index::BlockMask& present) const override;
+  bool isFasterInOrder() const override { return false; }
   [[noreturn]] void refuse(index::SegmentId id, const geometry::Frame& frame) const override;
 
  private:
+  void readRadii(const index::SegmentId* ids, int count, double scale, double* out) const;
+
   const FiberArrays<S>& fibers_;
 };
 
 /// Throws std::invalid_argument if arrays are null or do not fit each other, or if a number in them
 /// is out of range.
-/// @return a frame for the fibers
+/// @return the largest magnitude of a coordinate or radius
 template <typename S>
-geometry::Frame checkArrays(const char* call, const FiberArrays<S>& fibers);
+double checkArrays(const char* call, const FiberArrays<S>& fibers);
+
+/// Whether numbers of this magnitude stay finite in a frame.
+bool holds(const geometry::Frame& frame, double largest);
+
+/// A frame for fibers that have passed checkArrays(). Throws std::invalid_argument if there is
+/// none.
+/// @param ids  all capsules
+template <typename S>
+geometry::Frame frameFor(const char* call, const FiberArrays<S>& fibers,
+                         const std::vector<index::SegmentId>& ids, double largest);
 
 /// Adds the fibers of the arrays to an empty table.
 template <typename S>

@@ -12,6 +12,7 @@
 #include "fibers/fiber_table.h"
 #include "fibers/options.h"
 #include "index/segment_index.h"
+#include "tree/volumes.h"
 
 namespace fcl_fibers {
 namespace {
@@ -28,6 +29,13 @@ using tree::Visit;
 const FiberTreeOptions& checked(const FiberTreeOptions& options) {
   fibers::requireValid("FiberTree::FiberTree", options);
   return options;
+}
+
+index::IndexOptions indexOptions(const FiberTreeOptions& options) {
+  index::IndexOptions result =
+      fibers::indexOptions(options, options.volumes == FiberTreeOptions::Volumes::kWrappedSpheres);
+  result.share_ends = true;
+  return result;
 }
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -96,10 +104,7 @@ class PairsTo final : public index::PairSink {
 class FiberTree::Impl {
  public:
   explicit Impl(const FiberTreeOptions& options)
-      : options_(checked(options)),
-        table_(emptyTable()),
-        index_(fibers::indexOptions(
-            options, options.volumes == FiberTreeOptions::Volumes::kWrappedSpheres)) {}
+      : options_(checked(options)), table_(emptyTable()), index_(indexOptions(options)) {}
 
   const FiberTreeOptions& options() const { return options_; }
   const FiberTable& table() const { return table_; }
@@ -110,17 +115,15 @@ class FiberTree::Impl {
 
   template <typename S>
   void build(const FiberArrays<S>& fibers) {
-    const Frame frame = arrays::checkArrays("FiberTree::build", fibers);
+    const double largest = arrays::checkArrays("FiberTree::build", fibers);
     FiberTable table = emptyTable();
     arrays::addFibers(fibers, table);
-    is_valid_ = false;
-    table_ = std::move(table);
-    buildIndex(fibers, frame);
+    buildIndex("FiberTree::build", fibers, largest, &table);
   }
 
   template <typename S>
   void update(const FiberArrays<S>& fibers) {
-    const Frame frame = arrays::checkArrays("FiberTree::update", fibers);
+    const double largest = arrays::checkArrays("FiberTree::update", fibers);
     bool has_same_fibers = fibers.fiber_count == table_.fiberCount() &&
                            fibers.point_count == static_cast<std::size_t>(table_.idCount());
     for (std::size_t f = 0; has_same_fibers && f < table_.fiberCount(); ++f) {
@@ -129,9 +132,16 @@ class FiberTree::Impl {
     if (!has_same_fibers) {
       refuse("update", "the numbers of points differ from those at the last build(); call build()");
     }
-    if (!is_valid_) return buildIndex(fibers, frame);
+    if (!is_valid_ || !arrays::holds(index_.frame(), largest)) {
+      return buildIndex("FiberTree::update", fibers, largest, &table_);
+    }
+    // It may not be needed, but what is refused has to be refused before anything changes.
+    const Frame fallback = arrays::frameFor("FiberTree::update", fibers, index_.leaves(), largest);
+    const arrays::ArraySource<S> source(fibers);
     is_valid_ = false;
-    if (!index_.refit(arrays::ArraySource<S>(fibers), frame)) return buildIndex(fibers, frame);
+    if (!index_.refitOr(source, fallback)) {
+      index_.build(source, fallback, 0, table_.idCount(), segmentsOf(table_));
+    }
     is_valid_ = true;
   }
 
@@ -163,7 +173,7 @@ class FiberTree::Impl {
     std::vector<TreeVolume> volumes;
     std::visit(
         [&](const auto& tree) {
-          tree.visitVolumes(depth, [&](const auto& volume, std::int32_t begin, std::int32_t end) {
+          visitVolumes(tree, depth, [&](const auto& volume, std::int32_t begin, std::int32_t end) {
             volumes.push_back(toWorld(volume, index_.frame()));
             volumes.back().segments = index_.leaves().data() + begin;
             volumes.back().segment_count = static_cast<std::size_t>(end - begin);
@@ -187,10 +197,18 @@ class FiberTree::Impl {
     return FiberTable(fibers::neighborRule(options_), /*ids_behind=*/1);
   }
 
+  static tree::Fibers segmentsOf(const FiberTable& table) {
+    return table.segmentsFrom(0, [](SegmentId) { return true; });
+  }
+
   template <typename S>
-  void buildIndex(const FiberArrays<S>& fibers, const Frame& frame) {
-    index_.build(arrays::ArraySource<S>(fibers), frame, 0, table_.idCount(),
-                 table_.segmentsFrom(0, [](SegmentId) { return true; }));
+  void buildIndex(const char* call, const FiberArrays<S>& fibers, double largest,
+                  FiberTable* table) {
+    const tree::Fibers runs = segmentsOf(*table);
+    const Frame frame = arrays::frameFor(call, fibers, runs.ids, largest);
+    is_valid_ = false;
+    if (table != &table_) table_ = std::move(*table);
+    index_.build(arrays::ArraySource<S>(fibers), frame, 0, table_.idCount(), runs);
     is_valid_ = true;
   }
 

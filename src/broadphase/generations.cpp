@@ -18,7 +18,7 @@ void Generations::clear() {
 void Generations::build(const index::SegmentSource& source, SegmentId end,
                         const tree::Fibers& fibers) {
   young_.clear();
-  main_.build(source, frameFor(source, 0, end), 0, end, fibers);
+  main_.build(source, frameFor(source, fibers.ids), 0, end, fibers);
   end_ = end;
 }
 
@@ -33,10 +33,8 @@ bool Generations::buildYoung(const index::SegmentSource& source, SegmentId end,
 }
 
 bool Generations::refit(const index::SegmentSource& source) {
-  const geometry::Frame frame = frameFor(source, 0, end());
-  const bool is_good = main_.refit(source, frame);
-  if (hasYoung()) young_.refit(source, frame);
-  return is_good;
+  const bool is_good = main_.refit(source);
+  return is_good && (!hasYoung() || young_.tryRefit(source, frame()));
 }
 
 bool Generations::refitSome(const std::vector<SegmentId>& ids, const std::vector<Segment>& moved) {

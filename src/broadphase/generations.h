@@ -48,17 +48,16 @@ class Generations {
   /// @return false if the frame cannot hold a young object; all have to be built then
   bool buildYoung(const index::SegmentSource& source, SegmentId end, const tree::Fibers& fibers);
 
-  /// See SegmentIndex. Only the main index decides whether all should be built again: the young one
-  /// is small, and is built whenever it grows.
+  /// See SegmentIndex. Whether all should be built again depends on the main index alone, unless
+  /// its frame cannot hold a young object: the young index is small, and is built whenever it
+  /// grows.
   ///@{
   bool refit(const index::SegmentSource& source);
   bool refitSome(const std::vector<SegmentId>& ids, const std::vector<Segment>& moved);
-  ///@}
-
-  /// Whether refitting this segment would change nothing.
-  bool isFitted(SegmentId id, const Segment& segment) const {
-    return (isYoung(id) ? young_ : main_).isFitted(id, segment);
+  bool isFitted(const index::SegmentSource& source) const {
+    return main_.isFitted(source) && (!hasYoung() || young_.isFitted(source));
   }
+  ///@}
 
   // See SegmentIndex::search(). Pairs of one group across the two indexes are not excluded.
 

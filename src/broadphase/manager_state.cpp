@@ -30,7 +30,7 @@ ManagerState<S>::ManagerState(const char* call, const ManagerState& original,
   std::size_t i = 0;
   for (const Object* model : original.registry_.objects()) {
     if (model == nullptr) continue;
-    prefetchObject(objects, i);
+    prefetchObject<S>([&](std::size_t k) { return objects[k]; }, i, objects.size());
     readNew(call, objects, i, options_.bounds);
     if (isCapsule(*model) && !isCapsule(*objects[i])) {
       throwInvalidArgument(call,
@@ -233,16 +233,7 @@ bool ManagerState<S>::movedSinceUpdate() const {
   const std::lock_guard<std::mutex> lock(build_mutex_);
   if (state_ == State::kFailed) return true;
   if (!hasTree() || state_ == State::kCloned) return false;  // the next query reads all
-  for (SegmentId id = 0; id < generations_.end(); ++id) {
-    const Object* object = registry_[id];
-    if (object == nullptr) continue;
-    Segment now;
-    if (readSegment(*object, generations_.frame(), options_.bounds, now) != nullptr ||
-        !generations_.isFitted(id, now)) {
-      return true;
-    }
-  }
-  return false;
+  return !generations_.isFitted(source("movedSinceUpdate"));
 }
 
 template <typename S>

@@ -43,7 +43,7 @@ NewObjects readNewObjects(const char* call, const std::vector<fcl::CollisionObje
   if (options.ignored_arc_length > 0) found.lengths.resize(added.size());
   found.last = previous;
   for (std::size_t i = 0; i < added.size(); ++i) {
-    prefetchObject(added, i);
+    prefetchObject<S>([&](std::size_t k) { return added[k]; }, i, added.size());
     Segment segment = readNew(call, added, i, options.bounds);
     const bool is_capsule = isCapsule(*added[i]);
     // If its box counts instead, that has no end points to compare.

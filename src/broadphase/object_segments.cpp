@@ -297,27 +297,31 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& fram
 /// This loop takes half of an update's time. It is in this file so that readSegment() can be
 /// inlined.
 template <typename S>
-index::SegmentId ObjectSource<S>::read(index::SegmentId begin, index::SegmentId end,
-                                       const Frame& frame, Segment* out,
-                                       std::uint64_t& present) const {
-  const bool is_block = end - begin > 1;
-  std::uint64_t read = 0;
-  for (index::SegmentId id = begin; id < end; ++id) {
-    if (is_block) prefetchObject(objects_, static_cast<std::size_t>(id));
-    const Object* object = objects_[static_cast<std::size_t>(id)];
+bool ObjectSource<S>::read(const index::SegmentId* ids, int count, int ahead, const Frame& frame,
+                           index::SegmentBlock& out, index::BlockMask& present) const {
+  const auto objectAt = [&](std::size_t i) { return objects_[static_cast<std::size_t>(ids[i])]; };
+  const auto known = static_cast<std::size_t>(count + ahead);
+  present = 0;
+  for (int i = 0; i < count; ++i) {
+    prefetchObject<S>(objectAt, static_cast<std::size_t>(i), known);
+    const Object* object = objectAt(static_cast<std::size_t>(i));
     if (object == nullptr) continue;
-    if (readSegment(*object, frame, bounds_, out[id - begin]) != nullptr) return id;
-    read |= std::uint64_t{1} << (id - begin);
+    Segment segment;
+    if (readSegment(*object, frame, bounds_, segment) != nullptr) return false;
+    out.set(i, segment);
+    present |= index::BlockMask{1} << i;
   }
-  present = read;
-  return end;
+  return true;
 }
 
 template <typename S>
 void ObjectSource<S>::refuse(index::SegmentId id, const Frame& frame) const {
-  const auto empty = std::count(objects_.begin(), objects_.begin() + id, nullptr);
-  readObject(call_, *objects_[static_cast<std::size_t>(id)], frame, bounds_,
-             [&] { return "object " + std::to_string(id - empty) + " in order of registration"; });
+  if (const Object* object = objects_[static_cast<std::size_t>(id)]) {
+    const auto empty = std::count(objects_.begin(), objects_.begin() + id, nullptr);
+    readObject(call_, *object, frame, bounds_, [&] {
+      return "object " + std::to_string(id - empty) + " in order of registration";
+    });
+  }
   // If the object is readable now, another thread has changed it meanwhile.
   fibers::throwInvalidArgument(call_,
                                "an object has changed during the call; change objects after it");

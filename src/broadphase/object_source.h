@@ -29,8 +29,9 @@ class ObjectSource final : public index::SegmentSource {
   ObjectSource(const char* call, const std::vector<Object*>& objects, Bounds bounds)
       : call_(call), objects_(objects), bounds_(bounds) {}
 
-  index::SegmentId read(index::SegmentId begin, index::SegmentId end, const geometry::Frame& frame,
-                        geometry::Segment* out, std::uint64_t& present) const override;
+  bool read(const index::SegmentId* ids, int count, int ahead, const geometry::Frame& frame,
+            index::SegmentBlock& out, index::BlockMask& present) const override;
+  bool isFasterInOrder() const override { return true; }
   [[noreturn]] void refuse(index::SegmentId id, const geometry::Frame& frame) const override;
 
  private:
@@ -58,17 +59,17 @@ geometry::Segment readObject(const char* call, const fcl::CollisionObject<S>& ob
   return segment;
 }
 
-/// FCL objects are scattered on the heap. Round `i` of a loop over them calls this to prefetch what
-/// a round soon after it reads. It is inlined by force, because gcc removes a call of a function
-/// that only prefetches.
-template <typename S>
-FCL_FIBERS_ALWAYS_INLINE void prefetchObject(const std::vector<fcl::CollisionObject<S>*>& objects,
-                                             std::size_t i) {
+/// FCL objects are scattered on the heap. Round `i` of a loop over objectAt(0), ...,
+/// objectAt(count - 1) calls this to prefetch what a round soon after it reads. It is inlined by
+/// force, because gcc removes a call of a function that only prefetches.
+template <typename S, class ObjectAt>
+FCL_FIBERS_ALWAYS_INLINE void prefetchObject(ObjectAt&& objectAt, std::size_t i,
+                                             std::size_t count) {
   constexpr std::size_t kAhead = 8;
-  if (i + 2 * kAhead >= objects.size()) return;
-  prefetchLines(objects[i + 2 * kAhead], 4);
+  if (i + 2 * kAhead < count) prefetchLines(objectAt(i + 2 * kAhead), 4);
+  if (i + kAhead >= count) return;
   // The object kAhead on has arrived by now, so the address of its shape is known.
-  const auto* next = objects[i + kAhead];
+  const fcl::CollisionObject<S>* next = objectAt(i + kAhead);
   if (next != nullptr) prefetchLines(ObjectMembers<S>::shape(*next), 2);
 }
 

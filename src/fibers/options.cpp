@@ -32,8 +32,13 @@ NeighborRule neighborRule(const FiberOptions& options) {
 }
 
 index::IndexOptions indexOptions(const FiberOptions& options, bool wrapped_spheres) {
-  return {wrapped_spheres, options.topology == Topology::kSuperThread,
-          options.report == Report::kCapsules, options.margin, options.threads};
+  index::IndexOptions result;
+  result.wrapped_spheres = wrapped_spheres;
+  result.super_thread = options.topology == Topology::kSuperThread;
+  result.capsules = options.report == Report::kCapsules;
+  result.margin = options.margin;
+  result.threads = options.threads;
+  return result;
 }
 
 }  // namespace fcl_fibers::fibers

@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <limits>
 
 #include "geometry/rounding.h"
 #include "geometry/segment.h"
+#include "geometry/segment_block.h"
 #include "geometry/volume.h"
 
 namespace fcl_fibers::geometry {
@@ -24,6 +27,12 @@ struct Box {
     return {{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}};
   }
 
+  /// Around nothing: low > high.
+  static Box empty() {
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    return {{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+  }
+
   FCL_FIBERS_ALWAYS_INLINE static Box around(const Segment& segment, double padding) {
     const double r = segment.thickness() + padding + endPointError(segment);
     const Vec3d low = min(segment.a, segment.b);
@@ -36,6 +45,29 @@ struct Box {
     return (high[0] - low[0]) + (high[1] - low[1]) + (high[2] - low[2]);
   }
 };
+
+/// Boxes in rows, one for each side, so that several of them are computed with at once.
+struct BoxRows {
+  static constexpr int kCapacity = 512;
+
+  Box operator[](int i) const {
+    return {{low[0][i], low[1][i], low[2][i]}, {high[0][i], high[1][i], high[2][i]}};
+  }
+  void clear(int i) {
+    constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+    for (int axis = 0; axis < 3; ++axis) low[axis][i] = high[axis][i] = kNone;
+  }
+
+  // Eight are read at a time, also from the last on.
+  alignas(64) float low[3][kCapacity + 16];
+  alignas(64) float high[3][kCapacity + 16];
+};
+
+/// Writes the boxes around the first `count` segments of a block from boxes[first] on. Each is what
+/// Box::around() gives, to the last bit.
+/// @pre first is a multiple of SegmentBlock::kCapacity
+void boxesAround(const SegmentBlock& segments, int count, double padding, BoxRows& boxes,
+                 int first);
 
 /// N boxes:  low.x[0..N) low.y[0..N) low.z[0..N) high.x[0..N) high.y[0..N) high.z[0..N)
 template <int N>
@@ -51,16 +83,14 @@ class alignas(4 * N) Box::Pack {
       high_[axis][lane] = box.high[axis];
     }
   }
-  FCL_FIBERS_ALWAYS_INLINE bool holds(int lane, const Box& box) const {
-    bool differs = false;
-    for (int axis = 0; axis < 3; ++axis) {
-      differs |= !(low_[axis][lane] == box.low[axis] && high_[axis][lane] == box.high[axis]);
-    }
-    return !differs;
-  }
-  /// Sets the box and returns whether it has changed.
+  /// Sets the box and returns whether its bits have changed.
   FCL_FIBERS_ALWAYS_INLINE bool replace(int lane, const Box& box) {
-    if (holds(lane, box)) return false;
+    std::uint32_t differs = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      differs |= bitsOf(low_[axis][lane]) ^ bitsOf(box.low[axis]);
+      differs |= bitsOf(high_[axis][lane]) ^ bitsOf(box.high[axis]);
+    }
+    if (differs == 0) return false;
     set(lane, box);
     return true;
   }
@@ -75,23 +105,16 @@ class alignas(4 * N) Box::Pack {
 
   const float* low(int axis) const { return low_[axis]; }
   const float* high(int axis) const { return high_[axis]; }
-
-  /// The least box around all of them; it is empty (low > high) if all lanes are clear.
-  Box unite() const {
-    constexpr float kInfinity = std::numeric_limits<float>::infinity();
-    Box box{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
-    for (int axis = 0; axis < 3; ++axis) {
-      for (int lane = 0; lane < N; ++lane) {
-        // In this order NaN loses every comparison.
-        const float low = low_[axis][lane], high = high_[axis][lane];
-        box.low[axis] = low < box.low[axis] ? low : box.low[axis];
-        box.high[axis] = high > box.high[axis] ? high : box.high[axis];
-      }
-    }
-    return box;
-  }
+  float* low(int axis) { return low_[axis]; }
+  float* high(int axis) { return high_[axis]; }
 
  private:
+  static std::uint32_t bitsOf(float x) {
+    std::uint32_t bits;
+    std::memcpy(&bits, &x, sizeof(bits));
+    return bits;
+  }
+
   float low_[3][N], high_[3][N];
 };
 

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// The tests of packs for the instruction set that the including file is compiled for.
+// What is done with packs, for the instruction set that the including file is compiled for.
 #include "geometry/overlap-inl.h"
+#include "geometry/unite-inl.h"
 
 namespace fcl_fibers::geometry {
 using HWY_NAMESPACE::nearer;
 using HWY_NAMESPACE::overlaps;
+using HWY_NAMESPACE::replaceAll;
+using HWY_NAMESPACE::unite;
 }  // namespace fcl_fibers::geometry

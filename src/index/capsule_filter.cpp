@@ -2,8 +2,6 @@
 #include "index/capsule_filter.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 
 #include "geometry/capsule_test.h"
 #include "geometry/touch.h"
@@ -16,7 +14,7 @@ using tree::Pair;
 
 /// Stands in for a FrameChange if the second segments are in the first ones' frame.
 struct FirstFrame {
-  const Segment& operator()(const Segment& segment) const { return segment; }
+  Segment operator()(const Segment& segment) const { return segment; }
   double error(const Segment& segment) const { return std::max(endPointError(segment), least); }
 
   double least;
@@ -32,9 +30,11 @@ std::size_t CapsuleFilter::keep(Pair* pairs, std::size_t count, const ToFirst& t
   for (std::size_t begin = 0; begin < count; begin += kBlock) {
     const std::size_t end = std::min(begin + kBlock, count);
     block.clear();
+    // Segments are by id, so that those of neighbours in the tree are far from each other.
+    for (std::size_t i = end; i < std::min(end + kBlock, count); ++i) b_.prefetch(pairs[i].b);
     for (std::size_t i = begin; i < end; ++i) {
-      const Segment& p = a_[pairs[i].a];
-      const auto& q = to_first(b_[pairs[i].b]);
+      const Segment p = a_[pairs[i].a];
+      const Segment q = to_first(b_[pairs[i].b]);
       block.add(p, q, margin_, endPointError(p) + to_first.error(q));
     }
     const auto verdict = block.decide();
@@ -43,8 +43,8 @@ std::size_t CapsuleFilter::keep(Pair* pairs, std::size_t count, const ToFirst& t
       if (verdict.apart[byte] >> bit & 1u) continue;
       bool touches = verdict.touching[byte] >> bit & 1u;
       if (!touches) {
-        const Segment& p = a_[pairs[i].a];
-        const auto& q = to_first(b_[pairs[i].b]);
+        const Segment p = a_[pairs[i].a];
+        const Segment q = to_first(b_[pairs[i].b]);
         touches = touch(p, q, margin_, endPointError(p) + to_first.error(q));
       }
       if (touches) pairs[kept++] = pairs[i];
@@ -55,21 +55,6 @@ std::size_t CapsuleFilter::keep(Pair* pairs, std::size_t count, const ToFirst& t
 
 std::size_t CapsuleFilter::keepTouching(Pair* pairs, std::size_t count) const {
   return b_to_a_ == nullptr ? keep(pairs, count, FirstFrame{error_}) : keep(pairs, count, *b_to_a_);
-}
-
-double usualUnit(const std::vector<Segment>& segments) {
-  constexpr std::size_t kSamples = 255;
-  std::array<double, kSamples> sizes;
-  std::size_t found = 0;
-  for (std::size_t i = 0; i < segments.size(); i += segments.size() / kSamples + 1) {
-    const Segment& s = segments[i];
-    const double size = maxNorm(s.b - s.a) + s.thickness();
-    if (std::isfinite(size) && size > 0) sizes[found++] = size;
-  }
-  if (found == 0) return 1;
-  const auto median = sizes.begin() + found / 2;
-  std::nth_element(sizes.begin(), median, sizes.begin() + found);
-  return std::ldexp(1.0, -std::ilogb(*median));
 }
 
 }  // namespace fcl_fibers::index

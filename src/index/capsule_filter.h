@@ -2,15 +2,13 @@
 #pragma once
 
 #include <cstddef>
-#include <vector>
 
 #include "geometry/frame.h"
 #include "geometry/segment.h"
+#include "index/kept_segments.h"
 #include "tree/search.h"
 
 namespace fcl_fibers::index {
-
-using tree::SegmentRange;
 
 /// Keeps the pairs whose capsules touch. Many are decided at a time in float; touch() decides those
 /// near the boundary.
@@ -36,8 +34,5 @@ class CapsuleFilter {
   const geometry::FrameChange* b_to_a_;
   double margin_, unit_, error_;
 };
-
-/// The power of two that scales the median segment of a sample to a size of about one.
-double usualUnit(const std::vector<geometry::Segment>& segments);
 
 }  // namespace fcl_fibers::index

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "geometry/touch.h"
+#include "index/kept_segments.h"
 #include "index/pair_query.h"
-#include "tree/topology.h"
 
 namespace fcl_fibers::index {
 
@@ -17,7 +17,7 @@ class NearestFilter final : public tree::NearestVisitor {
  public:
   /// @param second  second(b, error) returns the second segment of a pair in the first one's frame,
   ///                and sets a bound on the error of its end points
-  NearestFilter(tree::SegmentRange first, SecondSegment second, NearestSink& sink)
+  NearestFilter(SegmentRange first, SecondSegment second, NearestSink& sink)
       : first_(first), second_(std::move(second)), sink_(sink) {}
 
   tree::Visit visit(tree::SegmentId a, tree::SegmentId b, double& limit) override {
@@ -25,15 +25,15 @@ class NearestFilter final : public tree::NearestVisitor {
     // distance may be NaN.
     if (limit < std::numeric_limits<double>::infinity()) {
       double error;
-      const geometry::Segment& p = first_[a];
-      const geometry::Segment& q = second_(b, error);
+      const geometry::Segment p = first_[a];
+      const geometry::Segment q = second_(b, error);
       if (!touch(p, q, limit, endPointError(p) + error)) return tree::Visit::kContinue;
     }
     return sink_.visit(a, b, limit);
   }
 
  private:
-  const tree::SegmentRange first_;
+  const SegmentRange first_;
   const SecondSegment second_;
   NearestSink& sink_;
 };

@@ -2,57 +2,38 @@
 #include "index/segment_index.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
-#include <limits>
-#include <type_traits>
 #include <utility>
 
-#include "index/nearest_filter.h"
+#include "tree/bundle.h"
+#include "tree/volumes.h"
 
 namespace fcl_fibers::index {
 namespace {
 
 using geometry::Frame;
-using geometry::FrameChange;
 using geometry::Segment;
-using tree::Group;
-using tree::TraversalTask;
-using tree::Visit;
+using geometry::Vec3d;
+using tree::Middle;
 
-/// The number of segments that a task reads, in about a tenth of a millisecond.
+/// The number of segments that a task reads, in some hundredths of a millisecond.
 constexpr std::size_t kRange = 4096;
-static_assert(kRange % SegmentSource::kBlock == 0);
-/// A leaf's slot may be anywhere in memory. It is prefetched this many segments ahead.
-constexpr SegmentId kPrefetchAhead = 8;
+using Ids = std::array<SegmentId, kRange>;
 
-template <class Trees>
-class TreeSearch final : public PairSearch {
- public:
-  explicit TreeSearch(const Trees& trees) : trees_(trees), kernels_(tree::pairKernels(trees)) {}
-  Visit split(tree::TaskSink& out) const override { return kernels_.splitIntoTasks(trees_, out); }
-  Visit run(const TraversalTask& task, tree::PairBuffer& out) const override {
-    return kernels_.overlaps(trees_, task, out);
-  }
-
- private:
-  const Trees& trees_;
-  const tree::PairKernels<Trees>& kernels_;
-};
-
-/// A segment whose coordinates have overflowed in this frame may be anywhere.
-template <class Volume>
-Volume volumeAround(const Segment& segment, double padding) {
-  const bool is_somewhere = segment.isBox() || isBounded(segment);
-  return is_somewhere ? Volume::around(segment, padding) : Volume::unbounded();
+Vec3d centerOf(const geometry::Box& box) {
+  return {0.5 * (double{box.low[0]} + double{box.high[0]}),
+          0.5 * (double{box.low[1]} + double{box.high[1]}),
+          0.5 * (double{box.low[2]} + double{box.high[2]})};
+}
+Vec3d centerOf(const geometry::Sphere& sphere) {
+  return {sphere.center[0], sphere.center[1], sphere.center[2]};
 }
 
-/// As FrameChange, where a box that overflows becomes open to all sides.
-Segment inFrame(const FrameChange& change, const Segment& segment) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  const Segment result = change(segment);
-  if (!segment.isBox() || isBounded(result) || !isBounded(segment)) return result;
-  return Segment::box({-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity});
+double medianOf(double* first, std::size_t count) {
+  std::nth_element(first, first + count / 2, first + count);
+  return first[count / 2];
 }
 
 }  // namespace
@@ -60,7 +41,8 @@ Segment inFrame(const FrameChange& change, const Segment& segment) {
 SegmentIndex::SegmentIndex(const IndexOptions& options)
     : options_(options),
       executor_(parallel::makeExecutor(options.threads)),
-      scratch_(std::make_unique<ScratchPool>()) {}
+      scratch_(std::make_unique<ScratchPool>()),
+      segments_(options.share_ends) {}
 
 void SegmentIndex::copy(const SegmentIndex& other) {
   frame_ = other.frame_;
@@ -69,74 +51,104 @@ void SegmentIndex::copy(const SegmentIndex& other) {
   segments_ = other.segments_;
   tree_ = other.tree_;
   looseness_when_built_ = other.looseness_when_built_;
+  in_new_frame_ = other.in_new_frame_;
+  frame_lasts_ = other.frame_lasts_;
   fitted_ = other.fitted_;
   unit_ = other.unit_;
 }
 
 void SegmentIndex::clear() {
   frame_ = {};
+  frame_lasts_ = false;
   begin_ = end_ = 0;
-  segments_ = std::vector<Segment>();
+  segments_.clear();
   tree_ = Tree();
   scratch_->clear();
 }
 
-/// Reads all segments, into segments_ unless it is empty, and calls fit(id, segment) for each. If
-/// some cannot be read, the source throws for the one with the least id.
-template <class Fit>
-SegmentId SegmentIndex::readAll(const SegmentSource& source, Fit&& fit) {
-  std::atomic<SegmentId> bad{end_};
-  const auto range = [&](std::size_t from, std::size_t to) {
-    const auto last = begin_ + static_cast<SegmentId>(to);
-    Segment not_kept[SegmentSource::kBlock];
-    for (auto begin = begin_ + static_cast<SegmentId>(from); begin < last;
-         begin += SegmentSource::kBlock) {
-      const SegmentId end = std::min(begin + SegmentSource::kBlock, last);
-      Segment* const block =
-          segments_.empty() ? not_kept : &segments_[static_cast<std::size_t>(begin - begin_)];
-      std::uint64_t present = 0;
-      const SegmentId read = source.read(begin, end, frame_, block, present);
-      if (read != end) {
-        SegmentId least = bad.load(std::memory_order_relaxed);
-        while (read < least && !bad.compare_exchange_weak(least, read)) {
-        }
-        return;
-      }
-      for (SegmentId id = begin; id < end; ++id) {
-        if (present >> (id - begin) & 1u) fit(id, block[id - begin]);
-      }
-    }
-  };
-  parallel::forRanges(executor_.get(), static_cast<std::size_t>(end_ - begin_), kRange, range);
-  return bad;
-}
+// --- Building ---
 
 void SegmentIndex::build(const SegmentSource& source, const Frame& frame, SegmentId begin,
                          SegmentId end, const tree::Fibers& fibers) {
-  const SegmentId read = readToBuild(source, frame, begin, end);
-  if (read != end) source.refuse(read, frame);
-  buildTree(fibers);
+  if (!tryBuild(source, frame, begin, end, fibers, /*in_range=*/false)) {
+    refuseLeast(source, fibers.ids, frame);
+  }
 }
 
 bool SegmentIndex::tryBuild(const SegmentSource& source, const Frame& frame, SegmentId begin,
                             SegmentId end, const tree::Fibers& fibers) {
-  if (readToBuild(source, frame, begin, end) != end) return false;
-  const auto fits = [this](SegmentId id) { return isInFloatRange(segments()[id]); };
-  if (!std::all_of(fibers.ids.begin(), fibers.ids.end(), fits)) return false;
-  buildTree(fibers);
-  return true;
+  return tryBuild(source, frame, begin, end, fibers, /*in_range=*/true);
 }
 
-SegmentId SegmentIndex::readToBuild(const SegmentSource& source, const Frame& frame,
-                                    SegmentId begin, SegmentId end) {
-  frame_ = frame;
+/// Returns false if some segment cannot be read or, if all have to be in float's range, is not.
+bool SegmentIndex::tryBuild(const SegmentSource& source, const Frame& frame, SegmentId begin,
+                            SegmentId end, const tree::Fibers& fibers, bool in_range) {
   begin_ = begin;
   end_ = end;
-  segments_.resize(static_cast<std::size_t>(end - begin));
-  return readAll(source, [](SegmentId, const Segment&) {});
+  // What is slow to read is read once, into segments that are freed after the build.
+  const bool stores = keepsSegments() || source.isFasterInOrder();
+  if (stores) segments_.reset(begin, end, fibers.ids);
+  std::vector<Middle> middles(options_.super_thread ? 0 : fibers.ids.size());
+  std::atomic<bool> fits{true};
+  const bool is_read = readRanges(
+      source, frame, fibers.ids.size(),
+      [&](std::size_t from, std::size_t to, Ids& ids) {
+        std::copy_n(fibers.ids.begin() + static_cast<std::ptrdiff_t>(from), to - from, ids.begin());
+        return to - from;
+      },
+      [&](const SegmentId* ids, int count, BlockMask /*present*/, const SegmentBlock& block,
+          std::size_t first) {
+        for (int i = 0; i < count; ++i) {
+          const Segment segment = block[i];
+          if (!middles.empty()) {
+            middles[first + static_cast<std::size_t>(i)] = tree::middleOf(segment);
+          }
+          if (in_range && !isInFloatRange(segment)) fits.store(false, std::memory_order_relaxed);
+          if (stores) segments_.set(ids[i], segment);
+        }
+      });
+  if (!is_read || !fits) return false;
+  makeTree(fibers, middles);
+  middles = std::vector<Middle>();
+  const bool is_fitted = stores ? fitFromSegments(frame) : fitFrom(source, frame);
+  if (!keepsSegments()) segments_.clear();
+  if (source.isFasterInOrder()) std::visit([](auto& tree) { tree.findPlaces(); }, tree_);
+  useNewFrame();
+  looseness_when_built_ = looseness();
+  return is_fitted;
 }
 
-void SegmentIndex::buildTree(const tree::Fibers& fibers) {
+/// Calls take(ids, count, present, block, position of the first) with blocks of the ids that
+/// idsOf(from, to, ids) writes for ranges of [0, count), and counts. Returns false if some cannot
+/// be read.
+template <class IdsOf, class Take>
+bool SegmentIndex::readRanges(const SegmentSource& source, const Frame& frame, std::size_t count,
+                              IdsOf&& idsOf, Take&& take) {
+  std::atomic<bool> is_read{true};
+  parallel::forRanges(executor_.get(), count, kRange, [&](std::size_t begin, std::size_t end) {
+    Ids ids;
+    SegmentBlock block;
+    for (std::size_t from = begin; from < end; from += kRange) {
+      const std::size_t found = idsOf(from, std::min(from + kRange, end), ids);
+      for (std::size_t i = 0; i < found; i += SegmentBlock::kCapacity) {
+        const auto size =
+            static_cast<int>(std::min<std::size_t>(SegmentBlock::kCapacity, found - i));
+        const auto ahead = static_cast<int>(std::min<std::size_t>(
+            SegmentBlock::kCapacity, found - i - static_cast<std::size_t>(size)));
+        BlockMask present = 0;
+        if (!source.read(&ids[i], size, ahead, frame, block, present)) {
+          is_read.store(false, std::memory_order_relaxed);
+          return;
+        }
+        take(&ids[i], size, present, block, from + i);
+      }
+    }
+  });
+  return is_read;
+}
+
+/// Makes the tree of these fibers, without volumes.
+void SegmentIndex::makeTree(const tree::Fibers& fibers, const std::vector<Middle>& middles) {
   const auto make_tree = [&](auto topology) {
     constexpr int kArity = decltype(topology)::kArity;
     if (options_.wrapped_spheres) {
@@ -148,239 +160,237 @@ void SegmentIndex::buildTree(const tree::Fibers& fibers) {
   if (options_.super_thread) {
     make_tree(superThread(fibers));
   } else {
-    make_tree(bundle(fibers, segments()));
-  }
-  std::visit(
-      [&](auto& tree) {
-        tree.startRefit(padding());
-        parallel::forRanges(executor_.get(), segments_.size(), kRange,
-                            [&](std::size_t from, std::size_t to) {
-                              for (std::size_t i = from; i < to; ++i) {
-                                const SegmentId id = begin_ + static_cast<SegmentId>(i);
-                                tree.prefetchLeaf(id + kPrefetchAhead);
-                                tree.fitLeaf(id, segments_[i]);
-                              }
-                            });
-        tree.fitNodes();
-        looseness_when_built_ = tree.looseness();
-      },
-      tree_);
-  fitted_ = 0;
-  if (keepsSegments()) {
-    unit_ = usualUnit(segments_);
-  } else {
-    segments_ = std::vector<Segment>();
+    tree::BundleBuild build(fibers, middles);
+    parallel::forRanges(executor_.get(), build.partCount(), 1,
+                        [&](std::size_t from, std::size_t to) {
+                          for (std::size_t part = from; part < to; ++part) build.buildPart(part);
+                        });
+    make_tree(build.finish());
   }
 }
 
+// --- Refitting ---
+
+bool SegmentIndex::refit(const SegmentSource& source) {
+  return refitInFrame(source) ? !hasDecayed() : refit(source, frameFor(source, leaves()));
+}
+
+bool SegmentIndex::refitOr(const SegmentSource& source, const Frame& fallback) {
+  return refitInFrame(source) ? !hasDecayed() : refit(source, fallback);
+}
+
+/// Returns false if another frame is needed.
+bool SegmentIndex::refitInFrame(const SegmentSource& source) {
+  return frame_lasts_ && tryRefit(source, frame_) && isFrameGood();
+}
+
 bool SegmentIndex::refit(const SegmentSource& source, const Frame& frame) {
+  if (!tryRefit(source, frame)) refuseLeast(source, leaves(), frame);
+  useNewFrame();
+  return !hasDecayed();
+}
+
+void SegmentIndex::useNewFrame() {
+  in_new_frame_ = extent();
+  // Where it is not known, each refit chooses a frame.
+  frame_lasts_ = in_new_frame_.is_finite;
+}
+
+bool SegmentIndex::tryRefit(const SegmentSource& source, const Frame& frame) {
+  fitted_ = 0;
+  if (source.isFasterInOrder()) return placeFrom(source, frame);
+  if (!keepsSegments()) return fitFrom(source, frame);
+  const auto store = [&](const SegmentId* ids, int count, BlockMask present,
+                         const SegmentBlock& block) { setSegments(ids, count, present, block); };
+  return readInOrder(source, frame, store) && fitFromSegments(frame);
+}
+
+void SegmentIndex::setSegments(const SegmentId* ids, int count, BlockMask present,
+                               const SegmentBlock& block) {
+  for (int i = 0; i < count; ++i) {
+    if ((present >> i & 1u) != 0) segments_.set(ids[i], block[i]);
+  }
+}
+
+/// Reads all segments in the order of ids and calls take(ids, count, present, block).
+template <class Take>
+bool SegmentIndex::readInOrder(const SegmentSource& source, const Frame& frame, Take&& take) {
+  return readRanges(
+      source, frame, static_cast<std::size_t>(end_ - begin_),
+      [&](std::size_t from, std::size_t to, Ids& ids) {
+        const auto first = begin_ + static_cast<SegmentId>(from);
+        const auto last = begin_ + static_cast<SegmentId>(to);
+        const bool all_are_segments = !(options_.share_ends && keepsSegments());
+        std::size_t found = 0;
+        for (SegmentId id = first; id < last; ++id) {
+          ids[found] = id;
+          found += all_are_segments || segments_.isSegment(id) ? 1 : 0;
+        }
+        return found;
+      },
+      [&](const SegmentId* ids, int count, BlockMask present, const SegmentBlock& block,
+          std::size_t /*first*/) { take(ids, count, present, block); });
+}
+
+/// Fits the volumes in the order of the tree, to segments that read(ids, count, ahead, block)
+/// reads.
+template <class Read>
+void SegmentIndex::fit(const Frame& frame, const Read& read) {
   frame_ = frame;
   std::visit(
       [&](auto& tree) {
         tree.startRefit(padding());
         std::atomic<bool> changed{false};
-        const SegmentId read = readAll(source, [&](SegmentId id, const Segment& segment) {
-          tree.prefetchLeaf(id + kPrefetchAhead);
-          if (tree.fitLeaf(id, segment)) changed.store(true, std::memory_order_relaxed);
+        forChunks(tree.chunkCount(), [&](std::size_t chunk) {
+          if (tree.fitChunk(chunk, read)) changed.store(true, std::memory_order_relaxed);
         });
-        if (read != end_) source.refuse(read, frame_);
-        tree.fitNodes(changed);
+        tree.fitAboveChunks(changed, read);
       },
       tree_);
-  if (keepsSegments()) unit_ = usualUnit(segments_);
-  fitted_ = 0;
-  return !hasDecayed();
+}
+
+bool SegmentIndex::fitFrom(const SegmentSource& source, const Frame& frame) {
+  std::atomic<bool> is_read{true};
+  fit(frame, [&](const SegmentId* ids, int count, int ahead, SegmentBlock& block) {
+    BlockMask present = 0;
+    if (source.read(ids, count, ahead, frame, block, present)) return present;
+    is_read.store(false, std::memory_order_relaxed);
+    return BlockMask{0};
+  });
+  return is_read;
+}
+
+bool SegmentIndex::fitFromSegments(const Frame& frame) {
+  const SegmentRange segments = segments_.range();
+  fit(frame, [&](const SegmentId* ids, int count, int ahead, SegmentBlock& block) {
+    for (int i = count; i < count + ahead; ++i) segments.prefetch(ids[i]);
+    for (int i = 0; i < count; ++i) block.set(i, segments[ids[i]]);
+    return geometry::firstOfBlock(count);
+  });
+  unit_ = segments_.usualUnit();
+  return true;
+}
+
+/// Fits the leaves in the order of ids.
+bool SegmentIndex::placeFrom(const SegmentSource& source, const Frame& frame) {
+  frame_ = frame;
+  return std::visit(
+      [&](auto& tree) {
+        tree.findPlaces();
+        tree.startRefit(padding());
+        std::atomic<bool> changed{false};
+        const auto place = [&](const SegmentId* ids, int count, BlockMask present,
+                               const SegmentBlock& block) {
+          if (keepsSegments()) setSegments(ids, count, present, block);
+          if (tree.placeLeaves(ids, count, present, block)) {
+            changed.store(true, std::memory_order_relaxed);
+          }
+        };
+        if (!readInOrder(source, frame, place)) return false;
+        if (keepsSegments()) unit_ = segments_.usualUnit();
+        if (!changed) return true;
+        forChunks(tree.chunkCount(), [&](std::size_t chunk) { tree.fitChunkAbove(chunk); });
+        tree.fitAboveChunks();
+        return true;
+      },
+      tree_);
+}
+
+template <class F>
+void SegmentIndex::forChunks(std::size_t count, F&& visit) {
+  constexpr std::size_t kGrain = 8;
+  parallel::forRanges(executor_.get(), count, kGrain, [&](std::size_t from, std::size_t to) {
+    for (std::size_t chunk = from; chunk < to; ++chunk) visit(chunk);
+  });
 }
 
 bool SegmentIndex::refitSome(const std::vector<SegmentId>& ids, const std::vector<Segment>& moved) {
-  std::visit(
-      [&](auto& tree) {
-        std::vector<SegmentId> changed;
-        for (std::size_t i = 0; i < ids.size(); ++i) {
-          if (keepsSegments()) segments_[static_cast<std::size_t>(ids[i] - begin_)] = moved[i];
-          if (tree.fitLeaf(ids[i], moved[i])) changed.push_back(ids[i]);
-        }
-        tree.fitNodesAbove(changed);
-        fitted_ += changed.size();
-      },
-      tree_);
+  if (keepsSegments()) {
+    for (std::size_t i = 0; i < ids.size(); ++i) segments_.set(ids[i], moved[i]);
+  }
+  fitted_ += std::visit([&](auto& tree) { return tree.refitSome(ids, moved); }, tree_);
   // Checks the looseness once per as many fitted leaves as a whole refit has.
   if (fitted_ < static_cast<std::size_t>(end_ - begin_)) return true;
   fitted_ = 0;
   return !hasDecayed();
 }
 
-bool SegmentIndex::isFitted(SegmentId id, const Segment& segment) const {
-  if (keepsSegments()) return segments()[id] == segment;
-  return std::visit([&](const auto& tree) { return tree.isFitted(id, segment); }, tree_);
+bool SegmentIndex::isFitted(const SegmentSource& source) const {
+  bool is_fitted = true;
+  const auto holds = [&](SegmentId id, auto&& volume_holds) {
+    if (!is_fitted) return;
+    SegmentBlock block;
+    BlockMask present = 0;
+    const bool is_read = source.read(&id, 1, 0, frame_, block, present);
+    if (is_read && present == 0) return;
+    is_fitted = is_fitted && is_read &&
+                (keepsSegments() ? segments_[id] == block[0] : volume_holds(block[0]));
+  };
+  std::visit([&](const auto& tree) { tree.forEachLeaf(holds); }, tree_);
+  return is_fitted;
 }
 
 const std::vector<SegmentId>& SegmentIndex::leaves() const {
-  return std::visit(
-      [](const auto& tree) -> const std::vector<SegmentId>& { return tree.topology().leaves; },
-      tree_);
+  return std::visit([](const auto& tree) -> const std::vector<SegmentId>& { return tree.leaves(); },
+                    tree_);
+}
+
+double SegmentIndex::looseness() const {
+  return std::visit([](const auto& tree) { return tree::looseness(tree); }, tree_);
 }
 
 /// A build costs about as much as five updates. Nodes 1.5 times as long overlap three times as many
 /// others.
 bool SegmentIndex::hasDecayed() const {
   constexpr double kLoose = 1.5;
-  return !options_.super_thread && std::visit([](const auto& tree) { return tree.looseness(); },
-                                              tree_) > kLoose * looseness_when_built_;
+  return !options_.super_thread && looseness() > kLoose * looseness_when_built_;
 }
 
-std::vector<Segment> SegmentIndex::readSegments(const SegmentSource& source) const {
-  std::vector<Segment> segments(static_cast<std::size_t>(end_ - begin_));
-  for (SegmentId id = begin_; id < end_; ++id) {
-    readOne(source, id, frame_, segments[static_cast<std::size_t>(id - begin_)]);
-  }
-  return segments;
-}
-
-// --- Searches ---
-
-Visit SegmentIndex::search(PairSink& sink) const {
-  const CapsuleFilter filter(segments(), segments(), nullptr, margin(), unit_);
-  return std::visit(
-      [&](const auto& tree) {
-        return findPairs(TreeSearch(tree), options_.capsules ? &filter : nullptr, executor_.get(),
-                         *scratch_, sink);
-      },
-      tree_);
-}
-
-Visit SegmentIndex::search(NearestSink& sink) const {
-  NearestFilter filter(
-      segments(),
-      [this](SegmentId b, double& error) -> const Segment& {
-        error = endPointError(segments()[b]);
-        return segments()[b];
-      },
-      sink);
-  return std::visit(
-      [&](const auto& tree) {
-        return tree::pairKernels(tree).nearest(tree, sink.limit(),
-                                               filterOrSink(options_.capsules, filter, sink));
-      },
-      tree_);
-}
-
-Visit SegmentIndex::search(const Segment& segment, double error, Group group, SegmentId second,
-                           PairSink& sink) const {
-  const CapsuleFilter filter(segments(), {&segment, second}, nullptr, margin(), unit_, error);
-  SerialBuffer buffer(options_.capsules ? &filter : nullptr, sink);
-  return std::visit(
-      [&](const auto& tree) {
-        using ATree = std::decay_t<decltype(tree)>;
-        const auto volume = volumeAround<typename ATree::Volume>(segment, tree.padding() + error);
-        return tree::kernels<ATree>().overlapsVolume(tree, volume, second, group, buffer) ==
-                       Visit::kStop
-                   ? Visit::kStop
-                   : buffer.full();
-      },
-      tree_);
-}
-
-Visit SegmentIndex::search(const Segment& segment, double error, Group group, SegmentId second,
-                           NearestSink& sink) const {
-  NearestFilter filter(
-      segments(),
-      [&](SegmentId, double& q_error) -> const Segment& {
-        q_error = error;
-        return segment;
-      },
-      sink);
-  return std::visit(
-      [&](const auto& tree) {
-        using ATree = std::decay_t<decltype(tree)>;
-        const auto volume = volumeAround<typename ATree::Volume>(segment, tree.padding() + error);
-        return tree::kernels<ATree>().nearestVolume(tree, volume, second, group, sink.limit(),
-                                                    filterOrSink(options_.capsules, filter, sink));
-      },
-      tree_);
-}
-
-/// Calls visit(trees) with both trees, if they have one type, and the changes of frame between
-/// them.
-template <class F>
-Visit SegmentIndex::visitTrees(const SegmentIndex& other, F&& visit) const {
-  return std::visit(
-      [&](const auto& tree, const auto& other_tree) {
-        using ATree = std::decay_t<decltype(tree)>;
-        if constexpr (std::is_same_v<decltype(tree), decltype(other_tree)>) {
-          // Each tree is padded by half its own margin. The sum must be this index's margin.
-          const double growth = (options_.margin - other.options_.margin) / 2;
-          const FrameChange b_to_a(other.frame_, frame_, growth * frame_.scale);
-          const FrameChange a_to_b(frame_, other.frame_, growth * other.frame_.scale);
-          return visit(tree::TreePair<ATree>{tree, other_tree, b_to_a, a_to_b});
-        } else {
-          return Visit::kContinue;  // one of the two has never been built
-        }
-      },
-      tree_, other.tree_);
-}
-
-Visit SegmentIndex::search(const SegmentIndex& other, const SegmentSource* source,
-                           PairSink& sink) const {
-  if (!matches(other)) return searchOneByOne(other, source, sink);
-  std::vector<Segment> read;
-  SegmentRange second = other.segments();
-  if (options_.capsules && !other.keepsSegments()) {
-    read = other.readSegments(*source);
-    second.segments = read.data();
-  }
-  return visitTrees(other, [&](const auto& two) {
-    const CapsuleFilter filter(segments(), second, &two.b_to_a, margin(), unit_);
-    return findPairs(TreeSearch(two), options_.capsules ? &filter : nullptr, executor_.get(),
-                     *scratch_, sink);
-  });
-}
-
-Visit SegmentIndex::search(const SegmentIndex& other, const SegmentSource* source,
-                           NearestSink& sink) const {
-  if (!matches(other)) return searchOneByOne(other, source, sink);
-  const FrameChange to_this(other.frame_, frame_);
-  Segment q;
-  NearestFilter filter(
-      segments(),
-      [&](SegmentId b, double& error) -> const Segment& {
-        if (other.keepsSegments()) {
-          q = other.segments()[b];
-        } else {
-          readOne(*source, b, other.frame_, q);
-        }
-        q = to_this(q);
-        error = to_this.error(q);
-        return q;
-      },
-      sink);
-  return visitTrees(other, [&](const auto& two) {
-    return tree::pairKernels(two).nearest(two, sink.limit(),
-                                          filterOrSink(options_.capsules, filter, sink));
-  });
-}
-
-template <class Sink>
-Visit SegmentIndex::searchOneByOne(const SegmentIndex& other, const SegmentSource* source,
-                                   Sink& sink) const {
-  const FrameChange to_this(other.frame_, frame_);
-  for (const SegmentId b : other.leaves()) {
-    Segment segment;
-    if (other.keepsSegments()) {
-      segment = other.segments()[b];
-    } else if (!readOne(*source, b, other.frame_, segment)) {
-      continue;
+SegmentIndex::Extent SegmentIndex::extent() const {
+  constexpr std::size_t kMost = 64;
+  std::array<double, kMost> centers[3], distances;
+  std::size_t count = 0;
+  Extent extent;
+  extent.is_finite = true;
+  const auto add = [&](const auto& volume, std::int32_t, std::int32_t) {
+    const Vec3d center = centerOf(volume);
+    const double reach = maxNorm(center) + double{volume.size()};
+    if (!std::isfinite(reach)) {
+      extent.is_finite = false;
+      return;
     }
-    segment = inFrame(to_this, segment);
-    if (search(segment, to_this.error(segment), tree::kNoGroup, b, sink) == Visit::kStop) {
-      return Visit::kStop;
+    extent.reach = std::max(extent.reach, reach);
+    centers[0][count] = center.x;
+    centers[1][count] = center.y;
+    centers[2][count++] = center.z;
+  };
+  std::visit([&](const auto& tree) { visitVolumes(tree, tree.kArity == 8 ? 2 : 6, add); }, tree_);
+  extent.is_finite &= count > 0;
+  if (!extent.is_finite) return extent;
+  double* const middle[3] = {&extent.middle.x, &extent.middle.y, &extent.middle.z};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::copy_n(centers[axis].begin(), count, distances.begin());
+    *middle[axis] = medianOf(distances.data(), count);
+    for (std::size_t i = 0; i < count; ++i) {
+      distances[i] = std::fabs(centers[axis][i] - *middle[axis]);
     }
+    extent.spread = std::max(extent.spread, medianOf(distances.data(), count));
   }
-  return Visit::kContinue;
+  return extent;
+}
+
+/// Bounds are floats, so they are the wider, the farther the segments are from the origin. The
+/// unit has to leave room for squares of lengths.
+bool SegmentIndex::isFrameGood() const {
+  constexpr double kGrowth = 64;
+  const Extent now = extent();
+  const Extent& then = in_new_frame_;
+  return now.is_finite && 4 * maxNorm(now.middle - then.middle) <= now.spread &&
+         now.reach <= kGrowth * then.reach && then.reach <= kGrowth * now.reach;
 }
 
 std::size_t SegmentIndex::memoryUsage() const {
-  return scratch_->memoryUsage() + segments_.capacity() * sizeof(Segment) +
+  return scratch_->memoryUsage() + segments_.memoryUsage() +
          std::visit([](const auto& tree) { return tree.memoryUsage(); }, tree_);
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "geometry/frame.h"
+#include "index/kept_segments.h"
 #include "index/pair_query.h"
 #include "index/pair_search.h"
 #include "index/segment_source.h"
@@ -22,6 +23,7 @@ struct IndexOptions {
   bool capsules = false;         ///< searches report capsules that touch; else volumes that overlap
   double margin = 0;             ///< in the world's unit
   int threads = 1;
+  bool share_ends = false;  ///< segment i + 1, if there is one, begins where segment i ends
 };
 
 /// Segments in, pairs out: a Bvh over the segments begin(), ..., end() - 1 in its own frame. It
@@ -52,7 +54,7 @@ class SegmentIndex {
   void clear();
 
   /// Reads all segments and builds the tree.
-  /// @param fibers  the segments in [begin, end), without empty ids
+  /// @param fibers  the segments, with ids in [begin, end)
   void build(const SegmentSource& source, const geometry::Frame& frame, SegmentId begin,
              SegmentId end, const tree::Fibers& fibers);
   /// The same in a frame that was made for others: returns false, and has to be built again, if
@@ -60,17 +62,24 @@ class SegmentIndex {
   bool tryBuild(const SegmentSource& source, const geometry::Frame& frame, SegmentId begin,
                 SegmentId end, const tree::Fibers& fibers);
 
-  /// Reads all segments again and refits the Bvh. Nodes are not touched if no segment has moved.
-  /// Returns false if a build pays, because the fibers have moved so far apart that the bundle is
-  /// loose. The index is up to date even then.
+  /// Reads all segments again and refits the Bvh, in the frame that it has as long as that suits
+  /// the segments, so that what has not moved keeps its volumes. Returns false if a build pays,
+  /// because the fibers have moved so far apart that the bundle is loose. The index is up to date
+  /// even then.
+  bool refit(const SegmentSource& source);
+  /// The same, with a frame for the case that the present one is not good.
+  bool refitOr(const SegmentSource& source, const geometry::Frame& fallback);
+  /// The same in a given frame.
   bool refit(const SegmentSource& source, const geometry::Frame& frame);
+  /// The same in a frame that was made for others. Returns whether all segments can be read in it.
+  bool tryRefit(const SegmentSource& source, const geometry::Frame& frame);
 
   /// Refits these segments, given in frame(), and the nodes above them. Returns what refit() does,
   /// but checks only now and then whether a build pays.
   bool refitSome(const std::vector<SegmentId>& ids, const std::vector<Segment>& moved);
 
-  /// Whether refitting this segment would change nothing.
-  bool isFitted(SegmentId id, const Segment& segment) const;
+  /// Whether refit() would change nothing that a search can see.
+  bool isFitted(const SegmentSource& source) const;
 
   // Each search exists for a PairSink and for a NearestSink. The sink is called on the calling
   // thread. A search returns Visit::kStop if its sink did.
@@ -113,13 +122,36 @@ class SegmentIndex {
   std::size_t memoryUsage() const;
 
  private:
-  tree::SegmentRange segments() const { return {segments_.data(), begin_}; }
+  /// Where the segments are, from the volumes some levels below the root. In the unit of frame().
+  struct Extent {
+    geometry::Vec3d middle{0, 0, 0};  ///< of the segments
+    double spread = 0;       ///< how far half of them are from it, the largest of three axes
+    double reach = 0;        ///< how far any is from the origin
+    bool is_finite = false;  ///< whether all of these volumes are; else the rest is unspecified
+  };
+
   double padding() const { return margin() / 2; }
-  template <class Fit>
-  SegmentId readAll(const SegmentSource& source, Fit&& fit);
-  SegmentId readToBuild(const SegmentSource& source, const geometry::Frame& frame, SegmentId begin,
-                        SegmentId end);
-  void buildTree(const tree::Fibers& fibers);
+  bool tryBuild(const SegmentSource& source, const geometry::Frame& frame, SegmentId begin,
+                SegmentId end, const tree::Fibers& fibers, bool in_range);
+  void makeTree(const tree::Fibers& fibers, const std::vector<tree::Middle>& middles);
+  template <class IdsOf, class Take>
+  bool readRanges(const SegmentSource& source, const geometry::Frame& frame, std::size_t count,
+                  IdsOf&& idsOf, Take&& take);
+  template <class Take>
+  bool readInOrder(const SegmentSource& source, const geometry::Frame& frame, Take&& take);
+  void setSegments(const SegmentId* ids, int count, BlockMask present, const SegmentBlock& block);
+  template <class Read>
+  void fit(const geometry::Frame& frame, const Read& read);
+  bool fitFrom(const SegmentSource& source, const geometry::Frame& frame);
+  bool fitFromSegments(const geometry::Frame& frame);
+  bool placeFrom(const SegmentSource& source, const geometry::Frame& frame);
+  template <class F>
+  void forChunks(std::size_t count, F&& visit);
+  void useNewFrame();
+  bool refitInFrame(const SegmentSource& source);
+  Extent extent() const;
+  bool isFrameGood() const;
+  double looseness() const;
   bool hasDecayed() const;
 
   template <class Sink>
@@ -127,18 +159,20 @@ class SegmentIndex {
                              Sink& sink) const;
   template <class F>
   tree::Visit visitTrees(const SegmentIndex& other, F&& visit) const;
-  std::vector<Segment> readSegments(const SegmentSource& source) const;
+  KeptSegments readSegments(const SegmentSource& source) const;
 
   IndexOptions options_;
   std::unique_ptr<parallel::Executor> executor_;  ///< null for one thread
   std::unique_ptr<ScratchPool> scratch_;
   geometry::Frame frame_;
   SegmentId begin_ = 0, end_ = 0;
-  std::vector<Segment> segments_;  ///< from begin_ on, unspecified at empty ids; empty if not kept
+  KeptSegments segments_;  ///< empty unless capsules are tested
   Tree tree_;
   double looseness_when_built_ = 0;
-  std::size_t fitted_ = 0;  ///< leaves fitted by refitSome() since it last checked the looseness
-  double unit_ = 1;         ///< see CapsulePairs
+  Extent in_new_frame_;       ///< when frame_ was chosen
+  bool frame_lasts_ = false;  ///< whether frame_ is kept until it is no longer good
+  std::size_t fitted_ = 0;    ///< leaves fitted by refitSome() since it last checked the looseness
+  double unit_ = 1;           ///< see CapsulePairs
 };
 
 }  // namespace fcl_fibers::index

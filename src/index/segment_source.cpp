@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "index/segment_source.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -10,23 +11,36 @@ using geometry::Frame;
 using geometry::Segment;
 
 bool readOne(const SegmentSource& source, SegmentId id, const Frame& frame, Segment& segment) {
-  std::uint64_t present = 0;
-  if (source.read(id, id + 1, frame, &segment, present) == id) source.refuse(id, frame);
-  return present != 0;
+  SegmentBlock block;
+  BlockMask present = 0;
+  if (!source.read(&id, 1, 0, frame, block, present)) source.refuse(id, frame);
+  if (present == 0) return false;
+  segment = block[0];
+  return true;
 }
 
-Frame frameFor(const SegmentSource& source, SegmentId begin, SegmentId end) {
+void refuseLeast(const SegmentSource& source, std::vector<SegmentId> ids, const Frame& frame) {
+  std::sort(ids.begin(), ids.end());
+  Segment segment;
+  for (const SegmentId id : ids) readOne(source, id, frame, segment);
+  // Another thread has changed it meanwhile.
+  for (;;) source.refuse(ids.front(), frame);
+}
+
+Frame frameFor(const SegmentSource& source, const std::vector<SegmentId>& ids) {
   constexpr std::size_t kSamples = 255;
   std::array<Segment, kSamples> samples;
-  // If so many ids are empty that few samples are found, the steps become smaller.
+  // If so many cannot be used that few samples are found, the steps become smaller.
   std::size_t found = 0;
-  SegmentId step = (end - begin) / SegmentId{kSamples} + 1;
+  std::size_t step = ids.size() / kSamples + 1;
   for (; found < kSamples / 4; step /= 2) {
     found = 0;
-    for (SegmentId id = begin; id < end && found < kSamples; id += step) {
-      std::uint64_t present = 0;
-      const bool is_read = source.read(id, id + 1, Frame{}, &samples[found], present) != id;
-      found += is_read && present != 0 && isBounded(samples[found]);
+    for (std::size_t i = 0; i < ids.size() && found < kSamples; i += step) {
+      SegmentBlock block;
+      BlockMask present = 0;
+      if (!source.read(&ids[i], 1, 0, Frame{}, block, present) || present == 0) continue;
+      samples[found] = block[0];
+      found += isBounded(samples[found]);
     }
     if (step == 1) break;
   }

@@ -1,45 +1,54 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstdint>
+#include <vector>
 
 #include "geometry/frame.h"
 #include "geometry/segment.h"
+#include "geometry/segment_block.h"
 #include "tree/topology.h"
 
 namespace fcl_fibers::index {
 
+using geometry::BlockMask;
+using geometry::SegmentBlock;
 using tree::SegmentId;
 
 /// What an index reads its segments from, in blocks: FCL's objects or arrays. Several threads may
 /// read at the same time.
 class SegmentSource {
  public:
-  /// The most segments in a block: one for each bit of `present`.
-  static constexpr SegmentId kBlock = 64;
+  /// Reads the segments ids[0], ..., ids[count - 1] in `frame` into the first places of `out`.
+  /// @param ahead    how many ids after those will be read soon, and so may be prefetched
+  /// @param present  bit i is set if ids[i] is still a segment, and cleared if it was removed
+  /// @return whether all could be read
+  /// @pre the ids are segments that the index was built from; 0 < count <= SegmentBlock::kCapacity
+  virtual bool read(const SegmentId* ids, int count, int ahead, const geometry::Frame& frame,
+                    SegmentBlock& out, BlockMask& present) const = 0;
 
-  /// Reads the segments begin, ..., end - 1 into out[0], ..., out[end - begin - 1], in `frame`.
-  /// @param present  bit i is set if begin + i is a segment, and cleared if the id is empty
-  /// @return end, or the least id that cannot be read; segments after it are not read
-  /// @pre begin < end <= begin + kBlock
-  virtual SegmentId read(SegmentId begin, SegmentId end, const geometry::Frame& frame,
-                         geometry::Segment* out, std::uint64_t& present) const = 0;
+  /// Whether reading is much faster in the order of ids than in that of the tree, because what a
+  /// segment is read from is large.
+  virtual bool isFasterInOrder() const = 0;
 
   /// Throws std::invalid_argument with the reason why a segment cannot be read.
-  /// @pre read() has returned this id
   [[noreturn]] virtual void refuse(SegmentId id, const geometry::Frame& frame) const = 0;
 
  protected:
   ~SegmentSource() = default;
 };
 
-/// Reads one segment in `frame`. Returns false if the id is empty, and throws by refuse() if it
+/// Reads one segment in `frame`. Returns false if it was removed, and throws by refuse() if it
 /// cannot be read.
 bool readOne(const SegmentSource& source, SegmentId id, const geometry::Frame& frame,
              geometry::Segment& segment);
 
-/// Chooses a frame from a sample of the segments begin, ..., end - 1. It passes over empty ids,
-/// unreadable and unbounded segments.
-geometry::Frame frameFor(const SegmentSource& source, SegmentId begin, SegmentId end);
+/// Refuses the segment with the least id of those that cannot be read.
+/// @pre one of them could not be read
+[[noreturn]] void refuseLeast(const SegmentSource& source, std::vector<SegmentId> ids,
+                              const geometry::Frame& frame);
+
+/// Chooses a frame from a sample of segments. It passes over those that were removed, cannot be
+/// read or are unbounded.
+geometry::Frame frameFor(const SegmentSource& source, const std::vector<SegmentId>& ids);
 
 }  // namespace fcl_fibers::index

@@ -31,6 +31,7 @@ FCL_FIBERS_ALWAYS_INLINE LaneMask laneMask(Tag tag, hn::Mask<Tag> truth) {
 template <int N>
 class Lanes {
   using Tag = hn::CappedTag<float, static_cast<std::size_t>(N)>;
+  using Integers = hn::Rebind<std::int32_t, Tag>;
   using Vector = hn::Vec<Tag>;
   static constexpr int kWidth = static_cast<int>(hn::MaxLanes(Tag()));
   static constexpr int kVectors = N / kWidth;
@@ -46,6 +47,50 @@ class Lanes {
   }
   FCL_FIBERS_ALWAYS_INLINE void store(float (&values)[N]) const {
     for (int i = 0; i < kVectors; ++i) hn::StoreU(vector_[i], Tag(), values + i * kWidth);
+  }
+
+  /// @pre values is aligned to N floats
+  FCL_FIBERS_ALWAYS_INLINE void storeAligned(float* values) const {
+    for (int i = 0; i < kVectors; ++i) hn::Store(vector_[i], Tag(), values + i * kWidth);
+  }
+  FCL_FIBERS_ALWAYS_INLINE static Lanes loadUnaligned(const float* values) {
+    return generate([values](int i) HWY_ATTR { return hn::LoadU(Tag(), values + i * kWidth); });
+  }
+  /// Loads the first `count` lanes; the others are NaN.
+  FCL_FIBERS_ALWAYS_INLINE static Lanes loadFirst(const float* values, int count) {
+    return generate([=](int i) HWY_ATTR {
+      const auto is_first = hn::RebindMask(
+          Tag(), hn::Lt(hn::Iota(Integers(), i * kWidth), hn::Set(Integers(), count)));
+      return hn::IfThenElse(is_first, hn::LoadU(Tag(), values + i * kWidth), hn::NaN(Tag()));
+    });
+  }
+  /// The lanes, with `other` in place of NaN.
+  FCL_FIBERS_ALWAYS_INLINE Lanes unlessNaN(float other) const {
+    return generate([&](int i) HWY_ATTR {
+      return hn::IfThenElse(hn::IsNaN(vector_[i]), hn::Set(Tag(), other), vector_[i]);
+    });
+  }
+  /// @pre no lane is NaN
+  ///@{
+  FCL_FIBERS_ALWAYS_INLINE float least() const {
+    Vector least = vector_[0];
+    for (int i = 1; i < kVectors; ++i) least = hn::Min(least, vector_[i]);
+    return hn::GetLane(hn::MinOfLanes(Tag(), least));
+  }
+  FCL_FIBERS_ALWAYS_INLINE float greatest() const {
+    Vector greatest = vector_[0];
+    for (int i = 1; i < kVectors; ++i) greatest = hn::Max(greatest, vector_[i]);
+    return hn::GetLane(hn::MaxOfLanes(Tag(), greatest));
+  }
+  ///@}
+  /// Whether the bits of any lane differ.
+  FCL_FIBERS_ALWAYS_INLINE bool differs(const Lanes& other) const {
+    auto bits = hn::Zero(Integers());
+    for (int i = 0; i < kVectors; ++i) {
+      bits = hn::Or(bits, hn::Xor(hn::BitCast(Integers(), vector_[i]),
+                                  hn::BitCast(Integers(), other.vector_[i])));
+    }
+    return !hn::AllTrue(Integers(), hn::Eq(bits, hn::Zero(Integers())));
   }
 
   FCL_FIBERS_ALWAYS_INLINE friend Lanes operator+(const Lanes& a, const Lanes& b) {

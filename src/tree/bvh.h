@@ -2,235 +2,259 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <cstddef>
 #include <utility>
 #include <vector>
 
-#include "geometry/box.h"
-#include "tree/layered.h"
+#include "geometry/segment_block.h"
+#include "tree/layered_boxes.h"
 #include "tree/topology.h"
 #include "tree/traversal_task.h"
 #include "tree/wrapped_spheres.h"
 
 namespace fcl_fibers::tree {
 
-/// A topology and its volumes. A node keeps the volumes of its children as one pack, so one test
-/// answers for all of them. The volume of the root is in no pack.
+/// A topology and its volumes. The volume of the root is in no pack.
 template <class Hierarchy>
 class Bvh {
  public:
   static constexpr int kArity = Hierarchy::kArity;
   using Volume = typename Hierarchy::Volume;
   using Pack = typename Hierarchy::Pack;
-  using Node = typename Topology<kArity>::Node;
+  using Nodes = typename Hierarchy::Nodes;
+  using Node = typename Nodes::value_type;
+  using SegmentBlock = geometry::SegmentBlock;
 
   Bvh() = default;
 
   /// The volumes are valid after the first refit.
   explicit Bvh(Topology<kArity> topology)
-      : topology_(std::move(topology)), packs_(topology_.nodes.size()) {
-    hierarchy_.reserve(topology_);
-    if (topology_.leaves.empty()) return;
-    const auto [least, last] =
-        std::minmax_element(topology_.leaves.begin(), topology_.leaves.end());
-    first_id_ = *least;
-    slots_.resize(indexOf(*last) + 1, kNoSlot);
-    forEachLeaf([&](std::int32_t node, int lane, std::int32_t leaf, SegmentId id) {
-      slots_[indexOf(id)] = Hierarchy::slot(node, lane, leaf);
-    });
+      : nodes_(topology.nodes.begin(), topology.nodes.end()),
+        leaves_(std::move(topology.leaves)),
+        groups_(std::move(topology.groups)) {
+    hierarchy_.reserve(leaves_.size(), nodes_.size());
+    std::int32_t chunk_end = 0;
+    for (std::int32_t i = 0; i < static_cast<std::int32_t>(nodes_.size()); ++i) {
+      const std::int32_t leaves = node(i).leafCount();
+      if (node(i).leaf_begin < chunk_end) {
+        ++chunks_.back().end;
+      } else if (leaves > kChunk) {
+        above_chunks_.push_back(i);
+      } else {
+        chunks_.push_back({i, i + 1});
+        chunk_end = node(i).leaf_end;
+      }
+    }
   }
 
-  bool empty() const { return topology_.nodes.empty(); }
+  bool empty() const { return nodes_.empty(); }
   double padding() const { return padding_; }
-  const Topology<kArity>& topology() const { return topology_; }
+  const Nodes& nodes() const { return nodes_; }
+  const Node& node(std::int32_t i) const { return nodes_[static_cast<std::size_t>(i)]; }
+  const Pack& pack(std::int32_t i) const { return node(i).pack; }
+  const std::vector<SegmentId>& leaves() const { return leaves_; }  ///< see Topology
+  const std::vector<Group>& groups() const { return groups_; }      ///< see Topology
   const Hierarchy& hierarchy() const { return hierarchy_; }
-  const Node& node(std::int32_t i) const { return topology_.nodes[static_cast<std::size_t>(i)]; }
-  const Pack& pack(std::int32_t i) const { return packs_[static_cast<std::size_t>(i)]; }
   Volume nodeVolume(std::int32_t i) const {
-    return hierarchy_.nodeVolume(static_cast<std::size_t>(i), packs_);
+    return hierarchy_.nodeVolume(nodes_, static_cast<std::size_t>(i));
   }
 
-  // A refit starts with startRefit(), then fits leaves, then the nodes above them. Several threads
-  // may fit leaves at once.
+  // A refit starts with startRefit(), fits all chunks, in any order and on any thread, and then the
+  // nodes above them. A chunk is a subtree of at most kChunk leaves. Its nodes are contiguous and
+  // so small together that they stay in a cache while its leaves are read, in the tree's order.
+  //
+  // read(ids, count, ahead, block) reads the segments ids[0], ..., ids[count - 1] and returns a bit
+  // for each that is present; it soon reads the `ahead` ids after them. fitChunk() leaves segments
+  // that are not present out of all boxes; elsewhere they keep their volumes.
+
+  static constexpr std::int32_t kChunk = geometry::BoxRows::kCapacity;
 
   /// @param padding  thickens every segment: half the margin at which pairs are searched for
-  void startRefit(double padding) { padding_ = padding; }
-
-  /// Returns whether the leaf's volume has changed. A segment that is not in the tree is skipped.
-  FCL_FIBERS_ALWAYS_INLINE bool fitLeaf(SegmentId id, const geometry::Segment& segment) {
-    const std::int32_t slot = slotOf(id);
-    return slot != kNoSlot && hierarchy_.fitLeaf(slot, segment, padding_, packs_);
-  }
-
-  /// Whether fitLeaf() would change nothing.
-  bool isFitted(SegmentId id, const geometry::Segment& segment) const {
-    const std::int32_t slot = slotOf(id);
-    return slot == kNoSlot || hierarchy_.isFitted(slot, segment, padding_, packs_);
-  }
-
-  /// Call this a few leaves ahead of fitLeaf().
-  FCL_FIBERS_ALWAYS_INLINE void prefetchLeaf(SegmentId id) const {
-    const std::int32_t slot = slotOf(id);
-    if (slot != kNoSlot) hierarchy_.prefetchLeaf(slot, packs_);
-  }
-
-  /// Fits all nodes in one backward sweep, unless no leaf has changed.
-  void fitNodes(bool leaves_changed = true) {
+  void startRefit(double padding) {
+    padding_ = padding;
     hierarchy_.startRefit();
-    if (!leaves_changed) return;
-    for (std::size_t i = topology_.nodes.size(); i-- > 0;) hierarchy_.fitNode(topology_, i, packs_);
+  }
+  std::size_t chunkCount() const { return chunks_.size(); }
+
+  /// Returns whether any volume has changed.
+  template <class Read>
+  bool fitChunk(std::size_t chunk, Read&& read) {
+    const auto [begin, end] = chunks_[chunk];
+    const std::int32_t first = node(begin).leaf_begin, last = node(begin).leaf_end;
+    typename Hierarchy::Leaves leaves;
+    SegmentBlock block;
+    for (std::int32_t leaf = first; leaf < last; leaf += SegmentBlock::kCapacity) {
+      const int count = std::min(SegmentBlock::kCapacity, last - leaf);
+      const int ahead = std::min(SegmentBlock::kCapacity, leafCount() - leaf - count);
+      const geometry::BlockMask present =
+          read(&leaves_[static_cast<std::size_t>(leaf)], count, ahead, block);
+      hierarchy_.fitLeaves(block, present, count, padding_, leaf, leaves, leaf - first);
+    }
+    return hierarchy_.fitChunk(nodes_, begin, end, leaves);
   }
 
-  void fitNodesAbove(const std::vector<SegmentId>& leaves) {
-    if (leaves.empty()) return;
+  /// Finds the place of each segment by its id.
+  void findPlaces() {
+    if (!slots_.empty() || empty()) return;
+    const auto [least, last] = std::minmax_element(leaves_.begin(), leaves_.end());
+    first_id_ = *least;
+    slots_.resize(static_cast<std::size_t>(*last - *least) + 1, kNone);
+    for (std::int32_t i = 0; i < static_cast<std::int32_t>(nodes_.size()); ++i) {
+      for (int lane = 0; lane < node(i).child_count; ++lane) {
+        const Link child = node(i).children[static_cast<std::size_t>(lane)];
+        if (!child.isLeaf()) continue;
+        slots_[static_cast<std::size_t>(child.segment() - first_id_)] = kArity * i + lane;
+      }
+    }
+  }
+
+  // Where segments are read faster in the order of ids, placeLeaves() fits the leaves, which takes
+  // findPlaces() first; then fitChunkAbove() fits all chunks, and fitAboveChunks() the rest.
+
+  /// Fits the leaves of these ids. Returns whether any has changed. Ids that are not in the tree
+  /// are passed over.
+  bool placeLeaves(const SegmentId* ids, int count, geometry::BlockMask present,
+                   const SegmentBlock& segments) {
+    std::array<std::int32_t, static_cast<std::size_t>(SegmentBlock::kCapacity)> slots;
+    for (int i = 0; i < count; ++i) {
+      slots[static_cast<std::size_t>(i)] = (present >> i & 1u) != 0 ? slotOf(ids[i]) : kNone;
+    }
+    return hierarchy_.placeLeaves(nodes_, slots.data(), segments, count, padding_);
+  }
+  void fitChunkAbove(std::size_t chunk) {
+    hierarchy_.fitChunkAbove(nodes_, chunks_[chunk].begin, chunks_[chunk].end);
+  }
+  void fitAboveChunks() {
+    for (auto i = above_chunks_.rbegin(); i != above_chunks_.rend(); ++i) {
+      hierarchy_.fitNode(nodes_, static_cast<std::size_t>(*i));
+    }
+  }
+
+  template <class Read>
+  void fitAboveChunks(bool chunks_changed, Read&& read) {
+    SegmentBlock block;
+    for (auto i = above_chunks_.rbegin(); i != above_chunks_.rend(); ++i) {
+      forEachLeafOf(nodes_, node(*i), [&](int lane, std::int32_t leaf) {
+        if (read(&leaves_[static_cast<std::size_t>(leaf)], 1, 0, block) == 0) return;
+        chunks_changed |= hierarchy_.fitLeaf(nodes_, *i, lane, leaf, block[0], padding_);
+      });
+      if (chunks_changed) hierarchy_.fitNode(nodes_, static_cast<std::size_t>(*i));
+    }
+  }
+
+  /// Fits all to segments given by id, on the calling thread.
+  void refit(const std::vector<geometry::Segment>& segments, double padding) {
+    const auto read = [&](const SegmentId* ids, int count, int /*ahead*/, SegmentBlock& block) {
+      for (int i = 0; i < count; ++i) block.set(i, segments[static_cast<std::size_t>(ids[i])]);
+      return geometry::firstOfBlock(count);
+    };
+    startRefit(padding);
+    bool changed = false;
+    for (std::size_t i = 0; i < chunks_.size(); ++i) changed |= fitChunk(i, read);
+    fitAboveChunks(changed, read);
+  }
+
+  /// Fits these segments, the only ones that have moved, and the nodes above them. Ids that are not
+  /// in the tree are passed over. Returns how many leaves have changed.
+  std::size_t refitSome(const std::vector<SegmentId>& ids,
+                        const std::vector<geometry::Segment>& moved) {
+    findPlaces();
     findParents();
     std::vector<std::int32_t> stale;
-    for (const SegmentId id : leaves) {
-      for (std::int32_t i = leaf_parent_[indexOf(id)]; i >= 0;
-           i = parent_[static_cast<std::size_t>(i)]) {
-        if (is_stale_[static_cast<std::size_t>(i)]) break;
-        is_stale_[static_cast<std::size_t>(i)] = true;
-        stale.push_back(i);
+    std::size_t changed = 0;
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      const std::int32_t slot = slotOf(ids[i]);
+      if (slot == kNone) continue;
+      std::int32_t above = slot / kArity;
+      const int lane = slot % kArity;
+      const std::int32_t leaf = leafAt(nodes_, node(above), lane);
+      if (!hierarchy_.fitLeaf(nodes_, above, lane, leaf, moved[i], padding_)) continue;
+      ++changed;
+      for (; above != kNone; above = parent_[static_cast<std::size_t>(above)]) {
+        if (is_stale_[static_cast<std::size_t>(above)]) break;
+        is_stale_[static_cast<std::size_t>(above)] = true;
+        stale.push_back(above);
       }
     }
     std::sort(stale.begin(), stale.end());
     hierarchy_.startRefit();
     for (auto i = stale.rbegin(); i != stale.rend(); ++i) {
-      hierarchy_.fitNode(topology_, static_cast<std::size_t>(*i), packs_);
+      hierarchy_.fitNode(nodes_, static_cast<std::size_t>(*i));
       is_stale_[static_cast<std::size_t>(*i)] = false;
     }
+    return changed;
   }
 
-  void refit(const std::vector<geometry::Segment>& segments, double padding) {
-    startRefit(padding);
-    for (const SegmentId id : topology_.leaves) {
-      fitLeaf(id, segments[static_cast<std::size_t>(id)]);
-    }
-    fitNodes();
-  }
-
-  /// Fits these segments, the only ones that have moved, and the nodes above them.
-  void refitMoved(const std::vector<geometry::Segment>& segments,
-                  const std::vector<SegmentId>& moved) {
-    for (const SegmentId id : moved) fitLeaf(id, segments[static_cast<std::size_t>(id)]);
-    fitNodesAbove(moved);
-  }
-
-  /// Calls visit(volume, leaf_begin, leaf_end) for the volumes `depth` levels below the root, and
-  /// for leaves that are less deep. Their ranges of topology().leaves follow each other from first
-  /// to last.
+  /// Calls visit(id, holds) for all leaves, where holds(segment) tells whether fitting this segment
+  /// would leave the leaf's volume as it is.
   template <class F>
-  void visitVolumes(int depth, F&& visit) const {
-    if (empty()) return;
-    const Node& root = topology_.nodes.front();
-    if (depth == 0) {
-      visit(nodeVolume(0), root.leaf_begin, root.leaf_end);
-    } else {
-      visitVolumesBelow(0, depth, visit);
+  void forEachLeaf(F&& visit) const {
+    for (const Node& above : nodes_) {
+      forEachLeafOf(nodes_, above, [&](int lane, std::int32_t leaf) {
+        visit(leaves_[static_cast<std::size_t>(leaf)], [&](const geometry::Segment& segment) {
+          return hierarchy_.holds(above, lane, leaf, segment, padding_);
+        });
+      });
     }
-  }
-
-  /// The size of nodes divided by the size of leaves, from a sample: how far the tree is from one
-  /// whose nodes hold what is close together. It grows when fibers move apart, not when everything
-  /// grows.
-  double looseness() const {
-    constexpr std::size_t kSamples = 1024;
-    double nodes = 0, leaves = 0;
-    for (std::size_t i = 0; i < topology_.nodes.size();
-         i += topology_.nodes.size() / kSamples + 1) {
-      for (int lane = 0; lane < topology_.nodes[i].child_count; ++lane) {
-        const auto size = static_cast<double>(packs_[i].get(lane).size());
-        if (!std::isfinite(size)) continue;
-        const bool leaf = topology_.nodes[i].children[static_cast<std::size_t>(lane)].isLeaf();
-        (leaf ? leaves : nodes) += size;
-      }
-    }
-    return leaves > 0 && std::isfinite(nodes / leaves) ? nodes / leaves : 0;
   }
 
   std::size_t memoryUsage() const {
-    return topology_.nodes.capacity() * sizeof(Node) +
-           topology_.leaves.capacity() * sizeof(SegmentId) +
-           topology_.groups.capacity() * sizeof(Group) + packs_.capacity() * sizeof(Pack) +
-           (slots_.capacity() + parent_.capacity() + leaf_parent_.capacity()) *
+    return nodes_.capacity() * sizeof(Node) + leaves_.capacity() * sizeof(SegmentId) +
+           groups_.capacity() * sizeof(Group) + chunks_.capacity() * sizeof(Chunk) +
+           (above_chunks_.capacity() + slots_.capacity() + parent_.capacity()) *
                sizeof(std::int32_t) +
            is_stale_.capacity() / 8 + hierarchy_.memoryUsage();
   }
 
  private:
-  static constexpr std::int32_t kNoSlot = -1;
+  static constexpr std::int32_t kNone = -1;
 
-  std::size_t indexOf(SegmentId id) const { return static_cast<std::size_t>(id - first_id_); }
-  FCL_FIBERS_ALWAYS_INLINE std::int32_t slotOf(SegmentId id) const {
+  /// Nodes begin, ..., end - 1: a subtree.
+  struct Chunk {
+    std::int32_t begin, end;
+  };
+
+  std::int32_t leafCount() const { return static_cast<std::int32_t>(leaves_.size()); }
+
+  std::int32_t slotOf(SegmentId id) const {
     // The index of an id before the first one wraps around to a large number.
-    const std::size_t index = indexOf(id);
-    return index < slots_.size() ? slots_[index] : kNoSlot;
+    const auto index = static_cast<std::size_t>(id - first_id_);
+    return index < slots_.size() ? slots_[index] : kNone;
   }
 
-  /// Calls visit(node, lane, position among the leaves, id) for all leaves.
-  template <class F>
-  void forEachLeaf(F&& visit) const {
-    for (std::size_t i = 0; i < topology_.nodes.size(); ++i) {
-      const Node& node = topology_.nodes[i];
-      std::int32_t leaf = node.leaf_begin;
-      for (int lane = 0; lane < node.child_count; ++lane) {
-        const Link child = node.children[static_cast<std::size_t>(lane)];
-        if (child.isLeaf()) visit(static_cast<std::int32_t>(i), lane, leaf, child.segment());
-        leaf += leafCount(*this, child);
-      }
-    }
-  }
-
-  template <class F>
-  void visitVolumesBelow(std::int32_t index, int depth, F&& visit) const {
-    std::int32_t leaf = node(index).leaf_begin;
-    for (int lane = 0; lane < node(index).child_count; ++lane) {
-      const Link child = node(index).children[static_cast<std::size_t>(lane)];
-      const std::int32_t end = leaf + leafCount(*this, child);
-      if (child.isLeaf() || depth == 1) {
-        visit(pack(index).get(lane), leaf, end);
-      } else {
-        visitVolumesBelow(child.node(), depth - 1, visit);
-      }
-      leaf = end;
-    }
-  }
-
-  /// Only a tree that is refitted in part pays for the way up.
+  /// Only a tree that is refitted in part pays for the way up to the root.
   void findParents() {
     if (!parent_.empty()) return;
-    leaf_parent_.resize(slots_.size());
-    is_stale_.resize(topology_.nodes.size());
-    parent_.resize(topology_.nodes.size(), -1);
-    forEachLeaf([&](std::int32_t node, int, std::int32_t, SegmentId id) {
-      leaf_parent_[indexOf(id)] = node;
-    });
-    for (std::size_t i = 0; i < topology_.nodes.size(); ++i) {
-      const Node& node = topology_.nodes[i];
-      for (int lane = 0; lane < node.child_count; ++lane) {
-        const Link child = node.children[static_cast<std::size_t>(lane)];
-        if (child.isLeaf()) continue;
-        parent_[static_cast<std::size_t>(child.node())] = static_cast<std::int32_t>(i);
+    is_stale_.resize(nodes_.size());
+    parent_.resize(nodes_.size(), kNone);
+    for (std::int32_t i = 0; i < static_cast<std::int32_t>(nodes_.size()); ++i) {
+      for (int lane = 0; lane < node(i).child_count; ++lane) {
+        const Link child = node(i).children[static_cast<std::size_t>(lane)];
+        if (!child.isLeaf()) parent_[static_cast<std::size_t>(child.node())] = i;
       }
     }
   }
 
-  Topology<kArity> topology_;
+  Nodes nodes_;
+  std::vector<SegmentId> leaves_;
+  std::vector<Group> groups_;
   double padding_ = 0;
   Hierarchy hierarchy_;
-  std::vector<Pack> packs_;
+  std::vector<Chunk> chunks_;
+  std::vector<std::int32_t> above_chunks_;  ///< the nodes of more than kChunk leaves
+
+  // By id from first_id_ on: kArity times the node above, plus the lane. Empty until it is needed.
   SegmentId first_id_ = 0;
-  std::vector<std::int32_t> slots_;  ///< by id from first_id_ on: the place of its volume
+  std::vector<std::int32_t> slots_;
 
   // For refits in part.
-  std::vector<std::int32_t> parent_;       ///< by node; -1 for the root
-  std::vector<std::int32_t> leaf_parent_;  ///< by id, like slots_
-  std::vector<bool> is_stale_;             ///< by node; all false between refits
+  std::vector<std::int32_t> parent_;  ///< by node; kNone for the root
+  std::vector<bool> is_stale_;        ///< by node; all false between refits
 };
 
 template <int Arity>
-using LayeredBoxTree = Bvh<Layered<geometry::Box, Arity>>;
+using LayeredBoxTree = Bvh<LayeredBoxes<Arity>>;
 template <int Arity>
 using WrappedSphereTree = Bvh<WrappedSpheres<Arity>>;
 

@@ -17,20 +17,6 @@ using SegmentId = std::int32_t;
 using Group = std::int32_t;
 constexpr Group kNoGroup = 0;
 
-/// The segments of consecutive ids.
-struct SegmentRange {
-  SegmentRange(const geometry::Segment* all, SegmentId first_id) : segments(all), first(first_id) {}
-  // NOLINTNEXTLINE(google-explicit-constructor): a vector is the range from 0 on
-  SegmentRange(const std::vector<geometry::Segment>& all) : segments(all.data()), first(0) {}
-
-  const geometry::Segment& operator[](SegmentId id) const {
-    return segments[static_cast<std::uint32_t>(id - first)];
-  }
-
-  const geometry::Segment* segments;
-  SegmentId first;  ///< id of segments[0]
-};
-
 /// Fibers over the segments of an index. Fiber f consists of the segments ids[begin[f]], ...,
 /// ids[begin[f + 1] - 1], in their order along it.
 struct Fibers {
@@ -91,16 +77,15 @@ struct Topology {
   std::vector<Group> groups;
 };
 
+/// A point. It only decides where to split, for which floats are precise enough.
+using Middle = std::array<float, 3>;
+
+/// The midpoint of a segment. A box that is unbounded on a side counts as at the origin.
+Middle middleOf(const geometry::Segment& segment);
+
 /// The super thread of Sobottka, Varnik and Weber, 2005, section 3.2: the fibers in the order
 /// given, every other one backward, so that consecutive fibers are joined tip to tip and root to
 /// root. The tree over this one long chain is balanced and binary.
 Topology<2> superThread(const Fibers& fibers);
-
-/// A tree whose nodes are blocks: sets of fibers over a range along each of them. A block is split
-/// along, at about half of the range, or across, near the median of its fibers, whichever extent is
-/// longer, so that nodes fill. Inside one fiber this is the chain-aligned tree; over fibers of one
-/// segment it is a kd-tree.
-/// @param segments  in any frame
-Topology<8> bundle(const Fibers& fibers, const SegmentRange& segments);
 
 }  // namespace fcl_fibers::tree

@@ -236,7 +236,7 @@ class PairTraversal {
 /// Calls visit(filter) with the group filter of a tree.
 template <class Tree, class F>
 FCL_FIBERS_ALWAYS_INLINE Visit withGroups(const Tree& tree, F&& visit) {
-  const auto& groups = tree.topology().groups;
+  const auto& groups = tree.groups();
   return groups.empty() ? visit(AllGroups()) : visit(OtherGroups<Tree::kArity>(groups));
 }
 
@@ -301,11 +301,11 @@ template <class Tree, class Query>
 Visit visitLeaves(const Tree& tree, const typename Tree::Volume& volume, Query& query,
                   Group group = kNoGroup) {
   if (tree.empty()) return Visit::kContinue;
-  if (group == kNoGroup || tree.topology().groups.empty()) {
+  if (group == kNoGroup || tree.groups().empty()) {
     const auto all = [](std::int32_t) HWY_ATTR { return ~simd::LaneMask{0}; };
     return internal::leavesBelow(tree, 0, volume, all, query);
   }
-  const OtherGroups<Tree::kArity> filter(tree.topology().groups);
+  const OtherGroups<Tree::kArity> filter(tree.groups());
   const auto others = [&](std::int32_t node) HWY_ATTR { return filter.lanesOf(group, node); };
   return internal::leavesBelow(tree, 0, volume, others, query);
 }

@@ -66,11 +66,8 @@ class WideOverlaps {
   }
   FCL_FIBERS_ALWAYS_INLINE static void prefetch(const Tree& tree, Link link) {
     if (link.isLeaf()) return;
-    __builtin_prefetch(&tree.node(link.node()));
-    const char* pack = reinterpret_cast<const char*>(&tree.pack(link.node()));
-    for (std::size_t line = 0; line < sizeof(typename Tree::Pack); line += 64) {
-      __builtin_prefetch(pack + line);
-    }
+    const char* node = reinterpret_cast<const char*>(&tree.node(link.node()));
+    for (std::size_t line = 0; line < sizeof(Node); line += 64) __builtin_prefetch(node + line);
   }
 
   Visit overlapSelf(std::int32_t index) {

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "geometry/enclosing_sphere.h"
-#include "tree/topology.h"
+#include "geometry/segment_block.h"
+#include "tree/bvh_node.h"
 
 namespace fcl_fibers::tree {
 
@@ -18,22 +21,31 @@ class WrappedSpheres {
   using Volume = geometry::Sphere;
   static constexpr int kArity = A;
   using Pack = Volume::Pack<kArity>;
+  using Nodes = std::vector<BvhNode<Pack, kArity>>;
 
-  static std::int32_t slot(std::int32_t /*node*/, int /*lane*/, std::int32_t leaf) { return leaf; }
-  void reserve(const Topology<kArity>& topology);
-  bool fitLeaf(std::int32_t slot, const geometry::Segment& segment, double padding,
-               std::vector<Pack>& packs);
-  bool isFitted(std::int32_t slot, const geometry::Segment& segment, double padding,
-                const std::vector<Pack>&) const {
-    return leaf_balls_[static_cast<std::size_t>(slot)] == geometry::Ball::around(segment, padding);
+  // See LayeredBoxes.
+
+  struct Leaves {
+    bool changed = false;  ///< whether any leaf of the chunk has
+  };
+
+  void reserve(std::size_t leaves, std::size_t nodes);
+  void startRefit() { is_recomputed_.assign(cages_.size(), 0); }
+  /// Segments that are not present keep their spheres.
+  void fitLeaves(const geometry::SegmentBlock& segments, geometry::BlockMask present, int count,
+                 double padding, std::int32_t leaf, Leaves& leaves, int first);
+  bool fitChunk(Nodes& nodes, std::int32_t begin, std::int32_t end, const Leaves& leaves);
+  void fitChunkAbove(Nodes& nodes, std::int32_t begin, std::int32_t end);
+  bool placeLeaves(Nodes& nodes, const std::int32_t* slots, const geometry::SegmentBlock& segments,
+                   int count, double padding);
+  bool fitLeaf(Nodes& nodes, std::int32_t node, int lane, std::int32_t leaf,
+               const geometry::Segment& segment, double padding);
+  bool holds(const typename Nodes::value_type&, int /*lane*/, std::int32_t leaf,
+             const geometry::Segment& segment, double padding) const {
+    return leaf_balls_[static_cast<std::size_t>(leaf)] == geometry::Ball::around(segment, padding);
   }
-  /// It is inlined because gcc otherwise takes it for a function that does nothing.
-  FCL_FIBERS_ALWAYS_INLINE void prefetchLeaf(std::int32_t slot, const std::vector<Pack>&) const {
-    __builtin_prefetch(&leaf_balls_[static_cast<std::size_t>(slot)], 1);
-  }
-  void startRefit() { cages_recomputed_ = 0; }
-  void fitNode(const Topology<kArity>& topology, std::size_t index, std::vector<Pack>& packs);
-  Volume nodeVolume(std::size_t index, const std::vector<Pack>&) const {
+  void fitNode(Nodes& nodes, std::size_t index);
+  Volume nodeVolume(const Nodes&, std::size_t index) const {
     return Volume::around(cages_[index].ball);
   }
   std::size_t memoryUsage() const;
@@ -45,19 +57,21 @@ class WrappedSpheres {
 
   /// The number of cages that the last refit recomputed. The others passed the verification, or
   /// nothing below them moved.
-  std::size_t cagesRecomputed() const { return cages_recomputed_; }
+  std::size_t cagesRecomputed() const {
+    return static_cast<std::size_t>(std::count(is_recomputed_.begin(), is_recomputed_.end(), 1));
+  }
 
  private:
-  using Node = typename Topology<kArity>::Node;
+  using Node = typename Nodes::value_type;
 
-  bool keepsCage(const Topology<kArity>& topology, const Node& node,
-                 geometry::EnclosingSphere& cage) const;
-  bool encloses(const Topology<kArity>& topology, const Node& node, const geometry::Vec3d& center,
-                double limit, double& reach) const;
+  bool replaceLeaf(std::int32_t leaf, const geometry::Ball& ball);
+  bool keepsCage(const Nodes& nodes, const Node& node, geometry::EnclosingSphere& cage) const;
+  bool encloses(const Nodes& nodes, const Node& node, const geometry::Vec3d& center, double limit,
+                double& reach) const;
 
   std::vector<geometry::Ball> leaf_balls_;
   std::vector<geometry::EnclosingSphere> cages_;
-  std::size_t cages_recomputed_ = 0;
+  std::vector<std::uint8_t> is_recomputed_;  ///< by node: whether the last refit did
 };
 
 extern template class WrappedSpheres<2>;

@@ -91,7 +91,7 @@ TEST(Costs, OfWhatIsAskedFor) {
   const double least = bytesPerSegment({}, arrays);
   FiberTreeOptions capsules;
   capsules.report = Report::kCapsules;
-  EXPECT_NEAR(bytesPerSegment(capsules, arrays) - least, 56 * 1.01, 1);
+  EXPECT_NEAR(bytesPerSegment(capsules, arrays) - least, 32 * 1.01, 1);
   FiberTreeOptions by_length;
   by_length.ignored_arc_length = 0.5;
   EXPECT_NEAR(bytesPerSegment(by_length, arrays) - least, 8 * 1.01, 0.1);

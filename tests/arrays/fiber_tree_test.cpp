@@ -455,6 +455,33 @@ TYPED_TEST(ArrayTree, ReadsNothingBehindTheArrays) {
   }
 }
 
+// A capsule would have the radius of a fiber that was read before its own.
+TYPED_TEST(ArrayTree, RadiiByFiberAreThoseByCapsule) {
+  using Radii = typename FiberArrays<TypeParam>::Radii;
+  Assembly<TypeParam> by_segment = curledFibers<TypeParam>(60), by_fiber = by_segment;
+  by_fiber.radii_are = Radii::kPerFiber;
+  by_fiber.radii.clear();
+  for (std::size_t f = 0; f < by_fiber.fiberCount(); ++f) {
+    by_fiber.radii.push_back(
+        static_cast<TypeParam>(f % 3 == 0 ? 0.04 : 0.001 * static_cast<double>(f)));
+    for (std::size_t i = by_segment.point_begin[f]; i < by_segment.point_begin[f + 1]; ++i) {
+      by_segment.radii[i] = by_fiber.radii.back();
+    }
+  }
+  for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+    for (const FiberTreeOptions& options : allKinds(report)) {
+      FiberTree tree(options), other(options);
+      tree.build(by_segment.view());
+      other.build(by_fiber.view());
+      EXPECT_FALSE(pairsOf(tree).empty());
+      EXPECT_EQ(pairsOf(other), pairsOf(tree));
+      tree.update(by_segment.view());
+      other.update(by_fiber.view());
+      EXPECT_EQ(pairsOf(other), pairsOf(tree));
+    }
+  }
+}
+
 TEST(ArrayTree, AnswersWhenEmpty) {
   FiberTree tree;
   EXPECT_TRUE(pairsOf(tree).empty());

@@ -325,7 +325,8 @@ TYPED_TEST(Generations, OneObjectMayComeAndGoAThousandTimes) {
       most = std::max(most, managed->memoryUsage());
       if (time == 600) earlier = std::exchange(most, 0);
     }
-    EXPECT_LE(most, earlier) << "of the first six hundred times";
+    // Trees of as many segments differ by some nodes. Three bytes lost each time would be more.
+    EXPECT_LE(most, earlier + 1100) << "of the first six hundred times";
     EXPECT_TRUE(managed.answersSelf());
     EXPECT_EQ(managed->fiberSegment(scene.fibers()[3][2]).fiber, 3u);
     EXPECT_EQ(managed->fiberSegment(scene.fibers()[3][2]).segment, 2u);

@@ -581,7 +581,7 @@ void expectUnion() {
         expected.high[axis] = std::max(expected.high[axis], box.high[axis]);
       }
     }
-    const Box united = pack.unite();
+    const Box united = unite(pack);
     for (int axis = 0; axis < 3; ++axis) {
       ASSERT_EQ(united.low[axis], expected.low[axis]);
       ASSERT_EQ(united.high[axis], expected.high[axis]);

@@ -47,18 +47,17 @@ class SceneSource final : public SegmentSource {
  public:
   explicit SceneSource(const FiberPolylines& fibers) : fibers_(fibers) {}
 
-  SegmentId read(SegmentId begin, SegmentId end, const Frame&, Segment* out,
-                 std::uint64_t& present) const override {
-    present = 0;
-    for (SegmentId id = begin; id < end; ++id) {
-      const auto i = static_cast<std::size_t>(id);
-      if (i + 1 == fibers_.points.size()) break;
-      const Point &p = fibers_.points[i], &q = fibers_.points[i + 1];
-      out[id - begin] = {{p[0], p[1], p[2]}, {q[0], q[1], q[2]}, fibers_.radius};
-      present |= std::uint64_t{1} << (id - begin);
+  bool read(const SegmentId* ids, int count, int, const Frame&, SegmentBlock& out,
+            BlockMask& present) const override {
+    for (int i = 0; i < count; ++i) {
+      const auto first = static_cast<std::size_t>(ids[i]);
+      const Point &p = fibers_.points[first], &q = fibers_.points[first + 1];
+      out.set(i, {{p[0], p[1], p[2]}, {q[0], q[1], q[2]}, fibers_.radius});
     }
-    return end;
+    present = geometry::firstOfBlock(count);
+    return true;
   }
+  bool isFasterInOrder() const override { return false; }
   [[noreturn]] void refuse(SegmentId, const Frame&) const override {
     throw std::invalid_argument("all can be read");
   }
@@ -90,7 +89,7 @@ Counts countsOf(const FiberPolylines& first, const FiberPolylines& second, bool 
   Counts counts{0, 0, 0, touching.count(), 0};
   std::visit(
       [&](const auto& tree) {
-        counts.nodes = tree.topology().nodes.size();
+        counts.nodes = tree.nodes().size();
         const test::VolumeTests volumes = test::countVolumeTests(tree);
         counts.volume_tests = volumes.tests;
         counts.capsule_tests = volumes.pairs;

@@ -38,15 +38,13 @@ struct TestScene : SegmentSource {
   std::vector<Segment> segments;
   SegmentIndex index{IndexOptions{}};
 
-  SegmentId read(SegmentId begin, SegmentId end, const Frame&, Segment* out,
-                 std::uint64_t& present) const override {
-    present = 0;
-    for (SegmentId id = begin; id < end; ++id) {
-      out[id - begin] = segments[static_cast<std::size_t>(id)];
-      present |= std::uint64_t{1} << (id - begin);
-    }
-    return end;
+  bool read(const SegmentId* ids, int count, int, const Frame&, SegmentBlock& out,
+            BlockMask& present) const override {
+    for (int i = 0; i < count; ++i) out.set(i, segments[static_cast<std::size_t>(ids[i])]);
+    present = geometry::firstOfBlock(count);
+    return true;
   }
+  bool isFasterInOrder() const override { return false; }
   [[noreturn]] void refuse(SegmentId, const Frame&) const override {
     throw std::invalid_argument("all can be read");
   }

@@ -295,8 +295,9 @@ TYPED_TEST(PairSearchTest, TheFilterKeepsThePairsThatTouchInTheirOrder) {
   const double margin = 0.002;  // in a's frame
 
   const TypeParam tree = treeOf<TypeParam>(a, margin / 2);
-  const CapsuleFilter within(a.segments, a.segments, nullptr, margin, 4);
-  const CapsuleFilter between(a.segments, b.segments, &trees.b_to_a, margin, 4);
+  const CapsuleFilter within({a.segments.data(), 0}, {a.segments.data(), 0}, nullptr, margin, 4);
+  const CapsuleFilter between({a.segments.data(), 0}, {b.segments.data(), 0}, &trees.b_to_a, margin,
+                              4);
   const auto at = [](const FiberScene& in, SegmentId id) {
     return in.segments[static_cast<std::size_t>(id)];
   };

@@ -18,6 +18,7 @@
 #include "geometry/overlap.h"
 #include "support/random.h"
 #include "support/segments.h"
+#include "support/tree_segments.h"
 #include "tree/plain_traversal.h"
 #include "tree/search.h"
 
@@ -102,11 +103,15 @@ Topology<2> topologyOf(const Scene& scene, std::integral_constant<int, 2>) {
   return superThread(scene.fibers);
 }
 Topology<8> topologyOf(const Scene& scene, std::integral_constant<int, 8>) {
-  return bundle(scene.fibers, scene.segments);
+  return bundleOf(scene.fibers, scene.segments);
+}
+template <class Tree>
+Tree unfittedTreeOf(const Scene& scene) {
+  return Tree(topologyOf(scene, std::integral_constant<int, Tree::kArity>()));
 }
 template <class Tree>
 Tree treeOf(const Scene& scene, double padding = 0) {
-  Tree tree(topologyOf(scene, std::integral_constant<int, Tree::kArity>()));
+  auto tree = unfittedTreeOf<Tree>(scene);
   tree.refit(scene.segments, padding);
   return tree;
 }
@@ -159,10 +164,10 @@ bool exactlyOverlap(const Segment& p, const Segment& q, const Sphere*) {
 template <class Tree>
 std::vector<typename Tree::Volume> leafVolumes(const Tree& tree) {
   std::vector<typename Tree::Volume> volumes;
-  const auto& topology = tree.topology();
-  for (std::size_t i = 0; i < topology.nodes.size(); ++i) {
-    for (int lane = 0; lane < topology.nodes[i].child_count; ++lane) {
-      const Link child = topology.nodes[i].children[static_cast<std::size_t>(lane)];
+  const auto& nodes = tree.nodes();
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    for (int lane = 0; lane < nodes[i].child_count; ++lane) {
+      const Link child = nodes[i].children[static_cast<std::size_t>(lane)];
       if (!child.isLeaf()) continue;
       const auto id = static_cast<std::size_t>(child.segment());
       volumes.resize(std::max(volumes.size(), id + 1));
@@ -174,7 +179,7 @@ std::vector<typename Tree::Volume> leafVolumes(const Tree& tree) {
 
 template <int N>
 void expectInnerVolumes(const LayeredBoxTree<N>& tree, const std::vector<Segment>&) {
-  const auto& nodes = tree.topology().nodes;
+  const auto& nodes = tree.nodes();
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const auto node = static_cast<std::int32_t>(i);
     for (int lane = 0; lane < nodes[i].child_count; ++lane) {
@@ -185,7 +190,7 @@ void expectInnerVolumes(const LayeredBoxTree<N>& tree, const std::vector<Segment
         ASSERT_TRUE(contains(outer, tree.pack(child.node()).get(below)))
             << "node " << i << " lane " << lane;
       }
-      const Box least = tree.pack(child.node()).unite();
+      const Box least = tree.nodeVolume(child.node());
       ASSERT_TRUE(contains(least, outer)) << "a box is larger than the segments below";
     }
   }
@@ -193,7 +198,7 @@ void expectInnerVolumes(const LayeredBoxTree<N>& tree, const std::vector<Segment
 
 template <int N>
 void expectInnerVolumes(const WrappedSphereTree<N>& tree, const std::vector<Segment>& segments) {
-  const auto& nodes = tree.topology().nodes;
+  const auto& nodes = tree.nodes();
   const auto& balls = tree.hierarchy().leafBalls();
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const Ball& cage = tree.hierarchy().cage(i).ball;
@@ -212,7 +217,7 @@ void expectInnerVolumes(const WrappedSphereTree<N>& tree, const std::vector<Segm
       const std::int32_t end = child.isLeaf() ? leaf + 1 : tree.node(child.node()).leaf_end;
       for (; leaf < end; ++leaf) {
         const auto k = static_cast<std::size_t>(leaf);
-        const Segment& segment = segments[static_cast<std::size_t>(tree.topology().leaves[k])];
+        const Segment& segment = segments[static_cast<std::size_t>(tree.leaves()[k])];
         const Sphere volume = tree.pack(node).get(lane);
         ASSERT_TRUE(contains(volume, balls[k]) && contains(volume, segment, tree.padding()))
             << "leaf " << leaf << " sticks out of lane " << lane << " of node " << i;
@@ -225,7 +230,7 @@ void expectInnerVolumes(const WrappedSphereTree<N>& tree, const std::vector<Segm
 template <class Tree>
 void expectContainment(const Tree& tree, const std::vector<Segment>& segments) {
   const auto leaves = leafVolumes(tree);
-  for (const SegmentId id : tree.topology().leaves) {
+  for (const SegmentId id : tree.leaves()) {
     const auto i = static_cast<std::size_t>(id);
     ASSERT_TRUE(contains(leaves[i], segments[i], tree.padding())) << "segment " << id;
   }
@@ -234,7 +239,7 @@ void expectContainment(const Tree& tree, const std::vector<Segment>& segments) {
 
 template <int N>
 void expectLikeRefit(const LayeredBoxTree<N>& tree, const LayeredBoxTree<N>& other) {
-  for (std::size_t i = 0; i < tree.topology().nodes.size(); ++i) {
+  for (std::size_t i = 0; i < tree.nodes().size(); ++i) {
     const auto node = static_cast<std::int32_t>(i);
     for (int lane = 0; lane < tree.node(node).child_count; ++lane) {
       const Box p = tree.pack(node).get(lane), q = other.pack(node).get(lane);
@@ -244,7 +249,7 @@ void expectLikeRefit(const LayeredBoxTree<N>& tree, const LayeredBoxTree<N>& oth
 }
 template <int N>
 void expectLikeRefit(const WrappedSphereTree<N>& tree, const WrappedSphereTree<N>& other) {
-  for (std::size_t i = 0; i < tree.topology().nodes.size(); ++i) {
+  for (std::size_t i = 0; i < tree.nodes().size(); ++i) {
     const double p = tree.hierarchy().cage(i).ball.radius,
                  q = other.hierarchy().cage(i).ball.radius;
     ASSERT_NEAR(p, q, 0x1p-28 * p) << "node " << i;
@@ -377,14 +382,15 @@ TYPED_TEST(BvhTest, EverySegmentIsInTheVolumesAboveAfterMotion) {
   // If this fails, a refit leaves volumes where the segments were.
   Random random(3);
   Scene scene = mediumScene();
-  TypeParam tree = this->build(scene);
+  const auto unfitted = unfittedTreeOf<TypeParam>(scene);
+  TypeParam tree = unfitted;
   for (int frame = 0; frame < 60; ++frame) {
     moveAll(random, frame, scene.segments);
     const double padding = frame % 7 == 0 ? 0.02 : 0;
     tree.refit(scene.segments, padding);
     ASSERT_EQ(tree.padding(), padding);
     expectContainment(tree, scene.segments);
-    TypeParam fresh(tree.topology());
+    TypeParam fresh = unfitted;
     fresh.refit(scene.segments, padding);
     expectLikeRefit(tree, fresh);
     if (this->HasFatalFailure()) FAIL() << "frame " << frame;
@@ -395,8 +401,10 @@ TYPED_TEST(BvhTest, EverySegmentIsInTheVolumesAboveAfterPartialRefits) {
   // If this fails, a segment that moves alone leaves a node above it behind.
   Random random(4);
   Scene scene = mediumScene();
-  TypeParam tree = this->build(scene, 0.01);
-  tree.refitMoved(scene.segments, {});
+  const auto unfitted = unfittedTreeOf<TypeParam>(scene);
+  TypeParam tree = unfitted;
+  tree.refit(scene.segments, 0.01);
+  refitMoved(tree, scene.segments, {});
   for (int frame = 0; frame < 200; ++frame) {
     std::vector<SegmentId> moved;
     const std::size_t count = frame % 3 == 0 ? 1 : 1 + random.below(30);
@@ -405,9 +413,9 @@ TYPED_TEST(BvhTest, EverySegmentIsInTheVolumesAboveAfterPartialRefits) {
       jiggle(random, frame % 4 == 0 ? 1 : 0.05,
              scene.segments[static_cast<std::size_t>(moved.back())]);
     }
-    tree.refitMoved(scene.segments, moved);
+    refitMoved(tree, scene.segments, moved);
     expectContainment(tree, scene.segments);
-    TypeParam fresh(tree.topology());
+    TypeParam fresh = unfitted;
     fresh.refit(scene.segments, 0.01);
     expectLikeRefit(tree, fresh);
     if (this->HasFatalFailure()) FAIL() << "frame " << frame;
@@ -425,7 +433,7 @@ TYPED_TEST(BvhTest, PartialRefitsGiveWhatFullOnesGive) {
       moved.push_back(scene.fibers.ids[random.below(scene.fibers.ids.size())]);
       jiggle(random, 0.1, scene.segments[static_cast<std::size_t>(moved.back())]);
     }
-    partial.refitMoved(scene.segments, moved);
+    refitMoved(partial, scene.segments, moved);
     full.refit(scene.segments, 0);
     expectLikeRefit(partial, full);
     if (this->HasFatalFailure()) FAIL() << "frame " << frame;
@@ -626,7 +634,7 @@ class CageTest : public testing::Test {
   /// The radius of each node's least sphere, found without a start.
   static std::vector<double> leastRadii(const Tree& tree) {
     std::vector<double> radii;
-    for (const auto& node : tree.topology().nodes) {
+    for (const auto& node : tree.nodes()) {
       radii.push_back(
           geometry::enclosingSphere(tree.hierarchy().leafBalls().data() + node.leaf_begin,
                                     node.leaf_end - node.leaf_begin)
@@ -653,9 +661,9 @@ TYPED_TEST(CageTest, CagesAreMinimumEnclosingSpheres) {
     const TypeParam tree = treeOf<TypeParam>(scene);
     this->expectLeastCages(tree, 1e-9);
     // The basis' leaves are counted from the node's first leaf, and touch the cage.
-    for (std::size_t i = 0; i < tree.topology().nodes.size(); ++i) {
+    for (std::size_t i = 0; i < tree.nodes().size(); ++i) {
       const auto& cage = tree.hierarchy().cage(i);
-      const auto& node = tree.topology().nodes[i];
+      const auto& node = tree.nodes()[i];
       for (std::size_t k = 0; k < static_cast<std::size_t>(cage.basis.size); ++k) {
         ASSERT_LT(cage.basis.ball[k], node.leaf_end - node.leaf_begin);
         const Ball& ball =
@@ -690,7 +698,7 @@ TYPED_TEST(CageTest, SlowMotionKeepsMostCagesAndAllOfThemMinimal) {
   for (int frame = 0; frame < 60; ++frame) {
     for (Segment& segment : scene.segments) jiggle(random, 1e-4, segment);
     tree.refit(scene.segments, 0);
-    kept += tree.topology().nodes.size() - tree.hierarchy().cagesRecomputed();
+    kept += tree.nodes().size() - tree.hierarchy().cagesRecomputed();
     recomputed += tree.hierarchy().cagesRecomputed();
     this->expectLeastCages(tree, 0x1p-29);
     if (this->HasFatalFailure()) FAIL() << "frame " << frame;
@@ -704,7 +712,7 @@ TYPED_TEST(CageTest, CagesThatAreRecomputedAreCounted) {
   Random random(21);
   Scene scene = mediumScene();
   TypeParam tree = treeOf<TypeParam>(scene);
-  const std::size_t nodes = tree.topology().nodes.size();
+  const std::size_t nodes = tree.nodes().size();
   EXPECT_EQ(tree.hierarchy().cagesRecomputed(), nodes);
   for (int frame = 0; frame < 12; ++frame) {
     moveAll(random, frame, scene.segments);
@@ -728,7 +736,7 @@ TYPED_TEST(CageTest, RigidMotionKeepsTheCages) {
         *p = {0.6 * p->x - 0.8 * p->y + 0.3, 0.8 * p->x + 0.6 * p->y, p->z - 0.1};
     }
     tree.refit(scene.segments, 0);
-    EXPECT_LE(tree.hierarchy().cagesRecomputed(), tree.topology().nodes.size() / 10) << frame;
+    EXPECT_LE(tree.hierarchy().cagesRecomputed(), tree.nodes().size() / 10) << frame;
     this->expectLeastCages(tree, 0x1p-29);
   }
 }
@@ -763,7 +771,7 @@ TYPED_TEST(CageTest, AnEscapedLeafIsCaught) {
     TypeParam tree = treeOf<TypeParam>(moved);
     moved.segments[static_cast<std::size_t>(id)].a.y =
         moved.segments[static_cast<std::size_t>(id)].b.y = 5;
-    tree.refitMoved(moved.segments, {id});
+    refitMoved(tree, moved.segments, {id});
     expectContainment(tree, moved.segments);
     this->expectLeastCages(tree, 0x1p-29);
     EXPECT_GT(tree.hierarchy().cage(0).ball.radius, 2.5);

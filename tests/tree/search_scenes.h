@@ -12,6 +12,7 @@
 
 #include "support/random.h"
 #include "support/segments.h"
+#include "support/tree_segments.h"
 #include "tree/search.h"
 
 // What tests of searches share: scenes, trees over them, and pairs to compare.
@@ -114,7 +115,7 @@ Tree treeOf(const FiberScene& scene, double padding = 0.001) {
     if constexpr (Tree::kArity == 2) {
       return Tree(superThread(scene.fibers));
     } else {
-      return Tree(bundle(scene.fibers, scene.segments));
+      return Tree(bundleOf(scene.fibers, scene.segments));
     }
   }();
   tree.refit(scene.segments, padding);

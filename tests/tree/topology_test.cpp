@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "support/random.h"
+#include "support/tree_segments.h"
 
 namespace fcl_fibers::tree {
 namespace {
@@ -214,7 +215,7 @@ Strands strands(const std::vector<int>& lengths, std::uint64_t seed) {
 }
 
 void expectBundle(const Strands& scene) {
-  const Topology<8> topology = bundle(scene.fibers, scene.segments);
+  const Topology<8> topology = bundleOf(scene.fibers, scene.segments);
   expectInvariants(topology, scene.fibers);
   // Every split halves the longest range or the number of fibers.
   std::size_t longest = 0, count = 0;
@@ -224,7 +225,7 @@ void expectBundle(const Strands& scene) {
     if (length > 0) ++count;
   }
   ASSERT_LE(depthOf(topology), ceilLog2(longest) + ceilLog2(count) + 1);
-  ASSERT_TRUE(areEqual(topology, bundle(scene.fibers, scene.segments)))
+  ASSERT_TRUE(areEqual(topology, bundleOf(scene.fibers, scene.segments)))
       << "the same for the same input";
 }
 
@@ -264,10 +265,10 @@ TEST(Bundle, KeepsTheNumbersOfSegments) {
   for (std::size_t i = 0; i < scene.fibers.ids.size(); ++i) {
     segments[static_cast<std::size_t>(scene.fibers.ids[i])] = scene.segments[i];
   }
-  const Topology<8> renamed = bundle(scene.fibers, segments);
+  const Topology<8> renamed = bundleOf(scene.fibers, segments);
   expectInvariants(renamed, scene.fibers);
   for (SegmentId& id : scene.fibers.ids) id = 16 - id / 2;
-  const Topology<8> plain = bundle(scene.fibers, scene.segments);
+  const Topology<8> plain = bundleOf(scene.fibers, scene.segments);
   for (std::size_t i = 0; i < plain.leaves.size(); ++i) {
     EXPECT_EQ(renamed.leaves[i], 2 * (16 - plain.leaves[i]))
         << "the shape depends on positions only";
@@ -283,7 +284,7 @@ TEST(Bundle, SurvivesIdenticalSegments) {
     const Fibers fibers =
         fibersOf(std::vector<int>(static_cast<std::size_t>(count / length), length));
     expectBundle({fibers, segments});
-    EXPECT_LE(depthOf(bundle(fibers, segments)), 17) << length;
+    EXPECT_LE(depthOf(bundleOf(fibers, segments)), 17) << length;
   }
 }
 
@@ -293,7 +294,7 @@ TEST(Bundle, IsShallowWhateverTheFibers) {
   uneven.push_back(100000);
   for (const auto& lengths : {std::vector<int>(100, 100), std::vector<int>(10000, 1), uneven}) {
     const Strands scene = strands(lengths, 12);
-    EXPECT_LE(depthOf(bundle(scene.fibers, scene.segments)),
+    EXPECT_LE(depthOf(bundleOf(scene.fibers, scene.segments)),
               static_cast<int>(std::log2(scene.segments.size())));
   }
 }
@@ -301,7 +302,7 @@ TEST(Bundle, IsShallowWhateverTheFibers) {
 TEST(Bundle, InsideOneFiberIsTheChain) {
   // If this fails, a fiber that crosses itself is taken apart by place, which motion would undo.
   const Strands scene = strands({777}, 9);
-  EXPECT_EQ(bundle(scene.fibers, scene.segments).leaves, scene.fibers.ids);
+  EXPECT_EQ(bundleOf(scene.fibers, scene.segments).leaves, scene.fibers.ids);
 }
 
 /// Parallel fibers along x, on a square grid in y and z.
@@ -318,7 +319,7 @@ TEST(Bundle, SplitsAlongWhereItIsLonger) {
   // If this fails, nodes are long and thin, and overlap far more than blocks do.
   const int length = 256;
   const Strands scene = parallelFibers(4, length, 0.01);
-  const Topology<8> topology = bundle(scene.fibers, scene.segments);
+  const Topology<8> topology = bundleOf(scene.fibers, scene.segments);
   ASSERT_EQ(topology.nodes[0].child_count, 8);
   for (std::size_t lane = 0; lane < 8; ++lane) {
     const auto& node =
@@ -335,7 +336,7 @@ TEST(Bundle, SplitsAcrossWhereItIsWider) {
   // If this fails, fibers far apart share nodes that there are many of.
   const int length = 20;
   const Strands scene = parallelFibers(2, length, 100);
-  const Topology<8> topology = bundle(scene.fibers, scene.segments);
+  const Topology<8> topology = bundleOf(scene.fibers, scene.segments);
   for (const auto& node : topology.nodes) {
     if (!node.hasOnlyLeaves()) continue;
     for (std::int32_t i = node.leaf_begin; i < node.leaf_end; ++i) {
@@ -354,7 +355,7 @@ TEST(Bundle, OfSingleSegmentsSplitsAtTheMedian) {
     const double z = 37 * i % 64;
     segments.push_back({{0, 0, z}, {0, 0, z}, 0.1});
   }
-  const Topology<8> topology = bundle(fibers, segments);
+  const Topology<8> topology = bundleOf(fibers, segments);
   ASSERT_EQ(topology.nodes[0].child_count, 8);
   for (std::size_t lane = 0; lane < 8; ++lane) {
     const auto& node =
@@ -374,7 +375,7 @@ TEST(Bundle, FillsItsNodes) {
   for (const auto& [fibers, length] :
        {std::pair{100, 50}, {1000, 100}, {64, 64}, {333, 37}, {1000, 20}}) {
     const Strands scene = strands(std::vector<int>(static_cast<std::size_t>(fibers), length), 10);
-    const Topology<8> topology = bundle(scene.fibers, scene.segments);
+    const Topology<8> topology = bundleOf(scene.fibers, scene.segments);
     const double links = static_cast<double>(topology.leaves.size() + topology.nodes.size() - 1);
     EXPECT_GT(links / static_cast<double>(topology.nodes.size()), 7) << fibers << " x " << length;
   }
@@ -392,7 +393,7 @@ TEST(Bundle, DoesNotDependOnTheOrderOfFibers) {
   }
   // The diagonals of all nodes' boxes.
   const auto cost = [&](const std::vector<Segment>& segments) {
-    const Topology<8> topology = bundle(scene.fibers, segments);
+    const Topology<8> topology = bundleOf(scene.fibers, segments);
     const auto at = [&](std::int32_t leaf) {
       const SegmentId id = topology.leaves[static_cast<std::size_t>(leaf)];
       return segments[static_cast<std::size_t>(id)];
@@ -453,7 +454,7 @@ TEST(Topologies, KnowTheGroupsOfNodes) {
                                                            std::vector<int>(333, 1)}) {
     const Strands plain = strands(lengths, 13);
     EXPECT_TRUE(superThread(plain.fibers).groups.empty());
-    EXPECT_TRUE(bundle(plain.fibers, plain.segments).groups.empty());
+    EXPECT_TRUE(bundleOf(plain.fibers, plain.segments).groups.empty());
     for (const int groups : {1, 2, 1000}) {
       Fibers fibers = plain.fibers;
       for (std::size_t f = 0; f < lengths.size(); ++f) {
@@ -461,7 +462,7 @@ TEST(Topologies, KnowTheGroupsOfNodes) {
         fibers.groups.push_back(groups == 1 ? 5 : static_cast<Group>(f / 3) % groups);
       }
       expectGroups(superThread(fibers), fibers);
-      expectGroups(bundle(fibers, plain.segments), fibers);
+      expectGroups(bundleOf(fibers, plain.segments), fibers);
     }
   }
 }

@@ -20,12 +20,12 @@ using geometry::Ball;
 /// Layered spheres by node: the minimum enclosing sphere of the two spheres below.
 struct LayeredSpheres {
   explicit LayeredSpheres(const tree::WrappedSphereTree<2>& tree)
-      : balls(tree.topology().nodes.size()), heights(balls.size()) {
+      : balls(tree.nodes().size()), heights(balls.size()) {
     for (std::size_t i = balls.size(); i-- > 0;) fit(tree, i);
   }
 
   void fit(const tree::WrappedSphereTree<2>& tree, std::size_t index) {
-    const auto& node = tree.topology().nodes[index];
+    const auto& node = tree.nodes()[index];
     auto leaf = static_cast<std::size_t>(node.leaf_begin);
     std::vector<Ball> below;
     for (int lane = 0; lane < node.child_count; ++lane) {
@@ -37,7 +37,7 @@ struct LayeredSpheres {
       const auto i = static_cast<std::size_t>(child.node());
       below.push_back(balls[i]);
       heights[index] = std::max(heights[index], heights[i]);
-      leaf = static_cast<std::size_t>(tree.topology().nodes[i].leaf_end);
+      leaf = static_cast<std::size_t>(tree.nodes()[i].leaf_end);
     }
     ++heights[index];
     balls[index] = enclosingSphere(below.data(), static_cast<int>(below.size())).ball;
@@ -57,7 +57,7 @@ void compare(const TreeScene& scene, Numbers& numbers) {
   const LayeredSpheres layered(spheres);
 
   double largest_ratio = 0, largest_of_bound = 0;
-  for (std::size_t i = 0; i < spheres.topology().nodes.size(); ++i) {
+  for (std::size_t i = 0; i < spheres.nodes().size(); ++i) {
     const double ratio = layered.balls[i].radius / spheres.hierarchy().cage(i).ball.radius;
     largest_ratio = std::max(largest_ratio, ratio);
     largest_of_bound = std::max(largest_of_bound, ratio / std::sqrt(layered.heights[i] + 1.0));

@@ -37,7 +37,7 @@ void countCages(const Contender& contender, MovingFibers& fibers, Numbers& numbe
         fibers.setPoses(step);
         tree.refit(TreeScene(fibers).segments, 0);
         const std::size_t recomputed = tree.hierarchy().cagesRecomputed();
-        const std::size_t kept = tree.topology().nodes.size() - recomputed;
+        const std::size_t kept = tree.nodes().size() - recomputed;
         numbers[counterName("cages_kept", step)] = static_cast<double>(kept);
         numbers[counterName("cages_recomputed", step)] = static_cast<double>(recomputed);
       }

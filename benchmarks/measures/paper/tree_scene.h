@@ -5,6 +5,7 @@
 
 #include "contenders/contender.h"
 #include "geometry/segment.h"
+#include "tree/bundle.h"
 #include "tree/bvh.h"
 #include "tree/topology.h"
 
@@ -25,6 +26,14 @@ struct TreeScene {
     }
   }
 
+  std::vector<tree::Middle> middles() const {
+    std::vector<tree::Middle> middles;
+    for (const tree::SegmentId id : fibers.ids) {
+      middles.push_back(tree::middleOf(segments[static_cast<std::size_t>(id)]));
+    }
+    return middles;
+  }
+
   std::vector<geometry::Segment> segments;
   tree::Fibers fibers;
 };
@@ -42,7 +51,7 @@ void withTree(const Contender& contender, const MovingFibers& fibers, F&& visit)
     const auto topology = superThread(scene.fibers);
     spheres ? with(tree::WrappedSphereTree<2>(topology)) : with(tree::LayeredBoxTree<2>(topology));
   } else {
-    const auto topology = bundle(scene.fibers, scene.segments);
+    const auto topology = bundle(scene.fibers, scene.middles());
     spheres ? with(tree::WrappedSphereTree<8>(topology)) : with(tree::LayeredBoxTree<8>(topology));
   }
 }

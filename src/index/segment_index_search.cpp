@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <limits>
+#include <type_traits>
+
+#include "index/nearest_filter.h"
+#include "index/segment_index.h"
+
+namespace fcl_fibers::index {
+namespace {
+
+using geometry::FrameChange;
+using geometry::Segment;
+using tree::Group;
+using tree::TraversalTask;
+using tree::Visit;
+
+template <class Trees>
+class TreeSearch final : public PairSearch {
+ public:
+  explicit TreeSearch(const Trees& trees) : trees_(trees), kernels_(tree::pairKernels(trees)) {}
+  Visit split(tree::TaskSink& out) const override { return kernels_.splitIntoTasks(trees_, out); }
+  Visit run(const TraversalTask& task, tree::PairBuffer& out) const override {
+    return kernels_.overlaps(trees_, task, out);
+  }
+
+ private:
+  const Trees& trees_;
+  const tree::PairKernels<Trees>& kernels_;
+};
+
+/// A segment whose coordinates have overflowed in this frame may be anywhere.
+template <class Volume>
+Volume volumeAround(const Segment& segment, double padding) {
+  const bool is_somewhere = segment.isBox() || isBounded(segment);
+  return is_somewhere ? Volume::around(segment, padding) : Volume::unbounded();
+}
+
+/// As FrameChange, where a box that overflows becomes open to all sides.
+Segment inFrame(const FrameChange& change, const Segment& segment) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const Segment result = change(segment);
+  if (!segment.isBox() || isBounded(result) || !isBounded(segment)) return result;
+  return Segment::box({-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity});
+}
+
+}  // namespace
+
+KeptSegments SegmentIndex::readSegments(const SegmentSource& source) const {
+  KeptSegments segments(options_.share_ends);
+  segments.reset(begin_, end_, leaves());
+  for (const SegmentId id : leaves()) {
+    Segment segment;
+    if (readOne(source, id, frame_, segment)) segments.set(id, segment);
+  }
+  return segments;
+}
+
+Visit SegmentIndex::search(PairSink& sink) const {
+  const CapsuleFilter filter(segments_.range(), segments_.range(), nullptr, margin(), unit_);
+  return std::visit(
+      [&](const auto& tree) {
+        return findPairs(TreeSearch(tree), options_.capsules ? &filter : nullptr, executor_.get(),
+                         *scratch_, sink);
+      },
+      tree_);
+}
+
+Visit SegmentIndex::search(NearestSink& sink) const {
+  NearestFilter filter(
+      segments_.range(),
+      [this](SegmentId b, double& error) {
+        const Segment q = segments_[b];
+        error = endPointError(q);
+        return q;
+      },
+      sink);
+  return std::visit(
+      [&](const auto& tree) {
+        return tree::pairKernels(tree).nearest(tree, sink.limit(),
+                                               filterOrSink(options_.capsules, filter, sink));
+      },
+      tree_);
+}
+
+Visit SegmentIndex::search(const Segment& segment, double error, Group group, SegmentId second,
+                           PairSink& sink) const {
+  const CapsuleFilter filter(segments_.range(), {&segment, second}, nullptr, margin(), unit_,
+                             error);
+  SerialBuffer buffer(options_.capsules ? &filter : nullptr, sink);
+  return std::visit(
+      [&](const auto& tree) {
+        using ATree = std::decay_t<decltype(tree)>;
+        const auto volume = volumeAround<typename ATree::Volume>(segment, tree.padding() + error);
+        return tree::kernels<ATree>().overlapsVolume(tree, volume, second, group, buffer) ==
+                       Visit::kStop
+                   ? Visit::kStop
+                   : buffer.full();
+      },
+      tree_);
+}
+
+Visit SegmentIndex::search(const Segment& segment, double error, Group group, SegmentId second,
+                           NearestSink& sink) const {
+  NearestFilter filter(
+      segments_.range(),
+      [&](SegmentId, double& q_error) {
+        q_error = error;
+        return segment;
+      },
+      sink);
+  return std::visit(
+      [&](const auto& tree) {
+        using ATree = std::decay_t<decltype(tree)>;
+        const auto volume = volumeAround<typename ATree::Volume>(segment, tree.padding() + error);
+        return tree::kernels<ATree>().nearestVolume(tree, volume, second, group, sink.limit(),
+                                                    filterOrSink(options_.capsules, filter, sink));
+      },
+      tree_);
+}
+
+/// Calls visit(trees) with both trees, if they have one type, and the changes of frame between
+/// them.
+template <class F>
+Visit SegmentIndex::visitTrees(const SegmentIndex& other, F&& visit) const {
+  return std::visit(
+      [&](const auto& tree, const auto& other_tree) {
+        using ATree = std::decay_t<decltype(tree)>;
+        if constexpr (std::is_same_v<decltype(tree), decltype(other_tree)>) {
+          // Each tree is padded by half its own margin. The sum must be this index's margin.
+          const double growth = (options_.margin - other.options_.margin) / 2;
+          const FrameChange b_to_a(other.frame_, frame_, growth * frame_.scale);
+          const FrameChange a_to_b(frame_, other.frame_, growth * other.frame_.scale);
+          return visit(tree::TreePair<ATree>{tree, other_tree, b_to_a, a_to_b});
+        } else {
+          return Visit::kContinue;  // one of the two has never been built
+        }
+      },
+      tree_, other.tree_);
+}
+
+Visit SegmentIndex::search(const SegmentIndex& other, const SegmentSource* source,
+                           PairSink& sink) const {
+  if (!matches(other)) return searchOneByOne(other, source, sink);
+  KeptSegments read(other.options_.share_ends);
+  if (options_.capsules && !other.keepsSegments()) read = other.readSegments(*source);
+  const SegmentRange second = (other.keepsSegments() ? other.segments_ : read).range();
+  return visitTrees(other, [&](const auto& two) {
+    const CapsuleFilter filter(segments_.range(), second, &two.b_to_a, margin(), unit_);
+    return findPairs(TreeSearch(two), options_.capsules ? &filter : nullptr, executor_.get(),
+                     *scratch_, sink);
+  });
+}
+
+Visit SegmentIndex::search(const SegmentIndex& other, const SegmentSource* source,
+                           NearestSink& sink) const {
+  if (!matches(other)) return searchOneByOne(other, source, sink);
+  const FrameChange to_this(other.frame_, frame_);
+  NearestFilter filter(
+      segments_.range(),
+      [&](SegmentId b, double& error) {
+        Segment q{};
+        if (other.keepsSegments()) {
+          q = other.segments_[b];
+        } else {
+          readOne(*source, b, other.frame_, q);
+        }
+        q = to_this(q);
+        error = to_this.error(q);
+        return q;
+      },
+      sink);
+  return visitTrees(other, [&](const auto& two) {
+    return tree::pairKernels(two).nearest(two, sink.limit(),
+                                          filterOrSink(options_.capsules, filter, sink));
+  });
+}
+
+template <class Sink>
+Visit SegmentIndex::searchOneByOne(const SegmentIndex& other, const SegmentSource* source,
+                                   Sink& sink) const {
+  const FrameChange to_this(other.frame_, frame_);
+  for (const SegmentId b : other.leaves()) {
+    Segment segment;
+    if (other.keepsSegments()) {
+      segment = other.segments_[b];
+    } else if (!readOne(*source, b, other.frame_, segment)) {
+      continue;
+    }
+    segment = inFrame(to_this, segment);
+    if (search(segment, to_this.error(segment), tree::kNoGroup, b, sink) == Visit::kStop) {
+      return Visit::kStop;
+    }
+  }
+  return Visit::kContinue;
+}
+
+}  // namespace fcl_fibers::index

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "tree/bvh.h"
+
+namespace fcl_fibers::tree {
+
+namespace internal {
+
+template <class Tree, class F>
+void visitVolumesBelow(const Tree& tree, std::int32_t index, int depth, F&& visit) {
+  std::int32_t leaf = tree.node(index).leaf_begin;
+  for (int lane = 0; lane < tree.node(index).child_count; ++lane) {
+    const Link child = tree.node(index).children[static_cast<std::size_t>(lane)];
+    const std::int32_t end = leaf + leafCount(tree, child);
+    if (child.isLeaf() || depth == 1) {
+      visit(tree.pack(index).get(lane), leaf, end);
+    } else {
+      visitVolumesBelow(tree, child.node(), depth - 1, visit);
+    }
+    leaf = end;
+  }
+}
+
+}  // namespace internal
+
+/// Calls visit(volume, leaf_begin, leaf_end) for the volumes `depth` levels below the root of a
+/// Bvh, and for leaves that are less deep. Their ranges of leaves() follow each other from first to
+/// last.
+template <class Tree, class F>
+void visitVolumes(const Tree& tree, int depth, F&& visit) {
+  if (tree.empty()) return;
+  if (depth == 0) {
+    visit(tree.nodeVolume(0), tree.node(0).leaf_begin, tree.node(0).leaf_end);
+  } else {
+    internal::visitVolumesBelow(tree, 0, depth, visit);
+  }
+}
+
+/// The size of nodes divided by the size of leaves, from a sample: how far a Bvh is from one whose
+/// nodes hold what is close together. It grows when fibers move apart, not when everything grows.
+template <class Tree>
+double looseness(const Tree& tree) {
+  constexpr std::size_t kSamples = 1024;
+  double nodes = 0, leaves = 0;
+  const std::size_t count = tree.nodes().size();
+  for (std::size_t i = 0; i < count; i += count / kSamples + 1) {
+    const auto& node = tree.nodes()[i];
+    for (int lane = 0; lane < node.child_count; ++lane) {
+      const auto size = static_cast<double>(node.pack.get(lane).size());
+      if (!std::isfinite(size)) continue;
+      const bool leaf = node.children[static_cast<std::size_t>(lane)].isLeaf();
+      (leaf ? leaves : nodes) += size;
+    }
+  }
+  return leaves > 0 && std::isfinite(nodes / leaves) ? nodes / leaves : 0;
+}
+
+}  // namespace fcl_fibers::tree
