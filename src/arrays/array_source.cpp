@@ -135,16 +135,16 @@ double checkArrays(const char* call, const FiberArrays<S>& fibers) {
   return std::max(largestCoordinate(call, fibers), largestRadius(call, fibers));
 }
 
-bool holds(const Frame& frame, double largest) {
+template <typename S>
+bool ArraySource<S>::staysFiniteIn(const Frame& frame) const {
   // The factor leaves room for sums of a few coordinates.
-  return std::isfinite(16 * frame.scale * (largest + maxNorm(frame.origin)));
+  return std::isfinite(16 * frame.scale * (largest_ + maxNorm(frame.origin)));
 }
 
 template <typename S>
-Frame frameFor(const char* call, const FiberArrays<S>& fibers, const std::vector<SegmentId>& ids,
-               double largest) {
-  const Frame frame = index::frameFor(ArraySource<S>(fibers), ids);
-  if (!holds(frame, largest)) {
+Frame frameFor(const char* call, const ArraySource<S>& source, const std::vector<SegmentId>& ids) {
+  const Frame frame = index::frameFor(source, ids);
+  if (!source.staysFiniteIn(frame)) {
     throwInvalidArgument(
         call, "coordinates overflow; bring the fibers nearer to the origin or change their unit");
   }
@@ -174,10 +174,8 @@ template class ArraySource<float>;
 template class ArraySource<double>;
 template double checkArrays(const char*, const FiberArrays<float>&);
 template double checkArrays(const char*, const FiberArrays<double>&);
-template Frame frameFor(const char*, const FiberArrays<float>&, const std::vector<SegmentId>&,
-                        double);
-template Frame frameFor(const char*, const FiberArrays<double>&, const std::vector<SegmentId>&,
-                        double);
+template Frame frameFor(const char*, const ArraySource<float>&, const std::vector<SegmentId>&);
+template Frame frameFor(const char*, const ArraySource<double>&, const std::vector<SegmentId>&);
 template void addFibers(const FiberArrays<float>&, fibers::FiberTable&);
 template void addFibers(const FiberArrays<double>&, fibers::FiberTable&);
 

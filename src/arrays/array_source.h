@@ -17,10 +17,12 @@ namespace fcl_fibers::arrays {
 template <typename S>
 class ArraySource final : public index::SegmentSource {
  public:
-  explicit ArraySource(const FiberArrays<S>& fibers) : fibers_(fibers) {}
+  /// @param largest  the largest magnitude of a coordinate or radius
+  ArraySource(const FiberArrays<S>& fibers, double largest) : fibers_(fibers), largest_(largest) {}
 
   bool read(const index::SegmentId* ids, int count, int ahead, const geometry::Frame& frame,
             index::SegmentBlock& out, index::BlockMask& present) const override;
+  bool staysFiniteIn(const geometry::Frame& frame) const override;
   bool isFasterInOrder() const override { return false; }
   [[noreturn]] void refuse(index::SegmentId id, const geometry::Frame& frame) const override;
 
@@ -28,6 +30,7 @@ class ArraySource final : public index::SegmentSource {
   void readRadii(const index::SegmentId* ids, int count, double scale, double* out) const;
 
   const FiberArrays<S>& fibers_;
+  const double largest_;
 };
 
 /// Throws std::invalid_argument if arrays are null or do not fit each other, or if a number in them
@@ -36,15 +39,10 @@ class ArraySource final : public index::SegmentSource {
 template <typename S>
 double checkArrays(const char* call, const FiberArrays<S>& fibers);
 
-/// Whether numbers of this magnitude stay finite in a frame.
-bool holds(const geometry::Frame& frame, double largest);
-
-/// A frame for fibers that have passed checkArrays(). Throws std::invalid_argument if there is
-/// none.
-/// @param ids  all capsules
+/// A frame for the capsules `ids`. Throws std::invalid_argument if there is none.
 template <typename S>
-geometry::Frame frameFor(const char* call, const FiberArrays<S>& fibers,
-                         const std::vector<index::SegmentId>& ids, double largest);
+geometry::Frame frameFor(const char* call, const ArraySource<S>& source,
+                         const std::vector<index::SegmentId>& ids);
 
 /// Adds the fibers of the arrays to an empty table.
 template <typename S>

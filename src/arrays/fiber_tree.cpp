@@ -68,34 +68,52 @@ TreeVolume toWorld(const geometry::Sphere& sphere, const Frame& frame) {
   return volume;
 }
 
-/// Converts pairs to the public type and hands them to take(pairs, count), which returns true to
-/// end the search.
-template <class F>
-class PairsTo final : public index::PairSink {
+/// Pairs of one tree are ordered so that a < b, and neighbours are left out. There is no branch
+/// that could be mispredicted.
+class PairsOfOne {
  public:
-  /// @param table  the fibers if one tree is searched: pairs are ordered so that a < b, and
-  ///               neighbours are excluded. Null if two trees are searched.
-  PairsTo(const FiberTable* table, F take) : table_(table), take_(std::move(take)) {}
+  explicit PairsOfOne(const FiberTable& table) : are_neighbors_(table) {}
 
-  Visit take(const tree::Pair* pairs, std::size_t count) override {
-    std::array<SegmentPair, 256> run;
-    std::size_t size = 0;
-    for (const tree::Pair* pair = pairs; pair != pairs + count; ++pair) {
-      SegmentPair& next = run[size];
-      next = {pair->a, pair->b};
-      if (table_ != nullptr) {
-        if (table_->areNeighbors(pair->a, pair->b)) continue;
-        if (next.a > next.b) std::swap(next.a, next.b);
-      }
-      if (++size < run.size()) continue;
-      if (take_(run.data(), size)) return Visit::kStop;
-      size = 0;
-    }
-    return size > 0 && take_(run.data(), size) ? Visit::kStop : Visit::kContinue;
+  /// Writes the pair to `out` and returns how many were written: 0 or 1.
+  FCL_FIBERS_ALWAYS_INLINE std::size_t operator()(const tree::Pair& pair, SegmentPair& out) const {
+    // The sign is spread over all bits, as compilers make a branch of std::min().
+    const std::int32_t differ = (pair.a ^ pair.b) & ((pair.b - pair.a) >> 31);
+    out = {pair.a ^ differ, pair.b ^ differ};
+    return are_neighbors_(out.a, out.b) ? 0 : 1;
   }
 
  private:
-  const FiberTable* table_;
+  const FiberTable::NeighborTest are_neighbors_;
+};
+struct PairsOfTwo {
+  FCL_FIBERS_ALWAYS_INLINE std::size_t operator()(const tree::Pair& pair, SegmentPair& out) const {
+    out = {pair.a, pair.b};
+    return 1;
+  }
+};
+
+/// Converts pairs to the public type and hands them to take(pairs, count), which returns true to
+/// end the search.
+template <class Convert, class F>
+class PairsTo final : public index::PairSink {
+ public:
+  PairsTo(const Convert& convert, F take) : convert_(convert), take_(std::move(take)) {}
+
+  Visit take(const tree::Pair* pairs, std::size_t count) override {
+    constexpr std::size_t kRun = 256;
+    std::array<SegmentPair, kRun> run;
+    for (const tree::Pair* const end = pairs + count; pairs != end;) {
+      const tree::Pair* const run_end =
+          pairs + std::min(kRun, static_cast<std::size_t>(end - pairs));
+      std::size_t size = 0;
+      for (; pairs != run_end; ++pairs) size += convert_(*pairs, run[size]);
+      if (size > 0 && take_(run.data(), size)) return Visit::kStop;
+    }
+    return Visit::kContinue;
+  }
+
+ private:
+  const Convert convert_;
   F take_;
 };
 
@@ -118,7 +136,7 @@ class FiberTree::Impl {
     const double largest = arrays::checkArrays("FiberTree::build", fibers);
     FiberTable table = emptyTable();
     arrays::addFibers(fibers, table);
-    buildIndex("FiberTree::build", fibers, largest, &table);
+    buildIndex("FiberTree::build", arrays::ArraySource<S>(fibers, largest), &table);
   }
 
   template <typename S>
@@ -132,15 +150,13 @@ class FiberTree::Impl {
     if (!has_same_fibers) {
       refuse("update", "the numbers of points differ from those at the last build(); call build()");
     }
-    if (!is_valid_ || !arrays::holds(index_.frame(), largest)) {
-      return buildIndex("FiberTree::update", fibers, largest, &table_);
+    const arrays::ArraySource<S> source(fibers, largest);
+    if (!is_valid_ || !source.staysFiniteIn(index_.frame())) {
+      return buildIndex("FiberTree::update", source, &table_);
     }
-    // It may not be needed, but what is refused has to be refused before anything changes.
-    const Frame fallback = arrays::frameFor("FiberTree::update", fibers, index_.leaves(), largest);
-    const arrays::ArraySource<S> source(fibers);
     is_valid_ = false;
-    if (!index_.refitOr(source, fallback)) {
-      index_.build(source, fallback, 0, table_.idCount(), segmentsOf(table_));
+    if (!index_.refit(source)) {
+      index_.build(source, index_.frame(), 0, table_.idCount(), segmentsOf(table_));
     }
     is_valid_ = true;
   }
@@ -148,7 +164,7 @@ class FiberTree::Impl {
   template <class F>
   bool visitPairs(F take) const {
     requireValid("visitPairs");
-    PairsTo sink(&table_, std::move(take));
+    PairsTo sink(PairsOfOne(table_), std::move(take));
     return index_.search(sink) == Visit::kStop;
   }
 
@@ -163,7 +179,7 @@ class FiberTree::Impl {
       refuse("visitPairs",
              "the other tree reports volumes and keeps no capsules; give it Report::kCapsules");
     }
-    PairsTo sink(nullptr, std::move(take));
+    PairsTo sink(PairsOfTwo(), std::move(take));
     return index_.search(other.index_, nullptr, sink) == Visit::kStop;
   }
 
@@ -202,13 +218,12 @@ class FiberTree::Impl {
   }
 
   template <typename S>
-  void buildIndex(const char* call, const FiberArrays<S>& fibers, double largest,
-                  FiberTable* table) {
+  void buildIndex(const char* call, const arrays::ArraySource<S>& source, FiberTable* table) {
     const tree::Fibers runs = segmentsOf(*table);
-    const Frame frame = arrays::frameFor(call, fibers, runs.ids, largest);
+    const Frame frame = arrays::frameFor(call, source, runs.ids);
     is_valid_ = false;
     if (table != &table_) table_ = std::move(*table);
-    index_.build(arrays::ArraySource<S>(fibers), frame, 0, table_.idCount(), runs);
+    index_.build(source, frame, 0, table_.idCount(), runs);
     is_valid_ = true;
   }
 

@@ -31,6 +31,7 @@ class ObjectSource final : public index::SegmentSource {
 
   bool read(const index::SegmentId* ids, int count, int ahead, const geometry::Frame& frame,
             index::SegmentBlock& out, index::BlockMask& present) const override;
+  bool staysFiniteIn(const geometry::Frame&) const override { return true; }
   bool isFasterInOrder() const override { return true; }
   [[noreturn]] void refuse(index::SegmentId id, const geometry::Frame& frame) const override;
 

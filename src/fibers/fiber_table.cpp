@@ -33,4 +33,13 @@ void FiberTable::clear() {
   has_closed_ = false;
 }
 
+bool FiberTable::areNeighborsInFiber(SegmentId first, SegmentId last) const {
+  if (!rule_.ignoresAny()) return false;
+  const std::size_t fiber = fiberOf(first);
+  const std::uint8_t flags = flags_.empty() ? 0 : flags_[fiber];
+  if (last >= fiberEnd(fiber) || (flags & kHasNoNeighbors) != 0) return false;
+  const FiberRange range{begin_[fiber], segmentsEnd(fiber), (flags & kIsClosed) != 0};
+  return fibers::areNeighbors(rule_, range, arc_end_.data(), first, last);
+}
+
 }  // namespace fcl_fibers::fibers

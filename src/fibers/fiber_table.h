@@ -89,15 +89,34 @@ class FiberTable {
   /// Whether the rule excludes this pair.
   bool areNeighbors(SegmentId a, SegmentId b) const {
     const auto [first, last] = std::minmax(a, b);
-    // Most pairs end here.
-    if (last - first > rule_.reach && !has_closed_ && rule_.arc_length <= 0) return false;
-    if (!rule_.ignoresAny()) return false;
-    const std::size_t fiber = fiberOf(first);
-    const std::uint8_t flags = flags_.empty() ? 0 : flags_[fiber];
-    if (last >= fiberEnd(fiber) || (flags & kHasNoNeighbors) != 0) return false;
-    const FiberRange range{begin_[fiber], segmentsEnd(fiber), (flags & kIsClosed) != 0};
-    return fibers::areNeighbors(rule_, range, arc_end_.data(), first, last);
+    return NeighborTest(*this)(first, last);
   }
+
+  /// areNeighbors() for many pairs, each with first <= last. Most get an answer without a branch.
+  class NeighborTest {
+   public:
+    explicit NeighborTest(const FiberTable& table)
+        : table_(table),
+          // Where ids are points, those next to each other are of one fiber.
+          sure_(table.rule_.reach > 0 && table.rule_.reach <= table.ids_behind_ &&
+                        table.flags_.empty()
+                    ? table.rule_.reach
+                    : -1),
+          most_(table.has_closed_ || table.rule_.arc_length > 0 ? table.end_ : table.rule_.reach) {}
+
+    bool operator()(SegmentId first, SegmentId last) const {
+      const SegmentId apart = last - first;
+      bool are_neighbors = apart <= sure_;
+      const bool is_open = apart > sure_ && apart <= most_;
+      if (is_open) are_neighbors = table_.areNeighborsInFiber(first, last);
+      return are_neighbors;
+    }
+
+   private:
+    const FiberTable& table_;
+    const SegmentId sure_;  ///< ids at most so far apart are neighbours
+    const SegmentId most_;  ///< ids farther apart are not
+  };
 
   bool hasGroups() const { return !groups_.empty(); }
   Group groupOf(SegmentId id) const { return groups_.empty() ? kNoGroup : groups_[fiberOf(id)]; }
@@ -118,6 +137,8 @@ class FiberTable {
 
  private:
   static constexpr std::uint8_t kHasNoNeighbors = 1, kIsClosed = 2;
+
+  bool areNeighborsInFiber(SegmentId first, SegmentId last) const;
 
   std::size_t fiberOf(SegmentId id) const {
     return fibers::fiberOf(begin_.data(), begin_.size(), end_, id);

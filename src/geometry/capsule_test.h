@@ -3,13 +3,34 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 
 #include "geometry/segment.h"
 #include "simd/always_inline.h"
 
 namespace fcl_fibers::geometry {
 
-/// A block of pairs of capsules, which are tested many at a time in float. Each pair is kept
+/// An end of a capsule. A capsule is two of them, one after the other, and its radius is the
+/// first's; so a chain of capsules needs one for each of its points. An end is loaded as one
+/// vector.
+struct alignas(32) CapsuleEnd {
+  double x, y, z;
+  double radius;  ///< of the capsule that begins here; NaN for a box
+};
+
+FCL_FIBERS_ALWAYS_INLINE CapsuleEnd firstEndOf(const Segment& s) {
+  return {s.a.x, s.a.y, s.a.z, s.isBox() ? std::numeric_limits<double>::quiet_NaN() : s.radius};
+}
+FCL_FIBERS_ALWAYS_INLINE CapsuleEnd secondEndOf(const Segment& s) {
+  return {s.b.x, s.b.y, s.b.z, 0};
+}
+FCL_FIBERS_ALWAYS_INLINE Segment segmentOf(const CapsuleEnd* capsule) {
+  const CapsuleEnd &a = capsule[0], &b = capsule[1];
+  const bool is_box = a.radius != a.radius;
+  return {{a.x, a.y, a.z}, {b.x, b.y, b.z}, is_box ? -1 : a.radius};
+}
+
+/// A block of pairs of capsules, which are tested many at a time in float. Each pair is taken
 /// relative to one of its own points, so nothing is lost far from the origin.
 class CapsulePairs {
  public:
@@ -23,21 +44,14 @@ class CapsulePairs {
   void clear() { size_ = 0; }
 
   /// @pre size() < kCapacity
+  /// @param p, q    borrowed until decide() has been called; a box leaves the pair undecided
   /// @param margin  pairs this close count as touching
   /// @param error   bounds the error of all four end points together
-  FCL_FIBERS_ALWAYS_INLINE void add(const Segment& p, const Segment& q, double margin,
+  FCL_FIBERS_ALWAYS_INLINE void add(const CapsuleEnd* p, const CapsuleEnd* q, double margin,
                                     double error) {
-    const auto put = [&](std::array<float, kCapacity>* row, const Vec3d& v) {
-      row[0][index()] = toFloat(v.x);
-      row[1][index()] = toFloat(v.y);
-      row[2][index()] = toFloat(v.z);
-    };
-    put(w_, p.a - q.a);
-    put(u_, p.b - p.a);
-    put(v_, q.b - q.a);
-    // A box is not a capsule: with NaN no comparison holds, so the pair stays undecided.
-    const bool boxed = p.isBox() || q.isBox();
-    reach_[index()] = boxed ? __builtin_nanf("") : toFloat(p.radius + q.radius + margin);
+    p_[index()] = p;
+    q_[index()] = q;
+    margin_[index()] = toFloat(margin);
     error_[index()] = toFloat(error);
     ++size_;
   }
@@ -45,17 +59,17 @@ class CapsulePairs {
   /// Whether each pair touches, is apart, or is too close to decide in float. A decision is that of
   /// touch(), and the same on every instruction set.
   struct Verdict {
-    std::array<std::uint8_t, kCapacity / 8> touching;  ///< one bit per pair
-    std::array<std::uint8_t, kCapacity / 8> apart;
+    std::uint64_t touching = 0, apart = 0;  ///< a bit for each pair
   };
   Verdict decide();
 
-  // For the kernel.
+  // For the kernel, which takes so many pairs at a time.
+  static constexpr int kGroup = 16;
   using Row = std::array<float, kCapacity>;
-  const Row& w(int axis) const { return w_[axis]; }
-  const Row& u(int axis) const { return u_[axis]; }
-  const Row& v(int axis) const { return v_[axis]; }
-  const Row& reach() const { return reach_; }
+  double unit() const { return unit_; }
+  const CapsuleEnd* p(int i) const { return p_[static_cast<std::size_t>(i)]; }
+  const CapsuleEnd* q(int i) const { return q_[static_cast<std::size_t>(i)]; }
+  const Row& margin() const { return margin_; }
   const Row& error() const { return error_; }
 
  private:
@@ -65,10 +79,8 @@ class CapsulePairs {
 
   double unit_;
   int size_ = 0;
-  alignas(64) Row w_[3];  ///< from the second capsule's first end to the first capsule's
-  alignas(64) Row u_[3];  ///< along the first capsule
-  alignas(64) Row v_[3];  ///< along the second capsule
-  alignas(64) Row reach_;
+  std::array<const CapsuleEnd*, kCapacity> p_, q_;
+  alignas(64) Row margin_;
   alignas(64) Row error_;
 };
 

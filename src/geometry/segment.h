@@ -41,11 +41,13 @@ struct Segment {
 /// half; each is at most the size of a and b. The sum adds half a rounding. That makes three halves
 /// of eps, times sqrt(3) for three axes; the constant 8 leaves room for the rotation's own
 /// rounding.
+constexpr double endPointError(double largest) {
+  return 8 * std::numeric_limits<double>::epsilon() * largest;
+}
 FCL_FIBERS_ALWAYS_INLINE double endPointError(const Segment& segment) {
-  constexpr double kEps = std::numeric_limits<double>::epsilon();
   const double largest = std::max(maxNorm(segment.a), maxNorm(segment.b));
   const bool is_open = segment.isBox() && largest > std::numeric_limits<double>::max();
-  return 8 * kEps * (is_open ? largestFinite(segment) : largest);
+  return endPointError(is_open ? largestFinite(segment) : largest);
 }
 
 /// Whether all coordinates are finite, as those of every capsule are. A box may be unbounded on a

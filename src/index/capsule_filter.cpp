@@ -2,59 +2,80 @@
 #include "index/capsule_filter.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 
 #include "geometry/capsule_test.h"
 #include "geometry/touch.h"
 
 namespace fcl_fibers::index {
-namespace {
 
+using geometry::CapsuleEnd;
+using geometry::CapsulePairs;
 using geometry::Segment;
 using tree::Pair;
 
-/// Stands in for a FrameChange if the second segments are in the first ones' frame.
-struct FirstFrame {
-  Segment operator()(const Segment& segment) const { return segment; }
-  double error(const Segment& segment) const { return std::max(endPointError(segment), least); }
+CapsuleFilter::CapsuleFilter(SegmentRange a, SegmentRange b, const geometry::FrameChange* b_to_a,
+                             double margin, double unit, double error)
+    : a_(a), b_(b), b_to_a_(b_to_a), margin_(margin), unit_(unit), error_(error) {
+  // One bound for all pairs does as long as float's own rounding is larger.
+  constexpr double kSmall = 0x1p-26;
+  const double most = a.mostError() + std::max(b.mostError(), error);
+  if (b_to_a == nullptr && unit * most <= kSmall) error_of_all_ = most;
+}
 
-  double least;
-};
+/// The second segment of a pair in the first one's frame.
+Segment CapsuleFilter::second(const Pair& pair) const {
+  const Segment q = b_[pair.b];
+  return b_to_a_ == nullptr ? q : (*b_to_a_)(q);
+}
 
-}  // namespace
+/// @param q  second(pair)
+double CapsuleFilter::error(const Pair& pair, const Segment& q) const {
+  const double q_error =
+      b_to_a_ == nullptr ? std::max(endPointError(q), error_) : b_to_a_->error(q);
+  return endPointError(a_[pair.a]) + q_error;
+}
 
-template <class ToFirst>
-std::size_t CapsuleFilter::keep(Pair* pairs, std::size_t count, const ToFirst& to_first) const {
-  constexpr std::size_t kBlock = geometry::CapsulePairs::kCapacity;
-  geometry::CapsulePairs block(unit_);
+std::size_t CapsuleFilter::keepTouching(Pair* pairs, std::size_t count) const {
+  constexpr std::size_t kBlock = CapsulePairs::kCapacity;
+  CapsulePairs block(unit_);
+  std::array<CapsuleEnd, 2 * kBlock> moved;
   std::size_t kept = 0;
   for (std::size_t begin = 0; begin < count; begin += kBlock) {
     const std::size_t end = std::min(begin + kBlock, count);
     block.clear();
     // Segments are by id, so that those of neighbours in the tree are far from each other.
-    for (std::size_t i = end; i < std::min(end + kBlock, count); ++i) b_.prefetch(pairs[i].b);
-    for (std::size_t i = begin; i < end; ++i) {
-      const Segment p = a_[pairs[i].a];
-      const Segment q = to_first(b_[pairs[i].b]);
-      block.add(p, q, margin_, endPointError(p) + to_first.error(q));
+    for (std::size_t i = end; i < std::min(end + kBlock, count); ++i) {
+      if (pairs[i].a != pairs[i - 1].a) a_.prefetch(pairs[i].a);
+      b_.prefetch(pairs[i].b);
     }
-    const auto verdict = block.decide();
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::size_t byte = (i - begin) / 8, bit = (i - begin) % 8;
-      if (verdict.apart[byte] >> bit & 1u) continue;
-      bool touches = verdict.touching[byte] >> bit & 1u;
-      if (!touches) {
-        const Segment p = a_[pairs[i].a];
-        const Segment q = to_first(b_[pairs[i].b]);
-        touches = touch(p, q, margin_, endPointError(p) + to_first.error(q));
+    if (error_of_all_ >= 0) {
+      for (std::size_t i = begin; i < end; ++i) {
+        block.add(a_.capsule(pairs[i].a), b_.capsule(pairs[i].b), margin_, error_of_all_);
       }
-      if (touches) pairs[kept++] = pairs[i];
+    } else {
+      for (std::size_t i = begin; i < end; ++i) {
+        const Segment q = second(pairs[i]);
+        CapsuleEnd* const q_ends = moved.data() + 2 * (i - begin);
+        q_ends[0] = geometry::firstEndOf(q);
+        q_ends[1] = geometry::secondEndOf(q);
+        block.add(a_.capsule(pairs[i].a), q_ends, margin_, error(pairs[i], q));
+      }
+    }
+    const CapsulePairs::Verdict verdict = block.decide();
+    const std::uint64_t all = ~std::uint64_t{0} >> (kBlock - (end - begin));
+    for (std::uint64_t rest = all & ~verdict.apart; rest != 0; rest &= rest - 1) {
+      const int bit = __builtin_ctzll(rest);
+      const Pair pair = pairs[begin + static_cast<std::size_t>(bit)];
+      if ((verdict.touching >> bit & 1u) == 0) {
+        const Segment q = second(pair);
+        if (!touch(a_[pair.a], q, margin_, error(pair, q))) continue;
+      }
+      pairs[kept++] = pair;
     }
   }
   return kept;
-}
-
-std::size_t CapsuleFilter::keepTouching(Pair* pairs, std::size_t count) const {
-  return b_to_a_ == nullptr ? keep(pairs, count, FirstFrame{error_}) : keep(pairs, count, *b_to_a_);
 }
 
 }  // namespace fcl_fibers::index

@@ -20,19 +20,20 @@ class CapsuleFilter {
   /// @param error   bound on the error of b's end points, if it is larger than their coordinates
   ///                imply; unused if `b_to_a` is given, which has its own bound
   CapsuleFilter(SegmentRange a, SegmentRange b, const geometry::FrameChange* b_to_a, double margin,
-                double unit, double error = 0)
-      : a_(a), b_(b), b_to_a_(b_to_a), margin_(margin), unit_(unit), error_(error) {}
+                double unit, double error = 0);
 
   /// Moves the pairs that touch to the front in their order, and returns their number.
   std::size_t keepTouching(tree::Pair* pairs, std::size_t count) const;
 
  private:
-  template <class ToFirst>
-  std::size_t keep(tree::Pair* pairs, std::size_t count, const ToFirst& to_first) const;
+  geometry::Segment second(const tree::Pair& pair) const;
+  double error(const tree::Pair& pair, const geometry::Segment& q) const;
 
   SegmentRange a_, b_;
   const geometry::FrameChange* b_to_a_;
   double margin_, unit_, error_;
+  double error_of_all_ =
+      -1;  ///< bounds that of the end points of any pair; -1 if that would be much
 };
 
 }  // namespace fcl_fibers::index

@@ -13,20 +13,15 @@ void KeptSegments::reset(SegmentId begin, SegmentId end, const std::vector<Segme
   begin_ = begin;
   count_ = static_cast<std::size_t>(end - begin);
   if (!share_ends_) {
-    numbers_.assign(kNumbers * count_, 0);
+    ends_.assign(2 * count_, {});
     return;
   }
-  numbers_.assign(3 * (count_ + 1), 0);
-  radii_.assign(count_, 0);
+  ends_.assign(count_ + 1, {});
   is_segment_.assign(count_ + 1, false);
   for (const SegmentId id : ids) is_segment_[static_cast<std::size_t>(id - begin)] = true;
 }
 
-SegmentRange KeptSegments::range() const {
-  if (numbers_.empty()) return {};
-  if (share_ends_) return {numbers_.data(), 3, radii_.data(), 1, begin_};
-  return {numbers_.data(), kNumbers, numbers_.data() + 6, kNumbers, begin_};
-}
+SegmentRange KeptSegments::range() const { return {ends_.data(), stride(), begin_}; }
 
 double KeptSegments::usualUnit() const {
   constexpr std::size_t kSamples = 255;

@@ -3,9 +3,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
-#include "geometry/segment.h"
+#include "geometry/capsule_test.h"
 #include "tree/topology.h"
 
 namespace fcl_fibers::index {
@@ -16,36 +17,31 @@ using tree::SegmentId;
 class SegmentRange {
  public:
   SegmentRange() = default;
-  /// Segments one after the other.
-  SegmentRange(const geometry::Segment* segments, SegmentId first)
-      : SegmentRange(&segments->a.x, 7, &segments->radius, 7, first) {
-    static_assert(sizeof(geometry::Segment) == 7 * sizeof(double));
-  }
-  /// @param ends   the first segment's end points; those of the next are `stride` numbers on
-  /// @param radii  the first segment's radius; that of the next is `radius_stride` numbers on
-  SegmentRange(const double* ends, std::size_t stride, const double* radii,
-               std::size_t radius_stride, SegmentId first)
-      : ends_(ends), radii_(radii), stride_(stride), radius_stride_(radius_stride), first_(first) {}
+  /// @param capsules  the first segment; that of the next id is `stride` ends on
+  SegmentRange(const geometry::CapsuleEnd* capsules, std::size_t stride, SegmentId first)
+      : capsules_(capsules), stride_(stride), first_(first) {}
 
+  /// Bounds endPointError() of every segment. It is infinite unless it has been set.
+  double mostError() const { return most_error_; }
+  void setMostError(double error) { most_error_ = error; }
+
+  FCL_FIBERS_ALWAYS_INLINE const geometry::CapsuleEnd* capsule(SegmentId id) const {
+    return capsules_ + stride_ * static_cast<std::uint32_t>(id - first_);
+  }
   FCL_FIBERS_ALWAYS_INLINE geometry::Segment operator[](SegmentId id) const {
-    const auto i = static_cast<std::size_t>(static_cast<std::uint32_t>(id - first_));
-    const double* const p = ends_ + stride_ * i;
-    return {{p[0], p[1], p[2]}, {p[3], p[4], p[5]}, radii_[radius_stride_ * i]};
+    return geometry::segmentOf(capsule(id));
   }
-
   /// It is inlined because gcc otherwise takes it for a function that does nothing.
   FCL_FIBERS_ALWAYS_INLINE void prefetch(SegmentId id) const {
-    const auto i = static_cast<std::size_t>(static_cast<std::uint32_t>(id - first_));
-    __builtin_prefetch(ends_ + stride_ * i);
-    __builtin_prefetch(ends_ + stride_ * i + 5);
-    __builtin_prefetch(radii_ + radius_stride_ * i);
+    __builtin_prefetch(capsule(id));
+    __builtin_prefetch(capsule(id) + 1);
   }
 
  private:
-  const double* ends_ = nullptr;
-  const double* radii_ = nullptr;
-  std::size_t stride_ = 0, radius_stride_ = 0;
+  const geometry::CapsuleEnd* capsules_ = nullptr;
+  std::size_t stride_ = 0;
   SegmentId first_ = 0;
+  double most_error_ = std::numeric_limits<double>::infinity();
 };
 
 /// The segments of an index by id, for the test of capsules. If a segment begins where the one with
@@ -65,20 +61,11 @@ class KeptSegments {
   /// Several threads may set different segments at the same time.
   FCL_FIBERS_ALWAYS_INLINE void set(SegmentId id, const geometry::Segment& segment) {
     const auto i = static_cast<std::size_t>(id - begin_);
-    double* const out = numbers_.data() + (share_ends_ ? 3 : kNumbers) * i;
-    out[0] = segment.a.x;
-    out[1] = segment.a.y;
-    out[2] = segment.a.z;
-    if (share_ends_) {
-      radii_[i] = segment.radius;
-      // A point that two segments share is written by the second, so no two threads write it.
-      if (is_segment_[i + 1]) return;
-    } else {
-      out[6] = segment.radius;
-    }
-    out[3] = segment.b.x;
-    out[4] = segment.b.y;
-    out[5] = segment.b.z;
+    geometry::CapsuleEnd* const out = ends_.data() + stride() * i;
+    out[0] = geometry::firstEndOf(segment);
+    // A point that two segments share is written by the second, so no two threads write it.
+    if (share_ends_ && is_segment_[i + 1]) return;
+    out[1] = geometry::secondEndOf(segment);
   }
   geometry::Segment operator[](SegmentId id) const { return range()[id]; }
   SegmentRange range() const;
@@ -87,19 +74,17 @@ class KeptSegments {
   double usualUnit() const;
 
   std::size_t memoryUsage() const {
-    return (numbers_.capacity() + radii_.capacity()) * sizeof(double) + is_segment_.capacity() / 8;
+    return ends_.capacity() * sizeof(geometry::CapsuleEnd) + is_segment_.capacity() / 8;
   }
 
  private:
-  static constexpr std::size_t kNumbers = 7;  ///< of a segment that shares no end
+  std::size_t stride() const { return share_ends_ ? 1 : 2; }
 
   bool share_ends_;
   SegmentId begin_ = 0;
   std::size_t count_ = 0;
-  /// Three for each id and three more, if ends are shared; else both ends and the radius.
-  std::vector<double> numbers_;
-  std::vector<double> radii_;     ///< by id, if ends are shared
-  std::vector<bool> is_segment_;  ///< by id, if ends are shared
+  std::vector<geometry::CapsuleEnd> ends_;  ///< by id: one and one more, if ends are shared; or two
+  std::vector<bool> is_segment_;            ///< by id, if ends are shared
 };
 
 }  // namespace fcl_fibers::index

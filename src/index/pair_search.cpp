@@ -37,14 +37,16 @@ Visit TaskBuffer::full() {
   return Visit::kContinue;
 }
 
-void SearchScratch::trim() {
-  constexpr std::size_t kAll = std::size_t{1} << 22;
-  std::size_t kept = 0;
+void SearchScratch::trim(std::size_t most) {
+  for (Window& window : windows) {
+    for (TaskBuffer& buffer : window.buffers) buffer.trim();
+  }
+  std::size_t bytes = memoryUsage();
   for (Window& window : windows) {
     for (TaskBuffer& buffer : window.buffers) {
-      buffer.trim();
-      if (kept + buffer.memoryUsage() > kAll) buffer.release();
-      kept += buffer.memoryUsage();
+      if (bytes <= most) return;
+      bytes -= buffer.memoryUsage();
+      buffer.release();
     }
   }
 }
@@ -71,7 +73,8 @@ std::unique_ptr<SearchScratch> ScratchPool::take() {
 }
 
 void ScratchPool::giveBack(std::unique_ptr<SearchScratch> scratch) {
-  if (scratch) scratch->trim();
+  if (scratch) scratch->trim(most_kept_);
+  if (scratch && scratch->memoryUsage() > most_kept_) scratch.reset();
   const std::lock_guard<std::mutex> lock(mutex_);
   spare_ = std::move(scratch);
 }

@@ -90,8 +90,8 @@ struct SearchScratch {
   };
   std::array<Window, 2> windows;
 
-  /// Frees all but a few megabytes.
-  void trim();
+  /// Frees the pairs of some tasks, so that at most so many bytes are left if that is enough.
+  void trim(std::size_t most);
   std::size_t memoryUsage() const;
 };
 
@@ -101,6 +101,8 @@ class ScratchPool {
   /// Excludes memory that is lent at present.
   std::size_t memoryUsage();
   void clear() { giveBack(nullptr); }
+  /// What is given back from now on is freed down to this size.
+  void keepAtMost(std::size_t bytes) { most_kept_ = bytes; }
 
   /// Holds a scratch until it goes out of scope.
   class Lease {
@@ -123,6 +125,7 @@ class ScratchPool {
 
   std::mutex mutex_;
   std::unique_ptr<SearchScratch> spare_;
+  std::size_t most_kept_ = std::size_t{1} << 22;
 };
 
 /// Hands on every pair whose volumes overlap and that passes the filter, if there is one. Pairs and

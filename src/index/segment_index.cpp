@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "tree/bundle.h"
+#include "tree/extent.h"
 #include "tree/volumes.h"
 
 namespace fcl_fibers::index {
@@ -15,26 +16,11 @@ namespace {
 
 using geometry::Frame;
 using geometry::Segment;
-using geometry::Vec3d;
 using tree::Middle;
 
 /// The number of segments that a task reads, in some hundredths of a millisecond.
 constexpr std::size_t kRange = 4096;
 using Ids = std::array<SegmentId, kRange>;
-
-Vec3d centerOf(const geometry::Box& box) {
-  return {0.5 * (double{box.low[0]} + double{box.high[0]}),
-          0.5 * (double{box.low[1]} + double{box.high[1]}),
-          0.5 * (double{box.low[2]} + double{box.high[2]})};
-}
-Vec3d centerOf(const geometry::Sphere& sphere) {
-  return {sphere.center[0], sphere.center[1], sphere.center[2]};
-}
-
-double medianOf(double* first, std::size_t count) {
-  std::nth_element(first, first + count / 2, first + count);
-  return first[count / 2];
-}
 
 }  // namespace
 
@@ -55,6 +41,7 @@ void SegmentIndex::copy(const SegmentIndex& other) {
   frame_lasts_ = other.frame_lasts_;
   fitted_ = other.fitted_;
   unit_ = other.unit_;
+  limitScratch();
 }
 
 void SegmentIndex::clear() {
@@ -85,6 +72,7 @@ bool SegmentIndex::tryBuild(const SegmentSource& source, const Frame& frame, Seg
                             SegmentId end, const tree::Fibers& fibers, bool in_range) {
   begin_ = begin;
   end_ = end;
+  tree_ = Tree();  // its memory serves the next one
   // What is slow to read is read once, into segments that are freed after the build.
   const bool stores = keepsSegments() || source.isFasterInOrder();
   if (stores) segments_.reset(begin, end, fibers.ids);
@@ -98,11 +86,10 @@ bool SegmentIndex::tryBuild(const SegmentSource& source, const Frame& frame, Seg
       },
       [&](const SegmentId* ids, int count, BlockMask /*present*/, const SegmentBlock& block,
           std::size_t first) {
+        if (!middles.empty()) tree::middlesOf(block, count, &middles[first]);
+        if (!in_range && !stores) return;
         for (int i = 0; i < count; ++i) {
           const Segment segment = block[i];
-          if (!middles.empty()) {
-            middles[first + static_cast<std::size_t>(i)] = tree::middleOf(segment);
-          }
           if (in_range && !isInFloatRange(segment)) fits.store(false, std::memory_order_relaxed);
           if (stores) segments_.set(ids[i], segment);
         }
@@ -115,6 +102,7 @@ bool SegmentIndex::tryBuild(const SegmentSource& source, const Frame& frame, Seg
   if (source.isFasterInOrder()) std::visit([](auto& tree) { tree.findPlaces(); }, tree_);
   useNewFrame();
   looseness_when_built_ = looseness();
+  limitScratch();
   return is_fitted;
 }
 
@@ -172,16 +160,12 @@ void SegmentIndex::makeTree(const tree::Fibers& fibers, const std::vector<Middle
 // --- Refitting ---
 
 bool SegmentIndex::refit(const SegmentSource& source) {
-  return refitInFrame(source) ? !hasDecayed() : refit(source, frameFor(source, leaves()));
-}
-
-bool SegmentIndex::refitOr(const SegmentSource& source, const Frame& fallback) {
-  return refitInFrame(source) ? !hasDecayed() : refit(source, fallback);
-}
-
-/// Returns false if another frame is needed.
-bool SegmentIndex::refitInFrame(const SegmentSource& source) {
-  return frame_lasts_ && tryRefit(source, frame_) && isFrameGood();
+  if (frame_lasts_ && tryRefit(source, frame_) && staysWithin(in_new_frame_, extent()))
+    return !hasDecayed();
+  Frame frame = frameFor(source, leaves());
+  // What lies far outside must not overflow in the unit of the others.
+  while (!source.staysFiniteIn(frame) && std::isnormal(frame.scale)) frame.scale *= 0x1p-32;
+  return refit(source, source.staysFiniteIn(frame) ? frame : frame_);
 }
 
 bool SegmentIndex::refit(const SegmentSource& source, const Frame& frame) {
@@ -194,6 +178,10 @@ void SegmentIndex::useNewFrame() {
   in_new_frame_ = extent();
   // Where it is not known, each refit chooses a frame.
   frame_lasts_ = in_new_frame_.is_finite;
+}
+
+tree::Extent SegmentIndex::extent() const {
+  return std::visit([](const auto& tree) { return extentOf(tree); }, tree_);
 }
 
 bool SegmentIndex::tryRefit(const SegmentSource& source, const Frame& frame) {
@@ -330,6 +318,14 @@ bool SegmentIndex::isFitted(const SegmentSource& source) const {
   return is_fitted;
 }
 
+/// The segments, with a bound of their errors.
+SegmentRange SegmentIndex::keptRange() const {
+  SegmentRange range = segments_.range();
+  const double reach = std::visit([](const auto& tree) { return reachOf(tree); }, tree_);
+  range.setMostError(geometry::endPointError(reach));
+  return range;
+}
+
 const std::vector<SegmentId>& SegmentIndex::leaves() const {
   return std::visit([](const auto& tree) -> const std::vector<SegmentId>& { return tree.leaves(); },
                     tree_);
@@ -346,47 +342,9 @@ bool SegmentIndex::hasDecayed() const {
   return !options_.super_thread && looseness() > kLoose * looseness_when_built_;
 }
 
-SegmentIndex::Extent SegmentIndex::extent() const {
-  constexpr std::size_t kMost = 64;
-  std::array<double, kMost> centers[3], distances;
-  std::size_t count = 0;
-  Extent extent;
-  extent.is_finite = true;
-  const auto add = [&](const auto& volume, std::int32_t, std::int32_t) {
-    const Vec3d center = centerOf(volume);
-    const double reach = maxNorm(center) + double{volume.size()};
-    if (!std::isfinite(reach)) {
-      extent.is_finite = false;
-      return;
-    }
-    extent.reach = std::max(extent.reach, reach);
-    centers[0][count] = center.x;
-    centers[1][count] = center.y;
-    centers[2][count++] = center.z;
-  };
-  std::visit([&](const auto& tree) { visitVolumes(tree, tree.kArity == 8 ? 2 : 6, add); }, tree_);
-  extent.is_finite &= count > 0;
-  if (!extent.is_finite) return extent;
-  double* const middle[3] = {&extent.middle.x, &extent.middle.y, &extent.middle.z};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    std::copy_n(centers[axis].begin(), count, distances.begin());
-    *middle[axis] = medianOf(distances.data(), count);
-    for (std::size_t i = 0; i < count; ++i) {
-      distances[i] = std::fabs(centers[axis][i] - *middle[axis]);
-    }
-    extent.spread = std::max(extent.spread, medianOf(distances.data(), count));
-  }
-  return extent;
-}
-
-/// Bounds are floats, so they are the wider, the farther the segments are from the origin. The
-/// unit has to leave room for squares of lengths.
-bool SegmentIndex::isFrameGood() const {
-  constexpr double kGrowth = 64;
-  const Extent now = extent();
-  const Extent& then = in_new_frame_;
-  return now.is_finite && 4 * maxNorm(now.middle - then.middle) <= now.spread &&
-         now.reach <= kGrowth * then.reach && then.reach <= kGrowth * now.reach;
+/// One dense query must not cost more than the index for good.
+void SegmentIndex::limitScratch() {
+  scratch_->keepAtMost((memoryUsage() - scratch_->memoryUsage()) / 4);
 }
 
 std::size_t SegmentIndex::memoryUsage() const {

@@ -13,6 +13,7 @@
 #include "index/segment_source.h"
 #include "parallel/executor.h"
 #include "tree/bvh.h"
+#include "tree/extent.h"
 #include "tree/topology.h"
 
 namespace fcl_fibers::index {
@@ -67,8 +68,6 @@ class SegmentIndex {
   /// because the fibers have moved so far apart that the bundle is loose. The index is up to date
   /// even then.
   bool refit(const SegmentSource& source);
-  /// The same, with a frame for the case that the present one is not good.
-  bool refitOr(const SegmentSource& source, const geometry::Frame& fallback);
   /// The same in a given frame.
   bool refit(const SegmentSource& source, const geometry::Frame& frame);
   /// The same in a frame that was made for others. Returns whether all segments can be read in it.
@@ -122,14 +121,6 @@ class SegmentIndex {
   std::size_t memoryUsage() const;
 
  private:
-  /// Where the segments are, from the volumes some levels below the root. In the unit of frame().
-  struct Extent {
-    geometry::Vec3d middle{0, 0, 0};  ///< of the segments
-    double spread = 0;       ///< how far half of them are from it, the largest of three axes
-    double reach = 0;        ///< how far any is from the origin
-    bool is_finite = false;  ///< whether all of these volumes are; else the rest is unspecified
-  };
-
   double padding() const { return margin() / 2; }
   bool tryBuild(const SegmentSource& source, const geometry::Frame& frame, SegmentId begin,
                 SegmentId end, const tree::Fibers& fibers, bool in_range);
@@ -148,9 +139,9 @@ class SegmentIndex {
   template <class F>
   void forChunks(std::size_t count, F&& visit);
   void useNewFrame();
-  bool refitInFrame(const SegmentSource& source);
-  Extent extent() const;
-  bool isFrameGood() const;
+  tree::Extent extent() const;
+  SegmentRange keptRange() const;
+  void limitScratch();
   double looseness() const;
   bool hasDecayed() const;
 
@@ -169,10 +160,10 @@ class SegmentIndex {
   KeptSegments segments_;  ///< empty unless capsules are tested
   Tree tree_;
   double looseness_when_built_ = 0;
-  Extent in_new_frame_;       ///< when frame_ was chosen
-  bool frame_lasts_ = false;  ///< whether frame_ is kept until it is no longer good
-  std::size_t fitted_ = 0;    ///< leaves fitted by refitSome() since it last checked the looseness
-  double unit_ = 1;           ///< see CapsulePairs
+  tree::Extent in_new_frame_;  ///< when frame_ was chosen
+  bool frame_lasts_ = false;   ///< whether frame_ is kept until it is no longer good
+  std::size_t fitted_ = 0;     ///< leaves fitted by refitSome() since it last checked the looseness
+  double unit_ = 1;            ///< see CapsulePairs
 };
 
 }  // namespace fcl_fibers::index

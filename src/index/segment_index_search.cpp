@@ -56,7 +56,7 @@ KeptSegments SegmentIndex::readSegments(const SegmentSource& source) const {
 }
 
 Visit SegmentIndex::search(PairSink& sink) const {
-  const CapsuleFilter filter(segments_.range(), segments_.range(), nullptr, margin(), unit_);
+  const CapsuleFilter filter(keptRange(), keptRange(), nullptr, margin(), unit_);
   return std::visit(
       [&](const auto& tree) {
         return findPairs(TreeSearch(tree), options_.capsules ? &filter : nullptr, executor_.get(),
@@ -84,8 +84,11 @@ Visit SegmentIndex::search(NearestSink& sink) const {
 
 Visit SegmentIndex::search(const Segment& segment, double error, Group group, SegmentId second,
                            PairSink& sink) const {
-  const CapsuleFilter filter(segments_.range(), {&segment, second}, nullptr, margin(), unit_,
-                             error);
+  const geometry::CapsuleEnd ends[] = {geometry::firstEndOf(segment),
+                                       geometry::secondEndOf(segment)};
+  SegmentRange one(ends, 2, second);
+  one.setMostError(endPointError(segment));
+  const CapsuleFilter filter(keptRange(), one, nullptr, margin(), unit_, error);
   SerialBuffer buffer(options_.capsules ? &filter : nullptr, sink);
   return std::visit(
       [&](const auto& tree) {
@@ -145,7 +148,7 @@ Visit SegmentIndex::search(const SegmentIndex& other, const SegmentSource* sourc
   if (options_.capsules && !other.keepsSegments()) read = other.readSegments(*source);
   const SegmentRange second = (other.keepsSegments() ? other.segments_ : read).range();
   return visitTrees(other, [&](const auto& two) {
-    const CapsuleFilter filter(segments_.range(), second, &two.b_to_a, margin(), unit_);
+    const CapsuleFilter filter(keptRange(), second, &two.b_to_a, margin(), unit_);
     return findPairs(TreeSearch(two), options_.capsules ? &filter : nullptr, executor_.get(),
                      *scratch_, sink);
   });

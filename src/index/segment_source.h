@@ -26,6 +26,9 @@ class SegmentSource {
   virtual bool read(const SegmentId* ids, int count, int ahead, const geometry::Frame& frame,
                     SegmentBlock& out, BlockMask& present) const = 0;
 
+  /// Whether coordinates stay finite in a frame.
+  virtual bool staysFiniteIn(const geometry::Frame& frame) const = 0;
+
   /// Whether reading is much faster in the order of ids than in that of the tree, because what a
   /// segment is read from is large.
   virtual bool isFasterInOrder() const = 0;

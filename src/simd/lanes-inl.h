@@ -18,12 +18,12 @@ namespace fcl_fibers::simd::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// @param truth  has at most eight lanes
+/// @param truth  has at most sixteen lanes
 template <class Tag>
 FCL_FIBERS_ALWAYS_INLINE LaneMask laneMask(Tag tag, hn::Mask<Tag> truth) {
   std::uint8_t bits[8] = {};
   hn::StoreMaskBits(tag, truth, bits);
-  return bits[0];
+  return bits[0] | LaneMask{bits[1]} << 8;
 }
 
 /// N floats that are computed with at once. Arithmetic is that of float, lane by lane, on every
@@ -53,8 +53,13 @@ class Lanes {
   FCL_FIBERS_ALWAYS_INLINE void storeAligned(float* values) const {
     for (int i = 0; i < kVectors; ++i) hn::Store(vector_[i], Tag(), values + i * kWidth);
   }
-  FCL_FIBERS_ALWAYS_INLINE static Lanes loadUnaligned(const float* values) {
-    return generate([values](int i) HWY_ATTR { return hn::LoadU(Tag(), values + i * kWidth); });
+  /// Loads N times four numbers: the first of each four into x, and so on.
+  FCL_FIBERS_ALWAYS_INLINE static void loadInterleaved(const float* values, Lanes& x, Lanes& y,
+                                                       Lanes& z, Lanes& w) {
+    for (int i = 0; i < kVectors; ++i) {
+      hn::LoadInterleaved4(Tag(), values + 4 * i * kWidth, x.vector_[i], y.vector_[i], z.vector_[i],
+                           w.vector_[i]);
+    }
   }
   /// Loads the first `count` lanes; the others are NaN.
   FCL_FIBERS_ALWAYS_INLINE static Lanes loadFirst(const float* values, int count) {
@@ -183,7 +188,8 @@ class LaneNumbers {
   FCL_FIBERS_ALWAYS_INLINE static LaneNumbers from(std::int32_t first) {
     LaneNumbers numbers;
     for (int i = 0; i < kVectors; ++i) {
-      numbers.vector_[i] = hn::Iota(Tag(), first + i * kWidth);
+      // Highway writes the numbers of Iota() one by one, which is no loss only for a constant.
+      numbers.vector_[i] = hn::Add(hn::Iota(Tag(), i * kWidth), hn::Set(Tag(), first));
     }
     return numbers;
   }

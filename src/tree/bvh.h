@@ -135,7 +135,7 @@ class Bvh {
   void fitAboveChunks(bool chunks_changed, Read&& read) {
     SegmentBlock block;
     for (auto i = above_chunks_.rbegin(); i != above_chunks_.rend(); ++i) {
-      forEachLeafOf(nodes_, node(*i), [&](int lane, std::int32_t leaf) {
+      forEachLeafOf(nodes_.data(), node(*i), [&](int lane, std::int32_t leaf) {
         if (read(&leaves_[static_cast<std::size_t>(leaf)], 1, 0, block) == 0) return;
         chunks_changed |= hierarchy_.fitLeaf(nodes_, *i, lane, leaf, block[0], padding_);
       });
@@ -168,7 +168,7 @@ class Bvh {
       if (slot == kNone) continue;
       std::int32_t above = slot / kArity;
       const int lane = slot % kArity;
-      const std::int32_t leaf = leafAt(nodes_, node(above), lane);
+      const std::int32_t leaf = leafAt(nodes_.data(), node(above), lane);
       if (!hierarchy_.fitLeaf(nodes_, above, lane, leaf, moved[i], padding_)) continue;
       ++changed;
       for (; above != kNone; above = parent_[static_cast<std::size_t>(above)]) {
@@ -191,7 +191,7 @@ class Bvh {
   template <class F>
   void forEachLeaf(F&& visit) const {
     for (const Node& above : nodes_) {
-      forEachLeafOf(nodes_, above, [&](int lane, std::int32_t leaf) {
+      forEachLeafOf(nodes_.data(), above, [&](int lane, std::int32_t leaf) {
         visit(leaves_[static_cast<std::size_t>(leaf)], [&](const geometry::Segment& segment) {
           return hierarchy_.holds(above, lane, leaf, segment, padding_);
         });

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "simd/always_inline.h"
 #include "tree/topology.h"
 
 namespace fcl_fibers::tree {
@@ -22,22 +23,22 @@ struct alignas(Arity == 8 ? 64 : alignof(P)) BvhNode : Topology<Arity>::Node {
 
 /// Calls visit(lane, leaf) for the leaves among a node's children, where `leaf` is the position in
 /// Topology::leaves.
-template <class Nodes, class F>
-void forEachLeafOf(const Nodes& nodes, const typename Nodes::value_type& node, F&& visit) {
+template <class Node, class F>
+FCL_FIBERS_ALWAYS_INLINE void forEachLeafOf(const Node* nodes, const Node& node, F&& visit) {
   std::int32_t leaf = node.leaf_begin;
   for (int lane = 0; lane < node.child_count; ++lane) {
     const Link child = node.children[static_cast<std::size_t>(lane)];
     if (child.isLeaf()) {
       visit(lane, leaf++);
     } else {
-      leaf = nodes[static_cast<std::size_t>(child.node())].leaf_end;
+      leaf = nodes[child.node()].leaf_end;
     }
   }
 }
 
 /// The position in Topology::leaves of the leaf in a lane of a node.
-template <class Nodes>
-std::int32_t leafAt(const Nodes& nodes, const typename Nodes::value_type& node, int lane) {
+template <class Node>
+std::int32_t leafAt(const Node* nodes, const Node& node, int lane) {
   if (node.hasOnlyLeaves()) return node.leaf_begin + lane;
   std::int32_t found = 0;
   forEachLeafOf(nodes, node, [&](int other, std::int32_t leaf) {

@@ -36,15 +36,9 @@ bool fitChunk(BoxNode<A>* nodes, std::int32_t begin, std::int32_t end, const Box
       changed |= replaceAll(node.pack, leaves, node.leaf_begin - first_leaf, node.child_count);
       continue;
     }
-    std::int32_t leaf = node.leaf_begin;
-    for (int lane = 0; lane < node.child_count; ++lane) {
-      const Link child = node.children[static_cast<std::size_t>(lane)];
-      if (child.isLeaf()) {
-        changed |= node.pack.replace(lane, leaves[leaf++ - first_leaf]);
-      } else {
-        leaf = nodes[child.node()].leaf_end;
-      }
-    }
+    forEachLeafOf(nodes, node, [&](int lane, std::int32_t leaf) HWY_ATTR {
+      changed |= node.pack.replace(lane, leaves[leaf - first_leaf]);
+    });
     if (changed) fitInner<A>(nodes, node);
   }
   return changed;

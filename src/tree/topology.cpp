@@ -2,6 +2,7 @@
 #include "tree/topology.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 #include "geometry/rounding.h"
@@ -51,6 +52,25 @@ class ChainBuilder {
 Middle middleOf(const geometry::Segment& segment) {
   const Vec3d p = isBounded(segment) ? midpoint(segment) : Vec3d{0, 0, 0};
   return {nearestFloat(p.x), nearestFloat(p.y), nearestFloat(p.z)};
+}
+
+void middlesOf(const geometry::SegmentBlock& segments, int count, Middle* out) {
+  constexpr std::size_t kCapacity = geometry::SegmentBlock::kCapacity;
+  const auto size = static_cast<std::size_t>(count);
+  // Loops without branches, which compilers turn into vectors.
+  float middle[3][kCapacity];
+  double sum[kCapacity] = {};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double *const a = segments.a[axis], *const b = segments.b[axis];
+    for (std::size_t i = 0; i < size; ++i) {
+      middle[axis][i] = nearestFloat(0.5 * a[i] + 0.5 * b[i]);
+      sum[i] += std::fabs(a[i]) + std::fabs(b[i]);
+    }
+  }
+  for (std::size_t i = 0; i < size; ++i) {
+    out[i] = std::isfinite(sum[i]) ? Middle{middle[0][i], middle[1][i], middle[2][i]}
+                                   : middleOf(segments[static_cast<int>(i)]);
+  }
 }
 
 Topology<2> superThread(const Fibers& fibers) {

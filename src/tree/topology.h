@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "geometry/segment.h"
+#include "geometry/segment_block.h"
 
 namespace fcl_fibers::tree {
 
@@ -82,6 +83,8 @@ using Middle = std::array<float, 3>;
 
 /// The midpoint of a segment. A box that is unbounded on a side counts as at the origin.
 Middle middleOf(const geometry::Segment& segment);
+/// The same for the first `count` segments of a block.
+void middlesOf(const geometry::SegmentBlock& segments, int count, Middle* out);
 
 /// The super thread of Sobottka, Varnik and Weber, 2005, section 3.2: the fibers in the order
 /// given, every other one backward, so that consecutive fibers are joined tip to tip and root to

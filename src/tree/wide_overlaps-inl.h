@@ -58,11 +58,12 @@ class WideOverlaps {
     std::int32_t a_slot, b_node;
   };
 
-  static Link link(const Tree& tree, std::int32_t slot) {
-    return tree.node(slot / 8).children[static_cast<std::size_t>(slot % 8)];
+  // Slots are never negative, which division would have to allow for.
+  FCL_FIBERS_ALWAYS_INLINE static Link link(const Tree& tree, std::int32_t slot) {
+    return tree.node(slot >> 3).children[static_cast<std::size_t>(slot & 7)];
   }
   FCL_FIBERS_ALWAYS_INLINE static Volume volume(const Tree& tree, std::int32_t slot) {
-    return tree.pack(slot / 8).get(slot % 8);
+    return tree.pack(slot >> 3).get(slot & 7);
   }
   FCL_FIBERS_ALWAYS_INLINE static void prefetch(const Tree& tree, Link link) {
     if (link.isLeaf()) return;
@@ -124,12 +125,17 @@ class WideOverlaps {
       prefetch(a_, link(a_, batch[i].a));
       prefetch(b_, link(b_, batch[i].b));
     }
-    row_count_ = 0;
+    row_count_ = leaf_row_count_ = 0;
     for (int i = 0; i < size; ++i) {
       if (open(batch[i]) == Visit::kStop) return Visit::kStop;
     }
     for (int i = 0; i < row_count_; ++i) {
       if (openB(rows_[i].a_slot, rows_[i].b_node) == Visit::kStop) return Visit::kStop;
+    }
+    for (int i = 0; i < leaf_row_count_; ++i) {
+      if (openLeaves(leaf_rows_[i].a_slot, leaf_rows_[i].b_node) == Visit::kStop) {
+        return Visit::kStop;
+      }
     }
     return Visit::kContinue;
   }
@@ -145,15 +151,20 @@ class WideOverlaps {
     const Node &a_node = a_.node(a.node()), &b_node = b_.node(b.node());
     const Volume b_volume = volume(b_, slots.b);
     const auto& b_in_a = b_to_a_(b_volume);
-    if (!a_node.hasOnlyLeaves() || !b_node.hasOnlyLeaves()) {
+    const bool only_leaves = a_node.hasOnlyLeaves() && b_node.hasOnlyLeaves();
+    if (!only_leaves) {
       constexpr float kLikeSize = 4;
       const float a_size = volume(a_, slots.a).size(), b_size = b_in_a.size();
       if (a_size > kLikeSize * b_size) return openA(a.node(), slots.b);
       if (b_size > kLikeSize * a_size) return addRow(slots.a, b.node());
     }
-    const auto mask = overlaps(a_.pack(a.node()), b_in_a) & simd::firstLanes(a_node.child_count) &
-                      filter_.lanes(slots.b, a.node());
-    row_count_ += LaneNumbers::from(8 * a.node()).writeBefore(b.node(), mask, rows_ + row_count_);
+    const auto mask = overlaps(a_.pack(a.node()), b_in_a) & filter_.lanes(slots.b, a.node());
+    const auto slots_of_a = LaneNumbers::from(8 * a.node());
+    if (only_leaves) {
+      leaf_row_count_ += slots_of_a.writeBefore(b.node(), mask, leaf_rows_ + leaf_row_count_);
+    } else {
+      row_count_ += slots_of_a.writeBefore(b.node(), mask, rows_ + row_count_);
+    }
     return Visit::kContinue;
   }
 
@@ -173,13 +184,21 @@ class WideOverlaps {
   FCL_FIBERS_ALWAYS_INLINE Visit openB(std::int32_t a_slot, std::int32_t index) {
     const Node& node = b_.node(index);
     const Link a = link(a_, a_slot);
-    const auto mask = overlaps(b_.pack(index), a_to_b_(volume(a_, a_slot))) &
-                      simd::firstLanes(node.child_count) & filter_.lanes(a_slot, index);
+    const auto mask =
+        overlaps(b_.pack(index), a_to_b_(volume(a_, a_slot))) & filter_.lanes(a_slot, index);
     if (a.isLeaf() && node.hasOnlyLeaves()) {
       return writeSegments(a.segment(), LaneNumbers::inverse(node.links()), mask);
     }
     count_ += LaneNumbers::from(8 * index).writeAfter(a_slot, mask, waiting_ + count_);
     return Visit::kContinue;
+  }
+
+  /// @pre the child in A and all children of the node in B are leaves
+  FCL_FIBERS_ALWAYS_INLINE Visit openLeaves(std::int32_t a_slot, std::int32_t index) {
+    const auto mask =
+        overlaps(b_.pack(index), a_to_b_(volume(a_, a_slot))) & filter_.lanes(a_slot, index);
+    return writeSegments(link(a_, a_slot).segment(), LaneNumbers::inverse(b_.node(index).links()),
+                         mask);
   }
 
   FCL_FIBERS_ALWAYS_INLINE Visit writeSegments(SegmentId a, const LaneNumbers& b,
@@ -194,10 +213,11 @@ class WideOverlaps {
   const GroupFilter filter_;
   PairBuffer& out_;
   int count_ = 0;
-  int row_count_ = 0;
+  int row_count_ = 0, leaf_row_count_ = 0;
   // Writing a whole mask needs room for eight more.
   Slots waiting_[kCapacity + 8];
   Row rows_[8 * kBatch + 8];
+  Row leaf_rows_[8 * kBatch + 8];
 };
 
 }  // namespace fcl_fibers::tree::HWY_NAMESPACE

@@ -61,7 +61,7 @@ bool WrappedSpheres<A>::placeLeaves(Nodes& nodes, const std::int32_t* slots,
   for (int i = 0; i < count; ++i) {
     if (slots[i] < 0) continue;
     const Node& node = nodes[static_cast<std::size_t>(slots[i] / kArity)];
-    const std::int32_t leaf = leafAt(nodes, node, slots[i] % kArity);
+    const std::int32_t leaf = leafAt(nodes.data(), node, slots[i] % kArity);
     changed |= replaceLeaf(leaf, Ball::around(segments[i], padding));
   }
   return changed;

@@ -507,6 +507,24 @@ void expectRefused(FiberTree& tree, const FiberArrays<double>& bad, const std::s
   }
 }
 
+// An update would be refused, or all pairs be reported, because one fiber lies far outside.
+TEST(ArrayTree, FollowsTheFibersWhereTheOutermostWouldOverflow) {
+  auto fibers = curledFibers<double>(10, 200);
+  const std::size_t last = fibers.points.size() - 3;
+  for (std::size_t k = last - 3; k < last + 3; ++k) fibers.points[k] = 1e290;
+  FiberTree tree;
+  tree.build(fibers.view());
+  const Pairs all = pairsOf(tree);
+  ASSERT_GT(all.size(), 100u);
+  const double scale = std::ldexp(1.0, -80);
+  for (std::size_t k = 0; k < last - 3; ++k) fibers.points[k] *= scale;
+  for (double& radius : fibers.radii) radius *= scale;
+  for (int i = 0; i < 2; ++i) {
+    tree.update(fibers.view());
+    EXPECT_NEAR(static_cast<double>(pairsOf(tree).size()), static_cast<double>(all.size()), 5);
+  }
+}
+
 // A silent wrong answer, or a crash.
 TEST(ArrayTree, RefusesWhatItCannotAnswerFor) {
   const auto good = curledFibers<double>(11, 200);  // of which the frame samples some

@@ -46,22 +46,35 @@ std::vector<Answer> answersOf(CapsulePairs& pairs) {
   const CapsulePairs::Verdict verdict = pairs.decide();
   std::vector<Answer> answers;
   for (int i = 0; i < pairs.size(); ++i) {
-    const auto byte = static_cast<std::size_t>(i / 8);
-    const bool touching = (verdict.touching[byte] >> (i % 8) & 1u) != 0;
-    const bool apart = (verdict.apart[byte] >> (i % 8) & 1u) != 0;
+    const bool touching = (verdict.touching >> i & 1u) != 0;
+    const bool apart = (verdict.apart >> i & 1u) != 0;
     answers.push_back(touching ? (apart ? Answer::kBoth : Answer::kTouching)
                                : (apart ? Answer::kApart : Answer::kUndecided));
   }
   return answers;
 }
 
+/// A block with the capsules that it borrows.
+struct BlockOfPairs {
+  CapsulePairs pairs;
+  std::vector<CapsuleEnd> ends;
+
+  explicit BlockOfPairs(double unit) : pairs(unit) { ends.reserve(4 * kCapacity); }
+  void add(const Question& question) {
+    const std::size_t first = ends.size();
+    for (const Segment& s : {question.p, question.q}) {
+      ends.push_back(firstEndOf(s));
+      ends.push_back(secondEndOf(s));
+    }
+    pairs.add(&ends[first], &ends[first + 2], question.margin, question.error);
+  }
+};
+
 /// With the instruction set in use.
 std::vector<Answer> answersTo(const Block& block) {
-  CapsulePairs pairs(block.unit);
-  for (const Question& question : block.questions) {
-    pairs.add(question.p, question.q, question.margin, question.error);
-  }
-  return answersOf(pairs);
+  BlockOfPairs asked(block.unit);
+  for (const Question& question : block.questions) asked.add(question);
+  return answersOf(asked.pairs);
 }
 
 std::string described(const Question& question) {
@@ -371,14 +384,14 @@ TEST(CapsulePairs, TheRestOfABlockHasNoSay) {
   Random random(25);
   for (const std::int64_t target : simd::availableTargets()) {
     const simd::ScopedTarget scoped(target);
-    CapsulePairs pairs(1);
+    BlockOfPairs asked(1);
+    CapsulePairs& pairs = asked.pairs;
     for (const int size : {64, 0, 1, 7, 8, 9, 63, 64, 1, 0}) {
       Block block = blockOf(random, anyQuestion);
       block.questions.resize(static_cast<std::size_t>(size));
       pairs.clear();
-      for (const Question& question : block.questions) {
-        pairs.add(question.p, question.q, question.margin, question.error);
-      }
+      asked.ends.clear();
+      for (const Question& question : block.questions) asked.add(question);
       ASSERT_EQ(pairs.size(), size);
       const std::vector<Answer> answers = answersOf(pairs);
       EXPECT_EQ(answersOf(pairs), answers) << "asked again";

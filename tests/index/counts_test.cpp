@@ -57,6 +57,7 @@ class SceneSource final : public SegmentSource {
     present = geometry::firstOfBlock(count);
     return true;
   }
+  bool staysFiniteIn(const geometry::Frame&) const override { return true; }
   bool isFasterInOrder() const override { return false; }
   [[noreturn]] void refuse(SegmentId, const Frame&) const override {
     throw std::invalid_argument("all can be read");

@@ -246,7 +246,7 @@ TYPED_TEST(PairSearchTest, ScratchMayBeUsedAgain) {
 }
 
 // Each query would allocate anew; or one dense query cost its memory for good.
-TYPED_TEST(PairSearchTest, AQueryLeavesFourMegabytesAtMostToTheNext) {
+TYPED_TEST(PairSearchTest, AQueryLeavesNoMoreToTheNextThanItMay) {
   const auto executor = parallel::makeExecutor(2);
   ScratchPool scratch;
   EXPECT_EQ(scratch.memoryUsage(), 0u);
@@ -259,7 +259,14 @@ TYPED_TEST(PairSearchTest, AQueryLeavesFourMegabytesAtMostToTheNext) {
   EXPECT_GT(scratch.memoryUsage(), few.found.size() / 2 * sizeof(Pair) / 2);
   findPairs(TreeSearch<TypeParam, TypeParam>(dense), nullptr, executor.get(), scratch, many_pairs);
   EXPECT_GT(many_pairs.found.size() * sizeof(Pair), std::size_t{1} << 23);
-  EXPECT_LE(scratch.memoryUsage(), std::size_t{9} << 19);
+  EXPECT_LE(scratch.memoryUsage(), std::size_t{1} << 22);
+  for (const std::size_t most : {std::size_t{100000}, std::size_t{100}}) {
+    scratch.keepAtMost(most);
+    CollectRuns again;
+    findPairs(TreeSearch<TypeParam, TypeParam>(dense), nullptr, executor.get(), scratch, again);
+    EXPECT_EQ(again.found.size(), many_pairs.found.size());
+    EXPECT_LE(scratch.memoryUsage(), most);
+  }
   scratch.clear();
   EXPECT_EQ(scratch.memoryUsage(), 0u);
 }
@@ -285,6 +292,16 @@ TEST(ScratchPool, LendsEachItsOwnAndKeepsOne) {
 
 // --- The filter ---
 
+KeptSegments kept(const FiberScene& scene, SegmentId first = 0) {
+  KeptSegments segments(/*share_ends=*/false);
+  const auto end = first + static_cast<SegmentId>(scene.segments.size());
+  segments.reset(first, end, {});
+  for (SegmentId id = first; id < end; ++id) {
+    segments.set(id, scene.segments[static_cast<std::size_t>(id - first)]);
+  }
+  return segments;
+}
+
 // Capsules would be reported that are apart, or others lost, or come in another order.
 TYPED_TEST(PairSearchTest, TheFilterKeepsThePairsThatTouchInTheirOrder) {
   const auto executors = someExecutors();
@@ -295,9 +312,9 @@ TYPED_TEST(PairSearchTest, TheFilterKeepsThePairsThatTouchInTheirOrder) {
   const double margin = 0.002;  // in a's frame
 
   const TypeParam tree = treeOf<TypeParam>(a, margin / 2);
-  const CapsuleFilter within({a.segments.data(), 0}, {a.segments.data(), 0}, nullptr, margin, 4);
-  const CapsuleFilter between({a.segments.data(), 0}, {b.segments.data(), 0}, &trees.b_to_a, margin,
-                              4);
+  const KeptSegments of_a = kept(a), of_b = kept(b);
+  const CapsuleFilter within(of_a.range(), of_a.range(), nullptr, margin, 4);
+  const CapsuleFilter between(of_a.range(), of_b.range(), &trees.b_to_a, margin, 4);
   const auto at = [](const FiberScene& in, SegmentId id) {
     return in.segments[static_cast<std::size_t>(id)];
   };
@@ -314,20 +331,26 @@ TYPED_TEST(PairSearchTest, TheFilterKeepsThePairsThatTouchInTheirOrder) {
       EXPECT_TRUE(pairsFound<TypeParam>(what, executor.get(), &filter) == expected);
     }
   };
-  expectKept(tree, within, [&](SegmentId i, SegmentId j) {
+  const auto touchingInA = [&](SegmentId i, SegmentId j) {
     const Segment p = at(a, i), q = at(a, j);
     return touch(p, q, margin, endPointError(p) + endPointError(q));
-  });
+  };
+  expectKept(tree, within, touchingInA);
   expectKept(trees.two, between, [&](SegmentId i, SegmentId j) {
     const Segment p = at(a, i), q = trees.b_to_a(at(b, j));
     return touch(p, q, margin, endPointError(p) + trees.b_to_a.error(q));
   });
 
+  // With one bound for the errors of all end points. Only a bound that is too wide would show.
+  SegmentRange bounded = of_a.range();
+  bounded.setMostError(1e-14);
+  expectKept(tree, CapsuleFilter(bounded, bounded, nullptr, margin, 4), touchingInA);
+
   // Of ids that do not start at 0.
   std::vector<Pair> pairs;
   for (const auto& [i, j] : pairsFound<TypeParam>(tree)) pairs.push_back({i + 1000, j + 3000});
-  const CapsuleFilter shifted({a.segments.data(), 1000}, {a.segments.data(), 3000}, nullptr, margin,
-                              4);
+  const KeptSegments from_1000 = kept(a, 1000), from_3000 = kept(a, 3000);
+  const CapsuleFilter shifted(from_1000.range(), from_3000.range(), nullptr, margin, 4);
   const std::size_t kept = shifted.keepTouching(pairs.data(), pairs.size());
   const PairList expected = pairsFound<TypeParam>(tree, nullptr, &within);
   ASSERT_EQ(kept, expected.size());

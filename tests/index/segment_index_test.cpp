@@ -82,6 +82,7 @@ struct World : SegmentSource {
     }
     return true;
   }
+  bool staysFiniteIn(const geometry::Frame&) const override { return true; }
   bool isFasterInOrder() const override { return is_faster_in_order; }
   [[noreturn]] void refuse(SegmentId id, const Frame&) const override { throw BadSegment(id); }
 
@@ -557,6 +558,20 @@ TEST_P(SegmentIndexTest, PairsWithOneSegmentAreThoseOfItsOwn) {
       if (b == id) expected_near.insert(a);
     }
     EXPECT_EQ(near, expected_near);
+  }
+}
+
+// One dense query would cost its memory for good.
+TEST_P(SegmentIndexTest, QueriesLeaveAQuarterOfItsSizeAtMost) {
+  Random random(17);
+  World world;
+  for (int f = 0; f < 60; ++f) world.addFiber(random, 50, 1e-4, 0.5);  // everything touches
+  for (const int threads : {1, 2, 3}) {
+    SegmentIndex index(options(threads));
+    world.build(index);
+    const std::size_t before = index.memoryUsage();
+    EXPECT_GT(pairsOf(index).size(), 1000000u);
+    EXPECT_LE(4 * index.memoryUsage(), 5 * before) << threads;
   }
 }
 

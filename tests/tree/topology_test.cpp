@@ -7,11 +7,13 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <set>
 #include <utility>
 #include <vector>
 
 #include "support/random.h"
+#include "support/segments.h"
 #include "support/tree_segments.h"
 
 namespace fcl_fibers::tree {
@@ -124,6 +126,26 @@ TEST(Link, TellsNodesFromSegments) {
     EXPECT_EQ(Link::node(index).node(), index);
     EXPECT_TRUE(Link::leaf(index).isLeaf());
     EXPECT_EQ(Link::leaf(index).segment(), index);
+  }
+}
+
+// Fibers would be split elsewhere if they are read in blocks.
+TEST(MiddlesOf, AreThoseOfTheSegmentsOneByOne) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Random random(5);
+  geometry::SegmentBlock block;
+  for (const int count : {1, 3, 63, 64}) {
+    for (int i = 0; i < count; ++i) {
+      Segment s{geometry::fromEigen(random.inCube(1)), geometry::fromEigen(random.inCube(1)), 0.1};
+      if (i % 7 == 0) s = {1e308 * s.a, 1e308 * s.b, 0};
+      if (i % 11 == 1) s = Segment::box({-kInfinity, s.a.y, -1}, {s.b.x, kInfinity, 1});
+      block.set(i, s);
+    }
+    std::vector<Middle> middles(static_cast<std::size_t>(count));
+    middlesOf(block, count, middles.data());
+    for (int i = 0; i < count; ++i) {
+      EXPECT_EQ(middles[static_cast<std::size_t>(i)], middleOf(block[i])) << i << " of " << count;
+    }
   }
 }
 

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "geometry/box.h"
+#include "geometry/sphere.h"
+#include "geometry/vec3.h"
+#include "tree/volumes.h"
+
+namespace fcl_fibers::tree {
+
+inline geometry::Vec3d centerOf(const geometry::Box& box) {
+  return {0.5 * (double{box.low[0]} + double{box.high[0]}),
+          0.5 * (double{box.low[1]} + double{box.high[1]}),
+          0.5 * (double{box.low[2]} + double{box.high[2]})};
+}
+inline geometry::Vec3d centerOf(const geometry::Sphere& sphere) {
+  return {sphere.center[0], sphere.center[1], sphere.center[2]};
+}
+
+/// No coordinate in the volume is larger. Not finite if the volume is not.
+template <class Volume>
+double reachOfVolume(const Volume& volume) {
+  return maxNorm(centerOf(volume)) + double{volume.size()};
+}
+/// The same for all volumes of a tree.
+template <class Tree>
+double reachOf(const Tree& tree) {
+  return tree.empty() ? 0 : reachOfVolume(tree.nodeVolume(0));
+}
+
+/// Where the segments of a tree are, from the volumes some levels below the root.
+struct Extent {
+  geometry::Vec3d middle{0, 0, 0};  ///< of the segments
+  double spread = 0;                ///< how far half of them are from it, the largest of three axes
+  double reach = 0;                 ///< how far any is from the origin
+  bool is_finite = false;  ///< whether all of these volumes are; else the rest has no meaning
+};
+
+template <class Tree>
+Extent extentOf(const Tree& tree) {
+  constexpr std::size_t kMost = 64;
+  std::array<double, kMost> centers[3], distances;
+  std::size_t count = 0;
+  Extent extent;
+  extent.is_finite = true;
+  visitVolumes(tree, Tree::kArity == 8 ? 2 : 6,
+               [&](const auto& volume, std::int32_t, std::int32_t) {
+                 const double reach = reachOfVolume(volume);
+                 if (!std::isfinite(reach)) {
+                   extent.is_finite = false;
+                   return;
+                 }
+                 extent.reach = std::max(extent.reach, reach);
+                 const geometry::Vec3d center = centerOf(volume);
+                 centers[0][count] = center.x;
+                 centers[1][count] = center.y;
+                 centers[2][count++] = center.z;
+               });
+  extent.is_finite &= count > 0;
+  if (!extent.is_finite) return extent;
+
+  const auto median = [&](std::array<double, kMost>& numbers) {
+    const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(count / 2);
+    std::nth_element(numbers.begin(), middle, numbers.begin() + static_cast<std::ptrdiff_t>(count));
+    return *middle;
+  };
+  double* const middle[3] = {&extent.middle.x, &extent.middle.y, &extent.middle.z};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    *middle[axis] = median(centers[axis]);
+    for (std::size_t i = 0; i < count; ++i) {
+      distances[i] = std::fabs(centers[axis][i] - *middle[axis]);
+    }
+    extent.spread = std::max(extent.spread, median(distances));
+  }
+  return extent;
+}
+
+/// Whether a frame that was chosen for one extent is good for another. Bounds are floats, so they
+/// are the wider, the farther the segments are from the origin. The unit has to leave room for
+/// squares of lengths.
+inline bool staysWithin(const Extent& then, const Extent& now) {
+  constexpr double kGrowth = 64;
+  return now.is_finite && 4 * maxNorm(now.middle - then.middle) <= now.spread &&
+         now.reach <= kGrowth * then.reach && then.reach <= kGrowth * now.reach;
+}
+
+}  // namespace fcl_fibers::tree
