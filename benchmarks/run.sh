@@ -4,7 +4,7 @@
 # benchmarks/run.sh [--full [--targets] | --trade | --paper [--full]] [--hair FILE [--radius R]]
 #
 #   (nothing)  the README's first table: ours, FCL and Embree on three scenes. 3 minutes
-#   --full     all of docs/performance.md: scenes, other queries, growth. 25 minutes, 6 GB;
+#   --full     all of docs/performance.md: scenes, other queries, arrays, growth. 30 minutes, 6 GB;
 #              --targets: which ratios reach what they are to reach
 #   --trade    what accuracy costs: every manager, sampling, options; real hair too if
 #              FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx. 12 minutes
@@ -105,6 +105,9 @@ case $scenes in
     frames frames_cap --scene=cap:fibers=50000
     frames frames_paper-dynamic --scene=paper-dynamic
     measure queries queries
+    measure arrays_helix arrays $helix=100
+    measure arrays_helix-2000 arrays $helix=2000
+    measure arrays_cap arrays --scene=cap:fibers=50000
     measure growth growth
     ;;
   trade)

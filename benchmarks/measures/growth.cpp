@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <fcl_fibers/fiber_polylines.h>
 #include <fcl_fibers/fiber_tree.h>
@@ -13,12 +14,18 @@
 
 namespace fcl_fibers::benchmarks {
 
-bool measureGrowth(const Request&) {
-  constexpr int kLargest = 100'000;  // fibers of 100 segments
-  constexpr int kRuns = 5, kRunsOfLargest = 3;
-  for (const int fibers : {1'000, 10'000, kLargest}) {
+bool measureGrowth(const Request& request) {
+  constexpr int kRuns = 5, kRunsOfLarge = 3;
+  std::vector<std::string> texts = {request.scene.text};
+  if (texts[0].empty()) {
+    texts.clear();
+    for (const char* const fibers : {"1000", "10000", "100000"}) {
+      texts.push_back(std::string("helix:segments=100,fibers=") + fibers);
+    }
+  }
+  for (const std::string& text : texts) {
     SceneRequest helix;
-    helix.text = "helix:segments=100,fibers=" + std::to_string(fibers);
+    helix.text = text;
     showProgress(helix.text + ": make the scene");
     const auto scenes = std::make_shared<std::array<FiberPolylines, 2>>(twoFrames(helix));
     const auto tree = std::make_shared<FiberTree>();
@@ -37,7 +44,7 @@ bool measureGrowth(const Request&) {
       return update + detection;
     };
     registerRuns("Growth/" + std::to_string(tree->segmentCount()),
-                 fibers == kLargest ? kRunsOfLargest : kRuns, run);
+                 segments > 2e6 ? kRunsOfLarge : kRuns, run);
   }
   return runRegistered();
 }

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import jinja2
 
+import arrays
 import frames
 import paper
 import paper_pictures
@@ -25,7 +26,7 @@ from tables import Table, count, digits, time
 # Tables that documents have, by the first word of their names. The others are on the page alone.
 DOCUMENTED = {
     "headline": ("headline",),
-    "full": ("ratios", "best", "scene", "elsewhere", "growth"),
+    "full": ("ratios", "best", "scene", "elsewhere", "arrays", "growth"),
     "trade": ("managers", "sampling", "costs"),
     "paper": ("table-1",),
 }
@@ -95,7 +96,8 @@ def speed(kind, folder, with_targets=False):
     if kind == "headline":
         report = Report(kind, "The headline", folder, files_of("frames", frames.HEADLINE))
     else:
-        wanted = files_of("frames", frames.FULL) | {"queries": "queries", "growth": "growth"}
+        wanted = files_of("frames", frames.FULL) | {"queries": "queries"}
+        wanted |= files_of("arrays", arrays.SCENES) | {"growth": "growth"}
         report = Report(kind, "All figures", folder, wanted)
     scenes, parts = frames.scenes_of(report.parts), report.parts
     first = frames.headline if kind == "headline" else frames.all_ratios
@@ -105,10 +107,12 @@ def speed(kind, folder, with_targets=False):
     report.draw("frames_.*", picture, "A frame", BARS, pictures.headline, scenes)
     if with_targets:
         report.add("frames_.*", frames.targets, scenes, parts.get("growth"))
+        report.add("arrays_.*", arrays.targets, parts)
     for name, scene in scenes.items():
         report.add(f"frames_{name}", frames.scene_table, scene, kind == "headline")
         report.add(f"frames_{name}", frames.tried, scene)
     report.add("queries", frames.elsewhere, parts.get("queries"))
+    report.add("arrays_.*", arrays.table, parts)
     report.add("growth", frames.growth, parts.get("growth"))
     return report
 
@@ -212,7 +216,8 @@ def main(arguments):
         report = {"trade": trade_offs, "paper": paper_again}[options.set](options.folder)
     shown = report.documented()
     if options.targets:
-        shown["targets"] = report.tables()["targets"]
+        found = report.tables().items()
+        shown |= {name: table for name, table in found if name.startswith("targets")}
     for table in shown.values():
         print(f"## {table.title}\n\n{table.markdown()}\n\n{table.caption}\n")
     print(circumstances(report.parts))

@@ -21,6 +21,7 @@ RECORDED = {
     "headline/frames_paper-dynamic": ["frames", "--steps=5", DYNAMIC],
     "full/frames_helix": ["frames", "--against=full", HELIX],
     "full/queries": ["queries", "--benchmark_filter=collide, one|/spheres/"],
+    "full/arrays_helix": ["arrays", HELIX],
     "trade/frames_helix": ["frames", "--against=all", HELIX],
     "trade/sampling": ["sampling", "--benchmark_filter=/(100|2000)/"],
     "trade/costs": ["costs", "--benchmark_filter=Costs/.*/boxes(, fibers)?/"],

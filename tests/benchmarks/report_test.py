@@ -143,7 +143,8 @@ class ReportTest(unittest.TestCase):
             "Not measured: frames of cap; frames of paper-dynamic.", self.made("headline")
         )
         text = self.made("full")
-        missing = "frames of helix-2000; frames of cap; frames of paper-dynamic; queries; growth"
+        missing = "frames of helix-2000; frames of cap; frames of paper-dynamic; queries; "
+        missing += "arrays of helix; arrays of helix-2000; arrays of cap; growth"
         self.assertIn(f"Not measured: {missing}.", text)
 
     def test_what_is_wrong_or_missing_ends_the_report(self):
@@ -264,7 +265,8 @@ class ReportTest(unittest.TestCase):
     def test_full(self):
         """If this failed, docs/performance.md could not be made."""
         text, page = self.page("full", "--targets")
-        for title in ("How many times as fast", "Who is best", "Targets", "Growth"):
+        beside = "FiberTree beside a plain loop"
+        for title in ("How many times as fast", "Who is best", "Targets", beside, "Growth"):
             self.assertIn(f"## {title}\n", text)
             self.assertIn(f"<h2>{title}</h2>", page)
         self.assertRegex(
@@ -274,6 +276,8 @@ class ReportTest(unittest.TestCase):
         text = self.made("full")
         self.assertEqual(self.row(text, "update  ")[:4], ["60.0 ns", "66.0 ns", "90.0 ns", "1.50x"])
         self.assertNotIn("MISSED", text)
+        self.assertRegex(self.row(text, "boxes: update  ")[0], r"^\d[\d.]* *x the loop$")
+        self.assertRegex(self.row(text, "spheres: query on 2 threads")[0], r"^\d[\d.]*x as fast$")
         for phase in ("Set-up", "Update after motion", "Update + detection"):
             for on in ("1 thread", "2 threads"):
                 names = [line for line in text.splitlines() if f"{phase}: Embree, {on}" in line]
