@@ -5,8 +5,8 @@
 // what belongs together:
 //
 //   fcl_fibers_bench --measure=frames [SCENE] [--against=WHOM]
-//   fcl_fibers_bench --measure=arrays [SCENE]
-//   fcl_fibers_bench --measure=queries|growth|costs|sampling
+//   fcl_fibers_bench --measure=arrays|growth [SCENE]
+//   fcl_fibers_bench --measure=queries|costs|sampling
 //   fcl_fibers_bench --measure=chain|radii|rods|pictures            the paper's
 //   fcl_fibers_bench --measure=replay --scene=paper-dynamic         likewise
 //
@@ -39,7 +39,8 @@
 //   Query/<query>/...     FCL's other queries; answers are the same for all
 //   Objects/<shape>/...   objects that are no fibers
 //   Arrays/<tree>         FiberTree, and a plain loop that reads the points and writes boxes
-//   Growth/<segments>     the tree over plain arrays at three sizes of one density, per segment
+//   Growth/<segments>     the tree over plain arrays at some sizes of one density, or of the one
+//                         scene that is named, per segment
 //   Costs/arrays|objects  bytes and seconds of every combination of what may be asked for
 //   Sampling/<segments>   the helix cut into 25 to 2,000 segments: contacts found and missed
 //   Replay/...            the paper's dynamic assembly, all --steps: update:007 is of step 7

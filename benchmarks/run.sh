@@ -4,7 +4,8 @@
 # benchmarks/run.sh [--full [--targets] | --trade | --paper [--full]] [--hair FILE [--radius R]]
 #
 #   (nothing)  the README's first table: ours, FCL and Embree on three scenes. 3 minutes
-#   --full     all of docs/performance.md: scenes, other queries, arrays, growth. 30 minutes, 6 GB;
+#   --full     all of docs/performance.md: scenes, other queries, arrays, growth. 35 minutes, and 6 GB
+#              of memory, or 20 where there is so much;
 #              --targets: which ratios reach what they are to reach
 #   --trade    what accuracy costs: every manager, sampling, options; real hair too if
 #              FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx. 12 minutes
@@ -31,7 +32,7 @@ while (($# > 0)); do
       hair+=("$1=${2?$1 takes a value}")
       shift
       ;;
-    --help) sed -n '4,19s/^# \{0,1\}//p' "$0" && exit ;;
+    --help) sed -n '4,20s/^# \{0,1\}//p' "$0" && exit ;;
     *) refuse "there is no $1" ;;
   esac
   shift

@@ -41,10 +41,7 @@ void writeBoxes(const FiberPolylines& scene, std::vector<FloatBox>& boxes) {
 
 /// What one scene needs in all its runs.
 struct Scene {
-  explicit Scene(const std::string& text) {
-    SceneRequest request;
-    request.text = text;
-    frames = twoFrames(request);
+  explicit Scene(const SceneRequest& request) : frames(twoFrames(request)) {
     boxes.resize(frames[0].points.size() - 1);
   }
 
@@ -79,7 +76,7 @@ void registerTree(const std::string& name, const std::shared_ptr<Scene>& scene,
 
 bool measureArrays(const Request& request) {
   showProgress(request.scene.text + ": make the scene");
-  const auto scene = std::make_shared<Scene>(request.scene.text);
+  const auto scene = std::make_shared<Scene>(request.scene);
   for (const auto volumes :
        {FiberTreeOptions::Volumes::kLayeredBoxes, FiberTreeOptions::Volumes::kWrappedSpheres}) {
     const bool boxes = volumes == FiberTreeOptions::Volumes::kLayeredBoxes;

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <unistd.h>
+
 #include <array>
 #include <cstddef>
 #include <memory>
@@ -14,20 +16,32 @@
 
 namespace fcl_fibers::benchmarks {
 
+namespace {
+
+constexpr double kMemoryOfLargest = 20e9;
+
+double memoryOfMachine() {
+  return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
+}  // namespace
+
 bool measureGrowth(const Request& request) {
   constexpr int kRuns = 5, kRunsOfLarge = 3;
-  std::vector<std::string> texts = {request.scene.text};
-  if (texts[0].empty()) {
-    texts.clear();
-    for (const char* const fibers : {"1000", "10000", "100000"}) {
-      texts.push_back(std::string("helix:segments=100,fibers=") + fibers);
+  std::vector<SceneRequest> requests = {request.scene};
+  if (request.scene.text == SceneRequest().text) {
+    requests.clear();
+    for (const char* const fibers : {"1000", "10000", "100000", "1000000"}) {
+      requests.emplace_back().text = std::string("helix:segments=100,fibers=") + fibers;
+    }
+    if (memoryOfMachine() < kMemoryOfLargest) {
+      showProgress("growth: too little memory for a hundred million segments");
+      requests.pop_back();
     }
   }
-  for (const std::string& text : texts) {
-    SceneRequest helix;
-    helix.text = text;
-    showProgress(helix.text + ": make the scene");
-    const auto scenes = std::make_shared<std::array<FiberPolylines, 2>>(twoFrames(helix));
+  for (const SceneRequest& scene : requests) {
+    showProgress(scene.text + ": make the scene");
+    const auto scenes = std::make_shared<std::array<FiberPolylines, 2>>(twoFrames(scene));
     const auto tree = std::make_shared<FiberTree>();
     tree->build(fiberArrays(scenes->front()));
     const auto segments = static_cast<double>(tree->segmentCount());

@@ -15,7 +15,8 @@ READ = (
 # What is to be reached, by scene.
 MOST_TIMES_THE_LOOP = {"build": (28, 28, 45), "update": (6, 8, 10), "unmoved": (3, 3.5, 4)}
 MOST_OF_CAPSULES = 1.3
-LEAST_ON_2_THREADS = {"build": 1.6, "update": 1.6, "query": 1.8}  # above a million segments
+LEAST_ON_2_THREADS = {"build": 1.6, "update": 1.6, "query": 1.8}
+LARGE = 1e6  # segments of the scenes that are to be as fast as that on 2 threads
 MOST_BYTES = {"boxes": 43, "boxes_capsules": 75}
 
 PHASES = {"build": "build", "update": "update", "unmoved": "update, nothing moved"}
@@ -69,7 +70,10 @@ def table(parts):
                 lambda s: digits(s.times_the_loop(volumes, key)) + "x the loop",
             )
         add(f"{volumes}: query, a segment", lambda s: ns(s, s.get(volumes, "query")))
-        add(f"{volumes}: query for capsules", lambda s: digits(s.of_capsules(volumes)) + "x")
+        add(
+            f"{volumes}: query for capsules",
+            lambda s: digits(s.of_capsules(volumes)) + "x one for volumes",
+        )
         for key in LEAST_ON_2_THREADS:
             add(
                 f"{volumes}: {key} on 2 threads",
@@ -88,28 +92,27 @@ def targets(parts):
     scenes = {name: Arrays(part) for name, part in parts_of(parts).items()}
     rows = []
 
-    def verdict(value, goal, is_met):
-        return f"{digits(value)} {'met' if is_met else 'MISSED'} ({goal})"
-
-    def add(what, value, goals, at_least=False):
+    def at_most(what, value, goals):
         cells = []
         for name, scene in scenes.items():
-            goal = goals[SCENES.index(name)]
-            found = value(scene)
-            cells.append(verdict(found, goal, found >= goal if at_least else found <= goal))
+            found, most = value(scene), goals[SCENES.index(name)]
+            cells.append(f"{digits(found)} {'met' if found <= most else 'MISSED'} (at most {most})")
         rows.append([what, *cells])
 
+    def on_2_threads(key, least):
+        cells = []
+        for scene in scenes.values():
+            found = scene.on_2_threads("boxes", key)
+            verdict = f"{digits(found)} {'met' if found >= least else 'MISSED'} (at least {least})"
+            cells.append(verdict if scene.segments > LARGE else "-")
+        rows.append([f"{key} on 2 threads", *cells])
+
     for key, goals in MOST_TIMES_THE_LOOP.items():
-        add(f"{PHASES[key]}, times the loop", lambda s: s.times_the_loop("boxes", key), goals)
-    add(
-        "query for capsules, times volumes",
-        lambda s: s.of_capsules("boxes"),
-        3 * [MOST_OF_CAPSULES],
-    )
+        at_most(f"{PHASES[key]}, times the loop", lambda s: s.times_the_loop("boxes", key), goals)
+    goals = 3 * [MOST_OF_CAPSULES]
+    at_most("query for capsules, times volumes", lambda s: s.of_capsules("boxes"), goals)
     for key, goal in LEAST_ON_2_THREADS.items():
-        add(
-            f"{key} on 2 threads", lambda s: s.on_2_threads("boxes", key), 3 * [goal], at_least=True
-        )
+        on_2_threads(key, goal)
     for name, goal in MOST_BYTES.items():
-        add(f"bytes a segment, {name}", lambda s: s.bytes(name), 3 * [goal])
+        at_most(f"bytes a segment, {name}", lambda s: s.bytes(name), 3 * [goal])
     return Table("targets of arrays", "Targets of arrays", table(parts).header, rows)

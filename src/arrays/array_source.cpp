@@ -137,8 +137,9 @@ double checkArrays(const char* call, const FiberArrays<S>& fibers) {
 
 template <typename S>
 bool ArraySource<S>::staysFiniteIn(const Frame& frame) const {
-  // The factor leaves room for sums of a few coordinates.
-  return std::isfinite(16 * frame.scale * (largest_ + maxNorm(frame.origin)));
+  // The factor leaves room for sums of a few coordinates, in the frame and in the world.
+  const double most = 16 * (largest_ + maxNorm(frame.origin));
+  return std::isfinite(most) && std::isfinite(frame.scale * most);
 }
 
 template <typename S>

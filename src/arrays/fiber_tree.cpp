@@ -68,8 +68,8 @@ TreeVolume toWorld(const geometry::Sphere& sphere, const Frame& frame) {
   return volume;
 }
 
-/// Pairs of one tree are ordered so that a < b, and neighbours are left out. There is no branch
-/// that could be mispredicted.
+/// Pairs of one tree are ordered so that a < b, and neighbours are left out, both without branches
+/// where that can be, as neither can be predicted.
 class PairsOfOne {
  public:
   explicit PairsOfOne(const FiberTable& table) : are_neighbors_(table) {}
@@ -156,7 +156,8 @@ class FiberTree::Impl {
     }
     is_valid_ = false;
     if (!index_.refit(source)) {
-      index_.build(source, index_.frame(), 0, table_.idCount(), segmentsOf(table_));
+      const Frame frame = index_.betterFrame(source);
+      index_.build(source, frame, 0, table_.idCount(), segmentsOf(table_));
     }
     is_valid_ = true;
   }

@@ -87,6 +87,7 @@ class FiberTable {
   bool isBehind(SegmentId id) const { return id >= segmentsEnd(fiberOf(id)); }
 
   /// Whether the rule excludes this pair.
+  /// @pre both ids are segments
   bool areNeighbors(SegmentId a, SegmentId b) const {
     const auto [first, last] = std::minmax(a, b);
     return NeighborTest(*this)(first, last);

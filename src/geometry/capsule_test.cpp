@@ -13,8 +13,8 @@ namespace fcl_fibers::geometry::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 using simd::LaneMask;
 constexpr int kCapacity = CapsulePairs::kCapacity;
-constexpr int kLanes =
-    CapsulePairs::kGroup;  ///< two vectors of most machines, so that one need not wait for itself
+/// Two vectors with AVX2, of which one computes while the other waits.
+constexpr int kLanes = CapsulePairs::kGroup;
 using Float = simd::HWY_NAMESPACE::Lanes<kLanes>;
 
 struct Vec3Lanes {
@@ -45,7 +45,8 @@ struct RelativePairs {
   Quads u;  ///< along the first capsule
   Quads v;  ///< along the second capsule
 
-  /// Beyond float's range the conversion gives a number that no bound below holds with.
+  /// Beyond float's range the conversion gives infinity or the largest float. Its square is out of
+  /// the range that decideLanes() asks for.
   FCL_FIBERS_ALWAYS_INLINE void set(int pair, const CapsuleEnd* p, const CapsuleEnd* q,
                                     double unit) {
     const hn::CappedTag<double, 4> d;
@@ -56,8 +57,8 @@ struct RelativePairs {
       hn::StoreU(hn::DemoteTo(f, hn::Mul(numbers, scale)), f, out);
     };
     for (int k = 0; k < 4; k += kWidth) {
-      const auto p0 = hn::Load(d, &p[0].x + k), p1 = hn::Load(d, &p[1].x + k);
-      const auto q0 = hn::Load(d, &q[0].x + k), q1 = hn::Load(d, &q[1].x + k);
+      const auto p0 = hn::Load(d, p[0].numbers + k), p1 = hn::Load(d, p[1].numbers + k);
+      const auto q0 = hn::Load(d, q[0].numbers + k), q1 = hn::Load(d, q[1].numbers + k);
       const auto is_point = hn::FirstN(d, static_cast<std::size_t>(k < 3 ? 3 - k : 0));
       store(hn::IfThenElse(is_point, hn::Sub(p0, q0), hn::Add(p0, q0)), w.at(pair) + k);
       store(hn::Sub(p1, p0), u.at(pair) + k);
@@ -124,7 +125,7 @@ FCL_FIBERS_ALWAYS_INLINE VerdictLanes decideLanes(const CapsulePairs& pairs,
 }
 
 CapsulePairs::Verdict decide(const CapsulePairs& pairs) {
-  // Apart from the arithmetic, which waits for divisions and roots, these loads overlap.
+  // All loads come first: in between, they would wait with the divisions and roots.
   RelativePairs relative;
   const int end = (pairs.size() + kLanes - 1) / kLanes * kLanes;
   for (int i = 0; i < end; ++i) relative.set(i, pairs.p(i), pairs.q(i), pairs.unit());

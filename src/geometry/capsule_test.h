@@ -14,20 +14,19 @@ namespace fcl_fibers::geometry {
 /// first's; so a chain of capsules needs one for each of its points. An end is loaded as one
 /// vector.
 struct alignas(32) CapsuleEnd {
-  double x, y, z;
-  double radius;  ///< of the capsule that begins here; NaN for a box
+  double numbers[4];  ///< x, y, z, and the radius of the capsule that begins here, NaN for a box
 };
 
 FCL_FIBERS_ALWAYS_INLINE CapsuleEnd firstEndOf(const Segment& s) {
-  return {s.a.x, s.a.y, s.a.z, s.isBox() ? std::numeric_limits<double>::quiet_NaN() : s.radius};
+  return {{s.a.x, s.a.y, s.a.z, s.isBox() ? std::numeric_limits<double>::quiet_NaN() : s.radius}};
 }
 FCL_FIBERS_ALWAYS_INLINE CapsuleEnd secondEndOf(const Segment& s) {
-  return {s.b.x, s.b.y, s.b.z, 0};
+  return {{s.b.x, s.b.y, s.b.z, 0}};
 }
 FCL_FIBERS_ALWAYS_INLINE Segment segmentOf(const CapsuleEnd* capsule) {
-  const CapsuleEnd &a = capsule[0], &b = capsule[1];
-  const bool is_box = a.radius != a.radius;
-  return {{a.x, a.y, a.z}, {b.x, b.y, b.z}, is_box ? -1 : a.radius};
+  const double *const a = capsule[0].numbers, *const b = capsule[1].numbers;
+  const bool is_box = a[3] != a[3];
+  return {{a[0], a[1], a[2]}, {b[0], b[1], b[2]}, is_box ? -1 : a[3]};
 }
 
 /// A block of pairs of capsules, which are tested many at a time in float. Each pair is taken
@@ -74,7 +73,7 @@ class CapsulePairs {
 
  private:
   std::size_t index() const { return static_cast<std::size_t>(size_); }
-  /// Beyond float's range the conversion gives infinity, with which no comparison holds.
+  /// Infinity beyond float's range. A margin that large makes the pair touch, as it should.
   float toFloat(double x) const { return static_cast<float>(unit_ * x); }
 
   double unit_;

@@ -32,8 +32,8 @@ class CapsuleFilter {
   SegmentRange a_, b_;
   const geometry::FrameChange* b_to_a_;
   double margin_, unit_, error_;
-  double error_of_all_ =
-      -1;  ///< bounds that of the end points of any pair; -1 if that would be much
+  /// Bounds the error of the end points of every pair; -1 if one bound for all would be too wide.
+  double error_of_all_ = -1;
 };
 
 }  // namespace fcl_fibers::index

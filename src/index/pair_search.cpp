@@ -43,16 +43,17 @@ void SearchScratch::trim(std::size_t most) {
   }
   std::size_t bytes = memoryUsage();
   for (Window& window : windows) {
-    for (TaskBuffer& buffer : window.buffers) {
+    // Every window uses its first ones.
+    for (auto buffer = window.buffers.rbegin(); buffer != window.buffers.rend(); ++buffer) {
       if (bytes <= most) return;
-      bytes -= buffer.memoryUsage();
-      buffer.release();
+      bytes -= buffer->memoryUsage();
+      buffer->release();
     }
   }
 }
 
 std::size_t SearchScratch::memoryUsage() const {
-  std::size_t bytes = 0;
+  std::size_t bytes = sizeof(*this);
   for (const Window& window : windows) {
     bytes += window.tasks.capacity() * sizeof(TraversalTask) +
              window.buffers.capacity() * sizeof(TaskBuffer);
@@ -63,7 +64,7 @@ std::size_t SearchScratch::memoryUsage() const {
 
 std::size_t ScratchPool::memoryUsage() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return spare_ ? sizeof(SearchScratch) + spare_->memoryUsage() : 0;
+  return spare_ ? spare_->memoryUsage() : 0;
 }
 
 std::unique_ptr<SearchScratch> ScratchPool::take() {
@@ -73,10 +74,21 @@ std::unique_ptr<SearchScratch> ScratchPool::take() {
 }
 
 void ScratchPool::giveBack(std::unique_ptr<SearchScratch> scratch) {
-  if (scratch) scratch->trim(most_kept_);
-  if (scratch && scratch->memoryUsage() > most_kept_) scratch.reset();
   const std::lock_guard<std::mutex> lock(mutex_);
   spare_ = std::move(scratch);
+  trimSpare();
+}
+
+void ScratchPool::keepAtMost(std::size_t bytes) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  most_kept_ = bytes;
+  trimSpare();
+}
+
+/// @pre the mutex is locked
+void ScratchPool::trimSpare() {
+  if (spare_) spare_->trim(most_kept_);
+  if (spare_ && spare_->memoryUsage() > most_kept_) spare_.reset();
 }
 
 namespace {
@@ -106,8 +118,6 @@ class ParallelTasks final : public tree::TaskSink {
         filling_(&scratch.windows[1]) {
     for (SearchScratch::Window& window : scratch.windows) {
       window.tasks.clear();
-      window.tasks.reserve(kCapacity);
-      window.buffers.resize(kCapacity);
     }
   }
 
@@ -127,6 +137,9 @@ class ParallelTasks final : public tree::TaskSink {
 
  private:
   Visit advance() {
+    if (filling_->buffers.size() < filling_->tasks.size()) {
+      filling_->buffers.resize(filling_->tasks.size());
+    }
     std::atomic<bool> stopped{false};
     std::atomic<std::size_t> found{0}, searched{filling_->tasks.size()};
     const auto search = [&](int i) {

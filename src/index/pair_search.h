@@ -92,7 +92,7 @@ struct SearchScratch {
 
   /// Frees the pairs of some tasks, so that at most so many bytes are left if that is enough.
   void trim(std::size_t most);
-  std::size_t memoryUsage() const;
+  std::size_t memoryUsage() const;  ///< with this object
 };
 
 /// Lends scratch memory, which searches that run at the same time must not share.
@@ -101,8 +101,8 @@ class ScratchPool {
   /// Excludes memory that is lent at present.
   std::size_t memoryUsage();
   void clear() { giveBack(nullptr); }
-  /// What is given back from now on is freed down to this size.
-  void keepAtMost(std::size_t bytes) { most_kept_ = bytes; }
+  /// Frees what is kept down to this size, now and whenever a scratch is given back.
+  void keepAtMost(std::size_t bytes);
 
   /// Holds a scratch until it goes out of scope.
   class Lease {
@@ -120,8 +120,10 @@ class ScratchPool {
 
  private:
   std::unique_ptr<SearchScratch> take();
-  /// Keeps only the last one given back.
+  /// Keeps only the last one given back, and no more of it than may be kept.
   void giveBack(std::unique_ptr<SearchScratch> scratch);
+
+  void trimSpare();
 
   std::mutex mutex_;
   std::unique_ptr<SearchScratch> spare_;

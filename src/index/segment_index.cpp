@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cmath>
 #include <utility>
 
 #include "tree/bundle.h"
@@ -162,10 +161,12 @@ void SegmentIndex::makeTree(const tree::Fibers& fibers, const std::vector<Middle
 bool SegmentIndex::refit(const SegmentSource& source) {
   if (frame_lasts_ && tryRefit(source, frame_) && staysWithin(in_new_frame_, extent()))
     return !hasDecayed();
-  Frame frame = frameFor(source, leaves());
-  // What lies far outside must not overflow in the unit of the others.
-  while (!source.staysFiniteIn(frame) && std::isnormal(frame.scale)) frame.scale *= 0x1p-32;
-  return refit(source, source.staysFiniteIn(frame) ? frame : frame_);
+  return refit(source, betterFrame(source));
+}
+
+Frame SegmentIndex::betterFrame(const SegmentSource& source) const {
+  const Frame frame = frameFor(source, leaves());
+  return source.staysFiniteIn(frame) ? frame : frame_;
 }
 
 bool SegmentIndex::refit(const SegmentSource& source, const Frame& frame) {

@@ -73,6 +73,9 @@ class SegmentIndex {
   /// The same in a frame that was made for others. Returns whether all segments can be read in it.
   bool tryRefit(const SegmentSource& source, const geometry::Frame& frame);
 
+  /// A frame for the segments as they are now; the present one if they do not stay finite in it.
+  geometry::Frame betterFrame(const SegmentSource& source) const;
+
   /// Refits these segments, given in frame(), and the nodes above them. Returns what refit() does,
   /// but checks only now and then whether a build pays.
   bool refitSome(const std::vector<SegmentId>& ids, const std::vector<Segment>& moved);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 namespace fcl_fibers::index {
@@ -44,7 +45,9 @@ Frame frameFor(const SegmentSource& source, const std::vector<SegmentId>& ids) {
     }
     if (step == 1) break;
   }
-  return geometry::frameFor(samples.data(), found);
+  Frame frame = geometry::frameFor(samples.data(), found);
+  while (!source.staysFiniteIn(frame) && std::isnormal(frame.scale)) frame.scale *= 0x1p-32;
+  return frame;
 }
 
 }  // namespace fcl_fibers::index

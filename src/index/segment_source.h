@@ -26,7 +26,7 @@ class SegmentSource {
   virtual bool read(const SegmentId* ids, int count, int ahead, const geometry::Frame& frame,
                     SegmentBlock& out, BlockMask& present) const = 0;
 
-  /// Whether coordinates stay finite in a frame.
+  /// Whether coordinates stay finite in a frame, as far as can be told without reading them all.
   virtual bool staysFiniteIn(const geometry::Frame& frame) const = 0;
 
   /// Whether reading is much faster in the order of ids than in that of the tree, because what a
@@ -51,7 +51,8 @@ bool readOne(const SegmentSource& source, SegmentId id, const geometry::Frame& f
                               const geometry::Frame& frame);
 
 /// Chooses a frame from a sample of segments. It passes over those that were removed, cannot be
-/// read or are unbounded.
+/// read or are unbounded. If coordinates far outside would overflow in the unit of the others, the
+/// unit is made smaller.
 geometry::Frame frameFor(const SegmentSource& source, const std::vector<SegmentId>& ids);
 
 }  // namespace fcl_fibers::index

@@ -14,19 +14,19 @@
 
 namespace fcl_fibers::tree {
 
-inline geometry::Vec3d centerOf(const geometry::Box& box) {
+inline geometry::Vec3d centerOfVolume(const geometry::Box& box) {
   return {0.5 * (double{box.low[0]} + double{box.high[0]}),
           0.5 * (double{box.low[1]} + double{box.high[1]}),
           0.5 * (double{box.low[2]} + double{box.high[2]})};
 }
-inline geometry::Vec3d centerOf(const geometry::Sphere& sphere) {
+inline geometry::Vec3d centerOfVolume(const geometry::Sphere& sphere) {
   return {sphere.center[0], sphere.center[1], sphere.center[2]};
 }
 
 /// No coordinate in the volume is larger. Not finite if the volume is not.
 template <class Volume>
 double reachOfVolume(const Volume& volume) {
-  return maxNorm(centerOf(volume)) + double{volume.size()};
+  return maxNorm(centerOfVolume(volume)) + double{volume.size()};
 }
 /// The same for all volumes of a tree.
 template <class Tree>
@@ -57,7 +57,7 @@ Extent extentOf(const Tree& tree) {
                    return;
                  }
                  extent.reach = std::max(extent.reach, reach);
-                 const geometry::Vec3d center = centerOf(volume);
+                 const geometry::Vec3d center = centerOfVolume(volume);
                  centers[0][count] = center.x;
                  centers[1][count] = center.y;
                  centers[2][count++] = center.z;

@@ -273,6 +273,10 @@ class ReportTest(unittest.TestCase):
             self.row(text, "bytes a segment ")[0], r"^\d+\.?\d* (met|MISSED) \(< 80\)$"
         )
         self.assertEqual(self.row(text, "growth, update")[0], "1.50 MISSED (< 1.5)")
+        self.assertIn("## Targets of arrays\n", text)
+        row = self.row(text, "bytes a segment, boxes ")[0]
+        self.assertRegex(row, r"^\d+\.?\d* (met|MISSED) \(at most 43\)$")
+        self.assertEqual(self.row(text, "build on 2 threads")[0], "-")  # of a large scene alone
         text = self.made("full")
         self.assertEqual(self.row(text, "update  ")[:4], ["60.0 ns", "66.0 ns", "90.0 ns", "1.50x"])
         self.assertNotIn("MISSED", text)

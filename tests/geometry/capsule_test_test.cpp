@@ -386,7 +386,7 @@ TEST(CapsulePairs, TheRestOfABlockHasNoSay) {
     const simd::ScopedTarget scoped(target);
     BlockOfPairs asked(1);
     CapsulePairs& pairs = asked.pairs;
-    for (const int size : {64, 0, 1, 7, 8, 9, 63, 64, 1, 0}) {
+    for (const int size : {64, 0, 1, 7, 8, 9, 15, 16, 17, 33, 49, 63, 64, 1, 0}) {
       Block block = blockOf(random, anyQuestion);
       block.questions.resize(static_cast<std::size_t>(size));
       pairs.clear();

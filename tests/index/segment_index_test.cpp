@@ -561,6 +561,32 @@ TEST_P(SegmentIndexTest, PairsWithOneSegmentAreThoseOfItsOwn) {
   }
 }
 
+// Capsules would be decided with a bound of their errors that is too small.
+TEST_P(SegmentIndexTest, NoSegmentReachesFartherThanTheRoot) {
+  World world = smallWorld();
+  SegmentIndex index(options());
+  const auto expectInside = [&](const char* when) {
+    const double reach =
+        std::visit([](const auto& tree) { return tree::reachOf(tree); }, index.tree());
+    for (const SegmentId id : index.leaves()) {
+      if (!world.isThere(id)) continue;
+      const Segment s = world.at(id, index.frame());
+      ASSERT_LE(std::max(maxNorm(s.a), maxNorm(s.b)), reach) << when << ' ' << id;
+    }
+  };
+  world.build(index);
+  expectInside("built");
+  for (Segment& s : world.segments) s = {1.1 * s.b, 0.9 * s.a, s.radius};
+  world.refit(index);
+  expectInside("refitted");
+  for (const std::size_t id : {3, 40, 77}) {
+    Segment& s = world.segments[id];
+    s = {s.a + Vec3d{7, 0, -3}, s.b + Vec3d{7, 0, -3}, s.radius};
+  }
+  world.refitSome(index, {3, 40, 77});
+  expectInside("refitted in part");
+}
+
 // One dense query would cost its memory for good.
 TEST_P(SegmentIndexTest, QueriesLeaveAQuarterOfItsSizeAtMost) {
   Random random(17);
