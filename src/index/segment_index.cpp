@@ -159,8 +159,13 @@ void SegmentIndex::makeTree(const tree::Fibers& fibers, const std::vector<Middle
 // --- Refitting ---
 
 bool SegmentIndex::refit(const SegmentSource& source) {
-  if (frame_lasts_ && tryRefit(source, frame_) && staysWithin(in_new_frame_, extent()))
-    return !hasDecayed();
+  if (frame_lasts_ && tryRefit(source, frame_)) {
+    const tree::Extent now = extent();
+    // A frame that is no longer good does for once, so that no update refits twice, unless it is
+    // far too bad.
+    frame_lasts_ = staysWithin(in_new_frame_, now, 0.25);
+    if (frame_lasts_ || staysWithin(in_new_frame_, now, 16)) return !hasDecayed();
+  }
   return refit(source, betterFrame(source));
 }
 

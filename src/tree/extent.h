@@ -84,9 +84,10 @@ Extent extentOf(const Tree& tree) {
 /// Whether a frame that was chosen for one extent is good for another. Bounds are floats, so they
 /// are the wider, the farther the segments are from the origin. The unit has to leave room for
 /// squares of lengths.
-inline bool staysWithin(const Extent& then, const Extent& now) {
+/// @param drift  how far the middle may have moved, times the spread
+inline bool staysWithin(const Extent& then, const Extent& now, double drift) {
   constexpr double kGrowth = 64;
-  return now.is_finite && 4 * maxNorm(now.middle - then.middle) <= now.spread &&
+  return now.is_finite && maxNorm(now.middle - then.middle) <= drift * now.spread &&
          now.reach <= kGrowth * then.reach && then.reach <= kGrowth * now.reach;
 }
 
