@@ -12,8 +12,8 @@ enum class Bounds {
   kShapes,
   /// Pose and shape, and the margin that a program has added to FCL's own box of the shape, as it
   /// does for a contact distance. A box that contains the shape and is larger on some sides than on
-  /// others counts in place of the shape. `computeAABB()` is not needed: only the size of a box of
-  /// another pose counts. docs/contract.md has the rule.
+  /// others counts as well. `computeAABB()` is not needed, and what it computes for turned objects
+  /// adds nothing: only the size of a box of another pose counts. docs/contract.md has the rule.
   kShapesAndMargins,
   /// `getAABB()` alone, for capsules too, as in FCL's managers. This is for boxes that a program
   /// makes smaller. They are up to date only if it calls `computeAABB()`.

@@ -42,7 +42,7 @@ enum class Topology {
 
 /// Which pairs a query reports.
 enum class Report {
-  /// Every pair whose leaf volumes overlap: tight boxes of the capsules, or spheres of the
+  /// Every pair whose leaf volumes overlap: tight boxes of the shapes, or spheres around the
   /// segments. FCL's broad phase reports the same when it is given tight boxes.
   kVolumes,
   /// Every pair of capsules whose axes are no further apart than the sum of their radii and the

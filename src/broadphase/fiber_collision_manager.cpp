@@ -68,12 +68,16 @@ class FiberCollisionManager<S>::Impl final : public broadphase::ManagerState<S> 
                                     [] { return std::string("the object passed"); });
     };
     const Segment shape = read(Bounds::kShapes), counted = read(Bounds::kShapesAndMargins);
-    if (shape.isBox() || !counted.isBox()) return counted.radius - shape.radius;
-    const auto beyond = [&](const geometry::Vec3d& p, const geometry::Vec3d& q) {
-      return std::max({p.x - q.x, p.y - q.y, p.z - q.z}) - shape.radius;
+    if (!shape.isBox() && !counted.isBox()) return counted.radius - shape.radius;
+    // A side that is open stays where it is, at infinity.
+    const auto beyond = [](double outer, double inner) {
+      return outer > inner ? outer - inner : 0;
     };
-    return std::max(
-        {0.0, beyond(min(shape.a, shape.b), counted.a), beyond(counted.b, max(shape.a, shape.b))});
+    const geometry::Vec3d low = min(shape.a, shape.b), high = max(shape.a, shape.b);
+    const double r = shape.thickness();
+    return std::max({beyond(low.x - r, counted.a.x), beyond(low.y - r, counted.a.y),
+                     beyond(low.z - r, counted.a.z), beyond(counted.b.x, high.x + r),
+                     beyond(counted.b.y, high.y + r), beyond(counted.b.z, high.z + r)});
   }
 };
 

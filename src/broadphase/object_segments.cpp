@@ -13,6 +13,7 @@
 #include "broadphase/object_members.h"
 #include "broadphase/object_source.h"
 #include "broadphase/program_margin.h"
+#include "broadphase/shape_box.h"
 
 namespace fcl_fibers::broadphase {
 namespace {
@@ -50,172 +51,10 @@ const char* poseProblem(const fcl::Transform3<S>& pose) {
   return "its rotation is not orthonormal or is a reflection; give it a proper rotation";
 }
 
-constexpr const char* kBadRadius =
-    "its radius is negative, NaN or infinite; give it a finite radius of 0 or more";
-constexpr const char* kBadLength =
-    "its length is negative, NaN or infinite; give it a finite length of 0 or more";
-
 const char* rangeProblem(const Segment& segment) {
   return isBounded(segment) && std::isfinite(segment.radius)
              ? nullptr
              : "its coordinates overflow; bring the scene nearer to the origin or change its unit";
-}
-
-/// Two corners in the index's frame. Open sides are at infinity.
-struct Corners {
-  Vec3d low, high;
-};
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-/// FCL's planes reach to max(), or to infinity if they are rotated.
-template <typename S>
-double openLow(S side) {
-  return side < -std::numeric_limits<S>::max() / 4 ? -kInfinity : static_cast<double>(side);
-}
-template <typename S>
-double openHigh(S side) {
-  return side > std::numeric_limits<S>::max() / 4 ? kInfinity : static_cast<double>(side);
-}
-
-/// A box far out may overflow, but its low side must not become +infinity, nor its high side
-/// -infinity.
-double finiteLow(double x) { return std::min(x, std::numeric_limits<double>::max()); }
-double finiteHigh(double x) { return std::max(x, -std::numeric_limits<double>::max()); }
-
-template <typename S>
-bool isProper(const fcl::AABB<S>& box) {
-  return (box.min_.array() <= box.max_.array()).all();
-}
-
-template <typename S>
-Corners ownCorners(const fcl::AABB<S>& box, const Frame& frame) {
-  const Vec3d low = frame.fromWorld(toVec3(box.min_)), high = frame.fromWorld(toVec3(box.max_));
-  const auto lowest = [](S side, double local) {
-    return openLow(side) == -kInfinity ? -kInfinity : finiteLow(local);
-  };
-  const auto highest = [](S side, double local) {
-    return openHigh(side) == kInfinity ? kInfinity : finiteHigh(local);
-  };
-  return {
-      {lowest(box.min_[0], low.x), lowest(box.min_[1], low.y), lowest(box.min_[2], low.z)},
-      {highest(box.max_[0], high.x), highest(box.max_[1], high.y), highest(box.max_[2], high.z)}};
-}
-
-/// An open side does not spread to other axes in poses that FCL treats as a translation.
-template <typename S>
-double product(double entry, double side) {
-  const bool is_none = std::fabs(entry) <= double{Eigen::NumTraits<S>::dummy_precision()};
-  return is_none && std::isinf(side) ? 0 : entry * side;
-}
-
-/// The intersection of the boxes around FCL's two bounds of a posed shape, which are its local box
-/// and the ball around that.
-/// @param half  is set to half its size, in the world's unit
-template <typename S>
-Corners posedCorners(const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& pose,
-                     const Frame& frame, Vec3d& half) {
-  constexpr double kEps = std::numeric_limits<double>::epsilon();
-  const Vec3d position = frame.fromWorld(toVec3(pose.matrix().col(3)));
-  const double at[] = {position.x, position.y, position.z};
-  // Radius 0 means that there is no ball.
-  const auto radius = static_cast<double>(shape.aabb_radius);
-  const double ball =
-      radius > 0 ? radius * (1 + 8 * double{std::numeric_limits<S>::epsilon()}) : kInfinity;
-  double low[3], high[3], size[3];
-  for (int row = 0; row < 3; ++row) {
-    double from = 0, to = 0, center = 0, largest = 0;
-    for (int column = 0; column < 3; ++column) {
-      const auto entry = static_cast<double>(pose.matrix()(row, column));
-      const double p = product<S>(entry, openLow(shape.aabb_local.min_[column]));
-      const double q = product<S>(entry, openHigh(shape.aabb_local.max_[column]));
-      from += std::min(p, q);
-      to += std::max(p, q);
-      center += entry * static_cast<double>(shape.aabb_center[column]);
-      for (const double x : {p, q})
-        largest = std::isfinite(x) ? std::max(largest, std::fabs(x)) : largest;
-    }
-    const double rounding = 16 * kEps * largest;
-    from = std::max(from, std::isfinite(center) ? center - ball : -kInfinity) - rounding;
-    to = std::min(to, std::isfinite(center) ? center + ball : kInfinity) + rounding;
-    size[row] = (to - from) / 2;
-    low[row] = from == -kInfinity ? from : finiteLow(at[row] + frame.scale * from);
-    high[row] = to == kInfinity ? to : finiteHigh(at[row] + frame.scale * to);
-  }
-  half = {size[0], size[1], size[2]};
-  return {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
-}
-
-/// How far the finite corners of a box may have been rounded.
-template <typename S>
-double roundingOf(const fcl::AABB<S>& box) {
-  double farthest = 0;
-  for (const auto& corner : {box.min_, box.max_}) {
-    for (int axis = 0; axis < 3; ++axis) {
-      const double x = std::fabs(static_cast<double>(corner[axis]));
-      if (x <= double{std::numeric_limits<S>::max()} / 4) farthest = std::max(farthest, x);
-    }
-  }
-  return 4 * double{std::numeric_limits<S>::epsilon()} * farthest;
-}
-
-double finiteNorm(const Vec3d& v) {
-  double largest = 0;
-  for (const double x : {v.x, v.y, v.z}) {
-    if (std::isfinite(x)) largest = std::max(largest, std::fabs(x));
-  }
-  return largest;
-}
-
-bool contains(const Corners& outer, const Corners& inner, double rounding) {
-  const auto reaches = [rounding](const Vec3d& low, const Vec3d& high) {
-    return low.x <= high.x + rounding && low.y <= high.y + rounding && low.z <= high.z + rounding;
-  };
-  return reaches(outer.low, inner.low) && reaches(inner.high, outer.high);
-}
-
-bool haveOneMiddle(const Corners& p, const Corners& q, double rounding) {
-  return maxNorm((p.low - q.low) + (p.high - q.high)) <= 2 * rounding;
-}
-
-/// Reads an object as a box: any under Bounds::kObjects, else all except capsules and spheres.
-template <typename S>
-const char* readBox(const fcl::CollisionObject<S>& object, const Frame& frame, Bounds bounds,
-                    Segment& segment) {
-  const fcl::CollisionGeometry<S>& shape = *ObjectMembers<S>::shape(object);
-  const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
-  const bool has_own = bounds != Bounds::kShapes && isProper(box);
-  const bool has_shape = bounds != Bounds::kObjects && isProper(shape.aabb_local);
-  if (!has_own && !has_shape) {
-    return "its box is empty or NaN; give it a non-empty shape and call computeAABB()";
-  }
-  if (!has_shape) {
-    const Corners own = ownCorners(box, frame);
-    segment = Segment::box(own.low, own.high);
-    return nullptr;
-  }
-  Vec3d half;
-  Corners corners = posedCorners(shape, ObjectMembers<S>::pose(object), frame, half);
-  if (has_own) {
-    const BoxSize size(box);
-    const Corners own = ownCorners(box, frame);
-    // FCL treats small rotations as the identity.
-    const double tilt = 4 * double{Eigen::NumTraits<S>::dummy_precision()} * finiteNorm(half);
-    const double rounding = frame.scale * (roundingOf(box) + tilt);
-    const bool contains_shape = contains(own, corners, rounding);
-    // A box with the same middle is of this pose too. The program has made it smaller somewhere.
-    const bool is_of_this_pose = contains_shape || haveOneMiddle(own, corners, rounding);
-    if (!contains_shape) {
-      const double margin = frame.scale * marginOfOldBox(object, size, half);
-      corners.low = corners.low - Vec3d{margin, margin, margin};
-      corners.high = corners.high + Vec3d{margin, margin, margin};
-    }
-    if (is_of_this_pose) {
-      corners = {min(own.low, corners.low), max(own.high, corners.high)};
-    }
-  }
-  segment = Segment::box(corners.low, corners.high);
-  return nullptr;
 }
 
 /// Adds to a capsule or sphere the margin that the program has added to its box.
@@ -264,10 +103,11 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& fram
   const fcl::Transform3<S>& pose = ObjectMembers<S>::pose(object);
   if (const char* problem = poseProblem(pose)) return problem;
 
-  if (bounds == Bounds::kObjects) return readBox(object, frame, bounds, segment);
+  const fcl::NODE_TYPE type = shape->getNodeType();
+  if (bounds == Bounds::kObjects) return readBox(object, type, frame, bounds, segment);
 
   double radius, length = 0;
-  switch (shape->getNodeType()) {
+  switch (type) {
     case fcl::GEOM_CAPSULE: {
       const auto& capsule = static_cast<const fcl::Capsule<S>&>(*shape);
       radius = static_cast<double>(capsule.radius);
@@ -278,10 +118,10 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& fram
       radius = static_cast<double>(static_cast<const fcl::Sphere<S>&>(*shape).radius);
       break;
     default:
-      return readBox(object, frame, bounds, segment);
+      return readBox(object, type, frame, bounds, segment);
   }
-  if (!(radius >= 0 && std::isfinite(radius))) return kBadRadius;
-  if (!(length >= 0 && std::isfinite(length))) return kBadLength;
+  if (!isSize(radius)) return kBadRadius;
+  if (!isSize(length)) return kBadLength;
   const Vec3d center = frame.fromWorld(toVec3(pose.matrix().col(3)));
   // Halving the length instead of the scale could lose the last bit of a subnormal length.
   const Vec3d half = (frame.scale / 2 * length) * toVec3(pose.matrix().col(2));

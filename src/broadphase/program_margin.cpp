@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 #include <limits>
 
 #include "broadphase/object_members.h"
@@ -20,10 +19,10 @@ double least(const Vec3d& v) { return std::min({v.x, v.y, v.z}); }
 double most(const Vec3d& v) { return std::max({v.x, v.y, v.z}); }
 Vec3d cube(double half) { return {half, half, half}; }
 
-/// Half the size of the object's box if the program has left that box alone. `margin` is the part
-/// of it that the program has added to the shape's own box.
+/// The object's box, relative to its position, if the program has left that box alone. `margin` is
+/// the part of it that the program has added to the shape's own box.
 struct Form {
-  Vec3d half;
+  Corners box;
   double margin = 0;
 };
 
@@ -36,7 +35,7 @@ double evenExcess(const Vec3d& least_excess, const Vec3d& most_excess, double ro
 double marginOfEvenSize(const BoxSize& size, const Form* forms, std::size_t count) {
   double margin = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    const Vec3d excess = size.half - forms[i].half;
+    const Vec3d excess = size.half - forms[i].box.half();
     const double even = evenExcess(excess, excess, size.rounding);
     if (even > 0) margin = std::max(margin, even + forms[i].margin);
   }
@@ -48,47 +47,44 @@ double marginOfSize(const BoxSize& size, const Form* forms, std::size_t count) {
   double margin = marginOfEvenSize(size, forms, count);
   if (margin > 0) return margin;
   for (std::size_t i = 0; i < count; ++i) {
-    const double everywhere = least(size.half - forms[i].half);
+    const double everywhere = least(size.half - forms[i].box.half());
     if (everywhere > size.rounding) margin = std::max(margin, everywhere + size.rounding);
   }
   return margin;
 }
 
+/// FCL computes the local boxes of these from a length along z.
+bool hasLength(fcl::NODE_TYPE type) {
+  return type == fcl::GEOM_CAPSULE || type == fcl::GEOM_CYLINDER || type == fcl::GEOM_CONE ||
+         type == fcl::GEOM_BOX;
+}
+
 }  // namespace
 
 template <typename S>
-BoxSize::BoxSize(const fcl::AABB<S>& box) {
-  const Vec3d low = toVec3(box.min_), high = toVec3(box.max_);
-  half = 0.5 * high - 0.5 * low;
-  const double farthest = std::max(maxNorm(low), maxNorm(high));
-  is_open = farthest > double{std::numeric_limits<S>::max()} / 4;
-  // FCL rounds each corner to nearest. The extent that it adds to the position carries three
-  // roundings.
-  rounding = kEps<S> * (0.75 * farthest + 3 * maxNorm(half)) +
-             4 * double{std::numeric_limits<S>::denorm_min()};
-}
-
-template <typename S>
-Widening wideningOf(const fcl::CollisionObject<S>& object, double radius, double length) {
-  const fcl::CollisionGeometry<S>& shape = *ObjectMembers<S>::shape(object);
+Widening wideningOf(const fcl::CollisionObject<S>& object, const BoxSize& size,
+                    const ShapeBox& shape) {
+  const fcl::CollisionGeometry<S>& geometry = *ObjectMembers<S>::shape(object);
   const fcl::Transform3<S>& pose = ObjectMembers<S>::pose(object);
   const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
-  const BoxSize size(box);
-  if (!(least(size.half) >= 0)) return {};  // NaN, or empty
+  if (!isProper(box)) return {};
+  const fcl::NODE_TYPE type = geometry.getNodeType();
+  const bool is_sphere = type == fcl::GEOM_SPHERE;
   // The program may have widened the shape's own box, too. Excess along the axis does not count,
   // because the length may have changed since FCL computed that box.
-  const bool is_sphere = shape.getNodeType() == fcl::GEOM_SPHERE;
-  const BoxSize own(shape.aabb_local);
-  const Vec3d middle = 0.5 * toVec3(shape.aabb_local.min_) + 0.5 * toVec3(shape.aabb_local.max_);
+  const BoxSize own(geometry.aabb_local);
+  const Corners own_box{toVec3(geometry.aabb_local.min_), toVec3(geometry.aabb_local.max_)};
   const double own_rounding = 4 * own.rounding;
-  const double excess[] = {own.half.x - radius, own.half.y - radius,
-                           is_sphere ? own.half.z - radius : own.half.x - radius};
-  const auto [low, high] = std::minmax({excess[0], excess[1], excess[2]});
-  const bool is_even = high - low <= own_rounding && maxNorm(middle) <= own_rounding;
+  Vec3d excess = own.half - shape.local.half();
+  if (hasLength(type)) excess.z = excess.x;
+  const double low = least(excess), high = most(excess);
+  // If it is larger nowhere, the shape has grown since.
+  const bool is_even = (high - low <= own_rounding || high <= own_rounding) &&
+                       maxNorm(own_box.middle() - shape.local.middle()) <= own_rounding;
   const double in_box = is_even && high > own_rounding ? high : 0;
 
   // The ball around that box, by which FCL bounds rotated objects.
-  const auto ball = static_cast<double>(shape.aabb_radius), usual = norm(own.half);
+  const auto ball = static_cast<double>(geometry.aabb_radius), usual = norm(own.half);
   // If FCL's own box has overflowed, its size tells nothing.
   if (size.is_open) return {0, std::isfinite(ball)};
   double in_ball = in_box;
@@ -97,30 +93,43 @@ Widening wideningOf(const fcl::CollisionObject<S>& object, double radius, double
     if (beyond > own_rounding && std::isfinite(beyond)) in_ball += beyond;
   }
 
-  const Vec3d axis = toVec3(pose.matrix().col(2));
-  const Vec3d tight = {std::fabs(axis.x) * length / 2 + radius,
-                       std::fabs(axis.y) * length / 2 + radius,
-                       std::fabs(axis.z) * length / 2 + radius};
-  Form forms[3] = {{own.half, in_box}, {tight, 0}};
+  Form forms[3] = {{own_box, in_box}, {shape.posed, 0}};
   std::size_t count = 2;
   // If both of FCL's boxes are cubes, the pose tells which one this is.
-  const bool may_be_turned =
-      !(most(own.half) - least(own.half) <= own_rounding) || !pose.linear().isIdentity();
-  if (std::isfinite(ball) && may_be_turned) forms[count++] = {cube(ball), in_ball};
+  const bool is_turned = !pose.linear().isIdentity();
+  const bool is_cube = most(own.half) - least(own.half) <= own_rounding;
+  // A mesh may be smaller than its ball is usually, so what was added to that is not known.
+  const bool is_known = shape.is_least || in_ball == in_box;
+  const Vec3d center = toVec3(geometry.aabb_center);
+  if (std::isfinite(ball) && (is_turned || !is_cube) && is_known) {
+    const fcl::Vector3<S> turned = pose.linear() * geometry.aabb_center;
+    forms[count++] = {around(toVec3(turned), cube(ball)), in_ball};
+  }
 
   if (is_even) {
     for (std::size_t i = 0; i < count; ++i) {
-      if (maxNorm(size.half - forms[i].half) <= size.rounding) return {forms[i].margin, false};
+      if (maxNorm(size.half - forms[i].box.half()) <= size.rounding) {
+        return {forms[i].margin, false};
+      }
     }
   }
+  // How far FCL rounds a middle that is not the position, and how far a box that it does not turn
+  // is from that of a pose so near to the identity.
+  const double shift = 8 * kEps<S> * maxNorm(center);
+  const double tilt = is_turned ? 0
+                                : 4 * double{Eigen::NumTraits<S>::dummy_precision()} *
+                                      (maxNorm(own.half) + maxNorm(center));
   const Vec3d position = toVec3(pose.matrix().col(3));
   const Vec3d below = position - toVec3(box.min_), above = toVec3(box.max_) - position;
-  const Vec3d inner = min(below, above), outer = max(below, above);
-  if (least(inner - tight) >= -size.rounding) {
+  // A box around a mesh may be less than ours, but it meets it.
+  const Corners& posed = shape.posed;
+  const Vec3d beyond_low = below + (shape.is_least ? posed.low : posed.high),
+              beyond_high = above - (shape.is_least ? posed.high : posed.low);
+  if (least(min(beyond_low, beyond_high)) >= -(size.rounding + shift + tilt)) {
     double margin = 0;
-    for (std::size_t i = 0; is_even && i < count; ++i) {
-      const double even =
-          evenExcess(inner - forms[i].half, outer - forms[i].half, 2 * size.rounding);
+    for (std::size_t i = is_turned && is_cube ? 1 : 0; is_even && i < count; ++i) {
+      const Vec3d p = below + forms[i].box.low, q = above - forms[i].box.high;
+      const double even = evenExcess(min(p, q), max(p, q), 2 * size.rounding + shift);
       if (even > 0) margin = std::max(margin, even + forms[i].margin);
     }
     if (margin > 0) return {margin, false};
@@ -128,27 +137,22 @@ Widening wideningOf(const fcl::CollisionObject<S>& object, double radius, double
     // Box and margin both count.
     return {marginOfEvenSize(size, forms, count), true};
   }
-  if (!is_even) return {std::max(0.0, std::max(high, most(size.half - tight))), false};
+  if (!is_even) return {std::max(0.0, std::max(high, most(size.half - posed.half()))), false};
   return {marginOfSize(size, forms, count), false};
 }
 
 template <typename S>
-double marginOfOldBox(const fcl::CollisionObject<S>& object, const BoxSize& size,
-                      const Vec3d& posed) {
-  const fcl::CollisionGeometry<S>& shape = *ObjectMembers<S>::shape(object);
-  const auto ball = static_cast<double>(shape.aabb_radius);
-  if (size.is_open) return 0;
-  const Form forms[] = {{BoxSize(shape.aabb_local).half, 0}, {posed, 0}, {cube(ball), 0}};
-  for (const Form& form : forms) {
-    if (maxNorm(size.half - form.half) <= size.rounding) return 0;
-  }
-  return marginOfSize(size, forms, std::isfinite(ball) ? 3 : 2);
+Widening wideningOf(const fcl::CollisionObject<S>& object, double radius, double length) {
+  const Vec3d axis = toVec3(ObjectMembers<S>::pose(object).matrix().col(2));
+  const Vec3d half{std::fabs(axis.x) * length / 2 + radius, std::fabs(axis.y) * length / 2 + radius,
+                   std::fabs(axis.z) * length / 2 + radius};
+  return wideningOf(object, BoxSize(ObjectMembers<S>::box(object)),
+                    ShapeBox::symmetric({radius, radius, length / 2 + radius}, half));
 }
 
-#define FCL_FIBERS_INSTANTIATE(S)                                               \
-  template BoxSize::BoxSize(const fcl::AABB<S>&);                               \
-  template Widening wideningOf(const fcl::CollisionObject<S>&, double, double); \
-  template double marginOfOldBox(const fcl::CollisionObject<S>&, const BoxSize&, const Vec3d&);
+#define FCL_FIBERS_INSTANTIATE(S)                                                                \
+  template Widening wideningOf(const fcl::CollisionObject<S>&, const BoxSize&, const ShapeBox&); \
+  template Widening wideningOf(const fcl::CollisionObject<S>&, double, double);
 FCL_FIBERS_INSTANTIATE(float)
 FCL_FIBERS_INSTANTIATE(double)
 #undef FCL_FIBERS_INSTANTIATE

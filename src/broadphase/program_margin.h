@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
+#include <limits>
+
 #include <fcl/narrowphase/collision_object.h>
 
+#include "broadphase/object_members.h"
+#include "broadphase/shape_box.h"
 #include "geometry/vec3.h"
+#include "simd/always_inline.h"
 
 namespace fcl_fibers::broadphase {
 
@@ -17,23 +23,51 @@ struct BoxSize {
   bool is_open;     ///< a side is infinite, or as far out as FCL's planes reach
 
   template <typename S>
-  explicit BoxSize(const fcl::AABB<S>& box);
+  explicit BoxSize(const fcl::AABB<S>& box) {
+    const geometry::Vec3d low = toVec3(box.min_), high = toVec3(box.max_);
+    half = 0.5 * high - 0.5 * low;
+    const double farthest = std::max(maxNorm(low), maxNorm(high));
+    is_open = farthest > double{std::numeric_limits<S>::max()} / 4;
+    // FCL rounds each corner to nearest. The extent that it adds to the position carries three
+    // roundings.
+    rounding = double{std::numeric_limits<S>::epsilon()} * (0.75 * farthest + 3 * maxNorm(half)) +
+               4 * double{std::numeric_limits<S>::denorm_min()};
+  }
 };
 
-/// What a program has added to the box of a capsule or sphere. A margin that is equal on all sides
-/// counts as the object's. If it is uneven, the box counts in place of the shape.
+/// What a program has added to an object's box. A margin that is equal on all sides counts as the
+/// object's. If it is uneven, the box counts as well.
 struct Widening {
   double margin = 0;
   bool is_uneven = false;
 };
 
+/// Whether a box has a size that FCL gives to this shape, turned or not, as nearly all have. Those
+/// too small to be squared are left to wideningOf().
+template <typename S>
+FCL_FIBERS_ALWAYS_INLINE bool isStockSize(const BoxSize& size, const ShapeBox& shape,
+                                          const fcl::Transform3<S>& pose) {
+  const geometry::Vec3d own = shape.local.half(), &half = size.half;
+  if (size.is_open) return false;
+  if (maxNorm(half - own) <= size.rounding) return true;
+  constexpr double kSmall = 1e-280;
+  if (std::fabs(half.x * half.x - shape.ball_squared) > 2 * size.rounding * half.x ||
+      std::fabs(half.y - half.x) > size.rounding || std::fabs(half.z - half.x) > size.rounding ||
+      !(shape.ball_squared > kSmall)) {
+    return false;
+  }
+  // If both are cubes, the pose tells which one this is.
+  const bool is_cube = maxNorm(own - geometry::Vec3d{own.x, own.x, own.x}) <= size.rounding;
+  return !is_cube || !pose.linear().isIdentity();
+}
+
+/// @param shape  is bounded
+template <typename S>
+Widening wideningOf(const fcl::CollisionObject<S>& object, const BoxSize& size,
+                    const ShapeBox& shape);
+
+/// Of a capsule, or of a sphere, which has no length.
 template <typename S>
 Widening wideningOf(const fcl::CollisionObject<S>& object, double radius, double length);
-
-/// The margin of any other shape whose box is of another pose.
-/// @param posed  half the size of the shape's own box in the object's pose
-template <typename S>
-double marginOfOldBox(const fcl::CollisionObject<S>& object, const BoxSize& size,
-                      const geometry::Vec3d& posed);
 
 }  // namespace fcl_fibers::broadphase

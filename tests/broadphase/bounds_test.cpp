@@ -418,10 +418,6 @@ TYPED_TEST(FiberBounds, MarginsAreMeasuredOutward) {
       }
     }
   }
-  Scene<S> box;
-  box.addBox({0, 0, 0}, Eigen::Quaterniond::Identity(), {1, 1, 1});
-  grow(boxOf(*box[0]), S(1));
-  EXPECT_EQ(manager->margin(box[0]), 0);
 }
 
 // A box that a program stretches along a motion is larger on one side alone.

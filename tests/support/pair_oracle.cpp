@@ -14,6 +14,8 @@
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/sphere.h>
 
+#include "support/least_box.h"
+
 namespace fcl_fibers::test {
 namespace {
 
@@ -109,7 +111,7 @@ typename PairOracle<S>::Shape PairOracle<S>::shapeOf(const Object& object) {
     shape.box = boxOf(shape.capsule);
     shape.sphere = sphereOf(shape.capsule);
   } else {
-    shape.box = shape.stock;
+    shape.box = leastBox(object);
     shape.sphere = {(shape.box.min + shape.box.max) / 2,
                     (shape.box.max - shape.box.min).norm() / 2};
   }
@@ -200,7 +202,7 @@ Verdict PairOracle<S>::verdict(const Shape& a, const Shape& b) const {
   }
 
   const bool uses_boxes = rules_.volume == LeafVolume::kBox;
-  // FCL rounds getAABB() to the nearest coordinate, and the box that is not rounded counts, too.
+  // FCL rounds the ball around a mesh and the boxes of what is unbounded.
   const Real rounding =
       capsules ? 0 : 2 * Real(std::numeric_limits<S>::epsilon()) * largest_coordinate_;
   // No need for exact distances, as what is promised of capsules is less.

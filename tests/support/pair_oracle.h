@@ -41,10 +41,9 @@ enum class ArgumentOrder { kAny, kPromised };
 ///   kVolumes:  the gap of their leaf volumes, per axis for boxes and between the surfaces for
 ///              spheres, is <= margin.
 /// They must not if isPromised() does not allow it.
-/// Any other shape counts by getAABB(): a pair with one must be reported if that box is within the
+/// Any other shape counts by leastBox(): a pair with one must be reported if that box is within the
 /// margin of the capsule or box; with kVolumes and boxes, if the boxes are. It must not if neither
-/// the boxes nor the balls around them are within the margin, volumeBand() and the rounding of
-/// getAABB().
+/// the boxes nor the balls around them are within the margin, volumeBand() and FCL's rounding.
 /// LeafVolume::kStock is exact: FCL compares the boxes that it is given.
 ///
 /// Whatever the rules, a pair that touches must be reported unless it is one of ignored neighbors
@@ -108,7 +107,7 @@ class PairOracle {
     bool is_capsule = true;
     GivenCapsule given;
     ExactCapsule capsule;  // The same, its end points rounded to Real.
-    ExactBox box;          // The tight box, or getAABB() of other shapes.
+    ExactBox box;          // leastBox()
     ExactSphere sphere;    // The segment's, or the ball around the box.
     ExactBox stock;
     std::optional<std::size_t> fiber;

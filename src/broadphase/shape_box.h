@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include <fcl/narrowphase/collision_object.h>
+
+#include <fcl_fibers/fiber_manager_options.h>
+
+#include "broadphase/object_members.h"
+#include "geometry/frame.h"
+#include "geometry/segment.h"
+#include "geometry/vec3.h"
+#include "simd/always_inline.h"
+
+namespace fcl_fibers::broadphase {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+constexpr const char* kBadRadius =
+    "its radius is negative, NaN or infinite; give it a finite radius of 0 or more";
+constexpr const char* kBadLength =
+    "its length is negative, NaN or infinite; give it a finite length of 0 or more";
+
+inline bool isSize(double x) { return x >= 0 && std::isfinite(x); }
+
+/// Two corners of a box. Open sides are at infinity.
+struct Corners {
+  geometry::Vec3d low, high;
+
+  geometry::Vec3d half() const { return 0.5 * high - 0.5 * low; }
+  geometry::Vec3d middle() const { return 0.5 * low + 0.5 * high; }
+};
+
+inline Corners around(const geometry::Vec3d& middle, const geometry::Vec3d& half) {
+  return {middle - half, middle + half};
+}
+
+/// FCL's planes reach to max(), or to infinity if they are rotated.
+template <typename S>
+double openLow(S side) {
+  return side < -std::numeric_limits<S>::max() / 4 ? -kInfinity : static_cast<double>(side);
+}
+template <typename S>
+double openHigh(S side) {
+  return side > std::numeric_limits<S>::max() / 4 ? kInfinity : static_cast<double>(side);
+}
+template <typename S>
+Corners openCorners(const fcl::AABB<S>& box) {
+  return {{openLow(box.min_[0]), openLow(box.min_[1]), openLow(box.min_[2])},
+          {openHigh(box.max_[0]), openHigh(box.max_[1]), openHigh(box.max_[2])}};
+}
+
+template <typename S>
+bool isProper(const fcl::AABB<S>& box) {
+  return (box.min_.array() <= box.max_.array()).all();
+}
+
+/// The boxes of a shape, in the world's unit, from its sizes or vertices as they are now.
+struct ShapeBox {
+  Corners local;        ///< FCL's, in the axes of the shape
+  Corners posed;        ///< in the world's axes, relative to the position
+  double ball_squared;  ///< of the radius of FCL's around `local`
+  double reach;         ///< the largest coordinate that a box was computed from
+  bool is_least;        ///< whether `posed` is; else the shape is known by `aabb_local` alone
+
+  /// A shape that is symmetric about its position, by half the sizes of its boxes.
+  FCL_FIBERS_ALWAYS_INLINE static ShapeBox symmetric(const geometry::Vec3d& local_half,
+                                                     const geometry::Vec3d& posed_half) {
+    const geometry::Vec3d none{0, 0, 0};
+    return {around(none, local_half), around(none, posed_half), squaredNorm(local_half),
+            maxNorm(posed_half), true};
+  }
+};
+
+/// The object's getAABB() in `frame`.
+template <typename S>
+Corners ownCorners(const fcl::AABB<S>& box, const geometry::Frame& frame);
+
+/// Reads an object as a box: any under Bounds::kObjects, else all except capsules and spheres.
+/// @param type  its shape's
+/// @return nullptr, or why the object is refused and the remedy
+template <typename S>
+const char* readBox(const fcl::CollisionObject<S>& object, fcl::NODE_TYPE type,
+                    const geometry::Frame& frame, Bounds bounds, geometry::Segment& segment);
+
+}  // namespace fcl_fibers::broadphase
