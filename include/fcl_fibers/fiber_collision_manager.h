@@ -15,10 +15,11 @@ namespace fcl_fibers {
 
 /// The base of both fiber managers: FCL's broad-phase interface over fibers of capsules.
 ///
-/// Objects are borrowed, never owned. Capsules (`fcl::Capsule`) form the fibers; objects of any
-/// other shape may be registered beside them. Objects count by pose and shape, so `computeAABB` is
-/// not needed. If the program has made an object's box larger, the difference is a margin of that
-/// object, see Bounds.
+/// Objects are borrowed, never owned. Capsules (`fcl::Capsule`), cylinders and boxes form the
+/// fibers; objects of any shape may be registered beside them. Objects count by pose and shape: a
+/// capsule or sphere as such, any other by the least box around it. So `computeAABB` is not needed.
+/// If the program has made an object's box larger, the difference is a margin of that object, see
+/// Bounds.
 ///
 /// Never pass one of these managers to one of FCL's: `fcls.collide(&ours, ...)` and
 /// `fcls.distance(&ours, ...)` are undefined behaviour, because FCL's managers cast the other
@@ -53,14 +54,15 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   FiberCollisionManager& operator=(const FiberCollisionManager&) = delete;
   ~FiberCollisionManager() override;
 
-  /// Registers one fiber: capsules in their order along it. Consecutive capsules are neighbours,
-  /// see FiberOptions::ignored_neighbors. Segments of one group are not paired with one another,
-  /// not even within one fiber. Each manager has group numbers of its own. An empty fiber registers
-  /// nothing.
+  /// Registers one fiber: capsules, cylinders or boxes in their order along it. Consecutive ones
+  /// are neighbours, see FiberOptions::ignored_neighbors. Each counts as long as it is along its z
+  /// axis, `lz` or `side[2]`, see FiberOptions::ignored_arc_length. Segments of one group are not
+  /// paired with one another, not even within one fiber. Each manager has group numbers of its own.
+  /// An empty fiber registers nothing.
   ///
-  /// Throws std::invalid_argument, and registers nothing, if an object is null, not a capsule or
-  /// already registered; if its pose, radius or length is not one that can be read; or while a
-  /// query runs.
+  /// Throws std::invalid_argument, and registers nothing, if an object is null, of another shape or
+  /// already registered; if its pose or a size of it is not one that can be read; or while a query
+  /// runs.
   void registerFiber(const std::vector<Object*>& fiber, FiberEnds ends = FiberEnds::kOpen,
                      FiberGroup group = {});
 
@@ -146,8 +148,7 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   bool movedSinceUpdate() const;
 
   /// The margin of an object under Bounds::kShapesAndMargins, in the scene's unit of length: the
-  /// most that the program has added to its box on a side. It is 0 under other bounds, and for
-  /// shapes other than capsules and spheres, which count by their boxes. Throws
+  /// most that the program has added to its box on a side. It is 0 under other bounds. Throws
   /// std::invalid_argument if the object is null or cannot be read.
   double margin(const Object* object) const;
 

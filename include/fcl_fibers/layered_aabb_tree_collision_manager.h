@@ -29,8 +29,8 @@ class FCL_FIBERS_EXPORT LayeredAABBTreeCollisionManager : public FiberCollisionM
   /// A manager with the same options, fibers and groups over other objects, for a program that
   /// copies a scene for each of its threads. objects[i] takes the place of the i-th object of
   /// getObjects(), with its fiber and segment number and its neighbours; arc lengths are those of
-  /// the original. It has to be a capsule if the original is one; otherwise the shapes may differ.
-  /// An object may be in both managers.
+  /// the original. In place of one of several segments of a fiber it has to be a capsule, cylinder
+  /// or box; otherwise the shapes may differ. An object may be in both managers.
   ///
   /// The tree is copied, so the first query or setup() of the clone costs about an update().
   /// Queries of the original may run meanwhile. Throws std::invalid_argument if there are too few

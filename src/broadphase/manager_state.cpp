@@ -32,11 +32,12 @@ ManagerState<S>::ManagerState(const char* call, const ManagerState& original,
     if (model == nullptr) continue;
     prefetchObject<S>([&](std::size_t k) { return objects[k]; }, i, objects.size());
     readNew(call, objects, i, options_.bounds);
-    if (isCapsule(*model) && !isCapsule(*objects[i])) {
-      throwInvalidArgument(call,
-                           nameOf(i) + " is no capsule, but the original's is; pass a capsule");
+    if (!lengthInFiber(*objects[i]) && original.registry_.isOfSeveral(model)) {
+      throwInvalidArgument(call, nameOf(i) +
+                                     " is no capsule, cylinder or box, but the original's is a "
+                                     "segment of a fiber; pass one of these");
     }
-    if (++i == objects.size() && original.last_registered_) {
+    if (++i == objects.size() && original.last_registered_ && isCapsule(*objects[i - 1])) {
       // A box that counts in its place does not run along the fiber.
       last_registered_ = readObject(call, *objects[i - 1], Frame{}, Bounds::kShapes,
                                     [i] { return nameOf(i - 1); });

@@ -4,6 +4,10 @@
 #include <algorithm>
 #include <limits>
 
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl/geometry/shape/cylinder.h>
+
 namespace fcl_fibers::broadphase {
 
 using geometry::Frame;
@@ -23,6 +27,21 @@ bool shareEnd(const Segment& p, const Segment& q) {
 }
 
 }  // namespace
+
+template <typename S>
+std::optional<double> lengthInFiber(const fcl::CollisionObject<S>& object) {
+  const fcl::CollisionGeometry<S>& shape = *ObjectMembers<S>::shape(object);
+  switch (shape.getNodeType()) {
+    case fcl::GEOM_CAPSULE:
+      return static_cast<double>(static_cast<const fcl::Capsule<S>&>(shape).lz);
+    case fcl::GEOM_CYLINDER:
+      return static_cast<double>(static_cast<const fcl::Cylinder<S>&>(shape).lz);
+    case fcl::GEOM_BOX:
+      return static_cast<double>(static_cast<const fcl::Box<S>&>(shape).side[2]);
+    default:
+      return std::nullopt;
+  }
+}
 
 template <typename S>
 Segment readNew(const char* call, const std::vector<fcl::CollisionObject<S>*>& objects,
@@ -46,15 +65,17 @@ NewObjects readNewObjects(const char* call, const std::vector<fcl::CollisionObje
     prefetchObject<S>([&](std::size_t k) { return added[k]; }, i, added.size());
     Segment segment = readNew(call, added, i, options.bounds);
     const bool is_capsule = isCapsule(*added[i]);
-    // If its box counts instead, that has no end points to compare.
-    if (is_capsule && segment.isBox()) {
+    const std::optional<double> length = lengthInFiber(*added[i]);
+    // If its box counts instead, that has no end points to compare, nor has the length been
+    // checked.
+    if (segment.isBox() && (is_capsule || (length && options.bounds == Bounds::kObjects))) {
       segment = readObject(call, *added[i], Frame{}, Bounds::kShapes, [i] { return nameOf(i); });
     }
-    if (!found.lengths.empty()) found.lengths[i] = norm(segment.b - segment.a);
+    if (!found.lengths.empty()) found.lengths[i] = length.value_or(0);
     if (kind.has_neighbors) {
-      if (!is_capsule) {
-        fibers::throwInvalidArgument(call,
-                                     nameOf(i) + " is no capsule; use registerObject() for it");
+      if (!length) {
+        fibers::throwInvalidArgument(
+            call, nameOf(i) + " is no capsule, cylinder or box; use registerObject() for it");
       }
       found.starts_fiber[i] = i == 0;
     } else {
@@ -66,6 +87,8 @@ NewObjects readNewObjects(const char* call, const std::vector<fcl::CollisionObje
   return found;
 }
 
+template std::optional<double> lengthInFiber(const fcl::CollisionObject<float>&);
+template std::optional<double> lengthInFiber(const fcl::CollisionObject<double>&);
 template Segment readNew(const char*, const std::vector<fcl::CollisionObject<float>*>&, std::size_t,
                          Bounds);
 template Segment readNew(const char*, const std::vector<fcl::CollisionObject<double>*>&,

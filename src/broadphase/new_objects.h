@@ -14,6 +14,10 @@ bool isCapsule(const fcl::CollisionObject<S>& object) {
   return ObjectMembers<S>::shape(object)->getNodeType() == fcl::GEOM_CAPSULE;
 }
 
+/// How long the object is as a segment of a fiber, along its z axis. Nothing if it cannot be one.
+template <typename S>
+std::optional<double> lengthInFiber(const fcl::CollisionObject<S>& object);
+
 /// World-frame segment of an object about to be registered.
 template <typename S>
 geometry::Segment readNew(const char* call, const std::vector<fcl::CollisionObject<S>*>& objects,
@@ -23,7 +27,7 @@ geometry::Segment readNew(const char* call, const std::vector<fcl::CollisionObje
 /// capsules that share end points. The index reads the objects again when it is built.
 struct NewObjects {
   std::vector<bool> starts_fiber;
-  std::vector<double> lengths;            ///< of segments; empty if no arc length counts
+  std::vector<double> lengths;            ///< in fibers; empty if no arc length counts
   std::optional<geometry::Segment> last;  ///< a capsule that the next object may continue
 };
 

@@ -38,6 +38,13 @@ class ObjectRegistry {
   SegmentId idCount() const { return static_cast<SegmentId>(objects_.size()); }
   SegmentId find(const Object* object) const { return index_.find(object); }
   const fibers::FiberTable& fibers() const { return fibers_; }
+  /// Whether the object's fiber has other segments, or had.
+  /// @pre the object is managed
+  bool isOfSeveral(const Object* object) const {
+    const SegmentId id = find(object), next = id + 1;
+    return fibers_.placeOf(id).segment > 0 ||
+           (next < idCount() && fibers_.placeOf(next).segment > 0);
+  }
 
   /// Properties of the fibers of one add(). Guessed fibers have no neighbours.
   using Kind = fibers::FiberTable::Kind;

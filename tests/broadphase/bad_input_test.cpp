@@ -324,16 +324,17 @@ TYPED_TEST(BadInput, RotationsRoundedByUseAreAccepted) {
   EXPECT_TRUE(this->managed_.answersSelf());
 }
 
-// "Neighbours" would mean nothing for a box in a fiber.
-TYPED_TEST(BadInput, AFiberIsMadeOfCapsules) {
+// "Neighbours" would mean nothing for a mesh in a fiber.
+TYPED_TEST(BadInput, AFiberIsMadeOfCapsulesCylindersAndBoxes) {
   auto& m = *this->manager_;
   for (int kind = 0; kind < 3; ++kind) {
     auto more = strandScene<typename TypeParam::Scalar>(1, 37, 188);
-    if (kind == 0) more.addBox({0, 0, 0}, Eigen::Quaterniond::Identity(), {1, 1, 1});
+    if (kind == 0) more.addSphere({0, 0, 0}, 1);
     if (kind == 1) more.addMesh({0, 0, 0}, 1);
     if (kind == 2) more.addHalfspace({0, 0, 1}, 0);
     more.addCapsule(Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0, 0, 1), 0.1);
-    EXPECT_TRUE(refuses([&] { m.registerFiber(more.objects()); }, {"registerFiber", "37"}));
+    EXPECT_TRUE(refuses([&] { m.registerFiber(more.objects()); },
+                        {"registerFiber", "37", "capsule, cylinder or box"}));
     EXPECT_TRUE(this->unchanged());
   }
 }

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/cylinder.h>
+
+#include "support/least_box.h"
+#include "support/managed.h"
+#include "support/scene_generators.h"
+
+namespace fcl_fibers::test {
+namespace {
+
+using NumberPairs = std::set<std::pair<std::size_t, std::size_t>>;
+
+template <typename S>
+NumberPairs numbersOf(const Calls<S>& calls, const std::vector<fcl::CollisionObject<S>*>& all) {
+  NumberPairs numbers;
+  for (const auto& [a, b] : calls) {
+    const auto numberOf = [&, end = all.end()](const auto* object) {
+      return static_cast<std::size_t>(std::find(all.begin(), end, object) - all.begin());
+    };
+    EXPECT_TRUE(numbers.insert(std::minmax(numberOf(a), numberOf(b))).second);
+  }
+  return numbers;
+}
+
+/// Of this length along its z axis: a cylinder, a box or a capsule.
+template <typename S>
+std::shared_ptr<fcl::CollisionGeometry<S>> makeSegment(std::size_t kind, double thickness,
+                                                       double length) {
+  const S r = static_cast<S>(thickness), l = static_cast<S>(length);
+  if (kind % 3 == 0) return std::make_shared<fcl::Cylinder<S>>(r, l);
+  if (kind % 3 == 1) return std::make_shared<fcl::Box<S>>(2 * r, r, l);
+  return std::make_shared<fcl::Capsule<S>>(r, l);
+}
+
+MANAGER_SUITE(ShapeFibers, FiberManagers);
+
+// Turned shapes would have other pairs after computeAABB(), those of FCL's cubes.
+TYPED_TEST(ShapeFibers, TurnedShapesHaveTheSamePairsAfterComputeAABB) {
+  using S = typename TypeParam::Scalar;
+  for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0.03)) {
+    SCOPED_TRACE(describe(options));
+    Scene<S> scene;
+    addShapes(scene, 120, 0.4, 411);
+    Random random(412);
+    for (auto* object : scene.objects()) {
+      object->setTransform(makePose<S>(random.rotation(), random.inCube(1)));
+    }
+    Managed<TypeParam> manager(scene, options);
+    const NumberPairs without = numbersOf<S>(selfPairs<S>(*manager), scene.objects());
+    for (auto* object : scene.objects()) object->computeAABB();
+    EXPECT_FALSE(manager->movedSinceUpdate());
+    manager->update();
+    EXPECT_EQ(numbersOf<S>(selfPairs<S>(*manager), scene.objects()), without);
+    std::size_t in_fcl = 0;
+    for (std::size_t i = 0; i < scene.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j) {
+        in_fcl += scene[i]->getAABB().overlap(scene[j]->getAABB());
+      }
+    }
+    EXPECT_TRUE(without.size() < in_fcl || TypeParam::kVolume == LeafVolume::kSphere);
+  }
+}
+
+// What FCL finds by a box that a program has widened would be lost.
+TYPED_TEST(ShapeFibers, ABoxAroundAShapeFindsWhatItFindsInFcl) {
+  using S = typename TypeParam::Scalar;
+  for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0)) {
+    for (int way = 0; way < 3; ++way) {
+      SCOPED_TRACE(describe(options) + ", way " + std::to_string(way));
+      Random random(413);
+      Scene<S> scene;
+      for (std::size_t i = 0; i < 90; ++i) {
+        scene.add(makeSegment<S>(i, 0.05, 0.3), makePose<S>(random.rotation(), random.inCube(0.7)));
+      }
+      struct Subclass : fcl::CollisionObject<S> {
+        using fcl::CollisionObject<S>::aabb;
+      };
+      for (std::size_t i = 0; i < scene.size(); i += 2) {
+        fcl::AABB<S>& box = scene[i]->*(&Subclass::aabb);
+        if (way == 0) box.max_[static_cast<int>(i % 3)] += S(0.4);
+        if (way == 1) box.min_[2] = -std::numeric_limits<S>::infinity();
+        if (way == 2) box = {box.min_.array() - S(0.1), box.max_.array() + S(0.2)};
+      }
+      const Managed<TypeParam> manager(scene, options);
+      const NumberPairs reported = numbersOf<S>(selfPairs<S>(*manager), scene.objects());
+      std::size_t found = 0;
+      for (std::size_t i = 0; i < scene.size(); i += 2) {
+        const ExactBox own{scene[i]->getAABB().min_.template cast<Real>(),
+                           scene[i]->getAABB().max_.template cast<Real>()};
+        for (std::size_t j = 1; j < scene.size(); j += 2) {
+          // A capsule counts as such, and meets a box only if it reaches it.
+          if (j % 3 == 2 || boxGap(own, leastBox(*scene[j])) > 0) continue;
+          EXPECT_TRUE(reported.count(std::minmax(i, j))) << i << ", " << j;
+          ++found;
+        }
+      }
+      EXPECT_GT(found, 50u);
+    }
+  }
+}
+
+// Rods of cylinders and flat ribbons of boxes would meet themselves at every joint.
+TYPED_TEST(ShapeFibers, HaveTheRulesOfFibers) {
+  using S = typename TypeParam::Scalar;
+  const double lengths[] = {1, 2, 1, 3, 0.5, 2, 1, 1, 4, 0.25, 2, 1};
+  constexpr std::size_t kCount = std::size(lengths);
+  for (FiberManagerOptions options : optionsToTest<TypeParam>(0)) {
+    for (const Bounds bounds : {Bounds::kShapes, Bounds::kShapesAndMargins, Bounds::kObjects}) {
+      for (int rule = 0; rule < 8; ++rule) {
+        options.bounds = bounds;
+        options.ignored_neighbors = rule % 2 == 0 ? 2 : 0;
+        options.ignored_arc_length = rule / 2 % 2 == 0 ? 3.125 : 0;
+        const bool is_closed = rule / 4 == 0;
+        SCOPED_TRACE(describe(options) + ", rule " + std::to_string(rule));
+        // So thick that all touch all.
+        Random random(414);
+        Scene<S> scene;
+        for (std::size_t i = 0; i < kCount; ++i) {
+          scene.add(makeSegment<S>(i, 40, lengths[i]),
+                    makePose<S>(random.rotation(), random.inCube(4)));
+        }
+        NumberPairs expected;
+        const auto areNeighbors = [&](std::size_t from, std::size_t to) {
+          double between = 0;
+          for (std::size_t steps = 1; steps < kCount; ++steps) {
+            if (++from == kCount && !is_closed) return false;
+            from %= kCount;
+            if (from == to) {
+              return static_cast<int>(steps) <= options.ignored_neighbors ||
+                     (options.ignored_arc_length > 0 && between <= options.ignored_arc_length);
+            }
+            between += lengths[from];
+          }
+          return false;
+        };
+        for (std::size_t i = 0; i < kCount; ++i) {
+          for (std::size_t j = i + 1; j < kCount; ++j) {
+            if (!areNeighbors(i, j) && !areNeighbors(j, i)) expected.insert({i, j});
+          }
+        }
+        const auto ends = is_closed ? FiberEnds::kClosed : FiberEnds::kOpen;
+        const auto manager = TypeParam::make(options);
+        manager->registerFiber(scene.objects(), ends);
+        EXPECT_EQ(numbersOf<S>(selfPairs<S>(*manager), scene.objects()), expected);
+        EXPECT_EQ(manager->fiberSegment(scene[7]).segment, 7u);
+        jolt(scene.objects(), random, 1, 1);
+        manager->update();
+        EXPECT_EQ(numbersOf<S>(selfPairs<S>(*manager), scene.objects()), expected);
+
+        const auto group = TypeParam::make(options);
+        group->registerFiber(scene.objects(), ends, FiberGroup{3});
+        EXPECT_TRUE(selfPairs<S>(*group).empty());
+        const auto loose = TypeParam::make(options);
+        loose->registerObjects(scene.objects());
+        EXPECT_EQ(selfPairs<S>(*loose).size(), kCount * (kCount - 1) / 2);
+      }
+    }
+  }
+}
+
+// A clone would have a mesh for a neighbour, or refuse what the rules do not concern.
+TYPED_TEST(ShapeFibers, ACloneKeepsWhatIsASegment) {
+  using S = typename TypeParam::Scalar;
+  FiberManagerOptions options;
+  options.ignored_neighbors = 1;
+  Random random(415);
+  Scene<S> scene, copies;
+  for (std::size_t i = 0; i < 6; ++i) {
+    for (auto* s : {&scene, &copies}) {
+      s->add(makeSegment<S>(s == &scene ? i : i + 1, 4, 1),
+             makePose<S>(random.rotation(), random.inCube(1)));
+    }
+  }
+  Managed<TypeParam> original(options);
+  auto all = scene.objects();
+  original->registerFiber({all.begin(), all.begin() + 4});
+  original->registerObjects({all.begin() + 4, all.end()});
+  const NumberPairs expected = numbersOf<S>(selfPairs<S>(*original), all);
+  EXPECT_EQ(expected.size(), 15u - 3u);
+  auto managed = copies.objects();
+  EXPECT_EQ(numbersOf<S>(selfPairs<S>(*cloneOf<S>(*original, managed)), managed), expected);
+  // What is in no fiber may be anything.
+  managed[5] = copies.addMesh({0, 0, 0}, 4);
+  EXPECT_EQ(numbersOf<S>(selfPairs<S>(*cloneOf<S>(*original, managed)), managed), expected);
+  for (const std::size_t i : {0u, 3u}) {
+    managed = copies.objects();
+    managed.resize(6);
+    managed[i] = copies.addSphere({0, 0, 0}, 1);
+    try {
+      cloneOf<S>(*original, managed);
+      ADD_FAILURE() << i;
+    } catch (const std::invalid_argument& error) {
+      const std::string text = error.what();
+      EXPECT_NE(text.find("object " + std::to_string(i) + " is no capsule, cylinder or box"),
+                std::string::npos)
+          << text;
+    }
+  }
+}
+
+// An arc would be NaN long, and nobody a neighbour from there on.
+TYPED_TEST(ShapeFibers, BadLengthsAreRefused) {
+  using S = typename TypeParam::Scalar;
+  for (const Bounds bounds : {Bounds::kShapes, Bounds::kShapesAndMargins, Bounds::kObjects}) {
+    for (const S bad : {S(-1), std::numeric_limits<S>::quiet_NaN()}) {
+      for (std::size_t kind = 0; kind < 3; ++kind) {
+        FiberManagerOptions options;
+        options.bounds = bounds;
+        options.ignored_arc_length = 1;
+        const auto shape = makeSegment<S>(kind, 0.1, 1);
+        Scene<S> scene;
+        scene.add(shape, fcl::Transform3<S>::Identity());
+        if (kind == 0) static_cast<fcl::Cylinder<S>&>(*shape).lz = bad;
+        if (kind == 1) static_cast<fcl::Box<S>&>(*shape).side[2] = bad;
+        if (kind == 2) static_cast<fcl::Capsule<S>&>(*shape).lz = bad;
+        const auto manager = TypeParam::make(options);
+        EXPECT_THROW(manager->registerFiber(scene.objects()), std::invalid_argument);
+        EXPECT_TRUE(manager->empty());
+      }
+    }
+  }
+}
+
+// The margin of a box would be said to be none.
+TYPED_TEST(ShapeFibers, MarginsOfShapesAreTold) {
+  using S = typename TypeParam::Scalar;
+  Managed<TypeParam> manager;
+  Scene<S> scene;
+  Random random(416);
+  addShapes(scene, 12, 0.5, 417);
+  scene.addHalfspace({0, 0, 1}, 0);
+  scene.addPlane({0, 1, 0}, 0);
+  struct Subclass : fcl::CollisionObject<S> {
+    using fcl::CollisionObject<S>::aabb;
+  };
+  const double rounding = 128 * double{std::numeric_limits<S>::epsilon()};
+  for (auto* object : scene.objects()) {
+    EXPECT_EQ(manager->margin(object), 0);
+    fcl::AABB<S>& box = object->*(&Subclass::aabb);
+    box = {box.min_.array() - S(0.125), box.max_.array() + S(0.125)};
+    EXPECT_NEAR(manager->margin(object), 0.125, rounding);
+  }
+}
+
+}  // namespace
+}  // namespace fcl_fibers::test
