@@ -6,7 +6,7 @@
 //
 //   fcl_fibers_bench --measure=frames [SCENE] [--against=WHOM]
 //   fcl_fibers_bench --measure=arrays|growth [SCENE]
-//   fcl_fibers_bench --measure=queries|costs|sampling
+//   fcl_fibers_bench --measure=queries|clients|costs|sampling
 //   fcl_fibers_bench --measure=chain|radii|rods|pictures            the paper's
 //   fcl_fibers_bench --measure=replay --scene=paper-dynamic         likewise
 //
@@ -38,6 +38,11 @@
 //
 //   Query/<query>/...     FCL's other queries; answers are the same for all
 //   Objects/<shape>/...   objects that are no fibers
+//   Candidates/<shape>/.. their pairs, and those of them that touch: ours of their poses alone and
+//                         after computeAABB(), and FCL's
+//   Clients/<what>/...    rods of few links: update and queries, FCL's other managers too
+//   Changes/<what>        self-collision after objects have come or fibers have changed places;
+//                         "reference" is before that, or of a new manager
 //   Arrays/<tree>         FiberTree, and a plain loop that reads the points and writes boxes
 //   Growth/<segments>     the tree over plain arrays at some sizes of one density, or of the one
 //                         scene that is named, per segment
@@ -69,10 +74,10 @@ namespace fcl_fibers::benchmarks {
 namespace {
 
 const std::map<std::string, bool (*)(const Request&)> kMeasures = {
-    {"arrays", measureArrays},   {"chain", measureChain},       {"costs", measureCosts},
-    {"frames", measureFrames},   {"growth", measureGrowth},     {"pictures", measurePictures},
-    {"queries", measureQueries}, {"radii", measureRadii},       {"replay", measureReplay},
-    {"rods", measureRods},       {"sampling", measureSampling},
+    {"arrays", measureArrays},     {"chain", measureChain},     {"clients", measureClients},
+    {"costs", measureCosts},       {"frames", measureFrames},   {"growth", measureGrowth},
+    {"pictures", measurePictures}, {"queries", measureQueries}, {"radii", measureRadii},
+    {"replay", measureReplay},     {"rods", measureRods},       {"sampling", measureSampling},
 };
 
 void addOptions(CLI::App& app, std::string& measure, Request& request) {

@@ -24,6 +24,7 @@ struct Request {
 bool measureArrays(const Request& request);
 bool measureFrames(const Request& request);
 bool measureQueries(const Request& request);
+bool measureClients(const Request& request);
 bool measureGrowth(const Request& request);
 bool measureCosts(const Request& request);
 bool measureSampling(const Request& request);

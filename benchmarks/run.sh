@@ -106,6 +106,7 @@ case $scenes in
     frames frames_cap --scene=cap:fibers=50000
     frames frames_paper-dynamic --scene=paper-dynamic
     measure queries queries
+    measure clients clients
     measure arrays_helix arrays $helix=100
     measure arrays_helix-2000 arrays $helix=2000
     measure arrays_cap arrays --scene=cap:fibers=50000

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <memory>
 #include <random>
 #include <string>
@@ -12,11 +11,11 @@
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/sphere.h>
 #include <fcl/math/bv/OBBRSS.h>
-#include <fcl/narrowphase/distance.h>
 
 #include "harness/progress.h"
 #include "harness/runs.h"
 #include "measures.h"
+#include "measures/nearest.h"
 #include "scenes/helix.h"
 
 namespace fcl_fibers::benchmarks {
@@ -33,29 +32,6 @@ std::vector<Contender> contendersWith(Boxes fcl_boxes) {
   contenders.push_back(ourContenders().front());
   return contenders;
 }
-
-/// The nearest pair so far.
-struct Nearest {
-  bool without_adjacent = false;  ///< segments of a fiber, which always touch
-  double distance = std::numeric_limits<double>::infinity();
-
-  static bool isAdjacent(const Object* a, const Object* b) {
-    constexpr std::size_t kSegments = scenes::HelixParameters().segments;
-    const auto [i, j] = std::minmax({MovingFibers::index(a), MovingFibers::index(b)});
-    return j - i == 1 && j % kSegments != 0;
-  }
-
-  static bool callback(Object* a, Object* b, void* data, double& distance) {
-    auto& nearest = *static_cast<Nearest*>(data);
-    if (!nearest.without_adjacent || !isAdjacent(a, b)) {
-      fcl::DistanceResultd result;
-      nearest.distance =
-          std::min(nearest.distance, fcl::distance(a, b, fcl::DistanceRequestd(), result));
-    }
-    distance = nearest.distance;
-    return distance <= 0;
-  }
-};
 
 MovingFibers helix(unsigned long long seed, double radius, double shift = 0) {
   scenes::HelixParameters parameters;
@@ -97,7 +73,7 @@ struct Asked {
 // Each query returns its answer: a number of pairs, or a distance or a sum of these.
 
 double distanceSelf(const Asked& asked) {
-  Nearest nearest{true};
+  Nearest nearest{scenes::HelixParameters().segments};
   asked.manager.distance(&nearest, Nearest::callback);
   return nearest.distance;
 }
