@@ -9,9 +9,12 @@
 
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl/geometry/shape/cylinder.h>
 #include <fcl/geometry/shape/sphere.h>
 #include <fcl/math/bv/OBBRSS.h>
 
+#include "contenders/narrow_phase.h"
 #include "harness/progress.h"
 #include "harness/runs.h"
 #include "measures.h"
@@ -173,16 +176,17 @@ Geometry tetrahedron(double edge) {
 
 /// Objects without any fiber, in a cube of edge 1, and two frames of their poses.
 struct LooseObjects {
-  /// Ours takes bounds of spheres from their poses; other shapes count by their boxes.
-  LooseObjects(std::string name, bool ours_reads_boxes, const Geometry& geometry)
-      : name(std::move(name)), ours_reads_boxes(ours_reads_boxes) {
+  /// A turned object gets computeAABB() for ours too, as in a program that used FCL, because what
+  /// it counts by depends on its box; a sphere does not.
+  LooseObjects(std::string name, bool turned, const Geometry& geometry)
+      : name(std::move(name)), turned(turned) {
     std::mt19937 random(1);
     std::uniform_real_distribution<double> place(0, 1);
     std::uniform_real_distribution<double> step(-0.005, 0.005);
     for (std::size_t i = 0; i < kObjects; ++i) {
       fcl::Transform3d pose = fcl::Transform3d::Identity();
       pose.translation() = fcl::Vector3d(place(random), place(random), place(random));
-      if (ours_reads_boxes) {  // a sphere stays as it is
+      if (turned) {
         const fcl::Vector3d axis(step(random), step(random), step(random));
         pose.linear() = fcl::AngleAxisd(6 * place(random), axis.normalized()).toRotationMatrix();
       }
@@ -198,13 +202,16 @@ struct LooseObjects {
     for (std::size_t i = 0; i < kObjects; ++i) objects[i]->setTransform(poses[frame][i]);
   }
 
-  void computeBoxes(const Contender& contender) {
-    if (contender.ours && !ours_reads_boxes) return;
+  void computeBoxes() {
     for (Object* const object : objects) object->computeAABB();
   }
 
+  void computeBoxes(const Contender& contender) {
+    if (!contender.ours || turned) computeBoxes();
+  }
+
   std::string name;
-  bool ours_reads_boxes;
+  bool turned;
   std::array<std::vector<fcl::Transform3d>, 2> poses;
   std::vector<std::unique_ptr<Object>> owned;
   std::vector<Object*> objects;
@@ -234,6 +241,24 @@ void registerObjects(LooseObjects& loose, const Contender& contender) {
   });
 }
 
+/// How many pairs the callback gets, and how many of them touch. Whoever reports fewer has the
+/// tighter bounds, if as many touch.
+void registerCandidates(LooseObjects& loose) {
+  const auto count = [&](const Contender& contender, const std::string& name) {
+    // Of all pairs.
+    const PairSample pairs = samplePairs(*contender.setUp(loose.objects), 0, 0);
+    registerNumbers(
+        "Candidates/" + loose.name + "/" + name,
+        {{"pairs", static_cast<double>(pairs.of)}, {"touching", collide(pairs).touching}});
+  };
+  const Contender ours = ourContenders().front();
+  loose.setPoses(1);
+  count(ours, "poses");
+  loose.computeBoxes();
+  count(ours, "boxes");
+  count(fclTrees(Boxes::kStock).front(), "fcl");
+}
+
 }  // namespace
 
 bool measureQueries(const Request&) {
@@ -250,9 +275,13 @@ bool measureQueries(const Request&) {
   loose.emplace_back("spheres", false, std::make_shared<fcl::Sphered>(0.02));
   loose.emplace_back("boxes", true, std::make_shared<fcl::Boxd>(0.02, 0.03, 0.04));
   loose.emplace_back("meshes", true, tetrahedron(0.04));
+  loose.emplace_back("rods", true, std::make_shared<fcl::Cylinderd>(0.01, 0.1));
+  loose.emplace_back("long boxes", true, std::make_shared<fcl::Boxd>(0.02, 0.03, 0.1));
+  loose.emplace_back("capsules", true, std::make_shared<fcl::Capsuled>(0.01, 0.1));
   // Boxes of such objects are FCL's own, whoever reads them.
   const std::vector<Contender> loose_contenders = contendersWith(Boxes::kStock);
   for (LooseObjects& objects : loose) {
+    registerCandidates(objects);
     for (const Contender& contender : loose_contenders) registerObjects(objects, contender);
   }
   return runRegistered();
