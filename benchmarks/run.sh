@@ -4,8 +4,8 @@
 # benchmarks/run.sh [--full [--targets] | --trade | --paper [--full]] [--hair FILE [--radius R]]
 #
 #   (nothing)  the README's first table: ours, FCL and Embree on three scenes. 3 minutes
-#   --full     all of docs/performance.md: scenes, other queries, arrays, growth. 35 minutes, and 6 GB
-#              of memory, or 20 where there is so much;
+#   --full     all of docs/performance.md: scenes, other queries, small scenes, arrays, growth. 36
+#              minutes, and 6 GB of memory, or 20 where there is so much;
 #              --targets: which ratios reach what they are to reach
 #   --trade    what accuracy costs: every manager, sampling, options; real hair too if
 #              FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx. 12 minutes

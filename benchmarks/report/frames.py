@@ -166,41 +166,6 @@ def tried(scene):
     )
 
 
-def elsewhere(part):
-    """Queries, and objects that are no fibers."""
-    groups = {}  # (what, counter): {contender: (kind, name)}
-    for name in part.names("Query"):
-        query, contender = name.split("/", 1)
-        groups.setdefault((query, "seconds"), {})[contender] = ("Query", name)
-    for name in part.names("Objects"):
-        shape, contender = name.split("/", 1)
-        for key, what in zip(PHASES, ("set-up", "update", "self-collision")):
-            group = groups.setdefault((f"10,000 {shape}, {what}", key), {})
-            group[contender] = ("Objects", name)
-    rows = []
-    for (what, key), entries in sorted(groups.items()):
-        ours = entries.pop(BOXES)
-        against = min(entries, key=lambda name: part.median(*entries[name], key))
-        theirs = entries[against]
-        answers = [part.median(*who, "answer") for who in (ours, theirs)]
-        if not same_answer(*answers):
-            raise ValueError(f"{part.file}: {what}: {answers[0]}, {against} {answers[1]}")
-        values = [part.runs(*who, key) for who in (ours, theirs)]
-        times = [time(runs.median()) for runs in values]
-        rows.append([what, *times, title(against), ratio_of(*reversed(values), against).text()])
-    header = ["", "ours", "FCL's best", "which is", "times as fast"]
-    caption = "As above: the ratio of medians, its range, and 'as fast' where that includes 1."
-    return Table("elsewhere", "Other queries, other objects", header, rows, caption)
-
-
-def same_answer(ours, theirs):
-    """Distances are the same to rounding, pairs to that of bounds. Where objects touch, a distance
-    query ends at the first pair that does, which may be any."""
-    if ours <= 0 and theirs <= 0:
-        return True
-    return theirs * (1 - 1e-6) <= ours <= theirs * (1 + ratios.ROUNDING)
-
-
 def growth_of(part, key):
     """Medians by size, smallest first."""
     return [part.median("Growth", size, key) for size in sorted(part.names("Growth"), key=int)]
@@ -235,9 +200,11 @@ def targets(scenes, growth_part):
     for what, value, most in (
         ("update, times the loop", Scene.times_the_floor, ratios.MOST_TIMES_THE_FLOOR),
         ("bytes a segment", lambda scene: scene.bytes(BOXES), ratios.MOST_BYTES),
+        ("bytes a segment, capsules", lambda s: s.bytes(ratios.CAPSULES), ratios.MOST_OF_CAPSULES),
         ("bytes, of FCL's best's", Scene.of_fcls_bytes, ratios.MOST_OF_FCLS_BYTES),
     ):
-        rows.append([what, *(at_most(value(scene), most) for scene in columns.values())])
+        goals = dict(zip(ratios.SCENES, most))
+        rows.append([what, *(at_most(value(scene), goals[n]) for n, scene in columns.items())])
     if growth_part:
         for key in ("update", "detection"):
             found = growth_of(growth_part, key)

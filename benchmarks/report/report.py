@@ -15,6 +15,7 @@ from pathlib import Path
 import jinja2
 
 import arrays
+import elsewhere
 import frames
 import paper
 import paper_pictures
@@ -26,7 +27,10 @@ from tables import Table, count, digits, time
 # Tables that documents have, by the first word of their names. The others are on the page alone.
 DOCUMENTED = {
     "headline": ("headline",),
-    "full": ("ratios", "best", "scene", "elsewhere", "arrays", "growth"),
+    "full": (
+        *("ratios", "best", "scene", "elsewhere", "clients", "changes", "candidates"),
+        *("arrays", "growth"),
+    ),
     "trade": ("managers", "sampling", "costs"),
     "paper": ("table-1",),
 }
@@ -96,7 +100,8 @@ def speed(kind, folder, with_targets=False):
     if kind == "headline":
         report = Report(kind, "The headline", folder, files_of("frames", frames.HEADLINE))
     else:
-        wanted = files_of("frames", frames.FULL) | {"queries": "queries"}
+        wanted = files_of("frames", frames.FULL)
+        wanted |= {"queries": "queries", "clients": "clients"}
         wanted |= files_of("arrays", arrays.SCENES) | {"growth": "growth"}
         report = Report(kind, "All figures", folder, wanted)
     scenes, parts = frames.scenes_of(report.parts), report.parts
@@ -107,11 +112,16 @@ def speed(kind, folder, with_targets=False):
     report.draw("frames_.*", picture, "A frame", BARS, pictures.headline, scenes)
     if with_targets:
         report.add("frames_.*", frames.targets, scenes, parts.get("growth"))
+        found = [parts.get(name) for name in ("queries", "clients")]
+        report.add("queries|clients", elsewhere.targets, *found)
         report.add("arrays_.*", arrays.targets, parts)
     for name, scene in scenes.items():
         report.add(f"frames_{name}", frames.scene_table, scene, kind == "headline")
         report.add(f"frames_{name}", frames.tried, scene)
-    report.add("queries", frames.elsewhere, parts.get("queries"))
+    report.add("queries", elsewhere.elsewhere, parts.get("queries"))
+    report.add("clients", elsewhere.clients, parts.get("clients"))
+    report.add("clients", elsewhere.changes, parts.get("clients"))
+    report.add("queries", elsewhere.candidates, parts.get("queries"))
     report.add("arrays_.*", arrays.table, parts)
     report.add("growth", frames.growth, parts.get("growth"))
     return report

@@ -72,9 +72,9 @@ class Part:
         """Of hair with the file's name."""
         return f"hair ({self.context['scene']})" if scene == "hair" else scene
 
-    def note(self, name):
+    def note(self, name, kind="Checked"):
         """Why it is not timed, or nothing."""
-        return self.runs("Checked", name, "label").iloc[0]
+        return self.runs(kind, name, "label").iloc[0]
 
 
 def key_of(run):

@@ -21,6 +21,7 @@ RECORDED = {
     "headline/frames_paper-dynamic": ["frames", "--steps=5", DYNAMIC],
     "full/frames_helix": ["frames", "--against=full", HELIX],
     "full/queries": ["queries", "--benchmark_filter=collide, one|/spheres/"],
+    "full/clients": ["clients", "--benchmark_filter=/9 capsules, self|/2 of 100"],
     "full/arrays_helix": ["arrays", HELIX],
     "trade/frames_helix": ["frames", "--against=all", HELIX],
     "trade/sampling": ["sampling", "--benchmark_filter=/(100|2000)/"],

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Tables of queries, loose objects, small scenes and changes, and what is to be reached there."""
+
+import re
+from dataclasses import dataclass
+
+import ratios
+from frames import PHASES
+from ratios import BOXES, Ratio, ratio_of
+from tables import Table, count, digits, time, title
+
+# How many times as fast, by how a row's name begins or ends; any other row is to be as fast.
+LEAST = {"distance, ": 1.2}
+MOST_AFTER = {"registered": 1.1, "change places": 1.3}  # times the reference
+SAME_TOUCHING = 1e-3  # fcl::collide may change its mind about a pair if the two change places
+READ = "The ratio of medians, its range, and 'as fast' where that includes 1."
+
+
+def grouped(text):
+    """With commas in its large numbers."""
+    return re.sub(r"\d{4,}", lambda found: count(int(found[0])), text)
+
+
+@dataclass
+class Row:
+    what: str
+    ours: object  # runs
+    theirs: object
+    ratio: Ratio
+
+    def cells(self):
+        times = [time(runs.median()) for runs in (self.ours, self.theirs)]
+        return [grouped(self.what), *times, title(self.ratio.against), self.ratio.text()]
+
+
+def row_of(part, what, key, entries):
+    """`entries`: kind and name by contender."""
+    ours = entries.pop(BOXES)
+    against = min(entries, key=lambda name: part.median(*entries[name], key))
+    theirs = entries[against]
+    answers = [part.median(*who, "answer") for who in (ours, theirs)]
+    # Of loose objects ours may report fewer pairs; the candidates tell whether as many touch.
+    if not same_answer(*answers) and not (ours[0] == "Objects" and answers[0] < answers[1]):
+        raise ValueError(f"{part.file}: {what}: {answers[0]}, {against} {answers[1]}")
+    values = [part.runs(*who, key) for who in (ours, theirs)]
+    return Row(what, *values, ratio_of(*reversed(values), against))
+
+
+def same_answer(ours, theirs):
+    """Distances are the same to rounding, pairs to that of bounds. Where objects touch, a distance
+    query ends at the first pair that does, which may be any."""
+    if ours <= 0 and theirs <= 0:
+        return True
+    return theirs * (1 - 1e-6) <= ours <= theirs * (1 + ratios.ROUNDING)
+
+
+def rows_of(part, kind, keys, before=""):
+    """A row for each query, scene or shape, and for each counter of `keys`, by its title."""
+    groups = {}
+    for name in part.names(kind):
+        what, contender = name.split("/", 1)
+        for key, phase in keys.items():
+            groups.setdefault((before + what + phase, key), {})[contender] = (kind, name)
+    return [row_of(part, what, key, entries) for (what, key), entries in sorted(groups.items())]
+
+
+def query_rows(part):
+    keys = dict(zip(PHASES, (", set-up", ", update", ", self-collision")))
+    objects = rows_of(part, "Objects", keys, before="10,000 ")
+    return objects + rows_of(part, "Query", {"seconds": ""})
+
+
+def client_rows(part):
+    found = rows_of(part, "Clients", {"seconds": ""})
+    return sorted(found, key=lambda row: (int(row.what.split()[0]), row.what))
+
+
+def table(name, what, rows, caption):
+    header = ["", "ours", "FCL's best", "which is", "times as fast"]
+    return Table(name, what, header, [row.cells() for row in rows], caption)
+
+
+def elsewhere(part):
+    return table("elsewhere", "Other queries, other objects", query_rows(part), READ)
+
+
+def clients(part):
+    caption = READ
+    left_out = [title(name) + f" ({part.note(name, 'LeftOut')})" for name in part.names("LeftOut")]
+    if left_out:
+        caption += f" Left out: {'; '.join(sorted(left_out))}."
+    return table("clients", "Small scenes", client_rows(part), caption)
+
+
+def after(part, name):
+    """The query then, as a multiple of the reference, run by run."""
+    return part.runs("Changes", name, "seconds") / part.runs("Changes", name, "reference")
+
+
+def changes(part):
+    rows = []
+    for name in sorted(part.names("Changes")):
+        times = [part.median("Changes", name, key) for key in ("seconds", "reference")]
+        found = after(part, name)
+        spread = f"({digits(found.min())} to {digits(found.max())})"
+        rows.append([grouped(name), *map(time, times), f"{digits(found.median())}x {spread}"])
+    header = ["self-collision after", "takes", "reference", "times the reference"]
+    caption = "Medians; the multiple is the median of each run's, with the lowest and the highest."
+    return Table("changes", "After changes", header, rows, caption)
+
+
+def candidates(part):
+    rows = []
+    names = dict.fromkeys(name.split("/")[0] for name in part.names("Candidates"))
+    for shape in sorted(names):
+        found = {
+            who: part.medians("Candidates", f"{shape}/{who}", "pairs", "touching")
+            for who in ("poses", "boxes", "fcl")
+        }
+        touching = found["fcl"][1]
+        for who, (_, others) in found.items():
+            if abs(others - touching) > SAME_TOUCHING * touching:
+                raise ValueError(f"{part.file}: {shape}: {others} touching, FCL {touching}")
+        each = [digits(pairs / touching) for pairs, _ in found.values()]
+        rows.append([shape, count(touching), *each])
+    header = ["10,000", "touching pairs", "ours", "ours after computeAABB()", "FCL's tree"]
+    caption = "Pairs reported for each that touches by fcl::collide."
+    return Table("candidates", "Candidates", header, rows, caption)
+
+
+def targets(queries, small):
+    """Of the parts that there are."""
+    rows = []
+    for row in (query_rows(queries) if queries else []) + (client_rows(small) if small else []):
+        least = next((goal for start, goal in LEAST.items() if row.what.startswith(start)), 1)
+        verdict = "met" if row.ratio.value >= least else "MISSED"
+        rows.append([grouped(row.what), f"{digits(row.ratio.value)}x {verdict} ({least}x)"])
+    for name in sorted(small.names("Changes")) if small else []:
+        most = next(goal for word, goal in MOST_AFTER.items() if word in name)
+        found = after(small, name).median()
+        verdict = "met" if found <= most else "MISSED"
+        rows.append([grouped(name), f"{digits(found)}x {verdict} (at most {most}x)"])
+    header = ["", "times as fast as FCL's best, or times the reference"]
+    return Table("targets of managers", "Targets of managers", header, rows)
