@@ -320,7 +320,7 @@ class ReportTest(unittest.TestCase):
         self.assertEqual(row[2], "1.30x (1.30 to 1.30)")
 
     def test_objects_may_have_fewer_pairs_if_as_many_touch(self):
-        """If this failed, tighter bounds would be an error, or a missed pair would be an advantage."""
+        """If this failed, tighter bounds would be an error, or missing a pair an advantage."""
 
         def fewer(prefix, key):
             def change(run):
