@@ -90,6 +90,9 @@ void MovingFibers::computeBoxes(Boxes boxes) {
 
 void MovingFibers::bringTo(int frame, Boxes boxes) {
   if (frame_ != frame) setPoses(frame);
+  // A program that makes no boxes has FCL's. Those of another contender would cost ours twice the
+  // update: it would look for what a program has added to FCL's, and a tight box is none of these.
+  if (boxes == Boxes::kNone) boxes = Boxes::kStock;
   if (boxes_ != boxes) computeBoxes(boxes);
 }
 

@@ -18,7 +18,7 @@ using Object = fcl::CollisionObjectd;
 
 /// What `CollisionObject::getAABB` returns.
 enum class Boxes {
-  kNone,   ///< whatever is there: the manager does not read it
+  kNone,   ///< FCL's, of whatever pose: ours reads only what a program has added to them
   kStock,  ///< `computeAABB()`: the cube around the capsule's bounding sphere
   kTight,  ///< end points +- radius
 };
@@ -71,7 +71,7 @@ class MovingFibers {
   void setPoses(int frame);
   void computeBoxes(Boxes boxes);
 
-  /// Poses and boxes as asked for, at no cost if they are so already.
+  /// Poses and boxes as asked for, at no cost if they are so already; kNone: FCL's of this pose.
   void bringTo(int frame, Boxes boxes);
 
   /// Leaves all fibers but the first ones out.
