@@ -12,13 +12,16 @@
 namespace fcl_fibers::tree {
 namespace {
 
-/// Orders numbers as integers, and equal ones by position. None is NaN.
+/// Orders numbers as integers of 63 bits, and equal ones by position. None is NaN.
 std::uint64_t keyOf(float number, std::int32_t position) {
   std::uint32_t bits;
   std::memcpy(&bits, &number, sizeof(bits));
   bits ^= (bits >> 31) != 0 ? ~std::uint32_t{0} : std::uint32_t{1} << 31;
-  return std::uint64_t{bits} << 32 | static_cast<std::uint32_t>(position);
+  return std::uint64_t{bits} << 31 | static_cast<std::uint32_t>(position);
 }
+
+/// 1 if p < q, else 0. Of a comparison gcc makes a branch, which half of the time is mispredicted.
+std::uint64_t isLess(std::uint64_t p, std::uint64_t q) { return (p - q) >> 63; }
 
 /// The key that would be at `rank` if all were sorted. Changes their order. All keys differ.
 ///
@@ -37,7 +40,7 @@ std::uint64_t keyAtRank(std::uint64_t* keys, std::size_t count, std::size_t rank
       const std::uint64_t key = keys[i];
       keys[i] = keys[less];
       keys[less] = key;
-      less += key < pivot ? 1 : 0;
+      less += isLess(key, pivot);
     }
     if (rank < less) {
       count = less;
@@ -265,12 +268,12 @@ class BlockBuilder {
     first = {block.begin, block.begin + half, 0};
     for (std::int32_t i = 0; i < count; ++i) {
       const Strand s = *at(block.begin + i);
-      const bool is_first = keyAt(i) < bound;
+      const auto is_first = static_cast<std::int32_t>(isLess(keyAt(i), bound));
       *next_first = s;
       *next_second = s;
-      next_first += is_first ? 1 : 0;
-      next_second += is_first ? 0 : 1;
-      first.segments += is_first ? s.end - s.begin : 0;
+      next_first += is_first;
+      next_second += 1 - is_first;
+      first.segments += is_first * (s.end - s.begin);
     }
     std::copy(behind_.data(), next_second, next_first);
     second = {first.end, block.end, block.segments - first.segments};
