@@ -176,8 +176,6 @@ Geometry tetrahedron(double edge) {
 
 /// Objects without any fiber, in a cube of edge 1, and two frames of their poses.
 struct LooseObjects {
-  /// A turned object gets computeAABB() for ours too, as in a program that used FCL, because what
-  /// it counts by depends on its box; a sphere does not.
   LooseObjects(std::string name, bool turned, const Geometry& geometry)
       : name(std::move(name)), turned(turned) {
     std::mt19937 random(1);
@@ -207,7 +205,7 @@ struct LooseObjects {
   }
 
   void computeBoxes(const Contender& contender) {
-    if (!contender.ours || turned) computeBoxes();
+    if (!contender.ours) computeBoxes();
   }
 
   std::string name;

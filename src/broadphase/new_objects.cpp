@@ -61,11 +61,16 @@ NewObjects readNewObjects(const char* call, const std::vector<fcl::CollisionObje
   found.starts_fiber.resize(added.size());
   if (options.ignored_arc_length > 0) found.lengths.resize(added.size());
   found.last = previous;
+  const bool needs_length =
+      kind.has_neighbors || !found.lengths.empty() || options.bounds == Bounds::kObjects;
+  // The build finds margins, which cannot make an object unreadable unless they overflow.
+  const Bounds bounds = options.bounds == Bounds::kObjects ? Bounds::kObjects : Bounds::kShapes;
   for (std::size_t i = 0; i < added.size(); ++i) {
     prefetchObject<S>([&](std::size_t k) { return added[k]; }, i, added.size());
-    Segment segment = readNew(call, added, i, options.bounds);
+    Segment segment = readNew(call, added, i, bounds);
     const bool is_capsule = isCapsule(*added[i]);
-    const std::optional<double> length = lengthInFiber(*added[i]);
+    const std::optional<double> length =
+        needs_length ? lengthInFiber(*added[i]) : std::optional<double>();
     // If its box counts instead, that has no end points to compare, nor has the length been
     // checked.
     if (segment.isBox() && (is_capsule || (length && options.bounds == Bounds::kObjects))) {

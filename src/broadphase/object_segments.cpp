@@ -14,11 +14,13 @@
 #include "broadphase/object_source.h"
 #include "broadphase/program_margin.h"
 #include "broadphase/shape_box.h"
+#include "geometry/posed_capsules.h"
 
 namespace fcl_fibers::broadphase {
 namespace {
 
 using geometry::Frame;
+using geometry::PosedCapsules;
 using geometry::Segment;
 using geometry::Vec3d;
 
@@ -73,24 +75,68 @@ const char* addWidening(const fcl::CollisionObject<S>& object, const Frame& fram
   return rangeProblem(segment);
 }
 
-/// Whether a box has the size that FCL gives to a capsule, rotated or not, as nearly all have.
-/// Boxes too small to be squared, and rotated capsules without length, are left to wideningOf().
+/// Whether a box has the size that FCL gives to a capsule, rotated or not, or the least in this
+/// pose, as nearly all have. Boxes too small to be squared, and rotated capsules without length,
+/// are left to wideningOf(). segmentsOf() decides alike.
 template <typename S>
-FCL_FIBERS_ALWAYS_INLINE bool isStockBox(const fcl::AABB<S>& box, const fcl::Transform3<S>& pose,
-                                         double radius, double length) {
+bool isUsualBox(const fcl::AABB<S>& box, const fcl::Transform3<S>& pose, double radius,
+                double length) {
   const Vec3d size = toVec3(box.max_) - toVec3(box.min_);
-  const Vec3d t = toVec3(pose.matrix().col(3));
-  const double thickness = 2 * radius, end = length + thickness;
+  const Vec3d axis = toVec3(pose.matrix().col(2));
+  const double thickness = radius + radius, end = length + thickness;
   // Bound on the rounding of the sides of a box in this pose.
-  const double slack = double{std::numeric_limits<S>::epsilon()} * (1.25 * maxNorm(t) + 5 * end);
-  if (length > 0 && std::fabs(size.x - size.y) <= slack && std::fabs(size.x - size.z) <= slack) {
-    // The side of the rotated box is the diagonal of the unrotated one.
-    constexpr double kSmall = 1e-280;
-    const double squared = 2 * thickness * thickness + end * end;
-    return squared > kSmall && std::fabs(size.x * size.x - squared) <= 2 * slack * size.x;
+  const double slack = double{std::numeric_limits<S>::epsilon()} *
+                       (1.25 * maxNorm(toVec3(pose.matrix().col(3))) + 5 * end);
+  const auto is = [&](const Vec3d& sides) {
+    const Vec3d off = size - sides;
+    return std::fabs(off.x) <= slack && std::fabs(off.y) <= slack && std::fabs(off.z) <= slack;
+  };
+  // The side of the rotated box is the diagonal of the unrotated one.
+  constexpr double kSmall = 1e-280;
+  const double squared = thickness * thickness * 2 + end * end;
+  const bool is_turned = is({size.x, size.x, size.x}) && length > 0 && squared > kSmall &&
+                         std::fabs(size.x * size.x - squared) <= 2 * slack * size.x;
+  return is_turned || is({thickness, thickness, end}) ||
+         is({length * std::fabs(axis.x) + thickness, length * std::fabs(axis.y) + thickness,
+             length * std::fabs(axis.z) + thickness});
+}
+
+/// Reads the size of a capsule or sphere. Returns false for any other shape.
+template <typename S>
+FCL_FIBERS_ALWAYS_INLINE bool readSize(const fcl::CollisionGeometry<S>& shape, fcl::NODE_TYPE type,
+                                       double& radius, double& length) {
+  switch (type) {
+    case fcl::GEOM_CAPSULE: {
+      const auto& capsule = static_cast<const fcl::Capsule<S>&>(shape);
+      radius = static_cast<double>(capsule.radius);
+      length = static_cast<double>(capsule.lz);
+      return true;
+    }
+    case fcl::GEOM_SPHERE:
+      radius = static_cast<double>(static_cast<const fcl::Sphere<S>&>(shape).radius);
+      length = 0;
+      return true;
+    default:
+      return false;
   }
-  return std::fabs(size.x - thickness) <= slack && std::fabs(size.y - thickness) <= slack &&
-         std::fabs(size.z - end) <= slack;
+}
+
+/// Puts a capsule or sphere at place i.
+template <typename S>
+FCL_FIBERS_ALWAYS_INLINE void put(const fcl::CollisionObject<S>& object, double radius,
+                                  double length, int i, PosedCapsules& out) {
+  const auto& pose = ObjectMembers<S>::pose(object).matrix();
+  const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int column = 0; column < 3; ++column) {
+      out.rotation[column][axis][i] = static_cast<double>(pose(axis, column));
+    }
+    out.position[axis][i] = static_cast<double>(pose(axis, 3));
+    out.low[axis][i] = static_cast<double>(box.min_[axis]);
+    out.high[axis][i] = static_cast<double>(box.max_[axis]);
+  }
+  out.radius[i] = radius;
+  out.length[i] = length;
 }
 
 }  // namespace
@@ -104,21 +150,9 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& fram
   if (const char* problem = poseProblem(pose)) return problem;
 
   const fcl::NODE_TYPE type = shape->getNodeType();
-  if (bounds == Bounds::kObjects) return readBox(object, type, frame, bounds, segment);
-
-  double radius, length = 0;
-  switch (type) {
-    case fcl::GEOM_CAPSULE: {
-      const auto& capsule = static_cast<const fcl::Capsule<S>&>(*shape);
-      radius = static_cast<double>(capsule.radius);
-      length = static_cast<double>(capsule.lz);
-      break;
-    }
-    case fcl::GEOM_SPHERE:
-      radius = static_cast<double>(static_cast<const fcl::Sphere<S>&>(*shape).radius);
-      break;
-    default:
-      return readBox(object, type, frame, bounds, segment);
+  double radius, length;
+  if (bounds == Bounds::kObjects || !readSize(*shape, type, radius, length)) {
+    return readBox(object, type, frame, bounds, segment);
   }
   if (!isSize(radius)) return kBadRadius;
   if (!isSize(length)) return kBadLength;
@@ -128,28 +162,51 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& fram
   segment = {center - half, center + half, frame.scale * radius};
   if (const char* problem = rangeProblem(segment)) return problem;
   if (bounds == Bounds::kShapes ||
-      isStockBox(ObjectMembers<S>::box(object), pose, radius, length)) {
+      isUsualBox(ObjectMembers<S>::box(object), pose, radius, length)) {
     return nullptr;
   }
   return addWidening(object, frame, radius, length, segment);
 }
 
-/// This loop takes half of an update's time. It is in this file so that readSegment() can be
-/// inlined.
+/// Reads most capsules and spheres together, and others by readSegment(), which gives the same
+/// segments.
 template <typename S>
 bool ObjectSource<S>::read(const index::SegmentId* ids, int count, int ahead, const Frame& frame,
                            index::SegmentBlock& out, index::BlockMask& present) const {
   const auto objectAt = [&](std::size_t i) { return objects_[static_cast<std::size_t>(ids[i])]; };
   const auto known = static_cast<std::size_t>(count + ahead);
+  PosedCapsules capsules;
+  index::BlockMask together = 0;
   present = 0;
   for (int i = 0; i < count; ++i) {
     prefetchObject<S>(objectAt, static_cast<std::size_t>(i), known);
     const Object* object = objectAt(static_cast<std::size_t>(i));
-    if (object == nullptr) continue;
+    const index::BlockMask bit = index::BlockMask{1} << i;
+    if (object != nullptr) present |= bit;
+    if (object == nullptr || count == 1 || bounds_ == Bounds::kObjects) continue;
+    const fcl::CollisionGeometry<S>* shape = ObjectMembers<S>::shape(*object);
+    double radius, length;
+    if (shape == nullptr || !readSize(*shape, shape->getNodeType(), radius, length)) continue;
+    put(*object, radius, length, i, capsules);
+    together |= bit;
+  }
+  if (together != 0) {
+    const index::BlockMask read = geometry::firstOfBlock((count + 7) / 8 * 8);
+    for (index::BlockMask rest = read & ~together; rest != 0; rest &= rest - 1) {
+      capsules.clear(__builtin_ctzll(rest));
+    }
+    const geometry::UsualCapsules usual = {kRotationTolerance<S>,
+                                           double{std::numeric_limits<S>::epsilon()},
+                                           bounds_ == Bounds::kShapesAndMargins};
+    together &= segmentsOf(capsules, count, frame, usual, out);
+  }
+  for (index::BlockMask rest = present & ~together; rest != 0; rest &= rest - 1) {
+    const int i = __builtin_ctzll(rest);
     Segment segment;
-    if (readSegment(*object, frame, bounds_, segment) != nullptr) return false;
+    if (readSegment(*objectAt(static_cast<std::size_t>(i)), frame, bounds_, segment) != nullptr) {
+      return false;
+    }
     out.set(i, segment);
-    present |= index::BlockMask{1} << i;
   }
   return true;
 }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include <fcl/geometry/shape/capsule.h>
 #include <fcl/narrowphase/collision_object.h>
 
 #include <fcl_fibers/fiber_manager_options.h>
@@ -31,6 +32,11 @@ class ObjectSource final : public index::SegmentSource {
 
   bool read(const index::SegmentId* ids, int count, int ahead, const geometry::Frame& frame,
             index::SegmentBlock& out, index::BlockMask& present) const override;
+  bool readNow(index::SegmentId id, const geometry::Frame& frame,
+               geometry::Segment& segment) const override {
+    const Object* object = objects_[static_cast<std::size_t>(id)];
+    return object != nullptr && readSegment(*object, frame, bounds_, segment) == nullptr;
+  }
   bool staysFiniteIn(const geometry::Frame&) const override { return true; }
   bool isFasterInOrder() const override { return true; }
   [[noreturn]] void refuse(index::SegmentId id, const geometry::Frame& frame) const override;
@@ -69,9 +75,13 @@ FCL_FIBERS_ALWAYS_INLINE void prefetchObject(ObjectAt&& objectAt, std::size_t i,
   constexpr std::size_t kAhead = 8;
   if (i + 2 * kAhead < count) prefetchLines(objectAt(i + 2 * kAhead), 4);
   if (i + kAhead >= count) return;
-  // The object kAhead on has arrived by now, so the address of its shape is known.
+  // The object kAhead on has arrived by now, so the address of its shape is known. Radius and
+  // length are the last members of a capsule.
   const fcl::CollisionObject<S>* next = objectAt(i + kAhead);
-  if (next != nullptr) prefetchLines(ObjectMembers<S>::shape(*next), 2);
+  if (next == nullptr) return;
+  const auto* shape = reinterpret_cast<const char*>(ObjectMembers<S>::shape(*next));
+  __builtin_prefetch(shape);
+  __builtin_prefetch(shape + sizeof(fcl::Capsule<S>) - 1);
 }
 
 }  // namespace fcl_fibers::broadphase
