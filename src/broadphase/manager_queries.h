@@ -38,7 +38,7 @@ class CollisionCall {
   template <class Pairs>
   class Sink final : public index::PairSink {
    public:
-    Sink(CollisionCall& call, double /*scale*/, Pairs pairs)
+    Sink(CollisionCall& call, const ManagerState<S>& /*state*/, Pairs pairs)
         : call_(call), pairs_(std::move(pairs)) {}
     tree::Visit take(const tree::Pair* pairs, std::size_t count) override {
       for (const tree::Pair* pair = pairs; pair != pairs + count; ++pair) {
@@ -73,10 +73,13 @@ class DistanceCall {
   template <class Pairs>
   class Sink final : public index::NearestSink {
    public:
-    /// @param scale  of the index's frame
-    Sink(DistanceCall& call, double scale, Pairs pairs)
-        : call_(call), scale_(scale), pairs_(std::move(pairs)) {}
+    Sink(DistanceCall& call, const ManagerState<S>& state, Pairs pairs)
+        : call_(call),
+          scale_(state.generations().frame().scale),
+          source_(state.source(kName)),
+          pairs_(std::move(pairs)) {}
     double limit() const override { return static_cast<double>(call_.least_) * scale_; }
+    const index::SegmentSource& source() const override { return source_; }
     tree::Visit visit(SegmentId a, SegmentId b, double& nearer_than) override {
       const bool stop = pairs_(a, b, call_);
       nearer_than = limit();
@@ -86,6 +89,7 @@ class DistanceCall {
    private:
     DistanceCall& call_;
     const double scale_;
+    const ObjectSource<S> source_;
     Pairs pairs_;
   };
 
@@ -136,7 +140,7 @@ class ManagerQueries {
   /// Pairs with the objects of another fiber manager.
   void with(const State& other) {
     const typename State::QueryScope other_scope(other, Call::kName);
-    const ObjectSource<S> source(Call::kName, other.registry().objects(), other.options().bounds);
+    const ObjectSource<S> source = other.source(Call::kName);
     search(
         [&](SegmentId a, SegmentId b, Call& call) {
           Object* partner = other.registry()[b];
@@ -150,8 +154,7 @@ class ManagerQueries {
   ///               whether that ends the query
   template <class Pairs, class... Where>
   tree::Visit search(Pairs pairs, const Where&... where) {
-    typename Call::template Sink<Pairs> sink(call_, state_.generations().frame().scale,
-                                             std::move(pairs));
+    typename Call::template Sink<Pairs> sink(call_, state_, std::move(pairs));
     return state_.generations().search(where..., sink);
   }
 

@@ -59,6 +59,11 @@ class ManagerState {
   /// @pre a QueryScope exists
   const Generations& generations() const { return generations_; }
 
+  /// Reads the objects as they are now.
+  ObjectSource<S> source(const char* call) const {
+    return ObjectSource<S>(call, registry_.objects(), options_.bounds);
+  }
+
   bool movedSinceUpdate() const;
   std::size_t memoryUsage() const;
 
@@ -86,10 +91,6 @@ class ManagerState {
   void readAndBuild(const char* call) const;
   void readAndFit(const char* call) const;
   void readYoung(const char* call) const;
-
-  ObjectSource<S> source(const char* call) const {
-    return ObjectSource<S>(call, registry_.objects(), options_.bounds);
-  }
 
   const FiberManagerOptions options_;
   Registry registry_;

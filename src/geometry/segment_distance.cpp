@@ -123,7 +123,18 @@ double scaleFor(const Segment& p, const Segment& q, double m) {
 
 Segment scaled(const Segment& s, double scale) { return {scale * s.a, scale * s.b, s.radius}; }
 
+/// Whether all of p lies more than `reach` beyond all of q along the line through their midpoints,
+/// which takes no division and settles most pairs that are apart.
+bool isApartAlongMidpoints(const Segment& p, const Segment& q, double rounding, double reach) {
+  const Vec3d twice = (p.a - q.a) + (p.b - q.b);
+  const double squared = squaredNorm(twice);
+  const double apart =
+      squared - std::fabs(dot(p.b - p.a, twice)) - std::fabs(dot(q.b - q.a, twice)) - 4 * rounding;
+  return apart > 0 && apart * apart > 4 * reach * reach * squared * (1 + 0x1p-40);
+}
+
 bool wellScaledAxesWithin(const Segment& p, const Segment& q, double m, double reach) {
+  if (isApartAlongMidpoints(p, q, roundingFor(m), reach)) return false;
   const double reach_squared = reach * reach;
   const Certified<double> rough = SquaredDistance<double>(p, q).atClosest();
   if (rough.squared <= reach_squared) return true;

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 
+#include "index/segment_source.h"
 #include "tree/search.h"
 
 namespace fcl_fibers::index {
@@ -21,6 +22,9 @@ class NearestSink : public tree::NearestVisitor {
  public:
   /// The initial limit, in the frame of the index whose search() is called.
   virtual double limit() const = 0;
+
+  /// What that index was built from. Segments that it does not keep are read as they are now.
+  virtual const SegmentSource& source() const = 0;
 
  protected:
   ~NearestSink() = default;

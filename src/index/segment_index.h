@@ -8,6 +8,7 @@
 
 #include "geometry/frame.h"
 #include "index/kept_segments.h"
+#include "index/nearest_filter.h"
 #include "index/pair_query.h"
 #include "index/pair_search.h"
 #include "index/segment_source.h"
@@ -103,8 +104,8 @@ class SegmentIndex {
   ///@}
 
   /// Pairs with another index, whatever their groups, with the margin of this one.
-  /// @param source  the other index's. It is read if that index keeps no segments and the search
-  ///                needs them; otherwise it may be null.
+  /// @param source  the other index's, if that keeps no segments and the search needs them. For a
+  ///                NearestSink null means its own source.
   ///@{
   tree::Visit search(const SegmentIndex& other, const SegmentSource* source, PairSink& sink) const;
   tree::Visit search(const SegmentIndex& other, const SegmentSource* source,
@@ -148,6 +149,7 @@ class SegmentIndex {
   double looseness() const;
   bool hasDecayed() const;
 
+  FoundSegment find(const SegmentSource& source, SegmentId id) const;
   template <class Sink>
   tree::Visit searchOneByOne(const SegmentIndex& other, const SegmentSource* source,
                              Sink& sink) const;

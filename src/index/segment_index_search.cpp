@@ -65,20 +65,26 @@ Visit SegmentIndex::search(PairSink& sink) const {
       tree_);
 }
 
+/// Finds a segment that is kept or, if none is, as it is now.
+FoundSegment SegmentIndex::find(const SegmentSource& source, SegmentId id) const {
+  FoundSegment found{};
+  if (keepsSegments()) {
+    found.segment = segments_[id];
+    found.is_found = true;
+  } else {
+    found.is_found = source.readNow(id, frame_, found.segment);
+  }
+  if (found.is_found) found.error = endPointError(found.segment);
+  return found;
+}
+
 Visit SegmentIndex::search(NearestSink& sink) const {
-  NearestFilter filter(
-      segments_.range(),
-      [this](SegmentId b, double& error) {
-        const Segment q = segments_[b];
-        error = endPointError(q);
-        return q;
-      },
-      sink);
+  const auto find_one = [&](SegmentId id) { return find(sink.source(), id); };
+  RememberingFind first(find_one);
+  RememberingFind second(find_one);
+  NearestFilter filter(first, second, options_.capsules, sink);
   return std::visit(
-      [&](const auto& tree) {
-        return tree::pairKernels(tree).nearest(tree, sink.limit(),
-                                               filterOrSink(options_.capsules, filter, sink));
-      },
+      [&](const auto& tree) { return tree::pairKernels(tree).nearest(tree, sink.limit(), filter); },
       tree_);
 }
 
@@ -104,19 +110,16 @@ Visit SegmentIndex::search(const Segment& segment, double error, Group group, Se
 
 Visit SegmentIndex::search(const Segment& segment, double error, Group group, SegmentId second,
                            NearestSink& sink) const {
-  NearestFilter filter(
-      segments_.range(),
-      [&](SegmentId, double& q_error) {
-        q_error = error;
-        return segment;
-      },
-      sink);
+  const FoundSegment one{segment, error, true};
+  const auto find_first = [&](SegmentId id) { return find(sink.source(), id); };
+  const auto find_second = [&](SegmentId) -> const FoundSegment& { return one; };
+  NearestFilter filter(find_first, find_second, options_.capsules, sink);
   return std::visit(
       [&](const auto& tree) {
         using ATree = std::decay_t<decltype(tree)>;
         const auto volume = volumeAround<typename ATree::Volume>(segment, tree.padding() + error);
         return tree::kernels<ATree>().nearestVolume(tree, volume, second, group, sink.limit(),
-                                                    filterOrSink(options_.capsules, filter, sink));
+                                                    filter);
       },
       tree_);
 }
@@ -158,23 +161,20 @@ Visit SegmentIndex::search(const SegmentIndex& other, const SegmentSource* sourc
                            NearestSink& sink) const {
   if (!matches(other)) return searchOneByOne(other, source, sink);
   const FrameChange to_this(other.frame_, frame_);
-  NearestFilter filter(
-      segments_.range(),
-      [&](SegmentId b, double& error) {
-        Segment q{};
-        if (other.keepsSegments()) {
-          q = other.segments_[b];
-        } else {
-          readOne(*source, b, other.frame_, q);
-        }
-        q = to_this(q);
-        error = to_this.error(q);
-        return q;
-      },
-      sink);
+  const SegmentSource& second_source = source != nullptr ? *source : sink.source();
+  const auto find_first = [&](SegmentId a) { return find(sink.source(), a); };
+  const auto find_second = [&](SegmentId b) {
+    FoundSegment found = other.find(second_source, b);
+    if (!found.is_found) return found;
+    found.segment = to_this(found.segment);
+    found.error = to_this.error(found.segment);
+    return found;
+  };
+  RememberingFind first(find_first);
+  RememberingFind second(find_second);
+  NearestFilter filter(first, second, options_.capsules, sink);
   return visitTrees(other, [&](const auto& two) {
-    return tree::pairKernels(two).nearest(two, sink.limit(),
-                                          filterOrSink(options_.capsules, filter, sink));
+    return tree::pairKernels(two).nearest(two, sink.limit(), filter);
   });
 }
 

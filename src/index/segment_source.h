@@ -26,6 +26,10 @@ class SegmentSource {
   virtual bool read(const SegmentId* ids, int count, int ahead, const geometry::Frame& frame,
                     SegmentBlock& out, BlockMask& present) const = 0;
 
+  /// Reads one segment as it is now. Returns false if it was removed or cannot be read.
+  virtual bool readNow(SegmentId id, const geometry::Frame& frame,
+                       geometry::Segment& segment) const;
+
   /// Whether coordinates stay finite in a frame, as far as can be told without reading them all.
   virtual bool staysFiniteIn(const geometry::Frame& frame) const = 0;
 

@@ -6,10 +6,12 @@
 #define FCL_FIBERS_TREE_TRAVERSAL_INL_H
 #endif
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 #include "geometry/frame.h"
@@ -29,9 +31,10 @@ namespace fcl_fibers::tree::HWY_NAMESPACE {
 //   Visit leafPair(SegmentId a, SegmentId b)   for visitPairs
 //   Visit leaf(SegmentId a)                    for visitLeaves
 //
-// The two tests follow; a query derives from one of them. A query of visitPairs that sets kSplits
-// gets the pairs below two links as one task, to be visited later or elsewhere, if isTask() is true
-// of them:
+// The two tests follow; a query derives from one of them. For a query of visitPairs that sets
+// kNearestFirst, pairs of the children of two nodes are visited by their distances. One that sets
+// kSplits gets the pairs below two links as one task, to be visited later or elsewhere, if isTask()
+// is true of them:
 //
 //   bool isTask(std::int32_t a_leaves, std::int32_t b_leaves)   the numbers of leaves below
 //   Visit addTask(const TraversalTask&)
@@ -75,6 +78,7 @@ class OtherGroups {
 
 struct OverlapTest {
   static constexpr bool kSplits = false;
+  static constexpr bool kNearestFirst = false;
 
   template <class Pack, class Volume, class F>
   FCL_FIBERS_ALWAYS_INLINE Visit forEachPassing(const Pack& pack, const Volume& volume,
@@ -90,34 +94,66 @@ struct OverlapTest {
 /// Passes volumes nearer than a limit, which may shrink as pairs are found, the nearest first.
 struct DistanceTest {
   static constexpr bool kSplits = false;
+  static constexpr bool kNearestFirst = true;
   double limit;  ///< in the frame of the query
+
+  /// Places with a distance, in the unit of one pack. There are at most kMost.
+  template <std::size_t kMost>
+  class Places {
+   public:
+    FCL_FIBERS_ALWAYS_INLINE void add(float distance, int place) {
+      std::uint32_t bits;  // ordered as the distances are, which are not negative
+      std::memcpy(&bits, &distance, sizeof(bits));
+      const std::uint64_t key = std::uint64_t{bits} << 32 | static_cast<std::uint32_t>(place);
+      std::size_t at = count_++;
+      if constexpr (kIsSmall) {
+        for (; at > 0 && key < keys_[at - 1]; --at) keys_[at] = keys_[at - 1];
+      }
+      keys_[at] = key;
+    }
+    /// Calls visit(place), the nearest first, as long as they are nearer than the limit.
+    template <class F>
+    Visit visitNearestFirst(const DistanceTest& test, double unit, F&& visit) {
+      if constexpr (!kIsSmall) std::sort(keys_.data(), keys_.data() + count_);
+      for (std::size_t i = 0; i < count_; ++i) {
+        const auto bits = static_cast<std::uint32_t>(keys_[i] >> 32);
+        float distance;
+        std::memcpy(&distance, &bits, sizeof(bits));
+        // If the limit is infinite, the product may be infinite too.
+        if (!(distance * unit < test.limit) && std::isfinite(test.limit)) break;
+        const auto place = static_cast<std::uint32_t>(keys_[i]);
+        if (visit(static_cast<int>(place)) == Visit::kStop) return Visit::kStop;
+      }
+      return Visit::kContinue;
+    }
+
+   private:
+    /// Few are kept in order, which takes less than sorting them.
+    static constexpr bool kIsSmall = kMost <= 16;
+    std::array<std::uint64_t, kMost> keys_;
+    std::size_t count_ = 0;
+  };
+
+  /// Calls add(lane, distance) for those of the lanes that may be nearer than the limit.
+  template <int N, template <int> class Pack, class Volume, class F>
+  FCL_FIBERS_ALWAYS_INLINE void forEachNearer(const Pack<N>& pack, const Volume& volume,
+                                              simd::LaneMask lanes, double unit, F&& add) const {
+    using geometry::HWY_NAMESPACE::nearer;
+    float distance[N];
+    for (auto rest = nearer(pack, volume, geometry::roundedUp(limit / unit), distance) & lanes;
+         rest != 0; rest &= rest - 1) {
+      const int lane = __builtin_ctz(rest);
+      add(lane, distance[lane]);
+    }
+  }
 
   template <int N, template <int> class Pack, class Volume, class F>
   FCL_FIBERS_ALWAYS_INLINE Visit forEachPassing(const Pack<N>& pack, const Volume& volume,
                                                 simd::LaneMask lanes, double unit, F&& visit) {
-    using geometry::HWY_NAMESPACE::nearer;
-    float distance[N];
-    std::array<int, N> nearest_first;
-    int count = 0;
-    for (auto rest = nearer(pack, volume, geometry::roundedUp(limit / unit), distance) & lanes;
-         rest != 0; rest &= rest - 1) {
-      const int lane = __builtin_ctz(rest);
-      int place = count++;
-      for (; place > 0 &&
-             distance[nearest_first[static_cast<std::size_t>(place - 1)]] > distance[lane];
-           --place) {
-        nearest_first[static_cast<std::size_t>(place)] =
-            nearest_first[static_cast<std::size_t>(place - 1)];
-      }
-      nearest_first[static_cast<std::size_t>(place)] = lane;
-    }
-    for (int i = 0; i < count; ++i) {
-      const int lane = nearest_first[static_cast<std::size_t>(i)];
-      // If the limit is infinite, the product may be infinite too.
-      if (!(distance[lane] * unit < limit) && std::isfinite(limit)) break;
-      if (visit(lane) == Visit::kStop) return Visit::kStop;
-    }
-    return Visit::kContinue;
+    Places<N> nearest;
+    forEachNearer(pack, volume, lanes, unit,
+                  [&](int lane, float distance) HWY_ATTR { nearest.add(distance, lane); });
+    return nearest.visitNearestFirst(*this, unit, visit);
   }
 };
 
@@ -150,6 +186,17 @@ class PairTraversal {
     }
     const auto& pack = a_.pack(node);
     const int count = a_.node(node).child_count;
+    if constexpr (Query::kNearestFirst) {
+      for (int lane = 0; lane < count; ++lane) {
+        const auto child = Child<TreeA>::of(a_, node, lane);
+        if (!child.link.isLeaf() && filter_.passesSelf(child.slot) &&
+            visitSelf(child.link.node()) == Visit::kStop) {
+          return Visit::kStop;
+        }
+      }
+      return crossNearestFirst(node, simd::firstLanes(count), node,
+                               [](int lane) HWY_ATTR { return ~simd::firstLanes(lane + 1); });
+    }
     for (int lane = 0; lane < count; ++lane) {
       const auto child = Child<TreeA>::of(a_, node, lane);
       if (!child.link.isLeaf() && filter_.passesSelf(child.slot) &&
@@ -190,6 +237,30 @@ class PairTraversal {
                             : crossChildrenOfB(a, b.link.node());
   }
 
+  /// Visits all pairs below children of a node in A and of a node in B, the nearest children first.
+  /// @param lanesOfB  lanesOfB(lane of A): which children of B are paired with it
+  template <class LanesOfB>
+  Visit crossNearestFirst(std::int32_t a_node, simd::LaneMask a_lanes, std::int32_t b_node,
+                          LanesOfB&& lanesOfB) {
+    constexpr auto kA = static_cast<std::size_t>(TreeA::kArity);
+    constexpr auto kB = static_cast<std::size_t>(TreeB::kArity);
+    typename Query::template Places<kA * kB> nearest;
+    const double unit = b_to_a_.scale();
+    for (auto rest = a_lanes; rest != 0; rest &= rest - 1) {
+      const int lane = __builtin_ctz(rest);
+      const auto child = Child<TreeA>::of(a_, a_node, lane);
+      const auto lanes = simd::firstLanes(b_.node(b_node).child_count) & lanesOfB(lane) &
+                         filter_.lanes(child.slot, b_node);
+      query_.forEachNearer(b_.pack(b_node), a_to_b_(child.volume), lanes, unit,
+                           [&](int other, float distance)
+                               HWY_ATTR { nearest.add(distance, lane * TreeB::kArity + other); });
+    }
+    return nearest.visitNearestFirst(query_, unit, [&](int place) HWY_ATTR {
+      return visitInB(Child<TreeA>::of(a_, a_node, place / TreeB::kArity), b_node,
+                      place % TreeB::kArity);
+    });
+  }
+
   FCL_FIBERS_ALWAYS_INLINE Visit crossChildrenOfA(std::int32_t node, const Child<TreeB>& b,
                                                   const typename TreeA::Volume& b_in_a) {
     const auto lanes = simd::firstLanes(a_.node(node).child_count) & filter_.lanes(b.slot, node);
@@ -205,6 +276,13 @@ class PairTraversal {
                             const typename TreeA::Volume& b_in_a) {
     const auto lanes =
         simd::firstLanes(a_.node(a_node).child_count) & filter_.lanes(b.slot, a_node);
+    if constexpr (Query::kNearestFirst) {
+      simd::LaneMask near = 0;
+      query_.forEachNearer(a_.pack(a_node), b_in_a, lanes, 1,
+                           [&](int lane, float) HWY_ATTR { near |= simd::LaneMask{1} << lane; });
+      return crossNearestFirst(a_node, near, b.link.node(),
+                               [](int) HWY_ATTR { return ~simd::LaneMask{0}; });
+    }
     return query_.forEachPassing(a_.pack(a_node), b_in_a, lanes, 1, [&](int lane) HWY_ATTR {
       return crossChildrenOfB(Child<TreeA>::of(a_, a_node, lane), b.link.node());
     });
@@ -246,11 +324,11 @@ auto selfPairs(const Tree& tree, GroupFilter filter, Query& query) {
   return PairTraversal<Tree, Tree, Query, geometry::SameFrame, geometry::SameFrame, GroupFilter>(
       tree, tree, kSame, kSame, filter, query);
 }
-template <class Tree, class Query>
-auto crossPairs(const Tree& a, const Tree& b, const geometry::FrameChange& b_to_a,
-                const geometry::FrameChange& a_to_b, Query& query) {
-  return PairTraversal<Tree, Tree, Query, geometry::FrameChange, geometry::FrameChange, AllGroups>(
-      a, b, b_to_a, a_to_b, AllGroups(), query);
+template <class Tree, class Change, class Query>
+auto crossPairs(const Tree& a, const Tree& b, const Change& b_to_a, const Change& a_to_b,
+                Query& query) {
+  return PairTraversal<Tree, Tree, Query, Change, Change, AllGroups>(a, b, b_to_a, a_to_b,
+                                                                     AllGroups(), query);
 }
 
 /// @param lanes  lanes(node): the children of a node that are tested
@@ -280,11 +358,15 @@ Visit visitPairs(const Tree& tree, Query& query) {
 
 /// Visits each pair of a segment of `a` and one of `b` that passes the query's test once. The
 /// query's frame is that of `a`.
-template <class Tree, class Query>
-Visit visitPairs(const Tree& a, const Tree& b, const geometry::FrameChange& b_to_a,
-                 const geometry::FrameChange& a_to_b, Query& query) {
+template <class Tree, class Change, class Query>
+Visit visitPairs(const Tree& a, const Tree& b, const Change& b_to_a, const Change& a_to_b,
+                 Query& query) {
   if (a.empty() || b.empty()) return Visit::kContinue;
   auto pairs = internal::crossPairs(a, b, b_to_a, a_to_b, query);
+  if constexpr (Query::kNearestFirst) {
+    return pairs.crossNearestFirst(0, simd::firstLanes(a.node(0).child_count), 0,
+                                   [](int) HWY_ATTR { return ~simd::LaneMask{0}; });
+  }
   // The root's volume is in no pack, so the children of b's root are the start.
   for (int lane = 0; lane < b.node(0).child_count; ++lane) {
     const auto child = Child<Tree>::of(b, 0, lane);
