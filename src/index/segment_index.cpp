@@ -21,6 +21,10 @@ using tree::Middle;
 constexpr std::size_t kRange = 4096;
 using Ids = std::array<SegmentId, kRange>;
 
+/// A build costs about as much as five updates. Nodes 1.5 times as long overlap three times as many
+/// others.
+constexpr double kLoose = 1.5;
+
 }  // namespace
 
 SegmentIndex::SegmentIndex(const IndexOptions& options)
@@ -164,7 +168,7 @@ bool SegmentIndex::refit(const SegmentSource& source) {
     // A frame that is no longer good does for once, so that no update refits twice, unless it is
     // far too bad.
     frame_lasts_ = staysWithin(in_new_frame_, now, 0.25);
-    if (frame_lasts_ || staysWithin(in_new_frame_, now, 16)) return !hasDecayed();
+    if (frame_lasts_ || staysWithin(in_new_frame_, now, 16)) return !hasDecayed(kLoose);
   }
   return refit(source, betterFrame(source));
 }
@@ -177,7 +181,7 @@ Frame SegmentIndex::betterFrame(const SegmentSource& source) const {
 bool SegmentIndex::refit(const SegmentSource& source, const Frame& frame) {
   if (!tryRefit(source, frame)) refuseLeast(source, leaves(), frame);
   useNewFrame();
-  return !hasDecayed();
+  return !hasDecayed(kLoose);
 }
 
 void SegmentIndex::useNewFrame() {
@@ -303,10 +307,13 @@ bool SegmentIndex::refitSome(const std::vector<SegmentId>& ids, const std::vecto
     for (std::size_t i = 0; i < ids.size(); ++i) segments_.set(ids[i], moved[i]);
   }
   fitted_ += std::visit([&](auto& tree) { return tree.refitSome(ids, moved); }, tree_);
-  // Checks the looseness once per as many fitted leaves as a whole refit has.
-  if (fitted_ < static_cast<std::size_t>(end_ - begin_)) return true;
+  // A few fibers that have changed places make all nodes above them as large as the scene, so the
+  // looseness is checked before many are. At worst a build costs three microseconds for each leaf
+  // moved.
+  constexpr std::size_t kPart = 24, kFew = 16;
+  if (fitted_ < std::max(static_cast<std::size_t>(end_ - begin_) / kPart, kFew)) return true;
   fitted_ = 0;
-  return !hasDecayed();
+  return !hasDecayed(/*loose=*/1.15);
 }
 
 bool SegmentIndex::isFitted(const SegmentSource& source) const {
@@ -341,11 +348,8 @@ double SegmentIndex::looseness() const {
   return std::visit([](const auto& tree) { return tree::looseness(tree); }, tree_);
 }
 
-/// A build costs about as much as five updates. Nodes 1.5 times as long overlap three times as many
-/// others.
-bool SegmentIndex::hasDecayed() const {
-  constexpr double kLoose = 1.5;
-  return !options_.super_thread && looseness() > kLoose * looseness_when_built_;
+bool SegmentIndex::hasDecayed(double loose) const {
+  return !options_.super_thread && looseness() > loose * looseness_when_built_;
 }
 
 /// One dense query must not cost more than the index for good.

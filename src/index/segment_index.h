@@ -147,7 +147,7 @@ class SegmentIndex {
   SegmentRange keptRange() const;
   void limitScratch();
   double looseness() const;
-  bool hasDecayed() const;
+  bool hasDecayed(double loose) const;
 
   FoundSegment find(const SegmentSource& source, SegmentId id) const;
   template <class Sink>

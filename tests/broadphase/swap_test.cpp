@@ -178,11 +178,16 @@ TYPED_TEST(Swap, FibersThatHaveChangedPlacesAreBundledAnew) {
     std::vector<std::size_t> places(kFibers);
     std::iota(places.begin(), places.end(), std::size_t{0});
     Random(327).shuffle(places);
+    std::vector<fcl::CollisionObject<S>*> moved;  // a fifth of all
     for (std::size_t f = 0; f < kFibers; ++f) {
       for (std::size_t i = 0; i < kSegments; ++i) {
         moveTo(*scene.fibers()[f][i], poses[kSegments * places[f] + i]);
       }
-      if (!has_floor) before->update(scene.fibers()[f]);
+      if (has_floor) continue;
+      moved.insert(moved.end(), scene.fibers()[f].begin(), scene.fibers()[f].end());
+      if (f % 20 != 19) continue;
+      before->update(moved);
+      moved.clear();
     }
     if (has_floor) before->update();
     registerFibers<S>(*after, scene);
