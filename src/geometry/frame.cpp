@@ -5,6 +5,27 @@
 
 namespace fcl_fibers::geometry {
 
+namespace {
+
+/// Moves the origin to a multiple of a power of two near the median distance of the segments from
+/// it, so by half of that at most. Scenes of about one place and size get one frame then, and pairs
+/// between them need no change of frame.
+void roundOrigin(Frame& frame, Segment* samples, std::size_t count) {
+  const auto distance = [&](const Segment& s) { return maxNorm(midpoint(s) - frame.origin); };
+  Segment* const median = samples + count / 2;
+  std::nth_element(samples, median, samples + count,
+                   [&](const Segment& p, const Segment& q) { return distance(p) < distance(q); });
+  const double spread = distance(*median);
+  if (!std::isnormal(spread)) return;
+  const double unit = std::ldexp(1.0, std::ilogb(spread));
+  for (const auto axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {
+    const double rounded = unit * std::nearbyint(frame.origin.*axis / unit);
+    if (std::isfinite(rounded)) frame.origin.*axis = rounded;
+  }
+}
+
+}  // namespace
+
 Frame frameFor(Segment* samples, std::size_t count) {
   Frame frame;
   if (count == 0) return frame;
@@ -26,6 +47,7 @@ Frame frameFor(Segment* samples, std::size_t count) {
     // far out. The scale itself stays away from the ends of double's range.
     frame.scale = std::ldexp(1.0, std::clamp(50 - std::ilogb(size), -1000, 1000));
   }
+  roundOrigin(frame, samples, count);
   return frame;
 }
 

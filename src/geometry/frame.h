@@ -41,7 +41,19 @@ class FrameChange {
   FrameChange(const Frame& from, const Frame& to, double growth = 0)
       : scale_(std::min(to.scale / from.scale, std::numeric_limits<double>::max())),
         shift_(to.fromWorld(from.origin)),
-        growth_(growth) {}
+        growth_(growth) {
+    const double shift[3] = {shift_.x, shift_.y, shift_.z};
+    for (int axis = 0; axis < 3; ++axis) {
+      // The roundings of error(), as lengths. The outward step of float covers those relative to
+      // the result.
+      const double padding = growth_ + 8 * kEps * std::fabs(shift[axis]);
+      low_shift_[axis] = shift[axis] - padding;
+      low_shift_[3 + axis] = -shift[axis] - padding;
+    }
+  }
+
+  /// Whether it changes nothing, as between managers whose scenes have about one place and size.
+  bool isIdentity() const { return scale_ == 1 && growth_ == 0 && shift_ == Vec3d{0, 0, 0}; }
 
   /// The length in `to` of a unit of `from`; finite.
   double scale() const { return scale_; }
@@ -57,20 +69,17 @@ class FrameChange {
     return endPointError(result) + 8 * kEps * maxNorm(shift_);
   }
 
-  Box operator()(const Box& box) const {
-    Box result;
-    const double shift[3] = {shift_.x, shift_.y, shift_.z};
-    for (int axis = 0; axis < 3; ++axis) {
-      // The roundings of error(), as lengths. The outward step of float covers those relative to
-      // the result.
-      const double padding = growth_ + 4 * kEps * std::fabs(shift[axis]);
-      const double low = scale_ * double{box.low[axis]} + shift[axis] - padding;
-      const double high = scale_ * double{box.high[axis]} + shift[axis] + padding;
-      // An infinite shift leaves NaN.
-      result.low[axis] = std::isnan(low) ? -kInfinity : roundedDown(low);
-      result.high[axis] = std::isnan(high) ? kInfinity : roundedUp(high);
+  FCL_FIBERS_ALWAYS_INLINE Box operator()(const Box& box) const {
+    // A high side is the low side of the mirrored box, so all six take the same steps, several at
+    // once. An infinite shift leaves NaN, which no comparison holds for.
+    const double sides[8] = {box.low[0],   box.low[1],   box.low[2], -box.high[0],
+                             -box.high[1], -box.high[2], 0,          0};
+    float low[8];
+    for (int i = 0; i < 8; ++i) {
+      const double side = scale_ * sides[i] + low_shift_[i];
+      low[i] = roundedDown(side > double{-kInfinity} ? side : double{-kInfinity});
     }
-    return result;
+    return {{low[0], low[1], low[2]}, {-low[3], -low[4], -low[5]}};
   }
 
   Sphere operator()(const Sphere& sphere) const {
@@ -88,6 +97,7 @@ class FrameChange {
   double scale_;
   Vec3d shift_;
   double growth_;
+  double low_shift_[8] = {};  ///< of the low sides, then of the mirrored high sides
 };
 
 /// The identity change of frame.

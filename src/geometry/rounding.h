@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "simd/always_inline.h"
+
 namespace fcl_fibers::geometry {
 
 // Bounds are floats, whatever the scalar of the scene. Before rounding they are moved outward by
@@ -17,7 +19,7 @@ inline float nearestFloat(double x) {
 }
 
 /// A float not above x; -infinity if x is below the range of float.
-inline float roundedDown(double x) {
+FCL_FIBERS_ALWAYS_INLINE float roundedDown(double x) {
   constexpr double kUlp = std::numeric_limits<float>::epsilon();
   constexpr double kLeast = std::numeric_limits<float>::min();
   constexpr double kLargest = std::numeric_limits<float>::max();

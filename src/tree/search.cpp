@@ -48,9 +48,19 @@ struct VisitNearest : DistanceTest {
   SegmentId second;
 };
 
+/// Calls visit(b_to_a, a_to_b) with the changes between the frames of two trees.
+template <class Tree, class F>
+FCL_FIBERS_ALWAYS_INLINE Visit withChanges(const TreePair<Tree>& trees, F&& visit) {
+  constexpr geometry::SameFrame kSame;
+  return trees.b_to_a.isIdentity() && trees.a_to_b.isIdentity() ? visit(kSame, kSame)
+                                                                : visit(trees.b_to_a, trees.a_to_b);
+}
+
 template <class Tree, class Query>
 Visit visitPairs(const TreePair<Tree>& trees, Query& query) {
-  return visitPairs(trees.a, trees.b, trees.b_to_a, trees.a_to_b, query);
+  return withChanges(trees, [&](const auto& b_to_a, const auto& a_to_b) HWY_ATTR {
+    return visitPairs(trees.a, trees.b, b_to_a, a_to_b, query);
+  });
 }
 
 /// The paper's binary tree is searched as published, by recursion.
@@ -75,7 +85,9 @@ Visit overlaps(const Tree& tree, const TraversalTask& task, PairBuffer& out) {
 }
 template <class Tree>
 Visit overlaps(const TreePair<Tree>& trees, const TraversalTask& task, PairBuffer& out) {
-  return overlapsOf(trees.a, trees.b, trees.b_to_a, trees.a_to_b, AllGroups(), task, out);
+  return withChanges(trees, [&](const auto& b_to_a, const auto& a_to_b) HWY_ATTR {
+    return overlapsOf(trees.a, trees.b, b_to_a, a_to_b, AllGroups(), task, out);
+  });
 }
 
 // Highway sets the instruction set for functions between its macros and for those marked HWY_ATTR,

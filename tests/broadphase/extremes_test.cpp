@@ -174,9 +174,12 @@ TYPED_TEST(Extremes, AQueryObjectFarLargerThanTheSceneMeetsIt) {
 // One object far out would make bounds of all others useless.
 TYPED_TEST(Extremes, AnOutlierLeavesTheOthersBoundsTight) {
   for (const double far : {1e6, 1e12, 1e20}) {
-    Scene<typename TypeParam::Scalar> scene;
+    using S = typename TypeParam::Scalar;
+    Scene<S> scene;
+    // Away from the world's origin, too, if the scalar can tell the capsules apart there.
+    const double x = far * double{std::numeric_limits<S>::epsilon()} < 0.2 ? 0.4 * far : 0;
     for (int i = 0; i < 100; ++i) {
-      scene.addCapsule({0.0, 3.0 * i, 0.0}, {1.0, 3.0 * i, 0.0}, 0.1);
+      scene.addCapsule({x, 3.0 * i, 0.0}, {x + 1.0, 3.0 * i, 0.0}, 0.1);
     }
     scene.addCapsule({far, far, far}, {far, far, 1.5 * far}, 0.1);
     EXPECT_TRUE(selfPairs(*Managed<TypeParam>(scene)).empty()) << far;
