@@ -133,13 +133,16 @@ std::vector<Preflight> checkMotion(const std::vector<Chosen>& chosen, bool quick
   return results;
 }
 
-/// What every update has to do at least: read each object's transform and capsule.
+/// What every update has to do at least: read each object's transform and capsule, and the box, to
+/// which a program may have added a margin.
 double readObjects(const MovingFibers& fibers) {
   double sum = 0;
   for (const Object* const object : fibers.objects()) {
     const fcl::Transform3d& pose = object->getTransform();
     const auto& capsule = static_cast<const fcl::Capsuled&>(*object->collisionGeometry());
-    sum += pose.translation().sum() + pose.linear().col(2).sum() + capsule.lz + capsule.radius;
+    const fcl::AABBd& box = object->getAABB();
+    sum += pose.translation().sum() + pose.linear().col(2).sum() + capsule.lz + capsule.radius +
+           box.min_.sum() + box.max_.sum();
   }
   return sum;
 }
