@@ -121,8 +121,10 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
 
   /// Calls `callback(a, b, cdata, dist)`, which may lower `dist`, for each such pair whose volumes
   /// are nearer than `dist`. At first `dist` is the largest number of S. FiberOptions::margin does
-  /// not matter. Under Report::kCapsules pairs whose capsules are at least `dist` apart are skipped
-  /// too. Ignored neighbours and pairs of one group are left out. Throws as collide() does.
+  /// not matter. Pairs whose capsules are at least `dist` apart are skipped too: all of them under
+  /// Report::kCapsules. Under Report::kVolumes most of them are, where that saves time, and objects
+  /// that have moved since the last update are measured where they are now. Ignored neighbours and
+  /// pairs of one group are left out. Throws as collide() does.
   ///@{
   void distance(Object* object, void* cdata, fcl::DistanceCallBack<S> callback) const override;
   void distance(void* cdata, fcl::DistanceCallBack<S> callback) const override;

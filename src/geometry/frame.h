@@ -29,7 +29,7 @@ inline bool isInFloatRange(const Segment& segment) {
   return size <= 0x1p62 || !isBounded(segment);
 }
 
-/// A frame for segments of which `samples` are a sample, whose order is changed. Its origin is
+/// A frame for segments of which `samples` are a sample, whose order is changed. Its origin is near
 /// their median, so bounds are tightest where most segments are, whatever lies far out.
 Frame frameFor(Segment* samples, std::size_t count);
 
