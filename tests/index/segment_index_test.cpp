@@ -589,7 +589,7 @@ TEST_P(SegmentIndexTest, NoSegmentReachesFartherThanTheRoot) {
   for (Segment& s : world.segments) s = {1.1 * s.b, 0.9 * s.a, s.radius};
   world.refit(index);
   expectInside("refitted");
-  for (const std::size_t id : {3, 40, 77}) {
+  for (const std::size_t id : {3u, 40u, 77u}) {
     Segment& s = world.segments[id];
     s = {s.a + Vec3d{7, 0, -3}, s.b + Vec3d{7, 0, -3}, s.radius};
   }
