@@ -176,8 +176,7 @@ Geometry tetrahedron(double edge) {
 
 /// Objects without any fiber, in a cube of edge 1, and two frames of their poses.
 struct LooseObjects {
-  LooseObjects(std::string name, bool turned, const Geometry& geometry)
-      : name(std::move(name)), turned(turned) {
+  LooseObjects(std::string name, bool turned, const Geometry& geometry) : name(std::move(name)) {
     std::mt19937 random(1);
     std::uniform_real_distribution<double> place(0, 1);
     std::uniform_real_distribution<double> step(-0.005, 0.005);
@@ -209,7 +208,6 @@ struct LooseObjects {
   }
 
   std::string name;
-  bool turned;
   std::array<std::vector<fcl::Transform3d>, 2> poses;
   std::vector<std::unique_ptr<Object>> owned;
   std::vector<Object*> objects;
