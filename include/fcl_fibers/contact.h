@@ -9,60 +9,66 @@
 
 namespace fcl_fibers {
 
-/// A capsule: all points within `radius` of the line from `from` to `to`, in any frame and unit of
-/// length. The two ends may be one point.
+/// A capsule as plain numbers: all points within `radius` of the line from `from` to `to`. Any
+/// frame and unit of length will do. The two ends may be one point.
 struct CapsuleShape {
   std::array<double, 3> from;  ///< x, y, z of the first end of the axis
   std::array<double, 3> to;    ///< x, y, z of the second end
   double radius;               ///< finite, not negative
 };
 
-/// Where two capsules a and b touch, or would touch first, by two closest points of their axes.
-/// World frame, lengths in the scene's unit.
+/// Where two capsules a and b touch or, if they are apart, where they are closest. Two closest
+/// points of their axes determine it. Points are in the frame of the capsules, lengths in their
+/// unit.
 ///
-/// If many points are closest, as for parallel axes, these are one such pair. `distance` is right
-/// to 32 eps of (distance of the axes + their lengths + radii), at any angle. The points are
-/// rounded like coordinates of their size.
+///     const Contact c = capsuleContact(fibers, pair);
+///     if (c.distance < 0) push(c.a.fiber, c.b.fiber, c.normal, -c.distance);
+///
+/// If many points are closest, as for parallel axes, the contact names one pair of them. The error
+/// of `distance` is at most 32 eps of (distance of the axes + their lengths + radii), at any angle.
+/// The points are rounded like coordinates of their size.
 struct Contact {
-  FiberSegment a;  ///< the first capsule; 0, 0 if it belongs to no fiber
-  FiberSegment b;  ///< the second capsule, likewise
+  FiberSegment a;  ///< place of the first capsule; 0, 0 if it belongs to no fiber
+  FiberSegment b;  ///< place of the second capsule, likewise
 
-  /// Arc parameter of a's axis point: 0 at the capsule's first end, 1 at its second; 0 if both ends
-  /// are one point. The axis of an `fcl::Capsule` goes from -z to +z.
+  /// Arc parameter of the closest point on a's axis: 0 at the capsule's first end and 1 at its
+  /// second. It is 0 if both ends are one point. The axis of an `fcl::Capsule` runs from -z to +z.
   double s = 0;
-  double t = 0;  ///< arc parameter of b's axis point, likewise
+  double t = 0;  ///< arc parameter of the closest point on b's axis, likewise
 
-  /// Distance between the surfaces. It is negative if the capsules overlap: moving one of them that
-  /// far along `normal` separates them.
+  /// Distance between the two surfaces. It is negative if the capsules overlap. Then a motion of
+  /// one capsule by that depth along `normal`, away from the other, separates them.
   double distance = 0;
 
-  std::array<double, 3> point_a{};  ///< a's axis point, moved to the surface along `normal`
-  std::array<double, 3> point_b{};  ///< b's axis point, moved to the surface against `normal`
+  std::array<double, 3> point_a{};  ///< closest point of a's axis, moved to a's surface
+  std::array<double, 3> point_b{};  ///< closest point of b's axis, moved to b's surface
 
-  /// Unit vector from a to b. If the axes intersect, up to 16 eps of the coordinates, it is
-  /// perpendicular to both. If they are also parallel or have no length, it is one such direction,
-  /// which depends on the axes alone.
+  /// Unit vector from a to b: point_a is moved along it, point_b against it. If the axes intersect,
+  /// up to 16 eps of the coordinates, the normal is perpendicular to both axes. If they are also
+  /// parallel or have no length, it is one such direction, which depends only on the axes.
   std::array<double, 3> normal{};
 };
 
-/// The contact of two capsules, whether they touch or not. The closed form is that of Ericson,
-/// Real-Time Collision Detection, 2005, section 5.1.9, without its determinant, which is noise if
-/// the axes are nearly parallel.
+/// Returns the contact of two capsules, whether they touch or not. The closed form is that of
+/// Ericson, Real-Time Collision Detection, 2005, section 5.1.9, without its determinant, which is
+/// noise if the axes are nearly parallel.
 ///
-/// Throws std::invalid_argument if a number is NaN or beyond 2^1000, or a radius is negative.
+/// Throws std::invalid_argument if a number is NaN or its magnitude exceeds 2^1000, or if a radius
+/// is negative.
 FCL_FIBERS_TREE_EXPORT Contact capsuleContact(const CapsuleShape& a, const CapsuleShape& b);
 
-/// The contact of a pair that FiberTree reported, with fiber and segment numbers. `fibers` are the
-/// arrays of its last build or update.
+/// Returns the contact of a pair that a FiberTree reported, with fiber and segment numbers.
+/// `fibers` are the arrays of the tree's last build or update.
 ///
-/// Throws std::invalid_argument as above, if no capsule starts at a point of the pair, if an array
-/// is null, or if point_begin does not run from 0 to the number of points.
+/// Throws std::invalid_argument as capsuleContact() of two capsules does. It also throws if no
+/// capsule starts at a point of the pair, if an array is null, or if point_begin does not run from
+/// 0 to the number of points.
 ///@{
 FCL_FIBERS_TREE_EXPORT Contact capsuleContact(const FiberArrays<float>& fibers, SegmentPair pair);
 FCL_FIBERS_TREE_EXPORT Contact capsuleContact(const FiberArrays<double>& fibers, SegmentPair pair);
 ///@}
 
-/// The same for a pair of two trees, a capsule of `a` and one of `b`.
+/// Returns the contact of a pair of two trees: a capsule of `a` and one of `b`.
 ///@{
 FCL_FIBERS_TREE_EXPORT Contact capsuleContact(const FiberArrays<float>& a,
                                               const FiberArrays<float>& b, SegmentPair pair);

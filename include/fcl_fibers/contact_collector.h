@@ -15,11 +15,11 @@
 
 namespace fcl_fibers {
 
-/// The contact of two capsules or spheres at their present poses, without fiber and segment
+/// Returns the contact of two capsules or spheres at their present poses, without fiber and segment
 /// numbers. A sphere is a capsule of length zero.
 ///
-/// Throws std::invalid_argument if one of them has another shape, or a pose, radius or length that
-/// a fiber manager would refuse.
+/// Throws std::invalid_argument if an object has another shape, or if a fiber manager would refuse
+/// its pose, radius or length.
 template <typename S>
 FCL_FIBERS_EXPORT Contact capsuleContact(const fcl::CollisionObject<S>& a,
                                          const fcl::CollisionObject<S>& b);
@@ -31,7 +31,7 @@ extern template FCL_FIBERS_EXPORT Contact capsuleContact(const fcl::CollisionObj
                                                          const fcl::CollisionObject<double>&);
 /// @endcond
 
-/// Whether capsuleContact() takes this object: a capsule or a sphere.
+/// Returns whether capsuleContact() takes this object, which has to be a capsule or a sphere.
 template <typename S>
 bool isCapsule(const fcl::CollisionObject<S>& object) {
   const fcl::NODE_TYPE type = object.getNodeType();
@@ -45,49 +45,51 @@ struct ObjectContact : Contact {
   fcl::CollisionObject<S>* object_b = nullptr;  ///< the second argument
 };
 
-/// An FCL callback that keeps the contacts of all touching pairs:
+/// An FCL callback that collects where the pairs of a query touch, with fiber and segment numbers:
 ///
 ///     ContactCollector<double> collector(manager);
 ///     manager.collide(&collector, collector.callback);
 ///     for (const auto& contact : collector.contacts()) ...
 ///
 /// Two capsules or spheres have one contact if they are no further apart than the manager's margin
-/// and the margins that the program has added to their boxes (see Bounds). Under Report::kCapsules
-/// they also have one if the manager reports them because a box counts in place of a capsule. All
-/// other pairs go to `fcl::collide` and have the contacts that it finds, at most as many as the
+/// and their own margins together; Bounds explains an object's own margin. Under Report::kCapsules
+/// a pair may also be reported because a box counts in place of a capsule, and then it has one
+/// contact too.
+///
+/// All other pairs go to `fcl::collide` and have the contacts that it finds, at most as many as the
 /// request admits. FCL's normals, positions and depths are converted to those of Contact. The arc
-/// parameter of a capsule is where its axis is nearest to FCL's position; for any other shape it is
-/// 0. With float scenes FCL's narrow phase is compiled into the user's program.
+/// parameter of a capsule is where its axis is nearest to FCL's position; that of any other shape
+/// is 0. For a scene of floats the user's program compiles FCL's narrow phase.
 template <typename S>
 class ContactCollector {
  public:
-  using Manager = FiberCollisionManager<S>;  ///< its queries are collected
-  using Object = fcl::CollisionObject<S>;    ///< what the manager holds
+  using Manager = FiberCollisionManager<S>;  ///< a manager whose queries are collected
+  using Object = fcl::CollisionObject<S>;    ///< an object of the manager
 
-  /// For all collision queries of a manager, which has to outlive the collector. Contact::b is 0, 0
-  /// if the second object is not in this manager.
+  /// Collects the contacts of collision queries of `manager`, which has to outlive the collector.
+  /// Contact::b is 0, 0 if the second object is not in this manager.
   explicit ContactCollector(const Manager& manager) : ContactCollector(manager, &manager) {}
 
-  /// For `manager.collide(other, ...)`: Contact::b has the numbers that `other` has for the second
-  /// object. If `other` is null, it is always 0, 0.
+  /// Collects the contacts of `manager.collide(other, ...)`. Contact::b has the numbers that
+  /// `other` has for the second object. If `other` is null, Contact::b is always 0, 0.
   ContactCollector(const Manager& manager, const Manager* other)
       : manager_(manager), other_(other) {
     request.enable_contact = true;
     request.num_max_contacts = 16;
   }
 
-  /// The request to fcl::collide for pairs with a shape other than a capsule or a sphere.
+  /// The request that fcl::collide gets for a pair with a shape other than a capsule or a sphere.
   fcl::CollisionRequest<S> request;
 
-  /// The contacts of all queries since clear(), in the order of their pairs.
+  /// Returns the contacts of all queries since clear(), in the order of their pairs.
   const std::vector<ObjectContact<S>>& contacts() const { return contacts_; }
 
   /// Forgets the contacts but keeps their memory for the next query.
   void clear() { contacts_.clear(); }
 
   /// The callback to pass to `collide`, with the collector as `cdata`. It never ends the query. It
-  /// throws std::invalid_argument as capsuleContact() does if a capsule has become invalid since
-  /// the manager read it, and if the query is not one of the collector's manager.
+  /// throws std::invalid_argument if the query is not one of the collector's manager, and as
+  /// capsuleContact() does if a capsule has become invalid since the manager read it.
   static bool callback(Object* a, Object* b, void* cdata) {
     static_cast<ContactCollector*>(cdata)->add(a, b);
     return false;
@@ -107,7 +109,7 @@ class ContactCollector {
     fcl::collide(a, b, request, result);
     for (std::size_t i = 0; i < result.numContacts(); ++i) {
       const fcl::Contact<S>& found = result.getContact(i);
-      // fcl::collide may exchange a shape and a mesh, and pass a copy of the mesh.
+      // fcl::collide may exchange a shape and a mesh, and copy the mesh.
       const auto* shape_a = a->collisionGeometry().get();
       const bool is_exchanged = found.o2 == shape_a && found.o1 != shape_a;
       const S sign = is_exchanged ? S(-1) : S(1);

@@ -13,105 +13,112 @@
 
 namespace fcl_fibers {
 
-/// The base of both fiber managers: FCL's broad-phase interface over fibers of capsules.
+/// Finds the pairs of objects that touch among thousands of fibers, through FCL's broad-phase
+/// interface. This is the base of both fiber managers; start with LayeredAABBTreeCollisionManager.
 ///
-/// Objects are borrowed, never owned. Capsules (`fcl::Capsule`), cylinders and boxes form the
-/// fibers; objects of any shape may be registered beside them. Objects count by pose and shape: a
-/// capsule or sphere as such, any other by the least box around it. So `computeAABB` is not needed.
-/// If the program has made an object's box larger, the difference is a margin of that object, see
-/// Bounds.
+///     LayeredAABBTreeCollisionManagerd manager(options);
+///     manager.registerFiber(fiber);      // pointers to capsules, in their order along the fiber
+///     manager.collide(&data, callback);  // calls callback(a, b, &data) for each pair
 ///
-/// Never pass one of these managers to one of FCL's: `fcls.collide(&ours, ...)` and
-/// `fcls.distance(&ours, ...)` are undefined behaviour, because FCL's managers cast the other
+/// **Objects.** The manager borrows its objects and never owns them. Capsules (`fcl::Capsule`),
+/// cylinders and boxes form fibers; objects of any shape may be registered beside them. A capsule
+/// or a sphere counts by its pose and shape. Any other object counts by the least box around its
+/// shape. So `computeAABB` is not needed. If the program has made an object's box larger, the
+/// difference is a margin of that object; see Bounds.
+///
+/// **FCL's managers.** Never pass one of these managers to one of FCL's. `fcls.collide(&ours, ...)`
+/// and `fcls.distance(&ours, ...)` are undefined behaviour, because FCL's managers cast the other
 /// manager to their own class without a check. `ours.collide(&fcls, ...)` works.
 ///
-/// `setup` and `update` read the managed objects, and queries find them where they were read last.
-/// There are two exceptions. The first query after registering or unregistering does the work of
-/// `setup`. A query with another fiber manager reads that manager's objects again if it has
-/// Report::kVolumes, and other volumes, topology or report than this one.
+/// **Motion.** `setup` and `update` read the objects, and queries find them where they were read
+/// last. There are two exceptions. The first query after objects were registered or unregistered
+/// does the work of `setup`. A query with another fiber manager reads that manager's objects again
+/// if that manager has Report::kVolumes and its volumes, topology or report differ from this one's.
 ///
-/// Queries are const and may run from several threads at once. While a query runs, for instance in
-/// its callback, registering, unregistering, updating and clearing are refused.
+/// **Threads.** Queries are const and may run from several threads at once. While a query runs, for
+/// instance in its callback, the manager refuses to register, unregister, update or clear.
 ///
-/// Every pair is reported once, and no object with itself. The callback's first argument is the
-/// object registered first in self-queries, the managed object in queries of one object, and this
-/// manager's object in queries with another manager. The order of pairs depends on the objects,
-/// their poses and the calls before, because objects registered since the tree was built are
-/// searched apart. It never depends on addresses. A callback that returns true ends the query at
-/// once.
+/// **Pairs.** A query reports every pair once, and never an object with itself. The callback's
+/// first argument is the object registered first in a self-query, the managed object in a query
+/// with one object, and this manager's object in a query with another manager. A callback that
+/// returns true ends the query at once. The order of the pairs depends on the objects, their poses
+/// and the earlier calls, but never on addresses. It depends on the calls because objects
+/// registered after the tree was built are searched apart.
 ///
-/// A call that cannot be answered throws `std::invalid_argument`, whose text names the call, the
-/// object and the remedy, and changes nothing. The exception is an `update` that throws: it leaves
-/// all objects registered, but queries are refused until an update or setup() succeeds. The same
-/// holds for `std::bad_alloc`. Objects of a manager of another class are read one by one, so a
-/// broken one may be refused after the first pairs.
+/// **Errors.** A call that cannot be answered throws `std::invalid_argument` and changes nothing.
+/// The text names the call, the object and the remedy. There is one exception: after an `update`
+/// that throws, `std::bad_alloc` included, all objects stay registered, but queries throw until
+/// update() or setup() succeeds. If a query reads a manager of another class, it reads that
+/// manager's objects one by one, so it may refuse a broken object after it has reported some pairs.
 template <typename S>
 class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionManager<S> {
  public:
-  using Object = fcl::CollisionObject<S>;  ///< an object that it manages
+  using Object = fcl::CollisionObject<S>;  ///< an object of the manager
 
   FiberCollisionManager(const FiberCollisionManager&) = delete;
   FiberCollisionManager& operator=(const FiberCollisionManager&) = delete;
   ~FiberCollisionManager() override;
 
   /// Registers one fiber: capsules, cylinders or boxes in their order along it. Consecutive ones
-  /// are neighbours, see FiberOptions::ignored_neighbors. Each counts as long as it is along its z
-  /// axis, `lz` or `side[2]`, see FiberOptions::ignored_arc_length. Segments of one group are not
-  /// paired with one another, not even within one fiber. Each manager has group numbers of its own.
-  /// An empty fiber registers nothing.
+  /// are neighbours; see FiberOptions::ignored_neighbors. Each is as long as its shape is along its
+  /// z axis, which is `lz` or `side[2]`; see FiberOptions::ignored_arc_length. Segments of one
+  /// group are never paired with one another, not even those of one fiber; see FiberGroup. An empty
+  /// fiber registers nothing.
   ///
-  /// Throws std::invalid_argument, and registers nothing, if an object is null, of another shape or
-  /// already registered; if its pose or a size of it is not one that can be read; or while a query
-  /// runs.
+  /// Throws std::invalid_argument and registers nothing if an object is null, has another shape or
+  /// is already registered, if its pose or size cannot be read, or while a query runs.
   void registerFiber(const std::vector<Object*>& fiber, FiberEnds ends = FiberEnds::kOpen,
                      FiberGroup group = {});
 
   /// Registers objects of any kind. Consecutive capsules that share an end point, to 4 ulp of the
-  /// largest coordinate, are taken for a fiber. It shapes the tree and has a number, but no pair of
-  /// it is ignored. Throws std::invalid_argument as registerFiber() does, except for the shape.
+  /// largest coordinate, become a fiber. Such a fiber shapes the tree and has a number, but none of
+  /// its pairs are left out. Throws std::invalid_argument as registerFiber() does, except that
+  /// every shape is accepted.
   ///@{
   void registerObjects(const std::vector<Object*>& objects) override;
   void registerObject(Object* object) override;
   ///@}
 
-  /// Unregisters an object. The fiber and segment numbers of all others stay as they are. Throws
-  /// std::invalid_argument, and changes nothing, if the object is not registered, or while a query
+  /// Unregisters an object. All others keep their fiber and segment numbers. Throws
+  /// std::invalid_argument and changes nothing if the object is not registered, or while a query
   /// runs.
   void unregisterObject(Object* object) override;
 
-  /// Brings the tree up to date:
-  /// * It reads all objects and builds the tree if there is none, if many objects were registered
-  ///   or unregistered since it was built, or if the last update failed.
-  /// * It reads all objects of a new clone and refits the tree.
-  /// * It reads the objects registered since the tree was built if they are few and some of them
-  ///   are unread.
+  /// Brings the tree up to date. So does the first query after objects came or went.
+  /// * The call reads all objects and builds the tree if there is none, if many objects were
+  ///   registered or unregistered since it was built, or if the last update failed.
+  /// * In a new clone it reads all objects and refits the tree.
+  /// * If a few objects were registered since the tree was built and some are unread, it reads
+  ///   these few.
   /// * Otherwise it does nothing.
   ///
   /// Throws std::invalid_argument if an object cannot be read.
   void setup() override;
 
-  /// Reads all objects, or those given, after they have moved or changed their shape. Given objects
-  /// that are not registered are passed over. All objects are read if more than a quarter of them
-  /// are given, and if so many have been updated that it pays to bundle the fibers anew.
+  /// Reads all objects, or the given ones, after they have moved or changed their shape. Given
+  /// objects that are not registered are ignored. The call reads all objects if more than a quarter
+  /// of them are given, or if so many have been updated that it pays to rebuild the tree.
   ///
-  /// Throws std::invalid_argument if a given object is null, and nothing changes; or if an object
-  /// has become invalid, after which queries are refused until update() or setup() succeeds.
+  /// Throws std::invalid_argument and changes nothing if a given object is null. It also throws
+  /// std::invalid_argument if an object has become invalid; queries then throw until update() or
+  /// setup() succeeds.
   ///@{
   void update() override;
   void update(Object* object) override;
   void update(const std::vector<Object*>& objects) override;
   ///@}
 
-  /// Unregisters all objects, which may have been destroyed by now.
+  /// Unregisters all objects. They may already have been destroyed.
   void clear() override;
 
-  /// Replaces the content of `objects` by the managed objects in registration order.
+  /// Replaces the content of `objects` by the managed objects, in the order of registration.
   void getObjects(std::vector<Object*>& objects) const override;
 
-  /// Calls `callback(a, b, cdata)` for each pair that FiberManagerOptions asks for: of `object`,
-  /// registered or not, with the managed objects; of the managed objects; or of these with those of
-  /// `other`, a manager of any class. Throws std::invalid_argument if the object, manager or
-  /// callback is null, or if an object cannot be read.
+  /// Calls `callback(a, b, cdata)` for each pair that FiberManagerOptions asks for. The three forms
+  /// report pairs of `object`, registered or not, with the managed objects; pairs of the managed
+  /// objects; and pairs of these with the objects of `other`, a manager of any class. They throw
+  /// std::invalid_argument if the object, manager or callback is null, or if an object cannot be
+  /// read.
   ///@{
   void collide(Object* object, void* cdata, fcl::CollisionCallBack<S> callback) const override;
   void collide(void* cdata, fcl::CollisionCallBack<S> callback) const override;
@@ -119,12 +126,14 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
                fcl::CollisionCallBack<S> callback) const override;
   ///@}
 
-  /// Calls `callback(a, b, cdata, dist)`, which may lower `dist`, for each such pair whose volumes
-  /// are nearer than `dist`. At first `dist` is the largest number of S. FiberOptions::margin does
-  /// not matter. Pairs whose capsules are at least `dist` apart are skipped too: all of them under
-  /// Report::kCapsules. Under Report::kVolumes most of them are, where that saves time, and objects
-  /// that have moved since the last update are measured where they are now. Ignored neighbours and
-  /// pairs of one group are left out. Throws as collide() does.
+  /// Calls `callback(a, b, cdata, dist)` for each such pair whose volumes are nearer than `dist`.
+  /// The callback may lower `dist`, which starts as the largest number of S. FiberOptions::margin
+  /// has no effect here.
+  ///
+  /// Capsules that are at least `dist` apart are skipped too: all such pairs under
+  /// Report::kCapsules, and most of them under Report::kVolumes, where that saves time. Under
+  /// Report::kVolumes, objects that have moved since the last update are measured where they are
+  /// now. Ignored neighbours and pairs of one group are left out. Throws as collide() does.
   ///@{
   void distance(Object* object, void* cdata, fcl::DistanceCallBack<S> callback) const override;
   void distance(void* cdata, fcl::DistanceCallBack<S> callback) const override;
@@ -139,23 +148,24 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
 
   bool isRegistered(const Object* object) const;  ///< whether it is managed; false for null
 
-  /// The fiber and segment number of a managed object. Throws std::invalid_argument if the object
-  /// is not registered.
+  /// Returns the fiber and segment number of a managed object. Throws std::invalid_argument if the
+  /// object is not registered.
   FiberSegment fiberSegment(const Object* object) const;
 
-  /// Whether an update() would change an answer, because an object has moved or changed its shape;
-  /// for an assertion before a query. It reads objects on this thread up to the first that has
-  /// moved. If none has, it costs about as much as an update() on one thread. It is true after a
-  /// failed update() and false if the next query reads all objects anyway.
+  /// Returns whether an update() would change an answer, because an object has moved or changed its
+  /// shape. This is for an assertion before a query. The call reads objects, on the calling thread,
+  /// up to the first that has moved. If none has, it costs about as much as an update() on one
+  /// thread. It returns true after a failed update(), and false if the next query reads all objects
+  /// anyway.
   bool movedSinceUpdate() const;
 
-  /// The margin of an object under Bounds::kShapesAndMargins, in the scene's unit of length: the
-  /// most that the program has added to its box on a side. It is 0 under other bounds. Throws
-  /// std::invalid_argument if the object is null or cannot be read.
+  /// Returns the margin of an object under Bounds::kShapesAndMargins, in the scene's unit of
+  /// length: the most that the program has added to its box on one side. Under other bounds it is
+  /// 0. Throws std::invalid_argument if the object is null or cannot be read.
   double margin(const Object* object) const;
 
-  /// Bytes that this manager holds, including what a query on several threads keeps for the next
-  /// one, excluding the objects.
+  /// Returns the bytes that this manager holds, without the objects, and including those that a
+  /// query on several threads keeps for the next one.
   std::size_t memoryUsage() const;
 
   /// @cond for the managers of this library only

@@ -7,70 +7,79 @@
 /// Collision detection among fibers of capsules.
 namespace fcl_fibers {
 
-/// The place of a segment: its fiber, and its number along that fiber, both counted from 0. Fibers
-/// count in the order in which they were given. An object that belongs to no fiber is a fiber of
-/// one segment.
+/// The place of a segment: the number of its fiber, and its own number along that fiber. Both count
+/// from 0. Fibers have their numbers in the order in which they were given. An object outside any
+/// fiber counts as a fiber of one segment.
 struct FiberSegment {
   std::size_t fiber = 0;    ///< among all fibers
   std::size_t segment = 0;  ///< along that fiber
 };
 
-/// Whether the last segment of a fiber leads to its first one, so that the two are neighbours.
+/// Whether a fiber has two ends or is a ring, in which the last segment is a neighbour of the
+/// first.
 enum class FiberEnds {
-  kOpen,    ///< two ends
-  kClosed,  ///< a ring
+  kOpen,    ///< it has two ends
+  kClosed,  ///< its last segment leads back to its first
 };
 
-/// Fibers whose segments are not paired with one another, such as the cables of one harness: all
-/// have the same number. This also excludes pairs within one fiber. A part of the tree whose
-/// segments are all of one group is not searched against itself, which saves time. Each tree has
-/// numbers of its own.
+/// The group of a fiber. Fibers of one group are never paired with one another, nor are segments of
+/// one such fiber: the cables of one harness, for instance. A search skips every part of the tree
+/// that belongs to one group, which saves time. Each manager or tree has numbers of its own.
+///
+///     manager.registerFiber(cable, FiberEnds::kOpen, FiberGroup{1});
 struct FiberGroup {
-  std::int32_t number = 0;  ///< any but 0, which is no group
+  std::int32_t number = 0;  ///< 0 means no group
 };
 
-/// The shape of the tree over the segments. It decides speed, never the answer.
+/// The shape of the tree over the segments. It decides how fast queries are, never which pairs they
+/// report.
 enum class Topology {
-  /// A node is a set of fibers over a range along them, with up to eight children. This is fast
-  /// whatever the order in which fibers were registered.
+  /// A node holds a set of fibers over a range along them, and has up to eight children. It is fast
+  /// in whatever order the fibers are registered.
   kBundle,
   /// The tree of Sobottka, Varnik and Weber, Collision Detection in Densely Packed Fiber Assemblies
-  /// with Application to Hair Modeling, 2005, section 3.2: a balanced binary tree over the fibers
-  /// in the order of registration, alternately root to tip and tip to root.
+  /// with Application to Hair Modeling, 2005, section 3.2. It is a balanced binary tree over the
+  /// fibers in the order of registration, alternately root to tip and tip to root.
   kSuperThread,
 };
 
-/// Which pairs a query reports.
+/// What makes two segments a pair that a query reports: their volumes overlap, or they touch.
 enum class Report {
-  /// Every pair whose leaf volumes overlap: tight boxes of the shapes, or spheres around the
-  /// segments. FCL's broad phase reports the same when it is given tight boxes.
+  /// Their volumes overlap: tight boxes around the shapes, or spheres around the segments. FCL's
+  /// broad phase reports the same pairs if it is given tight boxes. Some of these pairs do not
+  /// touch.
   kVolumes,
-  /// Every pair of capsules whose axes are no further apart than the sum of their radii and the
+  /// They touch: the axes of two capsules are no further apart than the sum of their radii and the
   /// margin. A sphere is a capsule of length zero. Every other shape counts by its box.
   kCapsules,
 };
 
-/// Options of whatever searches fibers. Its constructor throws std::invalid_argument if one is out
-/// of the range given here.
+/// The options that managers and trees have in common. These throw std::invalid_argument when they
+/// are constructed with an option out of the range given here.
+///
+///     FiberTreeOptions options;            // or FiberManagerOptions
+///     options.report = Report::kCapsules;  // only segments that touch
+///     options.ignored_neighbors = 1;       // neighbours share a point, so they always touch
 struct FiberOptions {
   Topology topology = Topology::kBundle;  ///< shape of the tree
   Report report = Report::kVolumes;       ///< which pairs a query reports
 
-  /// Pairs of one fiber whose segment numbers differ by at most this are not reported. 0 reports
-  /// all; 1 leaves out adjacent segments, which always overlap. Not negative.
+  /// A query leaves out two segments of one fiber whose numbers differ by at most this. 0 leaves
+  /// out none. 1 leaves out adjacent segments, which always touch. Not negative.
   int ignored_neighbors = 0;
 
-  /// Pairs of one fiber with at most this much of it between them are not reported either. It is
-  /// measured along the fiber when that is registered or the tree is built, in the scene's unit of
-  /// length, and suits fibers of unequal segments. 0 leaves out none. Finite, not negative.
+  /// A query also leaves out two segments of one fiber with at most this length of the fiber
+  /// between them, in the scene's unit. The length is measured when the fiber is registered or the
+  /// tree is built. This option suits fibers of unequal segments. 0 leaves out none. Finite, not
+  /// negative.
   double ignored_arc_length = 0;
 
-  /// Pairs this close count as touching, in the scene's unit of length. Finite, not negative.
+  /// Segments this far apart still count as touching, in the scene's unit. Finite, not negative.
   double margin = 0;
 
-  /// Threads, including the caller's, that share the work of build, update, self-collision and
-  /// collision with another tree of fibers. Callbacks and visitors run on the caller's thread
-  /// alone. At least 1. Pairs and their order are the same for any number.
+  /// Number of threads that share the work of a build, an update, a self-collision, and a collision
+  /// with another manager or tree of this library. The calling thread is one of them, and only it
+  /// runs callbacks and visitors. At least 1. Pairs and their order are the same for every number.
   int threads = 1;
 };
 

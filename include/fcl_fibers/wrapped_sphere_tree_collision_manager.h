@@ -8,29 +8,37 @@
 
 namespace fcl_fibers {
 
-/// The wrapped spheres of Sobottka, Varnik and Weber, 2005, sections 2.2, 2.3 and 3.1: each node
-/// keeps its cage, which is the minimum enclosing sphere of the spheres of all segments below it,
-/// and the one to four spheres that determine it. An update verifies the cages bottom-up and
-/// recomputes those that fail. Under Report::kVolumes an object without bounds, such as a plane, is
-/// paired with every other one.
+/// Finds the pairs of objects that touch by a tree of spheres: the wrapped spheres of Sobottka,
+/// Varnik and Weber, 2005, sections 2.2, 2.3 and 3.1. Use it to compare with the paper;
+/// LayeredAABBTreeCollisionManager is faster. FiberCollisionManager documents its calls.
+///
+///     WrappedSphereTreeCollisionManagerd manager;
+///     for (const auto& fiber : fibers) manager.registerFiber(fiber);  // pointers to capsules
+///     manager.collide(&data, callback);  // calls callback(a, b, &data) for each pair
+///
+/// Each node keeps its cage, which is the minimum enclosing sphere of the spheres of all segments
+/// below it, and the one to four spheres that determine the cage. An update verifies the cages
+/// bottom-up and recomputes those that fail. Under Report::kVolumes an object without bounds, such
+/// as a plane, is paired with every other one.
 template <typename S>
 class FCL_FIBERS_EXPORT WrappedSphereTreeCollisionManager : public FiberCollisionManager<S> {
  public:
   using typename FiberCollisionManager<S>::Object;
 
-  /// Throws std::invalid_argument if an option is out of range, and std::runtime_error if FCL's
-  /// objects have another layout than the library was compiled for.
+  /// Makes an empty manager. Throws std::invalid_argument if an option is out of range, and
+  /// std::runtime_error if FCL's objects have another layout than the library was compiled for.
   explicit WrappedSphereTreeCollisionManager(const FiberManagerOptions& options = {});
 
-  /// Takes over the other's objects and options. The other is then as newly constructed with its
-  /// options. The behaviour is undefined while a query of either runs.
+  /// Takes over the objects and options of the other manager. The other one is then empty and keeps
+  /// its options. The behaviour is undefined while a query of either runs.
   ///@{
   WrappedSphereTreeCollisionManager(WrappedSphereTreeCollisionManager&&) noexcept = default;
   WrappedSphereTreeCollisionManager& operator=(WrappedSphereTreeCollisionManager&&) noexcept =
       default;
   ///@}
 
-  /// See LayeredAABBTreeCollisionManager::clone().
+  /// Returns a manager with the same options, fibers and groups over other objects. See
+  /// LayeredAABBTreeCollisionManager::clone().
   std::unique_ptr<WrappedSphereTreeCollisionManager> clone(
       const std::vector<Object*>& objects) const;
 
@@ -39,9 +47,9 @@ class FCL_FIBERS_EXPORT WrappedSphereTreeCollisionManager : public FiberCollisio
                                     const std::vector<Object*>& objects);
 };
 
-/// The manager for objects of float.
+/// The manager for objects whose numbers are floats.
 using WrappedSphereTreeCollisionManagerf = WrappedSphereTreeCollisionManager<float>;
-/// The manager for objects of double.
+/// The manager for objects whose numbers are doubles.
 using WrappedSphereTreeCollisionManagerd = WrappedSphereTreeCollisionManager<double>;
 
 extern template class WrappedSphereTreeCollisionManager<float>;
