@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 #
-# Installs those of the named Debian packages that are missing: .ci/apt_install.sh PACKAGE...
+# Installs the named Debian packages, except those that are installed: .ci/apt_install.sh PACKAGE...
 set -euo pipefail
 
 missing=()
@@ -16,13 +16,13 @@ fi
 as_root=()
 if ((EUID != 0)); then
   if ! command -v sudo >/dev/null; then
-    echo "Please have these packages installed: ${missing[*]}" >&2
+    echo "These packages are missing, and there is no sudo; install them as root: ${missing[*]}" >&2
     exit 1
   fi
   as_root=(sudo)
 fi
-echo "Installing ${missing[*]}" >&2
-# env, for sudo may not pass variables on.
+echo "Installing by apt: ${missing[*]}" >&2
+# env is needed because sudo may not pass variables on.
 "${as_root[@]}" apt-get update -qq
 "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
   apt-get install -y -qq --no-install-recommends "${missing[@]}"

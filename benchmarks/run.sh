@@ -3,19 +3,19 @@
 #
 # benchmarks/run.sh [--full [--targets] | --trade | --paper [--full]] [--hair FILE [--radius R]]
 #
-#   (nothing)  the README's first table: ours, FCL and Embree on three scenes. 3 minutes
-#   --full     all of docs/performance.md: scenes, other queries, small scenes, arrays, growth. 36
-#              minutes, and 6 GB of memory, or 20 where there is so much;
-#              --targets: which ratios reach what they are to reach
-#   --trade    what accuracy costs: every manager, sampling, options; real hair too if
-#              FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx. 12 minutes
-#   --paper    the paper's Table I, figures and pictures. 20 minutes, and up to an hour for one part;
-#              with --full finer curves and its slowest trees. Hours
-#   --hair     a file's fibers instead of the scenes, against the same contenders; with --trade
-#              beside the scenes. --radius, in the file's unit, where the file has none
+#   (nothing)  the README's first table: this library, FCL and Embree on three scenes. 3 minutes
+#   --full     all tables of docs/performance.md: scenes, other queries, small scenes, arrays, growth.
+#              36 minutes. It takes 6 GB of memory, and more, up to 20 GB, if the machine has it.
+#              --targets also lists which ratios reach their targets
+#   --trade    what accuracy costs: every manager, sampling, options. 12 minutes. It adds real hair if
+#              FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx
+#   --paper    the paper's Table I, figures and pictures. 20 minutes, and up to an hour for one part.
+#              --full adds finer curves and the slowest trees, which take hours
+#   --hair     the fibers of a file instead of the scenes; with --trade beside the scenes.
+#              --radius is their radius in the file's unit, for a file without radii
 #
-# Installs what is missing and builds first. Times are of 2 cores, after the build. Results, tables,
-# picture and page are kept in build/benchmarks/results. The tables once more, into the documents:
+# It first installs missing packages and builds. All times are of 2 cores and do not include the build.
+# Results, tables, picture and page go to build/benchmarks/results. To write the tables into the docs:
 #
 #   /usr/bin/python3 benchmarks/report/report.py SET build/benchmarks/results/SET --docs .
 set -euo pipefail
@@ -25,29 +25,29 @@ set=headline full=0 hair=() targets=()
 while (($# > 0)); do
   case $1 in
     --full) full=1 ;;
-    --trade | --paper) [[ $set == headline ]] || refuse "it is --trade or --paper"; set=${1#--} ;;
+    --trade | --paper) [[ $set == headline ]] || refuse "give either --trade or --paper"; set=${1#--} ;;
     --targets) targets=(--targets) ;;
     --hair=* | --radius=*) hair+=("$1") ;;
     --hair | --radius)
-      hair+=("$1=${2?$1 takes a value}")
+      hair+=("$1=${2?$1 needs a value}")
       shift
       ;;
     --help) sed -n '4,20s/^# \{0,1\}//p' "$0" && exit ;;
-    *) refuse "there is no $1" ;;
+    *) refuse "there is no option $1" ;;
   esac
   shift
 done
-[[ ${#hair[@]} == 0 || ${hair[*]} == *--hair=* ]] || refuse "--radius is of --hair FILE"
+[[ ${#hair[@]} == 0 || ${hair[*]} == *--hair=* ]] || refuse "--radius needs --hair FILE"
 case "$full $set ${hair[*]}" in
-  '1 trade '* | '1 paper '?*) refuse "--full changes nothing of --trade and of --paper --hair" ;;
+  '1 trade '* | '1 paper '?*) refuse "--full does not go with --trade, nor with --paper --hair" ;;
   '1 headline '*) set=full ;;
 esac
-[[ ${#targets[@]} == 0 || "$set ${hair[*]}" == 'full ' ]] || refuse "--targets are of --full alone"
+[[ ${#targets[@]} == 0 || "$set ${hair[*]}" == 'full ' ]] || refuse "--targets goes only with --full alone"
 ponytail=${FCL_FIBERS_DATA:+$FCL_FIBERS_DATA/tressfx31_ponytail_tail.tfx}
 if [[ $set == trade && ${#hair[@]} == 0 && -e $ponytail ]]; then
   hair=(--hair="$ponytail" --radius=0.05)
 fi
-# The file's path is one from where the caller is.
+# The path is relative to the folder of the caller.
 for i in "${!hair[@]}"; do
   if [[ ${hair[i]} == --hair=* ]]; then hair[i]=--hair=$(realpath -e -- "${hair[i]#--hair=}"); fi
 done
@@ -60,7 +60,7 @@ if ((${#hair[@]} > 0)) && [[ $set != trade ]]; then scenes=hair data=${data}_hai
   libpugixml-dev zlib1g-dev libcli11-dev libbenchmark-dev python3-pandas python3-jinja2 \
   python3-matplotlib
 .ci/apt_install.sh libembree-dev libbullet-dev ||
-  echo "What of Embree and Bullet is not installed is left out" >&2
+  echo "Embree or Bullet cannot be installed. The benchmarks leave out what is missing" >&2
 tools=OFF goals=(fcl_fibers_bench)
 if [[ $set == paper ]]; then
   .ci/apt_install.sh libfmt-dev nlohmann-json3-dev libjs-three
@@ -77,12 +77,12 @@ if [[ -d $data ]]; then mv "$data" "$data.previous"; fi
 mkdir -p "$data"
 failed=0 SECONDS=0
 
-# measure NAME MEASURE FLAG...: one that fails leaves no results.
+# measure NAME MEASURE FLAG...: a measure that fails leaves no results.
 measure() {
   local file=$data/$1.json
   printf '%4d s  %s\n' "$SECONDS" "$1" >&2
   if ! "$build/benchmarks/fcl_fibers_bench" --measure="$2" "${@:3}" --benchmark_out="$file"; then
-    echo "benchmarks/run.sh: $1 has failed" >&2
+    echo "benchmarks/run.sh: the measure $1 has failed" >&2
     if [[ -e $file ]]; then mv "$file" "$file.failed"; fi
     failed=1
   fi
@@ -90,7 +90,7 @@ measure() {
 
 declare -A against=([headline]=headline [full]=full [trade]=all [paper]=paper)
 frames() { measure "$1" frames --against="${against[$set]}" "${@:2}"; }
-# What takes longer than so many seconds in any phase is no choice: trade SCENE SECONDS FLAG...
+# trade SCENE SECONDS FLAG...: leaves out a contender that takes longer than SECONDS in any phase.
 trade() { frames "frames_$1" --limit="$2" --steps=20 "${@:3}"; }
 helix=--scene=helix:fibers=1000,segments
 
@@ -145,7 +145,7 @@ case $scenes in
     frames axis_turned_1 --limit=10 --scene=paper-static:state=1
     for n in 1000 2000; do frames "strand_$n" --limit=10 --scene="paper-strand:fibers=$n"; done
     frames half-scalp --limit=10 --scene=paper-half-scalp
-    # By themselves, for they take minutes, and some of them hours.
+    # One at a time, because they take minutes, and some of them hours.
     for name in $slow; do
       against[paper]=paper:$name
       frames "half-scalp_long_${name//\//_}" --limit=3600 --scene=paper-half-scalp

@@ -18,5 +18,6 @@ function(fcl_fibers_find_eigen_alignment macro result)
       return()
     endif()
   endforeach()
-  message(FATAL_ERROR "${macro} is none of 0, 16, 32, 64 and 128")
+  message(FATAL_ERROR "Eigen's ${macro} is not 0, 16, 32, 64 or 128 with the flags of this build. Check that a "
+    "program which includes <Eigen/Core> compiles with them")
 endfunction()

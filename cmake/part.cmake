@@ -9,7 +9,7 @@
 # TARGETS   of these packages, which may be installed without
 function(fcl_fibers_part part doc)
   cmake_parse_arguments(PARSE_ARGV 2 arg "" "" "WHEN;PARTS;PACKAGES;TARGETS")
-  set(${part} AUTO CACHE STRING "${doc}: ON, OFF, or AUTO, which is ON if what it needs is found")
+  set(${part} AUTO CACHE STRING "${doc}: ON, OFF, or AUTO, which is ON if CMake finds what it needs")
   set_property(CACHE ${part} PROPERTY STRINGS AUTO ON OFF)
   string(TOUPPER "${${part}}" wanted)
   if(wanted STREQUAL "AUTO")
@@ -49,10 +49,10 @@ function(fcl_fibers_part part doc)
   if(missing)
     list(JOIN missing ", " missing)
     if(NOT wanted STREQUAL "AUTO")
-      message(FATAL_ERROR "${part}=${${part}} needs what is not found: ${missing}. Install it, name its "
-        "place in CMAKE_PREFIX_PATH, or set ${part}=OFF")
+      message(FATAL_ERROR "${part}=${${part}} needs what CMake has not found: ${missing}. Install it, add its "
+        "folder to CMAKE_PREFIX_PATH, or set ${part}=OFF")
     endif()
-    message(STATUS "${part}: left out, as ${missing} is not found")
+    message(STATUS "${part} is OFF, because CMake has not found ${missing}")
     set(${part} OFF PARENT_SCOPE)
   endif()
 endfunction()

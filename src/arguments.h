@@ -26,7 +26,7 @@ template <typename S>
 S requireRadius(const char* call, double radius) {
   constexpr double kLimit = std::numeric_limits<S>::max() / 4;
   if (!(radius >= 0 && radius <= kLimit)) {
-    refuseArgument(call, "radius", radius, "give a finite radius, zero or positive");
+    refuseArgument(call, "radius", radius, "give a finite radius of 0 or more");
   }
   return static_cast<S>(radius);
 }
@@ -36,7 +36,7 @@ inline void requireFiberRanges(const char* call, const FiberPolylines& scene) {
   const std::vector<std::size_t>& begin = scene.point_begin;
   const auto refuse = [call](const std::string& reason) {
     throw std::invalid_argument(std::string(call) + ": point_begin " + reason +
-                                "; let it ascend strictly from 0 to the number of points");
+                                "; it must ascend strictly from 0 to the number of points");
   };
   if (begin.empty()) refuse("is empty");
   if (begin.front() != 0) refuse("starts at " + std::to_string(begin.front()));

@@ -163,10 +163,11 @@ left_out() {
   rm -rf "$tree"
   said=$(cmake -S . -B "$tree" -G Ninja "${without[@]}")
   for part in TESTS:GTest BENCHMARKS:benchmark TOOLS:threejs; do
-    grep -qx -- "-- FCL_FIBERS_BUILD_${part%:*}: left out, as ${part#*:} is not found" <<<"$said" ||
+    grep -qx -- "-- FCL_FIBERS_BUILD_${part%:*} is OFF, because CMake has not found ${part#*:}" \
+      <<<"$said" ||
       fail "does not leave out $part: $said"
   done
-  refused 'FCL_FIBERS_BUILD_TESTS=ON needs what is not found: GTest' \
+  refused 'FCL_FIBERS_BUILD_TESTS=ON needs what CMake has not found: GTest' \
     cmake -S . -B "$tree" -DFCL_FIBERS_BUILD_TESTS=ON
   cmake -S . -B "$tree" "${without[@]/%ON/OFF}" -DFCL_FIBERS_BUILD_TESTS=AUTO -DBUILD_TESTING=OFF
   ! grep -q geometry_test "$tree/build.ninja" || fail "BUILD_TESTING=OFF builds tests"

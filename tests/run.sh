@@ -1,16 +1,15 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds Release and runs the library's tests. Needs apt, and root or sudo.
-# Scenes, readers of files, the program, the examples, contacts, memory that runs out, random calls against
-# the model of a manager, and the benchmarks are tested by
-#   .ci/run program benchmark
+# Builds Release and runs the library's tests. Installs missing packages by apt first, as root or by
+# sudo. `.ci/run program benchmark` runs all other tests: scenes, readers of files, the program, the
+# examples, contacts, memory that runs out, random calls against a model, and the benchmarks.
 #
 #   tests/run.sh [--full] [CTEST ARGUMENTS]
 #
-# --full   the long run: then also every step of tests/full.sh, which takes hours
-# Other arguments go to ctest, whose tests are whole executables; a filter of GoogleTest's goes on:
+# --full also runs every step of tests/full.sh, which takes hours. Other arguments go to ctest, in which
+# a test is a whole executable. Filters of GoogleTest work too:
 #   tests/run.sh -R broadphase
 #   GTEST_FILTER='*WrappedSphere*' tests/run.sh
-#   build/release/tests/tree_test --gtest_filter='CageTest.*'     (of what is built)
+#   build/release/tests/tree_test --gtest_filter='CageTest.*'     (once it is built)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

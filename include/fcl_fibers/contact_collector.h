@@ -139,7 +139,7 @@ class ContactCollector {
     if (!manager_.isRegistered(contact.object_a)) {
       throw std::invalid_argument(
           "fcl_fibers: ContactCollector: the first object is not in the collector's manager; "
-          "construct the collector with the manager whose query it is for");
+          "construct the collector with the manager that you query");
     }
     contact.a = manager_.fiberSegment(contact.object_a);
     if (other_ != nullptr && other_->isRegistered(contact.object_b)) {

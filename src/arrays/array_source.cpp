@@ -114,7 +114,7 @@ double largestRadius(const char* call, const FiberArrays<S>& fibers) {
     if (!(radius >= 0 && std::isfinite(radius))) {
       throwInvalidArgument(call,
                            "radius " + std::to_string(i) +
-                               " is negative, NaN or infinite; give a finite one of 0 or more");
+                               " is negative, NaN or infinite; give a finite radius of 0 or more");
     }
     largest = std::max(largest, radius);
   }
@@ -129,7 +129,10 @@ double checkArrays(const char* call, const FiberArrays<S>& fibers) {
   const std::size_t* begin = fibers.point_begin;
   for (std::size_t f = 0; f < fibers.fiber_count; ++f) {
     if (begin[f + 1] < begin[f]) {
-      throwInvalidArgument(call, "point_begin descends at fiber " + std::to_string(f) + "; fix it");
+      throwInvalidArgument(call, "point_begin descends at fiber " + std::to_string(f) + " from " +
+                                     std::to_string(begin[f]) + " to " +
+                                     std::to_string(begin[f + 1]) +
+                                     "; each number must be at least the one before");
     }
   }
   return std::max(largestCoordinate(call, fibers), largestRadius(call, fibers));

@@ -52,9 +52,13 @@ std::size_t radiusCount(const FiberArrays<S>& fibers) {
 template <typename S, class Refuse>
 void checkEnds(const FiberArrays<S>& fibers, Refuse&& refuse) {
   constexpr std::size_t kMost = std::size_t{1} << 27;
-  if (fibers.point_count > kMost) return refuse("more than 2^27 points; use several trees");
+  if (fibers.point_count > kMost)
+    return refuse(std::to_string(fibers.point_count) +
+                  " points are more than 2^27; use several trees");
   // A converted negative number would read before the array.
-  if (fibers.fiber_count > kMost) return refuse("more than 2^27 fibers; use several trees");
+  if (fibers.fiber_count > kMost)
+    return refuse(std::to_string(fibers.fiber_count) +
+                  " fibers are more than 2^27; use several trees");
   if (fibers.point_begin == nullptr) {
     return refuse("point_begin is null; give fiber_count + 1 numbers");
   }
@@ -65,10 +69,11 @@ void checkEnds(const FiberArrays<S>& fibers, Refuse&& refuse) {
                   ", the number of points");
   }
   if (fibers.points == nullptr && fibers.point_count > 0) {
-    return refuse("points are null; give " + std::to_string(fibers.point_count));
+    return refuse("points are null; give x, y, z of " + std::to_string(fibers.point_count) +
+                  " points");
   }
   if (const std::size_t radii = radiusCount(fibers); fibers.radii == nullptr && radii > 0) {
-    return refuse("radii are null; give " + std::to_string(radii));
+    return refuse("radii are null; give " + std::to_string(radii) + " numbers");
   }
 }
 

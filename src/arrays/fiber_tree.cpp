@@ -148,7 +148,9 @@ class FiberTree::Impl {
       has_same_fibers = static_cast<std::size_t>(table_.beginOf(f)) == fibers.point_begin[f];
     }
     if (!has_same_fibers) {
-      refuse("update", "the numbers of points differ from those at the last build(); call build()");
+      refuse(
+          "update",
+          "the fibers have other numbers of points than at the last build(); call build() instead");
     }
     const arrays::ArraySource<S> source(fibers, largest);
     if (!is_valid_ || !source.staysFiniteIn(index_.frame())) {
@@ -174,11 +176,13 @@ class FiberTree::Impl {
     requireValid("visitPairs");
     other.requireValid("visitPairs");
     if (!index_.matches(other.index_)) {
-      refuse("visitPairs", "the trees have different volumes or topologies; give both the same");
+      refuse("visitPairs",
+             "the trees have different volumes or topologies; construct both with the same");
     }
     if (index_.keepsSegments() && !other.index_.keepsSegments()) {
       refuse("visitPairs",
-             "the other tree reports volumes and keeps no capsules; give it Report::kCapsules");
+             "the other tree reports volumes and keeps no capsules; construct it with "
+             "Report::kCapsules");
     }
     PairsTo sink(PairsOfTwo(), std::move(take));
     return index_.search(other.index_, nullptr, sink) == Visit::kStop;
@@ -203,7 +207,7 @@ class FiberTree::Impl {
   FiberSegment fiberSegment(std::int32_t segment) const {
     if (segment < 0 || segment >= table_.idCount() || table_.isBehind(segment)) {
       refuse("fiberSegment", "no capsule starts at point " + std::to_string(segment) +
-                                 "; pass an id of a reported pair");
+                                 "; pass a number of a pair that this tree has reported");
     }
     const fibers::Place place = table_.placeOf(segment);
     return {place.fiber, place.segment};

@@ -39,11 +39,13 @@ void requireLayoutOfFcl() {
   static const bool is_same = readsBackItsPose();
   if (!is_same) {
     throw std::runtime_error(
-        "fcl_fibers: an object made by libfcl does not read back its pose: fcl_fibers was compiled "
-        "with Eigen's matrices aligned to " +
+        "fcl_fibers: an object made by libfcl does not read back its pose, because its memory "
+        "layout "
+        "differs: fcl_fibers was compiled with Eigen's matrices aligned to " +
         std::to_string(EIGEN_MAX_STATIC_ALIGN_BYTES) +
-        " bytes, and libfcl was not; add -DEIGEN_MAX_ALIGN_BYTES=16 to -march=native, -mavx or the "
-        "like in the CMAKE_CXX_FLAGS of fcl_fibers, or build FCL with the same flags");
+        " bytes, and libfcl was not; add -DEIGEN_MAX_ALIGN_BYTES=16 to the CMAKE_CXX_FLAGS of "
+        "fcl_fibers, beside -march=native, -mavx or a similar flag, or build FCL with the same "
+        "flags");
   }
 }
 

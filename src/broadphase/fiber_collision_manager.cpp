@@ -65,7 +65,7 @@ class FiberCollisionManager<S>::Impl final : public broadphase::ManagerState<S> 
     if (bounds != Bounds::kShapesAndMargins) return 0;
     const auto read = [&](Bounds counted_bounds) {
       return broadphase::readObject(call, *object, geometry::Frame{}, counted_bounds,
-                                    [] { return std::string("the object passed"); });
+                                    [] { return std::string("the given object"); });
     };
     const Segment shape = read(Bounds::kShapes), counted = read(Bounds::kShapesAndMargins);
     if (!shape.isBox() && !counted.isBox()) return counted.radius - shape.radius;
@@ -239,7 +239,7 @@ bool FiberCollisionManager<S>::isRegistered(const Object* object) const {
 
 template <typename S>
 FiberSegment FiberCollisionManager<S>::fiberSegment(const Object* object) const {
-  const tree::SegmentId id = impl().managedId("fiberSegment", object, "the object passed");
+  const tree::SegmentId id = impl().managedId("fiberSegment", object, "the given object");
   const fibers::Place place = impl().registry().fibers().placeOf(id);
   return {place.fiber, place.segment};
 }

@@ -122,7 +122,7 @@ class ManagerQueries {
     if (object == nullptr) {
       fibers::throwInvalidArgument(Call::kName, "the object is null; pass an object");
     }
-    searchOne(object, [] { return std::string("the object passed"); });
+    searchOne(object, [] { return std::string("the given object"); });
   }
 
   /// Pairs with the objects of another manager class. Each object is read only when its turn comes,
@@ -131,7 +131,7 @@ class ManagerQueries {
     for (std::size_t i = 0; i < others.size() && state_.registry().size() > 0; ++i) {
       const auto name = [i] { return nameOf(i) + " of the other manager"; };
       if (others[i] == nullptr) {
-        fibers::throwInvalidArgument(Call::kName, name() + " is null; fix that manager");
+        fibers::throwInvalidArgument(Call::kName, name() + " is null; remove it from that manager");
       }
       if (searchOne(others[i], name) == tree::Visit::kStop) return;
     }

@@ -23,9 +23,9 @@ ManagerState<S>::ManagerState(const char* call, const ManagerState& original,
                               const Objects& objects)
     : ManagerState(original.generations_.options().wrapped_spheres, original.options_) {
   if (objects.size() != original.registry_.size()) {
-    throwInvalidArgument(call, std::to_string(objects.size()) + " objects for " +
+    throwInvalidArgument(call, std::to_string(objects.size()) + " objects are given for " +
                                    std::to_string(original.registry_.size()) +
-                                   "; pass one for each object of getObjects(), in that order");
+                                   "; give one for each object of getObjects(), in that order");
   }
   std::size_t i = 0;
   for (const Object* model : original.registry_.objects()) {
@@ -34,8 +34,8 @@ ManagerState<S>::ManagerState(const char* call, const ManagerState& original,
     readNew(call, objects, i, options_.bounds);
     if (!lengthInFiber(*objects[i]) && original.registry_.isOfSeveral(model)) {
       throwInvalidArgument(call, nameOf(i) +
-                                     " is no capsule, cylinder or box, but the original's is a "
-                                     "segment of a fiber; pass one of these");
+                                     " is not a capsule, cylinder or box, but replaces a "
+                                     "segment of a fiber; pass a capsule, cylinder or box");
     }
     if (++i == objects.size() && original.last_registered_ && isCapsule(*objects[i - 1])) {
       // A box that counts in its place does not run along the fiber.
@@ -62,7 +62,7 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
   refuseDuringQuery(call);
   if (added.size() > static_cast<std::size_t>(std::numeric_limits<SegmentId>::max()) / 2 -
                          registry_.objects().size()) {
-    throwInvalidArgument(call, "too many objects; use several managers");
+    throwInvalidArgument(call, "a manager holds at most 2^30 - 1 objects; use several managers");
   }
   const NewObjects found = readNewObjects<S>(call, added, kind, options_, last_registered_);
   if (const auto duplicate = registry_.add(added, found.starts_fiber, kind, found.lengths)) {
@@ -166,7 +166,7 @@ void ManagerState<S>::update(const char* call, const Objects& moved) {
 template <typename S>
 void ManagerState<S>::refuseDuringQuery(const char* call) const {
   if (running_queries_ == 0) return;
-  throwInvalidArgument(call, "a query is running; collect the changes and make them after it");
+  throwInvalidArgument(call, "a query is running; make the change after the query has ended");
 }
 
 /// Several threads may query first; one of them builds.
@@ -176,7 +176,8 @@ void ManagerState<S>::makeReady(const char* call) const {
   const std::lock_guard<std::mutex> lock(build_mutex_);
   if (state_ == State::kReady) return;
   if (state_ == State::kFailed) {
-    throwInvalidArgument(call, "the last update failed; fix the object it named and call update()");
+    throwInvalidArgument(
+        call, "the last update failed; repair the object that it named and call update()");
   }
   catchUp(call);
 }

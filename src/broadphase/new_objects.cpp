@@ -47,7 +47,7 @@ template <typename S>
 Segment readNew(const char* call, const std::vector<fcl::CollisionObject<S>*>& objects,
                 std::size_t i, Bounds bounds) {
   if (objects[i] == nullptr) {
-    fibers::throwInvalidArgument(call, nameOf(i) + " is null; pass objects only");
+    fibers::throwInvalidArgument(call, nameOf(i) + " is null; pass a pointer to an object");
   }
   return readObject(call, *objects[i], Frame{}, bounds, [i] { return nameOf(i); });
 }
@@ -80,7 +80,8 @@ NewObjects readNewObjects(const char* call, const std::vector<fcl::CollisionObje
     if (kind.has_neighbors) {
       if (!length) {
         fibers::throwInvalidArgument(
-            call, nameOf(i) + " is no capsule, cylinder or box; use registerObject() for it");
+            call,
+            nameOf(i) + " is not a capsule, cylinder or box; register it by registerObject()");
       }
       found.starts_fiber[i] = i == 0;
     } else {

@@ -62,7 +62,9 @@ const char* contactProblem(const Segment& capsule) {
                            std::fabs(capsule.a.z) <= kLargest &&
                            std::fabs(capsule.b.x) <= kLargest &&
                            std::fabs(capsule.b.y) <= kLargest && std::fabs(capsule.b.z) <= kLargest;
-  return is_in_range ? nullptr : "it has a number that is NaN or beyond 2^1000; fix it";
+  return is_in_range
+             ? nullptr
+             : "a coordinate or the radius is NaN or beyond 2^1000; give smaller, finite numbers";
 }
 
 CapsuleContact capsuleContact(const Segment& p, const Segment& q, const Vec3d& origin) {

@@ -117,7 +117,8 @@ std::string vtpText(const Mesh& mesh) {
 
 void write(const char* call, const std::string& path, const Mesh& mesh) {
   if (std::filesystem::path(path).extension() != ".vtp") {
-    throw std::invalid_argument(std::string(call) + ": '" + path + "' does not end in .vtp");
+    throw std::invalid_argument(std::string(call) + ": '" + path +
+                                "' does not end in .vtp; change the name");
   }
   std::ofstream stream(path, std::ios::binary);
   if (!stream) throw std::runtime_error(std::string(call) + ": '" + path + "' cannot be opened");

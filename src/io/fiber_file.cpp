@@ -109,8 +109,8 @@ void warnOfCoarseCoordinates(const FiberPolylines& scene, std::vector<std::strin
   const double spacing = std::nextafter(largest, std::numeric_limits<float>::infinity()) - largest;
   if (radius <= 0 || spacing <= kCoarsestSpacing * radius) return;
   std::ostringstream warning;
-  warning << "Coordinates are floats up to " << largest << " and thus " << spacing
-          << " apart, which is coarse for a radius of " << radius
+  warning << "Coordinates are floats up to " << largest << ", which are " << spacing
+          << " apart. That is coarse for a radius of " << radius
           << ": move the fibers to the origin before they are written, or write doubles.";
   warnings.push_back(warning.str());
 }
@@ -176,7 +176,7 @@ FiberFile readFibers(const std::string& path, const FiberFileOptions& options) {
   const std::optional<FiberFormat> format = recognizeFormat(bytes, path);
   if (!format) {
     throw std::runtime_error("readFibers: '" + path +
-                             "' has no known format; supported are .hair, .tfx, .bcc, .vtp and "
+                             "' has no known format; pass a .hair, .tfx, .bcc or .vtp file, or "
                              "text with one point x y z per line");
   }
   return parseFibers(bytes, path, *format, options);

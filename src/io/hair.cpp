@@ -123,7 +123,7 @@ class HairWriter {
   /// Refuses a number beyond the range of float.
   void addAsFloat(const char* name, double number) {
     if (!(std::abs(number) <= static_cast<double>(std::numeric_limits<float>::max()))) {
-      refuseArgument("writeHair", name, number, "give a number in the range of float");
+      refuseArgument("writeHair", name, number, "give a number that a float can hold");
     }
     add(static_cast<float>(number));
   }
@@ -146,13 +146,14 @@ void requireHair(const FiberPolylines& scene) {
   }
   if (scene.points.size() > std::numeric_limits<std::uint32_t>::max()) {
     refuseArgument("writeHair", "the number of points", scene.points.size(),
-                   "the format allows at most 2^32 - 1");
+                   "the format holds at most 2^32 - 1; write several files");
   }
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     const std::size_t points = scene.point_begin[f + 1] - scene.point_begin[f];
     if (points <= std::size_t{1} << 16) continue;
     const std::string name = "the number of points of fiber " + std::to_string(f);
-    refuseArgument("writeHair", name.c_str(), points, "the format allows at most 65,536");
+    refuseArgument("writeHair", name.c_str(), points,
+                   "the format holds at most 65,536; divide the fiber");
   }
 }
 

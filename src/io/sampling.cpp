@@ -13,7 +13,7 @@ namespace {
 
 void requireLength(const char* call, const char* name, double value) {
   if (value >= 0 && std::isfinite(value)) return;
-  refuseArgument(call, name, value, "give a finite one of 0 or more");
+  refuseArgument(call, name, value, "give a finite number of 0 or more");
 }
 
 double distance(const Point& p, const Point& q) {
@@ -51,14 +51,14 @@ int segmentsForChordError(double curvature, double length, double tolerance) {
   requireLength(kCall, "curvature", curvature);
   requireLength(kCall, "length", length);
   if (!(tolerance > 0) || !std::isfinite(tolerance)) {
-    refuseArgument(kCall, "tolerance", tolerance, "give a finite one above 0");
+    refuseArgument(kCall, "tolerance", tolerance, "give a finite number above 0");
   }
   constexpr double kMost = 1 << 27;
   const double wanted =
       std::ceil(std::min(length / tolerance / 2, std::sqrt(curvature / tolerance / 8) * length));
   if (!(wanted <= kMost)) {
     refuseArgument(kCall, "the number of segments", wanted,
-                   "at most 2^27 are possible; give a larger tolerance");
+                   "the most is 2^27; give a larger tolerance");
   }
   int count = std::max(1, static_cast<int>(wanted));
   // Rounding may have left the count one too small.
@@ -71,7 +71,7 @@ double largestCurvature(const FiberPolylines& scene) {
   requireFiberRanges(kCall, scene);
   for (const Point& point : scene.points) {
     for (const double x : point) {
-      if (!std::isfinite(x)) refuseArgument(kCall, "a coordinate", x, "give finite points");
+      if (!std::isfinite(x)) refuseArgument(kCall, "a coordinate", x, "give finite coordinates");
     }
   }
   double largest = 0;

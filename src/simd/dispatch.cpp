@@ -27,7 +27,8 @@ std::int64_t targetNamed(const std::string& name) {
     known += (known.empty() ? "" : ", ") + std::string(targetName(target));
   }
   throw std::invalid_argument("fcl_fibers: FCL_FIBERS_SIMD=" + name +
-                              " is not available here; set one of " + known + ", or unset it");
+                              " is not available here; set one of " + known +
+                              ", or unset the variable");
 }
 
 }  // namespace

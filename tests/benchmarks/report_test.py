@@ -423,16 +423,16 @@ class FlagsTest(unittest.TestCase):
         (root / "benchmarks").mkdir()
         run_sh = shutil.copy(BENCHMARKS / "run.sh", root / "benchmarks")
         for flags, message in (
-            ("--trade --full", "--full changes nothing of --trade and .*"),
-            ("--full --trade", "--full changes nothing of --trade and .*"),
-            ("--paper --full --hair=/dev/null", "and of --paper --hair"),
-            ("--trade --paper", "it is --trade or --paper"),
-            ("--targets", "of --full alone"),
-            ("--trade --targets", "of --full alone"),
-            ("--targets --full --paper", "of --full alone"),
-            ("--full --targets --hair /dev/null", "of --full alone"),
-            ("--radius=1", "of --hair FILE"),
-            ("--ful", "there is no --ful"),
+            ("--trade --full", "--full does not go with --trade, .*"),
+            ("--full --trade", "--full does not go with --trade, .*"),
+            ("--paper --full --hair=/dev/null", "nor with --paper --hair"),
+            ("--trade --paper", "give either --trade or --paper"),
+            ("--targets", "only with --full alone"),
+            ("--trade --targets", "only with --full alone"),
+            ("--targets --full --paper", "only with --full alone"),
+            ("--full --targets --hair /dev/null", "only with --full alone"),
+            ("--radius=1", "needs --hair FILE"),
+            ("--ful", "there is no option --ful"),
         ):
             with self.subTest(flags):
                 done = subprocess.run([run_sh, *flags.split()], capture_output=True, text=True)

@@ -244,7 +244,7 @@ TYPED_TEST(Clone, RefusesWhatDoesNotFit) {
   refused(objects, "object 40 is passed twice");
   objects = good;
   objects[20] = copies.addSphere({0, 0, 0}, 1);
-  refused(objects, "object 20 is no capsule");
+  refused(objects, "object 20 is not a capsule");
   objects = good;
   fcl::Transform3<S> pose = objects[20]->getTransform();
   pose.translation()[1] = std::numeric_limits<S>::quiet_NaN();

@@ -203,7 +203,7 @@ TYPED_TEST(ShapeFibers, ACloneKeepsWhatIsASegment) {
       ADD_FAILURE() << i;
     } catch (const std::invalid_argument& error) {
       const std::string text = error.what();
-      EXPECT_NE(text.find("object " + std::to_string(i) + " is no capsule, cylinder or box"),
+      EXPECT_NE(text.find("object " + std::to_string(i) + " is not a capsule, cylinder or box"),
                 std::string::npos)
           << text;
     }
