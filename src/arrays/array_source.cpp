@@ -70,8 +70,8 @@ void ArraySource<S>::refuse(SegmentId id, const Frame&) const {
 
 namespace {
 
-/// The largest magnitude of some numbers, or one that is not finite if any of them is not. The bits
-/// of magnitudes have the order of the numbers, and NaN comes last; they are compared without a
+/// Returns the largest magnitude of some numbers; it is not finite if any of them is not. The bits
+/// of magnitudes have the order of the numbers, and NaN comes last. They are compared without a
 /// branch.
 template <typename S>
 double largestMagnitude(const S* numbers, std::size_t count) {

@@ -58,7 +58,8 @@ TreeVolume toWorld(const geometry::Sphere& sphere, const Frame& frame) {
   TreeVolume volume;
   volume.kind = FiberTreeOptions::Volumes::kWrappedSpheres;
   const double origin[3] = {frame.origin.x, frame.origin.y, frame.origin.z};
-  double moved = 0;  // by rounding the centre: half an ulp on each axis, and room for the sum
+  // By how much rounding moves the centre: half an ulp on each axis, and room for the sum.
+  double moved = 0;
   for (int k = 0; k < 3; ++k) {
     volume.center[k] = double{sphere.center[k]} / frame.scale + origin[k];
     moved += std::numeric_limits<double>::epsilon() * std::fabs(volume.center[k]);
@@ -68,15 +69,15 @@ TreeVolume toWorld(const geometry::Sphere& sphere, const Frame& frame) {
   return volume;
 }
 
-/// Pairs of one tree are ordered so that a < b, and neighbours are left out, both without branches
-/// where that can be, as neither can be predicted.
+/// Orders pairs of one tree so that a < b, and leaves out neighbours. It avoids branches in both,
+/// because they cannot be predicted.
 class PairsOfOne {
  public:
   explicit PairsOfOne(const FiberTable& table) : are_neighbors_(table) {}
 
   /// Writes the pair to `out` and returns how many were written: 0 or 1.
   FCL_FIBERS_ALWAYS_INLINE std::size_t operator()(const tree::Pair& pair, SegmentPair& out) const {
-    // The sign is spread over all bits, as compilers make a branch of std::min().
+    // The sign is spread over all bits, because compilers turn std::min() into a branch.
     const std::int32_t differ = (pair.a ^ pair.b) & ((pair.b - pair.a) >> 31);
     out = {pair.a ^ differ, pair.b ^ differ};
     return are_neighbors_(out.a, out.b) ? 0 : 1;

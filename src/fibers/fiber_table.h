@@ -28,7 +28,7 @@ struct Place {
 /// Arrays that the rule, the groups and the fibers do not need stay empty.
 class FiberTable {
  public:
-  /// @param ids_behind  number of ids at the end of each fiber that are no segments: 1 if ids are
+  /// @param ids_behind  number of ids at the end of each fiber that are not segments: 1 if ids are
   ///                    points, because the last point starts no segment
   explicit FiberTable(const NeighborRule& rule, SegmentId ids_behind = 0)
       : rule_(rule), ids_behind_(ids_behind) {}
@@ -83,7 +83,7 @@ class FiberTable {
             static_cast<std::size_t>(id - begin_[fiber])};
   }
 
-  /// Whether the id is one of `ids_behind`, and so no segment.
+  /// Whether the id is one of `ids_behind` and so not a segment.
   bool isBehind(SegmentId id) const { return id >= segmentsEnd(fiberOf(id)); }
 
   /// Whether the rule excludes this pair.
@@ -93,12 +93,12 @@ class FiberTable {
     return NeighborTest(*this)(first, last);
   }
 
-  /// areNeighbors() for many pairs, each with first <= last. Most get an answer without a branch.
+  /// areNeighbors() for many pairs, each with first <= last. Most are decided without a branch.
   class NeighborTest {
    public:
     explicit NeighborTest(const FiberTable& table)
         : table_(table),
-          // Where ids are points, those next to each other are of one fiber.
+          // If ids are points, a segment and the next id are of one fiber.
           sure_(table.rule_.reach > 0 && table.rule_.reach <= table.ids_behind_ &&
                         table.flags_.empty()
                     ? table.rule_.reach
@@ -115,8 +115,8 @@ class FiberTable {
 
    private:
     const FiberTable& table_;
-    const SegmentId sure_;  ///< ids at most so far apart are neighbours
-    const SegmentId most_;  ///< ids farther apart are not
+    const SegmentId sure_;  ///< ids at most this far apart are neighbours
+    const SegmentId most_;  ///< ids farther apart are not neighbours
   };
 
   bool hasGroups() const { return !groups_.empty(); }
@@ -156,7 +156,7 @@ class FiberTable {
   std::vector<SegmentId> begin_;        ///< by fiber: its first id
   std::vector<std::uint32_t> numbers_;  ///< by fiber; empty while each is the fiber's position
   std::uint32_t next_number_ = 0;
-  std::vector<std::uint8_t> flags_;  ///< by fiber; empty while all are 0 or of no use
+  std::vector<std::uint8_t> flags_;  ///< by fiber; empty while all are 0 or the rule ignores none
   std::vector<Group> groups_;        ///< by fiber; empty unless some fiber has one
   std::vector<double> arc_end_;      ///< by id, see areNeighbors(); empty unless arc lengths matter
   bool has_closed_ = false;

@@ -14,7 +14,7 @@ struct NeighborRule {
       : reach(segments_apart), arc_length(arc_length_between) {}
 
   SegmentId reach;    ///< largest difference of segment numbers
-  double arc_length;  ///< largest arc length between the two; 0 to go by numbers only
+  double arc_length;  ///< largest arc length between the two; 0 if only numbers count
 
   bool ignoresAny() const { return reach > 0 || arc_length > 0; }
 };

@@ -18,7 +18,7 @@ using tree::Pair;
 CapsuleFilter::CapsuleFilter(SegmentRange a, SegmentRange b, const geometry::FrameChange* b_to_a,
                              double margin, double unit, double error)
     : a_(a), b_(b), b_to_a_(b_to_a), margin_(margin), unit_(unit), error_(error) {
-  // One bound for all pairs does as long as float's own rounding is larger.
+  // One bound for all pairs is enough as long as float's own rounding is larger.
   constexpr double kSmall = 0x1p-26;
   const double most = a.mostError() + std::max(b.mostError(), error);
   if (b_to_a == nullptr && unit * most <= kSmall) error_of_all_ = most;
@@ -45,7 +45,7 @@ std::size_t CapsuleFilter::keepTouching(Pair* pairs, std::size_t count) const {
   for (std::size_t begin = 0; begin < count; begin += kBlock) {
     const std::size_t end = std::min(begin + kBlock, count);
     block.clear();
-    // Segments are by id, so that those of neighbours in the tree are far from each other.
+    // Segments are stored by id, so neighbours in the tree are far from each other in memory.
     for (std::size_t i = end; i < std::min(end + kBlock, count); ++i) {
       if (pairs[i].a != pairs[i - 1].a) a_.prefetch(pairs[i].a);
       b_.prefetch(pairs[i].b);

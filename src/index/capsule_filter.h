@@ -10,11 +10,11 @@
 
 namespace fcl_fibers::index {
 
-/// Keeps the pairs whose capsules touch. Many are decided at a time in float; touch() decides those
-/// near the boundary.
+/// Keeps the pairs whose capsules touch. It decides many pairs at a time in float; touch() decides
+/// those near the boundary.
 class CapsuleFilter {
  public:
-  /// @param b       in a's frame, or in another one if `b_to_a` leads from there to a's
+  /// @param b       in a's frame, or in another frame from which `b_to_a` leads to a's
   /// @param margin  in a's frame
   /// @param unit    see CapsulePairs
   /// @param error   bound on the error of b's end points, if it is larger than their coordinates

@@ -17,7 +17,7 @@ using tree::SegmentId;
 class SegmentRange {
  public:
   SegmentRange() = default;
-  /// @param capsules  the first segment; that of the next id is `stride` ends on
+  /// @param capsules  the first segment; the one with the next id is `stride` ends further on
   SegmentRange(const geometry::CapsuleEnd* capsules, std::size_t stride, SegmentId first)
       : capsules_(capsules), stride_(stride), first_(first) {}
 
@@ -54,7 +54,7 @@ class KeptSegments {
   void reset(SegmentId begin, SegmentId end, const std::vector<SegmentId>& ids);
   void clear() { *this = KeptSegments(share_ends_); }
 
-  /// Whether this id is one of those that were given.
+  /// Whether the segments include this id.
   /// @pre ends are shared
   bool isSegment(SegmentId id) const { return is_segment_[static_cast<std::size_t>(id - begin_)]; }
 
@@ -83,8 +83,9 @@ class KeptSegments {
   bool share_ends_;
   SegmentId begin_ = 0;
   std::size_t count_ = 0;
-  std::vector<geometry::CapsuleEnd> ends_;  ///< by id: one and one more, if ends are shared; or two
-  std::vector<bool> is_segment_;            ///< by id, if ends are shared
+  /// By id: two each or, if ends are shared, one each and one more.
+  std::vector<geometry::CapsuleEnd> ends_;
+  std::vector<bool> is_segment_;  ///< by id, if ends are shared
 };
 
 }  // namespace fcl_fibers::index

@@ -44,13 +44,14 @@ class RememberingFind {
 };
 
 /// Receives the pairs whose volumes may be nearer than the limit, and hands on those whose capsules
-/// may be nearer, too. first(a) and second(b) return a FoundSegment or a reference to one. A pair
-/// of which a segment is not found is handed on.
+/// may be nearer, too. first(a) and second(b) return a FoundSegment or a reference to one. If a
+/// segment of a pair is not found, the pair is handed on.
 template <class First, class Second>
 class NearestFilter final : public tree::NearestVisitor {
  public:
-  /// @param tests_all  whether every pair is tested; else most are handed on untested while nearly
-  ///                   all pairs pass, as those of adjacent segments do
+  /// @param tests_all  whether every pair is tested. If not, most pairs are handed on untested
+  /// while
+  ///                   nearly all pass, as pairs of adjacent segments do.
   NearestFilter(First& first, Second& second, bool tests_all, NearestSink& sink)
       : first_(first),
         second_(second),
@@ -65,7 +66,7 @@ class NearestFilter final : public tree::NearestVisitor {
 
  private:
   /// A test costs about as much as a callback that measures the distance of two capsules, and more
-  /// than one that does little, so it pays if a third of the pairs fail.
+  /// than a callback that does little. So it pays if a third of the pairs fail.
   static constexpr int kFirst = 4, kGain = 2, kMost = 16, kSeldom = 16;
 
   bool isWorthTesting(double limit) {

@@ -23,7 +23,7 @@ class NearestSink : public tree::NearestVisitor {
   /// The initial limit, in the frame of the index whose search() is called.
   virtual double limit() const = 0;
 
-  /// What that index was built from. Segments that it does not keep are read as they are now.
+  /// The source of that index. Segments that the index does not keep are read as they are now.
   virtual const SegmentSource& source() const = 0;
 
  protected:

@@ -43,7 +43,7 @@ void SearchScratch::trim(std::size_t most) {
   }
   std::size_t bytes = memoryUsage();
   for (Window& window : windows) {
-    // Every window uses its first ones.
+    // Every window uses the first buffers.
     for (auto buffer = window.buffers.rbegin(); buffer != window.buffers.rend(); ++buffer) {
       if (bytes <= most) return;
       bytes -= buffer->memoryUsage();
@@ -195,7 +195,7 @@ class ParallelTasks final : public tree::TaskSink {
   const CapsuleFilter* filter_;
   parallel::Executor& executor_;
   PairSink& sink_;
-  SearchScratch::Window* searched_;  ///< its pairs are handed on next
+  SearchScratch::Window* searched_;  ///< the window whose pairs are handed on next
   SearchScratch::Window* filling_;
   std::size_t limit_ = kFirstLimit;
 };

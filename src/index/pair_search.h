@@ -51,8 +51,8 @@ class SerialBuffer final : public tree::PairBuffer {
   tree::Pair pairs_[kCapacity + kRoom];
 };
 
-/// Keeps all pairs of a task. It has its own cache lines, because threads run tasks side by side
-/// and each pair moves next_.
+/// Keeps all pairs of a task. It has cache lines of its own, because several threads run tasks at
+/// once and each pair that they find moves next_.
 class alignas(64) TaskBuffer final : public tree::PairBuffer {
  public:
   void start();
@@ -90,9 +90,9 @@ struct SearchScratch {
   };
   std::array<Window, 2> windows;
 
-  /// Frees the pairs of some tasks, so that at most so many bytes are left if that is enough.
+  /// Frees the pairs of some tasks, until at most this many bytes are left or all pairs are freed.
   void trim(std::size_t most);
-  std::size_t memoryUsage() const;  ///< with this object
+  std::size_t memoryUsage() const;  ///< including this object
 };
 
 /// Lends scratch memory, which searches that run at the same time must not share.
@@ -101,7 +101,7 @@ class ScratchPool {
   /// Excludes memory that is lent at present.
   std::size_t memoryUsage();
   void clear() { giveBack(nullptr); }
-  /// Frees what is kept down to this size, now and whenever a scratch is given back.
+  /// Frees kept memory beyond this size, now and whenever a scratch is given back.
   void keepAtMost(std::size_t bytes);
 
   /// Holds a scratch until it goes out of scope.
@@ -120,7 +120,7 @@ class ScratchPool {
 
  private:
   std::unique_ptr<SearchScratch> take();
-  /// Keeps only the last one given back, and no more of it than may be kept.
+  /// Keeps only the last scratch that was given back, and at most most_kept_ bytes of it.
   void giveBack(std::unique_ptr<SearchScratch> scratch);
 
   void trimSpare();

@@ -17,7 +17,7 @@ using geometry::Frame;
 using geometry::Segment;
 using tree::Middle;
 
-/// The number of segments that a task reads, in some hundredths of a millisecond.
+/// The number of segments that a task reads. It takes some hundredths of a millisecond.
 constexpr std::size_t kRange = 4096;
 using Ids = std::array<SegmentId, kRange>;
 
@@ -70,13 +70,14 @@ bool SegmentIndex::tryBuild(const SegmentSource& source, const Frame& frame, Seg
   return tryBuild(source, frame, begin, end, fibers, /*in_range=*/true);
 }
 
-/// Returns false if some segment cannot be read or, if all have to be in float's range, is not.
+/// Returns false if some segment cannot be read, or if `in_range` is set and some segment is not in
+/// float's range.
 bool SegmentIndex::tryBuild(const SegmentSource& source, const Frame& frame, SegmentId begin,
                             SegmentId end, const tree::Fibers& fibers, bool in_range) {
   begin_ = begin;
   end_ = end;
   tree_ = Tree();  // its memory serves the next one
-  // What is slow to read is read once, into segments that are freed after the build.
+  // A source that is slow to read is read once, into segments that are freed after the build.
   const bool stores = keepsSegments() || source.isFasterInOrder();
   if (stores) segments_.reset(begin, end, fibers.ids);
   std::vector<Middle> middles(options_.super_thread ? 0 : fibers.ids.size());
@@ -165,8 +166,8 @@ void SegmentIndex::makeTree(const tree::Fibers& fibers, const std::vector<Middle
 bool SegmentIndex::refit(const SegmentSource& source) {
   if (frame_lasts_ && tryRefit(source, frame_)) {
     const tree::Extent now = extent();
-    // A frame that is no longer good does for once, so that no update refits twice, unless it is
-    // far too bad.
+    // A frame that is no longer good is used once more, so that no update refits twice, unless it
+    // is far too bad.
     frame_lasts_ = staysWithin(in_new_frame_, now, 0.25);
     if (frame_lasts_ || staysWithin(in_new_frame_, now, 16)) return !hasDecayed(kLoose);
   }
@@ -186,7 +187,7 @@ bool SegmentIndex::refit(const SegmentSource& source, const Frame& frame) {
 
 void SegmentIndex::useNewFrame() {
   in_new_frame_ = extent();
-  // Where it is not known, each refit chooses a frame.
+  // If the extent is not known, each refit chooses a frame.
   frame_lasts_ = in_new_frame_.is_finite;
 }
 
@@ -307,9 +308,9 @@ bool SegmentIndex::refitSome(const std::vector<SegmentId>& ids, const std::vecto
     for (std::size_t i = 0; i < ids.size(); ++i) segments_.set(ids[i], moved[i]);
   }
   fitted_ += std::visit([&](auto& tree) { return tree.refitSome(ids, moved); }, tree_);
-  // A few fibers that have changed places make all nodes above them as large as the scene, so the
-  // looseness is checked before many are. At worst a build costs three microseconds for each leaf
-  // moved.
+  // A few fibers that have changed places make all nodes above them as large as the scene. So the
+  // looseness is checked before many segments have moved. At worst a build costs three microseconds
+  // for each leaf that has moved.
   constexpr std::size_t kPart = 24, kFew = 16;
   if (fitted_ < std::max(static_cast<std::size_t>(end_ - begin_) / kPart, kFew)) return true;
   fitted_ = 0;
@@ -331,7 +332,7 @@ bool SegmentIndex::isFitted(const SegmentSource& source) const {
   return is_fitted;
 }
 
-/// The segments, with a bound of their errors.
+/// The segments and a bound of their errors.
 SegmentRange SegmentIndex::keptRange() const {
   SegmentRange range = segments_.range();
   const double reach = std::visit([](const auto& tree) { return reachOf(tree); }, tree_);
@@ -352,7 +353,7 @@ bool SegmentIndex::hasDecayed(double loose) const {
   return !options_.super_thread && looseness() > loose * looseness_when_built_;
 }
 
-/// One dense query must not cost more than the index for good.
+/// One dense query must not make the index keep much more memory for good.
 void SegmentIndex::limitScratch() {
   scratch_->keepAtMost((memoryUsage() - scratch_->memoryUsage()) / 4);
 }

@@ -20,16 +20,16 @@
 namespace fcl_fibers::index {
 
 struct IndexOptions {
-  bool wrapped_spheres = false;  ///< else layered boxes
-  bool super_thread = false;     ///< else bundles
-  bool capsules = false;         ///< searches report capsules that touch; else volumes that overlap
+  bool wrapped_spheres = false;  ///< wrapped spheres; otherwise layered boxes
+  bool super_thread = false;     ///< the super thread; otherwise the bundle
+  bool capsules = false;         ///< searches report capsules that touch, not volumes that overlap
   double margin = 0;             ///< in the world's unit
   int threads = 1;
-  bool share_ends = false;  ///< segment i + 1, if there is one, begins where segment i ends
+  bool share_ends = false;  ///< if there is a segment i + 1, it begins where segment i ends
 };
 
-/// Segments in, pairs out: a Bvh over the segments begin(), ..., end() - 1 in its own frame. It
-/// reads them from a SegmentSource and does not know where they come from.
+/// Takes segments and finds their pairs. It is a Bvh over the segments begin(), ..., end() - 1 in a
+/// frame of its own. It reads them from a SegmentSource and does not know where they come from.
 ///
 /// Searches are const and may run at the same time. After a call has thrown, the index must be
 /// built again.
@@ -59,42 +59,44 @@ class SegmentIndex {
   /// @param fibers  the segments, with ids in [begin, end)
   void build(const SegmentSource& source, const geometry::Frame& frame, SegmentId begin,
              SegmentId end, const tree::Fibers& fibers);
-  /// The same in a frame that was made for others: returns false, and has to be built again, if
-  /// the frame cannot hold a segment.
+  /// Does the same in a frame that was made for other segments. If the frame cannot hold a segment,
+  /// it returns false, and the index has to be built again.
   bool tryBuild(const SegmentSource& source, const geometry::Frame& frame, SegmentId begin,
                 SegmentId end, const tree::Fibers& fibers);
 
-  /// Reads all segments again and refits the Bvh, in the frame that it has as long as that suits
-  /// the segments, so that what has not moved keeps its volumes. Returns false if a build pays,
-  /// because the fibers have moved so far apart that the bundle is loose. The index is up to date
-  /// even then.
+  /// Reads all segments again and refits the Bvh. It keeps its frame as long as that suits the
+  /// segments, so that volumes of segments that have not moved stay the same. Returns false if a
+  /// build pays, because the fibers have moved so far apart that the bundle is loose. The index is
+  /// up to date even then.
   bool refit(const SegmentSource& source);
-  /// The same in a given frame.
+  /// Does the same in a given frame.
   bool refit(const SegmentSource& source, const geometry::Frame& frame);
-  /// The same in a frame that was made for others. Returns whether all segments can be read in it.
+  /// Does the same in a frame that was made for other segments. Returns whether all segments can be
+  /// read in it.
   bool tryRefit(const SegmentSource& source, const geometry::Frame& frame);
 
-  /// A frame for the segments as they are now; the present one if they do not stay finite in it.
+  /// Returns a frame for the segments as they are now, or the present one if they do not stay
+  /// finite in the new one.
   geometry::Frame betterFrame(const SegmentSource& source) const;
 
-  /// Refits these segments, given in frame(), and the nodes above them. Returns what refit() does,
-  /// but checks only now and then whether a build pays.
+  /// Refits these segments, given in frame(), and the nodes above them. Returns what refit()
+  /// returns, but checks only now and then whether a build pays.
   bool refitSome(const std::vector<SegmentId>& ids, const std::vector<Segment>& moved);
 
   /// Whether refit() would change nothing that a search can see.
   bool isFitted(const SegmentSource& source) const;
 
-  // Each search exists for a PairSink and for a NearestSink. The sink is called on the calling
-  // thread. A search returns Visit::kStop if its sink did.
+  // Each search exists for a PairSink and for a NearestSink, which it calls on the calling thread.
+  // It returns Visit::kStop if its sink did.
 
-  /// Pairs within this index, except those within one group.
+  /// Finds the pairs within this index, except those within one group.
   ///@{
   tree::Visit search(PairSink& sink) const;
   tree::Visit search(NearestSink& sink) const;
   ///@}
 
-  /// Pairs of this index with one segment, except those within its group. Each pair has `second` as
-  /// its b.
+  /// Finds the pairs of this index with one segment, except those within its group. Each pair has
+  /// `second` as its b.
   /// @param error  bound on the error of the segment's end points
   ///@{
   tree::Visit search(const Segment& segment, double error, tree::Group group, SegmentId second,
@@ -103,9 +105,9 @@ class SegmentIndex {
                      NearestSink& sink) const;
   ///@}
 
-  /// Pairs with another index, whatever their groups, with the margin of this one.
-  /// @param source  the other index's, if that keeps no segments and the search needs them. For a
-  ///                NearestSink null means its own source.
+  /// Finds the pairs with another index, whatever their groups, with the margin of this one.
+  /// @param source  the source of the other index, if that keeps no segments and the search needs
+  ///                them. For a NearestSink null means its own source.
   ///@{
   tree::Visit search(const SegmentIndex& other, const SegmentSource* source, PairSink& sink) const;
   tree::Visit search(const SegmentIndex& other, const SegmentSource* source,
@@ -165,7 +167,7 @@ class SegmentIndex {
   KeptSegments segments_;  ///< empty unless capsules are tested
   Tree tree_;
   double looseness_when_built_ = 0;
-  tree::Extent in_new_frame_;  ///< when frame_ was chosen
+  tree::Extent in_new_frame_;  ///< the extent when frame_ was chosen
   bool frame_lasts_ = false;   ///< whether frame_ is kept until it is no longer good
   std::size_t fitted_ = 0;     ///< leaves fitted by refitSome() since it last checked the looseness
   double unit_ = 1;            ///< see CapsulePairs

@@ -35,7 +35,7 @@ Volume volumeAround(const Segment& segment, double padding) {
   return is_somewhere ? Volume::around(segment, padding) : Volume::unbounded();
 }
 
-/// As FrameChange, where a box that overflows becomes open to all sides.
+/// Like FrameChange, but a box that overflows becomes open to all sides.
 Segment inFrame(const FrameChange& change, const Segment& segment) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const Segment result = change(segment);
@@ -65,7 +65,7 @@ Visit SegmentIndex::search(PairSink& sink) const {
       tree_);
 }
 
-/// Finds a segment that is kept or, if none is, as it is now.
+/// Returns a segment as it is kept or, if the index keeps none, as it is now.
 FoundSegment SegmentIndex::find(const SegmentSource& source, SegmentId id) const {
   FoundSegment found{};
   if (keepsSegments()) {

@@ -39,7 +39,7 @@ void refuseLeast(const SegmentSource& source, std::vector<SegmentId> ids, const 
 Frame frameFor(const SegmentSource& source, const std::vector<SegmentId>& ids) {
   constexpr std::size_t kSamples = 255;
   std::array<Segment, kSamples> samples;
-  // If so many cannot be used that few samples are found, the steps become smaller.
+  // If too few samples can be used, the steps become smaller.
   std::size_t found = 0;
   std::size_t step = ids.size() / kSamples + 1;
   for (; found < kSamples / 4; step /= 2) {

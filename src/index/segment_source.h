@@ -14,8 +14,8 @@ using geometry::BlockMask;
 using geometry::SegmentBlock;
 using tree::SegmentId;
 
-/// What an index reads its segments from, in blocks: FCL's objects or arrays. Several threads may
-/// read at the same time.
+/// The objects or arrays from which an index reads its segments in blocks. Several threads may read
+/// at the same time.
 class SegmentSource {
  public:
   /// Reads the segments ids[0], ..., ids[count - 1] in `frame` into the first places of `out`.
@@ -33,8 +33,8 @@ class SegmentSource {
   /// Whether coordinates stay finite in a frame, as far as can be told without reading them all.
   virtual bool staysFiniteIn(const geometry::Frame& frame) const = 0;
 
-  /// Whether reading is much faster in the order of ids than in that of the tree, because what a
-  /// segment is read from is large.
+  /// Whether reading is much faster in the order of ids than in the order of the tree, because each
+  /// segment is read from a large object.
   virtual bool isFasterInOrder() const = 0;
 
   /// Throws std::invalid_argument with the reason why a segment cannot be read.

@@ -40,7 +40,7 @@ class Executor {
   }
 };
 
-/// An executor of that many threads; null for one thread, which needs no executor.
+/// Returns an executor of this many threads; null for one thread, which needs no executor.
 std::unique_ptr<Executor> makeExecutor(int threads);
 
 /// Splits [0, count) into tasks of `grain` each and calls visit(begin, end) for every task.

@@ -1,6 +1,6 @@
 // A file named -inl.h is compiled once for every instruction set (Google Highway's "target"), each
-// time into another namespace. It must not include Eigen or FCL. Whatever it calls in its inner
-// loops has to be in such a file too, or be inlined.
+// time into another namespace. It must not include Eigen or FCL. A function that it calls in its
+// inner loops must be in such a file too, or be inlined.
 #if defined(FCL_FIBERS_SIMD_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef FCL_FIBERS_SIMD_LANES_INL_H
 #undef FCL_FIBERS_SIMD_LANES_INL_H
@@ -26,7 +26,7 @@ FCL_FIBERS_ALWAYS_INLINE LaneMask laneMask(Tag tag, hn::Mask<Tag> truth) {
   return bits[0] | LaneMask{bits[1]} << 8;
 }
 
-/// N floats that are computed with at once. Arithmetic is that of float, lane by lane, on every
+/// N floats that take part in one operation at once. Each lane has float's own arithmetic on every
 /// machine: no fused operations, no reciprocals.
 template <int N>
 class Lanes {
@@ -188,7 +188,7 @@ class LaneNumbers {
   FCL_FIBERS_ALWAYS_INLINE static LaneNumbers from(std::int32_t first) {
     LaneNumbers numbers;
     for (int i = 0; i < kVectors; ++i) {
-      // Highway writes the numbers of Iota() one by one, which is no loss only for a constant.
+      // Highway writes the numbers of Iota() one by one, which costs nothing only for a constant.
       numbers.vector_[i] = hn::Add(hn::Iota(Tag(), i * kWidth), hn::Set(Tag(), first));
     }
     return numbers;
@@ -202,8 +202,8 @@ class LaneNumbers {
     return numbers;
   }
 
-  // Each writes a pair of two integers for each lane of the mask, one after the other, and returns
-  // how many. There is no branch that could be mispredicted. `out` must have room for eight pairs.
+  // Each function writes a pair of two integers for each lane of the mask, one after the other, and
+  // returns their number. No branch can be mispredicted. `out` must have room for eight pairs.
 
   FCL_FIBERS_ALWAYS_INLINE int writeAfter(std::int32_t first, LaneMask mask, void* out) const {
     return write(
