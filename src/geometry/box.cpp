@@ -54,8 +54,8 @@ void boxesAround(const SegmentBlock& segments, int count, double padding, BoxRow
       storeRoundedDown(hn::Sub(low[axis], reach), boxes.low[axis] + first + i);
       storeRoundedUp(hn::Add(high[axis], reach), boxes.high[axis] + first + i);
     }
-    // Near the end of float's range targets differ, and boxes that are open to a side have an error
-    // of their own. Both are rare.
+    // Near the end of float's range the targets differ, and boxes that are open to a side have
+    // errors of their own. Both are rare.
     const auto is_near = hn::Le(hn::Add(largest, reach), hn::Set(d, 0x1p126));
     const auto is_far = hn::AndNot(is_near, hn::FirstN(d, static_cast<std::size_t>(count - i)));
     if (hn::AllFalse(d, is_far)) continue;

@@ -46,7 +46,7 @@ struct Box {
   }
 };
 
-/// Boxes in rows, one for each side, so that several of them are computed with at once.
+/// Boxes in rows, one for each side, so that one operation takes several of them.
 struct BoxRows {
   static constexpr int kCapacity = 512;
 
@@ -58,13 +58,13 @@ struct BoxRows {
     for (int axis = 0; axis < 3; ++axis) low[axis][i] = high[axis][i] = kNone;
   }
 
-  // Eight are read at a time, also from the last on.
+  // Eight boxes are read at a time, even from the last one on.
   alignas(64) float low[3][kCapacity + 16];
   alignas(64) float high[3][kCapacity + 16];
 };
 
-/// Writes the boxes around the first `count` segments of a block from boxes[first] on. Each is what
-/// Box::around() gives, to the last bit.
+/// Writes the boxes around the first `count` segments of a block from boxes[first] on. Each is
+/// equal to the result of Box::around(), to the last bit.
 /// @pre first is a multiple of SegmentBlock::kCapacity
 void boxesAround(const SegmentBlock& segments, int count, double padding, BoxRows& boxes,
                  int first);

@@ -13,7 +13,7 @@ namespace fcl_fibers::geometry::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 using simd::LaneMask;
 constexpr int kCapacity = CapsulePairs::kCapacity;
-/// Two vectors with AVX2, of which one computes while the other waits.
+/// With AVX2 these are two vectors: one computes while the other waits.
 constexpr int kLanes = CapsulePairs::kGroup;
 using Float = simd::HWY_NAMESPACE::Lanes<kLanes>;
 
@@ -41,7 +41,7 @@ class Quads {
 
 /// Pairs relative to one of their own points and in float.
 struct RelativePairs {
-  Quads w;  ///< from the second capsule's first end to the first capsule's; the sum of the radii
+  Quads w;  ///< from the second capsule's first end to the first one's; and the sum of the radii
   Quads u;  ///< along the first capsule
   Quads v;  ///< along the second capsule
 
@@ -67,7 +67,7 @@ struct RelativePairs {
   }
 };
 
-/// How far the tangent plane of a convex function falls from x to the end of [0, 1] that is
+/// By how much the tangent plane of a convex function falls from x to the end of [0, 1] that lies
 /// downhill.
 FCL_FIBERS_ALWAYS_INLINE Float fall(const Float& slope, const Float& x) {
   return max(slope * x, slope * (x - Float::all(1)));

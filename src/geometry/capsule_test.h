@@ -10,8 +10,8 @@
 
 namespace fcl_fibers::geometry {
 
-/// An end of a capsule. A capsule is two of them, one after the other, and its radius is the
-/// first's; so a chain of capsules needs one for each of its points. An end is loaded as one
+/// An end of a capsule. A capsule is two ends, one after the other, and the first one has its
+/// radius. So a chain of capsules needs one end for each of its points. An end is loaded as one
 /// vector.
 struct alignas(32) CapsuleEnd {
   double numbers[4];  ///< x, y, z, and the radius of the capsule that begins here, NaN for a box
@@ -29,8 +29,8 @@ FCL_FIBERS_ALWAYS_INLINE Segment segmentOf(const CapsuleEnd* capsule) {
   return {{a[0], a[1], a[2]}, {b[0], b[1], b[2]}, is_box ? -1 : a[3]};
 }
 
-/// A block of pairs of capsules, which are tested many at a time in float. Each pair is taken
-/// relative to one of its own points, so nothing is lost far from the origin.
+/// A block of pairs of capsules, many of which are tested at a time in float. The coordinates of
+/// each pair are relative to one of its own points, so no digits are lost far from the origin.
 class CapsulePairs {
  public:
   static constexpr int kCapacity = 64;
@@ -55,14 +55,14 @@ class CapsulePairs {
     ++size_;
   }
 
-  /// Whether each pair touches, is apart, or is too close to decide in float. A decision is that of
-  /// touch(), and the same on every instruction set.
+  /// Tells whether each pair touches, is apart, or is too close to decide in float. A decision is
+  /// the one that touch() makes, and the same on every instruction set.
   struct Verdict {
     std::uint64_t touching = 0, apart = 0;  ///< a bit for each pair
   };
   Verdict decide();
 
-  // For the kernel, which takes so many pairs at a time.
+  // The kernel takes this many pairs at a time.
   static constexpr int kGroup = 16;
   using Row = std::array<float, kCapacity>;
   double unit() const { return unit_; }

@@ -70,7 +70,7 @@ const char* contactProblem(const Segment& capsule) {
 CapsuleContact capsuleContact(const Segment& p, const Segment& q, const Vec3d& origin) {
   const ClosestPoints closest = closestPoints(p, q);
   const Vec3d u = p.b - p.a, v = q.b - q.a;
-  // The rounding of end points, which had been rounded in world coordinates before.
+  // This bounds the rounding of end points, which were rounded in world coordinates before.
   const double rounding =
       16 * std::numeric_limits<double>::epsilon() *
       (maxNorm(origin) + std::max({maxNorm(p.a), maxNorm(p.b), maxNorm(q.a), maxNorm(q.b)}));

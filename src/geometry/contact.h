@@ -5,9 +5,9 @@
 
 namespace fcl_fibers::geometry {
 
-/// Where two capsules touch, or would touch first; see fcl_fibers::Contact.
+/// Where two capsules touch or, if they are apart, are closest; see fcl_fibers::Contact.
 struct CapsuleContact {
-  double s, t;             ///< arc parameters of the axis points
+  double s, t;             ///< arc parameters of the closest points of the axes
   double distance;         ///< between the surfaces
   Vec3d point_a, point_b;  ///< on the surfaces
   Vec3d normal;            ///< unit vector from p to q

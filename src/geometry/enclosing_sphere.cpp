@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 
-/// Weights this far below 0 count as rounding. A sphere that is smaller than the least by so much
-/// of its basis' extent is good enough, because in the end it is made to enclose everything.
+/// Weights this far below 0 count as rounding. A sphere may be too small by this part of its basis'
+/// extent, because in the end it grows to enclose everything.
 constexpr double kWeightTolerance = 1e-9;
 
 /// During the search, balls that stand out by less than this, relative to the sphere, count as
@@ -71,9 +71,9 @@ bool encloses(const Ball& outer, const Ball& inner) {
 }
 
 /// The minimum enclosing sphere of the start's balls and one more, which is in the new basis.
-/// Subsets are tried from small to large; the first whose least sphere encloses the rest is the
-/// basis. If rounding lets none pass, as among nearly collinear centres, the result is the sphere
-/// that has to grow least to enclose all.
+/// Subsets are tried from small to large. The first one whose least sphere encloses the rest is the
+/// basis. Rounding may let no subset pass, for instance among nearly collinear centres. Then the
+/// result is the sphere that must grow least to enclose all.
 std::optional<EnclosingSphere> withBall(const Ball* balls, const Basis& start, int entering) {
   std::array<Ball, 5> all;
   int all_count = 0;

@@ -11,8 +11,8 @@ namespace fcl_fibers::geometry {
 /// The sphere to which all balls of a basis are internally tangent.
 struct SupportSphere {
   Ball ball;
-  /// The centre is the sum of weight[i] times the i-th ball's centre; the weights sum to 1. If none
-  /// of them is negative, the sphere is the least around the basis.
+  /// The centre is the sum of weight[i] times the i-th ball's centre; the weights sum to 1. If no
+  /// weight is negative, the sphere is the least around the basis.
   std::array<double, 4> weight;
 
   bool isLeast() const;
@@ -43,8 +43,8 @@ struct EnclosingSphere {
 /// stands out farthest enters the basis until no ball stands out. Welzl's recursion for points
 /// (1991) fails for balls.
 ///
-/// `start` is a basis to begin with, such as that of the same balls at an earlier time. Its balls
-/// need not be a basis any more, and it may be empty.
+/// The search begins with `start`, such as the basis of the same balls at an earlier time. These
+/// balls need not be a basis any more, and `start` may be empty.
 EnclosingSphere enclosingSphere(const Ball* balls, int count, const Basis& start = {});
 
 }  // namespace fcl_fibers::geometry

@@ -8,8 +8,8 @@ namespace fcl_fibers::geometry {
 namespace {
 
 /// Moves the origin to a multiple of a power of two near the median distance of the segments from
-/// it, so by half of that at most. Scenes of about one place and size get one frame then, and pairs
-/// between them need no change of frame.
+/// it, so by half of that at most. Scenes with about the same place and size get one frame
+/// then, and pairs between them need no change of frame.
 void roundOrigin(Frame& frame, Segment* samples, std::size_t count) {
   const auto distance = [&](const Segment& s) { return maxNorm(midpoint(s) - frame.origin); };
   Segment* const median = samples + count / 2;

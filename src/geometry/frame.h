@@ -13,8 +13,8 @@
 namespace fcl_fibers::geometry {
 
 /// The frame in which an index keeps its segments: q = scale (p - origin). Its origin is among the
-/// segments, so float bounds are tight wherever in the world they are. Its scale puts their extent
-/// between the ends of float's range, so squares of lengths neither overflow nor vanish.
+/// segments, so float bounds are tight wherever the segments are. Its scale puts their extent in
+/// the middle of float's range, so squares of lengths neither overflow nor vanish.
 struct Frame {
   Vec3d origin{0, 0, 0};
   double scale = 1;  ///< a power of two, so that scaling is exact
@@ -22,15 +22,16 @@ struct Frame {
   Vec3d fromWorld(const Vec3d& p) const { return scale * (p - origin); }
 };
 
-/// Whether squares of the coordinates fit float, so that volumes are tight, or the segment is
+/// Whether squares of the coordinates fit float, which makes volumes tight, or the segment is
 /// unbounded.
 inline bool isInFloatRange(const Segment& segment) {
   const double size = std::max(maxNorm(segment.a), maxNorm(segment.b)) + segment.thickness();
   return size <= 0x1p62 || !isBounded(segment);
 }
 
-/// A frame for segments of which `samples` are a sample, whose order is changed. Its origin is near
-/// their median, so bounds are tightest where most segments are, whatever lies far out.
+/// Returns a frame for segments of which `samples` are a sample, and changes the order of these.
+/// Its origin is near their median. So bounds are tightest where most segments are, even if some
+/// are far out.
 Frame frameFor(Segment* samples, std::size_t count);
 
 /// Takes segments and volumes from one frame into another, rounding outward. If coordinates
@@ -52,7 +53,8 @@ class FrameChange {
     }
   }
 
-  /// Whether it changes nothing, as between managers whose scenes have about one place and size.
+  /// Whether it changes nothing, as between managers whose scenes have about the same place and
+  /// size.
   bool isIdentity() const { return scale_ == 1 && growth_ == 0 && shift_ == Vec3d{0, 0, 0}; }
 
   /// The length in `to` of a unit of `from`; finite.

@@ -18,7 +18,7 @@ namespace fcl_fibers::geometry::HWY_NAMESPACE {
 using simd::LaneMask;
 using simd::HWY_NAMESPACE::Lanes;
 
-// Each returns a bit for each lane of a pack whose volume overlaps another volume.
+// Each function returns a bit for each lane of a pack whose volume overlaps another volume.
 
 template <int N>
 FCL_FIBERS_ALWAYS_INLINE LaneMask overlaps(const Box::Pack<N>& pack, const Box& box) {
@@ -31,8 +31,8 @@ FCL_FIBERS_ALWAYS_INLINE LaneMask overlaps(const Box::Pack<N>& pack, const Box& 
 
 template <int N>
 FCL_FIBERS_ALWAYS_INLINE LaneMask overlaps(const Sphere::Pack<N>& pack, const Sphere& sphere) {
-  // The two sides carry at most eight roundings of 2^-24. The smallest normal float covers what is
-  // lost below it.
+  // The two sides carry at most eight roundings of 2^-24. The smallest normal float covers losses
+  // below it.
   constexpr float kRoundUp = 1 + 0x1p-20f;
   const Lanes<N> x = Lanes<N>::load(pack.center(0)) - Lanes<N>::all(sphere.center[0]);
   const Lanes<N> y = Lanes<N>::load(pack.center(1)) - Lanes<N>::all(sphere.center[1]);
@@ -45,9 +45,9 @@ FCL_FIBERS_ALWAYS_INLINE LaneMask overlaps(const Sphere::Pack<N>& pack, const Sp
 
 namespace internal {
 
-/// A lower bound of the length of a vector with these components. They are clamped to what can be
-/// squared, the smallest normal float covers what squares lose below it, and the last factor covers
-/// four roundings.
+/// A lower bound of the length of a vector with these components. They are clamped to numbers that
+/// can be squared, the smallest normal float covers the losses of squares below it, and the last
+/// factor covers four roundings.
 template <int N>
 FCL_FIBERS_ALWAYS_INLINE Lanes<N> lengthLowerBound(const Lanes<N>& x, const Lanes<N>& y,
                                                    const Lanes<N>& z) {
@@ -63,8 +63,8 @@ FCL_FIBERS_ALWAYS_INLINE Lanes<N> lengthLowerBound(const Lanes<N>& x, const Lane
 
 }  // namespace internal
 
-// Each returns a bit for each lane of a pack whose volume may be no farther than `limit` from
-// another volume, and stores lower bounds of their distances.
+// Each function returns a bit for each lane of a pack whose volume may be no farther than `limit`
+// from another volume, and stores lower bounds of their distances.
 
 template <int N>
 FCL_FIBERS_ALWAYS_INLINE LaneMask nearer(const Box::Pack<N>& pack, const Box& box, float limit,

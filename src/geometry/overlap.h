@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// What is done with packs, for the instruction set that the including file is compiled for.
+// Operations on packs, for the instruction set that the including file is compiled for.
 #include "geometry/overlap-inl.h"
 #include "geometry/unite-inl.h"
 

@@ -68,9 +68,9 @@ FCL_FIBERS_ALWAYS_INLINE DoubleMask isRotation(const Vectors& x, const Vectors& 
   return hn::Le(deviation, hn::Set(Doubles(), tolerance));
 }
 
-/// Whether the sizes of boxes are those that FCL gives to capsules, or the least in their pose, up
-/// to the rounding of their sides. Those of turned capsules that are too small to be squared or
-/// have no length are left to a second look.
+/// Whether boxes have the sizes that FCL gives to capsules, or the least sizes in their pose, up to
+/// the rounding of their sides. Boxes of turned capsules that are too small to be squared or have
+/// no length are left to a second look.
 FCL_FIBERS_ALWAYS_INLINE DoubleMask addNothing(const Vectors& size, const Vectors& position,
                                                const Vectors& axis, const DoubleLanes& length,
                                                const DoubleLanes& radius, double epsilon) {
@@ -84,7 +84,7 @@ FCL_FIBERS_ALWAYS_INLINE DoubleMask addNothing(const Vectors& size, const Vector
     const Vectors off = abs(size - sides);
     return hn::And(hn::Le(off.x, slack), hn::And(hn::Le(off.y, slack), hn::Le(off.z, slack)));
   };
-  // The side of a turned box is the diagonal of the other.
+  // The side of a turned box is the diagonal of the box that is not turned.
   constexpr double kSmall = 1e-280;
   const auto square =
       hn::Add(hn::Mul(hn::Mul(thickness, thickness), hn::Set(d, 2)), hn::Mul(end, end));

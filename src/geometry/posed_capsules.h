@@ -11,7 +11,7 @@ namespace fcl_fibers::geometry {
 struct PosedCapsules {
   static constexpr int kCapacity = SegmentBlock::kCapacity;
 
-  /// Puts the unit sphere there, in a place that is not used.
+  /// Puts the unit sphere in a place that is not used.
   void clear(int i);
 
   alignas(64) double rotation[3][3][kCapacity];  ///< by column, then by axis
@@ -22,17 +22,17 @@ struct PosedCapsules {
   alignas(64) double high[3][kCapacity];  ///< of the box
 };
 
-/// What tells a capsule that needs no second look.
+/// The limits by which a capsule needs no second look.
 struct UsualCapsules {
   double rotation_tolerance;  ///< how far a rotation may be from an orthonormal one, in sum
-  double epsilon;             ///< of the scalar of poses and boxes
+  double epsilon;             ///< machine epsilon of the scalar of poses and boxes
   bool count_boxes;           ///< whether boxes count beside the shape
 };
 
 /// Writes the segments of the first `count` capsules, and of those up to the next multiple of
-/// eight, in `frame`. Returns a bit for each whose pose, size and coordinates are proper and, if
-/// boxes count, whose box adds nothing: it has the size that FCL gives it, turned or not, or the
-/// least in its pose. Segments without a bit are unspecified.
+/// eight, in `frame`. Returns a bit for each capsule whose pose, size and coordinates are proper.
+/// If boxes count, its box must also add nothing: it has the size that FCL gives it, turned or not,
+/// or the least size in its pose. Segments without a bit are unspecified.
 BlockMask segmentsOf(const PosedCapsules& capsules, int count, const Frame& frame,
                      const UsualCapsules& usual, SegmentBlock& out);
 

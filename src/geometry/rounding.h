@@ -10,8 +10,8 @@
 namespace fcl_fibers::geometry {
 
 // Bounds are floats, whatever the scalar of the scene. Before rounding they are moved outward by
-// one ulp of float, so by one to two in all, and by the smallest normal float, so that nothing
-// depends on how the machine treats subnormals.
+// one ulp of float, which makes one to two ulp in all. They are also moved by the smallest normal
+// float, so that nothing depends on how the machine treats subnormals.
 
 inline float nearestFloat(double x) {
   constexpr double kLargest = std::numeric_limits<float>::max();

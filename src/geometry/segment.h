@@ -8,9 +8,9 @@
 
 namespace fcl_fibers::geometry {
 
-/// One capsule: all points within `radius` of the line from a to b, in the frame of the index. An
-/// object of which only the box is known is kept as the diagonal of that box: box and enclosing
-/// sphere of the diagonal, with radius 0, are those of the box.
+/// One capsule: all points within `radius` of the line from a to b, in the frame of the index. If
+/// only the box of an object is known, the segment is the diagonal of that box: with radius 0 the
+/// diagonal has the same box and enclosing sphere.
 struct Segment {
   Vec3d a, b;
   double radius;  ///< negative: a and b are the low and high corner of a box
@@ -50,7 +50,7 @@ FCL_FIBERS_ALWAYS_INLINE double endPointError(const Segment& segment) {
   return endPointError(is_open ? largestFinite(segment) : largest);
 }
 
-/// Whether all coordinates are finite, as those of every capsule are. A box may be unbounded on a
+/// Whether all coordinates are finite. They are in every capsule, but a box may be unbounded on a
 /// side.
 inline bool isBounded(const Segment& segment) {
   // Infinities and NaN survive addition. Coordinates whose sum overflows count as unbounded too.

@@ -7,7 +7,7 @@
 
 namespace fcl_fibers::geometry {
 
-/// Segments in rows, one for each coordinate, so that several of them are computed with at once.
+/// Segments in rows, one for each coordinate, so that one operation takes several of them.
 struct SegmentBlock {
   static constexpr int kCapacity = 64;
 

@@ -9,8 +9,8 @@ namespace fcl_fibers::geometry {
 // `error` and a few ulp. `error` bounds the error of all four end points together, see
 // endPointError(). A box may be unbounded on any side.
 
-/// Whether two capsules are at most `margin` apart. If one of the two is a box, it is their boxes
-/// that count, on every axis.
+/// Whether two capsules are at most `margin` apart. If one of the two is a box, the boxes of both
+/// count, on every axis.
 bool touch(const Segment& p, const Segment& q, double margin, double error);
 
 /// Whether the boxes of two segments are at most `margin` apart on every axis.

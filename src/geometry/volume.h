@@ -17,5 +17,5 @@
 //                                     (overlap-inl.h)
 //
 // A cleared lane overlaps nothing and is near nothing, not even an unbounded volume: it holds NaN,
-// which no comparison accepts. LayeredBoxes needs of a box also pack.replace(), replaceAll(),
-// unite() and boxesAround(); WrappedSpheres needs of a sphere V::around(ball).
+// which no comparison accepts. For boxes LayeredBoxes also needs pack.replace(), replaceAll(),
+// unite() and boxesAround(). For spheres WrappedSpheres also needs V::around(ball).

@@ -20,22 +20,24 @@ std::uint64_t keyOf(float number, std::int32_t position) {
   return std::uint64_t{bits} << 31 | static_cast<std::uint32_t>(position);
 }
 
-/// 1 if p < q, else 0. Of a comparison gcc makes a branch, which half of the time is mispredicted.
+/// 1 if p < q, else 0. gcc turns a comparison into a branch, which is mispredicted half of the
+/// time.
 std::uint64_t isLess(std::uint64_t p, std::uint64_t q) { return (p - q) >> 63; }
 
-/// The key that would be at `rank` if all were sorted. Changes their order. All keys differ.
+/// Returns the key that would be at `rank` if all were sorted, and changes their order. All keys
+/// differ.
 ///
 /// This is Hoare's quickselect with Lomuto's partition, which moves every key without a branch that
 /// could be mispredicted. That makes it faster than std::nth_element.
 std::uint64_t keyAtRank(std::uint64_t* keys, std::size_t count, std::size_t rank) {
   for (int round = 0; count > 3; ++round) {
-    if (round > 64) {  // a sequence that is made to be slow
+    if (round > 64) {  // only a sequence that is made to be slow
       std::nth_element(keys, keys + rank, keys + count);
       return keys[rank];
     }
     const std::uint64_t p = keys[0], q = keys[count / 2], r = keys[count - 1];
     const std::uint64_t pivot = std::max(std::min(p, q), std::min(std::max(p, q), r));
-    std::size_t less = 0;  // at least one is, as the pivot is the median of three
+    std::size_t less = 0;  // at least one is, because the pivot is the median of three
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint64_t key = keys[i];
       keys[i] = keys[less];
@@ -62,7 +64,7 @@ class BlockBuilder {
   using Part = BundleBuild::Part;
 
  public:
-  /// @param strands  those of the block, with `segments` in all
+  /// @param strands  the strands of the block, which have `segments` segments in all
   BlockBuilder(const Fibers& fibers, const std::vector<Middle>& middles,
                std::vector<Strand> strands, std::int32_t segments)
       : fibers_(fibers), middles_(middles), strands_(std::move(strands)), segments_(segments) {}
@@ -87,7 +89,8 @@ class BlockBuilder {
 
  private:
   static constexpr int kArity = 8;
-  /// Small enough for some threads to share a scene, large enough to stay in a cache.
+  /// A part is small enough for several threads to share a scene, and about as large as a cache
+  /// holds.
   static constexpr std::int32_t kPart = 1 << 15;
 
   /// A range of strands_, with the number of segments in all of them.
@@ -225,8 +228,8 @@ class BlockBuilder {
     return sum / samples;
   }
 
-  /// About half of `count`, as a multiple of the largest power of two for which a node has room, so
-  /// that sizes of blocks fill nodes. Half of one is one.
+  /// About half of `count`: a multiple of the largest power of two for which a node has room, so
+  /// that blocks fill nodes. Half of one is one.
   static std::int32_t firstHalf(std::int32_t count) {
     std::int32_t unit = kArity;
     while (unit > 1 && 2 * unit > count) unit /= 2;
@@ -284,7 +287,7 @@ class BlockBuilder {
   std::vector<Strand> strands_;  ///< a stack of the blocks on the path from the root
   std::int32_t segments_;
   TopologyBuilder<kArity> builder_;
-  std::vector<Part>* parts_ = nullptr;  ///< if the blocks below are built elsewhere
+  std::vector<Part>* parts_ = nullptr;  ///< not null if the blocks below are built elsewhere
   // For splitAcross().
   std::vector<std::uint64_t> keys_;
   std::vector<Strand> behind_;

@@ -10,16 +10,16 @@
 namespace fcl_fibers::tree {
 
 /// Builds a tree whose nodes are blocks: sets of fibers over a range along each of them. A block is
-/// split along, at about half of the range, or across, near the median of its fibers, whichever
-/// extent is longer, so that nodes fill. Inside one fiber this is the chain-aligned tree; over
-/// fibers of one segment it is a kd-tree.
+/// split along its fibers, at about half of the range, or across them, near the median fiber,
+/// whichever extent is longer. Sizes are chosen so that nodes fill. Inside one fiber this is the
+/// chain-aligned tree; over fibers of one segment it is a kd-tree.
 ///
 /// The constructor splits the fibers into parts. These may be built at the same time; finish() puts
 /// them together. The result does not depend on who builds which part.
 class BundleBuild {
  public:
-  /// @param middles  by position in Fibers::ids: the segment's midpoint, in any frame; borrowed, as
-  ///                 are the fibers
+  /// @param fibers   borrowed
+  /// @param middles  by position in Fibers::ids: the segment's midpoint, in any frame; borrowed
   BundleBuild(const Fibers& fibers, const std::vector<Middle>& middles);
 
   std::size_t partCount() const { return parts_.size(); }
@@ -33,7 +33,7 @@ class BundleBuild {
   /// A range of one fiber, as a range of Fibers::ids.
   struct Strand {
     std::int32_t begin, end;
-    Middle middle;  ///< of its middle segment
+    Middle middle;  ///< the midpoint of its middle segment
   };
   /// A block that becomes a subtree, and where it hangs.
   struct Part {
@@ -51,7 +51,7 @@ class BundleBuild {
   std::vector<Part> parts_;
 };
 
-/// The same on one thread.
+/// Builds the whole tree on one thread.
 Topology<8> bundle(const Fibers& fibers, const std::vector<Middle>& middles);
 
 }  // namespace fcl_fibers::tree

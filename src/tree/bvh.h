@@ -109,11 +109,11 @@ class Bvh {
     }
   }
 
-  // Where segments are read faster in the order of ids, placeLeaves() fits the leaves, which takes
-  // findPlaces() first; then fitChunkAbove() fits all chunks, and fitAboveChunks() the rest.
+  // If segments are read faster in the order of ids, placeLeaves() fits the leaves, after a call of
+  // findPlaces(). Then fitChunkAbove() fits all chunks, and fitAboveChunks() the rest.
 
-  /// Fits the leaves of these ids. Returns whether any has changed. Ids that are not in the tree
-  /// are passed over.
+  /// Fits the leaves of these ids. Returns whether any has changed. It ignores ids that are not in
+  /// the tree.
   bool placeLeaves(const SegmentId* ids, int count, geometry::BlockMask present,
                    const SegmentBlock& segments) {
     std::array<std::int32_t, static_cast<std::size_t>(SegmentBlock::kCapacity)> slots;
@@ -143,7 +143,7 @@ class Bvh {
     }
   }
 
-  /// Fits all to segments given by id, on the calling thread.
+  /// Fits all volumes to segments given by id, on the calling thread.
   void refit(const std::vector<geometry::Segment>& segments, double padding) {
     const auto read = [&](const SegmentId* ids, int count, int /*ahead*/, SegmentBlock& block) {
       for (int i = 0; i < count; ++i) block.set(i, segments[static_cast<std::size_t>(ids[i])]);
@@ -155,8 +155,8 @@ class Bvh {
     fitAboveChunks(changed, read);
   }
 
-  /// Fits these segments, the only ones that have moved, and the nodes above them. Ids that are not
-  /// in the tree are passed over. Returns how many leaves have changed.
+  /// Fits these segments, which are the only ones that have moved, and the nodes above them. It
+  /// ignores ids that are not in the tree. Returns how many leaves have changed.
   std::size_t refitSome(const std::vector<SegmentId>& ids,
                         const std::vector<geometry::Segment>& moved) {
     findPlaces();
@@ -210,7 +210,7 @@ class Bvh {
  private:
   static constexpr std::int32_t kNone = -1;
 
-  /// Nodes begin, ..., end - 1: a subtree.
+  /// A subtree: the nodes begin, ..., end - 1.
   struct Chunk {
     std::int32_t begin, end;
   };
@@ -223,7 +223,7 @@ class Bvh {
     return index < slots_.size() ? slots_[index] : kNone;
   }
 
-  /// Only a tree that is refitted in part pays for the way up to the root.
+  /// Only a tree that is refitted in part needs the way up to the root and pays for it.
   void findParents() {
     if (!parent_.empty()) return;
     is_stale_.resize(nodes_.size());

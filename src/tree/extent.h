@@ -23,23 +23,23 @@ inline geometry::Vec3d centerOfVolume(const geometry::Sphere& sphere) {
   return {sphere.center[0], sphere.center[1], sphere.center[2]};
 }
 
-/// No coordinate in the volume is larger. Not finite if the volume is not.
+/// A bound of the coordinates in the volume. It is not finite if the volume is not.
 template <class Volume>
 double reachOfVolume(const Volume& volume) {
   return maxNorm(centerOfVolume(volume)) + double{volume.size()};
 }
-/// The same for all volumes of a tree.
+/// A bound of the coordinates in all volumes of a tree.
 template <class Tree>
 double reachOf(const Tree& tree) {
   return tree.empty() ? 0 : reachOfVolume(tree.nodeVolume(0));
 }
 
-/// Where the segments of a tree are, from the volumes some levels below the root.
+/// Where the segments of a tree are, estimated from the volumes some levels below the root.
 struct Extent {
-  geometry::Vec3d middle{0, 0, 0};  ///< of the segments
-  double spread = 0;                ///< how far half of them are from it, the largest of three axes
-  double reach = 0;                 ///< how far any is from the origin
-  bool is_finite = false;  ///< whether all of these volumes are; else the rest has no meaning
+  geometry::Vec3d middle{0, 0, 0};  ///< middle of the segments
+  double spread = 0;                ///< distance of half of them from it, the largest of three axes
+  double reach = 0;                 ///< largest distance of one from the origin
+  bool is_finite = false;  ///< whether all these volumes are; if not, the rest has no meaning
 };
 
 template <class Tree>
@@ -82,8 +82,8 @@ Extent extentOf(const Tree& tree) {
 }
 
 /// Whether a frame that was chosen for one extent is good for another. Bounds are floats, so they
-/// are the wider, the farther the segments are from the origin. The unit has to leave room for
-/// squares of lengths.
+/// are wider for segments that are farther from the origin. The unit has to leave room for squares
+/// of lengths.
 /// @param drift  how far the middle may have moved, times the spread
 inline bool staysWithin(const Extent& then, const Extent& now, double drift) {
   constexpr double kGrowth = 64;

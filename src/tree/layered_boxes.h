@@ -43,11 +43,11 @@ class LayeredBoxes {
   /// changed.
   static bool fitChunk(Nodes& nodes, std::int32_t begin, std::int32_t end, const Leaves& leaves);
 
-  /// Fits the nodes [begin, end) of a chunk, the leaves of which were placed before.
+  /// Fits the nodes [begin, end) of a chunk whose leaves were placed before.
   static void fitChunkAbove(Nodes& nodes, std::int32_t begin, std::int32_t end);
 
-  /// Fits leaves wherever they are in the tree; slots[i] is the place of segment i, or negative.
-  /// Returns whether any has changed.
+  /// Fits leaves that may be anywhere in the tree. slots[i] is the place of segment i, negative if
+  /// it has none. Returns whether any has changed.
   static bool placeLeaves(Nodes& nodes, const std::int32_t* slots,
                           const geometry::SegmentBlock& segments, int count, double padding) {
     Leaves boxes;
@@ -76,7 +76,7 @@ class LayeredBoxes {
     return !pack.replace(lane, Volume::around(segment, padding));
   }
 
-  /// Fits a node's volumes to those below, except those of its leaves.
+  /// Fits a node's volumes to the volumes below, except those of its leaves.
   static void fitNode(Nodes& nodes, std::size_t index);
 
   static Volume nodeVolume(const Nodes& nodes, std::size_t index);

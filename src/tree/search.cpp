@@ -22,8 +22,8 @@ struct CollectPairs : OverlapTest {
 };
 
 struct SplitIntoTasks : OverlapTest {
-  /// A task takes some microseconds, so that batches fill, and there are enough tasks for any
-  /// number of threads. This is a full node three levels above the leaves.
+  /// A task takes some microseconds. So batches fill, and there are enough tasks for any number of
+  /// threads. This is the size of a full node three levels above the leaves.
   static constexpr std::int32_t kGrain = 512;
   static constexpr bool kSplits = true;
 
@@ -32,7 +32,7 @@ struct SplitIntoTasks : OverlapTest {
     return a_leaves <= kGrain && b_leaves <= kGrain;
   }
   Visit addTask(const TraversalTask& task) { return out.take(task); }
-  Visit leafPair(SegmentId, SegmentId) { return Visit::kContinue; }  // is a task too
+  Visit leafPair(SegmentId, SegmentId) { return Visit::kContinue; }  // it is a task too
 
   TaskSink& out;
 };

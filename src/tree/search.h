@@ -47,8 +47,8 @@ class PairBuffer {
   FCL_FIBERS_ALWAYS_INLINE Visit endOfPairs() { return next_ >= end_ ? full() : Visit::kContinue; }
 };
 
-/// Receives the pairs that are nearer than `limit`, which it may lower. Lengths are in the frame of
-/// the (first) tree.
+/// Receives the pairs that are nearer than `limit`, and may lower `limit`. Lengths are in the frame
+/// of the tree, or of the first tree of two.
 class NearestVisitor {
  public:
   virtual Visit visit(SegmentId a, SegmentId b, double& limit) = 0;

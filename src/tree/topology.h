@@ -74,16 +74,16 @@ struct Topology {
   std::vector<SegmentId> leaves;  ///< all segments, depth first
 
   /// By slot, which is Arity times the node plus the lane of the child: the group that all segments
-  /// of the child have, or kNoGroup if there is none. Empty if no fiber has a group.
+  /// of the child share, or kNoGroup. Empty if no fiber has a group.
   std::vector<Group> groups;
 };
 
-/// A point. It only decides where to split, for which floats are precise enough.
+/// A point. It only decides where a build splits, and floats are precise enough for that.
 using Middle = std::array<float, 3>;
 
-/// The midpoint of a segment. A box that is unbounded on a side counts as at the origin.
+/// The midpoint of a segment. A box that is unbounded on a side counts as one at the origin.
 Middle middleOf(const geometry::Segment& segment);
-/// The same for the first `count` segments of a block.
+/// The midpoints of the first `count` segments of a block.
 void middlesOf(const geometry::SegmentBlock& segments, int count, Middle* out);
 
 /// The super thread of Sobottka, Varnik and Weber, 2005, section 3.2: the fibers in the order

@@ -38,7 +38,7 @@ class TopologyBuilder {
     topology_.leaves.reserve(leaves);
     topology_.nodes.reserve(nodes);
   }
-  /// Makes room for the leaves of a subtree that is built elsewhere. Returns the first.
+  /// Makes room for the leaves of a subtree that is built elsewhere. Returns the first place.
   std::int32_t skipLeaves(std::int32_t count) {
     const std::int32_t first = leafCount();
     topology_.leaves.resize(topology_.leaves.size() + static_cast<std::size_t>(count));

@@ -26,15 +26,16 @@ namespace fcl_fibers::tree::HWY_NAMESPACE {
 // A query decides at every step what a traversal visits:
 //
 //   Visit forEachPassing(pack, volume, lanes, unit, visit)
-//     calls visit(lane) for those of the lanes in which a pair with `volume` may be found, in any
-//     order, and stops when told to. `unit` is the length of the pack's unit in the query's frame.
+//     calls visit(lane), in any order, for those of the lanes in which a pair with `volume` may be
+//     found, and stops when `visit` returns kStop. `unit` is the length of the pack's unit in the
+//     query's frame.
 //   Visit leafPair(SegmentId a, SegmentId b)   for visitPairs
 //   Visit leaf(SegmentId a)                    for visitLeaves
 //
-// The two tests follow; a query derives from one of them. For a query of visitPairs that sets
-// kNearestFirst, pairs of the children of two nodes are visited by their distances. One that sets
-// kSplits gets the pairs below two links as one task, to be visited later or elsewhere, if isTask()
-// is true of them:
+// The two tests follow; a query derives from one of them. If a query of visitPairs sets
+// kNearestFirst, pairs of the children of two nodes are visited in the order of their distances. If
+// it sets kSplits, it gets the pairs below two links as one task, to be visited later or elsewhere,
+// whenever isTask() is true of them:
 //
 //   bool isTask(std::int32_t a_leaves, std::int32_t b_leaves)   the numbers of leaves below
 //   Visit addTask(const TraversalTask&)
@@ -97,12 +98,12 @@ struct DistanceTest {
   static constexpr bool kNearestFirst = true;
   double limit;  ///< in the frame of the query
 
-  /// Places with a distance, in the unit of one pack. There are at most kMost.
+  /// At most kMost places, each with a distance in the unit of one pack.
   template <std::size_t kMost>
   class Places {
    public:
     FCL_FIBERS_ALWAYS_INLINE void add(float distance, int place) {
-      std::uint32_t bits;  // ordered as the distances are, which are not negative
+      std::uint32_t bits;  // have the order of the distances, because these are not negative
       std::memcpy(&bits, &distance, sizeof(bits));
       const std::uint64_t key = std::uint64_t{bits} << 32 | static_cast<std::uint32_t>(place);
       std::size_t at = count_++;
@@ -128,7 +129,7 @@ struct DistanceTest {
     }
 
    private:
-    /// Few are kept in order, which takes less than sorting them.
+    /// There are few, and keeping them in order takes less than sorting them.
     static constexpr bool kIsSmall = kMost <= 16;
     std::array<std::uint64_t, kMost> keys_;
     std::size_t count_ = 0;
@@ -367,7 +368,7 @@ Visit visitPairs(const Tree& a, const Tree& b, const Change& b_to_a, const Chang
     return pairs.crossNearestFirst(0, simd::firstLanes(a.node(0).child_count), 0,
                                    [](int) HWY_ATTR { return ~simd::LaneMask{0}; });
   }
-  // The root's volume is in no pack, so the children of b's root are the start.
+  // The root's volume is in no pack, so the traversal starts with the children of b's root.
   for (int lane = 0; lane < b.node(0).child_count; ++lane) {
     const auto child = Child<Tree>::of(b, 0, lane);
     if (pairs.crossChildrenOfA(0, child, b_to_a(child.volume)) == Visit::kStop) {

@@ -29,8 +29,8 @@ void visitVolumesBelow(const Tree& tree, std::int32_t index, int depth, F&& visi
 }  // namespace internal
 
 /// Calls visit(volume, leaf_begin, leaf_end) for the volumes `depth` levels below the root of a
-/// Bvh, and for leaves that are less deep. Their ranges of leaves() follow each other from first to
-/// last.
+/// Bvh, and for leaves that are less deep. Their ranges of leaves() follow each other and cover
+/// all.
 template <class Tree, class F>
 void visitVolumes(const Tree& tree, int depth, F&& visit) {
   if (tree.empty()) return;
@@ -41,8 +41,9 @@ void visitVolumes(const Tree& tree, int depth, F&& visit) {
   }
 }
 
-/// The size of nodes divided by the size of leaves, from a sample: how far a Bvh is from one whose
-/// nodes hold what is close together. It grows when fibers move apart, not when everything grows.
+/// The size of nodes divided by the size of leaves, from a sample. It tells how far a Bvh is from
+/// one whose nodes hold segments that are close together. It grows when fibers move apart, but not
+/// when everything grows.
 template <class Tree>
 double looseness(const Tree& tree) {
   constexpr std::size_t kSamples = 1024;

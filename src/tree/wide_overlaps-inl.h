@@ -21,10 +21,10 @@ using simd::HWY_NAMESPACE::LaneNumbers;
 
 /// Finds the overlapping pairs of a task on trees with eight children per node, many at a time.
 ///
-/// The cost of a recursion is less its tests than the branches behind them, because where to go
-/// next cannot be predicted. Here each step takes a batch of pairs of nodes and writes all pairs of
-/// children that overlap, a whole mask at a time and without a branch. So the nodes of the next
-/// step are known early enough to be prefetched.
+/// In a recursion the branches after the tests cost more than the tests, because they cannot be
+/// predicted. Here each step takes a batch of pairs of nodes and writes all pairs of children that
+/// overlap, a whole mask at a time and without a branch. So the nodes of the next step are known
+/// early enough to be prefetched.
 template <class Tree, class BToA, class AToB, class GroupFilter>
 class WideOverlaps {
   static_assert(Tree::kArity == 8);
@@ -58,7 +58,7 @@ class WideOverlaps {
     std::int32_t a_slot, b_node;
   };
 
-  // Slots are never negative, which division would have to allow for.
+  // Slots are never negative. A division of signed numbers would have to allow for that.
   FCL_FIBERS_ALWAYS_INLINE static Link link(const Tree& tree, std::int32_t slot) {
     return tree.node(slot >> 3).children[static_cast<std::size_t>(slot & 7)];
   }

@@ -17,9 +17,9 @@ namespace {
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 
 /// A leaf that leaves its cage by less than this, relative to the radius, does not count as
-/// escaped: the cage grows to enclose it. This is far below what rounding to float adds. It is far
-/// above rounding in double, by which a leaf that touches its cage from inside would always make it
-/// be recomputed.
+/// escaped: the cage grows to enclose it. The number is far below what rounding to float adds. It
+/// is far above rounding in double. Without it, that rounding would make a cage be recomputed
+/// whenever a leaf touches it from inside.
 constexpr double kEscape = 0x1p-30;
 
 }  // namespace
@@ -120,9 +120,9 @@ bool WrappedSpheres<A>::keepsCage(const Nodes& nodes, const Node& node,
   return true;
 }
 
-/// Whether all leaves below the node are within `limit` of `center`; raises `reach` to the
-/// farthest. If the cage of a child is within, so are its leaves. If the cage sticks out, although
-/// perhaps no leaf does (section 2.2, Fig. 4), the children are tested.
+/// Whether all leaves below the node are within `limit` of `center`. It raises `reach` to the
+/// farthest leaf. If the cage of a child is within the limit, so are its leaves. If the cage sticks
+/// out, its children are tested, because perhaps no leaf sticks out (section 2.2, Fig. 4).
 template <int A>
 bool WrappedSpheres<A>::encloses(const Nodes& nodes, const Node& node, const Vec3d& center,
                                  double limit, double& reach) const {

@@ -26,7 +26,7 @@ class WrappedSpheres {
   // See LayeredBoxes.
 
   struct Leaves {
-    bool changed = false;  ///< whether any leaf of the chunk has
+    bool changed = false;  ///< whether any leaf of the chunk has changed
   };
 
   void reserve(std::size_t leaves, std::size_t nodes);
@@ -71,7 +71,7 @@ class WrappedSpheres {
 
   std::vector<geometry::Ball> leaf_balls_;
   std::vector<geometry::EnclosingSphere> cages_;
-  std::vector<std::uint8_t> is_recomputed_;  ///< by node: whether the last refit did
+  std::vector<std::uint8_t> is_recomputed_;  ///< by node: whether the last refit recomputed it
 };
 
 extern template class WrappedSpheres<2>;
