@@ -34,7 +34,7 @@ Segment readCapsule(const fcl::CollisionObject<S>& object, const Frame& frame, c
 
 template <typename S>
 Contact capsuleContact(const fcl::CollisionObject<S>& a, const fcl::CollisionObject<S>& b) {
-  // The first object's position is the origin, so that no digits are lost far from the world's.
+  // The first object's position is the origin, so no digits are lost far from the world's origin.
   Frame frame;
   const auto& position = a.getTransform().matrix().col(3);
   frame.origin = {static_cast<double>(position[0]), static_cast<double>(position[1]),

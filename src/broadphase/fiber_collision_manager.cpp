@@ -69,7 +69,7 @@ class FiberCollisionManager<S>::Impl final : public broadphase::ManagerState<S> 
     };
     const Segment shape = read(Bounds::kShapes), counted = read(Bounds::kShapesAndMargins);
     if (!shape.isBox() && !counted.isBox()) return counted.radius - shape.radius;
-    // A side that is open stays where it is, at infinity.
+    // An open side stays at infinity.
     const auto beyond = [](double outer, double inner) {
       return outer > inner ? outer - inner : 0;
     };

@@ -25,7 +25,7 @@ void Generations::build(const index::SegmentSource& source, SegmentId end,
 bool Generations::buildYoung(const index::SegmentSource& source, SegmentId end,
                              const tree::Fibers& fibers) {
   end_ = main_.end();
-  // Starting at the first object saves room for empty ids before it.
+  // The index starts at the first object, which saves room for empty ids before it.
   const SegmentId begin = fibers.ids.empty() ? end : fibers.ids.front();
   if (!young_.tryBuild(source, frame(), begin, end, fibers)) return false;
   end_ = end;

@@ -33,8 +33,8 @@ class Generations {
   bool isYoung(SegmentId id) const { return id >= main_.end(); }
 
   /// How many of `size` objects may be young before all are built into one index. If objects are
-  /// registered one by one, each costs a build of the young index, and one too many costs a build
-  /// of the main index. The sum is least at sqrt(2 size).
+  /// registered one by one, each costs a build of the young index, and the one that exceeds this
+  /// number costs a build of the main index. The sum is least at sqrt(2 size).
   static std::size_t mostYoung(std::size_t size) {
     return std::min(size / 8, static_cast<std::size_t>(std::sqrt(2.0 * static_cast<double>(size))));
   }
@@ -49,8 +49,8 @@ class Generations {
   bool buildYoung(const index::SegmentSource& source, SegmentId end, const tree::Fibers& fibers);
 
   /// See SegmentIndex. Whether all should be built again depends on the main index alone, unless
-  /// its frame cannot hold a young object: the young index is small, and is built whenever it
-  /// grows.
+  /// its frame cannot hold a young object. The young index does not count, because it is small and
+  /// is built whenever it grows.
   ///@{
   bool refit(const index::SegmentSource& source);
   bool refitSome(const std::vector<SegmentId>& ids, const std::vector<Segment>& moved);

@@ -109,7 +109,7 @@ class ManagerQueries {
   ManagerQueries(const State& state, Call& call)
       : state_(state), scope_(state, Call::kName), rules_(state), call_(call) {}
 
-  /// Pairs among the manager's objects.
+  /// Finds the pairs among the manager's objects.
   void self() {
     search([this](SegmentId a, SegmentId b, Call& call) {
       if (a > b) std::swap(a, b);
@@ -117,7 +117,7 @@ class ManagerQueries {
     });
   }
 
-  /// Pairs with an object, managed or not.
+  /// Finds the pairs with an object, managed or not.
   void with(Object* object) {
     if (object == nullptr) {
       fibers::throwInvalidArgument(Call::kName, "the object is null; pass an object");
@@ -125,8 +125,8 @@ class ManagerQueries {
     searchOne(object, [] { return std::string("the given object"); });
   }
 
-  /// Pairs with the objects of another manager class. Each object is read only when its turn comes,
-  /// which saves time if the query ends early.
+  /// Finds the pairs with the objects of another manager class. It reads each object only when its
+  /// turn comes, which saves time if the query ends early.
   void with(const std::vector<Object*>& others) {
     for (std::size_t i = 0; i < others.size() && state_.registry().size() > 0; ++i) {
       const auto name = [i] { return nameOf(i) + " of the other manager"; };
@@ -137,7 +137,7 @@ class ManagerQueries {
     }
   }
 
-  /// Pairs with the objects of another fiber manager.
+  /// Finds the pairs with the objects of another fiber manager.
   void with(const State& other) {
     const typename State::QueryScope other_scope(other, Call::kName);
     const ObjectSource<S> source = other.source(Call::kName);

@@ -38,7 +38,7 @@ ManagerState<S>::ManagerState(const char* call, const ManagerState& original,
                                      "segment of a fiber; pass a capsule, cylinder or box");
     }
     if (++i == objects.size() && original.last_registered_ && isCapsule(*objects[i - 1])) {
-      // A box that counts in its place does not run along the fiber.
+      // If a box counts in place of the capsule, it has no end point to continue from.
       last_registered_ = readObject(call, *objects[i - 1], Frame{}, Bounds::kShapes,
                                     [i] { return nameOf(i - 1); });
     }
@@ -133,7 +133,7 @@ void ManagerState<S>::update(const char* call, const Objects& moved) {
     positions.push_back(i);
   }
   if (ids.empty()) return;
-  // One sweep over all nodes costs less than a way up from each of many segments.
+  // One sweep over all nodes costs less than the way up from each of many segments.
   if (!hasTree() || state_ == State::kCloned || 4 * ids.size() > registry_.size()) {
     return update(call);
   }
@@ -145,11 +145,11 @@ void ManagerState<S>::update(const char* call, const Objects& moved) {
     if (readSegment(object, generations_.frame(), options_.bounds, segments[i]) == nullptr) {
       continue;
     }
-    // If only the frame cannot hold the object, a build chooses another frame.
+    // If the object is valid and only the frame cannot hold it, a build chooses another frame.
     readObject(call, object, Frame{}, options_.bounds, [&] { return nameOf(positions[i]); });
     return readAndBuild(call);
   }
-  // Objects that are in no index yet are read by the next query.
+  // The next query reads objects that are in no index yet.
   std::size_t kept = 0;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     if (ids[i] >= generations_.end()) continue;

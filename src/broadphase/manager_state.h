@@ -73,7 +73,7 @@ class ManagerState {
  private:
   enum class State {
     kStale,   ///< objects were registered or unregistered; the next query reads all and builds
-    kGrown,   ///< few objects were registered; the next query builds the young index
+    kGrown,   ///< a few objects were registered; the next query builds the young index
     kCloned,  ///< the indexes fit the original's objects; the next query reads all and refits
     kReady,   ///< the indexes may be searched
     kFailed,  ///< the last update failed; the indexes may be inconsistent

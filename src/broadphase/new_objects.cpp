@@ -71,8 +71,8 @@ NewObjects readNewObjects(const char* call, const std::vector<fcl::CollisionObje
     const bool is_capsule = isCapsule(*added[i]);
     const std::optional<double> length =
         needs_length ? lengthInFiber(*added[i]) : std::optional<double>();
-    // If its box counts instead, that has no end points to compare, nor has the length been
-    // checked.
+    // If its box counts instead, there are no end points to compare, and nobody has checked the
+    // length.
     if (segment.isBox() && (is_capsule || (length && options.bounds == Bounds::kObjects))) {
       segment = readObject(call, *added[i], Frame{}, Bounds::kShapes, [i] { return nameOf(i); });
     }

@@ -14,7 +14,7 @@ bool isCapsule(const fcl::CollisionObject<S>& object) {
   return ObjectMembers<S>::shape(object)->getNodeType() == fcl::GEOM_CAPSULE;
 }
 
-/// How long the object is as a segment of a fiber, along its z axis. Nothing if it cannot be one.
+/// The object's length as a segment of a fiber, along its z axis. Nothing if it cannot be one.
 template <typename S>
 std::optional<double> lengthInFiber(const fcl::CollisionObject<S>& object);
 
@@ -23,8 +23,8 @@ template <typename S>
 geometry::Segment readNew(const char* call, const std::vector<fcl::CollisionObject<S>*>& objects,
                           std::size_t i, Bounds bounds);
 
-/// What registering reads from objects. It refuses broken ones early and guesses fibers from
-/// capsules that share end points. The index reads the objects again when it is built.
+/// The data that registering reads from objects. It refuses broken objects early and guesses fibers
+/// from capsules that share end points. The index reads the objects again when it is built.
 struct NewObjects {
   std::vector<bool> starts_fiber;
   std::vector<double> lengths;            ///< in fibers; empty if no arc length counts

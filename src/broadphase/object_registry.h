@@ -69,7 +69,7 @@ class ObjectRegistry {
 
   void clear();
 
-  /// The fibers of all objects from an id on, in order; of the fiber that has the id, what follows.
+  /// The fibers of all objects from an id on, in order. The fiber that has the id starts there.
   tree::Fibers fibersFrom(SegmentId begin) const {
     return fibers_.segmentsFrom(begin, [this](SegmentId id) { return (*this)[id] != nullptr; });
   }
@@ -96,7 +96,7 @@ std::optional<std::size_t> ObjectRegistry<S>::add(const std::vector<Object*>& ad
   // Calls that may throw come first.
   const std::size_t first = objects_.size(), count = first + added.size();
   if (count > objects_.capacity()) {
-    // Leaves room for single objects, so that the first of them does not copy all.
+    // This leaves room for single objects, so that the first of them does not copy all.
     constexpr std::size_t kFew = 64;
     objects_.reserve(std::max(count + count / 128 + kFew, first + first / 2));
   }

@@ -75,9 +75,9 @@ const char* addWidening(const fcl::CollisionObject<S>& object, const Frame& fram
   return rangeProblem(segment);
 }
 
-/// Whether a box has the size that FCL gives to a capsule, rotated or not, or the least in this
-/// pose, as nearly all have. Boxes too small to be squared, and rotated capsules without length,
-/// are left to wideningOf(). segmentsOf() decides alike.
+/// Whether a box has the size that FCL gives to a capsule, rotated or not, or the least size in
+/// this pose. Nearly all boxes have. Boxes too small to be squared, and rotated capsules without
+/// length, are left to wideningOf(). segmentsOf() decides in the same way.
 template <typename S>
 bool isUsualBox(const fcl::AABB<S>& box, const fcl::Transform3<S>& pose, double radius,
                 double length) {
@@ -219,7 +219,7 @@ void ObjectSource<S>::refuse(index::SegmentId id, const Frame& frame) const {
       return "object " + std::to_string(id - empty) + " in order of registration";
     });
   }
-  // If the object is readable now, another thread has changed it meanwhile.
+  // If the object can be read now, another thread has changed it meanwhile.
   fibers::throwInvalidArgument(call_,
                                "an object has changed during the call; change objects after it");
 }

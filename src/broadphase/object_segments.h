@@ -10,8 +10,8 @@
 
 namespace fcl_fibers::broadphase {
 
-/// Reads an object as a segment in `frame`. A sphere is a capsule of length zero. Other shapes are
-/// boxes, whose unbounded sides are at infinity; under Bounds::kObjects all shapes are. A margin
+/// Reads an object as a segment in `frame`. A sphere is a capsule of length zero. Other shapes, and
+/// under Bounds::kObjects all shapes, are boxes, whose unbounded sides are at infinity. A margin
 /// that the program has added to the box of a capsule or sphere is part of the radius.
 /// @return nullptr, or why the object is refused and the remedy
 template <typename S>

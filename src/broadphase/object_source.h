@@ -19,7 +19,7 @@
 
 namespace fcl_fibers::broadphase {
 
-/// Reads FCL's objects as segments. An object's id is its position; null is an empty id.
+/// Reads FCL's objects as segments. An object's id is its position. A null pointer is an empty id.
 template <typename S>
 class ObjectSource final : public index::SegmentSource {
  public:
@@ -75,8 +75,8 @@ FCL_FIBERS_ALWAYS_INLINE void prefetchObject(ObjectAt&& objectAt, std::size_t i,
   constexpr std::size_t kAhead = 8;
   if (i + 2 * kAhead < count) prefetchLines(objectAt(i + 2 * kAhead), 4);
   if (i + kAhead >= count) return;
-  // The object kAhead on has arrived by now, so the address of its shape is known. Radius and
-  // length are the last members of a capsule.
+  // The object that is kAhead rounds ahead is in the cache by now, so the address of its shape is
+  // known. Radius and length are the last members of a capsule.
   const fcl::CollisionObject<S>* next = objectAt(i + kAhead);
   if (next == nullptr) return;
   const auto* shape = reinterpret_cast<const char*>(ObjectMembers<S>::shape(*next));

@@ -5,8 +5,8 @@
 
 namespace fcl_fibers::broadphase {
 
-/// Which pairs of an index are reported. Pairs of removed objects, of neighbours along a fiber and
-/// of one group are not.
+/// Decides which pairs of an index are reported. It leaves out pairs of removed objects, of
+/// neighbours along a fiber and of one group.
 template <typename S>
 class PairRules {
  public:

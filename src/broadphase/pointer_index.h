@@ -12,8 +12,8 @@ namespace fcl_fibers::broadphase {
 /// only positions, at about eight bytes a pointer. std::unordered_map takes forty bytes, and
 /// filling it takes as long as building the tree.
 ///
-/// To remove a pointer, set it to null in the vector. Its slot is then passed over, and its
-/// position must not be inserted again.
+/// To remove a pointer, set it to null in the vector. Searches then skip its slot, and its position
+/// must not be inserted again.
 template <typename T>
 class PointerIndex {
  public:

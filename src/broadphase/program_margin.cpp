@@ -78,7 +78,7 @@ Widening wideningOf(const fcl::CollisionObject<S>& object, const BoxSize& size,
   Vec3d excess = own.half - shape.local.half();
   if (hasLength(type)) excess.z = excess.x;
   const double low = least(excess), high = most(excess);
-  // If it is larger nowhere, the shape has grown since.
+  // If the box is not larger on any side, the shape has grown since.
   const bool is_even = (high - low <= own_rounding || high <= own_rounding) &&
                        maxNorm(own_box.middle() - shape.local.middle()) <= own_rounding;
   const double in_box = is_even && high > own_rounding ? high : 0;
@@ -98,7 +98,7 @@ Widening wideningOf(const fcl::CollisionObject<S>& object, const BoxSize& size,
   // If both of FCL's boxes are cubes, the pose tells which one this is.
   const bool is_turned = !pose.linear().isIdentity();
   const bool is_cube = most(own.half) - least(own.half) <= own_rounding;
-  // A mesh may be smaller than its ball is usually, so what was added to that is not known.
+  // A mesh may fill less of its ball than usual, so an addition to the ball cannot be told.
   const bool is_known = shape.is_least || in_ball == in_box;
   const Vec3d center = toVec3(geometry.aabb_center);
   if (std::isfinite(ball) && (is_turned || !is_cube) && is_known) {
@@ -113,15 +113,15 @@ Widening wideningOf(const fcl::CollisionObject<S>& object, const BoxSize& size,
       }
     }
   }
-  // How far FCL rounds a middle that is not the position, and how far a box that it does not turn
-  // is from that of a pose so near to the identity.
+  // This covers FCL's rounding of a middle that is not the position. It also covers the error of a
+  // box that FCL does not turn, because the pose is near the identity.
   const double shift = 8 * kEps<S> * maxNorm(center);
   const double tilt = is_turned ? 0
                                 : 4 * double{Eigen::NumTraits<S>::dummy_precision()} *
                                       (maxNorm(own.half) + maxNorm(center));
   const Vec3d position = toVec3(pose.matrix().col(3));
   const Vec3d below = position - toVec3(box.min_), above = toVec3(box.max_) - position;
-  // A box around a mesh may be less than ours, but it meets it.
+  // A box around a mesh may be smaller than ours, but the two meet.
   const Corners& posed = shape.posed;
   const Vec3d beyond_low = below + (shape.is_least ? posed.low : posed.high),
               beyond_high = above - (shape.is_least ? posed.high : posed.low);
@@ -133,8 +133,8 @@ Widening wideningOf(const fcl::CollisionObject<S>& object, const BoxSize& size,
       if (even > 0) margin = std::max(margin, even + forms[i].margin);
     }
     if (margin > 0) return {margin, false};
-    // The box was widened on one side, or it was widened on all and the object has moved by less.
-    // Box and margin both count.
+    // The box was widened on one side, or it was widened on all sides and the object has moved by
+    // less than that. Box and margin both count.
     return {marginOfEvenSize(size, forms, count), true};
   }
   if (!is_even) return {std::max(0.0, std::max(high, most(size.half - posed.half()))), false};

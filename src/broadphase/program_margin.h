@@ -13,8 +13,8 @@
 
 namespace fcl_fibers::broadphase {
 
-// What a program has added to FCL's boxes. docs/contract.md, "Boxes that a program widens", states
-// the rule and why it misses nothing.
+// Margins that a program has added to FCL's boxes. docs/contract.md, "Boxes that a program widens",
+// states the rule and why it misses nothing.
 
 /// Half the size of a box, which no translation changes.
 struct BoxSize {
@@ -28,8 +28,8 @@ struct BoxSize {
     half = 0.5 * high - 0.5 * low;
     const double farthest = std::max(maxNorm(low), maxNorm(high));
     is_open = farthest > double{std::numeric_limits<S>::max()} / 4;
-    // FCL rounds each corner to nearest. The extent that it adds to the position carries three
-    // roundings.
+    // FCL rounds each corner to the nearest number. The extent that it adds to the position carries
+    // three roundings.
     rounding = double{std::numeric_limits<S>::epsilon()} * (0.75 * farthest + 3 * maxNorm(half)) +
                4 * double{std::numeric_limits<S>::denorm_min()};
   }
@@ -42,8 +42,8 @@ struct Widening {
   bool is_uneven = false;
 };
 
-/// Whether a box has a size that FCL gives to this shape, turned or not, as nearly all have. Those
-/// too small to be squared are left to wideningOf().
+/// Whether a box has a size that FCL gives to this shape, turned or not. Nearly all boxes have.
+/// Boxes too small to be squared are left to wideningOf().
 template <typename S>
 FCL_FIBERS_ALWAYS_INLINE bool isStockSize(const BoxSize& size, const ShapeBox& shape,
                                           const fcl::Transform3<S>& pose) {
@@ -61,12 +61,12 @@ FCL_FIBERS_ALWAYS_INLINE bool isStockSize(const BoxSize& size, const ShapeBox& s
   return !is_cube || !pose.linear().isIdentity();
 }
 
-/// @param shape  is bounded
+/// @param shape  a bounded shape
 template <typename S>
 Widening wideningOf(const fcl::CollisionObject<S>& object, const BoxSize& size,
                     const ShapeBox& shape);
 
-/// Of a capsule, or of a sphere, which has no length.
+/// The same for a capsule, or for a sphere, whose length is 0.
 template <typename S>
 Widening wideningOf(const fcl::CollisionObject<S>& object, double radius, double length);
 

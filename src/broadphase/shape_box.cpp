@@ -46,8 +46,8 @@ Vec3d abs(const Vec3d& v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.
 
 bool areSizes(const Vec3d& v) { return isSize(v.x) && isSize(v.y) && isSize(v.z); }
 
-/// Half the box of a disc of radius 1 in the plane of the x and y axes. What squares of tiny
-/// entries lose is less than the rounding of the largest coordinate.
+/// Half the box of a disc of radius 1 in the plane of the x and y axes. Squares of tiny entries
+/// lose less than the rounding of the largest coordinate.
 Vec3d discHalf(const Axes& axes) {
   const Vec3d &x = axes.x, &y = axes.y;
   return {std::sqrt(x.x * x.x + y.x * y.x), std::sqrt(x.y * x.y + y.y * y.y),
@@ -102,7 +102,8 @@ bool boxOfVertices(const Axes& axes, const Vertices& vertices, ShapeBox& box) {
   return is_finite == 0 && box.local.low.x <= box.local.high.x;
 }
 
-/// An open side does not spread to an axis along which it has no part, up to `none`.
+/// Returns entry * side, but an open side adds nothing along an axis where its entry is at most
+/// `none`.
 double product(double entry, double side, double none) {
   return std::fabs(entry) <= none && std::isinf(side) ? 0 : entry * side;
 }
@@ -119,7 +120,7 @@ ShapeBox boxOfBounds(const fcl::CollisionGeometry<S>& shape, const fcl::Transfor
   // FCL treats such poses as translations, and counts the local box alone.
   const bool is_turned = !pose.linear().isIdentity();
   const double none = is_turned ? 4 * kEps : double{Eigen::NumTraits<S>::dummy_precision()};
-  // Radius 0 means that there is no ball. FCL's squares of smaller ones vanish or are inaccurate.
+  // Radius 0 means that there is no ball. FCL's squares of smaller radii vanish or are inaccurate.
   const bool has_ball = is_turned && radius * radius * kEps > kLeast;
   double low[3], high[3];
   for (int row = 0; row < 3; ++row) {
@@ -151,8 +152,8 @@ ShapeBox boxOfBounds(const fcl::CollisionGeometry<S>& shape, const fcl::Transfor
 
 constexpr double kMost = std::numeric_limits<double>::max();
 
-/// A box far out may overflow, but its low side must not become +infinity, nor its high side
-/// -infinity, nor NaN.
+/// A box far out may overflow. But its low side must not become +infinity, its high side must not
+/// become -infinity, and neither may become NaN.
 double finiteLow(double x) { return x <= kMost ? x : std::isnan(x) ? -kInfinity : kMost; }
 double finiteHigh(double x) { return -finiteLow(-x); }
 
@@ -204,7 +205,7 @@ FCL_FIBERS_ALWAYS_INLINE Segment boxThatCounts(const fcl::CollisionObject<S>& ob
     const BoxSize size(box);
     if (!isStockSize(size, shape, pose)) added = wideningOf(object, size, shape);
   }
-  // The smallest normal number covers what is lost where subnormals are flushed to zero.
+  // The smallest normal number covers the loss if subnormals are flushed to zero.
   const double outward = 16 * std::numeric_limits<double>::epsilon() * shape.reach +
                          4 * std::numeric_limits<double>::min() + added.margin;
   const Vec3d by{outward, outward, outward};

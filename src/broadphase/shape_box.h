@@ -57,15 +57,15 @@ bool isProper(const fcl::AABB<S>& box) {
   return (box.min_.array() <= box.max_.array()).all();
 }
 
-/// The boxes of a shape, in the world's unit, from its sizes or vertices as they are now.
+/// The boxes of a shape, in the world's unit, computed from its present sizes or vertices.
 struct ShapeBox {
-  Corners local;        ///< FCL's, in the axes of the shape
+  Corners local;        ///< FCL's box, in the axes of the shape
   Corners posed;        ///< in the world's axes, relative to the position
-  double ball_squared;  ///< of the radius of FCL's around `local`
+  double ball_squared;  ///< squared radius of FCL's ball around `local`
   double reach;         ///< the largest coordinate that a box was computed from
-  bool is_least;        ///< whether `posed` is; else the shape is known by `aabb_local` alone
+  bool is_least;        ///< whether `posed` is the least; if not, only `aabb_local` is known
 
-  /// A shape that is symmetric about its position, by half the sizes of its boxes.
+  /// The boxes of a shape that is symmetric about its position, given by half their sizes.
   FCL_FIBERS_ALWAYS_INLINE static ShapeBox symmetric(const geometry::Vec3d& local_half,
                                                      const geometry::Vec3d& posed_half) {
     const geometry::Vec3d none{0, 0, 0};
@@ -78,8 +78,9 @@ struct ShapeBox {
 template <typename S>
 Corners ownCorners(const fcl::AABB<S>& box, const geometry::Frame& frame);
 
-/// Reads an object as a box: any under Bounds::kObjects, else all except capsules and spheres.
-/// @param type  its shape's
+/// Reads an object as a box: any object under Bounds::kObjects, otherwise all except capsules and
+/// spheres.
+/// @param type  the type of its shape
 /// @return nullptr, or why the object is refused and the remedy
 template <typename S>
 const char* readBox(const fcl::CollisionObject<S>& object, fcl::NODE_TYPE type,

@@ -54,8 +54,8 @@ class Curve {
   }
 
  private:
-  /// Control point next - 1. Beyond the ends it is mirrored, or wraps around if the curve is
-  /// closed.
+  /// Returns control point next - 1. Beyond the ends of an open curve it is mirrored; a closed
+  /// curve wraps around.
   Point controlPoint(std::size_t next) const {
     const std::size_t count = points_.size();
     if (closed_) return points_[(next + count - 1) % count];

@@ -36,8 +36,8 @@ T decode(const char* bytes, ByteOrder order) {
   return number;
 }
 
-/// Reads a file's bytes from front to back, and never beyond them. Errors have the file's name, the
-/// place and a reason.
+/// Reads a file's bytes from front to back, and never beyond them. Errors tell the file's name, the
+/// place and the reason.
 class ByteReader {
  public:
   /// How errors give a place.

@@ -75,7 +75,7 @@ class EncodedBytes {
   std::uint64_t at_;
   std::string_view text_;
   bool base64_;
-  std::string decoded_;  ///< at most two bytes beyond what was taken
+  std::string decoded_;  ///< holds at most two bytes that were not taken
 };
 
 }  // namespace fcl_fibers::io

@@ -51,7 +51,7 @@ struct Mesh {
   std::vector<Point> points;
   std::vector<std::size_t> corners;        ///< indices of points, cell after cell
   std::vector<std::size_t> corners_end{};  ///< by cell
-  std::vector<Data> data;                  ///< of cells
+  std::vector<Data> data;                  ///< data of cells
   std::vector<Data> point_data{};
 
   void endCell() { corners_end.push_back(corners.size()); }
@@ -149,7 +149,7 @@ void addBox(Mesh& mesh, const TreeVolume& box) {
   }
 }
 
-/// An icosahedron on the unit sphere, whose faces are divided into four, twice.
+/// An icosahedron on the unit sphere. Its faces are divided into four, and these again.
 struct UnitSphere {
   std::vector<Point> points;
   std::vector<std::array<std::size_t, 3>> faces;

@@ -40,7 +40,7 @@ struct Header {
   bool has(std::uint32_t flag) const { return (flags & flag) != 0; }
 };
 
-// The counts that it returns fit the file's size.
+// Counts in the returned header fit the file's size.
 Header readHeader(ByteReader& file) {
   if (file.take(4, "the header") != "HAIR") file.refuse(0, "the file does not start with HAIR");
   Header header;

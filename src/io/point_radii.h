@@ -14,8 +14,8 @@ namespace fcl_fibers::io {
 // Files hold radii by point, FiberPolylines by segment. A segment gets the larger radius of its
 // ends, so that it is never thinner than the fiber.
 
-/// Radii by point from which setPointRadii() restores the scene's radii. This is impossible if a
-/// segment is thicker than both of its neighbours; the segment before it then becomes as thick.
+/// Returns radii by point from which setPointRadii() restores the scene's radii. That is impossible
+/// if a segment is thicker than both of its neighbours: the segment before it becomes as thick.
 inline std::vector<double> pointRadii(const FiberPolylines& scene) {
   if (scene.radii.empty()) return std::vector<double>(scene.points.size(), scene.radius);
   std::vector<double> radii = scene.radii;

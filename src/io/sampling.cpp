@@ -33,7 +33,7 @@ double curvatureAt(const Point& p, const Point& q, const Point& r) {
   }
   const double sine =
       std::hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]);
-  // A circle through two points is no smaller than the one with these as its diameter.
+  // The least circle through two points has them as its diameter.
   const double most = 2 / std::max(before, after);
   return across > 0 ? std::min(2 * sine / across, most) : most;
 }
@@ -84,7 +84,7 @@ double largestCurvature(const FiberPolylines& scene) {
     for (std::size_t i = 0; i + 2 < places.size(); ++i) {
       largest = std::max(largest, curvatureAt(places[i], places[i + 1], places[i + 2]));
     }
-    // Across the seam, where the last point is the first one.
+    // At the seam of a closed fiber the last point is the first one.
     if (scene.isClosed(f) && places.size() > 3) {
       largest = std::max(largest, curvatureAt(places[places.size() - 2], places[0], places[1]));
     }

@@ -41,7 +41,7 @@ class VtpParser {
     const pugi::xml_node root = document_.child("VTKFile");
     if (!root) file_.refuse(0, "there is no element VTKFile");
     readAttributes(root);
-    // Ends come first, because they tell how much room all points need.
+    // The ends are read first, because they tell how much room all points need.
     const auto pieces = child(file_, root, "PolyData").children("Piece");
     for (const pugi::xml_node piece : pieces) readEnds(piece);
     FiberPolylines& scene = parsed_.fibers;
@@ -169,7 +169,7 @@ class VtpParser {
     return points;
   }
 
-  /// The radii by point of a piece, empty if it has none.
+  /// Reads the radii by point of a piece; empty if it has none.
   std::vector<double> readRadii(const pugi::xml_node& piece, std::size_t point_count) {
     const pugi::xml_node array =
         piece.child("PointData").find_child_by_attribute("DataArray", "Name", "radius");

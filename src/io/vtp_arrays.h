@@ -18,7 +18,7 @@
 #include "io/encoded_bytes.h"
 #include "io/formats.h"
 
-/// What the reader of .vtp files is made of: elements of the XML, and the arrays in them.
+/// The parts of the reader of .vtp files: elements of the XML, and the arrays in them.
 namespace fcl_fibers::io::vtp {
 
 /// The most that all compressed arrays together may inflate to, in multiples of the file's size.
@@ -33,8 +33,8 @@ inline constexpr std::uint64_t kSomeTags = 256, kBytesPerTag = 16;
 template <typename... Reason>
 [[noreturn]] void refuse(const ByteReader& file, const pugi::xml_node& node,
                          const Reason&... reason) {
-  // The offset is that of the element's name. It holds for the file, because only data after the
-  // element were split off.
+  // This is the offset of the element's name. It is right for the file too, because only data after
+  // the element were split off.
   const auto at = std::max<std::ptrdiff_t>(node.offset_debug(), 1) - 1;
   file.refuse(static_cast<std::uint64_t>(at), node.name(), ": ", reason...);
 }
@@ -92,10 +92,10 @@ class VtpArrays {
   /// @param encoding  is used from the first array on
   VtpArrays(const ByteReader& file, const Encoding& encoding) : file_(file), encoding_(encoding) {}
 
-  /// The count that the file claims, or the most that it can hold of items with `numbers` numbers
-  /// each.
+  /// The count that the file claims, or the number of items of `numbers` numbers each that it can
+  /// hold, whichever is less.
   std::size_t believable(std::uint64_t told, std::uint64_t numbers) const {
-    // In text a number takes a digit and, except the last one, a space.
+    // In text a number takes at least a digit, and a space if it is not the last one.
     const std::uint64_t most =
         encoding_.compressed ? kMostInflation * file_.size() / 4 : (file_.size() + 1) / 2;
     return static_cast<std::size_t>(std::min(told, most / numbers));
