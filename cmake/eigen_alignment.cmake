@@ -1,9 +1,9 @@
-# FCL's objects hold Eigen matrices whose alignment depends on -march, and so does that of what Eigen
-# allocates. Finds the value that `macro` has in this build, for a header that compares it with the
-# user's.
+# FCL's objects hold Eigen matrices. Their alignment depends on -march, and so does the alignment of
+# memory that Eigen allocates. This finds the value that `macro` has in this build, for a header that
+# compares it with the value in the user's build.
 function(fcl_fibers_find_eigen_alignment macro result)
   get_target_property(eigen_include Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
-  # What was found is kept for these flags only.
+  # The result is kept for these flags only.
   string(MD5 flags "${CMAKE_CXX_COMPILER} ${CMAKE_CXX_FLAGS}")
   foreach(bytes 16 32 64 128 0)
     set(found fcl_fibers_${macro}_is_${bytes}_${flags})

@@ -2,7 +2,7 @@ include(CMakePackageConfigHelpers)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/fcl_fibers)
 
-# install_library(COMPONENT TARGET HEADER...): a library that find_package has by this component, with
+# install_library(COMPONENT TARGET HEADER...): installs a library as this component of find_package, and
 # its headers, which are under include/fcl_fibers of the sources or of the build.
 set(components)
 function(install_library component target)
@@ -52,7 +52,7 @@ install(FILES
 # --- pkg-config ---
 
 set(pc_dir ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
-# Relative, so that an installed tree may be moved.
+# The prefix is relative, so an installed tree may be moved.
 file(RELATIVE_PATH prefix_from_pc /prefix/${pc_dir} /prefix)
 # install_pc(NAME DESCRIPTION LIBS REQUIRES)
 function(install_pc name description libs requires)
@@ -63,7 +63,7 @@ endfunction()
 set(tree_libs)
 set(tree_packages)
 set(io_packages fcl_fibers_tree)
-# Not Requires.private, which pkg-config wants to see installed for shared libraries too.
+# These are not in Requires.private, because pkg-config wants those even for shared libraries.
 if(NOT BUILD_SHARED_LIBS)
   set(tree_libs "-pthread")
   set(tree_packages "libhwy tbb")
@@ -71,7 +71,7 @@ if(NOT BUILD_SHARED_LIBS)
 endif()
 install_pc(fcl_fibers_tree "${PROJECT_DESCRIPTION}" "${tree_libs}" "${tree_packages}")
 if(FCL_FIBERS_BUILD_MANAGERS)
-  # FCL by its library, not by its fcl.pc: Debian's asks for -std=c++11, which is too old for this.
+  # This names FCL's library, not its fcl.pc: Debian's adds -std=c++11, which is too old.
   set(fcl_flags -lfcl)
   get_target_property(fcl_location fcl LOCATION)
   get_filename_component(fcl_dir "${fcl_location}" DIRECTORY)
@@ -87,7 +87,7 @@ endif()
 
 # --- colcon and catkin ---
 
-# A plain CMake package is known by package.xml, and to ament by a marker as well.
+# colcon knows a plain CMake package by its package.xml; ament also needs a marker.
 file(WRITE ${PROJECT_BINARY_DIR}/ament_marker "")
 install(FILES ${PROJECT_BINARY_DIR}/ament_marker RENAME fcl_fibers
   DESTINATION ${CMAKE_INSTALL_DATADIR}/ament_index/resource_index/packages)
@@ -101,8 +101,8 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_NAME libfcl-fibers-dev)
 set(CPACK_DEBIAN_PACKAGE_SECTION libdevel)
-# What the libraries need is found by dpkg-shlibdeps; this is what the headers need, and what links
-# the static libraries.
+# dpkg-shlibdeps finds what the libraries need. This lists what the headers need, and what programs
+# need to link the static libraries.
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(depends)
@@ -116,7 +116,7 @@ if(NOT BUILD_SHARED_LIBS)
   endif()
 endif()
 list(JOIN depends ", " CPACK_DEBIAN_PACKAGE_DEPENDS)
-# Debian wants the licence under this name, in a folder of the package's.
+# Debian wants the licence under this name, in a folder of the package.
 configure_file(${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_BINARY_DIR}/debian/copyright COPYONLY)
 set(CPACK_INSTALLED_DIRECTORIES
   ${PROJECT_BINARY_DIR}/debian

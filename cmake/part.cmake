@@ -1,12 +1,12 @@
-# A part of the build that is wanted (ON), not wanted (OFF), or welcome (AUTO, the default), which is ON
-# where all that it needs is found. Leaves ON or OFF in the variable named by `part`.
+# Declares a part of the build as a cache variable: ON, OFF, or AUTO (the default), which is ON if CMake
+# finds all that the part needs. Afterwards the variable named by `part` is ON or OFF.
 #
 #   fcl_fibers_part(PART DOC [WHEN VARIABLE...] [PARTS PART...] [PACKAGES PACKAGE...] [TARGETS TARGET...])
 #
-# WHEN      AUTO is OFF unless these are true
-# PARTS     what it is built of, declared before
-# PACKAGES  what it is built of, for find_package: a name, or a name and a version
-# TARGETS   of these packages, which may be installed without
+# WHEN      variables; AUTO is OFF unless all are true
+# PARTS     the parts that it needs, declared before
+# PACKAGES  the packages that it needs, for find_package: a name, or a name and a version
+# TARGETS   targets that it needs and that one of these packages may lack
 function(fcl_fibers_part part doc)
   cmake_parse_arguments(PARSE_ARGV 2 arg "" "" "WHEN;PARTS;PACKAGES;TARGETS")
   set(${part} AUTO CACHE STRING "${doc}: ON, OFF, or AUTO, which is ON if CMake finds what it needs")

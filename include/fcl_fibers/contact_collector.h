@@ -31,7 +31,7 @@ extern template FCL_FIBERS_EXPORT Contact capsuleContact(const fcl::CollisionObj
                                                          const fcl::CollisionObject<double>&);
 /// @endcond
 
-/// Returns whether capsuleContact() takes this object, which has to be a capsule or a sphere.
+/// Returns whether this object is a capsule or a sphere, as capsuleContact() requires.
 template <typename S>
 bool isCapsule(const fcl::CollisionObject<S>& object) {
   const fcl::NODE_TYPE type = object.getNodeType();

@@ -13,8 +13,9 @@
 
 namespace fcl_fibers {
 
-/// Finds the pairs of objects that touch among thousands of fibers, through FCL's broad-phase
-/// interface. This is the base of both fiber managers; start with LayeredAABBTreeCollisionManager.
+/// Finds the pairs of objects that touch, or whose volumes overlap (see Report), among thousands of
+/// fibers. It has FCL's broad-phase interface. This is the base of both fiber managers; start with
+/// LayeredAABBTreeCollisionManager.
 ///
 ///     LayeredAABBTreeCollisionManagerd manager(options);
 ///     manager.registerFiber(fiber);      // pointers to capsules, in their order along the fiber
@@ -114,11 +115,11 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   /// Replaces the content of `objects` by the managed objects, in the order of registration.
   void getObjects(std::vector<Object*>& objects) const override;
 
-  /// Calls `callback(a, b, cdata)` for each pair that FiberManagerOptions asks for. The three forms
-  /// report pairs of `object`, registered or not, with the managed objects; pairs of the managed
-  /// objects; and pairs of these with the objects of `other`, a manager of any class. They throw
-  /// std::invalid_argument if the object, manager or callback is null, or if an object cannot be
-  /// read.
+  /// Calls `callback(a, b, cdata)` for each pair that FiberManagerOptions asks for. The first form
+  /// reports pairs of `object`, registered or not, with the managed objects. The second one reports
+  /// pairs of the managed objects. The third one reports pairs of these with the objects of
+  /// `other`, a manager of any class. They throw std::invalid_argument if the object, manager or
+  /// callback is null, or if an object cannot be read.
   ///@{
   void collide(Object* object, void* cdata, fcl::CollisionCallBack<S> callback) const override;
   void collide(void* cdata, fcl::CollisionCallBack<S> callback) const override;
@@ -126,9 +127,9 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
                fcl::CollisionCallBack<S> callback) const override;
   ///@}
 
-  /// Calls `callback(a, b, cdata, dist)` for each such pair whose volumes are nearer than `dist`.
-  /// The callback may lower `dist`, which starts as the largest number of S. FiberOptions::margin
-  /// has no effect here.
+  /// Calls `callback(a, b, cdata, dist)` for each pair whose volumes are nearer than `dist`. The
+  /// three forms are those of collide(). The callback may lower `dist`, which starts as the largest
+  /// number of S. FiberOptions::margin has no effect here.
   ///
   /// Capsules that are at least `dist` apart are skipped too: all such pairs under
   /// Report::kCapsules, and most of them under Report::kVolumes, where that saves time. Under

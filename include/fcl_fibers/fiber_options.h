@@ -8,8 +8,8 @@
 namespace fcl_fibers {
 
 /// The place of a segment: the number of its fiber, and its own number along that fiber. Both count
-/// from 0. Fibers have their numbers in the order in which they were given. An object outside any
-/// fiber counts as a fiber of one segment.
+/// from 0. Fibers are numbered in the order in which they were given. An object outside any fiber
+/// counts as a fiber of one segment.
 struct FiberSegment {
   std::size_t fiber = 0;    ///< among all fibers
   std::size_t segment = 0;  ///< along that fiber
@@ -22,9 +22,10 @@ enum class FiberEnds {
   kClosed,  ///< its last segment leads back to its first
 };
 
-/// The group of a fiber. Fibers of one group are never paired with one another, nor are segments of
-/// one such fiber: the cables of one harness, for instance. A search skips every part of the tree
-/// that belongs to one group, which saves time. Each manager or tree has numbers of its own.
+/// The group of a fiber, such as the cables of one harness. Fibers of one group are never paired
+/// with one another, nor are two segments of one such fiber. A query does not search for pairs
+/// within a part of the tree that belongs to one group, which saves time. Each manager or tree has
+/// numbers of its own.
 ///
 ///     manager.registerFiber(cable, FiberEnds::kOpen, FiberGroup{1});
 struct FiberGroup {
@@ -54,8 +55,8 @@ enum class Report {
   kCapsules,
 };
 
-/// The options that managers and trees have in common. These throw std::invalid_argument when they
-/// are constructed with an option out of the range given here.
+/// The options that managers and trees have in common. A manager or tree throws
+/// std::invalid_argument if it is constructed with an option out of the range given here.
 ///
 ///     FiberTreeOptions options;            // or FiberManagerOptions
 ///     options.report = Report::kCapsules;  // only segments that touch
@@ -74,7 +75,8 @@ struct FiberOptions {
   /// negative.
   double ignored_arc_length = 0;
 
-  /// Segments this far apart still count as touching, in the scene's unit. Finite, not negative.
+  /// Segments that are at most this far apart count as touching, in the scene's unit. Finite, not
+  /// negative.
   double margin = 0;
 
   /// Number of threads that share the work of a build, an update, a self-collision, and a collision

@@ -82,9 +82,9 @@ struct TreeVolume {
   std::size_t segment_count = 0;  ///< number of `segments`
 };
 
-/// Finds the pairs of fiber segments that touch, in fibers that a program keeps in its own arrays.
-/// It has the tree of the fiber managers and reports the same pairs, but it needs no FCL object for
-/// each segment. This header needs neither FCL nor Eigen.
+/// Finds the pairs of segments that touch, or whose volumes overlap (see Report), in fibers that a
+/// program keeps in its own arrays. It has the tree of the fiber managers and reports the same
+/// pairs, but it needs no FCL object for each segment. This header needs neither FCL nor Eigen.
 ///
 ///     FiberTree tree(options);
 ///     tree.build(fibers);
@@ -94,7 +94,6 @@ struct TreeVolume {
 /// an update. Both refuse invalid arrays: they throw std::invalid_argument, whose text names the
 /// point, fiber or radius, and leave the tree as it was. If one of them runs out of memory
 /// (std::bad_alloc), queries throw std::invalid_argument until one of the two succeeds.
-/// (std::bad_alloc), queries are refused until one of the two succeeds.
 class FCL_FIBERS_TREE_EXPORT FiberTree {
  public:
   /// Makes an empty tree. Throws std::invalid_argument if an option is out of range.
@@ -122,17 +121,17 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   ///@}
 
   /// Calls visit(SegmentPair) once for every pair that the options ask for. `visit` returns
-  /// nothing, or a bool, of which true ends the query. Returns whether it was ended so. The order
-  /// of the pairs depends only on the arrays of this tree's builds and updates.
+  /// nothing or a bool; true ends the query. The call returns whether `visit` ended it. The order
+  /// of the pairs depends only on the arrays that were passed to the builds and updates.
   template <class Visitor>
   bool visitPairs(Visitor&& visit) const {
     Bridge<Visitor> bridge(visit);
     return visitRuns(bridge);
   }
 
-  /// Calls visit(SegmentPair) likewise for pairs of a segment a of this tree and a segment b of
-  /// another one. The report and the margin of this tree count. No pair is left out as neighbours
-  /// or as one group. If `other` is this tree, the call is the one above.
+  /// Does the same for pairs of a segment a of this tree and a segment b of another tree. The
+  /// report and the margin of this tree count. No pair is left out as neighbours or as one group.
+  /// If `other` is this tree, the call is the one above.
   ///
   /// Throws std::invalid_argument if the other tree has different volumes or another topology, or
   /// if this tree has Report::kCapsules and the other one does not.

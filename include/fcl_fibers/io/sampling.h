@@ -17,9 +17,9 @@ namespace fcl_fibers::io {
 /// missed contact is deeper than 2 e. A margin of 2 e misses no contact, and every pair that it
 /// adds is nearer than 4 e.
 
-/// Bounds the distance between a part of a curve and its chord: curvature * length^2 / 8, or length
-/// / 2 if that is less. The first is the sagitta, the error of linear interpolation by arc length:
-/// de Boor, A Practical Guide to Splines, 1978, chapter III.
+/// Bounds the distance between a part of a curve and its chord: curvature * length^2 / 8, or half
+/// the length if that is less. The first is the sagitta, the error of linear interpolation by arc
+/// length: de Boor, A Practical Guide to Splines, 1978, chapter III.
 /// @param curvature  the largest curvature of the part
 /// @param length     the length of the part along the curve
 /// Throws std::invalid_argument if one of them is negative, NaN or infinite.
