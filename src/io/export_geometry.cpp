@@ -121,10 +121,17 @@ void write(const char* call, const std::string& path, const Mesh& mesh) {
                                 "' does not end in .vtp; change the name");
   }
   std::ofstream stream(path, std::ios::binary);
-  if (!stream) throw std::runtime_error(std::string(call) + ": '" + path + "' cannot be opened");
+  if (!stream) {
+    throw std::runtime_error(
+        std::string(call) + ": '" + path +
+        "' cannot be opened; check that its folder exists and may be written to");
+  }
   stream << vtpText(mesh);
   stream.close();
-  if (!stream) throw std::runtime_error(std::string(call) + ": '" + path + "': writing failed");
+  if (!stream) {
+    throw std::runtime_error(std::string(call) + ": '" + path +
+                             "': writing failed; check that the disk has room");
+  }
 }
 
 // --- Meshes ---

@@ -214,10 +214,17 @@ void writeHair(const std::string& path, const FiberPolylines& scene) {
   requireHair(scene);
   const std::string bytes = hairBytes(scene);
   std::ofstream stream(path, std::ios::binary);
-  if (!stream) throw std::runtime_error("writeHair: '" + path + "' cannot be opened");
+  if (!stream) {
+    throw std::runtime_error(
+        "writeHair: '" + path +
+        "' cannot be opened; check that its folder exists and may be written to");
+  }
   stream << bytes;
   stream.close();
-  if (!stream) throw std::runtime_error("writeHair: '" + path + "': writing failed");
+  if (!stream) {
+    throw std::runtime_error("writeHair: '" + path +
+                             "': writing failed; check that the disk has room");
+  }
 }
 
 }  // namespace fcl_fibers::io
