@@ -91,8 +91,8 @@ struct FiberFile {
 ///     .bcc  2 segments_per_span + 2      .vtp  17; 9 times the size of its decompressed arrays,
 ///                                              which is at most 64 times the file
 ///
-/// The reason is that a point takes 24 bytes in memory. In a text file it may take as few as 6, or 2
-/// if an index of a .vtp file repeats it.
+/// The reason is that a point takes 24 bytes in memory. In a text file it may take as few as 6, or
+/// 2 if an index of a .vtp file repeats it.
 FCL_FIBERS_IO_EXPORT FiberFile readFibers(const std::string& path,
                                           const FiberFileOptions& options = {});
 
