@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
 // The C++ of docs/choosing.md and docs/files.md (code_blocks.cmake), with what it takes for granted
-// declared before it. The README's program is examples/minimal.cpp (links_test.py).
+// declared before it. The README's program is examples/minimal.cpp (pages_test.py).
 #include <cstdint>
 #include <filesystem>
 #include <fstream>

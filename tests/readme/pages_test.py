@@ -1,21 +1,38 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Whether what the Markdown files link to is there, file and heading, nothing in them is left to be
-done, and the README's program is examples/minimal.cpp with its output. Addresses of the web are not
-asked for."""
+done, and their programs are those that the tests run. Addresses of the web are not asked for.
+
+A block of code stands below a comment that names its source, of which it has to be a copy:
+
+    <!-- examples/swap.cpp -->            the file, from the line below its licence
+    <!-- examples/swap.cpp: motion -->    the lines between two lines `// [motion]`
+    <!-- output of examples/swap -->      examples/swap.out, where <number> stands for any number
+
+C++ without such a comment is only in pages that tests/CMakeLists.txt compiles.
+"""
 
 import re
 import sys
+import textwrap
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-PATTERNS = ("*.md", "docs/**/*.md", "benchmarks/**/*.md", "tests/**/*.md")
+FOLDERS = ("docs", "examples", "benchmarks", "tests", "packaging", ".github")
+PATTERNS = ("*.md", *(f"{folder}/**/*.md" for folder in FOLDERS))
 LINK = re.compile(
     r"\[[^\]]*\]\(\s*<?([^\s)>]+)>?(?:\s+\"[^\"]*\")?\s*\)"  # [text](target "title")
     r"|^ *\[(?!\^)[^\]]+\]:\s*(\S+)",  # [text]: target, and no footnote
     re.MULTILINE,
 )
 HEADING = re.compile(r"^#{1,6} +(.+?) *#*$", re.MULTILINE)
+BLOCK = re.compile(
+    r"(?:^<!-- (?P<output>output of )?(?P<file>examples/[\w.]+)(?:: (?P<part>\w+))? -->\n+)?"
+    r"^ *```(?P<language>[^`\n]*)\n(?P<text>.*?)^ *```$",
+    re.MULTILINE | re.DOTALL,
+)
+MARK = re.compile(r"^<!-- (?:output of )?examples/", re.MULTILINE)
+COMPILED = re.compile(r"^fcl_fibers_code_blocks\((\S+) ", re.MULTILINE)
 LEFT_TO_DO = re.compile(r"\b(TBD|TODO|FIXME|not measured yet)\b")
 
 
@@ -58,27 +75,36 @@ def what_is_wrong(path, link):
     return None
 
 
-def first_program_errors():
-    """examples/CMakeLists.txt runs the program and has its output as a regular expression."""
-    blocks = re.findall(
-        r"^```(cpp|text)\n(.*?)^```", (ROOT / "README.md").read_text(encoding="utf-8"), re.M | re.S
-    )
-    if [language for language, _ in blocks] != ["cpp", "text"]:
-        return ["README.md: there is not one block of C++ and then one of its output"]
-    (_, program), (_, output) = blocks
-    _, _, minimal = (ROOT / "examples/minimal.cpp").read_text(encoding="utf-8").partition("\n")
-    examples = (ROOT / "examples/CMakeLists.txt").read_text(encoding="utf-8")
-    expected = re.search(r"fcl_fibers_example\(minimal [^\"]*\"(.*)\"\)", examples)[1]
-    errors = []
-    if program != minimal:
-        errors.append("README.md: the program is not examples/minimal.cpp")
-    if not re.fullmatch(expected, output.rstrip("\n"), re.S):
-        errors.append(f"README.md: the output is not that of examples/CMakeLists.txt: {expected}")
-    return errors
+def is_copy(block):
+    """Whether a block is what the comment above it names."""
+    path = ROOT / (block["file"] + (".out" if block["output"] else ""))
+    source = path.read_text(encoding="utf-8") if path.is_file() else ""
+    if block["output"]:
+        pattern = re.escape(source).replace("<number>", r"[0-9.]+")
+        return re.fullmatch(pattern, block["text"]) is not None
+    if block["part"]:
+        parts = re.split(rf"^ *// \[{block['part']}\]\n", source, flags=re.MULTILINE)
+        return len(parts) == 3 and block["text"] == textwrap.dedent(parts[1])
+    return block["text"] == source.partition("\n")[2].lstrip("\n")
+
+
+def code_errors(name, text):
+    """Place and kind of what is wrong with the code of a page."""
+    build = (ROOT / "tests/CMakeLists.txt").read_text(encoding="utf-8")
+    marks = {match.start() for match in MARK.finditer(text)}
+    for block in BLOCK.finditer(text):
+        if block["file"]:
+            marks.remove(block.start())
+            if not is_copy(block):
+                yield block.start(), f"the block below is no copy of {block['file']}"
+        elif block["language"] == "cpp" and name not in COMPILED.findall(build):
+            yield block.start(), "no test has this program; name its example in a comment above it"
+    for mark in marks:
+        yield mark, "no block of code is below this comment, or it has another form"
 
 
 def main():
-    errors = first_program_errors()
+    errors = []
     links = 0
     for path in sorted({path for pattern in PATTERNS for path in ROOT.glob(pattern)}):
         text = path.read_text(encoding="utf-8")
@@ -93,6 +119,8 @@ def main():
             wrong = what_is_wrong(path, link)
             if wrong:
                 error(match.start(), f"'{link}' {wrong}")
+        for at, what in code_errors(str(path.relative_to(ROOT)), text):
+            error(at, what)
         for match in LEFT_TO_DO.finditer(text):
             error(match.start(), match[0])
     if not links:
