@@ -108,6 +108,9 @@ def add_declarations(app, docname, source):
     def directives(match):
         lines = [match[0], f"```{{doxygenfile}} {match[1]}\n:sections: detaileddescription\n```"]
         for _, kind, name in sorted(d[1:] for d in declarations() if d[0] == match[1]):
+            heading = "### " + name.partition("(")[0].rpartition("::")[2]
+            if heading not in lines:
+                lines.append(heading)
             members = ":members:\n" if kind in ("class", "struct") else ""
             lines.append(f"```{{doxygen{kind}}} {name}\n{members}```")
         return "\n\n".join(lines)
