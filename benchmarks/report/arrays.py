@@ -9,7 +9,7 @@ SCENES = ("helix", "helix-2000", "cap")
 VOLUMES = ("boxes", "spheres")
 READ = (
     "The loop reads the points and writes a box of floats for each segment. Times are medians, "
-    "of one thread unless the row says otherwise; the fibers move between two frames."
+    "on one thread unless the row says otherwise. The fibers move between two frames."
 )
 
 # What is to be reached, by scene.
@@ -62,29 +62,29 @@ def table(parts):
     def ns(scene, seconds):
         return f"{digits(1e9 * seconds / scene.segments)} ns"
 
-    add("the loop, a segment", lambda s: ns(s, s.loop))
+    add("the loop, per segment", lambda s: ns(s, s.loop))
     for volumes in VOLUMES:
         for key, what in PHASES.items():
             add(
                 f"{volumes}: {what}",
                 lambda s: digits(s.times_the_loop(volumes, key)) + "x the loop",
             )
-        add(f"{volumes}: query, a segment", lambda s: ns(s, s.get(volumes, "query")))
+        add(f"{volumes}: query, per segment", lambda s: ns(s, s.get(volumes, "query")))
         add(
-            f"{volumes}: query for capsules",
-            lambda s: digits(s.of_capsules(volumes)) + "x one for volumes",
+            f"{volumes}: query with kCapsules",
+            lambda s: digits(s.of_capsules(volumes)) + "x kVolumes",
         )
         for key in LEAST_ON_2_THREADS:
             add(
                 f"{volumes}: {key} on 2 threads",
                 lambda s: digits(s.on_2_threads(volumes, key)) + "x as fast",
             )
-        for name, what in ((volumes, "bytes"), (f"{volumes}_capsules", "bytes for capsules")):
-            add(f"{volumes}: {what}, a segment", lambda s: digits(s.bytes(name)))
+        for name, what in ((volumes, ""), (f"{volumes}_capsules", ", kCapsules")):
+            add(f"{volumes}: bytes per segment{what}", lambda s: digits(s.bytes(name)))
     titles = (
         f"{name.split('-')[0]}, {scene.segments:,.0f} segments" for name, scene in scenes.items()
     )
-    header = ["FiberTree over arrays", *titles]
+    header = ["FiberTree", *titles]
     return Table("arrays", "FiberTree beside a plain loop", header, rows, READ)
 
 

@@ -13,7 +13,7 @@ from tables import Table, count, digits, time, title
 LEAST = {"distance, ": 1.2}
 MOST_AFTER = {"registered": 1.1, "change places": 1.3}  # times the reference
 SAME_TOUCHING = 1e-3  # fcl::collide may change its mind about a pair if the two change places
-READ = "The ratio of medians, its range, and 'as fast' where that includes 1."
+READ = "The ratio of medians and its range. A cell says 'as fast' where that range contains 1."
 
 
 def grouped(text):
@@ -76,7 +76,7 @@ def client_rows(part):
 
 
 def table(name, what, rows, caption):
-    header = ["", "ours", "FCL's best", "which is", "times as fast"]
+    header = ["", "ours", "FCL's best", "which manager", "speed-up"]
     return Table(name, what, header, [row.cells() for row in rows], caption)
 
 
@@ -104,8 +104,8 @@ def changes(part):
         found = after(part, name)
         spread = f"({digits(found.min())} to {digits(found.max())})"
         rows.append([grouped(name), *map(time, times), f"{digits(found.median())}x {spread}"])
-    header = ["self-collision after", "takes", "reference", "times the reference"]
-    caption = "Medians; the multiple is the median of each run's, with the lowest and the highest."
+    header = ["self-collision after", "time", "reference", "time / reference"]
+    caption = "Times are medians. The ratio is the median of the ratios of single runs."
     return Table("changes", "After changes", header, rows, caption)
 
 
@@ -123,8 +123,8 @@ def candidates(part):
                 raise ValueError(f"{part.file}: {shape}: {others} touching, FCL {touching}")
         each = [digits(pairs / touching) for pairs, _ in found.values()]
         rows.append([shape, count(touching), *each])
-    header = ["10,000", "touching pairs", "ours", "ours after computeAABB()", "FCL's tree"]
-    caption = "Pairs reported for each that touches by fcl::collide."
+    header = ["10,000", "touching", "ours", "ours after computeAABB()", "FCL's tree"]
+    caption = "Pairs reported for each pair that touches, as fcl::collide decides."
     return Table("candidates", "Candidates", header, rows, caption)
 
 

@@ -8,17 +8,18 @@ from ratios import BOXES, EMBREE, ON_2_THREADS, Scene, ratio_of
 from tables import Table, count, digits, time, time_and_range, title
 
 HEADLINE, FULL = ("helix", "cap", "paper-dynamic"), ratios.SCENES
-SPEED_UP = "How many times as fast as"
+SPEED_UP = "Speed-up over"
 ABSENT = "not installed"
 PHASES = ("set_up", "update", "detection", "frame")
 PHASE_TITLES = ["set-up", "update", "detection", "update + detection"]
 READ_RATIOS = (
-    "Ratios of medians, one thread unless the row says otherwise; in brackets the lowest and the "
-    "highest that single runs allow, 'as fast' where they include 1. FCL's best is, row by row, "
-    "the tree and level with the least median of what the row measures, on the boxes that row or "
-    "cell name, Embree's the fastest of a Morton rebuild, a refit and, with --full, a rebuild by "
-    "surface area; Embree visits both orders of each pair. Touching pairs are an update and a "
-    "query with Report::kCapsules."
+    "Each cell is the ratio of two medians, on one thread unless the row says otherwise. The "
+    "brackets have the lowest and the highest ratio that single runs allow. A cell says 'as fast' "
+    "where that range contains 1. Each row is against FCL's tree and level with the least median "
+    "of what the row measures. Cells of update and set-up name FCL's boxes, tight or stock. "
+    "Embree's way is the fastest of a Morton rebuild, a refit and, with --full, a rebuild by "
+    "surface area; it visits both orders of each pair. Touching pairs are an update and a query: "
+    "ours with Report::kCapsules, FCL's with fcl::collide on the pairs that it reports."
 )
 
 
@@ -44,7 +45,7 @@ def row_title(scenes, row):
     if not sizes:
         return row
     sizes = dict.fromkeys([count(sizes[0]), count(sizes[-1])])
-    return f"{row}, estimated from a sample of {' to '.join(sizes)} pairs"
+    return f"{row} (estimated from {' to '.join(sizes)} pairs)"
 
 
 def header_of(scenes, what=""):
@@ -52,15 +53,15 @@ def header_of(scenes, what=""):
 
 
 def headline(scenes):
-    plain = (ratios.TIGHT, ratios.STOCK, ratios.UPDATE, ratios.SET_UP)
-    rows = plain + (ratios.TOUCHING_TIGHT, ratios.TOUCHING_STOCK)
+    """The rows that say most; all_ratios() has the others."""
+    rows = (ratios.TIGHT, ratios.UPDATE, ratios.TOUCHING_TIGHT)
     lines = [[row_title(scenes, row), *ratio_cells(scenes, row)] for row in rows]
-    for what in (f"{what}: Embree, " for what in EMBREE.values()):
-        both = zip(*(ratio_cells(scenes, what + on) for on in ("1 thread", "2 threads")))
-        cells = [ABSENT if ABSENT in pair else " / ".join(pair) for pair in both]
-        lines.append([what + "1 thread / both on 2 threads", *cells])
+    what = EMBREE["frame"] + ": Embree, "
+    both = zip(*(ratio_cells(scenes, what + on) for on in ("1 thread", "2 threads")))
+    cells = [ABSENT if ABSENT in pair else " / ".join(pair) for pair in both]
+    lines.append([what + "1 thread / 2 threads", *cells])
     header = header_of(scenes, SPEED_UP)
-    return Table("headline", "How many times as fast", header, lines, READ_RATIOS)
+    return Table("headline", "Headline", header, lines, READ_RATIOS)
 
 
 def all_ratios(scenes):
@@ -71,14 +72,14 @@ def all_ratios(scenes):
         lines.append([what, *(value(scene) for scene in scenes.values())])
 
     add(
-        "Update, as a multiple of a loop that only reads",
+        "Our update, in multiples of a loop that only reads",
         lambda s: digits(s.times_the_floor(), 2) + "x",
     )
-    add("Bytes a segment after a frame, boxes", lambda s: digits(s.bytes(BOXES)))
-    add("Bytes a segment after a frame, capsules", lambda s: digits(s.bytes(ratios.CAPSULES)))
-    add("Bytes with boxes, share of FCL's best", lambda s: digits(s.of_fcls_bytes(), 2))
+    add("Our bytes per segment, boxes", lambda s: digits(s.bytes(BOXES)))
+    add("Our bytes per segment, kCapsules", lambda s: digits(s.bytes(ratios.CAPSULES)))
+    add("Our bytes with boxes, as a share of FCL's", lambda s: digits(s.of_fcls_bytes(), 2))
     header = header_of(scenes, SPEED_UP)
-    return Table("ratios", "How many times as fast", header, lines, READ_RATIOS)
+    return Table("ratios", "Speed-up", header, lines, READ_RATIOS)
 
 
 def best(scenes):
@@ -91,10 +92,10 @@ def best(scenes):
     ]
     for on, suffix in (("1 thread", ""), ("2 threads", "_2_threads")):
         cells = [visited_ratio(scene, on, BOXES + suffix) for scene in scenes.values()]
-        what = f"Detection per visited pair, how many times as fast as Embree, {on}"
+        what = f"Detection per visited pair: speed-up over Embree, {on}"
         who.append([what, *cells])
-    caption = "Whom each row is against. Ours visits each pair once, Embree in both orders."
-    return Table("best", "Who is best", header_of(scenes), who, caption)
+    caption = "Whom each row compares with. Ours visits each pair once, Embree in both orders."
+    return Table("best", "The fastest of the others", header_of(scenes), who, caption)
 
 
 def per_visited(scene, name):
@@ -129,15 +130,17 @@ def scene_table(scene, ranges=False):
     floor = part.runs("Floor", "read", "seconds")
     cells = ["-", time(floor.median()), *["-"] * 6, str(len(floor))]
     rows.append(["a loop that only reads the objects", *cells])
-    header = ["", *PHASE_TITLES, "pairs", "ns a visited pair", "touching", "bytes/segment", "runs"]
+    header = ["", *PHASE_TITLES, "pairs", "ns per visited pair", "touching"]
+    header += ["bytes per segment", "runs"]
     caption = (
-        "Medians, and in brackets the lowest and the highest; detection and ~ of 'and collide' are "
-        "scaled up from the sample. FCL's trees go as far as they were fastest when all were tried."
+        "Times are medians, with the lowest and the highest in brackets. Detection and ~ of 'and "
+        "collide' are scaled up from the sample. A tree of FCL's that was fastest in some phases "
+        "alone, when all were tried, has only these."
     )
     if scene.name == "paper-dynamic":
-        caption += (
-            " Times and pairs are sums over the steps; touching pairs are of the one in the middle."
-        )
+        steps = count(scene.median(BOXES, "frames"))
+        caption += f" Times and pairs are sums over {steps} steps."
+        caption += " Touching pairs are of the middle step."
     if not_timed(scene):
         caption += f" Not timed: {'; '.join(not_timed(scene))}."
     return Table(f"scene {scene.name}", scene.title(), header, rows, caption)
@@ -158,8 +161,8 @@ def tried(scene):
     ]
     segments = next(iter(found.values()))["segments"]
     caption = (
-        f"Each once, on {segments:,.0f} segments. The fastest in each column went on, in the last "
-        "two for each kind of boxes."
+        f"Each was run once, on {segments:,.0f} segments. The fastest of each column was measured; "
+        "in the last two columns, the fastest with either boxes."
     )
     return Table(
         f"tried {scene.name}", f"FCL's levels, {scene.title()}", ["", *PHASE_TITLES], rows, caption
@@ -180,7 +183,7 @@ def growth(part):
         rows.append([key, *cells, digits(found[-1] / found[0]) + "x"])
     for key, what in (("answer", "pairs"), ("bytes", "bytes")):
         rows.append([what, *(digits(value) for value in growth_of(part, key)), "-"])
-    header = ["per segment, FiberTree over arrays", *sizes, "last : first"]
+    header = ["FiberTree, per segment", *sizes, "last / first"]
     return Table("growth", "Growth", header, rows, "Helices of 100 segments at one density.")
 
 

@@ -18,14 +18,14 @@ FCL = {
 ROUNDING = 0.01  # Bounds are rounded outward: so many more pairs are the same work.
 
 # What the targets are of: see TARGETS and Scene.ratios().
-TIGHT = "Detection: FCL on the same tight boxes"
-STOCK = "Detection: FCL on the boxes that it computes itself"
-UPDATE = "Update after motion: FCL on any boxes"
-SET_UP = "Set-up: FCL on any boxes"
-TOUCHING_TIGHT = "Touching pairs: FCL on tight boxes + fcl::collide"
-TOUCHING_STOCK = "Touching pairs: FCL on its own boxes + fcl::collide"
-EMBREE = {"frame": "Update + detection", "update": "Update after motion", "set_up": "Set-up"}
-ON_2_THREADS = ", ours on 2 threads"
+TIGHT = "Detection: FCL, tight boxes"
+STOCK = "Detection: FCL, stock boxes"
+UPDATE = "Update: FCL"
+SET_UP = "Set-up: FCL"
+TOUCHING_TIGHT = "Touching pairs: FCL, tight boxes"
+TOUCHING_STOCK = "Touching pairs: FCL, stock boxes"
+EMBREE = {"frame": "Update + detection", "update": "Update", "set_up": "Set-up"}
+ON_2_THREADS = "; ours on 2 threads"
 
 # How many times as fast, by scene.
 SCENES = ("helix", "helix-2000", "cap", "paper-dynamic")
@@ -82,10 +82,7 @@ class Scene:
     def title(self):
         each = self.segments / self.fibers
         size = f" x {each:,.0f}" if each == int(each) else f", {self.segments:,.0f} segments"
-        steps = ""
-        if self.name == "paper-dynamic":
-            steps = f", {self.part.median('Frames', BOXES, 'frames'):.0f} steps"
-        return f"{self.part.title(self.name.split('-2000')[0])} {self.fibers:,.0f}{size}{steps}"
+        return f"{self.part.title(self.name.split('-2000')[0])} {self.fibers:,.0f}{size}"
 
     def median(self, name, key):
         return self.part.median("Frames", name, key)

@@ -34,7 +34,7 @@ DOCUMENTED = {
     "trade": ("managers", "sampling", "costs"),
     "paper": ("table-1",),
 }
-BARS = "Bars are medians, lines reach from the lowest run to the highest."
+BARS = "Bars are medians. Lines reach from the lowest run to the highest."
 MARK = re.compile(r"(<!-- table ([\w -]+): ([^\n]*) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 
 
@@ -105,11 +105,12 @@ def speed(kind, folder, with_targets=False):
         wanted |= files_of("arrays", arrays.SCENES) | {"growth": "growth"}
         report = Report(kind, "All figures", folder, wanted)
     scenes, parts = frames.scenes_of(report.parts), report.parts
-    first = frames.headline if kind == "headline" else frames.all_ratios
-    report.add("frames_.*", first, scenes)
+    if kind == "headline":
+        report.add("frames_.*", frames.headline, scenes)
+    report.add("frames_.*", frames.all_ratios, scenes)
     report.add("frames_.*", frames.best, scenes)
     picture = "headline" if kind == "headline" else ""
-    report.draw("frames_.*", picture, "A frame", BARS, pictures.headline, scenes)
+    report.draw("frames_.*", picture, "Time of a frame", BARS, pictures.headline, scenes)
     if with_targets:
         report.add("frames_.*", frames.targets, scenes, parts.get("growth"))
         found = [parts.get(name) for name in ("queries", "clients")]
