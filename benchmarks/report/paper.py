@@ -30,7 +30,7 @@ PHASES = ("set_up", "update", "detection")
 PHASE_TITLES = ["construction", "update", "detection"]
 STATIC = (
     "Static assembly of 100 segments a fiber, turned. Boxes and spheres report volumes that "
-    "overlap, 'capsules out' capsules that touch."
+    "overlap. 'kCapsules' reports capsules that touch."
 )
 REPLAY = (
     "150 fibers of 100 segments, bent from straight to a loop in 100 steps; each manager lives "
@@ -127,7 +127,7 @@ def static_figure(parts, phase):
     for part in numbered(parts, "static").values():
         segments = part.median("Checked", part.names("Checked")[0], "segments")
         for label, name in fastest(part, "Frames", phase).items():
-            if phase == "detection" or "capsules" not in label:
+            if phase == "detection" or "kCapsules" not in label:
                 point = (segments, part.median("Frames", name, phase))
                 curves.setdefault(label, []).append(point)
     ours = {label: points for label, points in curves.items() if not label.startswith("FCL")}
@@ -173,7 +173,7 @@ def replay_figure(part):
             label: steps(part, name, counter)
             for label, name in names.items()
             if (counter != "pairs" or label in pairs)
-            and (counter != "update" or "capsules" not in label)
+            and (counter != "update" or "kCapsules" not in label)
         }
         scale = "symlog" if counter == "pairs" else "log"
         panels.append(Panel(title, curves, "step", yscale=scale, y_format=form, marker=""))

@@ -37,7 +37,7 @@ class Panel:
     marker: str = "o"
 
     def draw(self, axis):
-        colours = {label: {"color": colour} for label, colour, _ in OURS.values()}
+        colours = {label: {"color": colour} for label, colour in OURS.values()}
         for label, points in self.curves.items():
             line = {"lw": 1.7, "marker": self.marker, **colours.get(label, {})}
             if label in LINES:

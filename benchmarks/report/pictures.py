@@ -4,14 +4,12 @@
 import io
 
 import matplotlib
-import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from ratios import BOXES, CAPSULES, FCL
+from ratios import BOXES, CAPSULES
 
-INK, SOFT, RED = "#1d2330", "#5b6475", "#e01b24"
+INK, RED = "#1d2330", "#e01b24"
 matplotlib.rcParams.update(
     {
         "font.family": ["DejaVu Sans"],
@@ -30,14 +28,13 @@ matplotlib.rcParams.update(
 )
 # Okabe-Ito colours, which most eyes tell apart. Ours in colour, FCL's in grey.
 OURS = {
-    "LayeredAABBTree/boxes": ("boxes", "#0072b2", "o"),
-    "LayeredAABBTree/capsules": ("boxes, capsules out", "#56b4e9", "D"),
-    "LayeredAABBTree/super_thread": ("boxes, super thread", "#d55e00", "o"),
-    "WrappedSphereTree/spheres": ("spheres", "#009e73", "s"),
-    "WrappedSphereTree/capsules": ("spheres, capsules out", "#60c8a8", "D"),
-    "WrappedSphereTree/super_thread": ("spheres, super thread", "#9b3f8f", "s"),
+    "LayeredAABBTree/boxes": ("boxes", "#0072b2"),
+    "LayeredAABBTree/capsules": ("boxes, kCapsules", "#56b4e9"),
+    "LayeredAABBTree/super_thread": ("boxes, super thread", "#d55e00"),
+    "WrappedSphereTree/spheres": ("spheres", "#009e73"),
+    "WrappedSphereTree/capsules": ("spheres, kCapsules", "#60c8a8"),
+    "WrappedSphereTree/super_thread": ("spheres, super thread", "#9b3f8f"),
 }
-MARKERS = dict(zip(FCL, "^vPX<>x"))
 
 
 def png(figure):
@@ -60,15 +57,11 @@ def count_label(value, _=None):
     return f"{value:g}"
 
 
-def log_axis(axis, label, subs=(1,)):
+def log_axis(axis, label):
     axis.axes.set(**{f"{axis.axis_name}scale": "log"})
-    axis.set_major_locator(LogLocator(subs=subs))
+    axis.set_major_locator(LogLocator())
     axis.set_major_formatter(FuncFormatter(label))
     axis.set_minor_formatter(NullFormatter())
-
-
-def seconds_axis(axis, values):
-    log_axis(axis, seconds_label, (1,) if max(values) > 200 * min(values) else (1, 2, 5))
 
 
 def headline_bars(scene):
@@ -114,39 +107,50 @@ def headline(scenes):
     return png(figure)
 
 
-LEAST = 0.01  # false pairs per contact that the axis shows; exact ones stand at its foot
+DIALS = {  # by file: title, rows of the table of managers. The first is the measure of all.
+    "trade_volumes": (
+        "Volumes and report",
+        ("boxes", "boxes, kCapsules", "spheres", "spheres, kCapsules"),
+    ),
+    "trade_topology": (
+        "Topology",
+        ("boxes", "boxes, super thread", "spheres", "spheres, super thread"),
+    ),
+    "trade_boxes": (
+        "Tight and stock boxes",
+        ("boxes", "FCL dynamic tree, tight boxes", "FCL dynamic tree, stock boxes"),
+    ),
+}
 
 
-def style_of(name):
-    """Label, colour, marker of a contender."""
-    if name in OURS:
-        return OURS[name]
-    manager, variant = name.split("/")
-    tight = variant.startswith("tight")
-    return FCL[manager], "#22262e" if tight else "#a3aab7", MARKERS[manager]
-
-
-def managers(points, fronts):
-    """`points`: by the scene's title, (name, seconds, false pairs per contact)."""
-    rows = (len(points) + 2) // 2
-    figure = Figure(figsize=(10.5, 3.5 * rows))
-    axes = figure.subplots(rows, 2, squeeze=False)
-    cells, others = np.split(axes.flat, [len(points)])
-    for axis in others:
-        axis.axis("off")
-    handles = {}
-    for axis, (scene, found) in zip(cells, points.items()):
-        front = [(p[1], max(p[2], LEAST)) for p in fronts[scene]]
-        line = {"color": RED, "lw": 1.2, "where": "post", "zorder": 1}
-        handles["Pareto front"] = axis.step(*zip(*front), **line)[0]
-        for name, seconds, false in found:
-            label, colour, marker = style_of(name)
-            dot = {"c": colour, "marker": marker, "s": 42, "zorder": 2}
-            handles[label] = axis.scatter(seconds, max(false, LEAST), **dot)
-        log_axis(axis.yaxis, lambda value, _: "none" if value <= LEAST else count_label(value))
-        seconds_axis(axis.xaxis, [p[1] for p in found])
-        axis.set(title=scene, xlabel="update + detection", ylabel="false pairs per contact")
-    handles["grey: FCL's own boxes, black: tight"] = Line2D([], [], ls="")
-    others[0].legend(handles.values(), handles.keys(), loc="center", ncol=2, fontsize=9)
+def dial(scenes, rows):
+    """`scenes`: by title, (seconds, false pairs per contact, ...) by row. Each group of bars is a
+    scene."""
+    figure = Figure(figsize=(8, 0.6 + 0.26 * len(scenes) * (len(rows) + 1.6)))
+    axis = figure.subplots()
+    at, ticks, most = 0.0, [], 1.0
+    for title, found in scenes.items():
+        axis.text(0, at, title, transform=axis.get_yaxis_transform(), weight="bold", va="center")
+        for row, colour in zip(rows, ("#0072b2", "#56b4e9", "#e69f00", "#f0c75e")):
+            at += 1
+            ticks.append((at, row))
+            place = {"xytext": (4, 0), "textcoords": "offset points", "va": "center", "color": INK}
+            if row not in found or rows[0] not in found:
+                axis.annotate("ended: over the limit", (1, at), **place)
+                continue
+            seconds, false = found[row][:2]
+            times = seconds / found[rows[0]][0]
+            most = max(most, times)
+            axis.barh(at, times, 0.78, color=colour)
+            text = f"{times:.2g}x, {count_label(float(f'{false:.2g}'))} false pairs per contact"
+            axis.annotate(text, (times, at), **place)
+        at += 1.6
+    axis.set(xscale="log", xlim=(0.5, most * 8), ylim=(at - 0.8, -0.8))
+    axis.set_yticks(*zip(*ticks), color=INK)
+    axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axis.xaxis.set_major_formatter(FuncFormatter(lambda times, _: f"{times:g}x"))
+    axis.xaxis.set_minor_formatter(NullFormatter())
+    axis.grid(axis="y", visible=False)
+    axis.set_xlabel(f"time of update + detection, {rows[0]} = 1, logarithmic")
     figure.tight_layout()
     return png(figure)

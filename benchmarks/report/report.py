@@ -35,6 +35,8 @@ DOCUMENTED = {
     "paper": ("table-1",),
 }
 BARS = "Bars are medians. Lines reach from the lowest run to the highest."
+DIAL = "Shorter bars are faster. False pairs are reported and do not touch."
+SAMPLING = "Both are compared with the contacts of the finest sampling."
 MARK = re.compile(r"(<!-- table ([\w -]+): ([^\n]*) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 
 
@@ -133,10 +135,12 @@ def trade_offs(folder):
     report = Report("trade", "What accuracy costs", folder, wanted)
     parts = report.parts
     report.add("frames_.*", trade.managers, parts)
-    caption = "Down and to the left is better. Exact ones stand at the foot."
-    draw = partial(report.draw, "frames_.*", "trade", "Speed and false pairs", caption)
-    draw(lambda: pictures.managers(*trade.manager_points(parts)))
+    for name, (title, rows) in pictures.DIALS.items():
+        draw = partial(report.draw, "frames_.*", name, title, DIAL)
+        draw(pictures.dial, trade.dial_rows(parts), rows)
     report.add("sampling", trade.sampling, parts.get("sampling"))
+    draw = partial(report.draw, "sampling", "trade_sampling", "Sampling and margin", SAMPLING)
+    draw(lambda: trade.sampling_figure(trade.sampling_points(parts["sampling"])))
     report.add("costs", trade.costs, parts.get("costs"))
     return report
 

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tables of the set trade, and the points of its pictures."""
+"""Tables and pictures of the set trade."""
 
 from frames import header_of, scenes_of
-from pictures import OURS, style_of
+from paper_pictures import Panel, panels_figure
+from pictures import OURS, count_label, seconds_label
+from ratios import FCL
 from tables import Table, count, digits, percent, time
 
 HELIX_RADIUS = 0.0035  # cm, of makeHelix()
@@ -35,36 +37,47 @@ def pareto(points):
 
 def row_of(name):
     """FCL's dynamic tree is one row, in the form and at the level that is fastest in the scene."""
-    label = style_of(name)[0].replace(", array", "")
-    return label if name in OURS else f"{label}, {name.split('/')[1].split('_')[0]} boxes"
+    if name in OURS:
+        return OURS[name][0]
+    manager, variant = name.split("/")
+    return f"{FCL[manager].replace(', array', '')}, {variant.split('_')[0]} boxes"
+
+
+def rows_of(scene):
+    """By row: seconds a frame, false pairs per contact, whether it is on the Pareto front."""
+    points = points_of(scene)
+    front = pareto(points)
+    # The fastest level has the last word.
+    return {row_of(point[0]): (*point[1:], point in front) for point in reversed(points)}
 
 
 def managers(parts):
     scenes = scenes_of(parts)
-    cells = {}
-    for scene in scenes.values():
-        points = points_of(scene)
-        front = pareto(points)
-        for point in reversed(points):  # the fastest level has the last word
-            name, seconds, false = point
-            text = f"{time(seconds)}, {digits(false, 2)}" + (" *" if point in front else "")
-            cells.setdefault(row_of(name), {})[scene.name] = text
-    ours = [label for label, *_ in OURS.values()]
-    order = sorted(cells, key=lambda row: (ours.index(row) if row in ours else len(ours), row))
-    rows = [[row, *(cells[row].get(name, "-") for name in scenes)] for row in order]
+    found = {name: rows_of(scene) for name, scene in scenes.items()}
+
+    def cell(seconds, false, on_front):
+        return f"{time(seconds)}, {digits(false, 2)}" + (" *" if on_front else "")
+
+    ours = [label for label, _ in OURS.values()]
+    names = {row for rows in found.values() for row in rows}
+    order = sorted(names, key=lambda row: (ours.index(row) if row in ours else len(ours), row))
+    rows = [
+        [row, *(cell(*cells[row]) if row in cells else "-" for cells in found.values())]
+        for row in order
+    ]
     caption = (
-        "Update + detection on one thread, and false pairs for each contact: a contact is a pair "
-        "that touches and is not adjacent. * is on the scene's Pareto front: nobody beats it in "
-        "both. - was ended, as a phase took longer than the limit. FCL's dynamic tree is that form "
-        "and level that is fastest in the scene."
+        "Each cell has the time of update and detection on one thread, and the false pairs for "
+        "each contact. A contact is a pair that touches and is not adjacent. A false pair is "
+        "reported and does not touch. * is on the scene's Pareto front: no other is better in "
+        "both. - was ended, because a phase took longer than the limit. FCL's dynamic tree has the "
+        "form and level that is fastest in the scene."
     )
     return Table("managers", "Managers", header_of(scenes), rows, caption)
 
 
-def manager_points(parts):
-    """Points and Pareto fronts by the scene's title."""
-    points = {scene.title(): points_of(scene) for scene in scenes_of(parts).values()}
-    return points, {title: pareto(found) for title, found in points.items()}
+def dial_rows(parts):
+    """What pictures.dial() draws."""
+    return {scene.title(): rows_of(scene) for scene in scenes_of(parts).values()}
 
 
 def samplings(part):
@@ -82,10 +95,46 @@ def sampling(part):
             missed, contacts, seconds, *extra = part.medians("Sampling", name, *keys)
             cells += [percent(missed, contacts), time(seconds)]
         rows.append([f"{segments:,}", *cells, percent(*extra)])
-    header = ["segments a fiber", "chord error e, radii", "missed", "takes"]
-    header += ["missed with a margin of 2 e", "takes", "of these not in the finest"]
-    caption = "Contacts of two fibers, against the finest sampling; update and detection of arrays."
+    header = ["segments per fiber", "chord error e, radii", "missed", "time"]
+    header += ["missed, margin 2 e", "time, margin 2 e", "false, margin 2 e"]
+    caption = (
+        "Contacts of two fibers, compared with the finest sampling. The time is of update and "
+        "detection of arrays. False pairs are reported with the margin and are no contact there."
+    )
     return Table("sampling", "Sampling", header, rows, caption)
+
+
+def sampling_points(part):
+    """Segments a fiber, percent missed, seconds, both without margin; seconds, percent false with
+    one."""
+    points = []
+    for segments in samplings(part):
+        keys = ("missed", "contacts", "seconds", "extra", "reported")
+        missed, contacts, plain, *_ = part.medians("Sampling", f"{segments}/plain", *keys)
+        *_, seconds, extra, reported = part.medians("Sampling", f"{segments}/margin", *keys)
+        points.append((segments, 100 * missed / contacts, plain, seconds, 100 * extra / reported))
+    return points
+
+
+def sampling_figure(points):
+    segments, missed, plain, margin, false = zip(*points)
+    shares = {"contacts missed, no margin": missed, "false pairs, margin of 2 e": false}
+    times = {"time, no margin": plain, "time, margin of 2 e": margin}
+    form = {"xlabel": "segments per fiber", "xscale": "log", "x_format": count_label}
+    return panels_figure(
+        [
+            Panel(
+                title,
+                {label: list(zip(segments, values)) for label, values in curves.items()},
+                y_format=y_format,
+                **form,
+            )
+            for title, curves, y_format in (
+                ("what is wrong", shares, lambda share, _: f"{share:g} %"),
+                ("update + detection", times, seconds_label),
+            )
+        ]
+    )
 
 
 def costs(part):
@@ -95,7 +144,7 @@ def costs(part):
         segments, size, pairs, *times = part.medians("Costs", name, *keys)
         cells = [digits(size / segments), *(count(1e9 * seconds / segments) for seconds in times)]
         rows.append([name.replace("/", ": ", 1), *cells, count(pairs)])
-    header = ["what is asked for", "bytes a segment", "update, ns a segment"]
-    header += ["detection, ns a segment", "pairs"]
-    caption = "Of a tree over plain arrays, and of a manager of FCL's objects."
+    header = ["input: options", "bytes per segment", "update, ns per segment"]
+    header += ["detection, ns per segment", "pairs"]
+    caption = "Arrays are a FiberTree's, objects a manager's."
     return Table("costs", "What a scene pays for", header, rows, caption)

@@ -347,7 +347,7 @@ class ReportTest(unittest.TestCase):
         text, page = self.page("trade")
         for title in ("Managers", "Sampling", "What a scene pays for"):
             self.assertIn(f"## {title}\n", text)
-        self.assertEqual(page.count("<img "), 1)
+        self.assertEqual(page.count("<img "), 4)
 
     def test_paper(self):
         """If this failed, the paper's experiments would have no page."""
