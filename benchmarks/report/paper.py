@@ -29,21 +29,24 @@ TABLE_SCENES = {
 PHASES = ("set_up", "update", "detection")
 PHASE_TITLES = ["construction", "update", "detection"]
 STATIC = (
-    "Static assembly of 100 segments a fiber, turned. Boxes and spheres report volumes that "
+    "Static assembly of 100 segments per fiber, turned. Boxes and spheres report volumes that "
     "overlap. 'kCapsules' reports capsules that touch."
 )
 REPLAY = (
-    "150 fibers of 100 segments, bent from straight to a loop in 100 steps; each manager lives "
-    "through all of them. The least of each step's times over the replays."
+    "150 fibers of 100 segments bend from straight to a loop in 100 steps. Each manager lives "
+    "through all of them. A step's time is the least over the replays."
 )
-CAGES = "Share of cages that were computed anew, in trees that are built once."
+CAGES = "Share of cages that were recomputed. The trees are built once."
 CHAINS = (
-    "Both chains visit each point of a cubic lattice once, turned by 45 degrees about two axes: in "
-    "random order, or row after row."
+    "Both chains visit each point of a cubic lattice once, in random order or row after row. The "
+    "lattice is turned by 45 degrees about two axes."
 )
-RADII = "Of the roots. Of the bound: the largest ratio of a node's, divided by sqrt(h + 1)."
-RODS = "Warm: from its shape under a load that differs by 2 %. Cold: from none."
-VIEW = "Touching segments are red. Fibers and points are thinned, contacts are of all."
+RADII = (
+    "Radii of the roots. The last column is the largest ratio of a node's two radii, divided by "
+    "sqrt(h + 1)."
+)
+RODS = "Warm starts from the shape under a load that differs by 2 %. Cold has no starting shape."
+VIEW = "Touching segments are red. Some fibers and points are left out; contacts are of all."
 AXES = {"axis_turned_0": "all but straight, along z,", "axis_turned_1": "all but straight, turned,"}
 PUBLISHED = ("LayeredAABBTree/super_thread", "WrappedSphereTree/super_thread")
 
@@ -101,10 +104,10 @@ def table_one(parts):
         for row, names in rows_of(found).items():
             rows.append([f"{title}: {row}", *row_cells(found, names)])
     caption = (
-        "The paper's rows are of a Pentium IV, 2.4 GHz, the others of one thread here. 'Super "
-        "thread' is the paper's tree, the others are over the bundle. ~ is a single time, > where "
-        "a phase was ended. Of FCL, phase by phase, the fastest tree and level. Adjacent segments "
-        "are left out except by FCL, which cannot. The paper's collisions stand under pairs."
+        "The paper's times are of a Pentium IV with 2.4 GHz, the others of one thread here. Rows with "
+        "'super thread' are of the paper's tree, our other rows of the bundle. ~ marks a single "
+        "time, > a phase that was ended. FCL's best is the tree and level that is fastest in the "
+        "phase. Only FCL includes adjacent segments. The paper's collisions stand under pairs."
     )
     header = ["", *PHASE_TITLES, "pairs", "touching"]
     return Table("table-1", "Table I", header, rows, caption)
