@@ -104,7 +104,7 @@ def table_one(parts):
         for row, names in rows_of(found).items():
             rows.append([f"{title}: {row}", *row_cells(found, names)])
     caption = (
-        "The paper's times are of a Pentium IV with 2.4 GHz, the others of one thread here. Rows with "
+        "The paper's times are of a Pentium IV, 2.4 GHz, the others of one thread here. Rows with "
         "'super thread' are of the paper's tree, our other rows of the bundle. ~ marks a single "
         "time, > a phase that was ended. FCL's best is the tree and level that is fastest in the "
         "phase. Only FCL includes adjacent segments. The paper's collisions stand under pairs."
