@@ -147,4 +147,4 @@ def costs(part):
     header = ["input: options", "bytes per segment", "update, ns per segment"]
     header += ["detection, ns per segment", "pairs"]
     caption = "Arrays are a FiberTree's, objects a manager's."
-    return Table("costs", "What a scene pays for", header, rows, caption)
+    return Table("costs", "What options cost", header, rows, caption)

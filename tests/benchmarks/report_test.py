@@ -345,7 +345,7 @@ class ReportTest(unittest.TestCase):
     def test_trade(self):
         """If this failed, docs/accuracy.md and docs/costs.md could not be made."""
         text, page = self.page("trade")
-        for title in ("Managers", "Sampling", "What a scene pays for"):
+        for title in ("Managers", "Sampling", "What options cost"):
             self.assertIn(f"## {title}\n", text)
         self.assertEqual(page.count("<img "), 4)
 
