@@ -3,7 +3,7 @@
 #
 # benchmarks/run.sh [--full [--targets] | --trade | --paper [--full]] [--hair FILE [--radius R]]
 #
-#   (nothing)  the README's first table: this library, FCL and Embree on three scenes. 3 minutes
+#   (nothing)  the README's table: this library, FCL and Embree on three scenes. 3 minutes
 #   --full     all tables of docs/performance.md: scenes, other queries, small scenes, arrays, growth.
 #              36 minutes. It takes 6 GB of memory, and more, up to 20 GB, if the machine has it.
 #              --targets also lists which ratios reach their targets

@@ -126,7 +126,7 @@ DIALS = {  # by file: title, rows of the table of managers. The first is the mea
 def dial(scenes, rows):
     """`scenes`: by title, (seconds, false pairs per contact, ...) by row. Each group of bars is a
     scene."""
-    figure = Figure(figsize=(8, 0.6 + 0.26 * len(scenes) * (len(rows) + 1.6)))
+    figure = Figure(figsize=(8, 0.6 + 0.22 * len(scenes) * (len(rows) + 1.6)))
     axis = figure.subplots()
     at, ticks, most = 0.0, [], 1.0
     for title, found in scenes.items():

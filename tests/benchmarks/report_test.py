@@ -348,6 +348,10 @@ class ReportTest(unittest.TestCase):
         for title in ("Managers", "Sampling", "What options cost"):
             self.assertIn(f"## {title}\n", text)
         self.assertEqual(page.count("<img "), 4)
+        self.edit("frames_helix", lambda run: "/super_thread/" not in run["run_name"])
+        text, page = self.page_of_folder("trade")
+        self.assertNotIn("super thread |", text.split("## Sampling")[0])
+        self.assertEqual(page.count("<img "), 4)
 
     def test_paper(self):
         """If this failed, the paper's experiments would have no page."""
