@@ -231,9 +231,7 @@ class ReportTest(unittest.TestCase):
         """Cells by the row's name."""
         lines = text.split("## ")[1].split("\n\n")[1].splitlines()
         rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
-        self.assertEqual(
-            rows[0][1:], ["helix 10 x 20", "cap 20 x 10", "paper-dynamic 40 x 50"]
-        )
+        self.assertEqual(rows[0][1:], ["helix 10 x 20", "cap 20 x 10", "paper-dynamic 40 x 50"])
         return {name: cells for name, *cells in rows[2:]}
 
     def test_headline(self):
