@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// The C++ of docs/choosing.md and docs/files.md (code_blocks.cmake), with what it takes for granted
-// declared before it. The README's program is examples/minimal.cpp (pages_test.py).
+// The C++ of some pages in docs (code_blocks.cmake), with what it takes for granted declared before
+// it. Other pages show files of examples.
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -19,9 +19,11 @@
 #include "io/file_support.h"
 
 // clang-format off
-#include "choosing_0_includes.inc"
-#include "choosing_1_includes.inc"
+#include "contacts_0_includes.inc"
+#include "contacts_1_includes.inc"
 #include "files_0_includes.inc"
+#include "options_0_includes.inc"
+#include "options_1_includes.inc"
 // clang-format on
 
 namespace {
@@ -66,7 +68,7 @@ bool callback(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* data) {
 }
 
 // Code that a user copies would not compile, or report other pairs than it says.
-TEST(Choosing, TreeOverArrays) {
+TEST(Options, TreeOverArrays) {
   const fcl_fibers::FiberPolylines scene = crossing();
   std::vector<float> points;
   for (const fcl_fibers::Point& point : scene.points) {
@@ -77,9 +79,34 @@ TEST(Choosing, TreeOverArrays) {
   const float radius = 0.1F;
   std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
   const auto touched = [&](std::int32_t a, std::int32_t b) { pairs.push_back({a, b}); };
-#include "choosing_1_code.inc"
+#include "options_1_code.inc"
   EXPECT_THAT(pairs, testing::Contains(std::pair(1, 5)));
   EXPECT_EQ(pairs.size(), 1 + 4U) << "with adjacent segments";
+}
+
+TEST(Contacts, OfATreeAndOfAManager) {
+  const fcl_fibers::FiberPolylines scene = crossing();
+  const auto fibers = fiberArrays(scene);
+  fcl_fibers::FiberTreeOptions options;
+  options.report = fcl_fibers::Report::kCapsules;
+  options.ignored_neighbors = 1;
+  fcl_fibers::FiberTree tree(options);
+  tree.build(fibers);
+  const Objects objects(scene);
+  fcl_fibers::FiberManagerOptions same;
+  same.report = options.report;
+  same.ignored_neighbors = options.ignored_neighbors;
+  fcl_fibers::LayeredAABBTreeCollisionManagerd manager(same);
+  for (const Fiber& fiber : objects.fibers) manager.registerFiber(fiber);
+  std::vector<fcl_fibers::Contact> solved;
+  const auto solve = [&](const fcl_fibers::Contact& contact) { solved.push_back(contact); };
+#include "contacts_0_code.inc"
+#include "contacts_1_code.inc"
+  ASSERT_EQ(solved.size(), 2U);
+  for (const fcl_fibers::Contact& contact : solved) {
+    EXPECT_EQ(contact.b.fiber, 1U);
+    EXPECT_NEAR(contact.distance, 0.15 - 2 * 0.1, 1e-12);
+  }
 }
 
 TEST(Files, FibersFromAFile) {
@@ -100,7 +127,7 @@ TEST(Files, FibersFromAFile) {
   std::filesystem::remove("ponytail.tfx");
 }
 
-TEST(Choosing, AClosedCableAndAHead) {
+TEST(Options, AClosedCableAndAHead) {
   const fcl_fibers::FiberPolylines scene = square();
   const Objects objects(scene);
   const Fiber& cable = objects.fibers[0];
@@ -108,7 +135,7 @@ TEST(Choosing, AClosedCableAndAHead) {
   fcl::CollisionObjectd head(std::make_shared<fcl::Sphered>(0.2), fcl::Matrix3d::Identity(),
                              fcl::Vector3d(0.5, 0.2, 0));
   Pairs data;
-#include "choosing_0_code.inc"
+#include "options_0_code.inc"
   EXPECT_THAT(data, testing::ElementsAre(std::pair(cable[0], &head)));
 }
 
