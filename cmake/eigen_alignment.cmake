@@ -3,6 +3,8 @@
 # compares it with the value in the user's build.
 function(fcl_fibers_find_eigen_alignment macro result)
   get_target_property(eigen_include Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
+  # Conan names the folder for this build type only.
+  set(CMAKE_TRY_COMPILE_CONFIGURATION ${CMAKE_BUILD_TYPE})
   # The result is kept for these flags only.
   string(MD5 flags "${CMAKE_CXX_COMPILER} ${CMAKE_CXX_FLAGS}")
   foreach(bytes 16 32 64 128 0)
