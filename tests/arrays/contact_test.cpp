@@ -315,7 +315,7 @@ TYPED_TEST(ArrayContacts, RefuseArraysThatDoNotFitEachOther) {
 
     bad = good;
     bad.fiber_count = static_cast<std::size_t>(-1);
-    refused(bad, {0, 1}, "more than 2^27 fibers");
+    refused(bad, {0, 1}, std::to_string(bad.fiber_count) + " fibers are more than 2^27");
     bad = good;
     bad.points = nullptr;
     refused(bad, {0, 1}, "points are null");

@@ -572,10 +572,10 @@ TEST(ArrayTree, RefusesWhatItCannotAnswerFor) {
   std::vector<std::size_t> huge_begin = good.point_begin;
   huge_begin.back() = huge.point_count;
   huge.point_begin = huge_begin.data();
-  expectRefused(tree, huge, "more than 2^27 points");
+  expectRefused(tree, huge, "points are more than 2^27");
   huge = good.view();
   huge.fiber_count = static_cast<std::size_t>(-1);
-  expectRefused(tree, huge, "more than 2^27 fibers");
+  expectRefused(tree, huge, "fibers are more than 2^27");
 }
 
 // A null pointer would be read, also where there are fibers, but no points.

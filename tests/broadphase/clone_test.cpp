@@ -231,11 +231,11 @@ TYPED_TEST(Clone, RefusesWhatDoesNotFit) {
   };
   Objects objects = good;
   objects.pop_back();
-  refused(objects, "132 objects for 133");
+  refused(objects, "132 objects are given for 133");
   objects = good;
   objects.push_back(copies.addSphere({0, 0, 0}, 1));
-  refused(objects, "134 objects for 133");
-  refused({}, "0 objects for 133");
+  refused(objects, "134 objects are given for 133");
+  refused({}, "0 objects are given for 133");
   objects = good;
   objects[20] = nullptr;
   refused(objects, "object 20 is null");

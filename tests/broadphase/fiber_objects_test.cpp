@@ -219,7 +219,7 @@ TYPED_TEST(FiberObjectsTest, RefusesFibersThatAreNoPartitionOfThePoints) {
   const auto expectRefusal = [&scene](const char* reason) {
     EXPECT_THAT([&] { segmentPoses<TypeParam>(scene); },
                 ThrowsMessage<std::invalid_argument>(AllOf(HasSubstr("segmentPoses: point_begin"),
-                                                           HasSubstr(reason), HasSubstr("let"))));
+                                                           HasSubstr(reason), HasSubstr("must"))));
     EXPECT_THAT([&] { makeObjects<TypeParam>(scene); },
                 ThrowsMessage<std::invalid_argument>(
                     AllOf(HasSubstr("makeObjects: point_begin"), HasSubstr(reason))));
