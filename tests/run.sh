@@ -9,7 +9,7 @@
 # a test is a whole executable. Filters of GoogleTest work too:
 #   tests/run.sh -R broadphase
 #   GTEST_FILTER='*WrappedSphere*' tests/run.sh
-#   build/release/tests/tree_test --gtest_filter='CageTest.*'     (once it is built)
+#   build/release/tests/tree_test --gtest_filter='CageTest/*'     (once it is built)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
