@@ -1,161 +1,193 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <algorithm>
-#include <array>
+#include <cmath>
 #include <cstddef>
-#include <iterator>
+#include <cstdio>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
-#include <fcl_fibers/contact.h>
 #include <fcl_fibers/io/export_geometry.h>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "answer_stream.h"
 #include "commands.h"
+#include "contact_list.h"
+#include "contenders/contender.h"
 #include "found_pairs.h"
 #include "output_file.h"
 
 namespace fcl_fibers::tools {
 namespace {
 
-/// The number of contacts in a plain list.
 constexpr std::size_t kFew = 10;
 
-/// The request and what was found.
-struct Answer {
-  const SceneSource& source;
-  const CheckRequest& request;
-  const FiberPolylines& scene;
-  const FoundPairs& found;
+template <typename Write>
+void writePicture(const std::string& path, Write&& write) {
+  if (path.empty()) return;
+  progress("writing " + path);
+  OutputFile file(path);
+  write(file.draft());
+  file.commit();
+}
 
-  /// Contacts are computed one by one, because memory may not hold all of them.
-  std::size_t count() const { return found.pairs.size(); }
-  Contact contact(std::size_t i) const {
-    return capsuleContact(fiberArrays(scene), found.pairs[i]);
+void writePictures(const CheckedFrame& frame, const FiberTree& tree) {
+  const CheckRequest& request = frame.request;
+  writePicture(request.segments_path, [&](const std::string& path) {
+    io::exportSegments(path, frame.scene, frame.found.touching);
+  });
+  writePicture(request.contacts_path, [&](const std::string& path) {
+    std::vector<Contact> contacts;
+    contacts.reserve(frame.count());
+    for (const SegmentPair& pair : frame.found.pairs) contacts.push_back(frame.contact(pair));
+    io::exportContacts(path, contacts);
+  });
+  writePicture(request.volumes_path, [&](const std::string& path) {
+    io::exportVolumes(path, tree.volumes(request.depth));
+  });
+}
+
+void warnOfPairsAlong(const CheckedFrame& frame, const ContactList& list) {
+  if (frame.count() == 0 || 10 * list.along < 9 * frame.count()) return;
+  fmt::print(stderr,
+             "fcl_fibers: warning: {}: {} of {} pairs are near each other along their fiber and "
+             "touch because it is thick; --ignored-arc-length {:.4g}, pi times the radius, leaves "
+             "them out\n",
+             frame.title, countText(list.along), countText(frame.count()),
+             std::acos(-1.0) * list.largest_radius);
+}
+
+/// Checks one frame after another, and writes each answer at once.
+class FrameChecker {
+ public:
+  explicit FrameChecker(const CheckRequest& request)
+      : request_(request), tree_(request.tree), stream_(request.path) {
+    if (!request.against) return;
+    const SceneSource source = request.against->open();
+    other_title_ = source.title;
+    other_ = source.scene();
+    other_tree_.emplace(request.tree);
+    other_tree_->build(fiberArrays(*other_));
   }
-};
 
-std::string csvText(const Answer& answer) {
-  fmt::memory_buffer text;
-  fmt::format_to(std::back_inserter(text),
-                 "fiber_a,segment_a,s,fiber_b,segment_b,t,distance,point_a_x,point_a_y,point_a_z,"
-                 "point_b_x,point_b_y,point_b_z,normal_x,normal_y,normal_z\n");
-  for (std::size_t i = 0; i < answer.count(); ++i) {
-    const Contact c = answer.contact(i);
-    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{}", c.a.fiber, c.a.segment, c.s,
-                   c.b.fiber, c.b.segment, c.t, c.distance);
-    for (const std::array<double, 3>& vector : {c.point_a, c.point_b, c.normal}) {
-      fmt::format_to(std::back_inserter(text), ",{},{},{}", vector[0], vector[1], vector[2]);
+  /// Returns whether there are contacts.
+  bool run() {
+    for (const SceneName& name : request_.scenes) {
+      progress("reading " + name.text);
+      const SceneSource source = name.open();
+      const bool one_source = request_.scenes.size() == 1;
+      if (frames_ == 0) begin(!one_source || source.asked.size() > 1);
+      for (const int frame : source.asked) {
+        progress("looking for contacts in " + source.title +
+                 (several_ ? fmt::format(", frame {}", frame) : ""));
+        checkFrame(source, source.make(frame), one_source ? frame : frames_);
+        ++frames_;
+      }
     }
-    text.push_back('\n');
+    if (several_ && request_.output == Output::kJson) stream_.write("\n ]\n}");
+    if (request_.output == Output::kJson) stream_.write("\n");
+    stream_.finish();
+    return found_;
   }
-  return fmt::to_string(text);
-}
 
-std::string jsonText(const Answer& answer) {
-  const FiberTreeOptions& tree = answer.request.tree;
-  const bool spheres = tree.volumes == FiberTreeOptions::Volumes::kWrappedSpheres;
-  const bool capsules = tree.report == Report::kCapsules;
-  nlohmann::ordered_json json = {{"scene", answer.source.title},
-                                 {"fibers", answer.scene.fiberCount()},
-                                 {"segments", answer.scene.segmentCount()},
-                                 {"report", capsules  ? "capsules"
-                                            : spheres ? "spheres"
-                                                      : "boxes"},
-                                 {"margin", tree.margin},
-                                 {"ignored_neighbors", tree.ignored_neighbors},
-                                 {"ignored_arc_length", tree.ignored_arc_length},
-                                 {"contact_count", answer.count()},
-                                 {"touching_segments", answer.found.touching_segments}};
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (std::size_t i = 0; i < answer.count(); ++i) {
-    const Contact c = answer.contact(i);
-    list.push_back({{"fiber_a", c.a.fiber},
-                    {"segment_a", c.a.segment},
-                    {"s", c.s},
-                    {"fiber_b", c.b.fiber},
-                    {"segment_b", c.b.segment},
-                    {"t", c.t},
-                    {"distance", c.distance},
-                    {"point_a", c.point_a},
-                    {"point_b", c.point_b},
-                    {"normal", c.normal}});
+ private:
+  void begin(bool several) {
+    several_ = several;
+    const bool pictures = !request_.segments_path.empty() || !request_.contacts_path.empty() ||
+                          !request_.volumes_path.empty();
+    if (several && pictures) {
+      throw std::invalid_argument("pictures are of one frame; give one scene without `frames`");
+    }
+    if (several && request_.output == Output::kText && (request_.summary || request_.top)) {
+      throw std::invalid_argument(
+          "the text of several frames has one line for each; for lists give --csv or --json, or "
+          "one frame");
+    }
+    if (request_.output == Output::kCsv) writeCsvHead(request_, several, stream_);
+    if (request_.output == Output::kText && several) {
+      stream_.write(fmt::format("{:>6} {:>12} {:>12} {:>10}  {}\n", "frame", "pairs", "distance",
+                                "seconds", "scene"));
+    }
+    if (request_.output == Output::kJson && several) {
+      stream_.write(openJson(head()) + ",\n \"frames\": [");
+    }
   }
-  json["contacts"] = std::move(list);
-  return json.dump(1) + "\n";
-}
 
-std::string plainText(const Answer& answer) {
-  const FiberPolylines& scene = answer.scene;
-  const bool capsules = answer.request.tree.report == Report::kCapsules;
-  const bool one = answer.count() == 1;
-  const char* const what = capsules ? (one ? "pair touches" : "pairs touch")
-                           : one    ? "pair of volumes overlaps"
-                                    : "pairs of volumes overlap";
-  std::string text = fmt::format("{}: {} of {}\n{} {}, of {}\n", answer.source.title,
-                                 counted(scene.segmentCount(), "segment"),
-                                 counted(scene.fiberCount(), "fiber"), countText(answer.count()),
-                                 what, counted(answer.found.touching_segments, "segment"));
-  if (answer.count() == 0) return text;
-  text += fmt::format("\n{:>8} {:>8}   {:>8} {:>8}   {:>10}\n", "fiber", "segment", "fiber",
-                      "segment", "distance");
-  for (std::size_t i = 0; i < std::min(kFew, answer.count()); ++i) {
-    const Contact c = answer.contact(i);
-    text += fmt::format("{:>8} {:>8}   {:>8} {:>8}   {:>10.4g}\n", c.a.fiber, c.a.segment,
-                        c.b.fiber, c.b.segment, c.distance);
+  nlohmann::ordered_json head() const {
+    const FiberTreeOptions& tree = request_.tree;
+    return {
+        {"version", FCL_FIBERS_VERSION},
+        {"report", tree.report == Report::kCapsules ? "capsules" : "volumes"},
+        {"volumes", tree.volumes == FiberTreeOptions::Volumes::kLayeredBoxes ? "boxes" : "spheres"},
+        {"margin", tree.margin},
+        {"ignored_neighbors", tree.ignored_neighbors},
+        {"ignored_arc_length", tree.ignored_arc_length}};
   }
-  if (answer.count() > kFew) {
-    text +=
-        fmt::format("and {} more; --csv or --json lists all\n", countText(answer.count() - kFew));
-  }
-  return text;
-}
 
-std::vector<Contact> allContacts(const Answer& answer) {
-  std::vector<Contact> contacts;
-  contacts.reserve(answer.count());
-  for (std::size_t i = 0; i < answer.count(); ++i) contacts.push_back(answer.contact(i));
-  return contacts;
-}
+  void readFrame(const FiberPolylines& scene) {
+    if (frames_ > 0 && scene.point_begin == point_begin_ && scene.closed == closed_) {
+      tree_.update(fiberArrays(scene));
+    } else {
+      tree_.build(fiberArrays(scene));
+      point_begin_ = scene.point_begin;
+      closed_ = scene.closed;
+    }
+  }
+
+  void checkFrame(const SceneSource& source, const FiberPolylines& scene, int number) {
+    CheckRequest listed = request_;
+    if (request_.output == Output::kText && !listed.top) listed.top = kFew;
+    CheckedFrame frame = {listed,       source.title,
+                          std::nullopt, scene,
+                          other_title_, other_ ? &*other_ : nullptr,
+                          FoundPairs{}, 0};
+    if (several_) frame.number = number;
+    frame.seconds = benchmarks::seconds([&] {
+      readFrame(scene);
+      frame.found = other_ ? findPairsBetween(tree_, scene, *other_tree_, request_.limit)
+                           : findPairs(tree_, scene, request_.limit);
+    });
+    found_ = found_ || frame.count() > 0;
+    writePictures(frame, tree_);
+    const ContactList list(frame);
+    progress("");
+    warnOfMany(frame.found, tree_, source.name);
+    warnOfPairsAlong(frame, list);
+    if (request_.output == Output::kCsv) {
+      writeCsv(frame, list, stream_);
+    } else if (request_.output == Output::kJson) {
+      if (several_) stream_.write(frames_ > 0 ? ",\n" : "\n");
+      writeJson(frame, list, several_ ? nlohmann::ordered_json() : head(), stream_);
+    } else if (several_) {
+      const std::string distance =
+          frame.count() > 0 ? fmt::format("{:.4g}", list.least_distance) : "-";
+      stream_.write(fmt::format("{:>6} {:>12} {:>12} {:>10.3g}  {}\n", number,
+                                (frame.found.complete ? "" : ">= ") + countText(frame.count()),
+                                distance, frame.seconds, source.title));
+      if (request_.path.empty()) stream_.flush();
+    } else {
+      writeText(frame, list, stream_);
+    }
+  }
+
+  const CheckRequest& request_;
+  FiberTree tree_;
+  AnswerStream stream_;
+  std::string other_title_;
+  std::optional<FiberPolylines> other_;
+  std::optional<FiberTree> other_tree_;
+  bool several_ = false, found_ = false;
+  int frames_ = 0;  ///< that are done
+  std::vector<std::size_t> point_begin_;
+  std::vector<std::uint8_t> closed_;
+};
 
 }  // namespace
 
-int check(const SceneSource& source, const CheckRequest& request) {
-  progress("reading " + source.title);
-  const FiberPolylines scene = source.scene();
-  progress("looking for contacts");
-  FiberTree tree(request.tree);
-  tree.build(fiberArrays(scene));
-  const FoundPairs found = findPairs(tree, scene);
-  const Answer answer{source, request, scene, found};
-
-  const auto writeFile = [](const std::string& path, auto&& write) {
-    if (path.empty()) return;
-    progress("writing " + path);
-    OutputFile file(path);
-    write(file);
-    file.commit();
-  };
-  writeFile(request.segments_path, [&](const OutputFile& file) {
-    io::exportSegments(file.draft(), scene, found.touching);
-  });
-  writeFile(request.contacts_path,
-            [&](const OutputFile& file) { io::exportContacts(file.draft(), allContacts(answer)); });
-  writeFile(request.volumes_path, [&](const OutputFile& file) {
-    io::exportVolumes(file.draft(), tree.volumes(request.depth));
-  });
-
-  const std::string text = request.output == Output::kCsv    ? csvText(answer)
-                           : request.output == Output::kJson ? jsonText(answer)
-                                                             : plainText(answer);
-  progress("");
-  if (request.path.empty()) {
-    print(text);
-  } else {
-    writeFile(request.path, [&](OutputFile& file) { file.write(text); });
-    progress("");
-  }
-  return answer.count() == 0 ? 0 : kExitContacts;
+int check(const CheckRequest& request) {
+  const bool found = FrameChecker(request).run();
+  return found && !request.exit_zero ? kExitContacts : 0;
 }
 
 }  // namespace fcl_fibers::tools

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <fcl_fibers/fiber_tree.h>
 
+#include "found_pairs.h"
 #include "scene_source.h"
 
 namespace fcl_fibers::tools {
@@ -19,21 +23,42 @@ constexpr int kExitError = 2;
 
 enum class Output { kText, kCsv, kJson };
 
-/// Writes the scene to `path`, whose ending chooses the format: .vtp, .hair or .txt.
+/// Writes a generated scene to `path`, whose ending chooses the format: .vtp, .hair or .txt.
 int generate(const SceneSource& source, const std::string& path);
+
+/// Writes the fibers of a file in another format, likewise. No radius is needed.
+int convert(const SceneSource& source, const std::string& path);
 
 /// Counts, lengths, bounds and warnings.
 int info(const SceneSource& source, Output output);
 
 struct CheckRequest {
+  enum class Order { kDepth, kFiber };
+
+  std::vector<SceneName> scenes;     ///< several are frames of one scene
+  std::optional<SceneName> against;  ///< else each scene is checked against itself
   FiberTreeOptions tree;
+  std::size_t limit = kPairLimit;  ///< the search of a frame ends after so many pairs
   Output output = Output::kText;
+  Order order = Order::kDepth;
+  std::optional<std::size_t> top;  ///< so many rows; else text has ten, and other output all
+  bool summary = false;            ///< a row for each two fibers
+  bool exit_zero = false;
   std::string path;                                        ///< of the list; empty for stdout
   std::string segments_path, contacts_path, volumes_path;  ///< pictures to write; empty for none
   int depth = 2;                                           ///< of the volumes
 };
-/// The pairs of the scene; returns 1 if there are any.
-int check(const SceneSource& source, const CheckRequest& request);
+/// The pairs of the scenes; returns 1 if there are any, unless exit_zero.
+int check(const CheckRequest& request);
+
+struct DistanceRequest {
+  SceneName scene;
+  std::optional<SceneName> other;  ///< else the distance is between fibers of the scene
+  FiberTreeOptions tree;           ///< which neighbors count for none
+  Output output = Output::kText;
+};
+/// The least distance between the surfaces of two fibers, and where it is.
+int distance(const DistanceRequest& request);
 
 struct BenchRequest {
   Output output = Output::kText;
@@ -46,6 +71,7 @@ int bench(const SceneSource& source, const BenchRequest& request);
 
 struct ViewRequest {
   FiberTreeOptions tree;
+  std::size_t limit = kPairLimit;  ///< the search of a frame ends after so many pairs
   std::string path;
   bool fragment = false;         ///< write a part of another page
   int depth = 2;                 ///< deepest volumes
@@ -54,8 +80,8 @@ struct ViewRequest {
 /// Writes a page that shows the scenes.
 int view(const std::vector<SceneSource>& sources, const ViewRequest& request);
 
-/// Puts an answer on stdout, or throws std::runtime_error if that fails.
-void print(const std::string& text);
+/// Puts text on stdout, or throws std::runtime_error if that fails.
+void print(std::string_view text);
 
 /// One line on stderr that overwrites itself, if that is a terminal; empty clears it.
 void progress(const std::string& line);

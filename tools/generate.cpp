@@ -28,11 +28,9 @@ std::string polylinesText(const FiberPolylines& scene) {
   return fmt::to_string(text);
 }
 
-}  // namespace
-
-int generate(const SceneSource& source, const std::string& path) {
+/// The radius of a file without one is 0, which no format keeps.
+void write(const SceneSource& source, const std::string& path) {
   OutputFile file(path);
-  progress("making " + source.title);
   const FiberPolylines scene = source.scene();
   progress("writing " + path);
   const std::string ending = std::filesystem::path(path).extension().string();
@@ -48,11 +46,32 @@ int generate(const SceneSource& source, const std::string& path) {
   }
   file.commit();
   progress("");
-  if (ending == ".txt") {
+  if (ending == ".txt" && source.has_radius) {
     fmt::print(stderr, "fcl_fibers: warning: {}: text has no place for the radius; {}\n", path,
                scene.radii.empty() ? fmt::format("read it with --radius {}", scene.radius)
                                    : "those of this scene differ and are lost");
   }
+}
+
+}  // namespace
+
+int generate(const SceneSource& source, const std::string& path) {
+  if (source.is_file) {
+    throw std::invalid_argument(
+        fmt::format("'{}' is a file, and only generated scenes are written by this command; for "
+                    "another format use: fcl_fibers convert",
+                    source.title));
+  }
+  write(source, path);
+  return 0;
+}
+
+int convert(const SceneSource& source, const std::string& path) {
+  if (!source.is_file) {
+    throw std::invalid_argument(fmt::format(
+        "'{}' is no file; to write a generated scene use: fcl_fibers generate", source.title));
+  }
+  write(source, path);
   return 0;
 }
 

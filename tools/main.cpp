@@ -4,16 +4,14 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
-#include <filesystem>
 #include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <fmt/format.h>
@@ -21,10 +19,11 @@
 
 #include "commands.h"
 #include "harness/progress.h"
+#include "options.h"
 
 namespace fcl_fibers::tools {
 
-void print(const std::string& text) {
+void print(std::string_view text) {
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
     throw std::runtime_error("writing to stdout failed");
   }
@@ -51,40 +50,46 @@ namespace {
 
 /// The parsed command line.
 struct Arguments {
-  std::string scene;
-  std::vector<std::string> scenes;  ///< of view
+  std::string scene, other;
+  std::vector<std::string> scenes;
   std::optional<double> radius;
-  std::vector<double> radii;  ///< of view
+  std::vector<double> radii;
   bool json = false, csv = false;
   std::string path;
   FiberTreeOptions tree;
+  std::size_t limit = kPairLimit;
+  std::optional<std::size_t> top;
   CheckRequest check;
   BenchRequest bench;
   ViewRequest view;
 
-  SceneSource source() const { return openScene(scene, radius); }
-
-  /// The scenes of view. One radius is for all files; several are for the files in order.
-  std::vector<SceneSource> sources() const {
-    const auto files =
-        static_cast<std::size_t>(std::count_if(scenes.begin(), scenes.end(), isFile));
+  /// One radius is for all files; several are for the files in order.
+  std::vector<SceneName> named(const std::vector<std::string>& texts) const {
+    const auto files = static_cast<std::size_t>(std::count_if(texts.begin(), texts.end(), isFile));
     if (radii.size() > 1 && radii.size() != files) {
       throw std::invalid_argument(
           fmt::format("--radius is given {} times for {}; give it once for all files, or once for "
                       "each",
                       radii.size(), counted(files, "file")));
     }
-    std::vector<SceneSource> sources;
+    std::vector<SceneName> names;
     std::size_t file = 0;
-    for (const std::string& name : scenes) {
+    for (const std::string& text : texts) {
       std::optional<double> its_radius;
       // If no scene is a file, the first one refuses the radius.
-      if (!radii.empty() && (files == 0 || isFile(name))) {
+      if (!radii.empty() && (files == 0 || isFile(text))) {
         its_radius = radii.size() == 1 ? radii[0] : radii[file++];
       }
-      sources.push_back(openScene(name, its_radius));
+      names.push_back({text, its_radius});
     }
-    return sources;
+    return names;
+  }
+
+  /// The scenes, and at last the other one, if it is given.
+  std::vector<SceneName> namedWithOther() const {
+    std::vector<std::string> texts = scenes;
+    if (!other.empty()) texts.push_back(other);
+    return named(texts);
   }
 
   Output output() const { return json ? Output::kJson : csv ? Output::kCsv : Output::kText; }
@@ -95,75 +100,91 @@ const std::map<std::string, Report> kReports = {{"capsules", Report::kCapsules},
 const std::map<std::string, FiberTreeOptions::Volumes> kVolumes = {
     {"boxes", FiberTreeOptions::Volumes::kLayeredBoxes},
     {"spheres", FiberTreeOptions::Volumes::kWrappedSpheres}};
-const std::map<std::string, Topology> kTopologies = {{"bundle", Topology::kBundle},
-                                                     {"super-thread", Topology::kSuperThread}};
-
-/// CLI11's own validators print their range, up to the largest double in 300 digits.
-CLI::Validator numberFrom(bool zero_is_one) {
-  const auto problem = [zero_is_one](const std::string& text) -> std::string {
-    char* end = nullptr;
-    const double number = std::strtod(text.c_str(), &end);
-    if (*end == '\0' && end != text.c_str() && std::isfinite(number) &&
-        (number > 0 || (zero_is_one && number == 0))) {
-      return "";
-    }
-    return "'" + text + "' is not a number " + (zero_is_one ? "of 0 or more" : "above 0");
-  };
-  return CLI::Validator(problem, "");
-}
-CLI::Validator zeroOrMore() { return numberFrom(true); }
-CLI::Validator aboveZero() { return numberFrom(false); }
-
-std::string pictureProblem(const std::string& path) {
-  const bool is_vtp = std::filesystem::path(path).extension() == ".vtp";
-  return is_vtp ? "" : "'" + path + "' does not end in .vtp";
-}
-
-void addPicture(CLI::App& command, const char* name, std::string& path, const char* what) {
-  command.add_option(name, path, what)
-      ->check(CLI::Validator(pictureProblem, ""))
-      ->type_name("FILE")
-      ->group("Pictures, .vtp");
-}
+const std::map<std::string, CheckRequest::Order> kOrders = {{"depth", CheckRequest::Order::kDepth},
+                                                            {"fiber", CheckRequest::Order::kFiber}};
 
 void addScene(CLI::App& command, Arguments& arguments) {
-  command.add_option("SCENE", arguments.scene, "A file or a generated scene")
+  command.add_option("SCENE", arguments.scene, "A file, `-`, or a generated scene.")
       ->required()
       ->type_name("");
+}
+
+void addRadius(CLI::App& command, Arguments& arguments) {
   command
-      .add_option("-r,--radius", arguments.radius,
-                  "Radius of all fibers, in the file's unit (overrides the file)")
+      .add_option(
+          "-r,--radius", arguments.radius,
+          "The radius of all fibers, in the file's unit. It replaces\nthe radii in the file.")
       ->check(zeroOrMore())
       ->type_name("LENGTH");
 }
 
-template <typename Value>
-void addChoice(CLI::App& command, const char* name, Value& value,
-               const std::map<std::string, Value>& choices, const char* type, const char* what) {
-  command.add_option(name, value, what)
-      ->transform(CLI::CheckedTransformer(choices).description(""))
-      ->type_name(type);
+void addJson(CLI::App& command, Arguments& arguments) {
+  command.add_flag("--json", arguments.json, "Print JSON, for programs.");
 }
 
-void addTree(CLI::App& command, FiberTreeOptions& tree) {
+void addOutput(CLI::App& command, Arguments& arguments) {
   command
-      .add_option("-n,--ignored-neighbors", tree.ignored_neighbors,
-                  "Ignore pairs up to N segments apart on the same fiber (default 1)")
-      ->check(zeroOrMore())
-      ->type_name("N");
-  command
-      .add_option("-a,--ignored-arc-length", tree.ignored_arc_length,
-                  "Ignore pairs closer than LENGTH along the same fiber (default 0)")
-      ->check(zeroOrMore())
-      ->type_name("LENGTH");
-  command.add_option("-m,--margin", tree.margin, "Report pairs up to LENGTH apart (default 0)")
-      ->check(zeroOrMore())
-      ->type_name("LENGTH");
-  addChoice(command, "--topology", tree.topology, kTopologies, "bundle|super-thread",
-            "Shape of the tree; super-thread is the paper's (default bundle)");
-  command.add_option("--threads", tree.threads, "Threads to use (default 1)")
+      .add_option("-o,--output", arguments.path,
+                  "The file to write. It ends in .vtp (ParaView), .hair or .txt.")
+      ->required()
+      ->type_name("FILE");
+}
+
+void addCheck(CLI::App& check, Arguments& arguments) {
+  check
+      .add_option("SCENES", arguments.scenes,
+                  "A file, `-`, or a generated scene. Several are frames of one\nscene.")
+      ->required()
+      ->type_name("");
+  check
+      .add_option("--against", arguments.other,
+                  "Look for pairs of each scene with SCENE, instead of pairs\nwithin it.")
+      ->type_name("SCENE");
+  addRadii(check, arguments.radii);
+  addTree(check, arguments.tree);
+  addLimit(check, arguments.limit);
+  addChoice(check, "--report", arguments.tree.report, kReports, "capsules|volumes",
+            "Look for capsules that touch, or for volumes that overlap.\nThe default is capsules.");
+  addChoice(check, "--volumes", arguments.tree.volumes, kVolumes, "boxes|spheres",
+            "The volumes of the tree. The default is boxes.");
+  addChoice(check, "--sort", arguments.check.order, kOrders, "depth|fiber",
+            "List the deepest first, which is the default, or in the order\nof the fibers.");
+  check
+      .add_option("--top", arguments.top,
+                  "List the first N only. The default for text is 10. CSV and\nJSON list all.")
       ->check(aboveZero())
       ->type_name("N");
+  check.add_flag("--summary", arguments.check.summary,
+                 "List pairs of fibers, with their numbers of contacts and\nleast distances.");
+  CLI::Option* const json = check.add_flag("--json", arguments.json, "Print JSON, for programs.");
+  check.add_flag("--csv", arguments.csv, "Print comma-separated values.")->excludes(json);
+  check.add_option("-o,--output", arguments.check.path, "Write to FILE instead of stdout.")
+      ->type_name("FILE");
+  check.add_flag("--exit-zero", arguments.check.exit_zero, "Return 0 if there are contacts, too.");
+  addPicture(check, "--write-segments", arguments.check.segments_path,
+             "Write the segments, with `fiber`, `segment` and `touching`.");
+  addPicture(check, "--write-contacts", arguments.check.contacts_path,
+             "Write a point between the two segments of each pair.");
+  addPicture(check, "--write-volumes", arguments.check.volumes_path,
+             "Write the volumes of one level of the tree.");
+  check
+      .add_option("--depth", arguments.check.depth,
+                  "The depth of that level. The root has depth 0. The default\nis 2.")
+      ->check(zeroOrMore())
+      ->type_name("N")
+      ->group("Pictures, .vtp");
+  check.footer(
+      "The exit code is 0 without contacts, 1 with contacts, and 2 after an error.\n"
+      "CSV has a line for each contact. JSON has the same names, with points and normals as "
+      "lists:\n"
+      "  fiber_a, segment_a, s   One segment, counted from 0, and the place along it, from 0 to "
+      "1.\n"
+      "  fiber_b, segment_b, t   The other segment.\n"
+      "  distance                From surface to surface. It is negative if they overlap.\n"
+      "  point_a_x, ...          The point on the surface of a that is nearest to b, or deepest in "
+      "it.\n"
+      "  point_b_x, ...          The point on the surface of b, likewise.\n"
+      "  normal_x, ...           The direction from a to b, of length one.");
 }
 
 int run(int argc, char** argv) {
@@ -173,72 +194,70 @@ int run(int argc, char** argv) {
   CLI::App app("Finds collisions among fibers: hair, cables, ropes, yarn.", "fcl_fibers");
   app.footer(
       sceneHelp() +
-      "\nExit code 2 is an error, with its message on stderr. `check` returns 1 if it finds "
-      "contacts,\n`bench` if a manager misses a pair. Files are written whole or not at all.\n"
-      "`fcl_fibers COMMAND --help` lists the options of a command.");
+      "\nThe exit code is 2 after an error, with its message on stderr. `check` returns 1 if it "
+      "finds\ncontacts, and `bench` if a manager misses a pair. Files are written whole or not at "
+      "all.\n`fcl_fibers COMMAND --help` describes the options of a command.");
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
   app.set_version_flag("--version", FCL_FIBERS_VERSION);
+  app.set_help_all_flag("--help-all", "Print the help of all commands.");
 
-  CLI::App& generate = *app.add_subcommand("generate", "Write a scene to a file.");
+  CLI::App& generate = *app.add_subcommand("generate", "Write a generated scene to a file.");
   addScene(generate, arguments);
-  generate
-      .add_option("-o,--output", arguments.path,
-                  "File to write: .vtp (ParaView), .hair, or .txt of polylines")
-      ->required()
-      ->type_name("FILE");
+  addOutput(generate, arguments);
 
-  CLI::App& info = *app.add_subcommand("info", "Count and measure a scene, and warn.");
+  CLI::App& convert =
+      *app.add_subcommand("convert", "Write the fibers of a file in another format.");
+  convert.add_option("IN", arguments.scene, "The file to read, or `-`.")->required()->type_name("");
+  convert
+      .add_option("OUT", arguments.path,
+                  "The file to write. It ends in .vtp (ParaView), .hair or .txt.")
+      ->required()
+      ->type_name("");
+  addRadius(convert, arguments);
+  convert.footer(
+      "No radius is needed. Radii are kept, except in .txt, which has no place for them.");
+
+  CLI::App& info = *app.add_subcommand("info", "Count and measure a scene, and warn of oddities.");
   addScene(info, arguments);
-  info.add_flag("--json", arguments.json, "Print JSON, for programs");
+  addRadius(info, arguments);
+  addJson(info, arguments);
 
   CLI::App& check = *app.add_subcommand("check", "List the segments that touch.");
-  addScene(check, arguments);
-  addTree(check, arguments.tree);
-  addChoice(check, "--report", arguments.tree.report, kReports, "capsules|volumes",
-            "Capsules that touch, or volumes that overlap (default capsules)");
-  addChoice(check, "--volumes", arguments.tree.volumes, kVolumes, "boxes|spheres",
-            "Volumes of the tree (default boxes)");
-  CLI::Option* const json = check.add_flag("--json", arguments.json, "List all contacts as JSON");
-  check.add_flag("--csv", arguments.csv, "List all contacts as comma-separated values")
-      ->excludes(json);
-  check.add_option("-o,--output", arguments.check.path, "Write the list to FILE instead of stdout")
-      ->type_name("FILE");
-  addPicture(check, "--write-segments", arguments.check.segments_path,
-             "Write the segments, with `fiber`, `segment` and `touching`");
-  addPicture(check, "--write-contacts", arguments.check.contacts_path,
-             "Write a point between the two segments of each pair");
-  addPicture(check, "--write-volumes", arguments.check.volumes_path,
-             "Write the volumes of one level of the tree");
-  check
-      .add_option("--depth", arguments.check.depth,
-                  "Depth of that level; the root is 0 (default 2)")
-      ->check(zeroOrMore())
-      ->type_name("N")
-      ->group("Pictures, .vtp");
-  check.footer(
-      "The exit code is 0 without contacts, 1 with contacts, 2 after an error.\n"
-      "CSV has a line for each contact. JSON has the same names, with points and normals as "
-      "lists:\n"
-      "  fiber_a, segment_a, s   one segment, counted from 0, and where along it: 0 to 1\n"
-      "  fiber_b, segment_b, t   the other one\n"
-      "  distance                from surface to surface, negative if they overlap\n"
-      "  point_a_x, ...          on a's surface, nearest to b, or deepest in it\n"
-      "  point_b_x, ...          on b's\n"
-      "  normal_x, ...           of length one, from a to b");
+  addCheck(check, arguments);
+
+  CLI::App& distance =
+      *app.add_subcommand("distance", "Find the least distance between fibers, and its place.");
+  addScene(distance, arguments);
+  distance
+      .add_option("OTHER", arguments.other,
+                  "Another scene. The distance is then from SCENE to OTHER.")
+      ->type_name("");
+  addRadii(distance, arguments.radii);
+  addNeighbors(distance, arguments.tree);
+  addJson(distance, arguments);
+  distance.footer(
+      "The distance is from surface to surface. It is negative if fibers overlap, and then it is "
+      "the\ndeepest overlap; `check` lists all. Two segments of one fiber count only if the fiber "
+      "turns\nback to itself: the part between them has to be longer than half a circle over their "
+      "distance.");
 
   CLI::App& bench = *app.add_subcommand("bench", "Compare the times of our managers and FCL's.");
   addScene(bench, arguments);
-  bench.add_flag("--all", arguments.bench.all, "Time all of FCL's managers, and the paper's trees");
-  bench.add_option("--repetitions", arguments.bench.repetitions, "Repetitions (default 9)")
+  addRadius(bench, arguments);
+  bench.add_flag("--all", arguments.bench.all,
+                 "Time all of FCL's managers, and the paper's trees.");
+  bench
+      .add_option("--repetitions", arguments.bench.repetitions,
+                  "Time each manager N times. The default is 9.")
       ->check(aboveZero())
       ->type_name("N");
   bench
       .add_option("--limit", arguments.bench.limit,
-                  "Leave out managers with a phase longer than this (default 10)")
+                  "Leave out managers with a longer phase. The default is 10.")
       ->check(aboveZero())
       ->type_name("SECONDS");
-  bench.add_flag("--json", arguments.json, "Print JSON, for programs");
+  addJson(bench, arguments);
   bench.footer(
       "Fibers of a file swing about their first points; generated scenes move to their next "
       "frame.");
@@ -247,14 +266,12 @@ int run(int argc, char** argv) {
   view.add_option("SCENES", arguments.scenes, "Files or generated scenes")
       ->required()
       ->type_name("");
-  view.add_option("-r,--radius", arguments.radii, "Radius of all files, or of each file in order")
-      ->check(zeroOrMore())
-      ->allow_extra_args(false)
-      ->type_name("LENGTH");
+  addRadii(view, arguments.radii);
   view.add_option("-o,--output", arguments.view.path, "Page to write, .html")
       ->required()
       ->type_name("FILE");
   addTree(view, arguments.tree);
+  addLimit(view, arguments.limit);
   view.add_option("--depth", arguments.view.depth, "Depth of the deepest volumes (default 2)")
       ->check(CLI::Range(0, 8).description(""))
       ->type_name("N");
@@ -275,21 +292,42 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kExitError;
   }
-  if (generate.parsed()) return tools::generate(arguments.source(), arguments.path);
-  if (info.parsed()) {
-    return tools::info(findScene(arguments.scene, arguments.radius), arguments.output());
+  const auto found = [&] { return findScene(arguments.scene, arguments.radius); };
+  if (generate.parsed()) return tools::generate(found(), arguments.path);
+  if (convert.parsed()) {
+    const SceneSource source = found();
+    printWarnings(source);
+    return tools::convert(source, arguments.path);
   }
-  if (check.parsed()) {
-    arguments.check.tree = arguments.tree;
-    arguments.check.output = arguments.output();
-    return tools::check(arguments.source(), arguments.check);
-  }
+  if (info.parsed()) return tools::info(found(), arguments.output());
   if (bench.parsed()) {
     arguments.bench.output = arguments.output();
-    return tools::bench(arguments.source(), arguments.bench);
+    return tools::bench(openScene(arguments.scene, arguments.radius), arguments.bench);
   }
+  if (distance.parsed()) arguments.scenes = {arguments.scene};
+  std::vector<SceneName> names = arguments.namedWithOther();
+  std::optional<SceneName> other;
+  if (!arguments.other.empty()) {
+    other = names.back();
+    names.pop_back();
+  }
+  if (distance.parsed()) {
+    return tools::distance({names.front(), other, arguments.tree, arguments.output()});
+  }
+  if (check.parsed()) {
+    arguments.check.scenes = names;
+    arguments.check.against = other;
+    arguments.check.tree = arguments.tree;
+    arguments.check.limit = arguments.limit;
+    arguments.check.top = arguments.top;
+    arguments.check.output = arguments.output();
+    return tools::check(arguments.check);
+  }
+  std::vector<SceneSource> sources;
+  for (const SceneName& name : names) sources.push_back(name.open());
   arguments.view.tree = arguments.tree;
-  return tools::view(arguments.sources(), arguments.view);
+  arguments.view.limit = arguments.limit;
+  return tools::view(sources, arguments.view);
 }
 
 }  // namespace

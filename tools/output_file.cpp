@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <initializer_list>
 #include <stdexcept>
 
@@ -69,14 +68,19 @@ OutputFile::~OutputFile() {
   has_draft = 0;
 }
 
-void OutputFile::write(const std::string& text) {
-  std::ofstream stream(draft_, std::ios::binary);
-  stream << text;
-  stream.close();
-  if (!stream) throw std::runtime_error(fmt::format("'{}': writing failed", path_));
+void OutputFile::write(std::string_view text) {
+  if (!stream_.is_open()) stream_.open(draft_, std::ios::binary);
+  stream_ << text;
+  requireWritten();
+}
+
+void OutputFile::requireWritten() const {
+  if (!stream_) throw std::runtime_error(fmt::format("'{}': writing failed", path_));
 }
 
 void OutputFile::commit() {
+  if (stream_.is_open()) stream_.close();
+  requireWritten();
   if (in_place_) return;
   if (std::rename(draft_.c_str(), path_.c_str()) != 0) {
     throw std::runtime_error(

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <fstream>
 #include <string>
+#include <string_view>
 
 namespace fcl_fibers::tools {
 
@@ -19,15 +21,18 @@ class OutputFile {
   /// The path to write to before commit(). It has the same ending.
   const std::string& draft() const { return draft_; }
 
-  /// Replaces the content of the draft.
-  void write(const std::string& text);
+  /// Appends to the draft. Throws std::runtime_error if that fails.
+  void write(std::string_view text);
 
   /// Renames the draft. Throws std::runtime_error if that fails.
   void commit();
 
  private:
+  void requireWritten() const;
+
   std::string path_;
   std::string draft_;
+  std::ofstream stream_;  ///< opened by write()
   bool in_place_ = false;
 };
 

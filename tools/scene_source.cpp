@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <iostream>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <memory>
@@ -201,17 +203,26 @@ constexpr Kind kKinds[] = {
      [](Parameters& keys) { return movingScene(keys, scenes::makePaperStrand); }},
 };
 
+const std::string kStandardInput = "-";
+
+io::FiberFile readStandardInput(const io::FiberFileOptions& options) {
+  const std::string name = "standard input";
+  const std::string bytes(std::istreambuf_iterator<char>(std::cin), {});
+  return io::parseFibers(
+      bytes, name, io::recognizeFormat(bytes, name).value_or(io::FiberFormat::kPolylines), options);
+}
+
 SceneSource readFile(const std::string& path, std::optional<double> radius) {
   SceneSource source;
-  const std::filesystem::path file(path);
-  source.name = file.filename().string();
+  const bool is_input = path == kStandardInput;
+  source.name = is_input ? "standard input" : std::filesystem::path(path).filename().string();
   source.title = source.name;
   source.is_file = true;
   source.playable = {0};
   benchmarks::showProgress("reading " + path);
   io::FiberFileOptions options;
   options.radius = radius;
-  io::FiberFile read = io::readFibers(path, options);
+  io::FiberFile read = is_input ? readStandardInput(options) : io::readFibers(path, options);
   source.has_radius = read.has_radius;
   source.warnings = std::move(read.warnings);
   source.make = [scene = std::move(read.fibers)](int frame) {
@@ -224,7 +235,7 @@ SceneSource readFile(const std::string& path, std::optional<double> radius) {
 
 bool isFile(const std::string& text) {
   std::error_code error;
-  return std::filesystem::exists(text, error);
+  return text == kStandardInput || std::filesystem::exists(text, error);
 }
 
 SceneSource findScene(const std::string& text, std::optional<double> radius, int part) {
@@ -256,6 +267,7 @@ SceneSource findScene(const std::string& text, std::optional<double> radius, int
     source.frame = keys.take("frame", source.frame);
     source.playable = {source.frame};
   }
+  source.asked = frames.empty() ? std::vector<int>{source.frame} : frames;
   keys.requireNoMore();
   if (source.frame < 0 || source.frame >= source.frame_count) {
     refuse(text, "frame=" + std::to_string(source.frame) + ": give a frame from 0 to " +
@@ -271,25 +283,31 @@ SceneSource openScene(const std::string& text, std::optional<double> radius, int
            "the file holds no radius, and fibers without thickness touch nothing; give --radius R, "
            "in the file's unit");
   }
+  printWarnings(source);
+  return source;
+}
+
+void printWarnings(const SceneSource& source) {
   benchmarks::endProgress();
   for (const std::string& warning : source.warnings) {
     std::fprintf(stderr, "fcl_fibers: warning: %s: %s\n", source.name.c_str(), warning.c_str());
   }
-  return source;
 }
 
 std::string sceneHelp() {
   std::string text =
-      "SCENE is a file of fibers (.hair, .tfx, .bcc, .vtp, or text with a point x y z per line and "
-      "a\nblank line between fibers), or a generated scene, NAME or NAME:key=value,...\n\n";
+      "SCENE is a file of fibers, `-`, or a generated scene. Files are .hair, .tfx, .bcc, .vtp, or "
+      "text\nwith a point x y z on each line and a blank line between fibers; spaces, commas, "
+      "semicolons or\ntabs separate numbers. `-` reads text from standard input. A generated scene "
+      "is NAME or\nNAME:key=value,... with one of these names:\n\n";
   for (const Kind& kind : kKinds) {
     std::string name = kind.name;
     name.resize(17, ' ');
     text += "  " + name + ' ' + kind.what + '\n';
   }
   text +=
-      "\nKeys are fibers, segments (of each fiber), radius, seed, and frame of the motion, or\n"
-      "frames=FIRST:LAST:STEP, which `view` plays:  helix:fibers=200,segments=50,frames=0:40\n";
+      "\nKeys are fibers, segments (of each fiber), radius, seed and frame. `check` goes through\n"
+      "frames=FIRST:LAST:STEP, and `view` plays them:  helix:fibers=200,segments=50,frames=0:40\n";
   return text;
 }
 

@@ -20,6 +20,7 @@ struct SceneSource {
   int frame = 0;                      ///< the one that was asked for
   int frame_count = 1;                ///< frames are 0, ..., frame_count - 1
   std::vector<int> playable;          ///< frames that a page plays; a scene at rest has one
+  std::vector<int> asked = {0};       ///< frames of `frames=`, or else the one
 
   /// A frame of the motion. Fibers of a file swing about their roots, 0.01 rad a frame.
   std::function<FiberPolylines(int frame)> make;
@@ -27,10 +28,12 @@ struct SceneSource {
   FiberPolylines scene() const { return make(frame); }
 };
 
-/// Whether `text` names an existing file. Files come before generated scenes of the same name.
+/// Whether `text` names an existing file, or is `-`, which is standard input. Files come before
+/// generated scenes of the same name.
 bool isFile(const std::string& text);
 
-/// Reads `text`, which is the path of a file, or `NAME` or `NAME:key=value,...` of a scene.
+/// Reads `text`, which is the path of a file, `-` for standard input, or `NAME` or
+/// `NAME:key=value,...` of a scene.
 /// @param radius  overrides the radii of a file; generated scenes have a key for it
 /// @param part  generates only one of so many fibers, at the same density
 ///
@@ -38,9 +41,20 @@ bool isFile(const std::string& text);
 /// range, or if a radius is given for a generated scene.
 SceneSource findScene(const std::string& text, std::optional<double> radius, int part = 1);
 
-/// findScene() for all commands except info, whose answer has both: throws std::invalid_argument if
-/// there is no radius, and prints the file's warnings to stderr.
+/// findScene() for commands that need a radius: throws std::invalid_argument if there is none, and
+/// prints the warnings.
 SceneSource openScene(const std::string& text, std::optional<double> radius, int part = 1);
+
+/// Prints the file's warnings to stderr.
+void printWarnings(const SceneSource& source);
+
+/// A scene as the command line names it.
+struct SceneName {
+  std::string text;
+  std::optional<double> radius;  ///< of a file
+
+  SceneSource open() const { return openScene(text, radius); }
+};
 
 /// Names, keys and defaults, for --help.
 std::string sceneHelp();

@@ -179,7 +179,8 @@ json frameJson(const FiberPolylines& scene, const std::string& label, const Thin
     tree.build(fiberArrays(scene));
     frame["volumes"][boxes ? "boxes" : "spheres"] = volumesJson(tree, request.depth, steps.middle);
     if (!boxes) continue;
-    const FoundPairs found = findPairs(tree, scene);
+    const FoundPairs found = findPairs(tree, scene, request.limit);
+    warnOfMany(found, tree, label);
     frame["contacts"] = found.pairs.size();
     frame["touching"] = touchingText(scene, thinning, found.touching);
   }

@@ -236,8 +236,9 @@ void addSphere(Mesh& mesh, const UnitSphere& unit, const TreeVolume& sphere) {
 }  // namespace
 
 void exportFibers(const std::string& path, const FiberPolylines& scene) {
-  Mesh mesh{Mesh::Cells::kLines,     scene.points,       {}, {},
-            {{"fiber", kInt32, {}}}, {radiusData(scene)}};
+  Mesh mesh{Mesh::Cells::kLines, scene.points, {}, {}, {{"fiber", kInt32, {}}}, {}};
+  // As in .hair, no thickness stands for an unknown one.
+  if (!scene.radii.empty() || scene.radius > 0) mesh.point_data.push_back(radiusData(scene));
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     for (std::size_t i = scene.point_begin[f]; i < scene.point_begin[f + 1]; ++i) {
       mesh.corners.push_back(i);

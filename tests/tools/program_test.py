@@ -34,7 +34,7 @@ CONTACT_COLUMNS = [
     *("fiber_a", "segment_a", "s", "fiber_b", "segment_b", "t", "distance"),
     *(f"{name}_{axis}" for name in ("point_a", "point_b", "normal") for axis in "xyz"),
 ]
-HELPED = ("generate", "info", "check", "bench", "view")
+HELPED = ("generate", "convert", "info", "check", "distance", "bench", "view")
 
 
 class Check(ProgramTest):
@@ -80,10 +80,10 @@ class Check(ProgramTest):
 
     def test_one_is_no_plural(self):
         text = self.run_program("check", self.fibers, "-r", 0.006, code=1)
-        self.assertIn(": 5 segments of 3 fibers\n1 pair touches, of 2 segments\n", text)
+        self.assertIn(": 5 segments of 3 fibers\n1 pair touches: 2 segments of 2 fibers\n", text)
         bent = self.write("bent.txt", "0 0 0\n1 0 0\n1 1 0\n")
         text = self.run_program("check", bent, "-r", 0.1)
-        self.assertIn(": 2 segments of 1 fiber\n0 pairs touch, of 0 segments\n", text)
+        self.assertIn(": 2 segments of 1 fiber\n0 pairs touch: 0 segments of 0 fibers\n", text)
         straight = self.write("straight.txt", "0 0 0\n1 0 0\n")
         self.assertIn(": 1 segment of 1 fiber\n", self.run_program("check", straight, "-r", 0.1))
 
@@ -157,6 +157,259 @@ class Check(ProgramTest):
             self.run_program("check", self.fibers, "-r", 0.006, "--csv", "-o", path, code=1), ""
         )
         self.assertEqual(len(path.read_text(encoding="utf-8").splitlines()), 2)
+
+
+class Lists(ProgramTest):
+    """What check lists, of a ladder: each rung r crosses the rail deeper than the one before."""
+
+    RADIUS = 0.5
+
+    def setUp(self):
+        super().setUp()
+        rail = [f"{x} 0 0" for x in range(0, 45, 4)]
+        self.gaps = [0.95 - 0.08 * rung for rung in range(11)]
+        rungs = [f"{4 * r + 2} -1 {gap}\n{4 * r + 2} 1 {gap}" for r, gap in enumerate(self.gaps)]
+        self.ladder = self.write("ladder.txt", "\n".join(rail) + "\n\n" + "\n\n".join(rungs) + "\n")
+
+    def check(self, *arguments, code=1):
+        return self.run_program("check", self.ladder, "-r", self.RADIUS, *arguments, code=code)
+
+    def json(self, *arguments, code=1):
+        return json.loads(self.check(*arguments, "--json", code=code))
+
+    def test_deepest_first(self):
+        """The contacts that matter most would be at the end, or missing."""
+        rows = [line.split() for line in self.check().split("distance\n")[1].splitlines()[:10]]
+        self.assertEqual([int(row[2]) for row in rows], list(range(11, 1, -1)))
+        for row, gap in zip(rows, reversed(self.gaps)):
+            self.assertAlmostEqual(float(row[4]), gap - 1, delta=1e-4)
+        self.assertIn("and 1 more;", self.check())
+        self.assertNotIn(" more;", self.check("--top", 11))
+        for top in (1, 2, 11, 50):
+            fibers = [c["fiber_b"] for c in self.json("--top", top)["contacts"]]
+            self.assertEqual(fibers, list(range(11, 0, -1))[:top])
+            fibers = [c["fiber_b"] for c in self.json("--top", top, "--sort", "fiber")["contacts"]]
+            self.assertEqual(fibers, list(range(1, 12))[:top])
+        self.assertEqual(self.json("--top", 2)["contact_count"], 11)
+
+    def test_head(self):
+        """What a number belongs to would be unknown."""
+        head = self.json("--report", "volumes", "--volumes", "spheres")
+        self.assertEqual((head["report"], head["volumes"]), ("volumes", "spheres"))
+        head = self.json()
+        self.assertEqual((head["report"], head["volumes"]), ("capsules", "boxes"))
+        self.assertEqual(head["version"], self.run_program("--version").strip())
+        self.assertEqual(head["radius"], self.RADIUS)
+        self.assertGreater(head["seconds"], 0)
+        self.assertIs(head["complete"], True)
+        self.assertEqual((head["touching_segments"], head["touching_fibers"]), (22, 12))
+        self.assertAlmostEqual(head["least_distance"], self.gaps[-1] - 1, delta=1e-9)
+        self.assertIsNone(self.json_of_tapered()["radius"])
+
+    def json_of_tapered(self):
+        path = self.folder / "tapered.hair"  # thick at its root
+        head = struct.pack("<4s4If", b"HAIR", 1, 3, 6, 2, 1).ljust(128, b"\0")
+        path.write_bytes(head + struct.pack("<9f", *range(9)) + struct.pack("<3f", 3, 2, 1))
+        return json.loads(self.run_program("check", path, "--json"))
+
+    def test_depths_are_counted(self):
+        """Deep contacts would look harmless."""
+        counts = self.json()["depths"]
+        for one, after in zip(counts, counts[1:]):
+            self.assertEqual(one["to"], after["from"])
+        self.assertEqual((counts[0]["from"], counts[-1]["to"]), (0, 1))
+        for part in counts:
+            inside = [g for g in self.gaps if part["from"] <= 1 - g < part["to"]]
+            self.assertEqual(part["pairs"], len(inside), part)
+        text = self.check("--margin", 0.001)
+        self.assertRegex(text, r"\n +75 to 100 +2  #+\n")
+        self.assertNotIn("apart", text)
+        apart = self.run_program("check", self.ladder, "-r", 0.4, "--margin", 0.2, code=1)
+        self.assertRegex(apart, r"\n +apart +2  #+\n")
+
+    def test_summary_by_fiber_pair(self):
+        """Which fibers touch would have to be found in a list of segments."""
+        path = self.write(
+            "comb.txt",
+            "0 0 0\n1 0 0\n2 0 0\n3 0 0\n\n9 9 9\n\n0 0 .3\n3 0 .2\n\n2 -1 -.3\n2 1 -.3\n",
+        )
+        scene = ("check", path, "-r", 0.2, "--summary")
+        found = json.loads(self.run_program(*scene, "--json", code=1))
+        rows = [(r["fiber_a"], r["fiber_b"], r["contacts"]) for r in found["fiber_pairs"]]
+        self.assertEqual(rows, [(0, 2, 3), (0, 3, 2)])
+        self.assertNotIn("contacts", found)
+        self.assertAlmostEqual(found["fiber_pairs"][1]["distance"], -0.1, delta=1e-6)
+        rows = list(csv.DictReader(io.StringIO(self.run_program(*scene, "--csv", code=1))))
+        self.assertEqual([(int(r["fiber_b"]), int(r["contacts"])) for r in rows], [(2, 3), (3, 2)])
+        self.assertRegex(self.run_program(*scene, code=1), r"\n +0 +2 +3 +-0\.2")
+
+    def test_too_many_pairs(self):
+        """A radius that is far too large would fill the memory."""
+        self.check("--limit", 11)
+        self.assertEqual(self.stderr, "")
+        found = self.json("--limit", 10)
+        self.assertEqual((found["complete"], found["contact_count"]), (False, 10))
+        for word in ("10 pairs", "incomplete", "radius is probably too large", "--limit"):
+            self.assertIn(word, self.stderr)
+        self.assertIn("at least 10 pairs touch", self.check("--limit", 10))
+        page = self.folder / "page.html"
+        self.run_program("view", self.ladder, "-r", self.RADIUS, "--limit", 10, "-o", page)
+        self.assertIn("10 pairs", self.stderr)
+        dense = "helix:fibers=60,segments=9,radius=9"
+        self.run_program("check", dense, code=1)
+        self.assertIn("more than 20 pairs for each segment", self.stderr)
+        self.run_program("check", dense, "--report", "volumes", code=1)
+        self.assertEqual(self.stderr, "")
+
+    def test_pairs_along_a_yarn(self):
+        """Hundreds of contacts would be those of a fiber with itself, as it goes along."""
+        yarn = self.write("yarn.txt", "".join(f"{0.1 * i} 0 0\n" for i in range(40)))
+        self.run_program("check", yarn, "-r", 0.5, code=1)
+        advice = self.stderr.split("--ignored-arc-length ")[1].split(",")[0]
+        self.assertAlmostEqual(float(advice), math.pi * 0.5, delta=1e-3)
+        self.run_program("check", yarn, "-r", 0.5, "-a", advice)
+        self.assertEqual(self.stderr, "")
+        self.check()
+        self.assertEqual(self.stderr, "")
+
+    def test_exit_zero(self):
+        self.check("--exit-zero", code=0)
+        self.run_program("check", self.folder / "none", "--exit-zero", code=2)
+
+    def test_standard_input(self):
+        with open(self.ladder, encoding="utf-8") as text:
+            done = subprocess.run(
+                [PROGRAM, "check", "-", "-r", "0.5", "--json"],
+                stdin=text,
+                capture_output=True,
+                check=False,
+            )
+        found = json.loads(done.stdout)
+        self.assertEqual((found["scene"], found["contact_count"]), ("standard input", 11))
+
+    def test_against_another_file(self):
+        """Hair and what it lies on are often two files."""
+        bar = self.write(
+            "bar.txt", "6 -1 -0.9\n6 1 -0.9\n\n5 5 5\n5 6 5\n\n22 -1 -1.2\n22 1 -1.2\n"
+        )
+        arguments = ("check", self.ladder, "--against", bar)
+        found = json.loads(self.run_program(*arguments, "-r", 0.5, "--json", code=1))
+        keys = ("fiber_a", "segment_a", "fiber_b", "segment_b")
+        self.assertEqual([tuple(c[k] for k in keys) for c in found["contacts"]], [(0, 1, 0, 0)])
+        self.assertEqual(
+            (found["touching_segments"], found["against"]["touching_segments"]), (1, 1)
+        )
+        self.assertEqual((found["against"]["fibers"], found["against"]["radius"]), (3, 0.5))
+        thick = (*arguments, "-r", 0.5, "-r", 0.8, "--json")
+        found = json.loads(self.run_program(*thick, code=1))
+        self.assertEqual([c["fiber_b"] for c in found["contacts"]], [0, 2])
+        text = self.run_program(*arguments, "-r", 0.5, code=1)
+        self.assertIn("against bar.txt: 3 segments of 3 fibers\n", text)
+        self.assertIn("touches: 1 segment of 1 fiber against 1 segment of 1 fiber\n", text)
+
+    def test_files_as_frames(self):
+        """Frames of a simulation would have to be checked one by one."""
+        apart = self.write("apart.txt", "0 0 0\n1 0 0\n\n0 0 2\n1 0 2\n")
+        near = self.write("near.txt", "0 0 0\n1 0 0\n\n0 0 .9\n1 0 .9\n")
+        more = self.write("more.txt", "0 0 0\n1 0 0\n2 0 0\n\n0 0 .9\n2 0 .9\n")
+        frames = ("check", apart, near, more, apart, "-r", 0.5)
+        text = self.run_program(*frames, code=1)
+        columns = [line.split() for line in text.splitlines()[1:]]
+        self.assertEqual(
+            [row[:2] for row in columns], [["0", "0"], ["1", "1"], ["2", "2"], ["3", "0"]]
+        )
+        self.assertEqual([row[2] for row in columns], ["-", "-0.1", "-0.1", "-"])
+        self.assertEqual([row[4] for row in columns][:2], ["apart.txt", "near.txt"])
+        found = json.loads(self.run_program(*frames, "--json", code=1))["frames"]
+        self.assertEqual([f["contact_count"] for f in found], [0, 1, 2, 0])
+        self.assertEqual([f["frame"] for f in found], [0, 1, 2, 3])
+        rows = list(csv.DictReader(io.StringIO(self.run_program(*frames, "--csv", code=1))))
+        self.assertEqual(list(rows[0]), ["frame", *CONTACT_COLUMNS])
+        self.assertEqual([int(row["frame"]) for row in rows], [1, 2, 2])
+        self.run_program("check", apart, apart, "-r", 0.5)
+        picture = self.folder / "segments.vtp"
+        self.run_program(*frames, "--write-segments", picture, code=2)
+        self.assertIn("one frame", self.stderr)
+        self.run_program(*frames, "--top", 3, code=2)
+        self.assertFalse(picture.exists())
+
+    def test_frames_of_a_generated_scene(self):
+        """A tree that is refitted would find other pairs than a new one."""
+        scene = "paper-dynamic:fibers=60,segments=20"
+        text = self.run_program("check", scene + ",frames=60:85:25", "--json", code=1)
+        for frame in json.loads(text)["frames"]:
+            alone = f"{scene},frame={frame['frame']}"
+            found = json.loads(self.run_program("check", alone, "--json", code=1))
+            self.assertEqual(frame["contacts"], found["contacts"])
+        self.assertEqual(found["contact_count"] > 5, True)
+        self.assertIn("segments of 60 fibers\n", self.run_program("check", scene, code=1))
+
+
+class Distance(ProgramTest):
+    def nearest(self, *arguments):
+        return json.loads(self.run_program("distance", *arguments, "--json"))["nearest"]
+
+    def test_between_fibers(self):
+        """A user would be told another distance, or another place."""
+        path = self.write("crossing.txt", CROSSING)
+        found = self.nearest(path, "-r", 0.004)
+        self.assertAlmostEqual(found["distance"], 0.002, delta=1e-12)
+        self.assertEqual([found[k] for k in SEGMENTS], [0, 1, 1, 0])
+        self.assertLess(math.dist(found["point_a"], (1.5, 0, 0.004)), 1e-12)
+        self.assertLess(math.dist(found["point_b"], (1.5, 0, 0.006)), 1e-12)
+        self.assertIn(
+            "the least distance is 0.002\n", self.run_program("distance", path, "-r", 0.004)
+        )
+        text = self.run_program("distance", path, "-r", 0.006)
+        self.assertIn("the deepest overlap is 0.002\n", text)
+
+    def test_agrees_with_brute_force(self):
+        path = self.folder / "helix.txt"
+        self.run_program("generate", "helix:fibers=12,segments=15", "-o", path)
+        fibers = read_polylines(path)
+        segments = [(f, *ends) for f, fiber in enumerate(fibers) for ends in zip(fiber, fiber[1:])]
+        least = min(
+            segment_distance(p, q, u, v)
+            for i, (f, p, q) in enumerate(segments)
+            for g, u, v in segments[i + 1 :]
+            if f != g
+        )
+        for radius in (0, 0.001, 0.2):
+            found = self.nearest(path, "-r", radius)
+            self.assertAlmostEqual(found["distance"], least - 2 * radius, delta=1e-6)
+
+    def test_radii_that_differ(self):
+        """The nearest axes would pass for the nearest surfaces."""
+        path = self.folder / "tapered.hair"
+        head = struct.pack("<4s4If", b"HAIR", 3, 6, 6, 1, 1).ljust(128, b"\0")
+        points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0), (0, -3, 0), (1, -3, 0)]
+        flat = [x for point in points for x in point]
+        for thick, pair, distance in ((4.7, (0, 2), 0.4), (6.5, (0, 2), -0.5), (1, (0, 1), 0.5)):
+            thickness = (0.5, 0.5, 0.5, 0.5, thick, thick)
+            path.write_bytes(head + struct.pack("<18f", *flat) + struct.pack("<6f", *thickness))
+            found = self.nearest(path)
+            self.assertEqual((found["fiber_a"], found["fiber_b"]), pair)
+            self.assertAlmostEqual(found["distance"], distance, delta=1e-6)
+
+    def test_between_two_files(self):
+        one = self.write("one.txt", "0 0 0\n1 0 0\n\n0 0 .1\n1 0 .1\n")
+        two = self.write("two.txt", "0 0 5\n1 0 5\n\n0 0 4\n1 0 4\n")
+        found = self.nearest(one, two, "-r", 0.5)
+        self.assertEqual([found[k] for k in SEGMENTS], [1, 0, 1, 0])
+        self.assertAlmostEqual(found["distance"], 2.9, delta=1e-12)
+        self.assertAlmostEqual(self.nearest(one, two, "-r", 0.5, "-r", 1)["distance"], 2.4)
+
+    def test_a_fiber_that_turns_back(self):
+        """Each fiber would be near to itself, as it goes along; or a knot would be far from itself."""
+        straight = self.write("straight.txt", "".join(f"{0.1 * i} 0 0\n" for i in range(9)))
+        self.assertIsNone(self.nearest(straight, "-r", 0.01))
+        self.assertIn("no two segments", self.run_program("distance", straight, "-r", 0.01))
+        hairpin = self.write("hairpin.txt", "0 0 0\n5 0 0\n6 0.5 0\n5 1 0\n0 0.9 0\n")
+        found = self.nearest(hairpin, "-r", 0.1)
+        self.assertEqual((found["segment_a"], found["segment_b"]), (0, 3))
+        self.assertAlmostEqual(found["distance"], 0.7, delta=1e-9)
+        self.assertIsNone(self.nearest(hairpin, "-r", 0.1, "-n", 3))
+        self.assertIsNone(self.nearest(hairpin, "-r", 0.1, "-a", 3))
 
 
 def segment_distance(p, q, u, v):
@@ -311,6 +564,45 @@ class Generate(ProgramTest):
                 delta = 1e-5 if ending == ".hair" else 0  # of floats of 20
                 self.assertAlmostEqual(found["bounds"]["max"][k], expected, delta=delta)
 
+    def test_generates_scenes_and_converts_files(self):
+        path = self.write("crossing.txt", CROSSING)
+        out = self.folder / "out.vtp"
+        self.run_program("generate", path, "-o", out, code=2)
+        self.assertIn("use: fcl_fibers convert", self.stderr)
+        self.run_program("convert", self.SCENE, out, code=2)
+        self.assertIn("use: fcl_fibers generate", self.stderr)
+        self.assertEqual(self.files(), ["crossing.txt"])
+
+    def test_converts_without_a_radius(self):
+        """A conversion would invent a radius, or lose one."""
+        path = self.write("crossing.txt", CROSSING)
+        vtp, hair, text = (self.folder / f"out.{e}" for e in ("vtp", "hair", "txt"))
+        for one, other in ((path, vtp), (vtp, hair), (hair, text)):
+            self.run_program("convert", one, other)
+            self.assertEqual(self.stderr, "")
+            found = json.loads(self.run_program("info", other, "--json"))
+            self.assertEqual((found["fibers"], found["radius"]), (3, None))
+        near = [q for fiber in read_polylines(text) for q in fiber]
+        self.assertAlmostEqual(near[4][2], 0.01, delta=1e-8)
+        self.run_program("convert", path, vtp, "-r", 0.25)
+        self.run_program("convert", vtp, hair)
+        self.assertEqual(
+            json.loads(self.run_program("info", hair, "--json"))["radius"]["max"], 0.25
+        )
+        self.run_program("convert", hair, text)
+        self.assertIn("read it with --radius 0.25\n", self.stderr)
+
+    def test_converts_radii_of_points(self):
+        hair, vtp, text = (self.folder / f"out.{e}" for e in ("hair", "vtp", "txt"))
+        head = struct.pack("<4s4If", b"HAIR", 1, 3, 6, 2, 1).ljust(128, b"\0")
+        hair.write_bytes(head + struct.pack("<9f", *range(9)) + struct.pack("<3f", 3, 2, 1))
+        for one, other in ((hair, vtp), (vtp, hair)):
+            self.run_program("convert", one, other)
+            radii = json.loads(self.run_program("info", other, "--json"))["radius"]
+            self.assertEqual((radii["min"], radii["max"]), (1, 1.5))
+        self.run_program("convert", hair, text)
+        self.assertIn("those of this scene differ and are lost", self.stderr)
+
     def test_keys_of_a_scene(self):
         texts = []
         for scene in (
@@ -447,13 +739,14 @@ class BadUse(ProgramTest):
     def test_a_file_without_a_radius(self):
         """Fibers without thickness would pass for fibers that touch nothing."""
         path = self.write("crossing.txt", CROSSING)
-        page, copy = self.folder / "page.html", self.folder / "copy.vtp"
+        page = self.folder / "page.html"
         for command in (
             ("check", path),
             ("bench", path),
             ("view", path, "-o", page),
             ("view", "helix:fibers=2", path, "-o", page),
-            ("generate", path, "-o", copy),
+            ("distance", path),
+            ("check", "helix:fibers=2", "--against", path),
         ):
             self.assertEqual(self.run_program(*command, code=2), "")
             self.assertIn("crossing.txt': the file holds no radius", self.stderr)
@@ -474,7 +767,8 @@ class BadUse(ProgramTest):
                 ("check", path),
                 ("bench", path, "--repetitions", 1),
                 ("view", path, "-o", f"{out}.html"),
-                ("generate", path, "-o", f"{out}.vtp"),
+                ("distance", path),
+                ("convert", path, f"{out}.vtp"),
             ):
                 self.run_program(*command, *radius)
                 self.assertIn(f"fcl_fibers: warning: {path.name}: ", self.stderr)
@@ -488,7 +782,7 @@ class BadUse(ProgramTest):
             self.assertIn(word, text)
         for command in HELPED:
             text = self.run_program(command, "--help")
-            self.assertIn("SCENE", text)
+            self.assertIn("file" if command == "convert" else "SCENE", text)
             if command == "check":
                 for column in CONTACT_COLUMNS[:7]:
                     self.assertRegex(text, rf"\b{column}\b")

@@ -25,7 +25,8 @@ namespace fcl_fibers::io {
 /// All functions throw std::invalid_argument if the path does not end in .vtp, and
 /// std::runtime_error with the file's name if it cannot be written.
 
-/// Writes one polyline per fiber, with its number `fiber`.
+/// Writes one polyline per fiber, with its number `fiber`. If the radius of all fibers is 0, the
+/// file holds no `radius`, because 0 stands for an unknown radius.
 FCL_FIBERS_IO_EXPORT void exportFibers(const std::string& path, const FiberPolylines& scene);
 
 /// Writes one line per segment, with the numbers `fiber`, `segment` and `touching`. The argument

@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_list.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <tuple>
+
+#include <fmt/format.h>
+
+#include "along_fibers.h"
+#include "contact_json.h"
+
+namespace fcl_fibers::tools {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr double kPi = 3.14159265358979323846;
+
+bool isDeeper(const ListRow& a, const ListRow& b) {
+  return std::tie(a.distance, a.pair.a, a.pair.b) < std::tie(b.distance, b.pair.a, b.pair.b);
+}
+
+/// Keeps the rows that are listed. Without an order they come in that of the fibers.
+class Keeper {
+ public:
+  Keeper(const CheckRequest& request, std::vector<ListRow>& rows)
+      : deepest_first_(request.order == CheckRequest::Order::kDepth),
+        top_(request.top.value_or(std::numeric_limits<std::size_t>::max())),
+        rows_(rows) {}
+
+  void add(const ListRow& row) {
+    if (deepest_first_ || rows_.size() < top_) rows_.push_back(row);
+    if (rows_.size() / 2 > top_) cut();
+  }
+
+  void finish() {
+    if (!deepest_first_) return;
+    cut();
+    std::sort(rows_.begin(), rows_.end(), isDeeper);
+  }
+
+ private:
+  void cut() {
+    if (rows_.size() <= top_) return;
+    const auto end = rows_.begin() + static_cast<std::ptrdiff_t>(top_);
+    std::nth_element(rows_.begin(), end, rows_.end(), isDeeper);
+    rows_.erase(end, rows_.end());
+  }
+
+  bool deepest_first_;
+  std::size_t top_;
+  std::vector<ListRow>& rows_;
+};
+
+std::size_t countOnes(const std::vector<unsigned char>& flags) {
+  return static_cast<std::size_t>(std::count(flags.begin(), flags.end(), 1));
+}
+
+}  // namespace
+
+ContactList::ContactList(const CheckedFrame& frame) {
+  Keeper keeper(frame.request, rows);
+  const AlongFibers along_fibers(frame.scene);
+  const FiberPolylines& other = frame.other == nullptr ? frame.scene : *frame.other;
+  std::vector<unsigned char> segments(other.points.size()), fibers(other.fiberCount());
+  least_distance = std::numeric_limits<double>::infinity();
+
+  std::size_t fiber_a = 0;
+  std::map<std::size_t, ListRow> of_fiber;  // a: its row with each fiber b
+  const auto add = [&](const ListRow& row) {
+    ++row_count;
+    keeper.add(row);
+  };
+  const auto endFiber = [&] {
+    for (const auto& [fiber_b, row] : of_fiber) add(row);
+    of_fiber.clear();
+  };
+
+  for (const SegmentPair& pair : frame.found.pairs) {
+    const Contact contact = frame.contact(pair);
+    const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
+    const double radii = frame.scene.radiusAt(a) + other.radiusAt(b);
+    largest_radius = std::max({largest_radius, frame.scene.radiusAt(a), other.radiusAt(b)});
+    least_distance = std::min(least_distance, contact.distance);
+    if (contact.distance > 0) {
+      ++apart;
+    } else {
+      const double depth = radii > 0 ? -contact.distance / radii : 0;
+      const auto bin = std::upper_bound(kDepths.begin() + 1, kDepths.end() - 1, depth);
+      ++depths[static_cast<std::size_t>(bin - kDepths.begin()) - 1];
+    }
+    segments[b] = fibers[contact.b.fiber] = 1;
+    if (frame.other == nullptr && contact.a.fiber == contact.b.fiber &&
+        along_fibers.between(contact.a.fiber, pair) <= kPi / 2 * radii) {
+      ++along;
+    }
+    const ListRow row = {contact.distance, pair, 1};
+    if (!frame.request.summary) {
+      add(row);
+      continue;
+    }
+    if (contact.a.fiber != fiber_a) endFiber();
+    fiber_a = contact.a.fiber;
+    ListRow& group =
+        of_fiber.try_emplace(contact.b.fiber, ListRow{row.distance, pair, 0}).first->second;
+    const std::uint32_t contacts = group.contacts + 1;
+    if (isDeeper(row, group)) group = row;
+    group.contacts = contacts;
+  }
+  endFiber();
+  keeper.finish();
+  other_segments = countOnes(segments);
+  other_fibers = countOnes(fibers);
+}
+
+void writeCsvHead(const CheckRequest& request, bool several, AnswerStream& stream) {
+  stream.write(several ? "frame," : "");
+  stream.write(request.summary
+                   ? "fiber_a,fiber_b,contacts,distance\n"
+                   : "fiber_a,segment_a,s,fiber_b,segment_b,t,distance,point_a_x,point_a_y,"
+                     "point_a_z,point_b_x,point_b_y,point_b_z,normal_x,normal_y,normal_z\n");
+}
+
+void writeCsv(const CheckedFrame& frame, const ContactList& list, AnswerStream& stream) {
+  for (const ListRow& row : list.rows) {
+    const Contact c = frame.contact(row.pair);
+    if (frame.number) stream.write(fmt::format("{},", *frame.number));
+    if (frame.request.summary) {
+      stream.write(fmt::format("{},{},{},{}\n", c.a.fiber, c.b.fiber, row.contacts, row.distance));
+      continue;
+    }
+    stream.write(fmt::format("{},{},{},{},{},{},{}", c.a.fiber, c.a.segment, c.s, c.b.fiber,
+                             c.b.segment, c.t, c.distance));
+    for (const std::array<double, 3>& vector : {c.point_a, c.point_b, c.normal}) {
+      stream.write(fmt::format(",{},{},{}", vector[0], vector[1], vector[2]));
+    }
+    stream.write("\n");
+  }
+}
+
+std::string openJson(const ordered_json& object) {
+  std::string text = object.dump(1);
+  text.resize(text.size() - 2);  // "\n}"
+  return text;
+}
+
+void writeJson(const CheckedFrame& frame, const ContactList& list, ordered_json head,
+               AnswerStream& stream) {
+  if (frame.number) head["frame"] = *frame.number;
+  head["scene"] = frame.title;
+  head["fibers"] = frame.scene.fiberCount();
+  head["segments"] = frame.scene.segmentCount();
+  head["radius"] = radiusJson(frame.scene);
+  if (frame.other != nullptr) {
+    head["against"] = {{"scene", frame.other_title},
+                       {"fibers", frame.other->fiberCount()},
+                       {"segments", frame.other->segmentCount()},
+                       {"radius", radiusJson(*frame.other)},
+                       {"touching_segments", list.other_segments},
+                       {"touching_fibers", list.other_fibers}};
+  }
+  head["seconds"] = frame.seconds;
+  head["complete"] = frame.found.complete;
+  head["contact_count"] = frame.count();
+  head["touching_segments"] = frame.found.touching_segments;
+  head["touching_fibers"] = frame.found.touching_fibers;
+  head["least_distance"] = frame.count() > 0 ? ordered_json(list.least_distance) : ordered_json();
+  ordered_json& depths = head["depths"] = ordered_json::array();
+  for (std::size_t i = 0; i < list.depths.size(); ++i) {
+    depths.push_back({{"from", ContactList::kDepths[i]},
+                      {"to", ContactList::kDepths[i + 1]},
+                      {"pairs", list.depths[i]}});
+  }
+  stream.write(openJson(head));
+  stream.write(frame.request.summary ? ",\n \"fiber_pairs\": [" : ",\n \"contacts\": [");
+  const char* between = "\n  ";
+  for (const ListRow& row : list.rows) {
+    const Contact c = frame.contact(row.pair);
+    const ordered_json item = frame.request.summary ? ordered_json{{"fiber_a", c.a.fiber},
+                                                                   {"fiber_b", c.b.fiber},
+                                                                   {"contacts", row.contacts},
+                                                                   {"distance", row.distance}}
+                                                    : contactJson(c);
+    stream.write(between + item.dump());
+    between = ",\n  ";
+  }
+  stream.write("\n ]\n}");
+}
+
+namespace {
+
+std::string histogram(const ContactList& list) {
+  constexpr std::size_t kWidth = 30;
+  std::string text = "\ndepth, in percent of the sum of the radii\n";
+  const std::size_t most =
+      std::max(list.apart, *std::max_element(list.depths.begin(), list.depths.end()));
+  const auto line = [&](const std::string& name, std::size_t pairs) {
+    // Any pair gets a mark.
+    const std::size_t width = (pairs * kWidth + most - 1) / most;
+    text += fmt::format("{:>12} {:>13}  {}", name, countText(pairs), std::string(width, '#'));
+    text.erase(text.find_last_not_of(' ') + 1);
+    text += '\n';
+  };
+  if (list.apart > 0) line("apart", list.apart);
+  for (std::size_t i = 0; i < list.depths.size(); ++i) {
+    line(fmt::format("{:.0f} to {:.0f}", 100 * ContactList::kDepths[i],
+                     100 * ContactList::kDepths[i + 1]),
+         list.depths[i]);
+  }
+  return text;
+}
+
+}  // namespace
+
+void writeText(const CheckedFrame& frame, const ContactList& list, AnswerStream& stream) {
+  const CheckRequest& request = frame.request;
+  const auto size = [](std::size_t segments, std::size_t fibers) {
+    return counted(segments, "segment") + " of " + counted(fibers, "fiber");
+  };
+  std::string text =
+      frame.title + ": " + size(frame.scene.segmentCount(), frame.scene.fiberCount()) + "\n";
+  if (frame.other != nullptr) {
+    text += "against " + frame.other_title + ": " +
+            size(frame.other->segmentCount(), frame.other->fiberCount()) + "\n";
+  }
+  const bool one = frame.count() == 1;
+  const char* const what = request.tree.report == Report::kCapsules
+                               ? (one ? "pair touches" : "pairs touch")
+                           : one ? "pair of volumes overlaps"
+                                 : "pairs of volumes overlap";
+  text +=
+      fmt::format("{}{} {}: {}", frame.found.complete ? "" : "at least ", countText(frame.count()),
+                  what, size(frame.found.touching_segments, frame.found.touching_fibers));
+  if (frame.other != nullptr) text += " against " + size(list.other_segments, list.other_fibers);
+  text += fmt::format("\nbuilt and searched in {:.3g} s\n", frame.seconds);
+  stream.write(text);
+  if (frame.count() == 0) return;
+
+  stream.write(request.summary ? fmt::format("\n{:>8}   {:>8} {:>10} {:>12}\n", "fiber", "fiber",
+                                             "contacts", "distance")
+                               : fmt::format("\n{:>8} {:>8}   {:>8} {:>8} {:>12}\n", "fiber",
+                                             "segment", "fiber", "segment", "distance"));
+  for (const ListRow& row : list.rows) {
+    const Contact c = frame.contact(row.pair);
+    stream.write(request.summary ? fmt::format("{:>8}   {:>8} {:>10} {:>12.4g}\n", c.a.fiber,
+                                               c.b.fiber, countText(row.contacts), row.distance)
+                                 : fmt::format("{:>8} {:>8}   {:>8} {:>8} {:>12.4g}\n", c.a.fiber,
+                                               c.a.segment, c.b.fiber, c.b.segment, c.distance));
+  }
+  if (const std::size_t more = list.row_count - list.rows.size(); more > 0) {
+    stream.write(fmt::format("and {} more; --top N lists more, --csv and --json list all\n",
+                             countText(more)));
+  }
+  if (frame.count() > 1) stream.write(histogram(list));
+}
+
+}  // namespace fcl_fibers::tools

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <fcl_fibers/contact.h>
+#include <nlohmann/json.hpp>
+
+#include "answer_stream.h"
+#include "commands.h"
+#include "found_pairs.h"
+
+namespace fcl_fibers::tools {
+
+/// A frame of check, and what was found in it.
+struct CheckedFrame {
+  const CheckRequest& request;
+  std::string title;
+  std::optional<int> number;  ///< unless there is one frame only
+  const FiberPolylines& scene;
+  std::string other_title;      ///< of --against
+  const FiberPolylines* other;  ///< likewise, or null
+  FoundPairs found;
+  double seconds = 0;  ///< that build or update and search took
+
+  std::size_t count() const { return found.pairs.size(); }
+  Contact contact(SegmentPair pair) const {
+    return other == nullptr ? capsuleContact(fiberArrays(scene), pair)
+                            : capsuleContact(fiberArrays(scene), fiberArrays(*other), pair);
+  }
+};
+
+/// A contact, or all contacts of two fibers, by the deepest of them.
+struct ListRow {
+  double distance;
+  SegmentPair pair;
+  std::uint32_t contacts;
+};
+
+/// The contacts of a frame, as they are listed.
+struct ContactList {
+  /// Depths relative to the sum of the radii, from each number to the next one.
+  static constexpr std::array<double, 8> kDepths = {0, 0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 1};
+
+  explicit ContactList(const CheckedFrame& frame);
+
+  std::vector<ListRow> rows;
+  std::size_t row_count = 0;  ///< including those that --top leaves out
+  double least_distance = 0;  ///< if there is a contact
+  std::array<std::size_t, kDepths.size() - 1> depths{};
+  std::size_t apart = 0;                             ///< pairs that do not touch
+  std::size_t other_segments = 0, other_fibers = 0;  ///< of --against, that touch
+  std::size_t along = 0;                             ///< pairs that are near along a fiber
+  double largest_radius = 0;                         ///< of segments in a pair
+};
+
+/// Beginning, rows and end of a list of contacts.
+void writeCsvHead(const CheckRequest& request, bool several, AnswerStream& stream);
+void writeCsv(const CheckedFrame& frame, const ContactList& list, AnswerStream& stream);
+
+/// The frame as a JSON object that begins with `head`.
+void writeJson(const CheckedFrame& frame, const ContactList& list, nlohmann::ordered_json head,
+               AnswerStream& stream);
+
+/// An object without its closing brace.
+std::string openJson(const nlohmann::ordered_json& object);
+
+void writeText(const CheckedFrame& frame, const ContactList& list, AnswerStream& stream);
+
+}  // namespace fcl_fibers::tools

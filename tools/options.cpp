@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "options.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+
+namespace fcl_fibers::tools {
+namespace {
+
+const std::map<std::string, Topology> kTopologies = {{"bundle", Topology::kBundle},
+                                                     {"super-thread", Topology::kSuperThread}};
+
+CLI::Validator numberFrom(bool zero_is_one) {
+  const auto problem = [zero_is_one](const std::string& text) -> std::string {
+    char* end = nullptr;
+    const double number = std::strtod(text.c_str(), &end);
+    if (*end == '\0' && end != text.c_str() && std::isfinite(number) &&
+        (number > 0 || (zero_is_one && number == 0))) {
+      return "";
+    }
+    return "'" + text + "' is not a number " + (zero_is_one ? "of 0 or more" : "above 0");
+  };
+  return CLI::Validator(problem, "");
+}
+
+std::string pictureProblem(const std::string& path) {
+  const bool is_vtp = std::filesystem::path(path).extension() == ".vtp";
+  return is_vtp ? "" : "'" + path + "' does not end in .vtp";
+}
+
+}  // namespace
+
+CLI::Validator zeroOrMore() { return numberFrom(true); }
+CLI::Validator aboveZero() { return numberFrom(false); }
+
+void addRadii(CLI::App& command, std::vector<double>& radii) {
+  command
+      .add_option("-r,--radius", radii,
+                  "The radius of all files, in their unit. It replaces the\n"
+                  "radii in a file. Repeat it for a radius of each file.")
+      ->check(zeroOrMore())
+      ->allow_extra_args(false)
+      ->type_name("LENGTH");
+}
+
+void addNeighbors(CLI::App& command, FiberTreeOptions& tree) {
+  command
+      .add_option("-n,--ignored-neighbors", tree.ignored_neighbors,
+                  "Leave out pairs of one fiber that are at most N segments\n"
+                  "apart. The default is 1, which leaves out adjacent segments.")
+      ->check(zeroOrMore())
+      ->type_name("N");
+  command
+      .add_option("-a,--ignored-arc-length", tree.ignored_arc_length,
+                  "Leave out pairs of one fiber with at most LENGTH of it\n"
+                  "between them. The default is 0.")
+      ->check(zeroOrMore())
+      ->type_name("LENGTH");
+}
+
+void addTree(CLI::App& command, FiberTreeOptions& tree) {
+  addNeighbors(command, tree);
+  command
+      .add_option("-m,--margin", tree.margin,
+                  "Report pairs up to LENGTH apart, too. The default is 0.")
+      ->check(zeroOrMore())
+      ->type_name("LENGTH");
+  addChoice(command, "--topology", tree.topology, kTopologies, "bundle|super-thread",
+            "The shape of the tree: `bundle`, which is the default, or\n"
+            "`super-thread`, which is the paper's.");
+  command.add_option("--threads", tree.threads, "Use N threads. The default is 1.")
+      ->check(aboveZero())
+      ->type_name("N");
+}
+
+void addLimit(CLI::App& command, std::size_t& limit) {
+  command
+      .add_option("--limit", limit,
+                  "End the search of a frame after N pairs, and warn. The\n"
+                  "default is 10,000,000.")
+      ->check(aboveZero())
+      ->type_name("N");
+}
+
+void addPicture(CLI::App& command, const char* name, std::string& path, const char* what) {
+  command.add_option(name, path, what)
+      ->check(CLI::Validator(pictureProblem, ""))
+      ->type_name("FILE")
+      ->group("Pictures, .vtp");
+}
+
+}  // namespace fcl_fibers::tools
