@@ -91,7 +91,11 @@ void markClosedFibers(FiberPolylines& scene) {
   }
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
-    if (end - begin < kLeastPoints || scene.points[begin] != scene.points[end - 1]) continue;
+    const Point& start = scene.points[begin];
+    if (end - begin < kLeastPoints || start != scene.points[end - 1]) continue;
+    const auto first = scene.points.begin() + static_cast<std::ptrdiff_t>(begin);
+    const auto last = scene.points.begin() + static_cast<std::ptrdiff_t>(end);
+    if (std::count(first, last, start) == last - first) continue;  // a point, repeated
     scene.closed.resize(scene.fiberCount());
     scene.closed[f] = 1;
   }
@@ -141,12 +145,15 @@ std::optional<FiberFormat> recognizeFormat(std::string_view bytes, const std::st
   if (end == ".bcc") return FiberFormat::kBcc;
   if (end == ".vtp") return FiberFormat::kVtp;
   if (end == ".tfx") return FiberFormat::kTfx;
-  const std::size_t first = bytes.find_first_not_of(" \t\r\n");
+  // A byte order mark may precede text.
+  const std::size_t first =
+      bytes.find_first_not_of(" \t\r\n", startsWith(bytes, "\xEF\xBB\xBF") ? 3 : 0);
   constexpr std::string_view kNumberOrComment = "+-.0123456789#";
   if (first != bytes.npos && kNumberOrComment.find(bytes[first]) != std::string_view::npos) {
     return FiberFormat::kPolylines;
   }
-  if (end == ".txt" || end == ".xyz" || end == ".dat") return FiberFormat::kPolylines;
+  if (end == ".txt" || end == ".xyz" || end == ".dat" || end == ".csv")
+    return FiberFormat::kPolylines;
   return std::nullopt;
 }
 

@@ -9,25 +9,56 @@ namespace fcl_fibers::io {
 namespace {
 
 constexpr std::string_view kSpace = " \t";
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
-/// Takes the next column off the line; empty if there is none.
-std::string_view takeColumn(std::string_view& line) {
-  line.remove_prefix(std::min(line.find_first_not_of(kSpace), line.size()));
-  const std::string_view column = line.substr(0, line.find_first_of(kSpace));
-  line.remove_prefix(column.size());
-  return column;
+std::string_view trimmed(std::string_view text) {
+  text.remove_prefix(std::min(text.find_first_not_of(kSpace), text.size()));
+  return text.substr(0, text.find_last_not_of(kSpace) + 1);
 }
+
+/// Spreadsheets fill blank lines with separators.
+bool isBlank(std::string_view line) {
+  return line.find_first_not_of(" \t,;") == std::string_view::npos;
+}
+
+bool isComment(std::string_view line) { return trimmed(line).front() == '#'; }
+
+/// Splits a line at commas or at semicolons, if its first column ends at one, or else at spaces and
+/// tabs. Thus decimal commas are refused rather than misread, and columns after the third may be
+/// any text.
+class Columns {
+ public:
+  explicit Columns(std::string_view line) : rest_(trimmed(line)) {
+    const std::size_t next = rest_.find_first_not_of(kSpace, rest_.find_first_of(" \t,;"));
+    if (next != rest_.npos && (rest_[next] == ',' || rest_[next] == ';')) {
+      separators_ = rest_.substr(next, 1);
+    }
+  }
+
+  bool empty() const { return rest_.empty(); }
+
+  std::string_view take() {
+    const std::size_t end = std::min(rest_.find_first_of(separators_), rest_.size());
+    const std::string_view column = trimmed(rest_.substr(0, end));
+    rest_ = trimmed(rest_.substr(std::min(end + 1, rest_.size())));
+    return column;
+  }
+
+ private:
+  std::string_view rest_;
+  std::string_view separators_ = kSpace;
+};
 
 /// Makes room for all points and fibers at once, because growing vectors take three times as much.
 void reserve(const ByteReader& file, FiberPolylines& scene) {
   std::size_t points = 0, fibers = 0;
   bool is_inside = false;  // a fiber
   for (ByteReader lines = file; !lines.atEnd();) {
-    std::string_view line = lines.line();
-    const std::string_view column = takeColumn(line);
-    if (!column.empty() && column.front() == '#') continue;
-    fibers += !column.empty() && !is_inside ? 1 : 0;
-    is_inside = !column.empty();
+    const std::string_view line = lines.line();
+    const bool is_blank = isBlank(line);
+    if (!is_blank && isComment(line)) continue;
+    fibers += !is_blank && !is_inside ? 1 : 0;
+    is_inside = !is_blank;
     points += is_inside ? 1 : 0;
   }
   // A point takes at least "0 0 0" and the end of its line. Shorter lines will be refused.
@@ -42,21 +73,23 @@ ParsedFibers parsePolylines(ByteReader& file) {
   file.setPlaces(ByteReader::Places::kLines);
   ParsedFibers parsed;
   FiberPolylines& scene = parsed.fibers;
+  if (file.bytes().substr(0, kByteOrderMark.size()) == kByteOrderMark) {
+    file.seek(kByteOrderMark.size(), "the byte order mark");
+  }
   reserve(file, scene);
   while (!file.atEnd()) {
     const std::uint64_t at = file.offset();
-    std::string_view line = file.line();
-    std::string_view column = takeColumn(line);
-    if (column.empty()) {
+    const std::string_view line = file.line();
+    if (isBlank(line)) {
       if (scene.points.size() > scene.point_begin.back()) parsed.endFiber();
       continue;
     }
-    if (column.front() == '#') continue;
+    if (isComment(line)) continue;
+    Columns columns(line);
     Point point;
     for (std::size_t k = 0; k < 3; ++k) {
-      if (column.empty()) file.refuse(at, "there are ", k, " columns; 3 are needed: x y z");
-      point[k] = file.parse<double>(column);
-      column = takeColumn(line);
+      if (columns.empty()) file.refuse(at, "there are ", k, " columns; 3 are needed: x y z");
+      point[k] = file.parse<double>(columns.take());
     }
     scene.points.push_back(point);
   }

@@ -38,6 +38,38 @@ TEST(PolylinesTest, BlankLinesSeparateFibers) {
   EXPECT_THAT(file.warnings, IsEmpty());
 }
 
+TEST(PolylinesTest, CommasSemicolonsAndTabsSeparateColumns) {
+  // If this fails, what a spreadsheet writes is refused, or its points are mixed up.
+  for (const char* text :
+       {"1,2,3\n4,5,6\n\n7,8,9\n", "1;2;3\n4;5;6\n;;\n7;8;9\n", "1\t2\t3\n4\t5\t6\n\t\t\n7\t8\t9\n",
+        "1, 2 ,3, a b\r\n4 ,5,6,\r\n,,,\r\n7,8,9\r\n",
+        "\xEF\xBB\xBF"
+        "1 2 3 a, b\n4 5 6\n\n7;8;9;a,b\n"}) {
+    SCOPED_TRACE(text);
+    EXPECT_EQ(recognizeFormat(text, "a file"), kPolylines);
+    const FiberFile file = parse(text);
+    EXPECT_THAT(file.fibers.point_begin, ElementsAre(0, 2, 3));
+    EXPECT_THAT(file.fibers.points, ElementsAre(Point{1, 2, 3}, Point{4, 5, 6}, Point{7, 8, 9}));
+  }
+}
+
+TEST(PolylinesTest, RefusesWhatSeparatorsMakeDoubtful) {
+  // If this fails, decimal commas or empty cells give points that are not in the file.
+  expectRefusal("1,5 2,5 3,5\n", kPolylines, "line 1", "'5 2' is no finite number");
+  expectRefusal("1,5;2,5;3,5\n", kPolylines, "line 1", "'5;2' is no finite number");
+  expectRefusal("1,5\t2,5\t3,5\n", kPolylines, "line 1", "is no finite number");
+  expectRefusal("1,2,3\n1,,2,3\n", kPolylines, "line 2", "'' is no finite number");
+  expectRefusal("1,2,3\n,1,2,3\n", kPolylines, "line 2", "'' is no finite number");
+  expectRefusal("1,2,3\n1,2,\n", kPolylines, "line 2", "there are 2 columns");
+  expectRefusal("x,y,z\n1,2,3\n", kPolylines, "line 1", "'x' is no finite number");
+}
+
+TEST(PolylinesTest, ARepeatedPointIsNoClosedFiber) {
+  // If this fails, neighbours of a fiber without length are taken for those of a ring.
+  EXPECT_THAT(parse("1 2 3\n1 2 3\n1 2 3\n1 2 3\n").fibers.closed, IsEmpty());
+  EXPECT_THAT(parse("1 2 3\n1 2 3\n1 2 4\n1 2 3\n").fibers.closed, ElementsAre(1));
+}
+
 TEST(PolylinesTest, SaysWhereAFileIsMalformed) {
   // If this fails, a broken file is read as something else, or its author has to guess.
   expectRefusal("", kPolylines, "line 1", "there are no points");

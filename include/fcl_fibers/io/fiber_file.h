@@ -27,8 +27,9 @@ enum class FiberFormat {
   /// curve has one span for each of its control points, and at least three of them.
   kBcc,
 
-  /// Text with one point `x y z` per line and a blank line between fibers. Further columns and
-  /// lines that start with '#' are skipped.
+  /// Text with one point `x y z` per line and a blank line between fibers. Spaces, tabs, commas or
+  /// semicolons separate the columns of a line. Further columns, lines that start with '#' and a
+  /// UTF-8 byte order mark are skipped.
   kPolylines,
 
   /// VTK's XML format of polygonal data (.vtp). Every line of every piece is a fiber. The data may
@@ -61,8 +62,8 @@ struct FiberFile {
   FiberFormat format = FiberFormat::kPolylines;  ///< as given, or as recognized
 
   /// The fibers. In a .bcc file the file says which are closed. In other formats a fiber is closed
-  /// if its last point is its first and it has at least three segments. Segments of length zero are
-  /// kept.
+  /// if its last point is its first, it has at least three segments and its points are not all the
+  /// same. Segments of length zero are kept.
   FiberPolylines fibers;
 
   /// Whether the options or the file gave the radii. If not, they are 0, and capsules touch only if
