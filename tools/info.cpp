@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
+#include "nearest.h"
 
 namespace fcl_fibers::tools {
 namespace {
@@ -90,7 +92,7 @@ std::vector<std::string> warnings(const FiberPolylines& scene, bool has_radius, 
     warn(count([](double, double radius) { return radius == 0; }),
          "segments of radius zero, which touch only if axes cross: {}");
   } else {
-    texts.push_back("the file holds no radius; all other commands need --radius");
+    texts.push_back("the file holds no radius; check, distance, bench and view need --radius");
   }
   warn(count([](double length, double radius) { return length < 2 * radius; }),
        "segments shorter than wide, so that those next but one along a fiber touch, too; see "
@@ -118,8 +120,17 @@ std::vector<std::string> warnings(const FiberPolylines& scene, bool has_radius, 
 int info(const SceneSource& source, Output output) {
   progress("reading " + source.title);
   const FiberPolylines scene = source.scene();
-  progress("");
   const Facts facts(scene);
+  // It may take long, if a single fiber never turns back.
+  constexpr std::size_t kMostPairs = 10'000'000;
+  progress("looking for the radius at which contact begins");
+  FiberPolylines axes = scene;
+  axes.radii.clear();
+  axes.radius = 0;
+  FiberOptions adjacent;
+  adjacent.ignored_neighbors = 1;
+  const std::optional<Contact> nearest = findNearest(axes, nullptr, adjacent, kMostPairs);
+  progress("");
   const Spread fibers(facts.fiber_lengths), segments(facts.segment_lengths), radii(facts.radii);
   std::vector<std::string> warned = source.warnings;
   for (std::string& text : warnings(scene, source.has_radius, facts, segments)) {
@@ -139,6 +150,8 @@ int info(const SceneSource& source, Output output) {
         {"segments_per_fiber", {{"min", facts.fewest_segments}, {"max", facts.most_segments}}},
         {"closed_fibers", facts.closed},
         {"radius", source.has_radius ? spread(radii) : nlohmann::ordered_json()},
+        {"contact_radius",
+         nearest ? nlohmann::ordered_json(nearest->distance / 2) : nlohmann::ordered_json()},
         {"length", fibers.total},
         {"fiber_length", spread(fibers)},
         {"segment_length", spread(segments)},
@@ -167,6 +180,9 @@ int info(const SceneSource& source, Output output) {
   line("radius", !source.has_radius             ? "none"
                  : radii.least == radii.largest ? fmt::format("{:.4g}", radii.least)
                                                 : spread(radii));
+  if (nearest) {
+    line("contact", fmt::format("begins at radius {:.4g}", nearest->distance / 2));
+  }
   line("fiber length", fmt::format("{}, sum {:.4g}", spread(fibers), fibers.total));
   line("segment length", spread(segments));
   for (std::size_t k = 0; k < 3; ++k) {

@@ -637,9 +637,21 @@ class Info(ProgramTest):
         self.assertEqual(found["radius"], {"min": 0.1, "median": 0.1, "max": 0.1})
         self.assertEqual(found["bounds"], {"min": [0, -1, 0], "max": [3, 1, 50]})
         self.assertEqual(found["warnings"], [])
+        self.assertAlmostEqual(found["contact_radius"], 0.005, delta=1e-12)
         text = self.run_program("info", path, "-r", 0.1)
-        self.assertIn("3", text)
+        self.assertRegex(text, r"contact +begins at radius 0\.005\n")
         self.assertNotIn("warning", text)
+
+    def test_where_contact_begins(self):
+        """The radius that is suggested would be that of a fiber with itself, as it goes along."""
+        yarn = self.write("yarn.txt", "".join(f"{0.1 * i} 0 0\n" for i in range(40)))
+        self.assertIsNone(json.loads(self.run_program("info", yarn, "--json"))["contact_radius"])
+        self.assertNotIn("begins", self.run_program("info", yarn))
+        path = self.folder / "helix.txt"
+        self.run_program("generate", "helix:fibers=12,segments=15", "-o", path)
+        begin = json.loads(self.run_program("info", path, "--json"))["contact_radius"]
+        self.run_program("check", path, "-r", 0.9999 * begin)
+        self.run_program("check", path, "-r", 1.0001 * begin, code=1)
 
     def test_warns(self):
         """A user would trust what a broken file says."""
@@ -677,9 +689,21 @@ class Bench(ProgramTest):
             exact = managers["LayeredAABBTree, capsules"]
             self.assertEqual(exact["pairs"], exact["touching"])
             self.assertTrue(all(row["update_s"] > 0 for row in managers.values()))
+        for key in ("version", "compiler", "processor"):
+            self.assertTrue(found[key])
         table = self.run_program("bench", path, "-r", 0.05, "--repetitions", 1)
         self.assertIn("DynamicAABBTree Array, tight", table)
         self.assertIn(": 400 segments of 20 fibers\n", table)
+        self.assertRegex(table, r"^fcl_fibers \d+\.\d+\.\d+, (gcc|clang) .*, .*\n")
+        self.assertNotIn("1e-9", table)
+
+    def test_tells_of_pairs_at_the_boundary(self):
+        """Pairs that just touch would be missing from a count without a word."""
+        path = self.write("touching.txt", "0 0 0\n1 0 0\n\n0 0 1\n1 0 1\n\n0 5 0\n1 5 0\n")
+        scene = ("bench", path, "-r", 0.5, "--repetitions", 1)
+        managers = json.loads(self.run_program(*scene, "--json"))["managers"]
+        self.assertEqual({(row["touching"], row["undecided"]) for row in managers}, {(0, 1)})
+        self.assertIn("without 1 that", self.run_program(*scene))
 
 
 class BadUse(ProgramTest):
