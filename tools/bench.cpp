@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
 #include <iterator>
 #include <memory>
 #include <random>
@@ -88,6 +89,32 @@ std::string milliseconds(double seconds) {
   return std::isnan(seconds) ? "-" : fmt::format("{:.{}f}", 1e3 * seconds, seconds < 0.1 ? 2 : 0);
 }
 
+/// The processor's name, where Linux tells it.
+std::string processor() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);) {
+    if (line.rfind("model name", 0) == 0) return line.substr(line.find(": ") + 2);
+  }
+  return "unknown processor";
+}
+
+std::string compiler() {
+#ifdef __clang__
+  return "clang " __clang_version__;
+#else
+  return "gcc " __VERSION__;
+#endif
+}
+
+/// The most pairs that a manager reported and nobody can judge.
+std::size_t undecided(const std::vector<Result>& results) {
+  std::size_t most = 0;
+  for (const Result& result : results) {
+    most = std::max(most, result.preflight.frames[0].undecided);
+  }
+  return most;
+}
+
 }  // namespace
 
 int bench(const SceneSource& source, const BenchRequest& request) {
@@ -108,16 +135,17 @@ int bench(const SceneSource& source, const BenchRequest& request) {
     return result.preflight.verdict == Preflight::Verdict::kWrong;
   });
   if (request.output == Output::kJson) {
-    nlohmann::ordered_json json = {{"scene", source.title},
-                                   {"fibers", fibers.fiberCount()},
-                                   {"segments", fibers.segmentCount()},
-                                   {"repetitions", request.repetitions},
-                                   {"managers", nlohmann::ordered_json::array()}};
+    nlohmann::ordered_json json = {
+        {"version", FCL_FIBERS_VERSION},      {"compiler", compiler()},
+        {"processor", processor()},           {"scene", source.title},
+        {"fibers", fibers.fiberCount()},      {"segments", fibers.segmentCount()},
+        {"repetitions", request.repetitions}, {"managers", nlohmann::ordered_json::array()}};
     for (const Result& result : results) {
       const Preflight& preflight = result.preflight;
       nlohmann::ordered_json row = {{"manager", result.contender.title()},
                                     {"pairs", preflight.frames[0].reported},
                                     {"touching", preflight.frames[0].touching},
+                                    {"undecided", preflight.frames[0].undecided},
                                     {"right", preflight.right()}};
       if (!preflight.right()) row["why"] = preflight.note;
       for (std::size_t p = 0; p < benchmarks::kPhases; ++p) {
@@ -131,7 +159,8 @@ int bench(const SceneSource& source, const BenchRequest& request) {
   }
 
   std::string text =
-      fmt::format("{}: {} of {}\n\n{:<36}{:>12}{:>12}{:>16}{:>14}{:>12}\n", source.title,
+      fmt::format("fcl_fibers {}, {}, {}\n{}: {} of {}\n\n{:<36}{:>12}{:>12}{:>16}{:>14}{:>12}\n",
+                  FCL_FIBERS_VERSION, compiler(), processor(), source.title,
                   counted(fibers.segmentCount(), "segment"), counted(fibers.fiberCount(), "fiber"),
                   "manager", "set-up ms", "update ms", "collision ms", "pairs", "touching");
   for (const Result& result : results) {
@@ -145,6 +174,13 @@ int bench(const SceneSource& source, const BenchRequest& request) {
                         milliseconds(result.median(1)), milliseconds(result.median(2)),
                         countText(result.preflight.frames[0].reported),
                         countText(result.preflight.frames[0].touching));
+  }
+  if (const std::size_t pairs = undecided(results); pairs > 0) {
+    text += fmt::format(
+        "\nTouching pairs are without {} that are within 1e-9 of contact. Rounding decides these, "
+        "so "
+        "no\nmanager is judged by them.\n",
+        countText(pairs));
   }
   text += fmt::format(
       "\nTimes are medians of {} runs, with the managers in random order. A manager is timed only "

@@ -137,6 +137,7 @@ class Checker {
     const Contact kind = contact(capsules_[i], capsules_[j]);
     if (kind == Contact::kTouching) touching_.push_back(pair);
     if (kind == Contact::kApart) ++counts_.apart;
+    if (kind == Contact::kBoundary) ++counts_.undecided;
   }
 
   std::vector<Capsule> capsules_;

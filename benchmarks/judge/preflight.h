@@ -15,9 +15,10 @@ namespace fcl_fibers::benchmarks {
 struct PairCounts {
   bool checked = false;
   std::size_t reported = 0;
-  std::size_t touching = 0;  ///< different ones
-  std::size_t repeated = 0;  ///< touching ones reported once more
-  std::size_t apart = 0;     ///< neither touching nor at the boundary of it
+  std::size_t touching = 0;   ///< different ones
+  std::size_t repeated = 0;   ///< touching ones reported once more
+  std::size_t apart = 0;      ///< neither touching nor at the boundary of it
+  std::size_t undecided = 0;  ///< at that boundary, where rounding decides
   std::size_t with_itself = 0;
   std::size_t adjacent = 0;  ///< adjacent segments of a fiber, touching ones
 };
