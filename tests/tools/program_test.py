@@ -7,12 +7,14 @@ import io
 import json
 import math
 import os
+import re
 import signal
 import stat
 import struct
 import subprocess
 import time
 import unittest
+from pathlib import Path
 
 from program import PROGRAM, ProgramTest, read_polylines, read_vtp
 
@@ -812,6 +814,28 @@ class BadUse(ProgramTest):
                     self.assertRegex(text, rf"\b{column}\b")
             self.assertLessEqual(max(map(len, text.splitlines())), 100)
         self.assertRegex(self.run_program("--version"), r"^\d+\.\d+\.\d+\n$")
+
+
+class Completion(ProgramTest):
+    SCRIPT = Path(__file__).parents[2] / "tools" / "completion.bash"
+
+    def complete(self, *words):
+        """What bash offers for the last word."""
+        script = 'source "$1"; shift; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _fcl_fibers "$1"'
+        script += '; printf "%s\\n" "${COMPREPLY[@]}"'
+        call = ["bash", "-c", script, "bash", str(self.SCRIPT), PROGRAM, *words]
+        return subprocess.run(call, capture_output=True, text=True, check=True).stdout.split()
+
+    def test_lists_commands_and_options(self):
+        """A command or an option would be missing from what the shell offers."""
+        self.assertEqual([w for w in self.complete("") if not w.startswith("-")], list(HELPED))
+        self.assertEqual(self.complete("gen"), ["generate"])
+        for command in HELPED:
+            options = re.findall(r"(?<![\w`-])--?[a-z][a-z-]*", self.run_program(command, "--help"))
+            self.assertGreater(len(options), 2)
+            self.assertLessEqual(set(options), set(self.complete(command, "-")), command)
+        self.assertEqual(self.complete("check", "hair.tfx", "--ex"), ["--exit-zero"])
+        self.assertEqual(self.complete("view", "--ex"), [])
 
 
 class WholeFiles(ProgramTest):
