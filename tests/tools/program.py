@@ -14,6 +14,25 @@ from pathlib import Path
 
 PROGRAM = os.environ["FCL_FIBERS_PROGRAM"]
 
+# Fiber 1 crosses fiber 0 in the middle of its second segment, 0.01 above; fiber 2 is far away.
+CROSSING = """# three fibers
+0 0 0
+1 0 0
+2 0 0
+3 0 0
+
+1.5 -1 0.01
+1.5 1 0.01
+
+0 0 50
+0 1 50
+"""
+SEGMENTS = ("fiber_a", "segment_a", "fiber_b", "segment_b")
+CONTACT_COLUMNS = [
+    *("fiber_a", "segment_a", "s", "fiber_b", "segment_b", "t", "distance"),
+    *(f"{name}_{axis}" for name in ("point_a", "point_b", "normal") for axis in "xyz"),
+]
+
 
 class ProgramTest(unittest.TestCase):
     def setUp(self):
