@@ -218,6 +218,22 @@ class Lists(ProgramTest):
         self.assertEqual([(int(r["fiber_b"]), int(r["contacts"])) for r in rows], [(2, 3), (3, 2)])
         self.assertRegex(self.run_program(*scene, code=1), r"\n +0 +2 +3 +-0\.2")
 
+    def test_summary_agrees_with_the_contacts(self):
+        """Contacts of many fibers would be counted with the wrong ones."""
+        scene = ("check", "helix:fibers=30,segments=30,radius=0.02", "--json")
+        expected = {}
+        for contact in json.loads(self.run_program(*scene, code=1))["contacts"]:
+            pair = (contact["fiber_a"], contact["fiber_b"])
+            expected.setdefault(pair, []).append(contact["distance"])
+        self.assertGreater(len(expected), 30)
+        rows = json.loads(self.run_program(*scene, "--summary", code=1))["fiber_pairs"]
+        self.assertEqual(len(rows), len(expected))
+        for row in rows:
+            distances = expected[(row["fiber_a"], row["fiber_b"])]
+            self.assertEqual((row["contacts"], row["distance"]), (len(distances), min(distances)))
+        distances = [row["distance"] for row in rows]
+        self.assertEqual(distances, sorted(distances))
+
     def test_too_many_pairs(self):
         """A radius that is far too large would fill the memory."""
         self.check("--limit", 11)
