@@ -76,6 +76,7 @@ struct ViewRequest {
   bool fragment = false;         ///< write a part of another page
   int depth = 2;                 ///< deepest volumes
   std::size_t points = 1000000;  ///< drawn of each scene, in all frames together
+  std::string up;                ///< axis that points up: x, y or z; empty to guess
 };
 /// Writes a page that shows the scenes.
 int view(const std::vector<SceneSource>& sources, const ViewRequest& request);

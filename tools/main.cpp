@@ -279,6 +279,9 @@ int run(int argc, char** argv) {
                   "Points drawn of a scene, all frames together (default 1,000,000)")
       ->check(CLI::Range(std::size_t{1000}, std::size_t{100000000}).description(""))
       ->type_name("N");
+  view.add_option("--up", arguments.view.up, "Axis that points up (default: the page guesses)")
+      ->check(CLI::IsMember({"x", "y", "z"}).description(""))
+      ->type_name("x|y|z");
   view.add_flag("--fragment", arguments.view.fragment,
                 "Write a fragment without a head, for another page");
   view.footer(

@@ -10,7 +10,8 @@ namespace fcl_fibers::tools {
 namespace {
 
 /// Replaces each @name@ whose name is a key. Inserted text is not searched.
-std::string filled(std::string_view text, const std::map<std::string_view, std::string>& values) {
+std::string filled(std::string_view text,
+                   const std::map<std::string_view, std::string_view>& values) {
   std::string result;
   std::size_t done = 0;
   for (std::size_t at = text.find('@'); at != std::string_view::npos; at = text.find('@', at + 1)) {
@@ -40,16 +41,12 @@ std::string makePage(const std::string& title, const std::string& data, bool fra
   std::string escaped_data = data;
   // Otherwise a name could end the script element.
   replaceAll(escaped_data, "<", "\\u003c");
-  const auto text = [](std::string_view file) { return std::string(file); };
-  const std::string viewer =
-      filled(embedded::viewer_html, {{"viewer.css", text(embedded::viewer_css)},
-                                     {"viewer.js", text(embedded::viewer_js)},
-                                     {"three.min.js", text(embedded::three_min_js)},
-                                     {"OrbitControls.js", text(embedded::OrbitControls_js)},
-                                     {"embedded", fragment ? "true" : "false"},
-                                     {"data", escaped_data}});
+  auto values = embeddedFiles;
+  values["embedded"] = fragment ? "true" : "false";
+  values["data"] = escaped_data;
+  const std::string viewer = filled(values.at("viewer.html"), values);
   if (fragment) return viewer;
-  return filled(embedded::page_html, {{"title", escaped_title}, {"viewer", viewer}});
+  return filled(values.at("page.html"), {{"title", escaped_title}, {"viewer", viewer}});
 }
 
 }  // namespace fcl_fibers::tools

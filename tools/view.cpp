@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
+#include <filesystem>
 #include <limits>
 #include <string>
 #include <utility>
@@ -12,14 +14,18 @@
 
 #include "bytes.h"
 #include "commands.h"
-#include "found_pairs.h"
 #include "output_file.h"
 #include "page.h"
+#include "page_contacts.h"
 
 namespace fcl_fibers::tools {
 namespace {
 
 using nlohmann::json;
+
+constexpr std::size_t kMostPairs = 20000000;       // of a frame; some seconds
+constexpr std::size_t kMostMarkers = 100000;       // of a frame
+constexpr std::size_t kMostMarkersOfAll = 500000;  // of all frames; 24 MB
 
 /// Which fibers and points of a scene are drawn: every nth fiber, and on it every mth point and the
 /// last.
@@ -75,6 +81,7 @@ struct Thinning {
 /// Coordinates as 16-bit steps about a middle.
 struct Steps {
   Point middle{};
+  Point size{};
   double step = 0;
 
   explicit Steps(const std::vector<FiberPolylines>& frames) {
@@ -89,12 +96,12 @@ struct Steps {
         }
       }
     }
-    double size = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       middle[k] = (low[k] + high[k]) / 2;
-      size = std::max(size, high[k] - low[k]);
+      size[k] = high[k] - low[k];
     }
-    step = size > 0 ? size / 65535 : 1;
+    const double largest = *std::max_element(size.begin(), size.end());
+    step = largest > 0 ? largest / 65535 : 1;
   }
 
   void append(std::string& bytes, const Point& point) const {
@@ -166,8 +173,30 @@ json volumesJson(const FiberTree& tree, int depth, const Point& middle) {
   return levels;
 }
 
+/// By contact, the shallowest first: the point midway between the surfaces relative to the middle;
+/// the distance; the depth relative to the radii; fiber and segment of both sides.
+json markersJson(const std::vector<Marker>& markers, const Point& middle) {
+  std::string places, distances, depths, segments;
+  for (const auto& [contact, depth] : markers) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double midway = (contact.point_a[k] + contact.point_b[k]) / 2;
+      appendLittleEndian(places, static_cast<float>(midway - middle[k]));
+    }
+    appendLittleEndian(distances, static_cast<float>(contact.distance));
+    appendLittleEndian(depths, static_cast<float>(depth));
+    for (const FiberSegment& side : {contact.a, contact.b}) {
+      appendLittleEndian(segments, static_cast<std::uint32_t>(side.fiber));
+      appendLittleEndian(segments, static_cast<std::uint32_t>(side.segment));
+    }
+  }
+  return {{"places", base64(places)},
+          {"distances", base64(distances)},
+          {"depths", base64(depths)},
+          {"segments", base64(segments)}};
+}
+
 json frameJson(const FiberPolylines& scene, const std::string& label, const Thinning& thinning,
-               const Steps& steps, const ViewRequest& request) {
+               const Steps& steps, const ViewRequest& request, std::size_t most_markers) {
   using Volumes = FiberTreeOptions::Volumes;
   json frame = {{"label", label}, {"points", pointsText(scene, thinning, steps)}};
   for (const auto kind : {Volumes::kLayeredBoxes, Volumes::kWrappedSpheres}) {
@@ -179,12 +208,33 @@ json frameJson(const FiberPolylines& scene, const std::string& label, const Thin
     tree.build(fiberArrays(scene));
     frame["volumes"][boxes ? "boxes" : "spheres"] = volumesJson(tree, request.depth, steps.middle);
     if (!boxes) continue;
-    const FoundPairs found = findPairs(tree, scene, request.limit);
-    warnOfMany(found, tree, label);
-    frame["contacts"] = found.pairs.size();
+    const PageContacts found = findPageContacts(tree, scene, request.limit, most_markers);
+    frame["contacts"] = found.count;
+    frame["stopped"] = found.stopped;
     frame["touching"] = touchingText(scene, thinning, found.touching);
+    frame["markers"] = markersJson(found.markers, steps.middle);
+    frame["deepest"] = found.markers.empty() ? 0.0 : found.markers.back().depth;
   }
   return frame;
+}
+
+/// The axis that points up, if nobody tells: z for generated scenes, y for TressFX, and for other
+/// files y if their fibers run along it from root to tip, or if all points are nearly in one plane
+/// z; else z.
+std::string guessedUp(const SceneSource& source, const FiberPolylines& scene, const Steps& steps) {
+  if (!source.is_file) return "z";
+  if (std::filesystem::path(source.name).extension() == ".tfx") return "y";
+  Point mean{};
+  double length = 0;
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    const Point& root = scene.points[scene.point_begin[f]];
+    const Point& tip = scene.points[scene.point_begin[f + 1] - 1];
+    for (std::size_t k = 0; k < 3; ++k) mean[k] += tip[k] - root[k];
+    length += std::hypot(tip[0] - root[0], tip[1] - root[1], tip[2] - root[2]);
+  }
+  const bool runs_along_y = std::abs(mean[1]) > 0.6 * length;
+  const bool flat = steps.size[2] < 0.1 * std::min(steps.size[0], steps.size[1]);
+  return runs_along_y || flat ? "y" : "z";
 }
 
 json sceneJson(const SceneSource& source, const ViewRequest& request) {
@@ -199,28 +249,46 @@ json sceneJson(const SceneSource& source, const ViewRequest& request) {
   }
   const Thinning thinning = Thinning::forScene(first, request.points / frames.size());
   const Steps steps(frames);
-  std::string begin;
+  std::string begin, segments;
   std::size_t points = 0;
   appendLittleEndian(begin, std::uint32_t{0});
-  thinning.forEachFiber(first, [&](std::size_t, const std::vector<std::size_t>& drawn) {
+  thinning.forEachFiber(first, [&](std::size_t f, const std::vector<std::size_t>& drawn) {
     points += drawn.size();
     appendLittleEndian(begin, static_cast<std::uint32_t>(points));
+    const std::size_t all = first.point_begin[f + 1] - first.point_begin[f];
+    appendLittleEndian(segments, static_cast<std::uint32_t>(all - 1));
   });
   json scene = {{"name", source.name},
                 {"title", source.title},
+                {"up", request.up.empty() ? guessedUp(source, first, steps) : request.up},
                 {"fibers", first.fiberCount()},
                 {"segments", first.segmentCount()},
                 {"radii", radiiText(first, thinning)},
                 {"drawn", thinning.text()},
+                {"fiberStep", thinning.fiber_step},
+                {"pointStep", thinning.point_step},
                 {"step", steps.step},
+                {"middle", steps.middle},
                 {"begin", base64(begin)},
+                {"segmentsOfFibers", base64(segments)},
                 {"opened", 0},
                 {"frames", json::array()}};
+  const std::size_t most_markers = std::min(kMostMarkers, kMostMarkersOfAll / frames.size() + 1);
+  bool stopped = false;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     progress(fmt::format("{}: frame {} of {}", source.name, i + 1, frames.size()));
-    scene["frames"].push_back(frameJson(frames[i], fmt::format("frame {}", source.playable[i]),
-                                        thinning, steps, request));
+    json frame = frameJson(frames[i], fmt::format("frame {}", source.playable[i]), thinning,
+                                 steps, request, most_markers);
+    stopped = stopped || frame["stopped"];
+    scene["frames"].push_back(std::move(frame));
     if (source.playable[i] <= source.frame) scene["opened"] = i;
+  }
+  if (stopped) {
+    progress("");
+    std::fprintf(stderr,
+                 "fcl_fibers: warning: %s: more than %s pairs touch; the page shows contacts of "
+                 "these only. Is the radius too large?\n",
+                 source.name.c_str(), countText(kMostPairs).c_str());
   }
   return scene;
 }

@@ -1,0 +1,66 @@
+// --- Data: what view.cpp wrote, decoded when it is first shown ---
+
+function bytesOf(base64) {
+  return Uint8Array.from(atob(base64), character => character.charCodeAt(0));
+}
+
+/// Numbers of four bytes, by a getter of DataView.
+function decoded(base64, Kind, getter) {
+  const view = new DataView(bytesOf(base64).buffer);
+  const numbers = new Kind(view.byteLength / 4);
+  for (let i = 0; i < numbers.length; ++i) numbers[i] = view[getter](4 * i, true);
+  return numbers;
+}
+const decodedFloats = base64 => decoded(base64, Float32Array, 'getFloat32');
+const decodedIntegers = base64 => decoded(base64, Uint32Array, 'getUint32');
+
+/// The points of a frame about the scene's middle, fiber after fiber.
+function decodedPoints(scene, frame) {
+  const bytes = bytesOf(frame.points);
+  const steps = new DataView(bytes.buffer);
+  const points = new Float32Array(bytes.length / 2);
+  for (let i = 0; i < points.length; ++i) {
+    points[i] = scene.step * (steps.getUint16(2 * i, true) - 32767.5);
+  }
+  return points;
+}
+
+class Frames {
+  constructor(scene) {
+    this.scene = scene;
+    this.begin = decodedIntegers(scene.begin);
+    this.radii = decodedFloats(scene.radii);
+    this.thickest = this.radii.reduce((a, b) => Math.max(a, b));
+    this.deepest = scene.frames.reduce((deepest, frame) => Math.max(deepest, frame.deepest), 0);
+    this.cache = new Map();
+  }
+  get count() { return this.scene.frames.length; }
+  get(index) {
+    if (!this.cache.has(index)) {
+      const frame = this.scene.frames[index];
+      this.cache.set(index, {
+        points: decodedPoints(this.scene, frame),
+        touching: bytesOf(frame.touching),
+        markers: {
+          places: decodedFloats(frame.markers.places),
+          distances: decodedFloats(frame.markers.distances),
+          depths: decodedFloats(frame.markers.depths),
+          segments: decodedIntegers(frame.markers.segments),
+        },
+      });
+    }
+    return this.cache.get(index);
+  }
+  radiusAt(point) { return this.radii[point % this.radii.length]; }
+
+  /// The number in the file of a segment on a line that is drawn.
+  /// @param along  where on the line, from 0 to 1
+  segmentAt(fiber, line, along) {
+    if (!this.segmentsOfFibers) {
+      this.segmentsOfFibers = decodedIntegers(this.scene.segmentsOfFibers);
+    }
+    const step = this.scene.pointStep, first = line * step;
+    const count = Math.min(step, this.segmentsOfFibers[fiber] - first);
+    return first + Math.min(Math.floor(along * count), count - 1);
+  }
+}
