@@ -52,7 +52,7 @@ function openingView(points, up) {
   const front = ahead.addScaledVector(aside, -0.4).addScaledVector(above, 0.5);
   if (direction.dot(front) < 0) direction.negate();
   const {azimuth, elevation} = anglesOf(direction, up);
-  return {azimuth, elevation: Math.min(Math.max(elevation, 13), 50), zoom: 1};
+  return {azimuth, elevation: Math.min(Math.max(elevation, 13), 40), zoom: 1};
 }
 
 /// The range of all numbers, or of nearly all if the few others lie far out.
@@ -138,7 +138,7 @@ class Eye {
     this.camera = new THREE.PerspectiveCamera(32, 1, 0.01, 100);
     this.changed = changed;
     this.ended = ended;
-    this.room = {width: 1, height: 1, top: 0, bottom: 0};
+    this.room = {width: 1, height: 1, top: 0, right: 0, bottom: 0};
   }
 
   /// Orbits turn about `up`, which OrbitControls reads once.
@@ -160,13 +160,17 @@ class Eye {
     this.controls.addEventListener('end', this.ended);
   }
 
-  /// @param room  width and height of the picture, and what panels cover of its top and bottom
-  resize(room) {
-    this.room = room;
-    this.camera.aspect = room.width / room.height;
-    this.camera.setViewOffset(room.width, room.height, 0, (room.bottom - room.top) / 2, room.width,
-                              room.height);
-    this.camera.updateProjectionMatrix();
+  /// Takes the room in which the scene is largest, seen as it opens.
+  /// @param rooms  width and height of the picture, and how much of its sides panels cover
+  chooseRoom(rooms, opening) {
+    const distances = rooms.map(room => {
+      this.room = room;
+      return this.fitFrom(opening).distance;
+    });
+    this.room = rooms[distances.indexOf(Math.min(...distances))];
+    const {width, height, top, right, bottom} = this.room;
+    this.camera.aspect = width / height;
+    this.camera.setViewOffset(width, height, right / 2, (bottom - top) / 2, width, height);
   }
 
   get tangent() { return Math.tan(THREE.Math.degToRad(this.camera.fov / 2)); }
@@ -180,9 +184,10 @@ class Eye {
     const toEye = outward.multiplyScalar(Math.cos(height)).addScaledVector(above, Math.sin(height));
     const right = new THREE.Vector3().crossVectors(above, toEye).normalize();
     const upward = new THREE.Vector3().crossVectors(toEye, right);
-    const {width, height: tall, top, bottom} = this.room;
-    const wide = this.tangent * width / tall * 0.94;
-    const high = this.tangent * Math.max((tall - top - bottom) / tall, 0.3) * 0.96;
+    const room = this.room;
+    const wide = this.tangent * Math.max(room.width - room.right, 100) / room.height * 0.94;
+    const high = this.tangent * Math.max((room.height - room.top - room.bottom) / room.height, 0.3) *
+        0.96;
     return {toEye, ...this.framing.fit(right, upward, toEye, wide, high)};
   }
 

@@ -9,10 +9,11 @@ const kFiberVertex = `
   attribute vec3 before, start, end, after;
   attribute float radius;
   attribute vec4 look;      // hue of the fiber, place along it, light, touching
+  attribute vec4 lookAfter;
   attribute vec4 ends;      // whether the fiber begins, ends, has ended before; how much picked
   varying vec3 vTangent, vSide, vEye;
   varying vec4 vLook;
-  varying float vAcross, vPicked;
+  varying float vAcross, vAlong, vLength, vPicked;
   vec3 directed(vec3 d, vec3 other) { return dot(d, d) > 0.0 ? normalize(d) : other; }
   void main() {
     if (ends.z > 0.5) {  // no segment: what is between two fibers
@@ -23,17 +24,23 @@ const kFiberVertex = `
     vec3 along = directed(b - a, vec3(1.0, 0.0, 0.0));
     vec3 earlier = (modelViewMatrix * vec4(before, 1.0)).xyz;
     vec3 later = (modelViewMatrix * vec4(after, 1.0)).xyz;
-    vec3 tangent = position.y < 0.5 ? (ends.x > 0.5 ? along : directed(a - earlier, along) + along)
-                                    : (ends.y > 0.5 ? along : directed(later - b, along) + along);
-    tangent = directed(tangent, along);
+    // Ends are round, and so are sharp bends, where one edge would lie far from the other.
+    bool atStart = position.y < 0.5;
+    vec3 neighbour = atStart ? directed(a - earlier, along) : directed(later - b, along);
+    bool isRound = (atStart ? ends.x : ends.y) > 0.5 || dot(neighbour, along) < 0.6;
+    vec3 tangent = isRound ? along : directed(neighbour + along, along);
     vec3 point = mix(a, b, position.y);
     vec3 eye = normalize(-point);
     vec3 side = directed(cross(tangent, eye), vec3(0.0, 1.0, 0.0));
     float touching = look.w;
     float thin = 0.5 * (least + 0.7 * touching) * pixel * -point.z;
-    point += position.x * max(radius, thin) * side;
-    vTangent = tangent; vSide = side; vEye = eye; vLook = look; vAcross = position.x;
-    vPicked = ends.w;
+    float drawn = max(radius, thin);
+    float beyond = isRound ? 1.0 : 0.0;
+    vAlong = atStart ? -beyond : distance(a, b) / drawn + beyond;
+    vLength = distance(a, b) / drawn;
+    point += drawn * (position.x * side + (atStart ? -beyond : beyond) * along);
+    vTangent = tangent; vSide = side; vEye = eye; vAcross = position.x; vPicked = ends.w;
+    vLook = vec4(look.x, mix(look.yz, lookAfter.yz, position.y), look.w);
     gl_Position = projectionMatrix * vec4(point, 1.0);
     gl_Position.z -= 2e-5 * touching * gl_Position.w;
     // What touches may be deep inside: with the others dimmed it is drawn before them.
@@ -47,9 +54,11 @@ const kFiberFragment = `
   uniform float nearest, farthest, onlyTouching, showTouching;
   varying vec3 vTangent, vSide, vEye;
   varying vec4 vLook;
-  varying float vAcross, vPicked;
+  varying float vAcross, vAlong, vLength, vPicked;
   void main() {
     vec3 t = normalize(vTangent);
+    float past = max(max(-vAlong, vAlong - vLength), 0.0);
+    if (past * past + vAcross * vAcross > 1.0 && past > 0.0) discard;
     vec3 normal = normalize(vSide) * vAcross + vEye * sqrt(max(1.0 - vAcross * vAcross, 0.0));
     vec3 hue = mix(dark, bright, clamp(vLook.x * 0.85 + 0.25 * vLook.y - 0.05, 0.0, 1.0));
     float across = dot(t, light);
@@ -97,8 +106,9 @@ class Fibers {
     // One point before the first and two after the last, so that all four are inside the buffer.
     this.buffer =
         new THREE.InstancedInterleavedBuffer(new Float32Array(3 * (this.points + 3)), 3, 1);
+    // One more, because each line reads the look of both its points.
     this.look =
-        new THREE.InstancedBufferAttribute(new Uint8Array(4 * this.points), 4, true, 1);
+        new THREE.InstancedInterleavedBuffer(new Uint8Array(4 * (this.points + 1)), 4, 1);
     this.ends = new THREE.InstancedBufferAttribute(new Uint8Array(4 * this.points), 4, true, 1);
     const ends = this.ends.array;
     for (let f = 0; f + 1 < begin.length; ++f) {
@@ -114,7 +124,8 @@ class Fibers {
 
     const radiusOfAll = new Float32Array(this.points).map((_, p) => frames.radiusAt(p));
     const attributes = {
-      look: this.look,
+      look: new THREE.InterleavedBufferAttribute(this.look, 4, 0, true),
+      lookAfter: new THREE.InterleavedBufferAttribute(this.look, 4, 4, true),
       ends: this.ends,
       radius: new THREE.InstancedBufferAttribute(radiusOfAll, 1, false, 1),
     };

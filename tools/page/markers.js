@@ -18,7 +18,8 @@ const kMarkerVertex = `
     float radius = max(size, least * pixel * -centre.z) * (1.0 + 0.8 * picked);
     gl_Position = projectionMatrix * (centre + vec4(radius * vCorner, 0.0, 0.0));
     // The contact is inside both fibers, so it shows through the one in front.
-    vec4 lifted = projectionMatrix * vec4(centre.xyz + lift * normalize(-centre.xyz), 1.0);
+    vec4 lifted = projectionMatrix *
+        vec4(centre.xyz + (lift + radius) * normalize(-centre.xyz), 1.0);
     gl_Position.z = lifted.z / lifted.w * gl_Position.w;
     if (onlyTouching > 0.5) gl_Position.z = 0.01 * gl_Position.z - 0.985 * gl_Position.w;
     vColour = mix(colour, vec3(1.0), picked);

@@ -55,7 +55,8 @@ class Picker {
     for (let i = 0; i < places.length / 3; ++i) {
       const [x, y, depth] = this.project(places, 3 * i);
       if (depth <= 0) continue;
-      this.offer(Math.hypot(x, y), Math.max(size * this.pixelsOfOne / depth, least), depth - lift,
+      const reach = Math.max(size * this.pixelsOfOne / depth, least);
+      this.offer(Math.hypot(x, y), reach, depth - lift - reach * depth / this.pixelsOfOne,
                  {marker: i});
     }
   }

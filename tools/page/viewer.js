@@ -1,14 +1,8 @@
 // --- The viewer ---
-//
-// `#scene=1&frame=20&volumes=spheres&depth=2` in the address opens such a view. The keys are those
-// of kNumbers, and `volumes`, `up`, and `camera`, see parsedView().
 
 const kBackground = 0x1d222b;
 const kLight = new THREE.Vector3(-0.35, 0.75, 0.55).normalize();  // in the camera's frame
 const kFramesPerSecond = 20;
-
-/// State that is a number, with its value where the address has none. `frame` is the scene's own.
-const kNumbers = {scene: 0, frame: 0, depth: 2, touching: 0, red: 0, markers: 1, bare: 0};
 
 const kPanels = `
   <div class="panel about">
@@ -16,14 +10,15 @@ const kPanels = `
     <h1></h1>
     <p class="counts"></p>
     <p class="drawn"></p>
+    <p class="picked" role="status" hidden></p>
   </div>
   <div class="panel show">
     <label><input type="checkbox" name="markers"> contacts</label>
     <div class="legend"><div class="scale"></div>
-      <div class="row"><span>just touching</span><span class="deepest"></span></div></div>
+      <div class="row"><span>touching</span><span class="deepest"></span></div></div>
     <label><input type="checkbox" name="red"> touching segments red</label>
     <label><input type="checkbox" name="touching"> dim all others</label>
-    <div class="row"><select name="volumes" aria-label="Volumes">
+    <div class="row volumes"><select name="volumes" aria-label="Volumes">
       <option value="">no volumes</option><option value="boxes">boxes</option>
       <option value="spheres">spheres</option></select>
       <span class="row depth" hidden><input type="range" name="depth" min="0" step="1"
@@ -34,7 +29,6 @@ const kPanels = `
       <button name="turn" aria-pressed="false">turn</button>
       <button name="reset">reset view</button></div>
   </div>
-  <div class="panel picked" role="status" hidden></div>
   <div class="panel time" hidden>
     <button name="play">play</button>
     <input type="range" name="frame" min="0" step="1" aria-label="Step"><output></output>
@@ -42,19 +36,6 @@ const kPanels = `
   <p class="hint"></p>`;
 
 const counted = (n, what) => `${n.toLocaleString('en-US')} ${what}${n === 1 ? '' : 's'}`;
-const short = number => String(Number(number.toPrecision(3)));
-
-/// `azimuth,elevation,zoom` in degrees, or with the target's `,x,y,z` in the file's frame; null if
-/// it is neither.
-function parsedView(text, middle) {
-  const numbers = text.split(',').map(Number);
-  if (![3, 6].includes(numbers.length) || !numbers.every(isFinite) || !(numbers[2] > 0)) return null;
-  const view = {azimuth: numbers[0], elevation: numbers[1], zoom: numbers[2]};
-  if (numbers.length === 6) {
-    view.target = new THREE.Vector3(...numbers.slice(3).map((x, k) => x - middle[k]));
-  }
-  return view;
-}
 
 class Viewer {
   constructor(container, scenes) {
@@ -86,45 +67,22 @@ class Viewer {
   input(name) { return this.find(`[name=${name}]`); }
   get frames() { return this.scenes[this.state.scene]; }
 
-  // --- The address ---
-
-  /// Opens what `#name=value&...` asks for, as far as it is there.
   openAddress() {
-    const asked = new URLSearchParams(this.embedded ? '' : location.hash.slice(1));
-    const wanted = {...kNumbers, volumes: ''};
-    for (const name of Object.keys(kNumbers)) {
-      if (/^\d+$/.test(asked.get(name) || '')) wanted[name] = Number(asked.get(name));
-    }
-    if (['boxes', 'spheres'].includes(asked.get('volumes'))) wanted.volumes = asked.get('volumes');
-    if (wanted.scene >= this.scenes.length) wanted.scene = 0;
-    if (!/^\d+$/.test(asked.get('frame') || '')) delete wanted.frame;
-    this.container.classList.toggle('bare', wanted.bare === 1);
-    this.openScene(wanted.scene);
-    this.set(wanted);
-    if (/^[xyz]$/.test(asked.get('up') || '')) this.setUp(asked.get('up'));
-    this.view = asked.has('camera')
-        ? parsedView(asked.get('camera'), this.frames.scene.middle) : null;
+    const asked = askedBy(this.embedded ? '' : location.hash);
+    const {scene, frame} = asked.numbers;
+    this.openScene(scene < this.scenes.length ? scene : 0);
+    const opened = asked.frameIsGiven ? frame : this.frames.scene.opened;
+    this.set({...asked.numbers, scene: this.state.scene, frame: opened, volumes: asked.volumes});
+    this.container.classList.toggle('bare', this.state.bare === 1);
+    if (asked.up) this.setUp(asked.up);
+    this.view = parsedView(asked.camera, this.frames.scene.middle);
     this.resize();
   }
 
   /// Puts what is seen into the address, so that it can be opened again.
   writeAddress() {
     if (this.embedded) return;
-    const scene = this.frames.scene, keys = [];
-    for (const [name, usual] of Object.entries({...kNumbers, frame: scene.opened})) {
-      if (this.state[name] !== usual) keys.push(`${name}=${this.state[name]}`);
-    }
-    if (this.state.volumes) keys.push(`volumes=${this.state.volumes}`);
-    if (this.state.up !== scene.up) keys.push(`up=${this.state.up}`);
-    if (this.view) {
-      const {azimuth, elevation, zoom, target} = this.view;
-      const numbers = [azimuth.toFixed(1), elevation.toFixed(1), short(zoom)];
-      if (target) {
-        numbers.push(...target.toArray().map((x, k) => Number((x + scene.middle[k]).toPrecision(6))));
-      }
-      keys.push(`camera=${numbers.join(',')}`);
-    }
-    this.written = '#' + keys.join('&');
+    this.written = '#' + addressOf(this.state, this.view, this.frames.scene);
     if (location.hash !== this.written) location.replace(this.written);
   }
 
@@ -241,7 +199,10 @@ class Viewer {
 
   /// Light stands where the camera stands then.
   look() {
-    this.eye.look(this.view || openingView(this.frames.get(this.state.frame).points, this.state.up));
+    const opened = this.frames.get(this.frames.scene.opened).points;
+    const opening = openingView(opened, this.state.up);
+    this.eye.chooseRoom(this.rooms, opening);
+    this.eye.look(this.view || opening);
     this.lookedFrom = this.eye.camera.position.clone();
     this.toLight = kLight.clone().transformDirection(this.eye.camera.matrixWorld);
     this.shown = null;
@@ -290,7 +251,7 @@ class Viewer {
       marked < frame.contacts ? `the ${counted(marked, 'deepest contact')} shown` : '',
     ].filter(text => text).join(' \u00b7 ');
     this.find('.legend').hidden = !(state.markers && this.frames.deepest > 0);
-    this.find('.deepest').textContent = `${short(100 * this.frames.deepest)} % of both radii deep`;
+    this.find('.deepest').textContent = `${short(100 * this.frames.deepest)} % of both radii`;
     for (const name of ['markers', 'red', 'touching']) {
       this.input(name).checked = Boolean(state[name]);
     }
@@ -375,16 +336,19 @@ class Viewer {
     this.renderer.setSize(width, height);
     const rectangle = selector => this.find(selector).getBoundingClientRect();
     const origin = this.container.getBoundingClientRect();
-    const room = {width, height, top: 0, bottom: 0};
+    const bare = {width, height, top: 0, right: 0, bottom: 0};
+    this.rooms = [bare];
     if (!this.state.bare) {
-      room.top = rectangle('.about').bottom - origin.top;
-      const lowest = [...this.container.querySelectorAll('.time, .show')]
-          .map(panel => panel.getBoundingClientRect())
-          .filter(panel => panel.height > 0 && panel.top > origin.top + height / 2)
-          .map(panel => origin.bottom - panel.top);
-      room.bottom = Math.max(40, ...lowest);
+      const show = rectangle('.show'), time = rectangle('.time');
+      const isBelow = show.top > origin.top + height / 2;
+      const lowest = isBelow ? show.top : time.height ? time.top : origin.bottom - 40;
+      const room = {...bare, top: rectangle('.about').bottom - origin.top,
+                    bottom: origin.bottom - lowest};
+      this.rooms = isBelow ? [room] : [
+        {...room, top: Math.max(room.top, show.bottom - origin.top)},
+        {...room, right: origin.right - show.left},
+      ];
     }
-    this.eye.resize(room);
     this.look();
   }
 
