@@ -2,8 +2,12 @@
 """The page that `fcl_fibers view` writes, in a headless Chromium. FCL_FIBERS_SCREENSHOTS names a
 folder that keeps what is seen."""
 
+import base64
+import csv
 import io
+import json
 import os
+import struct
 import sys
 import unittest
 from pathlib import Path
@@ -42,7 +46,7 @@ class Picture:
     def __init__(self, png):
         self.png = png
         whole = Image.open(io.BytesIO(png)).convert("RGB")
-        seen = whole.crop((30, 130, whole.width - 30, whole.height - 110))
+        seen = whole.crop((30, 200, whole.width - 30, whole.height - 110))
         flat = list(seen.getdata())
         self.inside = [flat[i : i + seen.width] for i in range(0, len(flat), seen.width)]
 
@@ -76,6 +80,31 @@ class PageTest(ProgramTest):
         self.run_program("view", *scenes, "-o", path)
         return path
 
+    def first_frame(self, page):
+        data = page.read_text(encoding="utf-8").split('class="fiber-viewer-data">', 1)[1]
+        return json.loads(data.split("</script>", 1)[0])["scenes"][0]["frames"][0]
+
+    def hair(self, name, strands, points):
+        """A file of strands, 40 side by side, of points(strand's place)."""
+        blocks = (points(0.1 * (s % 40), 0.1 * (s // 40)) for s in range(strands))
+        lines = ("\n".join(" ".join(map(str, p)) for p in block) for block in blocks)
+        return self.write(name, "\n\n".join(lines) + "\n")
+
+    def text(self, selector):
+        return self.browser.evaluate(f"document.querySelector('{selector}').textContent")
+
+    def on_screen(self, point):
+        """Where a point of the file is seen, in pixels."""
+        return self.browser.evaluate(
+            f"(() => {{ const v = {VIEWER}, m = v.frames.scene.middle, p = {list(point)};"
+            "const seen = new THREE.Vector3(...p.map((x, k) => x - m[k])).project(v.eye.camera);"
+            "return [(1 + seen.x) * innerWidth / 2, (1 - seen.y) * innerHeight / 2]; })()"
+        )
+
+    def click_at(self, x, y):
+        self.browser.mouse("mousePressed", x, y, button="left", clickCount=1)
+        self.browser.mouse("mouseReleased", x, y, button="left", clickCount=1)
+
     def open(self, path, state=""):
         self.browser.open(f"file://{path}{state}")
         self.browser.wait_for(f"document.querySelector('.fiber-viewer') && {STATE}")
@@ -95,13 +124,12 @@ class PageTest(ProgramTest):
             f"(() => {{ const b = document.querySelector('{selector}').getBoundingClientRect();"
             "return [b.x + b.width / 2, b.y + b.height / 2]; })()"
         )
-        self.browser.mouse("mousePressed", x, y, button="left", clickCount=1)
-        self.browser.mouse("mouseReleased", x, y, button="left", clickCount=1)
+        self.click_at(x, y)
 
     def test_shows_fibers_and_contacts_without_a_network(self):
         """An empty canvas, or one without its red segments, or a page that needs a server."""
         path = self.make("helix:fibers=150,segments=60,radius=0.01")
-        self.open(path)
+        self.open(path, "#red=1&markers=0")
         picture = self.look("helix")
         self.assertGreater(picture.count(is_fiber), 5000)
         self.assertGreater(picture.count(is_red), 200)
@@ -125,6 +153,7 @@ class PageTest(ProgramTest):
             f'<div style="height:600px">{part.read_text(encoding="utf-8")}</div><p>Below.</p>',
         )
         self.open(report)
+        self.click("[name=red]")
         picture = self.look("report")
         self.assertGreater(picture.count(is_fiber), 3000)
         self.assertGreater(picture.count(is_red), 100)
@@ -134,7 +163,8 @@ class PageTest(ProgramTest):
     def test_only_what_touches_is_red(self):
         """Other segments than those that touch would be shown as touching."""
         crossing = self.write("crossing.txt", "0 0 0\n0 1 0\n0 2 0\n0 3 0\n\n-1 1.5 0\n1 1.5 0\n")
-        self.open(self.make(crossing, "-r", 0.05))
+        address = "#red=1&markers=0"
+        self.open(self.make(crossing, "-r", 0.05), address)
         picture = self.look("crossing")
         red, fiber = picture.count(is_red), picture.count(is_fiber)
         # One third of the upright fiber, all of the other: 3 of 5 units of length, but that red
@@ -142,7 +172,7 @@ class PageTest(ProgramTest):
         self.assertGreater(red, 0.45 * (red + fiber))
         self.assertLess(red, 0.75 * (red + fiber))
         apart = self.write("apart.txt", "0 0 0\n0 1 0\n0 2 0\n0 3 0\n\n1 1.5 0\n3 1.5 0\n")
-        self.open(self.make(apart, "-r", 0.05))
+        self.open(self.make(apart, "-r", 0.05), address)
         self.assertEqual(self.look("apart").count(is_red), 0)
 
     def test_orbits_and_zooms(self):
@@ -205,6 +235,172 @@ class PageTest(ProgramTest):
         self.assertIn(
             "200 fibers", self.browser.evaluate("document.querySelector('.counts').textContent")
         )
+
+    def farthest_seen(self):
+        """Of all points from the picture's middle: 1 is its edge, and beyond it behind the eye."""
+        self.browser.wait_for(f"!{VIEWER}.pending")
+        return self.browser.evaluate(
+            f"(() => {{ const v = {VIEWER}, p = v.frames.get(v.state.frame).points; let far = 0;"
+            "for (let i = 0; i < p.length; i += 3) {"
+            "const seen = new THREE.Vector3(p[i], p[i + 1], p[i + 2]).project(v.eye.camera);"
+            "far = Math.max(far, Math.abs(seen.x), Math.abs(seen.y), Math.abs(seen.z)); }"
+            "return far; })()"
+        )
+
+    def test_all_points_are_in_the_picture(self):
+        """A sample of every second point would not see that strands of 16 points end far out."""
+        hair = self.hair(
+            "hair.txt", 1500, lambda x, y: [(x, y, -0.01 * i if i < 15 else -9) for i in range(16)]
+        )
+        for scene in (hair, "-r", 0.01), ("cap:fibers=20000,segments=15",):
+            self.open(self.make(*scene))
+            self.assertLessEqual(self.farthest_seen(), 1)
+            self.browser.evaluate(f"{VIEWER}.eye.look({{azimuth: 70, elevation: -40, zoom: 1}})")
+            self.assertLessEqual(self.farthest_seen(), 1)
+            self.assertGreater(self.look("all_points").count(is_drawn), 8000)
+
+    def test_one_stray_fiber_does_not_make_all_others_tiny(self):
+        hair = self.hair("hair.txt", 400, lambda x, y: [(x, y, 0.2 * i) for i in range(16)])
+        stray = "\n900 0 0\n900 0 1\n"
+        hair.write_text(hair.read_text(encoding="utf-8") + stray, encoding="utf-8")
+        self.open(self.make(hair, "-r", 0.01))
+        self.assertGreater(self.look("stray").width(), 200)
+
+    def test_finds_and_takes_the_axis_that_is_up(self):
+        """Hair would hang sideways, and orbits would tip it over."""
+        hair = self.hair("hair.txt", 400, lambda x, z: [(x, -i, z) for i in range(16)])
+        page = self.make(hair, "-r", 0.01)
+        self.open(page)
+        up = f"{VIEWER}.state.up"
+        self.assertEqual(self.browser.evaluate(up), "y")
+        self.assertLess(self.on_screen((2, 0, 0.5))[1], self.on_screen((2, -15, 0.5))[1] - 200)
+        self.browser.evaluate(
+            "(() => { const up = document.querySelector('[name=up]'); up.value = 'x';"
+            "up.dispatchEvent(new Event('change')); })()"
+        )
+        self.assertLess(self.on_screen((4, -7, 0.5))[1], self.on_screen((0, -7, 0.5))[1] - 20)
+        before = self.browser.evaluate(f"{VIEWER}.eye.view")
+        self.browser.drag(450, 350, 600, 350)
+        after = self.browser.evaluate(f"{VIEWER}.eye.view")
+        self.assertGreater(abs(after["azimuth"] - before["azimuth"]), 10)
+        self.assertAlmostEqual(after["elevation"], before["elevation"], 3)
+        self.open(page, "#up=z")
+        self.assertEqual(self.browser.evaluate(up), "z")
+        self.run_program("view", hair, "-r", 0.01, "--up", "x", "-o", page)
+        self.open(page)
+        self.assertEqual(self.browser.evaluate(up), "x")
+
+    def crossing(self):
+        """At x = 0.5 and y = 0 the surfaces overlap between z = 0.04 and z = 0.06."""
+        text = "-1 0 0\n0 0 0\n1 0 0\n\n0.5 -1 0.1\n0.5 1 0.1\n"
+        return self.make(self.write("crossing.txt", text), "-r", 0.06)
+
+    def test_marks_contacts_where_they_are(self):
+        page = self.crossing()
+        markers = self.first_frame(page)["markers"]
+        self.assertEqual(struct.unpack("<4I", base64.b64decode(markers["segments"])), (0, 1, 1, 0))
+        for name, number in ("distances", -0.02), ("depths", 1 / 6):
+            (found,) = struct.unpack("<f", base64.b64decode(markers[name]))
+            self.assertAlmostEqual(found, number, 6)
+        self.open(page)
+        place = self.browser.evaluate(
+            f"Array.from({VIEWER}.frames.get(0).markers.places)"
+            f".map((x, k) => x + {VIEWER}.frames.scene.middle[k])"
+        )
+        for found, number in zip(place, (0.5, 0, 0.05)):
+            self.assertAlmostEqual(found, number, 6)
+        x, y = self.on_screen((0.5, 0, 0.05))
+        picture = Image.open(io.BytesIO(self.look("marker").png)).convert("RGB")
+        self.assertTrue(is_red(picture.getpixel((round(x), round(y)))))
+        self.assertEqual(self.text(".deepest"), "16.7 % of both radii")
+        self.click("[name=markers]")
+        self.assertEqual(self.look("no_marker").count(is_red), 0)
+
+        helix = "helix:fibers=150,segments=60,radius=0.01"
+        count = json.loads(self.run_program("check", helix, "--json", code=1))["contact_count"]
+        self.open(self.make(helix))
+        seen = f"{VIEWER}.markers.mesh.geometry.maxInstancedCount"
+        self.assertEqual(self.browser.evaluate(seen), count)
+
+    def test_tells_what_was_clicked(self):
+        self.open(self.crossing())
+        self.click_at(*self.on_screen((0.5, 0, 0.05)))
+        self.assertEqual(
+            self.text(".picked"),
+            "fiber 0, segment 1 touches fiber 1, segment 0; 0.02 deep, 16.7 % of both radii",
+        )
+        before = self.look("picked_marker")
+        self.click_at(*self.on_screen((-0.5, 0, 0)))
+        self.assertEqual(self.text(".picked"), "fiber 0, segment 0")
+        self.assertGreater(self.look("picked_fiber").differing(before), 1000)
+        hidden = "document.querySelector('.picked').hidden"
+        self.click_at(880, 600)
+        self.assertTrue(self.browser.evaluate(hidden))
+        self.click_at(*self.on_screen((0.5, 0.7, 0.1)))
+        self.assertEqual(self.text(".picked"), "fiber 1, segment 0")
+        self.assertFalse(self.browser.evaluate(hidden))
+        for kind in "keyDown", "keyUp":
+            self.browser.call("Input.dispatchKeyEvent", type=kind, key="Escape")
+        self.assertTrue(self.browser.evaluate(hidden))
+
+    def test_tells_the_segment_of_the_file_where_not_all_points_are_drawn(self):
+        line = self.write("line.txt", "".join(f"{x} 0 0\n" for x in range(2003)))
+        self.open(self.make(line, "-r", 0.3, "--points", 1000))
+        self.assertIn("point drawn", self.text(".drawn"))
+        for at in 0.5, 1234, 2001.5:
+            self.click_at(*self.on_screen((at, 0, 0)))
+            number = int(self.text(".picked").removeprefix("fiber 0, segment "))
+            # A pixel of this line is about three segments wide.
+            self.assertLess(abs(number + 0.5 - at), 4)
+            self.assertLess(number, 2002)
+
+    def test_the_address_opens_what_was_seen(self):
+        page = self.make("helix:fibers=150,segments=60")
+        self.open(page, "#camera=30,20,2&up=y&bare=1&markers=0&red=1&touching=1")
+        view = self.browser.evaluate(f"{VIEWER}.eye.view")
+        for name, number in ("azimuth", 30), ("elevation", 20), ("zoom", 2):
+            self.assertAlmostEqual(view[name], number, 3)
+        state = self.browser.evaluate(f"{VIEWER}.state")
+        self.assertEqual((state["up"], state["markers"], state["red"]), ("y", 0, 1))
+        shown = "[...document.querySelectorAll('.panel, .hint')].filter(p => p.offsetHeight).length"
+        self.assertEqual(self.browser.evaluate(shown), 0)
+
+        self.open(page)
+        self.assertGreater(self.browser.evaluate(shown), 2)
+        start = self.look("address_start")
+        self.browser.drag(450, 350, 650, 300)
+        turned = self.look("address_turned")
+        self.assertGreater(turned.differing(start), 3000)
+        address = self.browser.evaluate("location.hash")
+        self.assertIn("camera=", address)
+        seen = self.on_screen((1, 1, 1)) + self.on_screen((-1, 0, 2))
+        self.open(page, address)
+        for now, then in zip(self.on_screen((1, 1, 1)) + self.on_screen((-1, 0, 2)), seen):
+            self.assertLess(abs(now - then), 3)
+
+    def test_shows_the_deepest_of_too_many_contacts(self):
+        scene = "helix:fibers=46,segments=10,radius=20"
+        frame = self.first_frame(self.make(scene))
+        depths = [
+            -float(row["distance"]) / 40
+            for row in csv.DictReader(
+                io.StringIO(self.run_program("check", scene, "--csv", code=1))
+            )
+        ]
+        self.assertEqual(frame["contacts"], len(depths))
+        self.assertGreater(len(depths), 100000)
+        shown = struct.unpack("<100000f", base64.b64decode(frame["markers"]["depths"]))
+        for found, number in zip(shown, sorted(depths)[-100000:]):
+            self.assertAlmostEqual(found, number, 6)
+
+    def test_a_radius_far_too_large_ends_with_a_warning(self):
+        """All segments touch: memory would run out."""
+        page = self.make("helix:fibers=70,segments=100,radius=1000")
+        self.assertIn("more than 20,000,000 pairs touch", self.stderr)
+        self.open(page)
+        self.assertIn("more than 20,000,000 touching pairs", self.text(".counts"))
+        self.assertIn("the search stopped there", self.text(".drawn"))
+        self.assertIn("the 100,000 deepest contacts shown", self.text(".drawn"))
 
 
 if __name__ == "__main__":

@@ -26,7 +26,8 @@ function askedBy(hash) {
 /// it is neither.
 function parsedView(text, middle) {
   const numbers = text.split(',').map(Number);
-  if (![3, 6].includes(numbers.length) || !numbers.every(isFinite) || !(numbers[2] > 0)) return null;
+  const isView = [3, 6].includes(numbers.length) && numbers.every(isFinite) && numbers[2] > 0;
+  if (!isView) return null;
   const [azimuth, elevation, zoom, ...target] = numbers;
   const view = {azimuth, elevation, zoom};
   if (target.length) view.target = new THREE.Vector3(...target.map((x, k) => x - middle[k]));

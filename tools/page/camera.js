@@ -181,13 +181,14 @@ class Eye {
     const [ahead, aside, above] = axesAbout(this.up);
     const outward = ahead.clone().multiplyScalar(Math.cos(angle))
         .addScaledVector(aside, Math.sin(angle));
-    const toEye = outward.multiplyScalar(Math.cos(height)).addScaledVector(above, Math.sin(height));
+    const toEye = outward.multiplyScalar(Math.cos(height))
+        .addScaledVector(above, Math.sin(height));
     const right = new THREE.Vector3().crossVectors(above, toEye).normalize();
     const upward = new THREE.Vector3().crossVectors(toEye, right);
     const room = this.room;
     const wide = this.tangent * Math.max(room.width - room.right, 100) / room.height * 0.94;
-    const high = this.tangent * Math.max((room.height - room.top - room.bottom) / room.height, 0.3) *
-        0.96;
+    const high = this.tangent * 0.96 *
+        Math.max((room.height - room.top - room.bottom) / room.height, 0.3);
     return {toEye, ...this.framing.fit(right, upward, toEye, wide, high)};
   }
 

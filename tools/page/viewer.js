@@ -27,7 +27,7 @@ const kPanels = `
       <option value="x">x up</option><option value="y">y up</option>
       <option value="z">z up</option></select>
       <button name="turn" aria-pressed="false">turn</button>
-      <button name="reset">reset view</button></div>
+      <button name="reset">reset</button></div>
   </div>
   <div class="panel time" hidden>
     <button name="play">play</button>
@@ -109,7 +109,8 @@ class Viewer {
       this.input(name).addEventListener(
           'change', event => change({[name]: event.target.checked ? 1 : 0}));
     }
-    this.input('volumes').addEventListener('change', event => change({volumes: event.target.value}));
+    this.input('volumes').addEventListener(
+        'change', event => change({volumes: event.target.value}));
     this.input('up').addEventListener('change', event => {
       this.setUp(event.target.value);
       this.resetView();
