@@ -6,126 +6,19 @@ import base64
 import csv
 import io
 import json
-import os
 import struct
 import sys
 import unittest
-from pathlib import Path
-
-from program import ProgramTest
 
 try:
-    from browser import Browser, find_driver
+    from page import DRIVER, VIEWER, PageTest, is_drawn, is_fiber, is_red
     from PIL import Image
-
-    DRIVER = find_driver()
 except ImportError:
-    DRIVER = None
-STATE = "document.querySelector('.fiber-viewer').dataset.state"
-VIEWER = "document.querySelector('.fiber-viewer').viewer"
-
-
-def is_red(pixel):
-    red, green, blue = pixel
-    return red > 150 and red > 2 * green and red > 2 * blue
-
-
-def is_fiber(pixel):
-    """Brown to blond; neither the background nor the panels' greys."""
-    red, green, blue = pixel
-    return red > blue + 25 and red >= green > blue and not is_red(pixel)
-
-
-def is_drawn(pixel):
-    return is_red(pixel) or is_fiber(pixel)
-
-
-class Picture:
-    """A screenshot, and what is counted in the part that no panel covers."""
-
-    def __init__(self, png):
-        self.png = png
-        whole = Image.open(io.BytesIO(png)).convert("RGB")
-        seen = whole.crop((30, 200, whole.width - 30, whole.height - 110))
-        flat = list(seen.getdata())
-        self.inside = [flat[i : i + seen.width] for i in range(0, len(flat), seen.width)]
-
-    def count(self, predicate):
-        return sum(predicate(pixel) for row in self.inside for pixel in row)
-
-    def width(self):
-        """Columns in which anything is drawn."""
-        return sum(any(map(is_drawn, column)) for column in zip(*self.inside))
-
-    def differing(self, other):
-        return sum(
-            sum(map(abs, (a - b for a, b in zip(p, q)))) > 24
-            for mine, its in zip(self.inside, other.inside)
-            for p, q in zip(mine, its)
-        )
+    DRIVER, PageTest = None, unittest.TestCase
 
 
 @unittest.skipUnless(DRIVER, "Chromium and Selenium are not installed")
-class PageTest(ProgramTest):
-    @classmethod
-    def setUpClass(cls):
-        cls.browser = Browser(DRIVER, 900, 640)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.browser.quit()
-
-    def make(self, *scenes):
-        path = self.folder / "page.html"
-        self.run_program("view", *scenes, "-o", path)
-        return path
-
-    def first_frame(self, page):
-        data = page.read_text(encoding="utf-8").split('class="fiber-viewer-data">', 1)[1]
-        return json.loads(data.split("</script>", 1)[0])["scenes"][0]["frames"][0]
-
-    def hair(self, name, strands, points):
-        """A file of strands, 40 side by side, of points(strand's place)."""
-        blocks = (points(0.1 * (s % 40), 0.1 * (s // 40)) for s in range(strands))
-        lines = ("\n".join(" ".join(map(str, p)) for p in block) for block in blocks)
-        return self.write(name, "\n\n".join(lines) + "\n")
-
-    def text(self, selector):
-        return self.browser.evaluate(f"document.querySelector('{selector}').textContent")
-
-    def on_screen(self, point):
-        """Where a point of the file is seen, in pixels."""
-        return self.browser.evaluate(
-            f"(() => {{ const v = {VIEWER}, m = v.frames.scene.middle, p = {list(point)};"
-            "const seen = new THREE.Vector3(...p.map((x, k) => x - m[k])).project(v.eye.camera);"
-            "return [(1 + seen.x) * innerWidth / 2, (1 - seen.y) * innerHeight / 2]; })()"
-        )
-
-    def click_at(self, x, y):
-        self.browser.mouse("mousePressed", x, y, button="left", clickCount=1)
-        self.browser.mouse("mouseReleased", x, y, button="left", clickCount=1)
-
-    def open(self, path, state=""):
-        self.browser.open(f"file://{path}{state}")
-        self.browser.wait_for(f"document.querySelector('.fiber-viewer') && {STATE}")
-        self.assertEqual(self.browser.evaluate(STATE), "drawn")
-
-    def look(self, name):
-        """What is seen once all that was asked for has been drawn."""
-        self.browser.wait_for(f"!{VIEWER}.pending")
-        picture = Picture(self.browser.screenshot())
-        folder = os.environ.get("FCL_FIBERS_SCREENSHOTS")
-        if folder:
-            Path(folder, name + ".png").write_bytes(picture.png)
-        return picture
-
-    def click(self, selector):
-        x, y = self.browser.evaluate(
-            f"(() => {{ const b = document.querySelector('{selector}').getBoundingClientRect();"
-            "return [b.x + b.width / 2, b.y + b.height / 2]; })()"
-        )
-        self.click_at(x, y)
-
+class Page(PageTest):
     def test_shows_fibers_and_contacts_without_a_network(self):
         """An empty canvas, or one without its red segments, or a page that needs a server."""
         path = self.make("helix:fibers=150,segments=60,radius=0.01")
@@ -236,17 +129,6 @@ class PageTest(ProgramTest):
             "200 fibers", self.browser.evaluate("document.querySelector('.counts').textContent")
         )
 
-    def farthest_seen(self):
-        """Of all points from the picture's middle: 1 is its edge, and beyond it behind the eye."""
-        self.browser.wait_for(f"!{VIEWER}.pending")
-        return self.browser.evaluate(
-            f"(() => {{ const v = {VIEWER}, p = v.frames.get(v.state.frame).points; let far = 0;"
-            "for (let i = 0; i < p.length; i += 3) {"
-            "const seen = new THREE.Vector3(p[i], p[i + 1], p[i + 2]).project(v.eye.camera);"
-            "far = Math.max(far, Math.abs(seen.x), Math.abs(seen.y), Math.abs(seen.z)); }"
-            "return far; })()"
-        )
-
     def test_all_points_are_in_the_picture(self):
         """A sample of every second point would not see that strands of 16 points end far out."""
         hair = self.hair(
@@ -289,6 +171,8 @@ class PageTest(ProgramTest):
         self.run_program("view", hair, "-r", 0.01, "--up", "x", "-o", page)
         self.open(page)
         self.assertEqual(self.browser.evaluate(up), "x")
+        self.open(self.crossing())
+        self.assertEqual(self.browser.evaluate(up), "y", "all is nearly in the plane of x and y")
 
     def crossing(self):
         """At x = 0.5 and y = 0 the surfaces overlap between z = 0.04 and z = 0.06."""
