@@ -279,7 +279,7 @@ int run(int argc, char** argv) {
                   "Points drawn of a scene, all frames together (default 1,000,000)")
       ->check(CLI::Range(std::size_t{1000}, std::size_t{100000000}).description(""))
       ->type_name("N");
-  view.add_option("--up", arguments.view.up, "Axis that points up (default: the page guesses)")
+  view.add_option("--up", arguments.view.up, "Axis that points up (default: guessed)")
       ->check(CLI::IsMember({"x", "y", "z"}).description(""))
       ->type_name("x|y|z");
   view.add_flag("--fragment", arguments.view.fragment,
@@ -288,7 +288,9 @@ int run(int argc, char** argv) {
       "Generated scenes have a radius of their own, or the key `radius`.\n"
       "Scenes with frames are played: `paper-dynamic`, or `helix:frames=0:100:5`.\n"
       "If a scene has more points than --points, every nth fiber and point is drawn.\n"
-      "Contacts are searched among all points.");
+      "Contacts are searched among all points. A page marks the deepest 100,000 of a frame.\n"
+      "Without --up, z points up in generated scenes and y in TressFX files; for others it is\n"
+      "guessed from how the fibers run.");
 
   try {
     app.parse(argc, argv);

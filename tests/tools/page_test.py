@@ -229,7 +229,12 @@ class Page(PageTest):
 
     def test_tells_the_segment_of_the_file_where_not_all_points_are_drawn(self):
         line = self.write("line.txt", "".join(f"{x} 0 0\n" for x in range(2003)))
-        self.open(self.make(line, "-r", 0.3, "--points", 1000))
+        page = self.make(line, "-r", 0.3, "--points", 1000)
+        self.open(page, "#camera=90,10,30,1234,0,0")
+        for number in 1233, 1234, 1235:
+            self.click_at(*self.on_screen((number + 0.5, 0, 0)))
+            self.assertEqual(self.text(".picked"), f"fiber 0, segment {number}")
+        self.open(page)
         self.assertIn("point drawn", self.text(".drawn"))
         for at in 0.5, 1234, 2001.5:
             self.click_at(*self.on_screen((at, 0, 0)))
