@@ -277,8 +277,8 @@ json sceneJson(const SceneSource& source, const ViewRequest& request) {
   bool stopped = false;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     progress(fmt::format("{}: frame {} of {}", source.name, i + 1, frames.size()));
-    json frame = frameJson(frames[i], fmt::format("frame {}", source.playable[i]), thinning,
-                                 steps, request, most_markers);
+    json frame = frameJson(frames[i], fmt::format("frame {}", source.playable[i]), thinning, steps,
+                           request, most_markers);
     stopped = stopped || frame["stopped"];
     scene["frames"].push_back(std::move(frame));
     if (source.playable[i] <= source.frame) scene["opened"] = i;
