@@ -138,7 +138,7 @@ class Eye {
     this.camera = new THREE.PerspectiveCamera(32, 1, 0.01, 100);
     this.changed = changed;
     this.ended = ended;
-    this.room = {width: 1, height: 1, top: 0, right: 0, bottom: 0};
+    this.room = {width: 1, height: 1, top: 0, left: 0, right: 0, bottom: 0};
   }
 
   /// Orbits turn about `up`, which OrbitControls reads once.
@@ -160,17 +160,17 @@ class Eye {
     this.controls.addEventListener('end', this.ended);
   }
 
-  /// Takes the room in which the scene is largest, seen as it opens.
+  /// Takes the first room in which the scene, seen as it opens, is nearly as large as in any.
   /// @param rooms  width and height of the picture, and how much of its sides panels cover
   chooseRoom(rooms, opening) {
     const distances = rooms.map(room => {
       this.room = room;
       return this.fitFrom(opening).distance;
     });
-    this.room = rooms[distances.indexOf(Math.min(...distances))];
-    const {width, height, top, right, bottom} = this.room;
+    this.room = rooms[distances.findIndex(distance => distance < 1.03 * Math.min(...distances))];
+    const {width, height, top, left, right, bottom} = this.room;
     this.camera.aspect = width / height;
-    this.camera.setViewOffset(width, height, right / 2, (bottom - top) / 2, width, height);
+    this.camera.setViewOffset(width, height, (right - left) / 2, (bottom - top) / 2, width, height);
   }
 
   get tangent() { return Math.tan(THREE.Math.degToRad(this.camera.fov / 2)); }
@@ -186,7 +186,8 @@ class Eye {
     const right = new THREE.Vector3().crossVectors(above, toEye).normalize();
     const upward = new THREE.Vector3().crossVectors(toEye, right);
     const room = this.room;
-    const wide = this.tangent * Math.max(room.width - room.right, 100) / room.height * 0.94;
+    const wide = this.tangent * 0.94 *
+        Math.max(room.width - room.left - room.right, 100) / room.height;
     const high = this.tangent * 0.96 *
         Math.max((room.height - room.top - room.bottom) / room.height, 0.3);
     return {toEye, ...this.framing.fit(right, upward, toEye, wide, high)};

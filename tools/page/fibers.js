@@ -39,6 +39,7 @@ const kFiberVertex = `
     vAlong = atStart ? -beyond : distance(a, b) / drawn + beyond;
     vLength = distance(a, b) / drawn;
     point += drawn * (position.x * side + (atStart ? -beyond : beyond) * along);
+    point += drawn * sqrt(max(1.0 - position.x * position.x, 0.0)) * eye;
     vTangent = tangent; vSide = side; vEye = eye; vAcross = position.x; vPicked = ends.w;
     vLook = vec4(look.x, mix(look.yz, lookAfter.yz, position.y), look.w);
     gl_Position = projectionMatrix * vec4(point, 1.0);
@@ -80,13 +81,16 @@ const kFiberFragment = `
     gl_FragColor = vec4(mix(colour, background, (0.42 - 0.2 * touching) * depth), 1.0);
   }`;
 
-/// x from -1 to 1, y from 0 to 1.
-function makeQuad() {
-  const quad = new THREE.BufferGeometry();
-  quad.setIndex([0, 1, 2, 2, 1, 3]);
-  quad.setAttribute('position', new THREE.BufferAttribute(
-      new Float32Array([-1, 0, 1, 0, -1, 1, 1, 1]), 2));
-  return quad;
+/// A strip of quads: x across as given, y from 0 to 1.
+function makeStrip(across) {
+  const strip = new THREE.BufferGeometry(), corners = [];
+  for (let i = 0; i + 1 < across.length; ++i) {
+    corners.push(...[0, 2, 1, 1, 2, 3].map(corner => 2 * i + corner));
+  }
+  strip.setIndex(corners);
+  strip.setAttribute('position', new THREE.BufferAttribute(
+      new Float32Array(across.flatMap(x => [x, 0, x, 1])), 2));
+  return strip;
 }
 
 function instanced(geometry, attributes, count) {
@@ -139,8 +143,10 @@ class Fibers {
       nearest: {value: 0}, farthest: {value: 1},
       onlyTouching: {value: 0}, showTouching: {value: 0},
     };
+    // Thick fibers are seen to touch, so they bulge; so many that they must be thin are flat.
+    const across = this.points < 200000 ? [-1, -0.6, 0.6, 1] : [-1, 1];
     this.mesh = new THREE.Mesh(
-        instanced(makeQuad(), attributes, this.points),
+        instanced(makeStrip(across), attributes, this.points),
         new THREE.RawShaderMaterial({
           vertexShader: kFiberVertex, fragmentShader: kFiberFragment,
           uniforms: this.uniforms, side: THREE.DoubleSide,

@@ -46,7 +46,7 @@ class Markers {
     this.frames = frames;
     this.uniforms = {
       pixel: {value: 0}, least: {value: 1}, onlyTouching: {value: 0},
-      size: {value: 0.6 * frames.thickest}, lift: {value: 1.5 * frames.thickest},
+      size: {value: 0.6 * frames.thickest}, lift: {value: 2 * frames.thickest},
     };
     this.mesh = new THREE.Mesh(undefined, new THREE.RawShaderMaterial({
       vertexShader: kMarkerVertex, fragmentShader: kMarkerFragment, uniforms: this.uniforms,
@@ -62,7 +62,7 @@ class Markers {
     });
     this.picked = new THREE.InstancedBufferAttribute(new Float32Array(count), 1, false, 1);
     this.mesh.geometry.dispose();
-    this.mesh.geometry = instanced(makeQuad(), {
+    this.mesh.geometry = instanced(makeStrip([-1, 1]), {
       place: new THREE.InstancedBufferAttribute(places, 3, false, 1),
       colour: new THREE.InstancedBufferAttribute(colours, 3, false, 1),
       picked: this.picked,

@@ -337,7 +337,7 @@ class Viewer {
     this.renderer.setSize(width, height);
     const rectangle = selector => this.find(selector).getBoundingClientRect();
     const origin = this.container.getBoundingClientRect();
-    const bare = {width, height, top: 0, right: 0, bottom: 0};
+    const bare = {width, height, top: 0, left: 0, right: 0, bottom: 0};
     this.rooms = [bare];
     if (!this.state.bare) {
       const show = rectangle('.show'), time = rectangle('.time');
@@ -345,9 +345,11 @@ class Viewer {
       const lowest = isBelow ? show.top : time.height ? time.top : origin.bottom - 40;
       const room = {...bare, top: rectangle('.about').bottom - origin.top,
                     bottom: origin.bottom - lowest};
+      const right = origin.right - show.left;
       this.rooms = isBelow ? [room] : [
+        {...room, left: right, right},
         {...room, top: Math.max(room.top, show.bottom - origin.top)},
-        {...room, right: origin.right - show.left},
+        {...room, right},
       ];
     }
     this.look();
