@@ -23,7 +23,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMostPairs = 20000000;       // of a frame; some seconds
 constexpr std::size_t kMostMarkers = 100000;       // of a frame
 constexpr std::size_t kMostMarkersOfAll = 500000;  // of all frames; 24 MB
 
@@ -288,7 +287,7 @@ json sceneJson(const SceneSource& source, const ViewRequest& request) {
     std::fprintf(stderr,
                  "fcl_fibers: warning: %s: more than %s pairs touch; the page shows contacts of "
                  "these only. Is the radius too large?\n",
-                 source.name.c_str(), countText(kMostPairs).c_str());
+                 source.name.c_str(), countText(request.limit).c_str());
   }
   return scene;
 }
