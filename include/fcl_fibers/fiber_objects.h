@@ -33,6 +33,18 @@ template <typename S>
 FCL_FIBERS_EXPORT std::vector<std::unique_ptr<fcl::CollisionObject<S>>> makeObjects(
     const FiberPolylines& scene);
 
+/// Moves the objects of makeObjects() to another state of the same fibers. Poses, lengths and radii
+/// change. A manager finds the fibers there after its update(). FCL's boxes are computed anew, so
+/// computeAABB() is not needed, and a margin that the program added to a box is gone.
+///
+/// Throws std::invalid_argument, and moves nothing, if there are not as many objects as segments,
+/// if an object is null or no longer a capsule, and as makeObjects() does. A capsule has to be its
+/// object's own still, as makeObjects() made it.
+template <typename S>
+FCL_FIBERS_EXPORT void moveObjects(
+    const FiberPolylines& scene,
+    const std::vector<std::unique_ptr<fcl::CollisionObject<S>>>& objects);
+
 /// One fiber of a scene, as registerFiber() takes it.
 template <typename Object>
 struct FiberObjects {
@@ -77,6 +89,10 @@ extern template FCL_FIBERS_EXPORT std::vector<std::unique_ptr<fcl::CollisionObje
 makeObjects<float>(const FiberPolylines& scene);
 extern template FCL_FIBERS_EXPORT std::vector<std::unique_ptr<fcl::CollisionObject<double>>>
 makeObjects<double>(const FiberPolylines& scene);
+extern template FCL_FIBERS_EXPORT void moveObjects<float>(
+    const FiberPolylines& scene, const std::vector<std::unique_ptr<fcl::CollisionObject<float>>>&);
+extern template FCL_FIBERS_EXPORT void moveObjects<double>(
+    const FiberPolylines& scene, const std::vector<std::unique_ptr<fcl::CollisionObject<double>>>&);
 /// @endcond
 
 }  // namespace fcl_fibers

@@ -118,11 +118,48 @@ std::vector<std::unique_ptr<fcl::CollisionObject<S>>> makeObjects(const FiberPol
   return objects;
 }
 
+template <typename S>
+void moveObjects(const FiberPolylines& scene,
+                 const std::vector<std::unique_ptr<fcl::CollisionObject<S>>>& objects) {
+  requireFiberRanges("moveObjects", scene);
+  requireCoordinates<S>("moveObjects", scene);
+  requireRadii<S>("moveObjects", scene);
+  if (objects.size() != scene.segmentCount()) {
+    throw std::invalid_argument("moveObjects: there are " + std::to_string(objects.size()) +
+                                " objects and " + std::to_string(scene.segmentCount()) +
+                                " segments; pass all objects of makeObjects(), and as many points");
+  }
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    if (objects[i] != nullptr && objects[i]->getNodeType() == fcl::GEOM_CAPSULE) continue;
+    throw std::invalid_argument("moveObjects: object " + std::to_string(i) +
+                                (objects[i] == nullptr ? " is null" : " is not a capsule") +
+                                "; pass the objects as makeObjects() made them");
+  }
+
+  auto next = objects.begin();
+  forEachSegment(scene, [&](std::size_t i) {
+    fcl::CollisionObject<S>& object = **next++;
+    const PosedSegment<S> segment = poseSegment<S>(scene.points[i], scene.points[i + 1]);
+    // FCL hands geometry out as const only. makeObjects() made the capsule, and not as const.
+    auto& capsule = const_cast<fcl::Capsule<S>&>(
+        static_cast<const fcl::Capsule<S>&>(*object.collisionGeometry()));
+    capsule.radius = static_cast<S>(scene.radiusAt(i));
+    capsule.lz = segment.length;
+    capsule.computeLocalAABB();
+    object.setTransform(segment.pose);
+    object.computeAABB();
+  });
+}
+
 template std::vector<fcl::Transform3<float>> segmentPoses<float>(const FiberPolylines&);
 template std::vector<fcl::Transform3<double>> segmentPoses<double>(const FiberPolylines&);
 template std::vector<std::unique_ptr<fcl::CollisionObject<float>>> makeObjects<float>(
     const FiberPolylines&);
 template std::vector<std::unique_ptr<fcl::CollisionObject<double>>> makeObjects<double>(
     const FiberPolylines&);
+template void moveObjects<float>(const FiberPolylines&,
+                                 const std::vector<std::unique_ptr<fcl::CollisionObject<float>>>&);
+template void moveObjects<double>(
+    const FiberPolylines&, const std::vector<std::unique_ptr<fcl::CollisionObject<double>>>&);
 
 }  // namespace fcl_fibers
