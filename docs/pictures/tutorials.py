@@ -1,0 +1,145 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""The pictures of docs/tutorials, of the files that the examples write:
+
+    mkdir out && for name in swap hair_step harness obstacles; do build-examples/$name out; done
+    build-examples/yarn out/knit.vtp
+    docs/pictures/tutorials.py out docs/images/tutorials
+"""
+
+import base64
+import io
+import math
+import struct
+import sys
+import xml.etree.ElementTree
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+from PIL import Image  # noqa: E402
+
+HAIR, RED, LINK = "#8a5a2b", "#d62728", "#7a94b0"
+
+
+def read(path):
+    """The points of a .vtp file of this library, as lists of x, y, z, and its lines of points."""
+    root = xml.etree.ElementTree.parse(path).getroot()
+
+    def numbers(element, code):
+        data = base64.b64decode(element.text)
+        return [n[0] for n in struct.iter_unpack(f"<{code}", data[8:])]  # after their size
+
+    flat = numbers(root.find(".//Points/DataArray"), "d")
+    points = list(zip(flat[::3], flat[1::3], flat[2::3]))
+    ends = numbers(root.find(".//Lines/DataArray[@Name='offsets']"), "q")
+    return points, [points[a:b] for a, b in zip([0] + ends, ends)]
+
+
+def draw(axes, fibers, contacts, project, width=0.8, size=4):
+    """Fibers as lines and contacts as red points, in the plane of `project`."""
+    for fiber in fibers:
+        axes.plot(*zip(*map(project, fiber)), color=HAIR, linewidth=width)
+    if contacts:
+        axes.scatter(*zip(*map(project, contacts)), s=size, color=RED, zorder=3, linewidths=0)
+    axes.set_aspect("equal")
+    axes.axis("off")
+
+
+def turned(angle, tilt):
+    """A view from the side, turned about z and tilted."""
+    c, s, up, down = math.cos(angle), math.sin(angle), math.cos(tilt), math.sin(tilt)
+    return lambda p: (c * p[0] - s * p[1], up * p[2] + down * (s * p[0] + c * p[1]))
+
+
+def side(p):
+    return p[0], p[2]
+
+
+def swap(folder):
+    figure, axes = plt.subplots(1, 2, figsize=(8, 4.2), width_ratios=(1, 1.2))
+    fibers = read(folder / "swap_fibers.vtp")[1]
+    contacts = read(folder / "swap_contacts.vtp")[0]
+    draw(axes[0], fibers, contacts, side, 0.4, 2)
+    axes[0].set_title(f"a lock, {len(contacts)} contacts in red")
+    # A segment, and the boxes of FCL and of this library: of its ball, and of the capsule itself.
+    length, radius, angle = 0.3, 0.02, 0.6
+    x, y = length / 2 * math.cos(angle), length / 2 * math.sin(angle)
+    axes[1].plot([-x, x], [-y, y], color=HAIR, linewidth=18, solid_capstyle="round")
+    for w, h, color, name in (
+        (length / 2 + radius, length / 2 + radius, LINK, "FCL's box"),
+        (x + radius, y + radius, RED, "tight box"),
+    ):
+        axes[1].add_patch(plt.Rectangle((-w, -h), 2 * w, 2 * h, fill=False, color=color, lw=2))
+        axes[1].text(-w, h + 0.003, name, color=color, fontsize=12)
+    axes[1].set(aspect="equal", title="one segment and its boxes")
+    axes[1].set(xlim=(-0.21, 0.21), ylim=(-0.2, 0.21))
+    axes[1].axis("off")
+    return figure
+
+
+def hair_step(folder):
+    figure, axes = plt.subplots(1, 4, figsize=(8, 3), sharex=True, sharey=True)
+    for step, axis in zip((240, 280, 320, 440), axes):
+        fibers = read(folder / f"hair_step_{step}_fibers.vtp")[1]
+        contacts = read(folder / f"hair_step_{step}_contacts.vtp")[0]
+        draw(axis, fibers, contacts, side, 0.7, 5)
+        axis.set_title(f"step {step}")
+    return figure
+
+
+def harness(folder):
+    figure, axes = plt.subplots(1, 3, figsize=(8, 2.4), sharex=True, sharey=True)
+    for degrees, axis in zip((0, 20, 40), axes):
+        # The links of harness.cpp: x from, x to, half the width, and the part of the bend.
+        links = ((-0.3, 0, 0.05, 0), (0, 0.3, 0.05, 1), (-0.06, 0.06, 0.06, 0.5))
+        for begin, end, half, part in links:
+            link = plt.Rectangle((begin, -half), end - begin, 2 * half, color=LINK, linewidth=0)
+            turn = matplotlib.transforms.Affine2D().rotate_deg(-part * degrees)
+            link.set_transform(turn + axis.transData)
+            axis.add_patch(link)
+        fibers = read(folder / f"harness_{degrees}_fibers.vtp")[1]
+        middle = side(read(folder / f"harness_{degrees}_contacts.vtp")[0][0])
+        draw(axis, fibers, [], side, 1.5)
+        x, z = min(map(side, fibers[0]), key=lambda p: math.dist(p, middle))
+        axis.plot([x, 2 * middle[0] - x], [z, 2 * middle[1] - z], color=RED, linewidth=2)
+        axis.set(title=f"bent by {degrees} degrees", xlim=(-0.31, 0.32), ylim=(-0.28, 0.2))
+    return figure
+
+
+def obstacles(folder):
+    figure, axis = plt.subplots(figsize=(8, 4))
+    fibers = read(folder / "obstacles_fibers.vtp")[1]
+    contacts = read(folder / "obstacles_contacts.vtp")[0]
+    draw(axis, fibers, contacts, turned(0.4, 0.6), 0.6, 8)
+    return figure
+
+
+def yarn(folder):
+    figure, axes = plt.subplots(1, 2, figsize=(8, 4))
+    fibers = read(folder / "knit.vtp")[1]
+    contacts = read(folder / "knit_contacts.vtp")[0]
+
+    def in_front(p):  # four courses, flattened
+        return p[1:] if p[0] > 17 and 3 < p[2] < 22 else (math.nan, math.nan)
+
+    draw(axes[0], fibers, [], turned(0.3, 0.4), 0.8)
+    draw(axes[1], fibers, contacts, in_front, 6, 12)
+    return figure
+
+
+def main():
+    folder, to = map(Path, sys.argv[1:])
+    for draw_one in (swap, hair_step, harness, obstacles, yarn):
+        figure = draw_one(folder)
+        figure.tight_layout()
+        drawn = io.BytesIO()
+        figure.savefig(drawn, dpi=100)
+        few_colors = Image.open(drawn).convert("RGB").quantize(32)
+        few_colors.save(to / f"{draw_one.__name__}.png", optimize=True)
+
+
+if __name__ == "__main__":
+    main()
