@@ -44,11 +44,11 @@ still gallery/knot knot camera=191,50,1
 page knit "$pages/tube.txt" -r 0.125 -a 0.4
 still gallery/knit knit camera=80,18,1
 page crossing examples/crossing.txt -r 0.06
-still gallery/crossing crossing camera=20,80,0.9
+still gallery/crossing crossing 'up=z&camera=-70,70,0.9'
 if [[ -e $pages/ponytail.txt ]]; then
   page ponytail "$pages/ponytail.txt" -r 0.05 --up y
   still gallery/ponytail ponytail camera=75,8,1
-  still hair ponytail 'markers=0&camera=75,8,1' 'camera=75,10,9'
+  still hair ponytail 'markers=0&camera=75,8,1' 'camera=75,10,12'
 else
   echo "There is no ponytail: FCL_FIBERS_DATA names no folder" >&2
 fi

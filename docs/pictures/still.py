@@ -13,7 +13,8 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "tests/tools"))
 from browser import Browser, find_driver  # noqa: E402
 
 VIEWER = "document.querySelector('.fiber-viewer')"
-GAP = 6  # pixels between pages
+GAP = 4  # pixels between pages
+MOST_BYTES = 250_000  # a picture that is larger gets fewer colours
 
 
 def taken(address, width, height):
@@ -37,12 +38,15 @@ def main():
     given = parser.parse_args()
     count = len(given.pages)
     width = (given.width - GAP * (count - 1)) // count
-    still = Image.new("RGB", (given.width, given.height), "white")
+    still = Image.new("RGB", (given.width, given.height), "#4a515f")
     for i, page in enumerate(given.pages):
         still.paste(taken(page, width, given.height), (i * (width + GAP), 0))
     # Other methods lose the colours of what is small.
     method = Image.Quantize.LIBIMAGEQUANT
-    still.quantize(128, method=method).save(given.out, optimize=True)
+    for colours in (256, 128):
+        still.quantize(colours, method=method).save(given.out, optimize=True)
+        if Path(given.out).stat().st_size < MOST_BYTES:
+            break
 
 
 if __name__ == "__main__":
