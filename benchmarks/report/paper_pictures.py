@@ -202,7 +202,7 @@ def volumes(folder, _, depth=3):
     return png(figure)
 
 
-IN_DOCUMENTS = {"loop": "paper_dynamic", "half_scalp": "paper_half_scalp"}
+IN_DOCUMENTS = {"loop": "paper_dynamic"}
 PICTURES = {  # by the names of files: title, and who draws it
     "strand": ("Figs. 1 and 6. Strand", partial(drawn, strand)),
     "loop": ("Fig. 3, left. The dynamic assembly late in its motion", partial(drawn, loop)),
