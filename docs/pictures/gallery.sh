@@ -29,7 +29,7 @@ still() {
   local image=$1 page=$pages/$2.html
   echo "$image"
   shift 2
-  /usr/bin/python3 docs/pictures/still.py "${@/#/$page#}" "$images/$image.png"
+  /usr/bin/python3 docs/pictures/still.py --height "${height:-750}" "${@/#/$page#}" "$images/$image.png"
 }
 
 page half_scalp paper-half-scalp
@@ -37,7 +37,7 @@ still gallery/half_scalp half_scalp camera=40,14,1
 page strand paper-strand
 still gallery/strand strand 'up=x&camera=15,12,1'
 page loop paper-dynamic:frames=0:100:5
-still gallery/loop loop 'frame=10&camera=0,13,1.1,1.6,-5.2,2.6' \
+height=480 still gallery/loop loop 'frame=10&camera=0,13,1.1,1.6,-5.2,2.6' \
   'frame=15&camera=0,13,1.7,-2.1,-3,0' 'frame=20&camera=0,13,2,-0.5,-2.4,0'
 page knot "$pages/knot.txt" -r 0.101 -a 0.35 --up z
 still gallery/knot knot camera=191,50,1

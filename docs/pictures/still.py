@@ -38,7 +38,7 @@ def main():
     given = parser.parse_args()
     count = len(given.pages)
     width = (given.width - GAP * (count - 1)) // count
-    still = Image.new("RGB", (given.width, given.height), "#4a515f")
+    still = Image.new("RGB", (count * (width + GAP) - GAP, given.height), "#4a515f")
     for i, page in enumerate(given.pages):
         still.paste(taken(page, width, given.height), (i * (width + GAP), 0))
     # Other methods lose the colours of what is small.
