@@ -1,8 +1,10 @@
-# Runs a program that has to say EXPECTED, a regular expression, and to end with CODE, by default 0:
+# Runs a program whose output, both streams together, has to be that of a file, and which has to end
+# with CODE, by default 0:
 #
-#   cmake -DEXPECTED=REGEX [-DCODE=1] -P expect.cmake -- PROGRAM ARGUMENTS...
+#   cmake -DOUTPUT=FILE [-DCODE=1] -P expect.cmake -- PROGRAM ARGUMENTS...
 #
-# With a test's PASS_REGULAR_EXPRESSION alone its exit code would not count.
+# In the file, <number> stands for a number that varies. With -DEXPECTED=REGEX in place of a file,
+# the output has to match that.
 if(NOT DEFINED CODE)
   set(CODE 0)
 endif()
@@ -16,6 +18,12 @@ foreach(i RANGE ${last})
     set(is_command TRUE)
   endif()
 endforeach()
+if(DEFINED OUTPUT)
+  file(READ "${OUTPUT}" EXPECTED)
+  string(REGEX REPLACE "([][+.*?()|^$\\\\])" "\\\\\\1" EXPECTED "${EXPECTED}")
+  string(REPLACE "<number>" "-?[0-9.]+" EXPECTED "^${EXPECTED}$")
+endif()
+
 execute_process(COMMAND ${command} OUTPUT_VARIABLE said ERROR_VARIABLE said RESULT_VARIABLE code)
 message("${said}")
 # A signal is told by name.
@@ -23,5 +31,5 @@ if(NOT "${code}" STREQUAL "${CODE}")
   message(FATAL_ERROR "ends with ${code} instead of ${CODE}")
 endif()
 if(NOT "${said}" MATCHES "${EXPECTED}")
-  message(FATAL_ERROR "does not say ${EXPECTED}")
+  message(FATAL_ERROR "the output is not that of ${OUTPUT}, or does not match ${EXPECTED}")
 endif()
