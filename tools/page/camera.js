@@ -215,7 +215,10 @@ class Eye {
   clip() {
     const {sphere, farthest} = this.framing;
     const distance = this.camera.position.distanceTo(sphere.center);
-    this.camera.near = Math.max(distance - 2 * farthest, 2e-4 * sphere.radius);
+    // What is much nearer than the target is out of the picture. A plane nearer still would leave
+    // the depth buffer too coarse to tell a marker from its fiber.
+    this.camera.near = Math.max(
+        distance - farthest, 0.05 * this.camera.position.distanceTo(this.controls.target));
     this.camera.far = distance + 2 * farthest;
     this.camera.updateProjectionMatrix();
     return [Math.max(distance - 1.05 * sphere.radius, 0), distance + 1.05 * sphere.radius];
