@@ -33,7 +33,7 @@ const kFiberVertex = `
     vec3 eye = normalize(-point);
     vec3 side = directed(cross(tangent, eye), vec3(0.0, 1.0, 0.0));
     float touching = look.w;
-    float thin = 0.5 * (least + 0.7 * touching) * pixel * -point.z;
+    float thin = 0.5 * (least + 0.7 * touching + 2.0 * ends.w) * pixel * -point.z;
     float drawn = max(radius, thin);
     float beyond = isRound ? 1.0 : 0.0;
     vAlong = atStart ? -beyond : distance(a, b) / drawn + beyond;
@@ -44,8 +44,9 @@ const kFiberVertex = `
     vLook = vec4(look.x, mix(look.yz, lookAfter.yz, position.y), look.w);
     gl_Position = projectionMatrix * vec4(point, 1.0);
     gl_Position.z -= 2e-5 * touching * gl_Position.w;
-    // What touches may be deep inside: with the others dimmed it is drawn before them.
-    if (touching * onlyTouching > 0.5) gl_Position.z = 0.01 * gl_Position.z - 0.98 * gl_Position.w;
+    // What touches may be deep inside: with the others dimmed it is drawn before them. So is what
+    // is picked.
+    if (touching * onlyTouching + ends.w > 0.5) gl_Position.z = 0.01 * gl_Position.z - 0.98 * gl_Position.w;
   }`;
 
 // Kajiya and Kay's hair: light scattered across the tangent, and two highlights along it.
@@ -173,7 +174,7 @@ class Fibers {
     for (let p = 0; p < this.points; ++p) ends[4 * p + 3] = 0;
     if (picked) {
       const first = this.frames.begin[picked.fiber], last = this.frames.begin[picked.fiber + 1];
-      for (let p = first; p < last; ++p) ends[4 * p + 3] = p === first + picked.line ? 255 : 130;
+      for (let p = first; p < last; ++p) ends[4 * p + 3] = p === first + picked.line ? 255 : 190;
     }
     this.ends.needsUpdate = true;
   }
