@@ -49,7 +49,7 @@ void writePictures(const CheckedFrame& frame, const FiberTree& tree) {
 }
 
 void warnOfPairsAlong(const CheckedFrame& frame, const ContactList& list) {
-  if (frame.count() == 0 || 10 * list.along < 9 * frame.count()) return;
+  if (frame.count() == 0 || 2 * list.along < frame.count()) return;
   fmt::print(stderr,
              "fcl_fibers: warning: {}: {} of {} pairs are near each other along their fiber and "
              "touch because it is thick; --ignored-arc-length {:.4g}, pi times the radius, leaves "
@@ -101,8 +101,9 @@ class FrameChecker {
     }
     if (several && request_.output == Output::kText && (request_.summary || request_.top)) {
       throw std::invalid_argument(
-          "the text of several frames has one line for each; for lists give --csv or --json, or "
-          "one frame");
+          "--top and --summary list contacts of one frame as text; give one scene without "
+          "`frames`, "
+          "or --csv or --json");
     }
     if (request_.output == Output::kCsv) writeCsvHead(request_, several, stream_);
     if (request_.output == Output::kText && several) {

@@ -94,9 +94,14 @@ std::vector<std::string> warnings(const FiberPolylines& scene, bool has_radius, 
   } else {
     texts.push_back("the file holds no radius; check, distance, bench and view need --radius");
   }
+  const double thickest =
+      facts.radii.empty() ? 0 : *std::max_element(facts.radii.begin(), facts.radii.end());
+  const std::string short_segments = fmt::format(
+      "segments shorter than wide, so that those next but one along a fiber touch, too; give check "
+      "--ignored-arc-length {:.4g}, pi times the radius: {{}}",
+      std::acos(-1.0) * thickest);
   warn(count([](double length, double radius) { return length < 2 * radius; }),
-       "segments shorter than wide, so that those next but one along a fiber touch, too; see "
-       "--ignored-neighbors of check: {}");
+       short_segments.c_str());
   std::vector<Point> roots;
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     roots.push_back(scene.points[scene.point_begin[f]]);
@@ -187,7 +192,7 @@ int info(const SceneSource& source, Output output) {
   line("segment length", spread(segments));
   for (std::size_t k = 0; k < 3; ++k) {
     line(k == 0 ? "bounds" : "",
-         fmt::format("{}  {:>10.4g} to {:<10.4g}", "xyz"[k], facts.low[k], facts.high[k]));
+         fmt::format("{}  {:>10.4g} to {:.4g}", "xyz"[k], facts.low[k], facts.high[k]));
   }
   if (!warned.empty()) text += "\n";
   for (const std::string& warning : warned) text += "  warning: " + warning + "\n";
