@@ -263,27 +263,30 @@ int run(int argc, char** argv) {
       "frame.");
 
   CLI::App& view = *app.add_subcommand("view", "Write a page that shows scenes in 3D, offline.");
-  view.add_option("SCENES", arguments.scenes, "Files or generated scenes")
+  view.add_option("SCENES", arguments.scenes, "The scenes that the page shows.")
       ->required()
       ->type_name("");
   addRadii(view, arguments.radii);
-  view.add_option("-o,--output", arguments.view.path, "Page to write, .html")
+  view.add_option("-o,--output", arguments.view.path,
+                  "Write the page to FILE, which ends in .html.")
       ->required()
       ->type_name("FILE");
   addTree(view, arguments.tree);
   addLimit(view, arguments.limit);
-  view.add_option("--depth", arguments.view.depth, "Depth of the deepest volumes (default 2)")
+  view.add_option("--depth", arguments.view.depth,
+                  "The depth of the deepest volumes. The default is 2.")
       ->check(CLI::Range(0, 8).description(""))
       ->type_name("N");
   view.add_option("--points", arguments.view.points,
-                  "Points drawn of a scene, all frames together (default 1,000,000)")
+                  "The most points to draw, of all frames. The default is 1,000,000.")
       ->check(CLI::Range(std::size_t{1000}, std::size_t{100000000}).description(""))
       ->type_name("N");
-  view.add_option("--up", arguments.view.up, "Axis that points up (default: guessed)")
+  view.add_option("--up", arguments.view.up,
+                  "The axis that points up. Without it the program guesses.")
       ->check(CLI::IsMember({"x", "y", "z"}).description(""))
       ->type_name("x|y|z");
   view.add_flag("--fragment", arguments.view.fragment,
-                "Write a fragment without a head, for another page");
+                "Write a fragment without a head, to put into another page.");
   view.footer(
       "Generated scenes have a radius of their own, or the key `radius`.\n"
       "Scenes with frames are played: `paper-dynamic`, or `helix:frames=0:100:5`.\n"

@@ -298,7 +298,8 @@ std::string sceneHelp() {
   std::string text =
       "SCENE is a file of fibers, `-`, or a generated scene. Files are .hair, .tfx, .bcc, .vtp, or "
       "text\nwith a point x y z on each line and a blank line between fibers; spaces, commas, "
-      "semicolons or\ntabs separate numbers. `-` reads text from standard input. A generated scene "
+      "semicolons or\ntabs separate numbers. `-` reads a file from standard input. A generated "
+      "scene "
       "is NAME or\nNAME:key=value,... with one of these names:\n\n";
   for (const Kind& kind : kKinds) {
     std::string name = kind.name;

@@ -196,7 +196,7 @@ class Page(PageTest):
         x, y = self.on_screen((0.5, 0, 0.05))
         picture = Image.open(io.BytesIO(self.look("marker").png)).convert("RGB")
         self.assertTrue(is_red(picture.getpixel((round(x), round(y)))))
-        self.assertEqual(self.text(".deepest"), "16.7 % of both radii")
+        self.assertEqual(self.text(".deepest"), "16.7 % of the radii's sum")
         self.click("[name=markers]")
         self.assertEqual(self.look("no_marker").count(is_red), 0)
 
@@ -211,7 +211,7 @@ class Page(PageTest):
         self.click_at(*self.on_screen((0.5, 0, 0.05)))
         self.assertEqual(
             self.text(".picked"),
-            "fiber 0, segment 1 touches fiber 1, segment 0; 0.02 deep, 16.7 % of both radii",
+            "fiber 0, segment 1 touches fiber 1, segment 0; 0.02 deep, 16.7 % of the radii's sum",
         )
         before = self.look("picked_marker")
         self.click_at(*self.on_screen((-0.5, 0, 0)))
@@ -285,9 +285,9 @@ class Page(PageTest):
     def test_a_radius_far_too_large_ends_with_a_warning(self):
         """All segments touch: memory would run out."""
         page = self.make("helix:fibers=70,segments=100,radius=1000")
-        self.assertIn("more than 20,000,000 pairs touch", self.stderr)
+        self.assertIn("more than 10,000,000 pairs touch", self.stderr)
         self.open(page)
-        self.assertIn("more than 20,000,000 touching pairs", self.text(".counts"))
+        self.assertIn("more than 10,000,000 touching pairs", self.text(".counts"))
         self.assertIn("the search stopped there", self.text(".drawn"))
         self.assertIn("the 100,000 deepest contacts shown", self.text(".drawn"))
 

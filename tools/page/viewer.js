@@ -252,7 +252,7 @@ class Viewer {
       marked < frame.contacts ? `the ${counted(marked, 'deepest contact')} shown` : '',
     ].filter(text => text).join(' \u00b7 ');
     this.find('.legend').hidden = !(state.markers && this.frames.deepest > 0);
-    this.find('.deepest').textContent = `${short(100 * this.frames.deepest)} % of both radii`;
+    this.find('.deepest').textContent = `${short(100 * this.frames.deepest)} % of the radii's sum`;
     for (const name of ['markers', 'red', 'touching']) {
       this.input(name).checked = Boolean(state[name]);
     }
@@ -298,7 +298,7 @@ class Viewer {
       panel.textContent = `fiber ${fiberA}, segment ${segmentA} touches fiber ${fiberB}, ` +
           `segment ${segmentB}; ` + (distance > 0
               ? `${short(distance)} apart`
-              : `${short(-distance)} deep, ${short(100 * depths[picked.marker])} % of both radii`);
+              : `${short(-distance)} deep, ${short(100 * depths[picked.marker])} % of the radii's sum`);
     }
     this.invalidate();
   }
