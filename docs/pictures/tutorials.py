@@ -9,6 +9,7 @@
 
 import base64
 import io
+import itertools
 import math
 import struct
 import sys
@@ -109,11 +110,32 @@ def harness(folder):
     return figure
 
 
+def sphere_points():
+    for polar in range(19):
+        for turn in range(36):
+            p, t = math.pi * polar / 18, math.tau * turn / 36
+            yield math.sin(p) * math.cos(t), math.sin(p) * math.sin(t), math.cos(p)
+
+
 def obstacles(folder):
     figure, axis = plt.subplots(figsize=(8, 4))
     fibers = read(folder / "obstacles_fibers.vtp")[1]
     contacts = read(folder / "obstacles_contacts.vtp")[0]
-    draw(axis, fibers, contacts, turned(0.4, 0.6), 0.6, 8)
+    view = turned(0.4, 0.6)
+    # The obstacles of obstacles.cpp: middle, half sizes, and whether round.
+    for x, y, half, is_round in (
+        (0.21, 0.21, (0.08, 0.08, 0.08), True),
+        (0.65, 0.23, (0.1, 0.06, 0.05), False),
+        (0.45, 0.65, (0.12, 0.09, 0.08), True),
+    ):
+        seen = [
+            view([m + h * d for m, h, d in zip((x, y, 0.08), half, direction)])
+            for direction in (sphere_points() if is_round else itertools.product((-1, 1), repeat=3))
+        ]
+        around = [math.tau * i / 90 for i in range(90)]
+        outline = [max(seen, key=lambda p: p[0] * math.cos(a) + p[1] * math.sin(a)) for a in around]
+        axis.add_patch(plt.Polygon(outline, color=LINK, alpha=0.6, linewidth=0, zorder=2.5))
+    draw(axis, fibers, contacts, view, 0.6, 8)
     return figure
 
 
