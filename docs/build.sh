@@ -3,7 +3,7 @@
 #
 # The documentation as a site, in build/site, from README.md, docs/ and the comments of include/:
 #
-#   docs/build.sh    and open build/site/index.html
+#   docs/build.sh    and open build/site/index.html; only excerpts in the search need a web server
 #
 # Warnings are errors: what is public and undocumented, or missing in docs/api/; a link that leads
 # nowhere; a page that is not in the map, or the other way round.
