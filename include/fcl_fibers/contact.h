@@ -49,6 +49,42 @@ struct Contact {
   std::array<double, 3> normal{};
 };
 
+/// Where a capsule and a triangle of a mesh touch or, if they are apart, where they are closest.
+/// Points are in the frame of the fibers, lengths in their unit.
+struct MeshContact {
+  FiberSegment a;             ///< place of the capsule
+  std::int32_t triangle = 0;  ///< index of the triangle in MeshArrays::triangles
+
+  double s = 0;  ///< arc parameter of the closest point on the capsule's axis, as in Contact
+
+  /// Barycentric coordinates of the closest point of the triangle: the weights of its three points,
+  /// in their order. They are not negative, and their sum is 1.
+  std::array<double, 3> weights{};
+
+  /// Distance between the capsule's surface and the triangle. It is negative if they overlap: a
+  /// motion of the capsule by that depth against `normal` takes it off the triangle or, if `solid`
+  /// is set, out of the solid at this triangle.
+  double distance = 0;
+  bool solid = false;  ///< whether the depth is that in a solid mesh, not that at one triangle
+
+  std::array<double, 3> point_a{};  ///< closest point of the axis, moved to the capsule's surface
+  std::array<double, 3> point_b{};  ///< closest point of the triangle
+
+  /// Unit vector from the capsule to the triangle. If the axis crosses the triangle, or if `solid`
+  /// is set, it is perpendicular to the triangle; into the solid in the latter case.
+  std::array<double, 3> normal{};
+};
+
+/// Returns the contact of a pair that FiberTree::visitMesh() or findNearest() reported. `fibers`
+/// are the arrays of the tree's last build or update. Throws std::invalid_argument as
+/// capsuleContact() of a pair does, and if the mesh has no such triangle.
+///@{
+FCL_FIBERS_TREE_EXPORT MeshContact meshContact(const FiberArrays<float>& fibers,
+                                               const TriangleMesh& mesh, TrianglePair pair);
+FCL_FIBERS_TREE_EXPORT MeshContact meshContact(const FiberArrays<double>& fibers,
+                                               const TriangleMesh& mesh, TrianglePair pair);
+///@}
+
 /// Returns the contact of two capsules, whether they touch or not. The closed form is that of
 /// Ericson, Real-Time Collision Detection, 2005, section 5.1.9, without its determinant, which is
 /// noise if the axes are nearly parallel.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -10,6 +11,7 @@
 
 #include <fcl_fibers/fiber_options.h>
 #include <fcl_fibers/tree_export.h>
+#include <fcl_fibers/triangle_mesh.h>
 
 namespace fcl_fibers {
 
@@ -47,7 +49,23 @@ struct FiberArrays {
   /// fiber_count group numbers, 0 for a fiber without a group. Null if no fiber has one. See
   /// FiberGroup.
   const std::int32_t* groups = nullptr;
+  /// fiber_count bit masks: the categories of meshes that each fiber may meet, see
+  /// TriangleMesh::setCategories(). Null if every fiber may meet every mesh.
+  const std::uint32_t* meets = nullptr;
+  /// fiber_count numbers, not negative: how many segments at the start of each fiber meet no mesh,
+  /// because they are in the scalp. Null if there are none. rootSegments() counts them by length.
+  const std::int32_t* root_segments = nullptr;
 };
+
+/// Returns for each fiber how many of its first segments begin at less than `length` along the
+/// fiber from its start, for FiberArrays::root_segments. Throws std::invalid_argument if an array
+/// is null or does not fit the others, or if the length is negative, NaN or infinite.
+///@{
+FCL_FIBERS_TREE_EXPORT std::vector<std::int32_t> rootSegments(const FiberArrays<float>& fibers,
+                                                              double length);
+FCL_FIBERS_TREE_EXPORT std::vector<std::int32_t> rootSegments(const FiberArrays<double>& fibers,
+                                                              double length);
+///@}
 
 /// Two segments that a query reports. Each is named by the index of the point at which it starts,
 /// not by its number along a fiber: segment `a` runs from point a to point a + 1 of the arrays.
@@ -57,6 +75,22 @@ struct SegmentPair {
   std::int32_t a;  ///< index of the point at which one segment starts
   std::int32_t b;  ///< index of the point at which the other starts
 };
+
+/// A segment of a tree, named as in SegmentPair, and a triangle of a mesh, named by its index.
+struct TrianglePair {
+  std::int32_t segment;   ///< index of the point at which the segment starts
+  std::int32_t triangle;  ///< index of the triangle in MeshArrays::triangles
+};
+
+/// An axis-aligned box; low <= high on each axis.
+struct BoxShape {
+  std::array<double, 3> low;   ///< x, y, z of the low corner
+  std::array<double, 3> high;  ///< x, y, z of the high corner
+};
+
+struct CapsuleShape;
+struct Contact;
+struct MeshContact;
 
 /// Options of a FiberTree: those of FiberOptions, and what bounds the nodes of the tree.
 struct FiberTreeOptions : FiberOptions {
@@ -113,8 +147,8 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   ///@}
 
   /// Reads the points and radii again after they have changed. Every fiber must have as many points
-  /// as at the last build(). S may differ from it. Closed fibers and groups stay as they were at
-  /// that build.
+  /// as at the last build(). S may differ from it. Closed fibers, groups, categories and roots stay
+  /// as they were at that build.
   ///@{
   void update(const FiberArrays<float>& fibers);
   void update(const FiberArrays<double>& fibers);
@@ -125,7 +159,7 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// of the pairs depends only on the arrays that were passed to the builds and updates.
   template <class Visitor>
   bool visitPairs(Visitor&& visit) const {
-    Bridge<Visitor> bridge(visit);
+    Bridge<Visitor, SegmentPair> bridge(visit);
     return visitRuns(bridge);
   }
 
@@ -137,12 +171,72 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// if this tree has Report::kCapsules and the other one does not.
   template <class Visitor>
   bool visitPairs(const FiberTree& other, Visitor&& visit) const {
-    Bridge<Visitor> bridge(visit);
+    Bridge<Visitor, SegmentPair> bridge(visit);
     return visitRuns(other, bridge);
   }
 
   /// Replaces the content of `pairs` by all pairs. The vector keeps its memory for the next call.
   void findPairs(std::vector<SegmentPair>& pairs) const;
+
+  /// Calls visit(TrianglePair) once for every segment and triangle of the mesh that touch: the
+  /// triangle is no further from the segment's axis than its radius and the margin together. An
+  /// axis that crosses a triangle touches it. A segment wholly inside a solid mesh is visited with
+  /// its nearest triangle. Segments at roots, and those that may not meet the mesh, are left out.
+  /// `visit` and the return value are those of visitPairs().
+  ///
+  /// The order of the pairs depends only on the arrays of fibers and mesh and on the poses.
+  ///
+  /// This call and the next two throw std::invalid_argument if the tree has Report::kVolumes,
+  /// because such a tree keeps no capsules.
+  template <class Visitor>
+  bool visitMesh(const TriangleMesh& mesh, Visitor&& visit) const {
+    Bridge<Visitor, TrianglePair> bridge(visit);
+    return visitRuns(mesh, bridge);
+  }
+
+  /// Replaces the content of `segments` by the segments that touch the mesh, each once, which
+  /// takes less time than all their triangles.
+  void findTouching(const TriangleMesh& mesh, std::vector<std::int32_t>& segments) const;
+
+  /// Replaces the content of `pairs` by each segment that is at most `distance` from the mesh, and
+  /// its nearest triangle. The distance is that of the axis minus the radius; the margin does not
+  /// count. Throws std::invalid_argument if `distance` is negative or NaN.
+  void findNearest(const TriangleMesh& mesh, double distance,
+                   std::vector<TrianglePair>& pairs) const;
+
+  /// Calls visit(std::int32_t) once for each segment that touches the capsule, or the box and what
+  /// is in it: the two are at most the margin apart. A sphere is a capsule of length zero. If the
+  /// tree has Report::kVolumes, the segments are those whose volumes overlap the shape's volume.
+  /// Roots and categories do not matter here.
+  ///
+  /// Throws std::invalid_argument if a number is NaN or its magnitude exceeds 2^1000, if the radius
+  /// is negative, if low exceeds high, or if the shape is so far from the fibers that its
+  /// coordinates overflow.
+  ///@{
+  template <class Visitor>
+  bool visitOverlaps(const CapsuleShape& capsule, Visitor&& visit) const {
+    Bridge<Visitor, std::int32_t> bridge(visit);
+    return visitRuns(capsule, bridge);
+  }
+  template <class Visitor>
+  bool visitOverlaps(const BoxShape& box, Visitor&& visit) const {
+    Bridge<Visitor, std::int32_t> bridge(visit);
+    return visitRuns(box, bridge);
+  }
+  ///@}
+
+  /// Replaces the content of `contacts` by the contacts of all pairs that visitPairs() visits, or
+  /// of all that visitMesh() visits, in their order. `fibers` are the arrays of the last build or
+  /// update. Threads share the work. Throws as the visit does, and as capsuleContact() does for
+  /// fibers that do not suit it; then `contacts` keeps its content.
+  ///@{
+  void findContacts(const FiberArrays<float>& fibers, std::vector<Contact>& contacts) const;
+  void findContacts(const FiberArrays<double>& fibers, std::vector<Contact>& contacts) const;
+  void findContacts(const FiberArrays<float>& fibers, const TriangleMesh& mesh,
+                    std::vector<MeshContact>& contacts) const;
+  void findContacts(const FiberArrays<double>& fibers, const TriangleMesh& mesh,
+                    std::vector<MeshContact>& contacts) const;
+  ///@}
 
   /// Returns the volumes that are `depth` levels below the root, whose own depth is 0. Capsules
   /// that are less deep come as volumes of their own, so every capsule is in one of the volumes.
@@ -162,24 +256,25 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   std::size_t memoryUsage() const;
 
  private:
+  template <class Found>
   class Runs {
    public:
     /// A return value of true ends the query.
-    virtual bool take(const SegmentPair* pairs, std::size_t count) = 0;
+    virtual bool take(const Found* found, std::size_t count) = 0;
 
    protected:
     ~Runs() = default;
   };
 
-  template <class Visitor>
-  class Bridge : public Runs {
+  template <class Visitor, class Found>
+  class Bridge : public Runs<Found> {
    public:
     explicit Bridge(Visitor& visit) : visit_(visit) {}
-    bool take(const SegmentPair* pairs, std::size_t count) override {
-      for (const SegmentPair* pair = pairs; pair != pairs + count; ++pair) {
-        if constexpr (std::is_void_v<decltype(visit_(*pair))>) {
-          visit_(*pair);
-        } else if (visit_(*pair)) {
+    bool take(const Found* found, std::size_t count) override {
+      for (const Found* one = found; one != found + count; ++one) {
+        if constexpr (std::is_void_v<decltype(visit_(*one))>) {
+          visit_(*one);
+        } else if (visit_(*one)) {
           return true;
         }
       }
@@ -190,8 +285,11 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
     Visitor& visit_;
   };
 
-  bool visitRuns(Runs& runs) const;
-  bool visitRuns(const FiberTree& other, Runs& runs) const;
+  bool visitRuns(Runs<SegmentPair>& runs) const;
+  bool visitRuns(const FiberTree& other, Runs<SegmentPair>& runs) const;
+  bool visitRuns(const TriangleMesh& mesh, Runs<TrianglePair>& runs) const;
+  bool visitRuns(const CapsuleShape& capsule, Runs<std::int32_t>& runs) const;
+  bool visitRuns(const BoxShape& box, Runs<std::int32_t>& runs) const;
 
   class FCL_FIBERS_TREE_NO_EXPORT Impl;
   std::unique_ptr<Impl> impl_;

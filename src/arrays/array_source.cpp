@@ -3,10 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <type_traits>
 
+#include "arrays/coordinates.h"
 #include "arrays/fiber_arrays.h"
 #include "fibers/options.h"
 
@@ -70,41 +68,6 @@ void ArraySource<S>::refuse(SegmentId id, const Frame&) const {
 
 namespace {
 
-/// Returns the largest magnitude of some numbers; it is not finite if any of them is not. The bits
-/// of magnitudes have the order of the numbers, and NaN comes last. They are compared without a
-/// branch.
-template <typename S>
-double largestMagnitude(const S* numbers, std::size_t count) {
-  using Bits = std::conditional_t<sizeof(S) == 8, std::uint64_t, std::uint32_t>;
-  constexpr Bits kMagnitude = ~Bits{0} >> 1;
-  constexpr std::size_t kLanes = 8;
-  Bits largest[kLanes] = {};
-  const auto take = [&](std::size_t i, std::size_t lane) {
-    Bits bits;
-    std::memcpy(&bits, numbers + i, sizeof(bits));
-    largest[lane] = std::max(largest[lane], bits & kMagnitude);
-  };
-  std::size_t i = 0;
-  for (; i + kLanes <= count; i += kLanes) {
-    for (std::size_t lane = 0; lane < kLanes; ++lane) take(i + lane, lane);
-  }
-  for (; i < count; ++i) take(i, 0);
-  const Bits bits = *std::max_element(largest, largest + kLanes);
-  S result;
-  std::memcpy(&result, &bits, sizeof(result));
-  return static_cast<double>(result);
-}
-
-template <typename S>
-double largestCoordinate(const char* call, const FiberArrays<S>& fibers) {
-  const double largest = largestMagnitude(fibers.points, 3 * fibers.point_count);
-  if (std::isfinite(largest)) return largest;
-  const S* const end = fibers.points + 3 * fibers.point_count;
-  const S* const bad = std::find_if(fibers.points, end, [](S x) { return !std::isfinite(x); });
-  throwInvalidArgument(call, "point " + std::to_string((bad - fibers.points) / 3) +
-                                 " is NaN or infinite; give it finite coordinates");
-}
-
 /// Checks the radius at the last point of a fiber too, although no capsule starts there.
 template <typename S>
 double largestRadius(const char* call, const FiberArrays<S>& fibers) {
@@ -135,7 +98,8 @@ double checkArrays(const char* call, const FiberArrays<S>& fibers) {
                                      "; each number must be at least the one before");
     }
   }
-  return std::max(largestCoordinate(call, fibers), largestRadius(call, fibers));
+  return std::max(largestCoordinate(call, fibers.points, fibers.point_count),
+                  largestRadius(call, fibers));
 }
 
 template <typename S>
@@ -162,10 +126,21 @@ void addFibers(const FiberArrays<S>& fibers, fibers::FiberTable& table) {
            std::any_of(values, values + fibers.fiber_count, [](auto value) { return value != 0; });
   };
   const bool has_closed = hasAny(fibers.closed), has_groups = hasAny(fibers.groups);
-  table.reserve(fibers.fiber_count, fibers.point_count, has_closed, has_groups);
+  const bool has_roots = hasAny(fibers.root_segments);
+  for (std::size_t f = 0; has_roots && f < fibers.fiber_count; ++f) {
+    if (fibers.root_segments[f] < 0) {
+      throwInvalidArgument("FiberTree::build",
+                           "root_segments of fiber " + std::to_string(f) + " is " +
+                               std::to_string(fibers.root_segments[f]) + "; give 0 or more");
+    }
+  }
+  table.reserve(fibers.fiber_count, fibers.point_count,
+                {has_closed, has_groups, has_roots || fibers.meets != nullptr});
   for (std::size_t f = 0; f < fibers.fiber_count; ++f) {
     table.startFiber({/*has_neighbors=*/true, has_closed && fibers.closed[f] != 0,
-                      has_groups ? fibers.groups[f] : tree::kNoGroup});
+                      has_groups ? fibers.groups[f] : tree::kNoGroup,
+                      fibers.meets != nullptr ? fibers.meets[f] : tree::kAllCategories,
+                      has_roots ? fibers.root_segments[f] : 0});
     const std::size_t end = fibers.point_begin[f + 1];
     for (std::size_t i = fibers.point_begin[f]; i < end; ++i) {
       const bool needs_length = table.hasArcLengths() && i + 1 < end;

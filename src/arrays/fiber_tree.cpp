@@ -2,23 +2,34 @@
 #include <fcl_fibers/fiber_tree.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <string>
 #include <utility>
 
+#include <fcl_fibers/contact.h>
+
 #include "arrays/array_source.h"
+#include "arrays/mesh_contacts.h"
+#include "arrays/pair_sinks.h"
+#include "arrays/tree_volume.h"
+#include "arrays/triangle_mesh.h"
 #include "fibers/fiber_table.h"
 #include "fibers/options.h"
+#include "geometry/contact.h"
 #include "index/segment_index.h"
 #include "tree/volumes.h"
 
 namespace fcl_fibers {
 namespace {
 
+using arrays::PairsOfOne;
+using arrays::PairsOfTwo;
+using arrays::PairsTo;
+using arrays::SegmentsOf;
 using fibers::FiberTable;
 using geometry::Frame;
+using geometry::Segment;
 using index::SegmentId;
 using tree::Visit;
 
@@ -38,85 +49,23 @@ index::IndexOptions indexOptions(const FiberTreeOptions& options) {
   return result;
 }
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// Contacts that one thread computes in a row.
+constexpr std::size_t kContactsAtOnce = 512;
 
-/// Rounds outward. Division by the scale, a power of two, is exact.
-TreeVolume toWorld(const geometry::Box& box, const Frame& frame) {
-  TreeVolume volume;
-  const double origin[3] = {frame.origin.x, frame.origin.y, frame.origin.z};
-  for (int k = 0; k < 3; ++k) {
-    const double low = std::nextafter(double{box.low[k]} / frame.scale + origin[k], -kInfinity);
-    const double high = std::nextafter(double{box.high[k]} / frame.scale + origin[k], kInfinity);
-    volume.center[k] = low + (high - low) / 2;
-    volume.half[k] =
-        std::nextafter(std::max(high - volume.center[k], volume.center[k] - low), kInfinity);
-  }
-  return volume;
+/// Makes what hands all that it takes to a visitor.
+template <class Runs>
+auto handTo(Runs& runs) {
+  return [&runs](const auto* found, std::size_t count) { return runs.take(found, count); };
 }
 
-TreeVolume toWorld(const geometry::Sphere& sphere, const Frame& frame) {
-  TreeVolume volume;
-  volume.kind = FiberTreeOptions::Volumes::kWrappedSpheres;
-  const double origin[3] = {frame.origin.x, frame.origin.y, frame.origin.z};
-  // By how much rounding moves the centre: half an ulp on each axis, and room for the sum.
-  double moved = 0;
-  for (int k = 0; k < 3; ++k) {
-    volume.center[k] = double{sphere.center[k]} / frame.scale + origin[k];
-    moved += std::numeric_limits<double>::epsilon() * std::fabs(volume.center[k]);
-  }
-  const double radius = std::nextafter(double{sphere.radius} / frame.scale + moved, kInfinity);
-  std::fill_n(volume.half, 3, radius);
-  return volume;
+/// Makes what appends all that it takes.
+template <class Found>
+auto appendTo(std::vector<Found>& all) {
+  return [&all](const Found* found, std::size_t count) {
+    all.insert(all.end(), found, found + count);
+    return false;
+  };
 }
-
-/// Orders pairs of one tree so that a < b, and leaves out neighbours. It avoids branches in both,
-/// because they cannot be predicted.
-class PairsOfOne {
- public:
-  explicit PairsOfOne(const FiberTable& table) : are_neighbors_(table) {}
-
-  /// Writes the pair to `out` and returns how many were written: 0 or 1.
-  FCL_FIBERS_ALWAYS_INLINE std::size_t operator()(const tree::Pair& pair, SegmentPair& out) const {
-    // The sign is spread over all bits, because compilers turn std::min() into a branch.
-    const std::int32_t differ = (pair.a ^ pair.b) & ((pair.b - pair.a) >> 31);
-    out = {pair.a ^ differ, pair.b ^ differ};
-    return are_neighbors_(out.a, out.b) ? 0 : 1;
-  }
-
- private:
-  const FiberTable::NeighborTest are_neighbors_;
-};
-struct PairsOfTwo {
-  FCL_FIBERS_ALWAYS_INLINE std::size_t operator()(const tree::Pair& pair, SegmentPair& out) const {
-    out = {pair.a, pair.b};
-    return 1;
-  }
-};
-
-/// Converts pairs to the public type and hands them to take(pairs, count), which returns true to
-/// end the search.
-template <class Convert, class F>
-class PairsTo final : public index::PairSink {
- public:
-  PairsTo(const Convert& convert, F take) : convert_(convert), take_(std::move(take)) {}
-
-  Visit take(const tree::Pair* pairs, std::size_t count) override {
-    constexpr std::size_t kRun = 256;
-    std::array<SegmentPair, kRun> run;
-    for (const tree::Pair* const end = pairs + count; pairs != end;) {
-      const tree::Pair* const run_end =
-          pairs + std::min(kRun, static_cast<std::size_t>(end - pairs));
-      std::size_t size = 0;
-      for (; pairs != run_end; ++pairs) size += convert_(*pairs, run[size]);
-      if (size > 0 && take_(run.data(), size)) return Visit::kStop;
-    }
-    return Visit::kContinue;
-  }
-
- private:
-  const Convert convert_;
-  F take_;
-};
 
 }  // namespace
 
@@ -143,12 +92,7 @@ class FiberTree::Impl {
   template <typename S>
   void update(const FiberArrays<S>& fibers) {
     const double largest = arrays::checkArrays("FiberTree::update", fibers);
-    bool has_same_fibers = fibers.fiber_count == table_.fiberCount() &&
-                           fibers.point_count == static_cast<std::size_t>(table_.idCount());
-    for (std::size_t f = 0; has_same_fibers && f < table_.fiberCount(); ++f) {
-      has_same_fibers = static_cast<std::size_t>(table_.beginOf(f)) == fibers.point_begin[f];
-    }
-    if (!has_same_fibers) {
+    if (!hasFibersOf(fibers)) {
       refuse(
           "update",
           "the fibers have other numbers of points than at the last build(); call build() instead");
@@ -185,8 +129,82 @@ class FiberTree::Impl {
              "the other tree reports volumes and keeps no capsules; construct it with "
              "Report::kCapsules");
     }
-    PairsTo sink(PairsOfTwo(), std::move(take));
+    PairsTo sink(PairsOfTwo<SegmentPair>(), std::move(take));
     return index_.search(other.index_, nullptr, sink) == Visit::kStop;
+  }
+
+  template <class F>
+  bool visitMesh(const TriangleMesh& mesh, F take) const {
+    requireCapsules("visitMesh");
+    PairsTo sink(PairsOfTwo<TrianglePair>(), std::move(take));
+    return index_.searchTriangles(MeshReader::posed(mesh), sink) == Visit::kStop;
+  }
+
+  void findTouching(const TriangleMesh& mesh, std::vector<std::int32_t>& segments) const {
+    requireCapsules("findTouching");
+    segments.clear();
+    PairsTo sink(SegmentsOf(), appendTo(segments));
+    index_.searchMesh(MeshReader::posed(mesh), sink);
+  }
+
+  void findNearest(const TriangleMesh& mesh, double distance,
+                   std::vector<TrianglePair>& pairs) const {
+    requireCapsules("findNearest");
+    if (!(distance >= 0)) {
+      refuse("findNearest", "distance is " + std::to_string(distance) + "; give 0 or more");
+    }
+    std::vector<tree::Pair> found;
+    index_.findNearest(MeshReader::posed(mesh), distance, found);
+    pairs.clear();
+    pairs.reserve(found.size());
+    for (const tree::Pair& pair : found) pairs.push_back({pair.a, pair.b});
+  }
+
+  template <class F>
+  bool visitOverlaps(const CapsuleShape& capsule, F take) const {
+    requireValid("visitOverlaps");
+    return visitOverlaps(inFrame("capsule", arrays::toSegment(capsule)), SegmentsOf(),
+                         std::move(take));
+  }
+
+  template <class F>
+  bool visitOverlaps(const BoxShape& box, F take) const {
+    requireValid("visitOverlaps");
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (box.low[axis] > box.high[axis]) {
+        refuse("visitOverlaps", "low exceeds high of the box; exchange the two");
+      }
+    }
+    Segment segment = inFrame("box", arrays::toSegment({box.low, box.high, 0}));
+    segment.radius = Segment::box({}, {}).radius;
+    return visitOverlaps(segment, arrays::SegmentsAtBox(index_, segment), std::move(take));
+  }
+
+  template <typename S>
+  void findContacts(const FiberArrays<S>& fibers, std::vector<Contact>& contacts) const {
+    requireContacts(fibers);
+    std::vector<SegmentPair> pairs;
+    visitPairs(appendTo(pairs));
+    contacts.resize(pairs.size());
+    index_.forRanges(pairs.size(), kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) contacts[i] = capsuleContact(fibers, pairs[i]);
+    });
+  }
+
+  template <typename S>
+  void findContacts(const FiberArrays<S>& fibers, const TriangleMesh& mesh,
+                    std::vector<MeshContact>& contacts) const {
+    requireContacts(fibers);
+    std::vector<TrianglePair> pairs;
+    visitMesh(mesh, appendTo(pairs));
+    contacts.resize(pairs.size());
+    const arrays::MeshContacts contact(MeshReader::posed(mesh));
+    index_.forRanges(pairs.size(), kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        contacts[i] = contact(arrays::locate("FiberTree::findContacts", fibers, pairs[i].segment),
+                              pairs[i].triangle);
+      }
+    });
   }
 
   std::vector<TreeVolume> volumes(int depth) const {
@@ -196,7 +214,7 @@ class FiberTree::Impl {
     std::visit(
         [&](const auto& tree) {
           visitVolumes(tree, depth, [&](const auto& volume, std::int32_t begin, std::int32_t end) {
-            volumes.push_back(toWorld(volume, index_.frame()));
+            volumes.push_back(arrays::toWorld(volume, index_.frame()));
             volumes.back().segments = index_.leaves().data() + begin;
             volumes.back().segment_count = static_cast<std::size_t>(end - begin);
           });
@@ -233,6 +251,60 @@ class FiberTree::Impl {
     is_valid_ = true;
   }
 
+  template <typename S>
+  bool hasFibersOf(const FiberArrays<S>& fibers) const {
+    bool has_same_fibers = fibers.fiber_count == table_.fiberCount() &&
+                           fibers.point_count == static_cast<std::size_t>(table_.idCount());
+    for (std::size_t f = 0; has_same_fibers && f < table_.fiberCount(); ++f) {
+      has_same_fibers = static_cast<std::size_t>(table_.beginOf(f)) == fibers.point_begin[f];
+    }
+    return has_same_fibers;
+  }
+
+  /// Refuses what capsuleContact() would, before a contact is written.
+  template <typename S>
+  void requireContacts(const FiberArrays<S>& fibers) const {
+    const double largest = arrays::checkArrays("FiberTree::findContacts", fibers);
+    if (const char* problem = geometry::contactProblem({{largest, 0, 0}, {0, 0, 0}, 0})) {
+      refuse("findContacts", problem);
+    }
+    if (!hasFibersOf(fibers)) {
+      refuse("findContacts",
+             "the fibers have other numbers of points than those of the tree; pass the arrays of "
+             "its last build() or update()");
+    }
+  }
+
+  /// Takes a capsule, or the diagonal of a box, to the frame of the index.
+  Segment inFrame(const char* name, const Segment& shape) const {
+    const auto refuseIt = [name](const char* problem) {
+      refuse("visitOverlaps", std::string("the ") + name + ": " + problem);
+    };
+    if (const char* problem = geometry::contactProblem(shape)) refuseIt(problem);
+    const Frame& frame = index_.frame();
+    const Segment moved{frame.fromWorld(shape.a), frame.fromWorld(shape.b),
+                        frame.scale * shape.radius};
+    if (!isBounded(moved) || !std::isfinite(moved.radius)) {
+      refuseIt("its coordinates overflow in the unit of the fibers; bring it nearer to them");
+    }
+    return moved;
+  }
+
+  template <class Convert, class F>
+  bool visitOverlaps(const Segment& shape, const Convert& convert, F take) const {
+    PairsTo sink(convert, std::move(take));
+    return index_.search(shape, endPointError(shape), tree::kNoGroup, /*second=*/0, sink) ==
+           Visit::kStop;
+  }
+
+  void requireCapsules(const char* call) const {
+    requireValid(call);
+    if (!index_.keepsSegments()) {
+      refuse(call,
+             "the tree reports volumes and keeps no capsules; construct it with Report::kCapsules");
+    }
+  }
+
   void requireValid(const char* call) const {
     if (!is_valid_) refuse(call, "the last build() or update() failed; call build()");
   }
@@ -253,24 +325,48 @@ void FiberTree::build(const FiberArrays<double>& fibers) { impl_->build(fibers);
 void FiberTree::update(const FiberArrays<float>& fibers) { impl_->update(fibers); }
 void FiberTree::update(const FiberArrays<double>& fibers) { impl_->update(fibers); }
 
-bool FiberTree::visitRuns(Runs& runs) const {
-  return impl_->visitPairs(
-      [&](const SegmentPair* pairs, std::size_t count) { return runs.take(pairs, count); });
-}
-
-bool FiberTree::visitRuns(const FiberTree& other, Runs& runs) const {
+bool FiberTree::visitRuns(Runs<SegmentPair>& runs) const { return impl_->visitPairs(handTo(runs)); }
+bool FiberTree::visitRuns(const FiberTree& other, Runs<SegmentPair>& runs) const {
   if (&other == this) return visitRuns(runs);
-  return impl_->visitPairs(*other.impl_, [&](const SegmentPair* pairs, std::size_t count) {
-    return runs.take(pairs, count);
-  });
+  return impl_->visitPairs(*other.impl_, handTo(runs));
+}
+bool FiberTree::visitRuns(const TriangleMesh& mesh, Runs<TrianglePair>& runs) const {
+  return impl_->visitMesh(mesh, handTo(runs));
+}
+bool FiberTree::visitRuns(const CapsuleShape& capsule, Runs<std::int32_t>& runs) const {
+  return impl_->visitOverlaps(capsule, handTo(runs));
+}
+bool FiberTree::visitRuns(const BoxShape& box, Runs<std::int32_t>& runs) const {
+  return impl_->visitOverlaps(box, handTo(runs));
 }
 
 void FiberTree::findPairs(std::vector<SegmentPair>& pairs) const {
   pairs.clear();
-  impl_->visitPairs([&](const SegmentPair* run, std::size_t count) {
-    pairs.insert(pairs.end(), run, run + count);
-    return false;
-  });
+  impl_->visitPairs(appendTo(pairs));
+}
+
+void FiberTree::findTouching(const TriangleMesh& mesh, std::vector<std::int32_t>& segments) const {
+  impl_->findTouching(mesh, segments);
+}
+void FiberTree::findNearest(const TriangleMesh& mesh, double distance,
+                            std::vector<TrianglePair>& pairs) const {
+  impl_->findNearest(mesh, distance, pairs);
+}
+void FiberTree::findContacts(const FiberArrays<float>& fibers,
+                             std::vector<Contact>& contacts) const {
+  impl_->findContacts(fibers, contacts);
+}
+void FiberTree::findContacts(const FiberArrays<double>& fibers,
+                             std::vector<Contact>& contacts) const {
+  impl_->findContacts(fibers, contacts);
+}
+void FiberTree::findContacts(const FiberArrays<float>& fibers, const TriangleMesh& mesh,
+                             std::vector<MeshContact>& contacts) const {
+  impl_->findContacts(fibers, mesh, contacts);
+}
+void FiberTree::findContacts(const FiberArrays<double>& fibers, const TriangleMesh& mesh,
+                             std::vector<MeshContact>& contacts) const {
+  impl_->findContacts(fibers, mesh, contacts);
 }
 
 std::vector<TreeVolume> FiberTree::volumes(int depth) const { return impl_->volumes(depth); }

@@ -48,6 +48,7 @@ class ObjectRegistry {
 
   /// Properties of the fibers of one add(). Guessed fibers have no neighbours.
   using Kind = fibers::FiberTable::Kind;
+  using Kinds = fibers::FiberTable::Kinds;
 
   /// Appends objects. An object starts a fiber if its `starts_fiber` is set; else it continues the
   /// fiber of the object before.
@@ -101,8 +102,7 @@ std::optional<std::size_t> ObjectRegistry<S>::add(const std::vector<Object*>& ad
     objects_.reserve(std::max(count + count / 128 + kFew, first + first / 2));
   }
   const auto starts = std::count(starts_fiber.begin(), starts_fiber.end(), true);
-  fibers_.reserve(static_cast<std::size_t>(starts), added.size(),
-                  kind.closed || !kind.has_neighbors, kind.group != tree::kNoGroup);
+  fibers_.reserve(static_cast<std::size_t>(starts), added.size(), Kinds::of(kind));
   index_.reserve(count);
 
   objects_.insert(objects_.end(), added.begin(), added.end());

@@ -192,6 +192,18 @@ double roundingOf(const fcl::AABB<S>& box, const Corners& corners) {
          4 * double{Eigen::NumTraits<S>::dummy_precision()} * finiteNorm(corners.half());
 }
 
+bool isBounded(const ShapeBox& shape) { return shape.is_least || isBounded(shape.posed); }
+
+/// What the program has added to the box of a bounded shape.
+template <typename S>
+FCL_FIBERS_ALWAYS_INLINE Widening wideningThatCounts(const fcl::CollisionObject<S>& object,
+                                                     const ShapeBox& shape, Bounds bounds) {
+  if (bounds != Bounds::kShapesAndMargins || !isBounded(shape)) return {};
+  const BoxSize size(ObjectMembers<S>::box(object));
+  if (isStockSize(size, shape, ObjectMembers<S>::pose(object))) return {};
+  return wideningOf(object, size, shape);
+}
+
 /// The box of a shape, and what the program has added to it.
 template <typename S>
 FCL_FIBERS_ALWAYS_INLINE Segment boxThatCounts(const fcl::CollisionObject<S>& object,
@@ -199,12 +211,7 @@ FCL_FIBERS_ALWAYS_INLINE Segment boxThatCounts(const fcl::CollisionObject<S>& ob
                                                Bounds bounds) {
   const fcl::Transform3<S>& pose = ObjectMembers<S>::pose(object);
   const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
-  const bool is_bounded = shape.is_least || isBounded(shape.posed);
-  Widening added;
-  if (bounds == Bounds::kShapesAndMargins && is_bounded) {
-    const BoxSize size(box);
-    if (!isStockSize(size, shape, pose)) added = wideningOf(object, size, shape);
-  }
+  Widening added = wideningThatCounts(object, shape, bounds);
   // The smallest normal number covers the loss if subnormals are flushed to zero.
   const double outward = 16 * std::numeric_limits<double>::epsilon() * shape.reach +
                          4 * std::numeric_limits<double>::min() + added.margin;
@@ -212,7 +219,7 @@ FCL_FIBERS_ALWAYS_INLINE Segment boxThatCounts(const fcl::CollisionObject<S>& ob
   const Vec3d position = frame.fromWorld(toVec3(pose.matrix().col(3)));
   Corners corners = finiteCorners(position + frame.scale * (shape.posed.low - by),
                                   position + frame.scale * (shape.posed.high + by));
-  if (bounds == Bounds::kShapesAndMargins && !is_bounded && isProper(box)) {
+  if (bounds == Bounds::kShapesAndMargins && !isBounded(shape) && isProper(box)) {
     added.is_uneven =
         contains(ownCorners(box, frame), corners, frame.scale * roundingOf(box, shape.posed));
   }
@@ -223,29 +230,15 @@ FCL_FIBERS_ALWAYS_INLINE Segment boxThatCounts(const fcl::CollisionObject<S>& ob
   return Segment::box(corners.low, corners.high);
 }
 
-}  // namespace
-
-template <typename S>
-Corners ownCorners(const fcl::AABB<S>& box, const Frame& frame) {
-  const Corners open = openCorners(box);
-  return finiteCorners(frame.fromWorld(open.low), frame.fromWorld(open.high));
-}
-
-template <typename S>
-const char* readBox(const fcl::CollisionObject<S>& object, fcl::NODE_TYPE type, const Frame& frame,
-                    Bounds bounds, Segment& segment) {
-  if (bounds == Bounds::kObjects) {
-    const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
-    if (!isProper(box))
-      return "its box is empty or NaN; give it a non-empty shape and call computeAABB()";
-    const Corners own = ownCorners(box, frame);
-    segment = Segment::box(own.low, own.high);
-    return nullptr;
-  }
+/// Calls take() with the boxes of a shape.
+/// @return nullptr, or why the object is refused and the remedy
+template <typename S, class Take>
+FCL_FIBERS_ALWAYS_INLINE const char* readShape(const fcl::CollisionObject<S>& object,
+                                               fcl::NODE_TYPE type, Take&& take) {
   const fcl::CollisionGeometry<S>& geometry = *ObjectMembers<S>::shape(object);
   const Axes axes(ObjectMembers<S>::pose(object));
   const auto read = [&](const ShapeBox& shape) {
-    segment = boxThatCounts(object, shape, frame, bounds);
+    take(shape);
     return nullptr;
   };
   const auto readRound = [&](const auto& round, auto&& boxOf) -> const char* {
@@ -283,10 +276,49 @@ const char* readBox(const fcl::CollisionObject<S>& object, fcl::NODE_TYPE type, 
   }
 }
 
-#define FCL_FIBERS_INSTANTIATE(S)                                                            \
-  template Corners ownCorners(const fcl::AABB<S>&, const Frame&);                            \
-  template const char* readBox(const fcl::CollisionObject<S>&, fcl::NODE_TYPE, const Frame&, \
-                               Bounds, Segment&);
+}  // namespace
+
+template <typename S>
+Corners ownCorners(const fcl::AABB<S>& box, const Frame& frame) {
+  const Corners open = openCorners(box);
+  return finiteCorners(frame.fromWorld(open.low), frame.fromWorld(open.high));
+}
+
+template <typename S>
+const char* readBox(const fcl::CollisionObject<S>& object, fcl::NODE_TYPE type, const Frame& frame,
+                    Bounds bounds, Segment& segment) {
+  if (bounds == Bounds::kObjects) {
+    const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
+    if (!isProper(box))
+      return "its box is empty or NaN; give it a non-empty shape and call computeAABB()";
+    const Corners own = ownCorners(box, frame);
+    segment = Segment::box(own.low, own.high);
+    return nullptr;
+  }
+  return readShape(object, type, [&](const ShapeBox& shape) {
+    segment = boxThatCounts(object, shape, frame, bounds);
+  });
+}
+
+template <typename S>
+bool readLocalBox(const fcl::CollisionObject<S>& object, fcl::NODE_TYPE type, Bounds bounds,
+                  ShapeBox& box, double& margin) {
+  bool is_all = false;
+  readShape(object, type, [&](const ShapeBox& shape) {
+    const Widening added = wideningThatCounts(object, shape, bounds);
+    is_all = isBounded(shape) && !added.is_uneven;
+    box = shape;
+    margin = added.margin;
+  });
+  return is_all;
+}
+
+#define FCL_FIBERS_INSTANTIATE(S)                                                               \
+  template Corners ownCorners(const fcl::AABB<S>&, const Frame&);                               \
+  template const char* readBox(const fcl::CollisionObject<S>&, fcl::NODE_TYPE, const Frame&,    \
+                               Bounds, Segment&);                                               \
+  template bool readLocalBox(const fcl::CollisionObject<S>&, fcl::NODE_TYPE, Bounds, ShapeBox&, \
+                             double&);
 FCL_FIBERS_INSTANTIATE(float)
 FCL_FIBERS_INSTANTIATE(double)
 #undef FCL_FIBERS_INSTANTIATE

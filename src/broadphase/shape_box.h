@@ -86,4 +86,12 @@ template <typename S>
 const char* readBox(const fcl::CollisionObject<S>& object, fcl::NODE_TYPE type,
                     const geometry::Frame& frame, Bounds bounds, geometry::Segment& segment);
 
+/// Reads the boxes of any object except capsules and spheres, and the margin that the program has
+/// added to the object's box, in the world's unit. `bounds` is not Bounds::kObjects.
+/// @return whether `box.local` with its margin is all that counts: false if the shape is refused or
+///         unbounded, or if the object's box counts as well
+template <typename S>
+bool readLocalBox(const fcl::CollisionObject<S>& object, fcl::NODE_TYPE type, Bounds bounds,
+                  ShapeBox& box, double& margin);
+
 }  // namespace fcl_fibers::broadphase

@@ -13,12 +13,13 @@ void reserveFor(Vector& vector, std::size_t count) {
 
 }  // namespace
 
-void FiberTable::reserve(std::size_t fibers, std::size_t ids, bool has_kinds, bool has_groups) {
+void FiberTable::reserve(std::size_t fibers, std::size_t ids, const Kinds& kinds) {
   const std::size_t count = begin_.size() + fibers;
   reserveFor(begin_, count);
   if (!numbers_.empty() || next_number_ != begin_.size()) reserveFor(numbers_, count);
-  if (rule_.ignoresAny() && (has_kinds || !flags_.empty())) reserveFor(flags_, count);
-  if (has_groups || !groups_.empty()) reserveFor(groups_, count);
+  if (rule_.ignoresAny() && (kinds.differ || !flags_.empty())) reserveFor(flags_, count);
+  if (kinds.have_groups || !groups_.empty()) reserveFor(groups_, count);
+  if (kinds.have_obstacle_rules || !obstacle_rules_.empty()) reserveFor(obstacle_rules_, count);
   if (hasArcLengths()) reserveFor(arc_end_, static_cast<std::size_t>(end_) + ids);
 }
 
@@ -29,6 +30,7 @@ void FiberTable::clear() {
   next_number_ = 0;
   flags_.clear();
   groups_.clear();
+  obstacle_rules_.clear();
   arc_end_.clear();
   has_closed_ = false;
 }

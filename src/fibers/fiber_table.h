@@ -40,12 +40,23 @@ class FiberTable {
     bool has_neighbors = true;  ///< whether the neighbour rule applies to it
     bool closed = false;
     Group group = kNoGroup;
+    tree::Categories meets = tree::kAllCategories;  ///< which obstacles it may meet
+    SegmentId roots = 0;                            ///< its first segments, which meet no obstacle
   };
 
+  /// What some of several fibers have.
+  struct Kinds {
+    bool differ = false;               ///< some are closed or have no neighbours
+    bool have_groups = false;          ///< some have a group
+    bool have_obstacle_rules = false;  ///< some do not meet every obstacle with every segment
+
+    static Kinds of(const Kind& kind) {
+      return {kind.closed || !kind.has_neighbors, kind.group != kNoGroup,
+              kind.meets != tree::kAllCategories || kind.roots > 0};
+    }
+  };
   /// Makes room, so that adding these fibers and ids cannot throw.
-  /// @param has_kinds   whether some fibers are closed or have no neighbours
-  /// @param has_groups  whether some fibers have a group
-  void reserve(std::size_t fibers, std::size_t ids, bool has_kinds, bool has_groups);
+  void reserve(std::size_t fibers, std::size_t ids, const Kinds& kinds);
 
   /// Starts a fiber, to which addId() and addIds() add from now on.
   void startFiber(const Kind& kind);
@@ -75,6 +86,7 @@ class FiberTable {
   std::size_t fiberCount() const { return begin_.size(); }
   bool hasArcLengths() const { return rule_.arc_length > 0; }
   bool hasNeighbors() const { return rule_.ignoresAny(); }
+  bool hasObstacleRules() const { return !obstacle_rules_.empty(); }
 
   /// @pre 0 <= id < idCount()
   Place placeOf(SegmentId id) const {
@@ -126,6 +138,14 @@ class FiberTable {
     return group != kNoGroup && group == groupOf(b);
   }
 
+  /// The categories of obstacles that a segment may meet.
+  tree::Categories meets(SegmentId id) const {
+    if (obstacle_rules_.empty()) return tree::kAllCategories;
+    const std::size_t fiber = fiberOf(id);
+    const ObstacleRule& rule = obstacle_rules_[fiber];
+    return id - begin_[fiber] < rule.roots ? 0 : rule.meets;
+  }
+
   /// The fibers from the one with id `begin` on, with the segments for which is_there(id) is true.
   template <class IsThere>
   tree::Fibers segmentsFrom(SegmentId begin, IsThere&& is_there) const;
@@ -133,11 +153,17 @@ class FiberTable {
   std::size_t memoryUsage() const {
     return begin_.capacity() * sizeof(SegmentId) + flags_.capacity() +
            numbers_.capacity() * sizeof(std::uint32_t) + groups_.capacity() * sizeof(Group) +
-           arc_end_.capacity() * sizeof(double);
+           obstacle_rules_.capacity() * sizeof(ObstacleRule) + arc_end_.capacity() * sizeof(double);
   }
 
  private:
   static constexpr std::uint8_t kHasNoNeighbors = 1, kIsClosed = 2;
+
+  /// Which obstacles a fiber meets, except for its first segments, which meet none.
+  struct ObstacleRule {
+    tree::Categories meets = tree::kAllCategories;
+    SegmentId roots = 0;
+  };
 
   bool areNeighborsInFiber(SegmentId first, SegmentId last) const;
 
@@ -158,7 +184,8 @@ class FiberTable {
   std::uint32_t next_number_ = 0;
   std::vector<std::uint8_t> flags_;  ///< by fiber; empty while all are 0 or the rule ignores none
   std::vector<Group> groups_;        ///< by fiber; empty unless some fiber has one
-  std::vector<double> arc_end_;      ///< by id, see areNeighbors(); empty unless arc lengths matter
+  std::vector<ObstacleRule> obstacle_rules_;  ///< by fiber; empty if all fibers meet all
+  std::vector<double> arc_end_;  ///< by id, see areNeighbors(); empty unless arc lengths matter
   bool has_closed_ = false;
 };
 
@@ -166,6 +193,10 @@ inline void FiberTable::startFiber(const Kind& kind) {
   if (kind.group != kNoGroup || !groups_.empty()) {
     groups_.resize(begin_.size(), kNoGroup);
     groups_.push_back(kind.group);
+  }
+  if (Kinds::of(kind).have_obstacle_rules || !obstacle_rules_.empty()) {
+    obstacle_rules_.resize(begin_.size());
+    obstacle_rules_.push_back({kind.meets, kind.roots});
   }
   const auto flags = static_cast<std::uint8_t>((kind.has_neighbors ? 0 : kHasNoNeighbors) |
                                                (kind.closed ? kIsClosed : 0));
@@ -202,6 +233,7 @@ void FiberTable::drop(Keep&& keep, Move&& move) {
     numbers_[kept] = numbers_[f];
     if (!flags_.empty()) flags_[kept] = flags_[f];
     if (!groups_.empty()) groups_[kept] = groups_[f];
+    if (!obstacle_rules_.empty()) obstacle_rules_[kept] = obstacle_rules_[f];
     ++kept;
     for (SegmentId id = begin; id < end; ++id, ++next) {
       if (!arc_end_.empty()) {
@@ -215,6 +247,7 @@ void FiberTable::drop(Keep&& keep, Move&& move) {
   numbers_.resize(kept);
   if (!flags_.empty()) flags_.resize(kept);
   if (!groups_.empty()) groups_.resize(kept);
+  if (!obstacle_rules_.empty()) obstacle_rules_.resize(kept);
   if (!arc_end_.empty()) arc_end_.resize(static_cast<std::size_t>(next));
 }
 
@@ -229,7 +262,9 @@ tree::Fibers FiberTable::segmentsFrom(SegmentId first, IsThere&& is_there) const
   }
   for (; f < begin_.size(); ++f) {
     for (SegmentId id = std::max(begin_[f], first); id < segmentsEnd(f); ++id) {
-      if (is_there(id)) fibers.ids.push_back(id);
+      if (!is_there(id)) continue;
+      fibers.ids.push_back(id);
+      if (!obstacle_rules_.empty()) fibers.meets.push_back(meets(id));
     }
     fibers.endFiber();
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 
 #include "geometry/box.h"
@@ -43,14 +44,13 @@ class FrameChange {
       : scale_(std::min(to.scale / from.scale, std::numeric_limits<double>::max())),
         shift_(to.fromWorld(from.origin)),
         growth_(growth) {
-    const double shift[3] = {shift_.x, shift_.y, shift_.z};
-    for (int axis = 0; axis < 3; ++axis) {
-      // The roundings of error(), as lengths. The outward step of float covers those relative to
-      // the result.
-      const double padding = growth_ + 8 * kEps * std::fabs(shift[axis]);
-      low_shift_[axis] = shift[axis] - padding;
-      low_shift_[3 + axis] = -shift[axis] - padding;
-    }
+    setShift();
+  }
+
+  /// A change that scales, moves and does not turn.
+  FrameChange(double scale, const Vec3d& shift, double growth)
+      : scale_(scale), shift_(shift), growth_(growth) {
+    setShift();
   }
 
   /// Whether it changes nothing, as between managers whose scenes have about the same place and
@@ -93,7 +93,24 @@ class FrameChange {
     return Sphere::around(Ball{moved, radius > 0 ? radius : 0});
   }
 
+  /// The same for the volume of a leaf.
+  template <class Volume>
+  FCL_FIBERS_ALWAYS_INLINE Volume ofLeaf(std::int32_t /*segment*/, const Volume& volume) const {
+    return (*this)(volume);
+  }
+
  private:
+  void setShift() {
+    const double shift[3] = {shift_.x, shift_.y, shift_.z};
+    for (int axis = 0; axis < 3; ++axis) {
+      // The roundings of error(), as lengths. The outward step of float covers those relative to
+      // the result.
+      const double padding = growth_ + 8 * kEps * std::fabs(shift[axis]);
+      low_shift_[axis] = shift[axis] - padding;
+      low_shift_[3 + axis] = -shift[axis] - padding;
+    }
+  }
+
   static constexpr double kEps = std::numeric_limits<double>::epsilon();
   static constexpr float kInfinity = std::numeric_limits<float>::infinity();
   double scale_;
@@ -107,6 +124,11 @@ struct SameFrame {
   double scale() const { return 1; }
   template <class Volume>
   FCL_FIBERS_ALWAYS_INLINE const Volume& operator()(const Volume& volume) const {
+    return volume;
+  }
+  template <class Volume>
+  FCL_FIBERS_ALWAYS_INLINE const Volume& ofLeaf(std::int32_t /*segment*/,
+                                                const Volume& volume) const {
     return volume;
   }
 };

@@ -6,13 +6,14 @@
 #include "geometry/frame.h"
 #include "geometry/segment.h"
 #include "index/kept_segments.h"
+#include "index/pair_filter.h"
 #include "tree/search.h"
 
 namespace fcl_fibers::index {
 
 /// Keeps the pairs whose capsules touch. It decides many pairs at a time in float; touch() decides
 /// those near the boundary.
-class CapsuleFilter {
+class CapsuleFilter final : public PairFilter {
  public:
   /// @param b       in a's frame, or in another frame from which `b_to_a` leads to a's
   /// @param margin  in a's frame
@@ -22,8 +23,7 @@ class CapsuleFilter {
   CapsuleFilter(SegmentRange a, SegmentRange b, const geometry::FrameChange* b_to_a, double margin,
                 double unit, double error = 0);
 
-  /// Moves the pairs that touch to the front in their order, and returns their number.
-  std::size_t keepTouching(tree::Pair* pairs, std::size_t count) const;
+  std::size_t keepTouching(tree::Pair* pairs, std::size_t count) const override;
 
  private:
   geometry::Segment second(const tree::Pair& pair) const;

@@ -2,47 +2,15 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
-#include <limits>
 #include <vector>
 
 #include "geometry/capsule_test.h"
-#include "tree/topology.h"
+#include "tree/segment_range.h"
 
 namespace fcl_fibers::index {
 
 using tree::SegmentId;
-
-/// A view of segments with consecutive ids.
-class SegmentRange {
- public:
-  SegmentRange() = default;
-  /// @param capsules  the first segment; the one with the next id is `stride` ends further on
-  SegmentRange(const geometry::CapsuleEnd* capsules, std::size_t stride, SegmentId first)
-      : capsules_(capsules), stride_(stride), first_(first) {}
-
-  /// Bounds endPointError() of every segment. It is infinite unless it has been set.
-  double mostError() const { return most_error_; }
-  void setMostError(double error) { most_error_ = error; }
-
-  FCL_FIBERS_ALWAYS_INLINE const geometry::CapsuleEnd* capsule(SegmentId id) const {
-    return capsules_ + stride_ * static_cast<std::uint32_t>(id - first_);
-  }
-  FCL_FIBERS_ALWAYS_INLINE geometry::Segment operator[](SegmentId id) const {
-    return geometry::segmentOf(capsule(id));
-  }
-  /// It is inlined because gcc otherwise takes it for a function that does nothing.
-  FCL_FIBERS_ALWAYS_INLINE void prefetch(SegmentId id) const {
-    __builtin_prefetch(capsule(id));
-    __builtin_prefetch(capsule(id) + 1);
-  }
-
- private:
-  const geometry::CapsuleEnd* capsules_ = nullptr;
-  std::size_t stride_ = 0;
-  SegmentId first_ = 0;
-  double most_error_ = std::numeric_limits<double>::infinity();
-};
+using tree::SegmentRange;
 
 /// The segments of an index by id, for the test of capsules. If a segment begins where the one with
 /// the id before ends, the point is kept once.

@@ -24,7 +24,7 @@ void TaskBuffer::start() {
   restart(0);
 }
 
-std::size_t TaskBuffer::finish(const CapsuleFilter* filter) {
+std::size_t TaskBuffer::finish(const PairFilter* filter) {
   const auto found = static_cast<std::size_t>(next_ - pairs_.data());
   count_ = filter != nullptr ? filter->keepTouching(pairs_.data(), found) : found;
   return found;
@@ -108,7 +108,7 @@ class SerialTasks final : public tree::TaskSink {
 /// pairs of the window before, in the order of the tasks.
 class ParallelTasks final : public tree::TaskSink {
  public:
-  ParallelTasks(const PairSearch& search, const CapsuleFilter* filter, parallel::Executor& executor,
+  ParallelTasks(const PairSearch& search, const PairFilter* filter, parallel::Executor& executor,
                 SearchScratch& scratch, PairSink& sink)
       : search_(search),
         filter_(filter),
@@ -192,7 +192,7 @@ class ParallelTasks final : public tree::TaskSink {
   static constexpr std::size_t kFirstLimit = 4, kCapacity = 256;
   static constexpr std::size_t kManyPairs = std::size_t{1} << 20;
   const PairSearch& search_;
-  const CapsuleFilter* filter_;
+  const PairFilter* filter_;
   parallel::Executor& executor_;
   PairSink& sink_;
   SearchScratch::Window* searched_;  ///< the window whose pairs are handed on next
@@ -202,7 +202,7 @@ class ParallelTasks final : public tree::TaskSink {
 
 }  // namespace
 
-Visit findPairs(const PairSearch& search, const CapsuleFilter* filter, parallel::Executor* executor,
+Visit findPairs(const PairSearch& search, const PairFilter* filter, parallel::Executor* executor,
                 ScratchPool& scratch, PairSink& sink) {
   if (executor == nullptr) {
     SerialBuffer buffer(filter, sink);

@@ -7,7 +7,7 @@
 #include <mutex>
 #include <vector>
 
-#include "index/capsule_filter.h"
+#include "index/pair_filter.h"
 #include "index/pair_query.h"
 #include "parallel/executor.h"
 #include "tree/search.h"
@@ -28,7 +28,7 @@ class PairSearch {
 /// Collects pairs on the stack and hands them on, through the filter if there is one.
 class SerialBuffer final : public tree::PairBuffer {
  public:
-  SerialBuffer(const CapsuleFilter* filter, PairSink& sink) : filter_(filter), sink_(sink) {
+  SerialBuffer(const PairFilter* filter, PairSink& sink) : filter_(filter), sink_(sink) {
     restart();
   }
   SerialBuffer(const SerialBuffer&) = delete;
@@ -45,7 +45,7 @@ class SerialBuffer final : public tree::PairBuffer {
     end_ = pairs_ + limit_;
   }
 
-  const CapsuleFilter* filter_;
+  const PairFilter* filter_;
   PairSink& sink_;
   std::size_t limit_ = kFirst;
   tree::Pair pairs_[kCapacity + kRoom];
@@ -57,7 +57,7 @@ class alignas(64) TaskBuffer final : public tree::PairBuffer {
  public:
   void start();
   /// Filters the pairs, if there is a filter, and returns how many there were before.
-  std::size_t finish(const CapsuleFilter* filter);
+  std::size_t finish(const PairFilter* filter);
   tree::Visit full() override;
 
   const tree::Pair* pairs() const { return pairs_.data(); }
@@ -133,7 +133,7 @@ class ScratchPool {
 /// Hands on every pair whose volumes overlap and that passes the filter, if there is one. Pairs and
 /// their order are the same for every executor. The sink is called on the calling thread.
 /// @param executor  null for one thread
-tree::Visit findPairs(const PairSearch& search, const CapsuleFilter* filter,
+tree::Visit findPairs(const PairSearch& search, const PairFilter* filter,
                       parallel::Executor* executor, ScratchPool& scratch, PairSink& sink);
 
 }  // namespace fcl_fibers::index

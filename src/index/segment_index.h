@@ -8,6 +8,7 @@
 
 #include "geometry/frame.h"
 #include "index/kept_segments.h"
+#include "index/mesh_index.h"
 #include "index/nearest_filter.h"
 #include "index/pair_query.h"
 #include "index/pair_search.h"
@@ -114,6 +115,29 @@ class SegmentIndex {
                      NearestSink& sink) const;
   ///@}
 
+  /// Finds the segments that touch a mesh, within this index's margin. In each pair b is a
+  /// triangle. A segment that is a box touches a triangle if the boxes of both overlap. Segments
+  /// that may not meet the mesh, see tree::Fibers::meets, are left out.
+  /// @pre keepsSegments()
+  ///@{
+  /// Hands on every segment and triangle that touch, and each segment wholly inside a solid mesh
+  /// with one triangle, its nearest.
+  tree::Visit searchTriangles(const PosedMesh& mesh, PairSink& sink) const;
+  /// Hands on each segment that touches the mesh once, with one of its triangles.
+  tree::Visit searchMesh(const PosedMesh& mesh, PairSink& sink) const;
+  /// Hands on segments and triangles that may be nearer than the limit, roughly the nearest first.
+  tree::Visit searchMesh(const PosedMesh& mesh, NearestSink& sink) const;
+  ///@}
+
+  /// Replaces the content of `pairs` by each segment that is at most `distance` from the mesh, and
+  /// its nearest triangle, in the order of the tree.
+  /// @pre keepsSegments()
+  void findNearest(const PosedMesh& mesh, double distance, std::vector<tree::Pair>& pairs) const;
+
+  /// Runs visit(begin, end) for ranges of [0, count), on the threads of this index.
+  void forRanges(std::size_t count, std::size_t grain,
+                 parallel::FunctionRef<std::size_t, std::size_t> visit) const;
+
   /// Whether both trees have one type. If not, search() takes the other index segment by segment.
   bool matches(const SegmentIndex& other) const {
     return options_.wrapped_spheres == other.options_.wrapped_spheres &&
@@ -121,6 +145,8 @@ class SegmentIndex {
   }
   /// Whether the index keeps its segments beside their volumes, for the test of capsules.
   bool keepsSegments() const { return options_.capsules; }
+  /// @pre keepsSegments()
+  Segment segment(SegmentId id) const { return segments_[id]; }
   /// All segments, in the order of the tree.
   const std::vector<SegmentId>& leaves() const;
 
@@ -155,6 +181,7 @@ class SegmentIndex {
   template <class Sink>
   tree::Visit searchOneByOne(const SegmentIndex& other, const SegmentSource* source,
                              Sink& sink) const;
+  tree::Visit searchSurfaceAndInside(const PosedMesh& mesh, bool once, PairSink& sink) const;
   template <class F>
   tree::Visit visitTrees(const SegmentIndex& other, F&& visit) const;
   KeptSegments readSegments(const SegmentSource& source) const;

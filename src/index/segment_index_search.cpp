@@ -2,8 +2,10 @@
 #include <limits>
 #include <type_traits>
 
+#include "index/capsule_filter.h"
 #include "index/nearest_filter.h"
 #include "index/segment_index.h"
+#include "index/tree_search.h"
 
 namespace fcl_fibers::index {
 namespace {
@@ -11,22 +13,7 @@ namespace {
 using geometry::FrameChange;
 using geometry::Segment;
 using tree::Group;
-using tree::TraversalTask;
 using tree::Visit;
-
-template <class Trees>
-class TreeSearch final : public PairSearch {
- public:
-  explicit TreeSearch(const Trees& trees) : trees_(trees), kernels_(tree::pairKernels(trees)) {}
-  Visit split(tree::TaskSink& out) const override { return kernels_.splitIntoTasks(trees_, out); }
-  Visit run(const TraversalTask& task, tree::PairBuffer& out) const override {
-    return kernels_.overlaps(trees_, task, out);
-  }
-
- private:
-  const Trees& trees_;
-  const tree::PairKernels<Trees>& kernels_;
-};
 
 /// A segment whose coordinates have overflowed in this frame may be anywhere.
 template <class Volume>

@@ -338,7 +338,7 @@ Topology<8> BundleBuild::finish() {
     part.subtree = {};
   }
   parts_.clear();
-  top_.groups = groupsBySlot(top_, fibers_);
+  addRules(fibers_, top_);
   return std::move(top_);
 }
 

@@ -32,7 +32,8 @@ class Bvh {
   explicit Bvh(Topology<kArity> topology)
       : nodes_(topology.nodes.begin(), topology.nodes.end()),
         leaves_(std::move(topology.leaves)),
-        groups_(std::move(topology.groups)) {
+        groups_(std::move(topology.groups)),
+        meets_(std::move(topology.meets)) {
     hierarchy_.reserve(leaves_.size(), nodes_.size());
     std::int32_t chunk_end = 0;
     for (std::int32_t i = 0; i < static_cast<std::int32_t>(nodes_.size()); ++i) {
@@ -55,6 +56,7 @@ class Bvh {
   const Pack& pack(std::int32_t i) const { return node(i).pack; }
   const std::vector<SegmentId>& leaves() const { return leaves_; }  ///< see Topology
   const std::vector<Group>& groups() const { return groups_; }      ///< see Topology
+  const std::vector<Categories>& meets() const { return meets_; }   ///< see Topology
   const Hierarchy& hierarchy() const { return hierarchy_; }
   Volume nodeVolume(std::int32_t i) const {
     return hierarchy_.nodeVolume(nodes_, static_cast<std::size_t>(i));
@@ -201,7 +203,8 @@ class Bvh {
 
   std::size_t memoryUsage() const {
     return nodes_.capacity() * sizeof(Node) + leaves_.capacity() * sizeof(SegmentId) +
-           groups_.capacity() * sizeof(Group) + chunks_.capacity() * sizeof(Chunk) +
+           groups_.capacity() * sizeof(Group) + meets_.capacity() * sizeof(Categories) +
+           chunks_.capacity() * sizeof(Chunk) +
            (above_chunks_.capacity() + slots_.capacity() + parent_.capacity()) *
                sizeof(std::int32_t) +
            is_stale_.capacity() / 8 + hierarchy_.memoryUsage();
@@ -239,6 +242,7 @@ class Bvh {
   Nodes nodes_;
   std::vector<SegmentId> leaves_;
   std::vector<Group> groups_;
+  std::vector<Categories> meets_;
   double padding_ = 0;
   Hierarchy hierarchy_;
   std::vector<Chunk> chunks_;

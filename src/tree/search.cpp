@@ -5,48 +5,10 @@
 #define HWY_TARGET_INCLUDE "tree/search.cpp"
 #include <hwy/foreach_target.h>
 
-#include "tree/traversal-inl.h"
-#include "tree/wide_overlaps-inl.h"
+#include "tree/queries-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace fcl_fibers::tree::HWY_NAMESPACE {
-
-struct CollectPairs : OverlapTest {
-  explicit CollectPairs(PairBuffer& buffer, SegmentId id = 0) : out(buffer), second(id) {}
-
-  FCL_FIBERS_ALWAYS_INLINE Visit leafPair(SegmentId a, SegmentId b) { return out.push(a, b); }
-  FCL_FIBERS_ALWAYS_INLINE Visit leaf(SegmentId a) { return out.push(a, second); }
-
-  PairBuffer& out;
-  SegmentId second;
-};
-
-struct SplitIntoTasks : OverlapTest {
-  /// A task takes some microseconds. So batches fill, and there are enough tasks for any number of
-  /// threads. This is the size of a full node three levels above the leaves.
-  static constexpr std::int32_t kGrain = 512;
-  static constexpr bool kSplits = true;
-
-  explicit SplitIntoTasks(TaskSink& sink) : out(sink) {}
-  static bool isTask(std::int32_t a_leaves, std::int32_t b_leaves) {
-    return a_leaves <= kGrain && b_leaves <= kGrain;
-  }
-  Visit addTask(const TraversalTask& task) { return out.take(task); }
-  Visit leafPair(SegmentId, SegmentId) { return Visit::kContinue; }  // it is a task too
-
-  TaskSink& out;
-};
-
-struct VisitNearest : DistanceTest {
-  VisitNearest(double least, NearestVisitor& v, SegmentId id = 0)
-      : DistanceTest{least}, visitor(v), second(id) {}
-
-  Visit leafPair(SegmentId a, SegmentId b) { return visitor.visit(a, b, limit); }
-  Visit leaf(SegmentId a) { return visitor.visit(a, second, limit); }
-
-  NearestVisitor& visitor;
-  SegmentId second;
-};
 
 /// Calls visit(b_to_a, a_to_b) with the changes between the frames of two trees.
 template <class Tree, class F>
@@ -59,23 +21,10 @@ FCL_FIBERS_ALWAYS_INLINE Visit withChanges(const TreePair<Tree>& trees, F&& visi
 template <class Tree, class Query>
 Visit visitPairs(const TreePair<Tree>& trees, Query& query) {
   return withChanges(trees, [&](const auto& b_to_a, const auto& a_to_b) HWY_ATTR {
-    return visitPairs(trees.a, trees.b, b_to_a, a_to_b, query);
+    return visitPairs(trees.a, trees.b, b_to_a, a_to_b, AllGroups(), query);
   });
 }
 
-/// The paper's binary tree is searched as published, by recursion.
-template <class Tree, class BToA, class AToB, class GroupFilter>
-Visit overlapsOf(const Tree& a, const Tree& b, const BToA& b_to_a, const AToB& a_to_b,
-                 GroupFilter filter, const TraversalTask& task, PairBuffer& out) {
-  if constexpr (Tree::kArity == 2) {
-    CollectPairs query(out);
-    return internal::PairTraversal<Tree, Tree, CollectPairs, BToA, AToB, GroupFilter>(
-               a, b, b_to_a, a_to_b, filter, query)
-        .run(task);
-  } else {
-    return WideOverlaps<Tree, BToA, AToB, GroupFilter>(a, b, b_to_a, a_to_b, filter, out).run(task);
-  }
-}
 template <class Tree>
 Visit overlaps(const Tree& tree, const TraversalTask& task, PairBuffer& out) {
   constexpr geometry::SameFrame kSame;

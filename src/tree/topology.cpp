@@ -82,7 +82,7 @@ Topology<2> superThread(const Fibers& fibers) {
     out = f % 2 == 0 ? std::copy(root, tip, out) : std::reverse_copy(root, tip, out);
   }
   Topology<2> topology = ChainBuilder(chain).build();
-  topology.groups = groupsBySlot(topology, fibers);
+  addRules(fibers, topology);
   return topology;
 }
 

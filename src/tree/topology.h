@@ -18,12 +18,21 @@ using SegmentId = std::int32_t;
 using Group = std::int32_t;
 constexpr Group kNoGroup = 0;
 
+/// Categories of obstacles, a bit each. A segment meets an obstacle only if they have one in
+/// common.
+using Categories = std::uint32_t;
+constexpr Categories kAllCategories = ~Categories{0};
+
 /// Fibers over the segments of an index. Fiber f consists of the segments ids[begin[f]], ...,
 /// ids[begin[f + 1] - 1], in their order along it.
 struct Fibers {
   std::vector<SegmentId> ids;
   std::vector<std::int32_t> begin = {0};
   std::vector<Group> groups;  ///< by fiber; empty if no fiber has a group
+
+  /// By position in `ids`: the categories of meshes that the segment may meet. Empty if every
+  /// segment may meet every mesh.
+  std::vector<Categories> meets;
 
   void endFiber() { begin.push_back(static_cast<std::int32_t>(ids.size())); }
 };
@@ -76,6 +85,9 @@ struct Topology {
   /// By slot, which is Arity times the node plus the lane of the child: the group that all segments
   /// of the child share, or kNoGroup. Empty if no fiber has a group.
   std::vector<Group> groups;
+  /// By slot: the categories of meshes that some segment of the child may meet. Empty if every
+  /// segment may meet every mesh.
+  std::vector<Categories> meets;
 };
 
 /// A point. It only decides where a build splits, and floats are precise enough for that.

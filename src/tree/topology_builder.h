@@ -5,6 +5,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -56,40 +58,58 @@ class TopologyBuilder {
   Topology<Arity> topology_;
 };
 
-/// See Topology::groups.
-template <int Arity>
-std::vector<Group> groupsBySlot(const Topology<Arity>& topology, const Fibers& fibers) {
-  if (fibers.groups.empty() || topology.leaves.empty()) return {};
-  const auto [first, last] = std::minmax_element(fibers.ids.begin(), fibers.ids.end());
+/// Returns a value for each slot of a topology.
+/// @param values  by position in `ids`, the segments of the topology in any order
+/// @param unite   unite(begin, end): the value of a child from those of its children
+template <int Arity, typename Value, class Unite>
+std::vector<Value> valuesBySlot(const Topology<Arity>& topology, const std::vector<SegmentId>& ids,
+                                const std::vector<Value>& values, Unite&& unite) {
+  const auto [first, last] = std::minmax_element(ids.begin(), ids.end());
   const auto index = [first_id = *first](SegmentId id) {
     return static_cast<std::size_t>(id - first_id);
   };
-  std::vector<Group> by_segment(index(*last) + 1);
-  for (std::size_t f = 0; f + 1 < fibers.begin.size(); ++f) {
-    for (std::int32_t i = fibers.begin[f]; i < fibers.begin[f + 1]; ++i) {
-      by_segment[index(fibers.ids[static_cast<std::size_t>(i)])] = fibers.groups[f];
-    }
-  }
+  std::vector<Value> by_segment(index(*last) + 1);
+  for (std::size_t i = 0; i < ids.size(); ++i) by_segment[index(ids[i])] = values[i];
   constexpr auto kArity = static_cast<std::size_t>(Arity);
-  std::vector<Group> by_slot(kArity * topology.nodes.size(), kNoGroup);
+  std::vector<Value> by_slot(kArity * topology.nodes.size());
   // Children come after their parent.
   for (std::size_t i = topology.nodes.size(); i-- > 0;) {
     const auto& node = topology.nodes[i];
     for (std::size_t lane = 0; lane < static_cast<std::size_t>(node.child_count); ++lane) {
       const Link child = node.children[lane];
-      Group& group = by_slot[kArity * i + lane];
+      Value& value = by_slot[kArity * i + lane];
       if (child.isLeaf()) {
-        group = by_segment[index(child.segment())];
+        value = by_segment[index(child.segment())];
         continue;
       }
       const auto below = static_cast<std::size_t>(child.node());
       const auto begin = by_slot.begin() + static_cast<std::ptrdiff_t>(kArity * below);
-      const auto end = begin + topology.nodes[below].child_count;
-      const bool is_common = std::all_of(begin, end, [&](Group other) { return other == *begin; });
-      group = is_common ? *begin : kNoGroup;
+      value = unite(begin, begin + topology.nodes[below].child_count);
     }
   }
   return by_slot;
+}
+
+/// Sets Topology::groups and Topology::meets.
+template <int Arity>
+void addRules(const Fibers& fibers, Topology<Arity>& topology) {
+  if (topology.leaves.empty()) return;
+  if (!fibers.groups.empty()) {
+    std::vector<Group> groups(fibers.ids.size());
+    for (std::size_t f = 0; f + 1 < fibers.begin.size(); ++f) {
+      std::fill(groups.begin() + fibers.begin[f], groups.begin() + fibers.begin[f + 1],
+                fibers.groups[f]);
+    }
+    topology.groups = valuesBySlot(topology, fibers.ids, groups, [](auto begin, auto end) {
+      const bool is_common = std::all_of(begin, end, [&](Group other) { return other == *begin; });
+      return is_common ? *begin : kNoGroup;
+    });
+  }
+  if (!fibers.meets.empty()) {
+    topology.meets = valuesBySlot(topology, fibers.ids, fibers.meets, [](auto begin, auto end) {
+      return std::accumulate(begin, end, Categories{0}, std::bit_or<>());
+    });
+  }
 }
 
 }  // namespace fcl_fibers::tree

@@ -18,6 +18,7 @@
 #include "geometry/overlap-inl.h"
 #include "geometry/rounding.h"
 #include "simd/lanes-inl.h"
+#include "tree/pairing_rules-inl.h"
 #include "tree/traversal_task.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -40,42 +41,6 @@ namespace fcl_fibers::tree::HWY_NAMESPACE {
 //   bool isTask(std::int32_t a_leaves, std::int32_t b_leaves)   the numbers of leaves below
 //   Visit addTask(const TraversalTask&)
 //
-// A group filter tells which segments may be paired. It is one of the two below, chosen before a
-// traversal starts.
-
-/// The filter of a tree without groups, and of two trees.
-struct AllGroups {
-  /// The children of a node that may be paired with segments below a slot. Bits beyond the children
-  /// are set.
-  FCL_FIBERS_ALWAYS_INLINE simd::LaneMask lanes(std::int32_t /*slot*/,
-                                                std::int32_t /*node*/) const {
-    return ~simd::LaneMask{0};
-  }
-  /// Whether segments below a slot may be paired with one another.
-  FCL_FIBERS_ALWAYS_INLINE bool passesSelf(std::int32_t /*slot*/) const { return true; }
-};
-
-/// The filter of a tree with groups. It excludes pairs of children whose segments are all of one
-/// group.
-template <int Arity>
-class OtherGroups {
- public:
-  explicit OtherGroups(const std::vector<Group>& by_slot) : by_slot_(by_slot.data()) {}
-
-  FCL_FIBERS_ALWAYS_INLINE simd::LaneMask lanes(std::int32_t slot, std::int32_t node) const {
-    return lanesOf(by_slot_[slot], node);
-  }
-  FCL_FIBERS_ALWAYS_INLINE bool passesSelf(std::int32_t slot) const {
-    return by_slot_[slot] == kNoGroup;
-  }
-  FCL_FIBERS_ALWAYS_INLINE simd::LaneMask lanesOf(Group group, std::int32_t node) const {
-    if (group == kNoGroup) return ~simd::LaneMask{0};
-    return ~simd::HWY_NAMESPACE::lanesEqual<Arity>(by_slot_ + Arity * node, group);
-  }
-
- private:
-  const Group* by_slot_;
-};
 
 struct OverlapTest {
   static constexpr bool kSplits = false;
@@ -204,8 +169,8 @@ class PairTraversal {
           visitSelf(child.link.node()) == Visit::kStop) {
         return Visit::kStop;
       }
-      const auto later =
-          simd::firstLanes(count) & ~simd::firstLanes(lane + 1) & filter_.lanes(child.slot, node);
+      const auto later = simd::firstLanes(count) & ~simd::firstLanes(lane + 1) &
+                         filter_.lanesOfB(child.slot, node);
       if (query_.forEachPassing(pack, child.volume, later, 1, [&](int other) HWY_ATTR {
             return visitInB(child, node, other);
           }) == Visit::kStop) {
@@ -251,8 +216,8 @@ class PairTraversal {
       const int lane = __builtin_ctz(rest);
       const auto child = Child<TreeA>::of(a_, a_node, lane);
       const auto lanes = simd::firstLanes(b_.node(b_node).child_count) & lanesOfB(lane) &
-                         filter_.lanes(child.slot, b_node);
-      query_.forEachNearer(b_.pack(b_node), a_to_b_(child.volume), lanes, unit,
+                         filter_.lanesOfB(child.slot, b_node);
+      query_.forEachNearer(b_.pack(b_node), inB(child), lanes, unit,
                            [&](int other, float distance)
                                HWY_ATTR { nearest.add(distance, lane * TreeB::kArity + other); });
     }
@@ -264,19 +229,19 @@ class PairTraversal {
 
   FCL_FIBERS_ALWAYS_INLINE Visit crossChildrenOfA(std::int32_t node, const Child<TreeB>& b,
                                                   const typename TreeA::Volume& b_in_a) {
-    const auto lanes = simd::firstLanes(a_.node(node).child_count) & filter_.lanes(b.slot, node);
+    const auto lanes = simd::firstLanes(a_.node(node).child_count) & filter_.lanesOfA(b.slot, node);
     return query_.forEachPassing(a_.pack(node), b_in_a, lanes, 1,
                                  [&](int lane) HWY_ATTR { return visitInA(node, lane, b); });
   }
   FCL_FIBERS_ALWAYS_INLINE Visit crossChildrenOfB(const Child<TreeA>& a, std::int32_t node) {
-    const auto lanes = simd::firstLanes(b_.node(node).child_count) & filter_.lanes(a.slot, node);
-    return query_.forEachPassing(b_.pack(node), a_to_b_(a.volume), lanes, b_to_a_.scale(),
+    const auto lanes = simd::firstLanes(b_.node(node).child_count) & filter_.lanesOfB(a.slot, node);
+    return query_.forEachPassing(b_.pack(node), inB(a), lanes, b_to_a_.scale(),
                                  [&](int lane) HWY_ATTR { return visitInB(a, node, lane); });
   }
   Visit crossChildrenOfBoth(std::int32_t a_node, const Child<TreeB>& b,
                             const typename TreeA::Volume& b_in_a) {
     const auto lanes =
-        simd::firstLanes(a_.node(a_node).child_count) & filter_.lanes(b.slot, a_node);
+        simd::firstLanes(a_.node(a_node).child_count) & filter_.lanesOfA(b.slot, a_node);
     if constexpr (Query::kNearestFirst) {
       simd::LaneMask near = 0;
       query_.forEachNearer(a_.pack(a_node), b_in_a, lanes, 1,
@@ -287,6 +252,12 @@ class PairTraversal {
     return query_.forEachPassing(a_.pack(a_node), b_in_a, lanes, 1, [&](int lane) HWY_ATTR {
       return crossChildrenOfB(Child<TreeA>::of(a_, a_node, lane), b.link.node());
     });
+  }
+
+  /// The volume of a child in A, in B's frame.
+  FCL_FIBERS_ALWAYS_INLINE decltype(auto) inB(const Child<TreeA>& a) const {
+    if (a.link.isLeaf()) return a_to_b_.ofLeaf(a.link.segment(), a.volume);
+    return a_to_b_(a.volume);
   }
 
   // Most pairs end here as leaves, whose volumes are no longer needed.
@@ -325,12 +296,6 @@ auto selfPairs(const Tree& tree, GroupFilter filter, Query& query) {
   return PairTraversal<Tree, Tree, Query, geometry::SameFrame, geometry::SameFrame, GroupFilter>(
       tree, tree, kSame, kSame, filter, query);
 }
-template <class Tree, class Change, class Query>
-auto crossPairs(const Tree& a, const Tree& b, const Change& b_to_a, const Change& a_to_b,
-                Query& query) {
-  return PairTraversal<Tree, Tree, Query, Change, Change, AllGroups>(a, b, b_to_a, a_to_b,
-                                                                     AllGroups(), query);
-}
 
 /// @param lanes  lanes(node): the children of a node that are tested
 template <class Tree, class Query, class Lanes>
@@ -357,20 +322,21 @@ Visit visitPairs(const Tree& tree, Query& query) {
   });
 }
 
-/// Visits each pair of a segment of `a` and one of `b` that passes the query's test once. The
-/// query's frame is that of `a`.
-template <class Tree, class Change, class Query>
-Visit visitPairs(const Tree& a, const Tree& b, const Change& b_to_a, const Change& a_to_b,
-                 Query& query) {
+/// Visits each pair of a leaf of `a` and one of `b` that passes the filter and the query's test
+/// once. The query's frame is that of `a`.
+template <class TreeA, class TreeB, class BToA, class AToB, class Filter, class Query>
+Visit visitPairs(const TreeA& a, const TreeB& b, const BToA& b_to_a, const AToB& a_to_b,
+                 Filter filter, Query& query) {
   if (a.empty() || b.empty()) return Visit::kContinue;
-  auto pairs = internal::crossPairs(a, b, b_to_a, a_to_b, query);
+  internal::PairTraversal<TreeA, TreeB, Query, BToA, AToB, Filter> pairs(a, b, b_to_a, a_to_b,
+                                                                         filter, query);
   if constexpr (Query::kNearestFirst) {
-    return pairs.crossNearestFirst(0, simd::firstLanes(a.node(0).child_count), 0,
-                                   [](int) HWY_ATTR { return ~simd::LaneMask{0}; });
+    const auto lanes = simd::firstLanes(a.node(0).child_count) & filter.lanesOfA(0, 0);
+    return pairs.crossNearestFirst(0, lanes, 0, [](int) HWY_ATTR { return ~simd::LaneMask{0}; });
   }
   // The root's volume is in no pack, so the traversal starts with the children of b's root.
   for (int lane = 0; lane < b.node(0).child_count; ++lane) {
-    const auto child = Child<Tree>::of(b, 0, lane);
+    const auto child = Child<TreeB>::of(b, 0, lane);
     if (pairs.crossChildrenOfA(0, child, b_to_a(child.volume)) == Visit::kStop) {
       return Visit::kStop;
     }

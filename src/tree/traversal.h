@@ -7,6 +7,7 @@
 #include "tree/traversal-inl.h"
 
 namespace fcl_fibers::tree {
+using HWY_NAMESPACE::AllGroups;
 using HWY_NAMESPACE::DistanceTest;
 using HWY_NAMESPACE::OverlapTest;
 using HWY_NAMESPACE::visitLeaves;

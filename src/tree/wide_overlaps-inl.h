@@ -25,14 +25,12 @@ using simd::HWY_NAMESPACE::LaneNumbers;
 /// predicted. Here each step takes a batch of pairs of nodes and writes all pairs of children that
 /// overlap, a whole mask at a time and without a branch. So the nodes of the next step are known
 /// early enough to be prefetched.
-template <class Tree, class BToA, class AToB, class GroupFilter>
+template <class TreeA, class TreeB, class BToA, class AToB, class GroupFilter>
 class WideOverlaps {
-  static_assert(Tree::kArity == 8);
-  using Volume = typename Tree::Volume;
-  using Node = typename Tree::Node;
+  static_assert(TreeA::kArity == 8 && TreeB::kArity == 8);
 
  public:
-  WideOverlaps(const Tree& a, const Tree& b, const BToA& b_to_a, const AToB& a_to_b,
+  WideOverlaps(const TreeA& a, const TreeB& b, const BToA& b_to_a, const AToB& a_to_b,
                GroupFilter filter, PairBuffer& out)
       : a_(a), b_(b), b_to_a_(b_to_a), a_to_b_(a_to_b), filter_(filter), out_(out) {}
 
@@ -59,28 +57,33 @@ class WideOverlaps {
   };
 
   // Slots are never negative. A division of signed numbers would have to allow for that.
+  template <class Tree>
   FCL_FIBERS_ALWAYS_INLINE static Link link(const Tree& tree, std::int32_t slot) {
     return tree.node(slot >> 3).children[static_cast<std::size_t>(slot & 7)];
   }
-  FCL_FIBERS_ALWAYS_INLINE static Volume volume(const Tree& tree, std::int32_t slot) {
+  template <class Tree>
+  FCL_FIBERS_ALWAYS_INLINE static typename Tree::Volume volume(const Tree& tree,
+                                                               std::int32_t slot) {
     return tree.pack(slot >> 3).get(slot & 7);
   }
+  template <class Tree>
   FCL_FIBERS_ALWAYS_INLINE static void prefetch(const Tree& tree, Link link) {
     if (link.isLeaf()) return;
+    constexpr std::size_t kSize = sizeof(typename Tree::Node);
     const char* node = reinterpret_cast<const char*>(&tree.node(link.node()));
-    for (std::size_t line = 0; line < sizeof(Node); line += 64) __builtin_prefetch(node + line);
+    for (std::size_t line = 0; line < kSize; line += 64) __builtin_prefetch(node + line);
   }
 
   Visit overlapSelf(std::int32_t index) {
-    const Node& node = a_.node(index);
+    const auto& node = a_.node(index);
     const auto slots = LaneNumbers::from(8 * index);
     const auto segments = LaneNumbers::inverse(node.links());
     const bool only_leaves = node.hasOnlyLeaves();
     for (int lane = 0; lane < node.child_count; ++lane) {
       const auto later = simd::firstLanes(node.child_count) & ~simd::firstLanes(lane + 1);
       const std::int32_t slot = 8 * index + lane;
-      const auto mask =
-          overlaps(a_.pack(index), a_.pack(index).get(lane)) & later & filter_.lanes(slot, index);
+      const auto mask = overlaps(a_.pack(index), a_.pack(index).get(lane)) & later &
+                        filter_.lanesOfB(slot, index);
       const Link child = node.children[static_cast<std::size_t>(lane)];
       if (only_leaves) {
         if (writeSegments(child.segment(), segments, mask) == Visit::kStop) return Visit::kStop;
@@ -112,7 +115,7 @@ class WideOverlaps {
       explicit Collect(PairBuffer& buffer) : out(buffer) {}
       Visit leafPair(SegmentId a, SegmentId b) { return out.push(a, b); }
     } query(out_);
-    return internal::PairTraversal<Tree, Tree, Collect, BToA, AToB, GroupFilter>(
+    return internal::PairTraversal<TreeA, TreeB, Collect, BToA, AToB, GroupFilter>(
                a_, b_, b_to_a_, a_to_b_, filter_, query)
         .run({TraversalTask::kCross, last.a, last.b});
   }
@@ -148,8 +151,9 @@ class WideOverlaps {
     }
     if (a.isLeaf()) return addRow(slots.a, b.node());
 
-    const Node &a_node = a_.node(a.node()), &b_node = b_.node(b.node());
-    const Volume b_volume = volume(b_, slots.b);
+    const auto& a_node = a_.node(a.node());
+    const auto& b_node = b_.node(b.node());
+    const auto b_volume = volume(b_, slots.b);
     const auto& b_in_a = b_to_a_(b_volume);
     const bool only_leaves = a_node.hasOnlyLeaves() && b_node.hasOnlyLeaves();
     if (!only_leaves) {
@@ -158,7 +162,7 @@ class WideOverlaps {
       if (a_size > kLikeSize * b_size) return openA(a.node(), slots.b);
       if (b_size > kLikeSize * a_size) return addRow(slots.a, b.node());
     }
-    const auto mask = overlaps(a_.pack(a.node()), b_in_a) & filter_.lanes(slots.b, a.node());
+    const auto mask = overlaps(a_.pack(a.node()), b_in_a) & filter_.lanesOfA(slots.b, a.node());
     const auto slots_of_a = LaneNumbers::from(8 * a.node());
     if (only_leaves) {
       leaf_row_count_ += slots_of_a.writeBefore(b.node(), mask, leaf_rows_ + leaf_row_count_);
@@ -174,18 +178,17 @@ class WideOverlaps {
   }
 
   Visit openA(std::int32_t index, std::int32_t b_slot) {
-    const Node& node = a_.node(index);
+    const auto& node = a_.node(index);
     const auto mask = overlaps(a_.pack(index), b_to_a_(volume(b_, b_slot))) &
-                      simd::firstLanes(node.child_count) & filter_.lanes(b_slot, index);
+                      simd::firstLanes(node.child_count) & filter_.lanesOfA(b_slot, index);
     count_ += LaneNumbers::from(8 * index).writeBefore(b_slot, mask, waiting_ + count_);
     return Visit::kContinue;
   }
 
   FCL_FIBERS_ALWAYS_INLINE Visit openB(std::int32_t a_slot, std::int32_t index) {
-    const Node& node = b_.node(index);
+    const auto& node = b_.node(index);
     const Link a = link(a_, a_slot);
-    const auto mask =
-        overlaps(b_.pack(index), a_to_b_(volume(a_, a_slot))) & filter_.lanes(a_slot, index);
+    const auto mask = overlaps(b_.pack(index), inB(a, a_slot)) & filter_.lanesOfB(a_slot, index);
     if (a.isLeaf() && node.hasOnlyLeaves()) {
       return writeSegments(a.segment(), LaneNumbers::inverse(node.links()), mask);
     }
@@ -195,10 +198,16 @@ class WideOverlaps {
 
   /// @pre the child in A and all children of the node in B are leaves
   FCL_FIBERS_ALWAYS_INLINE Visit openLeaves(std::int32_t a_slot, std::int32_t index) {
-    const auto mask =
-        overlaps(b_.pack(index), a_to_b_(volume(a_, a_slot))) & filter_.lanes(a_slot, index);
-    return writeSegments(link(a_, a_slot).segment(), LaneNumbers::inverse(b_.node(index).links()),
-                         mask);
+    const SegmentId a = link(a_, a_slot).segment();
+    const auto mask = overlaps(b_.pack(index), a_to_b_.ofLeaf(a, volume(a_, a_slot))) &
+                      filter_.lanesOfB(a_slot, index);
+    return writeSegments(a, LaneNumbers::inverse(b_.node(index).links()), mask);
+  }
+
+  /// The volume of a child in A, in B's frame.
+  FCL_FIBERS_ALWAYS_INLINE typename TreeB::Volume inB(Link a, std::int32_t a_slot) const {
+    if (a.isLeaf()) return a_to_b_.ofLeaf(a.segment(), volume(a_, a_slot));
+    return a_to_b_(volume(a_, a_slot));
   }
 
   FCL_FIBERS_ALWAYS_INLINE Visit writeSegments(SegmentId a, const LaneNumbers& b,
@@ -206,8 +215,8 @@ class WideOverlaps {
     return out_.written(b.writeAfter(a, mask, out_.room()));
   }
 
-  const Tree& a_;
-  const Tree& b_;
+  const TreeA& a_;
+  const TreeB& b_;
   const BToA& b_to_a_;
   const AToB& a_to_b_;
   const GroupFilter filter_;

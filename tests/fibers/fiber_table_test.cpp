@@ -264,7 +264,7 @@ TEST(FiberTable, WhatHasRoomDoesNotAllocate) {
               table.drop([&](SegmentId begin, SegmentId) { return !drops_all && begin > 10; },
                          [](SegmentId, SegmentId) {});
             }
-            table.reserve(300, 2000, /*has_kinds=*/true, groups);
+            table.reserve(300, 2000, {true, groups, false});
             const std::size_t bytes = table.memoryUsage();
             bool struck;
             {
@@ -290,7 +290,7 @@ TEST(FiberTable, GrowingOneByOneIsLinear) {
   FiberTable table(NeighborRule(1, 1.0));
   std::set<std::size_t> sizes;
   for (int f = 0; f < 20000; ++f) {
-    table.reserve(1, 1, false, true);
+    table.reserve(1, 1, {false, true, false});
     table.startFiber({true, false, 1});
     table.addId(1);
     sizes.insert(table.memoryUsage());

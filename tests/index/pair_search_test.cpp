@@ -13,6 +13,8 @@
 #include <vector>
 
 #include "geometry/touch.h"
+#include "index/capsule_filter.h"
+#include "index/kept_segments.h"
 #include "parallel/executor.h"
 #include "support/random.h"
 #include "support/segments.h"

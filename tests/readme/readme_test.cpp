@@ -2,6 +2,7 @@
 
 // The C++ of some pages in docs (code_blocks.cmake), with what it takes for granted declared before
 // it. Other pages show files of examples.
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -24,6 +25,7 @@
 #include "files_0_includes.inc"
 #include "options_0_includes.inc"
 #include "options_1_includes.inc"
+#include "options_2_includes.inc"
 // clang-format on
 
 namespace {
@@ -79,9 +81,31 @@ TEST(Options, TreeOverArrays) {
   const float radius = 0.1F;
   std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
   const auto touched = [&](std::int32_t a, std::int32_t b) { pairs.push_back({a, b}); };
-#include "options_1_code.inc"
+#include "options_2_code.inc"
   EXPECT_THAT(pairs, testing::Contains(std::pair(1, 5)));
   EXPECT_EQ(pairs.size(), 1 + 4U) << "with adjacent segments";
+}
+
+TEST(Options, HairWithItsHead) {
+  // A hair from the middle of a tetrahedron through its face x + y + z = 2.
+  const double points[] = {-1, -1, -1, 4, -1, -1, -1, 4, -1, -1, -1, 4};
+  const std::int32_t corners[] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+  const fcl_fibers::MeshArrays<double> triangles = {points, 4, corners, 4};
+  const fcl_fibers::MeshPose pose;
+  const double line[] = {0, 0, 0, 0.3, 0.3, 0.3, 0.6, 0.6, 0.6, 0.9, 0.9, 0.9};
+  const std::size_t begin[] = {0, 4};
+  const double radius = 0.01;
+  fcl_fibers::FiberArrays<double> hair = {line, 4, begin, 1, &radius};
+#include "options_1_code.inc"
+  // The root is left out; the last segment crosses the face, and the one before is inside.
+  ASSERT_EQ(contacts.size(), 2U);
+  EXPECT_EQ(contacts[0].a.segment, 2U);
+  EXPECT_EQ(contacts[1].a.segment, 1U);
+  for (const fcl_fibers::MeshContact& contact : contacts) {
+    EXPECT_EQ(contact.triangle, 3);
+    EXPECT_TRUE(contact.solid);
+    EXPECT_NEAR(contact.normal[0], -std::sqrt(1 / 3.0), 1e-12);
+  }
 }
 
 TEST(Contacts, OfATreeAndOfAManager) {

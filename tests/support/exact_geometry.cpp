@@ -64,6 +64,28 @@ Real segmentDistance(const Point& a, const Point& b, const Point& c, const Point
   return distance;
 }
 
+Real segmentTriangleDistance(const Point& a, const Point& b, const ExactTriangle& triangle) {
+  const Point corners[3] = {triangle.a, triangle.b, triangle.c};
+  Real distance = std::min({segmentDistance(a, b, corners[0], corners[1]),
+                            segmentDistance(a, b, corners[1], corners[2]),
+                            segmentDistance(a, b, corners[2], corners[0])});
+  const Point normal = (triangle.b - triangle.a).cross(triangle.c - triangle.a);
+  const Real size = normal.norm();
+  if (!(size > 0)) return distance;
+  const auto isOver = [&](const Point& p) {
+    for (int k = 0; k < 3; ++k) {
+      const Point edge = corners[(k + 1) % 3] - corners[k];
+      if (edge.cross(p - corners[k]).dot(normal) < 0) return false;
+    }
+    return true;
+  };
+  const Real from = (a - triangle.a).dot(normal) / size, to = (b - triangle.a).dot(normal) / size;
+  if (isOver(a)) distance = std::min(distance, std::abs(from));
+  if (isOver(b)) distance = std::min(distance, std::abs(to));
+  if ((from < 0) != (to < 0) && isOver(a + from / (from - to) * (b - a))) distance = 0;
+  return distance;
+}
+
 Real segmentBoxDistance(const Point& a, const Point& b, const ExactBox& box) {
   // Along the segment, the squared distance is a convex piecewise parabola that changes its piece
   // where the segment crosses a plane of the box.

@@ -40,6 +40,14 @@ Real pointSegmentDistance(const Point& p, const Point& a, const Point& b);
 /// lines hardly changes their distance.
 Real segmentDistance(const Point& a, const Point& b, const Point& c, const Point& d);
 
+/// Three corners.
+struct ExactTriangle {
+  Point a, b, c;
+};
+
+/// Distance of the segment [a, b] and the triangle, 0 if they meet; with the same error.
+Real segmentTriangleDistance(const Point& a, const Point& b, const ExactTriangle& triangle);
+
 /// Distance of the segment [a, b] and the box, 0 if they meet.
 Real segmentBoxDistance(const Point& a, const Point& b, const ExactBox& box);
 

@@ -28,7 +28,7 @@ template <class Tree>
 Visit visitPairs(const Tree& a, const Tree& b, const FrameChange& b_to_a, const FrameChange& a_to_b,
                  OverlapVisitor& visitor) {
   Overlapping query(visitor);
-  return tree::visitPairs(a, b, b_to_a, a_to_b, query);
+  return tree::visitPairs(a, b, b_to_a, a_to_b, AllGroups(), query);
 }
 template <class Tree>
 Visit visitLeaves(const Tree& tree, const typename Tree::Volume& volume, OverlapVisitor& visitor) {

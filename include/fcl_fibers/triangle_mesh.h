@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include <fcl_fibers/tree_export.h>
+
+namespace fcl_fibers {
+
+/// Triangles as plain arrays, which TriangleMesh reads. The arrays are borrowed for the length of a
+/// call. S is float or double.
+///
+///     const double points[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};  // x, y, z of three points
+///     const std::int32_t triangles[] = {0, 1, 2};           // one triangle
+///     const MeshArrays<double> mesh = {points, 3, triangles, 1};
+template <typename S>
+struct MeshArrays {
+  /// x, y, z of each point: 3 * point_count numbers of magnitudes up to 2^1000.
+  const S* points = nullptr;
+  std::size_t point_count = 0;  ///< at most 2^27
+  /// Indices of the three points of each triangle: 3 * triangle_count numbers of 0 to
+  /// point_count - 1. A triangle may be a needle or a point.
+  const std::int32_t* triangles = nullptr;
+  std::size_t triangle_count = 0;  ///< at most 2^27
+};
+
+/// Where a mesh is: a point p of the mesh is at rotation * p + position in the frame of the fibers.
+struct MeshPose {
+  std::array<double, 9> rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< 3 x 3, row by row
+  std::array<double, 3> position = {0, 0, 0};                    ///< x, y, z
+};
+
+/// A triangle mesh that fibers may touch, such as a head or a part of a machine: triangles, a tree
+/// of boxes over them, and a pose. FiberTree::visitMesh() finds what touches it. This header needs
+/// neither FCL nor Eigen.
+///
+///     TriangleMesh head(arrays);
+///     head.setPose({rotation, position});  // takes no work: the tree is in the mesh's own frame
+///     tree.visitMesh(head, [&](TrianglePair pair) { ... });
+///
+/// Copies share triangles and tree, so one mesh may be at many places. Different copies may be
+/// changed and queried from several threads. A mesh that was moved from may only be destroyed or
+/// assigned to.
+class FCL_FIBERS_TREE_EXPORT TriangleMesh {
+ public:
+  /// What a mesh is.
+  enum class Kind {
+    kSurface,  ///< its triangles alone; a capsule wholly inside does not touch it
+    kSolid,    ///< also what they enclose; a capsule inside touches it
+  };
+
+  /// Reads the arrays and builds the tree. A mesh without triangles touches nothing.
+  ///
+  /// Throws std::invalid_argument, whose text names the point or triangle, if an array is null, if
+  /// a number in it is NaN or out of range, or if a solid mesh is not watertight. It is watertight
+  /// if each edge of a triangle is that of exactly one other triangle, which runs through it in the
+  /// opposite direction. The normals of the triangles have to point outward: seen from outside,
+  /// their points are counterclockwise.
+  ///@{
+  explicit TriangleMesh(const MeshArrays<float>& arrays, Kind kind = Kind::kSurface);
+  explicit TriangleMesh(const MeshArrays<double>& arrays, Kind kind = Kind::kSurface);
+  ///@}
+
+  /// Reads the points again after they have moved, and refits the tree. S may differ from that of
+  /// the construction. Copies keep the points that they had. Throws std::invalid_argument and
+  /// changes nothing if the arrays have other triangles or another number of points than at the
+  /// construction, or if a coordinate is NaN or out of range.
+  ///@{
+  void update(const MeshArrays<float>& arrays);
+  void update(const MeshArrays<double>& arrays);
+  ///@}
+
+  /// Places the mesh in the frame of the fibers. Throws std::invalid_argument and changes nothing
+  /// if the rotation is a reflection, if a product of two of its columns differs from that of an
+  /// orthonormal matrix by more than 5e-3, or if a number is NaN or its magnitude exceeds 2^1000.
+  void setPose(const MeshPose& pose);
+  const MeshPose& pose() const { return pose_; }  ///< the pose that was set last
+
+  /// Sets the categories of this mesh as bits. A fiber meets it only if one of them is among the
+  /// bits of FiberArrays::meets. All bits are set at first.
+  void setCategories(std::uint32_t bits) { categories_ = bits; }
+  std::uint32_t categories() const { return categories_; }  ///< as set last
+
+  Kind kind() const;                  ///< as given at construction
+  std::size_t pointCount() const;     ///< number of points
+  std::size_t triangleCount() const;  ///< number of triangles
+
+  /// Returns the bytes of triangles and tree, which copies share.
+  std::size_t memoryUsage() const;
+
+ private:
+  friend struct MeshReader;
+  struct FCL_FIBERS_TREE_NO_EXPORT Impl;
+  std::shared_ptr<Impl> impl_;
+  MeshPose pose_;
+  std::uint32_t categories_ = ~std::uint32_t{0};
+};
+
+}  // namespace fcl_fibers

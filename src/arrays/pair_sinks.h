@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+#include <fcl_fibers/fiber_tree.h>
+
+#include "fibers/fiber_table.h"
+#include "geometry/obstacle.h"
+#include "index/pair_query.h"
+#include "index/segment_index.h"
+
+namespace fcl_fibers::arrays {
+
+/// Orders pairs of one tree so that a < b, and leaves out neighbours. It avoids branches in both,
+/// because they cannot be predicted.
+class PairsOfOne {
+ public:
+  using Found = SegmentPair;
+
+  explicit PairsOfOne(const fibers::FiberTable& table) : are_neighbors_(table) {}
+
+  /// Writes the pair to `out` and returns how many were written: 0 or 1.
+  FCL_FIBERS_ALWAYS_INLINE std::size_t operator()(const tree::Pair& pair, SegmentPair& out) const {
+    // The sign is spread over all bits, because compilers turn std::min() into a branch.
+    const std::int32_t differ = (pair.a ^ pair.b) & ((pair.b - pair.a) >> 31);
+    out = {pair.a ^ differ, pair.b ^ differ};
+    return are_neighbors_(out.a, out.b) ? 0 : 1;
+  }
+
+ private:
+  const fibers::FiberTable::NeighborTest are_neighbors_;
+};
+/// Converts a pair as it is.
+template <class PublicPair>
+struct PairsOfTwo {
+  using Found = PublicPair;
+
+  FCL_FIBERS_ALWAYS_INLINE std::size_t operator()(const tree::Pair& pair, Found& out) const {
+    out = {pair.a, pair.b};
+    return 1;
+  }
+};
+/// Takes the first of each pair.
+struct SegmentsOf {
+  using Found = std::int32_t;
+
+  std::size_t operator()(const tree::Pair& pair, Found& out) const {
+    out = pair.a;
+    return 1;
+  }
+};
+
+/// Takes the first of each pair whose capsule touches a box. Pairs of volumes are taken as they
+/// are.
+class SegmentsAtBox {
+ public:
+  using Found = std::int32_t;
+
+  /// @param box  in the frame of the index
+  SegmentsAtBox(const index::SegmentIndex& index, const geometry::Segment& box)
+      : index_(index), box_{geometry::Obstacle::Kind::kBox, midpoint(box)} {
+    const geometry::Vec3d half = 0.5 * box.b - 0.5 * box.a;
+    box_.vector[0].x = half.x;
+    box_.vector[1].y = half.y;
+    box_.vector[2].z = half.z;
+    box_.error = endPointError(box);
+  }
+
+  std::size_t operator()(const tree::Pair& pair, Found& out) const {
+    out = pair.a;
+    if (!index_.keepsSegments()) return 1;
+    const geometry::Segment capsule = index_.segment(pair.a);
+    return touch(capsule, box_, index_.margin(), endPointError(capsule)) ? 1 : 0;
+  }
+
+ private:
+  const index::SegmentIndex& index_;
+  geometry::Obstacle box_;
+};
+
+/// Converts pairs to a public type and hands them to take(found, count), which returns true to end
+/// the search.
+template <class Convert, class F>
+class PairsTo final : public index::PairSink {
+ public:
+  PairsTo(const Convert& convert, F take) : convert_(convert), take_(std::move(take)) {}
+
+  tree::Visit take(const tree::Pair* pairs, std::size_t count) override {
+    constexpr std::size_t kRun = 256;
+    std::array<typename Convert::Found, kRun> run;
+    for (const tree::Pair* const end = pairs + count; pairs != end;) {
+      const tree::Pair* const run_end =
+          pairs + std::min(kRun, static_cast<std::size_t>(end - pairs));
+      std::size_t size = 0;
+      for (; pairs != run_end; ++pairs) size += convert_(*pairs, run[size]);
+      if (size > 0 && take_(run.data(), size)) return tree::Visit::kStop;
+    }
+    return tree::Visit::kContinue;
+  }
+
+ private:
+  const Convert convert_;
+  F take_;
+};
+
+}  // namespace fcl_fibers::arrays

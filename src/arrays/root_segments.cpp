@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <fcl_fibers/fiber_tree.h>
+
+#include "arrays/array_source.h"
+#include "arrays/fiber_arrays.h"
+#include "fibers/options.h"
+
+namespace fcl_fibers {
+namespace {
+
+template <typename S>
+std::vector<std::int32_t> countRoots(const FiberArrays<S>& fibers, double length) {
+  arrays::checkArrays("rootSegments", fibers);
+  if (!(length >= 0 && std::isfinite(length))) {
+    fibers::throwInvalidArgument("rootSegments", "length is " + std::to_string(length) +
+                                                     "; give a finite length of 0 or more");
+  }
+  std::vector<std::int32_t> counts(fibers.fiber_count, 0);
+  for (std::size_t f = 0; f < fibers.fiber_count; ++f) {
+    double along = 0;
+    for (std::size_t i = fibers.point_begin[f]; i + 1 < fibers.point_begin[f + 1] && along < length;
+         ++i) {
+      ++counts[f];
+      const geometry::Vec3d step = arrays::pointOf(fibers, i + 1) - arrays::pointOf(fibers, i);
+      along += std::hypot(step.x, step.y, step.z);
+    }
+  }
+  return counts;
+}
+
+}  // namespace
+
+std::vector<std::int32_t> rootSegments(const FiberArrays<float>& fibers, double length) {
+  return countRoots(fibers, length);
+}
+std::vector<std::int32_t> rootSegments(const FiberArrays<double>& fibers, double length) {
+  return countRoots(fibers, length);
+}
+
+}  // namespace fcl_fibers

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "arrays/triangle_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "arrays/coordinates.h"
+#include "fibers/options.h"
+
+namespace fcl_fibers {
+namespace {
+
+using geometry::AffineMap;
+using geometry::MeshPoint;
+using geometry::TriangleIndices;
+using geometry::Vec3d;
+using index::MeshIndex;
+
+constexpr double kLargest = 0x1p1000;
+
+[[noreturn]] void refuse(const char* call, const std::string& what) {
+  fibers::throwInvalidArgument(std::string("TriangleMesh::") + call, what);
+}
+
+template <typename S>
+void checkSizes(const char* call, const MeshArrays<S>& arrays) {
+  constexpr std::size_t kMost = std::size_t{1} << 27;
+  const auto check = [&](const char* name, const void* array, std::size_t count,
+                         const char* content) {
+    if (count > kMost) {
+      refuse(call, std::to_string(count) + " " + name + " are more than 2^27; use several meshes");
+    }
+    if (array == nullptr && count > 0) {
+      refuse(call, std::string(name) + " are null; give " + content + " of " +
+                       std::to_string(count) + " " + name);
+    }
+  };
+  check("points", arrays.points, arrays.point_count, "x, y, z");
+  check("triangles", arrays.triangles, arrays.triangle_count, "three indices");
+}
+
+template <typename S>
+void checkPoints(const char* call, const MeshArrays<S>& arrays) {
+  const std::string name = std::string("TriangleMesh::") + call;
+  if (arrays::largestCoordinate(name.c_str(), arrays.points, arrays.point_count) > kLargest) {
+    refuse(call,
+           "a coordinate is beyond 2^1000; bring the mesh nearer to the origin or change its unit");
+  }
+}
+
+template <typename S>
+void checkTriangles(const MeshArrays<S>& arrays) {
+  const std::int32_t* const begin = arrays.triangles;
+  const std::int32_t* const end = begin + 3 * arrays.triangle_count;
+  const std::int32_t* const bad = std::find_if(begin, end, [&](std::int32_t i) {
+    return i < 0 || static_cast<std::size_t>(i) >= arrays.point_count;
+  });
+  if (bad == end) return;
+  refuse("TriangleMesh", "triangle " + std::to_string((bad - begin) / 3) + " has point " +
+                             std::to_string(*bad) + " of " + std::to_string(arrays.point_count) +
+                             "; give indices of 0 or more and less than point_count");
+}
+
+template <typename S>
+void readPoints(const MeshArrays<S>& arrays, std::vector<MeshPoint>& points) {
+  for (std::size_t i = 0; i < arrays.point_count; ++i) {
+    const S* p = arrays.points + 3 * i;
+    points[i] = {
+        {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2]), 0}};
+  }
+}
+
+template <typename S>
+MeshIndex makeIndex(const MeshArrays<S>& arrays, TriangleMesh::Kind kind) {
+  checkSizes("TriangleMesh", arrays);
+  checkPoints("TriangleMesh", arrays);
+  checkTriangles(arrays);
+  std::vector<TriangleIndices> triangles(arrays.triangle_count);
+  for (std::size_t i = 0; i < arrays.triangle_count; ++i) {
+    const std::int32_t* corner = arrays.triangles + 3 * i;
+    triangles[i] = {corner[0], corner[1], corner[2]};
+  }
+  if (const index::TriangleId leak =
+          kind == TriangleMesh::Kind::kSolid ? index::firstLeak(triangles) : -1;
+      leak >= 0) {
+    refuse("TriangleMesh",
+           "the solid mesh is not watertight: an edge of triangle " + std::to_string(leak) +
+               " is not that of exactly one other triangle in the opposite direction; close the "
+               "mesh, share the points of neighbors, or make it a surface");
+  }
+  std::vector<MeshPoint> points(arrays.point_count);
+  readPoints(arrays, points);
+  return MeshIndex(std::move(points), std::move(triangles));
+}
+
+AffineMap toAffineMap(const MeshPose& pose) {
+  const auto& [r, t] = pose;
+  return {{{r[0], r[3], r[6]}, {r[1], r[4], r[7]}, {r[2], r[5], r[8]}}, {t[0], t[1], t[2]}};
+}
+
+/// Whether the columns of a rotation are nearly perpendicular unit vectors. NaN fails.
+bool isRotation(const AffineMap& map) {
+  constexpr double kTolerance = 5e-3;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = i; j < 3; ++j) {
+      const double product = dot(map.column[i], map.column[j]);
+      if (!(std::fabs(product - (i == j ? 1 : 0)) <= kTolerance)) return false;
+    }
+  }
+  return dot(map.column[0], cross(map.column[1], map.column[2])) > 0;
+}
+
+}  // namespace
+
+struct TriangleMesh::Impl {
+  MeshIndex index;
+  Kind kind;
+
+  template <typename S>
+  static std::shared_ptr<Impl> make(const MeshArrays<S>& arrays, Kind kind) {
+    return std::make_shared<Impl>(Impl{makeIndex(arrays, kind), kind});
+  }
+
+  template <typename S>
+  static void update(std::shared_ptr<Impl>& impl, const MeshArrays<S>& arrays) {
+    checkSizes("update", arrays);
+    const std::vector<TriangleIndices>& triangles = impl->index.triangles();
+    if (arrays.point_count != impl->index.points().size() ||
+        arrays.triangle_count != triangles.size() ||
+        (!triangles.empty() && std::memcmp(arrays.triangles, triangles.data(),
+                                           triangles.size() * sizeof(triangles[0])) != 0)) {
+      refuse("update",
+             "the arrays have other triangles or another number of points than at the "
+             "construction; construct a new mesh");
+    }
+    checkPoints("update", arrays);
+    std::vector<MeshPoint> points(arrays.point_count);
+    readPoints(arrays, points);
+    if (impl.use_count() > 1) {
+      auto own = std::make_shared<Impl>(*impl);
+      own->index.refit(points);
+      impl = std::move(own);
+    } else {
+      // Another thread may have let go of the last copy a moment ago, after reading it. To copy
+      // the pointer and let go of it orders those reads before what is written here.
+      std::shared_ptr<Impl>(impl).reset();
+      impl->index.refit(points);
+    }
+  }
+};
+
+TriangleMesh::TriangleMesh(const MeshArrays<float>& arrays, Kind kind)
+    : impl_(Impl::make(arrays, kind)) {}
+TriangleMesh::TriangleMesh(const MeshArrays<double>& arrays, Kind kind)
+    : impl_(Impl::make(arrays, kind)) {}
+void TriangleMesh::update(const MeshArrays<float>& arrays) { Impl::update(impl_, arrays); }
+void TriangleMesh::update(const MeshArrays<double>& arrays) { Impl::update(impl_, arrays); }
+
+void TriangleMesh::setPose(const MeshPose& pose) {
+  const AffineMap map = toAffineMap(pose);
+  if (!isRotation(map)) {
+    refuse("setPose", "the rotation is not orthonormal or is a reflection; give a proper rotation");
+  }
+  for (const double x : pose.position) {
+    if (!(std::fabs(x) <= kLargest)) {
+      refuse("setPose", "the position is NaN or beyond 2^1000; give smaller, finite numbers");
+    }
+  }
+  pose_ = pose;
+}
+
+TriangleMesh::Kind TriangleMesh::kind() const { return impl_->kind; }
+std::size_t TriangleMesh::pointCount() const { return impl_->index.points().size(); }
+std::size_t TriangleMesh::triangleCount() const { return impl_->index.triangles().size(); }
+std::size_t TriangleMesh::memoryUsage() const { return impl_->index.memoryUsage(); }
+
+index::PosedMesh MeshReader::posed(const TriangleMesh& mesh) {
+  return {mesh.impl_->index, toAffineMap(mesh.pose_), mesh.categories_,
+          mesh.kind() == TriangleMesh::Kind::kSolid};
+}
+
+}  // namespace fcl_fibers

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/vec3.h"
+
+namespace fcl_fibers::geometry {
+
+/// A linear map and a shift: p becomes x column[0] + y column[1] + z column[2] + shift.
+struct AffineMap {
+  Vec3d column[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  Vec3d shift{0, 0, 0};
+
+  Vec3d linear(const Vec3d& p) const { return p.x * column[0] + p.y * column[1] + p.z * column[2]; }
+  Vec3d operator()(const Vec3d& p) const { return linear(p) + shift; }
+
+  /// @pre the columns are nearly orthogonal and of one length that is not zero
+  AffineMap inverse() const {
+    const Vec3d rows[3] = {cross(column[1], column[2]), cross(column[2], column[0]),
+                           cross(column[0], column[1])};
+    const double factor = 1 / dot(column[0], rows[0]);
+    AffineMap inverse;
+    inverse.column[0] = factor * Vec3d{rows[0].x, rows[1].x, rows[2].x};
+    inverse.column[1] = factor * Vec3d{rows[0].y, rows[1].y, rows[2].y};
+    inverse.column[2] = factor * Vec3d{rows[0].z, rows[1].z, rows[2].z};
+    inverse.shift = -1.0 * inverse.linear(shift);
+    return inverse;
+  }
+};
+
+/// The linear map f after g.
+inline AffineMap composed(const AffineMap& f, const AffineMap& g) {
+  return {{f.linear(g.column[0]), f.linear(g.column[1]), f.linear(g.column[2])}, f(g.shift)};
+}
+
+}  // namespace fcl_fibers::geometry

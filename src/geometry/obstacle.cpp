@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "geometry/obstacle.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "geometry/double_double.h"
+#include "geometry/triangle_distance.h"
+
+namespace fcl_fibers::geometry {
+namespace {
+
+constexpr double kEps = std::numeric_limits<double>::epsilon();
+
+/// The vectors w + sum of x_i c_i, each x_i from -1 to 1, which are twice the differences between
+/// the points of a segment and those of a box. The squared length is a convex function of x, so any
+/// x bounds its minimum from both sides, as in segment_distance.cpp. The search is an active-set
+/// method (Nocedal and Wright, Numerical Optimization, 2006, section 16.5).
+template <typename T>
+class Differences {
+ public:
+  static constexpr int kCount = 4;
+
+  /// @param size  see sizeOf()
+  Differences(const Segment& segment, const Obstacle& box, double size)
+      : w_(difference(segment.a, box.point) + difference(segment.b, box.point)),
+        negligible_(0x1p-104 * size * size) {
+    for (int i = 0; i < 3; ++i) c_[i] = difference(box.vector[i], -1.0 * box.vector[i]);
+    c_[3] = difference(segment.b, segment.a);
+  }
+
+  /// Starts near the least vector, or at it if the box is rectangular and the segment does not
+  /// change the face that it is closest to.
+  void start() {
+    Vec3<T> r = w_;
+    for (int round = 0; round < 2; ++round) {
+      for (int i = 0; i < kCount; ++i) {
+        const T squared = significant(squaredNorm(c_[i]));
+        const T before = x_[i];
+        x_[i] = clamped(before - quotient(dot(c_[i], r), squared));
+        r = r + (x_[i] - before) * c_[i];
+      }
+    }
+    begin();
+  }
+  /// Starts where a search in less precision has ended.
+  void startAt(const Differences<double>& other) {
+    for (int i = 0; i < kCount; ++i) x_[i] = T(other.x(i));
+    begin();
+  }
+
+  /// The squared length at x, and how much it may exceed the least one.
+  const T& squared() const { return squared_; }
+  const T& gap() const { return gap_; }
+  double x(int i) const { return double(x_[i]); }
+
+  /// Moves to the least vector over the free x_i, or to the first bound on the way there.
+  void descend() {
+    T move[kCount];
+    leastOverFree(move);
+    T step(1);
+    int stopped = -1;
+    for (int i = 0; i < kCount; ++i) {
+      const T room = (move[i] > T(0) ? T(1) : T(-1)) - x_[i];
+      if (distanceFromZero(step * move[i]) > distanceFromZero(room)) {
+        step = room / move[i];
+        stopped = i;
+      }
+    }
+    for (int i = 0; i < kCount; ++i) x_[i] = clamped(x_[i] + step * move[i]);
+    if (stopped >= 0) {
+      x_[stopped] = move[stopped] > T(0) ? T(1) : T(-1);
+      is_free_[stopped] = false;
+    }
+    measure();
+    if (stopped < 0) freeSteepest();
+  }
+
+ private:
+  static Vec3<T> difference(const Vec3d& p, const Vec3d& q) {
+    return Vec3<T>{p.x, p.y, p.z} - Vec3<T>{q.x, q.y, q.z};
+  }
+  static T clamped(const T& x) { return x < T(-1) ? T(-1) : x > T(1) ? T(1) : x; }
+  static T quotient(const T& x, const T& y) { return y > T(0) ? x / y : T(0); }
+  static T distanceFromZero(const T& x) { return x < T(0) ? -x : x; }
+  /// A vector of negligible length moves nothing by more than an ulp of the size.
+  T significant(const T& squared) const { return squared > T(negligible_) ? squared : T(0); }
+
+  void begin() {
+    for (int i = 0; i < kCount; ++i) is_free_[i] = distanceFromZero(x_[i]) < T(1);
+    measure();
+  }
+  void measure() {
+    Vec3<T> r = w_;
+    for (int i = 0; i < kCount; ++i) r = r + x_[i] * c_[i];
+    r_ = r;
+    squared_ = squaredNorm(r);
+    gap_ = T(0);
+    for (int i = 0; i < kCount; ++i) {
+      slope_[i] = dot(c_[i], r);
+      gap_ = gap_ + T(2) * (distanceFromZero(slope_[i]) + slope_[i] * x_[i]);
+    }
+  }
+
+  /// The move of the free x_i that makes r least, by Gram and Schmidt's orthogonalization. Vectors
+  /// that depend on those before them do not move.
+  void leastOverFree(T (&move)[kCount]) const {
+    Vec3<T> q[kCount], rest = r_;
+    T squared[kCount], share[kCount][kCount];
+    for (int i = 0; i < kCount; ++i) {
+      q[i] = c_[i];
+      for (int k = 0; k < i; ++k) {
+        share[k][i] = quotient(dot(q[k], q[i]), squared[k]);
+        q[i] = q[i] - share[k][i] * q[k];
+      }
+      squared[i] = is_free_[i] ? significant(squaredNorm(q[i])) : T(0);
+      move[i] = -quotient(dot(q[i], rest), squared[i]);
+      rest = rest + move[i] * q[i];
+    }
+    for (int i = kCount - 1; i >= 0; --i) {
+      for (int k = i + 1; k < kCount; ++k) move[i] = move[i] - share[i][k] * move[k];
+    }
+  }
+
+  /// Frees the x_i at a bound along which r falls most steeply away from that bound.
+  void freeSteepest() {
+    int steepest = -1;
+    T most(0);
+    for (int i = 0; i < kCount; ++i) {
+      const T fall = x_[i] < T(0) ? -slope_[i] : slope_[i];
+      if (is_free_[i] || !(fall > most)) continue;
+      steepest = i;
+      most = fall;
+    }
+    if (steepest >= 0) is_free_[steepest] = true;
+  }
+
+  Vec3<T> w_, c_[kCount];
+  T x_[kCount] = {};
+  bool is_free_[kCount] = {};
+  double negligible_;
+  Vec3<T> r_;
+  T slope_[kCount], squared_, gap_;
+};
+
+enum class Verdict { kWithin, kApart, kOpen };
+
+/// @param rounding  bounds the rounding of `squared - gap`
+template <typename T>
+Verdict decide(Differences<T>& differences, double reach, const T& rounding) {
+  // More than enough for four variables, each of which has two bounds.
+  constexpr int kMostSteps = 24;
+  const T limit = T(reach) * T(reach);
+  for (int step = 0; step < kMostSteps; ++step) {
+    const T &squared = differences.squared(), &gap = differences.gap();
+    if (squared <= limit) return Verdict::kWithin;
+    if (squared - gap - rounding > limit) return Verdict::kApart;
+    if (gap <= rounding) break;
+    differences.descend();
+  }
+  return Verdict::kOpen;
+}
+
+double norm1(const Vec3d& v) { return std::fabs(v.x) + std::fabs(v.y) + std::fabs(v.z); }
+
+/// The sum of 1-norms of all differences, by which rounding is bounded.
+double sizeOf(const Segment& segment, const Obstacle& box) {
+  return norm1(segment.a - box.point) + norm1(segment.b - box.point) +
+         norm1(segment.b - segment.a) +
+         2 * (norm1(box.vector[0]) + norm1(box.vector[1]) + norm1(box.vector[2]));
+}
+
+bool wellScaledBoxWithin(const Segment& segment, const Obstacle& box, double size, double reach) {
+  // The vector r carries an error of 4 eps m, its square 10 eps m^2, and all slopes together 14 eps
+  // m^2. DoubleDouble rounds to 2^-104, double to 2^-52.
+  const double rounding = 128 * kEps * size * size;
+  Differences<double> rough(segment, box, size);
+  rough.start();
+  const Verdict verdict = decide(rough, 2 * reach, rounding);
+  if (verdict != Verdict::kOpen) return verdict == Verdict::kWithin;
+  Differences<DoubleDouble> fine(segment, box, size);
+  fine.startAt(rough);
+  return decide(fine, 2 * reach, DoubleDouble(0x1p-52 * rounding)) != Verdict::kApart;
+}
+
+bool boxWithin(const Segment& segment, const Obstacle& box, double reach) {
+  const double size = sizeOf(segment, box);
+  // Products of four lengths of such a size neither overflow nor vanish.
+  if (size > 0x1p-200 && size < 0x1p200) return wellScaledBoxWithin(segment, box, size, reach);
+  if (size == 0 || !std::isfinite(size)) return true;  // one point, or beyond all bounds
+  const auto& [x, y, z] = box.vector;
+  const double largest = std::max({maxNorm(segment.a), maxNorm(segment.b), maxNorm(box.point),
+                                   maxNorm(x), maxNorm(y), maxNorm(z)});
+  const double scale =
+      std::ldexp(1.0, size < 1 ? std::min(-std::ilogb(size), 1000) : -std::ilogb(largest));
+  Obstacle scaled = box;
+  scaled.point = scale * box.point;
+  for (int i = 0; i < 3; ++i) scaled.vector[i] = scale * box.vector[i];
+  // The scaled reach must not overflow either.
+  return boxWithin({scale * segment.a, scale * segment.b, segment.radius}, scaled,
+                   std::min(scale * reach, 0x1p200));
+}
+
+/// Whether a half-space, or else a plane, is that near.
+bool planeWithin(const Segment& segment, const Obstacle& plane, double reach, bool is_halfspace) {
+  const Vec3d a = segment.a - plane.point, b = segment.b - plane.point;
+  const double at_a = dot(plane.vector[0], a) - plane.offset,
+               at_b = dot(plane.vector[0], b) - plane.offset;
+  // 16 eps are due to the normal, the others to products and sums.
+  const double rounding = 24 * kEps * (norm1(a) + norm1(b) + std::fabs(plane.offset));
+  const double most = reach + rounding;
+  const bool is_above = std::min(at_a, at_b) > most, is_below = std::max(at_a, at_b) < -most;
+  return !is_above && (is_halfspace || !is_below);
+}
+
+}  // namespace
+
+bool touch(const Segment& capsule, const Obstacle& obstacle, double margin, double error) {
+  const double near = margin + obstacle.margin, errors = error + obstacle.error;
+  const double reach = (capsule.radius + near) * (1 + 4 * kEps) + errors;
+  const Vec3d(&v)[3] = obstacle.vector;
+  switch (obstacle.kind) {
+    case Obstacle::Kind::kBox:
+      return boxWithin(capsule, obstacle, reach);
+    case Obstacle::Kind::kHalfspace:
+    case Obstacle::Kind::kPlane:
+      return planeWithin(capsule, obstacle, reach, obstacle.kind == Obstacle::Kind::kHalfspace);
+    case Obstacle::Kind::kTriangle:
+      return touch(capsule, Triangle{v[0], v[1], v[2]}, near, errors);
+    case Obstacle::Kind::kNone:
+      break;
+  }
+  return true;
+}
+
+}  // namespace fcl_fibers::geometry

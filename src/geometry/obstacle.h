@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include "geometry/segment.h"
+
+namespace fcl_fibers::geometry {
+
+/// A shape without curves in the frame of an index, together with all points within `margin` of it.
+struct Obstacle {
+  enum class Kind : std::uint8_t {
+    kNone,       ///< nothing is known; any capsule counts as touching
+    kBox,        ///< point + the sum of t_i vector[i], each t_i from -1 to 1
+    kHalfspace,  ///< all x with vector[0] . (x - point) <= offset
+    kPlane,      ///< all x with vector[0] . (x - point) = offset
+    kTriangle,   ///< with the corners vector[i]; see Triangle
+  };
+
+  Kind kind = Kind::kNone;
+  Vec3d point{0, 0, 0};
+  /// Half the edges of a box, of any length and at any angle, so that a rotation may have drifted.
+  /// The normal of a half-space or plane is a unit vector up to 16 eps.
+  Vec3d vector[3] = {};
+  double offset = 0;
+  double margin = 0;
+  double error = 0;  ///< bounds how far rounding has moved any point of a box or triangle, and
+                     ///< `point` and `offset` together
+};
+
+/// Whether a capsule and an obstacle are at most `margin` apart. The answer is never false if they
+/// are. It is wrongly true only if they are further apart by at most a few ulp of the coordinates
+/// and the errors, or if these are not finite.
+/// @param error  bounds the error of both end points of the capsule
+/// @pre the segment is not a box
+bool touch(const Segment& capsule, const Obstacle& obstacle, double margin, double error);
+
+}  // namespace fcl_fibers::geometry

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+
+#include "geometry/affine_map.h"
+#include "geometry/box.h"
+#include "geometry/segment.h"
+#include "geometry/sphere.h"
+
+namespace fcl_fibers::geometry {
+
+/// Takes volumes through an affine map whose columns are nearly orthogonal and of one length, as a
+/// pose has, and rounds outward. The result is a `To`, which is Box or Sphere, whatever the volume.
+/// If numbers overflow, it is unbounded.
+template <class To>
+class PosedChange {
+ public:
+  /// @param growth  length by which volumes grow, in the frame that the map leads to
+  PosedChange(const AffineMap& map, double growth) : growth_(growth) {
+    const double shift[3] = {map.shift.x, map.shift.y, map.shift.z};
+    double skew = 0;
+    const double squared = squaredNorm(map.column[0]);
+    for (int i = 0; i < 3; ++i) {
+      const double column[3] = {map.column[i].x, map.column[i].y, map.column[i].z};
+      for (int axis = 0; axis < 3; ++axis) {
+        column_[i][axis] = column[axis];
+        across_[axis] += column[axis] * column[axis];
+      }
+      double row_skew = 0;
+      for (int j = 0; j < 3; ++j) {
+        row_skew += std::fabs(dot(map.column[i], map.column[j]) / squared - (i == j ? 1 : 0));
+      }
+      skew = std::max(skew, row_skew);
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      shift_[axis] = shift[axis];
+      // Three products and their sums, and the inverse from which the map may come.
+      across_[axis] = std::sqrt(across_[axis]) * (1 + kError);
+      error_ = std::max(error_, kError * across_[axis]);
+      growth_ += kError * std::fabs(shift[axis]);
+    }
+    // The singular values lie in between (Gershgorin).
+    least_scale_ = std::sqrt(squared * std::max(1 - skew, 0.0)) * (1 - kError);
+    most_scale_ = std::sqrt(squared * (1 + skew)) * (1 + kError);
+  }
+
+  /// A lower bound of the length of a unit after the change.
+  double scale() const { return least_scale_; }
+
+  FCL_FIBERS_ALWAYS_INLINE To operator()(const Box& box) const {
+    double center[3], half[3];
+    for (int i = 0; i < 3; ++i) {
+      center[i] = 0.5 * double{box.low[i]} + 0.5 * double{box.high[i]};
+      half[i] = 0.5 * double{box.high[i]} - 0.5 * double{box.low[i]};
+    }
+    double extent[3] = {};
+    if constexpr (std::is_same_v<To, Box>) {
+      for (int axis = 0; axis < 3; ++axis) {
+        extent[axis] = std::fabs(column_[0][axis]) * half[0] +
+                       std::fabs(column_[1][axis]) * half[1] +
+                       std::fabs(column_[2][axis]) * half[2];
+      }
+    } else {
+      extent[0] =
+          most_scale_ * std::sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2]);
+    }
+    const double reach = std::max({std::fabs(center[0]) + half[0], std::fabs(center[1]) + half[1],
+                                   std::fabs(center[2]) + half[2]});
+    return around(center, extent, reach);
+  }
+  FCL_FIBERS_ALWAYS_INLINE To operator()(const Sphere& sphere) const {
+    return aroundBall({sphere.center[0], sphere.center[1], sphere.center[2]},
+                      double{sphere.radius});
+  }
+
+  /// Around a capsule thickened by `padding`, which is tighter than around its volume.
+  FCL_FIBERS_ALWAYS_INLINE To ofCapsule(const Segment& capsule, double padding) const {
+    const double r = capsule.radius + padding + endPointError(capsule);
+    if constexpr (std::is_same_v<To, Box>) {
+      const double a[3] = {capsule.a.x, capsule.a.y, capsule.a.z};
+      const double b[3] = {capsule.b.x, capsule.b.y, capsule.b.z};
+      double center[3], half[3], extent[3];
+      for (int i = 0; i < 3; ++i) {
+        center[i] = 0.5 * a[i] + 0.5 * b[i];
+        half[i] = 0.5 * b[i] - 0.5 * a[i];
+      }
+      for (int axis = 0; axis < 3; ++axis) {
+        extent[axis] = std::fabs(column_[0][axis] * half[0] + column_[1][axis] * half[1] +
+                                 column_[2][axis] * half[2]) +
+                       across_[axis] * r;
+      }
+      return around(center, extent, std::max(maxNorm(capsule.a), maxNorm(capsule.b)) + r);
+    } else {
+      const Ball ball = Ball::around(capsule, padding);
+      const double center[3] = {ball.center.x, ball.center.y, ball.center.z};
+      return aroundBall(center, ball.radius);
+    }
+  }
+
+ private:
+  static constexpr double kError = 64 * std::numeric_limits<double>::epsilon();
+
+  FCL_FIBERS_ALWAYS_INLINE To aroundBall(const double (&center)[3], double radius) const {
+    double extent[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      extent[axis] = (std::is_same_v<To, Box> ? across_[axis] : most_scale_) * radius;
+    }
+    const double reach =
+        std::max({std::fabs(center[0]), std::fabs(center[1]), std::fabs(center[2])}) + radius;
+    return around(center, extent, reach);
+  }
+
+  /// @param extent  of the result along each axis; for a sphere the first is its radius
+  /// @param reach   bounds the coordinates of the volume
+  FCL_FIBERS_ALWAYS_INLINE To around(const double (&center)[3], const double (&extent)[3],
+                                     double reach) const {
+    const double padding = growth_ + error_ * reach;
+    double moved[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      moved[axis] = column_[0][axis] * center[0] + column_[1][axis] * center[1] +
+                    column_[2][axis] * center[2] + shift_[axis];
+    }
+    // Infinities and NaN survive addition.
+    const double sum = moved[0] + moved[1] + moved[2] + padding + extent[0] + extent[1] + extent[2];
+    if (!std::isfinite(sum)) return To::unbounded();
+    if constexpr (std::is_same_v<To, Box>) {
+      const double x = extent[0] + padding, y = extent[1] + padding, z = extent[2] + padding;
+      return {{roundedDown(moved[0] - x), roundedDown(moved[1] - y), roundedDown(moved[2] - z)},
+              {roundedUp(moved[0] + x), roundedUp(moved[1] + y), roundedUp(moved[2] + z)}};
+    } else {
+      return Sphere::around(
+          Ball{{moved[0], moved[1], moved[2]}, (extent[0] + 2 * padding) * (1 + kError)});
+    }
+  }
+
+  double column_[3][3];
+  double shift_[3];
+  double across_[3] = {0, 0, 0};  ///< how far a unit ball reaches along each axis afterwards
+  double growth_;                 ///< on each axis, with the rounding of the shift
+  double error_ = 0;              ///< of the result, for each unit of the reach
+  double least_scale_ = 0, most_scale_ = 0;
+};
+
+}  // namespace fcl_fibers::geometry

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "geometry/triangle_contact.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "geometry/directions.h"
+#include "geometry/triangle_distance.h"
+
+namespace fcl_fibers::geometry {
+
+Vec3d unitNormal(const Triangle& triangle, const Vec3d& otherwise) {
+  const Vec3d u = scaledToOne(triangle.b - triangle.a), v = scaledToOne(triangle.c - triangle.a);
+  if (maxNorm(u) == 0 || maxNorm(v) == 0) return otherwise;
+  // A cross product with v itself would lean along u, by rounding divided by the angle.
+  const Vec3d across = v - (dot(u, v) / squaredNorm(u)) * u;
+  constexpr double kOnOneLine = 0x1p-40;
+  return maxNorm(across) <= kOnOneLine ? otherwise : normalized(cross(u, across));
+}
+
+TriangleContact triangleContact(const Segment& capsule, const Triangle& triangle,
+                                const Vec3d& origin) {
+  const ClosestOnTriangle closest = closestPoints(capsule, triangle);
+  // This bounds the rounding of points, which were rounded in world coordinates before.
+  const double rounding =
+      16 * std::numeric_limits<double>::epsilon() *
+      (maxNorm(origin) + std::max({maxNorm(capsule.a), maxNorm(capsule.b), maxNorm(triangle.a),
+                                   maxNorm(triangle.b), maxNorm(triangle.c)}));
+  const bool crosses = maxNorm(closest.apart) <= rounding;
+
+  Vec3d normal;
+  double axis_distance = 0;
+  if (crosses) {
+    const Vec3d edge = triangle.b - triangle.a;
+    normal =
+        unitNormal(triangle, perpendicularTo(capsule.b - capsule.a,
+                                             maxNorm(edge) > 0 ? edge : triangle.c - triangle.a,
+                                             closest.apart));
+    const double a = dot(normal, capsule.a - triangle.a), b = dot(normal, capsule.b - triangle.a);
+    const double above = std::max({0.0, a, b}), below = std::max({0.0, -a, -b});
+    if (below <= above) normal = -1.0 * normal;
+    axis_distance = -std::min(above, below);
+  } else {
+    normal = normalized(closest.apart);
+    axis_distance = dot(normal, closest.apart);
+  }
+  const auto& weight = closest.weight;
+  return {closest.s,
+          {weight[0], weight[1], weight[2]},
+          axis_distance - capsule.radius,
+          capsule.a + closest.s * (capsule.b - capsule.a) + capsule.radius * normal + origin,
+          triangle.a + weight[1] * (triangle.b - triangle.a) +
+              weight[2] * (triangle.c - triangle.a) + origin,
+          normal,
+          crosses};
+}
+
+}  // namespace fcl_fibers::geometry

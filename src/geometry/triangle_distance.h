@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "geometry/segment.h"
+#include "geometry/triangle.h"
+
+namespace fcl_fibers::geometry {
+
+/// Whether the axis of a capsule and a triangle are at most `reach` apart. The answer is never
+/// false if they are. It is wrongly true only if the distance exceeds `reach` by at most a few ulp
+/// of the coordinates, or if these are not finite.
+bool axisWithin(const Segment& capsule, const Triangle& triangle, double reach);
+
+/// Whether a capsule and a triangle are at most `margin` apart. It errs on the side of touching, by
+/// at most `error` and a few ulp. `error` bounds the error of all five points together.
+/// @pre the segment is not a box
+bool touch(const Segment& capsule, const Triangle& triangle, double margin, double error);
+
+/// Two closest points of the axis of a capsule and a triangle.
+struct ClosestOnTriangle {
+  double s;          ///< capsule.a + s (capsule.b - capsule.a); 0 to 1, and 0 where a = b
+  double weight[3];  ///< of the corners a, b, c; not negative, with sum 1
+  Vec3d apart;       ///< from the point of the axis to the point of the triangle
+};
+ClosestOnTriangle closestPoints(const Segment& capsule, const Triangle& triangle);
+
+}  // namespace fcl_fibers::geometry

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "index/mesh_index.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <tuple>
+#include <utility>
+
+#include "geometry/rounding.h"
+#include "tree/bundle.h"
+
+namespace fcl_fibers::index {
+
+using geometry::MeshPoint;
+using geometry::Segment;
+using geometry::TriangleIndices;
+using geometry::Vec3d;
+
+MeshIndex::MeshIndex(std::vector<MeshPoint> points, std::vector<TriangleIndices> triangles)
+    : points_(std::move(points)), triangles_(std::move(triangles)) {
+  chooseFrame();
+  tree::Fibers one_each;
+  std::vector<tree::Middle> middles;
+  one_each.ids.reserve(triangles_.size());
+  one_each.begin.reserve(triangles_.size() + 1);
+  middles.reserve(triangles_.size());
+  for (TriangleId id = 0; id < static_cast<TriangleId>(triangles_.size()); ++id) {
+    one_each.ids.push_back(id);
+    one_each.endFiber();
+    middles.push_back(tree::middleOf(boxOf(id)));
+  }
+  tree_ = MeshTree(tree::bundle(one_each, middles));
+  fit();
+}
+
+void MeshIndex::refit(const std::vector<MeshPoint>& points) {
+  points_ = points;
+  chooseFrame();
+  fit();
+}
+
+geometry::Triangle MeshIndex::triangle(TriangleId id) const {
+  const TriangleIndices& t = triangles_[static_cast<std::size_t>(id)];
+  return {toVec3d(point(t.a)), toVec3d(point(t.b)), toVec3d(point(t.c))};
+}
+
+/// The box of a triangle, as the index of segments knows boxes.
+Segment MeshIndex::boxOf(TriangleId id) const {
+  const geometry::Triangle t = triangle(id);
+  return Segment::box(frame_.fromWorld(min(min(t.a, t.b), t.c)),
+                      frame_.fromWorld(max(max(t.a, t.b), t.c)));
+}
+
+void MeshIndex::chooseFrame() {
+  frame_ = {};
+  reach_ = 0;
+  if (points_.empty()) return;
+  Vec3d low = toVec3d(points_[0]), high = low;
+  for (const MeshPoint& point : points_) {
+    low = min(low, toVec3d(point));
+    high = max(high, toVec3d(point));
+  }
+  reach_ = std::max(maxNorm(low), maxNorm(high));
+  frame_.origin = 0.5 * low + 0.5 * high;
+  const double size = maxNorm(0.5 * high - 0.5 * low);
+  if (size > 0) frame_.scale = std::ldexp(1.0, std::clamp(50 - std::ilogb(size), -1000, 1000));
+}
+
+void MeshIndex::fit() {
+  const auto read = [this](const TriangleId* ids, int count, int ahead,
+                           geometry::SegmentBlock& block) {
+    for (int i = count; i < count + ahead; ++i) {
+      const TriangleIndices& next = triangles_[static_cast<std::size_t>(ids[i])];
+      for (const std::int32_t corner : {next.a, next.b, next.c}) __builtin_prefetch(&point(corner));
+    }
+    for (int i = 0; i < count; ++i) block.set(i, boxOf(ids[i]));
+    return geometry::firstOfBlock(count);
+  };
+  tree_.startRefit(/*padding=*/0);
+  bool changed = false;
+  for (std::size_t chunk = 0; chunk < tree_.chunkCount(); ++chunk) {
+    changed |= tree_.fitChunk(chunk, read);
+  }
+  tree_.fitAboveChunks(changed, read);
+}
+
+std::size_t MeshIndex::memoryUsage() const {
+  return sizeof(*this) + points_.capacity() * sizeof(MeshPoint) +
+         triangles_.capacity() * sizeof(TriangleIndices) + tree_.memoryUsage();
+}
+
+TriangleId firstLeak(const std::vector<TriangleIndices>& triangles) {
+  struct Edge {
+    std::int32_t low, high;
+    TriangleId triangle;
+    bool ascends;
+  };
+  std::vector<Edge> edges;
+  edges.reserve(3 * triangles.size());
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const TriangleIndices& t = triangles[i];
+    const std::int32_t corners[4] = {t.a, t.b, t.c, t.a};
+    for (int k = 0; k < 3; ++k) {
+      const auto [low, high] = std::minmax(corners[k], corners[k + 1]);
+      edges.push_back({low, high, static_cast<TriangleId>(i), corners[k] < corners[k + 1]});
+    }
+  }
+  std::sort(edges.begin(), edges.end(), [](const Edge& p, const Edge& q) {
+    return std::tie(p.low, p.high, p.triangle) < std::tie(q.low, q.high, q.triangle);
+  });
+  TriangleId leak = -1;
+  for (std::size_t i = 0; i < edges.size();) {
+    std::size_t end = i;
+    while (end < edges.size() && edges[end].low == edges[i].low &&
+           edges[end].high == edges[i].high) {
+      ++end;
+    }
+    const bool is_shared =
+        end - i == 2 && edges[i].low != edges[i].high && edges[i].ascends != edges[i + 1].ascends;
+    if (!is_shared && (leak < 0 || edges[i].triangle < leak)) leak = edges[i].triangle;
+    i = end;
+  }
+  return leak;
+}
+
+}  // namespace fcl_fibers::index

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "geometry/affine_map.h"
+#include "geometry/frame.h"
+#include "geometry/triangle.h"
+#include "tree/mesh_search.h"
+
+namespace fcl_fibers::index {
+
+using TriangleId = std::int32_t;
+using tree::MeshTree;
+
+/// The triangles of a mesh and a tree of boxes over them, both in the mesh's own coordinates. So a
+/// rigid motion changes nothing here, and objects of one geometry share one index. Searches are
+/// const and may run at the same time.
+class MeshIndex {
+ public:
+  /// Takes the points and triangles and builds the tree.
+  /// @pre all indices are points, and all coordinates are finite
+  MeshIndex(std::vector<geometry::MeshPoint> points,
+            std::vector<geometry::TriangleIndices> triangles);
+
+  /// Takes other points for the same triangles and refits the tree.
+  /// @pre as many points as before, with finite coordinates
+  void refit(const std::vector<geometry::MeshPoint>& points);
+
+  const std::vector<geometry::MeshPoint>& points() const { return points_; }
+  const std::vector<geometry::TriangleIndices>& triangles() const { return triangles_; }
+  geometry::Triangle triangle(TriangleId id) const;
+
+  const MeshTree& tree() const { return tree_; }
+  /// The frame of the tree: q = scale (p - origin) for a point p.
+  const geometry::Frame& frame() const { return frame_; }
+  /// The largest magnitude of a coordinate.
+  double reach() const { return reach_; }
+
+  std::size_t memoryUsage() const;
+
+ private:
+  const geometry::MeshPoint& point(std::int32_t i) const {
+    return points_[static_cast<std::size_t>(i)];
+  }
+  geometry::Segment boxOf(TriangleId id) const;
+  void chooseFrame();
+  void fit();
+
+  std::vector<geometry::MeshPoint> points_;
+  std::vector<geometry::TriangleIndices> triangles_;
+  MeshTree tree_;
+  geometry::Frame frame_;
+  double reach_ = 0;
+};
+
+/// A mesh at a place in the world.
+struct PosedMesh {
+  const MeshIndex& mesh;
+  geometry::AffineMap pose;                      ///< from the mesh's coordinates to the world
+  std::uint32_t categories = ~std::uint32_t{0};  ///< segments meet it only if they have one
+  bool is_solid = false;                         ///< whether its inside counts
+};
+
+/// Whether a segment of a frame touches a mesh, as SegmentIndex::searchMesh() decides it.
+/// @param margin, error  in the unit of the frame; see geometry::touch()
+bool touches(const PosedMesh& mesh, const geometry::Segment& segment, const geometry::Frame& frame,
+             double margin, double error);
+
+/// Whether each edge of a triangle is that of exactly one other one, in the opposite direction.
+/// Returns the first triangle for which that does not hold, or -1.
+TriangleId firstLeak(const std::vector<geometry::TriangleIndices>& triangles);
+
+}  // namespace fcl_fibers::index

@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+
+#include "geometry/triangle_distance.h"
+#include "index/mesh_query.h"
+#include "index/segment_index.h"
+#include "index/segment_marks.h"
+#include "index/tree_search.h"
+#include "index/triangle_filter.h"
+
+namespace fcl_fibers::index {
+namespace {
+
+using geometry::Segment;
+using tree::Pair;
+using tree::Visit;
+
+/// Hands on each segment once, and remembers which came.
+class EachOnce final : public PairSink {
+ public:
+  EachOnce(SegmentMarks& marks, PairSink& sink) : marks_(marks), sink_(sink) {}
+
+  Visit take(const Pair* pairs, std::size_t count) override {
+    constexpr std::size_t kRun = 256;
+    std::array<Pair, kRun> run;
+    for (const Pair* const end = pairs + count; pairs != end;) {
+      std::size_t size = 0;
+      for (; pairs != end && size < kRun; ++pairs) {
+        if (marks_.add(pairs->a)) run[size++] = *pairs;
+      }
+      if (size > 0 && sink_.take(run.data(), size) == Visit::kStop) return Visit::kStop;
+    }
+    return Visit::kContinue;
+  }
+
+ private:
+  SegmentMarks& marks_;
+  PairSink& sink_;
+};
+
+/// Hands on all pairs, and remembers their segments.
+class Marking final : public PairSink {
+ public:
+  Marking(SegmentMarks& marks, PairSink& sink) : marks_(marks), sink_(sink) {}
+
+  Visit take(const Pair* pairs, std::size_t count) override {
+    for (const Pair* pair = pairs; pair != pairs + count; ++pair) marks_.add(pair->a);
+    return sink_.take(pairs, count);
+  }
+
+ private:
+  SegmentMarks& marks_;
+  PairSink& sink_;
+};
+
+/// Hands on pairs of segments and triangles that may be nearer than the limit.
+class NearTriangles final : public tree::NearestVisitor {
+ public:
+  NearTriangles(SegmentRange segments, const PosedTriangles& triangles, NearestSink& sink)
+      : segments_(segments), triangles_(triangles), sink_(sink) {}
+
+  Visit visit(SegmentId segment, SegmentId triangle, double& limit) override {
+    const Segment s = segments_[segment];
+    const bool is_tested = limit < std::numeric_limits<double>::infinity() && !s.isBox();
+    const double error = endPointError(s) + triangles_.error;
+    if (is_tested && !touch(s, triangles_[triangle], limit, error)) return Visit::kContinue;
+    return sink_.visit(segment, triangle, limit);
+  }
+
+ private:
+  SegmentRange segments_;
+  const PosedTriangles& triangles_;
+  NearestSink& sink_;
+};
+
+/// Calls visit(id) for the leaves of a tree that may meet the categories, in nodes [begin, end).
+template <class Tree, class F>
+void forMeetingLeaves(const Tree& tree, tree::Categories categories, std::size_t begin,
+                      std::size_t end, F&& visit) {
+  for (std::size_t i = begin; i < end; ++i) {
+    const auto& node = tree.nodes()[i];
+    for (std::size_t lane = 0; lane < static_cast<std::size_t>(node.child_count); ++lane) {
+      const std::size_t slot = static_cast<std::size_t>(Tree::kArity) * i + lane;
+      if (!tree.meets().empty() && (tree.meets()[slot] & categories) == 0) continue;
+      if (node.children[lane].isLeaf()) visit(node.children[lane].segment());
+    }
+  }
+}
+
+/// Finds the segments that are wholly inside a solid mesh. All that is below a volume which
+/// overlaps no triangle's box is on one side of the surface, so one point tells which.
+template <class Tree, class F>
+class InsideSearch {
+ public:
+  InsideSearch(const Tree& tree, SegmentRange segments, const PosedTriangles& triangles,
+               tree::Categories categories, const SegmentMarks& touching, F& visit)
+      : tree_(tree),
+        segments_(segments),
+        query_(triangles),
+        mesh_(triangles.mesh.tree()),
+        root_(mesh_.nodeVolume(0)),
+        categories_(categories),
+        touching_(touching),
+        visit_(visit) {}
+
+  Visit below(std::int32_t index) {
+    const auto& node = tree_.node(index);
+    for (int lane = 0; lane < node.child_count; ++lane) {
+      const auto child = tree::Child<Tree>::of(tree_, index, lane);
+      const auto slot = static_cast<std::size_t>(child.slot);
+      if (!tree_.meets().empty() && (tree_.meets()[slot] & categories_) == 0) continue;
+      const geometry::Box box = query_.inTree(child.volume);
+      if (!overlapsRoot(box)) continue;
+      if (child.link.isLeaf()) {
+        const SegmentId id = child.link.segment();
+        if (!touching_.has(id) && isInside(id) && visit_(id) == Visit::kStop) return Visit::kStop;
+      } else if (overlapsSurface(box)) {
+        if (below(child.link.node()) == Visit::kStop) return Visit::kStop;
+      } else if (isInside(tree_.leaves()[first(child.link)]) &&
+                 takeAll(child.link.node()) == Visit::kStop) {
+        return Visit::kStop;
+      }
+    }
+    return Visit::kContinue;
+  }
+
+ private:
+  struct Any final : tree::PairBuffer {
+    Any() {
+      next_ = found;
+      end_ = found + 1;
+    }
+    Visit full() override { return Visit::kStop; }
+    Pair found[1 + kRoom];
+  };
+
+  std::size_t first(tree::Link link) const {
+    return static_cast<std::size_t>(tree_.node(link.node()).leaf_begin);
+  }
+  bool overlapsRoot(const geometry::Box& box) const {
+    for (int axis = 0; axis < 3; ++axis) {
+      if (box.low[axis] > root_.high[axis] || box.high[axis] < root_.low[axis]) return false;
+    }
+    return true;
+  }
+  bool overlapsSurface(const geometry::Box& box) const {
+    Any any;
+    return tree::kernels<MeshTree>().overlapsVolume(mesh_, box, 0, tree::kNoGroup, any) ==
+           Visit::kStop;
+  }
+  /// The middle of a box stands for the box.
+  bool isInside(SegmentId id) const {
+    const Segment s = segments_[id];
+    return query_.isInside(s.isBox() ? midpoint(s) : s.a);
+  }
+  Visit takeAll(std::int32_t index) {
+    const auto& node = tree_.node(index);
+    for (int lane = 0; lane < node.child_count; ++lane) {
+      const auto slot = static_cast<std::size_t>(Tree::kArity * index + lane);
+      if (!tree_.meets().empty() && (tree_.meets()[slot] & categories_) == 0) continue;
+      const tree::Link child = node.children[static_cast<std::size_t>(lane)];
+      // A segment may touch within the margin although its volume overlaps no triangle's box.
+      if (child.isLeaf() && touching_.has(child.segment())) continue;
+      if ((child.isLeaf() ? visit_(child.segment()) : takeAll(child.node())) == Visit::kStop) {
+        return Visit::kStop;
+      }
+    }
+    return Visit::kContinue;
+  }
+
+  const Tree& tree_;
+  SegmentRange segments_;
+  const MeshQuery query_;
+  const MeshTree& mesh_;
+  const geometry::Box root_;
+  const tree::Categories categories_;
+  const SegmentMarks& touching_;
+  F& visit_;
+};
+
+template <class Tree>
+tree::MeshPair<Tree> pairOf(const Tree& tree, const PosedTriangles& triangles,
+                            const PosedMesh& mesh, double growth, SegmentRange segments) {
+  return {tree,     triangles.mesh.tree(), triangles.from_tree, triangles.error, growth,
+          segments, mesh.categories};
+}
+
+}  // namespace
+
+/// Hands on the pairs that touch, through `out`, and then each segment inside a solid with its
+/// nearest triangle.
+Visit SegmentIndex::searchSurfaceAndInside(const PosedMesh& mesh, bool once, PairSink& sink) const {
+  if (mesh.mesh.tree().empty()) return Visit::kContinue;
+  const PosedTriangles triangles(mesh, frame_);
+  const SegmentRange segments = keptRange();
+  const TriangleFilter filter(segments, triangles, margin(), /*error=*/0, once);
+  SegmentMarks marks(begin_, once || mesh.is_solid ? end_ : begin_);
+  EachOnce each_once(marks, sink);
+  Marking marking(marks, sink);
+  PairSink& out = once ? static_cast<PairSink&>(each_once) : mesh.is_solid ? marking : sink;
+  return std::visit(
+      [&](const auto& tree) {
+        if (tree.empty()) return Visit::kContinue;
+        const auto pair = pairOf(tree, triangles, mesh, padding(), segments);
+        const TreeSearch search(pair);
+        if (findPairs(search, &filter, executor_.get(), *scratch_, out) == Visit::kStop) {
+          return Visit::kStop;
+        }
+        if (!mesh.is_solid) return Visit::kContinue;
+        const MeshQuery query(triangles);
+        const auto take = [&](SegmentId id) {
+          constexpr double kAny = std::numeric_limits<double>::max();
+          const Pair inside{id, query.nearest(segments[id], kAny).triangle};
+          return sink.take(&inside, 1);
+        };
+        return InsideSearch(tree, segments, triangles, mesh.categories, marks, take).below(0);
+      },
+      tree_);
+}
+
+Visit SegmentIndex::searchTriangles(const PosedMesh& mesh, PairSink& sink) const {
+  return searchSurfaceAndInside(mesh, /*once=*/false, sink);
+}
+
+Visit SegmentIndex::searchMesh(const PosedMesh& mesh, PairSink& sink) const {
+  return searchSurfaceAndInside(mesh, /*once=*/true, sink);
+}
+
+Visit SegmentIndex::searchMesh(const PosedMesh& mesh, NearestSink& sink) const {
+  const PosedTriangles triangles(mesh, frame_);
+  NearTriangles visitor(keptRange(), triangles, sink);
+  return std::visit(
+      [&](const auto& tree) {
+        const auto pair = pairOf(tree, triangles, mesh, 0, keptRange());
+        return tree::pairKernels(pair).nearest(pair, sink.limit(), visitor);
+      },
+      tree_);
+}
+
+void SegmentIndex::findNearest(const PosedMesh& mesh, double distance,
+                               std::vector<Pair>& pairs) const {
+  pairs.clear();
+  const PosedTriangles triangles(mesh, frame_);
+  const MeshQuery query(triangles);
+  const SegmentRange segments = keptRange();
+  const double most = distance * frame_.scale;
+  std::visit(
+      [&](const auto& tree) {
+        constexpr std::size_t kGrain = 256;
+        std::vector<std::vector<Pair>> found((tree.nodes().size() + kGrain - 1) / kGrain);
+        parallel::forRanges(
+            executor_.get(), found.size(), 1, [&](std::size_t begin, std::size_t end) {
+              for (std::size_t part = begin; part < end; ++part) {
+                const std::size_t last = std::min((part + 1) * kGrain, tree.nodes().size());
+                forMeetingLeaves(tree, mesh.categories, part * kGrain, last, [&](SegmentId id) {
+                  const Segment s = segments[id];
+                  const double limit = (s.thickness() + most) * (1 + 0x1p-40);
+                  const TriangleId nearest = query.nearest(s, limit).triangle;
+                  if (nearest >= 0) found[part].push_back({id, nearest});
+                });
+              }
+            });
+        for (const auto& part : found) pairs.insert(pairs.end(), part.begin(), part.end());
+      },
+      tree_);
+}
+
+void SegmentIndex::forRanges(std::size_t count, std::size_t grain,
+                             parallel::FunctionRef<std::size_t, std::size_t> visit) const {
+  parallel::forRanges(executor_.get(), count, grain, visit);
+}
+
+bool touches(const PosedMesh& mesh, const Segment& segment, const geometry::Frame& frame,
+             double margin, double error) {
+  if (mesh.mesh.tree().empty()) return false;
+  const PosedTriangles triangles(mesh, frame);
+  const geometry::CapsuleEnd ends[] = {geometry::firstEndOf(segment),
+                                       geometry::secondEndOf(segment)};
+  const TriangleFilter filter(SegmentRange(ends, 2, 0), triangles, margin, error,
+                              /*once=*/true);
+  struct Stop final : PairSink {
+    Visit take(const Pair*, std::size_t) override { return Visit::kStop; }
+  } stop;
+  /// Exchanges the two, because the tree's leaves are triangles.
+  struct Exchange final : PairFilter {
+    explicit Exchange(const TriangleFilter& f) : filter(f) {}
+    std::size_t keepTouching(Pair* pairs, std::size_t count) const override {
+      for (Pair* pair = pairs; pair != pairs + count; ++pair) std::swap(pair->a, pair->b);
+      return filter.keepTouching(pairs, count);
+    }
+    const TriangleFilter& filter;
+  } const exchange(filter);
+  SerialBuffer buffer(&exchange, stop);
+  const MeshQuery query(triangles);
+  const geometry::Box box = query.boxOf(segment, margin + error + triangles.error);
+  if (tree::kernels<MeshTree>().overlapsVolume(mesh.mesh.tree(), box, 0, tree::kNoGroup, buffer) ==
+          Visit::kStop ||
+      buffer.full() == Visit::kStop) {
+    return true;
+  }
+  return mesh.is_solid && isBounded(segment) &&
+         query.isInside(segment.isBox() ? midpoint(segment) : segment.a);
+}
+
+}  // namespace fcl_fibers::index

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+
+#include "index/pair_filter.h"
+#include "index/posed_triangles.h"
+#include "tree/segment_range.h"
+
+namespace fcl_fibers::index {
+
+/// Keeps the pairs of a segment and a triangle that touch.
+class TriangleFilter final : public PairFilter {
+ public:
+  /// @param triangles  borrowed
+  /// @param margin     in the frame of the segments
+  /// @param error      bounds the error of a segment's end points, if it is larger than their
+  ///                   coordinates imply
+  /// @param once       whether one triangle of each segment is enough; others may be left out
+  TriangleFilter(tree::SegmentRange segments, const PosedTriangles& triangles, double margin,
+                 double error, bool once)
+      : segments_(segments), triangles_(triangles), margin_(margin), error_(error), once_(once) {}
+
+  std::size_t keepTouching(tree::Pair* pairs, std::size_t count) const override;
+
+ private:
+  double error(const geometry::Segment& segment) const;
+  bool touches(const tree::Pair& pair) const;
+
+  tree::SegmentRange segments_;
+  const PosedTriangles& triangles_;
+  double margin_, error_;
+  bool once_;
+};
+
+}  // namespace fcl_fibers::index

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "geometry/triangle_distance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "geometry/obstacle.h"
+#include "geometry/triangle_contact.h"
+#include "support/exact_geometry.h"
+#include "support/random.h"
+
+namespace fcl_fibers::geometry {
+namespace {
+
+using test::Real;
+
+test::Point exact(const Vec3d& p) { return {p.x, p.y, p.z}; }
+
+Real distanceOf(const Segment& s, const Triangle& t) {
+  return test::segmentTriangleDistance(exact(s.a), exact(s.b),
+                                       {exact(t.a), exact(t.b), exact(t.c)});
+}
+
+/// The sum of the lengths by which rounding is bounded.
+double sizeOf(const Segment& s, const Triangle& t) {
+  return norm(s.a - t.a) + norm(s.b - s.a) + norm(t.b - t.a) + norm(t.c - t.a);
+}
+
+Segment scaled(const Segment& s, double by) { return {by * s.a, by * s.b, by * s.radius}; }
+Triangle scaled(const Triangle& t, double by) { return {by * t.a, by * t.b, by * t.c}; }
+
+/// Segments and triangles of all kinds: on a coarse grid, where corners, edges and planes meet
+/// exactly, in general position, nearly parallel, and without length or area.
+struct Cases {
+  explicit Cases(std::uint64_t seed) : random(seed) {}
+
+  Vec3d point() {
+    const Eigen::Vector3d p = random.inCube(2);
+    if (!on_grid) return {p.x(), p.y(), p.z()};
+    return {std::round(p.x()), std::round(p.y()), std::round(p.z())};
+  }
+  void next() {
+    on_grid = random.below(2) == 0;
+    segment = {point(), point(), 0};
+    triangle = {point(), point(), point()};
+    switch (random.below(8)) {
+      case 0:
+        segment.b = segment.a;
+        break;
+      case 1:
+        triangle.c = triangle.b;
+        break;
+      case 2:
+        triangle.b = triangle.c = triangle.a;
+        break;
+      case 3:  // a needle
+        triangle.c = triangle.a + 0.3 * (triangle.b - triangle.a) + 1e-9 * point();
+        break;
+      case 4:  // nearly parallel to an edge
+        segment.b = segment.a + (triangle.b - triangle.a) + 1e-8 * point();
+        break;
+      case 5:  // in the plane
+        segment = {triangle.a + 0.2 * (triangle.b - triangle.a),
+                   triangle.a + 2.0 * (triangle.c - triangle.a), 0};
+        break;
+      default:
+        break;
+    }
+  }
+
+  test::Random random;
+  bool on_grid = false;
+  Segment segment;
+  Triangle triangle;
+};
+
+TEST(TriangleDistance, DecidesAsTheExactDistanceDoes) {
+  Cases cases(1);
+  int touching = 0, at_the_boundary = 0;
+  for (int i = 0; i < 100000; ++i) {
+    cases.next();
+    const Real exact_distance = distanceOf(cases.segment, cases.triangle);
+    const double size = sizeOf(cases.segment, cases.triangle);
+    // Some reaches are the distance itself, rounded to either side.
+    const auto distance = static_cast<double>(exact_distance);
+    const double reach = i % 3 == 0   ? distance
+                         : i % 3 == 1 ? std::nextafter(distance, 0.0)
+                                      : 2 * cases.random.unit();
+    const Real rounding = 1e-17L * size;
+    const bool is_within = axisWithin(cases.segment, cases.triangle, reach);
+    touching += is_within ? 1 : 0;
+    at_the_boundary += std::abs(exact_distance - reach) <= 1e-15L * size ? 1 : 0;
+    if (exact_distance <= reach - rounding) {
+      ASSERT_TRUE(is_within) << i;
+    }
+    if (exact_distance > reach + 1e-14L * size) {
+      ASSERT_FALSE(is_within) << i;
+    }
+  }
+  EXPECT_GT(touching, 30000);
+  EXPECT_GT(at_the_boundary, 30000);
+}
+
+TEST(TriangleDistance, ClosestPointsAreClosest) {
+  Cases cases(2);
+  for (int i = 0; i < 100000; ++i) {
+    cases.next();
+    const Segment& s = cases.segment;
+    const Triangle& t = cases.triangle;
+    const ClosestOnTriangle closest = closestPoints(s, t);
+    const auto& [a, b, c] = closest.weight;
+    ASSERT_TRUE(closest.s >= 0 && closest.s <= 1 && a >= 0 && b >= 0 && c >= 0);
+    ASSERT_NEAR(a + b + c, 1, 1e-15);
+    const Vec3d apart = a * t.a + b * t.b + c * t.c - (s.a + closest.s * (s.b - s.a));
+    const double size = sizeOf(s, t);
+    ASSERT_LE(norm(apart - closest.apart), 1e-14 * size) << i;
+    ASSERT_NEAR(norm(closest.apart), static_cast<double>(distanceOf(s, t)), 1e-14 * size) << i;
+  }
+}
+
+TEST(TriangleDistance, ScalesByPowersOfTwoChangeNothing) {
+  Cases cases(3);
+  for (int i = 0; i < 3000; ++i) {
+    cases.next();
+    const double reach = cases.random.unit();
+    const bool is_within = axisWithin(cases.segment, cases.triangle, reach);
+    const double distance = norm(closestPoints(cases.segment, cases.triangle).apart);
+    for (const double scale : {0x1p-900, 0x1p-300, 0x1p-100, 0x1p100, 0x1p300, 0x1p900}) {
+      const Segment s = scaled(cases.segment, scale);
+      const Triangle t = scaled(cases.triangle, scale);
+      ASSERT_EQ(axisWithin(s, t, scale * reach), is_within) << i << " " << scale;
+      const Vec3d apart = (1 / scale) * closestPoints(s, t).apart;
+      ASSERT_NEAR(norm(apart), distance, 1e-14 * sizeOf(cases.segment, cases.triangle));
+    }
+  }
+}
+
+TEST(TriangleDistance, WhatIsNotFiniteTouches) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const Triangle triangle{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  EXPECT_TRUE(axisWithin({{0, 0, 5}, {kInfinity, 0, 5}, 0}, triangle, 0));
+  EXPECT_TRUE(axisWithin({{0, 0, 5}, {1e308, -1e308, 5}, 0}, triangle, kInfinity));
+  EXPECT_FALSE(touch({{0, 0, 5}, {1, 0, 5}, 1}, triangle, 3, 0));
+  EXPECT_TRUE(touch({{0, 0, 5}, {1, 0, 5}, 1}, triangle, 3, 1));
+}
+
+TEST(TriangleContact, SeparatesCapsuleAndTriangle) {
+  Cases cases(4);
+  int crossing = 0, apart = 0;
+  for (int i = 0; i < 50000; ++i) {
+    cases.next();
+    Segment s = cases.segment;
+    const Triangle& t = cases.triangle;
+    s.radius = 0.5 * cases.random.unit();
+    const TriangleContact contact = triangleContact(s, t, {0, 0, 0});
+    const double size = sizeOf(s, t) + s.radius;
+    ASSERT_NEAR(norm(contact.normal), 1, 1e-14);
+    ASSERT_NEAR(norm(contact.point_b -
+                     (contact.weight[0] * t.a + contact.weight[1] * t.b + contact.weight[2] * t.c)),
+                0, 1e-14 * size);
+    const Vec3d on_axis = s.a + contact.s * (s.b - s.a);
+    ASSERT_NEAR(norm(contact.point_a - on_axis - s.radius * contact.normal), 0, 1e-14 * size);
+    if (!contact.crosses) {
+      ++apart;
+      ASSERT_NEAR(contact.distance, static_cast<double>(distanceOf(s, t)) - s.radius, 1e-13 * size);
+      ASSERT_NEAR(norm(contact.point_b - contact.point_a - contact.distance * contact.normal), 0,
+                  1e-12 * size);
+    }
+    if (contact.distance >= 0) continue;
+    crossing += contact.crosses ? 1 : 0;
+    // The motion by the depth leaves the two touching, or apart where both lie in one plane.
+    const Vec3d move = contact.distance * contact.normal;
+    const Segment moved{s.a + move, s.b + move, s.radius};
+    ASSERT_GE(static_cast<double>(distanceOf(moved, t)), s.radius - 1e-9 * size) << i;
+  }
+  EXPECT_GT(crossing, 5000);
+  EXPECT_GT(apart, 10000);
+}
+
+TEST(Obstacle, PlanesAndHalfspacesAreDecidedByTheEnds) {
+  Obstacle plane;
+  plane.kind = Obstacle::Kind::kPlane;
+  plane.vector[0] = {0, 0.6, 0.8};
+  plane.offset = 2;
+  Obstacle halfspace = plane;
+  halfspace.kind = Obstacle::Kind::kHalfspace;
+  const auto at = [](double height, double radius) {
+    return Segment{{7, 0.6 * height, 0.8 * height}, {7, 1.2 * height, 1.6 * height}, radius};
+  };
+  EXPECT_FALSE(touch(at(2.5, 0.4), plane, 0, 0));
+  EXPECT_FALSE(touch(at(2.5, 0.4), halfspace, 0, 0));
+  EXPECT_TRUE(touch(at(2.5, 0.4), halfspace, 0.11, 0));
+  EXPECT_TRUE(touch(at(2.5, 0.4), plane, 0, 0.11));
+  EXPECT_TRUE(touch(at(1.5, 0.4), plane, 0, 0)) << "it crosses";
+  EXPECT_FALSE(touch(at(0.5, 0.4), plane, 0, 0));
+  EXPECT_TRUE(touch(at(0.5, 0.4), halfspace, 0, 0));
+}
+
+}  // namespace
+}  // namespace fcl_fibers::geometry
