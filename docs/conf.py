@@ -21,7 +21,7 @@ NAVIGATION = {
     "Getting started": ["start/two_fibers", "start/hair_file", "installing"],
     "Tutorials": [f"tutorials/{name}" for name in "swap hair_step harness obstacles yarn".split()],
     "Guide": ["options", "files", "contacts", "program", "threads", "gallery", "faq"],
-    "API": [f"api/{name}" for name in "tree managers options contacts files".split()],
+    "API": [f"api/{name}" for name in "tree meshes managers options contacts files".split()],
     "Reference": ["contract", "numerics", "works-with", "glossary"],
     "Paper": ["paper"],
     "Performance": ["performance", "accuracy", "costs"],
