@@ -176,6 +176,11 @@ ClosestOnTriangle closestPoints(const Segment& capsule, const Triangle& triangle
   const double m = sizeOf(capsule, triangle);
   if (m == 0) return {0, {1, 0, 0}, {0, 0, 0}};
   if (!isWellScaled(m)) {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    // No scale makes these finite.
+    if (std::isnan(m) || !std::isfinite(largestOf(capsule, triangle))) {
+      return {0, {1, 0, 0}, {kInfinity, kInfinity, kInfinity}};
+    }
     const double scale = scaleFor(capsule, triangle, m);
     ClosestOnTriangle closest = closestPoints(scaled(capsule, scale), scaled(triangle, scale));
     closest.apart = (1 / scale) * closest.apart;

@@ -148,6 +148,22 @@ TEST(TriangleDistance, WhatIsNotFiniteTouches) {
   EXPECT_TRUE(touch({{0, 0, 5}, {1, 0, 5}, 1}, triangle, 3, 1));
 }
 
+TEST(TriangleDistance, WhatIsNotFiniteIsInfinitelyFar) {
+  // If this fails, no scale makes coordinates finite, and the stack overflows.
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const Triangle triangle{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  for (const double bad : {kInfinity, -kInfinity, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_EQ(maxNorm(closestPoints({{0, bad, 5}, {1, 0, 5}, 0}, triangle).apart), kInfinity);
+    EXPECT_EQ(
+        maxNorm(
+            closestPoints({{0, 0, 5}, {1, 0, 5}, 0}, {{0, 0, 0}, {1, 0, 0}, {0, 1, bad}}).apart),
+        kInfinity);
+  }
+  // The sum of these lengths is infinite, and none of them.
+  const Segment far{{0, 0, 1e308}, {1e308, 0, 1e308}, 0};
+  EXPECT_DOUBLE_EQ(closestPoints(far, triangle).apart.z, -1e308);
+}
+
 TEST(TriangleContact, SeparatesCapsuleAndTriangle) {
   Cases cases(4);
   int crossing = 0, apart = 0;
