@@ -258,7 +258,9 @@ void SegmentIndex::findNearest(const PosedMesh& mesh, double distance,
                 const std::size_t last = std::min((part + 1) * kGrain, tree.nodes().size());
                 forMeetingLeaves(tree, mesh.categories, part * kGrain, last, [&](SegmentId id) {
                   const Segment s = segments[id];
-                  const double limit = (s.thickness() + most) * (1 + 0x1p-40);
+                  // The search finds what is nearer than this, so even at distance 0 it is not 0.
+                  const double limit = (s.thickness() + most) * (1 + 0x1p-40) + endPointError(s) +
+                                       triangles.error + 0x1p-900;
                   const TriangleId nearest = query.nearest(s, limit).triangle;
                   if (nearest >= 0) found[part].push_back({id, nearest});
                 });

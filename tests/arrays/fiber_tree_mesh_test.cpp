@@ -251,6 +251,30 @@ TYPED_TEST(FiberTreeMesh, FindsTheNearestTriangleOfEachSegment) {
   }
 }
 
+TEST(FiberTreeMesh, FindsWhatItTouchesAtDistanceZero) {
+  // Fibers without thickness that cross triangles, also far from the origin, are not found
+  // otherwise.
+  auto fibers = curledFibers<double>(15, 40);
+  std::fill(fibers.radii.begin(), fibers.radii.end(), 0.0);
+  auto triangles = ball<double>(0.3, 12, 16);
+  for (const double offset : {0.0, 1e3}) {
+    for (double& x : fibers.points) x += offset;
+    for (double& x : triangles.points) x += offset;
+    const TriangleMesh mesh(triangles.view());
+    for (const FiberTreeOptions& options : allKinds(Report::kCapsules)) {
+      const FiberTree tree = treeOf(fibers.view(), options);
+      std::vector<std::int32_t> touching;
+      tree.findTouching(mesh, touching);
+      std::vector<TrianglePair> pairs;
+      tree.findNearest(mesh, 0, pairs);
+      std::set<std::int32_t> found;
+      for (const TrianglePair& pair : pairs) found.insert(pair.segment);
+      EXPECT_GT(touching.size(), 20u);
+      for (const std::int32_t segment : touching) EXPECT_EQ(found.count(segment), 1u) << segment;
+    }
+  }
+}
+
 TEST(FiberTreeMesh, RootsAndCategoriesLeaveSegmentsOut) {
   const auto fibers = curledFibers<double>(11, 60);
   const auto triangles = ball<double>(0.3, 16, 24);
