@@ -16,11 +16,20 @@ struct AffineMap {
   Vec3d linear(const Vec3d& p) const { return p.x * column[0] + p.y * column[1] + p.z * column[2]; }
   Vec3d operator()(const Vec3d& p) const { return linear(p) + shift; }
 
+  /// A power of two that brings the columns near one, so that their products neither overflow nor
+  /// vanish where the sizes of two frames differ much.
+  double unitScale() const {
+    int exponent = 0;
+    std::frexp(maxNorm(column[0]), &exponent);
+    return std::ldexp(1.0, std::min(-exponent, 1000));
+  }
+
   /// @pre the columns are nearly orthogonal and of one length that is not zero
   AffineMap inverse() const {
-    const Vec3d rows[3] = {cross(column[1], column[2]), cross(column[2], column[0]),
-                           cross(column[0], column[1])};
-    const double factor = 1 / dot(column[0], rows[0]);
+    const double unit = unitScale();
+    const Vec3d x = unit * column[0], y = unit * column[1], z = unit * column[2];
+    const Vec3d rows[3] = {cross(y, z), cross(z, x), cross(x, y)};
+    const double factor = unit / dot(x, rows[0]);
     AffineMap inverse;
     inverse.column[0] = factor * Vec3d{rows[0].x, rows[1].x, rows[2].x};
     inverse.column[1] = factor * Vec3d{rows[0].y, rows[1].y, rows[2].y};

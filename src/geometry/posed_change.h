@@ -23,7 +23,9 @@ class PosedChange {
   PosedChange(const AffineMap& map, double growth) : growth_(growth) {
     const double shift[3] = {map.shift.x, map.shift.y, map.shift.z};
     double skew = 0;
-    const double squared = squaredNorm(map.column[0]);
+    const double unit = map.unitScale();
+    const Vec3d scaled[3] = {unit * map.column[0], unit * map.column[1], unit * map.column[2]};
+    const double squared = squaredNorm(scaled[0]);
     for (int i = 0; i < 3; ++i) {
       const double column[3] = {map.column[i].x, map.column[i].y, map.column[i].z};
       for (int axis = 0; axis < 3; ++axis) {
@@ -32,7 +34,7 @@ class PosedChange {
       }
       double row_skew = 0;
       for (int j = 0; j < 3; ++j) {
-        row_skew += std::fabs(dot(map.column[i], map.column[j]) / squared - (i == j ? 1 : 0));
+        row_skew += std::fabs(dot(scaled[i], scaled[j]) / squared - (i == j ? 1 : 0));
       }
       skew = std::max(skew, row_skew);
     }
@@ -44,8 +46,9 @@ class PosedChange {
       growth_ += kError * std::fabs(shift[axis]);
     }
     // The singular values lie in between (Gershgorin).
-    least_scale_ = std::sqrt(squared * std::max(1 - skew, 0.0)) * (1 - kError);
-    most_scale_ = std::sqrt(squared * (1 + skew)) * (1 + kError);
+    const double least = std::sqrt(squared * std::max(1 - skew, 0.0)) / unit * (1 - kError);
+    least_scale_ = std::isfinite(least) ? least : 0;
+    most_scale_ = std::sqrt(squared * (1 + skew)) / unit * (1 + kError);
   }
 
   /// A lower bound of the length of a unit after the change.

@@ -21,13 +21,16 @@ using geometry::Vec3d;
 using tree::SegmentId;
 using tree::Visit;
 
+/// The norm, which does not overflow where sizes of fibers and mesh differ much.
+double length(const Vec3d& v) { return std::hypot(v.x, v.y, v.z); }
+
 class NearestTriangle final : public tree::NearestVisitor {
  public:
   NearestTriangle(const Segment& capsule, const PosedTriangles& triangles, double to_tree)
       : capsule_(capsule), triangles_(triangles), to_tree_(to_tree) {}
 
   Visit visit(SegmentId triangle, SegmentId /*capsule*/, double& limit) override {
-    const double distance = norm(closestPoints(capsule_, triangles_[triangle]).apart);
+    const double distance = length(closestPoints(capsule_, triangles_[triangle]).apart);
     if (distance < found.distance) {
       found = {triangle, distance};
       limit = std::min(limit, distance * to_tree_);
@@ -117,10 +120,12 @@ MeshQuery::Nearest MeshQuery::nearest(const Segment& capsule, double limit) cons
   const MeshTree& tree = triangles_.mesh.tree();
   const Segment axis{capsule.a, capsule.b, 0};
   // Distances are measured up to rounding, so the search goes a little farther.
-  const double unit = std::sqrt(squaredNorm(to_tree_.column[0])) * 1.01;
+  const double unit = length(to_tree_.column[0]) * 1.01;
+  const double in_tree = limit * unit;
   NearestTriangle visitor(axis, triangles_, unit);
-  tree::kernels<MeshTree>().nearestVolume(tree, change_.ofCapsule(axis, 0), 0, tree::kNoGroup,
-                                          limit * unit, visitor);
+  tree::kernels<MeshTree>().nearestVolume(
+      tree, change_.ofCapsule(axis, 0), 0, tree::kNoGroup,
+      std::isfinite(in_tree) ? in_tree : std::numeric_limits<double>::infinity(), visitor);
   if (!(visitor.found.distance <= limit)) visitor.found.triangle = -1;
   return visitor.found;
 }

@@ -41,7 +41,8 @@ template <class Tree, class F>
 FCL_FIBERS_ALWAYS_INLINE Visit withChanges(const MeshPair<Tree>& trees, F&& visit) {
   using Volume = typename Tree::Volume;
   const AffineMap &map = trees.b_to_a, inverse = map.inverse();
-  const double unit = std::sqrt(squaredNorm(inverse.column[0]));
+  const geometry::Vec3d& column = inverse.column[0];
+  const double unit = std::hypot(column.x, column.y, column.z);
   const double growth = trees.growth + trees.error;
   if constexpr (std::is_same_v<Volume, Box>) {
     const double scale = map.column[0].x;

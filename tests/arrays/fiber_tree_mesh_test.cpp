@@ -275,6 +275,46 @@ TEST(FiberTreeMesh, FindsWhatItTouchesAtDistanceZero) {
   }
 }
 
+TEST(FiberTreeMesh, FindsTheNearestWhateverTheSizes) {
+  // A row of triangles, the first of which is nearest to a fiber at the origin.
+  Triangles<double> row;
+  for (int i = 0; i < 40; ++i) {
+    const Eigen::Vector3d p(5 + 3 * i, 0, 0.1 * i);
+    const std::int32_t first = row.addPoint(p);
+    row.addPoint(p + Eigen::Vector3d::UnitX());
+    row.addPoint(p + Eigen::Vector3d::UnitY());
+    row.addTriangle(first, first + 1, first + 2);
+  }
+  const auto times = [](std::vector<double> numbers, double size) {
+    for (double& x : numbers) x *= size;
+    return numbers;
+  };
+  // The ratio of two of them is a double.
+  const double sizes[] = {1e-140, 1e-70, 1, 1e70, 1e140};
+  for (const double fiber_size : sizes) {
+    auto fibers = curledFibers<double>(16, 5);
+    fibers.points = times(fibers.points, fiber_size);
+    fibers.radii = times(fibers.radii, fiber_size);
+    for (const double mesh_size : sizes) {
+      Triangles<double> triangles = row;
+      triangles.points = times(row.points, mesh_size);
+      TriangleMesh mesh(triangles.view());
+      for (const MeshPose& pose : {MeshPose(), randomPose(17, 0)}) {
+        mesh.setPose(pose);
+        for (const FiberTreeOptions& options : allKinds(Report::kCapsules)) {
+          std::vector<TrianglePair> pairs;
+          const FiberTree tree = treeOf(fibers.view(), options);
+          tree.findNearest(mesh, std::numeric_limits<double>::infinity(), pairs);
+          ASSERT_EQ(pairs.size(), tree.segmentCount()) << fiber_size << " " << mesh_size;
+          // To a fiber that is far larger, all triangles are one point.
+          if (fiber_size > mesh_size) continue;
+          for (const TrianglePair& pair : pairs) ASSERT_EQ(pair.triangle, 0);
+        }
+      }
+    }
+  }
+}
+
 TEST(FiberTreeMesh, RootsAndCategoriesLeaveSegmentsOut) {
   const auto fibers = curledFibers<double>(11, 60);
   const auto triangles = ball<double>(0.3, 16, 24);
