@@ -205,6 +205,37 @@ TYPED_TEST(PosedChangeOf, HoldsWhatComesBackByTheInverse) {
   }
 }
 
+// Float's own rounding hides that of double, unless products cancel in one coordinate of a box.
+
+TEST(PosedChange, HoldsPointsWhoseProductsCancel) {
+  // If this fails, a point on a plane through the origin is off by the rounding of its products.
+  Random random(8);
+  for (int i = 0; i < 5000; ++i) {
+    AffineMap map = turned(random, 1, 0);
+    const Vec3d p = fromEigen(random.inCube(1));
+    const Sphere sphere{{static_cast<float>(p.x), static_cast<float>(p.y), 1}, 0};
+    // The first coordinate becomes the rounding of this sum. Large skews would hide it.
+    map.column[2].x =
+        -(map.column[0].x * double{sphere.center[0]} + map.column[1].x * double{sphere.center[1]});
+    const Point exact = mapped(map, centerOf(sphere));
+    ASSERT_LE(std::abs(exact.x()), 1e-15L);
+    ASSERT_TRUE(contains(PosedChange<Box>(map, 0)(sphere), exact, 0)) << i;
+  }
+}
+
+TEST(PosedChange, HoldsTheOriginWhereShiftsCancel) {
+  // If this fails, the shift of an inverse is taken for exact.
+  Random random(9);
+  for (int i = 0; i < 5000; ++i) {
+    AffineMap map = turned(random, 1, 0);
+    map.shift = map.linear({0, random.between(-1, 1), random.between(-1, 1)});
+    const Point exact = linearPart(map).inverse() * -toPoint(map.shift);
+    ASSERT_LE(std::abs(exact.x()), 1e-15L);
+    const PosedChange<Box> change(map.inverse(), 0);
+    ASSERT_TRUE(contains(change(Sphere{{0, 0, 0}, 0}), exact, 0)) << i;
+  }
+}
+
 TYPED_TEST(PosedChangeOf, IsTightForRotations) {
   // If this fails, queries of a mesh that is turned test far more triangles than they need to.
   using To = typename TypeParam::To;
