@@ -252,14 +252,15 @@ TYPED_TEST(FiberTreeMesh, FindsTheNearestTriangleOfEachSegment) {
 }
 
 TEST(FiberTreeMesh, FindsWhatItTouchesAtDistanceZero) {
-  // Fibers without thickness that cross triangles, also far from the origin, are not found
-  // otherwise.
+  // Fibers without thickness that cross triangles are not found otherwise: about the origin, far
+  // from it, and all in one point.
   auto fibers = curledFibers<double>(15, 40);
   std::fill(fibers.radii.begin(), fibers.radii.end(), 0.0);
   auto triangles = ball<double>(0.3, 12, 16);
-  for (const double offset : {0.0, 1e3}) {
-    for (double& x : fibers.points) x += offset;
-    for (double& x : triangles.points) x += offset;
+  for (const auto& [scale, offset] :
+       {std::pair(1.0, 0.0), std::pair(1.0, 1e3), std::pair(0.0, 0.0)}) {
+    for (double& x : fibers.points) x = scale * x + offset;
+    for (double& x : triangles.points) x = scale * x + offset;
     const TriangleMesh mesh(triangles.view());
     for (const FiberTreeOptions& options : allKinds(Report::kCapsules)) {
       const FiberTree tree = treeOf(fibers.view(), options);
