@@ -138,18 +138,14 @@ struct TriangleMesh::Impl {
              "construction; construct a new mesh");
     }
     checkPoints("update", arrays);
-    std::vector<MeshPoint> points(arrays.point_count);
-    readPoints(arrays, points);
     if (impl.use_count() > 1) {
-      auto own = std::make_shared<Impl>(*impl);
-      own->index.refit(points);
-      impl = std::move(own);
+      impl = std::make_shared<Impl>(*impl);
     } else {
       // Another thread may have let go of the last copy a moment ago, after reading it. To copy
       // the pointer and let go of it orders those reads before what is written here.
       std::shared_ptr<Impl>(impl).reset();
-      impl->index.refit(points);
     }
+    impl->index.refitAfter([&](std::vector<MeshPoint>& points) { readPoints(arrays, points); });
   }
 };
 

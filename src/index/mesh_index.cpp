@@ -34,22 +34,22 @@ MeshIndex::MeshIndex(std::vector<MeshPoint> points, std::vector<TriangleIndices>
   fit();
 }
 
-void MeshIndex::refit(const std::vector<MeshPoint>& points) {
-  points_ = points;
-  chooseFrame();
-  fit();
-}
-
 geometry::Triangle MeshIndex::triangle(TriangleId id) const {
   const TriangleIndices& t = triangles_[static_cast<std::size_t>(id)];
   return {toVec3d(point(t.a)), toVec3d(point(t.b)), toVec3d(point(t.c))};
 }
 
 /// The box of a triangle, as the index of segments knows boxes.
-Segment MeshIndex::boxOf(TriangleId id) const {
-  const geometry::Triangle t = triangle(id);
-  return Segment::box(frame_.fromWorld(min(min(t.a, t.b), t.c)),
-                      frame_.fromWorld(max(max(t.a, t.b), t.c)));
+FCL_FIBERS_ALWAYS_INLINE Segment MeshIndex::boxOf(TriangleId id) const {
+  const TriangleIndices& t = triangles_[static_cast<std::size_t>(id)];
+  const MeshPoint &a = point(t.a), &b = point(t.b), &c = point(t.c);
+  MeshPoint low, high;
+  // The fourth number is there so that compilers compare whole vectors.
+  for (int k = 0; k < 4; ++k) {
+    low.numbers[k] = std::min(std::min(a.numbers[k], b.numbers[k]), c.numbers[k]);
+    high.numbers[k] = std::max(std::max(a.numbers[k], b.numbers[k]), c.numbers[k]);
+  }
+  return Segment::box(frame_.fromWorld(toVec3d(low)), frame_.fromWorld(toVec3d(high)));
 }
 
 void MeshIndex::chooseFrame() {

@@ -27,7 +27,16 @@ class MeshIndex {
 
   /// Takes other points for the same triangles and refits the tree.
   /// @pre as many points as before, with finite coordinates
-  void refit(const std::vector<geometry::MeshPoint>& points);
+  void refit(const std::vector<geometry::MeshPoint>& points) {
+    refitAfter([&](std::vector<geometry::MeshPoint>& own) { own = points; });
+  }
+  /// Does the same after write(points) has changed the coordinates of the points in place.
+  template <class Write>
+  void refitAfter(Write&& write) {
+    write(points_);
+    chooseFrame();
+    fit();
+  }
 
   const std::vector<geometry::MeshPoint>& points() const { return points_; }
   const std::vector<geometry::TriangleIndices>& triangles() const { return triangles_; }
