@@ -50,7 +50,7 @@ struct FiberArrays {
   /// FiberGroup.
   const std::int32_t* groups = nullptr;
   /// fiber_count bit masks: the categories of meshes that each fiber may meet, see
-  /// TriangleMesh::setCategories(). Null if every fiber may meet every mesh.
+  /// TriangleMesh::setCategories(). Null if every fiber may meet every mesh, whatever it has.
   const std::uint32_t* meets = nullptr;
   /// fiber_count numbers, not negative: how many segments at the start of each fiber meet no mesh,
   /// because they are in the scalp. Null if there are none. rootSegments() counts them by length.
@@ -187,7 +187,8 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// The order of the pairs depends only on the arrays of fibers and mesh and on the poses.
   ///
   /// This call and the next two throw std::invalid_argument if the tree has Report::kVolumes,
-  /// because such a tree keeps no capsules.
+  /// because such a tree keeps no capsules, or if the mesh is so far from the fibers that its
+  /// coordinates overflow.
   template <class Visitor>
   bool visitMesh(const TriangleMesh& mesh, Visitor&& visit) const {
     Bridge<Visitor, TrianglePair> bridge(visit);
@@ -200,7 +201,8 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
 
   /// Replaces the content of `pairs` by each segment that is at most `distance` from the mesh, and
   /// its nearest triangle. The distance is that of the axis minus the radius; the margin does not
-  /// count. Throws std::invalid_argument if `distance` is negative or NaN.
+  /// count. A segment inside a solid mesh is as far from it as from its triangles. Throws
+  /// std::invalid_argument if `distance` is negative or NaN.
   void findNearest(const TriangleMesh& mesh, double distance,
                    std::vector<TrianglePair>& pairs) const;
 

@@ -135,26 +135,26 @@ class FiberTree::Impl {
 
   template <class F>
   bool visitMesh(const TriangleMesh& mesh, F take) const {
-    requireCapsules("visitMesh");
+    const index::PosedMesh posed = posedMesh("visitMesh", mesh);
     PairsTo sink(PairsOfTwo<TrianglePair>(), std::move(take));
-    return index_.searchTriangles(MeshReader::posed(mesh), sink) == Visit::kStop;
+    return index_.searchTriangles(posed, sink) == Visit::kStop;
   }
 
   void findTouching(const TriangleMesh& mesh, std::vector<std::int32_t>& segments) const {
-    requireCapsules("findTouching");
+    const index::PosedMesh posed = posedMesh("findTouching", mesh);
     segments.clear();
     PairsTo sink(SegmentsOf(), appendTo(segments));
-    index_.searchMesh(MeshReader::posed(mesh), sink);
+    index_.searchMesh(posed, sink);
   }
 
   void findNearest(const TriangleMesh& mesh, double distance,
                    std::vector<TrianglePair>& pairs) const {
-    requireCapsules("findNearest");
+    const index::PosedMesh posed = posedMesh("findNearest", mesh);
     if (!(distance >= 0)) {
       refuse("findNearest", "distance is " + std::to_string(distance) + "; give 0 or more");
     }
     std::vector<tree::Pair> found;
-    index_.findNearest(MeshReader::posed(mesh), distance, found);
+    index_.findNearest(posed, distance, found);
     pairs.clear();
     pairs.reserve(found.size());
     for (const tree::Pair& pair : found) pairs.push_back({pair.a, pair.b});
@@ -297,12 +297,22 @@ class FiberTree::Impl {
            Visit::kStop;
   }
 
-  void requireCapsules(const char* call) const {
+  /// The mesh for a search. Refuses what no search can be right for.
+  index::PosedMesh posedMesh(const char* call, const TriangleMesh& mesh) const {
     requireValid(call);
     if (!index_.keepsSegments()) {
       refuse(call,
              "the tree reports volumes and keeps no capsules; construct it with Report::kCapsules");
     }
+    const index::PosedMesh posed = MeshReader::posed(mesh);
+    const Frame& frame = index_.frame();
+    const double most = posed.mesh.reach() + maxNorm(posed.pose.shift) + maxNorm(frame.origin);
+    if (!std::isfinite(frame.scale * (16 * most))) {
+      refuse(call,
+             "the coordinates of the mesh overflow in the unit of the fibers; bring it nearer to "
+             "them");
+    }
+    return posed;
   }
 
   void requireValid(const char* call) const {
