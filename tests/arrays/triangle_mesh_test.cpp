@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fcl_fibers/triangle_mesh.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -18,281 +20,255 @@
 
 #include "arrays/array_fibers.h"
 #include "arrays/meshes.h"
-#include "support/exact_geometry.h"
+#include "support/scalars.h"
 
 namespace fcl_fibers::test {
 namespace {
 
-using Kind = TriangleMesh::Kind;
 using testing::HasSubstr;
+using testing::ThrowsMessage;
 
-/// The text of what a call throws.
-template <class Call>
-std::string refusal(Call&& call) {
-  try {
-    call();
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "nothing was refused";
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+auto refusal(const std::string& text) {
+  return ThrowsMessage<std::invalid_argument>(HasSubstr("TriangleMesh::" + text));
 }
 
-FiberTree treeOf(const FiberArrays<double>& fibers, FiberTreeOptions options = {}) {
-  options.report = Report::kCapsules;
-  FiberTree tree(options);
-  tree.build(fibers);
-  return tree;
-}
-
-TEST(TriangleMesh, RefusesBadArraysAndNamesThePlace) {
-  Triangles<double> mesh = ball<double>(1, 6, 8);
-  const auto make = [&](const MeshArrays<double>& arrays, Kind kind = Kind::kSurface) {
-    return refusal([&] { TriangleMesh(arrays, kind); });
-  };
-  MeshArrays<double> arrays = mesh.view();
-  arrays.points = nullptr;
-  EXPECT_THAT(make(arrays), HasSubstr("points are null"));
-  arrays = mesh.view();
-  arrays.triangles = nullptr;
-  EXPECT_THAT(make(arrays), HasSubstr("triangles are null"));
-  arrays.triangle_count = std::size_t{1} << 28;
-  EXPECT_THAT(make(arrays), HasSubstr("2^27"));
-
-  mesh.indices[3 * 5 + 1] = 1000;
-  EXPECT_THAT(make(mesh.view()), HasSubstr("triangle 5 has point 1000"));
-  mesh.indices[3 * 5 + 1] = -1;
-  EXPECT_THAT(make(mesh.view()), HasSubstr("triangle 5 has point -1"));
-  mesh = ball<double>(1, 6, 8);
-  mesh.points[3 * 7 + 2] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(make(mesh.view()), HasSubstr("point 7 is NaN"));
-  mesh.points[3 * 7 + 2] = 1e305;
-  EXPECT_THAT(make(mesh.view()), HasSubstr("beyond 2^1000"));
-
-  mesh = ball<double>(1, 6, 8);
-  EXPECT_NO_THROW(TriangleMesh(mesh.view(), Kind::kSolid));
-  std::swap(mesh.indices[3], mesh.indices[4]);  // turned inside out
-  EXPECT_THAT(make(mesh.view(), Kind::kSolid), HasSubstr("not watertight"));
-  mesh = ball<double>(1, 6, 8);
-  mesh.indices.resize(mesh.indices.size() - 3);
-  EXPECT_THAT(make(mesh.view(), Kind::kSolid), HasSubstr("not watertight"));
-  EXPECT_NO_THROW(TriangleMesh(mesh.view()));
-}
-
-TEST(TriangleMesh, ARefusedChangeChangesNothing) {
-  const auto fibers = curledFibers<double>(1, 30);
-  const FiberTree tree = treeOf(fibers.view());
-  auto triangles = ball<double>(0.3, 12, 16);
-  TriangleMesh mesh(triangles.view());
-  MeshPose pose = randomPose(2, 0.1);
-  mesh.setPose(pose);
-  std::vector<std::int32_t> before, after;
-  tree.findTouching(mesh, before);
-  EXPECT_GT(before.size(), 10u);
-
-  MeshPose bad = pose;
-  bad.rotation[4] += 0.1;
-  EXPECT_THAT(refusal([&] { mesh.setPose(bad); }), HasSubstr("orthonormal"));
-  bad = pose;
-  for (double& x : bad.rotation) x = -x;
-  EXPECT_THAT(refusal([&] { mesh.setPose(bad); }), HasSubstr("reflection"));
-  bad = pose;
-  bad.position[1] = std::numeric_limits<double>::infinity();
-  EXPECT_THAT(refusal([&] { mesh.setPose(bad); }), HasSubstr("position"));
-  auto moved = triangles;
-  moved.points[0] = std::numeric_limits<double>::infinity();
-  EXPECT_THAT(refusal([&] { mesh.update(moved.view()); }), HasSubstr("point 0"));
-  moved = triangles;
-  std::rotate(moved.indices.begin(), moved.indices.begin() + 1, moved.indices.begin() + 3);
-  EXPECT_THAT(refusal([&] { mesh.update(moved.view()); }), HasSubstr("other triangles"));
-
-  EXPECT_EQ(mesh.pose().position, pose.position);
-  tree.findTouching(mesh, after);
-  EXPECT_EQ(before, after);
-}
-
-TEST(TriangleMesh, AnEmptyMeshTouchesNothing) {
-  const TriangleMesh empty(MeshArrays<float>{});
-  const auto fibers = curledFibers<double>(3, 10);
-  const FiberTree tree = treeOf(fibers.view());
-  std::vector<std::int32_t> touching;
-  std::vector<TrianglePair> nearest;
-  std::vector<MeshContact> contacts;
-  tree.findTouching(empty, touching);
-  tree.findNearest(empty, 1e9, nearest);
-  tree.findContacts(fibers.view(), empty, contacts);
-  EXPECT_TRUE(touching.empty() && nearest.empty() && contacts.empty());
-  EXPECT_EQ(empty.triangleCount(), 0u);
-  treeOf(FiberArrays<double>{nullptr, 0, fibers.point_begin.data(), 0})
-      .findTouching(TriangleMesh(ball<double>(1, 4, 5).view()), touching);
-  EXPECT_TRUE(touching.empty());
-}
-
-TEST(TriangleMesh, CopiesShareTheirTriangles) {
-  const auto triangles = ball<double>(0.3, 40, 60);
-  TriangleMesh mesh(triangles.view());
-  TriangleMesh copy = mesh;
-  EXPECT_EQ(copy.triangleCount(), triangles.count());
-  EXPECT_EQ(copy.pointCount(), triangles.pointCount());
-  EXPECT_GT(mesh.memoryUsage(), triangles.count() * 36);
-  copy.setPose(randomPose(4, 5));
-  copy.setCategories(6);
-  EXPECT_EQ(mesh.pose().position, MeshPose().position);
-  EXPECT_EQ(mesh.categories(), ~std::uint32_t{0});
-}
-
-TEST(FiberTree, RefusesMeshQueriesThatItCannotAnswer) {
-  const auto fibers = curledFibers<double>(5, 10);
-  const auto triangles = ball<double>(0.3, 6, 8);
-  const TriangleMesh mesh(triangles.view());
-  FiberTree volumes;
-  volumes.build(fibers.view());
-  std::vector<std::int32_t> touching;
-  std::vector<TrianglePair> nearest;
-  EXPECT_THAT(refusal([&] { volumes.visitMesh(mesh, [](TrianglePair) {}); }),
-              HasSubstr("kCapsules"));
-  EXPECT_THAT(refusal([&] { volumes.findTouching(mesh, touching); }), HasSubstr("kCapsules"));
-  const FiberTree tree = treeOf(fibers.view());
-  EXPECT_THAT(refusal([&] { tree.findNearest(mesh, -1, nearest); }), HasSubstr("distance"));
-  EXPECT_THAT(refusal([&] {
-                meshContact(fibers.view(), mesh, {0, 100000});
-              }),
-              HasSubstr("triangle 100000"));
-  EXPECT_THAT(refusal([&] { meshContact(fibers.view(), mesh, {-1, 0}); }), HasSubstr("point -1"));
-  FiberArrays<double> rooted = fibers.view();
-  std::vector<std::int32_t> roots(fibers.fiberCount(), 1);
-  roots[4] = -2;
-  rooted.root_segments = roots.data();
-  EXPECT_THAT(refusal([&] { treeOf(rooted); }), HasSubstr("fiber 4"));
-  EXPECT_THAT(refusal([&] { rootSegments(fibers.view(), -1); }), HasSubstr("length"));
-}
-
-TEST(FiberTree, CountsRootsByLength) {
-  Assembly<double> fibers;
-  fibers.addFiber({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {2, 1, 0}}, 0.1);
-  fibers.addFiber({{0, 0, 0}}, 0.1);
-  fibers.addFiber({{5, 0, 0}, {5, 0, 3}}, 0.1);
-  using testing::ElementsAre;
-  EXPECT_THAT(rootSegments(fibers.view(), 0), ElementsAre(0, 0, 0));
-  EXPECT_THAT(rootSegments(fibers.view(), 1), ElementsAre(1, 0, 1));
-  EXPECT_THAT(rootSegments(fibers.view(), 2.5), ElementsAre(3, 0, 1));
-}
-
-TEST(FiberTree, VisitsTheSegmentsThatOverlapABoxOrACapsule) {
-  const auto fibers = curledFibers<double>(6, 60);
-  Random random(7);
-  for (FiberTreeOptions options : allKinds(Report::kCapsules)) {
-    options.margin = 0.01;
-    const FiberTree tree = treeOf(fibers.view(), options);
-    for (int i = 0; i < 20; ++i) {
-      const Eigen::Vector3d a = random.inCube(0.5), b = random.inCube(0.5);
-      BoxShape box;
-      CapsuleShape capsule{{a.x(), a.y(), a.z()}, {b.x(), b.y(), b.z()}, 0.03};
-      ExactBox exact;
-      for (int k = 0; k < 3; ++k) {
-        const auto axis = static_cast<std::size_t>(k);
-        box.low[axis] = std::min(a[k], b[k]);
-        box.high[axis] = std::max(a[k], b[k]);
-        exact.min[k] = box.low[axis];
-        exact.max[k] = box.high[axis];
-      }
-      std::vector<std::int32_t> at_box, at_capsule, expected_at_box, expected_at_capsule;
-      tree.visitOverlaps(box, [&](std::int32_t segment) { at_box.push_back(segment); });
-      tree.visitOverlaps(capsule, [&](std::int32_t segment) { at_capsule.push_back(segment); });
-      fibers.visitCapsules([&](std::size_t, std::size_t point) {
-        const ExactCapsule s = roundedCapsule(fibers.capsule(point));
-        const Real reach = s.radius + 0.01L;
-        const auto id = static_cast<std::int32_t>(point);
-        if (segmentBoxDistance(s.a, s.b, exact) <= reach) expected_at_box.push_back(id);
-        if (segmentDistance(s.a, s.b, {a.x(), a.y(), a.z()}, {b.x(), b.y(), b.z()}) <=
-            reach + 0.03L) {
-          expected_at_capsule.push_back(id);
-        }
-      });
-      EXPECT_THAT(at_box, testing::UnorderedElementsAreArray(expected_at_box));
-      EXPECT_THAT(at_capsule, testing::UnorderedElementsAreArray(expected_at_capsule));
-    }
-    EXPECT_THAT(refusal([&] {
-                  tree.visitOverlaps(BoxShape{{0, 0, 0}, {1, -1, 1}}, [](std::int32_t) {});
-                }),
-                HasSubstr("low exceeds high"));
-    EXPECT_THAT(refusal([&] {
-                  tree.visitOverlaps(CapsuleShape{{0, 0, 0}, {1, 0, 0}, -1}, [](std::int32_t) {});
-                }),
-                HasSubstr("radius"));
-  }
-}
-
-TEST(FiberTree, FindsTheContactsOfAllPairs) {
-  const auto fibers = curledFibers<double>(8, 60);
-  const auto triangles = ball<double>(0.3, 12, 16);
-  TriangleMesh mesh(triangles.view());
-  mesh.setPose(randomPose(9, 0.1));
-  for (const int threads : {1, 3}) {
+/// What a tree finds at a mesh, in its order.
+class Probe {
+ public:
+  Probe() {
     FiberTreeOptions options;
-    options.threads = threads;
-    options.ignored_neighbors = 1;
-    const FiberTree tree = treeOf(fibers.view(), options);
-    std::vector<SegmentPair> pairs;
-    std::vector<Contact> contacts;
-    tree.findPairs(pairs);
-    tree.findContacts(fibers.view(), contacts);
-    ASSERT_EQ(contacts.size(), pairs.size());
-    EXPECT_GT(pairs.size(), 20u);
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-      EXPECT_EQ(contacts[i].distance, capsuleContact(fibers.view(), pairs[i]).distance);
-    }
-    std::size_t next = 0;
-    std::vector<MeshContact> at_mesh;
-    tree.findContacts(fibers.view(), mesh, at_mesh);
-    tree.visitMesh(mesh, [&](TrianglePair pair) {
-      ASSERT_LT(next, at_mesh.size());
-      const MeshContact& contact = at_mesh[next++];
-      EXPECT_EQ(contact.triangle, pair.triangle);
-      EXPECT_EQ(contact.distance, meshContact(fibers.view(), mesh, pair).distance);
-      EXPECT_EQ(contact.a.segment, tree.fiberSegment(pair.segment).segment);
-      EXPECT_LE(contact.distance, 1e-14);
-    });
-    EXPECT_EQ(next, at_mesh.size());
-    EXPECT_GT(next, 20u);
+    options.report = Report::kCapsules;
+    tree_ = FiberTree(options);
+    tree_.build(curledFibers<double>(41, 40).view());
+  }
+  Pairs operator()(const TriangleMesh& mesh) const {
+    Pairs pairs;
+    tree_.visitMesh(mesh, [&](TrianglePair p) { pairs.emplace_back(p.segment, p.triangle); });
+    return pairs;
+  }
+
+ private:
+  FiberTree tree_;
+};
+
+template <typename S>
+class Meshes : public testing::Test {};
+TYPED_TEST_SUITE(Meshes, Scalars, ScalarName);
+
+// A number out of range would be read, or a mesh be searched for what it is not.
+TYPED_TEST(Meshes, RefuseArraysThatAreNoMesh) {
+  using Kind = TriangleMesh::Kind;
+  const Triangles<TypeParam> good = ball<TypeParam>(0.3, 6, 8);
+  const auto refused = [](const MeshArrays<TypeParam>& bad, const std::string& text,
+                          Kind kind = Kind::kSurface) {
+    EXPECT_THAT([&] { TriangleMesh(bad, kind); }, refusal("TriangleMesh: " + text));
+  };
+  const TriangleMesh mesh(good.view(), Kind::kSolid);
+  EXPECT_EQ(mesh.kind(), Kind::kSolid);
+  EXPECT_EQ(mesh.pointCount(), good.pointCount());
+  EXPECT_EQ(mesh.triangleCount(), good.count());
+
+  MeshArrays<TypeParam> bad = good.view();
+  bad.points = nullptr;
+  refused(bad, "points are null");
+  bad = good.view();
+  bad.triangles = nullptr;
+  refused(bad, "triangles are null");
+  // Refused by their numbers before anything is read.
+  bad = good.view();
+  bad.point_count = (std::size_t{1} << 27) + 1;
+  refused(bad, "134217729 points are more than 2^27");
+  bad = good.view();
+  bad.triangle_count = static_cast<std::size_t>(-1);
+  refused(bad, "18446744073709551615 triangles are more than 2^27");
+
+  Triangles<TypeParam> other = good;
+  other.indices[3 * 5 + 1] = -1;
+  refused(other.view(), "triangle 5 has point -1 of 42");
+  other.indices[3 * 5 + 1] = 42;
+  refused(other.view(), "triangle 5 has point 42 of 42");
+  for (const double x : {kNan, kInfinity, -kInfinity}) {
+    other = good;
+    other.points[3 * 7 + 2] = static_cast<TypeParam>(x);
+    refused(other.view(), "point 7 is NaN or infinite");
   }
 }
 
-TEST(MeshContact, OfASolidMovesTheCapsuleOut) {
-  // A cube of side 2 about the origin, by its corners' signs.
-  Triangles<double> cube;
-  for (int i = 0; i < 8; ++i) {
-    cube.addPoint({i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0});
+TEST(Meshes, RefuseNumbersWhoseSumsWouldOverflow) {
+  Triangles<double> mesh = ball<double>(0.3, 6, 8);
+  mesh.points[4] = 0x1p1000;
+  EXPECT_NO_THROW(TriangleMesh{mesh.view()});
+  mesh.points[4] = -0x1.1p1000;
+  EXPECT_THAT([&] { TriangleMesh{mesh.view()}; }, refusal("TriangleMesh: a coordinate is beyond"));
+}
+
+// What is inside would depend on the hole that one looks through.
+TEST(Meshes, ThatAreSolidAreWatertight) {
+  const Triangles<double> closed = ball<double>(0.3, 6, 8);
+  const auto refused = [](const Triangles<double>& bad, std::size_t triangle) {
+    EXPECT_NO_THROW(TriangleMesh{bad.view()}) << "a surface may have holes";
+    EXPECT_THAT([&] { TriangleMesh(bad.view(), TriangleMesh::Kind::kSolid); },
+                refusal("TriangleMesh: the solid mesh is not watertight: an edge of triangle " +
+                        std::to_string(triangle)));
+  };
+  const auto withTriangle = [&](std::int32_t a, std::int32_t b, std::int32_t c) {
+    Triangles<double> mesh = closed;
+    mesh.addTriangle(a, b, c);
+    return mesh;
+  };
+  Triangles<double> bad = closed;
+  bad.indices.resize(bad.indices.size() - 3);  // a hole
+  EXPECT_THROW(TriangleMesh(bad.view(), TriangleMesh::Kind::kSolid), std::invalid_argument);
+  bad = closed;
+  std::swap(bad.indices[0], bad.indices[1]);  // one triangle turned over
+  refused(bad, 0);
+  refused(withTriangle(10, 20, 30), closed.count());  // one more, attached to nothing
+  refused(withTriangle(closed.indices[0], closed.indices[1], closed.indices[2]), 0);  // twice
+  refused(withTriangle(3, 3, 4), 1);  // an edge from a point to itself, and the third at another
+  // Two points at one place are not one point.
+  bad = closed;
+  bad.indices[0] = bad.addPoint({0, 0, 0.3});
+  refused(bad, 0);
+
+  EXPECT_NO_THROW(TriangleMesh(MeshArrays<double>(), TriangleMesh::Kind::kSolid));
+}
+
+// An update would answer for triangles that it never saw.
+TYPED_TEST(Meshes, RefuseUpdatesOfAnotherMeshAndStayAsTheyWere) {
+  const Probe probe;
+  const Triangles<TypeParam> good = ball<TypeParam>(0.3, 12, 16);
+  TriangleMesh mesh(good.view());
+  const Pairs before = probe(mesh);
+  ASSERT_FALSE(before.empty());
+  const auto refused = [&](const MeshArrays<TypeParam>& bad, const std::string& text) {
+    const TriangleMesh copy = mesh;
+    EXPECT_THAT([&] { mesh.update(bad); }, refusal("update: " + text));
+    EXPECT_EQ(probe(mesh), before);
+  };
+  Triangles<TypeParam> bad = good;
+  std::swap(bad.indices[4], bad.indices[5]);
+  refused(bad.view(), "the arrays have other triangles");
+  bad = good;
+  bad.indices.resize(bad.indices.size() - 3);
+  refused(bad.view(), "the arrays have other triangles or another number of points");
+  bad = good;
+  bad.addPoint({0, 0, 0});
+  refused(bad.view(), "the arrays have other triangles or another number of points");
+  bad = good;
+  bad.points.back() = static_cast<TypeParam>(kNan);
+  refused(bad.view(), "point " + std::to_string(good.pointCount() - 1) + " is NaN or infinite");
+  refused({good.points.data(), good.pointCount(), nullptr, good.count()}, "triangles are null");
+}
+
+// A head that has moved would be touched where it was, or its copy where it is not.
+TYPED_TEST(Meshes, ThatAreCopiesMoveAlone) {
+  const Probe probe;
+  const Triangles<TypeParam> first = ball<TypeParam>(0.3, 12, 16);
+  Triangles<double> second;
+  second.indices = first.indices;
+  for (const TypeParam x : first.points) second.points.push_back(0.75 * static_cast<double>(x));
+  const TriangleMesh fresh(first.view()), fresh_second(second.view());
+  ASSERT_NE(probe(fresh), probe(fresh_second));
+
+  TriangleMesh mesh(first.view());
+  mesh.update(second.view());  // alone, and of the other scalar
+  EXPECT_EQ(probe(mesh), probe(fresh_second));
+  const TriangleMesh copy = mesh;
+  mesh.update(first.view());
+  EXPECT_EQ(probe(mesh), probe(fresh));
+  EXPECT_EQ(probe(copy), probe(fresh_second));
+
+  mesh = copy;
+  MeshPose pose;
+  pose.position = {0.125, 0, 0};
+  mesh.setPose(pose);
+  mesh.setCategories(0);
+  EXPECT_EQ(mesh.pose().position, pose.position);
+  EXPECT_EQ(copy.pose().position, MeshPose().position);
+  EXPECT_EQ(probe(copy), probe(fresh_second));
+  EXPECT_EQ(mesh.categories(), 0u);
+  EXPECT_EQ(copy.categories(), ~std::uint32_t{0});
+}
+
+// One thread would read points that another one is writing. ThreadSanitizer sees it.
+TEST(Meshes, ThatAreCopiesMayBeChangedOnSeveralThreads) {
+  const Probe probe;
+  const Triangles<double> first = ball<double>(0.3, 8, 10);
+  Triangles<double> second = first;
+  for (double& x : second.points) x *= 0.75;
+  const TriangleMesh fresh(first.view()), fresh_second(second.view());
+  const Pairs expected = probe(fresh), expected_second = probe(fresh_second);
+  for (int round = 0; round < 20; ++round) {
+    TriangleMesh mesh(first.view());
+    std::thread reader([copy = mesh, &probe, &expected]() mutable {
+      EXPECT_EQ(probe(copy), expected);
+      copy = TriangleMesh(MeshArrays<double>());  // lets go of the triangles
+    });
+    mesh.update(second.view());
+    EXPECT_EQ(probe(mesh), expected_second);
+    mesh.update(first.view());
+    EXPECT_EQ(probe(mesh), expected);
+    reader.join();
   }
-  const std::int32_t quads[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
-                                    {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
-  for (const auto& q : quads) {
-    cube.addTriangle(q[0], q[1], q[2]);
-    cube.addTriangle(q[0], q[2], q[3]);
+}
+
+// A pose that is none would shear the mesh, turn it inside out or lose it.
+TEST(Meshes, RefusePosesThatAreNone) {
+  TriangleMesh mesh(ball<double>(0.3, 6, 8).view());
+  const MeshPose good = randomPose(42, 1);
+  mesh.setPose(good);
+  const auto refused = [&](const std::function<void(MeshPose&)>& spoil, const std::string& text) {
+    MeshPose bad = good;
+    spoil(bad);
+    EXPECT_THAT([&] { mesh.setPose(bad); }, refusal("setPose: " + text));
+    EXPECT_EQ(mesh.pose().rotation, good.rotation);
+    EXPECT_EQ(mesh.pose().position, good.position);
+  };
+  for (const double x : {kNan, kInfinity, -0x1.1p1000}) {
+    refused([&](MeshPose& pose) { pose.position[1] = x; }, "the position is NaN or beyond");
+    refused([&](MeshPose& pose) { pose.rotation[5] = x; }, "the rotation is not orthonormal");
   }
-  TriangleMesh solid(cube.view(), Kind::kSolid);
-  solid.setPose({{1, 0, 0, 0, 1, 0, 0, 0, 1}, {10, 0, 0}});
-  Assembly<double> fibers;
-  fibers.addCapsule({10, 0.1, 0.9}, {10.2, 0.1, 0.8}, 0.05);       // inside, below the face z = 1
-  fibers.addCapsule({10.1, 0.2, 0.7}, {10.1, 0.2, 1.5}, 0.05);     // through the face
-  fibers.addCapsule({10.1, -0.2, 1.02}, {10.1, -0.2, 1.5}, 0.05);  // on it
-  fibers.addCapsule({10.1, -0.2, 1.2}, {10.1, -0.2, 1.5}, 0.05);   // above
-  std::vector<MeshContact> contacts;
-  treeOf(fibers.view()).findContacts(fibers.view(), solid, contacts);
-  ASSERT_EQ(contacts.size(), 3u);
-  std::sort(contacts.begin(), contacts.end(),
-            [](const MeshContact& p, const MeshContact& q) { return p.a.fiber < q.a.fiber; });
-  const double depths[] = {0.2 + 0.05, 0.3 + 0.05, 0.03};
-  for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_EQ(contacts[i].a.fiber, i);
-    EXPECT_EQ(contacts[i].solid, i < 2);
-    EXPECT_NEAR(contacts[i].distance, -depths[i], 1e-12);
-    EXPECT_NEAR(contacts[i].normal[2], -1, 1e-12);
-    EXPECT_NEAR(contacts[i].point_b[2], 1, 1e-12);
+  refused([](MeshPose& pose) { pose.rotation = {1, 0, 0, 0, 1, 0, 0, 0, -1}; }, "the rotation");
+  refused([](MeshPose& pose) { pose.rotation = {1, 0.01, 0, 0, 1, 0, 0, 0, 1}; }, "the rotation");
+  refused([](MeshPose& pose) { pose.rotation = {1.01, 0, 0, 0, 1, 0, 0, 0, 1}; }, "the rotation");
+  refused([](MeshPose& pose) { pose.rotation = {}; }, "the rotation");
+  MeshPose drifted;
+  drifted.rotation = {1, 0.004, 0, 0, 1.002, 0, 0, 0, 1};
+  EXPECT_NO_THROW(mesh.setPose(drifted));
+}
+
+// A program could not skip what it has not loaded, or a far head be taken for a near one.
+TYPED_TEST(Meshes, ThatAreEmptyOrFarTouchNothing) {
+  const Probe probe;
+  const std::vector<TypeParam> points(30, TypeParam(0));
+  EXPECT_TRUE(probe(TriangleMesh(MeshArrays<TypeParam>())).empty());
+  EXPECT_TRUE(probe(TriangleMesh(MeshArrays<TypeParam>{points.data(), 10, nullptr, 0})).empty());
+  const Triangles<TypeParam> triangles = ball<TypeParam>(0.3, 12, 16);
+  for (const auto kind : {TriangleMesh::Kind::kSurface, TriangleMesh::Kind::kSolid}) {
+    TriangleMesh mesh(triangles.view(), kind);
+    for (const double away : {2.0, 1e10, 1e100, 1e280}) {
+      MeshPose pose;
+      pose.position = {away, -away, away};
+      mesh.setPose(pose);
+      EXPECT_TRUE(probe(mesh).empty()) << away;
+    }
+    MeshPose pose;
+    pose.position = {0, 0x1p1000, 0};
+    mesh.setPose(pose);
+    EXPECT_THAT([&] { probe(mesh); },
+                ThrowsMessage<std::invalid_argument>(HasSubstr("overflow in the unit")));
   }
-  TriangleMesh surface(cube.view());
-  surface.setPose(solid.pose());
-  treeOf(fibers.view()).findContacts(fibers.view(), surface, contacts);
-  EXPECT_EQ(contacts.size(), 2u) << "the capsule inside does not touch the surface";
+}
+
+// A program that counts on it would run out of memory.
+TEST(Meshes, TellTheirMemory) {
+  const Triangles<double> few = ball<double>(0.3, 6, 8), many = ball<double>(0.3, 60, 80);
+  const TriangleMesh small(few.view()), large(many.view());
+  EXPECT_GT(small.memoryUsage(), few.indices.size() * sizeof(std::int32_t));
+  EXPECT_GT(large.memoryUsage(), 50 * small.memoryUsage());
 }
 
 }  // namespace
