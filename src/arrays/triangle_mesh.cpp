@@ -14,6 +14,7 @@
 namespace fcl_fibers {
 namespace {
 
+using fibers::throwInvalidArgument;
 using geometry::AffineMap;
 using geometry::MeshPoint;
 using geometry::TriangleIndices;
@@ -22,21 +23,18 @@ using index::MeshIndex;
 
 constexpr double kLargest = 0x1p1000;
 
-[[noreturn]] void refuse(const char* call, const std::string& what) {
-  fibers::throwInvalidArgument(std::string("TriangleMesh::") + call, what);
-}
-
 template <typename S>
 void checkSizes(const char* call, const MeshArrays<S>& arrays) {
   constexpr std::size_t kMost = std::size_t{1} << 27;
   const auto check = [&](const char* name, const void* array, std::size_t count,
                          const char* content) {
     if (count > kMost) {
-      refuse(call, std::to_string(count) + " " + name + " are more than 2^27; use several meshes");
+      throwInvalidArgument(
+          call, std::to_string(count) + " " + name + " are more than 2^27; use several meshes");
     }
     if (array == nullptr && count > 0) {
-      refuse(call, std::string(name) + " are null; give " + content + " of " +
-                       std::to_string(count) + " " + name);
+      throwInvalidArgument(call, std::string(name) + " are null; give " + content + " of " +
+                                     std::to_string(count) + " " + name);
     }
   };
   check("points", arrays.points, arrays.point_count, "x, y, z");
@@ -45,10 +43,10 @@ void checkSizes(const char* call, const MeshArrays<S>& arrays) {
 
 template <typename S>
 void checkPoints(const char* call, const MeshArrays<S>& arrays) {
-  const std::string name = std::string("TriangleMesh::") + call;
-  if (arrays::largestCoordinate(name.c_str(), arrays.points, arrays.point_count) > kLargest) {
-    refuse(call,
-           "a coordinate is beyond 2^1000; bring the mesh nearer to the origin or change its unit");
+  if (arrays::largestCoordinate(call, arrays.points, arrays.point_count) > kLargest) {
+    throwInvalidArgument(
+        call,
+        "a coordinate is beyond 2^1000; bring the mesh nearer to the origin or change its unit");
   }
 }
 
@@ -60,9 +58,10 @@ void checkTriangles(const MeshArrays<S>& arrays) {
     return i < 0 || static_cast<std::size_t>(i) >= arrays.point_count;
   });
   if (bad == end) return;
-  refuse("TriangleMesh", "triangle " + std::to_string((bad - begin) / 3) + " has point " +
-                             std::to_string(*bad) + " of " + std::to_string(arrays.point_count) +
-                             "; give indices of 0 or more and less than point_count");
+  throwInvalidArgument("TriangleMesh::TriangleMesh",
+                       "triangle " + std::to_string((bad - begin) / 3) + " has point " +
+                           std::to_string(*bad) + " of " + std::to_string(arrays.point_count) +
+                           "; give indices of 0 or more and less than point_count");
 }
 
 template <typename S>
@@ -76,8 +75,8 @@ void readPoints(const MeshArrays<S>& arrays, std::vector<MeshPoint>& points) {
 
 template <typename S>
 MeshIndex makeIndex(const MeshArrays<S>& arrays, TriangleMesh::Kind kind) {
-  checkSizes("TriangleMesh", arrays);
-  checkPoints("TriangleMesh", arrays);
+  checkSizes("TriangleMesh::TriangleMesh", arrays);
+  checkPoints("TriangleMesh::TriangleMesh", arrays);
   checkTriangles(arrays);
   std::vector<TriangleIndices> triangles(arrays.triangle_count);
   for (std::size_t i = 0; i < arrays.triangle_count; ++i) {
@@ -87,10 +86,11 @@ MeshIndex makeIndex(const MeshArrays<S>& arrays, TriangleMesh::Kind kind) {
   if (const index::TriangleId leak =
           kind == TriangleMesh::Kind::kSolid ? index::firstLeak(triangles) : -1;
       leak >= 0) {
-    refuse("TriangleMesh",
-           "the solid mesh is not watertight: an edge of triangle " + std::to_string(leak) +
-               " is not that of exactly one other triangle in the opposite direction; close the "
-               "mesh, share the points of neighbors, or make it a surface");
+    throwInvalidArgument(
+        "TriangleMesh::TriangleMesh",
+        "the solid mesh is not watertight: an edge of triangle " + std::to_string(leak) +
+            " is not that of exactly one other triangle in the opposite direction; close the "
+            "mesh, share the points of neighbors, or make it a surface");
   }
   std::vector<MeshPoint> points(arrays.point_count);
   readPoints(arrays, points);
@@ -127,17 +127,18 @@ struct TriangleMesh::Impl {
 
   template <typename S>
   static void update(std::shared_ptr<Impl>& impl, const MeshArrays<S>& arrays) {
-    checkSizes("update", arrays);
+    checkSizes("TriangleMesh::update", arrays);
     const std::vector<TriangleIndices>& triangles = impl->index.triangles();
     if (arrays.point_count != impl->index.points().size() ||
         arrays.triangle_count != triangles.size() ||
         (!triangles.empty() && std::memcmp(arrays.triangles, triangles.data(),
                                            triangles.size() * sizeof(triangles[0])) != 0)) {
-      refuse("update",
-             "the arrays have other triangles or another number of points than at the "
-             "construction; construct a new mesh");
+      throwInvalidArgument(
+          "TriangleMesh::update",
+          "the arrays have other triangles or another number of points than at the "
+          "construction; construct a new mesh");
     }
-    checkPoints("update", arrays);
+    checkPoints("TriangleMesh::update", arrays);
     if (impl.use_count() > 1) {
       impl = std::make_shared<Impl>(*impl);
     } else {
@@ -159,11 +160,14 @@ void TriangleMesh::update(const MeshArrays<double>& arrays) { Impl::update(impl_
 void TriangleMesh::setPose(const MeshPose& pose) {
   const AffineMap map = toAffineMap(pose);
   if (!isRotation(map)) {
-    refuse("setPose", "the rotation is not orthonormal or is a reflection; give a proper rotation");
+    throwInvalidArgument(
+        "TriangleMesh::setPose",
+        "the rotation is not orthonormal or is a reflection; give a proper rotation");
   }
   for (const double x : pose.position) {
     if (!(std::fabs(x) <= kLargest)) {
-      refuse("setPose", "the position is NaN or beyond 2^1000; give smaller, finite numbers");
+      throwInvalidArgument("TriangleMesh::setPose",
+                           "the position is NaN or beyond 2^1000; give smaller, finite numbers");
     }
   }
   pose_ = pose;

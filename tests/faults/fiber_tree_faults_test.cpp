@@ -13,8 +13,11 @@
 #include <utility>
 #include <vector>
 
+#include <fcl_fibers/contact.h>
 #include <fcl_fibers/fiber_tree.h>
+#include <fcl_fibers/triangle_mesh.h>
 
+#include "arrays/meshes.h"
 #include "support/allocation_faults.h"
 #include "support/assembly.h"
 #include "support/random.h"
@@ -209,6 +212,86 @@ TEST_P(TreeFaults, NothingIsAllocatedAfterTheFirstFrame) {
   }
   EXPECT_FALSE(struck);
   EXPECT_GT(pairs, 0u);
+}
+
+// A query of a mesh would leave something behind, or contacts of another one be lost.
+TEST_P(TreeFaults, AQueryOfAMeshWithoutMemoryChangesNothing) {
+  if (GetParam().report == Report::kVolumes) GTEST_SKIP() << "of capsules only";
+  for (const auto kind : {TriangleMesh::Kind::kSurface, TriangleMesh::Kind::kSolid}) {
+    const TriangleMesh mesh(ball<double>(0.4, 8, 10).view(), kind);
+    expectAnswersWhereverStruck("visitMesh", [&](Subject& subject) {
+      subject.seen.clear();
+      subject.tree.visitMesh(
+          mesh, [&](TrianglePair pair) { subject.seen.emplace_back(pair.segment, pair.triangle); });
+    });
+    expectAnswersWhereverStruck("findTouching", [&](Subject& subject) {
+      std::vector<std::int32_t> segments;
+      subject.tree.findTouching(mesh, segments);
+    });
+    expectAnswersWhereverStruck("findNearest", [&](Subject& subject) {
+      std::vector<TrianglePair> pairs;
+      subject.tree.findNearest(mesh, 0.1, pairs);
+    });
+    expectAnswersWhereverStruck("findContacts", [&](Subject& subject) {
+      std::vector<MeshContact> contacts;
+      subject.tree.findContacts(hair_.view(), mesh, contacts);
+    });
+  }
+}
+
+/// What the tree finds at a mesh.
+Pairs pairsOf(const FiberTree& tree, const TriangleMesh& mesh) {
+  Pairs pairs;
+  tree.visitMesh(mesh, [&](TrianglePair pair) { pairs.emplace_back(pair.segment, pair.triangle); });
+  return pairs;
+}
+
+// A mesh would be half where it was and half where it is, or its copy be moved.
+TEST(MeshFaults, UpdatingWithoutMemoryChangesNothing) {
+  FiberTreeOptions options;
+  options.report = Report::kCapsules;
+  FiberTree tree(options);
+  tree.build(hair(20, 12, 194).view());
+  const Triangles<double> first = ball<double>(0.4, 20, 30);
+  Triangles<double> second = first;
+  for (double& x : second.points) x *= 0.75;
+  const TriangleMesh plain(first.view());
+  const Pairs before = pairsOf(tree, plain);
+  const Pairs after = pairsOf(tree, TriangleMesh(second.view()));
+  ASSERT_NE(before, after);
+
+  struct Meshes {
+    TriangleMesh mesh, copy;
+  };
+  strikeEverywhere(
+      "update of a mesh that is shared",
+      [&] {
+        return Meshes{plain, plain};
+      },
+      [&](Meshes& meshes) { meshes.mesh.update(second.view()); },
+      [&](const Meshes& meshes, bool failed) {
+        EXPECT_EQ(pairsOf(tree, meshes.mesh), failed ? before : after);
+        EXPECT_EQ(pairsOf(tree, meshes.copy), before);
+      });
+  // It takes no memory, so it cannot end half-way.
+  strikeEverywhere(
+      "update of a mesh that is not shared", [&] { return TriangleMesh(first.view()); },
+      [&](TriangleMesh& mesh) { mesh.update(second.view()); },
+      [&](const TriangleMesh& mesh, bool failed) {
+        EXPECT_FALSE(failed);
+        EXPECT_EQ(pairsOf(tree, mesh), after);
+      });
+  strikeEverywhere(
+      "construction",
+      [&] {
+        return Meshes{plain, plain};
+      },
+      [&](Meshes& meshes) {
+        meshes.mesh = TriangleMesh(second.view(), TriangleMesh::Kind::kSolid);
+      },
+      [&](const Meshes& meshes, bool failed) {
+        EXPECT_EQ(pairsOf(tree, meshes.mesh).size() == before.size(), failed);
+      });
 }
 
 std::vector<FiberTreeOptions> optionsToStrike() {
