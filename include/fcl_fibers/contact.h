@@ -51,6 +51,13 @@ struct Contact {
 
 /// Where a capsule and a triangle of a mesh touch or, if they are apart, where they are closest.
 /// Points are in the frame of the fibers, lengths in their unit.
+///
+///     const MeshContact c = meshContact(fibers, head, pair);
+///     if (c.distance < 0) push(c.a.fiber, c.normal, -c.distance);  // against the normal
+///
+/// If the axis crosses the triangle, or if it is inside a solid mesh, a depth along the way between
+/// the closest points would be of no use. Then the depth is how far the whole capsule has to move
+/// perpendicular to the triangle's plane until it is on one side of it, even if it is tilted.
 struct MeshContact {
   FiberSegment a;             ///< place of the capsule
   std::int32_t triangle = 0;  ///< index of the triangle in MeshArrays::triangles
@@ -63,20 +70,24 @@ struct MeshContact {
 
   /// Distance between the capsule's surface and the triangle. It is negative if they overlap: a
   /// motion of the capsule by that depth against `normal` takes it off the triangle or, if `solid`
-  /// is set, out of the solid at this triangle.
+  /// is set, out of the solid at this triangle. The depth in a solid is at least the radius.
   double distance = 0;
-  bool solid = false;  ///< whether the depth is that in a solid mesh, not that at one triangle
 
-  std::array<double, 3> point_a{};  ///< closest point of the axis, moved to the capsule's surface
+  /// Whether the mesh is solid and the axis crosses the triangle or has its closest point inside.
+  bool solid = false;
+
+  std::array<double, 3> point_a{};  ///< closest point of the axis, moved by the radius and `normal`
   std::array<double, 3> point_b{};  ///< closest point of the triangle
 
-  /// Unit vector from the capsule to the triangle. If the axis crosses the triangle, or if `solid`
-  /// is set, it is perpendicular to the triangle; into the solid in the latter case.
+  /// Unit vector from the capsule to the triangle. If `solid` is set, it is perpendicular to the
+  /// triangle and points into the solid. Else, if the axis crosses the triangle, it is
+  /// perpendicular too, and the motion against it is the shorter one of the two.
   std::array<double, 3> normal{};
 };
 
 /// Returns the contact of a pair that FiberTree::visitMesh() or findNearest() reported. `fibers`
-/// are the arrays of the tree's last build or update. Throws std::invalid_argument as
+/// are the arrays of the tree's last build or update, and the mesh is where it was then. The
+/// coordinates are computed relative to the mesh's position. Throws std::invalid_argument as
 /// capsuleContact() of a pair does, and if the mesh has no such triangle.
 ///@{
 FCL_FIBERS_TREE_EXPORT MeshContact meshContact(const FiberArrays<float>& fibers,
