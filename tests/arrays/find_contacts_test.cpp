@@ -363,10 +363,15 @@ TEST(FindContacts, RefuseBadInputAndKeepTheContacts) {
 // There would be a contact with nothing, or one of another query be left over.
 TEST(FindContacts, OfNothingAreNone) {
   const auto fibers = curledFibers<double>(40, 10);
+  const TriangleMesh empty(MeshArrays<double>{});
   std::vector<MeshContact> contacts(4);
-  capsuleTree(fibers.view())
-      .findContacts(fibers.view(), TriangleMesh(MeshArrays<double>()), contacts);
-  EXPECT_TRUE(contacts.empty());
+  std::vector<std::int32_t> segments(4);
+  std::vector<TrianglePair> nearest(4);
+  const FiberTree tree = capsuleTree(fibers.view());
+  tree.findContacts(fibers.view(), empty, contacts);
+  tree.findTouching(empty, segments);
+  tree.findNearest(empty, 1e9, nearest);
+  EXPECT_TRUE(contacts.empty() && segments.empty() && nearest.empty());
   const std::size_t begin[] = {0};
   FiberArrays<double> none;
   none.point_begin = begin;

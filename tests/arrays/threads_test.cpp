@@ -11,7 +11,11 @@
 
 #include <gtest/gtest.h>
 
+#include <fcl_fibers/contact.h>
+#include <fcl_fibers/triangle_mesh.h>
+
 #include "arrays/array_fibers.h"
+#include "arrays/meshes.h"
 
 namespace fcl_fibers {
 namespace {
@@ -55,6 +59,32 @@ std::vector<Query> allQueries() {
         record.add(tree.fiberCount(), tree.segmentCount());
         EXPECT_GT(tree.memoryUsage(), 0u);
       },
+      [](const Tree& tree, const Tree&, Record& record) {
+        const auto add = [&](std::int32_t segment) { record.add(segment, 0); };
+        tree.visitOverlaps(CapsuleShape{{-0.2, 0, 0}, {0.2, 0.1, 0}, 0.1}, add);
+        tree.visitOverlaps(BoxShape{{-0.2, 0, 0}, {0.2, 0.1, 0.1}}, add);
+      },
+  };
+}
+
+/// Those of trees that keep capsules. They share a mesh.
+std::vector<Query> meshQueries() {
+  using Tree = FiberTree;
+  const TriangleMesh mesh(test::ball<double>(0.3, 16, 24).view(), TriangleMesh::Kind::kSolid);
+  return {
+      [mesh](const Tree& tree, const Tree&, Record& record) {
+        tree.visitMesh(mesh, [&](TrianglePair pair) { record.add(pair.segment, pair.triangle); });
+      },
+      [mesh](const Tree& tree, const Tree&, Record& record) {
+        std::vector<std::int32_t> segments;
+        tree.findTouching(mesh, segments);
+        for (const std::int32_t segment : segments) record.add(segment, 0);
+      },
+      [mesh](const Tree& tree, const Tree&, Record& record) {
+        std::vector<TrianglePair> pairs;
+        tree.findNearest(mesh, 0.1, pairs);
+        for (const TrianglePair& pair : pairs) record.add(pair.segment, pair.triangle);
+      },
   };
 }
 
@@ -70,7 +100,10 @@ TEST_P(ArrayTreeThreads, MayAskAtOnce) {
     FiberTree tree(options), other(options);
     tree.build(first.view());
     other.build(second.view());
-    const std::vector<Query> queries = allQueries();
+    std::vector<Query> queries = allQueries();
+    if (options.report == Report::kCapsules) {
+      for (const Query& query : meshQueries()) queries.push_back(query);
+    }
     std::vector<Record> expected(queries.size());
     for (std::size_t i = 0; i < queries.size(); ++i) {
       queries[i](tree, other, expected[i]);
