@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// Plain arrays and contacts, for a program that has neither FCL's nor Eigen's headers in sight, nor
-// the library's flags. Prints the version of the headers and the number of contacts.
+// Plain arrays, a mesh and contacts, for a program that has neither FCL's nor Eigen's headers in
+// sight, nor the library's flags. Prints the version of the headers and the number of contacts.
+#include <cstdint>
 #include <cstdio>
+#include <vector>
 
 #include <fcl_fibers/contact.h>
+#include <fcl_fibers/triangle_mesh.h>
 #include <fcl_fibers/version.h>
 
 #ifdef EIGEN_WORLD_VERSION
@@ -23,6 +26,19 @@ int main() {
     const fcl_fibers::Contact contact = fcl_fibers::capsuleContact(fibers, pair);
     contacts += contact.distance < 0 && contact.normal[2] > 0.999;
   });
+
+  const double corners[] = {-1, -1, 0, 1, -1, 0, 0, 1, 0};
+  const std::int32_t triangle[] = {0, 1, 2};
+  fcl_fibers::TriangleMesh mesh(fcl_fibers::MeshArrays<double>{corners, 3, triangle, 1});
+  mesh.setPose({{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0.15}});
+  fcl_fibers::FiberTreeOptions options;
+  options.report = fcl_fibers::Report::kCapsules;
+  fcl_fibers::FiberTree capsules(options);
+  capsules.build(fibers);
+  std::vector<fcl_fibers::MeshContact> with_mesh;
+  capsules.findContacts(fibers, mesh, with_mesh);
+  if (with_mesh.size() != 1 || with_mesh[0].a.fiber != 1) return 1;
+
   std::printf("fcl_fibers %s: contacts %d\n", FCL_FIBERS_VERSION, contacts);
   return contacts == 1 ? 0 : 1;
 }
