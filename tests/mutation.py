@@ -425,6 +425,10 @@ FAULTS = [
     Fault("a point that is not finite is passed over", "arrays/coordinates.h",
           "if (std::isfinite(largest)) return largest;", "if (largest >= 0) return largest;",
           "arrays_test"),
+    Fault("copies of a mesh move with it", "arrays/triangle_mesh.cpp",
+          "if (impl.use_count() > 1) {", "if (false) {", "arrays_test"),
+    Fault("the depth in a solid is that of one end", "arrays/mesh_contact.cpp",
+          "dot(outward, triangle.a - capsule.b)});", "0.0});", "arrays_test"),
 ]
 # fmt: on
 
