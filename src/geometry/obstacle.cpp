@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "geometry/double_double.h"
+#include "geometry/least_distance.h"
 #include "geometry/triangle_distance.h"
 
 namespace fcl_fibers::geometry {
@@ -24,10 +25,10 @@ class Differences {
 
   /// @param size  see sizeOf()
   Differences(const Segment& segment, const Obstacle& box, double size)
-      : w_(difference(segment.a, box.point) + difference(segment.b, box.point)),
+      : w_(difference<T>(segment.a, box.point) + difference<T>(segment.b, box.point)),
         negligible_(0x1p-104 * size * size) {
-    for (int i = 0; i < 3; ++i) c_[i] = difference(box.vector[i], -1.0 * box.vector[i]);
-    c_[3] = difference(segment.b, segment.a);
+    for (int i = 0; i < 3; ++i) c_[i] = difference<T>(box.vector[i], -1.0 * box.vector[i]);
+    c_[3] = difference<T>(segment.b, segment.a);
   }
 
   /// Starts near the least vector, or at it if the box is rectangular and the segment does not
@@ -38,7 +39,7 @@ class Differences {
       for (int i = 0; i < kCount; ++i) {
         const T squared = significant(squaredNorm(c_[i]));
         const T before = x_[i];
-        x_[i] = clamped(before - quotient(dot(c_[i], r), squared));
+        x_[i] = clamped(before - quotientOrZero(dot(c_[i], r), squared));
         r = r + (x_[i] - before) * c_[i];
       }
     }
@@ -78,11 +79,7 @@ class Differences {
   }
 
  private:
-  static Vec3<T> difference(const Vec3d& p, const Vec3d& q) {
-    return Vec3<T>{p.x, p.y, p.z} - Vec3<T>{q.x, q.y, q.z};
-  }
   static T clamped(const T& x) { return x < T(-1) ? T(-1) : x > T(1) ? T(1) : x; }
-  static T quotient(const T& x, const T& y) { return y > T(0) ? x / y : T(0); }
   static T distanceFromZero(const T& x) { return x < T(0) ? -x : x; }
   /// A vector of negligible length moves nothing by more than an ulp of the size.
   T significant(const T& squared) const { return squared > T(negligible_) ? squared : T(0); }
@@ -111,11 +108,11 @@ class Differences {
     for (int i = 0; i < kCount; ++i) {
       q[i] = c_[i];
       for (int k = 0; k < i; ++k) {
-        share[k][i] = quotient(dot(q[k], q[i]), squared[k]);
+        share[k][i] = quotientOrZero(dot(q[k], q[i]), squared[k]);
         q[i] = q[i] - share[k][i] * q[k];
       }
       squared[i] = is_free_[i] ? significant(squaredNorm(q[i])) : T(0);
-      move[i] = -quotient(dot(q[i], rest), squared[i]);
+      move[i] = -quotientOrZero(dot(q[i], rest), squared[i]);
       rest = rest + move[i] * q[i];
     }
     for (int i = kCount - 1; i >= 0; --i) {
@@ -162,8 +159,6 @@ Verdict decide(Differences<T>& differences, double reach, const T& rounding) {
   return Verdict::kOpen;
 }
 
-double norm1(const Vec3d& v) { return std::fabs(v.x) + std::fabs(v.y) + std::fabs(v.z); }
-
 /// The sum of 1-norms of all differences, by which rounding is bounded.
 double sizeOf(const Segment& segment, const Obstacle& box) {
   return norm1(segment.a - box.point) + norm1(segment.b - box.point) +
@@ -192,8 +187,7 @@ bool boxWithin(const Segment& segment, const Obstacle& box, double reach) {
   const auto& [x, y, z] = box.vector;
   const double largest = std::max({maxNorm(segment.a), maxNorm(segment.b), maxNorm(box.point),
                                    maxNorm(x), maxNorm(y), maxNorm(z)});
-  const double scale =
-      std::ldexp(1.0, size < 1 ? std::min(-std::ilogb(size), 1000) : -std::ilogb(largest));
+  const double scale = scaleForSize(size, largest);
   Obstacle scaled = box;
   scaled.point = scale * box.point;
   for (int i = 0; i < 3; ++i) scaled.vector[i] = scale * box.vector[i];

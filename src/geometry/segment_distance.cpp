@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "geometry/double_double.h"
+#include "geometry/least_distance.h"
 
 namespace fcl_fibers::geometry {
 namespace {
@@ -22,9 +23,9 @@ template <typename T>
 class SquaredDistance {
  public:
   SquaredDistance(const Segment& p, const Segment& q)
-      : w_(difference(p.a, q.a)),
-        u_(difference(p.b, p.a)),
-        v_(difference(q.b, q.a)),
+      : w_(difference<T>(p.a, q.a)),
+        u_(difference<T>(p.b, p.a)),
+        v_(difference<T>(q.b, q.a)),
         uu_(squaredNorm(u_)),
         vv_(squaredNorm(v_)),
         uv_(dot(u_, v_)),
@@ -34,7 +35,7 @@ class SquaredDistance {
   /// Ericson, Real-Time Collision Detection, 2005, section 5.1.9.
   Certified<T> atClosest() const {
     const T determinant = uu_ * vv_ - uv_ * uv_;
-    const T s = determinant > T(0) ? clamped((uv_ * vw_ - uw_ * vv_) / determinant) : T(0);
+    const T s = determinant > T(0) ? clampedToUnit((uv_ * vw_ - uw_ * vv_) / determinant) : T(0);
     return atClosestOfSecond(s);
   }
 
@@ -42,10 +43,11 @@ class SquaredDistance {
   /// loses twice as many digits at small angles. An error of s then moves the points along two
   /// lines that are so nearly parallel that their distance hardly changes.
   Certified<T> atClosestByProjection() const {
-    const T share = quotient(uv_, vv_);
+    const T share = quotientOrZero(uv_, vv_);
     const Vec3<T> across = u_ - share * v_;
-    const Vec3<T> apart = w_ - quotient(vw_, vv_) * v_;
-    return atClosestOfSecond(clamped(quotient(T(-1) * dot(apart, across), squaredNorm(across))));
+    const Vec3<T> apart = w_ - quotientOrZero(vw_, vv_) * v_;
+    return atClosestOfSecond(
+        clampedToUnit(quotientOrZero(T(-1) * dot(apart, across), squaredNorm(across))));
   }
 
   /// The best of atClosest() and the four end points. If the segments are nearly parallel, the
@@ -63,23 +65,17 @@ class SquaredDistance {
   Vec3<T> between(const T& s, const T& t) const { return w_ + s * u_ - t * v_; }
 
  private:
-  static Vec3<T> difference(const Vec3d& p, const Vec3d& q) {
-    return Vec3<T>{p.x, p.y, p.z} - Vec3<T>{q.x, q.y, q.z};
-  }
-  static T clamped(const T& x) { return x < T(0) ? T(0) : x > T(1) ? T(1) : x; }
-  static T quotient(const T& x, const T& y) { return y > T(0) ? x / y : T(0); }
-
   Certified<T> atClosestOfSecond(const T& s) const {
-    const T t = quotient(uv_ * s + vw_, vv_);
+    const T t = quotientOrZero(uv_ * s + vw_, vv_);
     if (t < T(0)) return atEndOfSecond(T(0));
     if (t > T(1)) return atEndOfSecond(T(1));
     return at(s, t);
   }
   Certified<T> atEndOfFirst(const T& s) const {
-    return at(s, clamped(quotient(uv_ * s + vw_, vv_)));
+    return at(s, clampedToUnit(quotientOrZero(uv_ * s + vw_, vv_)));
   }
   Certified<T> atEndOfSecond(const T& t) const {
-    return at(clamped(quotient(uv_ * t - uw_, uu_)), t);
+    return at(clampedToUnit(quotientOrZero(uv_ * t - uw_, uu_)), t);
   }
 
   /// A convex function lies above its tangent plane, so f in the square is less than f(s, t) by at
@@ -101,9 +97,6 @@ class SquaredDistance {
 
 /// The sum of the 1-norms of w, u and v, by which rounding is bounded.
 double sizeOf(const Segment& p, const Segment& q) {
-  const auto norm1 = [](const Vec3d& d) {
-    return std::fabs(d.x) + std::fabs(d.y) + std::fabs(d.z);
-  };
   return norm1(p.a - q.a) + norm1(p.b - p.a) + norm1(q.b - q.a);
 }
 
@@ -114,11 +107,8 @@ double roundingFor(double m) { return 64 * std::numeric_limits<double>::epsilon(
 /// Whether products of four lengths of this size neither overflow nor vanish.
 bool isWellScaled(double m) { return m > 0x1p-200 && m < 0x1p200; }
 
-/// The power of two that brings a pair to a size of about one.
 double scaleFor(const Segment& p, const Segment& q, double m) {
-  if (m < 1) return std::ldexp(1.0, std::min(-std::ilogb(m), 1000));
-  const double largest = std::max({maxNorm(p.a), maxNorm(p.b), maxNorm(q.a), maxNorm(q.b)});
-  return std::ldexp(1.0, -std::ilogb(largest));
+  return scaleForSize(m, std::max({maxNorm(p.a), maxNorm(p.b), maxNorm(q.a), maxNorm(q.b)}));
 }
 
 Segment scaled(const Segment& s, double scale) { return {scale * s.a, scale * s.b, s.radius}; }

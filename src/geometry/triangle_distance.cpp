@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "geometry/double_double.h"
+#include "geometry/least_distance.h"
 
 namespace fcl_fibers::geometry {
 namespace {
@@ -28,10 +29,10 @@ template <typename T>
 class SquaredDistance {
  public:
   SquaredDistance(const Segment& p, const Triangle& t)
-      : w_(difference(p.a, t.a)),
-        u_(difference(p.b, p.a)),
-        v1_(difference(t.b, t.a)),
-        v2_(difference(t.c, t.a)),
+      : w_(difference<T>(p.a, t.a)),
+        u_(difference<T>(p.b, p.a)),
+        v1_(difference<T>(t.b, t.a)),
+        v2_(difference<T>(t.c, t.a)),
         normal_(cross(v1_, v2_)) {}
 
   /// The best of a point on each edge, of both ends of the axis against the inside of the triangle,
@@ -48,7 +49,7 @@ class SquaredDistance {
     consider(above(T(0)));
     consider(above(T(1)));
     const T from = dot(normal_, w_), to = from + dot(normal_, u_);
-    if ((from < T(0)) != (to < T(0))) consider(above(clamped(from / (from - to))));
+    if ((from < T(0)) != (to < T(0))) consider(above(clampedToUnit(from / (from - to))));
     return best;
   }
 
@@ -56,12 +57,6 @@ class SquaredDistance {
   Vec3<T> between(const Certified<T>& c) const { return w_ + c.s * u_ - c.x * v1_ - c.y * v2_; }
 
  private:
-  static Vec3<T> difference(const Vec3d& p, const Vec3d& q) {
-    return Vec3<T>{p.x, p.y, p.z} - Vec3<T>{q.x, q.y, q.z};
-  }
-  static T clamped(const T& x) { return x < T(0) ? T(0) : x > T(1) ? T(1) : x; }
-  static T quotient(const T& x, const T& y) { return y > T(0) ? x / y : T(0); }
-
   /// The closest points of the axis and the edge from `start` along v, each clamped in turn:
   /// Ericson, Real-Time Collision Detection, 2005, section 5.1.9. The part of the axis across the
   /// edge takes the place of the determinant, which loses more digits.
@@ -69,11 +64,11 @@ class SquaredDistance {
   Certified<T> onEdge(const Vec3<T>& start, const Vec3<T>& v, Place&& place) const {
     const Vec3<T> w = w_ - start;
     const T vv = squaredNorm(v), uu = squaredNorm(u_), uv = dot(u_, v);
-    const Vec3<T> across = u_ - quotient(uv, vv) * v;
-    const Vec3<T> apart = w - quotient(dot(v, w), vv) * v;
-    T s = clamped(quotient(T(0) - dot(apart, across), squaredNorm(across)));
-    const T t = clamped(quotient(uv * s + dot(v, w), vv));
-    s = clamped(quotient(uv * t - dot(u_, w), uu));
+    const Vec3<T> across = u_ - quotientOrZero(uv, vv) * v;
+    const Vec3<T> apart = w - quotientOrZero(dot(v, w), vv) * v;
+    T s = clampedToUnit(quotientOrZero(T(0) - dot(apart, across), squaredNorm(across)));
+    const T t = clampedToUnit(quotientOrZero(uv * s + dot(v, w), vv));
+    s = clampedToUnit(quotientOrZero(uv * t - dot(u_, w), uu));
     const auto [x, y] = place(t);
     return at(s, x, y);
   }
@@ -82,8 +77,8 @@ class SquaredDistance {
   Certified<T> above(const T& s) const {
     const Vec3<T> p = w_ + s * u_;
     const T nn = squaredNorm(normal_);
-    const T x = clamped(quotient(dot(cross(p, v2_), normal_), nn));
-    T y = clamped(quotient(dot(cross(v1_, p), normal_), nn));
+    const T x = clampedToUnit(quotientOrZero(dot(cross(p, v2_), normal_), nn));
+    T y = clampedToUnit(quotientOrZero(dot(cross(v1_, p), normal_), nn));
     if (x + y > T(1)) y = T(1) - x;
     return at(s, x, y);
   }
@@ -106,9 +101,6 @@ class SquaredDistance {
 
 /// The sum of the 1-norms of the differences, by which rounding is bounded.
 double sizeOf(const Segment& p, const Triangle& t) {
-  const auto norm1 = [](const Vec3d& d) {
-    return std::fabs(d.x) + std::fabs(d.y) + std::fabs(d.z);
-  };
   return norm1(p.a - t.a) + norm1(p.b - p.a) + norm1(t.b - t.a) + norm1(t.c - t.a);
 }
 
@@ -123,11 +115,6 @@ double largestOf(const Segment& p, const Triangle& t) {
   return std::max({maxNorm(p.a), maxNorm(p.b), maxNorm(t.a), maxNorm(t.b), maxNorm(t.c)});
 }
 
-/// The power of two that brings a pair to a size of about one.
-double scaleFor(const Segment& p, const Triangle& t, double m) {
-  if (m < 1) return std::ldexp(1.0, std::min(-std::ilogb(m), 1000));
-  return std::ldexp(1.0, -std::ilogb(largestOf(p, t)));
-}
 Segment scaled(const Segment& s, double scale) { return {scale * s.a, scale * s.b, s.radius}; }
 Triangle scaled(const Triangle& t, double scale) { return {scale * t.a, scale * t.b, scale * t.c}; }
 
@@ -162,7 +149,7 @@ bool axisWithin(const Segment& capsule, const Triangle& triangle, double reach) 
   const double m = sizeOf(capsule, triangle);
   if (isWellScaled(m)) return wellScaledWithin(capsule, triangle, m, reach);
   if (m == 0 || !std::isfinite(m)) return true;
-  const double scale = scaleFor(capsule, triangle, m);
+  const double scale = scaleForSize(m, largestOf(capsule, triangle));
   // The scaled reach must not overflow either.
   return axisWithin(scaled(capsule, scale), scaled(triangle, scale),
                     std::min(scale * reach, 0x1p150));
@@ -181,7 +168,7 @@ ClosestOnTriangle closestPoints(const Segment& capsule, const Triangle& triangle
     if (std::isnan(m) || !std::isfinite(largestOf(capsule, triangle))) {
       return {0, {1, 0, 0}, {kInfinity, kInfinity, kInfinity}};
     }
-    const double scale = scaleFor(capsule, triangle, m);
+    const double scale = scaleForSize(m, largestOf(capsule, triangle));
     ClosestOnTriangle closest = closestPoints(scaled(capsule, scale), scaled(triangle, scale));
     closest.apart = (1 / scale) * closest.apart;
     return closest;

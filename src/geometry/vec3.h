@@ -46,6 +46,8 @@ T squaredNorm(const Vec3<T>& p) {
 
 inline double norm(const Vec3d& p) { return std::sqrt(squaredNorm(p)); }
 
+inline double norm1(const Vec3d& p) { return std::fabs(p.x) + std::fabs(p.y) + std::fabs(p.z); }
+
 inline double maxNorm(const Vec3d& p) {
   return std::max({std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
 }
