@@ -57,8 +57,8 @@ class FCL_FIBERS_TREE_EXPORT TriangleMesh {
   /// Throws std::invalid_argument, whose text names the point or triangle, if an array is null, if
   /// a number in it is NaN or out of range, or if a solid mesh is not watertight. It is watertight
   /// if each edge of a triangle is that of exactly one other triangle, which runs through it in the
-  /// opposite direction. The normals of the triangles have to point outward: seen from outside,
-  /// their points are counterclockwise.
+  /// opposite direction. Seen from outside, the points of its triangles are counterclockwise. A
+  /// solid whose volume is negative is refused; of several bodies, the sum of the volumes counts.
   ///@{
   explicit TriangleMesh(const MeshArrays<float>& arrays, Kind kind = Kind::kSurface);
   explicit TriangleMesh(const MeshArrays<double>& arrays, Kind kind = Kind::kSurface);

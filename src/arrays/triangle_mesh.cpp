@@ -94,7 +94,13 @@ MeshIndex makeIndex(const MeshArrays<S>& arrays, TriangleMesh::Kind kind) {
   }
   std::vector<MeshPoint> points(arrays.point_count);
   readPoints(arrays, points);
-  return MeshIndex(std::move(points), std::move(triangles));
+  MeshIndex mesh(std::move(points), std::move(triangles));
+  if (kind == TriangleMesh::Kind::kSolid && index::isInsideOut(mesh)) {
+    throwInvalidArgument("TriangleMesh::TriangleMesh",
+                         "the solid mesh is inside out: its triangles are clockwise seen from "
+                         "outside; exchange two points of each");
+  }
+  return mesh;
 }
 
 AffineMap toAffineMap(const MeshPose& pose) {

@@ -73,10 +73,8 @@ struct PosedMesh {
   bool is_solid = false;                         ///< whether its inside counts
 };
 
-/// Whether a segment of a frame touches a mesh, as SegmentIndex::searchMesh() decides it.
-/// @param margin, error  in the unit of the frame; see geometry::touch()
-bool touches(const PosedMesh& mesh, const geometry::Segment& segment, const geometry::Frame& frame,
-             double margin, double error);
+/// Whether the triangles of a watertight mesh face inward, so that they enclose a negative volume.
+bool isInsideOut(const MeshIndex& mesh);
 
 /// Whether each edge of a triangle is that of exactly one other one, in the opposite direction.
 /// Returns the first triangle for which that does not hold, or -1.

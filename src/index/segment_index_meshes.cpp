@@ -19,10 +19,12 @@ using geometry::Segment;
 using tree::Pair;
 using tree::Visit;
 
-/// Hands on each segment once, and remembers which came.
-class EachOnce final : public PairSink {
+/// Remembers the segments of the pairs that it hands on. If `once` is set, it hands on only the
+/// first pair of each segment.
+class MarkingSink final : public PairSink {
  public:
-  EachOnce(SegmentMarks& marks, PairSink& sink) : marks_(marks), sink_(sink) {}
+  MarkingSink(bool once, SegmentMarks& marks, PairSink& sink)
+      : once_(once), marks_(marks), sink_(sink) {}
 
   Visit take(const Pair* pairs, std::size_t count) override {
     constexpr std::size_t kRun = 256;
@@ -30,7 +32,7 @@ class EachOnce final : public PairSink {
     for (const Pair* const end = pairs + count; pairs != end;) {
       std::size_t size = 0;
       for (; pairs != end && size < kRun; ++pairs) {
-        if (marks_.add(pairs->a)) run[size++] = *pairs;
+        if (marks_.add(pairs->a) || !once_) run[size++] = *pairs;
       }
       if (size > 0 && sink_.take(run.data(), size) == Visit::kStop) return Visit::kStop;
     }
@@ -38,44 +40,16 @@ class EachOnce final : public PairSink {
   }
 
  private:
+  const bool once_;
   SegmentMarks& marks_;
   PairSink& sink_;
 };
 
-/// Hands on all pairs, and remembers their segments.
-class Marking final : public PairSink {
- public:
-  Marking(SegmentMarks& marks, PairSink& sink) : marks_(marks), sink_(sink) {}
-
-  Visit take(const Pair* pairs, std::size_t count) override {
-    for (const Pair* pair = pairs; pair != pairs + count; ++pair) marks_.add(pair->a);
-    return sink_.take(pairs, count);
-  }
-
- private:
-  SegmentMarks& marks_;
-  PairSink& sink_;
-};
-
-/// Hands on pairs of segments and triangles that may be nearer than the limit.
-class NearTriangles final : public tree::NearestVisitor {
- public:
-  NearTriangles(SegmentRange segments, const PosedTriangles& triangles, NearestSink& sink)
-      : segments_(segments), triangles_(triangles), sink_(sink) {}
-
-  Visit visit(SegmentId segment, SegmentId triangle, double& limit) override {
-    const Segment s = segments_[segment];
-    const bool is_tested = limit < std::numeric_limits<double>::infinity() && !s.isBox();
-    const double error = endPointError(s) + triangles_.error;
-    if (is_tested && !touch(s, triangles_[triangle], limit, error)) return Visit::kContinue;
-    return sink_.visit(segment, triangle, limit);
-  }
-
- private:
-  SegmentRange segments_;
-  const PosedTriangles& triangles_;
-  NearestSink& sink_;
-};
+/// Whether some segment below a slot may meet a mesh of these categories.
+template <class Tree>
+bool mayMeet(const Tree& tree, std::size_t slot, tree::Categories categories) {
+  return tree.meets().empty() || (tree.meets()[slot] & categories) != 0;
+}
 
 /// Calls visit(id) for the leaves of a tree that may meet the categories, in nodes [begin, end).
 template <class Tree, class F>
@@ -85,8 +59,9 @@ void forMeetingLeaves(const Tree& tree, tree::Categories categories, std::size_t
     const auto& node = tree.nodes()[i];
     for (std::size_t lane = 0; lane < static_cast<std::size_t>(node.child_count); ++lane) {
       const std::size_t slot = static_cast<std::size_t>(Tree::kArity) * i + lane;
-      if (!tree.meets().empty() && (tree.meets()[slot] & categories) == 0) continue;
-      if (node.children[lane].isLeaf()) visit(node.children[lane].segment());
+      if (node.children[lane].isLeaf() && mayMeet(tree, slot, categories)) {
+        visit(node.children[lane].segment());
+      }
     }
   }
 }
@@ -112,7 +87,7 @@ class InsideSearch {
     for (int lane = 0; lane < node.child_count; ++lane) {
       const auto child = tree::Child<Tree>::of(tree_, index, lane);
       const auto slot = static_cast<std::size_t>(child.slot);
-      if (!tree_.meets().empty() && (tree_.meets()[slot] & categories_) == 0) continue;
+      if (!mayMeet(tree_, slot, categories_)) continue;
       const geometry::Box box = query_.inTree(child.volume);
       if (!overlapsRoot(box)) continue;
       if (child.link.isLeaf()) {
@@ -161,7 +136,7 @@ class InsideSearch {
     const auto& node = tree_.node(index);
     for (int lane = 0; lane < node.child_count; ++lane) {
       const auto slot = static_cast<std::size_t>(Tree::kArity * index + lane);
-      if (!tree_.meets().empty() && (tree_.meets()[slot] & categories_) == 0) continue;
+      if (!mayMeet(tree_, slot, categories_)) continue;
       const tree::Link child = node.children[static_cast<std::size_t>(lane)];
       // A segment may touch within the margin although its volume overlaps no triangle's box.
       if (child.isLeaf() && touching_.has(child.segment())) continue;
@@ -197,11 +172,11 @@ Visit SegmentIndex::searchSurfaceAndInside(const PosedMesh& mesh, bool once, Pai
   if (mesh.mesh.tree().empty()) return Visit::kContinue;
   const PosedTriangles triangles(mesh, frame_);
   const SegmentRange segments = keptRange();
-  const TriangleFilter filter(segments, triangles, margin(), /*error=*/0, once);
-  SegmentMarks marks(begin_, once || mesh.is_solid ? end_ : begin_);
-  EachOnce each_once(marks, sink);
-  Marking marking(marks, sink);
-  PairSink& out = once ? static_cast<PairSink&>(each_once) : mesh.is_solid ? marking : sink;
+  const TriangleFilter filter(segments, triangles, margin(), once);
+  const bool marks_segments = once || mesh.is_solid;
+  SegmentMarks marks(begin_, marks_segments ? end_ : begin_);
+  MarkingSink marking(once, marks, sink);
+  PairSink& out = marks_segments ? marking : sink;
   return std::visit(
       [&](const auto& tree) {
         if (tree.empty()) return Visit::kContinue;
@@ -228,17 +203,6 @@ Visit SegmentIndex::searchTriangles(const PosedMesh& mesh, PairSink& sink) const
 
 Visit SegmentIndex::searchMesh(const PosedMesh& mesh, PairSink& sink) const {
   return searchSurfaceAndInside(mesh, /*once=*/true, sink);
-}
-
-Visit SegmentIndex::searchMesh(const PosedMesh& mesh, NearestSink& sink) const {
-  const PosedTriangles triangles(mesh, frame_);
-  NearTriangles visitor(keptRange(), triangles, sink);
-  return std::visit(
-      [&](const auto& tree) {
-        const auto pair = pairOf(tree, triangles, mesh, 0, keptRange());
-        return tree::pairKernels(pair).nearest(pair, sink.limit(), visitor);
-      },
-      tree_);
 }
 
 void SegmentIndex::findNearest(const PosedMesh& mesh, double distance,
@@ -274,38 +238,6 @@ void SegmentIndex::findNearest(const PosedMesh& mesh, double distance,
 void SegmentIndex::forRanges(std::size_t count, std::size_t grain,
                              parallel::FunctionRef<std::size_t, std::size_t> visit) const {
   parallel::forRanges(executor_.get(), count, grain, visit);
-}
-
-bool touches(const PosedMesh& mesh, const Segment& segment, const geometry::Frame& frame,
-             double margin, double error) {
-  if (mesh.mesh.tree().empty()) return false;
-  const PosedTriangles triangles(mesh, frame);
-  const geometry::CapsuleEnd ends[] = {geometry::firstEndOf(segment),
-                                       geometry::secondEndOf(segment)};
-  const TriangleFilter filter(SegmentRange(ends, 2, 0), triangles, margin, error,
-                              /*once=*/true);
-  struct Stop final : PairSink {
-    Visit take(const Pair*, std::size_t) override { return Visit::kStop; }
-  } stop;
-  /// Exchanges the two, because the tree's leaves are triangles.
-  struct Exchange final : PairFilter {
-    explicit Exchange(const TriangleFilter& f) : filter(f) {}
-    std::size_t keepTouching(Pair* pairs, std::size_t count) const override {
-      for (Pair* pair = pairs; pair != pairs + count; ++pair) std::swap(pair->a, pair->b);
-      return filter.keepTouching(pairs, count);
-    }
-    const TriangleFilter& filter;
-  } const exchange(filter);
-  SerialBuffer buffer(&exchange, stop);
-  const MeshQuery query(triangles);
-  const geometry::Box box = query.boxOf(segment, margin + error + triangles.error);
-  if (tree::kernels<MeshTree>().overlapsVolume(mesh.mesh.tree(), box, 0, tree::kNoGroup, buffer) ==
-          Visit::kStop ||
-      buffer.full() == Visit::kStop) {
-    return true;
-  }
-  return mesh.is_solid && isBounded(segment) &&
-         query.isInside(segment.isBox() ? midpoint(segment) : segment.a);
 }
 
 }  // namespace fcl_fibers::index

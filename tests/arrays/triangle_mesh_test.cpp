@@ -120,6 +120,13 @@ TEST(Meshes, ThatAreSolidAreWatertight) {
     return mesh;
   };
   Triangles<double> bad = closed;
+  for (std::size_t i = 0; i < bad.indices.size(); i += 3)
+    std::swap(bad.indices[i], bad.indices[i + 1]);
+  EXPECT_NO_THROW(TriangleMesh(bad.view()));
+  EXPECT_THAT([&] { TriangleMesh(bad.view(), TriangleMesh::Kind::kSolid); },
+              refusal("TriangleMesh: the solid mesh is inside out: its triangles are clockwise "
+                      "seen from outside; exchange two points of each"));
+  bad = closed;
   bad.indices.resize(bad.indices.size() - 3);  // a hole
   EXPECT_THROW(TriangleMesh(bad.view(), TriangleMesh::Kind::kSolid), std::invalid_argument);
   bad = closed;
