@@ -195,8 +195,7 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
     return visitRuns(mesh, bridge);
   }
 
-  /// Replaces the content of `segments` by the segments that touch the mesh, each once, which
-  /// takes less time than all their triangles.
+  /// Replaces the content of `segments` by the segments that touch the mesh, each once.
   void findTouching(const TriangleMesh& mesh, std::vector<std::int32_t>& segments) const;
 
   /// Replaces the content of `pairs` by each segment that is at most `distance` from the mesh, and

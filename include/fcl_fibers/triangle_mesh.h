@@ -38,7 +38,7 @@ struct MeshPose {
 /// neither FCL nor Eigen.
 ///
 ///     TriangleMesh head(arrays);
-///     head.setPose({rotation, position});  // takes no work: the tree is in the mesh's own frame
+///     head.setPose({rotation, position});  // the tree is in the mesh's own frame
 ///     tree.visitMesh(head, [&](TrianglePair pair) { ... });
 ///
 /// Copies share triangles and tree, so one mesh may be at many places. Different copies may be

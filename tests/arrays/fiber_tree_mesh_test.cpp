@@ -376,8 +376,7 @@ TEST(FiberTreeMesh, MeshesOfAnySizeAndPlaceAreRight) {
       for (double& x : triangles.points) x = scale * (x + offset);
       const TriangleMesh mesh(triangles.view());
       const Pairs pairs = pairsOf(treeOf(fibers.view()), mesh);
-      // Far from the origin the coordinates themselves are rounded, by 1e-10 of the scene.
-      EXPECT_NEAR(static_cast<double>(pairs.size()), 300, 299) << scale << " " << offset;
+      EXPECT_FALSE(pairs.empty()) << scale << " " << offset;
       std::size_t touching = 0;
       fibers.visitCapsules([&](std::size_t, std::size_t i) {
         const ExactCapsule capsule = roundedCapsule(fibers.capsule(i));
@@ -393,6 +392,7 @@ TEST(FiberTreeMesh, MeshesOfAnySizeAndPlaceAreRight) {
           if (gap <= 0) {
             ASSERT_TRUE(found);
           }
+          // Far from the origin an ulp of the coordinates is 1e-10 of the scene.
           if (gap > (offset > 0 ? 1e-8L : kRounding)) {
             ASSERT_FALSE(found);
           }

@@ -90,6 +90,7 @@ TEST(TriangleDistance, DecidesAsTheExactDistanceDoes) {
     const double reach = i % 3 == 0   ? distance
                          : i % 3 == 1 ? std::nextafter(distance, 0.0)
                                       : 2 * cases.random.unit();
+    // That of the oracle, which computes in long double.
     const Real rounding = 1e-17L * size;
     const bool is_within = axisWithin(cases.segment, cases.triangle, reach);
     touching += is_within ? 1 : 0;
@@ -188,7 +189,8 @@ TEST(TriangleContact, SeparatesCapsuleAndTriangle) {
     }
     if (contact.distance >= 0) continue;
     crossing += contact.crosses ? 1 : 0;
-    // The motion by the depth leaves the two touching, or apart where both lie in one plane.
+    // The motion by the depth leaves the two touching or apart. A needle of width 1e-9 has a normal
+    // of that precision.
     const Vec3d move = contact.distance * contact.normal;
     const Segment moved{s.a + move, s.b + move, s.radius};
     ASSERT_GE(static_cast<double>(distanceOf(moved, t)), s.radius - 1e-9 * size) << i;
