@@ -5,6 +5,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
+export TSAN_OPTIONS="suppressions=$PWD/tests/thread_sanitizer_suppressed.txt ${TSAN_OPTIONS:-}"
 cmake --preset thread-sanitize
 cmake --build --preset thread-sanitize --target "$@"
 for suite in "$@"; do
