@@ -19,7 +19,9 @@ XML = ROOT / "build" / "docs" / "xml"
 # The map at the left, and all pages but README.md, which is the first.
 NAVIGATION = {
     "Getting started": ["start/two_fibers", "start/hair_file", "installing"],
-    "Tutorials": [f"tutorials/{name}" for name in "swap hair_step harness obstacles yarn".split()],
+    "Tutorials": [
+        f"tutorials/{name}" for name in "swap hair_step hair_head harness obstacles yarn".split()
+    ],
     "Guide": ["options", "files", "contacts", "program", "threads", "gallery", "faq"],
     "API": [f"api/{name}" for name in "tree meshes managers options contacts files".split()],
     "Reference": ["contract", "numerics", "works-with", "glossary"],
