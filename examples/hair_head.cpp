@@ -16,7 +16,7 @@ namespace {
 
 using namespace fcl_fibers;
 
-constexpr std::size_t kHairs = 400, kPoints = 12, kFixed = 2;  // points of a hair; those that stay
+constexpr std::size_t kHairs = 200, kPoints = 12, kFixed = 2;  // points of a hair; those that stay
 constexpr double kHead = 0.1, kRootDepth = 0.01, kSegment = 0.015, kRadius = 0.001, kStep = 0.002;
 constexpr int kRounds = 3;  // of contacts in a step
 constexpr double kPi = 3.141592653589793;
