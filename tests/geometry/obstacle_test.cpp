@@ -1,0 +1,377 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "geometry/obstacle.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include <boost/multiprecision/cpp_int.hpp>
+
+#include "support/random.h"
+#include "support/segments.h"
+
+namespace fcl_fibers::geometry {
+namespace {
+
+using test::Random;
+using Rational = boost::multiprecision::cpp_rational;
+using Integer = boost::multiprecision::cpp_int;
+using Exact = std::array<Rational, 3>;
+using Whole = std::array<Integer, 3>;
+
+constexpr double kEps = std::numeric_limits<double>::epsilon();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// --- The oracle, in integers and rational numbers ---
+
+template <typename T>
+std::array<T, 3> exact(const Vec3d& v) {
+  return {T(v.x), T(v.y), T(v.z)};
+}
+template <typename T>
+std::array<T, 3> sum(const std::array<T, 3>& p, const T& s, const std::array<T, 3>& q) {
+  return {T(p[0] + s * q[0]), T(p[1] + s * q[1]), T(p[2] + s * q[2])};
+}
+template <typename T>
+T product(const std::array<T, 3>& p, const std::array<T, 3>& q) {
+  return p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+}
+Whole crossed(const Whole& p, const Whole& q) {
+  return {Integer(p[1] * q[2] - p[2] * q[1]), Integer(p[2] * q[0] - p[0] * q[2]),
+          Integer(p[0] * q[1] - p[1] * q[0])};
+}
+Integer determinant(const Whole& p, const Whole& q, const Whole& r) {
+  return product(p, crossed(q, r));
+}
+
+/// The vectors as whole multiples of a unit, of which one is 1 / `units`.
+std::array<Whole, 5> inUnits(const std::array<Exact, 5>& vectors, Integer& units) {
+  units = 1;
+  for (const Exact& v : vectors) {
+    // Denominators are powers of two.
+    for (const Rational& x : v) units = std::max(units, Integer(denominator(x)));
+  }
+  std::array<Whole, 5> whole;
+  for (std::size_t i = 0; i < 5; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) whole[i][k] = numerator(Rational(vectors[i][k] * units));
+  }
+  return whole;
+}
+
+/// The squared distance of a segment and a box. It is the least over all features of both: each of
+/// four coefficients is at one of its ends or between them, and those between are where the lines,
+/// planes or spaces are closest.
+Rational squaredDistance(const Segment& s, const Obstacle& box) {
+  Integer units;
+  const std::array<Whole, 5> all =
+      inUnits({sum(exact<Rational>(s.a), Rational(-1), exact<Rational>(box.point)),
+               exact<Rational>(box.vector[0]), exact<Rational>(box.vector[1]),
+               exact<Rational>(box.vector[2]),
+               sum(exact<Rational>(s.a), Rational(-1), exact<Rational>(s.b))},
+              units);
+  Rational least = -1;
+  for (int choice = 0; choice < 81; ++choice) {
+    Whole r = all[0];
+    std::vector<Whole> free;
+    std::vector<int> low;
+    int rest = choice;
+    for (std::size_t i = 1; i < 5; ++i, rest /= 3) {
+      const int at[2] = {i == 4 ? 0 : -1, 1};
+      if (rest % 3 < 2) {
+        r = sum(r, Integer(-at[rest % 3]), all[i]);
+        continue;
+      }
+      free.push_back(all[i]);
+      low.push_back(at[0]);
+    }
+    if (free.size() == 4) continue;  // three of them reach as far
+    // Cramer's rule.
+    Integer divisor = 1;
+    std::vector<Integer> x;
+    if (free.size() == 1) {
+      divisor = product(free[0], free[0]);
+      x = {product(free[0], r)};
+    } else if (free.size() > 1) {
+      const Whole third = free.size() == 3 ? free[2] : crossed(free[0], free[1]);
+      divisor = determinant(free[0], free[1], third);
+      x = {determinant(r, free[1], third), determinant(free[0], r, third),
+           determinant(free[0], free[1], r)};
+    }
+    if (divisor == 0) continue;  // fewer of them reach as far
+    const int sign = divisor < 0 ? -1 : 1;
+    Whole apart = sum({0, 0, 0}, divisor, r);
+    bool is_inside = true;
+    for (std::size_t i = 0; i < free.size(); ++i) {
+      is_inside =
+          is_inside && sign * x[i] >= low[i] * sign * divisor && sign * x[i] <= sign * divisor;
+      apart = sum(apart, Integer(-x[i]), free[i]);
+    }
+    if (!is_inside) continue;
+    const Rational squared(product(apart, apart), Integer(divisor * divisor));
+    if (least < 0 || squared < least) least = squared;
+  }
+  return least / Rational(units * units);
+}
+
+/// What rounding is relative to: the 1-norms of all differences.
+double extentOf(const Segment& s, const Obstacle& box) {
+  double extent = 0;
+  for (const Vec3d& v : {s.a - box.point, s.b - box.point, s.b - s.a, 2.0 * box.vector[0],
+                         2.0 * box.vector[1], 2.0 * box.vector[2]}) {
+    extent += std::fabs(v.x) + std::fabs(v.y) + std::fabs(v.z);
+  }
+  return extent;
+}
+
+/// A square root rounded to nearest, or nearly, over the whole range of double.
+double rootOf(const Rational& squared) {
+  if (squared == 0) return 0;
+  // An even power of two brings the number near one.
+  const auto bits = [](const Rational& x) {
+    return static_cast<int>(msb(numerator(x))) - static_cast<int>(msb(denominator(x)));
+  };
+  const int half = bits(squared) / 2;
+  const Rational power = boost::multiprecision::cpp_int(1) << (2 * std::abs(half));
+  const Rational near_one = half > 0 ? Rational(squared / power) : Rational(squared * power);
+  return std::ldexp(std::sqrt(static_cast<double>(near_one)), half);
+}
+
+/// What lengths may lose at the small end of the range.
+double lossOfSmallNumbers() {
+  const volatile double least = std::numeric_limits<double>::min();
+  const bool flushes_to_zero = least / 2 == 0;
+  return flushes_to_zero ? 16 * least : std::numeric_limits<double>::denorm_min();
+}
+
+/// Compares answers at the distance, one ulp from it, and as far beyond it as rounding may reach.
+/// "A few ulp of the coordinates" are 16 eps of the extent.
+void expectExactDecisions(Segment s, const Obstacle& box) {
+  const Rational squared = squaredDistance(s, box);
+  const double distance = rootOf(squared), slack = 16 * kEps * extentOf(s, box);
+  for (const double reach :
+       {distance, std::nextafter(distance, kInfinity), std::nextafter(distance, 0.0),
+        distance - slack, distance - 2 * slack, distance / 2, 2 * distance, 0.0}) {
+    if (reach < 0) continue;
+    s.radius = reach;
+    const bool answer = touch(s, box, 0, 0);
+    if (Rational(reach) * Rational(reach) >= squared) {
+      ASSERT_TRUE(answer) << distance << ", reach " << reach;
+    }
+    const Rational most = Rational(reach) + Rational(slack) + Rational(4 * kEps * reach) +
+                          Rational(lossOfSmallNumbers());
+    if (most * most < squared) {
+      ASSERT_FALSE(answer) << distance << ", reach " << reach;
+    }
+  }
+}
+
+Obstacle makeBox(const Vec3d& point, const Vec3d& x, const Vec3d& y, const Vec3d& z) {
+  Obstacle box;
+  box.kind = Obstacle::Kind::kBox;
+  box.point = point;
+  box.vector[0] = x;
+  box.vector[1] = y;
+  box.vector[2] = z;
+  return box;
+}
+
+/// Of these half sides, some of which may be zero. It is not quite rectangular if `skew` is not 0.
+Obstacle randomBox(Random& random, const Vec3d& half, double skew) {
+  const Eigen::Matrix3d turn = random.rotation().toRotationMatrix();
+  const auto side = [&](double length, int i) {
+    return length * fromEigen(turn.col(i) + skew * random.direction());
+  };
+  return makeBox(fromEigen(random.inCube(1)), side(half.x, 0), side(half.y, 1), side(half.z, 2));
+}
+
+Segment randomSegment(Random& random, double length) {
+  const Vec3d a = fromEigen(random.inCube(2));
+  return {a, a + length * fromEigen(random.direction()), 0};
+}
+
+double randomSize(Random& random) {
+  const double sizes[] = {1, 1, 1, 0, 1e-3, 1e-8, 1e-13, 30};
+  return sizes[random.below(8)] * random.between(0.1, 1);
+}
+
+TEST(ObstacleBox, DecisionsAreExactForTurnedBoxes) {
+  // If this fails, capsules beside a box are missed, or one that is clear of it counts.
+  Random random(701);
+  for (int i = 0; i < 1500; ++i) {
+    const Vec3d half{randomSize(random), randomSize(random), randomSize(random)};
+    const Obstacle box = randomBox(random, half, i % 2 == 0 ? 0 : 5e-3);
+    ASSERT_NO_FATAL_FAILURE(expectExactDecisions(randomSegment(random, randomSize(random)), box))
+        << i;
+  }
+}
+
+TEST(ObstacleBox, DecisionsAreExactBesideFacesAndEdges) {
+  // If this fails, a search ends too early where all points are about equally close.
+  Random random(702);
+  for (int i = 0; i < 1500; ++i) {
+    const Vec3d half{random.between(0.2, 1), random.between(0.2, 1), random.between(0.2, 1)};
+    const Obstacle box = randomBox(random, half, i % 2 == 0 ? 0 : 1e-6);
+    // Along an edge or a face, tilted by next to nothing, and as far away.
+    const Vec3d across = i % 3 == 0 ? box.vector[1] : 0.7 * box.vector[1] - 0.2 * box.vector[0];
+    const double tilt = std::pow(10.0, -random.between(1, 17));
+    const double height = 1 + (random.below(3) == 0 ? 0 : std::pow(10.0, -random.between(0, 16)));
+    const Vec3d middle = box.point + height * box.vector[2] +
+                         random.between(-1, 1) * box.vector[0] +
+                         (i % 3 == 1 ? height : random.between(-2, 2)) * box.vector[1];
+    const Vec3d along = random.between(0.1, 3) * across + tilt * fromEigen(random.direction());
+    ASSERT_NO_FATAL_FAILURE(expectExactDecisions({middle - along, middle + along, 0}, box)) << i;
+  }
+}
+
+TEST(ObstacleBox, DecisionsAreExactForWholeNumbers) {
+  // If this fails, exact contact is missed: with a corner, an edge or a face, by an end or between
+  // the ends, and for boxes and segments without thickness or length.
+  Random random(703);
+  const auto whole = [&] { return static_cast<double>(random.below(9)) - 4; };
+  for (int i = 0; i < 3000; ++i) {
+    const Vec3d half{double(random.below(3)), double(random.below(3)), double(random.below(3))};
+    const Obstacle box =
+        i % 2 == 0
+            ? makeBox({whole(), whole(), whole()}, {half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z})
+            : makeBox({whole(), whole(), whole()}, half.x * Vec3d{0.75, 1, 0},
+                      half.y * Vec3d{-1, 0.75, 0}, half.z * Vec3d{0, 0, -1});
+    ASSERT_NO_FATAL_FAILURE(
+        expectExactDecisions({{whole(), whole(), whole()}, {whole(), whole(), whole()}, 0}, box))
+        << i;
+  }
+}
+
+TEST(ObstacleBox, DecisionsAreExactAtAllScalesAndOffsets) {
+  // If this fails, squares overflow or vanish, or a place far from the origin costs digits.
+  Random random(704);
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3d half{randomSize(random), randomSize(random), randomSize(random)};
+    Obstacle box = randomBox(random, half, 0);
+    Segment s = randomSegment(random, randomSize(random));
+    if (i % 2 == 0) {
+      const int powers[] = {-1070, -1030, -1000, -600, -300, 300, 600, 1000};
+      const double scale = std::ldexp(1.0, powers[random.below(8)]);
+      s = {scale * s.a, scale * s.b, 0};
+      box.point = scale * box.point;
+      for (Vec3d& v : box.vector) v = scale * v;
+    } else {
+      const double offset = std::pow(10.0, random.between(0, 15));
+      const Vec3d by{offset, -offset, offset};
+      s = {s.a + by, s.b + by, 0};
+      box.point = box.point + by;
+    }
+    ASSERT_NO_FATAL_FAILURE(expectExactDecisions(s, box)) << i;
+  }
+}
+
+TEST(ObstacleBox, RadiusMarginsAndErrorsAddUp) {
+  // If this fails, a margin or an error is not counted, or counted twice.
+  Obstacle box = makeBox({1, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1});
+  const Segment s{{0, 5, -4}, {0, 5, 4}, 1};
+  box.margin = 0.5;
+  box.error = 0.25;
+  EXPECT_TRUE(touch(s, box, 2, 0.25));
+  EXPECT_FALSE(touch(s, box, 2, 0.25 - 1e-12));
+  EXPECT_FALSE(touch(s, box, 2 - 1e-12, 0.25));
+}
+
+TEST(Obstacle, AnUnknownOneAndOneBeyondAllBoundsTouchEverything) {
+  // If this fails, what overflows or is not known is taken for apart.
+  const Segment s{{0, 0, 0}, {1, 0, 0}, 0};
+  EXPECT_TRUE(touch(s, Obstacle{}, 0, 0));
+  const double most = std::numeric_limits<double>::max();
+  EXPECT_TRUE(touch(s, makeBox({most, most, most}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}), 0, 0));
+  EXPECT_FALSE(touch(s, makeBox({most / 16, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}), 1e300, 0));
+  EXPECT_TRUE(touch(s, makeBox({0, 9, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}), kInfinity, 0));
+  EXPECT_TRUE(touch(s, makeBox({0, 9, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}), most, 0));
+  EXPECT_TRUE(touch({{0, 0, 0}, {0, 0, 0}, 0}, makeBox({0, 0, 0}, {}, {}, {}), 0, 0));
+}
+
+// --- Planes, half-spaces and triangles ---
+
+TEST(ObstaclePlane, TheEndsDecide) {
+  // If this fails, a capsule behind a plane counts, or one that crosses it does not.
+  Obstacle plane;
+  plane.kind = Obstacle::Kind::kPlane;
+  plane.point = {0, 0, 1};
+  plane.vector[0] = {0, 0.6, 0.8};
+  plane.offset = 2;
+  Obstacle halfspace = plane;
+  halfspace.kind = Obstacle::Kind::kHalfspace;
+  const auto at = [](double height_a, double height_b) {
+    const Vec3d n{0, 0.6, 0.8}, foot{0, 1.2, 2.6};
+    return Segment{Vec3d{3, 0, 0} + foot + height_a * n, Vec3d{-5, 0, 0} + foot + height_b * n, 1};
+  };
+  constexpr double kTiny = 1e-12;
+  const double halfspace_touches[][2] = {{1, 7}, {7, 1}, {-1, 7}, {-9, 7}, {-9, -7}, {0, 0}};
+  for (const auto& [a, b] : halfspace_touches) EXPECT_TRUE(touch(at(a, b), halfspace, 0, 0));
+  const double plane_touches[][2] = {{1, 7}, {7, 1}, {-1, -7}, {-7, -1}, {-9, 7}, {9, -7}, {0, 0}};
+  for (const auto& [a, b] : plane_touches) EXPECT_TRUE(touch(at(a, b), plane, 0, 0));
+  for (const Obstacle& obstacle : {plane, halfspace}) {
+    EXPECT_FALSE(touch(at(1 + kTiny, 7), obstacle, 0, 0));
+    EXPECT_FALSE(touch(at(7, 1 + kTiny), obstacle, 0, 0));
+    EXPECT_TRUE(touch(at(1.5, 7), obstacle, 0.25, 0.25));
+    EXPECT_FALSE(touch(at(1.5 + kTiny, 7), obstacle, 0.25, 0.25));
+    Obstacle widened = obstacle;
+    widened.margin = 0.25;
+    widened.error = 0.25;
+    EXPECT_TRUE(touch(at(1.5, 7), widened, 0, 0));
+    EXPECT_FALSE(touch(at(1.5 + kTiny, 7), widened, 0, 0));
+  }
+  EXPECT_FALSE(touch(at(-1 - kTiny, -7), plane, 0, 0));
+  EXPECT_TRUE(touch({{0, 0, kInfinity}, {0, 0, kInfinity}, 0}, plane, 0, 0));
+}
+
+TEST(ObstaclePlane, DecisionsAreExact) {
+  // If this fails, rounding of products or of the normal's length is not bounded.
+  Random random(705);
+  for (int i = 0; i < 20000; ++i) {
+    Obstacle plane;
+    plane.kind = i % 2 == 0 ? Obstacle::Kind::kPlane : Obstacle::Kind::kHalfspace;
+    plane.vector[0] = fromEigen(random.direction());
+    const double size = std::pow(10.0, random.between(-12, 12));
+    plane.point = std::pow(10.0, random.between(-12, 12)) * fromEigen(random.inCube(1));
+    plane.offset = size * random.between(-1, 1);
+    const Exact n = exact<Rational>(plane.vector[0]);
+    const Segment s{size * fromEigen(random.inCube(3)), size * fromEigen(random.inCube(3)), 0};
+    const auto height = [&](const Vec3d& p) -> Rational {
+      return product(n, sum(exact<Rational>(p), Rational(-1), exact<Rational>(plane.point))) -
+             Rational(plane.offset);
+    };
+    const Rational at_a = height(s.a), at_b = height(s.b), squared = product(n, n);
+    Rational nearest = std::min(at_a, at_b);
+    if (i % 2 == 0 && nearest < 0) nearest = std::max(nearest, Rational(-std::max(at_a, at_b)));
+    const double distance = nearest > 0 ? rootOf(nearest * nearest / squared) : 0;
+    const double slack =
+        64 * kEps *
+        (maxNorm(s.a - plane.point) + maxNorm(s.b - plane.point) + std::fabs(plane.offset));
+    const Segment near{s.a, s.b, std::nextafter(distance, kInfinity)};
+    ASSERT_TRUE(touch(near, plane, 0, 0)) << i;
+    if (distance <= 2 * slack) continue;
+    ASSERT_FALSE(touch({s.a, s.b, distance - 2 * slack}, plane, 0, 0)) << i;
+  }
+}
+
+TEST(ObstacleTriangle, CountsByItsCornersMarginAndError) {
+  // If this fails, a triangle counts by a box, or without its margin.
+  Obstacle triangle;
+  triangle.kind = Obstacle::Kind::kTriangle;
+  triangle.vector[0] = {0, 0, 0};
+  triangle.vector[1] = {4, 0, 0};
+  triangle.vector[2] = {0, 4, 0};
+  triangle.margin = 0.5;
+  triangle.error = 0.25;
+  const Segment above{{1, 1, 3}, {1, 1, 9}, 1}, beyond{{3, 3, -9}, {3, 3, 9}, 0};
+  EXPECT_TRUE(touch(above, triangle, 1, 0.25));
+  EXPECT_FALSE(touch(above, triangle, 1, 0.25 - 1e-12));
+  EXPECT_FALSE(touch(above, triangle, 1 - 1e-12, 0.25));
+  EXPECT_FALSE(touch(beyond, triangle, 0, 0));
+  EXPECT_TRUE(touch(beyond, triangle, 0.67, 0));
+}
+
+}  // namespace
+}  // namespace fcl_fibers::geometry
