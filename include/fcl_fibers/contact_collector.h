@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include <fcl/geometry/shape/capsule.h>
@@ -43,6 +45,13 @@ template <typename S>
 struct ObjectContact : Contact {
   fcl::CollisionObject<S>* object_a = nullptr;  ///< the callback's first argument
   fcl::CollisionObject<S>* object_b = nullptr;  ///< the second argument
+
+  /// If one object is a capsule and the other a mesh that counts by its triangles: the index of the
+  /// touched triangle in `fcl::BVHModel::tri_indices`. Otherwise -1.
+  std::int32_t triangle = -1;
+  std::array<double, 3> weights{};  ///< its barycentric coordinates; see MeshContact
+  /// Whether the depth is that of the capsule in a solid mesh, not that at one triangle.
+  bool solid = false;
 };
 
 /// An FCL callback that collects where the pairs of a query touch, with fiber and segment numbers:
@@ -55,6 +64,11 @@ struct ObjectContact : Contact {
 /// and their own margins together; Bounds explains an object's own margin. Under Report::kCapsules
 /// a pair may also be reported because a box counts in place of a capsule, and then it has one
 /// contact too.
+///
+/// If the manager has Report::kCapsules, a capsule or sphere and a mesh of triangles have a contact
+/// for each triangle that they touch within these margins, however many there are. If a pair is
+/// reported although no triangle touches, as inside a solid mesh, the contact is that with the
+/// nearest triangle. See FiberCollisionManager::findMeshContacts().
 ///
 /// All other pairs go to `fcl::collide` and have the contacts that it finds, at most as many as the
 /// request admits. FCL's normals, positions and depths are converted to those of Contact. The arc
@@ -78,7 +92,7 @@ class ContactCollector {
     request.num_max_contacts = 16;
   }
 
-  /// The request that fcl::collide gets for a pair with a shape other than a capsule or a sphere.
+  /// The request that fcl::collide gets. It has no effect on pairs that do not go there.
   fcl::CollisionRequest<S> request;
 
   /// Returns the contacts of all queries since clear(), in the order of their pairs.
@@ -105,6 +119,7 @@ class ContactCollector {
       if (isNear(contact)) keep(contact);
       return;
     }
+    if (addMesh(contact)) return;
     fcl::CollisionResult<S> result;
     fcl::collide(a, b, request, result);
     for (std::size_t i = 0; i < result.numContacts(); ++i) {
@@ -122,6 +137,37 @@ class ContactCollector {
       contact.t = arcParameter(*b, found.pos);
       keep(contact);
     }
+  }
+
+  /// Adds the contacts of a capsule and the triangles of a mesh. Returns false if the pair is
+  /// another one.
+  bool addMesh(ObjectContact<S>& contact) {
+    const FiberManagerOptions& options = manager_.options();
+    if (options.report != Report::kCapsules || options.bounds == Bounds::kObjects) return false;
+    const bool is_turned = isCapsule(*contact.object_b);
+    const Object *capsule = contact.object_a, *mesh = contact.object_b;
+    if (is_turned) std::swap(capsule, mesh);
+    if (!isCapsule(*capsule) || mesh->getObjectType() != fcl::OT_BVH) return false;
+    const bool is_its = other_ != nullptr && !manager_.isRegistered(mesh) &&
+                        other_->isRegistered(mesh) && other_->options().report == Report::kCapsules;
+    const Manager& owner = is_its ? *other_ : manager_;
+    if (!owner.findMeshContacts(capsule, mesh, options.margin, mesh_contacts_)) return false;
+    for (const MeshContact& found : mesh_contacts_) {
+      contact.s = is_turned ? 0 : found.s;
+      contact.t = is_turned ? found.s : 0;
+      contact.distance = found.distance;
+      contact.point_a = is_turned ? found.point_b : found.point_a;
+      contact.point_b = is_turned ? found.point_a : found.point_b;
+      contact.normal = found.normal;
+      if (is_turned) {
+        for (double& component : contact.normal) component = -component;
+      }
+      contact.triangle = found.triangle;
+      contact.weights = found.weights;
+      contact.solid = found.solid;
+      keep(contact);
+    }
+    return true;
   }
 
   bool isNear(const ObjectContact<S>& contact) const {
@@ -165,6 +211,7 @@ class ContactCollector {
   const Manager& manager_;
   const Manager* other_;
   std::vector<ObjectContact<S>> contacts_;
+  std::vector<MeshContact> mesh_contacts_;
 };
 
 }  // namespace fcl_fibers

@@ -7,6 +7,7 @@
 
 #include <fcl/broadphase/broadphase_collision_manager.h>
 
+#include <fcl_fibers/contact.h>
 #include <fcl_fibers/eigen_alignment.h>
 #include <fcl_fibers/export.h>
 #include <fcl_fibers/fiber_manager_options.h>
@@ -24,8 +25,10 @@ namespace fcl_fibers {
 /// **Objects.** The manager borrows its objects and never owns them. Capsules (`fcl::Capsule`),
 /// cylinders and boxes form fibers; objects of any shape may be registered beside them. A capsule
 /// or a sphere counts by its pose and shape. Any other object counts by the least box around its
-/// shape. So `computeAABB` is not needed. If the program has made an object's box larger, the
-/// difference is a margin of that object; see Bounds.
+/// shape. So `computeAABB` is not needed. Under Report::kCapsules a capsule and an
+/// `fcl::BVHModel` of triangles are a pair only if the capsule touches a triangle, and a capsule
+/// and another shape only if they may touch; see Report. If the program has made an object's box
+/// larger, the difference is a margin of that object; see Bounds.
 ///
 /// **FCL's managers.** Never pass one of these managers to one of FCL's. `fcls.collide(&ours, ...)`
 /// and `fcls.distance(&ours, ...)` are undefined behaviour, because FCL's managers cast the other
@@ -63,13 +66,19 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   /// Registers one fiber: capsules, cylinders or boxes in their order along it. Consecutive ones
   /// are neighbours; see FiberOptions::ignored_neighbors. Each is as long as its shape is along its
   /// z axis, which is `lz` or `side[2]`; see FiberOptions::ignored_arc_length. Segments of one
-  /// group are never paired with one another, not even those of one fiber; see FiberGroup. An empty
-  /// fiber registers nothing.
+  /// group are never paired with one another, not even those of one fiber; see FiberGroup.
+  /// `obstacles` tells which obstacles the fiber meets. An empty fiber registers nothing.
   ///
   /// Throws std::invalid_argument and registers nothing if an object is null, has another shape or
-  /// is already registered, if its pose or size cannot be read, or while a query runs.
+  /// is already registered, if its pose or size cannot be read, if a number of `obstacles` is out
+  /// of range, or while a query runs.
   void registerFiber(const std::vector<Object*>& fiber, FiberEnds ends = FiberEnds::kOpen,
-                     FiberGroup group = {});
+                     FiberGroup group = {}, const FiberObstacles& obstacles = {});
+
+  /// Registers an object that is no fiber, such as a head or a floor, with options. Throws
+  /// std::invalid_argument as registerObject() does, and if the mesh is to be solid but is not
+  /// watertight.
+  void registerObstacle(Object* object, const ObstacleOptions& options = {});
 
   /// Registers objects of any kind. Consecutive capsules that share an end point, to 4 ulp of the
   /// largest coordinate, become a fiber. Such a fiber shapes the tree and has a number, but none of
@@ -164,6 +173,20 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   /// length: the most that the program has added to its box on one side. Under other bounds it is
   /// 0. Throws std::invalid_argument if the object is null or cannot be read.
   double margin(const Object* object) const;
+
+  /// Replaces the content of `contacts` by those of a capsule or sphere and an `fcl::BVHModel` of
+  /// triangles, at their present poses. There is one for each triangle that is no further from the
+  /// capsule than `margin` and the two objects' own margins together, in ascending order of
+  /// triangles. If there is none, as inside a solid mesh, the contact is that with the nearest
+  /// triangle. MeshContact::triangle counts in `tri_indices`.
+  ///
+  /// The call takes the triangles as this manager read them last, in an update or in a query with
+  /// the mesh. If it has never read them, it reads them now. A mesh is solid if it was registered
+  /// as such here. It returns false, without contacts, if the mesh is a cloud of points.
+  ///
+  /// Throws std::invalid_argument if an object is null, has another shape or cannot be read.
+  bool findMeshContacts(const Object* capsule, const Object* mesh, double margin,
+                        std::vector<MeshContact>& contacts) const;
 
   /// Returns the bytes that this manager holds, without the objects, and including those that a
   /// query on several threads keeps for the next one.

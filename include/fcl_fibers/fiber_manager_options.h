@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
+
 #include <fcl_fibers/fiber_options.h>
 
 namespace fcl_fibers {
@@ -19,6 +21,36 @@ enum class Bounds {
   /// Its `getAABB()` alone, even for capsules, as in FCL's managers. This is for a program that
   /// makes boxes smaller. It has to call `computeAABB()` to keep them up to date.
   kObjects,
+};
+
+/// What an object that is no fiber is to the fibers around it.
+///
+///     manager.registerObstacle(&head, ObstacleOptions{/*solid=*/true});
+struct ObstacleOptions {
+  /// Whether the inside of a mesh counts, under Report::kCapsules. If not, a capsule wholly inside
+  /// does not touch it. The mesh has to be watertight: each edge of a triangle is that of exactly
+  /// one other triangle, which runs through it in the opposite direction. The triangles are
+  /// counterclockwise seen from outside. Boxes, spheres, half-spaces and other shapes are solid in
+  /// any case.
+  bool solid = false;
+  /// Bits. A fiber meets the obstacle only if one of them is among its FiberObstacles::meets.
+  std::uint32_t categories = ~std::uint32_t{0};
+};
+
+/// Which obstacles a fiber meets. An obstacle is an object that was registered by registerObstacle,
+/// registerObject or registerObjects, or an object in no fiber manager. The latter three have all
+/// categories.
+///
+///     FiberObstacles in_scalp;
+///     in_scalp.root_length = 0.01;  // the first centimetre is under the skin
+struct FiberObstacles {
+  std::uint32_t meets = ~std::uint32_t{0};  ///< bits; see ObstacleOptions::categories
+
+  /// How many of the first segments meet no obstacle. Not negative.
+  int root_segments = 0;
+  /// Segments that begin at less than this length from the start of the fiber meet no obstacle,
+  /// either. The length is measured when the fiber is registered. Finite, not negative.
+  double root_length = 0;
 };
 
 /// Options of a fiber manager. The manager's constructor throws std::invalid_argument if one of

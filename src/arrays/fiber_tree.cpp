@@ -10,11 +10,12 @@
 #include <fcl_fibers/contact.h>
 
 #include "arrays/array_source.h"
-#include "arrays/mesh_contacts.h"
+#include "arrays/located_segment.h"
 #include "arrays/pair_sinks.h"
 #include "arrays/tree_volume.h"
 #include "arrays/triangle_mesh.h"
 #include "fibers/fiber_table.h"
+#include "fibers/mesh_contacts.h"
 #include "fibers/options.h"
 #include "geometry/contact.h"
 #include "index/segment_index.h"
@@ -198,11 +199,11 @@ class FiberTree::Impl {
     std::vector<TrianglePair> pairs;
     visitMesh(mesh, appendTo(pairs));
     contacts.resize(pairs.size());
-    const arrays::MeshContacts contact(MeshReader::posed(mesh));
+    const fibers::MeshContacts contact(MeshReader::posed(mesh));
     index_.forRanges(pairs.size(), kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        contacts[i] = contact(arrays::locate("FiberTree::findContacts", fibers, pairs[i].segment),
-                              pairs[i].triangle);
+        const auto capsule = arrays::locate("FiberTree::findContacts", fibers, pairs[i].segment);
+        contacts[i] = contact(contact.inFrame(capsule.segment), capsule.place, pairs[i].triangle);
       }
     });
   }

@@ -10,6 +10,8 @@
 #include "broadphase/fcl_layout.h"
 #include "broadphase/manager_queries.h"
 #include "broadphase/manager_state.h"
+#include "broadphase/mesh_contacts_of_objects.h"
+#include "broadphase/new_objects.h"
 
 namespace fcl_fibers {
 
@@ -57,12 +59,20 @@ class FiberCollisionManager<S>::Impl final : public broadphase::ManagerState<S> 
     broadphase::ManagerQueries<S, Call>(*this, call).with(objects);
   }
 
-  static double marginOf(const char* call, const Object* object, Bounds bounds) {
+  double marginOf(const char* call, const Object* object,
+                  const FiberManagerOptions& options) const {
+    const Bounds bounds = options.bounds;
     using geometry::Segment;
     if (object == nullptr) {
       fibers::throwInvalidArgument(call, "the object is null; pass an object");
     }
     if (bounds != Bounds::kShapesAndMargins) return 0;
+    if (broadphase::countsTriangles(options) && broadphase::isMesh(*object)) {
+      const auto mesh = broadphase::readMesh(call, *object, false, geometry::Frame{}, bounds,
+                                             this->obstacles().cache(),
+                                             [] { return std::string("the given object"); });
+      if (mesh.counts_triangles) return mesh.margin;
+    }
     const auto read = [&](Bounds counted_bounds) {
       return broadphase::readObject(call, *object, geometry::Frame{}, counted_bounds,
                                     [] { return std::string("the given object"); });
@@ -130,8 +140,17 @@ FiberCollisionManager<S>::~FiberCollisionManager() = default;
 
 template <typename S>
 void FiberCollisionManager<S>::registerFiber(const std::vector<Object*>& fiber, FiberEnds ends,
-                                             FiberGroup group) {
-  impl().add("registerFiber", fiber, {true, ends == FiberEnds::kClosed, group.number});
+                                             FiberGroup group, const FiberObstacles& obstacles) {
+  typename Impl::Kind kind{true, ends == FiberEnds::kClosed, group.number, obstacles.meets};
+  kind.roots = broadphase::rootsOf<S>("registerFiber", fiber, obstacles);
+  impl().add("registerFiber", fiber, kind);
+}
+
+template <typename S>
+void FiberCollisionManager<S>::registerObstacle(Object* object, const ObstacleOptions& options) {
+  typename Impl::Kind kind = Impl::kGuessed;
+  kind.categories = options.categories;
+  impl().add("registerObstacle", {object}, kind, options.solid);
 }
 
 template <typename S>
@@ -251,7 +270,14 @@ bool FiberCollisionManager<S>::movedSinceUpdate() const {
 
 template <typename S>
 double FiberCollisionManager<S>::margin(const Object* object) const {
-  return Impl::marginOf("margin", object, options_.bounds);
+  return impl().marginOf("margin", object, options_);
+}
+
+template <typename S>
+bool FiberCollisionManager<S>::findMeshContacts(const Object* capsule, const Object* mesh,
+                                                double margin,
+                                                std::vector<MeshContact>& contacts) const {
+  return broadphase::findMeshContacts<S>(impl(), capsule, mesh, margin, contacts);
 }
 
 template <typename S>

@@ -31,6 +31,12 @@ class Generations {
   SegmentId end() const { return end_; }
   ///@}
   bool isYoung(SegmentId id) const { return id >= main_.end(); }
+  /// See SegmentIndex.
+  ///@{
+  bool keepsSegments() const { return main_.keepsSegments(); }
+  Segment segment(SegmentId id) const { return (isYoung(id) ? young_ : main_).segment(id); }
+  double margin() const { return main_.margin(); }
+  ///@}
 
   /// How many of `size` objects may be young before all are built into one index. If objects are
   /// registered one by one, each costs a build of the young index, and the one that exceeds this
@@ -84,6 +90,13 @@ class Generations {
       return other.forEach([&](const index::SegmentIndex& other_part) {
         return part.search(other_part, &source, sink);
       });
+    });
+  }
+
+  template <class Sink>
+  tree::Visit searchMesh(const index::PosedMesh& mesh, Sink& sink) const {
+    return forEach([&](const index::SegmentIndex& part) {
+      return part.leaves().empty() ? tree::Visit::kContinue : part.searchMesh(mesh, sink);
     });
   }
 

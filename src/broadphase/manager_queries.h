@@ -1,103 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <limits>
+#include <string>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
-#include <fcl/broadphase/broadphase_collision_manager.h>
-
+#include "broadphase/manager_calls.h"
 #include "broadphase/manager_state.h"
 #include "broadphase/pair_rules.h"
+#include "broadphase/shape_reach.h"
 
 namespace fcl_fibers::broadphase {
-
-/// Throws std::invalid_argument if a callback is null.
-template <class Callback>
-Callback checkedCallback(const char* call, Callback callback) {
-  if (callback == nullptr) {
-    fibers::throwInvalidArgument(call, "the callback is null; pass a function");
-  }
-  return callback;
-}
-
-/// A collision callback and its data. The limit of a collision query never changes, so the index
-/// hands on pairs in runs.
-template <typename S>
-class CollisionCall {
- public:
-  static constexpr const char* kName = "collide";
-
-  CollisionCall(void* cdata, fcl::CollisionCallBack<S> callback)
-      : cdata_(cdata), callback_(checkedCallback(kName, callback)) {}
-
-  bool operator()(fcl::CollisionObject<S>* a, fcl::CollisionObject<S>* b) {
-    return callback_(a, b, cdata_);
-  }
-
-  template <class Pairs>
-  class Sink final : public index::PairSink {
-   public:
-    Sink(CollisionCall& call, const ManagerState<S>& /*state*/, Pairs pairs)
-        : call_(call), pairs_(std::move(pairs)) {}
-    tree::Visit take(const tree::Pair* pairs, std::size_t count) override {
-      for (const tree::Pair* pair = pairs; pair != pairs + count; ++pair) {
-        if (pairs_(pair->a, pair->b, call_)) return tree::Visit::kStop;
-      }
-      return tree::Visit::kContinue;
-    }
-
-   private:
-    CollisionCall& call_;
-    Pairs pairs_;
-  };
-
- private:
-  void* cdata_;
-  fcl::CollisionCallBack<S> callback_;
-};
-
-/// A distance callback, its data, and the least distance so far.
-template <typename S>
-class DistanceCall {
- public:
-  static constexpr const char* kName = "distance";
-
-  DistanceCall(void* cdata, fcl::DistanceCallBack<S> callback)
-      : cdata_(cdata), callback_(checkedCallback(kName, callback)) {}
-
-  bool operator()(fcl::CollisionObject<S>* a, fcl::CollisionObject<S>* b) {
-    return callback_(a, b, cdata_, least_);
-  }
-
-  template <class Pairs>
-  class Sink final : public index::NearestSink {
-   public:
-    Sink(DistanceCall& call, const ManagerState<S>& state, Pairs pairs)
-        : call_(call),
-          scale_(state.generations().frame().scale),
-          source_(state.source(kName)),
-          pairs_(std::move(pairs)) {}
-    double limit() const override { return static_cast<double>(call_.least_) * scale_; }
-    const index::SegmentSource& source() const override { return source_; }
-    tree::Visit visit(SegmentId a, SegmentId b, double& nearer_than) override {
-      const bool stop = pairs_(a, b, call_);
-      nearer_than = limit();
-      return stop ? tree::Visit::kStop : tree::Visit::kContinue;
-    }
-
-   private:
-    DistanceCall& call_;
-    const double scale_;
-    const ObjectSource<S> source_;
-    Pairs pairs_;
-  };
-
- private:
-  void* cdata_;
-  fcl::DistanceCallBack<S> callback_;
-  S least_ = std::numeric_limits<S>::max();
-};
 
 /// The queries of a manager. `Call` is CollisionCall or DistanceCall.
 template <typename S, class Call>
@@ -107,14 +21,31 @@ class ManagerQueries {
   using Object = fcl::CollisionObject<S>;
 
   ManagerQueries(const State& state, Call& call)
-      : state_(state), scope_(state, Call::kName), rules_(state), call_(call) {}
+      : state_(state), scope_(state, Call::kName), rules_(state), reach_(state), call_(call) {}
 
   /// Finds the pairs among the manager's objects.
   void self() {
-    search([this](SegmentId a, SegmentId b, Call& call) {
+    const auto report = [this](SegmentId a, SegmentId b, Call& call) {
       if (a > b) std::swap(a, b);
       return rules_.reports(a, b) && call(state_.registry()[a], state_.registry()[b]);
-    });
+    };
+    const auto within_tree = [&](SegmentId a, SegmentId b, Call& call) {
+      return reach_.mayTouch(a, b, call.reach(state_)) && report(a, b, call);
+    };
+    if (search(within_tree) == tree::Visit::kStop) return;
+    for (const Entry& mesh : state_.obstacles().meshes()) {
+      const auto with_mesh = [&](SegmentId a, SegmentId /*triangle*/, Call& call) {
+        return report(a, mesh.id, call);
+      };
+      if (searchMesh(mesh, mesh.categories, mesh.is_solid, with_mesh) == tree::Visit::kStop) return;
+    }
+    if (state_.obstacles().meshes().empty()) return;
+    const auto among_meshes = [&](SegmentId a, SegmentId b, Call& call) {
+      const Entry *first = state_.obstacles().ofBox(a), *second = state_.obstacles().ofBox(b);
+      return first != nullptr && second != nullptr && report(first->id, second->id, call);
+    };
+    Sink<decltype(among_meshes)> sink(call_, state_, among_meshes);
+    state_.obstacles().boxes().search(sink);
   }
 
   /// Finds the pairs with an object, managed or not.
@@ -140,42 +71,204 @@ class ManagerQueries {
   /// Finds the pairs with the objects of another fiber manager.
   void with(const State& other) {
     const typename State::QueryScope other_scope(other, Call::kName);
-    const ObjectSource<S> source = other.source(Call::kName);
-    search(
-        [&](SegmentId a, SegmentId b, Call& call) {
-          Object* partner = other.registry()[b];
-          return rules_.reportsWith(a, partner) && call(state_.registry()[a], partner);
-        },
-        other.generations(), source);
+    if (searchTrees(other) == tree::Visit::kStop) return;
+    if (searchOwnMeshes(other) == tree::Visit::kStop) return;
+    if (countsTriangles(other.options())) {
+      const FrameOfOther change(other.generations().frame(), frame());
+      for (const Entry& mesh : other.obstacles().meshes()) {
+        MeshReading moved = mesh;
+        moved.box = change(mesh.box);
+        // A contact of this pair is asked for by this manager's means.
+        const void* model = ObjectMembers<S>::shape(*mesh.object);
+        if (mesh.mesh != nullptr) state_.obstacles().cache().keep(model, mesh.mesh);
+        if (searchMeshOf(other, mesh.id, moved, mesh.is_solid) == tree::Visit::kStop) return;
+      }
+    } else if (readsMeshesOf(other)) {
+      for (SegmentId b = 0; b < other.registry().idCount(); ++b) {
+        const Object* object = other.registry()[b];
+        if (object == nullptr || !isMesh(*object)) continue;
+        const MeshReading mesh =
+            readMesh(Call::kName, *object, false, frame(), other.options().bounds,
+                     state_.obstacles().cache(), [&] { return other.source("").nameOf(b); });
+        if (searchMeshOf(other, b, mesh, false) == tree::Visit::kStop) return;
+      }
+    }
   }
 
  private:
+  using Entry = typename Obstacles<S>::MeshEntry;
+  template <class Pairs>
+  using Sink = typename Call::template Sink<Pairs>;
+
+  const geometry::Frame& frame() const { return state_.generations().frame(); }
+
+  /// Whether meshes are in the other manager's tree but count by their triangles here.
+  bool readsMeshesOf(const State& other) const {
+    return countsTriangles(state_.options()) && other.options().report == Report::kVolumes &&
+           other.options().bounds != Bounds::kObjects;
+  }
+
   /// @param pairs  pairs(a, b, call) calls the callback if the rules report the pair, and returns
   ///               whether that ends the query
   template <class Pairs, class... Where>
   tree::Visit search(Pairs pairs, const Where&... where) {
-    typename Call::template Sink<Pairs> sink(call_, state_, std::move(pairs));
+    Sink<Pairs> sink(call_, state_, std::move(pairs));
     return state_.generations().search(where..., sink);
+  }
+
+  /// Calls visit(sink) with a sink that gets each segment once.
+  template <class Pairs, class Visit>
+  tree::Visit eachOnce(const State& state, Pairs& pairs, Visit&& visit) {
+    std::unordered_set<SegmentId> seen;
+    const auto once = [&](SegmentId a, SegmentId b, Call& call) {
+      return (!Call::kRepeats || seen.insert(a).second) && pairs(a, b, call);
+    };
+    Sink<decltype(once)> sink(call_, state, once);
+    return visit(sink);
+  }
+
+  /// Finds the segments that touch a mesh, or its box if only that counts.
+  template <class Pairs>
+  tree::Visit searchMesh(const MeshReading& mesh, tree::Categories categories, bool is_solid,
+                         Pairs pairs) {
+    if (!mesh.counts_triangles || !countsTriangles(state_.options())) {
+      return search(pairs, mesh.box, endPointError(mesh.box), tree::kNoGroup, SegmentId{0});
+    }
+    return eachOnce(state_, pairs, [&](auto& sink) {
+      return state_.generations().searchMesh(mesh.posed(categories, is_solid), sink);
+    });
+  }
+
+  /// Finds the meshes whose boxes may touch a segment. `pairs` gets a mesh.
+  template <class Pairs>
+  tree::Visit searchMeshes(const geometry::Segment& segment, double error, const Pairs& pairs) {
+    if (state_.obstacles().meshes().empty()) return tree::Visit::kContinue;
+    const auto with_box = [&](SegmentId a, SegmentId /*second*/, Call& call) {
+      const Entry* mesh = state_.obstacles().ofBox(a);
+      return mesh != nullptr && pairs(*mesh, call);
+    };
+    Sink<decltype(with_box)> sink(call_, state_, with_box);
+    return state_.obstacles().boxes().search(segment, error, tree::kNoGroup, SegmentId{0}, sink);
   }
 
   template <class Name>
   tree::Visit searchOne(Object* object, Name&& name) {
-    const geometry::Segment segment = readObject(Call::kName, *object, state_.generations().frame(),
-                                                 state_.options().bounds, name);
     const SegmentId own_id = state_.registry().find(object);
-    const tree::Group group = own_id == State::Registry::kNotFound
-                                  ? tree::kNoGroup
-                                  : state_.registry().fibers().groupOf(own_id);
+    const bool is_managed = own_id != State::Registry::kNotFound;
+    const auto with_mesh = [&](const Entry& mesh, Call& call) {
+      return rules_.reportsWith(mesh.id, own_id) && call(mesh.object, object);
+    };
+    if (countsTriangles(state_.options()) && isMesh(*object)) {
+      const Entry* own = is_managed ? state_.obstacles().mesh(own_id) : nullptr;
+      const bool is_solid = own != nullptr && own->is_solid;
+      const MeshReading mesh = readMesh(Call::kName, *object, is_solid, frame(),
+                                        state_.options().bounds, state_.obstacles().cache(), name);
+      const auto with_segment = [&](SegmentId a, SegmentId /*triangle*/, Call& call) {
+        return rules_.reportsWith(a, own_id) && call(state_.registry()[a], object);
+      };
+      const tree::Categories categories = own != nullptr ? own->categories : tree::kAllCategories;
+      return searchMesh(mesh, categories, is_solid, with_segment) == tree::Visit::kStop
+                 ? tree::Visit::kStop
+                 : searchMeshes(mesh.box, endPointError(mesh.box), with_mesh);
+    }
+    const geometry::Segment segment =
+        readObject(Call::kName, *object, frame(), state_.options().bounds, name);
+    const double error = endPointError(segment);
+    const geometry::Obstacle shape = reach_.read(*object, segment);
+    const tree::Group group =
+        is_managed ? state_.registry().fibers().groupOf(own_id) : tree::kNoGroup;
+    const auto with_segment = [&](SegmentId a, SegmentId /*second*/, Call& call) {
+      return rules_.reportsWith(a, own_id) &&
+             reach_.mayTouch(a, segment, error, shape, call.reach(state_)) &&
+             call(state_.registry()[a], object);
+    };
+    if (search(with_segment, segment, error, group, SegmentId{0}) == tree::Visit::kStop) {
+      return tree::Visit::kStop;
+    }
+    return searchMeshes(segment, error, [&](const Entry& mesh, Call& call) {
+      return reach_.mayTouch(mesh, segment, error, call.reach(state_)) && with_mesh(mesh, call);
+    });
+  }
+
+  tree::Visit searchTrees(const State& other) {
+    const ObjectSource<S> source = other.source(Call::kName);
+    const ReachOfOther<S> reach(state_, other);
+    const bool leaves_out_meshes = readsMeshesOf(other);
     return search(
-        [&](SegmentId a, SegmentId, Call& call) {
-          return rules_.reportsWith(a, own_id) && call(state_.registry()[a], object);
+        [&](SegmentId a, SegmentId b, Call& call) {
+          if (!rules_.reportsWith(a, other.registry(), b)) return false;
+          Object* partner = other.registry()[b];
+          return !(leaves_out_meshes && isMesh(*partner)) &&
+                 reach.mayTouch(a, b, call.reach(state_)) && call(state_.registry()[a], partner);
         },
-        segment, endPointError(segment), group, SegmentId{0});
+        other.generations(), source);
+  }
+
+  /// Finds the pairs of this manager's meshes with what is in the other manager's tree.
+  tree::Visit searchOwnMeshes(const State& other) {
+    bool is_one_by_one = false;
+    for (const Entry& mesh : state_.obstacles().meshes()) {
+      if (!mesh.counts_triangles || !other.generations().keepsSegments()) {
+        is_one_by_one = true;
+        continue;
+      }
+      const auto pairs = [&](SegmentId b, SegmentId /*triangle*/, Call& call) {
+        return rules_.reportsWith(mesh.id, other.registry(), b) &&
+               call(mesh.object, other.registry()[b]);
+      };
+      index::PosedMesh posed = mesh.posed();
+      // The search adds the other manager's margin, but this one's counts. The sum must not be
+      // rounded below that.
+      const double margin = state_.options().margin, its_margin = other.options().margin;
+      posed.margin +=
+          margin - its_margin + 8 * std::numeric_limits<double>::epsilon() * (margin + its_margin);
+      const auto found = eachOnce(
+          other, pairs, [&](auto& sink) { return other.generations().searchMesh(posed, sink); });
+      if (found == tree::Visit::kStop) return found;
+    }
+    if (!is_one_by_one) return tree::Visit::kContinue;
+    const bool is_kept = other.generations().keepsSegments();
+    const ReachOfOther<S> reach(state_, other);
+    for (SegmentId b = 0; b < other.registry().idCount(); ++b) {
+      Object* partner = other.registry()[b];
+      if (partner == nullptr || (readsMeshesOf(other) && isMesh(*partner)) ||
+          other.obstacles().isMesh(b)) {
+        continue;
+      }
+      geometry::Segment segment;
+      double error = 0;
+      if (!reach.find(b, segment, error)) continue;
+      const auto pairs = [&](const Entry& mesh, Call& call) {
+        return !(mesh.counts_triangles && is_kept) &&
+               rules_.reportsWith(mesh.id, other.registry(), b) &&
+               reach_.mayTouch(mesh, segment, error, call.reach(state_)) &&
+               call(mesh.object, partner);
+      };
+      if (searchMeshes(segment, error, pairs) == tree::Visit::kStop) return tree::Visit::kStop;
+    }
+    return tree::Visit::kContinue;
+  }
+
+  /// Finds the pairs of this manager's objects with a mesh of the other manager.
+  tree::Visit searchMeshOf(const State& other, SegmentId b, const MeshReading& mesh,
+                           bool is_solid) {
+    Object* partner = other.registry()[b];
+    const auto with_segment = [&](SegmentId a, SegmentId /*triangle*/, Call& call) {
+      return rules_.reportsWith(a, other.registry(), b) && call(state_.registry()[a], partner);
+    };
+    const tree::Categories categories = other.registry().fibers().partyOf(b).categories;
+    if (searchMesh(mesh, categories, is_solid, with_segment) == tree::Visit::kStop) {
+      return tree::Visit::kStop;
+    }
+    return searchMeshes(mesh.box, endPointError(mesh.box), [&](const Entry& own, Call& call) {
+      return rules_.reportsWith(own.id, other.registry(), b) && call(own.object, partner);
+    });
   }
 
   const State& state_;
   const typename State::QueryScope scope_;
   const PairRules<S> rules_;
+  const ShapeReach<S> reach_;
   Call& call_;
 };
 

@@ -16,7 +16,8 @@ template <typename S>
 ManagerState<S>::ManagerState(bool wrapped_spheres, const FiberManagerOptions& options)
     : options_(options),
       registry_(fibers::neighborRule(options)),
-      generations_(fibers::indexOptions(options, wrapped_spheres)) {}
+      generations_(fibers::indexOptions(options, wrapped_spheres)),
+      obstacles_(options) {}
 
 template <typename S>
 ManagerState<S>::ManagerState(const char* call, const ManagerState& original,
@@ -48,7 +49,23 @@ ManagerState<S>::ManagerState(const char* call, const ManagerState& original,
   }
   // The original's first query may be building.
   const std::lock_guard<std::mutex> lock(original.build_mutex_);
-  if (!original.hasTree()) return;
+  bool has_same_segments = true;
+  for (SegmentId id = 0; countsTriangles(options_) && id < registry_.idCount(); ++id) {
+    Object* const object = registry_[id];
+    if (object == nullptr || isCapsule(*object) || isSphere(*object)) {
+      has_same_segments &= object == nullptr || !original.obstacles_.isMesh(id);
+      continue;
+    }
+    if (isMesh(*object)) {
+      readMesh(call, *object, false, Frame{}, options_.bounds, obstacles_.cache(), [&] {
+        return nameOf(static_cast<std::size_t>(std::find(objects.begin(), objects.end(), object) -
+                                               objects.begin()));
+      });
+    }
+    has_same_segments &= isMesh(*object) == original.obstacles_.isMesh(id);
+    obstacles_.addCopy(original.obstacles_, object, id, registry_.fibers().partyOf(id).categories);
+  }
+  if (!original.hasTree() || !has_same_segments) return;
   generations_.copy(original.generations_);
   removed_ = original.removed_;
   removed_young_ = original.removed_young_;
@@ -58,18 +75,31 @@ ManagerState<S>::ManagerState(const char* call, const ManagerState& original,
 // --- Registering ---
 
 template <typename S>
-void ManagerState<S>::add(const char* call, const Objects& added, const Kind& kind) {
+void ManagerState<S>::add(const char* call, const Objects& added, const Kind& kind, bool is_solid) {
   refuseDuringQuery(call);
   if (added.size() > static_cast<std::size_t>(std::numeric_limits<SegmentId>::max()) / 2 -
                          registry_.objects().size()) {
     throwInvalidArgument(call, "a manager holds at most 2^30 - 1 objects; use several managers");
   }
   const NewObjects found = readNewObjects<S>(call, added, kind, options_, last_registered_);
+  const bool counts_triangles = countsTriangles(options_);
+  MeshCache checked;
+  for (const std::size_t i : found.obstacles) {
+    if (!(counts_triangles || is_solid) || !isMesh(*added[i])) continue;
+    readMesh(call, *added[i], is_solid, Frame{}, Bounds::kShapes,
+             counts_triangles ? obstacles_.cache() : checked, [i] { return nameOf(i); });
+  }
+  if (counts_triangles) obstacles_.reserve(found.obstacles.size());
+  const SegmentId first = registry_.idCount();
   if (const auto duplicate = registry_.add(added, found.starts_fiber, kind, found.lengths)) {
     throwInvalidArgument(call,
                          nameOf(*duplicate) + " is registered already; register each object once");
   }
   if (added.empty()) return;
+  for (const std::size_t i : found.obstacles) {
+    if (!counts_triangles) break;
+    obstacles_.add(added[i], first + static_cast<SegmentId>(i), kind.categories, is_solid);
+  }
   last_registered_ = found.last;
   if (!hasTree()) return;
   const auto young_ids = static_cast<std::size_t>(registry_.idCount() - generations_.youngBegin());
@@ -87,6 +117,8 @@ void ManagerState<S>::remove(const char* call, const Object* object) {
   const SegmentId id = managedId(call, object, "object");
   last_registered_.reset();
   const bool keeps_ids = registry_.remove(object);
+  obstacles_.remove(id);
+  if (!keeps_ids) obstacles_.renumber(registry_);
   ++(generations_.isYoung(id) ? removed_young_ : removed_);
   if (!keeps_ids || removed_ > registry_.size() / 8) markStale();
   if (registry_.size() == 0) state_ = State::kStale;  // no object is left that could be refused
@@ -97,6 +129,7 @@ void ManagerState<S>::clear(const char* call) {
   refuseDuringQuery(call);
   registry_.clear();
   generations_.clear();
+  obstacles_.clear();
   last_registered_.reset();
   state_ = State::kStale;
 }
@@ -142,6 +175,7 @@ void ManagerState<S>::update(const char* call, const Objects& moved) {
   std::vector<Segment> segments(ids.size());
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const Object& object = *registry_[ids[i]];
+    if (obstacles_.isMesh(ids[i])) continue;
     if (readSegment(object, generations_.frame(), options_.bounds, segments[i]) == nullptr) {
       continue;
     }
@@ -149,10 +183,12 @@ void ManagerState<S>::update(const char* call, const Objects& moved) {
     readObject(call, object, Frame{}, options_.bounds, [&] { return nameOf(positions[i]); });
     return readAndBuild(call);
   }
+  obstacles_.readSome(call, ids, generations_.frame(),
+                      [&](std::size_t i) { return nameOf(positions[i]); });
   // The next query reads objects that are in no index yet.
   std::size_t kept = 0;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    if (ids[i] >= generations_.end()) continue;
+    if (ids[i] >= generations_.end() || obstacles_.isMesh(ids[i])) continue;
     ids[kept] = ids[i];
     segments[kept++] = segments[i];
   }
@@ -192,7 +228,8 @@ void ManagerState<S>::catchUp(const char* call) const {
 
 template <typename S>
 void ManagerState<S>::readAndBuild(const char* call) const {
-  generations_.build(source(call), registry_.idCount(), registry_.fibersFrom(0));
+  generations_.build(source(call), registry_.idCount(), segmentsFrom(0));
+  readObstacles(call, /*all=*/true);
   removed_ = removed_young_ = 0;
   state_.store(State::kReady, std::memory_order_release);
 }
@@ -200,20 +237,44 @@ void ManagerState<S>::readAndBuild(const char* call) const {
 template <typename S>
 void ManagerState<S>::readAndFit(const char* call) const {
   if (!generations_.refit(source(call))) return readAndBuild(call);
+  readObstacles(call, /*all=*/true);
   readYoung(call);
 }
 
 template <typename S>
 void ManagerState<S>::readYoung(const char* call) const {
   if (registry_.idCount() > generations_.end()) {
-    const bool is_in_frame = generations_.buildYoung(
-        source(call), registry_.idCount(), registry_.fibersFrom(generations_.youngBegin()));
+    const bool is_in_frame = generations_.buildYoung(source(call), registry_.idCount(),
+                                                     segmentsFrom(generations_.youngBegin()));
     if (!is_in_frame) {
       if (state_ == State::kGrown) state_ = State::kStale;
       return readAndBuild(call);
     }
   }
+  readObstacles(call, /*all=*/false);
   state_.store(State::kReady, std::memory_order_release);
+}
+
+/// All objects from an id on except meshes, which are beside the tree.
+template <typename S>
+tree::Fibers ManagerState<S>::segmentsFrom(SegmentId begin) const {
+  auto next = obstacles_.meshes().begin();
+  const auto end = obstacles_.meshes().end();
+  return registry_.fibersFrom(begin, [&](SegmentId id) {
+    while (next != end && next->id < id) ++next;
+    return next == end || next->id != id;
+  });
+}
+
+/// @param all  whether those that have been read before are read, too
+template <typename S>
+void ManagerState<S>::readObstacles(const char* call, bool all) const {
+  const auto name = [this](SegmentId id) { return source("").nameOf(id); };
+  if (all) {
+    obstacles_.readAll(call, generations_.frame(), name);
+  } else {
+    obstacles_.readNew(call, generations_.frame(), name);
+  }
 }
 
 // --- Asking ---
@@ -235,13 +296,15 @@ bool ManagerState<S>::movedSinceUpdate() const {
   const std::lock_guard<std::mutex> lock(build_mutex_);
   if (state_ == State::kFailed) return true;
   if (!hasTree() || state_ == State::kCloned) return false;  // the next query reads all
-  return !generations_.isFitted(source("movedSinceUpdate"));
+  return !generations_.isFitted(source("movedSinceUpdate")) ||
+         !obstacles_.isCurrent(generations_.frame());
 }
 
 template <typename S>
 std::size_t ManagerState<S>::memoryUsage() const {
   const std::lock_guard<std::mutex> lock(build_mutex_);  // a first query may be building
-  return sizeof(*this) + registry_.memoryUsage() + generations_.memoryUsage();
+  return sizeof(*this) + registry_.memoryUsage() + generations_.memoryUsage() +
+         obstacles_.memoryUsage();
 }
 
 template <typename S>

@@ -13,6 +13,7 @@
 #include "broadphase/generations.h"
 #include "broadphase/object_registry.h"
 #include "broadphase/object_source.h"
+#include "broadphase/obstacles.h"
 
 namespace fcl_fibers::broadphase {
 
@@ -34,7 +35,8 @@ class ManagerState {
   /// Copies `original` for these objects. Queries of the original may run meanwhile.
   ManagerState(const char* call, const ManagerState& original, const Objects& objects);
 
-  void add(const char* call, const Objects& added, const Kind& kind);
+  /// @param is_solid  whether the inside of a mesh counts
+  void add(const char* call, const Objects& added, const Kind& kind, bool is_solid = false);
   void remove(const char* call, const Object* object);
   void clear(const char* call);
 
@@ -58,10 +60,12 @@ class ManagerState {
   const Registry& registry() const { return registry_; }
   /// @pre a QueryScope exists
   const Generations& generations() const { return generations_; }
+  /// @pre a QueryScope exists
+  const Obstacles<S>& obstacles() const { return obstacles_; }
 
   /// Reads the objects as they are now.
   ObjectSource<S> source(const char* call) const {
-    return ObjectSource<S>(call, registry_.objects(), options_.bounds);
+    return ObjectSource<S>(call, registry_.objects(), options_.bounds, countsTriangles(options_));
   }
 
   bool movedSinceUpdate() const;
@@ -80,6 +84,8 @@ class ManagerState {
   };
 
   void refuseDuringQuery(const char* call) const;
+  tree::Fibers segmentsFrom(SegmentId begin) const;
+  void readObstacles(const char* call, bool all) const;
   void makeReady(const char* call) const;
   bool hasTree() const {
     return state_ == State::kReady || state_ == State::kGrown || state_ == State::kCloned;
@@ -101,6 +107,7 @@ class ManagerState {
 
   // The first query after registering builds the indexes, on whichever thread it runs.
   mutable Generations generations_;
+  mutable Obstacles<S> obstacles_;
   mutable std::mutex build_mutex_;
   mutable std::atomic<State> state_{State::kStale};
   mutable std::atomic<int> running_queries_{0};

@@ -44,6 +44,28 @@ std::optional<double> lengthInFiber(const fcl::CollisionObject<S>& object) {
 }
 
 template <typename S>
+SegmentId rootsOf(const char* call, const std::vector<fcl::CollisionObject<S>*>& fiber,
+                  const FiberObstacles& obstacles) {
+  if (obstacles.root_segments < 0) {
+    fibers::throwInvalidArgument(call, "root_segments is " +
+                                           std::to_string(obstacles.root_segments) +
+                                           "; give 0 or more segments");
+  }
+  if (!isSize(obstacles.root_length)) {
+    fibers::throwInvalidArgument(call, "root_length is " + std::to_string(obstacles.root_length) +
+                                           "; give a finite length of 0 or more");
+  }
+  std::size_t by_length = 0;
+  for (double start = 0; by_length < fiber.size() && start < obstacles.root_length; ++by_length) {
+    const fcl::CollisionObject<S>* object = fiber[by_length];
+    if (object == nullptr || ObjectMembers<S>::shape(*object) == nullptr) break;
+    start += lengthInFiber(*object).value_or(0);
+  }
+  const auto by_number = static_cast<std::size_t>(obstacles.root_segments);
+  return static_cast<SegmentId>(std::min(fiber.size(), std::max(by_length, by_number)));
+}
+
+template <typename S>
 Segment readNew(const char* call, const std::vector<fcl::CollisionObject<S>*>& objects,
                 std::size_t i, Bounds bounds) {
   if (objects[i] == nullptr) {
@@ -76,6 +98,7 @@ NewObjects readNewObjects(const char* call, const std::vector<fcl::CollisionObje
     if (segment.isBox() && (is_capsule || (length && options.bounds == Bounds::kObjects))) {
       segment = readObject(call, *added[i], Frame{}, Bounds::kShapes, [i] { return nameOf(i); });
     }
+    if (!is_capsule && !isSphere(*added[i])) found.obstacles.push_back(i);
     if (!found.lengths.empty()) found.lengths[i] = length.value_or(0);
     if (kind.has_neighbors) {
       if (!length) {
@@ -95,6 +118,10 @@ NewObjects readNewObjects(const char* call, const std::vector<fcl::CollisionObje
 
 template std::optional<double> lengthInFiber(const fcl::CollisionObject<float>&);
 template std::optional<double> lengthInFiber(const fcl::CollisionObject<double>&);
+template SegmentId rootsOf(const char*, const std::vector<fcl::CollisionObject<float>*>&,
+                           const FiberObstacles&);
+template SegmentId rootsOf(const char*, const std::vector<fcl::CollisionObject<double>*>&,
+                           const FiberObstacles&);
 template Segment readNew(const char*, const std::vector<fcl::CollisionObject<float>*>&, std::size_t,
                          Bounds);
 template Segment readNew(const char*, const std::vector<fcl::CollisionObject<double>*>&,

@@ -6,6 +6,7 @@
 
 #include "broadphase/object_registry.h"
 #include "broadphase/object_source.h"
+#include "broadphase/obstacles.h"
 
 namespace fcl_fibers::broadphase {
 
@@ -14,9 +15,20 @@ bool isCapsule(const fcl::CollisionObject<S>& object) {
   return ObjectMembers<S>::shape(object)->getNodeType() == fcl::GEOM_CAPSULE;
 }
 
+template <typename S>
+bool isSphere(const fcl::CollisionObject<S>& object) {
+  return ObjectMembers<S>::shape(object)->getNodeType() == fcl::GEOM_SPHERE;
+}
+
 /// The object's length as a segment of a fiber, along its z axis. Nothing if it cannot be one.
 template <typename S>
 std::optional<double> lengthInFiber(const fcl::CollisionObject<S>& object);
+
+/// How many of the first segments of a fiber meet no obstacle. Throws std::invalid_argument if an
+/// option is out of range. Objects that registering will refuse count as of length 0.
+template <typename S>
+SegmentId rootsOf(const char* call, const std::vector<fcl::CollisionObject<S>*>& fiber,
+                  const FiberObstacles& obstacles);
 
 /// World-frame segment of an object about to be registered.
 template <typename S>
@@ -29,6 +41,7 @@ struct NewObjects {
   std::vector<bool> starts_fiber;
   std::vector<double> lengths;            ///< in fibers; empty if no arc length counts
   std::optional<geometry::Segment> last;  ///< a capsule that the next object may continue
+  std::vector<std::size_t> obstacles;     ///< positions of objects other than capsules and spheres
 };
 
 /// @param previous  `last` of the objects registered before

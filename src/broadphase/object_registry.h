@@ -70,9 +70,12 @@ class ObjectRegistry {
 
   void clear();
 
-  /// The fibers of all objects from an id on, in order. The fiber that has the id starts there.
-  tree::Fibers fibersFrom(SegmentId begin) const {
-    return fibers_.segmentsFrom(begin, [this](SegmentId id) { return (*this)[id] != nullptr; });
+  /// The fibers of the objects from an id on for which is_segment(id) is true, in order. The fiber
+  /// that has the id starts there.
+  template <class IsSegment>
+  tree::Fibers fibersFrom(SegmentId begin, IsSegment&& is_segment) const {
+    return fibers_.segmentsFrom(
+        begin, [&](SegmentId id) { return (*this)[id] != nullptr && is_segment(id); });
   }
 
   std::size_t memoryUsage() const {

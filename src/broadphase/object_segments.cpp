@@ -183,10 +183,14 @@ bool ObjectSource<S>::read(const index::SegmentId* ids, int count, int ahead, co
     const Object* object = objectAt(static_cast<std::size_t>(i));
     const index::BlockMask bit = index::BlockMask{1} << i;
     if (object != nullptr) present |= bit;
-    if (object == nullptr || count == 1 || bounds_ == Bounds::kObjects) continue;
+    if (object == nullptr || bounds_ == Bounds::kObjects) continue;
     const fcl::CollisionGeometry<S>* shape = ObjectMembers<S>::shape(*object);
     double radius, length;
-    if (shape == nullptr || !readSize(*shape, shape->getNodeType(), radius, length)) continue;
+    if (shape == nullptr || !readSize(*shape, shape->getNodeType(), radius, length)) {
+      if (isLeftOut(*object)) present &= ~bit;
+      continue;
+    }
+    if (count == 1) continue;
     put(*object, radius, length, i, capsules);
     together |= bit;
   }
@@ -212,12 +216,15 @@ bool ObjectSource<S>::read(const index::SegmentId* ids, int count, int ahead, co
 }
 
 template <typename S>
+std::string ObjectSource<S>::nameOf(index::SegmentId id) const {
+  const auto empty = std::count(objects_.begin(), objects_.begin() + id, nullptr);
+  return "object " + std::to_string(id - empty) + " in order of registration";
+}
+
+template <typename S>
 void ObjectSource<S>::refuse(index::SegmentId id, const Frame& frame) const {
   if (const Object* object = objects_[static_cast<std::size_t>(id)]) {
-    const auto empty = std::count(objects_.begin(), objects_.begin() + id, nullptr);
-    readObject(call_, *object, frame, bounds_, [&] {
-      return "object " + std::to_string(id - empty) + " in order of registration";
-    });
+    readObject(call_, *object, frame, bounds_, [&] { return nameOf(id); });
   }
   // If the object can be read now, another thread has changed it meanwhile.
   fibers::throwInvalidArgument(call_,

@@ -10,6 +10,7 @@
 
 #include <fcl_fibers/fiber_manager_options.h>
 
+#include "broadphase/bvh_triangles.h"
 #include "broadphase/object_members.h"
 #include "broadphase/object_segments.h"
 #include "fibers/options.h"
@@ -26,25 +27,33 @@ class ObjectSource final : public index::SegmentSource {
   using Object = fcl::CollisionObject<S>;
 
   /// @param call     for the text of refuse()
-  /// @param objects  by id; borrowed
-  ObjectSource(const char* call, const std::vector<Object*>& objects, Bounds bounds)
-      : call_(call), objects_(objects), bounds_(bounds) {}
+  /// @param objects         by id; borrowed
+  /// @param without_meshes  whether objects with an fcl::BVHModel are no segments
+  ObjectSource(const char* call, const std::vector<Object*>& objects, Bounds bounds,
+               bool without_meshes)
+      : call_(call), objects_(objects), bounds_(bounds), without_meshes_(without_meshes) {}
 
   bool read(const index::SegmentId* ids, int count, int ahead, const geometry::Frame& frame,
             index::SegmentBlock& out, index::BlockMask& present) const override;
   bool readNow(index::SegmentId id, const geometry::Frame& frame,
                geometry::Segment& segment) const override {
     const Object* object = objects_[static_cast<std::size_t>(id)];
-    return object != nullptr && readSegment(*object, frame, bounds_, segment) == nullptr;
+    return object != nullptr && !isLeftOut(*object) &&
+           readSegment(*object, frame, bounds_, segment) == nullptr;
   }
   bool staysFiniteIn(const geometry::Frame&) const override { return true; }
   bool isFasterInOrder() const override { return true; }
+  /// Names an object in an error text.
+  std::string nameOf(index::SegmentId id) const;
   [[noreturn]] void refuse(index::SegmentId id, const geometry::Frame& frame) const override;
 
  private:
+  bool isLeftOut(const Object& object) const { return without_meshes_ && isMesh(object); }
+
   const char* call_;
   const std::vector<Object*>& objects_;
   Bounds bounds_;
+  bool without_meshes_;
 };
 
 FCL_FIBERS_ALWAYS_INLINE void prefetchLines(const void* object, std::size_t count) {

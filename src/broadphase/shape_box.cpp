@@ -108,14 +108,20 @@ double product(double entry, double side, double none) {
   return std::fabs(entry) <= none && std::isinf(side) ? 0 : entry * side;
 }
 
-/// The intersection of the boxes around FCL's two bounds of a posed shape, which are its local box
-/// and the ball around that.
 template <typename S>
-ShapeBox boxOfBounds(const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& pose) {
-  ShapeBox box{openCorners(shape.aabb_local), {}, 0, 0, false};
+LocalBounds localBounds(const fcl::CollisionGeometry<S>& shape) {
+  return {openCorners(shape.aabb_local), toVec3(shape.aabb_center),
+          static_cast<double>(shape.aabb_radius)};
+}
+
+/// The intersection of the boxes around the two bounds of a posed shape.
+template <typename S>
+ShapeBox boxOfBounds(const LocalBounds& bounds, const fcl::Transform3<S>& pose) {
+  ShapeBox box{bounds.box, {}, 0, 0, false};
   const double local[2][3] = {{box.local.low.x, box.local.low.y, box.local.low.z},
                               {box.local.high.x, box.local.high.y, box.local.high.z}};
-  const auto radius = static_cast<double>(shape.aabb_radius);
+  const double middle[3] = {bounds.center.x, bounds.center.y, bounds.center.z};
+  const double radius = bounds.radius;
   constexpr double kEps{std::numeric_limits<S>::epsilon()}, kLeast{std::numeric_limits<S>::min()};
   // FCL treats such poses as translations, and counts the local box alone.
   const bool is_turned = !pose.linear().isIdentity();
@@ -131,7 +137,7 @@ ShapeBox boxOfBounds(const fcl::CollisionGeometry<S>& shape, const fcl::Transfor
       const double q = product(entry, local[1][column], none);
       from += std::min(p, q);
       to += std::max(p, q);
-      center += entry * static_cast<double>(shape.aabb_center[column]);
+      center += entry * middle[column];
       squared += entry * entry;
       for (const double x : {p, q}) {
         box.reach = std::isfinite(x) ? std::max(box.reach, std::fabs(x)) : box.reach;
@@ -207,11 +213,10 @@ FCL_FIBERS_ALWAYS_INLINE Widening wideningThatCounts(const fcl::CollisionObject<
 /// The box of a shape, and what the program has added to it.
 template <typename S>
 FCL_FIBERS_ALWAYS_INLINE Segment boxThatCounts(const fcl::CollisionObject<S>& object,
-                                               const ShapeBox& shape, const Frame& frame,
-                                               Bounds bounds) {
+                                               const ShapeBox& shape, Widening added,
+                                               const Frame& frame, Bounds bounds) {
   const fcl::Transform3<S>& pose = ObjectMembers<S>::pose(object);
   const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
-  Widening added = wideningThatCounts(object, shape, bounds);
   // The smallest normal number covers the loss if subnormals are flushed to zero.
   const double outward = 16 * std::numeric_limits<double>::epsilon() * shape.reach +
                          4 * std::numeric_limits<double>::min() + added.margin;
@@ -272,7 +277,7 @@ FCL_FIBERS_ALWAYS_INLINE const char* readShape(const fcl::CollisionObject<S>& ob
     }
     default:
       if (!isProper(geometry.aabb_local)) return kNoBox;
-      return read(boxOfBounds(geometry, ObjectMembers<S>::pose(object)));
+      return read(boxOfBounds(localBounds(geometry), ObjectMembers<S>::pose(object)));
   }
 }
 
@@ -296,8 +301,19 @@ const char* readBox(const fcl::CollisionObject<S>& object, fcl::NODE_TYPE type, 
     return nullptr;
   }
   return readShape(object, type, [&](const ShapeBox& shape) {
-    segment = boxThatCounts(object, shape, frame, bounds);
+    segment =
+        boxThatCounts(object, shape, wideningThatCounts(object, shape, bounds), frame, bounds);
   });
+}
+
+template <typename S>
+bool readMeshBox(const fcl::CollisionObject<S>& object, const LocalBounds& mesh, const Frame& frame,
+                 Bounds bounds, Segment& box, double& margin) {
+  const ShapeBox shape = boxOfBounds(mesh, ObjectMembers<S>::pose(object));
+  const Widening added = wideningThatCounts(object, shape, bounds);
+  box = boxThatCounts(object, shape, added, frame, bounds);
+  margin = added.margin;
+  return isBounded(shape) && !added.is_uneven;
 }
 
 template <typename S>
@@ -317,6 +333,8 @@ bool readLocalBox(const fcl::CollisionObject<S>& object, fcl::NODE_TYPE type, Bo
   template Corners ownCorners(const fcl::AABB<S>&, const Frame&);                               \
   template const char* readBox(const fcl::CollisionObject<S>&, fcl::NODE_TYPE, const Frame&,    \
                                Bounds, Segment&);                                               \
+  template bool readMeshBox(const fcl::CollisionObject<S>&, const LocalBounds&, const Frame&,   \
+                            Bounds, Segment&, double&);                                         \
   template bool readLocalBox(const fcl::CollisionObject<S>&, fcl::NODE_TYPE, Bounds, ShapeBox&, \
                              double&);
 FCL_FIBERS_INSTANTIATE(float)

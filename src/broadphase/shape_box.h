@@ -74,6 +74,13 @@ struct ShapeBox {
   }
 };
 
+/// FCL's two bounds of a mesh or an octree in its own axes: a box, and a ball around its middle.
+struct LocalBounds {
+  Corners box{{0, 0, 0}, {0, 0, 0}};
+  geometry::Vec3d center{0, 0, 0};
+  double radius = 0;  ///< 0 means that there is no ball
+};
+
 /// The object's getAABB() in `frame`.
 template <typename S>
 Corners ownCorners(const fcl::AABB<S>& box, const geometry::Frame& frame);
@@ -85,6 +92,15 @@ Corners ownCorners(const fcl::AABB<S>& box, const geometry::Frame& frame);
 template <typename S>
 const char* readBox(const fcl::CollisionObject<S>& object, fcl::NODE_TYPE type,
                     const geometry::Frame& frame, Bounds bounds, geometry::Segment& segment);
+
+/// Reads a mesh as a box, by the bounds of its points instead of FCL's, and the margin that the
+/// program has added, in the world's unit. `bounds` is not Bounds::kObjects.
+/// @return whether the mesh and its margin are all that counts: false if the object's box counts as
+///         well, and then `box` is around both
+template <typename S>
+bool readMeshBox(const fcl::CollisionObject<S>& object, const LocalBounds& mesh,
+                 const geometry::Frame& frame, Bounds bounds, geometry::Segment& box,
+                 double& margin);
 
 /// Reads the boxes of any object except capsules and spheres, and the margin that the program has
 /// added to the object's box, in the world's unit. `bounds` is not Bounds::kObjects.

@@ -17,7 +17,7 @@ void FiberTable::reserve(std::size_t fibers, std::size_t ids, const Kinds& kinds
   const std::size_t count = begin_.size() + fibers;
   reserveFor(begin_, count);
   if (!numbers_.empty() || next_number_ != begin_.size()) reserveFor(numbers_, count);
-  if (rule_.ignoresAny() && (kinds.differ || !flags_.empty())) reserveFor(flags_, count);
+  if (needsFlags(kinds.are_closed, kinds.are_obstacles)) reserveFor(flags_, count);
   if (kinds.have_groups || !groups_.empty()) reserveFor(groups_, count);
   if (kinds.have_obstacle_rules || !obstacle_rules_.empty()) reserveFor(obstacle_rules_, count);
   if (hasArcLengths()) reserveFor(arc_end_, static_cast<std::size_t>(end_) + ids);

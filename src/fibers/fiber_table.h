@@ -37,22 +37,27 @@ class FiberTable {
 
   /// Properties of a fiber.
   struct Kind {
-    bool has_neighbors = true;  ///< whether the neighbour rule applies to it
+    /// Whether the neighbour rule applies to it. If not, it is an obstacle.
+    bool has_neighbors = true;
     bool closed = false;
     Group group = kNoGroup;
     tree::Categories meets = tree::kAllCategories;  ///< which obstacles it may meet
     SegmentId roots = 0;                            ///< its first segments, which meet no obstacle
+    tree::Categories categories = tree::kAllCategories;  ///< of an obstacle
   };
 
   /// What some of several fibers have.
   struct Kinds {
-    bool differ = false;               ///< some are closed or have no neighbours
+    bool are_closed = false;           ///< some are closed
     bool have_groups = false;          ///< some have a group
-    bool have_obstacle_rules = false;  ///< some do not meet every obstacle with every segment
+    bool have_obstacle_rules = false;  ///< some may not meet
+    bool are_obstacles = false;        ///< some are obstacles
 
     static Kinds of(const Kind& kind) {
-      return {kind.closed || !kind.has_neighbors, kind.group != kNoGroup,
-              kind.meets != tree::kAllCategories || kind.roots > 0};
+      return {kind.closed, kind.group != kNoGroup,
+              kind.meets != tree::kAllCategories || kind.roots > 0 ||
+                  kind.categories != tree::kAllCategories,
+              !kind.has_neighbors};
     }
   };
   /// Makes room, so that adding these fibers and ids cannot throw.
@@ -138,12 +143,28 @@ class FiberTable {
     return group != kNoGroup && group == groupOf(b);
   }
 
-  /// The categories of obstacles that a segment may meet.
+  /// The categories of obstacles that a segment may meet. An obstacle meets all others.
   tree::Categories meets(SegmentId id) const {
-    if (obstacle_rules_.empty()) return tree::kAllCategories;
+    const Party party = partyOf(id);
+    return party.is_obstacle ? tree::kAllCategories : party.categories;
+  }
+
+  /// A segment of a fiber and the categories that it meets, or an obstacle and its own.
+  struct Party {
+    bool is_obstacle;
+    tree::Categories categories;
+
+    /// Only a fiber and an obstacle may be kept from meeting.
+    bool meets(const Party& other) const {
+      return is_obstacle == other.is_obstacle || (categories & other.categories) != 0;
+    }
+  };
+  Party partyOf(SegmentId id) const {
     const std::size_t fiber = fiberOf(id);
+    const bool is_obstacle = !flags_.empty() && (flags_[fiber] & kHasNoNeighbors) != 0;
+    if (obstacle_rules_.empty()) return {is_obstacle, tree::kAllCategories};
     const ObstacleRule& rule = obstacle_rules_[fiber];
-    return id - begin_[fiber] < rule.roots ? 0 : rule.meets;
+    return {is_obstacle, id - begin_[fiber] < rule.roots ? 0 : rule.categories};
   }
 
   /// The fibers from the one with id `begin` on, with the segments for which is_there(id) is true.
@@ -159,12 +180,16 @@ class FiberTable {
  private:
   static constexpr std::uint8_t kHasNoNeighbors = 1, kIsClosed = 2;
 
-  /// Which obstacles a fiber meets, except for its first segments, which meet none.
+  /// Which obstacles a fiber meets, except for its first segments, which meet none; or the
+  /// categories of an obstacle.
   struct ObstacleRule {
-    tree::Categories meets = tree::kAllCategories;
+    tree::Categories categories = tree::kAllCategories;
     SegmentId roots = 0;
   };
 
+  bool needsFlags(bool is_closed, bool is_obstacle) const {
+    return is_obstacle || (rule_.ignoresAny() && is_closed) || !flags_.empty();
+  }
   bool areNeighborsInFiber(SegmentId first, SegmentId last) const;
 
   std::size_t fiberOf(SegmentId id) const {
@@ -182,9 +207,9 @@ class FiberTable {
   std::vector<SegmentId> begin_;        ///< by fiber: its first id
   std::vector<std::uint32_t> numbers_;  ///< by fiber; empty while each is the fiber's position
   std::uint32_t next_number_ = 0;
-  std::vector<std::uint8_t> flags_;  ///< by fiber; empty while all are 0 or the rule ignores none
-  std::vector<Group> groups_;        ///< by fiber; empty unless some fiber has one
-  std::vector<ObstacleRule> obstacle_rules_;  ///< by fiber; empty if all fibers meet all
+  std::vector<std::uint8_t> flags_;           ///< by fiber; empty while none matters
+  std::vector<Group> groups_;                 ///< by fiber; empty unless some fiber has one
+  std::vector<ObstacleRule> obstacle_rules_;  ///< by fiber; empty if all may meet
   std::vector<double> arc_end_;  ///< by id, see areNeighbors(); empty unless arc lengths matter
   bool has_closed_ = false;
 };
@@ -196,14 +221,14 @@ inline void FiberTable::startFiber(const Kind& kind) {
   }
   if (Kinds::of(kind).have_obstacle_rules || !obstacle_rules_.empty()) {
     obstacle_rules_.resize(begin_.size());
-    obstacle_rules_.push_back({kind.meets, kind.roots});
+    obstacle_rules_.push_back({kind.has_neighbors ? kind.meets : kind.categories, kind.roots});
   }
   const auto flags = static_cast<std::uint8_t>((kind.has_neighbors ? 0 : kHasNoNeighbors) |
                                                (kind.closed ? kIsClosed : 0));
-  if (rule_.ignoresAny() && (flags != 0 || !flags_.empty())) {
+  if (needsFlags(kind.closed, !kind.has_neighbors)) {
     flags_.resize(begin_.size(), 0);
     flags_.push_back(flags);
-    has_closed_ = has_closed_ || kind.closed;
+    has_closed_ = has_closed_ || (kind.closed && rule_.ignoresAny());
   }
   begin_.push_back(end_);
   if (!numbers_.empty() || next_number_ + 1 != begin_.size()) numbers_.push_back(next_number_);

@@ -71,10 +71,19 @@ struct PosedMesh {
   geometry::AffineMap pose;                      ///< from the mesh's coordinates to the world
   std::uint32_t categories = ~std::uint32_t{0};  ///< segments meet it only if they have one
   bool is_solid = false;                         ///< whether its inside counts
+  /// How much further away it is touched than a search's own margin says, in the world's unit. It
+  /// may be negative. Searches for the nearest do not use it.
+  double margin = 0;
 };
 
 /// Whether the triangles of a watertight mesh face inward, so that they enclose a negative volume.
 bool isInsideOut(const MeshIndex& mesh);
+
+/// Whether a segment of a frame touches a mesh, as SegmentIndex::searchMesh() decides it.
+/// @param margin  in the unit of the frame, in addition to the mesh's own
+/// @param error   likewise; see geometry::touch()
+bool touches(const PosedMesh& mesh, const geometry::Segment& segment, const geometry::Frame& frame,
+             double margin, double error);
 
 /// Whether each edge of a triangle is that of exactly one other one, in the opposite direction.
 /// Returns the first triangle for which that does not hold, or -1.

@@ -32,6 +32,15 @@ class MeshQuery {
   /// @pre the point is not within rounding of a triangle
   bool isInside(const geometry::Vec3d& point) const;
 
+  /// The box of a segment, thickened by `padding`, in the frame of the mesh's tree.
+  geometry::Box boxOf(const geometry::Segment& segment, double padding) const {
+    if (segment.isBox() || !isBounded(segment)) {
+      return change_(isBounded(segment) || segment.isBox() ? geometry::Box::around(segment, padding)
+                                                           : geometry::Box::unbounded());
+    }
+    return change_.ofCapsule(segment, padding);
+  }
+
   /// The box of a volume in the frame of the mesh's tree.
   template <class Volume>
   geometry::Box inTree(const Volume& volume) const {

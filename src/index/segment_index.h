@@ -125,6 +125,8 @@ class SegmentIndex {
   tree::Visit searchTriangles(const PosedMesh& mesh, PairSink& sink) const;
   /// Hands on each segment that touches the mesh once, with one of its triangles.
   tree::Visit searchMesh(const PosedMesh& mesh, PairSink& sink) const;
+  /// Hands on segments and triangles that may be nearer than the limit, roughly the nearest first.
+  tree::Visit searchMesh(const PosedMesh& mesh, NearestSink& sink) const;
   ///@}
 
   /// Replaces the content of `pairs` by each segment that is at most `distance` from the mesh, and

@@ -45,6 +45,26 @@ class MarkingSink final : public PairSink {
   PairSink& sink_;
 };
 
+/// Hands on pairs of segments and triangles that may be nearer than the limit.
+class NearTriangles final : public tree::NearestVisitor {
+ public:
+  NearTriangles(SegmentRange segments, const PosedTriangles& triangles, NearestSink& sink)
+      : segments_(segments), triangles_(triangles), sink_(sink) {}
+
+  Visit visit(SegmentId segment, SegmentId triangle, double& limit) override {
+    const Segment s = segments_[segment];
+    const bool is_tested = limit < std::numeric_limits<double>::infinity() && !s.isBox();
+    const double error = endPointError(s) + triangles_.error;
+    if (is_tested && !touch(s, triangles_[triangle], limit, error)) return Visit::kContinue;
+    return sink_.visit(segment, triangle, limit);
+  }
+
+ private:
+  SegmentRange segments_;
+  const PosedTriangles& triangles_;
+  NearestSink& sink_;
+};
+
 /// Whether some segment below a slot may meet a mesh of these categories.
 template <class Tree>
 bool mayMeet(const Tree& tree, std::size_t slot, tree::Categories categories) {
@@ -172,7 +192,8 @@ Visit SegmentIndex::searchSurfaceAndInside(const PosedMesh& mesh, bool once, Pai
   if (mesh.mesh.tree().empty()) return Visit::kContinue;
   const PosedTriangles triangles(mesh, frame_);
   const SegmentRange segments = keptRange();
-  const TriangleFilter filter(segments, triangles, margin(), once);
+  const double margin_of_mesh = mesh.margin * frame_.scale;
+  const TriangleFilter filter(segments, triangles, margin() + margin_of_mesh, /*error=*/0, once);
   const bool marks_segments = once || mesh.is_solid;
   SegmentMarks marks(begin_, marks_segments ? end_ : begin_);
   MarkingSink marking(once, marks, sink);
@@ -180,7 +201,8 @@ Visit SegmentIndex::searchSurfaceAndInside(const PosedMesh& mesh, bool once, Pai
   return std::visit(
       [&](const auto& tree) {
         if (tree.empty()) return Visit::kContinue;
-        const auto pair = pairOf(tree, triangles, mesh, padding(), segments);
+        const auto pair =
+            pairOf(tree, triangles, mesh, std::max(padding() + margin_of_mesh, 0.0), segments);
         const TreeSearch search(pair);
         if (findPairs(search, &filter, executor_.get(), *scratch_, out) == Visit::kStop) {
           return Visit::kStop;
@@ -203,6 +225,17 @@ Visit SegmentIndex::searchTriangles(const PosedMesh& mesh, PairSink& sink) const
 
 Visit SegmentIndex::searchMesh(const PosedMesh& mesh, PairSink& sink) const {
   return searchSurfaceAndInside(mesh, /*once=*/true, sink);
+}
+
+Visit SegmentIndex::searchMesh(const PosedMesh& mesh, NearestSink& sink) const {
+  const PosedTriangles triangles(mesh, frame_);
+  NearTriangles visitor(keptRange(), triangles, sink);
+  return std::visit(
+      [&](const auto& tree) {
+        const auto pair = pairOf(tree, triangles, mesh, 0, keptRange());
+        return tree::pairKernels(pair).nearest(pair, sink.limit(), visitor);
+      },
+      tree_);
 }
 
 void SegmentIndex::findNearest(const PosedMesh& mesh, double distance,
@@ -238,6 +271,39 @@ void SegmentIndex::findNearest(const PosedMesh& mesh, double distance,
 void SegmentIndex::forRanges(std::size_t count, std::size_t grain,
                              parallel::FunctionRef<std::size_t, std::size_t> visit) const {
   parallel::forRanges(executor_.get(), count, grain, visit);
+}
+
+bool touches(const PosedMesh& mesh, const Segment& segment, const geometry::Frame& frame,
+             double margin, double error) {
+  if (mesh.mesh.tree().empty()) return false;
+  margin += mesh.margin * frame.scale;
+  const PosedTriangles triangles(mesh, frame);
+  const geometry::CapsuleEnd ends[] = {geometry::firstEndOf(segment),
+                                       geometry::secondEndOf(segment)};
+  const TriangleFilter filter(SegmentRange(ends, 2, 0), triangles, margin, error,
+                              /*once=*/true);
+  struct Stop final : PairSink {
+    Visit take(const Pair*, std::size_t) override { return Visit::kStop; }
+  } stop;
+  /// Exchanges the two, because the tree's leaves are triangles.
+  struct Exchange final : PairFilter {
+    explicit Exchange(const TriangleFilter& f) : filter(f) {}
+    std::size_t keepTouching(Pair* pairs, std::size_t count) const override {
+      for (Pair* pair = pairs; pair != pairs + count; ++pair) std::swap(pair->a, pair->b);
+      return filter.keepTouching(pairs, count);
+    }
+    const TriangleFilter& filter;
+  } const exchange(filter);
+  SerialBuffer buffer(&exchange, stop);
+  const MeshQuery query(triangles);
+  const geometry::Box box = query.boxOf(segment, margin + error + triangles.error);
+  if (tree::kernels<MeshTree>().overlapsVolume(mesh.mesh.tree(), box, 0, tree::kNoGroup, buffer) ==
+          Visit::kStop ||
+      buffer.full() == Visit::kStop) {
+    return true;
+  }
+  return mesh.is_solid && isBounded(segment) &&
+         query.isInside(segment.isBox() ? midpoint(segment) : segment.a);
 }
 
 }  // namespace fcl_fibers::index

@@ -34,7 +34,7 @@ class RecentSegments {
 }  // namespace
 
 double TriangleFilter::error(const Segment& segment) const {
-  return endPointError(segment) + triangles_.error;
+  return std::max(endPointError(segment), error_) + triangles_.error;
 }
 
 bool TriangleFilter::touches(const Pair& pair) const {
@@ -43,7 +43,7 @@ bool TriangleFilter::touches(const Pair& pair) const {
   if (!segment.isBox()) return geometry::touch(segment, triangle, margin_, error(segment));
   const Segment box = Segment::box(min(min(triangle.a, triangle.b), triangle.c),
                                    max(max(triangle.a, triangle.b), triangle.c));
-  return geometry::boxesTouch(segment, box, margin_ + triangles_.error);
+  return geometry::boxesTouch(segment, box, margin_ + std::max(error_, 0.0) + triangles_.error);
 }
 
 std::size_t TriangleFilter::keepTouching(Pair* pairs, std::size_t count) const {

@@ -14,10 +14,12 @@ class TriangleFilter final : public PairFilter {
  public:
   /// @param triangles  borrowed
   /// @param margin     in the frame of the segments
+  /// @param error      bounds the error of a segment's end points, if it is larger than their
+  ///                   coordinates imply
   /// @param once       whether one triangle of each segment is enough; others may be left out
   TriangleFilter(tree::SegmentRange segments, const PosedTriangles& triangles, double margin,
-                 bool once)
-      : segments_(segments), triangles_(triangles), margin_(margin), once_(once) {}
+                 double error, bool once)
+      : segments_(segments), triangles_(triangles), margin_(margin), error_(error), once_(once) {}
 
   std::size_t keepTouching(tree::Pair* pairs, std::size_t count) const override;
 
@@ -27,7 +29,7 @@ class TriangleFilter final : public PairFilter {
 
   tree::SegmentRange segments_;
   const PosedTriangles& triangles_;
-  double margin_;
+  double margin_, error_;
   bool once_;
 };
 

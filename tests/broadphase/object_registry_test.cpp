@@ -151,7 +151,7 @@ class Model {
     const std::size_t count = registry_.fibers().fiberCount();
     for (std::size_t from = 0; from <= count; from += 1 + count / 3) {
       const SegmentId begin = from < count ? registry_.fibers().beginOf(from) : registry_.idCount();
-      const tree::Fibers fibers = registry_.fibersFrom(begin);
+      const tree::Fibers fibers = registry_.fibersFrom(begin, [](SegmentId) { return true; });
       ASSERT_EQ(fibers.begin.front(), 0);
       ASSERT_EQ(fibers.begin.back(), static_cast<std::int32_t>(fibers.ids.size()));
       std::vector<SegmentId> ids;

@@ -264,7 +264,7 @@ TEST(FiberTable, WhatHasRoomDoesNotAllocate) {
               table.drop([&](SegmentId begin, SegmentId) { return !drops_all && begin > 10; },
                          [](SegmentId, SegmentId) {});
             }
-            table.reserve(300, 2000, {true, groups, false});
+            table.reserve(300, 2000, {true, groups, false, true});
             const std::size_t bytes = table.memoryUsage();
             bool struck;
             {

@@ -6,12 +6,15 @@
 #include <limits>
 #include <vector>
 
+#include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/cone.h>
 #include <fcl/geometry/shape/convex.h>
 #include <fcl/geometry/shape/cylinder.h>
 #include <fcl/geometry/shape/ellipsoid.h>
+#include <fcl/geometry/shape/halfspace.h>
+#include <fcl/geometry/shape/plane.h>
 #include <fcl/geometry/shape/sphere.h>
 #include <fcl/geometry/shape/triangle_p.h>
 
@@ -118,6 +121,129 @@ ExactBox leastBox(const fcl::CollisionObject<S>& object) {
   return box;
 }
 
+namespace {
+
+template <typename Bv>
+std::vector<ExactTriangle> trianglesOf(const fcl::CollisionGeometry<typename Bv::S>& shape,
+                                       const Eigen::Matrix<Real, 3, 3>& turn,
+                                       const Point& position) {
+  const auto& model = dynamic_cast<const fcl::BVHModel<Bv>&>(shape);
+  const auto corner = [&](std::size_t i) {
+    return Point(turn * model.vertices[i].template cast<Real>() + position);
+  };
+  std::vector<ExactTriangle> triangles;
+  for (int t = 0; t < model.num_tris; ++t) {
+    const fcl::Triangle& indices = model.tri_indices[t];
+    triangles.push_back({corner(indices[0]), corner(indices[1]), corner(indices[2])});
+  }
+  return triangles;
+}
+
+template <typename S>
+std::vector<ExactTriangle> trianglesOf(const fcl::CollisionGeometry<S>& shape,
+                                       Eigen::Matrix<Real, 3, 3> turn, Point position) {
+  switch (shape.getNodeType()) {
+    case fcl::BV_AABB:
+      return trianglesOf<fcl::AABB<S>>(shape, turn, position);
+    case fcl::BV_OBB:
+      return trianglesOf<fcl::OBB<S>>(shape, turn, position);
+    case fcl::BV_RSS:
+      return trianglesOf<fcl::RSS<S>>(shape, turn, position);
+    case fcl::BV_kIOS:
+      return trianglesOf<fcl::kIOS<S>>(shape, turn, position);
+    case fcl::BV_OBBRSS:
+      return trianglesOf<fcl::OBBRSS<S>>(shape, turn, position);
+    case fcl::BV_KDOP16:
+      return trianglesOf<fcl::KDOP<S, 16>>(shape, turn, position);
+    case fcl::BV_KDOP18:
+      return trianglesOf<fcl::KDOP<S, 18>>(shape, turn, position);
+    case fcl::BV_KDOP24:
+      return trianglesOf<fcl::KDOP<S, 24>>(shape, turn, position);
+    case fcl::GEOM_TRIANGLE: {
+      const auto& triangle = static_cast<const fcl::TriangleP<S>&>(shape);
+      const auto corner = [&](const fcl::Vector3<S>& p) {
+        return Point(turn * p.template cast<Real>() + position);
+      };
+      return {{corner(triangle.a), corner(triangle.b), corner(triangle.c)}};
+    }
+    default:
+      return {};
+  }
+}
+
+template <typename S, class Plane>
+std::function<Real(const Point&)> heightAbove(const Plane& plane,
+                                              const Eigen::Matrix<Real, 3, 3>& turn,
+                                              const Point& position) {
+  const Point normal = turn * plane.n.template cast<Real>();
+  const Real offset = Real(plane.d) + normal.dot(position);
+  return [=](const Point& p) { return Real((normal.dot(p) - offset) / normal.norm()); };
+}
+
+}  // namespace
+
+template <typename S>
+std::function<Real(const Point&, const Point&)> distanceFrom(
+    const fcl::CollisionObject<S>& object) {
+  const fcl::CollisionGeometry<S>& shape = *object.collisionGeometry();
+  const Eigen::Matrix<Real, 3, 3> turn = object.getRotation().template cast<Real>();
+  const Point position = object.getTranslation().template cast<Real>();
+  if (shape.getNodeType() == fcl::GEOM_HALFSPACE) {
+    const auto above = heightAbove<S>(static_cast<const fcl::Halfspace<S>&>(shape), turn, position);
+    return [=](const Point& a, const Point& b) {
+      return std::max(Real(0), std::min(above(a), above(b)));
+    };
+  }
+  if (shape.getNodeType() == fcl::GEOM_PLANE) {
+    const auto above = heightAbove<S>(static_cast<const fcl::Plane<S>&>(shape), turn, position);
+    return [=](const Point& a, const Point& b) {
+      return std::max({Real(0), std::min(above(a), above(b)), -std::max(above(a), above(b))});
+    };
+  }
+  const std::vector<ExactTriangle> triangles = trianglesOf(shape, turn, position);
+  if (!triangles.empty()) {
+    return [=](const Point& a, const Point& b) {
+      Real least = std::numeric_limits<Real>::infinity();
+      for (const ExactTriangle& t : triangles) {
+        // Most are farther away than the nearest corner so far.
+        const Point middle = (a + b) / 2;
+        const Real reach = (b - a).norm() / 2 + std::max((t.b - t.a).norm(), (t.c - t.a).norm());
+        if ((t.a - middle).norm() - reach > least) continue;
+        least = std::min(least, segmentTriangleDistance(a, b, t));
+      }
+      return least;
+    };
+  }
+  ExactBox local;
+  for (int axis = 0; axis < 3; ++axis) {
+    local.min[axis] = std::numeric_limits<Real>::max();
+    local.max[axis] = -local.min[axis];
+    for (const Real sign : {Real(-1), Real(1)}) {
+      for (const Point& p : farthest(shape, Point(sign * Point::Unit(axis)))) {
+        local.min[axis] = std::min(local.min[axis], p[axis]);
+        local.max[axis] = std::max(local.max[axis], p[axis]);
+      }
+    }
+  }
+  return [=](const Point& a, const Point& b) {
+    return segmentBoxDistance(turn.transpose() * (a - position), turn.transpose() * (b - position),
+                              local);
+  };
+}
+
+template <typename S>
+std::vector<ExactTriangle> trianglesOf(const fcl::CollisionObject<S>& object) {
+  if (object.getObjectType() != fcl::OT_BVH) return {};
+  return trianglesOf(*object.collisionGeometry(), object.getRotation().template cast<Real>(),
+                     object.getTranslation().template cast<Real>());
+}
+
+template std::vector<ExactTriangle> trianglesOf(const fcl::CollisionObject<float>&);
+template std::vector<ExactTriangle> trianglesOf(const fcl::CollisionObject<double>&);
+template std::function<Real(const Point&, const Point&)> distanceFrom(
+    const fcl::CollisionObject<float>&);
+template std::function<Real(const Point&, const Point&)> distanceFrom(
+    const fcl::CollisionObject<double>&);
 template ExactBox leastBox(const fcl::CollisionObject<float>&);
 template ExactBox leastBox(const fcl::CollisionObject<double>&);
 

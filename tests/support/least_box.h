@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
+#include <vector>
+
 #include <fcl/narrowphase/collision_object.h>
 
 #include "support/exact_geometry.h"
@@ -12,6 +15,16 @@ namespace fcl_fibers::test {
 /// getAABB(). Shares nothing with the library.
 template <typename S>
 ExactBox leastBox(const fcl::CollisionObject<S>& object);
+
+/// The triangles of a mesh, posed; none of any other shape.
+template <typename S>
+std::vector<ExactTriangle> trianglesOf(const fcl::CollisionObject<S>& object);
+
+/// The distance of a segment from an object that is neither a capsule nor a sphere, 0 if they meet:
+/// from the triangles of a mesh, from a box, plane, half-space or triangle, and from the local box
+/// of any other shape. Not of a cloud of points.
+template <typename S>
+std::function<Real(const Point&, const Point&)> distanceFrom(const fcl::CollisionObject<S>& object);
 
 extern template ExactBox leastBox(const fcl::CollisionObject<float>&);
 extern template ExactBox leastBox(const fcl::CollisionObject<double>&);

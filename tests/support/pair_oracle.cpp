@@ -49,6 +49,24 @@ bool isBounded(Real side) {
   return std::abs(side) < Real(std::numeric_limits<S>::max());
 }
 
+// Where the two are nearest, there is an edge of one of them.
+Real triangleBoxDistance(const ExactTriangle& t, const ExactBox& box) {
+  Real least = std::min({segmentBoxDistance(t.a, t.b, box), segmentBoxDistance(t.b, t.c, box),
+                         segmentBoxDistance(t.c, t.a, box)});
+  if (!(box.max - box.min).allFinite()) return least;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int corner = 0; corner < 4; ++corner) {
+      Point from = box.min, to;
+      from[(axis + 1) % 3] = (corner & 1) != 0 ? box.max[(axis + 1) % 3] : box.min[(axis + 1) % 3];
+      from[(axis + 2) % 3] = (corner & 2) != 0 ? box.max[(axis + 2) % 3] : box.min[(axis + 2) % 3];
+      to = from;
+      to[axis] = box.max[axis];
+      least = std::min(least, segmentTriangleDistance(from, to, t));
+    }
+  }
+  return least;
+}
+
 }  // namespace
 
 template <typename S>
@@ -95,7 +113,7 @@ PairOracle<S>::PairOracle(const Objects& objects, const PairRules& rules,
 }
 
 template <typename S>
-typename PairOracle<S>::Shape PairOracle<S>::shapeOf(const Object& object) {
+typename PairOracle<S>::Shape PairOracle<S>::shapeOf(const Object& object) const {
   Shape shape;
   const fcl::CollisionGeometry<S>* geometry = object.collisionGeometry().get();
   if (const auto* capsule = dynamic_cast<const fcl::Capsule<S>*>(geometry)) {
@@ -112,6 +130,10 @@ typename PairOracle<S>::Shape PairOracle<S>::shapeOf(const Object& object) {
     shape.sphere = sphereOf(shape.capsule);
   } else {
     shape.box = leastBox(object);
+    if (rules_.report == Report::kCapsules && rules_.volume != LeafVolume::kStock) {
+      shape.distance = distanceFrom(object);
+      shape.triangles = trianglesOf(object);
+    }
     shape.sphere = {(shape.box.min + shape.box.max) / 2,
                     (shape.box.max - shape.box.min).norm() / 2};
   }
@@ -169,10 +191,26 @@ Real PairOracle<S>::gap(const Shape& a, const Shape& b) const {
     return segmentDistance(a.capsule.a, a.capsule.b, b.capsule.a, b.capsule.b) -
            (a.capsule.radius + b.capsule.radius);
   }
-  if (!a.is_capsule && !b.is_capsule) return boxDistance(a.box, b.box);
+  if (!a.is_capsule && !b.is_capsule) return gapOfBoxes(a, b);
   const ExactCapsule& capsule = a.is_capsule ? a.capsule : b.capsule;
-  const ExactBox& box = a.is_capsule ? b.box : a.box;
-  return segmentBoxDistance(capsule.a, capsule.b, box) - capsule.radius;
+  const Shape& other = a.is_capsule ? b : a;
+  Real distance = other.distance ? other.distance(capsule.a, capsule.b) : 0;
+  if (!other.isMesh()) {
+    distance = std::max(distance, segmentBoxDistance(capsule.a, capsule.b, other.box));
+  }
+  return distance - capsule.radius;
+}
+
+// A mesh counts by its triangles, except among meshes.
+template <typename S>
+Real PairOracle<S>::gapOfBoxes(const Shape& a, const Shape& b) {
+  if (a.isMesh() == b.isMesh()) return boxDistance(a.box, b.box);
+  const Shape &mesh = a.isMesh() ? a : b, &other = a.isMesh() ? b : a;
+  Real least = std::numeric_limits<Real>::infinity();
+  for (const ExactTriangle& t : mesh.triangles) {
+    least = std::min(least, triangleBoxDistance(t, other.box));
+  }
+  return least;
 }
 
 // Whether the exact shapes are within the margin.
@@ -218,6 +256,14 @@ Verdict PairOracle<S>::verdict(const Shape& a, const Shape& b) const {
                                                                     : Verdict::kMay;
   }
   if (touch(a, b) || (reports_volumes && uses_boxes && box_gap <= margin)) return Verdict::kMust;
+  // Shapes are turned by the matrix as it is.
+  const Real turning = 64 * Real(std::numeric_limits<S>::epsilon()) * extent_;
+  if (!reports_volumes && a.is_capsule != b.is_capsule) {
+    const Shape &capsule = a.is_capsule ? a : b, &other = a.is_capsule ? b : a;
+    const Real distance = other.distance(capsule.capsule.a, capsule.capsule.b);
+    const Real rounded = margin + turning + 0x1p-40L * largest_coordinate_;
+    if (distance - capsule.capsule.radius > rounded) return Verdict::kMustNot;
+  }
   // NaN, as of spheres around what is unbounded, is near.
   const bool spheres_near =
       reports_volumes && !uses_boxes && !(volume_gap > margin + volumeBand(extent_) + 2 * rounding);

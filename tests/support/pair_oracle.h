@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <unordered_map>
 #include <utility>
@@ -41,10 +42,12 @@ enum class ArgumentOrder { kAny, kPromised };
 ///   kVolumes:  the gap of their leaf volumes, per axis for boxes and between the surfaces for
 ///              spheres, is <= margin.
 /// They must not if isPromised() does not allow it.
-/// Any other shape counts by leastBox(): a pair with one must be reported if that box is within the
-/// margin of the capsule or box; with kVolumes and boxes, if the boxes are. It must not if neither
-/// the boxes nor the balls around them are within the margin, volumeBand() and FCL's rounding.
-/// LeafVolume::kStock is exact: FCL compares the boxes that it is given.
+/// Any other shape counts by leastBox(), and with kCapsules by distanceFrom() as well: a capsule
+/// and a shape are a pair if both are within the margin. A mesh counts by its triangles alone. A
+/// pair with one must be reported if that box is within the margin of the capsule or box; with
+/// kVolumes and boxes, if the boxes are. It must not if neither the boxes nor the balls around them
+/// are within the margin, volumeBand() and FCL's rounding. LeafVolume::kStock is exact: FCL
+/// compares the boxes that it is given.
 ///
 /// Whatever the rules, a pair that touches must be reported unless it is one of ignored neighbors
 /// or of one group.
@@ -80,8 +83,8 @@ class PairOracle {
 
   Verdict verdict(const Object* a, const Object* b) const;
 
-  /// Distance of the exact shapes (boxes for other shapes), rounded to S. Capsules that overlap
-  /// have a negative one.
+  /// Distance of the exact shapes (for other shapes what counts of them), rounded to S. Capsules
+  /// that overlap have a negative one.
   S distance(const Object* a, const Object* b) const;
 
   /// Smallest distance over all pairs that are not ignored; max() if there is none.
@@ -108,8 +111,11 @@ class PairOracle {
     GivenCapsule given;
     ExactCapsule capsule;  // The same, its end points rounded to Real.
     ExactBox box;          // leastBox()
-    ExactSphere sphere;    // The segment's, or the ball around the box.
+    std::function<Real(const Point&, const Point&)> distance;  // Of other shapes, distanceFrom().
+    ExactSphere sphere;  // The segment's, or the ball around the box.
     ExactBox stock;
+    std::vector<ExactTriangle> triangles;  // Of a mesh that counts by them.
+    bool isMesh() const { return !triangles.empty(); }
     std::optional<std::size_t> fiber;
     std::size_t segment = 0;
     int group = 0;
@@ -121,12 +127,13 @@ class PairOracle {
     Real rounding = 0;          // Of an arc, at registration or now.
   };
 
-  static Shape shapeOf(const Object& object);
+  Shape shapeOf(const Object& object) const;
   std::size_t indexOf(const Object* object) const;
   bool ignored(const Shape& a, const Shape& b) const;
   bool areNeighbors(const Fiber& fiber, std::size_t from, std::size_t to) const;
   Verdict verdict(const Shape& a, const Shape& b) const;
   Real gap(const Shape& a, const Shape& b) const;
+  static Real gapOfBoxes(const Shape& a, const Shape& b);
   bool touch(const Shape& a, const Shape& b) const;
   template <typename Visitor>
   void visitPairs(const Objects& managed, const Objects* others, Visitor visit) const;

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "broadphase/mesh_cache.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+namespace fcl_fibers::broadphase {
+namespace {
+
+using geometry::MeshPoint;
+using geometry::TriangleIndices;
+using geometry::Vec3d;
+
+/// The box of the points and the ball around its middle, as FCL bounds a model.
+LocalBounds boundsOf(const std::vector<MeshPoint>& points) {
+  LocalBounds bounds;
+  if (points.empty()) return bounds;
+  bounds.box = {toVec3d(points[0]), toVec3d(points[0])};
+  for (const MeshPoint& point : points) {
+    bounds.box.low = min(bounds.box.low, toVec3d(point));
+    bounds.box.high = max(bounds.box.high, toVec3d(point));
+  }
+  bounds.center = bounds.box.middle();
+  double squared = 0;
+  for (const MeshPoint& point : points) {
+    squared = std::max(squared, squaredNorm(toVec3d(point) - bounds.center));
+  }
+  // The center carries a rounding. Squares may overflow, and then there is no ball.
+  constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
+  bounds.radius = std::sqrt(squared) * (1 + kRounding) + kRounding * maxNorm(bounds.center);
+  return bounds;
+}
+
+template <typename S>
+MeshPoint toMeshPoint(const fcl::Vector3<S>& p) {
+  return {{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2]), 0}};
+}
+
+template <typename S>
+bool hasPoints(const Mesh& mesh, const BvhTriangles<S>& triangles) {
+  const std::vector<MeshPoint>& points = mesh.index().points();
+  if (points.size() != triangles.point_count) return false;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const MeshPoint p = toMeshPoint<S>(triangles.points[i]);
+    if (!(toVec3d(p) == toVec3d(points[i]))) return false;
+  }
+  return true;
+}
+
+template <typename S>
+bool hasTriangles(const Mesh& mesh, const BvhTriangles<S>& triangles) {
+  const std::vector<TriangleIndices>& known = mesh.index().triangles();
+  if (known.size() != triangles.triangle_count) return false;
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    const std::size_t* indices = indicesOf(triangles.triangles[i]);
+    if (indices[0] != static_cast<std::size_t>(known[i].a) ||
+        indices[1] != static_cast<std::size_t>(known[i].b) ||
+        indices[2] != static_cast<std::size_t>(known[i].c)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+template <typename S>
+std::vector<MeshPoint> pointsOf(const BvhTriangles<S>& triangles) {
+  std::vector<MeshPoint> points(triangles.point_count);
+  std::transform(triangles.points, triangles.points + triangles.point_count, points.begin(),
+                 toMeshPoint<S>);
+  return points;
+}
+
+template <typename S>
+std::shared_ptr<Mesh> makeMesh(const BvhTriangles<S>& triangles) {
+  std::vector<TriangleIndices> indices(triangles.triangle_count);
+  for (std::size_t i = 0; i < indices.size(); ++i) {
+    const std::size_t* from = indicesOf(triangles.triangles[i]);
+    indices[i] = {static_cast<std::int32_t>(from[0]), static_cast<std::int32_t>(from[1]),
+                  static_cast<std::int32_t>(from[2])};
+  }
+  return std::make_shared<Mesh>(pointsOf(triangles), std::move(indices));
+}
+
+}  // namespace
+
+Mesh::Mesh(std::vector<MeshPoint> points, std::vector<TriangleIndices> triangles)
+    : index_(std::move(points), std::move(triangles)), bounds_(boundsOf(index_.points())) {}
+
+Mesh::Mesh(const Mesh& other, const std::vector<MeshPoint>& points)
+    : index_(other.index_), leak_(other.leak_.load()) {
+  refit(points);
+}
+
+void Mesh::refit(const std::vector<MeshPoint>& points) {
+  index_.refit(points);
+  bounds_ = boundsOf(points);
+  is_inside_out_ = kUnknown;
+}
+
+index::TriangleId Mesh::firstLeak() const {
+  if (leak_ == kUnknown) leak_ = index::firstLeak(index_.triangles());
+  return leak_;
+}
+
+bool Mesh::isInsideOut() const {
+  if (is_inside_out_ == kUnknown) is_inside_out_ = index::isInsideOut(index_) ? 1 : 0;
+  return is_inside_out_ == 1;
+}
+
+template <typename S>
+bool isSame(const Mesh& mesh, const BvhTriangles<S>& triangles) {
+  return hasPoints(mesh, triangles) && hasTriangles(mesh, triangles);
+}
+
+template <typename S>
+std::shared_ptr<const Mesh> MeshCache::read(const void* model, const BvhTriangles<S>& triangles) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto found = slots_.find(model);
+  if (found == slots_.end()) {
+    std::shared_ptr<Mesh> mesh = makeMesh(triangles);
+    slots_[model] = {mesh, true};
+    return mesh;
+  }
+  std::shared_ptr<Mesh>& mesh = found->second.mesh;
+  found->second.is_recent = true;
+  if (!hasTriangles(*mesh, triangles) || mesh->index().points().size() != triangles.point_count) {
+    mesh = makeMesh(triangles);
+  } else if (!hasPoints(*mesh, triangles)) {
+    // Nobody else can take hold of it meanwhile.
+    if (mesh.use_count() > 1) {
+      mesh = std::make_shared<Mesh>(*mesh, pointsOf(triangles));
+    } else {
+      // Another thread may have let go of it a moment ago, after reading it. To copy the pointer
+      // and let go of it orders those reads before what is written here.
+      std::shared_ptr<Mesh>(mesh).reset();
+      // If the refit runs out of memory, the mesh is gone.
+      Slot slot = std::move(found->second);
+      slots_.erase(found);
+      slot.mesh->refit(pointsOf(triangles));
+      return slots_.emplace(model, std::move(slot)).first->second.mesh;
+    }
+  }
+  return mesh;
+}
+
+std::shared_ptr<const Mesh> MeshCache::find(const void* model) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto found = slots_.find(model);
+  return found == slots_.end() ? nullptr : found->second.mesh;
+}
+
+void MeshCache::keep(const void* model, const std::shared_ptr<const Mesh>& mesh) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  // Only the sole owner changes it, and `mesh` remains another owner.
+  slots_[model] = {std::const_pointer_cast<Mesh>(mesh), true};
+}
+
+void MeshCache::forgetUnused() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (auto slot = slots_.begin(); slot != slots_.end();) {
+    const bool is_used = slot->second.is_recent || slot->second.mesh.use_count() > 1;
+    slot->second.is_recent = false;
+    slot = is_used ? std::next(slot) : slots_.erase(slot);
+  }
+}
+
+void MeshCache::clear() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  slots_.clear();
+}
+
+std::size_t MeshCache::memoryUsage() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::size_t bytes = 0;
+  for (const auto& slot : slots_) bytes += sizeof(slot) + slot.second.mesh->memoryUsage();
+  return bytes;
+}
+
+#define FCL_FIBERS_INSTANTIATE(S)                                                            \
+  template std::shared_ptr<const Mesh> MeshCache::read(const void*, const BvhTriangles<S>&); \
+  template bool isSame(const Mesh&, const BvhTriangles<S>&);
+FCL_FIBERS_INSTANTIATE(float)
+FCL_FIBERS_INSTANTIATE(double)
+#undef FCL_FIBERS_INSTANTIATE
+
+}  // namespace fcl_fibers::broadphase

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <unordered_map>
+#include <vector>
+
+#include "broadphase/bvh_triangles.h"
+#include "broadphase/shape_box.h"
+#include "index/mesh_index.h"
+
+namespace fcl_fibers::broadphase {
+
+/// The triangles of a geometry as they were read, with their index. Objects, managers and clones
+/// share it.
+class Mesh {
+ public:
+  Mesh(std::vector<geometry::MeshPoint> points, std::vector<geometry::TriangleIndices> triangles);
+  /// The same triangles between other points.
+  Mesh(const Mesh& other, const std::vector<geometry::MeshPoint>& points);
+
+  const index::MeshIndex& index() const { return index_; }
+  const LocalBounds& bounds() const { return bounds_; }
+  /// See index::firstLeak(). It is found once.
+  index::TriangleId firstLeak() const;
+  /// See index::isInsideOut(). It is found once for the same points.
+  bool isInsideOut() const;
+  void refit(const std::vector<geometry::MeshPoint>& points);
+  std::size_t memoryUsage() const { return index_.memoryUsage(); }
+
+ private:
+  static constexpr index::TriangleId kUnknown = -2;
+
+  index::MeshIndex index_;
+  LocalBounds bounds_;
+  mutable std::atomic<index::TriangleId> leak_{kUnknown};
+  mutable std::atomic<int> is_inside_out_{kUnknown};
+};
+
+/// The meshes of a manager's objects and of its queries. Several threads may use it.
+class MeshCache {
+ public:
+  /// Returns the triangles of a model. They are read again only if they differ from those that were
+  /// read last.
+  /// @param model  its address; another model may have it later
+  /// @pre triangles.problem() is empty, and there are triangles
+  template <typename S>
+  std::shared_ptr<const Mesh> read(const void* model, const BvhTriangles<S>& triangles);
+
+  /// Returns what was read last, or null.
+  std::shared_ptr<const Mesh> find(const void* model) const;
+  /// Keeps what another manager has read.
+  void keep(const void* model, const std::shared_ptr<const Mesh>& mesh);
+
+  /// Forgets meshes that nobody has asked for since the last call, except those that are in use.
+  void forgetUnused();
+  void clear();
+  std::size_t memoryUsage() const;
+
+ private:
+  struct Slot {
+    std::shared_ptr<Mesh> mesh;
+    bool is_recent;
+  };
+  mutable std::mutex mutex_;
+  std::unordered_map<const void*, Slot> slots_;
+};
+
+/// Whether a mesh has just these points and triangles.
+template <typename S>
+bool isSame(const Mesh& mesh, const BvhTriangles<S>& triangles);
+
+}  // namespace fcl_fibers::broadphase

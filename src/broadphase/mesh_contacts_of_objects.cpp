@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "broadphase/mesh_contacts_of_objects.h"
+
+#include <memory>
+#include <string>
+
+#include "fibers/mesh_contacts.h"
+#include "geometry/contact.h"
+
+namespace fcl_fibers::broadphase {
+namespace {
+
+using geometry::Frame;
+using geometry::Segment;
+
+constexpr const char* kCall = "findMeshContacts";
+
+template <typename S>
+Segment readCapsule(const fcl::CollisionObject<S>& capsule, const Frame& frame, Bounds bounds) {
+  return readObject(kCall, capsule, frame, bounds, [] { return std::string("the capsule"); });
+}
+
+}  // namespace
+
+template <typename S>
+bool findMeshContacts(const ManagerState<S>& state, const fcl::CollisionObject<S>* capsule,
+                      const fcl::CollisionObject<S>* mesh, double margin,
+                      std::vector<MeshContact>& contacts) {
+  contacts.clear();
+  if (capsule == nullptr || mesh == nullptr) {
+    fibers::throwInvalidArgument(kCall, "an object is null; pass a capsule and a mesh");
+  }
+  if (ObjectMembers<S>::shape(*mesh) == nullptr || !isMesh(*mesh)) {
+    fibers::throwInvalidArgument(kCall, "the second object is no mesh; pass an fcl::BVHModel");
+  }
+  const SegmentId id = state.registry().find(mesh);
+  const auto* entry = id == ObjectRegistry<S>::kNotFound ? nullptr : state.obstacles().mesh(id);
+  const void* model = ObjectMembers<S>::shape(*mesh);
+  MeshReading reading;
+  if (entry != nullptr) reading.mesh = entry->mesh;
+  if (reading.mesh == nullptr) reading.mesh = state.obstacles().cache().find(model);
+  if (reading.mesh == nullptr) {
+    reading = readMesh(kCall, *mesh, false, Frame{}, Bounds::kShapes, state.obstacles().cache(),
+                       [] { return std::string("the mesh"); });
+    if (reading.mesh == nullptr) return false;
+  }
+  placeMesh(*mesh, Frame{}, state.options().bounds, reading);
+  const bool is_solid = entry != nullptr && entry->is_solid;
+  const fibers::MeshContacts contact_of(reading.posed(tree::kAllCategories, is_solid));
+  const Segment segment = readCapsule(*capsule, contact_of.frame(), Bounds::kShapes),
+                counted = readCapsule(*capsule, contact_of.frame(), state.options().bounds);
+  const char* problem = segment.isBox() ? "it is neither a capsule nor a sphere; pass one"
+                                        : geometry::contactProblem(segment);
+  if (problem != nullptr) {
+    fibers::throwInvalidArgument(kCall, std::string("the capsule: ") + problem);
+  }
+  if (!counted.isBox()) margin += counted.radius - segment.radius;
+  std::vector<index::TriangleId> triangles;
+  contact_of.findTriangles(segment, margin + reading.margin, triangles);
+  const SegmentId capsule_id = state.registry().find(capsule);
+  FiberSegment place;
+  if (capsule_id != ObjectRegistry<S>::kNotFound) {
+    const fibers::Place found = state.registry().fibers().placeOf(capsule_id);
+    place = {found.fiber, found.segment};
+  }
+  for (const index::TriangleId triangle : triangles) {
+    contacts.push_back(contact_of(segment, place, triangle));
+  }
+  return true;
+}
+
+template bool findMeshContacts(const ManagerState<float>&, const fcl::CollisionObject<float>*,
+                               const fcl::CollisionObject<float>*, double,
+                               std::vector<MeshContact>&);
+template bool findMeshContacts(const ManagerState<double>&, const fcl::CollisionObject<double>*,
+                               const fcl::CollisionObject<double>*, double,
+                               std::vector<MeshContact>&);
+
+}  // namespace fcl_fibers::broadphase

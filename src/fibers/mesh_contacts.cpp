@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fibers/mesh_contacts.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "geometry/touch.h"
+#include "geometry/triangle_contact.h"
+#include "geometry/triangle_distance.h"
+#include "tree/search.h"
+
+namespace fcl_fibers::fibers {
+namespace {
+
+using geometry::Segment;
+using geometry::Triangle;
+using geometry::TriangleContact;
+using geometry::Vec3d;
+
+/// Turns the contact of a capsule that is inside a solid into one that moves it out.
+void moveOut(const Segment& capsule, const Triangle& triangle, TriangleContact& contact) {
+  // A triangle without area has no normal. Then the way to its closest point leads outward.
+  const Vec3d outward = geometry::unitNormal(triangle, contact.normal);
+  const double depth =
+      std::max({0.0, dot(outward, triangle.a - capsule.a), dot(outward, triangle.a - capsule.b)});
+  contact.point_a = contact.point_a - capsule.radius * (contact.normal + outward);
+  contact.distance = -depth - capsule.radius;
+  contact.normal = -1.0 * outward;
+}
+
+/// Collects the triangles that a search finds.
+class Triangles final : public tree::PairBuffer {
+ public:
+  explicit Triangles(std::vector<index::TriangleId>& out) : out_(out) { start(); }
+  tree::Visit full() override {
+    for (const tree::Pair* pair = found_; pair != next_; ++pair) out_.push_back(pair->a);
+    start();
+    return tree::Visit::kContinue;
+  }
+
+ private:
+  static constexpr std::size_t kCapacity = 64;
+  void start() {
+    next_ = found_;
+    end_ = found_ + kCapacity;
+  }
+
+  std::vector<index::TriangleId>& out_;
+  tree::Pair found_[kCapacity + kRoom];
+};
+
+}  // namespace
+
+MeshContacts::MeshContacts(const index::PosedMesh& mesh)
+    : is_solid_(mesh.is_solid),
+      frame_{mesh.pose.shift, 1},
+      triangles_(mesh, frame_),
+      query_(triangles_) {}
+
+MeshContact MeshContacts::operator()(const Segment& capsule, FiberSegment place,
+                                     index::TriangleId id) const {
+  const Triangle triangle = triangles_[id];
+  TriangleContact contact = geometry::triangleContact(capsule, triangle, frame_.origin);
+  const bool is_inside =
+      is_solid_ &&
+      (contact.crosses || query_.isInside(capsule.a + contact.s * (capsule.b - capsule.a)));
+  if (is_inside) moveOut(capsule, triangle, contact);
+  const auto toArray = [](const Vec3d& v) { return std::array{v.x, v.y, v.z}; };
+  return {place,
+          id,
+          contact.s,
+          {contact.weight[0], contact.weight[1], contact.weight[2]},
+          contact.distance,
+          is_inside,
+          toArray(contact.point_a),
+          toArray(contact.point_b),
+          toArray(contact.normal)};
+}
+
+void MeshContacts::findTriangles(const Segment& capsule, double reach,
+                                 std::vector<index::TriangleId>& triangles) const {
+  triangles.clear();
+  const double error = endPointError(capsule) + triangles_.error;
+  Triangles found(triangles);
+  tree::kernels<tree::MeshTree>().overlapsVolume(
+      triangles_.mesh.tree(), query_.boxOf(capsule, reach + error), 0, tree::kNoGroup, found);
+  found.full();
+  triangles.erase(std::remove_if(triangles.begin(), triangles.end(),
+                                 [&](index::TriangleId id) {
+                                   return !touch(capsule, triangles_[id], reach, error);
+                                 }),
+                  triangles.end());
+  std::sort(triangles.begin(), triangles.end());
+  if (!triangles.empty()) return;
+  triangles.push_back(query_.nearest(capsule, std::numeric_limits<double>::max()).triangle);
+}
+
+}  // namespace fcl_fibers::fibers

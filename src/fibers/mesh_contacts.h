@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include <fcl_fibers/contact.h>
+
+#include "geometry/segment.h"
+#include "index/mesh_query.h"
+#include "index/posed_triangles.h"
+
+namespace fcl_fibers::fibers {
+
+/// Computes the contacts of capsules with a mesh, which it borrows. Several threads may ask it.
+class MeshContacts {
+ public:
+  explicit MeshContacts(const index::PosedMesh& mesh);
+  MeshContacts(const MeshContacts&) = delete;
+
+  /// The frame of capsules. Its origin is the mesh's position, so that no digits are lost far from
+  /// the world's origin.
+  const geometry::Frame& frame() const { return frame_; }
+  geometry::Segment inFrame(const geometry::Segment& world) const {
+    return {frame_.fromWorld(world.a), frame_.fromWorld(world.b), world.radius};
+  }
+
+  /// @param capsule  in frame(); the contact is in the world
+  /// @pre the mesh has this triangle
+  MeshContact operator()(const geometry::Segment& capsule, FiberSegment place,
+                         index::TriangleId triangle) const;
+
+  /// Replaces the content of `triangles` by those at most `reach` from a capsule of frame(), in
+  /// ascending order, or else by its nearest.
+  void findTriangles(const geometry::Segment& capsule, double reach,
+                     std::vector<index::TriangleId>& triangles) const;
+
+ private:
+  const bool is_solid_;
+  const geometry::Frame frame_;
+  const index::PosedTriangles triangles_;
+  const index::MeshQuery query_;
+};
+
+}  // namespace fcl_fibers::fibers

@@ -1,0 +1,344 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "support/managed.h"
+#include "support/mesh_models.h"
+#include "support/scene_generators.h"
+
+namespace fcl_fibers::test {
+namespace {
+
+MANAGER_SUITE(Obstacles, FiberManagers);
+
+FiberManagerOptions byCapsules(double margin = 0) {
+  FiberManagerOptions options;
+  options.report = Report::kCapsules;
+  options.margin = margin;
+  return options;
+}
+
+/// A straight fiber from the origin along x, of segments of length 1.
+template <typename S>
+std::vector<fcl::CollisionObject<S>*> addStraight(Scene<S>& scene, std::size_t count, double z) {
+  std::vector<Eigen::Vector3d> points;
+  for (std::size_t i = 0; i <= count; ++i) points.emplace_back(static_cast<double>(i), 0.0, z);
+  return scene.addFiber(points, 0.1);
+}
+
+/// The numbers of the segments of a fiber that are paired with an object.
+template <typename S>
+std::set<std::size_t> segmentsWith(const FiberCollisionManager<S>& manager, const Calls<S>& calls,
+                                   const fcl::CollisionObject<S>* object) {
+  std::set<std::size_t> segments;
+  for (const auto& [a, b] : calls) {
+    if (a != object && b != object) continue;
+    const fcl::CollisionObject<S>* partner = a == object ? b : a;
+    if (partner->getNodeType() != fcl::GEOM_CAPSULE) continue;
+    segments.insert(manager.fiberSegment(partner).segment);
+  }
+  return segments;
+}
+
+using Numbers = std::set<std::size_t>;
+
+// A strand under the skin would count, or one inside a machine would not.
+TYPED_TEST(Obstacles, AreSurfacesUnlessTheyAreSolid) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene;
+  const auto fiber = addStraight(scene, 12, 0.2);
+  auto* head = scene.add(makeModel<S>(fcl::BV_OBBRSS, blob(3.5, 0, 16, 10)),
+                         makePose<S>(Eigen::Quaterniond::Identity(), {5, 0, 0}));
+  for (const bool is_solid : {false, true}) {
+    auto manager = TypeParam::make(byCapsules());
+    manager->registerObstacle(head, ObstacleOptions{is_solid});
+    manager->registerFiber(fiber, FiberEnds::kOpen, FiberGroup{1});
+    const Numbers expected = is_solid ? Numbers{1, 2, 3, 4, 5, 6, 7, 8} : Numbers{1, 8};
+    EXPECT_EQ(segmentsWith<S>(*manager, selfPairs<S>(*manager), head), expected);
+    EXPECT_EQ(segmentsWith<S>(*manager, pairsWith<S>(*manager, *head), head), expected);
+    for (std::size_t i = 0; i < fiber.size(); ++i) {
+      EXPECT_EQ(pairsWith<S>(*manager, *fiber[i]).size(), expected.count(i)) << i;
+    }
+    manager->update();
+    EXPECT_EQ(segmentsWith<S>(*manager, selfPairs<S>(*manager), head), expected);
+    Scene<S> its_scene;
+    const auto its_fiber = addStraight(its_scene, 12, 0.2);
+    for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+      FiberManagerOptions options;
+      options.report = report;
+      auto other = TypeParam::make(options);
+      other->registerFiber(its_fiber);
+      Numbers found;
+      for (const auto& [a, b] : pairsWith<S>(*manager, *other)) {
+        if (a == head) found.insert(other->fiberSegment(b).segment);
+      }
+      EXPECT_EQ(found, expected);
+    }
+  }
+}
+
+// Each hair would touch its head at the root.
+TYPED_TEST(Obstacles, RootsMeetNone) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene;
+  const auto fiber = addStraight(scene, 6, 0);
+  auto* mesh = scene.add(makeModel<S>(fcl::BV_AABB, blob(20, 0, 6, 5)),
+                         makePose<S>(Eigen::Quaterniond::Identity(), {0, 0, -16.5}));
+  auto* box = scene.addBox({3, 0, 0}, Eigen::Quaterniond::Identity(), {9, 1, 1});
+  auto* sphere = scene.addSphere({3, 0, 0}, 5);
+  // All of it lies under the surface of the mesh.
+  struct Case {
+    FiberObstacles obstacles;
+    Numbers expected;
+  };
+  const Case cases[] = {{{}, {0, 1, 2, 3, 4, 5}},   {{~0u, 2, 0}, {2, 3, 4, 5}},
+                        {{~0u, 0, 2.5}, {3, 4, 5}}, {{~0u, 1, 2}, {2, 3, 4, 5}},
+                        {{~0u, 9, 0}, {}},          {{0u, 0, 0}, {}}};
+  for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+    for (const Case& one : cases) {
+      FiberManagerOptions options = byCapsules();
+      options.report = report;
+      options.ignored_neighbors = 1;
+      Managed<TypeParam> manager(options);
+      manager->registerFiber(fiber, FiberEnds::kOpen, {}, one.obstacles);
+      manager->registerObstacle(mesh, ObstacleOptions{true});
+      manager->registerObject(box);
+      for (int round = 0; round < 3; ++round) {
+        if (round == 1) manager->update();
+        if (round == 2) manager->registerObject(sphere);
+        for (auto* object : {mesh, box, sphere}) {
+          if (object == sphere && round < 2) continue;
+          EXPECT_EQ(segmentsWith<S>(*manager, selfPairs<S>(*manager), object), one.expected);
+        }
+        for (auto* object : {mesh, box, sphere}) {
+          // An object of nobody is an obstacle, too.
+          EXPECT_EQ(segmentsWith<S>(*manager, pairsWith<S>(*manager, *object), object),
+                    one.expected);
+        }
+      }
+    }
+  }
+}
+
+// An arm would be searched for cables that it may touch.
+TYPED_TEST(Obstacles, AreMetByCategory) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene;
+  const auto first = addStraight(scene, 3, 0), second = addStraight(scene, 3, 1);
+  std::vector<fcl::CollisionObject<S>*> obstacles;
+  const auto plate = makeModel<S>(fcl::BV_AABB, blob(2, 0, 8, 5));
+  for (int i = 0; i < 3; ++i) {
+    obstacles.push_back(scene.add(plate, makePose<S>(Eigen::Quaterniond::Identity(), {0, 0, 0.5})));
+    obstacles.push_back(scene.addBox({1.5, 0, 0.5}, Eigen::Quaterniond::Identity(), {3, 1, 2}));
+  }
+  const std::uint32_t categories[] = {1, 2, 6};
+  for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+    FiberManagerOptions options = byCapsules();
+    options.report = report;
+    auto manager = TypeParam::make(options), other = TypeParam::make(options);
+    manager->registerFiber(first, FiberEnds::kOpen, FiberGroup{1}, FiberObstacles{1});
+    manager->registerFiber(second, FiberEnds::kOpen, FiberGroup{1}, FiberObstacles{4});
+    for (std::size_t i = 0; i < obstacles.size(); ++i) {
+      for (auto* its : {manager.get(), other.get()}) {
+        its->registerObstacle(obstacles[i], ObstacleOptions{false, categories[i / 2]});
+      }
+    }
+    const auto expect = [&](const Calls<S>& calls) {
+      std::set<std::pair<std::size_t, std::size_t>> met;
+      for (const auto& [a, b] : calls) {
+        for (std::size_t i = 0; i < obstacles.size(); ++i) {
+          for (const auto& [p, q] : {std::pair(a, b), std::pair(b, a)}) {
+            const bool is_fiber = p->getNodeType() == fcl::GEOM_CAPSULE;
+            if (q == obstacles[i] && is_fiber) met.insert({manager->fiberSegment(p).fiber, i});
+          }
+        }
+      }
+      EXPECT_EQ(met,
+                (std::set<std::pair<std::size_t, std::size_t>>{{0, 0}, {0, 1}, {1, 4}, {1, 5}}));
+    };
+    expect(selfPairs<S>(*manager));
+    expect(pairsWith<S>(*manager, *other));
+    Calls<S> one_by_one;
+    for (auto* object : obstacles) {
+      for (const auto& call : pairsWith<S>(*manager, *object)) one_by_one.push_back(call);
+    }
+    expect(one_by_one);
+  }
+}
+
+// A query for obstacles alone would report hair against hair.
+TYPED_TEST(Obstacles, AreAllThatAGroupMeets) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene = strandScene<S>(10, 10, 921);
+  auto* head = scene.add(makeModel<S>(fcl::BV_AABB, blob(0.6, 0.2, 9, 6)),
+                         makePose<S>(Eigen::Quaterniond::Identity(), {0, 0, 0}));
+  Managed<TypeParam> manager(byCapsules());
+  for (const auto& fiber : scene.fibers()) {
+    manager.registerFiber(fiber, FiberEnds::kOpen, FiberGroup{1});
+  }
+  manager.registerObject(head);
+  EXPECT_TRUE(manager.answersSelf(10));
+  for (const auto& [a, b] : selfPairs<S>(*manager)) EXPECT_EQ(b, head);
+}
+
+// A program that asks for contacts before they happen would get them late.
+TYPED_TEST(Obstacles, MayBeWidened) {
+  using S = typename TypeParam::Scalar;
+  struct Subclass : fcl::CollisionObject<S> {
+    using fcl::CollisionObject<S>::aabb;
+  };
+  Scene<S> scene;
+  scene.add(makeModel<S>(fcl::BV_OBBRSS, blob(1, 0, 12, 9)),
+            makePose<S>(Eigen::Quaterniond(0.8, 0, 0.6, 0), {0, 0, 0}));
+  auto* capsule =
+      scene.addCapsule(Eigen::Vector3d(1.3, -0.1, 0), Eigen::Vector3d(1.3, 0.1, 0), 0.1);
+  for (const int way : {0, 1, 2}) {
+    SCOPED_TRACE(way);
+    auto manager = TypeParam::make(byCapsules());
+    fcl::AABB<S>& box = scene[0]->*(&Subclass::aabb);
+    scene[0]->computeAABB();
+    if (way == 1) box = {box.min_.array() - S(0.25), box.max_.array() + S(0.25)};
+    if (way == 2) box.max_[0] += S(0.5);
+    manager->registerObjects(scene.objects());
+    if (way == 1) {
+      EXPECT_NEAR(manager->margin(scene[0]), 0.25, 1e-5);
+    }
+    const std::size_t expected = way == 0 ? 0 : 1;
+    EXPECT_EQ(selfPairs<S>(*manager).size(), expected);
+    EXPECT_EQ((pairsWith<S>(*manager, *scene[0])).size(), expected);
+    EXPECT_EQ((pairsWith<S>(*manager, *capsule)).size(), expected);
+  }
+}
+
+// A capsule in the air within the box of a turned shape would count.
+TYPED_TEST(Obstacles, OfOtherShapesTurn) {
+  using S = typename TypeParam::Scalar;
+  for (const FiberManagerOptions& options : {byCapsules(), byCapsules(0.03)}) {
+    Scene<S> scene = strandScene<S>(20, 10, 922);
+    Random random(923);
+    addShapes(scene, 24, 0.4, 924);
+    for (auto* object : scene.loose()) {
+      const Eigen::Quaterniond rotation = random.rotation();
+      moveTo(*object, makePose<S>(rotation, random.inCube(0.8)));
+    }
+    Managed<TypeParam> manager(options);
+    manager.registerFibers(scene);
+    EXPECT_TRUE(manager.answersSelf(20));
+    manager.expectAnswersWith(manager.objects());
+    manager.expectNearest();
+    Managed<TypeParam> strands(options), other(options), by_volumes;
+    for (const auto& fiber : scene.fibers()) strands.registerFiber(fiber);
+    other.registerObjects(scene.loose());
+    by_volumes.registerObjects(scene.loose());
+    EXPECT_TRUE(strands.answersWith(other));
+    EXPECT_TRUE(other.answersWith(strands));
+    EXPECT_TRUE(strands.answersWith(by_volumes));
+    EXPECT_TRUE(by_volumes.answersWith(strands));
+    jolt(scene.objects(), random, 0.1, 1);
+    EXPECT_TRUE(manager->movedSinceUpdate());
+    manager->update();
+    EXPECT_TRUE(manager.answersSelf(20));
+  }
+}
+
+// A broken mesh would be read beyond its end.
+TEST(ObstaclesBadInput, BrokenMeshesAreRefused) {
+  using Manager = FiberManagerConfig<LeafVolume::kBox, double, Topology::kBundle>;
+  const MeshShape shape = blob(1, 0, 6, 5);
+  Scene<double> scene;
+  auto* good = scene.addSphere({0, 0, 0}, 1);
+  const auto refuses = [](auto&& call, const char* text) {
+    try {
+      call();
+      ADD_FAILURE() << "accepted, but expected: " << text;
+    } catch (const std::invalid_argument& error) {
+      EXPECT_NE(std::string(error.what()).find(text), std::string::npos) << error.what();
+    }
+  };
+  struct Case {
+    std::shared_ptr<fcl::CollisionGeometry<double>> model;
+    const char* text;
+  };
+  const auto bad_index = makeModel<double>(fcl::BV_AABB, shape);
+  trianglesOf(*bad_index)[3].set(0, shape.points.size(), 1);
+  const auto bad_point = makeModel<double>(fcl::BV_OBBRSS, shape);
+  pointsOf(*bad_point)[2][1] = std::nan("");
+  const Case cases[] = {{bad_index, "triangle 3 of its mesh has the point"},
+                        {bad_point, "point 2 of its mesh is NaN"},
+                        {makeUnfinishedModel(shape), "unfinished"}};
+  for (const Case& one : cases) {
+    fcl::CollisionObject<double> object(one.model);
+    const auto manager = Manager::make(byCapsules());
+    manager->registerObject(good);
+    refuses([&] { manager->registerObject(&object); }, one.text);
+    refuses([&] { manager->registerObstacle(&object); }, one.text);
+    EXPECT_EQ(manager->size(), 1u);
+    PairCollector<double> collector;
+    refuses([&] { manager->collide(&object, &collector, &PairCollector<double>::collide); },
+            one.text);
+    EXPECT_TRUE(selfPairs<double>(*manager).empty());
+  }
+  // A cloud of points counts by its box.
+  fcl::CollisionObject<double> cloud(makeCloud(shape));
+  const auto manager = Manager::make(byCapsules());
+  manager->registerObjects({good, &cloud});
+  EXPECT_EQ(selfPairs<double>(*manager).size(), 1u);
+  EXPECT_EQ((pairsWith<double>(*manager, cloud)).size(), 1u);
+
+  // It may break later, and be repaired.
+  const auto model = makeModel<double>(fcl::BV_AABB, shape);
+  fcl::CollisionObject<double> object(model);
+  manager->registerObject(&object);
+  const auto pairs = selfPairs<double>(*manager);
+  const double kept = pointsOf(*model)[0][0];
+  pointsOf(*model)[0][0] = std::numeric_limits<double>::infinity();
+  EXPECT_TRUE(manager->movedSinceUpdate());
+  refuses([&] { manager->update(); }, "object 2 in order of registration: point 0 of its mesh");
+  refuses([&] { selfPairs<double>(*manager); }, "the last update failed");
+  pointsOf(*model)[0][0] = kept;
+  manager->update();
+  EXPECT_EQ(selfPairs<double>(*manager), pairs);
+}
+
+TEST(ObstaclesBadInput, OptionsAreChecked) {
+  using Manager = FiberManagerConfig<LeafVolume::kBox, double, Topology::kBundle>;
+  MeshShape open = blob(1, 0, 6, 5);
+  open.triangles.pop_back();
+  Scene<double> scene;
+  auto* leaking = scene.add(makeModel<double>(fcl::BV_AABB, open),
+                            makePose<double>(Eigen::Quaterniond::Identity(), {0, 0, 0}));
+  MeshShape inside_out = blob(1, 0, 6, 5);
+  for (auto& t : inside_out.triangles) std::swap(t[0], t[1]);
+  auto* clockwise = scene.add(makeModel<double>(fcl::BV_AABB, inside_out),
+                              makePose<double>(Eigen::Quaterniond::Identity(), {0, 0, 0}));
+  const auto fiber = addStraight(scene, 4, 0);
+  for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+    FiberManagerOptions options;
+    options.report = report;
+    const auto manager = Manager::make(options);
+    EXPECT_THROW(manager->registerObstacle(leaking, ObstacleOptions{true}), std::invalid_argument);
+    EXPECT_THROW(manager->registerObstacle(clockwise, ObstacleOptions{true}),
+                 std::invalid_argument);
+    EXPECT_THROW(manager->registerObstacle(nullptr), std::invalid_argument);
+    for (const double length : {-1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
+      EXPECT_THROW(manager->registerFiber(fiber, FiberEnds::kOpen, {}, {~0u, 0, length}),
+                   std::invalid_argument);
+    }
+    EXPECT_THROW(manager->registerFiber(fiber, FiberEnds::kOpen, {}, {~0u, -1, 0}),
+                 std::invalid_argument);
+    EXPECT_TRUE(manager->empty());
+    manager->registerObstacle(leaking);
+    EXPECT_EQ(manager->size(), 1u);
+  }
+}
+
+}  // namespace
+}  // namespace fcl_fibers::test
