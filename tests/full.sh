@@ -122,6 +122,12 @@ differential() {
   ! grep '^no hair' build/differential.log || skip "hair, as FCL_FIBERS_DATA has no .tfx"
 }
 
+# 10^8 segments and triangles near contact, decided exactly.
+triangles() {
+  build fcl_fibers_numerics_run
+  "$numerics" triangles --decisions 1e8
+}
+
 # The same pairs in the same order on every instruction set and number of threads of this machine,
 # by gcc and clang, with and without optimization.
 pair_order() {
@@ -251,6 +257,7 @@ steps=(
   simd_sanitized
   extremes
   differential
+  triangles
   pair_order
   stateful
   fuzz

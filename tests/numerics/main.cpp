@@ -13,6 +13,7 @@
 #include "numerics/differential.h"
 #include "numerics/extreme_rows.h"
 #include "numerics/pair_order.h"
+#include "numerics/triangle_decisions.h"
 
 namespace fcl_fibers::test {
 namespace {
@@ -40,6 +41,21 @@ int runDifferential(double decisions, std::size_t capsules, std::uint64_t seed) 
             << "\nreported by eight kinds of trees     " << tally.reported
             << "\nmissed, repeated or unpromised       " << tally.wrong << '\n';
   if (tally.wrong == 0) return EXIT_SUCCESS;
+  std::cerr << tally.first_wrong << '\n';
+  return EXIT_FAILURE;
+}
+
+int runTriangles(double decisions, std::uint64_t seed) {
+  const TriangleTally tally = decideTriangles(static_cast<std::uint64_t>(decisions), seed);
+  std::cout << "segments and triangles decided       " << tally.decisions
+            << "\n  within reach                       " << tally.within
+            << "\n  within 1e-12 of contact            " << tally.at_contact
+            << "\n  decided by bounds in double        " << tally.decisions - tally.exact
+            << "\n  decided in integers                " << tally.exact
+            << "\nmissed                               " << tally.missed
+            << "\nreported, beyond 1e-14               " << tally.beyond_usual
+            << "\nreported, beyond 1e-11               " << tally.unpromised << '\n';
+  if (tally.missed + tally.unpromised == 0) return EXIT_SUCCESS;
   std::cerr << tally.first_wrong << '\n';
   return EXIT_FAILURE;
 }
@@ -76,6 +92,12 @@ int main(int argc, char** argv) {
   differential->add_option("--capsules", capsules, "of a scene, about")->capture_default_str();
   differential->add_option("--seed", seed, "of the first scene")->capture_default_str();
 
+  double pairs = 1e8;
+  CLI::App* triangles =
+      app.add_subcommand("triangles", "Segments and triangles near contact, decided exactly");
+  triangles->add_option("--decisions", pairs, "pairs to decide")->capture_default_str();
+  triangles->add_option("--seed", seed, "of all pairs")->capture_default_str();
+
   int threads = 1;
   CLI::App* hashes = app.add_subcommand(
       "hashes", "Hashes of pairs in their order, the same for every build and machine");
@@ -87,6 +109,7 @@ int main(int argc, char** argv) {
       std::cout << test::rowsTable();
       return EXIT_SUCCESS;
     }
+    if (*triangles) return test::runTriangles(pairs, seed);
     if (*hashes) return test::printHashes(threads);
     return test::runDifferential(decisions, capsules, seed);
   } catch (const std::exception& error) {

@@ -7,37 +7,10 @@
 #include <limits>
 #include <utility>
 
-#include <boost/multiprecision/cpp_int.hpp>
+#include "support/exact_numbers.h"
 
 namespace fcl_fibers::test {
 namespace {
-
-using Integer = boost::multiprecision::cpp_int;
-constexpr double kEps = std::numeric_limits<double>::epsilon();
-
-template <typename T>
-using Vector = std::array<T, 3>;
-
-template <typename T>
-Vector<T> operator+(const Vector<T>& p, const Vector<T>& q) {
-  return {T(p[0] + q[0]), T(p[1] + q[1]), T(p[2] + q[2])};
-}
-template <typename T>
-Vector<T> operator-(const Vector<T>& p, const Vector<T>& q) {
-  return {T(p[0] - q[0]), T(p[1] - q[1]), T(p[2] - q[2])};
-}
-template <typename T>
-Vector<T> operator*(const T& s, const Vector<T>& p) {
-  return {T(s * p[0]), T(s * p[1]), T(s * p[2])};
-}
-template <typename T>
-T dot(const Vector<T>& p, const Vector<T>& q) {
-  return p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
-}
-template <typename T>
-Vector<T> cross(const Vector<T>& p, const Vector<T>& q) {
-  return {T(p[1] * q[2] - p[2] * q[1]), T(p[2] * q[0] - p[0] * q[2]), T(p[0] * q[1] - p[1] * q[0])};
-}
 
 /// Two segments, from w to w + u and from 0 to v, and how near they have to be. All lengths are
 /// doubled, so that half a length needs no fraction.
@@ -73,14 +46,6 @@ int lastBit(double x) {
   int exponent = 0;
   const auto mantissa = static_cast<std::int64_t>(std::ldexp(std::frexp(x, &exponent), 53));
   return exponent - 53 + __builtin_ctzll(static_cast<unsigned long long>(mantissa));
-}
-
-Integer inUnits(double x, int unit) {
-  int exponent = 0;
-  const auto mantissa = static_cast<std::int64_t>(std::ldexp(std::frexp(x, &exponent), 53));
-  const int shift = exponent - 53 - unit;
-  // A negative shift drops zeros only.
-  return shift >= 0 ? Integer(Integer(mantissa) << shift) : Integer(Integer(mantissa) >> -shift);
 }
 
 /// The largest power of two of which all lengths of both capsules are multiples.
@@ -138,8 +103,6 @@ bool within(const PairOf<Integer>& pair) {
 
 // --- In double ---
 
-double clampToUnit(double t) { return t > 0 ? std::min(t, 1.0) : 0; }
-
 struct Bounds {
   double low, high;  ///< of the distance of the segments
 };
@@ -161,17 +124,17 @@ Bounds distanceBounds(const PairOf<double>& pair, double size) {
   const auto& [w, u, v, reach] = pair;
   const double uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), uw = dot(u, w), vw = dot(v, w);
   const auto at_first = [&](double s) {
-    return boundsAt(pair, s, clampToUnit((uv * s + vw) / vv), size);
+    return boundsAt(pair, s, intoUnit((uv * s + vw) / vv), size);
   };
   const auto at_second = [&](double t) {
-    return boundsAt(pair, clampToUnit((uv * t - uw) / uu), t, size);
+    return boundsAt(pair, intoUnit((uv * t - uw) / uu), t, size);
   };
   // The cross product keeps its precision for lines that are nearly parallel.
   const Vector<double> normal = cross(u, v);
   const Vector<double> from_w = cross(v, w);
-  const double s = clampToUnit(dot(from_w, normal) / dot(normal, normal));
+  const double s = intoUnit(dot(from_w, normal) / dot(normal, normal));
   Bounds bounds{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
-  const double t = clampToUnit((uv * s + vw) / vv);
+  const double t = intoUnit((uv * s + vw) / vv);
   for (const Bounds& b :
        {at_second(t), at_first(s), at_first(0), at_first(1), at_second(0), at_second(1)}) {
     // NaN, as of a segment without length, loses every comparison.
