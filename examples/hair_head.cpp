@@ -2,14 +2,18 @@
 
 // Hair falls on a head that nods: contacts with a solid triangle mesh push it out. Plain arrays,
 // metres and seconds.
+//
+//     hair_head [FOLDER]    also writes what tutorials.py draws to the folder
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <string>
 #include <vector>
 
 #include <fcl_fibers/contact.h>
 #include <fcl_fibers/fiber_tree.h>
+#include <fcl_fibers/io/export_geometry.h>
 #include <fcl_fibers/triangle_mesh.h>
 
 namespace {
@@ -116,9 +120,31 @@ void pushOut(std::vector<Vec>& points, const std::vector<MeshContact>& contacts)
 }
 // [push]
 
+/// Writes the hairs, the corners of the head as one line more, and the contacts.
+void write(const std::string& path, const std::vector<Vec>& hair, const std::vector<Vec>& head,
+           const MeshPose& pose, const std::vector<MeshContact>& contacts) {
+  FiberPolylines lines;
+  for (const Vec& p : hair) {
+    lines.points.push_back({p.x, p.y, p.z});
+    if (lines.points.size() % kPoints == 0) lines.point_begin.push_back(lines.points.size());
+  }
+  for (const Vec& corner : head) {
+    const Vec p = apply(pose, corner);
+    lines.points.push_back({p.x, p.y, p.z});
+  }
+  lines.point_begin.push_back(lines.points.size());
+  io::exportFibers(path + "_fibers.vtp", lines);
+
+  std::vector<Contact> points(contacts.size());
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    points[i].point_a = points[i].point_b = contacts[i].point_b;
+  }
+  io::exportContacts(path + "_contacts.vtp", points);
+}
+
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
   std::vector<Vec> corners;
   std::vector<std::int32_t> triangles;
   addBall(corners, triangles);
@@ -180,6 +206,10 @@ int main() {
     }
     std::printf("step %3d: %4zu contacts, deepest %.2f mm; then the lowest point is at %.2f mm\n",
                 step, contacts.size(), 1000 * deepest, 1000 * lowest);
+    if (argc > 1) {
+      const std::string path = std::string(argv[1]) + "/hair_head_" + std::to_string(step);
+      write(path, now, corners, pose, contacts);
+    }
   }
   // [loop]
   return 0;

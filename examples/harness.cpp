@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// A harness of three cables on a robot's arm: how near do the cables come to the arm while the
-// elbow bends? Lengths are in metres.
+// A robot's arm leans back against a harness of cables. The arm is of triangle meshes. In each
+// step: what touches, and how deep, or how near is the arm? Lengths are in metres.
 //
 //     harness [FOLDER]    also writes what tutorials.py draws to the folder
-#include <cmath>
+#include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/geometric_shape_to_BVH_model.h>
-#include <fcl/narrowphase/distance.h>
+#include <fcl_fibers/contact_collector.h>
 #include <fcl_fibers/fiber_objects.h>
 #include <fcl_fibers/io/export_geometry.h>
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
@@ -21,130 +21,189 @@
 namespace {
 
 using Manager = fcl_fibers::LayeredAABBTreeCollisionManagerd;
+using Collector = fcl_fibers::ContactCollector<double>;
+using Contact = fcl_fibers::ObjectContact<double>;
+using Object = fcl::CollisionObjectd;
+using Model = fcl::BVHModel<fcl::OBBRSSd>;
 using Vector = fcl::Vector3d;
 
-constexpr std::size_t kSegments = 40;  // of a cable
-constexpr double kCable = 0.006;       // radius of a cable
-constexpr double kArm = 0.05;          // half the width of a link
-constexpr double kDegree = 3.14159265358979323846 / 180;
-
-/// The pose of the forearm. Its joint is the origin, and the upper arm is along -x.
-fcl::Transform3d bentBy(double degrees) {
-  return fcl::Transform3d(Eigen::AngleAxisd(degrees * kDegree, Vector::UnitY()));
-}
-
-// [cables]
-/// Three cables over the elbow, from clips on the upper arm to clips on the forearm: cubic curves.
-fcl_fibers::FiberPolylines cables(double degrees) {
+/// Ten cables in two layers, from the foot of the arm to a rail behind it: cubic curves.
+fcl_fibers::FiberPolylines cables() {
   fcl_fibers::FiberPolylines harness;
-  harness.radius = kCable;
-  for (int cable = 0; cable < 3; ++cable) {
-    const double y = 0.02 * (cable - 1), rise = 0.1 + 0.005 * cable;
-    const Vector begin(-0.2, y, kArm + kCable), end(0.23, y, kArm + kCable);
-    const Vector near_begin = begin + Vector(0.1, 0, rise), near_end = end + Vector(-0.1, 0, rise);
-    const fcl::Transform3d forearm = bentBy(degrees);
-    for (std::size_t i = 0; i <= kSegments; ++i) {
-      const double t = static_cast<double>(i) / kSegments, u = 1 - t;
-      const Vector p = u * u * u * begin + 3 * u * u * t * near_begin +
-                       3 * u * t * t * (forearm * near_end) + t * t * t * (forearm * end);
+  harness.radius = 0.006;
+  for (int cable = 0; cable < 10; ++cable) {
+    const double y = 0.02 * (cable % 5 - 2), behind = -0.02 * (cable / 5);
+    const Vector begin(-0.1, y, 0.08 + behind), end(-0.25 + behind, y, 1.15);
+    const Vector near_begin = begin + Vector(-0.3, 0, 0), near_end = end + Vector(0, 0, -0.7);
+    for (int i = 0; i <= 60; ++i) {
+      const double t = i / 60.0, u = 1 - t;
+      const Vector p = u * u * u * begin + 3 * u * u * t * near_begin + 3 * u * t * t * near_end +
+                       t * t * t * end;
       harness.points.push_back({p.x(), p.y(), p.z()});
     }
     harness.point_begin.push_back(harness.points.size());
   }
   return harness;
 }
-// [cables]
 
-std::shared_ptr<fcl::CollisionGeometryd> linkMesh(double middle) {
-  auto mesh = std::make_shared<fcl::BVHModel<fcl::OBBRSSd>>();
-  const fcl::Transform3d pose(Eigen::Translation3d(middle, 0, 0));
-  fcl::generateBVHModel(*mesh, fcl::Boxd(0.3, 2 * kArm, 2 * kArm), pose);
-  return mesh;
+// [arm]
+constexpr const char* kNames[] = {"foot", "upper arm", "elbow", "forearm", "hand"};
+
+/// A link along z, in the frame of its joint.
+template <class Shape>
+Object link(const Shape& shape, double middle) {
+  const auto mesh = std::make_shared<Model>();
+  const fcl::Transform3d pose(Eigen::Translation3d(0, 0, middle));
+  fcl::generateBVHModel(*mesh, shape, pose, 32, 16);
+  return Object(mesh);
 }
+
+std::vector<Object> makeLinks() {
+  return {link(fcl::Cylinderd(0.12, 0.2), 0.1), link(fcl::Cylinderd(0.05, 0.45), 0.225),
+          link(fcl::Sphered(0.07), 0), link(fcl::Cylinderd(0.04, 0.35), 0.175),
+          link(fcl::Ellipsoidd(0.04, 0.06, 0.08), 0)};
+}
+
+/// The poses of the links when the arm leans back.
+std::vector<fcl::Transform3d> poses(double degrees) {
+  constexpr double kDegree = 3.14159265358979323846 / 180;
+  const Eigen::AngleAxisd back(-degrees * kDegree, Vector::UnitY()),
+      forward(15 * kDegree, Vector::UnitY());
+  const fcl::Transform3d foot = fcl::Transform3d::Identity(),
+                         upper = foot * Eigen::Translation3d(0, 0, 0.2) * back,
+                         elbow = upper * Eigen::Translation3d(0, 0, 0.45),
+                         forearm = elbow * forward;
+  return {foot, upper, elbow, forearm, forearm * Eigen::Translation3d(0, 0, 0.35)};
+}
+// [arm]
 
 // [nearest]
 struct Nearest {
-  const Manager& cables;
-  const fcl::CollisionObjectd &upper, &forearm;
-  const fcl::CollisionObjectd* link = nullptr;
-  fcl_fibers::Contact contact = {};  // of the nearest pair so far
+  const Manager& arm;
+  const Object *segment = nullptr, *link = nullptr;
+  fcl_fibers::MeshContact contact = {};
+  std::vector<fcl_fibers::MeshContact> found = {};
 };
 
-/// A cable may touch the link that it is clipped to, with a quarter of its length.
-bool mayTouch(const Nearest& nearest, fcl_fibers::FiberSegment place,
-              const fcl::CollisionObjectd* link) {
-  return (link == &nearest.upper && place.segment < kSegments / 4) ||
-         (link == &nearest.forearm && place.segment >= kSegments - kSegments / 4);
-}
-
-bool keepNearest(fcl::CollisionObjectd* segment, fcl::CollisionObjectd* link, void* cdata,
-                 double& least) {
+bool keepNearest(Object* segment, Object* link, void* cdata, double& least) {
   auto& nearest = *static_cast<Nearest*>(cdata);
-  const fcl_fibers::FiberSegment place = nearest.cables.fiberSegment(segment);
-  if (mayTouch(nearest, place, link)) return false;
-
-  fcl::DistanceRequestd request;
-  request.enable_nearest_points = true;
-  fcl::DistanceResultd result;
-  // The mesh comes first. Otherwise FCL exchanges the two, and their nearest points with them.
-  const double distance = fcl::distance(link, segment, request, result);
-  if (distance >= least) return false;
-  least = distance;  // from here on the manager skips pairs that are not nearer
+  nearest.arm.findMeshContacts(segment, link, 0, nearest.found);
+  const fcl_fibers::MeshContact& contact = nearest.found.front();  // the only one if none touches
+  if (contact.distance >= least) return false;
+  least = contact.distance;  // from here on the manager skips pairs that are not nearer
+  nearest.segment = segment;
   nearest.link = link;
-  nearest.contact.a = place;
-  nearest.contact.distance = distance;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto i = static_cast<std::size_t>(axis);
-    nearest.contact.point_a[i] = result.nearest_points[1][axis];
-    nearest.contact.point_b[i] = result.nearest_points[0][axis];
-  }
+  nearest.contact = contact;
   return false;
 }
 // [nearest]
+
+// [way]
+/// Whether p is the better way out of a convex link than q. If the axis of the cable is in the
+/// link, the shortest way out counts, else the nearest triangle.
+bool isBetter(const Contact& p, const Contact& q) {
+  if (p.solid != q.solid) return p.solid;
+  return p.solid ? p.distance > q.distance : p.distance < q.distance;
+}
+
+/// The best way out for each segment and link that touch.
+std::vector<Contact> waysOut(const std::vector<Contact>& contacts) {
+  std::vector<Contact> ways;
+  for (const Contact& contact : contacts) {  // those of one pair follow each other
+    if (ways.empty() || ways.back().object_a != contact.object_a ||
+        ways.back().object_b != contact.object_b) {
+      ways.push_back(contact);
+    } else if (isBetter(contact, ways.back())) {
+      ways.back() = contact;
+    }
+  }
+  return ways;
+}
+// [way]
+
+/// Writes the corners of each link and the shortest line as lines, and contacts as points.
+void write(const std::string& path, const std::vector<Object>& links, const Nearest& nearest,
+           const std::vector<Contact>& contacts) {
+  fcl_fibers::FiberPolylines lines;
+  for (const Object& link : links) {
+    const auto& mesh = static_cast<const Model&>(*link.collisionGeometry());
+    for (int i = 0; i < mesh.num_vertices; ++i) {
+      const Vector p = link.getTransform() * mesh.vertices[i];
+      lines.points.push_back({p.x(), p.y(), p.z()});
+    }
+    lines.point_begin.push_back(lines.points.size());
+  }
+  lines.points.insert(lines.points.end(), {nearest.contact.point_a, nearest.contact.point_b});
+  lines.point_begin.push_back(lines.points.size());
+  fcl_fibers::io::exportFibers(path + "_fibers.vtp", cables());
+  fcl_fibers::io::exportFibers(path + "_links.vtp", lines);
+  fcl_fibers::io::exportContacts(path + "_contacts.vtp", {contacts.begin(), contacts.end()});
+}
 
 }  // namespace
 
 int main(int argc, char** argv) {
   // [managers]
-  fcl::CollisionObjectd upper(linkMesh(-0.15)), forearm(linkMesh(0.15));
-  fcl::CollisionObjectd elbow(std::make_shared<fcl::Boxd>(0.12, 0.12, 0.12));
-  fcl::DynamicAABBTreeCollisionManagerd arm;  // one of FCL's, as robots have
-  arm.registerObjects({&upper, &forearm, &elbow});
-  arm.setup();
+  fcl_fibers::FiberManagerOptions options;
+  options.report = fcl_fibers::Report::kCapsules;
 
-  const auto objects = fcl_fibers::makeObjects<double>(cables(0));
-  Manager harness;
-  for (const auto& cable : fcl_fibers::objectsByFiber(cables(0), objects)) {
-    // One group: the cables are tied together, so that they are not paired with each other.
-    harness.registerFiber(cable.objects, cable.ends, fcl_fibers::FiberGroup{1});
+  constexpr std::uint32_t kFoot = 1, kMoving = 2;  // categories
+  Manager arm(options);
+  std::vector<Object> links = makeLinks();
+  for (Object& link : links) {
+    // Solid: a cable that is wholly inside a link touches it, too.
+    arm.registerObstacle(&link, {/*solid=*/true, &link == &links[0] ? kFoot : kMoving});
+  }
+
+  Manager harness(options);
+  const auto objects = fcl_fibers::makeObjects<double>(cables());
+  fcl_fibers::FiberObstacles obstacles;
+  obstacles.meets = kMoving;  // the cables are plugged into the foot
+  for (const auto& cable : fcl_fibers::objectsByFiber(cables(), objects)) {
+    harness.registerFiber(cable.objects, cable.ends, {}, obstacles);
   }
   // [managers]
 
-  // [motion]
-  for (int degrees = 0; degrees <= 40; degrees += 10) {
-    forearm.setTransform(bentBy(degrees));
-    elbow.setTransform(bentBy(degrees / 2.0));
-    for (fcl::CollisionObjectd* link : {&forearm, &elbow}) link->computeAABB();  // for FCL's
-    arm.update();
-    fcl_fibers::moveObjects(cables(degrees), objects);
-    harness.update();
+  Collector touching(harness, &arm);
+  for (int degrees = 12; degrees <= 24; degrees += 2) {
+    // [move]
+    const std::vector<fcl::Transform3d> now = poses(degrees);
+    for (std::size_t i = 0; i < links.size(); ++i) links[i].setTransform(now[i]);
+    arm.update();  // reads the poses; the trees of the meshes stay
+    // [move]
 
-    Nearest nearest = {harness, upper, forearm};
-    harness.distance(&arm, &nearest, keepNearest);  // and not arm.distance(&harness, ...)
-    const auto& [x, y, z] = nearest.contact.point_a;
-    std::printf(
-        "bent by %2d: %4.1f mm from cable %zu, segment %zu, to the %s, at (%.3f, %.3f, %.3f)\n",
-        degrees, 1000 * nearest.contact.distance, nearest.contact.a.fiber,
-        nearest.contact.a.segment,
-        nearest.link == &elbow   ? "elbow"
-        : nearest.link == &upper ? "upper arm"
-                                 : "forearm",
-        x, y, z);
+    // [ask]
+    touching.clear();
+    harness.collide(&arm, &touching, Collector::callback);
+    const std::vector<Contact> ways = waysOut(touching.contacts());
+
+    Nearest nearest = {arm};
+    if (ways.empty()) harness.distance(&arm, &nearest, keepNearest);
+    // [ask]
+
+    // [print]
+    if (ways.empty()) {
+      const fcl_fibers::FiberSegment place = harness.fiberSegment(nearest.segment);
+      const auto& [x, y, z] = nearest.contact.point_b;
+      std::printf(
+          "%d degrees: %.1f mm between cable %zu, segment %zu, and the %s at (%.3f, %.3f, %.3f)\n",
+          degrees, 1000 * nearest.contact.distance, place.fiber, place.segment,
+          kNames[arm.fiberSegment(nearest.link).fiber], x, y, z);
+    } else {
+      const Contact& deepest = *std::min_element(
+          ways.begin(), ways.end(),
+          [](const Contact& p, const Contact& q) { return p.distance < q.distance; });
+      const auto& [x, y, z] = deepest.normal;  // from the cable into the link
+      std::printf(
+          "%d degrees: %zu contacts, %zu segments touch a link; the deepest is %.1f mm in the %s: "
+          "cable %zu, segment %zu, normal (%.2f, %.2f, %.2f)\n",
+          degrees, touching.contacts().size(), ways.size(), -1000 * deepest.distance,
+          kNames[deepest.b.fiber], deepest.a.fiber, deepest.a.segment, x, y, z);
+    }
+    // [print]
     if (argc < 2) continue;
-    const std::string name = std::string(argv[1]) + "/harness_" + std::to_string(degrees);
-    fcl_fibers::io::exportFibers(name + "_fibers.vtp", cables(degrees));
-    fcl_fibers::io::exportContacts(name + "_contacts.vtp", {nearest.contact});
+    const std::string path = std::string(argv[1]) + "/harness_" + std::to_string(degrees);
+    write(path, links, nearest, touching.contacts());
   }
-  // [motion]
   return 0;
 }

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The pictures of docs/tutorials, of the files that the examples write:
 
-    mkdir out && for name in swap hair_step harness obstacles; do build-examples/$name out; done
+    mkdir out
+    for name in swap hair_step hair_head harness obstacles; do build-examples/$name out; done
     build-examples/yarn out/knit.vtp
     docs/pictures/tutorials.py out docs/images/tutorials
 """
@@ -59,6 +60,13 @@ def side(p):
     return p[0], p[2]
 
 
+def outline(points, **look):
+    """Of the convex hull of points in the plane."""
+    around = [math.tau * i / 90 for i in range(90)]
+    hull = [max(points, key=lambda p: p[0] * math.cos(a) + p[1] * math.sin(a)) for a in around]
+    return plt.Polygon(hull, linewidth=0, **look)
+
+
 def swap(folder):
     figure, axes = plt.subplots(1, 2, figsize=(8, 4.2), width_ratios=(1, 1.2))
     fibers = read(folder / "swap_fibers.vtp")[1]
@@ -91,22 +99,39 @@ def hair_step(folder):
     return figure
 
 
+def hair_head(folder):
+    figure, axes = plt.subplots(1, 3, figsize=(8, 2.8), sharex=True, sharey=True)
+    for step, axis in zip((50, 100, 400), axes):
+        *fibers, head = read(folder / f"hair_head_{step}_fibers.vtp")[1]
+        contacts = read(folder / f"hair_head_{step}_contacts.vtp")[0]
+        # Seen along x. What is behind the middle of the head comes first, then the head.
+        for sign, layer in ((-1, 1), (1, 3)):
+
+            def project(p):
+                return p[1:] if sign * p[0] >= 0 else (math.nan, math.nan)
+
+            draw(axis, fibers, [], project, 0.6)
+            for line in axis.lines[-len(fibers) :]:
+                line.set_zorder(layer)
+            seen = [project(p) for p in contacts]
+            axis.scatter(*zip(*seen), s=2, color=RED, zorder=layer + 0.5, linewidths=0)
+        axis.add_patch(outline([p[1:] for p in head], color=LINK, zorder=2))
+        axis.set_title(f"step {step}")
+    return figure
+
+
 def harness(folder):
-    figure, axes = plt.subplots(1, 3, figsize=(8, 2.4), sharex=True, sharey=True)
-    for degrees, axis in zip((0, 20, 40), axes):
-        # The links of harness.cpp: x from, x to, half the width, and the part of the bend.
-        links = ((-0.3, 0, 0.05, 0), (0, 0.3, 0.05, 1), (-0.06, 0.06, 0.06, 0.5))
-        for begin, end, half, part in links:
-            link = plt.Rectangle((begin, -half), end - begin, 2 * half, color=LINK, linewidth=0)
-            turn = matplotlib.transforms.Affine2D().rotate_deg(-part * degrees)
-            link.set_transform(turn + axis.transData)
-            axis.add_patch(link)
+    figure, axes = plt.subplots(1, 4, figsize=(8, 5), sharex=True, sharey=True)
+    for degrees, axis in zip((12, 18, 22, 24), axes):
+        *links, shortest = read(folder / f"harness_{degrees}_links.vtp")[1]
         fibers = read(folder / f"harness_{degrees}_fibers.vtp")[1]
-        middle = side(read(folder / f"harness_{degrees}_contacts.vtp")[0][0])
-        draw(axis, fibers, [], side, 1.5)
-        x, z = min(map(side, fibers[0]), key=lambda p: math.dist(p, middle))
-        axis.plot([x, 2 * middle[0] - x], [z, 2 * middle[1] - z], color=RED, linewidth=2)
-        axis.set(title=f"bent by {degrees} degrees", xlim=(-0.31, 0.32), ylim=(-0.28, 0.2))
+        contacts = read(folder / f"harness_{degrees}_contacts.vtp")[0]
+        for link in links:
+            axis.add_patch(outline(list(map(side, link)), facecolor=LINK, alpha=0.7))
+        draw(axis, fibers, contacts, side, 1.5, 3)
+        if not contacts:
+            axis.plot(*zip(*map(side, shortest)), color=RED, linewidth=2)
+        axis.set_title(f"{degrees} degrees")
     return figure
 
 
@@ -132,9 +157,7 @@ def obstacles(folder):
             view([m + h * d for m, h, d in zip((x, y, 0.08), half, direction)])
             for direction in (sphere_points() if is_round else itertools.product((-1, 1), repeat=3))
         ]
-        around = [math.tau * i / 90 for i in range(90)]
-        outline = [max(seen, key=lambda p: p[0] * math.cos(a) + p[1] * math.sin(a)) for a in around]
-        axis.add_patch(plt.Polygon(outline, color=LINK, alpha=0.6, linewidth=0, zorder=2.5))
+        axis.add_patch(outline(seen, color=LINK, alpha=0.6, zorder=2.5))
     draw(axis, fibers, contacts, view, 0.6, 8)
     return figure
 
@@ -154,7 +177,7 @@ def yarn(folder):
 
 def main():
     folder, to = map(Path, sys.argv[1:])
-    for draw_one in (swap, hair_step, harness, obstacles, yarn):
+    for draw_one in (swap, hair_step, hair_head, harness, obstacles, yarn):
         figure = draw_one(folder)
         figure.tight_layout()
         drawn = io.BytesIO()
