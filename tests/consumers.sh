@@ -191,7 +191,7 @@ tree() {
   local hidden=(-DCMAKE_DISABLE_FIND_PACKAGE_{fcl,ccd,octomap,Eigen3}"=ON") header read name flags
   rm -rf "$work/tree"
   library g++ shared
-  for header in contact fiber_options fiber_polylines fiber_tree tree_export version \
+  for header in contact fiber_options fiber_polylines fiber_tree tree_export triangle_mesh version \
     io/export io/export_geometry io/fiber_file io/sampling; do
     read=$(g++ -std=c++17 -M -I"$prefix/include" "$prefix/include/fcl_fibers/$header.h") ||
       fail "$header.h does not compile by itself"

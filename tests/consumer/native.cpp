@@ -64,9 +64,8 @@ bool addIfTouching(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* cda
   return false;
 }
 
-template <class Manager>
-bool isRight(const std::vector<Object*>& objects, std::mt19937 random) {
-  Manager manager;
+bool isRight(fcl::BroadPhaseCollisionManagerd&& manager, const std::vector<Object*>& objects,
+             std::mt19937 random) {
   manager.registerObjects({objects.begin(), objects.end()});
   manager.setup();
   for (int step = 0; step < 2; ++step) {
@@ -98,8 +97,13 @@ int main() {
     owned.push_back(std::make_unique<Object>(makeShape(i), randomPose(random)));
     objects.push_back(owned.back().get());
   }
-  const bool is_right = isRight<fcl::DynamicAABBTreeCollisionManagerd>(objects, random) &&
-                        isRight<fcl_fibers::LayeredAABBTreeCollisionManagerd>(objects, random) &&
-                        isRight<fcl_fibers::WrappedSphereTreeCollisionManagerd>(objects, random);
+  fcl_fibers::FiberManagerOptions capsules;  // then the triangles of meshes count
+  capsules.report = fcl_fibers::Report::kCapsules;
+  using Boxes = fcl_fibers::LayeredAABBTreeCollisionManagerd;
+  using Spheres = fcl_fibers::WrappedSphereTreeCollisionManagerd;
+  const bool is_right =
+      isRight(fcl::DynamicAABBTreeCollisionManagerd(), objects, random) &&
+      isRight(Boxes(), objects, random) && isRight(Boxes(capsules), objects, random) &&
+      isRight(Spheres(), objects, random) && isRight(Spheres(capsules), objects, random);
   return is_right ? 0 : 1;
 }
