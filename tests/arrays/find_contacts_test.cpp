@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -228,17 +229,6 @@ TYPED_TEST(FindContacts, OfASolidLeadOut) {
   }
 }
 
-/// The closed box between two corners.
-Triangles<double> boxMesh(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
-  Triangles<double> mesh;
-  for (int i = 0; i < 8; ++i) {
-    mesh.addPoint({(i & 1 ? high : low).x(), (i & 2 ? high : low).y(), (i & 4 ? high : low).z()});
-  }
-  mesh.indices = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
-                  2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
-  return mesh;
-}
-
 MeshContact deepest(const Assembly<double>& fibers, const TriangleMesh& mesh) {
   std::vector<MeshContact> contacts;
   capsuleTree(fibers.view()).findContacts(fibers.view(), mesh, contacts);
@@ -269,6 +259,36 @@ TEST(FindContacts, DepthsInASolidAreThoseByHand) {
   EXPECT_FALSE(crossing.solid);
   EXPECT_EQ(crossing.distance, -0.5 - 0.125) << "the shorter way is down";
   EXPECT_EQ(crossing.normal, (std::array<double, 3>{0, 0, 1}));
+}
+
+// By the rule of docs/contacts.md, a fiber would be left in a convex part of a machine.
+TEST(FindContacts, OneOfThoseOfAConvexSolidLeadsOut) {
+  const auto fibers = curledFibers<double>(37, 60);
+  const Eigen::Vector3d high(0.3, 0.2, 0.1);
+  const Triangles<double> box = boxMesh(-high, high);
+  const TriangleMesh solid(box.view(), TriangleMesh::Kind::kSolid);
+  std::vector<MeshContact> contacts;
+  capsuleTree(fibers.view()).findContacts(fibers.view(), solid, contacts);
+  std::map<std::size_t, MeshContact> ways;  // by segment
+  for (const MeshContact& contact : contacts) {
+    const auto [way, is_new] =
+        ways.insert({fibers.point_begin[contact.a.fiber] + contact.a.segment, contact});
+    MeshContact& best = way->second;
+    if (contact.solid != best.solid ? contact.solid
+                                    : contact.solid == (contact.distance > best.distance)) {
+      best = contact;
+    }
+  }
+  EXPECT_GT(ways.size(), 100u);
+  for (const auto& [segment, way] : ways) {
+    const ExactCapsule capsule = roundedCapsule(fibers.capsule(segment));
+    const test::Point motion = Real(way.distance) * toPoint(way.normal), a = capsule.a + motion;
+    EXPECT_GT((a.cwiseAbs() - high.cast<Real>()).maxCoeff(), -kContactRounding) << "is inside";
+    for (std::size_t i = 0; i < box.count(); ++i) {
+      EXPECT_GE(segmentTriangleDistance(a, capsule.b + motion, box.triangle(i, {})),
+                capsule.radius - kContactRounding);
+    }
+  }
 }
 
 // A fiber outside of a thin plate would be told to be inside, because it is behind the far side.

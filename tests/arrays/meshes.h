@@ -100,6 +100,17 @@ Triangles<S> ball(double radius, int rings, int sectors) {
   return mesh;
 }
 
+/// The closed box between two corners.
+inline Triangles<double> boxMesh(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+  Triangles<double> mesh;
+  for (int i = 0; i < 8; ++i) {
+    mesh.addPoint({(i & 1 ? high : low).x(), (i & 2 ? high : low).y(), (i & 4 ? high : low).z()});
+  }
+  mesh.indices = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                  2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
+  return mesh;
+}
+
 inline MeshPose randomPose(std::uint64_t seed, double away) {
   Random random(seed);
   const Eigen::Matrix3d rotation = random.rotation().toRotationMatrix();
