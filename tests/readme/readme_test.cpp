@@ -8,10 +8,13 @@
 #include <fstream>
 #include <iostream>
 #include <memory>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include <fcl/geometry/bvh/BVH_model.h>
+#include <fcl/geometry/geometric_shape_to_BVH_model.h>
 #include <fcl/geometry/shape/sphere.h>
 #include <fcl_fibers/fiber_objects.h>
 #include <gmock/gmock.h>
@@ -26,6 +29,7 @@
 #include "options_0_includes.inc"
 #include "options_1_includes.inc"
 #include "options_2_includes.inc"
+#include "options_3_includes.inc"
 // clang-format on
 
 namespace {
@@ -81,7 +85,7 @@ TEST(Options, TreeOverArrays) {
   const float radius = 0.1F;
   std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
   const auto touched = [&](std::int32_t a, std::int32_t b) { pairs.push_back({a, b}); };
-#include "options_2_code.inc"
+#include "options_3_code.inc"
   EXPECT_THAT(pairs, testing::Contains(std::pair(1, 5)));
   EXPECT_EQ(pairs.size(), 1 + 4U) << "with adjacent segments";
 }
@@ -106,6 +110,29 @@ TEST(Options, HairWithItsHead) {
     EXPECT_TRUE(contact.solid);
     EXPECT_NEAR(contact.normal[0], -std::sqrt(1 / 3.0), 1e-12);
   }
+}
+
+TEST(Options, HairWithItsHeadAsObjects) {
+  // A hair from the middle of a ball.
+  fcl_fibers::FiberPolylines scene;
+  scene.points = {{0, 0, 0}, {0, 0, 0.3}, {0, 0, 0.6}, {0, 0, 0.9}, {0, 0, 1.5}, {0, 0, 1.8}};
+  scene.point_begin = {0, 6};
+  scene.radius = 0.01;
+  const Objects objects(scene);
+  const std::vector<Fiber>& hairs = objects.fibers;
+  const auto mesh = std::make_shared<fcl::BVHModel<fcl::OBBRSSd>>();
+  const fcl::Transform3d pose(Eigen::Translation3d(0, 0, 0));
+  fcl::generateBVHModel(*mesh, fcl::Sphered(1), pose, 16, 9);
+  fcl::CollisionObjectd head(mesh);
+#include "options_2_code.inc"
+  // The root is left out, two segments are inside, one crosses, the last one is outside.
+  std::set<std::size_t> segments;
+  for (const auto& contact : collector.contacts()) {
+    EXPECT_EQ(contact.object_b, &head);
+    EXPECT_TRUE(contact.solid);
+    segments.insert(contact.a.segment);
+  }
+  EXPECT_THAT(segments, testing::ElementsAre(1, 2, 3));
 }
 
 TEST(Contacts, OfATreeAndOfAManager) {
