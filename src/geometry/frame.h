@@ -98,6 +98,7 @@ class FrameChange {
   FCL_FIBERS_ALWAYS_INLINE Volume ofLeaf(std::int32_t /*segment*/, const Volume& volume) const {
     return (*this)(volume);
   }
+  void prefetchLeaf(std::int32_t /*segment*/) const {}
 
  private:
   void setShift() {
@@ -131,6 +132,7 @@ struct SameFrame {
                                                 const Volume& volume) const {
     return volume;
   }
+  void prefetchLeaf(std::int32_t /*segment*/) const {}
 };
 
 }  // namespace fcl_fibers::geometry

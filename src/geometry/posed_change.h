@@ -30,6 +30,7 @@ class PosedChange {
       const double column[3] = {map.column[i].x, map.column[i].y, map.column[i].z};
       for (int axis = 0; axis < 3; ++axis) {
         column_[i][axis] = column[axis];
+        magnitude_[i][axis] = std::fabs(column[axis]);
         across_[axis] += column[axis] * column[axis];
       }
       double row_skew = 0;
@@ -42,9 +43,12 @@ class PosedChange {
       shift_[axis] = shift[axis];
       // Three products and their sums, and the inverse from which the map may come.
       across_[axis] = std::sqrt(across_[axis]) * (1 + kError);
-      error_ = std::max(error_, kError * across_[axis]);
+      most_ += 4 * across_[axis];
       growth_ += kError * std::fabs(shift[axis]);
+      most_shift_ += 4 * std::fabs(shift[axis]);
     }
+    error_ = kError / 4 * most_;
+    most_shift_ += std::fabs(growth_);
     // The singular values lie in between (Gershgorin).
     const double least = std::sqrt(squared * std::max(1 - skew, 0.0)) / unit * (1 - kError);
     least_scale_ = std::isfinite(least) ? least : 0;
@@ -60,20 +64,17 @@ class PosedChange {
       center[i] = 0.5 * double{box.low[i]} + 0.5 * double{box.high[i]};
       half[i] = 0.5 * double{box.high[i]} - 0.5 * double{box.low[i]};
     }
-    double extent[3] = {};
+    double extent[4] = {};
     if constexpr (std::is_same_v<To, Box>) {
-      for (int axis = 0; axis < 3; ++axis) {
-        extent[axis] = std::fabs(column_[0][axis]) * half[0] +
-                       std::fabs(column_[1][axis]) * half[1] +
-                       std::fabs(column_[2][axis]) * half[2];
+      for (int axis = 0; axis < 4; ++axis) {
+        extent[axis] = magnitude_[0][axis] * half[0] + magnitude_[1][axis] * half[1] +
+                       magnitude_[2][axis] * half[2];
       }
     } else {
       extent[0] =
           most_scale_ * std::sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2]);
     }
-    const double reach = std::max({std::fabs(center[0]) + half[0], std::fabs(center[1]) + half[1],
-                                   std::fabs(center[2]) + half[2]});
-    return around(center, extent, reach);
+    return around(center, extent, sumOfMagnitudes(center) + (half[0] + half[1] + half[2]));
   }
   FCL_FIBERS_ALWAYS_INLINE To operator()(const Sphere& sphere) const {
     return aroundBall({sphere.center[0], sphere.center[1], sphere.center[2]},
@@ -86,17 +87,17 @@ class PosedChange {
     if constexpr (std::is_same_v<To, Box>) {
       const double a[3] = {capsule.a.x, capsule.a.y, capsule.a.z};
       const double b[3] = {capsule.b.x, capsule.b.y, capsule.b.z};
-      double center[3], half[3], extent[3];
+      double center[3], half[3], extent[4];
       for (int i = 0; i < 3; ++i) {
         center[i] = 0.5 * a[i] + 0.5 * b[i];
         half[i] = 0.5 * b[i] - 0.5 * a[i];
       }
-      for (int axis = 0; axis < 3; ++axis) {
+      for (int axis = 0; axis < 4; ++axis) {
         extent[axis] = std::fabs(column_[0][axis] * half[0] + column_[1][axis] * half[1] +
                                  column_[2][axis] * half[2]) +
                        across_[axis] * r;
       }
-      return around(center, extent, std::max(maxNorm(capsule.a), maxNorm(capsule.b)) + r);
+      return around(center, extent, norm1(capsule.a) + norm1(capsule.b) + r);
     } else {
       const Ball ball = Ball::around(capsule, padding);
       const double center[3] = {ball.center.x, ball.center.y, ball.center.z};
@@ -108,43 +109,54 @@ class PosedChange {
   static constexpr double kError = 64 * std::numeric_limits<double>::epsilon();
 
   FCL_FIBERS_ALWAYS_INLINE To aroundBall(const double (&center)[3], double radius) const {
-    double extent[3];
-    for (int axis = 0; axis < 3; ++axis) {
+    double extent[4];
+    for (int axis = 0; axis < 4; ++axis) {
       extent[axis] = (std::is_same_v<To, Box> ? across_[axis] : most_scale_) * radius;
     }
-    const double reach =
-        std::max({std::fabs(center[0]), std::fabs(center[1]), std::fabs(center[2])}) + radius;
-    return around(center, extent, reach);
+    return around(center, extent, sumOfMagnitudes(center) + radius);
+  }
+
+  static double sumOfMagnitudes(const double (&v)[3]) {
+    return std::fabs(v[0]) + std::fabs(v[1]) + std::fabs(v[2]);
   }
 
   /// @param extent  of the result along each axis; for a sphere the first is its radius
-  /// @param reach   bounds the coordinates of the volume
-  FCL_FIBERS_ALWAYS_INLINE To around(const double (&center)[3], const double (&extent)[3],
+  /// @param reach   bounds the coordinates of the volume; infinite or NaN if one of them is
+  FCL_FIBERS_ALWAYS_INLINE To around(const double (&center)[3], const double (&extent)[4],
                                      double reach) const {
+    if (!(most_ * reach + most_shift_ < std::numeric_limits<double>::infinity())) {
+      return To::unbounded();
+    }
     const double padding = growth_ + error_ * reach;
-    double moved[3];
-    for (int axis = 0; axis < 3; ++axis) {
+    // Loops over four numbers are one operation each, where the machine has it.
+    double moved[4];
+    for (int axis = 0; axis < 4; ++axis) {
       moved[axis] = column_[0][axis] * center[0] + column_[1][axis] * center[1] +
                     column_[2][axis] * center[2] + shift_[axis];
     }
-    // Infinities and NaN survive addition.
-    const double sum = moved[0] + moved[1] + moved[2] + padding + extent[0] + extent[1] + extent[2];
-    if (!std::isfinite(sum)) return To::unbounded();
     if constexpr (std::is_same_v<To, Box>) {
-      const double x = extent[0] + padding, y = extent[1] + padding, z = extent[2] + padding;
-      return {{roundedDown(moved[0] - x), roundedDown(moved[1] - y), roundedDown(moved[2] - z)},
-              {roundedUp(moved[0] + x), roundedUp(moved[1] + y), roundedUp(moved[2] + z)}};
+      float low[4], minus_high[4];
+      for (int axis = 0; axis < 4; ++axis) {
+        const double half = extent[axis] + padding;
+        low[axis] = roundedDown(moved[axis] - half);
+        minus_high[axis] = roundedDown(-moved[axis] - half);
+      }
+      return {{low[0], low[1], low[2]}, {-minus_high[0], -minus_high[1], -minus_high[2]}};
     } else {
       return Sphere::around(
           Ball{{moved[0], moved[1], moved[2]}, (extent[0] + 2 * padding) * (1 + kError)});
     }
   }
 
-  double column_[3][3];
-  double shift_[3];
-  double across_[3] = {0, 0, 0};  ///< how far a unit ball reaches along each axis afterwards
-  double growth_;                 ///< on each axis, with the rounding of the shift
-  double error_ = 0;              ///< of the result, for each unit of the reach
+  // The fourth numbers are 0.
+  double column_[3][4] = {}, magnitude_[3][4] = {};
+  double shift_[4] = {};
+  double across_[4] = {};  ///< how far a unit ball reaches along each axis afterwards
+  double growth_;          ///< on each axis, with the rounding of the shift
+  double error_ = 0;       ///< of the result, for each unit of the reach
+  // These bound all sums on the way, so nothing overflows if they are finite.
+  double most_ = 0;        ///< of products with the map, for each unit of the reach
+  double most_shift_ = 0;  ///< of the shift and the growth
   double least_scale_ = 0, most_scale_ = 0;
 };
 

@@ -31,6 +31,8 @@ class SegmentsToMesh : public PosedChange<Box> {
     return segment.isBox() ? (*this)(volume) : ofCapsule(segment, padding_);
   }
 
+  FCL_FIBERS_ALWAYS_INLINE void prefetchLeaf(SegmentId id) const { segments_.prefetch(id); }
+
  private:
   const SegmentRange segments_;
   const double padding_;

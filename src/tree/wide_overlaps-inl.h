@@ -132,6 +132,9 @@ class WideOverlaps {
     for (int i = 0; i < size; ++i) {
       if (open(batch[i]) == Visit::kStop) return Visit::kStop;
     }
+    for (int i = 0; i < leaf_row_count_; ++i) {
+      a_to_b_.prefetchLeaf(link(a_, leaf_rows_[i].a_slot).segment());
+    }
     for (int i = 0; i < row_count_; ++i) {
       if (openB(rows_[i].a_slot, rows_[i].b_node) == Visit::kStop) return Visit::kStop;
     }
