@@ -16,6 +16,13 @@ struct AffineMap {
   Vec3d linear(const Vec3d& p) const { return p.x * column[0] + p.y * column[1] + p.z * column[2]; }
   Vec3d operator()(const Vec3d& p) const { return linear(p) + shift; }
 
+  /// Whether it does more than scale by a positive factor and shift.
+  bool turns() const {
+    const double scale = column[0].x;
+    return !(scale > 0 && column[0] == Vec3d{scale, 0, 0} && column[1] == Vec3d{0, scale, 0} &&
+             column[2] == Vec3d{0, 0, scale});
+  }
+
   /// A power of two that brings the columns near one, so that their products neither overflow nor
   /// vanish where the sizes of two frames differ much.
   double unitScale() const {

@@ -2,6 +2,7 @@
 #include "index/mesh_index.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <tuple>
@@ -28,28 +29,53 @@ MeshIndex::MeshIndex(std::vector<MeshPoint> points, std::vector<TriangleIndices>
   for (TriangleId id = 0; id < static_cast<TriangleId>(triangles_.size()); ++id) {
     one_each.ids.push_back(id);
     one_each.endFiber();
-    middles.push_back(tree::middleOf(boxOf(id)));
+    middles.push_back(tree::middleOf(boxOf(id, points_, frame_)));
   }
   tree_ = MeshTree(tree::bundle(one_each, middles));
-  fit();
+  fit(tree_, points_, frame_, nullptr);
+}
+
+MeshTree MeshIndex::posedTree(const geometry::AffineMap& posing,
+                              parallel::Executor* executor) const {
+  std::vector<MeshPoint> posed(points_.size());
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    const Vec3d p = posing(toVec3d(points_[i]));
+    posed[i] = {{p.x, p.y, p.z, 0}};
+  }
+  MeshTree tree = tree_;
+  fit(tree, posed, geometry::Frame(), executor);
+  return tree;
 }
 
 geometry::Triangle MeshIndex::triangle(TriangleId id) const {
   const TriangleIndices& t = triangles_[static_cast<std::size_t>(id)];
-  return {toVec3d(point(t.a)), toVec3d(point(t.b)), toVec3d(point(t.c))};
+  const auto point = [this](std::int32_t i) {
+    return toVec3d(points_[static_cast<std::size_t>(i)]);
+  };
+  return {point(t.a), point(t.b), point(t.c)};
 }
 
+namespace {
+
+const MeshPoint& at(const std::vector<MeshPoint>& points, std::int32_t i) {
+  return points[static_cast<std::size_t>(i)];
+}
+
+}  // namespace
+
 /// The box of a triangle, as the index of segments knows boxes.
-FCL_FIBERS_ALWAYS_INLINE Segment MeshIndex::boxOf(TriangleId id) const {
+FCL_FIBERS_ALWAYS_INLINE Segment MeshIndex::boxOf(TriangleId id,
+                                                  const std::vector<MeshPoint>& points,
+                                                  const geometry::Frame& frame) const {
   const TriangleIndices& t = triangles_[static_cast<std::size_t>(id)];
-  const MeshPoint &a = point(t.a), &b = point(t.b), &c = point(t.c);
+  const MeshPoint &a = at(points, t.a), &b = at(points, t.b), &c = at(points, t.c);
   MeshPoint low, high;
   // The fourth number is there so that compilers compare whole vectors.
   for (int k = 0; k < 4; ++k) {
     low.numbers[k] = std::min(std::min(a.numbers[k], b.numbers[k]), c.numbers[k]);
     high.numbers[k] = std::max(std::max(a.numbers[k], b.numbers[k]), c.numbers[k]);
   }
-  return Segment::box(frame_.fromWorld(toVec3d(low)), frame_.fromWorld(toVec3d(high)));
+  return Segment::box(frame.fromWorld(toVec3d(low)), frame.fromWorld(toVec3d(high)));
 }
 
 void MeshIndex::chooseFrame() {
@@ -67,22 +93,29 @@ void MeshIndex::chooseFrame() {
   if (size > 0) frame_.scale = std::ldexp(1.0, std::clamp(50 - std::ilogb(size), -1000, 1000));
 }
 
-void MeshIndex::fit() {
-  const auto read = [this](const TriangleId* ids, int count, int ahead,
-                           geometry::SegmentBlock& block) {
+void MeshIndex::fit(MeshTree& tree, const std::vector<MeshPoint>& points,
+                    const geometry::Frame& frame, parallel::Executor* executor) const {
+  const auto read = [&](const TriangleId* ids, int count, int ahead,
+                        geometry::SegmentBlock& block) {
     for (int i = count; i < count + ahead; ++i) {
       const TriangleIndices& next = triangles_[static_cast<std::size_t>(ids[i])];
-      for (const std::int32_t corner : {next.a, next.b, next.c}) __builtin_prefetch(&point(corner));
+      for (const std::int32_t corner : {next.a, next.b, next.c})
+        __builtin_prefetch(&at(points, corner));
     }
-    for (int i = 0; i < count; ++i) block.set(i, boxOf(ids[i]));
+    for (int i = 0; i < count; ++i) block.set(i, boxOf(ids[i], points, frame));
     return geometry::firstOfBlock(count);
   };
-  tree_.startRefit(/*padding=*/0);
-  bool changed = false;
-  for (std::size_t chunk = 0; chunk < tree_.chunkCount(); ++chunk) {
-    changed |= tree_.fitChunk(chunk, read);
-  }
-  tree_.fitAboveChunks(changed, read);
+  tree.startRefit(/*padding=*/0);
+  std::atomic<bool> changed{false};
+  constexpr std::size_t kGrain = 16;
+  parallel::forRanges(executor, tree.chunkCount(), kGrain, [&](std::size_t begin, std::size_t end) {
+    bool some_changed = false;
+    for (std::size_t chunk = begin; chunk < end; ++chunk) {
+      some_changed |= tree.fitChunk(chunk, read);
+    }
+    if (some_changed) changed = true;
+  });
+  tree.fitAboveChunks(changed, read);
 }
 
 std::size_t MeshIndex::memoryUsage() const {

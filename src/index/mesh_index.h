@@ -8,6 +8,7 @@
 #include "geometry/affine_map.h"
 #include "geometry/frame.h"
 #include "geometry/triangle.h"
+#include "parallel/executor.h"
 #include "tree/mesh_search.h"
 
 namespace fcl_fibers::index {
@@ -35,7 +36,7 @@ class MeshIndex {
   void refitAfter(Write&& write) {
     write(points_);
     chooseFrame();
-    fit();
+    fit(tree_, points_, frame_, nullptr);
   }
 
   const std::vector<geometry::MeshPoint>& points() const { return points_; }
@@ -43,6 +44,10 @@ class MeshIndex {
   geometry::Triangle triangle(TriangleId id) const;
 
   const MeshTree& tree() const { return tree_; }
+  /// The tree of the triangles after a map, in the frame that the map leads to. It is worth its
+  /// time for many segments, because the boxes of tree() grow when they are turned.
+  /// @param executor  null for one thread
+  MeshTree posedTree(const geometry::AffineMap& posing, parallel::Executor* executor) const;
   /// The frame of the tree: q = scale (p - origin) for a point p.
   const geometry::Frame& frame() const { return frame_; }
   /// The largest magnitude of a coordinate.
@@ -51,12 +56,11 @@ class MeshIndex {
   std::size_t memoryUsage() const;
 
  private:
-  const geometry::MeshPoint& point(std::int32_t i) const {
-    return points_[static_cast<std::size_t>(i)];
-  }
-  geometry::Segment boxOf(TriangleId id) const;
+  geometry::Segment boxOf(TriangleId id, const std::vector<geometry::MeshPoint>& points,
+                          const geometry::Frame& frame) const;
   void chooseFrame();
-  void fit();
+  void fit(MeshTree& tree, const std::vector<geometry::MeshPoint>& points,
+           const geometry::Frame& frame, parallel::Executor* executor) const;
 
   std::vector<geometry::MeshPoint> points_;
   std::vector<geometry::TriangleIndices> triangles_;

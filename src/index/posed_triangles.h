@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "geometry/affine_map.h"
@@ -25,6 +26,9 @@ struct PosedTriangles {
     for (geometry::Vec3d& column : from_tree.column) column = unit * column;
     from_tree.shift = posing(mesh.frame().origin);
   }
+
+  /// Whether no product or sum on the way to a posed point overflows.
+  bool isFarFromOverflow() const { return std::isfinite(error * 0x1p60); }
 
   geometry::Triangle operator[](TriangleId id) const {
     const geometry::Triangle t = mesh.triangle(id);

@@ -178,10 +178,30 @@ class InsideSearch {
 };
 
 template <class Tree>
+tree::MeshPair<Tree> pairOf(const Tree& tree, const MeshTree& tree_of_mesh,
+                            const geometry::AffineMap& to_index, const PosedTriangles& triangles,
+                            const PosedMesh& mesh, double growth, SegmentRange segments) {
+  return {tree, tree_of_mesh, to_index, triangles.error, growth, segments, mesh.categories};
+}
+template <class Tree>
 tree::MeshPair<Tree> pairOf(const Tree& tree, const PosedTriangles& triangles,
                             const PosedMesh& mesh, double growth, SegmentRange segments) {
-  return {tree,     triangles.mesh.tree(), triangles.from_tree, triangles.error, growth,
-          segments, mesh.categories};
+  return pairOf(tree, triangles.mesh.tree(), triangles.from_tree, triangles, mesh, growth,
+                segments);
+}
+
+/// Whether the boxes of a turned mesh overlap so much that a tree of the posed triangles, whose
+/// boxes are smaller, is worth its time. Then the search has a task for each 128 triangles.
+bool isWorthPosing(const PairSearch& turned, const PosedTriangles& triangles) {
+  if (!triangles.from_tree.turns() || !triangles.isFarFromOverflow()) return false;
+  struct Count final : tree::TaskSink {
+    Visit take(const tree::TraversalTask&) override {
+      return --missing > 0 ? Visit::kContinue : Visit::kStop;
+    }
+    std::size_t missing;
+  } count;
+  count.missing = 16 + triangles.mesh.triangles().size() / 128;
+  return turned.split(count) == Visit::kStop;
 }
 
 }  // namespace
@@ -201,10 +221,19 @@ Visit SegmentIndex::searchSurfaceAndInside(const PosedMesh& mesh, bool once, Pai
   return std::visit(
       [&](const auto& tree) {
         if (tree.empty()) return Visit::kContinue;
-        const auto pair =
-            pairOf(tree, triangles, mesh, std::max(padding() + margin_of_mesh, 0.0), segments);
+        const double growth = std::max(padding() + margin_of_mesh, 0.0);
+        const auto find = [&](const PairSearch& search) {
+          return findPairs(search, &filter, executor_.get(), *scratch_, out);
+        };
+        const auto findPosed = [&] {
+          const MeshTree posed = triangles.mesh.posedTree(triangles.posing, executor_.get());
+          const geometry::AffineMap same;
+          const auto pair = pairOf(tree, posed, same, triangles, mesh, growth, segments);
+          return find(TreeSearch(pair));
+        };
+        const auto pair = pairOf(tree, triangles, mesh, growth, segments);
         const TreeSearch search(pair);
-        if (findPairs(search, &filter, executor_.get(), *scratch_, out) == Visit::kStop) {
+        if ((isWorthPosing(search, triangles) ? findPosed() : find(search)) == Visit::kStop) {
           return Visit::kStop;
         }
         if (!mesh.is_solid) return Visit::kContinue;

@@ -47,12 +47,9 @@ FCL_FIBERS_ALWAYS_INLINE Visit withChanges(const MeshPair<Tree>& trees, F&& visi
   const double unit = std::hypot(column.x, column.y, column.z);
   const double growth = trees.growth + trees.error;
   if constexpr (std::is_same_v<Volume, Box>) {
-    const double scale = map.column[0].x;
     // Most meshes are not turned. Their boxes need no product of matrices.
-    const bool is_turned = !(scale > 0 && map.column[0] == geometry::Vec3d{scale, 0, 0} &&
-                             map.column[1] == geometry::Vec3d{0, scale, 0} &&
-                             map.column[2] == geometry::Vec3d{0, 0, scale});
-    if (!is_turned) {
+    if (!map.turns()) {
+      const double scale = map.column[0].x;
       return visit(FrameChange(scale, map.shift, growth),
                    FrameChange(1 / scale, (-1 / scale) * map.shift, growth / scale));
     }

@@ -122,6 +122,20 @@ TYPED_TEST(FiberTreeMesh, VisitsEveryTriangleThatASegmentTouches) {
   }
 }
 
+// A search with many tasks fits the tree of a turned mesh to the posed triangles.
+TEST(FiberTreeMeshTest, FindsAllTrianglesOfALargeTurnedMesh) {
+  const auto fibers = curledFibers<double>(31, 40);
+  const auto triangles = ball<double>(0.35, 24, 36);
+  const MeshPose pose = randomPose(32, 0.05);
+  TriangleMesh mesh(triangles.view());
+  mesh.setPose(pose);
+  const Gaps<double> gaps(fibers, triangles, pose);
+  for (FiberTreeOptions options : allKinds(Report::kCapsules)) {
+    options.threads = 2;
+    gaps.expect(pairsOf(treeOf(fibers.view(), options), mesh), 0);
+  }
+}
+
 TYPED_TEST(FiberTreeMesh, FindsEachTouchingSegmentOnce) {
   using S = TypeParam;
   const auto fibers = curledFibers<S>(3, 80);
