@@ -5,39 +5,10 @@
 #define HWY_TARGET_INCLUDE "geometry/capsule_test.cpp"
 #include <hwy/foreach_target.h>
 
-#include "simd/lanes-inl.h"
+#include "geometry/vec3_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace fcl_fibers::geometry::HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
-using simd::LaneMask;
-constexpr int kCapacity = CapsulePairs::kCapacity;
-/// With AVX2 these are two vectors: one computes while the other waits.
-constexpr int kLanes = CapsulePairs::kGroup;
-using Float = simd::HWY_NAMESPACE::Lanes<kLanes>;
-
-struct Vec3Lanes {
-  Float x, y, z;
-};
-FCL_FIBERS_ALWAYS_INLINE Float dot(const Vec3Lanes& a, const Vec3Lanes& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-/// Four numbers for each pair: a vector and something else.
-class Quads {
- public:
-  /// @return the fourth
-  FCL_FIBERS_ALWAYS_INLINE Float get(int first, Vec3Lanes& vector) const {
-    Float fourth;
-    Float::loadInterleaved(numbers_ + 4 * first, vector.x, vector.y, vector.z, fourth);
-    return fourth;
-  }
-  FCL_FIBERS_ALWAYS_INLINE float* at(int pair) { return numbers_ + 4 * pair; }
-
- private:
-  alignas(64) float numbers_[4 * kCapacity];
-};
 
 /// Pairs relative to one of their own points and in float.
 struct RelativePairs {
@@ -45,36 +16,20 @@ struct RelativePairs {
   Quads u;  ///< along the first capsule
   Quads v;  ///< along the second capsule
 
-  /// Beyond float's range the conversion gives infinity or the largest float. Its square is out of
-  /// the range that decideLanes() asks for.
   FCL_FIBERS_ALWAYS_INLINE void set(int pair, const CapsuleEnd* p, const CapsuleEnd* q,
                                     double unit) {
     const hn::CappedTag<double, 4> d;
     constexpr int kWidth = static_cast<int>(hn::MaxLanes(d));
     const auto scale = hn::Set(d, unit);
-    const auto store = [&](const auto& numbers, float* out) HWY_ATTR {
-      const hn::Rebind<float, decltype(d)> f;
-      hn::StoreU(hn::DemoteTo(f, hn::Mul(numbers, scale)), f, out);
-    };
     for (int k = 0; k < 4; k += kWidth) {
       const auto p0 = hn::Load(d, p[0].numbers + k), p1 = hn::Load(d, p[1].numbers + k);
       const auto q0 = hn::Load(d, q[0].numbers + k), q1 = hn::Load(d, q[1].numbers + k);
       const auto is_point = hn::FirstN(d, static_cast<std::size_t>(k < 3 ? 3 - k : 0));
-      store(hn::IfThenElse(is_point, hn::Sub(p0, q0), hn::Add(p0, q0)), w.at(pair) + k);
-      store(hn::Sub(p1, p0), u.at(pair) + k);
-      store(hn::Sub(q1, q0), v.at(pair) + k);
+      w.set(d, pair, k, hn::IfThenElse(is_point, hn::Sub(p0, q0), hn::Add(p0, q0)), scale);
+      u.set(d, pair, k, hn::Sub(p1, p0), scale);
+      v.set(d, pair, k, hn::Sub(q1, q0), scale);
     }
   }
-};
-
-/// By how much the tangent plane of a convex function falls from x to the end of [0, 1] that lies
-/// downhill.
-FCL_FIBERS_ALWAYS_INLINE Float fall(const Float& slope, const Float& x) {
-  return max(slope * x, slope * (x - Float::all(1)));
-}
-
-struct VerdictLanes {
-  LaneMask touching, apart;
 };
 
 /// The squared distance of two points of the axes, f(s, t) = |w + s u - t v|^2, is convex over the
@@ -117,25 +72,16 @@ FCL_FIBERS_ALWAYS_INLINE VerdictLanes decideLanes(const CapsulePairs& pairs,
   const Float least = nearest * nearest * all(1 - 8 * kEps);
   const Float enough = (reach_up * reach_up + gap + all(2) * slope_error) * all(1 + 16 * kEps);
 
-  // The bounds do not hold if products overflow or vanish.
-  const auto in_range = (all(0x1p-40f) <= squares) & (squares <= all(0x1p40f));
-  const auto touching = (farthest <= reach * all(1 - 8 * kEps)) & in_range;
-  const auto apart = (enough <= least) & in_range;
-  return {touching.mask(), apart.mask()};
+  const auto in_range = isInRange(squares);
+  return {(farthest <= reach * all(1 - 8 * kEps)) & in_range, (enough <= least) & in_range};
 }
 
 CapsulePairs::Verdict decide(const CapsulePairs& pairs) {
   // All loads come first: in between, they would wait with the divisions and roots.
   RelativePairs relative;
-  const int end = (pairs.size() + kLanes - 1) / kLanes * kLanes;
+  const int end = (pairs.size() + PairBlock::kGroup - 1) / PairBlock::kGroup * PairBlock::kGroup;
   for (int i = 0; i < end; ++i) relative.set(i, pairs.p(i), pairs.q(i), pairs.unit());
-  CapsulePairs::Verdict verdict;
-  for (int i = 0; i < end; i += kLanes) {
-    const VerdictLanes lanes = decideLanes(pairs, relative, i);
-    verdict.touching |= std::uint64_t{lanes.touching} << i;
-    verdict.apart |= std::uint64_t{lanes.apart} << i;
-  }
-  return verdict;
+  return verdictOfGroups(end, [&](int i) HWY_ATTR { return decideLanes(pairs, relative, i); });
 }
 
 }  // namespace fcl_fibers::geometry::HWY_NAMESPACE

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <limits>
 
+#include "geometry/pair_block.h"
 #include "geometry/segment.h"
 #include "simd/always_inline.h"
 
@@ -29,18 +29,10 @@ FCL_FIBERS_ALWAYS_INLINE Segment segmentOf(const CapsuleEnd* capsule) {
   return {{a[0], a[1], a[2]}, {b[0], b[1], b[2]}, is_box ? -1 : a[3]};
 }
 
-/// A block of pairs of capsules, many of which are tested at a time in float. The coordinates of
-/// each pair are relative to one of its own points, so no digits are lost far from the origin.
-class CapsulePairs {
+/// A block of pairs of capsules.
+class CapsulePairs : public PairBlock {
  public:
-  static constexpr int kCapacity = 64;
-
-  /// @param unit  a power of two that brings the usual segment to a size of about one; pairs that
-  ///              are 2^20 times larger or smaller stay undecided
-  explicit CapsulePairs(double unit) : unit_(unit) {}
-
-  int size() const { return size_; }
-  void clear() { size_ = 0; }
+  explicit CapsulePairs(double unit) : PairBlock(unit) {}
 
   /// @pre size() < kCapacity
   /// @param p, q    borrowed until decide() has been called; a box leaves the pair undecided
@@ -55,29 +47,15 @@ class CapsulePairs {
     ++size_;
   }
 
-  /// Tells whether each pair touches, is apart, or is too close to decide in float. A decision is
-  /// the one that touch() makes, and the same on every instruction set.
-  struct Verdict {
-    std::uint64_t touching = 0, apart = 0;  ///< a bit for each pair
-  };
   Verdict decide();
 
-  // The kernel takes this many pairs at a time.
-  static constexpr int kGroup = 16;
   using Row = std::array<float, kCapacity>;
-  double unit() const { return unit_; }
   const CapsuleEnd* p(int i) const { return p_[static_cast<std::size_t>(i)]; }
   const CapsuleEnd* q(int i) const { return q_[static_cast<std::size_t>(i)]; }
   const Row& margin() const { return margin_; }
   const Row& error() const { return error_; }
 
  private:
-  std::size_t index() const { return static_cast<std::size_t>(size_); }
-  /// Infinity beyond float's range. A margin that large makes the pair touch, as it should.
-  float toFloat(double x) const { return static_cast<float>(unit_ * x); }
-
-  double unit_;
-  int size_ = 0;
   std::array<const CapsuleEnd*, kCapacity> p_, q_;
   alignas(64) Row margin_;
   alignas(64) Row error_;

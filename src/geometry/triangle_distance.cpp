@@ -156,7 +156,8 @@ bool axisWithin(const Segment& capsule, const Triangle& triangle, double reach) 
 }
 
 bool touch(const Segment& capsule, const Triangle& triangle, double margin, double error) {
-  return axisWithin(capsule, triangle, (capsule.radius + margin) * (1 + 4 * kEps) + error);
+  const double reach = std::max(capsule.radius + margin, 0.0);
+  return axisWithin(capsule, triangle, reach * (1 + 4 * kEps) + error);
 }
 
 ClosestOnTriangle closestPoints(const Segment& capsule, const Triangle& triangle) {

@@ -18,10 +18,8 @@ using tree::Pair;
 CapsuleFilter::CapsuleFilter(SegmentRange a, SegmentRange b, const geometry::FrameChange* b_to_a,
                              double margin, double unit, double error)
     : a_(a), b_(b), b_to_a_(b_to_a), margin_(margin), unit_(unit), error_(error) {
-  // One bound for all pairs is enough as long as float's own rounding is larger.
-  constexpr double kSmall = 0x1p-26;
   const double most = a.mostError() + std::max(b.mostError(), error);
-  if (b_to_a == nullptr && unit * most <= kSmall) error_of_all_ = most;
+  if (b_to_a == nullptr && CapsulePairs::isSmall(unit * most)) error_of_all_ = most;
 }
 
 /// The second segment of a pair in the first one's frame.

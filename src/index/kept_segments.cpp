@@ -37,7 +37,7 @@ double KeptSegments::usualUnit() const {
   if (found == 0) return 1;
   const auto median = sizes.begin() + found / 2;
   std::nth_element(sizes.begin(), median, sizes.begin() + found);
-  return std::ldexp(1.0, -std::ilogb(*median));
+  return geometry::PairBlock::unitFor(*median);
 }
 
 }  // namespace fcl_fibers::index

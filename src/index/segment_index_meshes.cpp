@@ -15,6 +15,7 @@
 namespace fcl_fibers::index {
 namespace {
 
+using geometry::PairBlock;
 using geometry::Segment;
 using tree::Pair;
 using tree::Visit;
@@ -213,7 +214,8 @@ Visit SegmentIndex::searchSurfaceAndInside(const PosedMesh& mesh, bool once, Pai
   const PosedTriangles triangles(mesh, frame_);
   const SegmentRange segments = keptRange();
   const double margin_of_mesh = mesh.margin * frame_.scale;
-  const TriangleFilter filter(segments, triangles, margin() + margin_of_mesh, /*error=*/0, once);
+  const TriangleFilter filter(segments, triangles, margin() + margin_of_mesh, /*error=*/0, once,
+                              unit_);
   const bool marks_segments = once || mesh.is_solid;
   SegmentMarks marks(begin_, marks_segments ? end_ : begin_);
   MarkingSink marking(once, marks, sink);
@@ -309,8 +311,9 @@ bool touches(const PosedMesh& mesh, const Segment& segment, const geometry::Fram
   const PosedTriangles triangles(mesh, frame);
   const geometry::CapsuleEnd ends[] = {geometry::firstEndOf(segment),
                                        geometry::secondEndOf(segment)};
-  const TriangleFilter filter(SegmentRange(ends, 2, 0), triangles, margin, error,
-                              /*once=*/true);
+  const TriangleFilter filter(
+      SegmentRange(ends, 2, 0), triangles, margin, error,
+      /*once=*/true, PairBlock::unitFor(maxNorm(segment.b - segment.a) + segment.thickness()));
   struct Stop final : PairSink {
     Visit take(const Pair*, std::size_t) override { return Visit::kStop; }
   } stop;

@@ -7,11 +7,15 @@
 
 #include "geometry/touch.h"
 #include "geometry/triangle_distance.h"
+#include "geometry/triangle_test.h"
 
 namespace fcl_fibers::index {
 
+using geometry::PairBlock;
 using geometry::Segment;
 using geometry::Triangle;
+using geometry::TriangleIndices;
+using geometry::TrianglePairs;
 using tree::Pair;
 using tree::SegmentId;
 
@@ -33,6 +37,18 @@ class RecentSegments {
 
 }  // namespace
 
+TriangleFilter::TriangleFilter(tree::SegmentRange segments, const PosedTriangles& triangles,
+                               double margin, double error, bool once, double unit)
+    : segments_(segments),
+      triangles_(triangles),
+      margin_(margin),
+      error_(error),
+      unit_(unit),
+      once_(once) {
+  const double most = std::max(segments.mostError(), error) + triangles.error;
+  if (PairBlock::isSmall(unit * most)) error_of_all_ = most;
+}
+
 double TriangleFilter::error(const Segment& segment) const {
   return std::max(endPointError(segment), error_) + triangles_.error;
 }
@@ -47,22 +63,38 @@ bool TriangleFilter::touches(const Pair& pair) const {
 }
 
 std::size_t TriangleFilter::keepTouching(Pair* pairs, std::size_t count) const {
-  constexpr std::size_t kAhead = 8;
-  const auto& points = triangles_.mesh.points();
-  const auto& corners = triangles_.mesh.triangles();
+  constexpr std::size_t kAhead = TrianglePairs::kCapacity;
+  const geometry::MeshPoint* const points = triangles_.mesh.points().data();
+  const TriangleIndices* const corners = triangles_.mesh.triangles().data();
+  TrianglePairs block(triangles_.posing, margin_, unit_);
+  std::array<Pair, TrianglePairs::kCapacity> added;
   RecentSegments touching;
   std::size_t kept = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (i + kAhead < count) {
-      const Pair& ahead = pairs[i + kAhead];
-      segments_.prefetch(ahead.a);
-      const std::int32_t corner = corners[static_cast<std::size_t>(ahead.b)].a;
-      __builtin_prefetch(&points[static_cast<std::size_t>(corner)]);
+  for (std::size_t i = 0; i < count;) {
+    block.clear();
+    for (; i < count && block.size() < TrianglePairs::kCapacity; ++i) {
+      if (i + 2 * kAhead < count) __builtin_prefetch(&corners[pairs[i + 2 * kAhead].b]);
+      if (i + kAhead < count) {
+        const Pair& ahead = pairs[i + kAhead];
+        if (ahead.a != pairs[i + kAhead - 1].a) segments_.prefetch(ahead.a);
+        const TriangleIndices& t = corners[ahead.b];
+        for (const std::int32_t corner : {t.a, t.b, t.c}) __builtin_prefetch(&points[corner]);
+      }
+      const Pair pair = pairs[i];
+      if (once_ && touching.has(pair.a)) continue;
+      const TriangleIndices& t = corners[pair.b];
+      added[static_cast<std::size_t>(block.size())] = pair;
+      block.add(segments_.capsule(pair.a), &points[t.a], &points[t.b], &points[t.c],
+                error_of_all_ >= 0 ? error_of_all_ : error(segments_[pair.a]));
     }
-    const Pair pair = pairs[i];
-    if ((once_ && touching.has(pair.a)) || !touches(pair)) continue;
-    if (once_) touching.add(pair.a);
-    pairs[kept++] = pair;
+    const TrianglePairs::Verdict verdict = block.decide();
+    for (int k = 0; k < block.size(); ++k) {
+      if ((verdict.apart >> k & 1u) != 0) continue;
+      const Pair pair = added[static_cast<std::size_t>(k)];
+      if ((verdict.touching >> k & 1u) == 0 && !touches(pair)) continue;
+      if (once_) touching.add(pair.a);
+      pairs[kept++] = pair;
+    }
   }
   return kept;
 }

@@ -9,7 +9,8 @@
 
 namespace fcl_fibers::index {
 
-/// Keeps the pairs of a segment and a triangle that touch.
+/// Keeps the pairs of a segment and a triangle that touch. It decides many pairs at a time in
+/// float; touch() decides those near the boundary.
 class TriangleFilter final : public PairFilter {
  public:
   /// @param triangles  borrowed
@@ -17,9 +18,9 @@ class TriangleFilter final : public PairFilter {
   /// @param error      bounds the error of a segment's end points, if it is larger than their
   ///                   coordinates imply
   /// @param once       whether one triangle of each segment is enough; others may be left out
+  /// @param unit       see PairBlock
   TriangleFilter(tree::SegmentRange segments, const PosedTriangles& triangles, double margin,
-                 double error, bool once)
-      : segments_(segments), triangles_(triangles), margin_(margin), error_(error), once_(once) {}
+                 double error, bool once, double unit);
 
   std::size_t keepTouching(tree::Pair* pairs, std::size_t count) const override;
 
@@ -29,8 +30,10 @@ class TriangleFilter final : public PairFilter {
 
   tree::SegmentRange segments_;
   const PosedTriangles& triangles_;
-  double margin_, error_;
+  double margin_, error_, unit_;
   bool once_;
+  /// Bounds the error of the points of every pair; -1 if one bound for all would be too wide.
+  double error_of_all_ = -1;
 };
 
 }  // namespace fcl_fibers::index

@@ -52,10 +52,12 @@ int runTriangles(double decisions, std::uint64_t seed) {
             << "\n  within 1e-12 of contact            " << tally.at_contact
             << "\n  decided by bounds in double        " << tally.decisions - tally.exact
             << "\n  decided in integers                " << tally.exact
+            << "\n  decided in float                   " << tally.in_float
             << "\nmissed                               " << tally.missed
             << "\nreported, beyond 1e-14               " << tally.beyond_usual
-            << "\nreported, beyond 1e-11               " << tally.unpromised << '\n';
-  if (tally.missed + tally.unpromised == 0) return EXIT_SUCCESS;
+            << "\nreported, beyond 1e-11               " << tally.unpromised
+            << "\nwrong in float                       " << tally.wrong_in_float << '\n';
+  if (tally.missed + tally.unpromised + tally.wrong_in_float == 0) return EXIT_SUCCESS;
   std::cerr << tally.first_wrong << '\n';
   return EXIT_FAILURE;
 }

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "geometry/triangle_distance.h"
+#include "geometry/triangle_test.h"
 #include "support/exact_geometry.h"
 #include "support/random.h"
 #include "support/segments.h"
@@ -174,6 +175,21 @@ double someReach(Random& random, double distance, double size) {
   }
 }
 
+/// What TrianglePairs decides of one pair: 1 for touching, -1 for apart, 0 for neither.
+int inFloat(const Pair& pair, double reach, double unit) {
+  const auto& [s, t] = pair;
+  const geometry::CapsuleEnd ends[] = {{{s.a.x, s.a.y, s.a.z, reach}}, {{s.b.x, s.b.y, s.b.z, 0}}};
+  geometry::MeshPoint corners[3];
+  for (int i = 0; i < 3; ++i) {
+    const Vec3d& p = *std::array{&t.a, &t.b, &t.c}[static_cast<std::size_t>(i)];
+    corners[i] = {{p.x, p.y, p.z, 0}};
+  }
+  geometry::TrianglePairs pairs(geometry::AffineMap(), /*margin=*/0, unit);
+  pairs.add(ends, &corners[0], &corners[1], &corners[2], /*error=*/0);
+  const auto [touching, apart] = pairs.decide();
+  return static_cast<int>(touching & 1u) - static_cast<int>(apart & 1u);
+}
+
 void decide(Random& random, TriangleTally& tally) {
   Pair pair = kMakers[tally.decisions % std::size(kMakers)](random);
   const auto distance = static_cast<double>(distanceOf(pair));
@@ -194,6 +210,14 @@ void decide(Random& random, TriangleTally& tally) {
     const double least = std::numeric_limits<double>::denorm_min();
     return TriangleOracle::judge(segment, triangle, answer ? reach + slack * size + least : reach);
   };
+  const double unit = tally.decisions % 4 == 0 ? 1 : geometry::PairBlock::unitFor(size);
+  const int in_float = inFloat(pair, reach, unit);
+  if (in_float != 0) {
+    ++tally.in_float;
+    // There is no tolerance: what float cannot decide has to be left open.
+    tally.wrong_in_float +=
+        TriangleOracle::judge(segment, triangle, reach).within != (in_float > 0);
+  }
   const auto [within, exact] = judge(kUsualExcess);
   ++tally.decisions;
   tally.within += answer;

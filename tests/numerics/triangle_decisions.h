@@ -19,10 +19,12 @@ struct TriangleTally {
   std::uint64_t missed = 0;        ///< within reach, and taken for apart
   std::uint64_t beyond_usual = 0;  ///< farther than reach and kUsualExcess, taken for within
   std::uint64_t unpromised = 0;    ///< and kMostExcess
+  std::uint64_t in_float = 0;      ///< decided by TrianglePairs
+  std::uint64_t wrong_in_float = 0;
   std::string first_wrong;
 };
 
-/// Asks axisWithin() about random pairs of all kinds: of general position, on a grid where corners,
+/// Asks axisWithin() and TrianglePairs about random pairs of all kinds: of general position, on a grid where corners,
 /// edges and planes meet exactly, nearly parallel, needles, points, of unlike sizes, far from the
 /// origin, and scaled by powers of two from 2^-1000 to 2^960. Most are near contact.
 TriangleTally decideTriangles(std::uint64_t decisions, std::uint64_t seed);

@@ -16,6 +16,8 @@ TEST(TriangleDecisions, AreThoseOfTheExactOracle) {
   EXPECT_EQ(tally.missed, 0u) << tally.first_wrong;
   EXPECT_EQ(tally.unpromised, 0u) << tally.first_wrong;
   EXPECT_LT(tally.beyond_usual, 40u);
+  EXPECT_EQ(tally.wrong_in_float, 0u);
+  EXPECT_GT(tally.in_float, 40'000u);
   EXPECT_GT(tally.within, 50'000u);
   EXPECT_GT(tally.at_contact, 50'000u);
   EXPECT_GT(tally.exact, 20'000u);
