@@ -201,7 +201,9 @@ class FiberTree::Impl {
     contacts.resize(pairs.size());
     const fibers::MeshContacts contact(MeshReader::posed(mesh));
     index_.forRanges(pairs.size(), kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
+      constexpr std::size_t kAhead = 16;
       for (std::size_t i = begin; i < end; ++i) {
+        if (i + kAhead < end) __builtin_prefetch(fibers.points + 3 * pairs[i + kAhead].segment);
         const auto capsule = arrays::locate("FiberTree::findContacts", fibers, pairs[i].segment);
         contacts[i] = contact(contact.inFrame(capsule.segment), capsule.place, pairs[i].triangle);
       }

@@ -143,6 +143,36 @@ bool wellScaledWithin(const Segment& p, const Triangle& t, double m, double reac
          DoubleDouble(reach) * DoubleDouble(reach) + DoubleDouble(0x1p-52 * rounding);
 }
 
+/// Finds the closest points of most contacts in a few operations: where an end of the axis is above
+/// the inside of a triangle that is no needle, or where the axis crosses it at no small angle. Then
+/// no error grows to more than a few times that of a coordinate.
+/// @return whether it is such a pair for certain
+bool findInside(const Segment& capsule, const Triangle& t, double m, ClosestOnTriangle& closest) {
+  const Vec3d w = capsule.a - t.a, u = capsule.b - capsule.a, v1 = t.b - t.a, v2 = t.c - t.a;
+  const Vec3d normal = cross(v1, v2);
+  const double nn = squaredNorm(normal);
+  const double height = dot(normal, w), climb = dot(normal, u);
+  constexpr double kLeastSine = 0x1p-4, kLeastSize = 0x1p-20;  // squared
+  const double vv1 = squaredNorm(v1), vv2 = squaredNorm(v2);
+  const bool is_wide = nn >= kLeastSine * vv1 * vv2 && std::min(vv1, vv2) >= kLeastSize * m * m;
+  if (!is_wide) return false;
+  // The error of a height and of the climb, in units of the normal.
+  const double rounding = 64 * kEps * std::sqrt(nn) * m;
+  const double end = height + climb;
+  if (std::min({std::fabs(height), std::fabs(end), std::fabs(climb)}) <= rounding) return false;
+  const bool crosses = (height > 0) != (end > 0);
+  const bool is_steep = climb * climb >= kLeastSine * nn * squaredNorm(u);
+  if (crosses && !is_steep) return false;
+  const double s = crosses ? height / (height - end) : (height > 0) == (climb > 0) ? 0 : 1;
+  const Vec3d p = w + s * u;
+  const double x = dot(cross(p, v2), normal) / nn, y = dot(cross(v1, p), normal) / nn;
+  constexpr double kInside = 0x1p-30;
+  if (std::min({x, y, 1 - x - y}) <= kInside) return false;
+  const Vec3d apart = crosses ? Vec3d{0, 0, 0} : ((s == 0 ? -height : -end) / nn) * normal;
+  closest = {s, {1 - x - y, x, y}, apart};
+  return true;
+}
+
 }  // namespace
 
 bool axisWithin(const Segment& capsule, const Triangle& triangle, double reach) {
@@ -181,6 +211,8 @@ ClosestOnTriangle closestPoints(const Segment& capsule, const Triangle& triangle
             {std::max(1 - x - y, 0.0), x, y},
             {-double(r.x), -double(r.y), -double(r.z)}};
   };
+  ClosestOnTriangle inside;
+  if (findInside(capsule, triangle, m, inside)) return inside;
   const SquaredDistance<double> rough(capsule, triangle);
   const Certified<double> best = rough.atClosest();
   // Closer points need more digits, or rounding would show in the direction.
