@@ -18,11 +18,12 @@ namespace fcl_fibers::geometry::HWY_NAMESPACE {
 template <int N>
 FCL_FIBERS_ALWAYS_INLINE Box unite(const Box::Pack<N>& pack) {
   using Row = simd::HWY_NAMESPACE::Lanes<N>;
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  // Not infinity, which Highway's emulation of instruction sets would replace by this number.
+  constexpr float kLargest = std::numeric_limits<float>::max();
   Box box;
   for (int axis = 0; axis < 3; ++axis) {
-    box.low[axis] = Row::load(pack.low(axis)).unlessNaN(kInfinity).least();
-    box.high[axis] = Row::load(pack.high(axis)).unlessNaN(-kInfinity).greatest();
+    box.low[axis] = Row::load(pack.low(axis)).unlessNaN(kLargest).least();
+    box.high[axis] = Row::load(pack.high(axis)).unlessNaN(-kLargest).greatest();
   }
   return box;
 }

@@ -75,7 +75,7 @@ class Lanes {
       return hn::IfThenElse(hn::IsNaN(vector_[i]), hn::Set(Tag(), other), vector_[i]);
     });
   }
-  /// @pre no lane is NaN
+  /// @pre no lane is NaN, and not all are infinity for least(), or -infinity for greatest()
   ///@{
   FCL_FIBERS_ALWAYS_INLINE float least() const {
     Vector least = vector_[0];

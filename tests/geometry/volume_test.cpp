@@ -568,7 +568,7 @@ void expectUnion() {
   Random random(10);
   for (int i = 0; i < 2000; ++i) {
     Box::Pack<N> pack;
-    Box expected{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+    Box expected{{kLargest, kLargest, kLargest}, {-kLargest, -kLargest, -kLargest}};
     for (int lane = 0; lane < N; ++lane) {
       pack.set(lane, Make<Box>::anyVolume(random, 1e9f));
       if (random.below(3) == 0) {
