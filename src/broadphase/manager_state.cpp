@@ -81,7 +81,10 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
                          registry_.objects().size()) {
     throwInvalidArgument(call, "a manager holds at most 2^30 - 1 objects; use several managers");
   }
-  const NewObjects found = readNewObjects<S>(call, added, kind, options_, last_registered_);
+  // An obstacle with categories of its own neither continues a fiber nor is continued.
+  const bool may_continue = kind.categories == tree::kAllCategories;
+  const NewObjects found = readNewObjects<S>(call, added, kind, options_,
+                                             may_continue ? last_registered_ : std::nullopt);
   const bool counts_triangles = countsTriangles(options_);
   MeshCache checked;
   for (const std::size_t i : found.obstacles) {
@@ -100,7 +103,7 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
     if (!counts_triangles) break;
     obstacles_.add(added[i], first + static_cast<SegmentId>(i), kind.categories, is_solid);
   }
-  last_registered_ = found.last;
+  last_registered_ = may_continue ? found.last : std::nullopt;
   if (!hasTree()) return;
   const auto young_ids = static_cast<std::size_t>(registry_.idCount() - generations_.youngBegin());
   if (young_ids - removed_young_ > Generations::mostYoung(registry_.size()) ||

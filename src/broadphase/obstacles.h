@@ -36,7 +36,9 @@ struct MeshReading {
 
   /// @pre counts_triangles
   index::PosedMesh posed(tree::Categories categories, bool is_solid) const {
-    return {mesh->index(), pose, categories, is_solid, margin};
+    // A mesh without categories meets other obstacles, and the rules leave out the fibers.
+    const tree::Categories searched = categories != 0 ? categories : tree::kAllCategories;
+    return {mesh->index(), pose, searched, is_solid, margin};
   }
 };
 
@@ -72,10 +74,7 @@ class Obstacles {
     bool is_solid;
     bool is_read = false;
 
-    index::PosedMesh posed() const {
-      // The rules leave out pairs with an obstacle that has no category.
-      return MeshReading::posed(categories != 0 ? categories : tree::kAllCategories, is_solid);
-    }
+    index::PosedMesh posed() const { return MeshReading::posed(categories, is_solid); }
   };
 
   explicit Obstacles(const FiberManagerOptions& options);

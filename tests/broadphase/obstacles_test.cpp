@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -171,6 +172,55 @@ TYPED_TEST(Obstacles, AreMetByCategory) {
       for (const auto& call : pairsWith<S>(*manager, *object)) one_by_one.push_back(call);
     }
     expect(one_by_one);
+  }
+}
+
+// A mesh that no fiber meets would not meet other obstacles, either.
+TYPED_TEST(Obstacles, WithoutCategoriesMeetEachOther) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene;
+  auto* mesh = scene.add(makeModel<S>(fcl::BV_AABB, blob(1, 0, 8, 6)),
+                         makePose<S>(Eigen::Quaterniond::Identity(), {0, 0, 0}));
+  auto* sphere = scene.addSphere({1, 0, 0}, 0.3);
+  auto* segment = scene.addCapsule(Eigen::Vector3d(0, 0.9, 0), Eigen::Vector3d(0, 1.1, 0), 0.1);
+  for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+    FiberManagerOptions options;
+    options.report = report;
+    auto manager = TypeParam::make(options), spheres = TypeParam::make(options),
+         meshes = TypeParam::make(options);
+    for (auto* its : {manager.get(), spheres.get()}) its->registerObstacle(sphere, {false, 0});
+    for (auto* its : {manager.get(), meshes.get()}) its->registerObstacle(mesh, {false, 0});
+    for (auto* its : {manager.get(), spheres.get()}) its->registerFiber({segment});
+    const auto hasThePair = [&](const Calls<S>& calls) {
+      return calls.size() == 1 &&
+             std::minmax(calls[0].first, calls[0].second) == std::minmax(mesh, sphere);
+    };
+    EXPECT_TRUE(hasThePair(selfPairs<S>(*manager)));
+    EXPECT_TRUE(hasThePair(pairsWith<S>(*manager, *mesh)));
+    EXPECT_TRUE(hasThePair(pairsWith<S>(*manager, *sphere)));
+    EXPECT_TRUE(hasThePair(pairsWith<S>(*spheres, *meshes)));
+    EXPECT_TRUE(hasThePair(pairsWith<S>(*meshes, *spheres)));
+  }
+}
+
+// A post would have the categories of another one whose end it shares.
+TYPED_TEST(Obstacles, ThatShareEndsHaveTheirOwnCategories) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene;
+  const auto posts = addStraight(scene, 4, 0);
+  const auto fiber = addStraight(scene, 4, 0.1);
+  auto manager = TypeParam::make(byCapsules());
+  manager->registerObject(posts[0]);
+  manager->registerObstacle(posts[1], {false, 1});
+  manager->registerObstacle(posts[2], {false, 2});
+  manager->registerObject(posts[3]);
+  manager->registerFiber(fiber, FiberEnds::kOpen, FiberGroup{1}, FiberObstacles{2});
+  const auto calls = selfPairs<S>(*manager);
+  for (std::size_t i = 0; i < posts.size(); ++i) {
+    const bool meets = std::any_of(calls.begin(), calls.end(), [&](const auto& call) {
+      return call.first == posts[i] && call.second == fiber[i];
+    });
+    EXPECT_EQ(meets, i != 1) << i;
   }
 }
 
