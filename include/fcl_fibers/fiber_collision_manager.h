@@ -184,7 +184,8 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   /// the mesh. If it has never read them, it reads them now. A mesh is solid if it was registered
   /// as such here. It returns false, without contacts, if the mesh is a cloud of points.
   ///
-  /// Throws std::invalid_argument if an object is null, has another shape or cannot be read.
+  /// Throws std::invalid_argument if an object is null, has another shape or cannot be read, or if
+  /// the margin is negative or NaN.
   bool findMeshContacts(const Object* capsule, const Object* mesh, double margin,
                         std::vector<MeshContact>& contacts) const;
 

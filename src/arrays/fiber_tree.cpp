@@ -18,6 +18,7 @@
 #include "fibers/mesh_contacts.h"
 #include "fibers/options.h"
 #include "geometry/contact.h"
+#include "index/posed_triangles.h"
 #include "index/segment_index.h"
 #include "tree/volumes.h"
 
@@ -308,9 +309,7 @@ class FiberTree::Impl {
              "the tree reports volumes and keeps no capsules; construct it with Report::kCapsules");
     }
     const index::PosedMesh posed = MeshReader::posed(mesh);
-    const Frame& frame = index_.frame();
-    const double most = posed.mesh.reach() + maxNorm(posed.pose.shift) + maxNorm(frame.origin);
-    if (!std::isfinite(frame.scale * (16 * most))) {
+    if (!index::fitsIn(index_.frame(), posed)) {
       refuse(call,
              "the coordinates of the mesh overflow in the unit of the fibers; bring it nearer to "
              "them");

@@ -79,7 +79,7 @@ class ManagerQueries {
         MeshReading moved = mesh;
         moved.box = change(mesh.box);
         // A contact of this pair is asked for by this manager's means.
-        const void* model = ObjectMembers<S>::shape(*mesh.object);
+        const auto& model = mesh.object->collisionGeometry();
         if (mesh.mesh != nullptr) state_.obstacles().cache().keep(model, mesh.mesh);
         if (searchMeshOf(other, mesh.id, moved, mesh.is_solid) == tree::Visit::kStop) return;
       }

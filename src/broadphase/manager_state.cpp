@@ -56,14 +56,16 @@ ManagerState<S>::ManagerState(const char* call, const ManagerState& original,
       has_same_segments &= object == nullptr || !original.obstacles_.isMesh(id);
       continue;
     }
+    has_same_segments &= isMesh(*object) == original.obstacles_.isMesh(id);
+    obstacles_.addCopy(original.obstacles_, object, id, registry_.fibers().partyOf(id).categories);
     if (isMesh(*object)) {
-      readMesh(call, *object, false, Frame{}, options_.bounds, obstacles_.cache(), [&] {
+      // The triangles are those of the original, unless they differ.
+      const bool is_solid = obstacles_.mesh(id)->is_solid;
+      readMesh(call, *object, is_solid, Frame{}, options_.bounds, obstacles_.cache(), [&] {
         return nameOf(static_cast<std::size_t>(std::find(objects.begin(), objects.end(), object) -
                                                objects.begin()));
       });
     }
-    has_same_segments &= isMesh(*object) == original.obstacles_.isMesh(id);
-    obstacles_.addCopy(original.obstacles_, object, id, registry_.fibers().partyOf(id).categories);
   }
   if (!original.hasTree() || !has_same_segments) return;
   generations_.copy(original.generations_);
@@ -179,6 +181,9 @@ void ManagerState<S>::update(const char* call, const Objects& moved) {
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const Object& object = *registry_[ids[i]];
     if (obstacles_.isMesh(ids[i])) continue;
+    if (countsTriangles(options_) && isMesh(object)) {
+      throwInvalidArgument(call, nameOf(positions[i]) + ": " + kIsMeshNow);
+    }
     if (readSegment(object, generations_.frame(), options_.bounds, segments[i]) == nullptr) {
       continue;
     }
@@ -292,6 +297,16 @@ ManagerState<S>::QueryScope::QueryScope(const ManagerState& state, const char* c
     --state_.running_queries_;
     throw;
   }
+}
+
+template <typename S>
+std::optional<typename Obstacles<S>::MeshEntry> ManagerState<S>::readMeshOf(
+    const Object* object) const {
+  const SegmentId id = registry_.find(object);
+  if (id == Registry::kNotFound) return std::nullopt;
+  const std::lock_guard<std::mutex> lock(build_mutex_);
+  const auto* entry = obstacles_.mesh(id);
+  return entry == nullptr ? std::nullopt : std::optional(*entry);
 }
 
 template <typename S>

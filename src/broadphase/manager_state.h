@@ -65,8 +65,14 @@ class ManagerState {
 
   /// Reads the objects as they are now.
   ObjectSource<S> source(const char* call) const {
-    return ObjectSource<S>(call, registry_.objects(), options_.bounds, countsTriangles(options_));
+    if (!countsTriangles(options_)) return {call, registry_.objects(), options_.bounds};
+    return {call, registry_.objects(), options_.bounds,
+            [this](SegmentId id) { return obstacles_.isMesh(id); }};
   }
+
+  /// What the manager has of an object that is a mesh. Another thread may be making the first
+  /// query.
+  std::optional<typename Obstacles<S>::MeshEntry> readMeshOf(const Object* object) const;
 
   bool movedSinceUpdate() const;
   std::size_t memoryUsage() const;

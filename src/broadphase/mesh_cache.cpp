@@ -115,15 +115,16 @@ bool isSame(const Mesh& mesh, const BvhTriangles<S>& triangles) {
 }
 
 template <typename S>
-std::shared_ptr<const Mesh> MeshCache::read(const void* model, const BvhTriangles<S>& triangles) {
+std::shared_ptr<const Mesh> MeshCache::read(const Model& model, const BvhTriangles<S>& triangles) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  const auto found = slots_.find(model);
+  const auto found = slots_.find(model.get());
   if (found == slots_.end()) {
     std::shared_ptr<Mesh> mesh = makeMesh(triangles);
-    slots_[model] = {mesh, true};
+    slots_[model.get()] = {mesh, model, true};
     return mesh;
   }
   std::shared_ptr<Mesh>& mesh = found->second.mesh;
+  found->second.model = model;
   found->second.is_recent = true;
   if (!hasTriangles(*mesh, triangles) || mesh->index().points().size() != triangles.point_count) {
     mesh = makeMesh(triangles);
@@ -139,22 +140,25 @@ std::shared_ptr<const Mesh> MeshCache::read(const void* model, const BvhTriangle
       Slot slot = std::move(found->second);
       slots_.erase(found);
       slot.mesh->refit(pointsOf(triangles));
-      return slots_.emplace(model, std::move(slot)).first->second.mesh;
+      return slots_.emplace(model.get(), std::move(slot)).first->second.mesh;
     }
   }
   return mesh;
 }
 
-std::shared_ptr<const Mesh> MeshCache::find(const void* model) const {
+std::shared_ptr<const Mesh> MeshCache::find(const Model& model) const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  const auto found = slots_.find(model);
-  return found == slots_.end() ? nullptr : found->second.mesh;
+  const auto found = slots_.find(model.get());
+  if (found == slots_.end()) return nullptr;
+  const std::weak_ptr<const void>& known = found->second.model;
+  const bool is_known = !known.owner_before(model) && !model.owner_before(known);
+  return is_known ? found->second.mesh : nullptr;
 }
 
-void MeshCache::keep(const void* model, const std::shared_ptr<const Mesh>& mesh) {
+void MeshCache::keep(const Model& model, const std::shared_ptr<const Mesh>& mesh) {
   const std::lock_guard<std::mutex> lock(mutex_);
   // Only the sole owner changes it, and `mesh` remains another owner.
-  slots_[model] = {std::const_pointer_cast<Mesh>(mesh), true};
+  slots_[model.get()] = {std::const_pointer_cast<Mesh>(mesh), model, true};
 }
 
 void MeshCache::forgetUnused() {
@@ -178,8 +182,8 @@ std::size_t MeshCache::memoryUsage() const {
   return bytes;
 }
 
-#define FCL_FIBERS_INSTANTIATE(S)                                                            \
-  template std::shared_ptr<const Mesh> MeshCache::read(const void*, const BvhTriangles<S>&); \
+#define FCL_FIBERS_INSTANTIATE(S)                                                             \
+  template std::shared_ptr<const Mesh> MeshCache::read(const Model&, const BvhTriangles<S>&); \
   template bool isSame(const Mesh&, const BvhTriangles<S>&);
 FCL_FIBERS_INSTANTIATE(float)
 FCL_FIBERS_INSTANTIATE(double)

@@ -43,17 +43,19 @@ class Mesh {
 /// The meshes of a manager's objects and of its queries. Several threads may use it.
 class MeshCache {
  public:
+  /// The geometry of an object.
+  using Model = std::shared_ptr<const void>;
+
   /// Returns the triangles of a model. They are read again only if they differ from those that were
   /// read last.
-  /// @param model  its address; another model may have it later
   /// @pre triangles.problem() is empty, and there are triangles
   template <typename S>
-  std::shared_ptr<const Mesh> read(const void* model, const BvhTriangles<S>& triangles);
+  std::shared_ptr<const Mesh> read(const Model& model, const BvhTriangles<S>& triangles);
 
   /// Returns what was read last, or null.
-  std::shared_ptr<const Mesh> find(const void* model) const;
+  std::shared_ptr<const Mesh> find(const Model& model) const;
   /// Keeps what another manager has read.
-  void keep(const void* model, const std::shared_ptr<const Mesh>& mesh);
+  void keep(const Model& model, const std::shared_ptr<const Mesh>& mesh);
 
   /// Forgets meshes that nobody has asked for since the last call, except those that are in use.
   void forgetUnused();
@@ -63,10 +65,11 @@ class MeshCache {
  private:
   struct Slot {
     std::shared_ptr<Mesh> mesh;
+    std::weak_ptr<const void> model;  ///< because another model may have its address later
     bool is_recent;
   };
   mutable std::mutex mutex_;
-  std::unordered_map<const void*, Slot> slots_;
+  std::unordered_map<const void*, Slot> slots_;  ///< by the model's address
 };
 
 /// Whether a mesh has just these points and triangles.

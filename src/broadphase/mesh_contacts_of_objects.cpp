@@ -33,19 +33,22 @@ bool findMeshContacts(const ManagerState<S>& state, const fcl::CollisionObject<S
   if (ObjectMembers<S>::shape(*mesh) == nullptr || !isMesh(*mesh)) {
     fibers::throwInvalidArgument(kCall, "the second object is no mesh; pass an fcl::BVHModel");
   }
-  const SegmentId id = state.registry().find(mesh);
-  const auto* entry = id == ObjectRegistry<S>::kNotFound ? nullptr : state.obstacles().mesh(id);
-  const void* model = ObjectMembers<S>::shape(*mesh);
+  if (!(margin >= 0)) {
+    fibers::throwInvalidArgument(kCall, "margin is " + std::to_string(margin) + "; give 0 or more");
+  }
+  const auto name = [] { return std::string("the mesh"); };
+  readObject(kCall, *mesh, Frame{}, Bounds::kShapes, name);  // it may have become invalid
+  const auto entry = state.readMeshOf(mesh);
   MeshReading reading;
-  if (entry != nullptr) reading.mesh = entry->mesh;
-  if (reading.mesh == nullptr) reading.mesh = state.obstacles().cache().find(model);
+  if (entry) reading.mesh = entry->mesh;
+  MeshCache& cache = state.obstacles().cache();
+  if (reading.mesh == nullptr) reading.mesh = cache.find(mesh->collisionGeometry());
   if (reading.mesh == nullptr) {
-    reading = readMesh(kCall, *mesh, false, Frame{}, Bounds::kShapes, state.obstacles().cache(),
-                       [] { return std::string("the mesh"); });
+    reading = readMesh(kCall, *mesh, false, Frame{}, Bounds::kShapes, cache, name);
     if (reading.mesh == nullptr) return false;
   }
   placeMesh(*mesh, Frame{}, state.options().bounds, reading);
-  const bool is_solid = entry != nullptr && entry->is_solid;
+  const bool is_solid = entry && entry->is_solid;
   const fibers::MeshContacts contact_of(reading.posed(tree::kAllCategories, is_solid));
   const Segment segment = readCapsule(*capsule, contact_of.frame(), Bounds::kShapes),
                 counted = readCapsule(*capsule, contact_of.frame(), state.options().bounds);

@@ -187,7 +187,9 @@ bool ObjectSource<S>::read(const index::SegmentId* ids, int count, int ahead, co
     const fcl::CollisionGeometry<S>* shape = ObjectMembers<S>::shape(*object);
     double radius, length;
     if (shape == nullptr || !readSize(*shape, shape->getNodeType(), radius, length)) {
-      if (isLeftOut(*object)) present &= ~bit;
+      if (!isNoSegment(*object)) continue;
+      if (!is_apart_(ids[i])) return false;
+      present &= ~bit;
       continue;
     }
     if (count == 1) continue;
@@ -224,6 +226,7 @@ std::string ObjectSource<S>::nameOf(index::SegmentId id) const {
 template <typename S>
 void ObjectSource<S>::refuse(index::SegmentId id, const Frame& frame) const {
   if (const Object* object = objects_[static_cast<std::size_t>(id)]) {
+    if (isNoSegment(*object)) fibers::throwInvalidArgument(call_, nameOf(id) + ": " + kIsMeshNow);
     readObject(call_, *object, frame, bounds_, [&] { return nameOf(id); });
   }
   // If the object can be read now, another thread has changed it meanwhile.

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fcl/geometry/shape/capsule.h>
@@ -20,25 +22,29 @@
 
 namespace fcl_fibers::broadphase {
 
+constexpr const char* kIsMeshNow = "it has become a mesh; unregister it and register it again";
+
 /// Reads FCL's objects as segments. An object's id is its position. A null pointer is an empty id.
 template <typename S>
 class ObjectSource final : public index::SegmentSource {
  public:
   using Object = fcl::CollisionObject<S>;
+  using IsApart = std::function<bool(index::SegmentId)>;
 
-  /// @param call     for the text of refuse()
-  /// @param objects         by id; borrowed
-  /// @param without_meshes  whether objects with an fcl::BVHModel are no segments
+  /// @param call      for the text of refuse()
+  /// @param objects   by id; borrowed
+  /// @param is_apart  whether an fcl::BVHModel is no segment; others are refused. If it is null,
+  ///                  all are segments
   ObjectSource(const char* call, const std::vector<Object*>& objects, Bounds bounds,
-               bool without_meshes)
-      : call_(call), objects_(objects), bounds_(bounds), without_meshes_(without_meshes) {}
+               IsApart is_apart = nullptr)
+      : call_(call), objects_(objects), bounds_(bounds), is_apart_(std::move(is_apart)) {}
 
   bool read(const index::SegmentId* ids, int count, int ahead, const geometry::Frame& frame,
             index::SegmentBlock& out, index::BlockMask& present) const override;
   bool readNow(index::SegmentId id, const geometry::Frame& frame,
                geometry::Segment& segment) const override {
     const Object* object = objects_[static_cast<std::size_t>(id)];
-    return object != nullptr && !isLeftOut(*object) &&
+    return object != nullptr && !isNoSegment(*object) &&
            readSegment(*object, frame, bounds_, segment) == nullptr;
   }
   bool staysFiniteIn(const geometry::Frame&) const override { return true; }
@@ -48,12 +54,12 @@ class ObjectSource final : public index::SegmentSource {
   [[noreturn]] void refuse(index::SegmentId id, const geometry::Frame& frame) const override;
 
  private:
-  bool isLeftOut(const Object& object) const { return without_meshes_ && isMesh(object); }
+  bool isNoSegment(const Object& object) const { return is_apart_ && isMesh(object); }
 
   const char* call_;
   const std::vector<Object*>& objects_;
   Bounds bounds_;
-  bool without_meshes_;
+  IsApart is_apart_;
 };
 
 FCL_FIBERS_ALWAYS_INLINE void prefetchLines(const void* object, std::size_t count) {

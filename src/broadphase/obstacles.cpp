@@ -5,6 +5,7 @@
 
 #include "broadphase/object_source.h"
 #include "broadphase/obstacle_shapes.h"
+#include "index/posed_triangles.h"
 
 namespace fcl_fibers::broadphase {
 namespace {
@@ -69,13 +70,12 @@ MeshReading readMesh(const char* call, const fcl::CollisionObject<S>& object, bo
   MeshReading reading;
   // This checks the pose, and gives the box of a cloud of points.
   reading.box = readObject(call, object, frame, bounds, name);
-  const fcl::CollisionGeometry<S>* model = ObjectMembers<S>::shape(object);
-  const BvhTriangles<S> triangles = trianglesOf(*model);
+  const BvhTriangles<S> triangles = trianglesOf(*ObjectMembers<S>::shape(object));
   if (triangles.isCloud()) return reading;
   if (const std::string problem = triangles.problem(); !problem.empty()) {
     fibers::throwInvalidArgument(call, name() + ": " + problem);
   }
-  reading.mesh = cache.read(model, triangles);
+  reading.mesh = cache.read(object.collisionGeometry(), triangles);
   if (is_solid && reading.mesh->firstLeak() >= 0) {
     fibers::throwInvalidArgument(call,
                                  name() + ": its mesh is not watertight at triangle " +
@@ -89,6 +89,11 @@ MeshReading readMesh(const char* call, const fcl::CollisionObject<S>& object, bo
                   "exchange two corners of each");
   }
   placeMesh(object, frame, bounds, reading);
+  if (!index::fitsIn(frame, reading.posed(tree::kAllCategories, is_solid))) {
+    fibers::throwInvalidArgument(call, name() +
+                                           ": its coordinates overflow in the unit of the fibers; "
+                                           "bring it nearer to them or make it smaller");
+  }
   return reading;
 }
 
@@ -156,7 +161,7 @@ void Obstacles<S>::addCopy(const Obstacles& other, Object* object, SegmentId id,
   reserve(1);
   add(object, id, categories, original != nullptr && original->is_solid);
   if (original != nullptr && original->mesh != nullptr && broadphase::isMesh(*object)) {
-    cache_.keep(ObjectMembers<S>::shape(*object), original->mesh);
+    cache_.keep(object->collisionGeometry(), original->mesh);
   }
 }
 
@@ -165,6 +170,10 @@ void Obstacles<S>::addCopy(const Obstacles& other, Object* object, SegmentId id,
 template <typename S>
 void Obstacles<S>::read(const char* call, MeshEntry& entry, const Frame& frame,
                         const NameOfObject& name) {
+  if (!broadphase::isMesh(*entry.object)) {
+    fibers::throwInvalidArgument(
+        call, name() + ": it is no mesh any more; unregister it and register it again");
+  }
   static_cast<MeshReading&>(entry) =
       readMesh(call, *entry.object, entry.is_solid, frame, bounds_, cache_, name);
   entry.is_read = true;
@@ -197,6 +206,7 @@ template <typename S>
 bool Obstacles<S>::isCurrent(const Frame& frame) const {
   for (const MeshEntry& entry : meshes_) {
     if (!entry.is_read) continue;
+    if (!broadphase::isMesh(*entry.object)) return false;
     MeshReading now;
     if (readSegment(*entry.object, frame, bounds_, now.box) != nullptr) return false;
     const BvhTriangles<S> triangles = trianglesOf(*ObjectMembers<S>::shape(*entry.object));

@@ -88,8 +88,8 @@ class Obstacles {
   /// Takes new ids of the same objects.
   void renumber(const ObjectRegistry<S>& registry);
   void clear();
-  /// Adds the object that replaces one of another manager. If both have the same triangles, they
-  /// share them.
+  /// Adds the object that replaces one of another manager. The cache has the triangles of that one,
+  /// which both share if they are the same.
   void addCopy(const Obstacles& other, Object* object, SegmentId id, tree::Categories categories);
 
   // --- Reading ---

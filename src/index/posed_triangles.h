@@ -12,6 +12,12 @@
 
 namespace fcl_fibers::index {
 
+/// Whether no coordinate of a mesh overflows in a frame, with room for sums of several.
+inline bool fitsIn(const geometry::Frame& frame, const PosedMesh& posed) {
+  const double most = posed.mesh.reach() + maxNorm(posed.pose.shift) + maxNorm(frame.origin);
+  return std::isfinite(frame.scale * (16 * most));
+}
+
 /// The triangles of a mesh in the frame of an index.
 struct PosedTriangles {
   PosedTriangles(const PosedMesh& posed, const geometry::Frame& frame)

@@ -98,7 +98,7 @@ TYPED_TEST(ObjectSources, ObjectsReadTogetherAreAsEachAlone) {
     std::iota(ids.begin(), ids.end(), 0);
     const Frame frame = round % 2 == 0 ? Frame{} : Frame{{0.3, -7, 100}, 0x1p12};
     for (const Bounds bounds : {Bounds::kShapes, Bounds::kShapesAndMargins, Bounds::kObjects}) {
-      const ObjectSource<S> source("test", objects, bounds, false);
+      const ObjectSource<S> source("test", objects, bounds);
       SegmentBlock block;
       BlockMask present = 0;
       const bool is_read =
@@ -149,7 +149,7 @@ TYPED_TEST(ObjectSources, ABrokenObjectAmongOthersIsFound) {
   const auto isRead = [&] {
     SegmentBlock block;
     BlockMask present = 0;
-    return ObjectSource<S>("test", objects, Bounds::kShapesAndMargins, false)
+    return ObjectSource<S>("test", objects, Bounds::kShapesAndMargins)
         .read(ids.data(), SegmentBlock::kCapacity, 0, Frame{}, block, present);
   };
   ASSERT_TRUE(isRead());

@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What a manager keeps of meshes that change, come and go, or are asked about by distance.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <memory>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <fcl/geometry/bvh/BVH_model.h>
+#include <fcl_fibers/contact.h>
+
+#include "support/managed.h"
+#include "support/mesh_models.h"
+
+namespace fcl_fibers::test {
+namespace {
+
+MANAGER_SUITE(MeshReadings, FiberManagers);
+
+FiberManagerOptions capsulesReported() {
+  FiberManagerOptions options;
+  options.report = Report::kCapsules;
+  return options;
+}
+
+template <typename S>
+fcl::Transform3<S> placeAt(double x) {
+  return makePose<S>(Eigen::Quaterniond::Identity(), {x, 0, 0});
+}
+
+template <typename S>
+auto ballOf(double radius) {
+  return makeModel<S>(fcl::BV_AABB, blob(radius, 0, 24, 16));
+}
+
+/// The least distance of the contacts.
+template <class Manager, class Object>
+double contactDistance(const Manager& manager, const Object& capsule, const Object& mesh) {
+  std::vector<MeshContact> contacts;
+  EXPECT_TRUE(manager.findMeshContacts(&capsule, &mesh, 0, contacts));
+  double least = std::numeric_limits<double>::infinity();
+  for (const MeshContact& contact : contacts) least = std::min(least, contact.distance);
+  return least;
+}
+
+template <class Call>
+void expectRefusal(Call&& call, const char* text) {
+  try {
+    call();
+    ADD_FAILURE() << "accepted, but expected: " << text;
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find(text), std::string::npos) << error.what();
+  }
+}
+
+// A clone would take the contacts with its own meshes for those of the original's.
+TYPED_TEST(MeshReadings, OfAClonesMeshesAreItsOwn) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene;
+  auto* small = scene.add(ballOf<S>(1), placeAt<S>(0));
+  auto* capsule = scene.addCapsule(placeAt<S>(1), 0.1, 0.2);
+  auto* large = scene.add(ballOf<S>(3), placeAt<S>(0));
+  const Managed<TypeParam> manager({small, capsule}, capsulesReported());
+  EXPECT_LT(contactDistance(*manager, *capsule, *small), 0);
+  fcl::CollisionObject<S> copy(*capsule);
+  const auto clone = cloneOf<S>(*manager, {large, &copy});
+  EXPECT_NEAR(contactDistance(*clone, copy, *large), 1.9, 0.1);
+  EXPECT_TRUE(selfPairs<S>(*clone).empty());
+}
+
+// The contacts would be those of a mesh that is gone.
+TYPED_TEST(MeshReadings, AreForgottenWithTheModel) {
+  using S = typename TypeParam::Scalar;
+  using Model = fcl::BVHModel<fcl::AABB<S>>;
+  alignas(Model) unsigned char place[sizeof(Model)];
+  const auto makeAtOnePlace = [&](double radius, std::size_t around) {
+    std::shared_ptr<Model> model(new (place) Model, [](Model* gone) { gone->~Model(); });
+    const MeshShape shape = blob(radius, 0, around, 6);
+    std::vector<fcl::Vector3<S>> points;
+    for (const auto& p : shape.points) points.push_back(p.template cast<S>());
+    std::vector<fcl::Triangle> triangles;
+    for (const auto& t : shape.triangles) triangles.emplace_back(t[0], t[1], t[2]);
+    model->beginModel();
+    model->addSubModel(points, triangles);
+    model->endModel();
+    return model;
+  };
+  Scene<S> scene;
+  auto* capsule = scene.addCapsule(placeAt<S>(1), 0.1, 0.2);
+  const Managed<TypeParam> manager(scene, capsulesReported());
+  {
+    fcl::CollisionObject<S> mesh(makeAtOnePlace(1, 12));
+    EXPECT_EQ((pairsWith<S>(*manager, mesh)).size(), 1u);
+    EXPECT_LT(contactDistance(*manager, *capsule, mesh), 0);
+  }
+  const fcl::CollisionObject<S> mesh(makeAtOnePlace(3, 8));
+  EXPECT_GT(contactDistance(*manager, *capsule, mesh), 1);
+}
+
+TYPED_TEST(MeshReadings, OfBrokenArgumentsAreRefused) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene;
+  auto* mesh = scene.add(ballOf<S>(1), placeAt<S>(0));
+  auto* capsule = scene.addCapsule(placeAt<S>(1), 0.1, 0.2);
+  const Managed<TypeParam> manager(scene, capsulesReported());
+  std::vector<MeshContact> contacts;
+  for (const double margin : {-0.5, std::nan("")}) {
+    expectRefusal([&] { manager->findMeshContacts(capsule, mesh, margin, contacts); },
+                  "give 0 or more");
+  }
+  mesh->setTransform(placeAt<S>(std::nan("")));
+  expectRefusal([&] { manager->findMeshContacts(capsule, mesh, 0, contacts); },
+                "the mesh: its pose is NaN");
+}
+
+// An object would be read as a mesh that it is no more, or be lost.
+TYPED_TEST(MeshReadings, AreRefusedIfAnObjectBecomesAMeshOrCeasesToBeOne) {
+  using S = typename TypeParam::Scalar;
+  using Object = fcl::CollisionObject<S>;
+  Scene<S> scene;
+  auto* object = scene.addSphere({1, 0, 0}, 0.5);
+  for (int i = 0; i < 9; ++i) scene.addCapsule(placeAt<S>(1 + i), 0.1, 0.2);
+  const Object sphere(*object), mesh(ballOf<S>(1), placeAt<S>(0));
+  for (const bool becomes_mesh : {true, false}) {
+    const Object &before = becomes_mesh ? sphere : mesh, &after = becomes_mesh ? mesh : sphere;
+    *object = before;
+    Managed<TypeParam> manager(scene, capsulesReported());
+    EXPECT_TRUE(manager.answersSelf());
+    *object = after;
+    EXPECT_TRUE(manager->movedSinceUpdate());
+    const char* text = becomes_mesh ? "has become a mesh" : "is no mesh any more";
+    expectRefusal([&] { manager->update(object); }, text);
+    expectRefusal([&] { manager->update(); }, text);
+    manager.unregister(0);
+    manager.registerObject(object);
+    manager->update();
+    EXPECT_TRUE(manager.answersSelf());
+  }
+}
+
+// A mesh whose coordinates overflow would touch all fibers.
+TEST(MeshReadingsOfAnySize, AreRefusedIfTheyOverflow) {
+  using Config = FiberManagerConfig<LeafVolume::kBox, double, Topology::kBundle>;
+  for (const double size : {1e200, 1e300}) {
+    Scene<double> scene;
+    scene.addCapsule(placeAt<double>(1), 0.1, 0.2);
+    auto* mesh = scene.add(ballOf<double>(size), placeAt<double>(0));
+    Managed<Config> manager(capsulesReported());
+    manager.registerObject(scene[0]);
+    if (size < 1e250) {
+      manager.registerObject(mesh);
+      EXPECT_TRUE(manager.answersSelf(0));
+      continue;
+    }
+    expectRefusal([&] { pairsWith<double>(*manager, *mesh); }, "its coordinates overflow");
+    manager->registerObject(mesh);
+    expectRefusal([&] { selfPairs<double>(*manager); }, "object 1 in order of registration: its");
+    manager->unregisterObject(mesh);
+    EXPECT_TRUE(manager.answersSelf(0));
+  }
+}
+
+// A distance query would pass over what is inside a solid, or what is within a mesh's own margin.
+TYPED_TEST(MeshReadings, AreNearWhereTheyCount) {
+  using S = typename TypeParam::Scalar;
+  struct Subclass : fcl::CollisionObject<S> {
+    using fcl::CollisionObject<S>::aabb;
+  };
+  Scene<S> scene;
+  auto* head = scene.add(ballOf<S>(3), placeAt<S>(0));
+  auto* inside = scene.addCapsule(placeAt<S>(0), 0.1, 0.2);
+  auto* near = scene.addCapsule(placeAt<S>(4), 0.1, 0.2);
+  auto* far = scene.addCapsule(placeAt<S>(9), 0.1, 0.2);
+  head->computeAABB();
+  fcl::AABB<S>& box = head->*(&Subclass::aabb);
+  box = {box.min_.array() - S(0.8), box.max_.array() + S(0.8)};
+  // What the callback gets once the distance is this.
+  struct Record {
+    Calls<S> calls;
+    S least;
+    static bool visit(fcl::CollisionObject<S>* a, fcl::CollisionObject<S>* b, void* data, S& dist) {
+      auto& self = *static_cast<Record*>(data);
+      self.calls.emplace_back(a, b);
+      dist = self.least;
+      return false;
+    }
+    bool has(const fcl::CollisionObject<S>* object) const {
+      return std::any_of(calls.begin(), calls.end(), [&](const auto& call) {
+        return call.first == object || call.second == object;
+      });
+    }
+  };
+  auto manager = TypeParam::make(capsulesReported()), heads = TypeParam::make(capsulesReported()),
+       hair = TypeParam::make(capsulesReported());
+  for (auto* its : {manager.get(), heads.get()}) its->registerObstacle(head, {/*solid=*/true});
+  for (auto* its : {manager.get(), hair.get()}) {
+    its->registerFiber({far, near, inside}, FiberEnds::kOpen, FiberGroup{1});
+  }
+  const auto expect = [&](auto&& run) {
+    Record record{{}, S(0.4)};
+    run(record);
+    EXPECT_TRUE(record.has(inside));
+    EXPECT_TRUE(record.has(near));
+    EXPECT_LE(record.calls.size(), 3u);
+  };
+  expect([&](Record& record) { manager->distance(&record, &Record::visit); });
+  expect([&](Record& record) { manager->distance(head, &record, &Record::visit); });
+  expect([&](Record& record) { heads->distance(hair.get(), &record, &Record::visit); });
+  expect([&](Record& record) { hair->distance(heads.get(), &record, &Record::visit); });
+  for (auto* object : {inside, near}) {
+    Record record{{}, S(0.4)};
+    heads->distance(object, &record, &Record::visit);
+    EXPECT_EQ(record.calls.size(), 1u);
+  }
+  Record none{{}, S(0)};
+  manager->distance(&none, &Record::visit);
+  EXPECT_EQ(none.calls.size(), 1u);
+}
+
+}  // namespace
+}  // namespace fcl_fibers::test
