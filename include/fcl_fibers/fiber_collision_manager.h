@@ -138,7 +138,8 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
 
   /// Calls `callback(a, b, cdata, dist)` for each pair whose volumes are nearer than `dist`. The
   /// three forms are those of collide(). The callback may lower `dist`, which starts as the largest
-  /// number of S. FiberOptions::margin has no effect here.
+  /// number of S. FiberOptions::margin has no effect here. A capsule inside a solid mesh is at
+  /// distance 0 from it.
   ///
   /// Capsules that are at least `dist` apart are skipped too: all such pairs under
   /// Report::kCapsules, and most of them under Report::kVolumes, where that saves time. Under

@@ -34,7 +34,8 @@ class CollisionCall {
   }
   /// How far apart a pair may be, in the frame of a manager.
   double reach(const ManagerState<S>& state) const { return state.generations().margin(); }
-  static constexpr bool kRepeats = false;  ///< whether searches hand on some pairs repeatedly
+  static constexpr bool kRepeats = false;    ///< whether searches hand on some pairs repeatedly
+  static constexpr bool kUsesMargin = true;  ///< whether FiberOptions::margin has an effect
 
   template <class Pairs>
   class Sink final : public index::PairSink {
@@ -74,6 +75,7 @@ class DistanceCall {
     return static_cast<double>(least_) * state.generations().frame().scale;
   }
   static constexpr bool kRepeats = true;
+  static constexpr bool kUsesMargin = false;
 
   template <class Pairs>
   class Sink final : public index::NearestSink {

@@ -217,11 +217,13 @@ class ManagerQueries {
                call(mesh.object, other.registry()[b]);
       };
       index::PosedMesh posed = mesh.posed();
-      // The search adds the other manager's margin, but this one's counts. The sum must not be
-      // rounded below that.
-      const double margin = state_.options().margin, its_margin = other.options().margin;
-      posed.margin +=
-          margin - its_margin + 8 * std::numeric_limits<double>::epsilon() * (margin + its_margin);
+      if (Call::kUsesMargin) {
+        // The search adds the other manager's margin, but this one's counts. The sum must not be
+        // rounded below that.
+        const double margin = state_.options().margin, its_margin = other.options().margin;
+        posed.margin += margin - its_margin +
+                        8 * std::numeric_limits<double>::epsilon() * (margin + its_margin);
+      }
       const auto found = eachOnce(
           other, pairs, [&](auto& sink) { return other.generations().searchMesh(posed, sink); });
       if (found == tree::Visit::kStop) return found;

@@ -129,6 +129,7 @@ class SegmentIndex {
   tree::Visit searchMesh(const PosedMesh& mesh, NearestSink& sink) const;
   ///@}
 
+  /// What is inside a solid mesh comes before, with -1.
   /// Replaces the content of `pairs` by each segment that is at most `distance` from the mesh, and
   /// its nearest triangle, in the order of the tree.
   /// @pre keepsSegments()

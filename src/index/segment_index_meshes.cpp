@@ -49,14 +49,17 @@ class MarkingSink final : public PairSink {
 /// Hands on pairs of segments and triangles that may be nearer than the limit.
 class NearTriangles final : public tree::NearestVisitor {
  public:
-  NearTriangles(SegmentRange segments, const PosedTriangles& triangles, NearestSink& sink)
-      : segments_(segments), triangles_(triangles), sink_(sink) {}
+  NearTriangles(SegmentRange segments, const PosedTriangles& triangles, double margin,
+                NearestSink& sink)
+      : segments_(segments), triangles_(triangles), margin_(margin), sink_(sink) {}
 
   Visit visit(SegmentId segment, SegmentId triangle, double& limit) override {
     const Segment s = segments_[segment];
     const bool is_tested = limit < std::numeric_limits<double>::infinity() && !s.isBox();
     const double error = endPointError(s) + triangles_.error;
-    if (is_tested && !touch(s, triangles_[triangle], limit, error)) return Visit::kContinue;
+    if (is_tested && !touch(s, triangles_[triangle], limit + margin_, error)) {
+      return Visit::kContinue;
+    }
     return sink_.visit(segment, triangle, limit);
   }
 
@@ -65,6 +68,7 @@ class NearTriangles final : public tree::NearestVisitor {
   const PosedTriangles& triangles_;
   NearestSink& sink_;
 };
+  const double margin_;
 
 /// Whether some segment below a slot may meet a mesh of these categories.
 template <class Tree>
@@ -260,10 +264,21 @@ Visit SegmentIndex::searchMesh(const PosedMesh& mesh, PairSink& sink) const {
 
 Visit SegmentIndex::searchMesh(const PosedMesh& mesh, NearestSink& sink) const {
   const PosedTriangles triangles(mesh, frame_);
-  NearTriangles visitor(keptRange(), triangles, sink);
+  const double margin_of_mesh = mesh.margin * frame_.scale;
+  NearTriangles visitor(keptRange(), triangles, margin_of_mesh, sink);
   return std::visit(
       [&](const auto& tree) {
-        const auto pair = pairOf(tree, triangles, mesh, 0, keptRange());
+        const auto visitInside = [&](SegmentId id) {
+          double limit = sink.limit();
+          return limit > 0 ? sink.visit(id, kNoTriangle, limit) : Visit::kContinue;
+        };
+        const SegmentMarks none(begin_, mesh.is_solid ? end_ : begin_);
+        if (mesh.is_solid &&
+            InsideSearch(tree, keptRange(), triangles, mesh.categories, none, visitInside)
+                    .below(0) == Visit::kStop) {
+          return Visit::kStop;
+        }
+        const auto pair = pairOf(tree, triangles, mesh, margin_of_mesh, keptRange());
         return tree::pairKernels(pair).nearest(pair, sink.limit(), visitor);
       },
       tree_);
