@@ -21,16 +21,16 @@ using geometry::Vec3d;
 using tree::SegmentId;
 using tree::Visit;
 
-/// The norm, which does not overflow where sizes of fibers and mesh differ much.
-double length(const Vec3d& v) { return std::hypot(v.x, v.y, v.z); }
-
 class NearestTriangle final : public tree::NearestVisitor {
  public:
   NearestTriangle(const Segment& capsule, const PosedTriangles& triangles, double to_tree)
       : capsule_(capsule), triangles_(triangles), to_tree_(to_tree) {}
 
   Visit visit(SegmentId triangle, SegmentId /*capsule*/, double& limit) override {
-    const double distance = length(closestPoints(capsule_, triangles_[triangle]).apart);
+    const geometry::Triangle posed = triangles_[triangle];
+    // This settles most triangles of which only the boxes are that near.
+    if (!axisWithin(capsule_, posed, found.distance)) return Visit::kContinue;
+    const double distance = length(closestPoints(capsule_, posed).apart);
     if (distance < found.distance) {
       found = {triangle, distance};
       limit = std::min(limit, distance * to_tree_);

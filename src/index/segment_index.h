@@ -20,6 +20,8 @@
 
 namespace fcl_fibers::index {
 
+struct PosedTriangles;
+
 struct IndexOptions {
   bool wrapped_spheres = false;  ///< wrapped spheres; otherwise layered boxes
   bool super_thread = false;     ///< the super thread; otherwise the bundle
@@ -123,13 +125,14 @@ class SegmentIndex {
   /// Hands on every segment and triangle that touch, and each segment wholly inside a solid mesh
   /// with one triangle, its nearest.
   tree::Visit searchTriangles(const PosedMesh& mesh, PairSink& sink) const;
-  /// Hands on each segment that touches the mesh once, with one of its triangles.
+  /// Hands on each segment that touches the mesh once, with one of its triangles, or with -1 if it
+  /// is wholly inside a solid mesh.
   tree::Visit searchMesh(const PosedMesh& mesh, PairSink& sink) const;
   /// Hands on segments and triangles that may be nearer than the limit, roughly the nearest first.
+  /// What is inside a solid mesh comes before, with -1.
   tree::Visit searchMesh(const PosedMesh& mesh, NearestSink& sink) const;
   ///@}
 
-  /// What is inside a solid mesh comes before, with -1.
   /// Replaces the content of `pairs` by each segment that is at most `distance` from the mesh, and
   /// its nearest triangle, in the order of the tree.
   /// @pre keepsSegments()
@@ -183,6 +186,7 @@ class SegmentIndex {
   tree::Visit searchOneByOne(const SegmentIndex& other, const SegmentSource* source,
                              Sink& sink) const;
   tree::Visit searchSurfaceAndInside(const PosedMesh& mesh, bool once, PairSink& sink) const;
+  void addNearest(const PosedTriangles& triangles, std::vector<tree::Pair>& pairs) const;
   template <class F>
   tree::Visit visitTrees(const SegmentIndex& other, F&& visit) const;
   KeptSegments readSegments(const SegmentSource& source) const;

@@ -20,6 +20,8 @@ using geometry::Segment;
 using tree::Pair;
 using tree::Visit;
 
+constexpr TriangleId kNoTriangle = -1;
+
 /// Remembers the segments of the pairs that it hands on. If `once` is set, it hands on only the
 /// first pair of each segment.
 class MarkingSink final : public PairSink {
@@ -66,9 +68,9 @@ class NearTriangles final : public tree::NearestVisitor {
  private:
   SegmentRange segments_;
   const PosedTriangles& triangles_;
+  const double margin_;
   NearestSink& sink_;
 };
-  const double margin_;
 
 /// Whether some segment below a slot may meet a mesh of these categories.
 template <class Tree>
@@ -211,8 +213,8 @@ bool isWorthPosing(const PairSearch& turned, const PosedTriangles& triangles) {
 
 }  // namespace
 
-/// Hands on the pairs that touch, through `out`, and then each segment inside a solid with its
-/// nearest triangle.
+/// Hands on the pairs that touch, through `out`, and then each segment inside a solid, with its
+/// nearest triangle unless `once` is set.
 Visit SegmentIndex::searchSurfaceAndInside(const PosedMesh& mesh, bool once, PairSink& sink) const {
   if (mesh.mesh.tree().empty()) return Visit::kContinue;
   const PosedTriangles triangles(mesh, frame_);
@@ -243,15 +245,35 @@ Visit SegmentIndex::searchSurfaceAndInside(const PosedMesh& mesh, bool once, Pai
           return Visit::kStop;
         }
         if (!mesh.is_solid) return Visit::kContinue;
-        const MeshQuery query(triangles);
-        const auto take = [&](SegmentId id) {
-          constexpr double kAny = std::numeric_limits<double>::max();
-          const Pair inside{id, query.nearest(segments[id], kAny).triangle};
-          return sink.take(&inside, 1);
+        constexpr std::size_t kRun = 4096;
+        std::vector<Pair> inside;
+        const auto handOn = [&] {
+          if (!once) addNearest(triangles, inside);
+          const Visit visit = sink.take(inside.data(), inside.size());
+          inside.clear();
+          return visit;
         };
-        return InsideSearch(tree, segments, triangles, mesh.categories, marks, take).below(0);
+        const auto take = [&](SegmentId id) {
+          inside.push_back({id, kNoTriangle});
+          return inside.size() < kRun ? Visit::kContinue : handOn();
+        };
+        InsideSearch search_inside(tree, segments, triangles, mesh.categories, marks, take);
+        return search_inside.below(0) == Visit::kStop ? Visit::kStop : handOn();
       },
       tree_);
+}
+
+/// Sets b of each pair to the triangle that is nearest to segment a.
+void SegmentIndex::addNearest(const PosedTriangles& triangles, std::vector<Pair>& pairs) const {
+  const MeshQuery query(triangles);
+  const SegmentRange segments = keptRange();
+  constexpr std::size_t kGrain = 64;
+  forRanges(pairs.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      constexpr double kAny = std::numeric_limits<double>::max();
+      pairs[i].b = query.nearest(segments[pairs[i].a], kAny).triangle;
+    }
+  });
 }
 
 Visit SegmentIndex::searchTriangles(const PosedMesh& mesh, PairSink& sink) const {
