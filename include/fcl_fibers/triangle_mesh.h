@@ -67,7 +67,7 @@ class FCL_FIBERS_TREE_EXPORT TriangleMesh {
   /// Reads the points again after they have moved, and refits the tree. S may differ from that of
   /// the construction. Copies keep the points that they had. Throws std::invalid_argument and
   /// changes nothing if the arrays have other triangles or another number of points than at the
-  /// construction, or if a coordinate is NaN or out of range.
+  /// construction, if a coordinate is NaN or out of range, or if a solid mesh is turned inside out.
   ///@{
   void update(const MeshArrays<float>& arrays);
   void update(const MeshArrays<double>& arrays);

@@ -64,6 +64,24 @@ void checkTriangles(const MeshArrays<S>& arrays) {
                            "; give indices of 0 or more and less than point_count");
 }
 
+constexpr const char* kInsideOut =
+    "the solid mesh is inside out: its triangles are clockwise seen from outside; exchange two "
+    "points of each";
+
+/// Refuses points that turn a solid mesh inside out.
+template <typename S>
+void checkSolid(const char* call, const MeshArrays<S>& arrays, const MeshIndex& mesh) {
+  const auto pointOf = [&](std::int32_t i) {
+    const S* p = arrays.points + 3 * static_cast<std::size_t>(i);
+    return Vec3d{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
+  };
+  if (mesh.points().empty()) return;
+  const geometry::Frame frame{pointOf(0), mesh.frame().scale};
+  const bool is_inside_out = index::faceInward(
+      mesh.triangles(), [&](std::int32_t i) { return frame.fromWorld(pointOf(i)); });
+  if (is_inside_out) throwInvalidArgument(call, kInsideOut);
+}
+
 template <typename S>
 void readPoints(const MeshArrays<S>& arrays, std::vector<MeshPoint>& points) {
   for (std::size_t i = 0; i < arrays.point_count; ++i) {
@@ -96,9 +114,7 @@ MeshIndex makeIndex(const MeshArrays<S>& arrays, TriangleMesh::Kind kind) {
   readPoints(arrays, points);
   MeshIndex mesh(std::move(points), std::move(triangles));
   if (kind == TriangleMesh::Kind::kSolid && index::isInsideOut(mesh)) {
-    throwInvalidArgument("TriangleMesh::TriangleMesh",
-                         "the solid mesh is inside out: its triangles are clockwise seen from "
-                         "outside; exchange two points of each");
+    throwInvalidArgument("TriangleMesh::TriangleMesh", kInsideOut);
   }
   return mesh;
 }
@@ -145,6 +161,7 @@ struct TriangleMesh::Impl {
           "construction; construct a new mesh");
     }
     checkPoints("TriangleMesh::update", arrays);
+    if (impl->kind == Kind::kSolid) checkSolid("TriangleMesh::update", arrays, impl->index);
     if (impl.use_count() > 1) {
       impl = std::make_shared<Impl>(*impl);
     } else {

@@ -124,16 +124,9 @@ std::size_t MeshIndex::memoryUsage() const {
 }
 
 bool isInsideOut(const MeshIndex& mesh) {
-  double volume = 0, size = 0;
-  for (TriangleId id = 0; id < static_cast<TriangleId>(mesh.triangles().size()); ++id) {
-    const geometry::Triangle t = mesh.triangle(id);
-    const auto inFrame = [&](const Vec3d& p) { return mesh.frame().fromWorld(p); };
-    const double part = dot(inFrame(t.a), cross(inFrame(t.b), inFrame(t.c)));
-    volume += part;
-    size += std::fabs(part);
-  }
-  // The volume of a flat mesh is nothing but rounding.
-  return volume < -0x1p-40 * size;
+  return faceInward(mesh.triangles(), [&](std::int32_t i) {
+    return mesh.frame().fromWorld(toVec3d(mesh.points()[static_cast<std::size_t>(i)]));
+  });
 }
 
 TriangleId firstLeak(const std::vector<TriangleIndices>& triangles) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -81,6 +82,18 @@ struct PosedMesh {
 };
 
 /// Whether the triangles of a watertight mesh face inward, so that they enclose a negative volume.
+/// pointOf(i) is a point, in a frame that suits the mesh.
+template <class PointOf>
+bool faceInward(const std::vector<geometry::TriangleIndices>& triangles, PointOf&& pointOf) {
+  double volume = 0, size = 0;
+  for (const geometry::TriangleIndices& t : triangles) {
+    const double part = dot(pointOf(t.a), cross(pointOf(t.b), pointOf(t.c)));
+    volume += part;
+    size += std::fabs(part);
+  }
+  // The volume of a flat mesh is nothing but rounding.
+  return volume < -0x1p-40 * size;
+}
 bool isInsideOut(const MeshIndex& mesh);
 
 /// Whether a segment of a frame touches a mesh, as SegmentIndex::searchMesh() decides it.

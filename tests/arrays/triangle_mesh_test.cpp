@@ -126,6 +126,11 @@ TEST(Meshes, ThatAreSolidAreWatertight) {
   EXPECT_THAT([&] { TriangleMesh(bad.view(), TriangleMesh::Kind::kSolid); },
               refusal("TriangleMesh: the solid mesh is inside out: its triangles are clockwise "
                       "seen from outside; exchange two points of each"));
+  TriangleMesh solid(closed.view(), TriangleMesh::Kind::kSolid);
+  bad = closed;
+  for (std::size_t i = 0; i < bad.points.size(); i += 3) bad.points[i] *= -1;
+  EXPECT_NO_THROW(TriangleMesh(closed.view()).update(bad.view()));
+  EXPECT_THAT([&] { solid.update(bad.view()); }, refusal("update: the solid mesh is inside out"));
   bad = closed;
   bad.indices.resize(bad.indices.size() - 3);  // a hole
   EXPECT_THROW(TriangleMesh(bad.view(), TriangleMesh::Kind::kSolid), std::invalid_argument);
