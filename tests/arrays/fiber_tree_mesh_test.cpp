@@ -304,9 +304,8 @@ TEST(FiberTreeMesh, FindsTheNearestWhateverTheSizes) {
     for (double& x : numbers) x *= size;
     return numbers;
   };
-  // The ratio of two of them is a double.
   const double sizes[] = {1e-140, 1e-70, 1, 1e70, 1e140};
-  for (const double fiber_size : sizes) {
+  for (const double fiber_size : {1e-300, 1e-140, 1e-70, 1.0, 1e70, 1e140}) {
     auto fibers = curledFibers<double>(16, 5);
     fibers.points = times(fibers.points, fiber_size);
     fibers.radii = times(fibers.radii, fiber_size);
@@ -319,7 +318,14 @@ TEST(FiberTreeMesh, FindsTheNearestWhateverTheSizes) {
         for (const FiberTreeOptions& options : allKinds(Report::kCapsules)) {
           std::vector<TrianglePair> pairs;
           const FiberTree tree = treeOf(fibers.view(), options);
-          tree.findNearest(mesh, std::numeric_limits<double>::infinity(), pairs);
+          const auto search = [&] {
+            tree.findNearest(mesh, std::numeric_limits<double>::infinity(), pairs);
+          };
+          if (std::isinf(mesh_size / fiber_size)) {
+            ASSERT_THROW(search(), std::invalid_argument);
+            continue;
+          }
+          search();
           ASSERT_EQ(pairs.size(), tree.segmentCount()) << fiber_size << " " << mesh_size;
           // To a fiber that is far larger, all triangles are one point.
           if (fiber_size > mesh_size) continue;
