@@ -25,6 +25,7 @@
 
 #include "support/distance_search.h"
 #include "support/managers_under_test.h"
+#include "support/mesh_models.h"
 #include "support/pair_oracle.h"
 #include "support/pair_queries.h"
 #include "support/scalars.h"
@@ -44,8 +45,8 @@ std::string named(const Indices& indices) {
 // The cast, the same for every sequence: objects are named by their index in it. Half of the fibers
 // are a strand, half are rings. Of what a fiber has lost, kObjects more is the name.
 constexpr std::size_t kFibers = 4, kSegments = 6, kLoose = 6, kShapes = 12, kUnbounded = 2;
-constexpr std::size_t kCapsules = kFibers * kSegments + kLoose;
-constexpr std::size_t kObjects = kCapsules + kShapes + kUnbounded;
+constexpr std::size_t kCapsules = kFibers * kSegments + kLoose, kMeshes = 3;
+constexpr std::size_t kObjects = kCapsules + kShapes + kUnbounded + kMeshes;
 constexpr std::size_t kShared = 2;  // another manager has it as well
 
 Indices fiberIndices(std::size_t fiber) {
@@ -114,6 +115,15 @@ struct Sut {
     cast.addHalfspace({0, 0, 1}, placement.origin.z() - 0.5);
     cast.addPlane({1, 0, 0}, placement.origin.x());
     addShapes(probes, 6, 0.4, 11, placement);
+    // Two meshes share their geometry.
+    const auto small = makeModel<S>(fcl::BV_AABB, blob(0.25, 0.2, 5, 4)),
+               large = makeModel<S>(fcl::BV_OBBRSS, blob(0.5, 0.3, 6, 4));
+    const auto add = [&](Scene<S>& scene, const auto& model) {
+      const Eigen::Quaterniond rotation = random.rotation();
+      scene.add(model, makePose<S>(rotation, placement.origin + random.inCube(0.6)));
+    };
+    for (const auto& model : {small, large, small}) add(cast, model);
+    add(probes, large);
     lost = cast.reallocated(0);
     // A capsule of a fiber may be in both.
     other->registerObjects(probes.objects());
