@@ -2,8 +2,9 @@
 //
 // A manager under any sequence of calls, with objects of any poses and sizes. It may refuse by
 // std::invalid_argument only, and what it refuses to register or unregister is as it was; each pair
-// comes once and is of two groups, and the same query gives the same pairs. So of its clones, and
-// of it and them.
+// comes once and is of two groups that may meet, and the same query gives the same pairs. So of its
+// clones, and of it and them. Under Report::kCapsules each capsule that touches a triangle of a
+// mesh is found, and none that is surely apart.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,17 +19,15 @@
 #include <utility>
 #include <vector>
 
-#include <fcl/geometry/shape/box.h>
-#include <fcl/geometry/shape/capsule.h>
-#include <fcl/geometry/shape/halfspace.h>
-#include <fcl/geometry/shape/sphere.h>
 #include <fcl/narrowphase/collision_object.h>
 #include <fuzzer/FuzzedDataProvider.h>
 
+#include <fcl_fibers/contact.h>
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
 #include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
 #include "fuzz_input.h"
+#include "fuzz_objects.h"
 
 namespace {
 
@@ -36,44 +35,22 @@ using fcl_fibers::FiberCollisionManager;
 using fcl_fibers::FiberEnds;
 using fcl_fibers::FiberGroup;
 using fcl_fibers::FiberManagerOptions;
+using fcl_fibers::FiberObstacles;
+using fcl_fibers::MeshContact;
+using fcl_fibers::ObstacleOptions;
+using fcl_fibers::fuzz::hasTriangles;
+using fcl_fibers::fuzz::isCapsule;
 using fcl_fibers::fuzz::isRefused;
+using fcl_fibers::fuzz::kNumbers;
+using fcl_fibers::fuzz::modelOf;
 using fcl_fibers::fuzz::readNumber;
+using fcl_fibers::fuzz::readPose;
+using fcl_fibers::fuzz::readShape;
 using fcl_fibers::fuzz::require;
 
-constexpr int kNumbers = 10;  // see readNumber()
-
-template <typename S>
-fcl::Transform3<S> readPose(FuzzedDataProvider& data) {
-  fcl::Transform3<S> pose = fcl::Transform3<S>::Identity();
-  if (data.ConsumeBool()) {
-    const double w = data.ConsumeIntegral<std::int8_t>(), x = data.ConsumeIntegral<std::int8_t>();
-    const double y = data.ConsumeIntegral<std::int8_t>(), z = data.ConsumeIntegral<std::int8_t>();
-    const Eigen::Quaterniond turn(w + 0.5, x, y, z);
-    pose.linear() = turn.normalized().toRotationMatrix().template cast<S>();
-  }
-  if (data.ConsumeIntegralInRange(0, 31) == 0) {
-    pose.linear()(data.ConsumeIntegralInRange(0, 2), data.ConsumeIntegralInRange(0, 2)) =
-        readNumber<S>(data, kNumbers);
-  }
-  for (int axis = 0; axis < 3; ++axis) pose.translation()[axis] = readNumber<S>(data, kNumbers);
-  return pose;
-}
-
-template <typename S>
-std::shared_ptr<fcl::CollisionGeometry<S>> readShape(FuzzedDataProvider& data) {
-  const S radius = std::fabs(readNumber<S>(data, kNumbers)) / 4,
-          length = std::fabs(readNumber<S>(data, kNumbers));
-  switch (data.ConsumeIntegralInRange(0, 7)) {
-    case 0:
-      return std::make_shared<fcl::Sphere<S>>(radius);
-    case 1:
-      return std::make_shared<fcl::Box<S>>(radius, length, radius);
-    case 2:
-      return std::make_shared<fcl::Halfspace<S>>(fcl::Vector3<S>::UnitZ(), radius);
-    default:
-      return std::make_shared<fcl::Capsule<S>>(radius, length);
-  }
-}
+/// The band about contact in which either answer is right, see docs/numerics.md, is smaller than
+/// this part of the scene's size.
+constexpr double kBand = 1e-11;
 
 template <typename S>
 class Program {
@@ -96,8 +73,11 @@ class Program {
     }
     manager_ = boxes_ ? static_cast<Manager*>(boxes_.get()) : spheres_.get();
     const std::size_t count = data.ConsumeIntegralInRange<std::size_t>(1, 40);
+    std::shared_ptr<fcl::CollisionGeometry<S>> shape;
     for (std::size_t i = 0; i < count; ++i) {
-      const auto shape = readShape<S>(data);
+      // Some meshes share a model.
+      const bool is_mesh = shape != nullptr && shape->getObjectType() == fcl::OT_BVH;
+      if (!is_mesh || data.ConsumeBool()) shape = readShape<S>(data);
       owned_.push_back(std::make_unique<Object>(shape, readPose<S>(data)));
     }
   }
@@ -128,10 +108,37 @@ class Program {
   }
 
   void step() {
-    switch (data_.ConsumeIntegralInRange(0, 13)) {
+    switch (data_.ConsumeIntegralInRange(0, 16)) {
       case 0: {
         Object* object = any();
         if (!isRefused([&] { manager_->registerObject(object); })) managed_.push_back(object);
+        return;
+      }
+      case 14: {
+        Object* object = any();
+        const ObstacleOptions obstacle{data_.ConsumeBool(),
+                                       data_.ConsumeIntegralInRange<std::uint32_t>(0, 3)};
+        if (isRefused([&] { manager_->registerObstacle(object, obstacle); })) return;
+        managed_.push_back(object);
+        rules_.categories[object] = obstacle.categories;
+        if (obstacle.solid) rules_.solids.insert(object);
+        return;
+      }
+      case 15: {
+        Object* object = any();
+        if (auto* model = modelOf(*object)) fcl_fibers::fuzz::movePoints(data_, *model);
+        if (data_.ConsumeBool()) object->computeAABB();
+        isRefused([&] { manager_->update(object); });
+        return;
+      }
+      case 16: {
+        std::vector<MeshContact> contacts;
+        const Object *capsule = any(), *mesh = any();
+        isRefused([&] { manager_->findMeshContacts(capsule, mesh, 0.5, contacts); });
+        const auto* model = modelOf(*mesh);
+        for (const MeshContact& contact : contacts) {
+          require(contact.triangle >= 0 && contact.triangle < model->num_tris);
+        }
         return;
       }
       case 1:
@@ -142,8 +149,15 @@ class Program {
         } else {
           const FiberEnds ends = data_.ConsumeBool() ? FiberEnds::kClosed : FiberEnds::kOpen;
           const FiberGroup group{data_.ConsumeIntegralInRange(0, 2)};
-          if (isRefused([&] { manager_->registerFiber(added, ends, group); })) return;
-          for (Object* object : added) group_[object] = group.number;
+          FiberObstacles obstacles;
+          obstacles.meets = data_.ConsumeIntegralInRange<std::uint32_t>(0, 3);
+          obstacles.root_segments = data_.ConsumeIntegralInRange(0, 1);
+          if (isRefused([&] { manager_->registerFiber(added, ends, group, obstacles); })) return;
+          for (Object* object : added) {
+            rules_.group[object] = group.number;
+            rules_.meets[object] = obstacles.meets;
+          }
+          if (obstacles.root_segments > 0 && !added.empty()) rules_.meets[added[0]] = 0;
         }
         managed_.insert(managed_.end(), added.begin(), added.end());
         return;
@@ -154,7 +168,7 @@ class Program {
         require(isRefused([&] { manager_->unregisterObject(object); }) ==
                 (place == managed_.end()));
         if (place != managed_.end()) managed_.erase(place);
-        group_.erase(object);
+        rules_.forget(object);
         return;
       }
       case 4:
@@ -180,7 +194,7 @@ class Program {
         if (data_.ConsumeIntegralInRange(0, 7) == 0) {
           manager_->clear();
           managed_.clear();
-          group_.clear();
+          rules_ = {};
         }
         return;
       case 8:
@@ -217,7 +231,7 @@ class Program {
     require(seen.calls.size() <= seen.stop_at);
     std::set<std::pair<Object*, Object*>> pairs;
     for (const auto& [a, b] : seen.calls) {
-      require(groupOf(a) == 0 || groupOf(a) != groupOf(b));
+      require(!rules_.shareGroup(a, b) && rules_.mayMeet(a, b));
       require(a != b && pairs.insert(std::minmax(a, b)).second);
       require(std::find(managed_.begin(), managed_.end(), a) != managed_.end());
       if (partner != nullptr) {
@@ -228,9 +242,39 @@ class Program {
     }
   }
 
-  int groupOf(const Object* object) const {
-    const auto group = group_.find(object);
-    return group == group_.end() ? 0 : group->second;
+  /// Compares the pairs of capsules and meshes with brute force. All objects are where they were
+  /// read.
+  void checkMeshes(const Seen& seen, const Object* partner) const {
+    const FiberManagerOptions& options = manager_->options();
+    if (options.report != fcl_fibers::Report::kCapsules ||
+        options.bounds == fcl_fibers::Bounds::kObjects) {
+      return;
+    }
+    std::set<std::pair<const Object*, const Object*>> found(seen.calls.begin(), seen.calls.end());
+    for (const auto& [a, b] : seen.calls) found.emplace(b, a);
+    std::vector<const Object*> all(managed_.begin(), managed_.end());
+    if (partner != nullptr) all.push_back(partner);
+    // The frame's origin is at the median of the objects.
+    std::vector<double> sizes;
+    for (const Object* object : all) sizes.push_back(fcl_fibers::fuzz::sizeOf(*object));
+    std::sort(sizes.begin(), sizes.end());
+    const std::size_t above_median = std::min(sizes.size() / 2 + 2, sizes.size()) - 1;
+    const double usual = sizes.empty() ? 0 : sizes[above_median] + options.margin;
+    for (const Object* capsule : all) {
+      for (const Object* mesh : all) {
+        if (!isCapsule(*capsule) || !hasTriangles(*mesh)) continue;
+        if (partner != nullptr && capsule != partner && mesh != partner) continue;
+        const double size =
+            usual + fcl_fibers::fuzz::sizeOf(*capsule) + fcl_fibers::fuzz::sizeOf(*mesh);
+        if (!(size < 1e100)) continue;
+        const bool is_found = found.count({capsule, mesh}) > 0;
+        const auto gap = fcl_fibers::fuzz::gapOf(*capsule, *mesh);
+        require(is_found || !rules_.mayMeet(capsule, mesh) || gap > options.margin - kBand * size);
+        // A box that the program has widened counts, too.
+        require(!is_found || options.bounds != fcl_fibers::Bounds::kShapes ||
+                rules_.solids.count(mesh) > 0 || gap <= options.margin + kBand * size);
+      }
+    }
   }
 
   static bool record(Object* a, Object* b, void* data) {
@@ -250,8 +294,11 @@ class Program {
         manager_->collide(&seen, record);
       }
     };
+    const bool is_current = seen.stop_at > 9 && data_.ConsumeBool();
+    if (is_current && isRefused([&] { manager_->update(); })) return;
     if (isRefused(query)) return;
     checkCalls(seen, partner);
+    if (is_current) checkMeshes(seen, partner);
     const auto before = seen.calls;
     query();
     require(seen.calls == before);
@@ -292,7 +339,7 @@ class Program {
         return original.count(object) > 0 ? original[object] : object;
       };
       // Groups are a manager's own.
-      require(!both_are_copies || groupOf(of(a)) == 0 || groupOf(of(a)) != groupOf(of(b)));
+      require(!both_are_copies || !rules_.shareGroup(of(a), of(b)));
     }
   }
 
@@ -324,7 +371,7 @@ class Program {
   Manager* manager_ = nullptr;
   std::vector<std::unique_ptr<Object>> owned_;
   Objects managed_;
-  std::map<const Object*, int> group_;  ///< of those registered as fibers
+  fcl_fibers::fuzz::MeetingRules rules_;
   Seen query_{};
 };
 

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Objects for fuzz_manager, and which capsules touch which meshes, by brute force.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <memory>
+#include <set>
+#include <vector>
+
+// BVH_model.h calls a function that it does not declare.
+#include <fcl/math/bv/utility.h>
+
+#include <fcl/geometry/bvh/BVH_model.h>
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl/geometry/shape/halfspace.h>
+#include <fcl/geometry/shape/sphere.h>
+#include <fcl/narrowphase/collision_object.h>
+#include <fuzzer/FuzzedDataProvider.h>
+
+#include "fuzz_input.h"
+#include "support/exact_geometry.h"
+
+namespace fcl_fibers::fuzz {
+
+constexpr int kNumbers = 10;  // see readNumber()
+
+template <typename S>
+using Model = fcl::BVHModel<fcl::AABB<S>>;
+
+/// The model of an object, or null.
+template <typename S>
+Model<S>* modelOf(const fcl::CollisionObject<S>& object) {
+  if (object.getNodeType() != fcl::BV_AABB) return nullptr;
+  return const_cast<Model<S>*>(static_cast<const Model<S>*>(object.collisionGeometry().get()));
+}
+
+template <typename S>
+std::vector<fcl::Vector3<S>> readPoints(FuzzedDataProvider& data, int count) {
+  std::vector<fcl::Vector3<S>> points(static_cast<std::size_t>(count));
+  for (auto& point : points) {
+    // Tamer than others, because one wild number spoils the mesh.
+    for (int axis = 0; axis < 3; ++axis) point[axis] = readNumber<S>(data, 12 * kNumbers);
+  }
+  return points;
+}
+
+template <typename S>
+bool hasTriangles(const fcl::CollisionObject<S>& object) {
+  const Model<S>* model = modelOf(object);
+  return model != nullptr && model->num_tris > 0;
+}
+
+template <typename S>
+bool isCapsule(const fcl::CollisionObject<S>& object) {
+  return object.getNodeType() == fcl::GEOM_CAPSULE || object.getNodeType() == fcl::GEOM_SPHERE;
+}
+
+/// What a manager was told of its objects.
+struct MeetingRules {
+  std::map<const void*, int> group;                 ///< of fibers
+  std::map<const void*, std::uint32_t> meets;       ///< likewise
+  std::map<const void*, std::uint32_t> categories;  ///< of obstacles
+  std::set<const void*> solids;                     ///< likewise
+
+  void forget(const void* object) {
+    group.erase(object);
+    meets.erase(object);
+    categories.erase(object);
+    solids.erase(object);
+  }
+  bool shareGroup(const void* a, const void* b) const {
+    const auto p = group.find(a), q = group.find(b);
+    return p != group.end() && q != group.end() && p->second != 0 && p->second == q->second;
+  }
+  bool mayMeet(const void* a, const void* b) const {
+    if (meets.count(a) == meets.count(b)) return true;
+    const auto fiber = meets.count(a) > 0 ? meets.find(a) : meets.find(b);
+    const auto obstacle = categories.find(meets.count(a) > 0 ? b : a);
+    return obstacle == categories.end() ? fiber->second != 0
+                                        : (fiber->second & obstacle->second) != 0;
+  }
+};
+
+/// A model of a few triangles, a closed one of four, or a cloud of points.
+template <typename S>
+std::shared_ptr<Model<S>> readModel(FuzzedDataProvider& data) {
+  const int count = data.ConsumeIntegralInRange(1, 6);
+  const auto points = readPoints<S>(data, count);
+  std::vector<fcl::Triangle> triangles;
+  if (count == 4 && data.ConsumeBool()) {
+    triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+  } else {
+    const auto corner = [&] {
+      return data.ConsumeIntegralInRange<std::size_t>(0, points.size() - 1);
+    };
+    for (int i = data.ConsumeIntegralInRange(0, 6); i > 0; --i) {
+      const std::size_t a = corner(), b = corner(), c = corner();
+      triangles.emplace_back(a, b, c);
+    }
+  }
+  auto model = std::make_shared<Model<S>>();
+  model->beginModel();
+  triangles.empty() ? model->addSubModel(points) : model->addSubModel(points, triangles);
+  model->endModel();
+  return model;
+}
+
+template <typename S>
+fcl::Transform3<S> readPose(FuzzedDataProvider& data) {
+  fcl::Transform3<S> pose = fcl::Transform3<S>::Identity();
+  if (data.ConsumeBool()) {
+    const double w = data.ConsumeIntegral<std::int8_t>(), x = data.ConsumeIntegral<std::int8_t>();
+    const double y = data.ConsumeIntegral<std::int8_t>(), z = data.ConsumeIntegral<std::int8_t>();
+    const Eigen::Quaterniond turn(w + 0.5, x, y, z);
+    pose.linear() = turn.normalized().toRotationMatrix().template cast<S>();
+  }
+  if (data.ConsumeIntegralInRange(0, 31) == 0) {
+    pose.linear()(data.ConsumeIntegralInRange(0, 2), data.ConsumeIntegralInRange(0, 2)) =
+        readNumber<S>(data, kNumbers);
+  }
+  for (int axis = 0; axis < 3; ++axis) pose.translation()[axis] = readNumber<S>(data, kNumbers);
+  return pose;
+}
+
+template <typename S>
+std::shared_ptr<fcl::CollisionGeometry<S>> readShape(FuzzedDataProvider& data) {
+  const S radius = std::fabs(readNumber<S>(data, kNumbers)) / 4,
+          length = std::fabs(readNumber<S>(data, kNumbers));
+  switch (data.ConsumeIntegralInRange(0, 7)) {
+    case 3:
+      return readModel<S>(data);
+    case 0:
+      return std::make_shared<fcl::Sphere<S>>(radius);
+    case 1:
+      return std::make_shared<fcl::Box<S>>(radius, length, radius);
+    case 2:
+      return std::make_shared<fcl::Halfspace<S>>(fcl::Vector3<S>::UnitZ(), radius);
+    default:
+      return std::make_shared<fcl::Capsule<S>>(radius, length);
+  }
+}
+
+/// Replaces the points of a model, which now and then remains unfinished until the next call.
+template <typename S>
+void movePoints(FuzzedDataProvider& data, Model<S>& model) {
+  if (model.build_state != fcl::BVH_BUILD_STATE_REPLACE_BEGUN) {
+    model.beginReplaceModel();
+    model.replaceSubModel(readPoints<S>(data, model.num_vertices));
+    if (data.ConsumeIntegralInRange(0, 7) == 0) return;
+  }
+  model.endReplaceModel();
+  if (data.ConsumeBool()) model.computeLocalAABB();
+}
+
+template <typename S>
+test::Point posed(const fcl::Transform3<S>& pose, const fcl::Vector3<S>& p) {
+  return pose.linear().template cast<test::Real>() * p.template cast<test::Real>() +
+         pose.translation().template cast<test::Real>();
+}
+
+/// The largest coordinate of a capsule, sphere or model; of the position of others.
+template <typename S>
+double sizeOf(const fcl::CollisionObject<S>& object) {
+  const double size = static_cast<double>(object.getTranslation().cwiseAbs().maxCoeff());
+  if (const Model<S>* model = modelOf(object)) {
+    double most = 0;
+    for (int i = 0; i < model->num_vertices; ++i) {
+      most = std::max(most, static_cast<double>(model->vertices[i].cwiseAbs().maxCoeff()));
+    }
+    return size + 3 * most;
+  }
+  if (!isCapsule(object)) return size;
+  if (object.getNodeType() == fcl::GEOM_SPHERE) {
+    const auto& ball = static_cast<const fcl::Sphere<S>&>(*object.collisionGeometry());
+    return size + static_cast<double>(ball.radius);
+  }
+  const auto& capsule = static_cast<const fcl::Capsule<S>&>(*object.collisionGeometry());
+  return size + static_cast<double>(capsule.radius) + static_cast<double>(capsule.lz);
+}
+
+/// How far a capsule or sphere is from the triangles of a model; negative if they overlap.
+template <typename S>
+test::Real gapOf(const fcl::CollisionObject<S>& capsule, const fcl::CollisionObject<S>& mesh) {
+  const auto& pose = capsule.getTransform();
+  test::Point a = pose.translation().template cast<test::Real>(), b = a;
+  test::Real radius;
+  if (capsule.getNodeType() == fcl::GEOM_SPHERE) {
+    radius = static_cast<const fcl::Sphere<S>&>(*capsule.collisionGeometry()).radius;
+  } else {
+    const auto& shape = static_cast<const fcl::Capsule<S>&>(*capsule.collisionGeometry());
+    const test::Point half =
+        test::Real(shape.lz) / 2 * pose.linear().col(2).template cast<test::Real>();
+    a -= half;
+    b += half;
+    radius = shape.radius;
+  }
+  const Model<S>& model = *modelOf(mesh);
+  test::Real least = std::numeric_limits<test::Real>::infinity();
+  for (int i = 0; i < model.num_tris; ++i) {
+    const auto corner = [&](int k) {
+      return posed<S>(mesh.getTransform(), model.vertices[model.tri_indices[i][k]]);
+    };
+    least = std::min(least, test::segmentTriangleDistance(a, b, {corner(0), corner(1), corner(2)}));
+  }
+  return least - radius;
+}
+
+}  // namespace fcl_fibers::fuzz
