@@ -6,7 +6,9 @@
 //
 //   fcl_fibers_bench --measure=frames [SCENE] [--against=WHOM]
 //   fcl_fibers_bench --measure=arrays|growth [SCENE]
-//   fcl_fibers_bench --measure=queries|clients|costs|sampling
+//   fcl_fibers_bench --measure=obstacles --scene=cap|combed [--triangles=N]
+//   fcl_fibers_bench --measure=cables [--cables=N] [--triangles=N]
+//   fcl_fibers_bench --measure=queries|clients|costs|sampling|dials
 //   fcl_fibers_bench --measure=chain|radii|rods|pictures            the paper's
 //   fcl_fibers_bench --measure=replay --scene=paper-dynamic         likewise
 //
@@ -48,6 +50,16 @@
 //                         scene that is named, per segment
 //   Costs/arrays|objects  bytes and seconds of every combination of what may be asked for
 //   Sampling/<segments>   the helix cut into 25 to 2,000 segments: contacts found and missed
+//   Touching/<set>/<who>  segments that touch the head, all or without those at roots: the update
+//   of
+//                         the head's pose and the query. "turned" is by arrays, for a head that is
+//                         stored at another rotation; FCL's is the head's query with fcl::collide
+//   Judged/<set>          the check of these: FCL's errors, by a judge that takes all triangles
+//   Contacts/<set>        of all segments and triangles that touch, by arrays
+//   Boxes/<who>           pairs of a segment's and a triangle's box that overlap
+//   Refit/mesh            TriangleMesh::update(), and a plain loop that writes boxes
+//   Distance/<who>        least distance of cables and an arm of 20 meshes, whose poses change
+//   Dials/<dial>/...      what margin, root length and mesh resolution add, leave out and take
 //   Replay/...            the paper's dynamic assembly, all --steps: update:007 is of step 7
 //   Chain/...             self-collision of one chain, --chain=random|snake|straight --edge=N
 //   Radii/...             radii of layered and wrapped spheres, bytes of the trees
@@ -74,8 +86,9 @@ namespace fcl_fibers::benchmarks {
 namespace {
 
 const std::map<std::string, bool (*)(const Request&)> kMeasures = {
-    {"arrays", measureArrays},     {"chain", measureChain},     {"clients", measureClients},
-    {"costs", measureCosts},       {"frames", measureFrames},   {"growth", measureGrowth},
+    {"arrays", measureArrays},     {"cables", measureCables},   {"chain", measureChain},
+    {"clients", measureClients},   {"costs", measureCosts},     {"dials", measureDials},
+    {"frames", measureFrames},     {"growth", measureGrowth},   {"obstacles", measureObstacles},
     {"pictures", measurePictures}, {"queries", measureQueries}, {"radii", measureRadii},
     {"replay", measureReplay},     {"rods", measureRods},       {"sampling", measureSampling},
 };
@@ -99,6 +112,8 @@ void addOptions(CLI::App& app, std::string& measure, Request& request) {
       ->check(CLI::Range(0.01, 1e6));
   app.add_option("--chain", request.chain)->check(CLI::IsMember({"random", "snake", "straight"}));
   app.add_option("--edge", request.edge)->check(CLI::Range(2, 1000));
+  app.add_option("--triangles", request.triangles, "Of a head or an arm, about");
+  app.add_option("--cables", request.cables)->check(CLI::Range(1, 1000000));
   app.add_option("--out_dir", request.out_dir, "Where pictures are written");
 }
 

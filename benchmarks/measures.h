@@ -15,6 +15,8 @@ struct Request {
   double limit = 120;                ///< seconds that a phase may take while it is checked
   std::string chain = "random";      ///< see makeChain()
   int edge = 16;
+  int triangles = 102400;  ///< of the head, and of an arm
+  int cables = 150;
   std::string out_dir;  ///< of files that are not Google Benchmark's
 };
 
@@ -28,6 +30,9 @@ bool measureClients(const Request& request);
 bool measureGrowth(const Request& request);
 bool measureCosts(const Request& request);
 bool measureSampling(const Request& request);
+bool measureObstacles(const Request& request);
+bool measureCables(const Request& request);
+bool measureDials(const Request& request);
 
 // The paper's.
 bool measureReplay(const Request& request);

@@ -193,6 +193,8 @@ constexpr Kind kKinds[] = {
      [](Parameters& keys) { return movingScene(keys, scenes::makeHelix); }},
     {"cap", "a head of hair, 50,000 x 50",
      [](Parameters& keys) { return movingScene(keys, scenes::makeCap); }},
+    {"combed", "hair that lies on its head, 50,000 x 50",
+     [](Parameters& keys) { return movingScene(keys, scenes::makeCombed); }},
     {"paper-static", "the paper's static assembly, 1,000 x 100; turned=0: along z, state=1: unbent",
      staticScene},
     {"paper-dynamic", "the paper's dynamic assembly, 150 x 100, frame 0 to 100, 85 by default",

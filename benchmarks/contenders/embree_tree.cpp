@@ -14,6 +14,7 @@
 #include <stdexcept>
 #include <string>
 #include <type_traits>
+#include <utility>
 
 #include "contenders/foreign_tree.h"
 
@@ -29,6 +30,26 @@ Device newDevice(int threads) {
   Device device(rtcNewDevice(options.c_str()), rtcReleaseDevice);
   if (!device) throw std::runtime_error("Embree: no device with " + options);
   return device;
+}
+
+void requireNoError(RTCDevice device) {
+  const RTCError error = rtcGetDeviceError(device);
+  if (error != RTC_ERROR_NONE) {
+    throw std::runtime_error("Embree: error " + std::to_string(static_cast<int>(error)));
+  }
+}
+
+/// @param boxes  borrowed, and read again at each commit
+void setBoxes(RTCGeometry geometry, const std::vector<FloatBox>& boxes) {
+  rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned int>(boxes.size()));
+  rtcSetGeometryUserData(geometry, const_cast<std::vector<FloatBox>*>(&boxes));
+  const auto bounds = [](const RTCBoundsFunctionArguments* arguments) {
+    const auto& all = *static_cast<const std::vector<FloatBox>*>(arguments->geometryUserPtr);
+    const FloatBox& box = all[arguments->primID];
+    *arguments->bounds_o = {box.least[0],    box.least[1],    box.least[2],    0,
+                            box.greatest[0], box.greatest[1], box.greatest[2], 0};
+  };
+  rtcSetGeometryBoundsFunction(geometry, bounds, nullptr);
 }
 
 class EmbreeTree : public ForeignTree {
@@ -58,9 +79,7 @@ class EmbreeTree : public ForeignTree {
 
   void setup() override {
     readBoxes();
-    rtcSetGeometryUserPrimitiveCount(geometry_.get(), static_cast<unsigned int>(size()));
-    rtcSetGeometryUserData(geometry_.get(), this);
-    rtcSetGeometryBoundsFunction(geometry_.get(), bounds, nullptr);
+    setBoxes(geometry_.get(), boxes());
     rtcCommitGeometry(geometry_.get());
     rtcAttachGeometry(scene_.get(), geometry_.get());
     commitScene();
@@ -108,13 +127,6 @@ class EmbreeTree : public ForeignTree {
   }
 
  private:
-  static void bounds(const RTCBoundsFunctionArguments* arguments) {
-    const auto* const tree = static_cast<const EmbreeTree*>(arguments->geometryUserPtr);
-    const FloatBox& box = tree->boxes()[arguments->primID];
-    *arguments->bounds_o = {box.least[0],    box.least[1],    box.least[2],    0,
-                            box.greatest[0], box.greatest[1], box.greatest[2], 0};
-  }
-
   bool isPair(const RTCCollision& found) const {
     return found.primID0 < found.primID1 &&
            (leaves_are_boxes_ || overlap(boxes()[found.primID0], boxes()[found.primID1]));
@@ -138,10 +150,7 @@ class EmbreeTree : public ForeignTree {
 
   void commitScene() {
     rtcCommitScene(scene_.get());
-    const RTCError error = rtcGetDeviceError(device_.get());
-    if (error != RTC_ERROR_NONE) {
-      throw std::runtime_error("Embree: error " + std::to_string(static_cast<int>(error)));
-    }
+    requireNoError(device_.get());
   }
 
   int threads_;
@@ -153,7 +162,56 @@ class EmbreeTree : public ForeignTree {
   Geometry geometry_;
 };
 
+/// A tree that does not change.
+struct StandingTree {
+  StandingTree(RTCDevice device, std::vector<FloatBox> all, bool morton)
+      : boxes(std::move(all)),
+        scene(rtcNewScene(device), rtcReleaseScene),
+        geometry(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER), rtcReleaseGeometry) {
+    const RTCBuildQuality quality = morton ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM;
+    if (morton) rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_DYNAMIC);
+    rtcSetSceneBuildQuality(scene.get(), quality);
+    rtcSetGeometryBuildQuality(geometry.get(), quality);
+    setBoxes(geometry.get(), boxes);
+    rtcCommitGeometry(geometry.get());
+    rtcAttachGeometry(scene.get(), geometry.get());
+    rtcCommitScene(scene.get());
+    requireNoError(device);
+  }
+
+  const std::vector<FloatBox> boxes;
+  Scene scene;
+  Geometry geometry;
+};
+
+struct StandingTrees {
+  StandingTrees(std::vector<FloatBox> boxes_a, std::vector<FloatBox> boxes_b, bool morton)
+      : device(newDevice(1)),
+        a(device.get(), std::move(boxes_a), morton),
+        b(device.get(), std::move(boxes_b), morton) {}
+
+  std::size_t countOverlaps() const {
+    std::size_t count = 0;
+    rtcCollide(
+        a.scene.get(), b.scene.get(),
+        [](void* sum, RTCCollision*, unsigned int more) {
+          *static_cast<std::size_t*>(sum) += more;
+        },
+        &count);
+    return count;
+  }
+
+  Device device;
+  StandingTree a, b;
+};
+
 }  // namespace
+
+std::function<std::size_t()> embreeOverlaps(std::vector<FloatBox> a, std::vector<FloatBox> b,
+                                            bool morton) {
+  const auto trees = std::make_shared<StandingTrees>(std::move(a), std::move(b), morton);
+  return [trees] { return trees->countOverlaps(); };
+}
 
 std::unique_ptr<ForeignTree> makeEmbreeTree(EmbreeUpdate update, int threads) {
   return std::make_unique<EmbreeTree>(update, threads);

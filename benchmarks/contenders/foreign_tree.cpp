@@ -17,6 +17,8 @@ float below(double x) {
 
 float above(double x) { return -below(-x); }
 
+}  // namespace
+
 FloatBox floatBox(const fcl::AABBd& box) {
   FloatBox result;
   for (int axis = 0; axis < 3; ++axis) {
@@ -25,8 +27,6 @@ FloatBox floatBox(const fcl::AABBd& box) {
   }
   return result;
 }
-
-}  // namespace
 
 ForeignTree::ForeignTree(int threads) : executor_(parallel::makeExecutor(threads)) {}
 

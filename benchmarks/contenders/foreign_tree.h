@@ -19,6 +19,8 @@ struct FloatBox {
   std::array<float, 3> greatest;
 };
 
+FloatBox floatBox(const fcl::AABBd& box);
+
 inline bool overlap(const FloatBox& a, const FloatBox& b) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (a.least[axis] > b.greatest[axis] || b.least[axis] > a.greatest[axis]) return false;
@@ -79,6 +81,12 @@ class ForeignTree : public Manager, public ForeignManager {
 #ifdef FCL_FIBERS_WITH_EMBREE
 enum class EmbreeUpdate { kRebuild, kRebuildMorton, kRefit };
 std::unique_ptr<ForeignTree> makeEmbreeTree(EmbreeUpdate update, int threads);
+
+/// Builds two trees on one thread, with one box to a leaf, and returns a query that counts the
+/// pairs of a box of each which overlap.
+/// @param morton  by Morton codes; otherwise by surface area
+std::function<std::size_t()> embreeOverlaps(std::vector<FloatBox> a, std::vector<FloatBox> b,
+                                            bool morton);
 #endif
 #ifdef FCL_FIBERS_WITH_BULLET
 std::unique_ptr<ForeignTree> makeBulletTree();

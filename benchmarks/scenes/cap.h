@@ -7,7 +7,10 @@
 
 namespace fcl_fibers::scenes {
 
-/// The scene `cap`, a head of hair: lengths in cm.
+/// The radius of the head, in cm.
+constexpr double kHeadRadius = 9;
+
+/// The scenes `cap` and `combed`, a head of hair: lengths in cm.
 struct CapParameters {
   int fibers = 50000;      ///< at most 330,809
   int segments = 50;       ///< per fiber, each of 0.3 cm
@@ -34,5 +37,12 @@ struct CapParameters {
 /// Throws std::invalid_argument if fibers is below 1 or above 330,809 (the whole sphere), segments
 /// is below 1, or radius not finite or negative.
 FiberPolylines makeCap(const CapParameters& parameters);
+
+/// The scene `combed`: hair that lies on its head over its whole length. Roots are those of
+/// makeCap(), on the sphere. Fibers leave away from the z axis and follow the sphere, turned by
+/// 0.05 e before each step; a frame turns their first direction by 0.01. Points other than roots
+/// are at a height of radius (1 + e / 2) above the sphere, at least 0. 50,000 x 50: most segments
+/// touch a sphere of triangles, and others just fail to. Throws as makeCap() does.
+FiberPolylines makeCombed(const CapParameters& parameters);
 
 }  // namespace fcl_fibers::scenes

@@ -116,5 +116,41 @@ TEST(Cap, RefusesMoreFibersThanItHasRoomFor) {
   }
 }
 
+TEST(Combed, HairFollowsTheHeadAtAHeightOfAboutARadius) {
+  // If this fails, hair stands off or is inside the head, and little of it just touches. Roots are
+  // those of the cap.
+  const FiberPolylines combed = makeCombed(parametersOf<CapParameters>(1000, 50));
+  const FiberPolylines cap = makeCap(parametersOf<CapParameters>(1000, 50));
+  double sum = 0, squares = 0;
+  for (std::size_t f = 0; f < combed.fiberCount(); ++f) {
+    const std::size_t begin = combed.point_begin[f], end = combed.point_begin[f + 1];
+    EXPECT_EQ(combed.points[begin], cap.points[begin]);
+    for (std::size_t i = begin + 1; i < end; ++i) {
+      const double height = (norm(combed.points[i]) - 9) / combed.radius;
+      ASSERT_GE(height, -1e-9);
+      sum += height;
+      squares += height * height;
+      ASSERT_NEAR(distance(combed.points[i - 1], combed.points[i]), 0.3, 0.002);
+    }
+    // 15 cm are 1.7 of the 3.1 rad from the top to the bottom.
+    ASSERT_LT(combed.points[end - 1][2], 5);
+  }
+  const auto count = static_cast<double>(combed.segmentCount());
+  EXPECT_NEAR(sum / count, 1, 0.02);
+  EXPECT_NEAR(squares / count, 1.25, 0.03);
+}
+
+TEST(Combed, FramesTurnItALittle) {
+  // If this fails, a frame is no small motion, or none.
+  auto parameters = parametersOf<CapParameters>(100, 50);
+  const FiberPolylines still = makeCombed(parameters);
+  ++parameters.frame;
+  const FiberPolylines moved = makeCombed(parameters);
+  for (std::size_t i = 0; i < still.points.size(); ++i) {
+    ASSERT_LE(distance(still.points[i], moved.points[i]), 0.12);
+  }
+  EXPECT_GE(distance(still.points[50], moved.points[50]), 0.05);
+}
+
 }  // namespace
 }  // namespace fcl_fibers::scenes

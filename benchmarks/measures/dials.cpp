@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "harness/progress.h"
+#include "harness/runs.h"
+#include "measures.h"
+#include "scenes/ball.h"
+#include "scenes/cap.h"
+
+namespace fcl_fibers::benchmarks {
+namespace {
+
+constexpr int kRuns = 5, kFibers = 5000;
+constexpr int kTriangles = 102400, kFinest = 409600;
+
+using Segments = std::vector<std::int32_t>;
+
+TriangleMesh headOf(int triangles) {
+  constexpr double r = scenes::kHeadRadius;
+  return TriangleMesh(scenes::makeBall({r, r, r}, triangles).arrays());
+}
+
+/// What a FiberTree finds with a setting.
+class Setting {
+ public:
+  Setting(const FiberPolylines& hair, double root_length, double margin, TriangleMesh head)
+      : head_(std::move(head)) {
+    FiberTreeOptions options;
+    options.report = Report::kCapsules;
+    options.margin = margin;
+    tree_ = std::make_unique<FiberTree>(options);
+    FiberArrays<double> arrays = fiberArrays(hair);
+    const std::vector<std::int32_t> roots = rootSegments(arrays, root_length);
+    arrays.root_segments = roots.data();
+    tree_->build(arrays);
+  }
+
+  double find() {
+    return seconds([&] { tree_->findTouching(head_, found_); });
+  }
+  Segments found() {
+    find();
+    std::sort(found_.begin(), found_.end());
+    return found_;
+  }
+
+ private:
+  TriangleMesh head_;
+  std::unique_ptr<FiberTree> tree_;
+  Segments found_;
+};
+
+std::size_t countWithout(const Segments& some, const Segments& others) {
+  Segments only;
+  std::set_difference(some.begin(), some.end(), others.begin(), others.end(),
+                      std::back_inserter(only));
+  return only.size();
+}
+
+void registerSetting(const std::string& name, const std::shared_ptr<Setting>& setting,
+                     const Segments& truth, double error = 0) {
+  const Segments found = setting->found();
+  const Numbers counts = {{"touching", static_cast<double>(truth.size())},
+                          {"reported", static_cast<double>(found.size())},
+                          {"missed", static_cast<double>(countWithout(truth, found))},
+                          {"extra", static_cast<double>(countWithout(found, truth))},
+                          {"error", error}};
+  registerRuns("Dials/" + name, kRuns, [=](Numbers& numbers) {
+    numbers = counts;
+    return setting->find();
+  });
+}
+
+std::string shortest(double number) {
+  std::string text = std::to_string(number);
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.back() == '.') text.pop_back();
+  return text;
+}
+
+}  // namespace
+
+bool measureDials(const Request&) {
+  showProgress("dials: make the scene");
+  scenes::CapParameters parameters;
+  parameters.fibers = kFibers;
+  const double radius = parameters.radius;
+  const FiberPolylines combed = scenes::makeCombed(parameters);
+  const TriangleMesh head = headOf(kTriangles);
+
+  const Segments touching = Setting(combed, 0, 0, head).found();
+  for (const double radii : {0.0, 0.1, 0.2, 0.5, 1.0, 2.0}) {
+    registerSetting("margin/" + shortest(radii),
+                    std::make_shared<Setting>(combed, 0, radii * radius, head), touching);
+  }
+  for (const double length : {0.0, 0.1, 0.6, 3.0}) {
+    registerSetting("roots/" + shortest(length), std::make_shared<Setting>(combed, length, 0, head),
+                    touching);
+  }
+  const Segments truth = Setting(combed, 0, 0, headOf(kFinest)).found();
+  for (const int triangles : {1600, 6400, 25600, 102400, kFinest}) {
+    const double error = scenes::depthOfTriangles(scenes::kHeadRadius, triangles);
+    for (const bool with_margin : {false, true}) {
+      registerSetting(
+          "mesh/" + std::to_string(triangles) + (with_margin ? "/margin" : "/plain"),
+          std::make_shared<Setting>(combed, 0, with_margin ? error : 0, headOf(triangles)), truth,
+          error / radius);
+    }
+  }
+  return runRegistered();
+}
+
+}  // namespace fcl_fibers::benchmarks
