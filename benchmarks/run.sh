@@ -1,16 +1,19 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 #
-# benchmarks/run.sh [--full [--targets] | --trade | --paper [--full]] [--hair FILE [--radius R]]
+# benchmarks/run.sh [--full [--targets] | --trade | --paper [--full]] [--only NAME]
+#                   [--hair FILE [--radius R]]
 #
 #   (nothing)  the README's table: this library, FCL and Embree on three scenes. 3 minutes
-#   --full     all tables of docs/performance.md: scenes, other queries, small scenes, arrays, growth.
-#              36 minutes. It takes 6 GB of memory, and more, up to 20 GB, if the machine has it.
+#   --full     all tables of docs/performance.md: scenes, other queries, small scenes, arrays, growth,
+#              obstacles. 40 minutes. It takes 6 GB of memory, and up to 20 GB if the machine has it.
 #              --targets also lists which ratios reach their targets
-#   --trade    what accuracy costs: every manager, sampling, options. 12 minutes. It adds real hair if
-#              FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx
+#   --trade    what accuracy costs: every manager, sampling, options, meshes. 13 minutes. It adds real hair
+#              if FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx
 #   --paper    the paper's Table I, figures and pictures. 20 minutes, and up to an hour for one part.
 #              --full adds finer curves and the slowest trees, which take hours
+#   --only     only the measures whose names begin with NAME, such as obstacles of --full, 4 minutes,
+#              or dials of --trade, 1 minute. It keeps the other results of the set
 #   --hair     the fibers of a file instead of the scenes; with --trade beside the scenes.
 #              --radius is their radius in the file's unit, for a file without radii
 #
@@ -21,18 +24,23 @@
 set -euo pipefail
 
 refuse() { echo "benchmarks/run.sh: $1; see --help" >&2 && exit 1; }
-set=headline full=0 hair=() targets=()
+set=headline full=0 only='' hair=() targets=()
 while (($# > 0)); do
   case $1 in
     --full) full=1 ;;
     --trade | --paper) [[ $set == headline ]] || refuse "give either --trade or --paper"; set=${1#--} ;;
     --targets) targets=(--targets) ;;
+    --only=*) only=${1#--only=} ;;
+    --only)
+      only=${2?$1 needs a value}
+      shift
+      ;;
     --hair=* | --radius=*) hair+=("$1") ;;
     --hair | --radius)
       hair+=("$1=${2?$1 needs a value}")
       shift
       ;;
-    --help) sed -n '4,20s/^# \{0,1\}//p' "$0" && exit ;;
+    --help) sed -n '4,23s/^# \{0,1\}//p' "$0" && exit ;;
     *) refuse "there is no option $1" ;;
   esac
   shift
@@ -43,6 +51,7 @@ case "$full $set ${hair[*]}" in
   '1 headline '*) set=full ;;
 esac
 [[ ${#targets[@]} == 0 || "$set ${hair[*]}" == 'full ' ]] || refuse "--targets goes only with --full alone"
+[[ -z $only || "$set ${hair[*]}" != @(paper *|*--hair*) ]] || refuse "--only does not go with --paper or --hair"
 ponytail=${FCL_FIBERS_DATA:+$FCL_FIBERS_DATA/tressfx31_ponytail_tail.tfx}
 if [[ $set == trade && ${#hair[@]} == 0 && -e $ponytail ]]; then
   hair=(--hair="$ponytail" --radius=0.05)
@@ -73,13 +82,15 @@ cmake --build "$build" --target "${goals[@]}" >&2
 FCL_FIBERS_COMMIT=$(git describe --always --dirty 2>/dev/null || echo unknown)
 export FCL_FIBERS_COMMIT
 rm -rf "$data.previous"
-if [[ -d $data ]]; then mv "$data" "$data.previous"; fi
+if [[ -d $data && -z $only ]]; then mv "$data" "$data.previous"; fi
 mkdir -p "$data"
-failed=0 SECONDS=0
+failed=0 measured=0 SECONDS=0
 
 # measure NAME MEASURE FLAG...: a measure that fails leaves no results.
 measure() {
   local file=$data/$1.json
+  [[ $1 == "$only"* ]] || return 0
+  measured=1
   printf '%4d s  %s\n' "$SECONDS" "$1" >&2
   if ! "$build/benchmarks/fcl_fibers_bench" --measure="$2" "${@:3}" --benchmark_out="$file"; then
     echo "benchmarks/run.sh: the measure $1 has failed" >&2
@@ -111,6 +122,9 @@ case $scenes in
     measure arrays_helix-2000 arrays $helix=2000
     measure arrays_cap arrays --scene=cap:fibers=50000
     measure growth growth
+    measure obstacles_cap obstacles --scene=cap:fibers=50000
+    measure obstacles_combed obstacles --scene=combed:fibers=10000
+    measure obstacles_cables cables
     ;;
   trade)
     trade helix 2 $helix=100
@@ -120,6 +134,7 @@ case $scenes in
     if ((${#hair[@]} > 0)); then trade hair 2 "${hair[@]}"; fi
     measure costs costs
     measure sampling sampling
+    measure dials dials
     ;;
   hair) frames frames_hair "${hair[@]}" ;;
   paper)
@@ -152,6 +167,8 @@ case $scenes in
     done
     ;;
 esac
+
+((measured)) || [[ -z $only ]] || refuse "--only $only: this set has no measure of that name"
 
 page=$PWD/$data/page.html picture=$PWD/$data/picture.png
 /usr/bin/python3 -B benchmarks/report/report.py "$set" "$data" --page "$page" --picture "$picture" \

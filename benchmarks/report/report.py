@@ -17,6 +17,7 @@ import jinja2
 import arrays
 import elsewhere
 import frames
+import obstacles
 import paper
 import paper_pictures
 import pictures
@@ -29,14 +30,15 @@ DOCUMENTED = {
     "headline": ("headline",),
     "full": (
         *("ratios", "best", "scene", "elsewhere", "clients", "changes", "candidates"),
-        *("arrays", "growth"),
+        *("arrays", "growth", "obstacles", "obstacle-counts"),
     ),
-    "trade": ("managers", "sampling", "costs"),
+    "trade": ("managers", "sampling", "costs", "dials"),
     "paper": ("table-1",),
 }
 BARS = "Bars are medians. Lines reach from the lowest run to the highest."
 DIAL = "Shorter bars are faster. False pairs are reported and do not touch."
 SAMPLING = "Both are compared with the contacts of the finest sampling."
+RESOLUTION = "Both are compared with the segments that touch the finest mesh."
 MARK = re.compile(r"(<!-- table ([\w -]+): ([^\n]*) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 
 
@@ -105,6 +107,7 @@ def speed(kind, folder, with_targets=False):
         wanted = files_of("frames", frames.FULL)
         wanted |= {"queries": "queries", "clients": "clients"}
         wanted |= files_of("arrays", arrays.SCENES) | {"growth": "growth"}
+        wanted |= files_of("obstacles", obstacles.SCENES)
         report = Report(kind, "All figures", folder, wanted)
     scenes, parts = frames.scenes_of(report.parts), report.parts
     if kind == "headline":
@@ -118,6 +121,7 @@ def speed(kind, folder, with_targets=False):
         found = [parts.get(name) for name in ("queries", "clients")]
         report.add("queries|clients", elsewhere.targets, *found)
         report.add("arrays_.*", arrays.targets, parts)
+        report.add("obstacles_.*", obstacles.targets, parts)
     for name, scene in scenes.items():
         report.add(f"frames_{name}", frames.scene_table, scene, kind == "headline")
         report.add(f"frames_{name}", frames.tried, scene)
@@ -127,11 +131,14 @@ def speed(kind, folder, with_targets=False):
     report.add("queries", elsewhere.candidates, parts.get("queries"))
     report.add("arrays_.*", arrays.table, parts)
     report.add("growth", frames.growth, parts.get("growth"))
+    report.add("obstacles_.*", obstacles.table, parts)
+    report.add("obstacles_(cap|combed)", obstacles.counts, parts)
     return report
 
 
 def trade_offs(folder):
     wanted = files_of("frames", frames.FULL) | {"costs": "costs", "sampling": "sampling"}
+    wanted["dials of obstacles"] = "dials"
     report = Report("trade", "What accuracy costs", folder, wanted)
     parts = report.parts
     report.add("frames_.*", trade.managers, parts)
@@ -141,6 +148,9 @@ def trade_offs(folder):
     report.add("sampling", trade.sampling, parts.get("sampling"))
     draw = partial(report.draw, "sampling", "trade_sampling", "Sampling and margin", SAMPLING)
     draw(lambda: trade.sampling_figure(trade.sampling_points(parts["sampling"])))
+    report.add("dials", trade.dials, parts.get("dials"))
+    draw = partial(report.draw, "dials", "trade_obstacles", "Resolution of a mesh", RESOLUTION)
+    draw(lambda: trade.resolution_figure(trade.resolution_points(parts["dials"])))
     report.add("costs", trade.costs, parts.get("costs"))
     return report
 
@@ -194,7 +204,7 @@ def write_page(report, path):
 
 
 def write_documents(report, root):
-    """Replaces the marked tables and the pictures of this set."""
+    """Replaces the marked tables and the pictures of what was measured of this set."""
     tables = report.documented()
     due = set(tables)
     known = {word: kind for kind, words in DOCUMENTED.items() for word in words}
@@ -203,6 +213,8 @@ def write_documents(report, root):
         head, name, command, foot = mark.groups()
         if known[name.split()[0]] != report.kind:
             return mark[0]
+        if report.missing and name not in tables:
+            return mark[0]  # of what was not measured
         due.remove(name)  # a second one is an error
         source = f"`{command}`, {circumstances(report.parts)}"
         return f"{head}\n{tables[name].markdown()}\n\n{source}\n\n{foot}"

@@ -116,25 +116,84 @@ def sampling_points(part):
     return points
 
 
-def sampling_figure(points):
-    segments, missed, plain, margin, false = zip(*points)
-    shares = {"contacts missed, no margin": missed, "false pairs, margin of 2 e": false}
-    times = {"time, no margin": plain, "time, margin of 2 e": margin}
-    form = {"xlabel": "segments per fiber", "xscale": "log", "x_format": count_label}
+def wrong_and_time(points, what, margin, xlabel, times_of):
+    """Two panels: percent missed without a margin and false with one, and the times of both.
+    `points` are x, percent missed, seconds, both without margin; seconds, percent false with
+    one."""
+    xs, missed, plain, with_margin, false = zip(*points)
+    shares = {f"{what} missed, no margin": missed, f"false, margin of {margin}": false}
+    times = {"time, no margin": plain, f"time, margin of {margin}": with_margin}
+    form = {"xlabel": xlabel, "xscale": "log", "x_format": count_label}
     return panels_figure(
         [
             Panel(
                 title,
-                {label: list(zip(segments, values)) for label, values in curves.items()},
+                {label: list(zip(xs, values)) for label, values in curves.items()},
                 y_format=y_format,
                 **form,
             )
             for title, curves, y_format in (
                 ("what is wrong", shares, lambda share, _: f"{share:g} %"),
-                ("update + detection", times, seconds_label),
+                (times_of, times, seconds_label),
             )
         ]
     )
+
+
+def sampling_figure(points):
+    form = ("contacts", "2 e", "segments per fiber", "update + detection")
+    return wrong_and_time(points, *form)
+
+
+def resolutions(part):
+    """Triangles of a mesh; the last is the truth."""
+    return sorted({int(n.split("/")[1]) for n in part.names("Dials") if n.startswith("mesh/")})
+
+
+def resolution_points(part):
+    """What wrong_and_time() draws."""
+    points = []
+    for triangles in resolutions(part):
+        row = [triangles]
+        for name, wrong, whole in (
+            ("plain", "missed", "touching"),
+            ("margin", "extra", "reported"),
+        ):
+            keys = (wrong, whole, "seconds")
+            some, of, seconds = part.medians("Dials", f"mesh/{triangles}/{name}", *keys)
+            row += [100 * some / of, seconds] if name == "plain" else [seconds, 100 * some / of]
+        points.append(tuple(row))
+    return points
+
+
+def resolution_figure(points):
+    return wrong_and_time(points, "segments", "e", "triangles of the head", "time of a query")
+
+
+def dials(part):
+    """Margin, root length and resolution."""
+    titles = {"margin": "margin of {} radii", "roots": "roots of {} cm"}
+    order = {"margin": 0, "roots": 1, "mesh": 2}
+    names = [name.split("/") for name in part.names("Dials")]
+    names.sort(key=lambda words: (order[words[0]], float(words[1]), words[2:] == ["margin"]))
+    rows = []
+    for dial, value, *margin in names:
+        keys = ("touching", "reported", "missed", "extra", "seconds", "error")
+        name = "/".join([dial, value, *margin])
+        touching, reported, missed, extra, seconds, error = part.medians("Dials", name, *keys)
+        if dial == "mesh":
+            what = f"mesh of {int(value):,} triangles, e of {digits(error, 2)} radii"
+            what += ", margin e" if margin == ["margin"] else ""
+        else:
+            what = titles[dial].format(value)
+        shares = [percent(missed, touching), percent(extra, reported) if reported else "0 %"]
+        rows.append([what, count(reported), *shares, time(seconds)])
+    header = ["dial", "segments reported", "left out", "added", "time"]
+    caption = (
+        "Segments that touch the head. Left out and added are compared with margin 0, with all "
+        "roots, and with the finest mesh. The time is that of findTouching()."
+    )
+    return Table("dials", "Dials of obstacles", header, rows, caption)
 
 
 def costs(part):

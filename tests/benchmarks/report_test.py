@@ -144,7 +144,8 @@ class ReportTest(unittest.TestCase):
         )
         text = self.made("full")
         missing = "frames of helix-2000; frames of cap; frames of paper-dynamic; queries; clients; "
-        missing += "arrays of helix; arrays of helix-2000; arrays of cap; growth"
+        missing += "arrays of helix; arrays of helix-2000; arrays of cap; growth; "
+        missing += "obstacles of cap; obstacles of combed; obstacles of cables"
         self.assertIn(f"Not measured: {missing}.", text)
 
     def test_what_is_wrong_or_missing_ends_the_report(self):
@@ -340,16 +341,91 @@ class ReportTest(unittest.TestCase):
                 else:
                     self.made("full")
 
+    def set_obstacles(self, scene, times):
+        """Runs whose names begin so get these milliseconds, by turns."""
+        turns = {name: itertools.cycle(values) for name, values in times.items()}
+
+        def change(run):
+            for name, values in turns.items():
+                if run["run_name"].startswith(name):
+                    run.update(real_time=next(values), time_unit="ms", loop=0.004)
+
+        self.edit(f"obstacles_{scene}", change)
+
+    def test_obstacles(self):
+        """If this failed, docs/performance.md would state other ratios than were measured."""
+        self.take("full", "obstacles_combed", "obstacles_cables")
+        of = "Touching/all segments/"
+        times = {of + "arrays": [2.0], of + "manager": [4.0, 5.0, 6.0], of + "Dynamic": [300.0]}
+        times |= {of + "turned": [3.0], "Contacts/all": [3.0], "Boxes/ours": [2.0]}
+        times |= {"Boxes/embree_rebuild": [3.0], "Boxes/embree_morton": [6.0], "Refit/": [10.0]}
+        self.set_obstacles("combed", times)
+        self.set_obstacles("cables", {"Distance/manager": [1.0], "Distance/Dynamic": [9.0]})
+        tables, targets = self.made("full", "--targets").split("## Targets of obstacles\n")
+        found = self.row(tables, "combed, all segments: by the manager")
+        self.assertEqual([found[0], found[1], found[3]], ["5.00 ms", "300 ms", "60x (50 to 75)"])
+        self.assertRegex(found[2], "^DynamicAABBTree.*, tight level ., fcl::collide$")
+        found = self.row(tables, "combed: candidates alone")
+        self.assertEqual(found[2:], ["embree rebuild", "1.5x (1.5 to 1.5)"])
+        for name, value in (
+            ("combed, all segments: by arrays", "150 met (at least 100)"),
+            ("combed, all segments: head turned", "1.50 MISSED (at most 1.3)"),
+            ("combed, all segments: contacts", "1.50 met (at most 2)"),
+            ("combed: refit", "2.50 met (at most 3)"),
+            ("cables, least distance, by the manager", "9.00 MISSED (at least 10)"),
+        ):
+            self.assertEqual(self.row(targets, name), [value])
+
+    def test_obstacles_without_embree(self):
+        """If this failed, nobody without Embree would get the table of obstacles."""
+        self.take("full", "obstacles_combed")
+        self.edit("obstacles_combed", lambda run: "/embree_" not in run["run_name"])
+        text = self.made("full", "--targets")
+        self.assertNotIn("candidates alone", text)
+        self.assertIn("| combed: refit ", text)
+        self.assertIn("obstacles of cap; obstacles of cables", text)
+
+    def test_documents_keep_what_was_not_measured_again(self):
+        """If this failed, --only would end in an error, or empty the other tables of a page."""
+        self.take("trade", "dials")
+        (self.root / "docs" / "images").mkdir(parents=True)
+        (self.root / "README.md").write_text("")
+        kept = "<!-- table costs: a -->\nkept\n<!-- end of table -->\n"
+        mark = "<!-- table dials: b -->\nold\n<!-- end of table -->\n"
+        (self.root / "docs" / "accuracy.md").write_text(kept + mark)
+        self.made("trade", "--docs", self.root)
+        text = (self.root / "docs" / "accuracy.md").read_text()
+        self.assertTrue(text.startswith(kept))
+        self.assertIn("| margin of 2 radii ", text)
+        self.assertNotIn("old", text)
+
     def test_trade(self):
         """If this failed, docs/accuracy.md and docs/costs.md could not be made."""
         text, page = self.page("trade")
-        for title in ("Managers", "Sampling", "What options cost"):
+        for title in ("Managers", "Sampling", "What options cost", "Dials of obstacles"):
             self.assertIn(f"## {title}\n", text)
-        self.assertEqual(page.count("<img "), 4)
+        self.assertEqual(page.count("<img "), 5)
         self.edit("frames_helix", lambda run: "/super_thread/" not in run["run_name"])
         text, page = self.page_of_folder("trade")
         self.assertNotIn("super thread |", text.split("## Sampling")[0])
-        self.assertEqual(page.count("<img "), 4)
+        self.assertEqual(page.count("<img "), 5)
+
+    def test_dials_of_obstacles(self):
+        """If this failed, nobody would see what a margin adds, or what a coarse mesh misses."""
+        self.take("trade", "dials")
+
+        def change(run):
+            run.update(touching=200.0, reported=250.0, missed=10.0, extra=60.0, error=1.5)
+            run.update(real_time=7.0, time_unit="ms")
+
+        self.edit("dials", change)
+        text = self.made("trade")
+        cells = ["250", "5 %", "24 %", "7.00 ms"]
+        for name in ("margin of 2 radii", "roots of 0.6 cm"):
+            self.assertEqual(self.row(text, name), cells)
+        name = "mesh of 25,600 triangles, e of 1.5 radii"
+        self.assertEqual(self.row(text, name + " "), cells)
+        self.assertEqual(self.row(text, name + ", margin e"), cells)
 
     def test_paper(self):
         """If this failed, the paper's experiments would have no page."""
@@ -431,6 +507,8 @@ class FlagsTest(unittest.TestCase):
             ("--targets", "only with --full alone"),
             ("--trade --targets", "only with --full alone"),
             ("--targets --full --paper", "only with --full alone"),
+            ("--paper --only rods", "--only does not go with --paper or --hair"),
+            ("--only frames --hair /dev/null", "--only does not go with --paper or --hair"),
             ("--full --targets --hair /dev/null", "only with --full alone"),
             ("--radius=1", "needs --hair FILE"),
             ("--ful", "there is no option --ful"),

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Tables of fibers and triangle meshes: speed, what was found, and what is to be reached."""
+
+from dataclasses import dataclass
+
+from ratios import Ratio, ratio_of
+from tables import Table, count, digits, time, title
+
+HAIR = ("cap", "combed")
+SCENES = (*HAIR, "cables")
+SETS = ("all segments", "without roots")
+READ = (
+    "Times are medians on one thread. A ratio is one of medians, with the lowest and the highest "
+    "that single runs allow."
+)
+
+# What is to be reached, by the end of a row's name: times as fast as the other, or at most so many
+# times as long.
+LEAST = {"by arrays": 100, "candidates alone": 1, "least distance, by the manager": 10}
+MOST = {"contacts": 2, "head turned": 1.3, "refit": 3}
+
+
+def parts_of(parts, scenes):
+    """By scene, those that were measured."""
+    return {name: parts[f"obstacles_{name}"] for name in scenes if f"obstacles_{name}" in parts}
+
+
+@dataclass
+class Row:
+    what: str
+    ours: float
+    other: float
+    which: str
+    ratio: Ratio
+    faster: bool  # whether the ratio is how many times as fast ours is, not as long
+
+    def cells(self):
+        times = [time(self.ours), time(self.other)]
+        found = self.ratio.text() if self.faster else f"{self.times()} {self.spread()}"
+        return [self.what, *times, self.which, found]
+
+    def times(self):
+        return digits(self.ratio.value, 2) + " times"
+
+    def spread(self):
+        return f"({digits(self.ratio.low, 2)} to {digits(self.ratio.high, 2)})"
+
+    def goal(self):
+        """The number that is to be reached, or nothing."""
+        goals = LEAST if self.faster else MOST
+        return next((goal for end, goal in goals.items() if self.what.endswith(end)), None)
+
+    def target(self):
+        goal, value = self.goal(), self.ratio.value
+        met = value >= goal if self.faster else value <= goal
+        limit = "at least" if self.faster else "at most"
+        return [self.what, f"{digits(value)} {'met' if met else 'MISSED'} ({limit} {goal})"]
+
+
+def speed_up(what, part, ours, others):
+    """Against the fastest of the others; each is a kind and a name."""
+    best = min(others, key=lambda name: part.median(*name, "seconds"))
+    runs = [part.runs(*name, "seconds") for name in (ours, best)]
+    ratio = ratio_of(*reversed(runs), best[1])
+    which = title(best[1].split("/")[-1] if best[0] == "Boxes" else best[1])
+    return Row(what, runs[0].median(), runs[1].median(), which, ratio, True)
+
+
+def times(what, part, ours, reference, key, which):
+    """How many times as long as `key` of the reference."""
+    runs = part.runs(*ours, "seconds"), part.runs(*reference, key)
+    return Row(what, runs[0].median(), runs[1].median(), which, ratio_of(*runs, which), False)
+
+
+def fcl_of(part, kind, start=""):
+    names = part.names(kind)
+    return [(kind, name) for name in names if name.startswith(f"{start}DynamicAABBTree")]
+
+
+def hair_rows(scene, part):
+    rows = []
+    for of in SETS:
+        before = f"{scene}, {of}: "
+        touching, fcl = ("Touching", f"{of}/arrays"), fcl_of(part, "Touching", f"{of}/")
+        for who, how in (("arrays", "by arrays"), ("manager", "by the manager")):
+            row = speed_up(before + how, part, ("Touching", f"{of}/{who}"), fcl)
+            row.which = row.which.replace(f"{of}, ", "") + ", fcl::collide"
+            rows.append(row)
+        turned = ("Touching", f"{of}/turned")
+        rows.append(times(before + "head turned", part, turned, touching, "seconds", "not turned"))
+        contacts = ("Contacts", of)
+        which = "touching segments"
+        rows.append(times(before + "contacts", part, contacts, touching, "seconds", which))
+    ours, others = ("Boxes", "ours"), [("Boxes", n) for n in part.names("Boxes") if n != "ours"]
+    if others:
+        rows.append(speed_up(f"{scene}: candidates alone", part, ours, others))
+    refit = ("Refit", "mesh")
+    rows.append(times(f"{scene}: refit", part, refit, refit, "loop", "a loop that writes boxes"))
+    return rows
+
+
+def rows_of(parts):
+    rows = []
+    for scene, part in parts_of(parts, HAIR).items():
+        rows += hair_rows(scene, part)
+    for part in parts_of(parts, SCENES[-1:]).values():
+        for who, how in (("arrays", "by arrays of FiberTree"), ("manager", "by the manager")):
+            what = f"cables, least distance, {how}"
+            row = speed_up(what, part, ("Distance", who), fcl_of(part, "Distance"))
+            row.which += ", fcl::distance"
+            rows.append(row)
+    return rows
+
+
+def table(parts):
+    header = ["", "ours", "the other", "which other", "speed-up, or times as long"]
+    rows = [row.cells() for row in rows_of(parts)]
+    return Table("obstacles", "Obstacles", header, rows, READ)
+
+
+def counts(parts):
+    """What was found, and what FCL finds that is wrong."""
+    rows = []
+    for scene, part in parts_of(parts, HAIR).items():
+        for of in SETS:
+            keys = ("segments", "triangles", "touching", "missed", "extra", "undecided")
+            found = dict(zip(keys, part.medians("Judged", of, *keys)))
+            fcl = part.median(*fcl_of(part, "Touching", f"{of}/")[0], "pairs")
+            boxes = part.median("Boxes", "ours", "pairs")
+            contacts = part.median("Contacts", of, "contacts")
+            numbers = [fcl, boxes, found["touching"], contacts]
+            numbers += [found[key] for key in ("missed", "extra", "undecided")]
+            rows.append([f"{scene}, {of}", *map(count, numbers)])
+    header = ["", "FCL's pairs of segment and head", "pairs of segment and triangle, by boxes"]
+    header += [
+        "touching segments",
+        "contacts",
+        "missed by FCL",
+        "FCL's that are apart",
+        "undecided",
+    ]
+    caption = (
+        "A judge that takes all triangles decides where FCL and ours differ. Undecided are 1e-9 of "
+        "a radius or less from touching."
+    )
+    return Table("obstacle-counts", "What touches the head", header, rows, caption)
+
+
+def targets(parts):
+    rows = [row.target() for row in rows_of(parts) if row.goal() is not None]
+    header = ["", "times as fast as the other, or times as long"]
+    return Table("targets of obstacles", "Targets of obstacles", header, rows)
