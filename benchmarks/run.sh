@@ -72,7 +72,7 @@ if ((${#hair[@]} > 0)) && [[ $set != trade ]]; then scenes=hair data=${data}_hai
   echo "Embree or Bullet cannot be installed. The benchmarks leave out what is missing" >&2
 tools=OFF goals=(fcl_fibers_bench)
 if [[ $set == paper ]]; then
-  .ci/apt_install.sh libfmt-dev nlohmann-json3-dev libjs-three
+  .ci/apt_install.sh libfmt-dev nlohmann-json3-dev libjs-three libtinyobjloader-dev
   tools=ON goals+=(fcl_fibers_program)
 fi
 cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DFCL_FIBERS_BUILD_TESTS=OFF \

@@ -5,6 +5,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fcl_fibers/io/export_geometry.h>
@@ -38,9 +39,18 @@ void writePictures(const CheckedFrame& frame, const FiberTree& tree) {
     io::exportSegments(path, frame.scene, frame.found.touching);
   });
   writePicture(request.contacts_path, [&](const std::string& path) {
+    const FiberPolylines& other = frame.other == nullptr ? frame.scene : *frame.other;
     std::vector<Contact> contacts;
     contacts.reserve(frame.count());
-    for (const SegmentPair& pair : frame.found.pairs) contacts.push_back(frame.contact(pair));
+    for (const FoundPair& pair : frame.found.pairs) {
+      FoundContact contact = frame.contact(pair);
+      if (pair.mesh != kNoMesh) {
+        // A mesh counts as a fiber after the last one, and its triangles as segments.
+        contact.b = {other.fiberCount() + static_cast<std::size_t>(pair.mesh),
+                     static_cast<std::size_t>(pair.b)};
+      }
+      contacts.push_back(contact);
+    }
     io::exportContacts(path, contacts);
   });
   writePicture(request.volumes_path, [&](const std::string& path) {
@@ -49,12 +59,12 @@ void writePictures(const CheckedFrame& frame, const FiberTree& tree) {
 }
 
 void warnOfPairsAlong(const CheckedFrame& frame, const ContactList& list) {
-  if (frame.count() == 0 || 2 * list.along < frame.count()) return;
+  if (list.of_fibers == 0 || 2 * list.along < list.of_fibers) return;
   fmt::print(stderr,
              "fcl_fibers: warning: {}: {} of {} pairs are near each other along their fiber and "
              "touch because it is thick; --ignored-arc-length {:.4g}, pi times the radius, leaves "
              "them out\n",
-             frame.title, countText(list.along), countText(frame.count()),
+             frame.title, countText(list.along), countText(list.of_fibers),
              std::acos(-1.0) * list.largest_radius);
 }
 
@@ -62,7 +72,14 @@ void warnOfPairsAlong(const CheckedFrame& frame, const ContactList& list) {
 class FrameChecker {
  public:
   explicit FrameChecker(const CheckRequest& request)
-      : request_(request), tree_(request.tree), stream_(request.path) {
+      : request_(request),
+        meshes_(request.meshes.read()),
+        tree_(request.tree),
+        stream_(request.path) {
+    if (!meshes_.empty() && request.tree.report != Report::kCapsules) {
+      throw std::invalid_argument(
+          "--mesh looks for capsules that touch, so give it without --report volumes");
+    }
     if (!request.against) return;
     const SceneSource source = request.against->open();
     other_title_ = source.title;
@@ -117,20 +134,31 @@ class FrameChecker {
 
   nlohmann::ordered_json head() const {
     const FiberTreeOptions& tree = request_.tree;
-    return {
+    nlohmann::ordered_json head = {
         {"version", FCL_FIBERS_VERSION},
         {"report", tree.report == Report::kCapsules ? "capsules" : "volumes"},
         {"volumes", tree.volumes == FiberTreeOptions::Volumes::kLayeredBoxes ? "boxes" : "spheres"},
         {"margin", tree.margin},
         {"ignored_neighbors", tree.ignored_neighbors},
         {"ignored_arc_length", tree.ignored_arc_length}};
+    if (!meshes_.empty()) {
+      head["meshes_only"] = request_.meshes_only;
+      head["root_length"] = request_.meshes.root_length;
+      head["root_segments"] = request_.meshes.root_segments;
+    }
+    return head;
   }
 
   void readFrame(const FiberPolylines& scene) {
-    if (frames_ > 0 && scene.point_begin == point_begin_ && scene.closed == closed_) {
-      tree_.update(fiberArrays(scene));
+    FiberArrays<double> arrays = fiberArrays(scene);
+    std::vector<std::int32_t> roots = request_.meshes.roots(scene);
+    arrays.root_segments = roots.data();
+    if (frames_ > 0 && scene.point_begin == point_begin_ && scene.closed == closed_ &&
+        roots == roots_) {
+      tree_.update(arrays);
     } else {
-      tree_.build(fiberArrays(scene));
+      tree_.build(arrays);
+      roots_ = std::move(roots);
       point_begin_ = scene.point_begin;
       closed_ = scene.closed;
     }
@@ -139,15 +167,14 @@ class FrameChecker {
   void checkFrame(const SceneSource& source, const FiberPolylines& scene, int number) {
     CheckRequest listed = request_;
     if (request_.output == Output::kText && !listed.top) listed.top = kFew;
-    CheckedFrame frame = {listed,       source.title,
-                          std::nullopt, scene,
-                          other_title_, other_ ? &*other_ : nullptr,
-                          FoundPairs{}, 0};
+    CheckedFrame frame = {listed,  source.title, std::nullopt,
+                          scene,   other_title_, other_ ? &*other_ : nullptr,
+                          meshes_, FoundPairs{}, 0};
     if (several_) frame.number = number;
     frame.seconds = benchmarks::seconds([&] {
       readFrame(scene);
-      frame.found = other_ ? findPairsBetween(tree_, scene, *other_tree_, request_.limit)
-                           : findPairs(tree_, scene, request_.limit);
+      frame.found = findPairs({tree_, scene, request_.limit, other_ ? &*other_tree_ : nullptr,
+                               !request_.meshes_only, &meshes_});
     });
     found_ = found_ || frame.count() > 0;
     writePictures(frame, tree_);
@@ -173,6 +200,7 @@ class FrameChecker {
   }
 
   const CheckRequest& request_;
+  std::vector<MeshFile> meshes_;
   FiberTree tree_;
   AnswerStream stream_;
   std::string other_title_;
@@ -182,6 +210,7 @@ class FrameChecker {
   int frames_ = 0;  ///< that are done
   std::vector<std::size_t> point_begin_;
   std::vector<std::uint8_t> closed_;
+  std::vector<std::int32_t> roots_;
 };
 
 }  // namespace

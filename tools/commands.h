@@ -10,6 +10,7 @@
 #include <fcl_fibers/fiber_tree.h>
 
 #include "found_pairs.h"
+#include "mesh_file.h"
 #include "scene_source.h"
 
 namespace fcl_fibers::tools {
@@ -38,11 +39,13 @@ struct CheckRequest {
   std::vector<SceneName> scenes;     ///< several are frames of one scene
   std::optional<SceneName> against;  ///< else each scene is checked against itself
   FiberTreeOptions tree;
+  MeshOptions meshes;
+  bool meshes_only = false;        ///< leave out pairs of two segments
   std::size_t limit = kPairLimit;  ///< the search of a frame ends after so many pairs
   Output output = Output::kText;
   Order order = Order::kDepth;
   std::optional<std::size_t> top;  ///< so many rows; else text has ten, and other output all
-  bool summary = false;            ///< a row for each two fibers
+  bool summary = false;            ///< a row for each two fibers, and each fiber and mesh
   bool exit_zero = false;
   std::string path;                                        ///< of the list; empty for stdout
   std::string segments_path, contacts_path, volumes_path;  ///< pictures to write; empty for none
@@ -71,6 +74,7 @@ int bench(const SceneSource& source, const BenchRequest& request);
 
 struct ViewRequest {
   FiberTreeOptions tree;
+  MeshOptions meshes;
   std::size_t limit = kPairLimit;  ///< the search of a frame ends after so many pairs
   std::string path;
   bool fragment = false;         ///< write a part of another page

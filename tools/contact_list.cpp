@@ -19,7 +19,8 @@ using nlohmann::ordered_json;
 constexpr double kPi = 3.14159265358979323846;
 
 bool isDeeper(const ListRow& a, const ListRow& b) {
-  return std::tie(a.distance, a.pair.a, a.pair.b) < std::tie(b.distance, b.pair.a, b.pair.b);
+  return std::tie(a.distance, a.pair.a, a.pair.mesh, a.pair.b) <
+         std::tie(b.distance, b.pair.a, b.pair.mesh, b.pair.b);
 }
 
 /// Keeps the rows that are listed. Without an order they come in that of the fibers.
@@ -60,7 +61,37 @@ std::size_t countOnes(const std::vector<unsigned char>& flags) {
 
 }  // namespace
 
-ContactList::ContactList(const CheckedFrame& frame) {
+FoundContact CheckedFrame::contact(const FoundPair& pair) const {
+  const FiberArrays<double> arrays = fiberArrays(scene);
+  if (pair.mesh != kNoMesh) {
+    const MeshFile& mesh = meshes[static_cast<std::size_t>(pair.mesh)];
+    return {meshContact(arrays, mesh.mesh, {pair.a, pair.b}), pair.mesh};
+  }
+  return FoundContact(other == nullptr
+                          ? capsuleContact(arrays, {pair.a, pair.b})
+                          : capsuleContact(arrays, fiberArrays(*other), {pair.a, pair.b}));
+}
+
+void ContactList::OfMesh::add(const Contact& contact) {
+  if (segments == 0 || contact.a.fiber != last_fiber) ++fibers;
+  least_distance = segments == 0 ? contact.distance : std::min(least_distance, contact.distance);
+  last_fiber = contact.a.fiber;
+  ++segments;
+}
+
+void ContactList::countDepth(const FoundContact& contact, double radii) {
+  const double depth = radii > 0 ? -contact.distance / radii : 0;
+  if (contact.distance > 0) {
+    ++apart;
+  } else if (contact.mesh != kNoMesh && -contact.distance > radii) {
+    ++deeper;
+  } else {
+    const auto bin = std::upper_bound(kDepths.begin() + 1, kDepths.end() - 1, depth);
+    ++depths[static_cast<std::size_t>(bin - kDepths.begin()) - 1];
+  }
+}
+
+ContactList::ContactList(const CheckedFrame& frame) : meshes(frame.meshes.size()) {
   Keeper keeper(frame.request, rows);
   const AlongFibers along_fibers(frame.scene);
   const FiberPolylines& other = frame.other == nullptr ? frame.scene : *frame.other;
@@ -68,34 +99,35 @@ ContactList::ContactList(const CheckedFrame& frame) {
   least_distance = std::numeric_limits<double>::infinity();
 
   std::size_t fiber_a = 0;
-  std::map<std::size_t, ListRow> of_fiber;  // a: its row with each fiber b
+  // Of fiber a: its row with each fiber b, and after these with each mesh.
+  std::map<std::pair<std::int32_t, std::size_t>, ListRow> of_fiber;
   const auto add = [&](const ListRow& row) {
     ++row_count;
     keeper.add(row);
   };
   const auto endFiber = [&] {
-    for (const auto& [fiber_b, row] : of_fiber) add(row);
+    for (const auto& [with, row] : of_fiber) add(row);
     of_fiber.clear();
   };
 
-  for (const SegmentPair& pair : frame.found.pairs) {
-    const Contact contact = frame.contact(pair);
+  for (const FoundPair& pair : frame.found.pairs) {
+    const FoundContact contact = frame.contact(pair);
     const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
-    const double radii = frame.scene.radiusAt(a) + other.radiusAt(b);
-    largest_radius = std::max({largest_radius, frame.scene.radiusAt(a), other.radiusAt(b)});
-    least_distance = std::min(least_distance, contact.distance);
-    if (contact.distance > 0) {
-      ++apart;
+    double radii = frame.scene.radiusAt(a);
+    if (pair.mesh != kNoMesh) {
+      meshes[static_cast<std::size_t>(pair.mesh)].add(contact);
     } else {
-      const double depth = radii > 0 ? -contact.distance / radii : 0;
-      const auto bin = std::upper_bound(kDepths.begin() + 1, kDepths.end() - 1, depth);
-      ++depths[static_cast<std::size_t>(bin - kDepths.begin()) - 1];
+      ++of_fibers;
+      segments[b] = fibers[contact.b.fiber] = 1;
+      largest_radius = std::max({largest_radius, radii, other.radiusAt(b)});
+      radii += other.radiusAt(b);
+      if (frame.other == nullptr && contact.a.fiber == contact.b.fiber &&
+          along_fibers.between(contact.a.fiber, {pair.a, pair.b}) <= kPi / 2 * radii) {
+        ++along;
+      }
     }
-    segments[b] = fibers[contact.b.fiber] = 1;
-    if (frame.other == nullptr && contact.a.fiber == contact.b.fiber &&
-        along_fibers.between(contact.a.fiber, pair) <= kPi / 2 * radii) {
-      ++along;
-    }
+    least_distance = std::min(least_distance, contact.distance);
+    countDepth(contact, radii);
     const ListRow row = {contact.distance, pair, 1};
     if (!frame.request.summary) {
       add(row);
@@ -104,7 +136,8 @@ ContactList::ContactList(const CheckedFrame& frame) {
     if (contact.a.fiber != fiber_a) endFiber();
     fiber_a = contact.a.fiber;
     ListRow& group =
-        of_fiber.try_emplace(contact.b.fiber, ListRow{row.distance, pair, 0}).first->second;
+        of_fiber.try_emplace({pair.mesh, contact.b.fiber}, ListRow{row.distance, pair, 0})
+            .first->second;
     const std::uint32_t contacts = group.contacts + 1;
     if (isDeeper(row, group)) group = row;
     group.contacts = contacts;
@@ -118,23 +151,39 @@ ContactList::ContactList(const CheckedFrame& frame) {
 void writeCsvHead(const CheckRequest& request, bool several, AnswerStream& stream) {
   stream.write(several ? "frame," : "");
   stream.write(request.summary
-                   ? "fiber_a,fiber_b,contacts,distance\n"
+                   ? "fiber_a,fiber_b,contacts,distance"
                    : "fiber_a,segment_a,s,fiber_b,segment_b,t,distance,point_a_x,point_a_y,"
-                     "point_a_z,point_b_x,point_b_y,point_b_z,normal_x,normal_y,normal_z\n");
+                     "point_a_z,point_b_x,point_b_y,point_b_z,normal_x,normal_y,normal_z");
+  if (!request.meshes.paths.empty()) {
+    stream.write(request.summary ? ",mesh" : ",mesh,triangle,weight_0,weight_1,weight_2,solid");
+  }
+  stream.write("\n");
 }
 
 void writeCsv(const CheckedFrame& frame, const ContactList& list, AnswerStream& stream) {
   for (const ListRow& row : list.rows) {
-    const Contact c = frame.contact(row.pair);
+    const FoundContact c = frame.contact(row.pair);
+    const bool is_mesh = c.mesh != kNoMesh;
     if (frame.number) stream.write(fmt::format("{},", *frame.number));
     if (frame.request.summary) {
-      stream.write(fmt::format("{},{},{},{}\n", c.a.fiber, c.b.fiber, row.contacts, row.distance));
+      stream.write(
+          is_mesh ? fmt::format("{},,{},{}", c.a.fiber, row.contacts, row.distance)
+                  : fmt::format("{},{},{},{}", c.a.fiber, c.b.fiber, row.contacts, row.distance));
+      if (!frame.meshes.empty()) stream.write(is_mesh ? fmt::format(",{}", c.mesh) : ",");
+      stream.write("\n");
       continue;
     }
-    stream.write(fmt::format("{},{},{},{},{},{},{}", c.a.fiber, c.a.segment, c.s, c.b.fiber,
-                             c.b.segment, c.t, c.distance));
+    stream.write(fmt::format("{},{},{},", c.a.fiber, c.a.segment, c.s));
+    stream.write(is_mesh ? ",,," : fmt::format("{},{},{},", c.b.fiber, c.b.segment, c.t));
+    stream.write(fmt::format("{}", c.distance));
     for (const std::array<double, 3>& vector : {c.point_a, c.point_b, c.normal}) {
       stream.write(fmt::format(",{},{},{}", vector[0], vector[1], vector[2]));
+    }
+    if (is_mesh) {
+      stream.write(fmt::format(",{},{},{},{},{},{:d}", c.mesh, c.triangle, c.weights[0],
+                               c.weights[1], c.weights[2], c.solid));
+    } else if (!frame.meshes.empty()) {
+      stream.write(",,,,,,");
     }
     stream.write("\n");
   }
@@ -161,6 +210,18 @@ void writeJson(const CheckedFrame& frame, const ContactList& list, ordered_json 
                        {"touching_segments", list.other_segments},
                        {"touching_fibers", list.other_fibers}};
   }
+  for (std::size_t m = 0; m < frame.meshes.size(); ++m) {
+    const MeshFile& mesh = frame.meshes[m];
+    const ContactList::OfMesh& of_mesh = list.meshes[m];
+    head["meshes"].push_back(
+        {{"mesh", mesh.name},
+         {"triangles", mesh.mesh.triangleCount()},
+         {"solid", mesh.mesh.kind() == TriangleMesh::Kind::kSolid},
+         {"touching_segments", of_mesh.segments},
+         {"touching_fibers", of_mesh.fibers},
+         {"least_distance",
+          of_mesh.segments > 0 ? ordered_json(of_mesh.least_distance) : ordered_json()}});
+  }
   head["seconds"] = frame.seconds;
   head["complete"] = frame.found.complete;
   head["contact_count"] = frame.count();
@@ -173,16 +234,27 @@ void writeJson(const CheckedFrame& frame, const ContactList& list, ordered_json 
                       {"to", ContactList::kDepths[i + 1]},
                       {"pairs", list.depths[i]}});
   }
+  if (!frame.meshes.empty()) {
+    depths.push_back({{"from", 1.0}, {"to", nullptr}, {"pairs", list.deeper}});
+  }
   stream.write(openJson(head));
   stream.write(frame.request.summary ? ",\n \"fiber_pairs\": [" : ",\n \"contacts\": [");
   const char* between = "\n  ";
   for (const ListRow& row : list.rows) {
-    const Contact c = frame.contact(row.pair);
-    const ordered_json item = frame.request.summary ? ordered_json{{"fiber_a", c.a.fiber},
-                                                                   {"fiber_b", c.b.fiber},
-                                                                   {"contacts", row.contacts},
-                                                                   {"distance", row.distance}}
-                                                    : contactJson(c);
+    const FoundContact c = frame.contact(row.pair);
+    ordered_json item;
+    if (frame.request.summary) {
+      item["fiber_a"] = c.a.fiber;
+      if (c.mesh == kNoMesh) {
+        item["fiber_b"] = c.b.fiber;
+      } else {
+        item["mesh"] = c.mesh;
+      }
+      item["contacts"] = row.contacts;
+      item["distance"] = row.distance;
+    } else {
+      item = c.mesh == kNoMesh ? contactJson(c) : meshContactJson(c);
+    }
     stream.write(between + item.dump());
     between = ",\n  ";
   }
@@ -193,9 +265,10 @@ namespace {
 
 std::string histogram(const ContactList& list) {
   constexpr std::size_t kWidth = 30;
-  std::string text = "\ndepth, in percent of the sum of the radii\n";
-  const std::size_t most =
-      std::max(list.apart, *std::max_element(list.depths.begin(), list.depths.end()));
+  std::string text = "\ndepth, in percent of the sum of the radii";
+  text += list.meshes.empty() ? "\n" : "; in a mesh, of the radius\n";
+  const std::size_t most = std::max(
+      {list.apart, list.deeper, *std::max_element(list.depths.begin(), list.depths.end())});
   const auto line = [&](const std::string& name, std::size_t pairs) {
     // Any pair gets a mark.
     const std::size_t width = (pairs * kWidth + most - 1) / most;
@@ -209,6 +282,7 @@ std::string histogram(const ContactList& list) {
                      100 * ContactList::kDepths[i + 1]),
          list.depths[i]);
   }
+  if (!list.meshes.empty()) line("over 100", list.deeper);
   return text;
 }
 
@@ -225,6 +299,10 @@ void writeText(const CheckedFrame& frame, const ContactList& list, AnswerStream&
     text += "against " + frame.other_title + ": " +
             size(frame.other->segmentCount(), frame.other->fiberCount()) + "\n";
   }
+  for (const MeshFile& mesh : frame.meshes) {
+    text += "with " + mesh.name + ": " + counted(mesh.mesh.triangleCount(), "triangle") +
+            (mesh.mesh.kind() == TriangleMesh::Kind::kSolid ? ", solid\n" : "\n");
+  }
   const bool one = frame.count() == 1;
   const char* const what = request.tree.report == Report::kCapsules
                                ? (one ? "pair touches" : "pairs touch")
@@ -234,20 +312,35 @@ void writeText(const CheckedFrame& frame, const ContactList& list, AnswerStream&
       fmt::format("{}{} {}: {}", frame.found.complete ? "" : "at least ", countText(frame.count()),
                   what, size(frame.found.touching_segments, frame.found.touching_fibers));
   if (frame.other != nullptr) text += " against " + size(list.other_segments, list.other_fibers);
+  for (std::size_t m = 0; m < frame.meshes.size(); ++m) {
+    const ContactList::OfMesh& of_mesh = list.meshes[m];
+    text += fmt::format("\n{} touches {}", frame.meshes[m].name,
+                        size(of_mesh.segments, of_mesh.fibers));
+  }
   text += fmt::format("\nbuilt and searched in {:.3g} s\n", frame.seconds);
   stream.write(text);
   if (frame.count() == 0) return;
 
-  stream.write(request.summary ? fmt::format("\n{:>8}   {:>8} {:>10} {:>12}\n", "fiber", "fiber",
-                                             "contacts", "distance")
-                               : fmt::format("\n{:>8} {:>8}   {:>8} {:>8} {:>12}\n", "fiber",
-                                             "segment", "fiber", "segment", "distance"));
+  std::size_t width = 8;  // of what touches
+  for (const MeshFile& mesh : frame.meshes) width = std::max(width, mesh.name.size());
+  const bool meshes = !frame.meshes.empty();
+  const char* const fiber = meshes ? "with" : "fiber";
+  const char* const segment = meshes ? "number" : "segment";
+  stream.write(request.summary ? fmt::format("\n{:>8}   {:>{}} {:>10} {:>12}\n", "fiber", fiber,
+                                             width, "contacts", "distance")
+                               : fmt::format("\n{:>8} {:>8}   {:>{}} {:>8} {:>12}\n", "fiber",
+                                             "segment", fiber, width, segment, "distance"));
   for (const ListRow& row : list.rows) {
-    const Contact c = frame.contact(row.pair);
-    stream.write(request.summary ? fmt::format("{:>8}   {:>8} {:>10} {:>12.4g}\n", c.a.fiber,
-                                               c.b.fiber, countText(row.contacts), row.distance)
-                                 : fmt::format("{:>8} {:>8}   {:>8} {:>8} {:>12.4g}\n", c.a.fiber,
-                                               c.a.segment, c.b.fiber, c.b.segment, c.distance));
+    const FoundContact c = frame.contact(row.pair);
+    const bool is_mesh = c.mesh != kNoMesh;
+    const std::string with = is_mesh  ? frame.meshes[static_cast<std::size_t>(c.mesh)].name
+                             : meshes ? fmt::format("fiber {}", c.b.fiber)
+                                      : fmt::format("{}", c.b.fiber);
+    const std::size_t number = is_mesh ? static_cast<std::size_t>(c.triangle) : c.b.segment;
+    stream.write(request.summary ? fmt::format("{:>8}   {:>{}} {:>10} {:>12.4g}\n", c.a.fiber, with,
+                                               width, countText(row.contacts), row.distance)
+                                 : fmt::format("{:>8} {:>8}   {:>{}} {:>8} {:>12.4g}\n", c.a.fiber,
+                                               c.a.segment, with, width, number, c.distance));
   }
   if (const std::size_t more = list.row_count - list.rows.size(); more > 0) {
     stream.write(fmt::format("and {} more; --top N lists more, --csv and --json list all\n",

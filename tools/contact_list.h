@@ -25,26 +25,24 @@ struct CheckedFrame {
   const FiberPolylines& scene;
   std::string other_title;      ///< of --against
   const FiberPolylines* other;  ///< likewise, or null
+  const std::vector<MeshFile>& meshes;
   FoundPairs found;
   double seconds = 0;  ///< that build or update and search took
 
   std::size_t count() const { return found.pairs.size(); }
-  Contact contact(SegmentPair pair) const {
-    return other == nullptr ? capsuleContact(fiberArrays(scene), pair)
-                            : capsuleContact(fiberArrays(scene), fiberArrays(*other), pair);
-  }
+  FoundContact contact(const FoundPair& pair) const;
 };
 
-/// A contact, or all contacts of two fibers, by the deepest of them.
+/// A contact, or all contacts of two fibers or of a fiber and a mesh, by the deepest of them.
 struct ListRow {
   double distance;
-  SegmentPair pair;
+  FoundPair pair;
   std::uint32_t contacts;
 };
 
 /// The contacts of a frame, as they are listed.
 struct ContactList {
-  /// Depths relative to the sum of the radii, from each number to the next one.
+  /// Depths relative to the radius or to the sum of both, from each number to the next one.
   static constexpr std::array<double, 8> kDepths = {0, 0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 1};
 
   explicit ContactList(const CheckedFrame& frame);
@@ -53,10 +51,25 @@ struct ContactList {
   std::size_t row_count = 0;  ///< including those that --top leaves out
   double least_distance = 0;  ///< if there is a contact
   std::array<std::size_t, kDepths.size() - 1> depths{};
+  std::size_t deeper = 0;                            ///< than the radius, as only meshes allow
   std::size_t apart = 0;                             ///< pairs that do not touch
   std::size_t other_segments = 0, other_fibers = 0;  ///< of --against, that touch
-  std::size_t along = 0;                             ///< pairs that are near along a fiber
-  double largest_radius = 0;                         ///< of segments in a pair
+  std::size_t of_fibers = 0;                         ///< pairs without a mesh
+  std::size_t along = 0;                             ///< of these, near along a fiber
+  double largest_radius = 0;                         ///< of segments in a pair of fibers
+
+  struct OfMesh {
+    std::size_t segments = 0, fibers = 0;  ///< that touch it
+    double least_distance = 0;             ///< if there are any
+    std::size_t last_fiber = 0;
+
+    /// Contacts come in the order of their fibers.
+    void add(const Contact& contact);
+  };
+  std::vector<OfMesh> meshes;
+
+ private:
+  void countDepth(const FoundContact& contact, double radii);
 };
 
 /// Beginning, rows and end of a list of contacts.

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
+#include <limits>
+#include <stdexcept>
+#include <tuple>
 
 namespace fcl_fibers::tools {
 namespace {
@@ -11,50 +14,95 @@ namespace {
 /// Pairs a segment, on average, that no sensible radius gives.
 constexpr std::size_t kManyPairs = 20;
 
-/// @param search  calls its argument with each pair until that returns true, and returns whether
-///                that ended it
-template <typename Search>
-FoundPairs collect(const FiberTree& tree, const FiberPolylines& scene, std::size_t limit,
-                   bool has_other, Search&& search) {
-  FoundPairs found;
-  found.complete = !search([&](const SegmentPair& pair) {
-    if (found.pairs.size() == limit) return true;
-    found.pairs.push_back(pair);
+void findSegmentPairs(const PairSearch& search, FoundPairs& found) {
+  const auto keep = [&](const SegmentPair& pair) {
+    if (found.pairs.size() == search.limit) return true;
+    found.pairs.push_back({pair.a, pair.b});
     return false;
-  });
-  std::sort(found.pairs.begin(), found.pairs.end(), [](const SegmentPair& p, const SegmentPair& q) {
-    return p.a != q.a ? p.a < q.a : p.b < q.b;
-  });
-  found.touching.resize(scene.segmentCount());
-  std::vector<unsigned char> fibers(scene.fiberCount());
+  };
+  found.complete = !(search.other == nullptr ? search.tree.visitPairs(keep)
+                                             : search.tree.visitPairs(*search.other, keep));
+}
+
+void countTouching(const PairSearch& search, FoundPairs& found) {
+  found.touching.resize(search.scene.segmentCount());
+  std::vector<unsigned char> fibers(search.scene.fiberCount());
   const auto mark = [&](std::int32_t point) {
     // A fiber has one segment less than points.
-    const std::size_t fiber = tree.fiberSegment(point).fiber;
+    const std::size_t fiber = search.tree.fiberSegment(point).fiber;
     found.touching[static_cast<std::size_t>(point) - fiber] = 1;
     fibers[fiber] = 1;
   };
-  for (const SegmentPair& pair : found.pairs) {
+  for (const FoundPair& pair : found.pairs) {
     mark(pair.a);
-    if (!has_other) mark(pair.b);
+    if (pair.mesh == kNoMesh && search.other == nullptr) mark(pair.b);
   }
   const auto count = [](const std::vector<unsigned char>& flags) {
     return static_cast<std::size_t>(std::count(flags.begin(), flags.end(), 1));
   };
   found.touching_segments = count(found.touching);
   found.touching_fibers = count(fibers);
-  return found;
 }
 
 }  // namespace
 
-FoundPairs findPairs(const FiberTree& tree, const FiberPolylines& scene, std::size_t limit) {
-  return collect(tree, scene, limit, false, [&](auto&& visit) { return tree.visitPairs(visit); });
+FoundPairs findPairs(const PairSearch& search) {
+  FoundPairs found;
+  if (search.fibers) findSegmentPairs(search, found);
+  const std::size_t meshes = search.meshes == nullptr ? 0 : search.meshes->size();
+  for (std::size_t m = 0; m < meshes; ++m) {
+    const TouchingSegments touching =
+        findTouching(search.tree, search.scene, (*search.meshes)[m], search.limit);
+    for (const TrianglePair& pair : touching.pairs) {
+      found.pairs.push_back({pair.segment, pair.triangle, static_cast<std::int32_t>(m)});
+    }
+    found.complete = found.complete && touching.complete;
+  }
+  std::sort(found.pairs.begin(), found.pairs.end(), [](const FoundPair& p, const FoundPair& q) {
+    return std::tie(p.a, p.mesh, p.b) < std::tie(q.a, q.mesh, q.b);
+  });
+  countTouching(search, found);
+  return found;
 }
 
-FoundPairs findPairsBetween(const FiberTree& tree, const FiberPolylines& scene,
-                            const FiberTree& other, std::size_t limit) {
-  return collect(tree, scene, limit, true,
-                 [&](auto&& visit) { return tree.visitPairs(other, visit); });
+TouchingSegments findTouching(const FiberTree& tree, const FiberPolylines& scene,
+                              const MeshFile& mesh, std::size_t limit) {
+  struct Deepest {
+    double distance = std::numeric_limits<double>::infinity();
+    std::int32_t triangle = -1;
+  };
+  std::vector<Deepest> of_segment(scene.points.size());
+  const FiberArrays<double> arrays = fiberArrays(scene);
+  TouchingSegments found;
+  std::size_t visited = 0;
+  try {
+    found.complete = !tree.visitMesh(mesh.mesh, [&](TrianglePair pair) {
+      if (visited++ == limit) return true;
+      const double distance = meshContact(arrays, mesh.mesh, pair).distance;
+      Deepest& deepest = of_segment[static_cast<std::size_t>(pair.segment)];
+      if (std::tie(distance, pair.triangle) < std::tie(deepest.distance, deepest.triangle)) {
+        deepest = {distance, pair.triangle};
+      }
+      return false;
+    });
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument("'" + mesh.name + "': " + error.what());
+  }
+  for (std::size_t i = 0; i < of_segment.size(); ++i) {
+    if (of_segment[i].triangle < 0) continue;
+    found.pairs.push_back({static_cast<std::int32_t>(i), of_segment[i].triangle});
+  }
+  return found;
+}
+
+FoundContact::FoundContact(const MeshContact& contact, std::int32_t its_mesh)
+    : mesh(its_mesh), triangle(contact.triangle), weights(contact.weights), solid(contact.solid) {
+  a = contact.a;
+  s = contact.s;
+  distance = contact.distance;
+  point_a = contact.point_a;
+  point_b = contact.point_b;
+  normal = contact.normal;
 }
 
 void warnOfMany(const FoundPairs& found, const FiberTree& tree, const std::string& scene) {

@@ -136,10 +136,15 @@ void addCheck(CLI::App& check, Arguments& arguments) {
                   "A file, `-`, or a generated scene. Several are frames of one\nscene.")
       ->required()
       ->type_name("");
-  check
-      .add_option("--against", arguments.other,
-                  "Look for pairs of each scene with SCENE, instead of pairs\nwithin it.")
-      ->type_name("SCENE");
+  CLI::Option* const against =
+      check
+          .add_option("--against", arguments.other,
+                      "Look for pairs of each scene with SCENE, instead of pairs\nwithin it.")
+          ->type_name("SCENE");
+  CLI::Option* const mesh = addMeshes(check, arguments.check.meshes);
+  check.add_flag("--meshes-only", arguments.check.meshes_only, "Leave out pairs of two fibers.")
+      ->needs(mesh)
+      ->excludes(against);
   addRadii(check, arguments.radii);
   addTree(check, arguments.tree);
   addLimit(check, arguments.limit);
@@ -154,8 +159,10 @@ void addCheck(CLI::App& check, Arguments& arguments) {
                   "List the first N only. The default for text is 10. CSV and\nJSON list all.")
       ->check(aboveZero())
       ->type_name("N");
-  check.add_flag("--summary", arguments.check.summary,
-                 "List pairs of fibers, with their numbers of contacts and\nleast distances.");
+  check.add_flag(
+      "--summary", arguments.check.summary,
+      "List pairs of fibers, or of a fiber and a mesh, with their\nnumbers of contacts and "
+      "least distances.");
   CLI::Option* const json = check.add_flag("--json", arguments.json, "Print JSON, for programs.");
   check.add_flag("--csv", arguments.csv, "Print comma-separated values.")->excludes(json);
   check.add_option("-o,--output", arguments.check.path, "Write to FILE instead of stdout.")
@@ -184,7 +191,12 @@ void addCheck(CLI::App& check, Arguments& arguments) {
       "  point_a_x, ...          The point on the surface of a that is nearest to b, or deepest in "
       "it.\n"
       "  point_b_x, ...          The point on the surface of b, likewise.\n"
-      "  normal_x, ...           The direction from a to b, of length one.");
+      "  normal_x, ...           The direction from a to b, of length one.\n"
+      "With --mesh there are also contacts of a segment and a mesh, without fiber_b, segment_b and "
+      "t:\n"
+      "  mesh, triangle          A mesh, and the triangle into which the segment is deepest.\n"
+      "  weight_0, ...           The place in the triangle: the weights of its three points.\n"
+      "  solid                   1 if the segment is in a solid mesh, else 0.");
 }
 
 int run(int argc, char** argv) {
@@ -271,6 +283,7 @@ int run(int argc, char** argv) {
                   "Write the page to FILE, which ends in .html.")
       ->required()
       ->type_name("FILE");
+  addMeshes(view, arguments.view.meshes);
   addTree(view, arguments.tree);
   addLimit(view, arguments.limit);
   view.add_option("--depth", arguments.view.depth,

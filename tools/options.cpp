@@ -74,6 +74,34 @@ void addTree(CLI::App& command, FiberTreeOptions& tree) {
       ->type_name("N");
 }
 
+CLI::Option* addMeshes(CLI::App& command, MeshOptions& meshes) {
+  CLI::Option* const mesh =
+      command
+          .add_option("--mesh", meshes.paths,
+                      "Triangles that fibers may touch, as a Wavefront OBJ file, in\n"
+                      "the frame and unit of the fibers. Repeat it for more.")
+          ->allow_extra_args(false)
+          ->type_name("FILE");
+  command
+      .add_flag("--solid", meshes.solid,
+                "The inside of meshes counts, too. They have to be watertight.")
+      ->needs(mesh);
+  command
+      .add_option("--root-length", meshes.root_length,
+                  "Segments that begin at less than LENGTH along their fiber\n"
+                  "meet no mesh, because they are in the scalp.")
+      ->check(zeroOrMore())
+      ->needs(mesh)
+      ->type_name("LENGTH");
+  command
+      .add_option("--root-segments", meshes.root_segments,
+                  "The first N segments of each fiber meet no mesh.")
+      ->check(zeroOrMore())
+      ->needs(mesh)
+      ->type_name("N");
+  return mesh;
+}
+
 void addLimit(CLI::App& command, std::size_t& limit) {
   command
       .add_option("--limit", limit,

@@ -9,6 +9,8 @@
 #include <fcl_fibers/fiber_tree.h>
 #include <CLI/CLI.hpp>
 
+#include "mesh_file.h"
+
 namespace fcl_fibers::tools {
 
 // Options that several commands share. CLI11's own validators print their range, up to the largest
@@ -25,6 +27,9 @@ void addNeighbors(CLI::App& command, FiberTreeOptions& tree);
 
 /// Neighbors, margin, topology and threads of a tree.
 void addTree(CLI::App& command, FiberTreeOptions& tree);
+
+/// `--mesh`, which may be repeated, and what belongs to it. Returns the option `--mesh`.
+CLI::Option* addMeshes(CLI::App& command, MeshOptions& meshes);
 
 void addLimit(CLI::App& command, std::size_t& limit);
 

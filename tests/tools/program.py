@@ -32,6 +32,16 @@ CONTACT_COLUMNS = [
     *("fiber_a", "segment_a", "s", "fiber_b", "segment_b", "t", "distance"),
     *(f"{name}_{axis}" for name in ("point_a", "point_b", "normal") for axis in "xyz"),
 ]
+# In CSV after these, if there are meshes.
+MESH_COLUMNS = ["mesh", "triangle", "weight_0", "weight_1", "weight_2", "solid"]
+
+
+def box(low, high):
+    """A box as a Wavefront OBJ file, counterclockwise from outside. Its faces are quadrangles."""
+    points = [[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)]
+    faces = "1 3 4 2\n5 6 8 7\n1 2 6 5\n3 7 8 4\n1 5 7 3\n2 4 8 6".split("\n")
+    lines = [f"v {x} {y} {z}" for x, y, z in points] + [f"f {face}" for face in faces]
+    return "\n".join(lines) + "\n"
 
 
 class ProgramTest(unittest.TestCase):

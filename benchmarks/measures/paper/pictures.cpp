@@ -28,7 +28,7 @@ tools::FoundPairs findTouching(const FiberPolylines& scene) {
   options.ignored_neighbors = 1;
   FiberTree tree(options);
   tree.build(fiberArrays(scene));
-  return tools::findPairs(tree, scene);
+  return tools::findPairs({tree, scene});
 }
 
 template <typename T>
