@@ -8,11 +8,44 @@ namespace fcl_fibers::tools {
 namespace {
 
 struct DeepPair {
-  SegmentPair pair;
+  FoundPair pair;
   double depth;
 };
 
-bool deeper(const DeepPair& p, const DeepPair& q) { return p.depth > q.depth; }
+/// Keeps the deepest pairs.
+class Deepest {
+ public:
+  explicit Deepest(std::size_t most) : most_(most) {}
+
+  void add(const DeepPair& pair) {
+    pairs_.push_back(pair);
+    if (pairs_.size() == 2 * most_) cut();
+  }
+
+  /// The deepest last.
+  template <typename ContactOf>
+  std::vector<Marker> markers(ContactOf&& contactOf) {
+    cut();
+    std::sort(pairs_.rbegin(), pairs_.rend(), isDeeper);
+    std::vector<Marker> markers;
+    markers.reserve(pairs_.size());
+    for (const DeepPair& deep : pairs_) markers.push_back({contactOf(deep.pair), deep.depth});
+    return markers;
+  }
+
+ private:
+  static bool isDeeper(const DeepPair& p, const DeepPair& q) { return p.depth > q.depth; }
+
+  void cut() {
+    if (pairs_.size() <= most_) return;
+    const auto end = pairs_.begin() + static_cast<std::ptrdiff_t>(most_);
+    std::nth_element(pairs_.begin(), end, pairs_.end(), isDeeper);
+    pairs_.erase(end, pairs_.end());
+  }
+
+  std::size_t most_;
+  std::vector<DeepPair> pairs_;
+};
 
 double relativeDepth(const FiberPolylines& scene, SegmentPair pair, const Contact& contact) {
   const double radii = scene.radiusAt(static_cast<std::size_t>(pair.a)) +
@@ -23,34 +56,45 @@ double relativeDepth(const FiberPolylines& scene, SegmentPair pair, const Contac
 }  // namespace
 
 PageContacts findPageContacts(const FiberTree& tree, const FiberPolylines& scene,
-                              std::size_t most_pairs, std::size_t most_markers) {
+                              const std::vector<MeshFile>& meshes, std::size_t most_pairs,
+                              std::size_t most_markers) {
   PageContacts found;
   found.touching.resize(scene.segmentCount());
   const FiberArrays<double> arrays = fiberArrays(scene);
-  std::vector<DeepPair> pairs;
-  const auto keepDeepest = [&] {
-    if (pairs.size() <= most_markers) return;
-    const auto end = pairs.begin() + static_cast<std::ptrdiff_t>(most_markers);
-    std::nth_element(pairs.begin(), end, pairs.end(), deeper);
-    pairs.erase(end, pairs.end());
+  // A fiber has one segment less than points.
+  const auto mark = [&](std::int32_t point, const FiberSegment& place) {
+    found.touching[static_cast<std::size_t>(point) - place.fiber] = 1;
   };
+  Deepest pairs(most_markers), mesh_pairs(most_markers);
   found.stopped = tree.visitPairs([&](SegmentPair pair) {
     if (found.count == most_pairs) return true;
     ++found.count;
     const Contact contact = capsuleContact(arrays, pair);
-    // A fiber has one segment less than points.
-    found.touching[static_cast<std::size_t>(pair.a) - contact.a.fiber] = 1;
-    found.touching[static_cast<std::size_t>(pair.b) - contact.b.fiber] = 1;
-    pairs.push_back({pair, relativeDepth(scene, pair, contact)});
-    if (pairs.size() == 2 * most_markers) keepDeepest();
+    mark(pair.a, contact.a);
+    mark(pair.b, contact.b);
+    pairs.add({{pair.a, pair.b}, relativeDepth(scene, pair, contact)});
     return false;
   });
-  keepDeepest();
-  std::sort(pairs.rbegin(), pairs.rend(), deeper);
-  found.markers.reserve(pairs.size());
-  for (const DeepPair& deep : pairs) {
-    found.markers.push_back({capsuleContact(arrays, deep.pair), deep.depth});
+  found.markers = pairs.markers([&](const FoundPair& pair) {
+    return FoundContact(capsuleContact(arrays, {pair.a, pair.b}));
+  });
+
+  const auto meshContactOf = [&](const FoundPair& pair) {
+    const TriangleMesh& mesh = meshes[static_cast<std::size_t>(pair.mesh)].mesh;
+    return FoundContact(meshContact(arrays, mesh, {pair.a, pair.b}), pair.mesh);
+  };
+  for (std::size_t m = 0; m < meshes.size(); ++m) {
+    const TouchingSegments touching = findTouching(tree, scene, meshes[m], most_pairs);
+    found.mesh_count += touching.pairs.size();
+    found.stopped = found.stopped || !touching.complete;
+    for (const TrianglePair& pair : touching.pairs) {
+      const FoundPair one = {pair.segment, pair.triangle, static_cast<std::int32_t>(m)};
+      const FoundContact contact = meshContactOf(one);
+      mark(pair.segment, contact.a);
+      mesh_pairs.add({one, std::max(-contact.distance, 0.0)});
+    }
   }
+  found.mesh_markers = mesh_pairs.markers(meshContactOf);
   return found;
 }
 

@@ -8,20 +8,25 @@
 #include <fcl_fibers/fiber_polylines.h>
 #include <fcl_fibers/fiber_tree.h>
 
+#include "found_pairs.h"
+
 namespace fcl_fibers::tools {
 
 /// A contact that the page marks.
 struct Marker {
-  Contact contact;
-  double depth = 0;  ///< relative to the sum of both radii: 0 if they just touch, at most 1
+  FoundContact contact;
+  /// 0 if the two just touch. Relative to the sum of both radii, so at most 1; in a mesh a length.
+  double depth = 0;
 };
 
 /// The contacts of a frame, as far as a page has room for them.
 struct PageContacts {
-  std::size_t count = 0;                ///< pairs that were found
-  bool stopped = false;                 ///< there are more pairs than `count`
+  std::size_t count = 0;                ///< pairs of two segments that were found
+  std::size_t mesh_count = 0;           ///< pairs of a segment and a mesh
+  bool stopped = false;                 ///< there are more pairs than these
   std::vector<unsigned char> touching;  ///< by segment, fiber after fiber: 1 if it is in a pair
-  std::vector<Marker> markers;          ///< the deepest of the found, the deepest last
+  std::vector<Marker> markers;          ///< the deepest of two segments, the deepest last
+  std::vector<Marker> mesh_markers;     ///< likewise with a mesh
 };
 
 /// Finds the pairs of a scene in bounded memory.
@@ -29,6 +34,7 @@ struct PageContacts {
 /// @param most_pairs  the search stops after so many pairs, because a radius far too large makes
 ///   all segments touch
 PageContacts findPageContacts(const FiberTree& tree, const FiberPolylines& scene,
-                              std::size_t most_pairs, std::size_t most_markers);
+                              const std::vector<MeshFile>& meshes, std::size_t most_pairs,
+                              std::size_t most_markers);
 
 }  // namespace fcl_fibers::tools

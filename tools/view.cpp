@@ -83,12 +83,12 @@ struct Steps {
   Point size{};
   double step = 0;
 
-  explicit Steps(const std::vector<FiberPolylines>& frames) {
+  explicit Steps(const std::vector<const std::vector<Point>*>& frames) {
     Point low, high;
     low.fill(std::numeric_limits<double>::infinity());
     high.fill(-std::numeric_limits<double>::infinity());
-    for (const FiberPolylines& frame : frames) {
-      for (const Point& point : frame.points) {
+    for (const std::vector<Point>* const frame : frames) {
+      for (const Point& point : *frame) {
         for (std::size_t k = 0; k < 3; ++k) {
           low[k] = std::min(low[k], point[k]);
           high[k] = std::max(high[k], point[k]);
@@ -172,18 +172,23 @@ json volumesJson(const FiberTree& tree, int depth, const Point& middle) {
   return levels;
 }
 
-/// By contact, the shallowest first: the point midway between the surfaces relative to the middle;
-/// the distance; the depth relative to the radii; fiber and segment of both sides.
+/// By contact, the shallowest first: its place relative to the middle, which is midway between two
+/// fibers or on a mesh; the distance; the depth; fiber and segment of both sides, or of one side,
+/// and mesh and triangle.
 json markersJson(const std::vector<Marker>& markers, const Point& middle) {
   std::string places, distances, depths, segments;
   for (const auto& [contact, depth] : markers) {
+    const bool is_mesh = contact.mesh != kNoMesh;
+    const Point& from = is_mesh ? contact.point_b : contact.point_a;
     for (std::size_t k = 0; k < 3; ++k) {
-      const double midway = (contact.point_a[k] + contact.point_b[k]) / 2;
-      appendLittleEndian(places, static_cast<float>(midway - middle[k]));
+      const double place = (from[k] + contact.point_b[k]) / 2;
+      appendLittleEndian(places, static_cast<float>(place - middle[k]));
     }
     appendLittleEndian(distances, static_cast<float>(contact.distance));
     appendLittleEndian(depths, static_cast<float>(depth));
-    for (const FiberSegment& side : {contact.a, contact.b}) {
+    const FiberSegment of_mesh = {static_cast<std::size_t>(contact.mesh),
+                                  static_cast<std::size_t>(contact.triangle)};
+    for (const FiberSegment& side : {contact.a, is_mesh ? of_mesh : contact.b}) {
       appendLittleEndian(segments, static_cast<std::uint32_t>(side.fiber));
       appendLittleEndian(segments, static_cast<std::uint32_t>(side.segment));
     }
@@ -191,11 +196,31 @@ json markersJson(const std::vector<Marker>& markers, const Point& middle) {
   return {{"places", base64(places)},
           {"distances", base64(distances)},
           {"depths", base64(depths)},
-          {"segments", base64(segments)}};
+          {"segments", base64(segments)},
+          {"deepest", markers.empty() ? 0.0 : markers.back().depth}};
+}
+
+/// Points relative to the middle of the mesh, and three of them for each triangle.
+json meshJson(const MeshFile& mesh) {
+  const Point middle = Steps({&mesh.points}).middle;
+  std::string points, triangles;
+  for (const Point& point : mesh.points) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      appendLittleEndian(points, static_cast<float>(point[k] - middle[k]));
+    }
+  }
+  for (const std::int32_t corner : mesh.triangles) {
+    appendLittleEndian(triangles, static_cast<std::uint32_t>(corner));
+  }
+  return {{"name", mesh.name},
+          {"middle", middle},
+          {"points", base64(points)},
+          {"triangles", base64(triangles)}};
 }
 
 json frameJson(const FiberPolylines& scene, const std::string& label, const Thinning& thinning,
-               const Steps& steps, const ViewRequest& request, std::size_t most_markers) {
+               const Steps& steps, const ViewRequest& request, const std::vector<MeshFile>& meshes,
+               std::size_t most_markers) {
   using Volumes = FiberTreeOptions::Volumes;
   json frame = {{"label", label}, {"points", pointsText(scene, thinning, steps)}};
   for (const auto kind : {Volumes::kLayeredBoxes, Volumes::kWrappedSpheres}) {
@@ -204,15 +229,19 @@ json frameJson(const FiberPolylines& scene, const std::string& label, const Thin
     options.volumes = kind;
     options.report = boxes ? Report::kCapsules : Report::kVolumes;
     FiberTree tree(options);
-    tree.build(fiberArrays(scene));
+    FiberArrays<double> arrays = fiberArrays(scene);
+    const std::vector<std::int32_t> roots = request.meshes.roots(scene);
+    arrays.root_segments = roots.data();
+    tree.build(arrays);
     frame["volumes"][boxes ? "boxes" : "spheres"] = volumesJson(tree, request.depth, steps.middle);
     if (!boxes) continue;
-    const PageContacts found = findPageContacts(tree, scene, request.limit, most_markers);
+    const PageContacts found = findPageContacts(tree, scene, meshes, request.limit, most_markers);
     frame["contacts"] = found.count;
+    frame["meshContacts"] = found.mesh_count;
     frame["stopped"] = found.stopped;
     frame["touching"] = touchingText(scene, thinning, found.touching);
     frame["markers"] = markersJson(found.markers, steps.middle);
-    frame["deepest"] = found.markers.empty() ? 0.0 : found.markers.back().depth;
+    frame["meshmarkers"] = markersJson(found.mesh_markers, steps.middle);
   }
   return frame;
 }
@@ -236,7 +265,8 @@ std::string guessedUp(const SceneSource& source, const FiberPolylines& scene, co
   return runs_along_y || flat ? "y" : "z";
 }
 
-json sceneJson(const SceneSource& source, const ViewRequest& request) {
+json sceneJson(const SceneSource& source, const ViewRequest& request,
+               const std::vector<MeshFile>& meshes) {
   std::vector<FiberPolylines> frames;
   for (const int frame : source.playable) {
     progress(fmt::format("{}: reading frame {}", source.name, frame));
@@ -247,7 +277,9 @@ json sceneJson(const SceneSource& source, const ViewRequest& request) {
     throw std::runtime_error(fmt::format("'{}' has no segment to show", source.title));
   }
   const Thinning thinning = Thinning::forScene(first, request.points / frames.size());
-  const Steps steps(frames);
+  std::vector<const std::vector<Point>*> points_of_frames;
+  for (const FiberPolylines& frame : frames) points_of_frames.push_back(&frame.points);
+  const Steps steps(points_of_frames);
   std::string begin, segments;
   std::size_t points = 0;
   appendLittleEndian(begin, std::uint32_t{0});
@@ -277,7 +309,7 @@ json sceneJson(const SceneSource& source, const ViewRequest& request) {
   for (std::size_t i = 0; i < frames.size(); ++i) {
     progress(fmt::format("{}: frame {} of {}", source.name, i + 1, frames.size()));
     json frame = frameJson(frames[i], fmt::format("frame {}", source.playable[i]), thinning, steps,
-                           request, most_markers);
+                           request, meshes, most_markers);
     stopped = stopped || frame["stopped"];
     scene["frames"].push_back(std::move(frame));
     if (source.playable[i] <= source.frame) scene["opened"] = i;
@@ -296,10 +328,12 @@ json sceneJson(const SceneSource& source, const ViewRequest& request) {
 
 int view(const std::vector<SceneSource>& sources, const ViewRequest& request) {
   OutputFile file(request.path);
-  json data = {{"scenes", json::array()}};
+  const std::vector<MeshFile> meshes = request.meshes.read();
+  json data = {{"scenes", json::array()}, {"meshes", json::array()}};
+  for (const MeshFile& mesh : meshes) data["meshes"].push_back(meshJson(mesh));
   std::string title;
   for (const SceneSource& source : sources) {
-    data["scenes"].push_back(sceneJson(source, request));
+    data["scenes"].push_back(sceneJson(source, request, meshes));
     title += (title.empty() ? "" : ", ") + source.name;
   }
   progress("writing " + request.path);

@@ -26,6 +26,18 @@ def is_fiber(pixel):
     return red > blue + 25 and red >= green > blue and not is_red(pixel)
 
 
+def is_green(pixel):
+    """A contact with a mesh."""
+    red, green, blue = pixel
+    return green > 120 and green > 1.5 * red and green > 1.5 * blue
+
+
+def is_mesh(pixel):
+    """Lighter than the background, and of nearly no colour."""
+    red, green, blue = pixel
+    return 75 < red <= green <= blue < red + 40
+
+
 def is_drawn(pixel):
     return is_red(pixel) or is_fiber(pixel)
 

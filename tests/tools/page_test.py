@@ -11,8 +11,9 @@ import sys
 import unittest
 
 try:
-    from page import DRIVER, VIEWER, PageTest, is_drawn, is_fiber, is_red
+    from page import DRIVER, VIEWER, PageTest, is_drawn, is_fiber, is_green, is_mesh, is_red
     from PIL import Image
+    from program import box
 except ImportError:
     DRIVER, PageTest = None, unittest.TestCase
 
@@ -203,7 +204,7 @@ class Page(PageTest):
         helix = "helix:fibers=150,segments=60,radius=0.01"
         count = json.loads(self.run_program("check", helix, "--json", code=1))["contact_count"]
         self.open(self.make(helix))
-        seen = f"{VIEWER}.markers.mesh.geometry.maxInstancedCount"
+        seen = f"{VIEWER}.markers[0].mesh.geometry.maxInstancedCount"
         self.assertEqual(self.browser.evaluate(seen), count)
 
     def test_tells_what_was_clicked(self):
@@ -281,6 +282,76 @@ class Page(PageTest):
         shown = struct.unpack("<100000f", base64.b64decode(frame["markers"]["depths"]))
         for found, number in zip(shown, sorted(depths)[-100000:]):
             self.assertAlmostEqual(found, number, 6)
+
+    def on_box(self):
+        """Fiber 0 lies on a box, 0.01 deep; fiber 1 is behind it, and fiber 2 above."""
+        self.write("box.obj", box((-2, -2, -1), (2, 2, 1)))
+        fibers = self.write(
+            "fibers.txt", "-1 0 1.05\n1 0 1.05\n\n-4 -1 0\n-4 1 0\n\n0 -1 3\n0 1 3\n"
+        )
+        return self.make(fibers, "-r", 0.06, "--mesh", self.folder / "box.obj", "--up", "z")
+
+    def test_draws_meshes_and_marks_their_contacts(self):
+        """Hair would hang on nothing, or its contacts with the head would look like the others."""
+        page = self.on_box()
+        self.open(page, "#camera=0,20,1")
+        solid = self.look("mesh_solid")
+        self.assertGreater(solid.count(is_mesh), 20000)
+        self.assertGreater(solid.count(is_green), 10)
+        self.assertEqual(
+            self.text(".counts").split(" \u00b7 ")[2], "0 touching pairs, 1 with meshes"
+        )
+        self.assertEqual(self.text(".of-meshmarkers .deepest"), "0.01 deep")
+        self.click("[name=meshmarkers]")
+        self.assertEqual(self.look("mesh_unmarked").count(is_green), 0)
+        seen = {}
+        for how, name in (1, "solid"), (2, "glass"), (0, "none"):
+            self.open(page, f"#camera=0,20,1&mesh={how}&meshmarkers=0")
+            picture = self.look("mesh_" + name)
+            seen[name] = picture.count(is_mesh), picture.count(is_fiber)
+        self.assertLess(seen["none"][0], 100)
+        self.assertGreater(seen["none"][1], seen["solid"][1] + 300, "fiber 1 is behind the mesh")
+        self.assertGreater(seen["glass"][1], seen["solid"][1] + 200, "glass hides nothing")
+        self.assertEqual(self.browser.problems(), [])
+        self.open(self.crossing())
+        self.assertNotIn("with meshes", self.text(".counts"))
+        self.assertTrue(self.browser.evaluate("document.querySelector('[name=mesh]').hidden"))
+
+    def test_tells_which_triangle_was_clicked(self):
+        page = self.on_box()
+        self.open(page, "#camera=0,20,1")
+        (contact,) = json.loads(
+            self.run_program(
+                *("check", self.folder / "fibers.txt", "-r", 0.06, "--json"),
+                *("--mesh", self.folder / "box.obj"),
+                code=1,
+            )
+        )["contacts"]
+        self.click_at(*self.on_screen(contact["point_b"]))
+        self.assertEqual(
+            self.text(".picked"),
+            f"fiber 0, segment 0 touches box.obj, triangle {contact['triangle']}; 0.01 deep",
+        )
+        self.click_at(*self.on_screen((-0.8, 0, 1.05)))
+        self.assertEqual(self.text(".picked"), "fiber 0, segment 0")
+        self.click_at(*self.on_screen((0, 0, 3)))
+        self.assertEqual(self.text(".picked"), "fiber 2, segment 0")
+        behind = self.on_screen((-4, 0.5, 0))
+        self.click_at(*behind)
+        self.assertRegex(self.text(".picked"), r"^box\.obj, triangle \d+$")
+        triangle = int(self.text(".picked").rsplit(" ", 1)[1])
+        self.assertIn(triangle, (2, 3), "those of the top")
+        for how in 0, 2:
+            self.open(page, f"#camera=0,20,1&mesh={how}")
+            self.click_at(*behind)
+            self.assertEqual(self.text(".picked"), "fiber 1, segment 0")
+
+    def test_the_mesh_is_in_the_picture(self):
+        self.write("box.obj", box((-20, -2, -9), (2, 5, 1)))
+        fibers = self.write("fibers.txt", "-1 0 1.05\n1 0 1.05\n")
+        self.open(self.make(fibers, "-r", 0.06, "--mesh", self.folder / "box.obj"))
+        for x, y in map(self.on_screen, ((-20, -2, -9), (2, 5, 1), (-20, 5, 1), (2, -2, -9))):
+            self.assertTrue(0 < x < 900 and 0 < y < 640, (x, y))
 
     def test_a_radius_far_too_large_ends_with_a_warning(self):
         """All segments touch: memory would run out."""

@@ -1,7 +1,8 @@
 // --- The address: `#scene=1&frame=20&volumes=spheres&depth=2` opens such a view ---
 
 /// Keys that are numbers, with what holds without them. `frame` is the scene's own then.
-const kNumbers = {scene: 0, frame: 0, depth: 2, touching: 0, red: 0, markers: 1, bare: 0};
+const kNumbers = {scene: 0, frame: 0, depth: 2, touching: 0, red: 0, markers: 1, meshmarkers: 1, mesh: 1,
+                  bare: 0};
 
 const short = number => String(Number(number.toPrecision(3)));
 

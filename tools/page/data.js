@@ -25,28 +25,37 @@ function decodedPoints(scene, frame) {
   return points;
 }
 
+function decodedMarkers(markers) {
+  return {
+    places: decodedFloats(markers.places),
+    distances: decodedFloats(markers.distances),
+    depths: decodedFloats(markers.depths),
+    segments: decodedIntegers(markers.segments),
+  };
+}
+
 class Frames {
   constructor(scene) {
     this.scene = scene;
     this.begin = decodedIntegers(scene.begin);
     this.radii = decodedFloats(scene.radii);
     this.thickest = this.radii.reduce((a, b) => Math.max(a, b));
-    this.deepest = scene.frames.reduce((deepest, frame) => Math.max(deepest, frame.deepest), 0);
     this.cache = new Map();
   }
   get count() { return this.scene.frames.length; }
+
+  /// The depth of the deepest marker of a kind in any frame.
+  deepest(kind) {
+    return this.scene.frames.reduce((most, frame) => Math.max(most, frame[kind].deepest), 0);
+  }
   get(index) {
     if (!this.cache.has(index)) {
       const frame = this.scene.frames[index];
       this.cache.set(index, {
         points: decodedPoints(this.scene, frame),
         touching: bytesOf(frame.touching),
-        markers: {
-          places: decodedFloats(frame.markers.places),
-          distances: decodedFloats(frame.markers.distances),
-          depths: decodedFloats(frame.markers.depths),
-          segments: decodedIntegers(frame.markers.segments),
-        },
+        markers: decodedMarkers(frame.markers),
+        meshmarkers: decodedMarkers(frame.meshmarkers),
       });
     }
     return this.cache.get(index);

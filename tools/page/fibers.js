@@ -105,6 +105,7 @@ function instanced(geometry, attributes, count) {
 
 class Fibers {
   constructor(frames) {
+    this.leastPixels = 1.1;
     const begin = frames.begin;
     this.frames = frames;
     this.points = begin[begin.length - 1];

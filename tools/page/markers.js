@@ -1,7 +1,18 @@
 // --- Markers: a disc at each contact, midway between the two surfaces, coloured by depth ---
 
-// From the shallowest contact to the deepest; none is a colour of hair.
-const kDepthColours = [[0.20, 0.85, 1.00], [0.75, 0.45, 1.00], [1.00, 0.16, 0.30]];
+// Colours run from the shallowest contact to the deepest; none is one of hair. Between fibers, depth
+// is relative to the radii; in a mesh it is a length.
+const kFiberContacts = {
+  name: 'markers',
+  colours: [[0.20, 0.85, 1.00], [0.75, 0.45, 1.00], [1.00, 0.16, 0.30]],
+  depthText: depth => `${short(100 * depth)} % of the radii's sum`,
+};
+const kMeshContacts = {
+  name: 'meshmarkers',
+  colours: [[0.80, 1.00, 0.55], [0.30, 0.95, 0.35], [0.00, 0.70, 0.25]],
+  depthText: depth => `${short(depth)} deep`,
+};
+const kContacts = [kFiberContacts, kMeshContacts];
 
 const kMarkerVertex = `
   precision highp float;
@@ -36,14 +47,16 @@ const kMarkerFragment = `
   }`;
 
 /// @param depth  from 0 to 1, the deepest of the scene
-function depthColour(depth) {
+function depthColour(depth, colours) {
   const at = 2 * Math.min(Math.max(depth, 0), 1), k = Math.min(Math.floor(at), 1);
-  return kDepthColours[k].map((c, i) => c + (kDepthColours[k + 1][i] - c) * (at - k));
+  return colours[k].map((c, i) => c + (colours[k + 1][i] - c) * (at - k));
 }
 
 class Markers {
-  constructor(frames) {
+  constructor(frames, kind) {
     this.frames = frames;
+    this.kind = kind;
+    this.deepest = frames.deepest(kind.name);
     this.uniforms = {
       pixel: {value: 0}, least: {value: 1}, onlyTouching: {value: 0},
       size: {value: 0.6 * frames.thickest}, lift: {value: 2 * frames.thickest},
@@ -55,10 +68,11 @@ class Markers {
   }
 
   show(index) {
-    const {places, depths} = this.frames.get(index).markers;
-    const count = depths.length, colours = new Float32Array(3 * count);
+    this.shown = this.frames.get(index)[this.kind.name];
+    const {places, depths} = this.shown;
+    const count = this.count = depths.length, colours = new Float32Array(3 * count);
     depths.forEach((depth, i) => {
-      colours.set(depthColour(depth / (this.frames.deepest || 1)), 3 * i);
+      colours.set(depthColour(depth / (this.deepest || 1), this.kind.colours), 3 * i);
     });
     this.picked = new THREE.InstancedBufferAttribute(new Float32Array(count), 1, false, 1);
     this.mesh.geometry.dispose();
@@ -72,6 +86,7 @@ class Markers {
   }
 
   mark(index) {
+    if (!this.picked) return;
     this.picked.array.fill(0);
     if (index >= 0) this.picked.array[index] = 1;
     this.picked.needsUpdate = true;

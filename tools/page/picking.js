@@ -1,6 +1,6 @@
 // --- Picking: what is drawn at a place of the picture ---
 
-/// Looks for the fiber or marker at x, y, in pixels of the window. What lies there comes first, the
+/// Looks for the fiber, marker or mesh at x, y, in pixels of the window. What lies there comes first, the
 /// nearest to the eye of it; else what is nearest in the picture, up to a few pixels off.
 class Picker {
   constructor(eye, x, y) {
@@ -12,6 +12,7 @@ class Picker {
     this.at = [x, y];
     this.pixelsOfOne = height / 2 / eye.tangent;  // at distance 1
     this.best = {miss: 4, depth: Infinity};
+    this.farthest = Infinity;  // what is behind a solid mesh is not seen
   }
 
   /// x and y about the place in question, and the distance from the eye.
@@ -26,6 +27,7 @@ class Picker {
 
   /// @param off  pixels from the middle of what is drawn, `reach` pixels wide to each side
   offer(off, reach, depth, what) {
+    if (depth > this.farthest) return;
     const miss = Math.max(off - reach, 0);
     if (miss > this.best.miss || (miss === this.best.miss && depth >= this.best.depth)) return;
     this.best = {miss, depth, ...what};
@@ -51,25 +53,30 @@ class Picker {
     }
   }
 
-  searchMarkers(places, {size, lift}, least) {
+  searchMarkers(markers) {
+    const {places} = markers.shown;
+    const size = markers.uniforms.size.value, lift = markers.uniforms.lift.value;
     for (let i = 0; i < places.length / 3; ++i) {
       const [x, y, depth] = this.project(places, 3 * i);
       if (depth <= 0) continue;
-      const reach = Math.max(size * this.pixelsOfOne / depth, least);
+      const reach = Math.max(size * this.pixelsOfOne / depth, markers.leastPixels);
       this.offer(Math.hypot(x, y), reach, depth - lift - reach * depth / this.pixelsOfOne,
-                 {marker: i});
+                 {marker: i, markers});
     }
   }
 }
 
-/// @return {fiber, line, along} of those drawn, or {marker}, or null
-function pick(eye, x, y, frames, frame, markers) {
+/// @return {fiber, line, along} of those drawn, or {marker, markers}, or {mesh, triangle}, or null
+function pick(eye, x, y, frames, frame, kinds, meshes) {
   const picker = new Picker(eye, x, y);
-  picker.searchFibers(frames, frame.points, 0.55);
-  if (markers) {
-    picker.searchMarkers(frame.markers.places,
-                         {size: markers.uniforms.size.value, lift: markers.uniforms.lift.value},
-                         markers.leastPixels);
+  const place = new THREE.Vector2(x / picker.half[0] - 1, 1 - y / picker.half[1]);
+  const hit = meshes.hitAt(eye.camera, place);
+  if (hit && !meshes.material.transparent) {
+    picker.farthest = picker.project(hit.point.toArray(), 0)[2] + 2 * frames.thickest;
   }
-  return picker.best.depth < Infinity ? picker.best : null;
+  picker.searchFibers(frames, frame.points, 0.55);
+  for (const markers of kinds) {
+    if (markers.mesh.visible) picker.searchMarkers(markers);
+  }
+  return picker.best.depth < Infinity ? picker.best : hit;
 }

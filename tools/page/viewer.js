@@ -4,44 +4,12 @@ const kBackground = 0x1d222b;
 const kLight = new THREE.Vector3(-0.35, 0.75, 0.55).normalize();  // in the camera's frame
 const kFramesPerSecond = 20;
 
-const kPanels = `
-  <div class="panel about">
-    <div class="scenes"></div>
-    <h1></h1>
-    <p class="counts"></p>
-    <p class="drawn"></p>
-    <p class="picked" role="status" hidden></p>
-  </div>
-  <div class="panel show">
-    <label><input type="checkbox" name="markers"> contacts</label>
-    <div class="legend"><div class="scale"></div>
-      <div class="row"><span>touching</span><span class="deepest"></span></div></div>
-    <label><input type="checkbox" name="red"> touching segments red</label>
-    <label><input type="checkbox" name="touching"> dim all others</label>
-    <div class="row volumes"><select name="volumes" aria-label="Volumes">
-      <option value="">no volumes</option><option value="boxes">boxes</option>
-      <option value="spheres">spheres</option></select>
-      <span class="row depth" hidden><input type="range" name="depth" min="0" step="1"
-        aria-label="Depth in the tree"><output></output></span></div>
-    <div class="row"><select name="up" aria-label="Axis that points up">
-      <option value="x">x up</option><option value="y">y up</option>
-      <option value="z">z up</option></select>
-      <button name="turn" aria-pressed="false">turn</button>
-      <button name="reset">reset</button></div>
-  </div>
-  <div class="panel time" hidden>
-    <button name="play">play</button>
-    <input type="range" name="frame" min="0" step="1" aria-label="Step"><output></output>
-  </div>
-  <p class="hint"></p>`;
-
-const counted = (n, what) => `${n.toLocaleString('en-US')} ${what}${n === 1 ? '' : 's'}`;
-
 class Viewer {
-  constructor(container, scenes) {
+  constructor(container, {scenes, meshes}) {
     this.container = container;
     this.embedded = container.dataset.embedded === 'true';
     this.scenes = scenes.map(scene => new Frames(scene));
+    this.meshData = meshes;
     this.state = {...kNumbers, volumes: '', up: 'z'};
 
     this.renderer = new THREE.WebGLRenderer({antialias: true, alpha: true});
@@ -52,8 +20,12 @@ class Viewer {
     container.prepend(this.canvas);
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute('aria-label', 'Fibers; drag to orbit, click to ask');
-    this.find('.scale').style.background = `linear-gradient(to right, ${kDepthColours.map(
-        colour => `rgb(${colour.map(c => Math.round(255 * c)).join(',')})`).join(',')})`;
+    for (const {name, colours} of kContacts) {
+      const colour = colours.map(c => `rgb(${c.map(x => Math.round(255 * x)).join(',')})`);
+      this.find(`.of-${name} .scale`).style.background = `linear-gradient(to right, ${colour})`;
+    }
+    this.container.querySelectorAll('.of-mesh').forEach(
+        panel => { panel.hidden = meshes.length === 0; });
     this.stage = new THREE.Scene();
     this.volumes = new Volumes();
     this.stage.add(this.volumes.group);
@@ -105,12 +77,14 @@ class Viewer {
       this.set(changes);
       this.writeAddress();
     };
-    for (const name of ['markers', 'red', 'touching']) {
+    for (const name of ['markers', 'meshmarkers', 'red', 'touching']) {
       this.input(name).addEventListener(
           'change', event => change({[name]: event.target.checked ? 1 : 0}));
     }
     this.input('volumes').addEventListener(
         'change', event => change({volumes: event.target.value}));
+    this.input('mesh').addEventListener(
+        'change', event => change({mesh: Number(event.target.value)}));
     this.input('up').addEventListener('change', event => {
       this.setUp(event.target.value);
       this.resetView();
@@ -166,18 +140,19 @@ class Viewer {
     this.state.scene = index;
     const frames = this.frames;
     this.state.frame = Math.min(frames.scene.opened, frames.count - 1);
-    for (const old of [this.fibers, this.markers]) {
-      if (!old) continue;
-      this.stage.remove(old.mesh);
+    for (const old of this.drawn || []) {
+      this.stage.remove(old.mesh || old.group);
       old.dispose();
     }
     this.fibers = new Fibers(frames);
-    this.markers = new Markers(frames);
-    this.stage.add(this.fibers.mesh, this.markers.mesh);
+    this.markers = kContacts.map(kind => new Markers(frames, kind));
+    this.meshes = new Meshes(this.meshData, frames.scene.middle);
+    this.drawn = [this.fibers, ...this.markers, this.meshes];
+    this.stage.add(...this.drawn.map(drawn => drawn.mesh || drawn.group));
     this.shown = null;
     this.view = null;
     const points = frames.scene.frames.map((_, i) => frames.get(i).points);
-    this.framing = new Framing(points, frames.thickest);
+    this.framing = new Framing([...points, ...this.meshes.points], frames.thickest);
     this.setUp(frames.scene.up);
     if (this.embedded) this.eye.controls.enableZoom = false;
     [...this.find('.scenes').children].forEach(
@@ -228,34 +203,41 @@ class Viewer {
     const frame = scene.frames[state.frame];
     if (this.shown !== state.frame && this.toLight) {
       this.fibers.show(state.frame, this.toLight);
-      this.markers.show(state.frame);
+      this.markers.forEach(markers => markers.show(state.frame));
       this.shown = state.frame;
       if (this.picked && this.picked.marker !== undefined) this.showPicked(null);
     }
     const levels = frame.volumes[state.volumes];
     if (levels) state.depth = Math.min(state.depth, levels.length - 1);
     this.volumes.show(state.volumes, levels ? decodedFloats(levels[state.depth]) : null);
-    this.fibers.uniforms.onlyTouching.value = state.touching;
     this.fibers.uniforms.showTouching.value = state.red;
-    this.markers.uniforms.onlyTouching.value = state.touching;
-    this.markers.mesh.visible = Boolean(state.markers);
+    for (const {uniforms} of this.drawn) uniforms.onlyTouching.value = state.touching;
+    this.meshes.show(state.mesh);
+    for (const markers of this.markers) {
+      const {name, depthText} = markers.kind;
+      const isShown = markers.mesh.visible = Boolean(state[name]);
+      this.find(`.of-${name}`).hidden = !(isShown && markers.deepest > 0);
+      this.find(`.of-${name} .deepest`).textContent = depthText(markers.deepest);
+    }
 
     this.find('h1').textContent = scene.title;
     this.find('.counts').innerHTML =
         `${counted(scene.fibers, 'fiber')} \u00b7 ${counted(scene.segments, 'segment')} \u00b7 ` +
         `<span class="count">${frame.stopped ? 'more than ' : ''}` +
-        `${counted(frame.contacts, 'touching pair')}</span>`;
-    const marked = this.frames.get(state.frame).markers.depths.length;
+        `${counted(frame.contacts, 'touching pair')}</span>` +
+        (this.meshes.any ? `, <span class="count of-mesh">${
+            frame.meshContacts.toLocaleString('en-US')} with meshes</span>` : '');
+    const shown = this.markers.reduce((sum, markers) => sum + markers.count, 0);
+    const contacts = frame.contacts + frame.meshContacts;
     this.find('.drawn').textContent = [
       scene.drawn,
       frame.stopped ? 'the search stopped there; is the radius too large?' : '',
-      marked < frame.contacts ? `the ${counted(marked, 'deepest contact')} shown` : '',
+      shown < contacts ? `the ${counted(shown, 'deepest contact')} shown` : '',
     ].filter(text => text).join(' \u00b7 ');
-    this.find('.legend').hidden = !(state.markers && this.frames.deepest > 0);
-    this.find('.deepest').textContent = `${short(100 * this.frames.deepest)} % of the radii's sum`;
-    for (const name of ['markers', 'red', 'touching']) {
+    for (const name of ['markers', 'meshmarkers', 'red', 'touching']) {
       this.input(name).checked = Boolean(state[name]);
     }
+    this.input('mesh').value = state.mesh;
     this.input('volumes').value = state.volumes;
     this.find('.depth').hidden = !levels;
     if (levels) {
@@ -276,30 +258,19 @@ class Viewer {
   pickAt(clientX, clientY) {
     const {left, top} = this.canvas.getBoundingClientRect();
     this.showPicked(pick(this.eye, clientX - left, clientY - top, this.frames,
-                         this.frames.get(this.state.frame), this.state.markers && this.markers));
+                         this.frames.get(this.state.frame), this.markers, this.meshes));
   }
 
   /// @param picked  what pick() returned
   showPicked(picked) {
     this.picked = picked;
-    const isFiber = picked && picked.fiber !== undefined;
-    const isMarker = picked && picked.marker !== undefined;
-    this.fibers.mark(isFiber ? picked : null);
-    if (this.markers.picked) this.markers.mark(isMarker ? picked.marker : -1);
+    this.fibers.mark(picked && picked.fiber !== undefined ? picked : null);
+    for (const markers of this.markers) {
+      markers.mark(picked && picked.markers === markers ? picked.marker : -1);
+    }
     const panel = this.find('.picked');
     panel.hidden = !picked;
-    if (isFiber) {
-      const segment = this.frames.segmentAt(picked.fiber, picked.line, picked.along);
-      panel.textContent = `fiber ${picked.fiber * this.frames.scene.fiberStep}, segment ${segment}`;
-    } else if (isMarker) {
-      const {segments, distances, depths} = this.frames.get(this.state.frame).markers;
-      const [fiberA, segmentA, fiberB, segmentB] = segments.slice(4 * picked.marker);
-      const distance = distances[picked.marker];
-      panel.textContent = `fiber ${fiberA}, segment ${segmentA} touches fiber ${fiberB}, ` +
-          `segment ${segmentB}; ` + (distance > 0
-              ? `${short(distance)} apart`
-              : `${short(-distance)} deep, ${short(100 * depths[picked.marker])} % of the radii's sum`);
-    }
+    if (picked) panel.textContent = pickedText(picked, this.frames, this.meshes);
     this.invalidate();
   }
 
@@ -372,12 +343,14 @@ class Viewer {
     const {height} = this.canvas, ratio = this.renderer.getPixelRatio();
     const [nearest, farthest] = this.eye.clip();
     const pixel = 2 * this.eye.tangent / height;
-    const fibers = this.fibers.uniforms, markers = this.markers.uniforms;
-    fibers.nearest.value = nearest;
-    fibers.farthest.value = farthest;
-    fibers.pixel.value = markers.pixel.value = pixel;
-    fibers.least.value = 1.1 * ratio;
-    markers.least.value = this.markers.leastPixels * ratio;
+    for (const {uniforms} of [this.fibers, this.meshes]) {
+      uniforms.nearest.value = nearest;
+      uniforms.farthest.value = farthest;
+    }
+    for (const {uniforms, leastPixels} of [this.fibers, ...this.markers]) {
+      uniforms.pixel.value = pixel;
+      uniforms.least.value = leastPixels * ratio;
+    }
     this.renderer.render(this.stage, this.eye.camera);
     this.container.dataset.state = 'drawn';
   }
@@ -387,7 +360,7 @@ for (const container of document.querySelectorAll('.fiber-viewer')) {
   if (container.dataset.state) continue;  // of another fragment, whose script has run
   const data = JSON.parse(container.nextElementSibling.textContent);
   try {
-    container.viewer = new Viewer(container, data.scenes);
+    container.viewer = new Viewer(container, data);
   } catch (error) {
     container.dataset.state = 'failed';
     container.innerHTML = '<div class="failure"></div>';
