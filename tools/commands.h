@@ -64,12 +64,13 @@ struct DistanceRequest {
 int distance(const DistanceRequest& request);
 
 struct BenchRequest {
+  MeshOptions meshes;
   Output output = Output::kText;
   bool all = false;  ///< else FCL's slow managers and the paper's trees are left out
   int repetitions = 9;
   double limit = 10;  ///< seconds that a phase may take
 };
-/// Returns 1 if a manager misses a touching pair.
+/// Returns 1 if a manager misses a touching pair, or if ours is wrong with a mesh.
 int bench(const SceneSource& source, const BenchRequest& request);
 
 struct ViewRequest {

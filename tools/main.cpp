@@ -142,6 +142,7 @@ void addCheck(CLI::App& check, Arguments& arguments) {
                       "Look for pairs of each scene with SCENE, instead of pairs\nwithin it.")
           ->type_name("SCENE");
   CLI::Option* const mesh = addMeshes(check, arguments.check.meshes);
+  addSolid(check, arguments.check.meshes, mesh);
   check.add_flag("--meshes-only", arguments.check.meshes_only, "Leave out pairs of two fibers.")
       ->needs(mesh)
       ->excludes(against);
@@ -257,6 +258,7 @@ int run(int argc, char** argv) {
   CLI::App& bench = *app.add_subcommand("bench", "Compare the times of our managers and FCL's.");
   addScene(bench, arguments);
   addRadius(bench, arguments);
+  addMeshes(bench, arguments.bench.meshes);
   bench.add_flag("--all", arguments.bench.all,
                  "Time all of FCL's managers, and the paper's trees.");
   bench
@@ -272,7 +274,7 @@ int run(int argc, char** argv) {
   addJson(bench, arguments);
   bench.footer(
       "Fibers of a file swing about their first points; generated scenes move to their next "
-      "frame.");
+      "frame.\nMeshes rest, and so do the fibers while pairs with meshes are timed.");
 
   CLI::App& view = *app.add_subcommand("view", "Write a page that shows scenes in 3D, offline.");
   view.add_option("SCENES", arguments.scenes, "The scenes that the page shows.")
@@ -283,7 +285,7 @@ int run(int argc, char** argv) {
                   "Write the page to FILE, which ends in .html.")
       ->required()
       ->type_name("FILE");
-  addMeshes(view, arguments.view.meshes);
+  addSolid(view, arguments.view.meshes, addMeshes(view, arguments.view.meshes));
   addTree(view, arguments.tree);
   addLimit(view, arguments.limit);
   view.add_option("--depth", arguments.view.depth,

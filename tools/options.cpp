@@ -83,10 +83,6 @@ CLI::Option* addMeshes(CLI::App& command, MeshOptions& meshes) {
           ->allow_extra_args(false)
           ->type_name("FILE");
   command
-      .add_flag("--solid", meshes.solid,
-                "The inside of meshes counts, too. They have to be watertight.")
-      ->needs(mesh);
-  command
       .add_option("--root-length", meshes.root_length,
                   "Segments that begin at less than LENGTH along their fiber\n"
                   "meet no mesh, because they are in the scalp.")
@@ -100,6 +96,13 @@ CLI::Option* addMeshes(CLI::App& command, MeshOptions& meshes) {
       ->needs(mesh)
       ->type_name("N");
   return mesh;
+}
+
+void addSolid(CLI::App& command, MeshOptions& meshes, CLI::Option* mesh) {
+  command
+      .add_flag("--solid", meshes.solid,
+                "The inside of meshes counts, too. They have to be watertight.")
+      ->needs(mesh);
 }
 
 void addLimit(CLI::App& command, std::size_t& limit) {
