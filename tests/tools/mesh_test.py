@@ -237,6 +237,9 @@ class ObjFile(ProgramTest):
         self.refused("v inf 0 0\n", "line 1: 'inf' is not a finite number")
         self.refused("v 1,5 0 0\n", "line 1: '1,5' is not a finite number")
         self.refused("v 0 0\n", "line 1: the point has fewer than three coordinates")
+        knot = ((0, 3, 0), (3, 2, 1), (3, 0, 1), (0, 1, 1), (1, 1, 0), (3, 2, 1), (1, 2, 1))
+        corners = "".join(f"v {x} {y} {z}\n" for x, y, z in knot)
+        self.refused(corners + "f 1 2 3 4 5 6 7\n", ".* cannot be cut into triangles")
         crossed = "v 0 0 0\n" * 5 + "f 1 2 3 4 5\n"
         self.assertIn("1 pair", self.touching_box(crossed), "a face may be a point")
         self.run_program("check", "helix", "--mesh", self.folder / "none.obj", code=2)
@@ -250,6 +253,7 @@ class ObjFile(ProgramTest):
         return self.run_program("check", fibers, "-r", 0.1, "--mesh", mesh, code=1)
 
     def test_every_way_to_write_a_face(self):
+        self.assertIn("1 triangle\n", self.touching_box("\ufeff" + TRIANGLE))
         points = "v 0 0 0 1.0\nv +1 0 0 0.5 0.5 0.5\n\tv 0 1e0 .0\n"
         for face in ("1 2 3", "-3 -2 -1", "1/7 2/7 3/7", "1//1 2//1 3//1", " 1/1/1  2/1/1\t3/1/1 "):
             more = "mtllib none.mtl\nusemtl none\nvn 0 0 1\nvt 0 0\no a\ng b\ns 1\n"
