@@ -152,7 +152,7 @@ class FrameChecker {
   void readFrame(const FiberPolylines& scene) {
     FiberArrays<double> arrays = fiberArrays(scene);
     std::vector<std::int32_t> roots = request_.meshes.roots(scene);
-    arrays.root_segments = roots.data();
+    if (!roots.empty()) arrays.root_segments = roots.data();
     if (frames_ > 0 && scene.point_begin == point_begin_ && scene.closed == closed_ &&
         roots == roots_) {
       tree_.update(arrays);

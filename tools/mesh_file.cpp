@@ -173,6 +173,7 @@ std::vector<MeshFile> MeshOptions::read() const {
 }
 
 std::vector<std::int32_t> MeshOptions::roots(const FiberPolylines& scene) const {
+  if (paths.empty()) return {};
   std::vector<std::int32_t> counts = rootSegments(fiberArrays(scene), root_length);
   for (std::int32_t& count : counts) count = std::max(count, root_segments);
   return counts;

@@ -29,7 +29,8 @@ struct MeshOptions {
   /// Throws std::invalid_argument, with the path, if a file is not what it should be.
   std::vector<MeshFile> read() const;
 
-  /// By fiber, the segments at its start that are roots by one of the two options.
+  /// By fiber, the segments at its start that are roots by one of the two options. Empty if
+  /// there is no mesh.
   std::vector<std::int32_t> roots(const FiberPolylines& scene) const;
 };
 

@@ -231,7 +231,7 @@ json frameJson(const FiberPolylines& scene, const std::string& label, const Thin
     FiberTree tree(options);
     FiberArrays<double> arrays = fiberArrays(scene);
     const std::vector<std::int32_t> roots = request.meshes.roots(scene);
-    arrays.root_segments = roots.data();
+    if (!roots.empty()) arrays.root_segments = roots.data();
     tree.build(arrays);
     frame["volumes"][boxes ? "boxes" : "spheres"] = volumesJson(tree, request.depth, steps.middle);
     if (!boxes) continue;
