@@ -9,12 +9,12 @@ const kPanels = `
     <p class="picked" role="status" hidden></p>
   </div>
   <div class="panel show">
-    <label><input type="checkbox" name="markers"> contacts</label>
-    <div class="legend of-markers"><div class="scale"></div>
-      <div class="row"><span>touching</span><span class="deepest"></span></div></div>
-    <label class="of-mesh"><input type="checkbox" name="meshmarkers"> contacts with a mesh</label>
-    <div class="legend of-meshmarkers"><div class="scale"></div>
-      <div class="row"><span>touching</span><span class="deepest"></span></div></div>
+    <div><label><input type="checkbox" name="markers"> contacts</label>
+      <div class="legend of-markers"><div class="scale"></div>
+        <div class="row"><span>touching</span><span class="deepest"></span></div></div></div>
+    <div class="of-mesh"><label><input type="checkbox" name="meshmarkers"> contacts with a mesh</label>
+      <div class="legend of-meshmarkers"><div class="scale"></div>
+        <div class="row"><span>touching</span><span class="deepest"></span></div></div></div>
     <label><input type="checkbox" name="red"> touching segments red</label>
     <label><input type="checkbox" name="touching"> dim all others</label>
     <select name="mesh" class="of-mesh" aria-label="Meshes"><option value="1">solid meshes</option>
