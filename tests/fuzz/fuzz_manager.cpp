@@ -83,8 +83,15 @@ class Program {
   }
 
   void run() {
-    while (data_.remaining_bytes() > 0) {
-      step();
+    if (!data_.ConsumeBool()) {  // all that can be, so that there is something to find
+      for (const auto& object : owned_) {
+        if (isRefused([&] { manager_->registerObject(object.get()); })) continue;
+        managed_.push_back(object.get());
+      }
+    }
+    for (bool goes_on = true; goes_on;) {
+      goes_on = data_.remaining_bytes() > 0;
+      goes_on ? step() : collide(nullptr);
       Objects objects;
       manager_->getObjects(objects);
       require(objects == managed_ && manager_->size() == managed_.size());
@@ -284,8 +291,9 @@ class Program {
   }
 
   void collide(Object* partner) {
-    Seen seen{
-        {}, data_.ConsumeBool() ? 1000000 : data_.ConsumeIntegralInRange<std::size_t>(1, 9), 1};
+    // Once no byte is left, the whole answer is checked.
+    const bool is_cut = data_.ConsumeBool();
+    Seen seen{{}, is_cut ? data_.ConsumeIntegralInRange<std::size_t>(1, 9) : 1000000, 1};
     const auto query = [&] {
       seen.calls.clear();
       if (partner != nullptr) {
@@ -294,7 +302,7 @@ class Program {
         manager_->collide(&seen, record);
       }
     };
-    const bool is_current = seen.stop_at > 9 && data_.ConsumeBool();
+    const bool is_current = !is_cut && !data_.ConsumeBool();
     if (is_current && isRefused([&] { manager_->update(); })) return;
     if (isRefused(query)) return;
     checkCalls(seen, partner);
