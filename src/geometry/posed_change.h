@@ -57,6 +57,7 @@ class PosedChange {
 
   /// A lower bound of the length of a unit after the change.
   double scale() const { return least_scale_; }
+  double mostScale() const { return most_scale_; }  ///< an upper bound
 
   FCL_FIBERS_ALWAYS_INLINE To operator()(const Box& box) const {
     double center[3], half[3];

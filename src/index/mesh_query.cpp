@@ -120,7 +120,7 @@ MeshQuery::Nearest MeshQuery::nearest(const Segment& capsule, double limit) cons
   const MeshTree& tree = triangles_.mesh.tree();
   const Segment axis{capsule.a, capsule.b, 0};
   // Distances are measured up to rounding, so the search goes a little farther.
-  const double unit = length(to_tree_.column[0]) * 1.01;
+  const double unit = change_.mostScale() * (1 + 0x1p-20);
   const double in_tree = limit * unit;
   NearestTriangle visitor(axis, triangles_, unit);
   tree::kernels<MeshTree>().nearestVolume(

@@ -42,9 +42,7 @@ class SegmentsToMesh : public PosedChange<Box> {
 template <class Tree, class F>
 FCL_FIBERS_ALWAYS_INLINE Visit withChanges(const MeshPair<Tree>& trees, F&& visit) {
   using Volume = typename Tree::Volume;
-  const AffineMap &map = trees.b_to_a, inverse = map.inverse();
-  const geometry::Vec3d& column = inverse.column[0];
-  const double unit = std::hypot(column.x, column.y, column.z);
+  const AffineMap& map = trees.b_to_a;
   const double growth = trees.growth + trees.error;
   if constexpr (std::is_same_v<Volume, Box>) {
     // Most meshes are not turned. Their boxes need no product of matrices.
@@ -54,9 +52,10 @@ FCL_FIBERS_ALWAYS_INLINE Visit withChanges(const MeshPair<Tree>& trees, F&& visi
                    FrameChange(1 / scale, (-1 / scale) * map.shift, growth / scale));
     }
   }
-  return visit(
-      PosedChange<Volume>(map, growth),
-      SegmentsToMesh(inverse, unit * growth * (1 + 0x1p-20), trees.segments, trees.a.padding()));
+  const PosedChange<Volume> b_to_a(map, growth);
+  // The inverse stretches most where the map stretches least.
+  return visit(b_to_a, SegmentsToMesh(map.inverse(), growth / b_to_a.scale(), trees.segments,
+                                      trees.a.padding()));
 }
 
 /// Calls visit(filter) with the filter of the segments that may meet the mesh.

@@ -122,6 +122,33 @@ TYPED_TEST(FiberTreeMesh, VisitsEveryTriangleThatASegmentTouches) {
   }
 }
 
+// A pose may be skewed a little, which stretches margins differently along each axis.
+TEST(FiberTreeMeshTest, FindsWhatIsWithinTheMarginOfASkewedMesh) {
+  MeshPose pose;
+  pose.rotation = {1.002, 0, 0, 0, 1, 0, 0, 0, 0.998};
+  Triangles<double> sheet;
+  for (int i = 0; i < 100; ++i) {
+    const double x = 0.2 * (i % 10), y = 0.2 * (i / 10);
+    const std::int32_t first = sheet.addPoint({x, y, 0});
+    sheet.addPoint({x + 0.2, y, 0});
+    sheet.addPoint({x, y + 0.2, 0});
+    sheet.addTriangle(first, first + 1, first + 2);
+  }
+  TriangleMesh mesh(sheet.view());
+  mesh.setPose(pose);
+  Assembly<double> fibers;
+  for (int i = 0; i < 100; ++i) {
+    const double x = 0.2 * (i % 10) + 0.02, y = 0.2 * (i / 10) + 0.02;
+    fibers.addFiber({{x, y, 0.9999}, {x + 0.1, y + 0.01, 0.9999}}, 0);
+  }
+  for (FiberTreeOptions options : allKinds(Report::kCapsules)) {
+    options.margin = 1;
+    std::vector<std::int32_t> touching;
+    treeOf(fibers.view(), options).findTouching(mesh, touching);
+    EXPECT_EQ(touching.size(), 100u);
+  }
+}
+
 // A search with many tasks fits the tree of a turned mesh to the posed triangles.
 TEST(FiberTreeMeshTest, FindsAllTrianglesOfALargeTurnedMesh) {
   const auto fibers = curledFibers<double>(31, 40);
