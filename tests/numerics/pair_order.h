@@ -16,8 +16,8 @@ struct OrderHash {
   std::uint64_t pairs;     ///< in the order of the report
 };
 
-/// Of random scenes of every kind but hair, float and double, as arrays and as objects. Sizes make
-/// several pieces of work, which threads share.
+/// Of random scenes of every kind but hair, float and double, as arrays and as objects, and of
+/// fibers with a turned mesh. Sizes make several pieces of work, which threads share.
 std::vector<OrderHash> orderHashes(int threads);
 
 }  // namespace fcl_fibers::test
