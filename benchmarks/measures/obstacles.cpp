@@ -207,8 +207,7 @@ bool registerTouching(const HeadScene& scene, const std::string& set,
     Numbers numbers;
     const double taken = finder.find(found, numbers);
     std::sort(found.begin(), found.end());
-    const bool is_first = truth.empty();
-    if (is_first) truth = found;
+    if (&finder == &finders.front()) truth = found;
     const Judge::Found judged = judge.compare(truth, found);
     // Where FCL finds one that ours does not, both are judged: none of ours may be missing.
     const Judge::Found first = judge.compare(found, truth);
