@@ -24,9 +24,10 @@ struct TriangleTally {
   std::string first_wrong;
 };
 
-/// Asks axisWithin() and TrianglePairs about random pairs of all kinds: of general position, on a grid where corners,
-/// edges and planes meet exactly, nearly parallel, needles, points, of unlike sizes, far from the
-/// origin, and scaled by powers of two from 2^-1000 to 2^960. Most are near contact.
+/// Asks axisWithin() and TrianglePairs about random pairs of all kinds: of general position, on a
+/// grid where corners, edges and planes meet exactly, nearly parallel, needles, points, of unlike
+/// sizes, far from the origin, and scaled by powers of two from 2^-1000 to 2^960. Most are near
+/// contact.
 TriangleTally decideTriangles(std::uint64_t decisions, std::uint64_t seed);
 
 }  // namespace fcl_fibers::test
