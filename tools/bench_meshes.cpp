@@ -2,21 +2,19 @@
 #include "bench_meshes.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <iterator>
-#include <limits>
 #include <memory>
 #include <tuple>
 #include <utility>
 
-#include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
 #include <fmt/format.h>
 
 #include "contenders/contender.h"
+#include "contenders/mesh_model.h"
 
 namespace fcl_fibers::tools {
 namespace {
@@ -28,21 +26,6 @@ using benchmarks::Object;
 /// A segment by its number among all segments, and a mesh.
 using MeshPair = std::pair<std::size_t, std::size_t>;
 using MeshPairs = std::vector<MeshPair>;
-
-std::shared_ptr<fcl::BVHModel<fcl::OBBRSSd>> makeModel(const MeshFile& mesh) {
-  std::vector<fcl::Vector3d> points;
-  std::vector<fcl::Triangle> triangles;
-  for (const Point& p : mesh.points) points.emplace_back(p[0], p[1], p[2]);
-  const auto corner = [&](std::size_t i) { return static_cast<std::size_t>(mesh.triangles[i]); };
-  for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) {
-    triangles.emplace_back(corner(i), corner(i + 1), corner(i + 2));
-  }
-  auto model = std::make_shared<fcl::BVHModel<fcl::OBBRSSd>>();
-  model->beginModel();
-  model->addSubModel(points, triangles);
-  model->endModel();
-  return model;
-}
 
 /// What all finders share.
 struct Scene {
@@ -62,7 +45,8 @@ struct Scene {
         is_root.push_back(s < static_cast<std::size_t>(roots[f]) ? 1 : 0);
       }
     }
-    for (const MeshFile& mesh : all) objects.push_back(std::make_unique<Object>(makeModel(mesh)));
+    for (const MeshFile& mesh : all)
+      objects.push_back(std::make_unique<Object>(benchmarks::modelOf(mesh.points, mesh.triangles)));
   }
 
   /// The mesh of an object; their number if it is a segment.
@@ -180,36 +164,28 @@ Finder byFcl(const Scene& scene) {
           }};
 }
 
-/// The distance of a segment and a mesh, over all triangles.
-double distanceOf(const Scene& scene, const MeshPair& pair) {
-  const FiberPolylines& fibers = scene.fibers;
-  std::size_t fiber = 0;
-  while (pair.first >= fibers.point_begin[fiber + 1] - fiber - 1) ++fiber;
-  const auto point = static_cast<std::int32_t>(pair.first + fiber);
-  const TriangleMesh& mesh = scene.meshes[pair.second].mesh;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t t = 0; t < mesh.triangleCount(); ++t) {
-    const TrianglePair one = {point, static_cast<std::int32_t>(t)};
-    least = std::min(least, meshContact(fiberArrays(fibers), mesh, one).distance);
-  }
-  return least;
-}
-
-/// Judges what a finder found by what ours found first, and both by brute force where they differ.
-/// Returns whether the first is right.
+/// Judges what a finder found by what ours found first, and both by all triangles where they
+/// differ. Returns whether the first is right.
 bool judge(const Scene& scene, const MeshPairs& first, const MeshPairs& found,
            MeshFinderResult& result) {
-  constexpr double kUndecided = 1e-9;
+  using benchmarks::Contact;
   MeshPairs differing;
   std::set_symmetric_difference(first.begin(), first.end(), found.begin(), found.end(),
                                 std::back_inserter(differing));
+  if (differing.empty()) return true;
+  const std::vector<benchmarks::Capsule> capsules = scene.moving.capsules();
+  std::vector<std::vector<benchmarks::Corners>> corners;
+  for (const MeshFile& mesh : scene.meshes) {
+    corners.push_back(
+        benchmarks::cornersOf(mesh.points, mesh.triangles, fcl::Transform3d::Identity()));
+  }
   bool first_is_right = true;
-  for (const MeshPair& pair : differing) {
-    const double distance = distanceOf(scene, pair);
-    const bool is_found = std::binary_search(found.begin(), found.end(), pair);
-    if (std::abs(distance) < kUndecided) {
+  for (const auto& [segment, mesh] : differing) {
+    const Contact contact = benchmarks::contact(capsules[segment], corners[mesh]);
+    const bool is_found = std::binary_search(found.begin(), found.end(), MeshPair{segment, mesh});
+    if (contact == Contact::kBoundary) {
       ++result.undecided;
-    } else if ((distance < 0) != is_found) {
+    } else if ((contact == Contact::kTouching) != is_found) {
       ++(is_found ? result.extra : result.missed);
     } else {
       first_is_right = false;
@@ -223,18 +199,24 @@ double median(std::vector<double>& seconds) {
   return seconds[seconds.size() / 2];
 }
 
-/// Ends early if the finder is so slow that it takes longer than the limit.
-void time(const Finder& finder, const BenchRequest& request, MeshFinderResult& result) {
-  std::vector<double> set_up, query;
+/// Times all finders in turn. Those that take longer than the limit are timed once.
+template <std::size_t N>
+void timeInTurn(const Finder (&finders)[N], const BenchRequest& request,
+                std::vector<MeshFinderResult>& results) {
+  std::vector<double> set_up[N], query[N];
   for (int i = 0; i < request.repetitions; ++i) {
-    progress(fmt::format("timing {} of {}: {}", i + 1, request.repetitions, finder.name));
-    MeshPairs found;
-    set_up.push_back(benchmarks::seconds(finder.set_up));
-    query.push_back(benchmarks::seconds([&] { finder.find(found); }));
-    if (set_up.back() + query.back() > request.limit) break;
+    for (std::size_t k = 0; k < N; ++k) {
+      if (i > 0 && set_up[k].back() + query[k].back() > request.limit) continue;
+      progress(fmt::format("timing {} of {}: {}", i + 1, request.repetitions, finders[k].name));
+      MeshPairs found;
+      set_up[k].push_back(benchmarks::seconds(finders[k].set_up));
+      query[k].push_back(benchmarks::seconds([&] { finders[k].find(found); }));
+    }
   }
-  result.set_up_seconds = median(set_up);
-  result.query_seconds = median(query);
+  for (std::size_t k = 0; k < N; ++k) {
+    results[k].set_up_seconds = median(set_up[k]);
+    results[k].query_seconds = median(query[k]);
+  }
 }
 
 }  // namespace
@@ -258,9 +240,7 @@ std::vector<MeshFinderResult> benchMeshes(const FiberPolylines& scene, MovingFib
     if (!judge(shared, first, found, result)) results.front().missed += 1;
     results.push_back(result);
   }
-  for (std::size_t i = 0; i < results.size(); ++i) {
-    time(finders[i], request, results[i]);
-  }
+  timeInTurn(finders, request, results);
   return results;
 }
 

@@ -5,15 +5,10 @@
 #include <memory>
 #include <vector>
 
-#include <fcl/geometry/bvh/BVH_model.h>
-#include <fcl/math/bv/OBBRSS.h>
-
-#include "judge/exact_triangle_test.h"
+#include "contenders/mesh_model.h"
 #include "scenes/ball.h"
 
 namespace fcl_fibers::benchmarks {
-
-inline fcl::Vector3d toVector(const Point& p) { return {p[0], p[1], p[2]}; }
 
 inline MeshPose toMeshPose(const fcl::Transform3d& pose) {
   MeshPose result;
@@ -27,32 +22,11 @@ inline MeshPose toMeshPose(const fcl::Transform3d& pose) {
   return result;
 }
 
-/// The triangles at a pose, for the judge.
 inline std::vector<Corners> cornersOf(const scenes::Triangles& mesh, const fcl::Transform3d& pose) {
-  std::vector<Corners> corners(mesh.corners.size() / 3);
-  for (std::size_t i = 0; i < mesh.corners.size(); ++i) {
-    const auto point = static_cast<std::size_t>(mesh.corners[i]);
-    corners[i / 3][i % 3] = pose * toVector(mesh.points[point]);
-  }
-  return corners;
+  return cornersOf(mesh.points, mesh.corners, pose);
 }
-
-/// The triangles as FCL takes them, by the bounding volume that its examples use.
 inline std::shared_ptr<fcl::BVHModel<fcl::OBBRSSd>> modelOf(const scenes::Triangles& mesh) {
-  std::vector<fcl::Vector3d> points;
-  std::vector<fcl::Triangle> triangles;
-  for (const Point& point : mesh.points) points.push_back(toVector(point));
-  for (std::size_t i = 0; i < mesh.corners.size(); i += 3) {
-    const auto corner = [&](std::size_t k) {
-      return static_cast<std::size_t>(mesh.corners[i + k]);
-    };
-    triangles.emplace_back(corner(0), corner(1), corner(2));
-  }
-  auto model = std::make_shared<fcl::BVHModel<fcl::OBBRSSd>>();
-  model->beginModel();
-  model->addSubModel(points, triangles);
-  model->endModel();
-  return model;
+  return modelOf(mesh.points, mesh.corners);
 }
 
 }  // namespace fcl_fibers::benchmarks
