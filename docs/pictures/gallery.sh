@@ -43,8 +43,8 @@ page knot "$pages/knot.txt" -r 0.101 -a 0.35 --up z
 still gallery/knot knot camera=191,50,1
 page knit "$pages/tube.txt" -r 0.125 -a 0.4
 still gallery/knit knit camera=80,18,1
-page combed "$pages/combed.txt" -r 0.05 --mesh "$pages/head.obj" --solid --up z
-still gallery/combed combed 'markers=0&camera=40,14,1'
+page parting "$pages/parting.txt" -r 0.05 --mesh "$pages/head.obj" --solid --up z
+still gallery/parting parting 'markers=0&camera=40,14,1'
 page crossing examples/crossing.txt -r 0.06
 still gallery/crossing crossing 'up=z&camera=-70,70,0.9'
 if [[ -e $pages/ponytail.txt ]]; then

@@ -4,7 +4,7 @@
     scenes.py FOLDER [DATA]
 
 head.obj      a head of radius 9, closed; its face is on the side of x
-combed.txt    hair from a parting on top of it down to both ears; it lies on the head
+parting.txt   hair from a parting on top of it down to both ears; it lies on the head
 knot.txt      a closed rope; it touches itself at radius 0.1
 tube.txt      stockinette, knitted in the round from one yarn; it touches itself at radius 0.125
 ponytail.txt  the four files tressfx31_ponytail_*.tfx of the folder DATA
@@ -63,7 +63,7 @@ def head(rings=150, sectors=200):
     return points, faces
 
 
-def combed(hairs=1600, segments=60):
+def parting(hairs=1600, segments=60):
     random = np.random.default_rng(1)
     t = np.linspace(0, 1, segments + 1)
     for i in range(hairs):
@@ -94,7 +94,7 @@ def main():
     with open(Path(folder) / "head.obj", "w", encoding="ascii") as file:
         np.savetxt(file, points, fmt="v %.7g %.7g %.7g")
         file.writelines("f " + " ".join(str(i + 1) for i in face) + "\n" for face in faces)
-    write(folder, "combed", combed())
+    write(folder, "parting", parting())
     write(folder, "knot", knot())
     write(folder, "tube", tube())
     if data:
