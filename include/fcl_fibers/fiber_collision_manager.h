@@ -76,8 +76,8 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
                      FiberGroup group = {}, const FiberObstacles& obstacles = {});
 
   /// Registers an object that is no fiber, such as a head or a floor, with options. Throws
-  /// std::invalid_argument as registerObject() does, and if the mesh is to be solid but is not
-  /// watertight.
+  /// std::invalid_argument as registerObject() does. Under either report it also throws if the mesh
+  /// is to be solid but is not watertight, or if its triangles are clockwise seen from outside.
   void registerObstacle(Object* object, const ObstacleOptions& options = {});
 
   /// Registers objects of any kind. Consecutive capsules that share an end point, to 4 ulp of the

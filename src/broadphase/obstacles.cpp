@@ -86,7 +86,7 @@ MeshReading readMesh(const char* call, const fcl::CollisionObject<S>& object, bo
     fibers::throwInvalidArgument(
         call, name() +
                   ": its mesh is inside out: its triangles are clockwise seen from outside; "
-                  "exchange two corners of each");
+                  "exchange two points of each");
   }
   placeMesh(object, frame, bounds, reading);
   if (!index::fitsIn(frame, reading.posed(tree::kAllCategories, is_solid))) {
