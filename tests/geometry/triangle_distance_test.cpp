@@ -183,9 +183,9 @@ TEST(TriangleContact, SeparatesCapsuleAndTriangle) {
     ASSERT_NEAR(norm(contact.point_a - on_axis - s.radius * contact.normal), 0, 1e-14 * size);
     if (!contact.crosses) {
       ++apart;
-      ASSERT_NEAR(contact.distance, static_cast<double>(distanceOf(s, t)) - s.radius, 1e-13 * size);
+      ASSERT_NEAR(contact.distance, static_cast<double>(distanceOf(s, t)) - s.radius, 1e-14 * size);
       ASSERT_NEAR(norm(contact.point_b - contact.point_a - contact.distance * contact.normal), 0,
-                  1e-12 * size);
+                  1e-14 * size);
     }
     if (contact.distance >= 0) continue;
     crossing += contact.crosses ? 1 : 0;
