@@ -150,9 +150,8 @@ class Lanes {
 
   /// `a` where it is true, else `b`.
   FCL_FIBERS_ALWAYS_INLINE friend Lanes choose(const Truth& truth, const Lanes& a, const Lanes& b) {
-    return generate([&](int i) HWY_ATTR {
-      return hn::IfThenElse(truth.truth[i], a.vector_[i], b.vector_[i]);
-    });
+    return generate(
+        [&](int i) HWY_ATTR { return hn::IfThenElse(truth.truth[i], a.vector_[i], b.vector_[i]); });
   }
 
   /// False in lanes where one of the two is NaN.
