@@ -43,7 +43,7 @@ inline double triangleDistance(const Capsule& capsule, const Corners& t) {
 }
 
 /// Distance of a capsule's axis and the nearest triangle, or more than `limit`. Takes all triangles
-/// one by one, but for those whose boxes are farther than that.
+/// one by one, except those whose boxes are farther than that.
 inline double meshDistance(const Capsule& capsule, const std::vector<Corners>& triangles,
                            double limit) {
   const Eigen::Array3d least = capsule.from.cwiseMin(capsule.to).array();
