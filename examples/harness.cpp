@@ -32,7 +32,8 @@ fcl_fibers::FiberPolylines cables() {
   fcl_fibers::FiberPolylines harness;
   harness.radius = 0.006;
   for (int cable = 0; cable < 10; ++cable) {
-    const double y = 0.02 * (cable % 5 - 2), behind = -0.02 * (cable / 5);
+    // Off the middle of the arm, so that no two of its triangles are equally deep.
+    const double y = 0.02 * (cable % 5 - 2) + 0.003, behind = -0.02 * (cable / 5);
     const Vector begin(-0.1, y, 0.08 + behind), end(-0.25 + behind, y, 1.15);
     const Vector near_begin = begin + Vector(-0.3, 0, 0), near_end = end + Vector(0, 0, -0.7);
     for (int i = 0; i <= 60; ++i) {
