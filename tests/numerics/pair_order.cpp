@@ -68,7 +68,7 @@ OrderHash orderHash(RandomKind kind, Form form, int threads) {
 /// Of fibers and a turned, uneven sheet of triangles through their middle.
 OrderHash meshOrderHash(std::int32_t across, int threads) {
   const Assembly<double> fibers =
-      randomScene<double>(RandomKind::kDense, 1200, 43, HairFiles::none());
+      randomScene<double>(RandomKind::kSparse, 1200, 43, HairFiles::none());
   double low[3], high[3];
   for (std::size_t k = 0; k < 3; ++k) {
     low[k] = high[k] = fibers.points[k];
