@@ -128,6 +128,13 @@ triangles() {
   "$numerics" triangles --decisions 1e8
 }
 
+# 10^8 pairs that move, and 10^6 in integers only.
+impacts() {
+  build fcl_fibers_numerics_run
+  "$numerics" impacts --decisions 1e8
+  "$numerics" impacts --decisions 1e6 --seed 2 --exact
+}
+
 # The same pairs in the same order on every instruction set and number of threads of this machine,
 # by gcc and clang, with and without optimization.
 pair_order() {
@@ -258,6 +265,7 @@ steps=(
   extremes
   differential
   triangles
+  impacts
   pair_order
   stateful
   fuzz

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "geometry/box.h"
+#include "geometry/moving_box.h"
 #include "geometry/segment.h"
 #include "geometry/sphere.h"
 
@@ -82,6 +83,10 @@ class FrameChange {
       low[i] = roundedDown(side > double{-kInfinity} ? side : double{-kInfinity});
     }
     return {{low[0], low[1], low[2]}, {-low[3], -low[4], -low[5]}};
+  }
+
+  FCL_FIBERS_ALWAYS_INLINE MovingBox operator()(const MovingBox& box) const {
+    return {(*this)(box.start), (*this)(box.end)};
   }
 
   Sphere operator()(const Sphere& sphere) const {

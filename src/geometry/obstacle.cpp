@@ -228,4 +228,34 @@ bool touch(const Segment& capsule, const Obstacle& obstacle, double margin, doub
   return true;
 }
 
+namespace {
+
+/// Looks at the times that differ from `time` by at most `half`. In the whole step no point of the
+/// capsule goes further than `way`.
+bool touchAround(double time, double half, double way, const MovingSegment& capsule,
+                 const Obstacle& obstacle, double margin, double error) {
+  const auto now = [time](const auto& start, const auto& end) {
+    return start + time * (end - start);
+  };
+  const Segment &start = capsule.start, &end = capsule.end;
+  const Segment middle{now(start.a, end.a), now(start.b, end.b), now(start.radius, end.radius)};
+  if (!touch(middle, obstacle, margin + half * way, error)) return false;
+  constexpr double kLeastHalf = 0x1p-11;
+  if (half < kLeastHalf || touch(middle, obstacle, margin, error)) return true;
+  return touchAround(time - half / 2, half / 2, way, capsule, obstacle, margin, error) ||
+         touchAround(time + half / 2, half / 2, way, capsule, obstacle, margin, error);
+}
+
+}  // namespace
+
+bool touch(const MovingSegment& capsule, const Obstacle& obstacle, double margin, double error) {
+  if (rests(capsule)) return touch(capsule.end, obstacle, margin, error);
+  const Segment &start = capsule.start, &end = capsule.end;
+  const double way =
+      std::max(norm(end.a - start.a), norm(end.b - start.b)) + std::fabs(end.radius - start.radius);
+  // Positions between the two are rounded more often.
+  const double rounding = endPointError(capsule) + 16 * kEps * (way + std::fabs(end.radius));
+  return touchAround(0.5, 0.5, way * (1 + 16 * kEps), capsule, obstacle, margin, error + rounding);
+}
+
 }  // namespace fcl_fibers::geometry

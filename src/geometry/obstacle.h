@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "geometry/moving_segment.h"
 #include "geometry/segment.h"
 
 namespace fcl_fibers::geometry {
@@ -34,5 +35,9 @@ struct Obstacle {
 /// @param error  bounds the error of both end points of the capsule
 /// @pre the segment is not a box
 bool touch(const Segment& capsule, const Obstacle& obstacle, double margin, double error);
+
+/// The same for a capsule that moves while the obstacle rests. The answer may also be wrongly true
+/// if they come nearer than `margin` and a thousandth of the way of the capsule's ends.
+bool touch(const MovingSegment& capsule, const Obstacle& obstacle, double margin, double error);
 
 }  // namespace fcl_fibers::geometry

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "geometry/box.h"
+#include "geometry/moving_box.h"
 #include "geometry/sphere.h"
 #include "simd/lanes-inl.h"
 
@@ -41,6 +42,52 @@ FCL_FIBERS_ALWAYS_INLINE LaneMask overlaps(const Sphere::Pack<N>& pack, const Sp
   const Lanes<N> reach_squared =
       reach * reach * Lanes<N>::all(kRoundUp) + Lanes<N>::all(std::numeric_limits<float>::min());
   return (x * x + y * y + z * z <= reach_squared).mask();
+}
+
+/// Whether they overlap at one common time, up to the pack's last one.
+///
+/// The high side of one box is above the low side of the other by a depth that changes linearly.
+/// The two overlap while no depth is negative. If a depth d0 at the start and d1 at the end differ
+/// in sign, that begins or ends at the time d0 / (d0 - d1), whose three roundings amount to less
+/// than 2^-21 of it. Halves do not overflow. A depth that has overflowed is raised to the lowest
+/// float, which lets the two overlap for longer. Infinite sides leave NaN, which means any time. A
+/// depth that vanishes below float's range is less than the step by which the boxes were rounded
+/// outward.
+template <int N>
+FCL_FIBERS_ALWAYS_INLINE LaneMask overlaps(const MovingBox::Pack<N>& pack, const MovingBox& box) {
+  using Row = Lanes<N>;
+  const Row zero = Row::all(0), one = Row::all(1);
+  const auto depth = [](int side, const Box::Pack<N>& boxes, const Box& other) HWY_ATTR {
+    const int axis = side % 3;
+    return side < 3 ? Row::load(boxes.high(axis)) - Row::all(other.low[axis])
+                    : Row::all(other.high[axis]) - Row::load(boxes.low(axis));
+  };
+  Row start[6], end[6];
+  Row least = one, least_of_greatest = one;
+  for (int side = 0; side < 6; ++side) {
+    start[side] = depth(side, pack.start(), box.start);
+    end[side] = depth(side, pack.end(), box.end);
+    least = min(least, min(start[side], end[side]));
+    least_of_greatest = min(least_of_greatest, max(start[side], end[side]));
+  }
+  // Cleared lanes hold NaN, of which the operations above make anything.
+  const Row first_low = Row::load(pack.start().low(0)), last_low = Row::load(pack.end().low(0));
+  const LaneMask some =
+      ((zero <= least_of_greatest) & (first_low <= first_low) & (last_low <= last_low)).mask();
+  if ((some & ~(zero <= least).mask()) == 0) return some;
+
+  const Row half = Row::all(0.5f), lowest = Row::all(std::numeric_limits<float>::lowest());
+  Row first = zero, last = Row::all(pack.until());
+  for (int side = 0; side < 6; ++side) {
+    const Row from = max(start[side], lowest) * half, to = max(end[side], lowest) * half;
+    const Row time = quotient(from, from - to);
+    const Row early = time * Row::all(1 - 0x1p-21f), late = time * Row::all(1 + 0x1p-21f);
+    const Row begins = choose(zero <= start[side], zero, choose(early <= one, early, zero));
+    const Row ends = choose(zero <= end[side], one, choose(late <= one, late, one));
+    first = max(first, begins);
+    last = min(last, ends);
+  }
+  return some & (first <= last + Row::all(std::numeric_limits<float>::min())).mask();
 }
 
 namespace internal {

@@ -26,20 +26,22 @@ double finiteOrZero(double x) { return std::isfinite(x) ? x : 0; }
 /// A lower bound of the gap between two boxes along an axis. It is not positive if they overlap
 /// there.
 double gapLowerBound(const Segment& p, const Segment& q, double Vec3d::*axis) {
+  const BoxGaps gaps = boxGaps(p, q, axis);
+  return std::max(gaps.above, gaps.below);
+}
+
+}  // namespace
+
+BoxGaps boxGaps(const Segment& p, const Segment& q, double Vec3d::*axis) {
   const Interval i = extent(p, axis), j = extent(q, axis);
-  const double gap = std::max(i.low - j.high, j.low - i.high);
   const double error = finiteOrZero(endPointError(p)) + finiteOrZero(endPointError(q)) +
                        4 * kEps * (p.thickness() + q.thickness());
-  return gap - error;
+  return {i.low - j.high - error, j.low - i.high - error};
 }
 
 double reachOf(const Segment& p, const Segment& q, double margin, double error) {
   return (p.radius + q.radius + margin) * (1 + 4 * kEps) + error;
 }
-
-constexpr double Vec3d::*kAxes[] = {&Vec3d::x, &Vec3d::y, &Vec3d::z};
-
-}  // namespace
 
 bool touch(const Segment& p, const Segment& q, double margin, double error) {
   if (p.isBox() || q.isBox()) return boxesTouch(p, q, margin + error);

@@ -9,9 +9,21 @@ namespace fcl_fibers::geometry {
 // `error` and a few ulp. `error` bounds the error of all four end points together, see
 // endPointError(). A box may be unbounded on any side.
 
+/// How far apart the axes of two capsules may be that touch.
+double reachOf(const Segment& p, const Segment& q, double margin, double error);
+
 /// Whether two capsules are at most `margin` apart. If one of the two is a box, the boxes of both
 /// count, on every axis.
 bool touch(const Segment& p, const Segment& q, double margin, double error);
+
+/// Lower bounds of the gap by which the box of p lies above that of q along an axis, and below it.
+/// They are not positive if the boxes overlap there.
+struct BoxGaps {
+  double above, below;
+};
+BoxGaps boxGaps(const Segment& p, const Segment& q, double Vec3d::*axis);
+
+constexpr double Vec3d::*kAxes[] = {&Vec3d::x, &Vec3d::y, &Vec3d::z};
 
 /// Whether the boxes of two segments are at most `margin` apart on every axis.
 bool boxesTouch(const Segment& p, const Segment& q, double margin);

@@ -2,102 +2,16 @@
 #include "geometry/triangle_distance.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
 #include "geometry/double_double.h"
-#include "geometry/least_distance.h"
+#include "geometry/squared_triangle_distance.h"
 
 namespace fcl_fibers::geometry {
 namespace {
 
 constexpr double kEps = std::numeric_limits<double>::epsilon();
-
-/// The squared distance at s and at the point a + x (b - a) + y (c - a) of the triangle, and how
-/// much it may exceed the least one.
-template <typename T>
-struct Certified {
-  T s, x, y;
-  T squared;
-  T gap;
-};
-
-/// The convex function f(s, x, y) = |w + s u - x v1 - y v2|^2 over the unit interval and the
-/// triangle x, y >= 0, x + y <= 1. Its minimum is the squared distance of axis and triangle.
-template <typename T>
-class SquaredDistance {
- public:
-  SquaredDistance(const Segment& p, const Triangle& t)
-      : w_(difference<T>(p.a, t.a)),
-        u_(difference<T>(p.b, p.a)),
-        v1_(difference<T>(t.b, t.a)),
-        v2_(difference<T>(t.c, t.a)),
-        normal_(cross(v1_, v2_)) {}
-
-  /// The best of a point on each edge, of both ends of the axis against the inside of the triangle,
-  /// and of the place where the axis crosses its plane. If float noise hides one of them, another
-  /// is as good.
-  Certified<T> atClosest() const {
-    const Vec3<T> none{T(0), T(0), T(0)};
-    Certified<T> best = onEdge(none, v1_, [](const T& t) { return std::array<T, 2>{t, T(0)}; });
-    const auto consider = [&](const Certified<T>& other) {
-      if (other.squared - other.gap > best.squared - best.gap) best = other;
-    };
-    consider(onEdge(none, v2_, [](const T& t) { return std::array<T, 2>{T(0), t}; }));
-    consider(onEdge(v1_, v2_ - v1_, [](const T& t) { return std::array<T, 2>{T(1) - t, t}; }));
-    consider(above(T(0)));
-    consider(above(T(1)));
-    const T from = dot(normal_, w_), to = from + dot(normal_, u_);
-    if ((from < T(0)) != (to < T(0))) consider(above(clampedToUnit(from / (from - to))));
-    return best;
-  }
-
-  /// The vector from the triangle's point to the axis's.
-  Vec3<T> between(const Certified<T>& c) const { return w_ + c.s * u_ - c.x * v1_ - c.y * v2_; }
-
- private:
-  /// The closest points of the axis and the edge from `start` along v, each clamped in turn:
-  /// Ericson, Real-Time Collision Detection, 2005, section 5.1.9. The part of the axis across the
-  /// edge takes the place of the determinant, which loses more digits.
-  template <class Place>
-  Certified<T> onEdge(const Vec3<T>& start, const Vec3<T>& v, Place&& place) const {
-    const Vec3<T> w = w_ - start;
-    const T vv = squaredNorm(v), uu = squaredNorm(u_), uv = dot(u_, v);
-    const Vec3<T> across = u_ - quotientOrZero(uv, vv) * v;
-    const Vec3<T> apart = w - quotientOrZero(dot(v, w), vv) * v;
-    T s = clampedToUnit(quotientOrZero(T(0) - dot(apart, across), squaredNorm(across)));
-    const T t = clampedToUnit(quotientOrZero(uv * s + dot(v, w), vv));
-    s = clampedToUnit(quotientOrZero(uv * t - dot(u_, w), uu));
-    const auto [x, y] = place(t);
-    return at(s, x, y);
-  }
-
-  /// The point of the triangle under a point of the axis, moved into the triangle.
-  Certified<T> above(const T& s) const {
-    const Vec3<T> p = w_ + s * u_;
-    const T nn = squaredNorm(normal_);
-    const T x = clampedToUnit(quotientOrZero(dot(cross(p, v2_), normal_), nn));
-    T y = clampedToUnit(quotientOrZero(dot(cross(v1_, p), normal_), nn));
-    if (x + y > T(1)) y = T(1) - x;
-    return at(s, x, y);
-  }
-
-  /// A convex function lies above its tangent plane, so f is less than here by at most the fall of
-  /// the plane to a corner (Frank and Wolfe, 1956). This holds whatever arithmetic found s, x, y.
-  Certified<T> at(const T& s, const T& x, const T& y) const {
-    Certified<T> c{s, x, y, T(0), T(0)};
-    const Vec3<T> r = between(c);
-    c.squared = squaredNorm(r);
-    const T slope = T(2) * dot(u_, r), along1 = T(-2) * dot(v1_, r), along2 = T(-2) * dot(v2_, r);
-    const T least = std::min({T(0), along1, along2}, [](const T& p, const T& q) { return p < q; });
-    c.gap =
-        (slope > T(0) ? slope * s : T(0) - slope * (T(1) - s)) + (along1 * x + along2 * y - least);
-    return c;
-  }
-
-  Vec3<T> w_, u_, v1_, v2_, normal_;
-};
 
 /// The sum of the 1-norms of the differences, by which rounding is bounded.
 double sizeOf(const Segment& p, const Triangle& t) {
@@ -135,10 +49,11 @@ bool wellScaledWithin(const Segment& p, const Triangle& t, double m, double reac
   const double rounding = roundingFor(m);
   if (isApartAlongMiddles(p, t, rounding, reach)) return false;
   const double reach_squared = reach * reach;
-  const Certified<double> rough = SquaredDistance<double>(p, t).atClosest();
+  const CertifiedOnTriangle<double> rough = SquaredTriangleDistance<double>(p, t).atClosest();
   if (rough.squared <= reach_squared) return true;
   if (rough.squared - rough.gap - rounding > reach_squared) return false;
-  const Certified<DoubleDouble> fine = SquaredDistance<DoubleDouble>(p, t).atClosest();
+  const CertifiedOnTriangle<DoubleDouble> fine =
+      SquaredTriangleDistance<DoubleDouble>(p, t).atClosest();
   return fine.squared - fine.gap <=
          DoubleDouble(reach) * DoubleDouble(reach) + DoubleDouble(0x1p-52 * rounding);
 }
@@ -185,9 +100,12 @@ bool axisWithin(const Segment& capsule, const Triangle& triangle, double reach) 
                     std::min(scale * reach, 0x1p150));
 }
 
+double reachOf(const Segment& capsule, double margin, double error) {
+  return std::max(capsule.radius + margin, 0.0) * (1 + 4 * kEps) + error;
+}
+
 bool touch(const Segment& capsule, const Triangle& triangle, double margin, double error) {
-  const double reach = std::max(capsule.radius + margin, 0.0);
-  return axisWithin(capsule, triangle, reach * (1 + 4 * kEps) + error);
+  return axisWithin(capsule, triangle, reachOf(capsule, margin, error));
 }
 
 ClosestOnTriangle closestPoints(const Segment& capsule, const Triangle& triangle) {
@@ -213,13 +131,13 @@ ClosestOnTriangle closestPoints(const Segment& capsule, const Triangle& triangle
   };
   ClosestOnTriangle inside;
   if (findInside(capsule, triangle, m, inside)) return inside;
-  const SquaredDistance<double> rough(capsule, triangle);
-  const Certified<double> best = rough.atClosest();
+  const SquaredTriangleDistance<double> rough(capsule, triangle);
+  const CertifiedOnTriangle<double> best = rough.atClosest();
   // Closer points need more digits, or rounding would show in the direction.
   constexpr double kNear = 0x1p-20;
   const double distance = std::sqrt(best.squared);
   if (distance > kNear * m && best.gap <= 32 * kEps * m * distance) return closestOf(rough, best);
-  const SquaredDistance<DoubleDouble> fine(capsule, triangle);
+  const SquaredTriangleDistance<DoubleDouble> fine(capsule, triangle);
   return closestOf(fine, fine.atClosest());
 }
 

@@ -11,6 +11,9 @@ namespace fcl_fibers::geometry {
 /// of the coordinates, or if these are not finite.
 bool axisWithin(const Segment& capsule, const Triangle& triangle, double reach);
 
+/// How far apart the axis of a capsule and a triangle may be that touch.
+double reachOf(const Segment& capsule, double margin, double error);
+
 /// Whether a capsule and a triangle are at most `margin` apart. It errs on the side of touching, by
 /// at most `error` and a few ulp. `error` bounds the error of all five points together.
 /// @pre the segment is not a box

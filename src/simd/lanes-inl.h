@@ -118,6 +118,9 @@ class Lanes {
       return hn::Min(hn::Max(quotient, zero), one);
     });
   }
+  FCL_FIBERS_ALWAYS_INLINE friend Lanes quotient(const Lanes& a, const Lanes& b) {
+    return generate([&](int i) HWY_ATTR { return hn::Div(a.vector_[i], b.vector_[i]); });
+  }
   FCL_FIBERS_ALWAYS_INLINE friend Lanes squareRoot(const Lanes& a) {
     return generate([&](int i) HWY_ATTR { return hn::Sqrt(a.vector_[i]); });
   }
@@ -138,6 +141,11 @@ class Lanes {
       Truth both;
       for (int i = 0; i < kVectors; ++i) both.truth[i] = hn::And(p.truth[i], q.truth[i]);
       return both;
+    }
+    FCL_FIBERS_ALWAYS_INLINE friend Truth either(const Truth& p, const Truth& q) {
+      Truth one;
+      for (int i = 0; i < kVectors; ++i) one.truth[i] = hn::Or(p.truth[i], q.truth[i]);
+      return one;
     }
     FCL_FIBERS_ALWAYS_INLINE LaneMask mask() const {
       LaneMask mask = 0;

@@ -352,7 +352,7 @@ TEST(ObstaclePlane, DecisionsAreExact) {
     const Segment near{s.a, s.b, std::nextafter(distance, kInfinity)};
     ASSERT_TRUE(touch(near, plane, 0, 0)) << i;
     if (distance <= 2 * slack) continue;
-    ASSERT_FALSE(touch({s.a, s.b, distance - 2 * slack}, plane, 0, 0)) << i;
+    ASSERT_FALSE(touch(Segment{s.a, s.b, distance - 2 * slack}, plane, 0, 0)) << i;
   }
 }
 

@@ -39,6 +39,13 @@ Vector<T> cross(const Vector<T>& p, const Vector<T>& q) {
   return {T(p[1] * q[2] - p[2] * q[1]), T(p[2] * q[0] - p[0] * q[2]), T(p[0] * q[1] - p[1] * q[0])};
 }
 
+/// The exponent of the last bit of a double that is not 0.
+inline int lastBit(double x) {
+  int exponent = 0;
+  const auto mantissa = static_cast<std::int64_t>(std::ldexp(std::frexp(x, &exponent), 53));
+  return exponent - 53 + __builtin_ctzll(static_cast<unsigned long long>(mantissa));
+}
+
 /// @pre x is a multiple of 2^unit
 inline Integer inUnits(double x, int unit) {
   int exponent = 0;

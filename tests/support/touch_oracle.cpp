@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "support/exact_numbers.h"
+#include "support/exact_within.h"
 
 namespace fcl_fibers::test {
 namespace {
@@ -41,13 +41,6 @@ PairOf<T> pairOf(const GivenCapsule& p, const GivenCapsule& q, double margin, Nu
 
 // --- In integers ---
 
-/// The exponent of the last bit of a double that is not 0.
-int lastBit(double x) {
-  int exponent = 0;
-  const auto mantissa = static_cast<std::int64_t>(std::ldexp(std::frexp(x, &exponent), 53));
-  return exponent - 53 + __builtin_ctzll(static_cast<unsigned long long>(mantissa));
-}
-
 /// The largest power of two of which all lengths of both capsules are multiples.
 int commonUnit(const GivenCapsule& p, const GivenCapsule& q, double margin) {
   int unit = std::numeric_limits<int>::max();
@@ -66,39 +59,6 @@ int commonUnit(const GivenCapsule& p, const GivenCapsule& q, double margin) {
     }
   }
   return unit == std::numeric_limits<int>::max() ? 0 : unit;
-}
-
-/// Whether the point x and the segment from 0 to v are that near.
-bool pointWithin(const Vector<Integer>& x, const Vector<Integer>& v, const Integer& reach_squared) {
-  const Integer along = dot(x, v), length_squared = dot(v, v);
-  if (along <= 0) return dot(x, x) <= reach_squared;
-  if (along >= length_squared) {
-    const Vector<Integer> from_end = x - v;
-    return dot(from_end, from_end) <= reach_squared;
-  }
-  const Vector<Integer> normal = cross(x, v);
-  return dot(normal, normal) <= reach_squared * length_squared;
-}
-
-/// |w + s u - t v| is convex over the unit square, so its minimum is inside, where it is the
-/// distance of the lines, or on an edge, where one of the two is at an end.
-bool within(const PairOf<Integer>& pair) {
-  const auto& [w, u, v, reach] = pair;
-  if (reach < 0) return false;
-  const Integer reach_squared = reach * reach;
-  const Vector<Integer> zero{};
-  if (pointWithin(w, v, reach_squared) || pointWithin(w + u, v, reach_squared) ||
-      pointWithin(zero - w, u, reach_squared) || pointWithin(v - w, u, reach_squared)) {
-    return true;
-  }
-  const Vector<Integer> normal = cross(u, v);
-  const Integer determinant = dot(normal, normal);
-  if (determinant == 0) return false;
-  const Integer uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), uw = dot(u, w), vw = dot(v, w);
-  const Integer s = uv * vw - vv * uw, t = uu * vw - uv * uw;
-  if (s < 0 || s > determinant || t < 0 || t > determinant) return false;
-  const Integer height = dot(w, normal);
-  return height * height <= reach_squared * determinant;
 }
 
 // --- In double ---
@@ -201,14 +161,15 @@ TouchOracle::Verdict TouchOracle::judge(const GivenCapsule& p, const GivenCapsul
 
 bool TouchOracle::touchExactly(const GivenCapsule& p, const GivenCapsule& q, double margin) {
   const int unit = commonUnit(p, q, margin);
-  return within(pairOf<Integer>(
+  const PairOf<Integer> pair = pairOf<Integer>(
       p, q, margin, [unit](double x) { return inUnits(x, unit); },
       [unit](double x, double y) -> Integer {
         if (x == 0 || y == 0) return 0;
         // Each in its own last bit, so that no bit is lost.
         const int of_x = lastBit(x), of_y = lastBit(y);
         return Integer(inUnits(x, of_x) * inUnits(y, of_y)) << (of_x + of_y - unit);
-      }));
+      });
+  return segmentsWithin(pair.w, pair.u, pair.v, pair.reach);
 }
 
 }  // namespace fcl_fibers::test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "support/exact_numbers.h"
+#include "support/exact_within.h"
 #include "support/touch_oracle.h"
 
 namespace fcl_fibers::test {
@@ -42,28 +42,6 @@ int commonUnit(const GivenSegment& segment, const GivenTriangle& triangle, doubl
     for (const double x : *p) see(x);
   }
   return unit == std::numeric_limits<int>::max() ? 0 : unit;
-}
-
-/// Whether the axis crosses the triangle or one of its ends is that near and over it. If neither
-/// holds, the closest point of the triangle is on an edge.
-bool insideWithin(const RelativePair<Integer>& pair, const Integer& reach) {
-  const auto& [w, u, v1, v2] = pair;
-  const Vector<Integer> normal = cross(v1, v2);
-  const Integer area = dot(normal, normal);
-  if (area == 0) return false;
-  // Of the point p / divisor.
-  const auto isOver = [&](const Vector<Integer>& p, const Integer& divisor) {
-    const Integer x = dot(cross(p, pair.v2), normal), y = dot(cross(pair.v1, p), normal);
-    return x >= 0 && y >= 0 && x + y <= area * divisor;
-  };
-  const Vector<Integer> end = w + u;
-  const Integer from = dot(normal, w), to = dot(normal, end);
-  const Integer most = reach * reach * area;
-  if (from * from <= most && isOver(w, 1)) return true;
-  if (to * to <= most && isOver(end, 1)) return true;
-  if (from == to || from * to > 0) return false;
-  const Integer sign = from > to ? 1 : -1, divisor = sign * (from - to);
-  return isOver(divisor * w + Integer(sign * from) * u, divisor);
 }
 
 // --- In double ---
@@ -139,7 +117,8 @@ bool TriangleOracle::withinExactly(const GivenSegment& segment, const GivenTrian
   }
   const int unit = commonUnit(segment, triangle, reach);
   const auto number = [unit](double x) { return inUnits(x, unit); };
-  return insideWithin(relativePair<Integer>(segment, triangle, number), number(reach));
+  const auto [w, u, v1, v2] = relativePair<Integer>(segment, triangle, number);
+  return insideWithin(w, u, v1, v2, number(reach));
 }
 
 }  // namespace fcl_fibers::test

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+
+#include "geometry/segment.h"
+
+namespace fcl_fibers::geometry {
+
+/// A segment during a step, which lasts from time 0 to time 1. Both ends and the radius change
+/// linearly.
+struct MovingSegment {
+  Segment start, end;
+
+  friend bool rests(const MovingSegment& s) { return s.start == s.end; }
+};
+
+/// Whether the segment counts by boxes, because it is one at the start or at the end.
+inline bool isBox(const MovingSegment& s) { return s.start.isBox() || s.end.isBox(); }
+
+/// Bounds how far the stored end points lie from those that poses and length define, at any time.
+inline double endPointError(const MovingSegment& s) {
+  return std::max(endPointError(s.start), endPointError(s.end));
+}
+
+}  // namespace fcl_fibers::geometry
