@@ -35,7 +35,8 @@ double CapsuleFilter::error(const Pair& pair, const Segment& q) const {
   return endPointError(a_[pair.a]) + q_error;
 }
 
-std::size_t CapsuleFilter::keepTouching(Pair* pairs, std::size_t count) const {
+std::size_t CapsuleFilter::keep(Pair* pairs, std::size_t count,
+                                std::vector<geometry::Impact>& /*impacts*/) const {
   constexpr std::size_t kBlock = CapsulePairs::kCapacity;
   CapsulePairs block(unit_);
   std::array<CapsuleEnd, 2 * kBlock> moved;

@@ -23,7 +23,8 @@ class CapsuleFilter final : public PairFilter {
   CapsuleFilter(SegmentRange a, SegmentRange b, const geometry::FrameChange* b_to_a, double margin,
                 double unit, double error = 0);
 
-  std::size_t keepTouching(tree::Pair* pairs, std::size_t count) const override;
+  std::size_t keep(tree::Pair* pairs, std::size_t count,
+                   std::vector<geometry::Impact>& impacts) const override;
 
  private:
   geometry::Segment second(const tree::Pair& pair) const;

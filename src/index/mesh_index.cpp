@@ -35,11 +35,12 @@ MeshIndex::MeshIndex(std::vector<MeshPoint> points, std::vector<TriangleIndices>
   fit(tree_, points_, frame_, nullptr);
 }
 
-MeshTree MeshIndex::posedTree(const geometry::AffineMap& posing,
+MeshTree MeshIndex::posedTree(const std::vector<MeshPoint>& points,
+                              const geometry::AffineMap& posing,
                               parallel::Executor* executor) const {
-  std::vector<MeshPoint> posed(points_.size());
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    const Vec3d p = posing(toVec3d(points_[i]));
+  std::vector<MeshPoint> posed(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3d p = posing(toVec3d(points[i]));
     posed[i] = {{p.x, p.y, p.z, 0}};
   }
   MeshTree tree = tree_;
@@ -76,6 +77,15 @@ FCL_FIBERS_ALWAYS_INLINE Segment MeshIndex::boxOf(TriangleId id,
     high.numbers[k] = std::max(std::max(a.numbers[k], b.numbers[k]), c.numbers[k]);
   }
   return Segment::box(frame.fromWorld(toVec3d(low)), frame.fromWorld(toVec3d(high)));
+}
+
+bool MeshIndex::hasTrianglesOf(const MeshIndex& other) const {
+  const auto same = [](const TriangleIndices& p, const TriangleIndices& q) {
+    return p.a == q.a && p.b == q.b && p.c == q.c;
+  };
+  return this == &other || (points_.size() == other.points_.size() &&
+                            std::equal(triangles_.begin(), triangles_.end(),
+                                       other.triangles_.begin(), other.triangles_.end(), same));
 }
 
 void MeshIndex::chooseFrame() {

@@ -45,12 +45,16 @@ class MeshIndex {
   geometry::Triangle triangle(TriangleId id) const;
 
   const MeshTree& tree() const { return tree_; }
-  /// The tree of the triangles after a map, in the frame that the map leads to. It is worth its
-  /// time for many segments, because the boxes of tree() grow when they are turned.
+  /// The tree of the triangles of other points after a map, in the frame that the map leads to. It
+  /// is worth its time for many segments, because the boxes of tree() grow when they are turned.
+  /// @param points    as many as points()
   /// @param executor  null for one thread
-  MeshTree posedTree(const geometry::AffineMap& posing, parallel::Executor* executor) const;
+  MeshTree posedTree(const std::vector<geometry::MeshPoint>& points,
+                     const geometry::AffineMap& posing, parallel::Executor* executor) const;
   /// The frame of the tree: q = scale (p - origin) for a point p.
   const geometry::Frame& frame() const { return frame_; }
+  /// Whether the triangles have the same numbers of points as those of another mesh.
+  bool hasTrianglesOf(const MeshIndex& other) const;
   /// The largest magnitude of a coordinate.
   double reach() const { return reach_; }
 

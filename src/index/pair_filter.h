@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
+#include "geometry/impact.h"
 #include "tree/search.h"
 
 namespace fcl_fibers::index {
@@ -11,8 +13,10 @@ namespace fcl_fibers::index {
 /// the same time.
 class PairFilter {
  public:
-  /// Moves the pairs that touch to the front in their order, and returns their number.
-  virtual std::size_t keepTouching(tree::Pair* pairs, std::size_t count) const = 0;
+  /// Moves the pairs that are handed on to the front in their order, and returns their number.
+  /// @param impacts  empty; a filter that finds impacts adds that of each pair it keeps
+  virtual std::size_t keep(tree::Pair* pairs, std::size_t count,
+                           std::vector<geometry::Impact>& impacts) const = 0;
 
  protected:
   ~PairFilter() = default;

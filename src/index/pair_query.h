@@ -3,6 +3,7 @@
 
 #include <cstddef>
 
+#include "geometry/impact.h"
 #include "index/segment_source.h"
 #include "tree/search.h"
 
@@ -12,6 +13,12 @@ namespace fcl_fibers::index {
 class PairSink {
  public:
   virtual tree::Visit take(const tree::Pair* pairs, std::size_t count) = 0;
+  /// Receives the pairs of a search for impacts.
+  /// @param impacts  that of each pair
+  virtual tree::Visit takeImpacts(const tree::Pair* pairs, const geometry::Impact* /*impacts*/,
+                                  std::size_t count) {
+    return take(pairs, count);
+  }
 
  protected:
   ~PairSink() = default;

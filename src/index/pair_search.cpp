@@ -7,16 +7,30 @@
 
 namespace fcl_fibers::index {
 
+using geometry::Impact;
+using tree::Pair;
 using tree::TraversalTask;
 using tree::Visit;
 
+namespace {
+
+/// @param impacts  that of each pair; empty if the search is not one for impacts
+Visit hand(const Pair* pairs, const std::vector<Impact>& impacts, std::size_t count,
+           PairSink& sink) {
+  if (count == 0) return Visit::kContinue;
+  return impacts.empty() ? sink.take(pairs, count) : sink.takeImpacts(pairs, impacts.data(), count);
+}
+
+}  // namespace
+
 Visit SerialBuffer::full() {
   auto count = static_cast<std::size_t>(next_ - pairs_);
-  if (filter_ != nullptr) count = filter_->keepTouching(pairs_, count);
+  impacts_.clear();
+  if (filter_ != nullptr) count = filter_->keep(pairs_, count, impacts_);
   // The limit starts small, so that a search for the first pair does not wait for many.
   limit_ = std::min(2 * limit_, kCapacity);
   restart();
-  return count == 0 ? Visit::kContinue : sink_.take(pairs_, count);
+  return hand(pairs_, impacts_, count, sink_);
 }
 
 void TaskBuffer::start() {
@@ -26,8 +40,13 @@ void TaskBuffer::start() {
 
 std::size_t TaskBuffer::finish(const PairFilter* filter) {
   const auto found = static_cast<std::size_t>(next_ - pairs_.data());
-  count_ = filter != nullptr ? filter->keepTouching(pairs_.data(), found) : found;
+  impacts_.clear();
+  count_ = filter != nullptr ? filter->keep(pairs_.data(), found, impacts_) : found;
   return found;
+}
+
+Visit TaskBuffer::handTo(PairSink& sink) const {
+  return hand(pairs_.data(), impacts_, count_, sink);
 }
 
 Visit TaskBuffer::full() {
@@ -179,10 +198,7 @@ class ParallelTasks final : public tree::TaskSink {
 
   Visit deliver() {
     for (std::size_t i = 0; i < searched_->tasks.size(); ++i) {
-      const TaskBuffer& buffer = searched_->buffers[i];
-      if (buffer.count() > 0 && sink_.take(buffer.pairs(), buffer.count()) == Visit::kStop) {
-        return Visit::kStop;
-      }
+      if (searched_->buffers[i].handTo(sink_) == Visit::kStop) return Visit::kStop;
     }
     return Visit::kContinue;
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <memory>
@@ -47,6 +48,7 @@ class SerialBuffer final : public tree::PairBuffer {
 
   const PairFilter* filter_;
   PairSink& sink_;
+  std::vector<geometry::Impact> impacts_;
   std::size_t limit_ = kFirst;
   tree::Pair pairs_[kCapacity + kRoom];
 };
@@ -60,13 +62,17 @@ class alignas(64) TaskBuffer final : public tree::PairBuffer {
   std::size_t finish(const PairFilter* filter);
   tree::Visit full() override;
 
-  const tree::Pair* pairs() const { return pairs_.data(); }
-  std::size_t count() const { return count_; }
-  std::size_t memoryUsage() const { return pairs_.capacity() * sizeof(tree::Pair); }
-  void release() { pairs_ = std::vector<tree::Pair>(); }
+  tree::Visit handTo(PairSink& sink) const;
+  std::size_t memoryUsage() const {
+    return pairs_.capacity() * sizeof(tree::Pair) + impacts_.capacity() * sizeof(geometry::Impact);
+  }
+  void release() {
+    pairs_ = std::vector<tree::Pair>();
+    impacts_ = std::vector<geometry::Impact>();
+  }
   /// Frees memory that only tasks with very many pairs need.
   void trim() {
-    if (pairs_.capacity() > kMostKept) release();
+    if (std::max(pairs_.capacity(), impacts_.capacity()) > kMostKept) release();
   }
 
  private:
@@ -78,6 +84,7 @@ class alignas(64) TaskBuffer final : public tree::PairBuffer {
   }
 
   std::vector<tree::Pair> pairs_;
+  std::vector<geometry::Impact> impacts_;
   std::size_t count_ = 0;
 };
 

@@ -157,6 +157,8 @@ class SegmentIndex {
   std::size_t memoryUsage() const;
 
  private:
+  friend class Step;
+
   double padding() const { return margin() / 2; }
   bool tryBuild(const SegmentSource& source, const geometry::Frame& frame, SegmentId begin,
                 SegmentId end, const tree::Fibers& fibers, bool in_range);

@@ -234,7 +234,8 @@ Visit SegmentIndex::searchSurfaceAndInside(const PosedMesh& mesh, bool once, Pai
           return findPairs(search, &filter, executor_.get(), *scratch_, out);
         };
         const auto findPosed = [&] {
-          const MeshTree posed = triangles.mesh.posedTree(triangles.posing, executor_.get());
+          const MeshTree posed =
+              triangles.mesh.posedTree(triangles.mesh.points(), triangles.posing, executor_.get());
           const geometry::AffineMap same;
           const auto pair = pairOf(tree, posed, same, triangles, mesh, growth, segments);
           return find(TreeSearch(pair));
@@ -357,9 +358,10 @@ bool touches(const PosedMesh& mesh, const Segment& segment, const geometry::Fram
   /// Exchanges the two, because the tree's leaves are triangles.
   struct Exchange final : PairFilter {
     explicit Exchange(const TriangleFilter& f) : filter(f) {}
-    std::size_t keepTouching(Pair* pairs, std::size_t count) const override {
+    std::size_t keep(Pair* pairs, std::size_t count,
+                     std::vector<geometry::Impact>& impacts) const override {
       for (Pair* pair = pairs; pair != pairs + count; ++pair) std::swap(pair->a, pair->b);
-      return filter.keepTouching(pairs, count);
+      return filter.keep(pairs, count, impacts);
     }
     const TriangleFilter& filter;
   } const exchange(filter);

@@ -6,6 +6,7 @@
 #include "index/nearest_filter.h"
 #include "index/segment_index.h"
 #include "index/tree_search.h"
+#include "index/volume_around.h"
 
 namespace fcl_fibers::index {
 namespace {
@@ -14,13 +15,6 @@ using geometry::FrameChange;
 using geometry::Segment;
 using tree::Group;
 using tree::Visit;
-
-/// A segment whose coordinates have overflowed in this frame may be anywhere.
-template <class Volume>
-Volume volumeAround(const Segment& segment, double padding) {
-  const bool is_somewhere = segment.isBox() || isBounded(segment);
-  return is_somewhere ? Volume::around(segment, padding) : Volume::unbounded();
-}
 
 /// Like FrameChange, but a box that overflows becomes open to all sides.
 Segment inFrame(const FrameChange& change, const Segment& segment) {

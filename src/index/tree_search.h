@@ -2,7 +2,7 @@
 #pragma once
 
 #include "index/pair_search.h"
-#include "tree/mesh_search.h"
+#include "tree/moving_search.h"
 #include "tree/search.h"
 
 namespace fcl_fibers::index {

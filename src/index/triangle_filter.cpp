@@ -62,7 +62,8 @@ bool TriangleFilter::touches(const Pair& pair) const {
   return geometry::boxesTouch(segment, box, margin_ + std::max(error_, 0.0) + triangles_.error);
 }
 
-std::size_t TriangleFilter::keepTouching(Pair* pairs, std::size_t count) const {
+std::size_t TriangleFilter::keep(Pair* pairs, std::size_t count,
+                                 std::vector<geometry::Impact>& /*impacts*/) const {
   constexpr std::size_t kAhead = TrianglePairs::kCapacity;
   const geometry::MeshPoint* const points = triangles_.mesh.points().data();
   const TriangleIndices* const corners = triangles_.mesh.triangles().data();

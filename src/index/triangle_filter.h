@@ -22,7 +22,8 @@ class TriangleFilter final : public PairFilter {
   TriangleFilter(tree::SegmentRange segments, const PosedTriangles& triangles, double margin,
                  double error, bool once, double unit);
 
-  std::size_t keepTouching(tree::Pair* pairs, std::size_t count) const override;
+  std::size_t keep(tree::Pair* pairs, std::size_t count,
+                   std::vector<geometry::Impact>& impacts) const override;
 
  private:
   double error(const geometry::Segment& segment) const;

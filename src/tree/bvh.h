@@ -54,6 +54,10 @@ class Bvh {
   const Nodes& nodes() const { return nodes_; }
   const Node& node(std::int32_t i) const { return nodes_[static_cast<std::size_t>(i)]; }
   const Pack& pack(std::int32_t i) const { return node(i).pack; }
+  FCL_FIBERS_ALWAYS_INLINE void prefetch(std::int32_t i) const {
+    const char* const bytes = reinterpret_cast<const char*>(&node(i));
+    for (std::size_t line = 0; line < sizeof(Node); line += 64) __builtin_prefetch(bytes + line);
+  }
   const std::vector<SegmentId>& leaves() const { return leaves_; }  ///< see Topology
   const std::vector<Group>& groups() const { return groups_; }      ///< see Topology
   const std::vector<Categories>& meets() const { return meets_; }   ///< see Topology

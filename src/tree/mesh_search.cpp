@@ -58,17 +58,11 @@ FCL_FIBERS_ALWAYS_INLINE Visit withChanges(const MeshPair<Tree>& trees, F&& visi
                                       trees.a.padding()));
 }
 
-/// Calls visit(filter) with the filter of the segments that may meet the mesh.
-template <class Tree, class F>
-FCL_FIBERS_ALWAYS_INLINE Visit withFilter(const MeshPair<Tree>& trees, F&& visit) {
-  if (trees.a.meets().empty()) return visit(AllGroups());
-  return visit(MeetingCategories<Tree::kArity>(trees.a.meets(), trees.categories));
-}
-
 template <class Tree, class F>
 FCL_FIBERS_ALWAYS_INLINE Visit withBoth(const MeshPair<Tree>& trees, F&& visit) {
   return withChanges(trees, [&](const auto& b_to_a, const auto& a_to_b) HWY_ATTR {
-    return withFilter(trees, [&](auto filter) HWY_ATTR { return visit(b_to_a, a_to_b, filter); });
+    return withMeeting(trees.a, trees.categories,
+                       [&](auto filter) HWY_ATTR { return visit(b_to_a, a_to_b, filter); });
   });
 }
 

@@ -11,6 +11,7 @@
 
 #include "simd/lanes-inl.h"
 #include "tree/topology.h"
+#include "tree/traversal_task.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace fcl_fibers::tree::HWY_NAMESPACE {
@@ -83,6 +84,14 @@ class MeetingCategories : public AllGroups {
   const Categories* by_slot_;
   Categories categories_;
 };
+
+/// Calls visit(filter) with the filter of the segments of a tree that may meet an obstacle of these
+/// categories.
+template <class Tree, class F>
+FCL_FIBERS_ALWAYS_INLINE Visit withMeeting(const Tree& tree, Categories categories, F&& visit) {
+  if (tree.meets().empty()) return visit(AllGroups());
+  return visit(MeetingCategories<Tree::kArity>(tree.meets(), categories));
+}
 
 }  // namespace fcl_fibers::tree::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

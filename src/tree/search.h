@@ -5,6 +5,7 @@
 
 #include "geometry/frame.h"
 #include "tree/bvh.h"
+#include "tree/moving_tree.h"
 #include "tree/traversal_task.h"
 
 namespace fcl_fibers::tree {
@@ -100,7 +101,8 @@ struct Kernels {
                          double limit, NearestVisitor& visitor);
 };
 
-/// The kernels for the instruction set in use (simd/dispatch.h). Fetch them once for each query.
+/// The kernels for the instruction set in use (simd/dispatch.h). A tree that moves has no search
+/// for what is nearest. Fetch them once for each query.
 template <class Tree>
 const Kernels<Tree>& kernels();
 template <>
@@ -111,6 +113,11 @@ template <>
 const Kernels<WrappedSphereTree<2>>& kernels();
 template <>
 const Kernels<WrappedSphereTree<8>>& kernels();
+
+template <>
+const Kernels<MovingTree<2>>& kernels();
+template <>
+const Kernels<MovingTree<8>>& kernels();
 
 template <class Tree>
 const PairKernels<Tree>& pairKernels(const Tree& /*tree*/) {

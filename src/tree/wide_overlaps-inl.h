@@ -68,10 +68,7 @@ class WideOverlaps {
   }
   template <class Tree>
   FCL_FIBERS_ALWAYS_INLINE static void prefetch(const Tree& tree, Link link) {
-    if (link.isLeaf()) return;
-    constexpr std::size_t kSize = sizeof(typename Tree::Node);
-    const char* node = reinterpret_cast<const char*>(&tree.node(link.node()));
-    for (std::size_t line = 0; line < kSize; line += 64) __builtin_prefetch(node + line);
+    if (!link.isLeaf()) tree.prefetch(link.node());
   }
 
   Visit overlapSelf(std::int32_t index) {

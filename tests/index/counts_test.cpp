@@ -114,7 +114,8 @@ std::vector<Pinned> pinnedScenes() {
   scenes::CapParameters cap;
   cap.fibers = 5000;
   const FiberPolylines helix_before = makeHelix(helix), cap_before = makeCap(cap);
-  helix.frame = cap.frame = 1;
+  helix.frame = 1;
+  cap.frame = 1;
   const scenes::PaperDynamic dynamic({});
   return {{"helix",
            helix_before,

@@ -353,7 +353,8 @@ TYPED_TEST(PairSearchTest, TheFilterKeepsThePairsThatTouchInTheirOrder) {
   for (const auto& [i, j] : pairsFound<TypeParam>(tree)) pairs.push_back({i + 1000, j + 3000});
   const KeptSegments from_1000 = kept(a, 1000), from_3000 = kept(a, 3000);
   const CapsuleFilter shifted(from_1000.range(), from_3000.range(), nullptr, margin, 4);
-  const std::size_t kept = shifted.keepTouching(pairs.data(), pairs.size());
+  std::vector<geometry::Impact> impacts;
+  const std::size_t kept = shifted.keep(pairs.data(), pairs.size(), impacts);
   const PairList expected = pairsFound<TypeParam>(tree, nullptr, &within);
   ASSERT_EQ(kept, expected.size());
   for (std::size_t i = 0; i < kept; ++i) {

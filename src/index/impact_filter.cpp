@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "index/impact_filter.h"
+
+#include <algorithm>
+
+#include "geometry/rounding.h"
+
+namespace fcl_fibers::index {
+
+using geometry::Impact;
+using geometry::MovingSegment;
+using tree::Pair;
+
+ImpactFilter::ImpactFilter(MovingRange a, MovingRange b, const geometry::FrameChange* b_to_a,
+                           double margin, double unit, double error, const PairFilter* wanted)
+    : a_(a), b_(b), b_to_a_(b_to_a), margin_(margin), unit_(unit), error_(error), wanted_(wanted) {
+  const double most = a.mostError() + std::max(b.mostError(), error);
+  if (b_to_a == nullptr && geometry::ImpactPairs::isSmall(unit * most)) error_of_all_ = most;
+}
+
+ImpactFilter::Motions ImpactFilter::motionsOf(const Pair& pair) const {
+  const MovingSegment p = a_[pair.a], q = b_[pair.b];
+  const double p_error = endPointError(p);
+  if (b_to_a_ == nullptr) return {p, q, p_error + std::max(endPointError(q), error_)};
+  const MovingSegment moved{(*b_to_a_)(q.start), (*b_to_a_)(q.end)};
+  return {p, moved, p_error + std::max(b_to_a_->error(moved.start), b_to_a_->error(moved.end))};
+}
+
+std::size_t ImpactFilter::keep(Pair* pairs, std::size_t count, std::vector<Impact>& impacts) const {
+  std::size_t kept = 0;
+  forEachUndecided(pairs, count, [&](const Pair& pair, const Motions& motions, double from) {
+    Impact impact;
+    if (!findImpact(motions.p, motions.q, margin_, motions.error, from, impact)) return;
+    impacts.push_back(impact);
+    pairs[kept++] = pair;
+  });
+  return kept;
+}
+
+std::size_t FirstImpact::keep(Pair* pairs, std::size_t count,
+                              std::vector<Impact>& /*impacts*/) const {
+  using Motions = ImpactFilter::Motions;
+  filter_.forEachUndecided(
+      pairs, count, [&](const Pair& /*pair*/, const Motions& motions, double from) {
+        Impact impact;
+        double first = first_.load(std::memory_order_relaxed);
+        if (from >= first ||
+            !findApproach(motions.p, motions.q, filter_.margin(), motions.error, from, impact)) {
+          return;
+        }
+        while (impact.time < first && !first_.compare_exchange_weak(first, impact.time)) {
+        }
+        // Another thread may just have written a later time, which costs time and no impact.
+        until_.store(geometry::roundedUp(first_), std::memory_order_relaxed);
+      });
+  return 0;
+}
+
+}  // namespace fcl_fibers::index
