@@ -130,4 +130,25 @@ FCL_FIBERS_TREE_EXPORT Contact capsuleContact(const FiberArrays<double>& a,
                                               const FiberArrays<double>& b, SegmentPair pair);
 ///@}
 
+/// Returns the contact of an impact that FiberTree::visitImpacts() reported, at its time. `start`
+/// and `end` are the arrays of the tree's last update, and the meshes those that were passed.
+/// Throws std::invalid_argument as capsuleContact() and meshContact() of a pair do, and if the time
+/// is not in [0, 1].
+///@{
+FCL_FIBERS_TREE_EXPORT Contact impactContact(const FiberArrays<float>& start,
+                                             const FiberArrays<float>& end, const Impact& impact);
+FCL_FIBERS_TREE_EXPORT Contact impactContact(const FiberArrays<double>& start,
+                                             const FiberArrays<double>& end, const Impact& impact);
+FCL_FIBERS_TREE_EXPORT MeshContact impactContact(const FiberArrays<float>& start,
+                                                 const FiberArrays<float>& end,
+                                                 const TriangleMesh& mesh_start,
+                                                 const TriangleMesh& mesh_end,
+                                                 const MeshImpact& impact);
+FCL_FIBERS_TREE_EXPORT MeshContact impactContact(const FiberArrays<double>& start,
+                                                 const FiberArrays<double>& end,
+                                                 const TriangleMesh& mesh_start,
+                                                 const TriangleMesh& mesh_end,
+                                                 const MeshImpact& impact);
+///@}
+
 }  // namespace fcl_fibers

@@ -10,6 +10,7 @@
 #include <fcl_fibers/contact.h>
 
 #include "arrays/array_source.h"
+#include "arrays/fiber_index.h"
 #include "arrays/located_segment.h"
 #include "arrays/pair_sinks.h"
 #include "arrays/tree_volume.h"
@@ -28,28 +29,13 @@ namespace {
 using arrays::PairsOfOne;
 using arrays::PairsOfTwo;
 using arrays::PairsTo;
+using arrays::refuse;
 using arrays::SegmentsOf;
 using fibers::FiberTable;
 using geometry::Frame;
 using geometry::Segment;
 using index::SegmentId;
 using tree::Visit;
-
-[[noreturn]] void refuse(const char* call, const std::string& what) {
-  fibers::throwInvalidArgument(std::string("FiberTree::") + call, what);
-}
-
-const FiberTreeOptions& checked(const FiberTreeOptions& options) {
-  fibers::requireValid("FiberTree::FiberTree", options);
-  return options;
-}
-
-index::IndexOptions indexOptions(const FiberTreeOptions& options) {
-  index::IndexOptions result =
-      fibers::indexOptions(options, options.volumes == FiberTreeOptions::Volumes::kWrappedSpheres);
-  result.share_ends = true;
-  return result;
-}
 
 /// Contacts that one thread computes in a row.
 constexpr std::size_t kContactsAtOnce = 512;
@@ -73,80 +59,48 @@ auto appendTo(std::vector<Found>& all) {
 
 class FiberTree::Impl {
  public:
-  explicit Impl(const FiberTreeOptions& options)
-      : options_(checked(options)), table_(emptyTable()), index_(indexOptions(options)) {}
+  explicit Impl(const FiberTreeOptions& options) : index_(options) {}
 
-  const FiberTreeOptions& options() const { return options_; }
-  const FiberTable& table() const { return table_; }
-  std::size_t segmentCount() const { return index_.leaves().size(); }
-  std::size_t memoryUsage() const {
-    return sizeof(*this) + table_.memoryUsage() + index_.memoryUsage();
-  }
-
-  template <typename S>
-  void build(const FiberArrays<S>& fibers) {
-    const double largest = arrays::checkArrays("FiberTree::build", fibers);
-    FiberTable table = emptyTable();
-    arrays::addFibers(fibers, table);
-    buildIndex("FiberTree::build", arrays::ArraySource<S>(fibers, largest), &table);
-  }
-
-  template <typename S>
-  void update(const FiberArrays<S>& fibers) {
-    const double largest = arrays::checkArrays("FiberTree::update", fibers);
-    if (!hasFibersOf(fibers)) {
-      refuse(
-          "update",
-          "the fibers have other numbers of points than at the last build(); call build() instead");
-    }
-    const arrays::ArraySource<S> source(fibers, largest);
-    if (!is_valid_ || !source.staysFiniteIn(index_.frame())) {
-      return buildIndex("FiberTree::update", source, &table_);
-    }
-    is_valid_ = false;
-    if (!index_.refit(source)) {
-      const Frame frame = index_.betterFrame(source);
-      index_.build(source, frame, 0, table_.idCount(), segmentsOf(table_));
-    }
-    is_valid_ = true;
-  }
+  arrays::FiberIndex& index() { return index_; }
+  const arrays::FiberIndex& index() const { return index_; }
+  std::size_t segmentCount() const { return index_->leaves().size(); }
 
   template <class F>
   bool visitPairs(F take) const {
-    requireValid("visitPairs");
-    PairsTo sink(PairsOfOne(table_), std::move(take));
-    return index_.search(sink) == Visit::kStop;
+    index_.requireValid("visitPairs");
+    PairsTo sink(PairsOfOne(index_.table()), std::move(take));
+    return index_->search(sink) == Visit::kStop;
   }
 
   template <class F>
   bool visitPairs(const Impl& other, F take) const {
-    requireValid("visitPairs");
-    other.requireValid("visitPairs");
-    if (!index_.matches(other.index_)) {
+    index_.requireValid("visitPairs");
+    other.index_.requireValid("visitPairs");
+    if (!index_->matches(*other.index_)) {
       refuse("visitPairs",
              "the trees have different volumes or topologies; construct both with the same");
     }
-    if (index_.keepsSegments() && !other.index_.keepsSegments()) {
+    if (index_->keepsSegments() && !other.index_->keepsSegments()) {
       refuse("visitPairs",
              "the other tree reports volumes and keeps no capsules; construct it with "
              "Report::kCapsules");
     }
     PairsTo sink(PairsOfTwo<SegmentPair>(), std::move(take));
-    return index_.search(other.index_, nullptr, sink) == Visit::kStop;
+    return index_->search(*other.index_, nullptr, sink) == Visit::kStop;
   }
 
   template <class F>
   bool visitMesh(const TriangleMesh& mesh, F take) const {
     const index::PosedMesh posed = posedMesh("visitMesh", mesh);
     PairsTo sink(PairsOfTwo<TrianglePair>(), std::move(take));
-    return index_.searchTriangles(posed, sink) == Visit::kStop;
+    return index_->searchTriangles(posed, sink) == Visit::kStop;
   }
 
   void findTouching(const TriangleMesh& mesh, std::vector<std::int32_t>& segments) const {
     const index::PosedMesh posed = posedMesh("findTouching", mesh);
     segments.clear();
     PairsTo sink(SegmentsOf(), appendTo(segments));
-    index_.searchMesh(posed, sink);
+    index_->searchMesh(posed, sink);
   }
 
   void findNearest(const TriangleMesh& mesh, double distance,
@@ -156,7 +110,7 @@ class FiberTree::Impl {
       refuse("findNearest", "distance is " + std::to_string(distance) + "; give 0 or more");
     }
     std::vector<tree::Pair> found;
-    index_.findNearest(posed, distance, found);
+    index_->findNearest(posed, distance, found);
     pairs.clear();
     pairs.reserve(found.size());
     for (const tree::Pair& pair : found) pairs.push_back({pair.a, pair.b});
@@ -164,14 +118,14 @@ class FiberTree::Impl {
 
   template <class F>
   bool visitOverlaps(const CapsuleShape& capsule, F take) const {
-    requireValid("visitOverlaps");
+    index_.requireValid("visitOverlaps");
     return visitOverlaps(inFrame("capsule", arrays::toSegment(capsule)), SegmentsOf(),
                          std::move(take));
   }
 
   template <class F>
   bool visitOverlaps(const BoxShape& box, F take) const {
-    requireValid("visitOverlaps");
+    index_.requireValid("visitOverlaps");
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (box.low[axis] > box.high[axis]) {
         refuse("visitOverlaps", "low exceeds high of the box; exchange the two");
@@ -179,7 +133,45 @@ class FiberTree::Impl {
     }
     Segment segment = inFrame("box", arrays::toSegment({box.low, box.high, 0}));
     segment.radius = Segment::box({}, {}).radius;
-    return visitOverlaps(segment, arrays::SegmentsAtBox(index_, segment), std::move(take));
+    return visitOverlaps(segment, arrays::SegmentsAtBox(*index_, segment), std::move(take));
+  }
+
+  template <class F>
+  bool visitImpacts(F take) const {
+    index_.requireCapsules("visitImpacts");
+    const index::Step step = index_.step("visitImpacts");
+    const arrays::NoNeighbors wanted(index_.table());
+    arrays::ImpactsTo sink(arrays::ImpactsOfOne(index_.table()), std::move(take));
+    return step.searchImpacts(&wanted, sink) == Visit::kStop;
+  }
+
+  template <class F>
+  bool visitImpacts(const TriangleMesh& start, const TriangleMesh& end, F take) const {
+    const index::PosedMesh from = posedMesh("visitImpacts", start);
+    const index::PosedMesh to = posedMesh("visitImpacts", end);
+    if (from.is_solid != to.is_solid || from.categories != to.categories ||
+        !from.mesh.hasTrianglesOf(to.mesh)) {
+      refuse("visitImpacts",
+             "the mesh at the end has other triangles, another kind or other categories than the "
+             "one at the start; copy the mesh and move the copy");
+    }
+    const index::Step step = index_.step("visitImpacts");
+    arrays::ImpactsTo sink(arrays::ImpactsOfMesh(), std::move(take));
+    return step.searchImpacts(from, to, sink) == Visit::kStop;
+  }
+
+  template <class F>
+  bool visitMovingPairs(F take) const {
+    const index::Step step = index_.step("visitMovingPairs");
+    PairsTo sink(PairsOfOne(index_.table()), std::move(take));
+    return step.searchMoving(nullptr, sink) == Visit::kStop;
+  }
+
+  double safeStep() const {
+    index_.requireCapsules("safeStep");
+    const index::Step step = index_.step("safeStep");
+    const arrays::NoNeighbors wanted(index_.table());
+    return step.safeTime(&wanted);
   }
 
   template <typename S>
@@ -188,7 +180,7 @@ class FiberTree::Impl {
     std::vector<SegmentPair> pairs;
     visitPairs(appendTo(pairs));
     contacts.resize(pairs.size());
-    index_.forRanges(pairs.size(), kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
+    index_->forRanges(pairs.size(), kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) contacts[i] = capsuleContact(fibers, pairs[i]);
     });
   }
@@ -201,7 +193,7 @@ class FiberTree::Impl {
     visitMesh(mesh, appendTo(pairs));
     contacts.resize(pairs.size());
     const fibers::MeshContacts contact(MeshReader::posed(mesh));
-    index_.forRanges(pairs.size(), kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
+    index_->forRanges(pairs.size(), kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
       constexpr std::size_t kAhead = 16;
       for (std::size_t i = begin; i < end; ++i) {
         if (i + kAhead < end) __builtin_prefetch(fibers.points + 3 * pairs[i + kAhead].segment);
@@ -212,59 +204,31 @@ class FiberTree::Impl {
   }
 
   std::vector<TreeVolume> volumes(int depth) const {
-    requireValid("volumes");
+    index_.requireValid("volumes");
     if (depth < 0) refuse("volumes", "depth is " + std::to_string(depth) + "; give 0 or more");
     std::vector<TreeVolume> volumes;
     std::visit(
         [&](const auto& tree) {
           visitVolumes(tree, depth, [&](const auto& volume, std::int32_t begin, std::int32_t end) {
-            volumes.push_back(arrays::toWorld(volume, index_.frame()));
-            volumes.back().segments = index_.leaves().data() + begin;
+            volumes.push_back(arrays::toWorld(volume, index_->frame()));
+            volumes.back().segments = index_->leaves().data() + begin;
             volumes.back().segment_count = static_cast<std::size_t>(end - begin);
           });
         },
-        index_.tree());
+        index_->tree());
     return volumes;
   }
 
   FiberSegment fiberSegment(std::int32_t segment) const {
-    if (segment < 0 || segment >= table_.idCount() || table_.isBehind(segment)) {
+    if (segment < 0 || segment >= index_.table().idCount() || index_.table().isBehind(segment)) {
       refuse("fiberSegment", "no capsule starts at point " + std::to_string(segment) +
                                  "; pass a number of a pair that this tree has reported");
     }
-    const fibers::Place place = table_.placeOf(segment);
+    const fibers::Place place = index_.table().placeOf(segment);
     return {place.fiber, place.segment};
   }
 
  private:
-  FiberTable emptyTable() const {
-    return FiberTable(fibers::neighborRule(options_), /*ids_behind=*/1);
-  }
-
-  static tree::Fibers segmentsOf(const FiberTable& table) {
-    return table.segmentsFrom(0, [](SegmentId) { return true; });
-  }
-
-  template <typename S>
-  void buildIndex(const char* call, const arrays::ArraySource<S>& source, FiberTable* table) {
-    const tree::Fibers runs = segmentsOf(*table);
-    const Frame frame = arrays::frameFor(call, source, runs.ids);
-    is_valid_ = false;
-    if (table != &table_) table_ = std::move(*table);
-    index_.build(source, frame, 0, table_.idCount(), runs);
-    is_valid_ = true;
-  }
-
-  template <typename S>
-  bool hasFibersOf(const FiberArrays<S>& fibers) const {
-    bool has_same_fibers = fibers.fiber_count == table_.fiberCount() &&
-                           fibers.point_count == static_cast<std::size_t>(table_.idCount());
-    for (std::size_t f = 0; has_same_fibers && f < table_.fiberCount(); ++f) {
-      has_same_fibers = static_cast<std::size_t>(table_.beginOf(f)) == fibers.point_begin[f];
-    }
-    return has_same_fibers;
-  }
-
   /// Refuses what capsuleContact() would, before a contact is written.
   template <typename S>
   void requireContacts(const FiberArrays<S>& fibers) const {
@@ -272,7 +236,7 @@ class FiberTree::Impl {
     if (const char* problem = geometry::contactProblem({{largest, 0, 0}, {0, 0, 0}, 0})) {
       refuse("findContacts", problem);
     }
-    if (!hasFibersOf(fibers)) {
+    if (!index_.hasFibersOf(fibers)) {
       refuse("findContacts",
              "the fibers have other numbers of points than those of the tree; pass the arrays of "
              "its last build() or update()");
@@ -285,7 +249,7 @@ class FiberTree::Impl {
       refuse("visitOverlaps", std::string("the ") + name + ": " + problem);
     };
     if (const char* problem = geometry::contactProblem(shape)) refuseIt(problem);
-    const Frame& frame = index_.frame();
+    const Frame& frame = index_->frame();
     const Segment moved{frame.fromWorld(shape.a), frame.fromWorld(shape.b),
                         frame.scale * shape.radius};
     if (!isBounded(moved) || !std::isfinite(moved.radius)) {
@@ -297,19 +261,15 @@ class FiberTree::Impl {
   template <class Convert, class F>
   bool visitOverlaps(const Segment& shape, const Convert& convert, F take) const {
     PairsTo sink(convert, std::move(take));
-    return index_.search(shape, endPointError(shape), tree::kNoGroup, /*second=*/0, sink) ==
+    return index_->search(shape, endPointError(shape), tree::kNoGroup, /*second=*/0, sink) ==
            Visit::kStop;
   }
 
   /// The mesh for a search. Refuses what no search can be right for.
   index::PosedMesh posedMesh(const char* call, const TriangleMesh& mesh) const {
-    requireValid(call);
-    if (!index_.keepsSegments()) {
-      refuse(call,
-             "the tree reports volumes and keeps no capsules; construct it with Report::kCapsules");
-    }
+    index_.requireCapsules(call);
     const index::PosedMesh posed = MeshReader::posed(mesh);
-    if (!index::fitsIn(index_.frame(), posed)) {
+    if (!index::fitsIn(index_->frame(), posed)) {
       refuse(call,
              "the coordinates of the mesh overflow in the unit of the fibers; bring it nearer to "
              "them");
@@ -317,14 +277,7 @@ class FiberTree::Impl {
     return posed;
   }
 
-  void requireValid(const char* call) const {
-    if (!is_valid_) refuse(call, "the last build() or update() failed; call build()");
-  }
-
-  FiberTreeOptions options_;
-  FiberTable table_;
-  index::SegmentIndex index_;
-  bool is_valid_ = true;  ///< false after a build() or update() has thrown
+  arrays::FiberIndex index_;
 };
 
 FiberTree::FiberTree(const FiberTreeOptions& options) : impl_(std::make_unique<Impl>(options)) {}
@@ -332,10 +285,20 @@ FiberTree::~FiberTree() = default;
 FiberTree::FiberTree(FiberTree&&) noexcept = default;
 FiberTree& FiberTree::operator=(FiberTree&&) noexcept = default;
 
-void FiberTree::build(const FiberArrays<float>& fibers) { impl_->build(fibers); }
-void FiberTree::build(const FiberArrays<double>& fibers) { impl_->build(fibers); }
-void FiberTree::update(const FiberArrays<float>& fibers) { impl_->update(fibers); }
-void FiberTree::update(const FiberArrays<double>& fibers) { impl_->update(fibers); }
+void FiberTree::build(const FiberArrays<float>& fibers) { impl_->index().build(fibers); }
+void FiberTree::build(const FiberArrays<double>& fibers) { impl_->index().build(fibers); }
+void FiberTree::update(const FiberArrays<float>& fibers) {
+  impl_->index().update<float>(nullptr, fibers);
+}
+void FiberTree::update(const FiberArrays<double>& fibers) {
+  impl_->index().update<double>(nullptr, fibers);
+}
+void FiberTree::update(const FiberArrays<float>& start, const FiberArrays<float>& end) {
+  impl_->index().update(&start, end);
+}
+void FiberTree::update(const FiberArrays<double>& start, const FiberArrays<double>& end) {
+  impl_->index().update(&start, end);
+}
 
 bool FiberTree::visitRuns(Runs<SegmentPair>& runs) const { return impl_->visitPairs(handTo(runs)); }
 bool FiberTree::visitRuns(const FiberTree& other, Runs<SegmentPair>& runs) const {
@@ -344,6 +307,14 @@ bool FiberTree::visitRuns(const FiberTree& other, Runs<SegmentPair>& runs) const
 }
 bool FiberTree::visitRuns(const TriangleMesh& mesh, Runs<TrianglePair>& runs) const {
   return impl_->visitMesh(mesh, handTo(runs));
+}
+bool FiberTree::visitRuns(const TriangleMesh& start, const TriangleMesh& end,
+                          Runs<MeshImpact>& runs) const {
+  return impl_->visitImpacts(start, end, handTo(runs));
+}
+bool FiberTree::visitRuns(Runs<Impact>& runs) const { return impl_->visitImpacts(handTo(runs)); }
+bool FiberTree::visitMovingRuns(Runs<SegmentPair>& runs) const {
+  return impl_->visitMovingPairs(handTo(runs));
 }
 bool FiberTree::visitRuns(const CapsuleShape& capsule, Runs<std::int32_t>& runs) const {
   return impl_->visitOverlaps(capsule, handTo(runs));
@@ -356,6 +327,12 @@ void FiberTree::findPairs(std::vector<SegmentPair>& pairs) const {
   pairs.clear();
   impl_->visitPairs(appendTo(pairs));
 }
+
+void FiberTree::findImpacts(std::vector<Impact>& impacts) const {
+  impacts.clear();
+  impl_->visitImpacts(appendTo(impacts));
+}
+double FiberTree::safeStep() const { return impl_->safeStep(); }
 
 void FiberTree::findTouching(const TriangleMesh& mesh, std::vector<std::int32_t>& segments) const {
   impl_->findTouching(mesh, segments);
@@ -385,9 +362,9 @@ std::vector<TreeVolume> FiberTree::volumes(int depth) const { return impl_->volu
 FiberSegment FiberTree::fiberSegment(std::int32_t segment) const {
   return impl_->fiberSegment(segment);
 }
-std::size_t FiberTree::fiberCount() const { return impl_->table().fiberCount(); }
+std::size_t FiberTree::fiberCount() const { return impl_->index().table().fiberCount(); }
 std::size_t FiberTree::segmentCount() const { return impl_->segmentCount(); }
-const FiberTreeOptions& FiberTree::options() const { return impl_->options(); }
-std::size_t FiberTree::memoryUsage() const { return impl_->memoryUsage(); }
+const FiberTreeOptions& FiberTree::options() const { return impl_->index().options(); }
+std::size_t FiberTree::memoryUsage() const { return impl_->index().memoryUsage(); }
 
 }  // namespace fcl_fibers

@@ -13,17 +13,19 @@ namespace {
 template <typename S>
 MeshContact contactOf(const FiberArrays<S>& fibers, const TriangleMesh& mesh, TrianglePair pair) {
   const arrays::LocatedSegment capsule = arrays::locate("meshContact", fibers, pair.segment);
-  if (pair.triangle < 0 || static_cast<std::size_t>(pair.triangle) >= mesh.triangleCount()) {
-    fibers::throwInvalidArgument("meshContact",
-                                 "there is no triangle " + std::to_string(pair.triangle) + " of " +
-                                     std::to_string(mesh.triangleCount()) +
-                                     "; pass the mesh that the tree was asked about");
-  }
+  requireTriangle("meshContact", mesh, pair.triangle);
   const fibers::MeshContacts contact(MeshReader::posed(mesh));
   return contact(contact.inFrame(capsule.segment), capsule.place, pair.triangle);
 }
 
 }  // namespace
+
+void requireTriangle(const char* call, const TriangleMesh& mesh, std::int32_t triangle) {
+  if (triangle >= 0 && static_cast<std::size_t>(triangle) < mesh.triangleCount()) return;
+  fibers::throwInvalidArgument(call, "there is no triangle " + std::to_string(triangle) + " of " +
+                                         std::to_string(mesh.triangleCount()) +
+                                         "; pass the mesh that the tree was asked about");
+}
 
 MeshContact meshContact(const FiberArrays<float>& fibers, const TriangleMesh& mesh,
                         TrianglePair pair) {

@@ -6,11 +6,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <utility>
+#include <vector>
 
 #include <fcl_fibers/fiber_tree.h>
 
 #include "fibers/fiber_table.h"
 #include "geometry/obstacle.h"
+#include "index/pair_filter.h"
 #include "index/pair_query.h"
 #include "index/segment_index.h"
 
@@ -35,6 +37,56 @@ class PairsOfOne {
  private:
   const fibers::FiberTable::NeighborTest are_neighbors_;
 };
+/// The impact of such a pair.
+class ImpactsOfOne {
+ public:
+  using Found = Impact;
+
+  explicit ImpactsOfOne(const fibers::FiberTable& table) : pairs_(table) {}
+
+  std::size_t operator()(const tree::Pair& pair, const geometry::Impact& impact,
+                         Impact& out) const {
+    const std::size_t count = pairs_(pair, out.pair);
+    const bool is_swapped = out.pair.a != pair.a;
+    out.time = impact.time;
+    out.s = is_swapped ? impact.t : impact.s;
+    out.t = is_swapped ? impact.s : impact.t;
+    return count;
+  }
+
+ private:
+  const PairsOfOne pairs_;
+};
+
+struct ImpactsOfMesh {
+  using Found = MeshImpact;
+
+  std::size_t operator()(const tree::Pair& pair, const geometry::Impact& impact, Found& out) const {
+    out = {{pair.a, pair.b}, impact.time};
+    return 1;
+  }
+};
+
+/// Keeps the pairs of one tree that are no neighbours.
+class NoNeighbors final : public index::PairFilter {
+ public:
+  explicit NoNeighbors(const fibers::FiberTable& table) : pairs_(table) {}
+
+  std::size_t keep(tree::Pair* pairs, std::size_t count,
+                   std::vector<geometry::Impact>& /*impacts*/) const override {
+    std::size_t kept = 0;
+    SegmentPair ordered;
+    for (std::size_t i = 0; i < count; ++i) {
+      pairs[kept] = pairs[i];
+      kept += pairs_(pairs[i], ordered);
+    }
+    return kept;
+  }
+
+ private:
+  const PairsOfOne pairs_;
+};
+
 /// Converts a pair as it is.
 template <class PublicPair>
 struct PairsOfTwo {
@@ -83,6 +135,21 @@ class SegmentsAtBox {
   geometry::Obstacle box_;
 };
 
+/// Calls take(found, count) with runs of what convert(i, found) makes of the first `count` numbers
+/// i. Returns kStop if `take` returns true.
+template <class Found, class Convert, class F>
+tree::Visit takeRuns(std::size_t count, const Convert& convert, F& take) {
+  constexpr std::size_t kRun = 256;
+  std::array<Found, kRun> run;
+  for (std::size_t i = 0; i != count;) {
+    const std::size_t end = std::min(i + kRun, count);
+    std::size_t size = 0;
+    for (; i != end; ++i) size += convert(i, run[size]);
+    if (size > 0 && take(run.data(), size)) return tree::Visit::kStop;
+  }
+  return tree::Visit::kContinue;
+}
+
 /// Converts pairs to a public type and hands them to take(found, count), which returns true to end
 /// the search.
 template <class Convert, class F>
@@ -91,19 +158,36 @@ class PairsTo final : public index::PairSink {
   PairsTo(const Convert& convert, F take) : convert_(convert), take_(std::move(take)) {}
 
   tree::Visit take(const tree::Pair* pairs, std::size_t count) override {
-    constexpr std::size_t kRun = 256;
-    std::array<typename Convert::Found, kRun> run;
-    for (const tree::Pair* const end = pairs + count; pairs != end;) {
-      const tree::Pair* const run_end =
-          pairs + std::min(kRun, static_cast<std::size_t>(end - pairs));
-      std::size_t size = 0;
-      for (; pairs != run_end; ++pairs) size += convert_(*pairs, run[size]);
-      if (size > 0 && take_(run.data(), size)) return tree::Visit::kStop;
-    }
-    return tree::Visit::kContinue;
+    using Found = typename Convert::Found;
+    return takeRuns<Found>(
+        count, [&](std::size_t i, Found& out) { return convert_(pairs[i], out); }, take_);
   }
 
  private:
+  const Convert convert_;
+  F take_;
+};
+
+/// Does the same for impacts.
+template <class Convert, class F>
+class ImpactsTo final : public index::PairSink {
+ public:
+  ImpactsTo(const Convert& convert, F take) : convert_(convert), take_(std::move(take)) {}
+
+  tree::Visit takeImpacts(const tree::Pair* pairs, const geometry::Impact* impacts,
+                          std::size_t count) override {
+    using Found = typename Convert::Found;
+    return takeRuns<Found>(
+        count, [&](std::size_t i, Found& out) { return convert_(pairs[i], impacts[i], out); },
+        take_);
+  }
+
+ private:
+  /// A search for impacts hands on nothing else.
+  tree::Visit take(const tree::Pair* /*pairs*/, std::size_t /*count*/) override {
+    return tree::Visit::kContinue;
+  }
+
   const Convert convert_;
   F take_;
 };

@@ -13,4 +13,7 @@ struct MeshReader {
   static index::PosedMesh posed(const TriangleMesh& mesh);
 };
 
+/// Throws std::invalid_argument if the mesh has no such triangle.
+void requireTriangle(const char* call, const TriangleMesh& mesh, std::int32_t triangle);
+
 }  // namespace fcl_fibers

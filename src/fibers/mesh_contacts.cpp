@@ -66,6 +66,11 @@ MeshContact MeshContacts::operator()(const Segment& capsule, FiberSegment place,
       is_solid_ &&
       (contact.crosses || query_.isInside(capsule.a + contact.s * (capsule.b - capsule.a)));
   if (is_inside) moveOut(capsule, triangle, contact);
+  return publicContact(contact, place, id, is_inside);
+}
+
+MeshContact publicContact(const TriangleContact& contact, FiberSegment place, index::TriangleId id,
+                          bool is_inside) {
   const auto toArray = [](const Vec3d& v) { return std::array{v.x, v.y, v.z}; };
   return {place,
           id,

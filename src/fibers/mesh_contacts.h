@@ -6,10 +6,15 @@
 #include <fcl_fibers/contact.h>
 
 #include "geometry/segment.h"
+#include "geometry/triangle_contact.h"
 #include "index/mesh_query.h"
 #include "index/posed_triangles.h"
 
 namespace fcl_fibers::fibers {
+
+/// @param is_inside  whether the capsule is inside a solid
+MeshContact publicContact(const geometry::TriangleContact& contact, FiberSegment place,
+                          index::TriangleId triangle, bool is_inside);
 
 /// Computes the contacts of capsules with a mesh, which it borrows. Several threads may ask it.
 class MeshContacts {

@@ -135,6 +135,11 @@ TEST_P(TreeFaults, BuildingWithoutMemoryIsMadeUpFor) {
 TEST_P(TreeFaults, UpdatingWithoutMemoryKeepsOrRefusesAnswers) {
   expectAnswersWhereverStruck("update",
                               [&](Subject& subject) { subject.tree.update(moved_.view()); });
+  if (GetParam().volumes == FiberTreeOptions::Volumes::kLayeredBoxes) {
+    expectAnswersWhereverStruck("update of a step", [&](Subject& subject) {
+      subject.tree.update(hair_.view(), moved_.view());
+    });
+  }
   expectAnswersWhereverStruck("update of fibers that fly apart",
                               [&](Subject& subject) { subject.tree.update(scattered_.view()); });
 }

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "arrays/fiber_index.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "fibers/options.h"
+
+namespace fcl_fibers::arrays {
+namespace {
+
+using fibers::FiberTable;
+using geometry::Frame;
+using index::SegmentId;
+
+constexpr char kUpdate[] = "FiberTree::update";
+constexpr char kStart[] = "FiberTree::update: at the start";
+constexpr char kEnd[] = "FiberTree::update: at the end";
+
+const FiberTreeOptions& checked(const FiberTreeOptions& options) {
+  fibers::requireValid("FiberTree::FiberTree", options);
+  return options;
+}
+
+index::IndexOptions indexOptions(const FiberTreeOptions& options) {
+  index::IndexOptions result =
+      fibers::indexOptions(options, options.volumes == FiberTreeOptions::Volumes::kWrappedSpheres);
+  result.share_ends = true;
+  return result;
+}
+
+tree::Fibers segmentsOf(const FiberTable& table) {
+  return table.segmentsFrom(0, [](SegmentId) { return true; });
+}
+
+}  // namespace
+
+void refuse(const char* call, const std::string& what) {
+  fibers::throwInvalidArgument(std::string("FiberTree::") + call, what);
+}
+
+FiberIndex::FiberIndex(const FiberTreeOptions& options)
+    : options_(checked(options)), table_(emptyTable()), index_(indexOptions(options)) {}
+
+std::size_t FiberIndex::memoryUsage() const {
+  return sizeof(*this) + table_.memoryUsage() + index_.memoryUsage() +
+         (start_ ? sizeof(*start_) + start_->memoryUsage() : 0);
+}
+
+FiberTable FiberIndex::emptyTable() const {
+  return FiberTable(fibers::neighborRule(options_), /*ids_behind=*/1);
+}
+
+template <typename S>
+void FiberIndex::build(const FiberArrays<S>& fibers) {
+  const double largest = checkArrays("FiberTree::build", fibers);
+  FiberTable table = emptyTable();
+  addFibers(fibers, table);
+  rebuild("FiberTree::build", ArraySource<S>(fibers, largest), &table);
+  start_.reset();
+}
+
+template <typename S>
+void FiberIndex::update(const FiberArrays<S>* start, const FiberArrays<S>& fibers) {
+  double largest = checkArrays(start != nullptr ? kEnd : kUpdate, fibers);
+  if (start != nullptr) largest = std::max(largest, checkArrays(kStart, *start));
+  const auto checkFibers = [this](const char* which, const FiberArrays<S>& given) {
+    if (hasFibersOf(given)) return;
+    refuse("update", std::string("the fibers ") + which +
+                         "have other numbers of points than at the last build(); call build() "
+                         "instead");
+  };
+  if (start != nullptr) checkFibers("at the start ", *start);
+  checkFibers(start != nullptr ? "at the end " : "", fibers);
+  if (start != nullptr && options_.volumes != FiberTreeOptions::Volumes::kLayeredBoxes) {
+    refuse(
+        "update",
+        "wrapped spheres have no motion; construct the tree with Volumes::kLayeredBoxes, or pass "
+        "the end of the step alone");
+  }
+  refit(kUpdate, ArraySource<S>(fibers, largest));
+  if (start == nullptr) return start_.reset();
+  is_valid_ = false;
+  if (!start_) {
+    start_ = std::make_unique<index::SegmentIndex>(index_.options());
+    start_->copy(index_);
+  }
+  if (!start_->tryRefit(ArraySource<S>(*start, largest), index_.frame())) {
+    refuse("update", "the start of the step cannot be read; do not change it during the call");
+  }
+  is_valid_ = true;
+}
+
+template <typename S>
+void FiberIndex::rebuild(const char* call, const ArraySource<S>& source, FiberTable* table) {
+  const tree::Fibers runs = segmentsOf(*table);
+  const Frame frame = frameFor(call, source, runs.ids);
+  is_valid_ = false;
+  start_.reset();  // it has the topology of the tree before
+  if (table != &table_) table_ = std::move(*table);
+  index_.build(source, frame, 0, table_.idCount(), runs);
+  is_valid_ = true;
+}
+
+template <typename S>
+void FiberIndex::refit(const char* call, const ArraySource<S>& source) {
+  if (!is_valid_ || !source.staysFiniteIn(index_.frame())) return rebuild(call, source, &table_);
+  is_valid_ = false;
+  if (!index_.refit(source)) {
+    start_.reset();
+    index_.build(source, index_.betterFrame(source), 0, table_.idCount(), segmentsOf(table_));
+  }
+  is_valid_ = true;
+}
+
+template <typename S>
+bool FiberIndex::hasFibersOf(const FiberArrays<S>& fibers) const {
+  bool has_same_fibers = fibers.fiber_count == table_.fiberCount() &&
+                         fibers.point_count == static_cast<std::size_t>(table_.idCount());
+  for (std::size_t f = 0; has_same_fibers && f < table_.fiberCount(); ++f) {
+    has_same_fibers = static_cast<std::size_t>(table_.beginOf(f)) == fibers.point_begin[f];
+  }
+  return has_same_fibers;
+}
+
+void FiberIndex::requireValid(const char* call) const {
+  if (!is_valid_) refuse(call, "the last build() or update() failed; call build()");
+}
+
+void FiberIndex::requireCapsules(const char* call) const {
+  requireValid(call);
+  if (index_.keepsSegments()) return;
+  refuse(call,
+         "the tree reports volumes and keeps no capsules; construct it with Report::kCapsules");
+}
+
+index::Step FiberIndex::step(const char* call) const {
+  requireValid(call);
+  if (!start_) refuse(call, "the fibers rest; call update(start, end) before");
+  return {*start_, index_};
+}
+
+#define FCL_FIBERS_INSTANTIATE(S)                                                 \
+  template void FiberIndex::build(const FiberArrays<S>&);                         \
+  template void FiberIndex::update(const FiberArrays<S>*, const FiberArrays<S>&); \
+  template bool FiberIndex::hasFibersOf(const FiberArrays<S>&) const;
+FCL_FIBERS_INSTANTIATE(float)
+FCL_FIBERS_INSTANTIATE(double)
+#undef FCL_FIBERS_INSTANTIATE
+
+}  // namespace fcl_fibers::arrays

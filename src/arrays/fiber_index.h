@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <fcl_fibers/fiber_tree.h>
+
+#include "arrays/array_source.h"
+#include "fibers/fiber_table.h"
+#include "index/segment_index.h"
+#include "index/step.h"
+
+namespace fcl_fibers::arrays {
+
+/// Throws std::invalid_argument that names a call of FiberTree.
+[[noreturn]] void refuse(const char* call, const std::string& what);
+
+/// The fibers of a FiberTree and their index, and during a step a second index at its start.
+class FiberIndex {
+ public:
+  /// Throws std::invalid_argument if an option is out of range.
+  explicit FiberIndex(const FiberTreeOptions& options);
+
+  const FiberTreeOptions& options() const { return options_; }
+  const fibers::FiberTable& table() const { return table_; }
+  const index::SegmentIndex& operator*() const { return index_; }
+  const index::SegmentIndex* operator->() const { return &index_; }
+  std::size_t memoryUsage() const;
+
+  template <typename S>
+  void build(const FiberArrays<S>& fibers);
+  /// @param start  null if the fibers rest
+  template <typename S>
+  void update(const FiberArrays<S>* start, const FiberArrays<S>& fibers);
+
+  /// Whether the fibers have as many points as those of the index.
+  template <typename S>
+  bool hasFibersOf(const FiberArrays<S>& fibers) const;
+
+  // Each refuses a call if what it needs is missing.
+  void requireValid(const char* call) const;
+  void requireCapsules(const char* call) const;
+  index::Step step(const char* call) const;
+
+ private:
+  fibers::FiberTable emptyTable() const;
+  template <typename S>
+  void rebuild(const char* call, const ArraySource<S>& source, fibers::FiberTable* table);
+  template <typename S>
+  void refit(const char* call, const ArraySource<S>& source);
+
+  FiberTreeOptions options_;
+  fibers::FiberTable table_;
+  index::SegmentIndex index_;
+  std::unique_ptr<index::SegmentIndex> start_;  ///< null unless the last update was a step
+  bool is_valid_ = true;                        ///< false after a build or an update has thrown
+};
+
+}  // namespace fcl_fibers::arrays
