@@ -1,0 +1,396 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "support/moving_scene.h"
+#include "support/scalars.h"
+
+namespace fcl_fibers::test {
+namespace {
+
+using testing::HasSubstr;
+
+template <typename S>
+class ContinuousManager : public testing::Test {};
+TYPED_TEST_SUITE(ContinuousManager, Scalars, ScalarName);
+
+// A program that updates its motions would see those of the step before.
+TYPED_TEST(ContinuousManager, UpdatesReadTheMotionsOfTheNextStep) {
+  using S = TypeParam;
+  for (const FiberOptions& options : assortedContinuousOptions()) {
+    MovingScene<S> scene;
+    fill(scene, 120, {MotionKind::kTranslation}, 814);
+    Manager<S> manager(options);
+    manager.registerObjects(scene.objects());
+    manager.setup();
+    Random random(815);
+    const auto move = [&](std::size_t i) {
+      auto& motion = dynamic_cast<fcl::TranslationMotion<S>&>(*scene[i]->getMotion());
+      const Motion<S> next =
+          makeMotion<S>(MotionKind::kTranslation, random.inCube(0.6), 0.4, 0, random);
+      motion = dynamic_cast<const fcl::TranslationMotion<S>&>(*next);
+    };
+    for (const std::size_t count : std::initializer_list<std::size_t>{120, 1, 8, 20, 70}) {
+      std::vector<Moving<S>*> moved;
+      for (std::size_t i = 0; i < count; ++i) {
+        move(i * 7 % scene.size());
+        moved.push_back(scene[i * 7 % scene.size()]);
+      }
+      if (count == scene.size()) {
+        manager.update();
+      } else if (count == 1) {
+        manager.update(moved[0]);
+      } else {
+        manager.update(moved);
+      }
+      expectPairs<S>(collide(manager), scene.objects(), nullptr, options.margin, true);
+    }
+    MovingScene<S> stranger;
+    manager.update(stranger.addSphere({0, 0, 0}, {1, 0, 0}, 1));  // ignored
+    expectPairs<S>(collide(manager), scene.objects(), nullptr, options.margin, true);
+  }
+}
+
+// Objects that are gone would be used after their end, and new ones missed.
+TYPED_TEST(ContinuousManager, ObjectsComeAndGo) {
+  using S = TypeParam;
+  MovingScene<S> scene;
+  fill(scene, 240, {MotionKind::kTranslation}, 816);
+  Manager<S> manager;
+  EXPECT_TRUE(manager.empty());
+  EXPECT_TRUE(collide(manager).empty());
+  std::vector<Moving<S>*> managed(scene.objects().begin(), scene.objects().begin() + 160);
+  manager.registerObjects(managed);
+  Random random(817);
+  std::size_t next = 160;
+  for (int round = 0; round < 12; ++round) {
+    const std::size_t gone = round % 3 == 0 ? 2 : 15;
+    for (std::size_t i = 0; i < gone; ++i) {
+      const auto place = static_cast<std::ptrdiff_t>(random.below(managed.size()));
+      manager.unregisterObject(managed[static_cast<std::size_t>(place)]);
+      managed.erase(managed.begin() + place);
+    }
+    if (round % 2 == 0) manager.update();
+    if (round % 4 == 1) {
+      for (int i = 0; i < 10; ++i) {
+        managed.push_back(scene[next]);
+        manager.registerObject(scene[next++]);
+      }
+    }
+    std::vector<Moving<S>*> held;
+    manager.getObjects(held);
+    EXPECT_EQ(held, managed);
+    EXPECT_EQ(manager.size(), managed.size());
+    expectPairs<S>(collide(manager), managed, nullptr, 0, true);
+    EXPECT_EQ(everyPair(manager).size(), managed.size() * (managed.size() - 1) / 2);
+  }
+  manager.clear();
+  EXPECT_TRUE(manager.empty());
+  EXPECT_TRUE(collide(manager).empty());
+  EXPECT_TRUE(collide(manager, scene[0]).empty());
+  manager.registerObject(scene[0]);
+  EXPECT_EQ(manager.size(), 1u);
+}
+
+// A program would wait for an answer that it has, or lose its own error.
+TYPED_TEST(ContinuousManager, CallbacksStopAndThrow) {
+  using S = TypeParam;
+  using Base = typename Manager<S>::Base;
+  MovingScene<S> scene, others;
+  fill(scene, 150, {MotionKind::kTranslation}, 818);
+  fill(others, 40, {MotionKind::kTranslation}, 819);
+  for (const int threads : {1, 2}) {
+    FiberOptions options;
+    options.threads = threads;
+    Manager<S> manager(options), other(options);
+    manager.registerObjects(scene.objects());
+    other.registerObjects(others.objects());
+    Moving<S>* probe = *std::max_element(
+        others.objects().begin(), others.objects().end(),
+        [&](auto* a, auto* b) { return collide(manager, a).size() < collide(manager, b).size(); });
+    const std::vector<std::function<void(Collector<S>&)>> queries = {
+        [&](auto& c) { manager.collide(&c, &Collector<S>::collide); },
+        [&](auto& c) { manager.collide(probe, &c, &Collector<S>::collide); },
+        [&](auto& c) { manager.collide(static_cast<Base*>(&other), &c, &Collector<S>::collide); },
+        [&](auto& c) { manager.distance(&c, &Collector<S>::distance); },
+        [&](auto& c) { manager.distance(probe, &c, &Collector<S>::distance); },
+        [&](auto& c) {
+          manager.distance(static_cast<Base*>(&other), &c, &Collector<S>::distance);
+        }};
+    for (const auto& query : queries) {
+      Collector<S> all;
+      query(all);
+      ASSERT_GT(all.calls.size(), 4u);
+      for (const std::size_t count : {std::size_t{1}, all.calls.size() / 2, all.calls.size()}) {
+        const Calls<S> first(all.calls.begin(),
+                             all.calls.begin() + static_cast<std::ptrdiff_t>(count));
+        Collector<S> stopped, thrown;
+        stopped.stop_at = count;
+        query(stopped);
+        EXPECT_EQ(stopped.calls, first);
+        thrown.throw_at = count;
+        EXPECT_THROW(query(thrown), CallbackError);
+        EXPECT_EQ(thrown.calls, first);
+      }
+      // Nothing may change meanwhile, and all may afterwards.
+      Collector<S> busy;
+      busy.stop_at = 1;
+      busy.during = [&] {
+        EXPECT_THROW(manager.update(), std::invalid_argument);
+        EXPECT_THROW(manager.update(scene[0]), std::invalid_argument);
+        EXPECT_THROW(manager.clear(), std::invalid_argument);
+        EXPECT_THROW(manager.registerObject(others[0]), std::invalid_argument);
+        EXPECT_THROW(manager.unregisterObject(scene[0]), std::invalid_argument);
+        EXPECT_EQ(collide(manager, probe), collide(manager, probe));
+      };
+      query(busy);
+      manager.update();
+    }
+  }
+}
+
+// Logs of two runs would differ, or of one thread and two.
+TYPED_TEST(ContinuousManager, TheOrderDependsOnNothingButTheObjects) {
+  using S = TypeParam;
+  std::vector<std::vector<std::pair<std::size_t, std::size_t>>> orders;
+  for (const int threads : {1, 2, 1}) {
+    MovingScene<S> scene;
+    fill(scene, 400, {MotionKind::kTranslation, MotionKind::kSpline}, 820, 0.05);
+    FiberOptions options;
+    options.threads = threads;
+    Manager<S> manager(options);
+    manager.registerObjects(scene.objects());
+    auto& order = orders.emplace_back();
+    for (const Calls<S>& calls : {collide(manager), everyPair(manager, scene[3])}) {
+      for (const auto& [a, b] : calls) order.emplace_back(scene.indexOf(a), scene.indexOf(b));
+    }
+  }
+  EXPECT_EQ(orders[0], orders[1]);
+  EXPECT_EQ(orders[0], orders[2]);
+}
+
+// Several threads that make the first query would build at the same time.
+TYPED_TEST(ContinuousManager, ThreadsShareTheFirstQuery) {
+  using S = TypeParam;
+  MovingScene<S> scene;
+  fill(scene, 200, {MotionKind::kTranslation}, 821);
+  Manager<S> manager;
+  manager.registerObjects(scene.objects());
+  std::vector<Calls<S>> found(4), near(4);
+  std::vector<std::thread> threads;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    threads.emplace_back([&, i] {
+      found[i] = collide(manager);
+      near[i] = everyPair(manager, scene[0]);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const auto& calls : found) EXPECT_EQ(calls, found[0]);
+  for (const auto& calls : near) EXPECT_EQ(calls, near[0]);
+}
+
+/// Lowers the distance to that of two spheres that move along lines, at their nearest.
+template <typename S>
+struct NearestSpheres {
+  std::size_t calls = 0;
+  S least = std::numeric_limits<S>::max();
+
+  static double distanceOf(const Moving<S>& a, const Moving<S>& b) {
+    const auto place = [](const Moving<S>& object, double t) -> Eigen::Vector3d {
+      return poseAt(object, t).getTranslation().template cast<double>();
+    };
+    const auto radius = [](const Moving<S>& object) {
+      return double(static_cast<const fcl::Sphere<S>&>(*object.collisionGeometry()).radius);
+    };
+    const Eigen::Vector3d from = place(a, 0) - place(b, 0), to = place(a, 1) - place(b, 1);
+    const Eigen::Vector3d along = to - from;
+    const double square = along.squaredNorm();
+    const double t = square > 0 ? std::clamp(-from.dot(along) / square, 0.0, 1.0) : 0;
+    return std::max(0.0, (from + t * along).norm() - radius(a) - radius(b));
+  }
+  static bool take(Moving<S>* a, Moving<S>* b, void* data, S& dist) {
+    auto& self = *static_cast<NearestSpheres*>(data);
+    ++self.calls;
+    self.least = std::min(self.least, static_cast<S>(distanceOf(*a, *b)));
+    dist = self.least;
+    return false;
+  }
+};
+
+// A planner would trust a distance that is too large, or wait for every pair.
+TYPED_TEST(ContinuousManager, DistanceFindsTheNearestOfAllTimes) {
+  using S = TypeParam;
+  using Base = typename Manager<S>::Base;
+  Random random(822);
+  MovingScene<S> scene, others;
+  for (int i = 0; i < 200; ++i) {
+    auto& to = i < 150 ? scene : others;
+    to.addSphere(random.inCube(5), random.inCube(5), i % 40 == 0 ? 0.2 : 1e-3);
+  }
+  FiberOptions options;
+  options.margin = 0.5;  // has no effect
+  Manager<S> manager(options), other;
+  manager.registerObjects(scene.objects());
+  other.registerObjects(others.objects());
+  const auto expectLeast = [](const NearestSpheres<S>& search, const auto& mine,
+                              const auto& theirs) {
+    double least = std::numeric_limits<double>::max();
+    std::size_t pairs = 0;
+    for (auto* a : mine) {
+      for (auto* b : theirs) {
+        if (a == b) continue;
+        least = std::min(least, NearestSpheres<S>::distanceOf(*a, *b));
+        ++pairs;
+      }
+    }
+    EXPECT_EQ(search.least, static_cast<S>(least));
+    EXPECT_LT(search.calls, pairs / 4);
+  };
+  NearestSpheres<S> own, with, one;
+  manager.distance(&own, &NearestSpheres<S>::take);
+  expectLeast(own, scene.objects(), scene.objects());
+  manager.distance(static_cast<Base*>(&other), &with, &NearestSpheres<S>::take);
+  expectLeast(with, scene.objects(), others.objects());
+  manager.distance(others[5], &one, &NearestSpheres<S>::take);
+  expectLeast(one, scene.objects(), std::vector<Moving<S>*>{others[5]});
+  // All that come nearer than a distance that stays.
+  struct Within {
+    std::set<std::pair<Moving<S>*, Moving<S>*>> pairs;
+    static bool take(Moving<S>* a, Moving<S>* b, void* data, S& dist) {
+      static_cast<Within*>(data)->pairs.emplace(a, b);
+      dist = S(1);
+      return false;
+    }
+  } within;
+  manager.distance(&within, &Within::take);
+  for (std::size_t a = 0; a < scene.size(); ++a) {
+    for (std::size_t b = a + 1; b < scene.size(); ++b) {
+      if (NearestSpheres<S>::distanceOf(*scene[a], *scene[b]) > 0.99) continue;
+      EXPECT_EQ(within.pairs.count({scene[a], scene[b]}), 1u) << a << ", " << b;
+    }
+  }
+  // Every pair once, if nothing is lowered.
+  const Calls<S> every = everyPair(manager);
+  EXPECT_EQ(every.size(), 150u * 149 / 2);
+  EXPECT_EQ((std::set<std::pair<Moving<S>*, Moving<S>*>>(every.begin(), every.end()).size()),
+            every.size());
+}
+
+// A program that has FCL's callback would crash or wait for pairs that never come.
+TYPED_TEST(ContinuousManager, FclsQueriesNameTheOverload) {
+  using S = TypeParam;
+  using Base = typename Manager<S>::Base;
+  MovingScene<S> scene;
+  scene.addSphere({0, 0, 0}, {1, 0, 0}, 1);
+  Manager<S> manager, other;
+  manager.registerObjects(scene.objects());
+  const Base& fcls = manager;
+  Base* partner = &other;
+  const fcl::CollisionCallBack<S> collide = [](auto*, auto*, void*) { return false; };
+  const fcl::DistanceCallBack<S> distance = [](auto*, auto*, void*, S&) { return false; };
+  const auto names_collide = HasSubstr(
+      "collide: its callback takes fcl::CollisionObject, which a "
+      "continuous object is not; pass an "
+      "fcl::ContinuousCollisionCallBack");
+  const auto names_distance = HasSubstr("pass an fcl::ContinuousDistanceCallBack");
+  EXPECT_THAT(textOf([&] { fcls.collide(nullptr, collide); }), names_collide);
+  EXPECT_THAT(textOf([&] { fcls.collide(scene[0], nullptr, collide); }), names_collide);
+  EXPECT_THAT(textOf([&] { fcls.collide(partner, nullptr, collide); }), names_collide);
+  EXPECT_THAT(textOf([&] { fcls.distance(nullptr, distance); }), names_distance);
+  EXPECT_THAT(textOf([&] { fcls.distance(scene[0], nullptr, distance); }), names_distance);
+  EXPECT_THAT(textOf([&] { fcls.distance(partner, nullptr, distance); }), names_distance);
+}
+
+// Mistakes would show later, elsewhere, or never.
+TYPED_TEST(ContinuousManager, MistakesAreRefusedAndChangeNothing) {
+  using S = TypeParam;
+  using Base = typename Manager<S>::Base;
+  const auto nan = std::numeric_limits<S>::quiet_NaN();
+  MovingScene<S> scene;
+  fill(scene, 20, {MotionKind::kTranslation}, 823);
+  const auto sphere = std::make_shared<fcl::Sphere<S>>(S(1));
+  Moving<S>* still = scene.add(sphere, nullptr);
+  Manager<S> manager;
+  manager.registerObjects({scene[0], scene[1]});
+  const auto still_holds_two = [&] { EXPECT_EQ(manager.size(), 2u); };
+  EXPECT_THAT(textOf([&] {
+                manager.registerObjects({scene[2], nullptr});
+              }),
+              HasSubstr("registerObjects: object 1 is null"));
+  EXPECT_THAT(textOf([&] {
+                manager.registerObjects({scene[2], scene[2]});
+              }),
+              HasSubstr("object 1 is registered already"));
+  EXPECT_THAT(textOf([&] { manager.registerObject(scene[1]); }),
+              HasSubstr("registerObject: object 0 is registered already"));
+  EXPECT_THAT(textOf([&] { manager.registerObject(still); }),
+              HasSubstr("object 0: it has no motion; construct it with one"));
+  EXPECT_THAT(textOf([&] {
+                manager.registerFiber({scene.add(sphere, scene.translation({0, 0, 0}, {1, 0, 0}))});
+              }),
+              HasSubstr("registerFiber: object 0 is not a capsule, cylinder or box"));
+  EXPECT_THAT(textOf([&] { manager.unregisterObject(scene[5]); }), HasSubstr("is not registered"));
+  EXPECT_THAT(textOf([&] { manager.unregisterObject(nullptr); }), HasSubstr("is null"));
+  EXPECT_THAT(textOf([&] {
+                manager.update(std::vector<Moving<S>*>{scene[0], nullptr});
+              }),
+              HasSubstr("update: object 1 is null"));
+  EXPECT_THAT(textOf([&] { manager.fiberSegment(scene[5]); }), HasSubstr("is not registered"));
+  still_holds_two();
+  void* none = nullptr;
+  Collector<S> collector;
+  EXPECT_THAT(textOf([&] { manager.collide(none, fcl::ContinuousCollisionCallBack<S>(nullptr)); }),
+              HasSubstr("the callback is null"));
+  EXPECT_THAT(textOf([&] {
+                manager.collide(static_cast<Moving<S>*>(nullptr), &collector,
+                                &Collector<S>::collide);
+              }),
+              HasSubstr("the object is null"));
+  EXPECT_THAT(textOf([&] {
+                manager.distance(static_cast<Base*>(nullptr), &collector, &Collector<S>::distance);
+              }),
+              HasSubstr("the manager is null"));
+  EXPECT_THAT(textOf([&] { manager.collide(still, &collector, &Collector<S>::collide); }),
+              HasSubstr("the given object: it has no motion"));
+  Foreign<S> foreign;
+  foreign.objects = {scene[3], still};
+  EXPECT_THAT(textOf([&] {
+                manager.collide(static_cast<Base*>(&foreign), &collector, &Collector<S>::collide);
+              }),
+              HasSubstr("object 1 of the other manager: it has no motion"));
+  EXPECT_TRUE(collector.calls.empty());
+
+  // After a failed update all objects are there, and queries wait for a good one.
+  auto& motion = dynamic_cast<fcl::TranslationMotion<S>&>(*scene[1]->getMotion());
+  const fcl::TranslationMotion<S> good = motion;
+  fcl::Transform3<S> nowhere = fcl::Transform3<S>::Identity();
+  nowhere.translation()[0] = nan;
+  for (const bool single : {false, true}) {
+    manager.setup();
+    motion = fcl::TranslationMotion<S>(nowhere, nowhere);
+    EXPECT_THAT(textOf([&] { single ? manager.update(scene[1]) : manager.update(); }),
+                HasSubstr("its motion has parameters that are NaN"));
+    still_holds_two();
+    EXPECT_THAT(textOf([&] { collide(manager); }), HasSubstr("the last update failed"));
+    motion = good;
+    manager.update();
+    EXPECT_NO_THROW(collide(manager));
+  }
+  FiberOptions options;
+  options.threads = 0;
+  EXPECT_THAT(textOf([&] { Manager<S>{options}; }), HasSubstr("threads is 0"));
+}
+
+}  // namespace
+}  // namespace fcl_fibers::test
