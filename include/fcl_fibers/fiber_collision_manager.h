@@ -14,6 +14,15 @@
 
 namespace fcl_fibers {
 
+/// The first touch of two objects in a step; see FiberCollisionManager::findImpact(). The contact
+/// is that at `time`. An object's own margin, see Bounds, is part of its radius here.
+struct TimedContact : Contact {
+  double time = 0;  ///< in [0, 1]; 0 if they touch at the start
+  /// Whether both are capsules or spheres. If not, `time` is when the boxes around them meet, which
+  /// may be too early, and only `a`, `b` and `time` are set.
+  bool is_exact = false;
+};
+
 /// Finds the pairs of objects that touch, or whose volumes overlap (see Report), among thousands of
 /// fibers. It has FCL's broad-phase interface. This is the base of both fiber managers; start with
 /// LayeredAABBTreeCollisionManager.
@@ -34,10 +43,22 @@ namespace fcl_fibers {
 /// and `fcls.distance(&ours, ...)` are undefined behaviour, because FCL's managers cast the other
 /// manager to their own class without a check. `ours.collide(&fcls, ...)` works.
 ///
-/// **Motion.** `setup` and `update` read the objects, and queries find them where they were read
+/// **Reading.** `setup` and `update` read the objects, and queries find them where they were read
 /// last. There are two exceptions. The first query after objects were registered or unregistered
 /// does the work of `setup`. A query with another fiber manager reads that manager's objects again
 /// if that manager has Report::kVolumes and its volumes, topology or report differ from this one's.
+///
+/// **Motion.** If FiberManagerOptions::motion is set, `collide` reports the pairs that touch at any
+/// time of a *step*. The first `update`, of any form, after a `collide` begins a new step, at the
+/// poses that this `collide` saw. The step ends with the poses that are read last. So several
+/// updates are one step, and all queries before the next update see the same step. An object that
+/// no `collide` has seen starts where it was first read. In between, end points and radii of
+/// capsules and spheres move linearly, also those of a capsule that turns. Any other object counts
+/// by its box, whose sides move linearly, and next to a capsule by its shape if it does not turn.
+/// An `fcl::BVHModel` counts only at the end of the step, against fibers at the end. An object that
+/// is not managed, and one of a manager without this option, rests. `distance` answers for the end
+/// of the step, and is no query that a step ends with. clear() forgets all steps, and so does
+/// unregistering for that object. A clone has none at first.
 ///
 /// **Threads.** Queries are const and may run from several threads at once. While a query runs, for
 /// instance in its callback, the manager refuses to register, unregister, update or clear.
@@ -189,6 +210,16 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   /// the margin is negative or NaN.
   bool findMeshContacts(const Object* capsule, const Object* mesh, double margin,
                         std::vector<MeshContact>& contacts) const;
+
+  /// Finds when two objects touch first in the step of this manager, within the margin, for a pair
+  /// that `collide` has reported. `a` is managed here. `b` is managed here or by `other`, which may
+  /// be null, and otherwise rests where it is now. The time is never too late. It returns false if
+  /// the two do not touch in the step, or if one is a mesh.
+  ///
+  /// Throws std::invalid_argument if FiberManagerOptions::motion is not set, if `a` is null or not
+  /// registered, or if `b` is null or cannot be read.
+  bool findImpact(const Object* a, const Object* b, const FiberCollisionManager* other,
+                  TimedContact& contact) const;
 
   /// Returns the bytes that this manager holds, without the objects, and including those that a
   /// query on several threads keeps for the next one.

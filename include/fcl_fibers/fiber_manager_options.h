@@ -62,6 +62,12 @@ struct FiberObstacles {
 ///     LayeredAABBTreeCollisionManagerd manager(options);
 struct FiberManagerOptions : FiberOptions {
   Bounds bounds = Bounds::kShapesAndMargins;  ///< what an object counts by
+
+  /// Whether `collide` reports the pairs that touch at any time of a step, not only at its end. A
+  /// step begins with the poses that the last `collide` saw and ends with those of the last update;
+  /// see "Motion" in FiberCollisionManager. An `fcl::BVHModel` counts at the end of the step only.
+  /// This needs Report::kCapsules and layered boxes.
+  bool motion = false;
 };
 
 }  // namespace fcl_fibers

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "broadphase/fcl_layout.h"
+#include "broadphase/impact_of_objects.h"
 #include "broadphase/manager_queries.h"
 #include "broadphase/manager_state.h"
 #include "broadphase/mesh_contacts_of_objects.h"
@@ -29,9 +30,20 @@ class FiberCollisionManager<S>::Impl final : public broadphase::ManagerState<S> 
   Impl(const char* call, const Impl& original, const std::vector<Object*>& objects)
       : State(call, original, objects) {}
 
-  static const FiberManagerOptions& checked(const FiberManagerOptions& options) {
+  static const FiberManagerOptions& checked(Hierarchy hierarchy,
+                                            const FiberManagerOptions& options) {
+    constexpr char kName[] = "FiberManagerOptions";
     broadphase::requireLayoutOfFcl();
-    fibers::requireValid("FiberManagerOptions", options);
+    fibers::requireValid(kName, options);
+    if (options.motion && hierarchy != Hierarchy::kLayeredBoxes) {
+      fibers::throwInvalidArgument(kName,
+                                   "motion is set, but wrapped spheres have no motion; use a "
+                                   "LayeredAABBTreeCollisionManager");
+    }
+    if (options.motion && options.report != Report::kCapsules) {
+      fibers::throwInvalidArgument(
+          kName, "motion is set, but report is Report::kVolumes; set Report::kCapsules");
+    }
     return options;
   }
 
@@ -94,7 +106,7 @@ class FiberCollisionManager<S>::Impl final : public broadphase::ManagerState<S> 
 template <typename S>
 FiberCollisionManager<S>::FiberCollisionManager(Hierarchy hierarchy,
                                                 const FiberManagerOptions& options)
-    : hierarchy_(hierarchy), options_(Impl::checked(options)) {
+    : hierarchy_(hierarchy), options_(Impl::checked(hierarchy, options)) {
   impl();
 }
 
@@ -278,6 +290,14 @@ bool FiberCollisionManager<S>::findMeshContacts(const Object* capsule, const Obj
                                                 double margin,
                                                 std::vector<MeshContact>& contacts) const {
   return broadphase::findMeshContacts<S>(impl(), capsule, mesh, margin, contacts);
+}
+
+template <typename S>
+bool FiberCollisionManager<S>::findImpact(const Object* a, const Object* b,
+                                          const FiberCollisionManager* other,
+                                          TimedContact& contact) const {
+  return broadphase::findImpact<S>(impl(), other == nullptr ? nullptr : &other->impl(), a, b,
+                                   contact);
 }
 
 template <typename S>

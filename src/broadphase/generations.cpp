@@ -17,19 +17,23 @@ void Generations::clear() {
 
 void Generations::build(const index::SegmentSource& source, SegmentId end,
                         const tree::Fibers& fibers) {
-  young_.clear();
-  main_.build(source, frameFor(source, fibers.ids), 0, end, fibers);
+  main_.build(source, &young_, [&](index::SegmentIndex& index) {
+    index.build(source, frameFor(source, fibers.ids), 0, end, fibers);
+    return true;
+  });
   end_ = end;
 }
 
 bool Generations::buildYoung(const index::SegmentSource& source, SegmentId end,
                              const tree::Fibers& fibers) {
-  end_ = main_.end();
+  end_ = youngBegin();
   // The index starts at the first object, which saves room for empty ids before it.
   const SegmentId begin = fibers.ids.empty() ? end : fibers.ids.front();
-  if (!young_.tryBuild(source, frame(), begin, end, fibers)) return false;
-  end_ = end;
-  return true;
+  const bool is_built = young_.build(source, nullptr, [&](index::SegmentIndex& index) {
+    return index.tryBuild(source, frame(), begin, end, fibers);
+  });
+  if (is_built) end_ = end;
+  return is_built;
 }
 
 bool Generations::refit(const index::SegmentSource& source) {

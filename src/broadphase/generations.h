@@ -6,11 +6,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "index/segment_index.h"
+#include "broadphase/moving_index.h"
 
 namespace fcl_fibers::broadphase {
-
-using tree::SegmentId;
 
 /// A manager's objects in two indexes with one frame. The main index has the objects that were
 /// registered when it was built; the young index has those registered since. Ids ascend in the
@@ -19,24 +17,28 @@ using tree::SegmentId;
 class Generations {
  public:
   using Segment = geometry::Segment;
+  using MovingSegment = geometry::MovingSegment;
 
-  explicit Generations(const index::IndexOptions& options)
-      : main_(options), young_(singleThreaded(options)) {}
+  /// @param moves  see MovingIndex
+  Generations(const index::IndexOptions& options, bool moves)
+      : main_(options, moves), young_(singleThreaded(options), moves) {}
 
-  const index::IndexOptions& options() const { return main_.options(); }
-  const geometry::Frame& frame() const { return main_.frame(); }
+  const index::IndexOptions& options() const { return main_->options(); }
+  const geometry::Frame& frame() const { return main_->frame(); }
   /// Young ids are youngBegin(), ..., end() - 1.
   ///@{
-  SegmentId youngBegin() const { return main_.end(); }
+  SegmentId youngBegin() const { return main_->end(); }
   SegmentId end() const { return end_; }
   ///@}
-  bool isYoung(SegmentId id) const { return id >= main_.end(); }
+  bool isYoung(SegmentId id) const { return id >= main_->end(); }
   /// See SegmentIndex.
   ///@{
-  bool keepsSegments() const { return main_.keepsSegments(); }
-  Segment segment(SegmentId id) const { return (isYoung(id) ? young_ : main_).segment(id); }
-  double margin() const { return main_.margin(); }
+  bool keepsSegments() const { return main_->keepsSegments(); }
+  Segment segment(SegmentId id) const { return (isYoung(id) ? *young_ : *main_).segment(id); }
+  double margin() const { return main_->margin(); }
   ///@}
+  /// A segment during the step.
+  MovingSegment moving(SegmentId id) const { return (isYoung(id) ? young_ : main_).segment(id); }
 
   /// How many of `size` objects may be young before all are built into one index. If objects are
   /// registered one by one, each costs a build of the young index, and the one that exceeds this
@@ -45,8 +47,33 @@ class Generations {
     return std::min(size / 8, static_cast<std::size_t>(std::sqrt(2.0 * static_cast<double>(size))));
   }
 
+  /// Copies the objects, which rest.
   void copy(const Generations& other);
   void clear();
+
+  /// See MovingIndex.
+  ///@{
+  void beginStep(bool all) {
+    // This may run out of memory. The next call begins the same step then.
+    main_.makeStart();
+    young_.makeStart();
+    main_.beginStep(all);
+    young_.beginStep(all);
+  }
+  void remember() {
+    main_.remember();
+    young_.remember();
+  }
+  template <class NewId>
+  void renumber(NewId&& newId) {
+    main_.renumber(newId);
+    young_.renumber(newId);
+  }
+  void settle() {
+    main_.settle();
+    young_.settle();
+  }
+  ///@}
 
   /// Builds all objects into the main index, in a new frame.
   void build(const index::SegmentSource& source, SegmentId end, const tree::Fibers& fibers);
@@ -61,7 +88,7 @@ class Generations {
   bool refit(const index::SegmentSource& source);
   bool refitSome(const std::vector<SegmentId>& ids, const std::vector<Segment>& moved);
   bool isFitted(const index::SegmentSource& source) const {
-    return main_.isFitted(source) && (!hasYoung() || young_.isFitted(source));
+    return main_->isFitted(source) && (!hasYoung() || young_->isFitted(source));
   }
   ///@}
 
@@ -76,27 +103,25 @@ class Generations {
   }
 
   template <class Sink>
-  tree::Visit search(const Segment& segment, double error, tree::Group group, SegmentId second,
-                     Sink& sink) const {
-    return forEach([&](const index::SegmentIndex& part) {
-      return part.search(segment, error, group, second, sink);
-    });
+  tree::Visit search(const MovingSegment& segment, double error, tree::Group group,
+                     SegmentId second, Sink& sink) const {
+    return forEach(
+        [&](const MovingIndex& part) { return part.search(segment, error, group, second, sink); });
   }
 
   template <class Sink>
   tree::Visit search(const Generations& other, const index::SegmentSource& source,
                      Sink& sink) const {
-    return forEach([&](const index::SegmentIndex& part) {
-      return other.forEach([&](const index::SegmentIndex& other_part) {
-        return part.search(other_part, &source, sink);
-      });
+    return forEach([&](const MovingIndex& part) {
+      return other.forEach(
+          [&](const MovingIndex& other_part) { return part.search(other_part, &source, sink); });
     });
   }
 
   template <class Sink>
   tree::Visit searchMesh(const index::PosedMesh& mesh, Sink& sink) const {
-    return forEach([&](const index::SegmentIndex& part) {
-      return part.leaves().empty() ? tree::Visit::kContinue : part.searchMesh(mesh, sink);
+    return forEach([&](const MovingIndex& part) {
+      return part->leaves().empty() ? tree::Visit::kContinue : part->searchMesh(mesh, sink);
     });
   }
 
@@ -107,7 +132,7 @@ class Generations {
     options.threads = 1;
     return options;
   }
-  bool hasYoung() const { return end_ > main_.end(); }
+  bool hasYoung() const { return end_ > main_->end(); }
 
   template <class F>
   tree::Visit forEach(F&& visit) const {
@@ -115,8 +140,8 @@ class Generations {
     return hasYoung() ? visit(young_) : tree::Visit::kContinue;
   }
 
-  index::SegmentIndex main_, young_;
-  SegmentId end_ = 0;  ///< main_.end() unless the young index is complete
+  MovingIndex main_, young_;
+  SegmentId end_ = 0;  ///< youngBegin() unless the young index is complete
 };
 
 }  // namespace fcl_fibers::broadphase

@@ -34,8 +34,9 @@ class CollisionCall {
   }
   /// How far apart a pair may be, in the frame of a manager.
   double reach(const ManagerState<S>& state) const { return state.generations().margin(); }
-  static constexpr bool kRepeats = false;    ///< whether searches hand on some pairs repeatedly
-  static constexpr bool kUsesMargin = true;  ///< whether FiberOptions::margin has an effect
+  static constexpr bool kRepeats = false;      ///< whether searches hand on some pairs repeatedly
+  static constexpr bool kUsesMargin = true;    ///< whether FiberOptions::margin has an effect
+  static constexpr bool kLooksAtSteps = true;  ///< whether FiberManagerOptions::motion has one
 
   template <class Pairs>
   class Sink final : public index::PairSink {
@@ -76,6 +77,7 @@ class DistanceCall {
   }
   static constexpr bool kRepeats = true;
   static constexpr bool kUsesMargin = false;
+  static constexpr bool kLooksAtSteps = false;
 
   template <class Pairs>
   class Sink final : public index::NearestSink {

@@ -21,7 +21,12 @@ class ManagerQueries {
   using Object = fcl::CollisionObject<S>;
 
   ManagerQueries(const State& state, Call& call)
-      : state_(state), scope_(state, Call::kName), rules_(state), reach_(state), call_(call) {}
+      : state_(state),
+        moves_(Call::kLooksAtSteps && state.options().motion),
+        scope_(state, Call::kName, moves_),
+        rules_(state.registry(), state.generations().youngBegin()),
+        reach_(state, moves_),
+        call_(call) {}
 
   /// Finds the pairs among the manager's objects.
   void self() {
@@ -70,7 +75,7 @@ class ManagerQueries {
 
   /// Finds the pairs with the objects of another fiber manager.
   void with(const State& other) {
-    const typename State::QueryScope other_scope(other, Call::kName);
+    const typename State::QueryScope other_scope(other, Call::kName, moves_);
     if (searchTrees(other) == tree::Visit::kStop) return;
     if (searchOwnMeshes(other) == tree::Visit::kStop) return;
     if (countsTriangles(other.options())) {
@@ -97,6 +102,7 @@ class ManagerQueries {
 
  private:
   using Entry = typename Obstacles<S>::MeshEntry;
+  using MovingSegment = geometry::MovingSegment;
   template <class Pairs>
   using Sink = typename Call::template Sink<Pairs>;
 
@@ -132,7 +138,8 @@ class ManagerQueries {
   tree::Visit searchMesh(const MeshReading& mesh, tree::Categories categories, bool is_solid,
                          Pairs pairs) {
     if (!mesh.counts_triangles || !countsTriangles(state_.options())) {
-      return search(pairs, mesh.box, endPointError(mesh.box), tree::kNoGroup, SegmentId{0});
+      return search(pairs, MovingSegment{mesh.box, mesh.box}, endPointError(mesh.box),
+                    tree::kNoGroup, SegmentId{0});
     }
     return eachOnce(state_, pairs, [&](auto& sink) {
       return state_.generations().searchMesh(mesh.posed(categories, is_solid), sink);
@@ -171,10 +178,13 @@ class ManagerQueries {
                  ? tree::Visit::kStop
                  : searchMeshes(mesh.box, endPointError(mesh.box), with_mesh);
     }
-    const geometry::Segment segment =
-        readObject(Call::kName, *object, frame(), state_.options().bounds, name);
+    MovingSegment segment;
+    segment.end = readObject(Call::kName, *object, frame(), state_.options().bounds, name);
+    segment.start = is_managed && moves_ ? reach_.segment(own_id).start : segment.end;
     const double error = endPointError(segment);
-    const geometry::Obstacle shape = reach_.read(*object, segment);
+    const geometry::Obstacle own_shape = reach_.read(*object, segment.end);
+    const MovingShape shape =
+        is_managed ? reach_.shape(own_id, *object, own_shape) : MovingShape::resting(&own_shape);
     const tree::Group group =
         is_managed ? state_.registry().fibers().groupOf(own_id) : tree::kNoGroup;
     const auto with_segment = [&](SegmentId a, SegmentId /*second*/, Call& call) {
@@ -185,14 +195,14 @@ class ManagerQueries {
     if (search(with_segment, segment, error, group, SegmentId{0}) == tree::Visit::kStop) {
       return tree::Visit::kStop;
     }
-    return searchMeshes(segment, error, [&](const Entry& mesh, Call& call) {
-      return reach_.mayTouch(mesh, segment, error, call.reach(state_)) && with_mesh(mesh, call);
+    return searchMeshes(segment.end, error, [&](const Entry& mesh, Call& call) {
+      return reach_.mayTouch(mesh, segment.end, error, call.reach(state_)) && with_mesh(mesh, call);
     });
   }
 
   tree::Visit searchTrees(const State& other) {
     const ObjectSource<S> source = other.source(Call::kName);
-    const ReachOfOther<S> reach(state_, other);
+    const ReachOfOther<S> reach(state_, other, moves_);
     const bool leaves_out_meshes = readsMeshesOf(other);
     return search(
         [&](SegmentId a, SegmentId b, Call& call) {
@@ -230,23 +240,23 @@ class ManagerQueries {
     }
     if (!is_one_by_one) return tree::Visit::kContinue;
     const bool is_kept = other.generations().keepsSegments();
-    const ReachOfOther<S> reach(state_, other);
+    const ReachOfOther<S> reach(state_, other, moves_);
     for (SegmentId b = 0; b < other.registry().idCount(); ++b) {
       Object* partner = other.registry()[b];
       if (partner == nullptr || (readsMeshesOf(other) && isMesh(*partner)) ||
           other.obstacles().isMesh(b)) {
         continue;
       }
-      geometry::Segment segment;
+      MovingSegment segment;
       double error = 0;
       if (!reach.find(b, segment, error)) continue;
       const auto pairs = [&](const Entry& mesh, Call& call) {
         return !(mesh.counts_triangles && is_kept) &&
                rules_.reportsWith(mesh.id, other.registry(), b) &&
-               reach_.mayTouch(mesh, segment, error, call.reach(state_)) &&
+               reach_.mayTouch(mesh, segment.end, error, call.reach(state_)) &&
                call(mesh.object, partner);
       };
-      if (searchMeshes(segment, error, pairs) == tree::Visit::kStop) return tree::Visit::kStop;
+      if (searchMeshes(segment.end, error, pairs) == tree::Visit::kStop) return tree::Visit::kStop;
     }
     return tree::Visit::kContinue;
   }
@@ -268,8 +278,9 @@ class ManagerQueries {
   }
 
   const State& state_;
+  const bool moves_;  ///< whether the query looks at a step
   const typename State::QueryScope scope_;
-  const PairRules<S> rules_;
+  const PairRules<typename State::Registry> rules_;
   const ShapeReach<S> reach_;
   Call& call_;
 };

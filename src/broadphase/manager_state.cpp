@@ -16,7 +16,7 @@ template <typename S>
 ManagerState<S>::ManagerState(bool wrapped_spheres, const FiberManagerOptions& options)
     : options_(options),
       registry_(fibers::neighborRule(options)),
-      generations_(fibers::indexOptions(options, wrapped_spheres)),
+      generations_(fibers::indexOptions(options, wrapped_spheres), options.motion),
       obstacles_(options) {}
 
 template <typename S>
@@ -120,10 +120,21 @@ template <typename S>
 void ManagerState<S>::remove(const char* call, const Object* object) {
   refuseDuringQuery(call);
   const SegmentId id = managedId(call, object, "object");
-  last_registered_.reset();
+  Objects before;
+  // Calls that may throw come first.
+  if (options_.motion && registry_.nextRemovalRenumbers()) {
+    before = registry_.objects();
+    markStale();
+    generations_.remember();
+  }
   const bool keeps_ids = registry_.remove(object);
+  last_registered_.reset();
   obstacles_.remove(id);
-  if (!keeps_ids) obstacles_.renumber(registry_);
+  if (!keeps_ids) {
+    obstacles_.renumber(registry_);
+    generations_.renumber(
+        [&](SegmentId old) { return registry_.find(before[static_cast<std::size_t>(old)]); });
+  }
   ++(generations_.isYoung(id) ? removed_young_ : removed_);
   if (!keeps_ids || removed_ > registry_.size() / 8) markStale();
   if (registry_.size() == 0) state_ = State::kStale;  // no object is left that could be refused
@@ -137,6 +148,7 @@ void ManagerState<S>::clear(const char* call) {
   obstacles_.clear();
   last_registered_.reset();
   state_ = State::kStale;
+  step_is_seen_ = false;
 }
 
 // --- Reading the objects ---
@@ -153,6 +165,7 @@ void ManagerState<S>::update(const char* call) {
   refuseDuringQuery(call);
   const bool is_built = hasTree();
   state_ = State::kFailed;
+  beginStep(/*all=*/true);
   is_built ? readAndFit(call) : readAndBuild(call);
 }
 
@@ -170,13 +183,18 @@ void ManagerState<S>::update(const char* call, const Objects& moved) {
     ids.push_back(id);
     positions.push_back(i);
   }
-  if (ids.empty()) return;
   // One sweep over all nodes costs less than the way up from each of many segments.
-  if (!hasTree() || state_ == State::kCloned || 4 * ids.size() > registry_.size()) {
+  if (!ids.empty() &&
+      (!hasTree() || state_ == State::kCloned || 4 * ids.size() > registry_.size())) {
     return update(call);
   }
   const State before = state_;
   state_ = State::kFailed;
+  beginStep(/*all=*/false);
+  if (ids.empty()) {
+    state_ = before;
+    return;
+  }
   std::vector<Segment> segments(ids.size());
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const Object& object = *registry_[ids[i]];
@@ -213,6 +231,17 @@ void ManagerState<S>::refuseDuringQuery(const char* call) const {
   throwInvalidArgument(call, "a query is running; make the change after the query has ended");
 }
 
+/// The next poses that are read are the end of a new step, if a query has looked at the present
+/// one.
+/// @param all  see MovingIndex::beginStep()
+template <typename S>
+void ManagerState<S>::beginStep(bool all) {
+  if (!options_.motion || !step_is_seen_) return;
+  generations_.beginStep(all);
+  obstacles_.beginStep();
+  step_is_seen_ = false;
+}
+
 /// Several threads may query first; one of them builds.
 template <typename S>
 void ManagerState<S>::makeReady(const char* call) const {
@@ -239,7 +268,7 @@ void ManagerState<S>::readAndBuild(const char* call) const {
   generations_.build(source(call), registry_.idCount(), segmentsFrom(0));
   readObstacles(call, /*all=*/true);
   removed_ = removed_young_ = 0;
-  state_.store(State::kReady, std::memory_order_release);
+  setReady();
 }
 
 template <typename S>
@@ -260,6 +289,12 @@ void ManagerState<S>::readYoung(const char* call) const {
     }
   }
   readObstacles(call, /*all=*/false);
+  setReady();
+}
+
+template <typename S>
+void ManagerState<S>::setReady() const {
+  generations_.settle();
   state_.store(State::kReady, std::memory_order_release);
 }
 
@@ -288,11 +323,12 @@ void ManagerState<S>::readObstacles(const char* call, bool all) const {
 // --- Asking ---
 
 template <typename S>
-ManagerState<S>::QueryScope::QueryScope(const ManagerState& state, const char* call)
+ManagerState<S>::QueryScope::QueryScope(const ManagerState& state, const char* call, bool sees_step)
     : state_(state) {
   ++state_.running_queries_;
   try {
     state_.makeReady(call);
+    if (sees_step) state_.step_is_seen_ = true;
   } catch (...) {
     --state_.running_queries_;
     throw;

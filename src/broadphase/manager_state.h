@@ -47,7 +47,8 @@ class ManagerState {
   /// Brings the indexes up to date and forbids changes while a query runs.
   class QueryScope {
    public:
-    QueryScope(const ManagerState& state, const char* call);
+    /// @param sees_step  whether the next update begins a new step
+    QueryScope(const ManagerState& state, const char* call, bool sees_step);
     ~QueryScope() { --state_.running_queries_; }
     QueryScope(const QueryScope&) = delete;
     QueryScope& operator=(const QueryScope&) = delete;
@@ -90,6 +91,7 @@ class ManagerState {
   };
 
   void refuseDuringQuery(const char* call) const;
+  void beginStep(bool all);
   tree::Fibers segmentsFrom(SegmentId begin) const;
   void readObstacles(const char* call, bool all) const;
   void makeReady(const char* call) const;
@@ -103,6 +105,7 @@ class ManagerState {
   void readAndBuild(const char* call) const;
   void readAndFit(const char* call) const;
   void readYoung(const char* call) const;
+  void setReady() const;
 
   const FiberManagerOptions options_;
   Registry registry_;
@@ -117,6 +120,7 @@ class ManagerState {
   mutable std::mutex build_mutex_;
   mutable std::atomic<State> state_{State::kStale};
   mutable std::atomic<int> running_queries_{0};
+  mutable std::atomic<bool> step_is_seen_{false};  ///< whether a query has looked at the step
 };
 
 extern template class ManagerState<float>;

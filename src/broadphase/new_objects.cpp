@@ -29,8 +29,7 @@ bool shareEnd(const Segment& p, const Segment& q) {
 }  // namespace
 
 template <typename S>
-std::optional<double> lengthInFiber(const fcl::CollisionObject<S>& object) {
-  const fcl::CollisionGeometry<S>& shape = *ObjectMembers<S>::shape(object);
+std::optional<double> lengthInFiber(const fcl::CollisionGeometry<S>& shape) {
   switch (shape.getNodeType()) {
     case fcl::GEOM_CAPSULE:
       return static_cast<double>(static_cast<const fcl::Capsule<S>&>(shape).lz);
@@ -116,8 +115,8 @@ NewObjects readNewObjects(const char* call, const std::vector<fcl::CollisionObje
   return found;
 }
 
-template std::optional<double> lengthInFiber(const fcl::CollisionObject<float>&);
-template std::optional<double> lengthInFiber(const fcl::CollisionObject<double>&);
+template std::optional<double> lengthInFiber(const fcl::CollisionGeometry<float>&);
+template std::optional<double> lengthInFiber(const fcl::CollisionGeometry<double>&);
 template SegmentId rootsOf(const char*, const std::vector<fcl::CollisionObject<float>*>&,
                            const FiberObstacles&);
 template SegmentId rootsOf(const char*, const std::vector<fcl::CollisionObject<double>*>&,

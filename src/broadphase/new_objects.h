@@ -20,9 +20,15 @@ bool isSphere(const fcl::CollisionObject<S>& object) {
   return ObjectMembers<S>::shape(object)->getNodeType() == fcl::GEOM_SPHERE;
 }
 
-/// The object's length as a segment of a fiber, along its z axis. Nothing if it cannot be one.
+/// The length of a shape as a segment of a fiber, along its z axis. Nothing if it cannot be one.
+///@{
 template <typename S>
-std::optional<double> lengthInFiber(const fcl::CollisionObject<S>& object);
+std::optional<double> lengthInFiber(const fcl::CollisionGeometry<S>& shape);
+template <typename S>
+std::optional<double> lengthInFiber(const fcl::CollisionObject<S>& object) {
+  return lengthInFiber(*ObjectMembers<S>::shape(object));
+}
+///@}
 
 /// How many of the first segments of a fiber meet no obstacle. Throws std::invalid_argument if an
 /// option is out of range. Objects that registering will refuse count as of length 0.

@@ -21,10 +21,10 @@ using tree::SegmentId;
 /// empty, so that segment numbers along its fiber do not change. Once many objects were removed,
 /// fibers without objects are dropped. Then ids move up, but fiber and segment numbers do not
 /// change.
-template <typename S>
+template <typename S, class ManagedObject = fcl::CollisionObject<S>>
 class ObjectRegistry {
  public:
-  using Object = fcl::CollisionObject<S>;
+  using Object = ManagedObject;
   static constexpr SegmentId kNotFound = PointerIndex<Object>::kNotFound;
 
   explicit ObjectRegistry(const fibers::NeighborRule& rule) : fibers_(rule), index_(objects_) {}
@@ -67,6 +67,14 @@ class ObjectRegistry {
   /// Returns whether the ids of all other objects are unchanged.
   /// @pre the object is managed
   bool remove(const Object* object);
+  /// Whether the next remove() will return false.
+  /// @pre there is an object
+  bool nextRemovalRenumbers() const {
+    // Renumbering each time the number of objects has halved takes linear time in total, however
+    // many ids stay empty within fibers.
+    constexpr std::size_t kFewIds = 64;
+    return removed_since_renumbering_ + 1 > size_ - 1 + kFewIds;
+  }
 
   void clear();
 
@@ -92,11 +100,11 @@ class ObjectRegistry {
   std::size_t removed_since_renumbering_ = 0;
 };
 
-template <typename S>
-std::optional<std::size_t> ObjectRegistry<S>::add(const std::vector<Object*>& added,
-                                                  const std::vector<bool>& starts_fiber,
-                                                  const Kind& kind,
-                                                  const std::vector<double>& lengths) {
+template <typename S, class O>
+std::optional<std::size_t> ObjectRegistry<S, O>::add(const std::vector<Object*>& added,
+                                                     const std::vector<bool>& starts_fiber,
+                                                     const Kind& kind,
+                                                     const std::vector<double>& lengths) {
   // Calls that may throw come first.
   const std::size_t first = objects_.size(), count = first + added.size();
   if (count > objects_.capacity()) {
@@ -127,9 +135,9 @@ std::optional<std::size_t> ObjectRegistry<S>::add(const std::vector<Object*>& ad
   return std::nullopt;
 }
 
-template <typename S>
-std::optional<std::size_t> ObjectRegistry<S>::copy(const ObjectRegistry& other,
-                                                   const std::vector<Object*>& objects) {
+template <typename S, class O>
+std::optional<std::size_t> ObjectRegistry<S, O>::copy(const ObjectRegistry& other,
+                                                      const std::vector<Object*>& objects) {
   index_.reserve(other.objects_.size());
   objects_.reserve(other.objects_.size());
   for (const Object* original : other.objects_) {
@@ -143,12 +151,9 @@ std::optional<std::size_t> ObjectRegistry<S>::copy(const ObjectRegistry& other,
   return std::nullopt;
 }
 
-template <typename S>
-bool ObjectRegistry<S>::remove(const Object* object) {
-  // Renumbering each time the number of objects has halved takes linear time in total, however many
-  // ids stay empty within fibers.
-  constexpr std::size_t kFewIds = 64;
-  const bool keeps_ids = removed_since_renumbering_ + 1 <= size_ - 1 + kFewIds;
+template <typename S, class O>
+bool ObjectRegistry<S, O>::remove(const Object* object) {
+  const bool keeps_ids = !nextRemovalRenumbers();
   if (!keeps_ids) fibers_.reserveForDrop();
   objects_[static_cast<std::size_t>(index_.find(object))] = nullptr;
   --size_;
@@ -157,16 +162,16 @@ bool ObjectRegistry<S>::remove(const Object* object) {
   return keeps_ids;
 }
 
-template <typename S>
-void ObjectRegistry<S>::clear() {
+template <typename S, class O>
+void ObjectRegistry<S, O>::clear() {
   objects_.clear();
   fibers_.clear();
   index_.clear();
   size_ = removed_since_renumbering_ = 0;
 }
 
-template <typename S>
-void ObjectRegistry<S>::renumber() {
+template <typename S, class O>
+void ObjectRegistry<S, O>::renumber() {
   removed_since_renumbering_ = 0;
   fibers_.drop(
       [this](SegmentId begin, SegmentId end) {

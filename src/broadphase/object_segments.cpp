@@ -7,9 +7,6 @@
 #include <limits>
 #include <type_traits>
 
-#include <fcl/geometry/shape/capsule.h>
-#include <fcl/geometry/shape/sphere.h>
-
 #include "broadphase/object_members.h"
 #include "broadphase/object_source.h"
 #include "broadphase/program_margin.h"
@@ -33,25 +30,6 @@ bool allFinite(const Vec3d& v) {
 /// harmless, because end points are computed from the matrix as it is.
 template <typename S>
 constexpr double kRotationTolerance = std::is_same_v<S, float> ? 5e-3 : 5e-6;
-
-template <typename S>
-const char* poseProblem(const fcl::Transform3<S>& pose) {
-  const auto& matrix = pose.matrix();
-  const Vec3d x = toVec3(matrix.col(0)), y = toVec3(matrix.col(1)), z = toVec3(matrix.col(2));
-  const Vec3d t = toVec3(matrix.col(3));
-  // Two columns must be perpendicular unit vectors, and the third their cross product. The sum is
-  // written out, because packed loads from an array just written would wait for it.
-  const Vec3d off = cross(x, y) - z;
-  const double deviation = (std::fabs(dot(x, x) - 1) + std::fabs(dot(y, y) - 1)) +
-                           (std::fabs(dot(x, y)) + std::fabs(off.x)) +
-                           (std::fabs(off.y) + std::fabs(off.z));
-  // NaN and infinity fail the comparison.
-  if (deviation <= kRotationTolerance<S> && allFinite(t)) return nullptr;
-  if (!allFinite(x) || !allFinite(y) || !allFinite(z) || !allFinite(t)) {
-    return "its pose is NaN or infinite; give it a finite pose";
-  }
-  return "its rotation is not orthonormal or is a reflection; give it a proper rotation";
-}
 
 const char* rangeProblem(const Segment& segment) {
   return isBounded(segment) && std::isfinite(segment.radius)
@@ -101,26 +79,6 @@ bool isUsualBox(const fcl::AABB<S>& box, const fcl::Transform3<S>& pose, double 
              length * std::fabs(axis.z) + thickness});
 }
 
-/// Reads the size of a capsule or sphere. Returns false for any other shape.
-template <typename S>
-FCL_FIBERS_ALWAYS_INLINE bool readSize(const fcl::CollisionGeometry<S>& shape, fcl::NODE_TYPE type,
-                                       double& radius, double& length) {
-  switch (type) {
-    case fcl::GEOM_CAPSULE: {
-      const auto& capsule = static_cast<const fcl::Capsule<S>&>(shape);
-      radius = static_cast<double>(capsule.radius);
-      length = static_cast<double>(capsule.lz);
-      return true;
-    }
-    case fcl::GEOM_SPHERE:
-      radius = static_cast<double>(static_cast<const fcl::Sphere<S>&>(shape).radius);
-      length = 0;
-      return true;
-    default:
-      return false;
-  }
-}
-
 /// Puts a capsule or sphere at place i.
 template <typename S>
 FCL_FIBERS_ALWAYS_INLINE void put(const fcl::CollisionObject<S>& object, double radius,
@@ -140,6 +98,25 @@ FCL_FIBERS_ALWAYS_INLINE void put(const fcl::CollisionObject<S>& object, double 
 }
 
 }  // namespace
+
+template <typename S>
+const char* poseProblem(const fcl::Transform3<S>& pose) {
+  const auto& matrix = pose.matrix();
+  const Vec3d x = toVec3(matrix.col(0)), y = toVec3(matrix.col(1)), z = toVec3(matrix.col(2));
+  const Vec3d t = toVec3(matrix.col(3));
+  // Two columns must be perpendicular unit vectors, and the third their cross product. The sum is
+  // written out, because packed loads from an array just written would wait for it.
+  const Vec3d off = cross(x, y) - z;
+  const double deviation = (std::fabs(dot(x, x) - 1) + std::fabs(dot(y, y) - 1)) +
+                           (std::fabs(dot(x, y)) + std::fabs(off.x)) +
+                           (std::fabs(off.y) + std::fabs(off.z));
+  // NaN and infinity fail the comparison.
+  if (deviation <= kRotationTolerance<S> && allFinite(t)) return nullptr;
+  if (!allFinite(x) || !allFinite(y) || !allFinite(z) || !allFinite(t)) {
+    return "its pose is NaN or infinite; give it a finite pose";
+  }
+  return "its rotation is not orthonormal or is a reflection; give it a proper rotation";
+}
 
 template <typename S>
 const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& frame, Bounds bounds,
@@ -236,6 +213,8 @@ void ObjectSource<S>::refuse(index::SegmentId id, const Frame& frame) const {
 
 template class ObjectSource<float>;
 template class ObjectSource<double>;
+template const char* poseProblem(const fcl::Transform3<float>&);
+template const char* poseProblem(const fcl::Transform3<double>&);
 template const char* readSegment(const fcl::CollisionObject<float>&, const Frame&, Bounds,
                                  Segment&);
 template const char* readSegment(const fcl::CollisionObject<double>&, const Frame&, Bounds,

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl/geometry/shape/sphere.h>
 #include <fcl/narrowphase/collision_object.h>
 
 #include <fcl_fibers/fiber_manager_options.h>
 
 #include "geometry/frame.h"
 #include "geometry/segment.h"
+#include "simd/always_inline.h"
 
 namespace fcl_fibers::broadphase {
 
@@ -17,5 +20,29 @@ namespace fcl_fibers::broadphase {
 template <typename S>
 const char* readSegment(const fcl::CollisionObject<S>& object, const geometry::Frame& frame,
                         Bounds bounds, geometry::Segment& segment);
+
+/// Why a pose is refused, and the remedy; nullptr if it is proper.
+template <typename S>
+const char* poseProblem(const fcl::Transform3<S>& pose);
+
+/// Reads the size of a capsule or sphere. Returns false for any other shape.
+template <typename S>
+FCL_FIBERS_ALWAYS_INLINE bool readSize(const fcl::CollisionGeometry<S>& shape, fcl::NODE_TYPE type,
+                                       double& radius, double& length) {
+  switch (type) {
+    case fcl::GEOM_CAPSULE: {
+      const auto& capsule = static_cast<const fcl::Capsule<S>&>(shape);
+      radius = static_cast<double>(capsule.radius);
+      length = static_cast<double>(capsule.lz);
+      return true;
+    }
+    case fcl::GEOM_SPHERE:
+      radius = static_cast<double>(static_cast<const fcl::Sphere<S>&>(shape).radius);
+      length = 0;
+      return true;
+    default:
+      return false;
+  }
+}
 
 }  // namespace fcl_fibers::broadphase

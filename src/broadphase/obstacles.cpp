@@ -107,7 +107,7 @@ void placeMesh(const fcl::CollisionObject<S>& object, const Frame& frame, Bounds
 
 template <typename S>
 Obstacles<S>::Obstacles(const FiberManagerOptions& options)
-    : bounds_(options.bounds), boxes_(boxOptions(options)) {}
+    : bounds_(options.bounds), moves_(options.motion), boxes_(boxOptions(options)) {}
 
 // --- Changing ---
 
@@ -125,7 +125,7 @@ void Obstacles<S>::add(Object* object, SegmentId id, tree::Categories categories
   if (broadphase::isMesh(*object)) {
     meshes_.push_back({{}, object, id, categories, is_solid});
   } else {
-    shapes_.push_back({object, id, false, {}});
+    shapes_.push_back({object, id, false, {}, {}, {}});
   }
 }
 
@@ -182,6 +182,10 @@ void Obstacles<S>::read(const char* call, MeshEntry& entry, const Frame& frame,
 template <typename S>
 void Obstacles<S>::read(ShapeEntry& entry, const Frame& frame) {
   readObstacle(*entry.object, frame, bounds_, entry.shape);
+  if (moves_) {
+    readObstacle(*entry.object, Frame{}, bounds_, entry.end);
+    if (!entry.is_read) entry.start = entry.end;
+  }
   entry.is_read = true;
 }
 

@@ -77,6 +77,15 @@ class Obstacles {
     index::PosedMesh posed() const { return MeshReading::posed(categories, is_solid); }
   };
 
+  struct ShapeEntry {
+    Object* object;
+    SegmentId id;
+    bool is_read = false;
+    geometry::Obstacle shape;  ///< in the frame of the indexes
+    /// In the world's frame at the start and at the end of a step, if shapes move.
+    geometry::Obstacle start, end;
+  };
+
   explicit Obstacles(const FiberManagerOptions& options);
 
   // --- Changing ---
@@ -88,6 +97,10 @@ class Obstacles {
   /// Takes new ids of the same objects.
   void renumber(const ObjectRegistry<S>& registry);
   void clear();
+  /// Begins a step where the present one ends.
+  void beginStep() {
+    for (ShapeEntry& entry : shapes_) entry.start = entry.end;
+  }
   /// Adds the object that replaces one of another manager. The cache has the triangles of that one,
   /// which both share if they are the same.
   void addCopy(const Obstacles& other, Object* object, SegmentId id, tree::Categories categories);
@@ -143,10 +156,7 @@ class Obstacles {
   bool isMesh(SegmentId id) const { return find(meshes_, id) != nullptr; }
   const MeshEntry* mesh(SegmentId id) const { return find(meshes_, id); }
   /// Null if only the box of the object counts.
-  const geometry::Obstacle* shape(SegmentId id) const {
-    const ShapeEntry* entry = find(shapes_, id);
-    return entry == nullptr ? nullptr : &entry->shape;
-  }
+  const ShapeEntry* shape(SegmentId id) const { return find(shapes_, id); }
 
   /// The boxes of the meshes. Ids are positions in meshes() when they were read last.
   const index::SegmentIndex& boxes() const { return boxes_; }
@@ -157,13 +167,6 @@ class Obstacles {
   std::size_t memoryUsage() const;
 
  private:
-  struct ShapeEntry {
-    Object* object;
-    SegmentId id;
-    bool is_read = false;
-    geometry::Obstacle shape;
-  };
-
   template <class Entries>
   static auto find(Entries& entries, SegmentId id) -> decltype(entries.data()) {
     const auto found =
@@ -184,6 +187,7 @@ class Obstacles {
   void finishReading(const geometry::Frame& frame);
 
   const Bounds bounds_;
+  const bool moves_;
   std::vector<MeshEntry> meshes_;
   std::vector<ShapeEntry> shapes_;
   index::SegmentIndex boxes_;

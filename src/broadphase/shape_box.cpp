@@ -217,9 +217,7 @@ FCL_FIBERS_ALWAYS_INLINE Segment boxThatCounts(const fcl::CollisionObject<S>& ob
                                                const Frame& frame, Bounds bounds) {
   const fcl::Transform3<S>& pose = ObjectMembers<S>::pose(object);
   const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
-  // The smallest normal number covers the loss if subnormals are flushed to zero.
-  const double outward = 16 * std::numeric_limits<double>::epsilon() * shape.reach +
-                         4 * std::numeric_limits<double>::min() + added.margin;
+  const double outward = outwardRounding(shape) + added.margin;
   const Vec3d by{outward, outward, outward};
   const Vec3d position = frame.fromWorld(toVec3(pose.matrix().col(3)));
   Corners corners = finiteCorners(position + frame.scale * (shape.posed.low - by),
@@ -238,10 +236,10 @@ FCL_FIBERS_ALWAYS_INLINE Segment boxThatCounts(const fcl::CollisionObject<S>& ob
 /// Calls take() with the boxes of a shape.
 /// @return nullptr, or why the object is refused and the remedy
 template <typename S, class Take>
-FCL_FIBERS_ALWAYS_INLINE const char* readShape(const fcl::CollisionObject<S>& object,
-                                               fcl::NODE_TYPE type, Take&& take) {
-  const fcl::CollisionGeometry<S>& geometry = *ObjectMembers<S>::shape(object);
-  const Axes axes(ObjectMembers<S>::pose(object));
+FCL_FIBERS_ALWAYS_INLINE const char* readShape(const fcl::CollisionGeometry<S>& geometry,
+                                               const fcl::Transform3<S>& pose, fcl::NODE_TYPE type,
+                                               Take&& take) {
+  const Axes axes(pose);
   const auto read = [&](const ShapeBox& shape) {
     take(shape);
     return nullptr;
@@ -277,16 +275,25 @@ FCL_FIBERS_ALWAYS_INLINE const char* readShape(const fcl::CollisionObject<S>& ob
     }
     default:
       if (!isProper(geometry.aabb_local)) return kNoBox;
-      return read(boxOfBounds(localBounds(geometry), ObjectMembers<S>::pose(object)));
+      return read(boxOfBounds(localBounds(geometry), pose));
   }
+}
+
+template <typename S, class Take>
+FCL_FIBERS_ALWAYS_INLINE const char* readShape(const fcl::CollisionObject<S>& object,
+                                               fcl::NODE_TYPE type, Take&& take) {
+  return readShape(*ObjectMembers<S>::shape(object), ObjectMembers<S>::pose(object), type, take);
 }
 
 }  // namespace
 
+Corners inFrame(const Corners& box, const Frame& frame) {
+  return finiteCorners(frame.fromWorld(box.low), frame.fromWorld(box.high));
+}
+
 template <typename S>
 Corners ownCorners(const fcl::AABB<S>& box, const Frame& frame) {
-  const Corners open = openCorners(box);
-  return finiteCorners(frame.fromWorld(open.low), frame.fromWorld(open.high));
+  return inFrame(openCorners(box), frame);
 }
 
 template <typename S>
@@ -329,14 +336,22 @@ bool readLocalBox(const fcl::CollisionObject<S>& object, fcl::NODE_TYPE type, Bo
   return is_all;
 }
 
-#define FCL_FIBERS_INSTANTIATE(S)                                                               \
-  template Corners ownCorners(const fcl::AABB<S>&, const Frame&);                               \
-  template const char* readBox(const fcl::CollisionObject<S>&, fcl::NODE_TYPE, const Frame&,    \
-                               Bounds, Segment&);                                               \
-  template bool readMeshBox(const fcl::CollisionObject<S>&, const LocalBounds&, const Frame&,   \
-                            Bounds, Segment&, double&);                                         \
-  template bool readLocalBox(const fcl::CollisionObject<S>&, fcl::NODE_TYPE, Bounds, ShapeBox&, \
-                             double&);
+template <typename S>
+const char* readShapeBox(const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& pose,
+                         ShapeBox& box) {
+  return readShape(shape, pose, shape.getNodeType(), [&](const ShapeBox& read) { box = read; });
+}
+
+#define FCL_FIBERS_INSTANTIATE(S)                                                                \
+  template Corners ownCorners(const fcl::AABB<S>&, const Frame&);                                \
+  template const char* readBox(const fcl::CollisionObject<S>&, fcl::NODE_TYPE, const Frame&,     \
+                               Bounds, Segment&);                                                \
+  template bool readMeshBox(const fcl::CollisionObject<S>&, const LocalBounds&, const Frame&,    \
+                            Bounds, Segment&, double&);                                          \
+  template bool readLocalBox(const fcl::CollisionObject<S>&, fcl::NODE_TYPE, Bounds, ShapeBox&,  \
+                             double&);                                                           \
+  template const char* readShapeBox(const fcl::CollisionGeometry<S>&, const fcl::Transform3<S>&, \
+                                    ShapeBox&);
 FCL_FIBERS_INSTANTIATE(float)
 FCL_FIBERS_INSTANTIATE(double)
 #undef FCL_FIBERS_INSTANTIATE

@@ -74,12 +74,22 @@ struct ShapeBox {
   }
 };
 
+/// How far the shape may be outside of `posed`, by rounding. The smallest normal number covers the
+/// loss if subnormals are flushed to zero.
+inline double outwardRounding(const ShapeBox& shape) {
+  return 16 * std::numeric_limits<double>::epsilon() * shape.reach +
+         4 * std::numeric_limits<double>::min();
+}
+
 /// FCL's two bounds of a mesh or an octree in its own axes: a box, and a ball around its middle.
 struct LocalBounds {
   Corners box{{0, 0, 0}, {0, 0, 0}};
   geometry::Vec3d center{0, 0, 0};
   double radius = 0;  ///< 0 means that there is no ball
 };
+
+/// A box of the world in `frame`. Sides that overflow stay outside of the box.
+Corners inFrame(const Corners& box, const geometry::Frame& frame);
 
 /// The object's getAABB() in `frame`.
 template <typename S>
@@ -109,5 +119,11 @@ bool readMeshBox(const fcl::CollisionObject<S>& object, const LocalBounds& mesh,
 template <typename S>
 bool readLocalBox(const fcl::CollisionObject<S>& object, fcl::NODE_TYPE type, Bounds bounds,
                   ShapeBox& box, double& margin);
+
+/// Reads the boxes of any shape except capsules and spheres, in a pose.
+/// @return nullptr, or why the shape is refused and the remedy
+template <typename S>
+const char* readShapeBox(const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& pose,
+                         ShapeBox& box);
 
 }  // namespace fcl_fibers::broadphase

@@ -12,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include <fcl_fibers/layered_aabb_tree_collision_manager.h>
+
 #include "support/allocation_faults.h"
 #include "support/managers_under_test.h"
 #include "support/pair_queries.h"
@@ -255,6 +257,117 @@ TYPED_TEST(ManagerFaults, UpdatingWithoutMemoryKeepsOrRefusesAnswers) {
           });
       this->moveBack();
     }
+  }
+}
+
+// Capsules that each have a few poses, in a manager that follows them from one to the next.
+class MotionFaults : public testing::Test {
+ protected:
+  using Objects = std::vector<fcl::CollisionObject<double>*>;
+  using Manager = LayeredAABBTreeCollisionManager<double>;
+
+  MotionFaults() : scene_(soupScene<double>(100, 1, 192)) {
+    Random random(193);
+    for (auto& poses : poses_) {
+      for (auto* object : scene_.objects()) poses.push_back(object->getTransform());
+      // The last is so far that the bundle is made anew.
+      jolt(scene_.objects(), random, &poses == &poses_[2] ? 40 : 0.3, 0.5);
+    }
+    options_.report = Report::kCapsules;
+    options_.motion = true;
+  }
+
+  Objects some(std::size_t begin, std::size_t end) const {
+    const auto first = scene_.objects().begin();
+    return {first + static_cast<std::ptrdiff_t>(begin), first + static_cast<std::ptrdiff_t>(end)};
+  }
+  void place(std::size_t pose, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) moveTo(*scene_[i], poses_[pose][i]);
+  }
+  /// Of some objects, in the step from the first poses to the second.
+  std::unique_ptr<Manager> makeMoving(std::size_t begin, std::size_t end) {
+    place(0, 0, scene_.size());
+    auto manager = std::make_unique<Manager>(options_);
+    manager->registerObjects(scene_.objects());
+    for (auto* object : some(0, begin)) manager->unregisterObject(object);
+    for (auto* object : some(end, scene_.size())) manager->unregisterObject(object);
+    (void)selfPairs<double>(*manager);
+    place(1, 0, scene_.size());
+    manager->update();
+    return manager;
+  }
+  static Calls<double> sortedPairs(const Manager& manager) {
+    Calls<double> pairs = selfPairs<double>(manager);
+    std::sort(pairs.begin(), pairs.end());
+    return pairs;
+  }
+
+  Scene<double> scene_;
+  std::vector<fcl::Transform3<double>> poses_[4];
+  FiberManagerOptions options_;
+};
+
+// An object would be unregistered while the index still has the ids of before.
+TEST_F(MotionFaults, UnregisteringWithoutMemoryKeepsTheStep) {
+  // So few are left that another removal gives them new ids.
+  const std::size_t begin = 80, end = 98;
+  const auto act = [&](auto& manager) { manager->unregisterObject(scene_[begin + 3]); };
+  auto plain = makeMoving(begin, end);
+  const auto pairs_before = sortedPairs(*plain);
+  act(plain);
+  const auto pairs_after = sortedPairs(*plain);
+  ASSERT_NE(pairs_before, pairs_after);
+  plain->update();
+  ASSERT_NE(pairs_after, sortedPairs(*plain)) << "motion does not matter";
+  bool has_failed = false;
+  strikeEverywhere(
+      "unregisterObject", [&] { return makeMoving(begin, end); }, act,
+      [&](const auto& manager, bool failed) {
+        EXPECT_EQ(manager->size(), end - begin - (failed ? 0 : 1));
+        EXPECT_EQ(sortedPairs(*manager), failed ? pairs_before : pairs_after);
+        has_failed |= failed;
+      });
+  EXPECT_TRUE(has_failed) << "ids do not change";
+}
+
+// An update that is repeated would begin its step at the start of the step before.
+TEST_F(MotionFaults, AnUpdateWithoutMemoryBeginsItsStepOnce) {
+  const std::size_t young = 92, last = 97;
+  const auto makeGrown = [&] {
+    auto manager = makeMoving(0, young);
+    // These rest before.
+    manager->registerObjects(some(young, last));
+    (void)selfPairs<double>(*manager);
+    return manager;
+  };
+  const std::size_t few = 85;
+  const std::vector<std::pair<std::string, std::function<void(std::unique_ptr<Manager>&)>>> acts = {
+      {"update()",
+       [&](auto& manager) {
+         place(2, 0, last);
+         manager->update();
+       }},
+      {"update() of capsules that fly apart",
+       [&](auto& manager) {
+         place(3, 0, last);
+         manager->update();
+       }},
+      {"update(objects)",
+       [&](auto& manager) {
+         place(2, few, last);
+         manager->update(some(few, last));
+       }},
+  };
+  for (const auto& [name, act] : acts) {
+    auto plain = makeGrown();
+    const auto pairs_before = sortedPairs(*plain);
+    act(plain);
+    const auto pairs = sortedPairs(*plain);
+    ASSERT_NE(pairs, pairs_before);
+    strikeEverywhere(name, makeGrown, act, [&](const auto& manager, bool failed) {
+      if (failed) return;
+      EXPECT_EQ(sortedPairs(*manager), pairs);
+    });
   }
 }
 

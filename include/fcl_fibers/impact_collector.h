@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include <fcl_fibers/fiber_collision_manager.h>
+
+namespace fcl_fibers {
+
+/// A first touch in a step and its two objects.
+template <typename S>
+struct ObjectImpact : TimedContact {
+  fcl::CollisionObject<S>* object_a = nullptr;  ///< the callback's first argument
+  fcl::CollisionObject<S>* object_b = nullptr;  ///< the second argument
+};
+
+/// An FCL callback that collects when the pairs of a query touch first in a step, and where, with
+/// fiber and segment numbers. The manager has FiberManagerOptions::motion:
+///
+///     ImpactCollector<double> collector(manager);
+///     manager.update();
+///     manager.collide(&collector, collector.callback);
+///     for (const auto& impact : collector.impacts()) ...  // impact.time, impact.normal, ...
+///
+/// Impacts come in the order of their pairs, not of their times. A pair with a mesh is found at the
+/// end of the step, so its time is 1; ContactCollector has its contacts.
+template <typename S>
+class ImpactCollector {
+ public:
+  using Manager = FiberCollisionManager<S>;  ///< a manager whose queries are collected
+  using Object = fcl::CollisionObject<S>;    ///< an object of the manager
+
+  /// Collects the impacts of collision queries of `manager`, which has to outlive the collector.
+  /// @param other  if the query is `manager.collide(other, ...)`, a fiber manager that has the
+  ///               second objects and that has to outlive the collector, too; otherwise null
+  explicit ImpactCollector(const Manager& manager, const Manager* other = nullptr)
+      : manager_(manager), other_(other) {}
+
+  /// Returns the impacts of all queries since clear(), in the order of their pairs.
+  const std::vector<ObjectImpact<S>>& impacts() const { return impacts_; }
+
+  /// Forgets the impacts but keeps their memory for the next query.
+  void clear() { impacts_.clear(); }
+
+  /// The callback to pass to `collide`, with the collector as `cdata`. It never ends the query. It
+  /// throws as FiberCollisionManager::findImpact() does.
+  static bool callback(Object* a, Object* b, void* cdata) {
+    static_cast<ImpactCollector*>(cdata)->add(a, b);
+    return false;
+  }
+
+ private:
+  void add(Object* a, Object* b) {
+    ObjectImpact<S> impact;
+    if (!manager_.findImpact(a, b, other_, impact)) impact.time = 1;
+    impact.object_a = a;
+    impact.object_b = b;
+    impacts_.push_back(impact);
+  }
+
+  const Manager& manager_;
+  const Manager* other_;
+  std::vector<ObjectImpact<S>> impacts_;
+};
+
+}  // namespace fcl_fibers
