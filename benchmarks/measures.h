@@ -17,6 +17,8 @@ struct Request {
   int edge = 16;
   int triangles = 102400;  ///< of the head, and of an arm
   int cables = 150;
+  int fibers = 50000;   ///< of the cap in motion
+  double radii = 50;    ///< of its mean motion
   std::string out_dir;  ///< of files that are not Google Benchmark's
 };
 
@@ -33,6 +35,8 @@ bool measureSampling(const Request& request);
 bool measureObstacles(const Request& request);
 bool measureCables(const Request& request);
 bool measureDials(const Request& request);
+bool measureMotion(const Request& request);
+bool measureMotionDials(const Request& request);
 
 // The paper's.
 bool measureReplay(const Request& request);

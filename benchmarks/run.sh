@@ -6,14 +6,14 @@
 #
 #   (nothing)  the README's table: this library, FCL and Embree on three scenes. 3 minutes
 #   --full     all tables of docs/performance.md: scenes, other queries, small scenes, arrays, growth,
-#              obstacles. 40 minutes. It takes 6 GB of memory, and up to 20 GB if the machine has it.
+#              obstacles, motion. 55 minutes. It takes 6 GB of memory, and up to 20 GB if the machine has it.
 #              --targets also lists which ratios reach their targets
-#   --trade    what accuracy costs: every manager, sampling, options, meshes. 13 minutes. It adds real hair
+#   --trade    what accuracy costs: every manager, sampling, options, meshes, motion. 16 minutes. It adds real hair
 #              if FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx
 #   --paper    the paper's Table I, figures and pictures. 20 minutes, and up to an hour for one part.
 #              --full adds finer curves and the slowest trees, which take hours
 #   --only     only the measures whose names begin with NAME, such as obstacles of --full, 4 minutes,
-#              or dials of --trade, 1 minute. It keeps the other results of the set
+#              or dials of --trade, 4 minutes. It keeps the other results of the set
 #   --hair     the fibers of a file instead of the scenes; with --trade beside the scenes.
 #              --radius is their radius in the file's unit, for a file without radii
 #
@@ -125,6 +125,7 @@ case $scenes in
     measure obstacles_cap obstacles --scene=cap:fibers=50000
     measure obstacles_combed obstacles --scene=combed:fibers=10000
     measure obstacles_cables cables
+    for radii in 5 50 150 480; do measure "motion_$radii" motion --radii="$radii"; done
     ;;
   trade)
     trade helix 2 $helix=100
@@ -135,6 +136,7 @@ case $scenes in
     measure costs costs
     measure sampling sampling
     measure dials dials
+    measure dials_motion motion-dials
     ;;
   hair) frames frames_hair "${hair[@]}" ;;
   paper)

@@ -162,33 +162,39 @@ class EmbreeTree : public ForeignTree {
   Geometry geometry_;
 };
 
-/// A tree that does not change.
+/// A tree with one box to a leaf.
 struct StandingTree {
-  StandingTree(RTCDevice device, std::vector<FloatBox> all, bool morton)
-      : boxes(std::move(all)),
+  StandingTree(RTCDevice device, bool morton)
+      : device(device),
         scene(rtcNewScene(device), rtcReleaseScene),
         geometry(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER), rtcReleaseGeometry) {
     const RTCBuildQuality quality = morton ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM;
     if (morton) rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_DYNAMIC);
     rtcSetSceneBuildQuality(scene.get(), quality);
     rtcSetGeometryBuildQuality(geometry.get(), quality);
+    rtcAttachGeometry(scene.get(), geometry.get());
+  }
+
+  void build(std::vector<FloatBox> all) {
+    boxes = std::move(all);
     setBoxes(geometry.get(), boxes);
     rtcCommitGeometry(geometry.get());
-    rtcAttachGeometry(scene.get(), geometry.get());
     rtcCommitScene(scene.get());
     requireNoError(device);
   }
 
-  const std::vector<FloatBox> boxes;
+  RTCDevice device;
+  std::vector<FloatBox> boxes;
   Scene scene;
   Geometry geometry;
 };
 
 struct StandingTrees {
   StandingTrees(std::vector<FloatBox> boxes_a, std::vector<FloatBox> boxes_b, bool morton)
-      : device(newDevice(1)),
-        a(device.get(), std::move(boxes_a), morton),
-        b(device.get(), std::move(boxes_b), morton) {}
+      : device(newDevice(1)), a(device.get(), morton), b(device.get(), morton) {
+    a.build(std::move(boxes_a));
+    b.build(std::move(boxes_b));
+  }
 
   std::size_t countOverlaps() const {
     std::size_t count = 0;
@@ -205,7 +211,36 @@ struct StandingTrees {
   StandingTree a, b;
 };
 
+class EmbreeBoxes : public BoxTree {
+ public:
+  explicit EmbreeBoxes(bool morton) : device_(newDevice(1)), tree_(device_.get(), morton) {}
+
+  void update(std::vector<FloatBox> boxes) override { tree_.build(std::move(boxes)); }
+
+  void visitPairs(const Visitor& visit) const override {
+    rtcCollide(
+        tree_.scene.get(), tree_.scene.get(),
+        [](void* data, RTCCollision* collisions, unsigned int count) {
+          for (unsigned int i = 0; i < count; ++i) {
+            const RTCCollision& found = collisions[i];
+            if (found.primID0 < found.primID1) {
+              (*static_cast<const Visitor*>(data))(found.primID0, found.primID1);
+            }
+          }
+        },
+        const_cast<Visitor*>(&visit));
+  }
+
+ private:
+  Device device_;
+  StandingTree tree_;
+};
+
 }  // namespace
+
+std::unique_ptr<BoxTree> makeEmbreeBoxes(bool morton) {
+  return std::make_unique<EmbreeBoxes>(morton);
+}
 
 std::function<std::size_t()> embreeOverlaps(std::vector<FloatBox> a, std::vector<FloatBox> b,
                                             bool morton) {

@@ -82,6 +82,22 @@ class ForeignTree : public Manager, public ForeignManager {
 enum class EmbreeUpdate { kRebuild, kRebuildMorton, kRefit };
 std::unique_ptr<ForeignTree> makeEmbreeTree(EmbreeUpdate update, int threads);
 
+/// A tree over boxes alone, on one thread.
+class BoxTree {
+ public:
+  /// Two boxes that overlap, by their numbers.
+  using Visitor = std::function<void(std::size_t a, std::size_t b)>;
+
+  virtual ~BoxTree() = default;
+  /// Builds it anew, as the library does this after a motion.
+  virtual void update(std::vector<FloatBox> boxes) = 0;
+  /// Visits each pair once.
+  virtual void visitPairs(const Visitor& visit) const = 0;
+};
+
+/// @param morton  by Morton codes; otherwise by surface area
+std::unique_ptr<BoxTree> makeEmbreeBoxes(bool morton);
+
 /// Builds two trees on one thread, with one box to a leaf, and returns a query that counts the
 /// pairs of a box of each which overlap.
 /// @param morton  by Morton codes; otherwise by surface area

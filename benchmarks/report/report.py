@@ -17,6 +17,7 @@ import jinja2
 import arrays
 import elsewhere
 import frames
+import motion
 import obstacles
 import paper
 import paper_pictures
@@ -31,14 +32,16 @@ DOCUMENTED = {
     "full": (
         *("ratios", "best", "scene", "elsewhere", "clients", "changes", "candidates"),
         *("arrays", "growth", "obstacles", "obstacle-counts"),
+        "motion",
     ),
-    "trade": ("managers", "sampling", "costs", "dials"),
+    "trade": ("managers", "sampling", "costs", "dials", "motion-dials"),
     "paper": ("table-1",),
 }
 BARS = "Bars are medians. Lines reach from the lowest run to the highest."
 DIAL = "Shorter bars are faster. False pairs are reported and do not touch."
 SAMPLING = "Both are compared with the contacts of the finest sampling."
 RESOLUTION = "Both are compared with the segments that touch the finest mesh."
+MOTION = "Both are of the impacts of a step of the cap in the wind."
 MARK = re.compile(r"(<!-- table ([\w -]+): ([^\n]*) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 
 
@@ -108,6 +111,7 @@ def speed(kind, folder, with_targets=False):
         wanted |= {"queries": "queries", "clients": "clients"}
         wanted |= files_of("arrays", arrays.SCENES) | {"growth": "growth"}
         wanted |= files_of("obstacles", obstacles.SCENES)
+        wanted |= {f"motion by {radii} radii": f"motion_{radii}" for radii in motion.MOTIONS}
         report = Report(kind, "All figures", folder, wanted)
     scenes, parts = frames.scenes_of(report.parts), report.parts
     if kind == "headline":
@@ -122,6 +126,7 @@ def speed(kind, folder, with_targets=False):
         report.add("queries|clients", elsewhere.targets, *found)
         report.add("arrays_.*", arrays.targets, parts)
         report.add("obstacles_.*", obstacles.targets, parts)
+        report.add(r"motion_\d+", motion.targets, parts)
     for name, scene in scenes.items():
         report.add(f"frames_{name}", frames.scene_table, scene, kind == "headline")
         report.add(f"frames_{name}", frames.tried, scene)
@@ -133,12 +138,13 @@ def speed(kind, folder, with_targets=False):
     report.add("growth", frames.growth, parts.get("growth"))
     report.add("obstacles_.*", obstacles.table, parts)
     report.add("obstacles_(cap|combed)", obstacles.counts, parts)
+    report.add(r"motion_\d+", motion.table, parts)
     return report
 
 
 def trade_offs(folder):
     wanted = files_of("frames", frames.FULL) | {"costs": "costs", "sampling": "sampling"}
-    wanted["dials of obstacles"] = "dials"
+    wanted |= {"dials of obstacles": "dials", "dials of motion": "dials_motion"}
     report = Report("trade", "What accuracy costs", folder, wanted)
     parts = report.parts
     report.add("frames_.*", trade.managers, parts)
@@ -151,6 +157,9 @@ def trade_offs(folder):
     report.add("dials", trade.dials, parts.get("dials"))
     draw = partial(report.draw, "dials", "trade_obstacles", "Resolution of a mesh", RESOLUTION)
     draw(lambda: trade.resolution_figure(trade.resolution_points(parts["dials"])))
+    report.add("dials_motion", trade.motion_dials, parts.get("dials_motion"))
+    draw = partial(report.draw, "dials_motion", "trade_motion", "Motion", MOTION)
+    draw(lambda: trade.motion_figure(trade.motion_points(parts["dials_motion"])))
     report.add("costs", trade.costs, parts.get("costs"))
     return report
 

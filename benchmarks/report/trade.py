@@ -196,6 +196,65 @@ def dials(part):
     return Table("dials", "Dials of obstacles", header, rows, caption)
 
 
+# How pairs of a step are looked for, by dial and value, in the order of the table and the picture.
+MOTION_WAYS = {
+    ("substeps", 1): "the end alone",
+    ("substeps", 4): "4 substeps",
+    ("substeps", 16): "16 substeps",
+    ("substeps", 64): "64 substeps",
+    ("margin", 1): "margin of the mean motion",
+    ("margin", 2): "margin of twice that",
+    ("linear", 1): "linear bounds",
+}
+
+
+def motions(part):
+    """Radii of the mean motion."""
+    return sorted({int(name.split("/")[1]) for name in part.names("Dials")})
+
+
+def motion_points(part):
+    """By way: (mean motion in radii, percent missed, seconds) of those that were not ended."""
+    points = {}
+    for (dial, value), way in MOTION_WAYS.items():
+        for radii in motions(part):
+            name = f"motion/{radii}/{dial}/{value}"
+            keys = ("ended", "motion", "missed", "impacts", "seconds")
+            ended, moved, missed, impacts, seconds = part.medians("Dials", name, *keys)
+            if not ended:
+                points.setdefault(way, []).append((moved, 100 * missed / impacts, seconds))
+    return points
+
+
+def motion_figure(points):
+    missed = {way: [(x, share) for x, share, _ in found] for way, found in points.items()}
+    times = {way: [(x, seconds) for x, _, seconds in found] for way, found in points.items()}
+    form = {"xlabel": "mean motion, radii", "xscale": "log", "x_format": count_label}
+    percents = Panel("impacts missed", missed, y_format=lambda share, _: f"{share:g} %", **form)
+    seconds = Panel("time of a step", times, y_format=seconds_label, yscale="log", **form)
+    return panels_figure([percents, seconds])
+
+
+def motion_dials(part):
+    rows = []
+    for (dial, value), way in MOTION_WAYS.items():
+        row = [way]
+        for radii in motions(part):
+            keys = ("ended", "missed", "impacts", "extra", "reported", "seconds")
+            ended, missed, impacts, extra, reported, seconds = part.medians(
+                "Dials", f"motion/{radii}/{dial}/{value}", *keys
+            )
+            shares = f"{percent(missed, impacts)}, {percent(extra, reported)}"
+            row.append("-" if ended else f"{shares}, {time(seconds)}")
+        rows.append(row)
+    header = ["", *(f"{radii} radii" for radii in motions(part))]
+    caption = (
+        "Each cell has the impacts that are missed, the false pairs among those reported, and the "
+        "time of updates and queries. - was ended, because it reports more than 20 million pairs."
+    )
+    return Table("motion-dials", "Dials of motion", header, rows, caption)
+
+
 def costs(part):
     rows = []
     for name in sorted(part.names("Costs")):

@@ -16,7 +16,7 @@ struct CapParameters {
   int segments = 50;       ///< per fiber, each of 0.3 cm
   double radius = 0.0035;  ///< of a human hair
   std::uint64_t seed = 1;  ///< same seed, same scene
-  int frame = 0;           ///< time step of the motion
+  double frame = 0;        ///< time of the motion, in frames; may lie between two
 };
 
 /// Fibers on a sphere of radius 9 about the origin, roots uniform over the cap about z of fibers /

@@ -145,7 +145,8 @@ class ReportTest(unittest.TestCase):
         text = self.made("full")
         missing = "frames of helix-2000; frames of cap; frames of paper-dynamic; queries; clients; "
         missing += "arrays of helix; arrays of helix-2000; arrays of cap; growth; "
-        missing += "obstacles of cap; obstacles of combed; obstacles of cables"
+        missing += "obstacles of cap; obstacles of combed; obstacles of cables; "
+        missing += "; ".join(f"motion by {radii} radii" for radii in (5, 50, 150, 480))
         self.assertIn(f"Not measured: {missing}.", text)
 
     def test_what_is_wrong_or_missing_ends_the_report(self):
@@ -385,6 +386,40 @@ class ReportTest(unittest.TestCase):
         self.assertIn("| combed: refit ", text)
         self.assertIn("obstacles of cap; obstacles of cables", text)
 
+    def test_motion(self):
+        """If this failed, docs/performance.md would state another price of motion."""
+        self.take("full", "motion_50", "motion_480")
+
+        def change(run):
+            name = run["run_name"]
+            if name.startswith("Motion/ours/"):
+                run.update(static_query=0.002, query=0.009, static_update=0.004, update=0.006)
+                run.update(real_time=15.0, time_unit="ms")
+            elif name.startswith("Motion/"):
+                run.update(real_time=60.0 if "Embree" in name else 30.0, time_unit="ms")
+            elif name.startswith("Safe/"):
+                run.update(query=0.003, real_time=1.5, time_unit="ms", fraction=0.25)
+
+        self.edit("motion_50", change)
+        tables, targets = self.made("full", "--targets").split("## Targets of motion\n")
+        for name, value in (
+            ("query of impacts, times the static one", "4.50"),
+            ("update, times the static one", "1.50"),
+            ("swept boxes: ours", "2.0x (2.0 to 2.0)"),
+            ("judged: missed", "0"),
+            ("safe step: fraction", "0.25"),
+        ):
+            self.assertEqual(self.row(tables, name)[0], value)
+        # In a gust swept boxes are not measured.
+        self.assertEqual(self.row(tables, "swept boxes: ours")[1], "-")
+        for name, value in (
+            ("impacts, times the static query", "4.50 MISSED (at most 4)"),
+            ("update, times the static one", "1.50 met (at most 2)"),
+            ("safe step, times all impacts", "0.500 met (at most 1)"),
+        ):
+            self.assertEqual(self.row(targets, name)[0], value)
+        self.assertIn("motion by 5 radii; motion by 150 radii", tables + targets)
+
     def test_documents_keep_what_was_not_measured_again(self):
         """If this failed, --only would end in an error, or empty the other tables of a page."""
         self.take("trade", "dials")
@@ -402,13 +437,19 @@ class ReportTest(unittest.TestCase):
     def test_trade(self):
         """If this failed, docs/accuracy.md and docs/costs.md could not be made."""
         text, page = self.page("trade")
-        for title in ("Managers", "Sampling", "What options cost", "Dials of obstacles"):
+        for title in (
+            "Managers",
+            "Sampling",
+            "What options cost",
+            "Dials of obstacles",
+            "Dials of motion",
+        ):
             self.assertIn(f"## {title}\n", text)
-        self.assertEqual(page.count("<img "), 5)
+        self.assertEqual(page.count("<img "), 6)
         self.edit("frames_helix", lambda run: "/super_thread/" not in run["run_name"])
         text, page = self.page_of_folder("trade")
         self.assertNotIn("super thread |", text.split("## Sampling")[0])
-        self.assertEqual(page.count("<img "), 5)
+        self.assertEqual(page.count("<img "), 6)
 
     def test_dials_of_obstacles(self):
         """If this failed, nobody would see what a margin adds, or what a coarse mesh misses."""
@@ -426,6 +467,19 @@ class ReportTest(unittest.TestCase):
         name = "mesh of 25,600 triangles, e of 1.5 radii"
         self.assertEqual(self.row(text, name + " "), cells)
         self.assertEqual(self.row(text, name + ", margin e"), cells)
+
+    def test_dials_of_motion(self):
+        """If this failed, nobody would see what is missed between two frames."""
+        self.take("trade", "dials_motion")
+
+        def change(run):
+            run.update(impacts=200.0, reported=250.0, missed=10.0, extra=60.0, real_time=7.0)
+            run.update(time_unit="ms", ended=1.0 if "/50/margin/2" in run["run_name"] else 0.0)
+
+        self.edit("dials_motion", change)
+        text = self.made("trade")
+        self.assertEqual(self.row(text, "16 substeps"), 2 * ["5 %, 24 %, 7.00 ms"])
+        self.assertEqual(self.row(text, "margin of twice that"), ["5 %, 24 %, 7.00 ms", "-"])
 
     def test_paper(self):
         """If this failed, the paper's experiments would have no page."""

@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include <fcl_fibers/fiber_tree.h>
+
+#include "contenders/mesh_model.h"
+#include "contenders/swept_tree.h"
+#include "harness/progress.h"
+#include "harness/runs.h"
+#include "judge/exact_impact_test.h"
+#include "measures.h"
+#include "scenes/step.h"
+
+namespace fcl_fibers::benchmarks {
+namespace {
+
+constexpr int kRuns = 5, kSlowRuns = 3;
+constexpr double kSlow = 5;         // seconds
+constexpr double kMostSwept = 150;  // radii, of boxes around both positions; more take minutes
+constexpr int kJudgedPart = 10;     // one out of so many fibers
+
+FiberTreeOptions capsules(int threads = 1) {
+  FiberTreeOptions options;
+  options.report = Report::kCapsules;
+  options.ignored_neighbors = 1;
+  options.threads = threads;
+  return options;
+}
+
+scenes::Step makeStep(const Request& request, int fibers) {
+  showProgress("cap in motion: make the scene");
+  scenes::CapParameters parameters;
+  parameters.fibers = std::max(1, fibers);
+  return scenes::makeCapStep(parameters, request.radii);
+}
+
+scenes::Step reversed(const scenes::Step& step) { return {step.end, step.start}; }
+
+void update(FiberTree& tree, const scenes::Step& step) {
+  tree.update(fiberArrays(step.start), fiberArrays(step.end));
+}
+
+using Pairs = std::vector<std::pair<std::int32_t, std::int32_t>>;
+
+/// Counts impacts, and notes their pairs if it is told where.
+class ImpactSink final : public index::PairSink {
+ public:
+  explicit ImpactSink(Pairs* pairs = nullptr) : pairs_(pairs) {}
+  tree::Visit take(const tree::Pair*, std::size_t) override { return tree::Visit::kContinue; }
+  tree::Visit takeImpacts(const tree::Pair* pairs, const geometry::Impact*,
+                          std::size_t count) override {
+    count_ += count;
+    for (std::size_t i = 0; pairs_ != nullptr && i < count; ++i) {
+      pairs_->push_back(std::minmax(pairs[i].a, pairs[i].b));
+    }
+    return tree::Visit::kContinue;
+  }
+  std::size_t count() const { return count_; }
+
+ private:
+  Pairs* pairs_;
+  std::size_t count_ = 0;
+};
+
+/// Judges each pair whose boxes around both positions overlap.
+class Judge final : public index::PairSink {
+ public:
+  Judge(const scenes::Step& step, std::vector<Impact> found)
+      : step_(step), found_(std::move(found)) {
+    const auto names = [](const Impact& i) { return std::tie(i.pair.a, i.pair.b); };
+    std::sort(found_.begin(), found_.end(),
+              [&](const Impact& i, const Impact& j) { return names(i) < names(j); });
+  }
+
+  tree::Visit take(const tree::Pair* pairs, std::size_t count) override {
+    for (std::size_t i = 0; i < count; ++i) {
+      if (std::abs(pairs[i].a - pairs[i].b) > 1) judge(std::minmax(pairs[i].a, pairs[i].b));
+    }
+    return tree::Visit::kContinue;
+  }
+
+  /// Impacts that were found outside of all candidates count as extra.
+  Numbers numbers() const {
+    return {{"touching", static_cast<double>(touching_)},
+            {"missed", static_cast<double>(missed_)},
+            {"extra", static_cast<double>(extra_ + found_.size() - seen_)},
+            {"undecided", static_cast<double>(undecided_)},
+            {"late", static_cast<double>(late_)},
+            {"widest_gap", widest_gap_ / step_.start.radius}};
+  }
+  bool isRight() const { return missed_ + extra_ + late_ == 0 && seen_ == found_.size(); }
+
+ private:
+  Capsule capsule(const FiberPolylines& scene, std::int32_t segment) const {
+    const auto i = static_cast<std::size_t>(segment);
+    return {toVector(scene.points[i]), toVector(scene.points[i + 1]), scene.radiusAt(i)};
+  }
+  MovingCapsule moving(std::int32_t segment) const {
+    return {capsule(step_.start, segment), capsule(step_.end, segment)};
+  }
+
+  void judge(const std::pair<std::int32_t, std::int32_t>& pair) {
+    const MovingCapsule a = moving(pair.first), b = moving(pair.second);
+    const JudgedImpact judged = judgeImpact(a, b);
+    const auto at =
+        std::lower_bound(found_.begin(), found_.end(), pair, [](const Impact& i, const auto& p) {
+          return std::tie(i.pair.a, i.pair.b) < std::tie(p.first, p.second);
+        });
+    const bool is_found =
+        at != found_.end() && at->pair.a == pair.first && at->pair.b == pair.second;
+    seen_ += is_found ? 1 : 0;
+    touching_ += judged.contact == Contact::kTouching ? 1 : 0;
+    undecided_ += judged.contact == Contact::kBoundary ? 1 : 0;
+    missed_ += judged.contact == Contact::kTouching && !is_found ? 1 : 0;
+    if (!is_found) return;
+    const Capsule p = a.at(at->time), q = b.at(at->time);
+    const double gap = segmentDistance(p.from, p.to, q.from, q.to) - (p.radius + q.radius);
+    widest_gap_ = std::max(widest_gap_, gap);
+    extra_ += judged.contact == Contact::kApart ? 1 : 0;
+    late_ += judged.contact == Contact::kTouching && at->time > judged.to ? 1 : 0;
+  }
+
+  const scenes::Step& step_;
+  std::vector<Impact> found_;
+  std::size_t touching_ = 0, missed_ = 0, extra_ = 0, undecided_ = 0, late_ = 0, seen_ = 0;
+  double widest_gap_ = 0;  ///< of two capsules at the time of their impact
+};
+
+/// Checks a part of the scene by the judge.
+bool registerJudged(const Request& request) {
+  const scenes::Step step = makeStep(request, request.fibers / kJudgedPart);
+  showProgress("motion: judge the impacts");
+  FiberTree tree(capsules());
+  tree.build(fiberArrays(step.start));
+  update(tree, step);
+  std::vector<Impact> impacts;
+  tree.findImpacts(impacts);
+  Judge judge(step, std::move(impacts));
+  const auto swept = ourSweptTree();
+  swept->update(step);
+  swept->searchCandidates(judge);
+  Numbers numbers = judge.numbers();
+  numbers["fibers"] = static_cast<double>(step.start.fiberCount());
+  numbers["motion"] = scenes::meanMotion(step) / step.start.radius;
+  registerNumbers("Judged/impacts", numbers);
+  if (judge.isRight()) return true;
+  endProgress();
+  std::fprintf(stderr, "motion: ours misses %.0f impacts, has %.0f too many and %.0f too late\n",
+               numbers["missed"], numbers["extra"], numbers["late"]);
+  return false;
+}
+
+/// Our trees, which live through all runs: one at rest at the start of the step, one in motion.
+void registerOurs(const std::shared_ptr<const scenes::Step>& step, int threads) {
+  const auto still = std::make_shared<FiberTree>(capsules(threads));
+  const auto moving = std::make_shared<FiberTree>(capsules(threads));
+  still->build(fiberArrays(step->start));
+  moving->build(fiberArrays(step->start));
+  const std::string name = threads == 1 ? "ours" : "ours_" + std::to_string(threads) + "_threads";
+  registerRuns("Motion/" + name, kRuns, [=](Numbers& numbers) {
+    // All come from the other end of the step.
+    still->update(fiberArrays(step->end));
+    moving->update(fiberArrays(step->end), fiberArrays(step->start));
+    numbers["static_update"] = seconds([&] { still->update(fiberArrays(step->start)); });
+    numbers["update"] = seconds([&] { update(*moving, *step); });
+    std::size_t touching = 0, pairs = 0, impacts = 0;
+    numbers["static_query"] = seconds([&] { still->visitPairs([&](SegmentPair) { ++touching; }); });
+    numbers["moving_pairs_query"] =
+        seconds([&] { moving->visitMovingPairs([&](SegmentPair) { ++pairs; }); });
+    numbers["query"] = seconds([&] { moving->visitImpacts([&](const Impact&) { ++impacts; }); });
+    numbers["touching"] = static_cast<double>(touching);
+    numbers["candidates"] = static_cast<double>(pairs);
+    numbers["impacts"] = static_cast<double>(impacts);
+    numbers["segments"] = static_cast<double>(step->start.segmentCount());
+    numbers["fibers"] = static_cast<double>(step->start.fiberCount());
+    numbers["motion"] = scenes::meanMotion(*step) / step->start.radius;
+    numbers["bytes"] = static_cast<double>(moving->memoryUsage());
+    numbers["static_bytes"] = static_cast<double>(still->memoryUsage());
+    return numbers["update"] + numbers["query"];
+  });
+}
+
+/// A tree over boxes around both positions. It has to find what ours finds before it is timed.
+bool registerSwept(const std::shared_ptr<const scenes::Step>& step, const std::string& name,
+                   const std::shared_ptr<SweptTree>& tree, const Pairs& truth) {
+  showProgress("motion: check " + name);
+  tree->update(*step);
+  Pairs pairs;
+  ImpactSink all(&pairs);
+  const double taken = seconds([&] { tree->searchImpacts(all); });
+  std::sort(pairs.begin(), pairs.end());
+  if (pairs != truth) {
+    endProgress();
+    std::fprintf(stderr, "motion: %s finds %zu impacts, and ours %zu\n", name.c_str(), pairs.size(),
+                 truth.size());
+    return false;
+  }
+  registerRuns("Motion/" + name, taken > kSlow ? kSlowRuns : kRuns,
+               [=, count = truth.size()](Numbers& numbers) {
+                 tree->update(reversed(*step));
+                 numbers["update"] = seconds([&] { tree->update(*step); });
+                 ImpactSink impacts;
+                 std::size_t candidates = 0;
+                 numbers["query"] = seconds([&] { candidates = tree->searchImpacts(impacts); });
+                 if (impacts.count() != count) throw std::runtime_error("finds other impacts");
+                 numbers["candidates"] = static_cast<double>(candidates);
+                 return numbers["update"] + numbers["query"];
+               });
+  return true;
+}
+
+Pairs impactPairs(const scenes::Step& step) {
+  FiberTree tree(capsules());
+  tree.build(fiberArrays(step.start));
+  update(tree, step);
+  Pairs pairs;
+  tree.visitImpacts(
+      [&](const Impact& impact) { pairs.emplace_back(impact.pair.a, impact.pair.b); });
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+/// The safe step of segments none of which touch at the start: their radii are halved until then.
+bool registerSafeStep(const Request& request) {
+  scenes::Step made = makeStep(request, request.fibers * 2 / 5);
+  showProgress("motion: reduce the radii");
+  const double radius = made.start.radius;
+  const auto tree = std::make_shared<FiberTree>(capsules());
+  for (tree->build(fiberArrays(made.start)); tree->visitPairs([](SegmentPair) { return true; });
+       tree->update(fiberArrays(made.start))) {
+    made.start.radius /= 2;
+    made.end.radius = made.start.radius;
+  }
+  update(*tree, made);
+  double least = 1;
+  std::size_t count = 0;
+  tree->visitImpacts([&](const Impact& impact) {
+    least = std::min(least, impact.time);
+    ++count;
+  });
+  const double fraction = tree->safeStep();
+  // Both are exact to a tolerance of their own.
+  if (!(std::abs(fraction - least) <= 1e-6 * least)) {
+    endProgress();
+    std::fprintf(stderr, "motion: a safe step of %.17g, and the first impact at %.17g\n", fraction,
+                 least);
+    return false;
+  }
+  const auto step = std::make_shared<const scenes::Step>(std::move(made));
+  registerRuns("Safe/step", kRuns, [=](Numbers& numbers) {
+    std::size_t impacts = 0;
+    numbers["query"] = seconds([&] { tree->visitImpacts([&](const Impact&) { ++impacts; }); });
+    numbers["impacts"] = static_cast<double>(impacts);
+    numbers["segments"] = static_cast<double>(step->start.segmentCount());
+    numbers["radius"] = step->start.radius / radius;
+    double found = 0;
+    const double taken = seconds([&] { found = tree->safeStep(); });
+    numbers["fraction"] = found;
+    return taken;
+  });
+  return true;
+}
+
+}  // namespace
+
+bool measureMotion(const Request& request) {
+  bool right = registerJudged(request);
+  right = registerSafeStep(request) && right;
+  const auto step = std::make_shared<const scenes::Step>(makeStep(request, request.fibers));
+  for (const int threads : {1, 2}) registerOurs(step, threads);
+  if (request.radii <= kMostSwept) {
+    const Pairs truth = impactPairs(*step);
+    right = registerSwept(step, "swept_boxes", ourSweptTree(), truth) && right;
+#ifdef FCL_FIBERS_WITH_EMBREE
+    for (const bool morton : {false, true}) {
+      right = registerSwept(step, morton ? "Embree_morton" : "Embree_rebuild",
+                            embreeSweptTree(morton), truth) &&
+              right;
+    }
+#endif
+  }
+  return runRegistered() && right;
+}
+
+}  // namespace fcl_fibers::benchmarks

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Tables of fibers in motion: what a step costs, and what is to be reached."""
+
+from ratios import ratio_of
+from tables import Table, count, digits, time, title
+
+MOTIONS = (5, 50, 150, 480)  # radii
+READ = (
+    "A step of the cap in the wind, named by its mean motion. Times are medians on one thread. "
+    "Ratios are of medians of runs that take turns."
+)
+
+# What is to be reached, by motion.
+MOST_TIMES_THE_STATIC_QUERY = {50: 4, 150: 8}
+MOST_TIMES_THE_STATIC_UPDATE = 2
+LEAST_AGAINST_SWEPT_BOXES = {150: 3}
+
+
+class Motion:
+    """What was measured of one motion."""
+
+    def __init__(self, part):
+        self.part = part
+
+    def ours(self, key):
+        return self.part.median("Motion", "ours", key)
+
+    def times(self, key, of):
+        """Of the medians: both are timed in each run."""
+        return self.ours(key) / self.ours(of)
+
+    def swept(self):
+        """Names of the trees over boxes around both positions."""
+        names = self.part.names("Motion")
+        return [name for name in names if not name.startswith("ours")]
+
+    def against(self, name):
+        """How many times as fast as that tree ours is, update and query together."""
+        theirs, ours = (self.part.runs("Motion", who, "seconds") for who in (name, "ours"))
+        return ratio_of(theirs, ours, name)
+
+    def judged(self, key):
+        return self.part.median("Judged", "impacts", key)
+
+    def safe(self, key):
+        return self.part.median("Safe", "step", key)
+
+
+def motions_of(parts):
+    """By radii, those that were measured."""
+    return {
+        radii: Motion(parts[f"motion_{radii}"]) for radii in MOTIONS if f"motion_{radii}" in parts
+    }
+
+
+def table(parts):
+    found = motions_of(parts)
+    rows = []
+
+    def add(what, value):
+        rows.append([what, *(value(motion) for motion in found.values())])
+
+    add("mean motion, in radii", lambda m: digits(m.ours("motion")))
+    add("pairs that touch at the start", lambda m: count(m.ours("touching")))
+    add("moving pairs", lambda m: count(m.ours("candidates")))
+    add("impacts", lambda m: count(m.ours("impacts")))
+    add("static query of touching pairs", lambda m: time(m.ours("static_query")))
+    for key, what in (("moving_pairs_query", "moving pairs"), ("query", "impacts")):
+        add(f"query of {what}", lambda m: time(m.ours(key)))
+        times = f"query of {what}, times the static one"
+        add(times, lambda m: digits(m.times(key, "static_query")))
+    add(
+        "query of impacts on 2 threads, times as fast",
+        lambda m: digits(m.ours("query") / m.part.median("Motion", "ours_2_threads", "query")),
+    )
+    add("static update", lambda m: time(m.ours("static_update")))
+    add("update for a step", lambda m: time(m.ours("update")))
+    add("update, times the static one", lambda m: digits(m.times("update", "static_update")))
+    add("bytes per segment", lambda m: digits(m.ours("bytes") / m.ours("segments")))
+    names = dict.fromkeys(name for motion in found.values() for name in motion.swept())
+    for name in names:
+
+        def cell(m, value):
+            return value(m) if name in m.swept() else "-"
+
+        add(
+            f"{title(name)}: pairs of boxes",
+            lambda m: cell(m, lambda m: count(m.part.median("Motion", name, "candidates"))),
+        )
+        add(
+            f"{title(name)}: update and impacts",
+            lambda m: cell(m, lambda m: time(m.part.median("Motion", name, "seconds"))),
+        )
+        add(f"{title(name)}: ours", lambda m: cell(m, lambda m: m.against(name).text()))
+    add("judged: impacts", lambda m: count(m.judged("touching")))
+    add("judged: missed", lambda m: count(m.judged("missed")))
+    add("judged: widest gap at an impact, in radii", lambda m: f"{m.judged('widest_gap'):.0e}")
+    add("safe step: radius, of the scene's", lambda m: digits(m.safe("radius"), 2))
+    add("safe step: fraction", lambda m: f"{m.safe('fraction'):.3g}")
+    add("safe step: time", lambda m: time(m.safe("seconds")))
+    add("safe step: time of all impacts", lambda m: time(m.safe("query")))
+    header = ["", *(f"{radii} radii" for radii in found)]
+    return Table("motion", "Motion", header, rows, READ)
+
+
+def targets(parts):
+    found = motions_of(parts)
+    rows = []
+
+    def add(what, goals, value, at_most=True):
+        cells = []
+        for radii, motion in found.items():
+            goal = goals.get(radii) if isinstance(goals, dict) else goals
+            if goal is None:
+                cells.append("-")
+                continue
+            got = value(motion)
+            met = got <= goal if at_most else got >= goal
+            limit = "at most" if at_most else "at least"
+            cells.append(f"{digits(got)} {'met' if met else 'MISSED'} ({limit} {goal})")
+        rows.append([what, *cells])
+
+    add(
+        "impacts, times the static query",
+        MOST_TIMES_THE_STATIC_QUERY,
+        lambda m: m.times("query", "static_query"),
+    )
+    add(
+        "update, times the static one",
+        MOST_TIMES_THE_STATIC_UPDATE,
+        lambda m: m.times("update", "static_update"),
+    )
+    add(
+        "times as fast as the fastest of the swept boxes",
+        LEAST_AGAINST_SWEPT_BOXES,
+        lambda m: min(m.against(name).value for name in m.swept()),
+        at_most=False,
+    )
+    add("impacts missed", 0, lambda m: m.judged("missed"))
+    add("safe step, times all impacts", 1, lambda m: m.safe("seconds") / m.safe("query"))
+    return Table("targets of motion", "Targets of motion", table(parts).header, rows)
