@@ -216,6 +216,7 @@ class FrameChecker {
 }  // namespace
 
 int check(const CheckRequest& request) {
+  if (request.end) return checkStep(request);
   const bool found = FrameChecker(request).run();
   return found && !request.exit_zero ? kExitContacts : 0;
 }

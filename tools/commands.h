@@ -38,6 +38,7 @@ struct CheckRequest {
 
   std::vector<SceneName> scenes;     ///< several are frames of one scene
   std::optional<SceneName> against;  ///< else each scene is checked against itself
+  std::optional<SceneName> end;      ///< else there is no step
   FiberTreeOptions tree;
   MeshOptions meshes;
   bool meshes_only = false;        ///< leave out pairs of two segments
@@ -53,6 +54,8 @@ struct CheckRequest {
 };
 /// The pairs of the scenes; returns 1 if there are any, unless exit_zero.
 int check(const CheckRequest& request);
+/// The same for the pairs that touch during a step from the scene to `end`.
+int checkStep(const CheckRequest& request);
 
 struct DistanceRequest {
   SceneName scene;
@@ -82,8 +85,9 @@ struct ViewRequest {
   int depth = 2;                 ///< deepest volumes
   std::size_t points = 1000000;  ///< drawn of each scene, in all frames together
   std::string up;                ///< axis that points up: x, y or z; empty to guess
+  std::optional<SceneName> end;  ///< of a step that starts with the scene; else there is none
 };
-/// Writes a page that shows the scenes.
+/// Writes a page that shows the scenes, or the one scene during a step.
 int view(const std::vector<SceneSource>& sources, const ViewRequest& request);
 
 /// Puts text on stdout, or throws std::runtime_error if that fails.

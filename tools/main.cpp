@@ -50,7 +50,7 @@ namespace {
 
 /// The parsed command line.
 struct Arguments {
-  std::string scene, other;
+  std::string scene, other, end;
   std::vector<std::string> scenes;
   std::optional<double> radius;
   std::vector<double> radii;
@@ -85,10 +85,12 @@ struct Arguments {
     return names;
   }
 
-  /// The scenes, and at last the other one, if it is given.
-  std::vector<SceneName> namedWithOther() const {
+  /// The scenes, and then those of `other` and `end` that are given.
+  std::vector<SceneName> namedWithOthers() const {
     std::vector<std::string> texts = scenes;
-    if (!other.empty()) texts.push_back(other);
+    for (const std::string& text : {other, end}) {
+      if (!text.empty()) texts.push_back(text);
+    }
     return named(texts);
   }
 
@@ -130,6 +132,10 @@ void addOutput(CLI::App& command, Arguments& arguments) {
       ->type_name("FILE");
 }
 
+void addEnd(CLI::App& command, Arguments& arguments, const char* what) {
+  command.add_option("--end", arguments.end, what)->type_name("SCENE");
+}
+
 void addCheck(CLI::App& check, Arguments& arguments) {
   check
       .add_option("SCENES", arguments.scenes,
@@ -141,6 +147,9 @@ void addCheck(CLI::App& check, Arguments& arguments) {
           .add_option("--against", arguments.other,
                       "Look for pairs of each scene with SCENE, instead of pairs\nwithin it.")
           ->type_name("SCENE");
+  addEnd(check, arguments,
+         "List pairs that touch while the fibers move from SCENES to\nSCENE in a straight "
+         "line, and when. Both have the same fibers.");
   CLI::Option* const mesh = addMeshes(check, arguments.check.meshes);
   addSolid(check, arguments.check.meshes, mesh);
   check.add_flag("--meshes-only", arguments.check.meshes_only, "Leave out pairs of two fibers.")
@@ -153,8 +162,10 @@ void addCheck(CLI::App& check, Arguments& arguments) {
             "Look for capsules that touch, or for volumes that overlap.\nThe default is capsules.");
   addChoice(check, "--volumes", arguments.tree.volumes, kVolumes, "boxes|spheres",
             "The volumes of the tree. The default is boxes.");
-  addChoice(check, "--sort", arguments.check.order, kOrders, "depth|fiber",
-            "List the deepest first, which is the default, or in the order\nof the fibers.");
+  addChoice(
+      check, "--sort", arguments.check.order, kOrders, "depth|fiber",
+      "List the deepest first, with --end the first in time, which is\nthe default, or in the "
+      "order of the fibers.");
   check
       .add_option("--top", arguments.top,
                   "List the first N only. The default for text is 10. CSV and\nJSON list all.")
@@ -197,7 +208,10 @@ void addCheck(CLI::App& check, Arguments& arguments) {
       "t:\n"
       "  mesh, triangle          A mesh, and the triangle into which the segment is deepest.\n"
       "  weight_0, ...           The place in the triangle: the weights of its three points.\n"
-      "  solid                   1 if the segment is in a solid mesh, else 0.");
+      "  solid                   1 if the segment is in a solid mesh, else 0.\n"
+      "With --end there is the time at which a pair first touches, and the contact is that of "
+      "then:\n"
+      "  time                    From 0, the start, where some may touch already, to 1, the end.");
 }
 
 int run(int argc, char** argv) {
@@ -285,6 +299,9 @@ int run(int argc, char** argv) {
                   "Write the page to FILE, which ends in .html.")
       ->required()
       ->type_name("FILE");
+  addEnd(view, arguments,
+         "Play a step from the one scene to SCENE, which has the same\nfibers, and mark pairs "
+         "when they first touch.");
   addSolid(view, arguments.view.meshes, addMeshes(view, arguments.view.meshes));
   addTree(view, arguments.tree);
   addLimit(view, arguments.limit);
@@ -328,18 +345,22 @@ int run(int argc, char** argv) {
     return tools::bench(openScene(arguments.scene, arguments.radius), arguments.bench);
   }
   if (distance.parsed()) arguments.scenes = {arguments.scene};
-  std::vector<SceneName> names = arguments.namedWithOther();
-  std::optional<SceneName> other;
-  if (!arguments.other.empty()) {
-    other = names.back();
+  std::vector<SceneName> names = arguments.namedWithOthers();
+  const auto taken = [&](const std::string& text) {
+    std::optional<SceneName> name;
+    if (text.empty()) return name;
+    name = names.back();
     names.pop_back();
-  }
+    return name;
+  };
+  const std::optional<SceneName> end_scene = taken(arguments.end), other = taken(arguments.other);
   if (distance.parsed()) {
     return tools::distance({names.front(), other, arguments.tree, arguments.output()});
   }
   if (check.parsed()) {
     arguments.check.scenes = names;
     arguments.check.against = other;
+    arguments.check.end = end_scene;
     arguments.check.tree = arguments.tree;
     arguments.check.limit = arguments.limit;
     arguments.check.top = arguments.top;
@@ -350,6 +371,7 @@ int run(int argc, char** argv) {
   for (const SceneName& name : names) sources.push_back(name.open());
   arguments.view.tree = arguments.tree;
   arguments.view.limit = arguments.limit;
+  arguments.view.end = end_scene;
   return tools::view(sources, arguments.view);
 }
 

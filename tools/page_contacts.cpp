@@ -53,6 +53,12 @@ double relativeDepth(const FiberPolylines& scene, SegmentPair pair, const Contac
   return radii > 0 ? std::max(-contact.distance / radii, 0.0) : 0;
 }
 
+/// Notes that the segment which starts at a point is in a pair. A fiber has one segment less than
+/// points.
+void mark(std::int32_t point, const FiberSegment& place, PageContacts& found) {
+  found.touching[static_cast<std::size_t>(point) - place.fiber] = 1;
+}
+
 }  // namespace
 
 PageContacts findPageContacts(const FiberTree& tree, const FiberPolylines& scene,
@@ -61,17 +67,13 @@ PageContacts findPageContacts(const FiberTree& tree, const FiberPolylines& scene
   PageContacts found;
   found.touching.resize(scene.segmentCount());
   const FiberArrays<double> arrays = fiberArrays(scene);
-  // A fiber has one segment less than points.
-  const auto mark = [&](std::int32_t point, const FiberSegment& place) {
-    found.touching[static_cast<std::size_t>(point) - place.fiber] = 1;
-  };
   Deepest pairs(most_markers), mesh_pairs(most_markers);
   found.stopped = tree.visitPairs([&](SegmentPair pair) {
     if (found.count == most_pairs) return true;
     ++found.count;
     const Contact contact = capsuleContact(arrays, pair);
-    mark(pair.a, contact.a);
-    mark(pair.b, contact.b);
+    mark(pair.a, contact.a, found);
+    mark(pair.b, contact.b, found);
     pairs.add({{pair.a, pair.b}, relativeDepth(scene, pair, contact)});
     return false;
   });
@@ -90,11 +92,26 @@ PageContacts findPageContacts(const FiberTree& tree, const FiberPolylines& scene
     for (const TrianglePair& pair : touching.pairs) {
       const FoundPair one = {pair.segment, pair.triangle, static_cast<std::int32_t>(m)};
       const FoundContact contact = meshContactOf(one);
-      mark(pair.segment, contact.a);
+      mark(pair.segment, contact.a, found);
       mesh_pairs.add({one, std::max(-contact.distance, 0.0)});
     }
   }
   found.mesh_markers = mesh_pairs.markers(meshContactOf);
+  return found;
+}
+
+PageContacts takeImpacts(const StepScene& step, const std::vector<Impact>& step_impacts,
+                         double until, std::size_t most_markers, std::size_t& first) {
+  PageContacts found;
+  found.touching.resize(step.start.segmentCount());
+  for (; first < step_impacts.size() && step_impacts[first].time <= until; ++first) {
+    const Impact& impact = step_impacts[first];
+    const FoundContact contact(contactOf(step, impact));
+    ++found.count;
+    mark(impact.pair.a, contact.a, found);
+    mark(impact.pair.b, contact.b, found);
+    if (found.markers.size() < most_markers) found.markers.push_back({contact, 0, impact.time});
+  }
   return found;
 }
 

@@ -9,6 +9,7 @@
 #include <fcl_fibers/fiber_tree.h>
 
 #include "found_pairs.h"
+#include "step_impacts.h"
 
 namespace fcl_fibers::tools {
 
@@ -17,6 +18,7 @@ struct Marker {
   FoundContact contact;
   /// 0 if the two just touch. Relative to the sum of both radii, so at most 1; in a mesh a length.
   double depth = 0;
+  double time = 0;  ///< of an impact
 };
 
 /// The contacts of a frame, as far as a page has room for them.
@@ -36,5 +38,10 @@ struct PageContacts {
 PageContacts findPageContacts(const FiberTree& tree, const FiberPolylines& scene,
                               const std::vector<MeshFile>& meshes, std::size_t most_pairs,
                               std::size_t most_markers);
+
+/// The impacts of a step after one time and up to another, as contacts that have no depth.
+/// @param first  the first of them among step_impacts, whose times ascend; then that behind them
+PageContacts takeImpacts(const StepScene& step, const std::vector<Impact>& step_impacts,
+                         double until, std::size_t most_markers, std::size_t& first);
 
 }  // namespace fcl_fibers::tools

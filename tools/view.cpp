@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <filesystem>
 #include <limits>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,6 +19,7 @@
 #include "output_file.h"
 #include "page.h"
 #include "page_contacts.h"
+#include "step_impacts.h"
 
 namespace fcl_fibers::tools {
 namespace {
@@ -24,6 +27,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t kMostMarkers = 100000;       // of a frame
+constexpr int kInstants = 32;                      // of a step, after its start
 constexpr std::size_t kMostMarkersOfAll = 500000;  // of all frames; 24 MB
 
 /// Which fibers and points of a scene are drawn: every nth fiber, and on it every mth point and the
@@ -174,10 +178,10 @@ json volumesJson(const FiberTree& tree, int depth, const Point& middle) {
 
 /// By contact, the shallowest first: its place relative to the middle, which is midway between two
 /// fibers or on a mesh; the distance; the depth; fiber and segment of both sides, or of one side,
-/// and mesh and triangle.
+/// and mesh and triangle; the time, which is that of an impact or 0.
 json markersJson(const std::vector<Marker>& markers, const Point& middle) {
-  std::string places, distances, depths, segments;
-  for (const auto& [contact, depth] : markers) {
+  std::string places, distances, depths, segments, times;
+  for (const auto& [contact, depth, time] : markers) {
     const bool is_mesh = contact.mesh != kNoMesh;
     const Point& from = is_mesh ? contact.point_b : contact.point_a;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -186,6 +190,7 @@ json markersJson(const std::vector<Marker>& markers, const Point& middle) {
     }
     appendLittleEndian(distances, static_cast<float>(contact.distance));
     appendLittleEndian(depths, static_cast<float>(depth));
+    appendLittleEndian(times, static_cast<float>(time));
     const FiberSegment of_mesh = {static_cast<std::size_t>(contact.mesh),
                                   static_cast<std::size_t>(contact.triangle)};
     for (const FiberSegment& side : {contact.a, is_mesh ? of_mesh : contact.b}) {
@@ -193,11 +198,10 @@ json markersJson(const std::vector<Marker>& markers, const Point& middle) {
       appendLittleEndian(segments, static_cast<std::uint32_t>(side.segment));
     }
   }
-  return {{"places", base64(places)},
-          {"distances", base64(distances)},
-          {"depths", base64(depths)},
-          {"segments", base64(segments)},
-          {"deepest", markers.empty() ? 0.0 : markers.back().depth}};
+  return {
+      {"places", base64(places)},     {"distances", base64(distances)},
+      {"depths", base64(depths)},     {"times", base64(times)},
+      {"segments", base64(segments)}, {"deepest", markers.empty() ? 0.0 : markers.back().depth}};
 }
 
 /// Points relative to the middle of the mesh, and three of them for each triangle.
@@ -218,9 +222,10 @@ json meshJson(const MeshFile& mesh) {
           {"triangles", base64(triangles)}};
 }
 
+/// @param contactsIn  returns the contacts, given a tree of the frame
+template <typename ContactsIn>
 json frameJson(const FiberPolylines& scene, const std::string& label, const Thinning& thinning,
-               const Steps& steps, const ViewRequest& request, const std::vector<MeshFile>& meshes,
-               std::size_t most_markers) {
+               const Steps& steps, const ViewRequest& request, ContactsIn&& contactsIn) {
   using Volumes = FiberTreeOptions::Volumes;
   json frame = {{"label", label}, {"points", pointsText(scene, thinning, steps)}};
   for (const auto kind : {Volumes::kLayeredBoxes, Volumes::kWrappedSpheres}) {
@@ -235,7 +240,7 @@ json frameJson(const FiberPolylines& scene, const std::string& label, const Thin
     tree.build(arrays);
     frame["volumes"][boxes ? "boxes" : "spheres"] = volumesJson(tree, request.depth, steps.middle);
     if (!boxes) continue;
-    const PageContacts found = findPageContacts(tree, scene, meshes, request.limit, most_markers);
+    const PageContacts found = contactsIn(tree);
     frame["contacts"] = found.count;
     frame["meshContacts"] = found.mesh_count;
     frame["stopped"] = found.stopped;
@@ -265,20 +270,49 @@ std::string guessedUp(const SceneSource& source, const FiberPolylines& scene, co
   return runs_along_y || flat ? "y" : "z";
 }
 
-json sceneJson(const SceneSource& source, const ViewRequest& request,
-               const std::vector<MeshFile>& meshes) {
-  std::vector<FiberPolylines> frames;
+/// A frame of a page, and what it is called there.
+struct PageFrame {
+  FiberPolylines fibers;
+  std::string label;
+};
+
+std::vector<PageFrame> framesOf(const SceneSource& source) {
+  std::vector<PageFrame> frames;
   for (const int frame : source.playable) {
     progress(fmt::format("{}: reading frame {}", source.name, frame));
-    frames.push_back(source.make(frame));
+    frames.push_back({source.make(frame), fmt::format("frame {}", frame)});
   }
-  const FiberPolylines& first = frames.front();
+  return frames;
+}
+
+std::vector<PageFrame> framesOf(const StepScene& step) {
+  std::vector<PageFrame> frames;
+  for (int i = 0; i <= kInstants; ++i) {
+    const double time = static_cast<double>(i) / kInstants;
+    frames.push_back({step.at(time), fmt::format("time {:.3f}", time)});
+  }
+  return frames;
+}
+
+json sceneJson(const SceneSource& source, const ViewRequest& request,
+               const std::vector<MeshFile>& meshes) {
+  std::optional<StepScene> step;
+  StepImpacts impacts;
+  if (request.end) {
+    progress(source.name + ": looking for impacts");
+    step = readStep(source, request.end->open());
+    FiberTreeOptions options = request.tree;
+    options.report = Report::kCapsules;
+    impacts = findImpacts(*step, options, request.limit);
+  }
+  const std::vector<PageFrame> frames = step ? framesOf(*step) : framesOf(source);
+  const FiberPolylines& first = frames.front().fibers;
   if (first.segmentCount() == 0) {
     throw std::runtime_error(fmt::format("'{}' has no segment to show", source.title));
   }
   const Thinning thinning = Thinning::forScene(first, request.points / frames.size());
   std::vector<const std::vector<Point>*> points_of_frames;
-  for (const FiberPolylines& frame : frames) points_of_frames.push_back(&frame.points);
+  for (const PageFrame& frame : frames) points_of_frames.push_back(&frame.fibers.points);
   const Steps steps(points_of_frames);
   std::string begin, segments;
   std::size_t points = 0;
@@ -290,7 +324,8 @@ json sceneJson(const SceneSource& source, const ViewRequest& request,
     appendLittleEndian(segments, static_cast<std::uint32_t>(all - 1));
   });
   json scene = {{"name", source.name},
-                {"title", source.title},
+                {"title", step ? step->start_title + " to " + step->end_title : source.title},
+                {"impacts", step ? json(impacts.impacts.size()) : json()},
                 {"up", request.up.empty() ? guessedUp(source, first, steps) : request.up},
                 {"fibers", first.fiberCount()},
                 {"segments", first.segmentCount()},
@@ -306,13 +341,19 @@ json sceneJson(const SceneSource& source, const ViewRequest& request,
                 {"frames", json::array()}};
   const std::size_t most_markers = std::min(kMostMarkers, kMostMarkersOfAll / frames.size() + 1);
   bool stopped = false;
+  std::size_t next_impact = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     progress(fmt::format("{}: frame {} of {}", source.name, i + 1, frames.size()));
-    json frame = frameJson(frames[i], fmt::format("frame {}", source.playable[i]), thinning, steps,
-                           request, meshes, most_markers);
+    const FiberPolylines& fibers = frames[i].fibers;
+    json frame =
+        frameJson(fibers, frames[i].label, thinning, steps, request, [&](const FiberTree& tree) {
+          if (!step) return findPageContacts(tree, fibers, meshes, request.limit, most_markers);
+          const double time = static_cast<double>(i) / kInstants;
+          return takeImpacts(*step, impacts.impacts, time, most_markers, next_impact);
+        });
     stopped = stopped || frame["stopped"];
     scene["frames"].push_back(std::move(frame));
-    if (source.playable[i] <= source.frame) scene["opened"] = i;
+    if (!step && source.playable[i] <= source.frame) scene["opened"] = i;
   }
   if (stopped) {
     progress("");
@@ -327,6 +368,12 @@ json sceneJson(const SceneSource& source, const ViewRequest& request,
 }  // namespace
 
 int view(const std::vector<SceneSource>& sources, const ViewRequest& request) {
+  if (request.end && sources.size() > 1) {
+    throw std::invalid_argument("--end takes one scene, which is the start of the step");
+  }
+  if (request.end && !request.meshes.paths.empty()) {
+    throw std::invalid_argument("--end plays fibers alone; leave out --mesh");
+  }
   OutputFile file(request.path);
   const std::vector<MeshFile> meshes = request.meshes.read();
   json data = {{"scenes", json::array()}, {"meshes", json::array()}};

@@ -120,6 +120,22 @@ class Page(PageTest):
         )
         self.assertEqual(self.browser.problems(), [])
 
+    def test_plays_a_step(self):
+        """An impact would be shown at another instant or place, or as a mere contact."""
+        fall = "0 0 0\n1 0 0\n\n0.5 -1 {0}\n0.5 1 {0}\n".format
+        start, end = self.write("start.txt", fall(1)), self.write("end.txt", fall(-1))
+        page = self.make(start, "--end", end, "-r", 0.1)
+        for frame, text in ((0, "0 impacts at the start"), (13, "1 impact since the instant")):
+            self.open(page, f"#frame={frame}")
+            self.assertIn(f"{text}", self.text(".counts"))
+            self.assertIn("1 in the step", self.text(".counts"))
+        self.look("step")
+        self.click_at(*self.on_screen([0.5, 0, 0.1]))
+        self.assertEqual(
+            self.text(".picked"), "fiber 0, segment 0 first touches fiber 1, segment 0 at time 0.4"
+        )
+        self.assertEqual(self.browser.problems(), [])
+
     def test_changes_scenes(self):
         self.open(self.make("helix:fibers=20,segments=20", "cap:fibers=200,segments=20"))
         first = self.look("first_scene")

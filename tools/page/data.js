@@ -30,6 +30,7 @@ function decodedMarkers(markers) {
     places: decodedFloats(markers.places),
     distances: decodedFloats(markers.distances),
     depths: decodedFloats(markers.depths),
+    times: decodedFloats(markers.times),
     segments: decodedIntegers(markers.segments),
   };
 }

@@ -38,6 +38,9 @@ const kPanels = `
 
 const counted = (n, what) => `${n.toLocaleString('en-US')} ${what}${n === 1 ? '' : 's'}`;
 
+/// A step is shown by its impacts.
+const contactsName = scene => scene.impacts === null ? 'touching pair' : 'impact';
+
 /// What the panel says of a fiber, contact or mesh that was clicked.
 function pickedText(picked, frames, meshes) {
   if (picked.triangle !== undefined) return `${meshes.names[picked.mesh]}, triangle ${picked.triangle}`;
@@ -45,8 +48,12 @@ function pickedText(picked, frames, meshes) {
     const segment = frames.segmentAt(picked.fiber, picked.line, picked.along);
     return `fiber ${picked.fiber * frames.scene.fiberStep}, segment ${segment}`;
   }
-  const {segments, distances, depths} = picked.markers.shown;
+  const {segments, distances, depths, times} = picked.markers.shown;
   const [fiberA, segmentA, b, ofB] = segments.slice(4 * picked.marker);
+  if (frames.scene.impacts !== null) {
+    return `fiber ${fiberA}, segment ${segmentA} first touches fiber ${b}, segment ${ofB} ` +
+        `at time ${short(times[picked.marker])}`;
+  }
   const distance = distances[picked.marker];
   const isMesh = picked.markers.kind === kMeshContacts;
   const deep = isMesh ? `${short(-distance)} deep`

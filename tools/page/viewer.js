@@ -224,7 +224,10 @@ class Viewer {
     this.find('.counts').innerHTML =
         `${counted(scene.fibers, 'fiber')} \u00b7 ${counted(scene.segments, 'segment')} \u00b7 ` +
         `<span class="count">${frame.stopped ? 'more than ' : ''}` +
-        `${counted(frame.contacts, 'touching pair')}</span>` +
+        `${counted(frame.contacts, contactsName(scene))}</span>` +
+        (scene.impacts === null ? '' :
+            `${state.frame === 0 ? ' at the start' : ' since the instant before'}, ` +
+            `${scene.impacts.toLocaleString('en-US')} in the step`) +
         (this.meshes.any ? `, <span class="count of-mesh">${
             frame.meshContacts.toLocaleString('en-US')} with meshes</span>` : '');
     const shown = this.markers.reduce((sum, markers) => sum + markers.count, 0);

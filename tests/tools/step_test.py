@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The option --end of check and view: what touches during a step, as a user meets it."""
+
+import csv
+import io
+import json
+import unittest
+
+from program import CONTACT_COLUMNS, ProgramTest
+
+IMPACT_COLUMNS = [*CONTACT_COLUMNS[:6], "time", *CONTACT_COLUMNS[6:]]
+
+# Fiber 1 falls from 1 above fiber 0 to 1 below it; it is level. Fiber 2 touches fiber 3 all along.
+START = """0 0 0
+1 0 0
+2 0 0
+
+0.5 -1 1
+0.5 1 1
+
+0 0 50
+1 0 50
+
+0 0 50.1
+1 0 50.1
+"""
+END = START.replace("0.5 -1 1\n0.5 1 1", "0.5 -1 -1\n0.5 1 -1")
+
+
+class Step(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.start, self.end = self.write("start.txt", START), self.write("end.txt", END)
+        self.step = (self.start, "--end", self.end)
+
+    def test_tells_when_two_fibers_meet(self):
+        """A pair that passes would be missed, or its time or place be wrong."""
+        self.assertIn("1 pair touches", self.run_program("check", self.end, "-r", 0.1, code=1))
+        text = self.run_program("check", *self.step, "-r", 0.1, "--csv", code=1)
+        rows = list(csv.DictReader(io.StringIO(text)))
+        self.assertEqual(list(rows[0]), IMPACT_COLUMNS)
+        self.assertEqual(
+            [(row["fiber_a"], row["fiber_b"]) for row in rows], [("2", "3"), ("0", "1")]
+        )
+        self.assertEqual(float(rows[0]["time"]), 0)
+        # They touch at a height of 0.2, of which 1 is the start and -1 the end.
+        found = {name: float(value) for name, value in rows[1].items()}
+        self.assertAlmostEqual(found["time"], 0.4, delta=1e-6)
+        self.assertAlmostEqual(found["distance"], 0, delta=1e-6)
+        self.assertAlmostEqual(found["s"], 0.5, delta=1e-6)
+        self.assertAlmostEqual(found["point_a_z"], 0.1, delta=1e-6)
+        self.assertAlmostEqual(found["point_b_z"], 0.1, delta=1e-6)
+        self.assertEqual((found["normal_x"], found["normal_y"], found["normal_z"]), (0, 0, 1))
+
+    def test_the_safe_step_ends_at_the_first_new_touch(self):
+        """A program would go too far, or stay where it is for a pair that rests."""
+        text = self.run_program("check", *self.step, "-r", 0.1, "--json", code=1)
+        found = json.loads(text)
+        self.assertEqual((found["impact_count"], found["touching_at_start"]), (2, 1))
+        self.assertAlmostEqual(found["safe_step"], 0.4, delta=1e-6)
+        self.assertAlmostEqual(found["mean_motion"], 2 * 2 / 9, delta=1e-12)
+        self.assertEqual(found["largest_motion"], 2)
+        self.assertEqual([item["time"] for item in found["impacts"]][0], 0)
+        apart = self.run_program("check", *self.step, "-r", 0.01, "--json", "--exit-zero")
+        self.assertAlmostEqual(json.loads(apart)["safe_step"], 0.49, delta=1e-6)
+        still = self.run_program("check", self.start, "--end", self.start, "-r", 0.01, "--json")
+        self.assertEqual(json.loads(still)["safe_step"], 1)
+
+    def test_text_lists_the_first(self):
+        text = self.run_program("check", *self.step, "-r", 0.1, "--top", 1, code=1)
+        self.assertIn("5 segments of 4 fibers\n", text)
+        self.assertIn("2 pairs touch during the step, 1 of them at its start\n", text)
+        self.assertIn("and 1 more; --top N lists more", text)
+        by_fiber = self.run_program("check", *self.step, "-r", 0.1, "--sort", "fiber", code=1)
+        rows = [line.split() for line in by_fiber.splitlines()[-2:]]
+        self.assertEqual([row[:4] for row in rows], [["0", "0", "1", "0"], ["2", "0", "3", "0"]])
+
+    def test_generated_scenes_are_steps(self):
+        """Who has no files could not try it."""
+        cap = "cap:fibers=60,segments=20,radius=0.02"
+        found = json.loads(
+            self.run_program("check", cap, "--end", cap + ",frame=5", "--json", code=1)
+        )
+        times = [item["time"] for item in found["impacts"]]
+        self.assertEqual(times, sorted(times))
+        self.assertGreater(found["impact_count"], found["touching_at_start"])
+
+    def test_a_limit_ends_the_search(self):
+        text = self.run_program("check", *self.step, "-r", 0.1, "--limit", 1, code=1)
+        self.assertIn("at least 1 pair touches", text)
+        self.assertIn("the search ended after 1 impacts", self.stderr)
+
+    def test_refuses_what_is_no_step(self):
+        """Fibers would be mixed up, or an option would be ignored."""
+        fewer = self.write("fewer.txt", "0 0 0\n1 0 0\n")
+        self.run_program("check", self.start, "--end", fewer, "-r", 0.1, code=2)
+        self.assertIn("both need the same fibers", self.stderr)
+        self.run_program("check", self.start, self.end, "--end", self.end, "-r", 0.1, code=2)
+        self.assertIn("--end takes one scene", self.stderr)
+        cap = "cap:fibers=9,frames=0:2"
+        self.run_program("check", cap, "--end", "cap:fibers=9", code=2)
+        self.assertIn("has several frames", self.stderr)
+        for option in (["--report", "volumes"], ["--volumes", "spheres"]):
+            self.run_program("check", *self.step, "-r", 0.1, *option, code=2)
+            self.assertIn("give it without --report volumes and --volumes spheres", self.stderr)
+        for option in (["--against", self.end], ["--mesh", "a.obj"], ["--summary"]):
+            self.run_program("check", *self.step, "-r", 0.1, *option, code=2)
+            self.assertIn("leave out --against, --mesh", self.stderr)
+        page = self.folder / "page.html"
+        self.run_program("view", self.start, *self.step, "-r", 0.1, "-o", page, code=2)
+        self.assertIn("--end takes one scene", self.stderr)
+        self.run_program("view", *self.step, "-r", 0.1, "--mesh", "a.obj", "-o", page, code=2)
+        self.assertIn("leave out --mesh", self.stderr)
+        self.assertFalse(page.exists())
+
+    def test_a_page_has_each_impact_at_its_time(self):
+        """The page would show a contact too early, too late, twice or not at all."""
+        page = self.folder / "page.html"
+        self.run_program("view", *self.step, "-r", 0.1, "-o", page)
+        data = page.read_text(encoding="utf-8").split('class="fiber-viewer-data">', 1)[1]
+        (scene,) = json.loads(data.split("</script>", 1)[0])["scenes"]
+        self.assertEqual(scene["impacts"], 2)
+        frames = scene["frames"]
+        self.assertEqual(
+            [frame["label"] for frame in frames[::16]], ["time 0.000", "time 0.500", "time 1.000"]
+        )
+        found = {i: frame["contacts"] for i, frame in enumerate(frames) if frame["contacts"] > 0}
+        self.assertEqual(found, {0: 1, 13: 1})  # 0.4 is between 12 / 32 and 13 / 32
+
+
+if __name__ == "__main__":
+    unittest.main()

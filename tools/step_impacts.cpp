@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "step_impacts.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <stdexcept>
+#include <tuple>
+
+#include <fmt/format.h>
+
+#include "commands.h"
+#include "contenders/contender.h"
+
+namespace fcl_fibers::tools {
+
+FiberPolylines StepScene::at(double time) const {
+  FiberPolylines fibers = start;
+  for (std::size_t i = 0; i < fibers.points.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      fibers.points[i][k] += time * (end.points[i][k] - fibers.points[i][k]);
+    }
+  }
+  return fibers;
+}
+
+StepScene readStep(const SceneSource& start, const SceneSource& end) {
+  for (const SceneSource* source : {&start, &end}) {
+    if (source->asked.size() > 1) {
+      throw std::invalid_argument("'" + source->title +
+                                  "' has several frames; a step has one start and one --end");
+    }
+  }
+  StepScene step{start.title, end.title, start.scene(), end.scene()};
+  if (step.start.point_begin != step.end.point_begin) {
+    throw std::invalid_argument(fmt::format(
+        "'{}' has {} points of {} fibers, and '{}' has {} of {}; both need the same fibers, with "
+        "as "
+        "many points each",
+        start.title, countText(step.start.points.size()), countText(step.start.fiberCount()),
+        end.title, countText(step.end.points.size()), countText(step.end.fiberCount())));
+  }
+  return step;
+}
+
+StepImpacts findImpacts(const StepScene& step, const FiberTreeOptions& options, std::size_t limit) {
+  if (options.report != Report::kCapsules ||
+      options.volumes != FiberTreeOptions::Volumes::kLayeredBoxes) {
+    throw std::invalid_argument(
+        "--end looks for capsules that touch, by boxes that move; give it without --report volumes "
+        "and --volumes spheres");
+  }
+  StepImpacts found;
+  found.seconds = benchmarks::seconds([&] {
+    FiberTree tree(options);
+    tree.build(fiberArrays(step.start));
+    tree.update(fiberArrays(step.start), fiberArrays(step.end));
+    found.complete = !tree.visitImpacts([&](const Impact& impact) {
+      if (found.impacts.size() == limit) return true;
+      found.impacts.push_back(impact);
+      return false;
+    });
+    found.safe_step = tree.safeStep();
+  });
+  std::sort(found.impacts.begin(), found.impacts.end(), [](const Impact& i, const Impact& j) {
+    return std::tie(i.time, i.pair.a, i.pair.b) < std::tie(j.time, j.pair.a, j.pair.b);
+  });
+  if (!found.complete) {
+    progress("");
+    fmt::print(stderr,
+               "fcl_fibers: warning: {}: the search ended after {} impacts; is the radius too "
+               "large? --limit N sets another limit\n",
+               step.start_title, countText(limit));
+  }
+  return found;
+}
+
+Contact contactOf(const StepScene& step, const Impact& impact) {
+  return impactContact(fiberArrays(step.start), fiberArrays(step.end), impact);
+}
+
+}  // namespace fcl_fibers::tools

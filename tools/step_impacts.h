@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <fcl_fibers/contact.h>
+#include <fcl_fibers/fiber_polylines.h>
+#include <fcl_fibers/fiber_tree.h>
+
+#include "scene_source.h"
+
+namespace fcl_fibers::tools {
+
+/// A step: the same fibers at its start and at its end.
+struct StepScene {
+  std::string start_title, end_title;
+  FiberPolylines start, end;
+
+  /// Where the fibers are at a time from 0 to 1.
+  FiberPolylines at(double time) const;
+};
+
+/// Throws std::invalid_argument if a source has several frames, or if the fibers differ in their
+/// numbers of points.
+StepScene readStep(const SceneSource& start, const SceneSource& end);
+
+struct StepImpacts {
+  std::vector<Impact> impacts;  ///< the first come first
+  bool complete = true;         ///< else the search ended at the limit
+  double safe_step = 1;
+  double seconds = 0;  ///< that build, update and search took
+};
+
+/// Finds the impacts of a step, and tells on stderr if the search ended at the limit.
+/// @param options  with Report::kCapsules and boxes; else it throws std::invalid_argument
+StepImpacts findImpacts(const StepScene& step, const FiberTreeOptions& options, std::size_t limit);
+
+/// The two segments and their contact at the time of the impact.
+Contact contactOf(const StepScene& step, const Impact& impact);
+
+}  // namespace fcl_fibers::tools
