@@ -3,7 +3,7 @@
 """The pictures of docs/tutorials, of the files that the examples write:
 
     mkdir out
-    for name in swap hair_step hair_head harness obstacles; do build-examples/$name out; done
+    for name in swap hair_step gust hair_head harness obstacles; do build-examples/$name out; done
     build-examples/yarn out/knit.vtp
     docs/pictures/tutorials.py out docs/images/tutorials
 """
@@ -99,6 +99,17 @@ def hair_step(folder):
     return figure
 
 
+def gust(folder):
+    figure, axes = plt.subplots(1, 3, figsize=(8, 3.6), sharex=True, sharey=True)
+    titles = {"start": "start", "end": "end", "step": "the whole step"}
+    for (name, title), axis in zip(titles.items(), axes):
+        fibers = read(folder / f"gust_{name}_fibers.vtp")[1]
+        contacts = read(folder / f"gust_{name}_contacts.vtp")[0]
+        draw(axis, fibers, contacts, side, 0.3, 1)
+        axis.set_title(f"{title}: {len(contacts):,} pairs")
+    return figure
+
+
 def hair_head(folder):
     figure, axes = plt.subplots(1, 3, figsize=(8, 2.8), sharex=True, sharey=True)
     for step, axis in zip((50, 100, 400), axes):
@@ -177,7 +188,7 @@ def yarn(folder):
 
 def main():
     folder, to = map(Path, sys.argv[1:])
-    for draw_one in (swap, hair_step, hair_head, harness, obstacles, yarn):
+    for draw_one in (swap, hair_step, gust, hair_head, harness, obstacles, yarn):
         figure = draw_one(folder)
         figure.tight_layout()
         drawn = io.BytesIO()
