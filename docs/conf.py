@@ -20,7 +20,8 @@ XML = ROOT / "build" / "docs" / "xml"
 NAVIGATION = {
     "Getting started": ["start/two_fibers", "start/hair_file", "installing"],
     "Tutorials": [
-        f"tutorials/{name}" for name in "swap hair_step hair_head harness obstacles yarn".split()
+        f"tutorials/{name}"
+        for name in "swap hair_step gust hair_head harness obstacles yarn".split()
     ],
     "Guide": ["options", "files", "contacts", "program", "threads", "gallery", "faq"],
     "API": [f"api/{name}" for name in "tree meshes managers options contacts files".split()],

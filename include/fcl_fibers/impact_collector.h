@@ -30,9 +30,10 @@ class ImpactCollector {
   using Manager = FiberCollisionManager<S>;  ///< a manager whose queries are collected
   using Object = fcl::CollisionObject<S>;    ///< an object of the manager
 
-  /// Collects the impacts of collision queries of `manager`, which has to outlive the collector.
-  /// @param other  if the query is `manager.collide(other, ...)`, a fiber manager that has the
-  ///               second objects and that has to outlive the collector, too; otherwise null
+  /// Collects the impacts of collision queries.
+  /// @param manager  the manager that is queried; it has to outlive the collector
+  /// @param other    if the query is `manager.collide(other, ...)`, a fiber manager that has the
+  ///                 second objects and that has to outlive the collector, too; otherwise null
   explicit ImpactCollector(const Manager& manager, const Manager* other = nullptr)
       : manager_(manager), other_(other) {}
 

@@ -18,11 +18,13 @@ STANDARD = re.compile(r"[a-z_]+")
 # Public headers that need FCL; those in io/ are the readers', all others the tree's.
 MANAGERS = {
     "contact_collector.h",
+    "continuous_fiber_collision_manager.h",
     "eigen_alignment.h",
     "export.h",
     "fiber_collision_manager.h",
     "fiber_manager_options.h",
     "fiber_objects.h",
+    "impact_collector.h",
     "layered_aabb_tree_collision_manager.h",
     "wrapped_sphere_tree_collision_manager.h",
 }

@@ -25,11 +25,14 @@
 // clang-format off
 #include "contacts_0_includes.inc"
 #include "contacts_1_includes.inc"
+#include "contract_0_includes.inc"
 #include "files_0_includes.inc"
 #include "options_0_includes.inc"
 #include "options_1_includes.inc"
 #include "options_2_includes.inc"
 #include "options_3_includes.inc"
+#include "options_4_includes.inc"
+#include "options_5_includes.inc"
 // clang-format on
 
 namespace {
@@ -85,7 +88,7 @@ TEST(Options, TreeOverArrays) {
   const float radius = 0.1F;
   std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
   const auto touched = [&](std::int32_t a, std::int32_t b) { pairs.push_back({a, b}); };
-#include "options_3_code.inc"
+#include "options_5_code.inc"
   EXPECT_THAT(pairs, testing::Contains(std::pair(1, 5)));
   EXPECT_EQ(pairs.size(), 1 + 4U) << "with adjacent segments";
 }
@@ -135,6 +138,49 @@ TEST(Options, HairWithItsHeadAsObjects) {
   EXPECT_THAT(segments, testing::ElementsAre(1, 2, 3));
 }
 
+/// Hair along x at rest, and hair across it that falls through.
+TEST(Options, HairThatMoves) {
+  const double before[] = {0, 0, 0, 1, 0, 0, 0.5, -0.5, 1, 0.5, 0.5, 1};
+  const double after[] = {0, 0, 0, 1, 0, 0, 0.5, -0.5, -1, 0.5, 0.5, -1};
+  const std::size_t begin[] = {0, 2, 4};
+  const double radius = 0.01;
+  const fcl_fibers::FiberArrays<double> start = {before, 4, begin, 2, &radius};
+  const fcl_fibers::FiberArrays<double> end = {after, 4, begin, 2, &radius};
+  const double points[] = {-1, -1, -0.5, 2, -1, -0.5, 0, 2, -0.5};
+  const std::int32_t corners[] = {0, 1, 2};
+  const fcl_fibers::TriangleMesh head_at_start(
+      fcl_fibers::MeshArrays<double>{points, 3, corners, 1});
+  const fcl_fibers::TriangleMesh& head_at_end = head_at_start;
+  fcl_fibers::FiberTreeOptions options;
+  options.report = fcl_fibers::Report::kCapsules;
+  fcl_fibers::FiberTree tree(options);
+  tree.build(start);
+  std::vector<double> times;
+  const auto solve = [&](double time, const auto& contact) {
+    EXPECT_NEAR(contact.distance, 0, 1e-8);
+    times.push_back(time);
+  };
+#include "options_3_code.inc"
+  EXPECT_THAT(times, testing::ElementsAre(testing::DoubleNear(0.49, 1e-8),
+                                          testing::DoubleNear(0.745, 1e-8)));
+  EXPECT_NEAR(fraction, 0.49, 1e-8);
+}
+
+TEST(Options, ObjectsThatMove) {
+  const fcl_fibers::FiberPolylines scene = crossing();
+  const Objects objects(scene);
+  const Fiber& fiber = objects.fibers[0];
+  fcl::CollisionObjectd ball(std::make_shared<fcl::Sphered>(0.01), fcl::Matrix3d::Identity(),
+                             fcl::Vector3d(1.5, 0, 5));
+  const auto moveObjects = [&] { ball.setTranslation(fcl::Vector3d(1.5, 0, -5)); };
+  std::vector<double> times;
+  const auto handle = [&](double time, const auto& impact) {
+    if (impact.object_a == &ball || impact.object_b == &ball) times.push_back(time);
+  };
+#include "options_4_code.inc"
+  EXPECT_THAT(times, testing::ElementsAre(testing::DoubleNear((5 - 0.11) / 10, 1e-8)));
+}
+
 TEST(Contacts, OfATreeAndOfAManager) {
   const fcl_fibers::FiberPolylines scene = crossing();
   const auto fibers = fiberArrays(scene);
@@ -158,6 +204,32 @@ TEST(Contacts, OfATreeAndOfAManager) {
     EXPECT_EQ(contact.b.fiber, 1U);
     EXPECT_NEAR(contact.distance, 0.15 - 2 * 0.1, 1e-12);
   }
+}
+
+TEST(Contract, ACableAndAHandThatMove) {
+  using Moving = fcl::ContinuousCollisionObjectd;
+  const auto at = [](double x, double z) {
+    return fcl::Transform3d(Eigen::Translation3d(x, 0, z));
+  };
+  const auto moving = [](const auto& shape, const fcl::Transform3d& begin,
+                         const fcl::Transform3d& end) {
+    return std::make_unique<Moving>(shape, std::make_shared<fcl::TranslationMotiond>(begin, end));
+  };
+  const auto segment = std::make_shared<fcl::Capsuled>(0.1, 1);
+  const auto upper = moving(segment, at(0, 0.5), at(0, 0.5));
+  const auto lower = moving(segment, at(0, -0.5), at(0, -0.5));
+  const std::vector<Moving*> cable = {upper.get(), lower.get()};
+  const fcl::Transform3d from = at(3, -0.8), to = at(-3, -0.8);
+  const auto owned = moving(std::make_shared<fcl::Sphered>(0.1), at(-3, 0.8), at(3, 0.8));
+  Moving* hand = owned.get();
+  std::vector<std::pair<Moving*, Moving*>> data;
+  const fcl::ContinuousCollisionCallBack<double> callback = [](Moving* a, Moving* b, void* pairs) {
+    static_cast<std::vector<std::pair<Moving*, Moving*>>*>(pairs)->push_back({a, b});
+    return false;
+  };
+#include "contract_0_code.inc"
+  EXPECT_THAT(data,
+              testing::ElementsAre(std::pair(upper.get(), hand), std::pair(lower.get(), hand)));
 }
 
 TEST(Files, FibersFromAFile) {
