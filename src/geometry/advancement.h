@@ -120,13 +120,17 @@ class Advancement {
         rate_(Pose<K>(end) + -1.0 * start_),
         reach_(start.reach),
         reach_rate_(end.reach - start.reach),
+        radii_rate_(end.radii - start.radii),
         tolerance_(toleranceFor(sizeOf(start, end))) {}
 
   /// From now on the two are in reach only if they are nearer than at the start, if they are in
   /// reach there.
   void requireApproach() {
     const double distance = norm(closestOf<double>(start_).apart);
-    if (!(distance > reach_ + tolerance_ / 2)) reach_ = distance - 2 * tolerance_;
+    if (distance > reach_ + tolerance_ / 2) return;
+    reach_ = distance - 2 * tolerance_;
+    // A margin far above the size hides how the radii change.
+    reach_rate_ = radii_rate_;
   }
 
   /// @return false if the two are never in reach
@@ -358,7 +362,7 @@ class Advancement {
   double slack() const { return 0x1p-9 * tolerance_; }
 
   Pose<K> start_, rate_;
-  double reach_, reach_rate_;
+  double reach_, reach_rate_, radii_rate_;
   double tolerance_;
 };
 

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "geometry/advancement.h"
+#include "geometry/impact_test.h"
 #include "geometry/touch.h"
 
 namespace fcl_fibers::geometry {
@@ -57,12 +58,55 @@ bool find(const MovingSegment& p, const MovingSegment& q, double margin, double 
   return found;
 }
 
+void setRow(ImpactRows::Instant& rows, int lane, const Pose<2>& pose, double reach) {
+  const double numbers[] = {pose.w.x, pose.w.y, pose.w.z,    pose.u.x,    pose.u.y,
+                            pose.u.z, pose.v[0].x, pose.v[0].y, pose.v[0].z, reach};
+  for (int i = 0; i < 10; ++i) rows[i][lane] = numbers[i];
+}
+
+void setPair(ImpactRows& rows, int lane, const ImpactQuery& query) {
+  const auto& [p, q, margin, error, from] = query;
+  const Instant<2> start = instant(p.start, q.start, reachOf(p.start, q.start, margin, error));
+  const Instant<2> end = instant(p.end, q.end, reachOf(p.end, q.end, margin, error));
+  setRow(rows.start, lane, Pose<2>(start), start.reach);
+  setRow(rows.end, lane, Pose<2>(end), end.reach);
+  rows.from[lane] = from;
+  rows.arrival[lane] = toleranceFor(sizeOf(start, end)) / 2;
+}
+
 }  // namespace
 
 bool findImpact(const MovingSegment& p, const MovingSegment& q, double margin, double error,
                 double from, Impact& impact) {
   if (isBox(p) || isBox(q)) return findBoxImpact(p, q, margin + error, from, impact);
   return find(p, q, margin, error, from, /*only_nearer=*/false, impact);
+}
+
+std::uint32_t findImpacts(const ImpactQuery* queries, int count, Impact* impacts) {
+  static_assert(kImpactsAtOnce == ImpactRows::kLanes);
+  ImpactRows rows{};
+  std::uint32_t boxes = 0;
+  for (int i = 0; i < count; ++i) {
+    if (isBox(queries[i].p) || isBox(queries[i].q)) {
+      boxes |= 1u << i;
+    } else {
+      setPair(rows, i, queries[i]);
+    }
+  }
+  advance(rows);
+  std::uint32_t found = 0;
+  for (int i = 0; i < count; ++i) {
+    const std::uint32_t bit = 1u << i;
+    const auto& [p, q, margin, error, from] = queries[i];
+    if ((rows.arrived & bit) != 0) {
+      impacts[i] = {rows.from[i], rows.s[i], rows.t[i]};
+      found |= bit;
+    } else if ((rows.apart & bit) == 0) {
+      const double known = (boxes & bit) != 0 ? from : rows.from[i];
+      if (findImpact(p, q, margin, error, known, impacts[i])) found |= bit;
+    }
+  }
+  return found;
 }
 
 bool findApproach(const MovingSegment& p, const MovingSegment& q, double margin, double error,

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
+
 #include "geometry/moving_segment.h"
 
 namespace fcl_fibers::geometry {
@@ -29,6 +31,18 @@ struct Impact {
 /// @param from   the capsules are known not to touch before this time
 bool findImpact(const MovingSegment& p, const MovingSegment& q, double margin, double error,
                 double from, Impact& impact);
+
+/// The arguments of findImpact().
+struct ImpactQuery {
+  MovingSegment p, q;
+  double margin, error, from;
+};
+
+constexpr int kImpactsAtOnce = 8;
+
+/// As findImpact() for up to kImpactsAtOnce pairs, most of which are decided side by side. It
+/// returns a bit for each pair that has an impact.
+std::uint32_t findImpacts(const ImpactQuery* queries, int count, Impact* impacts);
 
 /// As findImpact(), but two capsules that touch at the start have to come nearer first: the result
 /// is the first time at which radii and margin exceed the distance by more than at the start, by

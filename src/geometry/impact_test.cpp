@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "geometry/impact_test.h"
 
+#include <limits>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "geometry/impact_test.cpp"
 #include <hwy/foreach_target.h>
@@ -10,119 +12,184 @@
 HWY_BEFORE_NAMESPACE();
 namespace fcl_fibers::geometry::HWY_NAMESPACE {
 
-/// The three vectors of a pair at one time, as in RelativePairs, and how near the axes touch.
-struct PairLanes {
-  Vec3Lanes w, u, v;
-  Float reach;
-};
-
-FCL_FIBERS_ALWAYS_INLINE PairLanes load(const RelativePairs& relative, int i) {
-  PairLanes pair;
-  pair.reach = relative.w.get(i, pair.w);
-  relative.u.get(i, pair.u);
-  relative.v.get(i, pair.v);
-  return pair;
+/// As closestOfAxes(), but the points are closest even where axes that are nearly parallel cross.
+/// See SquaredDistance::atClosestByProjection().
+template <class Row>
+FCL_FIBERS_ALWAYS_INLINE ArcRows<Row> closestByProjection(const Vec3Rows<Row>& w,
+                                                          const Vec3Rows<Row>& u,
+                                                          const Vec3Rows<Row>& v) {
+  const Row zero = Row::all(0);
+  const Row vv = dot(v, v), uv = dot(u, v), vw = dot(v, w);
+  const auto is_point = vv <= zero;
+  const Row u_share = choose(is_point, zero, quotient(uv, vv));
+  const Row w_share = choose(is_point, zero, quotient(vw, vv));
+  const Vec3Rows<Row> across = pointBetween(u, v, v, zero, u_share);
+  const Vec3Rows<Row> apart = pointBetween(w, v, v, zero, w_share);
+  const Row s = quotientInUnitInterval(zero - dot(apart, across), dot(across, across));
+  const Row t = quotientInUnitInterval(uv * s + vw, vv);
+  return {quotientInUnitInterval(uv * t - dot(u, w), dot(u, u)), t};
 }
 
-FCL_FIBERS_ALWAYS_INLINE Float squares(const PairLanes& pair) {
+/// The three vectors of a pair at one time, as in RelativePairs, and how near the axes touch.
+template <class Row>
+struct PairRows {
+  Vec3Rows<Row> w, u, v;
+  Row reach;
+};
+
+template <class Row>
+FCL_FIBERS_ALWAYS_INLINE Row squares(const PairRows<Row>& pair) {
   return dot(pair.w, pair.w) + dot(pair.u, pair.u) + dot(pair.v, pair.v);
 }
 
-FCL_FIBERS_ALWAYS_INLINE Float between(const Float& from, const Float& to, const Float& time) {
+template <class Row>
+FCL_FIBERS_ALWAYS_INLINE Row between(const Row& from, const Row& to, const Row& time) {
   return from + time * (to - from);
 }
-FCL_FIBERS_ALWAYS_INLINE Vec3Lanes between(const Vec3Lanes& from, const Vec3Lanes& to,
-                                           const Float& time) {
+template <class Row>
+FCL_FIBERS_ALWAYS_INLINE Vec3Rows<Row> between(const Vec3Rows<Row>& from, const Vec3Rows<Row>& to,
+                                               const Row& time) {
   return {between(from.x, to.x, time), between(from.y, to.y, time), between(from.z, to.z, time)};
 }
-FCL_FIBERS_ALWAYS_INLINE PairLanes between(const PairLanes& from, const PairLanes& to,
-                                           const Float& time) {
+template <class Row>
+FCL_FIBERS_ALWAYS_INLINE PairRows<Row> between(const PairRows<Row>& from, const PairRows<Row>& to,
+                                               const Row& time) {
   return {between(from.w, to.w, time), between(from.u, to.u, time), between(from.v, to.v, time),
           between(from.reach, to.reach, time)};
 }
 
 /// How far each pair of ends is beyond the reach along a direction, times the direction's length.
+template <class Row>
 struct Gaps {
-  Float gap[4];
+  Row gap[4];
 
-  FCL_FIBERS_ALWAYS_INLINE Gaps(const PairLanes& pair, const Vec3Lanes& n, const Float& length,
-                                const Float& error) {
-    const Float w = dot(n, pair.w) - (pair.reach * length + error);
-    const Float u = dot(n, pair.u), v = dot(n, pair.v);
+  FCL_FIBERS_ALWAYS_INLINE Gaps(const PairRows<Row>& pair, const Vec3Rows<Row>& n,
+                                const Row& length, const Row& error) {
+    const Row w = dot(n, pair.w) - (pair.reach * length + error);
+    const Row u = dot(n, pair.u), v = dot(n, pair.v);
     gap[0] = w;
     gap[1] = w + u;
     gap[2] = w - v;
     gap[3] = w + u - v;
   }
-  FCL_FIBERS_ALWAYS_INLINE Float least() const {
+  FCL_FIBERS_ALWAYS_INLINE Row least() const {
     return min(min(gap[0], gap[1]), min(gap[2], gap[3]));
   }
 };
 
-struct ImpactLanes {
-  Float::Truth apart;
-  Float from;
+template <class Row>
+struct Arrivals {
+  typename Row::Truth apart;    ///< during the whole step
+  typename Row::Truth arrived;  ///< at time `from`, if they were told how near that is
+  Row from;                     ///< apart before
+  Row s, t;                     ///< the closest points at that time
 };
 
 /// Conservative advancement along separating directions, as in findImpact(). The gap of each pair
 /// of ends along a fixed direction is linear in time. So if all are positive now, the capsules are
 /// apart until the first of them vanishes. That holds for any direction, so the closest points need
 /// not be exact; only the rounding of the gaps has to be bounded.
-FCL_FIBERS_ALWAYS_INLINE ImpactLanes decideLanes(const ImpactPairs& pairs,
-                                                 const RelativePairs (&relative)[2], int i) {
-  constexpr float kEps = 0x1p-24f;
-  constexpr int kMostSteps = 8;
-  const auto all = [](float x) HWY_ATTR { return Float::all(x); };
-  const Float zero = all(0), one = all(1);
-  PairLanes start = load(relative[0], i), end = load(relative[1], i);
-  const Float more = Float::load(pairs.margin().data() + i) + Float::load(pairs.error().data() + i);
-  start.reach = (start.reach + more) * all(1 + 8 * kEps);
-  end.reach = (end.reach + more) * all(1 + 8 * kEps);
-
-  // With e = 2^-24, let m be the sum of the lengths of w, u and v at both times, which is at most
-  // sqrt(6 (|w|^2 + ...)). The vectors carry an error of 5 e m, including their conversion to
-  // float; a gap along n carries another 5 e m |n|. The time of the next step carries 4 e, in which
-  // a gap changes by 4 e (m + reach) |n|.
-  const Float size = squares(start) + squares(end);
-  const Float error = all(32 * kEps) * (squareRoot(all(6) * size) + max(start.reach, end.reach));
-  auto open = isInRange(size);
-  ImpactLanes result{open & (one <= zero), zero};
-  for (int step = 0; step < kMostSteps; ++step) {
-    const PairLanes now = between(start, end, result.from);
-    const auto [s, t] = closestOfAxes(now.w, now.u, now.v);
-    const Vec3Lanes n = pointBetween(now.w, now.u, now.v, s, t);
-    const Float length = squareRoot(dot(n, n));
-    const Gaps gaps(now, n, length, error * length), last(end, n, length, error * length);
-    open = open & (error <= length) & (zero <= gaps.least());
+/// @param open      lanes that are looked at; their products neither overflow nor vanish
+/// @param arrival   capsules that are no farther out of reach than this have arrived; negative to
+///                  go on as long as rounding allows
+/// @param closest   finds the arc parameters of the closest points
+template <class T, class Row, class Closest>
+FCL_FIBERS_ALWAYS_INLINE Arrivals<Row> advance(const PairRows<Row>& start, const PairRows<Row>& end,
+                                               typename Row::Truth open, const Row& from,
+                                               const Row& arrival, int most_steps,
+                                               Closest&& closest) {
+  constexpr T kEps = std::numeric_limits<T>::epsilon() / 2;
+  const auto all = [](T x) HWY_ATTR { return Row::all(x); };
+  const Row zero = all(0), one = all(1);
+  // Let m be the sum of the lengths of w, u and v at both times, which is at most
+  // sqrt(6 (|w|^2 + ...)). The vectors carry an error of 5 eps m, including their conversion to
+  // float; a gap along n carries another 5 eps m |n|. The time of the next step carries 4 eps, in
+  // which a gap changes by 4 eps (m + reach) |n|.
+  const Row error = all(32 * kEps) * (squareRoot(all(6) * (squares(start) + squares(end))) +
+                                      max(start.reach, end.reach));
+  const auto none = open & (one <= zero);
+  Arrivals<Row> result{none, none, from, zero, zero};
+  for (int step = 0; step < most_steps; ++step) {
+    const PairRows<Row> now = between(start, end, result.from);
+    const auto [s, t] = closest(now.w, now.u, now.v);
+    const Vec3Rows<Row> n = pointBetween(now.w, now.u, now.v, s, t);
+    const Row length = squareRoot(dot(n, n));
+    const auto arrives = open & (length - now.reach <= arrival);
+    result.arrived = either(result.arrived, arrives);
+    result.s = choose(open, s, result.s);
+    result.t = choose(open, t, result.t);
+    const Gaps<Row> gaps(now, n, length, error * length), last(end, n, length, error * length);
+    open = without(open, arrives) & (error <= length) & (zero <= gaps.least());
     const auto stays_apart = open & (zero <= last.least());
     result.apart = either(result.apart, stays_apart);
     open = open & (last.least() <= zero);
     if (open.mask() == 0) break;
-    Float share = one;
+    Row share = one;
     for (int k = 0; k < 4; ++k) {
       share = min(share, choose(zero <= last.gap[k], one,
                                 quotientInUnitInterval(gaps.gap[k], gaps.gap[k] - last.gap[k])));
     }
-    const Float next = result.from + (one - result.from) * share * all(1 - 8 * kEps);
+    const Row next = result.from + (one - result.from) * share * all(1 - 8 * kEps);
     result.from = choose(open, min(next, one), result.from);
   }
   return result;
 }
 
+FCL_FIBERS_ALWAYS_INLINE PairRows<Float> load(const RelativePairs& relative, int i) {
+  PairRows<Float> pair;
+  pair.reach = relative.w.get(i, pair.w);
+  relative.u.get(i, pair.u);
+  relative.v.get(i, pair.v);
+  return pair;
+}
+
 std::uint64_t decide(ImpactPairs& pairs) {
+  constexpr float kRoundUp = 1 + 0x1p-21f;
+  constexpr int kMostSteps = 8;
   RelativePairs relative[2];
-  const int end = (pairs.size() + PairBlock::kGroup - 1) / PairBlock::kGroup * PairBlock::kGroup;
-  for (int i = 0; i < end; ++i) {
+  const int count = (pairs.size() + PairBlock::kGroup - 1) / PairBlock::kGroup * PairBlock::kGroup;
+  for (int i = 0; i < count; ++i) {
     relative[0].set(i, pairs.p(i).start, pairs.q(i).start, pairs.unit());
     relative[1].set(i, pairs.p(i).end, pairs.q(i).end, pairs.unit());
   }
   std::uint64_t apart = 0;
-  for (int i = 0; i < end; i += PairBlock::kGroup) {
-    const ImpactLanes lanes = decideLanes(pairs, relative, i);
-    apart |= std::uint64_t{lanes.apart.mask()} << i;
-    lanes.from.storeAligned(pairs.from().data() + i);
+  for (int i = 0; i < count; i += PairBlock::kGroup) {
+    PairRows<Float> start = load(relative[0], i), end = load(relative[1], i);
+    const Float more =
+        Float::load(pairs.margin().data() + i) + Float::load(pairs.error().data() + i);
+    start.reach = (start.reach + more) * Float::all(kRoundUp);
+    end.reach = (end.reach + more) * Float::all(kRoundUp);
+    const Float lowest = Float::all(std::numeric_limits<float>::lowest());
+    const Arrivals<Float> found =
+        advance<float>(start, end, isInRange(squares(start) + squares(end)), Float::all(0), lowest,
+                       kMostSteps, [](const auto&... x) HWY_ATTR { return closestOfAxes(x...); });
+    apart |= std::uint64_t{found.apart.mask()} << i;
+    found.from.storeAligned(pairs.from().data() + i);
   }
   return apart;
+}
+
+using Double = simd::HWY_NAMESPACE::Lanes<ImpactRows::kLanes, double>;
+
+FCL_FIBERS_ALWAYS_INLINE PairRows<Double> load(const ImpactRows::Instant& instant) {
+  const auto row = [&](int i) HWY_ATTR { return Double::load(instant[i]); };
+  return {{row(0), row(1), row(2)}, {row(3), row(4), row(5)}, {row(6), row(7), row(8)}, row(9)};
+}
+
+void advanceInDouble(ImpactRows& rows) {
+  // Pairs that need more almost graze, and directions that turn serve them better.
+  constexpr int kMostSteps = 8;
+  const PairRows<Double> start = load(rows.start), end = load(rows.end);
+  const Double size = squares(start) + squares(end);
+  const auto in_range = (Double::all(0x1p-300) <= size) & (size <= Double::all(0x1p300));
+  const Arrivals<Double> found = advance<double>(
+      start, end, in_range, Double::load(rows.from), Double::load(rows.arrival), kMostSteps,
+      [](const auto&... x) HWY_ATTR { return closestByProjection(x...); });
+  rows.apart = found.apart.mask();
+  rows.arrived = found.arrived.mask();
+  found.from.storeAligned(rows.from);
+  found.s.storeAligned(rows.s);
+  found.t.storeAligned(rows.t);
 }
 
 }  // namespace fcl_fibers::geometry::HWY_NAMESPACE
@@ -134,6 +201,7 @@ HWY_AFTER_NAMESPACE();
 namespace fcl_fibers::geometry {
 
 HWY_EXPORT(decide);
+HWY_EXPORT(advanceInDouble);
 
 std::uint64_t ImpactPairs::decide() {
   static constexpr CapsuleEnd kNowhere[2] = {};
@@ -143,6 +211,11 @@ std::uint64_t ImpactPairs::decide() {
   }
   simd::readEnvironment();
   return HWY_DYNAMIC_DISPATCH(decide)(*this);
+}
+
+void advance(ImpactRows& rows) {
+  simd::readEnvironment();
+  HWY_DYNAMIC_DISPATCH(advanceInDouble)(rows);
 }
 
 }  // namespace fcl_fibers::geometry

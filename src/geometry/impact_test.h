@@ -6,6 +6,7 @@
 
 #include "geometry/capsule_test.h"
 #include "geometry/pair_block.h"
+#include "simd/lanes.h"
 
 namespace fcl_fibers::geometry {
 
@@ -51,5 +52,21 @@ class ImpactPairs : public PairBlock {
   alignas(64) Row error_;
   alignas(64) Row from_;
 };
+
+/// Pairs of moving capsules, side by side for a search in double.
+struct ImpactRows {
+  static constexpr int kLanes = 8;
+
+  /// The vectors w, u and v of class Pose, and how near the axes touch.
+  using Instant = double[10][kLanes];
+  alignas(64) Instant start, end;
+  alignas(64) double from[kLanes];     ///< as in findImpact(); then a time before which it is apart
+  alignas(64) double arrival[kLanes];  ///< how far out of reach a pair may be that arrives
+  alignas(64) double s[kLanes], t[kLanes];
+  simd::LaneMask apart, arrived;  ///< the others are undecided; those that arrived do so at `from`
+};
+
+/// Decides the pairs that a few steps of conservative advancement decide.
+void advance(ImpactRows& rows);
 
 }  // namespace fcl_fibers::geometry

@@ -47,10 +47,10 @@ FCL_FIBERS_ALWAYS_INLINE LaneMask overlaps(const Sphere::Pack<N>& pack, const Sp
 /// Whether they overlap at one common time, up to the pack's last one.
 ///
 /// The high side of one box is above the low side of the other by a depth that changes linearly.
-/// The two overlap while no depth is negative. If a depth d0 at the start and d1 at the end differ
-/// in sign, that begins or ends at the time d0 / (d0 - d1), whose three roundings amount to less
-/// than 2^-21 of it. Halves do not overflow. A depth that has overflowed is raised to the lowest
-/// float, which lets the two overlap for longer. Infinite sides leave NaN, which means any time. A
+/// The two overlap while no depth is negative. If the depths at the start and the end differ in
+/// sign, then the depth is negative during a share -low / (high - low) of the step, with the less of
+/// them first: at the beginning if it grows, else at the end. Its three roundings amount to less
+/// than 2^-21 of it. Where the difference overflows the share is 0 or NaN, which means any time. A
 /// depth that vanishes below float's range is less than the step by which the boxes were rounded
 /// outward.
 template <int N>
@@ -76,18 +76,15 @@ FCL_FIBERS_ALWAYS_INLINE LaneMask overlaps(const MovingBox::Pack<N>& pack, const
       ((zero <= least_of_greatest) & (first_low <= first_low) & (last_low <= last_low)).mask();
   if ((some & ~(zero <= least).mask()) == 0) return some;
 
-  const Row half = Row::all(0.5f), lowest = Row::all(std::numeric_limits<float>::lowest());
-  Row first = zero, last = Row::all(pack.until());
+  Row waits = zero, parts = zero;  // the shares at the beginning and at the end
   for (int side = 0; side < 6; ++side) {
-    const Row from = max(start[side], lowest) * half, to = max(end[side], lowest) * half;
-    const Row time = quotient(from, from - to);
-    const Row early = time * Row::all(1 - 0x1p-21f), late = time * Row::all(1 + 0x1p-21f);
-    const Row begins = choose(zero <= start[side], zero, choose(early <= one, early, zero));
-    const Row ends = choose(zero <= end[side], one, choose(late <= one, late, one));
-    first = max(first, begins);
-    last = min(last, ends);
+    const Row low = min(start[side], end[side]), high = max(start[side], end[side]);
+    const Row share = quotient(zero - low, high - low) * Row::all(1 - 0x1p-21f);
+    const auto at_start = start[side] <= end[side], some_time = zero <= share;
+    waits = max(waits, choose(at_start & some_time, share, zero));
+    parts = max(parts, choose(at_start, zero, choose(some_time, share, zero)));
   }
-  return some & (first <= last + Row::all(std::numeric_limits<float>::min())).mask();
+  return some & ((waits + parts <= one) & (waits <= Row::all(pack.until()))).mask();
 }
 
 namespace internal {

@@ -35,24 +35,27 @@ struct RelativePairs {
 };
 
 /// Two arc parameters.
-struct ArcLanes {
-  Float s, t;
+template <class Row>
+struct ArcRows {
+  Row s, t;
 };
 
 /// Finds where |w + s u - t v| is least, up to rounding: the closest points of the lines, each
 /// clamped in turn.
-FCL_FIBERS_ALWAYS_INLINE ArcLanes closestOfAxes(const Vec3Lanes& w, const Vec3Lanes& u,
-                                                const Vec3Lanes& v) {
-  const Float uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), uw = dot(u, w), vw = dot(v, w);
-  const Float s = quotientInUnitInterval(uv * vw - uw * vv, uu * vv - uv * uv);
-  const Float t = quotientInUnitInterval(uv * s + vw, vv);
+template <class Row>
+FCL_FIBERS_ALWAYS_INLINE ArcRows<Row> closestOfAxes(const Vec3Rows<Row>& w, const Vec3Rows<Row>& u,
+                                                    const Vec3Rows<Row>& v) {
+  const Row uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), uw = dot(u, w), vw = dot(v, w);
+  const Row s = quotientInUnitInterval(uv * vw - uw * vv, uu * vv - uv * uv);
+  const Row t = quotientInUnitInterval(uv * s + vw, vv);
   return {quotientInUnitInterval(uv * t - uw, uu), t};
 }
 
 /// w + s u - t v
-FCL_FIBERS_ALWAYS_INLINE Vec3Lanes pointBetween(const Vec3Lanes& w, const Vec3Lanes& u,
-                                                const Vec3Lanes& v, const Float& s,
-                                                const Float& t) {
+template <class Row>
+FCL_FIBERS_ALWAYS_INLINE Vec3Rows<Row> pointBetween(const Vec3Rows<Row>& w, const Vec3Rows<Row>& u,
+                                                    const Vec3Rows<Row>& v, const Row& s,
+                                                    const Row& t) {
   return {w.x + s * u.x - t * v.x, w.y + s * u.y - t * v.y, w.z + s * u.z - t * v.z};
 }
 

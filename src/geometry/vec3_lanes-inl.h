@@ -19,10 +19,14 @@ namespace hn = hwy::HWY_NAMESPACE;
 /// With AVX2 these are two vectors: one computes while the other waits.
 using Float = simd::HWY_NAMESPACE::Lanes<PairBlock::kGroup>;
 
-struct Vec3Lanes {
-  Float x, y, z;
+/// @tparam Row  a number for each pair
+template <class Row>
+struct Vec3Rows {
+  Row x, y, z;
 };
-FCL_FIBERS_ALWAYS_INLINE Float dot(const Vec3Lanes& a, const Vec3Lanes& b) {
+using Vec3Lanes = Vec3Rows<Float>;
+template <class Row>
+FCL_FIBERS_ALWAYS_INLINE Row dot(const Vec3Rows<Row>& a, const Vec3Rows<Row>& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 FCL_FIBERS_ALWAYS_INLINE Vec3Lanes operator-(const Vec3Lanes& a, const Vec3Lanes& b) {

@@ -27,13 +27,25 @@ ImpactFilter::Motions ImpactFilter::motionsOf(const Pair& pair) const {
 }
 
 std::size_t ImpactFilter::keep(Pair* pairs, std::size_t count, std::vector<Impact>& impacts) const {
+  Pair waiting[geometry::kImpactsAtOnce];
+  geometry::ImpactQuery queries[geometry::kImpactsAtOnce];
+  Impact found[geometry::kImpactsAtOnce];
+  int waits = 0;
   std::size_t kept = 0;
+  const auto decide = [&] {
+    for (auto rest = geometry::findImpacts(queries, waits, found); rest != 0; rest &= rest - 1) {
+      const int i = __builtin_ctz(rest);
+      impacts.push_back(found[i]);
+      pairs[kept++] = waiting[i];
+    }
+    waits = 0;
+  };
   forEachUndecided(pairs, count, [&](const Pair& pair, const Motions& motions, double from) {
-    Impact impact;
-    if (!findImpact(motions.p, motions.q, margin_, motions.error, from, impact)) return;
-    impacts.push_back(impact);
-    pairs[kept++] = pair;
+    waiting[waits] = pair;
+    queries[waits++] = {motions.p, motions.q, margin_, motions.error, from};
+    if (waits == geometry::kImpactsAtOnce) decide();
   });
+  decide();
   return kept;
 }
 

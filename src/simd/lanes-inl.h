@@ -26,35 +26,35 @@ FCL_FIBERS_ALWAYS_INLINE LaneMask laneMask(Tag tag, hn::Mask<Tag> truth) {
   return bits[0] | LaneMask{bits[1]} << 8;
 }
 
-/// N floats that take part in one operation at once. Each lane has float's own arithmetic on every
-/// machine: no fused operations, no reciprocals.
-template <int N>
+/// N floats, or doubles, that take part in one operation at once. Each lane has the type's own
+/// arithmetic on every machine: no fused operations, no reciprocals.
+template <int N, class T = float>
 class Lanes {
-  using Tag = hn::CappedTag<float, static_cast<std::size_t>(N)>;
-  using Integers = hn::Rebind<std::int32_t, Tag>;
+  using Tag = hn::CappedTag<T, static_cast<std::size_t>(N)>;
+  using Integers = hn::RebindToSigned<Tag>;
   using Vector = hn::Vec<Tag>;
   static constexpr int kWidth = static_cast<int>(hn::MaxLanes(Tag()));
   static constexpr int kVectors = N / kWidth;
 
  public:
-  /// @pre values is aligned to N floats
-  FCL_FIBERS_ALWAYS_INLINE static Lanes load(const float* values) {
+  /// @pre values is aligned to N numbers
+  FCL_FIBERS_ALWAYS_INLINE static Lanes load(const T* values) {
     return generate([values](int i) HWY_ATTR { return hn::Load(Tag(), values + i * kWidth); });
   }
-  FCL_FIBERS_ALWAYS_INLINE static Lanes all(float value) {
+  FCL_FIBERS_ALWAYS_INLINE static Lanes all(T value) {
     const Vector vector = hn::Set(Tag(), value);
     return generate([vector](int) HWY_ATTR { return vector; });
   }
-  FCL_FIBERS_ALWAYS_INLINE void store(float (&values)[N]) const {
+  FCL_FIBERS_ALWAYS_INLINE void store(T (&values)[N]) const {
     for (int i = 0; i < kVectors; ++i) hn::StoreU(vector_[i], Tag(), values + i * kWidth);
   }
 
-  /// @pre values is aligned to N floats
-  FCL_FIBERS_ALWAYS_INLINE void storeAligned(float* values) const {
+  /// @pre values is aligned to N numbers
+  FCL_FIBERS_ALWAYS_INLINE void storeAligned(T* values) const {
     for (int i = 0; i < kVectors; ++i) hn::Store(vector_[i], Tag(), values + i * kWidth);
   }
   /// Loads N times four numbers: the first of each four into x, and so on.
-  FCL_FIBERS_ALWAYS_INLINE static void loadInterleaved(const float* values, Lanes& x, Lanes& y,
+  FCL_FIBERS_ALWAYS_INLINE static void loadInterleaved(const T* values, Lanes& x, Lanes& y,
                                                        Lanes& z, Lanes& w) {
     for (int i = 0; i < kVectors; ++i) {
       hn::LoadInterleaved4(Tag(), values + 4 * i * kWidth, x.vector_[i], y.vector_[i], z.vector_[i],
@@ -62,7 +62,7 @@ class Lanes {
     }
   }
   /// Loads the first `count` lanes; the others are NaN.
-  FCL_FIBERS_ALWAYS_INLINE static Lanes loadFirst(const float* values, int count) {
+  FCL_FIBERS_ALWAYS_INLINE static Lanes loadFirst(const T* values, int count) {
     return generate([=](int i) HWY_ATTR {
       const auto is_first = hn::RebindMask(
           Tag(), hn::Lt(hn::Iota(Integers(), i * kWidth), hn::Set(Integers(), count)));
@@ -70,19 +70,19 @@ class Lanes {
     });
   }
   /// The lanes, with `other` in place of NaN.
-  FCL_FIBERS_ALWAYS_INLINE Lanes unlessNaN(float other) const {
+  FCL_FIBERS_ALWAYS_INLINE Lanes unlessNaN(T other) const {
     return generate([&](int i) HWY_ATTR {
       return hn::IfThenElse(hn::IsNaN(vector_[i]), hn::Set(Tag(), other), vector_[i]);
     });
   }
   /// @pre no lane is NaN, and not all are infinity for least(), or -infinity for greatest()
   ///@{
-  FCL_FIBERS_ALWAYS_INLINE float least() const {
+  FCL_FIBERS_ALWAYS_INLINE T least() const {
     Vector least = vector_[0];
     for (int i = 1; i < kVectors; ++i) least = hn::Min(least, vector_[i]);
     return hn::GetLane(hn::MinOfLanes(Tag(), least));
   }
-  FCL_FIBERS_ALWAYS_INLINE float greatest() const {
+  FCL_FIBERS_ALWAYS_INLINE T greatest() const {
     Vector greatest = vector_[0];
     for (int i = 1; i < kVectors; ++i) greatest = hn::Max(greatest, vector_[i]);
     return hn::GetLane(hn::MaxOfLanes(Tag(), greatest));
@@ -111,7 +111,7 @@ class Lanes {
   /// a / b clamped to [0, 1], or 0 if b is not above 0. The result of NaN is unspecified.
   FCL_FIBERS_ALWAYS_INLINE friend Lanes quotientInUnitInterval(const Lanes& a, const Lanes& b) {
     return generate([&](int i) HWY_ATTR {
-      const Vector zero = hn::Zero(Tag()), one = hn::Set(Tag(), 1.0f);
+      const Vector zero = hn::Zero(Tag()), one = hn::Set(Tag(), T(1));
       const auto positive = hn::Gt(b.vector_[i], zero);
       const Vector divisor = hn::IfThenElse(positive, b.vector_[i], one);
       const Vector quotient = hn::IfThenElseZero(positive, hn::Div(a.vector_[i], divisor));
@@ -141,6 +141,11 @@ class Lanes {
       Truth both;
       for (int i = 0; i < kVectors; ++i) both.truth[i] = hn::And(p.truth[i], q.truth[i]);
       return both;
+    }
+    FCL_FIBERS_ALWAYS_INLINE friend Truth without(const Truth& p, const Truth& q) {
+      Truth rest;
+      for (int i = 0; i < kVectors; ++i) rest.truth[i] = hn::AndNot(q.truth[i], p.truth[i]);
+      return rest;
     }
     FCL_FIBERS_ALWAYS_INLINE friend Truth either(const Truth& p, const Truth& q) {
       Truth one;

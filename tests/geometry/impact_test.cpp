@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <limits>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "geometry/touch.h"
 #include "geometry/triangle_distance.h"
 #include "geometry/triangle_impact.h"
+#include "simd/dispatch.h"
 #include "support/random.h"
 #include "support/segments.h"
 
@@ -28,9 +30,9 @@ double impactTime(const MovingSegment& p, const MovingSegment& q, double margin 
   Impact impact;
   return findImpact(p, q, margin, error, from, impact) ? impact.time : -1;
 }
-double approachTime(const MovingSegment& p, const MovingSegment& q) {
+double approachTime(const MovingSegment& p, const MovingSegment& q, double margin = 0) {
   Impact impact;
-  return findApproach(p, q, 0, 0, 0, impact) ? impact.time : -1;
+  return findApproach(p, q, margin, 0, 0, impact) ? impact.time : -1;
 }
 
 MovingSegment moved(const Segment& s, const Vec3d& by) {
@@ -143,6 +145,11 @@ TEST(Impact, OnlyAnApproachCountsIfPairsTouchAtTheStart) {
   grown.end.radius = 0.5;
   EXPECT_LT(approachTime(rest, grown), 1e-8);
   EXPECT_GT(approachTime(rest, grown), 0);
+  // A margin that is much larger hides neither growth nor shrinking.
+  for (const double growth : {5e-8, -5e-8}) {
+    grown.end.radius = grown.start.radius + growth;
+    EXPECT_EQ(approachTime(rest, grown, 1e9) > 0, growth > 0);
+  }
   // Axes that cross cannot come nearer.
   EXPECT_EQ(approachTime(rest, moved(across(0), {0, 0, -1})), -1);
 }
@@ -239,6 +246,53 @@ TEST(Impact, BoxesAgreeWithAnEnumerationOfTimes) {
   }
   EXPECT_GT(found, 500);
   EXPECT_LT(found, 1800);
+}
+
+bool operator==(const Impact& i, const Impact& j) {
+  return i.time == j.time && i.s == j.s && i.t == j.t;
+}
+
+// Boxes, what is not finite and what is out of range are found one by one.
+TEST(Impact, ManyAreFoundAsOneByOne) {
+  test::Random random(5);
+  int found = 0, apart = 0;
+  for (int i = 0; i < 2000; ++i) {
+    ImpactQuery queries[kImpactsAtOnce];
+    const int count = 1 + static_cast<int>(random.below(kImpactsAtOnce));
+    for (int k = 0; k < count; ++k) {
+      const double sizes[] = {1, 1, 1, 1e-200, 1e200, kNaN};
+      const double size = sizes[random.below(6)];
+      const auto segment = [&] {
+        const auto point = [&] { return fromEigen(Eigen::Vector3d(size * random.inCube(1))); };
+        return Segment{point(), point(), size * 0.05 * random.unit()};
+      };
+      queries[k] = {{segment(), segment()}, {segment(), segment()}, 0, 0, 0};
+      if (random.below(8) == 0) queries[k].p.end = Segment::box({0, 0, 0}, {1, 1, 1});
+    }
+    Impact impacts[kImpactsAtOnce]{};
+    const std::uint32_t bits = findImpacts(queries, count, impacts);
+    for (int k = 0; k < count; ++k) {
+      const auto& [p, q, margin, error, from] = queries[k];
+      Impact impact{};
+      const bool expected = findImpact(p, q, margin, error, from, impact);
+      ASSERT_EQ(bits >> k & 1u, expected ? 1u : 0u) << i;
+      ++(expected ? found : apart);
+      if (!expected) continue;
+      ASSERT_NEAR(impacts[k].time, impact.time, 1e-7) << i;
+    }
+    ASSERT_EQ(bits >> count, 0u);
+    for (const std::int64_t target : simd::availableTargets()) {
+      const simd::ScopedTarget scoped(target);
+      Impact again[kImpactsAtOnce]{};
+      ASSERT_EQ(findImpacts(queries, count, again), bits) << simd::targetName(target);
+      for (int k = 0; k < count; ++k) {
+        const bool is_same = (bits >> k & 1u) == 0 || again[k] == impacts[k];
+        ASSERT_TRUE(is_same) << simd::targetName(target);
+      }
+    }
+  }
+  EXPECT_GT(found, 2000);
+  EXPECT_GT(apart, 500);
 }
 
 // --- Triangles ---

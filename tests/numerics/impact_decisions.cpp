@@ -268,7 +268,14 @@ Segment axisOf(const GivenInstant& i) {
   return {toVec3d(i.axis[0]), toVec3d(i.axis[1]), i.radii[0]};
 }
 
-Answer ask(const GivenMotion& motion, bool approach, double from) {
+/// As findImpact(), or by a search of many pairs.
+bool findImpact(const geometry::ImpactQuery& query, bool among_many, geometry::Impact& impact) {
+  if (among_many) return geometry::findImpacts(&query, 1, &impact) != 0;
+  const auto& [p, q, margin, error, from] = query;
+  return geometry::findImpact(p, q, margin, error, from, impact);
+}
+
+Answer ask(const GivenMotion& motion, bool approach, bool among_many, double from) {
   const GivenInstant &start = motion.start, &end = motion.end;
   const MovingSegment p{axisOf(start), axisOf(end)};
   if (motion.corners == 2) {
@@ -278,7 +285,7 @@ Answer ask(const GivenMotion& motion, bool approach, double from) {
     const MovingSegment q{other(start), other(end)};
     geometry::Impact impact{};
     const bool found = approach ? geometry::findApproach(p, q, motion.margin, 0, from, impact)
-                                : geometry::findImpact(p, q, motion.margin, 0, from, impact);
+                                : findImpact({p, q, motion.margin, 0, from}, among_many, impact);
     const Vec weight{1 - impact.t, impact.t, 0};
     return {found, impact.time, impact.s, weight, geometry::impactTolerance(p, q)};
   }
@@ -337,15 +344,16 @@ void decide(Random& random, const Kind& kind, std::size_t corners, bool exact, I
   const double scale =
       random.below(2) == 0 ? 1 : std::ldexp(1.0, static_cast<int>(random.below(1801)) - 900);
   const GivenMotion asked = scaled(motion, scale);
-  const double size = motion.size(), tolerance = ask(motion, false, 0).tolerance;
+  const double size = motion.size(), tolerance = ask(motion, false, false, 0).tolerance;
   const double excess = ImpactOracle::excessAt(motion, 0);
   const bool approach = random.below(4) == 0;
   // Whether a pair touches at the start is a matter of rounding here.
   const double rounding = 0x1p-44 * size;
   if (approach && std::fabs(excess - tolerance / 2) < rounding) return;
-  Answer answer = ask(asked, approach, 0);
+  const bool among_many = tally.decisions % 2 == 0;
+  Answer answer = ask(asked, approach, among_many, 0);
   if (random.below(8) == 0 && answer.time > 0) {
-    answer = ask(asked, approach, random.unit() * answer.time);
+    answer = ask(asked, approach, among_many, random.unit() * answer.time);
   }
   ++tally.decisions;
   tally.impacts += answer.found;
@@ -373,7 +381,16 @@ void decide(Random& random, const Kind& kind, std::size_t corners, bool exact, I
     farther.margin += tolerance;
     const auto [within, in_integers] = ImpactOracle::withinAt(farther, answer.time, exact);
     used_integers |= in_integers;
-    if (!within || !(answer.time >= 0 && answer.time <= 1)) tell(tally.early, "too early");
+    if (!within || !(answer.time >= 0 && answer.time <= 1)) {
+      tell(tally.early, "too early");
+      // In tolerances, to the next power of two.
+      double excess = 1;
+      do {
+        excess *= 2;
+        farther.margin = motion.margin + excess * tolerance;
+      } while (excess < 0x1p50 && !ImpactOracle::withinAt(farther, answer.time, exact).certain);
+      tally.earliest = std::max(tally.earliest, excess);
+    }
     if (!(misplacement(motion, answer) <= tolerance)) tell(tally.misplaced, "misplaced");
   }
   tally.exact += used_integers;

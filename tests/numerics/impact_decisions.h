@@ -16,6 +16,7 @@ struct ImpactTally {
   std::uint64_t exact = 0;       ///< decided in integers
   std::uint64_t late = 0;        ///< within reach before the impact that is reported, or if none is
   std::uint64_t early = 0;       ///< farther than reach and tolerance at the impact
+  double earliest = 0;           ///< at most so many tolerances farther than reach
   std::uint64_t misplaced = 0;   ///< closest points farther apart than the two and the tolerance
   std::string first_wrong;
 

@@ -77,6 +77,7 @@ int runImpacts(double decisions, std::uint64_t seed, bool exact) {
               << "\n  decided in integers                " << tally.exact
               << "\nmissed or too late                   " << tally.late
               << "\ntoo early                            " << tally.early
+              << "\n  by at most, in tolerances          " << tally.earliest
               << "\nwrong closest points                 " << tally.misplaced << '\n';
     if (!tally.first_wrong.empty()) std::cerr << tally.first_wrong << '\n';
     // A search that ends early for want of rounds is no more than rare.
