@@ -9,6 +9,7 @@
 
 namespace fcl_fibers::broadphase {
 
+using geometry::kAxes;
 using geometry::MovingSegment;
 using geometry::Vec3d;
 
@@ -70,7 +71,6 @@ const char* boundTaylorModel(const ShapeCore& core, const fcl::MotionBase<S>& mo
   MotionSamples samples;
   samples.parts = kParts;
   Vec3d slack{0, 0, 0};
-  constexpr double Vec3d::*kAxes[] = {&Vec3d::x, &Vec3d::y, &Vec3d::z};
   for (std::size_t row = 0; row < 3; ++row) {
     const auto axis = kAxes[row];
     for (Corners& box : samples.boxes) {

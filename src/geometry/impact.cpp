@@ -36,18 +36,6 @@ struct Times {
   }
 };
 
-bool findBoxImpact(const MovingSegment& p, const MovingSegment& q, double margin, double from,
-                   Impact& impact) {
-  Times times{from, 1};
-  for (const auto axis : kAxes) {
-    const BoxGaps start = boxGaps(p.start, q.start, axis), end = boxGaps(p.end, q.end, axis);
-    times.whileWithin(start.above, end.above, margin);
-    times.whileWithin(start.below, end.below, margin);
-  }
-  impact = {times.first, 0, 0};
-  return times.first <= times.last;
-}
-
 bool find(const MovingSegment& p, const MovingSegment& q, double margin, double error, double from,
           bool only_nearer, Impact& impact) {
   Arrival<2> arrival;
@@ -75,6 +63,18 @@ void setPair(ImpactRows& rows, int lane, const ImpactQuery& query) {
 }
 
 }  // namespace
+
+bool findBoxImpact(const MovingSegment& p, const MovingSegment& q, double margin, double from,
+                   Impact& impact) {
+  Times times{from, 1};
+  for (const auto axis : kAxes) {
+    const BoxGaps start = boxGaps(p.start, q.start, axis), end = boxGaps(p.end, q.end, axis);
+    times.whileWithin(start.above, end.above, margin);
+    times.whileWithin(start.below, end.below, margin);
+  }
+  impact = {times.first, 0, 0};
+  return times.first <= times.last;
+}
 
 bool findImpact(const MovingSegment& p, const MovingSegment& q, double margin, double error,
                 double from, Impact& impact) {

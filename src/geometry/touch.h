@@ -23,8 +23,6 @@ struct BoxGaps {
 };
 BoxGaps boxGaps(const Segment& p, const Segment& q, double Vec3d::*axis);
 
-constexpr double Vec3d::*kAxes[] = {&Vec3d::x, &Vec3d::y, &Vec3d::z};
-
 /// Whether the boxes of two segments are at most `margin` apart on every axis.
 bool boxesTouch(const Segment& p, const Segment& q, double margin);
 

@@ -15,6 +15,8 @@ struct Vec3 {
 
 using Vec3d = Vec3<double>;
 
+constexpr double Vec3d::*kAxes[] = {&Vec3d::x, &Vec3d::y, &Vec3d::z};
+
 template <typename T>
 bool operator==(const Vec3<T>& p, const Vec3<T>& q) {
   return p.x == q.x && p.y == q.y && p.z == q.z;
