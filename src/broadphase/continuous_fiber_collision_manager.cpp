@@ -1,92 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fcl_fibers/continuous_fiber_collision_manager.h>
 
-#include <limits>
+#include <utility>
 
 #include "broadphase/continuous_state.h"
 #include "broadphase/fcl_layout.h"
+#include "broadphase/manager_calls.h"
+#include "broadphase/motion_bounds.h"
 #include "broadphase/pair_rules.h"
 
 namespace fcl_fibers {
 namespace {
 
-using broadphase::ContinuousIndex;
 using fibers::throwInvalidArgument;
 using tree::SegmentId;
 using tree::Visit;
-
-/// Throws std::invalid_argument if a callback is null.
-template <class Callback>
-Callback checkedCallback(const char* call, Callback callback) {
-  if (callback == nullptr) throwInvalidArgument(call, "the callback is null; pass a function");
-  return callback;
-}
-
-/// A collision callback and its data. pairs(a, b) returns whether the query ends.
-template <typename S>
-class Collision {
- public:
-  static constexpr const char* kName = "collide";
-  using Object = fcl::ContinuousCollisionObject<S>;
-
-  Collision(void* cdata, fcl::ContinuousCollisionCallBack<S> callback)
-      : cdata_(cdata), callback_(checkedCallback(kName, callback)) {}
-
-  bool operator()(Object* a, Object* b) { return callback_(a, b, cdata_); }
-
-  template <class Pairs, class... Other>
-  void search(const ContinuousIndex& index, const Pairs& pairs, const Other&... other) {
-    Sink<Pairs> sink(pairs);
-    index.search(other..., sink);
-  }
-
- private:
-  template <class Pairs>
-  class Sink final : public index::PairSink {
-   public:
-    explicit Sink(const Pairs& pairs) : pairs_(pairs) {}
-    Visit take(const tree::Pair* pairs, std::size_t count) override {
-      for (const tree::Pair* pair = pairs; pair != pairs + count; ++pair) {
-        if (pairs_(pair->a, pair->b)) return Visit::kStop;
-      }
-      return Visit::kContinue;
-    }
-
-   private:
-    const Pairs& pairs_;
-  };
-
-  void* cdata_;
-  fcl::ContinuousCollisionCallBack<S> callback_;
-};
-
-/// A distance callback, its data, and the least distance so far.
-template <typename S>
-class Distance {
- public:
-  static constexpr const char* kName = "distance";
-  using Object = fcl::ContinuousCollisionObject<S>;
-
-  Distance(void* cdata, fcl::ContinuousDistanceCallBack<S> callback)
-      : cdata_(cdata), callback_(checkedCallback(kName, callback)) {}
-
-  bool operator()(Object* a, Object* b) { return callback_(a, b, cdata_, least_); }
-
-  template <class Pairs, class... Other>
-  void search(const ContinuousIndex& index, const Pairs& pairs, const Other&... other) {
-    index.searchNear(other..., static_cast<double>(least_),
-                     [&](SegmentId a, SegmentId b, double& limit) {
-                       const bool stop = pairs(a, b);
-                       limit = static_cast<double>(least_);
-                       return stop ? Visit::kStop : Visit::kContinue;
-                     });
-  }
-
- private:
-  void* cdata_;
-  fcl::ContinuousDistanceCallBack<S> callback_;
-  S least_ = std::numeric_limits<S>::max();
-};
 
 [[noreturn]] void refuseCallback(const char* call, const char* right) {
   throwInvalidArgument(call, std::string("its callback takes fcl::CollisionObject, which a "
@@ -105,8 +33,9 @@ class ContinuousFiberCollisionManager<S>::Impl final : public broadphase::Contin
  public:
   using State = broadphase::ContinuousState<S>;
   using Registry = typename State::Registry;
-  using Rules = broadphase::PairRules<Registry>;
-  using State::State;
+  using Collision = broadphase::CollisionCall<State>;
+  using Distance = broadphase::DistanceCall<State>;
+  using State::index, State::registry, State::State;
 
   static const FiberOptions& checked(const FiberOptions& options) {
     broadphase::requireLayoutOfFcl();
@@ -119,11 +48,10 @@ class ContinuousFiberCollisionManager<S>::Impl final : public broadphase::Contin
   template <class Call>
   void query(Call call) const {
     const typename State::QueryScope scope(*this, Call::kName);
-    const Registry& registry = this->registry();
-    const Rules rules(registry, registry.idCount());
-    call.search(this->index(), [&](SegmentId a, SegmentId b) {
+    const Rules rules(registry(), registry().idCount());
+    search(call, [&](SegmentId a, SegmentId b, Call&) {
       if (a > b) std::swap(a, b);
-      return rules.reports(a, b) && call(registry[a], registry[b]);
+      return rules.reports(a, b) && call(registry()[a], registry()[b]);
     });
   }
 
@@ -149,27 +77,44 @@ class ContinuousFiberCollisionManager<S>::Impl final : public broadphase::Contin
     if (ours->impl_.get() == this) return query(call);
     const Impl& theirs = *ours->impl_;
     const typename State::QueryScope scope(*this, Call::kName), their_scope(theirs, Call::kName);
-    const Registry &registry = this->registry(), &partners = theirs.registry();
-    const Rules rules(registry, registry.idCount());
-    const auto report = [&](SegmentId a, SegmentId b) {
-      return rules.reportsWith(a, partners, b) && call(registry[a], partners[b]);
+    const Registry& partners = theirs.registry();
+    const Rules rules(registry(), registry().idCount());
+    const auto report = [&](SegmentId a, SegmentId b, Call&) {
+      return rules.reportsWith(a, partners, b) && call(registry()[a], partners[b]);
     };
-    call.search(this->index(), report, theirs.index());
+    search(call, report, theirs.index());
   }
 
  private:
+  using Rules = broadphase::PairRules<Registry>;
+
+  template <class Call, class Pairs, class... Where>
+  Visit search(Call& call, const Pairs& pairs, const Where&... where) const {
+    typename Call::template Sink<Pairs> sink(call, *this, pairs);
+    return index().search(where..., sink);
+  }
+
   template <class Call, class Name>
   void queryObjects(Call& call, const std::vector<Object*>& objects, const Name& name) const {
     const typename State::QueryScope scope(*this, Call::kName);
-    const Registry& registry = this->registry();
-    if (registry.size() == 0) return;
-    const auto partners = this->indexOf(Call::kName, objects, name);
-    const Rules rules(registry, registry.idCount());
-    const auto report = [&](SegmentId a, SegmentId b) {
-      Object* partner = objects[static_cast<std::size_t>(b)];
-      return rules.reportsWith(a, registry.find(partner)) && call(registry[a], partner);
-    };
-    call.search(this->index(), report, *partners);
+    if (registry().size() == 0) return;
+    std::vector<geometry::MovingSegment> moving(objects.size());
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+      if (objects[i] == nullptr) {
+        throwInvalidArgument(Call::kName, name(i) + " is null; remove it from that manager");
+      }
+      moving[i] = broadphase::readMoving(Call::kName, *objects[i], [&] { return name(i); });
+    }
+    const Rules rules(registry(), registry().idCount());
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+      const SegmentId own_id = registry().find(objects[i]);
+      const tree::Group group =
+          own_id == Registry::kNotFound ? tree::kNoGroup : registry().fibers().groupOf(own_id);
+      const auto report = [&](SegmentId a, SegmentId /*second*/, Call&) {
+        return rules.reportsWith(a, own_id) && call(registry()[a], objects[i]);
+      };
+      if (search(call, report, moving[i], group, SegmentId{0}) == Visit::kStop) return;
+    }
   }
 };
 
@@ -238,37 +183,37 @@ void ContinuousFiberCollisionManager<S>::getObjects(std::vector<Object*>& object
 template <typename S>
 void ContinuousFiberCollisionManager<S>::collide(
     Object* object, void* cdata, fcl::ContinuousCollisionCallBack<S> callback) const {
-  impl_->query(Collision<S>(cdata, callback), object);
+  impl_->query(typename Impl::Collision(cdata, callback), object);
 }
 
 template <typename S>
 void ContinuousFiberCollisionManager<S>::collide(
     void* cdata, fcl::ContinuousCollisionCallBack<S> callback) const {
-  impl_->query(Collision<S>(cdata, callback));
+  impl_->query(typename Impl::Collision(cdata, callback));
 }
 
 template <typename S>
 void ContinuousFiberCollisionManager<S>::collide(
     Base* other, void* cdata, fcl::ContinuousCollisionCallBack<S> callback) const {
-  impl_->query(Collision<S>(cdata, callback), other);
+  impl_->query(typename Impl::Collision(cdata, callback), other);
 }
 
 template <typename S>
 void ContinuousFiberCollisionManager<S>::distance(
     Object* object, void* cdata, fcl::ContinuousDistanceCallBack<S> callback) const {
-  impl_->query(Distance<S>(cdata, callback), object);
+  impl_->query(typename Impl::Distance(cdata, callback), object);
 }
 
 template <typename S>
 void ContinuousFiberCollisionManager<S>::distance(
     void* cdata, fcl::ContinuousDistanceCallBack<S> callback) const {
-  impl_->query(Distance<S>(cdata, callback));
+  impl_->query(typename Impl::Distance(cdata, callback));
 }
 
 template <typename S>
 void ContinuousFiberCollisionManager<S>::distance(
     Base* other, void* cdata, fcl::ContinuousDistanceCallBack<S> callback) const {
-  impl_->query(Distance<S>(cdata, callback), other);
+  impl_->query(typename Impl::Distance(cdata, callback), other);
 }
 
 template <typename S>

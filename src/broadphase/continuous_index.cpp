@@ -3,11 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <limits>
 #include <utility>
 
 #include "broadphase/shape_box.h"
+#include "geometry/impact.h"
 
 namespace fcl_fibers::broadphase {
 
@@ -20,7 +19,7 @@ using tree::Visit;
 
 namespace {
 
-enum class Part { kStart, kEnd, kWhole };
+using Part = ContinuousIndex::Part;
 
 Corners cornersOf(const Segment& segment) {
   const double r = segment.thickness();
@@ -52,102 +51,49 @@ MovingSegment inFrame(const MovingSegment& moving, const Frame& frame) {
   return {box(moving.start), box(moving.end)};
 }
 
-/// Restricts [from, to] to the times at which a line from `start` to `end` is at most 0.
-void restrict(double start, double end, double& from, double& to) {
-  if (start > 0 && end > 0) to = -1;
-  constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
-  const double time = 0.5 * start / (0.5 * start - 0.5 * end);  // halves do not overflow
-  if (start > 0 && end <= 0) from = std::max(from, time * (1 - kRounding));
-  if (start <= 0 && end > 0) to = std::min(to, time * (1 + kRounding));
-}
-
-/// Whether the boxes of both are at one time no further apart than the limit on every axis.
-bool mayComeWithin(const MovingSegment& p, const MovingSegment& q, double limit) {
-  const Corners boxes[2][2] = {{cornersOf(p.start), cornersOf(p.end)},
-                               {cornersOf(q.start), cornersOf(q.end)}};
-  double from = 0, to = 1;
-  for (const auto axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {
-    for (const int first : {0, 1}) {
-      const auto &a = boxes[first], &b = boxes[1 - first];
-      double gap[2];
-      for (const int end : {0, 1}) {
-        const double low = a[end].low.*axis, high = b[end].high.*axis;
-        const double rounding =
-            64 * std::numeric_limits<double>::epsilon() * std::max(std::fabs(low), std::fabs(high));
-        gap[end] = low - high - limit - rounding;
-      }
-      restrict(gap[0], gap[1], from, to);
-    }
-  }
-  return from <= to;
-}
-
 }  // namespace
 
-class ContinuousIndex::Source final : public index::SegmentSource {
- public:
-  Source(const MovingSegments& moving, Part part) : moving_(moving), part_(part) {}
-
-  bool read(const SegmentId* ids, int count, int /*ahead*/, const Frame& frame,
-            index::SegmentBlock& out, index::BlockMask& present) const override {
-    for (int i = 0; i < count; ++i) {
-      out.set(i, partOf(inFrame(moving_[static_cast<std::size_t>(ids[i])], frame), part_));
-    }
-    present = geometry::firstOfBlock(count);
-    return true;
+bool ContinuousIndex::Source::read(const SegmentId* ids, int count, int /*ahead*/,
+                                   const Frame& frame, index::SegmentBlock& out,
+                                   index::BlockMask& present) const {
+  for (int i = 0; i < count; ++i) {
+    out.set(i, partOf(inFrame(moving_[static_cast<std::size_t>(ids[i])], frame), part_));
   }
-  bool staysFiniteIn(const Frame&) const override { return true; }
-  bool isFasterInOrder() const override { return false; }
-  [[noreturn]] void refuse(SegmentId, const Frame&) const override {
-    std::abort();  // read() reads all
-  }
+  present = geometry::firstOfBlock(count);
+  return true;
+}
 
- private:
-  const MovingSegments& moving_;
-  const Part part_;
-};
-
+/// Hands on the pairs whose boxes come within the limit at one time.
 class ContinuousIndex::NearSink final : public index::NearestSink {
  public:
-  /// @param second  the index of the second segment of each pair
-  NearSink(const ContinuousIndex& first, const ContinuousIndex& second, double limit,
-           const VisitNear& visit)
-      : first_(first.moving_),
-        second_(second.moving_),
-        source_(first.moving_, Part::kWhole),
-        scale_(first.frame().scale),
-        limit_(limit),
-        visit_(visit) {}
+  /// @param second  of each pair, from the id `second_begin` on
+  NearSink(const ContinuousIndex& first, const MovingSegment* second, SegmentId second_begin,
+           index::NearestSink& sink)
+      : first_(first), second_(second), second_begin_(second_begin), sink_(sink) {}
 
-  double limit() const override { return limit_ * scale_; }
-  const index::SegmentSource& source() const override { return source_; }
-  Visit visit(SegmentId a, SegmentId b, double& nearer_than) override {
-    Visit next = Visit::kContinue;
-    if (mayComeWithin(first_[static_cast<std::size_t>(a)], second_[static_cast<std::size_t>(b)],
-                      limit_)) {
-      next = visit_(a, b, limit_);
-    }
-    nearer_than = limit();
-    return next;
+  double limit() const override { return sink_.limit(); }
+  const index::SegmentSource& source() const override { return sink_.source(); }
+  Visit visit(SegmentId a, SegmentId b, double& limit) override {
+    geometry::Impact impact;
+    return findBoxImpact(first_.moving_[static_cast<std::size_t>(a)], second_[b - second_begin_],
+                         limit / first_.frame().scale, /*from=*/0, impact)
+               ? sink_.visit(a, b, limit)
+               : Visit::kContinue;
   }
 
  private:
-  const MovingSegments &first_, &second_;
-  const Source source_;
-  const double scale_;
-  double limit_;
-  const VisitNear& visit_;
+  const ContinuousIndex& first_;
+  const MovingSegment* second_;
+  const SegmentId second_begin_;
+  index::NearestSink& sink_;
 };
 
-void ContinuousIndex::build(MovingSegments moving, const tree::Fibers& fibers,
-                            std::optional<Frame> frame) {
+void ContinuousIndex::build(MovingSegments moving, const tree::Fibers& fibers) {
   moving_ = std::move(moving);
   has_whole_ = false;
   const Source start(moving_, Part::kStart), end(moving_, Part::kEnd);
-  const auto count = static_cast<SegmentId>(moving_.size());
-  if (!frame || !start_.tryBuild(start, *frame, 0, count, fibers)) {
-    start_.build(start, frameFor(Source(moving_, Part::kWhole), fibers.ids), 0, count, fibers);
-  }
+  start_.build(start, frameFor(whole(), fibers.ids), 0, static_cast<SegmentId>(moving_.size()),
+               fibers);
   end_.copy(start_);
   end_.tryRefit(end, start_.frame());
 }
@@ -182,11 +128,11 @@ void ContinuousIndex::clear() {
   has_whole_ = false;
 }
 
-const index::SegmentIndex& ContinuousIndex::whole() const {
+const index::SegmentIndex& ContinuousIndex::wholeIndex() const {
   const std::lock_guard<std::mutex> lock(whole_mutex_);
   if (!has_whole_) {
     whole_.copy(start_);
-    whole_.tryRefit(Source(moving_, Part::kWhole), frame());
+    whole_.tryRefit(whole(), frame());
     has_whole_ = true;
   }
   return whole_;
@@ -197,33 +143,48 @@ Visit ContinuousIndex::search(index::PairSink& sink) const {
                             : step().searchMoving(nullptr, sink);
 }
 
+Visit ContinuousIndex::search(index::NearestSink& sink) const {
+  NearSink near(*this, moving_.data(), 0, sink);
+  return wholeIndex().search(near);
+}
+
+Visit ContinuousIndex::search(const MovingSegment& moving, tree::Group group, SegmentId second,
+                              index::PairSink& sink) const {
+  const MovingSegment one = inFrame(moving, frame());
+  const double error = endPointError(one);
+  return options().capsules ? step().searchImpacts(one, error, group, second, nullptr, sink)
+                            : step().searchMoving(one, error, group, second, nullptr, sink);
+}
+
+Visit ContinuousIndex::search(const MovingSegment& moving, tree::Group group, SegmentId second,
+                              index::NearestSink& sink) const {
+  const Segment around = partOf(inFrame(moving, frame()), Part::kWhole);
+  NearSink near(*this, &moving, second, sink);
+  return wholeIndex().search(around, endPointError(around), group, second, near);
+}
+
 Visit ContinuousIndex::search(const ContinuousIndex& other, index::PairSink& sink) const {
-  const bool tests_capsules = options().capsules;
-  if (start_.matches(other.start_) && (!tests_capsules || other.options().capsules)) {
-    return tests_capsules ? step().searchImpacts(other.step(), nullptr, sink)
-                          : step().searchMoving(other.step(), nullptr, sink);
+  if (start_.matches(other.start_) && (!options().capsules || other.options().capsules)) {
+    return options().capsules ? step().searchImpacts(other.step(), nullptr, sink)
+                              : step().searchMoving(other.step(), nullptr, sink);
   }
   for (const SegmentId b : other.start_.leaves()) {
-    const MovingSegment moving = inFrame(other.moving_[static_cast<std::size_t>(b)], frame());
-    const double error = endPointError(moving);
-    const Visit next = tests_capsules
-                           ? step().searchImpacts(moving, error, tree::kNoGroup, b, nullptr, sink)
-                           : step().searchMoving(moving, error, tree::kNoGroup, b, nullptr, sink);
-    if (next == Visit::kStop) return next;
+    const MovingSegment& moving = other.moving_[static_cast<std::size_t>(b)];
+    if (search(moving, tree::kNoGroup, b, sink) == Visit::kStop) return Visit::kStop;
   }
   return Visit::kContinue;
 }
 
-Visit ContinuousIndex::searchNear(double limit, const VisitNear& visit) const {
-  NearSink sink(*this, *this, limit, visit);
-  return whole().search(sink);
+Visit ContinuousIndex::search(const ContinuousIndex& other, index::NearestSink& sink) const {
+  NearSink near(*this, other.moving_.data(), 0, sink);
+  const Source its_source = other.whole();
+  return wholeIndex().search(other.wholeIndex(), &its_source, near);
 }
 
-Visit ContinuousIndex::searchNear(const ContinuousIndex& other, double limit,
-                                  const VisitNear& visit) const {
-  NearSink sink(*this, other, limit, visit);
-  const Source source(other.moving_, Part::kWhole);
-  return whole().search(other.whole(), &source, sink);
+std::size_t ContinuousIndex::memoryUsage() const {
+  const std::lock_guard<std::mutex> lock(whole_mutex_);  // a query may be building
+  return moving_.capacity() * sizeof(MovingSegment) + start_.memoryUsage() + end_.memoryUsage() +
+         whole_.memoryUsage();
 }
 
 }  // namespace fcl_fibers::broadphase

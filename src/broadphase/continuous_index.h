@@ -2,9 +2,8 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
+#include <cstdlib>
 #include <mutex>
-#include <optional>
 #include <vector>
 
 #include "geometry/moving_segment.h"
@@ -22,13 +21,31 @@ class ContinuousIndex {
  public:
   using MovingSegments = std::vector<geometry::MovingSegment>;
 
+  enum class Part { kStart, kEnd, kWhole };
+  /// The segments at the start or at the end, or boxes around their whole motion.
+  class Source final : public index::SegmentSource {
+   public:
+    /// @param moving  borrowed
+    Source(const MovingSegments& moving, Part part) : moving_(moving), part_(part) {}
+
+    bool read(const tree::SegmentId* ids, int count, int ahead, const geometry::Frame& frame,
+              index::SegmentBlock& out, index::BlockMask& present) const override;
+    bool staysFiniteIn(const geometry::Frame&) const override { return true; }
+    bool isFasterInOrder() const override { return false; }
+    [[noreturn]] void refuse(tree::SegmentId, const geometry::Frame&) const override {
+      std::abort();  // read() reads all
+    }
+
+   private:
+    const MovingSegments& moving_;
+    const Part part_;
+  };
+
   explicit ContinuousIndex(const index::IndexOptions& options)
       : start_(options), end_(options), whole_(options) {}
 
   /// @param moving  in the world, by id
-  /// @param frame   the frame to use if it can hold the segments
-  void build(MovingSegments moving, const tree::Fibers& fibers,
-             std::optional<geometry::Frame> frame = {});
+  void build(MovingSegments moving, const tree::Fibers& fibers);
   /// Takes the segments anew, as they move now. Returns false if a build pays.
   bool refit(MovingSegments moving);
   /// Does the same for some.
@@ -36,6 +53,7 @@ class ContinuousIndex {
   void clear();
 
   const MovingSegments& moving() const { return moving_; }
+  Source whole() const { return {moving_, Part::kWhole}; }
   const geometry::Frame& frame() const { return start_.frame(); }
   const index::IndexOptions& options() const { return start_.options(); }
 
@@ -45,27 +63,32 @@ class ContinuousIndex {
     start_.forRanges(count, grain, visit);
   }
 
-  /// Finds the pairs whose boxes overlap at some time in the step, or whose capsules touch if the
-  /// options say so, within this index or with another one.
-  ///@{
+  // A search for a PairSink finds the pairs whose boxes overlap at some time in the step, or whose
+  // capsules touch if the options say so. One for a NearestSink finds those whose boxes come nearer
+  // than its limit at some time; nodes are boxes around the whole motion, and so is its source.
+
   tree::Visit search(index::PairSink& sink) const;
-  tree::Visit search(const ContinuousIndex& other, index::PairSink& sink) const;
+  tree::Visit search(index::NearestSink& sink) const;
+
+  /// Finds the pairs with one segment, see SegmentIndex::search().
+  /// @param moving  in the world
+  ///@{
+  tree::Visit search(const geometry::MovingSegment& moving, tree::Group group,
+                     tree::SegmentId second, index::PairSink& sink) const;
+  tree::Visit search(const geometry::MovingSegment& moving, tree::Group group,
+                     tree::SegmentId second, index::NearestSink& sink) const;
   ///@}
 
-  /// Finds the pairs whose boxes come nearer than a limit at some time in the step. Nodes are boxes
-  /// around the whole motion. visit(a, b, limit) may lower the limit, which is in the world's unit.
-  ///@{
-  using VisitNear = std::function<tree::Visit(tree::SegmentId, tree::SegmentId, double&)>;
-  tree::Visit searchNear(double limit, const VisitNear& visit) const;
-  tree::Visit searchNear(const ContinuousIndex& other, double limit, const VisitNear& visit) const;
-  ///@}
+  tree::Visit search(const ContinuousIndex& other, index::PairSink& sink) const;
+  tree::Visit search(const ContinuousIndex& other, index::NearestSink& sink) const;
+
+  std::size_t memoryUsage() const;
 
  private:
-  class Source;
   class NearSink;
 
   index::Step step() const { return {start_, end_}; }
-  const index::SegmentIndex& whole() const;
+  const index::SegmentIndex& wholeIndex() const;
 
   MovingSegments moving_;
   index::SegmentIndex start_, end_;

@@ -20,8 +20,8 @@ template <typename S>
 class FiberCollisionManager<S>::Impl final : public broadphase::ManagerState<S> {
  public:
   using State = broadphase::ManagerState<S>;
-  using Collision = broadphase::CollisionCall<S>;
-  using Distance = broadphase::DistanceCall<S>;
+  using Collision = broadphase::CollisionCall<State>;
+  using Distance = broadphase::DistanceCall<State>;
   /// Fibers that are guessed from shared end points.
   static constexpr typename State::Kind kGuessed{/*has_neighbors=*/false, false, tree::kNoGroup};
 

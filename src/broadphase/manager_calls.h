@@ -4,9 +4,8 @@
 #include <limits>
 #include <utility>
 
-#include <fcl/broadphase/broadphase_collision_manager.h>
-
-#include "broadphase/manager_state.h"
+#include "fibers/options.h"
+#include "index/pair_query.h"
 
 namespace fcl_fibers::broadphase {
 
@@ -21,19 +20,20 @@ Callback checkedCallback(const char* call, Callback callback) {
 
 /// A collision callback and its data. The limit of a collision query never changes, so the index
 /// hands on pairs in runs.
-template <typename S>
+/// @tparam State  what the manager has of its objects: ManagerState or ContinuousState
+template <class State>
 class CollisionCall {
  public:
   static constexpr const char* kName = "collide";
+  using Object = typename State::Object;
+  using Callback = bool (*)(Object*, Object*, void*);
 
-  CollisionCall(void* cdata, fcl::CollisionCallBack<S> callback)
+  CollisionCall(void* cdata, Callback callback)
       : cdata_(cdata), callback_(checkedCallback(kName, callback)) {}
 
-  bool operator()(fcl::CollisionObject<S>* a, fcl::CollisionObject<S>* b) {
-    return callback_(a, b, cdata_);
-  }
+  bool operator()(Object* a, Object* b) { return callback_(a, b, cdata_); }
   /// How far apart a pair may be, in the frame of a manager.
-  double reach(const ManagerState<S>& state) const { return state.generations().margin(); }
+  double reach(const State& state) const { return state.generations().margin(); }
   static constexpr bool kRepeats = false;      ///< whether searches hand on some pairs repeatedly
   static constexpr bool kUsesMargin = true;    ///< whether FiberOptions::margin has an effect
   static constexpr bool kLooksAtSteps = true;  ///< whether FiberManagerOptions::motion has one
@@ -41,7 +41,7 @@ class CollisionCall {
   template <class Pairs>
   class Sink final : public index::PairSink {
    public:
-    Sink(CollisionCall& call, const ManagerState<S>& /*state*/, Pairs pairs)
+    Sink(CollisionCall& call, const State& /*state*/, Pairs pairs)
         : call_(call), pairs_(std::move(pairs)) {}
     tree::Visit take(const tree::Pair* pairs, std::size_t count) override {
       for (const tree::Pair* pair = pairs; pair != pairs + count; ++pair) {
@@ -57,23 +57,24 @@ class CollisionCall {
 
  private:
   void* cdata_;
-  fcl::CollisionCallBack<S> callback_;
+  Callback callback_;
 };
 
 /// A distance callback, its data, and the least distance so far.
-template <typename S>
+template <class State>
 class DistanceCall {
  public:
   static constexpr const char* kName = "distance";
+  using Object = typename State::Object;
+  using S = typename State::Scalar;
+  using Callback = bool (*)(Object*, Object*, void*, S&);
 
-  DistanceCall(void* cdata, fcl::DistanceCallBack<S> callback)
+  DistanceCall(void* cdata, Callback callback)
       : cdata_(cdata), callback_(checkedCallback(kName, callback)) {}
 
-  bool operator()(fcl::CollisionObject<S>* a, fcl::CollisionObject<S>* b) {
-    return callback_(a, b, cdata_, least_);
-  }
-  double reach(const ManagerState<S>& state) const {
-    return static_cast<double>(least_) * state.generations().frame().scale;
+  bool operator()(Object* a, Object* b) { return callback_(a, b, cdata_, least_); }
+  double reach(const State& state) const {
+    return static_cast<double>(least_) * state.frame().scale;
   }
   static constexpr bool kRepeats = true;
   static constexpr bool kUsesMargin = false;
@@ -82,11 +83,11 @@ class DistanceCall {
   template <class Pairs>
   class Sink final : public index::NearestSink {
    public:
-    Sink(DistanceCall& call, const ManagerState<S>& state, Pairs pairs)
+    Sink(DistanceCall& call, const State& state, Pairs pairs)
         : call_(call), state_(state), source_(state.source(kName)), pairs_(std::move(pairs)) {}
     double limit() const override { return call_.reach(state_); }
     const index::SegmentSource& source() const override { return source_; }
-    tree::Visit visit(SegmentId a, SegmentId b, double& nearer_than) override {
+    tree::Visit visit(tree::SegmentId a, tree::SegmentId b, double& nearer_than) override {
       const bool stop = pairs_(a, b, call_);
       nearer_than = limit();
       return stop ? tree::Visit::kStop : tree::Visit::kContinue;
@@ -94,14 +95,14 @@ class DistanceCall {
 
    private:
     DistanceCall& call_;
-    const ManagerState<S>& state_;
-    const ObjectSource<S> source_;
+    const State& state_;
+    const typename State::Source source_;
     Pairs pairs_;
   };
 
  private:
   void* cdata_;
-  fcl::DistanceCallBack<S> callback_;
+  Callback callback_;
   S least_ = std::numeric_limits<S>::max();
 };
 

@@ -2,7 +2,6 @@
 #include "broadphase/manager_state.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "broadphase/new_objects.h"
 
@@ -14,8 +13,8 @@ using geometry::Segment;
 
 template <typename S>
 ManagerState<S>::ManagerState(bool wrapped_spheres, const FiberManagerOptions& options)
-    : options_(options),
-      registry_(fibers::neighborRule(options)),
+    : Base(fibers::neighborRule(options)),
+      options_(options),
       generations_(fibers::indexOptions(options, wrapped_spheres), options.motion),
       obstacles_(options) {}
 
@@ -79,10 +78,6 @@ ManagerState<S>::ManagerState(const char* call, const ManagerState& original,
 template <typename S>
 void ManagerState<S>::add(const char* call, const Objects& added, const Kind& kind, bool is_solid) {
   refuseDuringQuery(call);
-  if (added.size() > static_cast<std::size_t>(std::numeric_limits<SegmentId>::max()) / 2 -
-                         registry_.objects().size()) {
-    throwInvalidArgument(call, "a manager holds at most 2^30 - 1 objects; use several managers");
-  }
   // An obstacle with categories of its own neither continues a fiber nor is continued.
   const bool may_continue = kind.categories == tree::kAllCategories;
   const NewObjects found = readNewObjects<S>(call, added, kind, options_,
@@ -96,10 +91,7 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
   }
   if (counts_triangles) obstacles_.reserve(found.obstacles.size());
   const SegmentId first = registry_.idCount();
-  if (const auto duplicate = registry_.add(added, found.starts_fiber, kind, found.lengths)) {
-    throwInvalidArgument(call,
-                         nameOf(*duplicate) + " is registered already; register each object once");
-  }
+  this->addToRegistry(call, added, found.starts_fiber, kind, found.lengths);
   if (added.empty()) return;
   for (const std::size_t i : found.obstacles) {
     if (!counts_triangles) break;
@@ -119,7 +111,7 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
 template <typename S>
 void ManagerState<S>::remove(const char* call, const Object* object) {
   refuseDuringQuery(call);
-  const SegmentId id = managedId(call, object, "object");
+  const SegmentId id = this->managedId(call, object, "object");
   Objects before;
   // Calls that may throw come first.
   if (options_.motion && registry_.nextRemovalRenumbers()) {
@@ -154,13 +146,6 @@ void ManagerState<S>::clear(const char* call) {
 // --- Reading the objects ---
 
 template <typename S>
-void ManagerState<S>::setup(const char* call) {
-  if (state_ == State::kReady) return;
-  refuseDuringQuery(call);
-  catchUp(call);
-}
-
-template <typename S>
 void ManagerState<S>::update(const char* call) {
   refuseDuringQuery(call);
   const bool is_built = hasTree();
@@ -172,20 +157,10 @@ void ManagerState<S>::update(const char* call) {
 template <typename S>
 void ManagerState<S>::update(const char* call, const Objects& moved) {
   refuseDuringQuery(call);
-  std::vector<SegmentId> ids;
-  std::vector<std::size_t> positions;
-  for (std::size_t i = 0; i < moved.size(); ++i) {
-    if (moved[i] == nullptr) {
-      throwInvalidArgument(call, nameOf(i) + " is null; pass registered objects");
-    }
-    const SegmentId id = registry_.find(moved[i]);
-    if (id == Registry::kNotFound) continue;
-    ids.push_back(id);
-    positions.push_back(i);
-  }
-  // One sweep over all nodes costs less than the way up from each of many segments.
-  if (!ids.empty() &&
-      (!hasTree() || state_ == State::kCloned || 4 * ids.size() > registry_.size())) {
+  auto found = this->findManaged(call, moved);
+  std::vector<SegmentId>& ids = found.ids;
+  const auto name = [&](std::size_t i) { return nameOf(found.positions[i]); };
+  if (!ids.empty() && (!hasTree() || state_ == State::kCloned || this->areMany(ids))) {
     return update(call);
   }
   const State before = state_;
@@ -200,17 +175,16 @@ void ManagerState<S>::update(const char* call, const Objects& moved) {
     const Object& object = *registry_[ids[i]];
     if (obstacles_.isMesh(ids[i])) continue;
     if (countsTriangles(options_) && isMesh(object)) {
-      throwInvalidArgument(call, nameOf(positions[i]) + ": " + kIsMeshNow);
+      throwInvalidArgument(call, name(i) + ": " + kIsMeshNow);
     }
     if (readSegment(object, generations_.frame(), options_.bounds, segments[i]) == nullptr) {
       continue;
     }
     // If the object is valid and only the frame cannot hold it, a build chooses another frame.
-    readObject(call, object, Frame{}, options_.bounds, [&] { return nameOf(positions[i]); });
+    readObject(call, object, Frame{}, options_.bounds, [&] { return name(i); });
     return readAndBuild(call);
   }
-  obstacles_.readSome(call, ids, generations_.frame(),
-                      [&](std::size_t i) { return nameOf(positions[i]); });
+  obstacles_.readSome(call, ids, generations_.frame(), name);
   // The next query reads objects that are in no index yet.
   std::size_t kept = 0;
   for (std::size_t i = 0; i < ids.size(); ++i) {
@@ -225,12 +199,6 @@ void ManagerState<S>::update(const char* call, const Objects& moved) {
   if (before == State::kGrown) readYoung(call);
 }
 
-template <typename S>
-void ManagerState<S>::refuseDuringQuery(const char* call) const {
-  if (running_queries_ == 0) return;
-  throwInvalidArgument(call, "a query is running; make the change after the query has ended");
-}
-
 /// The next poses that are read are the end of a new step, if a query has looked at the present
 /// one.
 /// @param all  see MovingIndex::beginStep()
@@ -240,19 +208,6 @@ void ManagerState<S>::beginStep(bool all) {
   generations_.beginStep(all);
   obstacles_.beginStep();
   step_is_seen_ = false;
-}
-
-/// Several threads may query first; one of them builds.
-template <typename S>
-void ManagerState<S>::makeReady(const char* call) const {
-  if (state_.load(std::memory_order_acquire) == State::kReady) return;
-  const std::lock_guard<std::mutex> lock(build_mutex_);
-  if (state_ == State::kReady) return;
-  if (state_ == State::kFailed) {
-    throwInvalidArgument(
-        call, "the last update failed; repair the object that it named and call update()");
-  }
-  catchUp(call);
 }
 
 template <typename S>
@@ -323,19 +278,6 @@ void ManagerState<S>::readObstacles(const char* call, bool all) const {
 // --- Asking ---
 
 template <typename S>
-ManagerState<S>::QueryScope::QueryScope(const ManagerState& state, const char* call, bool sees_step)
-    : state_(state) {
-  ++state_.running_queries_;
-  try {
-    state_.makeReady(call);
-    if (sees_step) state_.step_is_seen_ = true;
-  } catch (...) {
-    --state_.running_queries_;
-    throw;
-  }
-}
-
-template <typename S>
 std::optional<typename Obstacles<S>::MeshEntry> ManagerState<S>::readMeshOf(
     const Object* object) const {
   const SegmentId id = registry_.find(object);
@@ -359,17 +301,6 @@ std::size_t ManagerState<S>::memoryUsage() const {
   const std::lock_guard<std::mutex> lock(build_mutex_);  // a first query may be building
   return sizeof(*this) + registry_.memoryUsage() + generations_.memoryUsage() +
          obstacles_.memoryUsage();
-}
-
-template <typename S>
-SegmentId ManagerState<S>::managedId(const char* call, const Object* object,
-                                     const std::string& name) const {
-  if (object == nullptr) throwInvalidArgument(call, name + " is null; pass a registered object");
-  const SegmentId id = registry_.find(object);
-  if (id == Registry::kNotFound) {
-    throwInvalidArgument(call, name + " is not registered; register it first");
-  }
-  return id;
 }
 
 template class ManagerState<float>;

@@ -3,6 +3,7 @@
 
 #include <fcl/narrowphase/continuous_collision_object.h>
 
+#include "fibers/options.h"
 #include "geometry/moving_segment.h"
 
 namespace fcl_fibers::broadphase {
@@ -19,5 +20,17 @@ namespace fcl_fibers::broadphase {
 template <typename S>
 const char* readMoving(const fcl::ContinuousCollisionObject<S>& object,
                        geometry::MovingSegment& moving);
+
+/// Does the same. Throws std::invalid_argument with name() if the object cannot be read.
+template <typename S, class Name>
+geometry::MovingSegment readMoving(const char* call,
+                                   const fcl::ContinuousCollisionObject<S>& object,
+                                   const Name& name) {
+  geometry::MovingSegment moving;
+  if (const char* problem = readMoving(object, moving)) {
+    fibers::throwInvalidArgument(call, name() + ": " + problem);
+  }
+  return moving;
+}
 
 }  // namespace fcl_fibers::broadphase

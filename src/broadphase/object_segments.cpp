@@ -195,12 +195,6 @@ bool ObjectSource<S>::read(const index::SegmentId* ids, int count, int ahead, co
 }
 
 template <typename S>
-std::string ObjectSource<S>::nameOf(index::SegmentId id) const {
-  const auto empty = std::count(objects_.begin(), objects_.begin() + id, nullptr);
-  return "object " + std::to_string(id - empty) + " in order of registration";
-}
-
-template <typename S>
 void ObjectSource<S>::refuse(index::SegmentId id, const Frame& frame) const {
   if (const Object* object = objects_[static_cast<std::size_t>(id)]) {
     if (isNoSegment(*object)) fibers::throwInvalidArgument(call_, nameOf(id) + ": " + kIsMeshNow);

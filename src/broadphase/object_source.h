@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <string>
@@ -23,6 +24,15 @@
 namespace fcl_fibers::broadphase {
 
 constexpr const char* kIsMeshNow = "it has become a mesh; unregister it and register it again";
+
+inline std::string nameOf(std::size_t index) { return "object " + std::to_string(index); }
+
+/// Names an object by its id among all, of which those that were removed are null.
+template <class Object>
+std::string nameOf(const std::vector<Object*>& objects, index::SegmentId id) {
+  const auto empty = std::count(objects.begin(), objects.begin() + id, nullptr);
+  return nameOf(static_cast<std::size_t>(id - empty)) + " in order of registration";
+}
 
 /// Reads FCL's objects as segments. An object's id is its position. A null pointer is an empty id.
 template <typename S>
@@ -50,7 +60,7 @@ class ObjectSource final : public index::SegmentSource {
   bool staysFiniteIn(const geometry::Frame&) const override { return true; }
   bool isFasterInOrder() const override { return true; }
   /// Names an object in an error text.
-  std::string nameOf(index::SegmentId id) const;
+  std::string nameOf(index::SegmentId id) const { return broadphase::nameOf(objects_, id); }
   [[noreturn]] void refuse(index::SegmentId id, const geometry::Frame& frame) const override;
 
  private:
@@ -67,8 +77,6 @@ FCL_FIBERS_ALWAYS_INLINE void prefetchLines(const void* object, std::size_t coun
   const auto* lines = static_cast<const char*>(object);
   for (std::size_t line = 0; line < count; ++line) __builtin_prefetch(lines + 64 * line);
 }
-
-inline std::string nameOf(std::size_t index) { return "object " + std::to_string(index); }
 
 /// Reads one object in `frame`. Throws std::invalid_argument with name() if it cannot be read.
 template <typename S, class Name>
