@@ -95,11 +95,10 @@ class FiberCollisionManager<S>::Impl final : public broadphase::ManagerState<S> 
     const auto beyond = [](double outer, double inner) {
       return outer > inner ? outer - inner : 0;
     };
-    const geometry::Vec3d low = min(shape.a, shape.b), high = max(shape.a, shape.b);
-    const double r = shape.thickness();
-    return std::max({beyond(low.x - r, counted.a.x), beyond(low.y - r, counted.a.y),
-                     beyond(low.z - r, counted.a.z), beyond(counted.b.x, high.x + r),
-                     beyond(counted.b.y, high.y + r), beyond(counted.b.z, high.z + r)});
+    const Segment box = boxAround(shape, 0);
+    return std::max({beyond(box.a.x, counted.a.x), beyond(box.a.y, counted.a.y),
+                     beyond(box.a.z, counted.a.z), beyond(counted.b.x, box.b.x),
+                     beyond(counted.b.y, box.b.y), beyond(counted.b.z, box.b.z)});
   }
 };
 

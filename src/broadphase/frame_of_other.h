@@ -17,10 +17,8 @@ class FrameOfOther {
     const geometry::Segment moved = change_(segment);
     if (!segment.isBox()) return moved;
     if (!isBounded(segment)) return moved;  // an open side stays open
-    if (!isBounded(moved)) return anywhere();
-    const double error = change_.error(moved);
-    const geometry::Vec3d outward{error, error, error};
-    return geometry::Segment::box(moved.a - outward, moved.b + outward);
+    return isBounded(moved) ? boxAround(moved, change_.error(moved))
+                            : geometry::Segment::everywhere();
   }
   /// The same for a segment that is kept: a capsule grows, too, and if it overflows it may be
   /// anywhere.
@@ -28,19 +26,13 @@ class FrameOfOther {
     geometry::Segment moved = (*this)(segment);
     if (moved.isBox()) return moved;
     moved.radius += change_.error(moved);
-    return isBounded(moved) && std::isfinite(moved.radius) ? moved : anywhere();
+    return isFinite(moved) ? moved : geometry::Segment::everywhere();
   }
   double error(const geometry::Segment& moved) const { return change_.error(moved); }
   double scale() const { return change_.scale(); }
   bool isIdentity() const { return change_.isIdentity(); }
 
  private:
-  static geometry::Segment anywhere() {
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    constexpr geometry::Vec3d kFar{kInfinity, kInfinity, kInfinity};
-    return geometry::Segment::box(-1.0 * kFar, kFar);
-  }
-
   geometry::FrameChange change_;
 };
 

@@ -37,18 +37,13 @@ const char* readCore(const fcl::CollisionGeometry<S>& shape, ShapeCore& core) {
   double radius = 0, length = 0;
   core.is_capsule = readSize(shape, shape.getNodeType(), radius, length);
   if (core.is_capsule) {
-    if (!isSize(radius)) return kBadRadius;
-    if (!isSize(length)) return kBadLength;
     core.box = around({0, 0, 0}, {0, 0, length / 2});
     core.thickness = radius;
-    return nullptr;
+    return sizeProblem(radius, length);
   }
-  ShapeBox box{};
-  const char* problem =
-      readShapeBox(shape, fcl::Transform3<S>(fcl::Transform3<S>::Identity()), box);
-  core.box = box.local;
+  Corners posed{};
   core.thickness = 0;
-  return problem;
+  return readShapeBox(shape, fcl::Transform3<S>(fcl::Transform3<S>::Identity()), core.box, posed);
 }
 
 /// How far a motion strays from linear motion between its samples. For a point p of the shape the
@@ -127,7 +122,6 @@ class SplineMembers : fcl::SplineMotion<S> {
 };
 
 Vec3d secondDifference(const Vec3d& p, const Vec3d& q, const Vec3d& r) { return p - 2.0 * q + r; }
-Vec3d abs(const Vec3d& v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
 
 // Translation and rotation vector w are uniform cubic B-splines. Their derivatives are splines of
 // the differences of the control points, and lie within those. The rotation exp(w) changes at most
@@ -199,11 +193,8 @@ const char* boundMotion(const fcl::CollisionGeometry<S>& shape, const ShapeCore&
       const Vec3d reach = abs(half) + Vec3d{core.thickness, core.thickness, core.thickness};
       box = around(position, reach);
     } else {
-      ShapeBox posed{};
-      if (const char* problem = readShapeBox(shape, pose, posed)) return problem;
-      const double outward = outwardRounding(posed);
-      const Vec3d by{outward, outward, outward};
-      box = {position + posed.posed.low - by, position + posed.posed.high + by};
+      Corners local;
+      if (const char* problem = readShapeBox(shape, pose, local, box)) return problem;
     }
   }
   if (core.is_capsule && is_linear) return checked(moving);

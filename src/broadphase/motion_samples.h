@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <limits>
 
@@ -26,10 +25,6 @@ struct ShapeCore {
   double thickness;
   bool is_capsule;
 };
-
-inline bool isBounded(const Corners& box) {
-  return std::isfinite(maxNorm(box.low)) && std::isfinite(maxNorm(box.high));
-}
 
 template <class Visit>
 void forEachCorner(const Corners& box, Visit&& visit) {
@@ -69,8 +64,6 @@ struct MotionSamples {
   }
 };
 
-inline bool isFinite(const geometry::Segment& s) { return isBounded(s) && std::isfinite(s.radius); }
-
 /// Why a bound cannot be used; nullptr if it can.
 inline const char* checked(const geometry::MovingSegment& moving) {
   return isFinite(moving.start) && isFinite(moving.end) ? nullptr : kNotFinite;
@@ -78,8 +71,7 @@ inline const char* checked(const geometry::MovingSegment& moving) {
 
 /// Bounds a shape that is unbounded and turns.
 inline const char* boundEverywhere(geometry::MovingSegment& moving) {
-  constexpr geometry::Vec3d kFar{kInfinity, kInfinity, kInfinity};
-  moving.start = moving.end = geometry::Segment::box(-1.0 * kFar, kFar);
+  moving.start = moving.end = geometry::Segment::everywhere();
   return nullptr;
 }
 

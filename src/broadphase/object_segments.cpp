@@ -32,7 +32,7 @@ template <typename S>
 constexpr double kRotationTolerance = std::is_same_v<S, float> ? 5e-3 : 5e-6;
 
 const char* rangeProblem(const Segment& segment) {
-  return isBounded(segment) && std::isfinite(segment.radius)
+  return isFinite(segment)
              ? nullptr
              : "its coordinates overflow; bring the scene nearer to the origin or change its unit";
 }
@@ -45,9 +45,8 @@ const char* addWidening(const fcl::CollisionObject<S>& object, const Frame& fram
   segment.radius += frame.scale * added.margin;
   if (added.is_uneven) {
     const Corners own = ownCorners(ObjectMembers<S>::box(object), frame);
-    const double r = segment.radius + endPointError(segment);
-    segment = Segment::box(min(own.low, min(segment.a, segment.b) - Vec3d{r, r, r}),
-                           max(own.high, max(segment.a, segment.b) + Vec3d{r, r, r}));
+    const Segment box = boxAround(segment, endPointError(segment));
+    segment = Segment::box(min(own.low, box.a), max(own.high, box.b));
     return nullptr;
   }
   return rangeProblem(segment);
@@ -131,8 +130,7 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& fram
   if (bounds == Bounds::kObjects || !readSize(*shape, type, radius, length)) {
     return readBox(object, type, frame, bounds, segment);
   }
-  if (!isSize(radius)) return kBadRadius;
-  if (!isSize(length)) return kBadLength;
+  if (const char* problem = sizeProblem(radius, length)) return problem;
   const Vec3d center = frame.fromWorld(toVec3(pose.matrix().col(3)));
   // Halving the length instead of the scale could lose the last bit of a subnormal length.
   const Vec3d half = (frame.scale / 2 * length) * toVec3(pose.matrix().col(2));

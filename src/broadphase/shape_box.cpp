@@ -42,8 +42,6 @@ struct Axes {
   Vec3d turn(const Vec3d& p) const { return p.x * x + p.y * y + p.z * z; }
 };
 
-Vec3d abs(const Vec3d& v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
-
 bool areSizes(const Vec3d& v) { return isSize(v.x) && isSize(v.y) && isSize(v.z); }
 
 /// Half the box of a disc of radius 1 in the plane of the x and y axes. Squares of tiny entries
@@ -177,10 +175,6 @@ double finiteNorm(const Vec3d& v) {
   return largest;
 }
 
-bool isBounded(const Corners& box) {
-  return std::isfinite(maxNorm(box.low)) && std::isfinite(maxNorm(box.high));
-}
-
 bool contains(const Corners& outer, const Corners& inner, double rounding) {
   const auto reaches = [rounding](const Vec3d& low, const Vec3d& high) {
     return low.x <= high.x + rounding && low.y <= high.y + rounding && low.z <= high.z + rounding;
@@ -210,18 +204,24 @@ FCL_FIBERS_ALWAYS_INLINE Widening wideningThatCounts(const fcl::CollisionObject<
   return wideningOf(object, size, shape);
 }
 
+/// The box of a posed shape, larger by a length in the world's unit.
+template <typename S>
+FCL_FIBERS_ALWAYS_INLINE Corners posedCorners(const ShapeBox& shape, const fcl::Transform3<S>& pose,
+                                              double larger, const Frame& frame) {
+  const double outward = outwardRounding(shape) + larger;
+  const Vec3d by{outward, outward, outward};
+  const Vec3d position = frame.fromWorld(toVec3(pose.matrix().col(3)));
+  return finiteCorners(position + frame.scale * (shape.posed.low - by),
+                       position + frame.scale * (shape.posed.high + by));
+}
+
 /// The box of a shape, and what the program has added to it.
 template <typename S>
 FCL_FIBERS_ALWAYS_INLINE Segment boxThatCounts(const fcl::CollisionObject<S>& object,
                                                const ShapeBox& shape, Widening added,
                                                const Frame& frame, Bounds bounds) {
-  const fcl::Transform3<S>& pose = ObjectMembers<S>::pose(object);
   const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
-  const double outward = outwardRounding(shape) + added.margin;
-  const Vec3d by{outward, outward, outward};
-  const Vec3d position = frame.fromWorld(toVec3(pose.matrix().col(3)));
-  Corners corners = finiteCorners(position + frame.scale * (shape.posed.low - by),
-                                  position + frame.scale * (shape.posed.high + by));
+  Corners corners = posedCorners(shape, ObjectMembers<S>::pose(object), added.margin, frame);
   if (bounds == Bounds::kShapesAndMargins && !isBounded(shape) && isProper(box)) {
     added.is_uneven =
         contains(ownCorners(box, frame), corners, frame.scale * roundingOf(box, shape.posed));
@@ -246,8 +246,7 @@ FCL_FIBERS_ALWAYS_INLINE const char* readShape(const fcl::CollisionGeometry<S>& 
   };
   const auto readRound = [&](const auto& round, auto&& boxOf) -> const char* {
     const auto radius = static_cast<double>(round.radius), length = static_cast<double>(round.lz);
-    if (!isSize(radius)) return kBadRadius;
-    if (!isSize(length)) return kBadLength;
+    if (const char* problem = sizeProblem(radius, length)) return problem;
     return read(boxOf(axes, radius, length));
   };
   const auto readVertices = [&](const auto& vertices) -> const char* {
@@ -338,8 +337,11 @@ bool readLocalBox(const fcl::CollisionObject<S>& object, fcl::NODE_TYPE type, Bo
 
 template <typename S>
 const char* readShapeBox(const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& pose,
-                         ShapeBox& box) {
-  return readShape(shape, pose, shape.getNodeType(), [&](const ShapeBox& read) { box = read; });
+                         Corners& local, Corners& posed) {
+  return readShape(shape, pose, shape.getNodeType(), [&](const ShapeBox& box) {
+    local = box.local;
+    posed = posedCorners(box, pose, /*larger=*/0, Frame{});
+  });
 }
 
 #define FCL_FIBERS_INSTANTIATE(S)                                                                \
@@ -351,7 +353,7 @@ const char* readShapeBox(const fcl::CollisionGeometry<S>& shape, const fcl::Tran
   template bool readLocalBox(const fcl::CollisionObject<S>&, fcl::NODE_TYPE, Bounds, ShapeBox&,  \
                              double&);                                                           \
   template const char* readShapeBox(const fcl::CollisionGeometry<S>&, const fcl::Transform3<S>&, \
-                                    ShapeBox&);
+                                    Corners&, Corners&);
 FCL_FIBERS_INSTANTIATE(float)
 FCL_FIBERS_INSTANTIATE(double)
 #undef FCL_FIBERS_INSTANTIATE

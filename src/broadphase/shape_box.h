@@ -25,6 +25,11 @@ constexpr const char* kBadLength =
 
 inline bool isSize(double x) { return x >= 0 && std::isfinite(x); }
 
+/// Why the size of a capsule, cylinder or cone is refused; nullptr if it is not.
+inline const char* sizeProblem(double radius, double length) {
+  return !isSize(radius) ? kBadRadius : !isSize(length) ? kBadLength : nullptr;
+}
+
 /// Two corners of a box. Open sides are at infinity.
 struct Corners {
   geometry::Vec3d low, high;
@@ -32,6 +37,10 @@ struct Corners {
   geometry::Vec3d half() const { return 0.5 * high - 0.5 * low; }
   geometry::Vec3d middle() const { return 0.5 * low + 0.5 * high; }
 };
+
+inline bool isBounded(const Corners& box) {
+  return std::isfinite(maxNorm(box.low)) && std::isfinite(maxNorm(box.high));
+}
 
 inline Corners around(const geometry::Vec3d& middle, const geometry::Vec3d& half) {
   return {middle - half, middle + half};
@@ -120,10 +129,11 @@ template <typename S>
 bool readLocalBox(const fcl::CollisionObject<S>& object, fcl::NODE_TYPE type, Bounds bounds,
                   ShapeBox& box, double& margin);
 
-/// Reads the boxes of any shape except capsules and spheres, in a pose.
+/// Reads two boxes of any shape except capsules and spheres: in its own axes, and around the posed
+/// shape in the world.
 /// @return nullptr, or why the shape is refused and the remedy
 template <typename S>
 const char* readShapeBox(const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& pose,
-                         ShapeBox& box);
+                         Corners& local, Corners& posed);
 
 }  // namespace fcl_fibers::broadphase

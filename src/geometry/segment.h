@@ -16,6 +16,11 @@ struct Segment {
   double radius;  ///< negative: a and b are the low and high corner of a box
 
   static Segment box(const Vec3d& low, const Vec3d& high) { return {low, high, -1}; }
+  /// A box that is open to all sides.
+  static Segment everywhere() {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    return box({-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity});
+  }
   bool isBox() const { return radius < 0; }
   double thickness() const { return radius < 0 ? 0 : radius; }
 
@@ -56,6 +61,17 @@ inline bool isBounded(const Segment& segment) {
   // Infinities and NaN survive addition. Coordinates whose sum overflows count as unbounded too.
   return std::isfinite(segment.a.x + segment.a.y + segment.a.z + segment.b.x + segment.b.y +
                        segment.b.z);
+}
+
+inline bool isFinite(const Segment& segment) {
+  return isBounded(segment) && std::isfinite(segment.radius);
+}
+
+/// The box of a segment, larger by a length on all sides.
+inline Segment boxAround(const Segment& segment, double larger) {
+  const double r = segment.thickness() + larger;
+  return Segment::box(min(segment.a, segment.b) - Vec3d{r, r, r},
+                      max(segment.a, segment.b) + Vec3d{r, r, r});
 }
 
 inline Vec3d midpoint(const Segment& segment) { return 0.5 * segment.a + 0.5 * segment.b; }

@@ -54,6 +54,8 @@ inline double maxNorm(const Vec3d& p) {
   return std::max({std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
 }
 
+inline Vec3d abs(const Vec3d& p) { return {std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)}; }
+
 inline Vec3d min(const Vec3d& p, const Vec3d& q) {
   return {std::min(p.x, q.x), std::min(p.y, q.y), std::min(p.z, q.z)};
 }

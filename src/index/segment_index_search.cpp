@@ -18,10 +18,9 @@ using tree::Visit;
 
 /// Like FrameChange, but a box that overflows becomes open to all sides.
 Segment inFrame(const FrameChange& change, const Segment& segment) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const Segment result = change(segment);
   if (!segment.isBox() || isBounded(result) || !isBounded(segment)) return result;
-  return Segment::box({-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity});
+  return Segment::everywhere();
 }
 
 }  // namespace
