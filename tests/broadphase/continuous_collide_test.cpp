@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
 #include <set>
 #include <utility>
@@ -132,8 +133,20 @@ TYPED_TEST(ContinuousCollide, CapsulesThatMoveAlongLinesMeetIfTheyTouch) {
   }
   const std::vector<Moving<S>*> first(scene.objects().begin(), scene.objects().begin() + 40),
       rest(scene.objects().begin() + 40, scene.objects().end());
+  // How near each pair comes, at some of many times.
+  constexpr int kTimes = 100;
   std::vector<CapsuleLine<S>> lines;
   for (auto* object : scene.objects()) lines.emplace_back(*object);
+  std::map<std::pair<std::size_t, std::size_t>, Real> nearest;
+  for (std::size_t a = 0; a < first.size(); ++a) {
+    for (std::size_t b = a + 1; b < scene.size(); ++b) {
+      Real least = std::numeric_limits<Real>::max();
+      for (int k = 0; k <= kTimes; ++k) {
+        least = std::min(least, lines[a].distanceAt(Real(k) / kTimes, lines[b]));
+      }
+      nearest[{a, b}] = least;
+    }
+  }
   for (FiberOptions options : assortedContinuousOptions()) {
     options.report = Report::kCapsules;
     FiberOptions plain = options;
@@ -162,27 +175,46 @@ TYPED_TEST(ContinuousCollide, CapsulesThatMoveAlongLinesMeetIfTheyTouch) {
       }
     }
     std::size_t due = 0;
-    constexpr int kTimes = 100;
-    for (std::size_t a = 0; a < first.size(); ++a) {
-      for (std::size_t b = a + 1; b < scene.size(); ++b) {
-        Real least = std::numeric_limits<Real>::max();
-        for (int k = 0; k <= kTimes; ++k) {
-          least = std::min(least, lines[a].distanceAt(Real(k) / kTimes, lines[b]));
-        }
-        least -= Real(options.margin);
-        const Real between = (lines[a].path() + lines[b].path()) / (2 * kTimes) + 1e-4L;
-        due += least < 0 ? 1 : 0;
-        for (const auto& pairs : found) {
-          const bool is_found = pairs.count({a, b}) > 0;
-          if (least < -1e-4L) {
-            EXPECT_TRUE(is_found) << a << ", " << b;
-          } else if (least > between) {
-            EXPECT_FALSE(is_found) << a << ", " << b;
-          }
+    for (const auto& [pair, distance] : nearest) {
+      const auto [a, b] = pair;
+      const Real least = distance - Real(options.margin);
+      const Real between = (lines[a].path() + lines[b].path()) / (2 * kTimes) + 1e-4L;
+      due += least < 0 ? 1 : 0;
+      for (const auto& pairs : found) {
+        const bool is_found = pairs.count(pair) > 0;
+        if (least < -1e-4L) {
+          EXPECT_TRUE(is_found) << a << ", " << b;
+        } else if (least > between) {
+          EXPECT_FALSE(is_found) << a << ", " << b;
         }
       }
     }
     EXPECT_GT(due, 20u);
+  }
+}
+
+// What comes from far outside would be lost in the unit of what is small.
+TEST(ContinuousCollideDouble, WhatPassesFromTheEndOfTheNumbersIsFound) {
+  for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+    FiberOptions options;
+    options.report = report;
+    MovingScene<double> scene;
+    Random random(825);
+    for (int i = 0; i < 50; ++i) {
+      scene.addSphere(random.inCube(1e-6), random.inCube(1e-6), 1e-7);
+    }
+    Manager<double> manager(options);
+    manager.registerObjects(scene.objects());
+    MovingScene<double> others;
+    constexpr double kFar = 5e307;
+    EXPECT_EQ(collide(manager, others.addSphere({kFar, 0, 0}, {-kFar, 0, 0}, 1)).size(), 50u);
+    EXPECT_EQ(collide(manager, others.addSphere({0, 0, 0}, {0, 0, 0}, kFar)).size(), 50u);
+    EXPECT_EQ(collide(manager, others.addSphere({kFar, 0, 0}, {kFar, 1, 0}, 1)).size(), 0u);
+    // The same if the tree has been built without it.
+    dynamic_cast<fcl::TranslationMotion<double>&>(*scene[7]->getMotion()) =
+        dynamic_cast<const fcl::TranslationMotion<double>&>(*others[0]->getMotion());
+    manager.update(scene[7]);
+    EXPECT_EQ(collide(manager, scene[7]).size(), 49u);
   }
 }
 
