@@ -9,6 +9,7 @@
 
 #include <fcl_fibers/eigen_alignment.h>
 #include <fcl_fibers/export.h>
+#include <fcl_fibers/fiber_collision_manager.h>
 #include <fcl_fibers/fiber_options.h>
 
 namespace fcl_fibers {
@@ -37,9 +38,10 @@ namespace fcl_fibers {
 /// `computeLocalAABB()` of such a shape.
 ///
 /// **Changes.** A manager borrows its objects. It reads their shapes and motions in setup(), in
-/// update(), and in the first query after objects were registered. FCL's object keeps its motion
-/// for life. To start a new step, assign to the motion that `getMotion()` returns, and call
-/// update().
+/// update(), and in the first query after objects were registered, which builds the tree anew. So
+/// registering objects one by one costs little, unless there is a query after each. FCL's object
+/// keeps its motion for life. To start a new step, assign to the motion that `getMotion()` returns,
+/// and call update().
 ///
 /// **Threads.** Queries are const and may run from several threads at once. While a query runs, for
 /// instance in its callback, the manager refuses to register, unregister, update or clear. With
@@ -146,9 +148,31 @@ class FCL_FIBERS_EXPORT ContinuousFiberCollisionManager
 
   const FiberOptions& options() const;  ///< the options given at construction
 
+  bool isRegistered(const Object* object) const;  ///< false for null
+
   /// Returns the fiber and segment number of a managed object. Throws std::invalid_argument if the
   /// object is not registered.
   FiberSegment fiberSegment(const Object* object) const;
+
+  /// Finds when two objects touch first in the step, within FiberOptions::margin. `a` is managed
+  /// here. `b` is managed here or by `other`, which may be null, and otherwise moves by its motion.
+  /// Managed objects count as they were last read. It returns false if the two do not touch.
+  ///
+  /// Of two capsules or spheres that only move along lines, the time is that of the first touch, up
+  /// to rounding, and the contact is exact, whatever FiberOptions::report is. For any other pair
+  /// the time is when their boxes meet, which may be too early: a bound from which to look on. The
+  /// time is never too late.
+  ///
+  ///     TimedContact contact;  // in the callback
+  ///     if (manager.findImpact(a, b, nullptr, contact)) first = std::min(first, contact.time);
+  ///
+  /// Throws std::invalid_argument if `a` is null or not registered, or if `b` is null or cannot be
+  /// read.
+  bool findImpact(const Object* a, const Object* b, const ContinuousFiberCollisionManager* other,
+                  TimedContact& contact) const;
+
+  /// Returns the bytes that this manager holds, without the objects and their motions.
+  std::size_t memoryUsage() const;
 
  private:
   class FCL_FIBERS_NO_EXPORT Impl;

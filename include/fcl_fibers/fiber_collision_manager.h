@@ -18,8 +18,9 @@ namespace fcl_fibers {
 /// is that at `time`. An object's own margin, see Bounds, is part of its radius here.
 struct TimedContact : Contact {
   double time = 0;  ///< in [0, 1]; 0 if they touch at the start
-  /// Whether both are capsules or spheres. If not, `time` is when the boxes around them meet, which
-  /// may be too early, and only `a`, `b` and `time` are set.
+  /// Whether both are capsules or spheres that only move along lines, as all do in a manager of
+  /// objects without motions. If not, `time` is when the boxes around them meet, which may be too
+  /// early, and only `a`, `b` and `time` are set.
   bool is_exact = false;
 };
 

@@ -5,6 +5,7 @@
 
 #include "broadphase/continuous_state.h"
 #include "broadphase/fcl_layout.h"
+#include "broadphase/impact_of_objects.h"
 #include "broadphase/manager_calls.h"
 #include "broadphase/motion_bounds.h"
 #include "broadphase/pair_rules.h"
@@ -257,10 +258,28 @@ const FiberOptions& ContinuousFiberCollisionManager<S>::options() const {
 }
 
 template <typename S>
+bool ContinuousFiberCollisionManager<S>::isRegistered(const Object* object) const {
+  return object != nullptr && impl_->registry().find(object) != Impl::Registry::kNotFound;
+}
+
+template <typename S>
 FiberSegment ContinuousFiberCollisionManager<S>::fiberSegment(const Object* object) const {
   const SegmentId id = impl_->managedId("fiberSegment", object, "the given object");
   const fibers::Place place = impl_->registry().fibers().placeOf(id);
   return {place.fiber, place.segment};
+}
+
+template <typename S>
+bool ContinuousFiberCollisionManager<S>::findImpact(const Object* a, const Object* b,
+                                                    const ContinuousFiberCollisionManager* other,
+                                                    TimedContact& contact) const {
+  return broadphase::findImpact<S>(*impl_, other == nullptr ? nullptr : other->impl_.get(), a, b,
+                                   contact);
+}
+
+template <typename S>
+std::size_t ContinuousFiberCollisionManager<S>::memoryUsage() const {
+  return impl_->memoryUsage();
 }
 
 template class ContinuousFiberCollisionManager<float>;

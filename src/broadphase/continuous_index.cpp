@@ -2,7 +2,6 @@
 #include "broadphase/continuous_index.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "broadphase/shape_box.h"
@@ -13,7 +12,6 @@ namespace fcl_fibers::broadphase {
 using geometry::Frame;
 using geometry::MovingSegment;
 using geometry::Segment;
-using geometry::Vec3d;
 using tree::SegmentId;
 using tree::Visit;
 
@@ -21,31 +19,25 @@ namespace {
 
 using Part = ContinuousIndex::Part;
 
-Corners cornersOf(const Segment& segment) {
-  const double r = segment.thickness();
-  const Vec3d by{r, r, r};
-  return {min(segment.a, segment.b) - by, max(segment.a, segment.b) + by};
-}
-
 Segment partOf(const MovingSegment& moving, Part part) {
   if (part != Part::kWhole) return part == Part::kStart ? moving.start : moving.end;
   if (moving.start == moving.end) return moving.start;
-  const Corners p = cornersOf(moving.start), q = cornersOf(moving.end);
-  return Segment::box(min(p.low, q.low), max(p.high, q.high));
+  const Segment p = boxAround(moving.start, 0), q = boxAround(moving.end, 0);
+  return Segment::box(min(p.a, q.a), max(p.b, q.b));
 }
 
 /// Capsules that overflow in this frame become boxes.
-MovingSegment inFrame(const MovingSegment& moving, const Frame& frame) {
+MovingSegment movingIn(const Frame& frame, const MovingSegment& moving) {
   const auto capsule = [&](const Segment& s) {
     return Segment{frame.fromWorld(s.a), frame.fromWorld(s.b), frame.scale * s.radius};
   };
-  const auto isFinite = [](const Segment& s) { return isBounded(s) && std::isfinite(s.radius); };
   if (!moving.start.isBox()) {
     const MovingSegment result{capsule(moving.start), capsule(moving.end)};
     if (isFinite(result.start) && isFinite(result.end)) return result;
   }
   const auto box = [&](const Segment& s) {
-    const Corners corners = inFrame(cornersOf(s), frame);
+    const Segment around = boxAround(s, 0);
+    const Corners corners = inFrame(Corners{around.a, around.b}, frame);
     return Segment::box(corners.low, corners.high);
   };
   return {box(moving.start), box(moving.end)};
@@ -57,7 +49,7 @@ bool ContinuousIndex::Source::read(const SegmentId* ids, int count, int /*ahead*
                                    const Frame& frame, index::SegmentBlock& out,
                                    index::BlockMask& present) const {
   for (int i = 0; i < count; ++i) {
-    out.set(i, partOf(inFrame(moving_[static_cast<std::size_t>(ids[i])], frame), part_));
+    out.set(i, partOf(movingIn(frame, moving_[static_cast<std::size_t>(ids[i])]), part_));
   }
   present = geometry::firstOfBlock(count);
   return true;
@@ -88,6 +80,10 @@ class ContinuousIndex::NearSink final : public index::NearestSink {
   index::NearestSink& sink_;
 };
 
+MovingSegment ContinuousIndex::inFrame(const MovingSegment& moving) const {
+  return movingIn(frame(), moving);
+}
+
 void ContinuousIndex::build(MovingSegments moving, const tree::Fibers& fibers) {
   moving_ = std::move(moving);
   has_whole_ = false;
@@ -112,7 +108,7 @@ bool ContinuousIndex::refitSome(const std::vector<SegmentId>& ids, const MovingS
   std::vector<Segment> segments(ids.size());
   for (const Part part : {Part::kStart, Part::kEnd}) {
     for (std::size_t i = 0; i < ids.size(); ++i) {
-      segments[i] = partOf(inFrame(moved[i], frame()), part);
+      segments[i] = partOf(inFrame(moved[i]), part);
     }
     is_tight &= (part == Part::kStart ? start_ : end_).refitSome(ids, segments);
   }
@@ -150,7 +146,7 @@ Visit ContinuousIndex::search(index::NearestSink& sink) const {
 
 Visit ContinuousIndex::search(const MovingSegment& moving, tree::Group group, SegmentId second,
                               index::PairSink& sink) const {
-  const MovingSegment one = inFrame(moving, frame());
+  const MovingSegment one = inFrame(moving);
   const double error = endPointError(one);
   return options().capsules ? step().searchImpacts(one, error, group, second, nullptr, sink)
                             : step().searchMoving(one, error, group, second, nullptr, sink);
@@ -158,7 +154,7 @@ Visit ContinuousIndex::search(const MovingSegment& moving, tree::Group group, Se
 
 Visit ContinuousIndex::search(const MovingSegment& moving, tree::Group group, SegmentId second,
                               index::NearestSink& sink) const {
-  const Segment around = partOf(inFrame(moving, frame()), Part::kWhole);
+  const Segment around = partOf(inFrame(moving), Part::kWhole);
   NearSink near(*this, &moving, second, sink);
   return wholeIndex().search(around, endPointError(around), group, second, near);
 }

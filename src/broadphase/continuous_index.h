@@ -55,6 +55,8 @@ class ContinuousIndex {
   const MovingSegments& moving() const { return moving_; }
   Source whole() const { return {moving_, Part::kWhole}; }
   const geometry::Frame& frame() const { return start_.frame(); }
+  /// A segment of the world in frame().
+  geometry::MovingSegment inFrame(const geometry::MovingSegment& moving) const;
   const index::IndexOptions& options() const { return start_.options(); }
 
   /// See SegmentIndex.

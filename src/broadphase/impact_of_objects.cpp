@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "broadphase/impact_of_objects.h"
 
+#include <string>
+
+#include "broadphase/motion_bounds.h"
 #include "broadphase/shape_reach.h"
 #include "fibers/public_contact.h"
 #include "geometry/impact.h"
@@ -25,6 +28,21 @@ Segment at(double time, const MovingSegment& s, const geometry::Frame& frame) {
 FiberSegment placeOf(const fibers::FiberTable& table, SegmentId id) {
   const fibers::Place place = table.placeOf(id);
   return {place.fiber, place.segment};
+}
+
+/// Adds the time and, of two capsules, the contact.
+bool findImpact(const MovingSegment& p, const MovingSegment& q, double margin, double error,
+                const geometry::Frame& frame, TimedContact& contact) {
+  geometry::Impact impact;
+  if (!geometry::findImpact(p, q, margin, error, /*from=*/0, impact)) return false;
+  contact.time = impact.time;
+  const Segment i = at(impact.time, p, frame), j = at(impact.time, q, frame);
+  contact.is_exact = !isBox(p) && !isBox(q) && geometry::contactProblem(i) == nullptr &&
+                     geometry::contactProblem(j) == nullptr;
+  if (!contact.is_exact) return true;
+  static_cast<Contact&>(contact) =
+      fibers::publicContact(geometry::capsuleContact(i, j, frame.origin), contact.a, contact.b);
+  return true;
 }
 
 }  // namespace
@@ -67,26 +85,47 @@ bool findImpact(const ManagerState<S>& state, const ManagerState<S>* other,
     q.start = q.end;
     error = endPointError(q);
   }
-  geometry::Impact impact;
-  const double margin = state.generations().margin();
-  if (!geometry::findImpact(p, q, margin, endPointError(p) + error, /*from=*/0, impact)) {
-    return false;
-  }
-  contact.time = impact.time;
-  const Segment i = at(impact.time, p, frame), j = at(impact.time, q, frame);
-  contact.is_exact = !isBox(p) && !isBox(q) && geometry::contactProblem(i) == nullptr &&
-                     geometry::contactProblem(j) == nullptr;
-  if (!contact.is_exact) return true;
-  static_cast<Contact&>(contact) =
-      fibers::publicContact(geometry::capsuleContact(i, j, frame.origin), contact.a, contact.b);
-  return true;
+  return findImpact(p, q, state.generations().margin(), endPointError(p) + error, frame, contact);
 }
 
-template bool findImpact(const ManagerState<float>&, const ManagerState<float>*,
-                         const fcl::CollisionObject<float>*, const fcl::CollisionObject<float>*,
-                         TimedContact&);
-template bool findImpact(const ManagerState<double>&, const ManagerState<double>*,
-                         const fcl::CollisionObject<double>*, const fcl::CollisionObject<double>*,
-                         TimedContact&);
+template <typename S>
+bool findImpact(const ContinuousState<S>& state, const ContinuousState<S>* other,
+                const fcl::ContinuousCollisionObject<S>* a,
+                const fcl::ContinuousCollisionObject<S>* b, TimedContact& contact) {
+  using Scope = typename ContinuousState<S>::QueryScope;
+  if (b == nullptr) fibers::throwInvalidArgument(kCall, "object b is null; pass an object");
+  const SegmentId id = state.managedId(kCall, a, "object a");
+  const Scope scope(state, kCall);
+  contact = {};
+  const auto moving = [](const ContinuousState<S>& owner, SegmentId of, FiberSegment& place) {
+    place = placeOf(owner.registry().fibers(), of);
+    return owner.index().moving()[static_cast<std::size_t>(of)];
+  };
+  const MovingSegment p = state.index().inFrame(moving(state, id, contact.a));
+  MovingSegment q;
+  if (const SegmentId own_id = state.registry().find(b); own_id >= 0) {
+    q = moving(state, own_id, contact.b);
+  } else if (const SegmentId its_id = other == nullptr ? own_id : other->registry().find(b);
+             its_id >= 0) {
+    const Scope its_scope(*other, kCall);
+    q = moving(*other, its_id, contact.b);
+  } else {
+    q = readMoving(kCall, *b, [] { return std::string("object b"); });
+  }
+  q = state.index().inFrame(q);
+  const double margin = state.options().margin * state.frame().scale;
+  return findImpact(p, q, margin, endPointError(p) + endPointError(q), state.frame(), contact);
+}
+
+#define FCL_FIBERS_INSTANTIATE(S)                                                          \
+  template bool findImpact(const ManagerState<S>&, const ManagerState<S>*,                 \
+                           const fcl::CollisionObject<S>*, const fcl::CollisionObject<S>*, \
+                           TimedContact&);                                                 \
+  template bool findImpact(const ContinuousState<S>&, const ContinuousState<S>*,           \
+                           const fcl::ContinuousCollisionObject<S>*,                       \
+                           const fcl::ContinuousCollisionObject<S>*, TimedContact&);
+FCL_FIBERS_INSTANTIATE(float)
+FCL_FIBERS_INSTANTIATE(double)
+#undef FCL_FIBERS_INSTANTIATE
 
 }  // namespace fcl_fibers::broadphase
