@@ -25,6 +25,29 @@ template <typename S>
 class ContinuousManager : public testing::Test {};
 TYPED_TEST_SUITE(ContinuousManager, Scalars, ScalarName);
 
+/// The pairs of which the boxes come nearer than a distance that stays.
+template <typename S>
+struct Within {
+  S least;
+  std::set<std::pair<Moving<S>*, Moving<S>*>> pairs;
+
+  static bool take(Moving<S>* a, Moving<S>* b, void* data, S& dist) {
+    auto& self = *static_cast<Within*>(data);
+    // The first pair comes before the limit is known.
+    if (dist <= self.least || SeparationOracle<S>({a, b}, 1).ofLines(0, 1) <= Real(self.least)) {
+      self.pairs.emplace(a, b);
+    }
+    dist = self.least;
+    return false;
+  }
+  template <class... Partner>
+  static Calls<S> of(const Manager<S>& manager, double least, Partner... partner) {
+    Within within{static_cast<S>(least), {}};
+    manager.distance(partner..., &within, &Within::take);
+    return {within.pairs.begin(), within.pairs.end()};
+  }
+};
+
 // A program that updates its motions would see those of the step before.
 TYPED_TEST(ContinuousManager, UpdatesReadTheMotionsOfTheNextStep) {
   using S = TypeParam;
@@ -42,6 +65,7 @@ TYPED_TEST(ContinuousManager, UpdatesReadTheMotionsOfTheNextStep) {
       motion = dynamic_cast<const fcl::TranslationMotion<S>&>(*next);
     };
     for (const std::size_t count : std::initializer_list<std::size_t>{120, 1, 8, 20, 70}) {
+      everyPair(manager, scene[0]);  // so that the next one would find an old tree
       std::vector<Moving<S>*> moved;
       for (std::size_t i = 0; i < count; ++i) {
         move(i * 7 % scene.size());
@@ -55,6 +79,7 @@ TYPED_TEST(ContinuousManager, UpdatesReadTheMotionsOfTheNextStep) {
         manager.update(moved);
       }
       expectPairs<S>(collide(manager), scene.objects(), nullptr, options.margin, true);
+      expectPairs<S>(Within<S>::of(manager, 1e-5), scene.objects(), nullptr, 0, true);
     }
     MovingScene<S> stranger;
     manager.update(stranger.addSphere({0, 0, 0}, {1, 0, 0}, 1));  // ignored
@@ -208,7 +233,10 @@ struct NearestSpheres {
 
   static double distanceOf(const Moving<S>& a, const Moving<S>& b) {
     const auto place = [](const Moving<S>& object, double t) -> Eigen::Vector3d {
-      return poseAt(object, t).getTranslation().template cast<double>();
+      fcl::Transform3<S> pose;
+      object.getMotion()->integrate(static_cast<S>(t));
+      object.getMotion()->getCurrentTransform(pose);
+      return pose.translation().template cast<double>();
     };
     const auto radius = [](const Moving<S>& object) {
       return double(static_cast<const fcl::Sphere<S>&>(*object.collisionGeometry()).radius);
@@ -264,22 +292,27 @@ TYPED_TEST(ContinuousManager, DistanceFindsTheNearestOfAllTimes) {
   expectLeast(with, scene.objects(), others.objects());
   manager.distance(others[5], &one, &NearestSpheres<S>::take);
   expectLeast(one, scene.objects(), std::vector<Moving<S>*>{others[5]});
-  // All that come nearer than a distance that stays.
-  struct Within {
-    std::set<std::pair<Moving<S>*, Moving<S>*>> pairs;
-    static bool take(Moving<S>* a, Moving<S>* b, void* data, S& dist) {
-      static_cast<Within*>(data)->pairs.emplace(a, b);
-      dist = S(1);
-      return false;
+  // All that come nearer than a distance that stays, in each form.
+  const auto expectWithin = [](const Calls<S>& calls, const auto& mine, const auto& theirs) {
+    const std::set<std::pair<Moving<S>*, Moving<S>*>> found(calls.begin(), calls.end());
+    EXPECT_EQ(found.size(), calls.size());
+    for (auto* a : mine) {
+      for (auto* b : theirs) {
+        if (&mine == &theirs && a >= b) continue;
+        const std::size_t times = found.count({a, b}) + found.count({b, a});
+        if (NearestSpheres<S>::distanceOf(*a, *b) < 0.99) {
+          EXPECT_EQ(times, 1u);
+        } else if (SeparationOracle<S>({a, b}, 1).ofLines(0, 1) > 1.01L) {
+          EXPECT_EQ(times, 0u);
+        }
+      }
     }
-  } within;
-  manager.distance(&within, &Within::take);
-  for (std::size_t a = 0; a < scene.size(); ++a) {
-    for (std::size_t b = a + 1; b < scene.size(); ++b) {
-      if (NearestSpheres<S>::distanceOf(*scene[a], *scene[b]) > 0.99) continue;
-      EXPECT_EQ(within.pairs.count({scene[a], scene[b]}), 1u) << a << ", " << b;
-    }
-  }
+  };
+  expectWithin(Within<S>::of(manager, 1), scene.objects(), scene.objects());
+  expectWithin(Within<S>::of(manager, 1, static_cast<Base*>(&other)), scene.objects(),
+               others.objects());
+  expectWithin(Within<S>::of(manager, 1, others[5]), scene.objects(),
+               std::vector<Moving<S>*>{others[5]});
   // Every pair once, if nothing is lowered.
   const Calls<S> every = everyPair(manager);
   EXPECT_EQ(every.size(), 150u * 149 / 2);
