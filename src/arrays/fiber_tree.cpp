@@ -224,8 +224,7 @@ class FiberTree::Impl {
       refuse("fiberSegment", "no capsule starts at point " + std::to_string(segment) +
                                  "; pass a number of a pair that this tree has reported");
     }
-    const fibers::Place place = index_.table().placeOf(segment);
-    return {place.fiber, place.segment};
+    return index_.table().placeOf(segment);
   }
 
  private:

@@ -174,11 +174,7 @@ void ContinuousFiberCollisionManager<S>::clear() {
 
 template <typename S>
 void ContinuousFiberCollisionManager<S>::getObjects(std::vector<Object*>& objects) const {
-  objects.clear();
-  objects.reserve(size());
-  for (Object* object : impl_->registry().objects()) {
-    if (object != nullptr) objects.push_back(object);
-  }
+  impl_->registry().list(objects);
 }
 
 template <typename S>
@@ -265,8 +261,7 @@ bool ContinuousFiberCollisionManager<S>::isRegistered(const Object* object) cons
 template <typename S>
 FiberSegment ContinuousFiberCollisionManager<S>::fiberSegment(const Object* object) const {
   const SegmentId id = impl_->managedId("fiberSegment", object, "the given object");
-  const fibers::Place place = impl_->registry().fibers().placeOf(id);
-  return {place.fiber, place.segment};
+  return impl_->registry().fibers().placeOf(id);
 }
 
 template <typename S>

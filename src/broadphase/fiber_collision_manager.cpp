@@ -206,11 +206,7 @@ void FiberCollisionManager<S>::clear() {
 
 template <typename S>
 void FiberCollisionManager<S>::getObjects(std::vector<Object*>& objects) const {
-  objects.clear();
-  objects.reserve(size());
-  for (Object* object : impl().registry().objects()) {
-    if (object != nullptr) objects.push_back(object);
-  }
+  impl().registry().list(objects);
 }
 
 template <typename S>
@@ -270,8 +266,7 @@ bool FiberCollisionManager<S>::isRegistered(const Object* object) const {
 template <typename S>
 FiberSegment FiberCollisionManager<S>::fiberSegment(const Object* object) const {
   const tree::SegmentId id = impl().managedId("fiberSegment", object, "the given object");
-  const fibers::Place place = impl().registry().fibers().placeOf(id);
-  return {place.fiber, place.segment};
+  return impl().registry().fibers().placeOf(id);
 }
 
 template <typename S>

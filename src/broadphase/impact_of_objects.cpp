@@ -25,11 +25,6 @@ Segment at(double time, const MovingSegment& s, const geometry::Frame& frame) {
   return {now(s.start.a, s.end.a), now(s.start.b, s.end.b), now(s.start.radius, s.end.radius)};
 }
 
-FiberSegment placeOf(const fibers::FiberTable& table, SegmentId id) {
-  const fibers::Place place = table.placeOf(id);
-  return {place.fiber, place.segment};
-}
-
 /// Adds the time and, of two capsules, the contact.
 bool findImpact(const MovingSegment& p, const MovingSegment& q, double margin, double error,
                 const geometry::Frame& frame, TimedContact& contact) {
@@ -62,19 +57,19 @@ bool findImpact(const ManagerState<S>& state, const ManagerState<S>* other,
   const SegmentId own_id = state.registry().find(b);
   const SegmentId its_id = own_id < 0 && other != nullptr ? other->registry().find(b) : own_id;
   contact = {};
-  contact.a = placeOf(state.registry().fibers(), id);
+  contact.a = state.registry().fibers().placeOf(id);
   if (state.obstacles().isMesh(id)) return false;
   const MovingSegment p = state.generations().moving(id);
   MovingSegment q;
   double error = 0;
   if (own_id >= 0) {
-    contact.b = placeOf(state.registry().fibers(), own_id);
+    contact.b = state.registry().fibers().placeOf(own_id);
     if (state.obstacles().isMesh(own_id)) return false;
     q = state.generations().moving(own_id);
     error = endPointError(q);
   } else if (its_id >= 0) {
     const typename ManagerState<S>::QueryScope its_scope(*other, kCall, /*sees_step=*/false);
-    contact.b = placeOf(other->registry().fibers(), its_id);
+    contact.b = other->registry().fibers().placeOf(its_id);
     if (other->obstacles().isMesh(its_id)) return false;
     const ReachOfOther<S> reach(state, *other, /*moves=*/true);
     if (!reach.find(its_id, q, error)) return false;
@@ -98,7 +93,7 @@ bool findImpact(const ContinuousState<S>& state, const ContinuousState<S>* other
   const Scope scope(state, kCall);
   contact = {};
   const auto moving = [](const ContinuousState<S>& owner, SegmentId of, FiberSegment& place) {
-    place = placeOf(owner.registry().fibers(), of);
+    place = owner.registry().fibers().placeOf(of);
     return owner.index().moving()[static_cast<std::size_t>(of)];
   };
   const MovingSegment p = state.index().inFrame(moving(state, id, contact.a));

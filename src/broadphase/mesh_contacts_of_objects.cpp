@@ -63,8 +63,7 @@ bool findMeshContacts(const ManagerState<S>& state, const fcl::CollisionObject<S
   const SegmentId capsule_id = state.registry().find(capsule);
   FiberSegment place;
   if (capsule_id != ObjectRegistry<S>::kNotFound) {
-    const fibers::Place found = state.registry().fibers().placeOf(capsule_id);
-    place = {found.fiber, found.segment};
+    place = state.registry().fibers().placeOf(capsule_id);
   }
   for (const index::TriangleId triangle : triangles) {
     contacts.push_back(contact_of(segment, place, triangle));

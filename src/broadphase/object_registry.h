@@ -34,6 +34,11 @@ class ObjectRegistry {
   /// By id; null if the id is empty.
   const std::vector<Object*>& objects() const { return objects_; }
   Object* operator[](SegmentId id) const { return objects_[static_cast<std::size_t>(id)]; }
+  /// Replaces the content of `objects` by those that are left.
+  void list(std::vector<Object*>& objects) const {
+    objects.assign(objects_.begin(), objects_.end());
+    objects.erase(std::remove(objects.begin(), objects.end(), nullptr), objects.end());
+  }
   std::size_t size() const { return size_; }
   SegmentId idCount() const { return static_cast<SegmentId>(objects_.size()); }
   SegmentId find(const Object* object) const { return index_.find(object); }

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include <fcl_fibers/fiber_options.h>
+
 #include "fibers/fiber_of.h"
 #include "fibers/neighbor_rule.h"
 #include "tree/topology.h"
@@ -15,12 +17,6 @@ namespace fcl_fibers::fibers {
 using tree::Group;
 using tree::kNoGroup;
 using tree::SegmentId;
-
-/// The place of a segment, like the public FiberSegment.
-struct Place {
-  std::size_t fiber;
-  std::size_t segment;  ///< along the fiber
-};
 
 /// Which ids form a fiber, which of them are neighbours, and which group each fiber has. A fiber
 /// owns a run of ids, which ascend along it. The runs follow each other from 0 on.
@@ -94,7 +90,7 @@ class FiberTable {
   bool hasObstacleRules() const { return !obstacle_rules_.empty(); }
 
   /// @pre 0 <= id < idCount()
-  Place placeOf(SegmentId id) const {
+  FiberSegment placeOf(SegmentId id) const {
     const std::size_t fiber = fiberOf(id);
     return {numbers_.empty() ? fiber : numbers_[fiber],
             static_cast<std::size_t>(id - begin_[fiber])};

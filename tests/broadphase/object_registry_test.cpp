@@ -139,7 +139,7 @@ class Model {
 
   void expectFibers(const Expected& expected) {
     for (const auto& [object, record] : expected) {
-      const fibers::Place place = registry_.fibers().placeOf(registry_.find(object));
+      const FiberSegment place = registry_.fibers().placeOf(registry_.find(object));
       ASSERT_EQ(place.fiber, static_cast<std::size_t>(record.fiber)) << "a fiber's number";
       ASSERT_EQ(place.segment, static_cast<std::size_t>(record.segment)) << "a segment's number";
       ASSERT_EQ(registry_.fibers().groupOf(registry_.find(object)), record.group)
