@@ -50,9 +50,10 @@ class OwnMotion : public fcl::MotionBase<S> {
     const fcl::Matrix3<S> squared = hat * hat, turned = start_.linear();
     // FCL's product of a matrix and a model leaves out the third column.
     fcl::TMatrix3<S> turn(interval);
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) {
-        turn(i, j) = sine * hat(i, j) - (cosine - S(1)) * squared(i, j) + S(i == j ? 1 : 0);
+    for (const int i : {0, 1, 2}) {
+      for (const int j : {0, 1, 2}) {
+        turn(static_cast<std::size_t>(i), static_cast<std::size_t>(j)) =
+            sine * hat(i, j) - (cosine - S(1)) * squared(i, j) + S(i == j ? 1 : 0);
       }
     }
     rotation = turn * turned;
