@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -19,9 +20,13 @@ namespace fcl_fibers {
 struct TimedContact : Contact {
   double time = 0;  ///< in [0, 1]; 0 if they touch at the start
   /// Whether both are capsules or spheres that only move along lines, as all do in a manager of
-  /// objects without motions. If not, `time` is when the boxes around them meet, which may be too
-  /// early, and only `a`, `b` and `time` are set.
+  /// objects without motions, or one is a mesh whose triangles count. If not, `time` is when the
+  /// boxes around them meet, which may be too early, and only `a`, `b`, `triangle` and `time` are
+  /// set.
   bool is_exact = false;
+  /// If one is a mesh: the triangle that is touched first, and of several at that time the first.
+  /// Otherwise -1. The arc parameter of the mesh is 0.
+  std::int32_t triangle = -1;
 };
 
 /// Finds the pairs of objects that touch, or whose volumes overlap (see Report), among thousands of
@@ -56,9 +61,11 @@ struct TimedContact : Contact {
 /// no `collide` has seen starts where it was first read. In between, end points and radii of
 /// capsules and spheres move linearly, also those of a capsule that turns. Any other object counts
 /// by its box, whose sides move linearly, and next to a capsule by its shape if it does not turn.
-/// An `fcl::BVHModel` counts only at the end of the step, against fibers at the end. An object that
-/// is not managed, and one of a manager without this option, rests. `distance` answers for the end
-/// of the step, and is no query that a step ends with. clear() forgets all steps, and so does
+/// The points of an `fcl::BVHModel` move linearly, also those of a mesh that turns. If it has other
+/// triangles at the end than at the start, it rests where it is at the end. A managed object counts
+/// as it was read, even if it is the one that is passed to `collide` and has moved since. An object
+/// that is not managed, and one of a manager without this option, rests. `distance` answers for the
+/// end of the step, and is no query that a step ends with. clear() forgets all steps, and so does
 /// unregistering for that object. A clone has none at first.
 ///
 /// **Threads.** Queries are const and may run from several threads at once. While a query runs, for
@@ -213,9 +220,11 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
                         std::vector<MeshContact>& contacts) const;
 
   /// Finds when two objects touch first in the step of this manager, within the margin, for a pair
-  /// that `collide` has reported. `a` is managed here. `b` is managed here or by `other`, which may
-  /// be null, and otherwise rests where it is now. The time is never too late. It returns false if
-  /// the two do not touch in the step, or if one is a mesh.
+  /// that `collide` has reported. `a` is managed here. `b` is managed by `other`, which may be
+  /// null, or here, and otherwise rests where it is now; if it is managed by both, its step in
+  /// `other` counts. The objects move as they were read last, as in `collide`. The time is never
+  /// too late. The call looks at all triangles of a mesh that has moved. It returns false if the
+  /// two do not touch in the step.
   ///
   /// Throws std::invalid_argument if FiberManagerOptions::motion is not set, if `a` is null or not
   /// registered, or if `b` is null or cannot be read.

@@ -65,8 +65,7 @@ struct FiberManagerOptions : FiberOptions {
 
   /// Whether `collide` reports the pairs that touch at any time of a step, not only at its end. A
   /// step begins with the poses that the last `collide` saw and ends with those of the last update;
-  /// see "Motion" in FiberCollisionManager. An `fcl::BVHModel` counts at the end of the step only.
-  /// This needs Report::kCapsules and layered boxes.
+  /// see "Motion" in FiberCollisionManager. This needs Report::kCapsules and layered boxes.
   bool motion = false;
 };
 

@@ -12,6 +12,10 @@ template <typename S>
 struct ObjectImpact : TimedContact {
   fcl::CollisionObject<S>* object_a = nullptr;  ///< the callback's first argument
   fcl::CollisionObject<S>* object_b = nullptr;  ///< the second argument
+  /// Whether the time is known. If not, only the objects and places are set. That happens if the
+  /// query was with a manager that the collector does not know, or if b has moved since the query,
+  /// and where rounding decides whether the two touch.
+  bool has_time = false;
 };
 
 /// An FCL callback that collects when the pairs of a query touch first in a step, and where, with
@@ -22,8 +26,8 @@ struct ObjectImpact : TimedContact {
 ///     manager.collide(&collector, collector.callback);
 ///     for (const auto& impact : collector.impacts()) ...  // impact.time, impact.normal, ...
 ///
-/// Impacts come in the order of their pairs, not of their times. A pair with a mesh is found at the
-/// end of the step, so its time is 1; ContactCollector has its contacts.
+/// Impacts come in the order of their pairs, not of their times. A pair with a mesh has the impact
+/// with the triangle that is touched first.
 template <typename S>
 class ImpactCollector {
  public:
@@ -53,7 +57,7 @@ class ImpactCollector {
  private:
   void add(Object* a, Object* b) {
     ObjectImpact<S> impact;
-    if (!manager_.findImpact(a, b, other_, impact)) impact.time = 1;
+    impact.has_time = manager_.findImpact(a, b, other_, impact);
     impact.object_a = a;
     impact.object_b = b;
     impacts_.push_back(impact);

@@ -125,6 +125,12 @@ class Generations {
     });
   }
 
+  /// The same for a mesh that moves, during the whole step.
+  tree::Visit searchMesh(const index::PosedMesh& start, const index::PosedMesh& end,
+                         index::PairSink& sink) const {
+    return forEach([&](const MovingIndex& part) { return part.search(start, end, sink); });
+  }
+
   std::size_t memoryUsage() const { return main_.memoryUsage() + young_.memoryUsage(); }
 
  private:

@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "broadphase/impact_of_objects.h"
 
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "broadphase/motion_bounds.h"
 #include "broadphase/shape_reach.h"
+#include "fibers/mesh_contacts.h"
 #include "fibers/public_contact.h"
 #include "geometry/impact.h"
+#include "geometry/triangle_contact.h"
+#include "index/step.h"
 
 namespace fcl_fibers::broadphase {
 namespace {
@@ -16,6 +21,13 @@ using geometry::Segment;
 using geometry::Vec3d;
 
 constexpr char kCall[] = "findImpact";
+
+geometry::Triangle at(double time, const geometry::Triangle& p, const geometry::Triangle& q) {
+  const auto now = [&](const Vec3d& start, const Vec3d& end) {
+    return (1 - time) * start + time * end;
+  };
+  return {now(p.a, q.a), now(p.b, q.b), now(p.c, q.c)};
+}
 
 /// The segment at a time, in the world's unit but with the origin of the frame.
 Segment at(double time, const MovingSegment& s, const geometry::Frame& frame) {
@@ -40,6 +52,115 @@ bool findImpact(const MovingSegment& p, const MovingSegment& q, double margin, d
   return true;
 }
 
+/// An object of a pair in the manager's frame, during a step.
+template <typename S>
+struct Partner {
+  using Entry = typename Obstacles<S>::MeshEntry;
+
+  MovingSegment segment;  ///< the box of a mesh
+  double error = 0;
+  std::optional<Entry> mesh;  ///< if its triangles count
+
+  static Partner of(const ManagerState<S>& state, SegmentId id) {
+    Partner found;
+    if (const Entry* entry = state.obstacles().mesh(id)) {
+      found.setMesh(*entry);
+    } else {
+      found.segment = state.generations().moving(id);
+    }
+    found.error = endPointError(found.segment);
+    return found;
+  }
+
+  bool findOfOther(const ManagerState<S>& state, const ManagerState<S>& other, SegmentId id,
+                   const fcl::CollisionObject<S>& object) {
+    const typename ManagerState<S>::QueryScope scope(other, kCall, /*sees_step=*/false);
+    if (const Entry* entry = other.obstacles().mesh(id)) {
+      const FrameOfOther change(other.generations().frame(), state.generations().frame());
+      Entry moved = *entry;
+      moved.box = change(entry->box);
+      if (other.options().motion) {
+        moved.start.box = change(entry->start.box);
+      } else {
+        moved.start = moved;
+      }
+      setMesh(moved);
+      if (!countsTriangles(state.options())) mesh.reset();
+      error = endPointError(segment);
+      return true;
+    }
+    if (other.options().report == Report::kVolumes && isMesh(object)) {
+      read(state, object);
+      return true;
+    }
+    return ReachOfOther<S>(state, other, /*moves=*/true).find(id, segment, error);
+  }
+
+  /// Reads an object that rests where it is.
+  void read(const ManagerState<S>& state, const fcl::CollisionObject<S>& object) {
+    const geometry::Frame& frame = state.generations().frame();
+    const auto name = [] { return std::string("object b"); };
+    if (countsTriangles(state.options()) && isMesh(object)) {
+      const MeshReading reading = readMesh(kCall, object, /*is_solid=*/false, frame,
+                                           state.options().bounds, state.obstacles().cache(), name);
+      setMesh({reading, nullptr, 0, tree::kAllCategories, false, true, reading, {}});
+    } else {
+      segment.end = readObject(kCall, object, frame, state.options().bounds, name);
+      segment.start = segment.end;
+    }
+    error = endPointError(segment);
+  }
+
+ private:
+  void setMesh(const Entry& entry) {
+    segment = entry.movingBox();
+    if (entry.countsMovingTriangles()) mesh = entry;
+  }
+};
+
+/// Sets all of the contact except its places, which stay.
+template <typename S>
+bool findMeshImpact(const typename Obstacles<S>::MeshEntry& mesh, const Partner<S>& capsule,
+                    double margin, const geometry::Frame& frame, TimedContact& contact) {
+  const index::PosedMesh start = mesh.posedAtStart(), end = mesh.posed();
+  index::MeshImpact impact;
+  if (!index::findImpact(start, end, capsule.segment, frame, margin, capsule.error, impact)) {
+    return false;
+  }
+  contact.time = impact.time;
+  contact.triangle = impact.triangle;
+  const Segment segment = at(impact.time, capsule.segment, frame);
+  contact.is_exact = !isBox(capsule.segment) && geometry::contactProblem(segment) == nullptr;
+  if (!contact.is_exact) return true;
+  const geometry::Frame world{frame.origin, 1};
+  MeshContact found;
+  if (impact.time == 0) {
+    // It may be inside a solid. What touches later comes from outside.
+    const fibers::MeshContacts contact_of(start);
+    const Vec3d shift = frame.origin - start.pose.shift;
+    found = contact_of({segment.a + shift, segment.b + shift, segment.radius}, {}, impact.triangle);
+  } else {
+    const geometry::Triangle triangle =
+        at(impact.time, index::PosedTriangles(start, world)[impact.triangle],
+           index::PosedTriangles(end, world)[impact.triangle]);
+    found = fibers::publicContact(geometry::triangleContact(segment, triangle, frame.origin), {},
+                                  impact.triangle, /*is_inside=*/false);
+  }
+  contact.s = found.s;
+  contact.distance = found.distance;
+  contact.point_a = found.point_a;
+  contact.point_b = found.point_b;
+  contact.normal = found.normal;
+  return true;
+}
+
+/// Makes the contact one of the mesh and the capsule.
+void exchange(TimedContact& contact) {
+  std::swap(contact.s, contact.t);
+  std::swap(contact.point_a, contact.point_b);
+  for (double& x : contact.normal) x = -x;
+}
+
 }  // namespace
 
 template <typename S>
@@ -54,33 +175,31 @@ bool findImpact(const ManagerState<S>& state, const ManagerState<S>* other,
   const SegmentId id = state.managedId(kCall, a, "object a");
   const typename ManagerState<S>::QueryScope scope(state, kCall, /*sees_step=*/false);
   const geometry::Frame& frame = state.generations().frame();
-  const SegmentId own_id = state.registry().find(b);
-  const SegmentId its_id = own_id < 0 && other != nullptr ? other->registry().find(b) : own_id;
   contact = {};
   contact.a = state.registry().fibers().placeOf(id);
-  if (state.obstacles().isMesh(id)) return false;
-  const MovingSegment p = state.generations().moving(id);
-  MovingSegment q;
-  double error = 0;
+  const Partner<S> p = Partner<S>::of(state, id);
+  Partner<S> q;
+  const SegmentId its_id = other != nullptr ? other->registry().find(b) : -1;
+  const SegmentId own_id = its_id < 0 ? state.registry().find(b) : -1;
   if (own_id >= 0) {
     contact.b = state.registry().fibers().placeOf(own_id);
-    if (state.obstacles().isMesh(own_id)) return false;
-    q = state.generations().moving(own_id);
-    error = endPointError(q);
+    q = Partner<S>::of(state, own_id);
   } else if (its_id >= 0) {
-    const typename ManagerState<S>::QueryScope its_scope(*other, kCall, /*sees_step=*/false);
     contact.b = other->registry().fibers().placeOf(its_id);
-    if (other->obstacles().isMesh(its_id)) return false;
-    const ReachOfOther<S> reach(state, *other, /*moves=*/true);
-    if (!reach.find(its_id, q, error)) return false;
+    if (!q.findOfOther(state, *other, its_id, *b)) return false;
   } else {
-    if (countsTriangles(state.options()) && isMesh(*b)) return false;
-    q.end = readObject(kCall, *b, frame, state.options().bounds,
-                       [] { return std::string("object b"); });
-    q.start = q.end;
-    error = endPointError(q);
+    q.read(state, *b);
   }
-  return findImpact(p, q, state.generations().margin(), endPointError(p) + error, frame, contact);
+  const double margin = state.generations().margin();
+  if (p.mesh.has_value() != q.mesh.has_value()) {
+    const bool is_first = p.mesh.has_value();
+    if (!findMeshImpact(is_first ? *p.mesh : *q.mesh, is_first ? q : p, margin, frame, contact)) {
+      return false;
+    }
+    if (is_first && contact.is_exact) exchange(contact);
+    return true;
+  }
+  return findImpact(p.segment, q.segment, margin, p.error + q.error, frame, contact);
 }
 
 template <typename S>

@@ -42,7 +42,7 @@ class ManagerQueries {
       const auto with_mesh = [&](SegmentId a, SegmentId /*triangle*/, Call& call) {
         return report(a, mesh.id, call);
       };
-      if (searchMesh(mesh, mesh.categories, mesh.is_solid, with_mesh) == tree::Visit::kStop) return;
+      if (searchMesh(mesh, with_mesh) == tree::Visit::kStop) return;
     }
     if (state_.obstacles().meshes().empty()) return;
     const auto among_meshes = [&](SegmentId a, SegmentId b, Call& call) {
@@ -50,7 +50,7 @@ class ManagerQueries {
       return first != nullptr && second != nullptr && report(first->id, second->id, call);
     };
     Sink<decltype(among_meshes)> sink(call_, state_, among_meshes);
-    state_.obstacles().boxes().search(sink);
+    state_.obstacles().searchBoxes(sink);
   }
 
   /// Finds the pairs with an object, managed or not.
@@ -81,12 +81,17 @@ class ManagerQueries {
     if (countsTriangles(other.options())) {
       const FrameOfOther change(other.generations().frame(), frame());
       for (const Entry& mesh : other.obstacles().meshes()) {
-        MeshReading moved = mesh;
+        Entry moved = mesh;
         moved.box = change(mesh.box);
+        if (other.options().motion) {
+          moved.start.box = change(mesh.start.box);
+        } else {
+          moved.start = moved;
+        }
         // A contact of this pair is asked for by this manager's means.
         const auto& model = mesh.object->collisionGeometry();
         if (mesh.mesh != nullptr) state_.obstacles().cache().keep(model, mesh.mesh);
-        if (searchMeshOf(other, mesh.id, moved, mesh.is_solid) == tree::Visit::kStop) return;
+        if (searchMeshOf(other, moved) == tree::Visit::kStop) return;
       }
     } else if (readsMeshesOf(other)) {
       for (SegmentId b = 0; b < other.registry().idCount(); ++b) {
@@ -95,7 +100,8 @@ class ManagerQueries {
         const MeshReading mesh =
             readMesh(Call::kName, *object, false, frame(), other.options().bounds,
                      state_.obstacles().cache(), [&] { return other.source("").nameOf(b); });
-        if (searchMeshOf(other, b, mesh, false) == tree::Visit::kStop) return;
+        const tree::Categories categories = other.registry().fibers().partyOf(b).categories;
+        if (searchMeshOf(other, resting(mesh, b, categories, false)) == tree::Visit::kStop) return;
       }
     }
   }
@@ -114,6 +120,12 @@ class ManagerQueries {
            other.options().bounds != Bounds::kObjects;
   }
 
+  /// A mesh that was just read.
+  static Entry resting(const MeshReading& mesh, SegmentId id, tree::Categories categories,
+                       bool is_solid) {
+    return {mesh, nullptr, id, categories, is_solid, true, mesh, {}};
+  }
+
   /// @param pairs  pairs(a, b, call) calls the callback if the rules report the pair, and returns
   ///               whether that ends the query
   template <class Pairs, class... Where>
@@ -127,7 +139,7 @@ class ManagerQueries {
   tree::Visit eachOnce(const State& state, Pairs& pairs, Visit&& visit) {
     std::unordered_set<SegmentId> seen;
     const auto once = [&](SegmentId a, SegmentId b, Call& call) {
-      return (!Call::kRepeats || seen.insert(a).second) && pairs(a, b, call);
+      return (!(Call::kRepeats || moves_) || seen.insert(a).second) && pairs(a, b, call);
     };
     Sink<decltype(once)> sink(call_, state, once);
     return visit(sink);
@@ -135,27 +147,58 @@ class ManagerQueries {
 
   /// Finds the segments that touch a mesh, or its box if only that counts.
   template <class Pairs>
-  tree::Visit searchMesh(const MeshReading& mesh, tree::Categories categories, bool is_solid,
-                         Pairs pairs) {
-    if (!mesh.counts_triangles || !countsTriangles(state_.options())) {
-      return search(pairs, MovingSegment{mesh.box, mesh.box}, endPointError(mesh.box),
-                    tree::kNoGroup, SegmentId{0});
+  tree::Visit searchMesh(const Entry& mesh, Pairs pairs) {
+    if (!countsByTriangles(mesh) || !countsTriangles(state_.options())) {
+      const MovingSegment box = boxOf(mesh);
+      return search(pairs, box, endPointError(box), tree::kNoGroup, SegmentId{0});
     }
     return eachOnce(state_, pairs, [&](auto& sink) {
-      return state_.generations().searchMesh(mesh.posed(categories, is_solid), sink);
+      return searchTriangles(state_, mesh, /*more_margin=*/0, sink);
     });
+  }
+
+  bool countsByTriangles(const Entry& mesh) const {
+    return moves_ ? mesh.countsMovingTriangles() : mesh.counts_triangles;
+  }
+  MovingSegment boxOf(const Entry& mesh) const {
+    return moves_ ? mesh.movingBox() : MovingSegment{mesh.box, mesh.box};
+  }
+  /// @pre countsByTriangles(mesh)
+  template <class SinkOfSegments>
+  tree::Visit searchTriangles(const State& state, const Entry& mesh, double more_margin,
+                              SinkOfSegments& sink) const {
+    index::PosedMesh end = mesh.posed();
+    end.margin += more_margin;
+    if constexpr (Call::kLooksAtSteps) {
+      if (moves_) {
+        index::PosedMesh start = mesh.posedAtStart();
+        start.margin += more_margin;
+        return state.generations().searchMesh(start, end, sink);
+      }
+    }
+    return state.generations().searchMesh(end, sink);
   }
 
   /// Finds the meshes whose boxes may touch a segment. `pairs` gets a mesh.
   template <class Pairs>
-  tree::Visit searchMeshes(const geometry::Segment& segment, double error, const Pairs& pairs) {
+  tree::Visit searchMeshes(const MovingSegment& segment, double error, const Pairs& pairs) {
     if (state_.obstacles().meshes().empty()) return tree::Visit::kContinue;
     const auto with_box = [&](SegmentId a, SegmentId /*second*/, Call& call) {
       const Entry* mesh = state_.obstacles().ofBox(a);
       return mesh != nullptr && pairs(*mesh, call);
     };
     Sink<decltype(with_box)> sink(call_, state_, with_box);
-    return state_.obstacles().boxes().search(segment, error, tree::kNoGroup, SegmentId{0}, sink);
+    return state_.obstacles().searchBoxes(segment, error, sink);
+  }
+
+  /// @param own  what the manager has of the object, or null
+  template <class Name>
+  Entry readNow(const Object& object, const Entry* own, Name&& name) {
+    const bool is_solid = own != nullptr && own->is_solid;
+    const tree::Categories categories = own != nullptr ? own->categories : tree::kAllCategories;
+    const MeshReading mesh = readMesh(Call::kName, object, is_solid, frame(),
+                                      state_.options().bounds, state_.obstacles().cache(), name);
+    return resting(mesh, SegmentId{0}, categories, is_solid);
   }
 
   template <class Name>
@@ -167,24 +210,26 @@ class ManagerQueries {
     };
     if (countsTriangles(state_.options()) && isMesh(*object)) {
       const Entry* own = is_managed ? state_.obstacles().mesh(own_id) : nullptr;
-      const bool is_solid = own != nullptr && own->is_solid;
-      const MeshReading mesh = readMesh(Call::kName, *object, is_solid, frame(),
-                                        state_.options().bounds, state_.obstacles().cache(), name);
+      // In a step a managed object is where it was read.
+      const Entry mesh = own != nullptr && moves_ ? *own : readNow(*object, own, name);
       const auto with_segment = [&](SegmentId a, SegmentId /*triangle*/, Call& call) {
         return rules_.reportsWith(a, own_id) && call(state_.registry()[a], object);
       };
-      const tree::Categories categories = own != nullptr ? own->categories : tree::kAllCategories;
-      return searchMesh(mesh, categories, is_solid, with_segment) == tree::Visit::kStop
-                 ? tree::Visit::kStop
-                 : searchMeshes(mesh.box, endPointError(mesh.box), with_mesh);
+      if (searchMesh(mesh, with_segment) == tree::Visit::kStop) return tree::Visit::kStop;
+      const MovingSegment box = boxOf(mesh);
+      return searchMeshes(box, endPointError(box), with_mesh);
     }
+    const bool has_step = is_managed && moves_ && !state_.obstacles().isMesh(own_id);
     MovingSegment segment;
-    segment.end = readObject(Call::kName, *object, frame(), state_.options().bounds, name);
-    segment.start = is_managed && moves_ ? reach_.segment(own_id).start : segment.end;
+    if (has_step) {
+      segment = reach_.segment(own_id);
+    } else {
+      segment.end = readObject(Call::kName, *object, frame(), state_.options().bounds, name);
+      segment.start = segment.end;
+    }
     const double error = endPointError(segment);
     const geometry::Obstacle own_shape = reach_.read(*object, segment.end);
-    const MovingShape shape =
-        is_managed ? reach_.shape(own_id, *object, own_shape) : MovingShape::resting(&own_shape);
+    const MovingShape shape = has_step ? reach_.shape(own_id) : MovingShape::resting(&own_shape);
     const tree::Group group =
         is_managed ? state_.registry().fibers().groupOf(own_id) : tree::kNoGroup;
     const auto with_segment = [&](SegmentId a, SegmentId /*second*/, Call& call) {
@@ -195,8 +240,8 @@ class ManagerQueries {
     if (search(with_segment, segment, error, group, SegmentId{0}) == tree::Visit::kStop) {
       return tree::Visit::kStop;
     }
-    return searchMeshes(segment.end, error, [&](const Entry& mesh, Call& call) {
-      return reach_.mayTouch(mesh, segment.end, error, call.reach(state_)) && with_mesh(mesh, call);
+    return searchMeshes(segment, error, [&](const Entry& mesh, Call& call) {
+      return reach_.mayTouch(mesh, segment, error, call.reach(state_)) && with_mesh(mesh, call);
     });
   }
 
@@ -216,9 +261,12 @@ class ManagerQueries {
 
   /// Finds the pairs of this manager's meshes with what is in the other manager's tree.
   tree::Visit searchOwnMeshes(const State& other) {
+    // Spheres do not move.
+    const bool is_kept = other.generations().keepsSegments() &&
+                         !(moves_ && other.generations().options().wrapped_spheres);
     bool is_one_by_one = false;
     for (const Entry& mesh : state_.obstacles().meshes()) {
-      if (!mesh.counts_triangles || !other.generations().keepsSegments()) {
+      if (!countsByTriangles(mesh) || !is_kept) {
         is_one_by_one = true;
         continue;
       }
@@ -226,20 +274,20 @@ class ManagerQueries {
         return rules_.reportsWith(mesh.id, other.registry(), b) &&
                call(mesh.object, other.registry()[b]);
       };
-      index::PosedMesh posed = mesh.posed();
+      double more_margin = 0;
       if (Call::kUsesMargin) {
         // The search adds the other manager's margin, but this one's counts. The sum must not be
         // rounded below that.
         const double margin = state_.options().margin, its_margin = other.options().margin;
-        posed.margin += margin - its_margin +
-                        8 * std::numeric_limits<double>::epsilon() * (margin + its_margin);
+        more_margin = margin - its_margin +
+                      8 * std::numeric_limits<double>::epsilon() * (margin + its_margin);
       }
-      const auto found = eachOnce(
-          other, pairs, [&](auto& sink) { return other.generations().searchMesh(posed, sink); });
+      const auto found = eachOnce(other, pairs, [&](auto& sink) {
+        return searchTriangles(other, mesh, more_margin, sink);
+      });
       if (found == tree::Visit::kStop) return found;
     }
     if (!is_one_by_one) return tree::Visit::kContinue;
-    const bool is_kept = other.generations().keepsSegments();
     const ReachOfOther<S> reach(state_, other, moves_);
     for (SegmentId b = 0; b < other.registry().idCount(); ++b) {
       Object* partner = other.registry()[b];
@@ -251,28 +299,26 @@ class ManagerQueries {
       double error = 0;
       if (!reach.find(b, segment, error)) continue;
       const auto pairs = [&](const Entry& mesh, Call& call) {
-        return !(mesh.counts_triangles && is_kept) &&
+        return !(countsByTriangles(mesh) && is_kept) &&
                rules_.reportsWith(mesh.id, other.registry(), b) &&
-               reach_.mayTouch(mesh, segment.end, error, call.reach(state_)) &&
+               reach_.mayTouch(mesh, segment, error, call.reach(state_)) &&
                call(mesh.object, partner);
       };
-      if (searchMeshes(segment.end, error, pairs) == tree::Visit::kStop) return tree::Visit::kStop;
+      if (searchMeshes(segment, error, pairs) == tree::Visit::kStop) return tree::Visit::kStop;
     }
     return tree::Visit::kContinue;
   }
 
   /// Finds the pairs of this manager's objects with a mesh of the other manager.
-  tree::Visit searchMeshOf(const State& other, SegmentId b, const MeshReading& mesh,
-                           bool is_solid) {
+  tree::Visit searchMeshOf(const State& other, const Entry& mesh) {
+    const SegmentId b = mesh.id;
     Object* partner = other.registry()[b];
     const auto with_segment = [&](SegmentId a, SegmentId /*triangle*/, Call& call) {
       return rules_.reportsWith(a, other.registry(), b) && call(state_.registry()[a], partner);
     };
-    const tree::Categories categories = other.registry().fibers().partyOf(b).categories;
-    if (searchMesh(mesh, categories, is_solid, with_segment) == tree::Visit::kStop) {
-      return tree::Visit::kStop;
-    }
-    return searchMeshes(mesh.box, endPointError(mesh.box), [&](const Entry& own, Call& call) {
+    if (searchMesh(mesh, with_segment) == tree::Visit::kStop) return tree::Visit::kStop;
+    const MovingSegment box = boxOf(mesh);
+    return searchMeshes(box, endPointError(box), [&](const Entry& own, Call& call) {
       return rules_.reportsWith(own.id, other.registry(), b) && call(own.object, partner);
     });
   }

@@ -205,8 +205,8 @@ void ManagerState<S>::update(const char* call, const Objects& moved) {
 template <typename S>
 void ManagerState<S>::beginStep(bool all) {
   if (!options_.motion || !step_is_seen_) return;
+  obstacles_.beginStep();  // does no harm if it is repeated, as after std::bad_alloc
   generations_.beginStep(all);
-  obstacles_.beginStep();
   step_is_seen_ = false;
 }
 

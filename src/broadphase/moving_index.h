@@ -126,6 +126,12 @@ class MovingIndex {
     return end_.search(other.end_, source, sink);
   }
 
+  /// See Step::searchImpacts().
+  tree::Visit search(const index::PosedMesh& start, const index::PosedMesh& end,
+                     index::PairSink& sink) const {
+    return empty() ? tree::Visit::kContinue : step().searchImpacts(start, end, sink);
+  }
+
   std::size_t memoryUsage() const;
 
  private:

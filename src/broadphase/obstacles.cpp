@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "broadphase/frame_of_other.h"
 #include "broadphase/object_source.h"
 #include "broadphase/obstacle_shapes.h"
 #include "index/posed_triangles.h"
@@ -48,11 +49,6 @@ geometry::AffineMap poseOf(const fcl::CollisionObject<S>& object) {
   const auto& matrix = ObjectMembers<S>::pose(object).matrix();
   return {{toVec3(matrix.col(0)), toVec3(matrix.col(1)), toVec3(matrix.col(2))},
           toVec3(matrix.col(3))};
-}
-
-bool operator==(const geometry::AffineMap& p, const geometry::AffineMap& q) {
-  return p.column[0] == q.column[0] && p.column[1] == q.column[1] && p.column[2] == q.column[2] &&
-         p.shift == q.shift;
 }
 
 bool operator==(const Obstacle& p, const Obstacle& q) {
@@ -123,7 +119,7 @@ void Obstacles<S>::reserve(std::size_t count) {
 template <typename S>
 void Obstacles<S>::add(Object* object, SegmentId id, tree::Categories categories, bool is_solid) {
   if (broadphase::isMesh(*object)) {
-    meshes_.push_back({{}, object, id, categories, is_solid});
+    meshes_.push_back({{}, object, id, categories, is_solid, false, {}, {}});
   } else {
     shapes_.push_back({object, id, false, {}, {}, {}});
   }
@@ -150,6 +146,7 @@ void Obstacles<S>::clear() {
   meshes_.clear();
   shapes_.clear();
   boxes_.clear();
+  start_boxes_ = nullptr;
   box_ids_.clear();
   cache_.clear();
 }
@@ -174,8 +171,21 @@ void Obstacles<S>::read(const char* call, MeshEntry& entry, const Frame& frame,
     fibers::throwInvalidArgument(
         call, name() + ": it is no mesh any more; unregister it and register it again");
   }
-  static_cast<MeshReading&>(entry) =
-      readMesh(call, *entry.object, entry.is_solid, frame, bounds_, cache_, name);
+  MeshReading now = readMesh(call, *entry.object, entry.is_solid, frame, bounds_, cache_, name);
+  if (moves_) {
+    // Other triangles have no way from those before. They rest where they are now.
+    const bool is_same =
+        entry.is_read && (entry.start.mesh == nullptr) == (now.mesh == nullptr) &&
+        (now.mesh == nullptr || entry.start.mesh->index().hasTrianglesOf(now.mesh->index()));
+    if (is_same) {
+      const FrameOfOther change(entry.frame, frame);
+      if (!change.isIdentity()) entry.start.box = change.grown(entry.start.box);
+    } else {
+      entry.start = now;
+    }
+    entry.frame = frame;
+  }
+  static_cast<MeshReading&>(entry) = std::move(now);
   entry.is_read = true;
 }
 
@@ -204,6 +214,12 @@ void Obstacles<S>::finishReading(const Frame& frame) {
   }
   const auto count = static_cast<SegmentId>(boxes.size());
   boxes_.build(BoxSource(std::move(boxes)), frame, 0, count, one_each);
+  if (!moves_) return;
+  std::vector<Segment> starts;
+  for (const MeshEntry& entry : meshes_) starts.push_back(entry.start.box);
+  start_boxes_ = std::make_unique<index::SegmentIndex>(boxes_.options());
+  start_boxes_->copy(boxes_);
+  start_boxes_->tryRefit(BoxSource(std::move(starts)), frame);
 }
 
 template <typename S>
@@ -236,7 +252,8 @@ bool Obstacles<S>::isCurrent(const Frame& frame) const {
 template <typename S>
 std::size_t Obstacles<S>::memoryUsage() const {
   return meshes_.capacity() * sizeof(MeshEntry) + shapes_.capacity() * sizeof(ShapeEntry) +
-         boxes_.memoryUsage() + box_ids_.capacity() * sizeof(SegmentId) + cache_.memoryUsage();
+         boxes_.memoryUsage() + (start_boxes_ ? start_boxes_->memoryUsage() : 0) +
+         box_ids_.capacity() * sizeof(SegmentId) + cache_.memoryUsage();
 }
 
 #define FCL_FIBERS_INSTANTIATE(S)                                                                \

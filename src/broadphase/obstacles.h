@@ -18,6 +18,7 @@
 #include "broadphase/object_registry.h"
 #include "geometry/obstacle.h"
 #include "index/segment_index.h"
+#include "index/step.h"
 
 namespace fcl_fibers::broadphase {
 
@@ -74,7 +75,15 @@ class Obstacles {
     bool is_solid;
     bool is_read = false;
 
+    // If meshes move:
+    MeshReading start;      ///< at the start of the step, with the same triangles
+    geometry::Frame frame;  ///< of both boxes
+
     index::PosedMesh posed() const { return MeshReading::posed(categories, is_solid); }
+    index::PosedMesh posedAtStart() const { return start.posed(categories, is_solid); }
+    /// Whether triangles count during the whole step.
+    bool countsMovingTriangles() const { return counts_triangles && start.counts_triangles; }
+    geometry::MovingSegment movingBox() const { return {start.box, box}; }
   };
 
   struct ShapeEntry {
@@ -100,6 +109,8 @@ class Obstacles {
   /// Begins a step where the present one ends.
   void beginStep() {
     for (ShapeEntry& entry : shapes_) entry.start = entry.end;
+    for (MeshEntry& entry : meshes_) entry.start = entry;
+    start_boxes_ = nullptr;
   }
   /// Adds the object that replaces one of another manager. The cache has the triangles of that one,
   /// which both share if they are the same.
@@ -110,8 +121,7 @@ class Obstacles {
 
   template <class Name>
   void readAll(const char* call, const geometry::Frame& frame, Name&& name) {
-    // Meshes that nobody holds are refitted in place.
-    for (MeshEntry& entry : meshes_) entry.mesh.reset();
+    letGoOfMeshes();
     for (MeshEntry& entry : meshes_) readNamed(call, entry, frame, name, entry.id);
     for (ShapeEntry& entry : shapes_) read(entry, frame);
     finishReading(frame);
@@ -136,7 +146,7 @@ class Obstacles {
     if (empty()) return;
     for (std::size_t i = 0; i < ids.size(); ++i) {
       if (MeshEntry* mesh = find(meshes_, ids[i]); mesh != nullptr && mesh->is_read) {
-        mesh->mesh.reset();
+        if (!moves_) mesh->mesh.reset();
         readNamed(call, *mesh, frame, name, i);
       }
       ShapeEntry* shape = find(shapes_, ids[i]);
@@ -158,8 +168,23 @@ class Obstacles {
   /// Null if only the box of the object counts.
   const ShapeEntry* shape(SegmentId id) const { return find(shapes_, id); }
 
-  /// The boxes of the meshes. Ids are positions in meshes() when they were read last.
-  const index::SegmentIndex& boxes() const { return boxes_; }
+  /// Searches among the boxes of the meshes, as MovingIndex does. Ids are positions in meshes()
+  /// when they were read last.
+  ///@{
+  tree::Visit searchBoxes(index::PairSink& sink) const {
+    return moves_ ? boxStep().searchImpacts(nullptr, sink) : boxes_.search(sink);
+  }
+  tree::Visit searchBoxes(index::NearestSink& sink) const { return boxes_.search(sink); }
+  tree::Visit searchBoxes(const geometry::MovingSegment& segment, double error,
+                          index::PairSink& sink) const {
+    return moves_ ? boxStep().searchImpacts(segment, error, tree::kNoGroup, 0, nullptr, sink)
+                  : boxes_.search(segment.end, error, tree::kNoGroup, 0, sink);
+  }
+  tree::Visit searchBoxes(const geometry::MovingSegment& segment, double error,
+                          index::NearestSink& sink) const {
+    return boxes_.search(segment.end, error, tree::kNoGroup, 0, sink);
+  }
+  ///@}
   /// The mesh of an id in boxes(), or null if it was removed.
   const MeshEntry* ofBox(SegmentId id) const { return find(meshes_, box_ids_[boxIndex(id)]); }
 
@@ -185,13 +210,20 @@ class Obstacles {
             const NameOfObject& name);
   void read(ShapeEntry& entry, const geometry::Frame& frame);
   void finishReading(const geometry::Frame& frame);
+  /// Meshes that nobody holds are refitted in place. A step holds them.
+  void letGoOfMeshes() {
+    if (moves_) return;
+    for (MeshEntry& entry : meshes_) entry.mesh.reset();
+  }
+  index::Step boxStep() const { return {start_boxes_ ? *start_boxes_ : boxes_, boxes_}; }
 
   const Bounds bounds_;
   const bool moves_;
   std::vector<MeshEntry> meshes_;
   std::vector<ShapeEntry> shapes_;
   index::SegmentIndex boxes_;
-  std::vector<SegmentId> box_ids_;  ///< by id in boxes_: that of the object
+  std::unique_ptr<index::SegmentIndex> start_boxes_;  ///< null if all rest
+  std::vector<SegmentId> box_ids_;                    ///< by id in boxes_: that of the object
   mutable MeshCache cache_;
 };
 

@@ -77,16 +77,6 @@ class ShapeReach {
     return moves_ ? moving : MovingShape::resting(moving.end);
   }
 
-  /// An object of the manager that is at `now`, wherever it was when it was read.
-  MovingShape shape(SegmentId id, const fcl::CollisionObject<S>& object,
-                    const geometry::Obstacle& now) const {
-    const auto* entry = state_.obstacles().shape(id);
-    if (!moves_ || entry == nullptr) return MovingShape::resting(&now);
-    geometry::Obstacle end;
-    readObstacle(object, geometry::Frame{}, state_.options().bounds, end);
-    return MovingShape::between(entry->start, end, &now, state_.generations().frame());
-  }
-
   /// Two segments of the manager.
   bool mayTouch(SegmentId a, SegmentId b, double reach) const {
     if (!state_.obstacles().hasShapes()) return true;
@@ -107,10 +97,16 @@ class ShapeReach {
   }
 
   /// A mesh of the manager and a segment of another object.
-  bool mayTouch(const typename Obstacles<S>::MeshEntry& mesh, const geometry::Segment& segment,
+  bool mayTouch(const typename Obstacles<S>::MeshEntry& mesh, const MovingSegment& segment,
                 double error, double reach) const {
-    return !isReach(reach) || !mesh.counts_triangles ||
-           touches(mesh.posed(), segment, state_.generations().frame(), reach, error);
+    const geometry::Frame& frame = state_.generations().frame();
+    if (!isReach(reach)) return true;
+    if (!moves_) {
+      return !mesh.counts_triangles || touches(mesh.posed(), segment.end, frame, reach, error);
+    }
+    index::MeshImpact impact;
+    return !mesh.countsMovingTriangles() ||
+           findImpact(mesh.posedAtStart(), mesh.posed(), segment, frame, reach, error, impact);
   }
 
   static bool capsuleTouches(const MovingSegment& capsule, double error, const MovingShape& shape,

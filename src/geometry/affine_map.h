@@ -46,6 +46,11 @@ struct AffineMap {
   }
 };
 
+inline bool operator==(const AffineMap& p, const AffineMap& q) {
+  return p.column[0] == q.column[0] && p.column[1] == q.column[1] && p.column[2] == q.column[2] &&
+         p.shift == q.shift;
+}
+
 /// The linear map f after g.
 inline AffineMap composed(const AffineMap& f, const AffineMap& g) {
   return {{f.linear(g.column[0]), f.linear(g.column[1]), f.linear(g.column[2])}, f(g.shift)};

@@ -71,6 +71,19 @@ class Step {
   const SegmentIndex& end_;
 };
 
+/// The first touch of a segment and a mesh in a step.
+struct MeshImpact {
+  double time;
+  TriangleId triangle;
+};
+
+/// Finds when a moving segment of a frame first touches a mesh that moves as in
+/// Step::searchImpacts(). It takes a time that grows with the triangles, unless the mesh rests.
+/// @param margin, error  see touches()
+bool findImpact(const PosedMesh& start, const PosedMesh& end,
+                const geometry::MovingSegment& segment, const geometry::Frame& frame, double margin,
+                double error, MeshImpact& impact);
+
 /// Calls visit(tree) with the tree that moves.
 template <class F>
 tree::Visit Step::visitTree(F&& visit, const std::atomic<float>& until) const {

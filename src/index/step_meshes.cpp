@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <iterator>
+#include <limits>
 #include <type_traits>
 #include <variant>
 #include <vector>
 
 #include "geometry/triangle_impact.h"
+#include "index/mesh_query.h"
 #include "index/posed_triangles.h"
 #include "index/segment_marks.h"
 #include "index/step.h"
@@ -28,6 +30,27 @@ namespace {
 
 Segment boxOf(const Triangle& t) {
   return Segment::box(min(min(t.a, t.b), t.c), max(max(t.a, t.b), t.c));
+}
+
+bool findFirst(const MovingSegment& segment, const MovingTriangle& triangle, double margin,
+               double error, Impact& impact) {
+  if (isBox(segment)) {
+    return geometry::findImpact(segment, {boxOf(triangle.start), boxOf(triangle.end)}, margin,
+                                error, 0, impact);
+  }
+  TriangleImpact found;
+  if (!geometry::findImpact(segment, triangle, margin, error, 0, found)) return false;
+  impact = {found.time, found.s, 0};
+  return true;
+}
+
+/// A margin that is less at the start or at the end counts as the larger one.
+double marginOf(const PosedMesh& start, const PosedMesh& end) {
+  return std::max(start.margin, end.margin);
+}
+
+bool rests(const PosedMesh& start, const PosedMesh& end) {
+  return &start.mesh == &end.mesh && start.pose == end.pose;
 }
 
 /// Keeps the pairs of a segment and a triangle that touch during a step, and finds when.
@@ -54,14 +77,7 @@ class MeshImpactFilter final : public PairFilter {
     const MovingSegment segment = segments_[pair.a];
     const MovingTriangle triangle{start_[pair.b], end_[pair.b]};
     const double error = endPointError(segment) + std::max(start_.error, end_.error);
-    if (segment.start.isBox()) {
-      return findImpact(segment, {boxOf(triangle.start), boxOf(triangle.end)}, margin_, error, 0,
-                        impact);
-    }
-    TriangleImpact found;
-    if (!findImpact(segment, triangle, margin_, error, 0, found)) return false;
-    impact = {found.time, found.s, 0};
-    return true;
+    return findFirst(segment, triangle, margin_, error, impact);
   }
 
   const MovingRange segments_;
@@ -97,7 +113,7 @@ Visit Step::searchImpacts(const PosedMesh& start, const PosedMesh& end, PairSink
   if (end.is_solid && searchInside(start, inside, sink) == Visit::kStop) return Visit::kStop;
 
   const PosedTriangles at_start(start, end_.frame_), at_end(end, end_.frame_);
-  const double margin_of_mesh = end.margin * end_.frame_.scale;
+  const double margin_of_mesh = marginOf(start, end) * end_.frame_.scale;
   const MeshImpactFilter filter(segments(), at_start, at_end, end_.margin() + margin_of_mesh,
                                 inside);
   parallel::Executor* const executor = end_.executor_.get();
@@ -112,6 +128,61 @@ Visit Step::searchImpacts(const PosedMesh& start, const PosedMesh& end, PairSink
     const tree::MovingMeshPair<kArity> pair{tree, triangles, growth, end.categories};
     return findPairs(TreeSearch(pair), &filter, executor, *end_.scratch_, sink);
   });
+}
+
+bool findImpact(const PosedMesh& start, const PosedMesh& end, const MovingSegment& segment,
+                const geometry::Frame& frame, double margin, double error, MeshImpact& impact) {
+  if (end.mesh.tree().empty()) return false;
+  const PosedTriangles at_start(start, frame), at_end(end, frame);
+  margin += marginOf(start, end) * frame.scale;
+  error += std::max(at_start.error, at_end.error);
+  const MeshQuery query(at_start);
+  const Segment& first = segment.start;
+  if (end.is_solid && isBounded(first)) {
+    const geometry::Vec3d point = first.isBox() ? midpoint(first) : first.a;
+    if (query.isInside(point)) {
+      constexpr double kAny = std::numeric_limits<double>::max();
+      impact = {0, query.nearest({point, point, 0}, kAny).triangle};
+      return true;
+    }
+  }
+  impact = {std::numeric_limits<double>::infinity(), -1};
+  const auto take = [&](TriangleId id) {
+    const MovingTriangle triangle{at_start[id], at_end[id]};
+    Impact found;
+    // Boxes settle most pairs.
+    if (!geometry::findImpact(segment, {boxOf(triangle.start), boxOf(triangle.end)}, margin, error,
+                              0, found) ||
+        found.time > impact.time || !findFirst(segment, triangle, margin, error, found)) {
+      return;
+    }
+    if (found.time < impact.time || (found.time == impact.time && id < impact.triangle)) {
+      impact = {found.time, id};
+    }
+  };
+  if (rests(start, end)) {
+    struct Near final : PairSink {
+      Visit take(const Pair* pairs, std::size_t count) override {
+        found.insert(found.end(), pairs, pairs + count);
+        return Visit::kContinue;
+      }
+      std::vector<Pair> found;
+    } near;
+    SerialBuffer buffer(nullptr, near);
+    const auto& tree = end.mesh.tree();
+    const MovingTree<MeshTree::kArity> triangles(tree, tree);
+    const double growth = margin + error;
+    const geometry::MovingBox box{query.boxOf(segment.start, growth),
+                                  query.boxOf(segment.end, growth)};
+    tree::kernels<MovingTree<MeshTree::kArity>>().overlapsVolume(triangles, box, 0, tree::kNoGroup,
+                                                                 buffer);
+    buffer.full();
+    for (const Pair& pair : near.found) take(pair.a);
+  } else {
+    const auto count = static_cast<TriangleId>(end.mesh.triangles().size());
+    for (TriangleId id = 0; id < count; ++id) take(id);
+  }
+  return impact.triangle >= 0;
 }
 
 }  // namespace fcl_fibers::index

@@ -6,259 +6,24 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <map>
 #include <memory>
-#include <optional>
-#include <set>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <fcl/geometry/shape/box.h>
-#include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/cylinder.h>
 #include <fcl/geometry/shape/halfspace.h>
 #include <fcl/geometry/shape/plane.h>
-#include <fcl/geometry/shape/sphere.h>
 #include <fcl_fibers/impact_collector.h>
-#include <fcl_fibers/layered_aabb_tree_collision_manager.h>
-#include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
-#include "support/exact_geometry.h"
+#include "broadphase/moving_program.h"
 #include "support/least_box.h"
-#include "support/pair_queries.h"
-#include "support/random.h"
 #include "support/scalars.h"
 
-// A manager with FiberManagerOptions::motion against brute force, which follows each pair through
-// the step.
+// What a manager with FiberManagerOptions::motion finds, against brute force.
 
 namespace fcl_fibers::test {
 namespace {
-
-FiberManagerOptions movingOptions() {
-  FiberManagerOptions options;
-  options.report = Report::kCapsules;
-  options.motion = true;
-  return options;
-}
-
-/// A capsule or sphere at one time.
-struct Capsule {
-  Point a, b;
-  Real radius;
-};
-
-template <typename S>
-Capsule capsuleOf(const fcl::CollisionObject<S>& object) {
-  const fcl::Transform3<S>& pose = object.getTransform();
-  const Point center = pose.translation().template cast<Real>();
-  const auto* geometry = object.collisionGeometry().get();
-  if (const auto* capsule = dynamic_cast<const fcl::Capsule<S>*>(geometry)) {
-    const Point half = Real(capsule->lz) / 2 * pose.linear().col(2).template cast<Real>();
-    return {center - half, center + half, Real(capsule->radius)};
-  }
-  return {center, center, Real(dynamic_cast<const fcl::Sphere<S>&>(*geometry).radius)};
-}
-
-struct Motion {
-  Capsule start, end;
-
-  Capsule at(Real time) const {
-    return {start.a + time * (end.a - start.a), start.b + time * (end.b - start.b),
-            start.radius + time * (end.radius - start.radius)};
-  }
-  /// How far any point of the capsule goes.
-  Real way() const {
-    return std::max((end.a - start.a).norm(), (end.b - start.b).norm()) +
-           std::abs(end.radius - start.radius);
-  }
-};
-
-/// How far the surfaces are apart beyond `margin` when they are nearest in the step, if that may be
-/// negative, up to `resolution` of the way of both. The distance cannot shrink faster than both
-/// move, so times at which they cannot touch are passed over.
-Real leastGap(const Motion& p, const Motion& q, Real margin, Real resolution) {
-  const Real way = p.way() + q.way();
-  Real least = std::numeric_limits<Real>::infinity();
-  for (Real time = 0;;) {
-    const Capsule i = p.at(time), j = q.at(time);
-    const Real gap = segmentDistance(i.a, i.b, j.a, j.b) - i.radius - j.radius - margin;
-    least = std::min(least, gap);
-    if (least < -1e-3 || time >= 1 || way == 0) return least;
-    time = std::min(Real(1), time + std::max(resolution, gap / way));
-  }
-}
-
-/// What a program does with a manager, and what the manager must answer.
-template <typename S>
-class Program {
- public:
-  using Object = fcl::CollisionObject<S>;
-  using Objects = std::vector<Object*>;
-  using Manager = LayeredAABBTreeCollisionManager<S>;
-  using Pairs = std::set<std::pair<const Object*, const Object*>>;
-
-  struct Known {
-    std::size_t fiber = 0, segment = 0;
-    std::optional<Capsule> start;  ///< nothing until it has been read
-  };
-
-  Program(const FiberManagerOptions& options, std::uint64_t seed)
-      : manager(options), random(seed) {}
-
-  std::unique_ptr<Object> makeObject(double length) {
-    std::shared_ptr<fcl::CollisionGeometry<S>> shape;
-    const S radius = S(random.between(0.01, 0.05));
-    if (length > 0) {
-      shape = std::make_shared<fcl::Capsule<S>>(radius, S(length));
-    } else {
-      shape = std::make_shared<fcl::Sphere<S>>(radius);
-    }
-    auto object = std::make_unique<Object>(shape);
-    place(*object, 1);
-    return object;
-  }
-  /// Moves an object by about `distance`, and turns it.
-  void place(Object& object, double distance) {
-    fcl::Transform3<S> pose = object.getTransform();
-    reach = std::max(reach, 2 + pose.translation().template cast<Real>().cwiseAbs().maxCoeff());
-    for (int i = 0; i < 3; ++i) pose.translation()[i] += S(random.between(-distance, distance));
-    const fcl::Vector3<S> axis(S(random.between(-1, 1)), S(random.between(-1, 1)), S(1.5));
-    pose.linear() =
-        pose.linear() * fcl::AngleAxis<S>(S(random.between(-1, 1) * distance), axis.normalized())
-                            .toRotationMatrix();
-    // The manager turns by the matrix as it is.
-    pose.linear() = fcl::Quaternion<S>(pose.linear()).normalized().toRotationMatrix();
-    object.setTransform(pose);
-  }
-
-  void registerFiber(std::size_t count) {
-    Objects fiber;
-    for (std::size_t i = 0; i < count; ++i) {
-      own.push_back(makeObject(0.4));
-      fiber.push_back(own.back().get());
-      known[fiber.back()] = {fibers, i, {}};
-    }
-    ++fibers;
-    manager.registerFiber(fiber);
-    order.insert(order.end(), fiber.begin(), fiber.end());
-  }
-  void registerBall() {
-    own.push_back(makeObject(0));
-    known[own.back().get()] = {fibers++, 0, {}};
-    manager.registerObject(own.back().get());
-    order.push_back(own.back().get());
-  }
-  void unregister() {
-    if (order.empty()) return;
-    const auto at = order.begin() + static_cast<std::ptrdiff_t>(random.below(order.size()));
-    manager.unregisterObject(*at);
-    known.erase(*at);
-    order.erase(at);
-  }
-  void update(std::size_t count, double distance) {
-    Objects moved;
-    for (std::size_t i = 0; i < count && !order.empty(); ++i) {
-      moved.push_back(order[random.below(order.size())]);
-    }
-    update(moved, distance);
-  }
-  void update(const Objects& moved, double distance) {
-    beginStep();
-    for (Object* object : moved) place(*object, distance);
-    manager.update(moved);
-    if (!moved.empty()) read();
-  }
-  void updateAll(double distance) {
-    beginStep();
-    for (Object* object : order) place(*object, distance);
-    manager.update();
-    read();
-  }
-  void clear() {
-    manager.clear();
-    known.clear();
-    order.clear();
-    is_seen = false;
-  }
-
-  void beginStep() {
-    if (!is_seen) return;
-    is_seen = false;
-    for (auto& [object, known_object] : known) {
-      if (known_object.start) known_object.start = capsuleOf(*object);
-    }
-  }
-  /// What the next query sees has been read.
-  void read() {
-    for (auto& [object, known_object] : known) {
-      if (!known_object.start) known_object.start = capsuleOf(*object);
-    }
-  }
-  void see() {
-    read();
-    is_seen = true;
-  }
-
-  Motion motionOf(const Object* object) const {
-    const auto found = known.find(object);
-    const Capsule end = capsuleOf(*object);
-    return {found == known.end() ? end : *found->second.start, end};
-  }
-
-  bool areNeighbors(const Object* a, const Object* b) const {
-    const auto p = known.find(a), q = known.find(b);
-    if (p == known.end() || q == known.end() || p->second.fiber != q->second.fiber) return false;
-    const std::size_t i = p->second.segment, j = q->second.segment;
-    return std::max(i, j) - std::min(i, j) <=
-           static_cast<std::size_t>(manager.options().ignored_neighbors);
-  }
-
-  /// Whether these are the pairs that meet within the step, each once.
-  void judge(const Calls<S>& calls, const Objects& others, const Program* other_program,
-             const std::string& what) {
-    SCOPED_TRACE(what);
-    Pairs found;
-    for (const auto& [a, b] : calls) {
-      EXPECT_TRUE(found.emplace(a, b).second) << "a pair comes twice";
-    }
-    Pairs asked;
-    for (std::size_t i = 0; i < order.size(); ++i) {
-      const bool is_self = others.empty();
-      for (std::size_t j = is_self ? i + 1 : 0; j < (is_self ? order.size() : others.size()); ++j) {
-        const Object *a = order[i], *b = is_self ? order[j] : others[j];
-        if (a == b || areNeighbors(a, b)) continue;
-        const Motion p = motionOf(a), q = (other_program ? other_program : this)->motionOf(b);
-        const Real margin = manager.options().margin, way = p.way() + q.way();
-        const Real resolution = Real(1) / 1000;
-        const Real least = leastGap(p, q, margin, resolution);
-        const Real rounding = 1e-12 + 8 * Real(std::numeric_limits<S>::epsilon()) * reach;
-        const bool is_found = found.count({a, b}) > 0;
-        if (is_found) asked.emplace(a, b);
-        if (least < -rounding) {
-          EXPECT_TRUE(is_found) << "missing, " << double(least);
-        } else if (least > resolution * way + rounding) {
-          EXPECT_FALSE(is_found) << "extra, " << double(least);
-        }
-        if (!is_found || way == 0) continue;
-        const Motion p_end{p.end, p.end}, q_end{q.end, q.end};
-        missed_at_end += leastGap(p_end, q_end, margin, 1) > 0 ? 1 : 0;
-      }
-    }
-    EXPECT_EQ(asked.size(), found.size()) << "a pair is ignored or unasked";
-  }
-
-  Manager manager;
-  Random random;
-  std::vector<std::unique_ptr<Object>> own;
-  Objects order;
-  std::map<const Object*, Known> known;
-  std::size_t fibers = 0;
-  bool is_seen = false;
-  Real reach = 1;                 ///< bounds the coordinates
-  std::size_t missed_at_end = 0;  ///< pairs that a query about the end of the step would miss
-};
 
 template <typename S>
 class ManagerMotion : public testing::Test {};
@@ -345,52 +110,6 @@ TYPED_TEST(ManagerMotion, QueriesReportWhatTouchesWithinTheStep) {
   EXPECT_GT(missed_at_end, 100u);
 }
 
-// A step would begin with the poses of objects that another index has by now, and that this one has
-// no room for.
-TYPED_TEST(ManagerMotion, AYoungIndexForgetsTheObjectsBeforeIt) {
-  using S = TypeParam;
-  Program<S> program(movingOptions(), 21);
-  const auto registerBalls = [&](int count) {
-    for (int i = 0; i < count; ++i) program.registerBall();
-  };
-  const auto judge = [&](const char* what) {
-    program.see();
-    program.judge(selfPairs(program.manager), {}, nullptr, what);
-  };
-  registerBalls(200);
-  program.manager.setup();
-  program.read();
-  registerBalls(10);
-  judge("ten are young");
-  program.update({program.order[205]}, 0.5);
-  registerBalls(15);
-  judge("too many were young");
-  registerBalls(8);
-  auto* const young = program.order[225];
-  program.update({young}, 0.5);
-  program.update({young}, 0.5);
-  judge("others are young");
-  program.update({young, program.order[0]}, 0.5);
-  judge("they have moved");
-}
-
-/// A fiber of one capsule along x, whose middle is at a place.
-template <typename S>
-struct OneCapsule {
-  explicit OneCapsule(double length = 0.2, double radius = 0.01)
-      : object(std::make_shared<fcl::Capsule<S>>(S(radius), S(length))) {
-    place(0, 0, 0);
-  }
-  void place(double x, double y, double z) {
-    fcl::Transform3<S> pose = fcl::Transform3<S>::Identity();
-    pose.linear() =
-        fcl::AngleAxis<S>(S(1.5707963267948966), fcl::Vector3<S>::UnitY()).toRotationMatrix();
-    pose.translation() = fcl::Vector3<S>(S(x), S(y), S(z));
-    object.setTransform(pose);
-  }
-  fcl::CollisionObject<S> object;
-};
-
 // A program would take the time or the place of an impact from another pair, manager or unit.
 TYPED_TEST(ManagerMotion, ImpactsTellWhenAndWhere) {
   using S = TypeParam;
@@ -449,62 +168,6 @@ TYPED_TEST(ManagerMotion, ImpactsTellWhenAndWhere) {
   without.registerObject(&resting.object);
   EXPECT_THROW(without.findImpact(&resting.object, &falling.object, nullptr, contact),
                std::invalid_argument);
-}
-
-// Motion would be ignored in silence.
-TYPED_TEST(ManagerMotion, OptionsThatHaveNoMotionAreRefused) {
-  using S = TypeParam;
-  FiberManagerOptions options = movingOptions();
-  EXPECT_THROW(WrappedSphereTreeCollisionManager<S>{options}, std::invalid_argument);
-  options.report = Report::kVolumes;
-  EXPECT_THROW(LayeredAABBTreeCollisionManager<S>{options}, std::invalid_argument);
-}
-
-// An error, a distance query or a clone would lose or invent a step.
-TYPED_TEST(ManagerMotion, AStepBeginsWhereTheLastCollisionQueryLooked) {
-  using S = TypeParam;
-  LayeredAABBTreeCollisionManager<S> manager(movingOptions());
-  OneCapsule<S> resting, falling;
-  falling.place(0, 0, 1);
-  manager.registerFiber({&resting.object});
-  manager.registerFiber({&falling.object});
-  EXPECT_TRUE(selfPairs(manager).empty());
-  OneCapsule<S> other_resting, other_falling;
-  other_falling.place(0, 0, -1);
-  const auto clone = manager.clone({&other_resting.object, &other_falling.object});
-  EXPECT_TRUE(selfPairs(*clone).empty()) << "a clone does not start where the original is";
-  // Neither these updates nor the distance begin a step of their own.
-  falling.place(0, 1, 0.5);
-  manager.update();
-  const auto stop = [](fcl::CollisionObject<S>*, fcl::CollisionObject<S>*, void*, S&) {
-    return true;
-  };
-  manager.distance(nullptr, stop);
-  falling.place(0, 0, std::numeric_limits<double>::quiet_NaN());
-  EXPECT_THROW(manager.update(), std::invalid_argument);
-  EXPECT_THROW(selfPairs(manager), std::invalid_argument);
-  falling.place(0, 0, -1);
-  manager.update(&falling.object);
-  EXPECT_EQ(selfPairs(manager).size(), 1u);
-  EXPECT_EQ(selfPairs(manager).size(), 1u) << "the same step";
-  manager.update(std::vector<fcl::CollisionObject<S>*>());
-  EXPECT_TRUE(selfPairs(manager).empty()) << "a new step, in which all rest";
-
-  // A build that fails in a query must not lose what the query before saw.
-  std::vector<std::unique_ptr<OneCapsule<S>>> more;
-  for (int i = 0; i < 60; ++i) {
-    more.push_back(std::make_unique<OneCapsule<S>>());
-    more.back()->place(i, 5, 0);
-    manager.registerObject(&more.back()->object);
-  }
-  falling.place(0, 0, std::numeric_limits<double>::quiet_NaN());
-  EXPECT_THROW(selfPairs(manager), std::invalid_argument);
-  falling.place(0, 0, 1);
-  manager.update();
-  EXPECT_EQ(selfPairs(manager).size(), 1u);
-  manager.unregisterObject(&falling.object);
-  manager.registerFiber({&falling.object});
-  EXPECT_TRUE(selfPairs(manager).empty()) << "it has come anew";
 }
 
 template <typename S>

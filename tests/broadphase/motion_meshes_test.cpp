@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl_fibers/impact_collector.h>
+#include <fcl_fibers/layered_aabb_tree_collision_manager.h>
+#include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
+
+#include "support/impact_oracle.h"
+#include "support/least_box.h"
+#include "support/mesh_models.h"
+#include "support/pair_queries.h"
+#include "support/random.h"
+#include "support/scalars.h"
+#include "support/scene.h"
+
+// Meshes that move in a manager with FiberManagerOptions::motion against an oracle that follows
+// each capsule and triangle through the step without error.
+
+namespace fcl_fibers::test {
+namespace {
+
+FiberManagerOptions movingOptions(int threads = 1) {
+  FiberManagerOptions options;
+  options.report = Report::kCapsules;
+  options.motion = true;
+  options.threads = threads;
+  return options;
+}
+
+std::array<double, 3> toArray(const Point& p) {
+  return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
+}
+
+template <typename S>
+using Object = fcl::CollisionObject<S>;
+
+/// Capsules and meshes where they were and where they are.
+template <typename S>
+class MovingMeshes {
+ public:
+  struct Capsule {
+    std::unique_ptr<Object<S>> object;
+    std::array<std::array<double, 3>, 2> start, end;
+  };
+  struct Mesh {
+    std::unique_ptr<Object<S>> object;
+    std::vector<ExactTriangle> start, end;
+  };
+
+  explicit MovingMeshes(std::uint64_t seed, std::size_t capsule_count = 30) : random(seed) {
+    for (std::size_t i = 0; i < capsule_count; ++i) {
+      auto shape = std::make_shared<fcl::Capsule<S>>(kRadius, S(0.2));
+      capsules.push_back({std::make_unique<Object<S>>(shape, anyPose(0.8)), {}, {}});
+    }
+    const auto types = modelTypes<S>();
+    for (std::size_t i = 0; i < 2; ++i) {
+      auto model = makeModel<S>(types[i], blob(0.15, 0.2, 6, 4));
+      meshes.push_back({std::make_unique<Object<S>>(model, anyPose(0.5)), {}, {}});
+    }
+    beginStep();
+  }
+
+  fcl::Transform3<S> anyPose(double half_side) {
+    const Eigen::Quaterniond rotation = random.rotation();
+    return makePose<S>(rotation, random.inCube(half_side));
+  }
+
+  void beginStep() {
+    for (Capsule& c : capsules) c.start = c.end = axisOf(*c.object);
+    for (Mesh& m : meshes) m.start = m.end = trianglesOf(*m.object);
+  }
+  /// The first mesh turns, the points of the second move against each other.
+  void move() {
+    for (Capsule& c : capsules) {
+      fcl::Transform3<S> pose = c.object->getTransform();
+      pose.translation() += random.inCube(0.3).template cast<S>();
+      c.object->setTransform(pose);
+    }
+    meshes[0].object->setTransform(anyPose(0.5));
+    auto* model =
+        const_cast<fcl::CollisionGeometry<S>*>(meshes[1].object->collisionGeometry().get());
+    const Eigen::Vector3d shift = random.inCube(0.2);
+    movePoints<S>(*model,
+                  [&](const Eigen::Vector3d& p) -> Eigen::Vector3d { return 1.1 * p + shift; });
+    meshes[1].object->computeAABB();
+    for (Capsule& c : capsules) c.end = axisOf(*c.object);
+    for (Mesh& m : meshes) m.end = trianglesOf(*m.object);
+  }
+
+  static GivenMotion motionOf(const Capsule& c, const Mesh& m, std::size_t triangle,
+                              double margin) {
+    const auto instant = [&](const auto& axis, const ExactTriangle& t) {
+      return GivenInstant{axis, {toArray(t.a), toArray(t.b), toArray(t.c)}, {kRadius, 0}};
+    };
+    return {instant(c.start, m.start[triangle]), instant(c.end, m.end[triangle]), 3, margin};
+  }
+
+  Random random;
+  std::vector<Capsule> capsules;
+  std::vector<Mesh> meshes;
+  static constexpr S kRadius = S(0.0078125);
+
+ private:
+  static std::array<std::array<double, 3>, 2> axisOf(const Object<S>& object) {
+    const auto& pose = object.getTransform();
+    const Point center = pose.translation().template cast<Real>();
+    const Point half = Real(S(0.2)) / 2 * pose.linear().col(2).template cast<Real>();
+    return {toArray(center - half), toArray(center + half)};
+  }
+};
+
+template <typename S>
+class ManagerMotionMeshes : public testing::Test {};
+TYPED_TEST_SUITE(ManagerMotionMeshes, Scalars, ScalarName);
+
+// A capsule would pass through a mesh, or a pair would come for each triangle.
+TYPED_TEST(ManagerMotionMeshes, AreMetDuringTheWholeStep) {
+  using S = TypeParam;
+  using Pair = std::pair<const Object<S>*, const Object<S>*>;
+  const double rounding = 64 * static_cast<double>(std::numeric_limits<S>::epsilon());
+  const double tolerance = 4 * 0x1p-36 + rounding;  // of an impact
+  std::size_t passed = 0;
+  for (std::uint64_t seed = 0; seed < 12; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    MovingMeshes<S> scene(seed);
+    std::vector<Calls<S>> all;
+    std::vector<std::unique_ptr<LayeredAABBTreeCollisionManager<S>>> managers;
+    LayeredAABBTreeCollisionManager<S> fibers(movingOptions()), obstacles(movingOptions());
+    for (const int threads : {1, 2}) {
+      managers.push_back(
+          std::make_unique<LayeredAABBTreeCollisionManager<S>>(movingOptions(threads)));
+      for (auto& c : scene.capsules) managers.back()->registerFiber({c.object.get()});
+      for (auto& m : scene.meshes) managers.back()->registerObject(m.object.get());
+      managers.back()->setup();
+    }
+    for (auto& c : scene.capsules) fibers.registerFiber({c.object.get()});
+    for (auto& m : scene.meshes) obstacles.registerObject(m.object.get());
+    fibers.setup();
+    obstacles.setup();
+    for (int step = 0; step < 2; ++step) {
+      for (auto& manager : managers) (void)selfPairs(*manager);
+      (void)pairsWith(fibers, obstacles);
+      (void)pairsWith(obstacles, fibers);
+      scene.beginStep();
+      scene.move();
+      for (auto& manager : managers) manager->update();
+      fibers.update();
+      obstacles.update();
+      const Calls<S> calls = selfPairs(*managers[0]);
+      EXPECT_EQ(calls, selfPairs(*managers[1])) << "threads show";
+      std::set<Pair> found(calls.begin(), calls.end());
+      EXPECT_EQ(found.size(), calls.size()) << "a pair comes twice";
+      const Calls<S> with = pairsWith(fibers, obstacles), back = pairsWith(obstacles, fibers);
+      const std::set<Pair> found_with(with.begin(), with.end()),
+          found_back(back.begin(), back.end());
+      EXPECT_EQ(found_with.size(), with.size());
+      EXPECT_EQ(found_back.size(), back.size());
+      for (const auto& c : scene.capsules) {
+        const Calls<S> of_one = pairsWith(*managers[0], *c.object);
+        const std::set<Pair> found_one(of_one.begin(), of_one.end());
+        for (const auto& m : scene.meshes) {
+          const Pair pair{c.object.get(), m.object.get()}, other{pair.second, pair.first};
+          bool meets = false, is_apart = true, meets_at_end = false;
+          for (std::size_t t = 0; t < m.start.size(); ++t) {
+            const auto near = MovingMeshes<S>::motionOf(c, m, t, -rounding);
+            const auto far = MovingMeshes<S>::motionOf(c, m, t, rounding);
+            meets |= !ImpactOracle::apartDuring(near, 0, 1).certain;
+            is_apart &= ImpactOracle::apartDuring(far, 0, 1).certain;
+            meets_at_end |= ImpactOracle::withinAt(far, 1).certain;
+          }
+          const auto& what = pair;
+          if (meets) {
+            EXPECT_TRUE(found.count(what)) << "missing";
+            EXPECT_TRUE(found_with.count(what)) << "missing with another manager";
+            EXPECT_TRUE(found_back.count(other)) << "missing for another manager";
+            EXPECT_TRUE(found_one.count(other)) << "missing with one object";
+            passed += meets_at_end ? 0 : 1;
+            TimedContact contact;
+            ASSERT_TRUE(managers[0]->findImpact(what.first, what.second, nullptr, contact));
+            EXPECT_TRUE(contact.is_exact);
+            ASSERT_GE(contact.triangle, 0);
+            EXPECT_LE(contact.distance, tolerance);
+            if (contact.time > 0) {
+              EXPECT_GE(contact.distance, -tolerance);
+              for (std::size_t t = 0; t < m.start.size(); ++t) {
+                const auto near = MovingMeshes<S>::motionOf(c, m, t, -rounding);
+                EXPECT_TRUE(ImpactOracle::apartDuring(near, 0, contact.time).certain) << "too late";
+              }
+            }
+            TimedContact its;
+            ASSERT_TRUE(obstacles.findImpact(what.second, what.first, &fibers, its));
+            EXPECT_NEAR(its.time, contact.time, 1e-3);
+            for (std::size_t k = 0; k < 3; ++k) {
+              EXPECT_NEAR(its.normal[k], -contact.normal[k], 1e-2);
+            }
+          } else if (is_apart) {
+            EXPECT_FALSE(found.count(what)) << "extra";
+            EXPECT_FALSE(found_with.count(what)) << "extra with another manager";
+            EXPECT_FALSE(found_back.count(other)) << "extra for another manager";
+            EXPECT_FALSE(found_one.count(other)) << "extra with one object";
+          }
+        }
+      }
+    }
+  }
+  EXPECT_GT(passed, 15u);
+}
+
+/// A small capsule at a place.
+template <typename S>
+std::unique_ptr<Object<S>> capsuleAt(const Eigen::Vector3d& place) {
+  return std::make_unique<Object<S>>(std::make_shared<fcl::Capsule<S>>(S(0.01), S(0.02)),
+                                     makePose<S>(Eigen::Quaterniond::Identity(), place));
+}
+
+// What is inside a solid would be lost, or come twice when it leaves, or a new surface would sweep.
+TYPED_TEST(ManagerMotionMeshes, MayBeSolidRestOrChangeTheirTriangles) {
+  using S = TypeParam;
+  const auto type = modelTypes<S>().front();
+  LayeredAABBTreeCollisionManager<S> manager(movingOptions());
+  Object<S> head(makeModel<S>(type, blob(1, 0, 12, 9)));
+  const auto inside = capsuleAt<S>({0.1, 0, 0}), passing = capsuleAt<S>({3, 0.1, 0.1});
+  manager.registerFiber({inside.get()});
+  manager.registerFiber({passing.get()});
+  manager.registerObstacle(&head, ObstacleOptions{/*solid=*/true});
+  const Calls<S> with_inside{{inside.get(), &head}};
+  const Calls<S> with_both{{inside.get(), &head}, {passing.get(), &head}};
+  const auto place = [](Object<S>& object, double x) {
+    object.setTransform(makePose<S>(Eigen::Quaterniond::Identity(), {x, 0.1, 0.1}));
+  };
+  EXPECT_EQ(selfPairs(manager), with_inside);
+
+  // All rest, one leaves the solid, and one passes through it.
+  manager.update();
+  EXPECT_EQ(selfPairs(manager), with_inside);
+  place(*inside, 0.1);
+  place(*passing, -3);
+  manager.update();
+  EXPECT_EQ(selfPairs(manager), with_both);
+  ImpactCollector<S> collector(manager);
+  manager.collide(&collector, &ImpactCollector<S>::callback);
+  ASSERT_EQ(collector.impacts().size(), 2u);
+  for (const auto& impact : collector.impacts()) {
+    EXPECT_TRUE(impact.has_time);
+    EXPECT_TRUE(impact.is_exact);
+    EXPECT_GE(impact.triangle, 0);
+  }
+  EXPECT_EQ(collector.impacts()[0].time, 0);
+  EXPECT_LT(collector.impacts()[0].distance, -0.3) << "it is not moved out of the solid";
+  EXPECT_NEAR(collector.impacts()[1].time, 2.0 / 6, 0.02);
+  EXPECT_NEAR(collector.impacts()[1].normal[0], -1, 0.2);
+  place(*inside, 2);
+  manager.update(inside.get());
+  EXPECT_EQ(selfPairs(manager), with_inside);
+  manager.update(inside.get());
+  EXPECT_TRUE(selfPairs(manager).empty());
+
+  // The mesh moves over a capsule that rests, and so it does if named alone.
+  head.setTranslation(fcl::Vector3<S>(S(5), 0, 0));
+  manager.update(&head);
+  EXPECT_EQ(selfPairs(manager), with_inside);
+  manager.update(std::vector<Object<S>*>());
+  EXPECT_TRUE(selfPairs(manager).empty()) << "it has arrived";
+
+  // With other triangles it has no way from where it was.
+  head.setTranslation(fcl::Vector3<S>(S(-1), 0, 0));
+  std::swap(trianglesOf<S>(const_cast<fcl::CollisionGeometry<S>&>(*head.collisionGeometry()))[0],
+            trianglesOf<S>(const_cast<fcl::CollisionGeometry<S>&>(*head.collisionGeometry()))[1]);
+  manager.update();
+  EXPECT_TRUE(selfPairs(manager).empty());
+
+  // An object that has moved since the update is where it was read, in each query.
+  place(*inside, -1);
+  EXPECT_TRUE(pairsWith(manager, *inside).empty());
+  TimedContact contact;
+  EXPECT_FALSE(manager.findImpact(inside.get(), &head, nullptr, contact));
+  manager.update();
+  ASSERT_EQ(pairsWith(manager, *inside).size(), 1u);
+  EXPECT_TRUE(manager.findImpact(&head, inside.get(), nullptr, contact));
+}
+
+}  // namespace
+}  // namespace fcl_fibers::test
