@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fcl/geometry/shape/box.h>
@@ -168,6 +169,57 @@ TYPED_TEST(ManagerMotion, ImpactsTellWhenAndWhere) {
   without.registerObject(&resting.object);
   EXPECT_THROW(without.findImpact(&resting.object, &falling.object, nullptr, contact),
                std::invalid_argument);
+}
+
+// A program would get other pairs, or another order, with more threads.
+TYPED_TEST(ManagerMotion, PairsComeInOneOrderWithAnyThreads) {
+  using S = TypeParam;
+  std::vector<std::vector<std::pair<std::size_t, std::size_t>>> found;
+  for (const int threads : {1, 2, 3, 2}) {
+    Program<S> program(movingOptions(threads), 77);
+    for (int i = 0; i < 120; ++i) program.registerFiber(10);
+    program.registerBall();
+    (void)selfPairs(program.manager);
+    for (int i = 0; i < 5; ++i) program.registerBall();
+    program.updateAll(0.2);
+    auto& places = found.emplace_back();
+    for (const auto& [a, b] : selfPairs(program.manager)) {
+      const auto placeOf = [&](const fcl::CollisionObject<S>* object) {
+        const auto at = std::find(program.order.begin(), program.order.end(), object);
+        return static_cast<std::size_t>(at - program.order.begin());
+      };
+      places.emplace_back(placeOf(a), placeOf(b));
+    }
+  }
+  EXPECT_GT(found[0].size(), 2000u);
+  for (const auto& other : found) EXPECT_EQ(other, found[0]);
+}
+
+// The time of a pair whose second object moves in a manager that nobody named would be invented.
+TYPED_TEST(ManagerMotion, AnUnknownTimeIsTold) {
+  using S = TypeParam;
+  LayeredAABBTreeCollisionManager<S> manager(movingOptions()), other(movingOptions());
+  OneCapsule<S> resting, falling;
+  falling.place(0, 0, 1);
+  manager.registerFiber({&resting.object});
+  other.registerFiber({&falling.object});
+  EXPECT_TRUE(pairsWith(manager, other).empty());
+  falling.place(0, 0, -1);
+  other.update();
+  for (const bool is_named : {false, true}) {
+    ImpactCollector<S> collector(manager, is_named ? &other : nullptr);
+    manager.collide(&other, &collector, &ImpactCollector<S>::callback);
+    ASSERT_EQ(collector.impacts().size(), 1u);
+    EXPECT_EQ(collector.impacts()[0].has_time, is_named);
+  }
+
+  // If both managers have the object, the one that is named counts.
+  manager.registerFiber({&falling.object});
+  manager.setup();
+  TimedContact contact;
+  EXPECT_FALSE(manager.findImpact(&resting.object, &falling.object, nullptr, contact));
+  EXPECT_TRUE(manager.findImpact(&resting.object, &falling.object, &other, contact));
+  EXPECT_NEAR(contact.time, 0.49, 1e-6);
 }
 
 template <typename S>
