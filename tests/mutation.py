@@ -275,6 +275,8 @@ FAULTS = [
           "return start.posed(categories, is_solid); }", "return posed(); }", "motion_test"),
     Fault("a segment comes once for each triangle in its way", "broadphase/manager_queries.h",
           "(Call::kRepeats || moves_)", "Call::kRepeats", "motion_test"),
+    Fault("a mesh that moves is looked for in a tree of spheres", "broadphase/manager_queries.h",
+          "!(moves_ && other.generations().options().wrapped_spheres)", "true", "motion_test"),
     Fault("a capsule meets shapes at the end of its way only", "geometry/obstacle.cpp",
           "  if (rests(capsule)) return touch(capsule.end", "  return touch(capsule.end",
           "motion_test"),

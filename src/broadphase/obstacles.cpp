@@ -251,7 +251,13 @@ bool Obstacles<S>::isCurrent(const Frame& frame) const {
 
 template <typename S>
 std::size_t Obstacles<S>::memoryUsage() const {
-  return meshes_.capacity() * sizeof(MeshEntry) + shapes_.capacity() * sizeof(ShapeEntry) +
+  std::size_t starts = 0;
+  for (const MeshEntry& entry : meshes_) {
+    if (entry.start.mesh != nullptr && entry.start.mesh != entry.mesh) {
+      starts += entry.start.mesh->memoryUsage();
+    }
+  }
+  return starts + meshes_.capacity() * sizeof(MeshEntry) + shapes_.capacity() * sizeof(ShapeEntry) +
          boxes_.memoryUsage() + (start_boxes_ ? start_boxes_->memoryUsage() : 0) +
          box_ids_.capacity() * sizeof(SegmentId) + cache_.memoryUsage();
 }

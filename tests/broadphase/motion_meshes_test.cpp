@@ -290,5 +290,36 @@ TYPED_TEST(ManagerMotionMeshes, MayBeSolidRestOrChangeTheirTriangles) {
   EXPECT_TRUE(manager.findImpact(&head, inside.get(), nullptr, contact));
 }
 
+// A mesh would pass through the objects of a manager whose tree has no motion.
+TYPED_TEST(ManagerMotionMeshes, PassOverManagersWithoutMotion) {
+  using S = TypeParam;
+  FiberManagerOptions resting;
+  resting.report = Report::kCapsules;
+  WrappedSphereTreeCollisionManager<S> spheres(resting);
+  LayeredAABBTreeCollisionManager<S> boxes(resting), obstacles(movingOptions());
+  resting.report = Report::kVolumes;
+  LayeredAABBTreeCollisionManager<S> volumes(resting);
+  const auto capsule = capsuleAt<S>({0, 0, 0});
+  Object<S> head(makeModel<S>(modelTypes<S>().front(), blob(0.3, 0, 8, 6)));
+  head.setTranslation(fcl::Vector3<S>(S(2), 0, 0));
+  obstacles.registerObject(&head);
+  obstacles.setup();
+  for (LayeredAABBTreeCollisionManager<S>* manager : {&boxes, &volumes}) {
+    manager->registerFiber({capsule.get()});
+  }
+  spheres.registerFiber({capsule.get()});
+  EXPECT_TRUE(pairsWith(obstacles, boxes).empty());
+  head.setTranslation(fcl::Vector3<S>(S(-2), 0, 0));
+  obstacles.update();
+  EXPECT_EQ(pairsWith(obstacles, boxes).size(), 1u);
+  EXPECT_EQ(pairsWith(obstacles, spheres).size(), 1u);
+  EXPECT_EQ(pairsWith(obstacles, volumes).size(), 1u);
+  EXPECT_EQ(pairsWith(obstacles, *capsule).size(), 1u);
+  TimedContact contact;
+  ASSERT_TRUE(obstacles.findImpact(&head, capsule.get(), &spheres, contact));
+  EXPECT_NEAR(contact.time, (2 - 0.3) / 4, 0.02);
+  EXPECT_TRUE(pairsWith(boxes, obstacles).empty()) << "it asks about the end";
+}
+
 }  // namespace
 }  // namespace fcl_fibers::test
