@@ -21,6 +21,7 @@
 
 #include "support/least_box.h"
 #include "support/motions.h"
+#include "support/text_of.h"
 
 namespace fcl_fibers::test {
 
@@ -253,17 +254,6 @@ inline std::vector<FiberOptions> assortedContinuousOptions() {
   all[2].threads = 2;
   all[3].threads = 2;
   return all;
-}
-
-/// The text of the error that a call throws.
-template <class F>
-std::string textOf(F&& call) {
-  try {
-    call();
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "nothing was thrown";
 }
 
 }  // namespace fcl_fibers::test

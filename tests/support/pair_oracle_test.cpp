@@ -52,7 +52,7 @@ class Judges : public testing::Test {
   Scene<S> scene;
   Objects all, first, last;
 };
-TYPED_TEST_SUITE(Judges, Scalars);
+TYPED_TEST_SUITE(Judges, Scalars, ScalarName);
 
 /// That the judge finds this and nothing else.
 void expectFound(const testing::AssertionResult& result, const std::string& what) {

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fcl_fibers/contact.h>
+#include <fcl_fibers/fiber_tree.h>
+#include <fcl_fibers/triangle_mesh.h>
+
+#include "arrays/meshes.h"
+#include "arrays/motion.h"
+#include "support/scalars.h"
+#include "support/text_of.h"
+
+namespace fcl_fibers::test {
+namespace {
+
+template <typename S>
+class ImpactsOf : public testing::Test {};
+TYPED_TEST_SUITE(ImpactsOf, Scalars, ScalarName);
+
+/// Whatever touches at one of many sampled times was found, and not after that time. What was found
+/// touches at its time.
+TYPED_TEST(ImpactsOf, ImpactsAreThoseOfTheWholeStep) {
+  using S = TypeParam;
+  std::size_t late = 0, all = 0;
+  for (const Topology topology : {Topology::kBundle, Topology::kSuperThread}) {
+    for (std::uint64_t seed = 0; seed < 4; ++seed) {
+      const Motion<S> motion = Motion<S>::random(seed, 14, seed % 2 == 0 ? 0.4 : 0.02);
+      FiberTreeOptions options = capsules(1, seed % 2 == 0 ? 0 : 0.003);
+      options.topology = topology;
+      const auto impacts = impactsOf(treeOf(motion, options));
+      std::map<Pair, double> sampled;
+      for (int k = 0; k <= kSamples; ++k) {
+        const double time = static_cast<double>(k) / kSamples;
+        const Assembly<double> now = motion.at(time);
+        for (const Pair& pair : touchingPairs(now, now, 1, options.margin)) {
+          sampled.emplace(pair, time);
+        }
+      }
+      for (const auto& [pair, time] : sampled) {
+        const auto found = impacts.find(pair);
+        ASSERT_NE(found, impacts.end()) << pair.first << ", " << pair.second << " at " << time;
+        EXPECT_LE(found->second.time, time);
+        late += time > 0;
+      }
+      for (const auto& [pair, impact] : impacts) {
+        const Contact contact = impactContact(motion.start.view(), motion.end.view(), impact);
+        EXPECT_LE(contact.distance, options.margin + kTolerance);
+        if (impact.time > 0) {
+          EXPECT_GE(contact.distance, options.margin - kTolerance);
+        }
+        EXPECT_NEAR(contact.s, impact.s, 1e-3);
+        EXPECT_NEAR(contact.t, impact.t, 1e-3);
+      }
+      all += impacts.size();
+    }
+  }
+  EXPECT_GT(late, 500u);
+  EXPECT_GT(all, late);
+}
+
+/// Moving pairs contain all impacts, and are fewer than the pairs of boxes around both positions.
+TEST(Impacts, MovingPairsAreFewAndContainAllImpacts) {
+  const auto motion = Motion<double>::random(7, 30, 0.4);
+  FiberTreeOptions options = capsules();
+  const FiberTree tree = treeOf(motion, options);
+  const Pairs moving = pairsFrom([&](auto&& visit) { tree.visitMovingPairs(visit); });
+  for (const auto& [pair, impact] : impactsOf(tree)) {
+    EXPECT_TRUE(std::binary_search(moving.begin(), moving.end(), pair));
+  }
+  // A capsule along the diagonal of the box around both positions has that box.
+  Assembly<double> swept;
+  const auto extent = [&](std::size_t i, std::size_t axis) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const auto* fibers : {&motion.start, &motion.end}) {
+      const GivenCapsule c = fibers->capsule(i);
+      low = std::min({low, c.a[axis] - c.radius, c.b[axis] - c.radius});
+      high = std::max({high, c.a[axis] + c.radius, c.b[axis] + c.radius});
+    }
+    return std::pair(low, high);
+  };
+  motion.start.visitCapsules([&](std::size_t, std::size_t i) {
+    const auto x = extent(i, 0), y = extent(i, 1), z = extent(i, 2);
+    swept.addCapsule({x.first, y.first, z.first}, {x.second, y.second, z.second}, 0);
+  });
+  options = {};
+  FiberTree boxes(options);
+  boxes.build(swept.view());
+  EXPECT_LT(2 * moving.size(), pairsOf(boxes).size());
+
+  // Under kVolumes there are moving pairs but no impacts.
+  options.ignored_neighbors = 1;
+  const FiberTree volumes = treeOf(motion, options);
+  EXPECT_EQ(pairsFrom([&](auto&& visit) { volumes.visitMovingPairs(visit); }), moving);
+  EXPECT_THROW(volumes.visitImpacts([](const Impact&) {}), std::invalid_argument);
+  EXPECT_THROW((void)volumes.safeStep(), std::invalid_argument);
+}
+
+TEST(Impacts, OtherQueriesAnswerForTheEnd) {
+  const auto motion = Motion<double>::random(11, 30, 0.3);
+  const FiberTree moving = treeOf(motion, capsules());
+  FiberTree still(capsules());
+  still.build(motion.end.view());
+  EXPECT_EQ(pairsOf(moving), pairsOf(still));
+  EXPECT_GT(moving.memoryUsage(), still.memoryUsage());
+}
+
+TEST(Impacts, FibersThatRestTouchAtTheStart) {
+  const auto fibers = curledFibers<double>(3);
+  const FiberTree tree = treeOf(Motion<double>{fibers, fibers}, capsules());
+  Pairs pairs;
+  for (const auto& [pair, impact] : impactsOf(tree)) {
+    EXPECT_EQ(impact.time, 0);
+    pairs.push_back(pair);
+  }
+  EXPECT_EQ(pairs, pairsOf(tree));
+  EXPECT_EQ(tree.safeStep(), 1);
+}
+
+/// A bullet 1000 times as far from the wall as it is thick.
+TEST(Impacts, FastFibersAreNotMissed) {
+  Motion<double> motion;
+  motion.start.addFiber({{-1, 0, 0}, {-1, 0.01, 0}}, 0.001);
+  motion.start.addFiber({{0, -1, -1}, {0, 1, 1}}, 0.001);
+  motion.end = motion.start;
+  motion.end.points[0] = motion.end.points[3] = 1;
+  const auto impacts = impactsOf(treeOf(motion, capsules()));
+  ASSERT_EQ(impacts.size(), 1u);
+  EXPECT_NEAR(impacts.begin()->second.time, (1 - 0.002) / 2, 1e-9);
+}
+
+/// The order does not depend on the number of threads, nor on how often one asks.
+TEST(Impacts, ThreadsDoNotShow) {
+  const auto motion = Motion<double>::random(5, 300, 0.1);
+  std::vector<std::vector<double>> found;
+  std::vector<double> safe;
+  for (const int threads : {1, 2, 3, 2}) {
+    FiberTreeOptions options = capsules();
+    options.threads = threads;
+    const FiberTree tree = treeOf(motion, options);
+    std::vector<double>& numbers = found.emplace_back();
+    std::vector<Impact> impacts;
+    tree.findImpacts(impacts);
+    for (const Impact& i : impacts) {
+      numbers.insert(numbers.end(), {static_cast<double>(i.pair.a), static_cast<double>(i.pair.b),
+                                     i.time, i.s, i.t});
+    }
+    safe.push_back(tree.safeStep());
+  }
+  EXPECT_GT(found[0].size(), 5000u);
+  for (std::size_t i = 1; i < found.size(); ++i) {
+    EXPECT_EQ(found[i], found[0]);
+    EXPECT_EQ(safe[i], safe[0]);
+  }
+}
+
+TEST(Impacts, AVisitorEndsTheQuery) {
+  const FiberTree tree = treeOf(Motion<double>::random(5, 100, 0.1), capsules());
+  int visits = 0;
+  EXPECT_TRUE(tree.visitImpacts([&](const Impact&) { return ++visits == 3; }));
+  EXPECT_EQ(visits, 3);
+}
+
+/// A frame that suits the end may not suit the start, and both change from step to step.
+TEST(Impacts, StepsFollowEachOther) {
+  FiberTree tree(capsules());
+  auto motion = Motion<double>::random(21, 20, 0.2);
+  tree.build(motion.start.view());
+  for (int step = 0; step < 12; ++step) {
+    tree.update(motion.start.view(), motion.end.view());
+    std::map<Pair, double> times, expected;
+    for (const auto& [pair, impact] : impactsOf(tree)) times[pair] = impact.time;
+    for (const auto& [pair, impact] : impactsOf(treeOf(motion, capsules()))) {
+      expected[pair] = impact.time;
+    }
+    ASSERT_EQ(times.size(), expected.size());
+    for (const auto& [pair, time] : expected) {
+      ASSERT_EQ(times.count(pair), 1u);
+      EXPECT_NEAR(times[pair], time, 1e-8);
+    }
+    motion.start = motion.end;
+    for (std::size_t i = 0; i < motion.end.points.size(); ++i) {
+      // At last they are far away and far apart.
+      motion.end.points[i] = step < 8 ? motion.end.points[(i + 3) % motion.end.points.size()]
+                                      : 1e3 + 50 * motion.end.points[i];
+    }
+  }
+}
+
+TEST(Impacts, FarAwayIsAsNearTheOrigin) {
+  auto motion = Motion<double>::random(9, 14, 0.3);
+  for (auto* fibers : {&motion.start, &motion.end}) {
+    // Then adding 2^20 rounds nothing.
+    for (double& x : fibers->points) x = std::round(x * 0x1p30) / 0x1p30;
+  }
+  const auto near = impactsOf(treeOf(motion, capsules()));
+  for (auto* fibers : {&motion.start, &motion.end}) {
+    for (double& x : fibers->points) x += 0x1p20;
+  }
+  const auto far = impactsOf(treeOf(motion, capsules()));
+  ASSERT_EQ(near.size(), far.size());
+  for (const auto& [pair, impact] : near) EXPECT_NEAR(far.at(pair).time, impact.time, 1e-7);
+}
+
+TEST(Impacts, RefusalsSayWhatToDo) {
+  using testing::HasSubstr;
+  auto motion = Motion<double>::random(1, 5, 0.1);
+  FiberTree tree(capsules());
+  tree.build(motion.end.view());
+  const auto ask = [&] { tree.visitImpacts([](const Impact&) {}); };
+  EXPECT_THAT(textOf(ask), HasSubstr("update(start, end)"));
+  EXPECT_THAT(textOf([&] { (void)tree.safeStep(); }), HasSubstr("update(start, end)"));
+  EXPECT_THAT(textOf([&] { tree.visitMovingPairs([](SegmentPair) {}); }),
+              HasSubstr("update(start, end)"));
+
+  tree.update(motion.start.view(), motion.end.view());
+  const auto before = impactsOf(tree).size();
+  auto other = motion.start;
+  other.addFiber({{0, 0, 0}, {1, 0, 0}}, 0.1);
+  EXPECT_THAT(textOf([&] { tree.update(other.view(), motion.end.view()); }),
+              HasSubstr("call build() instead"));
+  other = motion.start;
+  other.points[4] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(textOf([&] { tree.update(other.view(), motion.end.view()); }), HasSubstr("point 1"));
+  EXPECT_EQ(impactsOf(tree).size(), before);
+
+  // An update without a start ends the step.
+  tree.update(motion.end.view());
+  EXPECT_THAT(textOf(ask), HasSubstr("update(start, end)"));
+
+  FiberTreeOptions spheres = capsules();
+  spheres.volumes = FiberTreeOptions::Volumes::kWrappedSpheres;
+  FiberTree wrapped(spheres);
+  wrapped.build(motion.end.view());
+  EXPECT_THAT(textOf([&] { wrapped.update(motion.start.view(), motion.end.view()); }),
+              HasSubstr("kLayeredBoxes"));
+
+  tree.update(motion.start.view(), motion.end.view());
+  const TriangleMesh mesh(ball<double>(0.2, 6, 8).view()), coarse(ball<double>(0.2, 4, 8).view());
+  EXPECT_THAT(textOf([&] { tree.visitImpacts(mesh, coarse, [](const MeshImpact&) {}); }),
+              HasSubstr("other triangles"));
+  EXPECT_THAT(
+      textOf([&] {
+        (void)impactContact(motion.start.view(), motion.end.view(), Impact{{0, 1}, 2, 0, 0});
+      }),
+      HasSubstr("[0, 1]"));
+}
+
+}  // namespace
+}  // namespace fcl_fibers::test

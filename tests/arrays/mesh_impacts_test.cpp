@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <map>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fcl_fibers/contact.h>
+#include <fcl_fibers/fiber_tree.h>
+#include <fcl_fibers/triangle_mesh.h>
+
+#include "arrays/meshes.h"
+#include "arrays/motion.h"
+#include "support/scalars.h"
+#include "support/triangle_oracle.h"
+
+namespace fcl_fibers::test {
+namespace {
+
+template <typename S>
+class MeshImpactsOf : public testing::Test {};
+TYPED_TEST_SUITE(MeshImpactsOf, Scalars, ScalarName);
+
+TYPED_TEST(MeshImpactsOf, ImpactsWithAMeshAreThoseOfTheWholeStep) {
+  using S = TypeParam;
+  std::size_t late = 0;
+  for (std::uint64_t seed = 0; seed < 4; ++seed) {
+    const auto motion = Motion<S>::random(seed, 8, seed % 2 == 0 ? 0.3 : 0.02);
+    const auto soup_at_start = soup<double>(seed, 40, 0.3);
+    auto soup_at_end = soup_at_start;
+    Random random(seed);
+    const Eigen::Vector3d way = random.inCube(0.2);
+    for (std::size_t i = 0; i < soup_at_end.points.size(); ++i) {
+      soup_at_end.points[i] += way[static_cast<Eigen::Index>(i % 3)] + 0.02 * random.inCube(1).x();
+    }
+    const TriangleMesh start(soup_at_start.view());
+    TriangleMesh end = start;
+    end.update(soup_at_end.view());
+    const FiberTree tree = treeOf(motion, capsules());
+    const MeshPairs impacts = impactsOf(tree, start, end, motion);
+    std::map<Pair, double> sampled;
+    for (int k = 0; k <= kSamples; ++k) {
+      const double time = static_cast<double>(k) / kSamples;
+      const Assembly<double> now = motion.at(time);
+      const auto corner = [&](std::int32_t i) {
+        std::array<double, 3> p;
+        for (std::size_t x = 0; x < 3; ++x) {
+          const std::size_t at = 3 * static_cast<std::size_t>(i) + x;
+          p[x] = (1 - time) * soup_at_start.points[at] + time * soup_at_end.points[at];
+        }
+        return p;
+      };
+      now.visitCapsules([&](std::size_t, std::size_t i) {
+        const GivenCapsule c = now.capsule(i);
+        for (std::size_t t = 0; t < soup_at_start.count(); ++t) {
+          const std::int32_t* id = &soup_at_start.indices[3 * t];
+          const GivenTriangle triangle{corner(id[0]), corner(id[1]), corner(id[2])};
+          if (!TriangleOracle::judge({c.a, c.b}, triangle, c.radius).within) continue;
+          sampled.emplace(Pair{static_cast<std::int32_t>(i), static_cast<std::int32_t>(t)}, time);
+        }
+      });
+    }
+    for (const auto& [pair, time] : sampled) {
+      ASSERT_EQ(impacts.count(pair), 1u) << pair.first << ", " << pair.second << " at " << time;
+      EXPECT_LE(impacts.at(pair), time);
+      late += time > 0;
+    }
+  }
+  EXPECT_GT(late, 100u);
+}
+
+/// Fibers that fly into a ball meet its surface. One that is inside at the start meets it once.
+TEST(MeshImpacts, SolidsCountFromTheStart) {
+  const auto triangles = ball<double>(1, 8, 12);
+  const TriangleMesh mesh(triangles.view(), TriangleMesh::Kind::kSolid);
+  Motion<double> motion;
+  motion.start.addFiber({{0.1, 0, 0}, {0.2, 0, 0}}, 0.01);  // inside, flies out
+  motion.start.addFiber({{3, 0, 0}, {3.1, 0, 0}}, 0.01);    // outside, flies in
+  motion.start.addFiber({{3, 3, 0}, {3.1, 3, 0}}, 0.01);    // flies by
+  motion.end = motion.start;
+  for (std::size_t i = 0; i < 6; ++i) motion.end.points[3 * i] += i < 2 ? 3.0 : -3.0;
+  const FiberTree tree = treeOf(motion, capsules());
+  std::map<std::int32_t, std::vector<double>> times;
+  for (const auto& [pair, time] : impactsOf(tree, mesh, mesh, motion)) {
+    times[pair.first].push_back(time);
+  }
+  EXPECT_THAT(times[0], testing::ElementsAre(0));
+  ASSERT_FALSE(times[2].empty());
+  EXPECT_NEAR(*std::min_element(times[2].begin(), times[2].end()), (3 - 1) / 3.0, 0.05);
+  EXPECT_EQ(times.size(), 2u);
+
+  // The mesh moves instead.
+  const Motion<double> rest{motion.start, motion.start};
+  TriangleMesh moved = mesh;
+  moved.setPose({{1, 0, 0, 0, 1, 0, 0, 0, 1}, {3, 0, 0}});
+  times.clear();
+  const FiberTree resting = treeOf(rest, capsules());
+  for (const auto& [pair, time] : impactsOf(resting, mesh, moved, rest)) {
+    times[pair.first].push_back(time);
+  }
+  EXPECT_THAT(times[0], testing::ElementsAre(0));
+  ASSERT_FALSE(times[2].empty());
+  EXPECT_NEAR(*std::min_element(times[2].begin(), times[2].end()), (3 - 1) / 3.0, 0.05);
+}
+
+TEST(MeshImpacts, RootsAndCategoriesMeetNoMesh) {
+  auto motion = Motion<double>::random(2, 8, 0.3);
+  const TriangleMesh mesh(ball<double>(0.2, 6, 8).view());
+  const std::vector<std::int32_t> roots(motion.start.fiberCount(), 2);
+  auto start = motion.start.view(), end = motion.end.view();
+  end.root_segments = roots.data();
+  FiberTree tree(capsules());
+  tree.build(end);
+  tree.update(start, end);
+  const FiberTree all = treeOf(motion, capsules());
+  MeshPairs expected = impactsOf(all, mesh, mesh, motion);
+  for (auto i = expected.begin(); i != expected.end();) {
+    i = all.fiberSegment(i->first.first).segment < 2 ? expected.erase(i) : std::next(i);
+  }
+  EXPECT_FALSE(expected.empty());
+  EXPECT_EQ(impactsOf(tree, mesh, mesh, motion), expected);
+}
+
+}  // namespace
+}  // namespace fcl_fibers::test
