@@ -78,7 +78,7 @@ struct SegmentPair {
 
 /// The first touch of two segments in a step, which lasts from time 0 to time 1.
 struct Impact {
-  SegmentPair pair;  ///< the two segments, a < b
+  SegmentPair pair;  ///< the two segments
   double time = 0;   ///< in [0, 1]; 0 if they touch at the start
   double s = 0;      ///< arc parameter of the closest point on a's axis at that time, as in Contact
   double t = 0;      ///< arc parameter of the closest point on b's axis
@@ -90,7 +90,7 @@ struct TrianglePair {
   std::int32_t triangle;  ///< index of the triangle in MeshArrays::triangles
 };
 
-/// The first touch of a segment and a triangle in a step.
+/// The first touch of a segment and a triangle in a step. impactContact() tells at which points.
 struct MeshImpact {
   TrianglePair pair;  ///< the segment and the triangle
   double time = 0;    ///< in [0, 1]; 0 if they touch at the start
@@ -209,8 +209,8 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// radii, the margin and 2^-36 of the sizes and distance of its capsules. docs/numerics.md tells
   /// how rare the exceptions to the latter are.
   ///
-  /// This call and the other four about a step throw std::invalid_argument if the last update was
-  /// no step and, except visitMovingPairs(), if the tree has Report::kVolumes.
+  /// This call and the others about a step throw std::invalid_argument if the last update was no
+  /// step and, except visitMovingPairs(), if the tree has Report::kVolumes.
   template <class Visitor>
   bool visitImpacts(Visitor&& visit) const {
     Bridge<Visitor, Impact> bridge(visit);
@@ -249,6 +249,12 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// does. It is never too late, and as little too early as the time of an impact. A pair that
   /// touches at the start counts from the time at which it is nearer than it was there.
   double safeStep() const;
+
+  /// Does the same for the pairs of visitMesh(), with a mesh that moves as in visitImpacts(). The
+  /// lesser of both results is safe for fibers and mesh. A segment that is wholly inside a solid at
+  /// the start, or whose axis crosses a triangle there, cannot come nearer to it: the former does
+  /// not count, the latter does for other triangles. Throws as visitImpacts() with a mesh does.
+  double safeStep(const TriangleMesh& start, const TriangleMesh& end) const;
 
   /// Calls visit(TrianglePair) once for every segment and triangle of the mesh that touch: the
   /// triangle is no further from the segment's axis than its radius and the margin together. An

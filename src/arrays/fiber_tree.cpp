@@ -74,17 +74,7 @@ class FiberTree::Impl {
 
   template <class F>
   bool visitPairs(const Impl& other, F take) const {
-    index_.requireValid("visitPairs");
-    other.index_.requireValid("visitPairs");
-    if (!index_->matches(*other.index_)) {
-      refuse("visitPairs",
-             "the trees have different volumes or topologies; construct both with the same");
-    }
-    if (index_->keepsSegments() && !other.index_->keepsSegments()) {
-      refuse("visitPairs",
-             "the other tree reports volumes and keeps no capsules; construct it with "
-             "Report::kCapsules");
-    }
+    requirePartner("visitPairs", other.index_);
     PairsTo sink(PairsOfTwo<SegmentPair>(), std::move(take));
     return index_->search(*other.index_, nullptr, sink) == Visit::kStop;
   }
@@ -141,23 +131,16 @@ class FiberTree::Impl {
     index_.requireCapsules("visitImpacts");
     const index::Step step = index_.step("visitImpacts");
     const arrays::NoNeighbors wanted(index_.table());
-    arrays::ImpactsTo sink(arrays::ImpactsOfOne(index_.table()), std::move(take));
+    arrays::ImpactsTo sink(arrays::ImpactsOfOne(), std::move(take));
     return step.searchImpacts(&wanted, sink) == Visit::kStop;
   }
 
   template <class F>
   bool visitImpacts(const TriangleMesh& start, const TriangleMesh& end, F take) const {
-    const index::PosedMesh from = posedMesh("visitImpacts", start);
-    const index::PosedMesh to = posedMesh("visitImpacts", end);
-    if (from.is_solid != to.is_solid || from.categories != to.categories ||
-        !from.mesh.hasTrianglesOf(to.mesh)) {
-      refuse("visitImpacts",
-             "the mesh at the end has other triangles, another kind or other categories than the "
-             "one at the start; copy the mesh and move the copy");
-    }
+    const MovingMesh mesh = movingMesh("visitImpacts", start, end);
     const index::Step step = index_.step("visitImpacts");
     arrays::ImpactsTo sink(arrays::ImpactsOfMesh(), std::move(take));
-    return step.searchImpacts(from, to, sink) == Visit::kStop;
+    return step.searchImpacts(mesh.start, mesh.end, sink) == Visit::kStop;
   }
 
   template <class F>
@@ -172,6 +155,11 @@ class FiberTree::Impl {
     const index::Step step = index_.step("safeStep");
     const arrays::NoNeighbors wanted(index_.table());
     return step.safeTime(&wanted);
+  }
+
+  double safeStep(const TriangleMesh& start, const TriangleMesh& end) const {
+    const MovingMesh mesh = movingMesh("safeStep", start, end);
+    return index_.step("safeStep").safeTime(mesh.start, mesh.end);
   }
 
   template <typename S>
@@ -264,6 +252,35 @@ class FiberTree::Impl {
            Visit::kStop;
   }
 
+  /// Refuses a tree that this one cannot be searched with.
+  void requirePartner(const char* call, const arrays::FiberIndex& other) const {
+    index_.requireValid(call);
+    other.requireValid(call);
+    if (!index_->matches(*other)) {
+      refuse(call, "the trees have different volumes or topologies; construct both with the same");
+    }
+    if (index_->keepsSegments() && !other->keepsSegments()) {
+      refuse(call,
+             "the other tree reports volumes and keeps no capsules; construct it with "
+             "Report::kCapsules");
+    }
+  }
+
+  struct MovingMesh {
+    index::PosedMesh start, end;
+  };
+  MovingMesh movingMesh(const char* call, const TriangleMesh& start,
+                        const TriangleMesh& end) const {
+    const MovingMesh mesh{posedMesh(call, start), posedMesh(call, end)};
+    if (mesh.start.is_solid != mesh.end.is_solid || mesh.start.categories != mesh.end.categories ||
+        !mesh.start.mesh.hasTrianglesOf(mesh.end.mesh)) {
+      refuse(call,
+             "the mesh at the end has other triangles, another kind or other categories than the "
+             "one at the start; copy the mesh and move the copy");
+    }
+    return mesh;
+  }
+
   /// The mesh for a search. Refuses what no search can be right for.
   index::PosedMesh posedMesh(const char* call, const TriangleMesh& mesh) const {
     index_.requireCapsules(call);
@@ -332,6 +349,9 @@ void FiberTree::findImpacts(std::vector<Impact>& impacts) const {
   impl_->visitImpacts(appendTo(impacts));
 }
 double FiberTree::safeStep() const { return impl_->safeStep(); }
+double FiberTree::safeStep(const TriangleMesh& start, const TriangleMesh& end) const {
+  return impl_->safeStep(start, end);
+}
 
 void FiberTree::findTouching(const TriangleMesh& mesh, std::vector<std::int32_t>& segments) const {
   impl_->findTouching(mesh, segments);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -18,8 +19,14 @@
 
 namespace fcl_fibers::arrays {
 
-/// Orders pairs of one tree so that a < b, and leaves out neighbours. It avoids branches in both,
-/// because they cannot be predicted.
+/// A pair of one tree, ordered so that a < b, without a branch, which could not be predicted.
+FCL_FIBERS_ALWAYS_INLINE SegmentPair ordered(const tree::Pair& pair) {
+  // The sign is spread over all bits, because compilers turn std::min() into a branch.
+  const std::int32_t differ = (pair.a ^ pair.b) & ((pair.b - pair.a) >> 31);
+  return {pair.a ^ differ, pair.b ^ differ};
+}
+
+/// Orders pairs of one tree, and leaves out neighbours.
 class PairsOfOne {
  public:
   using Found = SegmentPair;
@@ -28,36 +35,23 @@ class PairsOfOne {
 
   /// Writes the pair to `out` and returns how many were written: 0 or 1.
   FCL_FIBERS_ALWAYS_INLINE std::size_t operator()(const tree::Pair& pair, SegmentPair& out) const {
-    // The sign is spread over all bits, because compilers turn std::min() into a branch.
-    const std::int32_t differ = (pair.a ^ pair.b) & ((pair.b - pair.a) >> 31);
-    out = {pair.a ^ differ, pair.b ^ differ};
+    out = ordered(pair);
     return are_neighbors_(out.a, out.b) ? 0 : 1;
   }
 
  private:
   const fibers::FiberTable::NeighborTest are_neighbors_;
 };
-/// The impact of such a pair.
-class ImpactsOfOne {
- public:
+
+struct ImpactsOfOne {
   using Found = Impact;
 
-  explicit ImpactsOfOne(const fibers::FiberTable& table) : pairs_(table) {}
-
-  std::size_t operator()(const tree::Pair& pair, const geometry::Impact& impact,
-                         Impact& out) const {
-    const std::size_t count = pairs_(pair, out.pair);
-    const bool is_swapped = out.pair.a != pair.a;
-    out.time = impact.time;
-    out.s = is_swapped ? impact.t : impact.s;
-    out.t = is_swapped ? impact.s : impact.t;
-    return count;
+  std::size_t operator()(const tree::Pair& pair, const geometry::Impact& impact, Found& out) const {
+    out = {ordered(pair), impact.time, impact.s, impact.t};
+    if (out.pair.a != pair.a) std::swap(out.s, out.t);
+    return 1;
   }
-
- private:
-  const PairsOfOne pairs_;
 };
-
 struct ImpactsOfMesh {
   using Found = MeshImpact;
 
@@ -183,9 +177,9 @@ class ImpactsTo final : public index::PairSink {
   }
 
  private:
-  /// A search for impacts hands on nothing else.
   tree::Visit take(const tree::Pair* /*pairs*/, std::size_t /*count*/) override {
-    return tree::Visit::kContinue;
+    assert(false && "a search for impacts hands on nothing else");
+    return tree::Visit::kStop;
   }
 
   const Convert convert_;

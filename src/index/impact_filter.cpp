@@ -40,31 +40,32 @@ std::size_t ImpactFilter::keep(Pair* pairs, std::size_t count, std::vector<Impac
     }
     waits = 0;
   };
-  forEachUndecided(pairs, count, [&](const Pair& pair, const Motions& motions, double from) {
+  const auto take = [&](const Pair& pair, const Motions& motions, double from) {
     waiting[waits] = pair;
     queries[waits++] = {motions.p, motions.q, margin_, motions.error, from};
     if (waits == geometry::kImpactsAtOnce) decide();
-  });
+  };
+  forEachUndecided(pairs, count, impacts, take);
   decide();
   return kept;
 }
 
-std::size_t FirstImpact::keep(Pair* pairs, std::size_t count,
-                              std::vector<Impact>& /*impacts*/) const {
-  using Motions = ImpactFilter::Motions;
-  filter_.forEachUndecided(
-      pairs, count, [&](const Pair& /*pair*/, const Motions& motions, double from) {
-        Impact impact;
-        double first = first_.load(std::memory_order_relaxed);
-        if (from >= first ||
-            !findApproach(motions.p, motions.q, filter_.margin(), motions.error, from, impact)) {
-          return;
-        }
-        while (impact.time < first && !first_.compare_exchange_weak(first, impact.time)) {
-        }
-        // Another thread may just have written a later time, which costs time and no impact.
-        until_.store(geometry::roundedUp(first_), std::memory_order_relaxed);
-      });
+void FirstTime::add(double time) {
+  double first = get();
+  while (time < first && !first_.compare_exchange_weak(first, time)) {
+  }
+  // Another thread may just have written a later time, which costs time and no impact.
+  until_.store(geometry::roundedUp(get()), std::memory_order_relaxed);
+}
+
+std::size_t FirstImpact::keep(Pair* pairs, std::size_t count, std::vector<Impact>& impacts) const {
+  const auto take = [&](const Pair& /*pair*/, const ImpactFilter::Motions& m, double from) {
+    Impact impact;
+    if (from < first_.get() && findApproach(m.p, m.q, filter_.margin(), m.error, from, impact)) {
+      first_.add(impact.time);
+    }
+  };
+  filter_.forEachUndecided(pairs, count, impacts, take);
   return 0;
 }
 

@@ -41,7 +41,7 @@ class ImpactFilter final : public PairFilter {
   /// @param unit    see ImpactPairs
   /// @param error   bound on the error of b's end points, if it is larger than their coordinates
   ///                imply; unused if `b_to_a` is given, which has its own bound
-  /// @param wanted  keeps the pairs that are looked at; null for all
+  /// @param wanted  keeps the pairs that are looked at and finds no impacts; null for all
   ImpactFilter(MovingRange a, MovingRange b, const geometry::FrameChange* b_to_a, double margin,
                double unit, double error, const PairFilter* wanted);
 
@@ -59,8 +59,10 @@ class ImpactFilter final : public PairFilter {
 
   /// Calls visit(pair, motions, from) for the wanted pairs that the test in float leaves open;
   /// `from` is as in findImpact(). Until a pair is visited, it must stay in its place.
+  /// @param impacts  empty
   template <class F>
-  void forEachUndecided(tree::Pair* pairs, std::size_t count, F&& visit) const;
+  void forEachUndecided(tree::Pair* pairs, std::size_t count,
+                        std::vector<geometry::Impact>& impacts, F&& visit) const;
 
  private:
   MovingRange a_, b_;
@@ -71,34 +73,40 @@ class ImpactFilter final : public PairFilter {
   double error_of_all_ = -1;
 };
 
+/// The first of the times that several threads find; 1 if there is none.
+class FirstTime {
+ public:
+  double get() const { return first_.load(std::memory_order_relaxed); }
+  /// The last time that counts in a search, rounded up.
+  const std::atomic<float>& until() const { return until_; }
+  void add(double time);
+
+ private:
+  std::atomic<double> first_{1};
+  std::atomic<float> until_{1};
+};
+
 /// Keeps no pair, but the first time at which two capsules touch that did not at the start, or are
 /// nearer than they were there. Several threads may ask it at the same time.
 class FirstImpact final : public PairFilter {
  public:
-  /// @param until  gets that time, rounded up
-  FirstImpact(const ImpactFilter& filter, std::atomic<float>& until)
-      : filter_(filter), until_(until) {}
+  /// @param first  gets that time
+  FirstImpact(const ImpactFilter& filter, FirstTime& first) : filter_(filter), first_(first) {}
 
   std::size_t keep(tree::Pair* pairs, std::size_t count,
                    std::vector<geometry::Impact>& impacts) const override;
 
-  /// 1 if there is none.
-  double time() const { return first_; }
-
  private:
   const ImpactFilter& filter_;
-  std::atomic<float>& until_;
-  mutable std::atomic<double> first_{1};
+  FirstTime& first_;
 };
 
 template <class F>
-void ImpactFilter::forEachUndecided(tree::Pair* pairs, std::size_t count, F&& visit) const {
+void ImpactFilter::forEachUndecided(tree::Pair* pairs, std::size_t count,
+                                    std::vector<geometry::Impact>& impacts, F&& visit) const {
   using geometry::CapsuleEnd;
   constexpr std::size_t kBlock = geometry::ImpactPairs::kCapacity;
-  if (wanted_ != nullptr) {
-    std::vector<geometry::Impact> none;
-    count = wanted_->keep(pairs, count, none);
-  }
+  if (wanted_ != nullptr) count = wanted_->keep(pairs, count, impacts);
   geometry::ImpactPairs block(unit_);
   std::array<CapsuleEnd, 4 * kBlock> moved;
   for (std::size_t begin = 0; begin < count; begin += kBlock) {

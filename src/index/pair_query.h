@@ -24,6 +24,13 @@ class PairSink {
   ~PairSink() = default;
 };
 
+/// For a search whose filter keeps no pair.
+struct NoSink final : PairSink {
+  tree::Visit take(const tree::Pair* /*pairs*/, std::size_t /*count*/) override {
+    return tree::Visit::kContinue;
+  }
+};
+
 /// Receives the pairs that may be nearer than a limit. Each visit may lower the limit.
 class NearestSink : public tree::NearestVisitor {
  public:

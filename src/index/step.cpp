@@ -97,18 +97,17 @@ Visit Step::searchImpacts(const MovingSegment& segment, double error, Group grou
 }
 
 double Step::safeTime(const PairFilter* wanted) const {
-  struct Nothing final : PairSink {
-    Visit take(const tree::Pair*, std::size_t) override { return Visit::kContinue; }
-  } nothing;
+  NoSink nothing;
   const ImpactFilter filter(segments(), segments(), nullptr, end_.margin(), end_.unit_, 0, wanted);
-  std::atomic<float> until{1};
-  const FirstImpact first(filter, until);
+  FirstTime first;
+  const FirstImpact first_impact(filter, first);
   visitTree(
       [&](const auto& tree) {
-        return findPairs(TreeSearch(tree), &first, end_.executor_.get(), *end_.scratch_, nothing);
+        return findPairs(TreeSearch(tree), &first_impact, end_.executor_.get(), *end_.scratch_,
+                         nothing);
       },
-      until);
-  return first.time();
+      first.until());
+  return first.get();
 }
 
 }  // namespace fcl_fibers::index

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <type_traits>
 #include <variant>
+#include <vector>
 
 #include "geometry/moving_segment.h"
 #include "index/impact_filter.h"
@@ -53,12 +54,18 @@ class Step {
 
   /// Finds the first time at which two segments touch that did not at the start, or come nearer
   /// than they were there. Returns 1 if there is none.
-  /// @pre the indexes keep their segments
+  /// @pre the indexes keep their segments, and no segment is a box
   double safeTime(const PairFilter* wanted) const;
+  /// Does the same for segments and triangles of a mesh. Segments that are wholly inside a solid
+  /// mesh at the start do not count, because on their way out they touch its surface.
+  double safeTime(const PosedMesh& start, const PosedMesh& end) const;
 
  private:
   MovingRange segments() const;
-  tree::Visit searchInside(const PosedMesh& start, SegmentMarks& inside, PairSink& sink) const;
+  std::vector<tree::Pair> findInside(const PosedMesh& start, SegmentMarks& inside) const;
+  template <class F>
+  tree::Visit visitMesh(const PosedMesh& start, const PosedMesh& end, const SegmentMarks& inside,
+                        const std::atomic<float>& until, F&& visit) const;
   template <class F>
   tree::Visit visitTree(F&& visit, const std::atomic<float>& until = tree::kWholeStep) const;
   template <class F>

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <atomic>
 #include <iterator>
 #include <limits>
 #include <type_traits>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -53,19 +55,30 @@ bool rests(const PosedMesh& start, const PosedMesh& end) {
   return &start.mesh == &end.mesh && start.pose == end.pose;
 }
 
+/// Segments and triangles during a step.
+struct MeshMotions {
+  MovingRange segments;
+  const PosedTriangles &start, &end;
+  double margin;
+  const SegmentMarks& inside;  ///< segments whose pairs are left out
+
+  MovingTriangle triangle(const Pair& pair) const { return {start[pair.b], end[pair.b]}; }
+  /// Bounds the error of all points of a pair.
+  double error(const MovingSegment& segment) const {
+    return endPointError(segment) + std::max(start.error, end.error);
+  }
+};
+
 /// Keeps the pairs of a segment and a triangle that touch during a step, and finds when.
 class MeshImpactFilter final : public PairFilter {
  public:
-  /// @param inside  segments whose pairs are left out
-  MeshImpactFilter(const MovingRange& segments, const PosedTriangles& start,
-                   const PosedTriangles& end, double margin, const SegmentMarks& inside)
-      : segments_(segments), start_(start), end_(end), margin_(margin), inside_(inside) {}
+  explicit MeshImpactFilter(const MeshMotions& motions) : motions_(motions) {}
 
   std::size_t keep(Pair* pairs, std::size_t count, std::vector<Impact>& impacts) const override {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < count; ++i) {
       Impact impact;
-      if (inside_.has(pairs[i].a) || !find(pairs[i], impact)) continue;
+      if (motions_.inside.has(pairs[i].a) || !find(pairs[i], impact)) continue;
       impacts.push_back(impact);
       pairs[kept++] = pairs[i];
     }
@@ -74,22 +87,42 @@ class MeshImpactFilter final : public PairFilter {
 
  private:
   bool find(const Pair& pair, Impact& impact) const {
-    const MovingSegment segment = segments_[pair.a];
-    const MovingTriangle triangle{start_[pair.b], end_[pair.b]};
-    const double error = endPointError(segment) + std::max(start_.error, end_.error);
-    return findFirst(segment, triangle, margin_, error, impact);
+    const MovingSegment segment = motions_.segments[pair.a];
+    return findFirst(segment, motions_.triangle(pair), motions_.margin, motions_.error(segment),
+                     impact);
   }
 
-  const MovingRange segments_;
-  const PosedTriangles &start_, &end_;
-  const double margin_;
-  const SegmentMarks& inside_;
+  const MeshMotions& motions_;
+};
+
+/// As FirstImpact, of segments and triangles.
+class FirstMeshImpact final : public PairFilter {
+ public:
+  FirstMeshImpact(const MeshMotions& motions, FirstTime& first)
+      : motions_(motions), first_(first) {}
+
+  std::size_t keep(Pair* pairs, std::size_t count, std::vector<Impact>&) const override {
+    for (const Pair* pair = pairs; pair != pairs + count; ++pair) {
+      if (motions_.inside.has(pair->a)) continue;
+      const MovingSegment segment = motions_.segments[pair->a];
+      TriangleImpact found;
+      if (findApproach(segment, motions_.triangle(*pair), motions_.margin, motions_.error(segment),
+                       0, found)) {
+        first_.add(found.time);
+      }
+    }
+    return 0;
+  }
+
+ private:
+  const MeshMotions& motions_;
+  FirstTime& first_;
 };
 
 }  // namespace
 
-/// Hands on each segment that is wholly inside a solid at the start, with its nearest triangle.
-Visit Step::searchInside(const PosedMesh& start, SegmentMarks& inside, PairSink& sink) const {
+/// Finds and marks the segments that are wholly inside a solid at the start. b is not set.
+std::vector<Pair> Step::findInside(const PosedMesh& start, SegmentMarks& inside) const {
   struct Collect final : PairSink {
     Visit take(const Pair* pairs, std::size_t count) override {
       std::copy_if(pairs, pairs + count, std::back_inserter(found),
@@ -98,36 +131,62 @@ Visit Step::searchInside(const PosedMesh& start, SegmentMarks& inside, PairSink&
     }
     std::vector<Pair> found;
   } collect;
-  start_.searchMesh(start, collect);
+  if (start.is_solid) start_.searchMesh(start, collect);
   for (const Pair& pair : collect.found) inside.add(pair.a);
-  start_.addNearest(PosedTriangles(start, start_.frame_), collect.found);
-  const std::vector<Impact> at_start(collect.found.size(), Impact{0, 0, 0});
-  return collect.found.empty()
-             ? Visit::kContinue
-             : sink.takeImpacts(collect.found.data(), at_start.data(), collect.found.size());
+  return std::move(collect.found);
+}
+
+/// Calls visit(motions, search) with the search of the segments against the mesh.
+template <class F>
+Visit Step::visitMesh(const PosedMesh& start, const PosedMesh& end, const SegmentMarks& inside,
+                      const std::atomic<float>& until, F&& visit) const {
+  const PosedTriangles at_start(start, end_.frame_), at_end(end, end_.frame_);
+  const double margin_of_mesh = marginOf(start, end) * end_.frame_.scale;
+  const MeshMotions motions{segments(), at_start, at_end, end_.margin() + margin_of_mesh, inside};
+  parallel::Executor* const executor = end_.executor_.get();
+  const MeshTree start_tree = end.mesh.posedTree(start.mesh.points(), at_start.posing, executor);
+  const MeshTree end_tree = end.mesh.posedTree(end.mesh.points(), at_end.posing, executor);
+  const MovingTree<MeshTree::kArity> triangles(start_tree, end_tree, until);
+  const double growth =
+      std::max(end_.padding() + margin_of_mesh, 0.0) + std::max(at_start.error, at_end.error);
+  return visitTree(
+      [&](const auto& tree) {
+        if (tree.empty()) return Visit::kContinue;
+        constexpr int kArity = std::decay_t<decltype(tree)>::kArity;
+        const tree::MovingMeshPair<kArity> pair{tree, triangles, growth, end.categories};
+        return visit(motions, TreeSearch(pair));
+      },
+      until);
 }
 
 Visit Step::searchImpacts(const PosedMesh& start, const PosedMesh& end, PairSink& sink) const {
   if (end.mesh.tree().empty()) return Visit::kContinue;
-  SegmentMarks inside(end_.begin(), end_.end());
-  if (end.is_solid && searchInside(start, inside, sink) == Visit::kStop) return Visit::kStop;
+  SegmentMarks marks(end_.begin(), end_.end());
+  std::vector<Pair> inside = findInside(start, marks);
+  start_.addNearest(PosedTriangles(start, start_.frame_), inside);
+  const std::vector<Impact> at_start(inside.size(), Impact{0, 0, 0});
+  if (!inside.empty() &&
+      sink.takeImpacts(inside.data(), at_start.data(), inside.size()) == Visit::kStop) {
+    return Visit::kStop;
+  }
+  return visitMesh(start, end, marks, tree::kWholeStep,
+                   [&](const auto& motions, const auto& search) {
+                     const MeshImpactFilter filter(motions);
+                     return findPairs(search, &filter, end_.executor_.get(), *end_.scratch_, sink);
+                   });
+}
 
-  const PosedTriangles at_start(start, end_.frame_), at_end(end, end_.frame_);
-  const double margin_of_mesh = marginOf(start, end) * end_.frame_.scale;
-  const MeshImpactFilter filter(segments(), at_start, at_end, end_.margin() + margin_of_mesh,
-                                inside);
-  parallel::Executor* const executor = end_.executor_.get();
-  const MeshTree start_tree = end.mesh.posedTree(start.mesh.points(), at_start.posing, executor);
-  const MeshTree end_tree = end.mesh.posedTree(end.mesh.points(), at_end.posing, executor);
-  const MovingTree<MeshTree::kArity> triangles(start_tree, end_tree);
-  const double growth =
-      std::max(end_.padding() + margin_of_mesh, 0.0) + std::max(at_start.error, at_end.error);
-  return visitTree([&](const auto& tree) {
-    if (tree.empty()) return Visit::kContinue;
-    constexpr int kArity = std::decay_t<decltype(tree)>::kArity;
-    const tree::MovingMeshPair<kArity> pair{tree, triangles, growth, end.categories};
-    return findPairs(TreeSearch(pair), &filter, executor, *end_.scratch_, sink);
+double Step::safeTime(const PosedMesh& start, const PosedMesh& end) const {
+  if (end.mesh.tree().empty()) return 1;
+  SegmentMarks inside(end_.begin(), end_.end());
+  findInside(start, inside);
+  FirstTime first;
+  NoSink nothing;
+  visitMesh(start, end, inside, first.until(), [&](const auto& motions, const auto& search) {
+    const FirstMeshImpact filter(motions, first);
+    return findPairs(search, &filter, end_.executor_.get(), *end_.scratch_, nothing);
   });
+  return first.get();
 }
 
 bool findImpact(const PosedMesh& start, const PosedMesh& end, const MovingSegment& segment,

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
-#include <map>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -15,6 +16,7 @@
 #include "arrays/meshes.h"
 #include "arrays/motion.h"
 #include "support/scalars.h"
+#include "support/text_of.h"
 
 namespace fcl_fibers::test {
 namespace {
@@ -63,6 +65,145 @@ TEST(SafeStep, WhatSeparatesDoesNotShortenTheSafeStep) {
   EXPECT_NEAR(pairOf(0.3, 0.1).safeStep(), 0.5, 1e-8);
   // It passes through the other one and is as near as before on the other side.
   EXPECT_LT(pairOf(0.15, -0.15).safeStep(), 1e-6);
+}
+
+// --- With a mesh ---
+
+/// Triangles that move as one and each by itself.
+TriangleMesh moved(const TriangleMesh& mesh, Triangles<double> triangles, std::uint64_t seed) {
+  Random random(seed);
+  const Eigen::Vector3d way = random.inCube(0.2);
+  for (std::size_t i = 0; i < triangles.points.size(); ++i) {
+    triangles.points[i] += way[static_cast<Eigen::Index>(i % 3)] + 0.02 * random.inCube(1).x();
+  }
+  TriangleMesh end = mesh;
+  end.update(triangles.view());
+  return end;
+}
+
+/// If nothing touches at the start, the safe step ends at the first impact.
+TYPED_TEST(SafeStepOf, WithAMeshItEndsAtTheFirstImpact) {
+  using S = TypeParam;
+  int with_impacts = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    auto motion = Motion<S>::random(seed, 8, 0.2);
+    for (auto* fibers : {&motion.start, &motion.end}) {
+      for (S& radius : fibers->radii) radius *= S(0.02);
+    }
+    const auto triangles = soup<double>(seed, 40, 0.3);
+    const TriangleMesh start(triangles.view()), end = moved(start, triangles, seed);
+    FiberTreeOptions options = capsules();
+    options.topology = seed % 2 == 0 ? Topology::kBundle : Topology::kSuperThread;
+    options.threads = seed % 3 == 0 ? 2 : 1;
+    const FiberTree tree = treeOf(motion, options);
+    double first = 1;
+    MeshPairs touching;
+    for (const auto& [pair, time] : impactsOf(tree, start, end, motion)) {
+      if (time == 0) touching[pair] = time;
+      if (time > 0) first = std::min(first, time);
+    }
+    const double safe = tree.safeStep(start, end);
+    if (!touching.empty()) {
+      EXPECT_LE(safe, first);
+      continue;
+    }
+    with_impacts += first < 1;
+    EXPECT_NEAR(safe, first, 1e-12);
+  }
+  EXPECT_GT(with_impacts, 5);
+}
+
+/// A fiber, along x at some height and y over time, and a large triangle that is level.
+struct OverATriangle {
+  Motion<double> motion;
+  Triangles<double> triangles;
+
+  OverATriangle(double start, double end) {
+    motion.start.addFiber({{-0.5, 0, start}, {0.5, 0, start}}, 0.1);
+    motion.end = motion.start;
+    motion.end.points[2] = motion.end.points[5] = end;
+    triangles.addPoint({-5, -5, 0});
+    triangles.addPoint({5, -5, 0});
+    triangles.addPoint({0, 5, 0});
+    triangles.addTriangle(0, 1, 2);
+  }
+  double safeStep() const {
+    const TriangleMesh mesh(triangles.view());
+    return treeOf(motion, capsules()).safeStep(mesh, mesh);
+  }
+};
+
+TEST(SafeStep, EndsAtATriangle) {
+  EXPECT_NEAR(OverATriangle(1, -1).safeStep(), 0.45, 1e-8);
+  EXPECT_EQ(OverATriangle(1, 0.2).safeStep(), 1);
+  // The triangle rises instead.
+  const OverATriangle rest(1, 1);
+  const TriangleMesh mesh(rest.triangles.view());
+  TriangleMesh risen = mesh;
+  risen.setPose({{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 2}});
+  const FiberTree tree = treeOf(rest.motion, capsules());
+  EXPECT_NEAR(tree.safeStep(mesh, risen), 0.45, 1e-8);
+  EXPECT_EQ(tree.safeStep(), 1);
+}
+
+/// What touches a triangle at the start counts once it is nearer than there.
+TEST(SafeStep, WhatLeavesATriangleIsSafe) {
+  EXPECT_EQ(OverATriangle(0.05, 1).safeStep(), 1);
+  EXPECT_EQ(OverATriangle(0.05, 0.05).safeStep(), 1);
+  EXPECT_LT(OverATriangle(0.05, 0.04).safeStep(), 1e-6);
+  EXPECT_LT(OverATriangle(0.05, -0.05).safeStep(), 1e-6);
+}
+
+/// What crosses a triangle cannot come nearer to it, and still meets the next one.
+TEST(SafeStep, WhatCrossesATriangleMeetsOthers) {
+  OverATriangle both(0, -1);
+  both.motion.start.points[5] = 0.5;  // its ends are at 0 and 0.5
+  both.motion.start.points[2] = -0.5;
+  EXPECT_EQ(both.safeStep(), 1);
+  both.triangles.addPoint({-5, -5, -0.8});
+  both.triangles.addPoint({5, -5, -0.8});
+  both.triangles.addPoint({0, 5, -0.8});
+  both.triangles.addTriangle(3, 4, 5);
+  // The lower end falls from -0.5 to -1.
+  EXPECT_NEAR(both.safeStep(), (0.8 - 0.1 - 0.5) / 0.5, 1e-8);
+}
+
+/// A fiber that is inside a solid could never leave it if its way out were not safe.
+TEST(SafeStep, WhatIsInsideASolidMayLeave) {
+  const TriangleMesh mesh(boxMesh({-1, -1, -1}, {1, 1, 1}).view(), TriangleMesh::Kind::kSolid);
+  const TriangleMesh surface(boxMesh({-1, -1, -1}, {1, 1, 1}).view());
+  Motion<double> motion;
+  motion.start.addFiber({{0, 0, 0}, {0.1, 0, 0}}, 0.05);
+  motion.end = motion.start;
+  motion.end.points[0] = 3;
+  motion.end.points[3] = 3.1;
+  EXPECT_EQ(treeOf(motion, capsules()).safeStep(mesh, mesh), 1);
+  EXPECT_NEAR(treeOf(motion, capsules()).safeStep(surface, surface), (1 - 0.15) / 3, 1e-8);
+  std::swap(motion.start, motion.end);
+  EXPECT_NEAR(treeOf(motion, capsules()).safeStep(mesh, mesh), (3 - 1.05) / 3, 1e-8);
+}
+
+TEST(SafeStep, RootsAndCategoriesMeetNoMesh) {
+  const OverATriangle falling(1, -1);
+  const std::int32_t root = 1;
+  auto start = falling.motion.start.view(), end = falling.motion.end.view();
+  end.root_segments = &root;
+  FiberTree tree(capsules());
+  tree.build(end);
+  tree.update(start, end);
+  const TriangleMesh mesh(falling.triangles.view());
+  EXPECT_EQ(tree.safeStep(mesh, mesh), 1);
+}
+
+TEST(SafeStep, RefusesAMeshThatIsNotTheSame) {
+  const OverATriangle falling(1, -1);
+  const TriangleMesh mesh(falling.triangles.view()), other(ball<double>(0.2, 4, 8).view());
+  FiberTree tree = treeOf(falling.motion, capsules());
+  EXPECT_THAT(textOf([&] { (void)tree.safeStep(mesh, other); }),
+              testing::HasSubstr("FiberTree::safeStep: the mesh at the end has other triangles"));
+  tree.update(falling.motion.end.view());
+  EXPECT_THAT(textOf([&] { (void)tree.safeStep(mesh, mesh); }),
+              testing::HasSubstr("update(start, end)"));
 }
 
 }  // namespace
