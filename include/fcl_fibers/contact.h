@@ -131,7 +131,8 @@ FCL_FIBERS_TREE_EXPORT Contact capsuleContact(const FiberArrays<double>& a,
 ///@}
 
 /// Returns the contact of an impact that FiberTree::visitImpacts() reported, at its time. `start`
-/// and `end` are the arrays of the tree's last update, and the meshes those that were passed.
+/// and `end` are the arrays of the tree's last update, and the meshes those that were passed. For
+/// an impact of two trees, those of both are passed.
 /// Throws std::invalid_argument as capsuleContact() and meshContact() of a pair do, and if the time
 /// is not in [0, 1].
 ///@{
@@ -139,6 +140,15 @@ FCL_FIBERS_TREE_EXPORT Contact impactContact(const FiberArrays<float>& start,
                                              const FiberArrays<float>& end, const Impact& impact);
 FCL_FIBERS_TREE_EXPORT Contact impactContact(const FiberArrays<double>& start,
                                              const FiberArrays<double>& end, const Impact& impact);
+FCL_FIBERS_TREE_EXPORT Contact impactContact(const FiberArrays<float>& a_start,
+                                             const FiberArrays<float>& a_end,
+                                             const FiberArrays<float>& b_start,
+                                             const FiberArrays<float>& b_end, const Impact& impact);
+FCL_FIBERS_TREE_EXPORT Contact impactContact(const FiberArrays<double>& a_start,
+                                             const FiberArrays<double>& a_end,
+                                             const FiberArrays<double>& b_start,
+                                             const FiberArrays<double>& b_end,
+                                             const Impact& impact);
 FCL_FIBERS_TREE_EXPORT MeshContact impactContact(const FiberArrays<float>& start,
                                                  const FiberArrays<float>& end,
                                                  const TriangleMesh& mesh_start,

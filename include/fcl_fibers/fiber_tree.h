@@ -217,6 +217,15 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
     return visitRuns(bridge);
   }
 
+  /// Does the same for segments a of this tree and b of another tree, which was updated with a step
+  /// too; one that rests takes the same arrays twice. What visitPairs() of two trees says about
+  /// them holds here.
+  template <class Visitor>
+  bool visitImpacts(const FiberTree& other, Visitor&& visit) const {
+    Bridge<Visitor, Impact> bridge(visit);
+    return visitRuns(other, bridge);
+  }
+
   /// Replaces the content of `impacts` by all impacts.
   void findImpacts(std::vector<Impact>& impacts) const;
 
@@ -369,6 +378,7 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   bool visitRuns(const TriangleMesh& mesh, Runs<TrianglePair>& runs) const;
   bool visitRuns(const TriangleMesh& start, const TriangleMesh& end, Runs<MeshImpact>& runs) const;
   bool visitRuns(Runs<Impact>& runs) const;
+  bool visitRuns(const FiberTree& other, Runs<Impact>& runs) const;
   bool visitMovingRuns(Runs<SegmentPair>& runs) const;
   bool visitRuns(const CapsuleShape& capsule, Runs<std::int32_t>& runs) const;
   bool visitRuns(const BoxShape& box, Runs<std::int32_t>& runs) const;

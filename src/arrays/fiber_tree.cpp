@@ -136,6 +136,16 @@ class FiberTree::Impl {
   }
 
   template <class F>
+  bool visitImpacts(const Impl& other, F take) const {
+    index_.requireCapsules("visitImpacts");
+    requirePartner("visitImpacts", other.index_);
+    const index::Step step = index_.step("visitImpacts"),
+                      other_step = other.index_.step("visitImpacts: the other tree");
+    arrays::ImpactsTo sink(arrays::ImpactsOfTwo(), std::move(take));
+    return step.searchImpacts(other_step, nullptr, sink) == Visit::kStop;
+  }
+
+  template <class F>
   bool visitImpacts(const TriangleMesh& start, const TriangleMesh& end, F take) const {
     const MovingMesh mesh = movingMesh("visitImpacts", start, end);
     const index::Step step = index_.step("visitImpacts");
@@ -329,6 +339,10 @@ bool FiberTree::visitRuns(const TriangleMesh& start, const TriangleMesh& end,
   return impl_->visitImpacts(start, end, handTo(runs));
 }
 bool FiberTree::visitRuns(Runs<Impact>& runs) const { return impl_->visitImpacts(handTo(runs)); }
+bool FiberTree::visitRuns(const FiberTree& other, Runs<Impact>& runs) const {
+  if (&other == this) return visitRuns(runs);
+  return impl_->visitImpacts(*other.impl_, handTo(runs));
+}
 bool FiberTree::visitMovingRuns(Runs<SegmentPair>& runs) const {
   return impl_->visitMovingPairs(handTo(runs));
 }

@@ -40,10 +40,12 @@ LocatedSegment locate(const FiberArrays<S>& start, const FiberArrays<S>& end, st
 }
 
 template <typename S>
-Contact contactOf(const FiberArrays<S>& start, const FiberArrays<S>& end, const Impact& impact) {
+Contact contactOf(const FiberArrays<S>& a_start, const FiberArrays<S>& a_end,
+                  const FiberArrays<S>& b_start, const FiberArrays<S>& b_end,
+                  const Impact& impact) {
   checkTime(impact.time);
-  const LocatedSegment p = locate(start, end, impact.pair.a, impact.time);
-  const LocatedSegment q = locate(start, end, impact.pair.b, impact.time);
+  const LocatedSegment p = locate(a_start, a_end, impact.pair.a, impact.time);
+  const LocatedSegment q = locate(b_start, b_end, impact.pair.b, impact.time);
   return fibers::publicContact(geometry::capsuleContact(p.segment, q.segment, {0, 0, 0}), p.place,
                                q.place);
 }
@@ -75,11 +77,21 @@ MeshContact contactOf(const FiberArrays<S>& start, const FiberArrays<S>& end,
 
 Contact impactContact(const FiberArrays<float>& start, const FiberArrays<float>& end,
                       const Impact& impact) {
-  return contactOf(start, end, impact);
+  return contactOf(start, end, start, end, impact);
+}
+Contact impactContact(const FiberArrays<float>& a_start, const FiberArrays<float>& a_end,
+                      const FiberArrays<float>& b_start, const FiberArrays<float>& b_end,
+                      const Impact& impact) {
+  return contactOf(a_start, a_end, b_start, b_end, impact);
 }
 Contact impactContact(const FiberArrays<double>& start, const FiberArrays<double>& end,
                       const Impact& impact) {
-  return contactOf(start, end, impact);
+  return contactOf(start, end, start, end, impact);
+}
+Contact impactContact(const FiberArrays<double>& a_start, const FiberArrays<double>& a_end,
+                      const FiberArrays<double>& b_start, const FiberArrays<double>& b_end,
+                      const Impact& impact) {
+  return contactOf(a_start, a_end, b_start, b_end, impact);
 }
 MeshContact impactContact(const FiberArrays<float>& start, const FiberArrays<float>& end,
                           const TriangleMesh& mesh_start, const TriangleMesh& mesh_end,

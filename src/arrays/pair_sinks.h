@@ -52,6 +52,14 @@ struct ImpactsOfOne {
     return 1;
   }
 };
+struct ImpactsOfTwo {
+  using Found = Impact;
+
+  std::size_t operator()(const tree::Pair& pair, const geometry::Impact& impact, Found& out) const {
+    out = {{pair.a, pair.b}, impact.time, impact.s, impact.t};
+    return 1;
+  }
+};
 struct ImpactsOfMesh {
   using Found = MeshImpact;
 

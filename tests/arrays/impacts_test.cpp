@@ -212,6 +212,123 @@ TEST(Impacts, FarAwayIsAsNearTheOrigin) {
   for (const auto& [pair, impact] : near) EXPECT_NEAR(far.at(pair).time, impact.time, 1e-7);
 }
 
+// --- Two trees ---
+
+/// Whatever touches at a sampled time was found with the margin of the tree that is asked, even
+/// though the trees have frames and margins of their own.
+TYPED_TEST(ImpactsOf, TwoTreesMeetDuringTheStep) {
+  using S = TypeParam;
+  std::size_t late = 0;
+  for (std::uint64_t seed = 0; seed < 4; ++seed) {
+    const Motion<S> mine = Motion<S>::random(seed, 10, seed % 2 == 0 ? 0.4 : 0.02);
+    Motion<S> theirs = Motion<S>::random(seed + 50, 10, 0.3);
+    for (auto* fibers : {&theirs.start, &theirs.end}) {
+      fibers->addFiber({{40, 0, 0}, {41, 0, 0}}, 0.1);
+    }
+    FiberTreeOptions options = capsules(1, seed % 2 == 0 ? 0 : 0.003);
+    options.threads = seed == 2 ? 2 : 1;
+    const FiberTree tree = treeOf(mine, options), other = treeOf(theirs, capsules(1, 0.5));
+    std::map<Pair, Impact> impacts;
+    tree.visitImpacts(other, [&](const Impact& impact) {
+      const Pair pair{impact.pair.a, impact.pair.b};
+      EXPECT_TRUE(impacts.emplace(pair, impact).second) << "a pair came twice";
+      const Contact contact = impactContact(mine.start.view(), mine.end.view(), theirs.start.view(),
+                                            theirs.end.view(), impact);
+      EXPECT_LE(contact.distance, options.margin + kTolerance);
+      if (impact.time > 0) {
+        EXPECT_GE(contact.distance, options.margin - kTolerance);
+      }
+      EXPECT_NEAR(contact.s, impact.s, 1e-3);
+      EXPECT_NEAR(contact.t, impact.t, 1e-3);
+      EXPECT_EQ(contact.a.fiber, tree.fiberSegment(pair.first).fiber);
+      EXPECT_EQ(contact.b.fiber, other.fiberSegment(pair.second).fiber);
+    });
+    std::map<Pair, double> sampled;
+    for (int k = 0; k <= kSamples; ++k) {
+      const double time = static_cast<double>(k) / kSamples;
+      for (const Pair& pair :
+           touchingPairs(mine.at(time), theirs.at(time), /*ignored=*/0, options.margin)) {
+        sampled.emplace(pair, time);
+      }
+    }
+    for (const auto& [pair, time] : sampled) {
+      const auto found = impacts.find(pair);
+      ASSERT_NE(found, impacts.end()) << pair.first << ", " << pair.second << " at " << time;
+      EXPECT_LE(found->second.time, time);
+      late += time > 0;
+    }
+  }
+  EXPECT_GT(late, 200u);
+}
+
+TEST(Impacts, ATreeAgainstItselfIsOneTree) {
+  const FiberTree tree = treeOf(Motion<double>::random(3, 14, 0.3), capsules());
+  std::map<Pair, double> times;
+  tree.visitImpacts(tree, [&](const Impact& impact) {
+    times[{impact.pair.a, impact.pair.b}] = impact.time;
+  });
+  std::map<Pair, double> expected;
+  for (const auto& [pair, impact] : impactsOf(tree)) expected[pair] = impact.time;
+  EXPECT_EQ(times, expected);
+}
+
+TEST(Impacts, RefusesATreeThatDoesNotSuit) {
+  const auto motion = Motion<double>::random(1, 5, 0.1);
+  const FiberTree tree = treeOf(motion, capsules());
+  const auto textWith = [&](const FiberTree& other) {
+    return textOf([&] { tree.visitImpacts(other, [](const Impact&) {}); });
+  };
+  FiberTreeOptions options = capsules();
+  FiberTree other(options);
+  other.build(motion.end.view());
+  EXPECT_THAT(textWith(other), testing::HasSubstr("the other tree: the fibers rest; call update("));
+  options.topology = Topology::kSuperThread;
+  EXPECT_THAT(textWith(treeOf(motion, options)), testing::HasSubstr("different volumes"));
+  options = {};
+  const FiberTree volumes = treeOf(motion, options);
+  EXPECT_THAT(textWith(volumes), testing::HasSubstr("keeps no capsules"));
+  EXPECT_THAT(textOf([&] { volumes.visitImpacts(tree, [](const Impact&) {}); }),
+              testing::HasSubstr("keeps no capsules"));
+}
+
+// --- Steps and what is no step ---
+
+/// A tree that has had a step is as it was before.
+TEST(Impacts, AStepLeavesNothingBehind) {
+  const auto motion = Motion<double>::random(4, 60, 0.1);
+  for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+    FiberTreeOptions options = capsules();
+    options.report = report;
+    FiberTree stepped(options), still(options);
+    for (FiberTree* tree : {&stepped, &still}) {
+      tree->build(motion.start.view());
+      tree->update(motion.end.view());
+    }
+    const std::size_t before = stepped.memoryUsage();
+    EXPECT_EQ(before, still.memoryUsage());
+    stepped.update(motion.start.view(), motion.end.view());
+    EXPECT_GT(stepped.memoryUsage(), before);
+    stepped.update(motion.end.view());
+    EXPECT_EQ(stepped.memoryUsage(), before);
+    // With the same volumes a query tests the same nodes and finds the same pairs in their order.
+    for (const int depth : {0, 1, 2, 3}) {
+      const auto volumes = stepped.volumes(depth), expected = still.volumes(depth);
+      ASSERT_EQ(volumes.size(), expected.size());
+      for (std::size_t i = 0; i < volumes.size(); ++i) {
+        EXPECT_THAT(volumes[i].center, testing::ElementsAreArray(expected[i].center));
+        EXPECT_THAT(volumes[i].half, testing::ElementsAreArray(expected[i].half));
+      }
+    }
+    std::vector<SegmentPair> pairs, expected;
+    stepped.findPairs(pairs);
+    still.findPairs(expected);
+    ASSERT_EQ(pairs.size(), expected.size());
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      EXPECT_EQ(std::pair(pairs[i].a, pairs[i].b), std::pair(expected[i].a, expected[i].b));
+    }
+  }
+}
+
 TEST(Impacts, RefusalsSayWhatToDo) {
   using testing::HasSubstr;
   auto motion = Motion<double>::random(1, 5, 0.1);
