@@ -38,12 +38,6 @@ Motion motionOf(const StepScene& step) {
   return motion;
 }
 
-std::size_t countAtStart(const StepImpacts& found) {
-  const auto is_at_start = [](const Impact& impact) { return impact.time == 0; };
-  return static_cast<std::size_t>(
-      std::count_if(found.impacts.begin(), found.impacts.end(), is_at_start));
-}
-
 /// Impacts that are listed.
 std::size_t rowCount(const CheckRequest& request, const StepImpacts& found) {
   const std::size_t count = found.impacts.size();
@@ -53,18 +47,17 @@ std::size_t rowCount(const CheckRequest& request, const StepImpacts& found) {
 void writeText(const CheckRequest& request, const StepScene& step, const StepImpacts& found,
                AnswerStream& stream) {
   const Motion motion = motionOf(step);
-  const std::size_t count = found.impacts.size(), at_start = countAtStart(found);
-  stream.write(
-      fmt::format("{} to {}: {} of {}\n"
-                  "points move by {:.4g} on average, and by {:.4g} at most\n"
-                  "{}{} {} during the step, {} of them at its start\n"
-                  "safe step: {:.6g}\n"
-                  "built and searched in {:.3g} s\n",
-                  step.start_title, step.end_title, counted(step.start.segmentCount(), "segment"),
-                  counted(step.start.fiberCount(), "fiber"), motion.mean, motion.largest,
-                  found.complete ? "" : "at least ", countText(count),
-                  count == 1 ? "pair touches" : "pairs touch", countText(at_start), found.safe_step,
-                  found.seconds));
+  const std::size_t count = found.count;
+  stream.write(fmt::format(
+      "{} to {}: {} of {}\n"
+      "points move by {:.4g} on average, and by {:.4g} at most\n"
+      "{}{} {} during the step, {} of them at its start\n"
+      "safe step: {:.6g}\n"
+      "built and searched in {:.3g} s\n",
+      step.start_title, step.end_title, counted(step.start.segmentCount(), "segment"),
+      counted(step.start.fiberCount(), "fiber"), motion.mean, motion.largest,
+      found.ended ? "at least " : "", countText(count), count == 1 ? "pair touches" : "pairs touch",
+      countText(found.at_start), found.safe_step, found.seconds));
   if (count == 0) return;
   stream.write(fmt::format("\n{:>8} {:>8}   {:>8} {:>8} {:>12}\n", "fiber", "segment", "fiber",
                            "segment", "time"));
@@ -113,9 +106,9 @@ void writeJson(const CheckRequest& request, const StepScene& step, const StepImp
                              {"mean_motion", motion.mean},
                              {"largest_motion", motion.largest},
                              {"seconds", found.seconds},
-                             {"complete", found.complete},
-                             {"impact_count", found.impacts.size()},
-                             {"touching_at_start", countAtStart(found)},
+                             {"complete", found.isComplete()},
+                             {"impact_count", found.count},
+                             {"touching_at_start", found.at_start},
                              {"safe_step", found.safe_step}};
   stream.write(openJson(head) + ",\n \"impacts\": [");
   const std::size_t rows = rowCount(request, found);

@@ -108,8 +108,8 @@ void addSolid(CLI::App& command, MeshOptions& meshes, CLI::Option* mesh) {
 void addLimit(CLI::App& command, std::size_t& limit) {
   command
       .add_option("--limit", limit,
-                  "End the search of a frame after N pairs, and warn. The\n"
-                  "default is 10,000,000.")
+                  "End the search of a frame after N pairs, or with --end\n"
+                  "keep the first N, and warn. The default is 10,000,000.")
       ->check(aboveZero())
       ->type_name("N");
 }

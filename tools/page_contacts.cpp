@@ -100,12 +100,13 @@ PageContacts findPageContacts(const FiberTree& tree, const FiberPolylines& scene
   return found;
 }
 
-PageContacts takeImpacts(const StepScene& step, const std::vector<Impact>& step_impacts,
-                         double until, std::size_t most_markers, std::size_t& first) {
+PageContacts takeImpacts(const StepScene& step, const StepImpacts& all, double until,
+                         std::size_t most_markers, std::size_t& first) {
   PageContacts found;
+  found.stopped = !all.isComplete(until);
   found.touching.resize(step.start.segmentCount());
-  for (; first < step_impacts.size() && step_impacts[first].time <= until; ++first) {
-    const Impact& impact = step_impacts[first];
+  for (; first < all.impacts.size() && all.impacts[first].time <= until; ++first) {
+    const Impact& impact = all.impacts[first];
     const FoundContact contact(contactOf(step, impact));
     ++found.count;
     mark(impact.pair.a, contact.a, found);

@@ -40,8 +40,8 @@ PageContacts findPageContacts(const FiberTree& tree, const FiberPolylines& scene
                               std::size_t most_markers);
 
 /// The impacts of a step after one time and up to another, as contacts that have no depth.
-/// @param first  the first of them among step_impacts, whose times ascend; then that behind them
-PageContacts takeImpacts(const StepScene& step, const std::vector<Impact>& step_impacts,
-                         double until, std::size_t most_markers, std::size_t& first);
+/// @param first  the first of them among those of the step; then that behind them
+PageContacts takeImpacts(const StepScene& step, const StepImpacts& all, double until,
+                         std::size_t most_markers, std::size_t& first);
 
 }  // namespace fcl_fibers::tools

@@ -12,14 +12,43 @@
 #include "contenders/contender.h"
 
 namespace fcl_fibers::tools {
+namespace {
+
+/// A radius far too large makes all segments touch. More would take minutes.
+constexpr std::size_t kMostSearched = 10000000;
+
+bool isEarlier(const Impact& i, const Impact& j) {
+  return std::tie(i.time, i.pair.a, i.pair.b) < std::tie(j.time, j.pair.a, j.pair.b);
+}
+
+/// Adds an impact to a heap of the first ones, whose top is the last of them.
+void keepFirst(const Impact& impact, std::size_t limit, std::vector<Impact>& heap) {
+  if (heap.size() == limit) {
+    if (!isEarlier(impact, heap.front())) return;
+    std::pop_heap(heap.begin(), heap.end(), isEarlier);
+    heap.pop_back();
+  }
+  heap.push_back(impact);
+  std::push_heap(heap.begin(), heap.end(), isEarlier);
+}
+
+}  // namespace
+
+bool StepImpacts::isComplete(double until) const {
+  return !ended && (impacts.size() == count || until < impacts.back().time);
+}
 
 FiberPolylines StepScene::at(double time) const {
   FiberPolylines fibers = start;
+  const auto move = [time](double& x, double to) { x += time * (to - x); };
   for (std::size_t i = 0; i < fibers.points.size(); ++i) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      fibers.points[i][k] += time * (end.points[i][k] - fibers.points[i][k]);
-    }
+    for (std::size_t k = 0; k < 3; ++k) move(fibers.points[i][k], end.points[i][k]);
   }
+  move(fibers.radius, end.radius);
+  if (fibers.radii.empty() && !end.radii.empty()) {
+    fibers.radii.assign(fibers.points.size(), start.radius);
+  }
+  for (std::size_t i = 0; i < fibers.radii.size(); ++i) move(fibers.radii[i], end.radiusAt(i));
   return fibers;
 }
 
@@ -54,22 +83,29 @@ StepImpacts findImpacts(const StepScene& step, const FiberTreeOptions& options, 
     FiberTree tree(options);
     tree.build(fiberArrays(step.start));
     tree.update(fiberArrays(step.start), fiberArrays(step.end));
-    found.complete = !tree.visitImpacts([&](const Impact& impact) {
-      if (found.impacts.size() == limit) return true;
-      found.impacts.push_back(impact);
+    const std::size_t most = std::max(limit, kMostSearched);
+    found.ended = tree.visitImpacts([&](const Impact& impact) {
+      if (found.count == most) return true;
+      ++found.count;
+      found.at_start += impact.time == 0 ? 1 : 0;
+      keepFirst(impact, limit, found.impacts);
       return false;
     });
     found.safe_step = tree.safeStep();
   });
-  std::sort(found.impacts.begin(), found.impacts.end(), [](const Impact& i, const Impact& j) {
-    return std::tie(i.time, i.pair.a, i.pair.b) < std::tie(j.time, j.pair.a, j.pair.b);
-  });
-  if (!found.complete) {
+  std::sort(found.impacts.begin(), found.impacts.end(), isEarlier);
+  if (found.ended) {
     progress("");
     fmt::print(stderr,
                "fcl_fibers: warning: {}: the search ended after {} impacts; is the radius too "
                "large? --limit N sets another limit\n",
-               step.start_title, countText(limit));
+               step.start_title, countText(found.count));
+  } else if (!found.isComplete()) {
+    progress("");
+    fmt::print(stderr,
+               "fcl_fibers: warning: {}: of {} impacts the first {} are kept; --limit N sets "
+               "another limit\n",
+               step.start_title, countText(found.count), countText(limit));
   }
   return found;
 }

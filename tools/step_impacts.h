@@ -28,12 +28,18 @@ StepScene readStep(const SceneSource& start, const SceneSource& end);
 
 struct StepImpacts {
   std::vector<Impact> impacts;  ///< the first come first
-  bool complete = true;         ///< else the search ended at the limit
+  std::size_t count = 0;     ///< of all that were found, those that the limit left out among them
+  std::size_t at_start = 0;  ///< of these
+  bool ended = false;        ///< the search ended before it had found all
   double safe_step = 1;
   double seconds = 0;  ///< that build, update and search took
+
+  /// Whether all impacts of the step up to this time are among `impacts`.
+  bool isComplete(double until = 1) const;
 };
 
-/// Finds the impacts of a step, and tells on stderr if the search ended at the limit.
+/// Finds the impacts of a step, and tells on stderr if that are not all.
+/// @param limit  keeps so many, the first
 /// @param options  with Report::kCapsules and boxes; else it throws std::invalid_argument
 StepImpacts findImpacts(const StepScene& step, const FiberTreeOptions& options, std::size_t limit);
 

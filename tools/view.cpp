@@ -325,7 +325,7 @@ json sceneJson(const SceneSource& source, const ViewRequest& request,
   });
   json scene = {{"name", source.name},
                 {"title", step ? step->start_title + " to " + step->end_title : source.title},
-                {"impacts", step ? json(impacts.impacts.size()) : json()},
+                {"impacts", step ? json(impacts.count) : json()},
                 {"up", request.up.empty() ? guessedUp(source, first, steps) : request.up},
                 {"fibers", first.fiberCount()},
                 {"segments", first.segmentCount()},
@@ -349,13 +349,13 @@ json sceneJson(const SceneSource& source, const ViewRequest& request,
         frameJson(fibers, frames[i].label, thinning, steps, request, [&](const FiberTree& tree) {
           if (!step) return findPageContacts(tree, fibers, meshes, request.limit, most_markers);
           const double time = static_cast<double>(i) / kInstants;
-          return takeImpacts(*step, impacts.impacts, time, most_markers, next_impact);
+          return takeImpacts(*step, impacts, time, most_markers, next_impact);
         });
     stopped = stopped || frame["stopped"];
     scene["frames"].push_back(std::move(frame));
     if (!step && source.playable[i] <= source.frame) scene["opened"] = i;
   }
-  if (stopped) {
+  if (stopped && !step) {
     progress("");
     std::fprintf(stderr,
                  "fcl_fibers: warning: %s: more than %s pairs touch; the page shows contacts of "

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The option --end of check and view: what touches during a step, as a user meets it."""
 
+import base64
 import csv
 import io
 import json
+import struct
 import unittest
 
 from program import CONTACT_COLUMNS, ProgramTest
@@ -86,10 +88,22 @@ class Step(ProgramTest):
         self.assertEqual(times, sorted(times))
         self.assertGreater(found["impact_count"], found["touching_at_start"])
 
-    def test_a_limit_ends_the_search(self):
+    def test_a_limit_keeps_the_first(self):
+        """A user would see some impacts and take them for the first ones."""
+        cap = "cap:fibers=60,segments=20,radius=0.02"
+        step = ("check", cap, "--end", cap + ",frame=5", "--json")
+        all_found = json.loads(self.run_program(*step, code=1))
+        self.assertTrue(all_found["complete"])
+        self.assertNotIn("warning", self.stderr)
+        most = all_found["touching_at_start"] + 7
+        found = json.loads(self.run_program(*step, "--limit", most, code=1))
+        self.assertIn(f"the first {most} are kept", self.stderr.replace(",", ""))
+        self.assertEqual(found["impacts"], all_found["impacts"][:most])
+        for key in ("impact_count", "touching_at_start", "safe_step"):
+            self.assertEqual(found[key], all_found[key])
+        self.assertFalse(found["complete"])
         text = self.run_program("check", *self.step, "-r", 0.1, "--limit", 1, code=1)
-        self.assertIn("at least 1 pair touches", text)
-        self.assertIn("the search ended after 1 impacts", self.stderr)
+        self.assertIn("2 pairs touch during the step, 1 of them at its start", text)
 
     def test_refuses_what_is_no_step(self):
         """Fibers would be mixed up, or an option would be ignored."""
@@ -116,10 +130,7 @@ class Step(ProgramTest):
 
     def test_a_page_has_each_impact_at_its_time(self):
         """The page would show a contact too early, too late, twice or not at all."""
-        page = self.folder / "page.html"
-        self.run_program("view", *self.step, "-r", 0.1, "-o", page)
-        data = page.read_text(encoding="utf-8").split('class="fiber-viewer-data">', 1)[1]
-        (scene,) = json.loads(data.split("</script>", 1)[0])["scenes"]
+        scene = self.page_of(*self.step, "-r", 0.1)
         self.assertEqual(scene["impacts"], 2)
         frames = scene["frames"]
         self.assertEqual(
@@ -127,6 +138,42 @@ class Step(ProgramTest):
         )
         found = {i: frame["contacts"] for i, frame in enumerate(frames) if frame["contacts"] > 0}
         self.assertEqual(found, {0: 1, 13: 1})  # 0.4 is between 12 / 32 and 13 / 32
+        self.assertFalse(any(frame["stopped"] for frame in frames))
+
+    def test_a_page_tells_where_impacts_are_missing(self):
+        """A frame would look as if nothing touched."""
+        cap = "cap:fibers=60,segments=20,radius=0.0003"
+        step = (cap, "--end", cap + ",frame=5")
+        everything = self.page_of(*step)["frames"]
+        most = sum(frame["contacts"] for frame in everything[:20]) + 1
+        scene = self.page_of(*step, "--limit", most)
+        self.assertEqual(scene["impacts"], sum(frame["contacts"] for frame in everything))
+        self.assertIn("are kept", self.stderr)
+        for frame, complete in zip(scene["frames"][:20], everything):
+            self.assertEqual(frame["contacts"], complete["contacts"])
+            self.assertFalse(frame["stopped"])
+        self.assertGreater(sum(frame["contacts"] for frame in everything[20:]), 1)
+        self.assertTrue(scene["frames"][-1]["stopped"])
+
+    def test_radii_change_in_a_page(self):
+        """Boxes of the tree would not be around the fibers."""
+        helix = "helix:fibers=5,segments=9,radius=%g"
+        thin, both = (self.page_of(helix % 0.1, "--end", helix % r) for r in (0.1, 0.9))
+        self.assertEqual(both["frames"][0], thin["frames"][0])
+        for i in (8, 16, 32):
+            width, thin_width = (
+                struct.unpack("<6f", base64.b64decode(page["frames"][i]["volumes"]["boxes"][0]))[3]
+                for page in (both, thin)
+            )
+            self.assertAlmostEqual(width - thin_width, 0.8 * i / 32, delta=1e-4)
+
+    def page_of(self, *arguments):
+        """The scene of a page."""
+        page = self.folder / "page.html"
+        self.run_program("view", *arguments, "-o", page)
+        data = page.read_text(encoding="utf-8").split('class="fiber-viewer-data">', 1)[1]
+        (scene,) = json.loads(data.split("</script>", 1)[0])["scenes"]
+        return scene
 
 
 if __name__ == "__main__":
