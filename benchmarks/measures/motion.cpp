@@ -20,23 +20,15 @@
 #include "harness/runs.h"
 #include "judge/exact_impact_test.h"
 #include "measures.h"
+#include "measures/motion.h"
 #include "scenes/step.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
 
-constexpr int kRuns = 5, kSlowRuns = 3;
 constexpr double kSlow = 5;         // seconds
 constexpr double kMostSwept = 150;  // radii, of boxes around both positions; more take minutes
 constexpr int kJudgedPart = 10;     // one out of so many fibers
-
-FiberTreeOptions capsules(int threads = 1) {
-  FiberTreeOptions options;
-  options.report = Report::kCapsules;
-  options.ignored_neighbors = 1;
-  options.threads = threads;
-  return options;
-}
 
 scenes::Step makeStep(const Request& request, int fibers) {
   showProgress("cap in motion: make the scene");
@@ -50,8 +42,6 @@ scenes::Step reversed(const scenes::Step& step) { return {step.end, step.start};
 void update(FiberTree& tree, const scenes::Step& step) {
   tree.update(fiberArrays(step.start), fiberArrays(step.end));
 }
-
-using Pairs = std::vector<std::pair<std::int32_t, std::int32_t>>;
 
 /// Counts impacts, and notes their pairs if it is told where.
 class ImpactSink final : public index::PairSink {

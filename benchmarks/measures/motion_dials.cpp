@@ -14,24 +14,15 @@
 #include "harness/progress.h"
 #include "harness/runs.h"
 #include "measures.h"
+#include "measures/motion.h"
 #include "scenes/step.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
 
-constexpr int kRuns = 5, kSlowRuns = 3, kPart = 10;  // one out of so many fibers
-constexpr double kSlow = 1;                          // seconds
-constexpr std::size_t kMostPairs = 20000000;         // a query with more of them is ended
-
-using Pairs = std::vector<std::pair<std::int32_t, std::int32_t>>;
-
-FiberTreeOptions capsules(double margin = 0) {
-  FiberTreeOptions options;
-  options.report = Report::kCapsules;
-  options.ignored_neighbors = 1;
-  options.margin = margin;
-  return options;
-}
+constexpr int kPart = 10;                     // one out of so many fibers
+constexpr double kSlow = 1;                   // seconds
+constexpr std::size_t kMostPairs = 20000000;  // a query with more of them is ended
 
 /// A part of the step, from its start to `time`.
 FiberPolylines between(const scenes::Step& step, double time) {
@@ -78,7 +69,7 @@ Way substeps(const std::shared_ptr<const scenes::Step>& step, int count) {
 
 /// Asks at the start, with a margin.
 Way withMargin(const std::shared_ptr<const scenes::Step>& step, double margin) {
-  const auto tree = std::make_shared<FiberTree>(capsules(margin));
+  const auto tree = std::make_shared<FiberTree>(capsules(/*threads=*/1, margin));
   tree->build(fiberArrays(step->start));
   return [=](Found& found) {
     tree->update(fiberArrays(step->end));
