@@ -10,7 +10,7 @@
 
 #include "geometry/frame.h"
 #include "geometry/impact.h"
-#include "geometry/impact_test.h"
+#include "geometry/impact_pairs.h"
 #include "index/pair_filter.h"
 #include "tree/segment_range.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "geometry/impact_test.h"
+#include "geometry/impact_pairs.h"
 
 #include <gtest/gtest.h>
 

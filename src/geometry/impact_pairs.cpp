@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "geometry/impact_test.h"
+#include "geometry/impact_pairs.h"
 
 #include <limits>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "geometry/impact_test.cpp"
+#define HWY_TARGET_INCLUDE "geometry/impact_pairs.cpp"
 #include <hwy/foreach_target.h>
 
 #include "geometry/relative_pairs-inl.h"
