@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "geometry/advancement.h"
-#include "geometry/impact_test.h"
+#include "geometry/impact_pairs.h"
 #include "geometry/touch.h"
 
 namespace fcl_fibers::geometry {
@@ -47,7 +47,7 @@ bool find(const MovingSegment& p, const MovingSegment& q, double margin, double 
 }
 
 void setRow(ImpactRows::Instant& rows, int lane, const Pose<2>& pose, double reach) {
-  const double numbers[] = {pose.w.x, pose.w.y, pose.w.z,    pose.u.x,    pose.u.y,
+  const double numbers[] = {pose.w.x, pose.w.y,    pose.w.z,    pose.u.x,    pose.u.y,
                             pose.u.z, pose.v[0].x, pose.v[0].y, pose.v[0].z, reach};
   for (int i = 0; i < 10; ++i) rows[i][lane] = numbers[i];
 }

@@ -48,11 +48,11 @@ FCL_FIBERS_ALWAYS_INLINE LaneMask overlaps(const Sphere::Pack<N>& pack, const Sp
 ///
 /// The high side of one box is above the low side of the other by a depth that changes linearly.
 /// The two overlap while no depth is negative. If the depths at the start and the end differ in
-/// sign, then the depth is negative during a share -low / (high - low) of the step, with the less of
-/// them first: at the beginning if it grows, else at the end. Its three roundings amount to less
-/// than 2^-21 of it. Where the difference overflows the share is 0 or NaN, which means any time. A
-/// depth that vanishes below float's range is less than the step by which the boxes were rounded
-/// outward.
+/// sign, with `low` for the lesser and `high` for the greater, then the depth is negative during a
+/// share -low / (high - low) of the step: at its beginning if the depth grows, else at its end. The
+/// three roundings of the share amount to less than 2^-21 of it. Where the difference overflows,
+/// the share is 0 or NaN, which means any time. A depth that vanishes below float's range is less
+/// than the step by which the boxes were rounded outward.
 template <int N>
 FCL_FIBERS_ALWAYS_INLINE LaneMask overlaps(const MovingBox::Pack<N>& pack, const MovingBox& box) {
   using Row = Lanes<N>;
