@@ -47,7 +47,8 @@ FCL_FIBERS_ALWAYS_INLINE LaneMask overlaps(const Sphere::Pack<N>& pack, const Sp
 /// Whether they overlap at one common time, up to the pack's last one.
 ///
 /// The high side of one box is above the low side of the other by a depth that changes linearly.
-/// The two overlap while no depth is negative. If the depths at the start and the end differ in
+/// The two overlap while no depth is negative. Most pairs that do so at any time do so at the start
+/// or at the end. If the depths at the start and the end differ in
 /// sign, with `low` for the lesser and `high` for the greater, then the depth is negative during a
 /// share -low / (high - low) of the step: at its beginning if the depth grows, else at its end. The
 /// three roundings of the share amount to less than 2^-21 of it. Where the difference overflows,
@@ -63,18 +64,21 @@ FCL_FIBERS_ALWAYS_INLINE LaneMask overlaps(const MovingBox::Pack<N>& pack, const
                     : Row::all(other.high[axis]) - Row::load(boxes.low(axis));
   };
   Row start[6], end[6];
-  Row least = one, least_of_greatest = one;
+  Row least_at_start = one, least_at_end = one, least_of_greatest = one;
   for (int side = 0; side < 6; ++side) {
     start[side] = depth(side, pack.start(), box.start);
     end[side] = depth(side, pack.end(), box.end);
-    least = min(least, min(start[side], end[side]));
+    least_at_start = min(least_at_start, start[side]);
+    least_at_end = min(least_at_end, end[side]);
     least_of_greatest = min(least_of_greatest, max(start[side], end[side]));
   }
   // Cleared lanes hold NaN, of which the operations above make anything.
   const Row first_low = Row::load(pack.start().low(0)), last_low = Row::load(pack.end().low(0));
   const LaneMask some =
       ((zero <= least_of_greatest) & (first_low <= first_low) & (last_low <= last_low)).mask();
-  if ((some & ~(zero <= least).mask()) == 0) return some;
+  const LaneMask at_one_end = (zero <= least_at_start).mask() |
+                              ((zero <= least_at_end) & (one <= Row::all(pack.until()))).mask();
+  if ((some & ~at_one_end) == 0) return some;
 
   Row waits = zero, parts = zero;  // the shares at the beginning and at the end
   for (int side = 0; side < 6; ++side) {
@@ -84,7 +88,7 @@ FCL_FIBERS_ALWAYS_INLINE LaneMask overlaps(const MovingBox::Pack<N>& pack, const
     waits = max(waits, choose(at_start & some_time, share, zero));
     parts = max(parts, choose(at_start, zero, choose(some_time, share, zero)));
   }
-  return some & ((waits + parts <= one) & (waits <= Row::all(pack.until()))).mask();
+  return some & (at_one_end | ((waits + parts <= one) & (waits <= Row::all(pack.until()))).mask());
 }
 
 namespace internal {
