@@ -145,7 +145,7 @@ FCL_FIBERS_ALWAYS_INLINE PairRows<Float> load(const RelativePairs& relative, int
 
 std::uint64_t decide(ImpactPairs& pairs) {
   constexpr float kRoundUp = 1 + 0x1p-21f;
-  constexpr int kMostSteps = 8;
+  constexpr int kMostSteps = 4;
   RelativePairs relative[2];
   const int count = (pairs.size() + PairBlock::kGroup - 1) / PairBlock::kGroup * PairBlock::kGroup;
   for (int i = 0; i < count; ++i) {
