@@ -240,8 +240,10 @@ bool registerSafeStep(const Request& request) {
     ++count;
   });
   const double fraction = tree->safeStep();
-  // Both are exact to a tolerance of their own.
-  if (!(std::abs(fraction - least) <= 1e-6 * least)) {
+  // Both are certified as distances. The first pairs to touch are fast for their size, so that such
+  // a tolerance is a very small part of the step.
+  constexpr double kTolerance = 1e-9;
+  if (!(std::abs(fraction - least) <= kTolerance)) {
     endProgress();
     std::fprintf(stderr, "motion: a safe step of %.17g, and the first impact at %.17g\n", fraction,
                  least);
