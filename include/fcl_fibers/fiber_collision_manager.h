@@ -223,8 +223,7 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   /// that `collide` has reported. `a` is managed here. `b` is managed by `other`, which may be
   /// null, or here, and otherwise rests where it is now; if it is managed by both, its step in
   /// `other` counts. The objects move as they were read last, as in `collide`. The time is never
-  /// too late. The call looks at all triangles of a mesh that has moved. It returns false if the
-  /// two do not touch in the step.
+  /// too late. The call returns false if the two do not touch in the step.
   ///
   /// Throws std::invalid_argument if FiberManagerOptions::motion is not set, if `a` is null or not
   /// registered, or if `b` is null or cannot be read.

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fcl_fibers/fiber_tree.h>
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
 #include <string>
 #include <utility>
 
@@ -19,6 +16,7 @@
 #include "fibers/mesh_contacts.h"
 #include "fibers/options.h"
 #include "geometry/contact.h"
+#include "index/moving_mesh.h"
 #include "index/posed_triangles.h"
 #include "index/segment_index.h"
 #include "tree/volumes.h"
@@ -147,10 +145,10 @@ class FiberTree::Impl {
 
   template <class F>
   bool visitImpacts(const TriangleMesh& start, const TriangleMesh& end, F take) const {
-    const MovingMesh mesh = movingMesh("visitImpacts", start, end);
     const index::Step step = index_.step("visitImpacts");
+    const index::MovingMesh mesh = movingMesh("visitImpacts", start, end);
     arrays::ImpactsTo sink(arrays::ImpactsOfMesh(), std::move(take));
-    return step.searchImpacts(mesh.start, mesh.end, sink) == Visit::kStop;
+    return step.searchImpacts(mesh, /*more_margin=*/0, sink) == Visit::kStop;
   }
 
   template <class F>
@@ -168,8 +166,8 @@ class FiberTree::Impl {
   }
 
   double safeStep(const TriangleMesh& start, const TriangleMesh& end) const {
-    const MovingMesh mesh = movingMesh("safeStep", start, end);
-    return index_.step("safeStep").safeTime(mesh.start, mesh.end);
+    const index::Step step = index_.step("safeStep");
+    return step.safeTime(movingMesh("safeStep", start, end));
   }
 
   template <typename S>
@@ -249,7 +247,7 @@ class FiberTree::Impl {
     const Frame& frame = index_->frame();
     const Segment moved{frame.fromWorld(shape.a), frame.fromWorld(shape.b),
                         frame.scale * shape.radius};
-    if (!isBounded(moved) || !std::isfinite(moved.radius)) {
+    if (!isFinite(moved)) {
       refuseIt("its coordinates overflow in the unit of the fibers; bring it nearer to them");
     }
     return moved;
@@ -276,19 +274,16 @@ class FiberTree::Impl {
     }
   }
 
-  struct MovingMesh {
-    index::PosedMesh start, end;
-  };
-  MovingMesh movingMesh(const char* call, const TriangleMesh& start,
-                        const TriangleMesh& end) const {
-    const MovingMesh mesh{posedMesh(call, start), posedMesh(call, end)};
-    if (mesh.start.is_solid != mesh.end.is_solid || mesh.start.categories != mesh.end.categories ||
-        !mesh.start.mesh.hasTrianglesOf(mesh.end.mesh)) {
+  index::MovingMesh movingMesh(const char* call, const TriangleMesh& mesh_start,
+                               const TriangleMesh& mesh_end) const {
+    const index::PosedMesh start = posedMesh(call, mesh_start), end = posedMesh(call, mesh_end);
+    if (start.is_solid != end.is_solid || start.categories != end.categories ||
+        !start.mesh.hasTrianglesOf(end.mesh)) {
       refuse(call,
              "the mesh at the end has other triangles, another kind or other categories than the "
              "one at the start; copy the mesh and move the copy");
     }
-    return mesh;
+    return {start, end, index_->frame(), index_->executor()};
   }
 
   /// The mesh for a search. Refuses what no search can be right for.

@@ -126,10 +126,13 @@ class Generations {
   }
 
   /// The same for a mesh that moves, during the whole step.
-  tree::Visit searchMesh(const index::PosedMesh& start, const index::PosedMesh& end,
+  tree::Visit searchMesh(const index::MovingMesh& mesh, double more_margin,
                          index::PairSink& sink) const {
-    return forEach([&](const MovingIndex& part) { return part.search(start, end, sink); });
+    return forEach([&](const MovingIndex& part) { return part.search(mesh, more_margin, sink); });
   }
+
+  /// The threads of a query; null for one.
+  parallel::Executor* executor() const { return main_->executor(); }
 
   std::size_t memoryUsage() const { return main_.memoryUsage() + young_.memoryUsage(); }
 

@@ -11,7 +11,7 @@
 #include "fibers/public_contact.h"
 #include "geometry/impact.h"
 #include "geometry/triangle_contact.h"
-#include "index/step.h"
+#include "index/moving_mesh.h"
 
 namespace fcl_fibers::broadphase {
 namespace {
@@ -103,7 +103,7 @@ struct Partner {
     if (countsTriangles(state.options()) && isMesh(object)) {
       const MeshReading reading = readMesh(kCall, object, /*is_solid=*/false, frame,
                                            state.options().bounds, state.obstacles().cache(), name);
-      setMesh({reading, nullptr, 0, tree::kAllCategories, false, true, reading, {}});
+      setMesh({reading, nullptr, 0, tree::kAllCategories, false, true, reading});
     } else {
       segment.end = readObject(kCall, object, frame, state.options().bounds, name);
       segment.start = segment.end;
@@ -120,13 +120,11 @@ struct Partner {
 
 /// Sets all of the contact except its places, which stay.
 template <typename S>
-bool findMeshImpact(const typename Obstacles<S>::MeshEntry& mesh, const Partner<S>& capsule,
-                    double margin, const geometry::Frame& frame, TimedContact& contact) {
-  const index::PosedMesh start = mesh.posedAtStart(), end = mesh.posed();
+bool findMeshImpact(const index::MovingMesh& mesh, const Partner<S>& capsule, double margin,
+                    TimedContact& contact) {
+  const geometry::Frame& frame = mesh.frame();
   index::MeshImpact impact;
-  if (!index::findImpact(start, end, capsule.segment, frame, margin, capsule.error, impact)) {
-    return false;
-  }
+  if (!findImpact(mesh, capsule.segment, margin, capsule.error, impact)) return false;
   contact.time = impact.time;
   contact.triangle = impact.triangle;
   const Segment segment = at(impact.time, capsule.segment, frame);
@@ -136,13 +134,13 @@ bool findMeshImpact(const typename Obstacles<S>::MeshEntry& mesh, const Partner<
   MeshContact found;
   if (impact.time == 0) {
     // It may be inside a solid. What touches later comes from outside.
-    const fibers::MeshContacts contact_of(start);
-    const Vec3d shift = frame.origin - start.pose.shift;
+    const fibers::MeshContacts contact_of(mesh.start());
+    const Vec3d shift = frame.origin - mesh.start().pose.shift;
     found = contact_of({segment.a + shift, segment.b + shift, segment.radius}, {}, impact.triangle);
   } else {
     const geometry::Triangle triangle =
-        at(impact.time, index::PosedTriangles(start, world)[impact.triangle],
-           index::PosedTriangles(end, world)[impact.triangle]);
+        at(impact.time, index::PosedTriangles(mesh.start(), world)[impact.triangle],
+           index::PosedTriangles(mesh.end(), world)[impact.triangle]);
     found = fibers::publicContact(geometry::triangleContact(segment, triangle, frame.origin), {},
                                   impact.triangle, /*is_inside=*/false);
   }
@@ -193,9 +191,8 @@ bool findImpact(const ManagerState<S>& state, const ManagerState<S>* other,
   const double margin = state.generations().margin();
   if (p.mesh.has_value() != q.mesh.has_value()) {
     const bool is_first = p.mesh.has_value();
-    if (!findMeshImpact(is_first ? *p.mesh : *q.mesh, is_first ? q : p, margin, frame, contact)) {
-      return false;
-    }
+    const auto mesh = state.movingMesh(is_first ? *p.mesh : *q.mesh);
+    if (!findMeshImpact(*mesh, is_first ? q : p, margin, contact)) return false;
     if (is_first && contact.is_exact) exchange(contact);
     return true;
   }

@@ -123,7 +123,7 @@ class ManagerQueries {
   /// A mesh that was just read.
   static Entry resting(const MeshReading& mesh, SegmentId id, tree::Categories categories,
                        bool is_solid) {
-    return {mesh, nullptr, id, categories, is_solid, true, mesh, {}};
+    return {mesh, nullptr, id, categories, is_solid, true, mesh};
   }
 
   /// @param pairs  pairs(a, b, call) calls the callback if the rules report the pair, and returns
@@ -167,16 +167,12 @@ class ManagerQueries {
   template <class SinkOfSegments>
   tree::Visit searchTriangles(const State& state, const Entry& mesh, double more_margin,
                               SinkOfSegments& sink) const {
-    index::PosedMesh end = mesh.posed();
-    end.margin += more_margin;
     if constexpr (Call::kLooksAtSteps) {
-      if (moves_) {
-        index::PosedMesh start = mesh.posedAtStart();
-        start.margin += more_margin;
-        return state.generations().searchMesh(start, end, sink);
-      }
+      if (moves_) return state.generations().searchMesh(*state.movingMesh(mesh), more_margin, sink);
     }
-    return state.generations().searchMesh(end, sink);
+    index::PosedMesh posed = mesh.posed();
+    posed.margin += more_margin;
+    return state.generations().searchMesh(posed, sink);
   }
 
   /// Finds the meshes whose boxes may touch a segment. `pairs` gets a mesh.

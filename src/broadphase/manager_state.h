@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstddef>
+#include <memory>
 #include <optional>
 
 #include <fcl_fibers/fiber_manager_options.h>
@@ -54,6 +55,12 @@ class ManagerState : public ManagedObjects<S, fcl::CollisionObject<S>> {
   const geometry::Frame& frame() const { return generations_.frame(); }
   /// @pre a QueryScope exists
   const Obstacles<S>& obstacles() const { return obstacles_; }
+
+  /// A mesh in the frame of the indexes, during the step. See MeshEntry::moving().
+  std::shared_ptr<const index::MovingMesh> movingMesh(
+      const typename Obstacles<S>::MeshEntry& entry) const {
+    return entry.moving(frame(), generations_.executor());
+  }
 
   /// Reads the objects as they are now.
   Source source(const char* call) const {

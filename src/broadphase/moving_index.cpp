@@ -12,7 +12,6 @@ namespace {
 
 using geometry::Frame;
 using geometry::Segment;
-using geometry::Vec3d;
 using index::SegmentIndex;
 using index::SegmentSource;
 using tree::Visit;
@@ -39,9 +38,7 @@ class StartInFrame {
   /// If an object counts by its box at the end, it does so at the start.
   static Segment ofKind(const Segment& end, const Segment& start) {
     if (!end.isBox() || start.isBox()) return start;
-    const double r = start.radius + endPointError(start);
-    return Segment::box(min(start.a, start.b) - Vec3d{r, r, r},
-                        max(start.a, start.b) + Vec3d{r, r, r});
+    return boxAround(start, endPointError(start));
   }
 
   const Frame from_;

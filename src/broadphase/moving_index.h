@@ -127,9 +127,9 @@ class MovingIndex {
   }
 
   /// See Step::searchImpacts().
-  tree::Visit search(const index::PosedMesh& start, const index::PosedMesh& end,
+  tree::Visit search(const index::MovingMesh& mesh, double more_margin,
                      index::PairSink& sink) const {
-    return empty() ? tree::Visit::kContinue : step().searchImpacts(start, end, sink);
+    return empty() ? tree::Visit::kContinue : step().searchImpacts(mesh, more_margin, sink);
   }
 
   std::size_t memoryUsage() const;

@@ -101,6 +101,22 @@ void placeMesh(const fcl::CollisionObject<S>& object, const Frame& frame, Bounds
       readMeshBox(object, reading.mesh->bounds(), frame, bounds, reading.box, reading.margin);
 }
 
+std::shared_ptr<const index::MovingMesh> MovingMeshOnDemand::get(const index::PosedMesh& start,
+                                                                 const index::PosedMesh& end,
+                                                                 const Frame& frame,
+                                                                 parallel::Executor* executor) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (mesh_ == nullptr || !(mesh_->frame() == frame)) {
+    mesh_ = std::make_shared<const index::MovingMesh>(start, end, frame, executor);
+  }
+  return mesh_;
+}
+
+std::size_t MovingMeshOnDemand::memoryUsage() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return mesh_ == nullptr ? 0 : mesh_->memoryUsage();
+}
+
 template <typename S>
 Obstacles<S>::Obstacles(const FiberManagerOptions& options)
     : bounds_(options.bounds), moves_(options.motion), boxes_(boxOptions(options)) {}
@@ -119,7 +135,7 @@ void Obstacles<S>::reserve(std::size_t count) {
 template <typename S>
 void Obstacles<S>::add(Object* object, SegmentId id, tree::Categories categories, bool is_solid) {
   if (broadphase::isMesh(*object)) {
-    meshes_.push_back({{}, object, id, categories, is_solid, false, {}, {}});
+    meshes_.push_back({{}, object, id, categories, is_solid});
   } else {
     shapes_.push_back({object, id, false, {}, {}, {}});
   }
@@ -186,6 +202,7 @@ void Obstacles<S>::read(const char* call, MeshEntry& entry, const Frame& frame,
     entry.frame = frame;
   }
   static_cast<MeshReading&>(entry) = std::move(now);
+  entry.forgetTrees();
   entry.is_read = true;
 }
 
@@ -251,13 +268,14 @@ bool Obstacles<S>::isCurrent(const Frame& frame) const {
 
 template <typename S>
 std::size_t Obstacles<S>::memoryUsage() const {
-  std::size_t starts = 0;
+  std::size_t steps = 0;
   for (const MeshEntry& entry : meshes_) {
+    steps += entry.trees->memoryUsage();
     if (entry.start.mesh != nullptr && entry.start.mesh != entry.mesh) {
-      starts += entry.start.mesh->memoryUsage();
+      steps += entry.start.mesh->memoryUsage();
     }
   }
-  return starts + meshes_.capacity() * sizeof(MeshEntry) + shapes_.capacity() * sizeof(ShapeEntry) +
+  return steps + meshes_.capacity() * sizeof(MeshEntry) + shapes_.capacity() * sizeof(ShapeEntry) +
          boxes_.memoryUsage() + (start_boxes_ ? start_boxes_->memoryUsage() : 0) +
          box_ids_.capacity() * sizeof(SegmentId) + cache_.memoryUsage();
 }

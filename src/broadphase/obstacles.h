@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@
 #include "broadphase/object_members.h"
 #include "broadphase/object_registry.h"
 #include "geometry/obstacle.h"
+#include "index/moving_mesh.h"
 #include "index/segment_index.h"
 #include "index/step.h"
 
@@ -41,6 +43,22 @@ struct MeshReading {
     const tree::Categories searched = categories != 0 ? categories : tree::kAllCategories;
     return {mesh->index(), pose, searched, is_solid, margin};
   }
+};
+
+/// The trees of a mesh during a step, which are made for the first query that needs them. Several
+/// threads may ask.
+class MovingMeshOnDemand {
+ public:
+  /// All calls have the same start and end. It keeps the mesh for the frame of the last call.
+  std::shared_ptr<const index::MovingMesh> get(const index::PosedMesh& start,
+                                               const index::PosedMesh& end,
+                                               const geometry::Frame& frame,
+                                               parallel::Executor* executor);
+  std::size_t memoryUsage() const;
+
+ private:
+  mutable std::mutex mutex_;
+  std::shared_ptr<const index::MovingMesh> mesh_;
 };
 
 /// Returns the name of an object, for an error text.
@@ -76,11 +94,19 @@ class Obstacles {
     bool is_read = false;
 
     // If meshes move:
-    MeshReading start;      ///< at the start of the step, with the same triangles
-    geometry::Frame frame;  ///< of both boxes
+    MeshReading start = {};      ///< at the start of the step, with the same triangles
+    geometry::Frame frame = {};  ///< of both boxes
+    /// Copies of the entry share it.
+    std::shared_ptr<MovingMeshOnDemand> trees = std::make_shared<MovingMeshOnDemand>();
 
     index::PosedMesh posed() const { return MeshReading::posed(categories, is_solid); }
-    index::PosedMesh posedAtStart() const { return start.posed(categories, is_solid); }
+    /// @pre countsMovingTriangles(); the entry lives as long as the result
+    std::shared_ptr<const index::MovingMesh> moving(const geometry::Frame& its_frame,
+                                                    parallel::Executor* executor) const {
+      return trees->get(start.posed(categories, is_solid), posed(), its_frame, executor);
+    }
+    /// Gives up the trees, because the start or the end will change.
+    void forgetTrees() { trees = std::make_shared<MovingMeshOnDemand>(); }
     /// Whether triangles count during the whole step.
     bool countsMovingTriangles() const { return counts_triangles && start.counts_triangles; }
     geometry::MovingSegment movingBox() const { return {start.box, box}; }
@@ -109,7 +135,10 @@ class Obstacles {
   /// Begins a step where the present one ends.
   void beginStep() {
     for (ShapeEntry& entry : shapes_) entry.start = entry.end;
-    for (MeshEntry& entry : meshes_) entry.start = entry;
+    for (MeshEntry& entry : meshes_) {
+      entry.start = entry;
+      entry.forgetTrees();
+    }
     start_boxes_ = nullptr;
   }
   /// Adds the object that replaces one of another manager. The cache has the triangles of that one,

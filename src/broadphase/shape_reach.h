@@ -106,7 +106,7 @@ class ShapeReach {
     }
     index::MeshImpact impact;
     return !mesh.countsMovingTriangles() ||
-           findImpact(mesh.posedAtStart(), mesh.posed(), segment, frame, reach, error, impact);
+           findImpact(*state_.movingMesh(mesh), segment, reach, error, impact);
   }
 
   static bool capsuleTouches(const MovingSegment& capsule, double error, const MovingShape& shape,

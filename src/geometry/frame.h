@@ -24,6 +24,10 @@ struct Frame {
   Vec3d fromWorld(const Vec3d& p) const { return scale * (p - origin); }
 };
 
+inline bool operator==(const Frame& p, const Frame& q) {
+  return p.origin == q.origin && p.scale == q.scale;
+}
+
 /// Whether squares of the coordinates fit float, which makes volumes tight, or the segment is
 /// unbounded.
 inline bool isInFloatRange(const Segment& segment) {

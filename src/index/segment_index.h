@@ -86,6 +86,9 @@ class SegmentIndex {
   /// returns, but checks only now and then whether a build pays.
   bool refitSome(const std::vector<SegmentId>& ids, const std::vector<Segment>& moved);
 
+  /// The threads of a search; null for one.
+  parallel::Executor* executor() const { return executor_.get(); }
+
   /// Whether refit() would change nothing that a search can see.
   bool isFitted(const SegmentSource& source) const;
 

@@ -14,6 +14,7 @@
 
 namespace fcl_fibers::index {
 
+class MovingMesh;
 class SegmentMarks;
 
 /// A step of the segments of an index, from time 0 to time 1: one index is fitted to the start and
@@ -46,11 +47,12 @@ class Step {
   ///@}
 
   /// Finds the segments that touch a triangle of a mesh at some time, each pair with its impact; b
-  /// is the triangle. Each corner moves linearly from its place at the start to that at the end. A
-  /// segment that is wholly inside a solid mesh at the start comes first and once, at time 0 with
-  /// its nearest triangle.
-  /// @pre the indexes keep their segments; both meshes have the same triangles
-  tree::Visit searchImpacts(const PosedMesh& start, const PosedMesh& end, PairSink& sink) const;
+  /// is the triangle. A segment that is wholly inside a solid mesh at the start comes first and
+  /// once, at time 0 with its nearest triangle.
+  /// @param more_margin  in addition to the margins of index and mesh, in the world's unit; it may
+  ///                     be negative
+  /// @pre the indexes keep their segments; the mesh has their frame
+  tree::Visit searchImpacts(const MovingMesh& mesh, double more_margin, PairSink& sink) const;
 
   /// Finds the first time at which two segments touch that did not at the start, or come nearer
   /// than they were there. Returns 1 if there is none.
@@ -58,13 +60,13 @@ class Step {
   double safeTime(const PairFilter* wanted) const;
   /// Does the same for segments and triangles of a mesh. Segments that are wholly inside a solid
   /// mesh at the start do not count, because on their way out they touch its surface.
-  double safeTime(const PosedMesh& start, const PosedMesh& end) const;
+  double safeTime(const MovingMesh& mesh) const;
 
  private:
   MovingRange segments() const;
   std::vector<tree::Pair> findInside(const PosedMesh& start, SegmentMarks& inside) const;
   template <class F>
-  tree::Visit visitMesh(const PosedMesh& start, const PosedMesh& end, const SegmentMarks& inside,
+  tree::Visit visitMesh(const MovingMesh& mesh, double more_margin, const SegmentMarks& inside,
                         const std::atomic<float>& until, F&& visit) const;
   template <class F>
   tree::Visit visitTree(F&& visit, const std::atomic<float>& until = tree::kWholeStep) const;
@@ -77,19 +79,6 @@ class Step {
   const SegmentIndex& start_;
   const SegmentIndex& end_;
 };
-
-/// The first touch of a segment and a mesh in a step.
-struct MeshImpact {
-  double time;
-  TriangleId triangle;
-};
-
-/// Finds when a moving segment of a frame first touches a mesh that moves as in
-/// Step::searchImpacts(). It takes a time that grows with the triangles, unless the mesh rests.
-/// @param margin, error  see touches()
-bool findImpact(const PosedMesh& start, const PosedMesh& end,
-                const geometry::MovingSegment& segment, const geometry::Frame& frame, double margin,
-                double error, MeshImpact& impact);
 
 /// Calls visit(tree) with the tree that moves.
 template <class F>

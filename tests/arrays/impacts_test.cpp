@@ -28,6 +28,45 @@ template <typename S>
 class ImpactsOf : public testing::Test {};
 TYPED_TEST_SUITE(ImpactsOf, Scalars, ScalarName);
 
+/// The pairs that touch at one of many sampled times of a step, and the first such time.
+/// @param touchingAt  the pairs that touch at a time
+template <class F>
+std::map<Pair, double> sampledTimes(const F& touchingAt) {
+  std::map<Pair, double> times;
+  for (int k = 0; k <= kSamples; ++k) {
+    const double time = static_cast<double>(k) / kSamples;
+    for (const Pair& pair : touchingAt(time)) times.emplace(pair, time);
+  }
+  return times;
+}
+
+/// Expects that each sampled pair was found, and not after its sampled time. Returns how many of
+/// them do not touch at the start.
+std::size_t expectFound(const std::map<Pair, double>& sampled,
+                        const std::map<Pair, Impact>& impacts) {
+  std::size_t late = 0;
+  for (const auto& [pair, time] : sampled) {
+    const auto found = impacts.find(pair);
+    if (found == impacts.end()) {
+      ADD_FAILURE() << pair.first << ", " << pair.second << " at " << time << " is missing";
+      continue;
+    }
+    EXPECT_LE(found->second.time, time);
+    late += time > 0;
+  }
+  return late;
+}
+
+/// Expects that two capsules touch at the time of their impact, at its places.
+void expectTouching(const Contact& contact, const Impact& impact, double margin) {
+  EXPECT_LE(contact.distance, margin + kTolerance);
+  if (impact.time > 0) {
+    EXPECT_GE(contact.distance, margin - kTolerance);
+  }
+  EXPECT_NEAR(contact.s, impact.s, 1e-3);
+  EXPECT_NEAR(contact.t, impact.t, 1e-3);
+}
+
 /// Whatever touches at one of many sampled times was found, and not after that time. What was found
 /// touches at its time.
 TYPED_TEST(ImpactsOf, ImpactsAreThoseOfTheWholeStep) {
@@ -39,28 +78,14 @@ TYPED_TEST(ImpactsOf, ImpactsAreThoseOfTheWholeStep) {
       FiberTreeOptions options = capsules(1, seed % 2 == 0 ? 0 : 0.003);
       options.topology = topology;
       const auto impacts = impactsOf(treeOf(motion, options));
-      std::map<Pair, double> sampled;
-      for (int k = 0; k <= kSamples; ++k) {
-        const double time = static_cast<double>(k) / kSamples;
+      const auto sampled = sampledTimes([&](double time) {
         const Assembly<double> now = motion.at(time);
-        for (const Pair& pair : touchingPairs(now, now, 1, options.margin)) {
-          sampled.emplace(pair, time);
-        }
-      }
-      for (const auto& [pair, time] : sampled) {
-        const auto found = impacts.find(pair);
-        ASSERT_NE(found, impacts.end()) << pair.first << ", " << pair.second << " at " << time;
-        EXPECT_LE(found->second.time, time);
-        late += time > 0;
-      }
+        return touchingPairs(now, now, 1, options.margin);
+      });
+      late += expectFound(sampled, impacts);
       for (const auto& [pair, impact] : impacts) {
-        const Contact contact = impactContact(motion.start.view(), motion.end.view(), impact);
-        EXPECT_LE(contact.distance, options.margin + kTolerance);
-        if (impact.time > 0) {
-          EXPECT_GE(contact.distance, options.margin - kTolerance);
-        }
-        EXPECT_NEAR(contact.s, impact.s, 1e-3);
-        EXPECT_NEAR(contact.t, impact.t, 1e-3);
+        expectTouching(impactContact(motion.start.view(), motion.end.view(), impact), impact,
+                       options.margin);
       }
       all += impacts.size();
     }
@@ -234,29 +259,14 @@ TYPED_TEST(ImpactsOf, TwoTreesMeetDuringTheStep) {
       EXPECT_TRUE(impacts.emplace(pair, impact).second) << "a pair came twice";
       const Contact contact = impactContact(mine.start.view(), mine.end.view(), theirs.start.view(),
                                             theirs.end.view(), impact);
-      EXPECT_LE(contact.distance, options.margin + kTolerance);
-      if (impact.time > 0) {
-        EXPECT_GE(contact.distance, options.margin - kTolerance);
-      }
-      EXPECT_NEAR(contact.s, impact.s, 1e-3);
-      EXPECT_NEAR(contact.t, impact.t, 1e-3);
+      expectTouching(contact, impact, options.margin);
       EXPECT_EQ(contact.a.fiber, tree.fiberSegment(pair.first).fiber);
       EXPECT_EQ(contact.b.fiber, other.fiberSegment(pair.second).fiber);
     });
-    std::map<Pair, double> sampled;
-    for (int k = 0; k <= kSamples; ++k) {
-      const double time = static_cast<double>(k) / kSamples;
-      for (const Pair& pair :
-           touchingPairs(mine.at(time), theirs.at(time), /*ignored=*/0, options.margin)) {
-        sampled.emplace(pair, time);
-      }
-    }
-    for (const auto& [pair, time] : sampled) {
-      const auto found = impacts.find(pair);
-      ASSERT_NE(found, impacts.end()) << pair.first << ", " << pair.second << " at " << time;
-      EXPECT_LE(found->second.time, time);
-      late += time > 0;
-    }
+    const auto sampled = sampledTimes([&](double time) {
+      return touchingPairs(mine.at(time), theirs.at(time), /*ignored=*/0, options.margin);
+    });
+    late += expectFound(sampled, impacts);
   }
   EXPECT_GT(late, 200u);
 }

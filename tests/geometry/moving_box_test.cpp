@@ -136,6 +136,9 @@ TEST(MovingBox, TimesBeyondTheLastDoNotCount) {
   EXPECT_EQ(overlaps(packs.until(1), rests), LaneMask{1} << 3);
   EXPECT_EQ(overlaps(packs.until(0.46f), rests), LaneMask{1} << 3);
   EXPECT_EQ(overlaps(packs.until(0.44f), rests), LaneMask{0});
+  packs.end.set(3, boxAt(0));
+  EXPECT_EQ(overlaps(packs.until(1), rests), LaneMask{1} << 3);
+  EXPECT_EQ(overlaps(packs.until(0.89f), rests), LaneMask{0});
 }
 
 TEST(MovingBox, ClearedLanesNeverOverlap) {
