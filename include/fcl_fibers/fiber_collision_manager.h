@@ -60,13 +60,14 @@ struct TimedContact : Contact {
 /// updates are one step, and all queries before the next update see the same step. An object that
 /// no `collide` has seen starts where it was first read. In between, end points and radii of
 /// capsules and spheres move linearly, also those of a capsule that turns. Any other object counts
-/// by its box, whose sides move linearly, and next to a capsule by its shape if it does not turn.
-/// The points of an `fcl::BVHModel` move linearly, also those of a mesh that turns. If it has other
-/// triangles at the end than at the start, it rests where it is at the end. A managed object counts
-/// as it was read, even if it is the one that is passed to `collide` and has moved since. An object
-/// that is not managed, and one of a manager without this option, rests. `distance` answers for the
-/// end of the step, and is no query that a step ends with. clear() forgets all steps, and so does
-/// unregistering for that object. A clone has none at first.
+/// by its box, whose sides move linearly, and next to a capsule by its shape if it does not turn,
+/// up to 1/4096 of the way that the capsule goes against the shape. The points of an
+/// `fcl::BVHModel` move linearly, also those of a mesh that turns. If it has other triangles at the
+/// end than at the start, it rests where it is at the end. A managed object counts as it was read,
+/// even if it is the one that is passed to `collide` and has moved since. An object that is not
+/// managed, and one of a manager without this option, rests. `distance` answers for the end of the
+/// step. Neither it nor a `collide` that throws is a query that a step ends with.
+/// clear() forgets all steps, and so does unregistering for that object. A clone has none at first.
 ///
 /// **Threads.** Queries are const and may run from several threads at once. While a query runs, for
 /// instance in its callback, the manager refuses to register, unregister, update or clear.

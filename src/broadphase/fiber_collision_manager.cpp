@@ -50,11 +50,11 @@ class FiberCollisionManager<S>::Impl final : public broadphase::ManagerState<S> 
   /// Each query finds the pairs with an object, within this manager, or with another manager.
   template <class Call>
   void query(Call call, Object* object) const {
-    broadphase::ManagerQueries<S, Call>(*this, call).with(object);
+    run(call, [&](auto& queries) { queries.with(object); });
   }
   template <class Call>
   void query(Call call) const {
-    broadphase::ManagerQueries<S, Call>(*this, call).self();
+    run(call, [&](auto& queries) { queries.self(); });
   }
   template <class Call>
   void query(Call call, fcl::BroadPhaseCollisionManager<S>* other) const {
@@ -63,12 +63,14 @@ class FiberCollisionManager<S>::Impl final : public broadphase::ManagerState<S> 
     }
     if (const auto* fiber_manager = dynamic_cast<const FiberCollisionManager*>(other)) {
       const Impl& impl = fiber_manager->impl();
-      broadphase::ManagerQueries<S, Call> queries(*this, call);
-      return &impl == this ? queries.self() : queries.with(impl);
+      if (&impl == this) return query(std::move(call));
+      run(call, [&](auto& queries) { queries.with(impl); });
+      if (Call::kLooksAtSteps && this->options().motion) impl.seeStep();
+      return;
     }
     std::vector<Object*> objects;
     other->getObjects(objects);
-    broadphase::ManagerQueries<S, Call>(*this, call).with(objects);
+    run(call, [&](auto& queries) { queries.with(objects); });
   }
 
   double marginOf(const char* call, const Object* object,
@@ -99,6 +101,15 @@ class FiberCollisionManager<S>::Impl final : public broadphase::ManagerState<S> 
     return std::max({beyond(box.a.x, counted.a.x), beyond(box.a.y, counted.a.y),
                      beyond(box.a.z, counted.a.z), beyond(counted.b.x, box.b.x),
                      beyond(counted.b.y, box.b.y), beyond(counted.b.z, box.b.z)});
+  }
+
+ private:
+  /// A query that is refused has not looked at the step.
+  template <class Call, class F>
+  void run(Call& call, F&& find) const {
+    broadphase::ManagerQueries<S, Call> queries(*this, call);
+    find(queries);
+    if (Call::kLooksAtSteps) this->seeStep();
   }
 };
 

@@ -23,7 +23,7 @@ class ManagerQueries {
   ManagerQueries(const State& state, Call& call)
       : state_(state),
         moves_(Call::kLooksAtSteps && state.options().motion),
-        scope_(state, Call::kName, moves_),
+        scope_(state, Call::kName),
         rules_(state.registry(), state.generations().youngBegin()),
         reach_(state, moves_),
         call_(call) {}
@@ -75,7 +75,7 @@ class ManagerQueries {
 
   /// Finds the pairs with the objects of another fiber manager.
   void with(const State& other) {
-    const typename State::QueryScope other_scope(other, Call::kName, moves_);
+    const typename State::QueryScope other_scope(other, Call::kName);
     if (searchTrees(other) == tree::Visit::kStop) return;
     if (searchOwnMeshes(other) == tree::Visit::kStop) return;
     if (countsTriangles(other.options())) {

@@ -40,14 +40,9 @@ class ManagerState : public ManagedObjects<S, fcl::CollisionObject<S>> {
   void update(const char* call);
   void update(const char* call, const Objects& moved);
 
-  class QueryScope : public Base::QueryScope {
-   public:
-    /// @param sees_step  whether the next update begins a new step
-    QueryScope(const ManagerState& state, const char* call, bool sees_step)
-        : Base::QueryScope(state, call) {
-      if (sees_step) state.step_is_seen_ = true;
-    }
-  };
+  using typename Base::QueryScope;
+  /// To call after a query that has looked at the step, so that the next update begins a new one.
+  void seeStep() const { step_is_seen_ = true; }
 
   const FiberManagerOptions& options() const { return options_; }
   /// @pre a QueryScope exists

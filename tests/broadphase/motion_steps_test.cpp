@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
 #include "broadphase/moving_program.h"
@@ -88,6 +89,24 @@ TYPED_TEST(ManagerMotionSteps, AStepBeginsWhereTheLastCollisionQueryLooked) {
   EXPECT_EQ(selfPairs(manager).size(), 1u) << "the same step";
   manager.update(std::vector<fcl::CollisionObject<S>*>());
   EXPECT_TRUE(selfPairs(manager).empty()) << "a new step, in which all rest";
+
+  // Nor does a query that is refused.
+  falling.place(0, 0, 1);
+  manager.update();
+  EXPECT_EQ(selfPairs(manager).size(), 1u);
+  falling.place(0, 0, -1);
+  manager.update();
+  OneCapsule<S> broken;
+  LayeredAABBTreeCollisionManager<S> other(movingOptions());
+  other.registerFiber({&broken.object});
+  fcl::DynamicAABBTreeCollisionManager<S> fcls;
+  fcls.registerObject(&broken.object);
+  broken.place(0, 0, std::numeric_limits<double>::quiet_NaN());
+  EXPECT_THROW(pairsWith(manager, broken.object), std::invalid_argument);
+  EXPECT_THROW(pairsWith(manager, other), std::invalid_argument);
+  EXPECT_THROW(pairsWith(manager, fcls), std::invalid_argument);
+  manager.update(std::vector<fcl::CollisionObject<S>*>());
+  EXPECT_EQ(selfPairs(manager).size(), 1u) << "the step is the one that no query has looked at";
 
   // A build that fails in a query must not lose what the query before saw.
   std::vector<std::unique_ptr<OneCapsule<S>>> more;
