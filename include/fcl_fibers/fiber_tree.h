@@ -206,8 +206,9 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// and the order are those of visitPairs(), so impacts do not come in the order of their times.
   ///
   /// No impact is missed, and no time is too late. At its time a pair is no further apart than its
-  /// radii, the margin and 2^-36 of the sizes and distance of its capsules. docs/numerics.md tells
-  /// how rare the exceptions to the latter are.
+  /// radii, the margin, 2^-36 of the sizes and distance of its capsules, and 2^-48 of the extent of
+  /// all fibers, which is the rounding of their coordinates. docs/numerics.md tells how rare the
+  /// exceptions are.
   ///
   /// This call and the others about a step throw std::invalid_argument if the last update was no
   /// step and, except visitMovingPairs(), if the tree has Report::kVolumes.
@@ -237,6 +238,12 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
     Bridge<Visitor, SegmentPair> bridge(visit);
     return visitMovingRuns(bridge);
   }
+  /// Does the same for segments of this tree and of another tree, as visitImpacts() does.
+  template <class Visitor>
+  bool visitMovingPairs(const FiberTree& other, Visitor&& visit) const {
+    Bridge<Visitor, SegmentPair> bridge(visit);
+    return visitMovingRuns(other, bridge);
+  }
 
   /// Calls visit(MeshImpact) once for every segment and triangle that touch at any time of the
   /// step, while each corner moves linearly from its place in `start` to its place in `end`. A mesh
@@ -255,9 +262,18 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   }
 
   /// Returns a time of the step up to which no pair of visitPairs() starts to touch, or 1 if none
-  /// does. It is never too late, and as little too early as the time of an impact. A pair that
-  /// touches at the start counts from the time at which it is nearer than it was there.
+  /// does. It is as little too early as the time of an impact, and never too late. A pair that
+  /// touches at the start, or misses that by less than rounding, counts from the time at which it
+  /// is nearer than it was there by 2^-35 of the sizes and distance of its capsules. The last
+  /// digits of the time may depend on the number of threads.
+  ///
+  /// A program that moves only so far meets the same pair again at once. The pairs that touch next
+  /// are the impacts whose time is little more than this one.
   double safeStep() const;
+
+  /// Does the same for the pairs with another tree, as visitImpacts() does. The lesser of all
+  /// results is safe for both trees.
+  double safeStep(const FiberTree& other) const;
 
   /// Does the same for the pairs of visitMesh(), with a mesh that moves as in visitImpacts(). The
   /// lesser of both results is safe for fibers and mesh. A segment that is wholly inside a solid at
@@ -380,6 +396,7 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   bool visitRuns(Runs<Impact>& runs) const;
   bool visitRuns(const FiberTree& other, Runs<Impact>& runs) const;
   bool visitMovingRuns(Runs<SegmentPair>& runs) const;
+  bool visitMovingRuns(const FiberTree& other, Runs<SegmentPair>& runs) const;
   bool visitRuns(const CapsuleShape& capsule, Runs<std::int32_t>& runs) const;
   bool visitRuns(const BoxShape& box, Runs<std::int32_t>& runs) const;
 

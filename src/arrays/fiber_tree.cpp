@@ -136,11 +136,9 @@ class FiberTree::Impl {
   template <class F>
   bool visitImpacts(const Impl& other, F take) const {
     index_.requireCapsules("visitImpacts");
-    requirePartner("visitImpacts", other.index_);
-    const index::Step step = index_.step("visitImpacts"),
-                      other_step = other.index_.step("visitImpacts: the other tree");
+    const Steps steps = stepsWith(other, "visitImpacts", "visitImpacts: the other tree");
     arrays::ImpactsTo sink(arrays::ImpactsOfTwo(), std::move(take));
-    return step.searchImpacts(other_step, nullptr, sink) == Visit::kStop;
+    return steps.own.searchImpacts(steps.other, nullptr, sink) == Visit::kStop;
   }
 
   template <class F>
@@ -158,11 +156,24 @@ class FiberTree::Impl {
     return step.searchMoving(nullptr, sink) == Visit::kStop;
   }
 
+  template <class F>
+  bool visitMovingPairs(const Impl& other, F take) const {
+    const Steps steps = stepsWith(other, "visitMovingPairs", "visitMovingPairs: the other tree");
+    PairsTo sink(PairsOfTwo<SegmentPair>(), std::move(take));
+    return steps.own.searchMoving(steps.other, nullptr, sink) == Visit::kStop;
+  }
+
   double safeStep() const {
     index_.requireCapsules("safeStep");
     const index::Step step = index_.step("safeStep");
     const arrays::NoNeighbors wanted(index_.table());
     return step.safeTime(&wanted);
+  }
+
+  double safeStep(const Impl& other) const {
+    index_.requireCapsules("safeStep");
+    const Steps steps = stepsWith(other, "safeStep", "safeStep: the other tree");
+    return steps.own.safeTime(steps.other);
   }
 
   double safeStep(const TriangleMesh& start, const TriangleMesh& end) const {
@@ -260,6 +271,14 @@ class FiberTree::Impl {
            Visit::kStop;
   }
 
+  struct Steps {
+    index::Step own, other;
+  };
+  Steps stepsWith(const Impl& other, const char* call, const char* call_of_other) const {
+    requirePartner(call, other.index_);
+    return {index_.step(call), other.index_.step(call_of_other)};
+  }
+
   /// Refuses a tree that this one cannot be searched with.
   void requirePartner(const char* call, const arrays::FiberIndex& other) const {
     index_.requireValid(call);
@@ -341,6 +360,10 @@ bool FiberTree::visitRuns(const FiberTree& other, Runs<Impact>& runs) const {
 bool FiberTree::visitMovingRuns(Runs<SegmentPair>& runs) const {
   return impl_->visitMovingPairs(handTo(runs));
 }
+bool FiberTree::visitMovingRuns(const FiberTree& other, Runs<SegmentPair>& runs) const {
+  if (&other == this) return visitMovingRuns(runs);
+  return impl_->visitMovingPairs(*other.impl_, handTo(runs));
+}
 bool FiberTree::visitRuns(const CapsuleShape& capsule, Runs<std::int32_t>& runs) const {
   return impl_->visitOverlaps(capsule, handTo(runs));
 }
@@ -358,6 +381,9 @@ void FiberTree::findImpacts(std::vector<Impact>& impacts) const {
   impl_->visitImpacts(appendTo(impacts));
 }
 double FiberTree::safeStep() const { return impl_->safeStep(); }
+double FiberTree::safeStep(const FiberTree& other) const {
+  return &other == this ? safeStep() : impl_->safeStep(*other.impl_);
+}
 double FiberTree::safeStep(const TriangleMesh& start, const TriangleMesh& end) const {
   return impl_->safeStep(start, end);
 }

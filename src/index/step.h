@@ -58,6 +58,8 @@ class Step {
   /// than they were there. Returns 1 if there is none.
   /// @pre the indexes keep their segments, and no segment is a box
   double safeTime(const PairFilter* wanted) const;
+  /// Does the same for pairs with another step of the same topology, whatever their groups.
+  double safeTime(const Step& other) const;
   /// Does the same for segments and triangles of a mesh. Segments that are wholly inside a solid
   /// mesh at the start do not count, because on their way out they touch its surface.
   double safeTime(const MovingMesh& mesh) const;
@@ -71,10 +73,8 @@ class Step {
   template <class F>
   tree::Visit visitTree(F&& visit, const std::atomic<float>& until = tree::kWholeStep) const;
   template <class F>
-  tree::Visit visitTrees(const Step& other, F&& visit) const;
-  tree::Visit search(const PairFilter* filter, PairSink& sink) const;
-  tree::Visit search(const geometry::MovingSegment& segment, double error, tree::Group group,
-                     SegmentId second, const PairFilter* filter, PairSink& sink) const;
+  tree::Visit visitTrees(const Step& other, F&& visit,
+                         const std::atomic<float>& until = tree::kWholeStep) const;
 
   const SegmentIndex& start_;
   const SegmentIndex& end_;
