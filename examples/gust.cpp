@@ -47,17 +47,6 @@ FiberPolylines hair(double wind) {
 }
 // [hair]
 
-/// The hair when a part of the step has passed.
-FiberPolylines between(const FiberPolylines& start, const FiberPolylines& end, double time) {
-  FiberPolylines result = start;
-  for (std::size_t i = 0; i < result.points.size(); ++i) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      result.points[i][axis] += time * (end.points[i][axis] - result.points[i][axis]);
-    }
-  }
-  return result;
-}
-
 double meanMotion(const FiberPolylines& start, const FiberPolylines& end) {
   double sum = 0;
   for (std::size_t i = 0; i < start.points.size(); ++i) {
@@ -110,11 +99,13 @@ int main(int argc, char** argv) {
 
   // [safe]
   const double safe = tree.safeStep();
-  const FiberPolylines stopped = between(start, end, safe);
-  tree.update(fiberArrays(stopped));
-  std::vector<SegmentPair> pairs;
-  tree.findPairs(pairs);
-  std::printf("safe part of the step: %.4f, where %zu pairs touch\n", safe, pairs.size());
+  std::printf("safe part of the step: %.4f\n", safe);
+  tree.visitImpacts([&](const Impact& impact) {
+    if (impact.time > safe + 1e-6) return;
+    const FiberSegment a = tree.fiberSegment(impact.pair.a), b = tree.fiberSegment(impact.pair.b);
+    std::printf("then segment %zu of hair %zu touches segment %zu of hair %zu\n", a.segment,
+                a.fiber, b.segment, b.fiber);
+  });
   // [safe]
 
   if (argc > 1) {

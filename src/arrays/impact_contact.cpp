@@ -6,15 +6,14 @@
 #include "fibers/mesh_contacts.h"
 #include "fibers/options.h"
 #include "fibers/public_contact.h"
-#include "geometry/triangle_contact.h"
-#include "index/posed_triangles.h"
+#include "geometry/moving_segment.h"
 
 namespace fcl_fibers {
 namespace {
 
 using arrays::LocatedSegment;
+using geometry::MovingSegment;
 using geometry::Segment;
-using geometry::Triangle;
 using geometry::Vec3d;
 
 constexpr char kCall[] = "impactContact";
@@ -24,19 +23,25 @@ void checkTime(double time) {
   fibers::throwInvalidArgument(kCall, "the time is not in [0, 1]; pass an impact that was found");
 }
 
-Vec3d between(const Vec3d& start, const Vec3d& end, double time) {
-  return (1 - time) * start + time * end;
+struct LocatedMotion {
+  MovingSegment segment;
+  FiberSegment place;
+};
+
+/// The capsule that starts at point `id`, during the step.
+template <typename S>
+LocatedMotion locate(const FiberArrays<S>& start, const FiberArrays<S>& end, std::int32_t id) {
+  const LocatedSegment from = arrays::locate(kCall, start, id), to = arrays::locate(kCall, end, id);
+  return {{from.segment, to.segment}, from.place};
 }
 
-/// The capsule that starts at point `id`, at a time of the step.
-template <typename S>
-LocatedSegment locate(const FiberArrays<S>& start, const FiberArrays<S>& end, std::int32_t id,
-                      double time) {
-  const LocatedSegment from = arrays::locate(kCall, start, id), to = arrays::locate(kCall, end, id);
-  const Segment &p = from.segment, &q = to.segment;
-  return {
-      {between(p.a, q.a, time), between(p.b, q.b, time), (1 - time) * p.radius + time * q.radius},
-      from.place};
+/// Relative to a point near by, interpolation costs no digits far from the origin.
+MovingSegment relativeTo(const Vec3d& origin, const MovingSegment& s) {
+  const geometry::Frame frame{origin, 1};
+  const auto moved = [&](const Segment& segment) {
+    return Segment{frame.fromWorld(segment.a), frame.fromWorld(segment.b), segment.radius};
+  };
+  return {moved(s.start), moved(s.end)};
 }
 
 template <typename S>
@@ -44,10 +49,13 @@ Contact contactOf(const FiberArrays<S>& a_start, const FiberArrays<S>& a_end,
                   const FiberArrays<S>& b_start, const FiberArrays<S>& b_end,
                   const Impact& impact) {
   checkTime(impact.time);
-  const LocatedSegment p = locate(a_start, a_end, impact.pair.a, impact.time);
-  const LocatedSegment q = locate(b_start, b_end, impact.pair.b, impact.time);
-  return fibers::publicContact(geometry::capsuleContact(p.segment, q.segment, {0, 0, 0}), p.place,
-                               q.place);
+  const LocatedMotion p = locate(a_start, a_end, impact.pair.a);
+  const LocatedMotion q = locate(b_start, b_end, impact.pair.b);
+  const Vec3d origin = p.segment.start.a;
+  return fibers::publicContact(
+      geometry::capsuleContact(at(relativeTo(origin, p.segment), impact.time),
+                               at(relativeTo(origin, q.segment), impact.time), origin),
+      p.place, q.place);
 }
 
 template <typename S>
@@ -57,20 +65,11 @@ MeshContact contactOf(const FiberArrays<S>& start, const FiberArrays<S>& end,
   checkTime(impact.time);
   requireTriangle(kCall, mesh_start, impact.pair.triangle);
   requireTriangle(kCall, mesh_end, impact.pair.triangle);
-  // What touches at the start may be inside a solid. What touches later comes from outside.
-  if (impact.time == 0) return meshContact(start, mesh_start, impact.pair);
-  const geometry::Frame frame{MeshReader::posed(mesh_end).pose.shift, 1};
-  const LocatedSegment capsule = locate(start, end, impact.pair.segment, impact.time);
-  const auto triangleOf = [&](const TriangleMesh& mesh) {
-    return index::PosedTriangles(MeshReader::posed(mesh), frame)[impact.pair.triangle];
-  };
-  const Triangle from = triangleOf(mesh_start), to = triangleOf(mesh_end);
-  const Triangle triangle{between(from.a, to.a, impact.time), between(from.b, to.b, impact.time),
-                          between(from.c, to.c, impact.time)};
-  const Segment local{frame.fromWorld(capsule.segment.a), frame.fromWorld(capsule.segment.b),
-                      capsule.segment.radius};
-  return fibers::publicContact(geometry::triangleContact(local, triangle, frame.origin),
-                               capsule.place, impact.pair.triangle, /*is_inside=*/false);
+  const LocatedMotion capsule = locate(start, end, impact.pair.segment);
+  const Vec3d origin = MeshReader::posed(mesh_start).pose.shift;
+  return fibers::impactContact(relativeTo(origin, capsule.segment), origin,
+                               MeshReader::posed(mesh_start), MeshReader::posed(mesh_end),
+                               impact.pair.triangle, impact.time, capsule.place);
 }
 
 }  // namespace

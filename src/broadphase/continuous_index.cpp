@@ -110,7 +110,12 @@ bool ContinuousIndex::refitSome(const std::vector<SegmentId>& ids, const MovingS
     for (std::size_t i = 0; i < ids.size(); ++i) {
       segments[i] = partOf(inFrame(moved[i]), part);
     }
-    is_tight &= (part == Part::kStart ? start_ : end_).refitSome(ids, segments);
+    // A build cannot help fibers that part during the motion, because it looks at the start.
+    if (part == Part::kStart) {
+      is_tight = start_.refitSome(ids, segments);
+    } else {
+      end_.refitSome(ids, segments);
+    }
   }
   for (std::size_t i = 0; i < ids.size(); ++i) {
     moving_[static_cast<std::size_t>(ids[i])] = moved[i];

@@ -22,19 +22,13 @@ using geometry::Vec3d;
 
 constexpr char kCall[] = "findImpact";
 
-geometry::Triangle at(double time, const geometry::Triangle& p, const geometry::Triangle& q) {
-  const auto now = [&](const Vec3d& start, const Vec3d& end) {
-    return (1 - time) * start + time * end;
+/// In the world's unit, but with the origin of the frame.
+MovingSegment inWorldUnit(const MovingSegment& s, const geometry::Frame& frame) {
+  const double unit = 1 / frame.scale;
+  const auto scaled = [unit](const Segment& segment) {
+    return Segment{unit * segment.a, unit * segment.b, unit * segment.radius};
   };
-  return {now(p.a, q.a), now(p.b, q.b), now(p.c, q.c)};
-}
-
-/// The segment at a time, in the world's unit but with the origin of the frame.
-Segment at(double time, const MovingSegment& s, const geometry::Frame& frame) {
-  const auto now = [&](const auto& start, const auto& end) {
-    return (1 / frame.scale) * (start + time * (end - start));
-  };
-  return {now(s.start.a, s.end.a), now(s.start.b, s.end.b), now(s.start.radius, s.end.radius)};
+  return {scaled(s.start), scaled(s.end)};
 }
 
 /// Adds the time and, of two capsules, the contact.
@@ -43,7 +37,8 @@ bool findImpact(const MovingSegment& p, const MovingSegment& q, double margin, d
   geometry::Impact impact;
   if (!geometry::findImpact(p, q, margin, error, /*from=*/0, impact)) return false;
   contact.time = impact.time;
-  const Segment i = at(impact.time, p, frame), j = at(impact.time, q, frame);
+  const Segment i = at(inWorldUnit(p, frame), impact.time),
+                j = at(inWorldUnit(q, frame), impact.time);
   contact.is_exact = !isBox(p) && !isBox(q) && geometry::contactProblem(i) == nullptr &&
                      geometry::contactProblem(j) == nullptr;
   if (!contact.is_exact) return true;
@@ -74,7 +69,7 @@ struct Partner {
 
   bool findOfOther(const ManagerState<S>& state, const ManagerState<S>& other, SegmentId id,
                    const fcl::CollisionObject<S>& object) {
-    const typename ManagerState<S>::QueryScope scope(other, kCall, /*sees_step=*/false);
+    const typename ManagerState<S>::QueryScope scope(other, kCall);
     if (const Entry* entry = other.obstacles().mesh(id)) {
       const FrameOfOther change(other.generations().frame(), state.generations().frame());
       Entry moved = *entry;
@@ -127,23 +122,12 @@ bool findMeshImpact(const index::MovingMesh& mesh, const Partner<S>& capsule, do
   if (!findImpact(mesh, capsule.segment, margin, capsule.error, impact)) return false;
   contact.time = impact.time;
   contact.triangle = impact.triangle;
-  const Segment segment = at(impact.time, capsule.segment, frame);
-  contact.is_exact = !isBox(capsule.segment) && geometry::contactProblem(segment) == nullptr;
+  const MovingSegment segment = inWorldUnit(capsule.segment, frame);
+  contact.is_exact =
+      !isBox(segment) && geometry::contactProblem(at(segment, impact.time)) == nullptr;
   if (!contact.is_exact) return true;
-  const geometry::Frame world{frame.origin, 1};
-  MeshContact found;
-  if (impact.time == 0) {
-    // It may be inside a solid. What touches later comes from outside.
-    const fibers::MeshContacts contact_of(mesh.start());
-    const Vec3d shift = frame.origin - mesh.start().pose.shift;
-    found = contact_of({segment.a + shift, segment.b + shift, segment.radius}, {}, impact.triangle);
-  } else {
-    const geometry::Triangle triangle =
-        at(impact.time, index::PosedTriangles(mesh.start(), world)[impact.triangle],
-           index::PosedTriangles(mesh.end(), world)[impact.triangle]);
-    found = fibers::publicContact(geometry::triangleContact(segment, triangle, frame.origin), {},
-                                  impact.triangle, /*is_inside=*/false);
-  }
+  const MeshContact found = fibers::impactContact(segment, frame.origin, mesh.start(), mesh.end(),
+                                                  impact.triangle, impact.time, {});
   contact.s = found.s;
   contact.distance = found.distance;
   contact.point_a = found.point_a;
@@ -171,7 +155,7 @@ bool findImpact(const ManagerState<S>& state, const ManagerState<S>* other,
   }
   if (b == nullptr) fibers::throwInvalidArgument(kCall, "object b is null; pass an object");
   const SegmentId id = state.managedId(kCall, a, "object a");
-  const typename ManagerState<S>::QueryScope scope(state, kCall, /*sees_step=*/false);
+  const typename ManagerState<S>::QueryScope scope(state, kCall);
   const geometry::Frame& frame = state.generations().frame();
   contact = {};
   contact.a = state.registry().fibers().placeOf(id);

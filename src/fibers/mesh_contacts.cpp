@@ -8,6 +8,7 @@
 #include "geometry/touch.h"
 #include "geometry/triangle_contact.h"
 #include "geometry/triangle_distance.h"
+#include "geometry/triangle_impact.h"
 #include "tree/search.h"
 
 namespace fcl_fibers::fibers {
@@ -99,6 +100,23 @@ void MeshContacts::findTriangles(const Segment& capsule, double reach,
   std::sort(triangles.begin(), triangles.end());
   if (!triangles.empty()) return;
   triangles.push_back(query_.nearest(capsule, std::numeric_limits<double>::max()).triangle);
+}
+
+MeshContact impactContact(const geometry::MovingSegment& capsule, const Vec3d& origin,
+                          const index::PosedMesh& start, const index::PosedMesh& end,
+                          index::TriangleId triangle, double time, FiberSegment place) {
+  // What touches at the start may be inside a solid. What touches later comes from outside.
+  if (time == 0) {
+    const MeshContacts contact(start);
+    const Vec3d shift = origin - contact.frame().origin;
+    const Segment& first = capsule.start;
+    return contact({first.a + shift, first.b + shift, first.radius}, place, triangle);
+  }
+  const geometry::Frame frame{origin, 1};
+  const geometry::MovingTriangle moving{index::PosedTriangles(start, frame)[triangle],
+                                        index::PosedTriangles(end, frame)[triangle]};
+  return publicContact(geometry::triangleContact(at(capsule, time), at(moving, time), origin),
+                       place, triangle, /*is_inside=*/false);
 }
 
 }  // namespace fcl_fibers::fibers

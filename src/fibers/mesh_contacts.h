@@ -5,7 +5,7 @@
 
 #include <fcl_fibers/contact.h>
 
-#include "geometry/segment.h"
+#include "geometry/moving_segment.h"
 #include "geometry/triangle_contact.h"
 #include "index/mesh_query.h"
 #include "index/posed_triangles.h"
@@ -45,5 +45,12 @@ class MeshContacts {
   const index::PosedTriangles triangles_;
   const index::MeshQuery query_;
 };
+
+/// The contact of a capsule and a triangle of a mesh at the time of their impact in a step.
+/// @param capsule     in the world's unit, relative to `origin`
+/// @param start, end  the same triangles
+MeshContact impactContact(const geometry::MovingSegment& capsule, const geometry::Vec3d& origin,
+                          const index::PosedMesh& start, const index::PosedMesh& end,
+                          index::TriangleId triangle, double time, FiberSegment place);
 
 }  // namespace fcl_fibers::fibers

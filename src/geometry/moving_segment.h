@@ -18,6 +18,16 @@ struct MovingSegment {
 /// Whether the segment counts by boxes, because it is one at the start or at the end.
 inline bool isBox(const MovingSegment& s) { return s.start.isBox() || s.end.isBox(); }
 
+inline Vec3d between(const Vec3d& start, const Vec3d& end, double time) {
+  return (1 - time) * start + time * end;
+}
+
+/// The segment at a time.
+inline Segment at(const MovingSegment& s, double time) {
+  return {between(s.start.a, s.end.a, time), between(s.start.b, s.end.b, time),
+          (1 - time) * s.start.radius + time * s.end.radius};
+}
+
 /// Bounds how far the stored end points lie from those that poses and length define, at any time.
 inline double endPointError(const MovingSegment& s) {
   return std::max(endPointError(s.start), endPointError(s.end));

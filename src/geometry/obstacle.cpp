@@ -234,13 +234,9 @@ namespace {
 /// capsule goes further than `way`.
 bool touchAround(double time, double half, double way, const MovingSegment& capsule,
                  const Obstacle& obstacle, double margin, double error) {
-  const auto now = [time](const auto& start, const auto& end) {
-    return start + time * (end - start);
-  };
-  const Segment &start = capsule.start, &end = capsule.end;
-  const Segment middle{now(start.a, end.a), now(start.b, end.b), now(start.radius, end.radius)};
+  const Segment middle = at(capsule, time);
   if (!touch(middle, obstacle, margin + half * way, error)) return false;
-  constexpr double kLeastHalf = 0x1p-11;
+  constexpr double kLeastHalf = 0x1p-11;  // FiberCollisionManager promises half of it
   if (half < kLeastHalf || touch(middle, obstacle, margin, error)) return true;
   return touchAround(time - half / 2, half / 2, way, capsule, obstacle, margin, error) ||
          touchAround(time + half / 2, half / 2, way, capsule, obstacle, margin, error);

@@ -11,6 +11,12 @@ struct MovingTriangle {
   Triangle start, end;
 };
 
+/// The triangle at a time.
+inline Triangle at(const MovingTriangle& t, double time) {
+  return {between(t.start.a, t.end.a, time), between(t.start.b, t.end.b, time),
+          between(t.start.c, t.end.c, time)};
+}
+
 /// The first time in a step at which a moving capsule and a moving triangle touch, and their
 /// closest points at that time.
 struct TriangleImpact {

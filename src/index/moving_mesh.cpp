@@ -84,15 +84,6 @@ bool findImpact(const MovingMesh& mesh, const MovingSegment& segment, double mar
   if (mesh.empty()) return false;
   margin += mesh.margin() * mesh.frame().scale;
   error += mesh.error();
-  const Segment& first = segment.start;
-  if (mesh.end().is_solid && isBounded(first)) {
-    const geometry::Vec3d point = first.isBox() ? midpoint(first) : first.a;
-    if (const MeshQuery query(mesh.trianglesAtStart()); query.isInside(point)) {
-      constexpr double kAny = std::numeric_limits<double>::max();
-      impact = {0, query.nearest({point, point, 0}, kAny).triangle};
-      return true;
-    }
-  }
   Near near;
   SerialBuffer buffer(nullptr, near);
   const double growth = std::max(margin, 0.0) + error;
@@ -105,6 +96,16 @@ bool findImpact(const MovingMesh& mesh, const MovingSegment& segment, double mar
     if (findImpact(segment, mesh[id], margin, error, found) &&
         (found.time < impact.time || (found.time == impact.time && id < impact.triangle))) {
       impact = {found.time, id};
+    }
+  }
+  // What is inside a solid at the start touches it, although it may touch no triangle.
+  const Segment& first = segment.start;
+  if (mesh.end().is_solid && impact.time > 0 && isBounded(first)) {
+    const geometry::Vec3d point = first.isBox() ? midpoint(first) : first.a;
+    if (const MeshQuery query(mesh.trianglesAtStart()); query.isInside(point)) {
+      constexpr double kAny = std::numeric_limits<double>::max();
+      const Segment axis = first.isBox() ? Segment{point, point, 0} : first;
+      impact = {0, query.nearest(axis, kAny).triangle};
     }
   }
   return impact.triangle >= 0;

@@ -229,12 +229,20 @@ TEST(Impacts, FarAwayIsAsNearTheOrigin) {
     for (double& x : fibers->points) x = std::round(x * 0x1p30) / 0x1p30;
   }
   const auto near = impactsOf(treeOf(motion, capsules()));
-  for (auto* fibers : {&motion.start, &motion.end}) {
+  auto far_motion = motion;
+  for (auto* fibers : {&far_motion.start, &far_motion.end}) {
     for (double& x : fibers->points) x += 0x1p20;
   }
-  const auto far = impactsOf(treeOf(motion, capsules()));
+  const auto far = impactsOf(treeOf(far_motion, capsules()));
   ASSERT_EQ(near.size(), far.size());
-  for (const auto& [pair, impact] : near) EXPECT_NEAR(far.at(pair).time, impact.time, 1e-7);
+  for (const auto& [pair, impact] : near) {
+    EXPECT_NEAR(far.at(pair).time, impact.time, 1e-7);
+    const Contact near_contact = impactContact(motion.start.view(), motion.end.view(), impact);
+    const Contact far_contact =
+        impactContact(far_motion.start.view(), far_motion.end.view(), impact);
+    // Coordinates of 2^20 have steps of 2^-32.
+    EXPECT_NEAR(far_contact.distance, near_contact.distance, 0x1p-46);
+  }
 }
 
 // --- Two trees ---
@@ -269,6 +277,34 @@ TYPED_TEST(ImpactsOf, TwoTreesMeetDuringTheStep) {
     late += expectFound(sampled, impacts);
   }
   EXPECT_GT(late, 200u);
+}
+
+/// The margin of the tree that is asked counts, and what leaves the other tree is safe.
+TEST(Impacts, TwoTreesHaveASafeStep) {
+  Motion<double> resting, falling;
+  for (auto* fibers : {&resting.start, &resting.end}) {
+    fibers->addFiber({{0, 0, 0}, {1, 0, 0}}, 0.5);
+  }
+  for (const double x : {0.0, 100.0}) {
+    falling.start.addFiber({{x, -1, 10}, {x, 1, 10}}, 0.5);
+    falling.end.addFiber({{x, -1, -10}, {x, 1, -10}}, 0.5);
+  }
+  const FiberTree tree = treeOf(resting, capsules(1, 1)), other = treeOf(falling, capsules());
+  EXPECT_NEAR(tree.safeStep(other), (10 - 1 - 1) / 20.0, 1e-9);
+  EXPECT_NEAR(other.safeStep(tree), (10 - 1) / 20.0, 1e-9);
+  EXPECT_EQ(tree.safeStep(tree), 1);
+  EXPECT_EQ(pairsFrom([&](auto&& visit) { tree.visitMovingPairs(other, visit); }), (Pairs{{0, 0}}));
+  EXPECT_EQ(pairsFrom([&](auto&& visit) { other.visitMovingPairs(other, visit); }),
+            pairsFrom([&](auto&& visit) { other.visitMovingPairs(visit); }));
+  falling.start.points = falling.end.points;
+  for (double& x : falling.start.points) x /= 16;  // it touches, and leaves
+  EXPECT_EQ(tree.safeStep(treeOf(falling, capsules())), 1);
+  FiberTree at_rest(capsules());
+  at_rest.build(resting.start.view());
+  for (const auto& text : {textOf([&] { (void)tree.safeStep(at_rest); }),
+                           textOf([&] { tree.visitMovingPairs(at_rest, [](SegmentPair) {}); })}) {
+    EXPECT_THAT(text, testing::HasSubstr("the other tree: the fibers rest; call update("));
+  }
 }
 
 TEST(Impacts, ATreeAgainstItselfIsOneTree) {

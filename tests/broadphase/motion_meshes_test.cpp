@@ -290,6 +290,35 @@ TYPED_TEST(ManagerMotionMeshes, MayBeSolidRestOrChangeTheirTriangles) {
   EXPECT_TRUE(manager.findImpact(&head, inside.get(), nullptr, contact));
 }
 
+// A hair that starts in the head would be pushed out on its far side.
+TYPED_TEST(ManagerMotionMeshes, WhatCrossesASolidTouchesTheTriangleThatItCrosses) {
+  using S = TypeParam;
+  LayeredAABBTreeCollisionManager<S> manager(movingOptions());
+  Object<S> head(makeModel<S>(modelTypes<S>().front(), blob(1, 0, 12, 9)));
+  manager.registerObstacle(&head, ObstacleOptions{/*solid=*/true});
+  // From x = -0.5 to 1.5, and the same with its ends exchanged.
+  std::vector<std::unique_ptr<Object<S>>> hairs;
+  for (const double angle : {0.5, -0.5}) {
+    const Eigen::Quaterniond turn(
+        Eigen::AngleAxisd(angle * 3.141592653589793, Eigen::Vector3d::UnitY()));
+    hairs.push_back(std::make_unique<Object<S>>(std::make_shared<fcl::Capsule<S>>(S(0.01), S(2)),
+                                                makePose<S>(turn, {0.5, 0.1, 0.1})));
+    manager.registerFiber({hairs.back().get()});
+  }
+  manager.setup();
+  for (const auto& hair : hairs) {
+    TimedContact contact;
+    ASSERT_TRUE(manager.findImpact(hair.get(), &head, nullptr, contact));
+    EXPECT_EQ(contact.time, 0);
+    EXPECT_LT(contact.normal[0], -0.8) << "it is moved in";
+    std::vector<MeshContact> contacts;
+    ASSERT_TRUE(manager.findMeshContacts(hair.get(), &head, 0, contacts));
+    ASSERT_FALSE(contacts.empty());
+    EXPECT_EQ(contact.triangle, contacts[0].triangle);
+    EXPECT_EQ(contact.distance, contacts[0].distance);
+  }
+}
+
 // A mesh would pass through the objects of a manager whose tree has no motion.
 TYPED_TEST(ManagerMotionMeshes, PassOverManagersWithoutMotion) {
   using S = TypeParam;
