@@ -104,19 +104,16 @@ bool ContinuousIndex::refit(MovingSegments moving) {
 
 bool ContinuousIndex::refitSome(const std::vector<SegmentId>& ids, const MovingSegments& moved) {
   has_whole_ = false;
-  bool is_tight = true;
   std::vector<Segment> segments(ids.size());
-  for (const Part part : {Part::kStart, Part::kEnd}) {
+  const auto refitPart = [&](index::SegmentIndex& index, Part part) {
     for (std::size_t i = 0; i < ids.size(); ++i) {
       segments[i] = partOf(inFrame(moved[i]), part);
     }
-    // A build cannot help fibers that part during the motion, because it looks at the start.
-    if (part == Part::kStart) {
-      is_tight = start_.refitSome(ids, segments);
-    } else {
-      end_.refitSome(ids, segments);
-    }
-  }
+    return index.refitSome(ids, segments);
+  };
+  // A build looks at the start, so it does not help where fibers part during their motions.
+  const bool is_tight = refitPart(start_, Part::kStart);
+  refitPart(end_, Part::kEnd);
   for (std::size_t i = 0; i < ids.size(); ++i) {
     moving_[static_cast<std::size_t>(ids[i])] = moved[i];
   }

@@ -126,7 +126,8 @@ void decide(Random& random, const ImpactKind& kind, std::size_t corners, bool ex
   ++tally.decisions;
   tally.impacts += answer.found;
   tally.at_start += answer.found && answer.time == 0;
-  if (approach && excess <= tolerance / 2) {
+  const bool comes_nearer = approach && excess <= tolerance / 2;
+  if (comes_nearer) {
     ++tally.approaches;
     motion.margin += excess - 2 * tolerance;
   }
@@ -135,6 +136,11 @@ void decide(Random& random, const ImpactKind& kind, std::size_t corners, bool ex
       tally.first_wrong = std::string(kind.name) + ": " + describe(motion, answer, what);
     }
   };
+  // Points that are one and stay so never come nearer, though no number tells that.
+  if (comes_nearer && tolerance == 0) {
+    if (answer.found) tell(tally.early, "too early");
+    return;
+  }
   const double until = answer.found ? answer.time : 1;
   bool used_integers = false;
   if (!answer.found || answer.time > 0) {
