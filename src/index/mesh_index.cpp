@@ -39,10 +39,13 @@ MeshTree MeshIndex::posedTree(const std::vector<MeshPoint>& points,
                               const geometry::AffineMap& posing,
                               parallel::Executor* executor) const {
   std::vector<MeshPoint> posed(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Vec3d p = posing(toVec3d(points[i]));
-    posed[i] = {{p.x, p.y, p.z, 0}};
-  }
+  constexpr std::size_t kGrain = 4096;
+  parallel::forRanges(executor, points.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vec3d p = posing(toVec3d(points[i]));
+      posed[i] = {{p.x, p.y, p.z, 0}};
+    }
+  });
   MeshTree tree = tree_;
   fit(tree, posed, geometry::Frame(), executor);
   return tree;
