@@ -74,16 +74,25 @@ TYPED_TEST(ImpactsOf, ImpactsAreThoseOfTheWholeStep) {
   std::size_t late = 0, all = 0;
   for (const Topology topology : {Topology::kBundle, Topology::kSuperThread}) {
     for (std::uint64_t seed = 0; seed < 4; ++seed) {
-      const Motion<S> motion = Motion<S>::random(seed, 14, seed % 2 == 0 ? 0.4 : 0.02);
+      Motion<S> motion = Motion<S>::random(seed, 14, seed % 2 == 0 ? 0.4 : 0.02);
+      if (seed > 1) motion.closeAndGroup();
       FiberTreeOptions options = capsules(1, seed % 2 == 0 ? 0 : 0.003);
       options.topology = topology;
-      const auto impacts = impactsOf(treeOf(motion, options));
+      const FiberTree tree = treeOf(motion, options);
+      const auto impacts = impactsOf(tree);
+      const Pairs moving = pairsFrom([&](auto&& visit) { tree.visitMovingPairs(visit); });
+      const auto is_left_out = [&](const Pair& pair) { return motion.leavesOut(pair, 1); };
+      EXPECT_TRUE(std::none_of(moving.begin(), moving.end(), is_left_out));
       const auto sampled = sampledTimes([&](double time) {
         const Assembly<double> now = motion.at(time);
-        return touchingPairs(now, now, 1, options.margin);
+        Pairs pairs = touchingPairs(now, now, 1, options.margin);
+        pairs.erase(std::remove_if(pairs.begin(), pairs.end(), is_left_out), pairs.end());
+        return pairs;
       });
       late += expectFound(sampled, impacts);
       for (const auto& [pair, impact] : impacts) {
+        EXPECT_FALSE(is_left_out(pair)) << pair.first << ", " << pair.second;
+        EXPECT_TRUE(std::binary_search(moving.begin(), moving.end(), pair));
         expectTouching(impactContact(motion.start.view(), motion.end.view(), impact), impact,
                        options.margin);
       }

@@ -26,10 +26,25 @@ template <typename S>
 class MeshImpactsOf : public testing::Test {};
 TYPED_TEST_SUITE(MeshImpactsOf, Scalars, ScalarName);
 
+/// A turn by a few degrees about any axis, and a shift.
+MeshPose turned(std::uint64_t seed) {
+  Random random(seed);
+  const Eigen::Matrix3d rotation =
+      Eigen::AngleAxisd(0.1, random.direction()).toRotationMatrix().transpose();
+  MeshPose pose;
+  // Rows and columns change places, as Eigen keeps columns.
+  std::copy_n(rotation.data(), 9, pose.rotation.begin());
+  const Eigen::Vector3d shift = random.inCube(0.1);
+  std::copy_n(shift.data(), 3, pose.position.begin());
+  return pose;
+}
+
+/// Odd seeds have a margin, and from 3 on the mesh turns, too.
 TYPED_TEST(MeshImpactsOf, ImpactsWithAMeshAreThoseOfTheWholeStep) {
   using S = TypeParam;
   std::size_t late = 0;
-  for (std::uint64_t seed = 0; seed < 4; ++seed) {
+  for (std::uint64_t seed = 0; seed < 6; ++seed) {
+    const double margin = seed % 2 == 0 ? 0 : 0.01;
     const auto motion = Motion<S>::random(seed, 8, seed % 2 == 0 ? 0.3 : 0.02);
     const auto soup_at_start = soup<double>(seed, 40, 0.3);
     auto soup_at_end = soup_at_start;
@@ -41,26 +56,28 @@ TYPED_TEST(MeshImpactsOf, ImpactsWithAMeshAreThoseOfTheWholeStep) {
     const TriangleMesh start(soup_at_start.view());
     TriangleMesh end = start;
     end.update(soup_at_end.view());
-    const FiberTree tree = treeOf(motion, capsules());
+    if (seed > 2) end.setPose(turned(seed));
+    std::vector<ExactTriangle> exact_end;
+    for (std::size_t t = 0; t < soup_at_end.count(); ++t) {
+      exact_end.push_back(soup_at_end.triangle(t, end.pose()));
+    }
+    const FiberTree tree = treeOf(motion, capsules(1, margin));
     const MeshPairs impacts = impactsOf(tree, start, end, motion);
     std::map<Pair, double> sampled;
     for (int k = 0; k <= kSamples; ++k) {
       const double time = static_cast<double>(k) / kSamples;
       const Assembly<double> now = motion.at(time);
-      const auto corner = [&](std::int32_t i) {
-        std::array<double, 3> p;
-        for (std::size_t x = 0; x < 3; ++x) {
-          const std::size_t at = 3 * static_cast<std::size_t>(i) + x;
-          p[x] = (1 - time) * soup_at_start.points[at] + time * soup_at_end.points[at];
-        }
-        return p;
+      const auto between = [&](const Point& a, const Point& b) {
+        const Point p = (1 - time) * a + time * b;
+        return std::array<double, 3>{static_cast<double>(p[0]), static_cast<double>(p[1]),
+                                     static_cast<double>(p[2])};
       };
       now.visitCapsules([&](std::size_t, std::size_t i) {
         const GivenCapsule c = now.capsule(i);
         for (std::size_t t = 0; t < soup_at_start.count(); ++t) {
-          const std::int32_t* id = &soup_at_start.indices[3 * t];
-          const GivenTriangle triangle{corner(id[0]), corner(id[1]), corner(id[2])};
-          if (!TriangleOracle::judge({c.a, c.b}, triangle, c.radius).within) continue;
+          const ExactTriangle p = soup_at_start.triangle(t, {}), &q = exact_end[t];
+          const GivenTriangle triangle{between(p.a, q.a), between(p.b, q.b), between(p.c, q.c)};
+          if (!TriangleOracle::judge({c.a, c.b}, triangle, c.radius + margin).within) continue;
           sampled.emplace(Pair{static_cast<std::int32_t>(i), static_cast<std::int32_t>(t)}, time);
         }
       });

@@ -8,6 +8,7 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -30,8 +31,9 @@
 namespace fcl_fibers::test {
 namespace {
 
-FiberManagerOptions movingOptions(int threads = 1) {
+FiberManagerOptions movingOptions(int threads = 1, double margin = 0) {
   FiberManagerOptions options;
+  options.margin = margin;
   options.report = Report::kCapsules;
   options.motion = true;
   options.threads = threads;
@@ -45,6 +47,16 @@ std::array<double, 3> toArray(const Point& p) {
 template <typename S>
 using Object = fcl::CollisionObject<S>;
 
+/// Makes the box of a shape larger on all sides, as a program does that wants a margin.
+template <typename S>
+void widen(Object<S>& object, double margin) {
+  auto& shape = const_cast<fcl::CollisionGeometry<S>&>(*object.collisionGeometry());
+  shape.aabb_local.min_.array() -= static_cast<S>(margin);
+  shape.aabb_local.max_.array() += static_cast<S>(margin);
+  shape.aabb_radius = (shape.aabb_local.max_ - shape.aabb_center).norm();
+  object.computeAABB();
+}
+
 /// Capsules and meshes where they were and where they are.
 template <typename S>
 class MovingMeshes {
@@ -52,22 +64,30 @@ class MovingMeshes {
   struct Capsule {
     std::unique_ptr<Object<S>> object;
     std::array<std::array<double, 3>, 2> start, end;
+    double margin = 0;
   };
   struct Mesh {
     std::unique_ptr<Object<S>> object;
     std::vector<ExactTriangle> start, end;
+    double margin = 0;
   };
 
-  explicit MovingMeshes(std::uint64_t seed, std::size_t capsule_count = 30) : random(seed) {
+  /// @param have_margins  whether some objects have margins of their own
+  explicit MovingMeshes(std::uint64_t seed, bool have_margins, std::size_t capsule_count = 30)
+      : random(seed) {
     for (std::size_t i = 0; i < capsule_count; ++i) {
       auto shape = std::make_shared<fcl::Capsule<S>>(kRadius, S(0.2));
       capsules.push_back({std::make_unique<Object<S>>(shape, anyPose(0.8)), {}, {}});
+      if (have_margins) capsules.back().margin = static_cast<double>(i % 3) / 128;
     }
     const auto types = modelTypes<S>();
     for (std::size_t i = 0; i < 2; ++i) {
       auto model = makeModel<S>(types[i], blob(0.15, 0.2, 6, 4));
       meshes.push_back({std::make_unique<Object<S>>(model, anyPose(0.5)), {}, {}});
+      if (have_margins) meshes.back().margin = static_cast<double>(i + 1) / 64;
     }
+    for (Capsule& c : capsules) widen(*c.object, c.margin);
+    for (Mesh& m : meshes) widen(*m.object, m.margin);
     beginStep();
   }
 
@@ -93,13 +113,15 @@ class MovingMeshes {
     const Eigen::Vector3d shift = random.inCube(0.2);
     movePoints<S>(*model,
                   [&](const Eigen::Vector3d& p) -> Eigen::Vector3d { return 1.1 * p + shift; });
-    meshes[1].object->computeAABB();
+    widen(*meshes[1].object, meshes[1].margin);  // its local box is computed anew
     for (Capsule& c : capsules) c.end = axisOf(*c.object);
     for (Mesh& m : meshes) m.end = trianglesOf(*m.object);
   }
 
+  /// @param margin  in addition to those of the objects
   static GivenMotion motionOf(const Capsule& c, const Mesh& m, std::size_t triangle,
                               double margin) {
+    margin += c.margin + m.margin;
     const auto instant = [&](const auto& axis, const ExactTriangle& t) {
       return GivenInstant{axis, {toArray(t.a), toArray(t.b), toArray(t.c)}, {kRadius, 0}};
     };
@@ -120,6 +142,42 @@ class MovingMeshes {
   }
 };
 
+/// What becomes of a capsule and a mesh in a step, as far as rounding leaves it certain.
+struct Fate {
+  bool meets = false, is_apart = true, meets_at_end = false;
+
+  template <typename S>
+  static Fate of(const typename MovingMeshes<S>::Capsule& c,
+                 const typename MovingMeshes<S>::Mesh& m, double margin, double rounding) {
+    Fate fate;
+    for (std::size_t t = 0; t < m.start.size(); ++t) {
+      const auto near = MovingMeshes<S>::motionOf(c, m, t, margin - rounding);
+      const auto far = MovingMeshes<S>::motionOf(c, m, t, margin + rounding);
+      fate.meets |= !ImpactOracle::apartDuring(near, 0, 1).certain;
+      fate.is_apart &= ImpactOracle::apartDuring(far, 0, 1).certain;
+      fate.meets_at_end |= ImpactOracle::withinAt(far, 1).certain;
+    }
+    return fate;
+  }
+};
+
+/// Expects that a capsule and a mesh touch at the time of their impact and not before.
+template <typename S>
+void expectFirstTouch(const TimedContact& contact, const typename MovingMeshes<S>::Capsule& c,
+                      const typename MovingMeshes<S>::Mesh& m, double margin, double rounding) {
+  EXPECT_TRUE(contact.is_exact);
+  ASSERT_GE(contact.triangle, 0);
+  // The capsule's own margin is part of its radius there.
+  const double reach = margin + m.margin, tolerance = 4 * 0x1p-36 + rounding;
+  EXPECT_LE(contact.distance, reach + tolerance);
+  if (contact.time == 0) return;
+  EXPECT_GE(contact.distance, reach - tolerance);
+  for (std::size_t t = 0; t < m.start.size(); ++t) {
+    const auto near = MovingMeshes<S>::motionOf(c, m, t, margin - rounding);
+    EXPECT_TRUE(ImpactOracle::apartDuring(near, 0, contact.time).certain) << "too late";
+  }
+}
+
 template <typename S>
 class ManagerMotionMeshes : public testing::Test {};
 TYPED_TEST_SUITE(ManagerMotionMeshes, Scalars, ScalarName);
@@ -129,17 +187,20 @@ TYPED_TEST(ManagerMotionMeshes, AreMetDuringTheWholeStep) {
   using S = TypeParam;
   using Pair = std::pair<const Object<S>*, const Object<S>*>;
   const double rounding = 64 * static_cast<double>(std::numeric_limits<S>::epsilon());
-  const double tolerance = 4 * 0x1p-36 + rounding;  // of an impact
-  std::size_t passed = 0;
+  std::size_t passed = 0, only_one_way = 0;
   for (std::uint64_t seed = 0; seed < 12; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    MovingMeshes<S> scene(seed);
+    // Some objects have margins of their own, and two managers may have different ones.
+    MovingMeshes<S> scene(seed, seed % 2 == 1);
+    const double margin = seed % 3 == 1 ? 0x1p-6 : seed % 3 == 2 ? 0x1p-7 : 0;
+    const double other_margin = seed % 3 == 1 ? 0 : seed % 3 == 2 ? 0x1p-5 : 0;
     std::vector<Calls<S>> all;
     std::vector<std::unique_ptr<LayeredAABBTreeCollisionManager<S>>> managers;
-    LayeredAABBTreeCollisionManager<S> fibers(movingOptions()), obstacles(movingOptions());
+    LayeredAABBTreeCollisionManager<S> fibers(movingOptions(1, margin)),
+        obstacles(movingOptions(1, other_margin));
     for (const int threads : {1, 2}) {
       managers.push_back(
-          std::make_unique<LayeredAABBTreeCollisionManager<S>>(movingOptions(threads)));
+          std::make_unique<LayeredAABBTreeCollisionManager<S>>(movingOptions(threads, margin)));
       for (auto& c : scene.capsules) managers.back()->registerFiber({c.object.get()});
       for (auto& m : scene.meshes) managers.back()->registerObject(m.object.get());
       managers.back()->setup();
@@ -171,50 +232,42 @@ TYPED_TEST(ManagerMotionMeshes, AreMetDuringTheWholeStep) {
         const std::set<Pair> found_one(of_one.begin(), of_one.end());
         for (const auto& m : scene.meshes) {
           const Pair pair{c.object.get(), m.object.get()}, other{pair.second, pair.first};
-          bool meets = false, is_apart = true, meets_at_end = false;
-          for (std::size_t t = 0; t < m.start.size(); ++t) {
-            const auto near = MovingMeshes<S>::motionOf(c, m, t, -rounding);
-            const auto far = MovingMeshes<S>::motionOf(c, m, t, rounding);
-            meets |= !ImpactOracle::apartDuring(near, 0, 1).certain;
-            is_apart &= ImpactOracle::apartDuring(far, 0, 1).certain;
-            meets_at_end |= ImpactOracle::withinAt(far, 1).certain;
-          }
-          const auto& what = pair;
-          if (meets) {
-            EXPECT_TRUE(found.count(what)) << "missing";
-            EXPECT_TRUE(found_with.count(what)) << "missing with another manager";
-            EXPECT_TRUE(found_back.count(other)) << "missing for another manager";
+          const Fate fate = Fate::of<S>(c, m, margin, rounding);
+          const Fate back_fate =
+              margin == other_margin ? fate : Fate::of<S>(c, m, other_margin, rounding);
+          TimedContact contact, its;
+          if (fate.meets) {
+            EXPECT_TRUE(found.count(pair)) << "missing";
+            EXPECT_TRUE(found_with.count(pair)) << "missing with another manager";
             EXPECT_TRUE(found_one.count(other)) << "missing with one object";
-            passed += meets_at_end ? 0 : 1;
-            TimedContact contact;
-            ASSERT_TRUE(managers[0]->findImpact(what.first, what.second, nullptr, contact));
-            EXPECT_TRUE(contact.is_exact);
-            ASSERT_GE(contact.triangle, 0);
-            EXPECT_LE(contact.distance, tolerance);
-            if (contact.time > 0) {
-              EXPECT_GE(contact.distance, -tolerance);
-              for (std::size_t t = 0; t < m.start.size(); ++t) {
-                const auto near = MovingMeshes<S>::motionOf(c, m, t, -rounding);
-                EXPECT_TRUE(ImpactOracle::apartDuring(near, 0, contact.time).certain) << "too late";
-              }
-            }
-            TimedContact its;
-            ASSERT_TRUE(obstacles.findImpact(what.second, what.first, &fibers, its));
+            passed += fate.meets_at_end ? 0 : 1;
+            ASSERT_TRUE(managers[0]->findImpact(pair.first, pair.second, nullptr, contact));
+            expectFirstTouch<S>(contact, c, m, margin, rounding);
+          } else if (fate.is_apart) {
+            EXPECT_FALSE(found.count(pair)) << "extra";
+            EXPECT_FALSE(found_with.count(pair)) << "extra with another manager";
+            EXPECT_FALSE(found_one.count(other)) << "extra with one object";
+          }
+          if (back_fate.meets) {
+            EXPECT_TRUE(found_back.count(other)) << "missing for another manager";
+            ASSERT_TRUE(obstacles.findImpact(other.first, other.second, &fibers, its));
+            expectFirstTouch<S>(its, c, m, other_margin, rounding);
+          } else if (back_fate.is_apart) {
+            EXPECT_FALSE(found_back.count(other)) << "extra for another manager";
+          }
+          only_one_way += fate.meets != back_fate.meets ? 1 : 0;
+          if (margin == other_margin && fate.meets) {
             EXPECT_NEAR(its.time, contact.time, 1e-3);
             for (std::size_t k = 0; k < 3; ++k) {
               EXPECT_NEAR(its.normal[k], -contact.normal[k], 1e-2);
             }
-          } else if (is_apart) {
-            EXPECT_FALSE(found.count(what)) << "extra";
-            EXPECT_FALSE(found_with.count(what)) << "extra with another manager";
-            EXPECT_FALSE(found_back.count(other)) << "extra for another manager";
-            EXPECT_FALSE(found_one.count(other)) << "extra with one object";
           }
         }
       }
     }
   }
   EXPECT_GT(passed, 15u);
+  EXPECT_GT(only_one_way, 3u);
 }
 
 /// A small capsule at a place.
@@ -317,6 +370,39 @@ TYPED_TEST(ManagerMotionMeshes, WhatCrossesASolidTouchesTheTriangleThatItCrosses
     EXPECT_EQ(contact.triangle, contacts[0].triangle);
     EXPECT_EQ(contact.distance, contacts[0].distance);
   }
+}
+
+// Queries in two frames take turns with the trees of a mesh, and one would use what another gave
+// up.
+TYPED_TEST(ManagerMotionMeshes, ThreadsShareAMesh) {
+  using S = TypeParam;
+  MovingMeshes<S> scene(3, /*have_margins=*/false);
+  LayeredAABBTreeCollisionManager<S> fibers(movingOptions()), obstacles(movingOptions());
+  for (auto& c : scene.capsules) fibers.registerFiber({c.object.get()});
+  for (auto& m : scene.meshes) obstacles.registerObject(m.object.get());
+  const auto ask = [&](int which) {
+    const auto& asked = which % 2 == 0 ? fibers : obstacles;
+    auto& other = which % 2 == 0 ? obstacles : fibers;
+    ImpactCollector<S> collector(asked, &other);
+    asked.collide(&other, &collector, &ImpactCollector<S>::callback);
+    std::vector<double> times;
+    for (const auto& impact : collector.impacts()) times.push_back(impact.time);
+    return times;
+  };
+  for (int which : {0, 1}) (void)ask(which);
+  scene.move();
+  fibers.update();
+  obstacles.update();
+  std::array<std::vector<double>, 4> found;
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 4; ++i) {
+    threads.emplace_back([&, i] {
+      for (int k = 0; k < 10; ++k) found[static_cast<std::size_t>(i)] = ask(i);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_FALSE(found[0].empty());
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(found[static_cast<std::size_t>(i)], ask(i));
 }
 
 // A mesh would pass through the objects of a manager whose tree has no motion.
