@@ -372,6 +372,29 @@ TYPED_TEST(ManagerMotionMeshes, WhatCrossesASolidTouchesTheTriangleThatItCrosses
   }
 }
 
+// A query that is not `collide` would fix the end of a step that goes on.
+TYPED_TEST(ManagerMotionMeshes, MoveOnInOneStepAfterAQuestion) {
+  using S = TypeParam;
+  const auto capsule = capsuleAt<S>({0, 0, 0});
+  Object<S> head(makeModel<S>(modelTypes<S>().front(), blob(0.3, 0, 8, 6)));
+  LayeredAABBTreeCollisionManager<S> manager(movingOptions());
+  manager.registerFiber({capsule.get()});
+  manager.registerObject(&head);
+  const auto moveTo = [&](double x) {
+    head.setTranslation(fcl::Vector3<S>(static_cast<S>(x), 0, 0));
+    manager.update();
+  };
+  moveTo(2);
+  EXPECT_TRUE(selfPairs(manager).empty());
+  TimedContact contact;
+  moveTo(1);
+  EXPECT_FALSE(manager.findImpact(&head, capsule.get(), nullptr, contact));
+  moveTo(-2);
+  EXPECT_EQ(selfPairs(manager).size(), 1u);
+  ASSERT_TRUE(manager.findImpact(&head, capsule.get(), nullptr, contact));
+  EXPECT_NEAR(contact.time, (2 - 0.3) / 4, 0.02);
+}
+
 // Queries in two frames take turns with the trees of a mesh, and one would use what another gave
 // up.
 TYPED_TEST(ManagerMotionMeshes, ThreadsShareAMesh) {
