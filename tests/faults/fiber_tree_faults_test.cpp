@@ -18,31 +18,14 @@
 #include <fcl_fibers/triangle_mesh.h>
 
 #include "arrays/meshes.h"
+#include "faults/hair.h"
 #include "support/allocation_faults.h"
 #include "support/assembly.h"
-#include "support/random.h"
 
 namespace fcl_fibers::test {
 namespace {
 
 using Pairs = std::vector<std::pair<int, int>>;
-
-/// Of radius 0.05.
-Assembly<double> hair(int fibers, int points_each, std::uint64_t seed) {
-  Random random(seed);
-  Assembly<double> hair;
-  for (int f = 0; f < fibers; ++f) {
-    Eigen::Vector3d point = random.inCube(0.5);
-    for (int i = 0; i < points_each; ++i) {
-      hair.addPoint({point.x(), point.y(), point.z()}, 0.05);
-      point += 0.2 * random.direction();
-    }
-    hair.endFiber();
-  }
-  hair.radii = {0.05};
-  hair.radii_are = FiberArrays<double>::Radii::kOne;
-  return hair;
-}
 
 struct Subject {
   FiberTree tree, other;
