@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <new>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -133,6 +134,36 @@ TEST_P(StepFaults, UpdatingWithoutMemoryKeepsOrRefusesAnswers) {
   }
   expectAnswersWhereverStruck("end of steps", true, scattered_,
                               [&](FiberTree& tree) { tree.update(scattered_.view()); });
+}
+
+// The start of the next step would have the tree of the fibers before the build.
+TEST_P(StepFaults, ABuildWithoutMemoryEndsTheStep) {
+  const auto step = [&](Subject& of) { of.tree.update(moved_.view(), scattered_.view()); };
+  // If the build fails before it has changed the tree, the step has the order of the tree before.
+  Subject kept = make(true), built = make(true);
+  step(kept);
+  built.tree.build(scattered_.view());
+  step(built);
+  const Answers of_kept = answersOf(kept.tree), of_built = answersOf(built.tree);
+  bool struck = true;
+  std::size_t number = 0;
+  for (; struck && !HasFailure(); ++number) {
+    SCOPED_TRACE(number);
+    Subject subject = make(true);
+    {
+      const AllocationFault fault(number, AllocationFault::Lasts::kOnce);
+      try {
+        subject.tree.build(scattered_.view());
+      } catch (const std::bad_alloc&) {
+        // The step makes up for it.
+      }
+      struck = fault.struck();
+    }
+    step(subject);
+    const Answers found = answersOf(subject.tree);
+    EXPECT_TRUE(found == of_kept || found == of_built);
+  }
+  EXPECT_GT(number, 5u);
 }
 
 // A query would leave something behind, or an impact be lost.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A tree over arrays of any bits, with groups or without: built, updated, searched, met by
+// A tree over arrays of any bits, with groups or without: built, updated, moved, searched, met by
 // another one and by meshes. What is refused must leave the tree as it was; what is answered must
 // have each pair once, all pairs that surely touch, and under Report::kCapsules none that are
 // surely apart.
@@ -22,95 +22,34 @@
 #include <fcl_fibers/triangle_mesh.h>
 
 #include "arrays/meshes.h"
+#include "fuzz_hair.h"
 #include "fuzz_input.h"
-#include "support/assembly.h"
 #include "support/exact_geometry.h"
 #include "support/touch_oracle.h"
 
 namespace {
 
-using fcl_fibers::FiberArrays;
 using fcl_fibers::FiberTree;
 using fcl_fibers::FiberTreeOptions;
+using fcl_fibers::Impact;
 using fcl_fibers::MeshContact;
+using fcl_fibers::MeshImpact;
 using fcl_fibers::MeshPose;
 using fcl_fibers::Report;
 using fcl_fibers::SegmentPair;
 using fcl_fibers::TriangleMesh;
 using fcl_fibers::TrianglePair;
+using fcl_fibers::fuzz::Hair;
 using fcl_fibers::fuzz::isRefused;
+using fcl_fibers::fuzz::kNumbers;
 using fcl_fibers::fuzz::readNumber;
+using fcl_fibers::fuzz::readOptions;
 using fcl_fibers::fuzz::require;
-using fcl_fibers::test::Assembly;
 using fcl_fibers::test::GivenCapsule;
 using fcl_fibers::test::Real;
 using fcl_fibers::test::TouchOracle;
 using fcl_fibers::test::Triangles;
 using Pairs = std::vector<std::pair<int, int>>;
-
-constexpr int kNumbers = 8;  // see readNumber()
-
-FiberTreeOptions readOptions(FuzzedDataProvider& data) {
-  FiberTreeOptions options;
-  options.topology =
-      data.ConsumeBool() ? fcl_fibers::Topology::kBundle : fcl_fibers::Topology::kSuperThread;
-  options.volumes = data.ConsumeBool() ? FiberTreeOptions::Volumes::kLayeredBoxes
-                                       : FiberTreeOptions::Volumes::kWrappedSpheres;
-  options.report = data.ConsumeBool() ? Report::kCapsules : Report::kVolumes;
-  options.ignored_neighbors = data.ConsumeIntegralInRange(0, 3);
-  options.margin = data.ConsumeBool() ? 0 : data.ConsumeFloatingPointInRange(0.0, 10.0);
-  return options;
-}
-
-template <typename S>
-struct Hair : Assembly<S> {
-  std::vector<std::int32_t> groups;  ///< empty if there are none
-
-  explicit Hair(FuzzedDataProvider& data) {
-    const int fibers = data.ConsumeIntegralInRange(0, 12);
-    for (int f = 0; f < fibers; ++f) {
-      this->point_begin.push_back(this->pointCount() +
-                                  data.ConsumeIntegralInRange<std::size_t>(0, 12));
-    }
-    this->radii_are = data.PickValueInArray({Radii::kOne, Radii::kPerFiber, Radii::kPerSegment});
-    if (data.ConsumeBool()) {
-      for (int f = 0; f < fibers; ++f) groups.push_back(data.ConsumeIntegralInRange(0, 2));
-    }
-    readNumbers(data);
-  }
-
-  void readNumbers(FuzzedDataProvider& data) {
-    this->points.resize(3 * this->pointCount());
-    for (S& x : this->points) x = readNumber<S>(data, kNumbers);
-    this->radii.resize(this->radii_are == Radii::kOne        ? 1
-                       : this->radii_are == Radii::kPerFiber ? this->fiberCount()
-                                                             : this->pointCount());
-    for (S& radius : this->radii) radius = std::fabs(readNumber<S>(data, kNumbers)) / 4;
-  }
-
-  FiberArrays<S> arrays() const {
-    FiberArrays<S> arrays = this->view();
-    if (!groups.empty()) arrays.groups = groups.data();
-    return arrays;
-  }
-
-  bool areOfOneGroup(std::size_t a, std::size_t b) const {
-    if (groups.empty()) return false;
-    const std::int32_t group = groups[this->fiberOf(a)];
-    return group != 0 && group == groups[this->fiberOf(b)];
-  }
-
-  /// The largest coordinate or radius.
-  double size() const {
-    double size = 0;
-    for (const S x : this->points) size = std::max(size, std::fabs(static_cast<double>(x)));
-    for (const S radius : this->radii) size = std::max(size, static_cast<double>(radius));
-    return size;
-  }
-
- private:
-  using Radii = typename FiberArrays<S>::Radii;
-};
 
 Pairs pairsOf(const FiberTree& tree) {
   Pairs pairs;
@@ -148,9 +87,7 @@ void checkAnswers(const FiberTree& tree, const Hair<S>& hair) {
       if (!hair.startsCapsule(b)) continue;
       const bool is_found = found.count({static_cast<int>(a), static_cast<int>(b)}) > 0;
       counted += is_found;
-      if (hair.areOfOneGroup(a, b) ||
-          (hair.fiberOf(a) == hair.fiberOf(b) &&
-           b - a <= static_cast<std::size_t>(options.ignored_neighbors))) {
+      if (hair.isLeftOut({static_cast<int>(a), static_cast<int>(b)}, options)) {
         require(!is_found);
       } else {
         checkPair(hair, a, b, options, is_found);
@@ -158,6 +95,69 @@ void checkAnswers(const FiberTree& tree, const Hair<S>& hair) {
     }
   }
   require(counted == pairs.size());
+}
+
+/// The impacts of a tree, none if it refuses to tell them.
+struct Impacts {
+  std::set<std::pair<int, int>> pairs;
+  std::vector<Impact> all;
+
+  explicit Impacts(const FiberTree& tree) {
+    isRefused([&] {
+      tree.visitImpacts([&](const Impact& impact) {
+        require(pairs.emplace(impact.pair.a, impact.pair.b).second);
+        require(impact.time >= 0 && impact.time <= 1);
+        all.push_back(impact);
+      });
+    });
+  }
+};
+
+/// A pair that is apart at the start is no nearer than the margin until the end of the safe step.
+/// This is a matter of distances: how much later a pair touches than an impact says has no bound.
+template <typename S>
+void checkSafeStep(const Hair<S>& start, const Hair<S>& end, const Impact& impact, double safe,
+                   double least) {
+  constexpr int kTimes = 4;
+  for (int i = 1; i <= kTimes && impact.time < safe; ++i) {
+    Impact later = impact;
+    later.time += (safe - impact.time) * i / kTimes;
+    isRefused([&] {
+      const auto contact = impactContact(start.arrays(), end.arrays(), later);
+      require(!(contact.distance < least));
+    });
+  }
+}
+
+template <typename S>
+void checkStep(const FiberTree& tree, const Hair<S>& start, const Hair<S>& end) {
+  const FiberTreeOptions& options = tree.options();
+  std::set<std::pair<int, int>> moving;
+  tree.visitMovingPairs([&](SegmentPair pair) {
+    require(moving.emplace(pair.a, pair.b).second);
+    require(!end.isLeftOut(pair, options));
+  });
+  const Impacts impacts(tree);
+  if (options.report == Report::kVolumes) {
+    require(impacts.all.empty() && isRefused([&] { (void)tree.safeStep(); }));
+    return;
+  }
+  const double safe = tree.safeStep();
+  require(safe >= 0 && safe <= 1);
+  const double size = std::max(start.size(), end.size()) + options.margin;
+  for (const Impact& impact : impacts.all) {
+    require(moving.count({impact.pair.a, impact.pair.b}) > 0);
+    // Twice what the time of an impact may be early by, see FiberTree::visitImpacts().
+    if (impact.time > 0) {
+      checkSafeStep(start, end, impact, safe, options.margin - 2 * 0x1p-36 * 4 * size);
+    }
+  }
+  for (const auto& [a, b] : moving) {
+    const auto p = static_cast<std::size_t>(a), q = static_cast<std::size_t>(b);
+    for (const Hair<S>* hair : {&start, &end}) {
+      if (impacts.pairs.count({a, b}) == 0) checkPair(*hair, p, q, options, /*found=*/false);
+    }
+  }
 }
 
 template <typename S>
@@ -257,11 +257,39 @@ void fuzzMesh(FuzzedDataProvider& data, const FiberTree& tree, const Hair<S>& ha
   isRefused([&] { mesh->setPose(pose); });
   checkMesh(tree, hair, triangles, *mesh);
   const Triangles<S> before = triangles;
+  const TriangleMesh at_start = *mesh;
   for (S& x : triangles.points) x = readNumber<S>(data, kNumbers);
   const bool refused = isRefused([&] { mesh->update(triangles.view()); });
   checkMesh(tree, hair, refused ? before : triangles, *mesh);
+  std::set<std::pair<int, int>> impacts;
+  isRefused([&] {
+    tree.visitImpacts(at_start, *mesh, [&](const MeshImpact& impact) {
+      require(impacts.emplace(impact.pair.segment, impact.pair.triangle).second);
+      require(impact.time >= 0 && impact.time <= 1);
+    });
+    const double safe = tree.safeStep(at_start, *mesh);
+    require(safe >= 0 && safe <= 1);
+  });
   std::vector<MeshContact> contacts;
   isRefused([&] { tree.findContacts(hair.arrays(), *mesh, contacts); });
+}
+
+/// @param hair  becomes that at the end of the step if the tree takes it
+template <typename S>
+void fuzzStep(FuzzedDataProvider& data, FiberTree& tree, Hair<S>& hair) {
+  Hair<S> start = hair, end = hair;
+  if (data.ConsumeBool()) start.readNumbers(data);
+  end.readNumbers(data);
+  const Pairs before = pairsOf(tree);
+  const std::set<std::pair<int, int>> impacts_before = Impacts(tree).pairs;
+  if (isRefused([&] { tree.update(start.arrays(), end.arrays()); })) {
+    require(pairsOf(tree) == before && Impacts(tree).pairs == impacts_before);
+    return;
+  }
+  require(tree.options().volumes == FiberTreeOptions::Volumes::kLayeredBoxes);
+  hair = end;
+  checkAnswers(tree, hair);
+  checkStep(tree, start, end);
 }
 
 template <typename S>
@@ -284,6 +312,7 @@ void fuzz(FuzzedDataProvider& data) {
         } else {
           hair = next;
           checkAnswers(tree, *hair);
+          require(isRefused([&] { tree.visitMovingPairs([](SegmentPair) {}); }));
         }
         break;
       }
@@ -309,6 +338,10 @@ void fuzz(FuzzedDataProvider& data) {
         if (hair) fuzzMesh(data, tree, *hair);
         break;
       default: {
+        if (hair && data.ConsumeBool()) {
+          fuzzStep(data, tree, *hair);
+          break;
+        }
         const int segment = data.ConsumeIntegral<int>();
         isRefused([&] { tree.fiberSegment(segment); });
       }
