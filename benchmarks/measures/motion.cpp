@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -181,14 +182,20 @@ void registerOurs(const std::shared_ptr<const scenes::Step>& step, int threads) 
   });
 }
 
-/// A tree over boxes around both positions. It has to find what ours finds before it is timed.
+/// A tree over boxes around both positions. It has to find what ours finds before it is timed. It
+/// lives only while it runs, because an Embree of one thread allows no other to oneTBB.
 bool registerSwept(const std::shared_ptr<const scenes::Step>& step, const std::string& name,
-                   const std::shared_ptr<SweptTree>& tree, const Pairs& truth) {
+                   const std::function<std::unique_ptr<SweptTree>()>& makeTree,
+                   const Pairs& truth) {
   showProgress("motion: check " + name);
-  tree->update(*step);
   Pairs pairs;
   ImpactSink all(&pairs);
-  const double taken = seconds([&] { tree->searchImpacts(all); });
+  double taken = 0;
+  {
+    const auto tree = makeTree();
+    tree->update(*step);
+    taken = seconds([&] { tree->searchImpacts(all); });
+  }
   std::sort(pairs.begin(), pairs.end());
   if (pairs != truth) {
     endProgress();
@@ -198,6 +205,7 @@ bool registerSwept(const std::shared_ptr<const scenes::Step>& step, const std::s
   }
   registerRuns("Motion/" + name, taken > kSlow ? kSlowRuns : kRuns,
                [=, count = truth.size()](Numbers& numbers) {
+                 const auto tree = makeTree();
                  tree->update(reversed(*step));
                  numbers["update"] = seconds([&] { tree->update(*step); });
                  ImpactSink impacts;
@@ -273,11 +281,12 @@ bool measureMotion(const Request& request) {
   for (const int threads : {1, 2}) registerOurs(step, threads);
   if (request.radii <= kMostSwept) {
     const Pairs truth = impactPairs(*step);
-    right = registerSwept(step, "swept_boxes", ourSweptTree(), truth) && right;
+    right = registerSwept(step, "swept_boxes", ourSweptTree, truth) && right;
 #ifdef FCL_FIBERS_WITH_EMBREE
     for (const bool morton : {false, true}) {
-      right = registerSwept(step, morton ? "Embree_morton" : "Embree_rebuild",
-                            embreeSweptTree(morton), truth) &&
+      right = registerSwept(
+                  step, morton ? "Embree_morton" : "Embree_rebuild",
+                  [morton] { return embreeSweptTree(morton); }, truth) &&
               right;
     }
 #endif
