@@ -206,9 +206,10 @@ FAULTS = [
     Fault("what is inside a solid cannot leave", "index/step_meshes.cpp",
           "if (start.is_solid) start_.searchMesh(start, collect);", "", "arrays_test"),
     Fault("a tree that moves meets one that rests", "index/step.cpp",
-          "other.segments(), &two.b_to_a, end_.margin(), end_.unit_,\n                              0, wanted",
-          "{other.end_.keptRange(), other.end_.keptRange()}, &two.b_to_a, end_.margin(), end_.unit_,"
-          " 0, wanted", "arrays_test"),
+          "filter(segments(), other.segments(), &two.b_to_a, end_.margin(), end_.unit_,\n       "
+          "                       0, wanted);",
+          "filter(segments(), {other.end_.keptRange(), other.end_.keptRange()}, &two.b_to_a, "
+          "end_.margin(), end_.unit_, 0, wanted);", "arrays_test"),
     Fault("an axis beside a triangle crosses it", "geometry/triangle_distance.cpp",
           "if (std::min({x, y, 1 - x - y}) <= kInside) return false;", "", "geometry_test"),
     Fault("a posed tree is that of the mesh at rest", "index/mesh_index.cpp",
@@ -339,7 +340,7 @@ FAULTS = [
           "  moving_ = std::move(moving);\n  has_whole_ = false;\n  const bool is_tight",
           "  moving_ = std::move(moving);\n  const bool is_tight", "continuous_test"),
     Fault("distances forget that some have moved", "broadphase/continuous_index.cpp",
-          "  has_whole_ = false;\n  std::vector<Segment> segments", "  std::vector<Segment> segments",
+          "  has_whole_ = false;\n  std::vector<Segment> seg", "  std::vector<Segment> seg",
           "continuous_test"),
     Fault("what has moved keeps its motion", "broadphase/continuous_index.cpp",
           "moving_[static_cast<std::size_t>(ids[i])] = moved[i];", "", "continuous_test"),
