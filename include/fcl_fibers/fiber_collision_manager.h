@@ -66,8 +66,8 @@ struct TimedContact : Contact {
 /// end than at the start, it rests where it is at the end. A managed object counts as it was read,
 /// even if it is the one that is passed to `collide` and has moved since. An object that is not
 /// managed, and one of a manager without this option, rests. `distance` answers for the end of the
-/// step. Neither it nor a `collide` that throws is a query that a step ends with.
-/// clear() forgets all steps, and so does unregistering for that object. A clone has none at first.
+/// step. Neither it nor a `collide` that throws ends a step. clear() forgets all steps, and so does
+/// unregistering for that object. A clone has none at first.
 ///
 /// **Threads.** Queries are const and may run from several threads at once. While a query runs, for
 /// instance in its callback, the manager refuses to register, unregister, update or clear.
