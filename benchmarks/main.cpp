@@ -11,6 +11,7 @@
 //   fcl_fibers_bench --measure=motion [--fibers=N] [--radii=R]
 //   fcl_fibers_bench --measure=queries|clients|costs|sampling|dials|motion-dials
 //   fcl_fibers_bench --measure=chain|radii|rods|pictures            the paper's
+//   fcl_fibers_bench --measure=volume-tests [SCENE] --against=paper  likewise
 //   fcl_fibers_bench --measure=replay --scene=paper-dynamic         likewise
 //
 // WHOM is headline, full, all, paper, paper_all, or names of contenders, NAME,... Add
@@ -72,6 +73,10 @@
 //   Dials/<dial>/...      what margin, root length and mesh resolution add, leave out and take
 //   Replay/...            the paper's dynamic assembly, all --steps: update:007 is of step 7
 //   Chain/...             self-collision of one chain, --chain=random|snake|straight --edge=N
+//   VolumeTests/<who>     tests of two volumes in the self query of frame 0, its leaf pairs and the
+//                         seconds of its traversal. It ends after --limit seconds: "share" is how
+//                         much of it was gone through, in random order, and "error" the relative
+//                         standard error of the tests divided by the share. "touching": pairs
 //   Radii/...             radii of layered and wrapped spheres, bytes of the trees
 //   Rod/..., Make/...     the rods that the paper's scenes are made of
 //   Picture/...           counts of what --out_dir=FOLDER gets as files
@@ -104,7 +109,7 @@ const std::map<std::string, bool (*)(const Request&)> kMeasures = {
     {"obstacles", measureObstacles}, {"pictures", measurePictures},
     {"queries", measureQueries},     {"radii", measureRadii},
     {"replay", measureReplay},       {"rods", measureRods},
-    {"sampling", measureSampling},
+    {"sampling", measureSampling},   {"volume-tests", measureVolumeTests},
 };
 
 void addOptions(CLI::App& app, std::string& measure, Request& request) {

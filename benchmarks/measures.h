@@ -43,6 +43,7 @@ bool measureReplay(const Request& request);
 bool measureChain(const Request& request);
 bool measureRadii(const Request& request);
 bool measureRods(const Request& request);
+bool measureVolumeTests(const Request& request);
 bool measurePictures(const Request& request);
 
 }  // namespace fcl_fibers::benchmarks

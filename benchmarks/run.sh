@@ -10,8 +10,7 @@
 #              --targets also lists which ratios reach their targets
 #   --trade    what accuracy costs: every manager, sampling, options, meshes, motion. 16 minutes. It adds real hair
 #              if FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx
-#   --paper    the paper's Table I, figures and pictures. 20 minutes, and up to an hour for one part.
-#              --full adds finer curves and the slowest trees, which take hours
+#   --paper    the paper's Table I, figures and pictures. 90 minutes. --full adds finer curves
 #   --only     only the measures whose names begin with NAME, such as obstacles of --full, 4 minutes,
 #              or dials of --trade, 4 minutes. It keeps the other results of the set
 #   --hair     the fibers of a file instead of the scenes; with --trade beside the scenes.
@@ -51,7 +50,7 @@ case "$full $set ${hair[*]}" in
   '1 headline '*) set=full ;;
 esac
 [[ ${#targets[@]} == 0 || "$set ${hair[*]}" == 'full ' ]] || refuse "--targets goes only with --full alone"
-[[ -z $only || "$set ${hair[*]}" != @(paper *|*--hair*) ]] || refuse "--only does not go with --paper or --hair"
+[[ -z $only || "$set ${hair[*]}" != *--hair* ]] || refuse "--only does not go with --hair"
 ponytail=${FCL_FIBERS_DATA:+$FCL_FIBERS_DATA/tressfx31_ponytail_tail.tfx}
 if [[ $set == trade && ${#hair[@]} == 0 && -e $ponytail ]]; then
   hair=(--hair="$ponytail" --radius=0.05)
@@ -143,13 +142,10 @@ case $scenes in
     measure radii radii
     measure rods rods
     measure pictures pictures --out_dir="$data"
-    "$build/tools/fcl_fibers" view paper-strand:fibers=500 paper-dynamic paper-half-scalp \
+    [[ -n $only ]] || "$build/tools/fcl_fibers" view paper-strand:fibers=500 paper-dynamic paper-half-scalp \
       --points 300000 --fragment -o "$data/view.html" || failed=1
-    edges="8 12 16 24 32 48" fibers="50 100 200 350 500 700 1000" slow=LayeredAABBTree/super_thread
-    if ((full)); then
-      edges+=" 64" fibers=$(seq 50 50 1000)
-      slow+=" DynamicAABBTree/tight WrappedSphereTree/spheres WrappedSphereTree/super_thread"
-    fi
+    edges="8 12 16 24 32 48" fibers="50 100 200 350 500 700 1000"
+    if ((full)); then edges+=" 64" fibers=$(seq 50 50 1000); fi
     for edge in $edges; do
       measure "chain_random_$edge" chain --chain=random --edge="$edge"
       measure "chain_snake_$edge" chain --chain=snake --edge="$edge"
@@ -160,13 +156,47 @@ case $scenes in
     against[paper]=paper
     frames axis_turned_0 --limit=10 --scene=paper-static:state=1,turned=0
     frames axis_turned_1 --limit=10 --scene=paper-static:state=1
-    for n in 1000 2000; do frames "strand_$n" --limit=10 --scene="paper-strand:fibers=$n"; done
-    frames half-scalp --limit=10 --scene=paper-half-scalp
-    # One at a time, because they take minutes, and some of them hours.
-    for name in $slow; do
-      against[paper]=paper:$name
-      frames "half-scalp_long_${name//\//_}" --limit=3600 --scene=paper-half-scalp
+
+    # Table I. A cell may take 90 minutes. The published trees are by themselves where they take
+    # minutes.
+    scalp=paper-half-scalp strand=paper-strand cell=5400
+    loose=turns=2,helix_radius=0.5,deviation=0.0034
+    table() {
+      local name=$1 scene=$2
+      against[paper]=paper
+      frames "table_$name" --limit=60 --scene="$scene"
+      measure "tests_$name" volume-tests --against=paper --limit="$cell" --scene="$scene"
+      for tree in "${@:3}"; do
+        against[paper]=paper:$tree/super_thread
+        frames "long_${name}_$tree" --limit="$cell" --scene="$scene"
+      done
+    }
+    for n in 1000 2000; do
+      table "strand-$n" "$strand:fibers=$n"
+      table "strand-loose-$n" "$strand:fibers=$n,$loose"
     done
+    table half-scalp-wisps "$scalp:length=7,wisp_fibers=300" WrappedSphereTree
+    table half-scalp "$scalp" LayeredAABBTree WrappedSphereTree
+
+    # A sample of each traversal is enough to compare scenes.
+    styles() {
+      measure "styles_$1" volume-tests "${@:3}" --scene="$2" --limit=10 \
+        --against=paper:LayeredAABBTree/super_thread,LayeredAABBTree/capsules
+    }
+    styles scalp-15 "$scalp"
+    styles scalp-15-rows "$scalp" --rows
+    styles scalp-15-wisps "$scalp:wisp_fibers=300,tip_deviation=0.2"
+    styles scalp-15-hanging "$scalp:wisp_fibers=300,hanging=1"
+    styles scalp-7 "$scalp:length=7"
+    for length in 7 5; do
+      styles "scalp-$length-wisps" "$scalp:wisp_fibers=300,length=$length"
+      styles "scalp-$length-hanging" "$scalp:wisp_fibers=300,length=$length,hanging=1"
+    done
+    styles strand-tight "$strand"
+    styles strand-tight-turned "$strand:turned=1"
+    styles strand-dense "$strand:area=3.077,deviation=0.00015"
+    styles strand-loose "$strand:$loose"
+    styles strand-loose-turned "$strand:$loose,turned=1"
     ;;
 esac
 

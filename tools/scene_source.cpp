@@ -167,6 +167,26 @@ SceneSource staticScene(Parameters& keys) {
   return movingScene(keys, scenes::makePaperStatic, parameters);
 }
 
+SceneSource halfScalpScene(Parameters& keys) {
+  scenes::PaperHalfScalpParameters parameters;
+  parameters.length = keys.take("length", parameters.length);
+  parameters.hanging = keys.take("hanging", 0) != 0;
+  parameters.wisp_fibers = keys.take("wisp_fibers", parameters.wisp_fibers);
+  parameters.deviation = keys.take("deviation", parameters.deviation);
+  parameters.tip_deviation = keys.take("tip_deviation", parameters.tip_deviation);
+  return movingScene(keys, scenes::makePaperHalfScalp, parameters);
+}
+
+SceneSource strandScene(Parameters& keys) {
+  scenes::PaperStrandParameters parameters;
+  parameters.area = keys.take("area", parameters.area);
+  parameters.turns = keys.take("turns", parameters.turns);
+  parameters.helix_radius = keys.take("helix_radius", parameters.helix_radius);
+  parameters.turned = keys.take("turned", 0) != 0;
+  parameters.deviation = keys.take("deviation", parameters.deviation);
+  return movingScene(keys, scenes::makePaperStrand, parameters);
+}
+
 SceneSource dynamicScene(Parameters& keys) {
   scenes::PaperDynamicParameters parameters;
   parameters.fibers = keys.takeFibers(parameters.fibers);
@@ -199,10 +219,8 @@ constexpr Kind kKinds[] = {
      staticScene},
     {"paper-dynamic", "the paper's dynamic assembly, 150 x 100, frame 0 to 100, 85 by default",
      dynamicScene},
-    {"paper-half-scalp", "the paper's half scalp, 50,000 x 50",
-     [](Parameters& keys) { return movingScene(keys, scenes::makePaperHalfScalp); }},
-    {"paper-strand", "the paper's strand, 1,000 x 2,000",
-     [](Parameters& keys) { return movingScene(keys, scenes::makePaperStrand); }},
+    {"paper-half-scalp", "the paper's half scalp, 50,000 x 50", halfScalpScene},
+    {"paper-strand", "the paper's strand, 1,000 x 2,000", strandScene},
 };
 
 const std::string kStandardInput = "-";

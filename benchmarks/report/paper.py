@@ -1,33 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Table I and the curves of the set paper: what the paper measured, once more."""
+"""The curves of the set paper: what the paper measured, once more. Table I: paper_table.py."""
 
 import numpy as np
 
-from paper_pictures import FCL_TREE, Panel, label_of, panels_figure
+from paper_pictures import Panel, label_of, panels_figure
+from paper_table import PUBLISHED
 from pictures import OURS, count_label, seconds_label
 from ratios import FCL
-from tables import Table, count, time
+from tables import Table
 
-# Table I and section 4.1 of the paper, Pentium IV 2.4 GHz: seconds by phase, and collisions.
-PAPER = {
-    "half-scalp": {
-        "wrapped spheres": (4.609, 1924.74, 1984.78, 550_000),
-        "boxes": (4.109, 0.766, 100.531, 550_000),
-    },
-    "strand_1000": {
-        "wrapped spheres": (2.907, 91.923, 15.282, 23_000),
-        "boxes": (2.781, 0.281, 1.688, 23_000),
-    },
-    "strand_2000": {"boxes": (None, 0.6, 4.3, 80_000)},
-}
-TABLE_SCENES = {
-    "half-scalp": "paper-half-scalp 50,000 x 50",
-    "strand_1000": "paper-strand 1,000 x 2,000",
-    "strand_2000": "paper-strand 2,000 x 2,000",
-    "frames_hair": "hair",
-}
-PHASES = ("set_up", "update", "detection")
-PHASE_TITLES = ["construction", "update", "detection"]
 STATIC = (
     "Static assembly of 100 segments per fiber, turned. Boxes and spheres report volumes that "
     "overlap. 'kCapsules' reports capsules that touch."
@@ -48,7 +29,6 @@ RADII = (
 RODS = "Warm starts from the shape under a load that differs by 2 %. Cold has no starting shape."
 VIEW = "Touching segments are red. Some fibers and points are left out; contacts are of all."
 AXES = {"axis_turned_0": "all but straight, along z,", "axis_turned_1": "all but straight, turned,"}
-PUBLISHED = ("LayeredAABBTree/super_thread", "WrappedSphereTree/super_thread")
 
 
 def numbered(parts, prefix):
@@ -59,58 +39,6 @@ def numbered(parts, prefix):
 
 def fcl_names(part, kind, managers=tuple(FCL)):
     return [name for name in part.names(kind) if name.split("/")[0] in managers]
-
-
-def rows_of(parts):
-    """Contenders of one row by its title: ours one by one, FCL's trees as one."""
-    ours = [name for name in OURS if any(part.has("Checked", name) for part in parts)]
-    rows = {label_of(name): [name] for name in ours}
-    rows["FCL's best tree, tight boxes"] = [
-        name for part in parts for name in fcl_names(part, "Checked", FCL_TREE)
-    ]
-    return rows
-
-
-def row_cells(parts, names):
-    """A phase's least median, or its single time of the check, or why there is none."""
-    cells, ended = [], False
-    for phase in PHASES:
-        there = [(p, n) for p in parts for n in names if p.has("Frames", n)]
-        timed = [p.median("Frames", n, phase) for p, n in there if p.knows("Frames", n, phase)]
-        checks = [p.counters("Checked", n) for p in parts for n in names if p.has("Checked", n)]
-        once = [check[phase].iloc[0] for check in checks if phase in check]
-        once = [seconds for seconds in once if seconds > 0]  # NaN: not reached
-        if timed or once:
-            cells.append(time(min(timed)) if timed else "~" + time(min(once)))
-        else:
-            cells.append("-" if ended else checks[0]["label"].iloc[0])
-            ended = True
-    counts = []
-    for key in ("pairs", "touching"):
-        known = [check[key].iloc[0] for check in checks if not check["label"].iloc[0]]
-        counts.append(count(known[0]) if known else "-")
-    return cells + counts
-
-
-def table_one(parts):
-    rows = []
-    for scene in [scene for scene in TABLE_SCENES if scene in parts]:
-        title = parts[scene].title(TABLE_SCENES[scene])
-        for volume, (*seconds, collisions) in PAPER.get(scene, {}).items():
-            cells = ["-" if value is None else time(value) for value in seconds]
-            rows.append([f"{title}: the paper's {volume}", *cells, count(collisions), "-"])
-        slow = [part for name, part in parts.items() if name.startswith(scene + "_long_")]
-        found = [parts[scene], *slow]
-        for row, names in rows_of(found).items():
-            rows.append([f"{title}: {row}", *row_cells(found, names)])
-    caption = (
-        "The paper's times are of a Pentium IV, 2.4 GHz, the others of one thread here. Rows with "
-        "'super thread' are of the paper's tree, our other rows of the bundle. ~ marks a single "
-        "time, > a phase that was ended. FCL's best is the tree and level that is fastest in the "
-        "phase. Only FCL includes adjacent segments. The paper's collisions stand under pairs."
-    )
-    header = ["", *PHASE_TITLES, "pairs", "touching"]
-    return Table("table-1", "Table I", header, rows, caption)
 
 
 def fastest(part, kind, key):
@@ -165,7 +93,7 @@ def steps(part, name, counter):
 
 def replay_figure(part):
     names = fastest(part, "Replay", "seconds")
-    pairs = [*map(label_of, PUBLISHED), label_of("LayeredAABBTree/capsules")]
+    pairs = [*map(label_of, PUBLISHED.values()), label_of("LayeredAABBTree/capsules")]
     panels = []
     for title, counter, form in (
         ("pairs reported", "pairs", count_label),

@@ -21,6 +21,7 @@ import motion
 import obstacles
 import paper
 import paper_pictures
+import paper_table
 import pictures
 import trade
 from results import circumstances, load
@@ -35,7 +36,7 @@ DOCUMENTED = {
         "motion",
     ),
     "trade": ("managers", "sampling", "costs", "dials", "motion-dials"),
-    "paper": ("table-1",),
+    "paper": ("table-1", "table-1-hard", "table-1-ratios", "paper-styles"),
 }
 BARS = "Bars are medians. Lines reach from the lowest run to the highest."
 DIAL = "Shorter bars are faster. False pairs are reported and do not touch."
@@ -165,25 +166,38 @@ def trade_offs(folder):
 
 
 def paper_again(folder):
-    names = ("radii", "rods", "replay", "axis_turned_0", "axis_turned_1", "half-scalp", "pictures")
+    names = ("radii", "rods", "replay", "axis_turned_0", "axis_turned_1", "pictures")
     wanted = {name: name for name in names}
-    wanted |= {"static assembly": r"static_\d+", "strand": r"strand_\d+"}
-    wanted |= {"chains": r"chain_(random|snake)_\d+", "half scalp, slow": r"half-scalp_long_\w+"}
+    wanted |= {"static assembly": r"static_\d+", "chains": r"chain_(random|snake)_\d+"}
+    wanted |= {f"table of {name}": f"table_{name}" for name in paper_table.SCENES}
+    wanted |= {f"volume tests of {name}": f"tests_{name}" for name in paper_table.SCENES}
+    wanted |= {"slow trees": r"long_[\w-]+"}
+    wanted |= {f"style {name}": f"styles_{name}" for name in paper_table.STYLES}
     report = Report("paper", "The paper's measurements, again", folder, wanted)
     parts = report.parts
-    report.add(r"half-scalp|strand_\d+|frames_hair", paper.table_one, parts)
-    for number, (phase, what) in enumerate(zip(paper.PHASES, paper.PHASE_TITLES), 7):
+    if "frames_hair" in parts:
+        parts["table_hair"] = parts["frames_hair"]
+    for hard in (False, True):
+        ours = [name for name, scene in paper_table.SCENES.items() if scene.hard == hard]
+        ours += [] if hard else ["hair"]
+        report.add(f"table_({'|'.join(ours)})", paper_table.table_one, parts, hard)
+    report.add("table_(?!hair).*", paper_table.ratios, parts)
+    report.add("styles_.*", paper_table.styles, parts)
+    for number, (phase, what) in enumerate(zip(paper_table.PHASES, paper_table.PHASE_TITLES), 7):
         title = f"Fig. {number}. Time of {what}"
         caption = paper.static_caption(parts)
-        report.draw(r"static_\d+", "", title, caption, paper.static_figure, parts, phase)
-    replay = partial(report.draw, "replay", "")
-    replay("Fig. 10. Dynamic assembly", paper.REPLAY, paper.replay_figure, parts.get("replay"))
-    replay("Cascade verification", paper.CAGES, paper.cages_figure, parts.get("replay"))
+        name = f"paper_{what}"
+        report.draw(r"static_\d+", name, title, caption, paper.static_figure, parts, phase)
+    replay = partial(report.draw, "replay")
+    title = "Fig. 10. Dynamic assembly"
+    replay("paper_replay", title, paper.REPLAY, paper.replay_figure, parts.get("replay"))
+    title = "Cascade verification"
+    replay("paper_cages", title, paper.CAGES, paper.cages_figure, parts.get("replay"))
     for name, title in paper.AXES.items():
         if name in parts:
             report.add(name, frames.scene_table, frames.Scene(title, parts[name]))
     title = "One chain against itself"
-    report.draw("chain_.*", "", title, paper.CHAINS, paper.chain_figure, parts)
+    report.draw("chain_.*", "paper_chains", title, paper.CHAINS, paper.chain_figure, parts)
     columns = {"height": count, "layered": digits, "wrapped": digits, "largest_of_bound": digits}
     title = "Radii of layered and wrapped spheres"
     report.add("radii", paper.medians, parts.get("radii"), "Radii", title, columns, paper.RADII)

@@ -96,25 +96,44 @@ class PaperDynamic {
 /// The head is a spheroid about y of half axes 7.75, 9.5 and 7.75. Roots are uniform over the part
 /// of it beside the parting (0.02 rad from the top, z, towards x) from y = -0.62 * 9.5 to 0.72
 /// * 9.5, as far down as 325 / cm2 ask for; fewer than 50,000 fibers take a part of the same
-/// middle. Fibers are 15 cm long and
+/// middle. Fibers
 ///
-///     leave the head at 0.3 rad + a deviate of 0.02 from the skin,
-///     downwards, turned back by 0.25 rad + a deviate of 0.02,
-///     bent towards the head by 1 / 9.5 at the parting to 1 / 20 at the lower end, times 1 + a
-///     deviate of 0.02,
+///     leave the head at 0.3 rad from the skin,
+///     downwards, turned back by 0.25 rad, or by 0 if they hang,
+///     bent towards the head by 1 / 9.5 at the parting to 1 / 20 (to 0 if they hang) at the lower
+///     end,
 ///     and pulled at the tip by 0.002 away from the head (along d1 of the root).
 ///
-/// Where a point would lie in the head, the angle to the skin grows by 0.05 rad until none does. A
-/// frame sways the tip load by 0.003 sin(0.05 frame) along d2. Solved at 25 segments or more.
+/// To the two angles a deviate is added, and the curvature is multiplied by 1 + a deviate. Where a
+/// point would lie in the head, the angle to the skin grows by 0.05 rad until none does. A frame
+/// sways the tip load by 0.003 sin(0.05 frame) along d2. Solved at 25 segments or more.
 ///
-/// 50,000 x 50: 551,000 touching pairs; the paper's 550,000. Throws std::invalid_argument if fibers
-/// is above 50,000.
+/// The paper does not tell length, style or order. By default each fiber lies anywhere in the
+/// area: the order is random, and few fibers are near the one before. In wisps, fibers follow each
+/// other wisp by wisp, each wisp on a patch of its own, the patches in rows. A wisp has a guide
+/// hair, whose deviates of tip_deviation / length are added to those of each of its fibers.
+///
+/// Touching pairs of 50,000 x 50; the paper has 550,000:
+///
+///     15 cm, no wisps                                  551,000
+///     7 cm, wisps of 300                               545,000
+///     5 cm, wisps of 300                               597,000
+///     15 cm, wisps of 300, tip_deviation 0.2           588,000
+///     15, 7 and 5 cm, wisps of 300, hanging            582,000, 487,000 and 547,000
+///
+/// Throws std::invalid_argument if fibers is above 50,000, wisp_fibers below 0, length not in
+/// (0, 30], or a deviation not in [0, 1] or [0, length].
 struct PaperHalfScalpParameters {
-  int fibers = 50000;      ///< the paper's; at most
-  int segments = 50;       ///< per fiber
-  double radius = 0.0035;  ///< of a human hair, in cm
-  std::uint64_t seed = 1;  ///< same seed, same scene
-  int frame = 0;           ///< time step of the motion
+  int fibers = 50000;          ///< the paper's; at most
+  int segments = 50;           ///< per fiber
+  double length = 15;          ///< cm
+  bool hanging = false;        ///< else combed back
+  int wisp_fibers = 0;         ///< 0: no wisps, each fiber lies by itself
+  double deviation = 0.02;     ///< of the fibers' deviates
+  double tip_deviation = 0.5;  ///< cm by which the tips of guide hairs deviate, about
+  double radius = 0.0035;      ///< of a human hair, in cm
+  std::uint64_t seed = 1;      ///< same seed, same scene
+  int frame = 0;               ///< time step of the motion
 };
 
 /// The scene of these parameters.
@@ -123,22 +142,33 @@ FiberPolylines makePaperHalfScalp(const PaperHalfScalpParameters& parameters);
 /// Case 4, strand: very many short segments, hardly longer than wide, of fibers that are almost
 /// parallel.
 ///
-/// Helices of 30 cm, 4 turns and radius 1 without load (reference curvature and torsion), which
-/// hang from roots with their axis along -z, under their weight of 0.05 dyn / cm. Curvature and
-/// torsion are multiplied by 1 + a deviate of 0.00024, and the root is turned about z by a deviate
-/// of 0.00024 rad: a lock holds together. Roots are 0.01 or more from each other, in an ellipse of
-/// 2000 / 325 cm2 for any number of fibers. A frame sways the tip by a force of 0.01 sin(0.05
-/// frame) along x. Solved at 200 segments or more.
+/// Helices of 30 cm without load (reference curvature and torsion), which hang from roots with
+/// their axis along -z, under their weight of 0.05 dyn / cm. Curvature and torsion are multiplied
+/// by 1 + a deviate, and the root is turned about z by a deviate: a lock holds together. Roots are
+/// 0.01 or more from each other, in an ellipse of the same area for any number of fibers: where
+/// the paper's fibers are twice as many, its touching pairs are 3.5 times as many, which fits one
+/// area (4 times) better than one density (2 times). A frame sways the tip by a force of 0.01
+/// sin(0.05 frame) along x. Solved at 200 segments or more.
 ///
-/// x 2,000 segments: 500 fibers 3,300, 1,000 fibers 21,600, 2,000 fibers 80,700 touching pairs; the
-/// paper has 23,000 and 80,000 for the latter two. Segments are 0.015 long and 0.007 wide, so that
-/// those next but one do not touch. Throws std::invalid_argument if fibers is above 6,000.
+/// Touching pairs of 500, 1,000 and 2,000 x 2,000; the paper has 23,000 and 80,000 for the latter:
+///
+///     4 turns, radius 1, deviation 0.00024       3,300,  21,600,  80,700
+///     2 turns, radius 0.5, deviation 0.0034      5,400,  21,700,  86,600
+///
+/// Segments are 0.015 long and 0.007 wide, so that those next but one do not touch. Throws
+/// std::invalid_argument if area is not in (0, 1e6), fibers above 975 * area, turns or helix_radius
+/// not above 0, 2 pi turns helix_radius not below 30, or deviation not in [0, 1].
 struct PaperStrandParameters {
-  int fibers = 1000;       ///< the paper: 500, 1,000 and 2,000
-  int segments = 2000;     ///< per fiber
-  double radius = 0.0035;  ///< of a human hair, in cm
-  std::uint64_t seed = 1;  ///< same seed, same scene
-  int frame = 0;           ///< time step of the motion
+  int fibers = 1000;           ///< the paper: 500, 1,000 and 2,000
+  int segments = 2000;         ///< per fiber
+  double area = 2000 / 325.0;  ///< of the roots, cm2
+  double turns = 4;            ///< of the helix
+  double helix_radius = 1;     ///< cm
+  bool turned = false;         ///< in the end, by pi/4 about y, then by pi/4 about x
+  double deviation = 0.00024;  ///< of the deviates
+  double radius = 0.0035;      ///< of a human hair, in cm
+  std::uint64_t seed = 1;      ///< same seed, same scene
+  int frame = 0;               ///< time step of the motion
 };
 
 /// The scene of these parameters.

@@ -14,6 +14,7 @@ from pathlib import Path
 HELIX = "--scene=helix:fibers=10,segments=20"
 DYNAMIC = "--scene=paper-dynamic:fibers=40,segments=50"
 HALF_SCALP = "--scene=paper-half-scalp:fibers=20,segments=10"
+STRAND = "--scene=paper-strand:turns=2,helix_radius=0.5,fibers=10,segments=20"
 STATIC = "--scene=paper-static:segments=20,fibers="
 RECORDED = {
     "headline/frames_helix": ["frames", HELIX],
@@ -39,15 +40,18 @@ RECORDED = {
     "paper/static_10": ["frames", "--against=paper_all", STATIC + "10"],
     "paper/static_20": ["frames", "--against=paper_all", STATIC + "20"],
     "paper/axis_turned_1": ["frames", "--against=paper", STATIC + "10"],
-    "paper/strand_1000": [
-        "frames",
-        "--against=paper",
-        "--scene=paper-strand:fibers=10,segments=20",
-    ],
-    "paper/half-scalp": ["frames", "--against=paper", HALF_SCALP],
-    "paper/half-scalp_long_LayeredAABBTree_super_thread": [
+    "paper/table_strand-loose-1000": ["frames", "--against=paper", STRAND],
+    "paper/tests_strand-loose-1000": ["volume-tests", "--against=paper", STRAND],
+    "paper/table_half-scalp": ["frames", "--against=paper", HALF_SCALP],
+    "paper/tests_half-scalp": ["volume-tests", "--against=paper", HALF_SCALP],
+    "paper/long_half-scalp_LayeredAABBTree": [
         "frames",
         "--against=paper:LayeredAABBTree/super_thread",
+        HALF_SCALP,
+    ],
+    "paper/styles_scalp-15": [
+        "volume-tests",
+        "--against=paper:LayeredAABBTree/super_thread,LayeredAABBTree/capsules",
         HALF_SCALP,
     ],
     "paper/replay": ["replay", "--steps=5", DYNAMIC],

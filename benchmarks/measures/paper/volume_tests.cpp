@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
+#include <fcl/broadphase/broadphase_dynamic_AABB_tree_array.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "harness/progress.h"
+#include "harness/runs.h"
+#include "measures.h"
+#include "measures/paper/tree_scene.h"
+#include "tests/support/volume_tests.h"
+
+namespace fcl_fibers::benchmarks {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// What a self query does, or what is known of it when its time was up.
+struct Count {
+  double tests = 0;    ///< of two volumes
+  double pairs = 0;    ///< of segments whose volumes overlap
+  double seconds = 0;  ///< of the traversal
+  double share = 1;    ///< of the parts of the traversal that were gone through
+  double error = 0;    ///< standard error, relative, of what the share says of all tests
+};
+
+/// Leaves below the larger of two nodes whose pairs are one part of a traversal. The parts of one
+/// scene are a few hundred thousand.
+constexpr std::int32_t kPartLeaves = 1024;
+
+/// Cuts a traversal into parts.
+struct Splitter : test::VolumeTests {
+  static constexpr bool kSplits = true;
+
+  bool isTask(std::int32_t a_leaves, std::int32_t b_leaves) const {
+    return std::max(a_leaves, b_leaves) <= kPartLeaves;
+  }
+  tree::Visit addTask(const tree::TraversalTask& task) {
+    parts.push_back(task);
+    return tree::Visit::kContinue;
+  }
+
+  std::vector<tree::TraversalTask> parts;
+};
+
+/// Goes through the parts of a self query in random order, so that those done before the limit are
+/// a sample of all.
+template <class Tree>
+Count countOurs(const Tree& tree, double limit) {
+  using tree::HWY_NAMESPACE::internal::selfPairs;
+  const Clock::time_point begin = Clock::now();
+  const auto taken = [begin] {
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+  };
+  Splitter splitter;
+  selfPairs(tree, tree::AllGroups(), splitter).visitSelf(0);
+  const double split_seconds = taken();
+  std::vector<tree::TraversalTask>& parts = splitter.parts;
+  std::shuffle(parts.begin(), parts.end(), std::mt19937_64(1));
+
+  test::VolumeTests all;
+  double squares = 0;
+  std::size_t done = 0;
+  for (; done < parts.size() && taken() < limit; ++done) {
+    const std::size_t before = all.tests;
+    selfPairs(tree, tree::AllGroups(), all).run(parts[done]);
+    const auto tests = static_cast<double>(all.tests - before);
+    squares += tests * tests;
+  }
+
+  const auto n = static_cast<double>(done), of = static_cast<double>(parts.size());
+  Count count;
+  count.tests = static_cast<double>(all.tests);
+  count.pairs = static_cast<double>(all.pairs);
+  count.share = n / of;
+  count.seconds = taken();
+  if (done < parts.size()) {
+    // Of a sum over all parts, drawn without putting back.
+    const double mean = count.tests / n;
+    const double variance = (squares / n - mean * mean) * n / (n - 1);
+    count.error = std::sqrt(variance / n * (1 - n / of)) / mean;
+    count.seconds -= split_seconds;
+  }
+  count.tests += static_cast<double>(splitter.tests);
+  return count;
+}
+
+/// The self query of FCL's dynamic tree, as FCL 0.7 has it, with a count. It gives up at a
+/// deadline.
+template <class Nodes>
+class FclQuery {
+ public:
+  using Id = typename Nodes::Id;
+
+  FclQuery(Nodes nodes, Clock::time_point deadline) : nodes_(nodes), deadline_(deadline) {}
+
+  void visitSelf(Id node) {
+    if (nodes_.isLeaf(node)) return;
+    visitSelf(nodes_.child(node, 0));
+    visitSelf(nodes_.child(node, 1));
+    visitCross(nodes_.child(node, 0), nodes_.child(node, 1));
+  }
+
+  std::uint64_t tests() const { return tests_; }
+  std::uint64_t pairs() const { return pairs_; }
+  bool ended() const { return !late_; }
+
+ private:
+  void visitCross(Id a, Id b) {
+    if (late_) return;
+    if ((++tests_ & 0xfffff) == 0) late_ = Clock::now() > deadline_;
+    if (!nodes_.box(a).overlap(nodes_.box(b))) return;
+    const bool a_leaf = nodes_.isLeaf(a), b_leaf = nodes_.isLeaf(b);
+    if (a_leaf && b_leaf) {
+      ++pairs_;
+    } else if (b_leaf || (!a_leaf && nodes_.box(a).size() > nodes_.box(b).size())) {
+      visitCross(nodes_.child(a, 0), b);
+      visitCross(nodes_.child(a, 1), b);
+    } else {
+      visitCross(a, nodes_.child(b, 0));
+      visitCross(a, nodes_.child(b, 1));
+    }
+  }
+
+  Nodes nodes_;
+  Clock::time_point deadline_;
+  std::uint64_t tests_ = 0, pairs_ = 0;
+  bool late_ = false;
+};
+
+struct PointerNodes {
+  using Id = fcl::DynamicAABBTreeCollisionManagerd::DynamicAABBNode*;
+  static bool isLeaf(Id node) { return node->isLeaf(); }
+  static Id child(Id node, int which) { return node->children[which]; }
+  static const fcl::AABBd& box(Id node) { return node->bv; }
+};
+
+struct ArrayNodes {
+  using Id = std::size_t;
+  const fcl::DynamicAABBTreeCollisionManager_Arrayd::DynamicAABBNode* nodes;
+  bool isLeaf(Id node) const { return nodes[node].isLeaf(); }
+  Id child(Id node, int which) const { return nodes[node].children[which]; }
+  const fcl::AABBd& box(Id node) const { return nodes[node].bv; }
+};
+
+template <class Nodes>
+Count countFcl(Nodes nodes, typename Nodes::Id root, double limit) {
+  const Clock::time_point begin = Clock::now();
+  const auto deadline =
+      begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(limit));
+  FclQuery<Nodes> query(nodes, deadline);
+  query.visitSelf(root);
+  Count count;
+  count.tests = static_cast<double>(query.tests());
+  count.pairs = static_cast<double>(query.pairs());
+  count.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  if (!query.ended()) count.share = std::numeric_limits<double>::quiet_NaN();
+  return count;
+}
+
+Count countTests(const Contender& contender, const MovingFibers& fibers, double limit) {
+  if (contender.ours) {
+    Count count;
+    withTree(contender, fibers, [&](const auto& tree) { count = countOurs(tree, limit); });
+    return count;
+  }
+  const std::unique_ptr<Manager> manager = contender.setUp(fibers);
+  if (auto* tree = dynamic_cast<fcl::DynamicAABBTreeCollisionManagerd*>(manager.get())) {
+    return countFcl(PointerNodes(), tree->getTree().getRoot(), limit);
+  }
+  auto& tree = dynamic_cast<fcl::DynamicAABBTreeCollisionManager_Arrayd&>(*manager);
+  return countFcl(ArrayNodes{tree.getTree().getNodes()}, tree.getTree().getRoot(), limit);
+}
+
+/// Whether all who find overlapping tight boxes found the same number, up to the rounding of
+/// bounds: the traversals that are counted are then those of the managers.
+class SamePairs {
+ public:
+  void note(const Contender& contender, const Count& count) {
+    if (contender.reported != Reported::kTightBoxes || count.share != 1) return;
+    fewest_ = std::min(fewest_, count.pairs);
+    most_ = std::max(most_, count.pairs);
+  }
+  bool agree() const { return most_ <= (1 + kRoundingExcess) * fewest_; }
+
+ private:
+  static constexpr double kRoundingExcess = 0.01;
+  double fewest_ = std::numeric_limits<double>::infinity(), most_ = 0;
+};
+
+Numbers numbersOf(const Count& count, const MovingFibers& fibers) {
+  return {{"segments", static_cast<double>(fibers.segmentCount())},
+          {"volume_tests", count.tests},
+          {"leaf_pairs", count.pairs},
+          {"traversal", count.seconds},
+          {"share", count.share},
+          {"error", count.error}};
+}
+
+Numbers countTouching(const Contender& contender, const MovingFibers& fibers) {
+  const std::unique_ptr<Manager> manager = contender.setUp(fibers);
+  return {{"segments", static_cast<double>(fibers.segmentCount())},
+          {"touching", static_cast<double>(countPairs(*manager).pairs)}};
+}
+
+}  // namespace
+
+bool measureVolumeTests(const Request& request) {
+  Motion motion = makeMotion(request.scene);
+  MovingFibers& fibers = motion.fibers;
+  Against against = readAgainst(request.against);
+  std::vector<Contender> contenders = std::move(against.contenders);
+  for (const Boxes boxes : against.fcl_trees) {
+    for (Contender& tree : fclTrees(boxes)) contenders.push_back(std::move(tree));
+  }
+  SamePairs same_pairs;
+  for (const Contender& contender : contenders) {
+    const bool finds_touching = contender.reported == Reported::kTouching;
+    // Boxes and spheres find the same, and boxes sooner.
+    if (finds_touching && contender.manager != "LayeredAABBTree") continue;
+    showProgress(fibers.name() + ": volume tests: " + contender.title());
+    fibers.bringTo(0, contender.boxes);
+    Numbers numbers;
+    if (finds_touching) {
+      numbers = countTouching(contender, fibers);
+    } else {
+      const Count count = countTests(contender, fibers, request.limit);
+      same_pairs.note(contender, count);
+      numbers = numbersOf(count, fibers);
+    }
+    registerNumbers("VolumeTests/" + contender.name(), numbers);
+  }
+  return runRegistered() && same_pairs.agree();
+}
+
+}  // namespace fcl_fibers::benchmarks
