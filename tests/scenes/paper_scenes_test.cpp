@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include <fcl_fibers/fiber_tree.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include "scenes/cap.h"
@@ -57,19 +56,7 @@ double farthestMotion(const FiberPolylines& a, const FiberPolylines& b) {
   return farthest;
 }
 
-/// Pairs of capsules that touch, the `ignored` next along a fiber left out.
-std::size_t touchingPairs(const FiberPolylines& scene, int ignored) {
-  FiberTreeOptions options;
-  options.report = Report::kCapsules;
-  options.ignored_neighbors = ignored;
-  FiberTree tree(options);
-  tree.build(fiberArrays(scene));
-  std::size_t pairs = 0;
-  tree.visitPairs([&](SegmentPair) { ++pairs; });
-  return pairs;
-}
-
-/// The same by brute force, which shares nothing with the library.
+/// touchingPairs() by brute force, which shares nothing with the library.
 std::size_t trulyTouchingPairs(const FiberPolylines& scene, std::size_t ignored) {
   std::vector<test::GivenCapsule> capsules;
   std::vector<std::pair<std::size_t, std::size_t>> places;  // fiber and segment
@@ -86,12 +73,6 @@ std::size_t trulyTouchingPairs(const FiberPolylines& scene, std::size_t ignored)
     pairs += verdict.touching && !neighbors;
   });
   return pairs;
-}
-
-/// A pin: the library's own count of the day when the scene was made, which TouchesAreCountedRight
-/// gives reason to trust. One part in a hundred is for mathematical functions that round otherwise.
-void expectTouches(const FiberPolylines& scene, double pinned) {
-  EXPECT_NEAR(static_cast<double>(touchingPairs(scene, 1)), pinned, 0.01 * pinned);
 }
 
 template <typename Parameters>

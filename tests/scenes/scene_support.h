@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <fcl_fibers/fiber_polylines.h>
+#include <fcl_fibers/fiber_tree.h>
 
 namespace fcl_fibers::scenes {
 
@@ -46,6 +47,24 @@ inline void expectUniform(std::vector<double> shares, const std::vector<double>&
   for (const int count : quadrants) {
     EXPECT_NEAR(count, roots / 4, 5 * std::sqrt(roots * 3 / 16));
   }
+}
+
+/// Pairs of capsules that touch, the `ignored` next along a fiber left out.
+inline std::size_t touchingPairs(const FiberPolylines& scene, int ignored) {
+  FiberTreeOptions options;
+  options.report = Report::kCapsules;
+  options.ignored_neighbors = ignored;
+  FiberTree tree(options);
+  tree.build(fiberArrays(scene));
+  std::size_t pairs = 0;
+  tree.visitPairs([&](SegmentPair) { ++pairs; });
+  return pairs;
+}
+
+/// A pin: the library's own count of the day when the scene was made, which TouchesAreCountedRight
+/// gives reason to trust. One part in a hundred is for mathematical functions that round otherwise.
+inline void expectTouches(const FiberPolylines& scene, double pinned) {
+  EXPECT_NEAR(static_cast<double>(touchingPairs(scene, 1)), pinned, 0.01 * pinned);
 }
 
 }  // namespace fcl_fibers::scenes
