@@ -70,32 +70,34 @@ def millions(tests):
     return f"{digits(tests / 1e6)} M"
 
 
+def is_known(counters, phase):
+    """False of a phase that was not reached, or took no time because it was not asked for."""
+    return phase in counters and (counters[phase] > 0).all()
+
+
 class Cells:
     """What is known of one contender on one scene, or of FCL's trees together."""
 
     def __init__(self, parts, scene, name):
         slow = [part for key, part in parts.items() if key.startswith(f"long_{scene}_")]
         self.parts, self.tests = [parts[f"table_{scene}"], *slow], parts.get(f"tests_{scene}")
-        self.names = [name] if name else self._trees("Checked")
+        checked = [name for part in self.parts for name in part.names("Checked")]
+        trees = [name for name in dict.fromkeys(checked) if name.split("/")[0] in FCL_TREE]
+        self.names = [name] if name else trees
         self.is_fcl = name is None
-
-    def _trees(self, kind):
-        trees = [n for part in self.parts for n in part.names(kind) if n.split("/")[0] in FCL_TREE]
-        return list(dict.fromkeys(trees))
 
     def fastest(self, phase):
         """Seconds, whether of a single time, and whose: the least of the medians if there are."""
-        there = [(p, n) for p in self.parts for n in self.names if p.has("Frames", n)]
-        timed = [(p.median("Frames", n, phase), n) for p, n in there if p.knows("Frames", n, phase)]
-        if timed:
-            seconds, name = min(timed)
-            return seconds, False, name
-        checks = [(p, n) for p in self.parts for n in self.names if p.has("Checked", n)]
-        once = [
-            (p.median("Checked", n, phase), n) for p, n in checks if p.knows("Checked", n, phase)
-        ]
-        once = [(seconds, name) for seconds, name in once if seconds > 0]
-        return (min(once)[0], True, min(once)[1]) if once else (None, False, None)
+        for kind in ("Frames", "Checked"):
+            known = [
+                (part.median(kind, name, phase), kind == "Checked", name)
+                for part in self.parts
+                for name in self.names
+                if part.has(kind, name) and is_known(part.counters(kind, name), phase)
+            ]
+            if known:
+                return min(known)
+        return None, False, None
 
     def seconds(self, phase):
         return self.fastest(phase)[0]
@@ -108,27 +110,22 @@ class Cells:
         if name is None or not self.tests.has("VolumeTests", name):
             return None
         keys = ("volume_tests", "share", "error")
-        made, share, error = self.tests.median("VolumeTests", name, keys[0]), *[
-            self.tests.median("VolumeTests", name, key) for key in keys[1:]
-        ]
+        made, share, error = self.tests.medians("VolumeTests", name, *keys)
         return made / share, share < 1, error, made
 
     def time_text(self, phase):
         seconds, is_single, _ = self.fastest(phase)
         if seconds is not None:
             return ("~" if is_single else "") + time(seconds)
-        if phase == "detection" and (estimate := self.estimated_detection()):
-            note = self.parts[-1].note(self.names[0])
-            return f"{note}; about {time(estimate)}"
-        return self.parts[-1].note(self.names[0])
+        notes = [p.note(n) for p in self.parts for n in self.names if p.has("Checked", n)]
+        estimate = self.estimated_detection() if phase == "detection" else None
+        return notes[-1] + (f"; about {time(estimate)}" if estimate else "")
 
     def estimated_detection(self):
         """From the share of the traversal that was gone through, if it was not finished."""
         if self.tests is None or not self.tests.has("VolumeTests", self.names[0]):
             return None
-        seconds, share = (
-            self.tests.median("VolumeTests", self.names[0], key) for key in ("traversal", "share")
-        )
+        seconds, share = self.tests.medians("VolumeTests", self.names[0], "traversal", "share")
         return seconds / share
 
     def tests_text(self):
@@ -139,6 +136,11 @@ class Cells:
         if not estimated:
             return millions(number)
         return f"about {millions(number)} +- {100 * error:.1g} % ({millions(made)} made)"
+
+    def bytes(self):
+        known = [(p, n) for p in self.parts for n in self.names if p.has("Checked", n)]
+        known = [p.counters("Checked", n) for p, n in known]
+        return next((c["bytes_stated"].iloc[0] for c in known if "bytes_stated" in c), None)
 
     def counts(self):
         """Pairs and touching pairs, as the check has found them."""
@@ -217,6 +219,9 @@ def ratios(parts):
         found = key and Cells(parts, key, contender(which)).volume_tests()
         return found[0] if found else None
 
+    def memory(key, which):
+        return Cells(parts, key, contender(which)).bytes()
+
     def contender(which):
         kind, volume = which
         return {"published": PUBLISHED, "default": DEFAULT}[kind][volume] if volume else None
@@ -243,6 +248,9 @@ def ratios(parts):
         )
 
     add("Spheres / boxes, as published", spheres, boxes)
+    found = (key and (memory(key, spheres), memory(key, boxes)) for _, key, _ in columns)
+    cells = [quotient(*pair) if pair else "-" for pair in found]
+    rows.append(["Spheres / boxes, as published: bytes of the tree", *cells])
     for phase, what in zip(PHASES, PHASE_TITLES):
         cells = [
             "1"
@@ -281,9 +289,7 @@ def styles(parts):
         touching = part.median("VolumeTests", "LayeredAABBTree/capsules", "touching")
         known = []
         for contender in (PUBLISHED["boxes"], DEFAULT["boxes"]):
-            made, share = (
-                part.median("VolumeTests", contender, k) for k in ("volume_tests", "share")
-            )
+            made, share = part.medians("VolumeTests", contender, "volume_tests", "share")
             known.append(made / share)
             sampled = "~" if share < 1 else ""
             known.append(sampled + millions(made / share))

@@ -20,6 +20,7 @@ import frames
 import motion
 import obstacles
 import paper
+import paper_claims
 import paper_pictures
 import paper_table
 import pictures
@@ -36,7 +37,7 @@ DOCUMENTED = {
         "motion",
     ),
     "trade": ("managers", "sampling", "costs", "dials", "motion-dials"),
-    "paper": ("table-1", "table-1-hard", "table-1-ratios", "paper-styles"),
+    "paper": ("table-1", "table-1-hard", "table-1-ratios", "paper-styles", "paper-claims"),
 }
 BARS = "Bars are medians. Lines reach from the lowest run to the highest."
 DIAL = "Shorter bars are faster. False pairs are reported and do not touch."
@@ -183,6 +184,7 @@ def paper_again(folder):
         report.add(f"table_({'|'.join(ours)})", paper_table.table_one, parts, hard)
     report.add("table_(?!hair).*", paper_table.ratios, parts)
     report.add("styles_.*", paper_table.styles, parts)
+    report.add(r"(chain|axis|static)_.*|radii|replay|rods", paper_claims.table, parts)
     for number, (phase, what) in enumerate(zip(paper_table.PHASES, paper_table.PHASE_TITLES), 7):
         title = f"Fig. {number}. Time of {what}"
         caption = paper.static_caption(parts)
