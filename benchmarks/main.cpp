@@ -11,8 +11,9 @@
 //   fcl_fibers_bench --measure=motion [--fibers=N] [--radii=R]
 //   fcl_fibers_bench --measure=queries|clients|costs|sampling|dials|motion-dials
 //   fcl_fibers_bench --measure=chain|radii|rods|pictures            the paper's
-//   fcl_fibers_bench --measure=volume-tests [SCENE] --against=paper  likewise
+//   fcl_fibers_bench --measure=volume-tests [SCENE] --against=paper   likewise
 //   fcl_fibers_bench --measure=replay --scene=paper-dynamic         likewise
+//   fcl_fibers_bench --measure=volumes [SCENE]                      likewise
 //
 // WHOM is headline, full, all, paper, paper_all, or names of contenders, NAME,... Add
 // --benchmark_out=FILE.json and any other flag of Google Benchmark. SCENE is
@@ -78,6 +79,11 @@
 //                         much of it was gone through, in random order, and "error" the relative
 //                         standard error of the tests divided by the share. "touching": pairs
 //   Radii/...             radii of layered and wrapped spheres, bytes of the trees
+//   Volumes/<tree>/<kind> the paper's trees, binary, with other volumes in their nodes: one plain
+//                         query by one test at a time in double, without the exact test of leaves.
+//                         "fit" and "detection" are seconds, "bytes" are of one volume, and leaf
+//                         pairs and touching pairs are without neighbours in a fiber. Every kind
+//                         has to find all touching pairs that boxes find
 //   Rod/..., Make/...     the rods that the paper's scenes are made of
 //   Picture/...           counts of what --out_dir=FOLDER gets as files
 
@@ -110,6 +116,7 @@ const std::map<std::string, bool (*)(const Request&)> kMeasures = {
     {"queries", measureQueries},     {"radii", measureRadii},
     {"replay", measureReplay},       {"rods", measureRods},
     {"sampling", measureSampling},   {"volume-tests", measureVolumeTests},
+    {"volumes", measureVolumes},
 };
 
 void addOptions(CLI::App& app, std::string& measure, Request& request) {

@@ -45,5 +45,6 @@ bool measureRadii(const Request& request);
 bool measureRods(const Request& request);
 bool measureVolumeTests(const Request& request);
 bool measurePictures(const Request& request);
+bool measureVolumes(const Request& request);
 
 }  // namespace fcl_fibers::benchmarks

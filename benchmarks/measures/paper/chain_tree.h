@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <vector>
+
+#include "judge/exact_capsule_test.h"
+#include "tree/topology.h"
+
+namespace fcl_fibers::benchmarks {
+
+/// Capsules that follow each other in memory.
+struct CapsuleRange {
+  const Capsule* first;
+  const Capsule* last;
+
+  const Capsule* begin() const { return first; }
+  const Capsule* end() const { return last; }
+  std::size_t size() const { return static_cast<std::size_t>(last - first); }
+};
+
+/// A binary tree without volumes. Its leaves are numbered depth first, as in Topology::leaves.
+/// Children come after their parent, so one backward sweep goes from the leaves to the root.
+class BinaryTree {
+ public:
+  struct Node {
+    std::int32_t right;       ///< the second child; the first one comes right after its parent
+    std::int32_t begin, end;  ///< the leaves below
+
+    bool isLeaf() const { return end - begin == 1; }
+  };
+
+  /// The children of a wide node are halved in their order until two are left, which keeps blocks
+  /// of a bundle together as its build has split them.
+  /// @pre there is a segment
+  template <int Arity>
+  explicit BinaryTree(const tree::Topology<Arity>& topology) {
+    nodes_.reserve(2 * topology.leaves.size());
+    addChildren(topology, topology.nodes[0], 0, topology.nodes[0].child_count);
+  }
+
+  std::size_t size() const { return nodes_.size(); }
+  const Node& operator[](std::int32_t i) const { return nodes_[static_cast<std::size_t>(i)]; }
+
+ private:
+  template <int Arity>
+  static std::int32_t leavesBelow(const tree::Topology<Arity>& topology, tree::Link link) {
+    return link.isLeaf() ? 1 : topology.nodes[static_cast<std::size_t>(link.node())].leafCount();
+  }
+
+  /// Adds the subtree over the children first, ..., last - 1 of a node.
+  template <int Arity>
+  void addChildren(const tree::Topology<Arity>& topology,
+                   const typename tree::Topology<Arity>::Node& node, int first, int last) {
+    const auto child = [&](int lane) { return node.children[static_cast<std::size_t>(lane)]; };
+    if (last - first == 1) {
+      if (child(first).isLeaf()) {
+        nodes_.push_back({0, leaf_count_, leaf_count_ + 1});
+        ++leaf_count_;
+      } else {
+        const auto& below = topology.nodes[static_cast<std::size_t>(child(first).node())];
+        addChildren(topology, below, 0, below.child_count);
+      }
+      return;
+    }
+    std::int32_t all = 0;
+    for (int lane = first; lane < last; ++lane) all += leavesBelow(topology, child(lane));
+    int split = first + 1;
+    std::int32_t before = leavesBelow(topology, child(first));
+    for (; split + 1 < last; ++split) {
+      const std::int32_t longer = before + leavesBelow(topology, child(split));
+      if (std::abs(2 * longer - all) >= std::abs(2 * before - all)) break;
+      before = longer;
+    }
+    const std::size_t index = nodes_.size();
+    nodes_.push_back({0, leaf_count_, leaf_count_ + all});
+    addChildren(topology, node, first, split);
+    nodes_[index].right = static_cast<std::int32_t>(nodes_.size());
+    addChildren(topology, node, split, last);
+  }
+
+  std::vector<Node> nodes_;
+  std::int32_t leaf_count_ = 0;
+};
+
+/// @param capsules  by leaf
+/// @param volumes  by node
+template <class Volume>
+void fitVolumes(const BinaryTree& tree, const std::vector<Capsule>& capsules,
+                std::vector<Volume>& volumes) {
+  for (std::size_t i = tree.size(); i-- > 0;) {
+    const BinaryTree::Node& node = tree[static_cast<std::int32_t>(i)];
+    const CapsuleRange below{capsules.data() + node.begin, capsules.data() + node.end};
+    if constexpr (Volume::kLayered) {
+      volumes[i] = node.isLeaf() ? Volume::around(*below.first)
+                                 : Volume::around(volumes[i + 1],
+                                                  volumes[static_cast<std::size_t>(node.right)]);
+    } else {
+      volumes[i] = node.isLeaf() ? Volume::around(*below.first) : Volume::around(below);
+    }
+  }
+}
+
+/// Finds the pairs of leaves whose volumes overlap, each once, by one test of two volumes at a
+/// time. It is the same plain loop for every kind of volume, so that times differ by the volumes
+/// alone.
+template <class Volume, class F>
+class SelfQuery {
+ public:
+  /// @param visit  visit(leaf, leaf)
+  SelfQuery(const BinaryTree& tree, const std::vector<Volume>& volumes, F visit)
+      : tree_(tree), volumes_(volumes), visit_(visit) {
+    visitSelf(0);
+  }
+
+  std::size_t volumeTests() const { return volume_tests_; }
+
+ private:
+  void visitSelf(std::int32_t i) {
+    if (tree_[i].isLeaf()) return;
+    visitSelf(i + 1);
+    visitSelf(tree_[i].right);
+    visitCross(i + 1, tree_[i].right);
+  }
+
+  /// The larger of two nodes is opened, against the whole of the other (Sobottka, Varnik and Weber,
+  /// 2005, section 2).
+  void visitCross(std::int32_t a, std::int32_t b) {
+    const Volume& volume_a = volumes_[static_cast<std::size_t>(a)];
+    const Volume& volume_b = volumes_[static_cast<std::size_t>(b)];
+    ++volume_tests_;
+    if (!overlaps(volume_a, volume_b)) return;
+    const bool a_is_leaf = tree_[a].isLeaf(), b_is_leaf = tree_[b].isLeaf();
+    if (a_is_leaf && b_is_leaf) {
+      visit_(tree_[a].begin, tree_[b].begin);
+    } else if (b_is_leaf || (!a_is_leaf && volume_a.size() >= volume_b.size())) {
+      visitCross(a + 1, b);
+      visitCross(tree_[a].right, b);
+    } else {
+      visitCross(a, b + 1);
+      visitCross(a, tree_[b].right);
+    }
+  }
+
+  const BinaryTree& tree_;
+  const std::vector<Volume>& volumes_;
+  F visit_;
+  std::size_t volume_tests_ = 0;
+};
+
+}  // namespace fcl_fibers::benchmarks
