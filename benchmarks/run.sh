@@ -197,6 +197,13 @@ case $scenes in
     styles strand-dense "$strand:area=3.077,deviation=0.00015"
     styles strand-loose "$strand:$loose"
     styles strand-loose-turned "$strand:$loose,turned=1"
+
+    # What the paper left for later.
+    volumes() { measure "volumes_$1" volumes --scene="$2"; }
+    volumes static paper-static
+    volumes dynamic paper-dynamic:frame=85
+    volumes strand "$strand:fibers=200,area=1.231,$loose"
+    volumes half-scalp "$scalp:fibers=4000,length=7,wisp_fibers=300"
     ;;
 esac
 

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Single numbers that answer a claim of the paper: docs/paper.md has the verdicts."""
+"""Numbers that answer single claims of the paper, and what it left for later.
+
+The verdicts are in docs/paper.md.
+"""
 
 import numpy as np
 
@@ -120,4 +123,49 @@ def table(parts):
         ["section", "of", ""],
         [[f"{section} {what}", of, value] for section, what, of, value in rows],
         "Times of the dynamic assembly are the least over the replays.",
+    )
+
+
+KINDS = {
+    "boxes": "boxes",
+    "polytopes_14": "14-DOPs",
+    "polytopes_18": "18-DOPs",
+    "polytopes_26": "26-DOPs",
+    "layered_spheres": "layered spheres",
+    "wrapped_spheres": "wrapped spheres",
+    "oriented_boxes": "oriented boxes",
+    "layered_oriented_boxes": "oriented boxes, layered (Lotan et al.)",
+    "ellipsoids": "ellipsoids",
+}
+TREES = {"super_thread": "as published", "bundle": "by default"}
+VOLUME_SCENES = {
+    "static": "static assembly",
+    "dynamic": "dynamic assembly",
+    "strand": "loose strand of 200",
+    "half-scalp": "4,000 hairs of the half scalp in wisps",
+}
+
+
+def volumes(parts):
+    """Tests, leaf pairs and times of other volumes, relative to boxes in the same tree."""
+    found = {title: parts.get(f"volumes_{name}") for name, title in VOLUME_SCENES.items()}
+    found = {title: part for title, part in found.items() if part}
+    keys = ("volume_tests", "leaf_pairs", "detection", "fit")
+    rows = []
+    for tree, when in TREES.items():
+        for kind, title in KINDS.items():
+            cells = []
+            for part in found.values():
+                of = part.medians("Volumes", f"{tree}/{kind}", *keys)
+                boxes = part.medians("Volumes", f"{tree}/boxes", *keys)
+                cells.append(" / ".join(digits(a / b, 2) for a, b in zip(of, boxes)))
+            a_part = next(iter(found.values()))
+            size = a_part.median("Volumes", f"{tree}/{kind}", "bytes")
+            rows.append([f"{when}: {title}", count(size), *cells])
+    return Table(
+        "paper-volumes",
+        "Other volumes",
+        ["", "bytes", *found],
+        rows,
+        "Volume tests / pairs of leaves / detection / update, relative to boxes in the same tree.",
     )

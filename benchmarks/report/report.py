@@ -37,7 +37,14 @@ DOCUMENTED = {
         "motion",
     ),
     "trade": ("managers", "sampling", "costs", "dials", "motion-dials"),
-    "paper": ("table-1", "table-1-hard", "table-1-ratios", "paper-styles", "paper-claims"),
+    "paper": (
+        "table-1",
+        "table-1-hard",
+        "table-1-ratios",
+        "paper-styles",
+        "paper-claims",
+        "paper-volumes",
+    ),
 }
 BARS = "Bars are medians. Lines reach from the lowest run to the highest."
 DIAL = "Shorter bars are faster. False pairs are reported and do not touch."
@@ -173,6 +180,7 @@ def paper_again(folder):
     wanted |= {f"table of {name}": f"table_{name}" for name in paper_table.SCENES}
     wanted |= {f"volume tests of {name}": f"tests_{name}" for name in paper_table.SCENES}
     wanted |= {"slow trees": r"long_[\w-]+"}
+    wanted |= {f"volumes of {name}": f"volumes_{name}" for name in paper_claims.VOLUME_SCENES}
     wanted |= {f"style {name}": f"styles_{name}" for name in paper_table.STYLES}
     report = Report("paper", "The paper's measurements, again", folder, wanted)
     parts = report.parts
@@ -185,6 +193,7 @@ def paper_again(folder):
     report.add("table_(?!hair).*", paper_table.ratios, parts)
     report.add("styles_.*", paper_table.styles, parts)
     report.add(r"(chain|axis|static)_.*|radii|replay|rods", paper_claims.table, parts)
+    report.add("volumes_.*", paper_claims.volumes, parts)
     for number, (phase, what) in enumerate(zip(paper_table.PHASES, paper_table.PHASE_TITLES), 7):
         title = f"Fig. {number}. Time of {what}"
         caption = paper.static_caption(parts)

@@ -54,6 +54,7 @@ RECORDED = {
         "--against=paper:LayeredAABBTree/super_thread,LayeredAABBTree/capsules",
         HALF_SCALP,
     ],
+    "paper/volumes_static": ["volumes", STATIC + "3"],
     "paper/replay": ["replay", "--steps=5", DYNAMIC],
     "paper/chain_random_4": ["chain", "--chain=random", "--edge=4"],
     "paper/chain_snake_4": ["chain", "--chain=snake", "--edge=4"],

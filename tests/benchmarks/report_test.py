@@ -558,6 +558,22 @@ class ReportTest(unittest.TestCase):
         row = self.row(text, "As published / by default, boxes: detection")
         self.assertEqual(row, ["-", "4.0"])
 
+    def test_paper_compares_other_volumes_with_boxes(self):
+        """If this failed, a volume would be better or worse than it was measured."""
+        self.take("paper", "volumes_static")
+
+        def change(run):
+            for kind, (tests, seconds) in {
+                "boxes": (200.0, 2.0),
+                "polytopes_18": (50.0, 3.0),
+            }.items():
+                if run["run_name"].startswith(f"Volumes/super_thread/{kind}/"):
+                    run.update(volume_tests=tests, leaf_pairs=10.0, detection=seconds, fit=seconds)
+
+        self.edit("volumes_static", change)
+        row = self.row(self.made("paper"), "as published: 18-DOPs")
+        self.assertEqual(row, ["144", "0.25 / 1.0 / 1.5 / 1.5"])
+
     def test_hair_is_named_and_needs_no_picture(self):
         """If this failed, --hair FILE would end in an error, or not tell whose hair it was."""
         self.take("paper", "table_half-scalp")
