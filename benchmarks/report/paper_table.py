@@ -109,9 +109,11 @@ class Cells:
         name = self.fastest("detection")[2] if self.is_fcl else self.names[0]
         if name is None or not self.tests.has("VolumeTests", name):
             return None
-        keys = ("volume_tests", "share", "error")
-        made, share, error = self.tests.medians("VolumeTests", name, *keys)
-        return made / share, share < 1, error, made
+        number, share = self.tests.medians("VolumeTests", name, "volume_tests", "share")
+        if share == 1:
+            return number, False, 0, number
+        error, made = self.tests.medians("VolumeTests", name, "error", "made")
+        return number, True, error, made
 
     def time_text(self, phase):
         seconds, is_single, _ = self.fastest(phase)
@@ -122,11 +124,10 @@ class Cells:
         return notes[-1] + (f"; about {time(estimate)}" if estimate else "")
 
     def estimated_detection(self):
-        """From the share of the traversal that was gone through, if it was not finished."""
+        """From the part of the traversal that was gone through."""
         if self.tests is None or not self.tests.has("VolumeTests", self.names[0]):
             return None
-        seconds, share = self.tests.medians("VolumeTests", self.names[0], "traversal", "share")
-        return seconds / share
+        return self.tests.median("VolumeTests", self.names[0], "traversal")
 
     def tests_text(self):
         tests = self.volume_tests()
@@ -289,10 +290,8 @@ def styles(parts):
         touching = part.median("VolumeTests", "LayeredAABBTree/capsules", "touching")
         known = []
         for contender in (PUBLISHED["boxes"], DEFAULT["boxes"]):
-            made, share = part.medians("VolumeTests", contender, "volume_tests", "share")
-            known.append(made / share)
-            sampled = "~" if share < 1 else ""
-            known.append(sampled + millions(made / share))
+            tests, share = part.medians("VolumeTests", contender, "volume_tests", "share")
+            known += [tests, ("~" if share < 1 else "") + millions(tests)]
         detection = PAPER[name]["boxes"][2]
         rows.append(
             [

@@ -524,7 +524,7 @@ class ReportTest(unittest.TestCase):
 
         def sample(run):
             if published in run["run_name"]:
-                run.update(volume_tests=12e6, share=0.1, error=0.02)
+                run.update(volume_tests=120e6, share=0.1, error=0.02, made=12e6)
 
         self.edit("tests_half-scalp", sample)
         found = self.row(self.made("paper"), row)[3]

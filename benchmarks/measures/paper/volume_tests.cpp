@@ -25,13 +25,14 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// What a self query does, or what is known of it when its time was up.
+/// What a self query does. If its time was up before its end, these are estimates.
 struct Count {
   double tests = 0;    ///< of two volumes
   double pairs = 0;    ///< of segments whose volumes overlap
   double seconds = 0;  ///< of the traversal
-  double share = 1;    ///< of the parts of the traversal that were gone through
-  double error = 0;    ///< standard error, relative, of what the share says of all tests
+  double share = 1;    ///< of the parts of the traversal that were gone through; 0: not known
+  double made = 0;     ///< tests
+  double error = 0;    ///< standard error of `tests`, relative
 };
 
 /// Leaves below the larger of two nodes whose pairs are one part of a traversal. The parts of one
@@ -78,20 +79,20 @@ Count countOurs(const Tree& tree, double limit) {
     squares += tests * tests;
   }
 
+  // The sum over all parts, from those drawn without putting back.
   const auto n = static_cast<double>(done), of = static_cast<double>(parts.size());
+  const auto cut = static_cast<double>(splitter.tests), counted = static_cast<double>(all.tests);
   Count count;
-  count.tests = static_cast<double>(all.tests);
-  count.pairs = static_cast<double>(all.pairs);
   count.share = n / of;
-  count.seconds = taken();
+  count.made = cut + counted;
+  count.tests = cut + counted / count.share;
+  count.pairs = static_cast<double>(all.pairs) / count.share;
+  count.seconds = split_seconds + (taken() - split_seconds) / count.share;
   if (done < parts.size()) {
-    // Of a sum over all parts, drawn without putting back.
-    const double mean = count.tests / n;
+    const double mean = counted / n;
     const double variance = (squares / n - mean * mean) * n / (n - 1);
-    count.error = std::sqrt(variance / n * (1 - n / of)) / mean;
-    count.seconds -= split_seconds;
+    count.error = of * std::sqrt(variance / n * (1 - n / of)) / count.tests;
   }
-  count.tests += static_cast<double>(splitter.tests);
   return count;
 }
 
@@ -161,10 +162,10 @@ Count countFcl(Nodes nodes, typename Nodes::Id root, double limit) {
   FclQuery<Nodes> query(nodes, deadline);
   query.visitSelf(root);
   Count count;
-  count.tests = static_cast<double>(query.tests());
+  count.tests = count.made = static_cast<double>(query.tests());
   count.pairs = static_cast<double>(query.pairs());
   count.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-  if (!query.ended()) count.share = std::numeric_limits<double>::quiet_NaN();
+  if (!query.ended()) count.share = 0;  // depth first, which is no sample
   return count;
 }
 
@@ -204,6 +205,7 @@ Numbers numbersOf(const Count& count, const MovingFibers& fibers) {
           {"leaf_pairs", count.pairs},
           {"traversal", count.seconds},
           {"share", count.share},
+          {"made", count.made},
           {"error", count.error}};
 }
 
@@ -235,6 +237,7 @@ bool measureVolumeTests(const Request& request) {
       numbers = countTouching(contender, fibers);
     } else {
       const Count count = countTests(contender, fibers, request.limit);
+      if (count.share == 0) continue;
       same_pairs.note(contender, count);
       numbers = numbersOf(count, fibers);
     }
