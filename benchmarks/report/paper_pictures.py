@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Curves and pictures of the set paper."""
 
+import io
 import math
 from dataclasses import dataclass
 from functools import partial
@@ -12,6 +13,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from matplotlib.ticker import FuncFormatter, NullFormatter
+from PIL import Image
 
 from pictures import INK, OURS, RED, png
 from ratios import FCL
@@ -162,7 +164,11 @@ def half_scalp(picture):
 
 
 def drawn(draw, folder, name):
-    return png(draw(Picture(folder, name)))
+    """With few colours, which makes a half of the bytes of a head of hair."""
+    image = Image.open(io.BytesIO(png(draw(Picture(folder, name)))))
+    buffer = io.BytesIO()
+    image.convert("RGB").quantize(64).save(buffer, "PNG", optimize=True)
+    return buffer.getvalue()
 
 
 def caption(part, name):

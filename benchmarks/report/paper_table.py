@@ -272,7 +272,7 @@ def ratios(parts):
     caption = (
         "Quotients of the numbers of Table I. Above 1 the second is faster, or makes fewer tests. "
         "The last row is the time that a Pentium IV had for a test of two boxes if the paper's "
-        "scene was ours: 40 to 70 ns is plausible, less than 20 ns is not."
+        "scene was ours: 30 to 100 ns is plausible."
     )
     return Table(
         "table-1-ratios", "What each is divided by", ["", *(c[0] for c in columns)], rows, caption

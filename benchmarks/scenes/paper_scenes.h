@@ -119,7 +119,7 @@ class PaperDynamic {
 ///     7 cm, wisps of 300                               545,000
 ///     5 cm, wisps of 300                               597,000
 ///     15 cm, wisps of 300, tip_deviation 0.2           588,000
-///     15, 7 and 5 cm, wisps of 300, hanging            582,000, 487,000 and 547,000
+///     15, 7 and 5 cm, wisps of 300, hanging            583,000, 488,000 and 547,000
 ///
 /// Throws std::invalid_argument if fibers is above 50,000, wisp_fibers below 0, length not in
 /// (0, 30], or a deviation not in [0, 1] or [0, length].

@@ -178,7 +178,7 @@ TEST(HalfScalpStyles, DISABLED_LongTouchAsOftenAsThePapers) {
   };
   for (const Style& style :
        {Style{15, 0.2, false, 588245}, Style{7, 0.5, false, 545351}, Style{5, 0.5, false, 596984},
-        Style{15, 0.5, true, 582310}, Style{7, 0.5, true, 487375}, Style{5, 0.5, true, 547212}}) {
+        Style{15, 0.5, true, 583101}, Style{7, 0.5, true, 488357}, Style{5, 0.5, true, 547212}}) {
     auto parameters = wisps(50000, 50, 300);
     parameters.length = style.length;
     parameters.tip_deviation = style.tip_deviation;
