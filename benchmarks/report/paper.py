@@ -27,6 +27,7 @@ RADII = (
     "sqrt(h + 1)."
 )
 RODS = "Warm starts from the shape under a load that differs by 2 %. Cold has no starting shape."
+TREES = "The boxes of eight nodes over the same six fibers."
 VIEW = "Touching segments are red. Some fibers and points are left out; contacts are of all."
 AXES = {"axis_turned_0": "all but straight, along z,", "axis_turned_1": "all but straight, turned,"}
 

@@ -7,7 +7,7 @@ The verdicts are in docs/paper.md.
 import numpy as np
 
 from paper import numbered, steps
-from paper_table import DEFAULT, PUBLISHED
+from paper_table import DEFAULT, PUBLISHED, millions
 from tables import Table, count, digits, percent, time
 
 BOXES, SPHERES = PUBLISHED["boxes"], PUBLISHED["spheres"]
@@ -147,7 +147,7 @@ VOLUME_SCENES = {
 
 
 def volumes(parts):
-    """Tests, leaf pairs and times of other volumes, relative to boxes in the same tree."""
+    """Tests, leaf pairs and times: of boxes, and of other volumes relative to them."""
     found = {title: parts.get(f"volumes_{name}") for name, title in VOLUME_SCENES.items()}
     found = {title: part for title, part in found.items() if part}
     keys = ("volume_tests", "leaf_pairs", "detection", "fit")
@@ -156,16 +156,20 @@ def volumes(parts):
         for kind, title in KINDS.items():
             cells = []
             for part in found.values():
+                sizes = part.median("Volumes", f"{tree}/{kind}", "bytes")
                 of = part.medians("Volumes", f"{tree}/{kind}", *keys)
                 boxes = part.medians("Volumes", f"{tree}/boxes", *keys)
-                cells.append(" / ".join(digits(a / b, 2) for a, b in zip(of, boxes)))
-            a_part = next(iter(found.values()))
-            size = a_part.median("Volumes", f"{tree}/{kind}", "bytes")
-            rows.append([f"{when}: {title}", count(size), *cells])
+                tests, pairs, *times = of
+                texts = [millions(tests), count(pairs), *map(time, times)]
+                if kind != "boxes":
+                    texts = [digits(a / b, 2) for a, b in zip(of, boxes)]
+                cells.append(" / ".join(texts))
+            rows.append([f"{when}: {title}", count(sizes), *cells])
     return Table(
         "paper-volumes",
         "Other volumes",
         ["", "bytes", *found],
         rows,
-        "Volume tests / pairs of leaves / detection / update, relative to boxes in the same tree.",
+        "Volume tests / pairs of leaves / detection / update, those of other volumes relative to "
+        "boxes in the same tree.",
     )

@@ -179,7 +179,7 @@ def paper_again(folder):
     wanted |= {"static assembly": r"static_\d+", "chains": r"chain_(random|snake)_\d+"}
     wanted |= {f"table of {name}": f"table_{name}" for name in paper_table.SCENES}
     wanted |= {f"volume tests of {name}": f"tests_{name}" for name in paper_table.SCENES}
-    wanted |= {"slow trees": r"long_[\w-]+"}
+    wanted |= {f"slow tree {name}": f"long_{name}" for name in paper_table.SLOW}
     wanted |= {f"volumes of {name}": f"volumes_{name}" for name in paper_claims.VOLUME_SCENES}
     wanted |= {f"style {name}": f"styles_{name}" for name in paper_table.STYLES}
     report = Report("paper", "The paper's measurements, again", folder, wanted)
@@ -223,6 +223,9 @@ def paper_again(folder):
             caption = paper_pictures.caption(parts["pictures"], name)
             image = paper_pictures.IN_DOCUMENTS.get(name, "")
             report.blocks.append(Figure(image, title, caption, partial(draw, folder, name)))
+    if (folder / "topologies.png").exists():
+        draw = (folder / "topologies.png").read_bytes
+        report.blocks.append(Figure("topologies", "Fig. 5. Both trees", paper.TREES, draw))
     if (folder / "view.html").exists():
         html = (folder / "view.html").read_text(encoding="utf-8")
         report.blocks.append(Figure("", "To turn and to enter", paper.VIEW, html=html))

@@ -122,7 +122,7 @@ class PaperDynamic {
 ///     15, 7 and 5 cm, wisps of 300, hanging            583,000, 488,000 and 547,000
 ///
 /// Throws std::invalid_argument if fibers is above 50,000, wisp_fibers below 0, length not in
-/// (0, 30], or a deviation not in [0, 1] or [0, length].
+/// (0, 30], deviation not in [0, 1], or tip_deviation not in [0, length].
 struct PaperHalfScalpParameters {
   int fibers = 50000;          ///< the paper's; at most
   int segments = 50;           ///< per fiber

@@ -5,6 +5,7 @@ import contextlib
 import io
 import itertools
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -18,6 +19,8 @@ HERE = Path(__file__).resolve().parent
 BENCHMARKS = HERE.parent.parent / "benchmarks"
 sys.path.insert(0, str(BENCHMARKS / "report"))
 
+import paper_claims  # noqa: E402
+import paper_table  # noqa: E402
 import report  # noqa: E402
 
 
@@ -557,6 +560,64 @@ class ReportTest(unittest.TestCase):
         self.assertEqual(row, ["1", "50"])  # 100.531 s / 2 s
         row = self.row(text, "As published / by default, boxes: detection")
         self.assertEqual(row, ["-", "4.0"])
+
+    def test_paper_answers_claims_with_the_right_numbers(self):
+        """If this failed, a claim would be judged by a number of something else."""
+        self.take("paper", "static_10", "static_20", "replay")
+        published = "Frames/LayeredAABBTree/super_thread/"
+        for name, seconds in (("static_10", 1.0), ("static_20", 4.0)):
+
+            def change(run, seconds=seconds):
+                if run["run_name"].startswith(published):
+                    run["update"] = seconds
+
+            self.edit(name, change)
+        self.take("paper", "axis_turned_1")
+        shutil.copy(self.folder / "axis_turned_1.json", self.folder / "axis_turned_0.json")
+        for turned, seconds in ((0, 1.0), (1, 5.0)):
+
+            def change(run, seconds=seconds):
+                if run["run_name"].startswith(published):
+                    run["detection"] = seconds
+
+            self.edit(f"axis_turned_{turned}", change)
+
+        def grow_together(run):
+            if run["run_name"].startswith("Replay/LayeredAABBTree/super_thread/"):
+                for name in [name for name in run if name.startswith("detection:")]:
+                    run[name] = -2.0 * run[name.replace("detection", "pairs")]
+
+        self.edit("replay", grow_together)
+        claims = self.made("paper").split("## Numbers for single claims")[1].splitlines()
+        claims = [[cell.strip() for cell in row.split("|")[1:-1]] for row in claims]
+        claims = {(row[0], row[1]): row[2] for row in claims if len(row) == 3}
+        who = "boxes, as published"
+        # Twice the segments, four times the time; 5 s / 1 s; and pairs that fall as times grow.
+        for claim, value in (
+            ("4.1 power of the segments that the update of the static assembly grows with", "2.00"),
+            ("2.3 detection of fibers turned by pi/4 twice / of the same along an axis", "5.0"),
+            ("4.1 correlation of detection with the pairs reported, by steps", "-1.0"),
+        ):
+            self.assertEqual(claims[claim, who], value)
+
+    def test_paper_wants_what_run_sh_measures(self):
+        """If this failed, a part of --paper would be called not measured, or would be refused."""
+        script = (BENCHMARKS / "run.sh").read_text(encoding="utf-8")
+        part = script[script.index("# Table I. A cell") : script.index("((measured))")]
+        measured = set()
+        for call, prefixes in (
+            ("table", ("table", "tests")),
+            ("styles", ("styles",)),
+            ("volumes", ("volumes",)),
+        ):
+            for name in re.findall(rf'^ +{call} "?([\w$-]+)"? ', part, re.MULTILINE):
+                for n in ("1000", "2000") if "$n" in name else ("7", "5"):
+                    word = name.replace("$n", n).replace("$length", n)
+                    measured |= {f"{prefix}_{word}" for prefix in prefixes}
+        wanted = {f"{kind}_{name}" for name in paper_table.SCENES for kind in ("table", "tests")}
+        wanted |= {f"styles_{name}" for name in paper_table.STYLES}
+        wanted |= {f"volumes_{name}" for name in paper_claims.VOLUME_SCENES}
+        self.assertEqual(measured, wanted)
 
     def test_paper_compares_other_volumes_with_boxes(self):
         """If this failed, a volume would be better or worse than it was measured."""
