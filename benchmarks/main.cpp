@@ -75,9 +75,10 @@
 //   Replay/...            the paper's dynamic assembly, all --steps: update:007 is of step 7
 //   Chain/...             self-collision of one chain, --chain=random|snake|straight --edge=N
 //   VolumeTests/<who>     tests of two volumes in the self query of frame 0, its leaf pairs and the
-//                         seconds of its traversal, and touching pairs. After --limit seconds they
-//                         are estimates from a random "share" of the traversal: then "made" are
-//                         the tests that were made, and "error" is the relative standard error
+//                         seconds of its traversal, and touching pairs. After --limit seconds
+//                         those of ours are estimates from a random "share" of the traversal: then
+//                         "made" are the tests that were made, and "error" is the relative standard
+//                         error
 //   Radii/...             radii of layered and wrapped spheres, bytes of the trees
 //   Volumes/<tree>/<kind> the paper's trees, binary, with other volumes in their nodes: one plain
 //                         query by one test at a time in double, without the exact test of leaves.

@@ -104,18 +104,8 @@ def dynamic(parts):
     yield "3.1", what, WHO[SPHERES], shown
 
 
-def rods(parts):
-    part = parts.get("rods")
-    if part is None:
-        return
-    for name in part.names("Make"):
-        fibers, segments, seconds = part.medians("Make", name, "fibers", "segments", "seconds")
-        what = f"making {count(fibers)} rods of {count(segments / fibers)} segments"
-        yield "3.3", what, name.split(":")[0], time(seconds)
-
-
 def table(parts):
-    makers = (chains, radii, axes, dynamic, rods, static)
+    makers = (chains, radii, axes, dynamic, static)
     rows = sorted(row for make in makers for row in make(parts))
     return Table(
         "paper-claims",

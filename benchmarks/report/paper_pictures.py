@@ -211,7 +211,7 @@ def volumes(folder, _, depth=3):
 IN_DOCUMENTS = {
     "loop": "paper_dynamic",
     "volumes": "paper_volumes",
-    "half_scalp_wisps": "paper_half_scalp",
+    "half_scalp": "paper_half_scalp",
     "strand": "paper_strand",
 }
 PICTURES = {  # by the names of files: title, and who draws it
@@ -219,8 +219,4 @@ PICTURES = {  # by the names of files: title, and who draws it
     "loop": ("Fig. 3, left. The dynamic assembly late in its motion", partial(drawn, loop)),
     "volumes": ("Figs. 3, right, and 4. Volumes of one level", volumes),
     "half_scalp": ("Fig. 2, right. Half scalp, three fibers in ten", partial(drawn, half_scalp)),
-    "half_scalp_wisps": (
-        "Fig. 2, right. Half scalp of wisps, three fibers in ten",
-        partial(drawn, half_scalp),
-    ),
 }

@@ -109,17 +109,15 @@ class Cells:
         return self.fastest(phase)[0]
 
     def volume_tests(self):
-        """The number, whether estimated, its relative error, and those that were made."""
+        """The number; and if it is an estimate, those that were made, and its relative error."""
         if self.tests is None:
             return None
         name = self.fastest("detection")[2] if self.is_fcl else self.names[0]
         if name is None or not self.tests.has("VolumeTests", name):
             return None
         number, share = self.tests.medians("VolumeTests", name, "volume_tests", "share")
-        if share == 1:
-            return number, False, 0, number
-        error, made = self.tests.medians("VolumeTests", name, "error", "made")
-        return number, True, error, made
+        estimate = self.tests.medians("VolumeTests", name, "made", "error") if share < 1 else None
+        return number, estimate
 
     def time_text(self, phase):
         seconds, is_single, _ = self.fastest(phase)
@@ -139,9 +137,10 @@ class Cells:
         tests = self.volume_tests()
         if tests is None:
             return "-"
-        number, estimated, error, made = tests
-        if not estimated:
+        number, estimate = tests
+        if estimate is None:
             return millions(number)
+        made, error = estimate
         return f"about {millions(number)} +- {100 * error:.1g} % ({millions(made)} made)"
 
     def bytes(self):
@@ -291,21 +290,20 @@ def styles(parts):
         part = parts.get("styles_" + key)
         if part is None:
             continue
-        name = "half scalp" if key.startswith("scalp") else "strand of 1,000"
+        case = "half scalp" if key.startswith("scalp") else "strand of 1,000"
         touching = part.median("VolumeTests", "LayeredAABBTree/capsules", "touching")
-        known = []
-        for contender in (PUBLISHED["boxes"], DEFAULT["boxes"]):
-            tests, share = part.medians("VolumeTests", contender, "volume_tests", "share")
-            known += [tests, ("~" if share < 1 else "") + millions(tests)]
-        detection = PAPER[name]["boxes"][2]
+        keys = ("volume_tests", "share")
+        published, share = part.medians("VolumeTests", PUBLISHED["boxes"], *keys)
+        default, share_of_default = part.medians("VolumeTests", DEFAULT["boxes"], *keys)
+        nanoseconds = 1e9 * PAPER[case]["boxes"][2] / published
         rows.append(
             [
-                f"{name}: {title}",
+                f"{case}: {title}",
                 count(touching),
-                known[1],
-                known[3],
-                digits(known[0] / known[2], 2),
-                f"{digits(1e9 * detection / known[0], 2)} ns",
+                ("~" if share < 1 else "") + millions(published),
+                ("~" if share_of_default < 1 else "") + millions(default),
+                digits(published / default, 2),
+                f"{digits(nanoseconds, 2)} ns",
             ]
         )
     header = ["", "touching", "tests, published", "tests, default", "ratio", "time on a Pentium IV"]

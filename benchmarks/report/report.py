@@ -192,7 +192,7 @@ def paper_again(folder):
         report.add(f"table_({'|'.join(ours)})", paper_table.table_one, parts, hard)
     report.add("table_(?!hair).*", paper_table.ratios, parts)
     report.add("styles_.*", paper_table.styles, parts)
-    report.add(r"(chain|axis|static)_.*|radii|replay|rods", paper_claims.table, parts)
+    report.add(r"(chain|axis|static)_.*|radii|replay", paper_claims.table, parts)
     report.add("volumes_.*", paper_claims.volumes, parts)
     for number, (phase, what) in enumerate(zip(paper_table.PHASES, paper_table.PHASE_TITLES), 7):
         title = f"Fig. {number}. Time of {what}"

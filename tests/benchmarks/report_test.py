@@ -653,7 +653,7 @@ class ReportTest(unittest.TestCase):
     def test_documents_have_the_pictures_of_the_paper_replaced(self):
         """If this failed, docs/paper.md would keep a picture of another commit."""
         self.take("paper", "table_half-scalp", "replay")
-        names = ("loop", "half_scalp", "half_scalp_wisps", "strand", "volumes")
+        names = ("loop", "half_scalp", "strand", "volumes")
         counts = dict.fromkeys(("fibers", "segments", "touching_pairs", "touching_segments"), 1.0)
         runs = [{"run_type": "iteration", "run_name": f"Picture/{name}"} for name in names]
         runs = [{**run, "real_time": 0.0, "time_unit": "s", **counts} for run in runs]

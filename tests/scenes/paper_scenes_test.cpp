@@ -201,13 +201,7 @@ TEST(StaticAssembly, IsTurnedAboutTwoAxes) {
   const FiberPolylines turned = makePaperStatic(parameters);
   parameters.turned = false;
   const FiberPolylines straight = makePaperStatic(parameters);
-  const double c = std::sqrt(0.5);
-  for (std::size_t i = 0; i < turned.points.size(); ++i) {
-    const Point& p = straight.points[i];
-    const double x = c * p[0] + c * p[2];
-    const double z = c * p[2] - c * p[0];
-    EXPECT_LE(distance(turned.points[i], {x, c * p[1] - c * z, c * p[1] + c * z}), 1e-9);
-  }
+  expectTurnedAboutTwoAxes(turned, straight);
 }
 
 TEST(StaticAssembly, IsAllButParallelToAnAxisInStateOne) {
@@ -388,15 +382,7 @@ TEST(PaperStrand, HangsInTurns) {
   // If this fails, the strand is no helix, or does not hang. Four turns about a vertical axis; its
   // weight pulls a helix of 16.4 cm longer.
   const FiberPolylines scene = makePaperStrand(parametersOf<PaperStrandParameters>(1, 2000));
-  double turned = 0;
-  for (std::size_t i = 2; i < scene.points.size(); ++i) {
-    const auto heading = [&](std::size_t k) {
-      return std::atan2(scene.points[k][1] - scene.points[k - 1][1],
-                        scene.points[k][0] - scene.points[k - 1][0]);
-    };
-    turned += std::remainder(heading(i) - heading(i - 1), 2 * 3.141592653589793);
-  }
-  EXPECT_NEAR(std::abs(turned) / (2 * 3.141592653589793), 4, 0.5);
+  EXPECT_NEAR(turnsOf(scene), 4, 0.5);
   EXPECT_LT(scene.points.back()[2], -16.4);
   EXPECT_GT(scene.points.back()[2], -25);
 }

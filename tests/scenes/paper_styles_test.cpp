@@ -208,17 +208,12 @@ TEST(LooseStrand, DISABLED_LongTouchesAsOftenAsThePapersTwice) {
 TEST(LooseStrand, HasItsTurnsAndRadius) {
   // If this fails, the helix is another one. The weight pulls it longer and narrower.
   const FiberPolylines scene = makePaperStrand(loose(1, 2000));
-  double turned = 0, low = 0, high = 0;
-  for (std::size_t i = 2; i < scene.points.size(); ++i) {
-    const auto heading = [&](std::size_t k) {
-      return std::atan2(scene.points[k][1] - scene.points[k - 1][1],
-                        scene.points[k][0] - scene.points[k - 1][0]);
-    };
-    turned += std::remainder(heading(i) - heading(i - 1), 2 * kPi);
-    low = std::min(low, scene.points[i][1] - scene.points[0][1]);
-    high = std::max(high, scene.points[i][1] - scene.points[0][1]);
+  EXPECT_NEAR(turnsOf(scene), 2, 0.3);
+  double low = 0, high = 0;
+  for (const Point& p : scene.points) {
+    low = std::min(low, p[1] - scene.points[0][1]);
+    high = std::max(high, p[1] - scene.points[0][1]);
   }
-  EXPECT_NEAR(std::abs(turned) / (2 * kPi), 2, 0.3);
   EXPECT_LE(high - low, 1.1);
   EXPECT_GE(high - low, 0.5);
 }
@@ -229,13 +224,7 @@ TEST(StrandStyles, TurnedIsTheOtherOneTurned) {
   const FiberPolylines straight = makePaperStrand(parameters);
   parameters.turned = true;
   const FiberPolylines turned = makePaperStrand(parameters);
-  const double c = std::sqrt(0.5);
-  for (std::size_t i = 0; i < turned.points.size(); ++i) {
-    const Point& p = straight.points[i];
-    const double x = c * p[0] + c * p[2];
-    const double z = c * p[2] - c * p[0];
-    EXPECT_LE(distance(turned.points[i], {x, c * p[1] - c * z, c * p[1] + c * z}), 1e-9);
-  }
+  expectTurnedAboutTwoAxes(turned, straight);
 }
 
 TEST(StrandStyles, RootsFillTheAreaAskedFor) {

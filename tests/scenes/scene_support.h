@@ -67,4 +67,28 @@ inline void expectTouches(const FiberPolylines& scene, double pinned) {
   EXPECT_NEAR(static_cast<double>(touchingPairs(scene, 1)), pinned, 0.01 * pinned);
 }
 
+/// That a scene is another one, turned by pi/4 about y, then by pi/4 about x.
+inline void expectTurnedAboutTwoAxes(const FiberPolylines& turned, const FiberPolylines& other) {
+  const double c = std::sqrt(0.5);
+  for (std::size_t i = 0; i < turned.points.size(); ++i) {
+    const Point& p = other.points[i];
+    const double x = c * p[0] + c * p[2];
+    const double z = c * p[2] - c * p[0];
+    EXPECT_LE(distance(turned.points[i], {x, c * p[1] - c * z, c * p[1] + c * z}), 1e-9);
+  }
+}
+
+/// How often a scene of one fiber turns about z.
+inline double turnsOf(const FiberPolylines& fiber) {
+  const auto heading = [&](std::size_t k) {
+    return std::atan2(fiber.points[k][1] - fiber.points[k - 1][1],
+                      fiber.points[k][0] - fiber.points[k - 1][0]);
+  };
+  double turned = 0;
+  for (std::size_t i = 2; i < fiber.points.size(); ++i) {
+    turned += std::remainder(heading(i) - heading(i - 1), 2 * kPi);
+  }
+  return std::abs(turned) / (2 * kPi);
+}
+
 }  // namespace fcl_fibers::scenes

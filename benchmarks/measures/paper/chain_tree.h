@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "judge/exact_capsule_test.h"
+#include "measures/paper/plain_self_query.h"
 #include "tree/topology.h"
 
 namespace fcl_fibers::benchmarks {
@@ -103,51 +104,28 @@ void fitVolumes(const BinaryTree& tree, const std::vector<Capsule>& capsules,
   }
 }
 
-/// Finds the pairs of leaves whose volumes overlap, each once, by one test of two volumes at a
-/// time. It is the same plain loop for every kind of volume, so that times differ by the volumes
-/// alone.
-template <class Volume, class F>
-class SelfQuery {
- public:
-  /// @param visit  visit(leaf, leaf)
-  SelfQuery(const BinaryTree& tree, const std::vector<Volume>& volumes, F visit)
-      : tree_(tree), volumes_(volumes), visit_(visit) {
-    visitSelf(0);
-  }
+/// The larger of two nodes is opened (Sobottka, Varnik and Weber, 2005, section 2).
+template <class Volume>
+struct VolumeNodes {
+  using Id = std::int32_t;
+  const BinaryTree& tree;
+  const std::vector<Volume>& volumes;
 
-  std::size_t volumeTests() const { return volume_tests_; }
-
- private:
-  void visitSelf(std::int32_t i) {
-    if (tree_[i].isLeaf()) return;
-    visitSelf(i + 1);
-    visitSelf(tree_[i].right);
-    visitCross(i + 1, tree_[i].right);
-  }
-
-  /// The larger of two nodes is opened, against the whole of the other (Sobottka, Varnik and Weber,
-  /// 2005, section 2).
-  void visitCross(std::int32_t a, std::int32_t b) {
-    const Volume& volume_a = volumes_[static_cast<std::size_t>(a)];
-    const Volume& volume_b = volumes_[static_cast<std::size_t>(b)];
-    ++volume_tests_;
-    if (!overlaps(volume_a, volume_b)) return;
-    const bool a_is_leaf = tree_[a].isLeaf(), b_is_leaf = tree_[b].isLeaf();
-    if (a_is_leaf && b_is_leaf) {
-      visit_(tree_[a].begin, tree_[b].begin);
-    } else if (b_is_leaf || (!a_is_leaf && volume_a.size() >= volume_b.size())) {
-      visitCross(a + 1, b);
-      visitCross(tree_[a].right, b);
-    } else {
-      visitCross(a, b + 1);
-      visitCross(a, tree_[b].right);
-    }
-  }
-
-  const BinaryTree& tree_;
-  const std::vector<Volume>& volumes_;
-  F visit_;
-  std::size_t volume_tests_ = 0;
+  const Volume& of(Id node) const { return volumes[static_cast<std::size_t>(node)]; }
+  bool isLeaf(Id node) const { return tree[node].isLeaf(); }
+  Id child(Id node, int which) const { return which == 0 ? node + 1 : tree[node].right; }
+  bool overlap(Id a, Id b) const { return overlaps(of(a), of(b)); }
+  bool opensFirst(Id a, Id b) const { return of(a).size() >= of(b).size(); }
 };
+
+/// Calls visit(leaf, leaf) for the pairs of leaves whose volumes overlap. Returns the number of
+/// volume tests.
+template <class Volume, class F>
+std::size_t queryItself(const BinaryTree& tree, const std::vector<Volume>& volumes, F&& visit) {
+  const auto visitLeaves = [&](std::int32_t a, std::int32_t b) {
+    visit(tree[a].begin, tree[b].begin);
+  };
+  return PlainSelfQuery(VolumeNodes<Volume>{tree, volumes}, 0, visitLeaves).volumeTests();
+}
 
 }  // namespace fcl_fibers::benchmarks

@@ -103,9 +103,8 @@ bool measurePictures(const Request& request) {
   const std::string loop = "paper-dynamic:frame=85";  // when it is nearly closed
   const std::string wisps = "paper-half-scalp:wisp_fibers=300,length=7";
   const std::pair<const char*, std::string> kPictures[] = {{"loop", loop},
-                                                           {"half_scalp_wisps", wisps},
+                                                           {"half_scalp", wisps},
                                                            {"strand", "paper-strand:fibers=500"},
-                                                           {"half_scalp", "paper-half-scalp"},
                                                            {"volumes", loop + ",fibers=1"}};
   for (const auto& [name, text] : kPictures) {
     const std::string path = dir + "/" + name;

@@ -79,7 +79,7 @@ LeafPairs touchingPairs(const ChainTree& chains) {
   const auto visit = [&](std::int32_t a, std::int32_t b) {
     if (chains.touch(a, b)) pairs.push_back(pairOf(a, b));
   };
-  SelfQuery(chains.tree, volumes, visit);
+  queryItself(chains.tree, volumes, visit);
   std::sort(pairs.begin(), pairs.end());
   return pairs;
 }
@@ -164,7 +164,7 @@ double measure(const ChainTree& chains, Numbers& numbers) {
     const auto visit = [&](std::int32_t a, std::int32_t b) {
       if (!chains.areNeighbors(a, b)) ++leaf_pairs;
     };
-    tests = SelfQuery(chains.tree, volumes, visit).volumeTests();
+    tests = queryItself(chains.tree, volumes, visit);
   });
   numbers = {{"segments", static_cast<double>(chains.capsules.size())},
              {"volume_tests", static_cast<double>(tests)},
