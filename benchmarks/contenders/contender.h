@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <chrono>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -11,6 +10,7 @@
 #include <fcl/broadphase/broadphase_collision_manager.h>
 
 #include "contenders/moving_fibers.h"
+#include "harness/seconds.h"
 
 namespace fcl_fibers::benchmarks {
 
@@ -117,13 +117,5 @@ inline bool countPair(Object*, Object*, void* count) {
 
 /// Self-collision with a callback that does nothing but count, or however the manager counts.
 PairCount countPairs(const Manager& manager);
-
-/// Wall-clock seconds that `work()` takes.
-template <typename Work>
-double seconds(Work&& work) {
-  const auto begin = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
 
 }  // namespace fcl_fibers::benchmarks
