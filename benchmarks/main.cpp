@@ -215,6 +215,7 @@ int run(int argc, char** argv) {
 }  // namespace fcl_fibers::benchmarks
 
 int main(int argc, char** argv) {
+  fcl_fibers::benchmarks::showProgressEverywhere();
   try {
     return fcl_fibers::benchmarks::run(argc, argv);
   } catch (const std::exception& error) {

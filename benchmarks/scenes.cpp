@@ -32,7 +32,7 @@ std::vector<int> twoFrames(const tools::SceneSource& source) {
 }  // namespace
 
 std::array<FiberPolylines, 2> twoFrames(const SceneRequest& request) {
-  const tools::SceneSource source = tools::openScene(request.text, request.radius);
+  const tools::SceneSource source = openScene(request.text, request.radius);
   const std::vector<int> frames = twoFrames(source);
   return {source.make(frames[0]), source.make(frames[1])};
 }
@@ -42,7 +42,7 @@ MovingFibers movingFibers(const tools::SceneSource& source, bool rows) {
 }
 
 Motion makeMotion(const SceneRequest& request, int part) {
-  const tools::SceneSource source = tools::openScene(request.text, request.radius, part);
+  const tools::SceneSource source = openScene(request.text, request.radius, part);
   if (source.name != "paper-dynamic" || source.playable.size() == 1) {
     Motion motion = {movingFibers(source, request.rows), false, {}};
     if (source.is_file && part > 1) {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "contenders/moving_fibers.h"
-#include "tools/scene_source.h"
+#include "generated_scenes.h"
 
 namespace fcl_fibers::benchmarks {
 

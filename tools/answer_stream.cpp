@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "answer_stream.h"
 
-#include "commands.h"
+#include "messages.h"
 
 namespace fcl_fibers::tools {
 

@@ -13,9 +13,9 @@
 #include <nlohmann/json.hpp>
 
 #include "answer_stream.h"
+#include "benchmarks/harness/seconds.h"
 #include "commands.h"
 #include "contact_list.h"
-#include "contenders/contender.h"
 #include "found_pairs.h"
 #include "output_file.h"
 
@@ -60,12 +60,11 @@ void writePictures(const CheckedFrame& frame, const FiberTree& tree) {
 
 void warnOfPairsAlong(const CheckedFrame& frame, const ContactList& list) {
   if (list.of_fibers == 0 || 2 * list.along < list.of_fibers) return;
-  fmt::print(stderr,
-             "fcl_fibers: warning: {}: {} of {} pairs are near each other along their fiber and "
-             "touch because it is thick; --ignored-arc-length {:.4g}, pi times the radius, leaves "
-             "them out\n",
-             frame.title, countText(list.along), countText(list.of_fibers),
-             std::acos(-1.0) * list.largest_radius);
+  warn(frame.title,
+       fmt::format("{} of {} pairs are near each other along their fiber and touch because it is "
+                   "thick; --ignored-arc-length {:.4g}, pi times the radius, leaves them out",
+                   countText(list.along), countText(list.of_fibers),
+                   std::acos(-1.0) * list.largest_radius));
 }
 
 /// Checks one frame after another, and writes each answer at once.

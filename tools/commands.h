@@ -4,13 +4,13 @@
 #include <cstddef>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <fcl_fibers/fiber_tree.h>
 
 #include "found_pairs.h"
 #include "mesh_file.h"
+#include "messages.h"
 #include "scene_source.h"
 
 namespace fcl_fibers::tools {
@@ -18,6 +18,8 @@ namespace fcl_fibers::tools {
 // The commands of fcl_fibers. Each returns the exit code; an exception is an error, code 2. Answers
 // go to stdout, and progress to stderr if that is a terminal. openScene() has printed the warnings
 // of a file; only info has them in its answer.
+
+struct ProgramParts;
 
 constexpr int kExitContacts = 1;
 constexpr int kExitError = 2;
@@ -30,8 +32,9 @@ int generate(const SceneSource& source, const std::string& path);
 /// Writes the fibers of a file in another format, likewise. No radius is needed.
 int convert(const SceneSource& source, const std::string& path);
 
-/// Counts, lengths, bounds and warnings.
-int info(const SceneSource& source, Output output);
+/// Counts, lengths, bounds, warnings, and the radius at which contact begins if the program can
+/// tell.
+int info(const SceneSource& source, Output output, const ProgramParts& parts);
 
 struct CheckRequest {
   enum class Order { kDepth, kFiber };
@@ -64,8 +67,9 @@ struct DistanceRequest {
   Output output = Output::kText;
 };
 /// The least distance between the surfaces of two fibers, and where it is.
-int distance(const DistanceRequest& request);
+int distance(const DistanceRequest& request, const ProgramParts& parts);
 
+/// For the part of the program that has this name.
 struct BenchRequest {
   MeshOptions meshes;
   Output output = Output::kText;
@@ -73,15 +77,13 @@ struct BenchRequest {
   int repetitions = 9;
   double limit = 10;  ///< seconds that a phase may take
 };
-/// Returns 1 if a manager misses a touching pair, or if ours is wrong with a mesh.
-int bench(const SceneSource& source, const BenchRequest& request);
 
 struct ViewRequest {
   FiberTreeOptions tree;
   MeshOptions meshes;
   std::size_t limit = kPairLimit;  ///< the search of a frame ends after so many pairs
   std::string path;
-  bool fragment = false;         ///< write a part of another page
+  bool fragment = false;         ///< a part of another page, without a head
   int depth = 2;                 ///< deepest volumes
   std::size_t points = 1000000;  ///< drawn of each scene, in all frames together
   std::string up;                ///< axis that points up: x, y or z; empty to guess
@@ -89,17 +91,5 @@ struct ViewRequest {
 };
 /// Writes a page that shows the scenes, or the one scene during a step.
 int view(const std::vector<SceneSource>& sources, const ViewRequest& request);
-
-/// Puts text on stdout, or throws std::runtime_error if that fails.
-void print(std::string_view text);
-
-/// One line on stderr that overwrites itself, if that is a terminal; empty clears it.
-void progress(const std::string& line);
-
-/// `1,234,567`
-std::string countText(std::size_t count);
-
-/// `1 fiber`, `1,234 fibers`
-std::string counted(std::size_t count, const char* one);
 
 }  // namespace fcl_fibers::tools

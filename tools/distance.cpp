@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <array>
+#include <cstddef>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -7,10 +9,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "benchmarks/harness/seconds.h"
 #include "commands.h"
 #include "contact_json.h"
-#include "contenders/contender.h"
-#include "nearest.h"
+#include "program.h"
 
 namespace fcl_fibers::tools {
 namespace {
@@ -27,7 +29,7 @@ std::string placeText(const FiberSegment& place, double along, const std::array<
 
 }  // namespace
 
-int distance(const DistanceRequest& request) {
+int distance(const DistanceRequest& request, const ProgramParts& parts) {
   const SceneSource source = request.scene.open();
   const FiberPolylines scene = source.scene();
   std::optional<SceneSource> other_source;
@@ -38,8 +40,10 @@ int distance(const DistanceRequest& request) {
   }
   progress("looking for the least distance");
   std::optional<Contact> nearest;
-  const double seconds = benchmarks::seconds(
-      [&] { nearest = findNearest(scene, other ? &*other : nullptr, request.tree); });
+  const double seconds = benchmarks::seconds([&] {
+    nearest = parts.nearest(scene, other ? &*other : nullptr, request.tree,
+                            std::numeric_limits<std::size_t>::max());
+  });
   progress("");
 
   if (request.output == Output::kJson) {

@@ -3,10 +3,11 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstdio>
 #include <limits>
 #include <stdexcept>
 #include <tuple>
+
+#include "messages.h"
 
 namespace fcl_fibers::tools {
 namespace {
@@ -106,19 +107,16 @@ FoundContact::FoundContact(const MeshContact& contact, std::int32_t its_mesh)
 }
 
 void warnOfMany(const FoundPairs& found, const FiberTree& tree, const std::string& scene) {
+  const std::string too_large = "The radius is probably too large; `" + programName() +
+                                " info` tells the radius at which contact begins.";
   if (!found.complete) {
-    std::fprintf(stderr,
-                 "fcl_fibers: warning: %s: the search ended after %zu pairs, so the answer is "
-                 "incomplete. The radius is probably too large; `fcl_fibers info` tells the radius "
-                 "at which contact begins. --limit N allows N pairs.\n",
-                 scene.c_str(), found.pairs.size());
+    warn(scene, "the search ended after " + std::to_string(found.pairs.size()) +
+                    " pairs, so the answer is incomplete. " + too_large +
+                    " --limit N allows N pairs.");
   } else if (tree.options().report == Report::kCapsules &&
              found.pairs.size() > kManyPairs * tree.segmentCount()) {
-    std::fprintf(stderr,
-                 "fcl_fibers: warning: %s: there are more than %zu pairs for each segment. The "
-                 "radius is probably too large; `fcl_fibers info` tells the radius at which "
-                 "contact begins.\n",
-                 scene.c_str(), kManyPairs);
+    warn(scene, "there are more than " + std::to_string(kManyPairs) + " pairs for each segment. " +
+                    too_large);
   }
 }
 

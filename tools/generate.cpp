@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <cstdio>
 #include <filesystem>
 #include <iterator>
 #include <stdexcept>
@@ -47,9 +46,9 @@ void write(const SceneSource& source, const std::string& path) {
   file.commit();
   progress("");
   if (ending == ".txt" && source.has_radius) {
-    fmt::print(stderr, "fcl_fibers: warning: {}: text has no place for the radius; {}\n", path,
-               scene.radii.empty() ? fmt::format("read it with --radius {}", scene.radius)
-                                   : "those of this scene differ and are lost");
+    warn(path, "text has no place for the radius; " +
+                   (scene.radii.empty() ? fmt::format("read it with --radius {}", scene.radius)
+                                        : "those of this scene differ and are lost"));
   }
 }
 
@@ -59,8 +58,8 @@ int generate(const SceneSource& source, const std::string& path) {
   if (source.is_file) {
     throw std::invalid_argument(
         fmt::format("'{}' is a file, and only generated scenes are written by this command; for "
-                    "another format use: fcl_fibers convert",
-                    source.title));
+                    "another format use: {} convert",
+                    source.title, programName()));
   }
   write(source, path);
   return 0;
@@ -68,8 +67,9 @@ int generate(const SceneSource& source, const std::string& path) {
 
 int convert(const SceneSource& source, const std::string& path) {
   if (!source.is_file) {
-    throw std::invalid_argument(fmt::format(
-        "'{}' is no file; to write a generated scene use: fcl_fibers generate", source.title));
+    throw std::invalid_argument(
+        fmt::format("'{}' is no file; to write a generated scene use: {} generate", source.title,
+                    programName()));
   }
   write(source, path);
   return 0;

@@ -12,7 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
-#include "nearest.h"
+#include "program.h"
 
 namespace fcl_fibers::tools {
 namespace {
@@ -68,7 +68,7 @@ struct Facts {
 
 /// What a user should know before trusting an answer.
 std::vector<std::string> warnings(const FiberPolylines& scene, bool has_radius, const Facts& facts,
-                                  const Spread& segments) {
+                                  const Spread& segments, const ProgramParts& parts) {
   std::vector<std::string> texts;
   const auto count = [&](auto&& holds) {
     std::size_t found = 0;
@@ -92,7 +92,8 @@ std::vector<std::string> warnings(const FiberPolylines& scene, bool has_radius, 
     warn(count([](double, double radius) { return radius == 0; }),
          "segments of radius zero, which touch only if axes cross: {}");
   } else {
-    texts.push_back("the file holds no radius; check, distance, bench and view need --radius");
+    texts.push_back(fmt::format("the file holds no radius; check{}{} and view need --radius",
+                                parts.nearest ? ", distance" : "", parts.bench ? ", bench" : ""));
   }
   const double thickest =
       facts.radii.empty() ? 0 : *std::max_element(facts.radii.begin(), facts.radii.end());
@@ -120,12 +121,7 @@ std::vector<std::string> warnings(const FiberPolylines& scene, bool has_radius, 
   return texts;
 }
 
-}  // namespace
-
-int info(const SceneSource& source, Output output) {
-  progress("reading " + source.title);
-  const FiberPolylines scene = source.scene();
-  const Facts facts(scene);
+std::optional<Contact> nearestAxes(const FiberPolylines& scene, const ProgramParts& parts) {
   // It may take long, if a single fiber never turns back.
   constexpr std::size_t kMostPairs = 10'000'000;
   progress("looking for the radius at which contact begins");
@@ -134,11 +130,21 @@ int info(const SceneSource& source, Output output) {
   axes.radius = 0;
   FiberOptions adjacent;
   adjacent.ignored_neighbors = 1;
-  const std::optional<Contact> nearest = findNearest(axes, nullptr, adjacent, kMostPairs);
+  return parts.nearest(axes, nullptr, adjacent, kMostPairs);
+}
+
+}  // namespace
+
+int info(const SceneSource& source, Output output, const ProgramParts& parts) {
+  progress("reading " + source.title);
+  const FiberPolylines scene = source.scene();
+  const Facts facts(scene);
+  std::optional<Contact> nearest;
+  if (parts.nearest) nearest = nearestAxes(scene, parts);
   progress("");
   const Spread fibers(facts.fiber_lengths), segments(facts.segment_lengths), radii(facts.radii);
   std::vector<std::string> warned = source.warnings;
-  for (std::string& text : warnings(scene, source.has_radius, facts, segments)) {
+  for (std::string& text : warnings(scene, source.has_radius, facts, segments, parts)) {
     warned.push_back(std::move(text));
   }
 
@@ -147,7 +153,7 @@ int info(const SceneSource& source, Output output) {
       return nlohmann::ordered_json{
           {"min", lengths.least}, {"median", lengths.median}, {"max", lengths.largest}};
     };
-    const nlohmann::ordered_json json = {
+    nlohmann::ordered_json json = {
         {"scene", source.title},
         {"fibers", scene.fiberCount()},
         {"segments", scene.segmentCount()},
@@ -162,6 +168,7 @@ int info(const SceneSource& source, Output output) {
         {"segment_length", spread(segments)},
         {"bounds", {{"min", facts.low}, {"max", facts.high}}},
         {"warnings", warned}};
+    if (!parts.nearest) json.erase("contact_radius");
     print(json.dump(2) + "\n");
     return 0;
   }

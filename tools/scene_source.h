@@ -28,22 +28,29 @@ struct SceneSource {
   FiberPolylines scene() const { return make(frame); }
 };
 
+/// The scenes that a program generates by name, if it does.
+struct GeneratedScenes {
+  /// Makes the scene of `NAME` or `NAME:key=value,...`. Throws std::invalid_argument if there is
+  /// none of that name, if a key is unknown or its value out of range, or if there is a radius, for
+  /// which scenes have a key. Empty if the program generates none.
+  std::function<SceneSource(const std::string& text, std::optional<double> radius)> make;
+  std::string help;  ///< names, keys and defaults
+};
+
 /// Whether `text` names an existing file, or is `-`, which is standard input. Files come before
 /// generated scenes of the same name.
 bool isFile(const std::string& text);
 
-/// Reads `text`, which is the path of a file, `-` for standard input, or `NAME` or
-/// `NAME:key=value,...` of a scene.
-/// @param radius  overrides the radii of a file; generated scenes have a key for it
-/// @param part  generates only one of so many fibers, at the same density
-///
-/// Throws std::invalid_argument if `text` is neither, if a key is unknown or its value out of
-/// range, or if a radius is given for a generated scene.
-SceneSource findScene(const std::string& text, std::optional<double> radius, int part = 1);
+/// Reads `text`, which is the path of a file, `-` for standard input, or a generated scene. Throws
+/// std::invalid_argument if it is neither.
+/// @param radius  overrides the radii of a file
+SceneSource findScene(const std::string& text, std::optional<double> radius,
+                      const GeneratedScenes& generated);
 
 /// findScene() for commands that need a radius: throws std::invalid_argument if there is none, and
 /// prints the warnings.
-SceneSource openScene(const std::string& text, std::optional<double> radius, int part = 1);
+SceneSource openScene(const std::string& text, std::optional<double> radius,
+                      const GeneratedScenes& generated);
 
 /// Prints the file's warnings to stderr.
 void printWarnings(const SceneSource& source);
@@ -51,12 +58,13 @@ void printWarnings(const SceneSource& source);
 /// A scene as the command line names it.
 struct SceneName {
   std::string text;
-  std::optional<double> radius;  ///< of a file
+  std::optional<double> radius;      ///< of a file
+  const GeneratedScenes* generated;  ///< outlive it
 
-  SceneSource open() const { return openScene(text, radius); }
+  SceneSource open() const { return openScene(text, radius, *generated); }
 };
 
-/// Names, keys and defaults, for --help.
-std::string sceneHelp();
+/// What a scene is, for --help.
+std::string sceneHelp(const GeneratedScenes& generated);
 
 }  // namespace fcl_fibers::tools

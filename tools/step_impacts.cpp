@@ -2,14 +2,13 @@
 #include "step_impacts.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <stdexcept>
 #include <tuple>
 
 #include <fmt/format.h>
 
-#include "commands.h"
-#include "contenders/contender.h"
+#include "benchmarks/harness/seconds.h"
+#include "messages.h"
 
 namespace fcl_fibers::tools {
 namespace {
@@ -95,17 +94,11 @@ StepImpacts findImpacts(const StepScene& step, const FiberTreeOptions& options, 
   });
   std::sort(found.impacts.begin(), found.impacts.end(), isEarlier);
   if (found.ended) {
-    progress("");
-    fmt::print(stderr,
-               "fcl_fibers: warning: {}: the search ended after {} impacts; is the radius too "
-               "large? --limit N sets another limit\n",
-               step.start_title, countText(found.count));
+    warn(step.start_title, "the search ended after " + countText(found.count) +
+                               " impacts; is the radius too large? --limit N sets another limit");
   } else if (!found.isComplete()) {
-    progress("");
-    fmt::print(stderr,
-               "fcl_fibers: warning: {}: of {} impacts the first {} are kept; --limit N sets "
-               "another limit\n",
-               step.start_title, countText(found.count), countText(limit));
+    warn(step.start_title, "of " + countText(found.count) + " impacts the first " +
+                               countText(limit) + " are kept; --limit N sets another limit");
   }
   return found;
 }

@@ -2,9 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <filesystem>
-#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -16,6 +14,7 @@
 
 #include "bytes.h"
 #include "commands.h"
+#include "drawn_points.h"
 #include "output_file.h"
 #include "page.h"
 #include "page_contacts.h"
@@ -29,132 +28,6 @@ using nlohmann::json;
 constexpr std::size_t kMostMarkers = 100000;       // of a frame
 constexpr int kInstants = 32;                      // of a step, after its start
 constexpr std::size_t kMostMarkersOfAll = 500000;  // of all frames; 24 MB
-
-/// Which fibers and points of a scene are drawn: every nth fiber, and on it every mth point and the
-/// last.
-struct Thinning {
-  std::size_t fiber_step = 1;
-  std::size_t point_step = 1;
-
-  /// Drops points before fibers, as long as a fiber keeps fifty points.
-  static Thinning forScene(const FiberPolylines& scene, std::size_t most_points) {
-    constexpr std::size_t kSmooth = 50;
-    Thinning thinning;
-    if (scene.points.size() <= most_points) return thinning;
-    const std::size_t per_fiber = scene.points.size() / scene.fiberCount();
-    const std::size_t wanted = ceilDiv(scene.points.size(), most_points);
-    thinning.point_step = std::clamp<std::size_t>(per_fiber / kSmooth, 1, wanted);
-    thinning.fiber_step = std::clamp<std::size_t>(
-        ceilDiv(scene.points.size() / thinning.point_step, most_points), 1, scene.fiberCount());
-    return thinning;
-  }
-
-  /// Calls visit(fiber, indices of its points that are drawn).
-  template <typename Visit>
-  void forEachFiber(const FiberPolylines& scene, Visit&& visit) const {
-    std::vector<std::size_t> points;
-    for (std::size_t f = 0; f < scene.fiberCount(); f += fiber_step) {
-      points.clear();
-      const std::size_t last = scene.point_begin[f + 1] - 1;
-      for (std::size_t i = scene.point_begin[f]; i < last; i += point_step) points.push_back(i);
-      points.push_back(last);
-      visit(f, points);
-    }
-  }
-
-  std::string text() const {
-    const auto nth = [](std::size_t n, const char* what) {
-      return fmt::format("every {}{} {}", n,
-                         n % 10 == 2 && n != 12   ? "nd"
-                         : n % 10 == 3 && n != 13 ? "rd"
-                         : n % 10 == 1 && n != 11 ? "st"
-                                                  : "th",
-                         what);
-    };
-    if (fiber_step == 1 && point_step == 1) return "";
-    if (fiber_step == 1) return nth(point_step, "point drawn");
-    if (point_step == 1) return nth(fiber_step, "fiber drawn");
-    return nth(fiber_step, "fiber and ") + nth(point_step, "point drawn");
-  }
-
- private:
-  static std::size_t ceilDiv(std::size_t a, std::size_t b) { return (a + b - 1) / b; }
-};
-
-/// Coordinates as 16-bit steps about a middle.
-struct Steps {
-  Point middle{};
-  Point size{};
-  double step = 0;
-
-  explicit Steps(const std::vector<const std::vector<Point>*>& frames) {
-    Point low, high;
-    low.fill(std::numeric_limits<double>::infinity());
-    high.fill(-std::numeric_limits<double>::infinity());
-    for (const std::vector<Point>* const frame : frames) {
-      for (const Point& point : *frame) {
-        for (std::size_t k = 0; k < 3; ++k) {
-          low[k] = std::min(low[k], point[k]);
-          high[k] = std::max(high[k], point[k]);
-        }
-      }
-    }
-    for (std::size_t k = 0; k < 3; ++k) {
-      middle[k] = (low[k] + high[k]) / 2;
-      size[k] = high[k] - low[k];
-    }
-    const double largest = *std::max_element(size.begin(), size.end());
-    step = largest > 0 ? largest / 65535 : 1;
-  }
-
-  void append(std::string& bytes, const Point& point) const {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double steps = std::round((point[k] - middle[k]) / step + 32767.5);
-      appendLittleEndian(bytes, static_cast<std::uint16_t>(std::clamp(steps, 0.0, 65535.0)));
-    }
-  }
-};
-
-std::string pointsText(const FiberPolylines& scene, const Thinning& thinning, const Steps& steps) {
-  std::string bytes;
-  thinning.forEachFiber(scene, [&](std::size_t, const std::vector<std::size_t>& points) {
-    for (const std::size_t i : points) steps.append(bytes, scene.points[i]);
-  });
-  return base64(bytes);
-}
-
-/// The radius of all points, or one for each point if they differ.
-std::string radiiText(const FiberPolylines& scene, const Thinning& thinning) {
-  std::string bytes;
-  if (scene.radii.empty()) {
-    appendLittleEndian(bytes, static_cast<float>(scene.radius));
-    return base64(bytes);
-  }
-  thinning.forEachFiber(scene, [&](std::size_t, const std::vector<std::size_t>& points) {
-    for (const std::size_t i : points) {
-      appendLittleEndian(bytes, static_cast<float>(scene.radii[i]));
-    }
-  });
-  return base64(bytes);
-}
-
-/// One bit for each point, least significant first: whether the line drawn from it touches.
-std::string touchingText(const FiberPolylines& scene, const Thinning& thinning,
-                         const std::vector<unsigned char>& touching) {
-  std::string bytes;
-  std::size_t bit = 0;
-  thinning.forEachFiber(scene, [&](std::size_t fiber, const std::vector<std::size_t>& points) {
-    for (std::size_t n = 0; n < points.size(); ++n, ++bit) {
-      if (bit % 8 == 0) bytes += '\0';
-      if (n + 1 == points.size()) continue;
-      const auto begin = touching.begin() + static_cast<std::ptrdiff_t>(points[n] - fiber);
-      const auto end = begin + static_cast<std::ptrdiff_t>(points[n + 1] - points[n]);
-      if (std::find(begin, end, 1) == end) continue;
-      bytes.back() = static_cast<char>(static_cast<unsigned char>(bytes.back()) | 1u << bit % 8);
-    }
-  });
-  return base64(bytes);
-}
 
 /// By depth, the centre of each volume, relative to the middle, and its half extent.
 json volumesJson(const FiberTree& tree, int depth, const Point& middle) {
@@ -356,11 +229,9 @@ json sceneJson(const SceneSource& source, const ViewRequest& request,
     if (!step && source.playable[i] <= source.frame) scene["opened"] = i;
   }
   if (stopped && !step) {
-    progress("");
-    std::fprintf(stderr,
-                 "fcl_fibers: warning: %s: more than %s pairs touch; the page shows contacts of "
-                 "these only. Is the radius too large?\n",
-                 source.name.c_str(), countText(request.limit).c_str());
+    warn(source.name, "more than " + countText(request.limit) +
+                          " pairs touch; the page shows contacts of these only. Is the radius too "
+                          "large?");
   }
   return scene;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "harness/progress.h"
+#include "progress.h"
 
 #include <unistd.h>
 
@@ -8,16 +8,16 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-bool terminals_only = false;
+bool everywhere = false;
 
 bool progressOverwrites() { return isatty(STDERR_FILENO) != 0; }
 
 }  // namespace
 
-void keepProgressToTerminals() { terminals_only = true; }
+void showProgressEverywhere() { everywhere = true; }
 
 void showProgress(const std::string& line) {
-  if (terminals_only && !progressOverwrites()) return;
+  if (!everywhere && !progressOverwrites()) return;
   // "\r\033[K" goes back to the first column and clears the line.
   std::fprintf(stderr, progressOverwrites() ? "\r\033[K%s" : "%s\n", line.c_str());
   std::fflush(stderr);

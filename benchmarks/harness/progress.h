@@ -5,12 +5,12 @@
 
 namespace fcl_fibers::benchmarks {
 
-/// What is going on, on stderr: one line that overwrites itself in a terminal, plain lines
+/// What is going on, on stderr: one line that overwrites itself in a terminal, and nothing
 /// elsewhere.
 void showProgress(const std::string& line);
 
-/// From now on nothing is shown elsewhere.
-void keepProgressToTerminals();
+/// From now on it is plain lines elsewhere.
+void showProgressEverywhere();
 
 /// Clears the terminal's line, before something else is printed.
 void endProgress();

@@ -16,7 +16,7 @@
 namespace fcl_fibers::benchmarks {
 
 inline FiberPolylines hairOf(const SceneRequest& request) {
-  const tools::SceneSource source = tools::openScene(request.text, request.radius);
+  const tools::SceneSource source = openScene(request.text, request.radius);
   if (source.name != "cap" && source.name != "combed") {
     throw std::invalid_argument("obstacles: '" + request.text +
                                 "' has no head; give --scene=cap or --scene=combed");

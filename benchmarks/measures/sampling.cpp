@@ -21,7 +21,7 @@ constexpr int kFinest = 2000, kRuns = 5;
 constexpr double kLength = 30;  // cm, of makeHelix()
 
 FiberPolylines helixOf(int segments) {
-  return tools::openScene("helix:fibers=1000,segments=" + std::to_string(segments), {}).scene();
+  return openScene("helix:fibers=1000,segments=" + std::to_string(segments), {}).scene();
 }
 
 /// Two fibers, and the segment of the one that touches a segment of the other.

@@ -109,7 +109,7 @@ bool measurePictures(const Request& request) {
   for (const auto& [name, text] : kPictures) {
     const std::string path = dir + "/" + name;
     registerRuns("Picture/" + std::string(name), 1, [path, text = text](Numbers& numbers) {
-      const FiberPolylines scene = tools::openScene(text, {}).scene();
+      const FiberPolylines scene = openScene(text, {}).scene();
       writePicture(path, scene, numbers);
       if (scene.fiberCount() == 1) writeVolumes(path + ".csv", scene);
       return 0.0;

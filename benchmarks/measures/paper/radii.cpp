@@ -85,7 +85,7 @@ void registerComparison(const std::string& name,
 void registerScene(const std::string& name, int fibers) {
   const std::string count = std::to_string(fibers);
   registerComparison(name + "/fibers:" + count,
-                     [=] { return tools::openScene(name + ":fibers=" + count, {}).scene(); });
+                     [=] { return openScene(name + ":fibers=" + count, {}).scene(); });
 }
 
 }  // namespace

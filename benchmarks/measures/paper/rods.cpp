@@ -59,7 +59,7 @@ void registerScene(const std::string& name) {
   constexpr int kRuns = 3;
   registerRuns("Make/" + name, kRuns, [name](Numbers& numbers) {
     FiberPolylines scene;
-    const double taken = seconds([&] { scene = tools::openScene(name, {}).scene(); });
+    const double taken = seconds([&] { scene = openScene(name, {}).scene(); });
     numbers["fibers"] = static_cast<double>(scene.fiberCount());
     numbers["segments"] = static_cast<double>(scene.segmentCount());
     return taken;

@@ -210,7 +210,7 @@ bool registerKinds(const ChainTree& chains) {
 }  // namespace
 
 bool measureVolumes(const Request& request) {
-  const tools::SceneSource source = tools::openScene(request.scene.text, request.scene.radius);
+  const tools::SceneSource source = openScene(request.scene.text, request.scene.radius);
   const MovingFibers fibers = movingFibers(source, request.scene.rows);
   const TreeScene scene(fibers);
   const std::vector<Capsule> capsules = fibers.capsules();

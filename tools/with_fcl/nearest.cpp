@@ -10,7 +10,7 @@
 #include <fcl_fibers/fiber_objects.h>
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
 
-#include "along_fibers.h"
+#include "tools/along_fibers.h"
 
 namespace fcl_fibers::tools {
 namespace {

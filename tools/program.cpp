@@ -1,55 +1,30 @@
 // SPDX-License-Identifier: BSD-3-Clause
-//
-// fcl_fibers: the library as a program, for people who have a file of fibers.
-#include <unistd.h>
+#include "program.h"
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdio>
 #include <exception>
+#include <iostream>
 #include <map>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <string>
-#include <string_view>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include "commands.h"
-#include "harness/progress.h"
 #include "options.h"
 
 namespace fcl_fibers::tools {
-
-void print(std::string_view text) {
-  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
-    throw std::runtime_error("writing to stdout failed");
-  }
-}
-
-void progress(const std::string& line) {
-  if (line.empty()) return benchmarks::endProgress();
-  benchmarks::showProgress(line);
-}
-
-std::string countText(std::size_t count) {
-  std::string text = fmt::format("{}", count);
-  for (int i = static_cast<int>(text.size()) - 3; i > 0; i -= 3) {
-    text.insert(static_cast<std::size_t>(i), 1, ',');
-  }
-  return text;
-}
-
-std::string counted(std::size_t count, const char* one) {
-  return fmt::format("{} {}{}", countText(count), one, count == 1 ? "" : "s");
-}
-
 namespace {
 
 /// The parsed command line.
 struct Arguments {
+  const GeneratedScenes& generated;
   std::string scene, other, end;
   std::vector<std::string> scenes;
   std::optional<double> radius;
@@ -63,8 +38,23 @@ struct Arguments {
   BenchRequest bench;
   ViewRequest view;
 
-  /// One radius is for all files; several are for the files in order.
-  std::vector<SceneName> named(const std::vector<std::string>& texts) const {
+  explicit Arguments(const GeneratedScenes& scenes) : generated(scenes) {
+    tree.report = Report::kCapsules;
+    tree.ignored_neighbors = 1;
+  }
+
+  /// What a scene may be.
+  std::string choice() const {
+    return generated.make ? "A file, `-`, or a generated scene." : "A file, or `-`.";
+  }
+
+  /// The scenes, and then those of `other` and `end` that are given. One radius is for all files;
+  /// several are for the files in order.
+  std::vector<SceneName> named() const {
+    std::vector<std::string> texts = scenes;
+    for (const std::string& text : {other, end}) {
+      if (!text.empty()) texts.push_back(text);
+    }
     const auto files = static_cast<std::size_t>(std::count_if(texts.begin(), texts.end(), isFile));
     if (radii.size() > 1 && radii.size() != files) {
       throw std::invalid_argument(
@@ -80,18 +70,9 @@ struct Arguments {
       if (!radii.empty() && (files == 0 || isFile(text))) {
         its_radius = radii.size() == 1 ? radii[0] : radii[file++];
       }
-      names.push_back({text, its_radius});
+      names.push_back({text, its_radius, &generated});
     }
     return names;
-  }
-
-  /// The scenes, and then those of `other` and `end` that are given.
-  std::vector<SceneName> namedWithOthers() const {
-    std::vector<std::string> texts = scenes;
-    for (const std::string& text : {other, end}) {
-      if (!text.empty()) texts.push_back(text);
-    }
-    return named(texts);
   }
 
   Output output() const { return json ? Output::kJson : csv ? Output::kCsv : Output::kText; }
@@ -106,9 +87,7 @@ const std::map<std::string, CheckRequest::Order> kOrders = {{"depth", CheckReque
                                                             {"fiber", CheckRequest::Order::kFiber}};
 
 void addScene(CLI::App& command, Arguments& arguments) {
-  command.add_option("SCENE", arguments.scene, "A file, `-`, or a generated scene.")
-      ->required()
-      ->type_name("");
+  command.add_option("SCENE", arguments.scene, arguments.choice())->required()->type_name("");
 }
 
 void addRadius(CLI::App& command, Arguments& arguments) {
@@ -124,12 +103,12 @@ void addJson(CLI::App& command, Arguments& arguments) {
   command.add_flag("--json", arguments.json, "Print JSON, for programs.");
 }
 
-void addOutput(CLI::App& command, Arguments& arguments) {
+void addOutput(CLI::App& command, const char* name, const char* type, Arguments& arguments) {
   command
-      .add_option("-o,--output", arguments.path,
+      .add_option(name, arguments.path,
                   "The file to write. It ends in .vtp (ParaView), .hair or .txt.")
       ->required()
-      ->type_name("FILE");
+      ->type_name(type);
 }
 
 void addEnd(CLI::App& command, Arguments& arguments, const char* what) {
@@ -139,7 +118,7 @@ void addEnd(CLI::App& command, Arguments& arguments, const char* what) {
 void addCheck(CLI::App& check, Arguments& arguments) {
   check
       .add_option("SCENES", arguments.scenes,
-                  "A file, `-`, or a generated scene. Several are frames of one\nscene.")
+                  arguments.choice() + " Several are frames of one\nscene.")
       ->required()
       ->type_name("");
   CLI::Option* const against =
@@ -214,47 +193,15 @@ void addCheck(CLI::App& check, Arguments& arguments) {
       "  time                    From 0, the start, where some may touch already, to 1, the end.");
 }
 
-int run(int argc, char** argv) {
-  Arguments arguments;
-  arguments.tree.report = Report::kCapsules;
-  arguments.tree.ignored_neighbors = 1;
-  CLI::App app("Finds collisions among fibers: hair, cables, ropes, yarn.", "fcl_fibers");
-  app.footer(
-      sceneHelp() +
-      "\nThe exit code is 2 after an error, with its message on stderr. `check` returns 1 if it "
-      "finds\ncontacts, and `bench` if a manager misses a pair. Files are written whole or not at "
-      "all.\n`fcl_fibers COMMAND --help` describes the options of a command.");
-  app.require_subcommand(1);
-  app.get_formatter()->column_width(34);
-  app.set_version_flag("--version", FCL_FIBERS_VERSION);
-  app.set_help_all_flag("--help-all", "Print the help of all commands.");
-
-  CLI::App& generate = *app.add_subcommand("generate", "Write a generated scene to a file.");
-  addScene(generate, arguments);
-  addOutput(generate, arguments);
-
-  CLI::App& convert =
-      *app.add_subcommand("convert", "Write the fibers of a file in another format.");
+void addConvert(CLI::App& convert, Arguments& arguments) {
   convert.add_option("IN", arguments.scene, "The file to read, or `-`.")->required()->type_name("");
-  convert
-      .add_option("OUT", arguments.path,
-                  "The file to write. It ends in .vtp (ParaView), .hair or .txt.")
-      ->required()
-      ->type_name("");
+  addOutput(convert, "OUT", "", arguments);
   addRadius(convert, arguments);
   convert.footer(
       "No radius is needed. Radii are kept, except in .txt, which has no place for them.");
+}
 
-  CLI::App& info = *app.add_subcommand("info", "Count and measure a scene, and warn of oddities.");
-  addScene(info, arguments);
-  addRadius(info, arguments);
-  addJson(info, arguments);
-
-  CLI::App& check = *app.add_subcommand("check", "List the segments that touch.");
-  addCheck(check, arguments);
-
-  CLI::App& distance =
-      *app.add_subcommand("distance", "Find the least distance between fibers, and its place.");
+void addDistance(CLI::App& distance, Arguments& arguments) {
   addScene(distance, arguments);
   distance
       .add_option("OTHER", arguments.other,
@@ -268,8 +215,9 @@ int run(int argc, char** argv) {
       "the\ndeepest overlap; `check` lists all. Two segments of one fiber count only if the fiber "
       "turns\nback to itself: the part between them has to be longer than half a circle over their "
       "distance.");
+}
 
-  CLI::App& bench = *app.add_subcommand("bench", "Compare the times of our managers and FCL's.");
+void addBench(CLI::App& bench, Arguments& arguments) {
   addScene(bench, arguments);
   addRadius(bench, arguments);
   addMeshes(bench, arguments.bench.meshes);
@@ -289,8 +237,9 @@ int run(int argc, char** argv) {
   bench.footer(
       "Fibers of a file swing about their first points; generated scenes move to their next "
       "frame.\nMeshes rest, and so do the fibers while pairs with meshes are timed.");
+}
 
-  CLI::App& view = *app.add_subcommand("view", "Write a page that shows scenes in 3D, offline.");
+void addView(CLI::App& view, Arguments& arguments) {
   view.add_option("SCENES", arguments.scenes, "The scenes that the page shows.")
       ->required()
       ->type_name("");
@@ -319,33 +268,39 @@ int run(int argc, char** argv) {
       ->type_name("x|y|z");
   view.add_flag("--fragment", arguments.view.fragment,
                 "Write a fragment without a head, to put into another page.");
+  const bool generated = static_cast<bool>(arguments.generated.make);
   view.footer(
-      "Generated scenes have a radius of their own, or the key `radius`.\n"
-      "Scenes with frames are played: `paper-dynamic`, or `helix:frames=0:100:5`.\n"
+      std::string(
+          generated ? "Generated scenes have a radius of their own, or the key `radius`.\n"
+                      "Scenes with frames are played: `paper-dynamic`, or `helix:frames=0:100:5`.\n"
+                    : "") +
       "If a scene has more points than --points, every nth fiber and point is drawn.\n"
       "Contacts are searched among all points. A page marks the deepest 100,000 of a frame.\n"
-      "Without --up, z points up in generated scenes and y in TressFX files; for others it is\n"
+      "Without --up, " +
+      (generated ? "z points up in generated scenes and y in TressFX files; for others it is\n"
+                 : "y points up in TressFX files; for others it is\n") +
       "guessed from how the fibers run.");
+}
 
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : kExitError;
-  }
-  const auto found = [&] { return findScene(arguments.scene, arguments.radius); };
-  if (generate.parsed()) return tools::generate(found(), arguments.path);
-  if (convert.parsed()) {
+/// Runs the command that the arguments are for.
+int runCommand(const std::string& command, Arguments& arguments, const ProgramParts& parts) {
+  const auto found = [&] {
+    return findScene(arguments.scene, arguments.radius, arguments.generated);
+  };
+  if (command == "generate") return generate(found(), arguments.path);
+  if (command == "convert") {
     const SceneSource source = found();
     printWarnings(source);
-    return tools::convert(source, arguments.path);
+    return convert(source, arguments.path);
   }
-  if (info.parsed()) return tools::info(found(), arguments.output());
-  if (bench.parsed()) {
+  if (command == "info") return info(found(), arguments.output(), parts);
+  if (command == "bench") {
     arguments.bench.output = arguments.output();
-    return tools::bench(openScene(arguments.scene, arguments.radius), arguments.bench);
+    return parts.bench(openScene(arguments.scene, arguments.radius, arguments.generated),
+                       arguments.bench);
   }
-  if (distance.parsed()) arguments.scenes = {arguments.scene};
-  std::vector<SceneName> names = arguments.namedWithOthers();
+  if (command == "distance") arguments.scenes = {arguments.scene};
+  std::vector<SceneName> names = arguments.named();
   const auto taken = [&](const std::string& text) {
     std::optional<SceneName> name;
     if (text.empty()) return name;
@@ -354,10 +309,10 @@ int run(int argc, char** argv) {
     return name;
   };
   const std::optional<SceneName> end_scene = taken(arguments.end), other = taken(arguments.other);
-  if (distance.parsed()) {
-    return tools::distance({names.front(), other, arguments.tree, arguments.output()});
+  if (command == "distance") {
+    return distance({names.front(), other, arguments.tree, arguments.output()}, parts);
   }
-  if (check.parsed()) {
+  if (command == "check") {
     arguments.check.scenes = names;
     arguments.check.against = other;
     arguments.check.end = end_scene;
@@ -365,27 +320,77 @@ int run(int argc, char** argv) {
     arguments.check.limit = arguments.limit;
     arguments.check.top = arguments.top;
     arguments.check.output = arguments.output();
-    return tools::check(arguments.check);
+    return check(arguments.check);
   }
   std::vector<SceneSource> sources;
   for (const SceneName& name : names) sources.push_back(name.open());
   arguments.view.tree = arguments.tree;
   arguments.view.limit = arguments.limit;
   arguments.view.end = end_scene;
-  return tools::view(sources, arguments.view);
+  return view(sources, arguments.view);
+}
+
+int parseAndRun(std::vector<std::string> words, const ProgramParts& parts) {
+  Arguments arguments(parts.scenes);
+  CLI::App app("Finds collisions among fibers: hair, cables, ropes, yarn.", parts.name);
+  app.footer(
+      sceneHelp(parts.scenes) +
+      "\nThe exit code is 2 after an error, with its message on stderr. `check` returns 1 if it "
+      "finds\ncontacts" +
+      (parts.bench ? ", and `bench` if a manager misses a pair" : "") +
+      ". Files are written whole or not at all.\n`" + parts.name +
+      " COMMAND --help` describes the options of a command.");
+  app.require_subcommand(1);
+  app.get_formatter()->column_width(34);
+  app.set_version_flag("--version", FCL_FIBERS_VERSION);
+  app.set_help_all_flag("--help-all", "Print the help of all commands.");
+  const auto add = [&](const char* name, const char* what) -> CLI::App& {
+    return *app.add_subcommand(name, what);
+  };
+
+  if (parts.scenes.make) {
+    CLI::App& generate = add("generate", "Write a generated scene to a file.");
+    addScene(generate, arguments);
+    addOutput(generate, "-o,--output", "FILE", arguments);
+  }
+  addConvert(add("convert", "Write the fibers of a file in another format."), arguments);
+  CLI::App& info = add("info", "Count and measure a scene, and warn of oddities.");
+  addScene(info, arguments);
+  addRadius(info, arguments);
+  addJson(info, arguments);
+  addCheck(add("check", "List the segments that touch."), arguments);
+  if (parts.nearest) {
+    addDistance(add("distance", "Find the least distance between fibers, and its place."),
+                arguments);
+  }
+  if (parts.bench) {
+    addBench(add("bench", "Compare the times of our managers and FCL's."), arguments);
+  }
+  addView(add("view", "Write a page that shows scenes in 3D, offline."), arguments);
+
+  try {
+    std::reverse(words.begin(), words.end());  // CLI11 takes the first word from the end
+    app.parse(std::move(words));
+  } catch (const CLI::ParseError& error) {
+    std::ostringstream answer;
+    const int code = app.exit(error, answer, std::cerr);
+    print(answer.str());
+    return code == 0 ? 0 : kExitError;
+  }
+  return runCommand(app.get_subcommands().front()->get_name(), arguments, parts);
 }
 
 }  // namespace
-}  // namespace fcl_fibers::tools
 
-int main(int argc, char** argv) {
-  using namespace fcl_fibers;
-  benchmarks::keepProgressToTerminals();
+int runProgram(const std::vector<std::string>& arguments, const ProgramParts& parts) {
+  setProgramName(parts.name);
   try {
-    return tools::run(argc, argv);
+    return parseAndRun(arguments, parts);
   } catch (const std::exception& error) {
-    tools::progress("");
-    std::fprintf(stderr, "fcl_fibers: %s\n", error.what());
-    return tools::kExitError;
+    progress("");
+    std::fprintf(stderr, "%s: %s\n", parts.name.c_str(), error.what());
+    return kExitError;
   }
 }
+
+}  // namespace fcl_fibers::tools

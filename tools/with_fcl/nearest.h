@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <limits>
 #include <optional>
 
 #include <fcl_fibers/contact.h>
@@ -17,8 +16,7 @@ namespace fcl_fibers::tools {
 /// @param other  a second scene; then one segment is of each. Null for none
 /// @param most_pairs  gives up, and returns nothing, after looking at so many pairs
 /// Returns nothing if there is no such pair.
-std::optional<Contact> findNearest(
-    const FiberPolylines& scene, const FiberPolylines* other, const FiberOptions& neighbors,
-    std::size_t most_pairs = std::numeric_limits<std::size_t>::max());
+std::optional<Contact> findNearest(const FiberPolylines& scene, const FiberPolylines* other,
+                                   const FiberOptions& neighbors, std::size_t most_pairs);
 
 }  // namespace fcl_fibers::tools

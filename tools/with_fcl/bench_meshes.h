@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "commands.h"
 #include "contenders/moving_fibers.h"
+#include "tools/commands.h"
 
 namespace fcl_fibers::tools {
 

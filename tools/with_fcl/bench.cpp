@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "bench.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,10 +15,10 @@
 #include <nlohmann/json.hpp>
 
 #include "bench_meshes.h"
-#include "commands.h"
 #include "contenders/contender.h"
 #include "judge/preflight.h"
 #include "scenes.h"
+#include "tools/commands.h"
 
 namespace fcl_fibers::tools {
 namespace {

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <fcl_fibers/contact.h>
+
+#include "commands.h"
+
+namespace fcl_fibers::tools {
+
+/// A program's name, and what it adds to the commands, which need neither FCL nor Eigen. What is
+/// missing is in no help, and its commands are unknown.
+struct ProgramParts {
+  std::string name = "fcl_fibers";  ///< in --help, errors and warnings
+  GeneratedScenes scenes;           ///< adds `generate`
+  /// Adds `distance`, and a line to `info`. See findNearest() in with_fcl/nearest.h.
+  std::function<std::optional<Contact>(const FiberPolylines& scene, const FiberPolylines* other,
+                                       const FiberOptions& neighbors, std::size_t most_pairs)>
+      nearest;
+  std::function<int(const SceneSource& source, const BenchRequest& request)> bench;
+};
+
+/// Runs a command line, without the program's name in front. Returns the exit code; an error is on
+/// stderr. It may be called again, but not on several threads at once.
+int runProgram(const std::vector<std::string>& arguments, const ProgramParts& parts);
+
+}  // namespace fcl_fibers::tools
