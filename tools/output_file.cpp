@@ -3,11 +3,12 @@
 
 #include <unistd.h>
 
+#include <array>
 #include <csignal>
+#include <cstddef>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <initializer_list>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -22,6 +23,9 @@ namespace fs = std::filesystem;
 char draft_to_remove[4096];
 volatile std::sig_atomic_t has_draft = 0;
 
+constexpr std::array kSignals = {SIGINT, SIGTERM, SIGHUP};
+std::array<struct sigaction, kSignals.size()> actions_before;
+
 extern "C" void removeDraftAndEnd(int signal) {
   if (has_draft != 0) unlink(draft_to_remove);
   std::signal(signal, SIG_DFL);
@@ -34,10 +38,22 @@ void keepInMind(const std::string& draft) {
   }
   std::memcpy(draft_to_remove, draft.c_str(), draft.size() + 1);
   has_draft = 1;
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+  struct sigaction action = {};
+  action.sa_handler = removeDraftAndEnd;
+  for (std::size_t i = 0; i < kSignals.size(); ++i) {
+    sigaction(kSignals[i], nullptr, &actions_before[i]);
     // A signal that the caller ignores stays ignored.
-    if (std::signal(signal, removeDraftAndEnd) == SIG_IGN) std::signal(signal, SIG_IGN);
+    if (actions_before[i].sa_handler != SIG_IGN) sigaction(kSignals[i], &action, nullptr);
   }
+}
+
+/// A program that goes on has its own handlers again, such as Python's.
+void forget() {
+  if (has_draft == 0) return;
+  for (std::size_t i = 0; i < kSignals.size(); ++i) {
+    sigaction(kSignals[i], &actions_before[i], nullptr);
+  }
+  has_draft = 0;
 }
 
 }  // namespace
@@ -57,15 +73,16 @@ OutputFile::OutputFile(const std::string& path) : path_(path), draft_(path) {
                .string();
   keepInMind(draft_);
   if (!std::ofstream(draft_)) {
-    has_draft = 0;
-    throw std::runtime_error(fmt::format("'{}' cannot be written: {}", path, std::strerror(errno)));
+    const std::string problem = std::strerror(errno);
+    forget();
+    throw std::runtime_error(fmt::format("'{}' cannot be written: {}", path, problem));
   }
 }
 
 OutputFile::~OutputFile() {
   if (in_place_ || draft_.empty()) return;
   unlink(draft_.c_str());
-  has_draft = 0;
+  forget();
 }
 
 void OutputFile::write(std::string_view text) {
@@ -86,7 +103,7 @@ void OutputFile::commit() {
     throw std::runtime_error(
         fmt::format("'{}' cannot be replaced: {}", path_, std::strerror(errno)));
   }
-  has_draft = 0;
+  forget();
   draft_.clear();
 }
 
