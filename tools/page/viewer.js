@@ -8,6 +8,8 @@ class Viewer {
   constructor(container, {scenes, meshes}) {
     this.container = container;
     this.embedded = container.dataset.embedded === 'true';
+    // A frame's srcdoc has none: an address that is written there would open the page around it.
+    this.hasAddress = !this.embedded && location.protocol !== 'about:';
     this.scenes = scenes.map(scene => new Frames(scene));
     this.meshData = meshes;
     this.state = {...kNumbers, volumes: '', up: 'z'};
@@ -40,7 +42,7 @@ class Viewer {
   get frames() { return this.scenes[this.state.scene]; }
 
   openAddress() {
-    const asked = askedBy(this.embedded ? '' : location.hash);
+    const asked = askedBy(this.hasAddress ? location.hash : '');
     const {scene, frame} = asked.numbers;
     this.openScene(scene < this.scenes.length ? scene : 0);
     const opened = asked.frameIsGiven ? frame : this.frames.scene.opened;
@@ -53,7 +55,7 @@ class Viewer {
 
   /// Puts what is seen into the address, so that it can be opened again.
   writeAddress() {
-    if (this.embedded) return;
+    if (!this.hasAddress) return;
     this.written = '#' + addressOf(this.state, this.view, this.frames.scene);
     if (location.hash !== this.written) location.replace(this.written);
   }
@@ -105,7 +107,7 @@ class Viewer {
           'click a fiber or contact \u00b7 double-click to reset';
     window.addEventListener('resize', () => this.resize());
     window.addEventListener('hashchange', () => {
-      if (!this.embedded && location.hash !== this.written) this.openAddress();
+      if (this.hasAddress && location.hash !== this.written) this.openAddress();
     });
   }
 
