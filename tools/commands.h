@@ -92,4 +92,12 @@ struct ViewRequest {
 /// Writes a page that shows the scenes, or the one scene during a step.
 int view(const std::vector<SceneSource>& sources, const ViewRequest& request);
 
+/// The page that view() writes, as HTML, of fibers and meshes that are in memory: a whole page for
+/// a file or the srcdoc of an iframe, as in a notebook; a fragment for a page that is written as a
+/// whole, because no script runs that is inserted by innerHTML. Several fragments fit into one
+/// page. The request's path, paths of meshes and end are not used. Throws std::runtime_error if
+/// there is no segment, and std::invalid_argument as FiberTree does.
+std::string pageOf(const std::string& title, const FiberPolylines& fibers,
+                   const ViewRequest& request, const std::vector<MeshFile>& meshes = {});
+
 }  // namespace fcl_fibers::tools

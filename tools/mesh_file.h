@@ -30,7 +30,7 @@ struct MeshOptions {
   std::vector<MeshFile> read() const;
 
   /// By fiber, the segments at its start that are roots by one of the two options. Empty if
-  /// there is no mesh.
+  /// neither is given.
   std::vector<std::int32_t> roots(const FiberPolylines& scene) const;
 };
 

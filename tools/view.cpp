@@ -236,6 +236,18 @@ json sceneJson(const SceneSource& source, const ViewRequest& request,
   return scene;
 }
 
+std::string pageOf(const std::vector<SceneSource>& sources, const ViewRequest& request,
+                   const std::vector<MeshFile>& meshes) {
+  json data = {{"scenes", json::array()}, {"meshes", json::array()}};
+  for (const MeshFile& mesh : meshes) data["meshes"].push_back(meshJson(mesh));
+  std::string title;
+  for (const SceneSource& source : sources) {
+    data["scenes"].push_back(sceneJson(source, request, meshes));
+    title += (title.empty() ? "" : ", ") + source.name;
+  }
+  return makePage(title, data.dump(), request.fragment);
+}
+
 }  // namespace
 
 int view(const std::vector<SceneSource>& sources, const ViewRequest& request) {
@@ -246,19 +258,28 @@ int view(const std::vector<SceneSource>& sources, const ViewRequest& request) {
     throw std::invalid_argument("--end plays fibers alone; leave out --mesh");
   }
   OutputFile file(request.path);
-  const std::vector<MeshFile> meshes = request.meshes.read();
-  json data = {{"scenes", json::array()}, {"meshes", json::array()}};
-  for (const MeshFile& mesh : meshes) data["meshes"].push_back(meshJson(mesh));
-  std::string title;
-  for (const SceneSource& source : sources) {
-    data["scenes"].push_back(sceneJson(source, request, meshes));
-    title += (title.empty() ? "" : ", ") + source.name;
-  }
+  const std::string page = pageOf(sources, request, request.meshes.read());
   progress("writing " + request.path);
-  file.write(makePage(title, data.dump(), request.fragment));
+  file.write(page);
   file.commit();
   progress("");
   return 0;
+}
+
+std::string pageOf(const std::string& title, const FiberPolylines& fibers,
+                   const ViewRequest& request, const std::vector<MeshFile>& meshes) {
+  SceneSource source;
+  source.name = title;
+  source.title = title;
+  source.is_file = true;
+  source.playable = {0};
+  source.make = [&](int) { return fibers; };
+  ViewRequest at_rest = request;
+  at_rest.end.reset();
+  const struct Cleared {
+    ~Cleared() { progress(""); }
+  } cleared;
+  return pageOf({source}, at_rest, meshes);
 }
 
 }  // namespace fcl_fibers::tools
