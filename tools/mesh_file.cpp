@@ -173,7 +173,7 @@ std::vector<MeshFile> MeshOptions::read() const {
 }
 
 std::vector<std::int32_t> MeshOptions::roots(const FiberPolylines& scene) const {
-  if (root_length == 0 && root_segments == 0) return {};
+  if (paths.empty() && root_length == 0 && root_segments == 0) return {};
   std::vector<std::int32_t> counts = rootSegments(fiberArrays(scene), root_length);
   for (std::int32_t& count : counts) count = std::max(count, root_segments);
   return counts;

@@ -30,7 +30,7 @@ struct MeshOptions {
   std::vector<MeshFile> read() const;
 
   /// By fiber, the segments at its start that are roots by one of the two options. Empty if
-  /// neither is given.
+  /// there is neither a path nor a root.
   std::vector<std::int32_t> roots(const FiberPolylines& scene) const;
 };
 
