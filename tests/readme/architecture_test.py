@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Compares the includes of src/ and include/ with the table of rooms in docs/architecture.md.
+"""Compares the includes of src/, include/ and tools/ with the rooms in docs/architecture.md.
 
 If this fails, a file includes what its room may not see, or the page no longer says what is so.
 """
@@ -37,9 +37,11 @@ PUBLIC = {
 LIBRARIES = {
     "oneapi": "<tbb>",
     "pugixml.hpp": "<pugixml>",
+    "tiny_obj_loader.h": "<tinyobjloader>",
     "zlib.h": "<zlib>",
 }
 TOP = "src/*.h"
+TOOLS = "tools"
 FOLDERS = {f"src/{folder.name}" for folder in (ROOT / "src").iterdir() if folder.is_dir()}
 TOP_FILES = {f"src/{file.name}" for file in ROOT.glob(TOP)}
 
@@ -56,19 +58,21 @@ def rooms():
     allowed = {}
     for line in PAGE.read_text().splitlines():
         cells = [cell.strip() for cell in line.strip("|").split("|")]
-        if len(cells) == 3 and re.fullmatch(r"`src/(\w+|\*\.h)`", cells[0]):
+        if len(cells) == 3 and re.fullmatch(r"`(src/(\w+|\*\.h)|tools)`", cells[0]):
             room = cells[0].strip("`")
             allowed[room] = {room} | set(re.findall(r"`([^`]+)`", cells[2]))
     return allowed
 
 
-def target(what):
+def target(what, path):
     """What an include leads to, in the words of the table; None for the standard library."""
     named = NAMED.match(what)
     if not named or ".." in what:
         return "a name that this test cannot read"
     name = named[1] or named[2]
     first = name.split("/")[0]
+    if named[2] and path.relative_to(ROOT).parts[0] in (TOOLS, "benchmarks"):
+        return target_of_tools(name, path)
     if name.startswith("fcl_fibers/"):
         return set_of(name.split("/", 1)[1])
     # Angle brackets find the files of src/, too.
@@ -79,11 +83,28 @@ def target(what):
     return LIBRARIES.get(first, f"<{first}>")
 
 
+def target_of_tools(name, path):
+    for folder in (path.parent, ROOT, ROOT / "src"):
+        if (folder / name).exists():
+            found = (folder / name).relative_to(ROOT)
+            return TOOLS if found.parent.name == TOOLS else found.as_posix()
+    return TOOLS if name == "embedded.h" else f"the unknown file {name}"
+
+
+def files_of_tools(allowed):
+    """The folder without its folders, and the files of the benchmarks that it may include."""
+    files = list((ROOT / TOOLS).glob("*"))
+    for name in allowed[TOOLS]:
+        if name.startswith("benchmarks/"):
+            files += (ROOT / name).parent.glob(pathlib.Path(name).stem + ".*")
+    return files
+
+
 def main():
     allowed = rooms()
     problems = []
-    for room in sorted((FOLDERS | {TOP}) ^ set(allowed)):
-        problems.append(f"{room}: it has to be in src/ and in the table of docs/architecture.md")
+    for room in sorted((FOLDERS | {TOP, TOOLS}) ^ set(allowed)):
+        problems.append(f"{room}: it has to be a folder, and in the table of docs/architecture.md")
     above = set()
     for room, targets in allowed.items():
         above |= {room} | (TOP_FILES if room == TOP else set())
@@ -91,7 +112,8 @@ def main():
             problems.append(f"{room}: {other} does not stand above it in the table")
 
     files = 0
-    for path in sorted([*ROOT.glob("src/**/*"), *ROOT.glob("include/**/*")]):
+    libraries = [*ROOT.glob("src/**/*"), *ROOT.glob("include/**/*")]
+    for path in sorted([*libraries, *files_of_tools(allowed)]):
         if path.suffix not in (".h", ".cpp"):
             continue
         files += 1
@@ -99,11 +121,13 @@ def main():
         if relative.parts[0] == "include":
             room = set_of("/".join(relative.parts[2:]))
             may = PUBLIC[room]
-        else:
+        elif relative.parts[0] == "src":
             room = "/".join(relative.parts[:2]) if len(relative.parts) > 2 else TOP
             may = allowed.get(room, set())
+        else:
+            room, may = TOOLS, allowed[TOOLS]
         for what in INCLUDE.findall(path.read_text()):
-            leads_to = target(what)
+            leads_to = target(what, path)
             if leads_to is not None and leads_to not in may:
                 problems.append(f"{relative}: includes {what} of {leads_to}, which {room} may not")
     if files < 50:

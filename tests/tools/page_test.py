@@ -4,6 +4,7 @@ folder that keeps what is seen."""
 
 import base64
 import csv
+import html
 import io
 import json
 import struct
@@ -11,7 +12,8 @@ import sys
 import unittest
 
 try:
-    from page import DRIVER, VIEWER, PageTest, is_drawn, is_fiber, is_green, is_mesh, is_red
+    from page import DRIVER, STATE, VIEWER, PageTest
+    from page import is_drawn, is_fiber, is_green, is_mesh, is_red
     from PIL import Image
     from program import box
 except ImportError:
@@ -52,6 +54,23 @@ class Page(PageTest):
         self.assertGreater(picture.count(is_fiber), 3000)
         self.assertGreater(picture.count(is_red), 100)
         self.assertEqual(self.browser.requests(), [f"file://{report}"])
+        self.assertEqual(self.browser.problems(), [])
+
+    def test_is_drawn_inside_a_notebook(self):
+        """A frame without an address of its own would open the notebook within itself."""
+        page = self.make("helix:fibers=150,segments=60,radius=0.01").read_text(encoding="utf-8")
+        notebook = self.write(
+            "notebook.html",
+            '<!doctype html><meta charset="utf-8"><body style="margin:0">'
+            f'<iframe style="width:900px; height:600px" srcdoc="{html.escape(page)}"></iframe>',
+        )
+        self.browser.open(f"file://{notebook}")
+        self.browser.driver.switch_to.frame(0)
+        self.browser.wait_for(f"document.querySelector('.fiber-viewer') && {STATE} === 'drawn'")
+        self.browser.driver.find_element("name", "red").click()
+        self.assertGreater(self.look("notebook").count(is_red), 100)
+        self.assertEqual(self.browser.evaluate("location.href"), "about:srcdoc")
+        self.assertEqual(self.browser.requests(), [f"file://{notebook}"])
         self.assertEqual(self.browser.problems(), [])
 
     def test_only_what_touches_is_red(self):
