@@ -4,14 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <cmath>
 #include <cstdint>
 #include <iterator>
-#include <limits>
 #include <map>
 #include <memory>
 #include <stdexcept>
-#include <string_view>
 #include <type_traits>
 #include <utility>
 
