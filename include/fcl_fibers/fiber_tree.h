@@ -342,6 +342,15 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
                     std::vector<MeshContact>& contacts) const;
   ///@}
 
+  /// Writes the contacts of `count` pairs that this tree has visited to `contacts`, in their order.
+  /// Throws as the call above does; then some of the contacts may have been written.
+  ///@{
+  void findContacts(const FiberArrays<float>& fibers, const SegmentPair* pairs, std::size_t count,
+                    Contact* contacts) const;
+  void findContacts(const FiberArrays<double>& fibers, const SegmentPair* pairs, std::size_t count,
+                    Contact* contacts) const;
+  ///@}
+
   /// Returns the volumes that are `depth` levels below the root, whose own depth is 0. Capsules
   /// that are less deep come as volumes of their own, so every capsule is in one of the volumes.
   /// Throws std::invalid_argument if depth is negative.

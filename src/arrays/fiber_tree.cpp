@@ -187,9 +187,14 @@ class FiberTree::Impl {
     std::vector<SegmentPair> pairs;
     visitPairs(appendTo(pairs));
     contacts.resize(pairs.size());
-    index_->forRanges(pairs.size(), kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) contacts[i] = capsuleContact(fibers, pairs[i]);
-    });
+    writeContacts(fibers, pairs.data(), pairs.size(), contacts.data());
+  }
+
+  template <typename S>
+  void findContacts(const FiberArrays<S>& fibers, const SegmentPair* pairs, std::size_t count,
+                    Contact* contacts) const {
+    requireContacts(fibers);
+    writeContacts(fibers, pairs, count, contacts);
   }
 
   template <typename S>
@@ -247,6 +252,14 @@ class FiberTree::Impl {
              "the fibers have other numbers of points than those of the tree; pass the arrays of "
              "its last build() or update()");
     }
+  }
+
+  template <typename S>
+  void writeContacts(const FiberArrays<S>& fibers, const SegmentPair* pairs, std::size_t count,
+                     Contact* contacts) const {
+    index_->forRanges(count, kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) contacts[i] = capsuleContact(fibers, pairs[i]);
+    });
   }
 
   /// Takes a capsule, or the diagonal of a box, to the frame of the index.
@@ -402,6 +415,14 @@ void FiberTree::findContacts(const FiberArrays<float>& fibers,
 void FiberTree::findContacts(const FiberArrays<double>& fibers,
                              std::vector<Contact>& contacts) const {
   impl_->findContacts(fibers, contacts);
+}
+void FiberTree::findContacts(const FiberArrays<float>& fibers, const SegmentPair* pairs,
+                             std::size_t count, Contact* contacts) const {
+  impl_->findContacts(fibers, pairs, count, contacts);
+}
+void FiberTree::findContacts(const FiberArrays<double>& fibers, const SegmentPair* pairs,
+                             std::size_t count, Contact* contacts) const {
+  impl_->findContacts(fibers, pairs, count, contacts);
 }
 void FiberTree::findContacts(const FiberArrays<float>& fibers, const TriangleMesh& mesh,
                              std::vector<MeshContact>& contacts) const {

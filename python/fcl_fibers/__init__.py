@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Collisions among thousands of fibers: hair, cables, ropes, yarn, streamlines, neurons.
+
+A fiber is a polyline, and each of its segments a capsule. Three lines lead to contacts:
+
+    tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=1)
+    tree.build(points, offsets, radii)  # (n, 3), (fibers + 1,), a number
+    contacts = tree.contacts()          # a structured array, one row for each pair that touches
+
+Files are read by `read`, written by `write`, and shown in a notebook by `show`. The program
+`python -m fcl_fibers` lists contacts, measures files and writes pages without any code.
+"""
+
+from ._core import version as __version__
+from ._files import Fibers, FiberFileWarning, read, write
+
+from ._tree import FiberTree, Options, TriangleMesh, Volumes, root_segments
+
+__all__ = [
+    "FiberFileWarning",
+    "FiberTree",
+    "Fibers",
+    "Options",
+    "TriangleMesh",
+    "Volumes",
+    "__version__",
+    "read",
+    "root_segments",
+    "write",
+]

@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a program passes, as the arrays that C++ takes.
+
+The one rule of copies: an aligned C-contiguous array of float32 or float64 in the machine's byte
+order is read where it is. Any other array of points is copied, as float64 unless it is float32.
+Radii get the type of the points; a radius that float32 cannot hold is rounded up, so that no touch
+is missed.
+"""
+
+from __future__ import annotations
+
+from typing import Optional, Sequence, Tuple, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+
+ArrayLike = npt.ArrayLike
+# One array, or one array for each fiber.
+Points = Union[npt.ArrayLike, Sequence[npt.ArrayLike]]
+
+ONE, PER_FIBER, PER_SEGMENT = range(3)
+
+
+def numbers(name: str, values: ArrayLike) -> np.ndarray:
+    """An array of float32 or float64 that C++ can read."""
+    array = np.asarray(values)
+    if array.dtype.kind not in "fiu" and array.size > 0:
+        raise TypeError(f"{name} are of type {array.dtype}; give real numbers")
+    scalar = np.float32 if array.dtype == np.float32 else np.float64
+    return np.require(array, scalar, ["C", "A"])
+
+
+def whole(name: str, values: ArrayLike, scalar: type) -> np.ndarray:
+    """A one-dimensional array of whole numbers, each of which `scalar` can hold."""
+    array = np.asarray(values)
+    if array.dtype.kind not in "iub" and array.size > 0:
+        raise TypeError(f"{name} are of type {array.dtype}; give whole numbers")
+    if array.ndim != 1:
+        raise ValueError(f"{name} have shape {array.shape}; give one dimension")
+    limits = np.iinfo(scalar)
+    if array.size > 0 and not (limits.min <= array.min() and array.max() <= limits.max):
+        raise ValueError(f"{name} have to be between {limits.min} and {limits.max}")
+    return np.require(array, scalar, ["C", "A"])
+
+
+def rows(name: str, array: np.ndarray) -> np.ndarray:
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"{name} have shape {array.shape}; give (n, 3)")
+    return array
+
+
+def points_and_offsets(
+    points: Points, offsets: Optional[ArrayLike], name: str = "points"
+) -> Tuple[np.ndarray, np.ndarray]:
+    """The points of all fibers, and where each fiber begins.
+
+    Without offsets, points are a list of arrays (n, 3), one for each fiber; an array (fibers, n, 3);
+    or an array (n, 3), which is one fiber.
+    """
+    if offsets is not None:
+        array = rows(name, numbers(name, points))
+        return array, checked_offsets(offsets, len(array))
+    if isinstance(points, np.ndarray) and points.dtype != object:
+        array = numbers(name, points)
+        if array.ndim != 3:
+            array = rows(name, array)[np.newaxis]
+        if array.shape[2] != 3:
+            raise ValueError(f"{name} have shape {array.shape}; give (fibers, n, 3)")
+        fibers, count = array.shape[:2]
+        return array.reshape(-1, 3), np.arange(fibers + 1, dtype=np.int64) * count
+    parts = [rows(f"points of fiber {f}", numbers("points", p)) for f, p in enumerate(points)]
+    begin = np.zeros(len(parts) + 1, np.int64)
+    np.cumsum([len(part) for part in parts], out=begin[1:])
+    if not parts:
+        return np.empty((0, 3)), begin
+    return np.concatenate(parts), begin
+
+
+def checked_offsets(offsets: ArrayLike, point_count: int) -> np.ndarray:
+    begin = whole("offsets", offsets, np.int64)
+    if len(begin) == 0:
+        raise ValueError("offsets are empty; give one number more than there are fibers")
+    if begin[0] != 0 or begin[-1] != point_count:
+        raise ValueError(
+            f"offsets run from {begin[0]} to {begin[-1]}; they have to run from 0 to "
+            f"{point_count}, the number of points"
+        )
+    fall = np.flatnonzero(begin[1:] < begin[:-1])
+    if len(fall) > 0:
+        f = fall[0]
+        raise ValueError(f"offsets descend at fiber {f}, from {begin[f]} to {begin[f + 1]}")
+    return begin
+
+
+def radii_of(
+    radii: Optional[Points], points: np.ndarray, begin: np.ndarray
+) -> Tuple[np.ndarray, int]:
+    """The radii as C++ takes them, and for what each counts."""
+    if radii is None:
+        raise TypeError("radii are missing; give a number, or one for each fiber, segment or point")
+    if isinstance(radii, (list, tuple)) and radii and np.ndim(radii[0]) > 0:
+        radii = np.concatenate([numbers("radii", r) for r in radii])
+    array = numbers("radii", radii)
+    if array.ndim == 0:
+        return in_type_of(points, array.reshape(1)), ONE
+    if array.ndim != 1:
+        array = array.reshape(-1)
+    meanings = []
+    if len(array) == len(begin) - 1:
+        meanings.append((array, PER_FIBER))
+    if len(array) == len(points):
+        meanings.append((array, PER_SEGMENT))
+    # The last point of a fiber starts no segment.
+    starts = np.ones(len(points), bool)
+    starts[begin[1:][begin[1:] > begin[:-1]] - 1] = False
+    if len(array) == np.count_nonzero(starts):
+        per_point = np.zeros(len(points), array.dtype)
+        per_point[starts] = array
+        meanings.append((per_point, PER_SEGMENT))
+    if not meanings:
+        raise ValueError(
+            f"there are {len(array)} radii for {len(begin) - 1} fibers, {np.count_nonzero(starts)} "
+            f"segments and {len(points)} points; give one number, or as many as one of these"
+        )
+    if len(meanings) > 1:
+        spread = [by_point(*meaning, begin)[starts] for meaning in meanings]
+        if any(not np.array_equal(s, spread[0], equal_nan=True) for s in spread[1:]):
+            raise ValueError(
+                f"{len(array)} radii could be one for each fiber, segment or point, which are as "
+                "many here; give one for each fiber that has points, in another array"
+            )
+    chosen, kind = meanings[0]
+    return in_type_of(points, chosen), kind
+
+
+def by_point(radii: np.ndarray, kind: int, begin: np.ndarray) -> np.ndarray:
+    return np.repeat(radii, np.diff(begin)) if kind == PER_FIBER else radii
+
+
+def in_type_of(points: np.ndarray, radii: np.ndarray) -> np.ndarray:
+    if points.dtype == radii.dtype:
+        return np.ascontiguousarray(radii)
+    with np.errstate(over="ignore"):
+        converted = radii.astype(points.dtype)
+    low = converted < radii
+    converted[low] = np.nextafter(converted[low], np.inf, dtype=points.dtype)
+    return converted
+
+
+def flags_of(closed: Optional[ArrayLike]) -> Optional[np.ndarray]:
+    if closed is None:
+        return None
+    array = whole("closed", closed, np.uint8)
+    if array.size > 0 and array.max() > 1:
+        raise ValueError("closed have to be 0 or 1, or False or True")
+    return array
+
+
+def layout_of(
+    begin: np.ndarray,
+    closed: Optional[ArrayLike] = None,
+    groups: Optional[ArrayLike] = None,
+    meets: Optional[ArrayLike] = None,
+    root_segments: Optional[ArrayLike] = None,
+) -> _core.Layout:
+    by_fiber = {
+        "closed": flags_of(closed),
+        "groups": None if groups is None else whole("groups", groups, np.int32),
+        "meets": None if meets is None else whole("meets", meets, np.uint32),
+        "root_segments": (
+            None if root_segments is None else whole("root_segments", root_segments, np.int32)
+        ),
+    }
+    for name, array in by_fiber.items():
+        if array is not None and len(array) != len(begin) - 1:
+            raise ValueError(
+                f"{name} are {len(array)} for {len(begin) - 1} fibers; give one for each fiber"
+            )
+    return _core.Layout(begin, **by_fiber)

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Files of fibers."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import warnings
+from typing import NamedTuple, Optional, Union
+
+import numpy as np
+
+from . import _arrays, _core
+from ._arrays import ArrayLike, Points
+
+
+class Fibers(NamedTuple):
+    """Fibers in the order of FiberTree.build(): tree.build(*fibers)."""
+
+    points: np.ndarray  # (n, 3) float64
+    offsets: np.ndarray  # (fibers + 1,) int64: fiber f has points offsets[f] to offsets[f + 1]
+    radii: Union[float, np.ndarray, None]  # a number; one for each point; None if the file has none
+    closed: Optional[np.ndarray]  # (fibers,) bool; None if no fiber is closed
+
+
+class FiberFileWarning(UserWarning):
+    """What a user of a file should know, such as bytes that nothing tells the meaning of."""
+
+
+def read(
+    path: Union[str, os.PathLike], radius: Optional[float] = None, segments_per_span: int = 4
+) -> Fibers:
+    """Reads a file of fibers: .hair, .tfx, .bcc, .vtp, .tck, .trk, .swc, or text.
+
+    radius             of all fibers, in the file's unit. It replaces the radii in the file.
+    segments_per_span  straight segments for each span of a .bcc spline
+
+    A file that cannot be opened raises OSError, and a damaged one ValueError, which tells the place.
+    """
+    path = os.fspath(path)
+    with open(path, "rb"):  # Python's own error, if it is missing
+        pass
+    try:
+        *fibers, remarks = _core.read(path, radius, segments_per_span)
+    except RuntimeError as error:
+        raise ValueError(str(error)) from None
+    for remark in remarks:
+        warnings.warn(f"{path}: {remark}", FiberFileWarning, stacklevel=2)
+    return Fibers(*fibers)
+
+
+def write(
+    path: Union[str, os.PathLike],
+    points: Points,
+    offsets: Optional[ArrayLike] = None,
+    radii: Optional[Points] = None,
+    closed: Optional[ArrayLike] = None,
+) -> None:
+    """Writes fibers to a file that ends in .vtp (ParaView), .hair or .txt, whole or not at all.
+
+    Fibers are passed as to FiberTree.build(): write(path, *fibers). Text has no place for radii, and
+    .hair rounds to float32. A fiber without points is left out.
+    """
+    path = os.fspath(path)
+    ending = os.path.splitext(path)[1]
+    if ending not in (".vtp", ".hair", ".txt"):
+        raise ValueError(f"{path!r}: give a file that ends in .vtp, .hair or .txt")
+    array, begin = _arrays.points_and_offsets(points, offsets)
+    values, kind = _arrays.radii_of(0.0 if radii is None else radii, array, begin)
+    numbers, layout = _core.Numbers(array, values, kind), _arrays.layout_of(begin, closed)
+    folder = os.path.dirname(path) or "."
+    handle, draft = tempfile.mkstemp(suffix=ending, prefix=".fibers-", dir=folder)
+    os.close(handle)
+    try:
+        if ending == ".txt":
+            _write_text(draft, array, begin)
+        else:
+            _core.write(draft, numbers, layout, ending == ".hair")
+        mask = os.umask(0)
+        os.umask(mask)
+        os.chmod(draft, 0o666 & ~mask)
+        os.replace(draft, path)
+    except BaseException:
+        os.unlink(draft)
+        raise
+
+
+def _write_text(path: str, points: np.ndarray, begin: np.ndarray) -> None:
+    """One point per line and a blank line between fibers. Reading restores every bit."""
+    with open(path, "w") as file:
+        for first, last in zip(begin[:-1], begin[1:]):
+            for x, y, z in points[first:last].tolist():
+                file.write(f"{x!r} {y!r} {z!r}\n")
+            if last > first:
+                file.write("\n")

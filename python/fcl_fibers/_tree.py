@@ -1,0 +1,400 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The tree over fibers, and meshes that fibers may touch."""
+
+from __future__ import annotations
+
+from typing import Any, Callable, Literal, NamedTuple, Optional, Tuple, Union
+
+import numpy as np
+
+from . import _arrays, _core
+from ._arrays import ArrayLike, Points
+
+
+class Options(NamedTuple):
+    """The options of a `FiberTree`; its constructor describes them."""
+
+    report: str
+    topology: str
+    volumes: str
+    ignored_neighbors: int
+    ignored_arc_length: float
+    margin: float
+    threads: int
+
+
+class Volumes(NamedTuple):
+    """Boxes or spheres of one level of a tree, which contain the capsules below them."""
+
+    center: np.ndarray  # (n, 3) float64
+    half: np.ndarray  # (n, 3) float64: half the edges of a box; a sphere's radius, three times
+    # The segments below volume v are segments[offsets[v]:offsets[v + 1]], named as in pairs().
+    offsets: np.ndarray  # (n + 1,) int64
+    segments: np.ndarray  # int32
+
+
+class TriangleMesh:
+    """A triangle mesh that fibers may touch, such as a head or a part of a machine.
+
+    points         (n, 3) float32 or float64, in the mesh's own frame
+    triangles      (m, 3) whole numbers: indices of the corners. Seen from outside, they are
+                   counterclockwise.
+    solid          if True, a capsule wholly inside touches the mesh too. Such a mesh has to be
+                   watertight.
+
+    A ValueError names the point or triangle that is wrong.
+    """
+
+    def __init__(self, points: ArrayLike, triangles: ArrayLike, solid: bool = False) -> None:
+        self._triangles = self._corners(triangles)
+        self._mesh = _core.Mesh(self._points(points), self._triangles, bool(solid))
+
+    @staticmethod
+    def _points(points: ArrayLike) -> np.ndarray:
+        return _arrays.rows("points", _arrays.numbers("points", points))
+
+    @staticmethod
+    def _corners(triangles: ArrayLike) -> np.ndarray:
+        array = np.asarray(triangles)
+        flat = _arrays.whole("triangles", array.reshape(-1), np.int32)
+        return _arrays.rows("triangles", flat.reshape(array.shape)).copy()
+
+    def update(self, points: ArrayLike) -> None:
+        """Reads the points again after they have moved. Copies keep theirs."""
+        self._mesh.update(self._points(points), self._triangles)
+
+    def set_pose(self, rotation: ArrayLike, position: ArrayLike) -> None:
+        """Places the mesh: a point p of it is at rotation @ p + position in the fibers' frame.
+
+        rotation       (3, 3), orthonormal and no reflection
+        position       (3,)
+        """
+        matrix = np.asarray(rotation, np.float64)
+        if matrix.shape != (3, 3):
+            raise ValueError(f"the rotation has shape {matrix.shape}; give (3, 3)")
+        self._mesh.set_pose(matrix.ravel().tolist(), _vector("the position", position))
+
+    @property
+    def pose(self) -> Tuple[np.ndarray, np.ndarray]:
+        """The rotation (3, 3) and the position (3,) that were set last."""
+        rotation, position = self._mesh.pose()
+        return np.array(rotation).reshape(3, 3), np.array(position)
+
+    @property
+    def categories(self) -> int:
+        """32 bits. A fiber meets the mesh only if one of them is in its `meets`. All are set at first."""
+        return self._mesh.categories
+
+    @categories.setter
+    def categories(self, bits: int) -> None:
+        self._mesh.categories = bits
+
+    @property
+    def solid(self) -> bool:
+        return self._mesh.solid
+
+    def copy(self) -> TriangleMesh:
+        """A mesh of its own pose, which shares the triangles until one of both is updated."""
+        mesh = TriangleMesh.__new__(TriangleMesh)
+        mesh._triangles, mesh._mesh = self._triangles, self._mesh.copy()
+        return mesh
+
+    __copy__ = copy
+
+    @property
+    def point_count(self) -> int:
+        return self._mesh.point_count
+
+    @property
+    def triangle_count(self) -> int:
+        return self._mesh.triangle_count
+
+    @property
+    def memory_usage(self) -> int:
+        """Bytes of triangles and tree, which copies share."""
+        return self._mesh.memory_usage
+
+    def __repr__(self) -> str:
+        kind = "solid" if self.solid else "surface"
+        return f"<TriangleMesh: {kind}, {self.triangle_count} triangles>"
+
+
+class FiberTree:
+    """Finds the pairs of segments that touch, in fibers that are NumPy arrays.
+
+    report              "volumes": pairs whose boxes or spheres overlap, as a broad phase reports
+                        them. "capsules": pairs that touch, which is what most programs want.
+    topology            "bundle", or "super_thread", the paper's tree
+    volumes             "boxes", or "spheres", those of the paper
+    ignored_neighbors   leave out two segments of one fiber whose numbers differ by at most this. 1
+                        leaves out adjacent segments, which always touch.
+    ignored_arc_length  leave out two segments of one fiber with at most this length between them
+    margin              segments at most this far apart count as touching
+    threads             that share the work of a build, an update and a query
+
+    Lengths are in the unit of the points. Names and defaults are those of C++'s FiberTree.
+
+    A segment is named by the index of the point at which it starts. Queries may run in several
+    threads at once and let other threads run; Ctrl-C ends them at the next pair. A build or update
+    beside another call of the same tree raises RuntimeError. Wrong arrays raise ValueError or
+    TypeError and leave the tree as it was.
+
+    The tree keeps the arrays of the last build or update, without a copy where `_arrays` allows,
+    and contacts() reads them again. Do not change them in place before the next update.
+    """
+
+    def __init__(
+        self,
+        *,
+        report: Literal["volumes", "capsules"] = "volumes",
+        topology: Literal["bundle", "super_thread"] = "bundle",
+        volumes: Literal["boxes", "spheres"] = "boxes",
+        ignored_neighbors: int = 0,
+        ignored_arc_length: float = 0.0,
+        margin: float = 0.0,
+        threads: int = 1,
+    ) -> None:
+        self._options = Options(
+            report, topology, volumes, ignored_neighbors, ignored_arc_length, margin, threads
+        )
+        self._tree = _core.Tree(
+            _choice("report", report, "capsules", "volumes"),
+            _choice("topology", topology, "bundle", "super_thread"),
+            _choice("volumes", volumes, "boxes", "spheres"),
+            *self._options[3:],
+        )
+        self._begin = np.zeros(1, np.int64)
+
+    def build(
+        self,
+        points: Points,
+        offsets: Optional[ArrayLike] = None,
+        radii: Optional[Points] = None,
+        closed: Optional[ArrayLike] = None,
+        groups: Optional[ArrayLike] = None,
+        meets: Optional[ArrayLike] = None,
+        root_segments: Optional[ArrayLike] = None,
+    ) -> None:
+        """Replaces all fibers and builds the tree.
+
+        points         (n, 3), fiber after fiber. Without offsets: a list of arrays (n, 3), one for
+                       each fiber; an array (fibers, n, 3); or an array (n, 3), which is one fiber.
+        offsets        (fibers + 1,) whole numbers: fiber f has points offsets[f] to offsets[f + 1]
+        radii          a number, or one for each fiber, for each segment, or for each point, which
+                       is the radius of the segment that starts there
+        closed         (fibers,) bool: the last point of a closed fiber repeats its first
+        groups         (fibers,) whole numbers: fibers of one group do not meet; 0 is no group
+        meets          (fibers,) 32 bits each: the categories of meshes that the fiber may meet
+        root_segments  (fibers,) whole numbers: so many segments at the start meet no mesh
+        """
+        array, begin = _arrays.points_and_offsets(points, offsets)
+        values, kind = _arrays.radii_of(radii, array, begin)
+        layout = _arrays.layout_of(begin, closed, groups, meets, root_segments)
+        self._tree.build(_core.Numbers(array, values, kind), layout)
+        self._begin = begin
+
+    def update(
+        self,
+        points: Points,
+        end: Optional[Points] = None,
+        radii: Optional[Points] = None,
+        end_radii: Optional[Points] = None,
+    ) -> None:
+        """Reads the points again after they have moved. Each fiber has as many as before.
+
+        With `end`, the update is a step: each point moves straight from its place in `points`, at
+        time 0, to its place in `end`, at time 1. impacts(), moving_pairs() and safe_step() ask
+        about the step, and all other calls about its end.
+
+        points, end       as in build(), without offsets also (n, 3) for all fibers
+        radii, end_radii  as in build(); without them the radii stay as they are
+        """
+        start = self._numbers(points, radii, "points")
+        if end is None:
+            if end_radii is not None:
+                raise TypeError("end_radii are given without end")
+            self._tree.update(start)
+        else:
+            last = self._numbers(end, radii if end_radii is None else end_radii, "end")
+            self._tree.update(start, last)
+
+    def _numbers(self, points: Points, radii: Optional[Points], name: str) -> _core.Numbers:
+        if isinstance(points, np.ndarray) and points.ndim == 2:
+            array = _arrays.rows(name, _arrays.numbers(name, points))
+        else:
+            array, begin = _arrays.points_and_offsets(points, None, name)
+            if not np.array_equal(begin, self._begin):
+                raise ValueError(
+                    f"{name} are of fibers with other numbers of points than at the last build()"
+                )
+        if len(array) != self._begin[-1]:
+            raise ValueError(f"{name} are {len(array)}, but the last build() had {self._begin[-1]}")
+        if radii is None:
+            kept = self._tree.numbers
+            return _core.Numbers(array, _arrays.in_type_of(array, kept.radii), kept.radii_are)
+        values, kind = _arrays.radii_of(radii, array, self._begin)
+        return _core.Numbers(array, values, kind)
+
+    def pairs(self, other: Union[FiberTree, TriangleMesh, None] = None) -> np.ndarray:
+        """All pairs, (n, 2) int32, each once.
+
+        Without `other`, pairs of two segments a < b. With another tree, a segment of this tree and
+        one of the other. With a mesh, a segment and a triangle.
+        """
+        return self._tree.pairs(_core_of(other))
+
+    def visit_pairs(
+        self,
+        visit: Callable[[np.ndarray], Any],
+        other: Optional[FiberTree] = None,
+        block: int = 65536,
+    ) -> bool:
+        """Calls visit(pairs) with at most `block` pairs at a time, for more than fit into memory.
+
+        A true value that `visit` returns ends the query; an exception ends it and is passed on.
+        Returns whether the query was ended.
+        """
+        if block < 1:
+            raise ValueError(f"block is {block}; give at least 1")
+        return self._tree.visit_pairs(visit, _core_of(other), block)
+
+    def contacts(self, other: Union[FiberTree, TriangleMesh, None] = None) -> np.ndarray:
+        """The contacts of all pairs, in the order of pairs(), as a structured array.
+
+        fiber_a, segment_a, fiber_b, segment_b   numbers of fiber and segment, from 0
+        s, t        place of the closest points along the two axes, from 0 to 1
+        distance    from surface to surface: negative if they overlap, and then minus the depth
+        point_a, point_b   (3,) closest points, on the surfaces
+        normal      (3,) unit vector from a to b
+
+        Contacts with a mesh have `fiber`, `segment`, `triangle`, `weights` (3,) and `solid` in
+        place of both fibers and t; `normal` points from the fiber to the mesh. C++'s contact.h
+        tells more.
+        """
+        return self._tree.contacts(_core_of(other))
+
+    def impacts(
+        self,
+        other: Union[FiberTree, TriangleMesh, None] = None,
+        mesh_end: Optional[TriangleMesh] = None,
+    ) -> np.ndarray:
+        """The pairs that touch during the step, as a structured array: a, b, time, s, t.
+
+        With a mesh, which moves from `other` to `mesh_end`: segment, triangle, time. `mesh_end` is
+        a copy of the mesh that was moved; without it, the mesh rests.
+        """
+        return self._tree.impacts(*self._others(other, mesh_end))
+
+    def impact_contacts(
+        self,
+        impacts: np.ndarray,
+        other: Union[FiberTree, TriangleMesh, None] = None,
+        mesh_end: Optional[TriangleMesh] = None,
+    ) -> np.ndarray:
+        """The contacts of impacts at their times, as contacts() has them; `other` as in impacts()."""
+        return self._tree.impact_contacts(
+            np.ascontiguousarray(impacts), *self._others(other, mesh_end)
+        )
+
+    def moving_pairs(self, other: Optional[FiberTree] = None) -> np.ndarray:
+        """The pairs that may touch during the step, (n, 2) int32, for a test of your own."""
+        return self._tree.moving_pairs(_core_of(other))
+
+    def safe_step(
+        self,
+        other: Union[FiberTree, TriangleMesh, None] = None,
+        mesh_end: Optional[TriangleMesh] = None,
+    ) -> float:
+        """A time in [0, 1] up to which no pair starts to touch; `other` as in impacts()."""
+        return self._tree.safe_step(*self._others(other, mesh_end))
+
+    def touching(self, mesh: TriangleMesh) -> np.ndarray:
+        """The segments that touch the mesh, int32, each once."""
+        return self._tree.touching(mesh._mesh)
+
+    def nearest(self, mesh: TriangleMesh, distance: float) -> np.ndarray:
+        """Each segment at most `distance` from the mesh, and its nearest triangle: (n, 2) int32."""
+        return self._tree.nearest(mesh._mesh, distance)
+
+    def overlaps_capsule(self, start: ArrayLike, end: ArrayLike, radius: float) -> np.ndarray:
+        """The segments that touch a capsule, int32. Its ends may be one point: then it is a sphere."""
+        return self._tree.overlaps_capsule(
+            _vector("the start", start), _vector("the end", end), radius
+        )
+
+    def overlaps_box(self, low: ArrayLike, high: ArrayLike) -> np.ndarray:
+        """The segments that touch the box from corner `low` to corner `high`, int32."""
+        return self._tree.overlaps_box(_vector("low", low), _vector("high", high))
+
+    def fiber_segment(self, segments: ArrayLike) -> np.ndarray:
+        """Fiber and number along it of segments of pairs(): an array of shape (..., 2), int64."""
+        array = np.asarray(segments)
+        flat = _arrays.whole("segments", array.reshape(-1), np.int32)
+        return self._tree.fiber_segments(flat).reshape(array.shape + (2,))
+
+    def volumes(self, depth: int) -> Volumes:
+        """The volumes `depth` levels below the root, whose own depth is 0."""
+        return Volumes(*self._tree.volumes(depth))
+
+    @property
+    def fiber_count(self) -> int:
+        return self._tree.fiber_count
+
+    @property
+    def segment_count(self) -> int:
+        return self._tree.segment_count
+
+    @property
+    def memory_usage(self) -> int:
+        """Bytes that the tree holds, without the arrays of points and radii."""
+        return self._tree.memory_usage
+
+    @property
+    def options(self) -> Options:
+        return self._options
+
+    def __repr__(self) -> str:
+        return (
+            f"<FiberTree: {self.fiber_count} fibers, {self.segment_count} segments, "
+            f"report={self._options.report!r}>"
+        )
+
+    @staticmethod
+    def _others(other: Any, mesh_end: Optional[TriangleMesh]) -> tuple:
+        if isinstance(other, TriangleMesh):
+            return other._mesh, (other if mesh_end is None else mesh_end)._mesh
+        if mesh_end is not None:
+            raise TypeError("mesh_end is given without the mesh at the start")
+        return (_core_of(other),)
+
+
+def root_segments(points: Points, offsets: Optional[ArrayLike], length: float) -> np.ndarray:
+    """How many segments of each fiber begin less than `length` along it, for build(): int32."""
+    array, begin = _arrays.points_and_offsets(points, offsets)
+    radius = np.zeros(1, array.dtype)
+    return _core.root_segments(
+        _core.Numbers(array, radius, _arrays.ONE), _arrays.layout_of(begin), length
+    )
+
+
+def _choice(name: str, value: str, yes: str, no: str) -> bool:
+    if value not in (yes, no):
+        raise ValueError(f"{name} is {value!r}; give {yes!r} or {no!r}")
+    return value == yes
+
+
+def _core_of(other: Any) -> Any:
+    if other is None:
+        return None
+    if isinstance(other, FiberTree):
+        return other._tree
+    if isinstance(other, TriangleMesh):
+        return other._mesh
+    raise TypeError(f"other is a {type(other).__name__}; give a FiberTree or a TriangleMesh")
+
+
+def _vector(name: str, values: ArrayLike) -> list:
+    vector = np.asarray(values, np.float64)
+    if vector.shape != (3,):
+        raise ValueError(f"{name} has shape {vector.shape}; give (3,)")
+    return vector.tolist()

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <fcl_fibers/fiber_tree.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+namespace fcl_fibers::python {
+
+namespace py = pybind11;
+
+/// Makes a NumPy array that takes over the vector's memory, with no copy.
+/// @param columns  of each row, or 0 for an array of one dimension
+template <typename T>
+py::array toArray(std::vector<T>&& found, const py::dtype& type, std::size_t columns = 0) {
+  auto kept = std::make_unique<std::vector<T>>(std::move(found));
+  std::vector<std::size_t> shape = {kept->size()};
+  if (columns > 0) shape.push_back(columns);
+  const void* const data = kept->data();
+  const py::capsule owner(kept.get(), [](void* v) { delete static_cast<std::vector<T>*>(v); });
+  kept.release();
+  return py::array(type, shape, {}, data, owner);
+}
+
+/// Returns the dtype of one of our structs; `fields` are (name, format, offset).
+template <typename Struct>
+py::dtype structType(
+    std::initializer_list<std::tuple<const char*, const char*, std::size_t>> fields) {
+  static_assert(std::is_standard_layout_v<Struct> && std::is_trivially_copyable_v<Struct>);
+  py::list names, formats, offsets;
+  for (const auto& [name, format, offset] : fields) {
+    names.append(name);
+    formats.append(format);
+    offsets.append(offset);
+  }
+  return py::dtype(std::move(names), std::move(formats), std::move(offsets), sizeof(Struct));
+}
+
+/// Refuses what Python's side of the module never passes: another type, or elements apart.
+/// @param columns  of each row, or 0 for an array of one dimension
+template <typename T>
+const T* requireArray(const char* name, const py::array& array, std::size_t columns = 0) {
+  const bool fits = py::isinstance<py::array_t<T, py::array::c_style>>(array) &&
+                    array.ndim() == (columns > 0 ? 2 : 1) &&
+                    (columns == 0 || static_cast<std::size_t>(array.shape(1)) == columns);
+  if (!fits) throw py::type_error(std::string(name) + " has another type, shape or order");
+  return static_cast<const T*>(array.data());
+}
+
+/// What describes the fibers of a tree and stays the same over updates. It owns its numbers.
+struct FiberLayout {
+  std::vector<std::size_t> begin;
+  std::vector<std::uint8_t> closed;
+  std::vector<std::int32_t> groups;
+  std::vector<std::uint32_t> meets;
+  std::vector<std::int32_t> root_segments;
+};
+
+/// The points and radii of fibers, which are arrays of the Python program. Both have the same type,
+/// float32 or float64.
+struct FiberNumbers {
+  py::array points;   ///< (points, 3)
+  py::array radii;    ///< (1), (fibers) or (points)
+  int radii_are = 0;  ///< FiberArrays::Radii
+
+  bool isFloat() const { return py::isinstance<py::array_t<float>>(points); }
+
+  /// Returns the same numbers as doubles, which float can be converted to without an error.
+  FiberNumbers asDouble() const {
+    using Doubles = py::array_t<double, py::array::c_style>;
+    return {Doubles::ensure(points), Doubles::ensure(radii), radii_are};
+  }
+
+  /// The arrays as C++ takes them. They are borrowed from this and the layout.
+  template <typename S>
+  FiberArrays<S> view(const FiberLayout& layout) const {
+    using Radii = typename FiberArrays<S>::Radii;
+    const auto orNull = [](const auto& numbers) {
+      return numbers.empty() ? nullptr : numbers.data();
+    };
+    FiberArrays<S> arrays;
+    arrays.points = requireArray<S>("points", points, 3);
+    arrays.point_count = static_cast<std::size_t>(points.shape(0));
+    arrays.point_begin = layout.begin.data();
+    arrays.fiber_count = layout.begin.size() - 1;
+    arrays.radii = requireArray<S>("radii", radii);
+    arrays.radii_are = static_cast<Radii>(radii_are);
+    const std::size_t needed = arrays.radii_are == Radii::kOne        ? 1
+                               : arrays.radii_are == Radii::kPerFiber ? arrays.fiber_count
+                                                                      : arrays.point_count;
+    if (static_cast<std::size_t>(radii.size()) != needed) {
+      throw py::value_error("radii are " + std::to_string(radii.size()) + " numbers instead of " +
+                            std::to_string(needed));
+    }
+    arrays.closed = orNull(layout.closed);
+    arrays.groups = orNull(layout.groups);
+    arrays.meets = orNull(layout.meets);
+    arrays.root_segments = orNull(layout.root_segments);
+    return arrays;
+  }
+};
+
+/// Calls use(FiberArrays<float or double>).
+template <class Use>
+auto withArrays(const FiberNumbers& numbers, const FiberLayout& layout, Use&& use) {
+  return numbers.isFloat() ? use(numbers.view<float>(layout)) : use(numbers.view<double>(layout));
+}
+
+}  // namespace fcl_fibers::python

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The part of the package fcl_fibers that is in C++. Python's part has checked shapes and types and
+// has the documentation.
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fcl_fibers/fiber_tree.h>
+#include <fcl_fibers/io/export_geometry.h>
+#include <fcl_fibers/io/fiber_file.h>
+#include <fcl_fibers/triangle_mesh.h>
+#include <fcl_fibers/version.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "arrays.h"
+#include "polylines.h"
+#include "tree.h"
+
+namespace fcl_fibers::python {
+namespace {
+
+FiberTreeOptions treeOptions(bool capsules, bool bundle, bool boxes, int ignored_neighbors,
+                             double ignored_arc_length, double margin, int threads) {
+  FiberTreeOptions options;
+  options.report = capsules ? Report::kCapsules : Report::kVolumes;
+  options.topology = bundle ? Topology::kBundle : Topology::kSuperThread;
+  options.volumes =
+      boxes ? FiberTreeOptions::Volumes::kLayeredBoxes : FiberTreeOptions::Volumes::kWrappedSpheres;
+  options.ignored_neighbors = ignored_neighbors;
+  options.ignored_arc_length = ignored_arc_length;
+  options.margin = margin;
+  options.threads = threads;
+  return options;
+}
+
+template <typename T>
+std::vector<T> numbersOf(const char* name, const py::object& array) {
+  if (array.is_none()) return {};
+  const py::array numbers = py::reinterpret_borrow<py::array>(array);
+  const T* const begin = requireArray<T>(name, numbers);
+  return std::vector<T>(begin, begin + numbers.size());
+}
+
+FiberLayout layoutOf(const py::array& offsets, const py::object& closed, const py::object& groups,
+                     const py::object& meets, const py::object& root_segments) {
+  FiberLayout layout;
+  const auto* const begin = requireArray<std::int64_t>("offsets", offsets);
+  layout.begin.assign(begin, begin + offsets.size());
+  layout.closed = numbersOf<std::uint8_t>("closed", closed);
+  layout.groups = numbersOf<std::int32_t>("groups", groups);
+  layout.meets = numbersOf<std::uint32_t>("meets", meets);
+  layout.root_segments = numbersOf<std::int32_t>("root_segments", root_segments);
+  return layout;
+}
+
+/// Calls use(MeshArrays<float or double>) without the interpreter's lock.
+template <class Use>
+auto withMesh(const py::array& points, const py::array& triangles, Use&& use) {
+  const auto* const corners = requireArray<std::int32_t>("triangles", triangles, 3);
+  const auto count = static_cast<std::size_t>(points.shape(0));
+  const auto triangle_count = static_cast<std::size_t>(triangles.shape(0));
+  const bool is_float = py::isinstance<py::array_t<float>>(points);
+  const float* const floats = is_float ? requireArray<float>("points", points, 3) : nullptr;
+  const double* const doubles = is_float ? nullptr : requireArray<double>("points", points, 3);
+  const py::gil_scoped_release unlocked;
+  if (is_float) return use(MeshArrays<float>{floats, count, corners, triangle_count});
+  return use(MeshArrays<double>{doubles, count, corners, triangle_count});
+}
+
+/// Returns what Fibers of Python's side hold, and the warnings.
+py::tuple readFile(const std::string& path, std::optional<double> radius, int segments_per_span) {
+  io::FiberFileOptions options;
+  options.radius = radius;
+  options.segments_per_span = segments_per_span;
+  io::FiberFile file;
+  {
+    const py::gil_scoped_release unlocked;
+    file = io::readFibers(path, options);
+  }
+  FiberPolylines& fibers = file.fibers;
+  const py::dtype number = py::dtype::of<double>();
+  py::object radii = py::none(), closed = py::none();
+  if (file.has_radius) {
+    radii = fibers.radii.empty() ? py::object(py::float_(fibers.radius))
+                                 : py::object(toArray(std::move(fibers.radii), number));
+  }
+  if (!fibers.closed.empty()) closed = toArray(std::move(fibers.closed), py::dtype::of<bool>());
+  std::vector<std::int64_t> offsets(fibers.point_begin.begin(), fibers.point_begin.end());
+  return py::make_tuple(toArray(std::move(fibers.points), number, 3),
+                        toArray(std::move(offsets), py::dtype::of<std::int64_t>()), radii, closed,
+                        std::move(file.warnings));
+}
+
+void writeFile(const std::string& path, const FiberNumbers& numbers, const FiberLayout& layout,
+               bool hair) {
+  const FiberPolylines fibers = polylinesOf(numbers, layout);
+  const py::gil_scoped_release unlocked;
+  hair ? io::writeHair(path, fibers) : io::exportFibers(path, fibers);
+}
+
+void addTree(py::module_& module) {
+  py::class_<FiberLayout>(module, "Layout")
+      .def(py::init(&layoutOf), py::arg("offsets"), py::arg("closed"), py::arg("groups"),
+           py::arg("meets"), py::arg("root_segments"));
+  py::class_<FiberNumbers>(module, "Numbers")
+      .def(py::init([](py::array points, py::array radii, int radii_are) {
+             return FiberNumbers{std::move(points), std::move(radii), radii_are};
+           }),
+           py::arg("points"), py::arg("radii"), py::arg("radii_are"))
+      .def_readonly("radii", &FiberNumbers::radii)
+      .def_readonly("radii_are", &FiberNumbers::radii_are);
+
+  using Other = const Tree*;
+  // A query takes a copy of a mesh, so that the program may move the mesh meanwhile.
+  using MeshCopy = TriangleMesh;
+  py::class_<Tree>(module, "Tree")
+      .def(py::init([](bool capsules, bool bundle, bool boxes, int ignored_neighbors,
+                       double ignored_arc_length, double margin, int threads) {
+        return std::make_unique<Tree>(treeOptions(capsules, bundle, boxes, ignored_neighbors,
+                                                  ignored_arc_length, margin, threads));
+      }))
+      .def("build", &Tree::build)
+      .def("update", py::overload_cast<FiberNumbers>(&Tree::update))
+      .def("update", py::overload_cast<FiberNumbers, FiberNumbers>(&Tree::update))
+      .def_property_readonly("numbers", &Tree::numbers)
+      .def("pairs", py::overload_cast<Other>(&Tree::pairs, py::const_))
+      .def("pairs", [](const Tree& tree, MeshCopy mesh) { return tree.pairs(mesh); })
+      .def("moving_pairs", &Tree::movingPairs)
+      .def("visit_pairs", &Tree::visitPairs)
+      .def("contacts", py::overload_cast<Other>(&Tree::contacts, py::const_))
+      .def("contacts", [](const Tree& tree, MeshCopy mesh) { return tree.contacts(mesh); })
+      .def("impacts", py::overload_cast<Other>(&Tree::impacts, py::const_))
+      .def("impacts",
+           [](const Tree& tree, MeshCopy start, MeshCopy end) { return tree.impacts(start, end); })
+      .def("impact_contacts",
+           py::overload_cast<const py::array&, Other>(&Tree::impactContacts, py::const_))
+      .def("impact_contacts", [](const Tree& tree, const py::array& impacts, MeshCopy start,
+                                 MeshCopy end) { return tree.impactContacts(impacts, start, end); })
+      .def("safe_step", py::overload_cast<Other>(&Tree::safeStep, py::const_))
+      .def("safe_step",
+           [](const Tree& tree, MeshCopy start, MeshCopy end) { return tree.safeStep(start, end); })
+      .def("touching", [](const Tree& tree, MeshCopy mesh) { return tree.touching(mesh); })
+      .def("nearest", [](const Tree& tree, MeshCopy mesh,
+                         double distance) { return tree.nearest(mesh, distance); })
+      .def("overlaps_capsule",
+           [](const Tree& tree, const std::array<double, 3>& from, const std::array<double, 3>& to,
+              double radius) {
+             return tree.overlaps(CapsuleShape{from, to, radius});
+           })
+      .def("overlaps_box",
+           [](const Tree& tree, const std::array<double, 3>& low,
+              const std::array<double, 3>& high) {
+             return tree.overlaps(BoxShape{low, high});
+           })
+      .def("fiber_segments", &Tree::fiberSegments)
+      .def("volumes", &Tree::volumes)
+      .def_property_readonly("fiber_count", [](const Tree& t) { return t.tree().fiberCount(); })
+      .def_property_readonly("segment_count",
+                             [](const Tree& tree) { return tree.tree().segmentCount(); })
+      .def_property_readonly("memory_usage",
+                             [](const Tree& tree) { return tree.tree().memoryUsage(); });
+
+  module.def(
+      "root_segments", [](const FiberNumbers& numbers, const FiberLayout& layout, double length) {
+        return toArray(withArrays(numbers, layout,
+                                  [&](const auto& fibers) { return rootSegments(fibers, length); }),
+                       py::dtype::of<std::int32_t>());
+      });
+}
+
+void addMesh(py::module_& module) {
+  py::class_<TriangleMesh>(module, "Mesh")
+      .def(py::init([](const py::array& points, const py::array& triangles, bool solid) {
+        const auto kind = solid ? TriangleMesh::Kind::kSolid : TriangleMesh::Kind::kSurface;
+        return withMesh(points, triangles, [&](const auto& arrays) {
+          return std::make_unique<TriangleMesh>(arrays, kind);
+        });
+      }))
+      .def("update",
+           [](TriangleMesh& mesh, const py::array& points, const py::array& triangles) {
+             // The mesh itself stays as it is while another thread copies it.
+             TriangleMesh changed = mesh;
+             withMesh(points, triangles, [&](const auto& arrays) { changed.update(arrays); });
+             mesh = std::move(changed);
+           })
+      .def("set_pose",
+           [](TriangleMesh& mesh, const std::array<double, 9>& rotation,
+              const std::array<double, 3>& position) {
+             mesh.setPose({rotation, position});
+           })
+      .def("pose",
+           [](const TriangleMesh& m) { return std::pair(m.pose().rotation, m.pose().position); })
+      .def_property("categories", &TriangleMesh::categories, &TriangleMesh::setCategories)
+      .def_property_readonly(
+          "solid",
+          [](const TriangleMesh& mesh) { return mesh.kind() == TriangleMesh::Kind::kSolid; })
+      .def("copy", [](const TriangleMesh& mesh) { return TriangleMesh(mesh); })
+      .def_property_readonly("point_count", &TriangleMesh::pointCount)
+      .def_property_readonly("triangle_count", &TriangleMesh::triangleCount)
+      .def_property_readonly("memory_usage", &TriangleMesh::memoryUsage);
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_core, module) {
+  module.attr("version") = FCL_FIBERS_VERSION;
+  addMesh(module);
+  addTree(module);
+  module.def("read", &readFile);
+  module.def("write", &writeFile);
+}
+
+}  // namespace fcl_fibers::python

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include <pybind11/pybind11.h>
+
+namespace fcl_fibers::python {
+
+namespace py = pybind11;
+
+/// Runs the handlers of signals during a query that has released the interpreter's lock, so that
+/// Ctrl-C ends it. An exception that a handler raises stays set until rethrow().
+class Signals {
+ public:
+  /// Returns whether a handler has raised an exception. The clock is read at every 64th call only,
+  /// because it takes as long as finding some pairs.
+  bool raised() {
+    if (++calls_ % 64 != 0) return false;
+    const Clock::time_point now = Clock::now();
+    if (now < next_) return false;
+    next_ = now + kInterval;
+    const py::gil_scoped_acquire lock;
+    raised_ = PyErr_CheckSignals() != 0;
+    return raised_;
+  }
+
+  /// Throws the exception, if there is one. The caller holds the interpreter's lock.
+  void rethrow() const {
+    if (raised_) throw py::error_already_set();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::milliseconds kInterval{50};
+
+  std::size_t calls_ = 0;
+  Clock::time_point next_ = Clock::now() + kInterval;
+  bool raised_ = false;
+};
+
+/// Returns all that visit(visitor) finds, without the interpreter's lock.
+template <class Found, class Visit>
+std::vector<Found> collect(Visit&& visit) {
+  std::vector<Found> all;
+  Signals signals;
+  {
+    const py::gil_scoped_release unlocked;
+    visit([&](const Found& found) {
+      all.push_back(found);
+      return signals.raised();
+    });
+  }
+  signals.rethrow();
+  return all;
+}
+
+/// Returns make(found) of each, likewise.
+template <class Made, class Found, class Make>
+std::vector<Made> makeEach(const std::vector<Found>& all, Make&& make) {
+  std::vector<Made> made;
+  Signals signals;
+  {
+    const py::gil_scoped_release unlocked;
+    made.reserve(all.size());
+    for (const Found& found : all) {
+      made.push_back(make(found));
+      if (signals.raised()) break;
+    }
+  }
+  signals.rethrow();
+  return made;
+}
+
+/// Who uses a tree. Only a thread that holds the interpreter's lock looks at it, so it needs none.
+struct Users {
+  int queries = 0;
+  bool changes = false;
+};
+
+/// A query of a tree, which may run beside others.
+class Query {
+ public:
+  explicit Query(Users& users) : users_(users) {
+    if (users.changes) throw std::runtime_error("another thread builds or updates this tree");
+    ++users_.queries;
+  }
+  Query(const Query&) = delete;
+  Query& operator=(const Query&) = delete;
+  ~Query() { --users_.queries; }
+
+ private:
+  Users& users_;
+};
+
+/// A build or update of a tree, which has to be alone.
+class Change {
+ public:
+  explicit Change(Users& users) : users_(users) {
+    if (users.changes || users.queries > 0) {
+      throw std::runtime_error(
+          "a query, build or update of this tree is still running, in another thread or around "
+          "this call");
+    }
+    users_.changes = true;
+  }
+  Change(const Change&) = delete;
+  Change& operator=(const Change&) = delete;
+  ~Change() { users_.changes = false; }
+
+ private:
+  Users& users_;
+};
+
+}  // namespace fcl_fibers::python
