@@ -56,8 +56,8 @@ def points_and_offsets(
 ) -> Tuple[np.ndarray, np.ndarray]:
     """The points of all fibers, and where each fiber begins.
 
-    Without offsets, points are a list of arrays (n, 3), one for each fiber; an array (fibers, n, 3);
-    or an array (n, 3), which is one fiber.
+    Without offsets, points are a list of arrays (n, 3), one for each fiber; an array (fibers, n,
+    3); or an array (n, 3), which is one fiber.
     """
     if offsets is not None:
         array = rows(name, numbers(name, points))

@@ -35,7 +35,8 @@ def read(
     radius             of all fibers, in the file's unit. It replaces the radii in the file.
     segments_per_span  straight segments for each span of a .bcc spline
 
-    A file that cannot be opened raises OSError, and a damaged one ValueError, which tells the place.
+    A file that cannot be opened raises OSError. A damaged one raises ValueError, which tells the
+    place.
     """
     path = os.fspath(path)
     with open(path, "rb"):  # Python's own error, if it is missing
@@ -58,8 +59,8 @@ def write(
 ) -> None:
     """Writes fibers to a file that ends in .vtp (ParaView), .hair or .txt, whole or not at all.
 
-    Fibers are passed as to FiberTree.build(): write(path, *fibers). Text has no place for radii, and
-    .hair rounds to float32. A fiber without points is left out.
+    Fibers are passed as to FiberTree.build(): write(path, *fibers). Text has no place for radii,
+    and .hair rounds to float32. A fiber without points is left out.
     """
     path = os.fspath(path)
     ending = os.path.splitext(path)[1]

@@ -82,7 +82,7 @@ class TriangleMesh:
 
     @property
     def categories(self) -> int:
-        """32 bits. A fiber meets the mesh only if one of them is in its `meets`. All are set at first."""
+        """32 bits, all set at first. A fiber meets the mesh if one of them is in its `meets`."""
         return self._mesh.categories
 
     @categories.setter
@@ -291,7 +291,7 @@ class FiberTree:
         other: Union[FiberTree, TriangleMesh, None] = None,
         mesh_end: Optional[TriangleMesh] = None,
     ) -> np.ndarray:
-        """The contacts of impacts at their times, as contacts() has them; `other` as in impacts()."""
+        """The contacts of impacts at their times, as contacts(); `other` as in impacts()."""
         return self._tree.impact_contacts(
             np.ascontiguousarray(impacts), *self._others(other, mesh_end)
         )
@@ -317,7 +317,7 @@ class FiberTree:
         return self._tree.nearest(mesh._mesh, distance)
 
     def overlaps_capsule(self, start: ArrayLike, end: ArrayLike, radius: float) -> np.ndarray:
-        """The segments that touch a capsule, int32. Its ends may be one point: then it is a sphere."""
+        """The segments that touch a capsule, int32. A sphere is one whose ends are one point."""
         return self._tree.overlaps_capsule(
             _vector("the start", start), _vector("the end", end), radius
         )
