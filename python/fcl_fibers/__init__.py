@@ -13,6 +13,7 @@ Files are read by `read`, written by `write`, and shown in a notebook by `show`.
 
 from ._core import version as __version__
 from ._files import Fibers, FiberFileWarning, read, write
+from ._page import Page, show
 
 from ._tree import FiberTree, Options, TriangleMesh, Volumes, root_segments
 
@@ -21,10 +22,12 @@ __all__ = [
     "FiberTree",
     "Fibers",
     "Options",
+    "Page",
     "TriangleMesh",
     "Volumes",
     "__version__",
     "read",
     "root_segments",
+    "show",
     "write",
 ]

@@ -51,6 +51,13 @@ def rows(name: str, array: np.ndarray) -> np.ndarray:
     return array
 
 
+def corners(triangles: ArrayLike) -> np.ndarray:
+    """The corners of triangles, (m, 3) int32, as a copy."""
+    array = np.asarray(triangles)
+    flat = whole("triangles", array.reshape(-1), np.int32)
+    return rows("triangles", flat.reshape(array.shape)).copy()
+
+
 def points_and_offsets(
     points: Points, offsets: Optional[ArrayLike], name: str = "points"
 ) -> Tuple[np.ndarray, np.ndarray]:

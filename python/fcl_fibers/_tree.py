@@ -46,18 +46,12 @@ class TriangleMesh:
     """
 
     def __init__(self, points: ArrayLike, triangles: ArrayLike, solid: bool = False) -> None:
-        self._triangles = self._corners(triangles)
+        self._triangles = _arrays.corners(triangles)
         self._mesh = _core.Mesh(self._points(points), self._triangles, bool(solid))
 
     @staticmethod
     def _points(points: ArrayLike) -> np.ndarray:
         return _arrays.rows("points", _arrays.numbers("points", points))
-
-    @staticmethod
-    def _corners(triangles: ArrayLike) -> np.ndarray:
-        array = np.asarray(triangles)
-        flat = _arrays.whole("triangles", array.reshape(-1), np.int32)
-        return _arrays.rows("triangles", flat.reshape(array.shape)).copy()
 
     def update(self, points: ArrayLike) -> None:
         """Reads the points again after they have moved. Copies keep theirs."""

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The page that shows fibers in 3D, offline."""
+
+from __future__ import annotations
+
+import html
+import os
+from typing import Optional, Sequence, Tuple, Union
+
+from . import _arrays, _core
+from ._arrays import ArrayLike, Points
+
+
+class Page:
+    """A page of three.js. A notebook shows it; save() writes it for a browser."""
+
+    def __init__(self, text: str, height: int) -> None:
+        self.html = text
+        self._height = height
+
+    def save(self, path: Union[str, os.PathLike]) -> None:
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(self.html)
+
+    def _repr_html_(self) -> str:
+        # A frame, because a notebook runs no script that it inserts, and to keep styles apart.
+        return (
+            f'<iframe srcdoc="{html.escape(self.html)}" width="100%" height="{self._height}" '
+            'style="border:0"></iframe>'
+        )
+
+    def __repr__(self) -> str:
+        return f"<Page: {len(self.html):,} characters; save(path) writes it>"
+
+
+def show(
+    points: Points,
+    offsets: Optional[ArrayLike] = None,
+    radii: Optional[Points] = None,
+    closed: Optional[ArrayLike] = None,
+    *,
+    meshes: Sequence[Tuple[ArrayLike, ArrayLike]] = (),
+    ignored_neighbors: int = 1,
+    margin: float = 0.0,
+    threads: int = 1,
+    depth: int = 2,
+    most_points: int = 200_000,
+    up: str = "z",
+    title: str = "fibers",
+    height: int = 600,
+) -> Page:
+    """Shows fibers, their contacts and the volumes of the tree, which can be turned and picked.
+
+    points, offsets, radii, closed    as in FiberTree.build(): show(*fibers)
+    meshes                            (points, triangles) of each, as in TriangleMesh
+    ignored_neighbors, margin, threads    as in FiberTree; pairs that touch are marked
+    depth        deepest level of volumes that the page can show, 0 to 8
+    most_points  of more, every nth fiber and point is drawn; contacts are those of all
+    up           the axis that points up: "x", "y" or "z"
+    height       of the frame in a notebook, in pixels
+    """
+    from . import _program
+
+    if up not in ("x", "y", "z"):
+        raise ValueError(f"up is {up!r}; give 'x', 'y' or 'z'")
+    if not 0 <= depth <= 8:
+        raise ValueError(f"depth is {depth}; give 0 to 8")
+    if most_points < 1000:
+        raise ValueError(f"most_points is {most_points}; give at least 1000")
+    array, begin = _arrays.points_and_offsets(points, offsets)
+    numbers, kind = _arrays.radii_of(radii, array, begin)
+    bodies = [
+        (
+            _arrays.rows("points of a mesh", _arrays.numbers("points of a mesh", p)).astype(float),
+            _arrays.corners(triangles),
+        )
+        for p, triangles in meshes
+    ]
+    try:
+        text = _program.page(
+            title,
+            _core.Numbers(array, numbers, kind),
+            _arrays.layout_of(begin, closed),
+            ignored_neighbors,
+            margin,
+            threads,
+            depth,
+            most_points,
+            up,
+            bodies,
+        )
+    except RuntimeError as error:
+        raise ValueError(str(error)) from None
+    return Page(text, height)
