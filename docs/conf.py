@@ -4,6 +4,7 @@
 The sources' folder is the top of the repository, so that relative links mean the same in both.
 """
 
+import ast
 import re
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -21,10 +22,10 @@ NAVIGATION = {
     "Getting started": ["start/two_fibers", "start/hair_file", "installing"],
     "Tutorials": [
         f"tutorials/{name}"
-        for name in "swap hair_step gust hair_head harness obstacles yarn".split()
+        for name in "swap hair_step gust hair_head harness obstacles yarn python".split()
     ],
-    "Guide": ["options", "files", "contacts", "program", "threads", "gallery", "faq"],
-    "API": [f"api/{name}" for name in "tree meshes managers options contacts files".split()],
+    "Guide": ["options", "files", "contacts", "program", "python", "threads", "gallery", "faq"],
+    "API": [f"api/{name}" for name in "tree meshes managers options contacts files python".split()],
     "Reference": ["contract", "numerics", "works-with", "glossary"],
     "Paper": ["paper"],
     "Performance": ["performance", "accuracy", "costs"],
@@ -122,6 +123,44 @@ def add_declarations(app, docname, source):
         source[0] = HEADER.sub(directives, source[0])
 
 
+def python_declarations(module, depth=3):
+    """Headings, signatures and docstrings of what is public in a module, or in a class of it."""
+    for node in module.body:
+        if not isinstance(node, (ast.ClassDef, ast.FunctionDef)):
+            continue
+        if node.name.startswith("_") and node.name != "__init__":
+            continue
+        documentation = ast.get_docstring(node)
+        decorators = [ast.unparse(decorator) for decorator in node.decorator_list]
+        if any(decorator.endswith(".setter") for decorator in decorators):
+            continue
+        if documentation is None and node.name != "__init__" and not decorators:
+            LOGGER.warning(f"{node.name} of Python has no docstring")
+        if node.name != "__init__":
+            yield f"{'#' * depth} {node.name}"
+        if isinstance(node, ast.FunctionDef):
+            arguments = ast.unparse(node.args).replace("self, ", "").replace("self", "")
+            returns = f" -> {ast.unparse(node.returns)}" if node.returns else ""
+            call = "" if "property" in decorators else f"({arguments})"
+            yield f"```python\n{node.name.strip('_')}{call}{returns}\n```"
+        if documentation:
+            yield f"```text\n{documentation}\n```"
+        if isinstance(node, ast.ClassDef):
+            yield from python_declarations(node, depth + 1)
+
+
+def add_python(app, docname, source):
+    """docs/api/python.md has the docstrings below links to the sources, as they stand there."""
+
+    def directives(match):
+        module = ast.parse((ROOT / "python" / match[1]).read_text())
+        return "\n\n".join([match[0], *python_declarations(module)])
+
+    if docname == "docs/api/python":
+        link = r"^\[[^\]]*\]\(\.\./\.\./python/(.*\.py)\)$"
+        source[0] = re.sub(link, directives, source[0], flags=re.MULTILINE)
+
+
 def prepare_links(app, doctree):
     """Links to files that are no pages are for the resolver below, not for downloads."""
     for node in doctree.findall(nodes.raw):
@@ -177,6 +216,7 @@ def setup(app):
         LOGGER.warning(f"{header} is on no page of docs/api/")
     app.connect("source-read", add_navigation)
     app.connect("source-read", add_declarations)
+    app.connect("source-read", add_python)
     # Before Sphinx collects downloads.
     app.connect("doctree-read", prepare_links, priority=400)
     app.connect("missing-reference", resolve_source)

@@ -6,7 +6,7 @@ done, and their programs are those that the tests run. Addresses of the web are 
 A block of code stands below a comment that names its source, of which it has to be a copy:
 
     <!-- examples/swap.cpp -->            the file, from the line below its licence
-    <!-- examples/swap.cpp: motion -->    the lines between two lines `// [motion]`
+    <!-- examples/swap.cpp: motion -->    the lines between two lines `// [motion]`, in Python `# [motion]`
     <!-- output of examples/swap -->      examples/swap.out, where <number> stands for any number
 
 C++ without such a comment is only in pages that tests/CMakeLists.txt compiles.
@@ -27,7 +27,7 @@ LINK = re.compile(
 )
 HEADING = re.compile(r"^#{1,6} +(.+?) *#*$", re.MULTILINE)
 BLOCK = re.compile(
-    r"(?:^<!-- (?P<output>output of )?(?P<file>examples/[\w.]+)(?:: (?P<part>\w+))? -->\n+)?"
+    r"(?:^<!-- (?P<output>output of )?(?P<file>examples/[\w./]+)(?:: (?P<part>\w+))? -->\n+)?"
     r"^ *```(?P<language>[^`\n]*)\n(?P<text>.*?)^ *```$",
     re.MULTILINE | re.DOTALL,
 )
@@ -83,7 +83,7 @@ def is_copy(block):
         pattern = re.escape(source).replace("<number>", r"[0-9.]+")
         return re.fullmatch(pattern, block["text"]) is not None
     if block["part"]:
-        parts = re.split(rf"^ *// \[{block['part']}\]\n", source, flags=re.MULTILINE)
+        parts = re.split(rf"^ *(?://|#) \[{block['part']}\]\n", source, flags=re.MULTILINE)
         return len(parts) == 3 and block["text"] == textwrap.dedent(parts[1])
     return block["text"] == source.partition("\n")[2].lstrip("\n")
 
