@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Compares the includes of src/, include/ and tools/ with the rooms in docs/architecture.md.
+"""Compares the includes of src/, include/, tools/ and python/src/ with the rooms in docs/architecture.md.
 
 If this fails, a file includes what its room may not see, or the page no longer says what is so.
 """
@@ -42,6 +42,7 @@ LIBRARIES = {
 }
 TOP = "src/*.h"
 TOOLS = "tools"
+PYTHON = "python/src"
 FOLDERS = {f"src/{folder.name}" for folder in (ROOT / "src").iterdir() if folder.is_dir()}
 TOP_FILES = {f"src/{file.name}" for file in ROOT.glob(TOP)}
 
@@ -58,7 +59,7 @@ def rooms():
     allowed = {}
     for line in PAGE.read_text().splitlines():
         cells = [cell.strip() for cell in line.strip("|").split("|")]
-        if len(cells) == 3 and re.fullmatch(r"`(src/(\w+|\*\.h)|tools)`", cells[0]):
+        if len(cells) == 3 and re.fullmatch(r"`(src/(\w+|\*\.h)|tools|python/src)`", cells[0]):
             room = cells[0].strip("`")
             allowed[room] = {room} | set(re.findall(r"`([^`]+)`", cells[2]))
     return allowed
@@ -71,6 +72,8 @@ def target(what, path):
         return "a name that this test cannot read"
     name = named[1] or named[2]
     first = name.split("/")[0]
+    if named[2] and path.parent == ROOT / PYTHON:
+        return PYTHON if (path.parent / name).exists() else first
     if named[2] and path.relative_to(ROOT).parts[0] in (TOOLS, "benchmarks"):
         return target_of_tools(name, path)
     if name.startswith("fcl_fibers/"):
@@ -103,7 +106,7 @@ def files_of_tools(allowed):
 def main():
     allowed = rooms()
     problems = []
-    for room in sorted((FOLDERS | {TOP, TOOLS}) ^ set(allowed)):
+    for room in sorted((FOLDERS | {TOP, TOOLS, PYTHON}) ^ set(allowed)):
         problems.append(f"{room}: it has to be a folder, and in the table of docs/architecture.md")
     above = set()
     for room, targets in allowed.items():
@@ -113,7 +116,8 @@ def main():
 
     files = 0
     libraries = [*ROOT.glob("src/**/*"), *ROOT.glob("include/**/*")]
-    for path in sorted([*libraries, *files_of_tools(allowed)]):
+    programs = [*files_of_tools(allowed), *(ROOT / PYTHON).glob("*")]
+    for path in sorted([*libraries, *programs]):
         if path.suffix not in (".h", ".cpp"):
             continue
         files += 1
@@ -125,7 +129,8 @@ def main():
             room = "/".join(relative.parts[:2]) if len(relative.parts) > 2 else TOP
             may = allowed.get(room, set())
         else:
-            room, may = TOOLS, allowed[TOOLS]
+            room = PYTHON if path.parent == ROOT / PYTHON else TOOLS
+            may = allowed.get(room, set())
         for what in INCLUDE.findall(path.read_text()):
             leads_to = target(what, path)
             if leads_to is not None and leads_to not in may:
