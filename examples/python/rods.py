@@ -62,11 +62,13 @@ def rod_forces(nodes):
 
 def contact_forces(contacts, speeds):
     """Forces of the contacts on the nodes, (n, 3), and their energy."""
+    # [nodes]
     # An element of a rod is a segment of a fiber. It starts at this node and ends at the next.
     a = contacts["fiber_a"] * NODES + contacts["segment_a"]
     b = contacts["fiber_b"] * NODES + contacts["segment_b"]
     s, t = contacts["s"][:, np.newaxis], contacts["t"][:, np.newaxis]
     normal, depth = contacts["normal"], -contacts["distance"]
+    # [nodes]
 
     # How b moves relative to a at the contact. The normal points from a to b, so that they part if
     # the first number is positive. The dashpot only slows an approach: contacts never pull.
@@ -79,12 +81,14 @@ def contact_forces(contacts, speeds):
     drag = FRICTION * pressure / slip_speed
     on_b = pressure[:, np.newaxis] * normal - drag[:, np.newaxis] * slip
 
+    # [share]
     # Each force is shared between the ends of its element by the lever rule, and the other element
     # takes the same with the opposite sign. A node takes part in many contacts: forces[a] += ...
     # would keep only one of them, so that bincount sums.
     node = np.concatenate([a, a + 1, b, b + 1])
     force = np.concatenate([(s - 1) * on_b, -s * on_b, (1 - t) * on_b, t * on_b])
     columns = [np.bincount(node, force[:, c], len(speeds)) for c in range(3)]
+    # [share]
     return np.stack(columns, axis=1), CONTACT / 2 * np.sum(depth**2)
 
 
@@ -93,20 +97,24 @@ speeds = np.zeros_like(nodes)
 clamped = slice(0, RODS)
 pressed = slice(-RODS, None)
 
+# [tree]
 # Adjacent elements of a rod always touch. Leaving them out here is faster than to do it in NumPy.
 tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=1, threads=2)
 tree.build(nodes, radii=RADIUS)  # once: the rods keep their numbers of nodes
+# [tree]
 print(f"{tree.fiber_count} rods, {tree.segment_count} elements, {len(tree.contacts())} contacts")
 
 work = deepest = 0.0
 seconds = {"update": 0.0, "contacts": 0.0, "forces of contacts": 0.0, "rods": 0.0}
 for step in range(1, STEPS + 1):
     clock = [time.perf_counter()]
+    # [step]
     tree.update(nodes)
     clock.append(time.perf_counter())
     contacts = tree.contacts()
     clock.append(time.perf_counter())
     pushes, contact_energy = contact_forces(contacts, speeds.reshape(-1, 3))
+    # [step]
     clock.append(time.perf_counter())
     forces, rod_energy = rod_forces(nodes)
 

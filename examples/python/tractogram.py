@@ -57,6 +57,7 @@ def overlapping(fibers):
         if len(found) > 64:
             found[:] = [np.unique(np.concatenate(found))]
 
+    # [blocks]
     # Two streamlines that run side by side touch with dozens of segments, and a whole-brain
     # tractogram has more such pairs of segments than fit into memory: 10^9 of them take 8 GB as
     # pairs(), and contacts() needs 16 times that. visit_pairs() passes blocks of them, of which
@@ -64,6 +65,7 @@ def overlapping(fibers):
     tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=1, threads=2)
     tree.build(*fibers)
     tree.visit_pairs(visit, block=1 << 18)
+    # [blocks]
     keys = np.unique(np.concatenate(found))
     return np.stack([keys // count, keys % count], axis=1), segment_pairs
 
@@ -103,7 +105,9 @@ def subset(fibers, kept):
 
 
 if len(sys.argv) > 1:
+    # [read]
     fibers = fcl_fibers.read(sys.argv[1], radius=float(sys.argv[2]))
+    # [read]
 else:
     points = bundles(seed=1)
     offsets = np.arange(len(points) + 1) * (SEGMENTS + 1)
