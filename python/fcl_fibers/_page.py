@@ -19,6 +19,7 @@ class Page:
         self._height = height
 
     def save(self, path: Union[str, os.PathLike]) -> None:
+        """Writes the page to a file, which a browser opens offline."""
         with open(path, "w", encoding="utf-8") as file:
             file.write(self.html)
 
