@@ -123,7 +123,7 @@ def add_declarations(app, docname, source):
         source[0] = HEADER.sub(directives, source[0])
 
 
-def python_declarations(module, depth=3):
+def python_declarations(module, depth=3, of=""):
     """Headings, signatures and docstrings of what is public in a module, or in a class of it."""
     for node in module.body:
         if not isinstance(node, (ast.ClassDef, ast.FunctionDef)):
@@ -142,11 +142,12 @@ def python_declarations(module, depth=3):
             arguments = ast.unparse(node.args).replace("self, ", "").replace("self", "")
             returns = f" -> {ast.unparse(node.returns)}" if node.returns else ""
             call = "" if "property" in decorators else f"({arguments})"
-            yield f"```python\n{node.name.strip('_')}{call}{returns}\n```"
+            name = of if node.name == "__init__" else node.name
+            yield f"```python\n{name}{call}{returns}\n```"
         if documentation:
             yield f"```text\n{documentation}\n```"
         if isinstance(node, ast.ClassDef):
-            yield from python_declarations(node, depth + 1)
+            yield from python_declarations(node, depth + 1, node.name)
 
 
 def add_python(app, docname, source):

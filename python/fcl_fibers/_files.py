@@ -15,12 +15,18 @@ from ._arrays import ArrayLike, Points
 
 
 class Fibers(NamedTuple):
-    """Fibers in the order of FiberTree.build(): tree.build(*fibers)."""
+    """Fibers in the order of FiberTree.build(): tree.build(*fibers).
 
-    points: np.ndarray  # (n, 3) float64
-    offsets: np.ndarray  # (fibers + 1,) int64: fiber f has points offsets[f] to offsets[f + 1]
-    radii: Union[float, np.ndarray, None]  # a number; one for each point; None if the file has none
-    closed: Optional[np.ndarray]  # (fibers,) bool; None if no fiber is closed
+    points   (n, 3) float64
+    offsets  (fibers + 1,) int64: fiber f has points[offsets[f]:offsets[f + 1]]
+    radii    a number; one for each point; or None if the file has none
+    closed   (fibers,) bool, or None if no fiber is closed
+    """
+
+    points: np.ndarray
+    offsets: np.ndarray
+    radii: Union[float, np.ndarray, None]
+    closed: Optional[np.ndarray]
 
 
 class FiberFileWarning(UserWarning):

@@ -24,13 +24,18 @@ class Options(NamedTuple):
 
 
 class Volumes(NamedTuple):
-    """Boxes or spheres of one level of a tree, which contain the capsules below them."""
+    """Boxes or spheres of one level of a tree, which contain the capsules below them.
 
-    center: np.ndarray  # (n, 3) float64
-    half: np.ndarray  # (n, 3) float64: half the edges of a box; a sphere's radius, three times
-    # The segments below volume v are segments[offsets[v]:offsets[v + 1]], named as in pairs().
-    offsets: np.ndarray  # (n + 1,) int64
-    segments: np.ndarray  # int32
+    center    (n, 3) float64
+    half      (n, 3) float64: half the edges of a box; a sphere's radius, three times
+    offsets   (n + 1,) int64: volume v has segments[offsets[v]:offsets[v + 1]] below it
+    segments  int32, named as in pairs()
+    """
+
+    center: np.ndarray
+    half: np.ndarray
+    offsets: np.ndarray
+    segments: np.ndarray
 
 
 class TriangleMesh:
