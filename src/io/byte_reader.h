@@ -68,14 +68,14 @@ class ByteReader {
   }
 
   template <typename T>
-  T number(const char* part) {
-    return decode<T>(take(sizeof(T), part).data(), ByteOrder::kLittle);
+  T number(const char* part, ByteOrder order = ByteOrder::kLittle) {
+    return decode<T>(take(sizeof(T), part).data(), order);
   }
 
   template <typename T>
-  double coordinate() {
+  double coordinate(ByteOrder order = ByteOrder::kLittle) {
     const std::uint64_t at = offset_;
-    const double value = static_cast<double>(number<T>("the points"));
+    const double value = static_cast<double>(number<T>("the points", order));
     if (!std::isfinite(value)) refuse(at, "a coordinate is ", value);
     return value;
   }

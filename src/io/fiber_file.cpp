@@ -71,6 +71,12 @@ ParsedFibers parse(ByteReader& file, FiberFormat format, const FiberFileOptions&
       return parsePolylines(file);
     case FiberFormat::kVtp:
       return parseVtp(file);
+    case FiberFormat::kTck:
+      return parseTck(file);
+    case FiberFormat::kTrk:
+      return parseTrk(file);
+    case FiberFormat::kSwc:
+      return parseSwc(file);
   }
   refuseArgument("readFibers", "format", static_cast<int>(format), "give a value of FiberFormat");
 }
@@ -135,6 +141,8 @@ std::optional<FiberFormat> recognizeFormat(std::string_view bytes, const std::st
   if (startsWith(bytes, "HAIR")) return FiberFormat::kHair;
   if (startsWith(bytes, "BCC")) return FiberFormat::kBcc;
   if (startsWith(bytes, "<?xml") || startsWith(bytes, "<VTKFile")) return FiberFormat::kVtp;
+  if (startsWith(bytes, "mrtrix tracks")) return FiberFormat::kTck;
+  if (startsWith(bytes, "TRACK")) return FiberFormat::kTrk;
   if (bytes.size() >= sizeof(float)) {
     // A row of numbers cannot match: the fourth byte of such a float is '@'.
     const float version = decode<float>(bytes.data(), ByteOrder::kLittle);
@@ -145,6 +153,9 @@ std::optional<FiberFormat> recognizeFormat(std::string_view bytes, const std::st
   if (end == ".bcc") return FiberFormat::kBcc;
   if (end == ".vtp") return FiberFormat::kVtp;
   if (end == ".tfx") return FiberFormat::kTfx;
+  if (end == ".tck") return FiberFormat::kTck;
+  if (end == ".trk") return FiberFormat::kTrk;
+  if (end == ".swc") return FiberFormat::kSwc;  // Its text would pass for polylines.
   // A byte order mark may precede text.
   const std::size_t first =
       bytes.find_first_not_of(" \t\r\n", startsWith(bytes, "\xEF\xBB\xBF") ? 3 : 0);
@@ -183,8 +194,8 @@ FiberFile readFibers(const std::string& path, const FiberFileOptions& options) {
   const std::optional<FiberFormat> format = recognizeFormat(bytes, path);
   if (!format) {
     throw std::runtime_error("readFibers: '" + path +
-                             "' has no known format; pass a .hair, .tfx, .bcc or .vtp file, or "
-                             "text with one point x y z per line");
+                             "' has no known format; pass a .hair, .tfx, .bcc, .vtp, .tck, .trk or "
+                             ".swc file, or text with one point x y z per line");
   }
   return parseFibers(bytes, path, *format, options);
 }

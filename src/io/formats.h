@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <fcl_fibers/io/fiber_file.h>
@@ -25,7 +27,10 @@ struct ParsedFibers {
 ParsedFibers parseBcc(ByteReader& file, const FiberFileOptions& options);
 ParsedFibers parseHair(ByteReader& file);
 ParsedFibers parsePolylines(ByteReader& file);
+ParsedFibers parseSwc(ByteReader& file);
+ParsedFibers parseTck(ByteReader& file);
 ParsedFibers parseTfx(ByteReader& file);
+ParsedFibers parseTrk(ByteReader& file);
 ParsedFibers parseVtp(ByteReader& file);
 
 /// Warns if bytes are left over, because the counts may be wrong.
@@ -40,6 +45,14 @@ inline void expectLineEnd(const ByteReader& file, ParsedFibers& parsed) {
   const std::string_view bytes = file.bytes();
   if (bytes.empty() || bytes.back() == '\n' || bytes.back() == '\r') return;
   parsed.warnings.push_back("The last line has no end; the file may be truncated there.");
+}
+
+/// Warns of streamlines without points. They are left out, because a fiber has at least one point.
+inline void warnOfEmptyStreamlines(std::uint64_t count, ParsedFibers& parsed) {
+  if (count == 0) return;
+  parsed.warnings.push_back(
+      (count == 1 ? "1 streamline has" : std::to_string(count) + " streamlines have") +
+      std::string(" no points and ") + (count == 1 ? "is" : "are") + " left out.");
 }
 
 }  // namespace fcl_fibers::io

@@ -4,17 +4,10 @@
 #include <string_view>
 
 #include "io/formats.h"
+#include "io/text.h"
 
 namespace fcl_fibers::io {
 namespace {
-
-constexpr std::string_view kSpace = " \t";
-constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-
-std::string_view trimmed(std::string_view text) {
-  text.remove_prefix(std::min(text.find_first_not_of(kSpace), text.size()));
-  return text.substr(0, text.find_last_not_of(kSpace) + 1);
-}
 
 /// Spreadsheets fill blank lines with separators.
 bool isBlank(std::string_view line) {
@@ -73,9 +66,7 @@ ParsedFibers parsePolylines(ByteReader& file) {
   file.setPlaces(ByteReader::Places::kLines);
   ParsedFibers parsed;
   FiberPolylines& scene = parsed.fibers;
-  if (file.bytes().substr(0, kByteOrderMark.size()) == kByteOrderMark) {
-    file.seek(kByteOrderMark.size(), "the byte order mark");
-  }
+  skipByteOrderMark(file);
   reserve(file, scene);
   while (!file.atEnd()) {
     const std::uint64_t at = file.offset();

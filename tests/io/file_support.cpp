@@ -40,7 +40,11 @@ std::size_t mostMemory(const std::string& bytes, FiberFormat format) {
   switch (format) {
     case FiberFormat::kHair:
     case FiberFormat::kTfx:
+    case FiberFormat::kTck:
+    case FiberFormat::kTrk:
       return 3;
+    case FiberFormat::kSwc:
+      return 10;
     case FiberFormat::kBcc:
       return 2 * kSegmentsPerSpan + 2;
     case FiberFormat::kPolylines:
@@ -122,6 +126,16 @@ void expectSafeTruncations(const std::string& bytes, FiberFormat format, std::si
   for (std::size_t size = 0; size <= bytes.size(); ++size) {
     SCOPED_TRACE("the first " + std::to_string(size) + " bytes");
     EXPECT_EQ(parsesSafely(bytes.substr(0, size), format), size >= needed);
+  }
+}
+
+void expectToldTruncations(const std::string& bytes, FiberFormat format) {
+  EXPECT_TRUE(parsesSafely(bytes, format));
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    SCOPED_TRACE("the first " + std::to_string(size) + " bytes");
+    const std::string start = bytes.substr(0, size);
+    if (!parsesSafely(start, format)) continue;
+    EXPECT_THAT(parseFibers(start, kName, format).warnings, testing::Contains(HasSubstr("trunc")));
   }
 }
 

@@ -29,6 +29,12 @@ class FileBytes {
     return *this;
   }
   template <typename T>
+  FileBytes& big(T number) {
+    const std::string bytes = encoded(number);
+    bytes_.append(bytes.rbegin(), bytes.rend());
+    return *this;
+  }
+  template <typename T>
   FileBytes& setLittle(std::size_t offset, T number) {
     bytes_.replace(offset, sizeof number, encoded(number));
     return *this;
@@ -77,6 +83,9 @@ bool parsesSafely(const std::string& bytes, FiberFormat format);
 
 /// For all beginnings of a valid file. Those shorter than `needed` have to be refused.
 void expectSafeTruncations(const std::string& bytes, FiberFormat format, std::size_t needed);
+
+/// For all beginnings of a valid file: they are refused or warned of.
+void expectToldTruncations(const std::string& bytes, FiberFormat format);
 
 /// For a valid file with each of its bits flipped.
 void expectSafeBitFlips(const std::string& bytes, FiberFormat format);

@@ -41,6 +41,26 @@ enum class FiberFormat {
   /// are longer than the file, or more than 64 times as long when decompressed; and XML with more
   /// tags than 256 plus one per 16 bytes.
   kVtp,
+
+  /// MRtrix's tracks (.tck), of 4-byte or 8-byte numbers in either byte order. Coordinates are those
+  /// of the scanner in millimetres, as in the file.
+  kTck,
+
+  /// TrackVis's tracks (.trk), versions 1 and 2, in either byte order. Points are given in the
+  /// scanner's millimetres to the right, to the front and up (RAS+), as nibabel gives them: the
+  /// corner of a voxel is moved to its centre, the voxel order is compared with `vox_to_ras`, and
+  /// this is applied. A header without `vox_to_ras` counts as one with the identity, one without a
+  /// voxel order as LPS. Arithmetic is in double, so nibabel's points, which are floats, differ by
+  /// rounding.
+  kTrk,
+
+  /// Neurons (.swc): `id type x y z radius parent` on each line, in any order; the parent of a root
+  /// is -1. Further columns and lines that start with '#' are skipped. A neuron is split where it
+  /// branches. Each of its fibers begins at a root or a branching point and ends at the next one or
+  /// at a tip, so fibers touch where they meet. A segment has the larger radius of its two ends. A
+  /// root without children is a sphere: a fiber of one segment of length zero. If all radii are 0,
+  /// the file has none.
+  kSwc,
 };
 
 /// Options of readFibers() and parseFibers().
@@ -88,12 +108,12 @@ struct FiberFile {
 /// Reading takes memory for the file's bytes, some kilobytes, and at most this multiple of the
 /// file's size, whatever the file contains:
 ///
-///     .hair, .tfx  3                     text  5
-///     .bcc  2 segments_per_span + 2      .vtp  17; 9 times the size of its decompressed arrays,
-///                                              which is at most 64 times the file
+///     .hair, .tfx, .tck, .trk  3         text  5
+///     .bcc  2 segments_per_span + 2      .swc  10
+///     .vtp  17; 9 times the size of its decompressed arrays, which is at most 64 times the file
 ///
 /// The reason is that a point takes 24 bytes in memory. In a text file it may take as few as 6, or
-/// 2 if an index of a .vtp file repeats it.
+/// 2 if an index of a .vtp file repeats it. A neuron's branching points are repeated.
 FCL_FIBERS_IO_EXPORT FiberFile readFibers(const std::string& path,
                                           const FiberFileOptions& options = {});
 
