@@ -42,6 +42,8 @@ TEST(FiberFileTest, KnowsFormatsByTheirFirstBytes) {
   };
   expect("HAIR", FiberFormat::kHair);
   expect("BCC\x44", FiberFormat::kBcc);
+  expect("mrtrix tracks\n", FiberFormat::kTck);
+  expect("TRACK", FiberFormat::kTrk);
   expect("<?xml version=\"1.0\"?>", FiberFormat::kVtp);
   expect("<VTKFile", FiberFormat::kVtp);
   expect(FileBytes().little(3.0F).bytes(), FiberFormat::kTfx);
@@ -54,6 +56,11 @@ TEST(FiberFileTest, KnowsFormatsByNameAndPolylinesByNumbers) {
   EXPECT_EQ(recognizeFormat("?", "A.BCC"), FiberFormat::kBcc);
   EXPECT_EQ(recognizeFormat("?", "a.vtp"), FiberFormat::kVtp);
   EXPECT_EQ(recognizeFormat(FileBytes().little(5.0F).bytes(), "a.tfx"), FiberFormat::kTfx);
+  EXPECT_EQ(recognizeFormat("mrtrix track scalars", "a.tck"), FiberFormat::kTck);
+  EXPECT_EQ(recognizeFormat("", "a.Trk"), FiberFormat::kTrk);
+  // Text of a neuron could be that of points.
+  EXPECT_EQ(recognizeFormat("# a neuron\n1 1 0 0 0 1 -1\n", "a.swc"), FiberFormat::kSwc);
+  EXPECT_EQ(recognizeFormat("1 1 0 0 0 1 -1\n", "a.swc.txt"), kPolylines);
   EXPECT_EQ(recognizeFormat("?", "a.txt"), kPolylines);
   for (const char* text : {"0 1 2", " \n-1 2 3", "\t.5 0 0", "# x y z\n1 2 3"}) {
     EXPECT_EQ(recognizeFormat(text, "knot"), kPolylines) << text;
@@ -87,7 +94,7 @@ TEST(FiberFileTest, NamesAFileThatCannotBeRead) {
   refuses(testing::TempDir(), "is a directory");
   if (std::filesystem::exists("/dev/zero")) refuses("/dev/zero", "is not a regular file");
   const TemporaryFile file(".png", "PNG");
-  refuses(file.path(), "has no known format");
+  refuses(file.path(), "has no known format; pass a .hair, .tfx, .bcc, .vtp, .tck, .trk or .swc");
 }
 
 TEST(FiberFileTest, TheRadiusOfTheOptionsWins) {

@@ -42,7 +42,8 @@ enum class FiberFormat {
   /// tags than 256 plus one per 16 bytes.
   kVtp,
 
-  /// MRtrix's tracks (.tck), of 4-byte or 8-byte numbers in either byte order. Coordinates are those
+  /// MRtrix's tracks (.tck), of 4-byte or 8-byte numbers in either byte order. Coordinates are
+  /// those
   /// of the scanner in millimetres, as in the file.
   kTck,
 
