@@ -124,10 +124,11 @@ void addOptions(CLI::App& app, std::string& measure, Request& request) {
   app.allow_extras();
   app.add_option("--measure", measure)->check(CLI::IsMember(kMeasures))->required();
   auto* const scene = app.add_option("--scene", request.scene.text);
-  auto* const hair = app.add_option("--hair", request.scene.text,
-                                    "Fibers of a .hair, .tfx, .bcc, .vtp or text file")
-                         ->check(CLI::ExistingFile)
-                         ->excludes(scene);
+  auto* const hair =
+      app.add_option("--hair", request.scene.text,
+                     "Fibers of a .hair, .tfx, .bcc, .vtp, .tck, .trk, .swc or text file")
+          ->check(CLI::ExistingFile)
+          ->excludes(scene);
   app.add_option("--radius", request.scene.radius,
                  "Radius of the fibers, in the file's unit; may be left out if the file has one")
       ->needs(hair);

@@ -4,8 +4,8 @@
 //
 //     hair_contacts FILE [RADIUS] > contacts.csv
 //
-// FILE is a .hair, .tfx, .bcc or .vtp file or a table of points. RADIUS is the radius of all
-// fibers in the file's unit; it is needed if the file has none.
+// FILE is a .hair, .tfx, .bcc, .vtp, .tck, .trk or .swc file or a table of points. RADIUS is the
+// radius of all fibers in the file's unit; it is needed if the file has none.
 #include <cstdio>
 #include <cstdlib>
 #include <exception>

@@ -602,6 +602,17 @@ FAULTS = [
           "if (impl.use_count() > 1) {", "if (false) {", "arrays_test"),
     Fault("the depth in a solid is that of one end", "fibers/mesh_contacts.cpp",
           "dot(outward, triangle.a - capsule.b)});", "0.0});", "arrays_test"),
+    # --- Files ---
+    Fault("a neuron's fiber runs through branching points", "io/swc.cpp",
+          "while (!nodes_.isRoot(node) && !nodes_.isEnd(node));",
+          "while (!nodes_.isRoot(node));", "io_test"),
+    Fault("a voxel's corner passes for its centre", "io/trk_space.h",
+          "voxel_size[from[k]] - 0.5;", "voxel_size[from[k]];", "io_test"),
+    Fault("exchanged axes are reversed by one another", "io/trk_space.h",
+          "sign[k] = points[k].sign * world[other].sign;",
+          "sign[other] = points[k].sign * world[other].sign;", "io_test"),
+    Fault("a sheared matrix is taken as it is", "io/trk_space.h",
+          "step < 30", "step < 0", "io_test"),
 ]
 # fmt: on
 

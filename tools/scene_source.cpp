@@ -96,9 +96,10 @@ void printWarnings(const SceneSource& source) {
 std::string sceneHelp(const GeneratedScenes& generated) {
   return std::string("SCENE is a file of fibers") +
          (generated.make ? ", `-`, or a generated scene" : ", or `-`") +
-         ". Files are .hair, .tfx, .bcc, .vtp, or "
-         "text\nwith a point x y z on each line and a blank line between fibers; spaces, commas, "
-         "semicolons or\ntabs separate numbers. `-` reads a file from standard input." +
+         ". Files are .hair, .tfx, .bcc, .vtp, .tck,\n"
+         ".trk, .swc, or text with a point x y z on each line and a blank line between fibers; "
+         "spaces,\ncommas, semicolons or tabs separate numbers. `-` reads a file from standard "
+         "input." +
          (generated.make ? " " + generated.help : "\n");
 }
 
