@@ -104,9 +104,10 @@ write_trk("turned_lps_big", turned, sizes, b"LPS", swapped, scalars=True, proper
 write_trk("without_count", turned, sizes, b"LAS", without_count, properties=True)
 write_trk("version_1", np.eye(4), sizes, b"LPS", of_version_1, scalars=True)
 mirrored = rotation([3, -1, 1], 20) @ np.array([[0, 0, -1], [-1, 0, 0], [0, 1, 0]])
-write_trk("exchanged_axes", affine(mirrored, sizes, [80, 75, -30]), sizes, b"PSL")
-write_trk("other_axes", affine(mirrored, sizes, [80, 75, -30]), sizes, b"RAI", scalars=True)
-sheared = np.array([[1, 0.7, 0.8], [0, 0.8, 0.9], [0.2, 0.3, 1]])
+write_trk("mirrored", affine(mirrored, sizes, [80, 75, -30]), sizes, b"PSL")
+write_trk("exchanged_axes", affine(mirrored, sizes, [80, 75, -30]), sizes, b"LAS", scalars=True)
+# The largest entries are in other rows than those of the nearest rotation.
+sheared = np.array([[-0.9, -0.3, 0.3], [-0.5, -0.7, -0.1], [-0.4, -1.0, -1.0]])
 write_trk("sheared", affine(sheared, sizes, [1, 2, 3]), sizes, b"LAI")
 
 save(TckFile(tractogram()), str(HERE / "tracks.tck"))
