@@ -106,7 +106,7 @@ TEST(TckHeaderTest, ToleratesWhatProgramsWrite) {
   // If this fails, files of other programs are refused, or read from a wrong place.
   for (const char* lines :
        {"", "count: 0\n", "count: 0000000002\ntimestamp: 12:30\n", "\nroi: seed file.mif\n  more\n",
-        "command_history: tckgen a: b c\nEND of the world\nmax_dist: 250\nCount: 7\n"}) {
+        "command_history: tckgen a: b c\nEND of the world\nmax_dist: 250\ntotal_count: 7\n"}) {
     SCOPED_TRACE(lines);
     const FiberFile file = parse(sample("Float32LE", lines));
     expectSample(file);

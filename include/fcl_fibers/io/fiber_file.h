@@ -42,9 +42,8 @@ enum class FiberFormat {
   /// tags than 256 plus one per 16 bytes.
   kVtp,
 
-  /// MRtrix's tracks (.tck), of 4-byte or 8-byte numbers in either byte order. Coordinates are
-  /// those
-  /// of the scanner in millimetres, as in the file.
+  /// MRtrix's tracks (.tck), of 4-byte or 8-byte numbers in either byte order. Coordinates are the
+  /// scanner's in millimetres, as in the file.
   kTck,
 
   /// TrackVis's tracks (.trk), versions 1 and 2, in either byte order. Points are given in the
