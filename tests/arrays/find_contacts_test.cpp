@@ -138,6 +138,22 @@ TYPED_TEST(FindContacts, OfFibersAreThoseOfTheVisitedPairs) {
                    expected.normal));
     });
     EXPECT_EQ(next, contacts.size());
+
+    // A program may keep some of the pairs.
+    std::vector<SegmentPair> pairs;
+    tree.findPairs(pairs);
+    constexpr std::size_t kFirst = 5;
+    ASSERT_GT(pairs.size(), kFirst);
+    std::vector<Contact> some(pairs.size() - kFirst);
+    tree.findContacts(fibers.view(), pairs.data() + kFirst, some.size(), some.data());
+    for (std::size_t i = 0; i < some.size(); ++i) {
+      const Contact& expected = contacts[i + kFirst];
+      ASSERT_EQ(std::tie(some[i].point_a, some[i].point_b, some[i].distance),
+                std::tie(expected.point_a, expected.point_b, expected.distance));
+    }
+    pairs.back().b = -1;
+    EXPECT_THROW(tree.findContacts(fibers.view(), pairs.data(), pairs.size(), contacts.data()),
+                 std::invalid_argument);
     EXPECT_GT(next, 1000u) << "enough for several ranges";
   }
 }
@@ -349,6 +365,7 @@ TEST(FindContacts, RefuseBadInputAndKeepTheContacts) {
     const auto refusal =
         ThrowsMessage<std::invalid_argument>(HasSubstr("FiberTree::findContacts: " + text));
     EXPECT_THAT([&] { tree.findContacts(bad, contacts); }, refusal);
+    EXPECT_THAT([&] { tree.findContacts(bad, nullptr, 0, nullptr); }, refusal);
     EXPECT_THAT([&] { tree.findContacts(bad, mesh, mesh_contacts); }, refusal);
     EXPECT_EQ(contacts.size(), 3u);
     EXPECT_EQ(mesh_contacts.size(), 4u);
