@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Pairs and contacts of one tree and of two, against brute force."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import fcl_fibers
+import oracles
+from scenes import cross, random_scene
+
+KINDS = list(
+    itertools.product(["capsules", "volumes"], ["bundle", "super_thread"], ["boxes", "spheres"])
+)
+
+
+def tree_of(scene, **options):
+    options = {"report": "capsules", **options}
+    tree = fcl_fibers.FiberTree(**options)
+    tree.build(**scene.arguments)
+    return tree
+
+
+@pytest.mark.parametrize("report, topology, volumes", KINDS)
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_pairs(report, topology, volumes, dtype):
+    scene = random_scene(1, dtype=dtype)
+    tree = tree_of(scene, report=report, topology=topology, volumes=volumes)
+    pairs = tree.pairs()
+    assert pairs.dtype == np.int32 and pairs.shape == (len(pairs), 2)
+    assert len(pairs) > 100 and (pairs[:, 0] < pairs[:, 1]).all()
+    oracles.check_pairs(pairs, scene, report=report, volumes=volumes)
+
+
+@pytest.mark.parametrize("report, topology, volumes", KINDS)
+def test_pairs_of_two_trees(report, topology, volumes):
+    options = dict(report=report, topology=topology, volumes=volumes, margin=0.01)
+    for dtypes in itertools.product([np.float32, np.float64], repeat=2):
+        a, b = random_scene(2, dtype=dtypes[0]), random_scene(3, fibers=20, dtype=dtypes[1])
+        tree, other = tree_of(a, **options), tree_of(b, **options)
+        pairs = tree.pairs(other)
+        assert len(pairs) > 50
+        gap, error = oracles.gaps(a, b, report, volumes)
+        oracles.check(pairs, a.names, b.names, gap - 0.01, error)
+        assert oracles.as_set(other.pairs(tree)[:, ::-1]) == oracles.as_set(pairs) or (
+            report == "volumes"  # near the limit, either tree may round its own way
+        )
+
+
+def test_pairs_with_itself():
+    tree = tree_of(random_scene(4), ignored_neighbors=1)
+    assert (tree.pairs(tree) == tree.pairs()).all()
+    assert (tree.contacts(tree) == tree.contacts()).all()
+
+
+@pytest.mark.parametrize("ignored", [0, 1, 2, 5])
+def test_ignored_neighbors(ignored):
+    scene = random_scene(5, points=12)
+    closed = np.arange(30) % 2 == 0
+    for begin, end in zip(scene.offsets[:-1][closed], scene.offsets[1:][closed]):
+        if begin < end:
+            scene.points[end - 1] = scene.points[begin]
+    scene = oracles.Scene(scene.points, scene.offsets, scene.radii, closed=closed)
+    pairs = tree_of(scene, ignored_neighbors=ignored).pairs()
+    oracles.check_pairs(pairs, scene, ignored_neighbors=ignored)
+    scene.closed = None
+    open_pairs = tree_of(scene, ignored_neighbors=ignored).pairs()
+    oracles.check_pairs(open_pairs, scene, ignored_neighbors=ignored)
+    assert (len(open_pairs) > len(pairs)) == (ignored > 0)
+
+
+@pytest.mark.parametrize("arc", [0.1, 0.5, 2.0])
+def test_ignored_arc_length(arc):
+    scene = random_scene(6, points=12)
+    pairs = tree_of(scene, ignored_arc_length=arc).pairs()
+    oracles.check_pairs(pairs, scene, ignored_arc_length=arc)
+    assert len(pairs) < len(tree_of(scene).pairs())
+
+
+def test_groups():
+    scene = random_scene(7, groups=np.arange(30) % 4 - 1)
+    oracles.check_pairs(tree_of(scene).pairs(), scene)
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.02, 0.3])
+def test_margin(margin):
+    scene = random_scene(8)
+    oracles.check_pairs(tree_of(scene, margin=margin).pairs(), scene, margin=margin)
+
+
+def test_the_limit_counts_as_touching():
+    points, offsets = cross(gap=1.0)
+    for radius, margin, count in [(0.5, 0, 1), (0.25, 0.5, 1), (0.49, 0, 0), (0.25, 0.49, 0)]:
+        tree = fcl_fibers.FiberTree(report="capsules", margin=margin)
+        tree.build(points, offsets, radius)
+        assert len(tree.pairs()) == count
+
+
+def check_contact(contacts, a, b, radius_a, radius_b):
+    """That each number of contacts between segments a and b, as (start, end), fits the others."""
+    s, t = contacts["s"][:, None], contacts["t"][:, None]
+    assert ((s >= 0) & (s <= 1) & (t >= 0) & (t <= 1)).all()
+    on_a, on_b = a[0] + s * (a[1] - a[0]), b[0] + t * (b[1] - b[0])
+    axes = oracles.segment_segment(*a, *b)
+    assert oracles.length(on_a - on_b) == pytest.approx(axes, abs=1e-12)
+    assert contacts["distance"] == pytest.approx(axes - radius_a - radius_b, abs=1e-12)
+    normal = contacts["normal"]
+    assert oracles.length(normal) == pytest.approx(np.ones(len(normal)))
+    assert contacts["point_a"] == pytest.approx(on_a + normal * radius_a[:, None], abs=1e-12)
+    assert contacts["point_b"] == pytest.approx(on_b - normal * radius_b[:, None], abs=1e-12)
+    crossing = axes < 1e-9
+    way = (on_b - on_a)[~crossing]
+    assert normal[~crossing] == pytest.approx(way / oracles.length(way)[:, None], abs=1e-6)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_contacts(dtype, threads):
+    scene = random_scene(9, dtype=dtype)
+    tree = tree_of(scene, ignored_neighbors=1, threads=threads)
+    pairs, contacts = tree.pairs(), tree.contacts()
+    assert len(contacts) == len(pairs) > 50
+    names_a = scene.offsets[contacts["fiber_a"]] + contacts["segment_a"]
+    names_b = scene.offsets[contacts["fiber_b"]] + contacts["segment_b"]
+    assert (np.column_stack([names_a, names_b]) == pairs).all()
+    points, radii = scene.points.astype(float), scene.radii.astype(float)
+    check_contact(
+        contacts,
+        (points[names_a], points[names_a + 1]),
+        (points[names_b], points[names_b + 1]),
+        radii[names_a],
+        radii[names_b],
+    )
+    assert (contacts["distance"] <= 1e-12).all()
+
+
+def test_contacts_of_two_trees():
+    for dtypes in itertools.product([np.float32, np.float64], repeat=2):
+        a, b = random_scene(10, dtype=dtypes[0]), random_scene(11, dtype=dtypes[1])
+        tree, other = tree_of(a, margin=0.01), tree_of(b)
+        pairs, contacts = tree.pairs(other), tree.contacts(other)
+        i, j = pairs.T
+        assert (a.offsets[contacts["fiber_a"]] + contacts["segment_a"] == i).all()
+        assert (b.offsets[contacts["fiber_b"]] + contacts["segment_b"] == j).all()
+        p, q = a.points.astype(float), b.points.astype(float)
+        check_contact(
+            contacts,
+            (p[i], p[i + 1]),
+            (q[j], q[j + 1]),
+            a.radii.astype(float)[i],
+            b.radii.astype(float)[j],
+        )
+
+
+def test_crossing_axes_have_a_normal_across_both():
+    points, offsets = cross()
+    tree = fcl_fibers.FiberTree(report="capsules")
+    tree.build(points, offsets, 0.25)
+    (contact,) = tree.contacts()
+    assert contact["distance"] == -0.5
+    assert np.abs(contact["normal"]).tolist() == [0, 0, 1]
+    assert (contact["s"], contact["t"]) == (0.5, 0.5)
+
+
+@pytest.mark.parametrize("report, topology, volumes", KINDS)
+def test_threads_change_no_order(report, topology, volumes):
+    scene = random_scene(12, fibers=300, points=20, size=3)
+    trees = [
+        tree_of(scene, report=report, topology=topology, volumes=volumes, threads=threads)
+        for threads in (1, 2, 3)
+    ]
+    for tree in trees[1:]:
+        assert (tree.pairs() == trees[0].pairs()).all()
+        assert (tree.contacts() == trees[0].contacts()).all()
+        assert (tree.pairs(trees[0]) == trees[0].pairs(tree)).all()
+
+
+def test_trees_that_do_not_fit_each_other():
+    boxes, spheres = (tree_of(random_scene(13), volumes=v) for v in ("boxes", "spheres"))
+    thread = tree_of(random_scene(13), topology="super_thread")
+    broad = tree_of(random_scene(13), report="volumes")
+    for other in (spheres, thread, broad):
+        for call in (boxes.pairs, boxes.contacts):
+            with pytest.raises(ValueError):
+                call(other)
+        assert len(boxes.pairs()) > 0
+    for other in (1, "tree", np.zeros(3), boxes._tree):
+        with pytest.raises(TypeError, match="FiberTree or a TriangleMesh"):
+            boxes.pairs(other)
+
+
+def test_empty_trees():
+    empty, full = fcl_fibers.FiberTree(report="capsules"), tree_of(random_scene(14))
+    for one, two in ((empty, None), (empty, full), (full, empty), (empty, empty)):
+        assert one.pairs(two).shape == (0, 2) and one.pairs(two).dtype == np.int32
+        assert len(one.contacts(two)) == 0
+        assert one.contacts(two).dtype == full.contacts().dtype
