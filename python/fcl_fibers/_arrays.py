@@ -9,7 +9,8 @@ is missed.
 
 from __future__ import annotations
 
-from typing import Optional, Sequence, Tuple, Union
+import operator
+from typing import Any, Optional, Sequence, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -45,6 +46,24 @@ def whole(name: str, values: ArrayLike, scalar: type) -> np.ndarray:
     return np.require(array, scalar, ["C", "A"])
 
 
+def number(name: str, value: Any) -> float:
+    if np.ndim(value) != 0 or np.asarray(value).dtype.kind not in "fiu":
+        raise TypeError(f"{name} is {value!r}; give a number")
+    return float(value)
+
+
+def integer(name: str, value: Any, scalar: type = np.int32) -> int:
+    """A whole number that `scalar` can hold."""
+    try:
+        found = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name} is {value!r}; give a whole number") from None
+    limits = np.iinfo(scalar)
+    if not limits.min <= found <= limits.max:
+        raise ValueError(f"{name} is {found}; give a number from {limits.min} to {limits.max}")
+    return found
+
+
 def rows(name: str, array: np.ndarray) -> np.ndarray:
     if array.ndim != 2 or array.shape[1] != 3:
         raise ValueError(f"{name} have shape {array.shape}; give (n, 3)")
@@ -77,6 +96,8 @@ def points_and_offsets(
             raise ValueError(f"{name} have shape {array.shape}; give (fibers, n, 3)")
         fibers, count = array.shape[:2]
         return array.reshape(-1, 3), np.arange(fibers + 1, dtype=np.int64) * count
+    if not np.iterable(points):
+        raise TypeError(f"{name} are a {type(points).__name__}; give arrays of shape (n, 3)")
     parts = [rows(f"points of fiber {f}", numbers("points", p)) for f, p in enumerate(points)]
     begin = np.zeros(len(parts) + 1, np.int64)
     np.cumsum([len(part) for part in parts], out=begin[1:])

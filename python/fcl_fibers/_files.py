@@ -45,6 +45,8 @@ def read(
     place.
     """
     path = os.fspath(path)
+    radius = None if radius is None else _arrays.number("radius", radius)
+    segments_per_span = _arrays.integer("segments_per_span", segments_per_span)
     with open(path, "rb"):  # Python's own error, if it is missing
         pass
     try:

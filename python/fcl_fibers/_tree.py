@@ -86,7 +86,7 @@ class TriangleMesh:
 
     @categories.setter
     def categories(self, bits: int) -> None:
-        self._mesh.categories = bits
+        self._mesh.categories = _arrays.integer("categories", bits, np.uint32)
 
     @property
     def solid(self) -> bool:
@@ -154,7 +154,13 @@ class FiberTree:
         threads: int = 1,
     ) -> None:
         self._options = Options(
-            report, topology, volumes, ignored_neighbors, ignored_arc_length, margin, threads
+            report,
+            topology,
+            volumes,
+            _arrays.integer("ignored_neighbors", ignored_neighbors),
+            _arrays.number("ignored_arc_length", ignored_arc_length),
+            _arrays.number("margin", margin),
+            _arrays.integer("threads", threads),
         )
         self._tree = _core.Tree(
             _choice("report", report, "capsules", "volumes"),
@@ -253,9 +259,11 @@ class FiberTree:
         A true value that `visit` returns ends the query; an exception ends it and is passed on.
         Returns whether the query was ended.
         """
-        if block < 1:
+        if not callable(visit):
+            raise TypeError(f"visit is {visit!r}; give a function")
+        if _arrays.integer("block", block, np.int64) < 1:
             raise ValueError(f"block is {block}; give at least 1")
-        return self._tree.visit_pairs(visit, _core_of(other), block)
+        return self._tree.visit_pairs(visit, _tree_of(other), block)
 
     def contacts(self, other: Union[FiberTree, TriangleMesh, None] = None) -> np.ndarray:
         """The contacts of all pairs, in the order of pairs(), as a structured array.
@@ -297,7 +305,7 @@ class FiberTree:
 
     def moving_pairs(self, other: Optional[FiberTree] = None) -> np.ndarray:
         """The pairs that may touch during the step, (n, 2) int32, for a test of your own."""
-        return self._tree.moving_pairs(_core_of(other))
+        return self._tree.moving_pairs(_tree_of(other))
 
     def safe_step(
         self,
@@ -309,16 +317,18 @@ class FiberTree:
 
     def touching(self, mesh: TriangleMesh) -> np.ndarray:
         """The segments that touch the mesh, int32, each once."""
-        return self._tree.touching(mesh._mesh)
+        return self._tree.touching(_mesh_of("mesh", mesh))
 
     def nearest(self, mesh: TriangleMesh, distance: float) -> np.ndarray:
         """Each segment at most `distance` from the mesh, and its nearest triangle: (n, 2) int32."""
-        return self._tree.nearest(mesh._mesh, distance)
+        return self._tree.nearest(_mesh_of("mesh", mesh), _arrays.number("distance", distance))
 
     def overlaps_capsule(self, start: ArrayLike, end: ArrayLike, radius: float) -> np.ndarray:
         """The segments that touch a capsule, int32. A sphere is one whose ends are one point."""
         return self._tree.overlaps_capsule(
-            _vector("the start", start), _vector("the end", end), radius
+            _vector("the start", start),
+            _vector("the end", end),
+            _arrays.number("the radius", radius),
         )
 
     def overlaps_box(self, low: ArrayLike, high: ArrayLike) -> np.ndarray:
@@ -333,7 +343,7 @@ class FiberTree:
 
     def volumes(self, depth: int) -> Volumes:
         """The volumes `depth` levels below the root, whose own depth is 0."""
-        return Volumes(*self._tree.volumes(depth))
+        return Volumes(*self._tree.volumes(_arrays.integer("depth", depth)))
 
     @property
     def fiber_count(self) -> int:
@@ -361,7 +371,8 @@ class FiberTree:
     @staticmethod
     def _others(other: Any, mesh_end: Optional[TriangleMesh]) -> tuple:
         if isinstance(other, TriangleMesh):
-            return other._mesh, (other if mesh_end is None else mesh_end)._mesh
+            end = other if mesh_end is None else mesh_end
+            return other._mesh, _mesh_of("mesh_end", end)
         if mesh_end is not None:
             raise TypeError("mesh_end is given without the mesh at the start")
         return (_core_of(other),)
@@ -372,7 +383,9 @@ def root_segments(points: Points, offsets: Optional[ArrayLike], length: float) -
     array, begin = _arrays.points_and_offsets(points, offsets)
     radius = np.zeros(1, array.dtype)
     return _core.root_segments(
-        _core.Numbers(array, radius, _arrays.ONE), _arrays.layout_of(begin), length
+        _core.Numbers(array, radius, _arrays.ONE),
+        _arrays.layout_of(begin),
+        _arrays.number("length", length),
     )
 
 
@@ -392,8 +405,20 @@ def _core_of(other: Any) -> Any:
     raise TypeError(f"other is a {type(other).__name__}; give a FiberTree or a TriangleMesh")
 
 
+def _tree_of(other: Any) -> Any:
+    if isinstance(other, TriangleMesh):
+        raise TypeError("other is a TriangleMesh; give a FiberTree")
+    return _core_of(other)
+
+
+def _mesh_of(name: str, mesh: Any) -> _core.Mesh:
+    if not isinstance(mesh, TriangleMesh):
+        raise TypeError(f"{name} is a {type(mesh).__name__}; give a TriangleMesh")
+    return mesh._mesh
+
+
 def _vector(name: str, values: ArrayLike) -> list:
-    vector = np.asarray(values, np.float64)
+    vector = _arrays.numbers(name, values)
     if vector.shape != (3,):
         raise ValueError(f"{name} has shape {vector.shape}; give (3,)")
     return vector.tolist()

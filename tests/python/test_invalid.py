@@ -1,0 +1,268 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Wrong arrays are refused by an error that names them, and the tree keeps its answers."""
+
+import numpy as np
+import pytest
+
+import fcl_fibers
+from scenes import random_scene
+
+GOOD = dict(points=np.eye(4, 3), offsets=np.array([0, 2, 4]), radii=0.5)
+FIBERS = dict(points=np.eye(4, 3).reshape(2, 2, 3), radii=0.5)
+
+
+def with_number(number, dtype=float):
+    points = np.eye(4, 3).astype(dtype)
+    points[2, 1] = number
+    return points
+
+
+@pytest.fixture
+def tree():
+    scene = random_scene(1)
+    tree = fcl_fibers.FiberTree(report="capsules")
+    tree.build(**scene.arguments)
+    before, fibers, numbers = tree.contacts(), tree.fiber_count, tree._tree.numbers.radii
+    yield tree
+    assert (tree.contacts() == before).all() and tree.fiber_count == fibers
+    assert tree._tree.numbers.radii is numbers
+    # The next update fits the fibers of the last build.
+    tree.update(scene.points)
+    assert (tree.contacts() == before).all()
+
+
+def refused(call, error, *words, **arguments):
+    with pytest.raises(error) as raised:
+        call(**arguments)
+    text = str(raised.value)
+    assert all(word in text for word in words), text
+    assert "incompatible function arguments" not in text, text
+
+
+@pytest.mark.parametrize(
+    "points, error, word",
+    [
+        (np.zeros((4, 2)), ValueError, "(4, 2)"),
+        (np.zeros((3, 4)), ValueError, "(3, 4)"),
+        (np.zeros(12), ValueError, "(12,)"),
+        (np.zeros((2, 2, 3)), ValueError, "(2, 2, 3)"),
+        (np.array(1.0), ValueError, "()"),
+        (1.0, ValueError, "()"),
+        (np.zeros((4, 3), complex), TypeError, "complex"),
+        (np.array([["1"] * 3] * 4), TypeError, "points"),
+        (np.zeros((4, 3), object), TypeError, "object"),
+        (np.zeros((4, 3), "M8[s]"), TypeError, "points"),
+        (np.zeros((4, 3), bool), TypeError, "bool"),
+        (None, TypeError, "points"),
+        ("points", TypeError, "points"),
+        ([[0, 0, 0], [1, 2]], (TypeError, ValueError), ""),
+        (with_number(np.nan), ValueError, "point 2"),
+        (with_number(np.inf), ValueError, "point 2"),
+        (with_number(-np.inf, np.float32), ValueError, "point 2"),
+        (with_number(np.nan, np.float32), ValueError, "point 2"),
+    ],
+)
+def test_points(tree, points, error, word):
+    refused(tree.build, error, word, **{**GOOD, "points": points})
+
+
+@pytest.mark.parametrize(
+    "points, error, word",
+    [
+        (np.zeros((2, 2, 2)), ValueError, "(2, 2, 2)"),
+        (np.zeros((4, 2)), ValueError, "(4, 2)"),
+        (np.zeros((2, 2, 2, 3)), ValueError, "(2, 2, 2, 3)"),
+        (np.array(1.0), ValueError, "()"),
+        ([np.zeros((2, 3)), np.zeros((2, 2))], ValueError, "fiber 1"),
+        ([np.zeros((2, 3)), np.zeros(3)], ValueError, "fiber 1"),
+        ([[0, 0, 0], [1, 1, 1]], ValueError, "fiber 0"),
+        ([1, 2], ValueError, "fiber 0"),
+        (None, TypeError, "points"),
+        (1.0, TypeError, "points"),
+        ("abc", (TypeError, ValueError), "points"),
+        (np.array([np.zeros((2, 3)), None], object), TypeError, "points"),
+    ],
+)
+def test_points_without_offsets(tree, points, error, word):
+    refused(tree.build, error, word, points=points, radii=0.5)
+
+
+@pytest.mark.parametrize(
+    "offsets, error, word",
+    [
+        ([], ValueError, "empty"),
+        (0, ValueError, "()"),
+        ([[0, 4]], ValueError, "(1, 2)"),
+        ([1, 4], ValueError, "from 1 to 4"),
+        ([0, 3], ValueError, "from 0 to 3"),
+        ([0, 5], ValueError, "from 0 to 5"),
+        ([0, 3, 2, 4], ValueError, "fiber 1"),
+        ([0, -1, 4], ValueError, "fiber 0"),
+        ([0, 2**62, 4], ValueError, "fiber 1"),
+        (np.array([0, 2**63, 4], np.uint64), ValueError, "offsets"),
+        (np.array([0, 2**64 - 1], np.uint64), ValueError, "offsets"),
+        ([0.0, 4.0], TypeError, "offsets"),
+        (["0", "4"], TypeError, "offsets"),
+        ([0, None], TypeError, "offsets"),
+        (np.array([0, 4], complex), TypeError, "offsets"),
+        ([0, 10**30], (TypeError, ValueError), "offsets"),
+    ],
+)
+def test_offsets(tree, offsets, error, word):
+    refused(tree.build, error, word, **{**GOOD, "offsets": offsets})
+
+
+@pytest.mark.parametrize(
+    "radii, error, word",
+    [
+        (None, TypeError, "radii are missing"),
+        (-1.0, ValueError, "radi"),
+        (np.nan, ValueError, "radi"),
+        (np.inf, ValueError, "radi"),
+        ([0.1, -0.1], ValueError, "radi"),
+        ([0.1, 0.1, np.nan, 0.1], ValueError, "radi"),
+        ([], ValueError, "0 radii"),
+        ([1.0], ValueError, "1 radii"),
+        (np.zeros(3), ValueError, "3 radii"),
+        (np.zeros(5), ValueError, "5 radii"),
+        (1j, TypeError, "complex"),
+        ("1", TypeError, "radii"),
+        (["1", "2"], TypeError, "radii"),
+        (object(), TypeError, "object"),
+        ([None, 1.0], TypeError, "radii"),
+        ({}, TypeError, "radii"),
+    ],
+)
+def test_radii(tree, radii, error, word):
+    refused(tree.build, error, word, **{**GOOD, "radii": radii})
+
+
+def test_huge_numbers_are_refused_or_work(tree):
+    largest = np.finfo(np.float32).max
+    other = fcl_fibers.FiberTree(report="capsules")
+    for points in (with_number(1e300), with_number(largest, np.float32)):
+        other.build(points, GOOD["offsets"], 0.5)
+        assert len(other.pairs()) == len(other.contacts())
+    # float32 has no number above this one.
+    floats = GOOD["points"].astype(np.float32)
+    for radius in (1e300, float(largest) * 1.5):
+        refused(tree.build, ValueError, "radi", points=floats, offsets=[0, 2, 4], radii=radius)
+    refused(tree.build, ValueError, "overflow", **{**GOOD, "points": with_number(1.7e308)})
+
+
+@pytest.mark.parametrize("name", ["closed", "groups", "meets", "root_segments"])
+def test_what_each_fiber_has(tree, name):
+    for values, error, word in [
+        ([1], ValueError, "2 fibers"),
+        ([1, 1, 1], ValueError, "2 fibers"),
+        ([], ValueError, "2 fibers"),
+        ([[1, 1]], ValueError, "(1, 2)"),
+        (1, ValueError, "()"),
+        ([0.5, 1.0], TypeError, "float"),
+        (["a", "b"], TypeError, name),
+        ([None, None], TypeError, name),
+        ([0, 2**40], ValueError, name),
+        ([0, -(2**40)], ValueError, name),
+    ]:
+        refused(tree.build, error, word, name, **{**GOOD, name: values})
+    if name != "groups":
+        refused(tree.build, ValueError, "", **{**GOOD, name: [0, -1]})
+    if name == "closed":
+        refused(tree.build, ValueError, "closed", **{**GOOD, name: [0, 2]})
+
+
+def test_updates(tree):
+    count = int(tree._begin[-1])
+    for points, word in [
+        (np.zeros((count + 1, 3)), str(count)),
+        (np.zeros((count - 1, 3)), str(count)),
+        (np.zeros((count, 2)), f"({count}, 2)"),
+        ([np.zeros((count, 3))], "other numbers of points"),
+        (np.zeros((2, 2, 3)), "other numbers of points"),
+        (np.full((count, 3), np.nan), "point 0"),
+    ]:
+        refused(tree.update, ValueError, word, points=points)
+        refused(tree.update, ValueError, "", points=np.zeros((count, 3)), end=points)
+        refused(tree.update, ValueError, "", points=points, end=np.zeros((count, 3)))
+    good = np.zeros((count, 3))
+    refused(tree.update, TypeError, "end_radii", points=good, end_radii=1.0)
+    refused(tree.update, ValueError, "radi", points=good, radii=-1.0)
+    refused(tree.update, ValueError, "radi", points=good, radii=[1.0, 2.0])
+    refused(tree.update, ValueError, "radi", points=good, end=good, end_radii=np.nan)
+    refused(tree.update, TypeError, "complex", points=good * 1j)
+
+
+def test_shapes_of_queries(tree):
+    refused(tree.overlaps_capsule, ValueError, "start", start=(0, 0), end=(0, 0, 0), radius=1)
+    refused(tree.overlaps_capsule, ValueError, "end", start=(0, 0, 0), end=0, radius=1)
+    refused(tree.overlaps_capsule, ValueError, "", start=(0, 0, 0), end=(0, 0, 1), radius=-1)
+    refused(tree.overlaps_capsule, ValueError, "", start=(0, 0, np.nan), end=(0, 0, 1), radius=1)
+    refused(tree.overlaps_box, ValueError, "low", low=(0, 0), high=(0, 0, 0))
+    refused(tree.overlaps_box, ValueError, "", low=(1, 0, 0), high=(0, 1, 1))
+    refused(tree.volumes, ValueError, "depth", depth=-1)
+
+
+def test_types_of_scalars(tree):
+    mesh = fcl_fibers.TriangleMesh(np.eye(3), [[0, 1, 2]])
+    ends = dict(start=(0, 0, 0), end=(0, 0, 1))
+    refused(tree.overlaps_capsule, TypeError, "radius is '1'", **ends, radius="1")
+    refused(tree.overlaps_capsule, TypeError, "radius", **ends, radius=[1.0])
+    refused(tree.overlaps_box, TypeError, "complex", low=(0, 0, 0), high=(1, 1, 1j))
+    refused(tree.nearest, TypeError, "distance is None", mesh=mesh, distance=None)
+    refused(tree.volumes, TypeError, "depth is 1.5", depth=1.5)
+    refused(tree.volumes, ValueError, "depth", depth=2**40)
+    refused(tree.visit_pairs, TypeError, "visit is None", visit=None)
+    refused(tree.visit_pairs, TypeError, "block is '1'", visit=len, block="1")
+    refused(tree.visit_pairs, ValueError, "block", visit=len, block=2**70)
+    refused(tree.visit_pairs, ValueError, "block", visit=len, block=0)
+    length = dict(points=np.eye(3), offsets=None)
+    refused(fcl_fibers.root_segments, TypeError, "length is 'a'", **length, length="a")
+    refused(fcl_fibers.root_segments, ValueError, "length", **length, length=-1)
+    for bits, error in ((-1, ValueError), (2**32, ValueError), (1.0, TypeError)):
+        with pytest.raises(error, match="categories"):
+            mesh.categories = bits
+
+
+def test_a_tree_in_the_place_of_a_mesh(tree):
+    mesh = fcl_fibers.TriangleMesh(np.eye(3), [[0, 1, 2]])
+    for wrong in (1, None, tree):
+        refused(tree.touching, TypeError, "mesh", "give a TriangleMesh", mesh=wrong)
+        refused(tree.nearest, TypeError, "mesh", "give a TriangleMesh", mesh=wrong, distance=1.0)
+        if wrong is not None:
+            for call in (tree.impacts, tree.safe_step):
+                refused(call, TypeError, "mesh_end", "TriangleMesh", other=mesh, mesh_end=wrong)
+    refused(tree.impacts, TypeError, "mesh_end", other=tree, mesh_end=mesh)
+    refused(tree.visit_pairs, TypeError, "FiberTree", visit=len, other=mesh)
+    refused(tree.moving_pairs, TypeError, "FiberTree", other=mesh)
+
+
+@pytest.mark.parametrize("impacts", [np.zeros(3), np.zeros((2, 2)), [], None, "impacts"])
+def test_impacts_of_another_type(tree, impacts):
+    points = random_scene(1).points
+    tree.update(points, points)
+    refused(tree.impact_contacts, TypeError, "impacts", impacts=impacts)
+    tree.update(points)
+
+
+@pytest.mark.parametrize(
+    "options, error, word",
+    [
+        (dict(report="capsule"), ValueError, "report"),
+        (dict(topology="tree"), ValueError, "topology"),
+        (dict(volumes="balls"), ValueError, "volumes"),
+        (dict(report=None), ValueError, "report"),
+        (dict(report=[]), ValueError, "report"),
+        (dict(ignored_neighbors=-1), ValueError, "ignored_neighbors"),
+        (dict(ignored_arc_length=-1.0), ValueError, "ignored_arc_length"),
+        (dict(ignored_arc_length=np.nan), ValueError, "ignored_arc_length"),
+        (dict(margin=-0.1), ValueError, "margin"),
+        (dict(margin=np.inf), ValueError, "margin"),
+        (dict(threads=0), ValueError, "threads"),
+        (dict(threads=1.5), TypeError, "threads"),
+        (dict(ignored_neighbors=2**40), (TypeError, ValueError), "ignored_neighbors"),
+        (dict(margin="0"), TypeError, "margin"),
+        (dict(nonsense=1), TypeError, "nonsense"),
+    ],
+)
+def test_options(options, error, word):
+    refused(fcl_fibers.FiberTree, error, word, **options)
