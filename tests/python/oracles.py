@@ -187,7 +187,7 @@ class Scene:
 
 
 def gaps(a, b, report="capsules", volumes="boxes"):
-    """How far the surfaces, boxes or spheres of all pairs of two scenes are apart, and its error."""
+    """How far surfaces, boxes or spheres of all pairs of two scenes are apart, and its error."""
     p, q = (a.start[:, None], a.end[:, None]), (b.start, b.end)
     radii = a.radius[:, None] + b.radius
     extent = max(a.extent(), b.extent()) + 2 * (radii.max() if radii.size else 0)
