@@ -196,7 +196,7 @@ class FiberTree:
         values, kind = _arrays.radii_of(radii, array, begin)
         layout = _arrays.layout_of(begin, closed, groups, meets, root_segments)
         self._tree.build(_core.Numbers(array, values, kind), layout)
-        self._begin = begin
+        self._begin = begin.copy()
 
     def update(
         self,
