@@ -68,7 +68,7 @@ class TriangleMesh:
         rotation       (3, 3), orthonormal and no reflection
         position       (3,)
         """
-        matrix = np.asarray(rotation, np.float64)
+        matrix = _arrays.numbers("numbers of the rotation", rotation)
         if matrix.shape != (3, 3):
             raise ValueError(f"the rotation has shape {matrix.shape}; give (3, 3)")
         self._mesh.set_pose(matrix.ravel().tolist(), _vector("the position", position))
@@ -418,7 +418,7 @@ def _mesh_of(name: str, mesh: Any) -> _core.Mesh:
 
 
 def _vector(name: str, values: ArrayLike) -> list:
-    vector = _arrays.numbers(name, values)
+    vector = _arrays.numbers(f"numbers of {name}", values)
     if vector.shape != (3,):
         raise ValueError(f"{name} has shape {vector.shape}; give (3,)")
     return vector.tolist()
