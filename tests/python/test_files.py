@@ -1,0 +1,296 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Files that are written and read again, damaged files, and writes that fail."""
+
+import os
+import pathlib
+import resource
+import stat
+
+import numpy as np
+import pytest
+
+import fcl_fibers
+from scenes import random_scene
+
+DATA = pathlib.Path(__file__).parent.parent / "data"
+
+
+def scene_of(dtype=float):
+    """Fibers of at least one point, as a file has no others."""
+    scene = random_scene(1, dtype=dtype)
+    kept = np.diff(scene.offsets) > 0
+    offsets = np.concatenate([[0], np.cumsum(np.diff(scene.offsets)[kept])])
+    return scene.points, offsets, scene.radii
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("ending", ["vtp", "hair", "txt"])
+@pytest.mark.parametrize("as_path", [str, pathlib.Path])
+def test_points_come_back(tmp_path, ending, dtype, as_path):
+    points, offsets, radii = scene_of(dtype)
+    path = as_path(tmp_path / f"fibers.{ending}")
+    fcl_fibers.write(path, points, offsets, None if ending == "txt" else 0.125)
+    found = fcl_fibers.read(path)
+    assert found.points.dtype == np.float64 and found.offsets.dtype == np.int64
+    exact = points.astype(np.float32) if ending == "hair" else points
+    assert found.points.tobytes() == exact.astype(float).tobytes()
+    assert (found.offsets == offsets).all() and found.closed is None
+    if ending == "txt":
+        assert found.radii is None
+    else:
+        assert set(np.ravel(found.radii).tolist()) == {0.125}
+    again = fcl_fibers.FiberTree(report="capsules")
+    again.build(*found) if found.radii is not None else again.build(*found[:2], 0.125)
+    assert again.segment_count == len(points) - len(offsets) + 1
+
+
+def test_extreme_numbers_come_back(tmp_path):
+    points = np.array(
+        [(0.1, -0.0, 5e-324), (1e308, -1 / 3, 2.0**-1022), (1e-7, 1e16, np.pi), (1, 2, 3)]
+    )
+    for ending in ("vtp", "txt"):
+        path = tmp_path / f"fibers.{ending}"
+        fcl_fibers.write(path, points, [0, 2, 4], 5e-324)
+        assert fcl_fibers.read(path).points.tobytes() == points.tobytes()
+
+
+@pytest.mark.parametrize("ending", ["vtp", "hair"])
+def test_kinds_of_radii(tmp_path, ending):
+    points = np.arange(21.0).reshape(7, 3)
+    offsets = np.array([0, 3, 7])
+    path = tmp_path / f"fibers.{ending}"
+    for radii, expected in [
+        (0.5, [0.5] * 7),
+        ([0.5, 0.25], [0.5] * 3 + [0.25] * 4),
+        ([0.5, 0.5, 0.25, 0.25, 0.25], [0.5, 0.5, 0.5, 0.25, 0.25, 0.25, 0.25]),
+        (np.full(7, 0.5, np.float32), [0.5] * 7),
+    ]:
+        fcl_fibers.write(path, points, offsets, radii)
+        found = fcl_fibers.read(path).radii
+        # The radius at the last point of a fiber is that of no segment.
+        found = np.broadcast_to(found, 7)[[0, 1, 3, 4, 5]]
+        assert found.tolist() == np.array(expected)[[0, 1, 3, 4, 5]].tolist()
+    assert fcl_fibers.read(path, radius=3).radii == 3.0
+
+
+@pytest.mark.parametrize("ending", ["vtp", "hair", "txt"])
+def test_closed_fibers(tmp_path, ending):
+    square = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 0)], float)
+    path = tmp_path / f"fibers.{ending}"
+    fcl_fibers.write(path, [square, square[:3]], radii=0.1, closed=[True, False])
+    found = fcl_fibers.read(path)
+    assert found.closed.dtype == bool and found.closed.tolist() == [True, False]
+    tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=1)
+    tree.build(found.points, found.offsets, 0.1, found.closed, groups=[1, 1])
+    assert tree.fiber_count == 2
+
+
+@pytest.mark.parametrize("ending", ["vtp", "hair", "txt"])
+def test_empty_fibers_are_left_out(tmp_path, ending):
+    path = tmp_path / f"fibers.{ending}"
+    points = np.arange(9.0).reshape(3, 3)
+    fcl_fibers.write(path, points, [0, 0, 2, 2, 3, 3], [9, 0.5, 9, 0.25, 9], [0, 0, 0, 0, 0])
+    found = fcl_fibers.read(path)
+    assert found.offsets.tolist() == [0, 2, 3] and (found.points == points).all()
+    if ending != "txt":
+        assert np.broadcast_to(found.radii, 3)[0] == 0.5
+
+
+def test_results_own_their_memory(tmp_path):
+    points, offsets, radii = scene_of()
+    fcl_fibers.write(tmp_path / "a.vtp", points, offsets, radii)
+    found = fcl_fibers.read(tmp_path / "a.vtp")
+    os.unlink(tmp_path / "a.vtp")
+    [np.full(points.shape, 7.0) for _ in range(100)]
+    assert (found.points == points).all() and found.points.flags.writeable
+    assert found.points.flags.c_contiguous and found.radii.dtype == np.float64
+
+
+@pytest.mark.parametrize("name", ["radii.vtp", "rings.txt", "ascii_none_little_h32_float.vtp"])
+def test_files_of_others(name):
+    found = fcl_fibers.read(DATA / name)
+    assert found.points.shape == (found.offsets[-1], 3) and found.offsets[0] == 0
+    assert (found.radii is None) == (name != "radii.vtp")
+    assert found.closed.any()
+    tree = fcl_fibers.FiberTree()
+    tree.build(found.points, found.offsets, 0.1, found.closed)
+
+
+def test_what_cannot_be_opened(tmp_path):
+    for path in (tmp_path / "no.vtp", str(tmp_path / "no" / "no.txt"), ""):
+        with pytest.raises(FileNotFoundError):
+            fcl_fibers.read(path)
+    with pytest.raises(IsADirectoryError):
+        fcl_fibers.read(tmp_path)
+    for wrong in (None, 3.5, object()):
+        with pytest.raises(TypeError):
+            fcl_fibers.read(wrong)
+    with pytest.raises((ValueError, FileNotFoundError)):
+        fcl_fibers.read("a\0b.txt")
+
+
+def test_damaged_files(tmp_path):
+    points, offsets, radii = scene_of()
+    path = tmp_path / "fibers.hair"
+    fcl_fibers.write(path, points, offsets, radii)
+    path.write_bytes(path.read_bytes()[:200])
+    with pytest.raises(ValueError, match=r"fibers\.hair.*byte"):
+        fcl_fibers.read(path)
+    text = tmp_path / "fibers.txt"
+    text.write_text("0 0 0\n1 0 0\n1 nonsense 0\n")
+    with pytest.raises(ValueError, match=r"fibers\.txt.*line 3"):
+        fcl_fibers.read(text)
+    text.write_text("0 0 nan\n1 0 0\n")
+    with pytest.raises(ValueError, match="line 1"):
+        fcl_fibers.read(text)
+    unknown = tmp_path / "fibers.xyz"
+    unknown.write_bytes(b"\x01\x02\x03")
+    with pytest.raises(ValueError, match=r"fibers\.xyz"):
+        fcl_fibers.read(unknown)
+    vtp = tmp_path / "fibers.vtp"
+    fcl_fibers.write(vtp, points, offsets, radii)
+    vtp.write_bytes(vtp.read_bytes()[:-100])
+    with pytest.raises(ValueError, match=r"fibers\.vtp"):
+        fcl_fibers.read(vtp)
+
+
+def test_every_cut_of_a_file_is_refused_or_read(tmp_path):
+    path = tmp_path / "fibers.hair"
+    points, offsets, radii = scene_of()
+    fcl_fibers.write(path, points[:20], [0, 12, 20], radii[:20])
+    whole = path.read_bytes()
+    for length in range(0, len(whole), 7):
+        path.write_bytes(whole[:length])
+        with pytest.raises(ValueError, match="fibers.hair"):
+            fcl_fibers.read(path)
+
+
+def test_options_of_reading(tmp_path):
+    path = tmp_path / "fibers.txt"
+    path.write_text("0 0 0\n1 0 0\n")
+    assert fcl_fibers.read(path, np.float32(0.5)).radii == 0.5
+    for wrong, error in (
+        (-1, ValueError),
+        (np.nan, ValueError),
+        ("1", TypeError),
+        ([1], TypeError),
+    ):
+        with pytest.raises(error, match="radius"):
+            fcl_fibers.read(path, wrong)
+    for wrong, error in (
+        (0, ValueError),
+        (1001, ValueError),
+        (2.5, TypeError),
+        (2**40, ValueError),
+    ):
+        with pytest.raises(error, match="segments_per_span"):
+            fcl_fibers.read(path, segments_per_span=wrong)
+
+
+def test_warnings(tmp_path, recwarn):
+    path = tmp_path / "fibers.hair"
+    points, offsets, radii = scene_of()
+    fcl_fibers.write(path, points, offsets, radii)
+    fcl_fibers.read(path)
+    assert len(recwarn) == 0
+    path.write_bytes(path.read_bytes() + b"more")
+    with pytest.warns(fcl_fibers.FiberFileWarning, match=r"fibers\.hair: ") as caught:
+        fcl_fibers.read(path)
+    assert caught[0].filename == __file__
+    assert issubclass(fcl_fibers.FiberFileWarning, UserWarning)
+
+
+@pytest.mark.parametrize("name", ["fibers.vtk", "fibers", "fibers.HAIR2", ".vtp", "fibers.vtp.gz"])
+def test_other_endings(tmp_path, name):
+    with pytest.raises(ValueError, match=r"\.vtp, \.hair or \.txt"):
+        fcl_fibers.write(tmp_path / name, np.zeros((2, 3)))
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("ending", ["vtp", "hair", "txt"])
+@pytest.mark.parametrize("exists", [False, True])
+def test_a_write_that_fails_changes_nothing(tmp_path, ending, exists, monkeypatch):
+    path = tmp_path / f"fibers.{ending}"
+    good = np.zeros((2, 3))
+    if exists:
+        path.write_text("old")
+    before = sorted(tmp_path.iterdir())
+
+    def unchanged():
+        assert sorted(tmp_path.iterdir()) == before
+        assert not exists or path.read_text() == "old"
+
+    for arguments, error in [
+        (dict(points=np.full((2, 3), np.nan)), ValueError),
+        (dict(points=good, offsets=[0, 3]), ValueError),
+        (dict(points=good, radii=-1.0), ValueError),
+        (dict(points=good, radii=[1.0, np.inf]), ValueError),
+        (dict(points=good, closed=[1, 1]), ValueError),
+        (dict(points=np.eye(3), closed=[1]), ValueError),
+        (dict(points=[]), ValueError),
+        (dict(points=good * 1j), TypeError),
+        (dict(points=None), TypeError),
+    ]:
+        with pytest.raises(error):
+            fcl_fibers.write(path, **arguments)
+        unchanged()
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", full)
+    with pytest.raises(OSError, match="No space"):
+        fcl_fibers.write(path, good)
+    unchanged()
+
+
+@pytest.mark.parametrize("ending", ["vtp", "hair", "txt"])
+def test_a_full_disk(tmp_path, ending):
+    path = tmp_path / f"fibers.{ending}"
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    try:
+        # Python ignores the signal, so that a write beyond this size fails.
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, before[1]))
+        with pytest.raises(OSError):
+            fcl_fibers.write(path, np.random.default_rng(1).uniform(size=(5000, 3)))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_folders_that_cannot_be_written_to(tmp_path):
+    with pytest.raises(FileNotFoundError, match="gone"):
+        fcl_fibers.write(tmp_path / "gone" / "fibers.txt", np.zeros((2, 3)))
+    folder = tmp_path / "fibers.txt"
+    folder.mkdir()
+    with pytest.raises(OSError):
+        fcl_fibers.write(folder, np.zeros((2, 3)))
+    assert list(tmp_path.iterdir()) == [folder] and list(folder.iterdir()) == []
+
+
+@pytest.mark.parametrize("mask", [0o022, 0o077, 0o002])
+def test_permissions_follow_the_mask(tmp_path, mask):
+    path = tmp_path / "fibers.vtp"
+    before = os.umask(mask)
+    try:
+        for _ in range(2):
+            fcl_fibers.write(path, np.zeros((2, 3)))
+            assert stat.S_IMODE(path.stat().st_mode) == 0o666 & ~mask
+        assert os.umask(mask) == mask
+    finally:
+        os.umask(before)
+
+
+def test_relative_paths(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    fcl_fibers.write("fibers.txt", np.eye(3))
+    fcl_fibers.write(b"bytes.txt".decode(), np.eye(3))
+    assert (fcl_fibers.read("fibers.txt").points == np.eye(3)).all()
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["bytes.txt", "fibers.txt"]
+
+
+def test_names_beyond_ascii(tmp_path):
+    path = tmp_path / "Fäden 纤维.vtp"
+    fcl_fibers.write(path, np.eye(3), radii=1)
+    assert (fcl_fibers.read(path).points == np.eye(3)).all()
+    assert (fcl_fibers.read(os.fsencode(path)).points == np.eye(3)).all()
