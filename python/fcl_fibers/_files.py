@@ -76,7 +76,9 @@ def write(
         raise ValueError(f"{path!r}: give a file that ends in .vtp, .hair or .txt")
     array, begin = _arrays.points_and_offsets(points, offsets)
     values, kind = _arrays.radii_of(0.0 if radii is None else radii, array, begin)
-    numbers, layout = _core.Numbers(array, values, kind), _arrays.layout_of(begin, closed)
+    layout = _arrays.layout_of(begin, closed)
+    _check_readable(array, begin, values, closed)
+    numbers = _core.Numbers(array, values, kind)
     folder = os.path.dirname(path) or "."
     handle, draft = tempfile.mkstemp(suffix=ending, prefix=".fibers-", dir=folder)
     os.close(handle)
@@ -89,9 +91,30 @@ def write(
         os.umask(mask)
         os.chmod(draft, 0o666 & ~mask)
         os.replace(draft, path)
-    except BaseException:
+    except BaseException as error:
         os.unlink(draft)
+        if isinstance(error, RuntimeError):
+            raise OSError(f"{path!r} cannot be written: {error}") from None
         raise
+
+
+def _check_readable(
+    points: np.ndarray, begin: np.ndarray, radii: np.ndarray, closed: Optional[ArrayLike]
+) -> None:
+    """Refuses what read() would refuse, or read as something else."""
+    if len(points) == 0:
+        raise ValueError("there are no points; a file has at least one")
+    wrong = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if len(wrong) > 0:
+        raise ValueError(f"point {wrong[0]} is {points[wrong[0]].tolist()}; give finite numbers")
+    if not (np.isfinite(radii) & (radii >= 0)).all():
+        raise ValueError("radii have to be finite and not negative")
+    if closed is not None:
+        full = np.asarray(closed, bool) & (begin[1:] > begin[:-1])
+        first, last = points[begin[:-1][full]], points[begin[1:][full] - 1]
+        open_ones = np.flatnonzero(full)[(first != last).any(axis=1)]
+        if len(open_ones) > 0:
+            raise ValueError(f"the last point of closed fiber {open_ones[0]} is not its first")
 
 
 def _write_text(path: str, points: np.ndarray, begin: np.ndarray) -> None:
