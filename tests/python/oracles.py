@@ -32,7 +32,8 @@ def point_segment(p, a, b):
     """Distances of points p from segments a b."""
     along = b - a
     s = ratio(dot(p - a, along), dot(along, along))
-    return length(a + s[..., None] * along - p)
+    # The difference first, as it is exact where coordinates are large.
+    return length(a - p + s[..., None] * along)
 
 
 def segment_segment(a0, a1, b0, b1):

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What help() and an editor tell."""
+
+import ast
+import inspect
+import pathlib
+import pydoc
+import typing
+
+import pytest
+
+import fcl_fibers
+from fcl_fibers import _core
+
+PUBLIC = {n: getattr(fcl_fibers, n) for n in fcl_fibers.__all__ if not n.startswith("__")}
+MEMBERS = [
+    (f"{name}.{member}", value)
+    for name, one in PUBLIC.items()
+    if inspect.isclass(one) and not issubclass(one, tuple)
+    for member, value in vars(one).items()
+    if not member.startswith("_")
+]
+FUNCTIONS = [
+    (name, value)
+    for name, value in [*PUBLIC.items(), *MEMBERS, ("FiberTree", fcl_fibers.FiberTree.__init__)]
+    if inspect.isfunction(value)
+]
+
+
+def test_names():
+    assert sorted(fcl_fibers.__all__) == fcl_fibers.__all__
+    assert fcl_fibers.__version__ == _core.version and fcl_fibers.__doc__
+    assert all(one.__module__.startswith("fcl_fibers") for one in PUBLIC.values())
+
+
+@pytest.mark.parametrize("name, one", [*PUBLIC.items(), *MEMBERS])
+def test_every_public_name_has_a_text(name, one):
+    text = inspect.getdoc(one)
+    assert text
+    # A NamedTuple without a text gets its signature.
+    assert not text.startswith(f"{name}(")
+
+
+@pytest.mark.parametrize("name, function", FUNCTIONS)
+def test_every_argument_has_a_type(name, function):
+    hints = typing.get_type_hints(function)
+    arguments = inspect.signature(function).parameters
+    assert set(arguments) - {"self", "mesh"} <= set(hints) | {"self"}
+    assert "return" in hints
+
+
+def test_help_tells_shapes_and_units():
+    for one, words in [
+        (fcl_fibers.FiberTree, ["unit of the points", "threads", "RuntimeError", "a copy"]),
+        (fcl_fibers.FiberTree.build, ["(n, 3)", "(fibers + 1,)", "(fibers, n, 3)", "(fibers,)"]),
+        (fcl_fibers.FiberTree.pairs, ["(n, 2) int32", "a < b"]),
+        (fcl_fibers.FiberTree.contacts, ["distance", "(3,)", "normal", "weights"]),
+        (fcl_fibers.FiberTree.impacts, ["time"]),
+        (fcl_fibers.FiberTree.nearest, ["(n, 2) int32"]),
+        (fcl_fibers.FiberTree.fiber_segment, ["(..., 2)", "int64"]),
+        (fcl_fibers.TriangleMesh, ["(n, 3)", "(m, 3)", "counterclockwise", "watertight"]),
+        (fcl_fibers.TriangleMesh.set_pose, ["(3, 3)", "(3,)", "rotation @ p + position"]),
+        (fcl_fibers.read, [".hair", "unit", "OSError", "ValueError"]),
+        (fcl_fibers.write, [".vtp", ".hair", ".txt"]),
+    ]:
+        text = pydoc.render_doc(one, renderer=pydoc.plaintext)
+        assert all(word in text for word in words), (one, words)
+
+
+def test_fields_of_contacts_are_those_of_help():
+    text = fcl_fibers.FiberTree.contacts.__doc__
+    tree = fcl_fibers.FiberTree(report="capsules")
+    mesh = fcl_fibers.TriangleMesh([(0, 0, 0)], [(0, 0, 0)])
+    for array in (tree.contacts(), tree.contacts(mesh)):
+        assert all(field in text for field in array.dtype.names)
+
+
+def test_stubs_have_the_names_of_the_module():
+    package = pathlib.Path(fcl_fibers.__file__)
+    stubs = package.with_name("_core.pyi")
+    if not stubs.exists():
+        stubs = package.resolve().with_name("_core.pyi")
+    if not stubs.exists():
+        pytest.skip("there are no stubs")
+
+    def names(body):
+        for node in body:
+            if isinstance(node, (ast.ClassDef, ast.FunctionDef)):
+                yield node.name
+            elif isinstance(node, ast.AnnAssign):
+                yield node.target.id
+
+    tree = ast.parse(stubs.read_text())
+    assert public(names(tree.body)) == public(vars(_core))
+    for node in tree.body:
+        if isinstance(node, ast.ClassDef) and hasattr(_core, node.name):
+            assert public(names(node.body)) == public(vars(getattr(_core, node.name)))
+
+
+def public(names):
+    return {name for name in names if not name.startswith("_")}
