@@ -90,6 +90,7 @@ class TriangleMesh:
 
     @property
     def solid(self) -> bool:
+        """Whether a capsule wholly inside touches the mesh."""
         return self._mesh.solid
 
     def copy(self) -> TriangleMesh:
@@ -102,10 +103,12 @@ class TriangleMesh:
 
     @property
     def point_count(self) -> int:
+        """The number of points, also of those at no triangle."""
         return self._mesh.point_count
 
     @property
     def triangle_count(self) -> int:
+        """The number of triangles."""
         return self._mesh.triangle_count
 
     @property
@@ -347,10 +350,12 @@ class FiberTree:
 
     @property
     def fiber_count(self) -> int:
+        """The number of fibers, also of those without segments."""
         return self._tree.fiber_count
 
     @property
     def segment_count(self) -> int:
+        """The number of segments of all fibers."""
         return self._tree.segment_count
 
     @property
@@ -360,6 +365,7 @@ class FiberTree:
 
     @property
     def options(self) -> Options:
+        """What the tree was constructed with."""
         return self._options
 
     def __repr__(self) -> str:
