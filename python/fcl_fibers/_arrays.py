@@ -24,7 +24,7 @@ Points = Union[npt.ArrayLike, Sequence[npt.ArrayLike]]
 ONE, PER_FIBER, PER_SEGMENT = range(3)
 
 
-def numbers(name: str, values: ArrayLike) -> np.ndarray:
+def numbers(name: str, values: Any) -> np.ndarray:
     """An array of float32 or float64 that C++ can read."""
     array = np.asarray(values)
     if array.dtype.kind not in "fiu" and array.size > 0:
@@ -40,7 +40,7 @@ def whole(name: str, values: ArrayLike, scalar: type) -> np.ndarray:
         raise TypeError(f"{name} are of type {array.dtype}; give whole numbers")
     if array.ndim != 1:
         raise ValueError(f"{name} have shape {array.shape}; give one dimension")
-    limits = np.iinfo(scalar)
+    limits: Any = np.iinfo(scalar)
     if array.size > 0 and not (limits.min <= array.min() and array.max() <= limits.max):
         raise ValueError(f"{name} have to be between {limits.min} and {limits.max}")
     return np.require(array, scalar, ["C", "A"])
@@ -78,7 +78,7 @@ def corners(triangles: ArrayLike) -> np.ndarray:
 
 
 def points_and_offsets(
-    points: Points, offsets: Optional[ArrayLike], name: str = "points"
+    points: Any, offsets: Optional[ArrayLike], name: str = "points"
 ) -> Tuple[np.ndarray, np.ndarray]:
     """The points of all fibers, and where each fiber begins.
 
