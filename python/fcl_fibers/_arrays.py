@@ -58,7 +58,7 @@ def integer(name: str, value: Any, scalar: type = np.int32) -> int:
         found = operator.index(value)
     except TypeError:
         raise TypeError(f"{name} is {value!r}; give a whole number") from None
-    limits = np.iinfo(scalar)
+    limits: Any = np.iinfo(scalar)
     if not limits.min <= found <= limits.max:
         raise ValueError(f"{name} is {found}; give a number from {limits.min} to {limits.max}")
     return found
