@@ -101,6 +101,18 @@ simd_sanitized() {
   done
 }
 
+# The Python package under the sanitizers.
+python_sanitized() {
+  has_packages pybind11-dev python3-dev python3-numpy python3-pytest python3-hypothesis || return 0
+  tests/python/sanitized.sh
+}
+
+# Random calls and scenes of the Python package, other ones at each run.
+python_long() {
+  build fcl_fibers_python
+  FCL_FIBERS_LONG=1 run_tests release -R '^python_test$'
+}
+
 # All threads' suites, of which .ci/run takes one at a time.
 threads() {
   .ci/apt_install.sh clang libclang-rt-dev
@@ -262,6 +274,8 @@ steps=(
   threads
   sanitized
   simd_sanitized
+  python_sanitized
+  python_long
   extremes
   differential
   triangles

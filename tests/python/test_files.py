@@ -294,3 +294,17 @@ def test_names_beyond_ascii(tmp_path):
     fcl_fibers.write(path, np.eye(3), radii=1)
     assert (fcl_fibers.read(path).points == np.eye(3)).all()
     assert (fcl_fibers.read(os.fsencode(path)).points == np.eye(3)).all()
+
+
+@pytest.mark.parametrize("ending", ["tck", "trk"])
+def test_tractograms_that_nibabel_wrote(tmp_path, ending):
+    streamlines = pytest.importorskip("nibabel.streamlines")
+    points, offsets, _ = scene_of(np.float32)
+    fibers = [points[b:e] for b, e in zip(offsets[:-1], offsets[1:])]
+    path = tmp_path / f"fibers.{ending}"
+    tractogram = streamlines.Tractogram(fibers, affine_to_rasmm=np.eye(4))
+    streamlines.save(tractogram, str(path))
+    found = fcl_fibers.read(path)
+    assert found.offsets.tolist() == offsets.tolist() and found.radii is None
+    # Nibabel stores voxels with their corner as the origin in .trk, which rounds.
+    assert found.points == pytest.approx(points, abs=0 if ending == "tck" else 1e-6)

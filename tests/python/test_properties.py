@@ -208,7 +208,7 @@ def quiet(*_):
     """A visitor."""
 
 
-@hypothesis.settings(max_examples=20 * hypothesis.settings().max_examples)
+@hypothesis.settings(max_examples=10 * hypothesis.settings().max_examples)
 @hypothesis.given(st.sampled_from(sorted(CALLS)), st.data())
 def test_random_calls(name, data):
     """Any call is answered or refused by an error that a program may expect, and one that is
