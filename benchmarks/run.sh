@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 #
-# benchmarks/run.sh [--full [--targets] | --trade | --paper [--full]] [--only NAME]
-#                   [--hair FILE [--radius R]]
+# benchmarks/run.sh [--full [--targets] | --trade | --paper [--full] | --python [--targets]]
+#                   [--only NAME] [--hair FILE [--radius R]]
 #
 #   (nothing)  the README's table: this library, FCL and Embree on three scenes. 3 minutes
 #   --full     all tables of docs/performance.md: scenes, other queries, small scenes, arrays, growth,
@@ -11,6 +11,7 @@
 #   --trade    what accuracy costs: every manager, sampling, options, meshes, motion. 16 minutes. It adds real hair
 #              if FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx
 #   --paper    the paper's Table I, figures and pictures. 90 minutes. --full adds finer curves
+#   --python   docs/python.md: a step of the Python package, beside other ways and C++. 7 minutes
 #   --only     only the measures whose names begin with NAME, such as obstacles of --full, 4 minutes,
 #              or dials of --trade, 4 minutes. It keeps the other results of the set
 #   --hair     the fibers of a file instead of the scenes; with --trade beside the scenes.
@@ -27,7 +28,10 @@ set=headline full=0 only='' hair=() targets=()
 while (($# > 0)); do
   case $1 in
     --full) full=1 ;;
-    --trade | --paper) [[ $set == headline ]] || refuse "give either --trade or --paper"; set=${1#--} ;;
+    --trade | --paper | --python)
+      [[ $set == headline ]] || refuse "give only one of --trade, --paper and --python"
+      set=${1#--}
+      ;;
     --targets) targets=(--targets) ;;
     --only=*) only=${1#--only=} ;;
     --only)
@@ -39,17 +43,21 @@ while (($# > 0)); do
       hair+=("$1=${2?$1 needs a value}")
       shift
       ;;
-    --help) sed -n '4,22s/^# \{0,1\}//p' "$0" && exit ;;
+    --help) sed -n '4,23s/^# \{0,1\}//p' "$0" && exit ;;
     *) refuse "there is no option $1" ;;
   esac
   shift
 done
 [[ ${#hair[@]} == 0 || ${hair[*]} == *--hair=* ]] || refuse "--radius needs --hair FILE"
 case "$full $set ${hair[*]}" in
-  '1 trade '* | '1 paper '?*) refuse "--full does not go with --trade, nor with --paper --hair" ;;
+  '1 trade '* | '1 python '* | '1 paper '?*)
+    refuse "--full does not go with --trade or --python, nor with --paper --hair"
+    ;;
+  '0 python '?*) refuse "--hair does not go with --python" ;;
   '1 headline '*) set=full ;;
 esac
-[[ ${#targets[@]} == 0 || "$set ${hair[*]}" == 'full ' ]] || refuse "--targets goes only with --full alone"
+[[ ${#targets[@]} == 0 || "$set ${hair[*]}" =~ ^(full|python)' '$ ]] ||
+  refuse "--targets goes only with --full or --python alone"
 [[ -z $only || "$set ${hair[*]}" != *--hair* ]] || refuse "--only does not go with --hair"
 ponytail=${FCL_FIBERS_DATA:+$FCL_FIBERS_DATA/tressfx31_ponytail_tail.tfx}
 if [[ $set == trade && ${#hair[@]} == 0 && -e $ponytail ]]; then
@@ -69,13 +77,24 @@ if ((${#hair[@]} > 0)) && [[ $set != trade ]]; then scenes=hair data=${data}_hai
   python3-matplotlib
 .ci/apt_install.sh libembree-dev libbullet-dev ||
   echo "Embree or Bullet cannot be installed. The benchmarks leave out what is missing" >&2
-tools=OFF goals=(fcl_fibers_bench)
+tools=OFF goals=(fcl_fibers_bench) python=(-DFCL_FIBERS_BUILD_PYTHON=OFF)
 if [[ $set == paper ]]; then
   .ci/apt_install.sh libfmt-dev nlohmann-json3-dev libjs-three libtinyobjloader-dev
   tools=ON goals+=(fcl_fibers_program fcl_fibers_topologies)
 fi
+bench=("$build/benchmarks/fcl_fibers_bench")
+if [[ $set == python ]]; then
+  .ci/apt_install.sh python3-dev pybind11-dev python3-numpy python3-scipy python3-numba libfmt-dev \
+    nlohmann-json3-dev libjs-three libtinyobjloader-dev
+  python=(-DFCL_FIBERS_BUILD_PYTHON=ON -DPython3_EXECUTABLE=/usr/bin/python3)
+  goals=(fcl_fibers_python fcl_fibers_step_in_cpp)
+  export PYTHONPATH=$PWD/$build/python
+  bench=(/usr/bin/python3 -B benchmarks/python/steps.py
+    --program="$build/benchmarks/fcl_fibers_step_in_cpp")
+fi
 cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DFCL_FIBERS_BUILD_TESTS=OFF \
-  -DFCL_FIBERS_BUILD_BENCHMARKS=ON -DFCL_FIBERS_BUILD_TOOLS=$tools >&2
+  -DFCL_FIBERS_BUILD_BENCHMARKS=ON -DFCL_FIBERS_BUILD_TOOLS=$tools \
+  "${python[@]}" >&2
 cmake --build "$build" --target "${goals[@]}" >&2
 
 FCL_FIBERS_COMMIT=$(git describe --always --dirty 2>/dev/null || echo unknown)
@@ -91,7 +110,7 @@ measure() {
   [[ $1 == "$only"* ]] || return 0
   measured=1
   printf '%4d s  %s\n' "$SECONDS" "$1" >&2
-  if ! "$build/benchmarks/fcl_fibers_bench" --measure="$2" "${@:3}" --benchmark_out="$file"; then
+  if ! "${bench[@]}" --measure="$2" "${@:3}" --benchmark_out="$file"; then
     echo "benchmarks/run.sh: the measure $1 has failed" >&2
     if [[ -e $file ]]; then mv "$file" "$file.failed"; fi
     failed=1
@@ -138,6 +157,12 @@ case $scenes in
     measure dials_motion motion-dials
     ;;
   hair) frames frames_hair "${hair[@]}" ;;
+  python)
+    measure import import
+    measure overhead overhead $helix=100
+    for n in 10 100 1000; do measure "steps_helix-$n" steps --scene="helix:fibers=$n,segments=100"; done
+    measure steps_bundles-1000 steps --scene=bundles:1000
+    ;;
   paper)
     measure radii radii
     measure rods rods

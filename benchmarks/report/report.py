@@ -24,6 +24,7 @@ import paper_claims
 import paper_pictures
 import paper_table
 import pictures
+import python_steps
 import trade
 from results import circumstances, load
 from tables import Table, count, digits, time
@@ -45,6 +46,7 @@ DOCUMENTED = {
         "paper-claims",
         "paper-volumes",
     ),
+    "python": ("python-steps", "python-costs"),
 }
 BARS = "Bars are medians. Lines reach from the lowest run to the highest."
 DIAL = "Shorter bars are faster. False pairs are reported and do not touch."
@@ -232,6 +234,17 @@ def paper_again(folder):
     return report
 
 
+def python(folder, with_targets=False):
+    wanted = files_of("steps", python_steps.SCENES)
+    wanted |= {"overhead": "overhead", "import": "import"}
+    report = Report("python", "The Python package", folder, wanted)
+    report.add("steps_.*", python_steps.steps, report.parts)
+    report.add("overhead|import", python_steps.costs, report.parts)
+    if with_targets:
+        report.blocks.append(python_steps.targets(report.parts))
+    return report
+
+
 def write_page(report, path):
     loader = jinja2.FileSystemLoader(Path(__file__).parent)
     pages = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
@@ -272,10 +285,12 @@ def main(arguments):
     parser.add_argument("--page", type=Path, metavar="FILE.html")
     parser.add_argument("--picture", type=Path, metavar="FILE.png", help="the first, if any")
     parser.add_argument("--docs", type=Path, metavar="ROOT", help="renews its tables and pictures")
-    parser.add_argument("--targets", action="store_true", help="full: met and missed")
+    parser.add_argument("--targets", action="store_true", help="full, python: met and missed")
     options = parser.parse_args(arguments)
     if options.set in ("headline", "full"):
         report = speed(options.set, options.folder, options.targets)
+    elif options.set == "python":
+        report = python(options.folder, options.targets)
     else:
         report = {"trade": trade_offs, "paper": paper_again}[options.set](options.folder)
     shown = report.documented()

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Records anew what report_test.py makes reports of: record.py fcl_fibers_bench
+"""Records anew what report_test.py makes reports of: record.py fcl_fibers_bench [NAME...]
 
+Those of the Python package need it in PYTHONPATH, and fcl_fibers_step_in_cpp beside the program.
 Small scenes, and of each file only what reports read, a run a line. full/growth.json is written by
 hand, because ten million segments take minutes.
 """
@@ -11,6 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+STEPS = Path(__file__).resolve().parents[2] / "benchmarks" / "python" / "steps.py"
 HELIX = "--scene=helix:fibers=10,segments=20"
 DYNAMIC = "--scene=paper-dynamic:fibers=40,segments=50"
 HALF_SCALP = "--scene=paper-half-scalp:fibers=20,segments=10"
@@ -60,6 +62,10 @@ RECORDED = {
     "paper/chain_snake_4": ["chain", "--chain=snake", "--edge=4"],
     "paper/radii": ["radii", "--benchmark_filter=edge:[24]/"],
     "paper/rods": ["rods", "--benchmark_filter=segments:25/|Make/paper-static"],
+    "python/steps_helix-10": ["steps", "--scene=helix:fibers=10,segments=100"],
+    "python/steps_helix-1000": ["steps", "--scene=helix:fibers=100,segments=20"],
+    "python/overhead": ["overhead", "--scene=helix:fibers=10,segments=100"],
+    "python/import": ["import"],
 }
 RUNS = 5  # of each name: a ratio asks for so many
 CONTEXT = ("machine", "compiler", "build_type", "commit", "left_out")
@@ -76,7 +82,7 @@ READ = (
 
 def shrunk(run):
     numbers = {k: float(f"{v:.5g}") for k, v in run.items() if isinstance(v, float)}
-    del numbers["cpu_time"]
+    numbers.pop("cpu_time", None)
     return {**{key: run[key] for key in READ if key in run}, **numbers}
 
 
@@ -84,7 +90,11 @@ def record(program, name, flags):
     path = Path(__file__).parent / "results" / f"{name}.json"
     path.parent.mkdir(parents=True, exist_ok=True)
     environment = {**os.environ, "FCL_FIBERS_COMMIT": "abcdef0"}
-    command = [program, f"--measure={flags[0]}", *flags[1:], f"--benchmark_out={path}"]
+    command = [program]
+    if name.startswith("python/"):
+        beside = Path(program).parent / "fcl_fibers_step_in_cpp"
+        command = ["/usr/bin/python3", "-B", STEPS, f"--program={beside}"]
+    command += [f"--measure={flags[0]}", *flags[1:], f"--benchmark_out={path}"]
     subprocess.run(command, check=True, env=environment)
     document = json.loads(path.read_text())
     runs = {}

@@ -484,6 +484,50 @@ class ReportTest(unittest.TestCase):
         self.assertEqual(self.row(text, "16 substeps"), 2 * ["5 %, 24 %, 7.00 ms"])
         self.assertEqual(self.row(text, "margin of twice that"), ["5 %, 24 %, 7.00 ms", "-"])
 
+    def test_python(self):
+        """If this failed, docs/python.md would state other times or ratios than were measured."""
+        self.take("python")
+        times = {"pairs, 1 thread": [0.05], "contacts, 1 thread": [0.1, 0.2, 0.3, 0.4, 0.5]}
+        times |= {"all elements": [6.0], "midpoint tree": [2.4]}
+
+        def set_steps(run):
+            values = times.get(run["run_name"].partition("/")[2], [])
+            if values and run["run_name"].startswith("Steps/"):
+                values.append(values.pop(0))
+                run.update(real_time=values[-1], time_unit="s")
+
+        self.edit("steps_helix-1000", set_steps)
+        # A turn takes twice as long as another, for both alike. Its quotients stay the same.
+        slow = {"python": 1.1, "cpp": 1.0, "cpp_new": 1.25}
+
+        def set_overhead(run):
+            who, rest = run["run_name"].removeprefix("Overhead/").split("/", 1)
+            run.update(real_time=slow[who] * (1 + run["turn"]), time_unit="s")
+
+        self.edit("overhead", set_overhead)
+        modules = {"Import/numpy": 0.1, "Import/fcl_fibers": 0.13}
+        self.edit("import", lambda run: run.update(real_time=modules[run["run_name"]]))
+        tables, targets = self.made("python", "--targets").split("## Targets of the Python")
+        missing = "Not measured: steps of helix-100; steps of bundles-1000."
+        self.assertIn(missing, targets)
+        steps, tables = tables.split("## What Python adds")
+        found = self.row(steps, "update() and contacts(), 1 thread  ")
+        self.assertEqual(found[1], "300 ms (200 to 400)")
+        found = self.row(steps, "contacts() on 1 thread: times as fast as Numba")
+        self.assertEqual(found[1], "20.0x")
+        rows = [line for line in tables.splitlines() if line.startswith("| update() and contacts")]
+        self.assertIn(" 10.0 % (10.0 to 10.0)", rows[0])
+        self.assertIn(" -12.0 % (-12.0 to -12.0)", rows[1])
+        self.assertEqual(self.row(tables, "import")[2], "30.0 ms (30.0 to 30.0)")
+        for name, value in (
+            ("helix 1,000 x 100, pairs()  ", "50.0 ms met (< 0.1 s)"),
+            ("helix 1,000 x 100, contacts() over all elements", "20.0x MISSED (100x)"),
+            ("helix 1,000 x 100, pairs() over midpoint tree", "48.0x met (10x)"),
+            ("more than C++, pairs()", "10.0 % MISSED (< 5 %)"),
+            ("import", "30.0 ms met (< 0.1 s)"),
+        ):
+            self.assertEqual(self.row(targets, name), [value])
+
     def test_paper(self):
         """If this failed, the paper's experiments would have no page."""
         text, page = self.page("paper")
@@ -685,15 +729,17 @@ class FlagsTest(unittest.TestCase):
         (root / "benchmarks").mkdir()
         run_sh = shutil.copy(BENCHMARKS / "run.sh", root / "benchmarks")
         for flags, message in (
-            ("--trade --full", "--full does not go with --trade, .*"),
-            ("--full --trade", "--full does not go with --trade, .*"),
+            ("--trade --full", "--full does not go with --trade or --python, .*"),
+            ("--full --trade", "--full does not go with --trade or --python, .*"),
             ("--paper --full --hair=/dev/null", "nor with --paper --hair"),
-            ("--trade --paper", "give either --trade or --paper"),
-            ("--targets", "only with --full alone"),
-            ("--trade --targets", "only with --full alone"),
-            ("--targets --full --paper", "only with --full alone"),
+            ("--trade --paper", "give only one of --trade, --paper and --python"),
+            ("--full --python", "--full does not go with --trade or --python, .*"),
+            ("--python --hair=/dev/null", "--hair does not go with --python"),
+            ("--targets", "only with --full or --python alone"),
+            ("--trade --targets", "only with --full or --python alone"),
+            ("--targets --full --paper", "only with --full or --python alone"),
             ("--only frames --hair /dev/null", "--only does not go with --hair"),
-            ("--full --targets --hair /dev/null", "only with --full alone"),
+            ("--full --targets --hair /dev/null", "only with --full or --python alone"),
             ("--radius=1", "needs --hair FILE"),
             ("--ful", "there is no option --ful"),
         ):
@@ -701,7 +747,10 @@ class FlagsTest(unittest.TestCase):
                 done = subprocess.run([run_sh, *flags.split()], capture_output=True, text=True)
                 self.assertEqual(done.returncode, 1)
                 self.assertRegex(done.stderr, f"^benchmarks/run.sh: .*{message}; see --help\n$")
-        for flags in ("--full --paper", "--paper --full", "--full --targets", "--targets --full"):
+        for flags in (
+            *("--full --paper", "--paper --full", "--full --targets", "--targets --full"),
+            *("--python", "--python --targets", "--python --only steps"),
+        ):
             with self.subTest(flags):
                 done = subprocess.run([run_sh, *flags.split()], capture_output=True, text=True)
                 self.assertIn(".ci/apt_install.sh: No such file", done.stderr)

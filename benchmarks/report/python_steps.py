@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Tables of the Python package: a step beside other ways, and what Python adds to it."""
+
+from tables import Table, count, digits, time
+
+SCENES = {  # by the end of the file's name
+    "helix-10": "helix 10 x 100",
+    "helix-100": "helix 100 x 100",
+    "helix-1000": "helix 1,000 x 100",
+    "bundles-1000": "bundles 1,000 x 100",
+}
+QUERIES = {"pairs": "pairs()", "contacts": "contacts()"}
+THREADS = {1: "1 thread", 2: "2 threads"}
+RIVALS = {
+    "all elements": "Numba, all elements of rods whose boxes overlap",
+    "midpoint tree": "SciPy's k-d tree of midpoints, exact test in NumPy",
+}
+READ = (
+    "Seconds of a step, which is an update and a query of the pairs that touch, adjacent segments "
+    "left out: medians, and both quartiles in parentheses. The rows take turns in one process, "
+    "after all have found the same pairs. Numba goes through all elements as PyElastica does, on "
+    "one thread. scilpy asks its k-d tree for the neighbours of each segment in a loop of Python; "
+    "here SciPy lists all pairs in one call. Neither computes contacts."
+)
+READ_COSTS = (
+    "Python and C++ take turns with the same steps, of 100,000 segments. More is the median of the "
+    "ratios of turns, with both quartiles. C++ fills one vector again and again, Python makes an "
+    "array for each step; so does C++ in the rows with a new vector. The last row is of whole "
+    "processes, which import the package or NumPy alone."
+)
+
+# What is to be reached with 100,000 segments.
+MOST_SECONDS = 0.1
+LEAST_TIMES_AS_FAST = {"all elements": 100, "midpoint tree": 10}
+MOST_MORE = 0.05
+MOST_OF_IMPORT = 0.1
+LARGE = ("helix-1000", "bundles-1000")
+
+
+def scenes_of(parts):
+    return {name: parts[f"steps_{name}"] for name in SCENES if f"steps_{name}" in parts}
+
+
+def quartiles(runs):
+    return [runs.quantile(share) for share in (0.25, 0.5, 0.75)]
+
+
+def spread(runs):
+    """Median and quartiles, of times."""
+    low, middle, high = quartiles(runs)
+    scale = next((s for s in (1, 1e-3) if middle >= 0.9995 * s), 1e-6)
+    return f"{time(middle)} ({digits(low / scale)} to {digits(high / scale)})"
+
+
+def step_name(query, threads):
+    return f"{query}, {THREADS[threads]}"
+
+
+def times_as_fast(part, query, threads, rival):
+    ours, theirs = (
+        part.median("Steps", name, "seconds") for name in (step_name(query, threads), rival)
+    )
+    return theirs / ours
+
+
+def steps(parts):
+    scenes = scenes_of(parts)
+    rows = []
+
+    def add(what, value):
+        rows.append([what, *(value(part) for part in scenes.values())])
+
+    for query, call in QUERIES.items():
+        for threads, on in THREADS.items():
+            name = step_name(query, threads)
+            add(
+                f"update() and {call}, {on}",
+                lambda part: spread(part.runs("Steps", name, "seconds")),
+            )
+    for rival, what in RIVALS.items():
+        add(what, lambda part: spread(part.runs("Steps", rival, "seconds")))
+    for rival, what in RIVALS.items():
+        for query, call in QUERIES.items():
+            add(
+                f"{call} on 1 thread: times as fast as {what.split(',')[0]}",
+                lambda part: digits(times_as_fast(part, query, 1, rival)) + "x",
+            )
+    add("pairs that touch", lambda part: count(part.median("Steps", "all elements", "pairs")))
+    header = ["", *(SCENES[name] for name in scenes)]
+    return Table("python-steps", "A step in Python", header, rows, READ)
+
+
+def more(part, query, threads, other):
+    """Quartiles of what Python takes more than C++, as a share, over turns."""
+    medians = (
+        part.counters("Overhead", f"{who}/{query}/{threads}").groupby("turn")["seconds"].median()
+        for who in ("python", other)
+    )
+    ours, theirs = medians
+    return quartiles(ours / theirs - 1)
+
+
+def percents(values):
+    low, middle, high = (f"{100 * value:.1f}" for value in values)
+    return f"{middle} % ({low} to {high})"
+
+
+def import_more(part):
+    ours, numpy = (part.runs("Import", name, "seconds") for name in ("fcl_fibers", "numpy"))
+    return quartiles(ours - numpy)
+
+
+def costs(parts):
+    rows = []
+    part = parts.get("overhead")
+    for query, call in QUERIES.items() if part else ():
+        for threads, on in THREADS.items():
+            for other, into in (("cpp", ""), ("cpp_new", ", new vector")):
+                if not part.has("Overhead", f"{other}/{query}/{threads}"):
+                    continue
+                seconds = (
+                    time(part.median("Overhead", f"{who}/{query}/{threads}", "seconds"))
+                    for who in ("python", other)
+                )
+                what = f"update() and {call}, {on}{into}"
+                rows.append([what, *seconds, percents(more(part, query, threads, other))])
+    part = parts.get("import")
+    if part:
+        names = ("fcl_fibers", "numpy")
+        low, middle, high = (digits(1e3 * seconds) for seconds in import_more(part))
+        seconds = (time(part.median("Import", name, "seconds")) for name in names)
+        rows.append(["import fcl_fibers, beside NumPy", *seconds, f"{middle} ms ({low} to {high})"])
+    header = ["", "Python", "C++ or NumPy", "more"]
+    return Table("python-costs", "What Python adds", header, rows, READ_COSTS)
+
+
+def targets(parts):
+    rows = []
+
+    def add(what, value, met, goal):
+        rows.append([what, f"{value} {'met' if met else 'MISSED'} ({goal})"])
+
+    for name, part in scenes_of(parts).items():
+        if name not in LARGE:
+            continue
+        for query, call in QUERIES.items():
+            seconds = part.median("Steps", step_name(query, 1), "seconds")
+            what = f"{SCENES[name]}, {call}"
+            add(what, time(seconds), seconds < MOST_SECONDS, f"< {MOST_SECONDS} s")
+            for rival, least in LEAST_TIMES_AS_FAST.items():
+                ratio = times_as_fast(part, query, 1, rival)
+                add(f"{what} over {rival}", f"{digits(ratio)}x", ratio >= least, f"{least}x")
+    part = parts.get("overhead")
+    for query, call in QUERIES.items() if part else ():
+        share = more(part, query, 1, "cpp")[1]
+        goal = f"< {100 * MOST_MORE:.0f} %"
+        add(f"more than C++, {call}", f"{100 * share:.1f} %", share < MOST_MORE, goal)
+    part = parts.get("import")
+    if part:
+        seconds = import_more(part)[1]
+        add("import", time(seconds), seconds < MOST_OF_IMPORT, f"< {MOST_OF_IMPORT} s")
+    return Table("targets of python", "Targets of the Python package", ["", "found"], rows)
