@@ -11,7 +11,8 @@
 #   --trade    what accuracy costs: every manager, sampling, options, meshes, motion. 16 minutes. It adds real hair
 #              if FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx
 #   --paper    the paper's Table I, figures and pictures. 90 minutes. --full adds finer curves
-#   --python   docs/python.md: a step of the Python package, beside other ways and C++. 7 minutes
+#   --python   docs/python.md: a step of the Python package, beside other ways and C++. 5 minutes.
+#              --targets also lists which targets are met
 #   --only     only the measures whose names begin with NAME, such as obstacles of --full, 4 minutes,
 #              or dials of --trade, 4 minutes. It keeps the other results of the set
 #   --hair     the fibers of a file instead of the scenes; with --trade beside the scenes.
@@ -43,7 +44,7 @@ while (($# > 0)); do
       hair+=("$1=${2?$1 needs a value}")
       shift
       ;;
-    --help) sed -n '4,23s/^# \{0,1\}//p' "$0" && exit ;;
+    --help) sed -n '4,24s/^# \{0,1\}//p' "$0" && exit ;;
     *) refuse "there is no option $1" ;;
   esac
   shift
