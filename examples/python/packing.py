@@ -21,10 +21,10 @@ GAP = 0.1  # that pushes aim at. With none, the last contacts would fade away bu
 
 
 def bundle(seed):
-    """Nodes (fibers, n, 3) of straight fibers from one disk to another, twisted like an hourglass."""
+    """Nodes (fibers, n, 3) of straight fibers between two disks, twisted like an hourglass."""
     random = np.random.RandomState(seed)
     # The angle between the seeds of a sunflower spreads the ends evenly over the disk. With the
-    # same twist for all, the fibers would not meet. The disorder makes them pass through each other.
+    # same twist for all, the fibers would not meet. Disorder makes them pass through each other.
     distance = END * np.sqrt((np.arange(FIBERS) + 0.5) / FIBERS)
     angle = np.pi * (1 + 5**0.5) * np.arange(FIBERS)
     ends = [(distance * [np.cos(a), np.sin(a)]).T for a in (angle, angle + TWIST)]

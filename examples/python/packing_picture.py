@@ -48,7 +48,8 @@ def draw(path, states):
         draw_section(section, nodes, depth)
     figure.savefig(path, dpi=100)
     # A palette makes the file a third as large.
-    Image.open(path).convert("RGB").quantize(200, method=Image.Quantize.MAXCOVERAGE).save(path, optimize=True)
+    drawn = Image.open(path).convert("RGB")
+    drawn.quantize(200, method=Image.Quantize.MAXCOVERAGE).save(path, optimize=True)
 
 
 def draw_view(axis, nodes, depth, points_per_radius):
