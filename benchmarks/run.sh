@@ -11,7 +11,7 @@
 #   --trade    what accuracy costs: every manager, sampling, options, meshes, motion. 16 minutes. It adds real hair
 #              if FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx
 #   --paper    the paper's Table I, figures and pictures. 90 minutes. --full adds finer curves
-#   --python   docs/python.md: a step of the Python package, beside other ways and C++. 5 minutes.
+#   --python   docs/python.md: a step of the Python package, beside other ways and C++. 3 minutes.
 #              --targets also lists which targets are met
 #   --only     only the measures whose names begin with NAME, such as obstacles of --full, 4 minutes,
 #              or dials of --trade, 4 minutes. It keeps the other results of the set
@@ -160,7 +160,8 @@ case $scenes in
   hair) frames frames_hair "${hair[@]}" ;;
   python)
     measure import import
-    measure overhead overhead $helix=100
+    measure overhead_helix-1000 overhead $helix=100
+    measure overhead_bundles-1000 overhead --scene=bundles:1000
     for n in 10 100 1000; do measure "steps_helix-$n" steps --scene="helix:fibers=$n,segments=100"; done
     measure steps_bundles-1000 steps --scene=bundles:1000
     ;;

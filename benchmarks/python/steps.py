@@ -56,6 +56,15 @@ def read_scene(path):
     return Scene(offsets, float(radius), frames)
 
 
+def write_scene(scene, path):
+    """Such a file."""
+    with open(path, "wb") as file:
+        np.array([len(scene.offsets) - 1, scene.offsets[-1]], np.int64).tofile(file)
+        np.array([scene.radius]).tofile(file)
+        scene.offsets.tofile(file)
+        scene.frames.tofile(file)
+
+
 def bundles(streamlines, seed=1):
     """Like a tractogram: 10 bundles of smooth streamlines of 100 mm, half across the others.
 
@@ -251,6 +260,7 @@ def main():
         path = os.path.join(folder, "scene")
         if options.scene.startswith("bundles:"):
             scene = bundles(int(options.scene.partition(":")[2]))
+            write_scene(scene, path)
         elif options.scene:
             subprocess.run([options.program, "write", options.scene, path], check=True)
             scene = read_scene(path)

@@ -110,20 +110,24 @@ def import_more(part):
     return quartiles(ours - numpy)
 
 
+def overheads_of(parts):
+    return {name: parts[f"overhead_{name}"] for name in LARGE if f"overhead_{name}" in parts}
+
+
 def costs(parts):
     rows = []
-    part = parts.get("overhead")
-    for query, call in QUERIES.items() if part else ():
-        for threads, on in THREADS.items():
-            for other, into in (("cpp", ""), ("cpp_new", ", new vector")):
-                if not part.has("Overhead", f"{other}/{query}/{threads}"):
-                    continue
-                seconds = (
-                    time(part.median("Overhead", f"{who}/{query}/{threads}", "seconds"))
-                    for who in ("python", other)
-                )
-                what = f"update() and {call}, {on}{into}"
-                rows.append([what, *seconds, percents(more(part, query, threads, other))])
+    for scene, part in overheads_of(parts).items():
+        for query, call in QUERIES.items():
+            for threads, on in THREADS.items():
+                for other, into in (("cpp", ""), ("cpp_new", ", new vector")):
+                    if not part.has("Overhead", f"{other}/{query}/{threads}"):
+                        continue
+                    seconds = (
+                        time(part.median("Overhead", f"{who}/{query}/{threads}", "seconds"))
+                        for who in ("python", other)
+                    )
+                    what = f"{scene.split('-')[0]}, {call}, {on}{into}"
+                    rows.append([what, *seconds, percents(more(part, query, threads, other))])
     part = parts.get("import")
     if part:
         names = ("fcl_fibers", "numpy")
@@ -150,11 +154,12 @@ def targets(parts):
             for rival, least in LEAST_TIMES_AS_FAST.items():
                 ratio = times_as_fast(part, query, 1, rival)
                 add(f"{what} over {rival}", f"{digits(ratio)}x", ratio >= least, f"{least}x")
-    part = parts.get("overhead")
-    for query, call in QUERIES.items() if part else ():
-        share = more(part, query, 1, "cpp")[1]
-        goal = f"< {100 * MOST_MORE:.0f} %"
-        add(f"more than C++, {call}", f"{100 * share:.1f} %", share < MOST_MORE, goal)
+    for name, part in overheads_of(parts).items():
+        for query, call in QUERIES.items():
+            share = more(part, query, 1, "cpp")[1]
+            what = f"{SCENES[name]}, {call}, more than C++"
+            goal = f"< {100 * MOST_MORE:.0f} %"
+            add(what, f"{100 * share:.1f} %", share < MOST_MORE, goal)
     part = parts.get("import")
     if part:
         seconds = import_more(part)[1]

@@ -236,10 +236,10 @@ def paper_again(folder):
 
 def python(folder, with_targets=False):
     wanted = files_of("steps", python_steps.SCENES)
-    wanted |= {"overhead": "overhead", "import": "import"}
+    wanted |= files_of("overhead", python_steps.LARGE) | {"import": "import"}
     report = Report("python", "The Python package", folder, wanted)
     report.add("steps_.*", python_steps.steps, report.parts)
-    report.add("overhead|import", python_steps.costs, report.parts)
+    report.add("overhead_.*|import", python_steps.costs, report.parts)
     if with_targets:
         report.blocks.append(python_steps.targets(report.parts))
     return report

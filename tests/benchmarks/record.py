@@ -64,7 +64,7 @@ RECORDED = {
     "paper/rods": ["rods", "--benchmark_filter=segments:25/|Make/paper-static"],
     "python/steps_helix-10": ["steps", "--scene=helix:fibers=10,segments=100"],
     "python/steps_helix-1000": ["steps", "--scene=helix:fibers=100,segments=20"],
-    "python/overhead": ["overhead", "--scene=helix:fibers=10,segments=100"],
+    "python/overhead_helix-1000": ["overhead", "--scene=helix:fibers=10,segments=100"],
     "python/import": ["import"],
 }
 RUNS = 5  # of each name: a ratio asks for so many
