@@ -7,10 +7,10 @@
 //     fcl_fibers_step_in_cpp compiler            name of the compiler, and build type
 //
 // A request is `QUERY THREADS REPETITIONS`. Each repetition is answered by its seconds and the
-// number of pairs. QUERY is pairs, contacts, or new_contacts: contacts into a vector that is new
-// each time, as Python's arrays are. Numbers of the file are those of the machine: how many fibers
-// and points there are, 64 bits each; the radius; where each fiber begins, 64 bits each; the points
-// of two frames.
+// number of pairs. QUERY is pairs or contacts, or new_pairs or new_contacts: into a vector that is
+// new each time, as Python's arrays are. Numbers of the file are those of the machine: how many
+// fibers and points there are, 64 bits each; the radius; where each fiber begins, 64 bits each; the
+// points of two frames.
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
@@ -92,14 +92,16 @@ class Stepper {
     const auto start = std::chrono::steady_clock::now();
     const FiberArrays<double> fibers = scene_.arrays(frame_);
     tree_.update(fibers);
-    if (query == "pairs") {
+    if (query == "new_pairs") pairs_ = {};
+    if (query == "new_contacts") contacts_ = {};
+    const bool pairs_alone = query == "pairs" || query == "new_pairs";
+    if (pairs_alone) {
       tree_.findPairs(pairs_);
     } else {
-      if (query == "new_contacts") contacts_ = {};
       tree_.findContacts(fibers, contacts_);
     }
     const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
-    found_ = query == "pairs" ? pairs_.size() : contacts_.size();
+    found_ = pairs_alone ? pairs_.size() : contacts_.size();
     return time.count();
   }
 

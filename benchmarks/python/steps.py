@@ -218,9 +218,11 @@ def measure_overhead(results, scene, path):
                         found = ours.step(scene.frames[(step + 1) % 2])
                         yield time.perf_counter() - start, len(found)
 
-                ways = {"python": in_python, "cpp": lambda: in_cpp(query, threads)}
-                if query == "contacts":
-                    ways["cpp_new"] = lambda: in_cpp("new_contacts", threads)
+                ways = {
+                    "python": in_python,
+                    "cpp": lambda: in_cpp(query, threads),
+                    "cpp_new": lambda: in_cpp(f"new_{query}", threads),
+                }
                 for turn in range(-1, turns):
                     counts = set()
                     for who, way in ways.items():
