@@ -99,8 +99,8 @@ std::string sceneHelp(const GeneratedScenes& generated) {
          ". Files are .hair, .tfx, .bcc, .vtp, .tck,\n"
          ".trk, .swc, or text with a point x y z on each line and a blank line between fibers; "
          "spaces,\ncommas, semicolons or tabs separate numbers. `-` reads a file from standard "
-         "input." +
-         (generated.make ? " " + generated.help : "\n");
+         "input.\n" +
+         generated.help;
 }
 
 }  // namespace fcl_fibers::tools

@@ -85,7 +85,7 @@ def unpack(nodes):
             relax(nodes, lengths)
         tree.update(nodes)
     raise RuntimeError("the fibers do not fit")
-# [loop]
+    # [loop]
 
 
 def contacts_of(nodes):

@@ -57,6 +57,7 @@ class FclFibers(ConanFile):
             FCL_FIBERS_BUILD_BENCHMARKS=False,
             FCL_FIBERS_BUILD_TESTS=False,
             FCL_FIBERS_BUILD_TOOLS=False,
+            FCL_FIBERS_BUILD_PYTHON=False,
         )
         toolchain.generate()
         dependencies = CMakeDeps(self)

@@ -82,17 +82,17 @@ def points_and_offsets(
 ) -> Tuple[np.ndarray, np.ndarray]:
     """The points of all fibers, and where each fiber begins.
 
-    Without offsets, points are a list of arrays (n, 3), one for each fiber; an array (fibers, n,
-    3); or an array (n, 3), which is one fiber.
+    Without offsets, points are a list of arrays (n, 3), one for each fiber, or an array (fibers, n,
+    3).
     """
     if offsets is not None:
         array = rows(name, numbers(name, points))
         return array, checked_offsets(offsets, len(array))
     if isinstance(points, np.ndarray) and points.dtype != object:
         array = numbers(name, points)
-        if array.ndim != 3:
-            array = rows(name, array)[np.newaxis]
-        if array.shape[2] != 3:
+        if array.ndim == 2:
+            raise TypeError(f"offsets are missing; for a single fiber give [{name}]")
+        if array.ndim != 3 or array.shape[2] != 3:
             raise ValueError(f"{name} have shape {array.shape}; give (fibers, n, 3)")
         fibers, count = array.shape[:2]
         return array.reshape(-1, 3), np.arange(fibers + 1, dtype=np.int64) * count

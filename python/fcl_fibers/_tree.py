@@ -186,7 +186,7 @@ class FiberTree:
         """Replaces all fibers and builds the tree.
 
         points         (n, 3), fiber after fiber. Without offsets: a list of arrays (n, 3), one for
-                       each fiber; an array (fibers, n, 3); or an array (n, 3), which is one fiber.
+                       each fiber, or an array (fibers, n, 3).
         offsets        (fibers + 1,) whole numbers: fiber f has points offsets[f] to offsets[f + 1]
         radii          a number, or one for each fiber, for each segment, or for each point, which
                        is the radius of the segment that starts there
@@ -214,7 +214,7 @@ class FiberTree:
         time 0, to its place in `end`, at time 1. impacts(), moving_pairs() and safe_step() ask
         about the step, and all other calls about its end.
 
-        points, end       as in build(), without offsets also (n, 3) for all fibers
+        points, end       (n, 3) of all fibers, or as in build() without offsets
         radii, end_radii  as in build(); without them the radii stay as they are
         """
         start = self._numbers(points, radii, "points")

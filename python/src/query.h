@@ -43,12 +43,14 @@ class Signals {
 };
 
 /// Returns all that visit(visitor) finds, without the interpreter's lock.
+/// @param expected  room for so many is made before, as a vector that grows takes new memory twice
 template <class Found, class Visit>
-std::vector<Found> collect(Visit&& visit) {
+std::vector<Found> collect(std::size_t expected, Visit&& visit) {
   std::vector<Found> all;
   Signals signals;
   {
     const py::gil_scoped_release unlocked;
+    all.reserve(expected);
     visit([&](const Found& found) {
       all.push_back(found);
       return signals.raised();

@@ -129,7 +129,9 @@ template <class Found, class Visit>
 std::vector<Found> Tree::query(const Tree* other, Visit&& visit) const {
   const Query own(users_);
   const Query others((other != nullptr ? *other : *this).users_);
-  return collect<Found>(std::forward<Visit>(visit));
+  std::vector<Found> found = collect<Found>(found_before_, std::forward<Visit>(visit));
+  found_before_ = found.size();
+  return found;
 }
 
 py::array Tree::pairs(const Tree* other) const {
@@ -190,7 +192,8 @@ py::array Tree::contacts(const Tree* other) const {
   const Query own(users_);
   const Query others((other != nullptr ? *other : *this).users_);
   if (other == nullptr || other == this) {
-    const auto pairs = collect<SegmentPair>([&](auto&& take) { return tree_.visitPairs(take); });
+    const auto pairs =
+        query<SegmentPair>(nullptr, [&](auto&& take) { return tree_.visitPairs(take); });
     std::vector<Contact> contacts;
     withArrays(numbers_, layout_, [&](const auto& fibers) {
       {
@@ -209,7 +212,7 @@ py::array Tree::contacts(const Tree* other) const {
     return toArray(std::move(contacts), contactType());
   }
   const auto pairs =
-      collect<SegmentPair>([&](auto&& take) { return tree_.visitPairs(other->tree_, take); });
+      query<SegmentPair>(other, [&](auto&& take) { return tree_.visitPairs(other->tree_, take); });
   return withBoth(
       numbers_, layout_, other->numbers_, other->layout_, [&](const auto& a, const auto& b) {
         return toArray(

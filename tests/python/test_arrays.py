@@ -99,7 +99,7 @@ def test_shapes_of_fibers():
         [p.tolist() for p in points],
     ):
         assert (answer(same, radii=0.1) == expected).all()
-    one = answer(flat, radii=0.1)
+    one = answer([flat], radii=0.1)
     assert (one == answer(flat, [0, 100], 0.1)).all() and (one["fiber_b"] == 0).all()
     uneven = [points[0], points[1][:0], points[2][:1], points[3][:2], points[4]]
     tree = built(uneven, radii=0.1)
@@ -115,12 +115,11 @@ def test_shapes_of_fibers():
         ((), None, 0),
         (np.empty((0, 3)), [0], 0),
         (np.empty((0, 3), np.float32), [0, 0, 0], 2),
-        (np.empty((0, 3)), None, 1),
         (np.empty((0, 5, 3)), None, 0),
         (np.empty((5, 0, 3)), None, 5),
         ([np.empty((0, 3))], None, 1),
         (np.zeros((1, 3)), [0, 0, 1, 1], 3),
-        (np.zeros((1, 3)), None, 1),
+        ([np.zeros((1, 3))], None, 1),
     ],
 )
 def test_fibers_without_segments(points, offsets, fibers):

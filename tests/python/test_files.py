@@ -203,7 +203,7 @@ def test_warnings(tmp_path, recwarn):
 @pytest.mark.parametrize("name", ["fibers.vtk", "fibers", "fibers.HAIR2", ".vtp", "fibers.vtp.gz"])
 def test_other_endings(tmp_path, name):
     with pytest.raises(ValueError, match=r"\.vtp, \.hair or \.txt"):
-        fcl_fibers.write(tmp_path / name, np.zeros((2, 3)))
+        fcl_fibers.write(tmp_path / name, [np.zeros((2, 3))])
     assert list(tmp_path.iterdir()) == []
 
 
@@ -221,14 +221,15 @@ def test_a_write_that_fails_changes_nothing(tmp_path, ending, exists, monkeypatc
         assert not exists or path.read_text() == "old"
 
     for arguments, error in [
-        (dict(points=np.full((2, 3), np.nan)), ValueError),
+        (dict(points=[np.full((2, 3), np.nan)]), ValueError),
         (dict(points=good, offsets=[0, 3]), ValueError),
-        (dict(points=good, radii=-1.0), ValueError),
-        (dict(points=good, radii=[1.0, np.inf]), ValueError),
-        (dict(points=good, closed=[1, 1]), ValueError),
-        (dict(points=np.eye(3), closed=[1]), ValueError),
+        (dict(points=[good], radii=-1.0), ValueError),
+        (dict(points=[good], radii=[1.0, np.inf]), ValueError),
+        (dict(points=[good], closed=[1, 1]), ValueError),
+        (dict(points=[np.eye(3)], closed=[1]), ValueError),
         (dict(points=[]), ValueError),
-        (dict(points=good * 1j), TypeError),
+        (dict(points=[good * 1j]), TypeError),
+        (dict(points=good), TypeError),
         (dict(points=None), TypeError),
     ]:
         with pytest.raises(error):
@@ -240,7 +241,7 @@ def test_a_write_that_fails_changes_nothing(tmp_path, ending, exists, monkeypatc
 
     monkeypatch.setattr(os, "replace", full)
     with pytest.raises(OSError, match="No space"):
-        fcl_fibers.write(path, good)
+        fcl_fibers.write(path, [good])
     unchanged()
 
 
@@ -252,7 +253,7 @@ def test_a_full_disk(tmp_path, ending):
         # Python ignores the signal, so that a write beyond this size fails.
         resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, before[1]))
         with pytest.raises(OSError):
-            fcl_fibers.write(path, np.random.default_rng(1).uniform(size=(5000, 3)))
+            fcl_fibers.write(path, [np.random.default_rng(1).uniform(size=(5000, 3))])
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert list(tmp_path.iterdir()) == []
@@ -260,11 +261,11 @@ def test_a_full_disk(tmp_path, ending):
 
 def test_folders_that_cannot_be_written_to(tmp_path):
     with pytest.raises(FileNotFoundError, match="gone"):
-        fcl_fibers.write(tmp_path / "gone" / "fibers.txt", np.zeros((2, 3)))
+        fcl_fibers.write(tmp_path / "gone" / "fibers.txt", [np.zeros((2, 3))])
     folder = tmp_path / "fibers.txt"
     folder.mkdir()
     with pytest.raises(OSError):
-        fcl_fibers.write(folder, np.zeros((2, 3)))
+        fcl_fibers.write(folder, [np.zeros((2, 3))])
     assert list(tmp_path.iterdir()) == [folder] and list(folder.iterdir()) == []
 
 
@@ -274,7 +275,7 @@ def test_permissions_follow_the_mask(tmp_path, mask):
     before = os.umask(mask)
     try:
         for _ in range(2):
-            fcl_fibers.write(path, np.zeros((2, 3)))
+            fcl_fibers.write(path, [np.zeros((2, 3))])
             assert stat.S_IMODE(path.stat().st_mode) == 0o666 & ~mask
         assert os.umask(mask) == mask
     finally:
@@ -283,15 +284,15 @@ def test_permissions_follow_the_mask(tmp_path, mask):
 
 def test_relative_paths(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    fcl_fibers.write("fibers.txt", np.eye(3))
-    fcl_fibers.write(b"bytes.txt".decode(), np.eye(3))
+    fcl_fibers.write("fibers.txt", [np.eye(3)])
+    fcl_fibers.write(b"bytes.txt".decode(), [np.eye(3)])
     assert (fcl_fibers.read("fibers.txt").points == np.eye(3)).all()
     assert sorted(p.name for p in tmp_path.iterdir()) == ["bytes.txt", "fibers.txt"]
 
 
 def test_names_beyond_ascii(tmp_path):
     path = tmp_path / "Fäden 纤维.vtp"
-    fcl_fibers.write(path, np.eye(3), radii=1)
+    fcl_fibers.write(path, [np.eye(3)], radii=1)
     assert (fcl_fibers.read(path).points == np.eye(3)).all()
     assert (fcl_fibers.read(os.fsencode(path)).points == np.eye(3)).all()
 

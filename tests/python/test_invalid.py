@@ -70,7 +70,7 @@ def test_points(tree, points, error, word):
     "points, error, word",
     [
         (np.zeros((2, 2, 2)), ValueError, "(2, 2, 2)"),
-        (np.zeros((4, 2)), ValueError, "(4, 2)"),
+        (np.zeros((4, 3)), TypeError, "offsets are missing"),  # a forgotten argument, not one fiber
         (np.zeros((2, 2, 2, 3)), ValueError, "(2, 2, 2, 3)"),
         (np.array(1.0), ValueError, "()"),
         ([np.zeros((2, 3)), np.zeros((2, 2))], ValueError, "fiber 1"),
@@ -215,7 +215,7 @@ def test_types_of_scalars(tree):
     refused(tree.visit_pairs, TypeError, "block is '1'", visit=len, block="1")
     refused(tree.visit_pairs, ValueError, "block", visit=len, block=2**70)
     refused(tree.visit_pairs, ValueError, "block", visit=len, block=0)
-    length = dict(points=np.eye(3), offsets=None)
+    length = dict(points=np.eye(3), offsets=[0, 3])
     refused(fcl_fibers.root_segments, TypeError, "length is 'a'", **length, length="a")
     refused(fcl_fibers.root_segments, ValueError, "length", **length, length=-1)
     for bits, error in ((-1, ValueError), (2**32, ValueError), (1.0, TypeError)):

@@ -11,7 +11,8 @@ vcpkg_cmake_configure(
     ${FEATURE_OPTIONS}
     -DFCL_FIBERS_BUILD_BENCHMARKS=OFF
     -DFCL_FIBERS_BUILD_TESTS=OFF
-    -DFCL_FIBERS_BUILD_TOOLS=OFF)
+    -DFCL_FIBERS_BUILD_TOOLS=OFF
+    -DFCL_FIBERS_BUILD_PYTHON=OFF)
 vcpkg_cmake_install()
 vcpkg_cmake_config_fixup(PACKAGE_NAME fcl_fibers CONFIG_PATH lib/cmake/fcl_fibers)
 vcpkg_fixup_pkgconfig()

@@ -32,4 +32,5 @@ class FclFibers(CMakePackage):
             self.define("FCL_FIBERS_BUILD_BENCHMARKS", False),
             self.define("FCL_FIBERS_BUILD_TESTS", False),
             self.define("FCL_FIBERS_BUILD_TOOLS", False),
+            self.define("FCL_FIBERS_BUILD_PYTHON", False),
         ]
