@@ -100,6 +100,13 @@ def test_pairs_of_two_trees(a, b, chosen):
         trees.append(tree)
     gap, error = oracles.gaps(a, b, chosen["report"], chosen["volumes"])
     pairs = trees[0].pairs(trees[1])
+    if chosen["report"] == "volumes" and len(pairs) > 0:
+        # Volumes are floats in the frame of one tree. If that is far smaller than the other one or
+        # the margin, more of them may overlap there, and none may be missed.
+        sizes = [scene.extent() + 2 * scene.radius.max() for scene in (a, b)]
+        if min(sizes) < 2.0**-10 * max(*sizes, chosen["margin"]):
+            i, j = np.searchsorted(a.names, pairs[:, 0]), np.searchsorted(b.names, pairs[:, 1])
+            error[i, j] = np.inf
     oracles.check(pairs, a.names, b.names, gap - chosen["margin"], error)
     assert len(trees[0].contacts(trees[1])) == len(pairs)
 

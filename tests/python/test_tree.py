@@ -87,6 +87,8 @@ def test_volumes(report, topology, volumes):
                 assert (half == half[:, :1]).all()
                 assert (oracles.length(away) + reach <= half[volume, 0] + 1e-12).all()
     assert counts[0] == 1 and counts == sorted(counts) and counts[-1] == tree.segment_count
+    # A super thread is a binary tree, and a node of bundles has up to eight children.
+    assert (counts[1] == 2) == (topology == "super_thread")
     assert len(fcl_fibers.FiberTree().volumes(0).center) == 0
 
 
