@@ -229,13 +229,18 @@ def test_an_exception_of_a_handler_ends_a_query(crowded, query):
         COPY.append(fcl_fibers.FiberTree(report="capsules"))
         COPY[0].build(np.random.default_rng(1).uniform(size=(8000, 2, 3)), radii=2.0)
 
+    points = np.random.default_rng(1).uniform(size=(8000, 2, 3))
+
     def handle(*_):
+        # An update is refused as long as the query runs. After it, the exception would come too.
+        with pytest.raises(RuntimeError, match="still running"):
+            crowded.update(points)
         raise Alarm
 
     previous = signal.signal(signal.SIGALRM, handle)
     begin = time.monotonic()
     try:
-        signal.setitimer(signal.ITIMER_REAL, 0.05)
+        signal.setitimer(signal.ITIMER_REAL, 0.02)
         with pytest.raises(Alarm):
             QUERIES[query](crowded)
     finally:
@@ -244,7 +249,6 @@ def test_an_exception_of_a_handler_ends_a_query(crowded, query):
     assert time.monotonic() - begin < 10
     # The tree works, and no query counts as running.
     assert crowded.visit_pairs(lambda pairs: True) is True
-    points = np.random.default_rng(1).uniform(size=(8000, 2, 3))
     crowded.update(points)
 
 
