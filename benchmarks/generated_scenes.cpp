@@ -239,8 +239,7 @@ SceneSource makeScene(const std::string& text, std::optional<double> radius, int
 }
 
 std::string help() {
-  std::string text =
-      "A generated scene is NAME or NAME:key=value,... with one of these names:\n\n";
+  std::string text = "A generated scene is NAME or NAME:key=value,... with one of these names:\n\n";
   for (const Kind& kind : kKinds) {
     std::string name = kind.name;
     name.resize(17, ' ');

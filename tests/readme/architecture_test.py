@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Compares the includes of src/, include/, tools/ and python/src/ with the rooms in docs/architecture.md.
+"""Compares the includes of src/, include/, tools/ and python/src/ with the rooms in
+docs/architecture.md.
 
 If this fails, a file includes what its room may not see, or the page no longer says what is so.
 """

@@ -6,7 +6,8 @@ done, and their programs are those that the tests run. Addresses of the web are 
 A block of code stands below a comment that names its source, of which it has to be a copy:
 
     <!-- examples/swap.cpp -->            the file, from the line below its licence
-    <!-- examples/swap.cpp: motion -->    the lines between two lines `// [motion]`, in Python `# [motion]`
+    <!-- examples/swap.cpp: motion -->    the lines between two lines `// [motion]`, or in Python
+                                          `# [motion]`
     <!-- output of examples/swap -->      examples/swap.out, where <number> stands for any number
 
 C++ without such a comment is only in pages that tests/CMakeLists.txt compiles.
