@@ -171,7 +171,6 @@ class FiberTree:
             _choice("volumes", volumes, "boxes", "spheres"),
             *self._options[3:],
         )
-        self._begin = np.zeros(1, np.int64)
 
     def build(
         self,
@@ -199,7 +198,6 @@ class FiberTree:
         values, kind = _arrays.radii_of(radii, array, begin)
         layout = _arrays.layout_of(begin, closed, groups, meets, root_segments)
         self._tree.build(_core.Numbers(array, values, kind), layout)
-        self._begin = begin.copy()
 
     def update(
         self,
@@ -227,20 +225,21 @@ class FiberTree:
             self._tree.update(start, last)
 
     def _numbers(self, points: Points, radii: Optional[Points], name: str) -> _core.Numbers:
+        built = self._tree.offsets
         if isinstance(points, np.ndarray) and points.ndim == 2:
             array = _arrays.rows(name, _arrays.numbers(name, points))
         else:
             array, begin = _arrays.points_and_offsets(points, None, name)
-            if not np.array_equal(begin, self._begin):
+            if not np.array_equal(begin, built):
                 raise ValueError(
                     f"{name} are of fibers with other numbers of points than at the last build()"
                 )
-        if len(array) != self._begin[-1]:
-            raise ValueError(f"{name} are {len(array)}, but the last build() had {self._begin[-1]}")
+        if len(array) != built[-1]:
+            raise ValueError(f"{name} are {len(array)}, but the last build() had {built[-1]}")
         if radii is None:
             kept = self._tree.numbers
             return _core.Numbers(array, _arrays.in_type_of(array, kept.radii), kept.radii_are)
-        values, kind = _arrays.radii_of(radii, array, self._begin)
+        values, kind = _arrays.radii_of(radii, array, built)
         return _core.Numbers(array, values, kind)
 
     def pairs(self, other: Union[FiberTree, TriangleMesh, None] = None) -> np.ndarray:

@@ -129,6 +129,7 @@ void addTree(py::module_& module) {
       .def("update", py::overload_cast<FiberNumbers>(&Tree::update))
       .def("update", py::overload_cast<FiberNumbers, FiberNumbers>(&Tree::update))
       .def_property_readonly("numbers", &Tree::numbers)
+      .def_property_readonly("offsets", &Tree::offsets)
       .def("pairs", py::overload_cast<Other>(&Tree::pairs, py::const_))
       .def("pairs", [](const Tree& tree, MeshCopy mesh) { return tree.pairs(mesh); })
       .def("moving_pairs", &Tree::movingPairs)

@@ -125,6 +125,11 @@ void Tree::update(FiberNumbers start, FiberNumbers end) {
   start_ = std::move(start);
 }
 
+py::array Tree::offsets() const {
+  return toArray(std::vector<std::int64_t>(layout_.begin.begin(), layout_.begin.end()),
+                 py::dtype::of<std::int64_t>());
+}
+
 template <class Found, class Visit>
 std::vector<Found> Tree::query(const Tree* other, Visit&& visit) const {
   const Query own(users_);

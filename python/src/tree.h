@@ -53,6 +53,7 @@ class Tree {
 
   const FiberTree& tree() const { return tree_; }
   const FiberNumbers& numbers() const { return numbers_; }  ///< of the last build or update
+  py::array offsets() const;                                ///< of the last build
 
  private:
   template <class Found, class Visit>

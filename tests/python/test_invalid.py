@@ -172,7 +172,7 @@ def test_what_each_fiber_has(tree, name):
 
 
 def test_updates(tree):
-    count = int(tree._begin[-1])
+    count = int(tree._tree.offsets[-1])
     for points, word in [
         (np.zeros((count + 1, 3)), str(count)),
         (np.zeros((count - 1, 3)), str(count)),

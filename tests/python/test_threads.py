@@ -3,6 +3,7 @@
 
 import os
 import signal
+import sys
 import threading
 import time
 
@@ -123,11 +124,14 @@ def test_a_query_beside_a_build_is_refused_or_answered():
     assert (tree.contacts() == expected).all()
 
 
-def test_of_two_builds_one_may_be_refused():
-    scenes = random_scene(5, fibers=2000), random_scene(6, fibers=1500)
+def test_of_two_builds_one_may_be_refused(request):
+    scenes = random_scene(5, fibers=20), random_scene(6, fibers=15)
     expected = [tree_of(scene).contacts() for scene in scenes]
     tree = fcl_fibers.FiberTree(report="capsules")
-    for _ in range(5):
+    interval = sys.getswitchinterval()
+    request.addfinalizer(lambda: sys.setswitchinterval(interval))
+    sys.setswitchinterval(1e-6)  # a thread gives way at any line
+    for _ in range(1500):
         results = in_threads([lambda s=scene: tree.build(**s.arguments) for scene in scenes])
         errors = [result for result in results if result is not None]
         assert len(errors) <= 1 and all(type(error) is RuntimeError for error in errors)
