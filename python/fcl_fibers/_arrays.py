@@ -27,7 +27,7 @@ ONE, PER_FIBER, PER_SEGMENT = range(3)
 def numbers(name: str, values: Any) -> np.ndarray:
     """An array of float32 or float64 that C++ can read."""
     array = np.asarray(values)
-    if array.dtype.kind not in "fiu" and array.size > 0:
+    if array.dtype.kind not in "fiu":
         raise TypeError(f"{name} are of type {array.dtype}; give real numbers")
     scalar = np.float32 if array.dtype == np.float32 else np.float64
     return np.require(array, scalar, ["C", "A"])

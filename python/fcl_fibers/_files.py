@@ -80,7 +80,10 @@ def write(
     _check_readable(array, begin, values, closed)
     numbers = _core.Numbers(array, values, kind)
     folder = os.path.dirname(path) or "."
-    handle, draft = tempfile.mkstemp(suffix=ending, prefix=".fibers-", dir=folder)
+    try:
+        handle, draft = tempfile.mkstemp(suffix=ending, prefix=".fibers-", dir=folder)
+    except OSError as error:  # which names the draft
+        raise OSError(error.errno, error.strerror, path) from None
     os.close(handle)
     try:
         if ending == ".txt":

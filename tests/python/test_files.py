@@ -260,7 +260,7 @@ def test_a_full_disk(tmp_path, ending):
 
 
 def test_folders_that_cannot_be_written_to(tmp_path):
-    with pytest.raises(FileNotFoundError, match="gone"):
+    with pytest.raises(FileNotFoundError, match="gone.fibers.txt"):
         fcl_fibers.write(tmp_path / "gone" / "fibers.txt", [np.zeros((2, 3))])
     folder = tmp_path / "fibers.txt"
     folder.mkdir()

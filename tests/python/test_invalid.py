@@ -80,6 +80,7 @@ def test_points(tree, points, error, word):
         (None, TypeError, "points"),
         (1.0, TypeError, "points"),
         ("abc", (TypeError, ValueError), "points"),
+        ([np.zeros((0, 3), complex)], TypeError, "complex"),
         (np.array([np.zeros((2, 3)), None], object), TypeError, "points"),
     ],
 )
