@@ -35,10 +35,13 @@ class CMakeBuild(build_ext):
         subprocess.check_call(
             ["cmake", "--install", build, "--component", "python", "--strip", "--prefix", package]
         )
-        # A wheel has no links. The loader looks for a library by the name of its shortest one.
-        for link in sorted(package.glob("*.so.*"), key=lambda path: len(path.name)):
-            if link.is_symlink():
-                link.resolve().replace(link)
+        # A wheel has no links. The loader looks for a library by the name of its last one.
+        links = [path for path in package.glob("*.so.*") if path.is_symlink()]
+        copies = {link: link.resolve().read_bytes() for link in links}
+        for file in set(links) | {link.resolve() for link in links}:
+            file.unlink()
+        for link, content in copies.items():
+            link.write_bytes(content)
 
 
 def version():

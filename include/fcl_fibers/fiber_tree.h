@@ -349,6 +349,10 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
                     Contact* contacts) const;
   void findContacts(const FiberArrays<double>& fibers, const SegmentPair* pairs, std::size_t count,
                     Contact* contacts) const;
+  void findContacts(const FiberArrays<float>& fibers, const TriangleMesh& mesh,
+                    const TrianglePair* pairs, std::size_t count, MeshContact* contacts) const;
+  void findContacts(const FiberArrays<double>& fibers, const TriangleMesh& mesh,
+                    const TrianglePair* pairs, std::size_t count, MeshContact* contacts) const;
   ///@}
 
   /// Returns the volumes that are `depth` levels below the root, whose own depth is 0. Capsules

@@ -24,9 +24,15 @@ Points = Union[npt.ArrayLike, Sequence[npt.ArrayLike]]
 ONE, PER_FIBER, PER_SEGMENT = range(3)
 
 
+def unmasked(name: str, values: Any) -> np.ndarray:
+    if np.ma.isMaskedArray(values) and np.ma.getmaskarray(values).any():
+        raise TypeError(f"{name} are masked in part; leave out what is masked")
+    return np.asarray(values)
+
+
 def numbers(name: str, values: Any) -> np.ndarray:
     """An array of float32 or float64 that C++ can read."""
-    array = np.asarray(values)
+    array = unmasked(name, values)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name} are of type {array.dtype}; give real numbers")
     scalar = np.float32 if array.dtype == np.float32 else np.float64
@@ -35,8 +41,9 @@ def numbers(name: str, values: Any) -> np.ndarray:
 
 def whole(name: str, values: ArrayLike, scalar: type) -> np.ndarray:
     """A one-dimensional array of whole numbers, each of which `scalar` can hold."""
-    array = np.asarray(values)
-    if array.dtype.kind not in "iub" and array.size > 0:
+    array = unmasked(name, values)
+    is_empty = array.size == 0 and array.dtype.kind == "f"  # as [] is
+    if array.dtype.kind not in "iub" and not is_empty:
         raise TypeError(f"{name} are of type {array.dtype}; give whole numbers")
     if array.ndim != 1:
         raise ValueError(f"{name} have shape {array.shape}; give one dimension")
@@ -77,6 +84,13 @@ def corners(triangles: ArrayLike) -> np.ndarray:
     return rows("triangles", flat.reshape(array.shape)).copy()
 
 
+def is_array(points: Any) -> bool:
+    """Whether points are one array, also that of another library, and no list of arrays."""
+    if hasattr(points, "__array__"):
+        return np.asarray(points).dtype != object
+    return isinstance(points, memoryview)
+
+
 def points_and_offsets(
     points: Any, offsets: Optional[ArrayLike], name: str = "points"
 ) -> Tuple[np.ndarray, np.ndarray]:
@@ -88,7 +102,7 @@ def points_and_offsets(
     if offsets is not None:
         array = rows(name, numbers(name, points))
         return array, checked_offsets(offsets, len(array))
-    if isinstance(points, np.ndarray) and points.dtype != object:
+    if is_array(points):
         array = numbers(name, points)
         if array.ndim == 2:
             raise TypeError(f"offsets are missing; for a single fiber give [{name}]")
@@ -107,6 +121,8 @@ def points_and_offsets(
 
 
 def checked_offsets(offsets: ArrayLike, point_count: int) -> np.ndarray:
+    if np.ndim(offsets) == 0:
+        raise TypeError(f"offsets are {offsets!r}; give an array, and radii by name: radii=0.1")
     begin = whole("offsets", offsets, np.int64)
     if len(begin) == 0:
         raise ValueError("offsets are empty; give one number more than there are fibers")
@@ -129,12 +145,12 @@ def radii_of(
     if radii is None:
         raise TypeError("radii are missing; give a number, or one for each fiber, segment or point")
     if isinstance(radii, (list, tuple)) and radii and np.ndim(radii[0]) > 0:
-        radii = np.concatenate([numbers("radii", r) for r in radii])
+        radii = joined_radii([numbers("radii", r) for r in radii], begin)
     array = numbers("radii", radii)
     if array.ndim == 0:
         return in_type_of(points, array.reshape(1)), ONE
     if array.ndim != 1:
-        array = array.reshape(-1)
+        array = joined_radii(list(array), begin)
     meanings = []
     if len(array) == len(begin) - 1:
         meanings.append((array, PER_FIBER))
@@ -156,11 +172,30 @@ def radii_of(
         spread = [by_point(*meaning, begin)[starts] for meaning in meanings]
         if any(not np.array_equal(s, spread[0], equal_nan=True) for s in spread[1:]):
             raise ValueError(
-                f"{len(array)} radii could be one for each fiber, segment or point, which are as "
-                "many here; give one for each fiber that has points, in another array"
+                f"{len(array)} radii could be one for each fiber, segment or point, because there "
+                "are as many of these; give a list with an array of radii for each fiber"
             )
     chosen, kind = meanings[0]
     return in_type_of(points, chosen), kind
+
+
+def joined_radii(parts: Sequence[np.ndarray], begin: np.ndarray) -> np.ndarray:
+    """The radii of all points or all segments, given those of each fiber."""
+    points = np.diff(begin)
+    if len(parts) != len(points):
+        raise ValueError(f"radii are those of {len(parts)} fibers instead of {len(points)}")
+    segments = np.maximum(points - 1, 0)
+    given = [part.shape for part in parts]
+    for counts in (points, segments):
+        if given == [(count,) for count in counts]:
+            return np.concatenate(parts)
+    for f, shape in enumerate(given):
+        if shape not in ((points[f],), (segments[f],)):
+            raise ValueError(
+                f"radii of fiber {f} have shape {shape}; it has {points[f]} points, so give as "
+                f"many, or {segments[f]}, one for each segment"
+            )
+    raise ValueError("radii are for points in some fibers and for segments in others; choose one")
 
 
 def by_point(radii: np.ndarray, kind: int, begin: np.ndarray) -> np.ndarray:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import os
-import tempfile
+import secrets
 import warnings
 from typing import NamedTuple, Optional, Union
 
@@ -44,17 +44,16 @@ def read(
     A file that cannot be opened raises OSError. A damaged one raises ValueError, which tells the
     place.
     """
-    path = os.fspath(path)
     radius = None if radius is None else _arrays.number("radius", radius)
     segments_per_span = _arrays.integer("segments_per_span", segments_per_span)
     with open(path, "rb"):  # Python's own error, if it is missing
         pass
     try:
-        *fibers, remarks = _core.read(path, radius, segments_per_span)
+        *fibers, remarks = _core.read(os.fsencode(path), radius, segments_per_span)
     except RuntimeError as error:
         raise ValueError(str(error)) from None
     for remark in remarks:
-        warnings.warn(f"{path}: {remark}", FiberFileWarning, stacklevel=2)
+        warnings.warn(f"{os.fsdecode(path)}: {remark}", FiberFileWarning, stacklevel=2)
     return Fibers(*fibers)
 
 
@@ -70,8 +69,8 @@ def write(
     Fibers are passed as to FiberTree.build(): write(path, *fibers). Text has no place for radii,
     and .hair rounds to float32. A fiber without points is left out.
     """
-    path = os.fspath(path)
-    ending = os.path.splitext(path)[1]
+    path = os.fsdecode(path)
+    ending = os.path.splitext(path)[1].lower()
     if ending not in (".vtp", ".hair", ".txt"):
         raise ValueError(f"{path!r}: give a file that ends in .vtp, .hair or .txt")
     array, begin = _arrays.points_and_offsets(points, offsets)
@@ -79,21 +78,18 @@ def write(
     layout = _arrays.layout_of(begin, closed)
     _check_readable(array, begin, values, closed)
     numbers = _core.Numbers(array, values, kind)
-    folder = os.path.dirname(path) or "."
+    target = os.path.realpath(path)  # a link stays one
+    draft = os.path.join(os.path.dirname(target), f".fibers-{secrets.token_hex(8)}{ending}")
     try:
-        handle, draft = tempfile.mkstemp(suffix=ending, prefix=".fibers-", dir=folder)
+        os.close(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
     except OSError as error:  # which names the draft
         raise OSError(error.errno, error.strerror, path) from None
-    os.close(handle)
     try:
         if ending == ".txt":
             _write_text(draft, array, begin)
         else:
-            _core.write(draft, numbers, layout, ending == ".hair")
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(draft, 0o666 & ~mask)
-        os.replace(draft, path)
+            _core.write(os.fsencode(draft), numbers, layout, ending == ".hair")
+        os.replace(draft, target)
     except BaseException as error:
         os.unlink(draft)
         if isinstance(error, RuntimeError):

@@ -5,10 +5,13 @@ from __future__ import annotations
 
 import html
 import os
-from typing import Optional, Sequence, Tuple, Union
+from typing import Optional, Sequence, Union
+
+import numpy as np
 
 from . import _arrays, _core
 from ._arrays import ArrayLike, Points
+from ._tree import TriangleMesh
 
 
 class Page:
@@ -40,7 +43,7 @@ def show(
     radii: Optional[Points] = None,
     closed: Optional[ArrayLike] = None,
     *,
-    meshes: Sequence[Tuple[ArrayLike, ArrayLike]] = (),
+    meshes: Sequence[TriangleMesh] = (),
     ignored_neighbors: int = 1,
     margin: float = 0.0,
     threads: int = 1,
@@ -53,7 +56,7 @@ def show(
     """Shows fibers, their contacts and the volumes of the tree, which can be turned and picked.
 
     points, offsets, radii, closed    as in FiberTree.build(): show(*fibers)
-    meshes                            (points, triangles) of each, as in TriangleMesh
+    meshes                            where they are now
     ignored_neighbors, margin, threads    as in FiberTree; pairs that touch are marked
     depth        deepest level of volumes that the page can show, 0 to 8
     most_points  of more, every nth fiber and point is drawn; contacts are those of all
@@ -62,33 +65,28 @@ def show(
     """
     from . import _program
 
+    if not all(isinstance(mesh, TriangleMesh) for mesh in meshes):
+        raise TypeError("meshes are not all TriangleMesh")
     if up not in ("x", "y", "z"):
         raise ValueError(f"up is {up!r}; give 'x', 'y' or 'z'")
-    if not 0 <= depth <= 8:
+    if not 0 <= _arrays.integer("depth", depth) <= 8:
         raise ValueError(f"depth is {depth}; give 0 to 8")
-    if most_points < 1000:
+    if _arrays.integer("most_points", most_points, np.int64) < 1000:
         raise ValueError(f"most_points is {most_points}; give at least 1000")
     array, begin = _arrays.points_and_offsets(points, offsets)
     numbers, kind = _arrays.radii_of(radii, array, begin)
-    bodies = [
-        (
-            _arrays.rows("points of a mesh", _arrays.numbers("points of a mesh", p)).astype(float),
-            _arrays.corners(triangles),
-        )
-        for p, triangles in meshes
-    ]
     try:
         text = _program.page(
-            title,
+            str(title),
             _core.Numbers(array, numbers, kind),
             _arrays.layout_of(begin, closed),
-            ignored_neighbors,
-            margin,
-            threads,
+            _arrays.integer("ignored_neighbors", ignored_neighbors),
+            _arrays.number("margin", margin),
+            _arrays.integer("threads", threads),
             depth,
             most_points,
             up,
-            bodies,
+            [mesh.placed() for mesh in meshes],
         )
     except RuntimeError as error:
         raise ValueError(str(error)) from None

@@ -51,16 +51,16 @@ class TriangleMesh:
     """
 
     def __init__(self, points: ArrayLike, triangles: ArrayLike, solid: bool = False) -> None:
+        array = _arrays.rows("points", _arrays.numbers("points", points))
         self._triangles = _arrays.corners(triangles)
-        self._mesh = _core.Mesh(self._points(points), self._triangles, bool(solid))
-
-    @staticmethod
-    def _points(points: ArrayLike) -> np.ndarray:
-        return _arrays.rows("points", _arrays.numbers("points", points))
+        self._mesh = _core.Mesh(array, self._triangles, bool(solid))
+        self._points = array.copy()
 
     def update(self, points: ArrayLike) -> None:
         """Reads the points again after they have moved. Copies keep theirs."""
-        self._mesh.update(self._points(points), self._triangles)
+        array = _arrays.rows("points", _arrays.numbers("points", points))
+        self._mesh.update(array, self._triangles)
+        self._points = array.copy()
 
     def set_pose(self, rotation: ArrayLike, position: ArrayLike) -> None:
         """Places the mesh: a point p of it is at rotation @ p + position in the fibers' frame.
@@ -96,10 +96,18 @@ class TriangleMesh:
     def copy(self) -> TriangleMesh:
         """A mesh of its own pose, which shares the triangles until one of both is updated."""
         mesh = TriangleMesh.__new__(TriangleMesh)
-        mesh._triangles, mesh._mesh = self._triangles, self._mesh.copy()
+        mesh._points, mesh._triangles, mesh._mesh = self._points, self._triangles, self._mesh.copy()
         return mesh
 
     __copy__ = copy
+
+    def __deepcopy__(self, memo: Any) -> TriangleMesh:
+        return self.copy()
+
+    def placed(self) -> Tuple[np.ndarray, np.ndarray]:
+        """The points in the fibers' frame, (n, 3) float64, and the triangles, (m, 3) int32."""
+        rotation, position = self.pose
+        return self._points @ rotation.T + position, self._triangles.copy()
 
     @property
     def point_count(self) -> int:
@@ -137,9 +145,10 @@ class FiberTree:
     Lengths are in the unit of the points. Names and defaults are those of C++'s FiberTree.
 
     A segment is named by the index of the point at which it starts. Queries may run in several
-    threads at once and let other threads run; Ctrl-C ends them at the next pair. A build or update
-    beside another call of the same tree raises RuntimeError. Wrong arrays raise ValueError or
-    TypeError and leave the tree as it was.
+    threads at once and let other threads run. Ctrl-C ends those that list pairs, contacts, impacts
+    or overlaps, among the next 64 pairs that they find. A build or update beside another call of
+    the same tree raises RuntimeError. Wrong arrays raise ValueError or TypeError and leave the tree
+    as it was.
 
     The tree keeps the arrays of the last build or update, without a copy where `_arrays` allows,
     and contacts() reads them again. Do not change them in place before the next update.
@@ -213,7 +222,8 @@ class FiberTree:
         about the step, and all other calls about its end.
 
         points, end       (n, 3) of all fibers, or as in build() without offsets
-        radii, end_radii  as in build(); without them the radii stay as they are
+        radii, end_radii  as in build(); without them the radii stay as the tree has them, which
+                          is rounded up if the points have been float32
         """
         start = self._numbers(points, radii, "points")
         if end is None:
@@ -226,7 +236,8 @@ class FiberTree:
 
     def _numbers(self, points: Points, radii: Optional[Points], name: str) -> _core.Numbers:
         built = self._tree.offsets
-        if isinstance(points, np.ndarray) and points.ndim == 2:
+        is_flat = isinstance(points, (list, tuple)) and len(points) > 0 and np.ndim(points[0]) == 1
+        if is_flat or (_arrays.is_array(points) and np.ndim(points) == 2):
             array = _arrays.rows(name, _arrays.numbers(name, points))
         else:
             array, begin = _arrays.points_and_offsets(points, None, name)
@@ -367,6 +378,9 @@ class FiberTree:
         """What the tree was constructed with."""
         return self._options
 
+    def __reduce__(self) -> Any:
+        raise TypeError("a FiberTree can be neither copied nor pickled; build another one")
+
     def __repr__(self) -> str:
         return (
             f"<FiberTree: {self.fiber_count} fibers, {self.segment_count} segments, "
@@ -395,7 +409,7 @@ def root_segments(points: Points, offsets: Optional[ArrayLike], length: float) -
 
 
 def _choice(name: str, value: str, yes: str, no: str) -> bool:
-    if value not in (yes, no):
+    if not isinstance(value, str) or value not in (yes, no):
         raise ValueError(f"{name} is {value!r}; give {yes!r} or {no!r}")
     return value == yes
 

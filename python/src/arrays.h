@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <new>
 #include <optional>
 #include <type_traits>
 #include <utility>
@@ -76,7 +77,9 @@ struct FiberNumbers {
   /// Returns the same numbers as doubles, which float can be converted to without an error.
   FiberNumbers asDouble() const {
     using Doubles = py::array_t<double, py::array::c_style>;
-    return {Doubles::ensure(points), Doubles::ensure(radii), radii_are};
+    const Doubles all[] = {Doubles::ensure(points), Doubles::ensure(radii)};
+    if (!all[0] || !all[1]) throw std::bad_alloc();
+    return {all[0], all[1], radii_are};
   }
 
   /// The arrays as C++ takes them. They are borrowed from this and the layout.

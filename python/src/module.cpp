@@ -68,7 +68,7 @@ auto withMesh(const py::array& points, const py::array& triangles, Use&& use) {
   const bool is_float = py::isinstance<py::array_t<float>>(points);
   const float* const floats = is_float ? requireArray<float>("points", points, 3) : nullptr;
   const double* const doubles = is_float ? nullptr : requireArray<double>("points", points, 3);
-  const py::gil_scoped_release unlocked;
+  const Unlocked unlocked;
   if (is_float) return use(MeshArrays<float>{floats, count, corners, triangle_count});
   return use(MeshArrays<double>{doubles, count, corners, triangle_count});
 }
@@ -80,7 +80,7 @@ py::tuple readFile(const std::string& path, std::optional<double> radius, int se
   options.segments_per_span = segments_per_span;
   io::FiberFile file;
   {
-    const py::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     file = io::readFibers(path, options);
   }
   FiberPolylines& fibers = file.fibers;
@@ -100,7 +100,7 @@ py::tuple readFile(const std::string& path, std::optional<double> radius, int se
 void writeFile(const std::string& path, const FiberNumbers& numbers, const FiberLayout& layout,
                bool hair) {
   const FiberPolylines fibers = polylinesOf(numbers, layout);
-  const py::gil_scoped_release unlocked;
+  const Unlocked unlocked;
   hair ? io::writeHair(path, fibers) : io::exportFibers(path, fibers);
 }
 
@@ -188,6 +188,9 @@ void addMesh(py::module_& module) {
              // The mesh itself stays as it is while another thread copies it.
              TriangleMesh changed = mesh;
              withMesh(points, triangles, [&](const auto& arrays) { changed.update(arrays); });
+             // Another thread may have placed it meanwhile.
+             changed.setPose(mesh.pose());
+             changed.setCategories(mesh.categories());
              mesh = std::move(changed);
            })
       .def("set_pose",

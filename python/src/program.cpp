@@ -3,6 +3,7 @@
 // The commands of the program and its page. They are in a module of their own, so that programs
 // which look for contacts do not load them.
 #include <cstdint>
+#include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +12,7 @@
 #include <pybind11/stl.h>
 
 #include "arrays.h"
+#include "lock.h"
 #include "polylines.h"
 #include "tools/program.h"
 
@@ -50,7 +52,10 @@ std::string page(const std::string& title, const FiberNumbers& numbers, const Fi
   request.depth = depth;
   request.points = most_points;
   request.up = up;
-  const py::gil_scoped_release unlocked;
+  const Unlocked unlocked;
+  // The program tells its progress in one place.
+  static std::mutex mutex;
+  const std::lock_guard<std::mutex> alone(mutex);
   return tools::pageOf(title, fibers, request, shown);
 }
 

@@ -3,10 +3,13 @@
 
 #include <chrono>
 #include <cstddef>
+#include <new>
 #include <utility>
 #include <vector>
 
 #include <pybind11/pybind11.h>
+
+#include "lock.h"
 
 namespace fcl_fibers::python {
 
@@ -23,7 +26,7 @@ class Signals {
     const Clock::time_point now = Clock::now();
     if (now < next_) return false;
     next_ = now + kInterval;
-    const py::gil_scoped_acquire lock;
+    const Locked lock;
     raised_ = PyErr_CheckSignals() != 0;
     return raised_;
   }
@@ -43,18 +46,23 @@ class Signals {
 };
 
 /// Returns all that visit(visitor) finds, without the interpreter's lock.
-/// @param expected  room for so many is made before, as a vector that grows takes new memory twice
+/// @param expected  room for so many is made before, because a vector that grows takes new memory
+///                  twice; what is left over is given back if it is much
 template <class Found, class Visit>
 std::vector<Found> collect(std::size_t expected, Visit&& visit) {
   std::vector<Found> all;
   Signals signals;
   {
-    const py::gil_scoped_release unlocked;
-    all.reserve(expected);
+    const Unlocked unlocked;
+    try {
+      all.reserve(expected);
+    } catch (const std::bad_alloc&) {  // the query may find less
+    }
     visit([&](const Found& found) {
       all.push_back(found);
       return signals.raised();
     });
+    if (all.capacity() > 2 * all.size()) all.shrink_to_fit();
   }
   signals.rethrow();
   return all;
@@ -66,7 +74,7 @@ std::vector<Made> makeEach(const std::vector<Found>& all, Make&& make) {
   std::vector<Made> made;
   Signals signals;
   {
-    const py::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     made.reserve(all.size());
     for (const Found& found : all) {
       made.push_back(make(found));

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 namespace fcl_fibers::python {
@@ -79,6 +80,22 @@ std::vector<Struct> fromArray(const py::array& array, const py::dtype& type) {
   return std::vector<Struct>(begin, begin + array.size());
 }
 
+/// Returns the contacts of all pairs, which write(pairs, count, contacts) computes block by block.
+template <class Found, class Pair, class Write>
+std::vector<Found> inBlocks(const std::vector<Pair>& pairs, Write&& write) {
+  std::vector<Found> contacts;
+  for (std::size_t i = 0; i < pairs.size(); i += kContactsAtOnce) {
+    const std::size_t count = std::min(kContactsAtOnce, pairs.size() - i);
+    {
+      const Unlocked unlocked;
+      contacts.resize(pairs.size());
+      write(pairs.data() + i, count, contacts.data() + i);
+    }
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  }
+  return contacts;
+}
+
 /// Calls use(arrays of a, arrays of b), which have one scalar type.
 template <class Use>
 auto withBoth(const FiberNumbers& a, const FiberLayout& a_layout, const FiberNumbers& b,
@@ -97,7 +114,7 @@ FiberNumbers Tree::noFibers() {
 void Tree::build(FiberNumbers numbers, FiberLayout layout) {
   const Change change(users_);
   withArrays(numbers, layout, [&](const auto& fibers) {
-    const py::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     tree_.build(fibers);
   });
   numbers_ = std::move(numbers);
@@ -108,7 +125,7 @@ void Tree::build(FiberNumbers numbers, FiberLayout layout) {
 void Tree::update(FiberNumbers numbers) {
   const Change change(users_);
   withArrays(numbers, layout_, [&](const auto& fibers) {
-    const py::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     tree_.update(fibers);
   });
   numbers_ = std::move(numbers);
@@ -118,7 +135,7 @@ void Tree::update(FiberNumbers numbers) {
 void Tree::update(FiberNumbers start, FiberNumbers end) {
   const Change change(users_);
   withBoth(start, layout_, end, layout_, [&](const auto& from, const auto& to) {
-    const py::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     tree_.update(from, to);
   });
   numbers_ = std::move(end);
@@ -134,9 +151,13 @@ template <class Found, class Visit>
 std::vector<Found> Tree::query(const Tree* other, Visit&& visit) const {
   const Query own(users_);
   const Query others((other != nullptr ? *other : *this).users_);
-  std::vector<Found> found = collect<Found>(found_before_, std::forward<Visit>(visit));
-  found_before_ = found.size();
-  return found;
+  if constexpr (!std::is_same_v<Found, SegmentPair>) {
+    return collect<Found>(0, std::forward<Visit>(visit));
+  } else {
+    auto pairs = collect<SegmentPair>(pairs_before_, std::forward<Visit>(visit));
+    pairs_before_ = pairs.size();
+    return pairs;
+  }
 }
 
 py::array Tree::pairs(const Tree* other) const {
@@ -165,7 +186,7 @@ bool Tree::visitPairs(const py::function& visit, const Tree* other, std::size_t 
   bool failed = false;
   // An exception of Python stays set while C++ returns from the query.
   const auto hand = [&] {
-    const py::gil_scoped_acquire lock;
+    const Locked lock;
     try {
       const py::object result = visit(toPairs(std::exchange(pairs, {})));
       const int stop = PyObject_IsTrue(result.ptr());
@@ -184,7 +205,7 @@ bool Tree::visitPairs(const py::function& visit, const Tree* other, std::size_t 
   };
   bool ended = false;
   {
-    const py::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     ended = other != nullptr ? tree_.visitPairs(other->tree_, take) : tree_.visitPairs(take);
   }
   signals.rethrow();
@@ -199,22 +220,12 @@ py::array Tree::contacts(const Tree* other) const {
   if (other == nullptr || other == this) {
     const auto pairs =
         query<SegmentPair>(nullptr, [&](auto&& take) { return tree_.visitPairs(take); });
-    std::vector<Contact> contacts;
-    withArrays(numbers_, layout_, [&](const auto& fibers) {
-      {
-        const py::gil_scoped_release unlocked;
-        contacts.resize(pairs.size());
-      }
-      for (std::size_t i = 0; i < pairs.size(); i += kContactsAtOnce) {
-        const std::size_t count = std::min(kContactsAtOnce, pairs.size() - i);
-        {
-          const py::gil_scoped_release unlocked;
-          tree_.findContacts(fibers, pairs.data() + i, count, contacts.data() + i);
-        }
-        if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-      }
+    return withArrays(numbers_, layout_, [&](const auto& fibers) {
+      return toArray(inBlocks<Contact>(
+                         pairs, [&](const SegmentPair* some, std::size_t count,
+                                    Contact* to) { tree_.findContacts(fibers, some, count, to); }),
+                     contactType());
     });
-    return toArray(std::move(contacts), contactType());
   }
   const auto pairs =
       query<SegmentPair>(other, [&](auto&& take) { return tree_.visitPairs(other->tree_, take); });
@@ -228,12 +239,16 @@ py::array Tree::contacts(const Tree* other) const {
 
 py::array Tree::contacts(const TriangleMesh& mesh) const {
   const Query own(users_);
-  std::vector<MeshContact> contacts;
-  withArrays(numbers_, layout_, [&](const auto& fibers) {
-    const py::gil_scoped_release unlocked;
-    tree_.findContacts(fibers, mesh, contacts);
+  const auto pairs =
+      query<TrianglePair>(nullptr, [&](auto&& take) { return tree_.visitMesh(mesh, take); });
+  return withArrays(numbers_, layout_, [&](const auto& fibers) {
+    return toArray(
+        inBlocks<MeshContact>(pairs,
+                              [&](const TrianglePair* some, std::size_t count, MeshContact* to) {
+                                tree_.findContacts(fibers, mesh, some, count, to);
+                              }),
+        meshContactType());
   });
-  return toArray(std::move(contacts), meshContactType());
 }
 
 py::array Tree::impacts(const Tree* other) const {
@@ -296,13 +311,13 @@ py::array Tree::impactContacts(const py::array& impacts, const TriangleMesh& mes
 double Tree::safeStep(const Tree* other) const {
   const Query own(users_);
   const Query others((other != nullptr ? *other : *this).users_);
-  const py::gil_scoped_release unlocked;
+  const Unlocked unlocked;
   return other != nullptr ? tree_.safeStep(other->tree_) : tree_.safeStep();
 }
 
 double Tree::safeStep(const TriangleMesh& start, const TriangleMesh& end) const {
   const Query own(users_);
-  const py::gil_scoped_release unlocked;
+  const Unlocked unlocked;
   return tree_.safeStep(start, end);
 }
 
@@ -310,7 +325,7 @@ py::array Tree::touching(const TriangleMesh& mesh) const {
   const Query own(users_);
   std::vector<std::int32_t> segments;
   {
-    const py::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     tree_.findTouching(mesh, segments);
   }
   return toSegments(std::move(segments));
@@ -320,7 +335,7 @@ py::array Tree::nearest(const TriangleMesh& mesh, double distance) const {
   const Query own(users_);
   std::vector<TrianglePair> pairs;
   {
-    const py::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     tree_.findNearest(mesh, distance, pairs);
   }
   return toPairs(std::move(pairs));
@@ -353,7 +368,7 @@ py::tuple Tree::volumes(int depth) const {
   std::vector<std::int64_t> offsets = {0};
   std::vector<std::int32_t> segments;
   {
-    const py::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     for (const TreeVolume& volume : tree_.volumes(depth)) {
       centers.push_back({volume.center[0], volume.center[1], volume.center[2]});
       halves.push_back({volume.half[0], volume.half[1], volume.half[2]});

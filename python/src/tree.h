@@ -64,7 +64,7 @@ class Tree {
   FiberNumbers numbers_ = noFibers();
   std::optional<FiberNumbers> start_;  ///< of the step, if there is one
   mutable Users users_;
-  mutable std::size_t found_before_ = 0;  ///< by the last query; the next may find as many
+  mutable std::size_t pairs_before_ = 0;  ///< of the last query; the next may find as many
 
   static FiberNumbers noFibers();
   const FiberNumbers& startOfStep() const;

@@ -204,15 +204,17 @@ class FiberTree::Impl {
     std::vector<TrianglePair> pairs;
     visitMesh(mesh, appendTo(pairs));
     contacts.resize(pairs.size());
-    const fibers::MeshContacts contact(MeshReader::posed(mesh));
-    index_->forRanges(pairs.size(), kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
-      constexpr std::size_t kAhead = 16;
-      for (std::size_t i = begin; i < end; ++i) {
-        if (i + kAhead < end) __builtin_prefetch(fibers.points + 3 * pairs[i + kAhead].segment);
-        const auto capsule = arrays::locate("FiberTree::findContacts", fibers, pairs[i].segment);
-        contacts[i] = contact(contact.inFrame(capsule.segment), capsule.place, pairs[i].triangle);
-      }
-    });
+    writeContacts(fibers, mesh, pairs.data(), pairs.size(), contacts.data());
+  }
+
+  template <typename S>
+  void findContacts(const FiberArrays<S>& fibers, const TriangleMesh& mesh,
+                    const TrianglePair* pairs, std::size_t count, MeshContact* contacts) const {
+    requireContacts(fibers);
+    for (std::size_t i = 0; i < count; ++i) {
+      requireTriangle("FiberTree::findContacts", mesh, pairs[i].triangle);
+    }
+    writeContacts(fibers, mesh, pairs, count, contacts);
   }
 
   std::vector<TreeVolume> volumes(int depth) const {
@@ -259,6 +261,20 @@ class FiberTree::Impl {
                      Contact* contacts) const {
     index_->forRanges(count, kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) contacts[i] = capsuleContact(fibers, pairs[i]);
+    });
+  }
+
+  template <typename S>
+  void writeContacts(const FiberArrays<S>& fibers, const TriangleMesh& mesh,
+                     const TrianglePair* pairs, std::size_t count, MeshContact* contacts) const {
+    const fibers::MeshContacts contact(MeshReader::posed(mesh));
+    index_->forRanges(count, kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
+      constexpr std::size_t kAhead = 16;
+      for (std::size_t i = begin; i < end; ++i) {
+        if (i + kAhead < end) __builtin_prefetch(fibers.points + 3 * pairs[i + kAhead].segment);
+        const auto capsule = arrays::locate("FiberTree::findContacts", fibers, pairs[i].segment);
+        contacts[i] = contact(contact.inFrame(capsule.segment), capsule.place, pairs[i].triangle);
+      }
     });
   }
 
@@ -423,6 +439,16 @@ void FiberTree::findContacts(const FiberArrays<float>& fibers, const SegmentPair
 void FiberTree::findContacts(const FiberArrays<double>& fibers, const SegmentPair* pairs,
                              std::size_t count, Contact* contacts) const {
   impl_->findContacts(fibers, pairs, count, contacts);
+}
+void FiberTree::findContacts(const FiberArrays<float>& fibers, const TriangleMesh& mesh,
+                             const TrianglePair* pairs, std::size_t count,
+                             MeshContact* contacts) const {
+  impl_->findContacts(fibers, mesh, pairs, count, contacts);
+}
+void FiberTree::findContacts(const FiberArrays<double>& fibers, const TriangleMesh& mesh,
+                             const TrianglePair* pairs, std::size_t count,
+                             MeshContact* contacts) const {
+  impl_->findContacts(fibers, mesh, pairs, count, contacts);
 }
 void FiberTree::findContacts(const FiberArrays<float>& fibers, const TriangleMesh& mesh,
                              std::vector<MeshContact>& contacts) const {

@@ -176,6 +176,15 @@ TYPED_TEST(FindContacts, OfASurfaceAreWhereTheyTouch) {
         tree.build(fibers.view());
         std::vector<MeshContact> contacts(3);
         tree.findContacts(fibers.view(), mesh, contacts);
+        std::vector<TrianglePair> pairs;
+        tree.visitMesh(mesh, [&](TrianglePair pair) { pairs.push_back(pair); });
+        std::vector<MeshContact> same(pairs.size());
+        tree.findContacts(fibers.view(), mesh, pairs.data(), pairs.size(), same.data());
+        ASSERT_EQ(same.size(), contacts.size());
+        for (std::size_t i = 0; i < same.size(); ++i) {
+          ASSERT_EQ(std::tie(same[i].triangle, same[i].distance, same[i].point_b),
+                    std::tie(contacts[i].triangle, contacts[i].distance, contacts[i].point_b));
+        }
         std::vector<std::vector<double>> rows;
         std::size_t next = 0;
         tree.visitMesh(mesh, [&](TrianglePair pair) {
@@ -366,6 +375,7 @@ TEST(FindContacts, RefuseBadInputAndKeepTheContacts) {
         ThrowsMessage<std::invalid_argument>(HasSubstr("FiberTree::findContacts: " + text));
     EXPECT_THAT([&] { tree.findContacts(bad, contacts); }, refusal);
     EXPECT_THAT([&] { tree.findContacts(bad, nullptr, 0, nullptr); }, refusal);
+    EXPECT_THAT([&] { tree.findContacts(bad, mesh, nullptr, 0, nullptr); }, refusal);
     EXPECT_THAT([&] { tree.findContacts(bad, mesh, mesh_contacts); }, refusal);
     EXPECT_EQ(contacts.size(), 3u);
     EXPECT_EQ(mesh_contacts.size(), 4u);
@@ -388,6 +398,9 @@ TEST(FindContacts, RefuseBadInputAndKeepTheContacts) {
         },
         ThrowsMessage<std::invalid_argument>(
             HasSubstr("there is no triangle " + std::to_string(triangle))));
+    const TrianglePair wrong = {0, triangle};
+    EXPECT_THROW(tree.findContacts(fibers.view(), mesh, &wrong, 1, mesh_contacts.data()),
+                 std::invalid_argument);
   }
   EXPECT_THAT(
       [&] {

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The tests of the Python package under AddressSanitizer and UndefinedBehaviorSanitizer, in a build of
-# its own with the tree, the readers of files and the module alone:
+# its own with what the package needs alone:
 #
 #   tests/python/sanitized.sh [ARGUMENTS OF PYTEST...]
 set -euo pipefail
@@ -16,7 +16,7 @@ cmake -S . -B "$tree" -G Ninja -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_COMPILER=g++ 
   -DFCL_FIBERS_BUILD_MANAGERS=OFF -DFCL_FIBERS_BUILD_IO=ON -DFCL_FIBERS_BUILD_PYTHON=ON \
   -DFCL_FIBERS_BUILD_TESTS=OFF -DFCL_FIBERS_BUILD_BENCHMARKS=OFF -DFCL_FIBERS_BUILD_TOOLS=OFF \
   -DPython3_EXECUTABLE=$python
-cmake --build "$tree" --target fcl_fibers_python_core
+cmake --build "$tree" --target fcl_fibers_python
 
 # Python's own allocator would hide small blocks from the sanitizer, and the interpreter keeps some
 # until its end. An allocation that cannot be fulfilled is an exception here as everywhere.

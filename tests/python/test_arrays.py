@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a program may pass as points, offsets and radii."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 
@@ -223,3 +226,49 @@ def test_types_of_what_each_fiber_has(name, dtypes):
         tree = built(points, offsets, 0.5, **{name: np.array([1, 1], dtype)})
         assert len(tree.pairs()) == (0 if name == "groups" else 1)
     built(points, offsets, 0.5, **{name: [1, 0]})
+
+
+def test_radii_by_fiber_have_to_fit_the_fibers():
+    fibers = [np.random.default_rng(f).uniform(size=(n, 3)) for f, n in enumerate((4, 3))]
+    for radii, text in (
+        ([np.ones(3), np.full(4, 2.0)], "radii of fiber 1 have shape"),  # as many in all
+        ([np.ones(4), np.ones(2)], "for points in some fibers"),
+        ([np.ones(7)], "1 fibers instead of 2"),
+    ):
+        with pytest.raises(ValueError, match=text):
+            built(fibers, radii=radii)
+    rods = np.random.default_rng(3).uniform(size=(2, 3, 3))
+    with pytest.raises(ValueError, match="3 fibers instead of 2"):
+        built(rods, radii=np.ones((3, 2)))  # (n, fibers) in the place of (fibers, n)
+    assert (answer(rods, radii=np.ones((2, 3))) == answer(rods, radii=1.0)).all()
+    assert (answer(rods, radii=np.ones((2, 2))) == answer(rods, radii=1.0)).all()
+
+
+def test_updates_take_what_builds_take():
+    points = np.random.default_rng(4).uniform(size=(20, 3))
+    offsets = [0, 12, 20]
+    tree = built(points, offsets, radii=0.2)
+    expected = tree.contacts()
+
+    class Tensor:
+        def __array__(self, dtype=None):
+            return points if dtype is None else points.astype(dtype)
+
+    for same in (points.tolist(), tuple(map(tuple, points)), Tensor(), memoryview(points)):
+        tree.update(same)
+        assert (tree.contacts() == expected).all()
+        assert (built(same, offsets, radii=0.2).contacts() == expected).all()
+    for fibers in ([points[:12], points[12:]], [points[:12].tolist(), points[12:].tolist()]):
+        tree.update(fibers)
+        assert (tree.contacts() == expected).all()
+
+
+def test_trees_are_no_values():
+    tree = built([np.eye(3)], radii=0.1)
+    for copy_of in (copy.copy, copy.deepcopy, pickle.dumps):
+        with pytest.raises(TypeError, match="build another one"):
+            copy_of(tree)
+    mesh = fcl_fibers.TriangleMesh(np.eye(3), [[0, 1, 2]])
+    other = copy.deepcopy(mesh)
+    other.set_pose(np.eye(3), (1, 2, 3))
+    assert (mesh.pose[1] == 0).all()

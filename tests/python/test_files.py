@@ -309,3 +309,15 @@ def test_tractograms_that_nibabel_wrote(tmp_path, ending):
     assert found.offsets.tolist() == offsets.tolist() and found.radii is None
     # Nibabel stores voxels with their corner as the origin in .trk, which rounds.
     assert found.points == pytest.approx(points, abs=0 if ending == "tck" else 1e-6)
+
+
+def test_names_of_any_bytes_and_links(tmp_path):
+    path = os.fsdecode(os.fsencode(tmp_path) + b"/\xff.VTP")
+    fcl_fibers.write(os.fsencode(path), [np.eye(3)], radii=1)
+    assert (fcl_fibers.read(path).points == np.eye(3)).all()
+    link = tmp_path / "link.txt"
+    (tmp_path / "target.txt").write_text("old")
+    link.symlink_to("target.txt")
+    fcl_fibers.write(link, [np.eye(3)])
+    assert link.is_symlink()
+    assert (fcl_fibers.read(tmp_path / "target.txt").points == np.eye(3)).all()

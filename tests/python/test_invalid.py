@@ -81,6 +81,7 @@ def test_points(tree, points, error, word):
         (1.0, TypeError, "points"),
         ("abc", (TypeError, ValueError), "points"),
         ([np.zeros((0, 3), complex)], TypeError, "complex"),
+        (np.ma.masked_equal(np.zeros((1, 2, 3)), 0), TypeError, "masked"),
         (np.array([np.zeros((2, 3)), None], object), TypeError, "points"),
     ],
 )
@@ -92,7 +93,8 @@ def test_points_without_offsets(tree, points, error, word):
     "offsets, error, word",
     [
         ([], ValueError, "empty"),
-        (0, ValueError, "()"),
+        (0, TypeError, "radii by name"),
+        (0.1, TypeError, "radii by name"),
         ([[0, 4]], ValueError, "(1, 2)"),
         ([1, 4], ValueError, "from 1 to 4"),
         ([0, 3], ValueError, "from 0 to 3"),

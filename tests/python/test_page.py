@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 import fcl_fibers
@@ -41,8 +42,12 @@ def test_the_page_has_the_fibers_and_contacts():
 
 def test_meshes_are_shown():
     points, offsets = cross()
-    page = fcl_fibers.show(points, offsets, 0.1, meshes=[tetrahedron()])
+    mesh = fcl_fibers.TriangleMesh(*tetrahedron())
+    page = fcl_fibers.show(points, offsets, 0.1, meshes=[mesh])
     assert scene_of(page)["frames"][0]["meshContacts"] > 0
+    mesh.set_pose(np.eye(3), (9, 9, 9))
+    page = fcl_fibers.show(points, offsets, 0.1, meshes=[mesh])
+    assert scene_of(page)["frames"][0]["meshContacts"] == 0
 
 
 def test_a_notebook_gets_a_frame_that_holds_the_page():
@@ -69,7 +74,10 @@ def test_a_page_is_saved(tmp_path):
         (dict(radii=None), "radii are missing"),
         (dict(margin=-1.0), "margin"),
         (dict(points=[]), "no segment"),
-        (dict(meshes=[([(0, 0, 0)], [(0, 0, 1)])]), "triangle 0"),
+        (dict(meshes=[tetrahedron()]), "TriangleMesh"),
+        (dict(ignored_neighbors=None), "ignored_neighbors is None"),
+        (dict(margin="a"), "margin is 'a'"),
+        (dict(depth=2.5), "depth is 2.5"),
     ],
 )
 def test_wrong_arguments_are_named(arguments, text):

@@ -3,6 +3,7 @@
 
 import os
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -221,10 +222,12 @@ QUERIES = {
     "pairs": lambda tree: tree.pairs(),
     "contacts": lambda tree: tree.contacts(),
     "pairs of two": lambda tree: tree.pairs(COPY[0]),
+    "contacts with a mesh": lambda tree: tree.contacts(MESH),
     "visit_pairs": count,
     "visit_pairs, one block": lambda tree: tree.visit_pairs(len, block=2**40),
 }
 COPY = []
+MESH = fcl_fibers.TriangleMesh(np.zeros((3, 3)), np.tile([0, 1, 2], (2000, 1)))
 
 
 @pytest.mark.parametrize("query", QUERIES)
@@ -295,3 +298,25 @@ def test_signals_wait_for_the_main_thread(crowded):
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, previous)
     assert found == 8000 * 7999 // 2
+
+
+def test_daemons_in_a_query_do_not_abort_the_end():
+    script = """
+import threading, time
+import numpy as np
+import fcl_fibers
+
+tree = fcl_fibers.FiberTree(report="capsules")
+tree.build(np.random.default_rng(1).uniform(size=(1000, 2, 3)), radii=0.3)
+
+def run(query):
+    while True:
+        query()
+
+for query in (tree.pairs, lambda: tree.visit_pairs(len, block=100)):
+    threading.Thread(target=run, args=(query,), daemon=True).start()
+time.sleep(0.2)
+"""
+    for _ in range(3):
+        ended = subprocess.run([sys.executable, "-c", script], capture_output=True, timeout=60)
+        assert (ended.returncode, ended.stderr) == (0, b"")
