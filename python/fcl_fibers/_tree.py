@@ -234,7 +234,7 @@ class FiberTree:
             last = self._numbers(end, radii if end_radii is None else end_radii, "end")
             self._tree.update(start, last)
 
-    def _numbers(self, points: Points, radii: Optional[Points], name: str) -> _core.Numbers:
+    def _numbers(self, points: Any, radii: Optional[Points], name: str) -> _core.Numbers:
         built = self._tree.offsets
         is_flat = isinstance(points, (list, tuple)) and len(points) > 0 and np.ndim(points[0]) == 1
         if is_flat or (_arrays.is_array(points) and np.ndim(points) == 2):

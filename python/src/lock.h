@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <unistd.h>
+#include <chrono>
+#include <thread>
 
-#include <Python.h>
+#include <pybind11/pybind11.h>
 
 namespace fcl_fibers::python {
 
@@ -15,7 +16,7 @@ auto takeLock(Take&& take) {
   try {
     return take();
   } catch (...) {  // The unwinding of pthread_exit() stops here; nothing else is thrown.
-    for (;;) pause();
+    for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
   }
 }
 

@@ -76,7 +76,7 @@ ParsedFibers parse(ByteReader& file, FiberFormat format, const FiberFileOptions&
     case FiberFormat::kTrk:
       return parseTrk(file);
     case FiberFormat::kSwc:
-      return parseSwc(file);
+      return parseSwc(file, options);
   }
   refuseArgument("readFibers", "format", static_cast<int>(format), "give a value of FiberFormat");
 }

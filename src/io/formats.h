@@ -27,7 +27,7 @@ struct ParsedFibers {
 ParsedFibers parseBcc(ByteReader& file, const FiberFileOptions& options);
 ParsedFibers parseHair(ByteReader& file);
 ParsedFibers parsePolylines(ByteReader& file);
-ParsedFibers parseSwc(ByteReader& file);
+ParsedFibers parseSwc(ByteReader& file, const FiberFileOptions& options);
 ParsedFibers parseTck(ByteReader& file);
 ParsedFibers parseTfx(ByteReader& file);
 ParsedFibers parseTrk(ByteReader& file);

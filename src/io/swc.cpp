@@ -219,16 +219,15 @@ void warnOfBranches(const Nodes& nodes, ParsedFibers& parsed) {
   const auto branches = std::count_if(nodes.children.begin(), nodes.children.end(),
                                       [](std::size_t children) { return children > 1; });
   if (branches == 0) return;
-  parsed.warnings.push_back(
-      (branches == 1 ? "1 branching point is"
-                     : std::to_string(branches) + " branching points are") +
-      " split, which gives " + std::to_string(parsed.fibers.fiberCount()) +
-      " fibers that touch where they meet; a segment has the larger radius of its two ends.");
+  parsed.warnings.push_back((branches == 1 ? "1 branching point is"
+                                           : std::to_string(branches) + " branching points are") +
+                            " split, which gives " + std::to_string(parsed.fibers.fiberCount()) +
+                            " fibers that touch where they meet.");
 }
 
 }  // namespace
 
-ParsedFibers parseSwc(ByteReader& file) {
+ParsedFibers parseSwc(ByteReader& file, const FiberFileOptions& options) {
   file.setPlaces(ByteReader::Places::kLines);
   skipByteOrderMark(file);
   const Nodes nodes = readNeurons(file);
@@ -238,6 +237,9 @@ ParsedFibers parseSwc(ByteReader& file) {
   std::vector<double> radii = FiberMaker(nodes, parsed).make();
   setPointRadii(parsed.fibers, std::move(radii));
   warnOfBranches(nodes, parsed);
+  if (!options.radius && !parsed.fibers.radii.empty()) {
+    parsed.warnings.push_back("Radii differ; a segment has the larger radius of its two ends.");
+  }
   expectLineEnd(file, parsed);
   return parsed;
 }

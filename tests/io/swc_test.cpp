@@ -51,8 +51,14 @@ TEST(SwcTest, SplitsAtBranchingPoints) {
   EXPECT_TRUE(file.has_radius);
   EXPECT_THAT(
       file.warnings,
-      ElementsAre("2 branching points are split, which gives 4 fibers that touch where they "
-                  "meet; a segment has the larger radius of its two ends."));
+      ElementsAre("2 branching points are split, which gives 4 fibers that touch where they meet.",
+                  "Radii differ; a segment has the larger radius of its two ends."));
+
+  // One radius for all leaves nothing to tell of those in the file.
+  FiberFileOptions options;
+  options.radius = 0.5;
+  EXPECT_THAT(parseFibers(text(kNeuron), "a.swc", kSwc, options).warnings,
+              ElementsAre(HasSubstr("branching points")));
 }
 
 TEST(SwcTest, LinesMayBeInAnyOrder) {
@@ -96,7 +102,7 @@ TEST(SwcTest, ThereMayBeSeveralRoots) {
   const FiberFile file = parse("1 1 0 0 0 1 -1\n2 3 1 0 0 1 1\n10 1 5 0 0 2 -1\n11 3 6 0 0 1 10\n");
   EXPECT_THAT(file.fibers.point_begin, ElementsAre(0, 2, 4));
   EXPECT_THAT(file.fibers.radii, ElementsAre(1, 1, 2, 1));
-  EXPECT_THAT(file.warnings, IsEmpty());
+  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("Radii differ")));
 }
 
 TEST(SwcTest, ASomaWithoutChildrenIsASphere) {
@@ -119,7 +125,8 @@ TEST(SwcTest, ASomaOfThreePointsIsACylinder) {
               ElementsAre(Point{0, 0, 0}, Point{0, -5, 0}, Point{0, 0, 0}, Point{0, 5, 0},
                           Point{0, 0, 0}, Point{9, 0, 0}, Point{12, 0, 0}));
   EXPECT_EQ(file.fibers.radiusAt(5), 1);
-  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("1 branching point is split")));
+  EXPECT_THAT(file.warnings,
+              ElementsAre(HasSubstr("1 branching point is split"), HasSubstr("Radii differ")));
 }
 
 TEST(SwcTest, WithoutAnyRadiusThereIsNone) {
