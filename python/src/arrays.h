@@ -18,15 +18,35 @@ namespace fcl_fibers::python {
 
 namespace py = pybind11;
 
-/// Makes a NumPy array that takes over the vector's memory, with no copy.
-/// @param columns  of each row, or 0 for an array of one dimension
+/// Memory for structs, all of which are written later. A vector would write zeros first, on one
+/// thread, which takes as long as to find the contacts on two.
 template <typename T>
-py::array toArray(std::vector<T>&& found, const py::dtype& type, std::size_t columns = 0) {
-  auto kept = std::make_unique<std::vector<T>>(std::move(found));
+class Unwritten {
+ public:
+  static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
+  explicit Unwritten(std::size_t size) : memory_(::operator new(size * sizeof(T))), size_(size) {}
+
+  T* data() { return static_cast<T*>(memory_.get()); }
+  std::size_t size() const { return size_; }
+
+ private:
+  struct Free {
+    void operator()(void* memory) const { ::operator delete(memory); }
+  };
+  std::unique_ptr<void, Free> memory_;
+  std::size_t size_;
+};
+
+/// Makes a NumPy array that takes over the memory of a vector or the like, with no copy.
+/// @param columns  of each row, or 0 for an array of one dimension
+template <class Found>
+py::array toArray(Found&& found, const py::dtype& type, std::size_t columns = 0) {
+  static_assert(!std::is_reference_v<Found>, "it is moved from");
+  auto kept = std::make_unique<Found>(std::move(found));
   std::vector<std::size_t> shape = {kept->size()};
   if (columns > 0) shape.push_back(columns);
   const void* const data = kept->data();
-  const py::capsule owner(kept.get(), [](void* v) { delete static_cast<std::vector<T>*>(v); });
+  const py::capsule owner(kept.get(), [](void* memory) { delete static_cast<Found*>(memory); });
   kept.release();
   return py::array(type, shape, {}, data, owner);
 }

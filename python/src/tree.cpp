@@ -82,13 +82,12 @@ std::vector<Struct> fromArray(const py::array& array, const py::dtype& type) {
 
 /// Returns the contacts of all pairs, which write(pairs, count, contacts) computes block by block.
 template <class Found, class Pair, class Write>
-std::vector<Found> inBlocks(const std::vector<Pair>& pairs, Write&& write) {
-  std::vector<Found> contacts;
+Unwritten<Found> inBlocks(const std::vector<Pair>& pairs, Write&& write) {
+  Unwritten<Found> contacts(pairs.size());
   for (std::size_t i = 0; i < pairs.size(); i += kContactsAtOnce) {
     const std::size_t count = std::min(kContactsAtOnce, pairs.size() - i);
     {
       const Unlocked unlocked;
-      contacts.resize(pairs.size());
       write(pairs.data() + i, count, contacts.data() + i);
     }
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
