@@ -19,7 +19,7 @@ namespace fcl_fibers::python {
 namespace py = pybind11;
 
 /// Memory for structs, all of which are written later. A vector would write zeros first, on one
-/// thread, which takes as long as to find the contacts on two.
+/// thread.
 template <typename T>
 class Unwritten {
  public:

@@ -184,6 +184,9 @@ def everything(tree, points, offsets, radii):
         tree.visit_pairs(lambda pairs: 1 / 0)
     mesh = fcl_fibers.TriangleMesh(points[:3], [[0, 1, 2]])
     tree.contacts(mesh.copy())
+    tree.pairs(mesh)
+    mesh.update(points[:3] + 1)
+    fcl_fibers.show(points[:9], [0, 9], 0.1, meshes=[mesh])
     tree.volumes(2)
 
 
