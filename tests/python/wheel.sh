@@ -19,7 +19,7 @@ rm -rf "$work"
 git clone -q . "$work/clone"
 /usr/bin/python3 -m venv --system-site-packages "$work/venv"
 cd "$work"
-venv/bin/pip wheel --no-index --no-build-isolation --wheel-dir . ./clone
+venv/bin/pip wheel --no-index --no-deps --no-build-isolation --wheel-dir . ./clone
 [[ -z $(git -C clone status --porcelain) ]] || fail "a build leaves files beside the sources"
 wheel=$(echo fcl_fibers-*.whl)
 size=$(stat --format=%s "$wheel")
