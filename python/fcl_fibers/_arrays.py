@@ -138,21 +138,20 @@ def checked_offsets(offsets: ArrayLike, point_count: int) -> np.ndarray:
     return begin
 
 
-def radii_of(
-    radii: Optional[Points], points: np.ndarray, begin: np.ndarray
-) -> Tuple[np.ndarray, int]:
+def radii_of(radii: Any, points: np.ndarray, begin: np.ndarray) -> Tuple[np.ndarray, int]:
     """The radii as C++ takes them, and for what each counts."""
     if radii is None:
         raise TypeError("radii are missing; give a number, or one for each fiber, segment or point")
-    if isinstance(radii, (list, tuple)) and radii and np.ndim(radii[0]) > 0:
+    is_joined = isinstance(radii, (list, tuple)) and len(radii) > 0 and np.ndim(radii[0]) > 0
+    if is_joined:
         radii = joined_radii([numbers("radii", r) for r in radii], begin)
     array = numbers("radii", radii)
     if array.ndim == 0:
         return in_type_of(points, array.reshape(1)), ONE
     if array.ndim != 1:
-        array = joined_radii(list(array), begin)
+        array, is_joined = joined_radii(list(array), begin), True
     meanings = []
-    if len(array) == len(begin) - 1:
+    if len(array) == len(begin) - 1 and not is_joined:
         meanings.append((array, PER_FIBER))
     if len(array) == len(points):
         meanings.append((array, PER_SEGMENT))

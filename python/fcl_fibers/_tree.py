@@ -150,8 +150,9 @@ class FiberTree:
     the same tree raises RuntimeError. Wrong arrays raise ValueError or TypeError and leave the tree
     as it was.
 
-    The tree keeps the arrays of the last build or update, without a copy where `_arrays` allows,
-    and contacts() reads them again. Do not change them in place before the next update.
+    The tree keeps the arrays of the last build or update, and contacts() reads them again. It makes
+    no copy of aligned C-contiguous arrays of float32 or float64. Do not change these in place
+    before the next update.
     """
 
     def __init__(
@@ -235,22 +236,23 @@ class FiberTree:
             self._tree.update(start, last)
 
     def _numbers(self, points: Any, radii: Optional[Points], name: str) -> _core.Numbers:
-        built = self._tree.offsets
+        kept = self._tree.numbers
         is_flat = isinstance(points, (list, tuple)) and len(points) > 0 and np.ndim(points[0]) == 1
         if is_flat or (_arrays.is_array(points) and np.ndim(points) == 2):
             array = _arrays.rows(name, _arrays.numbers(name, points))
         else:
             array, begin = _arrays.points_and_offsets(points, None, name)
-            if not np.array_equal(begin, built):
+            if not np.array_equal(begin, self._tree.offsets):
                 raise ValueError(
                     f"{name} are of fibers with other numbers of points than at the last build()"
                 )
-        if len(array) != built[-1]:
-            raise ValueError(f"{name} are {len(array)}, but the last build() had {built[-1]}")
+        if len(array) != len(kept.points):
+            raise ValueError(
+                f"{name} are {len(array)}, but the last build() had {len(kept.points)}"
+            )
         if radii is None:
-            kept = self._tree.numbers
             return _core.Numbers(array, _arrays.in_type_of(array, kept.radii), kept.radii_are)
-        values, kind = _arrays.radii_of(radii, array, built)
+        values, kind = _arrays.radii_of(radii, array, self._tree.offsets)
         return _core.Numbers(array, values, kind)
 
     def pairs(self, other: Union[FiberTree, TriangleMesh, None] = None) -> np.ndarray:

@@ -113,6 +113,7 @@ void addTree(py::module_& module) {
              return FiberNumbers{std::move(points), std::move(radii), radii_are};
            }),
            py::arg("points"), py::arg("radii"), py::arg("radii_are"))
+      .def_readonly("points", &FiberNumbers::points)
       .def_readonly("radii", &FiberNumbers::radii)
       .def_readonly("radii_are", &FiberNumbers::radii_are);
 

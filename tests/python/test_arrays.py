@@ -242,6 +242,18 @@ def test_radii_by_fiber_have_to_fit_the_fibers():
         built(rods, radii=np.ones((3, 2)))  # (n, fibers) in the place of (fibers, n)
     assert (answer(rods, radii=np.ones((2, 3))) == answer(rods, radii=1.0)).all()
     assert (answer(rods, radii=np.ones((2, 2))) == answer(rods, radii=1.0)).all()
+    # There are as many fibers as points, but a list is never one radius for each fiber.
+    uneven = [np.empty((0, 3)), np.eye(3)[:2]]
+    with pytest.raises(ValueError, match="give a list"):
+        built(uneven, radii=[0.1, 0.2])
+    assert (
+        built(uneven, radii=[[], [0.1, 0.2]]).overlaps_capsule((1, 0, 0.15), (1, 0, 0.15), 0).size
+        == 0
+    )
+    assert (
+        built(uneven, radii=[[], [0.2, 0.1]]).overlaps_capsule((1, 0, 0.15), (1, 0, 0.15), 0).size
+        == 1
+    )
 
 
 def test_updates_take_what_builds_take():
