@@ -99,8 +99,7 @@ bool SegmentIndex::tryBuild(const SegmentSource& source, const Frame& frame, Seg
         }
       });
   if (!is_read || !fits) return false;
-  makeTree(fibers, middles);
-  middles = std::vector<Middle>();
+  makeTree(fibers, std::move(middles));
   const bool is_fitted = stores ? fitFromSegments(frame) : fitFrom(source, frame);
   if (!keepsSegments()) segments_.clear();
   if (source.isFasterInOrder()) std::visit([](auto& tree) { tree.findPlaces(); }, tree_);
@@ -140,7 +139,7 @@ bool SegmentIndex::readRanges(const SegmentSource& source, const Frame& frame, s
 }
 
 /// Makes the tree of these fibers, without volumes.
-void SegmentIndex::makeTree(const tree::Fibers& fibers, const std::vector<Middle>& middles) {
+void SegmentIndex::makeTree(const tree::Fibers& fibers, std::vector<Middle> middles) {
   const auto make_tree = [&](auto topology) {
     constexpr int kArity = decltype(topology)::kArity;
     if (options_.wrapped_spheres) {
@@ -157,7 +156,9 @@ void SegmentIndex::makeTree(const tree::Fibers& fibers, const std::vector<Middle
                         [&](std::size_t from, std::size_t to) {
                           for (std::size_t part = from; part < to; ++part) build.buildPart(part);
                         });
-    make_tree(build.finish());
+    auto topology = build.finish();
+    middles = std::vector<Middle>();  // a build needs most memory when it makes the nodes
+    make_tree(std::move(topology));
   }
 }
 

@@ -165,7 +165,7 @@ class SegmentIndex {
   double padding() const { return margin() / 2; }
   bool tryBuild(const SegmentSource& source, const geometry::Frame& frame, SegmentId begin,
                 SegmentId end, const tree::Fibers& fibers, bool in_range);
-  void makeTree(const tree::Fibers& fibers, const std::vector<tree::Middle>& middles);
+  void makeTree(const tree::Fibers& fibers, std::vector<tree::Middle> middles);
   template <class IdsOf, class Take>
   bool readRanges(const SegmentSource& source, const geometry::Frame& frame, std::size_t count,
                   IdsOf&& idsOf, Take&& take);

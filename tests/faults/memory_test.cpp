@@ -69,6 +69,28 @@ TEST(TreeMemory, IsWhatTheHeapGave) {
   }
 }
 
+TEST(TreeMemory, OfABuildIsLittleMoreThanTheTrees) {
+  // If this fails, a scene whose tree has room on a machine cannot be built there.
+  constexpr int kFibers = 1000, kPoints = 101;
+  Random random(192);
+  Assembly<float> fibers;
+  for (int f = 0; f < kFibers; ++f) {
+    const Eigen::Vector3d root = random.inCube(2);
+    for (int i = 0; i < kPoints; ++i) {
+      fibers.addPoint({root.x(), root.y(), root.z() + 0.1 * i}, 0.02);
+    }
+    fibers.endFiber();
+  }
+  for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+    FiberTreeOptions options;
+    options.report = report;
+    FiberTree tree(options);
+    const PeakMemory peak;
+    tree.build(fibers.view());
+    EXPECT_LE(peak.bytes(), tree.memoryUsage() + 16 * tree.segmentCount());
+  }
+}
+
 MANAGER_SUITE(ManagerMemory, FiberManagers);
 
 TYPED_TEST(ManagerMemory, OfADenseQueryIsBoundedAndGivenBack) {
