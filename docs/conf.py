@@ -28,7 +28,7 @@ NAVIGATION = {
     "API": [f"api/{name}" for name in "tree meshes managers options contacts files python".split()],
     "Reference": ["contract", "numerics", "works-with", "glossary"],
     "Paper": ["paper"],
-    "Performance": ["performance", "accuracy", "costs"],
+    "Performance": ["performance", "accuracy", "costs", "beyond_one_machine"],
     "Developers": ["architecture", "/CONTRIBUTING", "log", "/CHANGELOG"],
 }
 
