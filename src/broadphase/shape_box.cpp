@@ -259,7 +259,9 @@ FCL_FIBERS_ALWAYS_INLINE const char* readShape(const fcl::CollisionGeometry<S>& 
       return areSizes(sides) ? read(boxOfSides(axes, sides)) : kBadSides;
     }
     case fcl::GEOM_CYLINDER:
-      return readRound(static_cast<const fcl::Cylinder<S>&>(geometry), boxOfCylinder);
+      // gcc -O1 cannot inline a call by pointer.
+      return readRound(static_cast<const fcl::Cylinder<S>&>(geometry),
+                       [](const auto&... sizes) { return boxOfCylinder(sizes...); });
     case fcl::GEOM_CONE:
       return readRound(static_cast<const fcl::Cone<S>&>(geometry), boxOfCone);
     case fcl::GEOM_ELLIPSOID: {
