@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <fcl_fibers/tree_export.h>
+
 /// Collision detection among fibers of capsules.
 namespace fcl_fibers {
 
