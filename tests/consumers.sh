@@ -8,7 +8,7 @@
 # --installed PREFIX   gcc's shared libraries, with all parts, are there: no step builds them
 # COMPILERS, KINDS and WAYS in the environment: of what is in `linked`, these alone, as in
 #   COMPILERS=g++ KINDS=static WAYS="pkg_config add_subdirectory" tests/consumers.sh linked
-# COMPILERS is heeded by `flags` too.
+# COMPILERS is heeded by `flags`, `standards`, `lto` and `hidden` too.
 #
 # Everything is built under build/consumers; the step `deb` installs a package and removes it again.
 set -euo pipefail
@@ -49,7 +49,7 @@ build() {
   built=$work/$name/library
   [[ $kind == shared ]] && local shared=ON || local shared=OFF
   configure "$compiler" "$built" . -DBUILD_SHARED_LIBS=$shared -DFCL_FIBERS_BUILD_IO=ON \
-    -DFCL_FIBERS_BUILD_TESTS=OFF -DFCL_FIBERS_BUILD_BENCHMARKS=OFF -DFCL_FIBERS_BUILD_TOOLS=OFF "$@"
+    -DFCL_FIBERS_BUILD_{TESTS,BENCHMARKS,TOOLS,PYTHON}=OFF "$@"
   cmake --build "$built"
   rm -rf "$work/$name/installed"
   cmake --install "$built" --prefix "$work/$name/installed" >/dev/null
@@ -86,7 +86,7 @@ by_pkg_config() {  # COMPILER KIND
   mkdir -p "$work/$1-$2"
   flags=$(pkg-config --cflags --libs fcl_fibers fcl_fibers_io)
   ! grep -qE -- '-std=|-m[a-z]' <<<"$flags" || fail "pkg-config hands on: $flags"
-  for program in main contacts file; do
+  for program in main contacts file errors; do
     # shellcheck disable=SC2086
     "$1" -std=c++17 -O1 -Wall -Wextra -Werror tests/consumer/$program.cpp \
       -o "$work/$1-$2/$program" $flags
@@ -156,6 +156,9 @@ refused() {
   grep -qF -- "$message" <<<"$said" || fail "no '$message' from: $* ... $said"
 }
 
+# The library for one instruction set compiles quickly.
+sse4_alone='-msse4.2 -mpclmul -maes -DHWY_COMPILE_ONLY_STATIC'
+
 # What is not installed is left out of a build, and is an error if it is asked for.
 left_out() {
   local tree=$work/left_out/configured said part
@@ -207,9 +210,8 @@ tree() {
   configure g++ "$work/tree/optional" tests/consumer -DWITHOUT_FCL=ON -DOPTIONAL=managers \
     -DCMAKE_PREFIX_PATH="$prefix" "${hidden[@]}"
 
-  # Without optimization and for one instruction set, which compiles quickly.
-  build tree g++ shared -DCMAKE_BUILD_TYPE=Debug "${hidden[@]}" \
-    -DCMAKE_CXX_FLAGS='-msse4.2 -mpclmul -maes -DHWY_COMPILE_ONLY_STATIC'
+  # Without optimization, which compiles quickly.
+  build tree g++ shared -DCMAKE_BUILD_TYPE=Debug "${hidden[@]}" -DCMAKE_CXX_FLAGS="$sse4_alone"
   [[ ! -e $prefix/include/fcl_fibers/export.h ]] || fail "a header of the managers is installed"
   refused 'has no component managers' configure g++ "$work/tree/managers" tests/consumer \
     -DCMAKE_PREFIX_PATH="$prefix" -DCOMPONENTS=managers
@@ -246,12 +248,75 @@ flags() {
   LD_LIBRARY_PATH=$(pkg-config --variable=libdir fcl_fibers) "$work/native"
 }
 
+# All public headers, also as newer C++, without a warning.
+standards() {
+  library g++ shared
+  local compiler standard headers
+  mapfile -t headers < <(find "$prefix/include" -name '*.h')
+  ((${#headers[@]} > 0)) || fail "no header is installed"
+  for compiler in $compilers; do
+    for standard in c++17 c++20 c++2b; do
+      # shellcheck disable=SC2046
+      "$compiler" -std=$standard -fsyntax-only -Wall -Wextra -Wpedantic -Wconversion -Werror \
+        -isystem /usr/include/eigen3 "${headers[@]/#/-include}" tests/consumer/main.cpp \
+        $(pkg-config --cflags fcl_fibers_io fcl_fibers)
+    done
+  done
+}
+
+# consumer_20 COMPILER BUILD_DIR ARGUMENTS...: the programs as C++20, by find_package.
+consumer_20() {
+  configure "$1" "$2" tests/consumer -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_CXX_STANDARD=20 \
+    -DCMAKE_CXX_FLAGS='-Wall -Wextra -Werror' "${@:3}"
+  run_consumer "$2"
+}
+
+# Static libraries and a program, all built for optimization at link time.
+lto() {
+  .ci/apt_install.sh llvm
+  local compiler sections lto=-DCMAKE_INTERPROCEDURAL_OPTIMIZATION=ON
+  for compiler in $compilers; do
+    build "lto-$compiler" "$compiler" static $lto -DCMAKE_CXX_FLAGS_RELEASE=-O1 \
+      -DCMAKE_CXX_FLAGS="$sse4_alone"
+    consumer_20 "$compiler" "$work/lto-$compiler/consumer" $lto
+    # gcc would fuse the multiply-adds of what is kept for link time, by the program's flags.
+    sections=$(readelf -SW "$built"/src/*.a 2>/dev/null) || [[ $compiler == clang* ]]
+    [[ $sections != *.gnu.lto_.opts* ]] ||
+      fail "gcc can inline functions of the libraries into a program"
+  done
+}
+
+# The library without optimization, with the assertions of the standard library and hidden symbols,
+# and a program with the same; what a project sets for link time is heeded here too.
+hidden() {
+  local compiler settings=(-DCMAKE_BUILD_TYPE=Debug
+    -DCMAKE_CXX_FLAGS_DEBUG='-O0 -D_GLIBCXX_ASSERTIONS'
+    -DCMAKE_CXX_VISIBILITY_PRESET=hidden -DCMAKE_VISIBILITY_INLINES_HIDDEN=ON
+    -DCMAKE_INTERPROCEDURAL_OPTIMIZATION=ON)
+  for compiler in $compilers; do
+    build "hidden-$compiler" "$compiler" shared "${settings[@]}" -DCMAKE_CXX_FLAGS="$sse4_alone"
+    consumer_20 "$compiler" "$work/hidden-$compiler/consumer" "${settings[@]}"
+  done
+}
+
+# A compiler for 32 bits gets no further than the message.
+bits_32() {
+  .ci/apt_install.sh g++-arm-linux-gnueabihf
+  library g++ shared
+  local compiler=arm-linux-gnueabihf-g++
+  # shellcheck disable=SC2046
+  refused 'fcl_fibers needs a 64-bit system' $compiler -std=c++17 -fsyntax-only \
+    tests/consumer/contacts.cpp $(pkg-config --cflags fcl_fibers_tree)
+  rm -rf "$work/bits_32"
+  refused 'fcl_fibers needs a 64-bit system' configure $compiler "$work/bits_32" .
+}
+
 # No source of the libraries compiles with -ffast-math; a program may, and is linked with it.
 fast_math() {
   local tree=$work/fast_math/configured
   rm -rf "$tree"
   configure g++ "$tree" . -DCMAKE_CXX_FLAGS='-ffast-math -Wfatal-errors' -DFCL_FIBERS_BUILD_IO=ON \
-    -DFCL_FIBERS_BUILD_TESTS=OFF -DFCL_FIBERS_BUILD_BENCHMARKS=OFF -DFCL_FIBERS_BUILD_TOOLS=OFF
+    -DFCL_FIBERS_BUILD_{TESTS,BENCHMARKS,TOOLS,PYTHON}=OFF
   refused 'remove -ffast-math' cmake --build "$tree" -- -k 0
   [[ -z $(find "$tree/src" -name '*.o') ]] || fail "compiled with -ffast-math: $(find "$tree/src" -name '*.o')"
 
@@ -310,7 +375,9 @@ deb() {
   "$work/deb/main"
 }
 
-steps=(linked installed tree examples left_out flags fast_math mismatch deb)
+steps=(
+  linked installed tree examples left_out flags standards lto hidden bits_32 fast_math mismatch deb
+)
 if (($# > 0)); then
   steps=("$@")
 fi
