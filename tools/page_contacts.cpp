@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <tuple>
 
 namespace fcl_fibers::tools {
 namespace {
@@ -34,7 +35,10 @@ class Deepest {
   }
 
  private:
-  static bool isDeeper(const DeepPair& p, const DeepPair& q) { return p.depth > q.depth; }
+  static bool isDeeper(const DeepPair& p, const DeepPair& q) {
+    return std::tie(q.depth, p.pair.a, p.pair.mesh, p.pair.b) <
+           std::tie(p.depth, q.pair.a, q.pair.mesh, q.pair.b);
+  }
 
   void cut() {
     if (pairs_.size() <= most_) return;

@@ -27,8 +27,7 @@ std::vector<std::int32_t> countRoots(const FiberArrays<S>& fibers, double length
     for (std::size_t i = fibers.point_begin[f]; i + 1 < fibers.point_begin[f + 1] && along < length;
          ++i) {
       ++counts[f];
-      const geometry::Vec3d step = arrays::pointOf(fibers, i + 1) - arrays::pointOf(fibers, i);
-      along += std::hypot(step.x, step.y, step.z);
+      along += geometry::safeNorm(arrays::pointOf(fibers, i + 1) - arrays::pointOf(fibers, i));
     }
   }
   return counts;

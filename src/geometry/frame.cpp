@@ -34,7 +34,9 @@ Frame frameFor(Segment* samples, std::size_t count) {
     std::nth_element(samples, median, end, [axis](const Segment& p, const Segment& q) {
       return midpoint(p).*axis < midpoint(q).*axis;
     });
-    frame.origin.*axis = midpoint(*median).*axis;
+    // Without its sign if it is 0: which of two equal ones is the median is up to the standard
+    // library, and trees put -0 before 0.
+    frame.origin.*axis = midpoint(*median).*axis + 0.0;
   }
   double size = 0;
   for (const Segment* s = samples; s != end; ++s) {

@@ -54,6 +54,13 @@ inline double maxNorm(const Vec3d& p) {
   return std::max({std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
 }
 
+/// The norm, which neither overflows nor vanishes. Standard libraries round std::hypot differently.
+inline double safeNorm(const Vec3d& p) {
+  const double size = maxNorm(p);
+  if (!(size > 0 && std::isfinite(size))) return size;
+  return size * norm({p.x / size, p.y / size, p.z / size});
+}
+
 inline Vec3d abs(const Vec3d& p) { return {std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)}; }
 
 inline Vec3d min(const Vec3d& p, const Vec3d& q) {

@@ -30,7 +30,7 @@ class NearestTriangle final : public tree::NearestVisitor {
     const geometry::Triangle posed = triangles_[triangle];
     // This settles most triangles of which only the boxes are that near.
     if (!axisWithin(capsule_, posed, found.distance)) return Visit::kContinue;
-    const double distance = length(closestPoints(capsule_, posed).apart);
+    const double distance = safeNorm(closestPoints(capsule_, posed).apart);
     if (distance < found.distance) {
       found = {triangle, distance};
       limit = std::min(limit, distance * to_tree_);

@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cmath>
-
 #include "geometry/posed_change.h"
 #include "geometry/segment.h"
 #include "index/posed_triangles.h"
 
 namespace fcl_fibers::index {
-
-/// The norm, which neither overflows nor vanishes where sizes of fibers and mesh differ much.
-inline double length(const geometry::Vec3d& v) { return std::hypot(v.x, v.y, v.z); }
 
 /// Asks the tree of a mesh about one capsule after another, given in the frame for which the
 /// triangles are posed.
@@ -21,7 +16,7 @@ class MeshQuery {
       : triangles_(triangles),
         to_mesh_(triangles.posing.inverse()),
         to_tree_(triangles.from_tree.inverse()),
-        change_(to_tree_, triangles.error * 2 * length(to_tree_.column[0])) {}
+        change_(to_tree_, triangles.error * 2 * safeNorm(to_tree_.column[0])) {}
 
   /// The triangle that is nearest to the axis of a capsule, and their distance. The triangle is -1
   /// if none is as near as the limit.

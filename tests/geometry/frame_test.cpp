@@ -70,6 +70,26 @@ TEST(Frame, FromWorldIsTheDifferenceScaled) {
   }
 }
 
+TEST(Frame, DoesNotDependOnWhichOfEqualSegmentsIsTheMedian) {
+  // If this fails, trees put -0 and 0 in another order with another standard library.
+  const auto point = [](double x) { return Segment{{x, x, x}, {x, x, x}, 1}; };
+  for (const double first : {0.0, -0.0}) {
+    Segment samples[] = {point(first), point(-first), point(first)};
+    const Frame frame = frameFor(samples, 3);
+    for (const auto axis : kAxes) EXPECT_FALSE(std::signbit(frame.origin.*axis));
+  }
+}
+
+TEST(Vec3, SafeNormIsTheNormAtAnyScale) {
+  // If this fails, a mesh is bounded too tightly that is far larger or smaller than the fibers.
+  for (const double scale : {1.0, 1e-320, 0x1p-1060, 1e300}) {
+    EXPECT_NEAR(safeNorm({2 * scale, -3 * scale, 6 * scale}) / scale, 7,
+                scale < 1e-300 ? 0.01 : 1e-14);
+  }
+  EXPECT_EQ(safeNorm({0, -0.0, 0}), 0);
+  EXPECT_EQ(safeNorm({1, -std::numeric_limits<double>::infinity(), 2}), kInfinity);
+}
+
 TEST(FrameChange, ScaleIsLengthsOfTheSecondFramePerLengthOfTheFirst) {
   // If this fails, distances of two managers' scenes are compared in different units.
   EXPECT_EQ(FrameChange({{}, 4}, {{}, 0.5}).scale(), 0.125);
