@@ -64,6 +64,9 @@ const char* targetName(std::int64_t target) {
     case HWY_SSE4:
       return "sse4";
     case HWY_NEON:
+#ifdef HWY_NEON_WITHOUT_AES
+    case HWY_NEON_WITHOUT_AES:
+#endif
       return "neon";
     default:
       return "scalar";
