@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "io/formats.h"
@@ -38,38 +39,37 @@ Weights bSplineWeights(double t) {
 
 class Curve {
  public:
-  /// @pre there is a control point
-  Curve(std::vector<Point> control_points, bool closed)
-      : points_(std::move(control_points)), closed_(closed) {}
+  /// Beyond the ends of an open curve control points are mirrored; a closed curve wraps around.
+  /// @param points  two control points or more, with room for one before and two after them
+  Curve(std::vector<Point> points, bool closed) : points_(std::move(points)) {
+    const auto end = points_.rbegin() + 2;  // of the control points
+    if (closed) {
+      points_[0] = *end;
+      end[-1] = points_[1];
+      end[-2] = points_[2];
+    } else {
+      points_[0] = mirrored(points_[2], points_[1]);
+      end[-1] = mirrored(end[1], end[0]);
+      points_.pop_back();
+    }
+  }
 
-  std::size_t spanCount() const { return closed_ ? points_.size() : points_.size() - 1; }
+  std::size_t spanCount() const { return points_.size() - 3; }
 
   Point at(std::size_t span, const Weights& weights) const {
     Point sum = {0, 0, 0};
     for (std::size_t j = 0; j < 4; ++j) {
-      const Point control = controlPoint(span + j);
-      for (std::size_t k = 0; k < 3; ++k) sum[k] += weights[j] * control[k];
+      for (std::size_t k = 0; k < 3; ++k) sum[k] += weights[j] * points_[span + j][k];
     }
     return sum;
   }
 
  private:
-  /// Returns control point next - 1. Beyond the ends of an open curve it is mirrored; a closed
-  /// curve wraps around.
-  Point controlPoint(std::size_t next) const {
-    const std::size_t count = points_.size();
-    if (closed_) return points_[(next + count - 1) % count];
-    if (next == 0) return mirrored(points_[1], points_[0]);
-    if (next > count) return mirrored(points_[count - 2], points_[count - 1]);
-    return points_[next - 1];
-  }
-
   static Point mirrored(const Point& point, const Point& at) {
     return {2 * at[0] - point[0], 2 * at[1] - point[1], 2 * at[2] - point[2]};
   }
 
   std::vector<Point> points_;
-  bool closed_;
 };
 
 void tessellate(const Curve& curve, const std::vector<Weights>& weights,
@@ -136,15 +136,15 @@ ParsedFibers parseBcc(ByteReader& file, const FiberFileOptions& options) {
                   control_points, " are left");
     }
     left -= count;
-    std::vector<Point> controls(static_cast<std::size_t>(count));
-    for (Point& point : controls) {
-      for (double& coordinate : point) coordinate = file.coordinate<float>();
+    std::vector<Point> points(static_cast<std::size_t>(count) + 3);
+    for (std::size_t j = 1; j <= count; ++j) {
+      for (double& coordinate : points[j]) coordinate = file.coordinate<float>();
     }
     const std::size_t first = scene.points.size();
     if (count == 1) {
-      scene.points.push_back(controls[0]);
+      scene.points.push_back(points[1]);
     } else {
-      const Curve curve(std::move(controls), closed);
+      const Curve curve(std::move(points), closed);
       tessellate(curve, weights, scene.points);
       scene.points.push_back(closed ? scene.points[first]
                                     : curve.at(curve.spanCount() - 1, weightsAt(1)));
