@@ -18,6 +18,18 @@ int runs_registered = 0;
 int runs_done = 0;
 std::set<std::string> peers;
 
+/// The error of a run, or nothing; Google Benchmark 1.8 has given it another name.
+///@{
+template <class Run>
+auto errorOf(const Run& run, int /*first choice*/) -> decltype(run.skip_message) {
+  return run.skip_message;
+}
+template <class Run>
+auto errorOf(const Run& run, long /*second choice*/) -> decltype(run.error_message) {
+  return run.error_message;
+}
+///@}
+
 /// Prints nothing but errors.
 class ErrorReporter : public benchmark::BenchmarkReporter {
  public:
@@ -25,11 +37,12 @@ class ErrorReporter : public benchmark::BenchmarkReporter {
 
   void ReportRuns(const std::vector<Run>& runs) override {
     for (const Run& run : runs) {
-      if (!run.error_occurred) continue;
+      const std::string error = errorOf(run, 0);
+      if (error.empty()) continue;
       const std::string& name = run.run_name.function_name;
       ours_failed = ours_failed || peers.count(name) == 0;
       endProgress();
-      std::fprintf(stderr, "%s: %s\n", name.c_str(), run.error_message.c_str());
+      std::fprintf(stderr, "%s: %s\n", name.c_str(), error.c_str());
     }
   }
 

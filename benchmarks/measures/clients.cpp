@@ -301,7 +301,7 @@ MovingFibers standing(const FiberPolylines& scene) {
 bool measureClients(const Request&) {
   showProgress("clients: make the scenes");
   std::vector<std::unique_ptr<Rods>> rods;
-  for (const std::size_t links : {9, 40, 200, 1000}) {
+  for (const std::size_t links : {9u, 40u, 200u, 1000u}) {
     rods.push_back(std::make_unique<Rods>(links));
     registerCalls(*rods.back());
   }
@@ -322,7 +322,7 @@ bool measureClients(const Request&) {
   scenes::CapParameters few;  // far from each other, unlike those of a helix
   few.fibers = 100;
   MovingFibers cap = standing(scenes::makeCap(few));
-  for (const std::size_t swapped : {2, 20}) registerSwapped(cap, swapped);
+  for (const std::size_t swapped : {2u, 20u}) registerSwapped(cap, swapped);
   return runRegistered();
 }
 
