@@ -5,7 +5,7 @@
 #
 # WHEN      variables; AUTO is OFF unless all are true
 # PARTS     the parts that it needs, declared before
-# PACKAGES  the packages that it needs, for find_package: a name, or a name and a version
+# PACKAGES  the packages that it needs: a name, or a string of all arguments of find_package
 # TARGETS   targets that it needs and that one of these packages may lack
 function(fcl_fibers_part part doc)
   cmake_parse_arguments(PARSE_ARGV 2 arg "" "" "WHEN;PARTS;PACKAGES;TARGETS")
