@@ -14,6 +14,7 @@
 #include "support/assembly.h"
 #include "support/random.h"
 #include "support/touch_oracle.h"
+#include "support/tree_kinds.h"
 
 namespace fcl_fibers::test {
 
@@ -65,26 +66,6 @@ inline Pairs pairsOf(const FiberTree& tree) {
 }
 inline Pairs pairsOf(const FiberTree& tree, const FiberTree& other) {
   return pairsFrom([&](auto&& visit) { tree.visitPairs(other, visit); });
-}
-
-inline FiberTreeOptions optionsOf(FiberTreeOptions::Volumes volumes, Topology topology,
-                                  Report report) {
-  FiberTreeOptions options;
-  options.volumes = volumes;
-  options.topology = topology;
-  options.report = report;
-  return options;
-}
-
-inline std::vector<FiberTreeOptions> allKinds(Report report) {
-  using Volumes = FiberTreeOptions::Volumes;
-  std::vector<FiberTreeOptions> kinds;
-  for (const auto volumes : {Volumes::kLayeredBoxes, Volumes::kWrappedSpheres}) {
-    for (const auto topology : {Topology::kBundle, Topology::kSuperThread}) {
-      kinds.push_back(optionsOf(volumes, topology, report));
-    }
-  }
-  return kinds;
 }
 
 }  // namespace fcl_fibers::test

@@ -10,11 +10,8 @@
 #include <type_traits>
 #include <utility>
 
-#if defined(__SSE2__)
-#include <immintrin.h>
-#endif
-
 #include "numerics/specimen.h"
+#include "support/flush_to_zero.h"
 #include "support/random.h"
 
 namespace fcl_fibers::test {
@@ -375,16 +372,5 @@ std::string rowsTable() {
 
 template std::vector<ExtremeRow<float>> extremeRows<float>();
 template std::vector<ExtremeRow<double>> extremeRows<double>();
-
-#if defined(__SSE2__)
-ScopedFlushToZero::ScopedFlushToZero(bool on) : before_(_mm_getcsr()) {
-  constexpr unsigned kFlushToZero = 0x8000, kDenormalsAreZero = 0x0040;
-  if (on) _mm_setcsr(before_ | kFlushToZero | kDenormalsAreZero);
-}
-ScopedFlushToZero::~ScopedFlushToZero() { _mm_setcsr(before_); }
-#else
-ScopedFlushToZero::ScopedFlushToZero(bool) {}
-ScopedFlushToZero::~ScopedFlushToZero() = default;
-#endif
 
 }  // namespace fcl_fibers::test

@@ -28,23 +28,4 @@ extern template std::vector<ExtremeRow<double>> extremeRows<double>();
 /// The table of docs/numerics.md.
 std::string rowsTable();
 
-/// Has the calling thread flush subnormals to zero and take them for zero, until it goes out of
-/// scope; where the machine can, as x86 does.
-class ScopedFlushToZero {
- public:
-#if defined(__SSE2__)
-  static constexpr bool kIsPossible = true;
-#else
-  static constexpr bool kIsPossible = false;
-#endif
-
-  explicit ScopedFlushToZero(bool on);
-  ~ScopedFlushToZero();
-  ScopedFlushToZero(const ScopedFlushToZero&) = delete;
-  ScopedFlushToZero& operator=(const ScopedFlushToZero&) = delete;
-
- private:
-  unsigned before_ = 0;
-};
-
 }  // namespace fcl_fibers::test

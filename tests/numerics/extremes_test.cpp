@@ -16,6 +16,7 @@
 
 #include "numerics/extreme_rows.h"
 #include "numerics/specimen.h"
+#include "support/flush_to_zero.h"
 #include "support/scalars.h"
 
 namespace fcl_fibers::test {

@@ -10,10 +10,12 @@
 
 #include <CLI/CLI.hpp>
 
+#include "numerics/array_order.h"
 #include "numerics/differential.h"
 #include "numerics/extreme_rows.h"
 #include "numerics/impact_decisions.h"
-#include "numerics/pair_order.h"
+#include "numerics/object_order.h"
+#include "numerics/recorded_scenes.h"
 #include "numerics/triangle_decisions.h"
 
 namespace fcl_fibers::test {
@@ -87,11 +89,25 @@ int runImpacts(double decisions, std::uint64_t seed, bool exact) {
 }
 
 int printHashes(int threads) {
-  for (const OrderHash& hash : orderHashes(threads)) {
-    std::printf("%-30s capsules %016llx pairs %016llx\n", hash.scene.c_str(),
-                static_cast<unsigned long long>(hash.capsules),
-                static_cast<unsigned long long>(hash.pairs));
+  std::cout << table("arrays", arrayOrderHashes(threads))
+            << table("objects", objectOrderHashes(threads));
+  return EXIT_SUCCESS;
+}
+
+/// Float's scene of contact is another one, with pairs 1 ulp of float from contact.
+int recordScenes() {
+  constexpr std::size_t kCapsules = 1200, kSeed = 41;
+  for (const RandomKind kind : kRandomKinds) {
+    if (kind == RandomKind::kHair) continue;
+    recordScene(nameOf(kind), randomScene<double>(kind, kCapsules, kSeed, HairFiles::none()));
   }
+  const auto in_float =
+      randomScene<float>(RandomKind::kContact, kCapsules, kSeed, HairFiles::none());
+  Assembly<double> fibers;
+  fibers.points.assign(in_float.points.begin(), in_float.points.end());
+  fibers.radii.assign(in_float.radii.begin(), in_float.radii.end());
+  fibers.point_begin = in_float.point_begin;
+  recordScene("contact_float", fibers);
   return EXIT_SUCCESS;
 }
 
@@ -140,6 +156,9 @@ int main(int argc, char** argv) {
       "hashes", "Hashes of pairs in their order, the same for every build and machine");
   hashes->add_option("--threads", threads)->capture_default_str();
 
+  CLI::App* record = app.add_subcommand(
+      "record", "Write the scenes of tests/data/pair_order anew; then write hashes.txt anew too");
+
   CLI11_PARSE(app, argc, argv);
   try {
     if (*rows) {
@@ -153,6 +172,7 @@ int main(int argc, char** argv) {
       return EXIT_SUCCESS;
     }
     if (*hashes) return test::printHashes(threads);
+    if (*record) return test::recordScenes();
     return test::runDifferential(decisions, capsules, seed);
   } catch (const std::exception& error) {
     std::cerr << error.what() << '\n';

@@ -11,6 +11,7 @@
 #include "support/pair_queries.h"
 #include "support/promise.h"
 #include "support/scene.h"
+#include "support/tree_kinds.h"
 
 namespace fcl_fibers::test {
 namespace {
@@ -48,15 +49,9 @@ Calls<S> callsOf(Query query, const fcl::BroadPhaseCollisionManager<S>& manager,
 std::vector<FiberTreeOptions> allKinds(double margin) {
   std::vector<FiberTreeOptions> kinds;
   for (const Report report : {Report::kCapsules, Report::kVolumes}) {
-    for (const Volumes volumes : {Volumes::kLayeredBoxes, Volumes::kWrappedSpheres}) {
-      for (const Topology topology : {Topology::kBundle, Topology::kSuperThread}) {
-        FiberTreeOptions options;
-        options.report = report;
-        options.volumes = volumes;
-        options.topology = topology;
-        options.margin = margin;
-        kinds.push_back(options);
-      }
+    for (FiberTreeOptions options : allKinds(report)) {
+      options.margin = margin;
+      kinds.push_back(options);
     }
   }
   return kinds;

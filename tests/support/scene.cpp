@@ -63,17 +63,22 @@ fcl::CollisionObject<S>* Scene<S>::addCapsule(const Pose& pose, double radius, d
 template <typename S>
 fcl::CollisionObject<S>* Scene<S>::addCapsule(const Eigen::Vector3d& from,
                                               const Eigen::Vector3d& to, double radius) {
-  const double length = (to - from).stableNorm();
-  // A quotient of its own: squares of tiny or huge lengths are out of range.
-  const Eigen::Vector3d direction = length > 0 ? Eigen::Vector3d((to - from) / length)
-                                               : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
-  // Eigen's FromTwoVectors() takes half of the time to compile this file.
-  const Eigen::Vector3d across(-direction.y(), direction.x(), 0);
-  const double sine = across.norm();
-  const Eigen::Quaterniond turn(
-      Eigen::AngleAxisd(std::atan2(sine, direction.z()),
-                        sine > 0 ? Eigen::Vector3d(across / sine) : Eigen::Vector3d::UnitX()));
-  return addCapsule(makePose<S>(turn, from + (to - from) / 2), radius, length);
+  // A quotient of its own: squares of tiny or huge lengths are out of range. No function of the C
+  // library takes part, nor any order of sums that Eigen chooses: they differ between platforms.
+  const Eigen::Vector3d apart = to - from;
+  const double size = apart.cwiseAbs().maxCoeff();
+  const Eigen::Vector3d part = size > 0 ? Eigen::Vector3d(apart / size) : Eigen::Vector3d::UnitZ();
+  const double norm = std::sqrt(part.x() * part.x() + part.y() * part.y() + part.z() * part.z());
+  const Eigen::Vector3d z = part / norm;
+  // The basis of Duff et al., Building an Orthonormal Basis, Revisited, 2017.
+  const double sign = std::copysign(1.0, z.z()), p = -1 / (sign + z.z()), q = z.x() * z.y() * p;
+  Pose pose = Pose::Identity();
+  pose.linear().col(0) =
+      Eigen::Vector3d(1 + sign * z.x() * z.x() * p, sign * q, -sign * z.x()).template cast<S>();
+  pose.linear().col(1) = Eigen::Vector3d(q, sign + z.y() * z.y() * p, -z.y()).template cast<S>();
+  pose.linear().col(2) = z.template cast<S>();
+  pose.translation() = (from + apart / 2).template cast<S>();
+  return addCapsule(pose, radius, size * norm);
 }
 
 template <typename S>
