@@ -53,11 +53,13 @@ all_managers() {
   run_tests debug -LE 'long|program|benchmarks'
 }
 
-# Everything, the benchmarks and the program too, compiles with clang without a warning.
+# Everything, the benchmarks and the program too, compiles with clang without a warning, and finds the
+# recorded pairs in their order.
 clang() {
   .ci/apt_install.sh clang
   cmake --preset release -B build/clang -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_CXX_FLAGS=-Werror
   cmake --build build/clang
+  build/clang/tests/fcl_fibers_numerics_run hashes | diff tests/data/pair_order/hashes.txt -
 }
 
 # The tests of everything that depends on it, on every instruction set of this machine.
@@ -147,18 +149,12 @@ impacts() {
   "$numerics" impacts --decisions 1e6 --seed 2 --exact
 }
 
-# The same pairs in the same order on every instruction set and number of threads of this machine,
-# by gcc and clang, with and without optimization.
+# The recorded pairs in their order on every instruction set of this machine, by gcc and clang, with and
+# without optimization.
 pair_order() {
   .ci/apt_install.sh clang
-  build fcl_fibers_numerics_run
-  "$numerics" hashes | tee build/hashes
-  local level compiler optimization
-  for level in "${simd_levels[@]}"; do
-    has_simd "$level" || continue
-    FCL_FIBERS_SIMD=$level "$numerics" hashes --threads 3 | diff build/hashes -
-    echo "the same with FCL_FIBERS_SIMD=$level and 3 threads"
-  done
+  local compiler optimization
+  tests/platforms.sh here
   for compiler in g++ clang++; do
     for optimization in -O0 -O3; do
       local tree=build/pair_order-$compiler$optimization
@@ -166,10 +162,21 @@ pair_order() {
         -DCMAKE_CXX_FLAGS_RELEASE=$optimization -DFCL_FIBERS_BUILD_TESTS=ON \
         -DFCL_FIBERS_BUILD_BENCHMARKS=OFF -DFCL_FIBERS_BUILD_TOOLS=OFF
       cmake --build "$tree" --target fcl_fibers_numerics_run
-      "$tree/tests/fcl_fibers_numerics_run" hashes | diff build/hashes -
+      "$tree/tests/fcl_fibers_numerics_run" hashes | diff tests/data/pair_order/hashes.txt -
       echo "the same by $compiler $optimization"
     done
   done
+}
+
+# Other processors, standard libraries and systems. Debian 13 takes an hour, and needs root.
+platforms() {
+  tests/platforms.sh libcxx
+  if ((EUID != 0)); then
+    skip "arm64 and Debian 13, which need root"
+  else
+    has_packages mmdebstrap qemu-user-static g++-aarch64-linux-gnu || return 0
+    tests/platforms.sh arm64 debian13
+  fi
 }
 
 # Tests of the program and of the label `long`. With Chromium the page of `fcl_fibers view` is looked at.
@@ -281,6 +288,7 @@ steps=(
   triangles
   impacts
   pair_order
+  platforms
   stateful
   fuzz
   mutation
