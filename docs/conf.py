@@ -26,7 +26,7 @@ NAVIGATION = {
     ],
     "Guide": ["options", "files", "contacts", "program", "python", "threads", "gallery", "faq"],
     "API": [f"api/{name}" for name in "tree meshes managers options contacts files python".split()],
-    "Reference": ["contract", "numerics", "works-with", "glossary"],
+    "Reference": ["contract", "numerics", "platforms", "works-with", "glossary"],
     "Paper": ["paper"],
     "Performance": ["performance", "accuracy", "costs", "beyond_one_machine"],
     "Developers": ["architecture", "/CONTRIBUTING", "log", "/CHANGELOG"],
