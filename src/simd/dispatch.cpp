@@ -36,14 +36,19 @@ std::int64_t targetNamed(const std::string& name) {
 void readEnvironment() {
   [[maybe_unused]] static const bool read = [] {
     const char* name = std::getenv("FCL_FIBERS_SIMD");
-    if (name != nullptr && *name != '\0') use(targetNamed(name));
+    if (name != nullptr && *name != '\0') {
+      use(targetNamed(name));
+    } else if ((hwy::SupportedTargets() & HWY_STATIC_TARGET) == 0) {
+      // Highway 1.0 takes a processor of arm64 without AES for one without NEON.
+      use(availableTargets().front());
+    }
     return true;
   }();
 }
 
 std::int64_t targetInUse() {
   readEnvironment();
-  const std::int64_t targets = (hwy::SupportedTargets() | HWY_STATIC_TARGET) & HWY_TARGETS;
+  const std::int64_t targets = hwy::SupportedTargets() & HWY_TARGETS;
   return targets & -targets;
 }
 
