@@ -53,7 +53,9 @@ PosedSegment<S> poseSegment(const Point& from, const Point& to) {
   int exponent = 0;
   std::frexp(largest, &exponent);
   const Vector scaled = difference.unaryExpr([=](double d) { return std::ldexp(d, -exponent); });
-  double length = scaled.norm();
+  // Eigen's order of this sum depends on the processor.
+  double length =
+      std::sqrt(scaled.x() * scaled.x() + scaled.y() * scaled.y() + scaled.z() * scaled.z());
   segment.length = static_cast<S>(std::ldexp(length, exponent));
   // A subnormal length has too few digits to be divided by.
   if (segment.length >= std::numeric_limits<S>::min()) {

@@ -102,7 +102,13 @@ Widening wideningOf(const fcl::CollisionObject<S>& object, const BoxSize& size,
   const bool is_known = shape.is_least || in_ball == in_box;
   const Vec3d center = toVec3(geometry.aabb_center);
   if (std::isfinite(ball) && (is_turned || !is_cube) && is_known) {
-    const fcl::Vector3<S> turned = pose.linear() * geometry.aabb_center;
+    // By components, because Eigen's product is rounded otherwise on arm64.
+    const auto& axes = pose.linear();
+    const auto& offset = geometry.aabb_center;
+    fcl::Vector3<S> turned;
+    for (int i = 0; i < 3; ++i) {
+      turned[i] = axes(i, 0) * offset[0] + axes(i, 1) * offset[1] + axes(i, 2) * offset[2];
+    }
     forms[count++] = {around(toVec3(turned), cube(ball)), in_ball};
   }
 
