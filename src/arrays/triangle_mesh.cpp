@@ -124,18 +124,6 @@ AffineMap toAffineMap(const MeshPose& pose) {
   return {{{r[0], r[3], r[6]}, {r[1], r[4], r[7]}, {r[2], r[5], r[8]}}, {t[0], t[1], t[2]}};
 }
 
-/// Whether the columns of a rotation are nearly perpendicular unit vectors. NaN fails.
-bool isRotation(const AffineMap& map) {
-  constexpr double kTolerance = 5e-3;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = i; j < 3; ++j) {
-      const double product = dot(map.column[i], map.column[j]);
-      if (!(std::fabs(product - (i == j ? 1 : 0)) <= kTolerance)) return false;
-    }
-  }
-  return dot(map.column[0], cross(map.column[1], map.column[2])) > 0;
-}
-
 }  // namespace
 
 struct TriangleMesh::Impl {
@@ -181,8 +169,9 @@ void TriangleMesh::update(const MeshArrays<float>& arrays) { Impl::update(impl_,
 void TriangleMesh::update(const MeshArrays<double>& arrays) { Impl::update(impl_, arrays); }
 
 void TriangleMesh::setPose(const MeshPose& pose) {
-  const AffineMap map = toAffineMap(pose);
-  if (!isRotation(map)) {
+  constexpr double kTolerance = 5e-3;
+  const auto& [x, y, z] = toAffineMap(pose).column;
+  if (!isRotation(x, y, z, kTolerance)) {
     throwInvalidArgument(
         "TriangleMesh::setPose",
         "the rotation is not orthonormal or is a reflection; give a proper rotation");

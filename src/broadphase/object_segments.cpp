@@ -5,12 +5,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <type_traits>
 
 #include "broadphase/object_members.h"
 #include "broadphase/object_source.h"
 #include "broadphase/program_margin.h"
 #include "broadphase/shape_box.h"
+#include "geometry/affine_map.h"
 #include "geometry/posed_capsules.h"
 
 namespace fcl_fibers::broadphase {
@@ -26,10 +26,9 @@ bool allFinite(const Vec3d& v) {
   return 0 * v.x + 0 * v.y + 0 * v.z == 0;
 }
 
-/// Rotations drift if they are multiplied for long without normalisation. This much, in sum, is
-/// harmless, because end points are computed from the matrix as it is.
-template <typename S>
-constexpr double kRotationTolerance = std::is_same_v<S, float> ? 5e-3 : 5e-6;
+/// What segmentsOf() takes without a second look: the six numbers of its sum bound the entries of
+/// R^T R - I, of which that of the third column by twice the sum and a little.
+constexpr double kUsualRotation = kRotationTolerance / 2.05;
 
 const char* rangeProblem(const Segment& segment) {
   return isFinite(segment)
@@ -99,18 +98,11 @@ FCL_FIBERS_ALWAYS_INLINE void put(const fcl::CollisionObject<S>& object, double 
 }  // namespace
 
 template <typename S>
-const char* poseProblem(const fcl::Transform3<S>& pose) {
+const char* poseProblem(const fcl::Transform3<S>& pose, double tolerance) {
   const auto& matrix = pose.matrix();
   const Vec3d x = toVec3(matrix.col(0)), y = toVec3(matrix.col(1)), z = toVec3(matrix.col(2));
   const Vec3d t = toVec3(matrix.col(3));
-  // Two columns must be perpendicular unit vectors, and the third their cross product. The sum is
-  // written out, because packed loads from an array just written would wait for it.
-  const Vec3d off = cross(x, y) - z;
-  const double deviation = (std::fabs(dot(x, x) - 1) + std::fabs(dot(y, y) - 1)) +
-                           (std::fabs(dot(x, y)) + std::fabs(off.x)) +
-                           (std::fabs(off.y) + std::fabs(off.z));
-  // NaN and infinity fail the comparison.
-  if (deviation <= kRotationTolerance<S> && allFinite(t)) return nullptr;
+  if (geometry::isRotation(x, y, z, tolerance) && allFinite(t)) return nullptr;
   if (!allFinite(x) || !allFinite(y) || !allFinite(z) || !allFinite(t)) {
     return "its pose is NaN or infinite; give it a finite pose";
   }
@@ -176,7 +168,7 @@ bool ObjectSource<S>::read(const index::SegmentId* ids, int count, int ahead, co
     for (index::BlockMask rest = read & ~together; rest != 0; rest &= rest - 1) {
       capsules.clear(__builtin_ctzll(rest));
     }
-    const geometry::UsualCapsules usual = {kRotationTolerance<S>,
+    const geometry::UsualCapsules usual = {kUsualRotation,
                                            double{std::numeric_limits<S>::epsilon()},
                                            bounds_ == Bounds::kShapesAndMargins};
     together &= segmentsOf(capsules, count, frame, usual, out);
@@ -205,8 +197,8 @@ void ObjectSource<S>::refuse(index::SegmentId id, const Frame& frame) const {
 
 template class ObjectSource<float>;
 template class ObjectSource<double>;
-template const char* poseProblem(const fcl::Transform3<float>&);
-template const char* poseProblem(const fcl::Transform3<double>&);
+template const char* poseProblem(const fcl::Transform3<float>&, double);
+template const char* poseProblem(const fcl::Transform3<double>&, double);
 template const char* readSegment(const fcl::CollisionObject<float>&, const Frame&, Bounds,
                                  Segment&);
 template const char* readSegment(const fcl::CollisionObject<double>&, const Frame&, Bounds,

@@ -21,9 +21,16 @@ template <typename S>
 const char* readSegment(const fcl::CollisionObject<S>& object, const geometry::Frame& frame,
                         Bounds bounds, geometry::Segment& segment);
 
+/// How far the entries of R^T R - I may be from 0 for the linear part R of a pose. Quaternions of
+/// four digits and long products of matrices stay below it. R is never made orthonormal, so what
+/// counts is the image of the shape under R as it is. R lengthens an axis of the shape by at most
+/// 5e-4 of its length, and any vector by at most 1.5e-3 (Gershgorin).
+constexpr double kRotationTolerance = 1e-3;
+
 /// Why a pose is refused, and the remedy; nullptr if it is proper.
+/// @param tolerance  as kRotationTolerance
 template <typename S>
-const char* poseProblem(const fcl::Transform3<S>& pose);
+const char* poseProblem(const fcl::Transform3<S>& pose, double tolerance = kRotationTolerance);
 
 /// Reads the size of a capsule or sphere. Returns false for any other shape.
 template <typename S>

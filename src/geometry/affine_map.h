@@ -8,6 +8,16 @@
 
 namespace fcl_fibers::geometry {
 
+/// Whether three columns are nearly those of a rotation R: no entry of R^T R - I is larger than
+/// `tolerance`, and R does not reflect. NaN and infinity fail.
+inline bool isRotation(const Vec3d& x, const Vec3d& y, const Vec3d& z, double tolerance) {
+  const auto is = [tolerance](double product, double value) {
+    return std::fabs(product - value) <= tolerance;
+  };
+  return is(dot(x, x), 1) && is(dot(y, y), 1) && is(dot(z, z), 1) && is(dot(x, y), 0) &&
+         is(dot(x, z), 0) && is(dot(y, z), 0) && dot(cross(x, y), z) > 0;
+}
+
 /// A linear map and a shift: p becomes x column[0] + y column[1] + z column[2] + shift.
 struct AffineMap {
   Vec3d column[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
@@ -31,6 +41,7 @@ struct AffineMap {
     return std::ldexp(1.0, std::min(-exponent, 1000));
   }
 
+  /// Of the map as it is, by cofactors.
   /// @pre the columns are nearly orthogonal and of one length that is not zero
   AffineMap inverse() const {
     const double unit = unitScale();

@@ -16,6 +16,7 @@ class MeshQuery {
       : triangles_(triangles),
         to_mesh_(triangles.posing.inverse()),
         to_tree_(triangles.from_tree.inverse()),
+        // The inverse stretches nothing by twice as much as it stretches the first axis.
         change_(to_tree_, triangles.error * 2 * safeNorm(to_tree_.column[0])) {}
 
   /// The triangle that is nearest to the axis of a capsule, and their distance. The triangle is -1

@@ -92,8 +92,7 @@ std::vector<Spoiled<S>> waysToSpoil() {
       {"axes of a rotation that are a little oblique",
        [](Scene<S>& scene, std::size_t i) {
          fcl::Matrix3<S> rotation = scene[i]->getRotation();
-         const S tilt = std::is_same_v<S, float> ? S(1e-2) : S(1e-4);
-         rotation.col(1) = (rotation.col(1) + tilt * rotation.col(0)).normalized();
+         rotation.col(1) = (rotation.col(1) + S(2e-3) * rotation.col(0)).normalized();
          scene[i]->setRotation(rotation);
        }},
       {"sheared rotation",

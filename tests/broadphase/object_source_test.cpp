@@ -15,6 +15,7 @@
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/sphere.h>
 
+#include "support/drift.h"
 #include "support/random.h"
 #include "support/scalars.h"
 
@@ -48,6 +49,12 @@ std::unique_ptr<Object<S>> makeObject(Random& random) {
   if (random.below(12) == 0) shape = std::make_shared<fcl::Box<S>>(radius, lz, length());
   fcl::Transform3<S> pose = fcl::Transform3<S>::Identity();
   if (random.below(4) != 0) pose.linear() = random.rotation().toRotationMatrix().template cast<S>();
+  // About as far from a rotation as is taken, or a little farther. Few are, as one alone refuses
+  // all.
+  if (random.below(4) == 0) {
+    const double drift = random.below(64) == 0 ? 1.1e-3 : random.between(0, 0.999e-3);
+    pose.linear() = shearedRotation<S>(random.rotation(), drift, random);
+  }
   const double offset = random.below(3) == 0 ? 1e4 * size : size;
   pose.translation() = (offset * random.inCube(1)).template cast<S>();
   auto object = std::make_unique<Object<S>>(shape, pose);

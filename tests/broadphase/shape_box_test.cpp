@@ -106,7 +106,7 @@ fcl::Transform3<S> makePose(std::size_t i, const Eigen::Vector3d& position, Rand
   if (i % 5 == 1) turn = Eigen::AngleAxisd(tiny, random.direction()).toRotationMatrix();
   if (i % 5 == 2) turn = Eigen::AngleAxisd(std::acos(0.0), Eigen::Vector3d::UnitX());
   // Drifted, within what is taken for rounding.
-  if (i % 5 == 3) turn *= 1 + (std::is_same_v<S, float> ? 5e-4 : 5e-7);
+  if (i % 5 == 3) turn *= 1 + 4e-4;
   pose.linear() = turn.template cast<S>();
   return pose;
 }

@@ -2,7 +2,9 @@
 #include "support/least_box.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <vector>
 
@@ -38,7 +40,21 @@ Point farthestOfDisc(Real radius, Real height, const Point& to) {
   return {radius * to[0] / across, radius * to[1] / across, height};
 }
 
-/// Points of the shape, in its own axes, among which is the farthest in the direction `to`.
+/// How thick a capsule or sphere is. Balls stay balls if a rotation has drifted.
+template <typename S>
+Real thicknessOf(const fcl::CollisionGeometry<S>& shape) {
+  switch (shape.getNodeType()) {
+    case fcl::GEOM_SPHERE:
+      return Real(static_cast<const fcl::Sphere<S>&>(shape).radius);
+    case fcl::GEOM_CAPSULE:
+      return Real(static_cast<const fcl::Capsule<S>&>(shape).radius);
+    default:
+      return 0;
+  }
+}
+
+/// Points of the shape less its thickness, in its own axes, among which is the farthest in the
+/// direction `to`.
 template <typename S>
 std::vector<Point> farthest(const fcl::CollisionGeometry<S>& shape, const Point& to) {
   const auto toPoint = [](const fcl::Vector3<S>& v) { return Point(v.template cast<Real>()); };
@@ -48,12 +64,10 @@ std::vector<Point> farthest(const fcl::CollisionGeometry<S>& shape, const Point&
       return cornersOf({-half, half});
     }
     case fcl::GEOM_SPHERE:
-      return {Real(static_cast<const fcl::Sphere<S>&>(shape).radius) * to / to.norm()};
+      return {Point::Zero()};
     case fcl::GEOM_CAPSULE: {
-      const auto& capsule = static_cast<const fcl::Capsule<S>&>(shape);
-      const Point around = Real(capsule.radius) * to / to.norm();
-      return {around + Point(0, 0, Real(capsule.lz) / 2),
-              around - Point(0, 0, Real(capsule.lz) / 2)};
+      const Point end(0, 0, Real(static_cast<const fcl::Capsule<S>&>(shape).lz) / 2);
+      return {end, -end};
     }
     case fcl::GEOM_CYLINDER: {
       const auto& cylinder = static_cast<const fcl::Cylinder<S>&>(shape);
@@ -115,8 +129,8 @@ ExactBox leastBox(const fcl::CollisionObject<S>& object) {
       low = std::max(low, middle - ball);
       high = std::min(high, middle + ball);
     }
-    box.min[axis] = position[axis] + low;
-    box.max[axis] = position[axis] + high;
+    box.min[axis] = position[axis] + low - thicknessOf(shape);
+    box.max[axis] = position[axis] + high + thicknessOf(shape);
   }
   return box;
 }
@@ -175,7 +189,8 @@ template <typename S, class Plane>
 std::function<Real(const Point&)> heightAbove(const Plane& plane,
                                               const Eigen::Matrix<Real, 3, 3>& turn,
                                               const Point& position) {
-  const Point normal = turn * plane.n.template cast<Real>();
+  // Normals are not turned like points if the rotation has drifted.
+  const Point normal = turn.inverse().transpose() * plane.n.template cast<Real>();
   const Real offset = Real(plane.d) + normal.dot(position);
   return [=](const Point& p) { return Real((normal.dot(p) - offset) / normal.norm()); };
 }
@@ -225,9 +240,23 @@ std::function<Real(const Point&, const Point&)> distanceFrom(
       }
     }
   }
+  // A rotation that has drifted makes a parallelepiped of a box.
+  std::vector<Point> corners = cornersOf(local);
+  for (Point& p : corners) p = turn * p + position;
+  std::vector<ExactTriangle> faces;
+  for (const auto& [a, b, c, d] : std::initializer_list<std::array<std::size_t, 4>>{
+           {0, 1, 3, 2}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 3, 7, 5}}) {
+    faces.push_back({corners[a], corners[b], corners[c]});
+    faces.push_back({corners[a], corners[c], corners[d]});
+  }
+  const Eigen::Matrix<Real, 3, 3> back = turn.inverse();
   return [=](const Point& a, const Point& b) {
-    return segmentBoxDistance(turn.transpose() * (a - position), turn.transpose() * (b - position),
-                              local);
+    const Point inside = back * (a - position);
+    if ((inside.array() >= local.min.array()).all() && (inside.array() <= local.max.array()).all())
+      return Real(0);
+    Real least = std::numeric_limits<Real>::infinity();
+    for (const ExactTriangle& t : faces) least = std::min(least, segmentTriangleDistance(a, b, t));
+    return least;
   };
 }
 
