@@ -127,8 +127,13 @@ Widening wideningOf(const fcl::CollisionObject<S>& object, const BoxSize& size,
                                       (maxNorm(own.half) + maxNorm(center));
   const Vec3d position = toVec3(pose.matrix().col(3));
   const Vec3d below = position - toVec3(box.min_), above = toVec3(box.max_) - position;
+  // FCL's cube does not grow with a rotation that has drifted, so the ends of a thin shape may
+  // stick out of it by 5e-4 of its length. A box of this pose then contains the rest.
+  Corners posed = shape.posed;
+  if (is_turned && shape.is_least && count == 3) {
+    posed = {max(posed.low, forms[2].box.low), min(posed.high, forms[2].box.high)};
+  }
   // A box around a mesh may be smaller than ours, but the two meet.
-  const Corners& posed = shape.posed;
   const Vec3d beyond_low = below + (shape.is_least ? posed.low : posed.high),
               beyond_high = above - (shape.is_least ? posed.high : posed.low);
   if (least(min(beyond_low, beyond_high)) >= -(size.rounding + shift + tilt)) {
@@ -143,7 +148,7 @@ Widening wideningOf(const fcl::CollisionObject<S>& object, const BoxSize& size,
     // less than that. Box and margin both count.
     return {marginOfEvenSize(size, forms, count), true};
   }
-  if (!is_even) return {std::max(0.0, std::max(high, most(size.half - posed.half()))), false};
+  if (!is_even) return {std::max(0.0, std::max(high, most(size.half - shape.posed.half()))), false};
   return {marginOfSize(size, forms, count), false};
 }
 

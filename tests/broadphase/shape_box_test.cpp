@@ -13,6 +13,7 @@
 #include <vector>
 
 #include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/cone.h>
 #include <fcl/geometry/shape/convex.h>
 #include <fcl/geometry/shape/cylinder.h>
@@ -334,6 +335,49 @@ TYPED_TEST(ShapeBoxes, ABoxAroundTheShapeCountsAsWell) {
     EXPECT_GE(least, 0);
     EXPECT_LE(most, 20);
   });
+}
+
+// FCL's cube does not grow with a rotation that has drifted, so a thin shape sticks out of its own
+// box, which would be taken for one of an earlier pose.
+TYPED_TEST(ShapeBoxes, OfDriftedRotationsCountTheMarginOfTheProgram) {
+  using S = TypeParam;
+  for (const bool is_capsule : {false, true}) {
+    std::shared_ptr<fcl::CollisionGeometry<S>> shape;
+    if (is_capsule) shape = std::make_shared<fcl::Capsule<S>>(S(1e-4), S(2));
+    if (!is_capsule) shape = std::make_shared<fcl::Box<S>>(S(2e-4), S(2e-4), S(2));
+    fcl::Transform3<S> pose = fcl::Transform3<S>::Identity();
+    pose.linear() *= S(1 + 4.9e-4);
+    pose.translation() = fcl::Vector3<S>(1, 2, 3);
+    Object<S> object(shape, pose);
+    const auto read = [&](Bounds bounds) {
+      Segment segment{};
+      EXPECT_EQ(broadphase::readSegment(object, geometry::Frame{}, bounds, segment), nullptr);
+      return segment;
+    };
+    EXPECT_TRUE(read(Bounds::kShapesAndMargins) == read(Bounds::kShapes));
+    const S half = shape->aabb_radius;
+    ASSERT_LT(double{half}, 1 + 4e-4) << "the shape does not stick out";
+
+    // Stretched along one axis.
+    object.aabb.max_[0] += S(5);
+    const Segment stretched = read(Bounds::kShapesAndMargins);
+    ASSERT_TRUE(stretched.isBox());
+    EXPECT_GE(stretched.b.x, double{object.aabb.max_[0]});
+    EXPECT_GE(stretched.b.z, 3 + 1 + 4.8e-4);
+    object.aabb.max_[0] -= S(5);
+
+    // Larger on all sides, by less than what sticks out, and by more.
+    for (const double margin : {2e-4, 0x1p-5}) {
+      object.computeAABB();
+      object.aabb.expand(fcl::Vector3<S>::Constant(S(margin)));
+      const Segment bare = read(Bounds::kShapes), widened = read(Bounds::kShapesAndMargins);
+      EXPECT_EQ(widened.isBox(), !is_capsule);
+      const double added = is_capsule ? widened.radius - bare.radius : widened.b.z - bare.b.z;
+      const double rounding = 32 * double{std::numeric_limits<S>::epsilon()};
+      EXPECT_GE(added, margin - rounding);
+      EXPECT_LE(added, margin + rounding);
+    }
+  }
 }
 
 // A size that is no size would spoil the tree for all.
