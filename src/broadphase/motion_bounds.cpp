@@ -169,7 +169,7 @@ const char* boundMotion(const fcl::CollisionGeometry<S>& shape, const ShapeCore&
   // A path with second derivative b strays from the chord of a time h by at most b h^2 / 8. What
   // turns also stays within a ball, and so does its chord.
   const double share = kDrift / (8.0 * bend.parts * bend.parts);
-  const double stray = std::min(share * bend.turn, 2.0) * radius;
+  const double stray = std::min(share * bend.turn, 2 * kDrift) * radius;
   // Each of the few operations of integrate() rounds, and so do the samples.
   const double rounding = 32 * double{std::numeric_limits<S>::epsilon()} *
                           ((1 + bend.angle) * (radius + core.thickness) + bend.reach);
@@ -183,7 +183,7 @@ const char* boundMotion(const fcl::CollisionGeometry<S>& shape, const ShapeCore&
   for (int i = 0; i <= parts; ++i) {
     motion.integrate(static_cast<S>(i) / static_cast<S>(parts));
     motion.getCurrentTransform(pose);
-    if (const char* problem = poseProblem(pose)) return problem;
+    if (const char* problem = poseProblem(pose, kMotionTolerance)) return problem;
     const Vec3d position = toVec3(pose.translation());
     Corners& box = samples.boxes[static_cast<std::size_t>(i)];
     if (core.is_capsule) {

@@ -35,8 +35,14 @@ void forEachCorner(const Corners& box, Visit&& visit) {
   }
 }
 
-/// Rotations that have drifted turn a little more than others, and sums are rounded.
+/// Rotations that have drifted turn a little more than others, and sums are rounded. A matrix R
+/// within kMotionTolerance lengthens no vector by more than 1.5e-2 (Gershgorin).
 constexpr double kDrift = 1.02;
+
+/// As kRotationTolerance, for poses that FCL's motions compute. They go through a quaternion of the
+/// program's matrix, which they do not normalise. By that a deviation becomes up to 5.6 times as
+/// large, near half a turn.
+constexpr double kMotionTolerance = 1e-2;
 
 /// The boxes of a moving shape at times that are equally far apart.
 struct MotionSamples {

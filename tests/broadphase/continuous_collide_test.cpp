@@ -129,7 +129,10 @@ TYPED_TEST(ContinuousCollide, CapsulesThatMoveAlongLinesMeetIfTheyTouch) {
     std::shared_ptr<fcl::CollisionGeometry<S>> shape;
     if (i % 3 == 0) shape = std::make_shared<fcl::Sphere<S>>(S(0.1));
     if (i % 3 != 0) shape = std::make_shared<fcl::Capsule<S>>(S(0.02), S(0.7));
-    scene.add(shape, makeMotion<S>(MotionKind::kTranslation, random.inCube(0.4), 0.5, 0, random));
+    // Some matrices have drifted.
+    const double drift = i % 4 == 0 ? 0.999e-3 : 0;
+    scene.add(shape,
+              makeMotion<S>(MotionKind::kTranslation, random.inCube(0.4), 0.5, 0, random, drift));
   }
   const std::vector<Moving<S>*> first(scene.objects().begin(), scene.objects().begin() + 40),
       rest(scene.objects().begin() + 40, scene.objects().end());

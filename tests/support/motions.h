@@ -12,6 +12,7 @@
 #include <fcl/math/motion/spline_motion.h>
 #include <fcl/math/motion/translation_motion.h>
 
+#include "support/drift.h"
 #include "support/random.h"
 
 namespace fcl_fibers::test {
@@ -103,16 +104,18 @@ std::vector<MotionKind> motionKinds() {
 }
 
 /// A motion from near `place` by about `size`, which turns by about `angle` unless it is a
-/// translation.
+/// translation. Its matrices deviate from rotations by `drift`, as shearedRotation() has it.
 template <typename S>
 std::shared_ptr<fcl::MotionBase<S>> makeMotion(MotionKind kind, const Eigen::Vector3d& place,
-                                               double size, double angle, Random& random) {
+                                               double size, double angle, Random& random,
+                                               double drift = 0) {
   const auto near = [&](double by) -> fcl::Vector3<S> {
     return (place + random.inCube(by)).template cast<S>();
   };
   const auto pose = [&](const Eigen::Quaterniond& turn) {
     fcl::Transform3<S> made = fcl::Transform3<S>::Identity();
-    made.linear() = turn.toRotationMatrix().template cast<S>();
+    made.linear() = drift > 0 ? shearedRotation<S>(turn, drift, random)
+                              : turn.toRotationMatrix().template cast<S>().eval();
     made.translation() = near(size);
     return made;
   };
