@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -21,6 +22,7 @@
 #include <fcl/geometry/shape/halfspace.h>
 #include <fcl/geometry/shape/plane.h>
 #include <fcl/geometry/shape/triangle_p.h>
+#include <fcl_fibers/contact_collector.h>
 
 #include "support/drift.h"
 #include "support/least_box.h"
@@ -31,6 +33,7 @@ namespace fcl_fibers::test {
 namespace {
 
 MANAGER_SUITE(DriftedPoses, FiberManagers);
+MANAGER_SUITE(DriftedSteps, LayeredManagers);
 
 template <typename S>
 fcl::Transform3<S> poseOf(const Eigen::Matrix<S, 3, 3>& rotation, const Eigen::Vector3d& position) {
@@ -201,6 +204,78 @@ TYPED_TEST(DriftedPoses, ASolidHasItsInside) {
       EXPECT_EQ(pairsWith<S>(*manager, *capsules[i]).size() > 0, i % 2 == 0) << i;
     }
   }
+}
+
+// A step from one drifted pose to another would end where no matrix puts the object.
+TYPED_TEST(DriftedSteps, EndAtTheMatricesAsTheyAre) {
+  using S = typename TypeParam::Scalar;
+  for (const double margin : {0.0, 0.03}) {
+    FiberManagerOptions options;
+    options.report = Report::kCapsules;
+    options.margin = margin;
+    SCOPED_TRACE(describe(options));
+    const Scene<S> scene = closeScene<S>(Drift::kSheared, 46);
+    const auto at_end = TypeParam::make(options);
+    at_end->registerObjects(scene.objects());
+    const Calls<S> due = selfPairs<S>(*at_end);
+    EXPECT_GT(due.size(), 30u);
+    std::vector<fcl::Transform3<S>> poses;
+    Random random(47);
+    for (auto* object : scene.objects()) {
+      poses.push_back(object->getTransform());
+      moveTo(*object, poseOf<S>(driftedRotation<S>(Drift::kSheared, random),
+                                object->getTranslation().template cast<double>() +
+                                    Eigen::Vector3d(0, 50 * random.unit(), 0)));
+    }
+    options.motion = true;
+    const auto manager = TypeParam::make(options);
+    manager->registerObjects(scene.objects());
+    EXPECT_LT(selfPairs<S>(*manager).size(), due.size());
+    for (std::size_t i = 0; i < scene.size(); ++i) scene[i]->setTransform(poses[i]);
+    manager->update();
+    const Calls<S> calls = selfPairs<S>(*manager);
+    const std::set<typename Calls<S>::value_type> found(calls.begin(), calls.end());
+    for (const auto& pair : due) EXPECT_EQ(found.count(pair), 1u);
+  }
+}
+
+// Contacts would be of other shapes than those that touch.
+TYPED_TEST(DriftedPoses, HaveContactsOfTheirShapes) {
+  using S = typename TypeParam::Scalar;
+  const Scene<S> scene = closeScene<S>(Drift::kSheared, 48);
+  const auto manager = TypeParam::make();
+  manager->registerObjects(scene.objects());
+  const auto isCapsule = [](const fcl::CollisionObject<S>& object) {
+    return object.getNodeType() == fcl::GEOM_CAPSULE;
+  };
+  std::size_t pairs = 0, with_mesh = 0;
+  for (std::size_t i = 0; i < scene.size(); ++i) {
+    if (!isCapsule(*scene[i])) continue;
+    const auto& capsule = static_cast<const fcl::Capsule<S>&>(*scene[i]->collisionGeometry());
+    const auto [a, b] = segmentOf<S>(scene[i]->getTransform(), capsule.lz);
+    for (std::size_t j = 0; j < scene.size(); ++j) {
+      // A few ulp of coordinates of about 30.
+      constexpr double kRounding = 1e-13;
+      if (isCapsule(*scene[j]) && i != j) {
+        const auto& other = static_cast<const fcl::Capsule<S>&>(*scene[j]->collisionGeometry());
+        const auto [c, d] = segmentOf<S>(scene[j]->getTransform(), other.lz);
+        const Real distance =
+            segmentDistance(a, b, c, d) - Real(capsule.radius) - Real(other.radius);
+        EXPECT_NEAR(capsuleContact(*scene[i], *scene[j]).distance, double(distance), kRounding);
+        ++pairs;
+      } else if (scene[j]->getObjectType() == fcl::OT_BVH) {
+        std::vector<MeshContact> contacts;
+        ASSERT_TRUE(manager->findMeshContacts(scene[i], scene[j], 0, contacts));
+        double least = std::numeric_limits<double>::infinity();
+        for (const MeshContact& contact : contacts) least = std::min(least, contact.distance);
+        const Real distance = distanceFrom(*scene[j])(a, b) - Real(capsule.radius);
+        EXPECT_NEAR(least, double(distance), kRounding);
+        ++with_mesh;
+      }
+    }
+  }
+  EXPECT_GT(pairs, 1000u);
+  EXPECT_GT(with_mesh, 80u);
 }
 
 // What is no rotation would be at a place or of a size that nobody meant.
