@@ -32,7 +32,8 @@ namespace fcl_fibers {
 /// along lines are a pair if they touch at some time. `fcl::TranslationMotion`, `InterpMotion`,
 /// `ScrewMotion` and `SplineMotion` are bounded by their parameters; a motion of any other class by
 /// its `getTaylorModel()`, which has to be valid from time 0 to 1. Objects and motions are never
-/// changed, and `computeAABB` is not needed: FCL's is wrong for translations and splines.
+/// changed, and `computeAABB` is not needed: FCL's is wrong for translations and splines. A motion
+/// may be made of matrices that deviate from rotations as FiberCollisionManager allows.
 ///
 /// A mesh, an octree, a plane or a half-space counts by the local box of its shape, so call
 /// `computeLocalAABB()` of such a shape.

@@ -40,10 +40,13 @@ struct TimedContact : Contact {
 /// **Objects.** The manager borrows its objects and never owns them. Capsules (`fcl::Capsule`),
 /// cylinders and boxes form fibers; objects of any shape may be registered beside them. A capsule
 /// or a sphere counts by its pose and shape. Any other object counts by the least box around its
-/// shape. So `computeAABB` is not needed. Under Report::kCapsules a capsule and an
-/// `fcl::BVHModel` of triangles are a pair only if the capsule touches a triangle, and a capsule
-/// and another shape only if they may touch; see Report. If the program has made an object's box
-/// larger, the difference is a margin of that object; see Bounds.
+/// shape. So `computeAABB` is not needed. The linear part R of a pose may have drifted from a
+/// rotation: an object counts by the image of its shape under R as it is. The ends of a capsule's
+/// axis are its position plus and minus half its length times the third column, and its thickness
+/// stays. A pose is refused if an entry of R^T R - I is larger than 1e-3, or if R reflects. Under
+/// Report::kCapsules a capsule and an `fcl::BVHModel` of triangles are a pair only if the capsule
+/// touches a triangle, and a capsule and another shape only if they may touch; see Report. If the
+/// program has made an object's box larger, the difference is a margin of that object; see Bounds.
 ///
 /// **FCL's managers.** Never pass one of these managers to one of FCL's. `fcls.collide(&ours, ...)`
 /// and `fcls.distance(&ours, ...)` are undefined behaviour, because FCL's managers cast the other
