@@ -138,10 +138,15 @@ struct TreeVolume {
 ///     tree.build(fibers);
 ///     tree.visitPairs([&](SegmentPair pair) { handle(capsuleContact(fibers, pair)); });
 ///
-/// Queries are const and may run from several threads at once. No query may run during a build or
-/// an update. Both refuse invalid arrays: they throw std::invalid_argument, whose text names the
-/// point, fiber or radius, and leave the tree as it was. If one of them runs out of memory
-/// (std::bad_alloc), queries throw std::invalid_argument until one of the two succeeds.
+/// Queries are const and may run from several threads at once. While a query runs, for instance in
+/// its visitor, build() and update() of each tree that it reads throw std::invalid_argument and
+/// change nothing. What is moved, assigned to or destroyed meanwhile, and a mesh that changes,
+/// counts for the query as it was when the query began. No query may begin during a build or an
+/// update.
+///
+/// Both refuse invalid arrays: they throw std::invalid_argument, whose text names the point, fiber
+/// or radius, and leave the tree as it was. If one of them runs out of memory (std::bad_alloc),
+/// queries throw std::invalid_argument until one of the two succeeds.
 class FCL_FIBERS_TREE_EXPORT FiberTree {
  public:
   /// Makes an empty tree. Throws std::invalid_argument if an option is out of range.
@@ -414,7 +419,10 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   bool visitRuns(const BoxShape& box, Runs<std::int32_t>& runs) const;
 
   class FCL_FIBERS_TREE_NO_EXPORT Impl;
-  std::unique_ptr<Impl> impl_;
+  FCL_FIBERS_TREE_NO_EXPORT Impl& change(const char* call);
+  FCL_FIBERS_TREE_NO_EXPORT std::shared_ptr<const Impl> held() const;
+
+  std::shared_ptr<Impl> impl_;  ///< shared with the queries that run
 };
 
 }  // namespace fcl_fibers

@@ -42,8 +42,9 @@ struct MeshPose {
 ///     tree.visitMesh(head, [&](TrianglePair pair) { ... });
 ///
 /// Copies share triangles and tree, so one mesh may be at many places. Different copies may be
-/// changed and queried from several threads. A mesh that was moved from may only be destroyed or
-/// assigned to.
+/// changed and queried from several threads. A visitor may change or destroy the mesh that its
+/// query reads, which goes on with the mesh as it was. A mesh that was moved from may only be
+/// destroyed or assigned to.
 class FCL_FIBERS_TREE_EXPORT TriangleMesh {
  public:
   /// What a mesh is.

@@ -77,8 +77,10 @@ class FiberTree::Impl {
     return index_->search(*other.index_, nullptr, sink) == Visit::kStop;
   }
 
+  // What calls a visitor takes copies of the meshes, because the visitor may change the originals.
+
   template <class F>
-  bool visitMesh(const TriangleMesh& mesh, F take) const {
+  bool visitMesh(const TriangleMesh mesh, F take) const {
     const index::PosedMesh posed = posedMesh("visitMesh", mesh);
     PairsTo sink(PairsOfTwo<TrianglePair>(), std::move(take));
     return index_->searchTriangles(posed, sink) == Visit::kStop;
@@ -142,7 +144,7 @@ class FiberTree::Impl {
   }
 
   template <class F>
-  bool visitImpacts(const TriangleMesh& start, const TriangleMesh& end, F take) const {
+  bool visitImpacts(const TriangleMesh start, const TriangleMesh end, F take) const {
     const index::Step step = index_.step("visitImpacts");
     const index::MovingMesh mesh = movingMesh("visitImpacts", start, end);
     arrays::ImpactsTo sink(arrays::ImpactsOfMesh(), std::move(take));
@@ -349,117 +351,129 @@ class FiberTree::Impl {
   arrays::FiberIndex index_;
 };
 
-FiberTree::FiberTree(const FiberTreeOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+FiberTree::FiberTree(const FiberTreeOptions& options) : impl_(std::make_shared<Impl>(options)) {}
 FiberTree::~FiberTree() = default;
 FiberTree::FiberTree(FiberTree&&) noexcept = default;
 FiberTree& FiberTree::operator=(FiberTree&&) noexcept = default;
 
-void FiberTree::build(const FiberArrays<float>& fibers) { impl_->index().build(fibers); }
-void FiberTree::build(const FiberArrays<double>& fibers) { impl_->index().build(fibers); }
-void FiberTree::update(const FiberArrays<float>& fibers) {
-  impl_->index().update<float>(nullptr, fibers);
-}
-void FiberTree::update(const FiberArrays<double>& fibers) {
-  impl_->index().update<double>(nullptr, fibers);
-}
-void FiberTree::update(const FiberArrays<float>& start, const FiberArrays<float>& end) {
-  impl_->index().update(&start, end);
-}
-void FiberTree::update(const FiberArrays<double>& start, const FiberArrays<double>& end) {
-  impl_->index().update(&start, end);
+/// Returns the state for a call that changes it, unless a query holds it.
+FiberTree::Impl& FiberTree::change(const char* call) {
+  if (impl_.use_count() > 1) fibers::throwQueryRuns(std::string("FiberTree::") + call);
+  return *impl_;
 }
 
-bool FiberTree::visitRuns(Runs<SegmentPair>& runs) const { return impl_->visitPairs(handTo(runs)); }
+/// Returns the state for a query, which holds it until it ends: a visitor may even destroy the
+/// tree.
+std::shared_ptr<const FiberTree::Impl> FiberTree::held() const { return impl_; }
+
+void FiberTree::build(const FiberArrays<float>& fibers) { change("build").index().build(fibers); }
+void FiberTree::build(const FiberArrays<double>& fibers) { change("build").index().build(fibers); }
+void FiberTree::update(const FiberArrays<float>& fibers) {
+  change("update").index().update<float>(nullptr, fibers);
+}
+void FiberTree::update(const FiberArrays<double>& fibers) {
+  change("update").index().update<double>(nullptr, fibers);
+}
+void FiberTree::update(const FiberArrays<float>& start, const FiberArrays<float>& end) {
+  change("update").index().update(&start, end);
+}
+void FiberTree::update(const FiberArrays<double>& start, const FiberArrays<double>& end) {
+  change("update").index().update(&start, end);
+}
+
+bool FiberTree::visitRuns(Runs<SegmentPair>& runs) const {
+  return held()->visitPairs(handTo(runs));
+}
 bool FiberTree::visitRuns(const FiberTree& other, Runs<SegmentPair>& runs) const {
   if (&other == this) return visitRuns(runs);
-  return impl_->visitPairs(*other.impl_, handTo(runs));
+  return held()->visitPairs(*other.held(), handTo(runs));
 }
 bool FiberTree::visitRuns(const TriangleMesh& mesh, Runs<TrianglePair>& runs) const {
-  return impl_->visitMesh(mesh, handTo(runs));
+  return held()->visitMesh(mesh, handTo(runs));
 }
 bool FiberTree::visitRuns(const TriangleMesh& start, const TriangleMesh& end,
                           Runs<MeshImpact>& runs) const {
-  return impl_->visitImpacts(start, end, handTo(runs));
+  return held()->visitImpacts(start, end, handTo(runs));
 }
-bool FiberTree::visitRuns(Runs<Impact>& runs) const { return impl_->visitImpacts(handTo(runs)); }
+bool FiberTree::visitRuns(Runs<Impact>& runs) const { return held()->visitImpacts(handTo(runs)); }
 bool FiberTree::visitRuns(const FiberTree& other, Runs<Impact>& runs) const {
   if (&other == this) return visitRuns(runs);
-  return impl_->visitImpacts(*other.impl_, handTo(runs));
+  return held()->visitImpacts(*other.held(), handTo(runs));
 }
 bool FiberTree::visitMovingRuns(Runs<SegmentPair>& runs) const {
-  return impl_->visitMovingPairs(handTo(runs));
+  return held()->visitMovingPairs(handTo(runs));
 }
 bool FiberTree::visitMovingRuns(const FiberTree& other, Runs<SegmentPair>& runs) const {
   if (&other == this) return visitMovingRuns(runs);
-  return impl_->visitMovingPairs(*other.impl_, handTo(runs));
+  return held()->visitMovingPairs(*other.held(), handTo(runs));
 }
 bool FiberTree::visitRuns(const CapsuleShape& capsule, Runs<std::int32_t>& runs) const {
-  return impl_->visitOverlaps(capsule, handTo(runs));
+  return held()->visitOverlaps(capsule, handTo(runs));
 }
 bool FiberTree::visitRuns(const BoxShape& box, Runs<std::int32_t>& runs) const {
-  return impl_->visitOverlaps(box, handTo(runs));
+  return held()->visitOverlaps(box, handTo(runs));
 }
 
 void FiberTree::findPairs(std::vector<SegmentPair>& pairs) const {
   pairs.clear();
-  impl_->visitPairs(appendTo(pairs));
+  held()->visitPairs(appendTo(pairs));
 }
 
 void FiberTree::findImpacts(std::vector<Impact>& impacts) const {
   impacts.clear();
-  impl_->visitImpacts(appendTo(impacts));
+  held()->visitImpacts(appendTo(impacts));
 }
-double FiberTree::safeStep() const { return impl_->safeStep(); }
+double FiberTree::safeStep() const { return held()->safeStep(); }
 double FiberTree::safeStep(const FiberTree& other) const {
-  return &other == this ? safeStep() : impl_->safeStep(*other.impl_);
+  return &other == this ? safeStep() : held()->safeStep(*other.held());
 }
 double FiberTree::safeStep(const TriangleMesh& start, const TriangleMesh& end) const {
-  return impl_->safeStep(start, end);
+  return held()->safeStep(start, end);
 }
 
 void FiberTree::findTouching(const TriangleMesh& mesh, std::vector<std::int32_t>& segments) const {
-  impl_->findTouching(mesh, segments);
+  held()->findTouching(mesh, segments);
 }
 void FiberTree::findNearest(const TriangleMesh& mesh, double distance,
                             std::vector<TrianglePair>& pairs) const {
-  impl_->findNearest(mesh, distance, pairs);
+  held()->findNearest(mesh, distance, pairs);
 }
 void FiberTree::findContacts(const FiberArrays<float>& fibers,
                              std::vector<Contact>& contacts) const {
-  impl_->findContacts(fibers, contacts);
+  held()->findContacts(fibers, contacts);
 }
 void FiberTree::findContacts(const FiberArrays<double>& fibers,
                              std::vector<Contact>& contacts) const {
-  impl_->findContacts(fibers, contacts);
+  held()->findContacts(fibers, contacts);
 }
 void FiberTree::findContacts(const FiberArrays<float>& fibers, const SegmentPair* pairs,
                              std::size_t count, Contact* contacts) const {
-  impl_->findContacts(fibers, pairs, count, contacts);
+  held()->findContacts(fibers, pairs, count, contacts);
 }
 void FiberTree::findContacts(const FiberArrays<double>& fibers, const SegmentPair* pairs,
                              std::size_t count, Contact* contacts) const {
-  impl_->findContacts(fibers, pairs, count, contacts);
+  held()->findContacts(fibers, pairs, count, contacts);
 }
 void FiberTree::findContacts(const FiberArrays<float>& fibers, const TriangleMesh& mesh,
                              const TrianglePair* pairs, std::size_t count,
                              MeshContact* contacts) const {
-  impl_->findContacts(fibers, mesh, pairs, count, contacts);
+  held()->findContacts(fibers, mesh, pairs, count, contacts);
 }
 void FiberTree::findContacts(const FiberArrays<double>& fibers, const TriangleMesh& mesh,
                              const TrianglePair* pairs, std::size_t count,
                              MeshContact* contacts) const {
-  impl_->findContacts(fibers, mesh, pairs, count, contacts);
+  held()->findContacts(fibers, mesh, pairs, count, contacts);
 }
 void FiberTree::findContacts(const FiberArrays<float>& fibers, const TriangleMesh& mesh,
                              std::vector<MeshContact>& contacts) const {
-  impl_->findContacts(fibers, mesh, contacts);
+  held()->findContacts(fibers, mesh, contacts);
 }
 void FiberTree::findContacts(const FiberArrays<double>& fibers, const TriangleMesh& mesh,
                              std::vector<MeshContact>& contacts) const {
-  impl_->findContacts(fibers, mesh, contacts);
+  held()->findContacts(fibers, mesh, contacts);
 }
 
-std::vector<TreeVolume> FiberTree::volumes(int depth) const { return impl_->volumes(depth); }
+std::vector<TreeVolume> FiberTree::volumes(int depth) const { return held()->volumes(depth); }
 FiberSegment FiberTree::fiberSegment(std::int32_t segment) const {
   return impl_->fiberSegment(segment);
 }

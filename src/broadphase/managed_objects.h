@@ -81,9 +81,7 @@ class ManagedObjects {
   virtual void catchUp(const char* call) const = 0;
 
   void refuseDuringQuery(const char* call) const {
-    if (running_queries_ == 0) return;
-    fibers::throwInvalidArgument(call,
-                                 "a query is running; make the change after the query has ended");
+    if (running_queries_ > 0) fibers::throwQueryRuns(call);
   }
   /// See ObjectRegistry. Throws std::invalid_argument if an object is repeated or managed, or if
   /// there are too many.

@@ -10,6 +10,10 @@ void throwInvalidArgument(const std::string& call, const std::string& what) {
   throw std::invalid_argument("fcl_fibers: " + call + ": " + what);
 }
 
+void throwQueryRuns(const std::string& call) {
+  throwInvalidArgument(call, "a query is running; make the change after the query has ended");
+}
+
 void requireValid(const char* call, const FiberOptions& options) {
   const auto requireLength = [call](const char* name, double length) {
     if (length >= 0 && std::isfinite(length)) return;

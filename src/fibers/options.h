@@ -13,6 +13,9 @@ namespace fcl_fibers::fibers {
 /// Throws std::invalid_argument with "fcl_fibers: call: what". `what` ends with the remedy.
 [[noreturn]] void throwInvalidArgument(const std::string& call, const std::string& what);
 
+/// Refuses a call that changes what a running query reads.
+[[noreturn]] void throwQueryRuns(const std::string& call);
+
 /// Throws std::invalid_argument if an option is out of its range.
 void requireValid(const char* call, const FiberOptions& options);
 
