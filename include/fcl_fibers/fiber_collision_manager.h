@@ -249,7 +249,7 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
 
   class FCL_FIBERS_NO_EXPORT Impl;
   FCL_FIBERS_NO_EXPORT Impl& impl();
-  FCL_FIBERS_NO_EXPORT const Impl& impl() const;
+  FCL_FIBERS_NO_EXPORT std::shared_ptr<const Impl> impl() const;
 
  private:
   Hierarchy hierarchy_;

@@ -62,10 +62,10 @@ class FiberCollisionManager<S>::Impl final : public broadphase::ManagerState<S> 
       fibers::throwInvalidArgument(Call::kName, "the manager is null; pass a manager");
     }
     if (const auto* fiber_manager = dynamic_cast<const FiberCollisionManager*>(other)) {
-      const Impl& impl = fiber_manager->impl();
-      if (&impl == this) return query(std::move(call));
-      run(call, [&](auto& queries) { queries.with(impl); });
-      if (Call::kLooksAtSteps && this->options().motion) impl.seeStep();
+      const auto impl = fiber_manager->impl();
+      if (impl.get() == this) return query(std::move(call));
+      run(call, [&](auto& queries) { queries.with(*impl); });
+      if (Call::kLooksAtSteps && this->options().motion) impl->seeStep();
       return;
     }
     std::vector<Object*> objects;
@@ -125,10 +125,7 @@ FiberCollisionManager<S>::FiberCollisionManager(const FiberCollisionManager& ori
                                                 const std::vector<Object*>& objects)
     : hierarchy_(original.hierarchy_),
       options_(original.options_),
-      impl_(std::make_unique<Impl>("clone", original.impl(), objects)) {
-  // A moved-from manager has nothing to copy.
-  if (original.impl_ == nullptr) impl_ = nullptr;
-}
+      impl_(std::make_unique<Impl>("clone", *original.impl(), objects)) {}
 
 // FCL's base class is not moved, because ours use none of its members.
 template <typename S>
@@ -151,10 +148,11 @@ typename FiberCollisionManager<S>::Impl& FiberCollisionManager<S>::impl() {
 }
 
 template <typename S>
-const typename FiberCollisionManager<S>::Impl& FiberCollisionManager<S>::impl() const {
-  // Several threads may ask a moved-from manager, so its state is not created here.
-  static const Impl empty(Hierarchy::kLayeredBoxes, {});
-  return impl_ == nullptr ? empty : *impl_;
+std::shared_ptr<const typename FiberCollisionManager<S>::Impl> FiberCollisionManager<S>::impl()
+    const {
+  // Several threads may ask a moved-from manager, so each call has an empty state of its own.
+  if (impl_ == nullptr) return std::make_shared<Impl>(hierarchy_, options_);
+  return {std::shared_ptr<void>(), impl_.get()};
 }
 
 template <typename S>
@@ -217,41 +215,41 @@ void FiberCollisionManager<S>::clear() {
 
 template <typename S>
 void FiberCollisionManager<S>::getObjects(std::vector<Object*>& objects) const {
-  impl().registry().list(objects);
+  impl()->registry().list(objects);
 }
 
 template <typename S>
 void FiberCollisionManager<S>::collide(Object* object, void* cdata,
                                        fcl::CollisionCallBack<S> callback) const {
-  impl().query(typename Impl::Collision(cdata, callback), object);
+  impl()->query(typename Impl::Collision(cdata, callback), object);
 }
 
 template <typename S>
 void FiberCollisionManager<S>::collide(void* cdata, fcl::CollisionCallBack<S> callback) const {
-  impl().query(typename Impl::Collision(cdata, callback));
+  impl()->query(typename Impl::Collision(cdata, callback));
 }
 
 template <typename S>
 void FiberCollisionManager<S>::collide(fcl::BroadPhaseCollisionManager<S>* other, void* cdata,
                                        fcl::CollisionCallBack<S> callback) const {
-  impl().query(typename Impl::Collision(cdata, callback), other);
+  impl()->query(typename Impl::Collision(cdata, callback), other);
 }
 
 template <typename S>
 void FiberCollisionManager<S>::distance(Object* object, void* cdata,
                                         fcl::DistanceCallBack<S> callback) const {
-  impl().query(typename Impl::Distance(cdata, callback), object);
+  impl()->query(typename Impl::Distance(cdata, callback), object);
 }
 
 template <typename S>
 void FiberCollisionManager<S>::distance(void* cdata, fcl::DistanceCallBack<S> callback) const {
-  impl().query(typename Impl::Distance(cdata, callback));
+  impl()->query(typename Impl::Distance(cdata, callback));
 }
 
 template <typename S>
 void FiberCollisionManager<S>::distance(fcl::BroadPhaseCollisionManager<S>* other, void* cdata,
                                         fcl::DistanceCallBack<S> callback) const {
-  impl().query(typename Impl::Distance(cdata, callback), other);
+  impl()->query(typename Impl::Distance(cdata, callback), other);
 }
 
 template <typename S>
@@ -261,7 +259,7 @@ bool FiberCollisionManager<S>::empty() const {
 
 template <typename S>
 std::size_t FiberCollisionManager<S>::size() const {
-  return impl().registry().size();
+  return impl()->registry().size();
 }
 
 template <typename S>
@@ -271,43 +269,43 @@ const FiberManagerOptions& FiberCollisionManager<S>::options() const {
 
 template <typename S>
 bool FiberCollisionManager<S>::isRegistered(const Object* object) const {
-  return object != nullptr && impl().registry().find(object) != Impl::Registry::kNotFound;
+  return object != nullptr && impl()->registry().find(object) != Impl::Registry::kNotFound;
 }
 
 template <typename S>
 FiberSegment FiberCollisionManager<S>::fiberSegment(const Object* object) const {
-  const tree::SegmentId id = impl().managedId("fiberSegment", object, "the given object");
-  return impl().registry().fibers().placeOf(id);
+  const tree::SegmentId id = impl()->managedId("fiberSegment", object, "the given object");
+  return impl()->registry().fibers().placeOf(id);
 }
 
 template <typename S>
 bool FiberCollisionManager<S>::movedSinceUpdate() const {
-  return impl().movedSinceUpdate();
+  return impl()->movedSinceUpdate();
 }
 
 template <typename S>
 double FiberCollisionManager<S>::margin(const Object* object) const {
-  return impl().marginOf("margin", object, options_);
+  return impl()->marginOf("margin", object, options_);
 }
 
 template <typename S>
 bool FiberCollisionManager<S>::findMeshContacts(const Object* capsule, const Object* mesh,
                                                 double margin,
                                                 std::vector<MeshContact>& contacts) const {
-  return broadphase::findMeshContacts<S>(impl(), capsule, mesh, margin, contacts);
+  return broadphase::findMeshContacts<S>(*impl(), capsule, mesh, margin, contacts);
 }
 
 template <typename S>
 bool FiberCollisionManager<S>::findImpact(const Object* a, const Object* b,
                                           const FiberCollisionManager* other,
                                           TimedContact& contact) const {
-  return broadphase::findImpact<S>(impl(), other == nullptr ? nullptr : &other->impl(), a, b,
+  return broadphase::findImpact<S>(*impl(), other == nullptr ? nullptr : other->impl().get(), a, b,
                                    contact);
 }
 
 template <typename S>
 std::size_t FiberCollisionManager<S>::memoryUsage() const {
-  return impl().memoryUsage();
+  return impl()->memoryUsage();
 }
 
 template <typename S>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What programs do with FCL's managers beside asking them.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,6 +15,7 @@
 #include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
 #include "support/managed.h"
+#include "support/mesh_models.h"
 #include "support/scene_generators.h"
 
 namespace fcl_fibers::test {
@@ -95,6 +97,46 @@ TYPED_TEST(Swap, AManagerMayBeMoved) {
       EXPECT_EQ(selfPairs<S>(*clone), pairs);
     }
   }
+}
+
+// What a program asks a manager that was moved from would be answered for other options, or fill
+// memory that is never freed and that all such managers share.
+TYPED_TEST(Swap, AManagerThatWasMovedFromAnswersForItself) {
+  using S = typename TypeParam::Scalar;
+  FiberManagerOptions options;
+  options.report = Report::kCapsules;
+  options.motion = TypeParam::kVolume == LeafVolume::kBox;
+  auto from = makeByValue<TypeParam>(options), second = makeByValue<TypeParam>(options);
+  const auto to = std::move(from), its = std::move(second);
+  const std::size_t empty = makeByValue<TypeParam>(options).memoryUsage();
+  EXPECT_EQ(from.memoryUsage(), empty);
+
+  Scene<S> scene;
+  auto* const capsule = scene.addFiber({{0, 0, 0}, {1, 0, 0}}, 0.1).front();
+  for (int i = 0; i < 20; ++i) {
+    const auto model = makeModel<S>(modelTypes<S>().front(), blob(0.3, 0, 6, 4));
+    auto* const mesh = scene.add(model, fcl::Transform3<S>::Identity());
+    std::vector<MeshContact> contacts;
+    EXPECT_TRUE(from.findMeshContacts(capsule, mesh, 0, contacts));
+    EXPECT_FALSE(contacts.empty());
+    from.margin(mesh);
+    EXPECT_TRUE(pairsWith<S>(from, *mesh).empty());
+    EXPECT_EQ(from.memoryUsage(), empty);
+    EXPECT_EQ(second.memoryUsage(), empty);
+  }
+
+  TimedContact contact;
+  const char* const refusal = options.motion ? "not registered" : "has no steps";
+  EXPECT_THAT([&] { from.findImpact(capsule, scene[1], nullptr, contact); },
+              testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr(refusal)));
+  EXPECT_THAT([&] { from.findImpact(capsule, scene[1], &second, contact); },
+              testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr(refusal)));
+
+  // A clone of it has its options, too.
+  const auto clone = from.clone({});
+  EXPECT_EQ(clone->options().motion, options.motion);
+  clone->registerObjects(scene.objects());
+  EXPECT_FALSE(selfPairs<S>(*clone).empty());
 }
 
 // A program could not find out that it has forgotten update().
