@@ -19,6 +19,7 @@
 #include "index/moving_mesh.h"
 #include "index/posed_triangles.h"
 #include "index/segment_index.h"
+#include "simd/always_inline.h"
 #include "tree/volumes.h"
 
 namespace fcl_fibers {
@@ -37,6 +38,13 @@ using tree::Visit;
 
 /// Contacts that one thread computes in a row.
 constexpr std::size_t kContactsAtOnce = 512;
+
+/// A point that does not exist is refused later.
+template <typename S>
+FCL_FIBERS_ALWAYS_INLINE void prefetchPoint(const FiberArrays<S>& fibers, std::int32_t point) {
+  const auto index = static_cast<std::size_t>(point);
+  if (index < fibers.point_count) __builtin_prefetch(fibers.points + 3 * index);
+}
 
 /// Makes what hands all that it takes to a visitor.
 template <class Runs>
@@ -273,7 +281,7 @@ class FiberTree::Impl {
     index_->forRanges(count, kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
       constexpr std::size_t kAhead = 16;
       for (std::size_t i = begin; i < end; ++i) {
-        if (i + kAhead < end) __builtin_prefetch(fibers.points + 3 * pairs[i + kAhead].segment);
+        if (i + kAhead < end) prefetchPoint(fibers, pairs[i + kAhead].segment);
         const auto capsule = arrays::locate("FiberTree::findContacts", fibers, pairs[i].segment);
         contacts[i] = contact(contact.inFrame(capsule.segment), capsule.place, pairs[i].triangle);
       }

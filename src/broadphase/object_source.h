@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <utility>
@@ -72,10 +73,16 @@ class ObjectSource final : public index::SegmentSource {
   IsApart is_apart_;
 };
 
+/// Prefetches the line that is `offset` bytes behind an address. The address may be null and the
+/// object there may end before, so this is no sum of pointers.
+FCL_FIBERS_ALWAYS_INLINE void prefetchBehind(const void* address, std::size_t offset) {
+  __builtin_prefetch(
+      reinterpret_cast<const void*>(reinterpret_cast<std::uintptr_t>(address) + offset));
+}
+
 FCL_FIBERS_ALWAYS_INLINE void prefetchLines(const void* object, std::size_t count) {
   if (object == nullptr) return;
-  const auto* lines = static_cast<const char*>(object);
-  for (std::size_t line = 0; line < count; ++line) __builtin_prefetch(lines + 64 * line);
+  for (std::size_t line = 0; line < count; ++line) prefetchBehind(object, 64 * line);
 }
 
 /// Reads one object in `frame`. Throws std::invalid_argument with name() if it cannot be read.
@@ -102,9 +109,9 @@ FCL_FIBERS_ALWAYS_INLINE void prefetchObject(ObjectAt&& objectAt, std::size_t i,
   // known. Radius and length are the last members of a capsule.
   const fcl::CollisionObject<S>* next = objectAt(i + kAhead);
   if (next == nullptr) return;
-  const auto* shape = reinterpret_cast<const char*>(ObjectMembers<S>::shape(*next));
-  __builtin_prefetch(shape);
-  __builtin_prefetch(shape + sizeof(fcl::Capsule<S>) - 1);
+  const fcl::CollisionGeometry<S>* shape = ObjectMembers<S>::shape(*next);
+  prefetchBehind(shape, 0);
+  prefetchBehind(shape, sizeof(fcl::Capsule<S>) - 1);
 }
 
 }  // namespace fcl_fibers::broadphase

@@ -402,6 +402,17 @@ TEST(FindContacts, RefuseBadInputAndKeepTheContacts) {
     EXPECT_THROW(tree.findContacts(fibers.view(), mesh, &wrong, 1, mesh_contacts.data()),
                  std::invalid_argument);
   }
+  // Pairs that are far enough behind the first are looked at before they are checked.
+  std::vector<TrianglePair> pairs(20, {0, 0});
+  std::vector<MeshContact> written(pairs.size());
+  for (const std::int32_t segment : {-1, 2000000000, std::numeric_limits<std::int32_t>::max(),
+                                     std::numeric_limits<std::int32_t>::min()}) {
+    pairs[17].segment = segment;
+    EXPECT_THAT(
+        [&] { tree.findContacts(fibers.view(), mesh, pairs.data(), pairs.size(), written.data()); },
+        ThrowsMessage<std::invalid_argument>(HasSubstr(
+            "FiberTree::findContacts: no capsule starts at point " + std::to_string(segment))));
+  }
   EXPECT_THAT(
       [&] {
         meshContact(fibers.view(), mesh, {-1, 0});
