@@ -181,6 +181,10 @@ bool ObjectSource<S>::read(const index::SegmentId* ids, int count, int ahead, co
     }
     out.set(i, segment);
   }
+  for (index::BlockMask absent = geometry::firstOfBlock(count) & ~present; absent != 0;
+       absent &= absent - 1) {
+    out.set(__builtin_ctzll(absent), Segment{});
+  }
   return true;
 }
 

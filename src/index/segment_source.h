@@ -18,7 +18,8 @@ using tree::SegmentId;
 /// at the same time.
 class SegmentSource {
  public:
-  /// Reads the segments ids[0], ..., ids[count - 1] in `frame` into the first places of `out`.
+  /// Reads the segments ids[0], ..., ids[count - 1] in `frame` into the first places of `out`. The
+  /// place of a segment that was removed gets numbers, too, because one operation takes several.
   /// @param ahead    how many ids after those will be read soon, and so may be prefetched
   /// @param present  bit i is set if ids[i] is still a segment, and cleared if it was removed
   /// @return whether all could be read

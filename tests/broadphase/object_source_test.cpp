@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <limits>
 #include <memory>
 #include <numeric>
@@ -107,13 +108,16 @@ TYPED_TEST(ObjectSources, ObjectsReadTogetherAreAsEachAlone) {
     for (const Bounds bounds : {Bounds::kShapes, Bounds::kShapesAndMargins, Bounds::kObjects}) {
       const ObjectSource<S> source("test", objects, bounds);
       SegmentBlock block;
+      std::memset(&block, 0xFF, sizeof(block));  // NaN
       BlockMask present = 0;
       const bool is_read =
           source.read(ids.data(), static_cast<int>(count), 0, frame, block, present);
       bool all_readable = true;
       for (std::size_t i = 0; i < count; ++i) {
         if (objects[i] == nullptr) {
-          EXPECT_TRUE(!is_read || (present >> i & 1u) == 0);
+          if (!is_read) continue;
+          EXPECT_EQ(present >> i & 1u, 0u);
+          EXPECT_TRUE(isFinite(block[static_cast<int>(i)])) << "the place was never set";
           continue;
         }
         Segment alone;
