@@ -267,10 +267,14 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   }
 
   /// Returns a time of the step up to which no pair of visitPairs() starts to touch, or 1 if none
-  /// does. It is as little too early as the time of an impact, and never too late. A pair that
-  /// touches at the start, or misses that by less than rounding, counts from the time at which it
-  /// is nearer than it was there by 2^-35 of the sizes and distance of its capsules. The last
-  /// digits of the time may depend on the number of threads.
+  /// does. A pair that touches at the start counts once it comes nearer, so the result is close to
+  /// 0, such as 1e-9, if one of them does so at first. To leave them out, take the least time above
+  /// 0 of visitImpacts(), or pass radii to update() with which nothing touches at the start.
+  ///
+  /// The time is as little too early as that of an impact, and never too late. What touches at the
+  /// start, or misses that by less than rounding, counts once it is nearer than it was there by
+  /// 2^-35 of the sizes and distance of the capsules. The last digits of the time may depend on the
+  /// number of threads.
   ///
   /// A program that moves only so far meets the same pair again at once. The pairs that touch next
   /// are the impacts whose time is little more than this one.

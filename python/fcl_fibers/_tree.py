@@ -327,7 +327,11 @@ class FiberTree:
         other: Union[FiberTree, TriangleMesh, None] = None,
         mesh_end: Optional[TriangleMesh] = None,
     ) -> float:
-        """A time in [0, 1] up to which no pair starts to touch; `other` as in impacts()."""
+        """A time in [0, 1] up to which no pair starts to touch; `other` as in impacts().
+
+        It is close to 0, such as 1e-9, if a pair touches at the start and comes nearer at first.
+        The least time above 0 of impacts() leaves such pairs out.
+        """
         return self._tree.safe_step(*self._others(other, mesh_end))
 
     def touching(self, mesh: TriangleMesh) -> np.ndarray:

@@ -69,6 +69,31 @@ TEST(SafeStep, WhatSeparatesDoesNotShortenTheSafeStep) {
   EXPECT_LT(pairOf(0.15, -0.15).safeStep(), 1e-6);
 }
 
+/// The ways that are documented to leave out what touches at the start would not do so, or would
+/// leave out more.
+TEST(SafeStep, LaterImpactsAndSmallerRadiiLeaveOutWhatTouchesAtTheStart) {
+  // The second fiber touches the first and comes nearer. The third reaches the first at 0.5.
+  const auto treeWith = [](double radius) {
+    Motion<double> motion;
+    motion.start.addFiber({{0, 0, 0}, {1, 0, 0}}, radius);
+    motion.start.addFiber({{0, 0.15, 0}, {1, 0.15, 0}}, radius);
+    motion.start.addFiber({{0, 0, 0.3}, {1, 0, 0.3}}, radius);
+    motion.end = motion.start;
+    motion.end.points[7] = motion.end.points[10] = 0.14;
+    motion.end.points[14] = motion.end.points[17] = 0.1;
+    return treeOf(motion, capsules());
+  };
+  const FiberTree tree = treeWith(0.1);
+  EXPECT_LT(tree.safeStep(), 1e-6);
+  double later = 1;
+  tree.visitImpacts([&](const Impact& impact) {
+    if (impact.time > 0) later = std::min(later, impact.time);
+  });
+  EXPECT_NEAR(later, 0.5, 1e-8);
+  // With a radius of 0.06 nothing touches at the start, and the third gets to 0.12 at 0.9.
+  EXPECT_NEAR(treeWith(0.06).safeStep(), 0.9, 1e-8);
+}
+
 // --- With a mesh ---
 
 /// Triangles that move as one and each by itself.
