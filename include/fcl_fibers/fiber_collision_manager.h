@@ -160,8 +160,14 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   /// Calls `callback(a, b, cdata)` for each pair that FiberManagerOptions asks for. The first form
   /// reports pairs of `object`, registered or not, with the managed objects. The second one reports
   /// pairs of the managed objects. The third one reports pairs of these with the objects of
-  /// `other`, a manager of any class. They throw std::invalid_argument if the object, manager or
-  /// callback is null, or if an object cannot be read.
+  /// `other`, a manager of any class.
+  ///
+  /// In the first form, an object that only another manager has is an obstacle of all categories
+  /// and no solid, because alone it does not tell what it is there. In the third form it counts as
+  /// it does there, if `other` is a fiber manager.
+  ///
+  /// All throw std::invalid_argument if the object, manager or callback is null, or if an object
+  /// cannot be read.
   ///@{
   void collide(Object* object, void* cdata, fcl::CollisionCallBack<S> callback) const override;
   void collide(void* cdata, fcl::CollisionCallBack<S> callback) const override;

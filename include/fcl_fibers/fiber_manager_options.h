@@ -38,8 +38,10 @@ struct ObstacleOptions {
 };
 
 /// Which obstacles a fiber meets. An obstacle is an object that was registered by registerObstacle,
-/// registerObject or registerObjects, or an object in no fiber manager. The latter three have all
-/// categories.
+/// registerObject or registerObjects, or an object that is in no fiber manager of the query. The
+/// latter three have all categories. An object alone cannot know another manager's rules:
+/// `a.collide(&fiber_of_b, ...)` takes it for an obstacle of all categories that is no solid, and
+/// `a.collide(&b, ...)` for what it is in b.
 ///
 ///     FiberObstacles in_scalp;
 ///     in_scalp.root_length = 0.01;  // the first centimetre is under the skin

@@ -175,6 +175,42 @@ TYPED_TEST(Obstacles, AreMetByCategory) {
   }
 }
 
+// An answer would depend on managers that do not take part in the query, or a manager that does
+// would not be asked for its rules.
+TYPED_TEST(Obstacles, OfAnotherManagerHaveItsRulesOnlyIfItTakesPart) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene;
+  const auto fiber = addStraight(scene, 2, 0), its_fiber = addStraight(scene, 2, 0.1);
+  auto* const head = scene.add(makeModel<S>(fcl::BV_OBBRSS, blob(8, 0, 16, 10)),
+                               makePose<S>(Eigen::Quaterniond::Identity(), {1, 0, 0}));
+  auto* const box = scene.addBox({1, 0, 0}, Eigen::Quaterniond::Identity(), {2, 1, 1});
+  for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+    FiberManagerOptions options = byCapsules();
+    options.report = report;
+    const auto manager = TypeParam::make(options), other = TypeParam::make(options);
+    manager->registerFiber(fiber, FiberEnds::kOpen, {}, FiberObstacles{~2u, 1, 0});
+    other->registerFiber(its_fiber);
+    other->registerObstacle(box, ObstacleOptions{false, 2});
+    other->registerObstacle(head, ObstacleOptions{true, 1});
+
+    const Calls<S> calls = pairsWith<S>(*manager, *other);
+    const auto with = [&](auto* object) { return segmentsWith<S>(*manager, calls, object); };
+    const auto withAlone = [&](auto* object) {
+      return segmentsWith<S>(*manager, pairsWith<S>(*manager, *object), object);
+    };
+    // The manager knows that this is a fiber, which roots meet; alone it is an obstacle.
+    EXPECT_EQ(with(its_fiber[0]), (Numbers{0, 1}));
+    EXPECT_EQ(withAlone(its_fiber[0]), Numbers{1});
+    // Its categories exclude this box; alone it has all.
+    EXPECT_EQ(with(box), Numbers{});
+    EXPECT_EQ(withAlone(box), Numbers{1});
+    // The fiber is inside a solid; alone the mesh is a surface. Under kVolumes its box counts.
+    const bool by_box = report == Report::kVolumes;
+    EXPECT_EQ(with(head), Numbers{1});
+    EXPECT_EQ(withAlone(head), by_box ? Numbers{1} : Numbers{});
+  }
+}
+
 // A mesh that no fiber meets would not meet other obstacles, either.
 TYPED_TEST(Obstacles, WithoutCategoriesMeetEachOther) {
   using S = typename TypeParam::Scalar;
