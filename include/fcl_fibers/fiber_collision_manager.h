@@ -55,22 +55,25 @@ struct TimedContact : Contact {
 /// **Reading.** `setup` and `update` read the objects, and queries find them where they were read
 /// last. There are two exceptions. The first query after objects were registered or unregistered
 /// does the work of `setup`. A query with another fiber manager reads that manager's objects again
-/// if that manager has Report::kVolumes and its volumes, topology or report differ from this one's.
+/// if that manager has Report::kVolumes and its volumes, topology or report differ from this one's,
+/// or if its margin is larger than this one's and than its scene.
+/// Under Report::kCapsules a box or a cylinder that has moved since it was read meets capsules by
+/// the box around it where it was. A query reads its present pose to find that out.
 ///
 /// **Motion.** If FiberManagerOptions::motion is set, `collide` reports the pairs that touch at any
 /// time of a *step*. The first `update`, of any form, after a `collide` begins a new step, at the
 /// poses that this `collide` saw. The step ends with the poses that are read last. So several
-/// updates are one step, and all queries before the next update see the same step. An object that
-/// no `collide` has seen starts where it was first read. In between, end points and radii of
-/// capsules and spheres move linearly, also those of a capsule that turns. Any other object counts
-/// by its box, whose sides move linearly, and next to a capsule by its shape if it does not turn,
-/// up to 1/4096 of the way that the capsule goes against the shape. The points of an
-/// `fcl::BVHModel` move linearly, also those of a mesh that turns. If it has other triangles at the
-/// end than at the start, it rests where it is at the end. A managed object counts as it was read,
-/// even if it is the one that is passed to `collide` and has moved since. An object that is not
-/// managed, and one of a manager without this option, rests. `distance` answers for the end of the
-/// step. Neither it nor a `collide` that throws ends a step. clear() forgets all steps, and so does
-/// unregistering for that object. A clone has none at first.
+/// updates are one step, and all queries before the next update see the same step. A `collide` with
+/// another manager sees the steps of both. An object that no `collide` has seen starts where it was
+/// first read. In between, end points and radii of capsules and spheres move linearly, also those
+/// of a capsule that turns. Any other object counts by its box, whose sides move linearly, and next
+/// to a capsule by its shape if it does not turn, up to 1/4096 of the way that the capsule goes
+/// against the shape. The points of an `fcl::BVHModel` move linearly, also those of a mesh that
+/// turns. If it has other triangles at the end than at the start, it rests where it is at the end.
+/// A managed object counts as it was read, even if it is the one that is passed to `collide` and
+/// has moved since. An object that is not managed, and one of a manager without this option, rests.
+/// `distance` answers for the end of the step. Neither it nor a `collide` that throws ends a step.
+/// clear() forgets all steps, and so does unregistering for that object. A clone has none at first.
 ///
 /// **Threads.** Queries are const and may run from several threads at once. While a query runs, for
 /// instance in its callback, the manager refuses to register, unregister, update or clear.

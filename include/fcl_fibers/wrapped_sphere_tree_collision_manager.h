@@ -18,8 +18,7 @@ namespace fcl_fibers {
 ///
 /// Each node keeps its cage, which is the minimum enclosing sphere of the spheres of all segments
 /// below it, and the one to four spheres that determine the cage. An update verifies the cages
-/// bottom-up and recomputes those that fail. Under Report::kVolumes an object without bounds, such
-/// as a plane, is paired with every other one.
+/// bottom-up and recomputes those that fail. A plane or half-space has no sphere: its box counts.
 template <typename S>
 class FCL_FIBERS_EXPORT WrappedSphereTreeCollisionManager : public FiberCollisionManager<S> {
  public:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fcl_fibers/fiber_tree.h>
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -19,7 +20,6 @@
 #include "index/moving_mesh.h"
 #include "index/posed_triangles.h"
 #include "index/segment_index.h"
-#include "simd/always_inline.h"
 #include "tree/volumes.h"
 
 namespace fcl_fibers {
@@ -38,13 +38,6 @@ using tree::Visit;
 
 /// Contacts that one thread computes in a row.
 constexpr std::size_t kContactsAtOnce = 512;
-
-/// A point that does not exist is refused later.
-template <typename S>
-FCL_FIBERS_ALWAYS_INLINE void prefetchPoint(const FiberArrays<S>& fibers, std::int32_t point) {
-  const auto index = static_cast<std::size_t>(point);
-  if (index < fibers.point_count) __builtin_prefetch(fibers.points + 3 * index);
-}
 
 /// Makes what hands all that it takes to a visitor.
 template <class Runs>
@@ -91,14 +84,14 @@ class FiberTree::Impl {
   bool visitMesh(const TriangleMesh mesh, F take) const {
     const index::PosedMesh posed = posedMesh("visitMesh", mesh);
     PairsTo sink(PairsOfTwo<TrianglePair>(), std::move(take));
-    return index_->searchTriangles(posed, sink) == Visit::kStop;
+    return index_->searchTriangles(posed, index_->options().margin, sink) == Visit::kStop;
   }
 
   void findTouching(const TriangleMesh& mesh, std::vector<std::int32_t>& segments) const {
     const index::PosedMesh posed = posedMesh("findTouching", mesh);
     segments.clear();
     PairsTo sink(SegmentsOf(), appendTo(segments));
-    index_->searchMesh(posed, sink);
+    index_->searchMesh(posed, index_->options().margin, sink);
   }
 
   void findNearest(const TriangleMesh& mesh, double distance,
@@ -156,7 +149,7 @@ class FiberTree::Impl {
     const index::Step step = index_.step("visitImpacts");
     const index::MovingMesh mesh = movingMesh("visitImpacts", start, end);
     arrays::ImpactsTo sink(arrays::ImpactsOfMesh(), std::move(take));
-    return step.searchImpacts(mesh, /*more_margin=*/0, sink) == Visit::kStop;
+    return step.searchImpacts(mesh, index_->options().margin, sink) == Visit::kStop;
   }
 
   template <class F>
@@ -281,7 +274,9 @@ class FiberTree::Impl {
     index_->forRanges(count, kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
       constexpr std::size_t kAhead = 16;
       for (std::size_t i = begin; i < end; ++i) {
-        if (i + kAhead < end) prefetchPoint(fibers, pairs[i + kAhead].segment);
+        // A point that does not exist is refused later.
+        const auto next = static_cast<std::size_t>(pairs[std::min(i + kAhead, end - 1)].segment);
+        if (next < fibers.point_count) __builtin_prefetch(fibers.points + 3 * next);
         const auto capsule = arrays::locate("FiberTree::findContacts", fibers, pairs[i].segment);
         contacts[i] = contact(contact.inFrame(capsule.segment), capsule.place, pairs[i].triangle);
       }
@@ -367,6 +362,9 @@ FiberTree& FiberTree::operator=(FiberTree&&) noexcept = default;
 /// Returns the state for a call that changes it, unless a query holds it.
 FiberTree::Impl& FiberTree::change(const char* call) {
   if (impl_.use_count() > 1) fibers::throwQueryRuns(std::string("FiberTree::") + call);
+  // A query of another thread may just have ended. To copy the pointer and let go of it orders what
+  // that query has read before what is written now.
+  std::shared_ptr<Impl>(impl_).reset();
   return *impl_;
 }
 

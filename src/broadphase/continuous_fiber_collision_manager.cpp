@@ -52,7 +52,7 @@ class ContinuousFiberCollisionManager<S>::Impl final : public broadphase::Contin
     const Rules rules(registry(), registry().idCount());
     search(call, [&](SegmentId a, SegmentId b, Call&) {
       if (a > b) std::swap(a, b);
-      return rules.reports(a, b) && call(registry()[a], registry()[b]);
+      return rules.reports(a, b, /*is_beside=*/false) && call(registry()[a], registry()[b]);
     });
   }
 

@@ -170,7 +170,8 @@ template <typename S>
 void FiberCollisionManager<S>::registerObstacle(Object* object, const ObstacleOptions& options) {
   typename Impl::Kind kind = Impl::kGuessed;
   kind.categories = options.categories;
-  impl().add("registerObstacle", {object}, kind, options.solid);
+  kind.is_solid = options.solid;
+  impl().add("registerObstacle", {object}, kind);
 }
 
 template <typename S>

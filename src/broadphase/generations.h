@@ -34,9 +34,14 @@ class Generations {
   /// See SegmentIndex.
   ///@{
   bool keepsSegments() const { return main_->keepsSegments(); }
+  bool hasBoxes() const {
+    return keepsSegments() && (main_->hasBoxes() || (hasYoung() && young_->hasBoxes()));
+  }
   Segment segment(SegmentId id) const { return (isYoung(id) ? *young_ : *main_).segment(id); }
+  bool isBox(SegmentId id) const { return (isYoung(id) ? *young_ : *main_).isBox(id); }
   double margin() const { return main_->margin(); }
   ///@}
+  bool isSwampedBy(const Generations& other) const { return main_->isSwampedBy(*other.main_); }
   /// A segment during the step.
   MovingSegment moving(SegmentId id) const { return (isYoung(id) ? young_ : main_).segment(id); }
 
@@ -118,17 +123,33 @@ class Generations {
     });
   }
 
-  template <class Sink>
-  tree::Visit searchMesh(const index::PosedMesh& mesh, Sink& sink) const {
+  /// @param margin  of the search, in the world's unit; searches for the nearest have none
+  ///@{
+  tree::Visit searchMesh(const index::PosedMesh& mesh, double margin, index::PairSink& sink) const {
+    return forEach([&](const MovingIndex& part) {
+      return part->leaves().empty() ? tree::Visit::kContinue : part->searchMesh(mesh, margin, sink);
+    });
+  }
+  tree::Visit searchMesh(const index::PosedMesh& mesh, double /*margin*/,
+                         index::NearestSink& sink) const {
     return forEach([&](const MovingIndex& part) {
       return part->leaves().empty() ? tree::Visit::kContinue : part->searchMesh(mesh, sink);
     });
   }
-
-  /// The same for a mesh that moves, during the whole step.
-  tree::Visit searchMesh(const index::MovingMesh& mesh, double more_margin,
+  /// During the whole step.
+  tree::Visit searchMesh(const index::MovingMesh& mesh, double margin,
                          index::PairSink& sink) const {
-    return forEach([&](const MovingIndex& part) { return part.search(mesh, more_margin, sink); });
+    return forEach([&](const MovingIndex& part) { return part.search(mesh, margin, sink); });
+  }
+  ///@}
+
+  /// See SegmentIndex::visitNear().
+  /// @param moves  whether the whole step counts, not only its end
+  template <class Near, class F>
+  tree::Visit visitNear(bool moves, const Near& near, F&& visit) const {
+    return forEach([&](const MovingIndex& part) {
+      return part->visitNear(moves ? part.start() : *part, near, visit);
+    });
   }
 
   /// The threads of a query; null for one.

@@ -50,7 +50,7 @@ bool findImpact(const MovingSegment& p, const MovingSegment& q, double margin, d
 /// An object of a pair in the manager's frame, during a step.
 template <typename S>
 struct Partner {
-  using Entry = typename Obstacles<S>::MeshEntry;
+  using Entry = typename Obstacles<S>::BesideEntry;
 
   MovingSegment segment;  ///< the box of a mesh
   double error = 0;
@@ -58,7 +58,7 @@ struct Partner {
 
   static Partner of(const ManagerState<S>& state, SegmentId id) {
     Partner found;
-    if (const Entry* entry = state.obstacles().mesh(id)) {
+    if (const Entry* entry = state.obstacles().beside(id)) {
       found.setMesh(*entry);
     } else {
       found.segment = state.generations().moving(id);
@@ -70,7 +70,7 @@ struct Partner {
   bool findOfOther(const ManagerState<S>& state, const ManagerState<S>& other, SegmentId id,
                    const fcl::CollisionObject<S>& object) {
     const typename ManagerState<S>::QueryScope scope(other, kCall);
-    if (const Entry* entry = other.obstacles().mesh(id)) {
+    if (const Entry* entry = other.obstacles().beside(id)) {
       const FrameOfOther change(other.generations().frame(), state.generations().frame());
       Entry moved = *entry;
       moved.box = change(entry->box);
@@ -85,20 +85,21 @@ struct Partner {
       return true;
     }
     if (other.options().report == Report::kVolumes && isMesh(object)) {
-      read(state, object);
+      read(state, object, other.registry().fibers().isSolid(id));
       return true;
     }
     return ReachOfOther<S>(state, other, /*moves=*/true).find(id, segment, error);
   }
 
   /// Reads an object that rests where it is.
-  void read(const ManagerState<S>& state, const fcl::CollisionObject<S>& object) {
+  void read(const ManagerState<S>& state, const fcl::CollisionObject<S>& object,
+            bool is_solid = false) {
     const geometry::Frame& frame = state.generations().frame();
     const auto name = [] { return std::string("object b"); };
     if (countsTriangles(state.options()) && isMesh(object)) {
-      const MeshReading reading = readMesh(kCall, object, /*is_solid=*/false, frame,
-                                           state.options().bounds, state.obstacles().cache(), name);
-      setMesh({reading, nullptr, 0, tree::kAllCategories, false, true, reading});
+      const BesideReading reading = readMesh(kCall, object, is_solid, frame, state.options().bounds,
+                                             state.obstacles().cache(), name);
+      setMesh(Entry::resting(reading, nullptr, 0, is_solid));
     } else {
       segment.end = readObject(kCall, object, frame, state.options().bounds, name);
       segment.start = segment.end;

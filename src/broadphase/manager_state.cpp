@@ -49,17 +49,16 @@ ManagerState<S>::ManagerState(const char* call, const ManagerState& original,
   // The original's first query may be building.
   const std::lock_guard<std::mutex> lock(original.build_mutex_);
   bool has_same_segments = true;
-  for (SegmentId id = 0; countsTriangles(options_) && id < registry_.idCount(); ++id) {
+  for (SegmentId id = 0; id < registry_.idCount(); ++id) {
     Object* const object = registry_[id];
-    if (object == nullptr || isCapsule(*object) || isSphere(*object)) {
-      has_same_segments &= object == nullptr || !original.obstacles_.isMesh(id);
-      continue;
-    }
-    has_same_segments &= isMesh(*object) == original.obstacles_.isMesh(id);
-    obstacles_.addCopy(original.obstacles_, object, id, registry_.fibers().partyOf(id).categories);
-    if (isMesh(*object)) {
+    if (object == nullptr) continue;
+    has_same_segments &= isBesideTree(*object, options_) == original.obstacles_.isBeside(id);
+    if (isCapsule(*object) || isSphere(*object)) continue;
+    const bool is_solid = registry_.fibers().isSolid(id);
+    obstacles_.addCopy(original.obstacles_, object, id, registry_.fibers().partyOf(id).categories,
+                       is_solid);
+    if (countsTriangles(options_) && isMesh(*object)) {
       // The triangles are those of the original, unless they differ.
-      const bool is_solid = obstacles_.mesh(id)->is_solid;
       readMesh(call, *object, is_solid, Frame{}, options_.bounds, obstacles_.cache(), [&] {
         return nameOf(static_cast<std::size_t>(std::find(objects.begin(), objects.end(), object) -
                                                objects.begin()));
@@ -76,7 +75,7 @@ ManagerState<S>::ManagerState(const char* call, const ManagerState& original,
 // --- Registering ---
 
 template <typename S>
-void ManagerState<S>::add(const char* call, const Objects& added, const Kind& kind, bool is_solid) {
+void ManagerState<S>::add(const char* call, const Objects& added, const Kind& kind) {
   refuseDuringQuery(call);
   // An obstacle with categories of its own neither continues a fiber nor is continued.
   const bool may_continue = kind.categories == tree::kAllCategories;
@@ -84,18 +83,19 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
                                              may_continue ? last_registered_ : std::nullopt);
   const bool counts_triangles = countsTriangles(options_);
   MeshCache checked;
+  std::vector<const Object*> obstacles;
   for (const std::size_t i : found.obstacles) {
-    if (!(counts_triangles || is_solid) || !isMesh(*added[i])) continue;
-    readMesh(call, *added[i], is_solid, Frame{}, Bounds::kShapes,
+    obstacles.push_back(added[i]);
+    if (!(counts_triangles || kind.is_solid) || !isMesh(*added[i])) continue;
+    readMesh(call, *added[i], kind.is_solid, Frame{}, Bounds::kShapes,
              counts_triangles ? obstacles_.cache() : checked, [i] { return nameOf(i); });
   }
-  if (counts_triangles) obstacles_.reserve(found.obstacles.size());
+  obstacles_.reserve(obstacles);
   const SegmentId first = registry_.idCount();
   this->addToRegistry(call, added, found.starts_fiber, kind, found.lengths);
   if (added.empty()) return;
   for (const std::size_t i : found.obstacles) {
-    if (!counts_triangles) break;
-    obstacles_.add(added[i], first + static_cast<SegmentId>(i), kind.categories, is_solid);
+    obstacles_.add(added[i], first + static_cast<SegmentId>(i), kind.categories, kind.is_solid);
   }
   last_registered_ = may_continue ? found.last : std::nullopt;
   if (!hasTree()) return;
@@ -160,6 +160,7 @@ void ManagerState<S>::update(const char* call, const Objects& moved) {
   auto found = this->findManaged(call, moved);
   std::vector<SegmentId>& ids = found.ids;
   const auto name = [&](std::size_t i) { return nameOf(found.positions[i]); };
+  const auto name_of_place = [&](SegmentId i) { return name(static_cast<std::size_t>(i)); };
   if (!ids.empty() && (!hasTree() || state_ == State::kCloned || this->areMany(ids))) {
     return update(call);
   }
@@ -173,22 +174,23 @@ void ManagerState<S>::update(const char* call, const Objects& moved) {
   std::vector<Segment> segments(ids.size());
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const Object& object = *registry_[ids[i]];
-    if (obstacles_.isMesh(ids[i])) continue;
+    if (obstacles_.isBeside(ids[i])) continue;
     if (countsTriangles(options_) && isMesh(object)) {
       throwInvalidArgument(call, name(i) + ": " + kIsMeshNow);
     }
     if (readSegment(object, generations_.frame(), options_.bounds, segments[i]) == nullptr) {
+      if (countsTriangles(options_)) numberBox(object, segments[i]);
       continue;
     }
     // If the object is valid and only the frame cannot hold it, a build chooses another frame.
     readObject(call, object, Frame{}, options_.bounds, [&] { return name(i); });
     return readAndBuild(call);
   }
-  obstacles_.readSome(call, ids, generations_.frame(), name);
+  obstacles_.readSome(call, ids, generations_.frame(), name_of_place);
   // The next query reads objects that are in no index yet.
   std::size_t kept = 0;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    if (ids[i] >= generations_.end() || obstacles_.isMesh(ids[i])) continue;
+    if (ids[i] >= generations_.end() || obstacles_.isBeside(ids[i])) continue;
     ids[kept] = ids[i];
     segments[kept++] = segments[i];
   }
@@ -253,14 +255,14 @@ void ManagerState<S>::setReady() const {
   state_.store(State::kReady, std::memory_order_release);
 }
 
-/// All objects from an id on except meshes, which are beside the tree.
+/// All objects from an id on except those beside the tree.
 template <typename S>
 tree::Fibers ManagerState<S>::segmentsFrom(SegmentId begin) const {
-  auto next = obstacles_.meshes().begin();
-  const auto end = obstacles_.meshes().end();
+  auto next = obstacles_.beside().ids().begin();
+  const auto end = obstacles_.beside().ids().end();
   return registry_.fibersFrom(begin, [&](SegmentId id) {
-    while (next != end && next->id < id) ++next;
-    return next == end || next->id != id;
+    while (next != end && *next < id) ++next;
+    return next == end || *next != id;
   });
 }
 
@@ -278,12 +280,12 @@ void ManagerState<S>::readObstacles(const char* call, bool all) const {
 // --- Asking ---
 
 template <typename S>
-std::optional<typename Obstacles<S>::MeshEntry> ManagerState<S>::readMeshOf(
+std::optional<typename Obstacles<S>::BesideEntry> ManagerState<S>::readMeshOf(
     const Object* object) const {
   const SegmentId id = registry_.find(object);
   if (id == Registry::kNotFound) return std::nullopt;
   const std::lock_guard<std::mutex> lock(build_mutex_);
-  const auto* entry = obstacles_.mesh(id);
+  const auto* entry = obstacles_.beside(id);
   return entry == nullptr ? std::nullopt : std::optional(*entry);
 }
 

@@ -32,8 +32,7 @@ class ManagerState : public ManagedObjects<S, fcl::CollisionObject<S>> {
   /// Copies `original` for these objects. Queries of the original may run meanwhile.
   ManagerState(const char* call, const ManagerState& original, const Objects& objects);
 
-  /// @param is_solid  whether the inside of a mesh counts
-  void add(const char* call, const Objects& added, const Kind& kind, bool is_solid = false);
+  void add(const char* call, const Objects& added, const Kind& kind);
   void remove(const char* call, const Object* object);
   void clear(const char* call);
 
@@ -51,22 +50,21 @@ class ManagerState : public ManagedObjects<S, fcl::CollisionObject<S>> {
   /// @pre a QueryScope exists
   const Obstacles<S>& obstacles() const { return obstacles_; }
 
-  /// A mesh in the frame of the indexes, during the step. See MeshEntry::moving().
+  /// A mesh in the frame of the indexes, during the step. See BesideEntry::moving().
   std::shared_ptr<const index::MovingMesh> movingMesh(
-      const typename Obstacles<S>::MeshEntry& entry) const {
+      const typename Obstacles<S>::BesideEntry& entry) const {
     return entry.moving(frame(), generations_.executor());
   }
 
   /// Reads the objects as they are now.
   Source source(const char* call) const {
-    if (!countsTriangles(options_)) return {call, registry_.objects(), options_.bounds};
-    return {call, registry_.objects(), options_.bounds,
-            [this](SegmentId id) { return obstacles_.isMesh(id); }};
+    return {call, registry_.objects(), options_.bounds, &obstacles_.beside().ids(),
+            countsTriangles(options_)};
   }
 
   /// What the manager has of an object that is a mesh. Another thread may be making the first
   /// query.
-  std::optional<typename Obstacles<S>::MeshEntry> readMeshOf(const Object* object) const;
+  std::optional<typename Obstacles<S>::BesideEntry> readMeshOf(const Object* object) const;
 
   bool movedSinceUpdate() const;
   std::size_t memoryUsage() const;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
+#include <limits>
 #include <utility>
 
 namespace fcl_fibers::broadphase {
@@ -119,9 +121,7 @@ std::shared_ptr<const Mesh> MeshCache::read(const Model& model, const BvhTriangl
   const std::lock_guard<std::mutex> lock(mutex_);
   const auto found = slots_.find(model.get());
   if (found == slots_.end()) {
-    std::shared_ptr<Mesh> mesh = makeMesh(triangles);
-    slots_[model.get()] = {mesh, model, true};
-    return mesh;
+    return newSlot(model, makeMesh(triangles)).mesh;
   }
   std::shared_ptr<Mesh>& mesh = found->second.mesh;
   found->second.model = model;
@@ -158,16 +158,34 @@ std::shared_ptr<const Mesh> MeshCache::find(const Model& model) const {
 void MeshCache::keep(const Model& model, const std::shared_ptr<const Mesh>& mesh) {
   const std::lock_guard<std::mutex> lock(mutex_);
   // Only the sole owner changes it, and `mesh` remains another owner.
-  slots_[model.get()] = {std::const_pointer_cast<Mesh>(mesh), model, true};
+  newSlot(model, std::const_pointer_cast<Mesh>(mesh));
+}
+
+/// A query with another object or manager puts its meshes here, and no update may follow that tells
+/// which are still asked for.
+MeshCache::Slot& MeshCache::newSlot(const Model& model, std::shared_ptr<Mesh> mesh) {
+  if (slots_.size() >= most_) {
+    for (auto slot = slots_.begin(); slot != slots_.end();) {
+      slot = slot->second.model.expired() ? slots_.erase(slot) : std::next(slot);
+    }
+    most_ = 2 * slots_.size() + 16;
+  }
+  return slots_[model.get()] = {std::move(mesh), model, true};
 }
 
 void MeshCache::forgetUnused() {
   const std::lock_guard<std::mutex> lock(mutex_);
   for (auto slot = slots_.begin(); slot != slots_.end();) {
-    const bool is_used = slot->second.is_recent || slot->second.mesh.use_count() > 1;
+    const bool is_used = slot->second.is_recent && !slot->second.model.expired();
     slot->second.is_recent = false;
     slot = is_used ? std::next(slot) : slots_.erase(slot);
   }
+}
+
+void MeshCache::forget(const void* model) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto slot = slots_.find(model);
+  if (slot != slots_.end() && slot->second.mesh.use_count() == 1) slots_.erase(slot);
 }
 
 void MeshCache::clear() {

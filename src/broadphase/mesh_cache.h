@@ -57,8 +57,10 @@ class MeshCache {
   /// Keeps what another manager has read.
   void keep(const Model& model, const std::shared_ptr<const Mesh>& mesh);
 
-  /// Forgets meshes that nobody has asked for since the last call, except those that are in use.
+  /// Forgets the meshes that nobody has asked for since the last call.
   void forgetUnused();
+  /// Forgets a model that may be gone, unless its mesh is in use.
+  void forget(const void* model);
   void clear();
   std::size_t memoryUsage() const;
 
@@ -68,8 +70,11 @@ class MeshCache {
     std::weak_ptr<const void> model;  ///< because another model may have its address later
     bool is_recent;
   };
+  Slot& newSlot(const Model& model, std::shared_ptr<Mesh> mesh);
+
   mutable std::mutex mutex_;
   std::unordered_map<const void*, Slot> slots_;  ///< by the model's address
+  std::size_t most_ = 16;  ///< with more slots those of models that are gone are looked for
 };
 
 /// Whether a mesh has just these points and triangles.

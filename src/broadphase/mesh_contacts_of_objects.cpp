@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "broadphase/obstacle_shapes.h"
 #include "fibers/mesh_contacts.h"
 #include "geometry/contact.h"
 
@@ -39,7 +40,7 @@ bool findMeshContacts(const ManagerState<S>& state, const fcl::CollisionObject<S
   const auto name = [] { return std::string("the mesh"); };
   readObject(kCall, *mesh, Frame{}, Bounds::kShapes, name);  // it may have become invalid
   const auto entry = state.readMeshOf(mesh);
-  MeshReading reading;
+  BesideReading reading;
   if (entry) reading.mesh = entry->mesh;
   MeshCache& cache = state.obstacles().cache();
   if (reading.mesh == nullptr) reading.mesh = cache.find(mesh->collisionGeometry());
@@ -48,7 +49,9 @@ bool findMeshContacts(const ManagerState<S>& state, const fcl::CollisionObject<S
     if (reading.mesh == nullptr) return false;
   }
   placeMesh(*mesh, Frame{}, state.options().bounds, reading);
-  const bool is_solid = entry && entry->is_solid;
+  const SegmentId mesh_id = state.registry().find(mesh);
+  const bool is_solid =
+      mesh_id != ObjectRegistry<S>::kNotFound && state.registry().fibers().isSolid(mesh_id);
   const fibers::MeshContacts contact_of(reading.posed(tree::kAllCategories, is_solid));
   const Segment segment = readCapsule(*capsule, contact_of.frame(), Bounds::kShapes),
                 counted = readCapsule(*capsule, contact_of.frame(), state.options().bounds);
@@ -57,7 +60,12 @@ bool findMeshContacts(const ManagerState<S>& state, const fcl::CollisionObject<S
   if (problem != nullptr) {
     fibers::throwInvalidArgument(kCall, std::string("the capsule: ") + problem);
   }
-  if (!counted.isBox()) margin += counted.radius - segment.radius;
+  geometry::Obstacle in_box;
+  if (!counted.isBox()) {
+    margin += counted.radius - segment.radius;
+  } else if (readObstacle(*capsule, contact_of.frame(), state.options().bounds, in_box)) {
+    margin += in_box.margin - segment.radius;
+  }
   std::vector<index::TriangleId> triangles;
   contact_of.findTriangles(segment, margin + reading.margin, triangles);
   const SegmentId capsule_id = state.registry().find(capsule);

@@ -60,6 +60,8 @@ class MovingIndex {
 
   const index::SegmentIndex* operator->() const { return &end_; }
   const index::SegmentIndex& operator*() const { return end_; }
+  /// The index at the start of the step, which may be that at its end.
+  const index::SegmentIndex& start() const { return start_ ? *start_ : end_; }
   MovingSegment segment(SegmentId id) const {
     return {start_ ? start_->segment(id) : end_.segment(id), end_.segment(id)};
   }
@@ -127,9 +129,8 @@ class MovingIndex {
   }
 
   /// See Step::searchImpacts().
-  tree::Visit search(const index::MovingMesh& mesh, double more_margin,
-                     index::PairSink& sink) const {
-    return empty() ? tree::Visit::kContinue : step().searchImpacts(mesh, more_margin, sink);
+  tree::Visit search(const index::MovingMesh& mesh, double margin, index::PairSink& sink) const {
+    return empty() ? tree::Visit::kContinue : step().searchImpacts(mesh, margin, sink);
   }
 
   std::size_t memoryUsage() const;
@@ -139,7 +140,7 @@ class MovingIndex {
     RememberedSegments start, end;
   };
 
-  index::Step step() const { return {start_ ? *start_ : end_, end_}; }
+  index::Step step() const { return {start(), end_}; }
   bool empty() const { return end_.begin() == end_.end(); }
   std::unique_ptr<index::SegmentIndex> copyOfEnd() const;
   void moveAll();

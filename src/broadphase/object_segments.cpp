@@ -4,7 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <iterator>
 #include <limits>
+
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/cylinder.h>
 
 #include "broadphase/object_members.h"
 #include "broadphase/object_source.h"
@@ -41,19 +47,21 @@ template <typename S>
 const char* addWidening(const fcl::CollisionObject<S>& object, const Frame& frame, double radius,
                         double length, Segment& segment) {
   const Widening added = wideningOf(object, radius, length);
-  segment.radius += frame.scale * added.margin;
   if (added.is_uneven) {
+    segment.radius += frame.scale * added.everywhere;
     const Corners own = ownCorners(ObjectMembers<S>::box(object), frame);
     const Segment box = boxAround(segment, endPointError(segment));
-    segment = Segment::box(min(own.low, box.a), max(own.high, box.b));
+    segment = {min(own.low, box.a), max(own.high, box.b), -2};
     return nullptr;
   }
+  segment.radius += frame.scale * added.margin;
   return rangeProblem(segment);
 }
 
 /// Whether a box has the size that FCL gives to a capsule, rotated or not, or the least size in
-/// this pose. Nearly all boxes have. Boxes too small to be squared, and rotated capsules without
-/// length, are left to wideningOf(). segmentsOf() decides in the same way.
+/// this pose, up to the rounding of both; see BoxSize. Nearly all boxes have. Boxes too small to be
+/// squared, and rotated capsules without length, are left to wideningOf(). segmentsOf() decides in
+/// the same way.
 template <typename S>
 bool isUsualBox(const fcl::AABB<S>& box, const fcl::Transform3<S>& pose, double radius,
                 double length) {
@@ -62,7 +70,7 @@ bool isUsualBox(const fcl::AABB<S>& box, const fcl::Transform3<S>& pose, double 
   const double thickness = radius + radius, end = length + thickness;
   // Bound on the rounding of the sides of a box in this pose.
   const double slack = double{std::numeric_limits<S>::epsilon()} *
-                       (1.25 * maxNorm(toVec3(pose.matrix().col(3))) + 5 * end);
+                       (2.5 * maxNorm(toVec3(pose.matrix().col(3))) + 8 * end);
   const auto is = [&](const Vec3d& sides) {
     const Vec3d off = size - sides;
     return std::fabs(off.x) <= slack && std::fabs(off.y) <= slack && std::fabs(off.z) <= slack;
@@ -102,6 +110,12 @@ const char* poseProblem(const fcl::Transform3<S>& pose, double tolerance) {
   const auto& matrix = pose.matrix();
   const Vec3d x = toVec3(matrix.col(0)), y = toVec3(matrix.col(1)), z = toVec3(matrix.col(2));
   const Vec3d t = toVec3(matrix.col(3));
+  // Most rotations are close to orthonormal, and their right hand tells so in fewer steps. The sum
+  // bounds what isRotation() asks for; see kUsualRotation.
+  const Vec3d off = cross(x, y) - z;
+  const double deviation =
+      (std::fabs(dot(x, x) - 1) + std::fabs(dot(y, y) - 1)) + (std::fabs(dot(x, y)) + norm1(off));
+  if (deviation <= kUsualRotation && allFinite(t)) return nullptr;
   if (geometry::isRotation(x, y, z, tolerance) && allFinite(t)) return nullptr;
   if (!allFinite(x) || !allFinite(y) || !allFinite(z) || !allFinite(t)) {
     return "its pose is NaN or infinite; give it a finite pose";
@@ -135,6 +149,44 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& fram
   return addWidening(object, frame, radius, length, segment);
 }
 
+template <typename S>
+void numberBox(const fcl::CollisionObject<S>& object, Segment& segment) {
+  if (!segment.isBox()) return;
+  // Odd numbers, at random.
+  constexpr std::uint64_t kFactors[] = {0x9e3779b97f4a7c15, 0xbf58476d1ce4e5b9, 0x94d049bb133111eb,
+                                        0xd6e8feb86659fd93, 0xa0761d6478bd642f, 0xe7037ed1a0b428db,
+                                        0x8ebc6af09c88c6e3, 0x589965cc75374cc3, 0x1d8e4e27c47d124f,
+                                        0xeb44accab455d165, 0x2127599bf4325c37, 0x880355f21e6d1965,
+                                        0xff51afd7ed558ccd, 0xc4ceb9fe1a85ec53, 0xd2a98b26625eee7b};
+  double numbers[std::size(kFactors)] = {};
+  const auto& pose = ObjectMembers<S>::pose(object).matrix();
+  for (int i = 0; i < 12; ++i) numbers[i] = static_cast<double>(pose(i % 3, i / 3));
+  const fcl::CollisionGeometry<S>& shape = *ObjectMembers<S>::shape(object);
+  const fcl::NODE_TYPE type = shape.getNodeType();
+  if (type == fcl::GEOM_BOX) {
+    const auto& side = static_cast<const fcl::Box<S>&>(shape).side;
+    for (int i = 0; i < 3; ++i) numbers[12 + i] = static_cast<double>(side[i]);
+  } else if (type == fcl::GEOM_CYLINDER) {
+    const auto& cylinder = static_cast<const fcl::Cylinder<S>&>(shape);
+    numbers[12] = static_cast<double>(cylinder.radius);
+    numbers[13] = static_cast<double>(cylinder.lz);
+  } else if (!readSize(shape, type, numbers[12], numbers[13])) {
+    return;
+  }
+  std::uint64_t sum = 0;
+  for (std::size_t i = 0; i < std::size(kFactors); ++i) {
+    std::uint64_t bits;
+    std::memcpy(&bits, &numbers[i], sizeof(bits));
+    // The signs of two numbers, which are their highest bits, must not cancel out.
+    sum += (bits ^ bits >> 32) * kFactors[i];
+  }
+  sum = (sum ^ sum >> 29) * kFactors[0];
+  const std::uint64_t bits = std::uint64_t{0x3ff} << 52 | sum >> 12;
+  double number;  // from 1 to 2
+  std::memcpy(&number, &bits, sizeof(number));
+  segment.radius *= number;
+}
+
 /// Reads most capsules and spheres together, and others by readSegment(), which gives the same
 /// segments.
 template <typename S>
@@ -144,19 +196,19 @@ bool ObjectSource<S>::read(const index::SegmentId* ids, int count, int ahead, co
   const auto known = static_cast<std::size_t>(count + ahead);
   PosedCapsules capsules;
   index::BlockMask together = 0;
+  const bool may_be_beside = mayBeBeside(ids, count);
   present = 0;
   for (int i = 0; i < count; ++i) {
     prefetchObject<S>(objectAt, static_cast<std::size_t>(i), known);
     const Object* object = objectAt(static_cast<std::size_t>(i));
     const index::BlockMask bit = index::BlockMask{1} << i;
+    if (may_be_beside && isBeside(ids[i])) continue;
     if (object != nullptr) present |= bit;
     if (object == nullptr || bounds_ == Bounds::kObjects) continue;
     const fcl::CollisionGeometry<S>* shape = ObjectMembers<S>::shape(*object);
     double radius, length;
     if (shape == nullptr || !readSize(*shape, shape->getNodeType(), radius, length)) {
-      if (!isNoSegment(*object)) continue;
-      if (!is_apart_(ids[i])) return false;
-      present &= ~bit;
+      if (isRefused(*object)) return false;
       continue;
     }
     if (count == 1) continue;
@@ -179,6 +231,7 @@ bool ObjectSource<S>::read(const index::SegmentId* ids, int count, int ahead, co
     if (readSegment(*objectAt(static_cast<std::size_t>(i)), frame, bounds_, segment) != nullptr) {
       return false;
     }
+    if (counts_shapes_) numberBox(*objectAt(static_cast<std::size_t>(i)), segment);
     out.set(i, segment);
   }
   for (index::BlockMask absent = geometry::firstOfBlock(count) & ~present; absent != 0;
@@ -191,7 +244,7 @@ bool ObjectSource<S>::read(const index::SegmentId* ids, int count, int ahead, co
 template <typename S>
 void ObjectSource<S>::refuse(index::SegmentId id, const Frame& frame) const {
   if (const Object* object = objects_[static_cast<std::size_t>(id)]) {
-    if (isNoSegment(*object)) fibers::throwInvalidArgument(call_, nameOf(id) + ": " + kIsMeshNow);
+    if (isRefused(*object)) fibers::throwInvalidArgument(call_, nameOf(id) + ": " + kIsMeshNow);
     readObject(call_, *object, frame, bounds_, [&] { return nameOf(id); });
   }
   // If the object can be read now, another thread has changed it meanwhile.
@@ -203,6 +256,8 @@ template class ObjectSource<float>;
 template class ObjectSource<double>;
 template const char* poseProblem(const fcl::Transform3<float>&, double);
 template const char* poseProblem(const fcl::Transform3<double>&, double);
+template void numberBox(const fcl::CollisionObject<float>&, Segment&);
+template void numberBox(const fcl::CollisionObject<double>&, Segment&);
 template const char* readSegment(const fcl::CollisionObject<float>&, const Frame&, Bounds,
                                  Segment&);
 template const char* readSegment(const fcl::CollisionObject<double>&, const Frame&, Bounds,

@@ -27,6 +27,16 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const geometry::F
 /// 5e-4 of its length, and any vector by at most 1.5e-3 (Gershgorin).
 constexpr double kRotationTolerance = 1e-3;
 
+/// Whether a box, which readSegment() has read, is that of a capsule or sphere. numberBox() does
+/// not change that.
+inline bool holdsCapsule(const geometry::Segment& box) { return box.radius <= -2; }
+
+/// Marks the box that readSegment() has read of an object by its pose and shape, if that is a
+/// capsule, sphere, box or cylinder: other poses and shapes have other boxes then, except for one
+/// in 2^52. Does nothing to a segment that is no box.
+template <typename S>
+void numberBox(const fcl::CollisionObject<S>& object, geometry::Segment& segment);
+
 /// Why a pose is refused, and the remedy; nullptr if it is proper.
 /// @param tolerance  as kRotationTolerance
 template <typename S>

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,6 +23,7 @@
 
 namespace fcl_fibers::broadphase {
 
+constexpr const char* kIsNoMeshNow = "it is no mesh any more; unregister it and register it again";
 constexpr const char* kIsMeshNow = "it has become a mesh; unregister it and register it again";
 
 inline std::string nameOf(std::size_t index) { return "object " + std::to_string(index); }
@@ -40,23 +40,32 @@ template <typename S>
 class ObjectSource final : public index::SegmentSource {
  public:
   using Object = fcl::CollisionObject<S>;
-  using IsApart = std::function<bool(index::SegmentId)>;
+  using Ids = std::vector<index::SegmentId>;
 
-  /// @param call      for the text of refuse()
-  /// @param objects   by id; borrowed
-  /// @param is_apart  whether an fcl::BVHModel is no segment; others are refused. If it is null,
-  ///                  all are segments
+  /// @param call            for the text of refuse()
+  /// @param objects         by id; borrowed
+  /// @param beside          the objects that are no segments, in ascending order; borrowed, or null
+  /// @param counts_shapes   whether objects count by more than their boxes: then numberBox() marks
+  ///                        boxes, and any other fcl::BVHModel is refused
   ObjectSource(const char* call, const std::vector<Object*>& objects, Bounds bounds,
-               IsApart is_apart = nullptr)
-      : call_(call), objects_(objects), bounds_(bounds), is_apart_(std::move(is_apart)) {}
+               const Ids* beside = nullptr, bool counts_shapes = false)
+      : call_(call),
+        objects_(objects),
+        bounds_(bounds),
+        beside_(beside),
+        counts_shapes_(counts_shapes) {}
 
   bool read(const index::SegmentId* ids, int count, int ahead, const geometry::Frame& frame,
             index::SegmentBlock& out, index::BlockMask& present) const override;
   bool readNow(index::SegmentId id, const geometry::Frame& frame,
                geometry::Segment& segment) const override {
     const Object* object = objects_[static_cast<std::size_t>(id)];
-    return object != nullptr && !isNoSegment(*object) &&
-           readSegment(*object, frame, bounds_, segment) == nullptr;
+    if (object == nullptr || isBeside(id) || isRefused(*object) ||
+        readSegment(*object, frame, bounds_, segment) != nullptr) {
+      return false;
+    }
+    if (counts_shapes_) numberBox(*object, segment);
+    return true;
   }
   bool staysFiniteIn(const geometry::Frame&) const override { return true; }
   bool isFasterInOrder() const override { return true; }
@@ -65,12 +74,23 @@ class ObjectSource final : public index::SegmentSource {
   [[noreturn]] void refuse(index::SegmentId id, const geometry::Frame& frame) const override;
 
  private:
-  bool isNoSegment(const Object& object) const { return is_apart_ && isMesh(object); }
+  bool isBeside(index::SegmentId id) const {
+    return beside_ != nullptr && std::binary_search(beside_->begin(), beside_->end(), id);
+  }
+  /// Whether some of these ids may be no segments.
+  bool mayBeBeside(const index::SegmentId* ids, int count) const {
+    if (beside_ == nullptr || beside_->empty()) return false;
+    const auto [first, last] = std::minmax_element(ids, ids + count);
+    const auto next = std::lower_bound(beside_->begin(), beside_->end(), *first);
+    return next != beside_->end() && *next <= *last;
+  }
+  bool isRefused(const Object& object) const { return counts_shapes_ && isMesh(object); }
 
   const char* call_;
   const std::vector<Object*>& objects_;
   Bounds bounds_;
-  IsApart is_apart_;
+  const Ids* beside_;
+  bool counts_shapes_;
 };
 
 /// Prefetches the line that is `offset` bytes behind an address. The address may be null and the
@@ -106,12 +126,14 @@ FCL_FIBERS_ALWAYS_INLINE void prefetchObject(ObjectAt&& objectAt, std::size_t i,
   if (i + 2 * kAhead < count) prefetchLines(objectAt(i + 2 * kAhead), 4);
   if (i + kAhead >= count) return;
   // The object that is kAhead rounds ahead is in the cache by now, so the address of its shape is
-  // known. Radius and length are the last members of a capsule.
+  // known. Behind the members of all geometries a capsule and a cylinder have two numbers, and a
+  // box has three. A line may begin between them.
   const fcl::CollisionObject<S>* next = objectAt(i + kAhead);
   if (next == nullptr) return;
   const fcl::CollisionGeometry<S>* shape = ObjectMembers<S>::shape(*next);
   prefetchBehind(shape, 0);
-  prefetchBehind(shape, sizeof(fcl::Capsule<S>) - 1);
+  prefetchBehind(shape, sizeof(fcl::CollisionGeometry<S>));
+  prefetchBehind(shape, sizeof(fcl::CollisionGeometry<S>) + 3 * sizeof(S) - 1);
 }
 
 }  // namespace fcl_fibers::broadphase

@@ -9,6 +9,8 @@
 #include <fcl/geometry/shape/triangle_p.h>
 
 #include "broadphase/object_members.h"
+#include "broadphase/object_segments.h"
+#include "broadphase/program_margin.h"
 #include "broadphase/shape_box.h"
 
 namespace fcl_fibers::broadphase {
@@ -73,6 +75,25 @@ bool readPlane(const fcl::CollisionObject<S>& object, const Shape& shape, Obstac
   return true;
 }
 
+/// A capsule or sphere, of which a part of the margin is the radius.
+template <typename S>
+bool readAxis(const fcl::CollisionObject<S>& object, fcl::NODE_TYPE type, const Frame& frame,
+              Bounds bounds, Obstacle& obstacle) {
+  double radius, length;
+  if (bounds != Bounds::kShapesAndMargins ||
+      !readSize(*ObjectMembers<S>::shape(object), type, radius, length)) {
+    return false;
+  }
+  const Widening added = wideningOf(object, radius, length);
+  if (!added.is_uneven) return false;
+  obstacle.kind = Obstacle::Kind::kAxis;
+  obstacle.vector[0] =
+      (frame.scale / 2 * length) * toVec3(ObjectMembers<S>::pose(object).matrix().col(2));
+  obstacle.margin = frame.scale * (radius + added.margin);
+  obstacle.error = endPointError(obstacle.capsule());
+  return true;
+}
+
 template <typename S>
 bool readBounded(const fcl::CollisionObject<S>& object, fcl::NODE_TYPE type, const Frame& frame,
                  Bounds bounds, Obstacle& obstacle) {
@@ -118,6 +139,7 @@ bool readObstacle(const fcl::CollisionObject<S>& object, const Frame& frame, Bou
   switch (type) {
     case fcl::GEOM_CAPSULE:
     case fcl::GEOM_SPHERE:
+      is_read = readAxis(object, type, frame, bounds, found);
       break;
     case fcl::GEOM_PLANE:
       is_read = readPlane(object, static_cast<const fcl::Plane<S>&>(shape), Obstacle::Kind::kPlane,

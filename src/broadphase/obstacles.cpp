@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "broadphase/obstacles.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "broadphase/frame_of_other.h"
@@ -16,34 +17,6 @@ using geometry::Obstacle;
 using geometry::Segment;
 using index::SegmentId;
 
-/// The boxes of meshes as segments. An id is a position.
-class BoxSource final : public index::SegmentSource {
- public:
-  explicit BoxSource(std::vector<Segment> boxes) : boxes_(std::move(boxes)) {}
-
-  bool read(const SegmentId* ids, int count, int /*ahead*/, const Frame& /*frame*/,
-            index::SegmentBlock& out, index::BlockMask& present) const override {
-    for (int i = 0; i < count; ++i) out.set(i, boxes_[static_cast<std::size_t>(ids[i])]);
-    present = geometry::firstOfBlock(count);
-    return true;
-  }
-  bool staysFiniteIn(const Frame& /*frame*/) const override { return true; }
-  bool isFasterInOrder() const override { return false; }
-  [[noreturn]] void refuse(SegmentId /*id*/, const Frame& /*frame*/) const override {
-    throw std::logic_error("fcl_fibers: every box can be read");
-  }
-
- private:
-  std::vector<Segment> boxes_;
-};
-
-index::IndexOptions boxOptions(const FiberManagerOptions& options) {
-  index::IndexOptions of_boxes;
-  of_boxes.capsules = true;  // then boxes are compared in double
-  of_boxes.margin = options.margin;
-  return of_boxes;
-}
-
 template <typename S>
 geometry::AffineMap poseOf(const fcl::CollisionObject<S>& object) {
   const auto& matrix = ObjectMembers<S>::pose(object).matrix();
@@ -51,19 +24,13 @@ geometry::AffineMap poseOf(const fcl::CollisionObject<S>& object) {
           toVec3(matrix.col(3))};
 }
 
-bool operator==(const Obstacle& p, const Obstacle& q) {
-  return p.kind == q.kind && p.point == q.point && p.vector[0] == q.vector[0] &&
-         p.vector[1] == q.vector[1] && p.vector[2] == q.vector[2] && p.offset == q.offset &&
-         p.margin == q.margin;
-}
-
 }  // namespace
 
 template <typename S>
-MeshReading readMesh(const char* call, const fcl::CollisionObject<S>& object, bool is_solid,
-                     const Frame& frame, Bounds bounds, MeshCache& cache,
-                     const NameOfObject& name) {
-  MeshReading reading;
+BesideReading readMesh(const char* call, const fcl::CollisionObject<S>& object, bool is_solid,
+                       const Frame& frame, Bounds bounds, MeshCache& cache,
+                       const NameOfObject& name) {
+  BesideReading reading;
   // This checks the pose, and gives the box of a cloud of points.
   reading.box = readObject(call, object, frame, bounds, name);
   const BvhTriangles<S> triangles = trianglesOf(*ObjectMembers<S>::shape(object));
@@ -72,6 +39,7 @@ MeshReading readMesh(const char* call, const fcl::CollisionObject<S>& object, bo
     fibers::throwInvalidArgument(call, name() + ": " + problem);
   }
   reading.mesh = cache.read(object.collisionGeometry(), triangles);
+  reading.model = object.collisionGeometry().get();
   if (is_solid && reading.mesh->firstLeak() >= 0) {
     fibers::throwInvalidArgument(call,
                                  name() + ": its mesh is not watertight at triangle " +
@@ -95,7 +63,7 @@ MeshReading readMesh(const char* call, const fcl::CollisionObject<S>& object, bo
 
 template <typename S>
 void placeMesh(const fcl::CollisionObject<S>& object, const Frame& frame, Bounds bounds,
-               MeshReading& reading) {
+               BesideReading& reading) {
   reading.pose = poseOf(object);
   reading.counts_triangles =
       readMeshBox(object, reading.mesh->bounds(), frame, bounds, reading.box, reading.margin);
@@ -119,61 +87,115 @@ std::size_t MovingMeshOnDemand::memoryUsage() const {
 
 template <typename S>
 Obstacles<S>::Obstacles(const FiberManagerOptions& options)
-    : bounds_(options.bounds), moves_(options.motion), boxes_(boxOptions(options)) {}
+    : options_(options), moves_(options.motion), boxes_(options.margin, options.motion) {}
 
 // --- Changing ---
 
+/// A box or a cylinder, of which there are many if they form fibers, is read again when it is asked
+/// for. Others may have many vertices.
 template <typename S>
-void Obstacles<S>::reserve(std::size_t count) {
-  const auto reserveFor = [](auto& entries, std::size_t size) {
-    if (size > entries.capacity()) entries.reserve(std::max(size, 2 * entries.capacity()));
-  };
-  reserveFor(meshes_, meshes_.size() + count);
-  reserveFor(shapes_, shapes_.size() + count);
+bool Obstacles<S>::keepsShape(const Object& object) const {
+  if (!countsTriangles(options_)) return false;
+  const fcl::NODE_TYPE type = ObjectMembers<S>::shape(object)->getNodeType();
+  return moves_ || (type != fcl::GEOM_BOX && type != fcl::GEOM_CYLINDER);
+}
+
+template <typename S>
+void Obstacles<S>::reserve(const std::vector<const Object*>& objects) {
+  std::size_t beside = 0, shapes = 0;
+  for (const Object* object : objects) {
+    beside += isBesideTree(*object, options_) ? 1 : 0;
+    shapes += !isMesh(*object) && keepsShape(*object) ? 1 : 0;
+  }
+  beside_.reserve(beside);
+  shapes_.reserve(shapes);
 }
 
 template <typename S>
 void Obstacles<S>::add(Object* object, SegmentId id, tree::Categories categories, bool is_solid) {
-  if (broadphase::isMesh(*object)) {
-    meshes_.push_back({{}, object, id, categories, is_solid});
-  } else {
-    shapes_.push_back({object, id, false, {}, {}, {}});
+  if (isBesideTree(*object, options_)) {
+    BesideEntry entry;
+    entry.object = object;
+    entry.id = id;
+    entry.categories = categories;
+    entry.is_mesh = isMesh(*object) && countsTriangles(options_);
+    entry.is_solid = is_solid;
+    beside_.add(id, std::move(entry));
   }
+  if (!isMesh(*object) && keepsShape(*object)) shapes_.add(id, {object});
 }
 
 template <typename S>
 void Obstacles<S>::remove(SegmentId id) {
-  if (const MeshEntry* mesh = find(meshes_, id)) {
-    meshes_.erase(meshes_.begin() + (mesh - meshes_.data()));
-    cache_.forgetUnused();
-  } else if (const ShapeEntry* shape = find(shapes_, id)) {
-    shapes_.erase(shapes_.begin() + (shape - shapes_.data()));
+  if (const std::size_t place = beside_.find(id); place < beside_.size()) {
+    // The object may be dead.
+    const void* model = beside_[place].model;
+    beside_.remove(place);
+    cache_.forget(model);
   }
+  if (const std::size_t place = shapes_.find(id); place < shapes_.size()) shapes_.remove(place);
 }
 
 template <typename S>
 void Obstacles<S>::renumber(const ObjectRegistry<S>& registry) {
-  for (MeshEntry& entry : meshes_) entry.id = registry.find(entry.object);
-  for (ShapeEntry& entry : shapes_) entry.id = registry.find(entry.object);
+  const auto new_id = [&](const auto& entry) { return registry.find(entry.object); };
+  beside_.compact();
+  beside_.renumber(new_id);
+  for (BesideEntry& entry : beside_) entry.id = registry.find(entry.object);
+  shapes_.compact();
+  shapes_.renumber(new_id);
+  has_boxes_ = false;
+  listMoved(/*all=*/false);
+}
+
+template <typename S>
+void Obstacles<S>::listMoved(bool all) {
+  if (!moves_) return;
+  const auto list = [all](auto& entries, std::vector<std::size_t>& moved) {
+    moved.clear();
+    for (std::size_t place = 0; place < entries.size(); ++place) {
+      if (all) entries[place].has_moved = true;
+      if (entries[place].has_moved) moved.push_back(place);
+    }
+  };
+  list(beside_, moved_beside_);
+  list(shapes_, moved_shapes_);
 }
 
 template <typename S>
 void Obstacles<S>::clear() {
-  meshes_.clear();
+  beside_.clear();
   shapes_.clear();
   boxes_.clear();
-  start_boxes_ = nullptr;
-  box_ids_.clear();
+  moved_beside_.clear();
+  moved_shapes_.clear();
   cache_.clear();
 }
 
 template <typename S>
+void Obstacles<S>::beginStep() {
+  for (const std::size_t place : moved_shapes_) {
+    shapes_[place].start = shapes_[place].end;
+    shapes_[place].has_moved = false;
+  }
+  for (const std::size_t place : moved_beside_) {
+    BesideEntry& entry = beside_[place];
+    entry.start = entry;
+    entry.has_moved = false;
+    if (entry.is_mesh) entry.forgetTrees();
+  }
+  moved_shapes_.clear();
+  moved_beside_.clear();
+  boxes_.beginStep();
+}
+
+template <typename S>
 void Obstacles<S>::addCopy(const Obstacles& other, Object* object, SegmentId id,
-                           tree::Categories categories) {
-  const MeshEntry* original = other.mesh(id);
-  reserve(1);
-  add(object, id, categories, original != nullptr && original->is_solid);
-  if (original != nullptr && original->mesh != nullptr && broadphase::isMesh(*object)) {
+                           tree::Categories categories, bool is_solid) {
+  reserve({object});
+  add(object, id, categories, is_solid);
+  const BesideEntry* original = other.beside(id);
+  if (original != nullptr && original->mesh != nullptr && isMesh(*object)) {
     cache_.keep(object->collisionGeometry(), original->mesh);
   }
 }
@@ -181,13 +203,18 @@ void Obstacles<S>::addCopy(const Obstacles& other, Object* object, SegmentId id,
 // --- Reading ---
 
 template <typename S>
-void Obstacles<S>::read(const char* call, MeshEntry& entry, const Frame& frame,
+void Obstacles<S>::read(const char* call, Place place, const Frame& frame,
                         const NameOfObject& name) {
-  if (!broadphase::isMesh(*entry.object)) {
-    fibers::throwInvalidArgument(
-        call, name() + ": it is no mesh any more; unregister it and register it again");
+  BesideEntry& entry = beside_[static_cast<std::size_t>(place)];
+  if (entry.is_mesh != (isMesh(*entry.object) && countsTriangles(options_))) {
+    fibers::throwInvalidArgument(call, name() + ": " + (entry.is_mesh ? kIsNoMeshNow : kIsMeshNow));
   }
-  MeshReading now = readMesh(call, *entry.object, entry.is_solid, frame, bounds_, cache_, name);
+  BesideReading now;
+  if (entry.is_mesh) {
+    now = readMesh(call, *entry.object, entry.is_solid, frame, options_.bounds, cache_, name);
+  } else {
+    now.box = readObject(call, *entry.object, frame, options_.bounds, name);
+  }
   if (moves_) {
     // Other triangles have no way from those before. They rest where they are now.
     const bool is_same =
@@ -200,58 +227,111 @@ void Obstacles<S>::read(const char* call, MeshEntry& entry, const Frame& frame,
       entry.start = now;
     }
     entry.frame = frame;
+    if (!entry.has_moved) moved_beside_.push_back(static_cast<std::size_t>(place));
+    entry.has_moved = true;
   }
-  static_cast<MeshReading&>(entry) = std::move(now);
-  entry.forgetTrees();
+  static_cast<BesideReading&>(entry) = std::move(now);
+  if (entry.is_mesh) entry.forgetTrees();
   entry.is_read = true;
 }
 
 template <typename S>
-void Obstacles<S>::read(ShapeEntry& entry, const Frame& frame) {
-  readObstacle(*entry.object, frame, bounds_, entry.shape);
+void Obstacles<S>::read(std::size_t place, const Frame& frame) {
+  ShapeEntry& entry = shapes_[place];
+  readObstacle(*entry.object, frame, options_.bounds, entry.shape);
   if (moves_) {
-    readObstacle(*entry.object, Frame{}, bounds_, entry.end);
+    readObstacle(*entry.object, Frame{}, options_.bounds, entry.end);
     if (!entry.is_read) entry.start = entry.end;
+    if (!entry.has_moved) moved_shapes_.push_back(place);
+    entry.has_moved = true;
   }
   entry.is_read = true;
 }
 
 template <typename S>
-void Obstacles<S>::finishReading(const Frame& frame) {
-  if (meshes_.empty() && box_ids_.empty()) return;
-  cache_.forgetUnused();
-  std::vector<Segment> boxes;
-  tree::Fibers one_each;
-  box_ids_.clear();
-  for (const MeshEntry& entry : meshes_) {
-    one_each.ids.push_back(static_cast<SegmentId>(boxes.size()));
-    one_each.endFiber();
-    boxes.push_back(entry.box);
-    box_ids_.push_back(entry.id);
+void Obstacles<S>::readAll(const char* call, const Frame& frame, const Name& nameOfId) {
+  const bool keeps_places = has_boxes_ && beside_.removedCount() == 0;
+  has_boxes_ = false;
+  beside_.compact();
+  shapes_.compact();
+  listMoved(/*all=*/true);
+  // Meshes that nobody holds are refitted in place. A step holds them.
+  for (BesideEntry& entry : beside_) {
+    if (!moves_) entry.mesh.reset();
   }
-  const auto count = static_cast<SegmentId>(boxes.size());
-  boxes_.build(BoxSource(std::move(boxes)), frame, 0, count, one_each);
-  if (!moves_) return;
-  std::vector<Segment> starts;
-  for (const MeshEntry& entry : meshes_) starts.push_back(entry.start.box);
-  start_boxes_ = std::make_unique<index::SegmentIndex>(boxes_.options());
-  start_boxes_->copy(boxes_);
-  start_boxes_->tryRefit(BoxSource(std::move(starts)), frame);
+  for (Place place = 0; place < besideCount(); ++place) {
+    const SegmentId id = beside_.ids()[static_cast<std::size_t>(place)];
+    read(call, place, frame, [&] { return nameOfId(id); });
+  }
+  for (std::size_t place = 0; place < shapes_.size(); ++place) read(place, frame);
+  cache_.forgetUnused();
+  if (!keeps_places) boxes_.clear();
+  boxes_.readAll(frame, besideCount(), boxOf());
+  has_boxes_ = true;
+}
+
+template <typename S>
+void Obstacles<S>::readNew(const char* call, const Frame& frame, const Name& nameOfId) {
+  if (!has_boxes_) return readAll(call, frame, nameOfId);
+  // New entries are the last, and some of them may have been removed again.
+  const auto firstNew = [](const auto& entries) {
+    std::size_t first = entries.size();
+    while (first > 0 && !entries[first - 1].is_read) --first;
+    return first;
+  };
+  for (std::size_t place = firstNew(shapes_); place < shapes_.size(); ++place) {
+    if (shapes_[place].object != nullptr) read(place, frame);
+  }
+  std::size_t first = firstNew(beside_);
+  if (first == beside_.size()) return;
+  has_boxes_ = false;
+  for (; first < beside_.size(); ++first) {
+    if (beside_[first].object == nullptr) continue;
+    const SegmentId id = beside_.ids()[first];
+    read(call, static_cast<Place>(first), frame, [&] { return nameOfId(id); });
+  }
+  boxes_.readNew(besideCount(), boxOf());
+  has_boxes_ = true;
+}
+
+template <typename S>
+void Obstacles<S>::readSome(const char* call, const std::vector<SegmentId>& ids, const Frame& frame,
+                            const Name& name) {
+  // After a call that has thrown all are read next.
+  if (!has_boxes_ || beside_.size() + shapes_.size() == 0) return;
+  std::vector<Place> places;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const std::size_t place = beside_.find(ids[i]), shape = shapes_.find(ids[i]);
+    if (place < beside_.size() && beside_[place].is_read) {
+      has_boxes_ = false;
+      if (!moves_) beside_[place].mesh.reset();
+      read(call, static_cast<Place>(place), frame, [&] { return name(static_cast<SegmentId>(i)); });
+      places.push_back(static_cast<Place>(place));
+    }
+    if (shape < shapes_.size() && shapes_[shape].is_read) read(shape, frame);
+  }
+  if (places.empty()) return;
+  std::sort(places.begin(), places.end());
+  places.erase(std::unique(places.begin(), places.end()), places.end());
+  boxes_.readSome(places, boxOf());
+  has_boxes_ = true;
 }
 
 template <typename S>
 bool Obstacles<S>::isCurrent(const Frame& frame) const {
-  for (const MeshEntry& entry : meshes_) {
-    if (!entry.is_read) continue;
-    if (!broadphase::isMesh(*entry.object)) return false;
-    MeshReading now;
-    if (readSegment(*entry.object, frame, bounds_, now.box) != nullptr) return false;
-    const BvhTriangles<S> triangles = trianglesOf(*ObjectMembers<S>::shape(*entry.object));
-    if (!triangles.is_finished || triangles.isCloud() != (entry.mesh == nullptr)) return false;
-    if (entry.mesh != nullptr) {
-      if (!isSame(*entry.mesh, triangles)) return false;
-      now.mesh = entry.mesh;
-      placeMesh(*entry.object, frame, bounds_, now);
+  for (const BesideEntry& entry : beside_) {
+    if (entry.object == nullptr || !entry.is_read) continue;
+    if (entry.is_mesh != (isMesh(*entry.object) && countsTriangles(options_))) return false;
+    BesideReading now;
+    if (readSegment(*entry.object, frame, options_.bounds, now.box) != nullptr) return false;
+    if (entry.is_mesh) {
+      const BvhTriangles<S> triangles = trianglesOf(*ObjectMembers<S>::shape(*entry.object));
+      if (!triangles.is_finished || triangles.isCloud() != (entry.mesh == nullptr)) return false;
+      if (entry.mesh != nullptr) {
+        if (!isSame(*entry.mesh, triangles)) return false;
+        now.mesh = entry.mesh;
+        placeMesh(*entry.object, frame, options_.bounds, now);
+      }
     }
     if (!(now.box == entry.box) || now.counts_triangles != entry.counts_triangles ||
         now.margin != entry.margin || !(now.pose == entry.pose)) {
@@ -259,9 +339,10 @@ bool Obstacles<S>::isCurrent(const Frame& frame) const {
     }
   }
   for (const ShapeEntry& entry : shapes_) {
+    if (entry.object == nullptr || !entry.is_read) continue;
     Obstacle shape;
-    readObstacle(*entry.object, frame, bounds_, shape);
-    if (entry.is_read && !(shape == entry.shape)) return false;
+    readObstacle(*entry.object, frame, options_.bounds, shape);
+    if (!(shape == entry.shape)) return false;
   }
   return true;
 }
@@ -269,21 +350,20 @@ bool Obstacles<S>::isCurrent(const Frame& frame) const {
 template <typename S>
 std::size_t Obstacles<S>::memoryUsage() const {
   std::size_t steps = 0;
-  for (const MeshEntry& entry : meshes_) {
-    steps += entry.trees->memoryUsage();
+  for (const BesideEntry& entry : beside_) {
+    steps += entry.trees != nullptr ? entry.trees->memoryUsage() : 0;
     if (entry.start.mesh != nullptr && entry.start.mesh != entry.mesh) {
       steps += entry.start.mesh->memoryUsage();
     }
   }
-  return steps + meshes_.capacity() * sizeof(MeshEntry) + shapes_.capacity() * sizeof(ShapeEntry) +
-         boxes_.memoryUsage() + (start_boxes_ ? start_boxes_->memoryUsage() : 0) +
-         box_ids_.capacity() * sizeof(SegmentId) + cache_.memoryUsage();
+  return steps + beside_.memoryUsage() + shapes_.memoryUsage() + boxes_.memoryUsage() +
+         cache_.memoryUsage();
 }
 
-#define FCL_FIBERS_INSTANTIATE(S)                                                                \
-  template MeshReading readMesh(const char*, const fcl::CollisionObject<S>&, bool, const Frame&, \
-                                Bounds, MeshCache&, const NameOfObject&);                        \
-  template void placeMesh(const fcl::CollisionObject<S>&, const Frame&, Bounds, MeshReading&);   \
+#define FCL_FIBERS_INSTANTIATE(S)                                                                  \
+  template BesideReading readMesh(const char*, const fcl::CollisionObject<S>&, bool, const Frame&, \
+                                  Bounds, MeshCache&, const NameOfObject&);                        \
+  template void placeMesh(const fcl::CollisionObject<S>&, const Frame&, Bounds, BesideReading&);   \
   template class Obstacles<S>;
 FCL_FIBERS_INSTANTIATE(float)
 FCL_FIBERS_INSTANTIATE(double)

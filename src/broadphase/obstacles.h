@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -14,13 +13,13 @@
 
 #include <fcl_fibers/fiber_manager_options.h>
 
+#include "broadphase/beside_boxes.h"
+#include "broadphase/by_id.h"
 #include "broadphase/mesh_cache.h"
 #include "broadphase/object_members.h"
 #include "broadphase/object_registry.h"
 #include "geometry/obstacle.h"
 #include "index/moving_mesh.h"
-#include "index/segment_index.h"
-#include "index/step.h"
 
 namespace fcl_fibers::broadphase {
 
@@ -29,13 +28,24 @@ inline bool countsTriangles(const FiberManagerOptions& options) {
   return options.report == Report::kCapsules && options.bounds != Bounds::kObjects;
 }
 
-/// An object with a mesh, as it was read.
-struct MeshReading {
-  geometry::Segment box;             ///< around it and its margin, in the frame of the indexes
-  std::shared_ptr<const Mesh> mesh;  ///< null for a cloud of points
-  bool counts_triangles = false;     ///< if not, only the box counts
-  geometry::AffineMap pose;
-  double margin = 0;  ///< that the program has added, in the world's unit
+/// Whether objects of a shape are beside the tree: a mesh whose triangles count, and a shape
+/// without end, whose box would overlap most others.
+template <typename S>
+bool isBesideTree(const fcl::CollisionObject<S>& object, const FiberManagerOptions& options) {
+  const fcl::NODE_TYPE type = ObjectMembers<S>::shape(object)->getNodeType();
+  return type == fcl::GEOM_PLANE || type == fcl::GEOM_HALFSPACE ||
+         (countsTriangles(options) && isBvhModel(type));
+}
+
+/// An object beside the tree, as it was read.
+struct BesideReading {
+  /// Around it and its margin, in the frame of the indexes.
+  geometry::Segment box = geometry::Segment::box({0, 0, 0}, {0, 0, 0});
+  std::shared_ptr<const Mesh> mesh;  ///< null for a cloud of points and for another shape
+  bool counts_triangles = false;     ///< if not, only the box and the shape count
+  const void* model = nullptr;       ///< the geometry that the mesh was read from
+  geometry::AffineMap pose;          ///< of a mesh
+  double margin = 0;                 ///< that the program has added to a mesh, in the world's unit
 
   /// @pre counts_triangles
   index::PosedMesh posed(tree::Categories categories, bool is_solid) const {
@@ -68,38 +78,52 @@ using NameOfObject = std::function<std::string()>;
 /// also is if `is_solid` is set and the mesh leaks.
 /// @pre isMesh(object)
 template <typename S>
-MeshReading readMesh(const char* call, const fcl::CollisionObject<S>& object, bool is_solid,
-                     const geometry::Frame& frame, Bounds bounds, MeshCache& cache,
-                     const NameOfObject& name);
+BesideReading readMesh(const char* call, const fcl::CollisionObject<S>& object, bool is_solid,
+                       const geometry::Frame& frame, Bounds bounds, MeshCache& cache,
+                       const NameOfObject& name);
 
 /// Reads the pose and margin of an object whose mesh has been read.
 /// @pre reading.mesh is not null, and the pose is proper
 template <typename S>
 void placeMesh(const fcl::CollisionObject<S>& object, const geometry::Frame& frame, Bounds bounds,
-               MeshReading& reading);
+               BesideReading& reading);
 
-/// The objects of a manager that count by more than a segment or a box: meshes, which are in no
-/// tree of segments, and other shapes, which are in it as boxes. Both are in the order of their
-/// ids.
+/// The objects of a manager that are beside its tree, and the shapes that are in the tree as boxes.
 template <typename S>
 class Obstacles {
  public:
   using Object = fcl::CollisionObject<S>;
 
-  struct MeshEntry : MeshReading {
-    Object* object;
-    SegmentId id;
-    tree::Categories categories;
-    bool is_solid;
+  struct BesideEntry : BesideReading {
+    Object* object = nullptr;
+    SegmentId id = 0;
+    tree::Categories categories = tree::kAllCategories;
+    bool is_mesh = false;  ///< whether its triangles count if it has any
+    bool is_solid = false;
     bool is_read = false;
 
-    // If meshes move:
-    MeshReading start = {};      ///< at the start of the step, with the same triangles
+    // If objects move:
+    bool has_moved = false;      ///< whether it was read since the step began
+    BesideReading start = {};    ///< at the start of the step, with the same triangles
     geometry::Frame frame = {};  ///< of both boxes
-    /// Copies of the entry share it.
-    std::shared_ptr<MovingMeshOnDemand> trees = std::make_shared<MovingMeshOnDemand>();
+    /// Copies of the entry share it. Null for another shape than a mesh.
+    std::shared_ptr<MovingMeshOnDemand> trees = nullptr;
 
-    index::PosedMesh posed() const { return MeshReading::posed(categories, is_solid); }
+    /// What was just read and is in no manager, or in one that counts it by its box.
+    static BesideEntry resting(const BesideReading& reading, Object* object, SegmentId id,
+                               bool is_solid, tree::Categories categories = tree::kAllCategories) {
+      BesideEntry entry;
+      static_cast<BesideReading&>(entry) = entry.start = reading;
+      entry.object = object;
+      entry.id = id;
+      entry.categories = categories;
+      entry.is_mesh = reading.mesh != nullptr;
+      entry.is_solid = is_solid;
+      entry.forgetTrees();
+      return entry;
+    }
+
+    index::PosedMesh posed() const { return BesideReading::posed(categories, is_solid); }
     /// @pre countsMovingTriangles(); the entry lives as long as the result
     std::shared_ptr<const index::MovingMesh> moving(const geometry::Frame& its_frame,
                                                     parallel::Executor* executor) const {
@@ -112,147 +136,90 @@ class Obstacles {
     geometry::MovingSegment movingBox() const { return {start.box, box}; }
   };
 
+  /// A shape that takes time to read, or one that moves.
   struct ShapeEntry {
-    Object* object;
-    SegmentId id;
+    Object* object = nullptr;
     bool is_read = false;
-    geometry::Obstacle shape;  ///< in the frame of the indexes
+    bool has_moved = false;         ///< as in BesideEntry
+    geometry::Obstacle shape = {};  ///< in the frame of the indexes
     /// In the world's frame at the start and at the end of a step, if shapes move.
-    geometry::Obstacle start, end;
+    geometry::Obstacle start = {}, end = {};
   };
 
   explicit Obstacles(const FiberManagerOptions& options);
 
   // --- Changing ---
 
-  void reserve(std::size_t count);
+  /// Makes room for those of some objects that it will add.
+  void reserve(const std::vector<const Object*>& objects);
+  /// Adds an object that is neither a capsule nor a sphere.
   /// @pre there is room; the ids ascend
   void add(Object* object, SegmentId id, tree::Categories categories, bool is_solid);
   void remove(SegmentId id);
-  /// Takes new ids of the same objects.
+  /// Takes new ids of the same objects. All have to be read then.
   void renumber(const ObjectRegistry<S>& registry);
   void clear();
   /// Begins a step where the present one ends.
-  void beginStep() {
-    for (ShapeEntry& entry : shapes_) entry.start = entry.end;
-    for (MeshEntry& entry : meshes_) {
-      entry.start = entry;
-      entry.forgetTrees();
-    }
-    start_boxes_ = nullptr;
-  }
+  void beginStep();
   /// Adds the object that replaces one of another manager. The cache has the triangles of that one,
   /// which both share if they are the same.
-  void addCopy(const Obstacles& other, Object* object, SegmentId id, tree::Categories categories);
+  void addCopy(const Obstacles& other, Object* object, SegmentId id, tree::Categories categories,
+               bool is_solid);
 
   // --- Reading ---
-  // `name(id)` returns the name of an object.
 
-  template <class Name>
-  void readAll(const char* call, const geometry::Frame& frame, Name&& name) {
-    letGoOfMeshes();
-    for (MeshEntry& entry : meshes_) readNamed(call, entry, frame, name, entry.id);
-    for (ShapeEntry& entry : shapes_) read(entry, frame);
-    finishReading(frame);
-  }
+  /// Returns the name of the i-th object of a call, or of the object with an id.
+  using Name = std::function<std::string(SegmentId)>;
+
+  void readAll(const char* call, const geometry::Frame& frame, const Name& nameOfId);
   /// Reads those that have not been read yet.
-  template <class Name>
-  void readNew(const char* call, const geometry::Frame& frame, Name&& name) {
-    for (MeshEntry& entry : meshes_) {
-      if (!entry.is_read) readNamed(call, entry, frame, name, entry.id);
-    }
-    for (ShapeEntry& entry : shapes_) {
-      if (!entry.is_read) read(entry, frame);
-    }
-    finishReading(frame);
-  }
+  void readNew(const char* call, const geometry::Frame& frame, const Name& nameOfId);
   /// Reads those of these objects that have been read before.
-  /// @param ids    of objects
-  /// @param name   name(i) names the object with the i-th id
-  template <class Name>
+  /// @param name  name(i) names the object ids[i]
   void readSome(const char* call, const std::vector<SegmentId>& ids, const geometry::Frame& frame,
-                Name&& name) {
-    if (empty()) return;
-    for (std::size_t i = 0; i < ids.size(); ++i) {
-      if (MeshEntry* mesh = find(meshes_, ids[i]); mesh != nullptr && mesh->is_read) {
-        if (!moves_) mesh->mesh.reset();
-        readNamed(call, *mesh, frame, name, i);
-      }
-      ShapeEntry* shape = find(shapes_, ids[i]);
-      if (shape != nullptr && shape->is_read) read(*shape, frame);
-    }
-    finishReading(frame);
-  }
+                const Name& name);
 
-  /// Whether meshes are as they were read.
+  /// Whether all are as they were read.
   bool isCurrent(const geometry::Frame& frame) const;
 
   // --- Asking ---
 
-  bool empty() const { return meshes_.empty() && shapes_.empty(); }
-  bool hasShapes() const { return !shapes_.empty(); }
-  const std::vector<MeshEntry>& meshes() const { return meshes_; }
-  bool isMesh(SegmentId id) const { return find(meshes_, id) != nullptr; }
-  const MeshEntry* mesh(SegmentId id) const { return find(meshes_, id); }
-  /// Null if only the box of the object counts.
-  const ShapeEntry* shape(SegmentId id) const { return find(shapes_, id); }
+  /// Those beside the tree. Entries of removed objects, whose `object` is null, stand among them.
+  const ById<BesideEntry>& beside() const { return beside_; }
+  bool isBeside(SegmentId id) const { return beside(id) != nullptr; }
+  /// Null if the object is in the tree.
+  const BesideEntry* beside(SegmentId id) const { return beside_.get(id); }
+  /// Null if the shape has to be read, or if only the box of the object counts.
+  const ShapeEntry* shape(SegmentId id) const { return shapes_.get(id); }
 
-  /// Searches among the boxes of the meshes, as MovingIndex does. Ids are positions in meshes()
-  /// when they were read last.
-  ///@{
-  tree::Visit searchBoxes(index::PairSink& sink) const {
-    return moves_ ? boxStep().searchImpacts(nullptr, sink) : boxes_.search(sink);
-  }
-  tree::Visit searchBoxes(index::NearestSink& sink) const { return boxes_.search(sink); }
-  tree::Visit searchBoxes(const geometry::MovingSegment& segment, double error,
-                          index::PairSink& sink) const {
-    return moves_ ? boxStep().searchImpacts(segment, error, tree::kNoGroup, 0, nullptr, sink)
-                  : boxes_.search(segment.end, error, tree::kNoGroup, 0, sink);
-  }
-  tree::Visit searchBoxes(const geometry::MovingSegment& segment, double error,
-                          index::NearestSink& sink) const {
-    return boxes_.search(segment.end, error, tree::kNoGroup, 0, sink);
-  }
-  ///@}
-  /// The mesh of an id in boxes(), or null if it was removed.
-  const MeshEntry* ofBox(SegmentId id) const { return find(meshes_, box_ids_[boxIndex(id)]); }
+  /// The boxes of those beside the tree, by their places.
+  const BesideBoxes& boxes() const { return boxes_; }
 
   MeshCache& cache() const { return cache_; }
   std::size_t memoryUsage() const;
 
  private:
-  template <class Entries>
-  static auto find(Entries& entries, SegmentId id) -> decltype(entries.data()) {
-    const auto found =
-        std::lower_bound(entries.begin(), entries.end(), id,
-                         [](const auto& entry, SegmentId other) { return entry.id < other; });
-    return found == entries.end() || found->id != id ? nullptr : &*found;
-  }
-  static std::size_t boxIndex(SegmentId id) { return static_cast<std::size_t>(id); }
+  using Place = BesideBoxes::Place;
 
-  template <class Name, class Number>
-  void readNamed(const char* call, MeshEntry& entry, const geometry::Frame& frame, const Name& name,
-                 Number number) {
-    read(call, entry, frame, [&name, number] { return name(number); });
+  bool keepsShape(const Object& object) const;
+  void read(const char* call, Place place, const geometry::Frame& frame, const NameOfObject& name);
+  void read(std::size_t place, const geometry::Frame& frame);
+  /// Lists those that have moved, or that are about to.
+  void listMoved(bool all);
+  Place besideCount() const { return static_cast<Place>(beside_.size()); }
+  BesideBoxes::BoxOf boxOf() const {
+    return [this](Place place) { return beside_[static_cast<std::size_t>(place)].movingBox(); };
   }
-  void read(const char* call, MeshEntry& entry, const geometry::Frame& frame,
-            const NameOfObject& name);
-  void read(ShapeEntry& entry, const geometry::Frame& frame);
-  void finishReading(const geometry::Frame& frame);
-  /// Meshes that nobody holds are refitted in place. A step holds them.
-  void letGoOfMeshes() {
-    if (moves_) return;
-    for (MeshEntry& entry : meshes_) entry.mesh.reset();
-  }
-  index::Step boxStep() const { return {start_boxes_ ? *start_boxes_ : boxes_, boxes_}; }
 
-  const Bounds bounds_;
+  const FiberManagerOptions options_;
   const bool moves_;
-  std::vector<MeshEntry> meshes_;
-  std::vector<ShapeEntry> shapes_;
-  index::SegmentIndex boxes_;
-  std::unique_ptr<index::SegmentIndex> start_boxes_;  ///< null if all rest
-  std::vector<SegmentId> box_ids_;                    ///< by id in boxes_: that of the object
+  ById<BesideEntry> beside_;
+  ById<ShapeEntry> shapes_;
+  BesideBoxes boxes_;
+  /// Whether boxes_ has all that is read. It is not after a call that has thrown.
+  bool has_boxes_ = true;
+  /// The places of those that have moved.
+  std::vector<std::size_t> moved_beside_, moved_shapes_;
   mutable MeshCache cache_;
 };
 

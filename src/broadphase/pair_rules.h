@@ -19,10 +19,11 @@ class PairRules {
         ignores_neighbors_(registry.fibers().hasNeighbors()),
         has_obstacle_rules_(registry.fibers().hasObstacleRules()) {}
 
+  /// @param is_beside  whether one of the two is beside the tree
   /// @pre a < b
-  bool reports(SegmentId a, SegmentId b) const {
+  bool reports(SegmentId a, SegmentId b, bool is_beside) const {
     // Within one index, the search has excluded groups.
-    const bool is_across = a < young_begin_ && b >= young_begin_;
+    const bool is_across = is_beside || (a < young_begin_ && b >= young_begin_);
     return registry_[a] != nullptr && registry_[b] != nullptr && !areNeighbors(a, b) &&
            !(is_across && registry_.fibers().shareGroup(a, b)) && mayMeet(a, registry_, b);
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 #include "broadphase/object_members.h"
 
@@ -86,7 +87,8 @@ Widening wideningOf(const fcl::CollisionObject<S>& object, const BoxSize& size,
   // The ball around that box, by which FCL bounds rotated objects.
   const auto ball = static_cast<double>(geometry.aabb_radius), usual = norm(own.half);
   // If FCL's own box has overflowed, its size tells nothing.
-  if (size.is_open) return {0, std::isfinite(ball)};
+  if (size.is_open && !std::isfinite(ball)) return {};
+  if (size.is_open) return {std::numeric_limits<double>::infinity(), /*is_uneven=*/true};
   double in_ball = in_box;
   if (std::fabs(ball - usual) > own_rounding) {
     const double beyond = ball - (is_sphere ? own.half.x : usual);
@@ -133,10 +135,10 @@ Widening wideningOf(const fcl::CollisionObject<S>& object, const BoxSize& size,
   if (is_turned && shape.is_least && count == 3) {
     posed = {max(posed.low, forms[2].box.low), min(posed.high, forms[2].box.high)};
   }
-  // A box around a mesh may be smaller than ours, but the two meet.
+  // A box around a mesh may be smaller than ours, but the two meet. FCL rounds less than programs.
   const Vec3d beyond_low = below + (shape.is_least ? posed.low : posed.high),
               beyond_high = above - (shape.is_least ? posed.high : posed.low);
-  if (least(min(beyond_low, beyond_high)) >= -(size.rounding + shift + tilt)) {
+  if (least(min(beyond_low, beyond_high)) >= -(0.6 * size.rounding + shift + tilt)) {
     double margin = 0;
     for (std::size_t i = is_turned && is_cube ? 1 : 0; is_even && i < count; ++i) {
       const Vec3d p = below + forms[i].box.low, q = above - forms[i].box.high;
@@ -144,9 +146,19 @@ Widening wideningOf(const fcl::CollisionObject<S>& object, const BoxSize& size,
       if (even > 0) margin = std::max(margin, even + forms[i].margin);
     }
     if (margin > 0) return {margin, false};
+    const double largest = most(max(beyond_low, beyond_high)) + size.rounding + shift;
+    // A program whose numbers are floats rounds each side by so much, and means no margin. In a
+    // scene of floats that is the rounding of all boxes.
+    const double noise =
+        std::is_same_v<S, float>
+            ? 0
+            : 2 * kEps<float> * (maxNorm(position) + maxNorm(max(abs(below), abs(above))));
+    if (shape.is_least && largest - least(min(beyond_low, beyond_high)) <= noise) {
+      return {largest, false};
+    }
     // The box was widened on one side, or it was widened on all sides and the object has moved by
-    // less than that. Box and margin both count.
-    return {marginOfEvenSize(size, forms, count), true};
+    // less than that.
+    return {largest, true, marginOfEvenSize(size, forms, count)};
   }
   if (!is_even) return {std::max(0.0, std::max(high, most(size.half - shape.posed.half()))), false};
   return {marginOfSize(size, forms, count), false};

@@ -28,18 +28,21 @@ struct BoxSize {
     half = 0.5 * high - 0.5 * low;
     const double farthest = std::max(maxNorm(low), maxNorm(high));
     is_open = farthest > double{std::numeric_limits<S>::max()} / 4;
-    // FCL rounds each corner to the nearest number. The extent that it adds to the position carries
-    // three roundings.
-    rounding = double{std::numeric_limits<S>::epsilon()} * (0.75 * farthest + 3 * maxNorm(half)) +
+    // Each corner carries one rounding of its own, and one of the end point from which a program
+    // may have made it. The extent of FCL's boxes carries three roundings, and an axis that was
+    // made from two end points some more.
+    rounding = double{std::numeric_limits<S>::epsilon()} * (1.25 * farthest + 4 * maxNorm(half)) +
                4 * double{std::numeric_limits<S>::denorm_min()};
   }
 };
 
-/// What a program has added to an object's box. A margin that is equal on all sides counts as the
-/// object's. If it is uneven, the box counts as well.
+/// What a program has added to an object's box: on all sides the same, or more on some than on
+/// others. If it is uneven, another object has to meet the box as well as the shape.
 struct Widening {
-  double margin = 0;
+  double margin = 0;  ///< the most on any side
   bool is_uneven = false;
+  /// If it is uneven: what counts on all sides, wherever the box is.
+  double everywhere = 0;
 };
 
 /// Whether a box has a size that FCL gives to this shape, turned or not. Nearly all boxes have.

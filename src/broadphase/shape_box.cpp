@@ -221,7 +221,8 @@ FCL_FIBERS_ALWAYS_INLINE Segment boxThatCounts(const fcl::CollisionObject<S>& ob
                                                const ShapeBox& shape, Widening added,
                                                const Frame& frame, Bounds bounds) {
   const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
-  Corners corners = posedCorners(shape, ObjectMembers<S>::pose(object), added.margin, frame);
+  const double margin = added.is_uneven ? added.everywhere : added.margin;
+  Corners corners = posedCorners(shape, ObjectMembers<S>::pose(object), margin, frame);
   if (bounds == Bounds::kShapesAndMargins && !isBounded(shape) && isProper(box)) {
     added.is_uneven =
         contains(ownCorners(box, frame), corners, frame.scale * roundingOf(box, shape.posed));
@@ -330,7 +331,8 @@ bool readLocalBox(const fcl::CollisionObject<S>& object, fcl::NODE_TYPE type, Bo
   bool is_all = false;
   readShape(object, type, [&](const ShapeBox& shape) {
     const Widening added = wideningThatCounts(object, shape, bounds);
-    is_all = isBounded(shape) && !added.is_uneven;
+    // Where only FCL's box of the shape is known, the program may know more.
+    is_all = isBounded(shape) && (!added.is_uneven || shape.is_least);
     box = shape;
     margin = added.margin;
   });

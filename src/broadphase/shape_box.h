@@ -123,8 +123,9 @@ bool readMeshBox(const fcl::CollisionObject<S>& object, const LocalBounds& mesh,
 
 /// Reads the boxes of any object except capsules and spheres, and the margin that the program has
 /// added to the object's box, in the world's unit. `bounds` is not Bounds::kObjects.
-/// @return whether `box.local` with its margin is all that counts: false if the shape is refused or
-///         unbounded, or if the object's box counts as well
+/// @return whether only what is within `margin` of `box.local` counts: false if the shape is
+/// refused
+///         or has no bounds, or if the object's box counts and less is known of the shape
 template <typename S>
 bool readLocalBox(const fcl::CollisionObject<S>& object, fcl::NODE_TYPE type, Bounds bounds,
                   ShapeBox& box, double& margin);

@@ -40,6 +40,7 @@ class FiberTable {
     tree::Categories meets = tree::kAllCategories;  ///< which obstacles it may meet
     SegmentId roots = 0;                            ///< its first segments, which meet no obstacle
     tree::Categories categories = tree::kAllCategories;  ///< of an obstacle
+    bool is_solid = false;                               ///< whether an obstacle's inside counts
   };
 
   /// What some of several fibers have.
@@ -139,6 +140,11 @@ class FiberTable {
     return group != kNoGroup && group == groupOf(b);
   }
 
+  /// Whether the id is an obstacle whose inside counts.
+  bool isSolid(SegmentId id) const {
+    return !flags_.empty() && (flags_[fiberOf(id)] & kIsSolid) != 0;
+  }
+
   /// The categories of obstacles that a segment may meet. An obstacle meets all others.
   tree::Categories meets(SegmentId id) const {
     const Party party = partyOf(id);
@@ -174,7 +180,7 @@ class FiberTable {
   }
 
  private:
-  static constexpr std::uint8_t kHasNoNeighbors = 1, kIsClosed = 2;
+  static constexpr std::uint8_t kHasNoNeighbors = 1, kIsClosed = 2, kIsSolid = 4;
 
   /// Which obstacles a fiber meets, except for its first segments, which meet none; or the
   /// categories of an obstacle.
@@ -219,8 +225,9 @@ inline void FiberTable::startFiber(const Kind& kind) {
     obstacle_rules_.resize(begin_.size());
     obstacle_rules_.push_back({kind.has_neighbors ? kind.meets : kind.categories, kind.roots});
   }
-  const auto flags = static_cast<std::uint8_t>((kind.has_neighbors ? 0 : kHasNoNeighbors) |
-                                               (kind.closed ? kIsClosed : 0));
+  const auto flags =
+      static_cast<std::uint8_t>((kind.has_neighbors ? 0 : kHasNoNeighbors) |
+                                (kind.closed ? kIsClosed : 0) | (kind.is_solid ? kIsSolid : 0));
   if (needsFlags(kind.closed, !kind.has_neighbors)) {
     flags_.resize(begin_.size(), 0);
     flags_.push_back(flags);

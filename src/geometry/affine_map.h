@@ -11,11 +11,13 @@ namespace fcl_fibers::geometry {
 /// Whether three columns are nearly those of a rotation R: no entry of R^T R - I is larger than
 /// `tolerance`, and R does not reflect. NaN and infinity fail.
 inline bool isRotation(const Vec3d& x, const Vec3d& y, const Vec3d& z, double tolerance) {
-  const auto is = [tolerance](double product, double value) {
-    return std::fabs(product - value) <= tolerance;
+  const auto off = [tolerance](double product, double value) {
+    return static_cast<int>(!(std::fabs(product - value) <= tolerance));
   };
-  return is(dot(x, x), 1) && is(dot(y, y), 1) && is(dot(z, z), 1) && is(dot(x, y), 0) &&
-         is(dot(x, z), 0) && is(dot(y, z), 0) && dot(cross(x, y), z) > 0;
+  // One branch for all, because nearly all matrices are rotations.
+  const int wrong = (off(dot(x, x), 1) | off(dot(y, y), 1) | off(dot(z, z), 1)) |
+                    (off(dot(x, y), 0) | off(dot(x, z), 0) | off(dot(y, z), 0));
+  return wrong == 0 && dot(cross(x, y), z) > 0;
 }
 
 /// A linear map and a shift: p becomes x column[0] + y column[1] + z column[2] + shift.

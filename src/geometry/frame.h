@@ -67,7 +67,7 @@ class FrameChange {
 
   /// The result is not finite if coordinates overflow.
   Segment operator()(const Segment& s) const {
-    return {scale_ * s.a + shift_, scale_ * s.b + shift_, scale_ * s.radius};
+    return {scale_ * s.a + shift_, scale_ * s.b + shift_, s.isBox() ? s.radius : scale_ * s.radius};
   }
 
   /// Bounds how far the result lies from an exact change of frame. The shift and each of the two
@@ -99,7 +99,10 @@ class FrameChange {
     if (!std::isfinite(maxNorm(moved) + maxNorm(shift_))) return {{0, 0, 0}, kInfinity};
     const double padding = growth_ + 16 * kEps * (maxNorm(shift_) + maxNorm(moved));
     const double radius = scale_ * double{sphere.radius} + padding;
-    return Sphere::around(Ball{moved, radius > 0 ? radius : 0});
+    // A sphere that has become infinite by its padding stays so, whatever the growth.
+    if (std::isinf(sphere.radius)) return Sphere::unbounded();
+    // If it shrinks, the radius may be negative. The other sphere of a pair has the rest then.
+    return Sphere::around(Ball{moved, radius});
   }
 
   /// The same for the volume of a leaf.

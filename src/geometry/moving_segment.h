@@ -28,6 +28,12 @@ inline Segment at(const MovingSegment& s, double time) {
           (1 - time) * s.start.radius + time * s.end.radius};
 }
 
+/// A box around the whole step.
+inline Segment aroundStep(const MovingSegment& s) {
+  const Segment p = boxAround(s.start, 0), q = boxAround(s.end, 0);
+  return Segment::box(min(p.a, q.a), max(p.b, q.b));
+}
+
 /// Bounds how far the stored end points lie from those that poses and length define, at any time.
 inline double endPointError(const MovingSegment& s) {
   return std::max(endPointError(s.start), endPointError(s.end));

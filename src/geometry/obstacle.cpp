@@ -7,6 +7,7 @@
 
 #include "geometry/double_double.h"
 #include "geometry/least_distance.h"
+#include "geometry/touch.h"
 #include "geometry/triangle_distance.h"
 
 namespace fcl_fibers::geometry {
@@ -222,10 +223,40 @@ bool touch(const Segment& capsule, const Obstacle& obstacle, double margin, doub
       return planeWithin(capsule, obstacle, reach, obstacle.kind == Obstacle::Kind::kHalfspace);
     case Obstacle::Kind::kTriangle:
       return touch(capsule, Triangle{v[0], v[1], v[2]}, near, errors);
+    case Obstacle::Kind::kAxis: {
+      Segment axis = obstacle.capsule();
+      axis.radius = 0;
+      return touch(capsule, axis, near, errors);
+    }
     case Obstacle::Kind::kNone:
       break;
   }
   return true;
+}
+
+bool mayReach(const Box& box, const Obstacle& obstacle, const Vec3d& way, double margin,
+              double error) {
+  const bool is_halfspace = obstacle.kind == Obstacle::Kind::kHalfspace;
+  if (!is_halfspace && obstacle.kind != Obstacle::Kind::kPlane) return true;
+  const Vec3d& n = obstacle.vector[0];
+  const Vec3d low = Vec3d{box.low[0], box.low[1], box.low[2]} - obstacle.point,
+              high = Vec3d{box.high[0], box.high[1], box.high[2]} - obstacle.point;
+  // The lowest and highest corner along the normal. At the start the obstacle is back by `way`.
+  double lowest = -obstacle.offset, highest = -obstacle.offset;
+  for (const auto axis : kAxes) {
+    const double p = n.*axis * low.*axis, q = n.*axis * high.*axis;
+    lowest += std::min(p, q);
+    highest += std::max(p, q);
+  }
+  const double turned_way = dot(n, way);
+  lowest += std::min(turned_way, 0.0);
+  highest += std::max(turned_way, 0.0);
+  const double rounding =
+      24 * kEps *
+      (norm1(low) + norm1(high) + norm1(way) + norm1(obstacle.point) + std::fabs(obstacle.offset));
+  const double most = margin + obstacle.margin + error + obstacle.error + rounding;
+  // NaN fails both comparisons.
+  return !(lowest > most) && (is_halfspace || !(highest < -most));
 }
 
 namespace {

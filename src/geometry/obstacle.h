@@ -3,12 +3,13 @@
 
 #include <cstdint>
 
+#include "geometry/box.h"
 #include "geometry/moving_segment.h"
 #include "geometry/segment.h"
 
 namespace fcl_fibers::geometry {
 
-/// A shape without curves in the frame of an index, together with all points within `margin` of it.
+/// A shape in the frame of an index, together with all points within `margin` of it.
 struct Obstacle {
   enum class Kind : std::uint8_t {
     kNone,       ///< nothing is known; any capsule counts as touching
@@ -16,6 +17,7 @@ struct Obstacle {
     kHalfspace,  ///< all x with vector[0] . (x - point) <= offset
     kPlane,      ///< all x with vector[0] . (x - point) = offset
     kTriangle,   ///< with the corners vector[i]; see Triangle
+    kAxis,       ///< point + t vector[0], with t from -1 to 1; that of a capsule or a sphere
   };
 
   Kind kind = Kind::kNone;
@@ -25,9 +27,18 @@ struct Obstacle {
   Vec3d vector[3] = {};
   double offset = 0;
   double margin = 0;
-  double error = 0;  ///< bounds how far rounding has moved any point of a box or triangle, and
-                     ///< `point` and `offset` together
+  double error = 0;  ///< bounds how far rounding has moved any point of a box, triangle or axis,
+                     ///< and `point` and `offset` together
+
+  /// @pre kind is kAxis
+  Segment capsule() const { return {point - vector[0], point + vector[0], margin}; }
 };
+
+inline bool operator==(const Obstacle& p, const Obstacle& q) {
+  return p.kind == q.kind && p.point == q.point && p.vector[0] == q.vector[0] &&
+         p.vector[1] == q.vector[1] && p.vector[2] == q.vector[2] && p.offset == q.offset &&
+         p.margin == q.margin;
+}
 
 /// Whether a capsule and an obstacle are at most `margin` apart. The answer is never false if they
 /// are. It is wrongly true only if they are further apart by at most a few ulp of the coordinates
@@ -39,5 +50,12 @@ bool touch(const Segment& capsule, const Obstacle& obstacle, double margin, doub
 /// The same for a capsule that moves while the obstacle rests. The answer may also be wrongly true
 /// if they come nearer than `margin` and a thousandth of the way of the capsule's ends.
 bool touch(const MovingSegment& capsule, const Obstacle& obstacle, double margin, double error);
+
+/// Whether an obstacle may be at most `margin` from some point of a box at some time of a step. It
+/// is false only for a plane or half-space. `box` contains the step of what is in it.
+/// @param way    of the obstacle from the start to the end, where it is
+/// @param error  bounds the error of `way`
+bool mayReach(const Box& box, const Obstacle& obstacle, const Vec3d& way, double margin,
+              double error);
 
 }  // namespace fcl_fibers::geometry

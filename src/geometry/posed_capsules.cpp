@@ -79,7 +79,7 @@ FCL_FIBERS_ALWAYS_INLINE DoubleMask addNothing(const Vectors& size, const Vector
   const auto end = hn::Add(length, thickness);
   const auto slack = hn::Mul(
       hn::Set(d, epsilon),
-      hn::Add(hn::Mul(hn::Set(d, 1.25), largest(abs(position))), hn::Mul(hn::Set(d, 5), end)));
+      hn::Add(hn::Mul(hn::Set(d, 2.5), largest(abs(position))), hn::Mul(hn::Set(d, 8), end)));
   const auto is = [&](const Vectors& sides) HWY_ATTR {
     const Vectors off = abs(size - sides);
     return hn::And(hn::Le(off.x, slack), hn::And(hn::Le(off.y, slack), hn::Le(off.z, slack)));

@@ -13,7 +13,9 @@ namespace fcl_fibers::geometry {
 /// diagonal has the same box and enclosing sphere.
 struct Segment {
   Vec3d a, b;
-  double radius;  ///< negative: a and b are the low and high corner of a box
+  /// Negative: a and b are the low and high corner of a box. Then two numbers differ if the boxes
+  /// are known to be around different shapes.
+  double radius;
 
   static Segment box(const Vec3d& low, const Vec3d& high) { return {low, high, -1}; }
   /// A box that is open to all sides.

@@ -32,7 +32,7 @@ struct Ball {
   }
 };
 
-/// A closed ball in float.
+/// A closed ball in float. A negative radius makes the other sphere of a pair smaller.
 struct Sphere {
   float center[3];
   float radius;

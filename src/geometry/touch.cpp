@@ -53,6 +53,17 @@ bool boxesTouch(const Segment& p, const Segment& q, double margin) {
                      [&](auto axis) { return !(gapLowerBound(p, q, axis) > margin); });
 }
 
+bool isNear(const Box& volume, const Segment& box, double margin) {
+  const double error = finiteOrZero(endPointError(box)) + 4 * kEps * box.thickness();
+  for (int i = 0; i < 3; ++i) {
+    const auto [low, high] = extent(box, kAxes[i]);
+    const double above = double{volume.low[i]} - high - error, below = low - volume.high[i] - error;
+    // A volume is rounded outward by more than these differences are.
+    if (above > margin || below > margin) return false;
+  }
+  return true;
+}
+
 double boxDistanceLowerBound(const Segment& p, const Segment& q) {
   double gaps[3], largest = 0;
   for (int i = 0; i < 3; ++i) {

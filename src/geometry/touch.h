@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "geometry/box.h"
 #include "geometry/segment.h"
 
 namespace fcl_fibers::geometry {
@@ -25,6 +26,10 @@ BoxGaps boxGaps(const Segment& p, const Segment& q, double Vec3d::*axis);
 
 /// Whether the boxes of two segments are at most `margin` apart on every axis.
 bool boxesTouch(const Segment& p, const Segment& q, double margin);
+
+/// Whether a volume and the box of a segment are at most `margin` apart on every axis. It is never
+/// false because of rounding. `margin` may be negative or infinite.
+bool isNear(const Box& volume, const Segment& box, double margin);
 
 /// A lower bound of the distance between the boxes of two segments.
 double boxDistanceLowerBound(const Segment& p, const Segment& q);

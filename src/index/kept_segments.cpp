@@ -10,6 +10,7 @@ namespace fcl_fibers::index {
 using geometry::Segment;
 
 void KeptSegments::reset(SegmentId begin, SegmentId end, const std::vector<SegmentId>& ids) {
+  forgetBoxes();
   begin_ = begin;
   count_ = static_cast<std::size_t>(end - begin);
   if (!share_ends_) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <vector>
 
@@ -30,6 +31,7 @@ class KeptSegments {
   FCL_FIBERS_ALWAYS_INLINE void set(SegmentId id, const geometry::Segment& segment) {
     const auto i = static_cast<std::size_t>(id - begin_);
     geometry::CapsuleEnd* const out = ends_.data() + stride() * i;
+    if (segment.isBox()) has_boxes_.set();
     out[0] = geometry::firstEndOf(segment);
     // A point that two segments share is written by the second, so no two threads write it.
     if (share_ends_ && is_segment_[i + 1]) return;
@@ -37,6 +39,10 @@ class KeptSegments {
   }
   geometry::Segment operator[](SegmentId id) const { return range()[id]; }
   SegmentRange range() const;
+  /// Whether a box was set since the last reset() or forgetBoxes().
+  bool hasBoxes() const { return has_boxes_.isSet(); }
+  /// All segments are about to be set.
+  void forgetBoxes() { has_boxes_ = {}; }
 
   /// The power of two that scales the median segment of a sample to a size of about one.
   double usualUnit() const;
@@ -46,6 +52,24 @@ class KeptSegments {
   }
 
  private:
+  /// A flag that several threads may set.
+  class Flag {
+   public:
+    Flag() = default;
+    Flag(const Flag& other) : is_set_(other.isSet()) {}
+    Flag& operator=(const Flag& other) {
+      is_set_.store(other.isSet(), std::memory_order_relaxed);
+      return *this;
+    }
+    void set() {
+      if (!isSet()) is_set_.store(true, std::memory_order_relaxed);
+    }
+    bool isSet() const { return is_set_.load(std::memory_order_relaxed); }
+
+   private:
+    std::atomic<bool> is_set_{false};
+  };
+
   std::size_t stride() const { return share_ends_ ? 1 : 2; }
 
   bool share_ends_;
@@ -54,6 +78,7 @@ class KeptSegments {
   /// By id: two each or, if ends are shared, one each and one more.
   std::vector<geometry::CapsuleEnd> ends_;
   std::vector<bool> is_segment_;  ///< by id, if ends are shared
+  Flag has_boxes_;
 };
 
 }  // namespace fcl_fibers::index

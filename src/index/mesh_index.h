@@ -80,8 +80,8 @@ struct PosedMesh {
   geometry::AffineMap pose;                      ///< from the mesh's coordinates to the world
   std::uint32_t categories = ~std::uint32_t{0};  ///< segments meet it only if they have one
   bool is_solid = false;                         ///< whether its inside counts
-  /// How much further away it is touched than a search's own margin says, or how much nearer it is
-  /// than its triangles, in the world's unit. Only in the former sense may it be negative.
+  /// Its own margin, in the world's unit: it is touched from this much further away than a search's
+  /// margin says, and it is this much nearer than its triangles. Not negative.
   double margin = 0;
 };
 

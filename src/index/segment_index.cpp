@@ -198,6 +198,7 @@ tree::Extent SegmentIndex::extent() const {
 
 bool SegmentIndex::tryRefit(const SegmentSource& source, const Frame& frame) {
   fitted_ = 0;
+  segments_.forgetBoxes();
   if (source.isFasterInOrder()) return placeFrom(source, frame);
   if (!keepsSegments()) return fitFrom(source, frame);
   const auto store = [&](const SegmentId* ids, int count, BlockMask present,

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include "parallel/executor.h"
 #include "tree/bvh.h"
 #include "tree/extent.h"
+#include "tree/near_visit.h"
 #include "tree/topology.h"
 
 namespace fcl_fibers::index {
@@ -120,19 +122,22 @@ class SegmentIndex {
                      NearestSink& sink) const;
   ///@}
 
-  /// Finds the segments that touch a mesh, within this index's margin. In each pair b is a
-  /// triangle. A segment that is a box touches a triangle if the boxes of both overlap. Segments
-  /// that may not meet the mesh, see tree::Fibers::meets, are left out.
+  /// Finds the segments that touch a mesh. In each pair b is a triangle. A segment that is a box
+  /// touches a triangle if the boxes of both overlap, and if it overlaps the triangle's box in the
+  /// mesh's own axes, up to margins. Segments that may not meet the mesh, see tree::Fibers::meets,
+  /// are left out.
+  /// @param margin  of the search, in the world's unit, whatever the index's own; the mesh's margin
+  ///                comes on top
   /// @pre keepsSegments()
   ///@{
   /// Hands on every segment and triangle that touch, and each segment wholly inside a solid mesh
   /// with one triangle, its nearest.
-  tree::Visit searchTriangles(const PosedMesh& mesh, PairSink& sink) const;
+  tree::Visit searchTriangles(const PosedMesh& mesh, double margin, PairSink& sink) const;
   /// Hands on each segment that touches the mesh once, with one of its triangles, or with -1 if it
   /// is wholly inside a solid mesh.
-  tree::Visit searchMesh(const PosedMesh& mesh, PairSink& sink) const;
+  tree::Visit searchMesh(const PosedMesh& mesh, double margin, PairSink& sink) const;
   /// Hands on segments and triangles that may be nearer than the limit, roughly the nearest first.
-  /// What is inside a solid mesh comes before, with -1.
+  /// What is inside a solid mesh comes before, with -1. There is no margin but the mesh's own.
   tree::Visit searchMesh(const PosedMesh& mesh, NearestSink& sink) const;
   ///@}
 
@@ -140,6 +145,21 @@ class SegmentIndex {
   /// its nearest triangle, in the order of the tree.
   /// @pre keepsSegments()
   void findNearest(const PosedMesh& mesh, double distance, std::vector<tree::Pair>& pairs) const;
+
+  /// Calls visit(id) for the segments below the volumes for which near(box) is true, in the order
+  /// of the tree, until it returns Visit::kStop. The box, in this index's frame, is around a padded
+  /// volume at the start and at the end of a step.
+  /// @param start  this index, or one with the same topology and frame
+  template <class Near, class F>
+  tree::Visit visitNear(const SegmentIndex& start, const Near& near, F&& visit) const {
+    return std::visit(
+        [&](const auto& tree) {
+          const auto& tree_at_start = std::get<std::decay_t<decltype(tree)>>(start.tree_);
+          return tree.empty() ? tree::Visit::kContinue
+                              : tree::visitNear(tree_at_start, tree, 0, near, visit);
+        },
+        tree_);
+  }
 
   /// Runs visit(begin, end) for ranges of [0, count), on the threads of this index.
   void forRanges(std::size_t count, std::size_t grain,
@@ -150,10 +170,17 @@ class SegmentIndex {
     return options_.wrapped_spheres == other.options_.wrapped_spheres &&
            options_.super_thread == other.options_.super_thread;
   }
+  /// Whether the other tree's padding is so large that its rounding would show within the margin of
+  /// this index. Its segments have to be read one by one then.
+  bool isSwampedBy(const SegmentIndex& other) const;
   /// Whether the index keeps its segments beside their volumes, for the test of capsules.
   bool keepsSegments() const { return options_.capsules; }
   /// @pre keepsSegments()
   Segment segment(SegmentId id) const { return segments_[id]; }
+  bool isBox(SegmentId id) const { return geometry::isBox(segments_.range().capsule(id)); }
+  /// Whether a segment may be a box.
+  /// @pre keepsSegments()
+  bool hasBoxes() const { return segments_.hasBoxes(); }
   /// All segments, in the order of the tree.
   const std::vector<SegmentId>& leaves() const;
 
@@ -163,6 +190,12 @@ class SegmentIndex {
   friend class Step;
 
   double padding() const { return margin() / 2; }
+  /// How near a mesh counts.
+  struct MeshReach {
+    double margin;  ///< of the search and the mesh together
+    double growth;  ///< by how much a padded volume of the tree has to grow for that
+  };
+  MeshReach meshReach(double mesh_margin, double margin) const;
   bool tryBuild(const SegmentSource& source, const geometry::Frame& frame, SegmentId begin,
                 SegmentId end, const tree::Fibers& fibers, bool in_range);
   void makeTree(const tree::Fibers& fibers, std::vector<tree::Middle> middles);
@@ -190,7 +223,8 @@ class SegmentIndex {
   template <class Sink>
   tree::Visit searchOneByOne(const SegmentIndex& other, const SegmentSource* source,
                              Sink& sink) const;
-  tree::Visit searchSurfaceAndInside(const PosedMesh& mesh, bool once, PairSink& sink) const;
+  tree::Visit searchSurfaceAndInside(const PosedMesh& mesh, double margin, bool once,
+                                     PairSink& sink) const;
   void addNearest(const PosedTriangles& triangles, std::vector<tree::Pair>& pairs) const;
   template <class F>
   tree::Visit visitTrees(const SegmentIndex& other, F&& visit) const;

@@ -213,15 +213,23 @@ bool isWorthPosing(const PairSearch& turned, const PosedTriangles& triangles) {
 
 }  // namespace
 
+SegmentIndex::MeshReach SegmentIndex::meshReach(double mesh_margin, double margin) const {
+  const double reach = (margin + mesh_margin) * frame_.scale;
+  // A volume that is padded by more contains what counts. The factor covers the rounding of the
+  // difference. If both are infinite, the volumes are unbounded.
+  constexpr double kOutward = 1 + 4 * std::numeric_limits<double>::epsilon();
+  return {reach, reach > padding() ? (reach - padding()) * kOutward : 0};
+}
+
 /// Hands on the pairs that touch, through `out`, and then each segment inside a solid, with its
 /// nearest triangle unless `once` is set.
-Visit SegmentIndex::searchSurfaceAndInside(const PosedMesh& mesh, bool once, PairSink& sink) const {
+Visit SegmentIndex::searchSurfaceAndInside(const PosedMesh& mesh, double margin, bool once,
+                                           PairSink& sink) const {
   if (mesh.mesh.tree().empty()) return Visit::kContinue;
   const PosedTriangles triangles(mesh, frame_);
   const SegmentRange segments = keptRange();
-  const double margin_of_mesh = mesh.margin * frame_.scale;
-  const TriangleFilter filter(segments, triangles, margin() + margin_of_mesh, /*error=*/0, once,
-                              unit_);
+  const MeshReach reach = meshReach(mesh.margin, margin);
+  const TriangleFilter filter(segments, triangles, reach.margin, /*error=*/0, once, unit_);
   const bool marks_segments = once || mesh.is_solid;
   SegmentMarks marks(begin_, marks_segments ? end_ : begin_);
   MarkingSink marking(once, marks, sink);
@@ -229,7 +237,6 @@ Visit SegmentIndex::searchSurfaceAndInside(const PosedMesh& mesh, bool once, Pai
   return std::visit(
       [&](const auto& tree) {
         if (tree.empty()) return Visit::kContinue;
-        const double growth = std::max(padding() + margin_of_mesh, 0.0);
         const auto find = [&](const PairSearch& search) {
           return findPairs(search, &filter, executor_.get(), *scratch_, out);
         };
@@ -237,10 +244,10 @@ Visit SegmentIndex::searchSurfaceAndInside(const PosedMesh& mesh, bool once, Pai
           const MeshTree posed =
               triangles.mesh.posedTree(triangles.mesh.points(), triangles.posing, executor_.get());
           const geometry::AffineMap same;
-          const auto pair = pairOf(tree, posed, same, triangles, mesh, growth, segments);
+          const auto pair = pairOf(tree, posed, same, triangles, mesh, reach.growth, segments);
           return find(TreeSearch(pair));
         };
-        const auto pair = pairOf(tree, triangles, mesh, growth, segments);
+        const auto pair = pairOf(tree, triangles, mesh, reach.growth, segments);
         const TreeSearch search(pair);
         if ((isWorthPosing(search, triangles) ? findPosed() : find(search)) == Visit::kStop) {
           return Visit::kStop;
@@ -277,12 +284,12 @@ void SegmentIndex::addNearest(const PosedTriangles& triangles, std::vector<Pair>
   });
 }
 
-Visit SegmentIndex::searchTriangles(const PosedMesh& mesh, PairSink& sink) const {
-  return searchSurfaceAndInside(mesh, /*once=*/false, sink);
+Visit SegmentIndex::searchTriangles(const PosedMesh& mesh, double margin, PairSink& sink) const {
+  return searchSurfaceAndInside(mesh, margin, /*once=*/false, sink);
 }
 
-Visit SegmentIndex::searchMesh(const PosedMesh& mesh, PairSink& sink) const {
-  return searchSurfaceAndInside(mesh, /*once=*/true, sink);
+Visit SegmentIndex::searchMesh(const PosedMesh& mesh, double margin, PairSink& sink) const {
+  return searchSurfaceAndInside(mesh, margin, /*once=*/true, sink);
 }
 
 Visit SegmentIndex::searchMesh(const PosedMesh& mesh, NearestSink& sink) const {

@@ -124,9 +124,17 @@ Visit SegmentIndex::visitTrees(const SegmentIndex& other, F&& visit) const {
       tree_, other.tree_);
 }
 
+bool SegmentIndex::isSwampedBy(const SegmentIndex& other) const {
+  constexpr double kTwiceTheSize = 0x1p51;  // see frameFor()
+  return options_.margin < other.options_.margin && other.padding() > kTwiceTheSize;
+}
+
 Visit SegmentIndex::search(const SegmentIndex& other, const SegmentSource* source,
                            PairSink& sink) const {
-  if (!matches(other)) return searchOneByOne(other, source, sink);
+  const bool can_read = source != nullptr || other.keepsSegments();
+  if (!matches(other) || (can_read && isSwampedBy(other))) {
+    return searchOneByOne(other, source, sink);
+  }
   KeptSegments read(other.options_.share_ends);
   if (options_.capsules && !other.keepsSegments()) read = other.readSegments(*source);
   const SegmentRange second = (other.keepsSegments() ? other.segments_ : read).range();

@@ -49,10 +49,9 @@ class Step {
   /// Finds the segments that touch a triangle of a mesh at some time, each pair with its impact; b
   /// is the triangle. A segment that is wholly inside a solid mesh at the start comes first and
   /// once, at time 0 with its nearest triangle.
-  /// @param more_margin  in addition to the margins of index and mesh, in the world's unit; it may
-  ///                     be negative
+  /// @param margin  see SegmentIndex::searchMesh()
   /// @pre the indexes keep their segments; the mesh has their frame
-  tree::Visit searchImpacts(const MovingMesh& mesh, double more_margin, PairSink& sink) const;
+  tree::Visit searchImpacts(const MovingMesh& mesh, double margin, PairSink& sink) const;
 
   /// Finds the first time at which two segments touch that did not at the start, or come nearer
   /// than they were there. Returns 1 if there is none.
@@ -66,9 +65,10 @@ class Step {
 
  private:
   MovingRange segments() const;
-  std::vector<tree::Pair> findInside(const PosedMesh& start, SegmentMarks& inside) const;
+  std::vector<tree::Pair> findInside(const MovingMesh& mesh, double margin,
+                                     SegmentMarks& inside) const;
   template <class F>
-  tree::Visit visitMesh(const MovingMesh& mesh, double more_margin, const SegmentMarks& inside,
+  tree::Visit visitMesh(const MovingMesh& mesh, double margin, const SegmentMarks& inside,
                         const std::atomic<float>& until, F&& visit) const;
   template <class F>
   tree::Visit visitTree(F&& visit, const std::atomic<float>& until = tree::kWholeStep) const;

@@ -87,7 +87,8 @@ class FirstMeshImpact final : public PairFilter {
 }  // namespace
 
 /// Finds and marks the segments that are wholly inside a solid at the start. b is not set.
-std::vector<Pair> Step::findInside(const PosedMesh& start, SegmentMarks& inside) const {
+std::vector<Pair> Step::findInside(const MovingMesh& mesh, double margin,
+                                   SegmentMarks& inside) const {
   struct Collect final : PairSink {
     Visit take(const Pair* pairs, std::size_t count) override {
       std::copy_if(pairs, pairs + count, std::back_inserter(found),
@@ -96,19 +97,22 @@ std::vector<Pair> Step::findInside(const PosedMesh& start, SegmentMarks& inside)
     }
     std::vector<Pair> found;
   } collect;
-  if (start.is_solid) start_.searchMesh(start, collect);
+  // The margins are those of the search for triangles, or what is between the two would be lost.
+  PosedMesh start = mesh.start();
+  start.margin = mesh.margin();
+  if (start.is_solid) start_.searchMesh(start, margin, collect);
   for (const Pair& pair : collect.found) inside.add(pair.a);
   return std::move(collect.found);
 }
 
 /// Calls visit(motions, search) with the search of the segments against the mesh.
 template <class F>
-Visit Step::visitMesh(const MovingMesh& mesh, double more_margin, const SegmentMarks& inside,
+Visit Step::visitMesh(const MovingMesh& mesh, double margin, const SegmentMarks& inside,
                       const std::atomic<float>& until, F&& visit) const {
-  const double margin_of_mesh = (mesh.margin() + more_margin) * end_.frame_.scale;
-  const MeshMotions motions{segments(), mesh, end_.margin() + margin_of_mesh, inside};
+  const SegmentIndex::MeshReach reach = end_.meshReach(mesh.margin(), margin);
+  const MeshMotions motions{segments(), mesh, reach.margin, inside};
   const MovingMesh::Tree triangles = mesh.tree(until);
-  const double growth = std::max(end_.padding() + margin_of_mesh, 0.0) + mesh.error();
+  const double growth = reach.growth + mesh.error();
   return visitTree(
       [&](const auto& tree) {
         if (tree.empty()) return Visit::kContinue;
@@ -119,17 +123,17 @@ Visit Step::visitMesh(const MovingMesh& mesh, double more_margin, const SegmentM
       until);
 }
 
-Visit Step::searchImpacts(const MovingMesh& mesh, double more_margin, PairSink& sink) const {
+Visit Step::searchImpacts(const MovingMesh& mesh, double margin, PairSink& sink) const {
   if (mesh.empty()) return Visit::kContinue;
   SegmentMarks marks(end_.begin(), end_.end());
-  std::vector<Pair> inside = findInside(mesh.start(), marks);
+  std::vector<Pair> inside = findInside(mesh, margin, marks);
   start_.addNearest(mesh.trianglesAtStart(), inside);
   const std::vector<Impact> at_start(inside.size(), Impact{0, 0, 0});
   if (!inside.empty() &&
       sink.takeImpacts(inside.data(), at_start.data(), inside.size()) == Visit::kStop) {
     return Visit::kStop;
   }
-  return visitMesh(mesh, more_margin, marks, tree::kWholeStep,
+  return visitMesh(mesh, margin, marks, tree::kWholeStep,
                    [&](const auto& motions, const auto& search) {
                      const MeshImpactFilter filter(motions);
                      return findPairs(search, &filter, end_.executor_.get(), *end_.scratch_, sink);
@@ -139,10 +143,11 @@ Visit Step::searchImpacts(const MovingMesh& mesh, double more_margin, PairSink& 
 double Step::safeTime(const MovingMesh& mesh) const {
   if (mesh.empty()) return 1;
   SegmentMarks inside(end_.begin(), end_.end());
-  findInside(mesh.start(), inside);
+  const double margin = end_.options_.margin;
+  findInside(mesh, margin, inside);
   FirstTime first;
   NoSink nothing;
-  visitMesh(mesh, 0, inside, first.until(), [&](const auto& motions, const auto& search) {
+  visitMesh(mesh, margin, inside, first.until(), [&](const auto& motions, const auto& search) {
     const FirstMeshImpact filter(motions, first);
     return findPairs(search, &filter, end_.executor_.get(), *end_.scratch_, nothing);
   });

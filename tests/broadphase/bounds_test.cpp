@@ -11,9 +11,12 @@
 #include <utility>
 #include <vector>
 
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/cylinder.h>
 #include <fcl/geometry/shape/sphere.h>
 
 #include "support/exact_geometry.h"
+#include "support/least_box.h"
 #include "support/managed.h"
 #include "support/scene_generators.h"
 
@@ -63,6 +66,33 @@ bool meets(const fcl::AABB<S>& box, const fcl::CollisionObject<S>& object) {
   const Point center = object.getTranslation().template cast<Real>();
   const ExactBox exact{box.min_.template cast<Real>(), box.max_.template cast<Real>()};
   return segmentBoxDistance(center - half, center + half, exact) <= radius;
+}
+
+// The most that a box has beyond the least one on any side.
+template <typename S>
+Real largestExcess(const fcl::CollisionObject<S>& object) {
+  const fcl::AABB<S>& box = object.getAABB();
+  const fcl::AABB<S> tight = tightBox(object);
+  const Point below = tight.min_.template cast<Real>() - box.min_.template cast<Real>(),
+              above = box.max_.template cast<Real>() - tight.max_.template cast<Real>();
+  return std::max({Real(0), below.maxCoeff(), above.maxCoeff()});
+}
+
+// The distance of the surfaces of capsules and spheres; negative if they overlap.
+template <typename S>
+Real gap(const fcl::CollisionObject<S>& p, const fcl::CollisionObject<S>& q) {
+  const auto capsule = [](const fcl::CollisionObject<S>& object) -> ExactCapsule {
+    const Point center = object.getTranslation().template cast<Real>();
+    if (object.getNodeType() == fcl::GEOM_SPHERE) {
+      const auto& sphere = static_cast<const fcl::Sphere<S>&>(*object.collisionGeometry());
+      return {center, center, Real(sphere.radius)};
+    }
+    const auto& shape = static_cast<const fcl::Capsule<S>&>(*object.collisionGeometry());
+    const Point half = Real(shape.lz) / 2 * object.getRotation().col(2).template cast<Real>();
+    return {center - half, center + half, Real(shape.radius)};
+  };
+  const ExactCapsule a = capsule(p), b = capsule(q);
+  return segmentDistance(a.a, a.b, b.a, b.b) - a.radius - b.radius;
 }
 
 // The ways in which programs give their objects a margin. A sphere is as FCL has it in the third,
@@ -229,7 +259,8 @@ TYPED_TEST(FiberBounds, AMarginOutlastsASmallMotion) {
   }
 }
 
-// Any box that FCL would find a pair by has to find it here, whatever the program does with it.
+// Any box that FCL would find a pair by has to find it here, whatever the program does with it. If
+// capsules count, they have to be as near as the box reaches beyond one of them.
 TYPED_TEST(FiberBounds, ABoxAroundTheShapeFindsWhatItFindsInFcl) {
   using S = typename TypeParam::Scalar;
   using Box = fcl::AABB<S>;
@@ -283,7 +314,10 @@ TYPED_TEST(FiberBounds, ABoxAroundTheShapeFindsWhatItFindsInFcl) {
         std::size_t found = 0;
         for (std::size_t i = 0; i < scene.size(); i += 4) {
           for (std::size_t j = 0; j < scene.size(); ++j) {
-            if (j != i && meets(scene[i]->getAABB(), *scene[j])) {
+            const bool counts = options.report == Report::kVolumes ||
+                                options.bounds == Bounds::kObjects ||
+                                gap(*scene[i], *scene[j]) <= largestExcess(*scene[i]);
+            if (j != i && counts && meets(scene[i]->getAABB(), *scene[j])) {
               EXPECT_TRUE(reported.count(std::minmax(i, j))) << i << ", " << j;
               ++found;
             }
@@ -424,30 +458,327 @@ TYPED_TEST(FiberBounds, MarginsAreMeasuredOutward) {
   }
 }
 
-// A box that a program stretches along a motion is larger on one side alone.
-TYPED_TEST(FiberBounds, ABoxWidenedUnevenlyCountsAsItIs) {
+// A box that is swept along x would make a capsule count as that box, to its corners.
+TYPED_TEST(FiberBounds, ABoxWidenedUnevenlyCountsWithItsShape) {
   using S = typename TypeParam::Scalar;
   for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0.03)) {
     SCOPED_TRACE(describe(options));
-    Scene<S> scene = soupScene<S>(80, 0.2, 306);
+    // Thin and slanted, so that they fill little of their boxes.
+    Scene<S> scene;
+    Random random(306);
+    for (int i = 0; i < 120; ++i) {
+      const Eigen::Vector3d from = random.inCube(0.7);
+      scene.addCapsule(from, from + random.inCube(0.5), 0.02);
+    }
     for (std::size_t i = 0; i < scene.size(); i += 4) {
-      boxOf(*scene[i]).max_[static_cast<int>(i / 4 % 3)] += S(0.5);
+      boxOf(*scene[i]) = tightBox(*scene[i]);
+      boxOf(*scene[i]).max_[static_cast<int>(i / 4 % 3)] += S(i % 8 == 0 ? 0.5 : 0.02);
     }
     Managed<TypeParam> manager(scene, options);
     const auto reported = selfNumbers<S>(*manager, scene);
-    int swept = 0;
+    const bool counts_capsules = options.report == Report::kCapsules;
+    // What rounds the boxes of this scene, whose size is one.
+    const Real rounding = 64 * Real(std::numeric_limits<S>::epsilon());
+    int swept = 0, beside = 0;
     for (std::size_t i = 0; i < scene.size(); ++i) {
       for (std::size_t j = i + 1; j < scene.size(); ++j) {
-        const auto box = [&](std::size_t k) {
-          return k % 4 == 0 ? scene[k]->getAABB() : tightBox(*scene[k]);
+        if (i % 4 != 0 && j % 4 != 0) continue;
+        const auto box = [&](std::size_t k) -> ExactBox {
+          const fcl::AABB<S> is = k % 4 == 0 ? scene[k]->getAABB() : tightBox(*scene[k]);
+          return {is.min_.template cast<Real>(), is.max_.template cast<Real>()};
         };
-        if ((i % 4 != 0 && j % 4 != 0) || !box(i).overlap(box(j))) continue;
-        EXPECT_TRUE(reported.count({i, j})) << i << ", " << j;
-        ++swept;
+        const auto excess = [&](std::size_t k) {
+          return k % 4 == 0 ? largestExcess(*scene[k]) : Real(0);
+        };
+        const Real boxes = boxGap(box(i), box(j)) - Real(options.margin),
+                   shapes =
+                       gap(*scene[i], *scene[j]) - excess(i) - excess(j) - Real(options.margin);
+        if (boxes <= 0 && (!counts_capsules || shapes <= 0)) {
+          EXPECT_TRUE(reported.count({i, j})) << i << ", " << j;
+          ++swept;
+        } else if (boxes > rounding || (counts_capsules && shapes > rounding)) {
+          // Spheres around boxes reach further.
+          if (counts_capsules) {
+            EXPECT_FALSE(reported.count({i, j})) << i << ", " << j;
+          }
+          beside += boxes <= 0 ? 1 : 0;
+        }
       }
     }
     EXPECT_GT(swept, 10);
-    EXPECT_LT(reported.size(), 80u * 79 / 8) << "a flood";
+    EXPECT_EQ(beside > 5, counts_capsules) << "pairs whose boxes alone overlap: " << beside;
+  }
+}
+
+// With other shapes, another manager or one object alone the box would count without its shape.
+TYPED_TEST(FiberBounds, AnUnevenExcessCountsInEveryQuery) {
+  using S = typename TypeParam::Scalar;
+  using Object = fcl::CollisionObject<S>;
+  for (const double margin : {0.0, 0.03}) {
+    SCOPED_TRACE(margin);
+    FiberManagerOptions options, its_options;
+    options.report = its_options.report = Report::kCapsules;
+    options.margin = margin;
+    its_options.margin = 0.01;
+    Scene<S> scene;
+    Random random(321);
+    const auto cylinder = std::make_shared<fcl::Cylinder<S>>(S(0.03), S(0.5));
+    std::vector<bool> is_wide;
+    for (int i = 0; i < 150; ++i) {
+      const Eigen::Vector3d from = random.inCube(0.6);
+      if (i % 5 < 2) scene.addCapsule(from, from + random.inCube(0.5), 0.02);
+      if (i % 5 == 2) scene.addSphere(from, random.between(0.02, 0.1));
+      if (i % 5 == 3) scene.addBox(from, random.rotation(), {0.5, 0.04, 0.05});
+      if (i % 5 == 4) scene.add(cylinder, makePose<S>(random.rotation(), from));
+      // All kinds, but of boxes and cylinders fewer.
+      is_wide.push_back(i % 3 == 0 && (i % 5 < 3 || i % 2 == 0));
+    }
+    const auto leastOf = [](const Object& object) -> fcl::AABB<S> {
+      const ExactBox least = leastBox(object);
+      return {least.min.template cast<S>(), least.max.template cast<S>()};
+    };
+    std::vector<Real> excesses(scene.size(), 0);
+    for (std::size_t i = 0; i < scene.size(); ++i) {
+      if (!is_wide[i]) continue;
+      fcl::AABB<S>& box = boxOf(*scene[i]);
+      const fcl::AABB<S> least = box = leastOf(*scene[i]);
+      const int axis = static_cast<int>(i % 3 + i / 3) % 3;
+      box.max_[axis] += S(i % 2 == 0 ? 0.4 : 0.02);
+      box.min_[(axis + 1) % 3] -= S(i % 4 == 0 ? 0.1 : 0);
+      excesses[i] =
+          std::max((box.max_ - least.max_).maxCoeff(), (least.min_ - box.min_).maxCoeff());
+    }
+    const Real rounding = 64 * Real(std::numeric_limits<S>::epsilon());
+    const auto boxes = [&](std::size_t i, std::size_t j) {
+      const auto box = [&](std::size_t k) -> ExactBox {
+        if (!is_wide[k]) return leastBox(*scene[k]);
+        const fcl::AABB<S>& is = scene[k]->getAABB();
+        return {is.min_.template cast<Real>(), is.max_.template cast<Real>()};
+      };
+      return boxGap(box(i), box(j));
+    };
+    const auto isRound = [&](std::size_t i) { return i % 5 < 3; };
+    const auto shapes = [&](std::size_t i, std::size_t j) -> Real {
+      if (isRound(i) && isRound(j)) return gap(*scene[i], *scene[j]);
+      if (!isRound(i) && !isRound(j)) return 0;
+      const Object &round = *scene[isRound(i) ? i : j], &other = *scene[isRound(i) ? j : i];
+      Real half = 0, radius = 0;
+      if (const auto* capsule =
+              dynamic_cast<const fcl::Capsule<S>*>(round.collisionGeometry().get())) {
+        half = Real(capsule->lz) / 2;
+        radius = Real(capsule->radius);
+      } else {
+        radius = Real(static_cast<const fcl::Sphere<S>&>(*round.collisionGeometry()).radius);
+      }
+      const Point center = round.getTranslation().template cast<Real>(),
+                  axis = half * round.getRotation().col(2).template cast<Real>();
+      return distanceFrom(other)(center - axis, center + axis) - radius;
+    };
+    // One manager, two of all pairs between even and odd ones, and each object alone.
+    const Managed<TypeParam> manager(scene, options);
+    std::vector<Object*> even, odd;
+    for (std::size_t i = 0; i < scene.size(); ++i) (i % 2 == 0 ? even : odd).push_back(scene[i]);
+    const Managed<TypeParam> first(even, options), second(odd, its_options);
+    std::set<std::pair<std::size_t, std::size_t>> of_one, self = selfNumbers<S>(*manager, scene);
+    const auto numbersOf = [&](const Calls<S>& calls) {
+      std::set<std::pair<std::size_t, std::size_t>> numbers;
+      for (const auto& [a, b] : calls) {
+        const auto number = [&, end = scene.objects().end()](const Object* object) {
+          return static_cast<std::size_t>(std::find(scene.objects().begin(), end, object) -
+                                          scene.objects().begin());
+        };
+        EXPECT_TRUE(numbers.insert(std::minmax(number(a), number(b))).second);
+      }
+      return numbers;
+    };
+    const auto with = numbersOf(pairsWith(*first, *second)),
+               back = numbersOf(pairsWith(*second, *first));
+    for (std::size_t i = 0; i < scene.size(); ++i) {
+      for (const auto& pair : numbersOf(pairsWith(*manager, *scene[i]))) of_one.insert(pair);
+      // What nobody has registered is read from itself.
+      if (i % 2 == 0) continue;
+      for (const auto& pair : numbersOf(pairsWith(*first, *scene[i]))) {
+        EXPECT_TRUE(with.count(pair)) << pair.first << ", " << pair.second;
+      }
+    }
+    int met = 0, apart = 0, apart_as_shapes = 0;
+    for (std::size_t i = 0; i < scene.size(); ++i) {
+      for (std::size_t j = i + 1; j < scene.size(); ++j) {
+        if (!is_wide[i] && !is_wide[j]) continue;
+        const Real box_gap = boxes(i, j), shape_gap = shapes(i, j) - excesses[i] - excesses[j];
+        const auto expectPair = [&](const auto& found, double reach) {
+          const Real most = Real(reach) + rounding, least = Real(reach) - rounding;
+          if (box_gap <= least && shape_gap <= least) {
+            EXPECT_TRUE(found.count({i, j})) << i << ", " << j;
+            ++met;
+          } else if (box_gap > most || shape_gap > most) {
+            EXPECT_FALSE(found.count({i, j})) << i << ", " << j;
+            ++apart;
+            apart_as_shapes += box_gap <= least ? 1 : 0;
+          }
+        };
+        expectPair(self, margin);
+        expectPair(of_one, margin);
+        if (i % 2 == j % 2) continue;
+        expectPair(with, margin);
+        expectPair(back, its_options.margin);
+      }
+    }
+    EXPECT_GT(met, 300);
+    EXPECT_GT(apart, 300);
+    EXPECT_GT(apart_as_shapes, 50);
+  }
+}
+
+// An object that moves within a box that a program has widened to one side would be taken from
+// where it is now, and lose what it met at the last update.
+TYPED_TEST(FiberBounds, AMotionWithinABoxWidenedUnevenlyIsAMotion) {
+  using S = typename TypeParam::Scalar;
+  FiberManagerOptions options;
+  options.report = Report::kCapsules;
+  const S r = S(0.03125);
+  const std::shared_ptr<fcl::CollisionGeometry<S>> shapes[] = {
+      std::make_shared<fcl::Capsule<S>>(r, r), std::make_shared<fcl::Sphere<S>>(r),
+      std::make_shared<fcl::Box<S>>(r, r, r), std::make_shared<fcl::Cylinder<S>>(r, r)};
+  for (std::size_t kind = 0; kind < std::size(shapes); ++kind) {
+    SCOPED_TRACE(kind);
+    Scene<S> scene, probes;
+    auto* const wide = scene.add(shapes[kind], fcl::Transform3<S>::Identity());
+    // Within the excess of 1 of where it is at first, and not of where it goes.
+    scene.addSphere({0.9375, 0.25, 0}, 0.015625);
+    probes.addSphere({0.9375, 0.25, 0}, 0.015625);
+    boxOf(*wide).max_ += fcl::Vector3<S>(1, 1, 0);
+    const Managed<TypeParam> manager(scene, options), other(probes, options);
+    const auto expectPair = [&] {
+      EXPECT_EQ(selfPairs(*manager).size(), 1u);
+      EXPECT_EQ(pairsWith(*manager, *scene[1]).size(), 1u);
+      // The two spheres are in the same place.
+      EXPECT_EQ(pairsWith(*manager, *probes[0]).size(), 2u);
+      EXPECT_EQ(pairsWith(*manager, *other).size(), 2u);
+      EXPECT_EQ(pairsWith(*other, *manager).size(), 2u);
+    };
+    expectPair();
+    EXPECT_FALSE(manager->movedSinceUpdate());
+    wide->setTranslation(fcl::Vector3<S>(S(0.0625), S(0.9375), 0));
+    EXPECT_TRUE(manager->movedSinceUpdate());
+    expectPair();
+    manager->update();
+    EXPECT_FALSE(manager->movedSinceUpdate());
+    EXPECT_EQ(selfPairs(*manager).size(), 0u) << "a scene that shows nothing";
+  }
+}
+
+// A margin that is less than what rounding may add would be taken for rounding.
+TYPED_TEST(FiberBounds, ALittleMarginIsNeverLost) {
+  using S = typename TypeParam::Scalar;
+  const double eps = double{std::numeric_limits<S>::epsilon()};
+  int judged = 0;
+  for (const double offset : {0.0, 1e3}) {
+    for (const double margin : {1e-3, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9}) {
+      // What a box of S cannot tell from none is none.
+      if (margin < 64 * eps * (1 + offset)) continue;
+      for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0)) {
+        for (const int way : {0, 1, 3}) {  // the ball is asked of turned objects alone
+          SCOPED_TRACE(describe(options) + ", offset " + std::to_string(offset) + ", margin 1e" +
+                       std::to_string(static_cast<int>(std::round(std::log10(margin)))) + ", " +
+                       kWays[way]);
+          // Pairs along x that are apart by more than one margin, and by less than two.
+          Random random(331);
+          Scene<S> scene;
+          const double apart = 1.5 * margin;
+          for (int i = 0; i < 12; ++i) {
+            const double y = offset + 2.0 * i, radius = random.between(0.1, 0.3);
+            const double x = offset + random.unit();
+            if (i % 2 == 0) {
+              scene.addSphere({x, y, offset}, radius);
+              scene.addSphere({x + 2 * radius + apart, y, offset}, radius);
+            } else {
+              const Eigen::Vector3d half(0, 0, random.between(0, 0.5));
+              const Eigen::Vector3d a(x, y, offset), b(x + 2 * radius + apart, y, offset);
+              scene.addCapsule(a - half, a + half, radius);
+              scene.addCapsule(b - half, b + half, radius);
+            }
+          }
+          for (auto* object : scene.objects()) widen(*object, way, S(margin));
+          const Managed<TypeParam> manager(scene, options);
+          const auto self = selfNumbers<S>(*manager, scene);
+          for (std::size_t i = 0; i < scene.size(); i += 2) {
+            // The poses and radii are rounded, too.
+            const Real away = gap(*scene[i], *scene[i + 1]);
+            if (away > 2 * Real(margin) - 32 * Real(eps) * Real(1 + offset)) continue;
+            ++judged;
+            EXPECT_TRUE(self.count({i, i + 1})) << i;
+            const Calls<S> with = pairsWith(*manager, *scene[i]);
+            EXPECT_EQ(std::count(with.begin(), with.end(), std::pair(scene[i + 1], scene[i])), 1);
+            const Managed<TypeParam> one({scene[i]}, options), other({scene[i + 1]}, options);
+            EXPECT_EQ(pairsWith(*one, *other).size(), 1u);
+          }
+        }
+      }
+    }
+  }
+  EXPECT_GT(judged, 100);
+}
+
+// A program that computes tight boxes itself rounds them, which would make capsules count as boxes.
+TYPED_TEST(FiberBounds, TightBoxesOfAProgramAddNothing) {
+  using S = typename TypeParam::Scalar;
+  FiberManagerOptions options;
+  options.report = Report::kCapsules;
+  for (const double offset : {0.0, 10.0, 1000.0}) {
+    for (const char* made_from : {"the pose", "the points", "the points in float"}) {
+      SCOPED_TRACE(std::string(made_from) + ", at " + std::to_string(offset));
+      Scene<S> scene;
+      Random random(313);
+      constexpr int kFibers = 30, kSegments = 40;
+      for (int f = 0; f < kFibers; ++f) {
+        Eigen::Vector3d p = random.inCube(1).array() + offset, step = random.inCube(0.05);
+        for (int i = 0; i < kSegments; ++i) {
+          const Eigen::Vector3d q = p + step;
+          step += random.inCube(0.02);
+          scene.addCapsule(p, q, 0.02);
+          Eigen::Vector3d a = p, b = q;
+          if (made_from == std::string("the pose")) {
+            const auto* object = scene.objects().back();
+            const auto& shape = static_cast<const fcl::Capsule<S>&>(*object->collisionGeometry());
+            const fcl::Vector3<S> half =
+                object->getTransform().linear() * fcl::Vector3<S>(0, 0, shape.lz / 2);
+            a = (object->getTranslation() - half).template cast<double>();
+            b = (object->getTranslation() + half).template cast<double>();
+          } else if (made_from == std::string("the points in float")) {
+            a = a.cast<float>().cast<double>();
+            b = b.cast<float>().cast<double>();
+          }
+          auto& box = boxOf(*scene.objects().back());
+          box.min_ = (a.cwiseMin(b).array() - 0.02).matrix().template cast<S>();
+          box.max_ = (a.cwiseMax(b).array() + 0.02).matrix().template cast<S>();
+          p = q;
+        }
+      }
+      const auto manager = TypeParam::make(options);
+      manager->registerObjects(scene.objects());
+      const auto reported = selfNumbers<S>(*manager, scene);
+      // Two objects, each of whose boxes may reach this much further than the shape.
+      const bool is_float =
+          made_from == std::string("the points in float") || std::is_same<S, float>::value;
+      const Real eps = is_float ? Real(std::numeric_limits<float>::epsilon())
+                                : Real(std::numeric_limits<double>::epsilon());
+      const Real rounding = 16 * eps * Real(offset + 3);
+      int touching = 0, boxes = 0;
+      for (std::size_t i = 0; i < scene.size(); ++i) {
+        for (std::size_t j = i + 1; j < scene.size(); ++j) {
+          if (!scene[i]->getAABB().overlap(scene[j]->getAABB())) continue;
+          const Real apart = gap(*scene[i], *scene[j]);
+          const bool is_reported = reported.count({i, j}) > 0;
+          EXPECT_TRUE(is_reported || apart > 0) << i << ", " << j;
+          EXPECT_TRUE(!is_reported || apart <= rounding) << i << ", " << j << ": " << apart;
+          touching += apart <= 0 ? 1 : 0;
+          boxes += apart > rounding ? 1 : 0;
+        }
+      }
+      EXPECT_GT(touching, 1000);
+      EXPECT_GT(boxes, 100);
+    }
   }
 }
 

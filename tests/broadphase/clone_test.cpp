@@ -187,6 +187,31 @@ TYPED_TEST(Clone, OtherShapesMayStandForOtherShapes) {
   }
 }
 
+// A group would meet itself where one of it is beside the tree, as a fiber of one object may be in
+// a clone.
+TYPED_TEST(Clone, AGroupHasNoPairsWithWhatHasComeBesideTheTree) {
+  for (const FiberManagerOptions& options : assortedOptions()) {
+    SCOPED_TRACE(describe(options));
+    Scene<typename TypeParam::Scalar> scene;
+    const auto first = scene.addFiber({{0, 0, 0}, {1, 0, 0}}, 0.1),
+               second = scene.addFiber({{0, 0.1, 0}, {1, 0.1, 0}}, 0.1);
+    auto* const floor = scene.addHalfspace({0, 0, 1}, 0);
+    auto* const wall = scene.addHalfspace({0.6, 0.8, 0}, 0);
+    for (const int its_group : {7, 8}) {
+      Managed<TypeParam> original(options);
+      original.registerFiber(first, FiberEnds::kOpen, FiberGroup{7});
+      original.registerFiber(second, FiberEnds::kOpen, FiberGroup{its_group});
+      const std::size_t expected = its_group == 7 ? 0 : 1;
+      EXPECT_EQ(selfPairs(*original).size(), expected);
+      for (auto* one : {floor, wall}) {
+        EXPECT_EQ(selfPairs(*original.clone({one, second[0]})).size(), expected);
+        EXPECT_EQ(selfPairs(*original.clone({first[0], one})).size(), expected);
+      }
+      EXPECT_EQ(selfPairs(*original.clone({floor, wall})).size(), expected);
+    }
+  }
+}
+
 // Closed fibers and arc lengths would be measured anew, or forgotten.
 TYPED_TEST(Clone, KeepsNeighborsByArcLengthAndAcrossTheSeam) {
   using S = typename TypeParam::Scalar;

@@ -3,10 +3,17 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
+#include <set>
 #include <stdexcept>
+#include <string>
+#include <utility>
 #include <vector>
 
+#include <fcl/geometry/shape/ellipsoid.h>
+
 #include "support/managed.h"
+#include "support/mesh_models.h"
 #include "support/scene_generators.h"
 
 // Few objects that come and go beside many that stay: the tree is not built anew for them, and
@@ -72,6 +79,302 @@ TYPED_TEST(ComingAndGoing, AnswersAreThoseOfANewTree) {
     managed.unregister(managed.size() - 4);
     expectAnswers(managed, other);
   }
+}
+
+/// What may come and go beside a few strands: meshes, of which some are solid, half-spaces, planes
+/// and other shapes.
+template <typename S>
+struct Visitors {
+  Scene<S> scene;
+  std::vector<fcl::CollisionObject<S>*> all;
+
+  explicit Visitors(std::uint64_t seed, std::size_t strands = 4)
+      : scene(strandScene<S>(strands, 8, seed)) {
+    Random random(seed + 1);
+    const auto model = makeModel<S>(modelTypes<S>().front(), blob(0.3, 0.2, 6, 4));
+    for (int i = 0; i < 24; ++i) {
+      const Eigen::Vector3d place = random.inCube(0.6);
+      const Eigen::Quaterniond turn = random.rotation();
+      if (i % 4 == 0) scene.add(model, makePose<S>(turn, place));
+      if (i % 8 == 1) scene.addHalfspace(random.direction(), -0.3);
+      if (i % 8 == 5) scene.addPlane(random.direction(), random.between(-0.3, 0.3));
+      if (i % 8 == 2) scene.addMesh(place, 0.2);
+      if (i % 8 == 6) scene.addHalfspace(Eigen::Vector3d::Unit(i % 3), -0.4);
+      if (i % 8 == 3) scene.addBox(place, turn, {0.2, 0.1, 0.3});
+      if (i % 8 == 7) scene.addSphere(place, 0.1);
+    }
+    all = scene.loose();
+  }
+};
+
+// What comes or goes one by one would be read with all others, or not at all.
+TYPED_TEST(ComingAndGoing, WhatIsBesideTheTreeMayComeAndGoOneByOne) {
+  using S = typename TypeParam::Scalar;
+  FiberManagerOptions by_capsules;
+  by_capsules.report = Report::kCapsules;
+  by_capsules.margin = 0.02;
+  by_capsules.ignored_neighbors = 2;
+  for (const FiberManagerOptions& options : {FiberManagerOptions(), by_capsules}) {
+    Visitors<S> visitors(331);
+    Scene<S> other_scene = strandScene<S>(2, 6, 333);
+    other_scene.addHalfspace({0, 0.6, 0.8}, -0.3);
+    other_scene.addMesh({0, 0.2, 0}, 0.2);
+    Managed<TypeParam> managed(options), other(options);
+    for (const auto& fiber : visitors.scene.fibers()) managed.registerFiber(fiber);
+    other.registerEach(other_scene.objects());
+    std::vector<fcl::CollisionObject<S>*> outside = visitors.all, inside;
+    Random random(334);
+    for (int round = 0; round < 30 && !this->HasFailure(); ++round) {
+      const std::size_t what = random.below(round < 12 ? 5 : 8);
+      SCOPED_TRACE(describe(options) + ", round " + std::to_string(round) + ", call " +
+                   std::to_string(what));
+      if (what < 3 && !outside.empty()) {
+        const std::size_t i = random.below(outside.size());
+        managed.registerObject(outside[i]);
+        inside.push_back(outside[i]);
+        outside.erase(outside.begin() + static_cast<std::ptrdiff_t>(i));
+      } else if ((what == 5 || what == 6) && !inside.empty()) {
+        // The first, the last or any.
+        const std::size_t last = inside.size() - 1;
+        const std::size_t i = round % 3 == 0 ? 0 : round % 3 == 1 ? last : random.below(last + 1);
+        managed.unregisterObject(inside[i]);
+        outside.push_back(inside[i]);
+        inside.erase(inside.begin() + static_cast<std::ptrdiff_t>(i));
+      } else if (what == 3 && !inside.empty()) {
+        auto* const one = inside[random.below(inside.size())];
+        jolt(*one, random, 0.2, 0.5);
+        managed->update(one);
+      } else if (what == 4 && inside.size() > 3) {
+        std::vector<fcl::CollisionObject<S>*> some = managed.every(3);
+        some.insert(some.end(), {inside[1], inside[0], inside[1]});
+        jolt(some, random, 0.1, 0.3);
+        managed->update(some);
+      } else {
+        jolt(managed.objects(), random, 0.02, 0.1);
+        managed->update();
+      }
+      EXPECT_TRUE(managed.answersSelf());
+      EXPECT_FALSE(managed->movedSinceUpdate());
+      if (round % 6 == 5) {
+        EXPECT_TRUE(managed.answersWith(other, 0));
+        EXPECT_TRUE(other.answersWith(managed, 0));
+        for (auto* object : visitors.all) EXPECT_TRUE(managed.answersWith(object, 0));
+        managed.expectNearest();
+      }
+    }
+    EXPECT_GT(inside.size(), 4u);
+  }
+}
+
+/// That a manager has the pairs of a new one of the same objects, among them and with each.
+template <typename Config, typename Object>
+void expectPairsOfANew(const Managed<Config>& managed, const Managed<Config>& anew,
+                       const std::vector<Object*>& partners) {
+  const auto asSet = [](const auto& calls) {
+    std::set<std::pair<Object*, Object*>> pairs;
+    for (const auto& [a, b] : calls) EXPECT_TRUE(pairs.insert(std::minmax(a, b)).second);
+    return pairs;
+  };
+  EXPECT_TRUE(asSet(selfPairs(*managed)) == asSet(selfPairs(*anew)));
+  for (Object* one : partners) {
+    EXPECT_TRUE(asSet(pairsWith(*managed, *one)) == asSet(pairsWith(*anew, *one)));
+  }
+}
+
+// What is new would never be read if something newer has gone before a query.
+TYPED_TEST(ComingAndGoing, WhatGoesUnreadLeavesTheOthersToBeRead) {
+  using S = typename TypeParam::Scalar;
+  using Object = fcl::CollisionObject<S>;
+  std::vector<FiberManagerOptions> all = optionsToTest<TypeParam>(0);
+  all[1].margin = 0.02;
+  if (TypeParam::kVolume == LeafVolume::kBox) {
+    all.push_back(all[1]);
+    all.back().motion = true;
+  }
+  for (const FiberManagerOptions& options : all) {
+    Random random(354);
+    // So many strands that the tree stays.
+    Visitors<S> visitors(351, 12);
+    addShapes(visitors.scene, 11, 0.3, 353);
+    visitors.scene.addCapsule({0, 0, 0}, {0.3, 0.1, 0}, 0.05);
+    const auto ellipsoid = std::make_shared<fcl::Ellipsoid<S>>(S(0.3), S(0.1), S(0.2));
+    for (int i = 0; i < 6; ++i) {
+      visitors.scene.add(ellipsoid, makePose<S>(random.rotation(), random.inCube(0.6)));
+    }
+    std::vector<Object*> outside = visitors.scene.loose(), inside;
+    Managed<TypeParam> managed(options);
+    for (const auto& fiber : visitors.scene.fibers()) managed.registerFiber(fiber);
+    managed->setup();
+    const auto exchange = [&](std::vector<Object*>& from, std::vector<Object*>& to,
+                              std::size_t first) {
+      const std::size_t i = first + random.below(from.size() - first);
+      to.push_back(from[i]);
+      from.erase(from.begin() + static_cast<std::ptrdiff_t>(i));
+      return to.back();
+    };
+    for (int round = 0; round < 20 && !this->HasFailure(); ++round) {
+      SCOPED_TRACE(describe(options) + (options.motion ? ", motion" : "") + ", round " +
+                   std::to_string(round));
+      const std::size_t old = inside.size();
+      for (std::size_t i = 2 + random.below(3); i > 0 && !outside.empty(); --i) {
+        managed.registerObject(exchange(outside, inside, 0));
+      }
+      for (std::size_t i = 1 + random.below(2); i > 0 && inside.size() > old; --i) {
+        managed.unregisterObject(exchange(inside, outside, old));
+      }
+      while (inside.size() > 9) managed.unregisterObject(exchange(inside, outside, 0));
+      EXPECT_TRUE(managed.answersSelf());
+      Managed<TypeParam> anew(options);
+      for (const auto& fiber : visitors.scene.fibers()) anew.registerFiber(fiber);
+      anew.registerEach(inside);
+      expectPairsOfANew(managed, anew, inside);
+      EXPECT_FALSE(managed->movedSinceUpdate());
+    }
+  }
+}
+
+// An update of another object would make up for a query that has refused one, and what came with
+// that one would never be read.
+TYPED_TEST(ComingAndGoing, AfterARefusalAnUpdateOfAnotherObjectIsNotEnough) {
+  using S = typename TypeParam::Scalar;
+  using Object = fcl::CollisionObject<S>;
+  for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0)) {
+    for (const bool are_meshes : {false, true}) {
+      for (int update = 0; update < 4; ++update) {
+        SCOPED_TRACE(describe(options) + (are_meshes ? ", meshes" : ", half-spaces") + ", update " +
+                     std::to_string(update));
+        Scene<S> scene = strandScene<S>(12, 16, 356);
+        const auto model = makeModel<S>(modelTypes<S>().front(), blob(0.3, 0.2, 6, 4));
+        const auto addOne = [&](int axis) -> Object* {
+          if (!are_meshes) return scene.addHalfspace(Eigen::Vector3d::Unit(axis), -0.3);
+          const Eigen::Vector3d place = 0.2 * Eigen::Vector3d::Unit(axis);
+          return scene.add(model, makePose<S>(Eigen::Quaterniond::Identity(), place));
+        };
+        Object* const old = addOne(0);
+        Managed<TypeParam> managed(scene, options);
+        EXPECT_TRUE(managed.answersSelf());
+        Object *const young = addOne(1), *const broken = addOne(2);
+        managed.registerObject(young);
+        managed.registerObject(broken);
+        broken->setTranslation(fcl::Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN()));
+        EXPECT_THROW(selfPairs(*managed), std::invalid_argument);
+        managed.unregisterObject(broken);
+        translate(*old, {0.1, 0.05, 0});
+        if (update == 0) managed->update(old);
+        if (update == 1) managed->update({scene[3], old});
+        if (update == 2) managed->update({young, old});
+        if (update == 3) managed->update();
+        EXPECT_TRUE(managed.answersSelf());
+        EXPECT_TRUE(managed.answersWith(young));
+        EXPECT_TRUE(managed.answersWith(old));
+      }
+    }
+  }
+}
+
+// A step would begin where an object was two steps ago, or one that has come have a way.
+TEST(ComingAndGoingInSteps, AnswersAreThoseOfANewManager) {
+  using Config = LayeredAabb<double, Topology::kBundle>;
+  using Object = fcl::CollisionObject<double>;
+  FiberManagerOptions options;
+  options.report = Report::kCapsules;
+  options.motion = true;
+  std::size_t found = 0, only_on_their_way = 0;
+  for (std::uint64_t seed = 341; seed < 345; ++seed) {
+    Visitors<double> visitors(seed);
+    options.margin = seed % 2 == 0 ? 0.01 : 0;
+    const auto manager = Config::make(options);
+    // The poses at the start and at the end of the step, of what is registered.
+    struct Poses {
+      fcl::Transform3d start, end;
+    };
+    std::vector<Object*> inside = visitors.scene.objects(), outside;
+    std::map<Object*, Poses> poses;
+    for (std::size_t i = 0; i < 12; ++i) {
+      outside.push_back(inside.back());
+      inside.pop_back();
+    }
+    // Half of the closed meshes.
+    const std::set<const Object*> solid{visitors.all[0], visitors.all[8], visitors.all[16]};
+    const auto enter = [&](FiberCollisionManager<double>& its, Object* object) {
+      its.registerObstacle(object, ObstacleOptions{solid.count(object) > 0});
+    };
+    for (Object* object : inside) {
+      enter(*manager, object);
+      poses[object] = {object->getTransform(), object->getTransform()};
+    }
+    bool is_seen = false;
+    const auto numbersOf = [&](const Calls<double>& calls) {
+      std::set<std::pair<Object*, Object*>> pairs;
+      for (const auto& [a, b] : calls) EXPECT_TRUE(pairs.insert(std::minmax(a, b)).second);
+      return pairs;
+    };
+    const auto check = [&] {
+      const auto pairs = numbersOf(selfPairs(*manager));
+      is_seen = true;
+      const auto anew = Config::make(options);
+      for (Object* object : inside) {
+        object->setTransform(poses[object].start);
+        enter(*anew, object);
+      }
+      const auto at_start = numbersOf(selfPairs(*anew));
+      for (Object* object : inside) object->setTransform(poses[object].end);
+      anew->update();
+      EXPECT_TRUE(pairs == numbersOf(selfPairs(*anew)));
+      anew->update();
+      const auto at_end = numbersOf(selfPairs(*anew));
+      found += pairs.size();
+      for (const auto& pair : pairs) {
+        only_on_their_way += at_start.count(pair) + at_end.count(pair) == 0 ? 1 : 0;
+      }
+    };
+    const auto moveThen = [&](const std::vector<Object*>& moved, auto&& update) {
+      if (is_seen) {
+        for (auto& [object, its] : poses) its.start = its.end;
+      }
+      is_seen = false;
+      update();
+      for (Object* object : moved) poses[object].end = object->getTransform();
+    };
+    check();
+    Random random(seed + 10);
+    for (int round = 0; round < 40 && !HasFailure(); ++round) {
+      const std::size_t what = random.below(9);
+      SCOPED_TRACE("seed " + std::to_string(seed) + ", round " + std::to_string(round) + ", call " +
+                   std::to_string(what));
+      if (what < 2 && !outside.empty()) {
+        Object* const one = outside.back();
+        outside.pop_back();
+        inside.push_back(one);
+        enter(*manager, one);
+        // Where it is read first, it rests.
+        poses[one] = {one->getTransform(), one->getTransform()};
+        check();
+      } else if (what == 2) {
+        const std::size_t i = round % 2 == 0 ? inside.size() - 1 : random.below(inside.size());
+        manager->unregisterObject(inside[i]);
+        poses.erase(inside[i]);
+        outside.insert(outside.begin(), inside[i]);
+        inside.erase(inside.begin() + static_cast<std::ptrdiff_t>(i));
+      } else if (what < 5) {
+        Object* const one = inside[random.below(inside.size())];
+        jolt(*one, random, 0.4, 0.3);
+        moveThen({one}, [&] { manager->update(one); });
+      } else if (what < 7) {
+        std::vector<Object*> some;
+        for (std::size_t i = random.below(5); i < inside.size(); i += 5) some.push_back(inside[i]);
+        jolt(some, random, 0.2, 0.2);
+        moveThen(some, [&] { manager->update(some); });
+      } else {
+        jolt(inside, random, 0.2, 0.2);
+        moveThen(inside, [&] { manager->update(); });
+      }
+      // Several updates may be one step.
+      if (random.below(3) > 0) check();
+    }
+  }
+  EXPECT_GT(found, 5000u);
+  EXPECT_GT(only_on_their_way, 50u);
 }
 
 // Those of its fiber that are in the tree already would be reported twice, or itself not at all.

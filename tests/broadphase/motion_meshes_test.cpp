@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -341,6 +342,102 @@ TYPED_TEST(ManagerMotionMeshes, MayBeSolidRestOrChangeTheirTriangles) {
   manager.update();
   ASSERT_EQ(pairsWith(manager, *inside).size(), 1u);
   EXPECT_TRUE(manager.findImpact(&head, inside.get(), nullptr, contact));
+}
+
+// A strand well within a head would be lost where its distance from the surface lies between the
+// margins of the two managers.
+TYPED_TEST(ManagerMotionMeshes, AreSolidForManagersOfOtherMargins) {
+  using S = TypeParam;
+  // A cube from -1 to 1 and capsules within the inner half of its sides, so that a capsule is as
+  // far from the surface as from the nearest face.
+  MeshShape cube;
+  for (int i = 0; i < 8; ++i) {
+    cube.points.emplace_back(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
+  }
+  cube.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                    {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  constexpr double kRadius = 0.0625;
+  const auto type = modelTypes<S>().front();
+  const double margins[][2] = {{0, 0.5}, {0.5, 0}, {0.125, 0.25}, {0.25, 0.125}, {0.25, 0.25}};
+  Random random(931);
+  std::size_t inside = 0, outside = 0;
+  for (const Topology topology : {Topology::kBundle, Topology::kSuperThread}) {
+    for (const auto& [margin, its_margin] : margins) {
+      for (const bool moves : {false, true}) {
+        SCOPED_TRACE("margins " + std::to_string(margin) + ", " + std::to_string(its_margin) +
+                     (moves ? ", moving" : ", resting"));
+        FiberManagerOptions options = movingOptions(1, margin),
+                            its_options = movingOptions(1, its_margin);
+        options.topology = its_options.topology = topology;
+        LayeredAABBTreeCollisionManager<S> heads(options), hair(its_options);
+        const Eigen::Quaterniond turn = random.rotation();
+        const Eigen::Vector3d place = random.inCube(2);
+        Object<S> head(makeModel<S>(type, cube), makePose<S>(turn, place));
+        heads.registerObstacle(&head, ObstacleOptions{/*solid=*/true});
+        struct Strand {
+          std::unique_ptr<Object<S>> object;
+          double depth;  ///< of the whole capsule in the cube, below 0 outside
+        };
+        std::vector<Strand> strands;
+        for (double depth = 0.03125; depth <= 1 - 2 * kRadius; depth += 0.0546875) {
+          for (const bool is_inside : {true, false}) {
+            const double x = is_inside ? 1 - depth - kRadius : 1 + depth + kRadius;
+            const Eigen::Vector3d from(x, random.between(-0.1, 0.1), random.between(-0.1, 0.1));
+            // It lies along a face. That is the nearest one while it is near enough to the middle.
+            const Eigen::Quaterniond along(
+                Eigen::AngleAxisd(random.between(0, 3), Eigen::Vector3d::UnitX()));
+            const auto shape = std::make_shared<fcl::Capsule<S>>(S(kRadius), S(0.0625));
+            strands.push_back(
+                {std::make_unique<Object<S>>(shape, makePose<S>(turn * along, turn * from + place)),
+                 is_inside ? depth : -depth});
+            hair.registerFiber({strands.back().object.get()});
+          }
+        }
+        (void)pairsWith(heads, hair);
+        (void)pairsWith(hair, heads);
+        heads.update();
+        hair.update();
+        if (moves) {
+          // They go together, so that what is inside stays there, and what is outside, too.
+          const Eigen::Vector3d shift = random.inCube(0.7);
+          head.setTransform(makePose<S>(turn, place + shift));
+          for (const Strand& strand : strands) {
+            strand.object->setTranslation(strand.object->getTranslation() + shift.cast<S>().eval());
+          }
+          heads.update();
+          hair.update();
+        }
+        const Calls<S> with = pairsWith(heads, hair), back = pairsWith(hair, heads);
+        // The motion and the poses are rounded.
+        const double rounding = 64 * static_cast<double>(std::numeric_limits<S>::epsilon());
+        const auto expectPair = [&](const Calls<S>& calls, const auto& pair, double depth,
+                                    double reach) {
+          const auto count = std::count(calls.begin(), calls.end(), pair);
+          if (depth > 0 || -depth < reach - rounding) {
+            EXPECT_EQ(count, 1) << depth;
+          } else if (-depth > reach + rounding) {
+            EXPECT_EQ(count, 0) << depth;
+          }
+        };
+        for (const auto& [object, depth] : strands) {
+          expectPair(with, std::pair(&head, object.get()), depth, margin);
+          expectPair(back, std::pair(object.get(), &head), depth, its_margin);
+          if (depth < 0) {
+            ++outside;
+            continue;
+          }
+          ++inside;
+          TimedContact contact;
+          ASSERT_TRUE(heads.findImpact(&head, object.get(), &hair, contact)) << depth;
+          EXPECT_EQ(contact.time, 0) << depth;
+          ASSERT_TRUE(hair.findImpact(object.get(), &head, &heads, contact)) << depth;
+          EXPECT_EQ(contact.time, 0) << depth;
+        }
+      }
+    }
+  }
+  EXPECT_GT(inside, 200u);
+  EXPECT_EQ(outside, inside);
 }
 
 // A hair that starts in the head would be pushed out on its far side.

@@ -315,8 +315,11 @@ TYPED_TEST(ObstacleShapes, HaveTheMarginOfTheProgramOrAreNone) {
       EXPECT_FALSE(readObstacle(object, frame, Bounds::kObjects, obstacle));
       EXPECT_EQ(obstacle.kind, Obstacle::Kind::kNone);
       object.aabb.max_[1] += 1;
-      EXPECT_FALSE(readObstacle(object, frame, Bounds::kShapesAndMargins, obstacle));
+      ASSERT_TRUE(readObstacle(object, frame, Bounds::kShapesAndMargins, obstacle));
+      EXPECT_GE(obstacle.margin / frame.scale, 1.25 * (1 - 1e-6)) << "not the most of any side";
       EXPECT_TRUE(readObstacle(object, frame, Bounds::kShapes, obstacle));
+      object.aabb.max_[1] = std::numeric_limits<S>::infinity();
+      EXPECT_FALSE(readObstacle(object, frame, Bounds::kShapesAndMargins, obstacle));
     }
   }
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <memory>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -83,6 +84,124 @@ TYPED_TEST(Obstacles, AreSurfacesUnlessTheyAreSolid) {
       }
       EXPECT_EQ(found, expected);
     }
+  }
+}
+
+/// A distance callback to which a pair is `inside` at distance 0, and any other is far.
+template <typename S>
+struct InsideSearch {
+  std::set<const fcl::CollisionObject<S>*> inside;
+  Calls<S> calls;
+
+  static bool visit(fcl::CollisionObject<S>* a, fcl::CollisionObject<S>* b, void* data, S& dist) {
+    auto& self = *static_cast<InsideSearch*>(data);
+    self.calls.emplace_back(a, b);
+    const bool is_inside = self.inside.count(a) + self.inside.count(b) > 0;
+    dist = std::min(dist, is_inside ? S(0) : S(0.015625));
+    return false;
+  }
+};
+
+// A manager that counts volumes would forget which meshes are solid, but they are for another one.
+TYPED_TEST(Obstacles, AreSolidForAnotherManagerIfTheirOwnCountsVolumes) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene, its_scene, copies;
+  const auto fiber = addStraight(scene, 12, 0.2);
+  const auto model = makeModel<S>(fcl::BV_AABB, blob(3.5, 0, 16, 10));
+  const auto pose = makePose<S>(Eigen::Quaterniond::Identity(), {5, 0, 0});
+  // Far from the fiber, so that they have no part but their places.
+  for (int i = 0; i < 20; ++i) its_scene.addSphere({0, 50.0 + i, 0}, 0.1);
+  auto* const head = its_scene.add(model, pose);
+  // Nearer to the fiber than a capsule in the middle is to the surface of the head.
+  auto* const decoy = its_scene.addSphere({-0.25, 0, 0.2}, 0.125);
+  const auto deep = fiber[5];
+  const FiberManagerOptions by_volumes;
+  std::vector<FiberManagerOptions> asking{byCapsules(), byCapsules(0.0625)};
+  if (TypeParam::kVolume == LeafVolume::kBox) {
+    asking.push_back(byCapsules());
+    asking.back().motion = true;
+  }
+  for (const bool is_solid : {false, true}) {
+    const Numbers expected = is_solid ? Numbers{1, 2, 3, 4, 5, 6, 7, 8} : Numbers{1, 8};
+    auto owner = TypeParam::make(by_volumes);
+    for (auto* object : its_scene.objects()) {
+      if (object == head) {
+        owner->registerObstacle(head, ObstacleOptions{is_solid});
+      } else {
+        owner->registerObject(object);
+      }
+    }
+    const auto expectAnswers = [&](FiberCollisionManager<S>& its, fcl::CollisionObject<S>* mesh,
+                                   const char* when) {
+      for (const FiberManagerOptions& options : asking) {
+        SCOPED_TRACE(std::string(when) + (is_solid ? ", solid, " : ", surface, ") +
+                     describe(options) + (options.motion ? ", motion" : ""));
+        auto manager = TypeParam::make(options);
+        manager->registerFiber(fiber);
+        manager->registerObject(its_scene[0]);  // in both
+        // A pair of its own, to which no other capsule leads.
+        EXPECT_EQ(segmentsWith<S>(*manager, pairsWith<S>(*manager, its), mesh), expected);
+        const auto alone = TypeParam::make(options);
+        alone->registerFiber({deep});
+        EXPECT_EQ(pairsWith<S>(*alone, its).size(), is_solid ? 1u : 0u);
+        InsideSearch<S> search;
+        if (is_solid) search.inside.insert(deep);
+        manager->distance(&its, &search, &InsideSearch<S>::visit);
+        const bool is_met = std::count_if(search.calls.begin(), search.calls.end(), [&](auto& p) {
+          return p.first == deep && p.second == mesh;
+        });
+        EXPECT_EQ(is_met, is_solid);
+        if (!options.motion) continue;
+        // It has moved into the head, or in it, or leaves it.
+        for (auto* object : fiber) translate(*object, {0, 0.25, 0});
+        manager->update();
+        EXPECT_EQ(segmentsWith<S>(*manager, pairsWith<S>(*manager, its), mesh), expected);
+        for (auto* object : fiber) translate(*object, {0, -0.25, 0});
+        for (const std::size_t i : expected) {
+          TimedContact contact;
+          EXPECT_TRUE(manager->findImpact(fiber[i], mesh, &its, contact)) << i;
+          EXPECT_EQ(contact.time, 0) << i;
+        }
+        TimedContact contact;
+        EXPECT_EQ(manager->findImpact(deep, mesh, &its, contact), is_solid);
+        EXPECT_FALSE(manager->findImpact(fiber[0], mesh, &its, contact));
+      }
+      std::vector<MeshContact> contacts;
+      ASSERT_TRUE(its.findMeshContacts(deep, mesh, 0, contacts));
+      ASSERT_EQ(contacts.size(), 1u);
+      EXPECT_EQ(contacts[0].solid, is_solid);
+      EXPECT_EQ(contacts[0].distance < -3, is_solid) << contacts[0].distance;
+    };
+    expectAnswers(*owner, head, "registered");
+    owner->update();
+    expectAnswers(*owner, head, "updated");
+    // The ids of all that follow are dealt anew.
+    for (std::size_t i = 1; i < 20; i += 2) owner->unregisterObject(its_scene[i]);
+    expectAnswers(*owner, head, "after others have gone");
+    owner->update();
+    expectAnswers(*owner, head, "after others have gone and an update");
+    // A clone, also of what has been changed since.
+    std::vector<fcl::CollisionObject<S>*> managed = objectsOf<S>(*owner);
+    fcl::CollisionObject<S>* copy = nullptr;
+    for (auto*& object : managed) {
+      if (object == head) {
+        object = copy = copies.add(model, pose);
+      } else {
+        object = copies.add(
+            std::const_pointer_cast<fcl::CollisionGeometry<S>>(object->collisionGeometry()),
+            object->getTransform());
+      }
+    }
+    const auto clone = cloneOf<S>(*owner, managed);
+    expectAnswers(*clone, copy, "cloned");
+    owner->unregisterObject(decoy);
+    owner->unregisterObject(head);
+    EXPECT_TRUE(pairsWith<S>(*owner, *deep).empty());
+    owner->registerObject(head);
+    std::vector<MeshContact> contacts;
+    ASSERT_TRUE(owner->findMeshContacts(deep, head, 0, contacts));
+    EXPECT_FALSE(contacts.at(0).solid) << "it has come back as a surface";
+    expectAnswers(*clone, copy, "of an original that has changed");
   }
 }
 

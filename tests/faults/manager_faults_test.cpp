@@ -190,6 +190,35 @@ TYPED_TEST(ManagerFaults, ReadingNewObjectsWithoutMemoryIsMadeUpFor) {
   }
 }
 
+// An update of another object would make up for the query, and what had come would not be found.
+TYPED_TEST(ManagerFaults, AfterAReadingWithoutMemoryAnUpdateOfAnotherObjectIsNotEnough) {
+  using Test = ManagerFaults<TypeParam>;
+  using S = typename TypeParam::Scalar;
+  for (const Report report : {Report::kVolumes, Report::kCapsules}) {
+    FiberManagerOptions options;
+    options.report = report;
+    Scene<S> walls;
+    auto* const old = walls.addHalfspace({0, 1, 0}, -0.4);
+    auto* const young = walls.addHalfspace({1, 0, 0}, -0.3);
+    const auto make_grown = [&] {
+      auto subject = Test::make(options, this->scene_, this->others_);
+      subject.manager->registerObject(old);
+      subject.manager->setup();
+      subject.manager->registerObject(young);
+      return subject;
+    };
+    const Calls<S> expected = Test::sortedPairs(*make_grown().manager);
+    ASSERT_TRUE(std::any_of(expected.begin(), expected.end(),
+                            [&](const auto& pair) { return pair.second == young; }));
+    strikeEverywhere(
+        describe(options), make_grown, [](auto& subject) { subject.manager->setup(); },
+        [&](const auto& subject, bool) {
+          subject.manager->update(old);
+          EXPECT_TRUE(Test::sortedPairs(*subject.manager) == expected);
+        });
+  }
+}
+
 // Answers would be those for some of the objects where they were and some where they are.
 TYPED_TEST(ManagerFaults, UpdatingWithoutMemoryKeepsOrRefusesAnswers) {
   using Test = ManagerFaults<TypeParam>;

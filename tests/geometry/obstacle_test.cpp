@@ -356,6 +356,79 @@ TEST(ObstaclePlane, DecisionsAreExact) {
   }
 }
 
+TEST(ObstaclePlane, MayReachABoxIfItReachesACorner) {
+  // If this fails, a floor passes what it meets in a step, or all of a tree is visited for it.
+  using test::Real;
+  Random random(706);
+  int reached = 0, apart = 0;
+  for (int i = 0; i < 20000; ++i) {
+    Obstacle plane;
+    plane.kind = i % 2 == 0 ? Obstacle::Kind::kPlane : Obstacle::Kind::kHalfspace;
+    plane.vector[0] = fromEigen(random.direction());
+    if (i % 5 == 0) plane.vector[0] = {0, i % 3 == 0 ? -1.0 : 1.0, 0};
+    const double size = std::pow(10.0, random.between(-6, 6));
+    plane.point = std::pow(10.0, random.between(-6, 6)) * fromEigen(random.inCube(1));
+    plane.offset = size * random.between(-1, 1);
+    plane.margin = i % 7 == 0 ? 0.1 * size : 0;
+    plane.error = i % 11 == 0 ? 0.1 * size : 0;
+    const double margin = i % 3 == 0 ? 0.2 * size : 0, error = i % 13 == 0 ? 0.1 * size : 0;
+    const Vec3d way = i % 4 == 0 ? Vec3d{0, 0, 0} : size * fromEigen(random.inCube(1));
+    // Floats, near the plane.
+    const Vec3d middle = plane.point + size * fromEigen(random.inCube(3)),
+                half = size * fromEigen((random.inCube(0.5).array() + 0.5).matrix());
+    Box box;
+    const Vec3d low = middle - half, high = middle + half;
+    const double lows[3] = {low.x, low.y, low.z}, highs[3] = {high.x, high.y, high.z};
+    for (int axis = 0; axis < 3; ++axis) {
+      box.low[axis] = static_cast<float>(lows[axis]);
+      box.high[axis] = static_cast<float>(highs[axis]);
+    }
+    const test::Point n = toPoint(plane.vector[0]);
+    Real lowest = std::numeric_limits<Real>::infinity(), highest = -lowest;
+    for (int corner = 0; corner < 8; ++corner) {
+      test::Point p;
+      for (int axis = 0; axis < 3; ++axis) {
+        p[axis] = Real((corner >> axis & 1) != 0 ? box.high[axis] : box.low[axis]);
+      }
+      for (const Real time : {Real(0), Real(1)}) {
+        const test::Point point = toPoint(plane.point) - (1 - time) * toPoint(way);
+        const Real height = n.dot(p - point) - Real(plane.offset);
+        lowest = std::min(lowest, height);
+        highest = std::max(highest, height);
+      }
+    }
+    const Real reach = Real(margin) + Real(plane.margin) + Real(plane.error) + Real(error);
+    const Real gap = i % 2 == 0 ? std::max(lowest, -highest) : lowest;
+    const bool may_reach = mayReach(box, plane, way, margin, error);
+    const double coordinates = maxNorm(plane.point) + 8 * size;
+    if (gap <= reach) {
+      ASSERT_TRUE(may_reach) << i;
+      ++reached;
+    } else if (gap > reach + 200 * Real(kEps) * Real(coordinates)) {
+      ASSERT_FALSE(may_reach) << i;
+      ++apart;
+    }
+  }
+  EXPECT_GT(reached, 3000);
+  EXPECT_GT(apart, 3000);
+  // What is unknown or unbounded may be anywhere.
+  Obstacle plane;
+  plane.kind = Obstacle::Kind::kPlane;
+  plane.vector[0] = {0, 0, 1};
+  const Box far{{5, 5, 5}, {6, 6, 6}};
+  EXPECT_FALSE(mayReach(far, plane, {0, 0, 0}, 4.5, 0));
+  EXPECT_TRUE(mayReach(far, plane, {0, 0, 0}, kInfinity, 0));
+  EXPECT_TRUE(mayReach(far, plane, {0, 0, 0}, std::nan(""), 0));
+  EXPECT_TRUE(mayReach(far, plane, {0, 0, kInfinity}, 0, 0));
+  const float open = std::numeric_limits<float>::infinity();
+  EXPECT_TRUE(mayReach({{-open, -open, -open}, {open, open, open}}, plane, {0, 0, 0}, 0, 0));
+  for (const auto kind : {Obstacle::Kind::kNone, Obstacle::Kind::kBox, Obstacle::Kind::kTriangle,
+                          Obstacle::Kind::kAxis}) {
+    plane.kind = kind;
+    EXPECT_TRUE(mayReach(far, plane, {0, 0, 0}, 0, 0));
+  }
+}
+
 TEST(ObstacleTriangle, CountsByItsCornersMarginAndError) {
   // If this fails, a triangle counts by a box, or without its margin.
   Obstacle triangle;

@@ -597,6 +597,69 @@ TEST_P(SegmentIndexTest, NoSegmentReachesFartherThanTheRoot) {
   expectInside("refitted in part");
 }
 
+// What is near would not be visited, or all be for what is near nothing.
+TEST_P(SegmentIndexTest, VisitsWhatIsNearDuringTheWholeStep) {
+  World world = smallWorld();
+  world.add(Segment::box({-0.5, -0.5, -0.5}, {0.5, -0.4, 0.1}));
+  world.fibers.endFiber();
+  world.add(slab());
+  world.fibers.endFiber();
+  Random random(61);
+  SegmentIndex start(options()), index(options());
+  const auto none = [](const geometry::Box&) { return true; };
+  EXPECT_EQ(index.visitNear(index, none, [](SegmentId) { return Visit::kStop; }), Visit::kContinue)
+      << "it is empty";
+  world.build(start);
+  index.copy(start);
+  const World before = world;
+  for (SegmentId id = 0; id < world.count() - 2; id += 3) world.move(id, random, 0.3);
+  ASSERT_TRUE(index.tryRefit(world, start.frame()));
+  std::size_t visited = 0, tested = 0;
+  for (int round = 0; round < 20; ++round) {
+    const Vec3d middle = world.frame.scale * fromEigen(random.inCube(0.7));
+    const double half = world.frame.scale * random.between(0, 0.3);
+    const auto isNear = [&](const Vec3d& low, const Vec3d& high) {
+      return maxNorm(max(max(low - middle, middle - high), {0, 0, 0})) <= half;
+    };
+    const auto near = [&](const geometry::Box& box) {
+      ++tested;
+      return isNear({box.low[0], box.low[1], box.low[2]}, {box.high[0], box.high[1], box.high[2]});
+    };
+    for (const bool moves : {false, true}) {
+      std::set<SegmentId> found;
+      EXPECT_EQ(index.visitNear(moves ? start : index, near,
+                                [&](SegmentId id) {
+                                  EXPECT_TRUE(found.insert(id).second) << id;
+                                  return Visit::kContinue;
+                                }),
+                Visit::kContinue);
+      for (const SegmentId id : index.leaves()) {
+        if (!world.isThere(id)) continue;
+        const Segment now = boxAround(world.at(id), 0), then = boxAround(before.at(id), 0);
+        const bool is_near =
+            moves ? isNear(min(now.a, then.a), max(now.b, then.b)) : isNear(now.a, now.b);
+        if (is_near) {
+          EXPECT_TRUE(found.count(id)) << id;
+        }
+        // Spheres have larger boxes.
+        const double more = GetParam().wrapped_spheres ? 2 * maxNorm(now.b - now.a) + 1 : 0.125;
+        const Vec3d around{more, more, more};
+        if (now.isBox() && GetParam().wrapped_spheres) continue;
+        if (!isNear(min(now.a, then.a) - around, max(now.b, then.b) + around)) {
+          EXPECT_FALSE(found.count(id)) << id;
+        }
+      }
+      visited += found.size();
+      if (found.empty()) continue;
+      EXPECT_EQ(
+          index.visitNear(moves ? start : index, near, [](SegmentId) { return Visit::kStop; }),
+          Visit::kStop);
+    }
+  }
+  EXPECT_GT(visited, 200u);
+  EXPECT_LT(tested, 40 * static_cast<std::size_t>(world.count()));
+}
+
 // One dense query would cost its memory for good.
 TEST_P(SegmentIndexTest, QueriesLeaveAQuarterOfItsSizeAtMost) {
   Random random(17);
