@@ -149,6 +149,20 @@ impacts() {
   "$numerics" impacts --decisions 1e6 --seed 2 --exact
 }
 
+# 10^6 random scenes of managers, of which each 10^5 cover all triples of features. A run that was
+# ended goes on at the next time with the part that it was at.
+managers() {
+  build fcl_fibers_numerics_run
+  local finished first
+  finished=build/managers-$(git rev-parse HEAD).done
+  first=$(cat "$finished" 2>/dev/null || echo 0)
+  for (( ; first < 1000000; first += 100000)); do
+    "$numerics" managers --scenes 1e5 --first "$first"
+    echo $((first + 100000)) >"$finished"
+  done
+  rm -f "$finished"
+}
+
 # The recorded pairs in their order on every instruction set of this machine, by gcc and clang, with and
 # without optimization.
 pair_order() {
@@ -287,6 +301,7 @@ steps=(
   differential
   triangles
   impacts
+  managers
   pair_order
   platforms
   stateful

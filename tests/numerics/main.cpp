@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // The long runs behind docs/numerics.md, and its tables.
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <functional>
 #include <iostream>
 #include <string>
 
@@ -14,6 +16,7 @@
 #include "numerics/differential.h"
 #include "numerics/extreme_rows.h"
 #include "numerics/impact_decisions.h"
+#include "numerics/manager_differential.h"
 #include "numerics/object_order.h"
 #include "numerics/recorded_scenes.h"
 #include "numerics/triangle_decisions.h"
@@ -88,6 +91,41 @@ int runImpacts(double decisions, std::uint64_t seed, bool exact) {
   return is_right ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 
+int runManagers(double scenes, std::uint64_t seed, std::uint64_t first) {
+  constexpr std::uint64_t kEnough = 100'000, kLeastCovered = 500;
+  ManagerTally tally;
+  while (tally.scenes < static_cast<std::uint64_t>(scenes)) {
+    const std::uint64_t number = first + tally.scenes;
+    const std::string wrong = differManagers(seed, number, tally);
+    if (!wrong.empty()) {
+      std::cerr << wrong << "\n  in the scene of managers --seed " << seed << " --first " << number
+                << " --scenes 1\n";
+    }
+    if (tally.scenes % 10'000 == 0) {
+      std::cerr << tally.scenes << " scenes, " << tally.wrongs() << " wrong; --first " << number + 1
+                << " goes on\n";
+    }
+  }
+  const std::size_t least = tally.leastCovered();
+  const auto possible =
+      std::count_if(allTriples().begin(), allTriples().end(), std::not_fn(isImpossible));
+  std::cout << "scenes                               " << tally.scenes
+            << "\ncalls                                " << tally.queries
+            << "\n  for distances                      " << tally.distances
+            << "\npairs that touch                     " << tally.touching
+            << "\n  at a time that was asked for       " << tally.impacts
+            << "\npairs that touch and are left out    " << tally.forbidden
+            << "\npairs apart                          " << tally.apart
+            << "\npairs left open                      " << tally.open
+            << "\ntriples of features                  " << possible
+            << "\n  each in so many scenes at least    " << tally.covered[least] << "  ("
+            << nameOf(allTriples()[least]) << ")\nwrong                                "
+            << tally.wrongs() << '\n';
+  for (const auto& [what, count] : tally.wrong) std::cout << "  " << what << ' ' << count << '\n';
+  const bool is_covered = tally.scenes < kEnough || tally.covered[least] >= kLeastCovered;
+  return tally.wrongs() == 0 && is_covered ? EXIT_SUCCESS : EXIT_FAILURE;
+}
+
 int printHashes(int threads) {
   std::cout << table("arrays", arrayOrderHashes(threads))
             << table("objects", objectOrderHashes(threads));
@@ -148,6 +186,16 @@ int main(int argc, char** argv) {
   impacts->add_option("--seed", seed, "of all pairs")->capture_default_str();
   impacts->add_flag("--exact", exact, "judge in integers only");
 
+  double scenes = 1e5;
+  std::uint64_t first = 0;
+  CLI::App* managers =
+      app.add_subcommand("managers", "Random scenes of two managers against brute force");
+  managers->add_option("--scenes", scenes, "from the first on; 1e5 have to cover all triples")
+      ->capture_default_str();
+  managers->add_option("--seed", seed, "of all scenes")->capture_default_str();
+  managers->add_option("--first", first, "number of the first scene, to go on or to look at one")
+      ->capture_default_str();
+
   CLI::App* impact_rows =
       app.add_subcommand("impact_rows", "The table of impacts of docs/numerics.md, as measured");
 
@@ -167,6 +215,7 @@ int main(int argc, char** argv) {
     }
     if (*triangles) return test::runTriangles(pairs, seed);
     if (*impacts) return test::runImpacts(motions, seed, exact);
+    if (*managers) return test::runManagers(scenes, seed, first);
     if (*impact_rows) {
       std::cout << test::impactsTable();
       return EXIT_SUCCESS;
