@@ -9,6 +9,7 @@
 //   fcl_fibers_bench --measure=obstacles --scene=cap|combed [--triangles=N]
 //   fcl_fibers_bench --measure=cables [--cables=N] [--triangles=N]
 //   fcl_fibers_bench --measure=motion [--fibers=N] [--radii=R]
+//   fcl_fibers_bench --measure=shapes [SCENE]
 //   fcl_fibers_bench --measure=queries|clients|costs|sampling|dials|motion-dials
 //   fcl_fibers_bench --measure=chain|radii|rods|pictures            the paper's
 //   fcl_fibers_bench --measure=volume-tests [SCENE] --against=paper   likewise
@@ -48,6 +49,10 @@
 //   Clients/<what>/...    rods of few links: update and queries, FCL's other managers too
 //   Changes/<what>        self-collision after objects have come or fibers have changed places;
 //                         "reference" is before that, or of a new manager
+//   Beside/<report>/<what>    self-collision beside one object that touches nothing; "reference" is
+//                         without it
+//   FibersOf/<shape>      the scene as fibers of such shapes, kCapsules, neighbours left out
+//   OneByOne/<what>/...   objects that come, move and go by calls of their own
 //   Arrays/<tree>         FiberTree, and a plain loop that reads the points and writes boxes
 //   Growth/<segments>     the tree over plain arrays at some sizes of one density, or of the one
 //                         scene that is named, per segment
@@ -116,8 +121,8 @@ const std::map<std::string, bool (*)(const Request&)> kMeasures = {
     {"obstacles", measureObstacles}, {"pictures", measurePictures},
     {"queries", measureQueries},     {"radii", measureRadii},
     {"replay", measureReplay},       {"rods", measureRods},
-    {"sampling", measureSampling},   {"volume-tests", measureVolumeTests},
-    {"volumes", measureVolumes},
+    {"sampling", measureSampling},   {"shapes", measureShapes},
+    {"volumes", measureVolumes},     {"volume-tests", measureVolumeTests},
 };
 
 void addOptions(CLI::App& app, std::string& measure, Request& request) {

@@ -31,6 +31,7 @@ bool measureQueries(const Request& request);
 bool measureClients(const Request& request);
 bool measureGrowth(const Request& request);
 bool measureCosts(const Request& request);
+bool measureShapes(const Request& request);
 bool measureSampling(const Request& request);
 bool measureObstacles(const Request& request);
 bool measureCables(const Request& request);

@@ -5,8 +5,8 @@
 #                   [--only NAME] [--hair FILE [--radius R]]
 #
 #   (nothing)  the README's table: this library, FCL and Embree on three scenes. 3 minutes
-#   --full     all tables of docs/performance.md: scenes, other queries, small scenes, arrays, growth,
-#              obstacles, motion. 55 minutes. It takes 6 GB of memory, and up to 20 GB if the machine has it.
+#   --full     all tables of docs/performance.md: scenes, other queries, small scenes, other shapes, arrays,
+#              growth, obstacles, motion. 57 minutes. It takes 6 GB of memory, and up to 20 GB if the machine has it.
 #              --targets also lists which ratios reach their targets
 #   --trade    what accuracy costs: every manager, sampling, options, meshes, motion. 16 minutes. It adds real hair
 #              if FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx
@@ -137,6 +137,7 @@ case $scenes in
     frames frames_paper-dynamic --scene=paper-dynamic
     measure queries queries
     measure clients clients
+    measure shapes shapes
     measure arrays_helix arrays $helix=100
     measure arrays_helix-2000 arrays $helix=2000
     measure arrays_cap arrays --scene=cap:fibers=50000

@@ -13,4 +13,17 @@ double seconds(Work&& work) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
+constexpr double kSecondsOfRun = 2e-3;  ///< of calls that take microseconds
+
+/// The mean of as many calls as a run has.
+template <typename Work>
+double secondsOfCall(Work&& work) {
+  for (int calls = 1;; calls *= 2) {
+    const double taken = seconds([&] {
+      for (int i = 0; i < calls; ++i) work();
+    });
+    if (taken >= kSecondsOfRun) return taken / calls;
+  }
+}
+
 }  // namespace fcl_fibers::benchmarks

@@ -24,7 +24,6 @@ namespace fcl_fibers::benchmarks {
 namespace {
 
 constexpr int kRuns = 9;
-constexpr double kSecondsOfRun = 2e-3;  // a call takes microseconds
 constexpr std::size_t kLinksOfRod = 100;
 constexpr double kLinkPerRadius = 10, kThinLinkPerRadius = 1e8;  // thin rods do not touch
 
@@ -72,17 +71,6 @@ struct Rods {
         thin(makeRods(links, 1, kThinLinkPerRadius)) {}
   MovingFibers first, second, thin;
 };
-
-/// The mean of as many calls as a run has.
-template <typename Work>
-double secondsOfCall(Work&& work) {
-  for (int calls = 1;; calls *= 2) {
-    const double taken = seconds([&] {
-      for (int i = 0; i < calls; ++i) work();
-    });
-    if (taken >= kSecondsOfRun) return taken / calls;
-  }
-}
 
 std::unique_ptr<Manager> setUpAtStart(const Contender& contender, MovingFibers& fibers) {
   fibers.bringTo(0, contender.boxes);

@@ -1,23 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
-#include <array>
 #include <memory>
-#include <random>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/cylinder.h>
 #include <fcl/geometry/shape/sphere.h>
-#include <fcl/math/bv/OBBRSS.h>
 
 #include "contenders/narrow_phase.h"
 #include "harness/progress.h"
 #include "harness/runs.h"
 #include "measures.h"
+#include "measures/loose_objects.h"
 #include "measures/nearest.h"
 #include "scenes/helix.h"
 
@@ -26,7 +23,6 @@ namespace {
 
 constexpr int kRuns = 5;
 constexpr std::size_t kProbes = 100;
-constexpr std::size_t kObjects = 10000;
 constexpr int kFrames = 4;  // of one tree
 
 /// Ours, and FCL's two trees with each tree_init_level.
@@ -161,57 +157,6 @@ void registerQuery(const Query& query, const Contender& contender) {
     return query.needs == Needs::kProbes ? taken / static_cast<double>(probes.size()) : taken;
   });
 }
-
-using Geometry = std::shared_ptr<fcl::CollisionGeometryd>;
-
-Geometry tetrahedron(double edge) {
-  auto mesh = std::make_shared<fcl::BVHModel<fcl::OBBRSSd>>();
-  const std::vector<fcl::Vector3d> corners = {{0, 0, 0}, {edge, 0, 0}, {0, edge, 0}, {0, 0, edge}};
-  const std::vector<fcl::Triangle> faces = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
-  mesh->beginModel();
-  mesh->addSubModel(corners, faces);
-  mesh->endModel();
-  return mesh;
-}
-
-/// Objects without any fiber, in a cube of edge 1, and two frames of their poses.
-struct LooseObjects {
-  LooseObjects(std::string name, bool turned, const Geometry& geometry) : name(std::move(name)) {
-    std::mt19937 random(1);
-    std::uniform_real_distribution<double> place(0, 1);
-    std::uniform_real_distribution<double> step(-0.005, 0.005);
-    for (std::size_t i = 0; i < kObjects; ++i) {
-      fcl::Transform3d pose = fcl::Transform3d::Identity();
-      pose.translation() = fcl::Vector3d(place(random), place(random), place(random));
-      if (turned) {
-        const fcl::Vector3d axis(step(random), step(random), step(random));
-        pose.linear() = fcl::AngleAxisd(6 * place(random), axis.normalized()).toRotationMatrix();
-      }
-      poses[0].push_back(pose);
-      pose.translation() += fcl::Vector3d(step(random), step(random), step(random));
-      poses[1].push_back(pose);
-      owned.push_back(std::make_unique<Object>(geometry, poses[0].back()));
-      objects.push_back(owned.back().get());
-    }
-  }
-
-  void setPoses(std::size_t frame) {
-    for (std::size_t i = 0; i < kObjects; ++i) objects[i]->setTransform(poses[frame][i]);
-  }
-
-  void computeBoxes() {
-    for (Object* const object : objects) object->computeAABB();
-  }
-
-  void computeBoxes(const Contender& contender) {
-    if (!contender.ours) computeBoxes();
-  }
-
-  std::string name;
-  std::array<std::vector<fcl::Transform3d>, 2> poses;
-  std::vector<std::unique_ptr<Object>> owned;
-  std::vector<Object*> objects;
-};
 
 void registerObjects(LooseObjects& loose, const Contender& contender) {
   const std::string name = "Objects/" + loose.name + "/" + contender.name();

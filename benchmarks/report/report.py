@@ -25,6 +25,7 @@ import paper_pictures
 import paper_table
 import pictures
 import python_steps
+import shapes
 import trade
 from results import circumstances, load
 from tables import Table, count, digits, time
@@ -34,6 +35,7 @@ DOCUMENTED = {
     "headline": ("headline",),
     "full": (
         *("ratios", "best", "scene", "elsewhere", "clients", "changes", "candidates"),
+        *("beside", "fibers-of", "one-by-one"),
         *("arrays", "growth", "obstacles", "obstacle-counts"),
         "motion",
     ),
@@ -119,7 +121,7 @@ def speed(kind, folder, with_targets=False):
         report = Report(kind, "The headline", folder, files_of("frames", frames.HEADLINE))
     else:
         wanted = files_of("frames", frames.FULL)
-        wanted |= {"queries": "queries", "clients": "clients"}
+        wanted |= {"queries": "queries", "clients": "clients", "shapes": "shapes"}
         wanted |= files_of("arrays", arrays.SCENES) | {"growth": "growth"}
         wanted |= files_of("obstacles", obstacles.SCENES)
         wanted |= {f"motion by {radii} radii": f"motion_{radii}" for radii in motion.MOTIONS}
@@ -135,6 +137,7 @@ def speed(kind, folder, with_targets=False):
         report.add("frames_.*", frames.targets, scenes, parts.get("growth"))
         found = [parts.get(name) for name in ("queries", "clients")]
         report.add("queries|clients", elsewhere.targets, *found)
+        report.add("shapes", shapes.targets, parts.get("shapes"))
         report.add("arrays_.*", arrays.targets, parts)
         report.add("obstacles_.*", obstacles.targets, parts)
         report.add(r"motion_\d+", motion.targets, parts)
@@ -145,6 +148,8 @@ def speed(kind, folder, with_targets=False):
     report.add("clients", elsewhere.clients, parts.get("clients"))
     report.add("clients", elsewhere.changes, parts.get("clients"))
     report.add("queries", elsewhere.candidates, parts.get("queries"))
+    for table in (shapes.beside, shapes.fibers_of, shapes.one_by_one):
+        report.add("shapes", table, parts.get("shapes"))
     report.add("arrays_.*", arrays.table, parts)
     report.add("growth", frames.growth, parts.get("growth"))
     report.add("obstacles_.*", obstacles.table, parts)

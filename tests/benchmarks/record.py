@@ -25,6 +25,11 @@ RECORDED = {
     "full/frames_helix": ["frames", "--against=full", HELIX],
     "full/queries": ["queries", "--benchmark_filter=collide, one|/spheres/"],
     "full/clients": ["clients", "--benchmark_filter=/9 capsules, self|/2 of 100"],
+    "full/shapes": [
+        "shapes",
+        HELIX,
+        "--benchmark_filter=Beside/kVolumes/|Beside/kCapsules/|FibersOf/|OneByOne/10 boxes",
+    ],
     "full/arrays_helix": ["arrays", HELIX],
     "full/obstacles_combed": [
         "obstacles",

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Tables of objects that are no capsules of fibers, and of objects that come and go one by one."""
+
+import pandas as pd
+
+from elsewhere import grouped
+from ratios import BOXES, CAPSULES, ratio_of
+from tables import Table, count, digits, time
+
+FCL = "DynamicAABBTree/stock"
+# What is to be reached: times the query without the object, bytes, times the update of capsules.
+MOST_BESIDE, MOST_BYTES, MOST_UPDATE = 1.05, 160, 1.5
+
+
+def ratios(part, kind, name, key, reference):
+    """Multiples of the reference, run by run."""
+    return part.runs(kind, name, key) / part.runs(kind, name, reference)
+
+
+def beside_of(part, name):
+    return ratios(part, "Beside", name, "seconds", "reference")
+
+
+def text(found):
+    return f"{digits(found.median())}x ({digits(found.min())} to {digits(found.max())})"
+
+
+def beside(part):
+    """Objects in rows, reports in columns."""
+    reports, objects = (
+        sorted({name.split("/")[word] for name in part.names("Beside")}) for word in (0, 1)
+    )
+    alone = []
+    for report in reports:
+        runs = [part.runs("Beside", f"{report}/{what}", "reference") for what in objects]
+        alone.append(time(pd.concat(runs).median()))
+    rows = [["nothing else", *alone]]
+    for what in objects:
+        names = [f"{report}/{what}" for report in reports]
+        rows.append([what, *(beside_cell(part, name) for name in names)])
+    header = ["self-collision beside", *reports]
+    caption = "Times and ratios are medians, the ratios of single runs to the query beside nothing."
+    return Table("beside", "Objects beside fibers", header, rows, caption)
+
+
+def beside_cell(part, name):
+    pairs = part.median("Beside", name, "with")
+    return text(beside_of(part, name)) + (f", {count(pairs)} pairs" if pairs else "")
+
+
+def fibers_of(part):
+    rows = []
+    for name in sorted(part.names("FibersOf"), key=lambda name: (name != "capsules", name)):
+        segments, size, pairs = part.medians("FibersOf", name, "segments", "bytes", "pairs")
+        cells = [name, digits(size / segments), count(pairs)]
+        for key in ("update", "detection"):
+            found = ratios(part, "FibersOf", name, key, "capsules_" + key)
+            cells += [time(part.median("FibersOf", name, key)), text(found)]
+        rows.append(cells)
+    header = ["fibers of", "bytes per object", "pairs", "update", "update / capsules"]
+    header += ["detection", "detection / capsules"]
+    caption = "Times and ratios are medians, the ratios of single runs to capsules by turns."
+    return Table("fibers-of", "Fibers of other shapes", header, rows, caption)
+
+
+def one_by_one(part):
+    names = dict.fromkeys(name.split("/")[0] for name in part.names("OneByOne"))
+    rows = []
+    for what in sorted(names, key=lambda name: (name.split(", ")[1], int(name.split()[0]), name)):
+        runs = [part.runs("OneByOne", f"{what}/{who}", "seconds") for who in (BOXES, CAPSULES, FCL)]
+        speed_ups = [ratio_of(runs[2], ours, FCL).text() for ours in runs[:2]]
+        rows.append([grouped(what), *(time(found.median()) for found in runs), *speed_ups])
+    header = ["", "kVolumes", "kCapsules", "FCL's dynamic tree"]
+    header += ["speed-up, kVolumes", "speed-up, kCapsules"]
+    caption = (
+        "The ratio of medians and its range. A cell says 'as fast' where that range contains 1."
+    )
+    return Table("one-by-one", "One by one", header, rows, caption)
+
+
+def targets(part):
+    def row(what, found, most):
+        return [what, f"{digits(found)} {'met' if found <= most else 'MISSED'} (at most {most})"]
+
+    rows = []
+    for name in sorted(part.names("Beside")):
+        if part.median("Beside", name, "with") == 0 and name.endswith("half-space"):
+            what = name.replace("/", ", ")
+            rows.append(row(what, beside_of(part, name).median(), MOST_BESIDE))
+    for name in sorted(part.names("FibersOf")):
+        size, segments = part.medians("FibersOf", name, "bytes", "segments")
+        rows.append(row(f"fibers of {name}, bytes per object", size / segments, MOST_BYTES))
+        update = ratios(part, "FibersOf", name, "update", "capsules_update").median()
+        rows.append(row(f"fibers of {name}, update / capsules", update, MOST_UPDATE))
+    header = ["", "bytes, or times the reference"]
+    return Table("targets of shapes", "Targets of shapes", header, rows)
