@@ -10,6 +10,11 @@
 
 namespace fcl_fibers::tools {
 
+/// Consecutive segments of a fiber, by the points at which the first and the last of them start.
+struct SegmentRange {
+  std::size_t first, last;
+};
+
 /// Lengths along the fibers of a scene, which has to outlive this.
 class AlongFibers {
  public:
@@ -26,10 +31,15 @@ class AlongFibers {
   /// How much of the fiber is between two of its segments, the shorter way if it is closed.
   double between(std::size_t fiber, SegmentPair pair) const {
     const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
-    const double inside = from_start_[b] - from_start_[a + 1];
+    return mostBetween(fiber, {a, a}, {b, b});
+  }
+
+  /// How much of the fiber is at most between a segment of `a` and a later one of `b`, likewise.
+  double mostBetween(std::size_t fiber, SegmentRange a, SegmentRange b) const {
+    const double inside = from_start_[b.last] - from_start_[a.first + 1];
     if (!scene_.isClosed(fiber)) return inside;
     const double whole = from_start_[scene_.point_begin[fiber + 1] - 1];
-    return std::min(inside, whole - from_start_[b + 1] + from_start_[a]);
+    return std::min(inside, whole - from_start_[b.first + 1] + from_start_[a.last]);
   }
 
  private:

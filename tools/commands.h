@@ -32,8 +32,7 @@ int generate(const SceneSource& source, const std::string& path);
 /// Writes the fibers of a file in another format, likewise. No radius is needed.
 int convert(const SceneSource& source, const std::string& path);
 
-/// Counts, lengths, bounds, warnings, and the radius at which contact begins if the program can
-/// tell.
+/// Counts, lengths, bounds, warnings, and the radius at which contact begins.
 int info(const SceneSource& source, Output output, const ProgramParts& parts);
 
 struct CheckRequest {
@@ -67,7 +66,7 @@ struct DistanceRequest {
   Output output = Output::kText;
 };
 /// The least distance between the surfaces of two fibers, and where it is.
-int distance(const DistanceRequest& request, const ProgramParts& parts);
+int distance(const DistanceRequest& request);
 
 /// For the part of the program that has this name.
 struct BenchRequest {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <array>
 #include <cstddef>
-#include <limits>
 #include <optional>
 #include <string>
 
@@ -12,7 +11,7 @@
 #include "benchmarks/harness/seconds.h"
 #include "commands.h"
 #include "contact_json.h"
-#include "program.h"
+#include "nearest.h"
 
 namespace fcl_fibers::tools {
 namespace {
@@ -29,7 +28,7 @@ std::string placeText(const FiberSegment& place, double along, const std::array<
 
 }  // namespace
 
-int distance(const DistanceRequest& request, const ProgramParts& parts) {
+int distance(const DistanceRequest& request) {
   const SceneSource source = request.scene.open();
   const FiberPolylines scene = source.scene();
   std::optional<SceneSource> other_source;
@@ -40,10 +39,8 @@ int distance(const DistanceRequest& request, const ProgramParts& parts) {
   }
   progress("looking for the least distance");
   std::optional<Contact> nearest;
-  const double seconds = benchmarks::seconds([&] {
-    nearest = parts.nearest(scene, other ? &*other : nullptr, request.tree,
-                            std::numeric_limits<std::size_t>::max());
-  });
+  const double seconds = benchmarks::seconds(
+      [&] { nearest = findNearest(scene, other ? &*other : nullptr, request.tree); });
   progress("");
 
   if (request.output == Output::kJson) {

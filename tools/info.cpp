@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
+#include "nearest.h"
 #include "program.h"
 
 namespace fcl_fibers::tools {
@@ -92,8 +93,9 @@ std::vector<std::string> warnings(const FiberPolylines& scene, bool has_radius, 
     warn(count([](double, double radius) { return radius == 0; }),
          "segments of radius zero, which touch only if axes cross: {}");
   } else {
-    texts.push_back(fmt::format("the file holds no radius; check{}{} and view need --radius",
-                                parts.nearest ? ", distance" : "", parts.bench ? ", bench" : ""));
+    texts.push_back(
+        fmt::format("the file holds no radius; check, distance{} and view need --radius",
+                    parts.bench ? ", bench" : ""));
   }
   const double thickest =
       facts.radii.empty() ? 0 : *std::max_element(facts.radii.begin(), facts.radii.end());
@@ -121,16 +123,14 @@ std::vector<std::string> warnings(const FiberPolylines& scene, bool has_radius, 
   return texts;
 }
 
-std::optional<Contact> nearestAxes(const FiberPolylines& scene, const ProgramParts& parts) {
-  // It may take long, if a single fiber never turns back.
-  constexpr std::size_t kMostPairs = 10'000'000;
+std::optional<Contact> nearestAxes(const FiberPolylines& scene) {
   progress("looking for the radius at which contact begins");
   FiberPolylines axes = scene;
   axes.radii.clear();
   axes.radius = 0;
   FiberOptions adjacent;
   adjacent.ignored_neighbors = 1;
-  return parts.nearest(axes, nullptr, adjacent, kMostPairs);
+  return findNearest(axes, nullptr, adjacent);
 }
 
 }  // namespace
@@ -139,8 +139,7 @@ int info(const SceneSource& source, Output output, const ProgramParts& parts) {
   progress("reading " + source.title);
   const FiberPolylines scene = source.scene();
   const Facts facts(scene);
-  std::optional<Contact> nearest;
-  if (parts.nearest) nearest = nearestAxes(scene, parts);
+  const std::optional<Contact> nearest = nearestAxes(scene);
   progress("");
   const Spread fibers(facts.fiber_lengths), segments(facts.segment_lengths), radii(facts.radii);
   std::vector<std::string> warned = source.warnings;
@@ -168,7 +167,6 @@ int info(const SceneSource& source, Output output, const ProgramParts& parts) {
         {"segment_length", spread(segments)},
         {"bounds", {{"min", facts.low}, {"max", facts.high}}},
         {"warnings", warned}};
-    if (!parts.nearest) json.erase("contact_radius");
     print(json.dump(2) + "\n");
     return 0;
   }

@@ -310,7 +310,7 @@ int runCommand(const std::string& command, Arguments& arguments, const ProgramPa
   };
   const std::optional<SceneName> end_scene = taken(arguments.end), other = taken(arguments.other);
   if (command == "distance") {
-    return distance({names.front(), other, arguments.tree, arguments.output()}, parts);
+    return distance({names.front(), other, arguments.tree, arguments.output()});
   }
   if (command == "check") {
     arguments.check.scenes = names;
@@ -359,10 +359,7 @@ int parseAndRun(std::vector<std::string> words, const ProgramParts& parts) {
   addRadius(info, arguments);
   addJson(info, arguments);
   addCheck(add("check", "List the segments that touch."), arguments);
-  if (parts.nearest) {
-    addDistance(add("distance", "Find the least distance between fibers, and its place."),
-                arguments);
-  }
+  addDistance(add("distance", "Find the least distance between fibers, and its place."), arguments);
   if (parts.bench) {
     addBench(add("bench", "Compare the times of our managers and FCL's."), arguments);
   }

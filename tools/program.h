@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstddef>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
-
-#include <fcl_fibers/contact.h>
 
 #include "commands.h"
 
@@ -18,11 +14,7 @@ namespace fcl_fibers::tools {
 struct ProgramParts {
   std::string name = "fcl_fibers";  ///< in --help, errors and warnings
   GeneratedScenes scenes;           ///< adds `generate`
-  /// Adds `distance`, and a line to `info`. See findNearest() in with_fcl/nearest.h.
-  std::function<std::optional<Contact>(const FiberPolylines& scene, const FiberPolylines* other,
-                                       const FiberOptions& neighbors, std::size_t most_pairs)>
-      nearest;
-  std::function<int(const SceneSource& source, const BenchRequest& request)> bench;
+  std::function<int(const SceneSource& source, const BenchRequest& request)> bench;  ///< adds it
 };
 
 /// Runs a command line, without the program's name in front. Returns the exit code; an error is on

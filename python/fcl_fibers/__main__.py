@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The program: python -m fcl_fibers check|info|view|convert ..."""
+"""The program: python -m fcl_fibers check|info|distance|view|convert ..."""
 
 import signal
 import sys

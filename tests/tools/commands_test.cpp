@@ -88,20 +88,25 @@ TEST_F(CommandsTest, WarnsByItsName) {
 }
 
 TEST_F(CommandsTest, TellsNothingOfPartsThatAreMissing) {
-  for (const char* const command : {"generate", "distance", "bench"}) {
+  for (const char* const command : {"generate", "bench"}) {
     EXPECT_EQ(run({command, path("fibers.txt")}).code, 2) << command;
   }
   const Answer help = run({"--help-all"});
   EXPECT_EQ(help.code, 0);
   EXPECT_THAT(help.out, HasSubstr("Usage: python -m fcl_fibers "));
-  for (const char* const word : {"generate", "distance  ", "bench", "helix", "paper-", "--all "}) {
+  for (const char* const word : {"generate", "bench", "helix", "paper-", "--all "}) {
     EXPECT_THAT(help.out, Not(HasSubstr(word)));
   }
   const Answer info = run({"info", path("fibers.txt")});
   EXPECT_EQ(info.code, 0);
-  EXPECT_THAT(info.out, AllOf(Not(HasSubstr("contact")), HasSubstr("; check and view need ")));
-  const Answer json = run({"info", path("fibers.txt"), "--json"});
-  EXPECT_THAT(json.out, AllOf(HasSubstr("\"fibers\": 2"), Not(HasSubstr("contact_radius"))));
+  EXPECT_THAT(info.out, AllOf(HasSubstr("begins at radius 0.005"),
+                              HasSubstr("; check, distance and view need ")));
+}
+
+TEST_F(CommandsTest, FindsTheDistance) {
+  const Answer answer = run({"distance", path("fibers.txt"), "--radius", "0.004"});
+  EXPECT_EQ(answer.code, 0) << answer.err;
+  EXPECT_THAT(answer.out, HasSubstr("the least distance is 0.002\n"));
 }
 
 TEST_F(CommandsTest, HandsTheSignalsBack) {

@@ -3,14 +3,12 @@
 // fcl_fibers: the library as a program, for people who have a file of fibers.
 #include "bench.h"
 #include "generated_scenes.h"
-#include "nearest.h"
 #include "tools/program.h"
 
 int main(int argc, char** argv) {
   using namespace fcl_fibers;
   tools::ProgramParts parts;
   parts.scenes = benchmarks::generatedScenes();
-  parts.nearest = tools::findNearest;
   parts.bench = tools::bench;
   return tools::runProgram({argv + 1, argv + argc}, parts);
 }

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/nearest.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "support/exact_geometry.h"
+#include "support/random.h"
+
+namespace fcl_fibers::tools {
+namespace {
+
+using test::Random;
+using test::Real;
+
+/// Fibers that wander, some of one point, some closed, some straight; their radii may differ.
+FiberPolylines wanderers(Random& random) {
+  FiberPolylines scene;
+  const std::size_t fibers = 1 + random.below(5);
+  const bool radii_differ = random.below(2) == 0;
+  scene.radius = random.below(3) == 0 ? 0 : random.between(0, 0.3);
+  for (std::size_t f = 0; f < fibers; ++f) {
+    const std::size_t points = 1 + random.below(40), first = scene.points.size();
+    const double turning = random.below(3) == 0 ? 0 : random.between(0, 2);
+    Eigen::Vector3d at = random.inCube(4), way = random.direction();
+    for (std::size_t i = 0; i < points; ++i) {
+      scene.points.push_back({at.x(), at.y(), at.z()});
+      way = (way + turning * random.direction()).normalized();
+      at += way * (random.below(8) == 0 ? 0 : random.between(0.2, 1));
+    }
+    const bool closed = points > 3 && random.below(3) == 0;
+    if (closed) scene.points.push_back(scene.points[first]);
+    scene.closed.push_back(closed ? 1 : 0);
+    scene.point_begin.push_back(scene.points.size());
+  }
+  for (std::size_t i = 0; radii_differ && i < scene.points.size(); ++i) {
+    scene.radii.push_back(random.between(0, 0.5));
+  }
+  return scene;
+}
+
+test::Point at(const FiberPolylines& scene, std::size_t point) {
+  const Point& p = scene.points[point];
+  return {p[0], p[1], p[2]};
+}
+
+/// Length of the fiber from one point to a later one.
+Real along(const FiberPolylines& scene, std::size_t from, std::size_t to) {
+  Real length = 0;
+  for (std::size_t i = from; i < to; ++i) length += (at(scene, i + 1) - at(scene, i)).norm();
+  return length;
+}
+
+/// What findNearest() promises, pair by pair; infinity if no pair counts.
+Real leastDistance(const FiberPolylines& scene, const FiberPolylines* other,
+                   const FiberOptions& neighbors) {
+  Real least = std::numeric_limits<Real>::infinity();
+  const FiberPolylines& with = other == nullptr ? scene : *other;
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1] - 1;
+    for (std::size_t i = begin; i < end; ++i) {
+      for (std::size_t g = other == nullptr ? f : 0; g < with.fiberCount(); ++g) {
+        const bool one_fiber = other == nullptr && f == g;
+        for (std::size_t j = one_fiber ? i + 1 : with.point_begin[g];
+             j + 1 < with.point_begin[g + 1]; ++j) {
+          const Real axes =
+              test::segmentDistance(at(scene, i), at(scene, i + 1), at(with, j), at(with, j + 1));
+          if (one_fiber) {
+            std::size_t apart = j - i;
+            Real between = along(scene, i + 1, j);
+            if (scene.isClosed(f)) {
+              apart = std::min(apart, end - begin - apart);
+              between = std::min(between, along(scene, begin, i) + along(scene, j + 1, end));
+            }
+            if (apart <= static_cast<std::size_t>(neighbors.ignored_neighbors)) continue;
+            if (between <= neighbors.ignored_arc_length) continue;
+            if (between <= std::acos(Real(-1)) / 2 * axes) continue;
+          }
+          least = std::min(least, axes - scene.radiusAt(i) - with.radiusAt(j));
+        }
+      }
+    }
+  }
+  return least;
+}
+
+TEST(Nearest, AgreesWithBruteForce) {
+  int none = 0, of_one_fiber = 0, of_two = 0;
+  for (std::uint64_t seed = 0; seed < 250; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Random random(seed);
+    const FiberPolylines scene = wanderers(random), second = wanderers(random);
+    FiberOptions neighbors;
+    if (random.below(2) == 0) neighbors.ignored_neighbors = static_cast<int>(random.below(8));
+    if (random.below(4) == 0) neighbors.ignored_neighbors = std::numeric_limits<int>::max();
+    if (random.below(3) == 0) neighbors.ignored_arc_length = random.between(0, 5);
+    for (const FiberPolylines* other : {static_cast<const FiberPolylines*>(nullptr), &second}) {
+      const std::optional<Contact> found = findNearest(scene, other, neighbors);
+      const Real least = leastDistance(scene, other, neighbors);
+      ASSERT_EQ(found.has_value(), std::isfinite(least));
+      if (!found) {
+        ++none;
+        continue;
+      }
+      // 32 eps of distance, lengths and radii, which are below 50.
+      EXPECT_NEAR(found->distance, static_cast<double>(least), 1e-12);
+      ++(other == nullptr && found->a.fiber == found->b.fiber ? of_one_fiber : of_two);
+    }
+  }
+  EXPECT_GT(none, 20);
+  EXPECT_GT(of_one_fiber, 50);
+  EXPECT_GT(of_two, 100);
+}
+
+/// Looking at each pair of segments would take an hour.
+TEST(Nearest, OneLongFiber) {
+  FiberPolylines scene;
+  for (int i = 0; i < 200'000; ++i) scene.points.push_back({i * 0.1, 3 * std::sin(i * 0.01), 0});
+  scene.point_begin.push_back(scene.points.size());
+  scene.radius = 0.05;
+  EXPECT_FALSE(findNearest(scene, nullptr, {}));
+  scene.points.push_back({scene.points.back()[0], 1, 7});
+  scene.points.push_back({0, 1, 7});
+  scene.point_begin.back() += 2;
+  const std::optional<Contact> found = findNearest(scene, nullptr, {});
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->b.segment, 200'000u);
+  EXPECT_GT(found->distance, 6.9 - 1e-12);  // of z, less twice the radius
+  EXPECT_LT(found->distance, 6.9001);       // points at y near 1 are less than 0.002 from it
+}
+
+}  // namespace
+}  // namespace fcl_fibers::tools

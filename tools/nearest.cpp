@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "nearest.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "along_fibers.h"
+
+namespace fcl_fibers::tools {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Segments of one fiber, or of several.
+struct Node {
+  static constexpr std::size_t kSeveral = std::numeric_limits<std::size_t>::max();
+
+  Point low, high;  ///< of the box around the axes
+  double radius;    ///< the largest
+  std::size_t fiber = kSeveral;
+  SegmentRange segments{};  ///< of the one fiber
+  std::size_t left = 0;     ///< child; 0 if there is none, since the root is the last node
+  std::size_t right = 0;
+};
+
+/// A binary tree over the segments of a scene: fibers are cut into halves, and joined by place.
+class Tree {
+ public:
+  explicit Tree(const FiberPolylines& scene) : scene_(scene) {
+    nodes_.emplace_back();  // no child has number 0
+    std::vector<std::size_t> fibers;
+    for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+      const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
+      if (end - begin >= 2) fibers.push_back(cut(f, {begin, end - 2}));
+    }
+    is_empty_ = fibers.empty();
+    if (!is_empty_) join(fibers.data(), fibers.data() + fibers.size());
+  }
+
+  bool isEmpty() const { return is_empty_; }
+  const Node& root() const { return nodes_.back(); }
+  const Node& left(const Node& node) const { return nodes_[node.left]; }
+  const Node& right(const Node& node) const { return nodes_[node.right]; }
+
+ private:
+  std::size_t cut(std::size_t fiber, SegmentRange segments) {
+    constexpr std::size_t kSegmentsOfLeaf = 4;
+    const std::size_t count = segments.last - segments.first + 1;
+    if (count > kSegmentsOfLeaf) {
+      const std::size_t middle = segments.first + count / 2;
+      const std::size_t left = cut(fiber, {segments.first, middle - 1});
+      Node node = parent(left, cut(fiber, {middle, segments.last}));
+      node.fiber = fiber;
+      node.segments = segments;
+      return add(node);
+    }
+    Node leaf{scene_.points[segments.first], scene_.points[segments.first], 0, fiber, segments};
+    for (std::size_t i = segments.first; i <= segments.last; ++i) {
+      leaf.radius = std::max(leaf.radius, scene_.radiusAt(i));
+      for (std::size_t k = 0; k < 3; ++k) {
+        leaf.low[k] = std::min(leaf.low[k], scene_.points[i + 1][k]);
+        leaf.high[k] = std::max(leaf.high[k], scene_.points[i + 1][k]);
+      }
+    }
+    return add(leaf);
+  }
+
+  std::size_t join(std::size_t* begin, std::size_t* end) {
+    if (end - begin == 1) return *begin;
+    const auto center = [&](std::size_t node, std::size_t k) {
+      return nodes_[node].low[k] / 2 + nodes_[node].high[k] / 2;
+    };
+    std::size_t widest = 0;
+    double width = -1;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [least, most] = std::minmax_element(
+          begin, end, [&](std::size_t a, std::size_t b) { return center(a, k) < center(b, k); });
+      if (center(*most, k) - center(*least, k) <= width) continue;
+      width = center(*most, k) - center(*least, k);
+      widest = k;
+    }
+    std::size_t* const middle = begin + (end - begin) / 2;
+    std::nth_element(begin, middle, end, [&](std::size_t a, std::size_t b) {
+      return std::pair(center(a, widest), a) < std::pair(center(b, widest), b);
+    });
+    const std::size_t left = join(begin, middle);
+    return add(parent(left, join(middle, end)));
+  }
+
+  Node parent(std::size_t left, std::size_t right) const {
+    const Node &a = nodes_[left], &b = nodes_[right];
+    Node node{a.low, a.high, std::max(a.radius, b.radius)};
+    node.left = left;
+    node.right = right;
+    for (std::size_t k = 0; k < 3; ++k) {
+      node.low[k] = std::min(a.low[k], b.low[k]);
+      node.high[k] = std::max(a.high[k], b.high[k]);
+    }
+    return node;
+  }
+
+  std::size_t add(const Node& node) {
+    nodes_.push_back(node);
+    return nodes_.size() - 1;
+  }
+
+  const FiberPolylines& scene_;
+  std::vector<Node> nodes_;
+  bool is_empty_ = true;
+};
+
+/// What the distance of two axes inside the boxes is at least, rounded down.
+double boxDistance(const Node& a, const Node& b) {
+  std::array<double, 3> gap;
+  for (std::size_t k = 0; k < 3; ++k) {
+    gap[k] = std::max({0.0, a.low[k] - b.high[k], b.low[k] - a.high[k]});
+  }
+  return std::hypot(gap[0], gap[1], gap[2]) * (1 - 8 * std::numeric_limits<double>::epsilon());
+}
+
+/// Goes down both trees, or one twice, and nearer nodes first.
+class Search {
+ public:
+  Search(const FiberPolylines& scene, const FiberPolylines* other, const FiberOptions& neighbors)
+      : scene_(scene),
+        other_(other == nullptr ? scene : *other),
+        is_self_(other == nullptr),
+        neighbors_(neighbors),
+        along_(scene) {}
+
+  std::optional<Contact> run() {
+    const Tree tree(scene_);
+    std::optional<Tree> other_tree;
+    if (!is_self_) other_tree.emplace(other_);
+    const Tree& with = is_self_ ? tree : *other_tree;
+    if (tree.isEmpty() || with.isEmpty()) return std::nullopt;
+    push(tree.root(), with.root());
+    while (!pairs_.empty()) {
+      const NodePair pair = pairs_.back();
+      pairs_.pop_back();
+      if (pair.least < least_) open(tree, with, *pair.a, *pair.b);
+    }
+    if (!nearest_) return std::nullopt;
+    return is_self_ ? capsuleContact(fiberArrays(scene_), *nearest_)
+                    : capsuleContact(fiberArrays(scene_), fiberArrays(other_), *nearest_);
+  }
+
+ private:
+  struct NodePair {
+    const Node *a, *b;
+    double least;  ///< that the distance of surfaces is at least
+  };
+
+  void push(const Node& a, const Node& b) {
+    const double axes = boxDistance(a, b);
+    const double least = axes - a.radius - b.radius;
+    if (least < least_ && !leavesOut(a, b, axes)) pairs_.push_back({&a, &b, least});
+  }
+
+  void open(const Tree& tree, const Tree& with, const Node& a, const Node& b) {
+    const std::size_t before = pairs_.size();
+    if (&a == &b && a.left != 0) {
+      push(tree.left(a), tree.left(a));
+      push(tree.right(a), tree.right(a));
+      push(tree.left(a), tree.right(a));
+    } else if (a.left == 0 && b.left == 0) {
+      measure(a, b);
+    } else if (b.left == 0 || (a.left != 0 && size(a) >= size(b))) {
+      push(tree.left(a), b);
+      push(tree.right(a), b);
+    } else {
+      push(a, with.left(b));
+      push(a, with.right(b));
+    }
+    std::sort(pairs_.begin() + static_cast<std::ptrdiff_t>(before), pairs_.end(),
+              [](const NodePair& p, const NodePair& q) { return p.least > q.least; });
+  }
+
+  static double size(const Node& node) {
+    double size = 0;
+    for (std::size_t k = 0; k < 3; ++k) size = std::max(size, node.high[k] - node.low[k]);
+    return size;
+  }
+
+  /// Whether no two segments of the nodes count, because of how near they are along a fiber.
+  /// @param axes  that the distance of their axes is at least
+  bool leavesOut(const Node& a, const Node& b, double axes) const {
+    if (!is_self_ || a.fiber == Node::kSeveral || a.fiber != b.fiber) return false;
+    const bool ascends = a.segments.first <= b.segments.first;
+    const SegmentRange first = ascends ? a.segments : b.segments;
+    const SegmentRange last = ascends ? b.segments : a.segments;
+    const auto apart = static_cast<std::size_t>(neighbors_.ignored_neighbors);
+    const std::size_t begin = scene_.point_begin[a.fiber];
+    const std::size_t count = scene_.point_begin[a.fiber + 1] - 1 - begin;
+    if (last.last - first.first <= apart) return true;
+    if (scene_.isClosed(a.fiber) && count - last.first + first.last <= apart) return true;
+    const double between = along_.mostBetween(a.fiber, first, last);
+    const double half_circle = std::acos(-1.0) / 2 * axes;
+    return between <= std::max(half_circle, neighbors_.ignored_arc_length);
+  }
+
+  void measure(const Node& a, const Node& b) {
+    for (std::size_t i = a.segments.first; i <= a.segments.last; ++i) {
+      for (std::size_t j = &a == &b ? i + 1 : b.segments.first; j <= b.segments.last; ++j) {
+        measure(i, a.fiber, j, b.fiber);
+      }
+    }
+  }
+
+  void measure(std::size_t i, std::size_t fiber_a, std::size_t j, std::size_t fiber_b) {
+    SegmentPair pair{static_cast<std::int32_t>(i), static_cast<std::int32_t>(j)};
+    if (is_self_ && pair.a > pair.b) std::swap(pair.a, pair.b);
+    // Of axes, as a depth does not tell how far they are apart.
+    const double axes = capsuleContact(axesOf(scene_), axesOf(other_), pair).distance;
+    const double distance = axes - scene_.radiusAt(i) - other_.radiusAt(j);
+    if (distance >= least_) return;
+    const Node a{{}, {}, 0, fiber_a, {i, i}}, b{{}, {}, 0, fiber_b, {j, j}};
+    if (leavesOut(a, b, axes)) return;
+    least_ = distance;
+    nearest_ = pair;
+  }
+
+  static FiberArrays<double> axesOf(const FiberPolylines& scene) {
+    static constexpr double kNone = 0;
+    FiberArrays<double> axes = fiberArrays(scene);
+    axes.radii = &kNone;
+    axes.radii_are = FiberArrays<double>::Radii::kOne;
+    return axes;
+  }
+
+  const FiberPolylines &scene_, &other_;
+  const bool is_self_;
+  const FiberOptions& neighbors_;
+  const AlongFibers along_;
+  std::vector<NodePair> pairs_;  ///< that are still to be looked at
+  double least_ = kInfinity;     ///< distance so far
+  std::optional<SegmentPair> nearest_;
+};
+
+}  // namespace
+
+std::optional<Contact> findNearest(const FiberPolylines& scene, const FiberPolylines* other,
+                                   const FiberOptions& neighbors) {
+  return Search(scene, other, neighbors).run();
+}
+
+}  // namespace fcl_fibers::tools
