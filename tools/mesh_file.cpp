@@ -16,6 +16,8 @@
 #include <fmt/format.h>
 #include <tiny_obj_loader.h>
 
+#include "messages.h"
+
 namespace fcl_fibers::tools {
 namespace {
 
@@ -156,7 +158,7 @@ MeshFile readMesh(const std::string& path, TriangleMesh::Kind kind) {
                                      lines.triangles()};
   try {
     TriangleMesh mesh(arrays, kind);
-    return {std::filesystem::path(path).filename().string(), std::move(points),
+    return {readable(std::filesystem::path(path).filename().string()), std::move(points),
             std::move(triangles), std::move(mesh)};
   } catch (const std::invalid_argument& error) {
     refuse(path, error.what());

@@ -11,6 +11,11 @@ namespace fcl_fibers::tools {
 const std::string& programName();
 void setProgramName(const std::string& name);
 
+/// Returns the text as UTF-8 that a terminal, JSON and HTML take: what is no UTF-8 becomes U+FFFD,
+/// and a control character, except tab and the end of a line, becomes `?`. A file may have any
+/// name.
+std::string readable(std::string_view text);
+
 /// Puts text on stdout, or throws std::runtime_error if that fails.
 void print(std::string_view text);
 

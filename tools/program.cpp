@@ -369,9 +369,10 @@ int parseAndRun(std::vector<std::string> words, const ProgramParts& parts) {
     std::reverse(words.begin(), words.end());  // CLI11 takes the first word from the end
     app.parse(std::move(words));
   } catch (const CLI::ParseError& error) {
-    std::ostringstream answer;
-    const int code = app.exit(error, answer, std::cerr);
+    std::ostringstream answer, problem;
+    const int code = app.exit(error, answer, problem);
     print(answer.str());
+    std::fputs(readable(problem.str()).c_str(), stderr);
     return code == 0 ? 0 : kExitError;
   }
   return runCommand(app.get_subcommands().front()->get_name(), arguments, parts);
@@ -385,7 +386,7 @@ int runProgram(const std::vector<std::string>& arguments, const ProgramParts& pa
     return parseAndRun(arguments, parts);
   } catch (const std::exception& error) {
     progress("");
-    std::fprintf(stderr, "%s: %s\n", parts.name.c_str(), error.what());
+    std::fprintf(stderr, "%s\n", readable(parts.name + ": " + error.what()).c_str());
     return kExitError;
   }
 }

@@ -53,7 +53,10 @@ class ProgramTest(unittest.TestCase):
     def run_program(self, *arguments, code=0):
         """stdout, of a run that has to end with this code."""
         done = subprocess.run(
-            [PROGRAM, *map(str, arguments)], capture_output=True, text=True, check=False
+            [PROGRAM, *(word if isinstance(word, bytes) else str(word) for word in arguments)],
+            capture_output=True,
+            encoding="utf-8",
+            check=False,
         )
         self.assertEqual(done.returncode, code, f"{arguments}: {done.stderr}")
         self.stderr = done.stderr

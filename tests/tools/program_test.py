@@ -15,7 +15,8 @@ import time
 import unittest
 from pathlib import Path
 
-from program import CONTACT_COLUMNS, CROSSING, PROGRAM, ProgramTest, read_polylines, read_vtp
+from program import CONTACT_COLUMNS, CROSSING, PROGRAM, ProgramTest, box
+from program import read_polylines, read_vtp
 
 SOURCES = Path(__file__).resolve().parents[2]
 
@@ -388,6 +389,42 @@ class BadUse(ProgramTest):
                 self.assertEqual(self.stderr.count(warning), 1, command)
             self.assertIn(warning, self.run_program("info", path, *radius))
             self.assertEqual(self.stderr, "")
+
+    def test_any_name_of_a_file(self):
+        """A name in Latin-1 would end each answer in JSON and each page; an escape sequence would
+        set the terminal."""
+        name = b"caf\xe9 \x1b[2J\xc2\x9b\xed\xa0\x80\xf4\x90\x80\x80 \xc3\xa9\xf0\x9f\x98\x80"
+        shown = "caf\ufffd ?[2J?" + 7 * "\ufffd" + " \u00e9\U0001f600"
+        path = os.path.join(os.fsencode(self.folder), name + b".txt")
+        mesh = os.path.join(os.fsencode(self.folder), name + b".obj")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(CROSSING)
+        with open(mesh, "w", encoding="utf-8") as file:
+            file.write(box((0.4, -0.1, -0.1), (0.6, 0.1, 0.1)))
+        for command in (
+            ("info", path, "--json"),
+            ("check", path, "-r", 0.01, "--mesh", mesh, "--json", "--exit-zero"),
+            ("check", path, "-r", 0.01, "--mesh", mesh, "--exit-zero"),
+            ("check", path, "--end", path, "-r", 0.01, "--json", "--exit-zero"),
+            ("distance", path, path, "-r", 0.01, "--json"),
+            ("bench", path, "-r", 0.01, "--repetitions", 1, "--json"),
+            ("check", path, "-r", 9, "--limit", 1, "--exit-zero"),  # a warning
+        ):
+            out = self.run_program(*command)
+            self.assertIn(shown + ".txt", out)
+            self.assertNotIn("\x1b", out + self.stderr)
+            if "--json" in command:
+                json.loads(out)
+        self.assertIn(f"warning: {shown}.txt: ", self.stderr)
+        out = self.run_program("check", path, "-r", 0.01, "--mesh", mesh, "--exit-zero")
+        self.assertIn(f"with {shown}.obj", out)
+        page = self.folder / "page.html"
+        self.run_program("view", path, "-r", 0.01, "--mesh", mesh, "-o", page)
+        self.assertIn(f"<title>{shown}.txt", page.read_text(encoding="utf-8"))
+        for command in ("check", path), ("check", path + b"no", "-r", 1), ("check", b"\xe9\x1b"):
+            self.run_program(*command, code=2)
+            self.assertNotIn("\x1b", self.stderr)
+            self.assertIn("\ufffd", self.stderr)
 
     def test_help_reads_well(self):
         text = self.run_program("--help")
