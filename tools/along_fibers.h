@@ -15,6 +15,12 @@ struct SegmentRange {
   std::size_t first, last;
 };
 
+/// How near two segments of a fiber are along it, the shorter way if it is closed.
+struct NearAlong {
+  std::size_t numbers_apart;  ///< 1 for adjacent segments
+  double length_between;      ///< of the fiber
+};
+
 /// Lengths along the fibers of a scene, which has to outlive this.
 class AlongFibers {
  public:
@@ -28,18 +34,21 @@ class AlongFibers {
     }
   }
 
-  /// How much of the fiber is between two of its segments, the shorter way if it is closed.
-  double between(std::size_t fiber, SegmentPair pair) const {
+  /// How near two segments of a fiber are along it.
+  NearAlong near(std::size_t fiber, SegmentPair pair) const {
     const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
-    return mostBetween(fiber, {a, a}, {b, b});
+    return mostApart(fiber, {a, a}, {b, b});
   }
 
-  /// How much of the fiber is at most between a segment of `a` and a later one of `b`, likewise.
-  double mostBetween(std::size_t fiber, SegmentRange a, SegmentRange b) const {
-    const double inside = from_start_[b.last] - from_start_[a.first + 1];
+  /// How far a segment of `a` and a later one of `b` are at most apart along a fiber.
+  NearAlong mostApart(std::size_t fiber, SegmentRange a, SegmentRange b) const {
+    const NearAlong inside{b.last - a.first, from_start_[b.last] - from_start_[a.first + 1]};
     if (!scene_.isClosed(fiber)) return inside;
-    const double whole = from_start_[scene_.point_begin[fiber + 1] - 1];
-    return std::min(inside, whole - from_start_[b.first + 1] + from_start_[a.last]);
+    const std::size_t end = scene_.point_begin[fiber + 1] - 1;
+    const NearAlong around{end - b.first + a.last - scene_.point_begin[fiber],
+                           from_start_[end] - from_start_[b.first + 1] + from_start_[a.last]};
+    return {std::min(inside.numbers_apart, around.numbers_apart),
+            std::min(inside.length_between, around.length_between)};
   }
 
  private:

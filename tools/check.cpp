@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <cmath>
 #include <cstddef>
 #include <cstdio>
 #include <optional>
@@ -58,13 +57,10 @@ void writePictures(const CheckedFrame& frame, const FiberTree& tree) {
   });
 }
 
+/// The text of one frame has a line about them.
 void warnOfPairsAlong(const CheckedFrame& frame, const ContactList& list) {
-  if (list.of_fibers == 0 || 2 * list.along < list.of_fibers) return;
-  warn(frame.title,
-       fmt::format("{} of {} pairs are near each other along their fiber and touch because it is "
-                   "thick; --ignored-arc-length {:.4g}, pi times the radius, leaves them out",
-                   countText(list.along), countText(list.of_fibers),
-                   std::acos(-1.0) * list.largest_radius));
+  const bool is_told = frame.request.output == Output::kText && !frame.number;
+  if (list.along.count() > 0 && !is_told) warn(frame.title, list.along.text());
 }
 
 /// Checks one frame after another, and writes each answer at once.

@@ -2,6 +2,7 @@
 #include "contact_list.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <tuple>
@@ -23,12 +24,18 @@ bool isDeeper(const ListRow& a, const ListRow& b) {
          std::tie(b.distance, b.pair.a, b.pair.mesh, b.pair.b);
 }
 
+/// Text lists few, and pairs along a fiber would be the deepest.
+bool isListedEarlier(const ListRow& a, const ListRow& b) {
+  return a.along != b.along ? b.along : isDeeper(a, b);
+}
+
 /// Keeps the rows that are listed. Without an order they come in that of the fibers.
 class Keeper {
  public:
   Keeper(const CheckRequest& request, std::vector<ListRow>& rows)
       : deepest_first_(request.order == CheckRequest::Order::kDepth),
         top_(request.top.value_or(std::numeric_limits<std::size_t>::max())),
+        is_earlier_(request.output == Output::kText ? isListedEarlier : isDeeper),
         rows_(rows) {}
 
   void add(const ListRow& row) {
@@ -36,22 +43,25 @@ class Keeper {
     if (rows_.size() / 2 > top_) cut();
   }
 
+  bool isEarlier(const ListRow& a, const ListRow& b) const { return is_earlier_(a, b); }
+
   void finish() {
     if (!deepest_first_) return;
     cut();
-    std::sort(rows_.begin(), rows_.end(), isDeeper);
+    std::sort(rows_.begin(), rows_.end(), is_earlier_);
   }
 
  private:
   void cut() {
     if (rows_.size() <= top_) return;
     const auto end = rows_.begin() + static_cast<std::ptrdiff_t>(top_);
-    std::nth_element(rows_.begin(), end, rows_.end(), isDeeper);
+    std::nth_element(rows_.begin(), end, rows_.end(), is_earlier_);
     rows_.erase(end, rows_.end());
   }
 
   bool deepest_first_;
   std::size_t top_;
+  bool (*is_earlier_)(const ListRow&, const ListRow&);
   std::vector<ListRow>& rows_;
 };
 
@@ -79,7 +89,42 @@ void ContactList::OfMesh::add(const Contact& contact) {
   ++segments;
 }
 
-void ContactList::countDepth(const FoundContact& contact, double radii) {
+bool PairsAlong::add(const NearAlong& pair, double radii) {
+  const double half_circle = kPi / 2 * radii;
+  if (pair.length_between > half_circle) {
+    others_.push_back(pair);
+    return false;
+  }
+  ++count_;
+  half_circle_ = std::max(half_circle_, half_circle);
+  farthest_ = {std::max(farthest_.numbers_apart, pair.numbers_apart),
+               std::max(farthest_.length_between, pair.length_between)};
+  return true;
+}
+
+std::string PairsAlong::text() const {
+  const auto fewOthers = [&](auto&& leavesOut) {
+    const auto count =
+        static_cast<std::size_t>(std::count_if(others_.begin(), others_.end(), leavesOut));
+    return count > 0 ? fmt::format(" (and {} others)", countText(count)) : std::string();
+  };
+  const auto byLength = [&](double length) {
+    const std::string text = fmt::format("{:.4g}", 1.0005 * length);  // rounded up
+    return text + fewOthers([least = std::stod(text)](const NearAlong& other) {
+             return other.length_between <= least;
+           });
+  };
+  // Half a circle will do for other poses, too, unless it leaves out more.
+  const std::string longer = byLength(half_circle_), shorter = byLength(farthest_.length_between);
+  return fmt::format(
+      "{} of the pairs are near along one fiber, and touch because it is thick; "
+      "--ignored-arc-length {}, or --ignored-neighbors {}{}, leaves them out",
+      countText(count_), longer.back() == ')' ? shorter : longer, farthest_.numbers_apart,
+      fewOthers(
+          [&](const NearAlong& other) { return other.numbers_apart <= farthest_.numbers_apart; }));
+}
+
+void ContactList::countDepth(const FoundContact& contact, double radii, bool is_along) {
   const double depth = radii > 0 ? -contact.distance / radii : 0;
   if (contact.distance > 0) {
     ++apart;
@@ -87,7 +132,9 @@ void ContactList::countDepth(const FoundContact& contact, double radii) {
     ++deeper;
   } else {
     const auto bin = std::upper_bound(kDepths.begin() + 1, kDepths.end() - 1, depth);
-    ++depths[static_cast<std::size_t>(bin - kDepths.begin()) - 1];
+    const auto number = static_cast<std::size_t>(bin - kDepths.begin()) - 1;
+    ++depths[number];
+    depths_along[number] += is_along ? 1 : 0;
   }
 }
 
@@ -114,21 +161,20 @@ ContactList::ContactList(const CheckedFrame& frame) : meshes(frame.meshes.size()
     const FoundContact contact = frame.contact(pair);
     const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
     double radii = frame.scene.radiusAt(a);
+    bool is_along = false;
     if (pair.mesh != kNoMesh) {
       meshes[static_cast<std::size_t>(pair.mesh)].add(contact);
     } else {
-      ++of_fibers;
       segments[b] = fibers[contact.b.fiber] = 1;
-      largest_radius = std::max({largest_radius, radii, other.radiusAt(b)});
       radii += other.radiusAt(b);
-      if (frame.other == nullptr && contact.a.fiber == contact.b.fiber &&
-          along_fibers.between(contact.a.fiber, {pair.a, pair.b}) <= kPi / 2 * radii) {
-        ++along;
+      if (frame.other == nullptr && contact.a.fiber == contact.b.fiber) {
+        is_along = along.add(along_fibers.near(contact.a.fiber, {pair.a, pair.b}), radii);
       }
     }
     least_distance = std::min(least_distance, contact.distance);
-    countDepth(contact, radii);
-    const ListRow row = {contact.distance, pair, 1};
+    if (!is_along) least_of_others = std::min(least_of_others, contact.distance);
+    countDepth(contact, radii, is_along);
+    const ListRow row = {contact.distance, pair, 1, is_along};
     if (!frame.request.summary) {
       add(row);
       continue;
@@ -136,10 +182,10 @@ ContactList::ContactList(const CheckedFrame& frame) : meshes(frame.meshes.size()
     if (contact.a.fiber != fiber_a) endFiber();
     fiber_a = contact.a.fiber;
     ListRow& group =
-        of_fiber.try_emplace({pair.mesh, contact.b.fiber}, ListRow{row.distance, pair, 0})
+        of_fiber.try_emplace({pair.mesh, contact.b.fiber}, ListRow{row.distance, pair, 0, is_along})
             .first->second;
     const std::uint32_t contacts = group.contacts + 1;
-    if (isDeeper(row, group)) group = row;
+    if (keeper.isEarlier(row, group)) group = row;
     group.contacts = contacts;
   }
   endFiber();
@@ -228,11 +274,15 @@ void writeJson(const CheckedFrame& frame, const ContactList& list, ordered_json 
   head["touching_segments"] = frame.found.touching_segments;
   head["touching_fibers"] = frame.found.touching_fibers;
   head["least_distance"] = frame.count() > 0 ? ordered_json(list.least_distance) : ordered_json();
+  head["along_count"] = list.along.count();
+  head["least_distance_of_others"] =
+      std::isfinite(list.least_of_others) ? ordered_json(list.least_of_others) : ordered_json();
   ordered_json& depths = head["depths"] = ordered_json::array();
   for (std::size_t i = 0; i < list.depths.size(); ++i) {
     depths.push_back({{"from", ContactList::kDepths[i]},
                       {"to", ContactList::kDepths[i + 1]},
-                      {"pairs", list.depths[i]}});
+                      {"pairs", list.depths[i]},
+                      {"along", list.depths_along[i]}});
   }
   if (!frame.meshes.empty()) {
     depths.push_back({{"from", 1.0}, {"to", nullptr}, {"pairs", list.deeper}});
@@ -267,8 +317,10 @@ std::string histogram(const ContactList& list) {
   constexpr std::size_t kWidth = 30;
   std::string text = "\ndepth, in percent of the sum of the radii";
   text += list.meshes.empty() ? "\n" : "; in a mesh, of the radius\n";
-  const std::size_t most = std::max(
-      {list.apart, list.deeper, *std::max_element(list.depths.begin(), list.depths.end())});
+  std::array<std::size_t, std::tuple_size_v<decltype(list.depths)>> depths = list.depths;
+  for (std::size_t i = 0; i < depths.size(); ++i) depths[i] -= list.depths_along[i];
+  const std::size_t most = std::max({list.apart, list.deeper, list.along.count(),
+                                     *std::max_element(depths.begin(), depths.end())});
   const auto line = [&](const std::string& name, std::size_t pairs) {
     // Any pair gets a mark.
     const std::size_t width = (pairs * kWidth + most - 1) / most;
@@ -280,9 +332,10 @@ std::string histogram(const ContactList& list) {
   for (std::size_t i = 0; i < list.depths.size(); ++i) {
     line(fmt::format("{:.0f} to {:.0f}", 100 * ContactList::kDepths[i],
                      100 * ContactList::kDepths[i + 1]),
-         list.depths[i]);
+         depths[i]);
   }
   if (!list.meshes.empty()) line("over 100", list.deeper);
+  if (list.along.count() > 0) line("along", list.along.count());
   return text;
 }
 
@@ -317,6 +370,7 @@ void writeText(const CheckedFrame& frame, const ContactList& list, AnswerStream&
     text += fmt::format("\n{} touches {}", frame.meshes[m].name,
                         size(of_mesh.segments, of_mesh.fibers));
   }
+  if (list.along.count() > 0) text += "\n" + list.along.text();
   text += fmt::format("\nbuilt and searched in {:.3g} s\n", frame.seconds);
   stream.write(text);
   if (frame.count() == 0) return;
@@ -337,10 +391,11 @@ void writeText(const CheckedFrame& frame, const ContactList& list, AnswerStream&
                              : meshes ? fmt::format("fiber {}", c.b.fiber)
                                       : fmt::format("{}", c.b.fiber);
     const std::size_t number = is_mesh ? static_cast<std::size_t>(c.triangle) : c.b.segment;
-    stream.write(request.summary ? fmt::format("{:>8}   {:>{}} {:>10} {:>12.4g}\n", c.a.fiber, with,
+    stream.write(request.summary ? fmt::format("{:>8}   {:>{}} {:>10} {:>12.4g}", c.a.fiber, with,
                                                width, countText(row.contacts), row.distance)
-                                 : fmt::format("{:>8} {:>8}   {:>{}} {:>8} {:>12.4g}\n", c.a.fiber,
+                                 : fmt::format("{:>8} {:>8}   {:>{}} {:>8} {:>12.4g}", c.a.fiber,
                                                c.a.segment, with, width, number, c.distance));
+    stream.write(row.along ? "  along\n" : "\n");
   }
   if (const std::size_t more = list.row_count - list.rows.size(); more > 0) {
     stream.write(fmt::format("and {} more; --top N lists more, --csv and --json list all\n",

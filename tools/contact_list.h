@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include <fcl_fibers/contact.h>
 #include <nlohmann/json.hpp>
 
+#include "along_fibers.h"
 #include "answer_stream.h"
 #include "commands.h"
 #include "found_pairs.h"
@@ -38,6 +40,28 @@ struct ListRow {
   double distance;
   FoundPair pair;
   std::uint32_t contacts;
+  bool along;  ///< the pair is of one fiber, and touches because the fiber is thick, see PairsAlong
+};
+
+/// Pairs of one fiber whose part between them is so short that it cannot turn back: at most half a
+/// circle whose diameter is the sum of the radii. An option leaves them out.
+class PairsAlong {
+ public:
+  /// Returns whether a pair of one fiber is one of these.
+  /// @param radii  the sum of both
+  bool add(const NearAlong& pair, double radii);
+
+  std::size_t count() const { return count_; }
+
+  /// How many they are, which options leave them out, and how many other pairs of one fiber
+  /// besides.
+  std::string text() const;
+
+ private:
+  std::size_t count_ = 0;
+  double half_circle_ = 0;    ///< the longest
+  NearAlong farthest_{0, 0};  ///< by number and by length
+  std::vector<NearAlong> others_;
 };
 
 /// The contacts of a frame, as they are listed.
@@ -50,13 +74,13 @@ struct ContactList {
   std::vector<ListRow> rows;
   std::size_t row_count = 0;  ///< including those that --top leaves out
   double least_distance = 0;  ///< if there is a contact
-  std::array<std::size_t, kDepths.size() - 1> depths{};
+  /// Without pairs along a fiber; infinite if there is no other.
+  double least_of_others = std::numeric_limits<double>::infinity();
+  std::array<std::size_t, kDepths.size() - 1> depths{}, depths_along{};
   std::size_t deeper = 0;                            ///< than the radius, as only meshes allow
   std::size_t apart = 0;                             ///< pairs that do not touch
   std::size_t other_segments = 0, other_fibers = 0;  ///< of --against, that touch
-  std::size_t of_fibers = 0;                         ///< pairs without a mesh
-  std::size_t along = 0;                             ///< of these, near along a fiber
-  double largest_radius = 0;                         ///< of segments in a pair of fibers
+  PairsAlong along;
 
   struct OfMesh {
     std::size_t segments = 0, fibers = 0;  ///< that touch it
@@ -69,7 +93,7 @@ struct ContactList {
   std::vector<OfMesh> meshes;
 
  private:
-  void countDepth(const FoundContact& contact, double radii);
+  void countDepth(const FoundContact& contact, double radii, bool is_along);
 };
 
 /// Beginning, rows and end of a list of contacts.

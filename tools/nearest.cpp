@@ -195,14 +195,10 @@ class Search {
     const bool ascends = a.segments.first <= b.segments.first;
     const SegmentRange first = ascends ? a.segments : b.segments;
     const SegmentRange last = ascends ? b.segments : a.segments;
-    const auto apart = static_cast<std::size_t>(neighbors_.ignored_neighbors);
-    const std::size_t begin = scene_.point_begin[a.fiber];
-    const std::size_t count = scene_.point_begin[a.fiber + 1] - 1 - begin;
-    if (last.last - first.first <= apart) return true;
-    if (scene_.isClosed(a.fiber) && count - last.first + first.last <= apart) return true;
-    const double between = along_.mostBetween(a.fiber, first, last);
+    const NearAlong most = along_.mostApart(a.fiber, first, last);
     const double half_circle = std::acos(-1.0) / 2 * axes;
-    return between <= std::max(half_circle, neighbors_.ignored_arc_length);
+    return most.numbers_apart <= static_cast<std::size_t>(neighbors_.ignored_neighbors) ||
+           most.length_between <= std::max(half_circle, neighbors_.ignored_arc_length);
   }
 
   void measure(const Node& a, const Node& b) {

@@ -46,7 +46,8 @@ io::FiberFile readStandardInput(const io::FiberFileOptions& options) {
 SceneSource readFile(const std::string& path, std::optional<double> radius) {
   SceneSource source;
   const bool is_input = path == kStandardInput;
-  source.name = is_input ? "standard input" : readable(std::filesystem::path(path).filename().string());
+  source.name =
+      is_input ? "standard input" : readable(std::filesystem::path(path).filename().string());
   source.title = source.name;
   source.is_file = true;
   source.playable = {0};

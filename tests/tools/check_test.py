@@ -5,6 +5,7 @@ import csv
 import io
 import json
 import math
+import re
 import struct
 import subprocess
 import unittest
@@ -255,13 +256,91 @@ class Lists(ProgramTest):
     def test_pairs_along_a_yarn(self):
         """Hundreds of contacts would be those of a fiber with itself, as it goes along."""
         yarn = self.write("yarn.txt", "".join(f"{0.1 * i} 0 0\n" for i in range(40)))
-        self.run_program("check", yarn, "-r", 0.5, code=1)
-        advice = self.stderr.split("--ignored-arc-length ")[1].split(",")[0]
-        self.assertAlmostEqual(float(advice), math.pi * 0.5, delta=1e-3)
-        self.run_program("check", yarn, "-r", 0.5, "-a", advice)
+        text = self.run_program("check", yarn, "-r", 0.5, code=1)
         self.assertEqual(self.stderr, "")
-        self.check()
-        self.assertEqual(self.stderr, "")
+        advice = re.search("--ignored-arc-length ([^,]+), or --ignored-neighbors ([0-9]+),", text)
+        self.assertAlmostEqual(float(advice[1]), math.pi * 0.5, delta=2e-3)
+        for option, value in zip("an", advice.groups()):
+            self.run_program("check", yarn, "-r", 0.5, "-" + option, value)
+        self.run_program("check", yarn, "-r", 0.5, "-n", int(advice[2]) - 1, code=1)
+        for output in ("--json", "--csv"):
+            self.run_program("check", yarn, "-r", 0.5, output, code=1)
+            self.assertIn("near along one fiber", self.stderr)
+            self.check(output)
+            self.assertEqual(self.stderr, "")
+        self.assertNotIn("along", self.check())
+
+    def test_pairs_along_a_yarn_are_counted_apart(self):
+        """The deepest contacts and the depths would be those of each yarn with itself."""
+        points = [(0.25 * i, 0.1 * (i % 2), 0) for i in range(30)]
+        yarns = [[(x, y, z + 0.4 * k) for x, y, z in points] for k in range(3)]
+        hairpin = [(20, 0, 0), (25, 0, 0), (26, 0.3, 0), (25, 0.6, 0), (20, 0.6, 0)]
+        text = "\n".join("".join("%r %r %r\n" % p for p in yarn) for yarn in (*yarns, hairpin))
+        path = self.write("yarns.txt", text)
+        radius = 0.31
+        found = json.loads(self.run_program("check", path, "-r", radius, "--json", code=1))
+        turned = along = 0
+        others = []
+        for contact in found["contacts"]:
+            a, b = contact["segment_a"], contact["segment_b"]
+            fiber = (*yarns, hairpin)[contact["fiber_a"]]
+            between = sum(math.dist(*ends) for ends in zip(fiber[a + 1 :], fiber[a + 2 : b + 1]))
+            if contact["fiber_a"] == contact["fiber_b"] and between <= math.pi * radius:
+                along += 1
+            else:
+                turned += contact["fiber_a"] == contact["fiber_b"]
+                others.append(contact["distance"])
+        self.assertGreater(turned, 0)
+        self.assertGreater(along, 50)
+        self.assertGreater(len(others), 50)
+        self.assertEqual(found["along_count"], along)
+        self.assertEqual(found["least_distance_of_others"], min(others))
+        self.assertGreater(min(others), found["least_distance"])
+        depths = found["depths"]
+        self.assertEqual(sum(depth["along"] for depth in depths), along)
+        self.assertEqual(sum(depth["pairs"] for depth in depths), len(found["contacts"]))
+        for depth in depths:
+            inside = [d for d in others if depth["from"] <= -d / (2 * radius) < depth["to"]]
+            self.assertEqual(depth["pairs"] - depth["along"], len(inside))
+        text = self.run_program("check", path, "-r", radius, "--top", len(others) + 2, code=1)
+        rows = re.findall(r"^ +\d+ +\d+ +\d+ +\d+ +(\S+)(  along)?$", text, re.M)
+        self.assertEqual([bool(row[1]) for row in rows], len(others) * [False] + 2 * [True])
+        self.assertEqual(float(rows[0][0]), float(f"{min(others):.4g}"))
+        self.assertIn(f"\n{along} of the pairs are near along one fiber", text)
+        self.assertRegex(text, rf"\n +along +{along}  #+\n")
+        text = self.run_program("check", path, "-r", radius, "--summary", "--top", 99, code=1)
+        rows = re.findall(r"^ +(\d+) +(\d+) +\d+ +(\S+)(  along)?$", text, re.M)
+        apart = [row[0] != row[1] or row[0] == "3" for row in rows]
+        self.assertEqual([row[3] == "" for row in rows], apart)
+        self.assertIn(False, apart)
+        self.assertIn(True, apart)
+
+    def test_advice_that_leaves_out_a_contact(self):
+        """The length for a thick soma would hide where a thin branch turns back."""
+        places = [
+            (0, 0),
+            *((i, 0) for i in range(1, 20)),
+            (20, 0),
+            (20.3, 0.07),
+            (20, 0.15),
+            (19, 0.15),
+        ]
+        samples = [
+            f"{i + 1} {1 if i == 0 else 3} {x} {y} 0 {5 if i == 0 else 0.1} {i or -1}\n"
+            for i, (x, y) in enumerate(places)
+        ]
+        soma = self.write("soma.swc", "".join(samples))
+        text = self.run_program("check", soma, code=1)
+        advice = re.search(
+            r"--ignored-arc-length (\S+) \(and (\d+) others\), "
+            r"or --ignored-neighbors (\d+) \(and (\d+) others\), leaves them out",
+            text,
+        )
+        others = json.loads(self.run_program("check", soma, "--json", code=1))
+        others = others["contact_count"] - others["along_count"]
+        for option, value, hidden in (("-a", *advice.groups()[:2]), ("-n", *advice.groups()[2:])):
+            found = self.run_program("check", soma, option, value, "--json", "--exit-zero")
+            self.assertEqual(json.loads(found)["contact_count"], others - int(hidden))
 
     def test_exit_zero(self):
         self.check("--exit-zero", code=0)
