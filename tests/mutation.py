@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Plants known faults in the library, one by one, and shows that the tests catch each.
 
-    tests/mutation.py [--list] [--rotate N] [-j JOBS] [NAME...]
+    tests/mutation.py [--list] [--part I/N] [-j JOBS] [NAME...]
 
---rotate plants N of them, others with each commit. The faults are planted in a copy of the sources,
-build/mutation/source; the tests are built there, for one instruction set. Each has to pass without
-a fault first. Ends with an error if a fault survives, which means that a test is missing, or if the
-text that it replaces is not there exactly once, which means that this list has to follow the
-sources.
+--part plants those of part I of N, from 1/N to N/N. The faults are planted in a copy of the
+sources, build/mutation/source; the tests are built there, for one instruction set. Each has to pass
+without a fault first. Ends with an error if a fault survives, which means that a test is missing,
+or if the text that it replaces is not there exactly once, which means that this list has to follow
+the sources.
 """
 import argparse
 import os
@@ -723,15 +723,17 @@ def planted(fault, sound):
     return text
 
 
-def rotated(count):
+def part(text):
+    number, count = map(int, text.split("/"))
+    if not 1 <= number <= count:
+        raise ValueError(text)
+    return number, count
+
+
+def part_of_faults(number, count):
     """Those that the same executables catch are neighbours, as building these takes longest."""
-    commits = subprocess.run(
-        ["git", "rev-list", "--count", "HEAD"], cwd=ROOT, check=True, capture_output=True, text=True
-    )
     faults = sorted(FAULTS, key=lambda fault: fault.tests)
-    turns = -(-len(faults) // count)
-    turn = int(commits.stdout) % turns
-    return faults[turn * count : (turn + 1) * count]
+    return faults[(number - 1) * len(faults) // count : number * len(faults) // count]
 
 
 def check_texts():
@@ -747,14 +749,12 @@ def check_texts():
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--list", action="store_true", help="name the faults, plant none")
-    parser.add_argument(
-        "--rotate", type=int, metavar="N", help="plant N, which this commit chooses"
-    )
+    parser.add_argument("--part", type=part, metavar="I/N", help="plant those of part I of N")
     parser.add_argument("-j", "--jobs", type=int, default=os.cpu_count())
     parser.add_argument("names", nargs="*", help="parts of names of faults; all if none is given")
     arguments = parser.parse_args()
 
-    faults = rotated(arguments.rotate) if arguments.rotate else FAULTS
+    faults = part_of_faults(*arguments.part) if arguments.part else FAULTS
     chosen = [
         f for f in faults if not arguments.names or any(name in f.name for name in arguments.names)
     ]

@@ -6,14 +6,39 @@
 mkdir -p build
 skipped_list=$PWD/build/skipped.txt
 
+# What has to do with threads: the library's, the user's, and caches that the first query fills.
+# shellcheck disable=SC2034
+thread_suites=(threads_test arrays_test index_test meshes_test continuous_test motion_test)
+
 # skip WHAT_AND_WHY: tells of it at the end.
 skip() {
   echo "$step: $1" >>"$skipped_list"
   echo "skipped: $1"
 }
 
+# skip_step WHY: ends the step, of which nothing has run.
+step_skipped=77
+skip_step() {
+  skip "$1"
+  exit "$step_skipped"
+}
+
+# turn_of TURNS: which of so many turns this commit has, counted from 0. What takes turns runs with one
+# commit of so many, so each commit has to know its number.
+turn_of() {
+  local is_shallow count
+  if ! is_shallow=$(git rev-parse --is-shallow-repository) || [[ $is_shallow != false ]] ||
+    ! count=$(git rev-list --count HEAD); then
+    echo "The commits cannot be counted, so it is unknown whose turn it is. This needs a clone with the" \
+      "whole history (git fetch --unshallow), whose owner is the one who runs it (or git config" \
+      "--global --add safe.directory $PWD)." >&2
+    return 1
+  fi
+  echo $((count % $1))
+}
+
 run_steps() {
-  local failed=0 status begin
+  local failed=0 skipped=0 status begin
   local lines=()
   : >"$skipped_list"
   for step in "$@"; do
@@ -27,8 +52,11 @@ run_steps() {
     )
     status=$?
     set -e
-    ((status == 0)) && status=passed || status=FAILED
-    [[ $status == passed ]] || ((++failed))
+    case $status in
+      0) status=passed ;;
+      "$step_skipped") status=skipped && ((++skipped)) ;;
+      *) status=FAILED && ((++failed)) ;;
+    esac
     lines+=("$(printf '%6d s  %s  %s' $((SECONDS - begin)) "$status" "$step")")
     echo "-- ${lines[-1]}"
   done
@@ -36,6 +64,7 @@ run_steps() {
   printf '\n== Summary ==\n'
   printf '%s\n' "${lines[@]}"
   sed 's/^/skipped: /' "$skipped_list"
-  printf '%6d s in all. Steps: %d passed, %d failed\n' "$SECONDS" $(($# - failed)) "$failed"
+  printf '%6d s in all. Steps: %d passed, %d failed, %d skipped\n' "$SECONDS" \
+    $(($# - failed - skipped)) "$failed" "$skipped"
   ((failed == 0))
 }
