@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <limits>
+#include <locale>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -12,13 +13,20 @@
 
 namespace fcl_fibers {
 
+/// Returns the parts as one text, with numbers as C++ writes them, whatever the host's locale is.
+template <typename... Parts>
+std::string joinedText(const Parts&... parts) {
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  (text << ... << parts);
+  return text.str();
+}
+
 /// Throws std::invalid_argument: "call: name is value; remedy".
 template <typename Value>
 [[noreturn]] void refuseArgument(const char* call, const char* name, const Value& value,
                                  const char* remedy) {
-  std::ostringstream message;
-  message << call << ": " << name << " is " << value << "; " << remedy;
-  throw std::invalid_argument(message.str());
+  throw std::invalid_argument(joinedText(call, ": ", name, " is ", value, "; ", remedy));
 }
 
 /// Returns the radius as S. The limit leaves room for sums of a few radii.

@@ -2,19 +2,19 @@
 #pragma once
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <limits>
-#include <sstream>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <type_traits>
 #include <utility>
+
+#include "arguments.h"
+#include "io/number.h"
 
 namespace fcl_fibers::io {
 
@@ -92,32 +92,32 @@ class ByteReader {
   /// @pre `text` is part of the file
   template <typename T>
   T parse(std::string_view text) const {
-    T value{};
-    const char* const end = text.data() + text.size();
-    const auto [stop, error] = std::from_chars(text.data(), end, value);
-    bool good = error == std::errc() && stop == end;
-    if constexpr (std::is_floating_point_v<T>) good = good && std::isfinite(value);
+    const std::optional<T> value = parsedNumber<T>(text);
+    bool good = value.has_value();
+    if constexpr (std::is_floating_point_v<T>) good = good && std::isfinite(*value);
     if (!good) {
-      const auto at = static_cast<std::uint64_t>(text.data() - bytes_.data());
-      refuse(at, "'", shortened(text), "' is no ",
+      refuse(offsetOf(text), "'", shortened(text), "' is no ",
              std::is_floating_point_v<T> ? "finite number" : "whole number that fits");
     }
-    return value;
+    return *value;
+  }
+
+  /// @pre `text` is part of the file
+  std::uint64_t offsetOf(std::string_view text) const {
+    return static_cast<std::uint64_t>(text.data() - bytes_.data());
+  }
+
+  /// The number of the line at an offset, counted from 1.
+  std::uint64_t lineAt(std::uint64_t offset) const {
+    const std::string_view before = bytes_.substr(0, static_cast<std::size_t>(offset));
+    return 1 + static_cast<std::uint64_t>(std::count(before.begin(), before.end(), '\n'));
   }
 
   template <typename... Reason>
   [[noreturn]] void refuse(std::uint64_t offset, const Reason&... reason) const {
-    std::ostringstream message;
-    message << "readFibers: '" << name_ << "', ";
-    if (places_ == Places::kBytes) {
-      message << "byte " << offset;
-    } else {
-      const std::string_view before = bytes_.substr(0, static_cast<std::size_t>(offset));
-      message << "line " << 1 + std::count(before.begin(), before.end(), '\n');
-    }
-    message << ": ";
-    (message << ... << reason);
-    throw std::runtime_error(message.str());
+    const bool in_lines = places_ == Places::kLines;
+    throw std::runtime_error(joinedText("readFibers: '", name_, "', ", in_lines ? "line " : "byte ",
+                                        in_lines ? lineAt(offset) : offset, ": ", reason...));
   }
 
   [[noreturn]] void refuseEnd(const char* part) const {

@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -118,11 +117,10 @@ void warnOfCoarseCoordinates(const FiberPolylines& scene, std::vector<std::strin
   for (const double r : scene.radii) radius = r > 0 ? std::min(radius, r) : radius;
   const double spacing = std::nextafter(largest, std::numeric_limits<float>::infinity()) - largest;
   if (radius <= 0 || spacing <= kCoarsestSpacing * radius) return;
-  std::ostringstream warning;
-  warning << "Coordinates are floats up to " << largest << ", which are " << spacing
-          << " apart. That is coarse for a radius of " << radius
-          << ": move the fibers to the origin before they are written, or write doubles.";
-  warnings.push_back(warning.str());
+  warnings.push_back(
+      joinedText("Coordinates are floats up to ", largest, ", which are ", spacing,
+                 " apart. That is coarse for a radius of ", radius,
+                 ": move the fibers to the origin before they are written, or write doubles."));
 }
 
 bool startsWith(std::string_view bytes, std::string_view start) {

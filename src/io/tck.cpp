@@ -2,13 +2,12 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
-#include <system_error>
 
 #include "io/formats.h"
 #include "io/text.h"
@@ -139,12 +138,9 @@ void reserve(ByteReader file, const Header& header, FiberPolylines& scene) {
 /// The number of streamlines, those without points included, is known only now.
 void compareCount(const Header& header, std::uint64_t streamlines, ParsedFibers& parsed) {
   if (header.count.empty()) return;
-  std::uint64_t count = 0;
-  const char* const end = header.count.data() + header.count.size();
-  const auto [stop, error] = std::from_chars(header.count.data(), end, count);
-  const bool is_number = error == std::errc() && stop == end;
+  const std::optional<std::uint64_t> count = parsedNumber<std::uint64_t>(header.count);
   // MRtrix writes 0 where it does not know the number.
-  if (is_number && (count == 0 || count == streamlines)) return;
+  if (count && (*count == 0 || *count == streamlines)) return;
   parsed.warnings.push_back("The header's count is '" + ByteReader::shortened(header.count) +
                             "', but the file has " + std::to_string(streamlines) +
                             " streamlines; it may be truncated.");

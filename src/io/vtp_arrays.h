@@ -5,13 +5,12 @@
 #include <pugixml.hpp>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <type_traits>
 #include <vector>
 
@@ -59,12 +58,11 @@ inline std::string shown(const pugi::xml_attribute& attribute) {
 
 inline std::uint64_t count(const ByteReader& file, const pugi::xml_node& node, const char* name) {
   const std::string_view text = node.attribute(name).value();
-  std::uint64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) {
+  const std::optional<std::uint64_t> value = parsedNumber<std::uint64_t>(text);
+  if (!value) {
     refuse(file, node, name, " is '", ByteReader::shortened(text), "', which is no whole number");
   }
-  return value;
+  return *value;
 }
 
 /// The text of an array, which may follow elements that describe it.
@@ -147,15 +145,14 @@ class VtpArrays {
       if (rest.empty()) return;
       const std::string_view word = rest.substr(0, rest.find_first_of(EncodedBytes::kSpace));
       rest.remove_prefix(word.size());
-      T value{};
-      const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-      bool good = error == std::errc() && end == word.data() + word.size();
-      if constexpr (std::is_same_v<T, double>) good = good && std::isfinite(value);
+      const std::optional<T> value = parsedNumber<T>(word);
+      bool good = value.has_value();
+      if constexpr (std::is_same_v<T, double>) good = good && std::isfinite(*value);
       if (!good) {
         refuse(file_, array, "'", ByteReader::shortened(word), "' is no ",
                std::is_same_v<T, double> ? "finite number" : "whole number that fits");
       }
-      visit(value);
+      visit(*value);
     }
   }
 

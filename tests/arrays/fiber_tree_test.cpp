@@ -21,6 +21,7 @@
 
 #include "arrays/array_fibers.h"
 #include "support/exact_geometry.h"
+#include "support/other_locale.h"
 #include "support/scalars.h"
 #include "support/touch_oracle.h"
 
@@ -579,6 +580,15 @@ TEST(ArrayTree, RefusesWhatItCannotAnswerFor) {
 }
 
 // A null pointer would be read, also where there are fibers, but no points.
+TEST(ArrayTree, TextsAreTheSameInAnyLocale) {
+  // If this fails, a number in an error is another one where the host writes 1.234,5.
+  const test::OtherLocale locale;
+  FiberTreeOptions options;
+  options.margin = -1234.5;
+  EXPECT_THAT([&] { FiberTree tree(options); },
+              testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr(" is -1234.5;")));
+}
+
 TEST(ArrayTree, RefusesNullArrays) {
   using Radii = FiberArrays<double>::Radii;
   auto good = curledFibers<double>(11);

@@ -15,6 +15,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "support/other_locale.h"
 #include "support/scalars.h"
 
 namespace fcl_fibers {
@@ -279,6 +280,15 @@ TYPED_TEST(FiberObjectsTest, RefusesARadiusThatIsNone) {
       ThrowsMessage<std::invalid_argument>(HasSubstr("the number of radii is 1; give one")));
   scene.radii = {};
   EXPECT_EQ(capsuleOf(*makeObjects<TypeParam>(scene)[0]).radius, 0);
+}
+
+TYPED_TEST(FiberObjectsTest, TextsAreTheSameInAnyLocale) {
+  // If this fails, a number in an error is another one where the host writes 1.234,5.
+  const test::OtherLocale locale;
+  FiberPolylines scene = pairsOfPoints({{0, 0, 0}, {1, 1, 1}});
+  scene.radius = -1234.5;
+  EXPECT_THAT([&] { makeObjects<TypeParam>(scene); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("radius is -1234.5;")));
 }
 
 TYPED_TEST(FiberObjectsTest, ObjectsAreThoseOfTheirFibers) {

@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "io/file_support.h"
+#include "support/other_locale.h"
 #include "support/temporary_file.h"
 
 namespace fcl_fibers::io {
@@ -95,6 +96,23 @@ TEST(FiberFileTest, NamesAFileThatCannotBeRead) {
   if (std::filesystem::exists("/dev/zero")) refuses("/dev/zero", "is not a regular file");
   const TemporaryFile file(".png", "PNG");
   refuses(file.path(), "has no known format; pass a .hair, .tfx, .bcc, .vtp, .tck, .trk or .swc");
+}
+
+TEST(FiberFileTest, TextsAreTheSameInAnyLocale) {
+  // If this fails, line 2001 of a file is line 2.001 where the program that reads it says so.
+  const test::OtherLocale locale;
+  std::string lines;
+  for (int i = 0; i < 2000; ++i) lines += "0.5 0 0\n";
+  expectRefusal(lines + "x 0 0\n", kPolylines, "line 2001", "'x' is no");
+  FileBytes many;
+  many.text(hairBytes(0, 1)).setLittle(4, 1234567U);
+  expectRefusal(many.bytes(), FiberFormat::kHair, "byte 4", "1234567 strands");
+  expectRefusal(hairBytes(0, -1.5F), FiberFormat::kHair, "byte 20", "thickness is -1.5");
+  EXPECT_THAT([&] { parseFibers(lines, "", kPolylines, {-1.5}); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("radius is -1.5;")));
+  EXPECT_THAT(parseFibers(hairBytes(0x1p20F, 0), "", FiberFormat::kHair, {2.4}).warnings,
+              ElementsAre(AllOf(HasSubstr("0.125 apart"), HasSubstr("a radius of 2.4"))));
+  EXPECT_EQ(parseFibers(lines, "", kPolylines).fibers.points[0], (Point{0.5, 0, 0}));
 }
 
 TEST(FiberFileTest, TheRadiusOfTheOptionsWins) {

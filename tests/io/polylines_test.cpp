@@ -53,6 +53,11 @@ TEST(PolylinesTest, CommasSemicolonsAndTabsSeparateColumns) {
   }
 }
 
+TEST(PolylinesTest, NumbersMayHaveASign) {
+  // If this fails, what programs write that show the sign of each number is refused.
+  EXPECT_THAT(parse("+1 -2 +.5e+1\n").fibers.points, ElementsAre(Point{1, -2, 5}));
+}
+
 TEST(PolylinesTest, RefusesWhatSeparatorsMakeDoubtful) {
   // If this fails, decimal commas or empty cells give points that are not in the file.
   expectRefusal("1,5 2,5 3,5\n", kPolylines, "line 1", "'5 2' is no finite number");
@@ -76,7 +81,8 @@ TEST(PolylinesTest, SaysWhereAFileIsMalformed) {
   expectRefusal("\n# only\n\n", kPolylines, "line 4", "there are no points");
   expectRefusal("1 2 3\n4 5\n6 7 8\n", kPolylines, "line 2", "there are 2 columns; 3 are needed");
   expectRefusal("1 2 3\n\n4\n", kPolylines, "line 3", "there are 1 columns");
-  for (const char* bad : {"x", "1e999", "nan", "inf", "1.2.3", "0x1", "+1", "1,2", "\x80\x01"}) {
+  for (const char* bad :
+       {"x", "1e999", "nan", "inf", "1.2.3", "0x1", "+-1", "++1", "+", "1,2", "\x80\x01"}) {
     const std::string row = "1 2 " + std::string(bad) + "\n";
     expectRefusal("1 2 3\n" + row, kPolylines, "line 2", "' is no finite number");
   }

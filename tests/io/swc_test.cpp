@@ -97,6 +97,13 @@ TEST(SwcTest, AnUnbranchedNeuronIsOneFiber) {
   EXPECT_THAT(file.warnings, IsEmpty());
 }
 
+TEST(SwcTest, NumbersMayHaveASign) {
+  // If this fails, real files are refused whose author marked a number by its sign.
+  const FiberFile file = parse("+1 +1 +0.5 -1 +2e+0 +3 -1\n+5 3 1 1 1 3 +1\n");
+  EXPECT_THAT(file.fibers.points, ElementsAre(Point{0.5, -1, 2}, Point{1, 1, 1}));
+  EXPECT_EQ(file.fibers.radius, 3);
+}
+
 TEST(SwcTest, ThereMayBeSeveralRoots) {
   // If this fails, only one of several neurons is read.
   const FiberFile file = parse("1 1 0 0 0 1 -1\n2 3 1 0 0 1 1\n10 1 5 0 0 2 -1\n11 3 6 0 0 1 10\n");

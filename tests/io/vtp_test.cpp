@@ -184,6 +184,12 @@ TEST(VtpTest, ReadsAllEncodings) {
       "base64")));
 }
 
+TEST(VtpTest, NumbersMayHaveASign) {
+  // If this fails, what programs write that show the sign of each number is refused.
+  expectTwoLines(
+      parse(vtpFile({"ascii", "0 0 0 +1 -0 0\n1 1 0 0 +1e+0 +.5 7 8 9", "+0 1 2 0 3 4", "+4 6"})));
+}
+
 TEST(VtpTest, JoinsPieces) {
   // If this fails, lines of a second piece are missing, or have points of the first.
   const std::string file = textFile(), piece = pieceOf(file);
