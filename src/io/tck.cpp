@@ -71,7 +71,16 @@ Header readHeader(ByteReader& file) {
   std::uint64_t place_at = 0;
   while (!has_end && !file.atEnd()) {
     const std::uint64_t at = file.offset();
-    const std::string_view line = trimmed(file.line());
+    std::string_view line = trimmed(file.line());
+    // Blanks may stand for the line feed between the last line and the points.
+    if (has_place && header.points_offset > at && header.points_offset < file.offset()) {
+      const auto before_points = static_cast<std::size_t>(header.points_offset - at);
+      const std::string_view last = trimmed(file.bytes().substr(at, before_points));
+      if (line != "END" && last == "END") {
+        line = last;
+        file.seek(header.points_offset, "the points");
+      }
+    }
     const std::size_t colon = std::min(line.find(':'), line.size());
     const std::string_view key = trimmed(line.substr(0, colon));
     const std::string_view value = trimmed(line.substr(std::min(colon + 1, line.size())));

@@ -120,6 +120,18 @@ TEST(TckHeaderTest, ToleratesWhatProgramsWrite) {
                 .bytes()));
 }
 
+TEST(TckHeaderTest, BlanksMayStandForTheLastLineFeed) {
+  // If this fails, a header that ends where it says is taken for one without an end.
+  std::string bytes = sample();
+  const std::size_t end = bytes.find("END\n") + 3;
+  for (const char blank : {' ', '\t'}) {
+    bytes[end] = blank;
+    expectSample(parse(bytes));
+  }
+  bytes[end] = 'x';
+  expectRefusal(bytes, kTck, "line 5", "no line END");
+}
+
 TEST(TckHeaderTest, WarnsOfAnotherCount) {
   // If this fails, streamlines are missing and nobody is told.
   const auto warnings = [](const std::string& count) {
