@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -59,6 +61,17 @@ struct Ids {
   std::vector<std::int64_t> own, parent;
 };
 
+/// Some programs write whole numbers with decimals, such as 1.000000.
+std::int64_t wholeNumber(const ByteReader& file, std::string_view text) {
+  constexpr double kLargest = 0x1p53;
+  if (const std::optional<std::int64_t> number = parsedNumber<std::int64_t>(text)) return *number;
+  const std::optional<double> number = parsedNumber<double>(text);
+  if (number && std::abs(*number) <= kLargest && std::trunc(*number) == *number) {
+    return static_cast<std::int64_t>(*number);
+  }
+  return file.parse<std::int64_t>(text);
+}
+
 void readNode(ByteReader& file, const NodeLine& line, Nodes& nodes, Ids& ids) {
   std::size_t columns = 0;
   std::string_view rest = line.text;
@@ -71,15 +84,15 @@ void readNode(ByteReader& file, const NodeLine& line, Nodes& nodes, Ids& ids) {
     ++columns;
     return word;
   };
-  ids.own.push_back(file.parse<std::int64_t>(column()));
+  ids.own.push_back(wholeNumber(file, column()));
   if (ids.own.back() < 0) file.refuse(line.at, "the id is ", ids.own.back());
-  file.parse<std::int64_t>(column());  // The type is checked, because it tells what a column is.
+  wholeNumber(file, column());  // The type is checked, because it tells what a column is.
   Point point;
   for (double& c : point) c = file.parse<double>(column());
   nodes.points.push_back(point);
   nodes.radii.push_back(file.parse<double>(column()));
   if (nodes.radii.back() < 0) file.refuse(line.at, "the radius is ", nodes.radii.back());
-  ids.parent.push_back(file.parse<std::int64_t>(column()));
+  ids.parent.push_back(wholeNumber(file, column()));
 }
 
 Ids readNodes(ByteReader& file, Nodes& nodes) {

@@ -97,6 +97,13 @@ TEST(SwcTest, AnUnbranchedNeuronIsOneFiber) {
   EXPECT_THAT(file.warnings, IsEmpty());
 }
 
+TEST(SwcTest, WholeNumbersMayHaveDecimals) {
+  // If this fails, files are refused of programs that write all numbers with decimals.
+  const FiberFile file =
+      parse("1.000000 1.0 1 2 3 2 -1.000000\n2.000000 3. 4 5 6 2 1.000000\n3 3e0 7 8 9 2 2\n");
+  EXPECT_THAT(file.fibers.points, ElementsAre(Point{1, 2, 3}, Point{4, 5, 6}, Point{7, 8, 9}));
+}
+
 TEST(SwcTest, NumbersMayHaveASign) {
   // If this fails, real files are refused whose author marked a number by its sign.
   const FiberFile file = parse("+1 +1 +0.5 -1 +2e+0 +3 -1\n+5 3 1 1 1 3 +1\n");
@@ -162,7 +169,9 @@ TEST(SwcTest, SaysWhereAFileIsMalformed) {
   expectRefusal("# only\n\n", kSwc, "line 3", "there are no points");
   refuses("2 3 1 0 0 1\n", "line 4", "there are 6 columns; 7 are needed");
   refuses("2\n", "line 4", "there are 1 columns");
-  refuses("1.0 3 1 0 0 1 1\n", "line 4", "'1.0' is no whole number");
+  refuses("2.5 3 1 0 0 1 1\n", "line 4", "'2.5' is no whole number");
+  refuses("1e16 3 1 0 0 1 1\n", "line 4", "'1e16' is no whole number");
+  refuses("nan 3 1 0 0 1 1\n", "line 4", "'nan' is no whole number");
   refuses("2 axon 1 0 0 1 1\n", "line 4", "'axon' is no whole number");
   refuses("2 3 1 0 0 1 1.5\n", "line 4", "'1.5' is no whole number");
   refuses("99999999999999999999 3 1 0 0 1 1\n", "line 4", "is no whole number that fits");
