@@ -40,6 +40,13 @@ struct FiberPolylines {
   /// is closed.
   std::vector<std::uint8_t> closed;
 
+  /// One number per point: the radius there, where a file tells it and it differs from that of a
+  /// neighbor along a fiber. A segment then has the larger radius of its two ends. Empty for other
+  /// scenes. Queries take `radius` and `radii` alone. What writes files takes the radii of points
+  /// from here, if `radius` and `radii` are still those of these points, so that a narrow place of
+  /// one point is not lost. Finite, not negative.
+  std::vector<double> point_radii;
+
   /// Number of fibers, including those of a single point.
   std::size_t fiberCount() const { return point_begin.size() - 1; }
 

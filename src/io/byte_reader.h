@@ -22,14 +22,16 @@ enum class ByteOrder { kLittle, kBig };
 
 template <typename T>
 T decode(const char* bytes, ByteOrder order) {
-  static_assert(sizeof(T) == 2 || sizeof(T) == 4 || sizeof(T) == 8);
+  static_assert(sizeof(T) == 1 || sizeof(T) == 2 || sizeof(T) == 4 || sizeof(T) == 8);
   std::uint64_t word = 0;
   for (std::size_t i = 0; i < sizeof(T); ++i) {
     const std::size_t next = order == ByteOrder::kBig ? i : sizeof(T) - 1 - i;
     word = word << 8 | static_cast<unsigned char>(bytes[next]);
   }
-  using Word = std::conditional_t<sizeof(T) == 8, std::uint64_t,
-                                  std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint16_t>>;
+  using Word = std::conditional_t<
+      sizeof(T) == 8, std::uint64_t,
+      std::conditional_t<sizeof(T) == 4, std::uint32_t,
+                         std::conditional_t<sizeof(T) == 2, std::uint16_t, std::uint8_t>>>;
   const Word narrow = static_cast<Word>(word);
   T number;
   std::memcpy(&number, &narrow, sizeof number);
@@ -40,13 +42,17 @@ T decode(const char* bytes, ByteOrder order) {
 /// place and the reason.
 class ByteReader {
  public:
-  /// How errors give a place.
+  /// How errors give a place. Lines end at each line feed, or at each carriage return if the file
+  /// has no line feed.
   enum class Places { kBytes, kLines };
 
   ByteReader(std::string_view bytes, std::string name, Places places = Places::kBytes)
       : bytes_(bytes), name_(std::move(name)), places_(places) {}
 
-  void setPlaces(Places places) { places_ = places; }
+  void setPlaces(Places places) {
+    places_ = places;
+    if (places == Places::kLines && bytes_.find('\n') == bytes_.npos) line_end_ = '\r';
+  }
 
   std::string_view bytes() const { return bytes_; }
   std::uint64_t size() const { return bytes_.size(); }
@@ -82,7 +88,7 @@ class ByteReader {
 
   /// Returns the next line without its end, which the last line may lack.
   std::string_view line() {
-    const std::size_t end = std::min(bytes_.find('\n', offset_), bytes_.size());
+    const std::size_t end = std::min(bytes_.find(line_end_, offset_), bytes_.size());
     std::string_view line = bytes_.substr(offset_, end - offset_);
     offset_ = std::min(end + 1, bytes_.size());
     if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
@@ -110,7 +116,7 @@ class ByteReader {
   /// The number of the line at an offset, counted from 1.
   std::uint64_t lineAt(std::uint64_t offset) const {
     const std::string_view before = bytes_.substr(0, static_cast<std::size_t>(offset));
-    return 1 + static_cast<std::uint64_t>(std::count(before.begin(), before.end(), '\n'));
+    return 1 + static_cast<std::uint64_t>(std::count(before.begin(), before.end(), line_end_));
   }
 
   template <typename... Reason>
@@ -137,6 +143,7 @@ class ByteReader {
   std::string_view bytes_;
   std::string name_;
   Places places_;
+  char line_end_ = '\n';
   std::size_t offset_ = 0;
 };
 

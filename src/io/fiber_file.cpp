@@ -32,6 +32,10 @@ void requireOptions(const FiberFileOptions& options) {
     refuseArgument("readFibers", "segments_per_span", options.segments_per_span,
                    "give a number from 1 to 1000");
   }
+  if (options.radius && !options.radius_from.empty()) {
+    refuseArgument("readFibers", "radius_from", "'" + options.radius_from + "'",
+                   "leave it out where a radius is given, which replaces those in the file");
+  }
 }
 
 std::string readBytes(const std::string& path) {
@@ -59,6 +63,13 @@ std::string readBytes(const std::string& path) {
 }
 
 ParsedFibers parse(ByteReader& file, FiberFormat format, const FiberFileOptions& options) {
+  if (!options.radius_from.empty() && format != FiberFormat::kVtp &&
+      format != FiberFormat::kPolylines) {
+    refuseArgument(
+        "readFibers", "radius_from", "'" + options.radius_from + "'",
+        "leave it out, because only .vtp files and text have several numbers that may be "
+        "radii");
+  }
   switch (format) {
     case FiberFormat::kHair:
       return parseHair(file);
@@ -67,15 +78,15 @@ ParsedFibers parse(ByteReader& file, FiberFormat format, const FiberFileOptions&
     case FiberFormat::kBcc:
       return parseBcc(file, options);
     case FiberFormat::kPolylines:
-      return parsePolylines(file);
+      return parsePolylines(file, options);
     case FiberFormat::kVtp:
-      return parseVtp(file);
+      return parseVtp(file, options);
     case FiberFormat::kTck:
       return parseTck(file);
     case FiberFormat::kTrk:
       return parseTrk(file);
     case FiberFormat::kSwc:
-      return parseSwc(file, options);
+      return parseSwc(file);
   }
   refuseArgument("readFibers", "format", static_cast<int>(format), "give a value of FiberFormat");
 }
@@ -106,6 +117,12 @@ void markClosedFibers(FiberPolylines& scene) {
   }
 }
 
+/// In every format no radius above 0 stands for an unknown one.
+bool hasRadius(const FiberPolylines& scene) {
+  const auto is_above_0 = [](double radius) { return radius > 0; };
+  return scene.radius > 0 || std::any_of(scene.radii.begin(), scene.radii.end(), is_above_0);
+}
+
 /// Warns if neighbouring floats are far apart compared with the thinnest fiber.
 void warnOfCoarseCoordinates(const FiberPolylines& scene, std::vector<std::string>& warnings) {
   float largest = 0;
@@ -133,9 +150,8 @@ std::string extension(const std::string& name) {
   return extension;
 }
 
-}  // namespace
-
-std::optional<FiberFormat> recognizeFormat(std::string_view bytes, const std::string& name) {
+/// recognizeFormat() of bytes that are not packed, or not a format that is known and not read.
+std::optional<FiberFormat> recognizeFibers(std::string_view bytes, const std::string& name) {
   if (startsWith(bytes, "HAIR")) return FiberFormat::kHair;
   if (startsWith(bytes, "BCC")) return FiberFormat::kBcc;
   if (startsWith(bytes, "<?xml") || startsWith(bytes, "<VTKFile")) return FiberFormat::kVtp;
@@ -154,7 +170,10 @@ std::optional<FiberFormat> recognizeFormat(std::string_view bytes, const std::st
   if (end == ".tck") return FiberFormat::kTck;
   if (end == ".trk") return FiberFormat::kTrk;
   if (end == ".swc") return FiberFormat::kSwc;  // Its text would pass for polylines.
-  // A byte order mark may precede text.
+  // Marks of UTF-8 and UTF-16 may precede text.
+  if (startsWith(bytes, "\xFF\xFE") || startsWith(bytes, "\xFE\xFF")) {
+    return FiberFormat::kPolylines;
+  }
   const std::size_t first =
       bytes.find_first_not_of(" \t\r\n", startsWith(bytes, "\xEF\xBB\xBF") ? 3 : 0);
   constexpr std::string_view kNumberOrComment = "+-.0123456789#";
@@ -166,6 +185,12 @@ std::optional<FiberFormat> recognizeFormat(std::string_view bytes, const std::st
   return std::nullopt;
 }
 
+}  // namespace
+
+std::optional<FiberFormat> recognizeFormat(std::string_view bytes, const std::string& name) {
+  return recognizeFibers(bytes, name);
+}
+
 FiberFile parseFibers(std::string_view bytes, const std::string& name, FiberFormat format,
                       const FiberFileOptions& options) {
   requireOptions(options);
@@ -175,10 +200,18 @@ FiberFile parseFibers(std::string_view bytes, const std::string& name, FiberForm
   if (options.radius) {
     parsed.fibers.radius = *options.radius;
     release(parsed.fibers.radii);
-    parsed.has_radius = true;
+    release(parsed.fibers.point_radii);
+  }
+  const bool has_radius = options.radius.has_value() || hasRadius(parsed.fibers);
+  if (parsed.holds_radii && !has_radius) {
+    parsed.warnings.push_back("All radii are 0, which stands for none.");
+  }
+  if (!parsed.fibers.point_radii.empty()) {
+    parsed.warnings.push_back("Radii differ; a segment has the larger radius of its two ends.");
   }
   if (parsed.is_float) warnOfCoarseCoordinates(parsed.fibers, parsed.warnings);
-  return {format, std::move(parsed.fibers), parsed.has_radius, std::move(parsed.warnings)};
+  return {format, std::move(parsed.fibers), has_radius, std::move(parsed.warnings),
+          std::move(parsed.passed_over)};
 }
 
 FiberFile readFibers(const std::string& path, FiberFormat format, const FiberFileOptions& options) {

@@ -14,9 +14,10 @@ namespace fcl_fibers::io {
 
 /// The content of a file, before options are applied.
 struct ParsedFibers {
-  FiberPolylines fibers;  ///< `closed` is empty if the format does not tell
-  bool has_radius = false;
+  FiberPolylines fibers;     ///< `closed` is empty if the format does not tell
+  bool holds_radii = false;  ///< by point
   bool is_float = false;
+  std::vector<std::string> passed_over;  ///< see FiberFile
   std::vector<std::string> warnings;
 
   /// Ends a fiber, which has the points added since the last one.
@@ -26,12 +27,12 @@ struct ParsedFibers {
 // Each parses a file from its start.
 ParsedFibers parseBcc(ByteReader& file, const FiberFileOptions& options);
 ParsedFibers parseHair(ByteReader& file);
-ParsedFibers parsePolylines(ByteReader& file);
-ParsedFibers parseSwc(ByteReader& file, const FiberFileOptions& options);
+ParsedFibers parsePolylines(ByteReader& file, const FiberFileOptions& options);
+ParsedFibers parseSwc(ByteReader& file);
 ParsedFibers parseTck(ByteReader& file);
 ParsedFibers parseTfx(ByteReader& file);
 ParsedFibers parseTrk(ByteReader& file);
-ParsedFibers parseVtp(ByteReader& file);
+ParsedFibers parseVtp(ByteReader& file, const FiberFileOptions& options);
 
 /// Warns if bytes are left over, because the counts may be wrong.
 inline void expectEnd(const ByteReader& file, ParsedFibers& parsed) {
@@ -47,12 +48,13 @@ inline void expectLineEnd(const ByteReader& file, ParsedFibers& parsed) {
   parsed.warnings.push_back("The last line has no end; the file may be truncated there.");
 }
 
-/// Warns of streamlines without points. They are left out, because a fiber has at least one point.
-inline void warnOfEmptyStreamlines(std::uint64_t count, ParsedFibers& parsed) {
+/// Warns of fibers without points. They are left out, because a fiber has at least one point.
+/// @param fiber  what the format calls one
+inline void warnOfEmptyFibers(std::uint64_t count, const char* fiber, ParsedFibers& parsed) {
   if (count == 0) return;
   parsed.warnings.push_back(
-      (count == 1 ? "1 streamline has" : std::to_string(count) + " streamlines have") +
-      std::string(" no points and ") + (count == 1 ? "is" : "are") + " left out.");
+      count == 1 ? joinedText("1 ", fiber, " has no points and is left out.")
+                 : joinedText(count, " ", fiber, "s have no points and are left out."));
 }
 
 }  // namespace fcl_fibers::io

@@ -158,11 +158,12 @@ void requireHair(const FiberPolylines& scene) {
 }
 
 std::string hairBytes(const FiberPolylines& scene) {
+  const bool by_point = !scene.radii.empty() || hasPointRadii(scene);
   HairWriter file;
   file.addText("HAIR");
   file.add(static_cast<std::uint32_t>(scene.fiberCount()));
   file.add(static_cast<std::uint32_t>(scene.points.size()));
-  file.add(kSegments | kPoints | (scene.radii.empty() ? 0 : kThickness));
+  file.add(kSegments | kPoints | (by_point ? kThickness : 0));
   file.add(std::uint32_t{0});
   file.addAsFloat("thickness", 2 * scene.radius);
   file.add(0.0F);                              // transparency
@@ -175,7 +176,7 @@ std::string hairBytes(const FiberPolylines& scene) {
   for (const Point& point : scene.points) {
     for (const double coordinate : point) file.addAsFloat("a coordinate", coordinate);
   }
-  if (!scene.radii.empty()) {
+  if (by_point) {
     for (const double radius : pointRadii(scene)) file.addAsFloat("thickness", 2 * radius);
   }
   return file.bytes();
@@ -197,15 +198,21 @@ ParsedFibers parseHair(ByteReader& file) {
   }
   if (header.has(kThickness)) {
     readRadii(file, scene);
+    parsed.holds_radii = true;
   } else {
     if (!(header.default_thickness >= 0) || !std::isfinite(header.default_thickness)) {
       file.refuse(20, "the default thickness is ", header.default_thickness);
     }
     scene.radius = 0.5 * static_cast<double>(header.default_thickness);
   }
-  parsed.has_radius = header.has(kThickness) || header.default_thickness > 0;
-  if (header.has(kTransparency)) file.take(4 * header.points, "the transparency");
-  if (header.has(kColor)) file.take(12 * header.points, "the colour");
+  if (header.has(kTransparency)) {
+    file.take(4 * header.points, "the transparency");
+    parsed.passed_over.push_back("transparency");
+  }
+  if (header.has(kColor)) {
+    file.take(12 * header.points, "the colour");
+    parsed.passed_over.push_back("colour");
+  }
   expectEnd(file, parsed);
   return parsed;
 }

@@ -50,8 +50,7 @@ struct Nodes {
 /// Errors about a node need its line, which is looked up then, because it takes memory to keep.
 template <typename... Reason>
 [[noreturn]] void refuseNode(ByteReader file, std::size_t node, const Reason&... reason) {
-  file.seek(0, "the file");
-  skipByteOrderMark(file);
+  startText(file);
   NodeLine line;
   for (std::size_t i = 0; i <= node; ++i) line = nextLine(file);
   file.refuse(line.at, reason...);
@@ -240,19 +239,14 @@ void warnOfBranches(const Nodes& nodes, ParsedFibers& parsed) {
 
 }  // namespace
 
-ParsedFibers parseSwc(ByteReader& file, const FiberFileOptions& options) {
-  file.setPlaces(ByteReader::Places::kLines);
-  skipByteOrderMark(file);
+ParsedFibers parseSwc(ByteReader& file) {
+  startText(file);
   const Nodes nodes = readNeurons(file);
   ParsedFibers parsed;
-  parsed.has_radius =
-      std::any_of(nodes.radii.begin(), nodes.radii.end(), [](double r) { return r > 0; });
   std::vector<double> radii = FiberMaker(nodes, parsed).make();
   setPointRadii(parsed.fibers, std::move(radii));
+  parsed.holds_radii = true;
   warnOfBranches(nodes, parsed);
-  if (!options.radius && !parsed.fibers.radii.empty()) {
-    parsed.warnings.push_back("Radii differ; a segment has the larger radius of its two ends.");
-  }
   expectLineEnd(file, parsed);
   return parsed;
 }

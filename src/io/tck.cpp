@@ -191,7 +191,7 @@ ParsedFibers parseTck(ByteReader& file) {
   } else {
     parsed.warnings.push_back("The file has no end mark; it may be truncated.");
   }
-  warnOfEmptyStreamlines(empty, parsed);
+  warnOfEmptyFibers(empty, "streamline", parsed);
   compareCount(header, streamlines, parsed);
   return parsed;
 }

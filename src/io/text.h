@@ -23,12 +23,17 @@ inline std::string_view takeWord(std::string_view& text) {
   return word;
 }
 
-/// Editors put a mark at the start of UTF-8.
-inline void skipByteOrderMark(ByteReader& file) {
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-  if (file.bytes().substr(0, kByteOrderMark.size()) == kByteOrderMark) {
-    file.seek(kByteOrderMark.size(), "the byte order mark");
+/// Makes errors give lines, and goes to the start of the text. Editors put a mark before UTF-8.
+inline void startText(ByteReader& file) {
+  file.setPlaces(ByteReader::Places::kLines);
+  const auto starts = [&](std::string_view mark) {
+    return file.bytes().substr(0, mark.size()) == mark;
+  };
+  if (starts("\xFF\xFE") || starts("\xFE\xFF")) {
+    file.refuse(0, "the text is in UTF-16; save it in UTF-8");
   }
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  file.seek(starts(kByteOrderMark) ? kByteOrderMark.size() : 0, "the text");
 }
 
 }  // namespace fcl_fibers::io

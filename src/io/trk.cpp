@@ -200,7 +200,9 @@ ParsedFibers parseTrk(ByteReader& file) {
     file.take(sizeof(float) * header.floats_per_streamline, "the properties");
     if (points > 0) parsed.endFiber();
   }
-  warnOfEmptyStreamlines(extent.empty, parsed);
+  if (header.floats_per_point > 3) parsed.passed_over.push_back("scalars");
+  if (header.floats_per_streamline > 0) parsed.passed_over.push_back("properties");
+  warnOfEmptyFibers(extent.empty, "streamline", parsed);
   if (header.streamlines == 0) {
     parsed.warnings.push_back(
         "The header does not tell the number of streamlines, so a truncated file may pass for "

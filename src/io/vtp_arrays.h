@@ -5,7 +5,6 @@
 #include <pugixml.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -99,8 +98,8 @@ class VtpArrays {
     return static_cast<std::size_t>(std::min(told, most / numbers));
   }
 
-  /// Calls visit(number) for each number, without keeping them. T is double for numbers that must
-  /// be finite, and std::int64_t for indices.
+  /// Calls visit(number) for each number, without keeping them. T is double for coordinates, which
+  /// may be NaN or infinite, and std::int64_t for indices.
   template <typename T, typename Visit>
   void readNumbers(const pugi::xml_node& array, Visit&& visit) {
     const std::string_view type = array.attribute("type").value();
@@ -120,6 +119,33 @@ class VtpArrays {
            kReal ? "Float32 and Float64" : "Int32, Int64, UInt32 and UInt64");
   }
 
+  /// Calls visit(number) for each number of an array with one number for each point or cell, which
+  /// may be of any type of VTK's.
+  template <typename Visit>
+  void readScalars(const pugi::xml_node& array, Visit&& visit) {
+    if (array.attribute("NumberOfComponents") && count(file_, array, "NumberOfComponents") != 1) {
+      refuse(file_, array, "NumberOfComponents is not 1");
+    }
+    const std::string_view type = array.attribute("type").value();
+    const std::string_view format = array.attribute("format").value();
+    const auto decoded = [&](auto zero) {
+      decodeAll<decltype(zero), double>(array, readBytes(array, format), visit);
+    };
+    if (format == "ascii" || type == "Float32" || type == "Float64") {
+      return readNumbers<double>(array, visit);
+    }
+    if (type == "Int8") return decoded(std::int8_t{});
+    if (type == "UInt8") return decoded(std::uint8_t{});
+    if (type == "Int16") return decoded(std::int16_t{});
+    if (type == "UInt16") return decoded(std::uint16_t{});
+    if (type == "Int32") return decoded(std::int32_t{});
+    if (type == "UInt32") return decoded(std::uint32_t{});
+    if (type == "Int64") return decoded(std::int64_t{});
+    if (type == "UInt64") return decoded(std::uint64_t{});
+    refuse(file_, array, "type is '", ByteReader::shortened(type),
+           "', which is no type of numbers");
+  }
+
  private:
   template <typename Stored, typename T, typename Visit>
   void decodeAll(const pugi::xml_node& array, const std::string& bytes, Visit&& visit) const {
@@ -127,13 +153,7 @@ class VtpArrays {
       refuse(file_, array, "its ", bytes.size(), " bytes are no multiple of ", sizeof(Stored));
     }
     for (std::size_t i = 0; i < bytes.size(); i += sizeof(Stored)) {
-      const T number = static_cast<T>(decode<Stored>(&bytes[i], encoding_.order));
-      if constexpr (std::is_same_v<T, double>) {
-        if (!std::isfinite(number)) {
-          refuse(file_, array, "number ", i / sizeof(Stored), " is ", number);
-        }
-      }
-      visit(number);
+      visit(static_cast<T>(decode<Stored>(&bytes[i], encoding_.order)));
     }
   }
 
@@ -146,9 +166,7 @@ class VtpArrays {
       const std::string_view word = rest.substr(0, rest.find_first_of(EncodedBytes::kSpace));
       rest.remove_prefix(word.size());
       const std::optional<T> value = parsedNumber<T>(word);
-      bool good = value.has_value();
-      if constexpr (std::is_same_v<T, double>) good = good && std::isfinite(*value);
-      if (!good) {
+      if (!value) {
         refuse(file_, array, "'", ByteReader::shortened(word), "' is no ",
                std::is_same_v<T, double> ? "finite number" : "whole number that fits");
       }

@@ -102,6 +102,80 @@ TEST_F(ExportTest, RadiiAreReadBackOrBecomeLarger) {
   }
 }
 
+// A stenosis, the narrow place of one point, would be gone after it was written.
+TEST_F(ExportTest, RadiiOfPointsAreReadBackBitByBit) {
+  scenes::Random random(3);
+  for (int trial = 0; trial < 100; ++trial) {
+    FiberPolylines scene;
+    for (const std::size_t points : {1U, 2U, 7U, 1U}) {
+      scene.points.resize(scene.points.size() + points);
+      scene.point_begin.push_back(scene.points.size());
+    }
+    std::string text;
+    for (std::size_t i = 0; i < scene.points.size(); ++i) {
+      scene.point_radii.push_back(std::floor(8 * random.uniform()) / 4);  // a float
+    }
+    scene.point_radii[2] = scene.point_radii[1] + 1;  // They differ along a fiber.
+    scene.radii = scene.point_radii;
+    for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+      for (std::size_t i = scene.point_begin[f]; i + 1 < scene.point_begin[f + 1]; ++i) {
+        scene.radii[i] = std::max(scene.point_radii[i], scene.point_radii[i + 1]);
+      }
+    }
+    exportFibers(path("a.vtp"), scene);
+    writeHair(path("a.hair"), scene);
+    exportSegments(path("segments.vtp"), scene,
+                   std::vector<unsigned char>(scene.segmentCount(), 0));
+    for (const char* name : {"a.vtp", "a.hair"}) {
+      const FiberPolylines read = readFibers(path(name)).fibers;
+      EXPECT_EQ(read.point_radii, scene.point_radii) << name;
+      EXPECT_EQ(read.radii, scene.radii) << name;
+    }
+    // Its lines are the segments.
+    const FiberPolylines segments = readFibers(path("segments.vtp")).fibers;
+    std::size_t line = 0;
+    for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+      for (std::size_t i = scene.point_begin[f]; i + 1 < scene.point_begin[f + 1]; ++i, ++line) {
+        EXPECT_EQ(segments.point_radii.at(2 * line), scene.point_radii[i]);
+        EXPECT_EQ(segments.point_radii.at(2 * line + 1), scene.point_radii[i + 1]);
+      }
+    }
+  }
+}
+
+// A program that made its fibers thicker would find the old radii in the file.
+TEST_F(ExportTest, RadiiThatWereChangedSinceCount) {
+  FiberPolylines scene = segments({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}});
+  scene.radii = {2, 2, 3, 3};
+  scene.point_radii = {1, 2, 3, 3};
+  const auto written = [&] {
+    exportFibers(path("a.vtp"), scene);
+    writeHair(path("a.hair"), scene);
+    const FiberPolylines read = readFibers(path("a.vtp")).fibers,
+                         hair = readFibers(path("a.hair")).fibers;
+    EXPECT_EQ(read.radiusAt(0), hair.radiusAt(0));
+    EXPECT_EQ(read.point_radii, hair.point_radii);
+    return read;
+  };
+  EXPECT_EQ(written().point_radii, scene.point_radii);
+  FiberPolylines before = scene;
+  scene.radii[2] = 4;
+  EXPECT_EQ(written().radiusAt(2), 4);
+  EXPECT_EQ(written().point_radii, (std::vector<double>{2, 2, 4, 3}));
+  scene = before;
+  scene.radii.clear();
+  scene.radius = 5;
+  EXPECT_EQ(written().radius, 5);
+  for (const double bad : {-1.0, std::nan(""), 9.0}) {
+    scene = before;
+    scene.point_radii[0] = bad;
+    EXPECT_TRUE(written().point_radii.empty()) << bad;
+  }
+  scene = before;
+  scene.point_radii.pop_back();
+  EXPECT_TRUE(written().point_radii.empty());
+}
+
 TEST_F(ExportTest, NothingIsAFileToo) {
   exportFibers(path("none.vtp"), {});
   exportSegments(path("none_segments.vtp"), {}, {});

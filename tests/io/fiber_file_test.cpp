@@ -143,7 +143,11 @@ TEST(FiberFileTest, TellsWhetherThereIsARadius) {
   EXPECT_TRUE(has(hairBytes(0, 0), FiberFormat::kHair, {0.0}));
   FileBytes by_point;
   by_point.text(hairBytes(0, 0)).setLittle(12, 6U).little(0.0F).little(0.0F);
-  EXPECT_TRUE(has(by_point.bytes(), FiberFormat::kHair));
+  // As a default of 0, a thickness of 0 at all points stands for none; fibers would touch nothing.
+  EXPECT_FALSE(has(by_point.bytes(), FiberFormat::kHair));
+  EXPECT_THAT(parseFibers(by_point.bytes(), "", FiberFormat::kHair).warnings,
+              ElementsAre("All radii are 0, which stands for none."));
+  EXPECT_TRUE(has(by_point.setLittle(by_point.size() - 4, 1.0F).bytes(), FiberFormat::kHair));
 }
 
 TEST(FiberFileTest, TheRadiusOfTheOptionsReplacesRadiiByPoint) {
@@ -189,7 +193,8 @@ TEST(FiberFileTest, WarnsOfFloatsTooCoarseForTheRadius) {
   // Thin at its root, and without thickness at its tip.
   FileBytes tapered;
   tapered.text(hairBytes(0x1p20F, 0)).setLittle(12, 6U).little(2.0F).little(0.0F);
-  EXPECT_THAT(parseFibers(tapered.bytes(), "", FiberFormat::kHair).warnings, testing::SizeIs(1));
+  EXPECT_THAT(parseFibers(tapered.bytes(), "", FiberFormat::kHair).warnings,
+              testing::Contains(HasSubstr("a radius of 1")));
   // The same coordinates as text, or as doubles, are what they are.
   EXPECT_THAT(parseFibers("1048576 0 0\n1048576 1 0\n", "", kPolylines, {1e-9}).warnings,
               IsEmpty());

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "io/file_support.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <new>
 #include <stdexcept>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -35,7 +37,7 @@ const bool pugixml_is_counted = [] {
 constexpr int kSegmentsPerSpan = 2;
 
 /// What readFibers promises, in sizes of the file.
-std::size_t mostMemory(const std::string& bytes, FiberFormat format) {
+std::size_t mostMemory(const std::string& bytes, FiberFormat format, bool has_radii) {
   const auto has = [&](const char* word) { return bytes.find(word) != std::string::npos; };
   switch (format) {
     case FiberFormat::kHair:
@@ -48,9 +50,9 @@ std::size_t mostMemory(const std::string& bytes, FiberFormat format) {
     case FiberFormat::kBcc:
       return 2 * kSegmentsPerSpan + 2;
     case FiberFormat::kPolylines:
-      return 5;
+      return has_radii ? 6 : 5;
     case FiberFormat::kVtp:
-      return has("vtkZLibDataCompressor") ? 9 * 64 : 17;
+      return has("vtkZLibDataCompressor") ? 11 * 64 : 21;
   }
   throw std::logic_error("there is no such format");
 }
@@ -77,6 +79,18 @@ void expectWellFormed(const FiberPolylines& scene) {
     ASSERT_EQ(scene.radii.size(), scene.points.size());
   }
   for (const double radius : scene.radii) ASSERT_TRUE(radius >= 0 && std::isfinite(radius));
+  if (!scene.point_radii.empty()) {
+    const std::vector<double>& at = scene.point_radii;
+    ASSERT_EQ(at.size(), scene.points.size());
+    bool differ = false;
+    for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+      for (std::size_t i = scene.point_begin[f]; i + 1 < scene.point_begin[f + 1]; ++i) {
+        ASSERT_EQ(scene.radii.at(i), std::max(at[i], at[i + 1]));
+        differ = differ || at[i] != at[i + 1];
+      }
+    }
+    ASSERT_TRUE(differ);
+  }
   if (scene.closed.empty()) return;
   ASSERT_EQ(scene.closed.size(), scene.fiberCount());
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
@@ -103,9 +117,10 @@ void expectRefusal(const std::string& bytes, FiberFormat format, const std::stri
                   AllOf(StartsWith("readFibers: 'a file', " + place + ": "), HasSubstr(reason))));
 }
 
-bool parsesSafely(const std::string& bytes, FiberFormat format) {
+bool parsesSafely(const std::string& bytes, FiberFormat format, const std::string& radius_from) {
   FiberFileOptions options;
   options.segments_per_span = kSegmentsPerSpan;
+  options.radius_from = radius_from;
   const test::PeakMemory memory;
   bool is_scene = false;
   try {
@@ -117,7 +132,7 @@ bool parsesSafely(const std::string& bytes, FiberFormat format) {
                                     StartsWith("readFibers: 'a file', line ")));
   }
   const std::size_t used = memory.bytes();
-  EXPECT_LE(used, mostMemory(bytes, format) * bytes.size() + fewBytes(format))
+  EXPECT_LE(used, mostMemory(bytes, format, !radius_from.empty()) * bytes.size() + fewBytes(format))
       << "of a file of " << bytes.size();
   return is_scene;
 }

@@ -79,7 +79,8 @@ void expectRefusal(const std::string& bytes, FiberFormat format, const std::stri
 
 /// That parsing gives a scene as FiberPolylines says, or refuses with a place, and takes no more
 /// memory than readFibers says. Returns whether there is a scene.
-bool parsesSafely(const std::string& bytes, FiberFormat format);
+bool parsesSafely(const std::string& bytes, FiberFormat format,
+                  const std::string& radius_from = "");
 
 /// For all beginnings of a valid file. Those shorter than `needed` have to be refused.
 void expectSafeTruncations(const std::string& bytes, FiberFormat format, std::size_t needed);

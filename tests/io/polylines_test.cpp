@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <filesystem>
+#include <stdexcept>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -35,7 +36,7 @@ TEST(PolylinesTest, BlankLinesSeparateFibers) {
   EXPECT_THAT(file.fibers.point_begin, ElementsAre(0, 2, 4));
   EXPECT_THAT(file.fibers.points, ElementsAre(Point{0, 0.5, -1e-3}, Point{1, 2, 3}, Point{7, 8, 9},
                                               Point{-7, 0.5, 5e300}));
-  EXPECT_THAT(file.warnings, IsEmpty());
+  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("Columns after the third")));
 }
 
 TEST(PolylinesTest, CommasSemicolonsAndTabsSeparateColumns) {
@@ -50,6 +51,94 @@ TEST(PolylinesTest, CommasSemicolonsAndTabsSeparateColumns) {
     const FiberFile file = parse(text);
     EXPECT_THAT(file.fibers.point_begin, ElementsAre(0, 2, 3));
     EXPECT_THAT(file.fibers.points, ElementsAre(Point{1, 2, 3}, Point{4, 5, 6}, Point{7, 8, 9}));
+  }
+}
+
+FiberFile parseRadii(const std::string& text, const std::string& column) {
+  FiberFileOptions options;
+  options.radius_from = column;
+  return parseFibers(text, "a file", kPolylines, options);
+}
+
+TEST(PolylinesTest, WarnsOfFurtherColumns) {
+  // If this fails, radii in the file are lost without a word, or the number of a point that stands
+  // before x is taken for x.
+  EXPECT_THAT(
+      parse("0 0 0 .1\n1 0 0 .2\n").warnings,
+      ElementsAre("Columns after the third are passed over, in 2 lines from line 1 on; x, y "
+                  "and z are the first three, and radius_from 4 takes the radius from the "
+                  "fourth."));
+  EXPECT_THAT(parse("# x\n0 0 0\n1,0,0,a\n").warnings,
+              ElementsAre(HasSubstr("1 line from line 3 ")));
+  EXPECT_THAT(parse("1 1 0 0 0 1 -1\n2 1 1 0 0 1 1\n").warnings, testing::SizeIs(1));
+  for (const char* text :
+       {"1 2 3\n", "1,2,3,\n", "1 2 3 \t\n", "1 2 3 # a comment\n", "1,2,3,#\n"}) {
+    EXPECT_THAT(parse(text).warnings, IsEmpty()) << text;
+  }
+  // A radius for all does not tell what the columns are.
+  EXPECT_THAT(parseFibers("0 0 0 .1\n1 0 0 .2\n", "", kPolylines, {0.5}).warnings,
+              ElementsAre(HasSubstr("Columns after the third")));
+}
+
+TEST(PolylinesTest, TakesRadiiFromAColumn) {
+  // If this fails, the radii of a file cannot be read, or are those of other points.
+  const FiberFile file = parseRadii("0 0 0 3\n1 0 0 .5\n2 0 0 2\n\n5 5 5 1\n", "4");
+  expectWellFormed(file.fibers);
+  EXPECT_TRUE(file.has_radius);
+  EXPECT_THAT(file.fibers.radii, ElementsAre(3, 2, 2, 1));
+  EXPECT_THAT(file.fibers.point_radii, ElementsAre(3, 0.5, 2, 1));
+  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("Radii differ")));
+  const FiberFile sixth = parseRadii("0;0;0;a b;;.25;c\n1;0;0;a;b;.25\n", "6");
+  EXPECT_EQ(sixth.fibers.radius, 0.25);
+  EXPECT_THAT(sixth.fibers.radii, IsEmpty());
+  EXPECT_THAT(sixth.warnings, ElementsAre(HasSubstr("Columns after the radius are passed over")));
+  EXPECT_FALSE(parseRadii("0 0 0 0\n1 0 0 0\n", "4").has_radius);
+}
+
+TEST(PolylinesTest, SaysWhyAColumnHoldsNoRadii) {
+  // If this fails, text or a coordinate becomes a radius, or nobody is told which line is wrong.
+  const auto refuses = [](const std::string& text, const std::string& column,
+                          const std::string& reason) {
+    EXPECT_THAT([&] { parseRadii(text, column); },
+                testing::ThrowsMessage<std::runtime_error>(HasSubstr(reason)));
+  };
+  refuses("0 0 0 1\n0 0 1\n", "4", "line 2: there are 3 columns; radius_from is 4");
+  refuses("0 0 0 1\n0 0 1 x\n", "4", "line 2: 'x' is no finite number");
+  refuses("0 0 0 1\n0 0 1 -1\n", "4", "line 2: the radius is -1");
+  refuses("0 0 0 1\n0 0 1 nan\n", "4", "line 2: 'nan' is no finite number");
+  for (const char* bad : {"3", "0", "-4", "r", "4.0", "99999999999999999999999"}) {
+    EXPECT_THAT([&] { parseRadii("0 0 0 1\n", bad); },
+                testing::ThrowsMessage<std::invalid_argument>(
+                    HasSubstr("radius_from is '" + std::string(bad).substr(0, 20))));
+  }
+}
+
+TEST(PolylinesTest, LinesMayEndAtCarriageReturns) {
+  // If this fails, text of old programs is refused, or a line that ends twice ends a fiber.
+  const FiberFile file = parse("1 2 3\r4 5 6\r\r7 8 9\r");
+  EXPECT_THAT(file.fibers.point_begin, ElementsAre(0, 2, 3));
+  EXPECT_THAT(file.warnings, IsEmpty());
+  expectRefusal("1 2 3\r4 5\r", kPolylines, "line 2", "there are 2 columns");
+  expectRefusal("1 2 3\r\r\n4 5 6\r\r\n", kPolylines, "line 1", "is no finite number");
+}
+
+TEST(PolylinesTest, ErrorsTellTheRemedyOfCommonKinds) {
+  // If this fails, a user sees which word is wrong, and not what to do.
+  const char kHeading[] = "start headings and comments with #";
+  for (const char* first :
+       {"x,y,z", "x y z", "% x y z", "// x", "> 1", "\"x\",\"y\"", "id x y z"}) {
+    expectRefusal(first + std::string("\n1 2 3\n"), kPolylines, "line 1", kHeading);
+  }
+  expectRefusal("1 2 3\nnan nan nan\n4 5 6\n", kPolylines, "line 2",
+                "'nan' is no finite number; where a fiber ends, leave a line blank");
+  for (const char* line : {"1,5 2,5 3,5", "1,5;2,5;3,5", "1,5\t2,5\t3,5"}) {
+    expectRefusal(line + std::string("\n"), kPolylines, "line 1", "write decimals with a point");
+  }
+  for (const char* mark : {"\xFF\xFE", "\xFE\xFF"}) {
+    const std::string text = std::string(mark) + std::string("1\0 \0 2\0", 7);
+    EXPECT_EQ(recognizeFormat(text, "any name"), kPolylines);
+    expectRefusal(text, kPolylines, "line 1", "the text is in UTF-16; save it in UTF-8");
+    expectRefusal(text, FiberFormat::kSwc, "line 1", "the text is in UTF-16");
   }
 }
 
@@ -104,7 +193,12 @@ TEST(PolylinesTest, TruncationsAreRefusedOrWarnedOf) {
     SCOPED_TRACE("the first " + std::to_string(size) + " bytes");
     const std::string start = text.substr(0, size);
     if (!parsesSafely(start, kPolylines)) continue;
-    EXPECT_EQ(parse(start).warnings.empty(), start.back() == '\n' || start.back() == '\r');
+    const auto told = testing::Contains(HasSubstr("may be truncated"));
+    if (start.back() == '\n' || start.back() == '\r') {
+      EXPECT_THAT(parse(start).warnings, testing::Not(told));
+    } else {
+      EXPECT_THAT(parse(start).warnings, told);
+    }
   }
 }
 
@@ -126,6 +220,9 @@ TEST(PolylinesTest, MemoryIsBoundedWhereLinesAreShortest) {
   EXPECT_FALSE(parsesSafely(numbers, kPolylines));
   EXPECT_TRUE(parsesSafely(points, kPolylines));
   EXPECT_TRUE(parsesSafely(fibers, kPolylines));
+  std::string radii = "0 0 0 1\n0 0 0 2\n";
+  for (int i = 0; i < 70000; ++i) radii += "\n0 0 0 0\n";
+  EXPECT_TRUE(parsesSafely(radii, kPolylines, "4"));
 }
 
 TEST(PolylinesTest, RealKnotIsReadAsItIs) {

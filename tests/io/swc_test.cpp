@@ -104,6 +104,15 @@ TEST(SwcTest, WholeNumbersMayHaveDecimals) {
   EXPECT_THAT(file.fibers.points, ElementsAre(Point{1, 2, 3}, Point{4, 5, 6}, Point{7, 8, 9}));
 }
 
+TEST(SwcTest, RadiiOfPointsAreKept) {
+  // If this fails, a narrow place of one point is lost when the neuron is written.
+  const FiberFile file = parse("1 1 0 0 0 3 -1\n2 3 1 0 0 .5 1\n3 3 2 0 0 3 2\n");
+  EXPECT_THAT(file.fibers.radii, ElementsAre(3, 3, 3));
+  EXPECT_THAT(file.fibers.point_radii, ElementsAre(3, 0.5, 3));
+  EXPECT_THAT(parse("1 1 0 0 0 3 -1\n2 3 1 0 0 3 1\n9 1 0 9 0 4 -1\n").fibers.point_radii,
+              IsEmpty());
+}
+
 TEST(SwcTest, NumbersMayHaveASign) {
   // If this fails, real files are refused whose author marked a number by its sign.
   const FiberFile file = parse("+1 +1 +0.5 -1 +2e+0 +3 -1\n+5 3 1 1 1 3 +1\n");

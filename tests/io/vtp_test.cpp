@@ -220,9 +220,147 @@ TEST(VtpTest, ReadsRadiiOfPoints) {
   const FiberFile one = parse(withPointData(textFile(), radiusArray("3 3 3 3 3")));
   EXPECT_EQ(one.fibers.radius, 3);
   EXPECT_THAT(one.fibers.radii, IsEmpty());
-  EXPECT_TRUE(parse(withPointData(textFile(), radiusArray("0 0 0 0 0"))).has_radius);
+  // As in .hair and .swc, no radius above 0 stands for an unknown one: fibers would touch nothing.
+  const FiberFile zeros = parse(withPointData(textFile(), radiusArray("0 0 0 0 0")));
+  EXPECT_FALSE(zeros.has_radius);
+  EXPECT_THAT(zeros.warnings, ElementsAre("All radii are 0, which stands for none."));
   EXPECT_FALSE(parse(withPointData(textFile(), other)).has_radius);
   EXPECT_FALSE(parse(textFile()).has_radius);
+}
+
+FiberFile parseFrom(const std::string& bytes, const std::string& name) {
+  FiberFileOptions options;
+  options.radius_from = name;
+  return parseFibers(bytes, "a file", kVtp, options);
+}
+
+std::string withCellData(const std::string& file, const std::string& array) {
+  return replaced(file, "<Lines>", "<CellData>" + array + "</CellData><Lines>");
+}
+
+std::string arrayOf(const std::string& type, const std::string& name, const std::string& numbers) {
+  return "<DataArray type=\"" + type + "\" Name=\"" + name + "\" format=\"ascii\">" + numbers +
+         "</DataArray>";
+}
+
+TEST(VtpTest, RadiiOfPointsAreKept) {
+  // If this fails, a narrow place of one point is lost when the fibers are written.
+  const FiberFile file = parse(withPointData(textFile(), radiusArray("3 .5 3 2 2")));
+  EXPECT_THAT(file.fibers.radii, ElementsAre(3, 3, 3, 3, 2, 2));
+  EXPECT_THAT(file.fibers.point_radii, ElementsAre(3, 0.5, 3, 3, 2, 2));
+  EXPECT_THAT(file.warnings,
+              ElementsAre("Radii differ; a segment has the larger radius of its two ends."));
+  // They differ from fiber to fiber alone.
+  const FiberFile each = parse(withPointData(textFile(), radiusArray("3 3 3 2 2")));
+  EXPECT_THAT(each.fibers.radii, ElementsAre(3, 3, 3, 3, 2, 2));
+  EXPECT_THAT(each.fibers.point_radii, IsEmpty());
+  EXPECT_THAT(each.warnings, IsEmpty());
+  const FiberPolylines one =
+      parseFibers(withPointData(textFile(), radiusArray("3 .5 3 2 2")), "", kVtp, {1.0}).fibers;
+  EXPECT_THAT(one.point_radii, IsEmpty());
+}
+
+TEST(VtpTest, WarnsOfArraysThatMayBeRadii) {
+  // If this fails, radii under another name are passed over without a word.
+  const std::string file =
+      withCellData(withPointData(textFile(), arrayOf("Float64", "Tube&amp;Radius", "1 2 3 4 5") +
+                                                 arrayOf("Int32", "diameter", "1 2 3 4 5")),
+                   arrayOf("Float32", "radius", "1 2") + arrayOf("Int32", "fiber", "0 1"));
+  const std::string vectors =
+      replaced(arrayOf("Float32", "tangent", ""), "Name", "NumberOfComponents=\"3\" Name");
+  const FiberFile read = parse(replaced(file, "<PointData>", "<PointData>" + vectors));
+  EXPECT_FALSE(read.has_radius);
+  EXPECT_THAT(read.warnings,
+              ElementsAre("There is no point data 'radius'; radius_from takes the radii from "
+                          "another array. There are: point data 'Tube&Radius', point data "
+                          "'diameter', cell data 'radius'."));
+  EXPECT_THAT(read.passed_over, ElementsAre("point data 'tangent'", "point data 'Tube&Radius'",
+                                            "point data 'diameter'", "cell data 'radius'"));
+  // A radius for all, or that of the file, is what was asked for.
+  EXPECT_THAT(parseFibers(file, "", kVtp, {1.0}).warnings, IsEmpty());
+  const FiberFile with =
+      parse(replaced(file, "<PointData>", "<PointData>" + radiusArray("1 1 1 1 1")));
+  EXPECT_THAT(with.warnings, IsEmpty());
+  EXPECT_THAT(with.passed_over, testing::SizeIs(3));
+  std::string many;
+  for (int i = 0; i < 30; ++i) many += arrayOf("Float32", "a" + std::to_string(i), "");
+  EXPECT_THAT(parse(withPointData(textFile(), many)).passed_over, testing::SizeIs(9));
+}
+
+TEST(VtpTest, TakesRadiiFromAnotherArray) {
+  // If this fails, radii are those of other points or lines, or those of some types are refused.
+  const std::string file =
+      withCellData(withPointData(textFile(), radiusArray("9 9 9 9 9") +
+                                                 arrayOf("Float64", "R", "1 2 .5 .25 .125")),
+                   arrayOf("Float32", "R", "9 9") + arrayOf("Int16", "L", "3 4"));
+  const FiberFile points = parseFrom(file, "R");
+  expectWellFormed(points.fibers);
+  EXPECT_THAT(points.fibers.radii, ElementsAre(2, 2, 1, 1, 0.25, 0.125));
+  EXPECT_THAT(points.passed_over,
+              ElementsAre("point data 'radius'", "cell data 'R'", "cell data 'L'"));
+  const FiberFile lines = parseFrom(file, "L");
+  EXPECT_THAT(lines.fibers.radii, ElementsAre(3, 3, 3, 3, 4, 4));
+  EXPECT_THAT(lines.fibers.point_radii, IsEmpty());
+  // The data of cells begin with those of vertices and end with those of strips and polygons.
+  const std::string cells = replaced(replaced(file, ">3 4<", ">1 2 3 4 5<"), "<Piece ",
+                                     "<Piece NumberOfVerts=\"2\" NumberOfPolys=\"1\" ");
+  EXPECT_THAT(parseFrom(cells, "L").fibers.radii, ElementsAre(3, 3, 3, 3, 4, 4));
+  FileBytes bytes;
+  bytes.little(std::uint8_t{7}).little(std::uint8_t{8});
+  const std::string binary =
+      replaced(file, "\"Int16\" Name=\"L\" format=\"ascii\">3 4",
+               "\"UInt8\" Name=\"L\" format=\"binary\">" + base64(sized(bytes.bytes())));
+  EXPECT_THAT(parseFrom(binary, "L").fibers.radii, ElementsAre(7, 7, 7, 7, 8, 8));
+}
+
+TEST(VtpTest, SaysWhyAnArrayHoldsNoRadii) {
+  // If this fails, radii are read from what is not there, or nobody is told of the choice.
+  const std::string file = withCellData(
+      withPointData(textFile(), arrayOf("Float64", "R", "1 2 3 4 5")),
+      arrayOf("Int16", "L", "3 4 5") + arrayOf("String", "S", "3 4") +
+          replaced(arrayOf("Int16", "V", "3 4"), "Name", "NumberOfComponents=\"2\" Name"));
+  const auto refuses = [&](const std::string& name, const std::string& reason) {
+    EXPECT_THAT([&] { parseFrom(file, name); },
+                testing::ThrowsMessage<std::runtime_error>(testing::HasSubstr(reason)));
+  };
+  refuses(
+      "r",
+      "there is no array 'r', which radius_from names; there are: point data 'R', cell data 'L'");
+  refuses("L", "there are 3 numbers, but 2 cells");
+  refuses("V", "NumberOfComponents is not 1");
+  FiberFileOptions options;
+  options.radius_from = "R";
+  options.radius = 1;
+  EXPECT_THAT(
+      [&] { parseFibers(file, "", kVtp, options); },
+      testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("radius_from is 'R'")));
+  options.radius.reset();
+  EXPECT_THAT(
+      [&] { parseFibers("1 1 0 0 0 1 -1\n", "", FiberFormat::kSwc, options); },
+      testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("radius_from is 'R'")));
+}
+
+TEST(VtpTest, LinesWithoutPointsAreLeftOut) {
+  // If this fails, a cell that VTK's filters leave empty refuses a file, or shifts radii.
+  const std::string three = replaced(textFile(), "NumberOfLines=\"2\"", "NumberOfLines=\"4\"");
+  FiberFile file = parse(replaced(three, "\t4 6", "\t0 4 4 6"));
+  EXPECT_THAT(file.warnings, ElementsAre("2 lines have no points and are left out."));
+  file.warnings.clear();
+  expectTwoLines(file);
+  const std::string with =
+      withCellData(replaced(three, "\t4 6", "\t0 4 4 6"), arrayOf("Float32", "R", "9 1 9 2"));
+  EXPECT_THAT(parseFrom(with, "R").fibers.radii, ElementsAre(1, 1, 1, 1, 2, 2));
+  const std::string piece = pieceOf(with);
+  EXPECT_THAT(parseFrom(replaced(with, piece, piece + piece), "R").fibers.radii,
+              ElementsAre(1, 1, 1, 1, 2, 2, 1, 1, 1, 1, 2, 2));
+}
+
+TEST(VtpTest, PointsWithoutALineMayBeAnything) {
+  // If this fails, a file is refused for numbers that mean nothing.
+  std::string file = withPointData(textFile(), radiusArray("1 1 1 1 1 nan -1"));
+  file = replaced(replaced(file, "7 8 9", "7 8 9 nan inf 0 -inf 0 0"), "=\"5\"", "=\"7\"");
+  EXPECT_EQ(parse(file).fibers.points.size(), 6U);
+  EXPECT_EQ(parse(file).fibers.radius, 1);
 }
 
 TEST(VtpTest, RefusesRadiiThatAreNone) {
@@ -234,7 +372,9 @@ TEST(VtpTest, RefusesRadiiThatAreNone) {
   };
   refuses(radiusArray("1 2 3 4"), "there are 4 numbers, but 5 points");
   refuses(radiusArray("1 2 3 4 -5"), "a radius is -5");
-  refuses(radiusArray("1 2 3 4 nan"), "'nan' is no finite number");
+  refuses(radiusArray("1 2 3 4 nan"), "a radius is nan");
+  refuses(radiusArray("1 2 3 4 inf"), "a radius is inf");
+  refuses(radiusArray("1 2 3 4 1e999"), "'1e999' is no finite number");
   refuses(replaced(radiusArray("1 2 3 4 5"), "Name", "NumberOfComponents=\"2\" Name"),
           "NumberOfComponents is not 1");
   const std::string file = textFile(), with = withPointData(file, radiusArray("1 2 3 4 5"));
@@ -267,7 +407,8 @@ TEST(VtpTest, SaysWhatIsMalformed) {
           "there are 2 numbers, but NumberOfLines");
   refuses("NumberOfPoints=\"5\"", "NumberOfPoints=\"6\"", kPointsElement, "there are 15 numbers");
   refuses("NumberOfComponents=\"3\"", "NumberOfComponents=\"2\"", kPointsElement, "is not 3");
-  refuses("7 8 9", "7 8 nan", kPointsElement, "'nan' is no finite number");
+  refuses("7 8 9", "7 8 nan", kPointsElement, "point 4 is 7 8 nan");
+  refuses("7 8 9", "7 8 x", kPointsElement, "'x' is no finite number");
   refuses("7 8 9", "7 8", kPointsElement, "there are 14 numbers");
   refuses("0 3 4", "0 3 5", kIndicesElement, "a line has point 5 of 5");
   refuses("0 3 4", "0 3 -1", kIndicesElement, "a line has point -1 of 5");
@@ -276,9 +417,10 @@ TEST(VtpTest, SaysWhatIsMalformed) {
   refuses("\t4 6", "\t4 7", kEndsElement, "the last number is 7, but the lines have 6 points");
   refuses("\t4 6", "\t4 6 8", kEndsElement, "there are 3 numbers, but NumberOfLines is 2");
   refuses("7 8 9", "7 8 9 0 0 0", kPointsElement, "there are 18 numbers");
-  for (const char* bad : {"\t0 6", "\t4 4", "\t6 4", "\t-1 6"}) {
-    refuses("\t4 6", bad, kEndsElement, "do not ascend strictly from above 0");
+  for (const char* bad : {"\t6 4", "\t-1 6"}) {
+    refuses("\t4 6", bad, kEndsElement, "do not ascend from 0 on");
   }
+  refuses("\t4 6", "\t4 4", kEndsElement, "the last number is 4, but the lines have 6 points");
   refuses("Name=\"offsets\"", "Name=\"ends\"", "<Lines", "there is no DataArray 'offsets'");
   refuses("<Points>", "<Other/><Points format=\"none\"><Nothing/></Points><Points>", "<Points",
           "there is no element DataArray");
@@ -317,7 +459,7 @@ TEST(VtpTest, SaysWhatIsWrongWithBytes) {
   refuses(replaced(rawFile(), "</AppendedData>", ""), "<AppendedData", "end with </AppendedData>");
   FileBytes nan;
   nan.text(pointBytes()).setLittle(16, HUGE_VALF);
-  refuses(rawFileWith(sized(nan.bytes())), kPointsElement, "number 4 is inf");
+  refuses(rawFileWith(sized(nan.bytes())), kPointsElement, "point 1 is 1 inf 0");
   refuses(rawFileWith(sized("123")), kPointsElement, "3 bytes are no multiple of 4");
 }
 

@@ -18,8 +18,9 @@ namespace fcl_fibers::io {
 ///     exportContacts("contacts.vtp", contacts);
 ///
 /// Coordinates are doubles in the fibers' frame. Numbers beside the geometry are cell data. Points
-/// of fibers carry `radius`, which readFibers() reads again: it gives a segment the larger radius
-/// of its two ends. So if a segment is thicker than both of its neighbours, the file makes the
+/// of fibers carry `radius`, which readFibers() reads again: those of FiberPolylines::point_radii,
+/// or else radii that follow from those of the segments. A segment then has the larger radius of
+/// its two ends, so if one of `radii` is thicker than both of its neighbours, the file makes the
 /// segment before it as thick.
 ///
 /// All functions throw std::invalid_argument if the path does not end in .vtp, and

@@ -12,10 +12,11 @@
 /// Fiber files, exports for programs that draw, and sampling of curves.
 namespace fcl_fibers::io {
 
-/// The file formats of fibers. Only points, radii and closed curves are read.
+/// The file formats of fibers. Only points, radii and closed curves are read. Radii are those of
+/// points; a segment has the larger radius of its two ends. If no radius is above 0, the file has
+/// none.
 enum class FiberFormat {
-  /// Cem Yuksel's .hair. A radius is half the thickness; a segment has the larger radius of its two
-  /// ends. A default thickness of 0 means that the file has no thickness.
+  /// Cem Yuksel's .hair. A radius is half the thickness.
   kHair,
 
   /// TressFX .tfx, versions 3 and 4.
@@ -28,14 +29,17 @@ enum class FiberFormat {
   kBcc,
 
   /// Text with one point `x y z` per line and a blank line between fibers. Spaces, tabs, commas or
-  /// semicolons separate the columns of a line. Further columns, lines that start with '#' and a
-  /// UTF-8 byte order mark are skipped.
+  /// semicolons separate the columns of a line. Lines that start with '#' and a UTF-8 byte order
+  /// mark are skipped. So are further columns, with a warning; FiberFileOptions::radius_from takes
+  /// the radii from one of them.
   kPolylines,
 
   /// VTK's XML format of polygonal data (.vtp). Every line of every piece is a fiber. The data may
   /// be ASCII, base64 inline or appended, or raw appended; uncompressed, or compressed by zlib.
-  /// Points are Float32 or Float64, indices have 32 or 64 bits. The point data `radius`, Float32 or
-  /// Float64, are radii; a segment has the larger radius of its two ends.
+  /// Points are Float32 or Float64, indices have 32 or 64 bits. The point data `radius` of any type
+  /// are radii, or the array that FiberFileOptions::radius_from names. Lines without points are
+  /// left
+  /// out, with a warning.
   ///
   /// These are refused: LZ4 and LZMA compression; the parallel format (.pvtp); arrays that together
   /// are longer than the file, or more than 64 times as long when decompressed; and XML with more
@@ -57,9 +61,8 @@ enum class FiberFormat {
   /// Neurons (.swc): `id type x y z radius parent` on each line, in any order; the parent of a root
   /// is -1. Further columns and lines that start with '#' are skipped. A neuron is split where it
   /// branches. Each of its fibers begins at a root or a branching point and ends at the next one or
-  /// at a tip, so fibers touch where they meet. A segment has the larger radius of its two ends. A
-  /// root without children is a sphere: a fiber of one segment of length zero. If all radii are 0,
-  /// the file has none.
+  /// at a tip, so fibers touch where they meet. A root without children is a sphere: a fiber of one
+  /// segment of length zero.
   kSwc,
 };
 
@@ -75,6 +78,13 @@ struct FiberFileOptions {
 
   /// Number of straight segments for each span of a .bcc spline, 1 to 1000.
   int segments_per_span = 4;
+
+  /// Where the radii of the points are. In a .vtp file it is the name of an array with one number
+  /// for each point, or else for each cell, in place of the point data `radius`. In text it is the
+  /// number of a column, counted from 1; the first three are x, y and z. Refused for other formats,
+  /// and beside `radius`. If it is empty, .vtp files have their radii in `radius`, and text has
+  /// none.
+  std::string radius_from{};
 };
 
 /// The content of a file, in the file's unit of length and frame.
@@ -86,14 +96,20 @@ struct FiberFile {
   /// same. Segments of length zero are kept.
   FiberPolylines fibers;
 
-  /// Whether the options or the file gave the radii. If not, they are 0, and capsules touch only if
-  /// their axes intersect. Set FiberPolylines::radius then, before any query for collisions.
+  /// Whether the options gave a radius, or the file one above 0. If not, all are 0, and capsules
+  /// touch only if their axes intersect. Set FiberPolylines::radius then, before any query for
+  /// collisions.
   bool has_radius = false;
 
   /// What a user of the fibers should know, one sentence each. For example, coordinates kept as
-  /// floats are too coarse for the radius, the file may be truncated, or bytes follow the last
-  /// array.
+  /// floats are too coarse for the radius, the file may be truncated, bytes follow the last array,
+  /// or an array of another name may hold the radii.
   std::vector<std::string> warnings;
+
+  /// Names of what the file holds for its points or fibers and is not read, such as "colour" or
+  /// "point data 'FA'". At most nine for points and fibers together; the last one is "others" if
+  /// there are more.
+  std::vector<std::string> passed_over;
 };
 
 /// Reads a file of fibers. Its first bytes tell its format; if they do not, its extension does.
@@ -108,9 +124,9 @@ struct FiberFile {
 /// Reading takes memory for the file's bytes, some kilobytes, and at most this multiple of the
 /// file's size, whatever the file contains:
 ///
-///     .hair, .tfx, .tck, .trk  3         text  5
+///     .hair, .tfx, .tck, .trk  3         text  5, or 6 with radii
 ///     .bcc  2 segments_per_span + 2      .swc  10
-///     .vtp  17; 9 times the size of its decompressed arrays, which is at most 64 times the file
+///     .vtp  21; 11 times the size of its decompressed arrays, which is at most 64 times the file
 ///
 /// The reason is that a point takes 24 bytes in memory. In a text file it may take as few as 6, or
 /// 2 if an index of a .vtp file repeats it. A neuron's branching points are repeated.
@@ -131,9 +147,9 @@ FCL_FIBERS_IO_EXPORT std::optional<FiberFormat> recognizeFormat(std::string_view
                                                                 const std::string& name);
 
 /// Writes Cem Yuksel's .hair. Coordinates are rounded to floats. The thickness is twice the radius;
-/// it is written by point if the scene has `radii`. The format has no radii of segments, so if a
-/// segment is thicker than both of its neighbours, the file makes the segment before it as thick. A
-/// closed fiber is recognizable only by its repeated last point.
+/// it is written by point if the scene has `point_radii` or `radii`. The format has no radii of
+/// segments, so if a segment of `radii` is thicker than both of its neighbours, the file makes the
+/// segment before it as thick. A closed fiber is recognizable only by its repeated last point.
 ///
 /// Throws std::invalid_argument, before it opens the file, if the scene is empty, not as
 /// FiberPolylines requires, or too large for the format. The format has coordinates and thickness
