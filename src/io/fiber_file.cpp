@@ -15,7 +15,9 @@
 #include <vector>
 
 #include "arguments.h"
+#include "io/foreign_formats.h"
 #include "io/formats.h"
+#include "io/gzip.h"
 
 namespace fcl_fibers::io {
 namespace {
@@ -162,6 +164,7 @@ std::optional<FiberFormat> recognizeFibers(std::string_view bytes, const std::st
     const float version = decode<float>(bytes.data(), ByteOrder::kLittle);
     if (version >= 3 && version < 5) return FiberFormat::kTfx;
   }
+  if (foreignFormat(bytes, name)) return std::nullopt;
   const std::string end = extension(name);
   if (end == ".hair") return FiberFormat::kHair;
   if (end == ".bcc") return FiberFormat::kBcc;
@@ -185,15 +188,36 @@ std::optional<FiberFormat> recognizeFibers(std::string_view bytes, const std::st
   return std::nullopt;
 }
 
+/// The start and the name of a file, unpacked if it is packed.
+struct Start {
+  std::string unpacked;
+  std::string_view bytes;
+  std::string name;
+
+  Start(std::string_view packed, const std::string& path) : bytes(packed), name(path) {
+    constexpr std::size_t kEnough = 4096;
+    if (!isPacked(packed)) return;
+    unpacked = unpackedStart(packed, kEnough);
+    bytes = unpacked;
+    name = nameOfUnpacked(path);
+  }
+};
+
 }  // namespace
 
 std::optional<FiberFormat> recognizeFormat(std::string_view bytes, const std::string& name) {
-  return recognizeFibers(bytes, name);
+  const Start start(bytes, name);
+  return recognizeFibers(start.bytes, start.name);
 }
 
 FiberFile parseFibers(std::string_view bytes, const std::string& name, FiberFormat format,
                       const FiberFileOptions& options) {
   requireOptions(options);
+  std::string unpacked_bytes;
+  if (isPacked(bytes)) {
+    unpacked_bytes = unpacked(ByteReader(bytes, name));
+    bytes = unpacked_bytes;
+  }
   ByteReader file(bytes, name);
   ParsedFibers parsed = parse(file, format, options);
   markClosedFibers(parsed.fibers);
@@ -214,6 +238,20 @@ FiberFile parseFibers(std::string_view bytes, const std::string& name, FiberForm
           std::move(parsed.passed_over)};
 }
 
+FiberFile parseFibers(std::string_view bytes, const std::string& name,
+                      const FiberFileOptions& options) {
+  requireOptions(options);
+  if (const std::optional<FiberFormat> format = recognizeFormat(bytes, name)) {
+    return parseFibers(bytes, name, *format, options);
+  }
+  const Start start(bytes, name);
+  const std::optional<std::string> foreign = foreignFormat(start.bytes, start.name);
+  throw std::runtime_error("readFibers: '" + name + "' " +
+                           foreign.value_or("has no known format; pass a .hair, .tfx, .bcc, .vtp, "
+                                            ".tck, .trk or .swc file, also packed by gzip, or text "
+                                            "with one point x y z per line and # before headings"));
+}
+
 FiberFile readFibers(const std::string& path, FiberFormat format, const FiberFileOptions& options) {
   requireOptions(options);
   return parseFibers(readBytes(path), path, format, options);
@@ -221,14 +259,7 @@ FiberFile readFibers(const std::string& path, FiberFormat format, const FiberFil
 
 FiberFile readFibers(const std::string& path, const FiberFileOptions& options) {
   requireOptions(options);
-  const std::string bytes = readBytes(path);
-  const std::optional<FiberFormat> format = recognizeFormat(bytes, path);
-  if (!format) {
-    throw std::runtime_error("readFibers: '" + path +
-                             "' has no known format; pass a .hair, .tfx, .bcc, .vtp, .tck, .trk or "
-                             ".swc file, or text with one point x y z per line");
-  }
-  return parseFibers(bytes, path, *format, options);
+  return parseFibers(readBytes(path), path, options);
 }
 
 }  // namespace fcl_fibers::io

@@ -115,6 +115,33 @@ TEST(FiberFileTest, TextsAreTheSameInAnyLocale) {
   EXPECT_EQ(parseFibers(lines, "", kPolylines).fibers.points[0], (Point{0.5, 0, 0}));
 }
 
+TEST(FiberFileTest, NamesFormatsThatAreNotRead) {
+  // If this fails, a user of such a file sees that a word in it is no number, and not what to do.
+  const auto refuses = [](const std::string& bytes, const std::string& name,
+                          const std::string& reason) {
+    EXPECT_EQ(recognizeFormat(bytes, name), std::nullopt) << name;
+    EXPECT_THAT([&] { parseFibers(bytes, name); },
+                ThrowsMessage<std::runtime_error>(
+                    AllOf(HasSubstr("readFibers: '" + name + "' is "), HasSubstr(reason))));
+  };
+  const std::string vtk = "# vtk DataFile Version 3.0\nlines\nASCII\nDATASET POLYDATA\n";
+  for (const char* name : {"a.vtk", "a.txt", "standard input", "a.swc"}) {
+    refuses(vtk, name, "a legacy VTK file; save it as XML (.vtp)");
+  }
+  refuses("# made by hand\nv 0 0 0\n", "a.OBJ", "a mesh of triangles");
+  refuses("v 0 0 0\n", "standard input", "by --mesh");
+  refuses("ply\nformat ascii 1.0\n", "a", "a mesh");
+  refuses("0 0 0\n", "a.stl", "a mesh");
+  refuses("PK\x03\x04", "a.trx", "convert it to .tck or .trk");
+  refuses("", "a.nii", "an image of voxels");
+  refuses("Ogawa", "a.abc", "export the curves");
+  refuses("\x93NUMPY", "a.npy", "NumPy");
+  refuses("BZh91AY", "a.swc.bz2", "unpack it");
+  const TemporaryFile file(".vtk", vtk);
+  EXPECT_THAT([&] { readFibers(file.path()); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("save it as XML (.vtp)")));
+}
+
 TEST(FiberFileTest, TheRadiusOfTheOptionsWins) {
   // If this fails, --radius has no effect, or a file's own radius is lost.
   const std::string hair = hairBytes(0, 0.5F);

@@ -112,7 +112,8 @@ struct FiberFile {
   std::vector<std::string> passed_over;
 };
 
-/// Reads a file of fibers. Its first bytes tell its format; if they do not, its extension does.
+/// Reads a file of fibers. Its first bytes tell its format; if they do not, its extension does. A
+/// file that gzip packed is unpacked first, and its name is taken without .gz.
 ///
 ///     const FiberFile file = readFibers("scalp.hair");
 ///     tree.build(fiberArrays(file.fibers));
@@ -128,6 +129,9 @@ struct FiberFile {
 ///     .bcc  2 segments_per_span + 2      .swc  10
 ///     .vtp  21; 11 times the size of its decompressed arrays, which is at most 64 times the file
 ///
+/// For a packed file this is counted of the unpacked one, and three times its size comes in
+/// addition. A file that unpacks to more than 64 times its size and 16 MiB is refused.
+///
 /// The reason is that a point takes 24 bytes in memory. In a text file it may take as few as 6, or
 /// 2 if an index of a .vtp file repeats it. A neuron's branching points are repeated.
 FCL_FIBERS_IO_EXPORT FiberFile readFibers(const std::string& path,
@@ -142,7 +146,12 @@ FCL_FIBERS_IO_EXPORT FiberFile parseFibers(std::string_view bytes, const std::st
                                            FiberFormat format,
                                            const FiberFileOptions& options = {});
 
+/// The same for a file whose format is recognized as by readFibers().
+FCL_FIBERS_IO_EXPORT FiberFile parseFibers(std::string_view bytes, const std::string& name,
+                                           const FiberFileOptions& options = {});
+
 /// Returns the format of a file with this name that starts with these bytes, if it is recognized.
+/// For a packed file it is the format of what is packed.
 FCL_FIBERS_IO_EXPORT std::optional<FiberFormat> recognizeFormat(std::string_view bytes,
                                                                 const std::string& name);
 
