@@ -16,6 +16,7 @@
 #include "commands.h"
 #include "contact_list.h"
 #include "found_pairs.h"
+#include "mesh_size.h"
 #include "output_file.h"
 
 namespace fcl_fibers::tools {
@@ -166,6 +167,7 @@ class FrameChecker {
                           scene,   other_title_, other_ ? &*other_ : nullptr,
                           meshes_, FoundPairs{}, 0};
     if (several_) frame.number = number;
+    if (frames_ == 0) warnOfMeshSize(scene, meshes_, request_.tree.margin, source.name);
     frame.seconds = benchmarks::seconds([&] {
       readFrame(scene);
       frame.found = findPairs({tree_, scene, request_.limit, other_ ? &*other_tree_ : nullptr,

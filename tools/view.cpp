@@ -15,6 +15,7 @@
 #include "bytes.h"
 #include "commands.h"
 #include "drawn_points.h"
+#include "mesh_size.h"
 #include "output_file.h"
 #include "page.h"
 #include "page_contacts.h"
@@ -258,7 +259,11 @@ int view(const std::vector<SceneSource>& sources, const ViewRequest& request) {
     throw std::invalid_argument("--end plays fibers alone; leave out --mesh");
   }
   OutputFile file(request.path);
-  const std::string page = pageOf(sources, request, request.meshes.read());
+  const std::vector<MeshFile> meshes = request.meshes.read();
+  for (const SceneSource& source : sources) {
+    if (!meshes.empty()) warnOfMeshSize(source.scene(), meshes, request.tree.margin, source.name);
+  }
+  const std::string page = pageOf(sources, request, meshes);
   progress("writing " + request.path);
   file.write(page);
   file.commit();

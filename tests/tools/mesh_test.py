@@ -162,6 +162,29 @@ class Mesh(ProgramTest):
             middle = (contact["point_a"][k] + contact["point_b"][k]) / 2
             self.assertAlmostEqual(points[0][k], middle, delta=1e-12)
 
+    def test_other_units_and_frames_are_warned_of(self):
+        """Hair in metres beside a head in centimetres would touch nothing, without a word."""
+        page = self.folder / "page.html"
+        hair = "0 0 {0}\n0 0 {1}\n\n{1} 0 0\n{1} {1} 0\n"
+        sizes, frames = "times as large as the", "boxes around them do not meet"
+        for text, mesh, expected in (
+            (hair.format(1, 2), box((-100, -100, -100), (100, 100, 100)), "meshes are about"),
+            (hair.format(100, 200), box((0, 0, 0), (1, 1, 1)), "fibers are about"),
+            (hair.format(1, 2), box((5, 5, 5), (9, 9, 9)), frames),
+            (hair.format(1, 2), box((-10, -10, -10), (10, 10, 10)), None),
+            (hair.format(1, 2), box((0, 0, 2.05), (2, 2, 4)), None),
+        ):
+            fibers, obj = self.write("hair.txt", text), self.write("head.obj", mesh)
+            both = (fibers, "-r", 0.1, "--mesh", obj)
+            for command in (("check", *both, "--exit-zero"), ("view", *both, "-o", page)):
+                self.run_program(*command)
+                self.assertEqual(self.stderr.count("warning"), 0 if expected is None else 1)
+                self.assertIn(expected or "", self.stderr)
+                self.assertEqual(sizes in self.stderr, "about" in (expected or ""))
+        obj = self.write("head.obj", box((100, 100, 100), (104, 104, 104)))
+        self.run_program("check", "helix:fibers=2,frames=0:2", "--mesh", obj, "--exit-zero")
+        self.assertEqual(self.stderr.count("boxes around"), 1, "of several frames, the first")
+
     def test_a_mesh_far_away_touches_nothing(self):
         far = self.write("far.obj", box((1e30, 0, 0), (2e30, 1, 1)))
         self.run_program("check", self.fibers, "-r", 0.1, "--mesh", far)
