@@ -261,7 +261,9 @@ tools::GeneratedScenes generatedScenes(int part) {
 }
 
 SceneSource openScene(const std::string& text, std::optional<double> radius, int part) {
-  return tools::openScene(text, radius, generatedScenes(part));
+  io::FiberFileOptions options;
+  options.radius = radius;
+  return tools::openScene(text, options, generatedScenes(part));
 }
 
 }  // namespace fcl_fibers::benchmarks

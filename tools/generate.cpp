@@ -7,6 +7,7 @@
 #include <fcl_fibers/io/export_geometry.h>
 #include <fcl_fibers/io/fiber_file.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "commands.h"
 #include "output_file.h"
@@ -41,7 +42,8 @@ void write(const SceneSource& source, const std::string& path) {
     io::exportFibers(file.draft(), scene);
   } else {
     throw std::invalid_argument(
-        fmt::format("'{}': give a file that ends in .vtp, .hair or .txt", path));
+        fmt::format("'{}': give a file that ends in .vtp, .hair or .txt{}", path,
+                    ending == ".gz" ? ", and pack it by gzip afterwards" : ""));
   }
   file.commit();
   progress("");
@@ -49,6 +51,10 @@ void write(const SceneSource& source, const std::string& path) {
     warn(path, "text has no place for the radius; " +
                    (scene.radii.empty() ? fmt::format("read it with --radius {}", scene.radius)
                                         : "those of this scene differ and are lost"));
+  }
+  if (!source.passed_over.empty()) {
+    warn(source.name, fmt::format("only points, radii and closed curves are kept, and not: {}",
+                                  fmt::join(source.passed_over, ", ")));
   }
 }
 

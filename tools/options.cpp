@@ -34,14 +34,25 @@ std::string pictureProblem(const std::string& path) {
 CLI::Validator zeroOrMore() { return numberFrom(true); }
 CLI::Validator aboveZero() { return numberFrom(false); }
 
-void addRadii(CLI::App& command, std::vector<double>& radii) {
+void addRadiusFrom(CLI::App& command, std::string& name, CLI::Option* radius) {
   command
-      .add_option("-r,--radius", radii,
-                  "The radius of all files, in their unit. It replaces the\n"
-                  "radii in a file. Repeat it for a radius of each file.")
-      ->check(zeroOrMore())
-      ->allow_extra_args(false)
-      ->type_name("LENGTH");
+      .add_option("--radius-from", name,
+                  "Take the radii from the array NAME of a .vtp file, instead of\n"
+                  "`radius`, or from column NAME of text, the fourth or a later\none.")
+      ->excludes(radius)
+      ->type_name("NAME");
+}
+
+void addRadii(CLI::App& command, std::vector<double>& radii, std::string& radius_from) {
+  CLI::Option* const radius =
+      command
+          .add_option("-r,--radius", radii,
+                      "The radius of all files, in their unit. It replaces the\n"
+                      "radii in a file. Repeat it for a radius of each file.")
+          ->check(zeroOrMore())
+          ->allow_extra_args(false)
+          ->type_name("LENGTH");
+  addRadiusFrom(command, radius_from, radius);
 }
 
 void addNeighbors(CLI::App& command, FiberTreeOptions& tree) {

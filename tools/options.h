@@ -19,8 +19,11 @@ namespace fcl_fibers::tools {
 CLI::Validator zeroOrMore();
 CLI::Validator aboveZero();
 
-/// `--radius`, which may be repeated: a radius for each file.
-void addRadii(CLI::App& command, std::vector<double>& radii);
+/// `--radius-from`, which is given instead of `radius`.
+void addRadiusFrom(CLI::App& command, std::string& name, CLI::Option* radius);
+
+/// `--radius`, which may be repeated: a radius for each file; and `--radius-from`.
+void addRadii(CLI::App& command, std::vector<double>& radii, std::string& radius_from);
 
 /// Which pairs of one fiber are left out.
 void addNeighbors(CLI::App& command, FiberTreeOptions& tree);

@@ -29,6 +29,7 @@ struct Arguments {
   std::vector<std::string> scenes;
   std::optional<double> radius;
   std::vector<double> radii;
+  std::string radius_from;
   bool json = false, csv = false;
   std::string path;
   FiberTreeOptions tree;
@@ -65,12 +66,13 @@ struct Arguments {
     std::vector<SceneName> names;
     std::size_t file = 0;
     for (const std::string& text : texts) {
-      std::optional<double> its_radius;
+      io::FiberFileOptions options;
       // If no scene is a file, the first one refuses the radius.
-      if (!radii.empty() && (files == 0 || isFile(text))) {
-        its_radius = radii.size() == 1 ? radii[0] : radii[file++];
+      if (files == 0 || isFile(text)) {
+        if (!radii.empty()) options.radius = radii.size() == 1 ? radii[0] : radii[file++];
+        options.radius_from = radius_from;
       }
-      names.push_back({text, its_radius, &generated});
+      names.push_back({text, options, &generated});
     }
     return names;
   }
@@ -91,12 +93,14 @@ void addScene(CLI::App& command, Arguments& arguments) {
 }
 
 void addRadius(CLI::App& command, Arguments& arguments) {
-  command
-      .add_option(
-          "-r,--radius", arguments.radius,
-          "The radius of all fibers, in the file's unit. It replaces\nthe radii in the file.")
-      ->check(zeroOrMore())
-      ->type_name("LENGTH");
+  CLI::Option* const radius =
+      command
+          .add_option(
+              "-r,--radius", arguments.radius,
+              "The radius of all fibers, in the file's unit. It replaces\nthe radii in the file.")
+          ->check(zeroOrMore())
+          ->type_name("LENGTH");
+  addRadiusFrom(command, arguments.radius_from, radius);
 }
 
 void addJson(CLI::App& command, Arguments& arguments) {
@@ -134,7 +138,7 @@ void addCheck(CLI::App& check, Arguments& arguments) {
   check.add_flag("--meshes-only", arguments.check.meshes_only, "Leave out pairs of two fibers.")
       ->needs(mesh)
       ->excludes(against);
-  addRadii(check, arguments.radii);
+  addRadii(check, arguments.radii, arguments.radius_from);
   addTree(check, arguments.tree);
   addLimit(check, arguments.limit);
   addChoice(check, "--report", arguments.tree.report, kReports, "capsules|volumes",
@@ -198,7 +202,8 @@ void addConvert(CLI::App& convert, Arguments& arguments) {
   addOutput(convert, "OUT", "", arguments);
   addRadius(convert, arguments);
   convert.footer(
-      "No radius is needed. Radii are kept, except in .txt, which has no place for them.");
+      "No radius is needed. Radii of points are kept, except in .txt, which has no place for them. "
+      "What\nelse a file holds is not, and is warned of.");
 }
 
 void addDistance(CLI::App& distance, Arguments& arguments) {
@@ -207,7 +212,7 @@ void addDistance(CLI::App& distance, Arguments& arguments) {
       .add_option("OTHER", arguments.other,
                   "Another scene. The distance is then from SCENE to OTHER.")
       ->type_name("");
-  addRadii(distance, arguments.radii);
+  addRadii(distance, arguments.radii, arguments.radius_from);
   addNeighbors(distance, arguments.tree);
   addJson(distance, arguments);
   distance.footer(
@@ -243,7 +248,7 @@ void addView(CLI::App& view, Arguments& arguments) {
   view.add_option("SCENES", arguments.scenes, "The scenes that the page shows.")
       ->required()
       ->type_name("");
-  addRadii(view, arguments.radii);
+  addRadii(view, arguments.radii, arguments.radius_from);
   view.add_option("-o,--output", arguments.view.path,
                   "Write the page to FILE, which ends in .html.")
       ->required()
@@ -284,9 +289,10 @@ void addView(CLI::App& view, Arguments& arguments) {
 
 /// Runs the command that the arguments are for.
 int runCommand(const std::string& command, Arguments& arguments, const ProgramParts& parts) {
-  const auto found = [&] {
-    return findScene(arguments.scene, arguments.radius, arguments.generated);
-  };
+  io::FiberFileOptions options;
+  options.radius = arguments.radius;
+  options.radius_from = arguments.radius_from;
+  const auto found = [&] { return findScene(arguments.scene, options, arguments.generated); };
   if (command == "generate") return generate(found(), arguments.path);
   if (command == "convert") {
     const SceneSource source = found();
@@ -296,8 +302,7 @@ int runCommand(const std::string& command, Arguments& arguments, const ProgramPa
   if (command == "info") return info(found(), arguments.output(), parts);
   if (command == "bench") {
     arguments.bench.output = arguments.output();
-    return parts.bench(openScene(arguments.scene, arguments.radius, arguments.generated),
-                       arguments.bench);
+    return parts.bench(openScene(arguments.scene, options, arguments.generated), arguments.bench);
   }
   if (command == "distance") arguments.scenes = {arguments.scene};
   std::vector<SceneName> names = arguments.named();

@@ -2,13 +2,13 @@
 #include "scene_source.h"
 
 #include <cmath>
+#include <cstddef>
 #include <filesystem>
 #include <iostream>
 #include <iterator>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
-
-#include <fcl_fibers/io/fiber_file.h>
 
 #include "messages.h"
 
@@ -37,13 +37,20 @@ FiberPolylines swing(FiberPolylines scene, double angle) {
 const std::string kStandardInput = "-";
 
 io::FiberFile readStandardInput(const io::FiberFileOptions& options) {
-  const std::string name = "standard input";
   const std::string bytes(std::istreambuf_iterator<char>(std::cin), {});
-  return io::parseFibers(
-      bytes, name, io::recognizeFormat(bytes, name).value_or(io::FiberFormat::kPolylines), options);
+  return io::parseFibers(bytes, "standard input", options);
 }
 
-SceneSource readFile(const std::string& path, std::optional<double> radius) {
+/// Texts of the library name options as C++ does.
+std::string asOnTheCommandLine(std::string text) {
+  constexpr std::string_view kOption = "radius_from";
+  for (std::size_t at = text.find(kOption); at != text.npos; at = text.find(kOption, at)) {
+    text.replace(at, kOption.size(), "--radius-from");
+  }
+  return text;
+}
+
+SceneSource readFile(const std::string& path, const io::FiberFileOptions& options) {
   SceneSource source;
   const bool is_input = path == kStandardInput;
   source.name =
@@ -52,11 +59,12 @@ SceneSource readFile(const std::string& path, std::optional<double> radius) {
   source.is_file = true;
   source.playable = {0};
   progress("reading " + path);
-  io::FiberFileOptions options;
-  options.radius = radius;
   io::FiberFile read = is_input ? readStandardInput(options) : io::readFibers(path, options);
   source.has_radius = read.has_radius;
-  source.warnings = std::move(read.warnings);
+  for (const std::string& warning : read.warnings) {
+    source.warnings.push_back(asOnTheCommandLine(warning));
+  }
+  source.passed_over = std::move(read.passed_over);
   source.make = [scene = std::move(read.fibers)](int frame) {
     return frame == 0 ? scene : swing(scene, 0.01 * frame);
   };
@@ -70,22 +78,25 @@ bool isFile(const std::string& text) {
   return text == kStandardInput || std::filesystem::exists(text, error);
 }
 
-SceneSource findScene(const std::string& text, std::optional<double> radius,
+SceneSource findScene(const std::string& text, const io::FiberFileOptions& options,
                       const GeneratedScenes& generated) {
-  if (isFile(text)) return readFile(text, radius);
+  if (isFile(text)) return readFile(text, options);
   if (!generated.make) refuse(text, "there is no file of that name");
-  return generated.make(text, radius);
+  if (!options.radius_from.empty()) {
+    refuse(text, "--radius-from is for files; a generated scene has the key `radius`");
+  }
+  return generated.make(text, options.radius);
 }
 
-SceneSource openScene(const std::string& text, std::optional<double> radius,
+SceneSource openScene(const std::string& text, const io::FiberFileOptions& options,
                       const GeneratedScenes& generated) {
-  SceneSource source = findScene(text, radius, generated);
+  SceneSource source = findScene(text, options, generated);
+  printWarnings(source);
   if (!source.has_radius) {
     refuse(text,
-           "the file holds no radius, and fibers without thickness touch nothing; give --radius R, "
-           "in the file's unit");
+           "the file holds no radius, and fibers without thickness touch nothing; give "
+           "--radius R, in the file's unit");
   }
-  printWarnings(source);
   return source;
 }
 
@@ -99,8 +110,9 @@ std::string sceneHelp(const GeneratedScenes& generated) {
          (generated.make ? ", `-`, or a generated scene" : ", or `-`") +
          ". Files are .hair, .tfx, .bcc, .vtp, .tck,\n"
          ".trk, .swc, or text with a point x y z on each line and a blank line between fibers; "
-         "spaces,\ncommas, semicolons or tabs separate numbers. `-` reads a file from standard "
-         "input.\n" +
+         "spaces,\ncommas, semicolons or tabs separate numbers. Files that gzip packed are "
+         "unpacked."
+         "\n`-` reads a file from standard input.\n" +
          generated.help;
 }
 

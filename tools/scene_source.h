@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <fcl_fibers/fiber_polylines.h>
+#include <fcl_fibers/io/fiber_file.h>
 
 namespace fcl_fibers::tools {
 
@@ -17,10 +18,11 @@ struct SceneSource {
   bool is_file = false;
   bool has_radius = true;             ///< false if the file holds none and none was given
   std::vector<std::string> warnings;  ///< of the file
-  int frame = 0;                      ///< the one that was asked for
-  int frame_count = 1;                ///< frames are 0, ..., frame_count - 1
-  std::vector<int> playable;          ///< frames that a page plays; a scene at rest has one
-  std::vector<int> asked = {0};       ///< frames of `frames=`, or else the one
+  std::vector<std::string> passed_over;  ///< see io::FiberFile
+  int frame = 0;                         ///< the one that was asked for
+  int frame_count = 1;                   ///< frames are 0, ..., frame_count - 1
+  std::vector<int> playable;             ///< frames that a page plays; a scene at rest has one
+  std::vector<int> asked = {0};          ///< frames of `frames=`, or else the one
 
   /// A frame of the motion. Fibers of a file swing about their roots, 0.01 rad a frame.
   std::function<FiberPolylines(int frame)> make;
@@ -43,13 +45,13 @@ bool isFile(const std::string& text);
 
 /// Reads `text`, which is the path of a file, `-` for standard input, or a generated scene. Throws
 /// std::invalid_argument if it is neither.
-/// @param radius  overrides the radii of a file
-SceneSource findScene(const std::string& text, std::optional<double> radius,
+/// @param options  of a file
+SceneSource findScene(const std::string& text, const io::FiberFileOptions& options,
                       const GeneratedScenes& generated);
 
-/// findScene() for commands that need a radius: throws std::invalid_argument if there is none, and
-/// prints the warnings.
-SceneSource openScene(const std::string& text, std::optional<double> radius,
+/// findScene() for commands that look for pairs: prints the warnings, and throws
+/// std::invalid_argument if there is no radius.
+SceneSource openScene(const std::string& text, const io::FiberFileOptions& options,
                       const GeneratedScenes& generated);
 
 /// Prints the file's warnings to stderr.
@@ -58,10 +60,10 @@ void printWarnings(const SceneSource& source);
 /// A scene as the command line names it.
 struct SceneName {
   std::string text;
-  std::optional<double> radius;      ///< of a file
+  io::FiberFileOptions options;      ///< of a file
   const GeneratedScenes* generated;  ///< outlive it
 
-  SceneSource open() const { return openScene(text, radius, *generated); }
+  SceneSource open() const { return openScene(text, options, *generated); }
 };
 
 /// What a scene is, for --help.

@@ -2,6 +2,7 @@
 """The program fcl_fibers, as a user meets it."""
 
 import base64
+import gzip
 import json
 import math
 import os
@@ -263,6 +264,98 @@ class Info(ProgramTest):
         self.assertIn("shorter than wide", self.run_program("info", path, "-r", 0.6))
         far = self.write("far.txt", "1e9 0 0\n1e9 1 0\n1e9 2 0\n")
         self.assertIn("million times its size", self.run_program("info", far, "-r", 0.1))
+
+
+STENOSIS = """<VTKFile type="PolyData"><PolyData><Piece NumberOfPoints="5" NumberOfLines="1">
+<Points><DataArray type="Float64" NumberOfComponents="3" format="ascii">
+0 0 0 10 0 0 20 0 0 30 0 0 40 0 0</DataArray></Points>
+<PointData><DataArray type="Float64" Name="radius" format="ascii">3 3 0.5 3 3</DataArray>
+</PointData>
+<Lines><DataArray type="Int32" Name="connectivity" format="ascii">0 1 2 3 4</DataArray>
+<DataArray type="Int32" Name="offsets" format="ascii">5</DataArray></Lines>
+</Piece></PolyData></VTKFile>
+"""
+
+
+class Radii(ProgramTest):
+    """A narrow place would vanish, or a radius that the file holds would be passed over."""
+
+    def test_a_narrow_place_is_kept(self):
+        path = self.write("stenosis.vtp", STENOSIS)
+        out = self.folder / "out.vtp"
+        for step in (path, out, self.folder / "out.hair"):
+            self.run_program("convert", step, self.folder / "out.hair")
+            self.run_program("convert", self.folder / "out.hair", out)
+            self.assertEqual(read_vtp(out)[2]["radius"], [3, 3, 0.5, 3, 3])
+        self.assertIn("radius          3\n", self.run_program("info", path))
+        self.run_program("convert", path, out, "-r", 2)
+        self.assertEqual(read_vtp(out)[2]["radius"], [2] * 5)
+        neuron = self.write("n.swc", "1 1 0 0 0 3 -1\n2 3 1 0 0 .5 1\n3 3 2 0 0 3 2\n")
+        self.run_program("convert", neuron, out)
+        self.assertEqual(read_vtp(out)[2]["radius"], [3, 0.5, 3])
+
+    def test_an_array_of_another_name(self):
+        path = self.write("vessel.vtp", STENOSIS.replace("radius", "TubeRadius"))
+        self.run_program("check", path, code=2)
+        self.assertIn("--radius-from takes the radii from another array", self.stderr)
+        self.assertIn("point data 'TubeRadius'", self.stderr)
+        out = self.folder / "out.vtp"
+        for command in (("check", path), ("distance", path), ("info", path), ("bench", path)):
+            self.run_program(*command, "--radius-from", "TubeRadius")
+            self.assertNotIn("another array", self.stderr)
+        self.run_program("convert", path, out, "--radius-from", "TubeRadius")
+        self.assertNotIn("TubeRadius", self.stderr)
+        self.assertEqual(read_vtp(out)[2]["radius"], [3, 3, 0.5, 3, 3])
+        self.run_program("convert", path, out)
+        self.assertIn("kept, and not: point data 'TubeRadius'", self.stderr)
+        self.run_program("check", path, "--radius-from", "Tube", code=2)
+        self.assertIn("there is no array 'Tube'", self.stderr)
+        self.run_program("check", path, "--radius-from", "TubeRadius", "-r", 1, code=2)
+        self.assertIn("excludes", self.stderr)
+        self.run_program("check", "cap:fibers=2", "--radius-from", "TubeRadius", code=2)
+        self.assertIn("--radius-from is for files", self.stderr)
+        zeros = self.write("zeros.vtp", STENOSIS.replace("3 3 0.5 3 3", "0 0 0 0 0"))
+        self.run_program("check", zeros, code=2)
+        self.assertIn("All radii are 0", self.stderr)
+
+    def test_a_column_of_text(self):
+        path = self.write("points.txt", "0 0 0 3\n1 0 0 .5\n2 0 0 3\n")
+        out = self.folder / "out.vtp"
+        self.run_program("check", path, code=2)
+        self.assertIn("--radius-from 4 takes the radius", self.stderr)
+        self.run_program("convert", path, out, "--radius-from", 4)
+        self.assertEqual(read_vtp(out)[2]["radius"], [3, 0.5, 3])
+        self.run_program("check", path, "--radius-from", 2, code=2)
+        self.assertIn("radius_from is '2'", self.stderr)
+
+
+class Packed(ProgramTest):
+    def test_files_and_standard_input(self):
+        """A user would have to unpack files first, or would not know what to do."""
+        path = self.folder / "crossing.txt.gz"
+        path.write_bytes(gzip.compress(CROSSING.encode()))
+        self.assertIn("1 pair touches", self.run_program("check", path, "-r", 0.006, code=1))
+        program = [PROGRAM, "check", "-", "-r", "0.006", "--json"]
+        done = subprocess.run(program, input=path.read_bytes(), capture_output=True, check=False)
+        self.assertEqual(json.loads(done.stdout)["contact_count"], 1, done.stderr)
+        path.write_bytes(path.read_bytes()[:-9])
+        self.run_program("check", path, "-r", 0.006, code=2)
+        self.assertIn("truncated", self.stderr)
+        self.run_program("generate", "cap:fibers=2", "-o", self.folder / "cap.vtp.gz", code=2)
+        self.assertIn("pack it by gzip afterwards", self.stderr)
+        self.assertEqual(self.files(), ["crossing.txt.gz"])
+
+    def test_other_formats(self):
+        legacy = self.write("lines.vtk", "# vtk DataFile Version 3.0\nlines\nASCII\n")
+        mesh = self.write("mesh.obj", "v 0 0 0\n")
+        for path, remedy in ((legacy, "save it as XML (.vtp)"), (mesh, "by --mesh")):
+            for source in (path, "-"):
+                program = [PROGRAM, "check", str(source), "-r", "1"]
+                done = subprocess.run(
+                    program, input=path.read_bytes(), capture_output=True, check=False
+                )
+                self.assertEqual(done.returncode, 2)
+                self.assertIn(remedy, done.stderr.decode())
 
 
 class Bench(ProgramTest):
