@@ -68,8 +68,9 @@ struct Facts {
 };
 
 /// What a user should know before trusting an answer.
-std::vector<std::string> warnings(const FiberPolylines& scene, bool has_radius, const Facts& facts,
-                                  const Spread& segments, const ProgramParts& parts) {
+std::vector<std::string> warnings(const SceneSource& source, const FiberPolylines& scene,
+                                  const Facts& facts, const Spread& segments,
+                                  const ProgramParts& parts) {
   std::vector<std::string> texts;
   const auto count = [&](auto&& holds) {
     std::size_t found = 0;
@@ -89,7 +90,7 @@ std::vector<std::string> warnings(const FiberPolylines& scene, bool has_radius, 
        "segments of length zero, whose points coincide: {}");
   warn(count([&](double length, double) { return length > 20 * segments.median; }),
        "segments more than 20 times as long as the median, which may join two fibers: {}");
-  if (has_radius) {
+  if (source.has_radius) {
     warn(count([](double, double radius) { return radius == 0; }),
          "segments of radius zero, which touch only if axes cross: {}");
   } else {
@@ -110,8 +111,10 @@ std::vector<std::string> warnings(const FiberPolylines& scene, bool has_radius, 
     roots.push_back(scene.points[scene.point_begin[f]]);
   }
   std::sort(roots.begin(), roots.end());
-  warn(roots.end() - std::unique(roots.begin(), roots.end()),
-       "fibers that begin where another one does, which may be copies: {}");
+  if (!source.branches) {
+    warn(roots.end() - std::unique(roots.begin(), roots.end()),
+         "fibers that begin where another one does, which may be copies: {}");
+  }
   double size = 0, far = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     size = std::max(size, facts.high[k] - facts.low[k]);
@@ -136,6 +139,7 @@ std::optional<Contact> nearestAxes(const FiberPolylines& scene) {
 }  // namespace
 
 int info(const SceneSource& source, Output output, const ProgramParts& parts) {
+  requireNoProblem(source);
   progress("reading " + source.title);
   const FiberPolylines scene = source.scene();
   const Facts facts(scene);
@@ -143,7 +147,7 @@ int info(const SceneSource& source, Output output, const ProgramParts& parts) {
   progress("");
   const Spread fibers(facts.fiber_lengths), segments(facts.segment_lengths), radii(facts.radii);
   std::vector<std::string> warned = source.warnings;
-  for (std::string& text : warnings(scene, source.has_radius, facts, segments, parts)) {
+  for (std::string& text : warnings(source, scene, facts, segments, parts)) {
     warned.push_back(std::move(text));
   }
 

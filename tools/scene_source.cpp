@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <iostream>
 #include <iterator>
+#include <limits>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -50,6 +51,19 @@ std::string asOnTheCommandLine(std::string text) {
   return text;
 }
 
+/// Returns why a tree could not hold the points. Its own error could not name the file.
+std::string problemOf(const FiberPolylines& fibers) {
+  constexpr double kLimit = std::numeric_limits<double>::max() / 64;
+  for (std::size_t i = 0; i < fibers.points.size(); ++i) {
+    for (const double c : fibers.points[i]) {
+      if (std::abs(c) <= kLimit) continue;
+      return "a coordinate of point " + std::to_string(i) +
+             " is too large to compute with; change the unit";
+    }
+  }
+  return "";
+}
+
 SceneSource readFile(const std::string& path, const io::FiberFileOptions& options) {
   SceneSource source;
   const bool is_input = path == kStandardInput;
@@ -61,6 +75,8 @@ SceneSource readFile(const std::string& path, const io::FiberFileOptions& option
   progress("reading " + path);
   io::FiberFile read = is_input ? readStandardInput(options) : io::readFibers(path, options);
   source.has_radius = read.has_radius;
+  source.branches = read.format == io::FiberFormat::kSwc;
+  source.problem = problemOf(read.fibers);
   for (const std::string& warning : read.warnings) {
     source.warnings.push_back(asOnTheCommandLine(warning));
   }
@@ -88,10 +104,15 @@ SceneSource findScene(const std::string& text, const io::FiberFileOptions& optio
   return generated.make(text, options.radius);
 }
 
+void requireNoProblem(const SceneSource& source) {
+  if (!source.problem.empty()) refuse(source.title, source.problem);
+}
+
 SceneSource openScene(const std::string& text, const io::FiberFileOptions& options,
                       const GeneratedScenes& generated) {
   SceneSource source = findScene(text, options, generated);
   printWarnings(source);
+  requireNoProblem(source);
   if (!source.has_radius) {
     refuse(text,
            "the file holds no radius, and fibers without thickness touch nothing; give "

@@ -17,6 +17,8 @@ struct SceneSource {
   std::string title;  ///< as it was asked for
   bool is_file = false;
   bool has_radius = true;             ///< false if the file holds none and none was given
+  bool branches = false;              ///< its fibers begin at each other, as those of a neuron
+  std::string problem;                ///< why no command but `convert` takes the fibers, or empty
   std::vector<std::string> warnings;  ///< of the file
   std::vector<std::string> passed_over;  ///< see io::FiberFile
   int frame = 0;                         ///< the one that was asked for
@@ -49,8 +51,11 @@ bool isFile(const std::string& text);
 SceneSource findScene(const std::string& text, const io::FiberFileOptions& options,
                       const GeneratedScenes& generated);
 
+/// Throws std::invalid_argument if the scene has a problem.
+void requireNoProblem(const SceneSource& source);
+
 /// findScene() for commands that look for pairs: prints the warnings, and throws
-/// std::invalid_argument if there is no radius.
+/// std::invalid_argument if there is no radius or the scene has a problem.
 SceneSource openScene(const std::string& text, const io::FiberFileOptions& options,
                       const GeneratedScenes& generated);
 

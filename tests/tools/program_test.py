@@ -265,6 +265,34 @@ class Info(ProgramTest):
         far = self.write("far.txt", "1e9 0 0\n1e9 1 0\n1e9 2 0\n")
         self.assertIn("million times its size", self.run_program("info", far, "-r", 0.1))
 
+    def test_branches_are_no_copies(self):
+        """A neuron would be told to have hundreds of copies of its fibers."""
+        rows = [
+            "1 1 0 0 0 1 -1",
+            "2 3 5 0 0 1 1",
+            "3 3 9 1 0 1 2",
+            "4 3 9 -1 0 1 2",
+            "5 3 9 0 1 1 2",
+        ]
+        self.assertNotIn("copies", self.run_program("info", self.write("n.swc", "\n".join(rows))))
+
+    def test_numbers_too_large_to_compute_with(self):
+        """The error would be that of a function that no user knows, without the file."""
+        path = self.write("huge.txt", "1e308 0 0\n-1e308 0 0\n")
+        other = self.write("other.txt", "0 0 0\n1 0 0\n")
+        page = self.folder / "page.html"
+        for command in (
+            ("info", path),
+            ("check", path, "-r", 1),
+            ("check", other, "-r", 1, "--against", path),
+            ("distance", path, "-r", 1),
+            ("bench", path, "-r", 1),
+            ("view", path, "-r", 1, "-o", page),
+        ):
+            self.run_program(*command, code=2)
+            self.assertIn("'huge.txt': a coordinate of point 0 is too large", self.stderr)
+        self.run_program("convert", path, self.folder / "huge.vtp")
+
 
 STENOSIS = """<VTKFile type="PolyData"><PolyData><Piece NumberOfPoints="5" NumberOfLines="1">
 <Points><DataArray type="Float64" NumberOfComponents="3" format="ascii">
