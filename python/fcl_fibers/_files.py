@@ -14,19 +14,29 @@ from . import _arrays, _core
 from ._arrays import ArrayLike, Points
 
 
-class Fibers(NamedTuple):
+class _Arrays(NamedTuple):
+    points: np.ndarray
+    offsets: np.ndarray
+    radii: Union[float, np.ndarray, None]
+    closed: Optional[np.ndarray]
+
+
+class Fibers(_Arrays):
     """Fibers in the order of FiberTree.build(): tree.build(*fibers).
 
     points   (n, 3) float64
     offsets  (fibers + 1,) int64: fiber f has points[offsets[f]:offsets[f + 1]]
     radii    a number; one for each point; or None if the file has none
     closed   (fibers,) bool, or None if no fiber is closed
+
+    Not among these four, because no tree takes it:
+
+    point_radii  (n,) float64, the radii at the points as a file gives them, if they differ along a
+                 fiber; each of `radii` is then the larger of the two at a segment's ends. Else
+                 None. write(path, fibers) keeps them.
     """
 
-    points: np.ndarray
-    offsets: np.ndarray
-    radii: Union[float, np.ndarray, None]
-    closed: Optional[np.ndarray]
+    point_radii: Optional[np.ndarray] = None
 
 
 class FiberFileWarning(UserWarning):
@@ -34,12 +44,18 @@ class FiberFileWarning(UserWarning):
 
 
 def read(
-    path: Union[str, os.PathLike], radius: Optional[float] = None, segments_per_span: int = 4
+    path: Union[str, os.PathLike],
+    radius: Optional[float] = None,
+    segments_per_span: int = 4,
+    radius_from: Union[str, int, None] = None,
 ) -> Fibers:
-    """Reads a file of fibers: .hair, .tfx, .bcc, .vtp, .tck, .trk, .swc, or text.
+    """Reads a file of fibers: .hair, .tfx, .bcc, .vtp, .tck, .trk, .swc, or text, also packed by
+    gzip.
 
     radius             of all fibers, in the file's unit. It replaces the radii in the file.
     segments_per_span  straight segments for each span of a .bcc spline
+    radius_from        where the radii are, instead of `radius`: in a .vtp file the name of an array
+                       of points or of cells; in text the number of a column, from 4 on
 
     A file that cannot be opened raises OSError. A damaged one raises ValueError, which tells the
     place.
@@ -49,30 +65,53 @@ def read(
     with open(path, "rb"):  # Python's own error, if it is missing
         pass
     try:
-        *fibers, remarks = _core.read(os.fsencode(path), radius, segments_per_span)
+        *arrays, point_radii, remarks = _core.read(
+            os.fsencode(path), radius, segments_per_span, _radius_from(radius_from)
+        )
     except RuntimeError as error:
         raise ValueError(str(error)) from None
     for remark in remarks:
         warnings.warn(f"{os.fsdecode(path)}: {remark}", FiberFileWarning, stacklevel=2)
-    return Fibers(*fibers)
+    fibers = Fibers(*arrays)
+    fibers.point_radii = point_radii
+    return fibers
+
+
+def _radius_from(name: Union[str, int, None]) -> bytes:
+    if name is None:
+        return b""
+    if isinstance(name, str):
+        if not name:
+            raise ValueError("radius_from is empty; give the name of an array, or a column")
+        return os.fsencode(name)
+    return str(_arrays.integer("radius_from", name)).encode()
 
 
 def write(
     path: Union[str, os.PathLike],
-    points: Points,
+    points: Union[Points, Fibers],
     offsets: Optional[ArrayLike] = None,
     radii: Optional[Points] = None,
     closed: Optional[ArrayLike] = None,
 ) -> None:
     """Writes fibers to a file that ends in .vtp (ParaView), .hair or .txt, whole or not at all.
 
-    Fibers are passed as to FiberTree.build(): write(path, *fibers). Text has no place for radii,
-    and .hair rounds to float32. A fiber without points is left out.
+    Fibers are passed as read() returns them, write(path, fibers), or as to FiberTree.build(). The
+    first keeps Fibers.point_radii, if `radii` are still those of their segments. Text has no place
+    for radii, and .hair rounds to float32. A fiber without points is left out.
     """
+    point_radii = None
+    if isinstance(points, Fibers):
+        if not (offsets is None and radii is None and closed is None):
+            raise TypeError("fibers come with offsets, radii and closed; give them alone")
+        point_radii = points.point_radii
+        points, offsets, radii, closed = points
+    kept = np.zeros(0) if point_radii is None else np.asarray(point_radii, float)
     path = os.fsdecode(path)
     ending = os.path.splitext(path)[1].lower()
     if ending not in (".vtp", ".hair", ".txt"):
-        raise ValueError(f"{path!r}: give a file that ends in .vtp, .hair or .txt")
+        packed = ", and pack it by gzip afterwards" if ending == ".gz" else ""
+        raise ValueError(f"{path!r}: give a file that ends in .vtp, .hair or .txt{packed}")
     array, begin = _arrays.points_and_offsets(points, offsets)
     values, kind = _arrays.radii_of(0.0 if radii is None else radii, array, begin)
     layout = _arrays.layout_of(begin, closed)
@@ -88,7 +127,7 @@ def write(
         if ending == ".txt":
             _write_text(draft, array, begin)
         else:
-            _core.write(os.fsencode(draft), numbers, layout, ending == ".hair")
+            _core.write(os.fsencode(draft), numbers, layout, ending == ".hair", kept)
         os.replace(draft, target)
     except BaseException as error:
         os.unlink(draft)

@@ -74,10 +74,12 @@ auto withMesh(const py::array& points, const py::array& triangles, Use&& use) {
 }
 
 /// Returns what Fibers of Python's side hold, and the warnings.
-py::tuple readFile(const std::string& path, std::optional<double> radius, int segments_per_span) {
+py::tuple readFile(const std::string& path, std::optional<double> radius, int segments_per_span,
+                   std::string radius_from) {
   io::FiberFileOptions options;
   options.radius = radius;
   options.segments_per_span = segments_per_span;
+  options.radius_from = std::move(radius_from);
   io::FiberFile file;
   {
     const Unlocked unlocked;
@@ -85,21 +87,24 @@ py::tuple readFile(const std::string& path, std::optional<double> radius, int se
   }
   FiberPolylines& fibers = file.fibers;
   const py::dtype number = py::dtype::of<double>();
-  py::object radii = py::none(), closed = py::none();
+  py::object radii = py::none(), closed = py::none(), point_radii = py::none();
   if (file.has_radius) {
     radii = fibers.radii.empty() ? py::object(py::float_(fibers.radius))
                                  : py::object(toArray(std::move(fibers.radii), number));
   }
+  if (!fibers.point_radii.empty()) point_radii = toArray(std::move(fibers.point_radii), number);
   if (!fibers.closed.empty()) closed = toArray(std::move(fibers.closed), py::dtype::of<bool>());
   std::vector<std::int64_t> offsets(fibers.point_begin.begin(), fibers.point_begin.end());
   return py::make_tuple(toArray(std::move(fibers.points), number, 3),
                         toArray(std::move(offsets), py::dtype::of<std::int64_t>()), radii, closed,
-                        std::move(file.warnings));
+                        point_radii, std::move(file.warnings));
 }
 
 void writeFile(const std::string& path, const FiberNumbers& numbers, const FiberLayout& layout,
-               bool hair) {
-  const FiberPolylines fibers = polylinesOf(numbers, layout);
+               bool hair,
+               const py::array_t<double, py::array::c_style | py::array::forcecast>& point_radii) {
+  FiberPolylines fibers = polylinesOf(numbers, layout);
+  fibers.point_radii.assign(point_radii.data(), point_radii.data() + point_radii.size());
   const Unlocked unlocked;
   hair ? io::writeHair(path, fibers) : io::exportFibers(path, fibers);
 }

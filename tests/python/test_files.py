@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Files that are written and read again, damaged files, and writes that fail."""
 
+import copy
+import gzip
 import os
 import pathlib
+import pickle
 import resource
 import stat
+import warnings
 
 import numpy as np
 import pytest
@@ -71,6 +75,68 @@ def test_kinds_of_radii(tmp_path, ending):
         found = np.broadcast_to(found, 7)[[0, 1, 3, 4, 5]]
         assert found.tolist() == np.array(expected)[[0, 1, 3, 4, 5]].tolist()
     assert fcl_fibers.read(path, radius=3).radii == 3.0
+
+
+@pytest.mark.parametrize("ending", ["vtp", "hair"])
+def test_radii_at_points(tmp_path, ending):
+    """A narrow place of one point would be lost where fibers are read and written."""
+    path = tmp_path / "neuron.swc"
+    path.write_text("1 1 0 0 0 3 -1\n2 3 1 0 0 .5 1\n3 3 2 0 0 3 2\n")
+    with pytest.warns(fcl_fibers.FiberFileWarning, match="Radii differ"):
+        fibers = fcl_fibers.read(path)
+    assert fibers.radii.tolist() == [3, 3, 3] and len(fibers) == 4
+    assert fibers.point_radii.tolist() == [3, 0.5, 3] and fibers.point_radii.dtype == np.float64
+    fcl_fibers.FiberTree().build(*fibers)
+    out = tmp_path / f"out.{ending}"
+
+    def written(fibers, *more):
+        fcl_fibers.write(out, fibers, *more)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", fcl_fibers.FiberFileWarning)
+            return fcl_fibers.read(out)
+
+    assert written(fibers).point_radii.tolist() == [3, 0.5, 3]
+    assert written(copy.deepcopy(fibers)).point_radii.tolist() == [3, 0.5, 3]
+    assert written(pickle.loads(pickle.dumps(fibers))).point_radii.tolist() == [3, 0.5, 3]
+    # Of other radii those are not the points', and neither are they where arrays are given.
+    changed = fcl_fibers.Fibers(fibers.points, fibers.offsets, 2.0, None)
+    assert changed.point_radii is None
+    changed.point_radii = fibers.point_radii
+    found = written(changed)
+    assert found.radii == 2 and found.point_radii is None
+    assert written(*fibers).point_radii is None
+    for more in ([0, 3], None, 1.0), ([0, 3],):
+        with pytest.raises(TypeError, match="fibers come with"):
+            fcl_fibers.write(out, fibers, *more)
+
+
+def test_where_radii_are(tmp_path):
+    text = tmp_path / "points.txt"
+    text.write_text("0 0 0 .5 1\n1 0 0 .5 1\n")
+    with pytest.warns(fcl_fibers.FiberFileWarning, match="radius_from 4 takes"):
+        assert fcl_fibers.read(text).radii is None
+    with pytest.warns(fcl_fibers.FiberFileWarning, match="after the radius"):
+        assert fcl_fibers.read(text, radius_from=4).radii == 0.5
+    assert fcl_fibers.read(text, radius_from="5").radii == 1
+    vtp = tmp_path / "lines.vtp"
+    fcl_fibers.write(vtp, [np.eye(3)], radii=0.25)
+    vtp.write_text(vtp.read_text().replace('"radius"', '"Tübe"'))
+    with pytest.warns(fcl_fibers.FiberFileWarning, match="point data"):
+        assert fcl_fibers.read(vtp).radii is None
+    assert fcl_fibers.read(vtp, radius_from="Tübe").radii == 0.25
+    for wrong, error in (("x", ValueError), ("", ValueError), (2.5, TypeError), ([], TypeError)):
+        with pytest.raises(error, match="radius_from"):
+            fcl_fibers.read(vtp, radius_from=wrong)
+    with pytest.raises(ValueError, match="radius_from"):
+        fcl_fibers.read(vtp, 0.5, radius_from="Tübe")
+
+
+def test_packed_files(tmp_path):
+    path = tmp_path / "points.txt.gz"
+    path.write_bytes(gzip.compress(b"1 2 3\n4 5 6\n"))
+    assert fcl_fibers.read(path).points.tolist() == [[1, 2, 3], [4, 5, 6]]
+    with pytest.raises(ValueError, match="pack it by gzip"):
+        fcl_fibers.write(path, [np.eye(3)])
 
 
 @pytest.mark.parametrize("ending", ["vtp", "hair", "txt"])
@@ -189,8 +255,8 @@ def test_options_of_reading(tmp_path):
 
 def test_warnings(tmp_path, recwarn):
     path = tmp_path / "fibers.hair"
-    points, offsets, radii = scene_of()
-    fcl_fibers.write(path, points, offsets, radii)
+    points, offsets, _ = scene_of()
+    fcl_fibers.write(path, points, offsets, 0.25)
     fcl_fibers.read(path)
     assert len(recwarn) == 0
     path.write_bytes(path.read_bytes() + b"more")
