@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // A reader of fiber files on any bytes: a scene as FiberPolylines says, or a refusal that names the
-// place. FCL_FIBERS_FUZZED_FORMAT is the format.
+// place. FCL_FIBERS_FUZZED_FORMAT is the format. Bytes that gzip packed are unpacked first. Where
+// radii may be in several places, the same bytes are read with radii from another one, too.
 #include <fcl_fibers/io/fiber_file.h>
 
 #include <cmath>
@@ -39,20 +40,36 @@ void requireWellFormed(const FiberPolylines& scene) {
   require(scene.radii.empty() || scene.radii.size() == scene.points.size());
   require(isLength(scene.radius));
   for (const double radius : scene.radii) require(isLength(radius));
+  require(scene.point_radii.empty() || scene.point_radii.size() == scene.points.size());
+  for (const double radius : scene.point_radii) require(isLength(radius));
 }
 
-}  // namespace
+/// Where the corpus has radii beside the usual place, or empty.
+std::string otherRadii() {
+  constexpr FiberFormat kFormat = FiberFormat::FCL_FIBERS_FUZZED_FORMAT;
+  return kFormat == FiberFormat::kVtp ? "R" : kFormat == FiberFormat::kPolylines ? "4" : "";
+}
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const std::string_view bytes(reinterpret_cast<const char*>(data), size);
+void read(std::string_view bytes, const std::string& radius_from) {
+  fcl_fibers::io::FiberFileOptions options;
+  options.radius_from = radius_from;
   try {
-    const FiberFile file =
-        fcl_fibers::io::parseFibers(bytes, "the input", FiberFormat::FCL_FIBERS_FUZZED_FORMAT, {});
+    const FiberFile file = fcl_fibers::io::parseFibers(
+        bytes, "the input", FiberFormat::FCL_FIBERS_FUZZED_FORMAT, options);
     requireWellFormed(file.fibers);
   } catch (const std::runtime_error& error) {
     const std::string what = error.what();
     require(what.find("'the input', byte ") != std::string::npos ||
             what.find("'the input', line ") != std::string::npos);
   }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string_view bytes(reinterpret_cast<const char*>(data), size);
+  read(bytes, "");
+  if (!otherRadii().empty()) read(bytes, otherRadii());
+  fcl_fibers::io::recognizeFormat(bytes, "the input.gz");
   return 0;
 }
