@@ -3,24 +3,15 @@
 
 #include <cstddef>
 #include <limits>
-#include <locale>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include <fcl_fibers/fiber_polylines.h>
 
-namespace fcl_fibers {
+#include "joined_text.h"
 
-/// Returns the parts as one text, with numbers as C++ writes them, whatever the host's locale is.
-template <typename... Parts>
-std::string joinedText(const Parts&... parts) {
-  std::ostringstream text;
-  text.imbue(std::locale::classic());
-  (text << ... << parts);
-  return text.str();
-}
+namespace fcl_fibers {
 
 /// Throws std::invalid_argument: "call: name is value; remedy".
 template <typename Value>

@@ -20,6 +20,7 @@
 #include "index/moving_mesh.h"
 #include "index/posed_triangles.h"
 #include "index/segment_index.h"
+#include "joined_text.h"
 #include "tree/volumes.h"
 
 namespace fcl_fibers {
@@ -98,7 +99,7 @@ class FiberTree::Impl {
                    std::vector<TrianglePair>& pairs) const {
     const index::PosedMesh posed = posedMesh("findNearest", mesh);
     if (!(distance >= 0)) {
-      refuse("findNearest", "distance is " + std::to_string(distance) + "; give 0 or more");
+      refuse("findNearest", joinedText("distance is ", distance, "; give 0 or more"));
     }
     std::vector<tree::Pair> found;
     index_->findNearest(posed, distance, found);

@@ -10,6 +10,7 @@
 #include "arrays/array_source.h"
 #include "arrays/fiber_arrays.h"
 #include "fibers/options.h"
+#include "joined_text.h"
 
 namespace fcl_fibers {
 namespace {
@@ -18,8 +19,8 @@ template <typename S>
 std::vector<std::int32_t> countRoots(const FiberArrays<S>& fibers, double length) {
   arrays::checkArrays("rootSegments", fibers);
   if (!(length >= 0 && std::isfinite(length))) {
-    fibers::throwInvalidArgument("rootSegments", "length is " + std::to_string(length) +
-                                                     "; give a finite length of 0 or more");
+    fibers::throwInvalidArgument(
+        "rootSegments", joinedText("length is ", length, "; give a finite length of 0 or more"));
   }
   std::vector<std::int32_t> counts(fibers.fiber_count, 0);
   for (std::size_t f = 0; f < fibers.fiber_count; ++f) {

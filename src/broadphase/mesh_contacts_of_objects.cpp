@@ -7,6 +7,7 @@
 #include "broadphase/obstacle_shapes.h"
 #include "fibers/mesh_contacts.h"
 #include "geometry/contact.h"
+#include "joined_text.h"
 
 namespace fcl_fibers::broadphase {
 namespace {
@@ -35,7 +36,7 @@ bool findMeshContacts(const ManagerState<S>& state, const fcl::CollisionObject<S
     fibers::throwInvalidArgument(kCall, "the second object is no mesh; pass an fcl::BVHModel");
   }
   if (!(margin >= 0)) {
-    fibers::throwInvalidArgument(kCall, "margin is " + std::to_string(margin) + "; give 0 or more");
+    fibers::throwInvalidArgument(kCall, joinedText("margin is ", margin, "; give 0 or more"));
   }
   const auto name = [] { return std::string("the mesh"); };
   readObject(kCall, *mesh, Frame{}, Bounds::kShapes, name);  // it may have become invalid

@@ -8,6 +8,8 @@
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/cylinder.h>
 
+#include "joined_text.h"
+
 namespace fcl_fibers::broadphase {
 
 using geometry::Frame;
@@ -51,8 +53,8 @@ SegmentId rootsOf(const char* call, const std::vector<fcl::CollisionObject<S>*>&
                                            "; give 0 or more segments");
   }
   if (!isSize(obstacles.root_length)) {
-    fibers::throwInvalidArgument(call, "root_length is " + std::to_string(obstacles.root_length) +
-                                           "; give a finite length of 0 or more");
+    fibers::throwInvalidArgument(call, joinedText("root_length is ", obstacles.root_length,
+                                                  "; give a finite length of 0 or more"));
   }
   std::size_t by_length = 0;
   for (double start = 0; by_length < fiber.size() && start < obstacles.root_length; ++by_length) {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "joined_text.h"
+
 namespace fcl_fibers::fibers {
 
 void throwInvalidArgument(const std::string& call, const std::string& what) {
@@ -17,8 +19,8 @@ void throwQueryRuns(const std::string& call) {
 void requireValid(const char* call, const FiberOptions& options) {
   const auto requireLength = [call](const char* name, double length) {
     if (length >= 0 && std::isfinite(length)) return;
-    throwInvalidArgument(call, std::string(name) + " is " + std::to_string(length) +
-                                   "; set a finite length of 0 or more");
+    throwInvalidArgument(call,
+                         joinedText(name, " is ", length, "; set a finite length of 0 or more"));
   };
   if (options.ignored_neighbors < 0) {
     throwInvalidArgument(call, "ignored_neighbors is " + std::to_string(options.ignored_neighbors) +

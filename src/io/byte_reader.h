@@ -13,8 +13,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "arguments.h"
 #include "io/number.h"
+#include "joined_text.h"
 
 namespace fcl_fibers::io {
 
