@@ -24,6 +24,10 @@ CLI::Validator numberFrom(bool zero_is_one) {
   return CLI::Validator(problem, "");
 }
 
+std::string nameProblem(const std::string& name) {
+  return name.empty() ? "give the name of an array, or the number of a column" : "";
+}
+
 std::string pictureProblem(const std::string& path) {
   const bool is_vtp = std::filesystem::path(path).extension() == ".vtp";
   return is_vtp ? "" : "'" + path + "' does not end in .vtp";
@@ -39,6 +43,7 @@ void addRadiusFrom(CLI::App& command, std::string& name, CLI::Option* radius) {
       .add_option("--radius-from", name,
                   "Take the radii from the array NAME of a .vtp file, instead of\n"
                   "`radius`, or from column NAME of text, the fourth or a later\none.")
+      ->check(CLI::Validator(nameProblem, ""))
       ->excludes(radius)
       ->type_name("NAME");
 }

@@ -16,7 +16,7 @@ constexpr std::string_view kEnding = ".gz";
 /// Unpacks bytes piece by piece.
 class Inflater {
  public:
-  explicit Inflater(std::string_view bytes) : rest_(bytes) {
+  explicit Inflater(std::string_view bytes) : bytes_(bytes), rest_(bytes) {
     constexpr int kGzip = 16;  // see zlib.h
     if (inflateInit2(&stream_, kGzip + MAX_WBITS) != Z_OK) throw std::bad_alloc();
   }
@@ -40,11 +40,13 @@ class Inflater {
     return status;
   }
 
-  /// Begins with the next part.
-  void startPart() { inflateReset(&stream_); }
+  /// The bytes after the last one that was used.
+  std::string_view left() const {
+    return bytes_.substr(bytes_.size() - rest_.size() - stream_.avail_in);
+  }
 
-  /// The bytes that are left after the last one that was used.
-  std::size_t left() const { return rest_.size() + stream_.avail_in; }
+  /// Begins with the next part, if another one follows.
+  bool startPart() { return isPacked(left()) && inflateReset(&stream_) == Z_OK; }
 
   const char* problem() const { return stream_.msg == nullptr ? "unknown" : stream_.msg; }
 
@@ -58,7 +60,8 @@ class Inflater {
 
   z_stream stream_{};
   std::string buffer_ = std::string(std::size_t{1} << 16, '\0');
-  std::string_view rest_;
+  std::string_view bytes_;
+  std::string_view rest_;  ///< that zlib has not got
 };
 
 }  // namespace
@@ -78,8 +81,13 @@ std::string nameOfUnpacked(const std::string& name) {
 }
 
 std::string unpackedStart(std::string_view bytes, std::size_t most) {
+  Inflater inflater(bytes);
   std::string start;
-  Inflater(bytes).append(start, most);
+  int status = Z_OK;
+  while (start.size() < most &&
+         (status == Z_OK || (status == Z_STREAM_END && inflater.startPart()))) {
+    status = inflater.append(start, most - start.size());
+  }
   return start;
 }
 
@@ -90,7 +98,7 @@ std::string unpacked(const ByteReader& file) {
   std::string all;
   while (true) {
     const int status = inflater.append(all, static_cast<std::size_t>(most + 1 - all.size()));
-    const std::uint64_t at = bytes.size() - inflater.left();
+    const std::uint64_t at = bytes.size() - inflater.left().size();
     if (all.size() > most) {
       file.refuse(at, "the file unpacks to more than ", most,
                   " bytes, which is beyond what fibers do; unpack it by gunzip if it is right");
@@ -98,11 +106,10 @@ std::string unpacked(const ByteReader& file) {
     if (status == Z_OK) continue;
     if (status == Z_BUF_ERROR) file.refuse(at, "the packed file is truncated");
     if (status != Z_STREAM_END) file.refuse(at, "the packed file is damaged: ", inflater.problem());
+    if (inflater.startPart()) continue;
     // Tapes fill a block with zeros.
-    const std::string_view rest = bytes.substr(static_cast<std::size_t>(at));
-    if (rest.find_first_not_of('\0') == rest.npos) return all;
-    if (!isPacked(rest)) file.refuse(at, "bytes follow the end of what is packed");
-    inflater.startPart();
+    if (inflater.left().find_first_not_of('\0') == bytes.npos) return all;
+    file.refuse(at, "bytes follow the end of what is packed");
   }
 }
 

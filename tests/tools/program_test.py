@@ -336,6 +336,8 @@ class Radii(ProgramTest):
         self.assertEqual(read_vtp(out)[2]["radius"], [3, 3, 0.5, 3, 3])
         self.run_program("convert", path, out)
         self.assertIn("kept, and not: point data 'TubeRadius'", self.stderr)
+        self.run_program("check", path, "--radius-from", "", code=2)
+        self.assertIn("give the name of an array", self.stderr)
         self.run_program("check", path, "--radius-from", "Tube", code=2)
         self.assertIn("there is no array 'Tube'", self.stderr)
         self.run_program("check", path, "--radius-from", "TubeRadius", "-r", 1, code=2)
