@@ -31,7 +31,7 @@ if(FCL_FIBERS_BUILD_MANAGERS)
 endif()
 if(FCL_FIBERS_BUILD_IO)
   install_library(io fcl_fibers_io
-    io/export.h io/export_geometry.h io/fiber_file.h io/sampling.h)
+    io/export.h io/export_geometry.h io/fiber_file.h io/mesh_file.h io/sampling.h)
 endif()
 install(FILES ${PROJECT_SOURCE_DIR}/package.xml
   DESTINATION ${CMAKE_INSTALL_DATADIR}/fcl_fibers)

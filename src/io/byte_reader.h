@@ -46,8 +46,10 @@ class ByteReader {
   /// has no line feed.
   enum class Places { kBytes, kLines };
 
-  ByteReader(std::string_view bytes, std::string name, Places places = Places::kBytes)
-      : bytes_(bytes), name_(std::move(name)), places_(places) {}
+  /// @param call  the function that reads, for error texts
+  ByteReader(std::string_view bytes, std::string name, Places places = Places::kBytes,
+             const char* call = "readFibers")
+      : bytes_(bytes), name_(std::move(name)), places_(places), call_(call) {}
 
   void setPlaces(Places places) {
     places_ = places;
@@ -122,7 +124,7 @@ class ByteReader {
   template <typename... Reason>
   [[noreturn]] void refuse(std::uint64_t offset, const Reason&... reason) const {
     const bool in_lines = places_ == Places::kLines;
-    throw std::runtime_error(joinedText("readFibers: '", name_, "', ", in_lines ? "line " : "byte ",
+    throw std::runtime_error(joinedText(call_, ": '", name_, "', ", in_lines ? "line " : "byte ",
                                         in_lines ? lineAt(offset) : offset, ": ", reason...));
   }
 
@@ -143,6 +145,7 @@ class ByteReader {
   std::string_view bytes_;
   std::string name_;
   Places places_;
+  const char* call_;
   char line_end_ = '\n';
   std::size_t offset_ = 0;
 };

@@ -6,15 +6,14 @@
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <stdexcept>
 #include <string>
-#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "arguments.h"
+#include "io/file_bytes.h"
 #include "io/foreign_formats.h"
 #include "io/formats.h"
 #include "io/gzip.h"
@@ -38,30 +37,6 @@ void requireOptions(const FiberFileOptions& options) {
     refuseArgument("readFibers", "radius_from", "'" + options.radius_from + "'",
                    "leave it out where a radius is given, which replaces those in the file");
   }
-}
-
-std::string readBytes(const std::string& path) {
-  const auto refuse = [&](const std::string& reason) {
-    throw std::runtime_error("readFibers: '" + path + "' " + reason);
-  };
-  // Opening may succeed for other files, but a directory would read as empty, and a pipe could
-  // block.
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (status.type() == std::filesystem::file_type::not_found) refuse("does not exist");
-  if (!std::filesystem::status_known(status)) refuse("cannot be opened: " + error.message());
-  if (std::filesystem::is_directory(status)) refuse("is a directory; give a file in it");
-  if (!std::filesystem::is_regular_file(status)) refuse("is not a regular file");
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) refuse("cannot be opened; check that you may read it");
-  stream.seekg(0, std::ios::end);
-  const std::streamoff size = stream.tellg();
-  if (!stream || size < 0) refuse("has a size that cannot be read");
-  std::string bytes(static_cast<std::size_t>(size), '\0');
-  stream.seekg(0);
-  stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  if (!stream) refuse("could not be read to its end");
-  return bytes;
 }
 
 ParsedFibers parse(ByteReader& file, FiberFormat format, const FiberFileOptions& options) {
@@ -254,12 +229,12 @@ FiberFile parseFibers(std::string_view bytes, const std::string& name,
 
 FiberFile readFibers(const std::string& path, FiberFormat format, const FiberFileOptions& options) {
   requireOptions(options);
-  return parseFibers(readBytes(path), path, format, options);
+  return parseFibers(readBytes("readFibers", path), path, format, options);
 }
 
 FiberFile readFibers(const std::string& path, const FiberFileOptions& options) {
   requireOptions(options);
-  return parseFibers(readBytes(path), path, options);
+  return parseFibers(readBytes("readFibers", path), path, options);
 }
 
 }  // namespace fcl_fibers::io

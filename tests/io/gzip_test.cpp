@@ -8,6 +8,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fcl_fibers/io/mesh_file.h>
+
 #include "io/file_support.h"
 #include "support/allocation_faults.h"
 #include "support/temporary_file.h"
@@ -130,6 +132,14 @@ TEST(GzipTest, ABombIsRefused) {
   std::string lines;
   for (int i = 0; i < 100000; ++i) lines += "0 0 0\n";
   EXPECT_EQ(parseFibers(packed(lines), "a.txt.gz").fibers.points.size(), 100000U);
+}
+
+TEST(GzipTest, UnpacksMeshes) {
+  // If this fails, a mesh has to be unpacked although fibers need not be.
+  const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  EXPECT_THAT(parseMesh(packed(triangle), "a.obj.gz").triangles, ElementsAre(0, 1, 2));
+  EXPECT_THAT([&] { parseMesh(packed(triangle).substr(0, 20), "a.obj.gz"); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("readMesh: 'a.obj.gz', byte 20: ")));
 }
 
 }  // namespace

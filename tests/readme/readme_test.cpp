@@ -27,6 +27,7 @@
 #include "contacts_1_includes.inc"
 #include "contract_0_includes.inc"
 #include "files_0_includes.inc"
+#include "files_1_includes.inc"
 #include "options_0_includes.inc"
 #include "options_1_includes.inc"
 #include "options_2_includes.inc"
@@ -248,6 +249,16 @@ TEST(Files, FibersFromAFile) {
   EXPECT_EQ(manager.fiberSegment(objects.back().get()).fiber, 1U);
   EXPECT_EQ(file.fibers.radius, 0.05);
   std::filesystem::remove("ponytail.tfx");
+}
+
+TEST(Files, AMeshFromAFile) {
+  std::ofstream("head.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+                               "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+  using namespace fcl_fibers;
+#include "files_1_code.inc"
+  EXPECT_EQ(head.triangleCount(), 4U);
+  EXPECT_EQ(head.kind(), TriangleMesh::Kind::kSolid);
+  std::filesystem::remove("head.obj");
 }
 
 TEST(Options, AClosedCableAndAHead) {
