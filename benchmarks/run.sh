@@ -80,13 +80,13 @@ if ((${#hair[@]} > 0)) && [[ $set != trade ]]; then scenes=hair data=${data}_hai
   echo "Embree or Bullet cannot be installed. The benchmarks leave out what is missing" >&2
 tools=OFF goals=(fcl_fibers_bench) python=(-DFCL_FIBERS_BUILD_PYTHON=OFF)
 if [[ $set == paper ]]; then
-  .ci/apt_install.sh libfmt-dev nlohmann-json3-dev libjs-three libtinyobjloader-dev
+  .ci/apt_install.sh libfmt-dev nlohmann-json3-dev libjs-three
   tools=ON goals+=(fcl_fibers_program fcl_fibers_topologies)
 fi
 bench=("$build/benchmarks/fcl_fibers_bench")
 if [[ $set == python ]]; then
   .ci/apt_install.sh python3-dev pybind11-dev python3-numpy python3-scipy python3-numba libfmt-dev \
-    nlohmann-json3-dev libjs-three libtinyobjloader-dev
+    nlohmann-json3-dev libjs-three
   python=(-DFCL_FIBERS_BUILD_PYTHON=ON -DPython3_EXECUTABLE=/usr/bin/python3)
   goals=(fcl_fibers_python fcl_fibers_step_in_cpp)
   export PYTHONPATH=$PWD/$build/python

@@ -16,7 +16,7 @@ cd "$(dirname "$0")/.."
 
 .ci/apt_install.sh cmake ninja-build g++ clang pkg-config binutils dpkg-dev file libfcl-dev \
   libccd-dev libeigen3-dev libhwy-dev libtbb-dev libpugixml-dev zlib1g-dev libcli11-dev \
-  libfmt-dev nlohmann-json3-dev libjs-three libtinyobjloader-dev
+  libfmt-dev nlohmann-json3-dev libjs-three
 
 work=$PWD/build/consumers
 mkdir -p "$work"

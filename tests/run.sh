@@ -21,8 +21,7 @@ fi
 
 .ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev \
   libtbb-dev libpugixml-dev zlib1g-dev libcli11-dev libboost-dev libgtest-dev libgmock-dev \
-  librapidcheck-dev libbenchmark-dev libfmt-dev nlohmann-json3-dev libjs-three \
-  libtinyobjloader-dev python3
+  librapidcheck-dev libbenchmark-dev libfmt-dev nlohmann-json3-dev libjs-three python3
 cmake --preset release
 cmake --build --preset release --target fcl_fibers_tests
 status=0

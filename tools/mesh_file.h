@@ -26,16 +26,13 @@ struct MeshOptions {
   double root_length = 0;
   std::int32_t root_segments = 0;
 
-  /// Throws std::invalid_argument, with the path, if a file is not what it should be.
+  /// Reads Wavefront OBJ files. Throws an exception, with the path, if one is not what it should
+  /// be.
   std::vector<MeshFile> read() const;
 
   /// By fiber, the segments at its start that are roots by one of the two options. Empty if
   /// there is neither a path nor a root.
   std::vector<std::int32_t> roots(const FiberPolylines& scene) const;
 };
-
-/// Reads a Wavefront OBJ file. Faces of more than three points are cut into triangles, which count
-/// in the order of the faces. Throws std::invalid_argument, as above.
-MeshFile readMesh(const std::string& path, TriangleMesh::Kind kind);
 
 }  // namespace fcl_fibers::tools

@@ -5,7 +5,7 @@ set -euo pipefail
 cd "$(dirname "$0")/../.."
 
 .ci/apt_install.sh git cmake g++ make binutils libhwy-dev libtbb-dev libpugixml-dev zlib1g-dev \
-  libcli11-dev libfmt-dev nlohmann-json3-dev libjs-three libtinyobjloader-dev pybind11-dev \
+  libcli11-dev libfmt-dev nlohmann-json3-dev libjs-three pybind11-dev \
   python3-dev python3-numpy python3-pytest python3-hypothesis python3-nibabel python3-venv python3-pip \
   python3-setuptools python3-wheel
 

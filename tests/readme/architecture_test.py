@@ -38,7 +38,6 @@ PUBLIC = {
 LIBRARIES = {
     "oneapi": "<tbb>",
     "pugixml.hpp": "<pugixml>",
-    "tiny_obj_loader.h": "<tinyobjloader>",
     "zlib.h": "<zlib>",
 }
 TOP = "src/*.h"
