@@ -37,6 +37,11 @@ turn_of() {
   echo $((count % $1))
 }
 
+# has_pypi: whether pip can install packages that are not here yet.
+has_pypi() {
+  /usr/bin/python3 -m pip download -q --retries 0 --no-cache-dir --no-deps --dest build/pypi pybind11
+}
+
 run_steps() {
   local failed=0 skipped=0 status begin
   local lines=()
