@@ -11,6 +11,7 @@ Files are read by `read`, written by `write`, and shown in a notebook by `show`.
 `python -m fcl_fibers` lists contacts, measures files and writes pages without any code.
 """
 
+from . import _guard  # noqa: F401, before everything that it guards
 from ._core import version as __version__
 from ._files import Fibers, FiberFileWarning, read, write
 from ._page import Page, show

@@ -4,6 +4,7 @@ from typing import Any, Callable, List, Optional, Sequence, Tuple, Union, overlo
 import numpy as np
 
 version: str
+pybind11_version: Tuple[int, int]
 
 class Layout:
     def __init__(

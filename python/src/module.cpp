@@ -220,6 +220,7 @@ void addMesh(py::module_& module) {
 
 PYBIND11_MODULE(_core, module) {
   module.attr("version") = FCL_FIBERS_VERSION;
+  module.attr("pybind11_version") = py::make_tuple(PYBIND11_VERSION_MAJOR, PYBIND11_VERSION_MINOR);
   addMesh(module);
   addTree(module);
   module.def("read", &readFile);
