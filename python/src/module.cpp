@@ -19,6 +19,7 @@
 #include <pybind11/stl.h>
 
 #include "arrays.h"
+#include "errors.h"
 #include "polylines.h"
 #include "tree.h"
 
@@ -221,6 +222,7 @@ void addMesh(py::module_& module) {
 PYBIND11_MODULE(_core, module) {
   module.attr("version") = FCL_FIBERS_VERSION;
   module.attr("pybind11_version") = py::make_tuple(PYBIND11_VERSION_MAJOR, PYBIND11_VERSION_MINOR);
+  translateErrors();
   addMesh(module);
   addTree(module);
   module.def("read", &readFile);

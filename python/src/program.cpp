@@ -12,6 +12,7 @@
 #include <pybind11/stl.h>
 
 #include "arrays.h"
+#include "errors.h"
 #include "lock.h"
 #include "polylines.h"
 #include "tools/program.h"
@@ -63,6 +64,7 @@ std::string page(const std::string& title, const FiberNumbers& numbers, const Fi
 
 PYBIND11_MODULE(_program, module) {
   py::module_::import("fcl_fibers._core");  // has the types that page() takes
+  translateErrors();
   module.def("run", &run);
   module.def("page", &page);
 }

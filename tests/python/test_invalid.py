@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Wrong arrays are refused by an error that names them, and the tree keeps its answers."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -237,6 +239,50 @@ def test_a_tree_in_the_place_of_a_mesh(tree):
     refused(tree.impacts, TypeError, "mesh_end", other=tree, mesh_end=mesh)
     refused(tree.visit_pairs, TypeError, "FiberTree", visit=len, other=mesh)
     refused(tree.moving_pairs, TypeError, "FiberTree", other=mesh)
+
+
+def test_errors_name_nothing_of_cpp(tree, tmp_path):
+    """No text has a name of C++, which a program in Python has never seen."""
+    mesh = fcl_fibers.TriangleMesh(np.eye(3), [[0, 1, 2]])
+    volumes, spheres = fcl_fibers.FiberTree(), fcl_fibers.FiberTree(volumes="spheres")
+    for other in (volumes, spheres):
+        other.build(**GOOD)
+    turned = [[0, 1, 0], [1, 0, 0], [0, 0, 1]]
+    (tmp_path / "a.tck").write_bytes(b"mrtrix")
+    texts = []
+    for call in (
+        tree.impacts,
+        tree.moving_pairs,
+        tree.safe_step,
+        lambda: tree.impact_contacts(tree.contacts()),
+        lambda: tree.build([[(0, 0, 0), (1, 1, np.nan)]], radii=0.5),
+        lambda: tree.build([[(0, 0, 0), (1, 1, 1)]], radii=-0.5),
+        lambda: tree.build(**GOOD, root_segments=[-1, 0]),
+        lambda: tree.pairs(volumes),
+        lambda: tree.pairs(spheres),
+        lambda: volumes.pairs(mesh),
+        lambda: spheres.update(GOOD["points"], GOOD["points"]),
+        lambda: tree.volumes(-1),
+        lambda: tree.nearest(mesh, -1),
+        lambda: tree.overlaps_box((1, 0, 0), (0, 1, 1)),
+        lambda: tree.overlaps_capsule((0, 0, 0), (1, 0, 0), -1),
+        lambda: tree.fiber_segment([-5]),
+        lambda: fcl_fibers.FiberTree(threads=0),
+        lambda: fcl_fibers.root_segments([np.eye(3)], None, -1),
+        lambda: fcl_fibers.TriangleMesh(np.eye(3), [[0, 1, 3]]),
+        lambda: fcl_fibers.TriangleMesh(np.eye(3), [[0, 1, 2]], solid=True),
+        lambda: mesh.set_pose(turned, (0, 0, 0)),
+        lambda: mesh.update(np.eye(4, 3)),
+        lambda: fcl_fibers.show([np.full((2, 3), np.nan)], radii=0.1),
+        lambda: fcl_fibers.read(tmp_path / "a.tck"),
+    ):
+        with pytest.raises((ValueError, TypeError)) as raised:
+            call()
+        texts.append(str(raised.value))
+    cpp = re.compile(r"::|fcl_fibers: |\bk[A-Z]|\b[a-z]+[A-Z]\w*")
+    assert [text for text in texts if cpp.search(text.replace(str(tmp_path), ""))] == []
+    assert texts[0] == "the fibers rest; call update(start, end) before"
+    assert "report='capsules'" in " ".join(texts) and "volumes='boxes'" in " ".join(texts)
 
 
 @pytest.mark.parametrize("impacts", [np.zeros(3), np.zeros((2, 2)), [], None, "impacts"])
