@@ -101,17 +101,13 @@ MeshIndex makeIndex(const MeshArrays<S>& arrays, TriangleMesh::Kind kind) {
     const std::int32_t* corner = arrays.triangles + 3 * i;
     triangles[i] = {corner[0], corner[1], corner[2]};
   }
-  if (const index::TriangleId leak =
-          kind == TriangleMesh::Kind::kSolid ? index::firstLeak(triangles) : -1;
-      leak >= 0) {
-    throwInvalidArgument(
-        "TriangleMesh::TriangleMesh",
-        "the solid mesh is not watertight: an edge of triangle " + std::to_string(leak) +
-            " is not that of exactly one other triangle in the opposite direction; close the "
-            "mesh, share the points of neighbors, or make it a surface");
-  }
   std::vector<MeshPoint> points(arrays.point_count);
   readPoints(arrays, points);
+  if (kind == TriangleMesh::Kind::kSolid && index::firstLeak(triangles) >= 0) {
+    throwInvalidArgument("TriangleMesh::TriangleMesh", "the solid mesh is not watertight: " +
+                                                           index::leakProblem(points, triangles) +
+                                                           ", or make it a surface");
+  }
   MeshIndex mesh(std::move(points), std::move(triangles));
   if (kind == TriangleMesh::Kind::kSolid && index::isInsideOut(mesh)) {
     throwInvalidArgument("TriangleMesh::TriangleMesh", kInsideOut);

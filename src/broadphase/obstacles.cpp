@@ -41,10 +41,10 @@ BesideReading readMesh(const char* call, const fcl::CollisionObject<S>& object, 
   reading.mesh = cache.read(object.collisionGeometry(), triangles);
   reading.model = object.collisionGeometry().get();
   if (is_solid && reading.mesh->firstLeak() >= 0) {
-    fibers::throwInvalidArgument(call,
-                                 name() + ": its mesh is not watertight at triangle " +
-                                     std::to_string(reading.mesh->firstLeak()) +
-                                     "; close it, or register it without ObstacleOptions::solid");
+    const index::MeshIndex& mesh = reading.mesh->index();
+    fibers::throwInvalidArgument(call, name() + ": its mesh is not watertight: " +
+                                           index::leakProblem(mesh.points(), mesh.triangles()) +
+                                           ", or register it without ObstacleOptions::solid");
   }
   if (is_solid && reading.mesh->isInsideOut()) {
     fibers::throwInvalidArgument(

@@ -5,8 +5,12 @@
 #include <atomic>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <string>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include "geometry/rounding.h"
 #include "tree/bundle.h"
@@ -142,7 +146,14 @@ bool isInsideOut(const MeshIndex& mesh) {
   });
 }
 
-TriangleId firstLeak(const std::vector<TriangleIndices>& triangles) {
+namespace {
+
+struct Leak {
+  TriangleId triangle = -1;
+  std::int32_t from = -1, to = -1;  ///< the edge
+};
+
+Leak findLeak(const std::vector<TriangleIndices>& triangles) {
   struct Edge {
     std::int32_t low, high;
     TriangleId triangle;
@@ -161,19 +172,70 @@ TriangleId firstLeak(const std::vector<TriangleIndices>& triangles) {
   std::sort(edges.begin(), edges.end(), [](const Edge& p, const Edge& q) {
     return std::tie(p.low, p.high, p.triangle) < std::tie(q.low, q.high, q.triangle);
   });
-  TriangleId leak = -1;
+  Leak leak;
   for (std::size_t i = 0; i < edges.size();) {
     std::size_t end = i;
     while (end < edges.size() && edges[end].low == edges[i].low &&
            edges[end].high == edges[i].high) {
       ++end;
     }
+    const Edge& edge = edges[i];
     const bool is_shared =
-        end - i == 2 && edges[i].low != edges[i].high && edges[i].ascends != edges[i + 1].ascends;
-    if (!is_shared && (leak < 0 || edges[i].triangle < leak)) leak = edges[i].triangle;
+        end - i == 2 && edge.low != edge.high && edge.ascends != edges[i + 1].ascends;
+    if (!is_shared && (leak.triangle < 0 || edge.triangle < leak.triangle)) {
+      leak = {edge.triangle, edge.ascends ? edge.low : edge.high,
+              edge.ascends ? edge.high : edge.low};
+    }
     i = end;
   }
   return leak;
+}
+
+/// Returns for each point the first one that lies at the same place.
+std::vector<std::int32_t> firstAtPlace(const std::vector<MeshPoint>& points) {
+  std::vector<std::int32_t> order(points.size()), first(points.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto place = [&](std::int32_t i) {
+    const Vec3d p = toVec3d(points[static_cast<std::size_t>(i)]);
+    return std::tuple(p.x, p.y, p.z);
+  };
+  std::sort(order.begin(), order.end(), [&](std::int32_t i, std::int32_t j) {
+    return std::tuple(place(i), i) < std::tuple(place(j), j);
+  });
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const bool is_first = k == 0 || place(order[k]) != place(order[k - 1]);
+    first[static_cast<std::size_t>(order[k])] =
+        is_first ? order[k] : first[static_cast<std::size_t>(order[k - 1])];
+  }
+  return first;
+}
+
+}  // namespace
+
+TriangleId firstLeak(const std::vector<TriangleIndices>& triangles) {
+  return findLeak(triangles).triangle;
+}
+
+std::string leakProblem(const std::vector<MeshPoint>& points,
+                        const std::vector<TriangleIndices>& triangles) {
+  const Leak leak = findLeak(triangles);
+  const std::string edge = "the edge from point " + std::to_string(leak.from) + " to point " +
+                           std::to_string(leak.to) + " of triangle " +
+                           std::to_string(leak.triangle);
+  // Files often repeat the points of each triangle, or those at a seam.
+  const std::vector<std::int32_t> first = firstAtPlace(points);
+  const auto merged = [&](std::int32_t i) { return first[static_cast<std::size_t>(i)]; };
+  std::vector<TriangleIndices> shared = triangles;
+  for (TriangleIndices& t : shared) t = {merged(t.a), merged(t.b), merged(t.c)};
+  const TriangleId other_leak = findLeak(shared).triangle;
+  if (other_leak < 0 || other_leak > leak.triangle) {
+    return edge +
+           " is shared with no other triangle, because points that lie at the same place are "
+           "not one point; merge such points";
+  }
+  return edge +
+         " is not that of exactly one other triangle in the opposite direction; close the "
+         "mesh";
 }
 
 }  // namespace fcl_fibers::index

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "geometry/affine_map.h"
@@ -109,5 +110,8 @@ bool touches(const PosedMesh& mesh, const geometry::Segment& segment, const geom
 /// Whether each edge of a triangle is that of exactly one other one, in the opposite direction.
 /// Returns the first triangle for which that does not hold, or -1.
 TriangleId firstLeak(const std::vector<geometry::TriangleIndices>& triangles);
+/// Tells where a mesh with a leak is not watertight, and what to do about it: "...; remedy".
+std::string leakProblem(const std::vector<geometry::MeshPoint>& points,
+                        const std::vector<geometry::TriangleIndices>& triangles);
 
 }  // namespace fcl_fibers::index

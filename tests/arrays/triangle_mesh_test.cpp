@@ -108,11 +108,13 @@ TEST(Meshes, RefuseNumbersWhoseSumsWouldOverflow) {
 // What is inside would depend on the hole that one looks through.
 TEST(Meshes, ThatAreSolidAreWatertight) {
   const Triangles<double> closed = ball<double>(0.3, 6, 8);
-  const auto refused = [](const Triangles<double>& bad, std::size_t triangle) {
+  const auto refused = [](const Triangles<double>& bad, const std::string& edge,
+                          const std::string& why =
+                              " is not that of exactly one other triangle in the opposite "
+                              "direction; close the mesh, or make it a surface") {
     EXPECT_NO_THROW(TriangleMesh{bad.view()}) << "a surface may have holes";
     EXPECT_THAT([&] { TriangleMesh(bad.view(), TriangleMesh::Kind::kSolid); },
-                refusal("TriangleMesh: the solid mesh is not watertight: an edge of triangle " +
-                        std::to_string(triangle)));
+                refusal("TriangleMesh: the solid mesh is not watertight: the edge " + edge + why));
   };
   const auto withTriangle = [&](std::int32_t a, std::int32_t b, std::int32_t c) {
     Triangles<double> mesh = closed;
@@ -136,14 +138,32 @@ TEST(Meshes, ThatAreSolidAreWatertight) {
   EXPECT_THROW(TriangleMesh(bad.view(), TriangleMesh::Kind::kSolid), std::invalid_argument);
   bad = closed;
   std::swap(bad.indices[0], bad.indices[1]);  // one triangle turned over
-  refused(bad, 0);
-  refused(withTriangle(10, 20, 30), closed.count());  // one more, attached to nothing
-  refused(withTriangle(closed.indices[0], closed.indices[1], closed.indices[2]), 0);  // twice
-  refused(withTriangle(3, 3, 4), 1);  // an edge from a point to itself, and the third at another
+  refused(bad, "from point 2 to point 0 of triangle 0");
+  refused(withTriangle(10, 20, 30),  // one more, attached to nothing
+          "from point 10 to point 20 of triangle " + std::to_string(closed.count()));
+  refused(withTriangle(0, 2, 3), "from point 0 to point 2 of triangle 0");  // the first one, twice
+  refused(withTriangle(3, 3, 4),  // an edge from a point to itself, and the third at another
+          "from point 3 to point 4 of triangle 1");
+
   // Two points at one place are not one point.
+  const std::string merge =
+      " is shared with no other triangle, because points that lie at the same place are not one "
+      "point; merge such points, or make it a surface";
   bad = closed;
   bad.indices[0] = bad.addPoint({0, 0, 0.3});
-  refused(bad, 0);
+  const std::string added = std::to_string(bad.indices[0]);
+  refused(bad, "from point " + added + " to point 2 of triangle 0", merge);
+  bad = Triangles<double>();
+  for (const std::int32_t i : closed.indices) {
+    const double* const p = &closed.points[3 * static_cast<std::size_t>(i)];
+    bad.indices.push_back(bad.addPoint({p[0], p[1], p[2]}));
+  }
+  refused(bad, "from point 0 to point 1 of triangle 0", merge);
+  // To merge them leaves the hole, of which the next text tells.
+  bad.indices.resize(bad.indices.size() - 3);
+  refused(bad, "from point 0 to point 1 of triangle 0", merge);
+  bad.indices.erase(bad.indices.begin(), bad.indices.begin() + 3);
+  refused(bad, "from point 3 to point 4 of triangle 0");
 
   EXPECT_NO_THROW(TriangleMesh(MeshArrays<double>(), TriangleMesh::Kind::kSolid));
 }

@@ -454,20 +454,22 @@ TYPED_TEST(Obstacles, OfOtherShapesTurn) {
   }
 }
 
+template <class Call>
+void refuses(Call&& call, const char* text) {
+  try {
+    call();
+    ADD_FAILURE() << "accepted, but expected: " << text;
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find(text), std::string::npos) << error.what();
+  }
+}
+
 // A broken mesh would be read beyond its end.
 TEST(ObstaclesBadInput, BrokenMeshesAreRefused) {
   using Manager = FiberManagerConfig<LeafVolume::kBox, double, Topology::kBundle>;
   const MeshShape shape = blob(1, 0, 6, 5);
   Scene<double> scene;
   auto* good = scene.addSphere({0, 0, 0}, 1);
-  const auto refuses = [](auto&& call, const char* text) {
-    try {
-      call();
-      ADD_FAILURE() << "accepted, but expected: " << text;
-    } catch (const std::invalid_argument& error) {
-      EXPECT_NE(std::string(error.what()).find(text), std::string::npos) << error.what();
-    }
-  };
   struct Case {
     std::shared_ptr<fcl::CollisionGeometry<double>> model;
     const char* text;
@@ -520,6 +522,15 @@ TEST(ObstaclesBadInput, OptionsAreChecked) {
   Scene<double> scene;
   auto* leaking = scene.add(makeModel<double>(fcl::BV_AABB, open),
                             makePose<double>(Eigen::Quaterniond::Identity(), {0, 0, 0}));
+  MeshShape apart;  // each triangle has points of its own, as in many files
+  const MeshShape closed = blob(1, 0, 6, 5);
+  for (const auto& t : closed.triangles) {
+    const std::size_t first = apart.points.size();
+    for (const std::size_t i : t) apart.points.push_back(closed.points[i]);
+    apart.triangles.push_back({first, first + 1, first + 2});
+  }
+  auto* unmerged = scene.add(makeModel<double>(fcl::BV_AABB, apart),
+                             makePose<double>(Eigen::Quaterniond::Identity(), {0, 0, 0}));
   MeshShape inside_out = blob(1, 0, 6, 5);
   for (auto& t : inside_out.triangles) std::swap(t[0], t[1]);
   auto* clockwise = scene.add(makeModel<double>(fcl::BV_AABB, inside_out),
@@ -529,7 +540,13 @@ TEST(ObstaclesBadInput, OptionsAreChecked) {
     FiberManagerOptions options;
     options.report = report;
     const auto manager = Manager::make(options);
-    EXPECT_THROW(manager->registerObstacle(leaking, ObstacleOptions{true}), std::invalid_argument);
+    refuses([&] { manager->registerObstacle(leaking, ObstacleOptions{true}); },
+            "in the opposite direction; close the mesh, or register it without");
+    refuses(
+        [&] { manager->registerObstacle(unmerged, ObstacleOptions{true}); },
+        "object 0: its mesh is not watertight: the edge from point 0 to point 1 of triangle 0 is "
+        "shared with no other triangle, because points that lie at the same place are not one "
+        "point; merge such points, or register it without");
     EXPECT_THROW(manager->registerObstacle(clockwise, ObstacleOptions{true}),
                  std::invalid_argument);
     EXPECT_THROW(manager->registerObstacle(nullptr), std::invalid_argument);
