@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <cstdio>
 #include <new>
 #include <utility>
 #include <vector>
@@ -45,6 +46,24 @@ class Signals {
   bool raised_ = false;
 };
 
+/// Memory has run out, most likely because a radius far too large makes everything touch. Python
+/// raises it as MemoryError.
+class TooMany : public std::bad_alloc {
+ public:
+  /// Takes no memory.
+  explicit TooMany(std::size_t found) {
+    std::snprintf(text_, sizeof text_,
+                  "memory has run out after %zu pairs were found; the radius or the margin is "
+                  "probably too large (`python -m fcl_fibers info` tells the radius of a file at "
+                  "which contact begins); visit_pairs() hands over any number of pairs in blocks",
+                  found);
+  }
+  const char* what() const noexcept override { return text_; }
+
+ private:
+  char text_[320];
+};
+
 /// Returns all that visit(visitor) finds, without the interpreter's lock.
 /// @param expected  room for so many is made before, because a vector that grows takes new memory
 ///                  twice; what is left over is given back if it is much
@@ -58,10 +77,14 @@ std::vector<Found> collect(std::size_t expected, Visit&& visit) {
       all.reserve(expected);
     } catch (const std::bad_alloc&) {  // the query may find less
     }
-    visit([&](const Found& found) {
-      all.push_back(found);
-      return signals.raised();
-    });
+    try {
+      visit([&](const Found& found) {
+        all.push_back(found);
+        return signals.raised();
+      });
+    } catch (const std::bad_alloc&) {
+      throw TooMany(all.size());
+    }
     if (all.capacity() > 2 * all.size()) all.shrink_to_fit();
   }
   signals.rethrow();
@@ -70,7 +93,7 @@ std::vector<Found> collect(std::size_t expected, Visit&& visit) {
 
 /// Returns make(found) of each, likewise.
 template <class Made, class Found, class Make>
-std::vector<Made> makeEach(const std::vector<Found>& all, Make&& make) {
+std::vector<Made> makeEach(const std::vector<Found>& all, Make&& make) try {
   std::vector<Made> made;
   Signals signals;
   {
@@ -83,6 +106,8 @@ std::vector<Made> makeEach(const std::vector<Found>& all, Make&& make) {
   }
   signals.rethrow();
   return made;
+} catch (const std::bad_alloc&) {
+  throw TooMany(all.size());
 }
 
 /// Who uses a tree. Only a thread that holds the interpreter's lock looks at it, so it needs none.

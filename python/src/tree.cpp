@@ -82,7 +82,7 @@ std::vector<Struct> fromArray(const py::array& array, const py::dtype& type) {
 
 /// Returns the contacts of all pairs, which write(pairs, count, contacts) computes block by block.
 template <class Found, class Pair, class Write>
-Unwritten<Found> inBlocks(const std::vector<Pair>& pairs, Write&& write) {
+Unwritten<Found> inBlocks(const std::vector<Pair>& pairs, Write&& write) try {
   Unwritten<Found> contacts(pairs.size());
   for (std::size_t i = 0; i < pairs.size(); i += kContactsAtOnce) {
     const std::size_t count = std::min(kContactsAtOnce, pairs.size() - i);
@@ -93,6 +93,8 @@ Unwritten<Found> inBlocks(const std::vector<Pair>& pairs, Write&& write) {
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
   }
   return contacts;
+} catch (const std::bad_alloc&) {
+  throw TooMany(pairs.size());
 }
 
 /// Calls use(arrays of a, arrays of b), which have one scalar type.

@@ -2,7 +2,10 @@
 """What is copied and what is kept, who owns results, and that nothing leaks."""
 
 import gc
+import os
+import re
 import resource
+import subprocess
 import sys
 import tracemalloc
 import weakref
@@ -216,3 +219,41 @@ def test_memory_does_not_grow():
     # One leaked array of points would add 20 kB at each turn, and the results far more.
     first = turns(20)
     assert turns(1000 if LONG else 150) - first < 2_000_000
+
+
+OUT_OF_MEMORY = """
+import resource
+import numpy as np
+import fcl_fibers
+
+# All capsules touch, as they do if the radius is in millimetres and the points are in metres.
+points = np.random.default_rng(1).random((20_000, 2, 3))
+tree = fcl_fibers.FiberTree(report="capsules", threads={threads})
+tree.build(points, radii=50.0)
+corners = np.random.default_rng(2).random((60_000, 3))
+mesh = fcl_fibers.TriangleMesh(corners, np.arange(60_000).reshape(-1, 3))
+with open("/proc/self/statm") as file:
+    size = int(file.read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (size + 300_000_000, resource.RLIM_INFINITY))
+try:
+    tree.{query}
+except MemoryError as error:
+    print(error)
+resource.setrlimit(resource.RLIMIT_AS, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+tree.build(points, radii=1e-9)
+assert len(tree.pairs()) == 0
+"""
+
+
+# The sanitizers need more memory than there is then.
+@pytest.mark.skipif("libasan" in os.environ.get("LD_PRELOAD", ""), reason="of the sanitizers")
+@pytest.mark.parametrize("threads", [1, 4])
+@pytest.mark.parametrize("query", ["pairs()", "contacts()", "pairs(mesh)", "contacts(mesh)"])
+def test_memory_that_runs_out_tells_of_the_radius(query, threads):
+    program = OUT_OF_MEMORY.format(query=query, threads=threads)
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert found.returncode == 0, found.stderr
+    told = re.match(r"memory has run out after (\d+) pairs were found; the radius", found.stdout)
+    assert told, found.stdout
+    # So many fit into what is left, and as many more than half.
+    assert 1_000_000 < int(told[1]) < 40_000_000
