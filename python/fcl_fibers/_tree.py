@@ -47,7 +47,7 @@ class TriangleMesh:
     solid          if True, a capsule wholly inside touches the mesh too. Such a mesh has to be
                    watertight.
 
-    A ValueError names the point or triangle that is wrong.
+    A ValueError names the point or triangle that is wrong. Meshes can be copied and pickled.
     """
 
     def __init__(self, points: ArrayLike, triangles: ArrayLike, solid: bool = False) -> None:
@@ -103,6 +103,15 @@ class TriangleMesh:
 
     def __deepcopy__(self, memo: Any) -> TriangleMesh:
         return self.copy()
+
+    def __getstate__(self) -> tuple:
+        return self._points, self._triangles, self.solid, *self.pose, self.categories
+
+    def __setstate__(self, state: tuple) -> None:
+        points, triangles, solid, rotation, position, categories = state
+        TriangleMesh.__init__(self, points, triangles, solid)
+        self.set_pose(rotation, position)
+        self.categories = categories
 
     def placed(self) -> Tuple[np.ndarray, np.ndarray]:
         """The points in the fibers' frame, (n, 3) float64, and the triangles, (m, 3) int32."""

@@ -2,6 +2,7 @@
 """Fibers and triangle meshes, against brute force."""
 
 import copy
+import pickle
 
 import numpy as np
 import pytest
@@ -263,6 +264,25 @@ def test_types_of_triangles(dtype):
     for order in (np.asarray, np.asfortranarray):
         mesh = fcl_fibers.TriangleMesh(points, order(triangles.astype(dtype)), solid=True)
         assert mesh.triangle_count == 4
+
+
+@pytest.mark.parametrize("protocol", range(pickle.HIGHEST_PROTOCOL + 1))
+def test_pickled_meshes_are_equal(scene, protocol):
+    points, triangles = ball(radius=0.4)
+    for dtype, solid in ((np.float32, True), (np.float64, False)):
+        mesh = fcl_fibers.TriangleMesh(points.astype(dtype), triangles, solid=solid)
+        mesh.set_pose(TURN, (0.5, 0.4, 0.6))
+        mesh.categories = 5
+        other = pickle.loads(pickle.dumps(mesh, protocol))
+        assert (other.solid, other.categories) == (solid, 5)
+        assert all(
+            (a == b).all() for a, b in zip(mesh.pose + mesh.placed(), other.pose + other.placed())
+        )
+        tree = tree_of(scene)
+        assert len(tree.pairs(mesh)) > 0 and (tree.pairs(mesh) == tree.pairs(other)).all()
+        mesh.update(points.astype(dtype) * 0.5)
+        other.update(points.astype(dtype) * 0.5)
+        assert (tree.pairs(mesh) == tree.pairs(other)).all()
 
 
 def test_meshes_without_triangles(scene):
