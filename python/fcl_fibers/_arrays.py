@@ -30,11 +30,17 @@ def unmasked(name: str, values: Any) -> np.ndarray:
     return np.asarray(values)
 
 
+def type_of(array: np.ndarray) -> str:
+    if array.dtype.names is None:
+        return f"of type {array.dtype}"
+    return f"a structured array with the fields {', '.join(array.dtype.names)}"
+
+
 def numbers(name: str, values: Any) -> np.ndarray:
     """An array of float32 or float64 that C++ can read."""
     array = unmasked(name, values)
     if array.dtype.kind not in "fiu":
-        raise TypeError(f"{name} are of type {array.dtype}; give real numbers")
+        raise TypeError(f"{name} are {type_of(array)}; give real numbers")
     scalar = np.float32 if array.dtype == np.float32 else np.float64
     return np.require(array, scalar, ["C", "A"])
 
@@ -44,7 +50,7 @@ def whole(name: str, values: ArrayLike, scalar: type) -> np.ndarray:
     array = unmasked(name, values)
     is_empty = array.size == 0 and array.dtype.kind == "f"  # as [] is
     if array.dtype.kind not in "iub" and not is_empty:
-        raise TypeError(f"{name} are of type {array.dtype}; give whole numbers")
+        raise TypeError(f"{name} are {type_of(array)}; give whole numbers")
     if array.ndim != 1:
         raise ValueError(f"{name} have shape {array.shape}; give one dimension")
     limits: Any = np.iinfo(scalar)
@@ -84,6 +90,17 @@ def corners(triangles: ArrayLike) -> np.ndarray:
     return rows("triangles", flat.reshape(array.shape)).copy()
 
 
+def refuse_radii(name: str, values: Any) -> None:
+    """Refuses a number or a row of numbers in the place of points."""
+    if isinstance(values, (list, tuple)):
+        are_flat = len(values) > 0 and np.ndim(values[0]) == 0
+    else:
+        are_flat = np.ndim(values) < 2
+    if are_flat:
+        what = values if np.ndim(values) == 0 else f"of shape {np.shape(values)}"
+        raise TypeError(f"{name} are {what}; give points (n, 3), and radii by name: radii=...")
+
+
 def is_array(points: Any) -> bool:
     """Whether points are one array, also that of another library, and no list of arrays."""
     if hasattr(points, "__array__"):
@@ -100,8 +117,16 @@ def points_and_offsets(
     3).
     """
     if offsets is not None:
-        array = rows(name, numbers(name, points))
-        return array, checked_offsets(offsets, len(array))
+        begin = whole_offsets(
+            offsets
+        )  # first, because points without offsets may have other shapes
+        array = numbers(name, points)
+        if array.ndim == 3:
+            raise ValueError(
+                f"{name} have shape {array.shape}; give (n, 3), or leave out the offsets"
+            )
+        check_offsets(begin, len(rows(name, array)))
+        return array, begin
     if is_array(points):
         array = numbers(name, points)
         if array.ndim == 2:
@@ -120,10 +145,21 @@ def points_and_offsets(
     return np.concatenate(parts), begin
 
 
-def checked_offsets(offsets: ArrayLike, point_count: int) -> np.ndarray:
-    if np.ndim(offsets) == 0:
-        raise TypeError(f"offsets are {offsets!r}; give an array, and radii by name: radii=0.1")
-    begin = whole("offsets", offsets, np.int64)
+def whole_offsets(offsets: ArrayLike) -> np.ndarray:
+    if np.ndim(offsets) == 0 and np.asarray(offsets).dtype.kind in "fiu":
+        raise TypeError(
+            f"the number {offsets!s} is in the place of offsets; give radii by name: "
+            f"radii={offsets!s}"
+        )
+    array = unmasked("offsets", offsets)
+    if array.dtype.kind == "f" and array.size > 0:
+        raise TypeError(
+            f"offsets are {type_of(array)}; give whole numbers, and radii by name: radii=..."
+        )
+    return whole("offsets", array, np.int64)
+
+
+def check_offsets(begin: np.ndarray, point_count: int) -> None:
     if len(begin) == 0:
         raise ValueError("offsets are empty; give one number more than there are fibers")
     if begin[0] != 0 or begin[-1] != point_count:
@@ -135,7 +171,6 @@ def checked_offsets(offsets: ArrayLike, point_count: int) -> np.ndarray:
     if len(fall) > 0:
         f = fall[0]
         raise ValueError(f"offsets descend at fiber {f}, from {begin[f]} to {begin[f + 1]}")
-    return begin
 
 
 def radii_of(radii: Any, points: np.ndarray, begin: np.ndarray) -> Tuple[np.ndarray, int]:

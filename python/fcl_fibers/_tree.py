@@ -241,6 +241,7 @@ class FiberTree:
                 raise TypeError("end_radii are given without end")
             self._tree.update(start)
         else:
+            _arrays.refuse_radii("end", end)
             last = self._numbers(end, radii if end_radii is None else end_radii, "end")
             self._tree.update(start, last)
 
@@ -366,6 +367,12 @@ class FiberTree:
     def fiber_segment(self, segments: ArrayLike) -> np.ndarray:
         """Fiber and number along it of segments of pairs(): an array of shape (..., 2), int64."""
         array = np.asarray(segments)
+        if array.dtype.names is not None:
+            raise TypeError(
+                f"segments are {_arrays.type_of(array)}; give numbers of segments as in pairs(), "
+                "or as in the fields a and b of impacts(); contacts() tells fibers itself, in "
+                "fiber_a and segment_a"
+            )
         flat = _arrays.whole("segments", array.reshape(-1), np.int32)
         return self._tree.fiber_segments(flat).reshape(array.shape + (2,))
 

@@ -95,8 +95,9 @@ def test_points_without_offsets(tree, points, error, word):
     "offsets, error, word",
     [
         ([], ValueError, "empty"),
-        (0, TypeError, "radii by name"),
-        (0.1, TypeError, "radii by name"),
+        (0, TypeError, "radii by name: radii=0"),
+        (0.1, TypeError, "the number 0.1 is in the place of offsets"),
+        ([0.1, 0.2], TypeError, "radii by name"),
         ([[0, 4]], ValueError, "(1, 2)"),
         ([1, 4], ValueError, "from 1 to 4"),
         ([0, 3], ValueError, "from 0 to 3"),
@@ -140,6 +141,29 @@ def test_offsets(tree, offsets, error, word):
 )
 def test_radii(tree, radii, error, word):
     refused(tree.build, error, word, **{**GOOD, "radii": radii})
+
+
+@pytest.mark.parametrize("points", [np.zeros((5, 20, 3)), np.zeros((100, 3)), [np.zeros((20, 3))]])
+@pytest.mark.parametrize("radii", [0.05, np.float32(0.05), np.full(5, 0.05)])
+def test_radii_in_the_place_of_offsets(tree, tmp_path, points, radii):
+    for call in (tree.build, fcl_fibers.show, lambda *a: fcl_fibers.write(tmp_path / "a.txt", *a)):
+        with pytest.raises(TypeError, match="offsets.*radii by name: radii="):
+            call(points, radii)
+    with pytest.raises(TypeError, match="offsets"):
+        fcl_fibers.root_segments(points, radii, 1.0)
+
+
+def test_points_by_fiber_beside_offsets(tree):
+    text = r"\(2, 2, 3\); give \(n, 3\), or leave out the offsets"
+    with pytest.raises(ValueError, match=text):
+        tree.build(FIBERS["points"], [0, 2, 4], 0.5)
+
+
+@pytest.mark.parametrize("radii", [0.1, np.float64(0.1), np.zeros(4), [0.1, 0.1], (0.1,)])
+def test_radii_in_the_place_of_the_end(tree, radii):
+    points = np.zeros((int(tree._tree.offsets[-1]), 3))
+    refused(tree.update, TypeError, "end are", "radii by name", points=points, end=radii)
+    refused(tree.update, ValueError, "end are of fibers", points=points, end=[])
 
 
 def test_huge_numbers_are_refused_or_work(tree):
@@ -239,6 +263,14 @@ def test_a_tree_in_the_place_of_a_mesh(tree):
     refused(tree.impacts, TypeError, "mesh_end", other=tree, mesh_end=mesh)
     refused(tree.visit_pairs, TypeError, "FiberTree", visit=len, other=mesh)
     refused(tree.moving_pairs, TypeError, "FiberTree", other=mesh)
+
+
+def test_structured_arrays_in_the_place_of_numbers(tree):
+    contacts = tree.contacts()
+    segments = dict(segments=contacts)
+    refused(tree.fiber_segment, TypeError, "fields fiber_a, segment_a", "pairs()", **segments)
+    for name in ("points", "offsets", "radii", "closed"):
+        refused(tree.build, TypeError, name, "fields fiber_a", **{**GOOD, name: contacts})
 
 
 def test_errors_name_nothing_of_cpp(tree, tmp_path):
