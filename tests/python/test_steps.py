@@ -89,7 +89,7 @@ def check_impacts(impacts, a, b, kept, margin=0.0):
 
 @pytest.mark.parametrize("topology", ["bundle", "super_thread"])
 @pytest.mark.parametrize("threads", [1, 2])
-@pytest.mark.parametrize("dtypes", itertools.product([np.float32, np.float64], repeat=2))
+@pytest.mark.parametrize("dtypes", list(itertools.product([np.float32, np.float64], repeat=2)))
 def test_impacts(topology, threads, dtypes):
     step = Step(1, dtype=dtypes[0], end_dtype=dtypes[1])
     options = dict(topology=topology, margin=0.005, ignored_neighbors=1)
