@@ -101,6 +101,19 @@ def test_the_program_checks_measures_and_shows(tmp_path):
     assert "fiber-viewer" in (tmp_path / "page.html").read_text()
 
 
+def test_the_program_tells_the_distance(tmp_path):
+    points, _ = cross(gap=0.75)
+    files = [tmp_path / "a.txt", tmp_path / "b.txt"]
+    for file, first in zip(files, (0, 2)):
+        fcl_fibers.write(file, points[first : first + 2], [0, 2])
+    found = program("distance", *files, "--radius", 0.25, "--json")
+    assert found.returncode == 0, found.stderr
+    nearest = json.loads(found.stdout)["nearest"]
+    assert nearest["distance"] == pytest.approx(0.25)
+    assert (nearest["fiber_a"], nearest["fiber_b"]) == (0, 0)
+    assert "the least distance is 0.25\n" in program("distance", *files, "--radius", 0.25).stdout
+
+
 def test_the_program_tells_how_it_is_called():
     assert "Usage: python -m fcl_fibers" in program("--help").stdout
     # What needs FCL is not there.
