@@ -115,6 +115,20 @@ python_long() {
   FCL_FIBERS_LONG=1 run_tests release -R '^python_test$'
 }
 
+# Wheels for other machines, in a Debian without their libraries, for Debian's Python and pyenv's.
+wheels() {
+  if ((EUID != 0)); then
+    skip_step "wheels are tested in a system of their own, which needs root"
+  fi
+  has_packages mmdebstrap python3-venv python3-pip || return 0
+  has_pypi || skip_step "pip does not reach PyPI, which has auditwheel and NumPy"
+  local pythons=(/usr/bin/python3) python
+  for python in ~/.pyenv/versions/3.{9,10,12,13,14}.*/bin/python3; do
+    [[ ! -x $python ]] || pythons+=("$python")
+  done
+  tests/python/wheels.sh "${pythons[@]}"
+}
+
 # All threads' suites, of which .ci/run takes one at a time.
 threads() {
   .ci/apt_install.sh clang libclang-rt-dev
@@ -299,6 +313,7 @@ steps=(
   simd_sanitized
   python_sanitized
   python_long
+  wheels
   extremes
   differential
   triangles
