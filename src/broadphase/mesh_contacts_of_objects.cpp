@@ -28,7 +28,6 @@ template <typename S>
 bool findMeshContacts(const ManagerState<S>& state, const fcl::CollisionObject<S>* capsule,
                       const fcl::CollisionObject<S>* mesh, double margin,
                       std::vector<MeshContact>& contacts) {
-  contacts.clear();
   if (capsule == nullptr || mesh == nullptr) {
     fibers::throwInvalidArgument(kCall, "an object is null; pass a capsule and a mesh");
   }
@@ -47,7 +46,10 @@ bool findMeshContacts(const ManagerState<S>& state, const fcl::CollisionObject<S
   if (reading.mesh == nullptr) reading.mesh = cache.find(mesh->collisionGeometry());
   if (reading.mesh == nullptr) {
     reading = readMesh(kCall, *mesh, false, Frame{}, Bounds::kShapes, cache, name);
-    if (reading.mesh == nullptr) return false;
+    if (reading.mesh == nullptr) {
+      contacts.clear();
+      return false;
+    }
   }
   placeMesh(*mesh, Frame{}, state.options().bounds, reading);
   const SegmentId mesh_id = state.registry().find(mesh);
@@ -74,6 +76,7 @@ bool findMeshContacts(const ManagerState<S>& state, const fcl::CollisionObject<S
   if (capsule_id != ObjectRegistry<S>::kNotFound) {
     place = state.registry().fibers().placeOf(capsule_id);
   }
+  contacts.clear();
   for (const index::TriangleId triangle : triangles) {
     contacts.push_back(contact_of(segment, place, triangle));
   }

@@ -110,14 +110,55 @@ TYPED_TEST(MeshReadings, OfBrokenArgumentsAreRefused) {
   auto* mesh = scene.add(ballOf<S>(1), placeAt<S>(0));
   auto* capsule = scene.addCapsule(placeAt<S>(1), 0.1, 0.2);
   const Managed<TypeParam> manager(scene, capsulesReported());
-  std::vector<MeshContact> contacts;
+  std::vector<MeshContact> contacts(7);
   for (const double margin : {-0.5, std::nan("")}) {
     expectRefusal([&] { manager->findMeshContacts(capsule, mesh, margin, contacts); },
                   "give 0 or more");
   }
+  auto* box = scene.addBox({0, 0, 0}, Eigen::Quaterniond::Identity(), {1, 1, 1});
+  const auto refused = [&](const auto* a, const auto* b, const char* text) {
+    expectRefusal([&] { manager->findMeshContacts(a, b, 0, contacts); }, text);
+  };
+  const fcl::CollisionObject<S>* const none = nullptr;
+  refused(none, mesh, "an object is null");
+  refused(capsule, none, "an object is null");
+  refused(box, mesh, "the capsule: it is neither a capsule nor a sphere");
+  refused(mesh, mesh, "the capsule: it is neither a capsule nor a sphere");
+  refused(capsule, box, "the second object is no mesh");
+  refused(capsule, capsule, "the second object is no mesh");
+  expectRefusal([&] { manager->margin(none); }, "null");
   mesh->setTransform(placeAt<S>(std::nan("")));
   expectRefusal([&] { manager->findMeshContacts(capsule, mesh, 0, contacts); },
                 "the mesh: its pose is NaN");
+  EXPECT_EQ(contacts.size(), 7u) << "a refused call has changed them";
+}
+
+// A program that stops at the first contact behind some triangle would miss others.
+TYPED_TEST(MeshReadings, OfOneMeshAreInTheOrderOfItsTriangles) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene;
+  auto* mesh = scene.add(ballOf<S>(1), placeAt<S>(0));
+  auto* capsule = scene.addCapsule(placeAt<S>(1), 0.3, 0.9);
+  const Managed<TypeParam> manager(scene, capsulesReported());
+  std::vector<MeshContact> contacts;
+  EXPECT_TRUE(manager->findMeshContacts(capsule, mesh, 0.1, contacts));
+  EXPECT_GT(contacts.size(), 20u);
+  const auto ascends = [](const MeshContact& a, const MeshContact& b) {
+    return a.triangle < b.triangle;
+  };
+  EXPECT_TRUE(std::is_sorted(contacts.begin(), contacts.end(), ascends));
+}
+
+// A cloud of points would have contacts of triangles that it does not have.
+TEST(MeshReadingsOfClouds, AreNone) {
+  using Config = FiberManagerConfig<LeafVolume::kBox, double, Topology::kBundle>;
+  Scene<double> scene;
+  auto* cloud = scene.add(makeCloud(blob(1, 0, 24, 16)), placeAt<double>(0));
+  auto* capsule = scene.addCapsule(placeAt<double>(1), 0.3, 0.9);
+  const Managed<Config> manager(scene, capsulesReported());
+  std::vector<MeshContact> contacts(3);
+  EXPECT_FALSE(manager->findMeshContacts(capsule, cloud, 1, contacts));
+  EXPECT_TRUE(contacts.empty());
 }
 
 // An object would be read as a mesh that it is no more, or be lost.
