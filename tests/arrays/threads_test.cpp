@@ -3,111 +3,36 @@
 
 #include <atomic>
 #include <cstddef>
-#include <cstdint>
-#include <functional>
+#include <cstdlib>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
-#include <fcl_fibers/contact.h>
-#include <fcl_fibers/triangle_mesh.h>
+#include "arrays/queries.h"
+#include "support/process_threads.h"
+#include "support/small_stack.h"
 
-#include "arrays/array_fibers.h"
-#include "arrays/meshes.h"
-
-namespace fcl_fibers {
+namespace fcl_fibers::test {
 namespace {
-
-using test::Assembly;
-using test::curledFibers;
-
-/// What a query hands out, in its order.
-class Record {
- public:
-  void operator()(SegmentPair pair) { add(pair.a, pair.b); }
-  template <typename A, typename B>
-  void add(A a, B b) {
-    rows_.emplace_back(static_cast<std::int64_t>(a), static_cast<std::int64_t>(b));
-  }
-  std::size_t size() const { return rows_.size(); }
-  bool operator!=(const Record& other) const { return rows_ != other.rows_; }
-
- private:
-  std::vector<std::pair<std::int64_t, std::int64_t>> rows_;
-};
-using Query = std::function<void(const FiberTree&, const FiberTree&, Record&)>;
-
-/// One of every kind that a tree has.
-std::vector<Query> allQueries() {
-  using Tree = FiberTree;
-  return {
-      [](const Tree& tree, const Tree&, Record& record) { tree.visitPairs(record); },
-      [](const Tree& tree, const Tree& other, Record& record) { tree.visitPairs(other, record); },
-      [](const Tree& tree, const Tree& other, Record& record) { other.visitPairs(tree, record); },
-      [](const Tree& tree, const Tree&, Record& record) {
-        std::vector<SegmentPair> pairs;
-        tree.findPairs(pairs);
-        for (const SegmentPair& pair : pairs) record(pair);
-      },
-      [](const Tree& tree, const Tree&, Record& record) {
-        for (const TreeVolume& volume : tree.volumes(5)) {
-          const FiberSegment first = tree.fiberSegment(volume.segments[0]);
-          record.add(first.fiber, first.segment);
-        }
-        record.add(tree.fiberCount(), tree.segmentCount());
-        EXPECT_GT(tree.memoryUsage(), 0u);
-      },
-      [](const Tree& tree, const Tree&, Record& record) {
-        const auto add = [&](std::int32_t segment) { record.add(segment, 0); };
-        tree.visitOverlaps(CapsuleShape{{-0.2, 0, 0}, {0.2, 0.1, 0}, 0.1}, add);
-        tree.visitOverlaps(BoxShape{{-0.2, 0, 0}, {0.2, 0.1, 0.1}}, add);
-      },
-  };
-}
-
-/// Those of trees that keep capsules. They share a mesh.
-std::vector<Query> meshQueries() {
-  using Tree = FiberTree;
-  const TriangleMesh mesh(test::ball<double>(0.3, 16, 24).view(), TriangleMesh::Kind::kSolid);
-  return {
-      [mesh](const Tree& tree, const Tree&, Record& record) {
-        tree.visitMesh(mesh, [&](TrianglePair pair) { record.add(pair.segment, pair.triangle); });
-      },
-      [mesh](const Tree& tree, const Tree&, Record& record) {
-        std::vector<std::int32_t> segments;
-        tree.findTouching(mesh, segments);
-        for (const std::int32_t segment : segments) record.add(segment, 0);
-      },
-      [mesh](const Tree& tree, const Tree&, Record& record) {
-        std::vector<TrianglePair> pairs;
-        tree.findNearest(mesh, 0.1, pairs);
-        for (const TrianglePair& pair : pairs) record.add(pair.segment, pair.triangle);
-      },
-  };
-}
 
 class ArrayTreeThreads : public ::testing::TestWithParam<FiberTreeOptions> {};
 
 TEST_P(ArrayTreeThreads, MayAskAtOnce) {
   // If this fails, queries on several threads disturb each other, although they are const.
-  const auto first = curledFibers<double>(61, 60), second = curledFibers<double>(62, 40);
+  const auto first = Motion<double>::random(61, 60, 0.1),
+             second = Motion<double>::random(62, 40, 0.1);
   for (const int threads : {1, 2}) {  // of each query; several share what they keep for the next
     FiberTreeOptions options = GetParam();
     options.threads = threads;
     options.ignored_neighbors = 1;
-    FiberTree tree(options), other(options);
-    tree.build(first.view());
-    other.build(second.view());
-    std::vector<Query> queries = allQueries();
-    if (options.report == Report::kCapsules) {
-      for (const Query& query : meshQueries()) queries.push_back(query);
-    }
+    const FiberTree tree = steppedTree(first, options), other = steppedTree(second, options);
+    const Asked asked{tree, other, first.end.view()};
+    const std::vector<TreeQuery> queries = allQueries(options);
     std::vector<Record> expected(queries.size());
     for (std::size_t i = 0; i < queries.size(); ++i) {
-      queries[i](tree, other, expected[i]);
-      ASSERT_GT(expected[i].size(), 10u) << i;
+      queries[i].ask(asked, expected[i]);
+      ASSERT_GT(expected[i].size(), 10u) << queries[i].name;
     }
 
     constexpr std::size_t kAskers = 4;
@@ -120,8 +45,8 @@ TEST_P(ArrayTreeThreads, MayAskAtOnce) {
         for (std::size_t i = 0; i < 2 * queries.size(); ++i) {
           const std::size_t which = (asker + i) % queries.size();
           Record record;
-          queries[which](tree, other, record);
-          differ[asker] += record != expected[which];
+          queries[which].ask(asked, record);
+          differ[asker] += record.is(expected[which]) ? 0 : 1;
         }
       });
     }
@@ -130,10 +55,71 @@ TEST_P(ArrayTreeThreads, MayAskAtOnce) {
   }
 }
 
+TEST_P(ArrayTreeThreads, DoNotShowInTheOrder) {
+  // If this fails, logs of a program depend on how many threads it has.
+  const auto first = Motion<double>::random(63, 200, 0.05),
+             second = Motion<double>::random(64, 100, 0.05);
+  FiberTreeOptions options = GetParam();
+  options.ignored_neighbors = 1;
+  const std::vector<TreeQuery> queries = allQueries(options);
+  std::vector<Record> expected(queries.size());
+  for (const int threads : {1, 2, 3}) {
+    options.threads = threads;
+    const FiberTree tree = steppedTree(first, options), other = steppedTree(second, options);
+    for (std::size_t i = 0; i < queries.size(); ++i) {
+      Record record;
+      queries[i].ask({tree, other, first.end.view()}, record);
+      if (threads == 1) {
+        expected[i] = record;
+        ASSERT_GT(record.size(), 30u) << queries[i].name;
+      }
+      EXPECT_TRUE(record.is(expected[i])) << queries[i].name << ", threads: " << threads;
+    }
+  }
+}
+
+TEST(ArrayTreeThreadsTest, AreOnlyMadeIfAskedFor) {
+  // If this fails, a program that may have no other threads gets some.
+  const auto threadsMadeBy = [](int threads) {
+    FiberTreeOptions options = capsules();
+    options.threads = threads;
+    const auto motion = Motion<double>::random(65, 200, 0.05);
+    const std::size_t before = threadsOfThisProcess();
+    const FiberTree tree = steppedTree(motion, options), other = steppedTree(motion, options);
+    for (const TreeQuery& query : allQueries(options)) {
+      Record record;
+      query.ask({tree, other, motion.end.view()}, record);
+    }
+    return static_cast<int>(threadsOfThisProcess() - before);
+  };
+  // In processes of their own, started anew, because threads of other tests stay.
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(std::exit(threadsMadeBy(1)), testing::ExitedWithCode(0), "");
+  EXPECT_EXIT(std::exit(threadsMadeBy(2) > 0 ? 0 : 1), testing::ExitedWithCode(0), "");
+}
+
+TEST(ArrayTreeOnASmallStack, AnswersEveryQuery) {
+  // If this fails, programs whose threads have little stack crash in some query.
+  const auto first = Motion<double>::random(66, 150, 0.02),
+             second = Motion<double>::random(67, 40, 0.02);
+  for (FiberTreeOptions options : allKinds(Report::kCapsules)) {
+    options.threads = options.topology == Topology::kBundle ? 1 : 2;
+    options.ignored_neighbors = 1;
+    runOnSmallStack([&] {
+      const FiberTree tree = steppedTree(first, options), other = steppedTree(second, options);
+      for (const TreeQuery& query : allQueries(options, /*rings=*/40)) {
+        Record record;
+        query.ask({tree, other, first.end.view()}, record);
+        EXPECT_GT(record.size(), 10u) << query.name;
+      }
+    });
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Volumes, ArrayTreeThreads,
-                         ::testing::ValuesIn(test::allKinds(Report::kVolumes)));
+                         ::testing::ValuesIn(allKinds(Report::kVolumes)));
 INSTANTIATE_TEST_SUITE_P(Capsules, ArrayTreeThreads,
-                         ::testing::ValuesIn(test::allKinds(Report::kCapsules)));
+                         ::testing::ValuesIn(allKinds(Report::kCapsules)));
 
 }  // namespace
-}  // namespace fcl_fibers
+}  // namespace fcl_fibers::test

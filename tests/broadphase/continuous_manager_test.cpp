@@ -15,6 +15,7 @@
 
 #include "support/moving_scene.h"
 #include "support/scalars.h"
+#include "support/small_stack.h"
 
 namespace fcl_fibers::test {
 namespace {
@@ -223,6 +224,33 @@ TYPED_TEST(ContinuousManager, ThreadsShareTheFirstQuery) {
   for (std::thread& thread : threads) thread.join();
   for (const auto& calls : found) EXPECT_EQ(calls, found[0]);
   for (const auto& calls : near) EXPECT_EQ(calls, near[0]);
+}
+
+// Programs whose threads have little stack would crash.
+TYPED_TEST(ContinuousManager, NeedsLittleStack) {
+  using S = TypeParam;
+  MovingScene<S> scene, others;
+  fill(scene, 1000, {MotionKind::kTranslation, MotionKind::kSpline}, 822, 0.03);
+  fill(others, 300, {MotionKind::kTranslation}, 823, 0.03);
+  for (const FiberOptions& options : assortedContinuousOptions()) {
+    runOnSmallStack([&] {
+      Manager<S> manager(options), other(options);
+      manager.registerObjects(scene.objects());
+      other.registerObjects(others.objects());
+      EXPECT_GT(collide(manager).size(), 1000u);
+      manager.update();
+      manager.update(scene[0]);
+      using Base = fcl::BroadPhaseContinuousCollisionManager<S>;
+      EXPECT_GT(collide(manager, static_cast<Base*>(&other)).size(), 300u);
+      EXPECT_FALSE(collide(manager, others[0]).empty());
+      EXPECT_EQ(everyPair(manager, others[0]).size(), scene.size());
+      Collector<S> own, both;
+      own.stop_at = both.stop_at = 1;
+      manager.distance(&own, &Collector<S>::distance);
+      manager.distance(static_cast<Base*>(&other), &both, &Collector<S>::distance);
+      EXPECT_EQ(own.calls.size() + both.calls.size(), 2u);
+    });
+  }
 }
 
 /// Lowers the distance to that of two spheres that move along lines, at their nearest.

@@ -25,6 +25,7 @@
 #include "support/random.h"
 #include "support/scalars.h"
 #include "support/scene.h"
+#include "support/small_stack.h"
 
 // Meshes that move in a manager with FiberManagerOptions::motion against an oracle that follows
 // each capsule and triangle through the step without error.
@@ -493,6 +494,45 @@ TYPED_TEST(ManagerMotionMeshes, MoveOnInOneStepAfterAQuestion) {
 }
 
 // Queries in two frames take turns with the trees of a mesh, and one would use what another gave
+// Programs whose threads have little stack would crash.
+TYPED_TEST(ManagerMotionMeshes, NeedLittleStack) {
+  using S = TypeParam;
+  Random random(961);
+  Scene<S> scene;
+  for (int f = 0; f < 50; ++f) {
+    std::vector<Eigen::Vector3d> points{random.inCube(0.7)};
+    for (int i = 0; i < 40; ++i) points.push_back(points.back() + random.inCube(0.05));
+    scene.addFiber(points, 0.002);
+  }
+  auto* head = scene.add(makeModel<S>(modelTypes<S>().front(), blob(0.5, 0.1, 80, 60)),
+                         makePose<S>(Eigen::Quaterniond::Identity(), {0, 0, 0}));
+  for (const int threads : {1, 2}) {
+    runOnSmallStack([&] {
+      LayeredAABBTreeCollisionManager<S> manager(movingOptions(threads));
+      for (const auto& fiber : scene.fibers()) manager.registerFiber(fiber);
+      manager.registerObstacle(head, ObstacleOptions{/*solid=*/true});
+      EXPECT_GT(selfPairs<S>(manager).size(), 500u);
+      jolt(scene.objects(), random, 0.02, 0.02);
+      manager.update();
+      ImpactCollector<S> impacts(manager);
+      manager.collide(&impacts, impacts.callback);
+      EXPECT_GT(impacts.impacts().size(), 500u);
+      manager.update(scene[0]);
+      EXPECT_GT(pairsWith<S>(manager, *head).size(), 100u);
+      std::vector<MeshContact> contacts;
+      for (auto* object : scene.fibers()[0]) manager.findMeshContacts(object, head, 0, contacts);
+      struct Least {
+        static bool visit(Object<S>*, Object<S>*, void*, S& dist) {
+          dist = std::min(dist, S(0.001));
+          return false;
+        }
+      };
+      manager.distance(nullptr, &Least::visit);
+      manager.distance(head, nullptr, &Least::visit);
+    });
+  }
+}
+
 // up.
 TYPED_TEST(ManagerMotionMeshes, ThreadsShareAMesh) {
   using S = TypeParam;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
-#include <pthread.h>
-
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -14,6 +12,7 @@
 
 #include "numerics/specimen.h"
 #include "support/assembly.h"
+#include "support/small_stack.h"
 
 namespace fcl_fibers::test {
 namespace {
@@ -27,21 +26,6 @@ struct MillionCase {
   FiberTreeOptions::Volumes volumes;
   Topology topology;
 };
-
-/// Runs on a thread with 256 KiB of stack.
-void runOnSmallStack(std::function<void()> body) {
-  pthread_attr_t attributes;
-  ASSERT_EQ(pthread_attr_init(&attributes), 0);
-  ASSERT_EQ(pthread_attr_setstacksize(&attributes, 256 * 1024), 0);
-  pthread_t thread;
-  const auto run = [](void* function) -> void* {
-    (*static_cast<std::function<void()>*>(function))();
-    return nullptr;
-  };
-  ASSERT_EQ(pthread_create(&thread, &attributes, run, &body), 0);
-  ASSERT_EQ(pthread_join(thread, nullptr), 0);
-  pthread_attr_destroy(&attributes);
-}
 
 class Million : public testing::TestWithParam<MillionCase> {
  protected:

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <iterator>
+#include <utility>
+#include <vector>
+
+#include <fcl_fibers/contact.h>
+#include <fcl_fibers/fiber_tree.h>
+#include <fcl_fibers/triangle_mesh.h>
+
+#include "arrays/meshes.h"
+#include "arrays/motion.h"
+
+namespace fcl_fibers::test {
+
+/// What a query hands out, in its order.
+class Record {
+ public:
+  using Row = std::array<double, 5>;
+
+  void operator()(SegmentPair pair) { add(pair.a, pair.b); }
+  void operator()(TrianglePair pair) { add(pair.segment, pair.triangle); }
+  void operator()(const Impact& impact) {
+    add(impact.pair.a, impact.pair.b, impact.time, impact.s, impact.t);
+  }
+  void operator()(const MeshImpact& impact) {
+    add(impact.pair.segment, impact.pair.triangle, impact.time);
+  }
+  void operator()(const Contact& contact) {
+    add(contact.a.fiber, contact.a.segment, contact.b.fiber, contact.b.segment, contact.distance);
+  }
+  void operator()(const MeshContact& contact) {
+    add(contact.a.fiber, contact.a.segment, contact.triangle, contact.s, contact.distance);
+  }
+  void operator()(std::int32_t segment) { add(segment); }
+  template <class Found>
+  void addAll(const std::vector<Found>& all) {
+    for (const Found& found : all) (*this)(found);
+  }
+  template <typename... Numbers>
+  void add(Numbers... numbers) {
+    rows_.push_back({static_cast<double>(numbers)...});
+  }
+
+  std::size_t size() const { return rows_.size(); }
+  Record sorted() const {
+    Record record = *this;
+    std::sort(record.rows_.begin(), record.rows_.end());
+    return record;
+  }
+  /// Whether the numbers are equal, up to the digits of times that the library leaves open.
+  bool is(const Record& other) const {
+    const auto near = [](double a, double b) { return std::abs(a - b) < 1e-8; };
+    return std::equal(rows_.begin(), rows_.end(), other.rows_.begin(), other.rows_.end(),
+                      [&](const Row& a, const Row& b) {
+                        return std::equal(a.begin(), a.end(), b.begin(), near);
+                      });
+  }
+
+ private:
+  std::vector<Row> rows_;
+};
+
+/// What queries are asked of.
+struct Asked {
+  const FiberTree& tree;
+  const FiberTree& other;
+  FiberArrays<double> fibers;  ///< those of the tree, at the end of its step
+};
+
+struct TreeQuery {
+  const char* name;
+  std::function<void(const Asked&, Record&)> ask;
+};
+
+/// One of every kind that any tree has.
+inline std::vector<TreeQuery> volumeQueries() {
+  using A = const Asked&;
+  using R = Record&;
+  return {
+      {"visitPairs", [](A asked, R record) { asked.tree.visitPairs(record); }},
+      {"visitPairs(other)", [](A asked, R record) { asked.tree.visitPairs(asked.other, record); }},
+      {"the other's visitPairs(tree)",
+       [](A asked, R record) { asked.other.visitPairs(asked.tree, record); }},
+      {"findPairs",
+       [](A asked, R record) {
+         std::vector<SegmentPair> pairs;
+         asked.tree.findPairs(pairs);
+         record.addAll(pairs);
+       }},
+      {"volumes",
+       [](A asked, R record) {
+         for (const TreeVolume& volume : asked.tree.volumes(5)) {
+           const FiberSegment first = asked.tree.fiberSegment(volume.segments[0]);
+           record.add(first.fiber, first.segment, volume.segment_count);
+         }
+         record.add(asked.tree.fiberCount(), asked.tree.segmentCount(),
+                    asked.tree.memoryUsage() > 0);
+       }},
+      {"visitOverlaps(capsule)",
+       [](A asked, R record) {
+         asked.tree.visitOverlaps(CapsuleShape{{-0.2, 0, 0}, {0.2, 0.1, 0}, 0.1}, record);
+       }},
+      {"visitOverlaps(box)",
+       [](A asked, R record) {
+         asked.tree.visitOverlaps(BoxShape{{-0.2, 0, 0}, {0.2, 0.1, 0.1}}, record);
+       }},
+  };
+}
+
+/// Of the mesh in the queries: it has about 3 * rings^2 triangles.
+constexpr int kFewRings = 16;
+
+/// And of every kind that needs capsules. Those with a mesh share it.
+inline std::vector<TreeQuery> capsuleQueries(int rings = kFewRings) {
+  using A = const Asked&;
+  using R = Record&;
+  const TriangleMesh mesh(ball<double>(0.3, rings, 3 * rings / 2).view(),
+                          TriangleMesh::Kind::kSolid);
+  return {
+      {"visitMesh", [mesh](A asked, R record) { asked.tree.visitMesh(mesh, record); }},
+      {"findTouching",
+       [mesh](A asked, R record) {
+         std::vector<std::int32_t> segments;
+         asked.tree.findTouching(mesh, segments);
+         record.addAll(segments);
+       }},
+      {"findNearest",
+       [mesh](A asked, R record) {
+         std::vector<TrianglePair> pairs;
+         asked.tree.findNearest(mesh, 0.1, pairs);
+         record.addAll(pairs);
+       }},
+      {"findContacts",
+       [](A asked, R record) {
+         std::vector<Contact> contacts;
+         asked.tree.findContacts(asked.fibers, contacts);
+         record.addAll(contacts);
+       }},
+      {"findContacts(mesh)",
+       [mesh](A asked, R record) {
+         std::vector<MeshContact> contacts;
+         asked.tree.findContacts(asked.fibers, mesh, contacts);
+         record.addAll(contacts);
+       }},
+      {"findContacts(pairs)",
+       [](A asked, R record) {
+         std::vector<SegmentPair> pairs;
+         asked.tree.findPairs(pairs);
+         std::vector<Contact> contacts(pairs.size());
+         asked.tree.findContacts(asked.fibers, pairs.data(), pairs.size(), contacts.data());
+         record.addAll(contacts);
+       }},
+      {"findContacts(mesh, pairs)",
+       [mesh](A asked, R record) {
+         std::vector<TrianglePair> pairs;
+         asked.tree.findNearest(mesh, 0.1, pairs);
+         std::vector<MeshContact> contacts(pairs.size());
+         asked.tree.findContacts(asked.fibers, mesh, pairs.data(), pairs.size(), contacts.data());
+         record.addAll(contacts);
+       }},
+  };
+}
+
+/// And of every kind that asks about a step. Those with a mesh share it.
+inline std::vector<TreeQuery> stepQueries(int rings = kFewRings) {
+  using A = const Asked&;
+  using R = Record&;
+  const TriangleMesh start(ball<double>(0.3, rings, 3 * rings / 2).view(),
+                           TriangleMesh::Kind::kSolid);
+  TriangleMesh end = start;
+  end.setPose({{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0.1, 0, 0.05}});
+  return {
+      {"visitMovingPairs", [](A asked, R record) { asked.tree.visitMovingPairs(record); }},
+      {"visitMovingPairs(other)",
+       [](A asked, R record) { asked.tree.visitMovingPairs(asked.other, record); }},
+      {"visitImpacts and safeStep",
+       [](A asked, R record) {
+         asked.tree.visitImpacts(record);
+         record.add(asked.tree.safeStep());
+       }},
+      {"visitImpacts and safeStep(other)",
+       [](A asked, R record) {
+         asked.tree.visitImpacts(asked.other, record);
+         record.add(asked.tree.safeStep(asked.other));
+       }},
+      {"visitImpacts and safeStep(mesh)",
+       [start, end](A asked, R record) {
+         asked.tree.visitImpacts(start, end, record);
+         record.add(asked.tree.safeStep(start, end));
+       }},
+      {"findImpacts",
+       [](A asked, R record) {
+         std::vector<Impact> impacts;
+         asked.tree.findImpacts(impacts);
+         record.addAll(impacts);
+       }},
+  };
+}
+
+/// Every query that trees with these options answer. Trees of boxes have to have had a step.
+inline std::vector<TreeQuery> allQueries(const FiberTreeOptions& options, int rings = kFewRings) {
+  std::vector<TreeQuery> queries = volumeQueries();
+  const auto add = [&](std::vector<TreeQuery> more) {
+    std::move(more.begin(), more.end(), std::back_inserter(queries));
+  };
+  if (options.report != Report::kCapsules) return queries;
+  add(capsuleQueries(rings));
+  if (options.volumes == FiberTreeOptions::Volumes::kLayeredBoxes) add(stepQueries(rings));
+  return queries;
+}
+
+/// A tree of any kind, with a step if it can have one.
+inline FiberTree steppedTree(const Motion<double>& motion, const FiberTreeOptions& options) {
+  FiberTree tree(options);
+  tree.build(motion.viewOf(motion.end));
+  if (options.volumes == FiberTreeOptions::Volumes::kLayeredBoxes) {
+    tree.update(motion.viewOf(motion.start), motion.viewOf(motion.end));
+  }
+  return tree;
+}
+
+}  // namespace fcl_fibers::test
