@@ -189,21 +189,25 @@ TYPED_TEST(ContinuousManager, CallbacksStopAndThrow) {
 // Logs of two runs would differ, or of one thread and two.
 TYPED_TEST(ContinuousManager, TheOrderDependsOnNothingButTheObjects) {
   using S = TypeParam;
-  std::vector<std::vector<std::pair<std::size_t, std::size_t>>> orders;
-  for (const int threads : {1, 2, 1}) {
-    MovingScene<S> scene;
-    fill(scene, 400, {MotionKind::kTranslation, MotionKind::kSpline}, 820, 0.05);
+  MovingScene<S> scene;
+  fill(scene, 1500, {MotionKind::kTranslation, MotionKind::kSpline}, 820, 0.03);
+  const MovingScene<S> copy = scene.reallocated();
+  const auto order = [](const MovingScene<S>& objects, int threads) {
     FiberOptions options;
     options.threads = threads;
     Manager<S> manager(options);
-    manager.registerObjects(scene.objects());
-    auto& order = orders.emplace_back();
-    for (const Calls<S>& calls : {collide(manager), everyPair(manager, scene[3])}) {
-      for (const auto& [a, b] : calls) order.emplace_back(scene.indexOf(a), scene.indexOf(b));
+    manager.registerObjects(objects.objects());
+    std::vector<std::pair<std::size_t, std::size_t>> numbers;
+    for (const Calls<S>& calls : {collide(manager), everyPair(manager, objects[3])}) {
+      EXPECT_GT(calls.size(), 1000u);
+      for (const auto& [a, b] : calls) numbers.emplace_back(objects.indexOf(a), objects.indexOf(b));
     }
-  }
-  EXPECT_EQ(orders[0], orders[1]);
-  EXPECT_EQ(orders[0], orders[2]);
+    return numbers;
+  };
+  const auto expected = order(scene, 1);
+  EXPECT_EQ(order(scene, 2), expected);
+  EXPECT_EQ(order(copy, 1), expected);
+  EXPECT_EQ(order(copy, 2), expected);
 }
 
 // Several threads that make the first query would build at the same time.
@@ -211,8 +215,9 @@ TYPED_TEST(ContinuousManager, ThreadsShareTheFirstQuery) {
   using S = TypeParam;
   MovingScene<S> scene;
   fill(scene, 200, {MotionKind::kTranslation}, 821);
-  Manager<S> manager;
+  Manager<S> manager, asked_alone;
   manager.registerObjects(scene.objects());
+  asked_alone.registerObjects(scene.objects());
   std::vector<Calls<S>> found(4), near(4);
   std::vector<std::thread> threads;
   for (std::size_t i = 0; i < found.size(); ++i) {
@@ -222,8 +227,11 @@ TYPED_TEST(ContinuousManager, ThreadsShareTheFirstQuery) {
     });
   }
   for (std::thread& thread : threads) thread.join();
-  for (const auto& calls : found) EXPECT_EQ(calls, found[0]);
-  for (const auto& calls : near) EXPECT_EQ(calls, near[0]);
+  const Calls<S> pairs = collide(asked_alone), by_distance = everyPair(asked_alone, scene[0]);
+  expectPairs<S>(pairs, scene.objects(), nullptr, 0, true);
+  EXPECT_EQ(by_distance.size(), scene.size() - 1);
+  for (const auto& calls : found) EXPECT_EQ(calls, pairs);
+  for (const auto& calls : near) EXPECT_EQ(calls, by_distance);
 }
 
 // Programs whose threads have little stack would crash.

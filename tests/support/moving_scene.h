@@ -37,7 +37,7 @@ template <typename S>
 class MovingScene {
  public:
   Moving<S>* add(const std::shared_ptr<fcl::CollisionGeometry<S>>& shape, const Motion<S>& motion) {
-    shapes_.push_back(shape);
+    parts_.emplace_back(shape, motion);
     objects_.push_back(std::make_unique<Moving<S>>(shape, motion));
     pointers_.push_back(objects_.back().get());
     return pointers_.back();
@@ -60,8 +60,18 @@ class MovingScene {
                                     pointers_.begin());
   }
 
+  /// The same shapes and motions, which are shared, in objects that were allocated from last to
+  /// first.
+  MovingScene reallocated() const {
+    MovingScene copy;
+    for (std::size_t i = size(); i-- > 0;) copy.add(parts_[i].first, parts_[i].second);
+    std::reverse(copy.pointers_.begin(), copy.pointers_.end());
+    std::reverse(copy.parts_.begin(), copy.parts_.end());
+    return copy;
+  }
+
  private:
-  std::vector<std::shared_ptr<fcl::CollisionGeometry<S>>> shapes_;
+  std::vector<std::pair<std::shared_ptr<fcl::CollisionGeometry<S>>, Motion<S>>> parts_;
   std::vector<std::unique_ptr<Moving<S>>> objects_;
   std::vector<Moving<S>*> pointers_;
 };
