@@ -287,7 +287,8 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// Does the same for the pairs of visitMesh(), with a mesh that moves as in visitImpacts(). The
   /// lesser of both results is safe for fibers and mesh. A segment that is wholly inside a solid at
   /// the start, or whose axis crosses a triangle there, cannot come nearer to it: the former does
-  /// not count, the latter does for other triangles. Throws as visitImpacts() with a mesh does.
+  /// not count, the latter does for other triangles and if its radius grows. Throws as
+  /// visitImpacts() with a mesh does.
   double safeStep(const TriangleMesh& start, const TriangleMesh& end) const;
 
   /// Calls visit(TrianglePair) once for every segment and triangle of the mesh that touch: the

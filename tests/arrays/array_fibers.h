@@ -40,14 +40,24 @@ Assembly<S> curledFibers(std::uint64_t seed, int fibers = 30) {
 template <typename S>
 Pairs touchingPairs(const Assembly<S>& a, const Assembly<S>& b, int ignored, double margin) {
   const bool same = &a == &b;
+  std::vector<GivenCapsule> capsules = a.capsules();
+  const std::size_t first_of_b = same ? 0 : capsules.size();
+  if (!same) {
+    for (const GivenCapsule& capsule : b.capsules()) capsules.push_back(capsule);
+  }
+  const TouchOracle oracle(std::move(capsules));
   Pairs pairs;
+  std::size_t i = 0;
   a.visitCapsules([&](std::size_t p_fiber, std::size_t p) {
+    std::size_t j = first_of_b;
     b.visitCapsules([&](std::size_t q_fiber, std::size_t q) {
+      const std::size_t at = j++;
       if (same && q <= p) return;
       if (same && p_fiber == q_fiber && q - p <= static_cast<std::size_t>(ignored)) return;
-      if (!TouchOracle::judge(a.capsule(p), b.capsule(q), margin).touching) return;
+      if (!oracle.touch(i, at, margin)) return;
       pairs.emplace_back(static_cast<std::int32_t>(p), static_cast<std::int32_t>(q));
     });
+    ++i;
   });
   return pairs;
 }

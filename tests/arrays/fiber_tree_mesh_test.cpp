@@ -83,6 +83,15 @@ Pairs pairsOf(const FiberTree& tree, const TriangleMesh& mesh) {
   return pairs;
 }
 
+Pairs nearestOf(const FiberTree& tree, const TriangleMesh& mesh, double distance) {
+  std::vector<TrianglePair> found;
+  tree.findNearest(mesh, distance, found);
+  Pairs pairs;
+  for (const TrianglePair& pair : found) pairs.emplace_back(pair.segment, pair.triangle);
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
 template <typename S>
 FiberTree treeOf(const FiberArrays<S>& fibers, FiberTreeOptions options = {}) {
   options.report = Report::kCapsules;
@@ -181,23 +190,6 @@ TYPED_TEST(FiberTreeMesh, FindsEachTouchingSegmentOnce) {
     EXPECT_EQ(found, found_by_three);
     EXPECT_THAT(found, testing::UnorderedElementsAreArray(touching));
   }
-}
-
-TEST(FiberTreeMesh, OrderDoesNotDependOnThreads) {
-  const auto fibers = curledFibers<double>(5, 200);
-  const auto triangles = ball<double>(0.3, 40, 60);
-  TriangleMesh mesh(triangles.view());
-  mesh.setPose(randomPose(7, 0.1));
-  std::vector<std::pair<std::int32_t, std::int32_t>> orders[2];
-  for (const int threads : {1, 4}) {
-    FiberTreeOptions options;
-    options.threads = threads;
-    treeOf(fibers.view(), options).visitMesh(mesh, [&](TrianglePair pair) {
-      orders[threads == 1 ? 0 : 1].emplace_back(pair.segment, pair.triangle);
-    });
-  }
-  EXPECT_GT(orders[0].size(), 1000u);
-  EXPECT_EQ(orders[0], orders[1]);
 }
 
 TEST(FiberTreeMesh, AVisitorEndsTheQuery) {
@@ -382,21 +374,32 @@ TEST(FiberTreeMesh, RootsAndCategoriesLeaveSegmentsOut) {
     return number >= roots[fiber] && (meets[fiber] & 0b0110) != 0;
   };
   for (const FiberTreeOptions& options : allKinds(Report::kCapsules)) {
-    Pairs expected = pairsOf(treeOf(arrays, options), mesh);
-    const std::size_t all = expected.size();
-    expected.erase(std::remove_if(expected.begin(), expected.end(),
-                                  [&](const auto& pair) { return !isAllowed(pair.first); }),
-                   expected.end());
-    EXPECT_GT(expected.size(), 10u);
-    EXPECT_LT(expected.size(), all);
+    const FiberTree all = treeOf(arrays, options);
+    const auto allowed = [&](Pairs pairs) {
+      const std::size_t before = pairs.size();
+      pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
+                                 [&](const auto& pair) { return !isAllowed(pair.first); }),
+                  pairs.end());
+      EXPECT_GT(pairs.size(), 10u);
+      EXPECT_LT(pairs.size(), before);
+      return pairs;
+    };
     FiberArrays<double> ruled = arrays;
     ruled.meets = meets.data();
     ruled.root_segments = roots.data();
     const FiberTree tree = treeOf(ruled, options);
-    EXPECT_EQ(pairsOf(tree, mesh), expected);
-    std::vector<TrianglePair> nearest;
-    tree.findNearest(mesh, 10, nearest);
-    for (const TrianglePair& pair : nearest) EXPECT_TRUE(isAllowed(pair.segment));
+    EXPECT_EQ(pairsOf(tree, mesh), allowed(pairsOf(all, mesh)));
+    EXPECT_EQ(nearestOf(tree, mesh, 10), allowed(nearestOf(all, mesh, 10)));
+    // Shapes meet them all.
+    const auto inBox = [](const FiberTree& asked) {
+      return pairsFrom([&](auto&& visit) {
+        asked.visitOverlaps(BoxShape{{-0.3, -0.3, -0.3}, {0.3, 0.3, 0.3}},
+                            [&](std::int32_t segment) {
+                              visit(SegmentPair{segment, 0});
+                            });
+      });
+    };
+    EXPECT_EQ(inBox(tree), inBox(all));
   }
 }
 

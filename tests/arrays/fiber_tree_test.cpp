@@ -19,7 +19,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fcl_fibers/contact.h>
+#include <fcl_fibers/triangle_mesh.h>
+
 #include "arrays/array_fibers.h"
+#include "arrays/meshes.h"
 #include "support/exact_geometry.h"
 #include "support/other_locale.h"
 #include "support/scalars.h"
@@ -127,7 +131,7 @@ TYPED_TEST(ArrayTree, LeavesOutPairsOfOneGroup) {
   for (std::size_t f = 0; f < 30; ++f) groups.push_back(static_cast<std::int32_t>(f % 4) - 1);
   std::vector<Pairs> expected;
   for (const Assembly<TypeParam>& stage : stages) {
-    const Pairs touching = touchingPairs(stage, stage, 1, 0);
+    const Pairs touching = test::touchingPairs(stage, stage, 1, 0);
     expected.emplace_back();
     for (const auto& [a, b] : touching) {
       const auto p = groups[fiberOf(a)];
@@ -174,7 +178,7 @@ TYPED_TEST(ArrayTree, LeavesOutPairsOfOneGroup) {
 // A tree that reports volumes would miss pairs that touch.
 TYPED_TEST(ArrayTree, VolumesOverlapWhereCapsulesTouch) {
   const auto fibers = curledFibers<TypeParam>(2);
-  const Pairs touching = touchingPairs(fibers, fibers, 0, 0);
+  const Pairs touching = test::touchingPairs(fibers, fibers, 0, 0);
   for (const FiberTreeOptions& options : allKinds(Report::kVolumes)) {
     FiberTree tree(options);
     tree.build(fibers.view());
@@ -219,7 +223,7 @@ TYPED_TEST(ArrayTree, FollowsMotion) {
         coordinate += static_cast<TypeParam>(random.between(0, 0.02));
       }
       tree.update(fibers.view());
-      const Pairs touching = touchingPairs(fibers, fibers, 0, 0);
+      const Pairs touching = test::touchingPairs(fibers, fibers, 0, 0);
       EXPECT_GT(touching.size(), 100u);
       EXPECT_EQ(pairsOf(tree), touching);
     }
@@ -437,12 +441,20 @@ TYPED_TEST(ArrayTree, ReadsNothingBehindTheArrays) {
   const AtTheEnd<TypeParam> fiber_radii(std::vector<TypeParam>(fiber_count, TypeParam(0.01)));
   const AtTheEnd<std::size_t> point_begin(some.point_begin);
   const AtTheEnd<std::uint8_t> closed(std::vector<std::uint8_t>(fiber_count, 1));
-  const AtTheEnd<std::int32_t> groups(std::vector<std::int32_t>(fiber_count, 2));
+  std::vector<std::int32_t> group_of(fiber_count, 2);
+  for (std::size_t f = 0; f < fiber_count; f += 2) group_of[f] = 0;
+  const AtTheEnd<std::int32_t> groups(group_of);
+  const AtTheEnd<std::uint32_t> meets(std::vector<std::uint32_t>(fiber_count, 1));
+  const AtTheEnd<std::int32_t> roots(std::vector<std::int32_t>(fiber_count, 1));
+  const TriangleMesh mesh(test::ball<double>(0.3, 8, 12).view());
   FiberArrays<TypeParam> fibers = some.view();
   fibers.points = points.data();
   fibers.point_begin = point_begin.data();
   fibers.closed = closed.data();
   fibers.groups = groups.data();
+  fibers.meets = meets.data();
+  fibers.root_segments = roots.data();
+  EXPECT_EQ(rootSegments(fibers, 0.1).size(), fiber_count);
   for (FiberTreeOptions options : allKinds(Report::kCapsules)) {
     options.ignored_arc_length = 0.01;
     for (const Radii radii_are : {Radii::kPerSegment, Radii::kPerFiber}) {
@@ -451,7 +463,13 @@ TYPED_TEST(ArrayTree, ReadsNothingBehindTheArrays) {
       FiberTree tree(options);
       tree.build(fibers);
       tree.update(fibers);
-      EXPECT_TRUE(pairsOf(tree).empty()) << "all are of one group";
+      if (options.volumes == FiberTreeOptions::Volumes::kLayeredBoxes) tree.update(fibers, fibers);
+      std::vector<Contact> contacts;
+      tree.findContacts(fibers, contacts);
+      EXPECT_GT(contacts.size(), 10u);
+      std::vector<MeshContact> mesh_contacts;
+      tree.findContacts(fibers, mesh, mesh_contacts);
+      EXPECT_GT(mesh_contacts.size(), 10u);
     }
   }
 }
@@ -508,21 +526,50 @@ void expectRefused(FiberTree& tree, const FiberArrays<double>& bad, const std::s
   }
 }
 
+/// How far apart the boxes of two capsules are, on the axis that parts them most.
+double boxGap(const test::GivenCapsule& p, const test::GivenCapsule& q) {
+  double gap = -std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < 3; ++k) {
+    gap = std::max({gap, std::min(q.a[k], q.b[k]) - std::max(p.a[k], p.b[k]),
+                    std::min(p.a[k], p.b[k]) - std::max(q.a[k], q.b[k])});
+  }
+  return gap - p.radius - q.radius;
+}
+
 // An update would be refused, or all pairs be reported, because one fiber lies far outside.
 TEST(ArrayTree, FollowsTheFibersWhereTheOutermostWouldOverflow) {
   auto fibers = curledFibers<double>(10, 200);
   const std::size_t last = fibers.points.size() - 3;
   for (std::size_t k = last - 3; k < last + 3; ++k) fibers.points[k] = 1e290;
-  FiberTree tree;
-  tree.build(fibers.view());
-  const Pairs all = pairsOf(tree);
-  ASSERT_GT(all.size(), 100u);
+  // To the capsule that ends there, all others are one place.
+  const auto outermost = static_cast<std::int32_t>(fibers.pointCount() - 3);
+  const auto others = [&](Pairs pairs) {
+    const auto is_out = [&](const auto& pair) { return pair.second >= outermost; };
+    pairs.erase(std::remove_if(pairs.begin(), pairs.end(), is_out), pairs.end());
+    return pairs;
+  };
+  FiberTree volumes, capsules(test::optionsOf(FiberTreeOptions::Volumes::kLayeredBoxes,
+                                              Topology::kBundle, Report::kCapsules));
+  volumes.build(fibers.view());
+  capsules.build(fibers.view());
+  // A power of two, so that what touches does not change.
   const double scale = std::ldexp(1.0, -80);
   for (std::size_t k = 0; k < last - 3; ++k) fibers.points[k] *= scale;
   for (double& radius : fibers.radii) radius *= scale;
+  const Pairs touching = others(test::touchingPairs(fibers, fibers, 0, 0));
+  ASSERT_GT(touching.size(), 100u);
   for (int i = 0; i < 2; ++i) {
-    tree.update(fibers.view());
-    EXPECT_NEAR(static_cast<double>(pairsOf(tree).size()), static_cast<double>(all.size()), 5);
+    volumes.update(fibers.view());
+    capsules.update(fibers.view());
+    EXPECT_EQ(others(pairsOf(capsules)), touching);
+    const Pairs found = others(pairsOf(volumes));
+    EXPECT_TRUE(std::includes(found.begin(), found.end(), touching.begin(), touching.end()));
+    for (const auto& [a, b] : found) {
+      ASSERT_LE(boxGap(fibers.capsule(static_cast<std::size_t>(a)),
+                       fibers.capsule(static_cast<std::size_t>(b))),
+                std::ldexp(scale, -20))
+          << a << ", " << b;
+    }
   }
 }
 

@@ -126,19 +126,32 @@ TEST(MeshImpacts, SolidsCountFromTheStart) {
 }
 
 TEST(MeshImpacts, RootsAndCategoriesMeetNoMesh) {
-  auto motion = Motion<double>::random(2, 8, 0.3);
-  const TriangleMesh mesh(ball<double>(0.2, 6, 8).view());
+  auto motion = Motion<double>::random(2, 30, 0.3);
+  TriangleMesh mesh(ball<double>(0.2, 6, 8).view());
+  mesh.setCategories(0b0110);
   const std::vector<std::int32_t> roots(motion.start.fiberCount(), 2);
+  std::vector<std::uint32_t> meets;
+  for (std::size_t f = 0; f < motion.start.fiberCount(); ++f) {
+    meets.push_back(f % 2 == 0 ? 0b1001 : 0b0100);
+  }
   auto start = motion.start.view(), end = motion.end.view();
   end.root_segments = roots.data();
+  end.meets = meets.data();
   FiberTree tree(capsules());
   tree.build(end);
   tree.update(start, end);
   const FiberTree all = treeOf(motion, capsules());
   MeshPairs expected = impactsOf(all, mesh, mesh, motion);
+  std::size_t of_roots = 0, of_categories = 0;
   for (auto i = expected.begin(); i != expected.end();) {
-    i = all.fiberSegment(i->first.first).segment < 2 ? expected.erase(i) : std::next(i);
+    const FiberSegment place = all.fiberSegment(i->first.first);
+    const bool is_root = place.segment < 2, meets_none = place.fiber % 2 == 0;
+    of_roots += is_root && !meets_none;
+    of_categories += meets_none && !is_root;
+    i = is_root || meets_none ? expected.erase(i) : std::next(i);
   }
+  EXPECT_GT(of_roots, 0u);
+  EXPECT_GT(of_categories, 0u);
   EXPECT_FALSE(expected.empty());
   EXPECT_EQ(impactsOf(tree, mesh, mesh, motion), expected);
 }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <utility>
 #include <vector>
 
@@ -17,9 +19,13 @@
 #include "arrays/motion.h"
 #include "support/scalars.h"
 #include "support/text_of.h"
+#include "support/triangle_oracle.h"
 
 namespace fcl_fibers::test {
 namespace {
+
+/// An impact may be early by 2^-36 of a pair's size, however slowly the pair closes.
+constexpr double kEarly = 1e-8;
 
 template <typename S>
 class SafeStepOf : public testing::Test {};
@@ -45,8 +51,7 @@ TYPED_TEST(SafeStepOf, TheSafeStepEndsAtTheFirstImpact) {
     }
     if (touches_at_start) continue;
     with_impacts += first < 1;
-    // Both may be early by 2^-36 of a pair's size, however slowly the pair closes.
-    EXPECT_NEAR(tree.safeStep(), first, 1e-8);
+    EXPECT_NEAR(tree.safeStep(), first, kEarly);
   }
   EXPECT_GT(with_impacts, 5);
 }
@@ -64,7 +69,7 @@ TEST(SafeStep, WhatSeparatesDoesNotShortenTheSafeStep) {
   EXPECT_EQ(pairOf(0.15, 0.3).safeStep(), 1);
   EXPECT_EQ(pairOf(0.15, 0.15).safeStep(), 1);
   EXPECT_LT(pairOf(0.15, 0.1).safeStep(), 1e-6);
-  EXPECT_NEAR(pairOf(0.3, 0.1).safeStep(), 0.5, 1e-8);
+  EXPECT_NEAR(pairOf(0.3, 0.1).safeStep(), 0.5, kEarly);
   // It passes through the other one and is as near as before on the other side.
   EXPECT_LT(pairOf(0.15, -0.15).safeStep(), 1e-6);
 }
@@ -89,9 +94,9 @@ TEST(SafeStep, LaterImpactsAndSmallerRadiiLeaveOutWhatTouchesAtTheStart) {
   tree.visitImpacts([&](const Impact& impact) {
     if (impact.time > 0) later = std::min(later, impact.time);
   });
-  EXPECT_NEAR(later, 0.5, 1e-8);
+  EXPECT_NEAR(later, 0.5, kEarly);
   // With a radius of 0.06 nothing touches at the start, and the third gets to 0.12 at 0.9.
-  EXPECT_NEAR(treeWith(0.06).safeStep(), 0.9, 1e-8);
+  EXPECT_NEAR(treeWith(0.06).safeStep(), 0.9, kEarly);
 }
 
 // --- With a mesh ---
@@ -108,11 +113,21 @@ TriangleMesh moved(const TriangleMesh& mesh, Triangles<double> triangles, std::u
   return end;
 }
 
-/// If nothing touches at the start, the safe step ends at the first impact. Some steps have a
-/// margin.
+bool crosses(const GivenCapsule& capsule, const Triangles<double>& triangles, std::int32_t t) {
+  const auto corner = [&](std::size_t k) {
+    const std::size_t i =
+        3 * static_cast<std::size_t>(triangles.indices[3 * static_cast<std::size_t>(t) + k]);
+    return std::array<double, 3>{triangles.points[i], triangles.points[i + 1],
+                                 triangles.points[i + 2]};
+  };
+  return TriangleOracle::judge({capsule.a, capsule.b}, {corner(0), corner(1), corner(2)}, 0).within;
+}
+
+/// The safe step ends at the first impact, or where what touches at the start comes nearer. Some
+/// steps have a margin.
 TYPED_TEST(SafeStepOf, WithAMeshItEndsAtTheFirstImpact) {
   using S = TypeParam;
-  int with_impacts = 0;
+  int with_impacts = 0, shortened = 0;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     auto motion = Motion<S>::random(seed, 8, 0.2);
     for (auto* fibers : {&motion.start, &motion.end}) {
@@ -125,20 +140,37 @@ TYPED_TEST(SafeStepOf, WithAMeshItEndsAtTheFirstImpact) {
     options.threads = seed % 3 == 0 ? 2 : 1;
     const FiberTree tree = treeOf(motion, options);
     double first = 1;
-    MeshPairs touching;
+    std::vector<Pair> touching;
     for (const auto& [pair, time] : impactsOf(tree, start, end, motion)) {
-      if (time == 0) touching[pair] = time;
-      if (time > 0) first = std::min(first, time);
+      time == 0 ? touching.push_back(pair) : void(first = std::min(first, time));
     }
     const double safe = tree.safeStep(start, end);
-    if (!touching.empty()) {
-      EXPECT_LE(safe, first);
-      continue;
+    // What touches counts once it is nearer. What crosses a triangle can only become thicker.
+    const auto gapAt = [&](const Pair& pair, double time) {
+      const auto i = static_cast<std::size_t>(pair.first);
+      if (crosses(motion.start.capsule(i), triangles, pair.second)) {
+        return -((1 - time) * motion.start.capsule(i).radius + time * motion.end.capsule(i).radius);
+      }
+      const MeshImpact at{{pair.first, pair.second}, time};
+      return impactContact(motion.start.view(), motion.end.view(), start, end, at).distance;
+    };
+    bool comes_nearer = false;
+    for (const Pair& pair : touching) {
+      const double gap = gapAt(pair, 0);
+      for (int k = 1; k <= kSamples; ++k) {
+        EXPECT_GE(gapAt(pair, safe * k / kSamples), gap - kTolerance) << pair.first;
+      }
+      comes_nearer |= gapAt(pair, std::min(1.0, safe + kEarly)) < gap;
     }
-    with_impacts += first < 1;
-    EXPECT_NEAR(safe, first, 1e-12);
+    with_impacts += touching.empty() && first < 1;
+    shortened += comes_nearer;
+    EXPECT_LE(safe, first);
+    if (!comes_nearer) {
+      EXPECT_NEAR(safe, first, kEarly);
+    }
   }
   EXPECT_GT(with_impacts, 5);
+  EXPECT_GT(shortened, 2);
 }
 
 /// A fiber, along x at some height and y over time, and a large triangle that is level.
@@ -162,7 +194,7 @@ struct OverATriangle {
 };
 
 TEST(SafeStep, EndsAtATriangle) {
-  EXPECT_NEAR(OverATriangle(1, -1).safeStep(), 0.45, 1e-8);
+  EXPECT_NEAR(OverATriangle(1, -1).safeStep(), 0.45, kEarly);
   EXPECT_EQ(OverATriangle(1, 0.2).safeStep(), 1);
   // The triangle rises instead.
   const OverATriangle rest(1, 1);
@@ -170,7 +202,7 @@ TEST(SafeStep, EndsAtATriangle) {
   TriangleMesh risen = mesh;
   risen.setPose({{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 2}});
   const FiberTree tree = treeOf(rest.motion, capsules());
-  EXPECT_NEAR(tree.safeStep(mesh, risen), 0.45, 1e-8);
+  EXPECT_NEAR(tree.safeStep(mesh, risen), 0.45, kEarly);
   EXPECT_EQ(tree.safeStep(), 1);
 }
 
@@ -193,7 +225,7 @@ TEST(SafeStep, WhatCrossesATriangleMeetsOthers) {
   both.triangles.addPoint({0, 5, -0.8});
   both.triangles.addTriangle(3, 4, 5);
   // The lower end falls from -0.5 to -1.
-  EXPECT_NEAR(both.safeStep(), (0.8 - 0.1 - 0.5) / 0.5, 1e-8);
+  EXPECT_NEAR(both.safeStep(), (0.8 - 0.1 - 0.5) / 0.5, kEarly);
 }
 
 /// A fiber that is inside a solid could never leave it if its way out were not safe.
@@ -206,29 +238,51 @@ TEST(SafeStep, WhatIsInsideASolidMayLeave) {
   motion.end.points[0] = 3;
   motion.end.points[3] = 3.1;
   EXPECT_EQ(treeOf(motion, capsules()).safeStep(mesh, mesh), 1);
-  EXPECT_NEAR(treeOf(motion, capsules()).safeStep(surface, surface), (1 - 0.15) / 3, 1e-8);
+  EXPECT_NEAR(treeOf(motion, capsules()).safeStep(surface, surface), (1 - 0.15) / 3, kEarly);
   std::swap(motion.start, motion.end);
-  EXPECT_NEAR(treeOf(motion, capsules()).safeStep(mesh, mesh), (3 - 1.05) / 3, 1e-8);
+  EXPECT_NEAR(treeOf(motion, capsules()).safeStep(mesh, mesh), (3 - 1.05) / 3, kEarly);
 }
 
 TEST(SafeStep, RootsAndCategoriesMeetNoMesh) {
   const OverATriangle falling(1, -1);
-  const std::int32_t root = 1;
-  auto start = falling.motion.start.view(), end = falling.motion.end.view();
-  end.root_segments = &root;
-  FiberTree tree(capsules());
-  tree.build(end);
-  tree.update(start, end);
-  const TriangleMesh mesh(falling.triangles.view());
-  EXPECT_EQ(tree.safeStep(mesh, mesh), 1);
+  TriangleMesh mesh(falling.triangles.view());
+  mesh.setCategories(0b10);
+  const auto stepWith = [&](std::int32_t roots, std::uint32_t meets) {
+    auto start = falling.motion.start.view(), end = falling.motion.end.view();
+    end.root_segments = &roots;
+    end.meets = &meets;
+    FiberTree tree(capsules());
+    tree.build(end);
+    tree.update(start, end);
+    return tree.safeStep(mesh, mesh);
+  };
+  EXPECT_NEAR(stepWith(0, 0b11), 0.45, kEarly);
+  EXPECT_EQ(stepWith(1, 0b11), 1);
+  EXPECT_EQ(stepWith(0, 0b01), 1);
 }
 
 TEST(SafeStep, RefusesAMeshThatIsNotTheSame) {
   const OverATriangle falling(1, -1);
-  const TriangleMesh mesh(falling.triangles.view()), other(ball<double>(0.2, 4, 8).view());
+  const auto triangles = boxMesh({-1, -1, -1}, {1, 1, 1});
+  const TriangleMesh mesh(triangles.view()), larger(ball<double>(0.2, 4, 8).view());
+  const TriangleMesh solid(triangles.view(), TriangleMesh::Kind::kSolid);
+  auto turned_inward = triangles;
+  std::swap(turned_inward.indices[0], turned_inward.indices[1]);
+  const TriangleMesh inward(turned_inward.view());
+  TriangleMesh other_categories = mesh;
+  other_categories.setCategories(0b1);
   FiberTree tree = treeOf(falling.motion, capsules());
-  EXPECT_THAT(textOf([&] { (void)tree.safeStep(mesh, other); }),
-              testing::HasSubstr("FiberTree::safeStep: the mesh at the end has other triangles"));
+  for (const TriangleMesh* end :
+       std::initializer_list<const TriangleMesh*>{&larger, &inward, &solid, &other_categories}) {
+    for (const auto& text : {textOf([&] { (void)tree.safeStep(mesh, *end); }),
+                             textOf([&] { (void)tree.safeStep(*end, mesh); }),
+                             textOf([&] { tree.visitImpacts(mesh, *end, [](MeshImpact) {}); })}) {
+      EXPECT_THAT(text, testing::HasSubstr("the mesh at the end has other triangles, another kind "
+                                           "or other categories than the one at the start"));
+    }
+  }
+  EXPECT_THAT(textOf([&] { (void)tree.safeStep(mesh, larger); }),
+              testing::HasSubstr("FiberTree::safeStep: "));
   tree.update(falling.motion.end.view());
   EXPECT_THAT(textOf([&] { (void)tree.safeStep(mesh, mesh); }),
               testing::HasSubstr("update(start, end)"));
