@@ -258,15 +258,48 @@ TYPED_TEST(ArrayTree, BundlesAnewWhenFibersHaveMovedApart) {
   EXPECT_EQ(places(tree), places(fresh));
 }
 
+// Pairs would be left out because of their numbers, as if the other tree's fibers were one's own.
 TYPED_TEST(ArrayTree, MeetsAnotherTree) {
   const auto a = curledFibers<TypeParam>(6), b = curledFibers<TypeParam>(7, 20);
+  const Pairs touching = test::touchingPairs(a, b, 0, 0);
+  EXPECT_GT(touching.size(), 50u);
+  const std::vector<std::int32_t> groups(a.fiberCount(), 1);
+  for (FiberTreeOptions options : allKinds(Report::kCapsules)) {
+    for (const int ignored : {0, 1000}) {
+      options.ignored_neighbors = ignored;
+      options.ignored_arc_length = ignored;
+      auto first_fibers = a.view(), second_fibers = b.view();
+      if (ignored > 0) first_fibers.groups = second_fibers.groups = groups.data();
+      FiberTree first(options), second(options);
+      first.build(first_fibers);
+      second.build(second_fibers);
+      EXPECT_EQ(pairsOf(first, second), touching);
+    }
+  }
+}
+
+// A program that keeps points of another type for the frames than for the first would have to build
+// anew.
+TEST(ArrayTree, MayBeUpdatedWithTheOtherScalar) {
+  const auto single = curledFibers<float>(16);
+  Assembly<double> wide;
+  wide.point_begin = single.point_begin;
+  wide.points.assign(single.points.begin(), single.points.end());
+  wide.radii.assign(single.radii.begin(), single.radii.end());
+  for (double& x : wide.points) x *= 1.5;
+  const Pairs touching = test::touchingPairs(single, single, 0, 0);
+  const Pairs touching_wide = test::touchingPairs(wide, wide, 0, 0);
+  EXPECT_NE(touching, touching_wide);
   for (const FiberTreeOptions& options : allKinds(Report::kCapsules)) {
-    FiberTree first(options), second(options);
-    first.build(a.view());
-    second.build(b.view());
-    const Pairs touching = touchingPairs(a, b, 0, 0);
-    EXPECT_GT(touching.size(), 50u);
-    EXPECT_EQ(pairsOf(first, second), touching);
+    FiberTree tree(options), other(options);
+    tree.build(wide.view());
+    tree.update(single.view());
+    EXPECT_EQ(pairsOf(tree), touching);
+    tree.update(wide.view());
+    EXPECT_EQ(pairsOf(tree), touching_wide);
+    other.build(single.view());
+    other.update(wide.view());
+    EXPECT_EQ(pairsOf(other), touching_wide);
   }
 }
 
@@ -569,6 +602,31 @@ TEST(ArrayTree, FollowsTheFibersWhereTheOutermostWouldOverflow) {
                        fibers.capsule(static_cast<std::size_t>(b))),
                 std::ldexp(scale, -20))
           << a << ", " << b;
+    }
+  }
+}
+
+// What docs/numerics.md promises would be refused.
+TEST(ArrayTree, TakesCoordinatesUpToAPromisedSize) {
+  constexpr double kMost = 5e306;
+  const auto near = curledFibers<double>(17, 20);
+  // All at one end of the range, and half of them at each.
+  for (const bool both : {false, true}) {
+    Assembly<double> fibers = near;
+    for (std::size_t i = 0; i < fibers.points.size(); ++i) {
+      const bool is_low = both && fibers.fiberOf(i / 3) % 2 == 0;
+      fibers.points[i] = (is_low ? -1 : 1) * (kMost - 0x1p-4 * kMost * (1 - near.points[i] / 4));
+      ASSERT_LE(std::abs(fibers.points[i]), kMost);
+    }
+    for (double& radius : fibers.radii) radius *= 0x1p-6 * kMost;
+    const Pairs touching = test::touchingPairs(fibers, fibers, 0, 0);
+    EXPECT_GT(touching.size(), 100u);
+    for (const FiberTreeOptions& options : allKinds(Report::kCapsules)) {
+      FiberTree tree(options);
+      tree.build(fibers.view());
+      EXPECT_EQ(pairsOf(tree), touching);
+      tree.update(fibers.view());
+      EXPECT_EQ(pairsOf(tree), touching);
     }
   }
 }

@@ -105,6 +105,24 @@ TEST(Meshes, RefuseNumbersWhoseSumsWouldOverflow) {
   EXPECT_THAT([&] { TriangleMesh{mesh.view()}; }, refusal("TriangleMesh: a coordinate is beyond"));
 }
 
+// A body with a hollow in it would be refused, or a hollow alone be taken for a body.
+TEST(Meshes, ThatAreSolidMayHaveSeveralBodies) {
+  const auto joined = [](double hollow) {
+    Triangles<double> mesh = boxMesh({-1, -1, -1}, {1, 1, 1});
+    const auto first = static_cast<std::int32_t>(mesh.pointCount());
+    const Triangles<double> other = boxMesh({-hollow, 3, 3}, {hollow, 3 + hollow, 3 + hollow});
+    mesh.points.insert(mesh.points.end(), other.points.begin(), other.points.end());
+    for (std::size_t i = 0; i < other.indices.size(); i += 3) {  // inside out
+      mesh.addTriangle(first + other.indices[i], first + other.indices[i + 2],
+                       first + other.indices[i + 1]);
+    }
+    return mesh;
+  };
+  EXPECT_NO_THROW(TriangleMesh(joined(1.5).view(), TriangleMesh::Kind::kSolid));      // 8 - 6.75
+  EXPECT_THAT([&] { TriangleMesh(joined(1.7).view(), TriangleMesh::Kind::kSolid); },  // 8 - 9.8
+              refusal("TriangleMesh: the solid mesh is inside out"));
+}
+
 // What is inside would depend on the hole that one looks through.
 TEST(Meshes, ThatAreSolidAreWatertight) {
   const Triangles<double> closed = ball<double>(0.3, 6, 8);
