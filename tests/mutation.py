@@ -505,6 +505,9 @@ FAULTS = [
           "return is_good;", MANAGERS),
     Fault("young objects that are named stay where they were", "broadphase/generations.cpp",
           "if (part_ids.empty()) continue;", "if (part_ids.empty() || young) continue;", MANAGERS),
+    Fault("an eighth is a seventh", "broadphase/manager_state.cpp",
+          "removed_ > registry_.size() / 8) mark", "removed_ > registry_.size() / 7) mark",
+          "broadphase_test"),
     Fault("a young object that the frame does not hold is lost", "index/segment_index.cpp",
           "if (!is_read || !fits) return false;", "if (!fits) return false;", MANAGERS),
     Fault("a young object out of float's range stays there", "index/segment_index.cpp",
@@ -594,6 +597,8 @@ FAULTS = [
           "registry_test arrays_test"),
     Fault("ids behind a fiber are segments", "fibers/fiber_table.h",
           "return fiberEnd(fiber) - ids_behind_;", "return fiberEnd(fiber);", "arrays_test"),
+    Fault("ends that are near each other are shared", "broadphase/new_objects.cpp",
+          "= 4 * double{", "= 8 * double{", "broadphase_test"),
     # --- Arrays ---
     Fault("the last pairs behind the neighbour filter are lost", "arrays/pair_sinks.h",
           "for (std::size_t i = 0; i != count;) {",

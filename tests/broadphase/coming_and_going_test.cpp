@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <limits>
 #include <map>
 #include <set>
@@ -451,6 +453,60 @@ TYPED_TEST(ComingAndGoing, AYoungObjectIsReadAgainIfAnUpdateNamesIt) {
   late->setTranslation(fcl::Vector3<S>(100, 100, 100));
   manager->update({scene[3], late});
   EXPECT_EQ(with_it(), 0);
+}
+
+// A program that adds, removes or updates few objects would wait for all to be read, or one that
+// does so with many have a tree that answers slowly.
+TYPED_TEST(ComingAndGoing, ManyBuildTheTreeAnewAndFewDoNot) {
+  using S = typename TypeParam::Scalar;
+  // Two that overlap, one of which moves away and is not updated. It counts there once all are
+  // read.
+  const auto readsAll = [](std::size_t count, auto&& change) {
+    Scene<S> scene;
+    for (std::size_t i = 0; i < 2 * count; ++i) {
+      scene.addSphere({3.0 * static_cast<double>(i < 2 ? 0 : i), 0, 0}, 1);
+    }
+    const std::vector<fcl::CollisionObject<S>*> first(
+        scene.objects().begin(), scene.objects().begin() + static_cast<std::ptrdiff_t>(count));
+    Managed<TypeParam> manager(first);
+    EXPECT_EQ(selfPairs(*manager).size(), 1u);
+    moveTo(*scene[0], makePose<S>(Eigen::Quaterniond::Identity(), {0, 50, 0}));
+    change(manager, scene);
+    return selfPairs(*manager).empty();
+  };
+  for (const std::size_t count : {std::size_t{48}, std::size_t{400}}) {
+    SCOPED_TRACE(count);
+    const auto readsAllIfAdded = [&](std::size_t added) {
+      return readsAll(count, [&](auto& manager, const Scene<S>& scene) {
+        for (std::size_t i = 0; i < added; ++i) manager.registerObject(scene[count + i]);
+      });
+    };
+    const auto readsAllIfRemoved = [&](std::size_t removed) {
+      return readsAll(count, [&](auto& manager, const Scene<S>&) {
+        for (std::size_t i = 0; i < removed; ++i) manager.unregister(count - 1 - i);
+      });
+    };
+    const auto readsAllIfUpdated = [&](std::size_t updated) {
+      return readsAll(count, [&](auto& manager, const Scene<S>& scene) {
+        manager->update({scene.objects().begin() + 2,
+                         scene.objects().begin() + 2 + static_cast<std::ptrdiff_t>(updated)});
+      });
+    };
+    std::size_t few = 0;
+    const auto isFew = [&](std::size_t added) {
+      const double all = static_cast<double>(count + added), young = static_cast<double>(added);
+      return young <= std::sqrt(2 * all) && young <= all / 8;
+    };
+    while (isFew(few + 1)) ++few;
+    EXPECT_FALSE(readsAllIfAdded(few));
+    EXPECT_TRUE(readsAllIfAdded(few + 1));
+    few = 0;
+    while (8 * (few + 1) <= count - (few + 1)) ++few;
+    EXPECT_FALSE(readsAllIfRemoved(few));
+    EXPECT_TRUE(readsAllIfRemoved(few + 1));
+    EXPECT_FALSE(readsAllIfUpdated(count / 4));
+    EXPECT_TRUE(readsAllIfUpdated(count / 4 + 1));
+  }
 }
 
 // Nobody could fix what is not there any more.

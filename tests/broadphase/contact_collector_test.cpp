@@ -315,6 +315,39 @@ TYPED_TEST(Contacts, WithOtherShapesAreFclsWithTheNormalFromAToB) {
   }
 }
 
+TYPED_TEST(Contacts, AreAsManyAsTheRequestAdmits) {
+  // If this fails, a program gets more contacts of a box than it has room for, or fewer of hair.
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene;
+  const auto upright = Eigen::Quaterniond::Identity();
+  auto* table = scene.addBox({0, 0, -1}, upright, {2, 2, 2});
+  scene.addBox({0, 0, 0.49}, upright, {1, 1, 1});
+  FiberManagerOptions options;
+  options.report = Report::kCapsules;
+  Scene<S> hair;
+  auto* head = hair.add(test::makeModel<S>(fcl::BV_OBBRSS, test::blob(0.6, 0.2, 12, 9)),
+                        test::makePose<S>(upright, {0, 0, 0}));
+  hair.addCapsule({-1, 0, 0.5}, {1, 0, 0.5}, 0.1);
+  const auto boxes = TypeParam::make(options), at_head = TypeParam::make(options);
+  boxes->registerObjects(scene.objects());
+  at_head->registerObjects(hair.objects());
+  std::size_t of_triangles = 0;
+  for (const std::size_t most : {std::size_t{16}, std::size_t{1}, std::size_t{3}}) {
+    ContactCollector<S> collector(*boxes), of_head(*at_head);
+    EXPECT_EQ(collector.request.num_max_contacts, 16u);
+    EXPECT_TRUE(collector.request.enable_contact);
+    collector.request.num_max_contacts = of_head.request.num_max_contacts = most;
+    boxes->collide(&collector, collector.callback);
+    EXPECT_EQ(collector.contacts().size(), most == 16 ? 4 : most);  // the corners of a face
+    for (const auto& contact : collector.contacts()) EXPECT_EQ(contact.object_a, table);
+    at_head->collide(&of_head, of_head.callback);
+    if (most == 16) of_triangles = of_head.contacts().size();
+    EXPECT_EQ(of_head.contacts().size(), of_triangles);
+    for (const auto& contact : of_head.contacts()) EXPECT_EQ(contact.object_a, head);
+  }
+  EXPECT_GT(of_triangles, 3u);
+}
+
 TYPED_TEST(Contacts, WithAMeshAreThoseOfItsTriangles) {
   // If this fails, hair sinks into its head, or is pushed to the wrong side.
   using S = typename TypeParam::Scalar;

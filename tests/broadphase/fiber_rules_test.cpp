@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <initializer_list>
 #include <limits>
 #include <stdexcept>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "support/managed.h"
@@ -503,6 +505,37 @@ TYPED_TEST(FiberRules, FiberAndSegmentAreCountedInOrderOfRegistration) {
   EXPECT_THROW(manager->fiberSegment(nullptr), std::invalid_argument);
   const Scene<S> unknown = soupScene<S>(1, 0.3, 153);
   EXPECT_THROW(manager->fiberSegment(unknown[0]), std::invalid_argument);
+}
+
+// Capsules of one fiber would be numbered as many, or those of many as one.
+TYPED_TEST(FiberRules, CapsulesThatShareAnEndBecomeAFiber) {
+  using S = typename TypeParam::Scalar;
+  const double ulp = static_cast<double>(std::numeric_limits<S>::epsilon());  // of 1
+  // Along z, from 0, each 0.25 long. No coordinate is larger than x.
+  const auto add = [](Scene<S>& scene, int place, double x) {
+    return scene.addCapsule(
+        makePose<S>(Eigen::Quaterniond::Identity(), {x, 0, 0.25 * place + 0.125}), 0.01, 0.25);
+  };
+  for (const int apart : {0, 4, 5}) {
+    Scene<S> scene;
+    // The next one, the one before these two, one beside it, and one after a sphere.
+    std::vector<fcl::CollisionObject<S>*> capsules = {
+        add(scene, 1, 1), add(scene, 2, 1 + apart * ulp), add(scene, 1, 1), add(scene, 1, 1)};
+    scene.addSphere({1, 0, 0}, 0.1);
+    capsules.push_back(add(scene, 1, 1));
+    const auto manager = TypeParam::make();
+    manager->registerObjects(scene.objects());
+    std::vector<std::pair<std::size_t, std::size_t>> places;
+    for (const auto* capsule : capsules) {
+      const FiberSegment place = manager->fiberSegment(capsule);
+      places.emplace_back(place.fiber, place.segment);
+    }
+    const std::vector<std::pair<std::size_t, std::size_t>> joined = {
+        {0, 0}, {0, 1}, {0, 2}, {0, 3}, {2, 0}};
+    const std::vector<std::pair<std::size_t, std::size_t>> apart_all = {
+        {0, 0}, {1, 0}, {2, 0}, {2, 1}, {4, 0}};
+    EXPECT_EQ(places, apart <= 4 ? joined : apart_all) << apart;
+  }
 }
 
 // Bytes a fiber could not be told, nor a leak be seen.

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdlib>
+#include <future>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -12,6 +14,7 @@
 #include <vector>
 
 #include "support/managed.h"
+#include "support/process_threads.h"
 #include "support/scene_generators.h"
 
 namespace fcl_fibers::test {
@@ -204,6 +207,54 @@ TYPED_TEST(Threads, SeveralOfTheUsersMayQueryAtOnce) {
       EXPECT_TRUE(between[user] == expected_between) << "user " << user;
     }
   }
+}
+
+// The tree would change below another thread's query.
+TYPED_TEST(Threads, ChangesDuringTheQueryOfAnotherThreadAreRefused) {
+  using S = typename TypeParam::Scalar;
+  const auto manager = this->managerOf(this->scarf_, this->options(1));
+  Scene<S> others = soupScene<S>(1, 0.3, 154);
+  struct Waiting {
+    std::promise<void> has_begun, may_end;
+    static bool collide(fcl::CollisionObject<S>*, fcl::CollisionObject<S>*, void* data) {
+      auto& self = *static_cast<Waiting*>(data);
+      self.has_begun.set_value();
+      self.may_end.get_future().wait();
+      return true;
+    }
+  } waiting;
+  std::thread user([&] { manager->collide(&waiting, &Waiting::collide); });
+  waiting.has_begun.get_future().wait();
+  EXPECT_THROW(manager->update(), std::invalid_argument);
+  EXPECT_THROW(manager->update(manager[0]), std::invalid_argument);
+  EXPECT_THROW(manager->update({manager[0]}), std::invalid_argument);
+  EXPECT_THROW(manager->clear(), std::invalid_argument);
+  EXPECT_THROW(manager->registerObject(others[0]), std::invalid_argument);
+  EXPECT_THROW(manager->unregisterObject(manager[0]), std::invalid_argument);
+  waiting.may_end.set_value();
+  user.join();
+  EXPECT_NO_THROW(manager->update());
+  EXPECT_TRUE(manager.answersSelf());
+}
+
+// A program that may have no other threads would get some.
+TYPED_TEST(Threads, AreOnlyMadeIfAskedFor) {
+  using S = typename TypeParam::Scalar;
+  const auto threadsMadeBy = [&](int threads) {
+    const std::size_t before = threadsOfThisProcess();
+    const auto manager = this->managerOf(this->hair_, this->options(threads));
+    const auto scarf = this->managerOf(this->scarf_, this->options(threads));
+    selfPairs<S>(*manager);
+    pairsWith<S>(*manager, *scarf);
+    pairsWith<S>(*manager, *this->scarf_[0]);
+    manager->distance(nullptr, [](auto*, auto*, void*, S&) { return true; });
+    manager->update();
+    return static_cast<int>(threadsOfThisProcess() - before);
+  };
+  // In processes of their own, started anew, because threads of other tests stay.
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(std::exit(threadsMadeBy(1)), testing::ExitedWithCode(0), "");
+  EXPECT_EXIT(std::exit(threadsMadeBy(2) > 0 ? 0 : 1), testing::ExitedWithCode(0), "");
 }
 
 }  // namespace
