@@ -16,6 +16,7 @@
 #include <fcl/narrowphase/collision_object.h>
 #include <Eigen/Core>
 
+#include "support/least_box.h"
 #include "support/managers_under_test.h"
 #include "support/pair_oracle.h"
 #include "support/pair_queries.h"
@@ -114,6 +115,7 @@ class Truth {
     std::shared_ptr<fcl::CollisionObject<double>> object;
     Eigen::Vector3d center;  // Of a ball around it.
     double radius = 0;
+    ExactBox box;
     double margin = 0;
     const Object* ignored = nullptr;  // The link before it.
   };
@@ -121,6 +123,7 @@ class Truth {
   using Partners = std::optional<Objects>;  // None in a query of a manager itself.
 
   double distance(const Body& a, const Body& b) const;
+  double apart(const FiberCollisionManager<S>& manager, const Body& p, const Body& q) const;
   template <typename Visitor>
   void visitPairs(const Objects& managed, const Partners& partners, Visitor visit) const;
   testing::AssertionResult areAll(const Manager& manager, const Calls<S>& calls,

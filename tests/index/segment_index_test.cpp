@@ -24,6 +24,7 @@
 #include "geometry/touch.h"
 #include "support/random.h"
 #include "support/segments.h"
+#include "support/touch_oracle.h"
 
 namespace fcl_fibers::index {
 namespace {
@@ -337,6 +338,24 @@ TEST_P(SegmentIndexTest, TheOrderOfReadingDoesNotMatter) {
   }
 }
 
+/// The segments that are no further apart than the margin.
+PairList touching(const World& world, double margin) {
+  std::vector<test::GivenCapsule> capsules;
+  std::vector<SegmentId> ids;
+  for (SegmentId id = 0; id < world.count(); ++id) {
+    if (!world.isThere(id)) continue;
+    const Segment& s = world.segments[static_cast<std::size_t>(id)];
+    capsules.push_back({{s.a.x, s.a.y, s.a.z}, {s.b.x, s.b.y, s.b.z}, s.radius});
+    ids.push_back(id);
+  }
+  PairList pairs;
+  test::TouchOracle(std::move(capsules))
+      .visitNearPairs(margin, [&](std::size_t i, std::size_t j, const auto& verdict) {
+        if (verdict.touching) pairs.emplace_back(ids[i], ids[j]);
+      });
+  return pairs;
+}
+
 // Bounds would become loose where fibers move far, or what stands still be fitted again.
 TEST_P(SegmentIndexTest, TheFrameStaysAsLongAsItIsGood) {
   World world = smallWorld();
@@ -349,11 +368,19 @@ TEST_P(SegmentIndexTest, TheFrameStaysAsLongAsItIsGood) {
         s = {scale * s.a + Vec3d{shift, 0, 0}, scale * s.b + Vec3d{shift, 0, 0}, scale * s.radius};
       }
       index.refit(moved);
-      SegmentIndex fresh(options());
-      moved.frame = frameFor(moved, moved.fibers.ids);
-      moved.build(fresh);
-      EXPECT_NEAR(static_cast<double>(pairsOf(index).size()),
-                  static_cast<double>(pairsOf(fresh).size()), 2);
+      const PairList found = asSet(pairsOf(index)), due = touching(moved, options().margin);
+      EXPECT_FALSE(due.empty());
+      EXPECT_TRUE(std::includes(found.begin(), found.end(), due.begin(), due.end()));
+      if (options().capsules) {
+        EXPECT_EQ(found.size(), due.size());
+      } else {
+        SegmentIndex fresh(options());
+        moved.frame = frameFor(moved, moved.fibers.ids);
+        moved.build(fresh);
+        // Volumes are rounded in another frame there, and some barely overlap.
+        EXPECT_NEAR(static_cast<double>(found.size()), static_cast<double>(pairsOf(fresh).size()),
+                    2);
+      }
       return index.frame();
     };
     index.build(world, frameFor(world, world.fibers.ids), 0, world.count(),
