@@ -111,10 +111,10 @@ TEST_F(CommandsTest, FindsTheDistance) {
 
 TEST_F(CommandsTest, HandsTheSignalsBack) {
   const auto handler = [](int) {};
-  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, handler);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, handler);
   for (const char* const out : {"out.hair", "no/such/folder.hair"}) {
     run({"convert", path("fibers.txt"), path(out)});
-    for (const int signal : {SIGINT, SIGTERM}) {
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
       EXPECT_EQ(std::signal(signal, handler), static_cast<void (*)(int)>(handler));
     }
   }

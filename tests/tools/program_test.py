@@ -12,6 +12,7 @@ import signal
 import stat
 import struct
 import subprocess
+import sys
 import time
 import unittest
 from pathlib import Path
@@ -607,6 +608,29 @@ class Document(ProgramTest):
             self.assertIn(f"| `{command}` |", text)
 
 
+class Gallery(ProgramTest):
+    PAGE = SOURCES / "docs" / "gallery.md"
+
+    def test_scenes_touch_in_as_many_pairs_as_the_page_says(self):
+        """The page would be about other scenes than the ones that it tells how to make."""
+        text = " ".join(self.PAGE.read_text(encoding="utf-8").split())
+        script = SOURCES / "docs" / "pictures" / "scenes.py"
+        subprocess.run([sys.executable, "-B", script, self.folder], check=True)
+        scenes = {
+            "at every crossing, in {:,} pairs": ("knot.txt", "-r", 0.101, "-a", 0.35),
+            "touches itself in {:,} pairs": ("tube.txt", "-r", 0.125, "-a", 0.4),
+            "each other in {:,} pairs": ("parting.txt", "-r", 0.05),
+            "in {:,} pairs at step 50": ("paper-dynamic:frame=50",),
+            "in {:,} at step 75": ("paper-dynamic:frame=75",),
+            "in {:,} at step 100": ("paper-dynamic:frame=100",),
+        }
+        for words, (scene, *options) in scenes.items():
+            path = self.folder / scene if scene.endswith(".txt") else scene
+            out = self.run_program("check", path, *options, "--summary", "--json", code=1)
+            pairs = json.loads(out)["contact_count"]
+            self.assertIn(words.format(pairs), text, scene)
+
+
 class Completion(ProgramTest):
     SCRIPT = SOURCES / "tools" / "completion.bash"
 
@@ -629,6 +653,49 @@ class Completion(ProgramTest):
         self.assertEqual(self.complete("view", "--ex"), [])
 
 
+class ManyContacts(ProgramTest):
+    """What docs/program.md says of scenes that touch too much."""
+
+    def bundle(self, name, fibers):
+        """Fibers of one segment, all in one place except that each is a little longer."""
+        lines = (f"0 0 0\n{1 + 1e-6 * i} 0 0\n" for i in range(fibers))
+        return self.write(name, "\n".join(lines))
+
+    def markers(self, *arguments):
+        page = self.folder / "page.html"
+        self.run_program("view", *arguments, "-o", page)
+        data = page.read_text(encoding="utf-8").split('class="fiber-viewer-data">', 1)[1]
+        frames = json.loads(data.split("</script>", 1)[0])["scenes"][0]["frames"]
+        return [len(base64.b64decode(frame["markers"]["times"])) // 4 for frame in frames]
+
+    def test_a_page_marks_so_many(self):
+        """A page would grow until no browser opens it."""
+        scene = self.bundle("scene.txt", 450)  # 101,025 pairs
+        self.assertEqual(self.markers(scene, "-r", 0.1), [100000])
+        step = self.bundle("step.txt", 180)  # 16,110 pairs, in each of 33 frames
+        frames = self.markers(step, "--end", step, "-r", 0.1)
+        self.assertEqual(len(frames), 33)
+        self.assertEqual(max(frames), 500000 // 33 + 1)
+
+    def test_a_pair_takes_so_much_memory(self):
+        """Who sets --limit by the memory would run out of it."""
+
+        def bytes_with(pairs, *arguments):
+            call = [PROGRAM, "check", scene, "-r", "0.1", "--limit", str(pairs), *arguments]
+            with open(os.devnull, "w", encoding="utf-8") as nothing:
+                process = subprocess.Popen(call, stdout=nothing, stderr=nothing)
+                _, status, usage = os.wait4(process.pid, 0)
+                process.returncode = os.waitstatus_to_exitcode(status)
+            self.assertEqual(process.returncode, 1)
+            return 1024 * usage.ru_maxrss
+
+        scene = self.bundle("scene.txt", 800)  # 319,600 pairs
+        few, many = 1000, 300000
+        for arguments, most in (["--summary"], 24), (["--json"], 100):
+            used = bytes_with(many, *arguments) - bytes_with(few, *arguments)
+            self.assertLess(used / (many - few), most)
+
+
 class WholeFiles(ProgramTest):
     def test_what_was_there_stays_where_writing_fails(self):
         path = self.write("scene.vtp", "as it was")
@@ -639,9 +706,11 @@ class WholeFiles(ProgramTest):
     def test_nothing_is_left_of_what_was_interrupted(self):
         """Half a file would be taken for a whole one."""
         path = self.write("page.html", "as it was")
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            # What runs the tests may ignore the last one.
             process = subprocess.Popen(
-                [PROGRAM, "view", "paper-half-scalp:fibers=20000", "-o", path]
+                [PROGRAM, "view", "paper-half-scalp:fibers=20000", "-o", path],
+                preexec_fn=lambda number=number: signal.signal(number, signal.SIG_DFL),
             )
             end = time.monotonic() + 30
             while len(self.files()) < 2 and time.monotonic() < end:
