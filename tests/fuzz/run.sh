@@ -18,7 +18,7 @@ if [[ ${1:-} == --tree ]]; then
   shift 2
 else
   .ci/apt_install.sh cmake ninja-build clang libclang-rt-dev libfcl-dev libccd-dev libeigen3-dev \
-    libhwy-dev libtbb-dev libpugixml-dev zlib1g-dev
+    libhwy-dev libtbb-dev libpugixml-dev zlib1g-dev libboost-dev
   cmake --preset fuzz
   cmake --build --preset fuzz --target fuzzers
 fi
