@@ -19,6 +19,15 @@ constexpr const char* kNames[kFeatures] = {
     "coming and going", "self",      "two managers", "one object", "distance",  "findImpact",
     "other report"};
 
+/// So that scenes of consecutive numbers have nothing in common.
+std::uint64_t mixed(std::uint64_t seed, std::uint64_t number) {
+  std::uint64_t x = seed * 0x9e3779b97f4a7c15 + number + 1;
+  for (const std::uint64_t factor : {0xbf58476d1ce4e5b9, 0x94d049bb133111eb}) {
+    x = (x ^ (x >> 30)) * factor;
+  }
+  return x ^ (x >> 31);
+}
+
 std::size_t at(Feature feature) { return static_cast<std::size_t>(feature); }
 
 /// Why a pair is left out.
@@ -433,12 +442,12 @@ std::size_t ManagerTally::leastCovered() const {
   return least;
 }
 
-std::string differManagers(std::uint64_t seed, std::uint64_t number, ManagerTally& tally) {
+std::string differManagers(Random source, int threads, ManagerTally& tally) {
   ++tally.scenes;
   std::string first_wrong;
   std::vector<Features> covered;
   try {
-    ManagerScene scene(seed, number);
+    ManagerScene scene(std::move(source), threads);
     Random& random = scene.random();
     for (std::size_t rounds = 2 + random.below(3); rounds > 0; --rounds) {
       for (std::size_t queries = 3 + random.below(4); queries > 0; --queries) {
@@ -459,6 +468,10 @@ std::string differManagers(std::uint64_t seed, std::uint64_t number, ManagerTall
     });
   }
   return first_wrong;
+}
+
+std::string differManagers(std::uint64_t seed, std::uint64_t number, ManagerTally& tally) {
+  return differManagers(Random(mixed(seed, number)), 1, tally);
 }
 
 }  // namespace fcl_fibers::test

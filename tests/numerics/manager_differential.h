@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "support/random.h"
+
 namespace fcl_fibers::test {
 
 /// What is crossed at random in the scenes. Each is of a query, and of the managers that it asks.
@@ -66,8 +68,10 @@ struct ManagerTally {
   std::size_t leastCovered() const;
 };
 
-/// Runs the scene of a seed and a number, and judges all answers by brute force. Returns what is
-/// wrong first, or nothing.
+/// Runs a scene that is random, and judges all answers by brute force. Returns what is wrong first,
+/// or nothing.
+std::string differManagers(Random random, int threads, ManagerTally& tally);
+/// Does the same for the scene of a seed and a number, on one thread.
 std::string differManagers(std::uint64_t seed, std::uint64_t number, ManagerTally& tally);
 
 }  // namespace fcl_fibers::test

@@ -14,7 +14,6 @@
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
 #include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
-#include "support/managers_under_test.h"
 #include "support/mesh_models.h"
 
 namespace fcl_fibers::test {
@@ -41,15 +40,6 @@ std::shared_ptr<fcl::CollisionGeometryd> geometryOf(const ThingShape& shape,
 template <class T>
 std::vector<fcl::CollisionObjectd*> objects(const std::vector<T*>& things) {
   return {things.begin(), things.end()};
-}
-
-/// So that scenes of consecutive numbers have nothing in common.
-std::uint64_t mixed(std::uint64_t seed, std::uint64_t number) {
-  std::uint64_t x = seed * 0x9e3779b97f4a7c15 + number + 1;
-  for (const std::uint64_t factor : {0xbf58476d1ce4e5b9, 0x94d049bb133111eb}) {
-    x = (x ^ (x >> 30)) * factor;
-  }
-  return x ^ (x >> 31);
 }
 
 bool isWatertight(const ThingShape& shape) { return shape.triangles.size() >= 4; }
@@ -182,7 +172,13 @@ void ModelledManager::unregister(const Thing* thing) {
 }
 
 void ModelledManager::becomeClone(const std::vector<Thing*>& things) {
-  manager_ = cloneOf<double>(*manager_, objects(things));
+  if (of_spheres_) {
+    manager_ =
+        static_cast<const WrappedSphereTreeCollisionManagerd&>(*manager_).clone(objects(things));
+  } else {
+    manager_ =
+        static_cast<const LayeredAABBTreeCollisionManagerd&>(*manager_).clone(objects(things));
+  }
   step_is_seen_ = false;
   for (std::size_t i = 0; i < things.size(); ++i) {
     members_[i].thing = things[i];
@@ -263,8 +259,7 @@ void ModelledManager::repair(bool by_setup) {
 
 // --- Scenes ---
 
-ManagerScene::ManagerScene(std::uint64_t seed, std::uint64_t number)
-    : random_(mixed(seed, number)) {
+ManagerScene::ManagerScene(Random random, int threads) : random_(std::move(random)) {
   if (chance(0.2)) size_ = std::pow(10.0, static_cast<double>(random_.below(17)) - 8);
   spread_ = size_ * random_.between(0.25, 0.8);
   mobility_ = random_.between(0.2, 1);
@@ -282,6 +277,7 @@ ManagerScene::ManagerScene(std::uint64_t seed, std::uint64_t number)
   for (const double m : margins) {
     FiberManagerOptions options;
     options.margin = m;
+    options.threads = threads;
     options.motion = chance(0.5);
     if (options.motion || chance(0.5)) options.report = Report::kCapsules;
     if (chance(0.3)) options.topology = Topology::kSuperThread;

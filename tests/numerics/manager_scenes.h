@@ -120,10 +120,10 @@ class ModelledManager {
 };
 
 /// Two managers over random objects, some in both and some in none, that move, deform, come and go.
-/// All depends on the seed and the number alone.
+/// All depends on what is random alone.
 class ManagerScene {
  public:
-  ManagerScene(std::uint64_t seed, std::uint64_t number);
+  ManagerScene(Random random, int threads);
   ManagerScene(const ManagerScene&) = delete;
   ManagerScene& operator=(const ManagerScene&) = delete;
 

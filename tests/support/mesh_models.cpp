@@ -5,6 +5,9 @@
 #include <stdexcept>
 #include <type_traits>
 
+// BVH_model.h calls a function that it does not declare.
+#include <fcl/math/bv/utility.h>
+
 #include <fcl/geometry/bvh/BVH_model.h>
 
 namespace fcl_fibers::test {
