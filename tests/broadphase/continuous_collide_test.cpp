@@ -12,6 +12,7 @@
 
 #include <fcl/geometry/shape/halfspace.h>
 
+#include "support/moving_pairs.h"
 #include "support/moving_scene.h"
 #include "support/scalars.h"
 

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "support/moving_pairs.h"
 #include "support/moving_scene.h"
 #include "support/scalars.h"
 #include "support/small_stack.h"
