@@ -2,7 +2,7 @@
 //
 // Arrays that are null or do not fit each other: a tree takes them if and only if they are sound,
 // and else is as it was; contacts of the tree's pairs are there in the arrays that it has, and
-// those of other arrays or of any pair are refused or read within the arrays.
+// those of other arrays or of any pair are refused or read within the arrays, and so are roots.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -14,6 +14,7 @@
 
 #include <fcl_fibers/contact.h>
 #include <fcl_fibers/fiber_tree.h>
+#include <fcl_fibers/triangle_mesh.h>
 
 #include "fuzz_input.h"
 
@@ -22,8 +23,13 @@ namespace {
 using fcl_fibers::FiberArrays;
 using fcl_fibers::FiberTree;
 using fcl_fibers::FiberTreeOptions;
+using fcl_fibers::MeshArrays;
+using fcl_fibers::Report;
 using fcl_fibers::SegmentPair;
+using fcl_fibers::TriangleMesh;
+using fcl_fibers::TrianglePair;
 using fcl_fibers::fuzz::isRefused;
+using fcl_fibers::fuzz::readByte;
 using fcl_fibers::fuzz::require;
 using Pairs = std::vector<std::pair<int, int>>;
 
@@ -53,6 +59,13 @@ class AnyArrays {
                        [&] { return S(data.ConsumeIntegral<std::uint8_t>()) / 64; });
     view_.closed = fill(data, fibers, closed_, [&] { return data.ConsumeBool(); });
     view_.groups = fill(data, fibers, groups_, [&] { return data.ConsumeIntegralInRange(0, 2); });
+    const std::uint8_t features = readByte(data);
+    if ((features & 1) != 0) {
+      view_.meets = fill(data, fibers, meets_, [&] { return readByte(data); });
+    }
+    if ((features & 2) != 0) {
+      view_.root_segments = fill(data, fibers, roots_, [&] { return readByte(data) % 16 - 1; });
+    }
   }
 
   const FiberArrays<S>& view() const { return view_; }
@@ -67,6 +80,12 @@ class AnyArrays {
            std::is_sorted(begin.begin(), begin.end()) &&
            (view_.points != nullptr || view_.point_count == 0) &&
            (view_.radii != nullptr || radiusCount() == 0);
+  }
+  /// An update does not read them.
+  bool hasSoundRoots() const {
+    return view_.root_segments == nullptr ||
+           std::all_of(view_.root_segments, view_.root_segments + view_.fiber_count,
+                       [](std::int32_t count) { return count >= 0; });
   }
 
  private:
@@ -89,7 +108,8 @@ class AnyArrays {
   std::unique_ptr<S[]> points_, radii_;
   std::unique_ptr<std::size_t[]> point_begin_;
   std::unique_ptr<std::uint8_t[]> closed_;
-  std::unique_ptr<std::int32_t[]> groups_;
+  std::unique_ptr<std::int32_t[]> groups_, roots_;
+  std::unique_ptr<std::uint32_t[]> meets_;
   FiberArrays<S> view_;
 };
 
@@ -104,6 +124,7 @@ void fuzz(FuzzedDataProvider& data) {
   FiberTreeOptions options;
   options.ignored_neighbors = data.ConsumeIntegralInRange(0, 1);
   options.ignored_arc_length = data.ConsumeBool() ? 0.5 : 0;
+  if ((readByte(data) & 1) != 0) options.report = Report::kCapsules;
   FiberTree tree(options);
   std::vector<std::size_t> built = {0};
   while (data.remaining_bytes() > 0) {
@@ -112,7 +133,8 @@ void fuzz(FuzzedDataProvider& data) {
     const Pairs before = pairsOf(tree);
     const bool updates = data.ConsumeBool();
     const bool refused = isRefused([&] { updates ? tree.update(view) : tree.build(view); });
-    require(refused != (arrays.isSound() && (!updates || arrays.begin() == built)));
+    require(refused !=
+            (arrays.isSound() && (updates ? arrays.begin() == built : arrays.hasSoundRoots())));
     if (!refused) built = arrays.begin();
     const Pairs after = pairsOf(tree);
     require(!refused || after == before);
@@ -122,6 +144,16 @@ void fuzz(FuzzedDataProvider& data) {
     const SegmentPair any{data.ConsumeIntegralInRange(-2, 9), data.ConsumeIntegralInRange(-2, 9)};
     isRefused([&] { capsuleContact(view, any); });
     isRefused([&] { tree.fiberSegment(any.a); });
+    const double length = readByte(data) / 16.0;
+    std::vector<std::int32_t> roots;
+    if (isRefused([&] { roots = fcl_fibers::rootSegments(view, length); })) continue;
+    require(roots.size() == view.fiber_count);
+    if (refused || options.report == Report::kVolumes) continue;
+    const double points[] = {-1, -1, 0, 1, -1, 0, 0, 2, 0};
+    const std::int32_t triangle[] = {0, 1, 2};
+    TriangleMesh mesh(MeshArrays<double>{points, 3, triangle, 1});
+    mesh.setCategories(readByte(data));
+    tree.visitMesh(mesh, [&](TrianglePair pair) { fcl_fibers::meshContact(view, mesh, pair); });
   }
 }
 
