@@ -2,9 +2,10 @@
 //
 // A manager under any sequence of calls, with objects of any poses and sizes. It may refuse by
 // std::invalid_argument only, and what it refuses to register or unregister is as it was; each pair
-// comes once and is of two groups that may meet, and the same query gives the same pairs. So of its
-// clones, and of it and them. Under Report::kCapsules each capsule that touches a triangle of a
-// mesh is found, and none that is surely apart.
+// comes once and is of two that may meet, and the same query gives the same pairs, in the same
+// order on two threads. So of its clones, and of it and them or one of FCL's managers. Each object
+// that a capsule touches is found, at the end of a step as well, and under Report::kCapsules none
+// that is surely apart. A distance query finds all that is nearer than the callback asks.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -19,10 +20,12 @@
 #include <utility>
 #include <vector>
 
+#include <fcl/broadphase/broadphase_bruteforce.h>
 #include <fcl/narrowphase/collision_object.h>
 #include <fuzzer/FuzzedDataProvider.h>
 
 #include <fcl_fibers/contact.h>
+#include <fcl_fibers/impact_collector.h>
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
 #include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
@@ -38,15 +41,18 @@ using fcl_fibers::FiberManagerOptions;
 using fcl_fibers::FiberObstacles;
 using fcl_fibers::MeshContact;
 using fcl_fibers::ObstacleOptions;
-using fcl_fibers::fuzz::hasTriangles;
+using fcl_fibers::fuzz::gapOf;
 using fcl_fibers::fuzz::isCapsule;
+using fcl_fibers::fuzz::isCloud;
 using fcl_fibers::fuzz::isRefused;
 using fcl_fibers::fuzz::kNumbers;
 using fcl_fibers::fuzz::modelOf;
+using fcl_fibers::fuzz::readByte;
 using fcl_fibers::fuzz::readNumber;
 using fcl_fibers::fuzz::readPose;
 using fcl_fibers::fuzz::readShape;
 using fcl_fibers::fuzz::require;
+using fcl_fibers::fuzz::sizeOf;
 
 /// The band about contact in which either answer is right, see docs/numerics.md, is smaller than
 /// this part of the scene's size.
@@ -55,8 +61,9 @@ constexpr double kBand = 1e-11;
 template <typename S>
 class Program {
  public:
-  explicit Program(FuzzedDataProvider& data) : data_(data) {
+  Program(FuzzedDataProvider& data, int threads) : data_(data) {
     FiberManagerOptions options;
+    options.threads = threads;
     options.topology =
         data.ConsumeBool() ? fcl_fibers::Topology::kBundle : fcl_fibers::Topology::kSuperThread;
     options.report =
@@ -66,9 +73,12 @@ class Program {
     options.margin = data.ConsumeBool() ? 0 : data.ConsumeFloatingPointInRange(0.0, 10.0);
     // Not of bytes of its own, so that the kept inputs mean what they did.
     options.bounds = static_cast<fcl_fibers::Bounds>(options.ignored_neighbors);
+    options.motion = (readByte(data) & 1) != 0;
     if (data.ConsumeBool()) {
+      if (options.report == fcl_fibers::Report::kVolumes) options.motion = false;
       boxes_ = std::make_unique<Boxes>(options);
     } else {
+      options.motion = false;
       spheres_ = std::make_unique<Spheres>(options);
     }
     manager_ = boxes_ ? static_cast<Manager*>(boxes_.get()) : spheres_.get();
@@ -82,7 +92,8 @@ class Program {
     }
   }
 
-  void run() {
+  /// Returns what it has been told, in order.
+  std::vector<std::size_t> run() {
     if (!data_.ConsumeBool()) {  // all that can be, so that there is something to find
       for (const auto& object : owned_) {
         if (isRefused([&] { manager_->registerObject(object.get()); })) continue;
@@ -96,6 +107,7 @@ class Program {
       manager_->getObjects(objects);
       require(objects == managed_ && manager_->size() == managed_.size());
     }
+    return std::move(told_);
   }
 
  private:
@@ -160,7 +172,10 @@ class Program {
           obstacles.meets = data_.ConsumeIntegralInRange<std::uint32_t>(0, 3);
           obstacles.root_segments = data_.ConsumeIntegralInRange(0, 1);
           if (isRefused([&] { manager_->registerFiber(added, ends, group, obstacles); })) return;
-          for (Object* object : added) {
+          const int fiber = rules_.fibers++, size = static_cast<int>(added.size());
+          for (Object* const& object : added) {
+            const auto segment = static_cast<int>(&object - &added[0]);
+            rules_.place[object] = {fiber, segment, size, ends == FiberEnds::kClosed};
             rules_.group[object] = group.number;
             rules_.meets[object] = obstacles.meets;
           }
@@ -232,13 +247,24 @@ class Program {
     std::vector<std::pair<Object*, Object*>> calls;
     std::size_t stop_at;
     double factor;
+    double limit = std::numeric_limits<double>::max();
+    double least = limit;  ///< as told to a distance query last
   };
 
-  void checkCalls(const Seen& seen, const Object* partner) const {
+  void tell(Object* object) {
+    const auto is = [&](const auto& owned) { return owned.get() == object; };
+    const auto place = std::find_if(owned_.begin(), owned_.end(), is);
+    told_.push_back(static_cast<std::size_t>(place - owned_.begin()));
+  }
+
+  void checkCalls(const Seen& seen, const Object* partner) {
     require(seen.calls.size() <= seen.stop_at);
     std::set<std::pair<Object*, Object*>> pairs;
     for (const auto& [a, b] : seen.calls) {
+      tell(a);
+      tell(b);
       require(!rules_.shareGroup(a, b) && rules_.mayMeet(a, b));
+      require(rules_.areNeighbors(a, b, manager_->options()) != true);
       require(a != b && pairs.insert(std::minmax(a, b)).second);
       require(std::find(managed_.begin(), managed_.end(), a) != managed_.end());
       if (partner != nullptr) {
@@ -249,38 +275,58 @@ class Program {
     }
   }
 
-  /// Compares the pairs of capsules and meshes with brute force. All objects are where they were
-  /// read.
-  void checkMeshes(const Seen& seen, const Object* partner) const {
+  /// Calls judge(other, gap, rounding, is_found) for all pairs of a capsule and another object that
+  /// brute force can measure. All objects are where they were read.
+  template <class Judge>
+  void judgePairs(const Seen& seen, const Object* partner, Judge&& judge) const {
     const FiberManagerOptions& options = manager_->options();
-    if (options.report != fcl_fibers::Report::kCapsules ||
-        options.bounds == fcl_fibers::Bounds::kObjects) {
-      return;
-    }
+    if (options.bounds == fcl_fibers::Bounds::kObjects) return;
     std::set<std::pair<const Object*, const Object*>> found(seen.calls.begin(), seen.calls.end());
     for (const auto& [a, b] : seen.calls) found.emplace(b, a);
     std::vector<const Object*> all(managed_.begin(), managed_.end());
     if (partner != nullptr) all.push_back(partner);
     // The frame's origin is at the median of the objects.
     std::vector<double> sizes;
-    for (const Object* object : all) sizes.push_back(fcl_fibers::fuzz::sizeOf(*object));
+    for (const Object* object : all) sizes.push_back(sizeOf(*object));
     std::sort(sizes.begin(), sizes.end());
     const std::size_t above_median = std::min(sizes.size() / 2 + 2, sizes.size()) - 1;
     const double usual = sizes.empty() ? 0 : sizes[above_median] + options.margin;
     for (const Object* capsule : all) {
-      for (const Object* mesh : all) {
-        if (!isCapsule(*capsule) || !hasTriangles(*mesh)) continue;
-        if (partner != nullptr && capsule != partner && mesh != partner) continue;
-        const double size =
-            usual + fcl_fibers::fuzz::sizeOf(*capsule) + fcl_fibers::fuzz::sizeOf(*mesh);
+      if (!isCapsule(*capsule)) continue;
+      for (const Object* other : all) {
+        if (other == capsule || isCloud(*other)) continue;
+        if (partner != nullptr && capsule != partner && other != partner) continue;
+        const double size = usual + sizeOf(*capsule) + sizeOf(*other);
         if (!(size < 1e100)) continue;
-        const bool is_found = found.count({capsule, mesh}) > 0;
-        const auto gap = fcl_fibers::fuzz::gapOf(*capsule, *mesh);
-        require(is_found || !rules_.mayMeet(capsule, mesh) || gap > options.margin - kBand * size);
-        // A box that the program has widened counts, too.
-        require(!is_found || options.bounds != fcl_fibers::Bounds::kShapes ||
-                rules_.solids.count(mesh) > 0 || gap <= options.margin + kBand * size);
+        if (!rules_.mayMeet(capsule, other) || rules_.shareGroup(capsule, other)) continue;
+        if (rules_.areNeighbors(capsule, other, options) != false) continue;
+        judge(*other, gapOf(*capsule, *other), kBand * size, found.count({capsule, other}) > 0);
       }
+    }
+  }
+
+  void checkGaps(const Seen& seen, const Object* partner) const {
+    const FiberManagerOptions& options = manager_->options();
+    // A box that the program has widened counts, too, and so does the way of what moves.
+    const bool counts_by_shape = options.report == fcl_fibers::Report::kCapsules &&
+                                 options.bounds == fcl_fibers::Bounds::kShapes && !options.motion;
+    judgePairs(seen, partner, [&](const Object& other, auto gap, double rounding, bool is_found) {
+      require(is_found || gap > options.margin - rounding);
+      if (!counts_by_shape || rules_.solids.count(&other) > 0) return;
+      // Shapes are turned by the matrix as it is.
+      const bool is_turned = !isCapsule(other) && modelOf(other) == nullptr;
+      const double turning = is_turned ? 64 * double(std::numeric_limits<S>::epsilon()) : 0;
+      require(!is_found || gap <= options.margin + rounding + turning / kBand * rounding);
+    });
+  }
+
+  /// Of a query that is complete.
+  void checkImpacts(const Seen& seen) const {
+    if (!manager_->options().motion) return;
+    fcl_fibers::ImpactCollector<S> impacts(*manager_);
+    for (const auto& [a, b] : seen.calls) impacts.callback(a, b, &impacts);
+    for (const auto& impact : impacts.impacts()) {
+      require(!impact.has_time || (impact.time >= 0 && impact.time <= 1));
     }
   }
 
@@ -306,7 +352,8 @@ class Program {
     if (is_current && isRefused([&] { manager_->update(); })) return;
     if (isRefused(query)) return;
     checkCalls(seen, partner);
-    if (is_current) checkMeshes(seen, partner);
+    if (is_current) checkGaps(seen, partner);
+    checkImpacts(seen);
     const auto before = seen.calls;
     query();
     require(seen.calls == before);
@@ -348,17 +395,44 @@ class Program {
       };
       // Groups are a manager's own.
       require(!both_are_copies || !rules_.shareGroup(of(a), of(b)));
+      tell(of(a));
+      tell(of(b));
     }
+    fcl::NaiveCollisionManager<S> stranger;
+    stranger.registerObjects(objects);
+    query_ = {{}, 1000000, 1};
+    if (isRefused([&] { manager_->collide(&stranger, &query_, record); })) return;
+    pairs.clear();
+    for (const auto& [a, b] : query_.calls) {
+      require(original.count(b) > 0 && pairs.emplace(a, b).second);
+      tell(a);
+      tell(original[b]);
+    }
+    // The same as one by one.
+    std::size_t calls = 0;
+    for (Object* object : objects) {
+      Seen one{{}, 1000000, 1};
+      manager_->collide(object, &one, record);
+      for (const auto& pair : one.calls) require(pairs.count(pair) > 0);
+      calls += one.calls.size();
+    }
+    require(calls == pairs.size());
   }
 
   void distance(Object* partner) {
+    const bool is_whole = data_.ConsumeBool();
     Seen seen{{},
-              data_.ConsumeBool() ? 1000000 : data_.ConsumeIntegralInRange<std::size_t>(1, 9),
+              is_whole ? 1000000 : data_.ConsumeIntegralInRange<std::size_t>(1, 9),
               data_.ConsumeFloatingPointInRange(0.0, 1.0)};
+    const std::uint8_t limit = readByte(data_);
+    const bool is_current = is_whole && limit > 0;
+    if (is_current && isRefused([&] { manager_->update(); })) return;
+    if (is_current) seen.limit = limit / 16.0;
     const fcl::DistanceCallBack<S> callback = [](Object* a, Object* b, void* data, S& least) {
       auto& self = *static_cast<Seen*>(data);
       self.calls.emplace_back(a, b);
-      least = static_cast<S>(self.factor * static_cast<double>(least));
+      self.least = std::min(self.limit, self.factor * static_cast<double>(least));
+      least = static_cast<S>(self.least);
       return self.calls.size() == self.stop_at;
     };
     if (isRefused([&] {
@@ -371,6 +445,11 @@ class Program {
       return;
     }
     checkCalls(seen, partner);
+    if (!is_current) return;
+    judgePairs(seen, partner, [&](const Object&, auto gap, double rounding, bool is_found) {
+      // In float the limit is rounded.
+      require(is_found || std::max<decltype(gap)>(gap, 0) > seen.least * (1 - 1e-6) - rounding);
+    });
   }
 
   FuzzedDataProvider& data_;
@@ -381,16 +460,26 @@ class Program {
   Objects managed_;
   fcl_fibers::fuzz::MeetingRules rules_;
   Seen query_{};
+  std::vector<std::size_t> told_;
 };
+
+template <typename S>
+void runTwice(const std::uint8_t* bytes, std::size_t size) {
+  const auto run = [&](int threads) {
+    FuzzedDataProvider data(bytes, size);
+    (void)data.ConsumeBool();
+    return Program<S>(data, threads).run();
+  };
+  require(run(1) == run(2));
+}
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
-  FuzzedDataProvider data(bytes, size);
-  if (data.ConsumeBool()) {
-    Program<float>(data).run();
+  if (FuzzedDataProvider(bytes, size).ConsumeBool()) {
+    runTwice<float>(bytes, size);
   } else {
-    Program<double>(data).run();
+    runTwice<double>(bytes, size);
   }
   return 0;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Objects for fuzz_manager, and which capsules touch which meshes, by brute force.
+// Objects for fuzz_manager, and how far apart they are, by brute force.
 #pragma once
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <vector>
 
@@ -19,13 +20,20 @@
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
+#include <fcl/geometry/shape/cone.h>
+#include <fcl/geometry/shape/convex.h>
+#include <fcl/geometry/shape/cylinder.h>
+#include <fcl/geometry/shape/ellipsoid.h>
 #include <fcl/geometry/shape/halfspace.h>
+#include <fcl/geometry/shape/plane.h>
 #include <fcl/geometry/shape/sphere.h>
 #include <fcl/narrowphase/collision_object.h>
+#include <fcl_fibers/fiber_manager_options.h>
 #include <fuzzer/FuzzedDataProvider.h>
 
 #include "fuzz_input.h"
 #include "support/exact_geometry.h"
+#include "support/least_box.h"
 
 namespace fcl_fibers::fuzz {
 
@@ -50,10 +58,11 @@ std::vector<fcl::Vector3<S>> readPoints(FuzzedDataProvider& data, int count) {
   return points;
 }
 
+/// Whether it is a model that distanceFrom() does not measure.
 template <typename S>
-bool hasTriangles(const fcl::CollisionObject<S>& object) {
+bool isCloud(const fcl::CollisionObject<S>& object) {
   const Model<S>* model = modelOf(object);
-  return model != nullptr && model->num_tris > 0;
+  return model != nullptr && model->num_tris == 0;
 }
 
 template <typename S>
@@ -68,7 +77,28 @@ struct MeetingRules {
   std::map<const void*, std::uint32_t> categories;  ///< of obstacles
   std::set<const void*> solids;                     ///< likewise
 
+  struct Place {
+    int fiber, segment, fiber_size;
+    bool is_closed;
+  };
+  std::map<const void*, Place> place;  ///< of fibers
+  int fibers = 0;
+
+  /// Nothing if the arc length decides.
+  std::optional<bool> areNeighbors(const void* a, const void* b,
+                                   const FiberManagerOptions& options) const {
+    const auto first = place.find(a), second = place.find(b);
+    if (first == place.end() || second == place.end()) return false;
+    const Place &p = first->second, &q = second->second;
+    if (p.fiber != q.fiber) return false;
+    const int apart = std::abs(p.segment - q.segment);
+    const int reach = options.ignored_neighbors;
+    if (apart <= reach || (p.is_closed && p.fiber_size - apart <= reach)) return true;
+    if (options.ignored_arc_length > 0) return std::nullopt;
+    return false;
+  }
   void forget(const void* object) {
+    place.erase(object);
     group.erase(object);
     meets.erase(object);
     categories.erase(object);
@@ -128,6 +158,35 @@ fcl::Transform3<S> readPose(FuzzedDataProvider& data) {
   return pose;
 }
 
+/// The hull of four points.
+template <typename S>
+std::shared_ptr<fcl::CollisionGeometry<S>> makeConvex(S a, S b) {
+  using V = fcl::Vector3<S>;
+  const auto points = std::make_shared<std::vector<V>>(
+      std::vector<V>{V(0, 0, 0), V(a, 0, 0), V(0, b, 0), V(0, a, b)});
+  const auto faces = std::make_shared<std::vector<int>>(
+      std::vector<int>{3, 0, 2, 1, 3, 0, 1, 3, 3, 1, 2, 3, 3, 2, 0, 3});
+  return std::make_shared<fcl::Convex<S>>(points, 4, faces);
+}
+
+template <typename S>
+std::shared_ptr<fcl::CollisionGeometry<S>> readSolid(FuzzedDataProvider& data, S a, S b) {
+  switch (readByte(data) % 6) {
+    case 1:
+      return std::make_shared<fcl::Cylinder<S>>(a, b);
+    case 2:
+      return std::make_shared<fcl::Cone<S>>(a, b);
+    case 3:
+      return std::make_shared<fcl::Ellipsoid<S>>(a, b, a);
+    case 4:
+      return makeConvex(a, b);
+    case 5:
+      return std::make_shared<fcl::Plane<S>>(fcl::Vector3<S>::UnitZ(), a);
+    default:
+      return std::make_shared<fcl::Box<S>>(a, b, a);
+  }
+}
+
 template <typename S>
 std::shared_ptr<fcl::CollisionGeometry<S>> readShape(FuzzedDataProvider& data) {
   const S radius = std::fabs(readNumber<S>(data, kNumbers)) / 4,
@@ -138,7 +197,7 @@ std::shared_ptr<fcl::CollisionGeometry<S>> readShape(FuzzedDataProvider& data) {
     case 0:
       return std::make_shared<fcl::Sphere<S>>(radius);
     case 1:
-      return std::make_shared<fcl::Box<S>>(radius, length, radius);
+      return readSolid(data, radius, length);
     case 2:
       return std::make_shared<fcl::Halfspace<S>>(fcl::Vector3<S>::UnitZ(), radius);
     default:
@@ -158,13 +217,7 @@ void movePoints(FuzzedDataProvider& data, Model<S>& model) {
   if (data.ConsumeBool()) model.computeLocalAABB();
 }
 
-template <typename S>
-test::Point posed(const fcl::Transform3<S>& pose, const fcl::Vector3<S>& p) {
-  return pose.linear().template cast<test::Real>() * p.template cast<test::Real>() +
-         pose.translation().template cast<test::Real>();
-}
-
-/// The largest coordinate of a capsule, sphere or model; of the position of others.
+/// The largest coordinate of an object, at least.
 template <typename S>
 double sizeOf(const fcl::CollisionObject<S>& object) {
   const double size = static_cast<double>(object.getTranslation().cwiseAbs().maxCoeff());
@@ -175,40 +228,46 @@ double sizeOf(const fcl::CollisionObject<S>& object) {
     }
     return size + 3 * most;
   }
-  if (!isCapsule(object)) return size;
-  if (object.getNodeType() == fcl::GEOM_SPHERE) {
-    const auto& ball = static_cast<const fcl::Sphere<S>&>(*object.collisionGeometry());
-    return size + static_cast<double>(ball.radius);
+  const auto& shape = *object.collisionGeometry();
+  if (object.getNodeType() == fcl::GEOM_HALFSPACE) {
+    return size + std::fabs(static_cast<double>(static_cast<const fcl::Halfspace<S>&>(shape).d));
   }
-  const auto& capsule = static_cast<const fcl::Capsule<S>&>(*object.collisionGeometry());
-  return size + static_cast<double>(capsule.radius) + static_cast<double>(capsule.lz);
+  if (object.getNodeType() == fcl::GEOM_PLANE) {
+    return size + std::fabs(static_cast<double>(static_cast<const fcl::Plane<S>&>(shape).d));
+  }
+  return size + static_cast<double>(shape.aabb_center.norm() + shape.aabb_radius);
 }
 
-/// How far a capsule or sphere is from the triangles of a model; negative if they overlap.
 template <typename S>
-test::Real gapOf(const fcl::CollisionObject<S>& capsule, const fcl::CollisionObject<S>& mesh) {
+test::ExactCapsule capsuleOf(const fcl::CollisionObject<S>& capsule) {
   const auto& pose = capsule.getTransform();
-  test::Point a = pose.translation().template cast<test::Real>(), b = a;
-  test::Real radius;
+  const test::Point middle = pose.translation().template cast<test::Real>();
   if (capsule.getNodeType() == fcl::GEOM_SPHERE) {
-    radius = static_cast<const fcl::Sphere<S>&>(*capsule.collisionGeometry()).radius;
-  } else {
-    const auto& shape = static_cast<const fcl::Capsule<S>&>(*capsule.collisionGeometry());
-    const test::Point half =
-        test::Real(shape.lz) / 2 * pose.linear().col(2).template cast<test::Real>();
-    a -= half;
-    b += half;
-    radius = shape.radius;
+    const auto& ball = static_cast<const fcl::Sphere<S>&>(*capsule.collisionGeometry());
+    return {middle, middle, ball.radius};
   }
-  const Model<S>& model = *modelOf(mesh);
-  test::Real least = std::numeric_limits<test::Real>::infinity();
-  for (int i = 0; i < model.num_tris; ++i) {
-    const auto corner = [&](int k) {
-      return posed<S>(mesh.getTransform(), model.vertices[model.tri_indices[i][k]]);
-    };
-    least = std::min(least, test::segmentTriangleDistance(a, b, {corner(0), corner(1), corner(2)}));
+  const auto& shape = static_cast<const fcl::Capsule<S>&>(*capsule.collisionGeometry());
+  const test::Point half =
+      test::Real(shape.lz) / 2 * pose.linear().col(2).template cast<test::Real>();
+  return {middle - half, middle + half, shape.radius};
+}
+
+/// How far a capsule or sphere is from another object, by what counts of that; negative if they
+/// overlap.
+template <typename S>
+test::Real gapOf(const fcl::CollisionObject<S>& object, const fcl::CollisionObject<S>& other) {
+  const test::ExactCapsule a = capsuleOf(object);
+  if (isCapsule(other)) {
+    const test::ExactCapsule b = capsuleOf(other);
+    return test::segmentDistance(a.a, a.b, b.a, b.b) - a.radius - b.radius;
   }
-  return least - radius;
+  test::Real distance = test::distanceFrom(other)(a.a, a.b);
+  const bool is_bounded =
+      other.getNodeType() != fcl::GEOM_PLANE && other.getNodeType() != fcl::GEOM_HALFSPACE;
+  if (modelOf(other) == nullptr && is_bounded) {
+    distance = std::max(distance, test::segmentBoxDistance(a.a, a.b, test::leastBox(other)));
+  }
+  return distance - a.radius;
 }
 
 }  // namespace fcl_fibers::fuzz
