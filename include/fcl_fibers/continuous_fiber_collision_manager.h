@@ -126,7 +126,8 @@ class FCL_FIBERS_EXPORT ContinuousFiberCollisionManager
 
   /// Calls `callback(a, b, cdata, dist)` for each pair that may come nearer than `dist` at some
   /// time in the step: their boxes do, at one time. Pairs whose boxes come that near on every axis
-  /// but are farther apart may be passed as well. The three forms are those of collide(). The
+  /// but are farther apart may be passed as well. Under Report::kCapsules, a capsule or sphere that
+  /// rests counts by itself instead of its box. The three forms are those of collide(). The
   /// callback may lower `dist`, which starts as the largest number of S. FiberOptions::margin has
   /// no effect here. Throws as collide() does.
   ///@{
