@@ -384,10 +384,22 @@ class Program {
     }
   }
 
-  static void judgeDistance(const Course<S>& p, const Course<S>& q, double limit, bool is_found) {
+  /// Under Report::kCapsules a capsule that rests counts by itself.
+  void judgeDistance(const Course<S>& p, const Course<S>& q, double limit, bool is_found) const {
+    const bool by_capsules = options_.report == Report::kCapsules;
     Real least = std::numeric_limits<Real>::infinity();
     for (std::size_t i = 0; i < p.boxes.size(); ++i) {
-      least = std::min(least, fcl_fibers::test::boxDistance(p.boxes[i], q.boxes[i]));
+      const auto toBox = [i](const Course<S>& capsule, const Course<S>& box) {
+        const ExactCapsule& a = capsule.capsules[i];
+        return fcl_fibers::test::segmentBoxDistance(a.a, a.b, box.boxes[i]) - a.radius;
+      };
+      const bool p_is_capsule = by_capsules && !p.capsules.empty();
+      const bool q_is_capsule = by_capsules && !q.capsules.empty();
+      least =
+          std::min(least, p_is_capsule && q_is_capsule ? gapAt(p, q, i, Report::kCapsules)
+                          : p_is_capsule               ? toBox(p, q)
+                          : q_is_capsule               ? toBox(q, p)
+                                         : fcl_fibers::test::boxDistance(p.boxes[i], q.boxes[i]));
     }
     require(is_found || least > limit - kPosing<S>);
   }
