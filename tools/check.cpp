@@ -58,12 +58,6 @@ void writePictures(const CheckedFrame& frame, const FiberTree& tree) {
   });
 }
 
-/// The text of one frame has a line about them.
-void warnOfPairsAlong(const CheckedFrame& frame, const ContactList& list) {
-  const bool is_told = frame.request.output == Output::kText && !frame.number;
-  if (list.along.count() > 0 && !is_told) warn(frame.title, list.along.text());
-}
-
 /// Checks one frame after another, and writes each answer at once.
 class FrameChecker {
  public:
@@ -105,6 +99,15 @@ class FrameChecker {
   }
 
  private:
+  /// Once, for the first frame that has any. The text of one frame has a line about them.
+  void warnOfPairsAlong(const CheckedFrame& frame, const ContactList& list) {
+    const bool is_told = request_.output == Output::kText && !several_;
+    if (list.along.count() == 0 || is_told || has_warned_) return;
+    warn(frame.title,
+         (several_ ? fmt::format("frame {}: ", *frame.number) : "") + list.along.text());
+    has_warned_ = true;
+  }
+
   void begin(bool several) {
     several_ = several;
     const bool pictures = !request_.segments_path.empty() || !request_.contacts_path.empty() ||
@@ -203,7 +206,7 @@ class FrameChecker {
   std::string other_title_;
   std::optional<FiberPolylines> other_;
   std::optional<FiberTree> other_tree_;
-  bool several_ = false, found_ = false;
+  bool several_ = false, found_ = false, has_warned_ = false;
   int frames_ = 0;  ///< that are done
   std::vector<std::size_t> point_begin_;
   std::vector<std::uint8_t> closed_;

@@ -2,6 +2,7 @@
 #include "contact_list.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -106,28 +107,38 @@ std::string PairsAlong::text() const {
   const auto fewOthers = [&](auto&& leavesOut) {
     const auto count =
         static_cast<std::size_t>(std::count_if(others_.begin(), others_.end(), leavesOut));
-    return count > 0 ? fmt::format(" (and {} others)", countText(count)) : std::string();
+    return count > 0 ? fmt::format(" (and {})", counted(count, "other")) : std::string();
   };
   const auto byLength = [&](double length) {
     const std::string text = fmt::format("{:.4g}", 1.0005 * length);  // rounded up
-    return text + fewOthers([least = std::stod(text)](const NearAlong& other) {
-             return other.length_between <= least;
-           });
+    double advised = 0;
+    std::from_chars(text.data(), text.data() + text.size(), advised);
+    return text +
+           fewOthers([&](const NearAlong& other) { return other.length_between <= advised; });
   };
-  // Half a circle will do for other poses, too, unless it leaves out more.
+  const std::string by_number = fmt::format("--ignored-neighbors {}{}", farthest_.numbers_apart,
+                                            fewOthers([&](const NearAlong& other) {
+                                              return other.numbers_apart <= farthest_.numbers_apart;
+                                            }));
+  // Half a circle will do for other poses, too, unless it leaves out more. A length of 0 leaves out
+  // nothing.
   const std::string longer = byLength(half_circle_), shorter = byLength(farthest_.length_between);
+  const bool is_shorter = longer.back() == ')' && farthest_.length_between > 0;
+  const std::string by_length =
+      half_circle_ > 0 ? fmt::format("--ignored-arc-length {}, or ", is_shorter ? shorter : longer)
+                       : "";
   return fmt::format(
-      "{} of the pairs are near along one fiber, and touch because it is thick; "
-      "--ignored-arc-length {}, or --ignored-neighbors {}{}, leaves them out",
-      countText(count_), longer.back() == ')' ? shorter : longer, farthest_.numbers_apart,
-      fewOthers(
-          [&](const NearAlong& other) { return other.numbers_apart <= farthest_.numbers_apart; }));
+      "{} of the pairs {} near along one fiber, which is thick beside its segments; {}{}, leaves "
+      "{} out",
+      countText(count_), count_ == 1 ? "is" : "are", by_length, by_number,
+      count_ == 1 ? "it" : "them");
 }
 
 void ContactList::countDepth(const FoundContact& contact, double radii, bool is_along) {
   const double depth = radii > 0 ? -contact.distance / radii : 0;
   if (contact.distance > 0) {
     ++apart;
+    apart_along += is_along ? 1 : 0;
   } else if (contact.mesh != kNoMesh && -contact.distance > radii) {
     ++deeper;
   } else {
@@ -319,8 +330,9 @@ std::string histogram(const ContactList& list) {
   text += list.meshes.empty() ? "\n" : "; in a mesh, of the radius\n";
   std::array<std::size_t, std::tuple_size_v<decltype(list.depths)>> depths = list.depths;
   for (std::size_t i = 0; i < depths.size(); ++i) depths[i] -= list.depths_along[i];
-  const std::size_t most = std::max({list.apart, list.deeper, list.along.count(),
-                                     *std::max_element(depths.begin(), depths.end())});
+  const std::size_t apart = list.apart - list.apart_along;
+  const std::size_t most = std::max(
+      {apart, list.deeper, list.along.count(), *std::max_element(depths.begin(), depths.end())});
   const auto line = [&](const std::string& name, std::size_t pairs) {
     // Any pair gets a mark.
     const std::size_t width = (pairs * kWidth + most - 1) / most;
@@ -328,7 +340,7 @@ std::string histogram(const ContactList& list) {
     text.erase(text.find_last_not_of(' ') + 1);
     text += '\n';
   };
-  if (list.apart > 0) line("apart", list.apart);
+  if (apart > 0) line("apart", apart);
   for (std::size_t i = 0; i < list.depths.size(); ++i) {
     line(fmt::format("{:.0f} to {:.0f}", 100 * ContactList::kDepths[i],
                      100 * ContactList::kDepths[i + 1]),

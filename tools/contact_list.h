@@ -78,7 +78,7 @@ struct ContactList {
   double least_of_others = std::numeric_limits<double>::infinity();
   std::array<std::size_t, kDepths.size() - 1> depths{}, depths_along{};
   std::size_t deeper = 0;                            ///< than the radius, as only meshes allow
-  std::size_t apart = 0;                             ///< pairs that do not touch
+  std::size_t apart = 0, apart_along = 0;            ///< pairs that do not touch
   std::size_t other_segments = 0, other_fibers = 0;  ///< of --against, that touch
   PairsAlong along;
 

@@ -269,6 +269,10 @@ class Lists(ProgramTest):
             self.check(output)
             self.assertEqual(self.stderr, "")
         self.assertNotIn("along", self.check())
+        for output in ("--json", "--csv", "--exit-zero"):
+            self.run_program("check", yarn, yarn, "-r", 0.5, output, "--exit-zero")
+            self.assertEqual(self.stderr.count("frame 0: "), 1)
+            self.assertEqual(self.stderr.count("near along one fiber"), 1)
 
     def test_pairs_along_a_yarn_are_counted_apart(self):
         """The deepest contacts and the depths would be those of each yarn with itself."""
@@ -314,6 +318,27 @@ class Lists(ProgramTest):
         self.assertEqual([row[3] == "" for row in rows], apart)
         self.assertIn(False, apart)
         self.assertIn(True, apart)
+
+    def test_pairs_along_a_yarn_that_do_not_touch(self):
+        """A margin reports them, and the list of depths would have them twice."""
+        yarns = "\n".join("".join(f"{1.2 * i} {y} 0\n" for i in range(6)) for y in (0, 0.9))
+        scene = (self.write("yarns.txt", yarns), "-r", 0.5, "-m", 0.3)
+        found = json.loads(self.run_program("check", *scene, "--json", code=1))
+        others = found["contact_count"] - found["along_count"]
+        self.assertGreater(min(found["along_count"], others), 0)
+        text = self.run_program("check", *scene, code=1)
+        rows = re.findall(r"^ +(apart|along|\d+ to \d+) +(\d+)(?:  #+)?$", text, re.M)
+        counts = {name: int(count) for name, count in rows if count != "0"}
+        self.assertEqual(counts, {"5 to 10": others, "along": found["along_count"]})
+
+    def test_advice_on_segments_of_length_zero(self):
+        """A length of 0 would leave out nothing."""
+        text = "0 0 0\n1 0 0\n1 0 0\n2 0 0\n"
+        for radius, further in ((0, ""), (0.5, "--ignored-arc-length 1.572, or ")):
+            scene = (self.write("steps.txt", text), "-r", radius)
+            advice = f"near along one fiber, which is thick beside its segments; {further}--ign"
+            self.assertIn(advice, self.run_program("check", *scene, code=1))
+            self.run_program("check", *scene, "-n", 2)
 
     def test_advice_that_leaves_out_a_contact(self):
         """The length for a thick soma would hide where a thin branch turns back."""
