@@ -88,7 +88,11 @@ class VtpParser {
       refuse(file_, root, name, " is '", shown(attribute), "'; supported are '", usual, "' and '",
              other, "'");
     };
-    oneOf("type", "PolyData", "PolyData");
+    const pugi::xml_attribute type = root.attribute("type");
+    if (type && type.value() != std::string_view("PolyData")) {
+      refuse(file_, root, "type is '", shown(type),
+             "'; supported are 'PolyData' files (.vtp), as ParaView's Extract Surface makes them");
+    }
     encoding_.order =
         oneOf("byte_order", "LittleEndian", "BigEndian") ? ByteOrder::kBig : ByteOrder::kLittle;
     encoding_.wide_header = oneOf("header_type", "UInt32", "UInt64");

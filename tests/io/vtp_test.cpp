@@ -395,7 +395,8 @@ TEST(VtpTest, SaysWhatIsMalformed) {
     for (const std::string& name : {std::string("<VTKFile"), element}) at = bytes.find(name, at);
     expectRefusal(bytes, kVtp, "byte " + std::to_string(at), reason);
   };
-  refuses("PolyData\"", "ImageData\"", "<VTKFile", "type is 'ImageData'; supported are 'PolyData'");
+  refuses("PolyData\"", "ImageData\"", "<VTKFile",
+          "type is 'ImageData'; supported are 'PolyData' files (.vtp), as ParaView's");
   refuses("PolyData\"", "PolyData\" byte_order=\"Middle\"", "<VTKFile", "byte_order is 'Middle'");
   refuses("PolyData\"", "PolyData\" header_type=\"UInt8\"", "<VTKFile", "header_type is 'UInt8'");
   refuses("PolyData\"", "PolyData\" compressor=\"vtkLZ4DataCompressor\"", "<VTKFile",
