@@ -48,6 +48,9 @@ constexpr Start kStarts[] = {
      "7zXZ",
      kPacked},
     {"\x28\xB5\x2F\xFD", kPacked},
+    {"\x1F\x9D", kPacked},
+    {"PK\x03\x04", kPacked},
+    {"\x1F\x8B", "packed twice by gzip, or by a method other than deflate; unpack it first"},
 };
 
 struct Ending {
@@ -55,24 +58,25 @@ struct Ending {
   const char* what;
 };
 constexpr Ending kEndings[] = {
-    {".vtk", kVtk},    {".obj", kMesh},   {".ply", kMesh},    {".stl", kMesh},  {".off", kMesh},
-    {".trx", kTrx},    {".tt", kTt},      {".nii", kImage},   {".mif", kImage}, {".nrrd", kImage},
-    {".abc", kScene},  {".gltf", kScene}, {".glb", kScene},   {".usd", kScene}, {".usda", kScene},
-    {".usdc", kScene}, {".fbx", kScene},  {".blend", kScene}, {".h5", kHdf},    {".hdf5", kHdf},
-    {".npy", kNumpy},  {".npz", kNumpy},  {".bz2", kPacked},  {".xz", kPacked}, {".zst", kPacked},
-    {".zip", kPacked}, {".7z", kPacked},
+    {".vtk", kVtk},    {".obj", kMesh},   {".ply", kMesh},    {".stl", kMesh},   {".off", kMesh},
+    {".trx", kTrx},    {".tt", kTt},      {".nii", kImage},   {".mif", kImage},  {".nrrd", kImage},
+    {".abc", kScene},  {".gltf", kScene}, {".glb", kScene},   {".usd", kScene},  {".usda", kScene},
+    {".usdc", kScene}, {".fbx", kScene},  {".blend", kScene}, {".h5", kHdf},     {".hdf5", kHdf},
+    {".npy", kNumpy},  {".npz", kNumpy},  {".bz2", kPacked},  {".xz", kPacked},  {".zst", kPacked},
+    {".zip", kPacked}, {".7z", kPacked},  {".tar", kPacked},  {".tgz", kPacked},
 };
 
 }  // namespace
 
 std::optional<std::string> foreignFormat(std::string_view bytes, const std::string& name) {
-  for (const Start& start : kStarts) {
-    if (bytes.substr(0, start.bytes.size()) == start.bytes) return std::string("is ") + start.what;
-  }
+  // Some formats are packed themselves, and only their ending tells which they are.
   std::string ending = std::filesystem::path(name).extension().string();
   for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   for (const Ending& known : kEndings) {
     if (ending == known.ending) return std::string("is ") + known.what;
+  }
+  for (const Start& start : kStarts) {
+    if (bytes.substr(0, start.bytes.size()) == start.bytes) return std::string("is ") + start.what;
   }
   return std::nullopt;
 }

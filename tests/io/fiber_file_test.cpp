@@ -137,6 +137,10 @@ TEST(FiberFileTest, NamesFormatsThatAreNotRead) {
   refuses("Ogawa", "a.abc", "export the curves");
   refuses("\x93NUMPY", "a.npy", "NumPy");
   refuses("BZh91AY", "a.swc.bz2", "unpack it");
+  refuses("PK\x03\x04", "a.txt", "unpack it");
+  refuses("\x1F\x9D\x90", "a.swc.Z", "unpack it");
+  refuses("", "a.tgz", "unpack it");
+  refuses("\x1F\x8B\x07", "a.txt.gz", "packed twice by gzip, or by a method other than deflate");
   const TemporaryFile file(".vtk", vtk);
   EXPECT_THAT([&] { readFibers(file.path()); },
               ThrowsMessage<std::runtime_error>(HasSubstr("save it as XML (.vtp)")));

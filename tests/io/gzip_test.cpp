@@ -58,6 +58,8 @@ TEST(GzipTest, UnpacksFilesOfAnyFormat) {
   expectRead(parseFibers(packed(kNeuron), "a.swc"), FiberFormat::kSwc);
   expectRead(parseFibers(packed(kNeuron), "any name", FiberFormat::kSwc), FiberFormat::kSwc);
   expectRead(parseFibers(packed(kText), "standard input"), FiberFormat::kPolylines);
+  EXPECT_THAT([] { parseFibers(packed(packed(kText)), "a.txt.gz.gz"); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("is packed twice by gzip")));
   const std::string vtp =
       "<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"2\" NumberOfLines=\"1\">"
       "<Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">1 2 3 4 5 6"
