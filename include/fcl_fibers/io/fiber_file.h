@@ -38,8 +38,7 @@ enum class FiberFormat {
   /// be ASCII, base64 inline or appended, or raw appended; uncompressed, or compressed by zlib.
   /// Points are Float32 or Float64, indices have 32 or 64 bits. The point data `radius` of any type
   /// are radii, or the array that FiberFileOptions::radius_from names. Lines without points are
-  /// left
-  /// out, with a warning.
+  /// left out, with a warning.
   ///
   /// These are refused: LZ4 and LZMA compression; the parallel format (.pvtp); arrays that together
   /// are longer than the file, or more than 64 times as long when decompressed; and XML with more
