@@ -75,8 +75,9 @@ double largestRadius(const char* call, const FiberArrays<S>& fibers) {
   for (std::size_t i = 0; i < radiusCount(fibers); ++i) {
     const double radius = static_cast<double>(fibers.radii[i]);
     if (!(radius >= 0 && std::isfinite(radius))) {
+      const bool is_one = fibers.radii_are == FiberArrays<S>::Radii::kOne;
       throwInvalidArgument(call,
-                           "radius " + std::to_string(i) +
+                           (is_one ? std::string("the radius") : "radius " + std::to_string(i)) +
                                " is negative, NaN or infinite; give a finite radius of 0 or more");
     }
     largest = std::max(largest, radius);
