@@ -6,6 +6,7 @@ from __future__ import annotations
 import os
 import secrets
 import warnings
+from numbers import Integral
 from typing import NamedTuple, Optional, Union
 
 import numpy as np
@@ -80,11 +81,14 @@ def read(
 def _radius_from(name: Union[str, int, None]) -> bytes:
     if name is None:
         return b""
+    text = f"radius_from is {name!r}; give the name of an array, or the number of a column"
     if isinstance(name, str):
-        if not name:
-            raise ValueError("radius_from is empty; give the name of an array, or a column")
+        if not name or "\0" in name:
+            raise ValueError(text)
         return os.fsencode(name)
-    return str(_arrays.integer("radius_from", name)).encode()
+    if not isinstance(name, Integral):
+        raise TypeError(text)
+    return str(name).encode()
 
 
 def write(

@@ -124,8 +124,11 @@ def test_where_radii_are(tmp_path):
     with pytest.warns(fcl_fibers.FiberFileWarning, match="point data"):
         assert fcl_fibers.read(vtp).radii is None
     assert fcl_fibers.read(vtp, radius_from="Tübe").radii == 0.25
-    for wrong, error in (("x", ValueError), ("", ValueError), (2.5, TypeError), ([], TypeError)):
-        with pytest.raises(error, match="radius_from"):
+    with pytest.raises(ValueError, match="no array 'x', which radius_from names"):
+        fcl_fibers.read(vtp, radius_from="x")
+    wrongs = (("", ValueError), ("Tübe\0", ValueError), (2.5, TypeError), (b"Tube", TypeError))
+    for wrong, error in wrongs:
+        with pytest.raises(error, match="radius_from is .*; give the name of an array, or the num"):
             fcl_fibers.read(vtp, radius_from=wrong)
     with pytest.raises(ValueError, match="radius_from"):
         fcl_fibers.read(vtp, 0.5, radius_from="Tübe")
