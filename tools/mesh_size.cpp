@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 
 #include <fmt/format.h>
@@ -23,12 +24,10 @@ struct Bounds {
     high.fill(-low[0]);
   }
 
-  void add(const std::vector<Point>& points) {
-    for (const Point& point : points) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        low[k] = std::min(low[k], point[k]);
-        high[k] = std::max(high[k], point[k]);
-      }
+  void add(const Point& point) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], point[k]);
+      high[k] = std::max(high[k], point[k]);
     }
   }
 
@@ -48,8 +47,13 @@ void warnOfMeshSize(const FiberPolylines& fibers, const std::vector<MeshFile>& m
                     double margin, const std::string& name) {
   if (meshes.empty() || fibers.points.empty()) return;
   Bounds of_fibers, of_meshes;
-  of_fibers.add(fibers.points);
-  for (const MeshFile& mesh : meshes) of_meshes.add(mesh.points);
+  for (const Point& point : fibers.points) of_fibers.add(point);
+  for (const MeshFile& mesh : meshes) {
+    // Files may have points that no triangle has.
+    for (const std::int32_t i : mesh.triangles) {
+      of_meshes.add(mesh.points[static_cast<std::size_t>(i)]);
+    }
+  }
   const double ratio = of_meshes.size() / of_fibers.size();
   const bool have_sizes = ratio > 0 && std::isfinite(ratio);
   if (have_sizes && (ratio >= kOtherUnit || ratio <= 1 / kOtherUnit)) {

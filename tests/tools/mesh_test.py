@@ -174,6 +174,8 @@ class Mesh(ProgramTest):
             (hair.format(1, 2), box((5, 5, 5), (9, 9, 9)), frames),
             (hair.format(1, 2), box((-10, -10, -10), (10, 10, 10)), None),
             (hair.format(1, 2), box((0, 0, 2.05), (2, 2, 4)), None),
+            (hair.format(1, 2), box((0, 0, 2), (2, 2, 4)) + "v 900 0 0\n", None),
+            (hair.format(1, 2), box((5, 5, 5), (9, 9, 9)) + "v 0 0 0\n", frames),
         ):
             fibers, obj = self.write("hair.txt", text), self.write("head.obj", mesh)
             both = (fibers, "-r", 0.1, "--mesh", obj)
