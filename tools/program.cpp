@@ -370,6 +370,12 @@ int parseAndRun(std::vector<std::string> words, const ProgramParts& parts) {
   }
   addView(add("view", "Write a page that shows scenes in 3D, offline."), arguments);
 
+  const auto is_named = [&](const CLI::App* command) { return command->check_name(words.front()); };
+  if (!words.empty() && words.front().substr(0, 1) != "-" &&
+      app.get_subcommands(is_named).empty()) {
+    throw std::invalid_argument("there is no command '" + words.front() + "'; " + parts.name +
+                                " --help lists those that there are");
+  }
   try {
     std::reverse(words.begin(), words.end());  // CLI11 takes the first word from the end
     app.parse(std::move(words));

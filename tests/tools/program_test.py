@@ -429,7 +429,8 @@ class BadUse(ProgramTest):
     def test_options_that_are_none(self):
         out = self.folder / "out.vtp"
         self.refused(says="subcommand")
-        self.refused("frobnicate", says="")
+        self.refused("frobnicate", "a", says="no command 'frobnicate'; fcl_fibers --help lists")
+        self.refused("", says="no command ''")
         self.refused("check", says="SCENE")
         self.refused(
             "check", "helix", "--radius", -1, says="--radius: '-1' is not a number of 0 or more"
