@@ -336,3 +336,7 @@ if (($# > 0)); then
   steps=("$@")
 fi
 run_steps "${steps[@]}"
+if ((skipped_steps == ${#steps[@]})); then
+  echo "Nothing has run." >&2
+  exit 1
+fi

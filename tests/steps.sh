@@ -2,9 +2,10 @@
 # Sourced by .ci/run and tests/full.sh, whose steps are functions:  run_steps STEP...
 #
 # All steps run, even where one fails. At the end all are listed with their seconds, and what was
-# skipped and why. Returns 1 if one has failed.
+# skipped and why. Returns 1 if one has failed, and sets `skipped_steps` to how many were skipped.
 mkdir -p build
 skipped_list=$PWD/build/skipped.txt
+skipped_step=$PWD/build/skipped_step
 
 # What has to do with threads: the library's, the user's, and caches that the first query fills.
 # shellcheck disable=SC2034
@@ -16,10 +17,12 @@ skip() {
   echo "skipped: $1"
 }
 
-# skip_step WHY: ends the step, of which nothing has run.
+# skip_step WHY: ends the step, of which nothing has run. The file tells it from a program that ends
+# with this status, as libFuzzer does where an input fails.
 step_skipped=77
 skip_step() {
   skip "$1"
+  : >"$skipped_step"
   exit "$step_skipped"
 }
 
@@ -43,12 +46,14 @@ has_pypi() {
 }
 
 run_steps() {
-  local failed=0 skipped=0 status begin
+  local failed=0 status begin
   local lines=()
+  skipped_steps=0
   : >"$skipped_list"
   for step in "$@"; do
     printf '\n== %s ==\n' "$step"
     begin=$SECONDS
+    rm -f "$skipped_step"
     # A shell of its own, and no condition around it, as either would let a step go on after an error.
     set +e
     (
@@ -57,11 +62,13 @@ run_steps() {
     )
     status=$?
     set -e
-    case $status in
-      0) status=passed ;;
-      "$step_skipped") status=skipped && ((++skipped)) ;;
-      *) status=FAILED && ((++failed)) ;;
-    esac
+    if ((status == 0)); then
+      status=passed
+    elif ((status == step_skipped)) && [[ -e $skipped_step ]]; then
+      status=skipped && ((++skipped_steps))
+    else
+      status=FAILED && ((++failed))
+    fi
     lines+=("$(printf '%6d s  %s  %s' $((SECONDS - begin)) "$status" "$step")")
     echo "-- ${lines[-1]}"
   done
@@ -70,6 +77,6 @@ run_steps() {
   printf '%s\n' "${lines[@]}"
   sed 's/^/skipped: /' "$skipped_list"
   printf '%6d s in all. Steps: %d passed, %d failed, %d skipped\n' "$SECONDS" \
-    $(($# - failed - skipped)) "$failed" "$skipped"
+    $(($# - failed - skipped_steps)) "$failed" "$skipped_steps"
   ((failed == 0))
 }

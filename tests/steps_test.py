@@ -15,6 +15,7 @@ set -euo pipefail
 . {STEPS}
 fine() {{ skip "a part"; }}
 breaks() {{ false; echo "went on"; }}
+ends_as_skipped() {{ bash -c "exit 77"; }}
 waits() {{
   local turn
   turn=$(turn_of 2)
@@ -65,6 +66,12 @@ class Steps(unittest.TestCase):
         self.assertIn("Steps: 1 passed, 1 failed, 1 skipped\n", out)
         self.run_steps("waits", "fine", code=0)
 
+    def test_a_program_cannot_skip_a_step(self):
+        """libFuzzer ends with 77 where an input fails, and tests where they lack something."""
+        self.commit(2)
+        out = self.run_steps("waits", "fine", "ends_as_skipped", code=1).stdout
+        self.assertIn("FAILED  ends_as_skipped\n", out)
+
     def test_a_step_runs_at_its_turn(self):
         self.commit(3)
         out = self.run_steps("waits", code=0).stdout
@@ -77,7 +84,7 @@ class Steps(unittest.TestCase):
         self.assertNotIn("it ran", done.stdout)
         self.assertIn("FAILED  waits\n", done.stdout)
         self.assertIn("whole history", done.stderr)
-        self.commit(4)
+        self.commit(3)
         whole, self.project = self.project, self.folder / "shallow"
         self.project.mkdir()
         self.git("clone", "-q", "--depth", "1", f"file://{whole}", ".")
