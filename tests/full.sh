@@ -16,12 +16,18 @@ build() {
   cmake --build --preset release --target "$@"
 }
 
-# has_packages PACKAGE...: whether they are installed, or can be; else the step is skipped.
+# needs PACKAGE...: ends the step if they are not installed and cannot be.
+needs() {
+  .ci/apt_install.sh "$@" || skip_step "$*, which cannot be installed here"
+}
+
+# has_packages PACKAGE...: the same for a part of a step. Returns 1 where that part is skipped.
 has_packages() {
   .ci/apt_install.sh "$@" && return
   skip "$*, which cannot be installed here"
   return 1
 }
+python_packages=(pybind11-dev python3-dev python3-numpy python3-pytest python3-hypothesis)
 
 # run_tests PRESET ARGUMENTS...: what is skipped is told at the end.
 run_tests() {
@@ -56,7 +62,7 @@ all_managers() {
 # Everything, the benchmarks and the program too, compiles with clang without a warning, and finds the
 # recorded pairs in their order.
 clang() {
-  .ci/apt_install.sh clang
+  .ci/apt_install.sh clang pybind11-dev python3-dev
   cmake --preset release -B build/clang -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_CXX_FLAGS=-Werror
   cmake --build build/clang
   build/clang/tests/fcl_fibers_numerics_run hashes | diff tests/data/pair_order/hashes.txt -
@@ -105,12 +111,14 @@ simd_sanitized() {
 
 # The Python package under the sanitizers.
 python_sanitized() {
-  has_packages pybind11-dev python3-dev python3-numpy python3-pytest python3-hypothesis || return 0
+  needs "${python_packages[@]}"
   tests/python/sanitized.sh
 }
 
 # Random calls and scenes of the Python package, other ones at each run.
 python_long() {
+  needs "${python_packages[@]}"
+  cmake --preset release  # It left the package out if these were missing.
   build fcl_fibers_python
   FCL_FIBERS_LONG=1 run_tests release -R '^python_test$'
 }
@@ -120,7 +128,7 @@ wheels() {
   if ((EUID != 0)); then
     skip_step "wheels are tested in a system of their own, which needs root"
   fi
-  has_packages mmdebstrap python3-venv python3-pip || return 0
+  needs mmdebstrap python3-dev python3-venv python3-pip
   has_pypi || skip_step "pip does not reach PyPI, which has auditwheel and NumPy"
   local pythons=(/usr/bin/python3) python
   for python in ~/.pyenv/versions/3.{9,10,12,13,14}.*/bin/python3; do
@@ -256,7 +264,7 @@ consumers() {
 # Whether package.xml is one, and colcon builds and installs the library by it, so that a package
 # behind it finds it. Debian's packages of both are for /usr/bin/python3.
 ros() {
-  has_packages python3-catkin-pkg || return 0
+  needs python3-catkin-pkg
   /usr/bin/python3 -c '
 import sys
 from catkin_pkg.package import parse_package
@@ -285,7 +293,7 @@ sys.exit("\n".join(warnings) or package.get_build_type() != "cmake" and "package
 
 # DART from its package steps a world with our managers in the place of FCL's tree.
 dart() {
-  has_packages libdart-dev pkg-config || return 0
+  needs libdart-dev pkg-config
   local tree=$PWD/build/dart
   build fcl_fibers fcl_fibers_io fcl_fibers_program
   rm -rf "$tree"
@@ -298,8 +306,8 @@ dart() {
 
 # VTK reads what the program writes for it.
 vtk() {
+  needs python3-vtk9
   build fcl_fibers_program
-  has_packages python3-vtk9 || return 0
   FCL_FIBERS_PROGRAM=build/release/tools/fcl_fibers /usr/bin/python3 -B tests/tools/vtk_test.py
 }
 
