@@ -11,5 +11,10 @@ cmake --build --preset thread-sanitize --target "$@"
 for suite in "$@"; do
   filter='*Threads*:*WithoutMotion*:*HandedOn*:*Named*:*LeastIsRefused*:*TwoManagers*:*MayBeMade*'
   [[ $suite != parallel_test ]] || filter='*'
-  "build/thread-sanitize/tests/$suite" --gtest_brief=1 --gtest_filter="$filter"
+  test=("build/thread-sanitize/tests/$suite" --gtest_filter="$filter")
+  if ! "${test[@]}" --gtest_list_tests | grep '^ ' >/dev/null; then
+    echo "tests/thread_sanitized.sh: the filter has no test of $suite" >&2
+    exit 1
+  fi
+  "${test[@]}" --gtest_brief=1
 done
