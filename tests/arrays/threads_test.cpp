@@ -95,6 +95,8 @@ TEST(ArrayTreeThreadsTest, AreOnlyMadeIfAskedFor) {
   // In processes of their own, started anew, because threads of other tests stay.
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(std::exit(threadsMadeBy(1)), testing::ExitedWithCode(0), "");
+  // oneTBB makes none where there is one processor.
+  if (processorsOfThisProcess() == 1) return;
   EXPECT_EXIT(std::exit(threadsMadeBy(2) > 0 ? 0 : 1), testing::ExitedWithCode(0), "");
 }
 

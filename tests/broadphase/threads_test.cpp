@@ -254,6 +254,8 @@ TYPED_TEST(Threads, AreOnlyMadeIfAskedFor) {
   // In processes of their own, started anew, because threads of other tests stay.
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(std::exit(threadsMadeBy(1)), testing::ExitedWithCode(0), "");
+  // oneTBB makes none where there is one processor.
+  if (processorsOfThisProcess() == 1) return;
   EXPECT_EXIT(std::exit(threadsMadeBy(2) > 0 ? 0 : 1), testing::ExitedWithCode(0), "");
 }
 
