@@ -53,7 +53,9 @@ class Vtk(ProgramTest):
     def check(self, what, *more):
         """What `check` says of the scene, and what VTK reads of a picture of it."""
         path = self.folder / (what + ".vtp")
-        text = self.run_program("check", SCENE, "--json", f"--write-{what}", path, *more, code=1)
+        text = self.run_program(
+            "check", SCENE, "--json", "--sort", "fiber", f"--write-{what}", path, *more, code=1
+        )
         said = json.loads(text)
         self.assertEqual((said["fibers"], said["segments"]), (FIBERS, SEGMENTS))
         self.assertGreater(said["contact_count"], 20)
