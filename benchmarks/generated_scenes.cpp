@@ -15,6 +15,7 @@
 #include "scenes/cap.h"
 #include "scenes/helix.h"
 #include "scenes/paper_scenes.h"
+#include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -94,7 +95,8 @@ class Parameters {
 
   void requireNoMore() const {
     if (!keys_.empty()) {
-      refuse(text_, "there is no key '" + keys_.begin()->first + "' here; see fcl_fibers --help");
+      refuse(text_, "there is no key '" + keys_.begin()->first + "' here; see " +
+                        tools::programName() + " --help");
     }
   }
 
@@ -207,7 +209,8 @@ SceneSource makeScene(const std::string& text, std::optional<double> radius, int
   const auto* const kind = std::find_if(std::begin(kKinds), std::end(kKinds),
                                         [&](const Kind& k) { return name == k.name; });
   if (kind == std::end(kKinds)) {
-    refuse(text, "there is neither a file nor a scene of that name; see fcl_fibers --help");
+    refuse(text, "there is neither a file nor a scene of that name; see " + tools::programName() +
+                     " --help");
   }
   if (radius) {
     refuse(text, "--radius is for files; for a generated scene give " + text +

@@ -24,8 +24,8 @@
 
 #include <fcl_fibers/fiber_tree.h>
 
+#include <fcl_fibers/benchmark/judge.h>
 #include "harness/seconds.h"
-#include "judge/exact_capsule_test.h"
 #include "scenes/helix.h"
 
 namespace fcl_fibers::benchmarks {

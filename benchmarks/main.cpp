@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// All that is measured. One run is one measure, on one scene where it has any; its results go to a
-// file of Google Benchmark's, of which benchmarks/report makes tables, and benchmarks/run.sh runs
-// what belongs together:
+// All that is measured. Without --measure it is a minute's headline: ours beside FCL's tree, by the
+// same door as anyone's manager (fcl_fibers/benchmark/managers.h). Otherwise one run is one
+// measure, on one scene where it has any; its results go to a file of Google Benchmark's, of which
+// benchmarks/report makes tables, and benchmarks/run.sh runs what belongs together:
 //
 //   fcl_fibers_bench --measure=frames [SCENE] [--against=WHOM]
+//   fcl_fibers_bench --measure=card [SCENE] [--scalar=double|float]
 //   fcl_fibers_bench --measure=arrays|growth [SCENE]
 //   fcl_fibers_bench --measure=obstacles --scene=cap|combed [--triangles=N]
 //   fcl_fibers_bench --measure=cables [--cables=N] [--triangles=N]
@@ -35,9 +37,16 @@
 //                FCL's "stock", end points +- radius for FCL's "tight", none for ours) + update();
 //                detection: the query of all pairs, with a callback that counts. Of the paper's
 //                dynamic assembly the sum over --steps. "visited" are pairs before any filter:
-//                Embree visits both orders of a pair, and each object with itself. `_and_collide`:
-//                fcl::collide on `sampled` pairs `of` those reported, scaled to all.
+//                Embree visits both orders of a pair, and each object with itself. "boxes" are the
+//                seconds of writing all boxes once, which set_up is without. `_and_test`: detection
+//                with the closed form of two capsules in the callback, on all pairs.
+//                `_and_collide`: fcl::collide on `sampled` pairs `of` those reported, scaled to
+//                all.
 //   Floor/read   a loop over the objects that reads their transforms and capsules
+//
+// The results of card: `Card/<contender>/<segments>` is the check at each size of the scene, as
+// Checked/... is; whoever is not right is left out of the larger sizes. At the full size there are
+// `Frames/...` too.
 //
 // Of Embree's and Bullet's times, update is reading the boxes from the poses, as our manager does,
 // and what the library does with them.
@@ -96,16 +105,16 @@
 #include <benchmark/benchmark.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
-#include <fstream>
 #include <map>
-#include <stdexcept>
 #include <string>
-#include <thread>
-#include <vector>
 
+#include <fcl_fibers/benchmark/managers.h>
+
+#include "harness/command_line.h"
 #include "harness/progress.h"
 #include "measures.h"
 
@@ -113,16 +122,27 @@ namespace fcl_fibers::benchmarks {
 namespace {
 
 const std::map<std::string, bool (*)(const Request&)> kMeasures = {
-    {"arrays", measureArrays},       {"cables", measureCables},
-    {"chain", measureChain},         {"clients", measureClients},
-    {"costs", measureCosts},         {"dials", measureDials},
-    {"frames", measureFrames},       {"growth", measureGrowth},
-    {"motion", measureMotion},       {"motion-dials", measureMotionDials},
-    {"obstacles", measureObstacles}, {"pictures", measurePictures},
-    {"queries", measureQueries},     {"radii", measureRadii},
-    {"replay", measureReplay},       {"rods", measureRods},
-    {"sampling", measureSampling},   {"shapes", measureShapes},
-    {"volumes", measureVolumes},     {"volume-tests", measureVolumeTests},
+    {"arrays", measureArrays},
+    {"cables", measureCables},
+    {"card", measureCard},
+    {"chain", measureChain},
+    {"clients", measureClients},
+    {"costs", measureCosts},
+    {"dials", measureDials},
+    {"frames", measureFrames},
+    {"growth", measureGrowth},
+    {"motion", measureMotion},
+    {"motion-dials", measureMotionDials},
+    {"obstacles", measureObstacles},
+    {"pictures", measurePictures},
+    {"queries", measureQueries},
+    {"radii", measureRadii},
+    {"replay", measureReplay},
+    {"rods", measureRods},
+    {"sampling", measureSampling},
+    {"shapes", measureShapes},
+    {"volumes", measureVolumes},
+    {"volume-tests", measureVolumeTests},
 };
 
 void addOptions(CLI::App& app, std::string& measure, Request& request) {
@@ -141,6 +161,8 @@ void addOptions(CLI::App& app, std::string& measure, Request& request) {
   app.add_option("--steps", request.scene.steps, "Of the paper's dynamic assembly")
       ->check(CLI::Range(1, 100));
   app.add_option("--against", request.against, "Who is measured");
+  app.add_option("--scalar", request.scalar, "Of the card's objects and managers")
+      ->check(CLI::IsMember({"double", "float"}));
   app.add_option("--limit", request.limit, "Seconds that a phase may take")
       ->check(CLI::Range(0.01, 1e6));
   app.add_option("--chain", request.chain)->check(CLI::IsMember({"random", "snake", "straight"}));
@@ -152,34 +174,7 @@ void addOptions(CLI::App& app, std::string& measure, Request& request) {
   app.add_option("--out_dir", request.out_dir, "Where pictures are written");
 }
 
-/// The flags that `app` does not know. Google Benchmark keeps the pointer to the program's name.
-void initializeBenchmark(const CLI::App& app, char* program) {
-  std::vector<std::string> texts = {"--benchmark_enable_random_interleaving=true"};
-  for (const std::string& text : app.remaining()) texts.push_back(text);
-  std::vector<char*> pointers = {program};
-  for (std::string& text : texts) pointers.push_back(text.data());
-  int count = static_cast<int>(pointers.size());
-  benchmark::Initialize(&count, pointers.data());
-  if (benchmark::ReportUnrecognizedArguments(count, pointers.data())) {
-    throw std::invalid_argument("see the head of benchmarks/main.cpp");
-  }
-}
-
-std::string machine() {
-  std::string processor = "unknown processor";
-  std::ifstream cpuinfo("/proc/cpuinfo");
-  for (std::string line; std::getline(cpuinfo, line);) {
-    if (line.rfind("model name", 0) == 0) processor = line.substr(line.find(':') + 2);
-  }
-  return processor + ", " + std::to_string(std::thread::hardware_concurrency()) + " cores";
-}
-
 void addContext(int argc, char** argv, const std::string& measure, const Request& request) {
-#ifdef __clang__
-  const std::string compiler = "clang " __clang_version__;
-#else
-  const std::string compiler = "g++ " __VERSION__;
-#endif
   const char* const commit = std::getenv("FCL_FIBERS_COMMIT");
   // The folders of the program, of files and of results mean nothing to others.
   std::string command = "fcl_fibers_bench";
@@ -191,7 +186,7 @@ void addContext(int argc, char** argv, const std::string& measure, const Request
   if (tools::isFile(scene)) scene = scene.substr(scene.find_last_of('/') + 1);
   const std::size_t seed = scene.find("seed=");
   benchmark::AddCustomContext("machine", machine());
-  benchmark::AddCustomContext("compiler", compiler);
+  benchmark::AddCustomContext("compiler", compiler());
   benchmark::AddCustomContext("build_type", FCL_FIBERS_BUILD_TYPE);
   benchmark::AddCustomContext("commit", commit == nullptr ? "unknown" : commit);
   benchmark::AddCustomContext("command", command);
@@ -203,13 +198,30 @@ void addContext(int argc, char** argv, const std::string& measure, const Request
       seed == std::string::npos ? "1" : scene.substr(seed + 5, scene.find(',', seed) - seed - 5));
 }
 
-int run(int argc, char** argv) {
+/// Ours beside FCL's tree on some of the paper's scenes.
+int runHeadline(int argc, char** argv) {
+  registerPeers();
+  const int code =
+      run(argc, argv,
+          {"paper-static:fibers=500", "paper-half-scalp:fibers=2000", "paper-strand:fibers=50"});
+  std::string measures;
+  for (const auto& [name, measure] : kMeasures) measures += (measures.empty() ? "" : "|") + name;
+  if (code == 0) {
+    std::printf(
+        "More: --scene=SCENE, of which --help lists the names; --measure=%s,\n"
+        "which the head of benchmarks/main.cpp explains; benchmarks/run.sh --help\n",
+        measures.c_str());
+  }
+  return code;
+}
+
+int runMeasure(int argc, char** argv) {
   std::string measure;
   Request request;
   CLI::App app("Measures what --measure names. Other flags are Google Benchmark's.");
   addOptions(app, measure, request);
   CLI11_PARSE(app, argc, argv);
-  initializeBenchmark(app, argv[0]);
+  initializeBenchmark(argv[0], app.remaining());
   addContext(argc, argv, measure, request);
   const bool right = kMeasures.at(measure)(request);
   endProgress();
@@ -221,9 +233,13 @@ int run(int argc, char** argv) {
 }  // namespace fcl_fibers::benchmarks
 
 int main(int argc, char** argv) {
+  const bool measures = std::any_of(argv + 1, argv + argc, [](const char* word) {
+    return std::string(word).rfind("--measure", 0) == 0;
+  });
+  if (!measures) return fcl_fibers::benchmarks::runHeadline(argc, argv);
   fcl_fibers::benchmarks::showProgressEverywhere();
   try {
-    return fcl_fibers::benchmarks::run(argc, argv);
+    return fcl_fibers::benchmarks::runMeasure(argc, argv);
   } catch (const std::exception& error) {
     fcl_fibers::benchmarks::endProgress();
     std::fprintf(stderr, "fcl_fibers_bench: %s\n", error.what());

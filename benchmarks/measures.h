@@ -12,6 +12,7 @@ namespace fcl_fibers::benchmarks {
 struct Request {
   SceneRequest scene;
   std::string against = "headline";  ///< see readAgainst()
+  std::string scalar = "double";     ///< of the card: or float
   double limit = 120;                ///< seconds that a phase may take while it is checked
   std::string chain = "random";      ///< see makeChain()
   int edge = 16;
@@ -27,6 +28,7 @@ struct Request {
 
 bool measureArrays(const Request& request);
 bool measureFrames(const Request& request);
+bool measureCard(const Request& request);
 bool measureQueries(const Request& request);
 bool measureClients(const Request& request);
 bool measureGrowth(const Request& request);

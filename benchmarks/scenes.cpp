@@ -10,8 +10,9 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-MovingFibers movingFibers(const tools::SceneSource& source, bool rows,
-                          const std::vector<int>& frames) {
+template <typename S>
+BasicMovingFibers<S> movingFibers(const tools::SceneSource& source, bool rows,
+                                  const std::vector<int>& frames) {
   showProgress(source.title + ": make the scene");
   const FiberPolylines first = source.make(frames.at(0));
   std::vector<std::size_t> order;
@@ -19,7 +20,7 @@ MovingFibers movingFibers(const tools::SceneSource& source, bool rows,
   const auto inOrder = [&](const FiberPolylines& scene) {
     return rows ? reordered(scene, order) : scene;
   };
-  MovingFibers fibers(source.title, inOrder(first), inOrder(source.make(frames.at(1))));
+  BasicMovingFibers<S> fibers(source.title, inOrder(first), inOrder(source.make(frames.at(1))));
   for (std::size_t i = 2; i < frames.size(); ++i) fibers.addFrame(inOrder(source.make(frames[i])));
   return fibers;
 }
@@ -37,14 +38,16 @@ std::array<FiberPolylines, 2> twoFrames(const SceneRequest& request) {
   return {source.make(frames[0]), source.make(frames[1])};
 }
 
-MovingFibers movingFibers(const tools::SceneSource& source, bool rows) {
-  return movingFibers(source, rows, twoFrames(source));
+template <typename S>
+BasicMovingFibers<S> movingFibers(const tools::SceneSource& source, bool rows) {
+  return movingFibers<S>(source, rows, twoFrames(source));
 }
 
-Motion makeMotion(const SceneRequest& request, int part) {
+template <typename S>
+BasicMotion<S> makeMotion(const SceneRequest& request, int part) {
   const tools::SceneSource source = openScene(request.text, request.radius, part);
   if (source.name != "paper-dynamic" || source.playable.size() == 1) {
-    Motion motion = {movingFibers(source, request.rows), false, {}};
+    BasicMotion<S> motion = {movingFibers<S>(source, request.rows), false, {}};
     if (source.is_file && part > 1) {
       const std::size_t fibers = motion.fibers.fiberCount() / static_cast<std::size_t>(part);
       motion.fibers.keepFirst(std::max<std::size_t>(1, fibers));
@@ -54,10 +57,15 @@ Motion makeMotion(const SceneRequest& request, int part) {
   const int last = source.frame_count - 1;
   std::vector<int> frames;
   for (int i = 0; i <= request.steps; ++i) frames.push_back(i * last / request.steps);
-  Motion motion = {movingFibers(source, request.rows, frames), true, {}};
-  motion.checked.push_back(movingFibers(source, request.rows, {0, last / 4}));
-  motion.checked.push_back(movingFibers(source, request.rows, {last / 2, last}));
+  BasicMotion<S> motion = {movingFibers<S>(source, request.rows, frames), true, {}};
+  motion.checked.push_back(movingFibers<S>(source, request.rows, {0, last / 4}));
+  motion.checked.push_back(movingFibers<S>(source, request.rows, {last / 2, last}));
   return motion;
 }
+
+template BasicMovingFibers<float> movingFibers(const tools::SceneSource&, bool);
+template BasicMovingFibers<double> movingFibers(const tools::SceneSource&, bool);
+template BasicMotion<float> makeMotion(const SceneRequest&, int);
+template BasicMotion<double> makeMotion(const SceneRequest&, int);
 
 }  // namespace fcl_fibers::benchmarks

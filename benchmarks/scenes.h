@@ -21,20 +21,24 @@ struct SceneRequest {
 
 /// Two frames that take turns: the one that the scene asks for, and the next one.
 std::array<FiberPolylines, 2> twoFrames(const SceneRequest& request);
-MovingFibers movingFibers(const tools::SceneSource& source, bool rows = false);
+template <typename S = double>
+BasicMovingFibers<S> movingFibers(const tools::SceneSource& source, bool rows = false);
 
 /// A scene and how its motion is gone through.
-struct Motion {
-  MovingFibers fibers;
+template <typename S>
+struct BasicMotion {
+  BasicMovingFibers<S> fibers;
   bool summed = false;  ///< over all frames in their order; else two frames take turns
 
   /// Where contenders are checked, two frames each; those of `fibers` if there are none.
-  std::vector<MovingFibers> checked;
+  std::vector<BasicMovingFibers<S>> checked;
 };
+using Motion = BasicMotion<double>;
 
 /// The paper's dynamic assembly through its steps, unless one frame of it is asked for; any other
 /// scene in two frames. Throws std::invalid_argument where there is no such scene, or no radius.
 /// @param part  one out of so many fibers: of a scene that is made, they are as dense as all
-Motion makeMotion(const SceneRequest& request, int part = 1);
+template <typename S = double>
+BasicMotion<S> makeMotion(const SceneRequest& request, int part = 1);
 
 }  // namespace fcl_fibers::benchmarks

@@ -14,37 +14,38 @@
 
 namespace fcl_fibers::benchmarks {
 
-using Manager = fcl::BroadPhaseCollisionManagerd;
-
-/// Which pairs a manager is to report. It may report more where it says "at least".
-enum class Reported {
-  kTouchingAtLeast,  ///< every touching pair: what any broad phase must do
-  kTightBoxes,       ///< pairs of overlapping tight boxes, up to the rounding of bounds
-  kSpheres,          ///< pairs of overlapping spheres, the same for all of this kind
-  kTouching,         ///< touching pairs and no other
-};
+template <typename S>
+using BasicManager = fcl::BroadPhaseCollisionManager<S>;
+using Manager = BasicManager<double>;
 
 /// One manager in one configuration.
-struct Contender {
+template <typename S>
+struct BasicContender {
+  using Objects = std::vector<fcl::CollisionObject<S>*>;
+
   std::string manager;  ///< as in the benchmark's name
   std::string variant;  ///< likewise, `_` for a space
   bool ours;
   Boxes boxes;  ///< what it reads
   Reported reported;
   /// Constructs the manager for these objects, of which it registers none.
-  std::function<std::unique_ptr<Manager>(const std::vector<Object*>&)> make;
+  MakeManager<S> make;
   /// Fibers are registered as fibers, and it reports no pair of adjacent segments.
   bool leaves_out_adjacent = false;
 
   /// `LayeredAABBTree/boxes_2_threads`
-  std::string name() const { return manager + "/" + variant; }
+  std::string name() const { return variant.empty() ? manager : manager + "/" + variant; }
   /// `LayeredAABBTree, boxes 2 threads`
   std::string title() const;
 
   /// Constructs the manager, registers the objects and calls setup().
-  std::unique_ptr<Manager> setUp(const std::vector<Object*>& objects) const;
-  std::unique_ptr<Manager> setUp(const MovingFibers& fibers) const;
+  std::unique_ptr<BasicManager<S>> setUp(const Objects& objects) const;
+  std::unique_ptr<BasicManager<S>> setUp(const BasicMovingFibers<S>& fibers) const;
 };
+
+extern template struct BasicContender<float>;
+extern template struct BasicContender<double>;
+using Contender = BasicContender<double>;
 
 /// LayeredAABBTree/{boxes,capsules,super_thread}, the first two on 2 threads too, and
 /// WrappedSphereTree/{spheres,capsules,super_thread}; objects are registered without their fibers.
@@ -59,7 +60,13 @@ std::vector<Contender> paperTrees();
 std::vector<Contender> fclTrees(Boxes boxes);
 
 /// FCL's managers as FCL constructs them, such as SaP/tight, its trees among them.
-std::vector<Contender> fclManagers(Boxes boxes);
+template <typename S = double>
+std::vector<BasicContender<S>> fclManagers(Boxes boxes);
+
+/// Of the card: fclManagers() on both kinds of boxes, and ours on the published topology and on
+/// bundles, such as LayeredAABBTree/published.
+template <typename S>
+std::vector<BasicContender<S>> cardContenders();
 
 /// Embree's and Bullet's trees, those of them that this program was built with.
 std::vector<Contender> foreignContenders();
@@ -104,18 +111,29 @@ constexpr std::size_t kPhases = 3;
 const char* phaseName(Phase phase);
 
 /// After a motion: boxes as the manager reads them, and update().
-inline void update(const Contender& contender, MovingFibers& fibers, Manager& manager) {
+template <typename S>
+void update(const BasicContender<S>& contender, BasicMovingFibers<S>& fibers,
+            BasicManager<S>& manager) {
   fibers.computeBoxes(contender.boxes);
   manager.update();
 }
 
 /// A callback that counts in the std::size_t that its data points to.
-inline bool countPair(Object*, Object*, void* count) {
+template <typename S>
+bool countPair(fcl::CollisionObject<S>*, fcl::CollisionObject<S>*, void* count) {
   ++*static_cast<std::size_t*>(count);
   return false;
 }
 
 /// Self-collision with a callback that does nothing but count, or however the manager counts.
-PairCount countPairs(const Manager& manager);
+template <typename S>
+PairCount countPairs(const BasicManager<S>& manager) {
+  if (const auto* foreign = dynamic_cast<const ForeignManager*>(&manager)) {
+    return foreign->countPairs();
+  }
+  std::size_t count = 0;
+  manager.collide(&count, countPair<S>);
+  return {count, count};
+}
 
 }  // namespace fcl_fibers::benchmarks

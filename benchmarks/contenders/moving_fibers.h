@@ -7,43 +7,43 @@
 #include <string>
 #include <vector>
 
+#include <fcl/geometry/shape/capsule.h>
 #include <fcl/narrowphase/collision_object.h>
 #include <fcl_fibers/fiber_objects.h>
 
-#include "judge/exact_capsule_test.h"
+#include <fcl_fibers/benchmark/judge.h>
+#include <fcl_fibers/benchmark/managers.h>
 
 namespace fcl_fibers::benchmarks {
 
-using Object = fcl::CollisionObjectd;
-
-/// What `CollisionObject::getAABB` returns.
-enum class Boxes {
-  kNone,   ///< FCL's, of whatever pose: ours reads only what a program has added to them
-  kStock,  ///< `computeAABB()`: the cube around the capsule's bounding sphere
-  kTight,  ///< end points +- radius
-};
-
 /// A capsule whose box can be made tight, which FCL's own object cannot.
-class CapsuleObject : public Object {
+template <typename S>
+class BasicCapsuleObject : public fcl::CollisionObject<S> {
  public:
-  using Object::Object;
-  void computeTightAABB() { aabb = tightBox(); }
+  using fcl::CollisionObject<S>::CollisionObject;
+  void computeTightAABB() { this->aabb = tightBox(); }
 
   /// End points +- radius, where the object is now.
-  fcl::AABBd tightBox() const;
+  fcl::AABB<S> tightBox() const;
 
   /// Where the object is now.
   Capsule capsule() const;
+
+ private:
+  const fcl::Capsule<S>& shape() const;
 };
 
 /// The objects that all managers share, and the frames of their motion.
-class MovingFibers {
+template <typename S>
+class BasicMovingFibers {
  public:
+  using Object = fcl::CollisionObject<S>;
+
   /// Frames that there are at least, and that managers are checked in.
   static constexpr int kFrames = 2;
 
   /// Both scenes have the same fibers; all objects start in frame 0, in their order in the scene.
-  MovingFibers(std::string name, const FiberPolylines& frame0, const FiberPolylines& frame1);
+  BasicMovingFibers(std::string name, const FiberPolylines& frame0, const FiberPolylines& frame1);
 
   /// A further frame of the same fibers. Capsules keep their lengths of frame 0.
   void addFrame(const FiberPolylines& frame);
@@ -68,6 +68,10 @@ class MovingFibers {
   /// Capsules of all objects where they are now.
   std::vector<Capsule> capsules() const;
 
+  /// By how much a manager may err in the distance of two capsules, as its scalar rounds their
+  /// poses and boxes.
+  double rounding() const;
+
   void setPoses(int frame);
   void computeBoxes(Boxes boxes);
 
@@ -79,12 +83,21 @@ class MovingFibers {
 
  private:
   std::string name_;
-  std::vector<std::unique_ptr<CapsuleObject>> capsule_objects_;
+  std::vector<std::unique_ptr<BasicCapsuleObject<S>>> capsule_objects_;
   std::vector<Object*> objects_;
   std::vector<Fiber> fibers_;
-  std::vector<std::vector<fcl::Transform3d>> poses_;  ///< by frame
+  std::vector<std::vector<fcl::Transform3<S>>> poses_;  ///< by frame
   int frame_ = 0;
   Boxes boxes_ = Boxes::kStock;
 };
+
+extern template class BasicCapsuleObject<float>;
+extern template class BasicCapsuleObject<double>;
+extern template class BasicMovingFibers<float>;
+extern template class BasicMovingFibers<double>;
+
+using Object = fcl::CollisionObjectd;
+using CapsuleObject = BasicCapsuleObject<double>;
+using MovingFibers = BasicMovingFibers<double>;
 
 }  // namespace fcl_fibers::benchmarks

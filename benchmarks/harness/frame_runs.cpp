@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <memory>
 #include <stdexcept>
+#include <type_traits>
 #include <utility>
 
 namespace fcl_fibers::benchmarks {
@@ -24,7 +25,8 @@ constexpr std::size_t kLargeFromSegments = 1'000'000;
 /// Pairs that fcl::collide is called on in a frame, and at most in a run.
 constexpr std::size_t kNarrowPairs = 50'000, kNarrowPairsOfRun = 200'000;
 
-std::vector<int> framesOfRun(const Motion& motion, double seconds_per_frame) {
+template <typename S>
+std::vector<int> framesOfRun(const BasicMotion<S>& motion, double seconds_per_frame) {
   std::vector<int> frames;
   if (motion.summed) {
     for (int frame = 1; frame < motion.fibers.frameCount(); ++frame) frames.push_back(frame);
@@ -38,8 +40,9 @@ std::vector<int> framesOfRun(const Motion& motion, double seconds_per_frame) {
 
 }  // namespace
 
-void registerChecked(const Contender& contender, const Preflight& checked,
-                     const MovingFibers& fibers) {
+template <typename S>
+void registerChecked(const BasicContender<S>& contender, const Preflight& checked,
+                     const BasicMovingFibers<S>& fibers, const std::string& name) {
   Numbers numbers;
   const auto set = [&](const char* name, std::size_t value) {
     numbers[name] = static_cast<double>(value);
@@ -57,14 +60,13 @@ void registerChecked(const Contender& contender, const Preflight& checked,
   for (std::size_t p = 0; p < kPhases; ++p) {
     numbers[phaseName(static_cast<Phase>(p))] = checked.seconds[p];
   }
-  std::string label = checked.note;
-  if (!label.empty()) label += std::string(" in ") + phaseName(checked.phase);
-  if (!checked.detail.empty()) label += ": " + checked.detail;
-  registerNumbers("Checked/" + contender.name(), numbers, label);
+  registerNumbers(name.empty() ? "Checked/" + contender.name() : name, numbers,
+                  checked.whyNotTimed());
 }
 
-FrameRuns::FrameRuns(const Contender& contender, const Preflight& checked, Motion& motion,
-                     Phase last)
+template <typename S>
+BasicFrameRuns<S>::BasicFrameRuns(const BasicContender<S>& contender, const Preflight& checked,
+                                  BasicMotion<S>& motion, Phase last)
     : contender_(contender),
       checked_(checked),
       motion_(motion),
@@ -73,7 +75,8 @@ FrameRuns::FrameRuns(const Contender& contender, const Preflight& checked, Motio
   if (last == Phase::kSetUp) frames_.clear();
 }
 
-int FrameRuns::runCount() const {
+template <typename S>
+int BasicFrameRuns<S>::runCount() const {
   const bool large = motion_.fibers.segmentCount() >= kLargeFromSegments;
   // What was not checked to its end has no seconds of a frame, and is slow.
   const double frames = static_cast<double>(frames_.size()) * checked_.frameSeconds();
@@ -83,35 +86,66 @@ int FrameRuns::runCount() const {
   return static_cast<int>(runs) / 2 * 2 + 1;  // odd, for the median to be one of them
 }
 
-void FrameRuns::registerFrames(int runs, bool narrow_phase) {
-  narrow_phase_ = narrow_phase;
+template <typename S>
+void BasicFrameRuns<S>::registerFrames(int runs, const std::vector<PairWork>& more) {
   if (runs == 0) runs = runCount();
+  const auto secondsOfFrame = [this](const Numbers& numbers) {
+    if (last_ == Phase::kSetUp) return numbers.at("set_up");
+    return numbers.at("update") + (last_ == Phase::kUpdate ? 0 : numbers.at("detection"));
+  };
   const std::string name = "Frames/" + contender_.name();
-  const auto plain = [this](Numbers& numbers) { return frame(numbers, false); };
-  registerRuns(name, runs, plain, contender_.ours);
-  if (!narrow_phase) return;
-  const auto with_narrow_phase = [this](Numbers& numbers) { return frame(numbers, true); };
-  registerRuns(name + "_and_collide", runs, with_narrow_phase, false);
+  registerEntry(name, runs, PairWork::kCount, secondsOfFrame);
+  for (const PairWork work : more) {
+    const char* const suffix = work == PairWork::kTest ? "_and_test" : "_and_collide";
+    registerEntry(name + suffix, runs, work, secondsOfFrame);
+  }
 }
 
-double FrameRuns::frame(Numbers& numbers, bool with_narrow_phase) {
-  std::deque<Numbers>& waiting = with_narrow_phase ? with_narrow_phase_ : plain_;
-  if (waiting.empty()) run();
-  numbers = std::move(waiting.front());
-  waiting.pop_front();
-  if (last_ == Phase::kSetUp) return numbers["set_up"];
-  return numbers["update"] + (last_ == Phase::kUpdate ? 0 : numbers["detection"]);
+template <typename S>
+void BasicFrameRuns<S>::registerPhases(const std::string& name) {
+  const auto add = [&](const char* entry, PairWork work, const char* phase) {
+    registerEntry(name + "/" + entry, runCount(), work,
+                  [phase](const Numbers& numbers) { return numbers.at(phase); });
+  };
+  add("construction", PairWork::kCount, "set_up");
+  add("update", PairWork::kCount, "update");
+  add("detection", PairWork::kCount, "detection");
+  const bool tests = contender_.reported != Reported::kTouching;
+  add("touching", tests ? PairWork::kTest : PairWork::kCount, "detection");
 }
 
-void FrameRuns::run() {
-  MovingFibers& fibers = motion_.fibers;
+template <typename S>
+void BasicFrameRuns<S>::registerEntry(const std::string& name, int runs, PairWork work,
+                                      std::function<double(const Numbers&)> seconds) {
+  Entry& entry = entries_.emplace_back(Entry{work, std::move(seconds)});
+  const auto next = [this, &entry](Numbers& numbers) {
+    if (entry.waiting.empty()) run();
+    numbers = std::move(entry.waiting.front());
+    entry.waiting.pop_front();
+    return entry.seconds(numbers);
+  };
+  registerRuns(name, runs, next, contender_.ours && work == PairWork::kCount);
+}
+
+template <typename S>
+bool BasicFrameRuns<S>::does(PairWork work) const {
+  return std::any_of(entries_.begin(), entries_.end(),
+                     [work](const Entry& entry) { return entry.work == work; });
+}
+
+template <typename S>
+void BasicFrameRuns<S>::run() {
+  BasicMovingFibers<S>& fibers = motion_.fibers;
+  fibers.setPoses(0);
+  // A program writes its boxes before it hands its objects to a manager.
+  const double boxes_seconds = seconds([&] { fibers.computeBoxes(contender_.boxes); });
   fibers.bringTo(0, contender_.boxes);
-  std::unique_ptr<Manager> manager;
+  std::unique_ptr<BasicManager<S>> manager;
   const double set_up = seconds([&] { manager = contender_.setUp(fibers); });
-  double update_seconds = 0, detection_seconds = 0;
+  double update_seconds = 0, detection_seconds = 0, test_seconds = 0;
   PairCount count;
+  std::size_t touching = 0, sampled = 0;
   NarrowPhase narrow;
-  std::size_t sampled = 0;
   bool is_new = true;
   for (const int frame : frames_) {
     // FCL's trees become slower with every update: after the second on the cap, the array form's
@@ -130,11 +164,16 @@ void FrameRuns::run() {
     notePairs(frame, found.pairs);
     count.pairs += found.pairs;
     count.visited += found.visited;
-    if (!narrow_phase_) continue;
-    const PairSample& sample = sampleOf(frame, *manager);
-    const NarrowPhase more = collide(sample);
-    narrow = {narrow.seconds + more.seconds, narrow.touching + more.touching};
-    sampled += sample.pairs.size();
+    if (does(PairWork::kTest)) {
+      test_seconds += seconds([&] { touching += countTouching(*manager); });
+    }
+    if constexpr (std::is_same_v<S, double>) {
+      if (!does(PairWork::kCollide)) continue;
+      const PairSample& sample = sampleOf(frame, *manager);
+      const NarrowPhase more = collide(sample);
+      narrow = {narrow.seconds + more.seconds, narrow.touching + more.touching};
+      sampled += sample.pairs.size();
+    }
   }
 
   // A sum over all frames, or the mean of the two that take turns.
@@ -144,23 +183,30 @@ void FrameRuns::run() {
   const auto known = [&](Phase phase, auto sum) {
     return phase <= last_ ? perFrame(sum) : Preflight::kUnknown;
   };
-  Numbers numbers = {{"set_up", set_up},
-                     {"frames", static_cast<double>(frames_.size())},
-                     {"update", known(Phase::kUpdate, update_seconds)},
-                     {"detection", known(Phase::kDetection, detection_seconds)},
-                     {"pairs", known(Phase::kDetection, count.pairs)},
-                     {"visited", known(Phase::kDetection, count.visited)}};
-  plain_.push_back(numbers);
-  if (!narrow_phase_) return;
-  numbers["detection"] = perFrame(detection_seconds + narrow.seconds);
-  numbers["sampled"] = perFrame(sampled);
-  numbers["of"] = numbers["pairs"];
-  numbers["touching"] = perFrame(narrow.touching);
-  with_narrow_phase_.push_back(numbers);
+  const Numbers numbers = {{"boxes", boxes_seconds},
+                           {"set_up", set_up},
+                           {"frames", static_cast<double>(frames_.size())},
+                           {"update", known(Phase::kUpdate, update_seconds)},
+                           {"detection", known(Phase::kDetection, detection_seconds)},
+                           {"pairs", known(Phase::kDetection, count.pairs)},
+                           {"visited", known(Phase::kDetection, count.visited)}};
+  for (Entry& entry : entries_) {
+    Numbers& result = entry.waiting.emplace_back(numbers);
+    if (entry.work == PairWork::kTest) {
+      result["detection"] = perFrame(test_seconds);
+      result["touching"] = perFrame(touching);
+    } else if (entry.work == PairWork::kCollide) {
+      result["detection"] = perFrame(detection_seconds + narrow.seconds);
+      result["sampled"] = perFrame(sampled);
+      result["of"] = result["pairs"];
+      result["touching"] = perFrame(narrow.touching);
+    }
+  }
 }
 
 /// A query by itself, which takes longer than fcl::collide on the sample: it is done once.
-const PairSample& FrameRuns::sampleOf(int frame, const Manager& manager) {
+template <typename S>
+const PairSample& BasicFrameRuns<S>::sampleOf(int frame, const Manager& manager) {
   const auto [known, is_new] = samples_.try_emplace(frame);
   if (is_new) {
     const std::size_t frames = std::max<std::size_t>(frames_.size(), 1);
@@ -171,9 +217,10 @@ const PairSample& FrameRuns::sampleOf(int frame, const Manager& manager) {
 }
 
 /// What is timed is what was checked. Embree's trees are not the same each time, and some of them
-/// have several boxes to a leaf.
-void FrameRuns::notePairs(int frame, std::size_t pairs) {
-  if (contender_.manager == "Embree") return;
+/// have several boxes to a leaf. The cells of FCL's hash are those of the boxes at set-up.
+template <typename S>
+void BasicFrameRuns<S>::notePairs(int frame, std::size_t pairs) {
+  if (contender_.manager == "Embree" || contender_.manager == "SpatialHashing") return;
   const auto [known, is_new] = pairs_.try_emplace(frame, pairs);
   if (is_new && !motion_.summed) {
     known->second = checked_.frames[static_cast<std::size_t>(frame)].reported;
@@ -182,5 +229,12 @@ void FrameRuns::notePairs(int frame, std::size_t pairs) {
     throw std::runtime_error("reports other pairs than when it was checked, or in another run");
   }
 }
+
+template void registerChecked(const BasicContender<float>&, const Preflight&,
+                              const BasicMovingFibers<float>&, const std::string&);
+template void registerChecked(const BasicContender<double>&, const Preflight&,
+                              const BasicMovingFibers<double>&, const std::string&);
+template class BasicFrameRuns<float>;
+template class BasicFrameRuns<double>;
 
 }  // namespace fcl_fibers::benchmarks

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <deque>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -15,42 +16,65 @@
 
 namespace fcl_fibers::benchmarks {
 
-/// Registers `Checked/<contender>`: what the check has found, and why the contender is not timed.
-void registerChecked(const Contender& contender, const Preflight& checked,
-                     const MovingFibers& fibers);
+/// Registers what the check has found, and why the contender is not timed.
+/// @param name  of the result; `Checked/<contender>` if it is empty
+template <typename S>
+void registerChecked(const BasicContender<S>& contender, const Preflight& checked,
+                     const BasicMovingFibers<S>& fibers, const std::string& name = "");
 
-/// One contender, whose runs are set-up and then frame by frame motion, update and detection:
-/// `Frames/<contender>`. FCL's are set up anew before each update.
-class FrameRuns {
+/// What a frame does with the pairs that a manager reports.
+enum class PairWork {
+  kCount,    ///< nothing else
+  kTest,     ///< the closed-form test of two capsules, in the manager's callback
+  kCollide,  ///< fcl::collide on them, or on a sample of them; double alone
+};
+
+/// One contender, whose runs are set-up and then frame by frame motion, update and detection. FCL's
+/// are set up anew before each update.
+template <typename S>
+class BasicFrameRuns {
  public:
   /// @param last  phase that a run goes to: there is no time of those behind it
-  FrameRuns(const Contender& contender, const Preflight& checked, Motion& motion,
-            Phase last = Phase::kDetection);
+  BasicFrameRuns(const BasicContender<S>& contender, const Preflight& checked,
+                 BasicMotion<S>& motion, Phase last = Phase::kDetection);
 
+  /// Registers `Frames/<contender>`, whose seconds are those of a frame, and one more for each kind
+  /// of work that is not kCount, `Frames/<contender>_and_test` and `_and_collide`.
   /// @param runs  0: as many as a spread needs
-  /// @param narrow_phase  `Frames/<contender>_and_collide` too, with fcl::collide on the pairs, or
-  /// on a sample of them
-  void registerFrames(int runs = 0, bool narrow_phase = false);
+  void registerFrames(int runs = 0, const std::vector<PairWork>& more = {});
+
+  /// Registers one entry for each phase, `NAME/construction`, `NAME/update` and `NAME/detection`,
+  /// and `NAME/touching`: detection with PairWork::kTest, unless it reports touching pairs alone.
+  void registerPhases(const std::string& name);
 
  private:
-  /// The numbers of a run, and the seconds of its frame.
-  double frame(Numbers& numbers, bool with_narrow_phase);
+  /// An entry, and the results that wait until it asks for them: one run serves all entries.
+  struct Entry {
+    PairWork work;
+    std::function<double(const Numbers&)> seconds;
+    std::deque<Numbers> waiting = {};
+  };
+
+  void registerEntry(const std::string& name, int runs, PairWork work,
+                     std::function<double(const Numbers&)> seconds);
   void run();
   const PairSample& sampleOf(int frame, const Manager& manager);
   void notePairs(int frame, std::size_t pairs);
   int runCount() const;
+  bool does(PairWork work) const;
 
-  const Contender& contender_;
+  const BasicContender<S>& contender_;
   const Preflight& checked_;
-  Motion& motion_;
+  BasicMotion<S>& motion_;
   Phase last_;
-  std::vector<int> frames_;           ///< that a run goes through, after frame 0
-  std::map<int, std::size_t> pairs_;  ///< by frame
-  bool narrow_phase_ = false;
-  std::map<int, PairSample> samples_;  ///< by frame, for the narrow phase
-  /// A run with a narrow phase does both kinds of detection, and the results of one kind wait here
-  /// until they are asked for.
-  std::deque<Numbers> plain_, with_narrow_phase_;
+  std::vector<int> frames_;            ///< that a run goes through, after frame 0
+  std::map<int, std::size_t> pairs_;   ///< by frame
+  std::map<int, PairSample> samples_;  ///< by frame, for fcl::collide
+  std::deque<Entry> entries_;
 };
+
+extern template class BasicFrameRuns<float>;
+extern template class BasicFrameRuns<double>;
+using FrameRuns = BasicFrameRuns<double>;
 
 }  // namespace fcl_fibers::benchmarks

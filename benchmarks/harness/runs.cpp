@@ -4,7 +4,6 @@
 #include <benchmark/benchmark.h>
 
 #include <cstdio>
-#include <set>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -16,9 +15,9 @@ namespace {
 
 int runs_registered = 0;
 int runs_done = 0;
-std::set<std::string> peers;
+bool ours_failed = false;
 
-/// The error of a run, or nothing; Google Benchmark 1.8 has given it another name.
+/// Google Benchmark 1.8 has given it another name.
 ///@{
 template <class Run>
 auto errorOf(const Run& run, int /*first choice*/) -> decltype(run.skip_message) {
@@ -37,16 +36,12 @@ class ErrorReporter : public benchmark::BenchmarkReporter {
 
   void ReportRuns(const std::vector<Run>& runs) override {
     for (const Run& run : runs) {
-      const std::string error = errorOf(run, 0);
+      const std::string error = benchmarks::errorOf(run);
       if (error.empty()) continue;
-      const std::string& name = run.run_name.function_name;
-      ours_failed = ours_failed || peers.count(name) == 0;
       endProgress();
-      std::fprintf(stderr, "%s: %s\n", name.c_str(), error.c_str());
+      std::fprintf(stderr, "%s: %s\n", run.run_name.function_name.c_str(), error.c_str());
     }
   }
-
-  bool ours_failed = false;
 };
 
 void registerBenchmark(const std::string& name, int runs,
@@ -67,8 +62,7 @@ void setCounters(benchmark::State& state, const Numbers& numbers) {
 void registerRuns(const std::string& name, int runs, std::function<double(Numbers&)> run,
                   bool ours) {
   runs_registered += runs;
-  if (!ours) peers.insert(name);
-  registerBenchmark(name, runs, [name, run = std::move(run)](benchmark::State& state) {
+  registerBenchmark(name, runs, [name, ours, run = std::move(run)](benchmark::State& state) {
     showProgress("run " + std::to_string(++runs_done) + "/" + std::to_string(runs_registered) +
                  ": " + name);
     for ([[maybe_unused]] auto _ : state) {
@@ -76,6 +70,7 @@ void registerRuns(const std::string& name, int runs, std::function<double(Number
       try {
         state.SetIterationTime(run(numbers));
       } catch (const std::runtime_error& error) {
+        ours_failed = ours_failed || ours;
         return state.SkipWithError(error.what());
       }
       setCounters(state, numbers);
@@ -91,12 +86,22 @@ void registerNumbers(const std::string& name, const Numbers& numbers, const std:
   });
 }
 
+std::string errorOf(const benchmark::BenchmarkReporter::Run& run) { return errorOf(run, 0); }
+
 bool runRegistered() {
   ErrorReporter reporter;
-  benchmark::RunSpecifiedBenchmarks(&reporter);
+  return runRegistered(&reporter);
+}
+
+bool runRegistered(benchmark::BenchmarkReporter* reporter) {
+  if (reporter == nullptr) {
+    benchmark::RunSpecifiedBenchmarks();
+  } else {
+    benchmark::RunSpecifiedBenchmarks(reporter);
+  }
   benchmark::ClearRegisteredBenchmarks();
   endProgress();
-  return !reporter.ours_failed;
+  return !ours_failed;
 }
 
 }  // namespace fcl_fibers::benchmarks

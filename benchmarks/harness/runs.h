@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <benchmark/benchmark.h>
+
 #include <functional>
 #include <map>
 #include <string>
@@ -20,8 +22,15 @@ void registerRuns(const std::string& name, int runs, std::function<double(Number
 void registerNumbers(const std::string& name, const Numbers& numbers,
                      const std::string& label = "");
 
-/// Runs what is registered, and shows the progress. Results go to --benchmark_out only: reports are
-/// made of that file. Returns whether no run of ours has ended in an error.
+/// The error of a run, or nothing.
+std::string errorOf(const benchmark::BenchmarkReporter::Run& run);
+
+/// Runs what is registered, and shows the progress. Results go to --benchmark_out, of which reports
+/// are made, and errors to stderr. Returns whether no run of ours has ended in an error.
 bool runRegistered();
+
+/// Runs what is registered and hands the results to this reporter, or if there is none to Google
+/// Benchmark's own. Returns as above.
+bool runRegistered(benchmark::BenchmarkReporter* reporter);
 
 }  // namespace fcl_fibers::benchmarks

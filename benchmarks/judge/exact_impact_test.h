@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "judge/exact_capsule_test.h"
+#include <fcl_fibers/benchmark/judge.h>
 
 namespace fcl_fibers::benchmarks {
 

@@ -8,7 +8,7 @@
 #include <limits>
 #include <vector>
 
-#include "judge/exact_capsule_test.h"
+#include <fcl_fibers/benchmark/judge.h>
 
 namespace fcl_fibers::benchmarks {
 

@@ -33,18 +33,17 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-/// Earlier index in the upper half, later index in the lower: sorts as pairs do.
-using Pair = std::uint64_t;
-using Pairs = std::vector<Pair>;
-using FramePairs = std::array<Pairs, MovingFibers::kFrames>;
-
 /// See MovingFibers::nextInFiber().
 using NextInFiber = std::vector<std::uint32_t>;
 
-bool areAdjacent(const NextInFiber& next, Pair pair) {
-  const std::size_t i = pair >> 32;
-  const std::size_t j = pair & 0xffffffff;
+bool areAdjacent(const NextInFiber& next, const CapsulePair& pair) {
+  const auto [i, j] = pair;
   return i != j && (next[i] == j || next[j] == i);
+}
+
+std::size_t adjacentCount(const NextInFiber& next, const std::vector<CapsulePair>& pairs) {
+  return static_cast<std::size_t>(std::count_if(
+      pairs.begin(), pairs.end(), [&](const auto& pair) { return areAdjacent(next, pair); }));
 }
 
 /// Written by the child, read by the parent once the child has ended.
@@ -83,58 +82,60 @@ std::size_t allocatedBytes() {
 /// Collects what a query reports and judges it, in blocks: some report hundreds of millions of
 /// pairs, and the exact tests take longer than some managers, so they are kept out of the query's
 /// time.
+template <typename S>
 class Checker {
  public:
-  explicit Checker(const MovingFibers& fibers)
-      : capsules_(fibers.capsules()), next_(fibers.nextInFiber()) {
+  explicit Checker(const BasicMovingFibers<S>& fibers)
+      : capsules_(fibers.capsules()), next_(fibers.nextInFiber()), rounding_(fibers.rounding()) {
     block_.reserve(kBlock);
   }
 
-  static bool callback(Object* a, Object* b, void* data) {
-    static_cast<Checker*>(data)->add(MovingFibers::index(a), MovingFibers::index(b));
+  static bool callback(fcl::CollisionObject<S>* a, fcl::CollisionObject<S>* b, void* data) {
+    const auto index = [](const auto* object) {
+      return static_cast<std::uint32_t>(BasicMovingFibers<S>::index(object));
+    };
+    static_cast<Checker*>(data)->add(index(a), index(b));
     return false;
   }
 
   double secondsJudging() const { return seconds_judging_; }
 
-  /// Once, when the query has ended: what was counted, and the different touching pairs in order.
-  std::pair<PairCounts, Pairs> finish() {
+  /// Once, when the query has ended.
+  PairCounts finish() {
     judgeBlock();
     const std::size_t reported_touching = touching_.size();
     std::sort(touching_.begin(), touching_.end());
     touching_.erase(std::unique(touching_.begin(), touching_.end()), touching_.end());
     counts_.touching = touching_.size();
     counts_.repeated = reported_touching - touching_.size();
-    counts_.adjacent = static_cast<std::size_t>(std::count_if(
-        touching_.begin(), touching_.end(), [&](Pair pair) { return areAdjacent(next_, pair); }));
+    counts_.adjacent = adjacentCount(next_, touching_);
     counts_.checked = true;
-    return {counts_, std::move(touching_)};
+    return counts_;
   }
 
  private:
   static constexpr std::size_t kBlock = 1 << 20;
 
-  void add(std::size_t i, std::size_t j) {
-    block_.push_back(Pair{std::min(i, j)} << 32 | Pair{std::max(i, j)});
+  void add(std::uint32_t i, std::uint32_t j) {
+    block_.emplace_back(std::min(i, j), std::max(i, j));
     if (block_.size() == kBlock) {
       pauseAlarm([&] { seconds_judging_ += seconds([&] { judgeBlock(); }); });
     }
   }
 
   void judgeBlock() {
-    for (const Pair pair : block_) judge(pair);
+    for (const CapsulePair& pair : block_) judge(pair);
     counts_.reported += block_.size();
     block_.clear();
   }
 
-  void judge(Pair pair) {
-    const std::size_t i = pair >> 32;
-    const std::size_t j = pair & 0xffffffff;
+  void judge(const CapsulePair& pair) {
+    const auto [i, j] = pair;
     if (i == j) {
       ++counts_.with_itself;
       return;
     }
-    const Contact kind = contact(capsules_[i], capsules_[j]);
+    const Contact kind = contact(capsules_[i], capsules_[j], rounding_);
     if (kind == Contact::kTouching) touching_.push_back(pair);
     if (kind == Contact::kApart) ++counts_.apart;
     if (kind == Contact::kBoundary) ++counts_.undecided;
@@ -142,29 +143,30 @@ class Checker {
 
   std::vector<Capsule> capsules_;
   NextInFiber next_;
-  Pairs block_;
-  Pairs touching_;
+  double rounding_;
+  std::vector<CapsulePair> block_;
+  std::vector<CapsulePair> touching_;
   PairCounts counts_;
   double seconds_judging_ = 0;
 };
 
 /// One contender's run, in the child.
+template <typename S>
 struct Run {
-  const Contender& contender;
-  MovingFibers& fibers;
+  const BasicContender<S>& contender;
+  BasicMovingFibers<S>& fibers;
   const PreflightLimits& limits;
   Trace& trace;
-  std::FILE* pairs_file;
 
   void run() {
     fibers.bringTo(0, contender.boxes);
     const std::size_t bytes_before = allocatedBytes();
-    std::unique_ptr<Manager> manager;
+    std::unique_ptr<BasicManager<S>> manager;
     time(Phase::kSetUp, [&] { manager = contender.setUp(fibers); });
     trace.bytes = bytesOf(*manager, bytes_before);
 
     if (limits.check || !limits.update) query(*manager, trace.frames[0]);
-    if (const auto* ours = dynamic_cast<const FiberCollisionManager<double>*>(manager.get())) {
+    if (const auto* ours = dynamic_cast<const FiberCollisionManager<S>*>(manager.get())) {
       trace.bytes_stated = ours->memoryUsage();
     }
     if (limits.update) {
@@ -186,34 +188,31 @@ struct Run {
     setAlarm(0);
   }
 
-  static std::size_t bytesOf(const Manager& manager, std::size_t bytes_before) {
+  static std::size_t bytesOf(const BasicManager<S>& manager, std::size_t bytes_before) {
     const std::size_t allocated = allocatedBytes() - bytes_before;
     const auto* foreign = dynamic_cast<const ForeignManager*>(&manager);
     return foreign == nullptr ? allocated : foreign->libraryBytes(allocated);
   }
 
-  void moveTo(int frame, Manager& manager) {
+  void moveTo(int frame, BasicManager<S>& manager) {
     fibers.setPoses(frame);
     time(Phase::kUpdate, [&] { update(contender, fibers, manager); });
   }
 
-  void query(const Manager& manager, PairCounts& counts) {
+  void query(const BasicManager<S>& manager, PairCounts& counts) {
     if (!limits.check) {
       time(Phase::kDetection, [&] { counts.reported = countPairs(manager).pairs; });
       return;
     }
-    Checker checker(fibers);
-    time(Phase::kDetection, [&] { manager.collide(&checker, Checker::callback); });
+    Checker<S> checker(fibers);
+    time(Phase::kDetection, [&] { manager.collide(&checker, Checker<S>::callback); });
     trace.seconds[static_cast<std::size_t>(Phase::kDetection)] -= checker.secondsJudging();
-    const auto [checked, touching] = checker.finish();
-    const std::size_t written =
-        std::fwrite(touching.data(), sizeof(Pair), touching.size(), pairs_file);
-    if (written < touching.size() || std::fflush(pairs_file) != 0) failSystemCall("fwrite");
-    counts = checked;
+    counts = checker.finish();
   }
 };
 
-[[noreturn]] void runChild(Run run) {
+template <typename S>
+[[noreturn]] void runChild(Run<S> run) {
   // A manager that goes astray is to leave no core file, no abort message in the output, and the
   // rest of the machine its memory.
   const rlimit no_core = {0, 0};
@@ -238,20 +237,21 @@ struct Run {
 /// One contender's run in a process of its own, which starts at once.
 class Child {
  public:
-  Child(const Contender& contender, MovingFibers& fibers, const PreflightLimits& limits)
-      : limits_(limits), pairs_file_(std::tmpfile(), std::fclose) {
+  template <typename S>
+  Child(const BasicContender<S>& contender, BasicMovingFibers<S>& fibers,
+        const PreflightLimits& limits)
+      : limits_(limits) {
     void* const shared =
         mmap(nullptr, sizeof(Trace), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (shared == MAP_FAILED) failSystemCall("mmap");
     trace_.reset(new (shared) Trace{});
-    if (!pairs_file_) failSystemCall("tmpfile");
     pid_ = fork();
     if (pid_ < 0) failSystemCall("fork");
-    if (pid_ == 0) runChild({contender, fibers, limits, *trace_, pairs_file_.get()});
+    if (pid_ == 0) runChild(Run<S>{contender, fibers, limits, *trace_});
   }
 
-  /// How it ended, and the pairs that it reported and that touch.
-  std::pair<Preflight, FramePairs> wait() const {
+  /// How it ended.
+  Preflight wait() const {
     int status = 0;
     if (waitpid(pid_, &status, 0) < 0) failSystemCall("waitpid");
 
@@ -270,17 +270,7 @@ class Child {
       result.verdict = Preflight::Verdict::kCrashed;
       result.note = "crashed";
     }
-
-    FramePairs pairs;
-    std::rewind(pairs_file_.get());
-    for (std::size_t f = 0; f < pairs.size(); ++f) {
-      pairs[f].resize(result.frames[f].touching);
-      const std::size_t count = pairs[f].size();
-      if (std::fread(pairs[f].data(), sizeof(Pair), count, pairs_file_.get()) < count) {
-        throw std::runtime_error("preflight: pairs are missing in the temporary file");
-      }
-    }
-    return {result, std::move(pairs)};
+    return result;
   }
 
  private:
@@ -290,7 +280,6 @@ class Child {
 
   PreflightLimits limits_;
   std::unique_ptr<Trace, Unmap> trace_;
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> pairs_file_;
   pid_t pid_;
 };
 
@@ -301,7 +290,8 @@ void judgeWrong(Preflight& result, std::size_t frame, std::size_t count, const s
 }
 
 /// What is wrong whatever the others report.
-void judgeAlone(const Contender& contender, Preflight& result) {
+template <typename S>
+void judgeAlone(const BasicContender<S>& contender, Preflight& result) {
   for (std::size_t f = 0; f < result.frames.size(); ++f) {
     const PairCounts& counts = result.frames[f];
     const std::pair<std::size_t, const char*> faults[] = {
@@ -315,13 +305,30 @@ void judgeAlone(const Contender& contender, Preflight& result) {
   }
 }
 
-void judgeMissed(Preflight& result, const FramePairs& truth, bool without_adjacent) {
+/// Pairs that touch in each frame.
+struct Truth {
+  std::array<std::size_t, MovingFibers::kFrames> touching = {}, adjacent = {};
+};
+
+template <typename S>
+Truth truthOf(BasicMovingFibers<S>& fibers, const PreflightLimits& limits) {
+  Truth truth;
+  const NextInFiber next = fibers.nextInFiber();
+  for (int frame = 0; frame < (limits.update ? MovingFibers::kFrames : 1); ++frame) {
+    fibers.setPoses(frame);
+    const auto pairs = touchingPairs(fibers.capsules(), fibers.rounding());
+    truth.touching[static_cast<std::size_t>(frame)] = pairs.size();
+    truth.adjacent[static_cast<std::size_t>(frame)] = adjacentCount(next, pairs);
+  }
+  return truth;
+}
+
+void judgeMissed(Preflight& result, const Truth& truth, bool without_adjacent) {
   for (std::size_t f = 0; f < result.frames.size(); ++f) {
     const PairCounts& counts = result.frames[f];
     const std::size_t found = counts.touching - (without_adjacent ? counts.adjacent : 0);
-    if (counts.checked && found < truth[f].size()) {
-      return judgeWrong(result, f, truth[f].size() - found, " missed");
-    }
+    const std::size_t due = truth.touching[f] - (without_adjacent ? truth.adjacent[f] : 0);
+    if (counts.checked && found < due) return judgeWrong(result, f, due - found, " missed");
   }
 }
 
@@ -330,7 +337,8 @@ constexpr double kRoundingExcess = 0.01;
 
 /// Each of ours against FCL's manager of its group, if there is one, or else against the fewest
 /// pairs. What some leave out counts for none.
-void judgeWork(const std::vector<Contender>& contenders, std::vector<Preflight>& results,
+template <typename S>
+void judgeWork(const std::vector<BasicContender<S>>& contenders, std::vector<Preflight>& results,
                bool without_adjacent) {
   const auto reported = [&](std::size_t i, std::size_t frame) {
     const PairCounts& counts = results[i].frames[frame];
@@ -364,47 +372,48 @@ void judgeWork(const std::vector<Contender>& contenders, std::vector<Preflight>&
 
 }  // namespace
 
-std::vector<Preflight> preflightAll(const std::vector<Contender>& contenders, MovingFibers& fibers,
-                                    const PreflightLimits& limits) {
+std::string Preflight::whyNotTimed() const {
+  std::string why = note;
+  if (!why.empty()) why += std::string(" in ") + phaseName(phase);
+  if (!detail.empty()) why += ": " + detail;
+  return why;
+}
+
+template <typename S>
+std::vector<Preflight> preflightAll(const std::vector<BasicContender<S>>& contenders,
+                                    BasicMovingFibers<S>& fibers, const PreflightLimits& limits) {
   const bool without_adjacent =
       std::any_of(contenders.begin(), contenders.end(),
-                  [](const Contender& contender) { return contender.leaves_out_adjacent; });
-  const NextInFiber next = fibers.nextInFiber();
+                  [](const auto& contender) { return contender.leaves_out_adjacent; });
+  Truth truth;
+  if (limits.check) {
+    showProgress(fibers.name() + ": find what touches");
+    truth = truthOf(fibers, limits);
+  }
   std::vector<Preflight> results;
-  FramePairs truth;
   std::deque<Child> running;
   for (std::size_t started = 0; results.size() < contenders.size();) {
     if (started < contenders.size() && running.size() < limits.at_once) {
-      const Contender& contender = contenders[started];
+      const auto& contender = contenders[started];
       showProgress(fibers.name() + (limits.check ? ": check " : ": try ") +
                    std::to_string(++started) + "/" + std::to_string(contenders.size()) + ": " +
                    contender.title());
       running.emplace_back(contender, fibers, limits);
       continue;
     }
-    auto [result, pairs] = running.front().wait();
+    Preflight result = running.front().wait();
     running.pop_front();
     judgeAlone(contenders[results.size()], result);
-    results.push_back(result);
-    for (std::size_t f = 0; f < truth.size(); ++f) {
-      const auto isLeftOut = [&](Pair pair) { return without_adjacent && areAdjacent(next, pair); };
-      pairs[f].erase(std::remove_if(pairs[f].begin(), pairs[f].end(), isLeftOut), pairs[f].end());
-      if (pairs[f] == truth[f]) continue;
-      Pairs merged;
-      std::set_union(truth[f].begin(), truth[f].end(), pairs[f].begin(), pairs[f].end(),
-                     std::back_inserter(merged));
-      truth[f] = std::move(merged);
-    }
-  }
-  for (Preflight& result : results) {
     if (result.verdict != Preflight::Verdict::kWrong) judgeMissed(result, truth, without_adjacent);
+    results.push_back(result);
   }
   judgeWork(contenders, results, without_adjacent);
   endProgress();
   return results;
 }
 
-bool oursAreRight(const std::vector<Contender>& contenders,
+template <typename S>
+bool oursAreRight(const std::vector<BasicContender<S>>& contenders,
                   const std::vector<Preflight>& preflights) {
   for (std::size_t i = 0; i < contenders.size(); ++i) {
     const bool slow = preflights[i].verdict == Preflight::Verdict::kTooSlow;
@@ -412,5 +421,14 @@ bool oursAreRight(const std::vector<Contender>& contenders,
   }
   return true;
 }
+
+template std::vector<Preflight> preflightAll(const std::vector<BasicContender<float>>&,
+                                             BasicMovingFibers<float>&, const PreflightLimits&);
+template std::vector<Preflight> preflightAll(const std::vector<BasicContender<double>>&,
+                                             BasicMovingFibers<double>&, const PreflightLimits&);
+template bool oursAreRight(const std::vector<BasicContender<float>>&,
+                           const std::vector<Preflight>&);
+template bool oursAreRight(const std::vector<BasicContender<double>>&,
+                           const std::vector<Preflight>&);
 
 }  // namespace fcl_fibers::benchmarks

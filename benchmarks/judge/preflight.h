@@ -46,6 +46,8 @@ struct Preflight : Measured {
   std::string detail;  ///< a refusal's text
 
   bool right() const { return verdict == Verdict::kRight; }
+  /// `>10 s in update`, or nothing.
+  std::string whyNotTimed() const;
   double phaseSeconds(Phase p) const { return seconds[static_cast<std::size_t>(p)]; }
   double frameSeconds() const {
     return phaseSeconds(Phase::kUpdate) + phaseSeconds(Phase::kDetection);
@@ -59,14 +61,16 @@ struct PreflightLimits {
   std::size_t at_once = 1;    ///< contenders that run at the same time, whose seconds then say less
 };
 
-/// Runs all contenders and judges them by one another too: the union of their touching pairs is
-/// what each must have reported, and those that owe the same pairs must report as many. Where one
-/// of them leaves out adjacent segments, all are compared without these.
-std::vector<Preflight> preflightAll(const std::vector<Contender>& contenders, MovingFibers& fibers,
-                                    const PreflightLimits& limits);
+/// Runs all contenders and judges them by touchingPairs(), which each must have reported, and by
+/// one another: those that owe the same pairs must report as many. Where one of them leaves out
+/// adjacent segments, all are compared without these.
+template <typename S>
+std::vector<Preflight> preflightAll(const std::vector<BasicContender<S>>& contenders,
+                                    BasicMovingFibers<S>& fibers, const PreflightLimits& limits);
 
 /// Whether none of ours is wrong; to be too slow is not.
-bool oursAreRight(const std::vector<Contender>& contenders,
+template <typename S>
+bool oursAreRight(const std::vector<BasicContender<S>>& contenders,
                   const std::vector<Preflight>& preflights);
 
 }  // namespace fcl_fibers::benchmarks

@@ -31,7 +31,7 @@ constexpr double kLongFrame = 2;
 /// A frame that takes longer is timed by the check alone.
 constexpr double kCheckedOnlySeconds = 60;
 
-/// Who is timed, how far a run goes, and whether with FCL's narrow phase as well.
+/// Who is timed, how far a run goes, and whether with tests of its pairs as well.
 struct Chosen {
   Contender contender;
   Phase last = Phase::kDetection;
@@ -192,7 +192,9 @@ bool measureFrames(const Request& request) {
     const bool other_of_fcl = contender.boxes != Boxes::kNone && !chosen[i].fcl_tree;
     const bool far_behind = (other_of_fcl && frame > kFarBehind * fastest) ||
                             (contender.manager == "Bullet" && frame > kLongFrame);
-    frame_runs.registerFrames(far_behind ? 1 : 0, chosen[i].narrow_phase);
+    std::vector<PairWork> more;
+    if (chosen[i].narrow_phase) more = {PairWork::kTest, PairWork::kCollide};
+    frame_runs.registerFrames(far_behind ? 1 : 0, more);
   }
   registerFloor(motion);
   return runRegistered() && oursAreRight(contenders, checked);

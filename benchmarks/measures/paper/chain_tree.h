@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "judge/exact_capsule_test.h"
+#include <fcl_fibers/benchmark/judge.h>
 #include "measures/paper/plain_self_query.h"
 #include "tree/topology.h"
 

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <utility>
+#include <vector>
 
 #include <fcl/common/types.h>
 
@@ -57,16 +60,24 @@ inline double axisGap(const Capsule& a, const Capsule& b) {
 
 enum class Contact { kTouching, kBoundary, kApart };
 
-/// Pairs whose distance is the sum of their radii to within 1e-9 of it are of neither kind:
-/// rounding of their poses decides them, and a manager may report them or not.
-inline Contact contact(const Capsule& a, const Capsule& b) {
-  constexpr double kBand = 1e-9;
+/// Pairs whose distance is the sum of their radii to within 1e-9 of it and `rounding` are of
+/// neither kind: rounding of their poses decides them, and a manager may report them or not.
+/// @param rounding  of the distance, in its unit; 0 is right for double
+inline Contact contact(const Capsule& a, const Capsule& b, double rounding = 0) {
   const double sum = a.radius + b.radius;
+  const double band = 1e-9 * sum + rounding;
   // Most pairs of loose boxes are far apart, and there may be hundreds of millions of them.
-  if (axisGap(a, b) > (1 + kBand) * sum) return Contact::kApart;
+  if (axisGap(a, b) > sum + band) return Contact::kApart;
   const double distance = segmentDistance(a.from, a.to, b.from, b.to);
-  if (distance < (1 - kBand) * sum) return Contact::kTouching;
-  return distance <= (1 + kBand) * sum ? Contact::kBoundary : Contact::kApart;
+  if (distance < sum - band) return Contact::kTouching;
+  return distance <= sum + band ? Contact::kBoundary : Contact::kApart;
 }
+
+/// Two capsules by their numbers, the lesser one first.
+using CapsulePair = std::pair<std::uint32_t, std::uint32_t>;
+
+/// All pairs whose contact() is kTouching, in order, by a grid of cells that share nothing with the
+/// library. Throws std::invalid_argument where a coordinate is not finite.
+std::vector<CapsulePair> touchingPairs(const std::vector<Capsule>& capsules, double rounding = 0);
 
 }  // namespace fcl_fibers::benchmarks

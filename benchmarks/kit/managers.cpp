@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fcl_fibers/benchmark/managers.h>
+
+#include <benchmark/benchmark.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cstdio>
+#include <deque>
+#include <exception>
+#include <stdexcept>
+#include <utility>
+
+#include "contenders/contender.h"
+#include "generated_scenes.h"
+#include "harness/command_line.h"
+#include "harness/frame_runs.h"
+#include "harness/progress.h"
+#include "kit/table.h"
+#include "tools/messages.h"
+
+namespace fcl_fibers::benchmarks {
+namespace {
+
+template <typename S>
+std::vector<BasicContender<S>>& registered() {
+  static std::vector<BasicContender<S>> contenders;
+  return contenders;
+}
+
+template <typename S>
+bool isTaken(const std::string& name) {
+  const auto& contenders = registered<S>();
+  return std::any_of(contenders.begin(), contenders.end(),
+                     [&](const auto& other) { return other.name() == name; });
+}
+
+template <typename S>
+void add(BasicContender<S> contender) {
+  const std::string name = contender.name();
+  if (name.empty()) throw std::invalid_argument("registerManager: give the manager a name");
+  if (isTaken<float>(name) || isTaken<double>(name)) {
+    throw std::invalid_argument("registerManager: there is a manager '" + name +
+                                "' already; give another name");
+  }
+  registered<S>().push_back(std::move(contender));
+}
+
+struct Options {
+  std::vector<std::string> scenes;
+  SceneRequest scene;  ///< all but its text
+  double limit = 20;
+};
+
+/// Checks the registered managers of one scalar on one scene and registers their entries.
+template <typename S>
+class SceneRuns {
+ public:
+  SceneRuns(const SceneRequest& request, double limit) : motion_(makeMotion<S>(request)) {
+    PreflightLimits limits;
+    limits.phase_seconds = limit;
+    const auto& contenders = registered<S>();
+    // Pairs are most at the end of a motion.
+    auto& fibers = motion_.checked.empty() ? motion_.fibers : motion_.checked.back();
+    checked_ = preflightAll(contenders, fibers, limits);
+    right_ = oursAreRight(contenders, checked_);
+    for (std::size_t i = 0; i < contenders.size(); ++i) {
+      const std::string entries = request.text + "/" + contenders[i].name();
+      const Preflight& checked = checked_[i];
+      rows_.push_back({contenders[i].name(), checked.whyNotTimed(), entries,
+                       checked.frames[0].reported, checked.bytes});
+      if (checked.right()) {
+        runs_.emplace_back(contenders[i], checked, motion_).registerPhases(entries);
+      }
+    }
+  }
+
+  bool right() const { return right_; }
+  const std::vector<TableRow>& rows() const { return rows_; }
+  std::size_t segments() const { return motion_.fibers.segmentCount(); }
+  std::size_t fibers() const { return motion_.fibers.fiberCount(); }
+
+ private:
+  BasicMotion<S> motion_;
+  std::vector<Preflight> checked_;
+  std::deque<BasicFrameRuns<S>> runs_;
+  std::vector<TableRow> rows_;
+  bool right_ = true;
+};
+
+/// All scenes, which stay until their entries have run.
+class AllRuns {
+ public:
+  explicit AllRuns(const Options& options) {
+    for (const std::string& scene : options.scenes) {
+      SceneRequest request = options.scene;
+      request.text = scene;
+      tables_.emplace_back();
+      add(double_, request, options.limit);
+      add(float_, request, options.limit);
+    }
+  }
+
+  bool right() const { return right_; }
+  const std::vector<TableOfScene>& tables() const { return tables_; }
+
+ private:
+  template <typename S>
+  void add(std::deque<SceneRuns<S>>& scenes, const SceneRequest& request, double limit) {
+    if (registered<S>().empty()) return;
+    const SceneRuns<S>& runs = scenes.emplace_back(request, limit);
+    right_ = right_ && runs.right();
+    TableOfScene& table = tables_.back();
+    table.title = request.text + ": " + tools::counted(runs.segments(), "segment") + " of " +
+                  tools::counted(runs.fibers(), "fiber");
+    table.rows.insert(table.rows.end(), runs.rows().begin(), runs.rows().end());
+  }
+
+  std::deque<SceneRuns<double>> double_;
+  std::deque<SceneRuns<float>> float_;
+  std::vector<TableOfScene> tables_;
+  bool right_ = true;
+};
+
+void addOptions(CLI::App& app, Options& options) {
+  app.allow_extras();
+  app.add_option("--scene", options.scenes, "A scene as below, or a file of fibers; repeat it");
+  app.add_option("--radius", options.scene.radius, "Radius of a file's fibers, in its unit");
+  app.add_option("--steps", options.scene.steps, "Of paper-dynamic")->check(CLI::Range(1, 100));
+  app.add_option("--limit", options.limit, "Seconds that a phase of the check may take")
+      ->check(CLI::Range(0.01, 1e6));
+  app.footer("\n" + generatedScenes().help +
+             "\nOptions of Google Benchmark go along, such as --benchmark_filter=update or "
+             "--benchmark_out=FILE.json.");
+}
+
+int runChecked(int argc, char** argv, const std::vector<std::string>& scenes) {
+  Options options;
+  options.scenes = scenes;
+  CLI::App app("Checks broad phases on scenes of fibers, and times those that are right.");
+  addOptions(app, options);
+  CLI11_PARSE(app, argc, argv);
+  if (registered<float>().empty() && registered<double>().empty()) {
+    throw std::invalid_argument("there is no manager; call registerManager() before run()");
+  }
+  const std::vector<std::string> flags = app.remaining();
+  const bool plain = std::any_of(flags.begin(), flags.end(), [](const std::string& flag) {
+    return flag.rfind("--benchmark_format", 0) == 0 || flag.rfind("--benchmark_list", 0) == 0;
+  });
+  initializeBenchmark(argv[0], flags);
+  benchmark::AddCustomContext("machine", machine());
+  benchmark::AddCustomContext("compiler", compiler());
+  const AllRuns runs(options);
+  const bool no_error = plain ? runRegistered(nullptr) : [&] {
+    TableReporter reporter(runs.tables());
+    return runRegistered(&reporter);
+  }();
+  return runs.right() && no_error ? 0 : 1;
+}
+
+}  // namespace
+
+template <typename S>
+void registerManager(const std::string& name, MakeManager<S> make, Boxes boxes, Reported reported) {
+  constexpr bool kOurs = true;  // what is wrong with it fails the program
+  add<S>({name, "", kOurs, boxes, reported, std::move(make)});
+}
+
+template void registerManager(const std::string&, MakeManager<float>, Boxes, Reported);
+template void registerManager(const std::string&, MakeManager<double>, Boxes, Reported);
+
+void registerPeers() {
+  for (const Boxes boxes : {Boxes::kTight, Boxes::kStock}) add(fclManagers(boxes).front());
+  for (const Contender& contender : ourContenders()) {
+    if (contender.variant == "boxes" || contender.variant == "spheres" ||
+        contender.name() == "LayeredAABBTree/capsules") {
+      add(contender);
+    }
+  }
+}
+
+int run(int argc, char** argv, const std::vector<std::string>& scenes) {
+  const std::string program = argv[0];
+  tools::setProgramName(program.substr(program.find_last_of('/') + 1));
+  try {
+    return runChecked(argc, argv, scenes);
+  } catch (const std::exception& error) {
+    endProgress();
+    std::fprintf(stderr, "%s: %s\n", tools::programName().c_str(), error.what());
+    return 1;
+  }
+}
+
+}  // namespace fcl_fibers::benchmarks

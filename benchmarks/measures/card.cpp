@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cstddef>
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "harness/frame_runs.h"
+#include "measures.h"
+
+namespace fcl_fibers::benchmarks {
+namespace {
+
+/// Of one run: set-up, update and detection. Whoever takes longer is run once.
+constexpr double kLongRun = 2;
+
+/// Whoever would take longer for all steps of a motion is timed by the check alone.
+constexpr double kLongestMotion = 300;
+
+/// The paper's numbers of fibers, or the scene in parts, or the scene alone if it has a motion.
+struct Size {
+  SceneRequest scene;
+  int part = 1;
+};
+
+std::vector<Size> sizesOf(const SceneRequest& scene) {
+  if (scene.text == "paper-dynamic") return {{scene}};
+  std::vector<Size> sizes;
+  if (scene.text == "paper-static") {
+    for (const char* const fibers : {"50", "100", "200", "350", "500", "700", "1000"}) {
+      sizes.push_back({scene});
+      sizes.back().scene.text += std::string(":fibers=") + fibers;
+    }
+  } else {
+    for (const int part : {64, 16, 4, 1}) sizes.push_back({scene, part});
+  }
+  return sizes;
+}
+
+template <typename S>
+void registerCard(const BasicContender<S>& contender, const Preflight& checked,
+                  const BasicMovingFibers<S>& fibers) {
+  const std::string segments = std::to_string(fibers.segmentCount());
+  registerChecked(contender, checked, fibers, "Card/" + contender.name() + "/" + segments);
+}
+
+/// Climbs the sizes. Who does not end in time, or is wrong, is left behind.
+template <typename S>
+bool measure(const Request& request) {
+  using Contenders = std::vector<BasicContender<S>>;
+  Contenders contenders = cardContenders<S>();
+  PreflightLimits limits;
+  limits.phase_seconds = request.limit;
+  limits.at_once = 1;
+  bool right = true;
+  const std::vector<Size> sizes = sizesOf(request.scene);
+  for (std::size_t s = 0; s < sizes.size(); ++s) {
+    BasicMotion<S> motion = makeMotion<S>(sizes[s].scene, sizes[s].part);
+    // Pairs are most at the end of a motion.
+    BasicMovingFibers<S>& fibers = motion.checked.empty() ? motion.fibers : motion.checked.back();
+    const std::vector<Preflight> checked = preflightAll(contenders, fibers, limits);
+    right = right && oursAreRight(contenders, checked);
+    Contenders left;
+    std::vector<Preflight> left_checked;
+    for (std::size_t i = 0; i < contenders.size(); ++i) {
+      registerCard(contenders[i], checked[i], fibers);
+      if (!checked[i].right()) continue;
+      left.push_back(contenders[i]);
+      left_checked.push_back(checked[i]);
+    }
+    contenders = std::move(left);
+    if (s + 1 < sizes.size()) continue;
+
+    std::deque<BasicFrameRuns<S>> runs;
+    for (std::size_t i = 0; i < contenders.size(); ++i) {
+      const double run =
+          left_checked[i].phaseSeconds(Phase::kSetUp) + left_checked[i].frameSeconds();
+      const auto steps = static_cast<double>(motion.fibers.frameCount() - 1);
+      if (motion.summed && run * steps > kLongestMotion) continue;
+      runs.emplace_back(contenders[i], left_checked[i], motion)
+          .registerFrames(run > kLongRun || motion.summed ? 1 : 0);
+    }
+    right = runRegistered() && right;
+  }
+  return right;
+}
+
+}  // namespace
+
+bool measureCard(const Request& request) {
+  return request.scalar == "float" ? measure<float>(request) : measure<double>(request);
+}
+
+}  // namespace fcl_fibers::benchmarks

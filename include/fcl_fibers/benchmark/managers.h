@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include <fcl/broadphase/broadphase_collision_manager.h>
+#include <fcl/narrowphase/collision_object.h>
+
+/// @file
+/// A benchmark of broad phases on scenes of fibers:
+///
+///     int main(int argc, char** argv) {
+///       fcl_fibers::benchmarks::registerManager<MyManager>("mine");
+///       fcl_fibers::benchmarks::registerPeers();
+///       return fcl_fibers::benchmarks::run(argc, argv);
+///     }
+///
+/// run() checks every manager first, each in a process of its own: whether it reports every pair of
+/// touching capsules once, before a motion and after it, by touchingPairs() of judge.h. What is
+/// wrong, crashes or takes too long is said and not timed.
+namespace fcl_fibers::benchmarks {
+
+/// What `CollisionObject::getAABB` returns when a manager reads it.
+enum class Boxes {
+  kNone,   ///< FCL's, of whatever pose: the manager reads poses and shapes, as ours do
+  kStock,  ///< `computeAABB()`: the cube around the capsule's bounding sphere
+  kTight,  ///< end points +- radius
+};
+
+/// Which pairs a manager is to report. It may report more where it says "at least".
+enum class Reported {
+  kTouchingAtLeast,  ///< every touching pair: what any broad phase must do
+  kTightBoxes,       ///< pairs of overlapping tight boxes, up to the rounding of bounds
+  kSpheres,          ///< pairs of overlapping spheres, the same for all of this kind
+  kTouching,         ///< touching pairs and no other
+};
+
+/// Constructs a manager for these objects, of which it registers none. Boxes are written.
+template <typename S>
+using MakeManager = std::function<std::unique_ptr<fcl::BroadPhaseCollisionManager<S>>(
+    const std::vector<fcl::CollisionObject<S>*>& objects)>;
+
+/// Adds a manager for float or double. Before it registers objects, and before each update(), their
+/// boxes are made as asked for, which counts in the time of an update.
+/// @param name  of its rows. Throws std::invalid_argument if it is empty or taken.
+template <typename S>
+void registerManager(const std::string& name, MakeManager<S> make, Boxes boxes = Boxes::kStock,
+                     Reported reported = Reported::kTouchingAtLeast);
+
+extern template void registerManager(const std::string&, MakeManager<float>, Boxes, Reported);
+extern template void registerManager(const std::string&, MakeManager<double>, Boxes, Reported);
+
+/// Adds a manager that is constructed without arguments. Throws as above.
+template <typename Manager, typename = std::enable_if_t<std::is_class_v<Manager>>>
+void registerManager(const std::string& name, Boxes boxes = Boxes::kStock,
+                     Reported reported = Reported::kTouchingAtLeast) {
+  constexpr bool kIsFloat = std::is_base_of_v<fcl::BroadPhaseCollisionManager<float>, Manager>;
+  using S = std::conditional_t<kIsFloat, float, double>;
+  const MakeManager<S> make = [](const auto&) { return std::make_unique<Manager>(); };
+  registerManager<S>(name, make, boxes, reported);
+}
+
+/// Adds, in double, FCL's dynamic tree on tight boxes and on stock ones, and our trees with their
+/// default options, and that of boxes with Report::kCapsules.
+void registerPeers();
+
+/// The main function: reads the command line, makes the scenes, checks and times the managers, and
+/// prints a table. `--help` lists the options and the scenes; those of Google Benchmark go along,
+/// and with `--benchmark_format` Google Benchmark prints instead. For each scene and manager there
+/// are the entries SCENE/MANAGER/construction, update, detection, and touching: detection with the
+/// exact test of two capsules in the callback.
+/// @param scenes  unless the command line names some, as namedScene() of scenes.h takes them
+/// @return 0; or 1 if the command line is wrong, or a manager other than FCL's is, with the reason
+/// on stderr
+int run(int argc, char** argv,
+        const std::vector<std::string>& scenes = {"paper-static:fibers=200"});
+
+}  // namespace fcl_fibers::benchmarks

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include <fcl_fibers/fiber_polylines.h>
+
+namespace fcl_fibers::benchmarks {
+
+/// A scene of fibers and its motion. Lengths are in the unit of the scene: cm where it is
+/// generated.
+struct Scene {
+  std::string name;     ///< as it was asked for
+  int frame = 0;        ///< the one that was asked for
+  int frame_count = 1;  ///< frames are 0, ..., frame_count - 1
+  /// The fibers in a frame, the same ones in all. Throws std::invalid_argument if there is no such
+  /// frame.
+  std::function<FiberPolylines(int frame)> at;
+};
+
+/// The scene of `NAME` or `NAME:key=value,...`, such as `paper-dynamic:frame=85`, or of the path of
+/// a file of fibers, which swing about their roots. Throws std::invalid_argument if there is
+/// neither, if a key is unknown or its value out of range, or if a file has no radius;
+/// std::runtime_error if it cannot be read.
+Scene namedScene(const std::string& text);
+
+/// Names of scenes and their keys.
+std::string sceneHelp();
+
+}  // namespace fcl_fibers::benchmarks
