@@ -33,6 +33,10 @@ if(FCL_FIBERS_BUILD_IO)
   install_library(io fcl_fibers_io
     io/export.h io/export_geometry.h io/fiber_file.h io/mesh_file.h io/sampling.h)
 endif()
+if(FCL_FIBERS_BUILD_BENCHMARKS)
+  install_library(benchmark fcl_fibers_benchmark
+    benchmark/judge.h benchmark/managers.h benchmark/scenes.h)
+endif()
 install(FILES ${PROJECT_SOURCE_DIR}/package.xml
   DESTINATION ${CMAKE_INSTALL_DATADIR}/fcl_fibers)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/CITATION.cff
@@ -87,6 +91,15 @@ if(FCL_FIBERS_BUILD_IO)
   install_pc(fcl_fibers_io "Readers and writers of fiber files" "" "${io_packages}")
 endif()
 
+if(FCL_FIBERS_BUILD_BENCHMARKS)
+  set(benchmark_packages "fcl_fibers fcl_fibers_io")
+  if(NOT BUILD_SHARED_LIBS)
+    string(APPEND benchmark_packages " benchmark")
+  endif()
+  install_pc(fcl_fibers_benchmark "Benchmark of broad phases on scenes of fibers" ""
+    "${benchmark_packages}")
+endif()
+
 # --- colcon and catkin ---
 
 # colcon knows a plain CMake package by its package.xml; ament also needs a marker.
@@ -115,6 +128,9 @@ if(NOT BUILD_SHARED_LIBS)
   list(APPEND depends libhwy-dev libtbb-dev)
   if(FCL_FIBERS_BUILD_IO)
     list(APPEND depends libpugixml-dev zlib1g-dev)
+  endif()
+  if(FCL_FIBERS_BUILD_BENCHMARKS)
+    list(APPEND depends libbenchmark-dev)
   endif()
 endif()
 list(JOIN depends ", " CPACK_DEBIAN_PACKAGE_DEPENDS)

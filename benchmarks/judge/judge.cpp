@@ -38,9 +38,6 @@ class Grid {
       edges += (box.greatest - box.least).mean();
     }
     const double extent = (greatest - least).maxCoeff();
-    if (!std::isfinite(extent) || !std::isfinite(edges)) {
-      throw std::invalid_argument("touchingPairs: coordinates and radii have to be finite");
-    }
     origin_ = least;
     edge_ = std::max(1.5 * edges / static_cast<double>(boxes.size()), extent / kMostCells);
   }
@@ -72,7 +69,12 @@ struct Cells {
 std::vector<CapsulePair> touchingPairs(const std::vector<Capsule>& capsules, double rounding) {
   if (capsules.empty()) return {};
   std::vector<Box> boxes;
-  for (const Capsule& capsule : capsules) boxes.push_back(boxOf(capsule, rounding));
+  for (const Capsule& capsule : capsules) {
+    if (!capsule.from.allFinite() || !capsule.to.allFinite() || !std::isfinite(capsule.radius)) {
+      throw std::invalid_argument("touchingPairs: coordinates and radii have to be finite");
+    }
+    boxes.push_back(boxOf(capsule, rounding));
+  }
   const Grid grid(boxes);
 
   std::vector<Cells> cells;

@@ -151,10 +151,9 @@ int runChecked(int argc, char** argv, const std::vector<std::string>& scenes) {
   benchmark::AddCustomContext("machine", machine());
   benchmark::AddCustomContext("compiler", compiler());
   const AllRuns runs(options);
-  const bool no_error = plain ? runRegistered(nullptr) : [&] {
-    TableReporter reporter(runs.tables());
-    return runRegistered(&reporter);
-  }();
+  TableReporter table(runs.tables());
+  const bool no_error = runRegistered(plain ? nullptr : &table);
+  if (!plain) table.print();
   return runs.right() && no_error ? 0 : 1;
 }
 

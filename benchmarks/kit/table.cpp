@@ -61,8 +61,7 @@ std::string TableReporter::median(const std::string& entry) const {
   return timeText(sorted[sorted.size() / 2]);
 }
 
-void TableReporter::Finalize() {
-  endProgress();
+void TableReporter::print() {
   constexpr std::size_t kColumn = 14;
   std::size_t names = 0;
   for (const TableOfScene& table : tables_) {

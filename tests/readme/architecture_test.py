@@ -16,7 +16,7 @@ NAMED = re.compile(r'<([^>"]+)>|"([^>"]+)"')
 # Headers of C++'s library have neither a folder nor a suffix.
 STANDARD = re.compile(r"[a-z_]+")
 
-# Public headers that need FCL; those in io/ are the readers', all others the tree's.
+# Public headers that need FCL; those in folders are sets of their own, all others the tree's.
 MANAGERS = {
     "contact_collector.h",
     "continuous_fiber_collision_manager.h",
@@ -33,6 +33,7 @@ PUBLIC = {
     "include/tree": {"include/tree"},
     "include/managers": {"include/managers", "include/tree", "<fcl>", "<Eigen>"},
     "include/io": {"include/io", "include/tree"},
+    "include/benchmark": {"include/benchmark", "include/managers", "include/tree", "<fcl>"},
 }
 # Libraries that the table does not name by the first part of their headers' path.
 LIBRARIES = {
@@ -49,8 +50,9 @@ TOP_FILES = {f"src/{file.name}" for file in ROOT.glob(TOP)}
 
 def set_of(public_header):
     """The set of a header, named as in `#include <fcl_fibers/...>`."""
-    if public_header.startswith("io/"):
-        return "include/io"
+    for folder in ("io", "benchmark"):
+        if public_header.startswith(f"{folder}/"):
+            return f"include/{folder}"
     return "include/managers" if public_header in MANAGERS else "include/tree"
 
 
