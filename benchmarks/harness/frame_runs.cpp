@@ -165,7 +165,10 @@ void BasicFrameRuns<S>::run() {
     count.pairs += found.pairs;
     count.visited += found.visited;
     if (does(PairWork::kTest)) {
-      test_seconds += seconds([&] { touching += countTouching(*manager); });
+      std::size_t found_touching = 0;
+      test_seconds += seconds([&] { found_touching = countTouching(*manager); });
+      checkTouching(frame, found_touching);
+      touching += found_touching;
     }
     if constexpr (std::is_same_v<S, double>) {
       if (!does(PairWork::kCollide)) continue;
@@ -227,6 +230,16 @@ void BasicFrameRuns<S>::notePairs(int frame, std::size_t pairs) {
   }
   if (pairs != known->second) {
     throw std::runtime_error("reports other pairs than when it was checked, or in another run");
+  }
+}
+
+/// The callback's test finds what the judge has found.
+template <typename S>
+void BasicFrameRuns<S>::checkTouching(int frame, std::size_t touching) const {
+  if (motion_.summed) return;
+  const PairCounts& due = checked_.frames[static_cast<std::size_t>(frame)];
+  if (touching < due.touching || touching > due.touching + due.undecided) {
+    throw std::runtime_error("the closed form finds other touching pairs than the judge");
   }
 }
 

@@ -60,6 +60,7 @@ class BasicFrameRuns {
   void run();
   const PairSample& sampleOf(int frame, const Manager& manager);
   void notePairs(int frame, std::size_t pairs);
+  void checkTouching(int frame, std::size_t touching) const;
   int runCount() const;
   bool does(PairWork work) const;
 

@@ -9,15 +9,18 @@
 
 #include <fcl/common/types.h>
 
+/// @file
+/// Which capsules touch, as benchmarks and tests judge it. It shares no code with the library.
 namespace fcl_fibers::benchmarks {
 
 /// A capsule: all points within `radius` of the segment from `from` to `to`.
 struct Capsule {
-  fcl::Vector3d from;
-  fcl::Vector3d to;
-  double radius;
+  fcl::Vector3d from;  ///< an end of its axis
+  fcl::Vector3d to;    ///< the other end
+  double radius;       ///< not negative
 };
 
+/// The point of a segment that is nearest to x.
 inline fcl::Vector3d closestPoint(const fcl::Vector3d& from, const fcl::Vector3d& to,
                                   const fcl::Vector3d& x) {
   const fcl::Vector3d d = to - from;
@@ -58,7 +61,12 @@ inline double axisGap(const Capsule& a, const Capsule& b) {
   return (least - greatest).maxCoeff();
 }
 
-enum class Contact { kTouching, kBoundary, kApart };
+/// What two capsules are to each other.
+enum class Contact {
+  kTouching,  ///< they share a point
+  kBoundary,  ///< rounding decides whether they do
+  kApart,     ///< they share none
+};
 
 /// Pairs whose distance is the sum of their radii to within 1e-9 of it and `rounding` are of
 /// neither kind: rounding of their poses decides them, and a manager may report them or not.
