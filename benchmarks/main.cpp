@@ -175,7 +175,10 @@ void addOptions(CLI::App& app, std::string& measure, Request& request) {
 }
 
 void addContext(int argc, char** argv, const std::string& measure, const Request& request) {
-  const char* const commit = std::getenv("FCL_FIBERS_COMMIT");
+  const auto told = [](const char* name) {
+    const char* const value = std::getenv(name);
+    return std::string(value == nullptr ? "unknown" : value);
+  };
   // The folders of the program, of files and of results mean nothing to others.
   std::string command = "fcl_fibers_bench";
   for (int i = 1; i < argc; ++i) {
@@ -188,7 +191,8 @@ void addContext(int argc, char** argv, const std::string& measure, const Request
   benchmark::AddCustomContext("machine", machine());
   benchmark::AddCustomContext("compiler", compiler());
   benchmark::AddCustomContext("build_type", FCL_FIBERS_BUILD_TYPE);
-  benchmark::AddCustomContext("commit", commit == nullptr ? "unknown" : commit);
+  benchmark::AddCustomContext("commit", told("FCL_FIBERS_COMMIT"));
+  benchmark::AddCustomContext("code", told("FCL_FIBERS_CODE"));
   benchmark::AddCustomContext("command", command);
   benchmark::AddCustomContext("left_out", missingLibraries());
   benchmark::AddCustomContext("measure", measure);

@@ -99,7 +99,8 @@ cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DFCL_FIBERS_BUILD_TE
 cmake --build "$build" --target "${goals[@]}" >&2
 
 FCL_FIBERS_COMMIT=$(git describe --always --dirty 2>/dev/null || echo unknown)
-export FCL_FIBERS_COMMIT
+FCL_FIBERS_CODE=$(/usr/bin/python3 -B benchmarks/report/code_hash.py)
+export FCL_FIBERS_COMMIT FCL_FIBERS_CODE
 rm -rf "$data.previous"
 if [[ -d $data && -z $only ]]; then mv "$data" "$data.previous"; fi
 mkdir -p "$data"

@@ -4,12 +4,18 @@
 # All steps run, even where one fails. At the end all are listed with their seconds, and what was
 # skipped and why. Returns 1 if one has failed, and sets `skipped_steps` to how many were skipped.
 mkdir -p build
+told_list=$PWD/build/told.txt
 skipped_list=$PWD/build/skipped.txt
 skipped_step=$PWD/build/skipped_step
 
 # What has to do with threads: the library's, the user's, and caches that the first query fills.
 # shellcheck disable=SC2034
 thread_suites=(threads_test arrays_test index_test meshes_test continuous_test motion_test)
+
+# tell WHAT: also at the end.
+tell() {
+  echo "$1" | tee -a "$told_list"
+}
 
 # skip WHAT_AND_WHY: tells of it at the end.
 skip() {
@@ -50,6 +56,7 @@ run_steps() {
   local lines=()
   skipped_steps=0
   : >"$skipped_list"
+  : >"$told_list"
   for step in "$@"; do
     printf '\n== %s ==\n' "$step"
     begin=$SECONDS
@@ -76,6 +83,7 @@ run_steps() {
   printf '\n== Summary ==\n'
   printf '%s\n' "${lines[@]}"
   sed 's/^/skipped: /' "$skipped_list"
+  cat "$told_list"
   printf '%6d s in all. Steps: %d passed, %d failed, %d skipped\n' "$SECONDS" \
     $(($# - failed - skipped_steps)) "$failed" "$skipped_steps"
   ((failed == 0))

@@ -13,7 +13,7 @@ STEPS = TESTS / "steps.sh"
 SCRIPT = f"""#!/usr/bin/env bash
 set -euo pipefail
 . {STEPS}
-fine() {{ skip "a part"; }}
+fine() {{ skip "a part" && tell "tables are old"; }}
 breaks() {{ false; echo "went on"; }}
 ends_as_skipped() {{ bash -c "exit 77"; }}
 waits() {{
@@ -63,6 +63,7 @@ class Steps(unittest.TestCase):
         self.assertRegex(out, "skipped  waits\n")
         self.assertRegex(out, "passed  fine\n")
         self.assertIn("\nskipped: waits: it is not its turn\nskipped: fine: a part\n", out)
+        self.assertIn("\ntables are old\n", out.split("== Summary ==")[1])
         self.assertIn("Steps: 1 passed, 1 failed, 1 skipped\n", out)
         self.run_steps("waits", "fine", code=0)
 

@@ -133,6 +133,7 @@ class Results:
             "compiler": ", ".join([compiler, *versions]),
             "build_type": build_type,
             "commit": os.environ.get("FCL_FIBERS_COMMIT", "unknown"),
+            "code": os.environ.get("FCL_FIBERS_CODE", "unknown"),
             "command": " ".join(["steps.py", *words]),
             "left_out": "",
             "measure": self.options.measure,

@@ -28,7 +28,7 @@ import python_steps
 import shapes
 import trade
 from results import circumstances, load
-from tables import Table, count, digits, time
+from tables import MARK, Table, count, digits, documents, time
 
 # Tables that documents have, by the first word of their names. The others are on the page alone.
 DOCUMENTED = {
@@ -55,7 +55,6 @@ DIAL = "Shorter bars are faster. False pairs are reported and do not touch."
 SAMPLING = "Both are compared with the contacts of the finest sampling."
 RESOLUTION = "Both are compared with the segments that touch the finest mesh."
 MOTION = "Both are of the impacts of a step of the cap in the wind."
-MARK = re.compile(r"(<!-- table ([\w -]+): ([^\n]*) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 
 
 @dataclass
@@ -265,7 +264,7 @@ def write_documents(report, root):
     known = {word: kind for kind, words in DOCUMENTED.items() for word in words}
 
     def renewed(mark):
-        head, name, command, foot = mark.groups()
+        head, name, command, _, foot = mark.groups()
         if known[name.split()[0]] != report.kind:
             return mark[0]
         if report.missing and name not in tables:
@@ -274,7 +273,7 @@ def write_documents(report, root):
         source = f"`{command}`, {circumstances(report.parts)}"
         return f"{head}\n{tables[name].markdown()}\n\n{source}\n\n{foot}"
 
-    for path in [root / "README.md", *sorted((root / "docs").glob("*.md"))]:
+    for path in documents(root):
         path.write_text(MARK.sub(renewed, path.read_text(encoding="utf-8")), encoding="utf-8")
     if due:
         raise ValueError(f"no document has a mark for {', '.join(sorted(due))}")

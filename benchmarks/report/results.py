@@ -106,8 +106,8 @@ def load(folder, known):
 
 
 def circumstances(parts):
-    """One line: machine, compiler, build type, commit."""
-    keys = ("machine", "compiler", "build_type", "commit")
-    found = [dict.fromkeys(part.context[key] for part in parts.values()) for key in keys]
-    machine, compiler, build_type, commit = (" and ".join(values) for values in found)
-    return f"{machine}; {compiler}, {build_type}; commit {commit}."
+    """One line: machine, compiler, build type, commit, and the hash of its code."""
+    keys = ("machine", "compiler", "build_type", "commit", "code")
+    found = [dict.fromkeys(p.context.get(key, "unknown") for p in parts.values()) for key in keys]
+    machine, compiler, build_type, commit, code = (" and ".join(values) for values in found)
+    return f"{machine}; {compiler}, {build_type}; commit {commit}, code {code}."

@@ -2,9 +2,17 @@
 """Numbers as text, and tables as Markdown; page.html has them as HTML."""
 
 import math
+import re
 from dataclasses import dataclass
 
 UNITS = (("s", 1), ("ms", 1e-3), ("us", 1e-6))
+# A table's place in a document: head, name, command, text, foot.
+MARK = re.compile(r"(<!-- table ([\w -]+): ([^\n]*) -->\n)(.*?)(<!-- end of table -->)", re.DOTALL)
+
+
+def documents(root):
+    """Those that have such places."""
+    return [root / "README.md", *sorted((root / "docs").glob("*.md"))]
 
 
 @dataclass

@@ -73,7 +73,7 @@ RECORDED = {
     "python/import": ["import"],
 }
 RUNS = 5  # of each name: a ratio asks for so many
-CONTEXT = ("machine", "compiler", "build_type", "commit", "left_out")
+CONTEXT = ("machine", "compiler", "build_type", "commit", "code", "left_out")
 READ = (
     "run_type",
     "run_name",
@@ -94,7 +94,7 @@ def shrunk(run):
 def record(program, name, flags):
     path = Path(__file__).parent / "results" / f"{name}.json"
     path.parent.mkdir(parents=True, exist_ok=True)
-    environment = {**os.environ, "FCL_FIBERS_COMMIT": "abcdef0"}
+    environment = {**os.environ, "FCL_FIBERS_COMMIT": "abcdef0", "FCL_FIBERS_CODE": "0123456789ab"}
     command = [program]
     if name.startswith("python/"):
         beside = Path(program).parent / "fcl_fibers_step_in_cpp"

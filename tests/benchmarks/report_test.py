@@ -212,7 +212,9 @@ class ReportTest(unittest.TestCase):
         text = readme.read_text()
         self.assertTrue(text.startswith(f"before\n\n{mark}\n| Speed-up over"), text)
         self.assertTrue(
-            text.endswith("Release; commit abcdef0.\n\n<!-- end of table -->\n\nafter\n")
+            text.endswith(
+                "Release; commit abcdef0, code 0123456789ab.\n\n<!-- end of table -->\n\nafter\n"
+            )
         )
         self.assertNotIn("old", text)
         self.assertEqual(other.read_text(), costs)

@@ -1,0 +1,224 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Each marked table of the documents names the commit and the code that its figures are of.
+
+    tables_of_other_code_test.py [--strict]
+
+It prints which tables are of this code and which of other code. --strict, for a release: the latter
+fail.
+"""
+
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from collections import Counter
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "benchmarks" / "report"))
+
+from code_hash import files_of_commit, files_of_tree, hash_of  # noqa: E402
+from tables import MARK, documents  # noqa: E402
+
+SOURCE = re.compile(
+    r"\bcommit (?P<commits>[\w.-]+(?: and [\w.-]+)*),\s+"
+    r"code (?P<codes>[0-9a-f]{12}(?: and [0-9a-f]{12})*)\b"
+)
+
+
+class Source(NamedTuple):
+    """What some figures are of."""
+
+    place: str  # the document, and the table or its line
+    commits: tuple
+    codes: frozenset
+
+
+def words(text):
+    return text.split(" and ")
+
+
+def sources_of(root):
+    """Of all marked tables, and of all else that names its code; and what is wrong."""
+    found, faults = [], []
+    for path in documents(root):
+        text, name = path.read_text(encoding="utf-8"), path.relative_to(root).as_posix()
+        marks = list(MARK.finditer(text))
+        sources = [(f"{name}, table {mark[2]}", SOURCE.search(mark[4])) for mark in marks]
+        rest = MARK.sub(lambda mark: "\n" * mark[0].count("\n"), text)
+        for match in SOURCE.finditer(rest):
+            sources.append((f"{name}, line {rest.count(chr(10), 0, match.start()) + 1}", match))
+        for place, match in sources:
+            if match:
+                codes = frozenset(words(match["codes"]))
+                found.append(Source(place, tuple(words(match["commits"])), codes))
+            else:
+                faults.append(f"{place}: it does not end with 'commit X, code Y'")
+    return found, faults
+
+
+def differences(files, others):
+    """How many files of which folders differ."""
+    names = [name for name in files.keys() | others.keys() if files.get(name) != others.get(name)]
+    counts = Counter("/".join(name.split("/")[:-1][:2]) for name in names)
+    return ", ".join(f"{folder} {number}" for folder, number in sorted(counts.items()))
+
+
+def judged(root):
+    """Lines of text, what is wrong, and which figures are of other code."""
+    sources, faults = sources_of(root)
+    here = files_of_tree(root)
+    lines, others = [], []
+    for place, commits, codes in sources:
+        known = [files_of_commit(commit, root) for commit in commits]
+        if all(known) and {hash_of(files) for files in known} != codes:
+            right = " and ".join(hash_of(files) for files in known)
+            said = " and ".join(sorted(codes))
+            faults.append(f"{place}: code {said} is not its commit's, which is {right}")
+        if codes == {hash_of(here)}:
+            lines.append(f"{place}: of this code")
+            continue
+        others.append(place)
+        far = differences(known[0], here) if known[0] else "which is not in the history here"
+        lines.append(f"{place}: of other code, commit {' and '.join(commits)} ({far})")
+    return lines, faults, others
+
+
+def summary(root):
+    lines, _, others = judged(root)
+    return (
+        f"{len(others)} of {len(lines)} tables are of other code; before a release they are "
+        "measured again (tests/benchmarks/tables_of_other_code_test.py lists them)."
+    )
+
+
+class TreeTest(unittest.TestCase):
+    """A small tree with a document, in a history of its own."""
+
+    def setUp(self):
+        self.root = Path(tempfile.mkdtemp())
+        self.addCleanup(shutil.rmtree, self.root)
+        for name in (
+            "src/tree/a.cpp",
+            "include/a.h",
+            "benchmarks/run.sh",
+            "docs/a.md",
+            "README.md",
+        ):
+            self.write(name, name)
+        self.write(".gitignore", "/src/*.o\n")
+        self.git("init", "-q")
+        self.commit()
+
+    def write(self, name, text):
+        path = self.root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+
+    def git(self, *words):
+        command = ["git", "-C", self.root, "-c", "user.name=a", "-c", "user.email=a@b", *words]
+        return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
+
+    def commit(self):
+        self.git("add", ".")
+        self.git("commit", "-qm", "a")
+
+    def hash(self):
+        return hash_of(files_of_tree(self.root))
+
+    def document(self, code, commit="HEAD", table="ratios"):
+        head = self.git("rev-parse", "--short", commit)
+        text = (
+            f"<!-- table {table}: a -->\n`a`; commit {head}, code {code}.\n<!-- end of table -->\n"
+        )
+        self.write("README.md", text)
+
+    def test_commit_tree_and_archive_have_one_hash(self):
+        """If this failed, figures of this code would be called figures of other code."""
+        self.assertEqual(self.hash(), hash_of(files_of_commit("HEAD", self.root)))
+        self.write("src/ignored.o", "built")
+        self.write("benchmarks/report/__pycache__/a.pyc", "built")
+        self.write("docs/a.md", "changed")
+        known = self.hash()
+        self.assertEqual(known, hash_of(files_of_commit("HEAD", self.root)))
+        shutil.rmtree(self.root / ".git")
+        (self.root / "src" / "ignored.o").unlink()
+        self.assertEqual(known, self.hash())
+
+    def test_each_change_of_code_changes_the_hash(self):
+        """If this failed, figures of other code would be called figures of this one."""
+        seen = {self.hash()}
+        self.write("src/tree/a.cpp", "changed")
+        seen.add(self.hash())
+        self.write("src/new.cpp", "not tracked yet")
+        seen.add(self.hash())
+        (self.root / "include" / "a.h").rename(self.root / "include" / "b.h")
+        seen.add(self.hash())
+        (self.root / "benchmarks" / "run.sh").unlink()
+        seen.add(self.hash())
+        self.assertEqual(len(seen), 5)
+
+    def test_a_table_is_of_this_code_or_of_other_code(self):
+        """If this failed, nobody would see that a table is old."""
+        self.document(self.hash())
+        self.assertEqual(judged(self.root), (["README.md, table ratios: of this code"], [], []))
+        self.write("src/tree/a.cpp", "changed")
+        self.write("src/tree/b.cpp", "new")
+        lines, faults, others = judged(self.root)
+        self.assertEqual(faults, [])
+        self.assertEqual(others, ["README.md, table ratios"])
+        self.assertRegex(lines[0], r": of other code, commit [0-9a-f]+ \(src/tree 2\)$")
+        self.assertIn("1 of 1 tables are of other code;", summary(self.root))
+
+    def test_a_table_names_the_code_of_its_commit(self):
+        """If this failed, a hash could be copied to figures that it is not of."""
+        self.document("0123456789ab")
+        self.assertRegex(judged(self.root)[1][0], ": code 0123456789ab is not its")
+        shutil.rmtree(self.root / ".git")  # as in an archive, where no commit is known
+        self.assertEqual(judged(self.root)[1], [])
+
+    def test_two_commits_have_the_codes_of_both(self):
+        """If this failed, tables of two measurements could not tell what they are of."""
+        first, codes = self.git("rev-parse", "--short", "HEAD"), [self.hash()]
+        self.write("src/tree/a.cpp", "changed")
+        self.commit()
+        codes.append(self.hash())
+        self.document(" and ".join(codes), first)
+        text = (self.root / "README.md").read_text()
+        second = self.git("rev-parse", "--short", "HEAD")
+        self.write("README.md", text.replace(first, f"{first} and {second}"))
+        lines, faults, others = judged(self.root)
+        self.assertEqual((faults, len(others)), ([], 1))
+        self.write("README.md", text)
+        self.assertEqual(len(judged(self.root)[1]), 1)
+
+    def test_a_table_without_its_code_is_a_fault(self):
+        """If this failed, a table could hide what it is of."""
+        for source in ("commit abcdef0.", "", "commit abcdef0, code unknown."):
+            self.write("README.md", f"<!-- table a: b -->\n{source}\n<!-- end of table -->\n")
+            self.assertEqual(
+                judged(self.root)[1],
+                ["README.md, table a: it does not end with 'commit X, code Y'"],
+            )
+
+
+class DocumentsTest(unittest.TestCase):
+    def test_tables_name_the_code_that_they_are_of(self):
+        """If this failed, nobody could tell which code a table is of."""
+        lines, faults, others = judged(ROOT)
+        self.assertGreater(len(lines), 30)
+        print("\n".join(lines))
+        self.assertEqual(faults, [])
+        if STRICT:
+            self.assertEqual(others, [], "a release has figures of its own code")
+
+
+STRICT = "--strict" in sys.argv
+if __name__ == "__main__":
+    program = unittest.main(argv=[word for word in sys.argv if word != "--strict"], exit=False)
+    print(summary(ROOT))
+    sys.exit(not program.result.wasSuccessful())
