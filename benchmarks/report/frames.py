@@ -12,14 +12,17 @@ SPEED_UP = "Speed-up over"
 ABSENT = "not installed"
 PHASES = ("set_up", "update", "detection", "frame")
 PHASE_TITLES = ["set-up", "update", "detection", "update + detection"]
+SET_UP_TITLES = ["set-up, boxes written before", "set-up with boxes"]
 READ_RATIOS = (
     "Each cell is the ratio of two medians, on one thread unless the row says otherwise. The "
     "brackets have the lowest and the highest ratio that single runs allow. A cell says 'as fast' "
     "where that range contains 1. Each row is against FCL's tree and level with the least median "
-    "of what the row measures. Cells of update and set-up name FCL's boxes, tight or stock. "
-    "Embree's way is the fastest of a Morton rebuild, a refit and, with --full, a rebuild by "
-    "surface area; it visits both orders of each pair. Touching pairs are an update and a query: "
-    "ours with Report::kCapsules, FCL's with fcl::collide on the pairs that it reports."
+    "of what the row measures. Cells of update and set-up name FCL's boxes, tight or stock. An "
+    "update of FCL's has writing them inside, its set-up only where the row says so. Embree's way "
+    "is the fastest of a Morton rebuild, a refit and, with --full, a rebuild by surface area; it "
+    "visits both orders of each pair. Touching pairs are an update and a query: ours with "
+    "Report::kCapsules, FCL's with a closed-form test of two capsules in its callback, or with "
+    "fcl::collide on the pairs that it reports."
 )
 
 
@@ -31,7 +34,7 @@ def scenes_of(parts):
 
 def ratio_cells(scenes, row):
     found = [scene.ratios()[row] for scene in scenes.values()]
-    any_boxes = row in (ratios.UPDATE, ratios.SET_UP)
+    any_boxes = row in (ratios.UPDATE, ratios.SET_UP, ratios.SET_UP_WITH_BOXES)
     return [ABSENT if ratio is None else ratio.text(any_boxes) for ratio in found]
 
 
@@ -54,7 +57,7 @@ def header_of(scenes, what=""):
 
 def headline(scenes):
     """The rows that say most; all_ratios() has the others."""
-    rows = (ratios.TIGHT, ratios.UPDATE, ratios.TOUCHING_TIGHT)
+    rows = (ratios.TIGHT, ratios.UPDATE, ratios.TOUCHING_TEST, ratios.TOUCHING_TIGHT)
     lines = [[row_title(scenes, row), *ratio_cells(scenes, row)] for row in rows]
     what = EMBREE["frame"] + ": Embree, "
     both = zip(*(ratio_cells(scenes, what + on) for on in ("1 thread", "2 threads")))
@@ -113,29 +116,31 @@ def visited_ratio(scene, on, ours):
 def scene_table(scene, ranges=False):
     """`ranges`: of all times, not of a frame's alone."""
     part, rows = scene.part, []
-    for name in sorted(scene.contenders, key=lambda name: (not name.startswith("Layered"), name)):
+    for name in sorted(scene.contenders, key=order_of):
         cells = []
-        for key in PHASES:
+        for key in ("set_up", ratios.set_up_key(name), *PHASES[1:]):
             form = time_and_range if ranges or key == "frame" else lambda runs: time(runs.median())
             known = part.knows("Frames", name, key)
             cells.append(form(part.runs("Frames", name, key)) if known else "-")
-        counts = ["-"] * 4
-        if name.endswith("_and_collide"):
+        counts, then = ["-"] * 4, ratios.after_query(name)
+        if then:
             both = [count(scene.median(name, key)) for key in ("pairs", "touching")]
-            counts = [both[0], "-", "~" + both[1], "-"]
+            counts = [both[0], "-", both[1] if then == ratios.TEST else "~" + both[1], "-"]
         elif part.knows("Frames", name, "visited"):
             counts = [count(scene.median(name, "pairs")), digits(per_visited(scene, name).median())]
             counts += [count(scene.checked(name, "touching")), digits(scene.bytes(name))]
         rows.append([title(name), *cells, *counts, str(len(part.counters("Frames", name)))])
     floor = part.runs("Floor", "read", "seconds")
-    cells = ["-", time(floor.median()), *["-"] * 6, str(len(floor))]
+    cells = ["-", "-", time(floor.median()), *["-"] * 6, str(len(floor))]
     rows.append(["a loop that only reads the objects", *cells])
-    header = ["", *PHASE_TITLES, "pairs", "ns per visited pair", "touching"]
+    header = ["", *SET_UP_TITLES, *PHASE_TITLES[1:], "pairs", "ns per visited pair", "touching"]
     header += ["bytes per segment", "runs"]
     caption = (
-        "Times are medians, with the lowest and the highest in brackets. Detection and ~ of 'and "
-        "collide' are scaled up from the sample. A tree of FCL's that was fastest in some phases "
-        "alone, when all were tried, has only these."
+        "Times are medians, with the lowest and the highest in brackets. 'And test' is a "
+        "closed-form test of two capsules in the callback. 'And collide' is fcl::collide; its "
+        "detection and ~ are scaled up from the sample. Only FCL's managers read boxes that "
+        "somebody has written. A tree of FCL's that was fastest in some phases alone, when all "
+        "were tried, has only these."
     )
     if scene.name == "paper-dynamic":
         steps = count(scene.median(BOXES, "frames"))
@@ -144,6 +149,13 @@ def scene_table(scene, ranges=False):
     if not_timed(scene):
         caption += f" Not timed: {'; '.join(not_timed(scene))}."
     return Table(f"scene {scene.name}", scene.title(), header, rows, caption)
+
+
+def order_of(name):
+    """Ours first; of one tree of FCL's the query, then with a test, then with fcl::collide."""
+    then = ratios.after_query(name)
+    place = ("", ratios.TEST, ratios.COLLIDE).index(then)
+    return not name.startswith("Layered"), name.removesuffix(then), place
 
 
 def not_timed(scene):

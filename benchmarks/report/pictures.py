@@ -7,7 +7,7 @@ import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from ratios import BOXES, CAPSULES
+from ratios import BOXES, CAPSULES, COLLIDE, TEST
 
 INK, RED = "#1d2330", "#e01b24"
 matplotlib.rcParams.update(
@@ -70,10 +70,14 @@ def headline_bars(scene):
     if scene.has_embree():
         boxes.append(("Embree", scene.best(scene.embree(), "frame"), "#e69f00"))
     touching = [("ours", CAPSULES, "#56b4e9")]
-    for label, kind, colour in (("tight", "tight", "#5b6475"), ("its own", "stock", "#a3aab7")):
-        best, collide = (scene.best(scene.fcl(kind, c), "frame") for c in (False, True))
-        boxes.append((f"FCL, {label} boxes", best, colour))
-        touching.append((f"FCL, {label} boxes + fcl::collide", collide, colour))
+    for group, label, kind, then, colour in (
+        (boxes, "tight boxes", "tight", "", "#5b6475"),
+        (boxes, "its own boxes", "stock", "", "#a3aab7"),
+        (touching, "tight boxes + capsule test", "tight", TEST, "#5b6475"),
+        (touching, "tight boxes + fcl::collide", "tight", COLLIDE, "#7e8797"),
+        (touching, "its own boxes + fcl::collide", "stock", COLLIDE, "#a3aab7"),
+    ):
+        group.append((f"FCL, {label}", scene.best(scene.fcl(kind, then), "frame"), colour))
     return {"pairs whose boxes overlap": boxes, "pairs that touch": touching}
 
 

@@ -90,6 +90,8 @@ def row_of(run):
     row["label"] = run.get("label", "")
     if "update" in row and "detection" in row:
         row["frame"] = row["update"] + row["detection"]
+    if "set_up" in row and "boxes" in row:
+        row["set_up_with_boxes"] = row["set_up"] + row["boxes"]
     return row
 
 
