@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 #
-# benchmarks/run.sh [--full [--targets] | --trade | --paper [--full] | --python [--targets]]
-#                   [--only NAME] [--hair FILE [--radius R]]
+# benchmarks/run.sh [--full [--targets] | --trade | --paper [--full] | --python [--targets] |
+#                    --card [--again]] [--only NAME] [--hair FILE [--radius R]]
 #
 #   (nothing)  the README's table: this library, FCL and Embree on three scenes. 3 minutes
 #   --full     all tables of docs/performance.md: scenes, other queries, small scenes, other shapes, arrays,
@@ -13,6 +13,8 @@
 #   --paper    the paper's Table I, figures and pictures. 90 minutes. --full adds finer curves
 #   --python   docs/python.md: a step of the Python package, beside other ways and C++. 3 minutes.
 #              --targets also lists which targets are met
+#   --card     FCL's managers as they are and ours on the paper's scenes, in double and in float. Under 3 hours.
+#              It goes on where it was ended: what was measured of this code is kept, unless --again is given
 #   --only     only the measures whose names begin with NAME, such as obstacles of --full, 4 minutes,
 #              or dials of --trade, 4 minutes. It keeps the other results of the set
 #   --hair     the fibers of a file instead of the scenes; with --trade beside the scenes.
@@ -25,14 +27,15 @@
 set -euo pipefail
 
 refuse() { echo "benchmarks/run.sh: $1; see --help" >&2 && exit 1; }
-set=headline full=0 only='' hair=() targets=()
+set=headline full=0 only='' again=0 hair=() targets=()
 while (($# > 0)); do
   case $1 in
     --full) full=1 ;;
-    --trade | --paper | --python)
-      [[ $set == headline ]] || refuse "give only one of --trade, --paper and --python"
+    --trade | --paper | --python | --card)
+      [[ $set == headline ]] || refuse "give only one of --trade, --paper, --python and --card"
       set=${1#--}
       ;;
+    --again) again=1 ;;
     --targets) targets=(--targets) ;;
     --only=*) only=${1#--only=} ;;
     --only)
@@ -44,22 +47,23 @@ while (($# > 0)); do
       hair+=("$1=${2?$1 needs a value}")
       shift
       ;;
-    --help) sed -n '4,24s/^# \{0,1\}//p' "$0" && exit ;;
+    --help) sed -n '4,26s/^# \{0,1\}//p' "$0" && exit ;;
     *) refuse "there is no option $1" ;;
   esac
   shift
 done
 [[ ${#hair[@]} == 0 || ${hair[*]} == *--hair=* ]] || refuse "--radius needs --hair FILE"
 case "$full $set ${hair[*]}" in
-  '1 trade '* | '1 python '* | '1 paper '?*)
-    refuse "--full does not go with --trade or --python, nor with --paper --hair"
+  '1 trade '* | '1 python '* | '1 card '* | '1 paper '?*)
+    refuse "--full does not go with --trade, --python or --card, nor with --paper --hair"
     ;;
-  '0 python '?*) refuse "--hair does not go with --python" ;;
+  '0 python '?* | '0 card '?*) refuse "--hair does not go with --$set" ;;
   '1 headline '*) set=full ;;
 esac
 [[ ${#targets[@]} == 0 || "$set ${hair[*]}" =~ ^(full|python)' '$ ]] ||
   refuse "--targets goes only with --full or --python alone"
 [[ -z $only || "$set ${hair[*]}" != *--hair* ]] || refuse "--only does not go with --hair"
+((!again)) || [[ $set == card ]] || refuse "--again goes only with --card"
 ponytail=${FCL_FIBERS_DATA:+$FCL_FIBERS_DATA/tressfx31_ponytail_tail.tfx}
 if [[ $set == trade && ${#hair[@]} == 0 && -e $ponytail ]]; then
   hair=(--hair="$ponytail" --radius=0.05)
@@ -101,16 +105,32 @@ cmake --build "$build" --target "${goals[@]}" >&2
 FCL_FIBERS_COMMIT=$(git describe --always --dirty 2>/dev/null || echo unknown)
 FCL_FIBERS_CODE=$(/usr/bin/python3 -B benchmarks/report/code_hash.py)
 export FCL_FIBERS_COMMIT FCL_FIBERS_CODE
-rm -rf "$data.previous"
-if [[ -d $data && -z $only ]]; then mv "$data" "$data.previous"; fi
+# The card takes hours, so what there is of it stays.
+if [[ $set != card ]]; then
+  rm -rf "$data.previous"
+  if [[ -d $data && -z $only ]]; then mv "$data" "$data.previous"; fi
+fi
 mkdir -p "$data"
 failed=0 measured=0 SECONDS=0
+
+# is_measured FILE: whether it is whole, and of this code.
+is_measured() {
+  [[ -e $1 ]] && /usr/bin/python3 -c '
+import json, sys
+document = json.load(open(sys.argv[1], encoding="utf-8"))
+sys.exit(not document["benchmarks"] or document["context"]["code"] != sys.argv[2])
+' "$1" "$FCL_FIBERS_CODE" 2>/dev/null
+}
 
 # measure NAME MEASURE FLAG...: a measure that fails leaves no results.
 measure() {
   local file=$data/$1.json
   [[ $1 == "$only"* ]] || return 0
   measured=1
+  if [[ $set == card ]] && ((!again)) && is_measured "$file"; then
+    printf '%4d s  %s is measured already\n' "$SECONDS" "$1" >&2
+    return 0
+  fi
   printf '%4d s  %s\n' "$SECONDS" "$1" >&2
   if ! "${bench[@]}" --measure="$2" "${@:3}" --benchmark_out="$file"; then
     echo "benchmarks/run.sh: the measure $1 has failed" >&2
@@ -158,6 +178,15 @@ case $scenes in
     measure sampling sampling
     measure dials dials
     measure dials_motion motion-dials
+    ;;
+  card)
+    for scalar in double float; do
+      card() { measure "card_$1_$scalar" card --scene="$2" --scalar="$scalar" --limit=20; }
+      card static paper-static
+      card dynamic paper-dynamic
+      card half-scalp paper-half-scalp
+      for n in 1000 2000; do card "strand-$n" "paper-strand:fibers=$n"; done
+    done
     ;;
   hair) frames frames_hair "${hair[@]}" ;;
   python)

@@ -15,6 +15,7 @@ from pathlib import Path
 import jinja2
 
 import arrays
+import card
 import elsewhere
 import frames
 import motion
@@ -49,6 +50,7 @@ DOCUMENTED = {
         "paper-volumes",
     ),
     "python": ("python-steps", "python-costs"),
+    "card": ("card", "card-scene"),
 }
 BARS = "Bars are medians. Lines reach from the lowest run to the highest."
 DIAL = "Shorter bars are faster. False pairs are reported and do not touch."
@@ -104,10 +106,9 @@ class Report:
         return [block for block in self.blocks if isinstance(block, Figure)]
 
     def documented(self):
-        """Of several scenes the documents show each one's contenders."""
+        """Of several scenes each one's table."""
         words = DOCUMENTED[self.kind]
-        names = [name for name in self.tables() if name in words or name.startswith("scene ")]
-        return {name: self.tables()[name] for name in names if name.split()[0] in words}
+        return {name: t for name, t in self.tables().items() if name.split()[0] in words}
 
 
 def files_of(kind, scenes):
@@ -249,6 +250,21 @@ def python(folder, with_targets=False):
     return report
 
 
+def card_of_managers(folder):
+    wanted = {
+        f"{scene} in {scalar}": f"card_{scene}_{scalar}"
+        for scene in card.SCENES
+        for scalar in card.SCALARS
+    }
+    report = Report("card", "FCL's managers and ours on the paper's scenes", folder, wanted)
+    parts, double = report.parts, "card_.*_double"
+    report.add(double, card.summary, parts)
+    report.draw(double, "card", "Frames and segments", card.PICTURE, card.picture, parts)
+    for scene in card.SCENES:
+        report.add(f"card_{scene}_.*", card.scene_table, scene, parts)
+    return report
+
+
 def write_page(report, path):
     loader = jinja2.FileSystemLoader(Path(__file__).parent)
     pages = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
@@ -296,7 +312,8 @@ def main(arguments):
     elif options.set == "python":
         report = python(options.folder, options.targets)
     else:
-        report = {"trade": trade_offs, "paper": paper_again}[options.set](options.folder)
+        sets = {"trade": trade_offs, "paper": paper_again, "card": card_of_managers}
+        report = sets[options.set](options.folder)
     shown = report.documented()
     if options.targets:
         found = report.tables().items()

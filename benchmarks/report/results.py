@@ -26,10 +26,11 @@ class Part:
                 else:
                     rows.setdefault(key, []).append(row_of(run))
         self._runs = {key: pd.DataFrame(found) for key, found in rows.items()}
-        for name in self.names("Checked"):
-            note = self.note(name)
-            if note and name.startswith(OURS) and not note.startswith(TOO_SLOW):
-                raise RuntimeError(f"{path}: {name}: {note}")
+        for kind in ("Checked", "Card"):
+            for name in self.names(kind):
+                note = self.note(name, kind)
+                if note and name.startswith(OURS) and not note.startswith(TOO_SLOW):
+                    raise RuntimeError(f"{path}: {name}: {note}")
 
     def _note_error(self, kind, name, message):
         """A peer that is wrong is left out, anything else that is wrong ends the report."""

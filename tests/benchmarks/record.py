@@ -2,8 +2,8 @@
 """Records anew what report_test.py makes reports of: record.py fcl_fibers_bench [NAME...]
 
 Those of the Python package need it in PYTHONPATH, and fcl_fibers_step_in_cpp beside the program.
-Small scenes, and of each file only what reports read, a run a line. full/growth.json is written by
-hand, because ten million segments take minutes.
+Small scenes, and of each file only what reports read, a run a line. full/growth.json and card are
+written by hand, because ten million segments and managers that are slow take minutes.
 """
 
 import json

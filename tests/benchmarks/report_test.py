@@ -617,6 +617,102 @@ class ReportTest(unittest.TestCase):
         ):
             self.assertEqual(self.row(targets, name), [value])
 
+    def test_card(self):
+        """If this failed, nobody would see how FCL's managers do on the paper's scenes."""
+        text, page = self.page("card")
+        self.assertIn("Not measured: dynamic in float; half-scalp in float; ", text)
+        self.assertEqual(page.count("<img "), 1)
+        short, static = text.split("\n## ")[:2]
+        names = re.findall(r"^\| (\w[^|]*[^| ]) ", static, re.MULTILINE)
+        ours = ("LayeredAABBTree", "WrappedSphereTree")
+        expected = [f"{tree}, {variant}" for tree in ours for variant in ("bundles", "published")]
+        fcls = ("DynamicAABBTree", "DynamicAABBTree Array", "SaP", "SSaP", "IntervalTree")
+        for manager in (*fcls, "SpatialHashing", "Naive"):
+            expected += [f"{manager}, stock", f"{manager}, tight"]
+        self.assertEqual(names, expected)
+        self.assertEqual(len(re.findall(r"^\| \w", short, re.MULTILINE)), 4 + 7)
+        cells = self.row(short, "FCL SaP")
+        self.assertEqual(cells[0], ">20 s in update from 35,000 segments on, stock")
+        self.assertIn("at the smallest size already, 39,050 segments", cells[2])
+
+    def set_card(self, scalar, frames=None, climb=None):
+        """Counters of Frames rows by contender, and those of Card rows by contender and size."""
+
+        def change(run):
+            kind, manager, variant, size = run["run_name"].split("/")[:4]
+            values = (frames or {}).get(f"{manager}/{variant}") if kind == "Frames" else None
+            if kind == "Card":
+                values = (climb or {}).get(f"{manager}/{variant}/{size}")
+            if values is False:
+                return False
+            run.update(values or {})
+
+        self.edit(f"card_static_{scalar}", change)
+
+    def test_card_has_double_and_float_side_by_side(self):
+        """If this failed, a column would have times of the other scalar or of another phase."""
+        self.take("card")
+        tree = "DynamicAABBTree/tight"
+        times = {"set_up": 1.0, "boxes": 0.5, "update": 2.0, "detection": 4.0, "pairs": 7000.0}
+        self.set_card("double", {tree: times}, {f"{tree}/100000": {"bytes": 90e5}})
+        twice = {key: 2 * value for key, value in times.items()}
+        self.set_card("float", {tree: twice}, {f"{tree}/100000": {"bytes": 60e5}})
+        static = self.made("card").split("\n## ")[1]
+        found = self.row(static, "DynamicAABBTree, tight")
+        cells = ["1.00 s / 2.00 s", "1.50 s / 3.00 s", "2.00 s / 4.00 s", "4.00 s / 8.00 s"]
+        cells += ["6.00 s / 12.0 s", "90.0 / 60.0", "7,000 / 14,000"]
+        self.assertEqual(found[:7], cells)
+        # Ours reads poses and no boxes.
+        found = self.row(static, "LayeredAABBTree, bundles")
+        self.assertEqual(found[0], found[1])
+
+    def test_card_tells_who_has_ended_and_how_it_grows(self):
+        """If this failed, a manager that never ends would look as if it had not been tried."""
+        self.take("card")
+        sap = "SaP/stock"
+        climb = {
+            f"{sap}/5000": {"update": 1.0},
+            f"{sap}/10000": {"update": 3.0},
+            f"{sap}/20000": {"update": 12.0},
+        }
+        self.set_card("double", climb=climb)
+        self.set_card("float", climb={**climb, f"{sap}/35000": {"label": "wrong: 3 missed"}})
+        static = self.made("card").split("\n## ")[1]
+        found = self.row(static, "SaP, stock")
+        self.assertEqual(found[:7], 7 * ["-"])
+        # 12 / 3 at twice the segments.
+        end = "from 35,000 segments on"
+        both = f"double: >20 s in update {end}; it grows as n^2.0; "
+        both += f"float: wrong: 3 missed {end}; update grows as n^2.0"
+        self.assertEqual(found[7], both)
+        found = self.row(static, "SaP, tight")
+        end = "crashed in update at the smallest size already, 5,000 segments"
+        self.assertEqual(found[7], end)
+        # Nobody vanishes without a reason.
+        self.set_card("double", climb={f"{sap}/35000": False})
+        self.assert_fails("SaP/stock ends without a reason", "card")
+
+    def test_card_compares_with_the_box_tree_over_bundles(self):
+        """If this failed, a ratio would be of other numbers than it claims."""
+        self.take("card")
+        frame = {"update": 1.0, "detection": 1.0}
+        frames = {"LayeredAABBTree/bundles": frame, "LayeredAABBTree/published": {**frame}}
+        frames["LayeredAABBTree/published"]["detection"] = 5.0
+        frames |= {"SSaP/stock": {"update": 7.0, "detection": 1.0}}
+        frames |= {"SSaP/tight": {"update": 8.0, "detection": 1.0}}
+        self.set_card("double", frames)
+        short = self.made("card").split("\n## ")[0]
+        self.assertEqual(self.row(short, "LayeredAABBTree, bundles")[0], "2.00 s")
+        self.assertEqual(self.row(short, "LayeredAABBTree, published")[0], "3.0x")
+        self.assertEqual(self.row(short, "FCL SSaP")[0], "4.0x, stock")
+
+    def test_card_of_ours_has_to_be_right(self):
+        """If this failed, ours could miss pairs in the table that compares it with FCL."""
+        self.take("card")
+        name = "WrappedSphereTree/bundles/100000"
+        self.set_card("double", climb={name: {"label": "wrong: 3 missed"}})
+        self.assert_fails(f"{name}: wrong: 3 missed", "card")
+
     def test_paper(self):
         """If this failed, the paper's experiments would have no page."""
         text, page = self.page("paper")
@@ -810,6 +906,65 @@ class ReportTest(unittest.TestCase):
         self.assertEqual(found, [f"paper_{name}" for name in names])
 
 
+class CardTest(unittest.TestCase):
+    """run.sh --card, where nothing is built and results are copies."""
+
+    PROGRAM = """#!/usr/bin/python3
+import json, os, sys
+from pathlib import Path
+flags = dict(word.split("=", 1) for word in sys.argv[1:])
+out = Path(flags["--benchmark_out"])
+with open("calls", "a") as calls:
+    calls.write(" ".join(sys.argv[1:-1]) + "\\n")
+document = json.loads((Path("recorded") / out.name).read_text())
+document["context"]["code"] = os.environ["FCL_FIBERS_CODE"]
+out.write_text(json.dumps(document))
+"""
+
+    def setUp(self):
+        self.root = Path(tempfile.mkdtemp())
+        self.addCleanup(shutil.rmtree, self.root)
+        shutil.copytree(BENCHMARKS / "report", self.root / "benchmarks" / "report")
+        self.run_sh = shutil.copy(BENCHMARKS / "run.sh", self.root / "benchmarks")
+        shutil.copytree(HERE / "results" / "card", self.root / "recorded")
+        self.script("build/benchmarks/benchmarks/fcl_fibers_bench", self.PROGRAM)
+        for name in (".ci/apt_install.sh", "bin/cmake"):
+            self.script(name, "#!/bin/sh\n")
+
+    def script(self, name, text):
+        path = self.root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+        path.chmod(0o755)
+
+    def measured(self, *flags):
+        """The calls of the program."""
+        calls = self.root / "calls"
+        calls.write_text("")
+        command = [self.run_sh, "--card", "--only", "card_static", *flags]
+        path = f"{self.root / 'bin'}:/usr/bin:/bin"
+        subprocess.run(command, check=True, capture_output=True, env={"PATH": path})
+        return calls.read_text().splitlines()
+
+    def test_what_is_measured_of_this_code_is_kept(self):
+        """If this failed, three hours would begin anew, or a table would be of old code."""
+        both = [
+            f"--measure=card --scene=paper-static --scalar={scalar} --limit=20"
+            for scalar in ("double", "float")
+        ]
+        self.assertEqual(self.measured(), both)
+        self.assertEqual(self.measured(), [])
+        self.assertEqual(self.measured("--again"), both)
+        results = self.root / "build" / "benchmarks" / "results" / "card"
+        cut = results / "card_static_float.json"
+        cut.write_text(cut.read_text()[:-100])
+        self.assertEqual(self.measured(), both[1:])
+        (self.root / "src").mkdir()
+        (self.root / "src" / "new.cpp").write_text("changed")
+        self.assertEqual(self.measured(), both)
+        self.assertFalse(Path(f"{results}.previous").exists())
+
+
 class FlagsTest(unittest.TestCase):
     def test_flags_that_exclude_each_other_are_refused(self):
         """If this failed, minutes would go into another set than the one that was asked for."""
@@ -818,11 +973,15 @@ class FlagsTest(unittest.TestCase):
         (root / "benchmarks").mkdir()
         run_sh = shutil.copy(BENCHMARKS / "run.sh", root / "benchmarks")
         for flags, message in (
-            ("--trade --full", "--full does not go with --trade or --python, .*"),
-            ("--full --trade", "--full does not go with --trade or --python, .*"),
+            ("--trade --full", "--full does not go with --trade, --python or --card, .*"),
+            ("--full --trade", "--full does not go with --trade, --python or --card, .*"),
+            ("--full --card", "--full does not go with --trade, --python or --card, .*"),
+            ("--card --hair=/dev/null", "--hair does not go with --card"),
+            ("--card --targets", "only with --full or --python alone"),
+            ("--paper --again", "--again goes only with --card"),
             ("--paper --full --hair=/dev/null", "nor with --paper --hair"),
-            ("--trade --paper", "give only one of --trade, --paper and --python"),
-            ("--full --python", "--full does not go with --trade or --python, .*"),
+            ("--trade --paper", "give only one of --trade, --paper, --python and --card"),
+            ("--full --python", "--full does not go with --trade, --python or --card, .*"),
             ("--python --hair=/dev/null", "--hair does not go with --python"),
             ("--targets", "only with --full or --python alone"),
             ("--trade --targets", "only with --full or --python alone"),
@@ -839,6 +998,7 @@ class FlagsTest(unittest.TestCase):
         for flags in (
             *("--full --paper", "--paper --full", "--full --targets", "--targets --full"),
             *("--python", "--python --targets", "--python --only steps"),
+            *("--card", "--card --again", "--card --only card_static"),
         ):
             with self.subTest(flags):
                 done = subprocess.run([run_sh, *flags.split()], capture_output=True, text=True)
