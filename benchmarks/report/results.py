@@ -91,8 +91,9 @@ def row_of(run):
     row["label"] = run.get("label", "")
     if "update" in row and "detection" in row:
         row["frame"] = row["update"] + row["detection"]
-    if "set_up" in row and "boxes" in row:
-        row["set_up_with_boxes"] = row["set_up"] + row["boxes"]
+    if "boxes" in row:
+        key = "set_up" if "set_up" in row else "seconds"
+        row[f"{key}_with_boxes"] = row[key] + row["boxes"]
     return row
 
 

@@ -345,13 +345,36 @@ class ReportTest(unittest.TestCase):
         targets = text.split("## Targets of managers\n")[1]
         for what, goal in (
             ("9 capsules, self-distance", r"\(1x\)"),
-            ("10,000 spheres, set-up", r"\(1x\)"),
+            ("10,000 spheres, set-up, boxes written before", r"\(1x\)"),
+            ("10,000 spheres, set-up with boxes", r"\(1x\)"),
             ("2 of 100 fibers change places", r"\(at most 1\.3x\)"),
         ):
             self.assertRegex(self.row(targets, what)[0], rf"^[\d.]+x (met|MISSED) {goal}$")
         self.assertIn("9 capsules, self-collision, SpatialHashing, tight (another answer)", text)
         candidates = self.row(text.split("## Candidates\n")[1].split("##")[0], "spheres")
         self.assertEqual(candidates, ["12,946", "1.88", "1.88", "1.88"])
+
+    def test_boxes_of_managers_are_told_without_and_with_writing_them(self):
+        """If this failed, FCL's times would lack what a program has to do, and no row would say."""
+        self.take("full", "queries")
+
+        def change(run):
+            boxes = 0.0 if "/LayeredAABBTree/" in run["run_name"] else 3.0
+            if run["run_name"].startswith("Objects/"):
+                run.update(set_up=1.0, boxes=boxes)
+            elif run["run_name"].startswith("Query/collide, one object/"):
+                run.update(real_time=1.0, time_unit="s", boxes=boxes)
+
+        self.edit("queries", change)
+        text = self.made("full")
+        for name, theirs, ratio in (
+            ("10,000 spheres, set-up, boxes written before", "1.00 s", "as fast (1.0 to 1.0)"),
+            ("10,000 spheres, set-up with boxes", "4.00 s", "4.0x (4.0 to 4.0)"),
+            ("collide, one object, box written before", "1.00 s", "as fast (1.0 to 1.0)"),
+            ("collide, one object with its box", "4.00 s", "4.0x (4.0 to 4.0)"),
+        ):
+            row = self.row(text, name)
+            self.assertEqual([row[0], row[1], row[3]], ["1.00 s", theirs, ratio])
 
     def test_changes_are_multiples_of_the_same_run(self):
         """If this failed, the machine's other work would count as a slower query."""
@@ -422,7 +445,7 @@ class ReportTest(unittest.TestCase):
         for prefix, key, message in (
             ("Objects/spheres/LayeredAABBTree", "answer", ""),
             ("Objects/spheres/Dynamic", "answer", "10,000 spheres, .*: "),
-            ("Query/collide, one object/Layered", "answer", "collide, one object: "),
+            ("Query/collide, one object/Layered", "answer", "collide, one object.*: "),
             ("Candidates/spheres/poses", "touching", "spheres: 6473.0 touching, FCL 12946.0"),
         ):
             with self.subTest(prefix):

@@ -97,8 +97,8 @@ def judged(root):
 def summary(root):
     lines, _, others = judged(root)
     return (
-        f"{len(others)} of {len(lines)} tables are of other code or not measured yet; before a "
-        "release they are measured again (tests/benchmarks/tables_of_other_code_test.py lists them)."
+        f"{len(others)} of {len(lines)} tables are of other code or not measured yet; a release "
+        "measures them again (tests/benchmarks/tables_of_other_code_test.py lists them)."
     )
 
 
