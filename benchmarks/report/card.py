@@ -30,7 +30,7 @@ VARIANTS = ("bundles", "published", "stock", "tight")
 READ = (
     "Each cell has double / float, medians on one thread. FCL's managers are as FCL makes them; "
     "they read boxes that were written before, and 'with boxes' has that inside, as update has. "
-    "Pairs are those handed to the callback. FCL also reports adjacent segments. A manager that "
+    "Pairs are those handed to the callback, adjacent segments among them. A manager that "
     "crashes, is wrong or takes longer than the limit in a phase is not run at larger sizes. "
     "Growth is of the phase that ran out, else of the slower of update and detection, between the "
     "last two sizes."
@@ -79,7 +79,7 @@ class Climb:
         fibers = next(self.at(n, self.full, "fibers") for n in self.names if self.reached(n))
         each = self.full / fibers
         size = f"{each:,.0f}" if each == int(each) else digits(each)
-        steps = ", 100 steps" if self.scene == "dynamic" else ""
+        steps = f", {count(self.steps())} steps" if self.scene == "dynamic" else ""
         return f"{SCENES[self.scene]}, {fibers:,.0f} x {size}{steps}"
 
     def reached(self, name):
@@ -120,18 +120,31 @@ class Climb:
     def verdict(self, name):
         if name in self.part.errors:
             return self.part.errors[name]
+        if self.is_too_long(name):
+            seconds = self.steps() * self.at(name, self.full, "frame")
+            return f"not timed: all steps would take about {time(seconds)}"
         end = [self.end(name)] if self.note(name) else []
         return "; ".join(end + [text for text in [self.growth(name)] if text])
 
+    def steps(self):
+        """Of the motion."""
+        first = next(name for name in self.names if self.part.has("Frames", name))
+        return self.part.median("Frames", first, "frames")
+
+    def is_too_long(self, name):
+        """A step ended in time, and all steps of the motion were not run."""
+        has_frames = self.part.has("Frames", name)
+        return self.scene == "dynamic" and not self.note(name) and not has_frames
+
     def is_timed(self, name):
-        return not self.note(name) and name not in self.part.errors
+        return not (self.note(name) or name in self.part.errors or self.is_too_long(name))
 
     def timed(self, name, key):
         """At the full size, or None where it was not reached."""
         if not self.is_timed(name):
             return None
         if key == "bytes":
-            return self.at(name, self.full, "bytes") / self.full
+            return self.at(name, self.full, "bytes_after_frames") / self.full
         return self.part.median("Frames", name, key)
 
     def frame(self, name):

@@ -656,6 +656,9 @@ class ReportTest(unittest.TestCase):
         self.assertEqual(len(re.findall(r"^\| \w", short, re.MULTILINE)), 4 + 7)
         cells = self.row(short, "FCL SaP")
         self.assertEqual(cells[0], ">20 s in update from 35,000 segments on, stock")
+        self.assertEqual(
+            cells[1], "not timed: all steps would take about 811 s, stock"
+        )  # 100 of 8.11 s
         self.assertIn("at the smallest size already, 39,050 segments", cells[2])
 
     def set_card(self, scalar, frames=None, climb=None):
@@ -677,9 +680,9 @@ class ReportTest(unittest.TestCase):
         self.take("card")
         tree = "DynamicAABBTree/tight"
         times = {"set_up": 1.0, "boxes": 0.5, "update": 2.0, "detection": 4.0, "pairs": 7000.0}
-        self.set_card("double", {tree: times}, {f"{tree}/100000": {"bytes": 90e5}})
+        self.set_card("double", {tree: times}, {f"{tree}/100000": {"bytes_after_frames": 90e5}})
         twice = {key: 2 * value for key, value in times.items()}
-        self.set_card("float", {tree: twice}, {f"{tree}/100000": {"bytes": 60e5}})
+        self.set_card("float", {tree: twice}, {f"{tree}/100000": {"bytes_after_frames": 60e5}})
         static = self.made("card").split("\n## ")[1]
         found = self.row(static, "DynamicAABBTree, tight")
         cells = ["1.00 s / 2.00 s", "1.50 s / 3.00 s", "2.00 s / 4.00 s", "4.00 s / 8.00 s"]
