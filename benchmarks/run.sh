@@ -113,18 +113,14 @@ fi
 mkdir -p "$data"
 failed=0 measured=0 SECONDS=0
 
-# is_measured FILE: whether it is whole, and of this code.
+# is_measured FILE: of this code.
 is_measured() {
-  [[ -e $1 ]] && /usr/bin/python3 -c '
-import json, sys
-document = json.load(open(sys.argv[1], encoding="utf-8"))
-sys.exit(not document["benchmarks"] or document["context"]["code"] != sys.argv[2])
-' "$1" "$FCL_FIBERS_CODE" 2>/dev/null
+  [[ -e $1 ]] && grep -q "\"code\": \"$FCL_FIBERS_CODE\"" "$1"
 }
 
-# measure NAME MEASURE FLAG...: a measure that fails leaves no results.
+# measure NAME MEASURE FLAG...: a measure that fails or is ended leaves no results.
 measure() {
-  local file=$data/$1.json
+  local file=$data/$1.json part=$data/$1.part
   [[ $1 == "$only"* ]] || return 0
   measured=1
   if [[ $set == card ]] && ((!again)) && is_measured "$file"; then
@@ -132,9 +128,12 @@ measure() {
     return 0
   fi
   printf '%4d s  %s\n' "$SECONDS" "$1" >&2
-  if ! "${bench[@]}" --measure="$2" "${@:3}" --benchmark_out="$file"; then
+  rm -f "$file"
+  if "${bench[@]}" --measure="$2" "${@:3}" --benchmark_out="$part"; then
+    mv "$part" "$file"
+  else
     echo "benchmarks/run.sh: the measure $1 has failed" >&2
-    if [[ -e $file ]]; then mv "$file" "$file.failed"; fi
+    if [[ -e $part ]]; then mv "$part" "$file.failed"; fi
     failed=1
   fi
 }
