@@ -7,6 +7,7 @@ rows at larger sizes. At the full size those that are left are timed.
 
 import math
 
+import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
@@ -32,8 +33,8 @@ READ = (
     "they read boxes that were written before, and 'with boxes' has that inside, as update has. "
     "Pairs are those handed to the callback, adjacent segments among them. A manager that "
     "crashes, is wrong or takes longer than the limit in a phase is not run at larger sizes. "
-    "Growth is of the phase that ran out, else of the slower of update and detection, between the "
-    "last two sizes."
+    "Growth is of the phase that ran out, else of the slower of update and detection, over the "
+    "sizes at which it ended in time."
 )
 SUMMARY = (
     "Update + detection at the full size, as a multiple of the box tree over bundles, in double "
@@ -97,15 +98,16 @@ class Climb:
         return self.sizes[name][:-1] if self.note(name) else self.sizes[name]
 
     def growth(self, name):
-        """The phase that ran out, else the slower of a frame, and its power of the segments."""
-        sizes = self.finished(name)[-2:]
+        """The phase that ran out, else the slower of a frame, and its power of the segments: the
+        line through all sizes, as a check is one run."""
+        sizes = self.finished(name)
         if len(sizes) < 2:
             return ""
         words = self.note(name).split()
         ended = next((key for key in PHASES if key in words), "")
         phase = ended or max(("update", "detection"), key=lambda p: self.at(name, sizes[-1], p))
-        less, more = (self.at(name, size, phase) for size in sizes)
-        power = math.log(more / less) / math.log(sizes[1] / sizes[0])
+        seconds = [self.at(name, size, phase) for size in sizes]
+        power = np.polyfit(np.log(sizes), np.log(seconds), 1)[0]
         return f"{'it' if ended else PHASES[phase]} grows as n^{power:.1f}"
 
     def end(self, name):
@@ -292,7 +294,14 @@ def label_ends(axis, climb, ends):
             fontsize=8.2,
             color=colour,
             annotation_clip=False,
-            arrowprops={"arrowstyle": "-", "color": colour, "lw": 0.6, "shrinkA": 0, "shrinkB": 0},
+            arrowprops={
+                "arrowstyle": "-",
+                "color": colour,
+                "lw": 0.6,
+                "relpos": (0, 0.5),
+                "shrinkA": 0,
+                "shrinkB": 0,
+            },
         )
 
 

@@ -706,10 +706,10 @@ class ReportTest(unittest.TestCase):
         static = self.made("card").split("\n## ")[1]
         found = self.row(static, "SaP, stock")
         self.assertEqual(found[:7], 7 * ["-"])
-        # 12 / 3 at twice the segments.
+        # The line through 1, 3 and 12 s, each at twice the segments.
         end = "from 35,000 segments on"
-        both = f"double: >20 s in update {end}; it grows as n^2.0; "
-        both += f"float: wrong: 3 missed {end}; update grows as n^2.0"
+        both = f"double: >20 s in update {end}; it grows as n^1.8; "
+        both += f"float: wrong: 3 missed {end}; update grows as n^1.8"
         self.assertEqual(found[7], both)
         found = self.row(static, "SaP, tight")
         end = "crashed in update at the smallest size already, 5,000 segments"
