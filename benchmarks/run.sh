@@ -180,7 +180,7 @@ case $scenes in
     ;;
   card)
     for scalar in double float; do
-      card() { measure "card_$1_$scalar" card --scene="$2" --scalar="$scalar" --limit=20; }
+      card() { measure "card_$1_$scalar" card --scene="$2" --scalar="$scalar" --limit=10; }
       card static paper-static
       card dynamic paper-dynamic
       card half-scalp paper-half-scalp

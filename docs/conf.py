@@ -22,10 +22,15 @@ NAVIGATION = {
     "Getting started": ["start/two_fibers", "start/hair_file", "installing"],
     "Tutorials": [
         f"tutorials/{name}"
-        for name in "swap own_manager hair_step gust hair_head harness obstacles yarn python".split()
+        for name in (
+            "swap own_manager hair_step gust hair_head harness obstacles yarn python"
+        ).split()
     ],
     "Guide": ["options", "files", "contacts", "program", "python", "threads", "gallery", "faq"],
-    "API": [f"api/{name}" for name in "tree meshes managers options contacts files benchmark python".split()],
+    "API": [
+        f"api/{name}"
+        for name in "tree meshes managers options contacts files benchmark python".split()
+    ],
     "Reference": ["contract", "numerics", "platforms", "works-with", "glossary"],
     "Paper": ["paper"],
     "Performance": ["performance", "accuracy", "costs", "beyond_one_machine"],

@@ -980,7 +980,7 @@ sys.exit(ended)
     def test_what_is_measured_of_this_code_is_kept(self):
         """If this failed, three hours would begin anew, or a table would be of old code."""
         both = [
-            f"--measure=card --scene=paper-static --scalar={scalar} --limit=20"
+            f"--measure=card --scene=paper-static --scalar={scalar} --limit=10"
             for scalar in ("double", "float")
         ]
         self.assertEqual(self.measured(), both)
