@@ -11,7 +11,7 @@
 //   fcl_fibers_bench --measure=obstacles --scene=cap|combed [--triangles=N]
 //   fcl_fibers_bench --measure=cables [--cables=N] [--triangles=N]
 //   fcl_fibers_bench --measure=motion [--fibers=N] [--radii=R]
-//   fcl_fibers_bench --measure=shapes [SCENE]
+//   fcl_fibers_bench --measure=shapes|narrow [SCENE]
 //   fcl_fibers_bench --measure=queries|clients|costs|sampling|dials|motion-dials
 //   fcl_fibers_bench --measure=chain|radii|rods|pictures            the paper's
 //   fcl_fibers_bench --measure=volume-tests [SCENE] --against=paper   likewise
@@ -76,6 +76,12 @@
 //   Boxes/<who>           pairs of a segment's and a triangle's box that overlap
 //   Refit/mesh            TriangleMesh::update(), and a plain loop that writes boxes
 //   Distance/<who>        least distance of cables and an arm of 20 meshes, whose poses change
+//   Narrow/<scene>/<scalar>/<who>/touch  a pair of capsules whose boxes overlap, in the unit of the
+//                         scene, or of a kind that is made by formula: contacts "missed", "false"
+//                         ones, and those of these that are "beyond" what docs/numerics.md promises
+//   Narrow/.../contact    likewise with the contact: median and "most" error of "depth" and "point"
+//                         in radii, of the "normal" in radians, and the "way" beyond the depth, in
+//                         radii, after which they are apart along the normal
 //   Motion/<who>          a step of the cap in the wind, --radii in the mean. Of ours: the update
 //                         without motion and with it, the static query of touching pairs, that of
 //                         moving pairs, and that of impacts. Others have boxes around both
@@ -133,6 +139,7 @@ const std::map<std::string, bool (*)(const Request&)> kMeasures = {
     {"growth", measureGrowth},
     {"motion", measureMotion},
     {"motion-dials", measureMotionDials},
+    {"narrow", measureNarrow},
     {"obstacles", measureObstacles},
     {"pictures", measurePictures},
     {"queries", measureQueries},

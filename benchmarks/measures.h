@@ -40,6 +40,7 @@ bool measureCables(const Request& request);
 bool measureDials(const Request& request);
 bool measureMotion(const Request& request);
 bool measureMotionDials(const Request& request);
+bool measureNarrow(const Request& request);
 
 // The paper's.
 bool measureReplay(const Request& request);

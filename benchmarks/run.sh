@@ -8,8 +8,8 @@
 #   --full     all tables of docs/performance.md: scenes, other queries, small scenes, other shapes, arrays,
 #              growth, obstacles, motion. 57 minutes. It takes 6 GB of memory, and up to 20 GB if the machine has it.
 #              --targets also lists which ratios reach their targets
-#   --trade    what accuracy costs: every manager, sampling, options, meshes, motion. 16 minutes. It adds real hair
-#              if FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx
+#   --trade    what accuracy costs: every manager, sampling, options, meshes, motion, narrow phases. 20 minutes.
+#              It adds real hair if FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx
 #   --paper    the paper's Table I, figures and pictures. 90 minutes. --full adds finer curves
 #   --python   docs/python.md: a step of the Python package, beside other ways and C++. 3 minutes.
 #              --targets also lists which targets are met
@@ -78,7 +78,7 @@ build=build/benchmarks scenes=$set data=build/benchmarks/results/$set
 if ((${#hair[@]} > 0)) && [[ $set != trade ]]; then scenes=hair data=${data}_hair; fi
 
 .ci/apt_install.sh cmake ninja-build g++ libfcl-dev libccd-dev libeigen3-dev libhwy-dev libtbb-dev \
-  libpugixml-dev zlib1g-dev libcli11-dev libbenchmark-dev python3-pandas python3-jinja2 \
+  libpugixml-dev zlib1g-dev libcli11-dev libboost-dev libbenchmark-dev python3-pandas python3-jinja2 \
   python3-matplotlib
 .ci/apt_install.sh libembree-dev libbullet-dev ||
   echo "Embree or Bullet cannot be installed. The benchmarks leave out what is missing" >&2
@@ -177,6 +177,9 @@ case $scenes in
     measure sampling sampling
     measure dials dials
     measure dials_motion motion-dials
+    measure narrow narrow $helix=100
+    measure narrow_paper-static narrow --scene=paper-static:fibers=1000 \
+      --benchmark_filter=^Narrow/cm/
     ;;
   card)
     for scalar in double float; do

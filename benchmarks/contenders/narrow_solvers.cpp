@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contenders/narrow_solvers.h"
+
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl/narrowphase/collision.h>
+#include <fcl/narrowphase/distance.h>
+
+#include <fcl_fibers/contact.h>
+#include <fcl_fibers/contact_collector.h>
+
+#include "geometry/segment.h"
+#include "index/capsule_filter.h"
+#include "index/kept_segments.h"
+
+namespace fcl_fibers::benchmarks {
+namespace {
+
+template <typename S>
+using ObjectOf = fcl::CollisionObject<S>;
+
+template <typename S>
+const fcl::Capsule<S>& capsuleOf(const ObjectOf<S>& object) {
+  return static_cast<const fcl::Capsule<S>&>(*object.collisionGeometry());
+}
+
+fcl::Vector3d vector(const std::array<double, 3>& p) { return {p[0], p[1], p[2]}; }
+
+/// fcl::collide.
+template <typename S>
+struct Collide {
+  fcl::CollisionRequest<S> request;
+
+  Collide(fcl::GJKSolverType solver, double tolerance, bool with_contact) {
+    request.gjk_solver_type = solver;
+    request.gjk_tolerance = static_cast<S>(tolerance);
+    request.enable_contact = with_contact;
+  }
+
+  NarrowAnswer operator()(const ObjectOf<S>& a, const ObjectOf<S>& b) const {
+    fcl::CollisionResult<S> result;
+    fcl::collide(&a, &b, request, result);
+    if (!result.isCollision()) return {};
+    const fcl::Contact<S>& contact = result.getContact(0);
+    if (!request.enable_contact) return {true};
+    double depth = static_cast<double>(contact.penetration_depth);
+    fcl::Vector3<S> normal = contact.normal;
+    if (request.gjk_solver_type == fcl::GST_INDEP) {
+      // FCL 0.7.0 leaves the depth negative and the normal in the frame of a. What is judged is how
+      // good they are for a program that knows.
+      depth = -depth;
+      normal = a.getTransform().linear() * normal;
+    }
+    return {true, depth, normal.template cast<double>(), contact.pos.template cast<double>()};
+  }
+};
+
+/// fcl::distance, which knows two capsules by a closed form.
+template <typename S>
+struct Distance {
+  fcl::DistanceRequest<S> request;
+
+  explicit Distance(bool with_contact) { request.enable_nearest_points = with_contact; }
+
+  NarrowAnswer operator()(const ObjectOf<S>& a, const ObjectOf<S>& b) const {
+    fcl::DistanceResult<S> result;
+    const S distance = fcl::distance(&a, &b, request, result);
+    if (distance > 0) return {};
+    if (!request.enable_nearest_points) return {true};
+    const fcl::Vector3<S>&p = result.nearest_points[0], &q = result.nearest_points[1];
+    // The points lie deepest in the other capsule.
+    return {true, -static_cast<double>(distance), (p - q).normalized().template cast<double>(),
+            ((p + q) / S(2)).template cast<double>()};
+  }
+};
+
+/// What a careful user writes: Ericson, Real-Time Collision Detection, 2005, section 5.1.9.
+template <typename S>
+struct ClosedForm {
+  bool with_contact;
+
+  NarrowAnswer operator()(const ObjectOf<S>& object_a, const ObjectOf<S>& object_b) const {
+    using Vector = fcl::Vector3<S>;
+    const fcl::Capsule<S>&p = capsuleOf(object_a), &q = capsuleOf(object_b);
+    const Vector half_a = p.lz / 2 * object_a.getTransform().linear().col(2);
+    const Vector half_b = q.lz / 2 * object_b.getTransform().linear().col(2);
+    const Vector from_a = object_a.getTransform().translation() - half_a;
+    const Vector from_b = object_b.getTransform().translation() - half_b;
+    const Vector u = 2 * half_a, v = 2 * half_b, r = from_a - from_b;
+    const S a = u.squaredNorm(), e = v.squaredNorm(), f = v.dot(r);
+    const auto clamp = [](S x) { return std::min(std::max(x, S(0)), S(1)); };
+    S s = 0, t = 0;
+    if (a > 0 && e > 0) {
+      const S b = u.dot(v), c = u.dot(r), denominator = a * e - b * b;
+      if (denominator > 0) s = clamp((b * f - c * e) / denominator);
+      t = (b * s + f) / e;
+      if (t < 0) {
+        t = 0;
+        s = clamp(-c / a);
+      } else if (t > 1) {
+        t = 1;
+        s = clamp((b - c) / a);
+      }
+    } else if (a > 0) {
+      s = clamp(-u.dot(r) / a);
+    } else if (e > 0) {
+      t = clamp(f / e);
+    }
+    const Vector apart = t * v - s * u - r;
+    const S squared = apart.squaredNorm(), reach = p.radius + q.radius;
+    if (squared > reach * reach) return {};
+    if (!with_contact) return {true};
+    const S distance = std::sqrt(squared);
+    Vector normal = apart / distance;
+    if (!(distance > 0)) normal = u.cross(v).normalized();
+    if (!(normal.squaredNorm() > 0)) normal = u.unitOrthogonal();
+    const Vector on_a = from_a + s * u + p.radius * normal;
+    const Vector on_b = from_b + t * v - q.radius * normal;
+    return {true, static_cast<double>(reach - distance), normal.template cast<double>(),
+            ((on_a + on_b) / 2).template cast<double>()};
+  }
+};
+
+template <typename S>
+NarrowAnswer answerOfContact(const ObjectOf<S>& a, const ObjectOf<S>& b) {
+  const Contact contact = capsuleContact(a, b);
+  return {contact.distance <= 0, -contact.distance, vector(contact.normal),
+          (vector(contact.point_a) + vector(contact.point_b)) / 2};
+}
+
+template <typename S, class Solve>
+NarrowSolver solverOf(const std::string& name, bool with_contact, const CapsuleObjects<S>& objects,
+                      const Solve& solve, bool ours = false) {
+  const auto answer = [&objects, solve](const IndexPairs& pairs,
+                                        std::vector<NarrowAnswer>& answers) {
+    answers.clear();
+    for (const auto& [a, b] : pairs) answers.push_back(solve(*objects[a], *objects[b]));
+  };
+  const auto work = [&objects, solve](const IndexPairs& pairs) {
+    for (const auto& [a, b] : pairs) {
+      NarrowAnswer found = solve(*objects[a], *objects[b]);
+      benchmark::DoNotOptimize(found);
+    }
+  };
+  return {name, with_contact, ours, answer, work};
+}
+
+/// What a manager with Report::kCapsules does with its pairs.
+class Filter {
+ public:
+  template <typename S>
+  explicit Filter(const CapsuleObjects<S>& objects) {
+    std::vector<tree::SegmentId> ids;
+    for (std::size_t i = 0; i < objects.size(); ++i) ids.push_back(static_cast<int>(i));
+    kept_.reset(0, static_cast<tree::SegmentId>(ids.size()), ids);
+    // Near the origin of the frame that a manager chooses.
+    const fcl::Vector3d origin =
+        objects[objects.size() / 2]->getTransform().translation().template cast<double>();
+    double largest = 0;
+    for (const tree::SegmentId id : ids) {
+      const ObjectOf<S>& object = *objects[static_cast<std::size_t>(id)];
+      const fcl::Capsule<S>& capsule = capsuleOf(object);
+      const fcl::Vector3d centre =
+          object.getTransform().translation().template cast<double>() - origin;
+      const fcl::Vector3d half = static_cast<double>(capsule.lz) / 2 *
+                                 object.getTransform().linear().col(2).template cast<double>();
+      const fcl::Vector3d a = centre - half, b = centre + half;
+      kept_.set(
+          id, {{a.x(), a.y(), a.z()}, {b.x(), b.y(), b.z()}, static_cast<double>(capsule.radius)});
+      largest = std::max({largest, a.cwiseAbs().maxCoeff(), b.cwiseAbs().maxCoeff()});
+    }
+    range_ = kept_.range();
+    range_.setMostError(geometry::endPointError(largest));
+  }
+
+  /// `take` gets the pairs that touch.
+  template <class Take>
+  void keep(const IndexPairs& pairs, const Take& take) const {
+    // As many at a time as a search hands on.
+    constexpr std::size_t kBuffer = 1024;
+    const index::CapsuleFilter filter(range_, range_, nullptr, 0, kept_.usualUnit());
+    std::vector<tree::Pair> buffer;
+    buffer.reserve(kBuffer);
+    std::vector<geometry::Impact> none;
+    const auto flush = [&] {
+      const std::size_t count = filter.keep(buffer.data(), buffer.size(), none);
+      for (std::size_t i = 0; i < count; ++i) take(buffer[i]);
+      buffer.clear();
+    };
+    for (const auto& [a, b] : pairs) {
+      buffer.push_back({static_cast<tree::SegmentId>(a), static_cast<tree::SegmentId>(b)});
+      if (buffer.size() == kBuffer) flush();
+    }
+    flush();
+  }
+
+ private:
+  index::KeptSegments kept_{/*share_ends=*/false};
+  tree::SegmentRange range_;
+};
+
+/// A manager with Report::kCapsules, and the ContactCollector that it hands its pairs to.
+template <typename S>
+NarrowSolver ours(const CapsuleObjects<S>& objects, const std::shared_ptr<Filter>& filter,
+                  bool with_contact) {
+  const auto answerOf = [&objects, with_contact](const tree::Pair& pair) -> NarrowAnswer {
+    if (!with_contact) return {true};
+    NarrowAnswer answer = answerOfContact(*objects[static_cast<std::size_t>(pair.a)],
+                                          *objects[static_cast<std::size_t>(pair.b)]);
+    answer.touching = true;
+    return answer;
+  };
+  const auto answer = [=](const IndexPairs& pairs, std::vector<NarrowAnswer>& answers) {
+    answers.assign(pairs.size(), {});
+    std::size_t next = 0;
+    filter->keep(pairs, [&](const tree::Pair& pair) {  // in their order
+      const std::pair wanted(static_cast<std::uint32_t>(pair.a),
+                             static_cast<std::uint32_t>(pair.b));
+      while (pairs[next] != wanted) ++next;
+      answers[next++] = answerOf(pair);
+    });
+  };
+  const auto work = [=](const IndexPairs& pairs) {
+    filter->keep(pairs, [&](const tree::Pair& pair) {
+      NarrowAnswer found = answerOf(pair);
+      benchmark::DoNotOptimize(found);
+    });
+  };
+  return {"ours", with_contact, /*ours=*/true, answer, work};
+}
+
+template <typename S>
+std::vector<NarrowSolver> solvers(const CapsuleObjects<S>& objects) {
+  std::vector<NarrowSolver> found;
+  const auto filter = std::make_shared<Filter>(objects);
+  // The default is 1e-6. A solver that a program makes itself has eps to the power of 7/8.
+  const std::vector<std::string> tolerances =
+      std::is_same_v<S, float> ? std::vector<std::string>{"1e-3", "1e-6"}
+                               : std::vector<std::string>{"1e-3", "1e-6", "1e-9", "1e-12"};
+  for (const bool with_contact : {false, true}) {
+    for (const std::string& tolerance : tolerances) {
+      const double number = std::stod(tolerance);
+      found.push_back(solverOf<S>("libccd_" + tolerance, with_contact, objects,
+                                  Collide<S>(fcl::GST_LIBCCD, number, with_contact)));
+      found.push_back(solverOf<S>("gjk_" + tolerance, with_contact, objects,
+                                  Collide<S>(fcl::GST_INDEP, number, with_contact)));
+    }
+    found.push_back(solverOf<S>("distance", with_contact, objects, Distance<S>(with_contact)));
+    found.push_back(solverOf<S>("closed_form", with_contact, objects, ClosedForm<S>{with_contact}));
+    found.push_back(solverOf<S>("capsuleContact", with_contact, objects, answerOfContact<S>,
+                                /*ours=*/true));
+    found.push_back(ours(objects, filter, with_contact));
+  }
+  return found;
+}
+
+}  // namespace
+
+std::vector<NarrowSolver> narrowSolvers(const CapsuleObjects<float>& objects) {
+  return solvers(objects);
+}
+std::vector<NarrowSolver> narrowSolvers(const CapsuleObjects<double>& objects) {
+  return solvers(objects);
+}
+
+}  // namespace fcl_fibers::benchmarks

@@ -1,0 +1,440 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <numeric>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl_fibers/fiber_objects.h>
+#include <fcl_fibers/layered_aabb_tree_collision_manager.h>
+
+#include "contenders/narrow_solvers.h"
+#include "harness/progress.h"
+#include "harness/runs.h"
+#include "harness/seconds.h"
+#include "judge/exact_contact.h"
+#include "measures.h"
+#include "scenes/random.h"
+
+namespace fcl_fibers::benchmarks {
+namespace {
+
+constexpr int kRuns = 25;  // short ones
+constexpr double kEps = std::numeric_limits<double>::epsilon();
+
+using fcl::Vector3d;
+
+/// Fibers, and pairs of their segments that a broad phase hands on.
+struct PairScene {
+  std::string name;
+  FiberPolylines fibers;
+  bool paired;  ///< each two fibers of one segment are a pair; else all whose boxes overlap
+};
+
+template <typename S>
+PosedCapsule posedCapsule(const fcl::CollisionObject<S>& object) {
+  const auto& capsule = static_cast<const fcl::Capsule<S>&>(*object.collisionGeometry());
+  const fcl::Transform3<S>& pose = object.getTransform();
+  return {pose.translation().template cast<double>(), pose.linear().col(2).template cast<double>(),
+          static_cast<double>(capsule.lz), static_cast<double>(capsule.radius)};
+}
+
+// --- Pairs ---
+
+/// All pairs of overlapping tight boxes, by sorting along x. Boxes are larger by rounding, so that
+/// no pair is lost. Neighbours in a fiber are left out: they always touch.
+IndexPairs overlappingBoxes(const std::vector<PosedCapsule>& capsules,
+                            const std::vector<std::uint32_t>& fiber_of) {
+  struct Box {
+    Vector3d low, high;
+  };
+  std::vector<Box> boxes;
+  for (const PosedCapsule& c : capsules) {
+    const Vector3d extent = (c.length / 2 * c.axis).cwiseAbs().array() + c.radius;
+    const Vector3d rounding = 4 * kEps * (c.centre.cwiseAbs() + extent);
+    boxes.push_back({c.centre - extent - rounding, c.centre + extent + rounding});
+  }
+  std::vector<std::uint32_t> order(boxes.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(),
+            [&](auto i, auto j) { return boxes[i].low.x() < boxes[j].low.x(); });
+  IndexPairs pairs;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const Box& p = boxes[order[i]];
+    for (std::size_t j = i + 1; j < order.size(); ++j) {
+      const Box& q = boxes[order[j]];
+      if (q.low.x() > p.high.x()) break;
+      if (q.low.y() > p.high.y() || p.low.y() > q.high.y() || q.low.z() > p.high.z() ||
+          p.low.z() > q.high.z()) {
+        continue;
+      }
+      const auto [a, b] = std::minmax(order[i], order[j]);
+      if (b == a + 1 && fiber_of[a] == fiber_of[b]) continue;
+      pairs.emplace_back(a, b);
+    }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+IndexPairs pairsOf(const PairScene& scene, const std::vector<PosedCapsule>& capsules) {
+  if (!scene.paired) {
+    std::vector<std::uint32_t> fiber_of;
+    for (std::uint32_t f = 0; f < scene.fibers.fiberCount(); ++f) {
+      const std::size_t points = scene.fibers.point_begin[f + 1] - scene.fibers.point_begin[f];
+      fiber_of.insert(fiber_of.end(), points - 1, f);
+    }
+    return overlappingBoxes(capsules, fiber_of);
+  }
+  IndexPairs pairs;
+  for (std::uint32_t i = 0; i + 1 < capsules.size(); i += 2) pairs.emplace_back(i, i + 1);
+  return pairs;
+}
+
+/// Blocks, for the objects of pairs that follow each other are in the cache.
+IndexPairs sampleOf(const IndexPairs& pairs) {
+  constexpr std::size_t kBlock = 100, kBlocks = 20;
+  const std::size_t stride = std::max<std::size_t>(1, pairs.size() / kBlock / kBlocks);
+  IndexPairs sample;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (i / kBlock % stride == 0) sample.push_back(pairs[i]);
+  }
+  return sample;
+}
+
+// --- What is right ---
+
+struct Truth {
+  IndexPairs pairs;
+  std::vector<std::optional<std::uint32_t>> exact_of;  ///< by pair; none if it is clearly apart
+  std::vector<ExactContact> exact;
+  std::vector<double> radius;  ///< the mean of both, by exact contact
+  double extent = 0;
+  std::size_t touching = 0;
+};
+
+Truth truthOf(const std::vector<PosedCapsule>& capsules, IndexPairs pairs) {
+  Truth truth;
+  truth.pairs = std::move(pairs);
+  Eigen::AlignedBox3d around;
+  for (const PosedCapsule& c : capsules) around.extend(c.centre);
+  truth.extent = around.sizes().maxCoeff();
+  for (const auto& [a, b] : truth.pairs) {
+    const auto exact = ExactContact::of(capsules[a], capsules[b]);
+    truth.exact_of.emplace_back();
+    if (!exact) continue;
+    truth.exact_of.back() = static_cast<std::uint32_t>(truth.exact.size());
+    truth.exact.push_back(*exact);
+    truth.radius.push_back((capsules[a].radius + capsules[b].radius) / 2);
+    truth.touching += exact->touching() ? 1 : 0;
+  }
+  return truth;
+}
+
+/// The median and the worst, NaN if there is none.
+class Errors {
+ public:
+  void add(Exact error) {
+    // NaN is no answer at all.
+    errors_.push_back(error == error ? static_cast<double>(error)
+                                     : std::numeric_limits<double>::infinity());
+  }
+  void write(const std::string& name, Numbers& numbers) {
+    std::sort(errors_.begin(), errors_.end());
+    const double none = std::numeric_limits<double>::quiet_NaN();
+    numbers[name + "_median"] = errors_.empty() ? none : errors_[errors_.size() / 2];
+    numbers[name + "_most"] = errors_.empty() ? none : errors_.back();
+  }
+
+ private:
+  std::vector<double> errors_;
+};
+
+/// What docs/numerics.md promises of pairs that are reported, if capsules have thickness.
+Exact promisedDistance(const Truth& truth, const ExactContact& exact) {
+  return 16 * kEps * (truth.extent + exact.size());
+}
+/// What fcl_fibers::Contact promises of its distance.
+Exact promisedDepth(const ExactContact& exact, double radius) {
+  return 32 * kEps * (exact.size() + 2 * radius);
+}
+
+Numbers judge(const Truth& truth, const NarrowSolver& solver,
+              const std::vector<NarrowAnswer>& answers) {
+  double missed = 0, wrong = 0, beyond = 0, broken = 0;
+  Errors depth, normal, point, way;
+  for (std::size_t i = 0; i < answers.size(); ++i) {
+    const NarrowAnswer& answer = answers[i];
+    if (!truth.exact_of[i]) {
+      wrong += answer.touching ? 1 : 0;
+      beyond += answer.touching ? 1 : 0;
+      continue;
+    }
+    const ExactContact& exact = truth.exact[*truth.exact_of[i]];
+    const double radius = truth.radius[*truth.exact_of[i]];
+    if (!answer.touching) {
+      if (!exact.touching()) continue;
+      missed += 1;
+      // Who computes a distance and compares may err by its rounding. A manager never may.
+      const bool is_rounding = -exact.distance() <= promisedDepth(exact, radius);
+      broken += is_rounding && solver.name == "capsuleContact" ? 0 : 1;
+      continue;
+    }
+    if (!exact.touching()) {
+      wrong += 1;
+      beyond += exact.distance() > promisedDistance(truth, exact) ? 1 : 0;
+      continue;
+    }
+    if (!solver.with_contact) continue;
+    const Exact error = std::fabs(answer.depth + exact.distance());
+    broken += error <= promisedDepth(exact, radius) ? 0 : 1;
+    depth.add(error / radius);
+    point.add(exact.distanceTo(answer.point) / radius);
+    way.add(exact.wayBeyond(answer.normal) / radius);
+    // The line between axes that meet has no direction.
+    if (exact.axisDistance() >= Exact(0.002) * radius) normal.add(exact.angleTo(answer.normal));
+  }
+  Numbers numbers = {{"pairs", static_cast<double>(answers.size())},
+                     {"touching", static_cast<double>(truth.touching)},
+                     {"missed", missed},
+                     {"false", wrong},
+                     {"beyond", beyond},
+                     {"broken", broken + beyond}};  // of all that is promised of ours
+  if (solver.with_contact) {
+    depth.write("depth", numbers);
+    normal.write("normal", numbers);
+    point.write("point", numbers);
+    way.write("way", numbers);
+  }
+  return numbers;
+}
+
+// --- A scene, measured ---
+
+/// Whether a manager hands on what touches and nothing else, neighbours in a fiber aside.
+template <typename S>
+void requireOfManager(const Truth& truth, const CapsuleObjects<S>& objects,
+                      const std::string& scene) {
+  FiberManagerOptions options;
+  options.report = Report::kCapsules;
+  LayeredAABBTreeCollisionManager<S> manager(options);
+  std::vector<fcl::CollisionObject<S>*> pointers;
+  for (const auto& object : objects) pointers.push_back(object.get());
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    pointers[i]->setUserData(reinterpret_cast<void*>(i));
+  }
+  manager.registerObjects(pointers);
+  manager.setup();
+  IndexPairs found;
+  manager.collide(&found, [](auto* a, auto* b, void* data) {
+    const auto number = [](auto* object) {
+      return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(object->getUserData()));
+    };
+    static_cast<IndexPairs*>(data)->push_back(std::minmax(number(a), number(b)));
+    return false;
+  });
+  std::sort(found.begin(), found.end());
+  std::size_t missed = 0, beyond = 0;
+  for (std::size_t i = 0; i < truth.pairs.size(); ++i) {
+    const bool is_found = std::binary_search(found.begin(), found.end(), truth.pairs[i]);
+    const ExactContact* const exact =
+        truth.exact_of[i] ? &truth.exact[*truth.exact_of[i]] : nullptr;
+    const bool is_near = exact != nullptr && exact->distance() <= promisedDistance(truth, *exact);
+    missed += exact != nullptr && exact->touching() && !is_found ? 1 : 0;
+    beyond += is_found && !is_near ? 1 : 0;
+  }
+  if (missed + beyond > 0) {
+    throw std::runtime_error("narrow: " + scene + ": the manager misses " + std::to_string(missed) +
+                             " contacts, and reports " + std::to_string(beyond) +
+                             " pairs that are none");
+  }
+}
+
+template <typename S>
+void registerScene(const PairScene& scene) {
+  const std::string name = scene.name + (std::is_same_v<S, float> ? "/float" : "/double");
+  showProgress("narrow: " + name);
+  const auto objects = std::make_shared<CapsuleObjects<S>>(makeObjects<S>(scene.fibers));
+  std::vector<PosedCapsule> capsules;
+  for (const auto& object : *objects) capsules.push_back(posedCapsule(*object));
+  const Truth truth = truthOf(capsules, pairsOf(scene, capsules));
+  requireOfManager<S>(truth, *objects, name);
+  const auto sample = std::make_shared<IndexPairs>(sampleOf(truth.pairs));
+  std::vector<NarrowAnswer> answers;
+  for (const NarrowSolver& solver : narrowSolvers(*objects)) {
+    showProgress("narrow: " + name + ": " + solver.name);
+    solver.answer(truth.pairs, answers);
+    const Numbers judged = judge(truth, solver, answers);
+    const std::string full =
+        "Narrow/" + name + "/" + solver.name + (solver.with_contact ? "/contact" : "/touch");
+    if (solver.ours && judged.at("broken") > 0) {
+      const auto broken = static_cast<std::size_t>(judged.at("broken"));
+      throw std::runtime_error(full + ": " + std::to_string(broken) +
+                               " answers are not as promised");
+    }
+    // The solver borrows the objects.
+    const auto run = [solver, judged, sample, objects](Numbers& numbers) {
+      numbers = judged;
+      const double taken = secondsOfCall([&] { solver.work(*sample); });
+      return taken / static_cast<double>(sample->size());
+    };
+    registerRuns(full, kRuns, run, solver.ours);
+  }
+}
+
+// --- Scenes ---
+
+/// In another unit, and moved along all axes.
+FiberPolylines scaled(FiberPolylines fibers, double scale, double offset) {
+  for (Point& point : fibers.points) {
+    for (double& x : point) x = scale * x + offset;
+  }
+  fibers.radius *= scale;
+  for (double& radius : fibers.radii) radius *= scale;
+  return fibers;
+}
+
+constexpr double kRadius = 0.0035, kLength = 0.3125;  // cm, of a lock of hair
+
+/// Two capsules: ends, and radii.
+struct TwoCapsules {
+  Vector3d a[2], b[2];
+  double radius_a = kRadius, radius_b = kRadius;
+};
+
+/// A frame at a random place, and numbers.
+struct Draw {
+  explicit Draw(scenes::Random& random) : random(random) {
+    const auto direction = [&] {
+      return Vector3d(random.normal(), random.normal(), random.normal()).normalized();
+    };
+    along = rounded(direction(), 0x1p30);
+    across = along.cross(direction()).normalized();
+    centre = rounded(direction(), 0x1p30);
+  }
+
+  double uniform(double low, double high) { return low + (high - low) * random.uniform(); }
+  /// Uniform in its logarithm.
+  double power(double low, double high) { return std::pow(10.0, uniform(low, high)); }
+
+  static Vector3d rounded(const Vector3d& x, double scale) {
+    return (scale * x).array().round() / scale;
+  }
+
+  /// The capsule about `middle`, at an angle to `along` in the plane across `across`. What is
+  /// parallel is so to the last bit: no sum is rounded.
+  void put(Vector3d (&ends)[2], const Vector3d& middle, double angle, double length) const {
+    const Vector3d direction =
+        angle == 0 ? along
+                   : Vector3d(std::cos(angle) * along + std::sin(angle) * across.cross(along));
+    const Vector3d about = angle == 0 ? rounded(middle, 0x1p40) : middle;
+    ends[0] = about - length / 2 * direction;
+    ends[1] = about + length / 2 * direction;
+  }
+
+  scenes::Random& random;
+  Vector3d along, across, centre;
+};
+
+TwoCapsules drawPair(const std::string& kind, scenes::Random& random) {
+  Draw draw(random);
+  TwoCapsules two;
+  double angle = draw.uniform(0.1, 1.5), gap = draw.uniform(0.001, 1.999) * kRadius, shift = 0;
+  double length_a = kLength, length_b = kLength;
+  if (kind == "parallel") {
+    angle = 0;
+    shift = draw.uniform(-0.9, 0.9) * kLength;
+  } else if (kind == "near-parallel") {
+    angle = draw.power(-12, -3);
+    shift = draw.uniform(-0.4, 0.4) * kLength;
+  } else if (kind == "end to end") {
+    angle = 0;
+    shift = kLength + gap;
+    gap = 0;
+  } else if (kind == "joint") {
+    angle = draw.power(-6, 0);
+    gap = 0;
+  } else if (kind == "nested") {
+    angle = gap = 0;
+    length_b = kLength / 2;
+    shift = draw.uniform(-0.2, 0.2) * kLength;
+    two.radius_b = kRadius / 2;
+  } else if (kind == "axes that meet") {
+    gap = 0;
+  } else if (kind == "grazing") {
+    gap = 2 * kRadius * (1 + (random.uniform() < 0.5 ? -1 : 1) * draw.power(-16, -3));
+  } else if (kind == "balls") {
+    length_a = length_b = 0;
+  } else if (kind == "thick") {
+    length_a = length_b = 1e-6 * kRadius;
+  }
+  draw.put(two.a, draw.centre, 0, length_a);
+  const Vector3d away = draw.centre + shift * draw.along + gap * draw.across;
+  draw.put(two.b, away, angle, length_b);
+  if (kind == "joint") {
+    const Vector3d moved = two.a[1] - two.b[0];
+    two.b[0] = two.a[1];
+    two.b[1] += moved;
+  }
+  return two;
+}
+
+PairScene extreme(const std::string& kind, int pairs) {
+  scenes::Random random(1);
+  PairScene scene{kind, {}, /*paired=*/true};
+  const auto add = [&](const Vector3d(&ends)[2], double radius) {
+    for (const Vector3d& end : ends) {
+      scene.fibers.points.push_back({end.x(), end.y(), end.z()});
+      scene.fibers.radii.push_back(radius);
+    }
+    scene.fibers.point_begin.push_back(scene.fibers.points.size());
+  };
+  for (int i = 0; i < pairs; ++i) {
+    const TwoCapsules two = drawPair(kind, random);
+    add(two.a, two.radius_a);
+    add(two.b, two.radius_b);
+  }
+  return scene;
+}
+
+}  // namespace
+
+bool measureNarrow(const Request& request) {
+  showProgress("narrow: make the scene");
+  const FiberPolylines scene = openScene(request.scene.text, request.scene.radius).scene();
+  // The unit is the centimetre.
+  for (const auto& [name, scale, offset] :
+       {std::tuple("cm", 1.0, 0.0), std::tuple("m", 0.01, 0.0), std::tuple("um", 1e4, 0.0),
+        std::tuple("m, 100 m away", 0.01, 100.0)}) {
+    const PairScene hair{name, scaled(scene, scale, offset), /*paired=*/false};
+    registerScene<double>(hair);
+    registerScene<float>(hair);
+  }
+  constexpr int kPairs = 2000;
+  for (const char* const kind : {"crossing", "parallel", "near-parallel", "axes that meet", "joint",
+                                 "end to end", "nested", "grazing", "balls", "thick"}) {
+    const PairScene pairs = extreme(kind, kPairs);
+    registerScene<double>(pairs);
+    registerScene<float>(pairs);
+  }
+  for (const auto& [name, scale] : {std::pair("tiny", 1e-12), std::pair("huge", 1e12)}) {
+    PairScene pairs = extreme("crossing", kPairs);
+    pairs = {name, scaled(std::move(pairs.fibers), scale, 0), /*paired=*/true};
+    registerScene<double>(pairs);
+    registerScene<float>(pairs);
+  }
+  return runRegistered();
+}
+
+}  // namespace fcl_fibers::benchmarks
