@@ -19,6 +19,7 @@ import card
 import elsewhere
 import frames
 import motion
+import narrow
 import obstacles
 import paper
 import paper_claims
@@ -40,7 +41,10 @@ DOCUMENTED = {
         *("arrays", "growth", "obstacles", "obstacle-counts"),
         "motion",
     ),
-    "trade": ("managers", "sampling", "costs", "dials", "motion-dials"),
+    "trade": (
+        *("managers", "sampling", "costs", "dials", "motion-dials"),
+        *("narrow", "narrow-errors", "narrow-kinds"),
+    ),
     "paper": (
         "table-1",
         "table-1-hard",
@@ -161,6 +165,7 @@ def speed(kind, folder, with_targets=False):
 def trade_offs(folder):
     wanted = files_of("frames", frames.FULL) | {"costs": "costs", "sampling": "sampling"}
     wanted |= {"dials of obstacles": "dials", "dials of motion": "dials_motion"}
+    wanted |= {"narrow phases": "narrow", "narrow phases of paper-static": "narrow_paper-static"}
     report = Report("trade", "What accuracy costs", folder, wanted)
     parts = report.parts
     report.add("frames_.*", trade.managers, parts)
@@ -177,6 +182,12 @@ def trade_offs(folder):
     draw = partial(report.draw, "dials_motion", "trade_motion", "Motion", MOTION)
     draw(lambda: trade.motion_figure(trade.motion_points(parts["dials_motion"])))
     report.add("costs", trade.costs, parts.get("costs"))
+    hair = parts.get("narrow")
+    report.add("narrow", narrow.narrow, hair, parts.get("narrow_paper-static"))
+    report.add("narrow", narrow.errors, hair)
+    report.add("narrow", narrow.kinds, hair)
+    title = "Error against time"
+    report.draw("narrow", "trade_narrow", title, narrow.PICTURE, narrow.figure, hair)
     return report
 
 

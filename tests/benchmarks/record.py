@@ -44,6 +44,16 @@ RECORDED = {
     "trade/costs": ["costs", "--benchmark_filter=Costs/.*/boxes(, fibers)?/"],
     "trade/dials": ["dials", "--benchmark_filter=/(0|0.6|2|25600|409600)/"],
     "trade/dials_motion": ["motion-dials", "--fibers=2000", "--benchmark_filter=/(5|50)/"],
+    "trade/narrow": [
+        "narrow",
+        HELIX,
+        "--benchmark_filter=/(m|cm|um|m, 100 m away|grazing)/.*/(gjk_1e-6|ours)/",
+    ],
+    "trade/narrow_paper-static": [
+        "narrow",
+        STATIC + "20",
+        "--benchmark_filter=Narrow/cm/.*/(gjk_1e-6|ours)/touch",
+    ],
     "paper/static_10": ["frames", "--against=paper_all", STATIC + "10"],
     "paper/static_20": ["frames", "--against=paper_all", STATIC + "20"],
     "paper/axis_turned_1": ["frames", "--against=paper", STATIC + "10"],

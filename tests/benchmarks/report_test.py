@@ -5,6 +5,7 @@ import contextlib
 import io
 import itertools
 import json
+import math
 import re
 import shutil
 import subprocess
@@ -557,13 +558,39 @@ class ReportTest(unittest.TestCase):
             "What options cost",
             "Dials of obstacles",
             "Dials of motion",
+            "Narrow phases",
+            "Errors of contacts",
+            "Narrow phases at the extremes",
         ):
             self.assertIn(f"## {title}\n", text)
-        self.assertEqual(page.count("<img "), 6)
+        self.assertEqual(page.count("<img "), 7)
         self.edit("frames_helix", lambda run: "/super_thread/" not in run["run_name"])
         text, page = self.page_of_folder("trade")
         self.assertNotIn("super thread |", text.split("## Sampling")[0])
-        self.assertEqual(page.count("<img "), 6)
+        self.assertEqual(page.count("<img "), 7)
+
+    def test_narrow_phases(self):
+        """If this failed, a solver would look as exact or as fast as another one."""
+        self.take("trade", "narrow", "narrow_paper-static")
+
+        def change(run):
+            is_ours, is_contact = "/ours/" in run["run_name"], "/contact/" in run["run_name"]
+            run.update(missed=0.0 if is_ours else 1234.0, false=5.0)
+            run.update(real_time=7e-6 if is_contact else 2e-6, time_unit="ms")
+            for what in ("depth", "normal", "point", "way") if is_contact else ():
+                run[f"{what}_median"] = 2e-15 if is_ours else math.nan
+                run[f"{what}_most"] = 0.5 if is_ours else math.nan
+
+        for name in ("narrow", "narrow_paper-static"):
+            self.edit(name, change)
+        first, errors, kinds = self.made("trade").split("## ")[1:]
+        self.assertEqual(self.row(first, "ours  "), ["2", "7", *5 * ["0, 5"]])
+        name = "fcl::collide, FCL's GJK, 1e-6"
+        self.assertEqual(self.row(first, name + " "), ["2", "7", *5 * ["1,234, 5"]])
+        cells = ["2e-15, 0.50", "1e-13, 29", "2e-15, 0.50", "2e-15, 0.50"]
+        self.assertEqual(self.row(errors, "ours, float"), cells)
+        self.assertEqual(self.row(errors, name + ", float"), 4 * ["-, -"])
+        self.assertEqual(self.row(kinds, "grazing"), ["1,234, 5, -", "0, 5, 0.50"])
 
     def test_dials_of_obstacles(self):
         """If this failed, nobody would see what a margin adds, or what a coarse mesh misses."""
