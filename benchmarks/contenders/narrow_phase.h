@@ -27,11 +27,7 @@ struct NarrowPhase {
 /// Calls fcl::collide on the sample, and scales to all pairs.
 NarrowPhase collide(const PairSample& sample);
 
-/// Whether two capsules touch, by the closed form that a careful user writes in his callback.
-template <typename S>
-bool capsulesTouch(const fcl::CollisionObject<S>& a, const fcl::CollisionObject<S>& b);
-
-/// Self-collision with a callback that counts capsulesTouch().
+/// Self-collision with a callback that counts capsulesTouch(), as a careful user writes it.
 template <typename S>
 std::size_t countTouching(const BasicManager<S>& manager);
 

@@ -15,6 +15,7 @@
 #include <fcl_fibers/contact.h>
 #include <fcl_fibers/contact_collector.h>
 
+#include "contenders/closed_form.h"
 #include "geometry/segment.h"
 #include "index/capsule_filter.h"
 #include "index/kept_segments.h"
@@ -24,11 +25,6 @@ namespace {
 
 template <typename S>
 using ObjectOf = fcl::CollisionObject<S>;
-
-template <typename S>
-const fcl::Capsule<S>& capsuleOf(const ObjectOf<S>& object) {
-  return static_cast<const fcl::Capsule<S>&>(*object.collisionGeometry());
-}
 
 fcl::Vector3d vector(const std::array<double, 3>& p) { return {p[0], p[1], p[2]}; }
 
@@ -80,48 +76,24 @@ struct Distance {
   }
 };
 
-/// What a careful user writes: Ericson, Real-Time Collision Detection, 2005, section 5.1.9.
+/// What a careful user writes.
 template <typename S>
 struct ClosedForm {
   bool with_contact;
 
-  NarrowAnswer operator()(const ObjectOf<S>& object_a, const ObjectOf<S>& object_b) const {
-    using Vector = fcl::Vector3<S>;
-    const fcl::Capsule<S>&p = capsuleOf(object_a), &q = capsuleOf(object_b);
-    const Vector half_a = p.lz / 2 * object_a.getTransform().linear().col(2);
-    const Vector half_b = q.lz / 2 * object_b.getTransform().linear().col(2);
-    const Vector from_a = object_a.getTransform().translation() - half_a;
-    const Vector from_b = object_b.getTransform().translation() - half_b;
-    const Vector u = 2 * half_a, v = 2 * half_b, r = from_a - from_b;
-    const S a = u.squaredNorm(), e = v.squaredNorm(), f = v.dot(r);
-    const auto clamp = [](S x) { return std::min(std::max(x, S(0)), S(1)); };
-    S s = 0, t = 0;
-    if (a > 0 && e > 0) {
-      const S b = u.dot(v), c = u.dot(r), denominator = a * e - b * b;
-      if (denominator > 0) s = clamp((b * f - c * e) / denominator);
-      t = (b * s + f) / e;
-      if (t < 0) {
-        t = 0;
-        s = clamp(-c / a);
-      } else if (t > 1) {
-        t = 1;
-        s = clamp((b - c) / a);
-      }
-    } else if (a > 0) {
-      s = clamp(-u.dot(r) / a);
-    } else if (e > 0) {
-      t = clamp(f / e);
-    }
-    const Vector apart = t * v - s * u - r;
+  NarrowAnswer operator()(const ObjectOf<S>& a, const ObjectOf<S>& b) const {
+    if (!with_contact) return {capsulesTouch(a, b)};
+    const CapsuleAxis<S> p(a), q(b);
+    const AxisPoints<S> nearest = nearestPoints(p, q);
+    const fcl::Vector3<S> apart = nearest.q - nearest.p;
     const S squared = apart.squaredNorm(), reach = p.radius + q.radius;
     if (squared > reach * reach) return {};
-    if (!with_contact) return {true};
     const S distance = std::sqrt(squared);
-    Vector normal = apart / distance;
-    if (!(distance > 0)) normal = u.cross(v).normalized();
-    if (!(normal.squaredNorm() > 0)) normal = u.unitOrthogonal();
-    const Vector on_a = from_a + s * u + p.radius * normal;
-    const Vector on_b = from_b + t * v - q.radius * normal;
+    fcl::Vector3<S> normal = apart / distance;
+    if (!(distance > 0)) normal = p.half.cross(q.half).normalized();
+    if (!(normal.squaredNorm() > 0)) normal = p.half.unitOrthogonal();
+    const fcl::Vector3<S> on_a = nearest.p + p.radius * normal;
+    const fcl::Vector3<S> on_b = nearest.q - q.radius * normal;
     return {true, static_cast<double>(reach - distance), normal.template cast<double>(),
             ((on_a + on_b) / 2).template cast<double>()};
   }
@@ -165,7 +137,7 @@ class Filter {
     double largest = 0;
     for (const tree::SegmentId id : ids) {
       const ObjectOf<S>& object = *objects[static_cast<std::size_t>(id)];
-      const fcl::Capsule<S>& capsule = capsuleOf(object);
+      const auto& capsule = static_cast<const fcl::Capsule<S>&>(*object.collisionGeometry());
       const fcl::Vector3d centre =
           object.getTransform().translation().template cast<double>() - origin;
       const fcl::Vector3d half = static_cast<double>(capsule.lz) / 2 *

@@ -7,7 +7,7 @@
 
 #include <boost/multiprecision/cpp_bin_float.hpp>
 
-#include "judge/exact_capsule_test.h"
+#include <fcl_fibers/benchmark/judge.h>
 
 namespace fcl_fibers::benchmarks {
 namespace {
