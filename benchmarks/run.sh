@@ -8,7 +8,7 @@
 #   --full     all tables of docs/performance.md: scenes, other queries, small scenes, other shapes, arrays,
 #              growth, obstacles, motion. 57 minutes. It takes 6 GB of memory, and up to 20 GB if the machine has it.
 #              --targets also lists which ratios reach their targets
-#   --trade    what accuracy costs: every manager, sampling, options, meshes, motion, narrow phases. 20 minutes.
+#   --trade    what accuracy costs: every manager, sampling, options, meshes, motion, narrow phases. 21 minutes.
 #              It adds real hair if FCL_FIBERS_DATA names the folder of tressfx31_ponytail_tail.tfx
 #   --paper    the paper's Table I, figures and pictures. 90 minutes. --full adds finer curves
 #   --python   docs/python.md: a step of the Python package, beside other ways and C++. 3 minutes.
