@@ -77,8 +77,16 @@ class SceneRuns {
 
   bool right() const { return right_; }
   const std::vector<TableRow>& rows() const { return rows_; }
-  std::size_t segments() const { return motion_.fibers.segmentCount(); }
-  std::size_t fibers() const { return motion_.fibers.fiberCount(); }
+  /// `helix: 100,000 segments of 1,000 fibers`
+  std::string title(const std::string& scene) const {
+    std::string text = scene + ": " + tools::counted(motion_.fibers.segmentCount(), "segment") +
+                       " of " + tools::counted(motion_.fibers.fiberCount(), "fiber");
+    if (motion_.summed) {
+      const auto steps = static_cast<std::size_t>(motion_.fibers.frameCount() - 1);
+      text += "; updates and queries are summed over " + tools::counted(steps, "step");
+    }
+    return text;
+  }
 
  private:
   BasicMotion<S> motion_;
@@ -111,8 +119,7 @@ class AllRuns {
     const SceneRuns<S>& runs = scenes.emplace_back(request, limit);
     right_ = right_ && runs.right();
     TableOfScene& table = tables_.back();
-    table.title = request.text + ": " + tools::counted(runs.segments(), "segment") + " of " +
-                  tools::counted(runs.fibers(), "fiber");
+    table.title = runs.title(request.text);
     table.rows.insert(table.rows.end(), runs.rows().begin(), runs.rows().end());
   }
 
