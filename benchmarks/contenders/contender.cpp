@@ -58,7 +58,7 @@ Contenders ourTrees(FiberManagerOptions options) {
 template <typename FclManager, typename S>
 BasicContender<S> fclManager(const char* manager, Boxes boxes) {
   const auto make = [](const Objects<S>&) { return std::make_unique<FclManager>(); };
-  return {manager, boxesName(boxes), false, boxes, Reported::kTouchingAtLeast, make};
+  return {manager, boxesName(boxes), false, boxes, Reported::kTouchingAtLeast, make, false, true};
 }
 
 template <typename FclTree>
@@ -71,7 +71,7 @@ Contender fclTree(const char* manager, Boxes boxes, int level) {
   // What the box tree is held to.
   const auto reported = boxes == Boxes::kTight ? Reported::kTightBoxes : Reported::kTouchingAtLeast;
   const std::string variant = boxesName(boxes) + ("_level_" + std::to_string(level));
-  return {manager, variant, false, boxes, reported, make};
+  return {manager, variant, false, boxes, reported, make, false, true};
 }
 
 // FCL's hash wants to be told what it is for. Cells of 1.5 times the mean box edge: half or twice
@@ -162,7 +162,7 @@ std::vector<BasicContender<S>> fclManagers(Boxes boxes) {
       fclManager<fcl::SSaPCollisionManager<S>, S>("SSaP", boxes),
       fclManager<fcl::IntervalTreeCollisionManager<S>, S>("IntervalTree", boxes),
       {"SpatialHashing", boxesName(boxes), false, boxes, Reported::kTouchingAtLeast,
-       makeSpatialHashing<S>},
+       makeSpatialHashing<S>, false, true},
       fclManager<fcl::NaiveCollisionManager<S>, S>("Naive", boxes)};
   // Our box tree is held to do the work of FCL's own tree on tight boxes.
   if (boxes == Boxes::kTight) contenders.front().reported = Reported::kTightBoxes;

@@ -32,6 +32,8 @@ struct BasicContender {
   MakeManager<S> make;
   /// Fibers are registered as fibers, and it reports no pair of adjacent segments.
   bool leaves_out_adjacent = false;
+  /// It becomes slower with every update, so that it is timed anew before each.
+  bool is_renewed = false;
 
   /// `LayeredAABBTree/boxes_2_threads`
   std::string name() const { return variant.empty() ? manager : manager + "/" + variant; }

@@ -47,7 +47,7 @@ std::vector<Contender> foreignContenders() {
   [[maybe_unused]] const auto add = [&](const char* library, const std::string& variant,
                                         auto makeTree) {
     const auto make = [makeTree](const std::vector<Object*>&) { return makeTree(); };
-    contenders.push_back({library, variant, false, Boxes::kNone, Reported::kTightBoxes, make});
+    contenders.push_back({library, variant, false, Boxes::kNone, Reported::kTouchingAtLeast, make});
   };
 #ifdef FCL_FIBERS_WITH_EMBREE
   for (const int threads : {1, 2}) {

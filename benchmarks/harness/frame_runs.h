@@ -72,6 +72,7 @@ class BasicFrameRuns {
   std::map<int, std::size_t> pairs_;   ///< by frame
   std::map<int, PairSample> samples_;  ///< by frame, for fcl::collide
   std::deque<Entry> entries_;
+  bool is_test_first_ = false;  ///< in a frame with PairWork::kTest, in every second one
 };
 
 extern template class BasicFrameRuns<float>;

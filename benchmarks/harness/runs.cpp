@@ -4,7 +4,7 @@
 #include <benchmark/benchmark.h>
 
 #include <cstdio>
-#include <stdexcept>
+#include <exception>
 #include <utility>
 #include <vector>
 
@@ -71,9 +71,12 @@ void registerRuns(const std::string& name, int runs, std::function<double(Number
       Numbers numbers;
       try {
         state.SetIterationTime(run(numbers));
-      } catch (const std::runtime_error& error) {
+      } catch (const std::exception& error) {
         ours_failed = ours_failed || ours;
         return state.SkipWithError(error.what());
+      } catch (...) {
+        ours_failed = ours_failed || ours;
+        return state.SkipWithError("throws what is no std::exception");
       }
       setCounters(state, numbers);
     }

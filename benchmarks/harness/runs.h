@@ -13,7 +13,7 @@ namespace fcl_fibers::benchmarks {
 using Numbers = std::map<std::string, double>;
 
 /// Registers a benchmark with so many runs in random order. A run returns the seconds that it took
-/// and adds numbers. What it throws as std::runtime_error is an error of the benchmark.
+/// and adds numbers. What it throws is an error of the benchmark.
 /// @param ours  an error of a peer is written, but fails nothing
 void registerRuns(const std::string& name, int runs, std::function<double(Numbers&)> run,
                   bool ours = true);

@@ -66,12 +66,19 @@ struct Cells {
 
 }  // namespace
 
-std::vector<CapsulePair> touchingPairs(const std::vector<Capsule>& capsules, double rounding) {
+std::vector<CapsulePair> touchingPairs(const std::vector<Capsule>& capsules, double rounding,
+                                       Contact kind) {
+  if (!(rounding >= 0 && std::isfinite(rounding))) {
+    throw std::invalid_argument("touchingPairs: the rounding has to be finite and not negative");
+  }
   if (capsules.empty()) return {};
   std::vector<Box> boxes;
   for (const Capsule& capsule : capsules) {
-    if (!capsule.from.allFinite() || !capsule.to.allFinite() || !std::isfinite(capsule.radius)) {
-      throw std::invalid_argument("touchingPairs: coordinates and radii have to be finite");
+    const bool is_finite = std::isfinite((capsule.to - capsule.from).squaredNorm());
+    if (!is_finite || !(capsule.radius >= 0 && std::isfinite(capsule.radius))) {
+      throw std::invalid_argument(
+          "touchingPairs: coordinates and radii have to be finite, and squares of lengths too, and "
+          "no radius negative");
     }
     boxes.push_back(boxOf(capsule, rounding));
   }
@@ -100,7 +107,7 @@ std::vector<CapsulePair> touchingPairs(const std::vector<Capsule>& capsules, dou
 
   std::vector<CapsulePair> pairs;
   const auto test = [&](std::uint32_t i, std::uint32_t j) {
-    if (contact(capsules[i], capsules[j], rounding) != Contact::kTouching) return;
+    if (contact(capsules[i], capsules[j], rounding) != kind) return;
     pairs.emplace_back(std::min(i, j), std::max(i, j));
   };
   for (std::size_t begin = 0, end = 0; begin < entries.size(); begin = end) {

@@ -5,13 +5,13 @@
 #include <malloc.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
-#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
-#include <cmath>
+#include <chrono>
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
@@ -23,7 +23,10 @@
 #include <new>
 #include <sstream>
 #include <stdexcept>
+#include <string>
 #include <system_error>
+#include <thread>
+#include <type_traits>
 #include <utility>
 
 #include <fcl_fibers/fiber_collision_manager.h>
@@ -46,32 +49,31 @@ std::size_t adjacentCount(const NextInFiber& next, const std::vector<CapsulePair
       pairs.begin(), pairs.end(), [&](const auto& pair) { return areAdjacent(next, pair); }));
 }
 
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+/// Seconds of a clock that all processes share.
+double now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
 /// Written by the child, read by the parent once the child has ended.
 struct Trace : Measured {
   bool finished = false;
   std::array<char, 400> refusal = {};
+  std::atomic<double> deadline = kNever;  ///< when the parent ends the child
+
+  /// Work that the deadline does not count.
+  template <typename Work>
+  void pauseDeadline(Work&& work) {
+    const double left = deadline - now();
+    deadline = kNever;
+    work();
+    deadline = now() + left;
+  }
 };
 
 [[noreturn]] void failSystemCall(const char* name) {
   throw std::system_error(errno, std::generic_category(), name);
-}
-
-/// SIGALRM kills this process after so many seconds, unless called again; 0 calls it off.
-void setAlarm(double seconds) {
-  itimerval timer = {};
-  timer.it_value.tv_sec = static_cast<time_t>(seconds);
-  timer.it_value.tv_usec = static_cast<suseconds_t>(1e6 * (seconds - std::floor(seconds)));
-  setitimer(ITIMER_REAL, &timer, nullptr);
-}
-
-/// Work that the alarm does not count.
-template <typename Work>
-void pauseAlarm(Work&& work) {
-  const itimerval off = {};
-  itimerval left;
-  setitimer(ITIMER_REAL, &off, &left);
-  work();
-  setitimer(ITIMER_REAL, &left, nullptr);
 }
 
 std::size_t allocatedBytes() {
@@ -85,23 +87,25 @@ std::size_t allocatedBytes() {
 template <typename S>
 class Checker {
  public:
-  explicit Checker(const BasicMovingFibers<S>& fibers)
-      : capsules_(fibers.capsules()), next_(fibers.nextInFiber()), rounding_(fibers.rounding()) {
+  Checker(const BasicMovingFibers<S>& fibers, Trace& trace)
+      : fibers_(fibers),
+        trace_(trace),
+        capsules_(fibers.capsules()),
+        next_(fibers.nextInFiber()),
+        rounding_(fibers.rounding()) {
     block_.reserve(kBlock);
   }
 
   static bool callback(fcl::CollisionObject<S>* a, fcl::CollisionObject<S>* b, void* data) {
-    const auto index = [](const auto* object) {
-      return static_cast<std::uint32_t>(BasicMovingFibers<S>::index(object));
-    };
-    static_cast<Checker*>(data)->add(index(a), index(b));
+    static_cast<Checker*>(data)->add(a, b);
     return false;
   }
 
   double secondsJudging() const { return seconds_judging_; }
 
   /// Once, when the query has ended.
-  PairCounts finish() {
+  /// @param due  pairs that touch, in order
+  PairCounts finish(const std::vector<CapsulePair>& due) {
     judgeBlock();
     const std::size_t reported_touching = touching_.size();
     std::sort(touching_.begin(), touching_.end());
@@ -110,16 +114,35 @@ class Checker {
     counts_.repeated = reported_touching - touching_.size();
     counts_.adjacent = adjacentCount(next_, touching_);
     counts_.checked = true;
+    std::vector<CapsulePair> missed;
+    std::set_difference(due.begin(), due.end(), touching_.begin(), touching_.end(),
+                        std::back_inserter(missed));
+    if (!missed.empty()) trace_.missed = missed.front();
     return counts_;
   }
 
  private:
   static constexpr std::size_t kBlock = 1 << 20;
+  static constexpr std::uint32_t kForeign = std::numeric_limits<std::uint32_t>::max();
 
-  void add(std::uint32_t i, std::uint32_t j) {
+  /// Its number, or that of none.
+  std::uint32_t numberOf(const fcl::CollisionObject<S>* object) const {
+    if (object == nullptr) return kForeign;
+    const std::size_t number = BasicMovingFibers<S>::index(object);
+    const auto& objects = fibers_.objects();
+    if (number >= objects.size() || objects[number] != object) return kForeign;
+    return static_cast<std::uint32_t>(number);
+  }
+
+  void add(const fcl::CollisionObject<S>* a, const fcl::CollisionObject<S>* b) {
+    const std::uint32_t i = numberOf(a), j = numberOf(b);
+    if (i == kForeign || j == kForeign) {
+      ++counts_.foreign;
+      return;
+    }
     block_.emplace_back(std::min(i, j), std::max(i, j));
     if (block_.size() == kBlock) {
-      pauseAlarm([&] { seconds_judging_ += seconds([&] { judgeBlock(); }); });
+      trace_.pauseDeadline([&] { seconds_judging_ += seconds([&] { judgeBlock(); }); });
     }
   }
 
@@ -141,6 +164,8 @@ class Checker {
     if (kind == Contact::kBoundary) ++counts_.undecided;
   }
 
+  const BasicMovingFibers<S>& fibers_;
+  Trace& trace_;
   std::vector<Capsule> capsules_;
   NextInFiber next_;
   double rounding_;
@@ -150,12 +175,42 @@ class Checker {
   double seconds_judging_ = 0;
 };
 
+/// Pairs that touch in each frame, in order.
+struct Truth {
+  std::array<std::vector<CapsulePair>, MovingFibers::kFrames> pairs;
+  std::array<std::size_t, MovingFibers::kFrames> adjacent = {};
+};
+
+template <typename S>
+Truth truthOf(BasicMovingFibers<S>& fibers, const PreflightLimits& limits) {
+  Truth truth;
+  const NextInFiber next = fibers.nextInFiber();
+  for (std::size_t frame = 0; frame < (limits.update ? truth.pairs.size() : 1); ++frame) {
+    fibers.setPoses(static_cast<int>(frame));
+    const std::vector<Capsule> capsules = fibers.capsules();
+    truth.pairs[frame] = touchingPairs(capsules, fibers.rounding());
+    truth.adjacent[frame] = adjacentCount(next, truth.pairs[frame]);
+    if constexpr (std::is_same_v<S, float>) {
+      // A manager that misses all of these would pass.
+      const std::size_t open =
+          touchingPairs(capsules, fibers.rounding(), Contact::kBoundary).size();
+      if (open <= truth.pairs[frame].size()) continue;
+      throw std::invalid_argument(
+          "'" + fibers.name() + "': rounding of float decides " + std::to_string(open) +
+          " pairs, and " + std::to_string(truth.pairs[frame].size()) +
+          " touch for certain; take double, or a scene nearer to the origin");
+    }
+  }
+  return truth;
+}
+
 /// One contender's run, in the child.
 template <typename S>
 struct Run {
   const BasicContender<S>& contender;
   BasicMovingFibers<S>& fibers;
   const PreflightLimits& limits;
+  const Truth& truth;
   Trace& trace;
 
   void run() {
@@ -165,15 +220,20 @@ struct Run {
     time(Phase::kSetUp, [&] { manager = contender.setUp(fibers); });
     trace.bytes = bytesOf(*manager, bytes_before);
 
-    if (limits.check || !limits.update) query(*manager, trace.frames[0]);
+    if (limits.check || !limits.update) query(*manager, 0, 0);
     if (const auto* ours = dynamic_cast<const FiberCollisionManager<S>*>(manager.get())) {
       trace.bytes_stated = ours->memoryUsage();
     }
     if (limits.update) {
       moveTo(1, *manager);
-      query(*manager, trace.frames[1]);
+      query(*manager, 1, 1);
       // All but FCL's are timed back and forth; an update may end one way and not the other.
-      if (limits.check && contender.boxes == Boxes::kNone) moveTo(0, *manager);
+      if (limits.check && !contender.is_renewed) moveTo(0, *manager);
+      if (limits.again && !contender.is_renewed) {
+        query(*manager, 0, 2);
+        moveTo(1, *manager);
+        query(*manager, 1, 3);
+      }
     }
     trace.bytes_after_frames = bytesOf(*manager, bytes_before);
     trace.finished = true;
@@ -183,9 +243,9 @@ struct Run {
   template <typename Work>
   void time(Phase phase, Work&& work) {
     trace.phase = phase;
-    setAlarm(limits.phase_seconds);
+    trace.deadline = now() + limits.phase_seconds;
     trace.seconds[static_cast<std::size_t>(phase)] = seconds(work);
-    setAlarm(0);
+    trace.deadline = kNever;
   }
 
   static std::size_t bytesOf(const BasicManager<S>& manager, std::size_t bytes_before) {
@@ -199,15 +259,16 @@ struct Run {
     time(Phase::kUpdate, [&] { update(contender, fibers, manager); });
   }
 
-  void query(const BasicManager<S>& manager, PairCounts& counts) {
+  void query(const BasicManager<S>& manager, std::size_t frame, std::size_t number) {
+    PairCounts& counts = trace.frames[number];
     if (!limits.check) {
       time(Phase::kDetection, [&] { counts.reported = countPairs(manager).pairs; });
       return;
     }
-    Checker<S> checker(fibers);
+    Checker<S> checker(fibers, trace);
     time(Phase::kDetection, [&] { manager.collide(&checker, Checker<S>::callback); });
     trace.seconds[static_cast<std::size_t>(Phase::kDetection)] -= checker.secondsJudging();
-    counts = checker.finish();
+    counts = checker.finish(truth.pairs[frame]);
   }
 };
 
@@ -221,15 +282,22 @@ template <typename S>
       static_cast<rlim_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
   const rlimit address_space = {memory, memory};
   setrlimit(RLIMIT_AS, &address_space);
-  dup2(open("/dev/null", O_WRONLY), STDERR_FILENO);
+  const int nowhere = open("/dev/null", O_WRONLY);
+  dup2(nowhere, STDOUT_FILENO);
+  if (!run.limits.show_errors) dup2(nowhere, STDERR_FILENO);
+  const auto refuse = [&](const char* text) {
+    std::strncpy(run.trace.refusal.data(), text, run.trace.refusal.size() - 1);
+  };
 
   try {
     run.run();
     _exit(0);
   } catch (const std::bad_alloc&) {
-    std::strncpy(run.trace.refusal.data(), "out of memory", run.trace.refusal.size() - 1);
+    refuse("out of memory");
   } catch (const std::exception& error) {
-    std::strncpy(run.trace.refusal.data(), error.what(), run.trace.refusal.size() - 1);
+    refuse(*error.what() == '\0' ? "an exception without a text" : error.what());
+  } catch (...) {
+    refuse("an exception that is no std::exception");
   }
   _exit(1);
 }
@@ -239,25 +307,36 @@ class Child {
  public:
   template <typename S>
   Child(const BasicContender<S>& contender, BasicMovingFibers<S>& fibers,
-        const PreflightLimits& limits)
+        const PreflightLimits& limits, const Truth& truth)
       : limits_(limits) {
     void* const shared =
         mmap(nullptr, sizeof(Trace), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (shared == MAP_FAILED) failSystemCall("mmap");
     trace_.reset(new (shared) Trace{});
+    std::fflush(nullptr);  // or the child writes it once more, if it ends by exit()
     pid_ = fork();
     if (pid_ < 0) failSystemCall("fork");
-    if (pid_ == 0) runChild(Run<S>{contender, fibers, limits, *trace_});
+    if (pid_ == 0) runChild(Run<S>{contender, fibers, limits, truth, *trace_});
   }
 
-  /// How it ended.
-  Preflight wait() const {
-    int status = 0;
-    if (waitpid(pid_, &status, 0) < 0) failSystemCall("waitpid");
+  /// Whether it has ended. Ends it if it is too late, whatever it does with signals.
+  bool hasEnded() {
+    if (ended_) return true;
+    if (now() > trace_->deadline) {
+      kill(pid_, SIGKILL);
+      is_too_slow_ = true;
+    }
+    const pid_t ended = waitpid(pid_, &status_, is_too_slow_ ? 0 : WNOHANG);
+    if (ended < 0) failSystemCall("waitpid");
+    ended_ = ended > 0;
+    return ended_;
+  }
 
+  /// How it ended, once it has.
+  Preflight result() const {
     Preflight result;
     static_cast<Measured&>(result) = *trace_;
-    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM) {
+    if (is_too_slow_) {
       result.verdict = Preflight::Verdict::kTooSlow;
       std::ostringstream note;
       note << '>' << limits_.phase_seconds << " s";
@@ -269,7 +348,11 @@ class Child {
     } else if (!trace_->finished) {
       result.verdict = Preflight::Verdict::kCrashed;
       result.note = "crashed";
+      result.detail = WIFSIGNALED(status_)
+                          ? strsignal(WTERMSIG(status_))
+                          : "it ended the process with " + std::to_string(WEXITSTATUS(status_));
     }
+    std::replace(result.detail.begin(), result.detail.end(), '\n', ' ');
     return result;
   }
 
@@ -281,12 +364,17 @@ class Child {
   PreflightLimits limits_;
   std::unique_ptr<Trace, Unmap> trace_;
   pid_t pid_;
+  int status_ = 0;
+  bool ended_ = false;
+  bool is_too_slow_ = false;
 };
 
 void judgeWrong(Preflight& result, std::size_t frame, std::size_t count, const std::string& what) {
   result.verdict = Preflight::Verdict::kWrong;
   result.phase = Phase::kDetection;
-  result.note = "wrong: " + std::to_string(count) + what + (frame == 0 ? "" : " after update");
+  result.note = "wrong: " + std::to_string(count) + what;
+  constexpr std::array kWhen = {"", " after update", " after two updates", " after three updates"};
+  result.when = kWhen.at(frame);
 }
 
 /// What is wrong whatever the others report.
@@ -297,6 +385,7 @@ void judgeAlone(const BasicContender<S>& contender, Preflight& result) {
     const std::pair<std::size_t, const char*> faults[] = {
         {counts.repeated, " reported again"},
         {counts.with_itself, " with themselves"},
+        {counts.foreign, " of objects that it was not given, or whose user data it has changed"},
         {contender.leaves_out_adjacent ? counts.adjacent : 0, " adjacent"},
         {contender.reported == Reported::kTouching ? counts.apart : 0, " not touching"}};
     for (const auto& [count, what] : faults) {
@@ -305,30 +394,20 @@ void judgeAlone(const BasicContender<S>& contender, Preflight& result) {
   }
 }
 
-/// Pairs that touch in each frame.
-struct Truth {
-  std::array<std::size_t, MovingFibers::kFrames> touching = {}, adjacent = {};
-};
-
-template <typename S>
-Truth truthOf(BasicMovingFibers<S>& fibers, const PreflightLimits& limits) {
-  Truth truth;
-  const NextInFiber next = fibers.nextInFiber();
-  for (int frame = 0; frame < (limits.update ? MovingFibers::kFrames : 1); ++frame) {
-    fibers.setPoses(frame);
-    const auto pairs = touchingPairs(fibers.capsules(), fibers.rounding());
-    truth.touching[static_cast<std::size_t>(frame)] = pairs.size();
-    truth.adjacent[static_cast<std::size_t>(frame)] = adjacentCount(next, pairs);
-  }
-  return truth;
-}
-
 void judgeMissed(Preflight& result, const Truth& truth, bool without_adjacent) {
   for (std::size_t f = 0; f < result.frames.size(); ++f) {
     const PairCounts& counts = result.frames[f];
     const std::size_t found = counts.touching - (without_adjacent ? counts.adjacent : 0);
-    const std::size_t due = truth.touching[f] - (without_adjacent ? truth.adjacent[f] : 0);
-    if (counts.checked && found < due) return judgeWrong(result, f, due - found, " missed");
+    const std::size_t frame = f % truth.pairs.size();
+    const std::size_t due =
+        truth.pairs[frame].size() - (without_adjacent ? truth.adjacent[frame] : 0);
+    if (!counts.checked || found >= due) continue;
+    judgeWrong(result, f, due - found, " missed");
+    if (result.missed && !without_adjacent) {
+      const auto [i, j] = *result.missed;
+      result.detail = "such as objects " + std::to_string(i) + " and " + std::to_string(j);
+    }
+    return;
   }
 }
 
@@ -359,6 +438,8 @@ void judgeWork(const std::vector<BasicContender<S>>& contenders, std::vector<Pre
     for (const std::size_t i : members) {
       if (!contenders[i].ours) continue;
       for (std::size_t f = 0; f < results[i].frames.size(); ++f) {
+        const bool is_known = results[i].frames[f].checked && results[reference].frames[f].checked;
+        if (!is_known) continue;
         const std::size_t due = reported(reference, f);
         const bool more =
             static_cast<double>(reported(i, f)) > (1 + kRoundingExcess) * static_cast<double>(due);
@@ -374,7 +455,7 @@ void judgeWork(const std::vector<BasicContender<S>>& contenders, std::vector<Pre
 
 std::string Preflight::whyNotTimed() const {
   std::string why = note;
-  if (!why.empty()) why += std::string(" in ") + phaseName(phase);
+  if (!why.empty()) why += std::string(" in ") + phaseName(phase) + when;
   if (!detail.empty()) why += ": " + detail;
   return why;
 }
@@ -398,10 +479,14 @@ std::vector<Preflight> preflightAll(const std::vector<BasicContender<S>>& conten
       showProgress(fibers.name() + (limits.check ? ": check " : ": try ") +
                    std::to_string(++started) + "/" + std::to_string(contenders.size()) + ": " +
                    contender.title());
-      running.emplace_back(contender, fibers, limits);
+      running.emplace_back(contender, fibers, limits, truth);
       continue;
     }
-    Preflight result = running.front().wait();
+    for (bool ended = false; !ended; std::this_thread::sleep_for(std::chrono::milliseconds(1))) {
+      for (Child& child : running) child.hasEnded();
+      ended = running.front().hasEnded();
+    }
+    Preflight result = running.front().result();
     running.pop_front();
     judgeAlone(contenders[results.size()], result);
     if (result.verdict != Preflight::Verdict::kWrong) judgeMissed(result, truth, without_adjacent);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,7 @@ struct PairCounts {
   std::size_t apart = 0;      ///< neither touching nor at the boundary of it
   std::size_t undecided = 0;  ///< at that boundary, where rounding decides
   std::size_t with_itself = 0;
+  std::size_t foreign = 0;   ///< with null, or an object that the manager was not given
   std::size_t adjacent = 0;  ///< adjacent segments of a fiber, touching ones
 };
 
@@ -30,7 +32,9 @@ struct Measured {
   Phase phase = Phase::kSetUp;  ///< where it ended, unless right
   /// Of each phase, the last time.
   std::array<double, kPhases> seconds = {kUnknown, kUnknown, kUnknown};
-  std::array<PairCounts, MovingFibers::kFrames> frames;
+  /// Of each query: in frame 0, after the update to frame 1, and if asked again after two more.
+  std::array<PairCounts, 2 * MovingFibers::kFrames> frames;
+  std::optional<CapsulePair> missed;   ///< one that touches, of the last query that missed any
   std::size_t bytes = 0;               ///< that set-up allocated and kept
   std::size_t bytes_after_frames = 0;  ///< that it keeps when all is done
   std::size_t bytes_stated = 0;        ///< memoryUsage(), ours only
@@ -43,10 +47,11 @@ struct Preflight : Measured {
 
   Verdict verdict = Verdict::kRight;
   std::string note;    ///< what the table says there instead of a time
+  std::string when;    ///< it is wrong, ` after update`
   std::string detail;  ///< a refusal's text
 
   bool right() const { return verdict == Verdict::kRight; }
-  /// `>10 s in update`, or nothing.
+  /// `>10 s in update`, `wrong: 3 missed in detection after update`, or nothing.
   std::string whyNotTimed() const;
   double phaseSeconds(Phase p) const { return seconds[static_cast<std::size_t>(p)]; }
   double frameSeconds() const {
@@ -58,6 +63,8 @@ struct PreflightLimits {
   double phase_seconds = 10;  ///< a phase that takes longer ends the contender
   bool check = true;          ///< else pairs are counted only, once, and it does not move back
   bool update = true;         ///< else it stays in frame 0
+  bool again = false;         ///< updates to both frames once more, unless Contender::is_renewed
+  bool show_errors = false;   ///< what it writes to stderr is shown
   std::size_t at_once = 1;    ///< contenders that run at the same time, whose seconds then say less
 };
 

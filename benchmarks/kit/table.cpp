@@ -17,6 +17,7 @@ constexpr std::array kEntries = {"construction", "update", "detection", "touchin
 
 /// Three digits and a unit.
 std::string timeText(double seconds) {
+  if (seconds < 1e-6) return "<1 us";  // which one reading of the clock does not tell apart
   struct Unit {
     const char* name;
     double scale;

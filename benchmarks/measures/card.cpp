@@ -26,7 +26,9 @@ std::vector<Size> sizesOf(const SceneRequest& scene) {
   if (scene.text == "paper-dynamic") return {{scene}};
   std::vector<Size> sizes;
   if (scene.text == "paper-static") {
-    for (const char* const fibers : {"50", "100", "200", "350", "500", "700", "1000"}) {
+    // Smaller ones, for some are out at the paper's least number.
+    for (const char* const fibers :
+         {"5", "10", "20", "50", "100", "200", "350", "500", "700", "1000"}) {
       sizes.push_back({scene});
       sizes.back().scene.text += std::string(":fibers=") + fibers;
     }

@@ -189,7 +189,7 @@ int bench(const SceneSource& source, const BenchRequest& request) {
                                     {"touching", preflight.frames[0].touching},
                                     {"undecided", preflight.frames[0].undecided},
                                     {"right", preflight.right()}};
-      if (!preflight.right()) row["why"] = preflight.note;
+      if (!preflight.right()) row["why"] = preflight.note + preflight.when;
       for (std::size_t p = 0; p < benchmarks::kPhases; ++p) {
         constexpr const char* kKeys[] = {"set_up_s", "update_s", "self_collision_s"};
         if (preflight.right()) row[kKeys[p]] = result.median(p);
@@ -209,8 +209,8 @@ int bench(const SceneSource& source, const BenchRequest& request) {
   for (const Result& result : results) {
     text += fmt::format("{:<36}", result.contender.title());
     if (!result.preflight.right()) {
-      text += fmt::format("{:>12}  in {}\n", result.preflight.note,
-                          benchmarks::phaseName(result.preflight.phase));
+      text += fmt::format("{:>12}  in {}{}\n", result.preflight.note,
+                          benchmarks::phaseName(result.preflight.phase), result.preflight.when);
       continue;
     }
     text += fmt::format("{:>12}{:>12}{:>16}{:>14}{:>12}\n", milliseconds(result.median(0)),

@@ -84,8 +84,10 @@ inline Contact contact(const Capsule& a, const Capsule& b, double rounding = 0) 
 /// Two capsules by their numbers, the lesser one first.
 using CapsulePair = std::pair<std::uint32_t, std::uint32_t>;
 
-/// All pairs whose contact() is kTouching, in order, by a grid of cells that share nothing with the
-/// library. Throws std::invalid_argument where a coordinate is not finite.
-std::vector<CapsulePair> touchingPairs(const std::vector<Capsule>& capsules, double rounding = 0);
+/// All pairs whose contact() is `kind`, kTouching or kBoundary, in order, by a grid of cells that
+/// share nothing with the library. Throws std::invalid_argument where a number is not finite, or a
+/// radius or the rounding negative.
+std::vector<CapsulePair> touchingPairs(const std::vector<Capsule>& capsules, double rounding = 0,
+                                       Contact kind = Contact::kTouching);
 
 }  // namespace fcl_fibers::benchmarks

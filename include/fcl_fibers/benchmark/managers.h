@@ -20,13 +20,16 @@
 ///     }
 ///
 /// run() checks every manager first, each in a process of its own: whether it reports every pair of
-/// touching capsules once, before a motion and after it, by touchingPairs() of judge.h. What is
-/// wrong, crashes or takes too long is said and not timed.
+/// touching capsules once, by touchingPairs() of judge.h, before and after three updates of the
+/// scene, and where fibers that were far apart meet. What is wrong, crashes or takes too long is
+/// said and not timed. Timed runs are in the program itself: what they throw is said too, and a
+/// crash ends the program. The number of an object is its user data, which a manager has to leave
+/// alone.
 namespace fcl_fibers::benchmarks {
 
 /// What `CollisionObject::getAABB` returns when a manager reads it.
 enum class Boxes {
-  kNone,   ///< FCL's, of whatever pose: the manager reads poses and shapes, as ours do
+  kNone,   ///< FCL's, of an earlier pose: the manager reads poses and shapes, as ours do
   kStock,  ///< `computeAABB()`: the cube around the capsule's bounding sphere
   kTight,  ///< end points +- radius
 };
@@ -35,7 +38,7 @@ enum class Boxes {
 enum class Reported {
   kTouchingAtLeast,  ///< every touching pair: what any broad phase must do
   kTightBoxes,       ///< pairs of overlapping tight boxes, up to the rounding of bounds
-  kSpheres,          ///< pairs of overlapping spheres, the same for all of this kind
+  kSpheres,          ///< pairs whose spheres overlap, which are the least around each capsule
   kTouching,         ///< touching pairs and no other
 };
 
@@ -45,7 +48,8 @@ using MakeManager = std::function<std::unique_ptr<fcl::BroadPhaseCollisionManage
     const std::vector<fcl::CollisionObject<S>*>& objects)>;
 
 /// Adds a manager for float or double. Before it registers objects, and before each update(), their
-/// boxes are made as asked for, which counts in the time of an update.
+/// boxes are made as asked for, which counts in the time of an update. It lives
+/// through all updates of a run.
 /// @param name  of its rows. Throws std::invalid_argument if it is empty or taken.
 template <typename S>
 void registerManager(const std::string& name, MakeManager<S> make, Boxes boxes = Boxes::kStock,
@@ -59,13 +63,18 @@ template <typename Manager, typename = std::enable_if_t<std::is_class_v<Manager>
 void registerManager(const std::string& name, Boxes boxes = Boxes::kStock,
                      Reported reported = Reported::kTouchingAtLeast) {
   constexpr bool kIsFloat = std::is_base_of_v<fcl::BroadPhaseCollisionManager<float>, Manager>;
+  static_assert(
+      kIsFloat || std::is_base_of_v<fcl::BroadPhaseCollisionManager<double>, Manager>,
+      "registerManager: the type has to be an fcl::BroadPhaseCollisionManager of float or double");
   using S = std::conditional_t<kIsFloat, float, double>;
   const MakeManager<S> make = [](const auto&) { return std::make_unique<Manager>(); };
   registerManager<S>(name, make, boxes, reported);
 }
 
 /// Adds, in double, FCL's dynamic tree on tight boxes and on stock ones, and our trees with their
-/// default options, and that of boxes with Report::kCapsules.
+/// default options, and that of boxes with Report::kCapsules. FCL's trees become slower with every
+/// update, and are set up anew before each, which is not timed. Throws std::invalid_argument if one
+/// of their names is taken.
 void registerPeers();
 
 /// The main function: reads the command line, makes the scenes, checks and times the managers, and

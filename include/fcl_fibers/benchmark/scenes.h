@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include <fcl_fibers/fiber_polylines.h>
@@ -21,9 +22,11 @@ struct Scene {
 
 /// The scene of `NAME` or `NAME:key=value,...`, such as `paper-dynamic:frame=85`, or of the path of
 /// a file of fibers, which swing about their roots. Throws std::invalid_argument if there is
-/// neither, if a key is unknown or its value out of range, or if a file has no radius;
-/// std::runtime_error if it cannot be read.
-Scene namedScene(const std::string& text);
+/// neither, if a key is unknown or its value out of range, if a generated scene is given a radius,
+/// or if a file has none and none is given; std::runtime_error if it cannot be read. Warnings of a
+/// file go to stderr.
+/// @param radius  of a file's fibers, in its unit
+Scene namedScene(const std::string& text, std::optional<double> radius = std::nullopt);
 
 /// Names of scenes and their keys.
 std::string sceneHelp();
