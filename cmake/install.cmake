@@ -35,7 +35,7 @@ if(FCL_FIBERS_BUILD_IO)
 endif()
 if(FCL_FIBERS_BUILD_BENCHMARKS)
   install_library(benchmark fcl_fibers_benchmark
-    benchmark/judge.h benchmark/managers.h benchmark/scenes.h)
+    benchmark/export.h benchmark/judge.h benchmark/managers.h benchmark/scenes.h)
 endif()
 install(FILES ${PROJECT_SOURCE_DIR}/package.xml
   DESTINATION ${CMAKE_INSTALL_DATADIR}/fcl_fibers)

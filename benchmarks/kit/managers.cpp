@@ -230,8 +230,10 @@ void registerManager(const std::string& name, MakeManager<S> make, Boxes boxes, 
   add<S>({name, "", kOurs, boxes, reported, std::move(make)});
 }
 
-template void registerManager(const std::string&, MakeManager<float>, Boxes, Reported);
-template void registerManager(const std::string&, MakeManager<double>, Boxes, Reported);
+template FCL_FIBERS_BENCHMARK_EXPORT void registerManager(const std::string&, MakeManager<float>,
+                                                          Boxes, Reported);
+template FCL_FIBERS_BENCHMARK_EXPORT void registerManager(const std::string&, MakeManager<double>,
+                                                          Boxes, Reported);
 
 void registerPeers() {
   for (const Boxes boxes : {Boxes::kTight, Boxes::kStock}) add(fclManagers(boxes).front());

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <fcl/common/types.h>
+#include <fcl_fibers/benchmark/export.h>
 
 /// @file
 /// Which capsules touch, as benchmarks and tests judge it. It shares no code with the library.
@@ -87,7 +88,7 @@ using CapsulePair = std::pair<std::uint32_t, std::uint32_t>;
 /// All pairs whose contact() is `kind`, kTouching or kBoundary, in order, by a grid of cells that
 /// share nothing with the library. Throws std::invalid_argument where a number is not finite, or a
 /// radius or the rounding negative.
-std::vector<CapsulePair> touchingPairs(const std::vector<Capsule>& capsules, double rounding = 0,
-                                       Contact kind = Contact::kTouching);
+FCL_FIBERS_BENCHMARK_EXPORT std::vector<CapsulePair> touchingPairs(
+    const std::vector<Capsule>& capsules, double rounding = 0, Contact kind = Contact::kTouching);
 
 }  // namespace fcl_fibers::benchmarks

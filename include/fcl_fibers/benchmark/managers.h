@@ -9,6 +9,7 @@
 
 #include <fcl/broadphase/broadphase_collision_manager.h>
 #include <fcl/narrowphase/collision_object.h>
+#include <fcl_fibers/benchmark/export.h>
 
 /// @file
 /// A benchmark of broad phases on scenes of fibers:
@@ -52,11 +53,16 @@ using MakeManager = std::function<std::unique_ptr<fcl::BroadPhaseCollisionManage
 /// through all updates of a run.
 /// @param name  of its rows. Throws std::invalid_argument if it is empty or taken.
 template <typename S>
-void registerManager(const std::string& name, MakeManager<S> make, Boxes boxes = Boxes::kStock,
-                     Reported reported = Reported::kTouchingAtLeast);
+FCL_FIBERS_BENCHMARK_EXPORT void registerManager(const std::string& name, MakeManager<S> make,
+                                                 Boxes boxes = Boxes::kStock,
+                                                 Reported reported = Reported::kTouchingAtLeast);
 
-extern template void registerManager(const std::string&, MakeManager<float>, Boxes, Reported);
-extern template void registerManager(const std::string&, MakeManager<double>, Boxes, Reported);
+extern template FCL_FIBERS_BENCHMARK_EXPORT void registerManager(const std::string&,
+                                                                 MakeManager<float>, Boxes,
+                                                                 Reported);
+extern template FCL_FIBERS_BENCHMARK_EXPORT void registerManager(const std::string&,
+                                                                 MakeManager<double>, Boxes,
+                                                                 Reported);
 
 /// Adds a manager that is constructed without arguments. Throws as above.
 template <typename Manager, typename = std::enable_if_t<std::is_class_v<Manager>>>
@@ -75,7 +81,7 @@ void registerManager(const std::string& name, Boxes boxes = Boxes::kStock,
 /// default options, and that of boxes with Report::kCapsules. FCL's trees become slower with every
 /// update, and are set up anew before each, which is not timed. Throws std::invalid_argument if one
 /// of their names is taken.
-void registerPeers();
+FCL_FIBERS_BENCHMARK_EXPORT void registerPeers();
 
 /// The main function: reads the command line, makes the scenes, checks and times the managers, and
 /// prints a table. `--help` lists the options and the scenes; those of Google Benchmark go along,
@@ -85,7 +91,8 @@ void registerPeers();
 /// @param scenes  unless the command line names some, as namedScene() of scenes.h takes them
 /// @return 0; or 1 if the command line is wrong, or a manager other than FCL's is, with the reason
 /// on stderr
-int run(int argc, char** argv,
-        const std::vector<std::string>& scenes = {"paper-static:fibers=200"});
+FCL_FIBERS_BENCHMARK_EXPORT int run(int argc, char** argv,
+                                    const std::vector<std::string>& scenes = {
+                                        "paper-static:fibers=200"});
 
 }  // namespace fcl_fibers::benchmarks

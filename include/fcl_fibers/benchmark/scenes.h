@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include <fcl_fibers/benchmark/export.h>
 #include <fcl_fibers/fiber_polylines.h>
 
 namespace fcl_fibers::benchmarks {
@@ -26,9 +27,10 @@ struct Scene {
 /// or if a file has none and none is given; std::runtime_error if it cannot be read. Warnings of a
 /// file go to stderr.
 /// @param radius  of a file's fibers, in its unit
-Scene namedScene(const std::string& text, std::optional<double> radius = std::nullopt);
+FCL_FIBERS_BENCHMARK_EXPORT Scene namedScene(const std::string& text,
+                                             std::optional<double> radius = std::nullopt);
 
 /// Names of scenes and their keys.
-std::string sceneHelp();
+FCL_FIBERS_BENCHMARK_EXPORT std::string sceneHelp();
 
 }  // namespace fcl_fibers::benchmarks
