@@ -54,7 +54,6 @@ class Parameters {
   }
 
   bool has(const char* key) const { return keys_.count(key) > 0; }
-  int part() const { return part_; }
 
   template <typename Number>
   Number take(const char* key, Number otherwise) {
@@ -158,7 +157,7 @@ SceneSource halfScalpScene(Parameters& keys) {
 
 SceneSource strandScene(Parameters& keys) {
   scenes::PaperStrandParameters parameters;
-  parameters.area = keys.take("area", parameters.area) / keys.part();
+  parameters.area = keys.take("area", parameters.area);
   parameters.turns = keys.take("turns", parameters.turns);
   parameters.helix_radius = keys.take("helix_radius", parameters.helix_radius);
   parameters.turned = keys.take("turned", 0) != 0;

@@ -212,9 +212,9 @@ void addContext(int argc, char** argv, const std::string& measure, const Request
 /// Ours beside FCL's tree on some of the paper's scenes.
 int runHeadline(int argc, char** argv) {
   registerPeers();
-  const int code =
-      run(argc, argv,
-          {"paper-static:fibers=500", "paper-half-scalp:fibers=2000", "paper-strand:fibers=50,area=0.3077"});
+  const int code = run(argc, argv,
+                       {"paper-static:fibers=500", "paper-half-scalp:fibers=2000",
+                        "paper-strand:fibers=50,area=0.3077"});
   std::string measures;
   for (const auto& [name, measure] : kMeasures) measures += (measures.empty() ? "" : "|") + name;
   if (code == 0) {

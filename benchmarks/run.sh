@@ -14,7 +14,8 @@
 #   --python   docs/python.md: a step of the Python package, beside other ways and C++. 3 minutes.
 #              --targets also lists which targets are met
 #   --card     FCL's managers as they are and ours on the paper's scenes, in double and in float. Under 3 hours.
-#              It goes on where it was ended: what was measured of this code is kept, unless --again is given
+#              It goes on where it was ended: each scene in each scalar that was measured of this code is kept, unless
+#              --again is given
 #   --only     only the measures whose names begin with NAME, such as obstacles of --full, 4 minutes,
 #              or dials of --trade, 4 minutes. It keeps the other results of the set
 #   --hair     the fibers of a file instead of the scenes; with --trade beside the scenes.
@@ -47,7 +48,7 @@ while (($# > 0)); do
       hair+=("$1=${2?$1 needs a value}")
       shift
       ;;
-    --help) sed -n '4,26s/^# \{0,1\}//p' "$0" && exit ;;
+    --help) sed -n '4,27s/^# \{0,1\}//p' "$0" && exit ;;
     *) refuse "there is no option $1" ;;
   esac
   shift

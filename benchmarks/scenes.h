@@ -37,7 +37,8 @@ using Motion = BasicMotion<double>;
 
 /// The paper's dynamic assembly through its steps, unless one frame of it is asked for; any other
 /// scene in two frames. Throws std::invalid_argument where there is no such scene, or no radius.
-/// @param part  one out of so many fibers: of a scene that is made, they are as dense as all
+/// @param part  one out of so many fibers: of a scene that is made, as dense as all, except of
+/// paper-strand, which has one area for any number of fibers
 template <typename S = double>
 BasicMotion<S> makeMotion(const SceneRequest& request, int part = 1);
 

@@ -34,7 +34,8 @@ READ = (
     "Pairs are those handed to the callback, adjacent segments among them. A manager that "
     "crashes, is wrong or takes longer than the limit in a phase is not run at larger sizes. "
     "Growth is of the phase that ran out, else of the slower of update and detection, over the "
-    "sizes at which it ended in time."
+    "sizes at which it ended in time. The times of a climb are of one check, whose callback keeps "
+    "the pairs. The strand has one area for any number of fibers, so that its density grows too."
 )
 SUMMARY = (
     "Update + detection at the full size, as a multiple of the box tree over bundles, in double "
@@ -43,7 +44,8 @@ SUMMARY = (
 )
 PICTURE = (
     "Seconds of one update and one detection in double, each manager of FCL on the better of its "
-    "boxes. A cross is the last size before it ended; a dotted line leads from there to its name."
+    "boxes, by one check at each size, whose callback keeps the pairs. A cross is the last size "
+    "before it ended; a dotted line leads from there to its name."
 )
 
 
