@@ -443,7 +443,10 @@ void judgeWork(const std::vector<BasicContender<S>>& contenders, std::vector<Pre
         const std::size_t due = reported(reference, f);
         const bool more =
             static_cast<double>(reported(i, f)) > (1 + kRoundingExcess) * static_cast<double>(due);
-        if (reported(i, f) < due || more) {
+        // Nobody computes the spheres exactly, and each tree rounds them in a frame of its own.
+        const double least =
+            (group == Reported::kSpheres ? 1 - kRoundingExcess : 1) * static_cast<double>(due);
+        if (static_cast<double>(reported(i, f)) < least || more) {
           judgeWrong(results[i], f, reported(i, f), " pairs instead of " + std::to_string(due));
         }
       }

@@ -14,7 +14,7 @@ namespace {
 constexpr double kLongRun = 2;
 
 /// Whoever would take longer for all steps of a motion is timed by the check alone.
-constexpr double kLongestMotion = 60;
+constexpr double kLongestMotion = 20;
 
 /// The paper's numbers of fibers, or the scene in parts, or the scene alone if it has a motion.
 struct Size {
