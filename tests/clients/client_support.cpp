@@ -20,6 +20,7 @@
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/distance.h>
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
+#include <fcl_fibers/shadow_manager.h>
 
 namespace fcl_fibers::test {
 namespace {
@@ -118,6 +119,16 @@ struct NearestSearch {
 };
 
 }  // namespace
+
+template <typename S>
+std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> makeShadowed(Report report) {
+  FiberManagerOptions options;
+  options.report = report;
+  ShadowOptions shadow;
+  shadow.file.clear();
+  shadow.on_difference = [](const ShadowResult& result) { ADD_FAILURE() << result.difference; };
+  return std::make_unique<ShadowManager<S>>(makeFclTree<S>(), options, shadow);
+}
 
 template <typename S>
 void addAllShapes(Scene<S>& scene, std::size_t count, double size, double half_side,
@@ -364,9 +375,9 @@ void Truth<S>::expectNearest(const Manager& manager, Manager& other) const {
   template void addAllShapes<S>(Scene<S>&, std::size_t, double, double, Random&);            \
   template fcl::Transform3<S> posedAlong<S>(const Eigen::Vector3d&, const Eigen::Vector3d&); \
   template void widenShape<S>(fcl::CollisionObject<S>&, double);                             \
+  template std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> makeShadowed<S>(Report);      \
   template class Truth<S>;
 FCL_FIBERS_INSTANTIATE(float)
 FCL_FIBERS_INSTANTIATE(double)
 #undef FCL_FIBERS_INSTANTIATE
-
 }  // namespace fcl_fibers::test

@@ -28,12 +28,27 @@
 // dynamic tree as well, which shows that the model asks for nothing that FCL does not serve.
 namespace fcl_fibers::test {
 
+/// FCL's tree with one of ours beside it. A difference of the two is a failure.
+template <typename S>
+std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> makeShadowed(Report report);
+
+template <typename ScalarT, Report kReport>
+struct Shadowed : FclTree<ScalarT> {
+  static auto make(const FiberManagerOptions& = {}) { return makeShadowed<ScalarT>(kReport); }
+  static std::string name() {
+    return "Shadowed" + std::string(kReport == Report::kVolumes ? "Volumes" : "Capsules") +
+           scalarName(ScalarT());
+  }
+};
+
 using ClientManagers = testing::Types<
     FclTree<float>, FclTree<double>, LayeredAabb<float, Topology::kBundle>,
     LayeredAabb<float, Topology::kSuperThread>, LayeredAabb<double, Topology::kBundle>,
     LayeredAabb<double, Topology::kSuperThread>, WrappedSphere<float, Topology::kBundle>,
     WrappedSphere<float, Topology::kSuperThread>, WrappedSphere<double, Topology::kBundle>,
-    WrappedSphere<double, Topology::kSuperThread>>;
+    WrappedSphere<double, Topology::kSuperThread>, Shadowed<float, Report::kVolumes>,
+    Shadowed<float, Report::kCapsules>, Shadowed<double, Report::kVolumes>,
+    Shadowed<double, Report::kCapsules>>;
 
 /// The one thing that a program changes: what makes its managers.
 template <typename S>

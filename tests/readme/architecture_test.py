@@ -27,6 +27,7 @@ MANAGERS = {
     "fiber_objects.h",
     "impact_collector.h",
     "layered_aabb_tree_collision_manager.h",
+    "shadow_manager.h",
     "wrapped_sphere_tree_collision_manager.h",
 }
 PUBLIC = {

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fcl/broadphase/broadphase_collision_manager.h>
+
+#include <fcl_fibers/eigen_alignment.h>
+#include <fcl_fibers/export.h>
+#include <fcl_fibers/fiber_manager_options.h>
+
+namespace fcl_fibers {
+
+/// What a ShadowManager has seen of one of its two managers.
+struct ShadowSide {
+  std::size_t pairs = 0;  ///< that its queries handed on
+  double seconds = 0;     ///< in its calls, without the program's callbacks
+};
+
+/// What a ShadowManager has seen so far.
+struct ShadowResult {
+  std::size_t changes = 0;  ///< calls that register, unregister, set up, update or clear
+  std::size_t queries = 0;  ///< calls of collide and distance
+  ShadowSide first;         ///< the program's manager
+  ShadowSide second;        ///< the one beside it
+
+  std::size_t differences = 0;  ///< queries and changes in which the two differ
+  std::string difference;       ///< the first difference in words; empty if there is none
+  std::string file;             ///< the record that was written at the first difference, if any
+
+  /// Pairs of only one manager that no contract decides, because an object has moved since it was
+  /// updated, because an option leaves the pair out, or because a coordinate is not finite.
+  std::size_t undecided = 0;
+
+  /// What went wrong with the comparison itself, such as a record that could not be written. The
+  /// program is not affected.
+  std::string problem;
+};
+
+/// Options of a ShadowManager.
+struct ShadowOptions {
+  /// The file that takes the record at the first difference; see ShadowManager::writeRecord(). If
+  /// there is such a file, `-2`, `-3` and so on is appended to the name. Empty for none.
+  std::string file = "fcl_fibers_shadow.txt";
+
+  /// The most bytes of memory that the record of all calls may take. Beyond that it begins anew
+  /// with the objects as they are then, and says so. 0 for no record.
+  std::size_t record_limit = std::size_t{1} << 30;
+
+  /// Is called at the first difference, at the end of the call in which it was found. What it
+  /// throws leaves that call.
+  std::function<void(const ShadowResult&)> on_difference;
+};
+
+/// Runs the program's manager and another one side by side, so that a program can try the other one
+/// on its own data without depending on it.
+///
+///     ShadowManagerd manager(std::make_unique<fcl::DynamicAABBTreeCollisionManagerd>());
+///     ...                                    // the program, as it is
+///     std::cout << manager.result().difference;
+///
+/// **What the program sees** is the first manager alone: its pairs in its order, its exceptions,
+/// its objects. Callbacks are called for the first manager only. If a call of the second manager
+/// throws, that is a difference, and after a change that throws it is asked no more. Nothing writes
+/// to the program's objects.
+///
+/// **What is compared.** Pairs that touch have to be in both managers once. Of the other pairs, a
+/// FiberCollisionManager has to hand on those within its margins, and none that its options exclude
+/// from its report; see Report. A query that the callback ended is compared as far as it went. The
+/// least distances have to agree, where both are known. Pairs count where their objects were at the
+/// last update; an object that has moved since decides nothing. docs/contract.md has the details.
+///
+/// **Another manager.** If the other manager of a query is a ShadowManager too, the first ones meet
+/// and the second ones meet. So wrap all managers of a program, or ask the wrapped one: FCL's
+/// managers cast the other manager to their own class, so never hand a ShadowManager to them.
+///
+/// **Threads.** Queries may run from several threads at once if those of both managers may.
+///
+/// **Memory and time.** The record keeps every call with the shapes, poses and boxes that changed.
+/// A query costs at least those of both managers.
+template <typename S>
+class FCL_FIBERS_EXPORT ShadowManager final : public fcl::BroadPhaseCollisionManager<S> {
+ public:
+  using Object = fcl::CollisionObject<S>;              ///< an object of the manager
+  using Manager = fcl::BroadPhaseCollisionManager<S>;  ///< any of FCL's interface
+
+  /// Puts a LayeredAABBTreeCollisionManager beside the first manager. Throws std::invalid_argument
+  /// if the first manager is null or has objects, and as that manager does.
+  explicit ShadowManager(std::unique_ptr<Manager> first, const FiberManagerOptions& options = {},
+                         ShadowOptions shadow_options = {});
+
+  /// Puts the second manager beside the first. Throws std::invalid_argument if one is null or has
+  /// objects.
+  ShadowManager(std::unique_ptr<Manager> first, std::unique_ptr<Manager> second,
+                ShadowOptions shadow_options = {});
+
+  /// Takes over the managers of the other one, also while a query of it runs. The other one may
+  /// then only be assigned to or destroyed; its calls throw std::logic_error.
+  ///@{
+  ShadowManager(ShadowManager&&) noexcept;
+  ShadowManager& operator=(ShadowManager&&) noexcept;
+  ///@}
+  ~ShadowManager() override;
+
+  /// Registers a fiber: by registerFiber() in each FiberCollisionManager, by registerObjects() in
+  /// another one. Pairs of neighbours that the options leave out are no difference.
+  void registerFiber(const std::vector<Object*>& fiber, FiberEnds ends = FiberEnds::kOpen) {
+    change(ends == FiberEnds::kOpen ? "registerFiber" : "registerRing", fiber);
+  }
+
+  /// @name FCL's interface
+  ///@{
+  void registerObjects(const std::vector<Object*>& objects) override {
+    change("registerObjects", objects);
+  }
+  void registerObject(Object* object) override { change("registerObject", {object}); }
+  void unregisterObject(Object* object) override { change("unregisterObject", {object}); }
+  void setup() override { change("setup", {}); }
+  void update() override { change("update", {}); }
+  void update(Object* object) override { change("updateObject", {object}); }
+  void update(const std::vector<Object*>& objects) override { change("updateObjects", objects); }
+  void clear() override { change("clear", {}); }
+  void getObjects(std::vector<Object*>& objects) const override { first().getObjects(objects); }
+  bool empty() const override { return first().empty(); }
+  std::size_t size() const override { return first().size(); }
+  void collide(Object* object, void* cdata, fcl::CollisionCallBack<S> callback) const override {
+    query(With::kObject, object, nullptr, cdata, callback);
+  }
+  void collide(void* cdata, fcl::CollisionCallBack<S> callback) const override {
+    query(With::kSelf, nullptr, nullptr, cdata, callback);
+  }
+  void collide(Manager* other, void* cdata, fcl::CollisionCallBack<S> callback) const override {
+    query(With::kManager, nullptr, other, cdata, callback);
+  }
+  void distance(Object* object, void* cdata, fcl::DistanceCallBack<S> callback) const override {
+    query(With::kObject, object, nullptr, cdata, callback);
+  }
+  void distance(void* cdata, fcl::DistanceCallBack<S> callback) const override {
+    query(With::kSelf, nullptr, nullptr, cdata, callback);
+  }
+  void distance(Manager* other, void* cdata, fcl::DistanceCallBack<S> callback) const override {
+    query(With::kManager, nullptr, other, cdata, callback);
+  }
+  ///@}
+
+  const Manager& first() const;   ///< the program's manager
+  const Manager& second() const;  ///< the one beside it
+
+  ShadowResult result() const;  ///< what was seen so far
+
+  /// Writes all calls so far, with shapes, poses and boxes, to a file, which `fcl_fibers replay`
+  /// runs again. The file appears whole or not at all. Throws std::runtime_error if it cannot be
+  /// written.
+  void writeRecord(const std::string& path) const;
+
+ private:
+  class FCL_FIBERS_NO_EXPORT Impl;
+  enum class With { kSelf, kObject, kManager };
+  void change(const char* call, const std::vector<Object*>& objects);
+  void query(With with, Object* object, Manager* other, void* cdata,
+             fcl::CollisionCallBack<S> callback) const;
+  void query(With with, Object* object, Manager* other, void* cdata,
+             fcl::DistanceCallBack<S> callback) const;
+  FCL_FIBERS_NO_EXPORT std::shared_ptr<Impl> impl() const;
+
+  std::shared_ptr<Impl> impl_;  ///< null after a move; a query keeps it alive
+};
+
+/// The manager for objects whose numbers are floats.
+using ShadowManagerf = ShadowManager<float>;
+/// The manager for objects whose numbers are doubles.
+using ShadowManagerd = ShadowManager<double>;
+
+extern template class ShadowManager<float>;
+extern template class ShadowManager<double>;
+
+/// What a record says when its calls are made again.
+struct ShadowReplay {
+  ShadowResult result;   ///< of the managers that were asked again, up to the first difference
+  std::string recorded;  ///< the difference that the record was written for; empty if for none
+  std::string managers;  ///< which managers were asked, and why others than those of the record
+};
+
+/// Makes the calls of a record again, with FCL's manager of the recorded type, or its dynamic tree
+/// if the type is another one, and the second manager of the record, or a
+/// LayeredAABBTreeCollisionManager. It stops at the first difference. Throws std::runtime_error
+/// with the path, the line and the problem if the file is no whole record.
+FCL_FIBERS_EXPORT ShadowReplay replayRecord(const std::string& path);
+
+}  // namespace fcl_fibers
