@@ -244,6 +244,15 @@ void addBench(CLI::App& bench, Arguments& arguments) {
       "frame.\nMeshes rest, and so do the fibers while pairs with meshes are timed.");
 }
 
+void addReplay(CLI::App& replay, Arguments& arguments) {
+  replay.add_option("FILE", arguments.path, "The file that the ShadowManager has written.")
+      ->required()
+      ->type_name("");
+  replay.footer(
+      "Asks FCL's manager and ours again, up to the first call in which they differ, and explains "
+      "the\ndifference. The exit code is 1 if they differ.");
+}
+
 void addView(CLI::App& view, Arguments& arguments) {
   view.add_option("SCENES", arguments.scenes, "The scenes that the page shows.")
       ->required()
@@ -300,6 +309,7 @@ int runCommand(const std::string& command, Arguments& arguments, const ProgramPa
     return convert(source, arguments.path);
   }
   if (command == "info") return info(found(), arguments.output(), parts);
+  if (command == "replay") return parts.replay(arguments.path);
   if (command == "bench") {
     arguments.bench.output = arguments.output();
     return parts.bench(openScene(arguments.scene, options, arguments.generated), arguments.bench);
@@ -342,9 +352,10 @@ int parseAndRun(std::vector<std::string> words, const ProgramParts& parts) {
       sceneHelp(parts.scenes) +
       "\nThe exit code is 2 after an error, with its message on stderr. `check` returns 1 if it "
       "finds\ncontacts" +
-      (parts.bench ? ", and `bench` if a manager misses a pair" : "") +
-      ". Files are written whole or not at all.\n`" + parts.name +
-      " COMMAND --help` describes the options of a command.");
+      (parts.bench ? ", `bench` if a manager misses a pair" : "") +
+      (parts.replay ? ", and `replay` if managers differ" : "") +
+      (parts.replay ? ".\nFiles" : ". Files") + " are written whole or not at all.\n`" +
+      parts.name + " COMMAND --help` describes the options of a command.");
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
   app.set_version_flag("--version", FCL_FIBERS_VERSION);
@@ -367,6 +378,9 @@ int parseAndRun(std::vector<std::string> words, const ProgramParts& parts) {
   addDistance(add("distance", "Find the least distance between fibers, and its place."), arguments);
   if (parts.bench) {
     addBench(add("bench", "Compare the times of our managers and FCL's."), arguments);
+  }
+  if (parts.replay) {
+    addReplay(add("replay", "Make the calls of a ShadowManager's record again."), arguments);
   }
   addView(add("view", "Write a page that shows scenes in 3D, offline."), arguments);
 

@@ -22,7 +22,7 @@ from program import read_polylines, read_vtp
 
 SOURCES = Path(__file__).resolve().parents[2]
 
-HELPED = ("generate", "convert", "info", "check", "distance", "bench", "view")
+HELPED = ("generate", "convert", "info", "check", "distance", "bench", "replay", "view")
 
 
 class Pictures(ProgramTest):
@@ -557,12 +557,68 @@ class BadUse(ProgramTest):
             self.assertIn(word, text)
         for command in HELPED:
             text = self.run_program(command, "--help")
-            self.assertIn("file" if command == "convert" else "SCENE", text)
+            named = {"convert": "file", "replay": "FILE"}.get(command, "SCENE")
+            self.assertIn(named, text)
             if command == "check":
                 for column in CONTACT_COLUMNS[:7]:
                     self.assertRegex(text, rf"\b{column}\b")
             self.assertLessEqual(max(map(len, text.splitlines())), 100)
         self.assertRegex(self.run_program("--version"), r"^\d+\.\d+\.\d+\n$")
+
+
+# Two capsules that touch. BOX is that of the second one, as the program left it.
+RECORD = """fcl_fibers record 1
+scalar double
+first fcl::DynamicAABBTreeCollisionManager<double>
+second boxes 0 0 0 0 0 1 0
+shape 0 capsule 1 2 / / -1 -1 -2 1 1 2 0 0 0 5p-1
+object 0 0 1 0 0 0 0 1 0 0 0 0 1 0 -1 -1 -2 1 1 2
+object 1 0 1 0 0 1 0 1 0 0 0 0 1 0 BOX
+registerObjects 0 1
+collide self
+end
+"""
+
+
+class Replay(ProgramTest):
+    """A user's record would be replayed as another one, or a damaged one be believed."""
+
+    def replay(self, text, code):
+        return self.run_program("replay", self.write("record.txt", text), code=code)
+
+    def test_managers_that_agree(self):
+        out = self.replay(RECORD.replace("BOX", "0 -1 -2 2 1 2"), 0)
+        self.assertIn("calls     1 change and 1 query\n", out)
+        self.assertIn("pairs     1 of the first, 1 of the second\n", out)
+        self.assertIn("found     none\n", out)
+
+    def test_managers_that_differ(self):
+        out = self.replay(RECORD.replace("BOX", "9 -1 -2 11 1 2"), 1)
+        self.assertIn("call 2, collide self: the first manager does not hand on the pair", out)
+        self.assertIn("their boxes do not overlap, so the program made them smaller", out)
+        self.assertIn(
+            "\n          object 1: capsule (1 2) at 1 0 0, its axis 0 0 1, getAABB()", out
+        )
+
+    def test_another_manager(self):
+        text = RECORD.replace("BOX", "0 -1 -2 2 1 2").replace("DynamicAABBTree", "SaP")
+        self.assertIn("in place of fcl::SaPCollisionManager<double>", self.replay(text, 0))
+
+    def test_damaged_records(self):
+        good = RECORD.replace("BOX", "0 -1 -2 2 1 2")
+        for text, error in (
+            (CROSSING, "record.txt:1: it is no record of this version"),
+            (good[:-9], "the record is cut"),
+            (good.replace("capsule 1 2", "capsule 1"), "record.txt:5: there is no such kind"),
+            (good.replace("registerObjects 0 1", "registerObjects 0 2"), "record.txt:8: there is"),
+            (good.replace("5p-1", "5q"), "record.txt:5: '5q' is no number"),
+            (good.replace("collide self", "collide none"), "record.txt:9: there is no such query"),
+            (good.replace("scalar double", "scalar int"), "record.txt:2: the scalar is neither"),
+        ):
+            self.assertEqual(self.replay(text, 2), "")
+            self.assertIn(error, self.stderr)
+        self.run_program("replay", self.folder / "none.txt", code=2)
+        self.assertIn("none.txt: it cannot be read", self.stderr)
 
 
 def masked(command, output):

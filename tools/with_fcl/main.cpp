@@ -3,6 +3,7 @@
 // fcl_fibers: the library as a program, for people who have a file of fibers.
 #include "bench.h"
 #include "generated_scenes.h"
+#include "replay.h"
 #include "tools/program.h"
 
 int main(int argc, char** argv) {
@@ -10,5 +11,6 @@ int main(int argc, char** argv) {
   tools::ProgramParts parts;
   parts.scenes = benchmarks::generatedScenes();
   parts.bench = tools::bench;
+  parts.replay = tools::replay;
   return tools::runProgram({argv + 1, argv + argc}, parts);
 }
