@@ -33,7 +33,7 @@ struct ShadowResult {
   std::string file;             ///< the record that was written at the first difference, if any
 
   /// Pairs of only one manager that no contract decides, because an object has moved since it was
-  /// updated, because an option leaves the pair out, or because a coordinate is not finite.
+  /// updated, or because an option may leave the pair out.
   std::size_t undecided = 0;
 
   /// What went wrong with the comparison itself, such as a record that could not be written. The
@@ -47,14 +47,27 @@ struct ShadowOptions {
   /// there is such a file, `-2`, `-3` and so on is appended to the name. Empty for none.
   std::string file = "fcl_fibers_shadow.txt";
 
-  /// The most bytes of memory that the record of all calls may take. Beyond that it begins anew
-  /// with the objects as they are then, and says so. 0 for no record.
+  /// The most bytes of memory that the record of all calls may take. Beyond that it ends, and says
+  /// so. 0 for no record.
   std::size_t record_limit = std::size_t{1} << 30;
 
   /// Is called at the first difference, at the end of the call in which it was found. What it
   /// throws leaves that call.
   std::function<void(const ShadowResult&)> on_difference;
 };
+
+/// What a record says when its calls are made again.
+struct ShadowReplay {
+  ShadowResult result;   ///< of the managers that were asked again, up to the first difference
+  std::string recorded;  ///< the difference that the record was written for; empty if for none
+  std::string managers;  ///< which managers were asked, and in place of which
+};
+
+/// Makes the calls of a record again, with fiber managers of the recorded options, FCL's naive
+/// manager where that was recorded, and its dynamic tree in place of any other. It stops at the
+/// first difference. Throws std::runtime_error with the path, the line and the problem if the file
+/// is no whole record.
+FCL_FIBERS_EXPORT ShadowReplay replayRecord(const std::string& path);
 
 /// Runs the program's manager and another one side by side, so that a program can try the other one
 /// on its own data without depending on it.
@@ -158,7 +171,9 @@ class FCL_FIBERS_EXPORT ShadowManager final : public fcl::BroadPhaseCollisionMan
   void writeRecord(const std::string& path) const;
 
  private:
+  friend ShadowReplay replayRecord(const std::string& path);
   class FCL_FIBERS_NO_EXPORT Impl;
+  class FCL_FIBERS_NO_EXPORT Player;
   enum class With { kSelf, kObject, kManager };
   void change(const char* call, const std::vector<Object*>& objects);
   void query(With with, Object* object, Manager* other, void* cdata,
@@ -177,18 +192,5 @@ using ShadowManagerd = ShadowManager<double>;
 
 extern template class ShadowManager<float>;
 extern template class ShadowManager<double>;
-
-/// What a record says when its calls are made again.
-struct ShadowReplay {
-  ShadowResult result;   ///< of the managers that were asked again, up to the first difference
-  std::string recorded;  ///< the difference that the record was written for; empty if for none
-  std::string managers;  ///< which managers were asked, and why others than those of the record
-};
-
-/// Makes the calls of a record again, with FCL's manager of the recorded type, or its dynamic tree
-/// if the type is another one, and the second manager of the record, or a
-/// LayeredAABBTreeCollisionManager. It stops at the first difference. Throws std::runtime_error
-/// with the path, the line and the problem if the file is no whole record.
-FCL_FIBERS_EXPORT ShadowReplay replayRecord(const std::string& path);
 
 }  // namespace fcl_fibers

@@ -5,12 +5,12 @@
 #include <array>
 #include <atomic>
 #include <chrono>
-#include <cmath>
+#include <deque>
 #include <filesystem>
+#include <fstream>
 #include <limits>
 #include <map>
 #include <mutex>
-#include <set>
 #include <stdexcept>
 #include <string_view>
 #include <type_traits>
@@ -18,9 +18,11 @@
 #include <unordered_map>
 #include <utility>
 
+#include <fcl/broadphase/broadphase_bruteforce.h>
+#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
+#include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
-#include "broadphase/recorded_object.h"
 #include "broadphase/shadow_record.h"
 #include "joined_text.h"
 
@@ -32,28 +34,93 @@ using Lock = std::lock_guard<std::mutex>;
 using Side = std::size_t;  // kFirst or kSecond
 constexpr Side kFirst = 0, kSecond = 1;
 constexpr const char* kSides[] = {"the first manager", "the second manager"};
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr char kLimit[] = "limit";  // The last call of a record that has reached its limit.
 
-/// Seconds of the life of this object.
-class Stopwatch {
- public:
-  double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  Clock::time_point start_ = Clock::now();
-};
+double secondsNow() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 /// What a call throws, in words; empty if it does not.
 template <class F>
 std::string problemOf(F f) {
   try {
-    f();
-    return {};
+    return f(), std::string();
   } catch (const std::exception& error) {
     return joinedText("the second manager throws: ", error.what());
   } catch (...) {
     return "the second manager throws what is no std::exception";
+  }
+}
+
+/// Calls visit(option, the largest number of it) for each option on which pairs depend.
+template <class Visit>
+void visitOptions(FiberManagerOptions& options, Visit visit) {
+  visit(options.topology, 1);
+  visit(options.report, 1);
+  visit(options.ignored_neighbors, std::numeric_limits<int>::max());
+  visit(options.ignored_arc_length, kInfinity);
+  visit(options.margin, kInfinity);
+  visit(options.bounds, 2);
+  visit(options.motion, 1);
+}
+
+/// A manager in a record: `boxes` or `spheres` with the options, or the name of another class.
+template <typename S>
+std::string nameOf(const fcl::BroadPhaseCollisionManager<S>& manager) {
+  const auto* const ours = dynamic_cast<const FiberCollisionManager<S>*>(&manager);
+  if (ours == nullptr) return typeid(manager).name();
+  const bool is_boxes = dynamic_cast<const LayeredAABBTreeCollisionManager<S>*>(ours) != nullptr;
+  RecordLine line{is_boxes ? "boxes" : "spheres", {}};
+  FiberManagerOptions options = ours->options();
+  visitOptions(options, [&](auto option, double) { line.numbers.push_back(double(option)); });
+  return line.text();
+}
+
+/// Makes the manager of a name, FCL's tree if there is none.
+template <typename S>
+std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> makeManager(const std::string& name) {
+  if (name.find("Naive") != name.npos) return std::make_unique<fcl::NaiveCollisionManager<S>>();
+  const bool is_boxes = name.substr(0, 6) == "boxes ";
+  if (!is_boxes && name.substr(0, 8) != "spheres ") {
+    return std::make_unique<fcl::DynamicAABBTreeCollisionManager<S>>();
+  }
+  const RecordLine line = RecordLine::parse(name);
+  require(line.numbers.size() == 7, "the manager has another count of options");
+  FiberManagerOptions options;
+  std::size_t at = 0;
+  visitOptions(options, [&](auto& option, double most) {
+    require(line.numbers[at] >= 0 && line.numbers[at] <= most, "an option is out of range");
+    option = static_cast<std::decay_t<decltype(option)>>(line.numbers[at++]);
+  });
+  if (is_boxes) return std::make_unique<LayeredAABBTreeCollisionManager<S>>(options);
+  return std::make_unique<WrappedSphereTreeCollisionManager<S>>(options);
+}
+
+/// Makes the change of this name in the manager.
+template <typename S>
+void makeChange(fcl::BroadPhaseCollisionManager<S>& manager, const std::string& call,
+                const std::vector<fcl::CollisionObject<S>*>& objects) {
+  auto* const one = objects.size() == 1 ? objects[0] : nullptr;
+  auto* const fibers = dynamic_cast<FiberCollisionManager<S>*>(&manager);
+  const bool is_ring = call == "registerRing", is_fiber = is_ring || call == "registerFiber";
+  if (is_fiber && fibers != nullptr) {
+    return fibers->registerFiber(objects, is_ring ? FiberEnds::kClosed : FiberEnds::kOpen);
+  }
+  if (is_fiber || call == "registerObjects") return manager.registerObjects(objects);
+  if (call == "registerObject") return manager.registerObject(one);
+  if (call == "unregisterObject") return manager.unregisterObject(one);
+  if (call == "updateObjects") return manager.update(objects);
+  if (call == "updateObject") return manager.update(one);
+  if (call == "update") return manager.update();
+  if (call == "setup") return manager.setup();
+  if (call == "clear") return manager.clear();
+  require(false, "there is no such call");
+}
+
+template <class Map, class IsUnused>
+void eraseIf(Map& map, IsUnused isUnused) {
+  for (auto at = map.begin(); at != map.end();) {
+    at = isUnused(at->second) ? map.erase(at) : std::next(at);
   }
 }
 
@@ -64,130 +131,113 @@ class ShadowManager<S>::Impl {
  public:
   using Fibers = FiberCollisionManager<S>;
   using Objects = std::vector<Object*>;
-
-  /// What is known of an object, by its address.
-  struct Entry {
-    std::size_t number = 0;    // In the record.
-    RecordedState now, read;   // As last seen, and as at its last update.
-    std::size_t sequence = 0;  // Of registering, from 1; 0 if it is not registered.
-    struct {
-      std::size_t number = 0, place = 0, size = 0;  // The number is from 1.
-      bool is_ring = false;
-    } fiber;
-    std::array<double, 2> margins{-1, -1};  // As each manager counts it; negative if unknown.
-
-    bool isRead() const { return isSame(now, read); }
-  };
+  /// A callback of collide, for which the distance is null, or of distance.
+  using Callback = std::function<bool(Object* a, Object* b, S* dist)>;
+  static constexpr bool kIsFloat = std::is_same_v<S, float>;
 
   struct Query {
     With with;
     Object* object;
     Manager* other;
-    std::string call = {};  // As in the record.
-    // Objects that are not this manager's, and whether they are where they were read.
+    bool is_distance;
+    RecordLine line = {};  // As in the record.
+    // Objects that are not this manager's, and whether they have moved since they were read.
     std::unordered_map<const Object*, bool> partners = {};
     bool is_itself = false;
     std::size_t changes = 0;  // When it began.
+  };
 
-    /// Passes on the arguments of a query, with another manager of this side.
-    template <class Callback>
-    void ask(const Manager& manager, Side side, void* data, Callback callback) const {
-      const auto pass = [&](auto... to) {
-        if constexpr (std::is_same_v<Callback, fcl::CollisionCallBack<S>>) {
-          manager.collide(to..., data, callback);
-        } else {
-          manager.distance(to..., data, callback);
-        }
-      };
-      const auto* const shadow = dynamic_cast<const ShadowManager*>(other);
-      Manager* const to = shadow == nullptr ? other : shadow->impl()->sides_[side].manager.get();
-      if (with == With::kSelf) return pass();
-      if (with == With::kObject) return pass(object);
-      const bool is_fibers = dynamic_cast<const Fibers*>(&manager) != nullptr;
-      if (side == kFirst || to == nullptr || is_fibers || typeid(*to) == typeid(manager)) {
-        return pass(to);
-      }
-      // FCL's managers cast the other one to their own class.
-      Objects objects;
-      to->getObjects(objects);
-      for (Object* one : objects) pass(one);
-    }
+  /// What is known of an object, by its address.
+  struct Entry {
+    RecordedObject now = {};  // As last seen.
+    bool is_registered = false;
+    bool is_moved = false;               // Since it was registered or updated.
+    std::array<double, 2> margins = {};  // As each manager counts them; NaN if unknown.
+
+    double number() const { return now.line.numbers[0]; }
   };
 
   /// Takes the pairs of one manager in one query.
-  template <class Callback>
   struct Watch {
-    Impl* impl;
-    const Query* query;
-    Callback callback;  // The program's, for the first manager only.
-    void* cdata;
+    Impl& impl;
+    const Query& query;
+    const Callback& callback;  // The program's, or none for the second manager.
+    const Side side;
 
     std::vector<std::pair<const Object*, const Object*>> pairs = {};
     bool is_stopped = false;  // By the program's callback, also if that threw.
-    double seconds = 0;       // That were not spent in the manager.
+    double seconds = 0;       // In the manager.
     Gap least = {kInfinity, kInfinity};
     S left = std::numeric_limits<S>::max();  // The distance that the callbacks left.
 
     bool visit(Object* a, Object* b, S* dist) {
-      const Stopwatch time;
-      impl->guard([&] {
+      seconds += secondsNow();
+      impl.guard([&] {
         pairs.emplace_back(a, b);
-        if (dist != nullptr) measure(a, b, *dist);
-        if (dist == nullptr && query->with == With::kObject) impl->see({a, b});
+        const Lock lock(impl.mutex_);
+        if (dist != nullptr) return measure(a, b, *dist);
+        if (query.with == With::kObject) impl.seeKnown({a, b});
       });
       bool stops = dist != nullptr && *dist <= 0;
-      if (callback != nullptr) {
+      if (side == kFirst) {
         is_stopped = true;
-        if constexpr (std::is_same_v<Callback, fcl::CollisionCallBack<S>>) {
-          is_stopped = stops = callback(a, b, cdata);
-        } else {
-          is_stopped = stops = callback(a, b, cdata, *dist);
-        }
+        is_stopped = stops = callback(a, b, dist);
       }
       if (dist != nullptr) left = *dist;
-      seconds += time.seconds();
+      seconds -= secondsNow();
       return stops;
     }
-    void measure(Object* a, Object* b, S& dist) {
-      const Gap gap = impl->measured(*query, a, b);
+    void measure(const Object* a, const Object* b, S& dist) {
+      if (!impl.isDecided(query, a, b)) return;
+      const Gap gap = gapBetween(impl.entries_.at(a).now, impl.entries_.at(b).now, kIsFloat);
       if (!(gap.high < kInfinity)) return;
       least = {std::min(least.low, gap.low), std::min(least.high, gap.high)};
-      const auto distance = static_cast<S>(std::max(0.0, (gap.low + gap.high) / 2));
-      if (callback == nullptr && distance < dist) dist = distance;
+      if (side == kSecond) dist = std::min(dist, S(std::max(0.0, gap.low)));
     }
-    static bool collided(Object* a, Object* b, void* watch) {
-      return static_cast<Watch*>(watch)->visit(a, b, nullptr);
-    }
-    static bool measuredPair(Object* a, Object* b, void* watch, S& dist) {
-      return static_cast<Watch*>(watch)->visit(a, b, &dist);
-    }
-    static Callback own(fcl::CollisionCallBack<S>) { return &Watch::collided; }
-    static Callback own(fcl::DistanceCallBack<S>) { return &Watch::measuredPair; }
 
-    /// Asks a manager. Without a callback of the program there is none at all.
-    double ask(const Manager& manager, Side side, bool has_callback) {
-      const Stopwatch time;
-      query->ask(manager, side, has_callback ? this : nullptr,
-                 has_callback ? own(callback) : nullptr);
-      return time.seconds() - seconds;
+    /// Asks the manager, with another one of the same side.
+    void ask() {
+      seconds -= secondsNow();
+      const Manager& manager = *impl.sides_[side];
+      const auto pass = [&](auto... to) {
+        // Without a callback of the program there is none at all.
+        Watch* const data = callback == nullptr ? nullptr : this;
+        fcl::CollisionCallBack<S> collided = [](Object* a, Object* b, void* watch) {
+          return static_cast<Watch*>(watch)->visit(a, b, nullptr);
+        };
+        fcl::DistanceCallBack<S> measured = [](Object* a, Object* b, void* watch, S& dist) {
+          return static_cast<Watch*>(watch)->visit(a, b, &dist);
+        };
+        query.is_distance ? manager.distance(to..., data, data == nullptr ? nullptr : measured)
+                          : manager.collide(to..., data, data == nullptr ? nullptr : collided);
+      };
+      const auto* const shadow = dynamic_cast<const ShadowManager*>(query.other);
+      Manager* const to = shadow == nullptr ? query.other : shadow->impl()->sides_[side].get();
+      if (query.with == With::kSelf) {
+        pass();
+      } else if (query.with == With::kObject) {
+        pass(query.object);
+      } else if (side == kFirst || to == nullptr || impl.fibers_[side] != nullptr ||
+                 typeid(*to) == typeid(manager)) {
+        pass(to);
+      } else {  // FCL's managers cast the other one to their own class.
+        for (const auto& [object, is_moved] : query.partners) pass(const_cast<Object*>(object));
+      }
+      seconds += secondsNow();
     }
   };
 
   Impl(std::unique_ptr<Manager> first, std::unique_ptr<Manager> second, ShadowOptions options)
-      : options_(std::move(options)) {
-    sides_[kFirst].manager = std::move(first);
-    sides_[kSecond].manager = std::move(second);
+      : options_(std::move(options)), sides_{std::move(first), std::move(second)} {
     for (const Side side : {kFirst, kSecond}) {
-      const Manager* const manager = sides_[side].manager.get();
-      if (manager == nullptr || manager->size() > 0) {
-        throw std::invalid_argument(joinedText("ShadowManager: ", kSides[side],
-                                               " is null or has objects; pass an empty manager"));
-      }
-      sides_[side].fibers = dynamic_cast<const Fibers*>(manager);
+      require(sides_[side] != nullptr && sides_[side]->size() == 0,
+              joinedText("ShadowManager: ", kSides[side],
+                         " is null or has objects; pass an empty manager"));
+      fibers_[side] = dynamic_cast<const Fibers*>(sides_[side].get());
     }
   }
 
-  const Manager& manager(Side side) const { return *sides_[side].manager; }
+  const Manager& manager(Side side) const { return *sides_[side]; }
 
   ShadowResult result() const {
     const Lock lock(mutex_);
@@ -200,338 +250,227 @@ class ShadowManager<S>::Impl {
   }
 
   /// Makes the change in the first manager, and if that takes it in the second.
-  void change(std::string_view call, const Objects& objects) {
-    std::string line(call);
+  void change(const std::string& call, const Objects& objects) {
+    RecordLine line{call, {}};
     guard([&] {
       const Lock lock(mutex_);
       if (call == "update") seeAll();
       for (Object* object : objects) {
         // What is unregistered may be gone.
-        if (call != "unregisterObject" && object != nullptr) seeObject(object);
-        line += " " + nameOf(object);
+        if (call != "unregisterObject" && object != nullptr) see(object);
+        const auto found = entries_.find(object);
+        line.numbers.push_back(found == entries_.end() ? -1 : found->second.number());
       }
     });
-    const auto make = [&](Side side) {
-      const Stopwatch time;
-      makeChange<S>(*sides_[side].manager, call, objects);
-      return time.seconds();
-    };
-    const double first_seconds = make(kFirst);
-    double second_seconds = 0;
-    const std::string problem = problemOf([&] {
-      if (!is_lost_) second_seconds = make(kSecond);
+    const double start = secondsNow();
+    makeChange<S>(*sides_[kFirst], call, objects);
+    const double middle = secondsNow();
+    std::string problem = problemOf([&] {
+      if (!is_lost_) makeChange<S>(*sides_[kSecond], call, objects);
     });
     guard([&] {
       const Lock lock(mutex_);
       ++result_.changes;
-      result_.first.seconds += first_seconds;
-      result_.second.seconds += second_seconds;
-      record_.append(line);
+      result_.first.seconds += middle - start;
+      result_.second.seconds += secondsNow() - middle;
+      append(line);
       note(call, objects);
-      if (!problem.empty()) {
+      if (problem.empty() && running_ > 0 && fibers_[kSecond] != nullptr && !is_lost_) {
+        problem = "a callback changes the manager, which FiberCollisionManager refuses";
+      } else if (!problem.empty()) {
         is_lost_ = true;
-        differ(line, problem);
-      } else if (running_ > 0 && sides_[kSecond].fibers != nullptr && !is_lost_) {
-        differ(line, "a callback changes the manager, which FiberCollisionManager refuses");
       }
-      shorten();
+      if (!problem.empty()) differ(call, problem);
     });
     tell();
   }
 
-  template <class Callback>
-  void query(const char* call, Query query, void* cdata, Callback callback) {
-    guard([&] { prepare(call, query); });
+  void query(Query query, const Callback& callback) {
+    guard([&] { prepare(query); });
     // FCL's managers crash if they are given null.
     const bool is_null = callback == nullptr ||
                          (query.with == With::kObject && query.object == nullptr) ||
                          (query.with == With::kManager && query.other == nullptr);
-    const bool asks = !is_lost_ && (!is_null || sides_[kSecond].fibers != nullptr);
-    Watch<Callback> first{this, &query, callback, cdata}, second{this, &query, nullptr, nullptr};
-    double first_seconds = 0, second_seconds = 0;
+    const bool asks = !is_lost_ && (!is_null || fibers_[kSecond] != nullptr);
+    Watch first{*this, query, callback, kFirst}, second{*this, query, callback, kSecond};
     // The second one comes first, because a callback may move objects.
     const std::string problem = problemOf([&] {
-      if (asks) second_seconds = second.ask(manager(kSecond), kSecond, callback != nullptr);
+      if (asks) second.ask();
     });
     const auto finish = [&] {
+      --running_;
       guard([&] {
         const Lock lock(mutex_);
         ++result_.queries;
-        result_.first.seconds += first_seconds;
-        result_.second.seconds += second_seconds;
+        result_.first.seconds += first.seconds;
+        result_.second.seconds += second.seconds;
         result_.first.pairs += first.pairs.size();
         result_.second.pairs += second.pairs.size();
-        record_.append(first.is_stopped ? joinedText(query.call, " stopped ", first.pairs.size())
-                                        : query.call);
-        if (!problem.empty()) {
-          differ(query.call, problem);
-        } else if (asks && query.changes == result_.changes && !is_broken_) {
-          compare(query, first, second);
-        }
-        shorten();
+        if (first.is_stopped) query.line.numbers[0] = double(first.pairs.size());
+        append(query.line);
+        if (!problem.empty()) return differ(query.line.word, problem);
+        if (asks && query.changes == result_.changes) compare(query, first, second);
       });
       tell();
     };
     ++running_;
     try {
-      first_seconds = first.ask(manager(kFirst), kFirst, callback != nullptr);
-      --running_;
+      first.ask();
     } catch (...) {
-      --running_;
-      if (first.is_stopped) finish();  // What it refuses by itself is not compared.
+      first.is_stopped ? finish() : void(--running_);  // What it refuses by itself is no query.
       throw;
     }
     finish();
   }
 
  private:
-  struct Sided {
-    std::unique_ptr<Manager> manager;
-    const Fibers* fibers = nullptr;  // The manager, if it is one.
-  };
-
   // --- What is known of the objects. The mutex is locked in all that follows.
 
-  Entry& seeObject(Object* object) {
+  Entry& see(Object* object) {
     const auto [place, is_new] = entries_.try_emplace(object);
     Entry& entry = place->second;
-    if (is_new) entry.number = object_count_++;
-    RecordedState state;
-    state.shape = seeShape(object->collisionGeometry().get());
-    const auto& pose = object->getTransform();
-    for (std::size_t i = 0; i < 12; ++i) {
-      state.pose[i] = double{pose(static_cast<int>(i / 4), static_cast<int>(i % 4))};
+    const fcl::CollisionGeometry<S>* const geometry = object->collisionGeometry().get();
+    auto& shape = shapes_[geometry];
+    RecordLine line = readShape(geometry);
+    if (shape != nullptr) line.numbers[0] = shape->line.numbers[0];
+    if (shape == nullptr || !(shape->line == line)) {
+      line.numbers[0] = shape_count_++;
+      append(line);
+      shape = std::make_shared<const RecordedShape>(RecordedShape{std::move(line)});
     }
-    for (std::size_t i = 0; i < 6; ++i) {
-      const auto& box = object->getAABB();
-      state.box[i] = double{(i < 3 ? box.min_ : box.max_)[static_cast<int>(i % 3)]};
-      const double far = std::fabs(state.box[i]);
+    RecordedObject now = readObject(*object, is_new ? object_count_++ : entry.number(), shape);
+    if (!is_new && entry.now.line == now.line) return entry;
+    append(now.line);
+    entry.now = std::move(now);
+    entry.is_moved = !is_new;
+    for (const Side side : {kFirst, kSecond}) {
+      entry.margins[side] = std::numeric_limits<double>::quiet_NaN();
+      problemOf([&] {
+        entry.margins[side] = fibers_[side] == nullptr ? 0 : fibers_[side]->margin(object);
+      });
+    }
+    for (std::size_t i = kBox; i < kEnd; ++i) {
       // FCL's boxes of planes end at the largest number.
+      const double far = std::fabs(entry.now.line.numbers[i]);
       if (far < std::numeric_limits<S>::max() / 2) extent_ = std::max(extent_, 2 * far);
-    }
-    if (is_new || !isSame(entry.now, state)) {
-      entry.now = state;
-      if (is_new) entry.read = state;
-      entry.margins = {-1, -1};
-      record_.append(objectLine(entry.number, state));
     }
     return entry;
   }
 
-  std::shared_ptr<const RecordedShape> seeShape(const fcl::CollisionGeometry<S>* geometry) {
-    auto& known = shapes_[geometry];
-    RecordedShape shape = recordedShape(geometry);
-    if (known == nullptr || !isSame(*known, shape)) {
-      shape.number = shape_count_++;
-      record_.append(shapeLine(shape));
-      known = std::make_shared<const RecordedShape>(std::move(shape));
+  void seeKnown(const Objects& objects) {
+    for (Object* object : objects) {
+      if (entries_.count(object) > 0) see(object);
     }
-    return known;
   }
 
   void seeAll() {
-    for (const auto& [sequence, object] : registered_) seeObject(object);
+    Objects objects;
+    sides_[kFirst]->getObjects(objects);
+    seeKnown(objects);
     is_dirty_ = false;
   }
 
-  void see(std::initializer_list<Object*> objects) {
-    const Lock lock(mutex_);
-    for (Object* object : objects) {
-      if (entries_.count(object) > 0) seeObject(object);
-    }
-  }
-
   /// Takes over what a change means for the objects.
-  void note(std::string_view call, const Objects& objects) {
-    if (call == "clear") {
-      while (!registered_.empty()) forget(registered_.begin()->second);
-    }
-    if (call == "update") {
-      for (const auto& [sequence, object] : registered_) setRead(object);
-    }
-    const bool is_ring = call == "registerRing", is_fiber = is_ring || call == "registerFiber";
-    const bool is_new = call.substr(0, 8) == "register";
-    is_dirty_ = is_dirty_ || is_new;
-    fiber_count_ += is_fiber;
-    for (std::size_t i = 0; i < objects.size(); ++i) {
-      if (objects[i] == nullptr) continue;
-      if (is_new || call == "unregisterObject") forget(objects[i]);
-      if (call == "unregisterObject") continue;
-      Entry& entry = setRead(objects[i]);
-      if (!is_new) continue;
-      entry.sequence = ++sequence_;
-      registered_[entry.sequence] = objects[i];
-      if (is_fiber) entry.fiber = {fiber_count_, i, objects.size(), is_ring};
-    }
-    if (entries_.size() + shapes_.size() > 8 * registered_.size() + 4096) forgetUnused();
-  }
-
-  Entry& setRead(const Object* object) {
-    Entry& entry = entries_.at(object);
-    entry.read = entry.now;
-    return entry;
-  }
-
-  void forget(const Object* object) {
-    const auto found = entries_.find(object);
-    if (found == entries_.end()) return;
-    registered_.erase(found->second.sequence);
-    found->second.sequence = 0;
-    found->second.fiber = {};
-  }
-
-  /// Forgets objects that are not registered, which may be gone. They are written again when they
-  /// are met again.
-  void forgetUnused() {
-    for (auto entry = entries_.begin(); entry != entries_.end();) {
-      entry = entry->second.sequence > 0 ? std::next(entry) : entries_.erase(entry);
-    }
-    for (auto shape = shapes_.begin(); shape != shapes_.end();) {
-      shape = shape->second.use_count() > 1 ? std::next(shape) : shapes_.erase(shape);
-    }
-  }
-
-  std::string nameOf(const Object* object) const {
-    const auto found = entries_.find(object);
-    return found == entries_.end() ? "unknown" : std::to_string(found->second.number);
-  }
-
-  /// The objects of a manager, and whether they are where it has read them.
-  static std::vector<std::pair<Object*, bool>> objectsOf(const Manager& manager) {
-    std::vector<std::pair<Object*, bool>> found;
-    if (const auto* shadow = dynamic_cast<const ShadowManager*>(&manager)) {
-      Impl& impl = *shadow->impl();
-      const Lock lock(impl.mutex_);
-      impl.seeAll();
-      for (const auto& [sequence, object] : impl.registered_) {
-        found.emplace_back(object, impl.entries_.at(object).isRead());
+  void note(const std::string& call, const Objects& objects) {
+    const bool registers = call.substr(0, 8) == "register";
+    is_dirty_ = is_dirty_ || registers;
+    if (call == "clear" || call == "update") {
+      for (auto& [object, entry] : entries_) {
+        entry.is_moved = false;
+        entry.is_registered = entry.is_registered && call != "clear";
       }
-      return found;
     }
-    Objects objects;
-    manager.getObjects(objects);
-    for (Object* object : objects) {
-      if (object != nullptr) found.emplace_back(object, true);
+    for (const Object* object : objects) {
+      const auto found = entries_.find(object);
+      if (found == entries_.end()) continue;
+      found->second.is_moved = false;
+      if (registers || call == "unregisterObject") found->second.is_registered = registers;
     }
-    return found;
+    // Others may be gone. They are written again when they are met again.
+    if (entries_.size() + shapes_.size() < 8 * sides_[kFirst]->size() + 4096) return;
+    eraseIf(entries_, [](const Entry& entry) { return !entry.is_registered; });
+    eraseIf(shapes_, [](const auto& shape) { return shape.use_count() == 1; });
   }
 
-  void prepare(const char* call, Query& query) {
+  void prepare(Query& query) {
     const auto* const shadow = dynamic_cast<const ShadowManager*>(query.other);
-    query.is_itself = shadow != nullptr && shadow->impl().get() == this;
-    std::vector<std::pair<Object*, bool>> partners;
-    if (query.other != nullptr && !query.is_itself) partners = objectsOf(*query.other);
-    if (query.object != nullptr) partners.emplace_back(query.object, true);
+    const std::shared_ptr<Impl> other = shadow == nullptr ? nullptr : shadow->impl();
+    query.is_itself = other.get() == this;
+    Objects partners;
+    if (query.other != nullptr && !query.is_itself) query.other->getObjects(partners);
+    if (query.object != nullptr) partners.push_back(query.object);
+    for (const Object* object : partners) query.partners[object] = false;
+    if (other != nullptr && !query.is_itself) {
+      const Lock lock(other->mutex_);
+      other->seeAll();
+      for (auto& [object, is_moved] : query.partners)
+        is_moved = other->entries_.at(object).is_moved;
+    }
     const Lock lock(mutex_);
     if (query.with != With::kObject || is_dirty_) seeAll();
     query.changes = result_.changes;
-    constexpr const char* kWith[] = {" self", " object", " manager"};
-    query.call = call;
-    query.call += query.is_itself ? " itself" : kWith[static_cast<int>(query.with)];
-    for (const auto& [object, is_read] : partners) {
-      query.partners[object] = is_read;
-      query.call += " " + std::to_string(seeObject(object).number);
-    }
+    constexpr const char* kWith[] = {"Self", "Object", "Manager"};
+    query.line = {query.is_distance ? "distance" : "collide", {0}};
+    query.line.word += query.is_itself ? "Itself" : kWith[int(query.with)];
+    for (Object* object : partners) query.line.numbers.push_back(see(object).number());
   }
 
   // --- What is compared.
 
-  bool isDecided(const Query& query, const Object* object, const Entry& entry) const {
-    const auto partner = query.partners.find(object);
-    return (entry.sequence == 0 || entry.isRead()) &&
-           (partner == query.partners.end() || partner->second);
-  }
-
-  /// Whether a manager's options leave the pair out.
-  bool isIgnored(const Entry& a, const Entry& b, bool is_in_both) const {
-    const auto &p = a.fiber, &q = b.fiber;
-    if (!is_in_both && (p.number == 0 || p.number != q.number)) return false;
-    const std::size_t along = p.place < q.place ? q.place - p.place : p.place - q.place;
-    const std::size_t apart = p.is_ring ? std::min(along, p.size - along) : along;
-    return std::any_of(sides_.begin(), sides_.end(), [&](const Sided& side) {
-      if (side.fibers == nullptr) return false;
-      const FiberManagerOptions& options = side.fibers->options();
-      const auto neighbors = static_cast<std::size_t>(options.ignored_neighbors);
-      return options.ignored_arc_length > 0 || (is_in_both && neighbors > 0) || apart <= neighbors;
-    });
-  }
-
-  /// What the manager's margins add to the pair. NaN if they cannot be read.
-  double reachOf(Side side, Entry& a, Entry& b) const {
-    const Fibers* const fibers = sides_[side].fibers;
-    if (fibers == nullptr) return 0;
-    for (Entry* entry : {&a, &b}) {
-      double& margin = entry->margins[side];
-      if (!(margin < 0)) continue;
-      margin = std::numeric_limits<double>::quiet_NaN();
-      problemOf([&] {  // The program's object may be gone by now.
-        const RecordedObject<S> copy(makeShape<S>(*entry->now.shape), entry->now);
-        margin = fibers->margin(&copy);
-      });
-    }
-    return fibers->options().margin + a.margins[side] + b.margins[side];
-  }
-
-  /// Whether the manager has to hand on this pair.
-  bool promises(Side side, const Gap& gap, double reach, const Entry& a, const Entry& b) const {
-    const Fibers* const fibers = sides_[side].fibers;
-    const bool boxes_meet = boxesApart(a.now.box, b.now.box) <
-                            -16 * double{std::numeric_limits<S>::epsilon()} * extent_;
-    if (fibers != nullptr && fibers->options().bounds == Bounds::kObjects && !boxes_meet) {
-      return false;
-    }
-    return gap.high <= 0 || (gap.high <= reach && boxes_meet);
-  }
-
-  /// Whether it may hand on this pair. The program's manager may hand on any, if it is FCL's.
-  bool allows(Side side, const Gap& gap, double reach, const Entry& a, const Entry& b) const {
-    const Fibers* const fibers = sides_[side].fibers;
-    if (fibers == nullptr && side == kFirst) return true;
-    const RecordedBox p = hullOf(a.now), q = hullOf(b.now);
-    double apart = boxesApart(p, q);
-    if (fibers != nullptr) {
-      const FiberManagerOptions& options = fibers->options();
-      if (options.motion) return true;
-      const bool is_round = a.now.shape->isRound() && b.now.shape->isRound();
-      if (options.report == Report::kCapsules && is_round && options.bounds != Bounds::kObjects) {
-        return !(gap.low > reach);
-      }
-      if (dynamic_cast<const LayeredAABBTreeCollisionManager<S>*>(fibers) == nullptr) {
-        double centers = 0, radii = 0;  // Of balls around the boxes.
-        for (std::size_t i = 0; i < 3; ++i) {
-          centers = std::hypot(centers, (p[i] + p[3 + i] - q[i] - q[3 + i]) / 2);
-          radii = std::hypot(radii, p[3 + i] - p[i] + q[3 + i] - q[i]);
-        }
-        apart = centers - radii;
+  /// Whether both are where they were updated, and no option of a manager leaves the pair out.
+  bool isDecided(const Query& query, const Object* a, const Object* b) const {
+    for (const Object* object : {a, b}) {
+      const auto found = entries_.find(object);
+      const auto partner = query.partners.find(object);
+      if (found == entries_.end() || (found->second.is_moved && found->second.is_registered) ||
+          (partner != query.partners.end() && partner->second)) {
+        return false;
       }
     }
-    return !(apart > reach + 0x1p-20 * extent_);
+    return a != b && std::none_of(fibers_.begin(), fibers_.end(), [&](const Fibers* fibers) {
+             if (fibers == nullptr || !fibers->isRegistered(a) || !fibers->isRegistered(b))
+               return false;
+             const FiberSegment p = fibers->fiberSegment(a), q = fibers->fiberSegment(b);
+             const auto neighbors = std::size_t(fibers->options().ignored_neighbors);
+             const auto [low, high] = std::minmax(p.segment, q.segment);
+             return p.fiber == q.fiber &&
+                    (fibers->options().ignored_arc_length > 0 || high - low <= neighbors ||
+                     low < neighbors);  // Perhaps a ring.
+           });
   }
 
-  using Collisions = Watch<fcl::CollisionCallBack<S>>;
-  using Distances = Watch<fcl::DistanceCallBack<S>>;
-
-  void compare(const Query& query, const Collisions& first, const Collisions& second) {
+  void compare(const Query& query, const Watch& first, const Watch& second) {
+    if (query.is_distance) {
+      const double pruned = std::min(first.least.low, double{first.left});
+      if ((first.least.high < second.least.low && second.least.low > 0) ||
+          (!first.is_stopped && second.least.high < pruned)) {
+        differ(query.line.word,
+               joinedText("the least distance is ", first.least.high, " in ", kSides[kFirst],
+                          " and ", second.least.high, " in ", kSides[kSecond]));
+      }
+      return;
+    }
     struct Pair {
       const Object *a, *b;
-      std::array<std::size_t, 2> counts{};
+      std::array<std::size_t, 2> counts = {};
     };
-    std::map<std::pair<std::size_t, std::size_t>, Pair> pairs;  // By the numbers of the objects.
-    for (const Collisions* watch : {&first, &second}) {
-      const Side side = watch == &first ? kFirst : kSecond;
+    std::map<std::pair<double, double>, Pair> pairs;  // By the numbers of the objects.
+    for (const Watch* watch : {&first, &second}) {
       for (const auto& [a, b] : watch->pairs) {
-        const bool is_asked = a != b && asksFor(query, a, b);
-        if (is_asked) {
-          std::pair numbers(entries_.at(a).number, entries_.at(b).number);
-          const bool is_swapped = numbers.first > numbers.second;
-          if (is_swapped) std::swap(numbers.first, numbers.second);
-          ++pairs.try_emplace(numbers, Pair{is_swapped ? b : a, is_swapped ? a : b})
-                .first->second.counts[side];
+        const auto p = entries_.find(a), q = entries_.find(b);
+        const bool is_known = p != entries_.end() && q != entries_.end() && a != b &&
+                              (p->second.is_registered || q->second.is_registered);
+        if (is_known) {
+          const bool is_swapped = p->second.number() > q->second.number();
+          const auto &low = is_swapped ? *q : *p, &high = is_swapped ? *p : *q;
+          ++pairs
+                .try_emplace({low.second.number(), high.second.number()},
+                             Pair{low.first, high.first, {}})
+                .first->second.counts[watch->side];
+        } else if (watch == &second) {  // FCL pairs an object with itself.
+          return differ(query.line.word,
+                        "the second manager hands on a pair that is not asked for");
         }
-        if (is_asked || side == kFirst) continue;  // FCL pairs an object with itself.
-        return differ(query.call,
-                      joinedText("the second manager hands on a pair that is not asked for: ",
-                                 nameOf(a), " and ", nameOf(b)));
       }
     }
     for (const auto& [numbers, pair] : pairs) {
@@ -539,89 +478,66 @@ class ShadowManager<S>::Impl {
     }
   }
 
-  bool asksFor(const Query& query, const Object* a, const Object* b) const {
-    const auto isManaged = [&](const Object* object) {
-      const auto found = entries_.find(object);
-      return found != entries_.end() && found->second.sequence > 0;
-    };
-    const auto isPartner = [&](const Object* object) { return query.partners.count(object) > 0; };
-    if (query.with == With::kSelf || query.is_itself) return isManaged(a) && isManaged(b);
-    return (isManaged(a) && isPartner(b)) || (isManaged(b) && isPartner(a));
-  }
-
   void comparePair(const Query& query, const Object* p, const Object* q,
                    const std::array<std::size_t, 2>& counts, bool is_stopped) {
-    Entry &a = entries_.at(p), &b = entries_.at(q);
-    const bool is_in_both = query.with == With::kManager && a.sequence > 0 && b.sequence > 0 &&
+    const Entry &a = entries_.at(p), &b = entries_.at(q);
+    const bool is_in_both = query.with == With::kManager && a.is_registered && b.is_registered &&
                             query.partners.count(p) > 0 && query.partners.count(q) > 0;
     // FCL's tree pairs both orders if it is asked for itself.
     const std::size_t most[] = {is_in_both || query.is_itself ? 2U : 1U, is_in_both ? 2U : 1U};
     const auto isFew = [&](Side side) { return counts[side] > 0 && counts[side] <= most[side]; };
     if (isFew(kFirst) && isFew(kSecond)) return;
-    if (!isDecided(query, p, a) || !isDecided(query, q, b) || isIgnored(a, b, is_in_both)) {
+    if (!isDecided(query, p, q)) {
       ++result_.undecided;
       return;
     }
-    const double reaches[] = {reachOf(kFirst, a, b), reachOf(kSecond, a, b)};
-    const Gap gap = gapBetween(a.now, b.now, kIsFloat, std::fmax(reaches[0], reaches[1]));
+    const Gap gap = gapBetween(a.now, b.now, kIsFloat);
+    const double apart =
+        std::max((a.now.low() - b.now.high()).maxCoeff(), (b.now.low() - a.now.high()).maxCoeff());
+    const bool boxes_meet = apart < -16 * double{std::numeric_limits<S>::epsilon()} * extent_;
     for (const Side side : {kFirst, kSecond}) {
+      const FiberManagerOptions options =
+          fibers_[side] == nullptr ? FiberManagerOptions() : fibers_[side]->options();
+      const bool is_by_box = fibers_[side] != nullptr && options.bounds == Bounds::kObjects;
+      const bool is_exact = options.report == Report::kCapsules && !is_by_box &&
+                            a.now.shape->isRound() && b.now.shape->isRound();
+      const double reach = options.margin + a.margins[side] + b.margins[side];
+      const bool must = gap.high <= (boxes_meet ? reach : is_by_box ? -kInfinity : 0);
+      const bool may = (fibers_[side] == nullptr && side == kFirst) || options.motion ||
+                       !(is_exact ? gap.low > reach : gap.volumes > reach + 0x1p-20 * extent_);
       const char* problem = nullptr;
       if (counts[side] > most[side] && (side == kSecond || gap.high <= 0)) {
         problem = " hands on more than once";
-      } else if (counts[side] == 0 && !(side == kFirst && is_stopped) &&
-                 promises(side, gap, reaches[side], a, b)) {
+      } else if (counts[side] == 0 && must && !(side == kFirst && is_stopped)) {
         problem = " does not hand on";
-      } else if (counts[side] > 0 && !allows(side, gap, reaches[side], a, b)) {
+      } else if (counts[side] > 0 && !may) {
         problem = " hands on, although it is too far apart,";
       }
       if (problem == nullptr) continue;
-      const bool boxes_meet = boxesApart(a.now.box, b.now.box) <= 0;
       return differ(
-          query.call,
-          joinedText(
-              kSides[side], problem, " the pair of the objects ", a.number, " and ", b.number,
-              gap.high <= 0 ? "; they touch, and their surfaces are " : "; their surfaces are ",
-              std::isfinite(gap.low) ? gap.low : gap.high, " apart",
-              boxes_meet ? "" : "; their boxes do not overlap",
-              boxes_meet || gap.high > 0
-                  ? ""
-                  : ", so the program made them smaller or did not call computeAABB()",
-              "; object ", a.number, ": ", describe(a.now), "; object ", b.number, ": ",
-              describe(b.now)));
-    }
-  }
-
-  /// The distance of a pair, as far as it decides anything.
-  Gap measured(const Query& query, const Object* a, const Object* b) {
-    const Lock lock(mutex_);
-    const auto p = entries_.find(a), q = entries_.find(b);
-    if (p == entries_.end() || q == entries_.end() || a == b || !isDecided(query, a, p->second) ||
-        !isDecided(query, b, q->second) || isIgnored(p->second, q->second, false)) {
-      return {-kInfinity, kInfinity};
-    }
-    return gapBetween(p->second.now, q->second.now, kIsFloat, kInfinity);
-  }
-
-  void compare(const Query& query, const Distances& first, const Distances& second) {
-    const double pruned = std::min(first.least.low, double{first.left});
-    const auto tell = [&](Side side, double own, double other) {
-      differ(query.call, joinedText(kSides[side], " finds no pair nearer than ", own, ", but ",
-                                    kSides[1 - side], " finds one at ", std::max(0.0, other)));
-    };
-    if (first.least.high < second.least.low && second.least.low > 0) {
-      tell(kSecond, second.least.low, first.least.high);
-    } else if (!first.is_stopped && second.least.high < pruned) {
-      tell(kFirst, pruned, second.least.high);
+          query.line.word,
+          joinedText(kSides[side], problem, " the pair of the objects ", a.number(), " and ",
+                     b.number(), gap.high <= 0 ? "; they touch" : "", "; their surfaces are ",
+                     gap.low, " to ", gap.high, " apart; their boxes ",
+                     apart <= 0 ? "overlap" : "do not overlap: is computeAABB() missing?",
+                     "; object ", a.number(), ": ", a.now.describe(), "; object ", b.number(), ": ",
+                     b.now.describe()));
     }
   }
 
   // --- The record and the result.
 
+  void append(const RecordLine& line) {
+    if (bytes_ > options_.record_limit) return;
+    lines_.push_back(line.text());
+    bytes_ += sizeof(std::string) + lines_.back().size();
+  }
+
   void differ(const std::string& call, const std::string& problem) {
     if (result_.differences++ > 0) return;
     must_tell_ = true;
-    result_.difference = joinedText("call ", result_.changes + result_.queries, ", ",
-                                    call.substr(0, 80), ": ", problem);
+    result_.difference =
+        joinedText("call ", result_.changes + result_.queries, ", ", call, ": ", problem);
     std::replace(result_.difference.begin(), result_.difference.end(), '\n', ' ');
     if (options_.file.empty()) return;
     std::string path = options_.file;
@@ -631,37 +547,22 @@ class ShadowManager<S>::Impl {
   }
 
   void write(const std::string& path) const {
-    const std::string& difference = result_.difference;
-    record_.write(
-        path,
-        joinedText(kRecordHead, "\nscalar ", kIsFloat ? "float" : "double", "\nfirst ",
-                   managerLine(manager(kFirst)), "\nsecond ", managerLine(manager(kSecond)), "\n"),
-        difference.empty() ? "" : "difference " + difference + "\n");
-  }
-
-  /// Begins the record anew if it is too long.
-  void shorten() {
-    if (record_.bytes() <= std::max(options_.record_limit, least_bytes_)) return;
-    record_.clear();
-    record_.append("snapshot");
-    forgetUnused();
-    std::set<std::shared_ptr<const RecordedShape>> written;
-    std::size_t fiber = 0;
-    std::vector<std::string> lines;
-    for (const auto& [sequence, object] : registered_) {
-      Entry& entry = entries_.at(object);
-      if (written.insert(entry.now.shape).second) record_.append(shapeLine(*entry.now.shape));
-      record_.append(objectLine(entry.number, entry.now));
-      if (lines.empty() || entry.fiber.number != fiber) {
-        fiber = entry.fiber.number;
-        lines.push_back(fiber == 0            ? "registerObjects"
-                        : entry.fiber.is_ring ? "registerRing"
-                                              : "registerFiber");
-      }
-      lines.back() += " " + std::to_string(entry.number);
-    }
-    for (const std::string& call : lines) record_.append(call);
-    least_bytes_ = 2 * record_.bytes();
+    const std::string draft = path + ".part";
+    std::ofstream file(draft, std::ios::binary);
+    file << kRecordHead << '\n'
+         << (kIsFloat ? "float\n" : "double\n") << nameOf(*sides_[kFirst]) << '\n'
+         << nameOf(*sides_[kSecond]) << '\n';
+    for (const std::string& line : lines_) file << line << '\n';
+    if (bytes_ > options_.record_limit) file << kLimit << '\n';
+    if (!result_.difference.empty()) file << "difference " << result_.difference << '\n';
+    file << "end\n";
+    file.close();
+    std::error_code error;
+    if (file) std::filesystem::rename(draft, path, error);
+    if (file && !error) return;
+    std::filesystem::remove(draft, error);
+    throw std::runtime_error(path +
+                             ": the record cannot be written; check the folder and its space");
   }
 
   /// Runs what serves the comparison alone, whose failure must not reach the program.
@@ -682,9 +583,9 @@ class ShadowManager<S>::Impl {
     }
   }
 
-  static constexpr bool kIsFloat = std::is_same_v<S, float>;
   const ShadowOptions options_;
-  std::array<Sided, 2> sides_;
+  const std::array<std::unique_ptr<Manager>, 2> sides_;
+  std::array<const Fibers*, 2> fibers_ = {};  // The managers that are one.
 
   std::atomic<int> running_{0};         // Queries of the first manager.
   std::atomic<bool> is_lost_{false};    // Whether the second manager has missed a change.
@@ -692,14 +593,154 @@ class ShadowManager<S>::Impl {
   std::atomic<bool> must_tell_{false};
   mutable std::mutex mutex_;  // Of all below.
   ShadowResult result_;
-  Record record_{options_.record_limit > 0};
+  std::deque<std::string> lines_;  // Of the record.
+  std::size_t bytes_ = 0;          // Of these lines.
   std::unordered_map<const Object*, Entry> entries_;
-  std::map<std::size_t, Object*> registered_;  // By sequence.
   std::unordered_map<const void*, std::shared_ptr<const RecordedShape>> shapes_;
-  std::size_t sequence_ = 0, fiber_count_ = 0, object_count_ = 0, shape_count_ = 0;
-  std::size_t least_bytes_ = 0;  // Of a record that is begun anew.
-  double extent_ = 0;            // Twice the largest coordinate of a box so far.
-  bool is_dirty_ = false;        // Whether the next query reads all objects.
+  double object_count_ = 0, shape_count_ = 0;
+  double extent_ = 0;      // Twice the largest coordinate of a box so far.
+  bool is_dirty_ = false;  // Whether the next query reads all objects.
+};
+
+/// Makes the calls of a record.
+template <typename S>
+class ShadowManager<S>::Player {
+ public:
+  Player(const std::string& first, const std::string& second)
+      : first_(first), second_(second), both_(makeBoth()) {
+    play({"bounds", std::vector<double>(kSizes, kUnknown)});
+    play({"object", std::vector<double>(kEnd, kUnknown)});
+  }
+
+  /// @param number  that of the line
+  ShadowReplay play(std::istream& lines, std::size_t& number) {
+    ShadowReplay replay;
+    const auto text = [](const Manager& manager, const std::string& recorded) {
+      const std::string name = nameOf(manager);
+      return name == recorded ? name : name + " in place of " + recorded;
+    };
+    replay.managers =
+        text(both_->first(), first_) + ", and beside it " + text(both_->second(), second_);
+    for (std::string line; ++number, std::getline(lines, line) && line != "end";) {
+      if (line.substr(0, 11) == "difference ") {
+        replay.recorded = line.substr(11);
+      } else if (line == kLimit) {
+        replay.managers += ", up to the limit of the record";
+      } else if (replay.result.differences == 0) {
+        play(RecordLine::parse(line));
+        replay.result = both_->result();
+      }
+    }
+    return replay;
+  }
+
+ private:
+  using Objects = std::vector<Object*>;
+  struct Shape {
+    std::shared_ptr<const RecordedShape> recorded;
+    std::shared_ptr<fcl::CollisionGeometry<S>> made;
+  };
+  struct Played final : Object {
+    RecordedObject state;
+    bool is_registered = false;
+
+    Played() : Object(std::shared_ptr<fcl::CollisionGeometry<S>>()) {}
+    void set(const Shape& shape, const RecordLine& line) {
+      // FCL's trees may crash with boxes that are NaN or so large as those of planes.
+      const auto bounded = [](double x) { return x > -1e15 ? std::min(x, 1e15) : -1e15; };
+      state = {shape.recorded, line};
+      this->cgeom = shape.made;
+      this->cgeom_const = shape.made;
+      this->t.affine() = state.pose().template cast<S>();
+      this->aabb.min_ = state.low().unaryExpr(bounded).template cast<S>();
+      this->aabb.max_ = state.high().unaryExpr(bounded).template cast<S>();
+    }
+  };
+  struct Answer {  // What a callback needs to end a query where the program's did.
+    double pairs, most;
+  };
+
+  static bool stops(Object*, Object*, void* data) {
+    auto& answer = *static_cast<Answer*>(data);
+    return ++answer.pairs == answer.most;
+  }
+  static bool nears(Object* a, Object* b, void* data, S& dist) {
+    const Gap gap =
+        gapBetween(static_cast<Played*>(a)->state, static_cast<Played*>(b)->state, Impl::kIsFloat);
+    dist = std::min(dist, static_cast<S>(std::max(0.0, (gap.low + gap.high) / 2)));
+    return stops(a, b, data);
+  }
+
+  std::unique_ptr<ShadowManager> makeBoth() const {
+    ShadowOptions options;
+    options.file.clear();
+    options.record_limit = 0;
+    return std::make_unique<ShadowManager>(makeManager<S>(first_), makeManager<S>(second_),
+                                           options);
+  }
+
+  template <class Map>
+  static auto& at(Map& map, double number) {
+    const auto found = map.find(number);
+    require(number >= kUnknown && found != map.end(), "there is no such number so far");
+    return found->second;
+  }
+
+  void play(const RecordLine& line) {
+    const auto& [call, n] = line;
+    if (call == "object") {
+      require(n.size() == kEnd, "the object has another count of numbers");
+      return objects_[n[0]].set(at(shapes_, n[1]), line);
+    }
+    if (auto shape = makeShape<S>(line)) {
+      shapes_[n[0]] = {std::make_shared<const RecordedShape>(RecordedShape{line}), shape};
+      return;
+    }
+    const bool is_query = call.substr(0, 7) == "collide" || call.substr(0, 8) == "distance";
+    require(!is_query || !n.empty(), "the query has no numbers");
+    std::vector<Played*> played;
+    for (std::size_t i = is_query; i < n.size(); ++i) played.push_back(&at(objects_, n[i]));
+    const Objects objects(played.begin(), played.end());
+    if (is_query) return query(call, objects, n[0]);
+    require(call.substr(call.size() - std::min<std::size_t>(call.size(), 6)) != "Object" ||
+                objects.size() == 1,
+            "the call needs one object");
+    const bool registers = call.substr(0, 8) == "register";
+    const auto* const tree =
+        dynamic_cast<const fcl::DynamicAABBTreeCollisionManager<S>*>(&both_->first());
+    require(tree == nullptr || call != "unregisterObject" || played[0]->is_registered,
+            "the object is not registered, and FCL's tree would crash");
+    both_->change(call.c_str(), objects);
+    if (call == "clear") {
+      for (auto& [number, object] : objects_) object.is_registered = false;
+    }
+    for (Played* one : played)
+      one->is_registered = registers || (one->is_registered && call != "unregisterObject");
+  }
+
+  void query(const std::string& call, const Objects& objects, double most) {
+    const bool is_distance = call[0] == 'd';
+    const std::string with = call.substr(is_distance ? 8 : 7);
+    Answer answer{0, most};
+    const auto ask = [&](With to, Object* object, Manager* other) {
+      if (is_distance) return both_->query(to, object, other, &answer, nears);
+      both_->query(to, object, other, &answer, stops);
+    };
+    if (with == "Self") return ask(With::kSelf, nullptr, nullptr);
+    if (with == "Itself") return ask(With::kManager, nullptr, both_.get());
+    if (with == "Object" && objects.size() == 1) return ask(With::kObject, objects[0], nullptr);
+    require(with == "Manager", "there is no such query");
+    const std::unique_ptr<ShadowManager> other = makeBoth();
+    for (Object* const object : objects) other->registerObject(object);
+    other->setup();
+    ask(With::kManager, nullptr, other.get());
+  }
+
+  static constexpr double kUnknown = -1;  // An object that the program never registered.
+  const std::string first_, second_;
+  std::map<double, Shape> shapes_;
+  std::map<double, Played> objects_;
+  std::unique_ptr<ShadowManager> both_;
 };
 
 template <typename S>
@@ -740,13 +781,17 @@ void ShadowManager<S>::change(const char* call, const std::vector<Object*>& obje
 template <typename S>
 void ShadowManager<S>::query(With with, Object* object, Manager* other, void* cdata,
                              fcl::CollisionCallBack<S> callback) const {
-  impl()->query("collide", {with, object, other}, cdata, callback);
+  const auto call = [=](Object* a, Object* b, S*) { return callback(a, b, cdata); };
+  impl()->query({with, object, other, false},
+                callback == nullptr ? nullptr : typename Impl::Callback(call));
 }
 
 template <typename S>
 void ShadowManager<S>::query(With with, Object* object, Manager* other, void* cdata,
                              fcl::DistanceCallBack<S> callback) const {
-  impl()->query("distance", {with, object, other}, cdata, callback);
+  const auto call = [=](Object* a, Object* b, S* dist) { return callback(a, b, cdata, *dist); };
+  impl()->query({with, object, other, true},
+                callback == nullptr ? nullptr : typename Impl::Callback(call));
 }
 
 template <typename S>
@@ -771,5 +816,26 @@ void ShadowManager<S>::writeRecord(const std::string& path) const {
 
 template class ShadowManager<float>;
 template class ShadowManager<double>;
+
+ShadowReplay replayRecord(const std::string& path) {
+  std::size_t number = 1;
+  try {
+    std::ifstream file(path, std::ios::binary);
+    std::string head, scalar, first, second, tail(5, ' ');
+    require(bool(std::getline(file, head)), "it cannot be read, or is empty");
+    require(head == kRecordHead,
+            joinedText("it is no record of this version, which begins with '", kRecordHead, "'"));
+    file.seekg(-5, std::ios::end).read(&tail[0], 5);
+    require(tail == "\nend\n", "the record is cut: its last line is not 'end'");
+    file.seekg(std::streamoff(head.size()) + 1);
+    for (std::string* line : {&scalar, &first, &second}) std::getline(file, *line);
+    number = 4;
+    if (scalar == "float") return ShadowManager<float>::Player(first, second).play(file, number);
+    require(scalar == "double", "the scalar is neither float nor double");
+    return ShadowManager<double>::Player(first, second).play(file, number);
+  } catch (const std::exception& error) {
+    throw std::runtime_error(joinedText(path, ":", number, ": ", error.what()));
+  }
+}
 
 }  // namespace fcl_fibers
