@@ -166,7 +166,7 @@ FAULTS = [
     Fault("a shadow judges objects that have moved", "broadphase/shadow_manager.cpp",
           "entry.is_moved = !is_new;", "entry.is_moved = false;", "shadow_test"),
     Fault("a shadow judges neighbours that are left out", "broadphase/shadow_manager.cpp",
-          "return p.fiber == q.fiber &&", "return false &&", "shadow_test"),
+          "return a.fiber == b.fiber &&", "return false &&", "shadow_test"),
     Fault("a shadow hands a manager to one of another class", "broadphase/shadow_manager.cpp",
           "typeid(*to) == typeid(manager)) {", "true) {", "shadow_test"),
     Fault("a shadow lets a wrong distance pass", "broadphase/shadow_manager.cpp",

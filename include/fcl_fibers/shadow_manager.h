@@ -172,7 +172,7 @@ class FCL_FIBERS_EXPORT ShadowManager final : public fcl::BroadPhaseCollisionMan
 
  private:
   friend ShadowReplay replayRecord(const std::string& path);
-  class FCL_FIBERS_NO_EXPORT Impl;
+  struct FCL_FIBERS_NO_EXPORT Impl;
   class FCL_FIBERS_NO_EXPORT Player;
   enum class With { kSelf, kObject, kManager };
   void change(const char* call, const std::vector<Object*>& objects);

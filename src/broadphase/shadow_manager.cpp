@@ -127,8 +127,7 @@ void eraseIf(Map& map, IsUnused isUnused) {
 }  // namespace
 
 template <typename S>
-class ShadowManager<S>::Impl {
- public:
+struct ShadowManager<S>::Impl {
   using Fibers = FiberCollisionManager<S>;
   using Objects = std::vector<Object*>;
   /// A callback of collide, for which the distance is null, or of distance.
@@ -149,6 +148,7 @@ class ShadowManager<S>::Impl {
 
   /// What is known of an object, by its address.
   struct Entry {
+    const Object* object = nullptr;
     RecordedObject now = {};  // As last seen.
     bool is_registered = false;
     bool is_moved = false;               // Since it was registered or updated.
@@ -157,14 +157,22 @@ class ShadowManager<S>::Impl {
     double number() const { return now.line.numbers[0]; }
   };
 
+  struct Pair {
+    const Entry *a, *b;
+    std::array<std::size_t, 2> counts;  // How often each manager has handed it on.
+  };
+  using Pairs = std::map<std::pair<double, double>, Pair>;  // By the numbers of the objects.
+
   /// Takes the pairs of one manager in one query.
   struct Watch {
     Impl& impl;
     const Query& query;
+    Pairs& pairs;
     const Callback& callback;  // The program's, or none for the second manager.
     const Side side;
 
-    std::vector<std::pair<const Object*, const Object*>> pairs = {};
+    std::size_t count = 0;    // Of pairs.
+    bool is_foreign = false;  // Whether it has handed on a pair that is not asked for.
     bool is_stopped = false;  // By the program's callback, also if that threw.
     double seconds = 0;       // In the manager.
     Gap least = {kInfinity, kInfinity};
@@ -173,10 +181,18 @@ class ShadowManager<S>::Impl {
     bool visit(Object* a, Object* b, S* dist) {
       seconds += secondsNow();
       impl.guard([&] {
-        pairs.emplace_back(a, b);
         const Lock lock(impl.mutex_);
-        if (dist != nullptr) return measure(a, b, *dist);
+        ++count;
         if (query.with == With::kObject) impl.seeKnown({a, b});
+        const Entry *p = impl.find(a), *q = impl.find(b);
+        if (p == nullptr || q == nullptr || p == q || !(p->is_registered || q->is_registered)) {
+          is_foreign = true;
+        } else if (dist != nullptr) {
+          measure(*p, *q, *dist);
+        } else {
+          if (p->number() > q->number()) std::swap(p, q);
+          ++pairs.insert({{p->number(), q->number()}, {p, q, {}}}).first->second.counts[side];
+        }
       });
       bool stops = dist != nullptr && *dist <= 0;
       if (side == kFirst) {
@@ -187,9 +203,8 @@ class ShadowManager<S>::Impl {
       seconds -= secondsNow();
       return stops;
     }
-    void measure(const Object* a, const Object* b, S& dist) {
-      if (!impl.isDecided(query, a, b)) return;
-      const Gap gap = gapBetween(impl.entries_.at(a).now, impl.entries_.at(b).now, kIsFloat);
+    void measure(const Entry& a, const Entry& b, S& dist) {
+      const Gap gap = impl.isDecided(query, a, b) ? gapBetween(a.now, b.now, kIsFloat) : Gap();
       if (!(gap.high < kInfinity)) return;
       least = {std::min(least.low, gap.low), std::min(least.high, gap.high)};
       if (side == kSecond) dist = std::min(dist, S(std::max(0.0, gap.low)));
@@ -237,18 +252,6 @@ class ShadowManager<S>::Impl {
     }
   }
 
-  const Manager& manager(Side side) const { return *sides_[side]; }
-
-  ShadowResult result() const {
-    const Lock lock(mutex_);
-    return result_;
-  }
-
-  void writeRecord(const std::string& path) const {
-    const Lock lock(mutex_);
-    write(path);
-  }
-
   /// Makes the change in the first manager, and if that takes it in the second.
   void change(const std::string& call, const Objects& objects) {
     RecordLine line{call, {}};
@@ -258,8 +261,8 @@ class ShadowManager<S>::Impl {
       for (Object* object : objects) {
         // What is unregistered may be gone.
         if (call != "unregisterObject" && object != nullptr) see(object);
-        const auto found = entries_.find(object);
-        line.numbers.push_back(found == entries_.end() ? -1 : found->second.number());
+        const Entry* const entry = find(object);
+        line.numbers.push_back(entry == nullptr ? -1 : entry->number());
       }
     });
     const double start = secondsNow();
@@ -292,7 +295,9 @@ class ShadowManager<S>::Impl {
                          (query.with == With::kObject && query.object == nullptr) ||
                          (query.with == With::kManager && query.other == nullptr);
     const bool asks = !is_lost_ && (!is_null || fibers_[kSecond] != nullptr);
-    Watch first{*this, query, callback, kFirst}, second{*this, query, callback, kSecond};
+    Pairs pairs;
+    Watch first{*this, query, pairs, callback, kFirst};
+    Watch second{*this, query, pairs, callback, kSecond};
     // The second one comes first, because a callback may move objects.
     const std::string problem = problemOf([&] {
       if (asks) second.ask();
@@ -304,9 +309,9 @@ class ShadowManager<S>::Impl {
         ++result_.queries;
         result_.first.seconds += first.seconds;
         result_.second.seconds += second.seconds;
-        result_.first.pairs += first.pairs.size();
-        result_.second.pairs += second.pairs.size();
-        if (first.is_stopped) query.line.numbers[0] = double(first.pairs.size());
+        result_.first.pairs += first.count;
+        result_.second.pairs += second.count;
+        if (first.is_stopped) query.line.numbers[0] = double(first.count);
         append(query.line);
         if (!problem.empty()) return differ(query.line.word, problem);
         if (asks && query.changes == result_.changes) compare(query, first, second);
@@ -323,8 +328,12 @@ class ShadowManager<S>::Impl {
     finish();
   }
 
- private:
   // --- What is known of the objects. The mutex is locked in all that follows.
+
+  Entry* find(const Object* object) {
+    const auto found = entries_.find(object);
+    return found == entries_.end() ? nullptr : &found->second;
+  }
 
   Entry& see(Object* object) {
     const auto [place, is_new] = entries_.try_emplace(object);
@@ -341,6 +350,7 @@ class ShadowManager<S>::Impl {
     RecordedObject now = readObject(*object, is_new ? object_count_++ : entry.number(), shape);
     if (!is_new && entry.now.line == now.line) return entry;
     append(now.line);
+    entry.object = object;
     entry.now = std::move(now);
     entry.is_moved = !is_new;
     for (const Side side : {kFirst, kSecond}) {
@@ -359,7 +369,7 @@ class ShadowManager<S>::Impl {
 
   void seeKnown(const Objects& objects) {
     for (Object* object : objects) {
-      if (entries_.count(object) > 0) see(object);
+      if (find(object) != nullptr) see(object);
     }
   }
 
@@ -381,10 +391,10 @@ class ShadowManager<S>::Impl {
       }
     }
     for (const Object* object : objects) {
-      const auto found = entries_.find(object);
-      if (found == entries_.end()) continue;
-      found->second.is_moved = false;
-      if (registers || call == "unregisterObject") found->second.is_registered = registers;
+      Entry* const entry = find(object);
+      if (entry == nullptr) continue;
+      entry->is_moved = false;
+      if (registers || call == "unregisterObject") entry->is_registered = registers;
     }
     // Others may be gone. They are written again when they are met again.
     if (entries_.size() + shapes_.size() < 8 * sides_[kFirst]->size() + 4096) return;
@@ -418,76 +428,47 @@ class ShadowManager<S>::Impl {
   // --- What is compared.
 
   /// Whether both are where they were updated, and no option of a manager leaves the pair out.
-  bool isDecided(const Query& query, const Object* a, const Object* b) const {
-    for (const Object* object : {a, b}) {
-      const auto found = entries_.find(object);
-      const auto partner = query.partners.find(object);
-      if (found == entries_.end() || (found->second.is_moved && found->second.is_registered) ||
-          (partner != query.partners.end() && partner->second)) {
-        return false;
-      }
+  bool isDecided(const Query& query, const Entry& p, const Entry& q) const {
+    for (const Entry* entry : {&p, &q}) {
+      const auto partner = query.partners.find(entry->object);
+      const bool is_moved_there = partner != query.partners.end() && partner->second;
+      if ((entry->is_moved && entry->is_registered) || is_moved_there) return false;
     }
-    return a != b && std::none_of(fibers_.begin(), fibers_.end(), [&](const Fibers* fibers) {
-             if (fibers == nullptr || !fibers->isRegistered(a) || !fibers->isRegistered(b))
-               return false;
-             const FiberSegment p = fibers->fiberSegment(a), q = fibers->fiberSegment(b);
-             const auto neighbors = std::size_t(fibers->options().ignored_neighbors);
-             const auto [low, high] = std::minmax(p.segment, q.segment);
-             return p.fiber == q.fiber &&
-                    (fibers->options().ignored_arc_length > 0 || high - low <= neighbors ||
-                     low < neighbors);  // Perhaps a ring.
-           });
+    return std::none_of(fibers_.begin(), fibers_.end(), [&](const Fibers* fibers) {
+      if (fibers == nullptr) return false;
+      if (!fibers->isRegistered(p.object) || !fibers->isRegistered(q.object)) return false;
+      const FiberSegment a = fibers->fiberSegment(p.object), b = fibers->fiberSegment(q.object);
+      const auto neighbors = std::size_t(fibers->options().ignored_neighbors);
+      const auto [low, high] = std::minmax(a.segment, b.segment);
+      return a.fiber == b.fiber &&
+             (fibers->options().ignored_arc_length > 0 || high - low <= neighbors ||
+              low < neighbors);  // The fiber may be a ring.
+    });
   }
 
   void compare(const Query& query, const Watch& first, const Watch& second) {
-    if (query.is_distance) {
-      const double pruned = std::min(first.least.low, double{first.left});
-      if ((first.least.high < second.least.low && second.least.low > 0) ||
-          (!first.is_stopped && second.least.high < pruned)) {
-        differ(query.line.word,
-               joinedText("the least distance is ", first.least.high, " in ", kSides[kFirst],
-                          " and ", second.least.high, " in ", kSides[kSecond]));
-      }
-      return;
+    const double pruned = std::min(first.least.low, double{first.left});
+    if ((first.least.high < second.least.low && second.least.low > 0) ||
+        (!first.is_stopped && second.least.high < pruned)) {
+      differ(query.line.word,
+             joinedText("the least distance is ", first.least.high, " in ", kSides[kFirst], " and ",
+                        second.least.high, " in ", kSides[kSecond]));
     }
-    struct Pair {
-      const Object *a, *b;
-      std::array<std::size_t, 2> counts = {};
-    };
-    std::map<std::pair<double, double>, Pair> pairs;  // By the numbers of the objects.
-    for (const Watch* watch : {&first, &second}) {
-      for (const auto& [a, b] : watch->pairs) {
-        const auto p = entries_.find(a), q = entries_.find(b);
-        const bool is_known = p != entries_.end() && q != entries_.end() && a != b &&
-                              (p->second.is_registered || q->second.is_registered);
-        if (is_known) {
-          const bool is_swapped = p->second.number() > q->second.number();
-          const auto &low = is_swapped ? *q : *p, &high = is_swapped ? *p : *q;
-          ++pairs
-                .try_emplace({low.second.number(), high.second.number()},
-                             Pair{low.first, high.first, {}})
-                .first->second.counts[watch->side];
-        } else if (watch == &second) {  // FCL pairs an object with itself.
-          return differ(query.line.word,
-                        "the second manager hands on a pair that is not asked for");
-        }
-      }
-    }
-    for (const auto& [numbers, pair] : pairs) {
-      comparePair(query, pair.a, pair.b, pair.counts, first.is_stopped);
-    }
+    // FCL pairs an object with itself.
+    if (second.is_foreign) differ(query.line.word, "the second manager invents a pair");
+    for (const auto& [numbers, pair] : first.pairs) comparePair(query, pair, first.is_stopped);
   }
 
-  void comparePair(const Query& query, const Object* p, const Object* q,
-                   const std::array<std::size_t, 2>& counts, bool is_stopped) {
-    const Entry &a = entries_.at(p), &b = entries_.at(q);
+  void comparePair(const Query& query, const Pair& pair, bool is_stopped) {
+    const Entry &a = *pair.a, &b = *pair.b;
+    const std::array<std::size_t, 2>& counts = pair.counts;
     const bool is_in_both = query.with == With::kManager && a.is_registered && b.is_registered &&
-                            query.partners.count(p) > 0 && query.partners.count(q) > 0;
+                            query.partners.count(a.object) + query.partners.count(b.object) == 2;
     // FCL's tree pairs both orders if it is asked for itself.
     const std::size_t most[] = {is_in_both || query.is_itself ? 2U : 1U, is_in_both ? 2U : 1U};
     const auto isFew = [&](Side side) { return counts[side] > 0 && counts[side] <= most[side]; };
     if (isFew(kFirst) && isFew(kSecond)) return;
-    if (!isDecided(query, p, q)) {
+    if (!isDecided(query, a, b)) {
       ++result_.undecided;
       return;
     }
@@ -578,9 +559,11 @@ class ShadowManager<S>::Impl {
   }
 
   void tell() {
-    if (must_tell_.exchange(false) && options_.on_difference != nullptr) {
-      options_.on_difference(result());
-    }
+    if (!must_tell_.exchange(false) || options_.on_difference == nullptr) return;
+    std::unique_lock<std::mutex> lock(mutex_);
+    const ShadowResult result = result_;
+    lock.unlock();
+    options_.on_difference(result);
   }
 
   const ShadowOptions options_;
@@ -642,7 +625,6 @@ class ShadowManager<S>::Player {
   };
   struct Played final : Object {
     RecordedObject state;
-    bool is_registered = false;
 
     Played() : Object(std::shared_ptr<fcl::CollisionGeometry<S>>()) {}
     void set(const Shape& shape, const RecordLine& line) {
@@ -656,21 +638,6 @@ class ShadowManager<S>::Player {
       this->aabb.max_ = state.high().unaryExpr(bounded).template cast<S>();
     }
   };
-  struct Answer {  // What a callback needs to end a query where the program's did.
-    double pairs, most;
-  };
-
-  static bool stops(Object*, Object*, void* data) {
-    auto& answer = *static_cast<Answer*>(data);
-    return ++answer.pairs == answer.most;
-  }
-  static bool nears(Object* a, Object* b, void* data, S& dist) {
-    const Gap gap =
-        gapBetween(static_cast<Played*>(a)->state, static_cast<Played*>(b)->state, Impl::kIsFloat);
-    dist = std::min(dist, static_cast<S>(std::max(0.0, (gap.low + gap.high) / 2)));
-    return stops(a, b, data);
-  }
-
   std::unique_ptr<ShadowManager> makeBoth() const {
     ShadowOptions options;
     options.file.clear();
@@ -698,33 +665,36 @@ class ShadowManager<S>::Player {
     }
     const bool is_query = call.substr(0, 7) == "collide" || call.substr(0, 8) == "distance";
     require(!is_query || !n.empty(), "the query has no numbers");
-    std::vector<Played*> played;
-    for (std::size_t i = is_query; i < n.size(); ++i) played.push_back(&at(objects_, n[i]));
-    const Objects objects(played.begin(), played.end());
+    Objects objects;
+    for (std::size_t i = is_query; i < n.size(); ++i) objects.push_back(&at(objects_, n[i]));
     if (is_query) return query(call, objects, n[0]);
     require(call.substr(call.size() - std::min<std::size_t>(call.size(), 6)) != "Object" ||
                 objects.size() == 1,
             "the call needs one object");
-    const bool registers = call.substr(0, 8) == "register";
     const auto* const tree =
         dynamic_cast<const fcl::DynamicAABBTreeCollisionManager<S>*>(&both_->first());
-    require(tree == nullptr || call != "unregisterObject" || played[0]->is_registered,
-            "the object is not registered, and FCL's tree would crash");
-    both_->change(call.c_str(), objects);
-    if (call == "clear") {
-      for (auto& [number, object] : objects_) object.is_registered = false;
+    if (tree != nullptr && call == "unregisterObject") {
+      const auto* const entry = both_->impl()->find(objects[0]);
+      require(entry != nullptr && entry->is_registered,
+              "the object is not registered, and FCL's tree would crash");
     }
-    for (Played* one : played)
-      one->is_registered = registers || (one->is_registered && call != "unregisterObject");
+    both_->change(call.c_str(), objects);
   }
 
   void query(const std::string& call, const Objects& objects, double most) {
     const bool is_distance = call[0] == 'd';
     const std::string with = call.substr(is_distance ? 8 : 7);
-    Answer answer{0, most};
+    double pairs = 0;  // The callback ends the query where the program's did.
+    const auto visit = [&](Object* a, Object* b, S* dist) {
+      if (dist != nullptr) {
+        const Gap gap = gapBetween(static_cast<Played*>(a)->state, static_cast<Played*>(b)->state,
+                                   Impl::kIsFloat);
+        *dist = std::min(*dist, S(std::max(0.0, gap.low)));
+      }
+      return ++pairs == most;
+    };
     const auto ask = [&](With to, Object* object, Manager* other) {
-      if (is_distance) return both_->query(to, object, other, &answer, nears);
-      both_->query(to, object, other, &answer, stops);
+      both_->impl()->query({to, object, other, is_distance}, visit);
     };
     if (with == "Self") return ask(With::kSelf, nullptr, nullptr);
     if (with == "Itself") return ask(With::kManager, nullptr, both_.get());
@@ -796,22 +766,26 @@ void ShadowManager<S>::query(With with, Object* object, Manager* other, void* cd
 
 template <typename S>
 const typename ShadowManager<S>::Manager& ShadowManager<S>::first() const {
-  return impl()->manager(kFirst);
+  return *impl()->sides_[kFirst];
 }
 
 template <typename S>
 const typename ShadowManager<S>::Manager& ShadowManager<S>::second() const {
-  return impl()->manager(kSecond);
+  return *impl()->sides_[kSecond];
 }
 
 template <typename S>
 ShadowResult ShadowManager<S>::result() const {
-  return impl()->result();
+  const auto state = impl();
+  const Lock lock(state->mutex_);
+  return state->result_;
 }
 
 template <typename S>
 void ShadowManager<S>::writeRecord(const std::string& path) const {
-  impl()->writeRecord(path);
+  const auto state = impl();
+  const Lock lock(state->mutex_);
+  state->write(path);
 }
 
 template class ShadowManager<float>;

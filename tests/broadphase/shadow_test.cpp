@@ -285,7 +285,7 @@ TYPED_TEST(Shadow, FindsEachPlantedFault) {
       {Fault::kInvents,
        "the second manager hands on, although it is too far apart, the pair of the "
        "objects 0 and 4"},
-      {Fault::kPairsItself, "the second manager hands on a pair that is not asked for"},
+      {Fault::kPairsItself, "the second manager invents a pair"},
       {Fault::kThrows, "the second manager throws what is no std::exception"},
       {Fault::kRefuses, "update: the second manager throws: refused"},
       {Fault::kWrongDistance, "distanceSelf: the least distance is "}};
