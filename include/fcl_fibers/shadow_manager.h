@@ -160,10 +160,8 @@ class FCL_FIBERS_EXPORT ShadowManager final : public fcl::BroadPhaseCollisionMan
   }
   ///@}
 
-  const Manager& first() const;   ///< the program's manager
-  const Manager& second() const;  ///< the one beside it
-
-  ShadowResult result() const;  ///< what was seen so far
+  const Manager& first() const;  ///< the program's manager
+  ShadowResult result() const;   ///< what was seen so far
 
   /// Writes all calls so far, with shapes, poses and boxes, to a file, which `fcl_fibers replay`
   /// runs again. The file appears whole or not at all. Throws std::runtime_error if it cannot be

@@ -207,7 +207,7 @@ struct ShadowManager<S>::Impl {
       const Gap gap = impl.isDecided(query, a, b) ? gapBetween(a.now, b.now, kIsFloat) : Gap();
       if (!(gap.high < kInfinity)) return;
       least = {std::min(least.low, gap.low), std::min(least.high, gap.high)};
-      if (side == kSecond) dist = std::min(dist, S(std::max(0.0, gap.low)));
+      if (side == kSecond || impl.is_replay_) dist = std::min(dist, S(std::max(0.0, gap.low)));
     }
 
     /// Asks the manager, with another one of the same side.
@@ -252,6 +252,11 @@ struct ShadowManager<S>::Impl {
     }
   }
 
+  ShadowResult result() const {
+    const Lock lock(mutex_);
+    return result_;
+  }
+
   /// Makes the change in the first manager, and if that takes it in the second.
   void change(const std::string& call, const Objects& objects) {
     RecordLine line{call, {}};
@@ -278,10 +283,9 @@ struct ShadowManager<S>::Impl {
       result_.second.seconds += secondsNow() - middle;
       append(line);
       note(call, objects);
-      if (problem.empty() && running_ > 0 && fibers_[kSecond] != nullptr && !is_lost_) {
+      is_lost_ = is_lost_ || !problem.empty();
+      if (!is_lost_ && running_ > 0 && fibers_[kSecond] != nullptr) {
         problem = "a callback changes the manager, which FiberCollisionManager refuses";
-      } else if (!problem.empty()) {
-        is_lost_ = true;
       }
       if (!problem.empty()) differ(call, problem);
     });
@@ -291,10 +295,9 @@ struct ShadowManager<S>::Impl {
   void query(Query query, const Callback& callback) {
     guard([&] { prepare(query); });
     // FCL's managers crash if they are given null.
-    const bool is_null = callback == nullptr ||
-                         (query.with == With::kObject && query.object == nullptr) ||
-                         (query.with == With::kManager && query.other == nullptr);
-    const bool asks = !is_lost_ && (!is_null || fibers_[kSecond] != nullptr);
+    const bool asks = !is_lost_ && callback != nullptr &&
+                      (query.with != With::kObject || query.object != nullptr) &&
+                      (query.with != With::kManager || query.other != nullptr);
     Pairs pairs;
     Watch first{*this, query, pairs, callback, kFirst};
     Watch second{*this, query, pairs, callback, kSecond};
@@ -354,10 +357,9 @@ struct ShadowManager<S>::Impl {
     entry.now = std::move(now);
     entry.is_moved = !is_new;
     for (const Side side : {kFirst, kSecond}) {
+      if (fibers_[side] == nullptr) continue;
       entry.margins[side] = std::numeric_limits<double>::quiet_NaN();
-      problemOf([&] {
-        entry.margins[side] = fibers_[side] == nullptr ? 0 : fibers_[side]->margin(object);
-      });
+      problemOf([&] { entry.margins[side] = fibers_[side]->margin(object); });
     }
     for (std::size_t i = kBox; i < kEnd; ++i) {
       // FCL's boxes of planes end at the largest number.
@@ -560,18 +562,16 @@ struct ShadowManager<S>::Impl {
 
   void tell() {
     if (!must_tell_.exchange(false) || options_.on_difference == nullptr) return;
-    std::unique_lock<std::mutex> lock(mutex_);
-    const ShadowResult result = result_;
-    lock.unlock();
-    options_.on_difference(result);
+    options_.on_difference(result());  // Without the lock, as it may ask.
   }
 
   const ShadowOptions options_;
   const std::array<std::unique_ptr<Manager>, 2> sides_;
   std::array<const Fibers*, 2> fibers_ = {};  // The managers that are one.
 
-  std::atomic<int> running_{0};         // Queries of the first manager.
-  std::atomic<bool> is_lost_{false};    // Whether the second manager has missed a change.
+  bool is_replay_ = false;            // Whether distances are measured for the first manager, too.
+  std::atomic<int> running_{0};       // Queries of the first manager.
+  std::atomic<bool> is_lost_{false};  // Whether the second manager has missed a change.
   std::atomic<bool> is_broken_{false};  // Whether nothing is compared any more.
   std::atomic<bool> must_tell_{false};
   mutable std::mutex mutex_;  // Of all below.
@@ -598,12 +598,11 @@ class ShadowManager<S>::Player {
   /// @param number  that of the line
   ShadowReplay play(std::istream& lines, std::size_t& number) {
     ShadowReplay replay;
-    const auto text = [](const Manager& manager, const std::string& recorded) {
-      const std::string name = nameOf(manager);
+    const auto text = [&](Side side, const std::string& recorded) {
+      const std::string name = nameOf(*both_->impl_->sides_[side]);
       return name == recorded ? name : name + " in place of " + recorded;
     };
-    replay.managers =
-        text(both_->first(), first_) + ", and beside it " + text(both_->second(), second_);
+    replay.managers = text(kFirst, first_) + ", and beside it " + text(kSecond, second_);
     for (std::string line; ++number, std::getline(lines, line) && line != "end";) {
       if (line.substr(0, 11) == "difference ") {
         replay.recorded = line.substr(11);
@@ -619,31 +618,25 @@ class ShadowManager<S>::Player {
 
  private:
   using Objects = std::vector<Object*>;
-  struct Shape {
-    std::shared_ptr<const RecordedShape> recorded;
-    std::shared_ptr<fcl::CollisionGeometry<S>> made;
-  };
+  using Shape = std::shared_ptr<fcl::CollisionGeometry<S>>;
   struct Played final : Object {
-    RecordedObject state;
-
     Played() : Object(std::shared_ptr<fcl::CollisionGeometry<S>>()) {}
     void set(const Shape& shape, const RecordLine& line) {
       // FCL's trees may crash with boxes that are NaN or so large as those of planes.
       const auto bounded = [](double x) { return x > -1e15 ? std::min(x, 1e15) : -1e15; };
-      state = {shape.recorded, line};
-      this->cgeom = shape.made;
-      this->cgeom_const = shape.made;
+      const RecordedObject state{nullptr, line};
+      this->cgeom = shape;
+      this->cgeom_const = shape;
       this->t.affine() = state.pose().template cast<S>();
       this->aabb.min_ = state.low().unaryExpr(bounded).template cast<S>();
       this->aabb.max_ = state.high().unaryExpr(bounded).template cast<S>();
     }
   };
   std::unique_ptr<ShadowManager> makeBoth() const {
-    ShadowOptions options;
-    options.file.clear();
-    options.record_limit = 0;
-    return std::make_unique<ShadowManager>(makeManager<S>(first_), makeManager<S>(second_),
-                                           options);
+    auto both = std::make_unique<ShadowManager>(makeManager<S>(first_), makeManager<S>(second_),
+                                                ShadowOptions{"", 0, nullptr});
+    both->impl_->is_replay_ = true;
+    return both;
   }
 
   template <class Map>
@@ -659,8 +652,8 @@ class ShadowManager<S>::Player {
       require(n.size() == kEnd, "the object has another count of numbers");
       return objects_[n[0]].set(at(shapes_, n[1]), line);
     }
-    if (auto shape = makeShape<S>(line)) {
-      shapes_[n[0]] = {std::make_shared<const RecordedShape>(RecordedShape{line}), shape};
+    if (const Shape shape = makeShape<S>(line)) {
+      shapes_[n[0]] = shape;
       return;
     }
     const bool is_query = call.substr(0, 7) == "collide" || call.substr(0, 8) == "distance";
@@ -668,16 +661,11 @@ class ShadowManager<S>::Player {
     Objects objects;
     for (std::size_t i = is_query; i < n.size(); ++i) objects.push_back(&at(objects_, n[i]));
     if (is_query) return query(call, objects, n[0]);
-    require(call.substr(call.size() - std::min<std::size_t>(call.size(), 6)) != "Object" ||
-                objects.size() == 1,
-            "the call needs one object");
-    const auto* const tree =
-        dynamic_cast<const fcl::DynamicAABBTreeCollisionManager<S>*>(&both_->first());
-    if (tree != nullptr && call == "unregisterObject") {
-      const auto* const entry = both_->impl()->find(objects[0]);
-      require(entry != nullptr && entry->is_registered,
-              "the object is not registered, and FCL's tree would crash");
-    }
+    require(call.back() != 't' || objects.size() == 1, "the call needs one object");
+    const auto* const one = objects.empty() ? nullptr : both_->impl()->find(objects[0]);
+    require(call != "unregisterObject" || first_.find("Naive") != first_.npos ||
+                (one != nullptr && one->is_registered),
+            "the object is not registered, and FCL's tree would crash");
     both_->change(call.c_str(), objects);
   }
 
@@ -685,14 +673,7 @@ class ShadowManager<S>::Player {
     const bool is_distance = call[0] == 'd';
     const std::string with = call.substr(is_distance ? 8 : 7);
     double pairs = 0;  // The callback ends the query where the program's did.
-    const auto visit = [&](Object* a, Object* b, S* dist) {
-      if (dist != nullptr) {
-        const Gap gap = gapBetween(static_cast<Played*>(a)->state, static_cast<Played*>(b)->state,
-                                   Impl::kIsFloat);
-        *dist = std::min(*dist, S(std::max(0.0, gap.low)));
-      }
-      return ++pairs == most;
-    };
+    const auto visit = [&](Object*, Object*, S*) { return ++pairs == most; };
     const auto ask = [&](With to, Object* object, Manager* other) {
       both_->impl()->query({to, object, other, is_distance}, visit);
     };
@@ -751,17 +732,17 @@ void ShadowManager<S>::change(const char* call, const std::vector<Object*>& obje
 template <typename S>
 void ShadowManager<S>::query(With with, Object* object, Manager* other, void* cdata,
                              fcl::CollisionCallBack<S> callback) const {
-  const auto call = [=](Object* a, Object* b, S*) { return callback(a, b, cdata); };
-  impl()->query({with, object, other, false},
-                callback == nullptr ? nullptr : typename Impl::Callback(call));
+  typename Impl::Callback call;
+  if (callback != nullptr) call = [=](Object* a, Object* b, S*) { return callback(a, b, cdata); };
+  impl()->query({with, object, other, false}, call);
 }
 
 template <typename S>
 void ShadowManager<S>::query(With with, Object* object, Manager* other, void* cdata,
                              fcl::DistanceCallBack<S> callback) const {
-  const auto call = [=](Object* a, Object* b, S* dist) { return callback(a, b, cdata, *dist); };
-  impl()->query({with, object, other, true},
-                callback == nullptr ? nullptr : typename Impl::Callback(call));
+  typename Impl::Callback call;
+  if (callback != nullptr) call = [=](auto a, auto b, S* d) { return callback(a, b, cdata, *d); };
+  impl()->query({with, object, other, true}, call);
 }
 
 template <typename S>
@@ -770,15 +751,8 @@ const typename ShadowManager<S>::Manager& ShadowManager<S>::first() const {
 }
 
 template <typename S>
-const typename ShadowManager<S>::Manager& ShadowManager<S>::second() const {
-  return *impl()->sides_[kSecond];
-}
-
-template <typename S>
 ShadowResult ShadowManager<S>::result() const {
-  const auto state = impl();
-  const Lock lock(state->mutex_);
-  return state->result_;
+  return impl()->result();
 }
 
 template <typename S>

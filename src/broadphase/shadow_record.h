@@ -79,7 +79,7 @@ struct RecordLine {
   static RecordLine parse(const std::string& text) {
     std::istringstream words(text);
     RecordLine line;
-    words >> line.word;
+    require(bool(words >> line.word), "the line is empty");
     for (std::string word; words >> word;) {
       const bool is_negative = word[0] == '-';
       const std::string rest = word.substr(is_negative);

@@ -299,12 +299,17 @@ TYPED_TEST(Shadow, FindsEachPlantedFault) {
       ShadowOptions shadow_options;
       shadow_options.file = temporary("planted.txt");
       int told = 0;
-      shadow_options.on_difference = [&](const ShadowResult&) { ++told; };
+      const ShadowManager<S>* asked = nullptr;
+      shadow_options.on_difference = [&](const ShadowResult& result) {
+        ++told;
+        EXPECT_EQ(asked->result().difference, result.difference);
+      };
       const bool invents = fault == Fault::kInvents;
       ShadowManager<S> shadow(makeFclTree<S>(),
                               std::make_unique<Faulty<S>>(fault, scene[invents ? 0 : 1],
                                                           scene[invents ? 4 : 2], options),
                               shadow_options);
+      asked = &shadow;
       shadow.registerObjects(scene.objects());
       shadow.setup();
       for (int i = 0; i < 2; ++i) {
