@@ -318,20 +318,22 @@ inline Gap gapBetween(const RecordedObject& a, const RecordedObject& b, bool is_
   };
   // FCL's narrow phase need not end if numbers are far from 1, and is wrong for planes.
   const auto isSolid = [](const RecordedShape& shape) {
+    const auto& [kind, n] = shape.line;
     const fcl::AABB<double>& box = shape.exact().aabb_local;
-    return shape.line.word != "bounds" && shape.line.word != "plane" &&
-           (shape.line.word == "mesh" || (box.max_ - box.min_).minCoeff() > 1e-5);
+    if (kind == "mesh")
+      return double(n.size()) > kSizes + 1 + 3 * n[kSizes];  // No cloud of points.
+    return kind != "bounds" && kind != "plane" && (box.max_ - box.min_).minCoeff() > 1e-5;
   };
   Gap gap;
   if (!isFinite(a) || !isFinite(b)) return gap;
-  const Posed p(a), q(b);
-  const double between = (p.center - q.center).norm(), size = p.size + q.size;
-  const double far = p.center.norm() + q.center.norm() + size;
-  // FCL's boxes take a rotation for the identity if its entries are about that.
-  const double doubt = 2 * ((is_float ? 1e-5 : 1e-12) + p.drift + q.drift) * far;
-  gap.volumes = between - p.volume(a) - q.volume(b) - doubt;
-  gap.low = between - p.radius - q.radius - doubt;
   try {
+    const Posed p(a), q(b);
+    const double between = (p.center - q.center).norm(), size = p.size + q.size;
+    const double far = p.center.norm() + q.center.norm() + size;
+    // FCL's boxes take a rotation for the identity if its entries are about that.
+    const double doubt = 2 * ((is_float ? 1e-5 : 1e-12) + p.drift + q.drift) * far;
+    gap.volumes = between - p.volume(a) - q.volume(b) - doubt;
+    gap.low = between - p.radius - q.radius - doubt;
     if (a.shape->isRound() && b.shape->isRound()) {
       const CapsuleShape c = p.capsule(a.shape->line.numbers), d = q.capsule(b.shape->line.numbers);
       const double distance = capsuleContact(c, d).distance;
@@ -350,7 +352,7 @@ inline Gap gapBetween(const RecordedObject& a, const RecordedObject& b, bool is_
       touches = fcl::collide(&p.shape, p.pose, &q.shape, moved, request, result) > 0;
     }
     if (touches) gap.high = 0;
-  } catch (const std::exception&) {  // FCL gives up on some shapes.
+  } catch (const std::exception&) {  // FCL gives up on some shapes, and a mesh may be broken.
   }
   return gap;
 }

@@ -237,7 +237,18 @@ TEST(RecordedGaps, HoldTheDistanceOfPoints) {
   EXPECT_GT(apart, 100);
   EXPECT_GT(above_halfspace, 5);
 
-  RecordedObject a = objectOf(shapes[0], random), b = a;
+  // A cloud of points, and a mesh of no points, which cannot be made again.
+  const auto cloud = std::make_shared<fcl::BVHModel<fcl::OBBRSS<double>>>();
+  cloud->beginModel();
+  cloud->addSubModel({{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0}});
+  cloud->endModel();
+  RecordedObject a = objectOf(shapes[0], random), b = objectOf(cloud, random);
+  std::copy_n(a.line.numbers.begin() + 2, 12, b.line.numbers.begin() + 2);
+  EXPECT_EQ(gapBetween(a, b, false).high, kInfinity);
+  b.shape = std::make_shared<const RecordedShape>(
+      RecordedShape{{"mesh", std::vector<double>(12, 0.0)}, nullptr});
+  EXPECT_EQ(gapBetween(a, b, false).low, -kInfinity);
+  b = a;
   b.line.numbers[5] = std::nan("");
   EXPECT_EQ(gapBetween(a, b, false).low, -kInfinity);
   EXPECT_EQ(gapBetween(a, b, false).high, kInfinity);
