@@ -185,7 +185,11 @@ struct ShadowManager<S>::Impl {
         ++count;
         if (query.with == With::kObject) impl.seeKnown({a, b});
         const Entry *p = impl.find(a), *q = impl.find(b);
-        if (p == nullptr || q == nullptr || p == q || !(p->is_registered || q->is_registered)) {
+        const auto isMet = [&](const Entry* entry) {
+          return entry != nullptr &&
+                 (entry->is_registered || query.partners.count(entry->object) > 0);
+        };
+        if (p == q || !isMet(p) || !isMet(q) || !(p->is_registered || q->is_registered)) {
           is_foreign = true;
         } else if (dist != nullptr) {
           measure(*p, *q, *dist);

@@ -506,6 +506,21 @@ TYPED_TEST(Shadow, FindsAnInventedPairBesideAPlane) {
   EXPECT_THAT(shadow.result().difference, HasSubstr("although it is too far apart"));
 }
 
+// A pair of an object that is gone would be laid to the program's manager.
+TYPED_TEST(Shadow, FindsAPairOfAnObjectThatWasUnregistered) {
+  using S = TypeParam;
+  Scene<S> scene;
+  fillRow(scene);
+  ShadowManager<S> shadow(makeFclTree<S>(),
+                          std::make_unique<Faulty<S>>(Faulty<S>::Fault::kInvents, scene[0],
+                                                      scene[1], FiberManagerOptions{}),
+                          withoutFile());
+  shadow.registerObjects(scene.objects());
+  shadow.unregisterObject(scene[1]);
+  selfPairs<S>(shadow);
+  EXPECT_THAT(shadow.result().difference, HasSubstr("the second manager invents a pair"));
+}
+
 // A manager that has objects already would never be compared in full.
 TYPED_TEST(Shadow, RefusesManagersThatAreNullOrFilled) {
   using S = TypeParam;
