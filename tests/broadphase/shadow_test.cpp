@@ -16,6 +16,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <fcl/geometry/shape/cone.h>
 #include <fcl/geometry/shape/cylinder.h>
@@ -39,10 +40,17 @@ ShadowOptions withoutFile() {
   return options;
 }
 
+/// A path of this process alone, as shards and builds run at once. The file goes with the process.
 std::string temporary(const std::string& name) {
-  const std::string path = testing::TempDir() + "shadow_test_" + name;
-  std::filesystem::remove(path);
-  return path;
+  struct Files : std::vector<std::string> {
+    ~Files() {
+      for (const std::string& path : *this) std::filesystem::remove(path);
+    }
+  };
+  static Files files;
+  files.push_back(testing::TempDir() + "shadow_test_" + std::to_string(getpid()) + "_" + name);
+  std::filesystem::remove(files.back());
+  return files.back();
 }
 
 std::string contentOf(const std::string& path) {
