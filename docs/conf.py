@@ -49,7 +49,7 @@ myst_enable_extensions = ["html_image"]
 breathe_projects = {project: str(XML)}
 breathe_default_project = project
 # Names that other libraries document, the namespaces, and a name that a class takes from its base.
-nitpick_ignore_regex = [("cpp:.*", r"(std|fcl)(::.*)?|fcl_fibers(::io)?|Object")]
+nitpick_ignore_regex = [("cpp:.*", r"(std|fcl)(::.*)?|fcl_fibers(::(io|benchmarks))?|Object")]
 
 html_theme = "furo"
 html_title = f"{project} {version}"

@@ -125,7 +125,7 @@ class FCL_FIBERS_EXPORT ShadowManager final : public fcl::BroadPhaseCollisionMan
     change(ends == FiberEnds::kOpen ? "registerFiber" : "registerRing", fiber);
   }
 
-  /// @name FCL's interface
+  /// FCL's interface: what the program sees of the first manager, with the second one beside it.
   ///@{
   void registerObjects(const std::vector<Object*>& objects) override {
     change("registerObjects", objects);
@@ -163,7 +163,7 @@ class FCL_FIBERS_EXPORT ShadowManager final : public fcl::BroadPhaseCollisionMan
   const Manager& first() const;  ///< the program's manager
   ShadowResult result() const;   ///< what was seen so far
 
-  /// Writes all calls so far, with shapes, poses and boxes, to a file, which `fcl_fibers replay`
+  /// Writes all calls so far, with shapes, poses and boxes, to a file, which the command `replay`
   /// runs again. The file appears whole or not at all. Throws std::runtime_error if it cannot be
   /// written.
   void writeRecord(const std::string& path) const;

@@ -70,8 +70,8 @@ enum class Contact {
 };
 
 /// Pairs whose distance is the sum of their radii to within 1e-9 of it and `rounding` are of
-/// neither kind: rounding of their poses decides them, and a manager may report them or not.
-/// @param rounding  of the distance, in its unit; 0 is right for double
+/// neither kind: rounding of their poses decides them, and a manager may report them or not. The
+/// rounding is a length, in the unit of the scene; 0 is right for double.
 inline Contact contact(const Capsule& a, const Capsule& b, double rounding = 0) {
   const double sum = a.radius + b.radius;
   const double band = 1e-9 * sum + rounding;

@@ -21,11 +21,10 @@
 ///     }
 ///
 /// run() checks every manager first, each in a process of its own: whether it reports every pair of
-/// touching capsules once, by touchingPairs() of judge.h, before and after three updates of the
-/// scene, and where fibers that were far apart meet. What is wrong, crashes or takes too long is
-/// said and not timed. Timed runs are in the program itself: what they throw is said too, and a
-/// crash ends the program. The number of an object is its user data, which a manager has to leave
-/// alone.
+/// touching capsules once, by touchingPairs(), before and after three updates of the scene, and
+/// where fibers that were far apart meet. What is wrong, crashes or takes too long is said and not
+/// timed. Timed runs are in the program itself: what they throw is said too, and a crash ends the
+/// program. The number of an object is its user data, which a manager has to leave alone.
 namespace fcl_fibers::benchmarks {
 
 /// What `CollisionObject::getAABB` returns when a manager reads it.
@@ -48,21 +47,23 @@ template <typename S>
 using MakeManager = std::function<std::unique_ptr<fcl::BroadPhaseCollisionManager<S>>(
     const std::vector<fcl::CollisionObject<S>*>& objects)>;
 
-/// Adds a manager for float or double. Before it registers objects, and before each update(), their
-/// boxes are made as asked for, which counts in the time of an update. It lives
-/// through all updates of a run.
-/// @param name  of its rows. Throws std::invalid_argument if it is empty or taken.
+/// Adds a manager for float or double, with the name of its rows. Before it registers objects, and
+/// before each update(), their boxes are made as asked for, which counts in the time of an update.
+/// It lives through all updates of a run. Throws std::invalid_argument if the name is empty or
+/// taken.
 template <typename S>
 FCL_FIBERS_BENCHMARK_EXPORT void registerManager(const std::string& name, MakeManager<S> make,
                                                  Boxes boxes = Boxes::kStock,
                                                  Reported reported = Reported::kTouchingAtLeast);
 
+/// @cond explicit instantiations
 extern template FCL_FIBERS_BENCHMARK_EXPORT void registerManager(const std::string&,
                                                                  MakeManager<float>, Boxes,
                                                                  Reported);
 extern template FCL_FIBERS_BENCHMARK_EXPORT void registerManager(const std::string&,
                                                                  MakeManager<double>, Boxes,
                                                                  Reported);
+/// @endcond
 
 /// Adds a manager that is constructed without arguments. Throws as above.
 template <typename Manager, typename = std::enable_if_t<std::is_class_v<Manager>>>
@@ -87,8 +88,8 @@ FCL_FIBERS_BENCHMARK_EXPORT void registerPeers();
 /// prints a table. `--help` lists the options and the scenes; those of Google Benchmark go along,
 /// and with `--benchmark_format` Google Benchmark prints instead. For each scene and manager there
 /// are the entries SCENE/MANAGER/construction, update, detection, and touching: detection with the
-/// exact test of two capsules in the callback.
-/// @param scenes  unless the command line names some, as namedScene() of scenes.h takes them
+/// exact test of two capsules in the callback. The scenes, as namedScene() takes them,
+/// are those that the command line names, or else the given ones.
 /// @return 0; or 1 if the command line is wrong, or a manager other than FCL's is, with the reason
 /// on stderr
 FCL_FIBERS_BENCHMARK_EXPORT int run(int argc, char** argv,

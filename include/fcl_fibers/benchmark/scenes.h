@@ -25,8 +25,7 @@ struct Scene {
 /// a file of fibers, which swing about their roots. Throws std::invalid_argument if there is
 /// neither, if a key is unknown or its value out of range, if a generated scene is given a radius,
 /// or if a file has none and none is given; std::runtime_error if it cannot be read. Warnings of a
-/// file go to stderr.
-/// @param radius  of a file's fibers, in its unit
+/// file go to stderr. The radius is that of a file's fibers, in its unit.
 FCL_FIBERS_BENCHMARK_EXPORT Scene namedScene(const std::string& text,
                                              std::optional<double> radius = std::nullopt);
 
