@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whether the recipes of packaging/ follow the build: its version, its options and what it needs.
+"""Whether the recipes of packaging/ follow the build: its version, its options and what it needs;
+and whether all public headers are installed.
 
 It reads them as text. Whether a registry's own tool accepts them is not tested here."""
 
@@ -101,8 +102,16 @@ def dependency_errors():
             yield f"{RECIPES[registry]}: needs {sorted(named)}, and should need {sorted(expected)}"
 
 
+def header_errors():
+    installed = set(re.findall(r"[\w/]+\.h\b", read("cmake/install.cmake")))
+    for header in sorted((ROOT / "include" / "fcl_fibers").glob("**/*.h")):
+        name = header.relative_to(ROOT / "include" / "fcl_fibers").as_posix()
+        if name not in installed:
+            yield f"cmake/install.cmake does not install {name}"
+
+
 def main():
-    errors = [*version_errors(), *option_errors(), *dependency_errors()]
+    errors = [*version_errors(), *option_errors(), *dependency_errors(), *header_errors()]
     print("\n".join(errors) or f"{len(RECIPES)} recipes follow CMakeLists.txt")
     return 1 if errors else 0
 
