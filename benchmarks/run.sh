@@ -13,7 +13,7 @@
 #   --paper    the paper's Table I, figures and pictures. 90 minutes. --full adds finer curves
 #   --python   docs/python.md: a step of the Python package, beside other ways and C++. 3 minutes.
 #              --targets also lists which targets are met
-#   --card     FCL's managers as they are and ours on the paper's scenes, in double and in float. Under 3 hours.
+#   --card     FCL's managers as they are and ours on the paper's scenes, in double and in float. 49 minutes.
 #              It goes on where it was ended: each scene in each scalar that was measured of this code is kept, unless
 #              --again is given
 #   --only     only the measures whose names begin with NAME, such as obstacles of --full, 4 minutes,

@@ -39,8 +39,8 @@ READ = (
 )
 SUMMARY = (
     "Update + detection at the full size, as a multiple of the box tree over bundles, in double "
-    "and on one thread; FCL's on the better of stock and tight boxes, which is named. Who has "
-    "ended has the reason and the number of segments from which on it holds."
+    "and on one thread. A manager of FCL has the better of stock and tight boxes, which the cell "
+    "names. The cell of a manager that is out has the reason, and the size at which it was out."
 )
 PICTURE = (
     "Seconds of one update and one detection in double, each manager of FCL on the better of its "

@@ -82,10 +82,11 @@ FCL_FIBERS_EXPORT ShadowReplay replayRecord(const std::string& path);
 /// to the program's objects.
 ///
 /// **What is compared.** Pairs that touch have to be in both managers once. Of the other pairs, a
-/// FiberCollisionManager has to hand on those within its margins, and none that its options exclude
-/// from its report; see Report. A query that the callback ended is compared as far as it went. The
-/// least distances have to agree, where both are known. Pairs count where their objects were at the
-/// last update; an object that has moved since decides nothing. docs/contract.md has the details.
+/// FiberCollisionManager has to hand on those within its margins, and no pair that its options
+/// exclude from its report; see Report. A query that the callback ended is compared as far as it
+/// went. The least distances have to agree, where both are known. Pairs count where their objects
+/// were at the last update; an object that has moved since decides nothing. docs/contract.md has
+/// the details.
 ///
 /// **Another manager.** If the other manager of a query is a ShadowManager too, the first ones meet
 /// and the second ones meet. So wrap all managers of a program, or ask the wrapped one: FCL's
