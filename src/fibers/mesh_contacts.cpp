@@ -89,7 +89,7 @@ void MeshContacts::findTriangles(const Segment& capsule, double reach,
   triangles.clear();
   const double error = endPointError(capsule) + triangles_.error;
   Triangles found(triangles);
-  tree::kernels<tree::MeshTree>().overlapsVolume(
+  visitOverlaps(
       triangles_.mesh.tree(), query_.boxOf(capsule, reach + error), 0, tree::kNoGroup, found);
   found.full();
   triangles.erase(std::remove_if(triangles.begin(), triangles.end(),

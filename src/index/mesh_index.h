@@ -11,7 +11,7 @@
 #include "geometry/frame.h"
 #include "geometry/triangle.h"
 #include "parallel/executor.h"
-#include "tree/mesh_search.h"
+#include "tree/tree_pair.h"
 
 namespace fcl_fibers::index {
 

@@ -123,9 +123,8 @@ MeshQuery::Nearest MeshQuery::nearest(const Segment& capsule, double limit) cons
   const double unit = change_.mostScale() * (1 + 0x1p-20);
   const double in_tree = limit * unit;
   NearestTriangle visitor(axis, triangles_, unit);
-  tree::kernels<MeshTree>().nearestVolume(
-      tree, change_.ofCapsule(axis, 0), 0, tree::kNoGroup,
-      std::isfinite(in_tree) ? in_tree : std::numeric_limits<double>::infinity(), visitor);
+  visitNearest(tree, change_.ofCapsule(axis, 0), 0, tree::kNoGroup,
+               std::isfinite(in_tree) ? in_tree : std::numeric_limits<double>::infinity(), visitor);
   if (!(visitor.found.distance <= limit)) visitor.found.triangle = -1;
   return visitor.found;
 }
@@ -135,8 +134,7 @@ bool MeshQuery::isInside(const Vec3d& point) const {
   Box ray = inTree(Box::around(Segment{point, point, 0}, 0));
   ray.high[2] = std::numeric_limits<float>::infinity();
   Crossings crossings(triangles_.mesh, start);
-  tree::kernels<MeshTree>().overlapsVolume(triangles_.mesh.tree(), ray, 0, tree::kNoGroup,
-                                           crossings);
+  visitOverlaps(triangles_.mesh.tree(), ray, 0, tree::kNoGroup, crossings);
   return crossings.count() % 2 == 1;
 }
 

@@ -7,7 +7,7 @@
 #include "geometry/moving_box.h"
 #include "index/mesh_query.h"
 #include "index/pair_search.h"
-#include "tree/moving_search.h"
+#include "tree/search.h"
 
 namespace fcl_fibers::index {
 
@@ -88,7 +88,7 @@ bool findImpact(const MovingMesh& mesh, const MovingSegment& segment, double mar
   SerialBuffer buffer(nullptr, near);
   const double growth = std::max(margin, 0.0) + error;
   const geometry::MovingBox box{boxOf(segment.start, growth), boxOf(segment.end, growth)};
-  tree::kernels<MovingMesh::Tree>().overlapsVolume(mesh.tree(), box, 0, tree::kNoGroup, buffer);
+  visitOverlaps(mesh.tree(), box, 0, tree::kNoGroup, buffer);
   buffer.full();
   impact = {std::numeric_limits<double>::infinity(), -1};
   for (const TriangleId id : near.found) {

@@ -151,8 +151,7 @@ class InsideSearch {
   }
   bool overlapsSurface(const geometry::Box& box) const {
     Any any;
-    return tree::kernels<MeshTree>().overlapsVolume(mesh_, box, 0, tree::kNoGroup, any) ==
-           Visit::kStop;
+    return visitOverlaps(mesh_, box, 0, tree::kNoGroup, any) == Visit::kStop;
   }
   /// The middle of a box stands for the box.
   bool isInside(SegmentId id) const {
@@ -183,19 +182,6 @@ class InsideSearch {
   const SegmentMarks& touching_;
   F& visit_;
 };
-
-template <class Tree>
-tree::MeshPair<Tree> pairOf(const Tree& tree, const MeshTree& tree_of_mesh,
-                            const geometry::AffineMap& to_index, const PosedTriangles& triangles,
-                            const PosedMesh& mesh, double growth, SegmentRange segments) {
-  return {tree, tree_of_mesh, to_index, triangles.error, growth, segments, mesh.categories};
-}
-template <class Tree>
-tree::MeshPair<Tree> pairOf(const Tree& tree, const PosedTriangles& triangles,
-                            const PosedMesh& mesh, double growth, SegmentRange segments) {
-  return pairOf(tree, triangles.mesh.tree(), triangles.from_tree, triangles, mesh, growth,
-                segments);
-}
 
 /// Whether the boxes of a turned mesh overlap so much that a tree of the posed triangles, whose
 /// boxes are smaller, is worth its time. Then the search has a task for each 128 triangles.
@@ -229,6 +215,7 @@ Visit SegmentIndex::searchSurfaceAndInside(const PosedMesh& mesh, double margin,
   const PosedTriangles triangles(mesh, frame_);
   const SegmentRange segments = keptRange();
   const MeshReach reach = meshReach(mesh.margin, margin);
+  const double growth = reach.growth + triangles.error;
   const TriangleFilter filter(segments, triangles, reach.margin, /*error=*/0, once, unit_);
   const bool marks_segments = once || mesh.is_solid;
   SegmentMarks marks(begin_, marks_segments ? end_ : begin_);
@@ -244,10 +231,11 @@ Visit SegmentIndex::searchSurfaceAndInside(const PosedMesh& mesh, double margin,
           const MeshTree posed =
               triangles.mesh.posedTree(triangles.mesh.points(), triangles.posing, executor_.get());
           const geometry::AffineMap same;
-          const auto pair = pairOf(tree, posed, same, triangles, mesh, reach.growth, segments);
+          const auto pair = meshPair(tree, posed, same, growth, segments, mesh.categories);
           return find(TreeSearch(pair));
         };
-        const auto pair = pairOf(tree, triangles, mesh, reach.growth, segments);
+        const auto pair = meshPair(tree, triangles.mesh.tree(), triangles.from_tree, growth,
+                                   segments, mesh.categories);
         const TreeSearch search(pair);
         if ((isWorthPosing(search, triangles) ? findPosed() : find(search)) == Visit::kStop) {
           return Visit::kStop;
@@ -308,8 +296,9 @@ Visit SegmentIndex::searchMesh(const PosedMesh& mesh, NearestSink& sink) const {
                     .below(0) == Visit::kStop) {
           return Visit::kStop;
         }
-        const auto pair = pairOf(tree, triangles, mesh, margin_of_mesh, keptRange());
-        return tree::pairKernels(pair).nearest(pair, sink.limit(), visitor);
+        const auto pair = meshPair(tree, triangles.mesh.tree(), triangles.from_tree,
+                                   margin_of_mesh + triangles.error, keptRange(), mesh.categories);
+        return visitNearest(pair, sink.limit(), visitor);
       },
       tree_);
 }
@@ -375,8 +364,7 @@ bool touches(const PosedMesh& mesh, const Segment& segment, const geometry::Fram
   SerialBuffer buffer(&exchange, stop);
   const MeshQuery query(triangles);
   const geometry::Box box = query.boxOf(segment, margin + error + triangles.error);
-  if (tree::kernels<MeshTree>().overlapsVolume(mesh.mesh.tree(), box, 0, tree::kNoGroup, buffer) ==
-          Visit::kStop ||
+  if (visitOverlaps(mesh.mesh.tree(), box, 0, tree::kNoGroup, buffer) == Visit::kStop ||
       buffer.full() == Visit::kStop) {
     return true;
   }

@@ -63,9 +63,8 @@ Visit SegmentIndex::search(NearestSink& sink) const {
   RememberingFind first(find_one);
   RememberingFind second(find_one);
   NearestFilter filter(first, second, options_.capsules, sink);
-  return std::visit(
-      [&](const auto& tree) { return tree::pairKernels(tree).nearest(tree, sink.limit(), filter); },
-      tree_);
+  return std::visit([&](const auto& tree) { return visitNearest(tree, sink.limit(), filter); },
+                    tree_);
 }
 
 Visit SegmentIndex::search(const Segment& segment, double error, Group group, SegmentId second,
@@ -80,10 +79,8 @@ Visit SegmentIndex::search(const Segment& segment, double error, Group group, Se
       [&](const auto& tree) {
         using ATree = std::decay_t<decltype(tree)>;
         const auto volume = volumeAround<typename ATree::Volume>(segment, tree.padding() + error);
-        return tree::kernels<ATree>().overlapsVolume(tree, volume, second, group, buffer) ==
-                       Visit::kStop
-                   ? Visit::kStop
-                   : buffer.full();
+        return visitOverlaps(tree, volume, second, group, buffer) == Visit::kStop ? Visit::kStop
+                                                                                  : buffer.full();
       },
       tree_);
 }
@@ -98,14 +95,13 @@ Visit SegmentIndex::search(const Segment& segment, double error, Group group, Se
       [&](const auto& tree) {
         using ATree = std::decay_t<decltype(tree)>;
         const auto volume = volumeAround<typename ATree::Volume>(segment, tree.padding() + error);
-        return tree::kernels<ATree>().nearestVolume(tree, volume, second, group, sink.limit(),
-                                                    filter);
+        return visitNearest(tree, volume, second, group, sink.limit(), filter);
       },
       tree_);
 }
 
-/// Calls visit(trees) with both trees, if they have one type, and the changes of frame between
-/// them.
+/// Calls visit(trees, b_to_a) with both trees, if they have one type, and the change of frame of
+/// the other.
 template <class F>
 Visit SegmentIndex::visitTrees(const SegmentIndex& other, F&& visit) const {
   return std::visit(
@@ -116,7 +112,7 @@ Visit SegmentIndex::visitTrees(const SegmentIndex& other, F&& visit) const {
           const double growth = (options_.margin - other.options_.margin) / 2;
           const FrameChange b_to_a(other.frame_, frame_, growth * frame_.scale);
           const FrameChange a_to_b(frame_, other.frame_, growth * other.frame_.scale);
-          return visit(tree::TreePair<ATree>{tree, other_tree, b_to_a, a_to_b});
+          return visit(tree::TreePair<ATree>{tree, other_tree, b_to_a, a_to_b}, b_to_a);
         } else {
           return Visit::kContinue;  // one of the two has never been built
         }
@@ -138,8 +134,8 @@ Visit SegmentIndex::search(const SegmentIndex& other, const SegmentSource* sourc
   KeptSegments read(other.options_.share_ends);
   if (options_.capsules && !other.keepsSegments()) read = other.readSegments(*source);
   const SegmentRange second = (other.keepsSegments() ? other.segments_ : read).range();
-  return visitTrees(other, [&](const auto& two) {
-    const CapsuleFilter filter(keptRange(), second, &two.b_to_a, margin(), unit_);
+  return visitTrees(other, [&](const auto& two, const FrameChange& b_to_a) {
+    const CapsuleFilter filter(keptRange(), second, &b_to_a, margin(), unit_);
     return findPairs(TreeSearch(two), options_.capsules ? &filter : nullptr, executor_.get(),
                      *scratch_, sink);
   });
@@ -161,8 +157,8 @@ Visit SegmentIndex::search(const SegmentIndex& other, const SegmentSource* sourc
   RememberingFind first(find_first);
   RememberingFind second(find_second);
   NearestFilter filter(first, second, options_.capsules, sink);
-  return visitTrees(other, [&](const auto& two) {
-    return tree::pairKernels(two).nearest(two, sink.limit(), filter);
+  return visitTrees(other, [&](const auto& two, const FrameChange&) {
+    return visitNearest(two, sink.limit(), filter);
   });
 }
 

@@ -56,10 +56,8 @@ Visit Step::searchMoving(const MovingSegment& segment, double error, Group group
     const double padding = end_.padding() + error;
     const MovingBox box{volumeAround<Box>(segment.start, padding),
                         volumeAround<Box>(segment.end, padding)};
-    return tree::kernels<std::decay_t<decltype(tree)>>().overlapsVolume(tree, box, second, group,
-                                                                        buffer) == Visit::kStop
-               ? Visit::kStop
-               : buffer.full();
+    return visitOverlaps(tree, box, second, group, buffer) == Visit::kStop ? Visit::kStop
+                                                                           : buffer.full();
   });
 }
 

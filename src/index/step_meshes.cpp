@@ -11,7 +11,7 @@
 #include "index/segment_marks.h"
 #include "index/step.h"
 #include "index/tree_search.h"
-#include "tree/moving_search.h"
+#include "tree/tree_pair.h"
 
 namespace fcl_fibers::index {
 
@@ -116,8 +116,7 @@ Visit Step::visitMesh(const MovingMesh& mesh, double margin, const SegmentMarks&
   return visitTree(
       [&](const auto& tree) {
         if (tree.empty()) return Visit::kContinue;
-        constexpr int kArity = std::decay_t<decltype(tree)>::kArity;
-        const tree::MovingMeshPair<kArity> pair{tree, triangles, growth, mesh.end().categories};
+        const auto pair = movingMeshPair(tree, triangles, growth, mesh.end().categories);
         return visit(motions, TreeSearch(pair));
       },
       until);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "index/pair_search.h"
-#include "tree/moving_search.h"
 #include "tree/search.h"
 
 namespace fcl_fibers::index {
@@ -11,17 +10,16 @@ namespace fcl_fibers::index {
 template <class Trees>
 class TreeSearch final : public PairSearch {
  public:
-  explicit TreeSearch(const Trees& trees) : trees_(trees), kernels_(tree::pairKernels(trees)) {}
+  explicit TreeSearch(const Trees& trees) : trees_(trees) {}
   tree::Visit split(tree::TaskSink& out) const override {
-    return kernels_.splitIntoTasks(trees_, out);
+    return splitIntoTasks(trees_, out);
   }
   tree::Visit run(const tree::TraversalTask& task, tree::PairBuffer& out) const override {
-    return kernels_.overlaps(trees_, task, out);
+    return visitOverlaps(trees_, task, out);
   }
 
  private:
   const Trees& trees_;
-  const tree::PairKernels<Trees>& kernels_;
 };
 
 }  // namespace fcl_fibers::index

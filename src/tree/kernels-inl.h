@@ -6,61 +6,62 @@
 #define FCL_FIBERS_TREE_KERNELS_INL_H
 #endif
 
-#include "tree/queries-inl.h"
+#include "tree/kernels.h"
+#include "tree/traversal-inl.h"
+#include "tree/wide_overlaps-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace fcl_fibers::tree::HWY_NAMESPACE {
 
-/// Calls visit(b_to_a, a_to_b) with the changes between the frames of two trees.
-template <class Tree, class F>
-FCL_FIBERS_ALWAYS_INLINE Visit withChanges(const TreePair<Tree>& trees, F&& visit) {
-  constexpr geometry::SameFrame kSame;
-  return trees.b_to_a.isIdentity() && trees.a_to_b.isIdentity() ? visit(kSame, kSame)
-                                                                : visit(trees.b_to_a, trees.a_to_b);
-}
-
-template <class Tree, class Query>
-Visit visitPairs(const TreePair<Tree>& trees, Query& query) {
-  return withChanges(trees, [&](const auto& b_to_a, const auto& a_to_b) HWY_ATTR {
-    return visitPairs(trees.a, trees.b, b_to_a, a_to_b, AllGroups(), query);
-  });
-}
-
-template <class Tree>
-Visit overlaps(const Tree& tree, const TraversalTask& task, PairBuffer& out) {
-  constexpr geometry::SameFrame kSame;
-  return internal::withGroups(tree, [&](auto filter) HWY_ATTR {
-    return overlapsOf(tree, tree, kSame, kSame, filter, task, out);
-  });
-}
-template <class Tree>
-Visit overlaps(const TreePair<Tree>& trees, const TraversalTask& task, PairBuffer& out) {
-  return withChanges(trees, [&](const auto& b_to_a, const auto& a_to_b) HWY_ATTR {
-    return overlapsOf(trees.a, trees.b, b_to_a, a_to_b, AllGroups(), task, out);
-  });
-}
-
-// Highway sets the instruction set for functions between its macros and for those marked HWY_ATTR,
-// such as lambdas that become pointers to functions.
-
-/// The searches for overlapping pairs alone.
+/// The paper's binary tree is searched as published, by recursion.
 template <class Trees>
-constexpr PairKernels<Trees> kOverlapKernels = {
-    [](const Trees& trees, TaskSink& out) HWY_ATTR {
-      SplitIntoTasks query(out);
-      return visitPairs(trees, query);
-    },
-    [](const Trees& trees, const TraversalTask& task, PairBuffer& out)
-        HWY_ATTR { return overlaps(trees, task, out); },
-    nullptr,
-};
+Visit overlapsOf(const Trees& trees, const TraversalTask& task, PairBuffer& out) {
+  return withPairing(trees, [&](const auto& pairing) HWY_ATTR {
+    using Pairing = std::decay_t<decltype(pairing)>;
+    if constexpr (Pairing::TreeA::kArity == 2) {
+      CollectPairs query(out);
+      return PairTraversal<Pairing, CollectPairs>(pairing, query).run(task);
+    } else {
+      return WideOverlaps<Pairing, Trees>(pairing, trees, out).run(task);
+    }
+  });
+}
 
 template <class Tree>
-Visit overlapsVolume(const Tree& tree, const typename Tree::Volume& volume, SegmentId second,
-                     Group group, PairBuffer& out) {
+Visit overlapsOfVolume(const Tree& tree, const typename Tree::Volume& volume, SegmentId second,
+                       Group group, PairBuffer& out) {
   CollectPairs query(out, second);
   return visitLeaves(tree, volume, query, group);
 }
+
+template <class Pack, class Volume>
+simd::LaneMask overlapsOfPack(const Pack& pack, const Volume& volume) {
+  return geometry::HWY_NAMESPACE::overlaps(pack, volume);
+}
+template <int N, template <int> class Pack, class Volume>
+simd::LaneMask nearerOfPack(const Pack<N>& pack, const Volume& volume, float limit,
+                            float (&distances)[N]) {
+  return geometry::HWY_NAMESPACE::nearer(pack, volume, limit, distances);
+}
+
+template <class Tree>
+constexpr auto nearerOf() {
+  if constexpr (Kernels<Tree>::kMoves) {
+    return nullptr;
+  } else {
+    return &nearerOfPack<Tree::kArity, Tree::Volume::template Pack, typename Tree::Volume>;
+  }
+}
+
+template <class Tree>
+constexpr Kernels<Tree> kKernels = {
+    overlapsOfPack<typename Tree::Pack, typename Tree::Volume>,
+    nearerOf<Tree>(),
+    overlapsOf<Tree>,
+    overlapsOf<TreePair<Tree>>,
+    overlapsOf<TreePair<Tree, typename Kernels<Tree>::Mesh>>,
+    overlapsOfVolume<Tree>,
+};
 
 }  // namespace fcl_fibers::tree::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -3,10 +3,10 @@
 
 #include <cstddef>
 
-#include "geometry/frame.h"
-#include "tree/bvh.h"
-#include "tree/moving_tree.h"
+#include "simd/always_inline.h"
+#include "tree/topology.h"
 #include "tree/traversal_task.h"
+#include "tree/tree_pair.h"
 
 namespace fcl_fibers::tree {
 
@@ -66,66 +66,29 @@ class TaskSink {
   ~TaskSink() = default;
 };
 
-/// Two trees and the changes between their frames. Their groups are independent.
-template <class Tree>
-struct TreePair {
-  const Tree& a;
-  const Tree& b;
-  const geometry::FrameChange& b_to_a;
-  const geometry::FrameChange& a_to_b;
-};
+// Searches of one tree (`Trees` is Tree) or of two (`Trees` is a TreePair, whose first tree has the
+// frame of all lengths). All instruction sets find the same pairs in the same order.
 
-/// Searches for pairs of one tree (`Trees` is Tree) or of two trees (TreePair<Tree>).
+/// Hands out the tasks of a search for pairs whose volumes overlap; visitOverlaps() does one of
+/// them.
 template <class Trees>
-struct PairKernels {
-  /// splitIntoTasks() hands out the tasks of a search for pairs whose volumes overlap; overlaps()
-  /// does one of them.
-  Visit (*splitIntoTasks)(const Trees& trees, TaskSink& out);
-  Visit (*overlaps)(const Trees& trees, const TraversalTask& task, PairBuffer& out);
-  /// Finds the pairs nearer than `limit`, roughly the nearest first.
-  Visit (*nearest)(const Trees& trees, double limit, NearestVisitor& visitor);
-};
+Visit splitIntoTasks(const Trees& trees, TaskSink& out);
+template <class Trees>
+Visit visitOverlaps(const Trees& trees, const TraversalTask& task, PairBuffer& out);
 
-/// The traversals of traversal-inl.h for one instruction set. All instruction sets find the same
-/// pairs in the same order. In searches with one volume, b of each pair is `second`, and segments
-/// of `group` are left out.
+/// Visits the pairs nearer than `limit`, roughly the nearest first.
+template <class Trees>
+Visit visitNearest(const Trees& trees, double limit, NearestVisitor& visitor);
+
+/// Does the same for pairs with one volume. b of each pair is `second`, and segments of `group` are
+/// left out.
+///@{
 template <class Tree>
-struct Kernels {
-  using Volume = typename Tree::Volume;
-
-  PairKernels<Tree> self;
-  PairKernels<TreePair<Tree>> cross;
-  Visit (*overlapsVolume)(const Tree& tree, const Volume& volume, SegmentId second, Group group,
-                          PairBuffer& out);
-  Visit (*nearestVolume)(const Tree& tree, const Volume& volume, SegmentId second, Group group,
-                         double limit, NearestVisitor& visitor);
-};
-
-/// The kernels for the instruction set in use (simd/dispatch.h). A tree that moves has no search
-/// for what is nearest. Fetch them once for each query.
+Visit visitOverlaps(const Tree& tree, const typename Tree::Volume& volume, SegmentId second,
+                    Group group, PairBuffer& out);
 template <class Tree>
-const Kernels<Tree>& kernels();
-template <>
-const Kernels<LayeredBoxTree<2>>& kernels();
-template <>
-const Kernels<LayeredBoxTree<8>>& kernels();
-template <>
-const Kernels<WrappedSphereTree<2>>& kernels();
-template <>
-const Kernels<WrappedSphereTree<8>>& kernels();
-
-template <>
-const Kernels<MovingTree<2>>& kernels();
-template <>
-const Kernels<MovingTree<8>>& kernels();
-
-template <class Tree>
-const PairKernels<Tree>& pairKernels(const Tree& /*tree*/) {
-  return kernels<Tree>().self;
-}
-template <class Tree>
-const PairKernels<TreePair<Tree>>& pairKernels(const TreePair<Tree>& /*trees*/) {
-  return kernels<Tree>().cross;
-}
+Visit visitNearest(const Tree& tree, const typename Tree::Volume& volume, SegmentId second,
+                   Group group, double limit, NearestVisitor& visitor);
+///@}
 
 }  // namespace fcl_fibers::tree

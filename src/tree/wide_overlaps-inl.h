@@ -25,21 +25,30 @@ using simd::HWY_NAMESPACE::LaneNumbers;
 /// predicted. Here each step takes a batch of pairs of nodes and writes all pairs of children that
 /// overlap, a whole mask at a time and without a branch. So the nodes of the next step are known
 /// early enough to be prefetched.
-template <class TreeA, class TreeB, class BToA, class AToB, class GroupFilter>
+template <class Pairing, class Trees>
 class WideOverlaps {
+  using TreeA = typename Pairing::TreeA;
+  using TreeB = typename Pairing::TreeB;
   static_assert(TreeA::kArity == 8 && TreeB::kArity == 8);
 
  public:
-  WideOverlaps(const TreeA& a, const TreeB& b, const BToA& b_to_a, const AToB& a_to_b,
-               GroupFilter filter, PairBuffer& out)
-      : a_(a), b_(b), b_to_a_(b_to_a), a_to_b_(a_to_b), filter_(filter), out_(out) {}
+  /// @param trees  those of the pairing
+  WideOverlaps(const Pairing& pairing, const Trees& trees, PairBuffer& out)
+      : trees_(trees),
+        a_(pairing.a),
+        b_(pairing.b),
+        b_to_a_(pairing.b_to_a),
+        a_to_b_(pairing.a_to_b),
+        filter_(pairing.filter),
+        out_(out) {}
 
   Visit run(const TraversalTask& task) {
-    if (task.node != TraversalTask::kCross) {
-      if (overlapSelf(task.node) == Visit::kStop) return Visit::kStop;
-    } else {
-      waiting_[count_++] = {task.a_slot, task.b_slot};
+    if constexpr (Pairing::kSameFrame) {
+      if (task.node != TraversalTask::kCross) {
+        return overlapSelf(task.node) == Visit::kStop ? Visit::kStop : drain();
+      }
     }
+    waiting_[count_++] = {task.a_slot, task.b_slot};
     return drain();
   }
 
@@ -107,14 +116,7 @@ class WideOverlaps {
   /// Finds the pairs below the last waiting pair one by one, if there is no room for more.
   Visit visitLast() {
     const Slots last = waiting_[--count_];
-    struct Collect : OverlapTest {
-      PairBuffer& out;
-      explicit Collect(PairBuffer& buffer) : out(buffer) {}
-      Visit leafPair(SegmentId a, SegmentId b) { return out.push(a, b); }
-    } query(out_);
-    return internal::PairTraversal<TreeA, TreeB, Collect, BToA, AToB, GroupFilter>(
-               a_, b_, b_to_a_, a_to_b_, filter_, query)
-        .run({TraversalTask::kCross, last.a, last.b});
+    return visitOneByOne(trees_, last.a, last.b, out_);
   }
 
   Visit openBatch(int size) {
@@ -215,11 +217,12 @@ class WideOverlaps {
     return out_.written(b.writeAfter(a, mask, out_.room()));
   }
 
+  const Trees& trees_;
   const TreeA& a_;
   const TreeB& b_;
-  const BToA& b_to_a_;
-  const AToB& a_to_b_;
-  const GroupFilter filter_;
+  const decltype(Pairing::b_to_a)& b_to_a_;
+  const decltype(Pairing::a_to_b)& a_to_b_;
+  const decltype(Pairing::filter) filter_;
   PairBuffer& out_;
   int count_ = 0;
   int row_count_ = 0, leaf_row_count_ = 0;

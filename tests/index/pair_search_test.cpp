@@ -36,11 +36,11 @@ class TreeSearch final : public PairSearch {
  public:
   explicit TreeSearch(const Trees& trees) : trees_(trees) {}
   Visit split(TaskSink& out) const override {
-    return pairKernels(trees_).splitIntoTasks(trees_, out);
+    return splitIntoTasks(trees_, out);
   }
   Visit run(const TraversalTask& task, PairBuffer& out) const override {
     ++tasks;
-    return pairKernels(trees_).overlaps(trees_, task, out);
+    return visitOverlaps(trees_, task, out);
   }
   mutable std::atomic<std::size_t> tasks{0};
 
@@ -99,7 +99,7 @@ class CountTasks final : public TaskSink {
 // The tests below would not see what happens at the window's end.
 TYPED_TEST(PairSearchTest, ManyTasksAreMoreThanOneWindow) {
   CountTasks tasks;
-  kernels<TypeParam>().self.splitIntoTasks(treeOf<TypeParam>(many()), tasks);
+  splitIntoTasks(treeOf<TypeParam>(many()), tasks);
   EXPECT_GT(tasks.count, 4u + 8 + 16 + 32 + 64 + 128 + 256);
 }
 
@@ -371,7 +371,7 @@ TYPED_TEST(PairSearchTest, OneVolumeIsSearchedWithABufferOnTheStack) {
     const auto volume = TypeParam::Volume::around(scene.segments[11], 0.02);
     const auto search = [&](CollectRuns& sink) {
       SerialBuffer buffer(nullptr, sink);
-      return kernels<TypeParam>().overlapsVolume(tree, volume, 77, kNoGroup, buffer) == Visit::kStop
+      return visitOverlaps(tree, volume, 77, kNoGroup, buffer) == Visit::kStop
                  ? Visit::kStop
                  : buffer.full();
     };

@@ -2,13 +2,14 @@
 #pragma once
 
 #include <cstddef>
+#include <type_traits>
 
-#include "tree/traversal.h"
+#include "tree/traversal-inl.h"
 
 namespace fcl_fibers::test {
 
 /// What a plain traversal for overlapping pairs does.
-struct VolumeTests : tree::OverlapTest {
+struct VolumeTests : tree::HWY_NAMESPACE::OverlapTest {
   template <class Pack, class Volume, class F>
   tree::Visit forEachPassing(const Pack& pack, const Volume& volume, simd::LaneMask lanes,
                              double unit, F&& visit) {
@@ -27,7 +28,11 @@ struct VolumeTests : tree::OverlapTest {
 template <class Tree>
 VolumeTests countVolumeTests(const Tree& tree) {
   VolumeTests count;
-  visitPairs(tree, count);
+  if (tree.empty()) return count;
+  tree::HWY_NAMESPACE::withPairing(tree, [&](const auto& pairing) {
+    using Pairing = std::decay_t<decltype(pairing)>;
+    return tree::HWY_NAMESPACE::PairTraversal<Pairing, VolumeTests>(pairing, count).visitSelf(0);
+  });
   return count;
 }
 

@@ -588,7 +588,7 @@ TYPED_TEST(BvhTest, TheNearestPairIsFoundByLookingAtFew) {
     const TypeParam tree = this->build(scene);
     const double infinity = std::numeric_limits<double>::infinity();
     Nearest nearest(scene.segments, scene.segments);
-    ASSERT_EQ(pairKernels(tree).nearest(tree, infinity, nearest), Visit::kContinue);
+    ASSERT_EQ(visitNearest(tree, infinity, nearest), Visit::kContinue);
     double least = infinity;
     for (SegmentId a = 0; a < 400; ++a) {
       for (SegmentId b = 0; b < a; ++b) least = std::min(least, nearest.distance(a, b));
@@ -598,7 +598,7 @@ TYPED_TEST(BvhTest, TheNearestPairIsFoundByLookingAtFew) {
 
     // A limit below the least distance prunes all.
     Nearest below(scene.segments, scene.segments);
-    pairKernels(tree).nearest(tree, 0.5 * least, below);
+    visitNearest(tree, 0.5 * least, below);
     EXPECT_LT(below.visited, nearest.visited) << i;
   }
 }
@@ -615,7 +615,7 @@ TYPED_TEST(BvhTest, TheNearestPairOfTwoTreesIsFoundInTwoFrames) {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     const TypeParam tree_a = this->build(a), tree_b = this->build(b);
     Nearest nearest(a.segments, b_in_a);
-    kernels<TypeParam>().cross.nearest({tree_a, tree_b, b_to_a, a_to_b}, kInfinity, nearest);
+    visitNearest(TreePair<TypeParam>{tree_a, tree_b, b_to_a, a_to_b}, kInfinity, nearest);
     double least = kInfinity;
     for (const SegmentId i : a.fibers.ids) {
       for (const SegmentId j : b.fibers.ids) least = std::min(least, nearest.distance(i, j));

@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tree/plain_traversal.h"
 
-#include "tree/traversal.h"
+#include <type_traits>
+
+#include "tree/traversal-inl.h"
 
 namespace fcl_fibers::tree::plain {
 namespace {
 
 using geometry::FrameChange;
+using HWY_NAMESPACE::OverlapTest;
+using HWY_NAMESPACE::PairTraversal;
+using HWY_NAMESPACE::withAnyPairing;
 
 struct Overlapping : OverlapTest {
   explicit Overlapping(OverlapVisitor& visitor) : to(visitor) {}
@@ -22,18 +27,24 @@ struct Overlapping : OverlapTest {
 template <class Tree>
 Visit visitPairs(const Tree& tree, OverlapVisitor& visitor) {
   Overlapping query(visitor);
-  return tree::visitPairs(tree, query);
+  if (tree.empty()) return Visit::kContinue;
+  return withAnyPairing(tree, [&](const auto& pairing) {
+    return PairTraversal<std::decay_t<decltype(pairing)>, Overlapping>(pairing, query).visitSelf(0);
+  });
 }
 template <class Tree>
 Visit visitPairs(const Tree& a, const Tree& b, const FrameChange& b_to_a, const FrameChange& a_to_b,
                  OverlapVisitor& visitor) {
   Overlapping query(visitor);
-  return tree::visitPairs(a, b, b_to_a, a_to_b, AllGroups(), query);
+  if (a.empty() || b.empty()) return Visit::kContinue;
+  return withAnyPairing(TreePair<Tree>{a, b, b_to_a, a_to_b}, [&](const auto& pairing) {
+    return PairTraversal<std::decay_t<decltype(pairing)>, Overlapping>(pairing, query).visitBoth();
+  });
 }
 template <class Tree>
 Visit visitLeaves(const Tree& tree, const typename Tree::Volume& volume, OverlapVisitor& visitor) {
   Overlapping query(visitor);
-  return tree::visitLeaves(tree, volume, query);
+  return HWY_NAMESPACE::visitLeaves(tree, volume, query);
 }
 
 #define FCL_FIBERS_TRAVERSALS(TREE)                                                           \

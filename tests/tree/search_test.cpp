@@ -60,15 +60,13 @@ PairList pairsFound(const Trees& trees) {
   class Serial final : public TaskSink {
    public:
     explicit Serial(const Trees& trees) : trees_(trees) {}
-    Visit take(const TraversalTask& work) override {
-      return pairKernels(trees_).overlaps(trees_, work, out);
-    }
+    Visit take(const TraversalTask& work) override { return visitOverlaps(trees_, work, out); }
     SmallBuffer out;
 
    private:
     const Trees& trees_;
   } serial(trees);
-  EXPECT_EQ(pairKernels(trees).splitIntoTasks(trees, serial), Visit::kContinue);
+  EXPECT_EQ(splitIntoTasks(trees, serial), Visit::kContinue);
   serial.out.full();
   return serial.out.found;
 }
@@ -77,7 +75,7 @@ template <class Tree>
 PairList pairsWith(const Tree& tree, const typename Tree::Volume& volume, SegmentId second,
                    Group group) {
   SmallBuffer out;
-  EXPECT_EQ(kernels<Tree>().overlapsVolume(tree, volume, second, group, out), Visit::kContinue);
+  EXPECT_EQ(visitOverlaps(tree, volume, second, group, out), Visit::kContinue);
   out.full();
   return out.found;
 }
@@ -164,14 +162,14 @@ TYPED_TEST(SearchTest, DoesAPieceOfAnySize) {
 
   const auto expectFound = [&](const TraversalTask& work, std::size_t count) {
     SmallBuffer all;
-    EXPECT_EQ(pairKernels(tree).overlaps(tree, work, all), Visit::kContinue);
+    EXPECT_EQ(visitOverlaps(tree, work, all), Visit::kContinue);
     all.full();
     const PairList found = asSet(all.found, false);
     EXPECT_FALSE(hasDuplicates(found));
     EXPECT_EQ(found.size(), count);
     for (const std::size_t wanted : {std::size_t{5000}, count - 1}) {
       SmallBuffer some(wanted);
-      EXPECT_EQ(pairKernels(tree).overlaps(tree, work, some), Visit::kStop);
+      EXPECT_EQ(visitOverlaps(tree, work, some), Visit::kStop);
       EXPECT_TRUE(std::equal(some.found.begin(), some.found.end(), all.found.begin()));
     }
   };
@@ -205,7 +203,7 @@ TYPED_TEST(SearchTest, KeepsItsRoom) {
   const TypeParam tree = treeOf<TypeParam>(identical(256, 128));
   const std::int32_t slot = TypeParam::kArity * parentOf(tree, kLeaves);
   CountingBuffer between;
-  pairKernels(tree).overlaps(tree, TraversalTask{TraversalTask::kCross, slot, slot + 1}, between);
+  visitOverlaps(tree, TraversalTask{TraversalTask::kCross, slot, slot + 1}, between);
   between.full();
   EXPECT_EQ(between.count, std::size_t{kLeaves} * kLeaves);
 }
@@ -305,7 +303,7 @@ TYPED_TEST(SearchTest, LeavesOutPairsOfOneGroupAndNoOthers) {
       // Of distances, all pairs; of a scene of few segments, as they are many.
       if (scene.segments.size() > 1000) continue;
       CollectNearest nearest;
-      pairKernels(tree).nearest(tree, 1e6, nearest);
+      visitNearest(tree, 1e6, nearest);
       EXPECT_TRUE(asSet(nearest.found, false) ==
                   ofTwo(allPairs(static_cast<SegmentId>(scene.segments.size()))));
     }
@@ -333,8 +331,8 @@ TYPED_TEST(SearchTest, LeavesOutTheGroupOfAVolume) {
         EXPECT_EQ(pairsWith(tree, volume, 0, group),
                   keepOthers(pairsWith(all, volume, 0, kNoGroup)));
         CollectNearest far, near;
-        kernels<TypeParam>().nearestVolume(all, volume, 0, kNoGroup, 1e6, far);
-        kernels<TypeParam>().nearestVolume(tree, volume, 0, group, 1e6, near);
+        visitNearest(all, volume, 0, kNoGroup, 1e6, far);
+        visitNearest(tree, volume, 0, group, 1e6, near);
         EXPECT_EQ(near.found, keepOthers(far.found));
       }
     }
@@ -359,8 +357,7 @@ TYPED_TEST(SearchTest, FindsWhatAVolumeOverlaps) {
     // The buffer is asked eight pairs at a time at most, and so are those that are left at the end.
     const std::size_t wanted = 1 + i % plain.found.size();
     SmallBuffer some(wanted);
-    if (kernels<TypeParam>().overlapsVolume(tree, volume, CollectPlainly::kVolume, kNoGroup,
-                                            some) == Visit::kContinue) {
+    if (visitOverlaps(tree, volume, CollectPlainly::kVolume, kNoGroup, some) == Visit::kContinue) {
       some.full();
     }
     ASSERT_EQ(some.found.size(), wanted);
