@@ -1,14 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Compares the speed of two trees of the library, call by call, and what they find, in its order.
+"""Compares the speed of two trees of the library, and what they find, call by call.
 
-    benchmarks/compare.py OLD NEW [--instructions | --times] [--only TEXT] [--rounds N]
-
-OLD and NEW are folders of this repository, such as worktrees. The rows of benchmarks/compare/ are
-compiled over each. --instructions counts them under callgrind, with AVX2 and SSE4, which takes no
-notice of what else the machine does. --times takes both libraries into this process and calls them
-by turns; it prints the median of each row's old time over its new one, its 95 % interval, and the
-geometric mean. So a ratio above 1 is more instructions, or less time. Without either, both are run.
+OLD and NEW are folders of this repository, such as worktrees. The calls of benchmarks/compare/ are
+compiled over each of them. Instructions are counted under callgrind, with AVX2 and with SSE4, and
+do not depend on what else the machine does. Times are taken of both libraries by turns in this
+process. They are given by the median of old/new, which is above 1 if the new one is faster, and its
+95 % interval. The comparison fails if a call finds something else, or the same in another order.
 """
 
 import argparse
@@ -24,139 +22,133 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-BUILD = ROOT / "build" / "compare"
-SECONDS = 0.004  # that one turn takes at least
+PACKAGES = "cmake ninja-build g++ valgrind libfcl-dev libeigen3-dev libhwy-dev libtbb-dev"
+TURN = 0.004  # seconds at least
+
+
+class Library:
+    """The calls of rows.cpp over one tree."""
+
+    def __init__(self, path, only):
+        self.calls = ctypes.CDLL(path)
+        self.calls.row_name.restype = ctypes.c_char_p
+        self.calls.row_open.restype = ctypes.c_int64
+        self.calls.row_time.restype = ctypes.c_double
+        self.count = self.calls.row_count
+        self.time = self.calls.row_time
+        names = []
+        while (name := self.calls.row_name(len(names))) is not None:
+            names.append(name.decode())
+        self.rows = {name: row for row, name in enumerate(names) if only in name}
+
+    def open(self, name):
+        """Makes the scene. Returns how much the query finds, and a hash of its order."""
+        order = ctypes.c_uint64()
+        return self.calls.row_open(self.rows[name], ctypes.byref(order)), order.value
 
 
 def build(name, tree):
-    folder = BUILD / name
-    options = ["-G", "Ninja", f"-DTREE={Path(tree).resolve()}", "-DCMAKE_BUILD_TYPE=Release"]
-    configure = ["cmake", "-S", ROOT / "benchmarks" / "compare", "-B", folder, *options]
-    for command in (configure, ["cmake", "--build", folder, "--target", "rows"]):
-        subprocess.run(command, check=True, stdout=sys.stderr)
-    return folder / "librows.so"
-
-
-def load(path):
-    library = ctypes.CDLL(str(path))
-    library.row_name.restype = ctypes.c_char_p
-    library.row_open.restype = ctypes.c_uint64
-    library.row_found.restype = ctypes.c_int64
-    library.row_time.restype = ctypes.c_double
-    return library
-
-
-def row_names(library, only):
-    """The rows with this text in their names, by number."""
-    names = {}
-    while (name := library.row_name(len(names))) is not None:
-        names[len(names)] = name.decode()
-    return {row: name for row, name in names.items() if only in name}
+    """Returns the path of the library that has the calls over a tree."""
+    folder = ROOT / "build" / "compare" / name
+    source = ["-S", ROOT / "benchmarks" / "compare", f"-DTREE={Path(tree).resolve()}"]
+    for command in (["-G", "Ninja", "-B", folder, *source], ["--build", folder, "-t", "rows"]):
+        subprocess.run(["cmake", *command], check=True, stdout=sys.stderr)
+    return str(folder / "librows.so")
 
 
 def count(path, only):
-    """Runs under callgrind, which writes a file for each row."""
-    library = load(path)
-    for row, name in row_names(library, only).items():
-        answer = library.row_open(row)
-        library.row_count()
-        print(row, answer, library.row_found(), name, sep="\t", flush=True)
+    """In a process under callgrind, which writes a file for each row."""
+    library = Library(path, only)
+    for name in library.rows:
+        print(*library.open(name), name, sep="\t", flush=True)
+        library.count()
 
 
 def counted(path, simd, only):
-    """Hash, number of what is found and instructions of each row, by its name."""
-    folder = path.parent / simd
-    folder.mkdir(exist_ok=True)
-    for old in folder.glob("callgrind.*"):
-        old.unlink()
+    """What each row finds, and its instructions, by its name."""
+    output = Path(path).parent / f"callgrind.{simd}"
     command = ["valgrind", "-q", "--tool=callgrind", "--instr-atstart=no"]
-    command += [f"--callgrind-out-file={folder}/callgrind", sys.executable, "-B", __file__]
+    command += [f"--callgrind-out-file={output}", sys.executable, "-B", __file__]
+    env = {**os.environ, "FCL_FIBERS_SIMD": simd}
     command += ["--count", path, "--only", only]
-    done = subprocess.run(
-        command, env={**os.environ, "FCL_FIBERS_SIMD": simd}, stdout=subprocess.PIPE, text=True
-    )
-    if done.returncode != 0:
-        raise SystemExit(f"benchmarks/compare.py: callgrind of {path} has failed")
+    done = subprocess.run(command, env=env, check=True, stdout=subprocess.PIPE, encoding="utf-8")
     rows = {}
     for number, line in enumerate(done.stdout.splitlines(), 1):
-        _, answer, found, name = line.split("\t")
-        text = Path(f"{folder}/callgrind.{number}").read_text(encoding="utf-8")
-        instructions = int(re.search(r"^(?:summary|totals): (\d+)", text, re.MULTILINE)[1])
-        rows[name] = (answer, int(found), instructions)
+        text = Path(f"{output}.{number}").read_text(encoding="utf-8")
+        instructions = re.search(r"^(?:summary|totals): (\d+)", text, re.MULTILINE)[1]
+        found, order, name = line.split("\t")
+        rows[name] = (int(found), order), int(instructions)
     return rows
 
 
 def compare_instructions(paths, only):
-    """Prints a table, and returns the names of rows whose answers differ."""
+    """Prints a table. Returns the rows that find something else."""
     different = []
-    print(f"{'instructions':56} {'found':>8} {'old':>12} {'new':>12}  new/old")
+    ratios = {}
+    print(f"{'instructions':55} {'found':>8} {'old':>12} {'new':>12}  new/old")
     for simd in ("avx2", "sse4"):
         with ThreadPoolExecutor() as pool:
             old, new = pool.map(lambda path: counted(path, simd, only), paths)
-        for name, (answer, found, instructions) in old.items():
-            now = new[name][2]
-            line = f"{name + ', ' + simd:56} {found:8} {instructions:12} {now:12}  "
-            line += f"{now / instructions:.3f}"
-            if new[name][:2] != (answer, found):
+        for row, (answer, before) in old.items():
+            name, after = f"{row}, {simd}", new[row][1]
+            ratios[name] = after / before
+            print(f"{name:55} {answer[0]:8} {before:12} {after:12}  {ratios[name]:.3f}", flush=True)
+            if new[row][0] != answer:
                 different.append(name)
-                line += "  THE ANSWERS DIFFER"
-            print(line, flush=True)
+    worst = max(ratios, key=ratios.get)
+    print(f"At most {ratios[worst]:.3f} ({worst})")
     return different
 
 
-def median_interval(values, chance):
-    """The median, and the ends of its 95 % interval by bootstrap."""
-    medians = sorted(statistics.median(chance.choices(values, k=len(values))) for _ in range(1000))
-    return statistics.median(values), medians[25], medians[974]
+def interval(values, estimate):
+    """An estimate, and the ends of its 95 % interval by bootstrap, of a list of samples."""
+    chance = random.Random(1)
+    drawn = sorted(
+        estimate([chance.choices(sample, k=len(sample)) for sample in values]) for _ in range(400)
+    )
+    return f"{estimate(values):7.3f}  {drawn[10]:.3f} to {drawn[389]:.3f}"
+
+
+def mean_of_medians(samples):
+    return statistics.geometric_mean(statistics.median(sample) for sample in samples)
 
 
 def compare_times(paths, only, rounds):
-    """Prints a table, and returns the names of rows whose answers differ."""
-    libraries = [load(path) for path in paths]
-    names = row_names(libraries[0], only)
-    ratios = {row: [] for row in names}
-    turns = {}
-    times = {}
-    different = []
+    """Prints a table. Returns the rows that find something else."""
+    libraries = [Library(path, only) for path in paths]
+    rows = {name: [] for name in libraries[0].rows}
+    times, turns, different = {}, {}, []
     for number in range(rounds):
-        # New scenes, because where memory lies makes a difference.
-        for row, name in names.items():
-            order = [0, 1] if number % 2 == 0 else [1, 0]
-            answers = {i: libraries[i].row_open(row) for i in order}
+        for name, ratios in rows.items():
+            # New scenes in each round, because it matters where memory lies.
+            order = libraries[:: 1 if number % 2 == 0 else -1]
+            answers = [library.open(name) for library in order]
             if answers[0] != answers[1] and name not in different:
                 different.append(name)
-            if row not in turns:
-                turns[row] = math.ceil(SECONDS / max(libraries[0].row_time(1), 1e-6))
-                libraries[1].row_time(1)
-            seconds = [0, 0]
-            for i in (*order, *reversed(order)) * 2:
-                seconds[i] += libraries[i].row_time(turns[row])
-            ratios[row].append(seconds[0] / seconds[1])
-            times.setdefault(row, []).append(seconds[0] / 4 / turns[row])
-    chance = random.Random(1)
+            times.setdefault(name, libraries[0].time(1))
+            turns.setdefault(name, math.ceil(TURN / max(times[name], 1e-6)))
+            seconds = dict.fromkeys(libraries, 0)
+            for library in (order + order[::-1]) * 2:
+                seconds[library] += library.time(turns[name])
+            old, new = (seconds[library] for library in libraries)
+            times[name] = min(times[name], old / 4 / turns[name])
+            ratios.append(old / new)
     print(f"{'times':50} {'old, ms':>8}  old/new  95 % interval")
-    for row, name in names.items():
-        median, low, high = median_interval(ratios[row], chance)
-        line = f"{name:50} {1000 * statistics.median(times[row]):8.3f}  {median:7.3f}  "
-        line += f"{low:.3f} to {high:.3f}"
-        print(line + ("  THE ANSWERS DIFFER" if name in different else ""))
-    means = [
-        math.exp(statistics.fmean(math.log(statistics.median(r)) for r in sample))
-        for sample in [list(ratios.values())]
-        + [[chance.choices(values, k=rounds) for values in ratios.values()] for _ in range(200)]
-    ]
-    spread = sorted(means[1:])
-    print(f"{'geometric mean':59}  {means[0]:7.3f}  {spread[5]:.3f} to {spread[194]:.3f}")
+    for name, ratios in rows.items():
+        print(f"{name:50} {1000 * times[name]:8.3f}  {interval([ratios], mean_of_medians)}")
+    print(f"{'geometric mean':59}  {interval(list(rows.values()), mean_of_medians)}")
     return different
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("trees", nargs="*", metavar="TREE", help="OLD and NEW")
-    parser.add_argument("--instructions", action="store_true", help="count them, by callgrind")
-    parser.add_argument("--times", action="store_true", help="take times, by turns")
+    parser.add_argument("--instructions", action="store_true", help="only count instructions")
+    parser.add_argument("--times", action="store_true", help="only take times")
     parser.add_argument("--only", default="", metavar="TEXT", help="rows with it in their names")
-    parser.add_argument("--rounds", type=int, default=30, help="of times; 30 unless given")
+    parser.add_argument("--rounds", type=int, default=30, help="of times; %(default)s unless given")
     parser.add_argument("--count", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.count:
@@ -164,19 +156,17 @@ def main():
         return
     if len(options.trees) != 2:
         parser.error("give two folders, OLD and NEW")
-    subprocess.run(
-        [ROOT / ".ci" / "apt_install.sh", "valgrind", "cmake", "ninja-build", "g++", "libfcl-dev"]
-        + ["libeigen3-dev", "libhwy-dev", "libtbb-dev"],
-        check=True,
-    )
-    paths = [build(name, tree) for name, tree in zip(("old", "new"), options.trees)]
+    subprocess.run([ROOT / ".ci" / "apt_install.sh", *PACKAGES.split()], check=True)
+    paths = [build(*named) for named in zip(("old", "new"), options.trees)]
+    if not Library(paths[0], options.only).rows:
+        parser.error(f"no row has {options.only} in its name")
     different = []
     if options.instructions or not options.times:
         different += compare_instructions(paths, options.only)
     if options.times or not options.instructions:
         different += compare_times(paths, options.only, options.rounds)
     if different:
-        raise SystemExit(f"The answers differ in: {'; '.join(sorted(set(different)))}")
+        raise SystemExit("THE TWO FIND DIFFERENT THINGS in these rows:\n" + "\n".join(different))
 
 
 if __name__ == "__main__":

@@ -1,42 +1,60 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "rows.h"
-
+//
+// What compare.py measures: calls of the public interface on scenes of hair.
 #include <time.h>
 #include <valgrind/callgrind.h>
 
 #include <cmath>
 #include <cstring>
-#include <utility>
+#include <functional>
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <vector>
 
 #include <fcl_fibers/contact.h>
+#include <fcl_fibers/fiber_objects.h>
 #include <fcl_fibers/fiber_tree.h>
+#include <fcl_fibers/layered_aabb_tree_collision_manager.h>
 #include <fcl_fibers/triangle_mesh.h>
+#include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
-namespace compare {
+namespace {
 
 using namespace fcl_fibers;
-using Call = Row::Call;
 
-void Hash::add(double number) {
-  std::uint32_t halves[2];
+/// What the queries have found since the row was opened, and a hash of it in its order.
+std::int64_t found = 0;
+std::uint64_t hash = 1;
+
+void keep(std::int32_t a, std::int32_t b = 0) {
+  hash = (hash ^ static_cast<std::uint32_t>(a)) * 0x9e3779b97f4a7c15u;
+  hash = ((hash ^ static_cast<std::uint32_t>(b)) * 0x9e3779b97f4a7c15u) ^ (hash >> 29);
+  ++found;
+}
+void keep(double number) {
+  std::int32_t halves[2];
   std::memcpy(halves, &number, sizeof(number));
-  add(static_cast<std::int32_t>(halves[0]), static_cast<std::int32_t>(halves[1]));
+  keep(halves[0], halves[1]);
 }
-
-void addRows(const std::string& name, const std::vector<Call>& calls,
-             const std::function<std::unique_ptr<Scene>()>& open, std::vector<Row>& rows) {
-  static const char* const kNames[] = {"build", "update", "query"};
-  for (const Call call : calls) {
-    rows.push_back({name + " " + kNames[static_cast<int>(call)], call, open});
+struct Keep {
+  void operator()(std::int32_t segment) const { keep(segment); }
+  void operator()(SegmentPair pair) const { keep(pair.a, pair.b); }
+  void operator()(TrianglePair pair) const { keep(pair.segment, pair.triangle); }
+  template <class Impact>
+  void operator()(const Impact& impact) const {
+    (*this)(impact.pair);
+    keep(impact.time);
   }
-}
+};
 
-FiberPolylines makeHair(int fibers, int segments, double swing) {
+/// Wisps of 20 fibers that curl together, in a state of their swing. Some touch their neighbours.
+FiberPolylines makeHair(int fibers, double swing) {
   FiberPolylines hair;
   hair.radius = 0.05;
   for (int f = 0; f < fibers; ++f) {
     const int wisp = f / 20, place = f % 20;
-    for (int i = 0; i <= segments; ++i) {
+    for (int i = 0; i <= 50; ++i) {
       const double z = 0.25 * i, curl = 0.8 * z + 1.1 * wisp;
       const double x = 0.7 * (wisp % 6) + 0.115 * (place % 5) + 0.2 * std::cos(curl);
       const double y = 0.6 * (wisp / 6) + 0.115 * (place / 5) + 0.2 * std::sin(curl);
@@ -47,240 +65,268 @@ FiberPolylines makeHair(int fibers, int segments, double swing) {
   }
   return hair;
 }
+/// One for the build, and two between which updates swing.
+constexpr double kStates[] = {0, 1, 1.3};
 
-namespace {
-
-struct Setting {
-  FiberTreeOptions::Volumes volumes = FiberTreeOptions::Volumes::kLayeredBoxes;
-  Topology topology = Topology::kBundle;
-  Report report = Report::kCapsules;
-  int fibers = 200, segments = 50;
-  bool rules = false;  ///< ignored neighbours, and groups of fibers
-  bool moves = false;  ///< an update is a step
-};
-
-FiberTreeOptions optionsOf(const Setting& setting) {
-  FiberTreeOptions options;
-  options.volumes = setting.volumes;
-  options.topology = setting.topology;
-  options.report = setting.report;
-  options.ignored_neighbors = setting.rules ? 2 : 1;
-  return options;
-}
-
-/// A ball of 4,600 triangles between the hair.
-TriangleMesh ball() {
+/// A ball of 4,680 triangles in the hair.
+TriangleMesh makeBall(double x) {
   constexpr int kRings = 40, kSides = 60;
-  std::vector<double> points = {0, 0, 1};
+  std::vector<double> points;
   std::vector<std::int32_t> triangles;
-  for (int ring = 1; ring < kRings; ++ring) {
-    for (int side = 0; side < kSides; ++side) {
-      const double up = M_PI * ring / kRings, around = 2 * M_PI * side / kSides;
-      points.insert(points.end(), {std::sin(up) * std::cos(around), std::sin(up) * std::sin(around),
-                                   std::cos(up)});
-    }
-  }
-  points.insert(points.end(), {0, 0, -1});
-  const int last = 1 + (kRings - 1) * kSides;
-  const auto at = [&](int ring, int side) {
-    return ring == 0 ? 0 : ring == kRings ? last : 1 + (ring - 1) * kSides + side % kSides;
+  const auto at = [](int ring, int side) {
+    if (ring == 0 || ring == kRings) return ring == 0 ? 0 : 1;
+    return 2 + (ring - 1) * kSides + side % kSides;
   };
+  points = {0, 0, 1, 0, 0, -1};
   for (int ring = 0; ring < kRings; ++ring) {
     for (int side = 0; side < kSides; ++side) {
-      const int a = at(ring, side), b = at(ring + 1, side), c = at(ring + 1, side + 1),
-                d = at(ring, side + 1);
+      const double up = M_PI * ring / kRings, around = 2 * M_PI * side / kSides;
+      const int a = at(ring, side), b = at(ring + 1, side), c = at(ring + 1, side + 1);
       if (b != c) triangles.insert(triangles.end(), {a, b, c});
-      if (a != d) triangles.insert(triangles.end(), {a, c, d});
+      if (ring == 0) continue;
+      triangles.insert(triangles.end(), {a, c, at(ring, side + 1)});
+      for (const double p : {std::cos(around), std::sin(around)})
+        points.push_back(std::sin(up) * p);
+      points.push_back(std::cos(up));
     }
   }
-  const MeshArrays<double> arrays = {points.data(), points.size() / 3, triangles.data(),
-                                     triangles.size() / 3};
-  return TriangleMesh(arrays, TriangleMesh::Kind::kSolid);
-}
-
-TriangleMesh ballAt(double x) {
-  TriangleMesh mesh = ball();
+  TriangleMesh mesh({points.data(), points.size() / 3, triangles.data(), triangles.size() / 3},
+                    TriangleMesh::Kind::kSolid);
   mesh.setPose({{0, -1, 0, 1, 0, 0, 0, 0, 1}, {x, 0.5, 6}});
   return mesh;
 }
 
-/// A tree, another one beside it and a mesh, and one query of them.
-template <typename S>
-class TreeScene : public Scene {
- public:
-  using Query = void (*)(const TreeScene& scene, Hash& found);
+using Volumes = FiberTreeOptions::Volumes;
 
-  TreeScene(const Setting& setting, Query query)
-      : tree(optionsOf(setting)), other(optionsOf(setting)), setting_(setting), query_(query) {
-    for (const double swing : {0., 1., 1.3}) {
-      hair_ = makeHair(setting.fibers, setting.segments, swing);
-      states_.emplace_back();
-      for (const Point& p : hair_.points)
-        states_.back().insert(states_.back().end(), p.begin(), p.end());
+struct Setting {
+  Topology topology = Topology::kBundle;
+  Report report = Report::kCapsules;
+  int fibers = 200;
+  Volumes volumes = Volumes::kLayeredBoxes;
+  bool rules = false;  ///< two neighbours are left out, and pairs of one of three groups
+  bool moves = false;  ///< an update is a step
+
+  template <class Options>
+  Options options() const {
+    Options options;
+    options.topology = topology;
+    options.report = report;
+    options.ignored_neighbors = rules ? 2 : 1;
+    return options;
+  }
+};
+
+/// A tree, and another one and a mesh that it meets.
+template <typename S>
+class TreeScene {
+ public:
+  explicit TreeScene(const Setting& setting) : setting_(setting) {
+    auto options = setting.options<FiberTreeOptions>();
+    options.volumes = setting.volumes;
+    tree = FiberTree(options);
+    other = FiberTree(options);
+    for (const double swing : kStates) {
+      hair_ = makeHair(setting.fibers, swing);
+      std::vector<S>& state = states_.emplace_back();
+      for (const Point& p : hair_.points) state.insert(state.end(), p.begin(), p.end());
     }
-    radius_ = S(hair_.radius);
     for (int f = 0; f < setting.fibers; ++f) groups_.push_back(1 + f % 3);
     std::vector<S> beside = states_[1];
-    for (std::size_t i = 0; i < beside.size(); ++i) beside[i] += S(i % 3 == 2 ? 0.01 : 0.06);
+    for (S& coordinate : beside) coordinate += S(0.06);
     other.build(arrays(beside));
     if (setting.moves) other.update(arrays(beside), arrays(beside));
   }
 
-  void build() override { tree.build(fibers(0)); }
-  void update() override {
-    const std::size_t from = state_;
+  void build() { tree.build(arrays(states_[0])); }
+  void update() {
+    const FiberArrays<S> start = fibers();
     state_ = 3 - state_;
-    if (setting_.moves) {
-      tree.update(fibers(from), fibers(state_));
-    } else {
-      tree.update(fibers(state_));
-    }
+    setting_.moves ? tree.update(start, fibers()) : tree.update(fibers());
   }
-  void query(Hash& found) override { query_(*this, found); }
-
-  FiberArrays<S> fibers() const { return fibers(state_); }
+  FiberArrays<S> fibers() const { return arrays(states_[state_]); }
 
   FiberTree tree, other;
-  const TriangleMesh mesh = ballAt(1.5), moved = ballAt(1.52);
+  const TriangleMesh mesh = makeBall(1.5), moved = makeBall(1.52);
 
  private:
-  FiberArrays<S> fibers(std::size_t state) const { return arrays(states_[state]); }
   FiberArrays<S> arrays(const std::vector<S>& points) const {
-    FiberArrays<S> result;
-    result.points = points.data();
-    result.point_count = points.size() / 3;
-    result.point_begin = hair_.point_begin.data();
-    result.fiber_count = hair_.point_begin.size() - 1;
-    result.radii = &radius_;
-    if (setting_.rules) result.groups = groups_.data();
-    return result;
+    return {points.data(),
+            points.size() / 3,
+            hair_.point_begin.data(),
+            groups_.size(),
+            &radius_,
+            FiberArrays<S>::Radii::kOne,
+            nullptr,
+            setting_.rules ? groups_.data() : nullptr};
   }
 
   Setting setting_;
-  Query query_;
-  std::vector<std::vector<S>> states_;  ///< one for the build, two for the updates
   FiberPolylines hair_;
+  std::vector<std::vector<S>> states_;
   std::vector<std::int32_t> groups_;
-  S radius_ = 0;
+  S radius_ = S(0.05);
+  std::size_t state_ = 1;
+};
+using Tree = TreeScene<double>;
+
+/// A manager, and another one and objects that it meets.
+template <class Manager>
+class ManagerScene {
+ public:
+  explicit ManagerScene(const Setting& setting)
+      : manager(setting.options<FiberManagerOptions>()),
+        other(setting.options<FiberManagerOptions>()) {
+    for (const double swing : kStates) states_.push_back(makeHair(setting.fibers, swing));
+    objects_ = makeObjects<double>(states_[0]);
+    const FiberPolylines beside = makeHair(setting.fibers, 2.5);
+    others = makeObjects<double>(beside);
+    add(beside, others, other);
+  }
+
+  void build() {
+    moveObjects(states_[0], objects_);
+    manager.clear();
+    add(states_[0], objects_, manager);
+  }
+  void update() {
+    state_ = 3 - state_;
+    moveObjects(states_[state_], objects_);
+    manager.update();
+  }
+
+  Manager manager;
+  mutable Manager other;
+  std::vector<std::unique_ptr<fcl::CollisionObjectd>> others;
+
+ private:
+  using Objects = decltype(others);
+  static void add(const FiberPolylines& hair, const Objects& objects, Manager& to) {
+    for (const auto& fiber : objectsByFiber(hair, objects)) to.registerFiber(fiber.objects);
+    to.setup();
+  }
+
+  std::vector<FiberPolylines> states_;
+  Objects objects_;
   std::size_t state_ = 1;
 };
 
-using Tree = TreeScene<double>;
+bool visitPair(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void*) {
+  keep(a->getTranslation()[0]);
+  keep(b->getTranslation()[0]);
+  return false;
+}
+/// Lets the search go on for what is nearer than two centers were.
+bool visitNear(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void*, double& least) {
+  const double distance = (a->getTranslation() - b->getTranslation()).norm();
+  if (distance < least) keep(least = distance);
+  return false;
+}
 
-/// A visitor that keeps what it is shown.
-struct Into {
-  void operator()(std::int32_t segment) const { found.add(segment, 0); }
-  void operator()(SegmentPair pair) const { found.add(pair.a, pair.b); }
-  void operator()(TrianglePair pair) const { found.add(pair.segment, pair.triangle); }
-  template <class Impact>
-  void operator()(const Impact& impact) const {
-    (*this)(impact.pair);
-    found.add(impact.time);
-  }
-  Hash& found;
+/// A call of a scene, after an update of what was built.
+struct Row {
+  using Call = std::function<void()>;
+  struct Scene {
+    Call build, update, query;
+  };
+  std::string name;
+  Call Scene::*call;
+  std::function<Scene()> open;
 };
+std::vector<Row> rows;
 
-template <typename S = double>
-void addTree(std::vector<Row>& rows, const std::string& name, const Setting& setting,
-             const std::vector<Call>& calls, typename TreeScene<S>::Query query) {
-  addRows(
-      name, calls, [=] { return std::make_unique<TreeScene<S>>(setting, query); }, rows);
+/// Adds the calls of a scene, some of "build update query".
+template <class Of>
+void add(const std::string& name, const std::string& calls, const Setting& setting,
+         void (*query)(const Of&)) {
+  const auto open = [=] {
+    const auto of = std::make_shared<Of>(setting);
+    return Row::Scene{[=] { of->build(); }, [=] { of->update(); }, [=] { query(*of); }};
+  };
+  const auto addOne = [&](const char* call, Row::Call Row::Scene::*member) {
+    if (calls.find(call) != calls.npos) rows.push_back({name + ": " + call, member, open});
+  };
+  addOne("build", &Row::Scene::build);
+  addOne("update", &Row::Scene::update);
+  addOne("query", &Row::Scene::query);
 }
 
 template <typename S>
-void pairs(const TreeScene<S>& s, Hash& found) {
-  s.tree.visitPairs(Into{found});
+void visitPairs(const TreeScene<S>& s) {
+  s.tree.visitPairs(Keep());
 }
 
-void overlaps(const Tree& s, Hash& found) {
-  for (int i = 0; i < 400; ++i) {
-    const double x = 0.01 * i, z = 0.03 * i;
-    s.tree.visitOverlaps(CapsuleShape{{x, 0, z}, {x, 1.5, z + 1}, 0.05}, Into{found});
-    s.tree.visitOverlaps(BoxShape{{x, 0, z}, {x + 0.3, 0.6, z + 0.3}}, Into{found});
-  }
-}
-
-void nearest(const Tree& s, Hash& found) {
-  std::vector<TrianglePair> pairs;
-  s.tree.findNearest(s.mesh, 0.3, pairs);
-  for (const TrianglePair pair : pairs) Into{found}(pair);
-}
-
-void contacts(const Tree& s, Hash& found) {
-  std::vector<Contact> contacts;
-  s.tree.findContacts(s.fibers(), contacts);
-  for (const Contact& contact : contacts) found.add(contact.distance);
-}
-
-std::vector<Row> makeRows() {
-  constexpr auto kBoxes = FiberTreeOptions::Volumes::kLayeredBoxes;
-  constexpr auto kSpheres = FiberTreeOptions::Volumes::kWrappedSpheres;
-  constexpr auto kBundle = Topology::kBundle, kPublished = Topology::kSuperThread;
-  constexpr auto kVolumes = Report::kVolumes, kCapsules = Report::kCapsules;
-  const std::vector<Call> all = {Call::kBuild, Call::kUpdate, Call::kQuery}, query = {Call::kQuery},
-                          step = {Call::kUpdate, Call::kQuery};
-  const auto visitOther = [](const Tree& s, Hash& found) {
-    s.tree.visitPairs(s.other, Into{found});
-  };
-  const auto visitImpacts = [](const Tree& s, Hash& found) { s.tree.visitImpacts(Into{found}); };
-  const auto visitMesh = [](const Tree& s, Hash& found) { s.tree.visitMesh(s.mesh, Into{found}); };
-
-  std::vector<Row> rows;
-  for (const auto topology : {kBundle, kPublished}) {
-    const std::string of = topology == kBundle ? "bundle " : "published ";
-    const int f = topology == kBundle ? 200 : 100;
-    addTree(rows, of + "boxes, volumes:", {kBoxes, topology, kVolumes, f}, all, pairs);
-    addTree(rows, of + "boxes, capsules:", {kBoxes, topology, kCapsules, f}, query, pairs);
-    addTree(rows, of + "spheres, volumes:", {kSpheres, topology, kVolumes, f / 2}, all, pairs);
-    addTree(rows, of + "spheres, capsules:", {kSpheres, topology, kCapsules, f / 2}, query, pairs);
-    addTree<float>(rows, of + "boxes, float, rules:", {kBoxes, topology, kCapsules, f, 50, true},
-                   all, pairs);
-    addTree(rows, of + "boxes, two trees:", {kBoxes, topology, kCapsules, f}, query, visitOther);
-    addTree(rows, of + "spheres, two trees:", {kSpheres, topology, kCapsules, f / 2}, query,
-            visitOther);
-    addTree(rows, of + "boxes, mesh:", {kBoxes, topology, kCapsules, f}, query, visitMesh);
-    addTree(rows, of + "spheres, mesh:", {kSpheres, topology, kCapsules, f}, query, visitMesh);
-    addTree(rows, of + "boxes, step:", {kBoxes, topology, kCapsules, f, 50, false, true}, step,
-            visitImpacts);
-    addTree(rows, of + "boxes, shapes:", {kBoxes, topology, kCapsules, f}, query, overlaps);
-  }
-  const Setting moving = {kBoxes, kBundle, kCapsules, 200, 50, false, true};
-  addTree(rows, "bundle boxes, nearest triangles:", {}, query, nearest);
-  addTree(rows, "bundle boxes, contacts:", {}, query, contacts);
-  addTree(rows, "bundle boxes, moving boxes:", moving, query,
-          [](const Tree& s, Hash& found) { s.tree.visitMovingPairs(Into{found}); });
-  addTree(rows, "bundle boxes, two steps:", moving, query,
-          [](const Tree& s, Hash& found) { s.tree.visitImpacts(s.other, Into{found}); });
-  addTree(rows, "bundle boxes, moving mesh:", moving, query,
-          [](const Tree& s, Hash& found) { s.tree.visitImpacts(s.mesh, s.moved, Into{found}); });
-  addTree(rows, "bundle boxes, safe step:", moving, query, [](const Tree& s, Hash& found) {
-    found.add(s.tree.safeStep());
-    found.add(s.tree.safeStep(s.other));
-    found.add(s.tree.safeStep(s.mesh, s.moved));
+template <class Of>
+void addManagerRows(const std::string& name, const Setting& capsules) {
+  Setting volumes = capsules;
+  volumes.report = Report::kVolumes;
+  add<Of>(name + "collide", "build update query", volumes,
+          [](const Of& s) { s.manager.collide(nullptr, visitPair); });
+  add<Of>(name + "distance", "query", capsules,
+          [](const Of& s) { s.manager.distance(nullptr, visitNear); });
+  add<Of>(name + "distance of two", "query", capsules,
+          [](const Of& s) { s.manager.distance(&s.other, nullptr, visitNear); });
+  add<Of>(name + "distance of objects", "query", volumes, [](const Of& s) {
+    for (const auto& one : s.others) s.manager.distance(one.get(), nullptr, visitNear);
   });
-  addManagerRows(rows);
-  return rows;
 }
 
-const std::vector<Row>& rows() {
-  static const std::vector<Row> made = makeRows();
-  return made;
-}
+void addRows() {
+  for (const auto topology : {Topology::kBundle, Topology::kSuperThread}) {
+    const bool is_bundle = topology == Topology::kBundle;
+    const int fibers = is_bundle ? 200 : 100;
+    for (const auto volumes : {Volumes::kLayeredBoxes, Volumes::kWrappedSpheres}) {
+      const bool is_boxes = volumes == Volumes::kLayeredBoxes;
+      const std::string name =
+          std::string(is_bundle ? "bundle" : "published") + (is_boxes ? " boxes, " : " spheres, ");
+      const Setting setting = {topology, Report::kCapsules, fibers, volumes};
+      add<Tree>(name + "volumes", "build update query",
+                {topology, Report::kVolumes, fibers, volumes}, visitPairs);
+      add<Tree>(name + "capsules", "query", setting, visitPairs);
+      add<Tree>(name + "two trees", "query", setting,
+                [](const Tree& s) { s.tree.visitPairs(s.other, Keep()); });
+      add<Tree>(name + "mesh", "query", setting,
+                [](const Tree& s) { s.tree.visitMesh(s.mesh, Keep()); });
+      add<TreeScene<float>>(name + "float, rules", "build update query",
+                            {topology, Report::kCapsules, fibers, volumes, true}, visitPairs);
+      add<Tree>(name + "shapes", "query", setting, [](const Tree& s) {
+        for (int i = 0; i < 400; ++i) {
+          const double x = 0.01 * i, z = 0.03 * i;
+          s.tree.visitOverlaps(CapsuleShape{{x, 0, z}, {x, 1.5, z + 1}, 0.05}, Keep());
+          s.tree.visitOverlaps(BoxShape{{x, 0, z}, {x + 0.3, 0.6, z + 0.3}}, Keep());
+        }
+      });
+      const Setting few = {topology, Report::kCapsules, 60, volumes};
+      is_boxes ? addManagerRows<ManagerScene<LayeredAABBTreeCollisionManagerd>>(name, few)
+               : addManagerRows<ManagerScene<WrappedSphereTreeCollisionManagerd>>(name, few);
+    }
 
-std::unique_ptr<Scene> scene;
-const Row* row = nullptr;
-Hash found;
-
-void call() {
-  switch (row->call) {
-    case Call::kBuild:
-      return scene->build();
-    case Call::kUpdate:
-      return scene->update();
-    case Call::kQuery:
-      return scene->query(found);
+    const std::string name = is_bundle ? "bundle boxes, " : "published boxes, ";
+    const Setting still = {topology, Report::kCapsules, fibers};
+    const Setting step = {topology, Report::kCapsules, fibers, Volumes::kLayeredBoxes, false, true};
+    add<Tree>(name + "step", "update query", step,
+              [](const Tree& s) { s.tree.visitImpacts(Keep()); });
+    add<Tree>(name + "moving boxes", "query", step,
+              [](const Tree& s) { s.tree.visitMovingPairs(Keep()); });
+    add<Tree>(name + "two steps", "query", step,
+              [](const Tree& s) { s.tree.visitImpacts(s.other, Keep()); });
+    add<Tree>(name + "moving mesh", "query", step,
+              [](const Tree& s) { s.tree.visitImpacts(s.mesh, s.moved, Keep()); });
+    add<Tree>(name + "safe step", "query", step, [](const Tree& s) { keep(s.tree.safeStep()); });
+    add<Tree>(name + "nearest triangles", "query", still, [](const Tree& s) {
+      std::vector<TrianglePair> pairs;
+      s.tree.findNearest(s.mesh, 0.3, pairs);
+      for (const TrianglePair pair : pairs) Keep()(pair);
+    });
+    add<Tree>(name + "contacts", "query", still, [](const Tree& s) {
+      std::vector<Contact> contacts;
+      s.tree.findContacts(s.fibers(), contacts);
+      for (const Contact& contact : contacts) keep(contact.distance);
+    });
   }
 }
+
+Row::Scene scene;
+Row::Call* call = nullptr;
 
 double seconds() {
   timespec time;
@@ -289,47 +335,45 @@ double seconds() {
 }
 
 }  // namespace
-}  // namespace compare
 
-// What compare.py calls.
 #define EXPORTED extern "C" __attribute__((visibility("default")))
 
 /// The name of a row, or null.
 EXPORTED const char* row_name(int index) {
+  if (rows.empty()) addRows();
   const auto i = static_cast<std::size_t>(index);
-  return i < compare::rows().size() ? compare::rows()[i].name.c_str() : nullptr;
+  return i < rows.size() ? rows[i].name.c_str() : nullptr;
 }
 
-/// Makes the scene of a row, and calls it once. Returns a hash of what its query finds.
-EXPORTED std::uint64_t row_open(int index) {
-  using namespace compare;
-  scene.reset();
-  row = &rows()[static_cast<std::size_t>(index)];
-  scene = row->open();
-  scene->build();
-  scene->update();
-  found = Hash();
-  scene->query(found);
-  const std::uint64_t result = found.value();
-  call();
+/// Makes the scene of a row, and calls it once. Returns how much its query finds, and sets `order`
+/// to the hash of it.
+EXPORTED std::int64_t row_open(int index, std::uint64_t* order) {
+  const Row& row = rows[static_cast<std::size_t>(index)];
+  scene = row.open();
+  call = &(scene.*row.call);
+  scene.build();
+  scene.update();
+  found = 0;
+  hash = 1;
+  scene.query();
+  *order = hash;
+  const std::int64_t result = found;
+  (*call)();
   return result;
 }
 
-/// How many things the query of the open row has found.
-EXPORTED std::int64_t row_found() { return compare::found.count(); }
-
 /// Calls the open row so many times. Returns the seconds of the processor.
 EXPORTED double row_time(int times) {
-  const double begin = compare::seconds();
-  for (int i = 0; i < times; ++i) compare::call();
-  return compare::seconds() - begin;
+  const double begin = seconds();
+  for (int i = 0; i < times; ++i) (*call)();
+  return seconds() - begin;
 }
 
-/// Calls the open row once, while callgrind counts, and ends its file.
+/// Calls the open row once, while callgrind counts, and ends a file of callgrind.
 EXPORTED void row_count() {
   CALLGRIND_START_INSTRUMENTATION;
   CALLGRIND_ZERO_STATS;
-  compare::call();
+  (*call)();
   CALLGRIND_DUMP_STATS;
   CALLGRIND_STOP_INSTRUMENTATION;
 }
