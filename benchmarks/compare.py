@@ -4,13 +4,14 @@
 
 OLD and NEW are folders of this repository, such as worktrees. The calls of benchmarks/compare/ are
 compiled over each of them. Instructions are counted under callgrind, with AVX2 and with SSE4, and
-do not depend on what else the machine does. Times are taken of both libraries by turns in this
+do not depend on what else the machine does. Times are taken of both libraries by turns in one
 process. They are given by the median of old/new, which is above 1 if the new one is faster, and its
 95 % interval. The comparison fails if a call finds something else, or the same in another order.
 """
 
 import argparse
 import ctypes
+import json
 import math
 import os
 import random
@@ -64,16 +65,22 @@ def count(path, only):
         library.count()
 
 
+def in_process(job, only, before=(), **variables):
+    """What a process of this program prints that does the job."""
+    command = [*before, sys.executable, "-B", __file__, "--only", only, "--job", *map(str, job)]
+    env = {**os.environ, **variables}
+    done = subprocess.run(command, env=env, check=True, stdout=subprocess.PIPE, encoding="utf-8")
+    return done.stdout
+
+
 def counted(path, simd, only):
     """What each row finds, and its instructions, by its name."""
     output = Path(path).parent / f"callgrind.{simd}"
-    command = ["valgrind", "-q", "--tool=callgrind", "--instr-atstart=no"]
-    command += [f"--callgrind-out-file={output}", sys.executable, "-B", __file__]
-    env = {**os.environ, "FCL_FIBERS_SIMD": simd}
-    command += ["--count", path, "--only", only]
-    done = subprocess.run(command, env=env, check=True, stdout=subprocess.PIPE, encoding="utf-8")
+    valgrind = ["valgrind", "-q", "--tool=callgrind", "--instr-atstart=no"]
+    valgrind.append(f"--callgrind-out-file={output}")
+    printed = in_process(["count", path], only, valgrind, FCL_FIBERS_SIMD=simd)
     rows = {}
-    for number, line in enumerate(done.stdout.splitlines(), 1):
+    for number, line in enumerate(printed.splitlines(), 1):
         text = Path(f"{output}.{number}").read_text(encoding="utf-8")
         instructions = re.search(r"^(?:summary|totals): (\d+)", text, re.MULTILINE)[1]
         found, order, name = line.split("\t")
@@ -113,31 +120,33 @@ def mean_of_medians(samples):
     return statistics.geometric_mean(statistics.median(sample) for sample in samples)
 
 
+def time_by_turns(number, paths, only):
+    """In a process of its own, because it matters where code and memory lie."""
+    order = 1 if number % 2 == 0 else -1
+    libraries = [Library(path, only) for path in paths[::order]]
+    rows = {}
+    for name in libraries[0].rows:
+        answers = [library.open(name) for library in libraries]
+        turns = math.ceil(TURN / max(libraries[0].time(1), libraries[1].time(1), 1e-6))
+        seconds = [0, 0]
+        for i in (0, 1, 1, 0) * 2:
+            seconds[i] += libraries[i].time(turns)
+        old, new = seconds[::order]
+        rows[name] = (old / 4 / turns, old / new, answers[0] == answers[1])
+    print(json.dumps(rows))
+
+
 def compare_times(paths, only, rounds):
     """Prints a table. Returns the rows that find something else."""
-    libraries = [Library(path, only) for path in paths]
-    rows = {name: [] for name in libraries[0].rows}
-    times, turns, different = {}, {}, []
-    for number in range(rounds):
-        for name, ratios in rows.items():
-            # New scenes in each round, because it matters where memory lies.
-            order = libraries[:: 1 if number % 2 == 0 else -1]
-            answers = [library.open(name) for library in order]
-            if answers[0] != answers[1] and name not in different:
-                different.append(name)
-            times.setdefault(name, libraries[0].time(1))
-            turns.setdefault(name, math.ceil(TURN / max(times[name], 1e-6)))
-            seconds = dict.fromkeys(libraries, 0)
-            for library in (order + order[::-1]) * 2:
-                seconds[library] += library.time(turns[name])
-            old, new = (seconds[library] for library in libraries)
-            times[name] = min(times[name], old / 4 / turns[name])
-            ratios.append(old / new)
+    results = [json.loads(in_process(["time", number, *paths], only)) for number in range(rounds)]
+    rows = {name: list(zip(*(result[name] for result in results))) for name in results[0]}
     print(f"{'times':50} {'old, ms':>8}  old/new  95 % interval")
-    for name, ratios in rows.items():
-        print(f"{name:50} {1000 * times[name]:8.3f}  {interval([ratios], mean_of_medians)}")
-    print(f"{'geometric mean':59}  {interval(list(rows.values()), mean_of_medians)}")
-    return different
+    for name, (seconds, ratios, _) in rows.items():
+        least = 1000 * min(seconds)
+        print(f"{name:50} {least:8.3f}  {interval([ratios], mean_of_medians)}")
+    ratios = [ratios for _, ratios, _ in rows.values()]
+    print(f"{'geometric mean':59}  {interval(ratios, mean_of_medians)}")
+    return [name for name, (_, _, are_same) in rows.items() if not all(are_same)]
 
 
 def main():
@@ -148,12 +157,14 @@ def main():
     parser.add_argument("--instructions", action="store_true", help="only count instructions")
     parser.add_argument("--times", action="store_true", help="only take times")
     parser.add_argument("--only", default="", metavar="TEXT", help="rows with it in their names")
-    parser.add_argument("--rounds", type=int, default=30, help="of times; %(default)s unless given")
-    parser.add_argument("--count", help=argparse.SUPPRESS)
+    parser.add_argument("--rounds", type=int, default=15, help="of times; %(default)s unless given")
+    parser.add_argument("--job", nargs="+", default=[""], help=argparse.SUPPRESS)
     options = parser.parse_args()
-    if options.count:
-        count(options.count, options.only)
-        return
+    job, *arguments = options.job
+    if job == "count":
+        return count(*arguments, options.only)
+    if job == "time":
+        return time_by_turns(int(arguments[0]), arguments[1:], options.only)
     if len(options.trees) != 2:
         parser.error("give two folders, OLD and NEW")
     subprocess.run([ROOT / ".ci" / "apt_install.sh", *PACKAGES.split()], check=True)
