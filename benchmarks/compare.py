@@ -167,10 +167,15 @@ def main():
         return time_by_turns(int(arguments[0]), arguments[1:], options.only)
     if len(options.trees) != 2:
         parser.error("give two folders, OLD and NEW")
+    for tree in options.trees:
+        if not (Path(tree) / "src" / "CMakeLists.txt").exists():
+            parser.error(f"{tree} is no folder of this repository")
+    if options.rounds < 1:
+        parser.error("--rounds has to be at least 1")
     subprocess.run([ROOT / ".ci" / "apt_install.sh", *PACKAGES.split()], check=True)
     paths = [build(*named) for named in zip(("old", "new"), options.trees)]
     if not Library(paths[0], options.only).rows:
-        parser.error(f"no row has {options.only} in its name")
+        parser.error(f"no row has '{options.only}' in its name")
     different = []
     if options.instructions or not options.times:
         different += compare_instructions(paths, options.only)
