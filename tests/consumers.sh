@@ -116,15 +116,26 @@ linked() {
   done
 }
 
+private='fcl_fibers::(arrays|broadphase|fibers|geometry|index|parallel|simd|tree)::'
+
+# private_names LETTER LIBRARY: classes and functions that a library defines (T) or calls (U).
+private_names() {
+  nm -DC "$2" | sed -nE "s/^[0-9a-f]* *$1 ($private\w+).*_PRIVATE$/\1/p" | sort -u
+}
+
 # What a shared library shows, and what is installed beside it.
 installed() {
   library g++ shared
   local name so symbols
+  so=$(find "$prefix" -name libfcl_fibers.so)
+  diff <(private_names T "${so/%.so/_tree.so}") <(private_names U "$so") ||
+    fail "of its core the tree has to export what the managers call (>), and no more (<)"
+  mixed "$(dirname "$so")"
   for name in fcl_fibers_tree fcl_fibers fcl_fibers_io; do
     so=$(find "$prefix" -name "lib$name.so")
     [[ $(objdump -p "$so") == *"SONAME"*"lib$name.so.0.1"* ]] || fail "SONAME of $so"
     symbols=$(nm -DC --defined-only "$so")
-    ! grep -E 'fcl_fibers::(arrays|broadphase|geometry|parallel|tree)::' <<<"$symbols" ||
+    ! grep -E "$private" <<<"$symbols" | grep -v '_PRIVATE$' ||
       fail "these are private, and exported by $so"
     # Weak are FCL's and the standard library's templates.
     ! grep -E ' [TDBR] ' <<<"$symbols" | grep -v fcl_fibers || fail "these are not for $so to export"
@@ -139,6 +150,20 @@ installed() {
   version=$(pkg-config --modversion fcl_fibers)
   grep -q "<version>$version</version>" package.xml || fail "package.xml is not of version $version"
   grep -qx "version: $version" CITATION.cff || fail "CITATION.cff is not of version $version"
+}
+
+# mixed FOLDER: the managers there do not load with a tree of another version.
+mixed() {
+  local both=$work/mixed name
+  rm -rf "$both"
+  mkdir -p "$both"
+  for name in fcl_fibers fcl_fibers_tree; do
+    cp "$1/lib$name.so" "$both/lib$name.so.0.1"
+  done
+  local load=(env LD_LIBRARY_PATH="$both" LD_PRELOAD=libfcl_fibers.so.0.1 true)
+  "${load[@]}"
+  sed -i -E 's/(FCL_FIBERS_0\.1\.)[0-9](_PRIVATE)/\1x\2/' "$both/libfcl_fibers_tree.so.0.1"
+  refused "_PRIVATE' not found (required by" "${load[@]}"
 }
 
 # The examples, as they are installed.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <fcl_fibers/fiber_options.h>
+#include <fcl_fibers/tree_export.h>
 
 #include "fibers/fiber_of.h"
 #include "fibers/neighbor_rule.h"
@@ -58,7 +59,7 @@ class FiberTable {
     }
   };
   /// Makes room, so that adding these fibers and ids cannot throw.
-  void reserve(std::size_t fibers, std::size_t ids, const Kinds& kinds);
+  FCL_FIBERS_TREE_EXPORT void reserve(std::size_t fibers, std::size_t ids, const Kinds& kinds);
 
   /// Starts a fiber, to which addId() and addIds() add from now on.
   void startFiber(const Kind& kind);
@@ -74,7 +75,7 @@ class FiberTable {
   }
 
   /// Removes all fibers. Their numbers start at 0 again.
-  void clear();
+  FCL_FIBERS_TREE_EXPORT void clear();
 
   /// Drops the fibers for which keep(begin, end) is false, and calls move(old_id, new_id) for the
   /// ids of the others, in order. Numbers of fibers do not change.
@@ -192,7 +193,7 @@ class FiberTable {
   bool needsFlags(bool is_closed, bool is_obstacle) const {
     return is_obstacle || (rule_.ignoresAny() && is_closed) || !flags_.empty();
   }
-  bool areNeighborsInFiber(SegmentId first, SegmentId last) const;
+  FCL_FIBERS_TREE_EXPORT bool areNeighborsInFiber(SegmentId first, SegmentId last) const;
 
   std::size_t fiberOf(SegmentId id) const {
     return fibers::fiberOf(begin_.data(), begin_.size(), end_, id);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <fcl_fibers/contact.h>
+#include <fcl_fibers/tree_export.h>
 
 #include "geometry/moving_segment.h"
 #include "geometry/triangle_contact.h"
@@ -17,7 +18,7 @@ MeshContact publicContact(const geometry::TriangleContact& contact, FiberSegment
                           index::TriangleId triangle, bool is_inside);
 
 /// Computes the contacts of capsules with a mesh, which it borrows. Several threads may ask it.
-class MeshContacts {
+class FCL_FIBERS_TREE_EXPORT MeshContacts {
  public:
   explicit MeshContacts(const index::PosedMesh& mesh);
   MeshContacts(const MeshContacts&) = delete;
@@ -49,8 +50,11 @@ class MeshContacts {
 /// The contact of a capsule and a triangle of a mesh at the time of their impact in a step.
 /// @param capsule     in the world's unit, relative to `origin`
 /// @param start, end  the same triangles
-MeshContact impactContact(const geometry::MovingSegment& capsule, const geometry::Vec3d& origin,
-                          const index::PosedMesh& start, const index::PosedMesh& end,
-                          index::TriangleId triangle, double time, FiberSegment place);
+FCL_FIBERS_TREE_EXPORT MeshContact impactContact(const geometry::MovingSegment& capsule,
+                                                 const geometry::Vec3d& origin,
+                                                 const index::PosedMesh& start,
+                                                 const index::PosedMesh& end,
+                                                 index::TriangleId triangle, double time,
+                                                 FiberSegment place);
 
 }  // namespace fcl_fibers::fibers

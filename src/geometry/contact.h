@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <fcl_fibers/tree_export.h>
+
 #include "geometry/segment.h"
 
 namespace fcl_fibers::geometry {
@@ -14,10 +16,11 @@ struct CapsuleContact {
 };
 
 /// Why a capsule is refused and what to do, or nullptr if it is valid.
-const char* contactProblem(const Segment& capsule);
+FCL_FIBERS_TREE_EXPORT const char* contactProblem(const Segment& capsule);
 
 /// The contact of two capsules whose coordinates are relative to `origin`.
 /// @pre contactProblem() is nullptr for both
-CapsuleContact capsuleContact(const Segment& p, const Segment& q, const Vec3d& origin);
+FCL_FIBERS_TREE_EXPORT CapsuleContact capsuleContact(const Segment& p, const Segment& q,
+                                                     const Vec3d& origin);
 
 }  // namespace fcl_fibers::geometry

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include <fcl_fibers/tree_export.h>
+
 #include "geometry/moving_segment.h"
 
 namespace fcl_fibers::geometry {
@@ -28,8 +30,8 @@ struct Impact {
 ///
 /// @param error  bounds the error of all four end points together, at any time
 /// @param from   the capsules are known not to touch before this time
-bool findImpact(const MovingSegment& p, const MovingSegment& q, double margin, double error,
-                double from, Impact& impact);
+FCL_FIBERS_TREE_EXPORT bool findImpact(const MovingSegment& p, const MovingSegment& q,
+                                       double margin, double error, double from, Impact& impact);
 
 /// The arguments of findImpact().
 struct ImpactQuery {
@@ -45,8 +47,8 @@ std::uint32_t findImpacts(const ImpactQuery* queries, int count, Impact* impacts
 
 /// Finds the first time at which the boxes of both are no further apart than the margin on any
 /// axis. They move by linear bounds, s and t are 0, and the time leans outward by rounding.
-bool findBoxImpact(const MovingSegment& p, const MovingSegment& q, double margin, double from,
-                   Impact& impact);
+FCL_FIBERS_TREE_EXPORT bool findBoxImpact(const MovingSegment& p, const MovingSegment& q,
+                                          double margin, double from, Impact& impact);
 
 /// As findImpact(), but two capsules that touch at the start have to come nearer first: the result
 /// is the first time at which radii and margin exceed the distance by more than at the start, by

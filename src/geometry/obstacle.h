@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include <fcl_fibers/tree_export.h>
+
 #include "geometry/box.h"
 #include "geometry/moving_segment.h"
 #include "geometry/segment.h"
@@ -49,13 +51,14 @@ bool touch(const Segment& capsule, const Obstacle& obstacle, double margin, doub
 
 /// The same for a capsule that moves while the obstacle rests. The answer may also be wrongly true
 /// if they come nearer than `margin` and a thousandth of the way of the capsule's ends.
-bool touch(const MovingSegment& capsule, const Obstacle& obstacle, double margin, double error);
+FCL_FIBERS_TREE_EXPORT bool touch(const MovingSegment& capsule, const Obstacle& obstacle,
+                                  double margin, double error);
 
 /// Whether an obstacle may be at most `margin` from some point of a box at some time of a step. It
 /// is false only for a plane or half-space. `box` contains the step of what is in it.
 /// @param way    of the obstacle from the start to the end, where it is
 /// @param error  bounds the error of `way`
-bool mayReach(const Box& box, const Obstacle& obstacle, const Vec3d& way, double margin,
-              double error);
+FCL_FIBERS_TREE_EXPORT bool mayReach(const Box& box, const Obstacle& obstacle, const Vec3d& way,
+                                     double margin, double error);
 
 }  // namespace fcl_fibers::geometry

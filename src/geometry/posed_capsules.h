@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <fcl_fibers/tree_export.h>
+
 #include "geometry/frame.h"
 #include "geometry/segment_block.h"
 
@@ -12,7 +14,7 @@ struct PosedCapsules {
   static constexpr int kCapacity = SegmentBlock::kCapacity;
 
   /// Puts the unit sphere in a place that is not used.
-  void clear(int i);
+  FCL_FIBERS_TREE_EXPORT void clear(int i);
 
   alignas(64) double rotation[3][3][kCapacity];  ///< by column, then by axis
   alignas(64) double position[3][kCapacity];
@@ -33,7 +35,8 @@ struct UsualCapsules {
 /// eight, in `frame`. Returns a bit for each capsule whose pose, size and coordinates are proper.
 /// If boxes count, its box must also add nothing: it has the size that FCL gives it, turned or not,
 /// or the least size in its pose. Segments without a bit are unspecified.
-BlockMask segmentsOf(const PosedCapsules& capsules, int count, const Frame& frame,
-                     const UsualCapsules& usual, SegmentBlock& out);
+FCL_FIBERS_TREE_EXPORT BlockMask segmentsOf(const PosedCapsules& capsules, int count,
+                                            const Frame& frame, const UsualCapsules& usual,
+                                            SegmentBlock& out);
 
 }  // namespace fcl_fibers::geometry

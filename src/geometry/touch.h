@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <fcl_fibers/tree_export.h>
+
 #include "geometry/box.h"
 #include "geometry/segment.h"
 
@@ -15,7 +17,7 @@ double reachOf(const Segment& p, const Segment& q, double margin, double error);
 
 /// Whether two capsules are at most `margin` apart. If one of the two is a box, the boxes of both
 /// count, on every axis.
-bool touch(const Segment& p, const Segment& q, double margin, double error);
+FCL_FIBERS_TREE_EXPORT bool touch(const Segment& p, const Segment& q, double margin, double error);
 
 /// Lower bounds of the gap by which the box of p lies above that of q along an axis, and below it.
 /// They are not positive if the boxes overlap there.
@@ -29,7 +31,7 @@ bool boxesTouch(const Segment& p, const Segment& q, double margin);
 
 /// Whether a volume and the box of a segment are at most `margin` apart on every axis. It is never
 /// false because of rounding. `margin` may be negative or infinite.
-bool isNear(const Box& volume, const Segment& box, double margin);
+FCL_FIBERS_TREE_EXPORT bool isNear(const Box& volume, const Segment& box, double margin);
 
 /// A lower bound of the distance between the boxes of two segments.
 double boxDistanceLowerBound(const Segment& p, const Segment& q);

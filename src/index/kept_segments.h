@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <vector>
 
+#include <fcl_fibers/tree_export.h>
+
 #include "geometry/capsule_test.h"
 #include "tree/segment_range.h"
 
@@ -38,7 +40,7 @@ class KeptSegments {
     out[1] = geometry::secondEndOf(segment);
   }
   geometry::Segment operator[](SegmentId id) const { return range()[id]; }
-  SegmentRange range() const;
+  FCL_FIBERS_TREE_EXPORT SegmentRange range() const;
   /// Whether a box was set since the last reset() or forgetBoxes().
   bool hasBoxes() const { return has_boxes_.isSet(); }
   /// All segments are about to be set.

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include <fcl_fibers/tree_export.h>
+
 #include "geometry/affine_map.h"
 #include "geometry/frame.h"
 #include "geometry/triangle.h"
@@ -21,7 +23,7 @@ using tree::MeshTree;
 /// The triangles of a mesh and a tree of boxes over them, both in the mesh's own coordinates. So a
 /// rigid motion changes nothing here, and objects of one geometry share one index. Searches are
 /// const and may run at the same time.
-class MeshIndex {
+class FCL_FIBERS_TREE_EXPORT MeshIndex {
  public:
   /// Takes the points and triangles and builds the tree.
   /// @pre all indices are points, and all coordinates are finite
@@ -99,19 +101,21 @@ bool faceInward(const std::vector<geometry::TriangleIndices>& triangles, PointOf
   // The volume of a flat mesh is nothing but rounding.
   return volume < -0x1p-40 * size;
 }
-bool isInsideOut(const MeshIndex& mesh);
+FCL_FIBERS_TREE_EXPORT bool isInsideOut(const MeshIndex& mesh);
 
 /// Whether a segment of a frame touches a mesh, as SegmentIndex::searchMesh() decides it.
 /// @param margin  in the unit of the frame, in addition to the mesh's own
 /// @param error   likewise; see geometry::touch()
-bool touches(const PosedMesh& mesh, const geometry::Segment& segment, const geometry::Frame& frame,
-             double margin, double error);
+FCL_FIBERS_TREE_EXPORT bool touches(const PosedMesh& mesh, const geometry::Segment& segment,
+                                    const geometry::Frame& frame, double margin, double error);
 
 /// Whether each edge of a triangle is that of exactly one other one, in the opposite direction.
 /// Returns the first triangle for which that does not hold, or -1.
-TriangleId firstLeak(const std::vector<geometry::TriangleIndices>& triangles);
+FCL_FIBERS_TREE_EXPORT TriangleId
+firstLeak(const std::vector<geometry::TriangleIndices>& triangles);
 /// Tells where a mesh with a leak is not watertight, and what to do about it: "...; remedy".
-std::string leakProblem(const std::vector<geometry::MeshPoint>& points,
-                        const std::vector<geometry::TriangleIndices>& triangles);
+FCL_FIBERS_TREE_EXPORT std::string leakProblem(
+    const std::vector<geometry::MeshPoint>& points,
+    const std::vector<geometry::TriangleIndices>& triangles);
 
 }  // namespace fcl_fibers::index

@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <optional>
 
+#include <fcl_fibers/tree_export.h>
+
 #include "geometry/frame.h"
 #include "geometry/impact.h"
 #include "geometry/moving_segment.h"
@@ -24,8 +26,8 @@ class MovingMesh {
 
   /// @param start, end  the same triangles; their indexes are borrowed
   /// @param executor    null for one thread
-  MovingMesh(const PosedMesh& start, const PosedMesh& end, const geometry::Frame& frame,
-             parallel::Executor* executor);
+  FCL_FIBERS_TREE_EXPORT MovingMesh(const PosedMesh& start, const PosedMesh& end,
+                                    const geometry::Frame& frame, parallel::Executor* executor);
 
   bool empty() const { return end_.mesh.tree().empty(); }
   const PosedMesh& start() const { return start_; }
@@ -45,7 +47,7 @@ class MovingMesh {
     return {start_tree_, end_tree_ ? *end_tree_ : start_tree_, until};
   }
 
-  std::size_t memoryUsage() const;
+  FCL_FIBERS_TREE_EXPORT std::size_t memoryUsage() const;
 
  private:
   const PosedMesh start_, end_;
@@ -68,7 +70,8 @@ struct MeshImpact {
 
 /// Finds when a segment, in the frame of the mesh, first touches it. See touches() for margin and
 /// error.
-bool findImpact(const MovingMesh& mesh, const geometry::MovingSegment& segment, double margin,
-                double error, MeshImpact& impact);
+FCL_FIBERS_TREE_EXPORT bool findImpact(const MovingMesh& mesh,
+                                       const geometry::MovingSegment& segment, double margin,
+                                       double error, MeshImpact& impact);
 
 }  // namespace fcl_fibers::index

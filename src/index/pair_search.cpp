@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <fcl_fibers/tree_export.h>
+
 #include "index/pair_search.h"
 
 #include <algorithm>
@@ -80,6 +82,8 @@ std::size_t SearchScratch::memoryUsage() const {
   }
   return bytes;
 }
+
+ScratchPool::~ScratchPool() = default;
 
 std::size_t ScratchPool::memoryUsage() {
   const std::lock_guard<std::mutex> lock(mutex_);

@@ -8,6 +8,8 @@
 #include <mutex>
 #include <vector>
 
+#include <fcl_fibers/tree_export.h>
+
 #include "index/pair_filter.h"
 #include "index/pair_query.h"
 #include "parallel/executor.h"
@@ -105,6 +107,8 @@ struct SearchScratch {
 /// Lends scratch memory, which searches that run at the same time must not share.
 class ScratchPool {
  public:
+  FCL_FIBERS_TREE_EXPORT ~ScratchPool();
+
   /// Excludes memory that is lent at present.
   std::size_t memoryUsage();
   void clear() { giveBack(nullptr); }

@@ -7,6 +7,8 @@
 #include <variant>
 #include <vector>
 
+#include <fcl_fibers/tree_export.h>
+
 #include "geometry/frame.h"
 #include "index/kept_segments.h"
 #include "index/mesh_index.h"
@@ -38,7 +40,7 @@ struct IndexOptions {
 ///
 /// Searches are const and may run at the same time. After a call has thrown, the index must be
 /// built again.
-class SegmentIndex {
+class FCL_FIBERS_TREE_EXPORT SegmentIndex {
  public:
   using Segment = geometry::Segment;
   using Tree = std::variant<tree::LayeredBoxTree<8>, tree::LayeredBoxTree<2>,
@@ -221,8 +223,9 @@ class SegmentIndex {
 
   FoundSegment find(const SegmentSource& source, SegmentId id) const;
   template <class Sink>
-  tree::Visit searchOneByOne(const SegmentIndex& other, const SegmentSource* source,
-                             Sink& sink) const;
+  FCL_FIBERS_TREE_NO_EXPORT tree::Visit searchOneByOne(const SegmentIndex& other,
+                                                       const SegmentSource* source,
+                                                       Sink& sink) const;
   tree::Visit searchSurfaceAndInside(const PosedMesh& mesh, double margin, bool once,
                                      PairSink& sink) const;
   void addNearest(const PosedTriangles& triangles, std::vector<tree::Pair>& pairs) const;

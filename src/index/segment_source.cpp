@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <fcl_fibers/tree_export.h>
+
 #include "index/segment_source.h"
 
 #include <algorithm>
@@ -10,14 +12,6 @@ namespace fcl_fibers::index {
 
 using geometry::Frame;
 using geometry::Segment;
-
-bool SegmentSource::readNow(SegmentId id, const Frame& frame, Segment& segment) const {
-  SegmentBlock block;
-  BlockMask present = 0;
-  if (!read(&id, 1, 0, frame, block, present) || present == 0) return false;
-  segment = block[0];
-  return true;
-}
 
 bool readOne(const SegmentSource& source, SegmentId id, const Frame& frame, Segment& segment) {
   SegmentBlock block;

@@ -3,6 +3,8 @@
 
 #include <vector>
 
+#include <fcl_fibers/tree_export.h>
+
 #include "geometry/frame.h"
 #include "geometry/segment.h"
 #include "geometry/segment_block.h"
@@ -29,7 +31,13 @@ class SegmentSource {
 
   /// Reads one segment as it is now. Returns false if it was removed or cannot be read.
   virtual bool readNow(SegmentId id, const geometry::Frame& frame,
-                       geometry::Segment& segment) const;
+                       geometry::Segment& segment) const {
+    SegmentBlock block;
+    BlockMask present = 0;
+    if (!read(&id, 1, 0, frame, block, present) || present == 0) return false;
+    segment = block[0];
+    return true;
+  }
 
   /// Whether coordinates stay finite in a frame, as far as can be told without reading them all.
   virtual bool staysFiniteIn(const geometry::Frame& frame) const = 0;
@@ -47,8 +55,8 @@ class SegmentSource {
 
 /// Reads one segment in `frame`. Returns false if it was removed, and throws by refuse() if it
 /// cannot be read.
-bool readOne(const SegmentSource& source, SegmentId id, const geometry::Frame& frame,
-             geometry::Segment& segment);
+FCL_FIBERS_TREE_EXPORT bool readOne(const SegmentSource& source, SegmentId id,
+                                    const geometry::Frame& frame, geometry::Segment& segment);
 
 /// Refuses the segment with the least id of those that cannot be read.
 /// @pre one of them could not be read
@@ -58,6 +66,7 @@ bool readOne(const SegmentSource& source, SegmentId id, const geometry::Frame& f
 /// Chooses a frame from a sample of segments. It passes over those that were removed, cannot be
 /// read or are unbounded. If coordinates far outside would overflow in the unit of the others, the
 /// unit is made smaller.
-geometry::Frame frameFor(const SegmentSource& source, const std::vector<SegmentId>& ids);
+FCL_FIBERS_TREE_EXPORT geometry::Frame frameFor(const SegmentSource& source,
+                                                const std::vector<SegmentId>& ids);
 
 }  // namespace fcl_fibers::index

@@ -6,6 +6,8 @@
 #include <variant>
 #include <vector>
 
+#include <fcl_fibers/tree_export.h>
+
 #include "geometry/moving_segment.h"
 #include "index/impact_filter.h"
 #include "index/pair_filter.h"
@@ -24,7 +26,7 @@ class SegmentMarks;
 /// A search takes the threads, the margin and the order of pairs of the index at the end. Moving
 /// pairs are those whose boxes overlap at one common time, if each side moves linearly. `wanted`
 /// tells which pairs count at all, such as those that are no neighbours; null means all.
-class Step {
+class FCL_FIBERS_TREE_EXPORT Step {
  public:
   /// @param start, end  borrowed; one topology, one frame, layered boxes
   Step(const SegmentIndex& start, const SegmentIndex& end) : start_(start), end_(end) {}
