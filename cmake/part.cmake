@@ -1,15 +1,20 @@
-# Declares a part of the build as a cache variable: ON, OFF, or AUTO (the default), which is ON if CMake
-# finds all that the part needs. Afterwards the variable named by `part` is ON or OFF.
+# Declares a part of the build as a cache variable: ON, OFF, or AUTO, which is ON if CMake finds all that
+# the part needs. Afterwards the variable named by `part` is ON or OFF.
 #
-#   fcl_fibers_part(PART DOC [WHEN VARIABLE...] [PARTS PART...] [PACKAGES PACKAGE...] [TARGETS TARGET...])
+#   fcl_fibers_part(PART DOC [DEFAULT VALUE] [WHEN VARIABLE...] [PARTS PART...] [PACKAGES PACKAGE...]
+#     [TARGETS TARGET...])
 #
+# DEFAULT   the value until the user sets one; AUTO if it is not given
 # WHEN      variables; AUTO is OFF unless all are true
 # PARTS     the parts that it needs, declared before
 # PACKAGES  the packages that it needs: a name, or a string of all arguments of find_package
 # TARGETS   targets that it needs and that one of these packages may lack
 function(fcl_fibers_part part doc)
-  cmake_parse_arguments(PARSE_ARGV 2 arg "" "" "WHEN;PARTS;PACKAGES;TARGETS")
-  set(${part} AUTO CACHE STRING "${doc}: ON, OFF, or AUTO, which is ON if CMake finds what it needs")
+  cmake_parse_arguments(PARSE_ARGV 2 arg "" "DEFAULT" "WHEN;PARTS;PACKAGES;TARGETS")
+  if(NOT DEFINED arg_DEFAULT)
+    set(arg_DEFAULT AUTO)
+  endif()
+  set(${part} ${arg_DEFAULT} CACHE STRING "${doc}: ON, OFF, or AUTO, which is ON if CMake finds what it needs")
   set_property(CACHE ${part} PROPERTY STRINGS AUTO ON OFF)
   string(TOUPPER "${${part}}" wanted)
   if(wanted STREQUAL "AUTO")

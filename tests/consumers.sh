@@ -212,6 +212,22 @@ left_out() {
   LD_LIBRARY_PATH=$(pkg-config --variable=libdir fcl_fibers) "$work/left_out/contacts"
 }
 
+# README's commands build what they install, and nothing else, whatever else is found.
+commands() {
+  local tree=$work/commands options said line
+  options=$(sed -n '/^cmake -S \. -B build/,/[^\\]$/p' README.md | grep -oE -- '-D[A-Z_]+=[A-Z]+')
+  rm -rf "$tree"
+  # shellcheck disable=SC2086
+  configure g++ "$tree" . $options
+  said=$(ninja -C "$tree" -n)
+  grep -q 'Linking CXX shared library src/libfcl_fibers_tree\.so' <<<"$said" || fail "builds: $said"
+  while read -r line; do
+    grep -qF "/${line##* }\"" "$tree"/cmake_install.cmake "$tree"/src/cmake_install.cmake ||
+      fail "README's commands build what they do not install: $line"
+  done < <(sed -nE 's/^\[[0-9/]+\] //p' <<<"$said" |
+    grep -vE '^(Building CXX object src/|Creating library symlink )')
+}
+
 # Of the libraries that do not need FCL: no header reads one of FCL's, nor of what FCL needs, no library
 # is linked with it, and a program finds them as if it were not installed. Hidden from the build, it is
 # not needed to build and install them.
@@ -401,7 +417,7 @@ deb() {
 }
 
 steps=(
-  linked installed tree examples left_out flags standards lto hidden bits_32 fast_math mismatch deb
+  linked installed commands tree examples left_out flags standards lto hidden bits_32 fast_math mismatch deb
 )
 if (($# > 0)); then
   steps=("$@")
