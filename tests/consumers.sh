@@ -168,9 +168,46 @@ mixed() {
 
 # The examples, as they are installed.
 examples() {
+  local said
   library g++ shared
-  configure g++ "$work/examples" "$prefix/share/doc/fcl_fibers/examples" -DCMAKE_PREFIX_PATH="$prefix"
+  configure_examples "$prefix"
   run_consumer "$work/examples"
+}
+
+# configure_examples PREFIX ARGUMENTS...: sets `said` to what CMake says.
+configure_examples() {
+  rm -rf "$work/examples"
+  said=$(cmake -S "$1/share/doc/fcl_fibers/examples" -B "$work/examples" -G Ninja \
+    -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER=g++ -DCMAKE_PREFIX_PATH="$1" "${@:2}")
+}
+
+# left_out_examples NAMES ARGUMENTS...: leaves out these, each with a line that names what it needs.
+left_out_examples() {
+  configure_examples "$work/fewer_examples" "${@:2}"
+  diff <(sed -nE 's/^-- The example (\w+) is left out, because it needs fcl_fibers::.*/\1/p' \
+    <<<"$said" | xargs) <(echo "$1") || fail "leaves out other examples (<) than it has to (>)"
+}
+
+# The examples where only some of the libraries are installed, or FCL is not.
+fewer_examples() {
+  local said config of_managers='swap shadow harness obstacles file_to_manager own_manager'
+  local of_io='hair_step hair_head gust yarn hair_contacts'
+  library g++ shared
+  rm -rf "$work/fewer_examples"
+  cp -a "$prefix" "$work/fewer_examples"
+  config=$(dirname "$(find "$work/fewer_examples" -name fcl_fibers-config.cmake)")
+  left_out_examples "$of_managers" -DCMAKE_DISABLE_FIND_PACKAGE_fcl=ON
+  grep -qx -- '-- fcl_fibers is found without the component managers, which needs fcl' <<<"$said" ||
+    fail "does not say why: $said"
+  rm -f "$config"/fcl_fibers-benchmark-targets*
+  left_out_examples own_manager
+  mv "$config"/fcl_fibers-io-targets* "$work/fewer_examples"
+  left_out_examples "$of_io ${of_managers/shadow /}"
+  rm "$config"/fcl_fibers-managers-targets*
+  left_out_examples "$of_io $of_managers"
+  run_consumer "$work/examples"
+  mv "$work/fewer_examples"/fcl_fibers-io-targets* "$config"
+  left_out_examples "$of_managers"
 }
 
 # refused MESSAGE COMMAND...: it fails, and says so.
@@ -417,7 +454,8 @@ deb() {
 }
 
 steps=(
-  linked installed commands tree examples left_out flags standards lto hidden bits_32 fast_math mismatch deb
+  linked installed commands tree examples fewer_examples left_out flags standards lto hidden bits_32
+  fast_math mismatch deb
 )
 if (($# > 0)); then
   steps=("$@")
