@@ -120,7 +120,7 @@ private='fcl_fibers::(arrays|broadphase|fibers|geometry|index|parallel|simd|tree
 
 # private_names LETTER LIBRARY: classes and functions that a library defines (T) or calls (U).
 private_names() {
-  nm -DC "$2" | sed -nE "s/^[0-9a-f]* *$1 ($private\w+).*_PRIVATE$/\1/p" | sort -u
+  nm -DC "$2" | sed -nE "s/^[0-9a-f]* *$1 ($private\w+).*@FCL_FIBERS_CORE_.*/\1/p" | sort -u
 }
 
 # What a shared library shows, and what is installed beside it.
@@ -135,7 +135,7 @@ installed() {
     so=$(find "$prefix" -name "lib$name.so")
     [[ $(objdump -p "$so") == *"SONAME"*"lib$name.so.0.1"* ]] || fail "SONAME of $so"
     symbols=$(nm -DC --defined-only "$so")
-    ! grep -E "$private" <<<"$symbols" | grep -v '_PRIVATE$' ||
+    ! grep -E "$private" <<<"$symbols" | grep -v '@@FCL_FIBERS_CORE_' ||
       fail "these are private, and exported by $so"
     # Weak are FCL's and the standard library's templates.
     ! grep -E ' [TDBR] ' <<<"$symbols" | grep -v fcl_fibers || fail "these are not for $so to export"
@@ -152,7 +152,7 @@ installed() {
   grep -qx "version: $version" CITATION.cff || fail "CITATION.cff is not of version $version"
 }
 
-# mixed FOLDER: the managers there do not load with a tree of another version.
+# mixed FOLDER: the managers there do not load with a tree of other sources.
 mixed() {
   local both=$work/mixed name
   rm -rf "$both"
@@ -162,8 +162,8 @@ mixed() {
   done
   local load=(env LD_LIBRARY_PATH="$both" LD_PRELOAD=libfcl_fibers.so.0.1 true)
   "${load[@]}"
-  sed -i -E 's/(FCL_FIBERS_0\.1\.)[0-9](_PRIVATE)/\1x\2/' "$both/libfcl_fibers_tree.so.0.1"
-  refused "_PRIVATE' not found (required by" "${load[@]}"
+  sed -i 's/FCL_FIBERS_CORE_./FCL_FIBERS_CORE_x/' "$both/libfcl_fibers_tree.so.0.1"
+  refused "' not found (required by" "${load[@]}"
 }
 
 # The examples, as they are installed.
