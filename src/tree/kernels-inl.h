@@ -39,9 +39,18 @@ simd::LaneMask overlapsOfPack(const Pack& pack, const Volume& volume) {
   return geometry::HWY_NAMESPACE::overlaps(pack, volume);
 }
 template <int N, template <int> class Pack, class Volume>
-simd::LaneMask nearerOfPack(const Pack<N>& pack, const Volume& volume, float limit,
-                            float (&distances)[N]) {
-  return geometry::HWY_NAMESPACE::nearer(pack, volume, limit, distances);
+int nearerOfPack(const Pack<N>& pack, const Volume& volume, simd::LaneMask lanes, float limit,
+                 int first, Place* places, int count, bool in_order) {
+  float distances[N];
+  for (auto rest = geometry::HWY_NAMESPACE::nearer(pack, volume, limit, distances) & lanes;
+       rest != 0; rest &= rest - 1) {
+    const int lane = __builtin_ctz(rest);
+    const Place place(distances[lane], first + lane);
+    int at = count++;
+    for (; in_order && at > 0 && place < places[at - 1]; --at) places[at] = places[at - 1];
+    places[at] = place;
+  }
+  return count;
 }
 
 template <class Tree>

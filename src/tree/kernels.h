@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstring>
 #include <type_traits>
 
 #include "simd/lanes.h"
@@ -12,6 +13,29 @@
 
 namespace fcl_fibers::tree {
 
+/// A place in a node or in two, with a lower bound of a distance, as one number that orders places
+/// by their distances.
+class Place {
+ public:
+  Place() = default;
+  FCL_FIBERS_ALWAYS_INLINE Place(float distance, int number) {
+    std::uint32_t bits;  // have the order of the distances, because these are not negative
+    std::memcpy(&bits, &distance, sizeof(bits));
+    key_ = std::uint64_t{bits} << 32 | static_cast<std::uint32_t>(number);
+  }
+  int number() const { return static_cast<int>(static_cast<std::uint32_t>(key_)); }
+  float distance() const {
+    const auto bits = static_cast<std::uint32_t>(key_ >> 32);
+    float distance;
+    std::memcpy(&distance, &bits, sizeof(bits));
+    return distance;
+  }
+  friend bool operator<(Place a, Place b) { return a.key_ < b.key_; }
+
+ private:
+  std::uint64_t key_;
+};
+
 /// What is compiled for each instruction set: tests of all children of a node, and the searches
 /// that consist of little else.
 template <class Tree>
@@ -21,12 +45,14 @@ struct Kernels {
   static constexpr bool kMoves = std::is_same_v<Volume, geometry::MovingBox>;
   using Mesh = std::conditional_t<kMoves, MovingTree<MeshTree::kArity>, MeshTree>;
 
-  /// overlaps() and nearer() of overlap-inl.h; a tree that moves has no nearer().
-  ///@{
+  /// overlaps() of overlap-inl.h
   simd::LaneMask (*overlaps)(const Pack& pack, const Volume& volume);
-  simd::LaneMask (*nearer)(const Pack& pack, const Volume& volume, float limit,
-                           float (&distances)[Tree::kArity]);
-  ///@}
+  /// Finds those of the lanes that may be no farther than `limit` from a volume, and adds a place
+  /// with the number first + lane for each to `count` places. Returns how many there are then. Null
+  /// if the tree moves.
+  /// @param in_order  whether places are kept in order, which pays for few
+  int (*nearer)(const Pack& pack, const Volume& volume, simd::LaneMask lanes, float limit,
+                int first, Place* places, int count, bool in_order);
 
   /// visitOverlaps() of search.h
   ///@{

@@ -174,27 +174,30 @@ class Called {
  private:
   const Change& change_;
 };
+template <class Change>
+using Inlined = const Change&;
 
 // Each calls visit(pairing) with the pairing of a search within one tree, or between two.
 
 /// For code that is compiled once.
+/// @param How  Called or Inlined
 ///@{
-template <class Tree, class F>
+template <template <class> class How, class Tree, class F>
 Visit withAnyPairing(const Tree& tree, F&& visit) {
   using Filter = GroupsIfAny<Tree::kArity>;
   const auto& groups = tree.groups();
   return visit(
       SamePairing<Tree, Filter>{tree, tree, Filter(groups.empty() ? nullptr : groups.data())});
 }
-template <class A, class B, class F>
+template <template <class> class How, class A, class B, class F>
 Visit withAnyPairing(const TreePair<A, B>& trees, F&& visit) {
   if constexpr (std::is_same_v<A, B>) {
     using Filter = GroupsIfAny<A::kArity>;
     if (trees.isInOneFrame())
       return visit(SamePairing<A, Filter>{trees.a, trees.b, Filter(nullptr)});
   }
-  const Called b_to_a(trees.b_to_a);
-  const Called a_to_b(trees.a_to_b);
+  const How<typename TreePair<A, B>::BToA> b_to_a(trees.b_to_a);
+  const How<typename TreePair<A, B>::AToB> a_to_b(trees.a_to_b);
   return visit(ChangingPairing(trees, b_to_a, a_to_b));
 }
 ///@}

@@ -2,11 +2,8 @@
 #include "tree/search.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <type_traits>
 
 #include "geometry/rounding.h"
@@ -19,6 +16,9 @@
 namespace fcl_fibers::tree {
 namespace {
 
+using HWY_NAMESPACE::Called;
+using HWY_NAMESPACE::FrameOf;
+using HWY_NAMESPACE::Inlined;
 using HWY_NAMESPACE::PairTraversal;
 using HWY_NAMESPACE::visitLeaves;
 using HWY_NAMESPACE::withAnyPairing;
@@ -45,11 +45,13 @@ struct SplitIntoTasks {
   static constexpr bool kSplits = true;
   static constexpr bool kNearestFirst = false;
 
-  SplitIntoTasks(std::int32_t most_leaves, TaskSink& sink) : grain(most_leaves), out(sink) {}
+  template <class Pairing>
+  SplitIntoTasks(const Pairing& /*pairing*/, std::int32_t most_leaves, TaskSink& sink)
+      : grain(most_leaves), out(sink) {}
 
   template <class Pack, class Volume, class F>
-  Visit forEachPassing(const Pack& pack, const Volume& volume, simd::LaneMask lanes,
-                       double /*unit*/, F&& visit) {
+  Visit forEachPassing(const Pack& pack, FrameOf /*frame*/, const Volume& volume,
+                       simd::LaneMask lanes, F&& visit) {
     for (auto rest = tests.of(pack).overlaps(pack, volume) & lanes; rest != 0; rest &= rest - 1) {
       if (visit(__builtin_ctz(rest)) == Visit::kStop) return Visit::kStop;
     }
@@ -65,82 +67,88 @@ struct SplitIntoTasks {
   TaskSink& out;
 };
 
-/// At most kMost places, each with a distance in the unit of one pack.
-template <std::size_t kMost>
-class PlacesByDistance {
- public:
-  FCL_FIBERS_ALWAYS_INLINE void add(float distance, int place) {
-    std::uint32_t bits;  // have the order of the distances, because these are not negative
-    std::memcpy(&bits, &distance, sizeof(bits));
-    const std::uint64_t key = std::uint64_t{bits} << 32 | static_cast<std::uint32_t>(place);
-    std::size_t at = count_++;
-    if constexpr (kIsSmall) {
-      for (; at > 0 && key < keys_[at - 1]; --at) keys_[at] = keys_[at - 1];
-    }
-    keys_[at] = key;
-  }
-  /// Calls visit(place), the nearest first, as long as they are nearer than the limit.
-  /// @param limit  may shrink meanwhile
-  template <class F>
-  Visit visitNearestFirst(const double& limit, double unit, F&& visit) {
-    if constexpr (!kIsSmall) std::sort(keys_.data(), keys_.data() + count_);
-    for (std::size_t i = 0; i < count_; ++i) {
-      const auto bits = static_cast<std::uint32_t>(keys_[i] >> 32);
-      float distance;
-      std::memcpy(&distance, &bits, sizeof(bits));
-      // If the limit is infinite, the product may be infinite too.
-      if (!(distance * unit < limit) && std::isfinite(limit)) break;
-      const auto place = static_cast<std::uint32_t>(keys_[i]);
-      if (visit(static_cast<int>(place)) == Visit::kStop) return Visit::kStop;
-    }
-    return Visit::kContinue;
-  }
+/// At most kMost places.
+template <int kMost>
+struct Places {
+  static constexpr bool kInOrder = kMost <= 16;  ///< from the start, and not only once sorted
 
- private:
-  /// There are few, and keeping them in order takes less than sorting them.
-  static constexpr bool kIsSmall = kMost <= 16;
-  std::array<std::uint64_t, kMost> keys_;
-  std::size_t count_ = 0;
+  int count = 0;
+  Place all[kMost];
 };
 
 /// Passes volumes nearer than a limit, which may shrink as pairs are found, the nearest first.
 template <class TreeA, class TreeB>
-struct VisitNearest {
+class VisitNearest {
+ public:
   static constexpr bool kSplits = false;
   static constexpr bool kNearestFirst = true;
-  template <std::size_t kMost>
-  using Places = PlacesByDistance<kMost>;
+  template <int kMost>
+  using Places = tree::Places<kMost>;
 
-  VisitNearest(double least, NearestVisitor& v, SegmentId id = 0)
-      : limit(least), visitor(v), second(id) {}
+  /// @param limit  in the frame of A
+  template <class Pairing>
+  VisitNearest(const Pairing& pairing, double limit, NearestVisitor& visitor)
+      : unit_of_b_(pairing.b_to_a.scale()), visitor_(visitor) {
+    setLimit(limit);
+  }
+  /// For pairs of one tree and a volume.
+  /// @param second  stands for the volume
+  VisitNearest(SegmentId second, double limit, NearestVisitor& visitor)
+      : visitor_(visitor), second_(second) {
+    setLimit(limit);
+  }
 
-  /// Calls add(lane, distance) for those of the lanes that may be nearer than the limit.
-  template <int N, template <int> class Pack, class Volume, class F>
-  FCL_FIBERS_ALWAYS_INLINE void forEachNearer(const Pack<N>& pack, const Volume& volume,
-                                              simd::LaneMask lanes, double unit, F&& add) const {
-    float distance[N];
-    const float least = geometry::roundedUp(limit / unit);
-    for (auto rest = tests.of(pack).nearer(pack, volume, least, distance) & lanes; rest != 0;
-         rest &= rest - 1) {
-      const int lane = __builtin_ctz(rest);
-      add(lane, distance[lane]);
+  /// Adds the places first + lane of those of the lanes that may be nearer than the limit.
+  template <class Pack, class Volume, int kMost>
+  FCL_FIBERS_ALWAYS_INLINE void addNearer(const Pack& pack, FrameOf frame, const Volume& volume,
+                                          simd::LaneMask lanes, int first,
+                                          Places<kMost>& places) const {
+    const float limit = frame == FrameOf::kA ? limit_in_a_ : limit_in_b_;
+    places.count = tests_.of(pack).nearer(pack, volume, lanes, limit, first, places.all,
+                                          places.count, Places<kMost>::kInOrder);
+  }
+  /// Calls visit(number), the nearest place first, as long as they are nearer than the limit.
+  template <int kMost, class F>
+  FCL_FIBERS_ALWAYS_INLINE Visit visitNearestFirst(Places<kMost>& places, FrameOf frame,
+                                                   F&& visit) {
+    const double unit = frame == FrameOf::kA ? 1 : unit_of_b_;
+    if constexpr (!Places<kMost>::kInOrder) std::sort(places.all, places.all + places.count);
+    for (int i = 0; i < places.count; ++i) {
+      // If the limit is infinite, the product may be infinite too.
+      if (!(places.all[i].distance() * unit < limit_) && std::isfinite(limit_)) break;
+      if (visit(places.all[i].number()) == Visit::kStop) return Visit::kStop;
     }
+    return Visit::kContinue;
   }
   template <int N, template <int> class Pack, class Volume, class F>
-  FCL_FIBERS_ALWAYS_INLINE Visit forEachPassing(const Pack<N>& pack, const Volume& volume,
-                                                simd::LaneMask lanes, double unit, F&& visit) {
-    Places<N> nearest;
-    forEachNearer(pack, volume, lanes, unit,
-                  [&](int lane, float distance) { nearest.add(distance, lane); });
-    return nearest.visitNearestFirst(limit, unit, visit);
+  FCL_FIBERS_ALWAYS_INLINE Visit forEachPassing(const Pack<N>& pack, FrameOf frame,
+                                                const Volume& volume, simd::LaneMask lanes,
+                                                F&& visit) {
+    Places<N> places;
+    addNearer(pack, frame, volume, lanes, 0, places);
+    return visitNearestFirst(places, frame, visit);
   }
-  Visit leafPair(SegmentId a, SegmentId b) { return visitor.visit(a, b, limit); }
-  Visit leaf(SegmentId a) { return visitor.visit(a, second, limit); }
+  Visit leafPair(SegmentId a, SegmentId b) {
+    double limit = limit_;
+    const Visit visit = visitor_.visit(a, b, limit);
+    if (limit != limit_) setLimit(limit);
+    return visit;
+  }
+  Visit leaf(SegmentId a) { return leafPair(a, second_); }
 
-  Tests<TreeA, TreeB> tests;
-  double limit;  ///< in the frame of the query
-  NearestVisitor& visitor;
-  SegmentId second;
+ private:
+  void setLimit(double limit) {
+    limit_ = limit;
+    limit_in_a_ = geometry::roundedUp(limit);
+    limit_in_b_ = geometry::roundedUp(limit / unit_of_b_);
+  }
+
+  const Tests<TreeA, TreeB> tests_;
+  double limit_;  ///< in the frame of A
+  float limit_in_a_, limit_in_b_;
+  const double unit_of_b_ = 1;  ///< the length of the unit of B's frame in A's
+  NearestVisitor& visitor_;
+  const SegmentId second_ = 0;
 };
 
 template <class Trees>
@@ -150,13 +158,15 @@ struct IsPair<TreePair<TreeA, TreeB>> : std::true_type {};
 
 /// Visits all pairs of one tree or of two.
 /// @param Query  a template over the types of both trees
-template <template <class, class> class Query, class Trees, class... Arguments>
+/// @param How    see withAnyPairing()
+template <template <class, class> class Query, template <class> class How, class Trees,
+          class... Arguments>
 Visit visitAll(const Trees& trees, Arguments&&... arguments) {
-  return withAnyPairing(trees, [&](const auto& pairing) {
+  return withAnyPairing<How>(trees, [&](const auto& pairing) {
     using Pairing = std::decay_t<decltype(pairing)>;
     if (pairing.a.empty() || pairing.b.empty()) return Visit::kContinue;
     using ThisQuery = Query<typename Pairing::TreeA, typename Pairing::TreeB>;
-    ThisQuery query(arguments...);
+    ThisQuery query(pairing, arguments...);
     PairTraversal<Pairing, ThisQuery> traversal(pairing, query);
     if constexpr (IsPair<Trees>::value) {
       return traversal.visitBoth();
@@ -186,7 +196,7 @@ Visit splitIntoTasks(const Trees& trees, TaskSink& out) {
   // A task takes some microseconds. So batches fill, and there are enough tasks for any number of
   // threads. This is the size of a full node three levels above the leaves.
   constexpr std::int32_t kGrain = 512;
-  return visitAll<SplitIntoTasks>(trees, kGrain, out);
+  return visitAll<SplitIntoTasks, Called>(trees, kGrain, out);
 }
 
 template <class Trees>
@@ -196,7 +206,7 @@ Visit visitOverlaps(const Trees& trees, const TraversalTask& task, PairBuffer& o
 
 template <class Trees>
 Visit visitNearest(const Trees& trees, double limit, NearestVisitor& visitor) {
-  return visitAll<VisitNearest>(trees, limit, visitor);
+  return visitAll<VisitNearest, Inlined>(trees, limit, visitor);
 }
 
 template <class Tree>
@@ -208,13 +218,13 @@ Visit visitOverlaps(const Tree& tree, const typename Tree::Volume& volume, Segme
 template <class Tree>
 Visit visitNearest(const Tree& tree, const typename Tree::Volume& volume, SegmentId second,
                    Group group, double limit, NearestVisitor& visitor) {
-  VisitNearest<Tree, Tree> query(limit, visitor, second);
+  VisitNearest<Tree, Tree> query(second, limit, visitor);
   return visitLeaves(tree, volume, query, group);
 }
 
 template <class Trees>
 Visit visitOneByOne(const Trees& trees, std::int32_t a_slot, std::int32_t b_slot, PairBuffer& out) {
-  return withAnyPairing(trees, [&](const auto& pairing) {
+  return withAnyPairing<Called>(trees, [&](const auto& pairing) {
     using Pairing = std::decay_t<decltype(pairing)>;
     using Query = SplitIntoTasks<typename Pairing::TreeA, typename Pairing::TreeB>;
     /// A task of one leaf on either side is a pair.
@@ -227,7 +237,7 @@ Visit visitOneByOne(const Trees& trees, std::int32_t a_slot, std::int32_t b_slot
       const Pairing& pairing;
       PairBuffer& out;
     } pairs(pairing, out);
-    Query query(/*most_leaves=*/1, pairs);
+    Query query(pairing, /*most_leaves=*/1, pairs);
     return PairTraversal<Pairing, Query>(pairing, query)
         .run({TraversalTask::kCross, a_slot, b_slot});
   });

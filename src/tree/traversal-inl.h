@@ -19,10 +19,9 @@ namespace fcl_fibers::tree::HWY_NAMESPACE {
 
 // A query decides at every step what a traversal visits:
 //
-//   Visit forEachPassing(pack, volume, lanes, unit, visit)
+//   Visit forEachPassing(pack, frame, volume, lanes, visit)
 //     calls visit(lane), in any order, for those of the lanes in which a pair with `volume` may be
-//     found, and stops when `visit` returns kStop. `unit` is the length of the pack's unit in the
-//     query's frame.
+//     found, and stops when `visit` returns kStop. `frame` is that of the pack and of the volume.
 //   Visit leafPair(SegmentId a, SegmentId b)   for pairs; a query that splits has none
 //   Visit leaf(SegmentId a)                    for visitLeaves
 //
@@ -33,14 +32,18 @@ namespace fcl_fibers::tree::HWY_NAMESPACE {
 //   bool isTask(std::int32_t a_leaves, std::int32_t b_leaves)   the numbers of leaves below
 //   Visit addTask(const TraversalTask&)
 
+/// One of the two frames of a traversal.
+enum class FrameOf { kA, kB };
+
 /// Passes volumes that overlap.
 struct OverlapTest {
   static constexpr bool kSplits = false;
   static constexpr bool kNearestFirst = false;
 
   template <class Pack, class Volume, class F>
-  FCL_FIBERS_ALWAYS_INLINE Visit forEachPassing(const Pack& pack, const Volume& volume,
-                                                simd::LaneMask lanes, double /*unit*/, F&& visit) {
+  FCL_FIBERS_ALWAYS_INLINE Visit forEachPassing(const Pack& pack, FrameOf /*frame*/,
+                                                const Volume& volume, simd::LaneMask lanes,
+                                                F&& visit) {
     using geometry::HWY_NAMESPACE::overlaps;
     for (auto rest = overlaps(pack, volume) & lanes; rest != 0; rest &= rest - 1) {
       if (visit(__builtin_ctz(rest)) == Visit::kStop) return Visit::kStop;
@@ -117,7 +120,7 @@ class PairTraversal {
         }
         const auto later = simd::firstLanes(count) & ~simd::firstLanes(lane + 1) &
                            filter_.lanesOfB(child.slot, node);
-        if (query_.forEachPassing(pack, child.volume, later, 1, [&](int other) HWY_ATTR {
+        if (query_.forEachPassing(pack, FrameOf::kA, child.volume, later, [&](int other) HWY_ATTR {
               return visitInB(child, node, other);
             }) == Visit::kStop) {
           return Visit::kStop;
@@ -171,20 +174,17 @@ class PairTraversal {
   template <class LanesOfB>
   Visit crossNearestFirst(std::int32_t a_node, simd::LaneMask a_lanes, std::int32_t b_node,
                           LanesOfB&& lanesOfB) {
-    constexpr auto kA = static_cast<std::size_t>(TreeA::kArity);
-    constexpr auto kB = static_cast<std::size_t>(TreeB::kArity);
-    typename Query::template Places<kA * kB> nearest;
-    const double unit = b_to_a_.scale();
+    typename Query::template Places<TreeA::kArity * TreeB::kArity> places;
+    const auto all = simd::firstLanes(b_.node(b_node).child_count);
     for (auto rest = a_lanes; rest != 0; rest &= rest - 1) {
       const int lane = __builtin_ctz(rest);
       const auto child = Child<TreeA>::of(a_, a_node, lane);
-      const auto lanes = simd::firstLanes(b_.node(b_node).child_count) & lanesOfB(lane) &
-                         filter_.lanesOfB(child.slot, b_node);
-      query_.forEachNearer(b_.pack(b_node), inB(child), lanes, unit,
-                           [&](int other, float distance)
-                               HWY_ATTR { nearest.add(distance, lane * TreeB::kArity + other); });
+      const auto lanes = all & lanesOfB(lane) & filter_.lanesOfB(child.slot, b_node);
+      if (lanes == 0) continue;
+      query_.addNearer(b_.pack(b_node), FrameOf::kB, inB(child), lanes, lane * TreeB::kArity,
+                       places);
     }
-    return nearest.visitNearestFirst(query_.limit, unit, [&](int place) HWY_ATTR {
+    return query_.visitNearestFirst(places, FrameOf::kB, [&](int place) HWY_ATTR {
       return visitInB(Child<TreeA>::of(a_, a_node, place / TreeB::kArity), b_node,
                       place % TreeB::kArity);
     });
@@ -193,12 +193,12 @@ class PairTraversal {
   FCL_FIBERS_ALWAYS_INLINE Visit crossChildrenOfA(std::int32_t node, const Child<TreeB>& b,
                                                   const typename TreeA::Volume& b_in_a) {
     const auto lanes = simd::firstLanes(a_.node(node).child_count) & filter_.lanesOfA(b.slot, node);
-    return query_.forEachPassing(a_.pack(node), b_in_a, lanes, 1,
+    return query_.forEachPassing(a_.pack(node), FrameOf::kA, b_in_a, lanes,
                                  [&](int lane) HWY_ATTR { return visitInA(node, lane, b); });
   }
   FCL_FIBERS_ALWAYS_INLINE Visit crossChildrenOfB(const Child<TreeA>& a, std::int32_t node) {
     const auto lanes = simd::firstLanes(b_.node(node).child_count) & filter_.lanesOfB(a.slot, node);
-    return query_.forEachPassing(b_.pack(node), inB(a), lanes, b_to_a_.scale(),
+    return query_.forEachPassing(b_.pack(node), FrameOf::kB, inB(a), lanes,
                                  [&](int lane) HWY_ATTR { return visitInB(a, node, lane); });
   }
   Visit crossChildrenOfBoth(std::int32_t a_node, const Child<TreeB>& b,
@@ -206,15 +206,17 @@ class PairTraversal {
     const auto lanes =
         simd::firstLanes(a_.node(a_node).child_count) & filter_.lanesOfA(b.slot, a_node);
     if constexpr (Query::kNearestFirst) {
+      typename Query::template Places<TreeA::kArity> places;
+      query_.addNearer(a_.pack(a_node), FrameOf::kA, b_in_a, lanes, 0, places);
       simd::LaneMask near = 0;
-      query_.forEachNearer(a_.pack(a_node), b_in_a, lanes, 1,
-                           [&](int lane, float) HWY_ATTR { near |= simd::LaneMask{1} << lane; });
+      for (int i = 0; i < places.count; ++i) near |= simd::LaneMask{1} << places.all[i].number();
       return crossNearestFirst(a_node, near, b.link.node(),
                                [](int) HWY_ATTR { return ~simd::LaneMask{0}; });
     } else {
-      return query_.forEachPassing(a_.pack(a_node), b_in_a, lanes, 1, [&](int lane) HWY_ATTR {
-        return crossChildrenOfB(Child<TreeA>::of(a_, a_node, lane), b.link.node());
-      });
+      return query_.forEachPassing(
+          a_.pack(a_node), FrameOf::kA, b_in_a, lanes, [&](int lane) HWY_ATTR {
+            return crossChildrenOfB(Child<TreeA>::of(a_, a_node, lane), b.link.node());
+          });
     }
   }
 
@@ -255,8 +257,8 @@ template <class Tree, class Query, class Lanes>
 Visit leavesBelow(const Tree& tree, std::int32_t node, const typename Tree::Volume& volume,
                   const Lanes& lanes, Query& query) {
   return query.forEachPassing(
-      tree.pack(node), volume, simd::firstLanes(tree.node(node).child_count) & lanes(node), 1,
-      [&](int lane) HWY_ATTR {
+      tree.pack(node), FrameOf::kA, volume,
+      simd::firstLanes(tree.node(node).child_count) & lanes(node), [&](int lane) HWY_ATTR {
         const Link child = tree.node(node).children[static_cast<std::size_t>(lane)];
         return child.isLeaf() ? query.leaf(child.segment())
                               : leavesBelow(tree, child.node(), volume, lanes, query);
@@ -269,10 +271,13 @@ template <class Tree, class Query>
 Visit visitLeaves(const Tree& tree, const typename Tree::Volume& volume, Query& query,
                   Group group = kNoGroup) {
   if (tree.empty()) return Visit::kContinue;
+  if (group == kNoGroup || tree.groups().empty()) {
+    const auto all = [](std::int32_t) HWY_ATTR { return ~simd::LaneMask{0}; };
+    return leavesBelow(tree, 0, volume, all, query);
+  }
   const OtherGroups<Tree::kArity> filter(tree.groups().data());
-  if (tree.groups().empty()) group = kNoGroup;
-  const auto lanes = [&](std::int32_t node) HWY_ATTR { return filter.lanesOf(group, node); };
-  return leavesBelow(tree, 0, volume, lanes, query);
+  const auto others = [&](std::int32_t node) HWY_ATTR { return filter.lanesOf(group, node); };
+  return leavesBelow(tree, 0, volume, others, query);
 }
 
 }  // namespace fcl_fibers::tree::HWY_NAMESPACE

@@ -46,11 +46,11 @@ class BoxChange {
 
   bool isIdentity() const { return !turned_ && straight_.isIdentity(); }
   double scale() const { return turned_ ? turned_->scale() : straight_.scale(); }
-  geometry::Box operator()(const geometry::Box& box) const {
-    return turned_ ? (*turned_)(box) : straight_(box);
+  FCL_FIBERS_ALWAYS_INLINE geometry::Box operator()(const geometry::Box& box) const {
+    return turned_ ? turn(box) : straight_(box);
   }
-  geometry::Box ofLeaf(SegmentId id, const geometry::Box& box) const {
-    return turned_ ? turned_->ofLeaf(id, box) : straight_(box);
+  FCL_FIBERS_ALWAYS_INLINE geometry::Box ofLeaf(SegmentId id, const geometry::Box& box) const {
+    return turned_ ? turnLeaf(id, box) : straight_(box);
   }
 
   /// @pre it is not turned
@@ -58,6 +58,13 @@ class BoxChange {
   const std::optional<PosedSegments>& turned() const { return turned_; }
 
  private:
+  __attribute__((noinline)) geometry::Box turn(const geometry::Box& box) const {
+    return (*turned_)(box);
+  }
+  __attribute__((noinline)) geometry::Box turnLeaf(SegmentId id, const geometry::Box& box) const {
+    return turned_->ofLeaf(id, box);
+  }
+
   geometry::FrameChange straight_;
   std::optional<PosedSegments> turned_;
 };

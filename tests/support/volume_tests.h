@@ -11,10 +11,10 @@ namespace fcl_fibers::test {
 /// What a plain traversal for overlapping pairs does.
 struct VolumeTests : tree::HWY_NAMESPACE::OverlapTest {
   template <class Pack, class Volume, class F>
-  tree::Visit forEachPassing(const Pack& pack, const Volume& volume, simd::LaneMask lanes,
-                             double unit, F&& visit) {
+  tree::Visit forEachPassing(const Pack& pack, tree::HWY_NAMESPACE::FrameOf frame,
+                             const Volume& volume, simd::LaneMask lanes, F&& visit) {
     tests += static_cast<std::size_t>(__builtin_popcount(lanes));
-    return OverlapTest::forEachPassing(pack, volume, lanes, unit, visit);
+    return OverlapTest::forEachPassing(pack, frame, volume, lanes, visit);
   }
   tree::Visit leafPair(tree::SegmentId, tree::SegmentId) {
     ++pairs;

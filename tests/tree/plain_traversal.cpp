@@ -28,7 +28,7 @@ template <class Tree>
 Visit visitPairs(const Tree& tree, OverlapVisitor& visitor) {
   Overlapping query(visitor);
   if (tree.empty()) return Visit::kContinue;
-  return withAnyPairing(tree, [&](const auto& pairing) {
+  return withAnyPairing<HWY_NAMESPACE::Inlined>(tree, [&](const auto& pairing) {
     return PairTraversal<std::decay_t<decltype(pairing)>, Overlapping>(pairing, query).visitSelf(0);
   });
 }
@@ -37,9 +37,11 @@ Visit visitPairs(const Tree& a, const Tree& b, const FrameChange& b_to_a, const 
                  OverlapVisitor& visitor) {
   Overlapping query(visitor);
   if (a.empty() || b.empty()) return Visit::kContinue;
-  return withAnyPairing(TreePair<Tree>{a, b, b_to_a, a_to_b}, [&](const auto& pairing) {
-    return PairTraversal<std::decay_t<decltype(pairing)>, Overlapping>(pairing, query).visitBoth();
-  });
+  return withAnyPairing<HWY_NAMESPACE::Inlined>(
+      TreePair<Tree>{a, b, b_to_a, a_to_b}, [&](const auto& pairing) {
+        return PairTraversal<std::decay_t<decltype(pairing)>, Overlapping>(pairing, query)
+            .visitBoth();
+      });
 }
 template <class Tree>
 Visit visitLeaves(const Tree& tree, const typename Tree::Volume& volume, OverlapVisitor& visitor) {
