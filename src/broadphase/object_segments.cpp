@@ -60,8 +60,8 @@ const char* addWidening(const fcl::CollisionObject<S>& object, const Frame& fram
 
 /// Whether a box has the size that FCL gives to a capsule, rotated or not, or the least size in
 /// this pose, up to the rounding of both; see BoxSize. Nearly all boxes have. Boxes too small to be
-/// squared, and rotated capsules without length, are left to wideningOf(). segmentsOf() decides in
-/// the same way.
+/// squared, and rotated capsules with hardly any length, are left to wideningOf(). segmentsOf()
+/// decides in the same way.
 template <typename S>
 bool isUsualBox(const fcl::AABB<S>& box, const fcl::Transform3<S>& pose, double radius,
                 double length) {
@@ -76,9 +76,10 @@ bool isUsualBox(const fcl::AABB<S>& box, const fcl::Transform3<S>& pose, double 
     return std::fabs(off.x) <= slack && std::fabs(off.y) <= slack && std::fabs(off.z) <= slack;
   };
   // The side of the rotated box is the diagonal of the unrotated one.
+  // Without length both are cubes, and one that a program widened may be as large as the other.
   constexpr double kSmall = 1e-280;
   const double squared = thickness * thickness * 2 + end * end;
-  const bool is_turned = is({size.x, size.x, size.x}) && length > 0 && squared > kSmall &&
+  const bool is_turned = is({size.x, size.x, size.x}) && length > 2 * slack && squared > kSmall &&
                          std::fabs(size.x * size.x - squared) <= 2 * slack * size.x;
   return is_turned || is({thickness, thickness, end}) ||
          is({length * std::fabs(axis.x) + thickness, length * std::fabs(axis.y) + thickness,

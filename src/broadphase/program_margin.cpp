@@ -95,34 +95,21 @@ Widening wideningOf(const fcl::CollisionObject<S>& object, const BoxSize& size,
     if (beyond > own_rounding && std::isfinite(beyond)) in_ball += beyond;
   }
 
-  Form forms[3] = {{own_box, in_box}, {shape.posed, 0}};
-  std::size_t count = 2;
-  // If both of FCL's boxes are cubes, the pose tells which one this is.
-  const bool is_turned = !pose.linear().isIdentity();
-  const bool is_cube = most(own.half) - least(own.half) <= own_rounding;
   // A mesh may fill less of its ball than usual, so an addition to the ball cannot be told.
-  const bool is_known = shape.is_least || in_ball == in_box;
+  const bool is_known = std::isfinite(ball) && (shape.is_least || in_ball == in_box);
   const Vec3d center = toVec3(geometry.aabb_center);
-  if (std::isfinite(ball) && (is_turned || !is_cube) && is_known) {
-    // By components, because Eigen's product is rounded otherwise on arm64.
-    const auto& axes = pose.linear();
-    const auto& offset = geometry.aabb_center;
-    fcl::Vector3<S> turned;
-    for (int i = 0; i < 3; ++i) {
-      turned[i] = axes(i, 0) * offset[0] + axes(i, 1) * offset[1] + axes(i, 2) * offset[2];
-    }
-    forms[count++] = {around(toVec3(turned), cube(ball)), in_ball};
+  // By components, because Eigen's product is rounded otherwise on arm64.
+  const auto& axes = pose.linear();
+  const auto& offset = geometry.aabb_center;
+  fcl::Vector3<S> turned;
+  for (int i = 0; i < 3; ++i) {
+    turned[i] = axes(i, 0) * offset[0] + axes(i, 1) * offset[1] + axes(i, 2) * offset[2];
   }
+  const Corners ball_box = around(toVec3(turned), cube(ball));
 
-  if (is_even) {
-    for (std::size_t i = 0; i < count; ++i) {
-      if (maxNorm(size.half - forms[i].box.half()) <= size.rounding) {
-        return {forms[i].margin, false};
-      }
-    }
-  }
   // This covers FCL's rounding of a middle that is not the position. It also covers the error of a
   // box that FCL does not turn, because the pose is near the identity.
+  const bool is_turned = !pose.linear().isIdentity();
   const double shift = 8 * kEps<S> * maxNorm(center);
   const double tilt = is_turned ? 0
                                 : 4 * double{Eigen::NumTraits<S>::dummy_precision()} *
@@ -132,13 +119,35 @@ Widening wideningOf(const fcl::CollisionObject<S>& object, const BoxSize& size,
   // FCL's cube does not grow with a rotation that has drifted, so the ends of a thin shape may
   // stick out of it by 5e-4 of its length. A box of this pose then contains the rest.
   Corners posed = shape.posed;
-  if (is_turned && shape.is_least && count == 3) {
-    posed = {max(posed.low, forms[2].box.low), min(posed.high, forms[2].box.high)};
+  if (is_turned && shape.is_least && is_known) {
+    posed = {max(posed.low, ball_box.low), min(posed.high, ball_box.high)};
   }
   // A box around a mesh may be smaller than ours, but the two meet. FCL rounds less than programs.
   const Vec3d beyond_low = below + (shape.is_least ? posed.low : posed.high),
               beyond_high = above - (shape.is_least ? posed.high : posed.low);
-  if (least(min(beyond_low, beyond_high)) >= -(0.6 * size.rounding + shift + tilt)) {
+  const bool is_of_pose =
+      least(min(beyond_low, beyond_high)) >= -(0.6 * size.rounding + shift + tilt);
+
+  // If both of FCL's boxes are cubes, the pose tells which one this is. It also does for a box of
+  // this pose if rounding, below taken as 1, hides whether it is FCL's cube around the ball of
+  // radius b or a local box that a program widened. If only one axis was widened, the other sides
+  // are within 1 of b, so b^2 >= 2 (b - 1)^2, b <= 3.5, and the sides differ by no more. If all
+  // were widened evenly, they differ by 2 at most.
+  const double cube_rounding =
+      is_of_pose ? std::max(own_rounding, 4 * size.rounding) : own_rounding;
+  const bool is_cube = most(own.half) - least(own.half) <= cube_rounding;
+  Form forms[3] = {{own_box, in_box}, {shape.posed, 0}};
+  std::size_t count = 2;
+  if (is_known && (is_turned || !is_cube)) forms[count++] = {ball_box, in_ball};
+
+  if (is_even) {
+    for (std::size_t i = 0; i < count; ++i) {
+      if (maxNorm(size.half - forms[i].box.half()) <= size.rounding) {
+        return {forms[i].margin, false};
+      }
+    }
+  }
+  if (is_of_pose) {
     double margin = 0;
     for (std::size_t i = is_turned && is_cube ? 1 : 0; is_even && i < count; ++i) {
       const Vec3d p = below + forms[i].box.low, q = above - forms[i].box.high;

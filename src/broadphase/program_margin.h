@@ -46,7 +46,8 @@ struct Widening {
 };
 
 /// Whether a box has a size that FCL gives to this shape, turned or not. Nearly all boxes have.
-/// Boxes too small to be squared are left to wideningOf().
+/// Boxes too small to be squared are left to wideningOf(), and so is FCL's cube in a pose for which
+/// FCL does not make it.
 template <typename S>
 FCL_FIBERS_ALWAYS_INLINE bool isStockSize(const BoxSize& size, const ShapeBox& shape,
                                           const fcl::Transform3<S>& pose) {
@@ -59,9 +60,7 @@ FCL_FIBERS_ALWAYS_INLINE bool isStockSize(const BoxSize& size, const ShapeBox& s
       !(shape.ball_squared > kSmall)) {
     return false;
   }
-  // If both are cubes, the pose tells which one this is.
-  const bool is_cube = maxNorm(own - geometry::Vec3d{own.x, own.x, own.x}) <= size.rounding;
-  return !is_cube || !pose.linear().isIdentity();
+  return !pose.linear().isIdentity();
 }
 
 /// @param shape  a bounded shape

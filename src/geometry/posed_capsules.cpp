@@ -70,7 +70,7 @@ FCL_FIBERS_ALWAYS_INLINE DoubleMask isRotation(const Vectors& x, const Vectors& 
 
 /// Whether boxes have the sizes that FCL gives to capsules, or the least sizes in their pose, up to
 /// the rounding of their sides. Boxes of turned capsules that are too small to be squared or have
-/// no length are left to a second look.
+/// hardly any length are left to a second look.
 FCL_FIBERS_ALWAYS_INLINE DoubleMask addNothing(const Vectors& size, const Vectors& position,
                                                const Vectors& axis, const DoubleLanes& length,
                                                const DoubleLanes& radius, double epsilon) {
@@ -88,10 +88,12 @@ FCL_FIBERS_ALWAYS_INLINE DoubleMask addNothing(const Vectors& size, const Vector
   constexpr double kSmall = 1e-280;
   const auto square =
       hn::Add(hn::Mul(hn::Mul(thickness, thickness), hn::Set(d, 2)), hn::Mul(end, end));
-  const auto is_turned = hn::And(hn::And(is({size.x, size.x, size.x}), hn::Gt(length, hn::Zero(d))),
-                                 hn::And(hn::Gt(square, hn::Set(d, kSmall)),
-                                         hn::Le(hn::Abs(hn::Sub(hn::Mul(size.x, size.x), square)),
-                                                hn::Mul(hn::Add(slack, slack), size.x))));
+  // Without length both are cubes, and one that a program widened may be as large as the other.
+  const auto twice = hn::Add(slack, slack);
+  const auto is_turned = hn::And(
+      hn::And(is({size.x, size.x, size.x}), hn::Gt(length, twice)),
+      hn::And(hn::Gt(square, hn::Set(d, kSmall)),
+              hn::Le(hn::Abs(hn::Sub(hn::Mul(size.x, size.x), square)), hn::Mul(twice, size.x))));
   const Vectors tight = length * abs(axis) + Vectors{thickness, thickness, thickness};
   return hn::Or(is_turned, hn::Or(is({thickness, thickness, end}), is(tight)));
 }

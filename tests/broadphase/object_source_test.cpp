@@ -37,14 +37,15 @@ class Object : public fcl::CollisionObject<S> {
 };
 
 /// Capsules and spheres, sometimes a box, with boxes of FCL's, tight ones, widened ones and broken
-/// ones. Some have no length, no radius, or are far out.
+/// ones. Some have no length or hardly any, no radius, or are far out.
 template <typename S>
 std::unique_ptr<Object<S>> makeObject(Random& random) {
   const double size = std::pow(10.0, random.between(-6, 6));
   const auto length = [&] {
     return static_cast<S>(random.below(6) == 0 ? 0 : size * random.between(0, 1));
   };
-  const S radius = length(), lz = length();
+  const S radius = length();
+  const S lz = length() * (random.below(4) == 0 ? S(1e4) * std::numeric_limits<S>::epsilon() : 1);
   std::shared_ptr<fcl::CollisionGeometry<S>> shape = std::make_shared<fcl::Capsule<S>>(radius, lz);
   if (random.below(6) == 0) shape = std::make_shared<fcl::Sphere<S>>(radius);
   if (random.below(12) == 0) shape = std::make_shared<fcl::Box<S>>(radius, lz, length());
@@ -77,6 +78,10 @@ std::unique_ptr<Object<S>> makeObject(Random& random) {
       break;
     case 3:
       object->aabb.min_[static_cast<int>(random.below(3))] = std::numeric_limits<S>::quiet_NaN();
+      break;
+    case 4:  // as FCL makes it if the pose is turned, or widened if it is not
+      object->aabb = fcl::AABB<S>(pose.translation());
+      object->aabb.expand(fcl::Vector3<S>::Constant(shape->aabb_radius));
       break;
     default:
       break;
