@@ -87,8 +87,10 @@ std::shared_ptr<fcl::CollisionGeometry<S>> makeShape(int kind, double size, Rand
           std::vector<int>{3, 0, 1, 2, 3, 0, 3, 1, 3, 1, 3, 2, 3, 2, 3, 0});
       return std::make_shared<fcl::Convex<S>>(corners, 4, faces);
     }
-    case kTriangle:
-      return std::make_shared<fcl::TriangleP<S>>(vertex(), vertex(), vertex());
+    case kTriangle: {
+      const auto p = vertex(), q = vertex(), r = vertex();
+      return std::make_shared<fcl::TriangleP<S>>(p, q, r);
+    }
     default: {
       auto mesh = std::make_shared<MeshOf<S>>();
       for (int i = 0; i < 9; ++i) mesh->vertices.push_back(vertex());
@@ -133,9 +135,10 @@ void forAll(std::uint64_t seed, const std::vector<double>& sizes,
         SCOPED_TRACE(std::string(kNames[kind]) + ", size " + std::to_string(size) + ", offset " +
                      std::to_string(offset));
         for (std::size_t i = 0; i < 25; ++i) {
-          Object<S> object(
-              makeShape<S>(kind, size, random),
-              makePose<S>(i, Eigen::Vector3d::Constant(offset) + random.inCube(size), random));
+          // Compilers differ in the order in which they evaluate arguments.
+          const auto shape = makeShape<S>(kind, size, random);
+          const Eigen::Vector3d position = Eigen::Vector3d::Constant(offset) + random.inCube(size);
+          Object<S> object(shape, makePose<S>(i, position, random));
           check(object, kind, i, random);
           if (testing::Test::HasFailure()) return;
         }
