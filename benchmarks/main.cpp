@@ -115,7 +115,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
-#include <map>
 #include <string>
 
 #include <fcl_fibers/benchmark/managers.h>
@@ -127,34 +126,9 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-const std::map<std::string, bool (*)(const Request&)> kMeasures = {
-    {"arrays", measureArrays},
-    {"cables", measureCables},
-    {"card", measureCard},
-    {"chain", measureChain},
-    {"clients", measureClients},
-    {"costs", measureCosts},
-    {"dials", measureDials},
-    {"frames", measureFrames},
-    {"growth", measureGrowth},
-    {"motion", measureMotion},
-    {"motion-dials", measureMotionDials},
-    {"narrow", measureNarrow},
-    {"obstacles", measureObstacles},
-    {"pictures", measurePictures},
-    {"queries", measureQueries},
-    {"radii", measureRadii},
-    {"replay", measureReplay},
-    {"rods", measureRods},
-    {"sampling", measureSampling},
-    {"shapes", measureShapes},
-    {"volumes", measureVolumes},
-    {"volume-tests", measureVolumeTests},
-};
-
 void addOptions(CLI::App& app, std::string& measure, Request& request) {
   app.allow_extras();
-  app.add_option("--measure", measure)->check(CLI::IsMember(kMeasures))->required();
+  app.add_option("--measure", measure)->check(CLI::IsMember(measures()))->required();
   auto* const scene = app.add_option("--scene", request.scene.text);
   auto* const hair =
       app.add_option("--hair", request.scene.text,
@@ -215,13 +189,13 @@ int runHeadline(int argc, char** argv) {
   const int code = run(argc, argv,
                        {"paper-static:fibers=500", "paper-half-scalp:fibers=2000",
                         "paper-strand:fibers=50,area=0.3077"});
-  std::string measures;
-  for (const auto& [name, measure] : kMeasures) measures += (measures.empty() ? "" : "|") + name;
+  std::string names;
+  for (const auto& [name, measure] : measures()) names += (names.empty() ? "" : "|") + name;
   if (code == 0) {
     std::printf(
         "More: --scene=SCENE, of which --help lists the names; --measure=%s,\n"
         "which the head of benchmarks/main.cpp explains; benchmarks/run.sh --help\n",
-        measures.c_str());
+        names.c_str());
   }
   return code;
 }
@@ -234,7 +208,7 @@ int runMeasure(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   initializeBenchmark(argv[0], app.remaining());
   addContext(argc, argv, measure, request);
-  const bool right = kMeasures.at(measure)(request);
+  const bool right = measures().at(measure)(request);
   endProgress();
   if (!right) std::fprintf(stderr, "fcl_fibers_bench: one of ours is wrong\n");
   return right ? 0 : 1;
@@ -244,10 +218,10 @@ int runMeasure(int argc, char** argv) {
 }  // namespace fcl_fibers::benchmarks
 
 int main(int argc, char** argv) {
-  const bool measures = std::any_of(argv + 1, argv + argc, [](const char* word) {
+  const bool is_measure = std::any_of(argv + 1, argv + argc, [](const char* word) {
     return std::string(word).rfind("--measure", 0) == 0;
   });
-  if (!measures) return fcl_fibers::benchmarks::runHeadline(argc, argv);
+  if (!is_measure) return fcl_fibers::benchmarks::runHeadline(argc, argv);
   fcl_fibers::benchmarks::showProgressEverywhere();
   try {
     return fcl_fibers::benchmarks::runMeasure(argc, argv);

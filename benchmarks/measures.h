@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <map>
 #include <string>
 
 #include "contenders/contender.h"
@@ -22,6 +23,11 @@ struct Request {
   double radii = 50;    ///< of its mean motion
   std::string out_dir;  ///< of files that are not Google Benchmark's
 };
+
+using Measures = std::map<std::string, bool (*)(const Request&)>;
+
+/// What the program measures, by the names that --measure has.
+const Measures& measures();
 
 // Each measure registers its runs, runs them through Google Benchmark, which has to be initialised,
 // and returns whether all of ours are right. Names of results are at the head of main.cpp.

@@ -88,7 +88,8 @@ if [[ $set == paper ]]; then
   .ci/apt_install.sh libfmt-dev nlohmann-json3-dev libjs-three
   tools=ON goals+=(fcl_fibers_program fcl_fibers_topologies)
 fi
-bench=("$build/benchmarks/fcl_fibers_bench")
+if [[ $set == headline ]]; then goals=(fcl_fibers_headline); fi
+bench=("$build/benchmarks/${goals[0]}")
 if [[ $set == python ]]; then
   .ci/apt_install.sh python3-dev pybind11-dev python3-numpy python3-scipy python3-numba libfmt-dev \
     nlohmann-json3-dev libjs-three
