@@ -20,6 +20,34 @@
 #include "index/capsule_filter.h"
 #include "index/kept_segments.h"
 
+// FCL's library has its tables of functions, one for each two kinds of shapes, in double alone. In
+// float they hold what is called here, because all of them would take a minute to compile.
+namespace fcl::detail {
+
+template <class Solver>
+constexpr auto kCollideCapsules = ShapeShapeCollide<Capsule<float>, Capsule<float>, Solver>;
+template <class Solver>
+constexpr auto kCapsuleDistance = ShapeShapeDistance<Capsule<float>, Capsule<float>, Solver>;
+
+template <>
+CollisionFunctionMatrix<GJKSolver_libccd<float>>::CollisionFunctionMatrix() : collision_matrix() {
+  collision_matrix[GEOM_CAPSULE][GEOM_CAPSULE] = kCollideCapsules<GJKSolver_libccd<float>>;
+}
+template <>
+CollisionFunctionMatrix<GJKSolver_indep<float>>::CollisionFunctionMatrix() : collision_matrix() {
+  collision_matrix[GEOM_CAPSULE][GEOM_CAPSULE] = kCollideCapsules<GJKSolver_indep<float>>;
+}
+template <>
+DistanceFunctionMatrix<GJKSolver_libccd<float>>::DistanceFunctionMatrix() : distance_matrix() {
+  distance_matrix[GEOM_CAPSULE][GEOM_CAPSULE] = kCapsuleDistance<GJKSolver_libccd<float>>;
+}
+template <>
+DistanceFunctionMatrix<GJKSolver_indep<float>>::DistanceFunctionMatrix() : distance_matrix() {
+  distance_matrix[GEOM_CAPSULE][GEOM_CAPSULE] = kCapsuleDistance<GJKSolver_indep<float>>;
+}
+
+}  // namespace fcl::detail
+
 namespace fcl_fibers::benchmarks {
 namespace {
 
