@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Builds Release and runs the library's tests. Installs missing packages by apt first, as root or by
 # sudo. `.ci/run program benchmark` runs all other tests: scenes, readers of files, the program, the
-# examples, contacts, memory that runs out, random calls against a model, and the benchmarks.
+# examples, contacts, boxes and motions of single objects, memory that runs out, random calls against a
+# model, and the benchmarks.
 #
 #   tests/run.sh [--full] [CTEST ARGUMENTS]
 #
