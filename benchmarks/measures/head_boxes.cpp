@@ -38,8 +38,8 @@ class OurBoxes {
 
   std::size_t countOverlaps() const {
     const index::PosedTriangles posed({mesh_, {}}, geometry::Frame());
-    const tree::MeshPair<Tree> pair = {segments_,    mesh_.tree(), posed.from_tree, posed.error,
-                                       /*growth=*/0, {},           kAllCategories};
+    const auto pair =
+        meshPair(segments_, mesh_.tree(), posed.from_tree, posed.error, {}, kAllCategories);
     CountingSink sink;
     index::ScratchPool scratch;
     findPairs(index::TreeSearch(pair), nullptr, nullptr, scratch, sink);

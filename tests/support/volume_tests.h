@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <type_traits>
 
 #include "tree/traversal-inl.h"
 
@@ -25,14 +24,21 @@ struct VolumeTests : tree::HWY_NAMESPACE::OverlapTest {
   std::size_t pairs = 0;  ///< of segments whose volumes overlap
 };
 
+/// The pairs of a whole tree.
+constexpr tree::TraversalTask kWholeTree = {0, 0, 0};
+
+/// Visits the pairs of a task, whatever their groups.
+template <class Tree, class Query>
+tree::Visit visitTask(const Tree& tree, const tree::TraversalTask& task, Query& query) {
+  using Pairing = tree::HWY_NAMESPACE::SamePairing<Tree, tree::HWY_NAMESPACE::AllPairs>;
+  const Pairing pairing{tree, tree, {}};
+  return tree::HWY_NAMESPACE::PairTraversal<Pairing, Query>(pairing, query).run(task);
+}
+
 template <class Tree>
 VolumeTests countVolumeTests(const Tree& tree) {
   VolumeTests count;
-  if (tree.empty()) return count;
-  tree::HWY_NAMESPACE::withPairing(tree, [&](const auto& pairing) {
-    using Pairing = std::decay_t<decltype(pairing)>;
-    return tree::HWY_NAMESPACE::PairTraversal<Pairing, VolumeTests>(pairing, count).visitSelf(0);
-  });
+  if (!tree.empty()) visitTask(tree, kWholeTree, count);
   return count;
 }
 

@@ -61,13 +61,12 @@ struct Splitter : test::VolumeTests {
 /// a sample of all.
 template <class Tree>
 Count countOurs(const Tree& tree, double limit) {
-  using tree::HWY_NAMESPACE::internal::selfPairs;
   const Clock::time_point begin = Clock::now();
   const auto taken = [begin] {
     return std::chrono::duration<double>(Clock::now() - begin).count();
   };
   Splitter splitter;
-  selfPairs(tree, tree::AllGroups(), splitter).visitSelf(0);
+  test::visitTask(tree, test::kWholeTree, splitter);
   const double split_seconds = taken();
   std::vector<tree::TraversalTask>& parts = splitter.parts;
   std::shuffle(parts.begin(), parts.end(), std::mt19937_64(1));
@@ -77,7 +76,7 @@ Count countOurs(const Tree& tree, double limit) {
   std::size_t done = 0;
   for (; done < parts.size() && (done < kLeastParts || taken() < limit); ++done) {
     const std::size_t before = all.tests;
-    selfPairs(tree, tree::AllGroups(), all).run(parts[done]);
+    test::visitTask(tree, parts[done], all);
     const auto tests = static_cast<double>(all.tests - before);
     squares += tests * tests;
   }
