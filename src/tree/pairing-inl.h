@@ -74,13 +74,15 @@ class GroupsIfAny {
   /// @param by_slot  null if there are no groups
   explicit GroupsIfAny(const Group* by_slot) : any_(by_slot != nullptr), groups_(by_slot) {}
 
-  simd::LaneMask lanesOfA(std::int32_t slot, std::int32_t node) const {
+  FCL_FIBERS_ALWAYS_INLINE simd::LaneMask lanesOfA(std::int32_t slot, std::int32_t node) const {
     return any_ ? groups_.lanesOfA(slot, node) : ~simd::LaneMask{0};
   }
-  simd::LaneMask lanesOfB(std::int32_t slot, std::int32_t node) const {
+  FCL_FIBERS_ALWAYS_INLINE simd::LaneMask lanesOfB(std::int32_t slot, std::int32_t node) const {
     return any_ ? groups_.lanesOfB(slot, node) : ~simd::LaneMask{0};
   }
-  bool passesSelf(std::int32_t slot) const { return !any_ || groups_.passesSelf(slot); }
+  FCL_FIBERS_ALWAYS_INLINE bool passesSelf(std::int32_t slot) const {
+    return !any_ || groups_.passesSelf(slot);
+  }
 
  private:
   const bool any_;
@@ -202,18 +204,22 @@ Visit withAnyPairing(const TreePair<A, B>& trees, F&& visit) {
 }
 ///@}
 
-/// For kernels.
+/// For kernels. The test of moving boxes is so long that they may ask for their groups.
 ///@{
 template <class Tree, class F>
 FCL_FIBERS_ALWAYS_INLINE Visit withPairing(const Tree& tree, F&& visit) {
-  using Groups = OtherGroups<Tree::kArity>;
-  const auto& groups = tree.groups();
-  if (groups.empty()) return visit(SamePairing<Tree, AllPairs>{tree, tree, {}});
-  return visit(SamePairing<Tree, Groups>{tree, tree, Groups(groups.data())});
+  if constexpr (Kernels<Tree>::kMoves) {
+    return withAnyPairing<Inlined>(tree, visit);
+  } else {
+    using Groups = OtherGroups<Tree::kArity>;
+    const auto& groups = tree.groups();
+    if (groups.empty()) return visit(SamePairing<Tree, AllPairs>{tree, tree, {}});
+    return visit(SamePairing<Tree, Groups>{tree, tree, Groups(groups.data())});
+  }
 }
 template <class A, class B, class F>
 FCL_FIBERS_ALWAYS_INLINE Visit withPairing(const TreePair<A, B>& trees, F&& visit) {
-  if constexpr (std::is_same_v<A, B>) {
+  if constexpr (std::is_same_v<A, B> && !Kernels<A>::kMoves) {
     if (trees.isInOneFrame()) return visit(SamePairing<A, AllPairs>{trees.a, trees.b, {}});
   }
   if constexpr (std::is_same_v<typename TreePair<A, B>::BToA, BoxChange>) {
@@ -226,7 +232,7 @@ FCL_FIBERS_ALWAYS_INLINE Visit withPairing(const TreePair<A, B>& trees, F&& visi
     }
     return Visit::kContinue;
   } else {
-    return visit(ChangingPairing(trees, trees.b_to_a, trees.a_to_b));
+    return withAnyPairing<Inlined>(trees, visit);
   }
 }
 ///@}

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "geometry/box.h"
-#include "geometry/overlap.h"
 #include "geometry/segment_block.h"
 #include "simd/dispatch.h"
+#include "support/overlap.h"
 #include "support/random.h"
 
 namespace fcl_fibers::geometry {

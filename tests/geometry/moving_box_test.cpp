@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "geometry/overlap.h"
+#include "support/overlap.h"
 #include "support/random.h"
 
 namespace fcl_fibers::geometry {

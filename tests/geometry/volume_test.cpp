@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "geometry/box.h"
-#include "geometry/overlap.h"
 #include "geometry/rounding.h"
+#include "support/overlap.h"
 #include "support/random.h"
 #include "support/segments.h"
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <type_traits>
 
 #include "tree/traversal-inl.h"
 
@@ -27,12 +28,13 @@ struct VolumeTests : tree::HWY_NAMESPACE::OverlapTest {
 /// The pairs of a whole tree.
 constexpr tree::TraversalTask kWholeTree = {0, 0, 0};
 
-/// Visits the pairs of a task, whatever their groups.
+/// Visits the pairs of a task within a tree.
 template <class Tree, class Query>
 tree::Visit visitTask(const Tree& tree, const tree::TraversalTask& task, Query& query) {
-  using Pairing = tree::HWY_NAMESPACE::SamePairing<Tree, tree::HWY_NAMESPACE::AllPairs>;
-  const Pairing pairing{tree, tree, {}};
-  return tree::HWY_NAMESPACE::PairTraversal<Pairing, Query>(pairing, query).run(task);
+  return tree::HWY_NAMESPACE::withPairing(tree, [&](const auto& pairing) {
+    using Pairing = std::decay_t<decltype(pairing)>;
+    return tree::HWY_NAMESPACE::PairTraversal<Pairing, Query>(pairing, query).run(task);
+  });
 }
 
 template <class Tree>

@@ -15,7 +15,7 @@
 
 #include "geometry/enclosing_sphere.h"
 #include "geometry/frame.h"
-#include "geometry/overlap.h"
+#include "support/overlap.h"
 #include "support/random.h"
 #include "support/segments.h"
 #include "support/tree_segments.h"

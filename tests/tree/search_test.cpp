@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "geometry/overlap.h"
+#include "support/overlap.h"
 #include "support/random.h"
 #include "support/segments.h"
 #include "tree/plain_traversal.h"
