@@ -7,6 +7,7 @@
 #endif
 
 #include "tree/kernels.h"
+#include "tree/nearest-inl.h"
 #include "tree/traversal-inl.h"
 #include "tree/wide_overlaps-inl.h"
 
@@ -39,8 +40,9 @@ simd::LaneMask overlapsOfPack(const Pack& pack, const Volume& volume) {
   return geometry::HWY_NAMESPACE::overlaps(pack, volume);
 }
 template <int N, template <int> class Pack, class Volume>
-int nearerOfPack(const Pack<N>& pack, const Volume& volume, simd::LaneMask lanes, float limit,
-                 int first, Place* places, int count, bool in_order) {
+FCL_FIBERS_ALWAYS_INLINE int nearerOfPack(const Pack<N>& pack, const Volume& volume,
+                                          simd::LaneMask lanes, float limit, int first,
+                                          Place* places, int count, bool in_order) {
   float distances[N];
   for (auto rest = geometry::HWY_NAMESPACE::nearer(pack, volume, limit, distances) & lanes;
        rest != 0; rest &= rest - 1) {
@@ -53,24 +55,44 @@ int nearerOfPack(const Pack<N>& pack, const Volume& volume, simd::LaneMask lanes
   return count;
 }
 
-template <class Tree>
-constexpr auto nearerOf() {
-  if constexpr (Kernels<Tree>::kMoves) {
-    return nullptr;
-  } else {
-    return &nearerOfPack<Tree::kArity, Tree::Volume::template Pack, typename Tree::Volume>;
+template <class TreeA, class TreeB>
+struct OwnTests {
+  template <int N, template <int> class Pack, class Volume>
+  FCL_FIBERS_ALWAYS_INLINE int nearer(const Pack<N>& pack, const Volume& volume,
+                                      simd::LaneMask lanes, float limit, int first, Place* places,
+                                      int count, bool in_order) const {
+    return nearerOfPack(pack, volume, lanes, limit, first, places, count, in_order);
   }
+};
+
+template <class Tree>
+Visit nearestToVolume(const Tree& tree, const typename Tree::Volume& volume, SegmentId second,
+                      Group group, double limit, NearestVisitor& visitor) {
+  VisitNearest<OwnTests<Tree, Tree>> query(second, limit, visitor);
+  return visitLeaves(tree, volume, query, group);
 }
 
 template <class Tree>
-constexpr Kernels<Tree> kKernels = {
-    overlapsOfPack<typename Tree::Pack, typename Tree::Volume>,
-    nearerOf<Tree>(),
-    overlapsOf<Tree>,
-    overlapsOf<TreePair<Tree>>,
-    overlapsOf<TreePair<Tree, typename Kernels<Tree>::Mesh>>,
-    overlapsOfVolume<Tree>,
-};
+constexpr Kernels<Tree> makeKernels() {
+  Kernels<Tree> kernels = {};
+  kernels.overlaps = overlapsOfPack<typename Tree::Pack, typename Tree::Volume>;
+  kernels.within = overlapsOf<Tree>;
+  kernels.between = overlapsOf<TreePair<Tree>>;
+  kernels.with_mesh = overlapsOf<TreePair<Tree, typename Kernels<Tree>::Mesh>>;
+  kernels.with_volume = overlapsOfVolume<Tree>;
+  if constexpr (!Kernels<Tree>::kMoves) {
+    kernels.nearer = nearerOfPack<Tree::kArity, Tree::Volume::template Pack, typename Tree::Volume>;
+    if constexpr (Tree::kArity == 2) {
+      kernels.nearest_to_volume = nearestToVolume<Tree>;
+      kernels.nearest = nearestOf<OwnTests, Tree>;
+      kernels.nearest_between = nearestOf<OwnTests, TreePair<Tree>>;
+    }
+  }
+  return kernels;
+}
+
+template <class Tree>
+constexpr Kernels<Tree> kKernels = makeKernels<Tree>();
 
 }  // namespace fcl_fibers::tree::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

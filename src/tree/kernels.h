@@ -62,6 +62,15 @@ struct Kernels {
   Visit (*with_volume)(const Tree& tree, const Volume& volume, SegmentId second, Group group,
                        PairBuffer& out);
   ///@}
+
+  /// visitNearest() of search.h, for binary trees that do not move. Two children are tested so fast
+  /// that a call of nearer() for each test would take several per cent more.
+  ///@{
+  Visit (*nearest)(const Tree& tree, double limit, NearestVisitor& visitor);
+  Visit (*nearest_between)(const TreePair<Tree>& trees, double limit, NearestVisitor& visitor);
+  Visit (*nearest_to_volume)(const Tree& tree, const Volume& volume, SegmentId second, Group group,
+                             double limit, NearestVisitor& visitor);
+  ///@}
 };
 
 /// The kernels for the instruction set in use (simd/dispatch.h).

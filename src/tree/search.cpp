@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tree/search.h"
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <type_traits>
 
-#include "geometry/rounding.h"
 #include "tree/kernels.h"
+#include "tree/nearest-inl.h"
 #include "tree/traversal-inl.h"
 
 // The searches that make few tests, or much else with each, are compiled once. Their tests are the
@@ -18,9 +16,11 @@ namespace {
 
 using HWY_NAMESPACE::Called;
 using HWY_NAMESPACE::FrameOf;
-using HWY_NAMESPACE::Inlined;
+using HWY_NAMESPACE::nearestOf;
 using HWY_NAMESPACE::PairTraversal;
+using HWY_NAMESPACE::visitAll;
 using HWY_NAMESPACE::visitLeaves;
+using HWY_NAMESPACE::VisitNearest;
 using HWY_NAMESPACE::withAnyPairing;
 
 /// The kernels of two trees, which may be the same, by the packs that they test.
@@ -35,6 +35,11 @@ struct Tests {
     }
   }
 
+  template <class Pack, class... Arguments>
+  int nearer(const Pack& pack, Arguments... arguments) const {
+    return of(pack).nearer(pack, arguments...);
+  }
+
   const Kernels<TreeA>& a = kernels<TreeA>();
   const Kernels<TreeB>& b = kernels<TreeB>();
 };
@@ -45,9 +50,7 @@ struct SplitIntoTasks {
   static constexpr bool kSplits = true;
   static constexpr bool kNearestFirst = false;
 
-  template <class Pairing>
-  SplitIntoTasks(const Pairing& /*pairing*/, std::int32_t most_leaves, TaskSink& sink)
-      : grain(most_leaves), out(sink) {}
+  SplitIntoTasks(std::int32_t most_leaves, TaskSink& sink) : grain(most_leaves), out(sink) {}
 
   template <class Pack, class Volume, class F>
   Visit forEachPassing(const Pack& pack, FrameOf /*frame*/, const Volume& volume,
@@ -67,115 +70,6 @@ struct SplitIntoTasks {
   TaskSink& out;
 };
 
-/// At most kMost places.
-template <int kMost>
-struct Places {
-  static constexpr bool kInOrder = kMost <= 16;  ///< from the start, and not only once sorted
-
-  int count = 0;
-  Place all[kMost];
-};
-
-/// Passes volumes nearer than a limit, which may shrink as pairs are found, the nearest first.
-template <class TreeA, class TreeB>
-class VisitNearest {
- public:
-  static constexpr bool kSplits = false;
-  static constexpr bool kNearestFirst = true;
-  template <int kMost>
-  using Places = tree::Places<kMost>;
-
-  /// @param limit  in the frame of A
-  template <class Pairing>
-  VisitNearest(const Pairing& pairing, double limit, NearestVisitor& visitor)
-      : unit_of_b_(pairing.b_to_a.scale()), visitor_(visitor) {
-    setLimit(limit);
-  }
-  /// For pairs of one tree and a volume.
-  /// @param second  stands for the volume
-  VisitNearest(SegmentId second, double limit, NearestVisitor& visitor)
-      : visitor_(visitor), second_(second) {
-    setLimit(limit);
-  }
-
-  /// Adds the places first + lane of those of the lanes that may be nearer than the limit.
-  template <class Pack, class Volume, int kMost>
-  FCL_FIBERS_ALWAYS_INLINE void addNearer(const Pack& pack, FrameOf frame, const Volume& volume,
-                                          simd::LaneMask lanes, int first,
-                                          Places<kMost>& places) const {
-    const float limit = frame == FrameOf::kA ? limit_in_a_ : limit_in_b_;
-    places.count = tests_.of(pack).nearer(pack, volume, lanes, limit, first, places.all,
-                                          places.count, Places<kMost>::kInOrder);
-  }
-  /// Calls visit(number), the nearest place first, as long as they are nearer than the limit.
-  template <int kMost, class F>
-  FCL_FIBERS_ALWAYS_INLINE Visit visitNearestFirst(Places<kMost>& places, FrameOf frame,
-                                                   F&& visit) {
-    const double unit = frame == FrameOf::kA ? 1 : unit_of_b_;
-    if constexpr (!Places<kMost>::kInOrder) std::sort(places.all, places.all + places.count);
-    for (int i = 0; i < places.count; ++i) {
-      // If the limit is infinite, the product may be infinite too.
-      if (!(places.all[i].distance() * unit < limit_) && std::isfinite(limit_)) break;
-      if (visit(places.all[i].number()) == Visit::kStop) return Visit::kStop;
-    }
-    return Visit::kContinue;
-  }
-  template <int N, template <int> class Pack, class Volume, class F>
-  FCL_FIBERS_ALWAYS_INLINE Visit forEachPassing(const Pack<N>& pack, FrameOf frame,
-                                                const Volume& volume, simd::LaneMask lanes,
-                                                F&& visit) {
-    Places<N> places;
-    addNearer(pack, frame, volume, lanes, 0, places);
-    return visitNearestFirst(places, frame, visit);
-  }
-  Visit leafPair(SegmentId a, SegmentId b) {
-    double limit = limit_;
-    const Visit visit = visitor_.visit(a, b, limit);
-    if (limit != limit_) setLimit(limit);
-    return visit;
-  }
-  Visit leaf(SegmentId a) { return leafPair(a, second_); }
-
- private:
-  void setLimit(double limit) {
-    limit_ = limit;
-    limit_in_a_ = geometry::roundedUp(limit);
-    limit_in_b_ = geometry::roundedUp(limit / unit_of_b_);
-  }
-
-  const Tests<TreeA, TreeB> tests_;
-  double limit_;  ///< in the frame of A
-  float limit_in_a_, limit_in_b_;
-  const double unit_of_b_ = 1;  ///< the length of the unit of B's frame in A's
-  NearestVisitor& visitor_;
-  const SegmentId second_ = 0;
-};
-
-template <class Trees>
-struct IsPair : std::false_type {};
-template <class TreeA, class TreeB>
-struct IsPair<TreePair<TreeA, TreeB>> : std::true_type {};
-
-/// Visits all pairs of one tree or of two.
-/// @param Query  a template over the types of both trees
-/// @param How    see withAnyPairing()
-template <template <class, class> class Query, template <class> class How, class Trees,
-          class... Arguments>
-Visit visitAll(const Trees& trees, Arguments&&... arguments) {
-  return withAnyPairing<How>(trees, [&](const auto& pairing) {
-    using Pairing = std::decay_t<decltype(pairing)>;
-    if (pairing.a.empty() || pairing.b.empty()) return Visit::kContinue;
-    using ThisQuery = Query<typename Pairing::TreeA, typename Pairing::TreeB>;
-    ThisQuery query(pairing, arguments...);
-    PairTraversal<Pairing, ThisQuery> traversal(pairing, query);
-    if constexpr (IsPair<Trees>::value) {
-      return traversal.visitBoth();
-    } else {
-      return traversal.visitSelf(0);
-    }
-  });
-}
-
 template <class Tree>
 Visit runKernel(const Tree& tree, const TraversalTask& task, PairBuffer& out) {
   return kernels<Tree>().within(tree, task, out);
@@ -189,6 +83,22 @@ Visit runKernel(const TreePair<TreeA, TreeB>& trees, const TraversalTask& task, 
   }
 }
 
+template <class Trees>
+constexpr bool kHasNearestKernel = false;
+template <class Tree>
+constexpr bool kHasNearestKernel<TreePair<Tree, Tree>> = Tree::kArity == 2;
+template <class Hierarchy>
+constexpr bool kHasNearestKernel<Bvh<Hierarchy>> = Hierarchy::kArity == 2;
+
+template <class Tree>
+Visit runNearestKernel(const Tree& tree, double limit, NearestVisitor& visitor) {
+  return kernels<Tree>().nearest(tree, limit, visitor);
+}
+template <class Tree>
+Visit runNearestKernel(const TreePair<Tree>& trees, double limit, NearestVisitor& visitor) {
+  return kernels<Tree>().nearest_between(trees, limit, visitor);
+}
+
 }  // namespace
 
 template <class Trees>
@@ -196,7 +106,11 @@ Visit splitIntoTasks(const Trees& trees, TaskSink& out) {
   // A task takes some microseconds. So batches fill, and there are enough tasks for any number of
   // threads. This is the size of a full node three levels above the leaves.
   constexpr std::int32_t kGrain = 512;
-  return visitAll<SplitIntoTasks, Called>(trees, kGrain, out);
+  return withAnyPairing<Called>(trees, [&](const auto& pairing) {
+    using Pairing = std::decay_t<decltype(pairing)>;
+    SplitIntoTasks<typename Pairing::TreeA, typename Pairing::TreeB> query(kGrain, out);
+    return visitAll<Trees>(pairing, query);
+  });
 }
 
 template <class Trees>
@@ -206,7 +120,11 @@ Visit visitOverlaps(const Trees& trees, const TraversalTask& task, PairBuffer& o
 
 template <class Trees>
 Visit visitNearest(const Trees& trees, double limit, NearestVisitor& visitor) {
-  return visitAll<VisitNearest, Inlined>(trees, limit, visitor);
+  if constexpr (kHasNearestKernel<Trees>) {
+    return runNearestKernel(trees, limit, visitor);
+  } else {
+    return nearestOf<Tests>(trees, limit, visitor);
+  }
 }
 
 template <class Tree>
@@ -218,8 +136,12 @@ Visit visitOverlaps(const Tree& tree, const typename Tree::Volume& volume, Segme
 template <class Tree>
 Visit visitNearest(const Tree& tree, const typename Tree::Volume& volume, SegmentId second,
                    Group group, double limit, NearestVisitor& visitor) {
-  VisitNearest<Tree, Tree> query(second, limit, visitor);
-  return visitLeaves(tree, volume, query, group);
+  if constexpr (kHasNearestKernel<Tree>) {
+    return kernels<Tree>().nearest_to_volume(tree, volume, second, group, limit, visitor);
+  } else {
+    VisitNearest<Tests<Tree, Tree>> query(second, limit, visitor);
+    return visitLeaves(tree, volume, query, group);
+  }
 }
 
 template <class Trees>
@@ -237,7 +159,7 @@ Visit visitOneByOne(const Trees& trees, std::int32_t a_slot, std::int32_t b_slot
       const Pairing& pairing;
       PairBuffer& out;
     } pairs(pairing, out);
-    Query query(pairing, /*most_leaves=*/1, pairs);
+    Query query(/*most_leaves=*/1, pairs);
     return PairTraversal<Pairing, Query>(pairing, query)
         .run({TraversalTask::kCross, a_slot, b_slot});
   });

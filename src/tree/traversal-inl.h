@@ -251,6 +251,23 @@ class PairTraversal {
   Query& query_;
 };
 
+template <class Trees>
+constexpr bool kIsPair = false;
+template <class TreeA, class TreeB>
+constexpr bool kIsPair<TreePair<TreeA, TreeB>> = true;
+
+/// Visits all pairs of one tree or of two.
+template <class Trees, class Pairing, class Query>
+Visit visitAll(const Pairing& pairing, Query& query) {
+  if (pairing.a.empty() || pairing.b.empty()) return Visit::kContinue;
+  PairTraversal<Pairing, Query> traversal(pairing, query);
+  if constexpr (kIsPair<Trees>) {
+    return traversal.visitBoth();
+  } else {
+    return traversal.visitSelf(0);
+  }
+}
+
 /// Visits the leaves below a node that pass the query's test against one volume.
 /// @param lanes  lanes(node): the children of a node that are tested
 template <class Tree, class Query, class Lanes>
