@@ -298,6 +298,8 @@ FAULTS = [
           "    const Slots last = waiting_[--count_];\n"
           "    if (!link(a_, last.a).isLeaf()) return Visit::kContinue;\n",
           "tree_test broadphase_test"),
+    Fault("groups are forgotten where there is no room", "tree/pairing-inl.h",
+          "any_(by_slot != nullptr)", "any_(false)", "tree_test"),
     Fault("a pair as near as the nearest is visited", "tree/nearest-inl.h",
           "if (!(places.all[i].distance() * unit < limit_) && std::isfinite(limit_)) break;", "",
           MANAGERS),

@@ -49,7 +49,7 @@ def made_by(library):
     machine = re.search(r"Machine: +(.*)", output("readelf", "--file-header", library))[1]
     cache = (library.parents[1] / "CMakeCache.txt").read_text(encoding="utf-8")
     build, flags = (
-        re.search(rf"^{name}:\w+=(.*)$", cache, re.MULTILINE)[1]
+        (re.search(rf"^{name}:\w+=(.*)$", cache, re.MULTILINE) or ("", "of several kinds"))[1]
         for name in ("CMAKE_BUILD_TYPE", "CMAKE_CXX_FLAGS")
     )
     flags = "".join(f" {flag}" for flag in flags.split() if not flag.startswith("-W"))

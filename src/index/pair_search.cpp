@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <fcl_fibers/tree_export.h>
-
 #include "index/pair_search.h"
 
 #include <algorithm>

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <fcl_fibers/tree_export.h>
-
 #include "index/segment_source.h"
 
 #include <algorithm>

@@ -11,6 +11,9 @@
 #include <type_traits>
 
 #include "geometry/rounding.h"
+#include "tree/kernels.h"
+#include "tree/pairing-inl.h"
+#include "tree/search.h"
 #include "tree/traversal-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -101,16 +104,27 @@ class VisitNearest {
   const SegmentId second_ = 0;
 };
 
+template <class Trees>
+constexpr bool kIsMeshPair = false;
+template <class TreeA, class TreeB>
+constexpr bool kIsMeshPair<TreePair<TreeA, TreeB>> = !std::is_same_v<TreeA, TreeB>;
+
 /// Visits the pairs of one tree or of two that are nearer than a limit.
 /// @param Tests  a template over the types of both trees; see VisitNearest
 template <template <class, class> class Tests, class Trees>
 Visit nearestOf(const Trees& trees, double limit, NearestVisitor& visitor) {
-  return withAnyPairing<Called>(trees, [&](const auto& pairing) HWY_ATTR {
+  const auto visit = [&](const auto& pairing) HWY_ATTR {
     using Pairing = std::decay_t<decltype(pairing)>;
     VisitNearest<Tests<typename Pairing::TreeA, typename Pairing::TreeB>> query(pairing, limit,
                                                                                 visitor);
     return visitAll<Trees>(pairing, query);
-  });
+  };
+  // The changes of a mesh are long.
+  if constexpr (kIsMeshPair<Trees>) {
+    return withAnyPairing<Called>(trees, visit);
+  } else {
+    return withAnyPairing<Inlined>(trees, visit);
+  }
 }
 
 }  // namespace fcl_fibers::tree::HWY_NAMESPACE

@@ -6,6 +6,7 @@
 #define FCL_FIBERS_TREE_PAIRING_INL_H
 #endif
 
+#include <cassert>
 #include <cstdint>
 #include <type_traits>
 
@@ -230,9 +231,12 @@ FCL_FIBERS_ALWAYS_INLINE Visit withPairing(const TreePair<A, B>& trees, F&& visi
     if constexpr (std::is_same_v<B, MeshTree>) {
       return visit(ChangingPairing(trees, *trees.b_to_a.turned(), *trees.a_to_b.turned()));
     }
+    assert(false);
     return Visit::kContinue;
-  } else {
+  } else if constexpr (Kernels<A>::kMoves) {
     return withAnyPairing<Inlined>(trees, visit);
+  } else {
+    return visit(ChangingPairing(trees, trees.b_to_a, trees.a_to_b));
   }
 }
 ///@}

@@ -149,9 +149,9 @@ Visit visitOneByOne(const Trees& trees, std::int32_t a_slot, std::int32_t b_slot
   return withAnyPairing<Called>(trees, [&](const auto& pairing) {
     using Pairing = std::decay_t<decltype(pairing)>;
     using Query = SplitIntoTasks<typename Pairing::TreeA, typename Pairing::TreeB>;
-    /// A task of one leaf on either side is a pair.
-    struct Pairs final : TaskSink {
-      Pairs(const Pairing& p, PairBuffer& buffer) : pairing(p), out(buffer) {}
+    // A task of one leaf on either side is a pair.
+    struct PushPairs final : TaskSink {
+      PushPairs(const Pairing& p, PairBuffer& buffer) : pairing(p), out(buffer) {}
       Visit take(const TraversalTask& task) override {
         return out.push(Child<typename Pairing::TreeA>::of(pairing.a, task.a_slot).link.segment(),
                         Child<typename Pairing::TreeB>::of(pairing.b, task.b_slot).link.segment());
@@ -206,5 +206,11 @@ FCL_FIBERS_ONE_BY_ONE(TreePair<WrappedSphereTree<8>>)
 FCL_FIBERS_ONE_BY_ONE(MovingTree<8>)
 FCL_FIBERS_ONE_BY_ONE(TreePair<MovingTree<8>>)
 FCL_FIBERS_ONE_BY_ONE(MeshPair<WrappedSphereTree<8>>)
+
+#undef FCL_FIBERS_SEARCH
+#undef FCL_FIBERS_SEARCH_OF_ONE
+#undef FCL_FIBERS_NEAREST
+#undef FCL_FIBERS_NEAREST_OF_ONE
+#undef FCL_FIBERS_ONE_BY_ONE
 
 }  // namespace fcl_fibers::tree

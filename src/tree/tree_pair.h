@@ -39,6 +39,7 @@ class PosedSegments : public geometry::PosedChange<geometry::Box> {
 };
 
 /// Takes boxes into another frame. Most frames are not turned, and need no product of matrices.
+/// Only leaves that are segments are asked for by ofLeaf().
 class BoxChange {
  public:
   BoxChange(const geometry::FrameChange& straight) : straight_(straight) {}

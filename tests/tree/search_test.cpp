@@ -208,6 +208,67 @@ TYPED_TEST(SearchTest, KeepsItsRoom) {
   EXPECT_EQ(between.count, std::size_t{kLeaves} * kLeaves);
 }
 
+/// The segments below the child in a slot of the root.
+template <class Tree>
+std::vector<SegmentId> segmentsBelow(const Tree& tree, std::size_t lane) {
+  const Link child = tree.node(0).children[lane];
+  if (child.isLeaf()) return {child.segment()};
+  const auto& node = tree.node(child.node());
+  return {tree.leaves().begin() + node.leaf_begin, tree.leaves().begin() + node.leaf_end};
+}
+
+template <class Trees>
+std::size_t countBetweenFirstTwo(const Trees& trees) {
+  CountingBuffer out;
+  EXPECT_EQ(visitOverlaps(trees, TraversalTask{TraversalTask::kCross, 0, 1}, out),
+            Visit::kContinue);
+  out.full();
+  return out.count;
+}
+
+// Where a search has no room, it has to keep to the same groups, categories and frames.
+TYPED_TEST(SearchTest, HasNoRoomWithGroupsCategoriesAndFrames) {
+  FiberScene scene = identical(128, 32);
+  Categories each = 1;
+  for (int fiber = 0; fiber < 128; ++fiber, each = each == 8 ? 1 : 2 * each) {
+    scene.fibers.groups.push_back(fiber % 3 == 0 ? kNoGroup : fiber % 3);
+    scene.fibers.meets.insert(scene.fibers.meets.end(), 32, each);
+  }
+  const TypeParam tree = treeOf<TypeParam>(scene);
+  const auto first = segmentsBelow(tree, 0), second = segmentsBelow(tree, 1);
+  std::size_t of_other_groups = 0, meeting = 0;
+  for (const SegmentId a : first) {
+    const Group group = scene.fibers.groups[static_cast<std::size_t>(a / 32)];
+    meeting += (scene.fibers.meets[static_cast<std::size_t>(a)] & 5u) != 0;
+    for (const SegmentId b : second) {
+      of_other_groups +=
+          group == kNoGroup || group != scene.fibers.groups[static_cast<std::size_t>(b / 32)];
+    }
+  }
+  EXPECT_EQ(countBetweenFirstTwo(tree), of_other_groups);
+
+  const Frame frame{{0, 0, 0}, 1};
+  for (const double growth : {0.0, 0.25}) {
+    const FrameChange change(frame, frame, growth);
+    EXPECT_EQ(countBetweenFirstTwo(TreePair<TypeParam>{tree, tree, change, change}),
+              first.size() * second.size());
+  }
+
+  const MeshTree triangles = treeOf<MeshTree>(identical(25, 40));
+  std::vector<geometry::CapsuleEnd> ends;
+  for (const Segment& segment : scene.segments) {
+    ends.push_back(firstEndOf(segment));
+    ends.push_back(secondEndOf(segment));
+  }
+  for (const double angle : {0.0, 0.3}) {
+    geometry::AffineMap map;
+    map.column[0] = {std::cos(angle), std::sin(angle), 0};
+    map.column[1] = {-std::sin(angle), std::cos(angle), 0};
+    const auto pair = meshPair(tree, triangles, map, 0.5, SegmentRange(ends.data(), 2, 0), 5);
+    EXPECT_EQ(countBetweenFirstTwo(pair), meeting * segmentsBelow(triangles, 1).size());
+  }
+}
+
 // Hair and a scarf, each in a manager: as above.
 TYPED_TEST(SearchTest, FindsThePairsOfTwoTreesInDifferentFrames) {
   const std::vector<std::pair<FiberScene, FiberScene>> scenes = {
