@@ -21,7 +21,8 @@
 #include "index/kept_segments.h"
 
 // FCL's library has its tables of functions, one for each two kinds of shapes, in double alone. In
-// float they hold what is called here, because all of them would take a minute to compile.
+// float they hold what is called here, because all of them would take a minute to compile. No other
+// file of a program with this one may collide anything else in float.
 namespace fcl::detail {
 
 template <class Solver>

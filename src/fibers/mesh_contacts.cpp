@@ -89,8 +89,8 @@ void MeshContacts::findTriangles(const Segment& capsule, double reach,
   triangles.clear();
   const double error = endPointError(capsule) + triangles_.error;
   Triangles found(triangles);
-  visitOverlaps(
-      triangles_.mesh.tree(), query_.boxOf(capsule, reach + error), 0, tree::kNoGroup, found);
+  visitOverlaps(triangles_.mesh.tree(), query_.boxOf(capsule, reach + error), 0, tree::kNoGroup,
+                found);
   found.full();
   triangles.erase(std::remove_if(triangles.begin(), triangles.end(),
                                  [&](index::TriangleId id) {

@@ -11,9 +11,7 @@ template <class Trees>
 class TreeSearch final : public PairSearch {
  public:
   explicit TreeSearch(const Trees& trees) : trees_(trees) {}
-  tree::Visit split(tree::TaskSink& out) const override {
-    return splitIntoTasks(trees_, out);
-  }
+  tree::Visit split(tree::TaskSink& out) const override { return splitIntoTasks(trees_, out); }
   tree::Visit run(const tree::TraversalTask& task, tree::PairBuffer& out) const override {
     return visitOverlaps(trees_, task, out);
   }

@@ -36,7 +36,7 @@ struct Tests {
   }
 
   template <class Pack, class... Arguments>
-  int nearer(const Pack& pack, Arguments... arguments) const {
+  int nearer(const Pack& pack, Arguments&&... arguments) const {
     return of(pack).nearer(pack, arguments...);
   }
 

@@ -35,9 +35,7 @@ template <class Tree, class Trees>
 class TreeSearch final : public PairSearch {
  public:
   explicit TreeSearch(const Trees& trees) : trees_(trees) {}
-  Visit split(TaskSink& out) const override {
-    return splitIntoTasks(trees_, out);
-  }
+  Visit split(TaskSink& out) const override { return splitIntoTasks(trees_, out); }
   Visit run(const TraversalTask& task, PairBuffer& out) const override {
     ++tasks;
     return visitOverlaps(trees_, task, out);
@@ -371,9 +369,8 @@ TYPED_TEST(PairSearchTest, OneVolumeIsSearchedWithABufferOnTheStack) {
     const auto volume = TypeParam::Volume::around(scene.segments[11], 0.02);
     const auto search = [&](CollectRuns& sink) {
       SerialBuffer buffer(nullptr, sink);
-      return visitOverlaps(tree, volume, 77, kNoGroup, buffer) == Visit::kStop
-                 ? Visit::kStop
-                 : buffer.full();
+      return visitOverlaps(tree, volume, 77, kNoGroup, buffer) == Visit::kStop ? Visit::kStop
+                                                                               : buffer.full();
     };
     CollectRuns all;
     EXPECT_EQ(search(all), Visit::kContinue);

@@ -125,8 +125,12 @@ def test_the_program_tells_how_it_is_called():
 
 
 def test_interrupt_ends_the_program():
-    # It reads from standard input, which stays open.
-    script = "from fcl_fibers.__main__ import main; print('ready', flush=True); main()"
+    # It reads from standard input, which stays open. What a shell starts in the background ignores
+    # interrupts, and so does what that starts.
+    script = (
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "from fcl_fibers.__main__ import main; print('ready', flush=True); main()"
+    )
     command = [sys.executable, "-c", script, "info", "-"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         process.stdout.readline()

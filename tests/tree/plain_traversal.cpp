@@ -37,11 +37,9 @@ Visit visitPairs(const Tree& a, const Tree& b, const FrameChange& b_to_a, const 
                  OverlapVisitor& visitor) {
   Overlapping query(visitor);
   if (a.empty() || b.empty()) return Visit::kContinue;
-  return withAnyPairing<HWY_NAMESPACE::Inlined>(
-      TreePair<Tree>{a, b, b_to_a, a_to_b}, [&](const auto& pairing) {
-        return PairTraversal<std::decay_t<decltype(pairing)>, Overlapping>(pairing, query)
-            .visitBoth();
-      });
+  const TreePair<Tree> two{a, b, b_to_a, a_to_b};
+  const HWY_NAMESPACE::ChangingPairing pairing(two, b_to_a, a_to_b);
+  return PairTraversal<std::decay_t<decltype(pairing)>, Overlapping>(pairing, query).visitBoth();
 }
 template <class Tree>
 Visit visitLeaves(const Tree& tree, const typename Tree::Volume& volume, OverlapVisitor& visitor) {
