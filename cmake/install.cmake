@@ -24,7 +24,7 @@ install_library(tree fcl_fibers_tree
   contact.h fiber_options.h fiber_polylines.h fiber_tree.h tree_export.h triangle_mesh.h version.h)
 if(FCL_FIBERS_BUILD_MANAGERS)
   install_library(managers fcl_fibers
-    contact_collector.h continuous_fiber_collision_manager.h eigen_alignment.h export.h
+    contact_collector.h eigen_alignment.h export.h
     fiber_collision_manager.h fiber_manager_options.h fiber_objects.h
     impact_collector.h layered_aabb_tree_collision_manager.h shadow_manager.h
     wrapped_sphere_tree_collision_manager.h)

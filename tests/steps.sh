@@ -10,7 +10,7 @@ skipped_step=$PWD/build/skipped_step
 
 # What has to do with threads: the library's, the user's, and caches that the first query fills.
 # shellcheck disable=SC2034
-thread_suites=(threads_test arrays_test index_test meshes_test continuous_test motion_test)
+thread_suites=(threads_test arrays_test index_test meshes_test motion_test)
 
 # tell WHAT: also at the end.
 tell() {

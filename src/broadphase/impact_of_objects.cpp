@@ -5,7 +5,6 @@
 #include <string>
 #include <utility>
 
-#include "broadphase/motion_bounds.h"
 #include "broadphase/shape_reach.h"
 #include "fibers/mesh_contacts.h"
 #include "fibers/public_contact.h"
@@ -20,7 +19,7 @@ using geometry::MovingSegment;
 using geometry::Segment;
 using geometry::Vec3d;
 
-constexpr char kCall[] = "findImpact";
+constexpr char kFindImpact[] = "findImpact";
 
 /// In the world's unit, but with the origin of the frame.
 MovingSegment inWorldUnit(const MovingSegment& s, const geometry::Frame& frame) {
@@ -69,7 +68,7 @@ struct Partner {
 
   bool findOfOther(const ManagerState<S>& state, const ManagerState<S>& other, SegmentId id,
                    const fcl::CollisionObject<S>& object) {
-    const typename ManagerState<S>::QueryScope scope(other, kCall);
+    const typename ManagerState<S>::QueryScope scope(other, kFindImpact);
     if (const Entry* entry = other.obstacles().beside(id)) {
       const FrameOfOther change(other.generations().frame(), state.generations().frame());
       Entry moved = *entry;
@@ -97,11 +96,12 @@ struct Partner {
     const geometry::Frame& frame = state.generations().frame();
     const auto name = [] { return std::string("object b"); };
     if (countsTriangles(state.options()) && isMesh(object)) {
-      const BesideReading reading = readMesh(kCall, object, is_solid, frame, state.options().bounds,
-                                             state.obstacles().cache(), name);
+      const BesideReading reading =
+          readMesh(kFindImpact, object, is_solid, frame, state.options().bounds,
+                   state.obstacles().cache(), name);
       setMesh(Entry::resting(reading, nullptr, 0, is_solid));
     } else {
-      segment.end = readObject(kCall, object, frame, state.options().bounds, name);
+      segment.end = readObject(kFindImpact, object, frame, state.options().bounds, name);
       segment.start = segment.end;
     }
     error = endPointError(segment);
@@ -152,11 +152,11 @@ bool findImpact(const ManagerState<S>& state, const ManagerState<S>* other,
                 TimedContact& contact) {
   if (!state.options().motion) {
     fibers::throwInvalidArgument(
-        kCall, "the manager has no steps; construct it with FiberManagerOptions::motion");
+        kFindImpact, "the manager has no steps; construct it with FiberManagerOptions::motion");
   }
-  if (b == nullptr) fibers::throwInvalidArgument(kCall, "object b is null; pass an object");
-  const SegmentId id = state.managedId(kCall, a, "object a");
-  const typename ManagerState<S>::QueryScope scope(state, kCall);
+  if (b == nullptr) fibers::throwInvalidArgument(kFindImpact, "object b is null; pass an object");
+  const SegmentId id = state.managedId(kFindImpact, a, "object a");
+  const typename ManagerState<S>::QueryScope scope(state, kFindImpact);
   const geometry::Frame& frame = state.generations().frame();
   contact = {};
   contact.a = state.registry().fibers().placeOf(id);
@@ -184,44 +184,11 @@ bool findImpact(const ManagerState<S>& state, const ManagerState<S>* other,
   return findImpact(p.segment, q.segment, margin, p.error + q.error, frame, contact);
 }
 
-template <typename S>
-bool findImpact(const ContinuousState<S>& state, const ContinuousState<S>* other,
-                const fcl::ContinuousCollisionObject<S>* a,
-                const fcl::ContinuousCollisionObject<S>* b, TimedContact& contact) {
-  using Scope = typename ContinuousState<S>::QueryScope;
-  if (b == nullptr) fibers::throwInvalidArgument(kCall, "object b is null; pass an object");
-  const SegmentId id = state.managedId(kCall, a, "object a");
-  const Scope scope(state, kCall);
-  contact = {};
-  const auto moving = [](const ContinuousState<S>& owner, SegmentId of, FiberSegment& place) {
-    place = owner.registry().fibers().placeOf(of);
-    return owner.index().moving()[static_cast<std::size_t>(of)];
-  };
-  const MovingSegment p = state.index().inFrame(moving(state, id, contact.a));
-  MovingSegment q;
-  if (const SegmentId own_id = state.registry().find(b); own_id >= 0) {
-    q = moving(state, own_id, contact.b);
-  } else if (const SegmentId its_id = other == nullptr ? own_id : other->registry().find(b);
-             its_id >= 0) {
-    const Scope its_scope(*other, kCall);
-    q = moving(*other, its_id, contact.b);
-  } else {
-    q = readMoving(kCall, *b, [] { return std::string("object b"); });
-  }
-  q = state.index().inFrame(q);
-  const double margin = state.options().margin * state.frame().scale;
-  return findImpact(p, q, margin, endPointError(p) + endPointError(q), state.frame(), contact);
-}
-
-#define FCL_FIBERS_INSTANTIATE(S)                                                          \
-  template bool findImpact(const ManagerState<S>&, const ManagerState<S>*,                 \
-                           const fcl::CollisionObject<S>*, const fcl::CollisionObject<S>*, \
-                           TimedContact&);                                                 \
-  template bool findImpact(const ContinuousState<S>&, const ContinuousState<S>*,           \
-                           const fcl::ContinuousCollisionObject<S>*,                       \
-                           const fcl::ContinuousCollisionObject<S>*, TimedContact&);
-FCL_FIBERS_INSTANTIATE(float)
-FCL_FIBERS_INSTANTIATE(double)
-#undef FCL_FIBERS_INSTANTIATE
+template bool findImpact(const ManagerState<float>&, const ManagerState<float>*,
+                         const fcl::CollisionObject<float>*, const fcl::CollisionObject<float>*,
+                         TimedContact&);
+template bool findImpact(const ManagerState<double>&, const ManagerState<double>*,
+                         const fcl::CollisionObject<double>*, const fcl::CollisionObject<double>*,
+                         TimedContact&);
 
 }  // namespace fcl_fibers::broadphase

@@ -20,7 +20,7 @@ Callback checkedCallback(const char* call, Callback callback) {
 
 /// A collision callback and its data. The limit of a collision query never changes, so the index
 /// hands on pairs in runs.
-/// @tparam State  what the manager has of its objects: ManagerState or ContinuousState
+/// @tparam State  a ManagerState
 template <class State>
 class CollisionCall {
  public:

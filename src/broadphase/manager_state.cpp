@@ -2,6 +2,7 @@
 #include "broadphase/manager_state.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "broadphase/new_objects.h"
 
@@ -13,8 +14,8 @@ using geometry::Segment;
 
 template <typename S>
 ManagerState<S>::ManagerState(bool wrapped_spheres, const FiberManagerOptions& options)
-    : Base(fibers::neighborRule(options)),
-      options_(options),
+    : options_(options),
+      registry_(fibers::neighborRule(options)),
       generations_(fibers::indexOptions(options, wrapped_spheres), options.motion),
       obstacles_(options) {}
 
@@ -92,7 +93,14 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
   }
   obstacles_.reserve(obstacles);
   const SegmentId first = registry_.idCount();
-  this->addToRegistry(call, added, found.starts_fiber, kind, found.lengths);
+  constexpr auto kMost = static_cast<std::size_t>(std::numeric_limits<SegmentId>::max()) / 2;
+  if (added.size() > kMost - registry_.objects().size()) {
+    throwInvalidArgument(call, "a manager holds at most 2^30 - 1 objects; use several managers");
+  }
+  if (const auto duplicate = registry_.add(added, found.starts_fiber, kind, found.lengths)) {
+    throwInvalidArgument(call,
+                         nameOf(*duplicate) + " is registered already; register each object once");
+  }
   if (added.empty()) return;
   for (const std::size_t i : found.obstacles) {
     obstacles_.add(added[i], first + static_cast<SegmentId>(i), kind.categories, kind.is_solid);
@@ -111,7 +119,7 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
 template <typename S>
 void ManagerState<S>::remove(const char* call, const Object* object) {
   refuseDuringQuery(call);
-  const SegmentId id = this->managedId(call, object, "object");
+  const SegmentId id = managedId(call, object, "object");
   Objects before;
   // Calls that may throw come first.
   if (options_.motion && registry_.nextRemovalRenumbers()) {
@@ -157,11 +165,22 @@ void ManagerState<S>::update(const char* call) {
 template <typename S>
 void ManagerState<S>::update(const char* call, const Objects& moved) {
   refuseDuringQuery(call);
-  auto found = this->findManaged(call, moved);
-  std::vector<SegmentId>& ids = found.ids;
-  const auto name = [&](std::size_t i) { return nameOf(found.positions[i]); };
+  std::vector<SegmentId> ids;
+  std::vector<std::size_t> positions;  // of each id, among those that moved
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    if (moved[i] == nullptr) {
+      throwInvalidArgument(call, nameOf(i) + " is null; pass registered objects");
+    }
+    const SegmentId id = registry_.find(moved[i]);
+    if (id == Registry::kNotFound) continue;
+    ids.push_back(id);
+    positions.push_back(i);
+  }
+  const auto name = [&](std::size_t i) { return nameOf(positions[i]); };
   const auto name_of_place = [&](SegmentId i) { return name(static_cast<std::size_t>(i)); };
-  if (!ids.empty() && (!hasTree() || state_ == State::kCloned || this->areMany(ids))) {
+  // One sweep over all nodes costs less than the way up from each of many segments.
+  const bool are_many = 4 * ids.size() > registry_.size();
+  if (!ids.empty() && (!hasTree() || state_ == State::kCloned || are_many)) {
     return update(call);
   }
   const State before = state_;
@@ -212,6 +231,21 @@ void ManagerState<S>::beginStep(bool all) {
   step_is_seen_ = false;
 }
 
+/// Several threads may query first; one of them builds.
+template <typename S>
+void ManagerState<S>::makeReady(const char* call) const {
+  if (state_.load(std::memory_order_acquire) == State::kReady) return;
+  const std::lock_guard<std::mutex> lock(build_mutex_);
+  if (state_ == State::kReady) return;
+  if (state_ == State::kFailed) {
+    throwInvalidArgument(call,
+                         "the last update failed; repair the object that it named and call "
+                         "update()");
+  }
+  catchUp(call);
+}
+
+/// Reads what is not up to date and makes it ready.
 template <typename S>
 void ManagerState<S>::catchUp(const char* call) const {
   if (state_ == State::kGrown) return readYoung(call);
@@ -278,6 +312,17 @@ void ManagerState<S>::readObstacles(const char* call, bool all) const {
 }
 
 // --- Asking ---
+
+template <typename S>
+SegmentId ManagerState<S>::managedId(const char* call, const Object* object,
+                                     const std::string& name) const {
+  if (object == nullptr) throwInvalidArgument(call, name + " is null; pass a registered object");
+  const SegmentId id = registry_.find(object);
+  if (id == Registry::kNotFound) {
+    throwInvalidArgument(call, name + " is not registered; register it first");
+  }
+  return id;
+}
 
 template <typename S>
 std::optional<typename Obstacles<S>::BesideEntry> ManagerState<S>::readMeshOf(

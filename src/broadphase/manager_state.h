@@ -4,27 +4,34 @@
 #include <atomic>
 #include <cstddef>
 #include <memory>
+#include <mutex>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include <fcl_fibers/fiber_manager_options.h>
 
 #include "broadphase/generations.h"
-#include "broadphase/managed_objects.h"
+#include "broadphase/object_registry.h"
+#include "broadphase/object_source.h"
 #include "broadphase/obstacles.h"
+#include "fibers/options.h"
 
 namespace fcl_fibers::broadphase {
 
-/// The registered objects of a manager and the indexes over them.
+/// The registered objects of a manager and the indexes over them. The first query or update after a
+/// change brings the indexes up to date.
+///
+/// Queries are const and may run at the same time. Calls that change the manager throw while a
+/// query runs. `call` names the public function in error texts.
 template <typename S>
-class ManagerState : public ManagedObjects<S, fcl::CollisionObject<S>> {
-  using Base = ManagedObjects<S, fcl::CollisionObject<S>>;
-
+class ManagerState {
  public:
-  using typename Base::Kind;
-  using typename Base::Object;
-  using typename Base::Objects;
-  using typename Base::Registry;
-  using typename Base::Scalar;
+  using Scalar = S;
+  using Registry = ObjectRegistry<S>;
+  using Object = typename Registry::Object;
+  using Objects = std::vector<Object*>;
+  using Kind = typename Registry::Kind;
   using Source = ObjectSource<S>;
 
   ManagerState(bool wrapped_spheres, const FiberManagerOptions& options);
@@ -38,11 +45,37 @@ class ManagerState : public ManagedObjects<S, fcl::CollisionObject<S>> {
 
   void update(const char* call);
   void update(const char* call, const Objects& moved);
+  void setup(const char* call) {
+    if (state_ == State::kReady) return;
+    refuseDuringQuery(call);
+    catchUp(call);
+  }
 
-  using typename Base::QueryScope;
+  /// Brings the indexes up to date and forbids changes while a query runs.
+  class QueryScope {
+   public:
+    QueryScope(const ManagerState& state, const char* call) : state_(state) {
+      ++state_.running_queries_;
+      try {
+        state_.makeReady(call);
+      } catch (...) {
+        --state_.running_queries_;
+        throw;
+      }
+    }
+    ~QueryScope() { --state_.running_queries_; }
+    QueryScope(const QueryScope&) = delete;
+    QueryScope& operator=(const QueryScope&) = delete;
+
+   private:
+    const ManagerState& state_;
+  };
   /// To call after a query that has looked at the step, so that the next update begins a new one.
   void seeStep() const { step_is_seen_ = true; }
 
+  const Registry& registry() const { return registry_; }
+  /// The id of an object. Throws with `name` if the object is null or not registered.
+  SegmentId managedId(const char* call, const Object* object, const std::string& name) const;
   const FiberManagerOptions& options() const { return options_; }
   /// @pre a QueryScope exists
   const Generations& generations() const { return generations_; }
@@ -70,26 +103,44 @@ class ManagerState : public ManagedObjects<S, fcl::CollisionObject<S>> {
   std::size_t memoryUsage() const;
 
  private:
-  using Base::build_mutex_, Base::hasTree, Base::markStale, Base::refuseDuringQuery,
-      Base::registry_, Base::state_;
-  using typename Base::State;
+  enum class State {
+    kStale,   ///< objects were registered or unregistered; the next query reads all and builds
+    kGrown,   ///< a few objects were registered; the next query builds the young index
+    kCloned,  ///< the indexes fit the original's objects; the next query reads all and refits
+    kReady,   ///< the indexes may be searched
+    kFailed,  ///< the last update failed; the indexes may be inconsistent
+  };
 
+  void refuseDuringQuery(const char* call) const {
+    if (running_queries_ > 0) fibers::throwQueryRuns(call);
+  }
+  bool hasTree() const {
+    return state_ == State::kReady || state_ == State::kGrown || state_ == State::kCloned;
+  }
+  void markStale() {
+    if (hasTree()) state_ = State::kStale;
+  }
   void beginStep(bool all);
   tree::Fibers segmentsFrom(SegmentId begin) const;
   void readObstacles(const char* call, bool all) const;
-  void catchUp(const char* call) const override;
+  void makeReady(const char* call) const;
+  void catchUp(const char* call) const;
   void readAndBuild(const char* call) const;
   void readAndFit(const char* call) const;
   void readYoung(const char* call) const;
   void setReady() const;
 
   const FiberManagerOptions options_;
+  Registry registry_;
   std::optional<geometry::Segment> last_registered_;  ///< a capsule that the next object may
                                                       ///< continue
   /// Objects removed since the build. The indexes still have them.
   mutable std::size_t removed_ = 0, removed_young_ = 0;
 
   // Queries catch up, on whichever thread they run.
+  mutable std::mutex build_mutex_;
+  mutable std::atomic<State> state_{State::kStale};
+  mutable std::atomic<int> running_queries_{0};
   mutable Generations generations_;
   mutable Obstacles<S> obstacles_;
   mutable std::atomic<bool> step_is_seen_{false};  ///< whether a query has looked at the step

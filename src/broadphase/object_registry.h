@@ -21,10 +21,10 @@ using tree::SegmentId;
 /// empty, so that segment numbers along its fiber do not change. Once many objects were removed,
 /// fibers without objects are dropped. Then ids move up, but fiber and segment numbers do not
 /// change.
-template <typename S, class ManagedObject = fcl::CollisionObject<S>>
+template <typename S>
 class ObjectRegistry {
  public:
-  using Object = ManagedObject;
+  using Object = fcl::CollisionObject<S>;
   static constexpr SegmentId kNotFound = PointerIndex<Object>::kNotFound;
 
   explicit ObjectRegistry(const fibers::NeighborRule& rule) : fibers_(rule), index_(objects_) {}
@@ -105,11 +105,11 @@ class ObjectRegistry {
   std::size_t removed_since_renumbering_ = 0;
 };
 
-template <typename S, class O>
-std::optional<std::size_t> ObjectRegistry<S, O>::add(const std::vector<Object*>& added,
-                                                     const std::vector<bool>& starts_fiber,
-                                                     const Kind& kind,
-                                                     const std::vector<double>& lengths) {
+template <typename S>
+std::optional<std::size_t> ObjectRegistry<S>::add(const std::vector<Object*>& added,
+                                                  const std::vector<bool>& starts_fiber,
+                                                  const Kind& kind,
+                                                  const std::vector<double>& lengths) {
   // Calls that may throw come first.
   const std::size_t first = objects_.size(), count = first + added.size();
   if (count > objects_.capacity()) {
@@ -140,9 +140,9 @@ std::optional<std::size_t> ObjectRegistry<S, O>::add(const std::vector<Object*>&
   return std::nullopt;
 }
 
-template <typename S, class O>
-std::optional<std::size_t> ObjectRegistry<S, O>::copy(const ObjectRegistry& other,
-                                                      const std::vector<Object*>& objects) {
+template <typename S>
+std::optional<std::size_t> ObjectRegistry<S>::copy(const ObjectRegistry& other,
+                                                   const std::vector<Object*>& objects) {
   index_.reserve(other.objects_.size());
   objects_.reserve(other.objects_.size());
   for (const Object* original : other.objects_) {
@@ -156,8 +156,8 @@ std::optional<std::size_t> ObjectRegistry<S, O>::copy(const ObjectRegistry& othe
   return std::nullopt;
 }
 
-template <typename S, class O>
-bool ObjectRegistry<S, O>::remove(const Object* object) {
+template <typename S>
+bool ObjectRegistry<S>::remove(const Object* object) {
   const bool keeps_ids = !nextRemovalRenumbers();
   if (!keeps_ids) fibers_.reserveForDrop();
   objects_[static_cast<std::size_t>(index_.find(object))] = nullptr;
@@ -167,16 +167,16 @@ bool ObjectRegistry<S, O>::remove(const Object* object) {
   return keeps_ids;
 }
 
-template <typename S, class O>
-void ObjectRegistry<S, O>::clear() {
+template <typename S>
+void ObjectRegistry<S>::clear() {
   objects_.clear();
   fibers_.clear();
   index_.clear();
   size_ = removed_since_renumbering_ = 0;
 }
 
-template <typename S, class O>
-void ObjectRegistry<S, O>::renumber() {
+template <typename S>
+void ObjectRegistry<S>::renumber() {
   removed_since_renumbering_ = 0;
   fibers_.drop(
       [this](SegmentId begin, SegmentId end) {

@@ -19,7 +19,6 @@ STANDARD = re.compile(r"[a-z_]+")
 # Public headers that need FCL; those in folders are sets of their own, all others the tree's.
 MANAGERS = {
     "contact_collector.h",
-    "continuous_fiber_collision_manager.h",
     "eigen_alignment.h",
     "export.h",
     "fiber_collision_manager.h",

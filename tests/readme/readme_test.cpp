@@ -25,7 +25,6 @@
 // clang-format off
 #include "contacts_0_includes.inc"
 #include "contacts_1_includes.inc"
-#include "contract_0_includes.inc"
 #include "files_0_includes.inc"
 #include "files_1_includes.inc"
 #include "options_0_includes.inc"
@@ -205,32 +204,6 @@ TEST(Contacts, OfATreeAndOfAManager) {
     EXPECT_EQ(contact.b.fiber, 1U);
     EXPECT_NEAR(contact.distance, 0.15 - 2 * 0.1, 1e-12);
   }
-}
-
-TEST(Contract, ACableAndAHandThatMove) {
-  using Moving = fcl::ContinuousCollisionObjectd;
-  const auto at = [](double x, double z) {
-    return fcl::Transform3d(Eigen::Translation3d(x, 0, z));
-  };
-  const auto moving = [](const auto& shape, const fcl::Transform3d& begin,
-                         const fcl::Transform3d& end) {
-    return std::make_unique<Moving>(shape, std::make_shared<fcl::TranslationMotiond>(begin, end));
-  };
-  const auto segment = std::make_shared<fcl::Capsuled>(0.1, 1);
-  const auto upper = moving(segment, at(0, 0.5), at(0, 0.5));
-  const auto lower = moving(segment, at(0, -0.5), at(0, -0.5));
-  const std::vector<Moving*> cable = {upper.get(), lower.get()};
-  const fcl::Transform3d from = at(3, -0.8), to = at(-3, -0.8);
-  const auto owned = moving(std::make_shared<fcl::Sphered>(0.1), at(-3, 0.8), at(3, 0.8));
-  Moving* hand = owned.get();
-  std::vector<std::pair<Moving*, Moving*>> data;
-  const fcl::ContinuousCollisionCallBack<double> callback = [](Moving* a, Moving* b, void* pairs) {
-    static_cast<std::vector<std::pair<Moving*, Moving*>>*>(pairs)->push_back({a, b});
-    return false;
-  };
-#include "contract_0_code.inc"
-  EXPECT_THAT(data,
-              testing::ElementsAre(std::pair(upper.get(), hand), std::pair(lower.get(), hand)));
 }
 
 TEST(Files, FibersFromAFile) {
