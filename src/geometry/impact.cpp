@@ -62,8 +62,6 @@ void setPair(ImpactRows& rows, int lane, const ImpactQuery& query) {
   rows.arrival[lane] = toleranceFor(sizeOf(start, end)) / 2;
 }
 
-}  // namespace
-
 bool findBoxImpact(const MovingSegment& p, const MovingSegment& q, double margin, double from,
                    Impact& impact) {
   Times times{from, 1};
@@ -75,6 +73,8 @@ bool findBoxImpact(const MovingSegment& p, const MovingSegment& q, double margin
   impact = {times.first, 0, 0};
   return times.first <= times.last;
 }
+
+}  // namespace
 
 bool findImpact(const MovingSegment& p, const MovingSegment& q, double margin, double error,
                 double from, Impact& impact) {

@@ -26,7 +26,9 @@ struct Impact {
 /// 0. What is not finite touches. A search of more than 4096 rounds, of a pair that almost touches
 /// for long, doubles the tolerance in each that follows.
 ///
-/// If one of the two is a box, the boxes of both count, see findBoxImpact().
+/// If one of the two is a box, the boxes of both count: the result is the first time at which they
+/// are no further apart than margin and error on any axis. They move by linear bounds, s and t are
+/// 0, and the time leans outward by rounding.
 ///
 /// @param error  bounds the error of all four end points together, at any time
 /// @param from   the capsules are known not to touch before this time
@@ -44,11 +46,6 @@ constexpr int kImpactsAtOnce = 8;
 /// As findImpact() for up to kImpactsAtOnce pairs, most of which are decided side by side. It
 /// returns a bit for each pair that has an impact.
 std::uint32_t findImpacts(const ImpactQuery* queries, int count, Impact* impacts);
-
-/// Finds the first time at which the boxes of both are no further apart than the margin on any
-/// axis. They move by linear bounds, s and t are 0, and the time leans outward by rounding.
-FCL_FIBERS_TREE_EXPORT bool findBoxImpact(const MovingSegment& p, const MovingSegment& q,
-                                          double margin, double from, Impact& impact);
 
 /// As findImpact(), but two capsules that touch at the start have to come nearer first: the result
 /// is the first time at which radii and margin exceed the distance by more than at the start, by
