@@ -125,7 +125,6 @@ KINDS = {
     "wrapped_spheres": "wrapped spheres",
     "oriented_boxes": "oriented boxes",
     "layered_oriented_boxes": "oriented boxes, layered (Lotan et al.)",
-    "ellipsoids": "ellipsoids",
 }
 TREES = {"super_thread": "as published", "bundle": "by default"}
 VOLUME_SCENES = {

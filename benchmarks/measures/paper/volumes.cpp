@@ -13,7 +13,6 @@
 #include "harness/runs.h"
 #include "measures.h"
 #include "measures/paper/bounding_volumes.h"
-#include "measures/paper/ellipsoids.h"
 #include "measures/paper/oriented_boxes.h"
 #include "measures/paper/tree_scene.h"
 
@@ -203,7 +202,6 @@ bool registerKinds(const ChainTree& chains) {
   right &= registerKind<WrappedBall>(chains, "wrapped_spheres");
   right &= registerKind<FittedOrientedBox>(chains, "oriented_boxes");
   right &= registerKind<LayeredOrientedBox>(chains, "layered_oriented_boxes");
-  right &= registerKind<Ellipsoid>(chains, "ellipsoids");
   return right;
 }
 
