@@ -19,8 +19,6 @@ namespace fcl_fibers::tools {
 // go to stdout, and progress to stderr if that is a terminal. openScene() has printed the warnings
 // of a file; only info has them in its answer.
 
-struct ProgramParts;
-
 constexpr int kExitContacts = 1;
 constexpr int kExitError = 2;
 
@@ -33,7 +31,7 @@ int generate(const SceneSource& source, const std::string& path);
 int convert(const SceneSource& source, const std::string& path);
 
 /// Counts, lengths, bounds, warnings, and the radius at which contact begins.
-int info(const SceneSource& source, Output output, const ProgramParts& parts);
+int info(const SceneSource& source, Output output);
 
 struct CheckRequest {
   enum class Order { kDepth, kFiber };
@@ -67,15 +65,6 @@ struct DistanceRequest {
 };
 /// The least distance between the surfaces of two fibers, and where it is.
 int distance(const DistanceRequest& request);
-
-/// For the part of the program that has this name.
-struct BenchRequest {
-  MeshOptions meshes;
-  Output output = Output::kText;
-  bool all = false;  ///< else FCL's slow managers and the paper's trees are left out
-  int repetitions = 9;
-  double limit = 10;  ///< seconds that a phase may take
-};
 
 struct ViewRequest {
   FiberTreeOptions tree;

@@ -13,7 +13,6 @@
 
 #include "commands.h"
 #include "nearest.h"
-#include "program.h"
 
 namespace fcl_fibers::tools {
 namespace {
@@ -69,8 +68,7 @@ struct Facts {
 
 /// What a user should know before trusting an answer.
 std::vector<std::string> warnings(const SceneSource& source, const FiberPolylines& scene,
-                                  const Facts& facts, const Spread& segments,
-                                  const ProgramParts& parts) {
+                                  const Facts& facts, const Spread& segments) {
   std::vector<std::string> texts;
   const auto count = [&](auto&& holds) {
     std::size_t found = 0;
@@ -94,9 +92,7 @@ std::vector<std::string> warnings(const SceneSource& source, const FiberPolyline
     warn(count([](double, double radius) { return radius == 0; }),
          "segments of radius zero, which touch only if axes cross: {}");
   } else {
-    texts.push_back(
-        fmt::format("the file holds no radius; check, distance{} and view need --radius",
-                    parts.bench ? ", bench" : ""));
+    texts.push_back("the file holds no radius; check, distance and view need --radius");
   }
   const double thickest =
       facts.radii.empty() ? 0 : *std::max_element(facts.radii.begin(), facts.radii.end());
@@ -138,7 +134,7 @@ std::optional<Contact> nearestAxes(const FiberPolylines& scene) {
 
 }  // namespace
 
-int info(const SceneSource& source, Output output, const ProgramParts& parts) {
+int info(const SceneSource& source, Output output) {
   requireNoProblem(source);
   progress("reading " + source.title);
   const FiberPolylines scene = source.scene();
@@ -147,7 +143,7 @@ int info(const SceneSource& source, Output output, const ProgramParts& parts) {
   progress("");
   const Spread fibers(facts.fiber_lengths), segments(facts.segment_lengths), radii(facts.radii);
   std::vector<std::string> warned = source.warnings;
-  for (std::string& text : warnings(source, scene, facts, segments, parts)) {
+  for (std::string& text : warnings(source, scene, facts, segments)) {
     warned.push_back(std::move(text));
   }
 

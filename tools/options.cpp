@@ -111,14 +111,11 @@ CLI::Option* addMeshes(CLI::App& command, MeshOptions& meshes) {
       ->check(zeroOrMore())
       ->needs(mesh)
       ->type_name("N");
-  return mesh;
-}
-
-void addSolid(CLI::App& command, MeshOptions& meshes, CLI::Option* mesh) {
   command
       .add_flag("--solid", meshes.solid,
                 "The inside of meshes counts, too. They have to be watertight.")
       ->needs(mesh);
+  return mesh;
 }
 
 void addLimit(CLI::App& command, std::size_t& limit) {

@@ -31,11 +31,8 @@ void addNeighbors(CLI::App& command, FiberTreeOptions& tree);
 /// Neighbors, margin, topology and threads of a tree.
 void addTree(CLI::App& command, FiberTreeOptions& tree);
 
-/// `--mesh`, which may be repeated, and the options of roots. Returns the option `--mesh`.
+/// `--mesh`, which may be repeated, and what belongs to it. Returns the option `--mesh`.
 CLI::Option* addMeshes(CLI::App& command, MeshOptions& meshes);
-
-/// `--solid`, which belongs to `--mesh`.
-void addSolid(CLI::App& command, MeshOptions& meshes, CLI::Option* mesh);
 
 void addLimit(CLI::App& command, std::size_t& limit);
 

@@ -36,7 +36,6 @@ struct Arguments {
   std::size_t limit = kPairLimit;
   std::optional<std::size_t> top;
   CheckRequest check;
-  BenchRequest bench;
   ViewRequest view;
 
   explicit Arguments(const GeneratedScenes& scenes) : generated(scenes) {
@@ -134,7 +133,6 @@ void addCheck(CLI::App& check, Arguments& arguments) {
          "List pairs that touch while the fibers move from SCENES to\nSCENE in a straight "
          "line, and when. Both have the same fibers.");
   CLI::Option* const mesh = addMeshes(check, arguments.check.meshes);
-  addSolid(check, arguments.check.meshes, mesh);
   check.add_flag("--meshes-only", arguments.check.meshes_only, "Leave out pairs of two fibers.")
       ->needs(mesh)
       ->excludes(against);
@@ -222,28 +220,6 @@ void addDistance(CLI::App& distance, Arguments& arguments) {
       "distance.");
 }
 
-void addBench(CLI::App& bench, Arguments& arguments) {
-  addScene(bench, arguments);
-  addRadius(bench, arguments);
-  addMeshes(bench, arguments.bench.meshes);
-  bench.add_flag("--all", arguments.bench.all,
-                 "Time all of FCL's managers, and the paper's trees.");
-  bench
-      .add_option("--repetitions", arguments.bench.repetitions,
-                  "Time each manager N times. The default is 9.")
-      ->check(aboveZero())
-      ->type_name("N");
-  bench
-      .add_option("--limit", arguments.bench.limit,
-                  "Leave out managers with a longer phase. The default is 10.")
-      ->check(aboveZero())
-      ->type_name("SECONDS");
-  addJson(bench, arguments);
-  bench.footer(
-      "Fibers of a file swing about their first points; generated scenes move to their next "
-      "frame.\nMeshes rest, and so do the fibers while pairs with meshes are timed.");
-}
-
 void addReplay(CLI::App& replay, Arguments& arguments) {
   replay.add_option("FILE", arguments.path, "The file that the ShadowManager has written.")
       ->required()
@@ -265,7 +241,7 @@ void addView(CLI::App& view, Arguments& arguments) {
   addEnd(view, arguments,
          "Play a step from the one scene to SCENE, which has the same\nfibers, and mark pairs "
          "when they first touch.");
-  addSolid(view, arguments.view.meshes, addMeshes(view, arguments.view.meshes));
+  addMeshes(view, arguments.view.meshes);
   addTree(view, arguments.tree);
   addLimit(view, arguments.limit);
   view.add_option("--depth", arguments.view.depth,
@@ -308,12 +284,8 @@ int runCommand(const std::string& command, Arguments& arguments, const ProgramPa
     printWarnings(source);
     return convert(source, arguments.path);
   }
-  if (command == "info") return info(found(), arguments.output(), parts);
+  if (command == "info") return info(found(), arguments.output());
   if (command == "replay") return parts.replay(arguments.path);
-  if (command == "bench") {
-    arguments.bench.output = arguments.output();
-    return parts.bench(openScene(arguments.scene, options, arguments.generated), arguments.bench);
-  }
   if (command == "distance") arguments.scenes = {arguments.scene};
   std::vector<SceneName> names = arguments.named();
   const auto taken = [&](const std::string& text) {
@@ -352,10 +324,9 @@ int parseAndRun(std::vector<std::string> words, const ProgramParts& parts) {
       sceneHelp(parts.scenes) +
       "\nThe exit code is 2 after an error, with its message on stderr. `check` returns 1 if it "
       "finds\ncontacts" +
-      (parts.bench ? ", `bench` if a manager misses a pair" : "") +
-      (parts.replay ? ", and `replay` if managers differ" : "") +
-      (parts.replay ? ".\nFiles" : ". Files") + " are written whole or not at all.\n`" +
-      parts.name + " COMMAND --help` describes the options of a command.");
+      (parts.replay ? ", and `replay` if managers differ.\nFiles" : ". Files") +
+      " are written whole or not at all.\n`" + parts.name +
+      " COMMAND --help` describes the options of a command.");
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
   app.set_version_flag("--version", FCL_FIBERS_VERSION);
@@ -376,9 +347,6 @@ int parseAndRun(std::vector<std::string> words, const ProgramParts& parts) {
   addJson(info, arguments);
   addCheck(add("check", "List the segments that touch."), arguments);
   addDistance(add("distance", "Find the least distance between fibers, and its place."), arguments);
-  if (parts.bench) {
-    addBench(add("bench", "Compare the times of our managers and FCL's."), arguments);
-  }
   if (parts.replay) {
     addReplay(add("replay", "Make the calls of a ShadowManager's record again."), arguments);
   }

@@ -12,10 +12,9 @@ namespace fcl_fibers::tools {
 /// A program's name, and what it adds to the commands, which need neither FCL nor Eigen. What is
 /// missing is in no help, and its commands are unknown.
 struct ProgramParts {
-  std::string name = "fcl_fibers";  ///< in --help, errors and warnings
-  GeneratedScenes scenes;           ///< adds `generate`
-  std::function<int(const SceneSource& source, const BenchRequest& request)> bench;  ///< adds it
-  std::function<int(const std::string& path)> replay;                                ///< adds it
+  std::string name = "fcl_fibers";                     ///< in --help, errors and warnings
+  GeneratedScenes scenes;                              ///< adds `generate`
+  std::function<int(const std::string& path)> replay;  ///< adds it
 };
 
 /// Runs a command line, without the program's name in front. Returns the exit code; an error is on

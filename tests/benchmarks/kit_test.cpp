@@ -343,6 +343,20 @@ TEST_F(KitDeathTest, OutlivesAnyManager) {
   EXPECT_EXIT(inventive(), ExitedWithCode(1), "mine +wrong: 2 of objects that it was not given");
 }
 
+// Someone who wants to know which manager is fast on fibers of his own has a file.
+TEST_F(KitDeathTest, TakesAFile) {
+  const auto program = [](std::vector<std::string> radius) {
+    registerPeers();
+    radius.insert(radius.begin(), "--scene=" FCL_FIBERS_SOURCE_DIR "/tests/data/rings.txt");
+    runProgram(radius);
+  };
+  EXPECT_EXIT(program({"--radius=0.05"}), ExitedWithCode(0),
+              "rings.txt: [0-9]+ segments of [0-9]+ fibers");
+  EXPECT_EXIT(program({"--radius=0.05"}), ExitedWithCode(0),
+              "LayeredAABBTree/capsules( +[<0-9.]+ [mu]?s){4}");
+  EXPECT_EXIT(program({}), ExitedWithCode(1), "rings.txt': the file holds no radius");
+}
+
 TEST_F(KitDeathTest, RefusesFloatWhereRoundingDecides) {
   const auto program = [] {
     registerManager<fcl::NaiveCollisionManager<float>>("mine");

@@ -116,8 +116,8 @@ def test_the_program_tells_the_distance(tmp_path):
 
 def test_the_program_tells_how_it_is_called():
     assert "Usage: python -m fcl_fibers" in program("--help").stdout
-    # What needs FCL is not there.
-    wrong = program("bench", "helix")
+    # What needs FCL is not there, and neither are the scenes that a program makes.
+    wrong = program("replay", "record.txt")
     assert wrong.returncode == 2
     wrong = program("info", "helix")
     assert wrong.returncode == 2

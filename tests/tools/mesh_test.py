@@ -308,25 +308,6 @@ class ObjFile(ProgramTest):
                     self.assertEqual(found, (len(turned) - 2, set(range(len(inside)))), text)
 
 
-class Bench(ProgramTest):
-    def test_all_find_the_same_segments(self):
-        """Times of finders would be compared that find different contacts."""
-        fibers = self.write("fibers.txt", BESIDE_BOX)
-        mesh = self.write("box.obj", box((0, 0, 0), (4, 4, 4)))
-        scene = ("bench", fibers, "-r", 0.1, "--mesh", mesh, "--repetitions", 1)
-        for roots, count in ((), 2), (("--root-segments", 1), 1), (("--root-length", 9), 0):
-            found = json.loads(self.run_program(*scene, *roots, "--json"))["with_meshes"]
-            self.assertEqual(len(found), 3)
-            for row in found:
-                self.assertEqual((row["touching"], row["missed"], row["extra"]), (count, 0, 0))
-                self.assertGreater(row["query_s"], 0)
-        table = self.run_program(*scene, "--mesh", mesh)
-        self.assertIn("\nwith box.obj: 12 triangles\nwith box.obj: 12 triangles\n", table)
-        self.assertRegex(table, r"\nFiberTree, arrays +[\d.]+ +[\d.]+ +- +4 +0 +0\n")
-        self.assertRegex(table, r"\nDynamicAABBTree, tight and fcl::collide .* 4 +0 +0\n")
-        self.assertNotIn("with_meshes", self.run_program(*scene[:4], *scene[6:], "--json"))
-
-
 class Options(ProgramTest):
     def test_options_that_do_not_fit(self):
         mesh = self.write("mesh.obj", TRIANGLE)

@@ -22,7 +22,7 @@ from program import read_polylines, read_vtp
 
 SOURCES = Path(__file__).resolve().parents[2]
 
-HELPED = ("generate", "convert", "info", "check", "distance", "bench", "replay", "view")
+HELPED = ("generate", "convert", "info", "check", "distance", "replay", "view")
 
 
 class Pictures(ProgramTest):
@@ -287,7 +287,6 @@ class Info(ProgramTest):
             ("check", path, "-r", 1),
             ("check", other, "-r", 1, "--against", path),
             ("distance", path, "-r", 1),
-            ("bench", path, "-r", 1),
             ("view", path, "-r", 1, "-o", page),
         ):
             self.run_program(*command, code=2)
@@ -329,7 +328,7 @@ class Radii(ProgramTest):
         self.assertIn("--radius-from takes the radii from another array", self.stderr)
         self.assertIn("point data 'TubeRadius'", self.stderr)
         out = self.folder / "out.vtp"
-        for command in (("check", path), ("distance", path), ("info", path), ("bench", path)):
+        for command in (("check", path), ("distance", path), ("info", path)):
             self.run_program(*command, "--radius-from", "TubeRadius")
             self.assertNotIn("another array", self.stderr)
         self.run_program("convert", path, out, "--radius-from", "TubeRadius")
@@ -387,37 +386,6 @@ class Packed(ProgramTest):
                 )
                 self.assertEqual(done.returncode, 2)
                 self.assertIn(remedy, done.stderr.decode())
-
-
-class Bench(ProgramTest):
-    def test_all_managers_find_the_same(self):
-        path = self.folder / "scene.vtp"
-        self.run_program("generate", "helix:fibers=20,segments=20", "-o", path)
-        for scene in ((path, "-r", 0.05), ("helix:fibers=20,segments=20,radius=0.05",)):
-            found = json.loads(self.run_program("bench", *scene, "--repetitions", 1, "--json"))
-            managers = {row["manager"]: row for row in found["managers"]}
-            self.assertIn("LayeredAABBTree, capsules", managers)
-            self.assertIn("DynamicAABBTree, tight", managers)
-            self.assertTrue(all(row["right"] for row in managers.values()))
-            self.assertEqual(len({row["touching"] for row in managers.values()}), 1)
-            exact = managers["LayeredAABBTree, capsules"]
-            self.assertEqual(exact["pairs"], exact["touching"])
-            self.assertTrue(all(row["update_s"] > 0 for row in managers.values()))
-        for key in ("version", "compiler", "processor"):
-            self.assertTrue(found[key])
-        table = self.run_program("bench", path, "-r", 0.05, "--repetitions", 1)
-        self.assertIn("DynamicAABBTree Array, tight", table)
-        self.assertIn(": 400 segments of 20 fibers\n", table)
-        self.assertRegex(table, r"^fcl_fibers \d+\.\d+\.\d+, (gcc|clang) .*, .*\n")
-        self.assertNotIn("1e-9", table)
-
-    def test_tells_of_pairs_at_the_boundary(self):
-        """Pairs that just touch would be missing from a count without a word."""
-        path = self.write("touching.txt", "0 0 0\n1 0 0\n\n0 0 1\n1 0 1\n\n0 5 0\n1 5 0\n")
-        scene = ("bench", path, "-r", 0.5, "--repetitions", 1)
-        managers = json.loads(self.run_program(*scene, "--json"))["managers"]
-        self.assertEqual({(row["touching"], row["undecided"]) for row in managers}, {(0, 1)})
-        self.assertIn("without 1 that", self.run_program(*scene))
 
 
 class BadUse(ProgramTest):
@@ -481,7 +449,6 @@ class BadUse(ProgramTest):
         page = self.folder / "page.html"
         for command in (
             ("check", path),
-            ("bench", path),
             ("view", path, "-o", page),
             ("view", "helix:fibers=2", path, "-o", page),
             ("distance", path),
@@ -504,7 +471,6 @@ class BadUse(ProgramTest):
         for path, radius, warning in ((cut, ("-r", 0.1), "truncated"), (far, (), "coarse")):
             for command in (
                 ("check", path),
-                ("bench", path, "--repetitions", 1),
                 ("view", path, "-o", f"{out}.html"),
                 ("distance", path),
                 ("convert", path, f"{out}.vtp"),
@@ -532,7 +498,6 @@ class BadUse(ProgramTest):
             ("check", path, "-r", 0.01, "--mesh", mesh, "--exit-zero"),
             ("check", path, "--end", path, "-r", 0.01, "--json", "--exit-zero"),
             ("distance", path, path, "-r", 0.01, "--json"),
-            ("bench", path, "-r", 0.01, "--repetitions", 1, "--json"),
             ("check", path, "-r", 9, "--limit", 1, "--exit-zero"),  # a warning
         ):
             out = self.run_program(*command)
@@ -620,13 +585,10 @@ class Replay(ProgramTest):
 
 
 def masked(command, output):
-    """Without what depends on the machine: times, and the numbers of bench."""
+    """Without the times."""
     output = re.sub(r"\bin [\d.e-]+ s$", "in # s", output, flags=re.MULTILINE)
     if "frames=" in command:
         output = re.sub(r"[\d.e-]+(?=  helix)", "#", output)
-    if " bench " in command:
-        output = re.sub(r"^fcl_fibers .*", "#", output)
-        output = re.sub(r"\d[\d.,]*", "#", output)
     return [" ".join(line.split()) for line in output.splitlines()]
 
 

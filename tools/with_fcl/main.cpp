@@ -6,7 +6,6 @@
 #include <fcl_fibers/shadow_manager.h>
 #include <fmt/format.h>
 
-#include "bench.h"
 #include "generated_scenes.h"
 #include "tools/commands.h"
 #include "tools/program.h"
@@ -35,7 +34,6 @@ int main(int argc, char** argv) {
   using namespace fcl_fibers;
   tools::ProgramParts parts;
   parts.scenes = benchmarks::generatedScenes();
-  parts.bench = tools::bench;
   parts.replay = tools::replay;
   return tools::runProgram({argv + 1, argv + argc}, parts);
 }
