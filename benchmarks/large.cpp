@@ -25,8 +25,8 @@
 #include <fcl_fibers/fiber_tree.h>
 
 #include <fcl_fibers/benchmark/judge.h>
-#include "harness/seconds.h"
 #include "scenes/helix.h"
+#include "tools/seconds.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -131,7 +131,7 @@ template <class F>
 void phase(const char* name, F&& work) {
   std::ofstream("/proc/self/clear_refs") << 5;  // starts the peak again
   const std::clock_t start = std::clock();
-  const double time = seconds(work);
+  const double time = tools::seconds(work);
   const double of_cores = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   std::printf("%-8s %7.2f s, %7.2f s of cores, at most %6.2f GB, then %6.2f GB\n", name, time,
               of_cores, gigabytes("VmHWM:"), gigabytes("VmRSS:"));

@@ -120,8 +120,8 @@
 #include <fcl_fibers/benchmark/managers.h>
 
 #include "harness/command_line.h"
-#include "harness/progress.h"
 #include "measures.h"
+#include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -209,7 +209,7 @@ int runMeasure(int argc, char** argv) {
   initializeBenchmark(argv[0], app.remaining());
   addContext(argc, argv, measure, request);
   const bool right = measures().at(measure)(request);
-  endProgress();
+  tools::progress("");
   if (!right) std::fprintf(stderr, "fcl_fibers_bench: one of ours is wrong\n");
   return right ? 0 : 1;
 }
@@ -222,11 +222,11 @@ int main(int argc, char** argv) {
     return std::string(word).rfind("--measure", 0) == 0;
   });
   if (!is_measure) return fcl_fibers::benchmarks::runHeadline(argc, argv);
-  fcl_fibers::benchmarks::showProgressEverywhere();
+  fcl_fibers::tools::showProgressEverywhere();
   try {
     return fcl_fibers::benchmarks::runMeasure(argc, argv);
   } catch (const std::exception& error) {
-    fcl_fibers::benchmarks::endProgress();
+    fcl_fibers::tools::progress("");
     std::fprintf(stderr, "fcl_fibers_bench: %s\n", error.what());
     return 1;
   }

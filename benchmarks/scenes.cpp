@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "harness/progress.h"
 #include "measures/paper/row_order.h"
+#include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -13,7 +13,7 @@ namespace {
 template <typename S>
 BasicMovingFibers<S> movingFibers(const tools::SceneSource& source, bool rows,
                                   const std::vector<int>& frames) {
-  showProgress(source.title + ": make the scene");
+  tools::progress(source.title + ": make the scene");
   const FiberPolylines first = source.make(frames.at(0));
   std::vector<std::size_t> order;
   if (rows) order = rowsOfRoots(first);

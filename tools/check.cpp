@@ -12,12 +12,12 @@
 #include <nlohmann/json.hpp>
 
 #include "answer_stream.h"
-#include "benchmarks/harness/seconds.h"
 #include "commands.h"
 #include "contact_list.h"
 #include "found_pairs.h"
 #include "mesh_size.h"
 #include "output_file.h"
+#include "seconds.h"
 
 namespace fcl_fibers::tools {
 namespace {
@@ -171,7 +171,7 @@ class FrameChecker {
                           meshes_, FoundPairs{}, 0};
     if (several_) frame.number = number;
     if (frames_ == 0) warnOfMeshSize(scene, meshes_, request_.tree.margin, source.name);
-    frame.seconds = benchmarks::seconds([&] {
+    frame.seconds = seconds([&] {
       readFrame(scene);
       frame.found = findPairs({tree_, scene, request_.limit, other_ ? &*other_tree_ : nullptr,
                                !request_.meshes_only, &meshes_});

@@ -8,10 +8,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "benchmarks/harness/seconds.h"
 #include "commands.h"
 #include "contact_json.h"
 #include "nearest.h"
+#include "seconds.h"
 
 namespace fcl_fibers::tools {
 namespace {
@@ -39,7 +39,7 @@ int distance(const DistanceRequest& request) {
   }
   progress("looking for the least distance");
   std::optional<Contact> nearest;
-  const double seconds = benchmarks::seconds(
+  const double seconds = tools::seconds(
       [&] { nearest = findNearest(scene, other ? &*other : nullptr, request.tree); });
   progress("");
 

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "messages.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <stdexcept>
-
-#include "benchmarks/harness/progress.h"
 
 namespace fcl_fibers::tools {
 namespace {
 
 std::string program_name = "fcl_fibers";
+bool is_progress_everywhere = false;
 
 /// How many bytes the first character of the text has; 0 if it is no UTF-8.
 std::size_t characterLength(std::string_view text) {
@@ -60,9 +61,14 @@ void print(std::string_view text) {
   }
 }
 
+void showProgressEverywhere() { is_progress_everywhere = true; }
+
 void progress(const std::string& line) {
-  if (line.empty()) return benchmarks::endProgress();
-  benchmarks::showProgress(readable(line));
+  const bool overwrites = isatty(STDERR_FILENO) != 0;
+  if (!overwrites && (!is_progress_everywhere || line.empty())) return;
+  // "\r\033[K" goes back to the first column and clears the line.
+  std::fprintf(stderr, overwrites ? "\r\033[K%s" : "%s\n", readable(line).c_str());
+  std::fflush(stderr);
 }
 
 void warn(const std::string& what, const std::string& text) {

@@ -19,8 +19,12 @@ std::string readable(std::string_view text);
 /// Puts text on stdout, or throws std::runtime_error if that fails.
 void print(std::string_view text);
 
-/// One line on stderr that overwrites itself, if that is a terminal; empty clears it.
+/// One line on stderr that overwrites itself, if that is a terminal, and nothing elsewhere; empty
+/// clears it.
 void progress(const std::string& line);
+
+/// From now on it is plain lines elsewhere.
+void showProgressEverywhere();
 
 /// A line on stderr.
 /// @param what  of which file or scene it warns

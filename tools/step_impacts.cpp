@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "benchmarks/harness/seconds.h"
 #include "messages.h"
+#include "seconds.h"
 
 namespace fcl_fibers::tools {
 namespace {
@@ -78,7 +78,7 @@ StepImpacts findImpacts(const StepScene& step, const FiberTreeOptions& options, 
         "and --volumes spheres");
   }
   StepImpacts found;
-  found.seconds = benchmarks::seconds([&] {
+  found.seconds = seconds([&] {
     FiberTree tree(options);
     tree.build(fiberArrays(step.start));
     tree.update(fiberArrays(step.start), fiberArrays(step.end));

@@ -10,9 +10,11 @@
 #include <fcl/broadphase/broadphase_collision_manager.h>
 
 #include "contenders/moving_fibers.h"
-#include "harness/seconds.h"
+#include "tools/seconds.h"
 
 namespace fcl_fibers::benchmarks {
+
+using tools::seconds;
 
 template <typename S>
 using BasicManager = fcl::BroadPhaseCollisionManager<S>;

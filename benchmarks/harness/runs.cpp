@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "harness/progress.h"
+#include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -39,7 +39,7 @@ class ErrorReporter : public benchmark::BenchmarkReporter {
     for (const Run& run : runs) {
       const std::string error = benchmarks::errorOf(run);
       if (error.empty()) continue;
-      endProgress();
+      tools::progress("");
       std::fprintf(stderr, "%s: %s\n", run.run_name.function_name.c_str(), error.c_str());
     }
   }
@@ -65,8 +65,8 @@ void registerRuns(const std::string& name, int runs, std::function<double(Number
                   bool ours) {
   runs_registered += runs;
   registerBenchmark(name, runs, [name, ours, run = std::move(run)](benchmark::State& state) {
-    showProgress("run " + std::to_string(++runs_done) + "/" + std::to_string(runs_registered) +
-                 ": " + name);
+    tools::progress("run " + std::to_string(++runs_done) + "/" + std::to_string(runs_registered) +
+                    ": " + name);
     for ([[maybe_unused]] auto _ : state) {
       Numbers numbers;
       try {
@@ -106,7 +106,7 @@ bool runRegistered(benchmark::BenchmarkReporter* reporter) {
     benchmark::RunSpecifiedBenchmarks(reporter);
   }
   benchmark::ClearRegisteredBenchmarks();
-  endProgress();
+  tools::progress("");
   return !ours_failed;
 }
 

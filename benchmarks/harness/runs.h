@@ -7,7 +7,22 @@
 #include <map>
 #include <string>
 
+#include "tools/seconds.h"
+
 namespace fcl_fibers::benchmarks {
+
+constexpr double kSecondsOfRun = 2e-3;  ///< of calls that take microseconds
+
+/// The mean of as many calls as a run has.
+template <typename Work>
+double secondsOfCall(Work&& work) {
+  for (int calls = 1;; calls *= 2) {
+    const double taken = tools::seconds([&] {
+      for (int i = 0; i < calls; ++i) work();
+    });
+    if (taken >= kSecondsOfRun) return taken / calls;
+  }
+}
 
 /// What a result has besides its time, by the counter's name.
 using Numbers = std::map<std::string, double>;

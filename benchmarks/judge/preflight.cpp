@@ -31,7 +31,7 @@
 
 #include <fcl_fibers/fiber_collision_manager.h>
 
-#include "harness/progress.h"
+#include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -471,7 +471,7 @@ std::vector<Preflight> preflightAll(const std::vector<BasicContender<S>>& conten
                   [](const auto& contender) { return contender.leaves_out_adjacent; });
   Truth truth;
   if (limits.check) {
-    showProgress(fibers.name() + ": find what touches");
+    tools::progress(fibers.name() + ": find what touches");
     truth = truthOf(fibers, limits);
   }
   std::vector<Preflight> results;
@@ -479,9 +479,9 @@ std::vector<Preflight> preflightAll(const std::vector<BasicContender<S>>& conten
   for (std::size_t started = 0; results.size() < contenders.size();) {
     if (started < contenders.size() && running.size() < limits.at_once) {
       const auto& contender = contenders[started];
-      showProgress(fibers.name() + (limits.check ? ": check " : ": try ") +
-                   std::to_string(++started) + "/" + std::to_string(contenders.size()) + ": " +
-                   contender.title());
+      tools::progress(fibers.name() + (limits.check ? ": check " : ": try ") +
+                      std::to_string(++started) + "/" + std::to_string(contenders.size()) + ": " +
+                      contender.title());
       running.emplace_back(contender, fibers, limits, truth);
       continue;
     }
@@ -496,7 +496,7 @@ std::vector<Preflight> preflightAll(const std::vector<BasicContender<S>>& conten
     results.push_back(result);
   }
   judgeWork(contenders, results, without_adjacent);
-  endProgress();
+  tools::progress("");
   return results;
 }
 

@@ -16,7 +16,6 @@
 #include "generated_scenes.h"
 #include "harness/command_line.h"
 #include "harness/frame_runs.h"
-#include "harness/progress.h"
 #include "kit/table.h"
 #include "measures/paper/row_order.h"
 #include "tools/messages.h"
@@ -251,7 +250,7 @@ int run(int argc, char** argv, const std::vector<std::string>& scenes) {
   try {
     return runChecked(argc, argv, scenes);
   } catch (const std::exception& error) {
-    endProgress();
+    tools::progress("");
     std::fprintf(stderr, "%s: %s\n", tools::programName().c_str(), error.what());
     return 1;
   }

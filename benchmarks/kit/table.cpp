@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdio>
 
-#include "harness/progress.h"
 #include "harness/runs.h"
 #include "tools/messages.h"
 

@@ -11,9 +11,9 @@
 #include <fcl_fibers/fiber_polylines.h>
 #include <fcl_fibers/fiber_tree.h>
 
-#include "harness/progress.h"
 #include "harness/runs.h"
 #include "measures.h"
+#include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -75,7 +75,7 @@ void registerTree(const std::string& name, const std::shared_ptr<Scene>& scene,
 }  // namespace
 
 bool measureArrays(const Request& request) {
-  showProgress(request.scene.text + ": make the scene");
+  tools::progress(request.scene.text + ": make the scene");
   const auto scene = std::make_shared<Scene>(request.scene);
   for (const auto volumes :
        {FiberTreeOptions::Volumes::kLayeredBoxes, FiberTreeOptions::Volumes::kWrappedSpheres}) {

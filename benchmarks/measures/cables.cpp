@@ -13,12 +13,12 @@
 #include <fcl_fibers/contact.h>
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
 
-#include "harness/progress.h"
 #include "harness/runs.h"
 #include "measures.h"
 #include "measures/nearest.h"
 #include "measures/obstacle_meshes.h"
 #include "scenes/fiber_random.h"
+#include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -166,7 +166,7 @@ struct Checked {
 
 /// Throws std::runtime_error if the answer is another one.
 Checked check(Scene& scene, const std::string& name, const Run& run, double truth) {
-  showProgress("cables: check " + name);
+  tools::progress("cables: check " + name);
   const auto checked = [run, truth, &scene](Numbers& numbers) {
     scene.setPoses(scene.before);
     double& distance = numbers["distance"];
@@ -190,7 +190,7 @@ void registerChecked(const Checked& checked, bool ours) {
 }  // namespace
 
 bool measureCables(const Request& request) {
-  showProgress("cables: make the scene");
+  tools::progress("cables: make the scene");
   Scene scene(request);
   scene.objects.bringTo(0, Boxes::kTight);
   scene.setPoses(scene.rest);

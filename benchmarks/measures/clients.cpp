@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "contenders/narrow_phase.h"
-#include "harness/progress.h"
 #include "harness/runs.h"
 #include "judge/preflight.h"
 #include "measures.h"
@@ -19,6 +18,7 @@
 #include "scenes/cap.h"
 #include "scenes/helix.h"
 #include "scenes/random.h"
+#include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -287,7 +287,7 @@ MovingFibers standing(const FiberPolylines& scene) {
 }  // namespace
 
 bool measureClients(const Request&) {
-  showProgress("clients: make the scenes");
+  tools::progress("clients: make the scenes");
   std::vector<std::unique_ptr<Rods>> rods;
   for (const std::size_t links : {9u, 40u, 200u, 1000u}) {
     rods.push_back(std::make_unique<Rods>(links));

@@ -8,9 +8,9 @@
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
 #include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
-#include "harness/progress.h"
 #include "harness/runs.h"
 #include "measures.h"
+#include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -110,7 +110,7 @@ FiberTreeOptions spheres(FiberTreeOptions options) {
 
 bool measureCosts(const Request&) {
   using Radii = FiberArrays<double>::Radii;
-  showProgress("costs: make the scenes");
+  tools::progress("costs: make the scenes");
   SceneRequest helix;
   helix.text = "helix:fibers=1000,segments=100";
   const auto frames = twoFrames(helix);

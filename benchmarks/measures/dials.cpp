@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
-#include "harness/progress.h"
 #include "harness/runs.h"
 #include "measures.h"
 #include "scenes/ball.h"
 #include "scenes/cap.h"
+#include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -88,7 +88,7 @@ std::string shortest(double number) {
 }  // namespace
 
 bool measureDials(const Request&) {
-  showProgress("dials: make the scene");
+  tools::progress("dials: make the scene");
   scenes::CapParameters parameters;
   parameters.fibers = kFibers;
   const double radius = parameters.radius;

@@ -11,8 +11,8 @@
 #include <fcl/geometry/shape/capsule.h>
 
 #include "harness/frame_runs.h"
-#include "harness/progress.h"
 #include "measures.h"
+#include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {

@@ -10,9 +10,9 @@
 #include <fcl_fibers/fiber_polylines.h>
 #include <fcl_fibers/fiber_tree.h>
 
-#include "harness/progress.h"
 #include "harness/runs.h"
 #include "measures.h"
+#include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
 
@@ -35,12 +35,12 @@ bool measureGrowth(const Request& request) {
       requests.emplace_back().text = std::string("helix:segments=100,fibers=") + fibers;
     }
     if (memoryOfMachine() < kMemoryOfLargest) {
-      showProgress("growth: too little memory for a hundred million segments");
+      tools::progress("growth: too little memory for a hundred million segments");
       requests.pop_back();
     }
   }
   for (const SceneRequest& scene : requests) {
-    showProgress(scene.text + ": make the scene");
+    tools::progress(scene.text + ": make the scene");
     const auto scenes = std::make_shared<std::array<FiberPolylines, 2>>(twoFrames(scene));
     const auto tree = std::make_shared<FiberTree>();
     tree->build(fiberArrays(scenes->front()));

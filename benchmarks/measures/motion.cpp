@@ -17,12 +17,12 @@
 
 #include "contenders/mesh_model.h"
 #include "contenders/swept_tree.h"
-#include "harness/progress.h"
 #include "harness/runs.h"
 #include "judge/exact_impact_test.h"
 #include "measures.h"
 #include "measures/motion.h"
 #include "scenes/step.h"
+#include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -32,7 +32,7 @@ constexpr double kMostSwept = 150;  // radii, of boxes around both positions; mo
 constexpr int kJudgedPart = 10;     // one out of so many fibers
 
 scenes::Step makeStep(const Request& request, int fibers) {
-  showProgress("cap in motion: make the scene");
+  tools::progress("cap in motion: make the scene");
   scenes::CapParameters parameters;
   parameters.fibers = std::max(1, fibers);
   return scenes::makeCapStep(parameters, request.radii);
@@ -131,7 +131,7 @@ class Judge final : public index::PairSink {
 /// Checks a part of the scene by the judge.
 bool registerJudged(const Request& request) {
   const scenes::Step step = makeStep(request, request.fibers / kJudgedPart);
-  showProgress("motion: judge the impacts");
+  tools::progress("motion: judge the impacts");
   FiberTree tree(capsules());
   tree.build(fiberArrays(step.start));
   update(tree, step);
@@ -146,7 +146,7 @@ bool registerJudged(const Request& request) {
   numbers["motion"] = scenes::meanMotion(step) / step.start.radius;
   registerNumbers("Judged/impacts", numbers);
   if (judge.isRight()) return true;
-  endProgress();
+  tools::progress("");
   std::fprintf(stderr, "motion: ours misses %.0f impacts, has %.0f too many and %.0f too late\n",
                numbers["missed"], numbers["extra"], numbers["late"]);
   return false;
@@ -187,7 +187,7 @@ void registerOurs(const std::shared_ptr<const scenes::Step>& step, int threads) 
 bool registerSwept(const std::shared_ptr<const scenes::Step>& step, const std::string& name,
                    const std::function<std::unique_ptr<SweptTree>()>& makeTree,
                    const Pairs& truth) {
-  showProgress("motion: check " + name);
+  tools::progress("motion: check " + name);
   Pairs pairs;
   ImpactSink all(&pairs);
   double taken = 0;
@@ -198,7 +198,7 @@ bool registerSwept(const std::shared_ptr<const scenes::Step>& step, const std::s
   }
   std::sort(pairs.begin(), pairs.end());
   if (pairs != truth) {
-    endProgress();
+    tools::progress("");
     std::fprintf(stderr, "motion: %s finds %zu impacts, and ours %zu\n", name.c_str(), pairs.size(),
                  truth.size());
     return false;
@@ -232,7 +232,7 @@ Pairs impactPairs(const scenes::Step& step) {
 /// The safe step of segments none of which touch at the start: their radii are halved until then.
 bool registerSafeStep(const Request& request) {
   scenes::Step made = makeStep(request, request.fibers * 2 / 5);
-  showProgress("motion: reduce the radii");
+  tools::progress("motion: reduce the radii");
   const double radius = made.start.radius;
   const auto tree = std::make_shared<FiberTree>(capsules());
   for (tree->build(fiberArrays(made.start)); tree->visitPairs([](SegmentPair) { return true; });
@@ -252,7 +252,7 @@ bool registerSafeStep(const Request& request) {
   // a tolerance is a very small part of the step.
   constexpr double kTolerance = 1e-9;
   if (!(std::abs(fraction - least) <= kTolerance)) {
-    endProgress();
+    tools::progress("");
     std::fprintf(stderr, "motion: a safe step of %.17g, and the first impact at %.17g\n", fraction,
                  least);
     return false;

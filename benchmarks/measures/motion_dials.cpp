@@ -11,11 +11,11 @@
 
 #include <fcl_fibers/fiber_tree.h>
 
-#include "harness/progress.h"
 #include "harness/runs.h"
 #include "measures.h"
 #include "measures/motion.h"
 #include "scenes/step.h"
+#include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -103,7 +103,7 @@ std::size_t countWithout(const Pairs& some, const Pairs& others) {
 }
 
 void registerWay(const std::string& name, const Way& way, const Pairs& truth, double motion) {
-  showProgress("dials: check " + name);
+  tools::progress("dials: check " + name);
   Found first;
   way(first);
   makeUnique(first.pairs);
@@ -128,7 +128,7 @@ void registerWay(const std::string& name, const Way& way, const Pairs& truth, do
 bool measureMotionDials(const Request& request) {
   for (const int radii : {5, 50, 150, 480}) {
     const std::string before = std::to_string(radii) + "/";
-    showProgress("dials of motion: make the scene");
+    tools::progress("dials of motion: make the scene");
     scenes::CapParameters parameters;
     parameters.fibers = std::max(1, request.fibers / kPart);
     const auto step = std::make_shared<const scenes::Step>(scenes::makeCapStep(parameters, radii));

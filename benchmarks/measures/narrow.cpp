@@ -20,12 +20,12 @@
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
 
 #include "contenders/narrow_solvers.h"
-#include "harness/progress.h"
 #include "harness/runs.h"
-#include "harness/seconds.h"
 #include "judge/exact_contact.h"
 #include "measures.h"
 #include "scenes/random.h"
+#include "tools/messages.h"
+#include "tools/seconds.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -271,7 +271,7 @@ void requireOfManager(const Truth& truth, const CapsuleObjects<S>& objects, bool
 template <typename S>
 void registerScene(const PairScene& scene) {
   const std::string name = scene.name + (std::is_same_v<S, float> ? "/float" : "/double");
-  showProgress("narrow: " + name);
+  tools::progress("narrow: " + name);
   const auto objects = std::make_shared<CapsuleObjects<S>>(makeObjects<S>(scene.fibers));
   std::vector<PosedCapsule> capsules;
   for (const auto& object : *objects) capsules.push_back(posedCapsule(*object));
@@ -280,7 +280,7 @@ void registerScene(const PairScene& scene) {
   const auto sample = std::make_shared<IndexPairs>(sampleOf(truth.pairs));
   std::vector<NarrowAnswer> answers;
   for (const NarrowSolver& solver : narrowSolvers(*objects)) {
-    showProgress("narrow: " + name + ": " + solver.name);
+    tools::progress("narrow: " + name + ": " + solver.name);
     solver.answer(truth.pairs, answers);
     const Numbers judged = judge(truth, solver, answers);
     const std::string full =
@@ -418,7 +418,7 @@ PairScene extreme(const std::string& kind, int pairs) {
 }  // namespace
 
 bool measureNarrow(const Request& request) {
-  showProgress("narrow: make the scene");
+  tools::progress("narrow: make the scene");
   const FiberPolylines scene = openScene(request.scene.text, request.scene.radius).scene();
   // The unit is the centimetre.
   for (const auto& [name, scale, offset] :

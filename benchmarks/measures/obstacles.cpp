@@ -15,10 +15,10 @@
 #include <fcl_fibers/contact.h>
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
 
-#include "harness/progress.h"
 #include "harness/runs.h"
 #include "measures.h"
 #include "measures/head_scene.h"
+#include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -202,7 +202,7 @@ bool registerTouching(const HeadScene& scene, const std::string& set,
   bool right = true;
   Numbers checked;
   for (const Finder& finder : finders) {
-    showProgress("obstacles: check " + finder.name + ", " + set);
+    tools::progress("obstacles: check " + finder.name + ", " + set);
     Segments found;
     Numbers numbers;
     const double taken = finder.find(found, numbers);
@@ -213,7 +213,7 @@ bool registerTouching(const HeadScene& scene, const std::string& set,
     const Judge::Found first = judge.compare(found, truth);
     if (first.missed + first.extra > 0 ||
         (finder.ours && judged.missed + judged.extra + judged.undecided > 0)) {
-      endProgress();
+      tools::progress("");
       std::fprintf(stderr, "%s, %s: ours misses %zu and has %zu that do not touch\n", set.c_str(),
                    finder.name.c_str(), first.missed + judged.missed, first.extra + judged.extra);
       right = false;
@@ -255,7 +255,7 @@ void registerContacts(const HeadScene& scene, const std::string& set, bool roots
 }  // namespace
 
 bool measureObstacles(const Request& request) {
-  showProgress(request.scene.text + ": make the scene");
+  tools::progress(request.scene.text + ": make the scene");
   HeadScene scene(request);
   scene.objects.bringTo(0, Boxes::kTight);
   scene.object.computeAABB();

@@ -11,12 +11,12 @@
 #include <fcl/geometry/shape/sphere.h>
 
 #include "contenders/narrow_phase.h"
-#include "harness/progress.h"
 #include "harness/runs.h"
 #include "measures.h"
 #include "measures/loose_objects.h"
 #include "measures/nearest.h"
 #include "scenes/helix.h"
+#include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -213,7 +213,7 @@ void registerCandidates(LooseObjects& loose) {
 }  // namespace
 
 bool measureQueries(const Request&) {
-  showProgress("queries: make the scenes");
+  tools::progress("queries: make the scenes");
   Helices helices;
   // With tight boxes, which leave less to FCL's queries than its own.
   const std::vector<Contender> contenders = contendersWith(Boxes::kTight);

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "harness/progress.h"
 #include "harness/runs.h"
 #include "measures.h"
+#include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -88,7 +88,7 @@ std::size_t countWithout(const std::set<Touch>& some, int from, const std::set<T
 }  // namespace
 
 bool measureSampling(const Request&) {
-  showProgress("helix: the finest sampling");
+  tools::progress("helix: the finest sampling");
   const Sampled finest(kFinest, 0);
   const std::set<Touch> truth = finest.touches();
   const double curvature = io::largestCurvature(helixOf(kFinest));

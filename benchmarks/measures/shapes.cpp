@@ -22,10 +22,10 @@
 
 #include "contenders/mesh_model.h"
 #include "contenders/narrow_phase.h"
-#include "harness/progress.h"
 #include "harness/runs.h"
 #include "measures.h"
 #include "measures/loose_objects.h"
+#include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -301,7 +301,7 @@ void registerAllChanges() {
 }  // namespace
 
 bool measureShapes(const Request& request) {
-  showProgress("shapes: make the scenes");
+  tools::progress("shapes: make the scenes");
   const std::array<FiberPolylines, 2> scenes = twoFrames(request.scene);
   ShapedFibers capsules(scenes, capsuleOf), cylinders(scenes, cylinderOf), boxes(scenes, boxOf);
   const auto below = objectsBelow(scenes[0]);

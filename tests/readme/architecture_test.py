@@ -76,7 +76,7 @@ def target(what, path):
     first = name.split("/")[0]
     if named[2] and path.parent == ROOT / PYTHON:
         return PYTHON if (path.parent / name).exists() else first
-    if named[2] and path.relative_to(ROOT).parts[0] in (TOOLS, "benchmarks"):
+    if named[2] and path.relative_to(ROOT).parts[0] == TOOLS:
         return target_of_tools(name, path)
     if name == "fcl_fibers/tree_export.h":
         return None
@@ -98,15 +98,6 @@ def target_of_tools(name, path):
     return TOOLS if name == "embedded.h" else f"the unknown file {name}"
 
 
-def files_of_tools(allowed):
-    """The folder without its folders, and the files of the benchmarks that it may include."""
-    files = list((ROOT / TOOLS).glob("*"))
-    for name in allowed[TOOLS]:
-        if name.startswith("benchmarks/"):
-            files += (ROOT / name).parent.glob(pathlib.Path(name).stem + ".*")
-    return files
-
-
 def main():
     allowed = rooms()
     problems = []
@@ -120,7 +111,7 @@ def main():
 
     files = 0
     libraries = [*ROOT.glob("src/**/*"), *ROOT.glob("include/**/*")]
-    programs = [*files_of_tools(allowed), *(ROOT / PYTHON).glob("*")]
+    programs = [*(ROOT / TOOLS).glob("*"), *(ROOT / PYTHON).glob("*")]
     for path in sorted([*libraries, *programs]):
         if path.suffix not in (".h", ".cpp"):
             continue

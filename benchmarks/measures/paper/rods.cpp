@@ -7,9 +7,9 @@
 #include "scenes/cosserat_rod.h"
 #include "scenes/load_trajectory.h"
 
-#include "harness/progress.h"
 #include "harness/runs.h"
 #include "measures.h"
+#include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -36,7 +36,7 @@ void registerRod(int segments, bool warm) {
   const std::string name =
       std::string("Rod/") + (warm ? "warm" : "cold") + "/segments:" + std::to_string(segments);
   const auto run = [segments, warm, name](benchmark::State& state) {
-    showProgress("rods: " + name);
+    tools::progress("rods: " + name);
     const Hair hair;
     scenes::RodLoad other = hair.load;
     other.tip_force *= 1.02;

@@ -14,12 +14,12 @@
 #include <utility>
 #include <vector>
 
-#include "harness/progress.h"
 #include "harness/runs.h"
 #include "measures.h"
 #include "measures/paper/plain_self_query.h"
 #include "measures/paper/tree_scene.h"
 #include "tests/support/volume_tests.h"
+#include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -189,7 +189,7 @@ bool measureVolumeTests(const Request& request) {
     const bool finds_touching = contender.reported == Reported::kTouching;
     // Boxes and spheres find the same, and boxes sooner.
     if (finds_touching && contender.manager != "LayeredAABBTree") continue;
-    showProgress(fibers.name() + ": volume tests: " + contender.title());
+    tools::progress(fibers.name() + ": volume tests: " + contender.title());
     fibers.bringTo(0, contender.boxes);
     Numbers numbers;
     if (finds_touching) {

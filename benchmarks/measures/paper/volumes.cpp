@@ -9,12 +9,12 @@
 #include <utility>
 #include <vector>
 
-#include "harness/progress.h"
 #include "harness/runs.h"
 #include "measures.h"
 #include "measures/paper/bounding_volumes.h"
 #include "measures/paper/oriented_boxes.h"
 #include "measures/paper/tree_scene.h"
+#include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -85,7 +85,7 @@ LeafPairs touchingPairs(const ChainTree& chains) {
 
 /// Finds what every kind is checked against: by all pairs if they are few, else by boxes.
 void judge(ChainTree& chains) {
-  showProgress("volumes: judge " + chains.name);
+  tools::progress("volumes: judge " + chains.name);
   if (chains.capsules.size() <= kMostOfAllPairs) {
     const auto count = static_cast<std::int32_t>(chains.capsules.size());
     for (std::int32_t a = 0; a < count; ++a) {
@@ -180,11 +180,11 @@ double measure(const ChainTree& chains, Numbers& numbers) {
 template <class Volume>
 bool registerKind(const ChainTree& chains, const std::string& kind) {
   const std::string name = "Volumes/" + chains.name + "/" + kind;
-  showProgress("check " + name);
+  tools::progress("check " + name);
   std::string error;
   const double taken = seconds([&] { error = errorOf<Volume>(chains); });
   if (!error.empty()) {
-    endProgress();
+    tools::progress("");
     std::fprintf(stderr, "%s: %s\n", name.c_str(), error.c_str());
     return false;
   }
