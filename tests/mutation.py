@@ -524,7 +524,7 @@ FAULTS = [
     Fault("errors are those of the middle of the scene", "tree/extent.h",
           "return maxNorm(centerOfVolume(volume)) + double{volume.size()};",
           "return maxNorm(centerOfVolume(volume));", "index_test"),
-    Fault("all pairs of a block get the answers of the first", "geometry/vec3_lanes-inl.h",
+    Fault("all pairs of a block get the answers of the first", "geometry/pair_lanes-inl.h",
           "std::uint64_t{lanes.apart.mask()} << i", "std::uint64_t{lanes.apart.mask()}",
           "geometry_test"),
     Fault("ids next to each other are neighbours in any two fibers", "fibers/fiber_table.h",

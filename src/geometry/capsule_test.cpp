@@ -5,7 +5,7 @@
 #define HWY_TARGET_INCLUDE "geometry/capsule_test.cpp"
 #include <hwy/foreach_target.h>
 
-#include "geometry/relative_pairs-inl.h"
+#include "geometry/pair_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace fcl_fibers::geometry::HWY_NAMESPACE {
@@ -52,7 +52,7 @@ FCL_FIBERS_ALWAYS_INLINE VerdictLanes decideLanes(const CapsulePairs& pairs,
 CapsulePairs::Verdict decide(const CapsulePairs& pairs) {
   // All loads come first: in between, they would wait with the divisions and roots.
   RelativePairs relative;
-  const int end = (pairs.size() + PairBlock::kGroup - 1) / PairBlock::kGroup * PairBlock::kGroup;
+  const int end = pairs.filledSize();
   for (int i = 0; i < end; ++i) relative.set(i, pairs.p(i), pairs.q(i), pairs.unit());
   return verdictOfGroups(end, [&](int i) HWY_ATTR { return decideLanes(pairs, relative, i); });
 }
@@ -68,11 +68,7 @@ namespace fcl_fibers::geometry {
 HWY_EXPORT(decide);
 
 CapsulePairs::Verdict CapsulePairs::decide() {
-  static constexpr CapsuleEnd kNowhere[2] = {};
-  for (std::size_t i = index(); i % kGroup != 0; ++i) {
-    p_[i] = q_[i] = kNowhere;
-    margin_[i] = error_[i] = 0;
-  }
+  fill(kNoCapsule, kNoCapsule);
   simd::readEnvironment();
   return HWY_DYNAMIC_DISPATCH(decide)(*this);
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
 #include <limits>
 
 #include "geometry/pair_block.h"
@@ -25,6 +24,8 @@ FCL_FIBERS_ALWAYS_INLINE CapsuleEnd firstEndOf(const Segment& s) {
 FCL_FIBERS_ALWAYS_INLINE CapsuleEnd secondEndOf(const Segment& s) {
   return {{s.b.x, s.b.y, s.b.z, s.isBox() ? s.radius : 0}};
 }
+/// A capsule of size 0 at the origin.
+constexpr CapsuleEnd kNoCapsule[2] = {};
 FCL_FIBERS_ALWAYS_INLINE bool isBox(const CapsuleEnd* capsule) {
   return capsule->numbers[3] != capsule->numbers[3];
 }
@@ -34,35 +35,10 @@ FCL_FIBERS_ALWAYS_INLINE Segment segmentOf(const CapsuleEnd* capsule) {
 }
 
 /// A block of pairs of capsules.
-class CapsulePairs : public PairBlock {
+class CapsulePairs : public PairsOf<const CapsuleEnd*, const CapsuleEnd*> {
  public:
-  explicit CapsulePairs(double unit) : PairBlock(unit) {}
-
-  /// @pre size() < kCapacity
-  /// @param p, q    borrowed until decide() has been called; a box leaves the pair undecided
-  /// @param margin  pairs this close count as touching
-  /// @param error   bounds the error of all four end points together
-  FCL_FIBERS_ALWAYS_INLINE void add(const CapsuleEnd* p, const CapsuleEnd* q, double margin,
-                                    double error) {
-    p_[index()] = p;
-    q_[index()] = q;
-    margin_[index()] = toFloat(margin);
-    error_[index()] = toFloat(error);
-    ++size_;
-  }
-
+  using PairsOf::PairsOf;
   Verdict decide();
-
-  using Row = std::array<float, kCapacity>;
-  const CapsuleEnd* p(int i) const { return p_[static_cast<std::size_t>(i)]; }
-  const CapsuleEnd* q(int i) const { return q_[static_cast<std::size_t>(i)]; }
-  const Row& margin() const { return margin_; }
-  const Row& error() const { return error_; }
-
- private:
-  std::array<const CapsuleEnd*, kCapacity> p_, q_;
-  alignas(64) Row margin_;
-  alignas(64) Row error_;
 };
 
 }  // namespace fcl_fibers::geometry

@@ -7,7 +7,7 @@
 #define HWY_TARGET_INCLUDE "geometry/impact_pairs.cpp"
 #include <hwy/foreach_target.h>
 
-#include "geometry/relative_pairs-inl.h"
+#include "geometry/pair_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace fcl_fibers::geometry::HWY_NAMESPACE {
@@ -147,7 +147,7 @@ std::uint64_t decide(ImpactPairs& pairs) {
   constexpr float kRoundUp = 1 + 0x1p-21f;
   constexpr int kMostSteps = 4;
   RelativePairs relative[2];
-  const int count = (pairs.size() + PairBlock::kGroup - 1) / PairBlock::kGroup * PairBlock::kGroup;
+  const int count = pairs.filledSize();
   for (int i = 0; i < count; ++i) {
     relative[0].set(i, pairs.p(i).start, pairs.q(i).start, pairs.unit());
     relative[1].set(i, pairs.p(i).end, pairs.q(i).end, pairs.unit());
@@ -204,11 +204,7 @@ HWY_EXPORT(decide);
 HWY_EXPORT(advanceInDouble);
 
 std::uint64_t ImpactPairs::decide() {
-  static constexpr CapsuleEnd kNowhere[2] = {};
-  for (std::size_t i = index(); i % kGroup != 0; ++i) {
-    p_[i] = q_[i] = {kNowhere, kNowhere};
-    margin_[i] = error_[i] = 0;
-  }
+  fill({kNoCapsule, kNoCapsule}, {kNoCapsule, kNoCapsule});
   simd::readEnvironment();
   return HWY_DYNAMIC_DISPATCH(decide)(*this);
 }

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
 #include <cstdint>
 
 #include "geometry/capsule_test.h"
-#include "geometry/pair_block.h"
 #include "simd/lanes.h"
 
 namespace fcl_fibers::geometry {
@@ -17,39 +15,16 @@ struct MovingCapsule {
 };
 
 /// A block of pairs of moving capsules.
-class ImpactPairs : public PairBlock {
+class ImpactPairs : public PairsOf<MovingCapsule, MovingCapsule> {
  public:
-  explicit ImpactPairs(double unit) : PairBlock(unit) {}
-
-  /// @pre size() < kCapacity
-  /// @param p, q    borrowed until decide() has been called; boxes leave the pair undecided
-  /// @param margin  pairs this close count as touching
-  /// @param error   bounds the error of all four end points together, at any time
-  FCL_FIBERS_ALWAYS_INLINE void add(const MovingCapsule& p, const MovingCapsule& q, double margin,
-                                    double error) {
-    p_[index()] = p;
-    q_[index()] = q;
-    margin_[index()] = toFloat(margin);
-    error_[index()] = toFloat(error);
-    ++size_;
-  }
-
+  using PairsOf::PairsOf;
   /// Returns a bit for each pair that does not touch during the step, and finds a time for each
   /// other pair before which it does not touch.
   std::uint64_t decide();
   double from(int i) const { return double{from_[static_cast<std::size_t>(i)]}; }
-
-  using Row = std::array<float, kCapacity>;
-  const MovingCapsule& p(int i) const { return p_[static_cast<std::size_t>(i)]; }
-  const MovingCapsule& q(int i) const { return q_[static_cast<std::size_t>(i)]; }
-  const Row& margin() const { return margin_; }
-  const Row& error() const { return error_; }
   Row& from() { return from_; }
 
  private:
-  std::array<MovingCapsule, kCapacity> p_, q_;
-  alignas(64) Row margin_;
-  alignas(64) Row error_;
   alignas(64) Row from_;
 };
 

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+
+#include "simd/always_inline.h"
 
 namespace fcl_fibers::geometry {
 
@@ -45,6 +48,50 @@ class PairBlock {
 
   double unit_;
   int size_ = 0;
+};
+
+/// A block of pairs of a P and a Q, which are handles of what the pairs borrow.
+template <class P, class Q>
+class PairsOf : public PairBlock {
+ public:
+  explicit PairsOf(double unit) : PairBlock(unit) {}
+
+  /// @pre size() < kCapacity
+  /// @param p, q    what they lead to is borrowed until decide() has been called; a box leaves the
+  ///                pair undecided
+  /// @param margin  pairs this close count as touching
+  /// @param error   bounds the error of all points of the pair together, at any time
+  FCL_FIBERS_ALWAYS_INLINE void add(const P& p, const Q& q, double margin, double error) {
+    p_[index()] = p;
+    q_[index()] = q;
+    margin_[index()] = toFloat(margin);
+    error_[index()] = toFloat(error);
+    ++size_;
+  }
+
+  using Row = std::array<float, kCapacity>;
+  const P& p(int i) const { return p_[static_cast<std::size_t>(i)]; }
+  const Q& q(int i) const { return q_[static_cast<std::size_t>(i)]; }
+  const Row& margin() const { return margin_; }
+  const Row& error() const { return error_; }
+  /// The number of pairs with those that fill the last group.
+  int filledSize() const { return (size_ + kGroup - 1) / kGroup * kGroup; }
+
+ protected:
+  /// Fills the last group with a pair.
+  void fill(const P& p, const Q& q) {
+    for (std::size_t i = index(); i % kGroup != 0; ++i) {
+      p_[i] = p;
+      q_[i] = q;
+      margin_[i] = error_[i] = 0;
+    }
+  }
+
+ private:
+  std::array<P, kCapacity> p_;
+  std::array<Q, kCapacity> q_;
+  alignas(64) Row margin_;
+  alignas(64) Row error_;
 };
 
 }  // namespace fcl_fibers::geometry

@@ -5,7 +5,7 @@
 #define HWY_TARGET_INCLUDE "geometry/triangle_test.cpp"
 #include <hwy/foreach_target.h>
 
-#include "geometry/vec3_lanes-inl.h"
+#include "geometry/pair_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace fcl_fibers::geometry::HWY_NAMESPACE {
@@ -20,7 +20,8 @@ struct RelativeTriangles {
     const hn::CappedTag<double, 4> d;
     constexpr int kWidth = static_cast<int>(hn::MaxLanes(d));
     const auto scale = hn::Set(d, pairs.unit());
-    const TrianglePairs::Corners& pair = pairs.pair(i);
+    const CapsuleEnd* const capsule = pairs.p(i);
+    const MeshCorners& corners = pairs.q(i);
     const auto& posing = pairs.posing();
     for (int k = 0; k < 4; k += kWidth) {
       // The operations of AffineMap.
@@ -31,13 +32,13 @@ struct RelativeTriangles {
         return hn::Add(hn::Add(hn::Add(term(0), term(1)), term(2)),
                        hn::Load(d, posing[3].numbers + k));
       };
-      const auto p0 = hn::Load(d, pair.capsule[0].numbers + k);
-      const auto p1 = hn::Load(d, pair.capsule[1].numbers + k);
-      const auto a = posed(*pair.a);
+      const auto p0 = hn::Load(d, capsule[0].numbers + k);
+      const auto p1 = hn::Load(d, capsule[1].numbers + k);
+      const auto a = posed(*corners.a);
       w.set(d, i, k, hn::Sub(p0, a), scale);
       u.set(d, i, k, hn::Sub(p1, p0), scale);
-      v1.set(d, i, k, hn::Sub(posed(*pair.b), a), scale);
-      v2.set(d, i, k, hn::Sub(posed(*pair.c), a), scale);
+      v1.set(d, i, k, hn::Sub(posed(*corners.b), a), scale);
+      v2.set(d, i, k, hn::Sub(posed(*corners.c), a), scale);
     }
   }
 };
@@ -129,7 +130,7 @@ FCL_FIBERS_ALWAYS_INLINE VerdictLanes decideLanes(const TrianglePairs& pairs,
                                                   const RelativeTriangles& relative, int i) {
   const TriangleBounds bounds(relative, i);
   const auto all = [](float x) HWY_ATTR { return Float::all(x); };
-  const Float reach = max(bounds.radius + all(pairs.margin()), all(0));
+  const Float reach = max(bounds.radius + Float::load(pairs.margin().data() + i), all(0));
   const Float error = Float::load(pairs.error().data() + i);
 
   // With e = 2^-24, let m = |w| + |u| + |v1| + |v2|, which is at most twice the root of the sum of
@@ -158,7 +159,7 @@ FCL_FIBERS_ALWAYS_INLINE VerdictLanes decideLanes(const TrianglePairs& pairs,
 
 TrianglePairs::Verdict decide(const TrianglePairs& pairs) {
   RelativeTriangles relative;
-  const int end = (pairs.size() + PairBlock::kGroup - 1) / PairBlock::kGroup * PairBlock::kGroup;
+  const int end = pairs.filledSize();
   for (int i = 0; i < end; ++i) relative.set(i, pairs);
   return verdictOfGroups(end, [&](int i) HWY_ATTR { return decideLanes(pairs, relative, i); });
 }
@@ -173,20 +174,15 @@ namespace fcl_fibers::geometry {
 
 HWY_EXPORT(decide);
 
-TrianglePairs::TrianglePairs(const AffineMap& posing, double margin, double unit)
-    : PairBlock(unit), margin_(toFloat(margin)) {
+TrianglePairs::TrianglePairs(const AffineMap& posing, double unit) : PairsOf(unit) {
   const Vec3d* const columns[] = {&posing.column[0], &posing.column[1], &posing.column[2],
                                   &posing.shift};
   for (int i = 0; i < 4; ++i) posing_[i] = {{columns[i]->x, columns[i]->y, columns[i]->z, 0}};
 }
 
 TrianglePairs::Verdict TrianglePairs::decide() {
-  static constexpr CapsuleEnd kNowhere[2] = {};
   static constexpr MeshPoint kPoint = {};
-  for (std::size_t i = index(); i % kGroup != 0; ++i) {
-    pairs_[i] = {kNowhere, &kPoint, &kPoint, &kPoint};
-    error_[i] = 0;
-  }
+  fill(kNoCapsule, {&kPoint, &kPoint, &kPoint});
   simd::readEnvironment();
   return HWY_DYNAMIC_DISPATCH(decide)(*this);
 }

@@ -67,7 +67,7 @@ std::size_t TriangleFilter::keep(Pair* pairs, std::size_t count,
   constexpr std::size_t kAhead = TrianglePairs::kCapacity;
   const geometry::MeshPoint* const points = triangles_.mesh.points().data();
   const TriangleIndices* const corners = triangles_.mesh.triangles().data();
-  TrianglePairs block(triangles_.posing, margin_, unit_);
+  TrianglePairs block(triangles_.posing, unit_);
   std::array<Pair, TrianglePairs::kCapacity> added;
   RecentSegments touching;
   std::size_t kept = 0;
@@ -85,7 +85,7 @@ std::size_t TriangleFilter::keep(Pair* pairs, std::size_t count,
       if (once_ && touching.has(pair.a)) continue;
       const TriangleIndices& t = corners[pair.b];
       added[static_cast<std::size_t>(block.size())] = pair;
-      block.add(segments_.capsule(pair.a), &points[t.a], &points[t.b], &points[t.c],
+      block.add(segments_.capsule(pair.a), {&points[t.a], &points[t.b], &points[t.c]}, margin_,
                 error_of_all_ >= 0 ? error_of_all_ : error(segments_[pair.a]));
     }
     const TrianglePairs::Verdict verdict = block.decide();

@@ -32,8 +32,8 @@ struct Question {
 
 /// Pairs with the numbers that they borrow.
 struct Block {
-  explicit Block(const AffineMap& posing = {}, double margin = 0, double unit = 1)
-      : pairs(posing, margin, unit) {
+  explicit Block(const AffineMap& posing = {}, double pair_margin = 0, double unit = 1)
+      : margin(pair_margin), pairs(posing, unit) {
     ends.reserve(2 * kCapacity);
     corners.reserve(3 * kCapacity);
   }
@@ -44,7 +44,8 @@ struct Block {
     const Triangle& t = question.triangle;
     for (const Vec3d& p : {t.a, t.b, t.c}) corners.push_back({{p.x, p.y, p.z, 0}});
     const MeshPoint* const last = corners.data() + corners.size();
-    pairs.add(ends.data() + ends.size() - 2, last - 3, last - 2, last - 1, question.error);
+    pairs.add(ends.data() + ends.size() - 2, {last - 3, last - 2, last - 1}, margin,
+              question.error);
   }
   void clear() {
     pairs.clear();
@@ -61,6 +62,7 @@ struct Block {
     return answers;
   }
 
+  double margin;
   TrianglePairs pairs;
   std::vector<CapsuleEnd> ends;
   std::vector<MeshPoint> corners;

@@ -184,8 +184,8 @@ int inFloat(const Pair& pair, double reach, double unit) {
     const Vec3d& p = *std::array{&t.a, &t.b, &t.c}[static_cast<std::size_t>(i)];
     corners[i] = {{p.x, p.y, p.z, 0}};
   }
-  geometry::TrianglePairs pairs(geometry::AffineMap(), /*margin=*/0, unit);
-  pairs.add(ends, &corners[0], &corners[1], &corners[2], /*error=*/0);
+  geometry::TrianglePairs pairs(geometry::AffineMap(), unit);
+  pairs.add(ends, {&corners[0], &corners[1], &corners[2]}, /*margin=*/0, /*error=*/0);
   const auto [touching, apart] = pairs.decide();
   return static_cast<int>(touching & 1u) - static_cast<int>(apart & 1u);
 }
