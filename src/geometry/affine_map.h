@@ -64,9 +64,4 @@ inline bool operator==(const AffineMap& p, const AffineMap& q) {
          p.shift == q.shift;
 }
 
-/// The linear map f after g.
-inline AffineMap composed(const AffineMap& f, const AffineMap& g) {
-  return {{f.linear(g.column[0]), f.linear(g.column[1]), f.linear(g.column[2])}, f(g.shift)};
-}
-
 }  // namespace fcl_fibers::geometry
