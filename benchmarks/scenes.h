@@ -7,9 +7,11 @@
 #include <vector>
 
 #include "contenders/moving_fibers.h"
-#include "generated_scenes.h"
+#include "scenes/generated_scenes.h"
 
 namespace fcl_fibers::benchmarks {
+
+using scenes::generatedScenes, scenes::openScene, tools::SceneSource;
 
 /// A scene as the program fcl_fibers names it, or a file of fibers.
 struct SceneRequest {

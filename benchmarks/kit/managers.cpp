@@ -13,11 +13,11 @@
 #include <utility>
 
 #include "contenders/contender.h"
-#include "generated_scenes.h"
 #include "harness/command_line.h"
 #include "harness/frame_runs.h"
 #include "kit/table.h"
 #include "measures/paper/row_order.h"
+#include "scenes/generated_scenes.h"
 #include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {

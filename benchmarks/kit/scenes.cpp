@@ -3,7 +3,7 @@
 
 #include <stdexcept>
 
-#include "generated_scenes.h"
+#include "scenes/generated_scenes.h"
 
 namespace fcl_fibers::benchmarks {
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Prints a hash of the code that figures are of, the files of src, include and benchmarks:
+"""Prints a hash of the code that figures are of, the files of src, include, scenes and benchmarks:
 
     code_hash.py [ROOT]
 
@@ -13,7 +13,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-FOLDERS = ("src", "include", "benchmarks")
+FOLDERS = ("src", "include", "scenes", "benchmarks")
 ROOT = Path(__file__).resolve().parents[2]
 
 

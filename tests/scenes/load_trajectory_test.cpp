@@ -41,8 +41,7 @@ void expectSame(const LoadTrajectory& a, const LoadTrajectory& b) {
 
 TEST(LoadTrajectory, TheFileHoldsTheFunction) {
   // If this fails, who reads the file replays another scene.
-  expectSame(readLoadTrajectory(FCL_FIBERS_SOURCE_DIR "/benchmarks/scenes/loop.csv"),
-             loopTrajectory());
+  expectSame(readLoadTrajectory(FCL_FIBERS_SOURCE_DIR "/scenes/loop.csv"), loopTrajectory());
 }
 
 TEST(LoadTrajectory, LeadsFromNothingToAFullCircle) {

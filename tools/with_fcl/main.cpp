@@ -6,7 +6,7 @@
 #include <fcl_fibers/shadow_manager.h>
 #include <fmt/format.h>
 
-#include "generated_scenes.h"
+#include "scenes/generated_scenes.h"
 #include "tools/commands.h"
 #include "tools/program.h"
 
@@ -33,7 +33,7 @@ int replay(const std::string& path) {
 int main(int argc, char** argv) {
   using namespace fcl_fibers;
   tools::ProgramParts parts;
-  parts.scenes = benchmarks::generatedScenes();
+  parts.scenes = scenes::generatedScenes();
   parts.replay = tools::replay;
   return tools::runProgram({argv + 1, argv + argc}, parts);
 }

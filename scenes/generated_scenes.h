@@ -6,7 +6,7 @@
 
 #include "tools/scene_source.h"
 
-namespace fcl_fibers::benchmarks {
+namespace fcl_fibers::scenes {
 
 using tools::SceneSource;
 
@@ -17,4 +17,4 @@ tools::GeneratedScenes generatedScenes(int part = 1);
 /// tools::openScene() with these.
 SceneSource openScene(const std::string& text, std::optional<double> radius, int part = 1);
 
-}  // namespace fcl_fibers::benchmarks
+}  // namespace fcl_fibers::scenes

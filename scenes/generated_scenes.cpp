@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "generated_scenes.h"
+#include "scenes/generated_scenes.h"
 
 #include <algorithm>
 #include <array>
@@ -17,7 +17,7 @@
 #include "scenes/paper_scenes.h"
 #include "tools/messages.h"
 
-namespace fcl_fibers::benchmarks {
+namespace fcl_fibers::scenes {
 namespace {
 
 using Keys = std::map<std::string, std::string>;
@@ -139,39 +139,39 @@ SceneSource movingScene(Parameters& keys, Make<Struct> make, Struct parameters =
 }
 
 SceneSource staticScene(Parameters& keys) {
-  scenes::PaperStaticParameters parameters;
+  PaperStaticParameters parameters;
   parameters.turned = keys.take("turned", 1) != 0;
   parameters.state = keys.take("state", parameters.state);
-  return movingScene(keys, scenes::makePaperStatic, parameters);
+  return movingScene(keys, makePaperStatic, parameters);
 }
 
 SceneSource halfScalpScene(Parameters& keys) {
-  scenes::PaperHalfScalpParameters parameters;
+  PaperHalfScalpParameters parameters;
   parameters.length = keys.take("length", parameters.length);
   parameters.hanging = keys.take("hanging", 0) != 0;
   parameters.wisp_fibers = keys.take("wisp_fibers", parameters.wisp_fibers);
   parameters.deviation = keys.take("deviation", parameters.deviation);
   parameters.tip_deviation = keys.take("tip_deviation", parameters.tip_deviation);
-  return movingScene(keys, scenes::makePaperHalfScalp, parameters);
+  return movingScene(keys, makePaperHalfScalp, parameters);
 }
 
 SceneSource strandScene(Parameters& keys) {
-  scenes::PaperStrandParameters parameters;
+  PaperStrandParameters parameters;
   parameters.area = keys.take("area", parameters.area);
   parameters.turns = keys.take("turns", parameters.turns);
   parameters.helix_radius = keys.take("helix_radius", parameters.helix_radius);
   parameters.turned = keys.take("turned", 0) != 0;
   parameters.deviation = keys.take("deviation", parameters.deviation);
-  return movingScene(keys, scenes::makePaperStrand, parameters);
+  return movingScene(keys, makePaperStrand, parameters);
 }
 
 SceneSource dynamicScene(Parameters& keys) {
-  scenes::PaperDynamicParameters parameters;
+  PaperDynamicParameters parameters;
   parameters.fibers = keys.takeFibers(parameters.fibers);
   parameters.segments = keys.take("segments", parameters.segments);
   parameters.seed = keys.take<std::uint64_t>("seed", parameters.seed);
   parameters.radius = keys.take("radius", parameters.radius);
-  const auto assembly = std::make_shared<scenes::PaperDynamic>(parameters);
+  const auto assembly = std::make_shared<PaperDynamic>(parameters);
   SceneSource source;
   source.frame_count = assembly->steps();
   source.frame = 85;  // when the loop is nearly closed
@@ -188,11 +188,11 @@ struct Kind {
 
 constexpr Kind kKinds[] = {
     {"helix", "helices like a strand of hair, 1,000 x 100",
-     [](Parameters& keys) { return movingScene(keys, scenes::makeHelix); }},
+     [](Parameters& keys) { return movingScene(keys, makeHelix); }},
     {"cap", "a head of hair, 50,000 x 50",
-     [](Parameters& keys) { return movingScene(keys, scenes::makeCap); }},
+     [](Parameters& keys) { return movingScene(keys, makeCap); }},
     {"combed", "hair that lies on its head, 50,000 x 50",
-     [](Parameters& keys) { return movingScene(keys, scenes::makeCombed); }},
+     [](Parameters& keys) { return movingScene(keys, makeCombed); }},
     {"paper-static", "the paper's static assembly, 1,000 x 100; turned=0: along z, state=1: unbent",
      staticScene},
     {"paper-dynamic", "the paper's dynamic assembly, 150 x 100, frame 0 to 100, 85 by default",
@@ -269,4 +269,4 @@ SceneSource openScene(const std::string& text, std::optional<double> radius, int
   return tools::openScene(text, options, generatedScenes(part));
 }
 
-}  // namespace fcl_fibers::benchmarks
+}  // namespace fcl_fibers::scenes
