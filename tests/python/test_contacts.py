@@ -8,7 +8,7 @@ import pytest
 
 import fcl_fibers
 import oracles
-from scenes import cross, random_scene
+from scenes import random_scene
 
 KINDS = list(
     itertools.product(["capsules", "volumes"], ["bundle", "super_thread"], ["boxes", "spheres"])
@@ -22,52 +22,10 @@ def tree_of(scene, **options):
     return tree
 
 
-@pytest.mark.parametrize("report, topology, volumes", KINDS)
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_pairs(report, topology, volumes, dtype):
-    scene = random_scene(1, dtype=dtype)
-    tree = tree_of(scene, report=report, topology=topology, volumes=volumes)
-    pairs = tree.pairs()
-    assert pairs.dtype == np.int32 and pairs.shape == (len(pairs), 2)
-    assert len(pairs) > 100 and (pairs[:, 0] < pairs[:, 1]).all()
-    oracles.check_pairs(pairs, scene, report=report, volumes=volumes)
-
-
-@pytest.mark.parametrize("report, topology, volumes", KINDS)
-def test_pairs_of_two_trees(report, topology, volumes):
-    options = dict(report=report, topology=topology, volumes=volumes, margin=0.01)
-    for dtypes in itertools.product([np.float32, np.float64], repeat=2):
-        a, b = random_scene(2, dtype=dtypes[0]), random_scene(3, fibers=20, dtype=dtypes[1])
-        tree, other = tree_of(a, **options), tree_of(b, **options)
-        pairs = tree.pairs(other)
-        assert len(pairs) > 50
-        gap, error = oracles.gaps(a, b, report, volumes)
-        oracles.check(pairs, a.names, b.names, gap - 0.01, error)
-        assert oracles.as_set(other.pairs(tree)[:, ::-1]) == oracles.as_set(pairs) or (
-            report == "volumes"  # near the limit, either tree may round its own way
-        )
-
-
 def test_pairs_with_itself():
     tree = tree_of(random_scene(4), ignored_neighbors=1)
     assert (tree.pairs(tree) == tree.pairs()).all()
     assert (tree.contacts(tree) == tree.contacts()).all()
-
-
-@pytest.mark.parametrize("ignored", [0, 1, 2, 5])
-def test_ignored_neighbors(ignored):
-    scene = random_scene(5, points=12)
-    closed = np.arange(30) % 2 == 0
-    for begin, end in zip(scene.offsets[:-1][closed], scene.offsets[1:][closed]):
-        if begin < end:
-            scene.points[end - 1] = scene.points[begin]
-    scene = oracles.Scene(scene.points, scene.offsets, scene.radii, closed=closed)
-    pairs = tree_of(scene, ignored_neighbors=ignored).pairs()
-    oracles.check_pairs(pairs, scene, ignored_neighbors=ignored)
-    scene.closed = None
-    open_pairs = tree_of(scene, ignored_neighbors=ignored).pairs()
-    oracles.check_pairs(open_pairs, scene, ignored_neighbors=ignored)
-    assert (len(open_pairs) > len(pairs)) == (ignored > 0)
 
 
 @pytest.mark.parametrize("arc", [0.1, 0.5, 2.0])
@@ -76,25 +34,6 @@ def test_ignored_arc_length(arc):
     pairs = tree_of(scene, ignored_arc_length=arc).pairs()
     oracles.check_pairs(pairs, scene, ignored_arc_length=arc)
     assert len(pairs) < len(tree_of(scene).pairs())
-
-
-def test_groups():
-    scene = random_scene(7, groups=np.arange(30) % 4 - 1)
-    oracles.check_pairs(tree_of(scene).pairs(), scene)
-
-
-@pytest.mark.parametrize("margin", [0.0, 0.02, 0.3])
-def test_margin(margin):
-    scene = random_scene(8)
-    oracles.check_pairs(tree_of(scene, margin=margin).pairs(), scene, margin=margin)
-
-
-def test_the_limit_counts_as_touching():
-    points, offsets = cross(gap=1.0)
-    for radius, margin, count in [(0.5, 0, 1), (0.25, 0.5, 1), (0.49, 0, 0), (0.25, 0.49, 0)]:
-        tree = fcl_fibers.FiberTree(report="capsules", margin=margin)
-        tree.build(points, offsets, radius)
-        assert len(tree.pairs()) == count
 
 
 def check_contact(contacts, a, b, radius_a, radius_b):
@@ -151,29 +90,6 @@ def test_contacts_of_two_trees():
             a.radii.astype(float)[i],
             b.radii.astype(float)[j],
         )
-
-
-def test_crossing_axes_have_a_normal_across_both():
-    points, offsets = cross()
-    tree = fcl_fibers.FiberTree(report="capsules")
-    tree.build(points, offsets, 0.25)
-    (contact,) = tree.contacts()
-    assert contact["distance"] == -0.5
-    assert np.abs(contact["normal"]).tolist() == [0, 0, 1]
-    assert (contact["s"], contact["t"]) == (0.5, 0.5)
-
-
-@pytest.mark.parametrize("report, topology, volumes", KINDS)
-def test_threads_change_no_order(report, topology, volumes):
-    scene = random_scene(12, fibers=300, points=20, size=3)
-    trees = [
-        tree_of(scene, report=report, topology=topology, volumes=volumes, threads=threads)
-        for threads in (1, 2, 3)
-    ]
-    for tree in trees[1:]:
-        assert (tree.pairs() == trees[0].pairs()).all()
-        assert (tree.contacts() == trees[0].contacts()).all()
-        assert (tree.pairs(trees[0]) == trees[0].pairs(tree)).all()
 
 
 def test_trees_that_do_not_fit_each_other():

@@ -223,17 +223,6 @@ def test_damaged_files(tmp_path):
         fcl_fibers.read(vtp)
 
 
-def test_every_cut_of_a_file_is_refused_or_read(tmp_path):
-    path = tmp_path / "fibers.hair"
-    points, offsets, radii = scene_of()
-    fcl_fibers.write(path, points[:20], [0, 12, 20], radii[:20])
-    whole = path.read_bytes()
-    for length in range(0, len(whole), 7):
-        path.write_bytes(whole[:length])
-        with pytest.raises(ValueError, match="fibers.hair"):
-            fcl_fibers.read(path)
-
-
 def test_options_of_reading(tmp_path):
     path = tmp_path / "fibers.txt"
     path.write_text("0 0 0\n1 0 0\n")

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Random fibers and options against brute force, and random calls that are refused."""
 
-import itertools
-
 import hypothesis
 import hypothesis.extra.numpy as arrays
 import numpy as np
@@ -124,50 +122,6 @@ def test_updates_leave_nothing_behind(scene, chosen, data):
         check_tree(tree, oracles.Scene(moved, scene.offsets, scene.radii))
 
 
-@hypothesis.given(scenes(), options(), st.integers(1, 40), st.integers(0, 10))
-def test_visits_are_parts_of_the_pairs(scene, chosen, block, blocks):
-    tree = fcl_fibers.FiberTree(**chosen)
-    tree.build(**scene.arguments)
-    pairs, found = tree.pairs(), []
-
-    def visit(part):
-        found.append(part)
-        return len(found) == blocks
-
-    ended = tree.visit_pairs(visit, block=block)
-    assert ended == (0 < blocks == len(found))
-    seen = np.concatenate(found) if found else pairs[:0]
-    assert (seen == pairs[: len(seen)]).all() and (ended or len(seen) == len(pairs))
-
-
-@hypothesis.given(scenes(rules=False), st.data())
-def test_steps(scene, data):
-    scene.points = np.round(scene.points.astype(float) % 8, 6)
-    start = oracles.Scene(scene.points, scene.offsets, scene.radii)
-    move = data.draw(arrays.arrays(float, scene.points.shape, elements=COORDINATES))
-    end = oracles.Scene(scene.points + move, scene.offsets, scene.radii)
-    tree = fcl_fibers.FiberTree(report="capsules")
-    tree.build(**start.arguments)
-    tree.update(start.points, end.points)
-    impacts = tree.impacts()
-    found = dict(zip(zip(impacts["a"].tolist(), impacts["b"].tolist()), impacts["time"]))
-    assert len(found) == len(impacts)
-    safe = tree.safe_step()
-    names = start.names.tolist()
-    first, error = oracles.gaps(start, start)
-    for time in np.linspace(0, 1, 17):
-        points = start.points + time * (end.points - start.points)
-        gap, error = oracles.gaps(*[oracles.Scene(points, start.offsets, start.radii)] * 2)
-        for i, j in zip(*np.nonzero((gap < -1e-8) & start.kept())):
-            assert found.get((names[i], names[j]), 2) <= time
-            assert first[i, j] <= 1e-8 or safe <= time
-    for (a, b), time in found.items():
-        points = start.points + time * (end.points - start.points)
-        p = [points[[a]], points[[a + 1]], points[[b]], points[[b + 1]]]
-        gap = oracles.segment_segment(*p) - float(start.radii[a]) - float(start.radii[b])
-        assert gap[0] <= 1e-8 + oracles.segment_error(*p)[0]
-
-
 WRONG = st.one_of(
     st.none(),
     st.text(max_size=3),
@@ -268,18 +222,3 @@ def test_calls_are_all_that_a_tree_has():
     public = {n for n in vars(fcl_fibers.FiberTree) if not n.startswith("_")}
     values = {"fiber_count", "segment_count", "memory_usage", "options"}
     assert public - values == set(CALLS)
-
-
-def test_every_setting_finds_the_same():
-    rng = np.random.default_rng(1)
-    scene = oracles.Scene(rng.uniform(size=(400, 3)), np.arange(0, 401, 4), np.full(400, 0.03))
-    found = set()
-    for topology, volumes, threads in itertools.product(
-        ["bundle", "super_thread"], ["boxes", "spheres"], [1, 2]
-    ):
-        tree = fcl_fibers.FiberTree(
-            report="capsules", topology=topology, volumes=volumes, threads=threads
-        )
-        tree.build(**scene.arguments)
-        found.add(frozenset(oracles.as_set(tree.pairs())))
-    assert len(found) == 1 and len(next(iter(found))) > 100

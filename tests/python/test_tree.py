@@ -92,26 +92,6 @@ def test_volumes(report, topology, volumes):
     assert len(fcl_fibers.FiberTree().volumes(0).center) == 0
 
 
-@pytest.mark.parametrize("topology", ["bundle", "super_thread"])
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_update(topology, dtype):
-    before, after = random_scene(3, dtype=dtype), random_scene(3, dtype=dtype)
-    tree = tree_of(before, topology=topology)
-    rng = np.random.default_rng(4)
-    for turn in range(5):
-        after.points = (after.points + rng.normal(scale=0.1, size=after.points.shape)).astype(dtype)
-        scene = oracles.Scene(after.points, after.offsets, before.radii)
-        tree.update(scene.points)
-        oracles.check_pairs(tree.pairs(), scene)
-        assert oracles.as_set(tree.pairs()) == oracles.as_set(tree_of(scene).pairs())
-    scene = oracles.Scene(after.points, after.offsets, np.full(1, 0.2))
-    tree.update(scene.points, radii=0.2)
-    oracles.check_pairs(tree.pairs(), scene)
-    fibers = [scene.points[b:e] for b, e in zip(scene.offsets[:-1], scene.offsets[1:])]
-    tree.update(fibers)
-    oracles.check_pairs(tree.pairs(), scene)
-
-
 def test_update_keeps_what_build_has_set():
     points, offsets = cross()
     tree = fcl_fibers.FiberTree(report="capsules")

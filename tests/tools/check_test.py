@@ -458,21 +458,6 @@ class Distance(ProgramTest):
         text = self.run_program("distance", path, "-r", 0.006)
         self.assertIn("the deepest overlap is 0.002\n", text)
 
-    def test_agrees_with_brute_force(self):
-        path = self.folder / "helix.txt"
-        self.run_program("generate", "helix:fibers=12,segments=15", "-o", path)
-        fibers = read_polylines(path)
-        segments = [(f, *ends) for f, fiber in enumerate(fibers) for ends in zip(fiber, fiber[1:])]
-        least = min(
-            segment_distance(p, q, u, v)
-            for i, (f, p, q) in enumerate(segments)
-            for g, u, v in segments[i + 1 :]
-            if f != g
-        )
-        for radius in (0, 0.001, 0.2):
-            found = self.nearest(path, "-r", radius)
-            self.assertAlmostEqual(found["distance"], least - 2 * radius, delta=1e-6)
-
     def test_radii_that_differ(self):
         """The nearest axes would pass for the nearest surfaces."""
         path = self.folder / "tapered.hair"

@@ -103,12 +103,6 @@ TEST_F(CommandsTest, TellsNothingOfPartsThatAreMissing) {
                               HasSubstr("; check, distance and view need ")));
 }
 
-TEST_F(CommandsTest, FindsTheDistance) {
-  const Answer answer = run({"distance", path("fibers.txt"), "--radius", "0.004"});
-  EXPECT_EQ(answer.code, 0) << answer.err;
-  EXPECT_THAT(answer.out, HasSubstr("the least distance is 0.002\n"));
-}
-
 TEST_F(CommandsTest, HandsTheSignalsBack) {
   const auto handler = [](int) {};
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, handler);
