@@ -370,15 +370,6 @@ TEST(CapsulePairs, TheUnitMakesUpForTheScale) {
   }
 }
 
-// Beyond the sizes that the unit is for, squares that overflow or vanish would decide.
-TEST(CapsulePairs, WhatDoesNotFitTheUnitIsLeftUndecided) {
-  Random random(24);
-  for (const int exponent : {-120, -60, -40, 40, 60, 120}) {
-    Block block = scaled(blockOf(random, anyQuestion), exponent);
-    for (const Answer answer : answersTo(block)) EXPECT_EQ(answer, Answer::kUndecided) << exponent;
-  }
-}
-
 // The answers of a block that is not full would be those of the block before it.
 TEST(CapsulePairs, TheRestOfABlockHasNoSay) {
   Random random(25);

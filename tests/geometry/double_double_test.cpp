@@ -55,16 +55,6 @@ TEST(ExactSum, LosesNothing) {
   }
 }
 
-TEST(ExactSum, LosesNothingWhicheverIsTheLarger) {
-  // If this fails, the sum holds only for a falling order of magnitudes.
-  for (const auto& [a, b] :
-       {std::pair{1.0, 0x1p-60}, {0x1p-60, 1.0}, {-0x1p100, 1.0}, {3.0, -0x1p90}}) {
-    const DoubleDouble sum = exactSum(a, b);
-    EXPECT_EQ(sum.high, std::fabs(a) > std::fabs(b) ? a : b);
-    EXPECT_EQ(sum.low, std::fabs(a) > std::fabs(b) ? b : a);
-  }
-}
-
 TEST(DoubleDouble, ProductOfTwoDoublesIsExact) {
   // If this fails, squared lengths are no more exact than in double.
   Random random(2);
@@ -93,19 +83,6 @@ TEST(DoubleDouble, SumCarriesARelativeErrorOf2ToTheMinus103) {
   }
 }
 
-TEST(DoubleDouble, SumSurvivesTheCancellationOfItsHighParts) {
-  // If this fails, the low parts are added too late, and cancellation leaves a large relative
-  // error.
-  const DoubleDouble p(1, 0x1p-60), q(-1, 0x1.8p-110);
-  EXPECT_EQ((p + q).high, 0x1p-60 + 0x1.8p-110);
-  EXPECT_EQ((p + DoubleDouble(-1, 0x1p-120)).high, 0x1p-60);
-  EXPECT_EQ((p + DoubleDouble(-1, 0x1p-120)).low, 0x1p-120);
-  const DoubleDouble r(0x1p60, 1), s(-0x1p60, 0x1p-50);
-  EXPECT_EQ((r + s).high, 1 + 0x1p-50);
-  EXPECT_EQ((p - p).high, 0);
-  EXPECT_EQ((p - p).low, 0);
-}
-
 TEST(DoubleDouble, ProductCarriesARelativeErrorOf2ToTheMinus100) {
   // If this fails, the low parts take no part in the product.
   Random random(4);
@@ -118,19 +95,6 @@ TEST(DoubleDouble, ProductCarriesARelativeErrorOf2ToTheMinus100) {
     ASSERT_TRUE(isNormalized(product));
     ASSERT_TRUE(magnitude(toInteger(product) - a * b) <= (a * b) >> 100);
   }
-}
-
-TEST(DoubleDouble, QuotientOfKnownNumbers) {
-  // If this fails, the quotient is one of doubles, or its last correction has the wrong sign.
-  const DoubleDouble third = DoubleDouble(1) / DoubleDouble(3);
-  EXPECT_EQ(third.high, 0x1.5555555555555p-2);
-  EXPECT_EQ(third.low, 0x1.5555555555555p-56);
-  const DoubleDouble fifth = DoubleDouble(-1) / DoubleDouble(5);
-  EXPECT_EQ(fifth.high, -0x1.999999999999ap-3);
-  EXPECT_EQ(fifth.low, 0x1.999999999999ap-57);
-  const DoubleDouble exact = DoubleDouble(0x1p60, 6) / DoubleDouble(2);
-  EXPECT_EQ(exact.high, 0x1p59);
-  EXPECT_EQ(exact.low, 3);
 }
 
 TEST(DoubleDouble, QuotientTimesDivisorGivesTheDividend) {
@@ -165,11 +129,6 @@ TEST(DoubleDouble, IsOrderedAsTheNumbersAre) {
     ASSERT_EQ(p > q, a > b);
     ASSERT_EQ(p <= q, a <= b);
   }
-  EXPECT_TRUE(DoubleDouble(1, -0x1p-60) < DoubleDouble(1));
-  EXPECT_TRUE(DoubleDouble(1) < DoubleDouble(1, 0x1p-60));
-  EXPECT_FALSE(DoubleDouble(1, 0x1p-60) < DoubleDouble(1, 0x1p-60));
-  EXPECT_TRUE(DoubleDouble(1, 0x1p-60) <= DoubleDouble(1, 0x1p-60));
-  EXPECT_FALSE(DoubleDouble(1, 0x1p-60) > DoubleDouble(1, 0x1p-60));
 }
 
 }  // namespace

@@ -139,22 +139,6 @@ TEST(BoxesTouch, ErrsOnTheSideOfTouchingByAFewUlp) {
   }
 }
 
-TEST(BoxesTouch, IsClosedOnEveryAxis) {
-  // If this fails, boxes that share a face are apart, or an axis is not looked at.
-  const Segment p = Segment::box({0, 0, 0}, {1, 1, 1});
-  for (const Vec3d& axis : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}) {
-    for (const double side : {-1.0, 1.0}) {
-      const auto moved = [&](double by) {
-        return Segment::box(p.a + side * by * axis, p.b + side * by * axis);
-      };
-      EXPECT_TRUE(boxesTouch(p, moved(1), 0));
-      EXPECT_FALSE(boxesTouch(p, moved(1 + 1e-12), 0));
-      EXPECT_TRUE(boxesTouch(p, moved(1.5), 0.5));
-      EXPECT_FALSE(boxesTouch(p, moved(1.5 + 1e-12), 0.5));
-    }
-  }
-}
-
 TEST(BoxesTouch, UnboundedSidesReachEverything) {
   // If this fails, infinity minus infinity decides: a half-space misses, or catches everything.
   const Segment all =

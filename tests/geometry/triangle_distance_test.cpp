@@ -199,24 +199,5 @@ TEST(TriangleContact, SeparatesCapsuleAndTriangle) {
   EXPECT_GT(apart, 10000);
 }
 
-TEST(Obstacle, PlanesAndHalfspacesAreDecidedByTheEnds) {
-  Obstacle plane;
-  plane.kind = Obstacle::Kind::kPlane;
-  plane.vector[0] = {0, 0.6, 0.8};
-  plane.offset = 2;
-  Obstacle halfspace = plane;
-  halfspace.kind = Obstacle::Kind::kHalfspace;
-  const auto at = [](double height, double radius) {
-    return Segment{{7, 0.6 * height, 0.8 * height}, {7, 1.2 * height, 1.6 * height}, radius};
-  };
-  EXPECT_FALSE(touch(at(2.5, 0.4), plane, 0, 0));
-  EXPECT_FALSE(touch(at(2.5, 0.4), halfspace, 0, 0));
-  EXPECT_TRUE(touch(at(2.5, 0.4), halfspace, 0.11, 0));
-  EXPECT_TRUE(touch(at(2.5, 0.4), plane, 0, 0.11));
-  EXPECT_TRUE(touch(at(1.5, 0.4), plane, 0, 0)) << "it crosses";
-  EXPECT_FALSE(touch(at(0.5, 0.4), plane, 0, 0));
-  EXPECT_TRUE(touch(at(0.5, 0.4), halfspace, 0, 0));
-}
-
 }  // namespace
 }  // namespace fcl_fibers::geometry

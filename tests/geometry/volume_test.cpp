@@ -223,41 +223,6 @@ TEST(Volumes, OfABoxOpenToASideReachToItsOtherSides) {
   }
 }
 
-TEST(Volumes, ContainPointsOfTheCapsulesSurface) {
-  // If this fails, the two tests above have the wrong idea of a capsule.
-  Random random(3);
-  for (int i = 0; i < 2000; ++i) {
-    const double scale = std::pow(10.0, random.between(-30, 30));
-    const Vec3d a = scale * fromEigen(random.inCube(1));
-    const Segment s{a, a + scale * random.unit() * fromEigen(random.direction()),
-                    scale * random.unit()};
-    const Box box = Box::around(s, 0);
-    const Sphere sphere = Sphere::around(s, 0);
-    const auto expectInside = [&](const Point& p) {
-      for (int axis = 0; axis < 3; ++axis) {
-        ASSERT_LE(Real(box.low[axis]), p[axis]);
-        ASSERT_GE(Real(box.high[axis]), p[axis]);
-      }
-      ASSERT_LE(distance(centerOf(sphere), p), Real(sphere.radius));
-    };
-    const Point start = toPoint(s.a), axis = toPoint(s.b) - start;
-    for (int k = 0; k < 6; ++k) {
-      Point direction = Point::Zero();
-      direction[k / 2] = k % 2 == 0 ? 1 : -1;
-      expectInside(start + Real(s.radius) * direction);
-      expectInside(toPoint(s.b) + Real(s.radius) * direction);
-    }
-    // Far ends, a little inside for the rounding of this test.
-    const Real r = Real(s.radius) * (1 - 0x1p-60L);
-    expectInside(toPoint(s.b) + r * axis.normalized());
-    expectInside(start - r * axis.normalized());
-    for (int k = 0; k < 20; ++k) {
-      const Point normal = axis.cross(random.direction().cast<Real>()).normalized();
-      expectInside(start + Real(random.unit()) * axis + r * normal);
-    }
-  }
-}
-
 // Packs.
 
 template <class V, int N>

@@ -422,24 +422,6 @@ TYPED_TEST(BvhTest, EverySegmentIsInTheVolumesAboveAfterPartialRefits) {
   }
 }
 
-TYPED_TEST(BvhTest, PartialRefitsGiveWhatFullOnesGive) {
-  // If this fails, two ways to the same poses give different answers.
-  Random random(5);
-  Scene scene = mediumScene();
-  TypeParam partial = this->build(scene), full = this->build(scene);
-  for (int frame = 0; frame < 50; ++frame) {
-    std::vector<SegmentId> moved;
-    for (std::size_t i = 0; i < 10; ++i) {
-      moved.push_back(scene.fibers.ids[random.below(scene.fibers.ids.size())]);
-      jiggle(random, 0.1, scene.segments[static_cast<std::size_t>(moved.back())]);
-    }
-    refitMoved(partial, scene.segments, moved);
-    full.refit(scene.segments, 0);
-    expectLikeRefit(partial, full);
-    if (this->HasFatalFailure()) FAIL() << "frame " << frame;
-  }
-}
-
 TYPED_TEST(BvhTest, PairsAreThoseOfOverlappingLeafVolumes) {
   // If this fails, a self-query misses pairs, repeats them or makes them up.
   for (const auto& lengths : std::vector<std::vector<int>>{
@@ -673,19 +655,6 @@ TYPED_TEST(CageTest, CagesAreMinimumEnclosingSpheres) {
                     1e-9 * cage.ball.radius);
       }
     }
-  }
-}
-
-TYPED_TEST(CageTest, CagesStayMinimalUnderMotion) {
-  // If this fails, cages only grow, or a basis is kept that is none any more.
-  Random random(19);
-  Scene scene = mediumScene();
-  TypeParam tree = treeOf<TypeParam>(scene);
-  for (int frame = 0; frame < 60; ++frame) {
-    moveAll(random, frame, scene.segments);
-    tree.refit(scene.segments, 0);
-    this->expectLeastCages(tree, 0x1p-29);
-    if (this->HasFatalFailure()) FAIL() << "frame " << frame;
   }
 }
 

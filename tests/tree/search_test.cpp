@@ -471,22 +471,5 @@ TYPED_TEST(SearchTest, TestsOfAPackAreTheSameOnAllInstructionSets) {
   EXPECT_LT(overlapping, tested * 9 / 10);
 }
 
-// A manager with no objects or one would crash.
-TYPED_TEST(SearchTest, FindsNothingWhereThereIsNothing) {
-  // So thick that some of the curled segments touch it.
-  FiberScene one{"one", {{{0, 0, 0}, {0.1, 0, 0}, 0.3}}, {}};
-  one.fibers.ids = {0};
-  one.fibers.endFiber();
-  for (const FiberScene& scene : {FiberScene{"none", {}, {}}, one}) {
-    EXPECT_TRUE(pairsFound<TypeParam>(treeOf<TypeParam>(scene)).empty());
-    for (const FiberScene& other : {FiberScene{"none", {}, {}}, curled()}) {
-      const TwoTrees<TypeParam> trees(scene, other), swapped(other, scene);
-      const bool any = !scene.segments.empty() && !other.segments.empty();
-      EXPECT_EQ(pairsFound<TypeParam>(trees.two).empty(), !any);
-      EXPECT_EQ(pairsFound<TypeParam>(swapped.two).empty(), !any);
-    }
-  }
-}
-
 }  // namespace
 }  // namespace fcl_fibers::tree
