@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <cstdlib>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "io/formats.h"
@@ -37,53 +36,42 @@ Weights bSplineWeights(double t) {
   return {s * s * s / 6, (4 - 6 * t2 + 3 * t3) / 6, (1 + 3 * t + 3 * t2 - 3 * t3) / 6, t3 / 6};
 }
 
-class Curve {
- public:
-  /// Beyond the ends of an open curve control points are mirrored; a closed curve wraps around.
-  /// @param points  two control points or more, with room for one before and two after them
-  Curve(std::vector<Point> points, bool closed) : points_(std::move(points)) {
-    const auto end = points_.rbegin() + 2;  // of the control points
-    if (closed) {
-      points_[0] = *end;
-      end[-1] = points_[1];
-      end[-2] = points_[2];
-    } else {
-      points_[0] = mirrored(points_[2], points_[1]);
-      end[-1] = mirrored(end[1], end[0]);
-      points_.pop_back();
-    }
+Point mirrored(const Point& point, const Point& at) {
+  return {2 * at[0] - point[0], 2 * at[1] - point[1], 2 * at[2] - point[2]};
+}
+
+Point weighted(const Point* points, const Weights& weights) {
+  Point sum = {0, 0, 0};
+  for (std::size_t j = 0; j < 4; ++j) {
+    for (std::size_t k = 0; k < 3; ++k) sum[k] += weights[j] * points[j][k];
   }
+  return sum;
+}
 
-  std::size_t spanCount() const { return points_.size() - 3; }
-
-  Point at(std::size_t span, const Weights& weights) const {
-    Point sum = {0, 0, 0};
-    for (std::size_t j = 0; j < 4; ++j) {
-      for (std::size_t k = 0; k < 3; ++k) sum[k] += weights[j] * points_[span + j][k];
-    }
-    return sum;
-  }
-
- private:
-  static Point mirrored(const Point& point, const Point& at) {
-    return {2 * at[0] - point[0], 2 * at[1] - point[1], 2 * at[2] - point[2]};
-  }
-
-  std::vector<Point> points_;
-};
-
-void tessellate(const Curve& curve, const std::vector<Weights>& weights,
+/// Appends the points of a curve. Beyond the ends of an open curve control points are mirrored; a
+/// closed curve wraps around.
+/// @param controls  two control points or more, with room for one before and two after them
+/// @param weights   of the points of a span, its end included
+void tessellate(std::vector<Point>& controls, bool closed, const std::vector<Weights>& weights,
                 std::vector<Point>& points) {
-  for (std::size_t span = 0; span < curve.spanCount(); ++span) {
-    for (const Weights& w : weights) points.push_back(curve.at(span, w));
+  const std::size_t first = points.size(), count = controls.size() - 3;
+  controls[0] = closed ? controls[count] : mirrored(controls[2], controls[1]);
+  controls[count + 1] = closed ? controls[1] : mirrored(controls[count - 1], controls[count]);
+  controls[count + 2] = controls[2];  // of a closed curve
+  const std::size_t spans = closed ? count : count - 1;
+  for (std::size_t span = 0; span < spans; ++span) {
+    for (std::size_t i = 0; i + 1 < weights.size(); ++i) {
+      points.push_back(weighted(&controls[span], weights[i]));
+    }
   }
+  points.push_back(closed ? points[first] : weighted(&controls[spans - 1], weights.back()));
 }
 
 }  // namespace
 
 ParsedFibers parseBcc(ByteReader& file, const FiberFileOptions& options) {
   if (file.take(3, "the header") != "BCC") file.refuse(0, "the file does not start with BCC");
-  const auto sizes = static_cast<unsigned char>(file.take(1, "the header")[0]);
+  const auto sizes = file.number<std::uint8_t>("the header");
   if (sizes != kFourByteNumbers) {
     file.refuse(3, "the sizes of numbers are ", int{sizes}, "; only 4-byte integers and floats (",
                 int{kFourByteNumbers}, ") are supported");
@@ -93,7 +81,7 @@ ParsedFibers parseBcc(ByteReader& file, const FiberFileOptions& options) {
     file.refuse(4, "the curve type is '", ByteReader::shortened(type),
                 "'; supported are C0 (uniform Catmull-Rom) and BS (uniform B-spline)");
   }
-  const auto dimensions = static_cast<unsigned char>(file.take(1, "the header")[0]);
+  const auto dimensions = file.number<std::uint8_t>("the header");
   if (dimensions != 3) file.refuse(6, "dimensions are ", int{dimensions}, "; 3 are needed");
   file.take(1, "the header");
   const auto curves = file.number<std::uint64_t>("the header");
@@ -109,7 +97,7 @@ ParsedFibers parseBcc(ByteReader& file, const FiberFileOptions& options) {
   const auto steps = static_cast<std::size_t>(options.segments_per_span);
   const auto weightsAt = type == "C0" ? &catmullRomWeights : &bSplineWeights;
   std::vector<Weights> weights;
-  for (std::size_t i = 0; i < steps; ++i) {
+  for (std::size_t i = 0; i <= steps; ++i) {
     weights.push_back(weightsAt(static_cast<double>(i) / static_cast<double>(steps)));
   }
 
@@ -117,8 +105,7 @@ ParsedFibers parseBcc(ByteReader& file, const FiberFileOptions& options) {
   parsed.is_float = true;
   FiberPolylines& scene = parsed.fibers;
   // A curve has at most as many spans as control points, and one point more.
-  scene.points.reserve(static_cast<std::size_t>(control_points * steps + curves));
-  scene.point_begin.reserve(static_cast<std::size_t>(curves + 1));
+  parsed.reserve(control_points * steps + curves, curves);
   scene.closed.reserve(static_cast<std::size_t>(curves));
   std::uint64_t left = control_points;
   for (std::uint64_t i = 0; i < curves; ++i) {
@@ -137,17 +124,11 @@ ParsedFibers parseBcc(ByteReader& file, const FiberFileOptions& options) {
     }
     left -= count;
     std::vector<Point> points(static_cast<std::size_t>(count) + 3);
-    for (std::size_t j = 1; j <= count; ++j) {
-      for (double& coordinate : points[j]) coordinate = file.coordinate<float>();
-    }
-    const std::size_t first = scene.points.size();
+    for (std::size_t j = 1; j <= count; ++j) points[j] = file.point<float>();
     if (count == 1) {
       scene.points.push_back(points[1]);
     } else {
-      const Curve curve(std::move(points), closed);
-      tessellate(curve, weights, scene.points);
-      scene.points.push_back(closed ? scene.points[first]
-                                    : curve.at(curve.spanCount() - 1, weightsAt(1)));
+      tessellate(points, closed, weights, scene.points);
     }
     scene.closed.push_back(closed ? 1 : 0);
     parsed.endFiber();
@@ -156,7 +137,7 @@ ParsedFibers parseBcc(ByteReader& file, const FiberFileOptions& options) {
     file.refuse(16, "the header has ", control_points, " control points, but the curves have ",
                 control_points - left);
   }
-  expectEnd(file, parsed);
+  parsed.expectEnd(file);
   return parsed;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -10,10 +11,12 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <type_traits>
 #include <utility>
 
-#include "io/number.h"
+#include <fcl_fibers/fiber_polylines.h>
+
 #include "joined_text.h"
 
 namespace fcl_fibers::io {
@@ -22,20 +25,27 @@ enum class ByteOrder { kLittle, kBig };
 
 template <typename T>
 T decode(const char* bytes, ByteOrder order) {
-  static_assert(sizeof(T) == 1 || sizeof(T) == 2 || sizeof(T) == 4 || sizeof(T) == 8);
-  std::uint64_t word = 0;
-  for (std::size_t i = 0; i < sizeof(T); ++i) {
-    const std::size_t next = order == ByteOrder::kBig ? i : sizeof(T) - 1 - i;
-    word = word << 8 | static_cast<unsigned char>(bytes[next]);
-  }
-  using Word = std::conditional_t<
-      sizeof(T) == 8, std::uint64_t,
-      std::conditional_t<sizeof(T) == 4, std::uint32_t,
-                         std::conditional_t<sizeof(T) == 2, std::uint16_t, std::uint8_t>>>;
-  const Word narrow = static_cast<Word>(word);
+  constexpr ByteOrder kHost =
+      __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__ ? ByteOrder::kBig : ByteOrder::kLittle;
+  char raw[sizeof(T)];
+  std::copy_n(bytes, sizeof(T), raw);
+  if (order != kHost) std::reverse(raw, raw + sizeof(T));
   T number;
-  std::memcpy(&number, &narrow, sizeof number);
+  std::memcpy(&number, raw, sizeof number);
   return number;
+}
+
+/// Returns the number that the whole text is, in any locale. It may have a leading '+', which
+/// std::from_chars does not know. A floating-point number may be NaN or infinite if the text says
+/// so.
+template <typename T>
+std::optional<T> parsedNumber(std::string_view text) {
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  T value{};
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || stop != end) return std::nullopt;
+  return value;
 }
 
 /// Reads a file's bytes from front to back, and never beyond them. Errors tell the file's name, the
@@ -68,6 +78,19 @@ class ByteReader {
     offset_ = static_cast<std::size_t>(offset);
   }
 
+  /// Goes to the points, which begin after the header and inside the file.
+  /// @param field  where the file tells the offset
+  void seekPoints(std::uint64_t offset, std::uint64_t header_size, std::uint64_t field) {
+    if (offset < header_size) {
+      refuse(field, "points start at byte ", offset, ", inside the header of ", header_size,
+             " bytes");
+    }
+    if (offset > size()) {
+      refuse(field, "points start at byte ", offset, " of a file of ", size(), " bytes");
+    }
+    offset_ = static_cast<std::size_t>(offset);
+  }
+
   std::string_view take(std::uint64_t count, const char* part) {
     if (count > remaining()) refuseEnd(part);
     const std::string_view taken = bytes_.substr(offset_, static_cast<std::size_t>(count));
@@ -86,6 +109,13 @@ class ByteReader {
     const double value = static_cast<double>(number<T>("the points", order));
     if (!std::isfinite(value)) refuse(at, "a coordinate is ", value);
     return value;
+  }
+
+  template <typename T>
+  Point point(ByteOrder order = ByteOrder::kLittle) {
+    Point point;
+    for (double& c : point) c = coordinate<T>(order);
+    return point;
   }
 
   /// Returns the next line without its end, which the last line may lack.

@@ -2,11 +2,12 @@
 #include <fcl_fibers/io/fiber_file.h>
 
 #include <algorithm>
-#include <cctype>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -14,27 +15,73 @@
 
 #include "arguments.h"
 #include "io/file_bytes.h"
-#include "io/foreign_formats.h"
 #include "io/formats.h"
 #include "io/gzip.h"
+#include "io/text.h"
 
 namespace fcl_fibers::io {
 namespace {
 
+constexpr const char* kCall = "readFibers";
 constexpr int kMostSegmentsPerSpan = 1000;
 
 /// Rounding two points can change the distance of two fibers by sqrt(3) spacings of the
 /// coordinates. This should stay below a tenth of the radius.
 constexpr double kCoarsestSpacing = 0.05;
 
+struct KnownFormat {
+  FiberFormat format;
+  std::string_view start, ending;  ///< of files; an empty start tells nothing
+  ParsedFibers (*parse)(ByteReader& file, const FiberFileOptions& options);
+};
+constexpr KnownFormat kFormats[] = {
+    {FiberFormat::kHair, "HAIR", ".hair", parseHair},
+    {FiberFormat::kBcc, "BCC", ".bcc", parseBcc},
+    {FiberFormat::kVtp, "<?xml", ".vtp", parseVtp},
+    {FiberFormat::kVtp, "<VTKFile", ".vtp", parseVtp},
+    {FiberFormat::kTck, "mrtrix tracks", ".tck", parseTck},
+    {FiberFormat::kTrk, "TRACK", ".trk", parseTrk},
+    {FiberFormat::kTfx, "", ".tfx", parseTfx},
+    {FiberFormat::kSwc, "", ".swc", parseSwc},
+    {FiberFormat::kPolylines, "", ".txt", parsePolylines},
+    {FiberFormat::kPolylines, "", ".xyz", parsePolylines},
+    {FiberFormat::kPolylines, "", ".dat", parsePolylines},
+    {FiberFormat::kPolylines, "", ".csv", parsePolylines},
+};
+
+/// Files that are not read.
+struct ForeignFormat {
+  const char* what;                        ///< they are, and what to do
+  std::array<std::string_view, 14> signs;  ///< how names end, which have a dot, and bytes start
+};
+constexpr ForeignFormat kForeignFormats[] = {
+    {"a mesh of triangles, which has no fibers; the program takes a Wavefront OBJ file by --mesh",
+     {".obj", ".ply", ".stl", ".off", "ply\n", "ply\r", "solid ", "v ", "mtllib ", "OFF\n"}},
+    {"a legacy VTK file; save it as XML (.vtp), as ParaView does", {".vtk", "# vtk DataFile"}},
+    {"a TRX file of streamlines; convert it to .tck or .trk", {".trx"}},
+    {"a TinyTrack file; export it as .trk from DSI Studio", {".tt"}},
+    {"an image of voxels, which has no fibers", {".nii", ".mif", ".nrrd"}},
+    {"a scene of a 3D program; export the curves as .vtp, or as text with one point x y z per line",
+     {".abc", ".gltf", ".glb", ".usd", ".usda", ".usdc", ".fbx", ".blend", "glTF", "#usda",
+      "PXR-USDC", "Ogawa", "Kaydara FBX", "BLENDER"}},
+    {"an HDF5 file; export the fibers as .vtp, or as text with one point x y z per line",
+     {".h5", ".hdf5", "\x89HDF"}},
+    {"a file of NumPy arrays; write it by fcl_fibers.write() of the Python package",
+     {".npy", ".npz", "\x93NUMPY"}},
+    {"packed by a program other than gzip; unpack it first",
+     {".bz2", ".xz", ".zst", ".zip", ".7z", ".tar", ".tgz", "BZh", "\xFD\x37zXZ",
+      "\x28\xB5\x2F\xFD", "\x1F\x9D", "PK\x03\x04"}},
+    {"packed twice by gzip, or by a method other than deflate; unpack it first", {"\x1F\x8B"}},
+};
+
 void requireOptions(const FiberFileOptions& options) {
-  if (options.radius) requireRadius<double>("readFibers", *options.radius);
+  if (options.radius) requireRadius<double>(kCall, *options.radius);
   if (options.segments_per_span < 1 || options.segments_per_span > kMostSegmentsPerSpan) {
-    refuseArgument("readFibers", "segments_per_span", options.segments_per_span,
+    refuseArgument(kCall, "segments_per_span", options.segments_per_span,
                    "give a number from 1 to 1000");
   }
   if (options.radius && !options.radius_from.empty()) {
-    refuseArgument("readFibers", "radius_from", "'" + options.radius_from + "'",
+    refuseArgument(kCall, "radius_from", "'" + options.radius_from + "'",
                    "leave it out where a radius is given, which replaces those in the file");
   }
 }
@@ -43,35 +90,14 @@ ParsedFibers parse(ByteReader& file, FiberFormat format, const FiberFileOptions&
   if (!options.radius_from.empty() && format != FiberFormat::kVtp &&
       format != FiberFormat::kPolylines) {
     refuseArgument(
-        "readFibers", "radius_from", "'" + options.radius_from + "'",
+        kCall, "radius_from", "'" + options.radius_from + "'",
         "leave it out, because only .vtp files and text have several numbers that may be "
         "radii");
   }
-  switch (format) {
-    case FiberFormat::kHair:
-      return parseHair(file);
-    case FiberFormat::kTfx:
-      return parseTfx(file);
-    case FiberFormat::kBcc:
-      return parseBcc(file, options);
-    case FiberFormat::kPolylines:
-      return parsePolylines(file, options);
-    case FiberFormat::kVtp:
-      return parseVtp(file, options);
-    case FiberFormat::kTck:
-      return parseTck(file);
-    case FiberFormat::kTrk:
-      return parseTrk(file);
-    case FiberFormat::kSwc:
-      return parseSwc(file);
+  for (const KnownFormat& known : kFormats) {
+    if (known.format == format) return known.parse(file, options);
   }
-  refuseArgument("readFibers", "format", static_cast<int>(format), "give a value of FiberFormat");
-}
-
-/// Clears the vector and frees its memory.
-template <typename T>
-void release(std::vector<T>& vector) {
-  vector = std::vector<T>();
+  refuseArgument(kCall, "format", static_cast<int>(format), "give a value of FiberFormat");
 }
 
 /// If the format does not tell, a fiber is closed if it ends at its start. As FiberPolylines
@@ -79,16 +105,17 @@ void release(std::vector<T>& vector) {
 void markClosedFibers(FiberPolylines& scene) {
   constexpr std::size_t kLeastPoints = 4;
   if (!scene.closed.empty()) {
-    if (std::count(scene.closed.begin(), scene.closed.end(), 1) == 0) release(scene.closed);
+    if (std::count(scene.closed.begin(), scene.closed.end(), 1) == 0) scene.closed = {};
     return;
   }
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
     const Point& start = scene.points[begin];
     if (end - begin < kLeastPoints || start != scene.points[end - 1]) continue;
-    const auto first = scene.points.begin() + static_cast<std::ptrdiff_t>(begin);
-    const auto last = scene.points.begin() + static_cast<std::ptrdiff_t>(end);
-    if (std::count(first, last, start) == last - first) continue;  // a point, repeated
+    if (std::count(&start, &start + (end - begin), start) ==
+        static_cast<std::ptrdiff_t>(end - begin)) {
+      continue;  // a point, repeated
+    }
     scene.closed.resize(scene.fiberCount());
     scene.closed[f] = 1;
   }
@@ -117,124 +144,102 @@ void warnOfCoarseCoordinates(const FiberPolylines& scene, std::vector<std::strin
                  ": move the fibers to the origin before they are written, or write doubles."));
 }
 
-bool startsWith(std::string_view bytes, std::string_view start) {
-  return bytes.substr(0, start.size()) == start;
-}
-
-std::string extension(const std::string& name) {
-  std::string extension = std::filesystem::path(name).extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
-}
-
-/// recognizeFormat() of bytes that are not packed, or not a format that is known and not read.
-std::optional<FiberFormat> recognizeFibers(std::string_view bytes, const std::string& name) {
-  if (startsWith(bytes, "HAIR")) return FiberFormat::kHair;
-  if (startsWith(bytes, "BCC")) return FiberFormat::kBcc;
-  if (startsWith(bytes, "<?xml") || startsWith(bytes, "<VTKFile")) return FiberFormat::kVtp;
-  if (startsWith(bytes, "mrtrix tracks")) return FiberFormat::kTck;
-  if (startsWith(bytes, "TRACK")) return FiberFormat::kTrk;
+/// The format of a file, or what a file is that is not read, as far as it is known.
+std::pair<std::optional<FiberFormat>, const char*> recognized(std::string_view bytes,
+                                                              std::filesystem::path name) {
+  constexpr std::size_t kEnough = 4096;
+  const auto ending = [&] { return lowerCase(name.extension().string()); };
+  const auto starts = [&](std::string_view start) { return startsWith(bytes, start); };
+  std::string unpacked_start;
+  if (isPacked(bytes)) {
+    unpacked_start = unpackedStart(bytes, kEnough);
+    bytes = unpacked_start;
+    if (ending() == ".gz") name.replace_extension();
+  }
+  const std::string end = ending();
+  for (const KnownFormat& known : kFormats) {
+    if (!known.start.empty() && starts(known.start)) return {known.format, nullptr};
+  }
   if (bytes.size() >= sizeof(float)) {
     // A row of numbers cannot match: the fourth byte of such a float is '@'.
     const float version = decode<float>(bytes.data(), ByteOrder::kLittle);
-    if (version >= 3 && version < 5) return FiberFormat::kTfx;
+    if (version >= 3 && version < 5) return {FiberFormat::kTfx, nullptr};
   }
-  if (foreignFormat(bytes, name)) return std::nullopt;
-  const std::string end = extension(name);
-  if (end == ".hair") return FiberFormat::kHair;
-  if (end == ".bcc") return FiberFormat::kBcc;
-  if (end == ".vtp") return FiberFormat::kVtp;
-  if (end == ".tfx") return FiberFormat::kTfx;
-  if (end == ".tck") return FiberFormat::kTck;
-  if (end == ".trk") return FiberFormat::kTrk;
-  if (end == ".swc") return FiberFormat::kSwc;  // Its text would pass for polylines.
+  // Some formats are packed themselves, and only their ending tells which they are.
+  for (const bool by_ending : {true, false}) {
+    for (const auto& [what, signs] : kForeignFormats) {
+      for (const std::string_view sign : signs) {
+        if (sign.empty() || (sign.front() == '.') != by_ending) continue;
+        if (by_ending ? end == sign : starts(sign)) return {std::nullopt, what};
+      }
+    }
+  }
+  // The text of a .swc file would pass for polylines.
+  for (const KnownFormat& known : kFormats) {
+    if (end == known.ending) return {known.format, nullptr};
+  }
   // Marks of UTF-8 and UTF-16 may precede text.
-  if (startsWith(bytes, "\xFF\xFE") || startsWith(bytes, "\xFE\xFF")) {
-    return FiberFormat::kPolylines;
-  }
-  const std::size_t first =
-      bytes.find_first_not_of(" \t\r\n", startsWith(bytes, "\xEF\xBB\xBF") ? 3 : 0);
+  const std::size_t first = bytes.find_first_not_of(" \t\r\n", starts(kUtf8Mark) ? 3 : 0);
   constexpr std::string_view kNumberOrComment = "+-.0123456789#";
-  if (first != bytes.npos && kNumberOrComment.find(bytes[first]) != std::string_view::npos) {
-    return FiberFormat::kPolylines;
+  if (isUtf16(bytes) ||
+      (first != bytes.npos && kNumberOrComment.find(bytes[first]) != bytes.npos)) {
+    return {FiberFormat::kPolylines, nullptr};
   }
-  if (end == ".txt" || end == ".xyz" || end == ".dat" || end == ".csv")
-    return FiberFormat::kPolylines;
-  return std::nullopt;
+  return {std::nullopt, nullptr};
 }
-
-/// The start and the name of a file, unpacked if it is packed.
-struct Start {
-  std::string unpacked;
-  std::string_view bytes;
-  std::string name;
-
-  Start(std::string_view packed, const std::string& path) : bytes(packed), name(path) {
-    constexpr std::size_t kEnough = 4096;
-    if (!isPacked(packed)) return;
-    unpacked = unpackedStart(packed, kEnough);
-    bytes = unpacked;
-    name = nameOfUnpacked(path);
-  }
-};
 
 }  // namespace
 
 std::optional<FiberFormat> recognizeFormat(std::string_view bytes, const std::string& name) {
-  const Start start(bytes, name);
-  return recognizeFibers(start.bytes, start.name);
+  return recognized(bytes, name).first;
 }
 
 FiberFile parseFibers(std::string_view bytes, const std::string& name, FiberFormat format,
                       const FiberFileOptions& options) {
   requireOptions(options);
-  std::string unpacked_bytes;
-  if (isPacked(bytes)) {
-    unpacked_bytes = unpacked(ByteReader(bytes, name));
-    bytes = unpacked_bytes;
-  }
-  ByteReader file(bytes, name);
+  std::string room;
+  ByteReader file(unpacked(ByteReader(bytes, name), room), name);
   ParsedFibers parsed = parse(file, format, options);
-  markClosedFibers(parsed.fibers);
+  FiberPolylines& scene = parsed.fibers;
+  markClosedFibers(scene);
   if (options.radius) {
-    parsed.fibers.radius = *options.radius;
-    release(parsed.fibers.radii);
-    release(parsed.fibers.point_radii);
+    scene.radius = *options.radius;
+    std::vector<double>().swap(scene.radii);
+    std::vector<double>().swap(scene.point_radii);
   }
-  const bool has_radius = options.radius.has_value() || hasRadius(parsed.fibers);
+  const bool has_radius = options.radius.has_value() || hasRadius(scene);
   if (parsed.holds_radii && !has_radius) {
     parsed.warnings.push_back("All radii are 0, which stands for none.");
   }
-  if (!parsed.fibers.point_radii.empty()) {
+  if (!scene.point_radii.empty()) {
     parsed.warnings.push_back("Radii differ; a segment has the larger radius of its two ends.");
   }
-  if (parsed.is_float) warnOfCoarseCoordinates(parsed.fibers, parsed.warnings);
-  return {format, std::move(parsed.fibers), has_radius, std::move(parsed.warnings),
+  if (parsed.is_float) warnOfCoarseCoordinates(scene, parsed.warnings);
+  return {format, std::move(scene), has_radius, std::move(parsed.warnings),
           std::move(parsed.passed_over)};
 }
 
 FiberFile parseFibers(std::string_view bytes, const std::string& name,
                       const FiberFileOptions& options) {
   requireOptions(options);
-  if (const std::optional<FiberFormat> format = recognizeFormat(bytes, name)) {
-    return parseFibers(bytes, name, *format, options);
-  }
-  const Start start(bytes, name);
-  const std::optional<std::string> foreign = foreignFormat(start.bytes, start.name);
-  throw std::runtime_error("readFibers: '" + name + "' " +
-                           foreign.value_or("has no known format; pass a .hair, .tfx, .bcc, .vtp, "
-                                            ".tck, .trk or .swc file, also packed by gzip, or text "
-                                            "with one point x y z per line and # before headings"));
+  const auto [format, foreign] = recognized(bytes, name);
+  if (format) return parseFibers(bytes, name, *format, options);
+  throw std::runtime_error(joinedText(
+      kCall, ": '", name, "' ", foreign != nullptr ? "is " : "",
+      foreign != nullptr ? foreign
+                         : "has no known format; pass a .hair, .tfx, .bcc, .vtp, .tck, .trk or "
+                           ".swc file, also packed by gzip, or text with one point x y z per line "
+                           "and # before headings"));
 }
 
 FiberFile readFibers(const std::string& path, FiberFormat format, const FiberFileOptions& options) {
   requireOptions(options);
-  return parseFibers(readBytes("readFibers", path), path, format, options);
+  return parseFibers(readBytes(kCall, path), path, format, options);
 }
 
 FiberFile readFibers(const std::string& path, const FiberFileOptions& options) {
   requireOptions(options);
-  return parseFibers(readBytes("readFibers", path), path, options);
+  return parseFibers(readBytes(kCall, path), path, options);
 }
 
 }  // namespace fcl_fibers::io

@@ -5,8 +5,11 @@
 
 namespace fcl_fibers::io {
 
-/// Returns what is in a regular file. Throws std::runtime_error with the call, the path and the
-/// reason if that is not to be had.
+// Both throw std::runtime_error with the call, the path and the reason if that cannot be done.
+
+/// Returns what is in a regular file.
 std::string readBytes(const char* call, const std::string& path);
+
+void writeBytes(const char* call, const std::string& path, const std::string& bytes);
 
 }  // namespace fcl_fibers::io

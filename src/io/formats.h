@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <fcl_fibers/io/fiber_file.h>
@@ -20,41 +19,51 @@ struct ParsedFibers {
   std::vector<std::string> passed_over;  ///< see FiberFile
   std::vector<std::string> warnings;
 
+  /// Makes room for all at once, because growing vectors take three times as much.
+  void reserve(std::uint64_t points, std::uint64_t fiber_count) {
+    fibers.points.reserve(static_cast<std::size_t>(points));
+    fibers.point_begin.reserve(static_cast<std::size_t>(fiber_count) + 1);
+  }
+
+  bool isInFiber() const { return fibers.points.size() > fibers.point_begin.back(); }
+
   /// Ends a fiber, which has the points added since the last one.
   void endFiber() { fibers.point_begin.push_back(fibers.points.size()); }
+
+  template <typename... Parts>
+  void warn(const Parts&... parts) {
+    warnings.push_back(joinedText(parts...));
+  }
+
+  /// Warns of fibers without points. They are left out, because a fiber has at least one point.
+  /// @param fiber  what the format calls one
+  void warnOfEmptyFibers(std::uint64_t count, const char* fiber) {
+    if (count == 1) warn("1 ", fiber, " has no points and is left out.");
+    if (count > 1) warn(count, " ", fiber, "s have no points and are left out.");
+  }
+
+  /// Warns if bytes are left over, because the counts may be wrong.
+  void expectEnd(const ByteReader& file) {
+    if (file.atEnd()) return;
+    warn(file.remaining(), " bytes follow the last array, at byte ", file.offset(),
+         "; they are not read.");
+  }
+
+  /// Warns if the last line has no end, because the file may have been truncated inside a number.
+  void expectLineEnd(const ByteReader& file) {
+    if (file.bytes().find_last_of("\r\n") + 1 == file.size()) return;
+    warn("The last line has no end; the file may be truncated there.");
+  }
 };
 
 // Each parses a file from its start.
 ParsedFibers parseBcc(ByteReader& file, const FiberFileOptions& options);
-ParsedFibers parseHair(ByteReader& file);
+ParsedFibers parseHair(ByteReader& file, const FiberFileOptions& options);
 ParsedFibers parsePolylines(ByteReader& file, const FiberFileOptions& options);
-ParsedFibers parseSwc(ByteReader& file);
-ParsedFibers parseTck(ByteReader& file);
-ParsedFibers parseTfx(ByteReader& file);
-ParsedFibers parseTrk(ByteReader& file);
+ParsedFibers parseSwc(ByteReader& file, const FiberFileOptions& options);
+ParsedFibers parseTck(ByteReader& file, const FiberFileOptions& options);
+ParsedFibers parseTfx(ByteReader& file, const FiberFileOptions& options);
+ParsedFibers parseTrk(ByteReader& file, const FiberFileOptions& options);
 ParsedFibers parseVtp(ByteReader& file, const FiberFileOptions& options);
-
-/// Warns if bytes are left over, because the counts may be wrong.
-inline void expectEnd(const ByteReader& file, ParsedFibers& parsed) {
-  if (file.atEnd()) return;
-  parsed.warnings.push_back(std::to_string(file.remaining()) + " bytes follow the last array, at " +
-                            "byte " + std::to_string(file.offset()) + "; they are not read.");
-}
-
-/// Warns if the last line has no end, because the file may have been truncated inside a number.
-inline void expectLineEnd(const ByteReader& file, ParsedFibers& parsed) {
-  const std::string_view bytes = file.bytes();
-  if (bytes.empty() || bytes.back() == '\n' || bytes.back() == '\r') return;
-  parsed.warnings.push_back("The last line has no end; the file may be truncated there.");
-}
-
-/// Warns of fibers without points. They are left out, because a fiber has at least one point.
-/// @param fiber  what the format calls one
-inline void warnOfEmptyFibers(std::uint64_t count, const char* fiber, ParsedFibers& parsed) {
-  if (count == 0) return;
-  parsed.warnings.push_back(
-      count == 1 ? joinedText("1 ", fiber, " has no points and is left out.")
-                 : joinedText(count, " ", fiber, "s have no points and are left out."));
-}
 
 }  // namespace fcl_fibers::io

@@ -2,15 +2,14 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
-#include <fstream>
 #include <limits>
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "arguments.h"
+#include "bytes.h"
+#include "io/file_bytes.h"
 #include "io/formats.h"
 #include "io/point_radii.h"
 
@@ -30,113 +29,11 @@ constexpr std::uint64_t kHeaderSize = 128;
 constexpr std::uint32_t kSegments = 1, kPoints = 2, kThickness = 4, kTransparency = 8, kColor = 16;
 constexpr std::uint32_t kAllFlags = kSegments | kPoints | kThickness | kTransparency | kColor;
 
-struct Header {
-  std::uint64_t strands;
-  std::uint64_t points;
-  std::uint32_t flags;
-  std::uint32_t default_segments;
-  float default_thickness;
-
-  bool has(std::uint32_t flag) const { return (flags & flag) != 0; }
-};
-
-// Counts in the returned header fit the file's size.
-Header readHeader(ByteReader& file) {
-  if (file.take(4, "the header") != "HAIR") file.refuse(0, "the file does not start with HAIR");
-  Header header;
-  header.strands = file.number<std::uint32_t>("the header");
-  header.points = file.number<std::uint32_t>("the header");
-  header.flags = file.number<std::uint32_t>("the header");
-  header.default_segments = file.number<std::uint32_t>("the header");
-  header.default_thickness = file.number<float>("the header");
-  file.seek(kHeaderSize, "the header");
-
-  if (header.strands == 0) file.refuse(4, "there are no strands");
-  if ((header.flags & ~kAllFlags) != 0) {
-    file.refuse(12, "flags are ", header.flags, "; known flags are those up to 16");
-  }
-  if (!header.has(kPoints)) file.refuse(12, "there is no array of points");
-  const std::uint64_t bytes_by_point = 12 + (header.has(kThickness) ? 4 : 0) +
-                                       (header.has(kTransparency) ? 4 : 0) +
-                                       (header.has(kColor) ? 12 : 0);
-  const std::uint64_t needed = kHeaderSize + (header.has(kSegments) ? 2 * header.strands : 0) +
-                               bytes_by_point * header.points;
-  if (needed > file.size()) {
-    file.refuse(8, header.strands, " strands of ", header.points, " points take ", needed,
-                " bytes, but the file has ", file.size());
-  }
-  return header;
+/// Half of a thickness that was read at a place.
+double radiusOf(const ByteReader& file, std::uint64_t at, const char* what, float thickness) {
+  if (!(thickness >= 0) || !std::isfinite(thickness)) file.refuse(at, what, " is ", thickness);
+  return 0.5 * static_cast<double>(thickness);
 }
-
-void readSegments(ByteReader& file, const Header& header, ParsedFibers& parsed) {
-  // Each strand has at least one point.
-  if (header.strands > header.points) {
-    file.refuse(4, header.strands, " strands have only ", header.points, " points");
-  }
-  std::vector<std::size_t>& begin = parsed.fibers.point_begin;
-  begin.reserve(static_cast<std::size_t>(header.strands) + 1);
-  for (std::uint64_t strand = 0; strand < header.strands; ++strand) {
-    const std::uint64_t at = file.offset();
-    const std::uint32_t segments = header.has(kSegments)
-                                       ? file.number<std::uint16_t>("the segments")
-                                       : header.default_segments;
-    const std::uint64_t end = begin.back() + std::uint64_t{segments} + 1;
-    if (end > header.points) {
-      file.refuse(header.has(kSegments) ? at : 16, "strand ", strand, " has ", segments,
-                  " segments and ends at point ", end, " of ", header.points);
-    }
-    begin.push_back(static_cast<std::size_t>(end));
-  }
-  if (begin.back() != header.points) {
-    file.refuse(8, "the header has ", header.points, " points, but the strands have ",
-                begin.back());
-  }
-}
-
-float readThickness(ByteReader& file) {
-  const std::uint64_t at = file.offset();
-  const float thickness = file.number<float>("the thickness");
-  if (!(thickness >= 0) || !std::isfinite(thickness)) {
-    file.refuse(at, "a thickness is ", thickness);
-  }
-  return thickness;
-}
-
-void readRadii(ByteReader& file, FiberPolylines& scene) {
-  std::vector<double> radii;
-  radii.reserve(scene.points.size());
-  for (std::size_t i = 0; i < scene.points.size(); ++i) {
-    radii.push_back(0.5 * static_cast<double>(readThickness(file)));
-  }
-  setPointRadii(scene, std::move(radii));
-}
-
-class HairWriter {
- public:
-  void add(std::uint32_t word) { addBits(word, 4); }
-  void add(std::uint16_t word) { addBits(word, 2); }
-  void add(float number) {
-    std::uint32_t word = 0;
-    std::memcpy(&word, &number, sizeof word);
-    add(word);
-  }
-  /// Refuses a number beyond the range of float.
-  void addAsFloat(const char* name, double number) {
-    if (!(std::abs(number) <= static_cast<double>(std::numeric_limits<float>::max()))) {
-      refuseArgument("writeHair", name, number, "give a number that a float can hold");
-    }
-    add(static_cast<float>(number));
-  }
-  void addZeros(std::size_t count) { bytes_.append(count, '\0'); }
-  void addText(const char* text) { bytes_ += text; }
-  const std::string& bytes() const { return bytes_; }
-
- private:
-  void addBits(std::uint32_t word, int count) {
-    for (int i = 0; i < count; ++i) bytes_ += static_cast<char>(word >> (8 * i) & 0xFF);
-  }
-  std::string bytes_;
-};
 
 void requireHair(const FiberPolylines& scene) {
   requireFiberRanges("writeHair", scene);
@@ -157,81 +54,107 @@ void requireHair(const FiberPolylines& scene) {
   }
 }
 
-std::string hairBytes(const FiberPolylines& scene) {
-  const bool by_point = !scene.radii.empty() || hasPointRadii(scene);
-  HairWriter file;
-  file.addText("HAIR");
-  file.add(static_cast<std::uint32_t>(scene.fiberCount()));
-  file.add(static_cast<std::uint32_t>(scene.points.size()));
-  file.add(kSegments | kPoints | (by_point ? kThickness : 0));
-  file.add(std::uint32_t{0});
-  file.addAsFloat("thickness", 2 * scene.radius);
-  file.add(0.0F);                              // transparency
-  for (int k = 0; k < 3; ++k) file.add(1.0F);  // colour
-  file.addZeros(kHeaderSize - file.bytes().size());
-
-  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-    file.add(static_cast<std::uint16_t>(scene.point_begin[f + 1] - scene.point_begin[f] - 1));
+/// Refuses a number beyond the range of float.
+void appendFloat(std::string& bytes, const char* name, double number) {
+  if (!(std::abs(number) <= static_cast<double>(std::numeric_limits<float>::max()))) {
+    refuseArgument("writeHair", name, number, "give a number that a float can hold");
   }
-  for (const Point& point : scene.points) {
-    for (const double coordinate : point) file.addAsFloat("a coordinate", coordinate);
-  }
-  if (by_point) {
-    for (const double radius : pointRadii(scene)) file.addAsFloat("thickness", 2 * radius);
-  }
-  return file.bytes();
+  appendLittleEndian(bytes, static_cast<float>(number));
 }
 
 }  // namespace
 
-ParsedFibers parseHair(ByteReader& file) {
-  const Header header = readHeader(file);
+ParsedFibers parseHair(ByteReader& file, const FiberFileOptions&) {
+  if (file.take(4, "the header") != "HAIR") file.refuse(0, "the file does not start with HAIR");
+  const auto word = [&] { return file.number<std::uint32_t>("the header"); };
+  const std::uint64_t strands = word(), points = word();
+  const std::uint32_t flags = word(), default_segments = word();
+  const auto default_thickness = file.number<float>("the header");
+  const auto has = [&](std::uint32_t flag) { return (flags & flag) != 0; };
+  file.seek(kHeaderSize, "the header");
+  if (strands == 0) file.refuse(4, "there are no strands");
+  if ((flags & ~kAllFlags) != 0) {
+    file.refuse(12, "flags are ", flags, "; known flags are those up to 16");
+  }
+  if (!has(kPoints)) file.refuse(12, "there is no array of points");
+  const std::uint64_t bytes_by_point =
+      12 + (has(kThickness) ? 4 : 0) + (has(kTransparency) ? 4 : 0) + (has(kColor) ? 12 : 0);
+  const std::uint64_t needed =
+      kHeaderSize + (has(kSegments) ? 2 * strands : 0) + bytes_by_point * points;
+  if (needed > file.size()) {
+    file.refuse(8, strands, " strands of ", points, " points take ", needed,
+                " bytes, but the file has ", file.size());
+  }
+  // Each strand has at least one point.
+  if (strands > points) file.refuse(4, strands, " strands have only ", points, " points");
+
   ParsedFibers parsed;
   parsed.is_float = true;
-  readSegments(file, header, parsed);
-
+  parsed.reserve(points, strands);
   FiberPolylines& scene = parsed.fibers;
-  scene.points.reserve(static_cast<std::size_t>(header.points));
-  for (std::uint64_t i = 0; i < header.points; ++i) {
-    Point& point = scene.points.emplace_back();
-    for (double& coordinate : point) coordinate = file.coordinate<float>();
+  std::vector<std::size_t>& begin = scene.point_begin;
+  for (std::uint64_t strand = 0; strand < strands; ++strand) {
+    const std::uint64_t at = has(kSegments) ? file.offset() : 16;
+    const std::uint32_t segments =
+        has(kSegments) ? file.number<std::uint16_t>("the segments") : default_segments;
+    const std::uint64_t end = begin.back() + std::uint64_t{segments} + 1;
+    if (end > points) {
+      file.refuse(at, "strand ", strand, " has ", segments, " segments and ends at point ", end,
+                  " of ", points);
+    }
+    begin.push_back(static_cast<std::size_t>(end));
   }
-  if (header.has(kThickness)) {
-    readRadii(file, scene);
+  if (begin.back() != points) {
+    file.refuse(8, "the header has ", points, " points, but the strands have ", begin.back());
+  }
+  for (std::uint64_t i = 0; i < points; ++i) scene.points.push_back(file.point<float>());
+  if (has(kThickness)) {
+    std::vector<double> radii;
+    radii.reserve(scene.points.size());
+    for (std::uint64_t i = 0; i < points; ++i) {
+      const std::uint64_t at = file.offset();
+      radii.push_back(radiusOf(file, at, "a thickness", file.number<float>("the thickness")));
+    }
+    setPointRadii(scene, std::move(radii));
     parsed.holds_radii = true;
   } else {
-    if (!(header.default_thickness >= 0) || !std::isfinite(header.default_thickness)) {
-      file.refuse(20, "the default thickness is ", header.default_thickness);
-    }
-    scene.radius = 0.5 * static_cast<double>(header.default_thickness);
+    scene.radius = radiusOf(file, 20, "the default thickness", default_thickness);
   }
-  if (header.has(kTransparency)) {
-    file.take(4 * header.points, "the transparency");
+  if (has(kTransparency)) {
+    file.take(4 * points, "the transparency");
     parsed.passed_over.push_back("transparency");
   }
-  if (header.has(kColor)) {
-    file.take(12 * header.points, "the colour");
+  if (has(kColor)) {
+    file.take(12 * points, "the colour");
     parsed.passed_over.push_back("colour");
   }
-  expectEnd(file, parsed);
+  parsed.expectEnd(file);
   return parsed;
 }
 
 void writeHair(const std::string& path, const FiberPolylines& scene) {
   requireHair(scene);
-  const std::string bytes = hairBytes(scene);
-  std::ofstream stream(path, std::ios::binary);
-  if (!stream) {
-    throw std::runtime_error(
-        "writeHair: '" + path +
-        "' cannot be opened; check that its folder exists and may be written to");
+  const bool by_point = !scene.radii.empty() || hasPointRadii(scene);
+  std::string bytes = "HAIR";
+  appendLittleEndian(bytes, static_cast<std::uint32_t>(scene.fiberCount()));
+  appendLittleEndian(bytes, static_cast<std::uint32_t>(scene.points.size()));
+  appendLittleEndian(bytes, kSegments | kPoints | (by_point ? kThickness : 0));
+  appendLittleEndian(bytes, std::uint32_t{0});
+  appendFloat(bytes, "thickness", 2 * scene.radius);
+  appendLittleEndian(bytes, 0.0F);                              // transparency
+  for (int k = 0; k < 3; ++k) appendLittleEndian(bytes, 1.0F);  // colour
+  bytes.resize(kHeaderSize, '\0');
+  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    const std::size_t segments = scene.point_begin[f + 1] - scene.point_begin[f] - 1;
+    appendLittleEndian(bytes, static_cast<std::uint16_t>(segments));
   }
-  stream << bytes;
-  stream.close();
-  if (!stream) {
-    throw std::runtime_error("writeHair: '" + path +
-                             "': writing failed; check that the disk has room");
+  for (const Point& point : scene.points) {
+    for (const double coordinate : point) appendFloat(bytes, "a coordinate", coordinate);
   }
+  if (by_point) {
+    for (const double radius : pointRadii(scene)) appendFloat(bytes, "thickness", 2 * radius);
+  }
+  writeBytes("writeHair", path, bytes);
 }
 
 }  // namespace fcl_fibers::io

@@ -157,9 +157,9 @@ class Statements {
 }  // namespace
 
 MeshFile parseMesh(std::string_view bytes, const std::string& name) {
-  if (!isPacked(bytes)) return Statements(bytes, name).read();
-  return Statements(unpacked(ByteReader(bytes, name, ByteReader::Places::kBytes, kCall)), name)
-      .read();
+  std::string room;
+  const ByteReader file(bytes, name, ByteReader::Places::kBytes, kCall);
+  return Statements(unpacked(file, room), name).read();
 }
 
 MeshFile readMesh(const std::string& path) { return parseMesh(readBytes(kCall, path), path); }

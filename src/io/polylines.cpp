@@ -109,7 +109,7 @@ class PolylinesParser {
       parsed_.holds_radii = true;
     }
     warnOfFurtherColumns();
-    expectLineEnd(file_, parsed_);
+    parsed_.expectLineEnd(file_);
     return std::move(parsed_);
   }
 

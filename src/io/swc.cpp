@@ -18,142 +18,109 @@ namespace fcl_fibers::io {
 namespace {
 
 constexpr std::uint64_t kShortestLine = 14;  // "0 0 0 0 0 0 0" and its end
-constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
-/// The next line with a node, or an empty one.
-struct NodeLine {
-  std::uint64_t at = 0;
-  std::string_view text;
+/// Of a neuron, in the order of the file.
+struct Node {
+  Point point;
+  double radius;
+  std::int64_t id;
+  std::int64_t parent;  ///< its id, and then its index; -1 for a root
+  std::size_t children = 0;
+
+  bool isRoot() const { return parent == -1; }
+  /// A fiber ends here, and those of the children begin. A root begins fibers but ends none.
+  bool isEnd() const { return children != 1; }
 };
 
-NodeLine nextLine(ByteReader& file) {
+/// The next line with a node, or an empty one.
+std::string_view nextLine(ByteReader& file) {
   while (!file.atEnd()) {
-    const NodeLine line = {file.offset(), trimmed(file.line())};
-    if (!line.text.empty() && line.text.front() != '#') return line;
+    const std::string_view line = trimmed(file.line());
+    if (!line.empty() && line.front() != '#') return line;
   }
   return {};
 }
-
-/// A neuron's points in the order of the file.
-struct Nodes {
-  std::vector<Point> points;
-  std::vector<double> radii;
-  std::vector<std::size_t> parents;   ///< kNone for a root
-  std::vector<std::size_t> children;  ///< their number
-
-  std::size_t size() const { return points.size(); }
-  bool isRoot(std::size_t node) const { return parents[node] == kNone; }
-  /// A fiber ends here, and those of the children begin. A root begins fibers but ends none.
-  bool isEnd(std::size_t node) const { return children[node] != 1; }
-};
 
 /// Errors about a node need its line, which is looked up then, because it takes memory to keep.
 template <typename... Reason>
 [[noreturn]] void refuseNode(ByteReader file, std::size_t node, const Reason&... reason) {
   startText(file);
-  NodeLine line;
-  for (std::size_t i = 0; i <= node; ++i) line = nextLine(file);
-  file.refuse(line.at, reason...);
+  for (std::size_t i = 0; i < node; ++i) nextLine(file);
+  file.refuse(file.offsetOf(nextLine(file)), reason...);
 }
-
-struct Ids {
-  std::vector<std::int64_t> own, parent;
-};
 
 /// Some programs write whole numbers with decimals, such as 1.000000.
 std::int64_t wholeNumber(const ByteReader& file, std::string_view text) {
   constexpr double kLargest = 0x1p53;
-  if (const std::optional<std::int64_t> number = parsedNumber<std::int64_t>(text)) return *number;
   const std::optional<double> number = parsedNumber<double>(text);
-  if (number && std::abs(*number) <= kLargest && std::trunc(*number) == *number) {
+  if (!parsedNumber<std::int64_t>(text) && number && std::abs(*number) <= kLargest &&
+      std::trunc(*number) == *number) {
     return static_cast<std::int64_t>(*number);
   }
   return file.parse<std::int64_t>(text);
 }
 
-void readNode(ByteReader& file, const NodeLine& line, Nodes& nodes, Ids& ids) {
+Node readNode(const ByteReader& file, std::string_view line) {
+  const std::uint64_t at = file.offsetOf(line);
   std::size_t columns = 0;
-  std::string_view rest = line.text;
   const auto column = [&] {
-    const std::string_view word = takeWord(rest);
+    const std::string_view word = takeWord(line);
     if (word.empty()) {
-      file.refuse(line.at, "there are ", columns,
-                  " columns; 7 are needed: id type x y z radius parent");
+      file.refuse(at, "there are ", columns, " columns; 7 are needed: id type x y z radius parent");
     }
     ++columns;
     return word;
   };
-  ids.own.push_back(wholeNumber(file, column()));
-  if (ids.own.back() < 0) file.refuse(line.at, "the id is ", ids.own.back());
+  Node node;
+  node.id = wholeNumber(file, column());
+  if (node.id < 0) file.refuse(at, "the id is ", node.id);
   wholeNumber(file, column());  // The type is checked, because it tells what a column is.
-  Point point;
-  for (double& c : point) c = file.parse<double>(column());
-  nodes.points.push_back(point);
-  nodes.radii.push_back(file.parse<double>(column()));
-  if (nodes.radii.back() < 0) file.refuse(line.at, "the radius is ", nodes.radii.back());
-  ids.parent.push_back(wholeNumber(file, column()));
+  for (double& c : node.point) c = file.parse<double>(column());
+  node.radius = file.parse<double>(column());
+  if (node.radius < 0) file.refuse(at, "the radius is ", node.radius);
+  node.parent = wholeNumber(file, column());
+  return node;
 }
 
-Ids readNodes(ByteReader& file, Nodes& nodes) {
-  std::uint64_t count = 0;
-  for (ByteReader lines = file; !nextLine(lines).text.empty();) ++count;
-  // Shorter lines will be refused.
-  count = std::min(count, (file.size() + 1) / kShortestLine);
-  Ids ids;
-  const auto reserve = [&](auto& vector) { vector.reserve(static_cast<std::size_t>(count)); };
-  reserve(nodes.points);
-  reserve(nodes.radii);
-  reserve(ids.own);
-  reserve(ids.parent);
-  for (NodeLine line = nextLine(file); !line.text.empty(); line = nextLine(file)) {
-    readNode(file, line, nodes, ids);
-  }
-  if (nodes.points.empty()) file.refuse(file.size(), "there are no points");
-  return ids;
-}
-
-void findParents(const ByteReader& file, const Ids& ids, Nodes& nodes) {
+/// Turns ids of parents into indices, and counts children.
+void findParents(const ByteReader& file, std::vector<Node>& nodes) {
   std::vector<std::size_t> by_id(nodes.size());
   std::iota(by_id.begin(), by_id.end(), std::size_t{0});
   std::sort(by_id.begin(), by_id.end(), [&](std::size_t a, std::size_t b) {
-    return std::pair(ids.own[a], a) < std::pair(ids.own[b], b);
+    return std::pair(nodes[a].id, a) < std::pair(nodes[b].id, b);
   });
   for (std::size_t i = 1; i < by_id.size(); ++i) {
-    if (ids.own[by_id[i - 1]] != ids.own[by_id[i]]) continue;
-    refuseNode(file, by_id[i], "the id ", ids.own[by_id[i]], " was there before");
-  }
-  nodes.parents.reserve(nodes.size());
-  for (std::size_t node = 0; node < nodes.size(); ++node) {
-    const std::int64_t parent = ids.parent[node];
-    if (parent == -1) {
-      nodes.parents.push_back(kNone);
-      continue;
+    const std::int64_t id = nodes[by_id[i]].id;
+    if (nodes[by_id[i - 1]].id == id) {
+      refuseNode(file, by_id[i], "the id ", id, " was there before");
     }
+  }
+  for (Node& node : nodes) {
+    if (node.isRoot()) continue;
     const auto found =
-        std::lower_bound(by_id.begin(), by_id.end(), parent,
-                         [&](std::size_t i, std::int64_t id) { return ids.own[i] < id; });
-    if (found == by_id.end() || ids.own[*found] != parent) {
-      refuseNode(file, node, "the parent ", parent, " is not in the file; that of a root is -1");
+        std::lower_bound(by_id.begin(), by_id.end(), node.parent,
+                         [&](std::size_t i, std::int64_t id) { return nodes[i].id < id; });
+    if (found == by_id.end() || nodes[*found].id != node.parent) {
+      refuseNode(file, static_cast<std::size_t>(&node - nodes.data()), "the parent ", node.parent,
+                 " is not in the file; that of a root is -1");
     }
-    nodes.parents.push_back(*found);
-  }
-}
-
-void countChildren(Nodes& nodes) {
-  nodes.children.resize(nodes.size());
-  for (const std::size_t parent : nodes.parents) {
-    if (parent != kNone) ++nodes.children[parent];
+    node.parent = static_cast<std::int64_t>(*found);
+    ++nodes[*found].children;
   }
 }
 
 /// Takes away tips until none is left. What remains is on a cycle, because each node has one
 /// parent.
-void refuseCycles(const ByteReader& file, const Nodes& nodes) {
-  std::vector<std::size_t> left = nodes.children;
-  for (std::size_t tip = 0; tip < nodes.size(); ++tip) {
-    if (nodes.children[tip] != 0) continue;
-    std::size_t node = nodes.parents[tip];
-    while (node != kNone && --left[node] == 0) node = nodes.parents[node];
+void refuseCycles(const ByteReader& file, const std::vector<Node>& nodes) {
+  std::vector<std::size_t> left;
+  left.reserve(nodes.size());
+  for (const Node& node : nodes) left.push_back(node.children);
+  for (const Node& tip : nodes) {
+    if (tip.children != 0) continue;
+    std::int64_t node = tip.parent;
+    while (node != -1 && --left[static_cast<std::size_t>(node)] == 0) {
+      node = nodes[static_cast<std::size_t>(node)].parent;
+    }
   }
   const auto found = std::find_if(left.begin(), left.end(), [](std::size_t n) { return n != 0; });
   if (found == left.end()) return;
@@ -161,93 +128,68 @@ void refuseCycles(const ByteReader& file, const Nodes& nodes) {
              "the parents of this point lead back to it");
 }
 
-Nodes readNeurons(ByteReader& file) {
-  Nodes nodes;
-  const Ids ids = readNodes(file, nodes);
-  findParents(file, ids, nodes);
-  countChildren(nodes);
+std::vector<Node> readNodes(ByteReader& file) {
+  std::size_t count = 0;
+  for (ByteReader lines = file; !nextLine(lines).empty();) ++count;
+  // Shorter lines will be refused.
+  count = std::min(count, static_cast<std::size_t>((file.size() + 1) / kShortestLine));
+  std::vector<Node> nodes;
+  nodes.reserve(count);
+  for (auto line = nextLine(file); !line.empty(); line = nextLine(file)) {
+    nodes.push_back(readNode(file, line));
+  }
+  if (nodes.empty()) file.refuse(file.size(), "there are no points");
+  findParents(file, nodes);
   refuseCycles(file, nodes);
   return nodes;
 }
 
-/// Goes up from each end to where its fiber begins, so every segment is visited once.
-class FiberMaker {
- public:
-  FiberMaker(const Nodes& nodes, ParsedFibers& parsed) : nodes_(nodes), parsed_(parsed) {}
-
-  std::vector<double> make() {
-    reserve();
-    for (std::size_t node = 0; node < nodes_.size(); ++node) {
-      if (!nodes_.isEnd(node)) continue;
-      if (!nodes_.isRoot(node)) {
-        addFiber(node);
-      } else if (nodes_.children[node] == 0) {
-        add(node);
-        add(node);
-        parsed_.endFiber();
-      }
-    }
-    return std::move(radii_);
-  }
-
- private:
-  void reserve() {
-    std::size_t fibers = 0, points = 0;
-    for (std::size_t node = 0; node < nodes_.size(); ++node) {
-      const bool is_lone = nodes_.isRoot(node) && nodes_.children[node] == 0;
-      const bool is_segment = !nodes_.isRoot(node);
-      const bool is_fiber = is_lone || (is_segment && nodes_.isEnd(node));
-      fibers += is_fiber ? 1 : 0;
-      points += (is_segment || is_lone ? 1 : 0) + (is_fiber ? 1 : 0);
-    }
-    parsed_.fibers.points.reserve(points);
-    parsed_.fibers.point_begin.reserve(fibers + 1);
-    radii_.reserve(points);
-  }
-
-  void add(std::size_t node) {
-    parsed_.fibers.points.push_back(nodes_.points[node]);
-    radii_.push_back(nodes_.radii[node]);
-  }
-
-  void addFiber(std::size_t node) {
-    add(node);
-    do {
-      node = nodes_.parents[node];
-      add(node);
-    } while (!nodes_.isRoot(node) && !nodes_.isEnd(node));
-    const auto begin = static_cast<std::ptrdiff_t>(parsed_.fibers.point_begin.back());
-    std::reverse(parsed_.fibers.points.begin() + begin, parsed_.fibers.points.end());
-    std::reverse(radii_.begin() + begin, radii_.end());
-    parsed_.endFiber();
-  }
-
-  const Nodes& nodes_;
-  ParsedFibers& parsed_;
-  std::vector<double> radii_;
-};
-
-void warnOfBranches(const Nodes& nodes, ParsedFibers& parsed) {
-  const auto branches = std::count_if(nodes.children.begin(), nodes.children.end(),
-                                      [](std::size_t children) { return children > 1; });
-  if (branches == 0) return;
-  parsed.warnings.push_back((branches == 1 ? "1 branching point is"
-                                           : std::to_string(branches) + " branching points are") +
-                            " split, which gives " + std::to_string(parsed.fibers.fiberCount()) +
-                            " fibers that touch where they meet.");
-}
-
 }  // namespace
 
-ParsedFibers parseSwc(ByteReader& file) {
+/// Goes up from each end to where its fiber begins, so every segment is visited once.
+ParsedFibers parseSwc(ByteReader& file, const FiberFileOptions&) {
   startText(file);
-  const Nodes nodes = readNeurons(file);
+  const std::vector<Node> nodes = readNodes(file);
+  std::size_t fiber_count = 0, point_count = 0, branches = 0;
+  // A root without children is a fiber whose other end is the root again.
+  const auto is_lone = [](const Node& node) { return node.isRoot() && node.children == 0; };
+  const auto is_fiber = [&](const Node& node) {
+    return node.isRoot() ? is_lone(node) : node.isEnd();
+  };
+  for (const Node& node : nodes) {
+    fiber_count += is_fiber(node) ? 1 : 0;
+    point_count += (!node.isRoot() || is_lone(node) ? 1 : 0) + (is_fiber(node) ? 1 : 0);
+    branches += node.children > 1 ? 1 : 0;
+  }
   ParsedFibers parsed;
-  std::vector<double> radii = FiberMaker(nodes, parsed).make();
+  parsed.reserve(point_count, fiber_count);
+  std::vector<Point>& points = parsed.fibers.points;
+  std::vector<double> radii;
+  radii.reserve(point_count);
+  const auto add = [&](const Node& node) {
+    points.push_back(node.point);
+    radii.push_back(node.radius);
+  };
+  for (const Node& end : nodes) {
+    if (!is_fiber(end)) continue;
+    const auto begin = static_cast<std::ptrdiff_t>(points.size());
+    add(end);
+    const Node* node = &end;
+    do {
+      if (!node->isRoot()) node = &nodes[static_cast<std::size_t>(node->parent)];
+      add(*node);
+    } while (!node->isRoot() && !node->isEnd());
+    std::reverse(points.begin() + begin, points.end());
+    std::reverse(radii.begin() + begin, radii.end());
+    parsed.endFiber();
+  }
   setPointRadii(parsed.fibers, std::move(radii));
   parsed.holds_radii = true;
-  warnOfBranches(nodes, parsed);
-  expectLineEnd(file, parsed);
+  if (branches > 0) {
+    parsed.warn(branches, branches == 1 ? " branching point is" : " branching points are",
+                " split, which gives ", fiber_count, " fibers that touch where they meet.");
+  }
+  parsed.expectLineEnd(file);
   return parsed;
 }
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
-#include <array>
-#include <cctype>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -26,38 +25,23 @@ namespace {
 //
 // Three NaN end a streamline, three infinite numbers end the file.
 struct Header {
-  bool is_double = false;
+  std::uint64_t number_size = 0;
   ByteOrder order = ByteOrder::kLittle;
   std::uint64_t points_offset = 0;
   std::string_view count;
-
-  std::uint64_t pointSize() const { return is_double ? 24 : 12; }
 };
-
-std::string lowerCase(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return lower;
-}
 
 void readDatatype(const ByteReader& file, std::uint64_t at, std::string_view value,
                   Header& header) {
-  const std::string type = lowerCase(value);  // as MRtrix does
-  const std::string_view number = std::string_view(type).substr(0, 7);
-  const std::string_view order =
-      std::string_view(type).substr(std::min<std::size_t>(7, type.size()));
-  if ((number != "float32" && number != "float64") || (order != "le" && order != "be")) {
+  constexpr std::string_view kTypes[] = {"float32le", "float32be", "float64le", "float64be"};
+  const auto* const type =
+      std::find(std::begin(kTypes), std::end(kTypes), lowerCase(std::string(value)));  // as MRtrix
+  if (type == std::end(kTypes)) {
     file.refuse(at, "datatype is '", ByteReader::shortened(value),
                 "'; supported are Float32LE, Float32BE, Float64LE and Float64BE");
   }
-  header.is_double = number == "float64";
-  header.order = order == "be" ? ByteOrder::kBig : ByteOrder::kLittle;
-}
-
-void readPlace(const ByteReader& file, std::uint64_t at, std::string_view value, Header& header) {
-  if (takeWord(value) != ".")
-    file.refuse(at, "the points are in another file; give it as '. OFFSET'");
-  header.points_offset = file.parse<std::uint64_t>(trimmed(value));
+  header.number_size = type - kTypes < 2 ? 4 : 8;
+  header.order = (type - kTypes) % 2 == 1 ? ByteOrder::kBig : ByteOrder::kLittle;
 }
 
 // The points begin after the header that it returns, and inside the file.
@@ -67,13 +51,13 @@ Header readHeader(ByteReader& file) {
     file.refuse(0, "the file does not start with 'mrtrix tracks'");
   }
   Header header;
-  bool has_datatype = false, has_place = false, has_end = false;
-  std::uint64_t place_at = 0;
+  std::optional<std::uint64_t> place_at;
+  bool has_end = false;
   while (!has_end && !file.atEnd()) {
     const std::uint64_t at = file.offset();
     std::string_view line = trimmed(file.line());
     // Blanks may stand for the line feed between the last line and the points.
-    if (has_place && header.points_offset > at && header.points_offset < file.offset()) {
+    if (place_at && header.points_offset > at && header.points_offset < file.offset()) {
       const auto before_points = static_cast<std::size_t>(header.points_offset - at);
       const std::string_view last = trimmed(file.bytes().substr(at, before_points));
       if (line != "END" && last == "END") {
@@ -85,15 +69,17 @@ Header readHeader(ByteReader& file) {
     const std::string_view key = trimmed(line.substr(0, colon));
     const std::string_view value = trimmed(line.substr(std::min(colon + 1, line.size())));
     // Two of them would leave open which counts.
-    if ((has_datatype && key == "datatype") || (has_place && key == "file")) {
+    if ((header.number_size > 0 && key == "datatype") || (place_at && key == "file")) {
       file.refuse(at, "there is a second '", key, ":'");
     }
     if (key == "datatype") {
       readDatatype(file, at, value, header);
-      has_datatype = true;
     } else if (key == "file") {
-      readPlace(file, at, value, header);
-      has_place = true;
+      std::string_view rest = value;
+      if (takeWord(rest) != ".") {
+        file.refuse(at, "the points are in another file; give it as '. OFFSET'");
+      }
+      header.points_offset = file.parse<std::uint64_t>(trimmed(rest));
       place_at = at;
     } else if (key == "count") {
       header.count = value;
@@ -101,18 +87,10 @@ Header readHeader(ByteReader& file) {
     has_end = line == "END";
   }
   if (!has_end) file.refuseEnd("the header, which has no line END");
-  if (!has_datatype) file.refuse(file.offset(), "the header has no 'datatype:'");
-  if (!has_place) file.refuse(file.offset(), "the header has no 'file:'");
-  if (header.points_offset < file.offset()) {
-    file.refuse(place_at, "points start at byte ", header.points_offset, ", inside the header of ",
-                file.offset(), " bytes");
-  }
-  if (header.points_offset > file.size()) {
-    file.refuse(place_at, "points start at byte ", header.points_offset, " of a file of ",
-                file.size(), " bytes");
-  }
+  if (header.number_size == 0) file.refuse(file.offset(), "the header has no 'datatype:'");
+  if (!place_at) file.refuse(file.offset(), "the header has no 'file:'");
+  file.seekPoints(header.points_offset, file.offset(), *place_at);
   file.setPlaces(ByteReader::Places::kBytes);
-  file.seek(header.points_offset, "the points");
   return header;
 }
 
@@ -121,8 +99,9 @@ enum class Triplet { kPoint, kEndOfStreamline, kEndOfFile };
 Triplet readTriplet(ByteReader& file, const Header& header, Point& point) {
   const std::uint64_t at = file.offset();
   for (double& c : point) {
-    c = header.is_double ? file.number<double>("the points", header.order)
-                         : static_cast<double>(file.number<float>("the points", header.order));
+    c = header.number_size == 8
+            ? file.number<double>("the points", header.order)
+            : static_cast<double>(file.number<float>("the points", header.order));
   }
   const auto all = [&](auto&& is) { return std::all_of(point.begin(), point.end(), is); };
   if (all([](double c) { return std::isfinite(c); })) return Triplet::kPoint;
@@ -131,68 +110,61 @@ Triplet readTriplet(ByteReader& file, const Header& header, Point& point) {
   file.refuse(at, "a point is ", point[0], ' ', point[1], ' ', point[2]);
 }
 
-/// Makes room for all points and fibers at once, because growing vectors take three times as much.
-void reserve(ByteReader file, const Header& header, FiberPolylines& scene) {
-  std::size_t points = 0, streamlines = 1;  // The last one may lack its end.
-  Point point;
-  while (file.remaining() >= header.pointSize()) {
-    const Triplet triplet = readTriplet(file, header, point);
-    if (triplet == Triplet::kEndOfFile) break;
-    ++(triplet == Triplet::kPoint ? points : streamlines);
+/// Calls visit(triplet, point) until the file ends, by its mark or without it.
+template <typename Visit>
+void forTriplets(ByteReader& file, const Header& header, Visit&& visit) {
+  Triplet triplet = Triplet::kPoint;
+  for (Point point; triplet != Triplet::kEndOfFile && file.remaining() >= 3 * header.number_size;) {
+    triplet = readTriplet(file, header, point);
+    visit(triplet, point);
   }
-  scene.points.reserve(points);
-  scene.point_begin.reserve(std::min(streamlines, points) + 1);
-}
-
-/// The number of streamlines, those without points included, is known only now.
-void compareCount(const Header& header, std::uint64_t streamlines, ParsedFibers& parsed) {
-  if (header.count.empty()) return;
-  const std::optional<std::uint64_t> count = parsedNumber<std::uint64_t>(header.count);
-  // MRtrix writes 0 where it does not know the number.
-  if (count && (*count == 0 || *count == streamlines)) return;
-  parsed.warnings.push_back("The header's count is '" + ByteReader::shortened(header.count) +
-                            "', but the file has " + std::to_string(streamlines) +
-                            " streamlines; it may be truncated.");
 }
 
 }  // namespace
 
-ParsedFibers parseTck(ByteReader& file) {
+ParsedFibers parseTck(ByteReader& file, const FiberFileOptions&) {
   const Header header = readHeader(file);
   ParsedFibers parsed;
-  parsed.is_float = !header.is_double;
+  parsed.is_float = header.number_size == 4;
   FiberPolylines& scene = parsed.fibers;
-  reserve(file, header, scene);
+  std::uint64_t counts[3] = {0, 1, 0};  // by triplet; the last streamline may lack its end
+  ByteReader ahead = file;
+  forTriplets(ahead, header,
+              [&](Triplet triplet, const Point&) { ++counts[static_cast<std::size_t>(triplet)]; });
+  parsed.reserve(counts[0], std::min(counts[0], counts[1]));
 
   std::uint64_t streamlines = 0, empty = 0;
+  bool has_end = false;
   const auto end_streamline = [&] {
     ++streamlines;
-    if (scene.points.size() > scene.point_begin.back()) {
+    if (parsed.isInFiber()) {
       parsed.endFiber();
     } else {
       ++empty;
     }
   };
-  bool has_end = false;
-  while (!has_end && file.remaining() >= header.pointSize()) {
-    Point point;
-    const Triplet triplet = readTriplet(file, header, point);
+  forTriplets(file, header, [&](Triplet triplet, const Point& point) {
     if (triplet == Triplet::kPoint) scene.points.push_back(point);
     if (triplet == Triplet::kEndOfStreamline) end_streamline();
     has_end = triplet == Triplet::kEndOfFile;
-  }
-  if (scene.points.size() > scene.point_begin.back()) {
+  });
+  if (parsed.isInFiber()) {
     end_streamline();
-    if (has_end) parsed.warnings.push_back("The last streamline has no end; it may be truncated.");
+    if (has_end) parsed.warn("The last streamline has no end; it may be truncated.");
   }
   if (scene.points.empty()) file.refuse(header.points_offset, "there are no streamlines");
   if (has_end) {
-    expectEnd(file, parsed);
+    parsed.expectEnd(file);
   } else {
-    parsed.warnings.push_back("The file has no end mark; it may be truncated.");
+    parsed.warn("The file has no end mark; it may be truncated.");
   }
-  warnOfEmptyFibers(empty, "streamline", parsed);
-  compareCount(header, streamlines, parsed);
+  parsed.warnOfEmptyFibers(empty, "streamline");
+  // MRtrix counts those without points, and writes 0 where it does not know the number.
+  const auto count = parsedNumber<std::uint64_t>(header.count);
+  if (!header.count.empty() && (!count || (*count != 0 && *count != streamlines))) {
+    parsed.warn("The header's count is '", ByteReader::shortened(header.count),
+                "', but the file has ", streamlines, " streamlines; it may be truncated.");
+  }
   return parsed;
 }
 

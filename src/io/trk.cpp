@@ -5,13 +5,13 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "io/formats.h"
-#include "io/trk_space.h"
 
 namespace fcl_fibers::io {
 namespace {
@@ -31,12 +31,116 @@ constexpr std::uint64_t kDimensions = 6, kVoxelSize = 12, kScalars = 36, kProper
                         kSize = 996;
 constexpr std::int32_t kHeaderSize = 1000;
 
+/// Where the voxel axes point to: 1 right, 2 to the front, 3 up, and the opposite if negative.
+using VoxelAxes = std::array<int, 3>;
+using Matrix3 = std::array<std::array<double, 3>, 3>;  ///< rows
+
+/// Returns the axes that are named by three letters, for example LPS, unless two of them are along
+/// the same line.
+std::optional<VoxelAxes> namedAxes(std::string_view letters) {
+  constexpr std::string_view kLetters = "RLAPSI";
+  if (letters.size() != 3) return std::nullopt;
+  VoxelAxes axes{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t letter = kLetters.find(letters[i]);
+    if (letter == kLetters.npos) return std::nullopt;
+    const int axis = static_cast<int>(letter / 2) + 1;
+    for (const int other : axes) {
+      if (std::abs(other) == axis) return std::nullopt;
+    }
+    axes[i] = letter % 2 == 0 ? axis : -axis;
+  }
+  return axes;
+}
+
+Matrix3 cofactors(const Matrix3& m) {
+  Matrix3 result;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto &next = m[(i + 1) % 3], &last = m[(i + 2) % 3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      result[i][k] = next[(k + 1) % 3] * last[(k + 2) % 3] - next[(k + 2) % 3] * last[(k + 1) % 3];
+    }
+  }
+  return result;
+}
+
+/// Returns the axes of a matrix, whose columns are the voxel axes in the world, unless they are
+/// nearly in one plane. The nearest rotation or reflection decides, as in nibabel, so that a
+/// sheared matrix has three different axes too.
+std::optional<VoxelAxes> nearestAxes(Matrix3 m) {
+  constexpr double kFlat = 1e-6;  // Entries are floats, which are exact to 6e-8.
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double length = std::hypot(m[0][k], m[1][k], m[2][k]);
+    if (length == 0) return std::nullopt;
+    for (auto& row : m) row[k] /= length;
+  }
+  // Newton's iteration m = (m + inverse transpose of m) / 2 halves the singular values until they
+  // are near 1, which takes 20 steps at most, and then squares their distance to 1.
+  for (int step = 0; step < 30; ++step) {
+    const Matrix3 c = cofactors(m);
+    const double det = m[0][0] * c[0][0] + m[0][1] * c[0][1] + m[0][2] * c[0][2];
+    if (!(std::abs(det) > kFlat)) return std::nullopt;
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t k = 0; k < 3; ++k) m[i][k] = (m[i][k] + c[i][k] / det) / 2;
+    }
+  }
+  VoxelAxes axes{};
+  std::array<bool, 3> is_taken{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::size_t direction = 3;
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (is_taken[i]) continue;
+      if (direction == 3 || std::abs(m[i][k]) > std::abs(m[direction][k])) direction = i;
+    }
+    is_taken[direction] = true;
+    axes[k] = static_cast<int>(direction + 1) * (m[direction][k] < 0 ? -1 : 1);
+  }
+  return axes;
+}
+
+/// The header, of which `to_world` takes a track's points, which are millimetres along the voxel
+/// axes from the corner of the first voxel on, to the world's right, front and up.
 struct Header {
   ByteOrder order = ByteOrder::kLittle;
   std::uint64_t floats_per_point = 3;
   std::uint64_t floats_per_streamline = 0;
   std::uint64_t streamlines = 0;  // 0: the file does not tell
-  TrkSpace space;
+
+  std::array<double, 3> voxel_size{};
+  std::array<double, 3> dimensions{};  ///< in voxels
+  Matrix3 to_world = {
+      {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  ///< from voxels, of which whole numbers are centres
+  Point origin{};
+
+  // Voxel axis k of `to_world` is axis from[k] of the points, reversed if sign[k] is -1.
+  std::array<std::size_t, 3> from = {0, 1, 2};
+  std::array<int, 3> sign = {1, 1, 1};
+
+  /// This is nibabel's rule, also where axes are exchanged: what another program would make of such
+  /// a file is not known, and nibabel wrote most of them.
+  void setAxes(const VoxelAxes& points, const VoxelAxes& world) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      for (std::size_t other = 0; other < 3; ++other) {
+        if (std::abs(points[k]) != std::abs(world[other])) continue;
+        from[k] = other;
+        sign[k] = points[k] == world[other] ? 1 : -1;
+      }
+    }
+  }
+
+  Point toWorld(const Point& point) const {
+    Point voxel{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double along = point[from[k]] / voxel_size[from[k]] - 0.5;
+      voxel[k] = sign[k] < 0 ? dimensions[k] - 1 - along : along;
+    }
+    Point world{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      world[i] = to_world[i][0] * voxel[0] + to_world[i][1] * voxel[1] + to_world[i][2] * voxel[2] +
+                 origin[i];
+    }
+    return world;
+  }
 };
 
 template <typename T>
@@ -45,14 +149,9 @@ T numberAt(ByteReader& file, std::uint64_t at, ByteOrder order) {
   return file.number<T>("the header", order);
 }
 
-ByteOrder readByteOrder(ByteReader& file) {
-  for (const ByteOrder order : {ByteOrder::kLittle, ByteOrder::kBig}) {
-    if (numberAt<std::int32_t>(file, kSize, order) == kHeaderSize) return order;
-  }
-  file.refuse(kSize, "the header's size is not 1000 in either byte order");
-}
-
-std::uint64_t countAt(ByteReader& file, std::uint64_t at, std::int64_t count, const char* what) {
+template <typename T>
+std::uint64_t countAt(ByteReader& file, std::uint64_t at, ByteOrder order, const char* what) {
+  const T count = numberAt<T>(file, at, order);
   if (count < 0) file.refuse(at, "the number of ", what, " is ", count);
   return static_cast<std::uint64_t>(count);
 }
@@ -65,7 +164,7 @@ VoxelAxes readVoxelOrder(ByteReader& file, ParsedFibers& parsed) {
   for (char& c : letters) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   if (letters.empty()) {
     letters = "LPS";
-    parsed.warnings.push_back("The header has no voxel order; LPS is assumed, TrackVis's default.");
+    parsed.warn("The header has no voxel order; LPS is assumed, TrackVis's default.");
   }
   const std::optional<VoxelAxes> axes = namedAxes(letters);
   if (!axes) {
@@ -75,102 +174,95 @@ VoxelAxes readVoxelOrder(ByteReader& file, ParsedFibers& parsed) {
   return *axes;
 }
 
-void readVoxToRas(ByteReader& file, ByteOrder order, std::int32_t version, TrkSpace& space,
-                  ParsedFibers& parsed) {
-  space.to_world = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-  space.origin = {0, 0, 0};
+void readVoxToRas(ByteReader& file, std::int32_t version, Header& header, ParsedFibers& parsed) {
   std::array<double, 16> entries{};
-  file.seek(kVoxToRas, "the header");
-  for (double& entry : entries) {
-    entry = static_cast<double>(file.number<float>("the header", order));
-    if (version != 1 && !std::isfinite(entry)) {
-      file.refuse(file.offset() - sizeof(float), "an entry of vox_to_ras is ", entry);
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const std::uint64_t at = kVoxToRas + sizeof(float) * i;
+    entries[i] = static_cast<double>(numberAt<float>(file, at, header.order));
+    if (version != 1 && !std::isfinite(entries[i])) {
+      file.refuse(at, "an entry of vox_to_ras is ", entries[i]);
     }
   }
   if (version == 1 || entries.back() == 0) {  // which tells that there is no matrix
-    parsed.warnings.push_back("The header has no vox_to_ras; the identity is assumed.");
+    parsed.warn("The header has no vox_to_ras; the identity is assumed.");
     return;
   }
   for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t k = 0; k < 3; ++k) space.to_world[i][k] = entries[4 * i + k];
-    space.origin[i] = entries[4 * i + 3];
+    std::copy_n(&entries[4 * i], 3, header.to_world[i].begin());
+    header.origin[i] = entries[4 * i + 3];
   }
 }
 
-TrkSpace readSpace(ByteReader& file, ByteOrder order, std::int32_t version, ParsedFibers& parsed) {
-  TrkSpace space;
+void readSpace(ByteReader& file, std::int32_t version, Header& header, ParsedFibers& parsed) {
   for (std::size_t k = 0; k < 3; ++k) {
-    space.dimensions[k] = numberAt<std::int16_t>(file, kDimensions + 2 * k, order);
+    header.dimensions[k] = numberAt<std::int16_t>(file, kDimensions + 2 * k, header.order);
     const std::uint64_t at = kVoxelSize + 4 * k;
-    space.voxel_size[k] = static_cast<double>(numberAt<float>(file, at, order));
-    if (!(space.voxel_size[k] > 0) || !std::isfinite(space.voxel_size[k])) {
-      file.refuse(at, "a voxel size is ", space.voxel_size[k]);
+    header.voxel_size[k] = static_cast<double>(numberAt<float>(file, at, header.order));
+    if (!(header.voxel_size[k] > 0) || !std::isfinite(header.voxel_size[k])) {
+      file.refuse(at, "a voxel size is ", header.voxel_size[k]);
     }
   }
-  readVoxToRas(file, order, version, space, parsed);
-  const std::optional<VoxelAxes> axes = nearestAxes(space.to_world);
+  readVoxToRas(file, version, header, parsed);
+  const std::optional<VoxelAxes> axes = nearestAxes(header.to_world);
   if (!axes) file.refuse(kVoxToRas, "vox_to_ras is flat: its columns are not independent");
-  space.setAxes(readVoxelOrder(file, parsed), *axes);
+  header.setAxes(readVoxelOrder(file, parsed), *axes);
   for (std::size_t k = 0; k < 3; ++k) {
-    if (space.sign[k] > 0 || space.dimensions[k] > 0) continue;
-    parsed.warnings.push_back(
+    if (header.sign[k] > 0 || header.dimensions[k] > 0) continue;
+    parsed.warn(
         "The header has no dimensions, which the voxel order needs; the fibers may be displaced.");
     break;
   }
-  return space;
 }
 
 Header readHeader(ByteReader& file, ParsedFibers& parsed) {
   if (file.take(5, "the header") != "TRACK") file.refuse(0, "the file does not start with TRACK");
   Header header;
-  header.order = readByteOrder(file);
+  const auto has_order = [&](ByteOrder order) {
+    header.order = order;
+    return numberAt<std::int32_t>(file, kSize, order) == kHeaderSize;
+  };
+  if (!has_order(ByteOrder::kLittle) && !has_order(ByteOrder::kBig)) {
+    file.refuse(kSize, "the header's size is not 1000 in either byte order");
+  }
   const auto version = numberAt<std::int32_t>(file, kVersion, header.order);
   if (version < 1 || version > 3) {
     file.refuse(kVersion, "version is ", version, "; supported are 1 and 2");
   }
-  if (version == 3)
-    parsed.warnings.push_back("Version is 3; the file is read as one of version 2.");
-  const auto scalars = numberAt<std::int16_t>(file, kScalars, header.order);
-  header.floats_per_point = 3 + countAt(file, kScalars, scalars, "scalars");
-  const auto properties = numberAt<std::int16_t>(file, kProperties, header.order);
-  header.floats_per_streamline = countAt(file, kProperties, properties, "properties");
-  const auto streamlines = numberAt<std::int32_t>(file, kStreamlines, header.order);
-  header.streamlines = countAt(file, kStreamlines, streamlines, "streamlines");
-  header.space = readSpace(file, header.order, version, parsed);
+  if (version == 3) parsed.warn("Version is 3; the file is read as one of version 2.");
+  header.floats_per_point = 3 + countAt<std::int16_t>(file, kScalars, header.order, "scalars");
+  header.floats_per_streamline =
+      countAt<std::int16_t>(file, kProperties, header.order, "properties");
+  header.streamlines = countAt<std::int32_t>(file, kStreamlines, header.order, "streamlines");
+  readSpace(file, version, header, parsed);
   file.seek(kHeaderSize, "the header");
   return header;
 }
 
-struct Extent {
-  std::uint64_t streamlines = 0, empty = 0, points = 0;
-};
-
-/// Goes from streamline to streamline. Those that are counted are inside the file.
-Extent measure(ByteReader file, const Header& header) {
-  Extent extent;
-  while (!file.atEnd() && (header.streamlines == 0 || extent.streamlines < header.streamlines)) {
+/// Calls visit(points) at the points of each streamline, which are inside the file, and goes on to
+/// the next one.
+template <typename Visit>
+void forStreamlines(ByteReader& file, const Header& header, Visit&& visit) {
+  for (std::uint64_t i = 0; !file.atEnd() && (header.streamlines == 0 || i < header.streamlines);
+       ++i) {
     const std::uint64_t at = file.offset();
     const auto count = file.number<std::int32_t>("a streamline", header.order);
-    const std::uint64_t points = countAt(file, at, count, "points");
+    if (count < 0) file.refuse(at, "the number of points is ", count);
+    const auto points = static_cast<std::uint64_t>(count);
     // The product has 31 and 16 bits.
     const std::uint64_t floats = points * header.floats_per_point + header.floats_per_streamline;
     if (floats > file.remaining() / sizeof(float)) {
       file.refuse(at, "a streamline of ", points, " points takes ", floats * sizeof(float),
                   " bytes, but ", file.remaining(), " follow");
     }
-    file.take(floats * sizeof(float), "a streamline");
-    ++extent.streamlines;
-    extent.empty += points == 0 ? 1 : 0;
-    extent.points += points;
+    const std::uint64_t end = file.offset() + floats * sizeof(float);
+    visit(points);
+    file.seek(end, "a streamline");
   }
-  return extent;
 }
 
 Point readPoint(ByteReader& file, const Header& header) {
   const std::uint64_t at = file.offset();
-  Point point;
-  for (double& c : point) c = file.coordinate<float>(header.order);
-  const Point world = header.space.toWorld(point);
+  const Point world = header.toWorld(file.point<float>(header.order));
   for (const double c : world) {
     // A double holds any product of floats, but what is beyond them is no place.
     if (std::abs(c) > static_cast<double>(std::numeric_limits<float>::max())) {
@@ -182,37 +274,38 @@ Point readPoint(ByteReader& file, const Header& header) {
 
 }  // namespace
 
-ParsedFibers parseTrk(ByteReader& file) {
+ParsedFibers parseTrk(ByteReader& file, const FiberFileOptions&) {
   ParsedFibers parsed;
   parsed.is_float = true;
   const Header header = readHeader(file, parsed);
-  const Extent extent = measure(file, header);
-  if (extent.points == 0) file.refuse(kStreamlines, "there are no streamlines with points");
-  FiberPolylines& scene = parsed.fibers;
-  scene.points.reserve(static_cast<std::size_t>(extent.points));
-  scene.point_begin.reserve(static_cast<std::size_t>(extent.streamlines - extent.empty + 1));
-  for (std::uint64_t s = 0; s < extent.streamlines; ++s) {
-    const auto points = file.number<std::int32_t>("a streamline", header.order);
-    for (std::int32_t i = 0; i < points; ++i) {
-      scene.points.push_back(readPoint(file, header));
+  std::uint64_t streamlines = 0, empty = 0, all_points = 0;
+  ByteReader ahead = file;
+  forStreamlines(ahead, header, [&](std::uint64_t points) {
+    ++streamlines;
+    empty += points == 0 ? 1 : 0;
+    all_points += points;
+  });
+  if (all_points == 0) file.refuse(kStreamlines, "there are no streamlines with points");
+  parsed.reserve(all_points, streamlines - empty);
+  forStreamlines(file, header, [&](std::uint64_t points) {
+    for (std::uint64_t i = 0; i < points; ++i) {
+      parsed.fibers.points.push_back(readPoint(file, header));
       file.take(sizeof(float) * (header.floats_per_point - 3), "the scalars");
     }
-    file.take(sizeof(float) * header.floats_per_streamline, "the properties");
     if (points > 0) parsed.endFiber();
-  }
+  });
   if (header.floats_per_point > 3) parsed.passed_over.push_back("scalars");
   if (header.floats_per_streamline > 0) parsed.passed_over.push_back("properties");
-  warnOfEmptyFibers(extent.empty, "streamline", parsed);
+  parsed.warnOfEmptyFibers(empty, "streamline");
   if (header.streamlines == 0) {
-    parsed.warnings.push_back(
+    parsed.warn(
         "The header does not tell the number of streamlines, so a truncated file may pass for "
         "whole.");
-  } else if (extent.streamlines < header.streamlines) {
-    parsed.warnings.push_back("The header has " + std::to_string(header.streamlines) +
-                              " streamlines, but the file has " +
-                              std::to_string(extent.streamlines) + "; it may be truncated.");
+  } else if (streamlines < header.streamlines) {
+    parsed.warn("The header has ", header.streamlines, " streamlines, but the file has ",
+                streamlines, "; it may be truncated.");
   }
-  expectEnd(file, parsed);
+  parsed.expectEnd(file);
   return parsed;
 }
 

@@ -56,7 +56,7 @@ class VtpParser {
     } else if (!options_.radius) {
       warnOfOtherRadii();
     }
-    warnOfEmptyFibers(empty_.size(), "line", parsed_);
+    parsed_.warnOfEmptyFibers(empty_.size(), "line");
     return std::move(parsed_);
   }
 
