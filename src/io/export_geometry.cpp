@@ -4,209 +4,152 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <limits>
 #include <map>
-#include <sstream>
+#include <numeric>
 #include <stdexcept>
+#include <type_traits>
 #include <utility>
 
 #include "bytes.h"
+#include "io/file_bytes.h"
 #include "io/point_radii.h"
+#include "joined_text.h"
 
 namespace fcl_fibers::io {
 namespace {
 
-/// A type of numbers: its name in VTK and its bytes.
-struct NumberType {
-  const char* name;
-  void (*append)(std::string& bytes, double number);
-};
-
-template <typename Number>
-constexpr NumberType numberType(const char* name) {
-  return {name, [](std::string& bytes, double number) {
-            appendLittleEndian(bytes, static_cast<Number>(number));
-          }};
-}
-constexpr NumberType kInt32 = numberType<std::int32_t>("Int32");
-constexpr NumberType kInt64 = numberType<std::int64_t>("Int64");
-constexpr NumberType kUInt8 = numberType<std::uint8_t>("UInt8");
-constexpr NumberType kFloat64 = numberType<double>("Float64");
-
-struct Data {
-  std::string name;
-  NumberType type;
-  std::vector<double> values;  ///< one for each point or cell
-};
+constexpr const char *kPoints = "Verts", *kLines = "Lines", *kFaces = "Polys";
 
 /// Points, cells of one kind over them, and the data of both.
 struct Mesh {
-  enum class Cells { kPoints, kLines, kFaces };
-
-  Cells cells;
-  std::vector<Point> points;
-  std::vector<std::size_t> corners;        ///< indices of points, cell after cell
+  const char* cells;
+  std::vector<Point> points{};
+  std::vector<std::size_t> corners{};      ///< indices of points, cell after cell
   std::vector<std::size_t> corners_end{};  ///< by cell
-  std::vector<Data> data;                  ///< data of cells
-  std::vector<Data> point_data{};
+  std::string cell_data{}, point_data{};   ///< arrays as XML
 
   void endCell() { corners_end.push_back(corners.size()); }
 };
 
-// --- VTK's XML PolyData, with arrays in base64 after their sizes in bytes ---
+// --- VTK's XML PolyData ---
 
-template <typename Values, typename Number>
-void addArray(std::string& xml, const char* name, const NumberType& type, int components,
-              const Values& values, Number number) {
-  std::string bytes;
-  for (const auto& value : values) number(bytes, value);
-  std::string sized;
-  appendLittleEndian(sized, static_cast<std::uint64_t>(bytes.size()));
-  xml += std::string("        <DataArray type=\"") + type.name + "\" Name=\"" + name +
-         "\" NumberOfComponents=\"" + std::to_string(components) + "\" format=\"binary\">" +
-         base64(sized + bytes) + "</DataArray>\n";
-}
-
-void addCells(std::string& xml, const char* tag, bool has_cells, const Mesh& mesh) {
-  const auto index = [](std::string& bytes, std::size_t i) {
-    kInt64.append(bytes, static_cast<double>(i));
-  };
-  const std::vector<std::size_t> none;
-  xml += std::string("      <") + tag + ">\n";
-  addArray(xml, "connectivity", kInt64, 1, has_cells ? mesh.corners : none, index);
-  addArray(xml, "offsets", kInt64, 1, has_cells ? mesh.corners_end : none, index);
-  xml += std::string("      </") + tag + ">\n";
-}
-
-std::string vtpText(const Mesh& mesh) {
-  using Cells = Mesh::Cells;
-  constexpr std::array<std::pair<const char*, Cells>, 3> kTags = {
-      {{"Verts", Cells::kPoints}, {"Lines", Cells::kLines}, {"Polys", Cells::kFaces}}};
-  std::string xml =
-      "<?xml version=\"1.0\"?>\n"
-      "<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" "
-      "header_type=\"UInt64\">\n"
-      "  <PolyData>\n";
-  xml += "    <Piece NumberOfPoints=\"" + std::to_string(mesh.points.size()) + "\"";
-  for (const auto& [tag, cells] : kTags) {
-    xml += std::string(" NumberOf") + tag + "=\"" +
-           std::to_string(cells == mesh.cells ? mesh.corners_end.size() : 0) + "\"";
-  }
-  xml += " NumberOfStrips=\"0\">\n      <Points>\n";
-  addArray(xml, "Points", kFloat64, 3, mesh.points, [](std::string& bytes, const Point& point) {
-    for (const double x : point) kFloat64.append(bytes, x);
-  });
-  xml += "      </Points>\n";
-  for (const auto& [tag, cells] : kTags) addCells(xml, tag, cells == mesh.cells, mesh);
-  const auto addData = [&](const std::string& tag, const std::vector<Data>& all) {
-    xml += "      <" + tag + ">\n";
-    for (const Data& data : all) {
-      addArray(xml, data.name.c_str(), data.type, 1, data.values, data.type.append);
+/// Returns the XML of an array of number(item) for each item, which is a number or a point. It is
+/// in base64 after its size in bytes.
+template <typename Number, typename Items, typename Get>
+std::string dataArray(const char* name, const Items& items, Get&& number) {
+  using Item = std::decay_t<decltype(number(*items.begin()))>;
+  std::string bytes, sized;
+  for (const auto& item : items) {
+    if constexpr (std::is_arithmetic_v<Item>) {
+      appendLittleEndian(bytes, static_cast<Number>(number(item)));
+    } else {
+      for (const Number x : number(item)) appendLittleEndian(bytes, x);
     }
-    xml += "      </" + tag + ">\n";
-  };
-  addData("PointData", mesh.point_data);
-  addData("CellData", mesh.data);
-  xml += "    </Piece>\n  </PolyData>\n</VTKFile>\n";
-  return xml;
+  }
+  appendLittleEndian(sized, static_cast<std::uint64_t>(bytes.size()));
+  const char* const type = std::is_floating_point_v<Number> ? "Float"
+                           : std::is_signed_v<Number>       ? "Int"
+                                                            : "UInt";
+  return joinedText("        <DataArray type=\"", type, 8 * sizeof(Number), "\" Name=\"", name,
+                    "\" NumberOfComponents=\"", std::is_arithmetic_v<Item> ? 1 : 3,
+                    "\" format=\"binary\">", base64(sized + bytes), "</DataArray>\n");
+}
+
+template <typename Number, typename Items>
+std::string dataArray(const char* name, const Items& items) {
+  return dataArray<Number>(name, items, [](const auto& item) { return item; });
 }
 
 void write(const char* call, const std::string& path, const Mesh& mesh) {
   if (std::filesystem::path(path).extension() != ".vtp") {
-    throw std::invalid_argument(std::string(call) + ": '" + path +
-                                "' does not end in .vtp; change the name");
+    throw std::invalid_argument(
+        joinedText(call, ": '", path, "' does not end in .vtp; change the name"));
   }
-  std::ofstream stream(path, std::ios::binary);
-  if (!stream) {
-    throw std::runtime_error(
-        std::string(call) + ": '" + path +
-        "' cannot be opened; check that its folder exists and may be written to");
+  std::string counts, cells;
+  for (const char* const tag : {kPoints, kLines, kFaces}) {
+    const bool has_cells = tag == mesh.cells;
+    const std::vector<std::size_t> none;
+    counts += joinedText(" NumberOf", tag, "=\"", has_cells ? mesh.corners_end.size() : 0, "\"");
+    cells += joinedText("      <", tag, ">\n",
+                        dataArray<std::int64_t>("connectivity", has_cells ? mesh.corners : none),
+                        dataArray<std::int64_t>("offsets", has_cells ? mesh.corners_end : none),
+                        "      </", tag, ">\n");
   }
-  stream << vtpText(mesh);
-  stream.close();
-  if (!stream) {
-    throw std::runtime_error(std::string(call) + ": '" + path +
-                             "': writing failed; check that the disk has room");
-  }
+  writeBytes(
+      call, path,
+      joinedText("<?xml version=\"1.0\"?>\n"
+                 "<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" "
+                 "header_type=\"UInt64\">\n"
+                 "  <PolyData>\n    <Piece NumberOfPoints=\"",
+                 mesh.points.size(), "\"", counts, " NumberOfStrips=\"0\">\n      <Points>\n",
+                 dataArray<double>("Points", mesh.points), "      </Points>\n", cells,
+                 "      <PointData>\n", mesh.point_data, "      </PointData>\n      <CellData>\n",
+                 mesh.cell_data, "      </CellData>\n    </Piece>\n  </PolyData>\n</VTKFile>\n"));
 }
 
 // --- Meshes ---
 
-Data radiusData(const FiberPolylines& scene) { return {"radius", kFloat64, pointRadii(scene)}; }
+std::string radiusData(const FiberPolylines& scene) {
+  return dataArray<double>("radius", pointRadii(scene));
+}
 
-void addBox(Mesh& mesh, const TreeVolume& box) {
-  constexpr int kFaces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
-                                {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
-  const std::size_t first = mesh.points.size();
+Mesh unitBox() {
+  Mesh mesh{kFaces};
   for (int corner = 0; corner < 8; ++corner) {
-    Point point;
-    for (int k = 0; k < 3; ++k) {
-      point[static_cast<std::size_t>(k)] =
-          box.center[k] + ((corner >> k & 1) != 0 ? box.half[k] : -box.half[k]);
-    }
-    mesh.points.push_back(point);
+    const auto side = [&](int bit) { return (corner & bit) != 0 ? 1.0 : -1.0; };
+    mesh.points.push_back({side(1), side(2), side(4)});
   }
-  for (const auto& face : kFaces) {
-    for (const int corner : face) mesh.corners.push_back(first + static_cast<std::size_t>(corner));
-    mesh.endCell();
-  }
+  mesh.corners = {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5};
+  mesh.corners_end = {4, 8, 12, 16, 20, 24};
+  return mesh;
+}
+
+double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+Point unit(const Point& p) {
+  const double length = std::hypot(p[0], p[1], p[2]);
+  return {p[0] / length, p[1] / length, p[2] / length};
 }
 
 /// An icosahedron on the unit sphere. Its faces are divided into four, and these again.
-struct UnitSphere {
-  std::vector<Point> points;
+Mesh unitSphere() {
+  Mesh mesh{kFaces};
+  std::vector<Point>& points = mesh.points;
+  const double golden = (1 + std::sqrt(5.0)) / 2;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (const double sign : {1.0, -1.0}) {
+      for (const double length : {golden, -golden}) {
+        Point& point = points.emplace_back();
+        point[axis] = sign;
+        point[(axis + 1) % 3] = length;
+        point = unit(point);
+      }
+    }
+  }
+  // Faces are the triples of neighbours; corners run counter-clockwise as seen from outside.
   std::vector<std::array<std::size_t, 3>> faces;
-
-  UnitSphere() {
-    const double golden = (1 + std::sqrt(5.0)) / 2;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      for (const double sign : {1.0, -1.0}) {
-        for (const double length : {golden, -golden}) {
-          Point point = {0, 0, 0};
-          point[axis] = sign;
-          point[(axis + 1) % 3] = length;
-          points.push_back(unit(point));
-        }
+  const auto near = [&](std::size_t i, std::size_t j) { return dot(points[i], points[j]) > 0; };
+  for (std::size_t i = 0; i < 12; ++i) {
+    for (std::size_t j = i + 1; j < 12; ++j) {
+      for (std::size_t k = j + 1; k < 12; ++k) {
+        if (!near(i, j) || !near(j, k) || !near(i, k)) continue;
+        const Point &p = points[j], &q = points[k];
+        const Point normal = {p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2],
+                              p[0] * q[1] - p[1] * q[0]};
+        const bool outward = dot(points[i], normal) > 0;
+        faces.push_back({i, outward ? j : k, outward ? k : j});
       }
     }
-    // Faces are the triples of neighbours; corners run counter-clockwise as seen from outside.
-    const double edge = 2 / std::sqrt(1 + golden * golden);
-    const auto near = [&](std::size_t i, std::size_t j) {
-      return std::hypot(points[i][0] - points[j][0], points[i][1] - points[j][1],
-                        points[i][2] - points[j][2]) < 1.1 * edge;
-    };
-    for (std::size_t i = 0; i < 12; ++i) {
-      for (std::size_t j = i + 1; j < 12; ++j) {
-        for (std::size_t k = j + 1; k < 12; ++k) {
-          if (!near(i, j) || !near(j, k) || !near(i, k)) continue;
-          const bool outward = determinant(points[i], points[j], points[k]) > 0;
-          faces.push_back({i, outward ? j : k, outward ? k : j});
-        }
-      }
-    }
-    for (int cut = 0; cut < 2; ++cut) cutFaces();
   }
-
- private:
-  static double determinant(const Point& a, const Point& b, const Point& c) {
-    return a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
-           a[2] * (b[0] * c[1] - b[1] * c[0]);
-  }
-  static Point unit(const Point& p) {
-    const double length = std::hypot(p[0], p[1], p[2]);
-    return {p[0] / length, p[1] / length, p[2] / length};
-  }
-
-  void cutFaces() {
+  for (int cut = 0; cut < 2; ++cut) {
     std::map<std::pair<std::size_t, std::size_t>, std::size_t> middles;
     const auto middle = [&](std::size_t i, std::size_t j) {
       const auto [found, is_new] = middles.try_emplace(std::minmax(i, j), points.size());
       if (is_new) {
-        const Point &p = points[i], &q = points[j];
+        const Point p = points[i], q = points[j];
         points.push_back(unit({p[0] + q[0], p[1] + q[1], p[2] + q[2]}));
       }
       return found->second;
@@ -218,113 +161,101 @@ struct UnitSphere {
     }
     faces = std::move(smaller);
   }
-};
-
-void addSphere(Mesh& mesh, const UnitSphere& unit, const TreeVolume& sphere) {
-  const std::size_t first = mesh.points.size();
-  for (const Point& p : unit.points) {
-    mesh.points.push_back({sphere.center[0] + sphere.half[0] * p[0],
-                           sphere.center[1] + sphere.half[1] * p[1],
-                           sphere.center[2] + sphere.half[2] * p[2]});
-  }
-  for (const auto& face : unit.faces) {
-    for (const std::size_t corner : face) mesh.corners.push_back(first + corner);
+  for (const auto& face : faces) {
+    mesh.corners.insert(mesh.corners.end(), face.begin(), face.end());
     mesh.endCell();
   }
+  return mesh;
+}
+
+void addVolume(Mesh& mesh, const Mesh& unit, const TreeVolume& volume) {
+  const std::size_t first = mesh.points.size(), corners = mesh.corners.size();
+  for (const Point& p : unit.points) {
+    Point& point = mesh.points.emplace_back();
+    for (std::size_t k = 0; k < 3; ++k) point[k] = volume.center[k] + volume.half[k] * p[k];
+  }
+  for (const std::size_t corner : unit.corners) mesh.corners.push_back(first + corner);
+  for (const std::size_t end : unit.corners_end) mesh.corners_end.push_back(corners + end);
 }
 
 }  // namespace
 
 void exportFibers(const std::string& path, const FiberPolylines& scene) {
-  Mesh mesh{Mesh::Cells::kLines, scene.points, {}, {}, {{"fiber", kInt32, {}}}, {}};
+  Mesh mesh{kLines, scene.points};
+  mesh.corners.resize(scene.points.size());
+  std::iota(mesh.corners.begin(), mesh.corners.end(), std::size_t{0});
+  mesh.corners_end.assign(scene.point_begin.begin() + 1, scene.point_begin.end());
+  std::vector<std::size_t> fibers(scene.fiberCount());
+  std::iota(fibers.begin(), fibers.end(), std::size_t{0});
+  mesh.cell_data = dataArray<std::int32_t>("fiber", fibers);
   // As in .hair, no thickness stands for an unknown one.
-  if (!scene.radii.empty() || scene.radius > 0) mesh.point_data.push_back(radiusData(scene));
-  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-    for (std::size_t i = scene.point_begin[f]; i < scene.point_begin[f + 1]; ++i) {
-      mesh.corners.push_back(i);
-    }
-    mesh.endCell();
-    mesh.data[0].values.push_back(static_cast<double>(f));
-  }
+  if (!scene.radii.empty() || scene.radius > 0) mesh.point_data = radiusData(scene);
   write("exportFibers", path, mesh);
 }
 
 void exportSegments(const std::string& path, const FiberPolylines& scene,
                     const std::vector<unsigned char>& touching) {
   if (touching.size() != scene.segmentCount()) {
-    throw std::invalid_argument("exportSegments: touching has " + std::to_string(touching.size()) +
-                                " numbers, but the scene has " +
-                                std::to_string(scene.segmentCount()) +
-                                " segments; give one for each");
+    throw std::invalid_argument(joinedText("exportSegments: touching has ", touching.size(),
+                                           " numbers, but the scene has ", scene.segmentCount(),
+                                           " segments; give one for each"));
   }
-  Mesh mesh{Mesh::Cells::kLines,
-            scene.points,
-            {},
-            {},
-            {{"fiber", kInt32, {}},
-             {"segment", kInt32, {}},
-             {"touching", kUInt8, {touching.begin(), touching.end()}}},
-            {radiusData(scene)}};
+  Mesh mesh{kLines, scene.points};
+  std::vector<std::size_t> fibers, segments;
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     const std::size_t begin = scene.point_begin[f];
     for (std::size_t i = begin; i + 1 < scene.point_begin[f + 1]; ++i) {
       mesh.corners.insert(mesh.corners.end(), {i, i + 1});
       mesh.endCell();
-      mesh.data[0].values.push_back(static_cast<double>(f));
-      mesh.data[1].values.push_back(static_cast<double>(i - begin));
+      fibers.push_back(f);
+      segments.push_back(i - begin);
     }
   }
+  mesh.cell_data = dataArray<std::int32_t>("fiber", fibers) +
+                   dataArray<std::int32_t>("segment", segments) +
+                   dataArray<std::uint8_t>("touching", touching);
+  mesh.point_data = radiusData(scene);
   write("exportSegments", path, mesh);
 }
 
 void exportContacts(const std::string& path, const std::vector<Contact>& contacts) {
-  Mesh mesh{Mesh::Cells::kPoints,
-            {},
-            {},
-            {},
-            {{"fiber_a", kInt32, {}},
-             {"segment_a", kInt32, {}},
-             {"s", kFloat64, {}},
-             {"fiber_b", kInt32, {}},
-             {"segment_b", kInt32, {}},
-             {"t", kFloat64, {}},
-             {"distance", kFloat64, {}},
-             {"normal_x", kFloat64, {}},
-             {"normal_y", kFloat64, {}},
-             {"normal_z", kFloat64, {}}}};
+  Mesh mesh{kPoints};
   for (const Contact& c : contacts) {
     mesh.corners.push_back(mesh.points.size());
     mesh.endCell();
     mesh.points.push_back({(c.point_a[0] + c.point_b[0]) / 2, (c.point_a[1] + c.point_b[1]) / 2,
                            (c.point_a[2] + c.point_b[2]) / 2});
-    const double values[] = {static_cast<double>(c.a.fiber),
-                             static_cast<double>(c.a.segment),
-                             c.s,
-                             static_cast<double>(c.b.fiber),
-                             static_cast<double>(c.b.segment),
-                             c.t,
-                             c.distance,
-                             c.normal[0],
-                             c.normal[1],
-                             c.normal[2]};
-    for (std::size_t k = 0; k < std::size(values); ++k) mesh.data[k].values.push_back(values[k]);
   }
+  const auto add = [&](const char* name, auto number) {
+    using Number = decltype(number(contacts[0]));
+    using Stored = std::conditional_t<std::is_integral_v<Number>, std::int32_t, double>;
+    mesh.cell_data += dataArray<Stored>(name, contacts, number);
+  };
+  add("fiber_a", [](const Contact& c) { return c.a.fiber; });
+  add("segment_a", [](const Contact& c) { return c.a.segment; });
+  add("s", [](const Contact& c) { return c.s; });
+  add("fiber_b", [](const Contact& c) { return c.b.fiber; });
+  add("segment_b", [](const Contact& c) { return c.b.segment; });
+  add("t", [](const Contact& c) { return c.t; });
+  add("distance", [](const Contact& c) { return c.distance; });
+  add("normal_x", [](const Contact& c) { return c.normal[0]; });
+  add("normal_y", [](const Contact& c) { return c.normal[1]; });
+  add("normal_z", [](const Contact& c) { return c.normal[2]; });
   write("exportContacts", path, mesh);
 }
 
 void exportVolumes(const std::string& path, const std::vector<TreeVolume>& volumes) {
-  Mesh mesh{Mesh::Cells::kFaces, {}, {}, {}, {{"volume", kInt32, {}}, {"segments", kInt32, {}}}};
-  const UnitSphere unit_sphere;
+  Mesh mesh{kFaces};
+  const Mesh box = unitBox(), sphere = unitSphere();
+  std::vector<std::size_t> numbers, segments;
   for (std::size_t v = 0; v < volumes.size(); ++v) {
-    if (volumes[v].kind == FiberTreeOptions::Volumes::kWrappedSpheres) {
-      addSphere(mesh, unit_sphere, volumes[v]);
-    } else {
-      addBox(mesh, volumes[v]);
-    }
-    mesh.data[0].values.resize(mesh.corners_end.size(), static_cast<double>(v));
-    mesh.data[1].values.resize(mesh.corners_end.size(),
-                               static_cast<double>(volumes[v].segment_count));
+    const bool is_sphere = volumes[v].kind == FiberTreeOptions::Volumes::kWrappedSpheres;
+    addVolume(mesh, is_sphere ? sphere : box, volumes[v]);
+    numbers.resize(mesh.corners_end.size(), v);
+    segments.resize(mesh.corners_end.size(), static_cast<std::size_t>(volumes[v].segment_count));
   }
+  mesh.cell_data =
+      dataArray<std::int32_t>("volume", numbers) + dataArray<std::int32_t>("segments", segments);
   write("exportVolumes", path, mesh);
 }
 
