@@ -122,7 +122,7 @@ class Statements {
     for (auto word = takeWord(file); !word.empty(); word = takeWord(file)) {
       face_.push_back(pointOf(file, word));
     }
-    if (cutter_.cut(mesh_.points, face_, mesh_.triangles)) return;
+    if (cutPolygon(mesh_.points, face_, mesh_.triangles)) return;
     file.refuse(at,
                 "the face crosses itself; bring its points into the order of its outline, or have "
                 "the program that wrote the file cut its faces into triangles");
@@ -151,7 +151,6 @@ class Statements {
   MeshFile mesh_;
   std::int64_t points_before_ = 0;  ///< the statement that is read
   std::vector<std::int32_t> face_;
-  PolygonCutter cutter_;
 };
 
 }  // namespace

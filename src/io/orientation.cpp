@@ -78,8 +78,13 @@ int exactAreaSign(const Points& points) {
 
 int areaSign(const std::vector<PlanePoint>& polygon) { return exactAreaSign(polygon); }
 
-int orientation(const PlanePoint& a, const PlanePoint& b, const PlanePoint& c) {
+int orientation(const PlanePoint& a, const PlanePoint& b, const PlanePoint& c, double tolerance) {
   const double bx = b[0] - a[0], by = b[1] - a[1], cx = c[0] - a[0], cy = c[1] - a[1];
+  if (tolerance > 0) {
+    const double longest =
+        std::max({std::hypot(bx, by), std::hypot(cx, cy), std::hypot(cx - bx, cy - by)});
+    if (std::fabs(bx * (cy / longest) - by * (cx / longest)) <= tolerance) return 0;
+  }
   // Signs of differences are right, however small or large these are.
   const int left_sign = signOf(bx) * signOf(cy), right_sign = signOf(by) * signOf(cx);
   if (left_sign * right_sign <= 0) return (left_sign > right_sign) - (left_sign < right_sign);
@@ -90,16 +95,6 @@ int orientation(const PlanePoint& a, const PlanePoint& b, const PlanePoint& c) {
   // After an overflow this is false.
   if (std::fabs(left - right) > rounding) return signOf(left - right);
   return exactAreaSign(std::array<PlanePoint, 3>{a, b, c});
-}
-
-int Sides::operator()(const PlanePoint& a, const PlanePoint& b, const PlanePoint& c) const {
-  if (tolerance_ > 0) {
-    const double bx = b[0] - a[0], by = b[1] - a[1], cx = c[0] - a[0], cy = c[1] - a[1];
-    const double longest =
-        std::max({std::hypot(bx, by), std::hypot(cx, cy), std::hypot(cx - bx, cy - by)});
-    if (std::fabs(bx * (cy / longest) - by * (cx / longest)) <= tolerance_) return 0;
-  }
-  return orientation(a, b, c);
 }
 
 }  // namespace fcl_fibers::io

@@ -13,17 +13,8 @@ using PlanePoint = std::array<double, 2>;
 int areaSign(const std::vector<PlanePoint>& polygon);
 
 /// The same of a triangle: 1 if c is left of the line from a to b, -1 if right of it, 0 if on it.
-int orientation(const PlanePoint& a, const PlanePoint& b, const PlanePoint& c);
-
-/// The same where narrow triangles count as lines.
-class Sides {
- public:
-  /// @param tolerance  the height of such a triangle above its longest edge
-  explicit Sides(double tolerance = 0) : tolerance_(tolerance) {}
-  int operator()(const PlanePoint& a, const PlanePoint& b, const PlanePoint& c) const;
-
- private:
-  double tolerance_;
-};
+/// @param tolerance  triangles of at most this height above their longest edge count as lines
+int orientation(const PlanePoint& a, const PlanePoint& b, const PlanePoint& c,
+                double tolerance = 0);
 
 }  // namespace fcl_fibers::io

@@ -4,10 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <iterator>
 #include <limits>
-#include <numeric>
+#include <set>
+#include <tuple>
 #include <utility>
+
+#include "io/orientation.h"
 
 namespace fcl_fibers::io {
 namespace {
@@ -23,57 +27,49 @@ bool isBetween(const PlanePoint& a, const PlanePoint& b, const PlanePoint& c) {
 }
 
 /// Whether all points of the shape are on the right of the line from p to q, or on it.
-template <std::size_t kCount>
-bool isOnRight(const Sides& side, const PlanePoint& p, const PlanePoint& q,
-               const std::array<PlanePoint, kCount>& shape) {
-  return std::all_of(shape.begin(), shape.end(),
-                     [&](const PlanePoint& point) { return side(p, q, point) <= 0; });
+template <typename Shape>
+bool isOnRight(const PlanePoint& p, const PlanePoint& q, const Shape& shape, double tolerance) {
+  return std::all_of(shape.begin(), shape.end(), [&](const PlanePoint& point) {
+    return orientation(p, q, point, tolerance) <= 0;
+  });
 }
 
 /// Whether an edge of the counterclockwise triangle has the shape on its outer side. If none has,
 /// the line of an edge of the shape parts the two, or they overlap.
-template <std::size_t kCount>
-bool isBeyondAnEdge(const Sides& side, const Triangle& triangle,
-                    const std::array<PlanePoint, kCount>& shape) {
+template <typename Shape>
+bool isBeyondAnEdge(const Triangle& triangle, const Shape& shape, double tolerance) {
   const auto& [a, b, c] = triangle;
-  return isOnRight(side, a, b, shape) || isOnRight(side, b, c, shape) ||
-         isOnRight(side, c, a, shape);
+  return isOnRight(a, b, shape, tolerance) || isOnRight(b, c, shape, tolerance) ||
+         isOnRight(c, a, shape, tolerance);
 }
 
-struct Range {
-  double low, high;
+struct Box {
+  PlanePoint low, high;
 };
 
-template <std::size_t kCount>
-Range rangeOf(const std::array<PlanePoint, kCount>& shape, std::size_t axis) {
-  Range range = {shape[0][axis], shape[0][axis]};
+template <typename Shape>
+Box boxOf(const Shape& shape) {
+  Box box = {shape[0], shape[0]};
   for (const PlanePoint& point : shape) {
-    range = {std::min(range.low, point[axis]), std::max(range.high, point[axis])};
+    for (const std::size_t k : {0U, 1U}) {
+      box.low[k] = std::min(box.low[k], point[k]);
+      box.high[k] = std::max(box.high[k], point[k]);
+    }
   }
-  return range;
+  return box;
 }
 
-bool areApart(const Range& a, const Range& b) { return a.high <= b.low || b.high <= a.low; }
+bool areApart(const Box& a, const Box& b) {
+  const auto apart = [&](std::size_t k) { return a.high[k] <= b.low[k] || b.high[k] <= a.low[k]; };
+  return apart(0) || apart(1);
+}
 
 /// Whether the segment meets the inside of the counterclockwise triangle.
-bool enters(const Sides& side, const PlanePoint& p, const PlanePoint& q, const Triangle& triangle) {
+bool enters(const PlanePoint& p, const PlanePoint& q, const Triangle& triangle, double tolerance) {
   const std::array<PlanePoint, 2> segment = {p, q};
-  for (const std::size_t axis : {0U, 1U}) {
-    if (areApart(rangeOf(segment, axis), rangeOf(triangle, axis))) return false;
-  }
-  return !isBeyondAnEdge(side, triangle, segment) && !isOnRight(side, p, q, triangle) &&
-         !isOnRight(side, q, p, triangle);
-}
-
-/// Whether the insides of two counterclockwise triangles meet.
-bool overlaps(const Sides& side, const Triangle& a, const Triangle& b) {
-  return !isBeyondAnEdge(side, a, b) && !isBeyondAnEdge(side, b, a);
-}
-
-double distance(const std::vector<Point>& points, std::int32_t from, std::int32_t to) {
-  const Point &a = points[static_cast<std::size_t>(from)],
-              &b = points[static_cast<std::size_t>(to)];
-  return std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
+  return !areApart(boxOf(segment), boxOf(triangle)) &&
+         !isBeyondAnEdge(triangle, segment, tolerance) && !isOnRight(p, q, triangle, tolerance) &&
+         !isOnRight(q, p, triangle, tolerance);
 }
 
 /// The corners of one round.
@@ -88,21 +84,17 @@ void leaveOutRepetitions(std::vector<std::int32_t>& corners) {
 }
 
 /// The corners seen from the first one, in a unit in which products neither overflow nor vanish.
-std::vector<Point> seenFromFirst(const std::vector<Point>& points,
-                                 const std::vector<std::int32_t>& corners) {
-  const auto pointAt = [&](std::size_t i) -> const Point& {
-    return points[static_cast<std::size_t>(corners[i])];
-  };
+std::vector<Point> seenFromFirst(const std::vector<Point>& places) {
   double largest = 0;
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    for (const double x : pointAt(i)) largest = std::max(largest, std::fabs(x));
+  for (const Point& place : places) {
+    for (const double x : place) largest = std::max(largest, std::fabs(x));
   }
   int exponent = 0;
   std::frexp(largest, &exponent);
-  std::vector<Point> seen(corners.size());
-  for (std::size_t i = 0; i < corners.size(); ++i) {
+  std::vector<Point> seen = places;
+  for (Point& point : seen) {
     for (std::size_t k = 0; k < 3; ++k) {
-      seen[i][k] = std::ldexp(pointAt(i)[k], -exponent) - std::ldexp(pointAt(0)[k], -exponent);
+      point[k] = std::ldexp(point[k], -exponent) - std::ldexp(places[0][k], -exponent);
     }
   }
   return seen;
@@ -158,192 +150,227 @@ bool isTwisted(const std::vector<Point>& seen) {
 }
 
 /// As they project along an axis onto a plane in which it points to the reader.
-std::vector<PlanePoint> projected(const std::vector<Point>& points,
-                                  const std::vector<std::int32_t>& corners, std::size_t axis) {
+std::vector<PlanePoint> projected(const std::vector<Point>& points, std::size_t axis) {
   std::vector<PlanePoint> places;
-  places.reserve(corners.size());
-  for (const std::int32_t corner : corners) {
-    const Point& point = points[static_cast<std::size_t>(corner)];
+  places.reserve(points.size());
+  for (const Point& point : points) {
     places.push_back({point[(axis + 1) % 3], point[(axis + 2) % 3]});
   }
   return places;
 }
 
+/// What the triangle of a corner and its neighbors is, in the order in which it is taken off.
+enum class Ear {
+  kSpur,      ///< no area; the polygon goes back on its own line
+  kFree,      ///< nothing touches the new edge
+  kTouched,   ///< another corner is on the new edge
+  kDoubtful,  ///< both edges are passed backward, too, so it may be outside of the polygon
+  kStraight,  ///< no area; the corner is on the line of its neighbors
+  kNone
+};
+
+struct Corner {
+  PlanePoint place;  ///< so projected that the polygon runs counterclockwise
+  std::size_t last = 0, next = 0;
+  int turn = 0;  ///< 1 to the left, 0 straight on or back, -1 to the right
+  bool is_blocker = false;
+  Ear ear = Ear::kNone;
+  double length = 0;  ///< of the new edge
+};
+
+class PolygonCutter {
+ public:
+  /// @param points  the corners of the polygon
+  explicit PolygonCutter(const std::vector<Point>& points) : points_(points) { project(); }
+
+  /// Returns the corners of each triangle, which are none if the polygon crosses itself.
+  std::vector<std::size_t> cut() {
+    if (takeOffEars(0) || takeOffEars(rounded_)) return triangles_;
+    if (points_.size() > 4 || !isTwisted(seen_)) return {};
+    if (distance(0, 2) < distance(1, 3)) return {0, 1, 2, 2, 3, 0};
+    return {1, 2, 3, 3, 0, 1};
+  }
+
+ private:
+  void project() {
+    const Areas areas = areasOf(seen_);
+    const std::size_t axis = axisOf(areas);
+    std::vector<PlanePoint> places = projected(points_, axis);
+    const double rounding = static_cast<double>(points_.size() + 8) *
+                            std::numeric_limits<double>::epsilon() * areas.products[axis];
+    int sign = 0;
+    if (std::fabs(areas.area[axis]) > rounding) {
+      sign = areas.area[axis] > 0 ? 1 : -1;
+    } else {
+      sign = areaSign(places);
+      // Products of numbers of very different sizes vanish.
+      for (std::size_t other = 0; sign == 0 && areas.size[axis] == 0 && other < 3; ++other) {
+        places = projected(points_, other);
+        sign = areaSign(places);
+      }
+    }
+    const auto [low, high] = boxOf(places);
+    const double largest = std::max({-low[0], -low[1], high[0], high[1]});
+    rounded_ = std::min(0x1p-20 * largest, 0x1p-10 * std::max(high[0] - low[0], high[1] - low[1]));
+    for (PlanePoint& place : places) {
+      if (sign < 0) std::swap(place[0], place[1]);
+      corners_.push_back({place});
+    }
+  }
+
+  double distance(std::size_t from, std::size_t to) const {
+    const Point &a = points_[from], &b = points_[to];
+    return norm({b[0] - a[0], b[1] - a[1], b[2] - a[2]});
+  }
+
+  bool isTwoWay(const Corner& from, const Corner& to) const {
+    return edges_.count({to.place, from.place}) > 0;
+  }
+
+  bool isDoubtful(std::size_t corner) const {
+    const Corner& at = corners_[corner];
+    return isTwoWay(corners_[at.last], at) && isTwoWay(at, corners_[at.next]);
+  }
+
+  void readTurn(std::size_t corner) {
+    Corner& at = corners_[corner];
+    at.turn = orientation(corners_[at.last].place, at.place, corners_[at.next].place, tolerance_);
+    if (at.turn > 0 || at.is_blocker) return;
+    at.is_blocker = true;
+    blockers_.push_back(corner);
+  }
+
+  Ear earAt(std::size_t corner) {
+    const Corner& at = corners_[corner];
+    const Triangle triangle = {corners_[at.last].place, at.place, corners_[at.next].place};
+    const auto& [a, b, c] = triangle;
+    if (at.turn < 0) return Ear::kNone;
+    if (at.turn == 0) return b != a && b != c && isBetween(a, b, c) ? Ear::kStraight : Ear::kSpur;
+    Ear ear = isTwoWay(corners_[at.last], corners_[at.next]) ? Ear::kTouched : Ear::kFree;
+    for (std::size_t i = 0; i < blockers_.size();) {
+      Corner& blocker = corners_[blockers_[i]];
+      if (blocker.turn > 0) {  // or it has been taken off
+        blocker.is_blocker = false;
+        blockers_[i] = blockers_.back();
+        blockers_.pop_back();
+        continue;
+      }
+      ++i;
+      const PlanePoint& place = blocker.place;
+      if (enters(corners_[blocker.last].place, place, triangle, tolerance_) ||
+          enters(place, corners_[blocker.next].place, triangle, tolerance_)) {
+        return Ear::kNone;
+      }
+      if (ear == Ear::kFree && place != a && place != c &&
+          orientation(a, c, place, tolerance_) == 0 && isBetween(a, place, c)) {
+        ear = Ear::kTouched;
+      }
+    }
+    return ear;
+  }
+
+  void readEar(std::size_t corner) {
+    Corner& at = corners_[corner];
+    if (at.ear != Ear::kNone) ears_.erase({at.ear, at.length, corner});
+    at.ear = earAt(corner);
+    if (at.ear == Ear::kNone) return;
+    at.length = distance(at.last, at.next);
+    ears_.emplace(at.ear, at.length, corner);
+  }
+
+  /// Short new edges make triangles that are no needles. Only what becomes of a corner's neighbors
+  /// changes what its triangle is, so each triangle is looked at a few times.
+  bool takeOffEars(double tolerance) {
+    tolerance_ = tolerance;
+    blockers_.clear();
+    ears_.clear();
+    triangles_.clear();
+    edges_.clear();
+    for (std::size_t i = 0; i < corners_.size(); ++i) {
+      Corner& at = corners_[i];
+      at = {at.place};
+      at.last = (i == 0 ? corners_.size() : i) - 1;
+      at.next = i + 1 == corners_.size() ? 0 : i + 1;
+      edges_.emplace(at.place, corners_[at.next].place);
+    }
+    for (std::size_t i = 0; i < corners_.size(); ++i) readTurn(i);
+    for (std::size_t i = 0; i < corners_.size(); ++i) readEar(i);
+    while (triangles_.size() / 3 + 2 < corners_.size()) {
+      if (ears_.empty()) return false;
+      const auto [ear, length, corner] = *ears_.begin();
+      ears_.erase(ears_.begin());
+      Corner& at = corners_[corner];
+      if ((ear == Ear::kFree || ear == Ear::kTouched) && isDoubtful(corner)) {
+        at.ear = Ear::kDoubtful;
+        ears_.emplace(at.ear, length, corner);
+        continue;
+      }
+      Corner &a = corners_[at.last], &c = corners_[at.next];
+      at.ear = Ear::kNone;
+      at.turn = 1;  // It blocks no more.
+      triangles_.insert(triangles_.end(), {at.last, corner, at.next});
+      edges_.erase(edges_.find({a.place, at.place}));
+      edges_.erase(edges_.find({at.place, c.place}));
+      edges_.emplace(a.place, c.place);
+      a.next = at.next;
+      c.last = at.last;
+      for (const std::size_t neighbor : {at.last, at.next}) readTurn(neighbor);
+      for (const std::size_t neighbor : {at.last, at.next}) readEar(neighbor);
+    }
+    return !overlap();
+  }
+
+  bool overlap() const {
+    std::vector<std::pair<Box, Triangle>> boxed;
+    for (std::size_t i = 0; i < triangles_.size(); i += 3) {
+      const auto place = [&](std::size_t k) { return corners_[triangles_[i + k]].place; };
+      const Triangle triangle = {place(0), place(1), place(2)};
+      if (orientation(triangle[0], triangle[1], triangle[2], tolerance_) == 0) continue;
+      boxed.emplace_back(boxOf(triangle), triangle);
+    }
+    std::sort(boxed.begin(), boxed.end(),
+              [](const auto& p, const auto& q) { return p.first.low[0] < q.first.low[0]; });
+    for (auto p = boxed.begin(); p != boxed.end(); ++p) {
+      const auto& [box, triangle] = *p;
+      for (auto q = std::next(p); q != boxed.end() && q->first.low[0] < box.high[0]; ++q) {
+        if (!areApart(box, q->first) && !isBeyondAnEdge(triangle, q->second, tolerance_) &&
+            !isBeyondAnEdge(q->second, triangle, tolerance_)) {
+          return true;
+        }
+      }
+    }
+    return false;
+  }
+
+  const std::vector<Point>& points_;
+  std::vector<Point> seen_ = seenFromFirst(points_);
+  std::vector<Corner> corners_;
+  double tolerance_ = 0;  ///< of orientations
+  double rounded_ =
+      0;  ///< the same for corners that are rounded, but less than the size of the polygon
+  /// The corners that do not turn left. An edge that enters the triangle of another corner begins
+  /// or ends at one of them.
+  std::vector<std::size_t> blockers_;
+  std::multiset<std::pair<PlanePoint, PlanePoint>> edges_;  ///< from, to
+  std::set<std::tuple<Ear, double, std::size_t>> ears_;     ///< and `length`, corner
+  std::vector<std::size_t> triangles_;                      ///< three corners each
+};
+
 }  // namespace
 
-void PolygonCutter::project(const std::vector<Point>& points,
-                            const std::vector<std::int32_t>& corners,
-                            const std::vector<Point>& seen) {
-  const Areas areas = areasOf(seen);
-  const std::size_t axis = axisOf(areas);
-  std::vector<PlanePoint> places = projected(points, corners, axis);
-  const double rounding = static_cast<double>(corners.size() + 8) *
-                          std::numeric_limits<double>::epsilon() * areas.products[axis];
-  int sign = 0;
-  if (std::fabs(areas.area[axis]) > rounding) {
-    sign = areas.area[axis] > 0 ? 1 : -1;
-  } else {
-    sign = areaSign(places);
-    // Products of numbers of very different sizes vanish.
-    for (std::size_t other = 0; sign == 0 && areas.size[axis] == 0 && other < 3; ++other) {
-      places = projected(points, corners, other);
-      sign = areaSign(places);
-    }
-  }
-  corners_.clear();
-  std::array<Range, 2> ranges = {Range{places[0][0], places[0][0]}, {places[0][1], places[0][1]}};
-  double largest = 0;
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    for (const std::size_t k : {0U, 1U}) {
-      ranges[k] = {std::min(ranges[k].low, places[i][k]), std::max(ranges[k].high, places[i][k])};
-      largest = std::max(largest, std::fabs(places[i][k]));
-    }
-    if (sign < 0) std::swap(places[i][0], places[i][1]);
-    corners_.push_back({corners[i], places[i]});
-  }
-  const double extent = std::max(ranges[0].high - ranges[0].low, ranges[1].high - ranges[1].low);
-  tolerance_ = std::min(0x1p-20 * largest, 0x1p-10 * extent);
-}
-
-bool PolygonCutter::isTwoWay(const Corner& from, const Corner& to) const {
-  return edges_.count({to.place, from.place}) > 0;
-}
-
-bool PolygonCutter::isDoubtful(std::size_t corner) const {
-  const Corner& at = corners_[corner];
-  return isTwoWay(corners_[at.last], at) && isTwoWay(at, corners_[at.next]);
-}
-
-void PolygonCutter::readTurn(std::size_t corner) {
-  Corner& at = corners_[corner];
-  at.turn = side_(corners_[at.last].place, at.place, corners_[at.next].place);
-  if (at.turn > 0 || at.is_blocker) return;
-  at.is_blocker = true;
-  blockers_.push_back(corner);
-}
-
-PolygonCutter::Ear PolygonCutter::earAt(std::size_t corner) {
-  const Corner& at = corners_[corner];
-  const Triangle triangle = {corners_[at.last].place, at.place, corners_[at.next].place};
-  const auto& [a, b, c] = triangle;
-  if (at.turn < 0) return Ear::kNone;
-  if (at.turn == 0) return b != a && b != c && isBetween(a, b, c) ? Ear::kStraight : Ear::kSpur;
-  Ear ear = isTwoWay(corners_[at.last], corners_[at.next]) ? Ear::kTouched : Ear::kFree;
-  for (std::size_t i = 0; i < blockers_.size();) {
-    Corner& blocker = corners_[blockers_[i]];
-    if (blocker.turn > 0) {  // or it has been taken off
-      blocker.is_blocker = false;
-      blockers_[i] = blockers_.back();
-      blockers_.pop_back();
-      continue;
-    }
-    ++i;
-    const PlanePoint& place = blocker.place;
-    if (enters(side_, corners_[blocker.last].place, place, triangle) ||
-        enters(side_, place, corners_[blocker.next].place, triangle)) {
-      return Ear::kNone;
-    }
-    if (ear == Ear::kFree && place != a && place != c && side_(a, c, place) == 0 &&
-        isBetween(a, place, c)) {
-      ear = Ear::kTouched;
-    }
-  }
-  return ear;
-}
-
-void PolygonCutter::readEar(std::size_t corner) {
-  Corner& at = corners_[corner];
-  if (at.ear != Ear::kNone) ears_.erase({at.ear, at.length, corner});
-  at.ear = earAt(corner);
-  if (at.ear == Ear::kNone) return;
-  at.length = distance(*points_, corners_[at.last].point, corners_[at.next].point);
-  ears_.emplace(at.ear, at.length, corner);
-}
-
-/// Short new edges make triangles that are no needles. Only what becomes of a corner's neighbors
-/// changes what its triangle is, so each triangle is looked at a few times.
-bool PolygonCutter::takeOffEars(double tolerance) {
-  side_ = Sides(tolerance);
-  blockers_.clear();
-  ears_.clear();
-  triangles_.clear();
-  edges_.clear();
-  for (std::size_t i = 0; i < corners_.size(); ++i) {
-    Corner& at = corners_[i];
-    at = {at.point, at.place};
-    at.last = (i == 0 ? corners_.size() : i) - 1;
-    at.next = i + 1 == corners_.size() ? 0 : i + 1;
-    edges_.emplace(at.place, corners_[at.next].place);
-  }
-  for (std::size_t i = 0; i < corners_.size(); ++i) readTurn(i);
-  for (std::size_t i = 0; i < corners_.size(); ++i) readEar(i);
-  while (triangles_.size() + 2 < corners_.size()) {
-    if (ears_.empty()) return false;
-    const auto [ear, length, corner] = *ears_.begin();
-    ears_.erase(ears_.begin());
-    Corner& at = corners_[corner];
-    if ((ear == Ear::kFree || ear == Ear::kTouched) && isDoubtful(corner)) {
-      at.ear = Ear::kDoubtful;
-      ears_.emplace(at.ear, length, corner);
-      continue;
-    }
-    Corner &a = corners_[at.last], &c = corners_[at.next];
-    at.ear = Ear::kNone;
-    at.turn = 1;  // It blocks no more.
-    triangles_.push_back({at.last, corner, at.next});
-    edges_.erase(edges_.find({a.place, at.place}));
-    edges_.erase(edges_.find({at.place, c.place}));
-    edges_.emplace(a.place, c.place);
-    a.next = at.next;
-    c.last = at.last;
-    for (const std::size_t neighbor : {at.last, at.next}) readTurn(neighbor);
-    for (const std::size_t neighbor : {at.last, at.next}) readEar(neighbor);
-  }
-  return !overlap();
-}
-
-bool PolygonCutter::overlap() const {
-  struct Boxed {
-    Triangle triangle;
-    Range x, y;
-  };
-  std::vector<Boxed> boxed;
-  for (const auto& [a, b, c] : triangles_) {
-    const Triangle triangle = {corners_[a].place, corners_[b].place, corners_[c].place};
-    if (side_(triangle[0], triangle[1], triangle[2]) == 0) continue;
-    boxed.push_back({triangle, rangeOf(triangle, 0), rangeOf(triangle, 1)});
-  }
-  std::sort(boxed.begin(), boxed.end(),
-            [](const Boxed& p, const Boxed& q) { return p.x.low < q.x.low; });
-  for (auto p = boxed.begin(); p != boxed.end(); ++p) {
-    for (auto q = std::next(p); q != boxed.end() && q->x.low < p->x.high; ++q) {
-      if (!areApart(p->y, q->y) && overlaps(side_, p->triangle, q->triangle)) return true;
-    }
-  }
-  return false;
-}
-
-bool PolygonCutter::cut(const std::vector<Point>& points, std::vector<std::int32_t>& corners,
-                        std::vector<std::int32_t>& triangles) {
+bool cutPolygon(const std::vector<Point>& points, std::vector<std::int32_t>& corners,
+                std::vector<std::int32_t>& triangles) {
   leaveOutRepetitions(corners);
   if (corners.size() == 3) {
     triangles.insert(triangles.end(), corners.begin(), corners.end());
     return true;
   }
-  points_ = &points;
-  const std::vector<Point> seen = seenFromFirst(points, corners);
-  project(points, corners, seen);
-  if (!takeOffEars(0) && !takeOffEars(tolerance_)) {
-    if (seen.size() > 4 || !isTwisted(seen)) return false;
-    const bool is_first_shorter =
-        distance(points, corners[0], corners[2]) < distance(points, corners[1], corners[3]);
-    const std::size_t i = is_first_shorter ? 0 : 1;
-    triangles_ = {{i, i + 1, i + 2}, {i + 2, (i + 3) % 4, i}};
-  }
-  for (const std::array<std::size_t, 3>& triangle : triangles_) {
-    for (const std::size_t corner : triangle) triangles.push_back(corners_[corner].point);
-  }
-  return true;
+  std::vector<Point> places;
+  for (const std::int32_t corner : corners)
+    places.push_back(points[static_cast<std::size_t>(corner)]);
+  const std::vector<std::size_t> cut = PolygonCutter(places).cut();
+  for (const std::size_t corner : cut) triangles.push_back(corners[corner]);
+  return !cut.empty();
 }
 
 }  // namespace fcl_fibers::io
