@@ -16,6 +16,7 @@
 #include "bytes.h"
 #include "io/file_bytes.h"
 #include "io/point_radii.h"
+#include "io/vtp_file.h"
 #include "joined_text.h"
 
 namespace fcl_fibers::io {
@@ -50,10 +51,7 @@ std::string dataArray(const char* name, const Items& items, Get&& number) {
     }
   }
   appendLittleEndian(sized, static_cast<std::uint64_t>(bytes.size()));
-  const char* const type = std::is_floating_point_v<Number> ? "Float"
-                           : std::is_signed_v<Number>       ? "Int"
-                                                            : "UInt";
-  return joinedText("        <DataArray type=\"", type, 8 * sizeof(Number), "\" Name=\"", name,
+  return joinedText("        <DataArray type=\"", vtp::typeName<Number>(), "\" Name=\"", name,
                     "\" NumberOfComponents=\"", std::is_arithmetic_v<Item> ? 1 : 3,
                     "\" format=\"binary\">", base64(sized + bytes), "</DataArray>\n");
 }
