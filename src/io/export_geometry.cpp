@@ -16,6 +16,7 @@
 #include "bytes.h"
 #include "io/file_bytes.h"
 #include "io/point_radii.h"
+#include "io/vectors.h"
 #include "io/vtp_file.h"
 #include "joined_text.h"
 
@@ -105,10 +106,8 @@ Mesh unitBox() {
   return mesh;
 }
 
-double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
 Point unit(const Point& p) {
-  const double length = std::hypot(p[0], p[1], p[2]);
+  const double length = norm(p);
   return {p[0] / length, p[1] / length, p[2] / length};
 }
 
@@ -134,10 +133,7 @@ Mesh unitSphere() {
     for (std::size_t j = i + 1; j < 12; ++j) {
       for (std::size_t k = j + 1; k < 12; ++k) {
         if (!near(i, j) || !near(j, k) || !near(i, k)) continue;
-        const Point &p = points[j], &q = points[k];
-        const Point normal = {p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2],
-                              p[0] * q[1] - p[1] * q[0]};
-        const bool outward = dot(points[i], normal) > 0;
+        const bool outward = dot(points[i], cross(points[j], points[k])) > 0;
         faces.push_back({i, outward ? j : k, outward ? k : j});
       }
     }

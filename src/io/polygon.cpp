@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "io/orientation.h"
+#include "io/vectors.h"
 
 namespace fcl_fibers::io {
 namespace {
@@ -134,19 +135,12 @@ std::size_t axisOf(const Areas& areas) {
   return std::fabs(areas.area[of_area]) > 0x1p-10 * areas.size[of_size] ? of_area : of_size;
 }
 
-Point cross(const Point& a, const Point& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-double norm(const Point& p) { return std::hypot(p[0], p[1], p[2]); }
-
 /// Whether a quadrangle is farther from flat than a thousandth of its size. Then its edges do not
 /// cross in space, even if they seem to.
 bool isTwisted(const std::vector<Point>& seen) {
   const Point &a = seen[1], &b = seen[2], &c = seen[3], normal = cross(a, b);
   const double area = std::max({norm(normal), norm(cross(b, c)), norm(cross(c, a))});
-  const double volume = normal[0] * c[0] + normal[1] * c[1] + normal[2] * c[2];
-  return std::fabs(volume) > 0x1p-10 * area * std::max({norm(a), norm(b), norm(c)});
+  return std::fabs(dot(normal, c)) > 0x1p-10 * area * std::max({norm(a), norm(b), norm(c)});
 }
 
 /// As they project along an axis onto a plane in which it points to the reader.
@@ -187,7 +181,8 @@ class PolygonCutter {
   std::vector<std::size_t> cut() {
     if (takeOffEars(0) || takeOffEars(rounded_)) return triangles_;
     if (points_.size() > 4 || !isTwisted(seen_)) return {};
-    if (distance(0, 2) < distance(1, 3)) return {0, 1, 2, 2, 3, 0};
+    if (distance(points_[0], points_[2]) < distance(points_[1], points_[3]))
+      return {0, 1, 2, 2, 3, 0};
     return {1, 2, 3, 3, 0, 1};
   }
 
@@ -216,11 +211,6 @@ class PolygonCutter {
       if (sign < 0) std::swap(place[0], place[1]);
       corners_.push_back({place});
     }
-  }
-
-  double distance(std::size_t from, std::size_t to) const {
-    const Point &a = points_[from], &b = points_[to];
-    return norm({b[0] - a[0], b[1] - a[1], b[2] - a[2]});
   }
 
   bool isTwoWay(const Corner& from, const Corner& to) const {
@@ -274,7 +264,7 @@ class PolygonCutter {
     if (at.ear != Ear::kNone) ears_.erase({at.ear, at.length, corner});
     at.ear = earAt(corner);
     if (at.ear == Ear::kNone) return;
-    at.length = distance(at.last, at.next);
+    at.length = distance(points_[at.last], points_[at.next]);
     ears_.emplace(at.ear, at.length, corner);
   }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "arguments.h"
+#include "io/vectors.h"
 
 namespace fcl_fibers::io {
 namespace {
@@ -16,23 +17,18 @@ void requireLength(const char* call, const char* name, double value) {
   refuseArgument(call, name, value, "give a finite number of 0 or more");
 }
 
-double distance(const Point& p, const Point& q) {
-  return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
-}
-
 /// The curvature of the circle through three points, 2 sin(angle at the middle one) / (its opposite
 /// side). The sine comes from the turn, not from an area, so it is exact if the points almost form
 /// a line.
 /// @pre the middle point differs from both others
 double curvatureAt(const Point& p, const Point& q, const Point& r) {
   const double before = distance(p, q), after = distance(q, r), across = distance(p, r);
-  double u[3], v[3];
+  Point u, v;
   for (std::size_t k = 0; k < 3; ++k) {
     u[k] = (q[k] - p[k]) / before;
     v[k] = (r[k] - q[k]) / after;
   }
-  const double sine =
-      std::hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]);
+  const double sine = norm(cross(u, v));
   // The least circle through two points has them as its diameter.
   const double most = 2 / std::max(before, after);
   return across > 0 ? std::min(2 * sine / across, most) : most;

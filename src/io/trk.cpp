@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "io/formats.h"
+#include "io/vectors.h"
 
 namespace fcl_fibers::io {
 namespace {
@@ -33,7 +34,7 @@ constexpr std::int32_t kHeaderSize = 1000;
 
 /// Where the voxel axes point to: 1 right, 2 to the front, 3 up, and the opposite if negative.
 using VoxelAxes = std::array<int, 3>;
-using Matrix3 = std::array<std::array<double, 3>, 3>;  ///< rows
+using Matrix3 = std::array<Point, 3>;  ///< rows
 
 /// Returns the axes that are named by three letters, for example LPS, unless two of them are along
 /// the same line.
@@ -53,32 +54,21 @@ std::optional<VoxelAxes> namedAxes(std::string_view letters) {
   return axes;
 }
 
-Matrix3 cofactors(const Matrix3& m) {
-  Matrix3 result;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const auto &next = m[(i + 1) % 3], &last = m[(i + 2) % 3];
-    for (std::size_t k = 0; k < 3; ++k) {
-      result[i][k] = next[(k + 1) % 3] * last[(k + 2) % 3] - next[(k + 2) % 3] * last[(k + 1) % 3];
-    }
-  }
-  return result;
-}
-
 /// Returns the axes of a matrix, whose columns are the voxel axes in the world, unless they are
 /// nearly in one plane. The nearest rotation or reflection decides, as in nibabel, so that a
 /// sheared matrix has three different axes too.
 std::optional<VoxelAxes> nearestAxes(Matrix3 m) {
   constexpr double kFlat = 1e-6;  // Entries are floats, which are exact to 6e-8.
   for (std::size_t k = 0; k < 3; ++k) {
-    const double length = std::hypot(m[0][k], m[1][k], m[2][k]);
+    const double length = norm({m[0][k], m[1][k], m[2][k]});
     if (length == 0) return std::nullopt;
     for (auto& row : m) row[k] /= length;
   }
   // Newton's iteration m = (m + inverse transpose of m) / 2 halves the singular values until they
   // are near 1, which takes 20 steps at most, and then squares their distance to 1.
   for (int step = 0; step < 30; ++step) {
-    const Matrix3 c = cofactors(m);
-    const double det = m[0][0] * c[0][0] + m[0][1] * c[0][1] + m[0][2] * c[0][2];
+    const Matrix3 c = {cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])};  // cofactors
+    const double det = dot(m[0], c[0]);
     if (!(std::abs(det) > kFlat)) return std::nullopt;
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t k = 0; k < 3; ++k) m[i][k] = (m[i][k] + c[i][k] / det) / 2;
@@ -116,18 +106,6 @@ struct Header {
   std::array<std::size_t, 3> from = {0, 1, 2};
   std::array<int, 3> sign = {1, 1, 1};
 
-  /// This is nibabel's rule, also where axes are exchanged: what another program would make of such
-  /// a file is not known, and nibabel wrote most of them.
-  void setAxes(const VoxelAxes& points, const VoxelAxes& world) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      for (std::size_t other = 0; other < 3; ++other) {
-        if (std::abs(points[k]) != std::abs(world[other])) continue;
-        from[k] = other;
-        sign[k] = points[k] == world[other] ? 1 : -1;
-      }
-    }
-  }
-
   Point toWorld(const Point& point) const {
     Point voxel{};
     for (std::size_t k = 0; k < 3; ++k) {
@@ -135,10 +113,7 @@ struct Header {
       voxel[k] = sign[k] < 0 ? dimensions[k] - 1 - along : along;
     }
     Point world{};
-    for (std::size_t i = 0; i < 3; ++i) {
-      world[i] = to_world[i][0] * voxel[0] + to_world[i][1] * voxel[1] + to_world[i][2] * voxel[2] +
-                 origin[i];
-    }
+    for (std::size_t i = 0; i < 3; ++i) world[i] = dot(to_world[i], voxel) + origin[i];
     return world;
   }
 };
@@ -205,12 +180,21 @@ void readSpace(ByteReader& file, std::int32_t version, Header& header, ParsedFib
   readVoxToRas(file, version, header, parsed);
   const std::optional<VoxelAxes> axes = nearestAxes(header.to_world);
   if (!axes) file.refuse(kVoxToRas, "vox_to_ras is flat: its columns are not independent");
-  header.setAxes(readVoxelOrder(file, parsed), *axes);
+  const VoxelAxes points = readVoxelOrder(file, parsed);
+  bool needs_dimensions = false;
+  // This is nibabel's rule, also where axes are exchanged: what another program would make of such
+  // a file is not known, and nibabel wrote most of them.
   for (std::size_t k = 0; k < 3; ++k) {
-    if (header.sign[k] > 0 || header.dimensions[k] > 0) continue;
+    for (std::size_t other = 0; other < 3; ++other) {
+      if (std::abs(points[k]) != std::abs((*axes)[other])) continue;
+      header.from[k] = other;
+      header.sign[k] = points[k] == (*axes)[other] ? 1 : -1;
+    }
+    needs_dimensions |= header.sign[k] < 0 && header.dimensions[k] <= 0;
+  }
+  if (needs_dimensions) {
     parsed.warn(
         "The header has no dimensions, which the voxel order needs; the fibers may be displaced.");
-    break;
   }
 }
 
