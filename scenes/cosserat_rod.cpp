@@ -94,9 +94,7 @@ class Equations {
 
   Equations(const CosseratRod& rod, const RodLoad& load, int segments)
       : bending_compliance_(rod.bending_stiffness.cwiseInverse()),
-        shear_compliance_(rod.shear_stiffness.cwiseInverse()),
         reference_curvature_(rod.reference_curvature),
-        reference_stretch_(rod.reference_stretch),
         load_(load),
         length_(rod.length),
         spacing_(rod.length / segments),
@@ -164,13 +162,11 @@ class Equations {
       const Vector m = node.frame.transpose() * state.moments[i];
       const Vector n = node.frame.transpose() * node.force;
       const Vector u = reference_curvature_ + bending_compliance_.cwiseProduct(m);
-      const Vector v = reference_stretch_ + shear_compliance_.cwiseProduct(n);
+      const Vector v = Vector::UnitZ();
       node.curvature = u;
       node.curvature_slope = bending_compliance_.cwiseProduct(n.cross(v) - u.cross(m));
       node.tangent = node.frame * v;
-      node.bend = node.frame *
-                  (shear_compliance_.cwiseProduct(-(node.frame.transpose() * weight) - u.cross(n)) +
-                   u.cross(v));
+      node.bend = node.frame * u.cross(v);
       node.torque = node.force.cross(node.tangent);
       node.torque_slope = node.force.cross(node.bend) - weight.cross(node.tangent);
     }
@@ -202,19 +198,6 @@ class Equations {
     double largest = 0;
     for (const Interval& interval : intervals_) largest = std::max(largest, interval.turn.norm());
     return largest;
-  }
-
-  // Compressed by more than its stretch stiffness, a rod would turn inside out.
-  void requireLengthLeft() const {
-    for (std::size_t i = 0; i < nodes_.size(); ++i) {
-      const double length = nodes_[i].frame.col(2).dot(nodes_[i].tangent);
-      if (length > 0) continue;
-      std::ostringstream message;
-      message << "solveRod: at s = " << spacing_ * static_cast<double>(i)
-              << " the load compresses the rod to " << length
-              << " of its length; give a smaller load or a larger shear stiffness";
-      throw std::runtime_error(message.str());
-    }
   }
 
   double largestForce() const {
@@ -306,9 +289,7 @@ class Equations {
     d.curvature_by_turn = timesCross(d.curvature_by_moment, m);
 
     const Matrix bending = frame * d.curvature_by_moment;  // R K^-1 R^T
-    const Matrix shear = frame * shear_compliance_.asDiagonal() * frame.transpose();
-    const Matrix shear_n = timesCross(shear, n);
-    const Matrix tangent_by_turn = shear_n - crossMatrix(node.tangent);
+    const Matrix tangent_by_turn = -crossMatrix(node.tangent);
     d.torque_by_turn = crossTimes(n, tangent_by_turn);
 
     d.curvature_slope_by_moment.noalias() =
@@ -318,9 +299,7 @@ class Equations {
     d.curvature_slope_by_turn += timesCross(d.curvature_slope_by_moment, m);
 
     const Matrix bend_by_moment = tangent_by_turn * bending;
-    const Matrix bend_by_turn = timesCross(bend_by_moment, m) + timesCross(shear, n_slope) -
-                                timesCross(timesCross(shear, w), n) + crossTimes(w, shear_n) -
-                                crossMatrix(node.bend);
+    const Matrix bend_by_turn = timesCross(bend_by_moment, m) - crossMatrix(node.bend);
     d.torque_slope_by_moment = crossTimes(n, bend_by_moment);
     d.torque_slope_by_turn = crossTimes(n, bend_by_turn) + crossTimes(n_slope, tangent_by_turn);
   }
@@ -424,7 +403,7 @@ class Equations {
     }
   }
 
-  Vector bending_compliance_, shear_compliance_, reference_curvature_, reference_stretch_;
+  Vector bending_compliance_, reference_curvature_;
   RodLoad load_;
   double length_, spacing_, moment_unit_;
   std::vector<Node> nodes_;
@@ -451,13 +430,8 @@ void requireRod(const CosseratRod& rod) {
       refuseArgument("solveRod", "a bending stiffness", rod.bending_stiffness[k],
                      "give finite stiffnesses above 0");
     }
-    if (!(rod.shear_stiffness[k] > 0)) {
-      refuseArgument("solveRod", "a shear stiffness", rod.shear_stiffness[k],
-                     "give stiffnesses above 0, infinity for none of that strain");
-    }
   }
   requireFinite("a reference curvature", rod.reference_curvature);
-  requireFinite("a reference stretch", rod.reference_stretch);
   requireFinite("a coordinate of the base", rod.base_point);
   const double norm = rod.base_frame.norm();
   if (!(std::abs(norm - 1) <= 1e-9)) {
@@ -592,7 +566,6 @@ RodShape solveRod(const CosseratRod& rod, const RodLoad& load, int segments,
   if (!solved) state = solveFromUnloaded(equations, load, rod.length, base);
   requireResolution(equations.largestTurn(), kLargestTurn, segments,
                     "the angle from one to the next");
-  equations.requireLengthLeft();
   return equations.shape(state, rod.base_point);
 }
 

@@ -15,25 +15,18 @@ using Rotation = Eigen::Quaternion<double, Eigen::DontAlign>;
 /// the directors d1, d2, d3 as columns, in world coordinates; r(s) is the centre line. Strains are
 /// components along the directors:
 ///
-///     R' = R [u]x,  r' = R v,  m = R K (u - u^),  n = R I (v - v^)
+///     R' = R [u]x,  r' = d3,  m = R K (u - u^)
 ///
-/// with the diagonal stiffnesses K and I and the strains u^, v^ of the rod without load. Antman,
-/// Nonlinear Problems of Elasticity, 2005, chapter 8.
+/// with the diagonal stiffness K and the strains u^ of the rod without load. It neither shears nor
+/// stretches. Antman, Nonlinear Problems of Elasticity, 2005, chapter 8.
 struct CosseratRod {
   double length = 1;  ///< in s; positive
 
   /// K: bending about d1 and d2, twist about d3; force times length squared. Positive.
   Eigen::Vector3d bending_stiffness = {1, 1, 1};
 
-  /// I: shear along d1 and d2, stretch along d3; force. Positive; infinity for a rod that neither
-  /// shears nor stretches.
-  Eigen::Vector3d shear_stiffness = {1e6, 1e6, 1e6};
-
   /// u^: curvatures and twist per length. Zero for a straight rod.
   Eigen::Vector3d reference_curvature = {0, 0, 0};
-
-  /// v^: r' without load. The unit along d3 for a rod whose s is arc length.
-  Eigen::Vector3d reference_stretch = {0, 0, 1};
 
   Eigen::Vector3d base_point = {0, 0, 0};  ///< r(0)
   Rotation base_frame{1, 0, 0, 0};         ///< R(0), of unit length to 1e-9
@@ -50,7 +43,7 @@ struct RodLoad {
 struct RodShape {
   double spacing = 0;                     ///< of the points, in s
   std::vector<Eigen::Vector3d> points;    ///< r
-  std::vector<Eigen::Vector3d> tangents;  ///< r', of unit length only where the rod is not strained
+  std::vector<Eigen::Vector3d> tangents;  ///< r'
   std::vector<Eigen::Vector3d> bends;     ///< r''
   std::vector<Rotation> frames;           ///< R, of unit length to rounding
   std::vector<Eigen::Vector3d> moments;   ///< m, in the world frame

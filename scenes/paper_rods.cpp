@@ -2,7 +2,6 @@
 #include "scenes/paper_rods.h"
 
 #include <cmath>
-#include <limits>
 #include <vector>
 
 namespace fcl_fibers::scenes {
@@ -18,7 +17,6 @@ CosseratRod hair(double length) {
   CosseratRod rod;
   rod.length = length;
   rod.bending_stiffness = {kBending, kBending, kTwisting};
-  rod.shear_stiffness.setConstant(std::numeric_limits<double>::infinity());
   return rod;
 }
 

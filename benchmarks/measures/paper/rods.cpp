@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <benchmark/benchmark.h>
 
-#include <limits>
 #include <string>
 
 #include "scenes/cosserat_rod.h"
@@ -20,10 +19,9 @@ struct Hair {
   scenes::RodLoad load;
 
   Hair() {
-    constexpr double kBending = 4.7, kTwist = 3.5, kNone = std::numeric_limits<double>::infinity();
+    constexpr double kBending = 4.7, kTwist = 3.5;
     rod.length = 15;
     rod.bending_stiffness = {kBending, kBending, kTwist};
-    rod.shear_stiffness = {kNone, kNone, kNone};
     const scenes::LoadTrajectory trajectory = scenes::loopTrajectory();
     const scenes::TipLoad& state = trajectory.states[trajectory.states.size() / 2];
     load.tip_force = state.force;
