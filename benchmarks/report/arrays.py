@@ -3,7 +3,7 @@
 
 from statistics import median
 
-from tables import Table, digits
+from tables import Rows, Table, digits, target
 
 SCENES = ("helix", "helix-2000", "cap")
 VOLUMES = ("boxes", "spheres")
@@ -52,67 +52,49 @@ class Arrays:
         return self.get(name, "bytes") / self.segments
 
 
-def table(parts):
-    scenes = {name: Arrays(part) for name, part in parts_of(parts).items()}
-    rows = []
+def rows_of(parts):
+    return Rows(Arrays(part) for part in parts_of(parts).values())
 
-    def add(what, value):
-        rows.append([what, *(value(scene) for scene in scenes.values())])
+
+def table(parts):
+    rows = rows_of(parts)
 
     def ns(scene, seconds):
         return f"{digits(1e9 * seconds / scene.segments)} ns"
 
-    add("the loop, per segment", lambda s: ns(s, s.loop))
+    rows.add("the loop, per segment", lambda s: ns(s, s.loop))
     for volumes in VOLUMES:
         for key, what in PHASES.items():
-            add(
-                f"{volumes}: {what}",
-                lambda s: digits(s.times_the_loop(volumes, key)) + "x the loop",
-            )
-        add(f"{volumes}: query, per segment", lambda s: ns(s, s.get(volumes, "query")))
-        add(
-            f"{volumes}: query with kCapsules",
-            lambda s: digits(s.of_capsules(volumes)) + "x kVolumes",
-        )
+            times = f"{volumes}: {what}"
+            rows.add(times, lambda s: digits(s.times_the_loop(volumes, key)) + "x the loop")
+        rows.add(f"{volumes}: query, per segment", lambda s: ns(s, s.get(volumes, "query")))
+        times = f"{volumes}: query with kCapsules"
+        rows.add(times, lambda s: digits(s.of_capsules(volumes)) + "x kVolumes")
         for key in LEAST_ON_2_THREADS:
-            add(
-                f"{volumes}: {key} on 2 threads",
-                lambda s: digits(s.on_2_threads(volumes, key)) + "x as fast",
-            )
+            times = f"{volumes}: {key} on 2 threads"
+            rows.add(times, lambda s: digits(s.on_2_threads(volumes, key)) + "x as fast")
         for name, what in ((volumes, ""), (f"{volumes}_capsules", ", kCapsules")):
-            add(f"{volumes}: bytes per segment{what}", lambda s: digits(s.bytes(name)))
-    titles = (
-        f"{name.split('-')[0]}, {scene.segments:,.0f} segments" for name, scene in scenes.items()
-    )
-    header = ["FiberTree", *titles]
-    return Table("arrays", "FiberTree beside a plain loop", header, rows, READ)
+            rows.add(f"{volumes}: bytes per segment{what}", lambda s: digits(s.bytes(name)))
+    sizes = zip(parts_of(parts), rows.columns)
+    titles = (f"{name.split('-')[0]}, {scene.segments:,.0f} segments" for name, scene in sizes)
+    return Table("arrays", "FiberTree beside a plain loop", ["FiberTree", *titles], rows, READ)
 
 
 def targets(parts):
-    scenes = {name: Arrays(part) for name, part in parts_of(parts).items()}
-    rows = []
-
-    def at_most(what, value, goals):
-        cells = []
-        for name, scene in scenes.items():
-            found, most = value(scene), goals[SCENES.index(name)]
-            cells.append(f"{digits(found)} {'met' if found <= most else 'MISSED'} (at most {most})")
-        rows.append([what, *cells])
-
-    def on_2_threads(key, least):
-        cells = []
-        for scene in scenes.values():
-            found = scene.on_2_threads("boxes", key)
-            verdict = f"{digits(found)} {'met' if found >= least else 'MISSED'} (at least {least})"
-            cells.append(verdict if scene.segments > LARGE else "-")
-        rows.append([f"{key} on 2 threads", *cells])
-
+    rows = rows_of(parts)
     for key, goals in MOST_TIMES_THE_LOOP.items():
-        at_most(f"{PHASES[key]}, times the loop", lambda s: s.times_the_loop("boxes", key), goals)
-    goals = 3 * [MOST_OF_CAPSULES]
-    at_most("query for capsules, times volumes", lambda s: s.of_capsules("boxes"), goals)
-    for key, goal in LEAST_ON_2_THREADS.items():
-        on_2_threads(key, goal)
-    for name, goal in MOST_BYTES.items():
-        at_most(f"bytes a segment, {name}", lambda s: s.bytes(name), 3 * [goal])
+        goal = dict(zip(rows.columns, (goals[SCENES.index(name)] for name in parts_of(parts))))
+        what = f"{PHASES[key]}, times the loop"
+        rows.add(what, lambda s: target(s.times_the_loop("boxes", key), goal[s]))
+    what = "query for capsules, times volumes"
+    rows.add(what, lambda s: target(s.of_capsules("boxes"), MOST_OF_CAPSULES))
+    for key, least in LEAST_ON_2_THREADS.items():
+
+        def on_2_threads(s):
+            goal = least if s.segments > LARGE else None
+            return target(s.on_2_threads("boxes", key), goal, least=True)
+
+        rows.add(f"{key} on 2 threads", on_2_threads)
+    for name, most in MOST_BYTES.items():
+        rows.add(f"bytes a segment, {name}", lambda s: target(s.bytes(name), most))
     return Table("targets of arrays", "Targets of arrays", table(parts).header, rows)

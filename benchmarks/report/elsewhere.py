@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import ratios
 from ratios import BOXES, Ratio, ratio_of
-from tables import Table, count, digits, time, title
+from tables import Table, count, digits, target, time, title
 
 # How many times as fast, by how a row's name begins or ends; any other row is to be as fast.
 LEAST = {"distance, ": 1.2}
@@ -140,12 +140,9 @@ def targets(queries, small):
     rows = []
     for row in (query_rows(queries) if queries else []) + (client_rows(small) if small else []):
         least = next((goal for start, goal in LEAST.items() if row.what.startswith(start)), 1)
-        verdict = "met" if row.ratio.value >= least else "MISSED"
-        rows.append([grouped(row.what), f"{digits(row.ratio.value)}x {verdict} ({least}x)"])
+        rows.append([grouped(row.what), target(row.ratio.value, least, least=True)])
     for name in sorted(small.names("Changes")) if small else []:
         most = next(goal for word, goal in MOST_AFTER.items() if word in name)
-        found = after(small, name).median()
-        verdict = "met" if found <= most else "MISSED"
-        rows.append([grouped(name), f"{digits(found)}x {verdict} (at most {most}x)"])
+        rows.append([grouped(name), target(after(small, name).median(), most)])
     header = ["", "times as fast as FCL's best, or times the reference"]
     return Table("targets of managers", "Targets of managers", header, rows)

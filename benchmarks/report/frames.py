@@ -5,7 +5,7 @@ import math
 
 import ratios
 from ratios import BOXES, EMBREE, ON_2_THREADS, Scene, ratio_of
-from tables import Table, count, digits, time, time_and_range, title
+from tables import Rows, Table, count, digits, target, time, time_and_range, title
 
 HEADLINE, FULL = ("helix", "cap", "paper-dynamic"), ratios.SCENES
 SPEED_UP = "Speed-up over"
@@ -68,21 +68,15 @@ def headline(scenes):
 
 
 def all_ratios(scenes):
-    rows = next(iter(scenes.values())).ratios()
-    lines = [[row_title(scenes, row), *ratio_cells(scenes, row)] for row in rows]
-
-    def add(what, value):
-        lines.append([what, *(value(scene) for scene in scenes.values())])
-
-    add(
-        "Our update, in multiples of a loop that only reads",
-        lambda s: digits(s.times_the_floor(), 2) + "x",
-    )
-    add("Our bytes per segment, boxes", lambda s: digits(s.bytes(BOXES)))
-    add("Our bytes per segment, kCapsules", lambda s: digits(s.bytes(ratios.CAPSULES)))
-    add("Our bytes with boxes, as a share of FCL's", lambda s: digits(s.of_fcls_bytes(), 2))
-    header = header_of(scenes, SPEED_UP)
-    return Table("ratios", "Speed-up", header, lines, READ_RATIOS)
+    rows = Rows(scenes.values())
+    for row in rows.columns[0].ratios():
+        rows.append([row_title(scenes, row), *ratio_cells(scenes, row)])
+    what = "Our update, in multiples of a loop that only reads"
+    rows.add(what, lambda s: digits(s.times_the_floor(), 2) + "x")
+    rows.add("Our bytes per segment, boxes", lambda s: digits(s.bytes(BOXES)))
+    rows.add("Our bytes per segment, kCapsules", lambda s: digits(s.bytes(ratios.CAPSULES)))
+    rows.add("Our bytes with boxes, as a share of FCL's", lambda s: digits(s.of_fcls_bytes(), 2))
+    return Table("ratios", "Speed-up", header_of(scenes, SPEED_UP), rows, READ_RATIOS)
 
 
 def best(scenes):
@@ -200,29 +194,28 @@ def growth(part):
 
 
 def targets(scenes, growth_part):
-    def at_least(ratio, target):
-        return f"{digits(ratio.value)}x {'met' if ratio.value >= target else 'MISSED'} ({target}x)"
-
-    def at_most(value, most):
-        return f"{digits(value)} {'met' if value < most else 'MISSED'} (< {most})"
-
     columns = {name: scenes[name] for name in ratios.SCENES if name in scenes}
-    rows = []
-    for row, values in ratios.TARGETS.items():
-        goals = dict(zip(ratios.SCENES, values))
-        found = {name: scene.ratios()[row] for name, scene in columns.items()}
-        rows.append([row, *(at_least(r, goals[n]) if r else "-" for n, r in found.items())])
-    for what, value, most in (
-        ("update, times the loop", Scene.times_the_floor, ratios.MOST_TIMES_THE_FLOOR),
-        ("bytes a segment", lambda scene: scene.bytes(BOXES), ratios.MOST_BYTES),
-        ("bytes a segment, capsules", lambda s: s.bytes(ratios.CAPSULES), ratios.MOST_OF_CAPSULES),
-        ("bytes, of FCL's best's", Scene.of_fcls_bytes, ratios.MOST_OF_FCLS_BYTES),
-    ):
-        goals = dict(zip(ratios.SCENES, most))
-        rows.append([what, *(at_most(value(scene), goals[n]) for n, scene in columns.items())])
+    rows = Rows(columns.values())
+
+    def add(what, goals, value, least=False):
+        goal = dict(zip(ratios.SCENES, goals))
+
+        def cell(scene):
+            found = value(scene)
+            return "-" if found is None else target(found, goal[scene.name], least)
+
+        rows.add(what, cell)
+
+    for row, goals in ratios.TARGETS.items():
+        add(row, goals, lambda scene: getattr(scene.ratios()[row], "value", None), least=True)
+    add("update, times the loop", ratios.MOST_TIMES_THE_FLOOR, Scene.times_the_floor)
+    add("bytes a segment", ratios.MOST_BYTES, lambda scene: scene.bytes(BOXES))
+    what = "bytes a segment, capsules"
+    add(what, ratios.MOST_OF_CAPSULES, lambda scene: scene.bytes(ratios.CAPSULES))
+    add("bytes, of FCL's best's", ratios.MOST_OF_FCLS_BYTES, Scene.of_fcls_bytes)
     if growth_part:
         for key in ("update", "detection"):
             found = growth_of(growth_part, key)
-            cell = at_most(found[-1] / found[0], ratios.MOST_GROWTH)
+            cell = target(found[-1] / found[0], ratios.MOST_GROWTH)
             rows.append([f"growth, {key}", cell, *["-"] * (len(columns) - 1)])
     return Table("targets", "Targets", header_of(columns), rows)

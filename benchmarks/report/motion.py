@@ -2,7 +2,7 @@
 """Tables of fibers in motion: what a step costs, and what is to be reached."""
 
 from ratios import ratio_of
-from tables import Table, count, digits, time, title
+from tables import Rows, Table, count, digits, target, time, title
 
 MOTIONS = (5, 50, 150, 480)  # radii
 READ = (
@@ -22,8 +22,11 @@ class Motion:
     def __init__(self, part):
         self.part = part
 
+    def median(self, name, key):
+        return self.part.median("Motion", name, key)
+
     def ours(self, key):
-        return self.part.median("Motion", "ours", key)
+        return self.median("ours", key)
 
     def times(self, key, of):
         """Of the medians: both are timed in each run."""
@@ -38,6 +41,9 @@ class Motion:
         """How many times as fast as that tree ours is, update and query together."""
         theirs, ours = (self.part.runs("Motion", who, "seconds") for who in (name, "ours"))
         return ratio_of(theirs, ours, name)
+
+    def against_the_fastest(self):
+        return min(self.against(name).value for name in self.swept())
 
     def judged(self, key):
         return self.part.median("Judged", "impacts", key)
@@ -55,11 +61,8 @@ def motions_of(parts):
 
 def table(parts):
     found = motions_of(parts)
-    rows = []
-
-    def add(what, value):
-        rows.append([what, *(value(motion) for motion in found.values())])
-
+    rows = Rows(found.values())
+    add = rows.add
     add("mean motion, in radii", lambda m: digits(m.ours("motion")))
     add("pairs that touch at the start", lambda m: count(m.ours("touching")))
     add("moving pairs", lambda m: count(m.ours("candidates")))
@@ -69,29 +72,20 @@ def table(parts):
         add(f"query of {what}", lambda m: time(m.ours(key)))
         times = f"query of {what}, times the static one"
         add(times, lambda m: digits(m.times(key, "static_query")))
-    add(
-        "query of impacts on 2 threads, times as fast",
-        lambda m: digits(m.ours("query") / m.part.median("Motion", "ours_2_threads", "query")),
-    )
+    what = "query of impacts on 2 threads, times as fast"
+    add(what, lambda m: digits(m.ours("query") / m.median("ours_2_threads", "query")))
     add("static update", lambda m: time(m.ours("static_update")))
     add("update for a step", lambda m: time(m.ours("update")))
     add("update, times the static one", lambda m: digits(m.times("update", "static_update")))
     add("bytes per segment", lambda m: digits(m.ours("bytes") / m.ours("segments")))
-    names = dict.fromkeys(name for motion in found.values() for name in motion.swept())
-    for name in names:
+    for name in dict.fromkeys(name for motion in found.values() for name in motion.swept()):
 
-        def cell(m, value):
-            return value(m) if name in m.swept() else "-"
+        def add_swept(what, value):
+            add(f"{title(name)}: {what}", lambda m: value(m) if name in m.swept() else "-")
 
-        add(
-            f"{title(name)}: pairs of boxes",
-            lambda m: cell(m, lambda m: count(m.part.median("Motion", name, "candidates"))),
-        )
-        add(
-            f"{title(name)}: update and impacts",
-            lambda m: cell(m, lambda m: time(m.part.median("Motion", name, "seconds"))),
-        )
-        add(f"{title(name)}: ours", lambda m: cell(m, lambda m: m.against(name).text()))
+        add_swept("pairs of boxes", lambda m: count(m.median(name, "candidates")))
+        add_swept("update and impacts", lambda m: time(m.median(name, "seconds")))
+        add_swept("ours", lambda m: m.against(name).text())
     add("judged: impacts", lambda m: count(m.judged("touching")))
     add("judged: missed", lambda m: count(m.judged("missed")))
     add("judged: widest gap at an impact, in radii", lambda m: f"{m.judged('widest_gap'):.0e}")
@@ -104,38 +98,22 @@ def table(parts):
 
 
 def targets(parts):
-    found = motions_of(parts)
-    rows = []
+    rows = Rows(motions_of(parts).items())
 
-    def add(what, goals, value, at_most=True):
-        cells = []
-        for radii, motion in found.items():
+    def add(what, goals, value, least=False):
+        def cell(column):
+            radii, motion = column
             goal = goals.get(radii) if isinstance(goals, dict) else goals
-            if goal is None:
-                cells.append("-")
-                continue
-            got = value(motion)
-            met = got <= goal if at_most else got >= goal
-            limit = "at most" if at_most else "at least"
-            cells.append(f"{digits(got)} {'met' if met else 'MISSED'} ({limit} {goal})")
-        rows.append([what, *cells])
+            return "-" if goal is None else target(value(motion), goal, least)
 
-    add(
-        "impacts, times the static query",
-        MOST_TIMES_THE_STATIC_QUERY,
-        lambda m: m.times("query", "static_query"),
-    )
-    add(
-        "update, times the static one",
-        MOST_TIMES_THE_STATIC_UPDATE,
-        lambda m: m.times("update", "static_update"),
-    )
-    add(
-        "times as fast as the fastest of the swept boxes",
-        LEAST_AGAINST_SWEPT_BOXES,
-        lambda m: min(m.against(name).value for name in m.swept()),
-        at_most=False,
-    )
+        rows.add(what, cell)
+
+    what = "impacts, times the static query"
+    add(what, MOST_TIMES_THE_STATIC_QUERY, lambda m: m.times("query", "static_query"))
+    what = "update, times the static one"
+    add(what, MOST_TIMES_THE_STATIC_UPDATE, lambda m: m.times("update", "static_update"))
+    what = "times as fast as the fastest of the swept boxes"
+    add(what, LEAST_AGAINST_SWEPT_BOXES, Motion.against_the_fastest, least=True)
     add("impacts missed", 0, lambda m: m.judged("missed"))
     add("safe step, times all impacts", 1, lambda m: m.safe("seconds") / m.safe("query"))
     return Table("targets of motion", "Targets of motion", table(parts).header, rows)

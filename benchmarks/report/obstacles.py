@@ -4,7 +4,7 @@
 from dataclasses import dataclass
 
 from ratios import Ratio, ratio_of
-from tables import Table, count, digits, time, title
+from tables import Table, count, digits, target, time, title
 
 HAIR = ("cap", "combed")
 SCENES = (*HAIR, "cables")
@@ -51,10 +51,7 @@ class Row:
         return next((goal for end, goal in goals.items() if self.what.endswith(end)), None)
 
     def target(self):
-        goal, value = self.goal(), self.ratio.value
-        met = value >= goal if self.faster else value <= goal
-        limit = "at least" if self.faster else "at most"
-        return [self.what, f"{digits(value)} {'met' if met else 'MISSED'} ({limit} {goal})"]
+        return [self.what, target(self.ratio.value, self.goal(), least=self.faster)]
 
 
 def speed_up(what, part, ours, others):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Tables of the Python package: a step beside other ways, and what Python adds to it."""
 
-from tables import Table, count, digits, time
+from tables import Rows, Table, count, digits, target, time
 
 SCENES = {  # by the end of the file's name
     "helix-10": "helix 10 x 100",
@@ -65,27 +65,18 @@ def times_as_fast(part, query, threads, rival):
 
 def steps(parts):
     scenes = scenes_of(parts)
-    rows = []
-
-    def add(what, value):
-        rows.append([what, *(value(part) for part in scenes.values())])
-
+    rows = Rows(scenes.values())
     for query, call in QUERIES.items():
         for threads, on in THREADS.items():
-            name = step_name(query, threads)
-            add(
-                f"update() and {call}, {on}",
-                lambda part: spread(part.runs("Steps", name, "seconds")),
-            )
+            runs = ("Steps", step_name(query, threads), "seconds")
+            rows.add(f"update() and {call}, {on}", lambda part: spread(part.runs(*runs)))
     for rival, what in RIVALS.items():
-        add(what, lambda part: spread(part.runs("Steps", rival, "seconds")))
+        rows.add(what, lambda part: spread(part.runs("Steps", rival, "seconds")))
     for rival, what in RIVALS.items():
         for query, call in QUERIES.items():
-            add(
-                f"{call} on 1 thread: times as fast as {what.split(',')[0]}",
-                lambda part: digits(times_as_fast(part, query, 1, rival)) + "x",
-            )
-    add("pairs that touch", lambda part: count(part.median("Steps", "all elements", "pairs")))
+            times = f"{call} on 1 thread: times as fast as {what.split(',')[0]}"
+            rows.add(times, lambda part: digits(times_as_fast(part, query, 1, rival)) + "x")
+    rows.add("pairs that touch", lambda part: count(part.median("Steps", "all elements", "pairs")))
     header = ["", *(SCENES[name] for name in scenes)]
     return Table("python-steps", "A step in Python", header, rows, READ)
 
@@ -140,28 +131,21 @@ def costs(parts):
 
 def targets(parts):
     rows = []
-
-    def add(what, value, met, goal):
-        rows.append([what, f"{value} {'met' if met else 'MISSED'} ({goal})"])
-
     for name, part in scenes_of(parts).items():
         if name not in LARGE:
             continue
         for query, call in QUERIES.items():
             seconds = part.median("Steps", step_name(query, 1), "seconds")
             what = f"{SCENES[name]}, {call}"
-            add(what, time(seconds), seconds < MOST_SECONDS, f"< {MOST_SECONDS} s")
+            rows.append([f"{what}, seconds", target(seconds, MOST_SECONDS)])
             for rival, least in LEAST_TIMES_AS_FAST.items():
                 ratio = times_as_fast(part, query, 1, rival)
-                add(f"{what} over {rival}", f"{digits(ratio)}x", ratio >= least, f"{least}x")
+                rows.append([f"{what} over {rival}", target(ratio, least, least=True)])
     for name, part in overheads_of(parts).items():
         for query, call in QUERIES.items():
             share = more(part, query, 1, "cpp")[1]
-            what = f"{SCENES[name]}, {call}, more than C++"
-            goal = f"< {100 * MOST_MORE:.0f} %"
-            add(what, f"{100 * share:.1f} %", share < MOST_MORE, goal)
+            rows.append([f"{SCENES[name]}, {call}, more than C++", target(share, MOST_MORE)])
     part = parts.get("import")
     if part:
-        seconds = import_more(part)[1]
-        add("import", time(seconds), seconds < MOST_OF_IMPORT, f"< {MOST_OF_IMPORT} s")
+        rows.append(["import, seconds", target(import_more(part)[1], MOST_OF_IMPORT)])
     return Table("targets of python", "Targets of the Python package", ["", "found"], rows)

@@ -5,7 +5,7 @@ import pandas as pd
 
 from elsewhere import grouped
 from ratios import BOXES, CAPSULES, ratio_of
-from tables import Table, count, digits, time
+from tables import Table, count, digits, target, time
 
 FCL = "DynamicAABBTree/stock"
 # What is to be reached: times the query without the object, bytes, times the update of capsules.
@@ -79,18 +79,18 @@ def one_by_one(part):
 
 
 def targets(part):
-    def row(what, found, most):
-        return [what, f"{digits(found)} {'met' if found <= most else 'MISSED'} (at most {most})"]
-
     rows = []
+
+    def add(what, found, most):
+        rows.append([what, target(found, most)])
+
     for name in sorted(part.names("Beside")):
         if part.median("Beside", name, "with") == 0 and name.endswith("half-space"):
-            what = name.replace("/", ", ")
-            rows.append(row(what, beside_of(part, name).median(), MOST_BESIDE))
+            add(name.replace("/", ", "), beside_of(part, name).median(), MOST_BESIDE)
     for name in sorted(part.names("FibersOf")):
         size, segments = part.medians("FibersOf", name, "bytes", "segments")
-        rows.append(row(f"fibers of {name}, bytes per object", size / segments, MOST_BYTES))
+        add(f"fibers of {name}, bytes per object", size / segments, MOST_BYTES)
         update = ratios(part, "FibersOf", name, "update", "capsules_update").median()
-        rows.append(row(f"fibers of {name}, update / capsules", update, MOST_UPDATE))
+        add(f"fibers of {name}, update / capsules", update, MOST_UPDATE)
     header = ["", "bytes, or times the reference"]
     return Table("targets of shapes", "Targets of shapes", header, rows)

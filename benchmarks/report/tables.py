@@ -33,6 +33,26 @@ class Table:
         )
 
 
+class Rows(list):
+    """Rows whose cells are of things of one kind, such as scenes."""
+
+    def __init__(self, columns):
+        super().__init__()
+        self.columns = list(columns)
+
+    def add(self, what, cell):
+        self.append([what, *map(cell, self.columns)])
+
+
+def target(value, goal, least=False):
+    """`4.50 met (at least 4)`, or a dash where there is none."""
+    if goal is None:
+        return "-"
+    met = value >= goal if least else value <= goal
+    limit = f"at {'least' if least else 'most'} {goal}"
+    return f"{digits(value)} {'met' if met else 'MISSED'} ({limit})"
+
+
 def digits(value, count=3):
     """That many significant digits, without an exponent."""
     decimals = count - 1 if value == 0 else count - 1 - math.floor(math.log10(abs(value)))
