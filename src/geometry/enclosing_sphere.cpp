@@ -116,10 +116,6 @@ bool SupportSphere::isLeast() const {
   return *std::min_element(weight.begin(), weight.end()) >= -kWeightTolerance;
 }
 
-bool Basis::contains(int index) const {
-  return std::find(ball.begin(), ball.begin() + size, index) != ball.begin() + size;
-}
-
 std::optional<SupportSphere> supportSphere(const Ball* const* balls, int count) {
   assert(count >= 1 && count <= 4);
   // Coordinates are relative to the first ball's centre. Tangency to ball i is |x - q_i| = rho -

@@ -27,8 +27,6 @@ std::optional<SupportSphere> supportSphere(const Ball* const* balls, int count);
 struct Basis {
   std::array<int, 4> ball{};
   int size = 0;
-
-  bool contains(int index) const;
 };
 
 struct EnclosingSphere {

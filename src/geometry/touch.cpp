@@ -23,13 +23,6 @@ Interval extent(const Segment& s, double Vec3d::*axis) {
 
 double finiteOrZero(double x) { return std::isfinite(x) ? x : 0; }
 
-/// A lower bound of the gap between two boxes along an axis. It is not positive if they overlap
-/// there.
-double gapLowerBound(const Segment& p, const Segment& q, double Vec3d::*axis) {
-  const BoxGaps gaps = boxGaps(p, q, axis);
-  return std::max(gaps.above, gaps.below);
-}
-
 }  // namespace
 
 BoxGaps boxGaps(const Segment& p, const Segment& q, double Vec3d::*axis) {
@@ -49,8 +42,10 @@ bool touch(const Segment& p, const Segment& q, double margin, double error) {
 }
 
 bool boxesTouch(const Segment& p, const Segment& q, double margin) {
-  return std::all_of(std::begin(kAxes), std::end(kAxes),
-                     [&](auto axis) { return !(gapLowerBound(p, q, axis) > margin); });
+  return std::all_of(std::begin(kAxes), std::end(kAxes), [&](auto axis) {
+    const BoxGaps gaps = boxGaps(p, q, axis);
+    return !(std::max(gaps.above, gaps.below) > margin);
+  });
 }
 
 bool isNear(const Box& volume, const Segment& box, double margin) {
@@ -62,20 +57,6 @@ bool isNear(const Box& volume, const Segment& box, double margin) {
     if (above > margin || below > margin) return false;
   }
   return true;
-}
-
-double boxDistanceLowerBound(const Segment& p, const Segment& q) {
-  double gaps[3], largest = 0;
-  for (int i = 0; i < 3; ++i) {
-    const double gap = gapLowerBound(p, q, kAxes[i]);
-    gaps[i] = gap > 0 ? gap : 0;  // NaN if both are infinite
-    largest = std::max(largest, gaps[i]);
-  }
-  if (largest == 0 || !std::isfinite(largest)) return largest;
-  // Gaps are scaled because squares may overflow.
-  double squared = 0;
-  for (const double gap : gaps) squared += (gap / largest) * (gap / largest);
-  return std::sqrt(squared) * (1 - 8 * kEps) * largest;
 }
 
 }  // namespace fcl_fibers::geometry

@@ -33,7 +33,4 @@ bool boxesTouch(const Segment& p, const Segment& q, double margin);
 /// false because of rounding. `margin` may be negative or infinite.
 FCL_FIBERS_TREE_EXPORT bool isNear(const Box& volume, const Segment& box, double margin);
 
-/// A lower bound of the distance between the boxes of two segments.
-double boxDistanceLowerBound(const Segment& p, const Segment& q);
-
 }  // namespace fcl_fibers::geometry

@@ -46,12 +46,6 @@ void readEnvironment() {
   }();
 }
 
-std::int64_t targetInUse() {
-  readEnvironment();
-  const std::int64_t targets = hwy::SupportedTargets() & HWY_TARGETS;
-  return targets & -targets;
-}
-
 std::vector<std::int64_t> availableTargets() {
   std::vector<std::int64_t> available;
   for (auto rest = machineTargets() & HWY_TARGETS; rest != 0; rest &= rest - 1) {
@@ -77,8 +71,5 @@ const char* targetName(std::int64_t target) {
       return "scalar";
   }
 }
-
-ScopedTarget::ScopedTarget(std::int64_t target) : before_(targetInUse()) { use(target); }
-ScopedTarget::~ScopedTarget() { use(before_); }
 
 }  // namespace fcl_fibers::simd

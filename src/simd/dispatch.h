@@ -14,26 +14,10 @@ namespace fcl_fibers::simd {
 /// std::invalid_argument if the name is unknown or the target is not available.
 void readEnvironment();
 
-/// The target that HWY_DYNAMIC_DISPATCH chooses.
-std::int64_t targetInUse();
-
 /// The targets that are available here, the best first.
 std::vector<std::int64_t> availableTargets();
 
 /// The name of a target in FCL_FIBERS_SIMD: scalar, sse4, avx2, avx512 or neon.
 const char* targetName(std::int64_t target);
-
-/// Makes tests use another target than the environment's during its lifetime.
-class ScopedTarget {
- public:
-  /// @pre the target is one of availableTargets()
-  explicit ScopedTarget(std::int64_t target);
-  ~ScopedTarget();
-  ScopedTarget(const ScopedTarget&) = delete;
-  ScopedTarget& operator=(const ScopedTarget&) = delete;
-
- private:
-  std::int64_t before_;
-};
 
 }  // namespace fcl_fibers::simd

@@ -9,9 +9,9 @@
 
 #include "geometry/box.h"
 #include "geometry/segment_block.h"
-#include "simd/dispatch.h"
 #include "support/overlap.h"
 #include "support/random.h"
+#include "support/scoped_target.h"
 
 namespace fcl_fibers::geometry {
 namespace {

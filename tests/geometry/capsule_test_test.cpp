@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "simd/dispatch.h"
 #include "support/random.h"
+#include "support/scoped_target.h"
 #include "support/segments.h"
 
 namespace fcl_fibers::geometry {

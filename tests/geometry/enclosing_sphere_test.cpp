@@ -153,7 +153,6 @@ void expectLeast(const Balls& balls, const EnclosingSphere& sphere, double toler
     ASSERT_GE(index, 0);
     ASSERT_LT(index, static_cast<int>(balls.size()));
     ASSERT_TRUE(distinct.insert(index).second) << "a ball is in the basis twice";
-    ASSERT_TRUE(sphere.basis.contains(index));
     basis.push_back(balls[static_cast<std::size_t>(index)]);
     ASSERT_GE(farSide(center, basis.back()), radius * (1 - Real(tolerance))) << "not tangent";
   }

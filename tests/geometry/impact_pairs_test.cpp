@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "geometry/impact.h"
-#include "simd/dispatch.h"
 #include "support/impact_oracle.h"
 #include "support/random.h"
+#include "support/scoped_target.h"
 #include "support/segments.h"
 
 namespace fcl_fibers::geometry {

@@ -13,8 +13,8 @@
 #include "geometry/touch.h"
 #include "geometry/triangle_distance.h"
 #include "geometry/triangle_impact.h"
-#include "simd/dispatch.h"
 #include "support/random.h"
+#include "support/scoped_target.h"
 #include "support/segments.h"
 
 // Random pairs of all kinds are judged by numerics/impact_decisions_test.cpp.

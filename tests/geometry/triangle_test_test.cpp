@@ -10,8 +10,8 @@
 
 #include "geometry/touch.h"
 #include "geometry/triangle_distance.h"
-#include "simd/dispatch.h"
 #include "support/random.h"
+#include "support/scoped_target.h"
 #include "support/segments.h"
 
 namespace fcl_fibers::geometry {

@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "support/scoped_target.h"
+
 namespace fcl_fibers::simd {
 namespace {
 

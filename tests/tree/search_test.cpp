@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tree/search.h"
-#include "simd/dispatch.h"
 
 #include <gtest/gtest.h>
 
@@ -15,6 +14,7 @@
 
 #include "support/overlap.h"
 #include "support/random.h"
+#include "support/scoped_target.h"
 #include "support/segments.h"
 #include "tree/plain_traversal.h"
 #include "tree/search_scenes.h"
