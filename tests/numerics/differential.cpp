@@ -2,6 +2,7 @@
 #include "numerics/differential.h"
 
 #include <cmath>
+#include <iterator>
 #include <type_traits>
 
 namespace fcl_fibers::test {
@@ -27,14 +28,19 @@ void differ(RandomKind kind, std::size_t capsules, std::uint64_t seed, Form form
   tally.decisions += truth.size() * (truth.size() - (truth.size() > 0)) / 2;
   tally.touching += touching.size();
 
+  constexpr History kHistories[] = {History::kNew, History::kUpdated, History::kGrown};
+  std::size_t kind_of_tree = 0;
   for (const FiberTreeOptions& options : allKinds(margin)) {
-    const Findings findings = examine(truth, touching, options, specimen.pairs(options));
+    const std::size_t history = (seed + kind_of_tree++) % std::size(kHistories);
+    const Findings findings =
+        examine(truth, touching, options, specimen.pairs(options, kHistories[history]));
     tally.reported += findings.reported;
     tally.wrong += findings.missed + findings.repeated + findings.unpromised;
     if (findings.isRight() || !tally.first_wrong.empty()) continue;
     tally.first_wrong = nameOf(kind) + ", " + (std::is_same_v<S, float> ? "float" : "double") +
                         ", seed " + std::to_string(seed) + ", " + std::to_string(capsules) +
-                        " capsules, " + describe(form, options) + ": " + findings.first_wrong;
+                        " capsules, " + describe(form, options) + ", history " +
+                        std::to_string(history) + ": " + findings.first_wrong;
   }
 }
 
