@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -19,8 +18,9 @@
 #include "support/random.h"
 #include "support/segments.h"
 #include "support/tree_segments.h"
-#include "tree/plain_traversal.h"
+#include "tree/found_pairs.h"
 #include "tree/search.h"
+#include "tree/search_scenes.h"
 
 namespace fcl_fibers::tree {
 namespace {
@@ -39,19 +39,12 @@ using test::Point;
 using test::Random;
 using test::Real;
 
-using IdPair = std::pair<SegmentId, SegmentId>;
-
 // Scenes.
 
-struct Scene {
-  Fibers fibers;
-  std::vector<Segment> segments;
-};
-
 /// Fibers that wander about from a cube of side 2; every third segment number is left out.
-Scene wanderingFibers(const std::vector<int>& lengths, std::uint64_t seed, double step = 0.1) {
+FiberScene wanderingFibers(const std::vector<int>& lengths, std::uint64_t seed, double step = 0.1) {
   Random random(seed);
-  Scene scene;
+  FiberScene scene;
   for (const int length : lengths) {
     Vec3d p = fromEigen(random.inCube(1));
     for (int i = 0; i < length; ++i) {
@@ -65,7 +58,7 @@ Scene wanderingFibers(const std::vector<int>& lengths, std::uint64_t seed, doubl
   }
   return scene;
 }
-Scene mediumScene() { return wanderingFibers({1, 60, 0, 2, 33, 17, 1, 90, 8, 9, 1}, 1); }
+FiberScene mediumScene() { return wanderingFibers({1, 60, 0, 2, 33, 17, 1, 90, 8, 9, 1}, 1); }
 
 void jiggle(Random& random, double by, Segment& segment) {
   segment.a = segment.a + by * fromEigen(random.inCube(1));
@@ -97,23 +90,6 @@ void moveAll(Random& random, int frame, std::vector<Segment>& segments) {
         break;
     }
   }
-}
-
-Topology<2> topologyOf(const Scene& scene, std::integral_constant<int, 2>) {
-  return superThread(scene.fibers);
-}
-Topology<8> topologyOf(const Scene& scene, std::integral_constant<int, 8>) {
-  return bundleOf(scene.fibers, scene.segments);
-}
-template <class Tree>
-Tree unfittedTreeOf(const Scene& scene) {
-  return Tree(topologyOf(scene, std::integral_constant<int, Tree::kArity>()));
-}
-template <class Tree>
-Tree treeOf(const Scene& scene, double padding = 0) {
-  auto tree = unfittedTreeOf<Tree>(scene);
-  tree.refit(scene.segments, padding);
-  return tree;
 }
 
 // Volumes, one at a time.
@@ -258,27 +234,6 @@ void expectLikeRefit(const WrappedSphereTree<N>& tree, const WrappedSphereTree<N
 
 // Queries.
 
-/// Records all pairs and leaves.
-struct Recorder : plain::OverlapVisitor {
-  std::vector<IdPair> pairs;
-  std::vector<SegmentId> leaves;
-
-  Visit leafPair(SegmentId a, SegmentId b) override {
-    pairs.emplace_back(a, b);
-    return Visit::kContinue;
-  }
-  Visit leaf(SegmentId a) override {
-    leaves.push_back(a);
-    return Visit::kContinue;
-  }
-};
-
-template <class Item>
-void sortAndExpectEachOnce(std::vector<Item>& items) {
-  std::sort(items.begin(), items.end());
-  ASSERT_EQ(std::adjacent_find(items.begin(), items.end()), items.end()) << "one comes twice";
-}
-
 /// Looks for the smallest distance of capsules.
 struct Nearest final : NearestVisitor {
   const std::vector<Segment>& a;
@@ -306,11 +261,13 @@ class BvhTest : public testing::Test {
  protected:
   using Volume = typename Tree::Volume;
 
-  static Tree build(const Scene& scene, double padding = 0) { return treeOf<Tree>(scene, padding); }
+  static Tree build(const FiberScene& scene, double padding = 0) {
+    return treeOf<Tree>(scene, padding);
+  }
   static bool exactly(const Segment& p, const Segment& q) {
     return exactlyOverlap(p, q, static_cast<const Volume*>(nullptr));
   }
-  static const Segment& at(const Scene& scene, SegmentId id) {
+  static const Segment& at(const FiberScene& scene, SegmentId id) {
     return scene.segments[static_cast<std::size_t>(id)];
   }
 
@@ -326,23 +283,19 @@ class BvhTest : public testing::Test {
   }
 
   /// Pairs come once, and are right.
-  static void expectPairsOfLeafVolumes(const Tree& tree, const Scene& scene, std::size_t least) {
-    Recorder recorder;
-    ASSERT_EQ(visitPairs(tree, recorder), Visit::kContinue);
-    for (auto& [a, b] : recorder.pairs) {
-      ASSERT_NE(a, b) << "a segment is paired with itself";
-      if (a > b) std::swap(a, b);
-    }
-    sortAndExpectEachOnce(recorder.pairs);
-    ASSERT_GE(recorder.pairs.size(), least);
+  static void expectPairsOfLeafVolumes(const Tree& tree, const FiberScene& scene,
+                                       std::size_t least) {
+    const PairList pairs = asSet(pairsFound<Tree>(tree), false);
+    ASSERT_FALSE(hasDuplicates(pairs)) << "one comes twice";
+    for (const auto& [a, b] : pairs) ASSERT_NE(a, b) << "a segment is paired with itself";
+    ASSERT_GE(pairs.size(), least);
 
     const auto volumes = leafVolumes(tree);
     std::vector<SegmentId> ids = scene.fibers.ids;
     std::sort(ids.begin(), ids.end());
     for (auto i = ids.begin(); i != ids.end(); ++i) {
       for (auto j = i + 1; j != ids.end(); ++j) {
-        const bool found =
-            std::binary_search(recorder.pairs.begin(), recorder.pairs.end(), IdPair{*i, *j});
+        const bool found = std::binary_search(pairs.begin(), pairs.end(), std::pair(*i, *j));
         const bool overlapping =
             overlap(volumes[static_cast<std::size_t>(*i)], volumes[static_cast<std::size_t>(*j)]);
         const bool exactly_overlapping = exactly(at(scene, *i), at(scene, *j));
@@ -353,27 +306,18 @@ class BvhTest : public testing::Test {
   }
 };
 
-struct TreeName {
-  template <class T>
-  static std::string GetName(int) {
-    return (std::is_same_v<typename T::Volume, Box> ? "LayeredBox" : "WrappedSphere") +
-           std::to_string(T::kArity);
-  }
-};
-using Trees = testing::Types<LayeredBoxTree<2>, LayeredBoxTree<8>, WrappedSphereTree<2>,
-                             WrappedSphereTree<8>>;
-TYPED_TEST_SUITE(BvhTest, Trees, TreeName);
+TYPED_TEST_SUITE(BvhTest, SearchedTrees, TreeNames);
 
 TYPED_TEST(BvhTest, EverySegmentIsInTheVolumesAboveAfterTheBuild) {
   // If this fails, a traversal prunes pairs that overlap.
   for (const double padding : {0.0, 0.05}) {
     for (const auto& lengths : std::vector<std::vector<int>>{
              {1}, {2}, {3}, {7}, {8}, {9}, {1, 1, 1}, {64}, {65}, {0, 40, 1, 40, 0}, {500}}) {
-      const Scene scene = wanderingFibers(lengths, 2);
+      const FiberScene scene = wanderingFibers(lengths, 2);
       expectContainment(this->build(scene, padding), scene.segments);
       if (this->HasFatalFailure()) FAIL() << scene.fibers.ids.size() << " segments";
     }
-    const Scene scene = mediumScene();
+    const FiberScene scene = mediumScene();
     expectContainment(this->build(scene, padding), scene.segments);
   }
 }
@@ -381,7 +325,7 @@ TYPED_TEST(BvhTest, EverySegmentIsInTheVolumesAboveAfterTheBuild) {
 TYPED_TEST(BvhTest, EverySegmentIsInTheVolumesAboveAfterMotion) {
   // If this fails, a refit leaves volumes where the segments were.
   Random random(3);
-  Scene scene = mediumScene();
+  FiberScene scene = mediumScene();
   const auto unfitted = unfittedTreeOf<TypeParam>(scene);
   TypeParam tree = unfitted;
   for (int frame = 0; frame < 60; ++frame) {
@@ -400,7 +344,7 @@ TYPED_TEST(BvhTest, EverySegmentIsInTheVolumesAboveAfterMotion) {
 TYPED_TEST(BvhTest, EverySegmentIsInTheVolumesAboveAfterPartialRefits) {
   // If this fails, a segment that moves alone leaves a node above it behind.
   Random random(4);
-  Scene scene = mediumScene();
+  FiberScene scene = mediumScene();
   const auto unfitted = unfittedTreeOf<TypeParam>(scene);
   TypeParam tree = unfitted;
   tree.refit(scene.segments, 0.01);
@@ -426,12 +370,17 @@ TYPED_TEST(BvhTest, PairsAreThoseOfOverlappingLeafVolumes) {
   // If this fails, a self-query misses pairs, repeats them or makes them up.
   for (const auto& lengths : std::vector<std::vector<int>>{
            {2}, {3}, {8}, {9}, {17}, {1, 1, 1, 1, 1}, {30, 1, 30}, {300}}) {
-    const Scene scene = wanderingFibers(lengths, 6);
+    const FiberScene scene = wanderingFibers(lengths, 6);
     this->expectPairsOfLeafVolumes(this->build(scene), scene, 0);
     if (this->HasFatalFailure()) FAIL() << scene.fibers.ids.size() << " segments";
   }
+  for (const FiberScene& scene : {curled(), unequal(), singles(), mixed()}) {
+    SCOPED_TRACE(scene.name);
+    this->expectPairsOfLeafVolumes(this->build(scene), scene, scene.segments.size() / 2);
+    if (this->HasFatalFailure()) return;
+  }
   Random random(7);
-  Scene scene = mediumScene();
+  FiberScene scene = mediumScene();
   TypeParam tree = this->build(scene);
   for (int frame = 0; frame < 12; ++frame) {
     this->expectPairsOfLeafVolumes(tree, scene, 100);
@@ -443,16 +392,14 @@ TYPED_TEST(BvhTest, PairsAreThoseOfOverlappingLeafVolumes) {
 
 TYPED_TEST(BvhTest, PaddingFindsPairsThatAreApart) {
   // If this fails, the margin is not half on either side.
-  Scene scene;
+  FiberScene scene;
   for (int i = 0; i < 2; ++i) {
     scene.fibers.ids.push_back(i);
     scene.fibers.endFiber();
     scene.segments.push_back({{3.0 * i, 0, 0}, {3.0 * i, 0, 0}, 0.5});
   }
   for (const auto& [padding, count] : {std::pair{0.0, 0u}, {0.99, 0u}, {1.0, 1u}}) {
-    Recorder recorder;
-    visitPairs(this->build(scene, padding), recorder);
-    EXPECT_EQ(recorder.pairs.size(), count) << padding;
+    EXPECT_EQ(pairsFound<TypeParam>(this->build(scene, padding)).size(), count) << padding;
   }
 }
 
@@ -476,10 +423,10 @@ std::vector<TwoFrames> framesOfTwoTrees() {
 
 /// Two scenes, each in its own frame, and the second one's segments in the first's.
 struct TwoScenes {
-  Scene a, b;
+  FiberScene a, b;
   std::vector<Segment> b_in_a;
 };
-TwoScenes seenFrom(const TwoFrames& frames, Scene a, Scene b) {
+TwoScenes seenFrom(const TwoFrames& frames, FiberScene a, FiberScene b) {
   // World coordinates are taken relative to the first frame's origin.
   const Frame world{frames.a.origin, 1};
   a.segments = seenFrom(frames.a, world, a.segments);
@@ -490,8 +437,8 @@ TwoScenes seenFrom(const TwoFrames& frames, Scene a, Scene b) {
 TYPED_TEST(BvhTest, PairsOfTwoTreesInTwoFramesAreFound) {
   // If this fails, managers whose scenes lie elsewhere or have another size miss each other's
   // objects.
-  const Scene world_a = wanderingFibers({50, 1, 70, 3}, 8, 0.5);
-  const Scene world_b = wanderingFibers({40, 40, 0, 1, 9}, 9, 0.5);
+  const FiberScene world_a = wanderingFibers({50, 1, 70, 3}, 8, 0.5);
+  const FiberScene world_b = wanderingFibers({40, 40, 0, 1, 9}, 9, 0.5);
   for (const TwoFrames& frames : framesOfTwoTrees()) {
     const auto [a, b, b_in_a] = seenFrom(frames, world_a, world_b);
     const TypeParam tree_a = this->build(a), tree_b = this->build(b);
@@ -499,14 +446,13 @@ TYPED_TEST(BvhTest, PairsOfTwoTreesInTwoFramesAreFound) {
     for (const double growth : {0.0, 0.1}) {
       const double in_a = growth * frames.a.scale, in_b = growth * frames.b.scale;
       const FrameChange b_to_a(frames.b, frames.a, in_a), a_to_b(frames.a, frames.b, in_b);
-      Recorder recorder;
-      ASSERT_EQ(visitPairs(tree_a, tree_b, b_to_a, a_to_b, recorder), Visit::kContinue);
-      sortAndExpectEachOnce(recorder.pairs);
-      EXPECT_GE(recorder.pairs.size(), 20u);
+      const TreePair<TypeParam> two{tree_a, tree_b, b_to_a, a_to_b};
+      const PairList pairs = asSet(pairsFound<TypeParam>(two), true);
+      ASSERT_FALSE(hasDuplicates(pairs));
+      EXPECT_GE(pairs.size(), 20u);
       for (const SegmentId i : a.fibers.ids) {
         for (const SegmentId j : b.fibers.ids) {
-          const bool found =
-              std::binary_search(recorder.pairs.begin(), recorder.pairs.end(), IdPair{i, j});
+          const bool found = std::binary_search(pairs.begin(), pairs.end(), std::pair(i, j));
           const Segment& p = this->at(a, i);
           Segment q = b_in_a[static_cast<std::size_t>(j)];
           const double reach = q.radius + in_a, slack = 1e-5 * frames.a.scale;
@@ -527,7 +473,7 @@ TYPED_TEST(BvhTest, PairsOfTwoTreesInTwoFramesAreFound) {
 TYPED_TEST(BvhTest, LeavesAreThoseThatOverlapTheVolume) {
   // If this fails, a query of one object misses segments or repeats them.
   Random random(10);
-  const Scene scene = mediumScene();
+  const FiberScene scene = mediumScene();
   const TypeParam tree = this->build(scene);
   const auto volumes = leafVolumes(tree);
   std::size_t hits = 0;
@@ -536,12 +482,12 @@ TYPED_TEST(BvhTest, LeavesAreThoseThatOverlapTheVolume) {
     const Segment segment{p, p + random.unit() * fromEigen(random.direction()),
                           0.3 * random.unit()};
     const auto volume = TypeParam::Volume::around(segment, 0);
-    Recorder recorder;
-    ASSERT_EQ(visitLeaves(tree, volume, recorder), Visit::kContinue);
-    sortAndExpectEachOnce(recorder.leaves);
-    hits += recorder.leaves.size();
+    constexpr SegmentId kVolume = 77;
+    const PairList leaves = asSet(pairsWith(tree, volume, kVolume, kNoGroup), true);
+    ASSERT_FALSE(hasDuplicates(leaves));
+    hits += leaves.size();
     for (const SegmentId id : scene.fibers.ids) {
-      const bool found = std::binary_search(recorder.leaves.begin(), recorder.leaves.end(), id);
+      const bool found = std::binary_search(leaves.begin(), leaves.end(), std::pair(id, kVolume));
       const bool overlapping = overlap(volumes[static_cast<std::size_t>(id)], volume);
       const bool exactly_overlapping = this->exactly(this->at(scene, id), segment);
       this->expectRight(found, overlapping, exactly_overlapping);
@@ -555,7 +501,7 @@ TYPED_TEST(BvhTest, TheNearestPairIsFoundByLookingAtFew) {
   // If this fails, a distance query prunes the nearest pair, or looks at all of them.
   for (int i = 0; i < 10; ++i) {
     // Thin segments far from each other, so that few pairs touch.
-    Scene scene;
+    FiberScene scene;
     Random random(static_cast<std::uint64_t>(11 + i));
     for (SegmentId id = 0; id < 400; ++id) {
       const Vec3d p = 30.0 * fromEigen(random.inCube(1));
@@ -587,8 +533,8 @@ TYPED_TEST(BvhTest, TheNearestPairIsFoundByLookingAtFew) {
 
 TYPED_TEST(BvhTest, TheNearestPairOfTwoTreesIsFoundInTwoFrames) {
   // If this fails, the limit of one frame is compared with distances of the other.
-  Scene world_a = wanderingFibers({50, 1, 70, 3}, 12),
-        world_b = wanderingFibers({40, 40, 0, 1, 9}, 13);
+  FiberScene world_a = wanderingFibers({50, 1, 70, 3}, 12),
+             world_b = wanderingFibers({40, 40, 0, 1, 9}, 13);
   for (Segment& segment : world_b.segments)
     segment = {segment.a + Vec3d{3, 1, 0}, segment.b + Vec3d{3, 1, 0}, segment.radius};
   for (const TwoFrames& frames : framesOfTwoTrees()) {
@@ -634,13 +580,13 @@ class CageTest : public testing::Test {
   }
 };
 using CageTrees = testing::Types<WrappedSphereTree<2>, WrappedSphereTree<8>>;
-TYPED_TEST_SUITE(CageTest, CageTrees, TreeName);
+TYPED_TEST_SUITE(CageTest, CageTrees, TreeNames);
 
 TYPED_TEST(CageTest, CagesAreMinimumEnclosingSpheres) {
   // If this fails, the hierarchy is not the paper's wrapped one: cages are larger than need be.
-  for (const Scene& scene :
+  for (const FiberScene& scene :
        {mediumScene(), wanderingFibers({300}, 17, 0.01), wanderingFibers({1}, 18)}) {
-    const TypeParam tree = treeOf<TypeParam>(scene);
+    const TypeParam tree = treeOf<TypeParam>(scene, 0);
     this->expectLeastCages(tree, 1e-9);
     // The basis' leaves are counted from the node's first leaf, and touch the cage.
     for (std::size_t i = 0; i < tree.nodes().size(); ++i) {
@@ -661,8 +607,8 @@ TYPED_TEST(CageTest, CagesAreMinimumEnclosingSpheres) {
 TYPED_TEST(CageTest, SlowMotionKeepsMostCagesAndAllOfThemMinimal) {
   // If this fails, every frame costs a build, or savings come at the price of loose cages.
   Random random(20);
-  Scene scene = mediumScene();
-  TypeParam tree = treeOf<TypeParam>(scene);
+  FiberScene scene = mediumScene();
+  TypeParam tree = treeOf<TypeParam>(scene, 0);
   std::size_t kept = 0, recomputed = 0;
   for (int frame = 0; frame < 60; ++frame) {
     for (Segment& segment : scene.segments) jiggle(random, 1e-4, segment);
@@ -679,8 +625,8 @@ TYPED_TEST(CageTest, SlowMotionKeepsMostCagesAndAllOfThemMinimal) {
 TYPED_TEST(CageTest, CagesThatAreRecomputedAreCounted) {
   // If this fails, the counts of the cascade verification say nothing.
   Random random(21);
-  Scene scene = mediumScene();
-  TypeParam tree = treeOf<TypeParam>(scene);
+  FiberScene scene = mediumScene();
+  TypeParam tree = treeOf<TypeParam>(scene, 0);
   const std::size_t nodes = tree.nodes().size();
   EXPECT_EQ(tree.hierarchy().cagesRecomputed(), nodes);
   for (int frame = 0; frame < 12; ++frame) {
@@ -696,8 +642,8 @@ TYPED_TEST(CageTest, CagesThatAreRecomputedAreCounted) {
 
 TYPED_TEST(CageTest, RigidMotionKeepsTheCages) {
   // If this fails, cages are recomputed although they move along with their bases.
-  Scene scene = wanderingFibers({60, 60, 60, 60}, 22);
-  TypeParam tree = treeOf<TypeParam>(scene);
+  FiberScene scene = wanderingFibers({60, 60, 60, 60}, 22);
+  TypeParam tree = treeOf<TypeParam>(scene, 0);
   for (int frame = 0; frame < 10; ++frame) {
     for (Segment& s : scene.segments) {
       // A turn by the angle of 3-4-5 about z, and a shift.
@@ -713,12 +659,12 @@ TYPED_TEST(CageTest, RigidMotionKeepsTheCages) {
 TYPED_TEST(CageTest, ABasisThatIsNoneAnyMoreIsGivenUp) {
   // If this fails, only escaped leaves are looked for, and cages stay larger than need be.
   // Three points of an acute triangle, the third of which falls onto the line of the others.
-  Scene scene;
+  FiberScene scene;
   for (SegmentId id = 0; id < 3; ++id) scene.fibers.ids.push_back(id);
   scene.fibers.endFiber();
   const auto point = [](double x, double y) { return Segment{{x, y, 0}, {x, y, 0}, 0}; };
   scene.segments = {point(-1, 0), point(0, 1.5), point(1, 0)};
-  TypeParam tree = treeOf<TypeParam>(scene);
+  TypeParam tree = treeOf<TypeParam>(scene, 0);
   EXPECT_EQ(tree.hierarchy().cage(0).basis.size, 3);
   EXPECT_NEAR(tree.hierarchy().cage(0).ball.radius, 3.25 / 3, 1e-12);
   scene.segments[1] = point(0, 0.5);  // all three are still on one circle, of radius 1.25
@@ -729,15 +675,15 @@ TYPED_TEST(CageTest, ABasisThatIsNoneAnyMoreIsGivenUp) {
 
 TYPED_TEST(CageTest, AnEscapedLeafIsCaught) {
   // If this fails, a leaf that is not in the basis leaves the cage unnoticed.
-  Scene scene;
+  FiberScene scene;
   for (SegmentId id = 0; id < 20; ++id) {
     scene.fibers.ids.push_back(id);
     scene.segments.push_back({{0.1 * id, 0, 0}, {0.1 * id, 0, 0}, 0.01});
   }
   scene.fibers.endFiber();
   for (SegmentId id = 1; id < 19; ++id) {
-    Scene moved = scene;
-    TypeParam tree = treeOf<TypeParam>(moved);
+    FiberScene moved = scene;
+    TypeParam tree = treeOf<TypeParam>(moved, 0);
     moved.segments[static_cast<std::size_t>(id)].a.y =
         moved.segments[static_cast<std::size_t>(id)].b.y = 5;
     refitMoved(tree, moved.segments, {id});

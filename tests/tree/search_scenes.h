@@ -110,14 +110,16 @@ inline std::vector<FiberScene> grouped(const FiberScene& scene) {
 // --- Trees ---
 
 template <class Tree>
+Tree unfittedTreeOf(const FiberScene& scene) {
+  if constexpr (Tree::kArity == 2) {
+    return Tree(superThread(scene.fibers));
+  } else {
+    return Tree(bundleOf(scene.fibers, scene.segments));
+  }
+}
+template <class Tree>
 Tree treeOf(const FiberScene& scene, double padding = 0.001) {
-  Tree tree = [&] {
-    if constexpr (Tree::kArity == 2) {
-      return Tree(superThread(scene.fibers));
-    } else {
-      return Tree(bundleOf(scene.fibers, scene.segments));
-    }
-  }();
+  Tree tree = unfittedTreeOf<Tree>(scene);
   tree.refit(scene.segments, padding);
   return tree;
 }

@@ -7,16 +7,14 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
-#include "support/overlap.h"
 #include "support/random.h"
 #include "support/scoped_target.h"
 #include "support/segments.h"
-#include "tree/plain_traversal.h"
+#include "tree/found_pairs.h"
 #include "tree/search_scenes.h"
 
 namespace fcl_fibers::tree {
@@ -26,109 +24,13 @@ using geometry::Box;
 using geometry::Frame;
 using geometry::FrameChange;
 using geometry::Segment;
-using geometry::Sphere;
 using geometry::Vec3d;
 using test::Random;
-
-// --- Answers ---
-
-/// Takes everything, or as many as wanted, eight pairs at a time.
-class SmallBuffer final : public PairBuffer {
- public:
-  explicit SmallBuffer(std::size_t wanted = SIZE_MAX) : wanted_(wanted) { restart(); }
-  Visit full() override {
-    for (const Pair* pair = pairs_; pair != next_ && found.size() < wanted_; ++pair) {
-      found.emplace_back(pair->a, pair->b);
-    }
-    restart();
-    return found.size() < wanted_ ? Visit::kContinue : Visit::kStop;
-  }
-  PairList found;
-
- private:
-  void restart() {
-    next_ = pairs_;
-    end_ = pairs_ + 1;
-  }
-  std::size_t wanted_;
-  Pair pairs_[1 + kRoom];
-};
-
-/// Does the work piece by piece.
-template <class Tree, class Trees>
-PairList pairsFound(const Trees& trees) {
-  class Serial final : public TaskSink {
-   public:
-    explicit Serial(const Trees& trees) : trees_(trees) {}
-    Visit take(const TraversalTask& work) override { return visitOverlaps(trees_, work, out); }
-    SmallBuffer out;
-
-   private:
-    const Trees& trees_;
-  } serial(trees);
-  EXPECT_EQ(splitIntoTasks(trees, serial), Visit::kContinue);
-  serial.out.full();
-  return serial.out.found;
-}
-
-template <class Tree>
-PairList pairsWith(const Tree& tree, const typename Tree::Volume& volume, SegmentId second,
-                   Group group) {
-  SmallBuffer out;
-  EXPECT_EQ(visitOverlaps(tree, volume, second, group, out), Visit::kContinue);
-  out.full();
-  return out.found;
-}
-
-struct CollectPlainly : plain::OverlapVisitor {
-  static constexpr SegmentId kVolume = 77;  ///< stands for the volume that leaves meet
-  PairList found;
-  Visit leafPair(SegmentId a, SegmentId b) override {
-    found.emplace_back(a, b);
-    return Visit::kContinue;
-  }
-  Visit leaf(SegmentId a) override { return leafPair(a, kVolume); }
-};
-
-PairList difference(const PairList& a, const PairList& b) {
-  PairList result;
-  std::set_symmetric_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(result));
-  return result;
-}
-
-/// Whether volumes touch within the rounding of a change of frame: floats of some thirty units.
-template <class Volume>
-bool barelyTouch(const Segment& p, const Segment& q) {
-  const auto overlap = [&](double padding) {
-    typename Volume::template Pack<2> pack;
-    pack.set(0, Volume::around(p, padding));
-    return (overlaps(pack, Volume::around(q, 0)) & 1u) != 0;
-  };
-  // The trees pad by 0.001 of their own units, of 1/4 and 16.
-  constexpr double kPadding = 0.00025 + 0.016, kRounding = 1e-4;
-  return overlap(kPadding + kRounding) && !overlap(kPadding - kRounding);
-}
 
 template <class Tree>
 class SearchTest : public testing::Test {};
 
 TYPED_TEST_SUITE(SearchTest, SearchedTrees, TreeNames);
-
-// Pairs would be missed, invented or repeated.
-TYPED_TEST(SearchTest, FindsThePairsOfThePlainTraversal) {
-  for (const FiberScene& scene :
-       {curled(), unequal(), singles(), mixed(), many(), identical(4, 250)}) {
-    SCOPED_TRACE(scene.name);
-    const TypeParam tree = treeOf<TypeParam>(scene);
-    CollectPlainly plain;
-    visitPairs(tree, plain);
-    const PairList found = asSet(pairsFound<TypeParam>(tree), false);
-    EXPECT_FALSE(hasDuplicates(found));
-    EXPECT_GT(found.size(), scene.segments.size() / 2) << "a scene where nothing meets";
-    EXPECT_TRUE(found == asSet(plain.found, false))
-        << found.size() << " instead of " << plain.found.size();
-  }
-}
 
 // Segments in one place, a fiber that was never laid out for instance, would overrun what the
 // search keeps waiting.
@@ -269,26 +171,8 @@ TYPED_TEST(SearchTest, HasNoRoomWithGroupsCategoriesAndFrames) {
   }
 }
 
-// Hair and a scarf, each in a manager: as above.
-TYPED_TEST(SearchTest, FindsThePairsOfTwoTreesInDifferentFrames) {
-  const std::vector<std::pair<FiberScene, FiberScene>> scenes = {
-      {curled(), unequal()}, {mixed(), singles()}, {many(), mixed()}};
-  for (const auto& [world_a, world_b] : scenes) {
-    SCOPED_TRACE(world_a.name + ", " + world_b.name);
-    const TwoTrees<TypeParam> trees(world_a, world_b);
-    CollectPlainly plain;
-    visitPairs(trees.a, trees.b, trees.b_to_a, trees.a_to_b, plain);
-    const PairList found = asSet(pairsFound<TypeParam>(trees.two), true);
-    EXPECT_FALSE(hasDuplicates(found));
-    EXPECT_GT(found.size(), 1000u);
-    // Which volume is brought into whose frame may differ, and so the last bit.
-    for (const auto& [a, b] : difference(found, asSet(plain.found, true))) {
-      EXPECT_TRUE(
-          barelyTouch<typename TypeParam::Volume>(world_a.segments[static_cast<std::size_t>(a)],
-                                                  world_b.segments[static_cast<std::size_t>(b)]))
-          << a << ", " << b;
-    }
-  }
+// As above, of hair and a scarf that are each in a manager.
+TYPED_TEST(SearchTest, FindsAllPairsOfTwoTreesInOnePlace) {
   const TwoTrees<TypeParam> same(identical(5, 120), identical(500, 1));
   const PairList found = asSet(pairsFound<TypeParam>(same.two), true);
   EXPECT_FALSE(hasDuplicates(found));
@@ -400,29 +284,25 @@ TYPED_TEST(SearchTest, LeavesOutTheGroupOfAVolume) {
   }
 }
 
-// A foreign object would miss fibers, or meet others on another machine.
-TYPED_TEST(SearchTest, FindsWhatAVolumeOverlaps) {
+// A foreign object would meet other fibers on another machine, or more than it asks for.
+TYPED_TEST(SearchTest, OrderOfWhatAVolumeOverlapsDoesNotDependOnTheInstructionSet) {
   const FiberScene scene = curled();
   const TypeParam tree = treeOf<TypeParam>(scene);
   std::size_t found = 0;
   for (std::size_t i = 0; i < scene.segments.size(); i += 7) {
     const auto volume = TypeParam::Volume::around(scene.segments[i], 0.02);
-    CollectPlainly plain;
-    visitLeaves(tree, volume, plain);
-    found += plain.found.size();
+    const PairList all = pairsWith(tree, volume, 77, kNoGroup);
+    found += all.size();
     for (const std::int64_t target : simd::availableTargets()) {
       const simd::ScopedTarget scoped(target);
-      ASSERT_EQ(pairsWith(tree, volume, CollectPlainly::kVolume, kNoGroup), plain.found)
-          << simd::targetName(target);
+      ASSERT_EQ(pairsWith(tree, volume, 77, kNoGroup), all) << simd::targetName(target);
     }
     // The buffer is asked eight pairs at a time at most, and so are those that are left at the end.
-    const std::size_t wanted = 1 + i % plain.found.size();
+    const std::size_t wanted = 1 + i % all.size();
     SmallBuffer some(wanted);
-    if (visitOverlaps(tree, volume, CollectPlainly::kVolume, kNoGroup, some) == Visit::kContinue) {
-      some.full();
-    }
+    if (visitOverlaps(tree, volume, 77, kNoGroup, some) == Visit::kContinue) some.full();
     ASSERT_EQ(some.found.size(), wanted);
-    EXPECT_TRUE(std::equal(some.found.begin(), some.found.end(), plain.found.begin()));
+    EXPECT_TRUE(std::equal(some.found.begin(), some.found.end(), all.begin()));
   }
   EXPECT_GT(found, 1000u);
 }
