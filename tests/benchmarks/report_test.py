@@ -56,15 +56,24 @@ class ReportTest(unittest.TestCase):
         document["benchmarks"] = [run for run in document["benchmarks"] if change(run) is not False]
         path.write_text(json.dumps(document))
 
-    def set_times(self, contender, counter, values):
-        """The runs of a contender in frames_helix get such values, by turns."""
-        turns = itertools.cycle(values)
+    def put(self, name, values):
+        """The runs of a file whose names begin so get such values, those of a list by turns."""
+        turns = {
+            start: {key: itertools.cycle(np.atleast_1d(all_).tolist()) for key, all_ in of.items()}
+            for start, of in values.items()
+        }
 
         def change(run):
-            if run["run_name"].startswith(f"Frames/{contender}/iterations"):
-                run[counter] = float(next(turns))
+            for start, of in turns.items():
+                if run["run_name"].startswith(start):
+                    run.update({key: next(turn) for key, turn in of.items()})
 
-        self.edit("frames_helix", change)
+        self.edit(name, change)
+
+    def set_times(self, contender, **values):
+        """The same of the frames of a contender in frames_helix."""
+        floats = {key: np.array(all_, float) for key, all_ in values.items()}
+        self.put("frames_helix", {f"Frames/{contender}/iterations": floats})
 
     def row(self, text, name):
         """The cells of the only row of that name."""
@@ -83,10 +92,10 @@ class ReportTest(unittest.TestCase):
         """If this failed, the README's first table would state other ratios than were measured."""
         self.take("full", "frames_helix")
         for name in [n for n in self.fcl("tight") if "_and_" not in n]:
-            self.set_times(name, "detection", [9])
+            self.set_times(name, detection=9)
         best = [n for n in self.fcl("tight") if "_and_" not in n][0]
-        self.set_times("LayeredAABBTree/boxes", "detection", [0.8, 1, 2, 2.5, 1.5])
-        self.set_times(best, "detection", [6, 3, 4.5, 5, 4])
+        self.set_times("LayeredAABBTree/boxes", detection=[0.8, 1, 2, 2.5, 1.5])
+        self.set_times(best, detection=[6, 3, 4.5, 5, 4])
         # Medians 4.5 and 1.5; 3 / 2.5 and 6 / 0.8.
         found = self.row(self.made("headline"), "Detection: FCL, tight boxes")
         self.assertEqual(found, ["3.0x (1.2 to 7.5)"])
@@ -95,8 +104,8 @@ class ReportTest(unittest.TestCase):
         """If this failed, noise would be sold as an advantage."""
         self.take("full", "frames_helix")
         for name in self.fcl("", "update"):
-            self.set_times(name, "update", [2])
-        self.set_times("LayeredAABBTree/boxes", "update", [1, 1, 1, 1, 2.5])
+            self.set_times(name, update=2)
+        self.set_times("LayeredAABBTree/boxes", update=[1, 1, 1, 1, 2.5])
         found = self.row(self.made("headline"), "Update: FCL")
         self.assertRegex(found[0], r"^as fast \(0\.80 to 2\.0\), (tight|stock)$")
 
@@ -104,10 +113,10 @@ class ReportTest(unittest.TestCase):
         """If this failed, a peer would be represented by a configuration that is not its best."""
         self.take("full", "frames_helix")
         for name in self.fcl("", "set_up"):
-            self.set_times(name, "set_up", [1, 8, 8, 8, 8])
+            self.set_times(name, set_up=[1, 8, 8, 8, 8])
         best = [name for name in self.fcl("stock", "set_up")][0]
-        self.set_times(best, "set_up", [6])
-        self.set_times("LayeredAABBTree/boxes", "set_up", [2])
+        self.set_times(best, set_up=6)
+        self.set_times("LayeredAABBTree/boxes", set_up=2)
         table = self.made("full").split("## The fastest")[0]
         found = self.row(table, "Set-up: FCL, boxes written before")
         self.assertEqual(found, ["3.0x (3.0 to 3.0), stock"])
@@ -116,9 +125,8 @@ class ReportTest(unittest.TestCase):
         """If this failed, FCL's set-up would look shorter than what a program has to do."""
         self.take("full", "frames_helix")
         for name in self.fcl("", "set_up"):
-            self.set_times(name, "set_up", [4])
-            self.set_times(name, "boxes", [6 if "/stock" in name else 2])
-        self.set_times("LayeredAABBTree/boxes", "set_up", [2])
+            self.set_times(name, set_up=4, boxes=6 if "/stock" in name else 2)
+        self.set_times("LayeredAABBTree/boxes", set_up=2)
         text = self.made("full")
         table = text.split("## The fastest")[0]
         found = self.row(table, "Set-up: FCL, boxes written before")
@@ -136,15 +144,10 @@ class ReportTest(unittest.TestCase):
         self.take("full", "frames_helix")
         for boxes, factor in (("tight", 10), ("stock", 20)):
             for name in [n for n in self.fcl(boxes) if n.endswith("_and_collide")]:
-                self.set_times(name, "detection", [factor])
-                self.set_times(name, "update", [0])
-                self.set_times(name, "of", [70000])
-                self.set_times(name, "sampled", [50500])
+                self.set_times(name, detection=factor, update=0, of=70000, sampled=50500)
         for name in [n for n in self.fcl("tight") if n.endswith("_and_test")]:
-            self.set_times(name, "detection", [7.5])
-            self.set_times(name, "update", [0])
-        self.set_times("LayeredAABBTree/capsules", "detection", [3])
-        self.set_times("LayeredAABBTree/capsules", "update", [2])
+            self.set_times(name, detection=7.5, update=0)
+        self.set_times("LayeredAABBTree/capsules", detection=3, update=2)
         text = self.made("full")
         sample = " (estimated from 50,500 pairs)"
         row = "Touching pairs: FCL, tight boxes, fcl::collide" + sample
@@ -174,10 +177,8 @@ class ReportTest(unittest.TestCase):
         """If this failed, Embree would be blamed for work that the ratio does not mention."""
         self.take("full", "frames_helix")
         for name in ("rebuild", "morton", "refit"):
-            self.set_times(f"Embree/{name}", "detection", [4])
-            self.set_times(f"Embree/{name}", "visited", [200])
-        self.set_times("LayeredAABBTree/boxes", "detection", [1])
-        self.set_times("LayeredAABBTree/boxes", "visited", [100])
+            self.set_times(f"Embree/{name}", detection=4, visited=200)
+        self.set_times("LayeredAABBTree/boxes", detection=1, visited=100)
         row = "Detection per visited pair: speed-up over Embree, 1 thread"
         self.assertEqual(self.row(self.made("full"), row), ["2.0x (2.0 to 2.0)"])
 
@@ -237,7 +238,7 @@ class ReportTest(unittest.TestCase):
     def test_unequal_work_is_not_compared(self):
         """If this failed, who reports fewer pairs would be the faster one."""
         self.take("full", "frames_helix")
-        self.set_times("LayeredAABBTree/boxes", "pairs", [5])
+        self.set_times("LayeredAABBTree/boxes", pairs=5)
         self.assert_fails("5.0 pairs, DynamicAABBTree")
 
     def test_documents_have_their_marked_tables_replaced(self):
@@ -358,15 +359,11 @@ class ReportTest(unittest.TestCase):
     def test_boxes_of_managers_are_told_without_and_with_writing_them(self):
         """If this failed, FCL's times would lack what a program has to do, and no row would say."""
         self.take("full", "queries")
-
-        def change(run):
-            boxes = 0.0 if "/LayeredAABBTree/" in run["run_name"] else 3.0
-            if run["run_name"].startswith("Objects/"):
-                run.update(set_up=1.0, boxes=boxes)
-            elif run["run_name"].startswith("Query/collide, one object/"):
-                run.update(real_time=1.0, time_unit="s", boxes=boxes)
-
-        self.edit("queries", change)
+        asked, ours = "Query/collide, one object/", "LayeredAABBTree/"
+        values = {"Objects/": {"set_up": 1.0, "boxes": 3.0}}
+        values[asked] = {"real_time": 1.0, "time_unit": "s", "boxes": 3.0}
+        values |= dict.fromkeys((f"Objects/spheres/{ours}", asked + ours), {"boxes": 0.0})
+        self.put("queries", values)
         text = self.made("full")
         for name, theirs, ratio in (
             ("10,000 spheres, set-up, boxes written before", "1.00 s", "as fast (1.0 to 1.0)"),
@@ -380,29 +377,17 @@ class ReportTest(unittest.TestCase):
     def test_changes_are_multiples_of_the_same_run(self):
         """If this failed, the machine's other work would count as a slower query."""
         self.take("full", "clients")
-        turns = itertools.cycle([1.0, 2.0, 3.0])
-
-        def change(run):
-            if run["run_name"].startswith("Changes/"):
-                seconds = next(turns)
-                run.update(real_time=1300 * seconds, time_unit="ms", reference=seconds)
-
-        self.edit("clients", change)
+        times = {"real_time": [1300.0, 2600.0, 3900.0], "time_unit": "ms"}
+        self.put("clients", {"Changes/": {**times, "reference": [1.0, 2.0, 3.0]}})
         row = self.row(self.made("full"), "2 of 100 fibers")
         self.assertEqual(row[2], "1.30x (1.30 to 1.30)")
 
     def test_objects_beside_fibers_are_multiples_of_the_same_run(self):
         """If this failed, the machine's other work would count as the cost of a half-space."""
         self.take("full", "shapes")
-        turns = itertools.cycle([1.0, 2.0, 3.0])
-
-        def change(run):
-            if run["run_name"].startswith("Beside/"):
-                seconds = next(turns)
-                run.update(real_time=1030 * seconds, time_unit="ms", reference=seconds)
-                run["with"] = 200.0 if "kVolumes/tilted" in run["run_name"] else 0.0
-
-        self.edit("shapes", change)
+        times = {"real_time": [1030.0, 2060.0, 3090.0], "time_unit": "ms"}
+        values = {"Beside/": {**times, "reference": [1.0, 2.0, 3.0], "with": 0.0}}
+        self.put("shapes", {**values, "Beside/kVolumes/tilted": {"with": 200.0}})
         text = self.made("full", "--targets")
         row = self.row(text, "tilted half-space")
         self.assertEqual(row, ["1.03x (1.03 to 1.03)", "1.03x (1.03 to 1.03), 200 pairs"])
@@ -412,16 +397,10 @@ class ReportTest(unittest.TestCase):
     def test_fibers_of_other_shapes_are_multiples_of_capsules(self):
         """If this failed, docs/performance.md would state other ratios than were measured."""
         self.take("full", "shapes")
-
-        turns = itertools.cycle([1e-3, 2e-3, 3e-3])
-
-        def change(run):
-            if run["run_name"].startswith("FibersOf/cylinders/"):
-                own = next(turns)
-                run.update(update=1.6 * own, detection=2 * own, bytes=170 * 200.0, segments=200.0)
-                run.update(capsules_update=own, capsules_detection=own)
-
-        self.edit("shapes", change)
+        own = np.array([1e-3, 2e-3, 3e-3])
+        times = {"capsules_update": own, "capsules_detection": own}
+        times |= {"update": 1.6 * own, "detection": 2 * own, "bytes": 170 * 200.0}
+        self.put("shapes", {"FibersOf/cylinders/": {**times, "segments": 200.0}})
         text = self.made("full", "--targets")
         row = self.row(text, "cylinders")
         self.assertEqual(
@@ -459,24 +438,19 @@ class ReportTest(unittest.TestCase):
 
     def set_obstacles(self, scene, times):
         """Runs whose names begin so get these milliseconds, by turns."""
-        turns = {name: itertools.cycle(values) for name, values in times.items()}
-
-        def change(run):
-            for name, values in turns.items():
-                if run["run_name"].startswith(name):
-                    run.update(real_time=next(values), time_unit="ms", loop=0.004)
-
-        self.edit(f"obstacles_{scene}", change)
+        rest = {"time_unit": "ms", "loop": 0.004}
+        values = {name: {"real_time": all_, **rest} for name, all_ in times.items()}
+        self.put(f"obstacles_{scene}", values)
 
     def test_obstacles(self):
         """If this failed, docs/performance.md would state other ratios than were measured."""
         self.take("full", "obstacles_combed", "obstacles_cables")
         of = "Touching/all segments/"
-        times = {of + "arrays": [2.0], of + "manager": [4.0, 5.0, 6.0], of + "Dynamic": [300.0]}
-        times |= {of + "turned": [3.0], "Contacts/all": [3.0], "Boxes/ours": [2.0]}
-        times |= {"Boxes/embree_rebuild": [3.0], "Boxes/embree_morton": [6.0], "Refit/": [10.0]}
+        times = {of + "arrays": 2.0, of + "manager": [4.0, 5.0, 6.0], of + "Dynamic": 300.0}
+        times |= {of + "turned": 3.0, "Contacts/all": 3.0, "Boxes/ours": 2.0}
+        times |= {"Boxes/embree_rebuild": 3.0, "Boxes/embree_morton": 6.0, "Refit/": 10.0}
         self.set_obstacles("combed", times)
-        self.set_obstacles("cables", {"Distance/manager": [1.0], "Distance/Dynamic": [9.0]})
+        self.set_obstacles("cables", {"Distance/manager": 1.0, "Distance/Dynamic": 9.0})
         tables, targets = self.made("full", "--targets").split("## Targets of obstacles\n")
         found = self.row(tables, "combed, all segments: by the manager")
         self.assertEqual([found[0], found[1], found[3]], ["5.00 ms", "300 ms", "60x (50 to 75)"])
@@ -504,18 +478,11 @@ class ReportTest(unittest.TestCase):
     def test_motion(self):
         """If this failed, docs/performance.md would state another price of motion."""
         self.take("full", "motion_50", "motion_480")
-
-        def change(run):
-            name = run["run_name"]
-            if name.startswith("Motion/ours/"):
-                run.update(static_query=0.002, query=0.009, static_update=0.004, update=0.006)
-                run.update(real_time=15.0, time_unit="ms")
-            elif name.startswith("Motion/"):
-                run.update(real_time=60.0 if "Embree" in name else 30.0, time_unit="ms")
-            elif name.startswith("Safe/"):
-                run.update(query=0.003, real_time=1.5, time_unit="ms", fraction=0.25)
-
-        self.edit("motion_50", change)
+        ours = {"static_query": 0.002, "query": 0.009, "static_update": 0.004, "update": 0.006}
+        values = {"Motion/": {"real_time": 30.0}, "Motion/Embree": {"real_time": 60.0}}
+        values |= {"Motion/ours/": {**ours, "real_time": 15.0}}
+        values |= {"Safe/": {"query": 0.003, "real_time": 1.5, "fraction": 0.25}}
+        self.put("motion_50", {**values, "": {"time_unit": "ms"}})
         tables, targets = self.made("full", "--targets").split("## Targets of motion\n")
         for name, value in (
             ("query of impacts, times the static one", "4.50"),
@@ -595,12 +562,8 @@ class ReportTest(unittest.TestCase):
     def test_dials_of_obstacles(self):
         """If this failed, nobody would see what a margin adds, or what a coarse mesh misses."""
         self.take("trade", "dials")
-
-        def change(run):
-            run.update(touching=200.0, reported=250.0, missed=10.0, extra=60.0, error=1.5)
-            run.update(real_time=7.0, time_unit="ms")
-
-        self.edit("dials", change)
+        counts = {"touching": 200.0, "reported": 250.0, "missed": 10.0, "extra": 60.0}
+        self.put("dials", {"": {**counts, "error": 1.5, "real_time": 7.0, "time_unit": "ms"}})
         text = self.made("trade")
         cells = ["250", "5 %", "24 %", "7.00 ms"]
         for name in ("margin of 2 radii", "roots of 0.6 cm"):
@@ -612,12 +575,9 @@ class ReportTest(unittest.TestCase):
     def test_dials_of_motion(self):
         """If this failed, nobody would see what is missed between two frames."""
         self.take("trade", "dials_motion")
-
-        def change(run):
-            run.update(impacts=200.0, reported=250.0, missed=10.0, extra=60.0, real_time=7.0)
-            run.update(time_unit="ms", ended=1.0 if "/50/margin/2" in run["run_name"] else 0.0)
-
-        self.edit("dials_motion", change)
+        values = {"impacts": 200.0, "reported": 250.0, "missed": 10.0, "extra": 60.0}
+        values |= {"real_time": 7.0, "time_unit": "ms", "ended": 0.0}
+        self.put("dials_motion", {"": values, "Dials/motion/50/margin/2": {"ended": 1.0}})
         text = self.made("trade")
         self.assertEqual(self.row(text, "16 substeps"), 2 * ["5 %, 24 %, 7.00 ms"])
         self.assertEqual(self.row(text, "margin of twice that"), ["5 %, 24 %, 7.00 ms", "-"])
@@ -625,16 +585,10 @@ class ReportTest(unittest.TestCase):
     def test_python(self):
         """If this failed, docs/python.md would state other times or ratios than were measured."""
         self.take("python")
-        times = {"pairs, 1 thread": [0.05], "contacts, 1 thread": [0.1, 0.2, 0.3, 0.4, 0.5]}
-        times |= {"all elements": [6.0], "midpoint tree": [2.4]}
-
-        def set_steps(run):
-            values = times.get(run["run_name"].partition("/")[2], [])
-            if values and run["run_name"].startswith("Steps/"):
-                values.append(values.pop(0))
-                run.update(real_time=values[-1], time_unit="s")
-
-        self.edit("steps_helix-1000", set_steps)
+        times = {"pairs, 1 thread": 0.05, "contacts, 1 thread": [0.1, 0.2, 0.3, 0.4, 0.5]}
+        times |= {"all elements": 6.0, "midpoint tree": 2.4}
+        values = {f"Steps/{way}": {"real_time": all_} for way, all_ in times.items()}
+        self.put("steps_helix-1000", {**values, "Steps/": {"time_unit": "s"}})
         # A turn takes twice as long as another, for both alike. Its quotients stay the same.
         slow = {"python": 1.1, "cpp": 1.0, "cpp_new": 1.25}
 
@@ -644,7 +598,7 @@ class ReportTest(unittest.TestCase):
 
         self.edit("overhead_helix-1000", set_overhead)
         modules = {"Import/numpy": 0.1, "Import/fcl_fibers": 0.13}
-        self.edit("import", lambda run: run.update(real_time=modules[run["run_name"]]))
+        self.put("import", {name: {"real_time": time} for name, time in modules.items()})
         tables, targets = self.made("python", "--targets").split("## Targets of the Python")
         missing = "Not measured: steps of helix-100; steps of bundles-1000; "
         missing += "overhead of bundles-1000."
@@ -690,17 +644,9 @@ class ReportTest(unittest.TestCase):
 
     def set_card(self, scalar, frames=None, climb=None):
         """Counters of Frames rows by contender, and those of Card rows by contender and size."""
-
-        def change(run):
-            kind, manager, variant, size = run["run_name"].split("/")[:4]
-            values = (frames or {}).get(f"{manager}/{variant}") if kind == "Frames" else None
-            if kind == "Card":
-                values = (climb or {}).get(f"{manager}/{variant}/{size}")
-            if values is False:
-                return False
-            run.update(values or {})
-
-        self.edit(f"card_static_{scalar}", change)
+        values = {f"Frames/{name}/": of for name, of in (frames or {}).items()}
+        values |= {f"Card/{name}/": of for name, of in (climb or {}).items()}
+        self.put(f"card_static_{scalar}", values)
 
     def test_card_has_double_and_float_side_by_side(self):
         """If this failed, a column would have times of the other scalar or of another phase."""
@@ -742,7 +688,8 @@ class ReportTest(unittest.TestCase):
         end = "crashed in update at the smallest size already, 5,000 segments"
         self.assertEqual(found[7], end)
         # Nobody vanishes without a reason.
-        self.set_card("double", climb={f"{sap}/35000": False})
+        ending = f"Card/{sap}/35000/"
+        self.edit("card_static_double", lambda run: not run["run_name"].startswith(ending))
         self.assert_fails("SaP/stock ends without a reason", "card")
 
     def test_card_compares_with_the_box_tree_over_bundles(self):
@@ -799,22 +746,14 @@ class ReportTest(unittest.TestCase):
         self.take("paper", "table_half-scalp", "tests_half-scalp", "styles_scalp-15")
         row = "half scalp: boxes, as published"
         published = "LayeredAABBTree/super_thread/"
-
-        def count(run):
-            if published in run["run_name"]:
-                run.update(volume_tests=12e6, share=1.0, error=0.0)
-
-        self.edit("tests_half-scalp", count)
+        count = {"volume_tests": 12e6, "share": 1.0, "error": 0.0}
+        self.put("tests_half-scalp", {f"VolumeTests/{published}": count})
         self.assertEqual(self.row(self.made("paper"), row)[3], "12.0 M")
-
-        def sample(run):
-            if published in run["run_name"]:
-                run.update(volume_tests=120e6, share=0.1, error=0.02, made=12e6)
-
-        self.edit("tests_half-scalp", sample)
+        sample = {"volume_tests": 120e6, "share": 0.1, "error": 0.02, "made": 12e6}
+        self.put("tests_half-scalp", {f"VolumeTests/{published}": sample})
         found = self.row(self.made("paper"), row)[3]
         self.assertEqual(found, "about 120 M +- 2 % (12.0 M made)")
-        self.edit("styles_scalp-15", sample)
+        self.put("styles_scalp-15", {f"VolumeTests/{published}": sample})
         row = self.row(self.made("paper"), "half scalp: 15 cm, random order")
         self.assertEqual(row[1], "~120 M")
         # 100.531 s of 120 million tests.
@@ -823,18 +762,10 @@ class ReportTest(unittest.TestCase):
     def test_paper_divides_what_its_rows_name(self):
         """If this failed, a ratio would be of other numbers than it claims."""
         self.take("paper", "table_half-scalp", "tests_half-scalp")
-
-        def set_times(run):
-            for name, seconds in (
-                ("LayeredAABBTree/super_thread", 2.0),
-                ("WrappedSphereTree", 6.0),
-            ):
-                if run["run_name"].startswith(f"Frames/{name}"):
-                    run["detection"] = seconds
-            if "LayeredAABBTree/boxes" in run["run_name"]:
-                run["detection"] = 0.5
-
-        self.edit("table_half-scalp", set_times)
+        times = {"LayeredAABBTree/super_thread": 2.0, "WrappedSphereTree": 6.0}
+        times |= {"LayeredAABBTree/boxes": 0.5}
+        values = {f"Frames/{name}": {"detection": seconds} for name, seconds in times.items()}
+        self.put("table_half-scalp", values)
         text = self.made("paper")
         row = self.row(text, "Spheres / boxes, as published: detection")
         self.assertEqual(row, ["20", "3.0"])  # 1984.78 s / 100.531 s; 6 s / 2 s
@@ -847,22 +778,12 @@ class ReportTest(unittest.TestCase):
         """If this failed, a claim would be judged by a number of something else."""
         self.take("paper", "static_10", "static_20", "replay")
         published = "Frames/LayeredAABBTree/super_thread/"
-        for name, seconds in (("static_10", 1.0), ("static_20", 4.0)):
-
-            def change(run, seconds=seconds):
-                if run["run_name"].startswith(published):
-                    run["update"] = seconds
-
-            self.edit(name, change)
+        self.put("static_10", {published: {"update": 1.0}})
+        self.put("static_20", {published: {"update": 4.0}})
         self.take("paper", "axis_turned_1")
         shutil.copy(self.folder / "axis_turned_1.json", self.folder / "axis_turned_0.json")
-        for turned, seconds in ((0, 1.0), (1, 5.0)):
-
-            def change(run, seconds=seconds):
-                if run["run_name"].startswith(published):
-                    run["detection"] = seconds
-
-            self.edit(f"axis_turned_{turned}", change)
+        self.put("axis_turned_0", {published: {"detection": 1.0}})
+        self.put("axis_turned_1", {published: {"detection": 5.0}})
 
         def grow_together(run):
             if run["run_name"].startswith("Replay/LayeredAABBTree/super_thread/"):
@@ -904,16 +825,14 @@ class ReportTest(unittest.TestCase):
     def test_paper_compares_other_volumes_with_boxes(self):
         """If this failed, a volume would be better or worse than it was measured."""
         self.take("paper", "volumes_static")
-
-        def change(run):
-            for kind, (tests, seconds) in {
-                "boxes": (200.0, 2.0),
-                "polytopes_18": (50.0, 3.0),
-            }.items():
-                if run["run_name"].startswith(f"Volumes/super_thread/{kind}/"):
-                    run.update(volume_tests=tests, leaf_pairs=10.0, detection=seconds, fit=seconds)
-
-        self.edit("volumes_static", change)
+        values = {
+            f"Volumes/super_thread/{kind}/": {
+                **{"volume_tests": tests, "leaf_pairs": 10.0},
+                **{"detection": seconds, "fit": seconds},
+            }
+            for kind, tests, seconds in (("boxes", 200.0, 2.0), ("polytopes_18", 50.0, 3.0))
+        }
+        self.put("volumes_static", values)
         row = self.row(self.made("paper"), "as published: 18-DOPs")
         self.assertEqual(row, ["144", "0.25 / 1.0 / 1.5 / 1.5"])
 
