@@ -142,7 +142,7 @@ void find(const FiberTree& tree, std::uint64_t copies, const Answer& of_block) {
   constexpr auto kBlock = static_cast<SegmentId>(kPointsOfBlock);
   Answer found;
   phase("find", [&] {
-    tree.visitPairs([&](SegmentPair pair) {
+    tree.visit(Touching{}, [&](SegmentPair pair) {
       const SegmentId first = pair.a / kBlock * kBlock;
       found.add({pair.a - first, pair.b - first});
     });

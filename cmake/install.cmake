@@ -21,7 +21,8 @@ function(install_library component target)
 endfunction()
 
 install_library(tree fcl_fibers_tree
-  contact.h fiber_options.h fiber_polylines.h fiber_tree.h tree_export.h triangle_mesh.h version.h)
+  contact.h fiber_options.h fiber_polylines.h fiber_questions.h fiber_tree.h
+  tree_export.h triangle_mesh.h version.h)
 if(FCL_FIBERS_BUILD_MANAGERS)
   install_library(managers fcl_fibers
     contact_collector.h eigen_alignment.h export.h

@@ -76,9 +76,9 @@ int main(int argc, char** argv) {
   FiberTree tree(options);
   tree.build(fiberArrays(start));
   std::vector<SegmentPair> at_start, at_end;
-  tree.findPairs(at_start);
+  tree.find(Touching{}, at_start);
   tree.update(fiberArrays(end));
-  tree.findPairs(at_end);
+  tree.find(Touching{}, at_end);
   std::printf("pairs that touch at the start: %zu, at the end: %zu\n", at_start.size(),
               at_end.size());
   // [end]
@@ -89,7 +89,7 @@ int main(int argc, char** argv) {
   for (const SegmentPair& pair : at_end) known.insert({pair.a, pair.b});
   std::size_t missed = 0;
   std::vector<Contact> contacts;
-  tree.visitImpacts([&](const Impact& impact) {
+  tree.visit(Impacts{}, [&](const Impact& impact) {
     contacts.push_back(impactContact(fiberArrays(start), fiberArrays(end), impact));
     missed += known.count({impact.pair.a, impact.pair.b}) == 0 ? 1 : 0;
   });
@@ -100,7 +100,7 @@ int main(int argc, char** argv) {
   // [safe]
   const double safe = tree.safeStep();
   std::printf("safe part of the step: %.4f\n", safe);
-  tree.visitImpacts([&](const Impact& impact) {
+  tree.visit(Impacts{}, [&](const Impact& impact) {
     if (impact.time > safe + 1e-6) return;
     const FiberSegment a = tree.fiberSegment(impact.pair.a), b = tree.fiberSegment(impact.pair.b);
     std::printf("then segment %zu of hair %zu touches segment %zu of hair %zu\n", a.segment,

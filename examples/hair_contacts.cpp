@@ -33,7 +33,7 @@ void writeContacts(const std::string& path, const fcl_fibers::io::FiberFileOptio
   tree.build(fibers);
 
   std::puts("fiber_a,segment_a,s,fiber_b,segment_b,t,distance,x,y,z,normal_x,normal_y,normal_z");
-  tree.visitPairs([&](fcl_fibers::SegmentPair pair) {
+  tree.visit(fcl_fibers::Touching{}, [&](fcl_fibers::SegmentPair pair) {
     const fcl_fibers::Contact c = fcl_fibers::capsuleContact(fibers, pair);
     std::printf("%zu,%zu,%.9g,%zu,%zu,%.9g,%.9g,", c.a.fiber, c.a.segment, c.s, c.b.fiber,
                 c.b.segment, c.t, c.distance);

@@ -176,13 +176,13 @@ int main(int argc, char** argv) {
   FiberTree tree(options);
   std::vector<MeshContact> contacts;
   tree.build(hair);
-  tree.findContacts(hair, head, contacts);
+  tree.find(Contacts{hair}, head, contacts);
   std::printf("with roots: %zu contacts\n", contacts.size());
 
   const std::vector<std::int32_t> roots = rootSegments(hair, kRootDepth);
   hair.root_segments = roots.data();
   tree.build(hair);
-  tree.findContacts(hair, head, contacts);
+  tree.find(Contacts{hair}, head, contacts);
   std::printf("without roots: %zu contacts\n", contacts.size());
   // [roots]
 
@@ -193,7 +193,7 @@ int main(int argc, char** argv) {
     move(now, before, rest, pose);
     for (int round = 0; round < kRounds; ++round) {
       tree.update(hair);
-      tree.findContacts(hair, head, contacts);
+      tree.find(Contacts{hair}, head, contacts);
       pushOut(now, contacts);
     }
 

@@ -21,8 +21,8 @@ void findSegmentPairs(const PairSearch& search, FoundPairs& found) {
     found.pairs.push_back({pair.a, pair.b});
     return false;
   };
-  found.complete = !(search.other == nullptr ? search.tree.visitPairs(keep)
-                                             : search.tree.visitPairs(*search.other, keep));
+  found.complete = !(search.other == nullptr ? search.tree.visit(Touching{}, keep)
+                                             : search.tree.visit(Touching{}, *search.other, keep));
 }
 
 void countTouching(const PairSearch& search, FoundPairs& found) {
@@ -77,7 +77,7 @@ TouchingSegments findTouching(const FiberTree& tree, const FiberPolylines& scene
   TouchingSegments found;
   std::size_t visited = 0;
   try {
-    found.complete = !tree.visitMesh(mesh.mesh, [&](TrianglePair pair) {
+    found.complete = !tree.visit(Touching{}, mesh.mesh, [&](TrianglePair pair) {
       if (visited++ == limit) return true;
       const double distance = meshContact(arrays, mesh.mesh, pair).distance;
       Deepest& deepest = of_segment[static_cast<std::size_t>(pair.segment)];

@@ -72,7 +72,7 @@ PageContacts findPageContacts(const FiberTree& tree, const FiberPolylines& scene
   found.touching.resize(scene.segmentCount());
   const FiberArrays<double> arrays = fiberArrays(scene);
   Deepest pairs(most_markers), mesh_pairs(most_markers);
-  found.stopped = tree.visitPairs([&](SegmentPair pair) {
+  found.stopped = tree.visit(Touching{}, [&](SegmentPair pair) {
     if (found.count == most_pairs) return true;
     ++found.count;
     const Contact contact = capsuleContact(arrays, pair);

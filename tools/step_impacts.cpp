@@ -83,7 +83,7 @@ StepImpacts findImpacts(const StepScene& step, const FiberTreeOptions& options, 
     tree.build(fiberArrays(step.start));
     tree.update(fiberArrays(step.start), fiberArrays(step.end));
     const std::size_t most = std::max(limit, kMostSearched);
-    found.ended = tree.visitImpacts([&](const Impact& impact) {
+    found.ended = tree.visit(Impacts{}, [&](const Impact& impact) {
       if (found.count == most) return true;
       ++found.count;
       found.at_start += impact.time == 0 ? 1 : 0;

@@ -252,7 +252,7 @@ void add(const std::string& name, const std::string& calls, const Setting& setti
 
 template <typename S>
 void visitPairs(const TreeScene<S>& s) {
-  s.tree.visitPairs(Keep());
+  s.tree.visit(Touching{}, Keep());
 }
 
 template <class Of>
@@ -283,16 +283,16 @@ void addRows() {
                 {topology, Report::kVolumes, fibers, volumes}, visitPairs);
       add<Tree>(name + "capsules", "query", setting, visitPairs);
       add<Tree>(name + "two trees", "query", setting,
-                [](const Tree& s) { s.tree.visitPairs(s.other, Keep()); });
+                [](const Tree& s) { s.tree.visit(Touching{}, s.other, Keep()); });
       add<Tree>(name + "mesh", "query", setting,
-                [](const Tree& s) { s.tree.visitMesh(s.mesh, Keep()); });
+                [](const Tree& s) { s.tree.visit(Touching{}, s.mesh, Keep()); });
       add<TreeScene<float>>(name + "float, rules", "build update query",
                             {topology, Report::kCapsules, fibers, volumes, true}, visitPairs);
       add<Tree>(name + "shapes", "query", setting, [](const Tree& s) {
         for (int i = 0; i < 400; ++i) {
           const double x = 0.01 * i, z = 0.03 * i;
-          s.tree.visitOverlaps(CapsuleShape{{x, 0, z}, {x, 1.5, z + 1}, 0.05}, Keep());
-          s.tree.visitOverlaps(BoxShape{{x, 0, z}, {x + 0.3, 0.6, z + 0.3}}, Keep());
+          s.tree.visit(Touching{}, CapsuleShape{{x, 0, z}, {x, 1.5, z + 1}, 0.05}, Keep());
+          s.tree.visit(Touching{}, BoxShape{{x, 0, z}, {x + 0.3, 0.6, z + 0.3}}, Keep());
         }
       });
       const Setting few = {topology, Report::kCapsules, 60, volumes};
@@ -304,22 +304,23 @@ void addRows() {
     const Setting still = {topology, Report::kCapsules, fibers};
     const Setting step = {topology, Report::kCapsules, fibers, Volumes::kLayeredBoxes, false, true};
     add<Tree>(name + "step", "update query", step,
-              [](const Tree& s) { s.tree.visitImpacts(Keep()); });
+              [](const Tree& s) { s.tree.visit(Impacts{}, Keep()); });
     add<Tree>(name + "moving boxes", "query", step,
-              [](const Tree& s) { s.tree.visitMovingPairs(Keep()); });
+              [](const Tree& s) { s.tree.visit(MovingPairs{}, Keep()); });
     add<Tree>(name + "two steps", "query", step,
-              [](const Tree& s) { s.tree.visitImpacts(s.other, Keep()); });
-    add<Tree>(name + "moving mesh", "query", step,
-              [](const Tree& s) { s.tree.visitImpacts(s.mesh, s.moved, Keep()); });
+              [](const Tree& s) { s.tree.visit(Impacts{}, s.other, Keep()); });
+    add<Tree>(name + "moving mesh", "query", step, [](const Tree& s) {
+      s.tree.visit(Impacts{}, MeshStep{s.mesh, s.moved}, Keep());
+    });
     add<Tree>(name + "safe step", "query", step, [](const Tree& s) { keep(s.tree.safeStep()); });
     add<Tree>(name + "nearest triangles", "query", still, [](const Tree& s) {
       std::vector<TrianglePair> pairs;
-      s.tree.findNearest(s.mesh, 0.3, pairs);
+      s.tree.find(Nearest{0.3}, s.mesh, pairs);
       for (const TrianglePair pair : pairs) Keep()(pair);
     });
     add<Tree>(name + "contacts", "query", still, [](const Tree& s) {
       std::vector<Contact> contacts;
-      s.tree.findContacts(s.fibers(), contacts);
+      s.tree.find(Contacts{s.fibers()}, contacts);
       for (const Contact& contact : contacts) keep(contact.distance);
     });
   }

@@ -63,7 +63,7 @@ void registerTree(
     tree->update(frames->front().view);
     numbers["update"] = seconds([&] { tree->update(frames->back().view); });
     std::size_t pairs = 0;
-    numbers["detection"] = seconds([&] { tree->visitPairs([&](SegmentPair) { ++pairs; }); });
+    numbers["detection"] = seconds([&] { tree->visit(Touching{}, [&](SegmentPair) { ++pairs; }); });
     return addCounts(numbers, tree->memoryUsage(), tree->segmentCount(), pairs);
   });
 }

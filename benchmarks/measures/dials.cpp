@@ -43,7 +43,7 @@ class Setting {
   }
 
   double find() {
-    return seconds([&] { tree_->findTouching(head_, found_); });
+    return seconds([&] { tree_->find(TouchingSegments{}, head_, found_); });
   }
   Segments found() {
     find();

@@ -49,7 +49,8 @@ bool measureGrowth(const Request& request) {
       frame = 1 - frame;
       const double update = seconds([&] { tree->update(fiberArrays((*scenes)[frame])); });
       std::size_t pairs = 0;
-      const double detection = seconds([&] { tree->visitPairs([&](SegmentPair) { ++pairs; }); });
+      const double detection =
+          seconds([&] { tree->visit(Touching{}, [&](SegmentPair) { ++pairs; }); });
       numbers = {{"segments", segments},
                  {"update", update / segments},
                  {"detection", detection / segments},

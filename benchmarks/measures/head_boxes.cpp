@@ -27,8 +27,8 @@ struct CountingSink final : index::PairSink {
   std::size_t pairs = 0;
 };
 
-/// The search of FiberTree::visitMesh() without its filter: pairs of a segment's and a triangle's
-/// box that overlap. No public call ends there.
+/// The search of FiberTree for triangles Touching without its filter: pairs of a segment's and a
+/// triangle's box that overlap. No public call ends there.
 class OurBoxes {
  public:
   explicit OurBoxes(const HeadScene& scene) : world_(scene.objects), mesh_(indexOf(scene.head)) {

@@ -136,7 +136,7 @@ bool registerJudged(const Request& request) {
   tree.build(fiberArrays(step.start));
   update(tree, step);
   std::vector<Impact> impacts;
-  tree.findImpacts(impacts);
+  tree.find(Impacts{}, impacts);
   Judge judge(step, std::move(impacts));
   const auto swept = ourSweptTree();
   swept->update(step);
@@ -166,10 +166,12 @@ void registerOurs(const std::shared_ptr<const scenes::Step>& step, int threads) 
     numbers["static_update"] = seconds([&] { still->update(fiberArrays(step->start)); });
     numbers["update"] = seconds([&] { update(*moving, *step); });
     std::size_t touching = 0, pairs = 0, impacts = 0;
-    numbers["static_query"] = seconds([&] { still->visitPairs([&](SegmentPair) { ++touching; }); });
+    numbers["static_query"] =
+        seconds([&] { still->visit(Touching{}, [&](SegmentPair) { ++touching; }); });
     numbers["moving_pairs_query"] =
-        seconds([&] { moving->visitMovingPairs([&](SegmentPair) { ++pairs; }); });
-    numbers["query"] = seconds([&] { moving->visitImpacts([&](const Impact&) { ++impacts; }); });
+        seconds([&] { moving->visit(MovingPairs{}, [&](SegmentPair) { ++pairs; }); });
+    numbers["query"] =
+        seconds([&] { moving->visit(Impacts{}, [&](const Impact&) { ++impacts; }); });
     numbers["touching"] = static_cast<double>(touching);
     numbers["candidates"] = static_cast<double>(pairs);
     numbers["impacts"] = static_cast<double>(impacts);
@@ -223,8 +225,8 @@ Pairs impactPairs(const scenes::Step& step) {
   tree.build(fiberArrays(step.start));
   update(tree, step);
   Pairs pairs;
-  tree.visitImpacts(
-      [&](const Impact& impact) { pairs.emplace_back(impact.pair.a, impact.pair.b); });
+  tree.visit(Impacts{},
+             [&](const Impact& impact) { pairs.emplace_back(impact.pair.a, impact.pair.b); });
   std::sort(pairs.begin(), pairs.end());
   return pairs;
 }
@@ -235,7 +237,8 @@ bool registerSafeStep(const Request& request) {
   tools::progress("motion: reduce the radii");
   const double radius = made.start.radius;
   const auto tree = std::make_shared<FiberTree>(capsules());
-  for (tree->build(fiberArrays(made.start)); tree->visitPairs([](SegmentPair) { return true; });
+  for (tree->build(fiberArrays(made.start));
+       tree->visit(Touching{}, [](SegmentPair) { return true; });
        tree->update(fiberArrays(made.start))) {
     made.start.radius /= 2;
     made.end.radius = made.start.radius;
@@ -243,7 +246,7 @@ bool registerSafeStep(const Request& request) {
   update(*tree, made);
   double least = 1;
   std::size_t count = 0;
-  tree->visitImpacts([&](const Impact& impact) {
+  tree->visit(Impacts{}, [&](const Impact& impact) {
     least = std::min(least, impact.time);
     ++count;
   });
@@ -260,7 +263,7 @@ bool registerSafeStep(const Request& request) {
   const auto step = std::make_shared<const scenes::Step>(std::move(made));
   registerRuns("Safe/step", kRuns, [=](Numbers& numbers) {
     std::size_t impacts = 0;
-    numbers["query"] = seconds([&] { tree->visitImpacts([&](const Impact&) { ++impacts; }); });
+    numbers["query"] = seconds([&] { tree->visit(Impacts{}, [&](const Impact&) { ++impacts; }); });
     numbers["impacts"] = static_cast<double>(impacts);
     numbers["segments"] = static_cast<double>(step->start.segmentCount());
     numbers["radius"] = step->start.radius / radius;

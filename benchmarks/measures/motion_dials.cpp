@@ -46,7 +46,7 @@ using Way = std::function<void(Found&)>;
 
 void query(const FiberTree& tree, Found& found) {
   found.seconds += seconds([&] {
-    found.is_ended = tree.visitPairs([&](SegmentPair pair) {
+    found.is_ended = tree.visit(Touching{}, [&](SegmentPair pair) {
       found.pairs.emplace_back(pair.a, pair.b);
       return found.pairs.size() > kMostPairs;
     });
@@ -84,8 +84,9 @@ Way linearBounds(const std::shared_ptr<const scenes::Step>& step) {
   return [=](Found& found) {
     found.seconds = seconds([&] {
       tree->update(fiberArrays(step->start), fiberArrays(step->end));
-      tree->visitImpacts(
-          [&](const Impact& impact) { found.pairs.emplace_back(impact.pair.a, impact.pair.b); });
+      tree->visit(Impacts{}, [&](const Impact& impact) {
+        found.pairs.emplace_back(impact.pair.a, impact.pair.b);
+      });
     });
   };
 }

@@ -42,7 +42,7 @@ struct Finder {
   std::function<double(Segments& found, Numbers& numbers)> find;
 };
 
-/// Of findTouching(), the numbers of segments.
+/// Of TouchingSegments, the numbers of segments.
 void toNumbers(const FiberTree& tree, const std::vector<std::int32_t>& first_points,
                Segments& numbers) {
   numbers.clear();
@@ -58,7 +58,7 @@ Finder byArrays(const std::string& name, const std::shared_ptr<FiberTree>& tree,
             mesh.setPose(toMeshPose(pose * before()));
             const double taken = seconds([&] {
               mesh.setPose(toMeshPose(pose));
-              tree->findTouching(mesh, *segments);
+              tree->find(TouchingSegments{}, mesh, *segments);
             });
             toNumbers(*tree, *segments, found);
             numbers["bytes"] = static_cast<double>(tree->memoryUsage() + mesh.memoryUsage());
@@ -246,7 +246,7 @@ void registerContacts(const HeadScene& scene, const std::string& set, bool roots
   const auto contacts = std::make_shared<std::vector<MeshContact>>();
   registerRuns("Contacts/" + set, kRuns, [=, &scene](Numbers& numbers) {
     const FiberArrays<double> arrays = scene.arrays(roots);
-    const double taken = seconds([&] { tree->findContacts(arrays, scene.mesh, *contacts); });
+    const double taken = seconds([&] { tree->find(Contacts{arrays}, scene.mesh, *contacts); });
     numbers["contacts"] = static_cast<double>(contacts->size());
     return taken;
   });

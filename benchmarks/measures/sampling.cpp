@@ -42,13 +42,13 @@ class Sampled {
     std::size_t pairs = 0;
     return seconds([&] {
       tree_->update(fiberArrays(scene_));
-      tree_->visitPairs([&](SegmentPair) { ++pairs; });
+      tree_->visit(Touching{}, [&](SegmentPair) { ++pairs; });
     });
   }
 
   std::set<Touch> touches() const {
     std::set<Touch> found;
-    tree_->visitPairs([&](SegmentPair pair) {
+    tree_->visit(Touching{}, [&](SegmentPair pair) {
       FiberSegment a = tree_->fiberSegment(pair.a), b = tree_->fiberSegment(pair.b);
       if (a.fiber == b.fiber) return;
       if (b.fiber < a.fiber) std::swap(a, b);

@@ -96,9 +96,9 @@ class Stepper {
     if (query == "new_contacts") contacts_ = {};
     const bool pairs_alone = query == "pairs" || query == "new_pairs";
     if (pairs_alone) {
-      tree_.findPairs(pairs_);
+      tree_.find(Touching{}, pairs_);
     } else {
-      tree_.findContacts(fibers, contacts_);
+      tree_.find(Contacts{fibers}, contacts_);
     }
     const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
     found_ = pairs_alone ? pairs_.size() : contacts_.size();

@@ -191,7 +191,7 @@ def dials(part):
     header = ["dial", "segments reported", "left out", "added", "time"]
     caption = (
         "Segments that touch the head. Left out and added are compared with margin 0, with all "
-        "roots, and with the finest mesh. The time is that of findTouching()."
+        "roots, and with the finest mesh. The time is that of TouchingSegments."
     )
     return Table("dials", "Dials of obstacles", header, rows, caption)
 

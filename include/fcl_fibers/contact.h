@@ -92,16 +92,13 @@ struct MeshContact {
   std::array<double, 3> normal{};
 };
 
-/// Returns the contact of a pair that FiberTree::visitMesh() or findNearest() reported. `fibers`
-/// are the arrays of the tree's last build or update, and the mesh is where it was then. The
-/// coordinates are computed relative to the mesh's position. Throws std::invalid_argument as
-/// capsuleContact() of a pair does, and if the mesh has no such triangle.
-///@{
-FCL_FIBERS_TREE_EXPORT MeshContact meshContact(const FiberArrays<float>& fibers,
+/// Returns the contact of a segment and a triangle that a FiberTree found. `fibers` are the arrays
+/// of the tree's last build or update, and the mesh is where it was then. The coordinates are
+/// computed relative to the mesh's position. Throws std::invalid_argument as capsuleContact() of a
+/// pair does, and if the mesh has no such triangle.
+template <typename S>
+FCL_FIBERS_TREE_EXPORT MeshContact meshContact(const FiberArrays<S>& fibers,
                                                const TriangleMesh& mesh, TrianglePair pair);
-FCL_FIBERS_TREE_EXPORT MeshContact meshContact(const FiberArrays<double>& fibers,
-                                               const TriangleMesh& mesh, TrianglePair pair);
-///@}
 
 /// Returns the contact of two capsules, whether they touch or not. The closed form is that of
 /// Ericson, Real-Time Collision Detection, 2005, section 5.1.9, without its determinant, which is
@@ -111,53 +108,38 @@ FCL_FIBERS_TREE_EXPORT MeshContact meshContact(const FiberArrays<double>& fibers
 /// is negative.
 FCL_FIBERS_TREE_EXPORT Contact capsuleContact(const CapsuleShape& a, const CapsuleShape& b);
 
-/// Returns the contact of a pair that a FiberTree reported, with fiber and segment numbers.
-/// `fibers` are the arrays of the tree's last build or update.
+/// Returns the contact of a pair that a FiberTree found, with fiber and segment numbers. `fibers`
+/// are the arrays of the tree's last build or update. For a pair of two trees, `a` are those of the
+/// first one and `b` of the other.
 ///
 /// Throws std::invalid_argument as capsuleContact() of two capsules does. It also throws if no
 /// capsule starts at a point of the pair, if an array is null, or if point_begin does not run from
 /// 0 to the number of points.
 ///@{
-FCL_FIBERS_TREE_EXPORT Contact capsuleContact(const FiberArrays<float>& fibers, SegmentPair pair);
-FCL_FIBERS_TREE_EXPORT Contact capsuleContact(const FiberArrays<double>& fibers, SegmentPair pair);
+template <typename S>
+FCL_FIBERS_TREE_EXPORT Contact capsuleContact(const FiberArrays<S>& fibers, SegmentPair pair);
+template <typename S>
+FCL_FIBERS_TREE_EXPORT Contact capsuleContact(const FiberArrays<S>& a, const FiberArrays<S>& b,
+                                              SegmentPair pair);
 ///@}
 
-/// Returns the contact of a pair of two trees: a capsule of `a` and one of `b`.
-///@{
-FCL_FIBERS_TREE_EXPORT Contact capsuleContact(const FiberArrays<float>& a,
-                                              const FiberArrays<float>& b, SegmentPair pair);
-FCL_FIBERS_TREE_EXPORT Contact capsuleContact(const FiberArrays<double>& a,
-                                              const FiberArrays<double>& b, SegmentPair pair);
-///@}
-
-/// Returns the contact of an impact that FiberTree::visitImpacts() reported, at its time. `start`
-/// and `end` are the arrays of the tree's last update, and the meshes those that were passed. For
-/// an impact of two trees, those of both are passed.
+/// Returns the contact of an impact that a FiberTree found, at its time. `start` and `end` are the
+/// arrays of the tree's last update, and the mesh is the one that was asked about. For an impact of
+/// two trees, those of both are passed.
 /// Throws std::invalid_argument as capsuleContact() and meshContact() of a pair do, and if the time
 /// is not in [0, 1].
 ///@{
-FCL_FIBERS_TREE_EXPORT Contact impactContact(const FiberArrays<float>& start,
-                                             const FiberArrays<float>& end, const Impact& impact);
-FCL_FIBERS_TREE_EXPORT Contact impactContact(const FiberArrays<double>& start,
-                                             const FiberArrays<double>& end, const Impact& impact);
-FCL_FIBERS_TREE_EXPORT Contact impactContact(const FiberArrays<float>& a_start,
-                                             const FiberArrays<float>& a_end,
-                                             const FiberArrays<float>& b_start,
-                                             const FiberArrays<float>& b_end, const Impact& impact);
-FCL_FIBERS_TREE_EXPORT Contact impactContact(const FiberArrays<double>& a_start,
-                                             const FiberArrays<double>& a_end,
-                                             const FiberArrays<double>& b_start,
-                                             const FiberArrays<double>& b_end,
+template <typename S>
+FCL_FIBERS_TREE_EXPORT Contact impactContact(const FiberArrays<S>& start, const FiberArrays<S>& end,
                                              const Impact& impact);
-FCL_FIBERS_TREE_EXPORT MeshContact impactContact(const FiberArrays<float>& start,
-                                                 const FiberArrays<float>& end,
-                                                 const TriangleMesh& mesh_start,
-                                                 const TriangleMesh& mesh_end,
-                                                 const MeshImpact& impact);
-FCL_FIBERS_TREE_EXPORT MeshContact impactContact(const FiberArrays<double>& start,
-                                                 const FiberArrays<double>& end,
-                                                 const TriangleMesh& mesh_start,
-                                                 const TriangleMesh& mesh_end,
+template <typename S>
+FCL_FIBERS_TREE_EXPORT Contact impactContact(const FiberArrays<S>& a_start,
+                                             const FiberArrays<S>& a_end,
+                                             const FiberArrays<S>& b_start,
+                                             const FiberArrays<S>& b_end, const Impact& impact);
+template <typename S>
+FCL_FIBERS_TREE_EXPORT MeshContact impactContact(const FiberArrays<S>& start,
+                                                 const FiberArrays<S>& end, const MeshStep& mesh,
                                                  const MeshImpact& impact);
 ///@}
 

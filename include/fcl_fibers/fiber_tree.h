@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <type_traits>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include <fcl_fibers/fiber_options.h>
+#include <fcl_fibers/fiber_questions.h>
 #include <fcl_fibers/tree_export.h>
-#include <fcl_fibers/triangle_mesh.h>
 
 namespace fcl_fibers {
 
@@ -26,6 +27,8 @@ namespace fcl_fibers {
 ///     const FiberArrays<double> fibers = {points, 4, point_begin, 2, &radius};
 template <typename S>
 struct FiberArrays {
+  static_assert(std::is_same_v<S, float> || std::is_same_v<S, double>);
+
   /// How many radii there are, and for which capsules.
   enum class Radii {
     kOne,       ///< one: radii[0] for all capsules
@@ -60,51 +63,9 @@ struct FiberArrays {
 /// Returns for each fiber how many of its first segments begin at less than `length` along the
 /// fiber from its start, for FiberArrays::root_segments. Throws std::invalid_argument if an array
 /// is null or does not fit the others, or if the length is negative, NaN or infinite.
-///@{
-FCL_FIBERS_TREE_EXPORT std::vector<std::int32_t> rootSegments(const FiberArrays<float>& fibers,
+template <typename S>
+FCL_FIBERS_TREE_EXPORT std::vector<std::int32_t> rootSegments(const FiberArrays<S>& fibers,
                                                               double length);
-FCL_FIBERS_TREE_EXPORT std::vector<std::int32_t> rootSegments(const FiberArrays<double>& fibers,
-                                                              double length);
-///@}
-
-/// Two segments that a query reports. Each is named by the index of the point at which it starts,
-/// not by its number along a fiber: segment `a` runs from point a to point a + 1 of the arrays.
-/// FiberTree::fiberSegment() returns its fiber and its number. These names stay the same over
-/// updates. In a pair of one tree, a < b.
-struct SegmentPair {
-  std::int32_t a;  ///< index of the point at which one segment starts
-  std::int32_t b;  ///< index of the point at which the other starts
-};
-
-/// The first touch of two segments in a step, which lasts from time 0 to time 1.
-struct Impact {
-  SegmentPair pair;  ///< the two segments
-  double time = 0;   ///< in [0, 1]; 0 if they touch at the start
-  double s = 0;      ///< arc parameter of the closest point on a's axis at that time, as in Contact
-  double t = 0;      ///< arc parameter of the closest point on b's axis
-};
-
-/// A segment of a tree, named as in SegmentPair, and a triangle of a mesh, named by its index.
-struct TrianglePair {
-  std::int32_t segment;   ///< index of the point at which the segment starts
-  std::int32_t triangle;  ///< index of the triangle in MeshArrays::triangles
-};
-
-/// The first touch of a segment and a triangle in a step. impactContact() tells at which points.
-struct MeshImpact {
-  TrianglePair pair;  ///< the segment and the triangle
-  double time = 0;    ///< in [0, 1]; 0 if they touch at the start
-};
-
-/// An axis-aligned box; low <= high on each axis.
-struct BoxShape {
-  std::array<double, 3> low;   ///< x, y, z of the low corner
-  std::array<double, 3> high;  ///< x, y, z of the high corner
-};
-
-struct CapsuleShape;
-struct Contact;
-struct MeshContact;
 
 /// Options of a FiberTree: those of FiberOptions, and what bounds the nodes of the tree.
 struct FiberTreeOptions : FiberOptions {
@@ -130,13 +91,14 @@ struct TreeVolume {
   std::size_t segment_count = 0;  ///< number of `segments`
 };
 
-/// Finds the pairs of segments that touch, or whose volumes overlap (see Report), in fibers that a
-/// program keeps in its own arrays. It has the tree of the fiber managers and reports the same
-/// pairs, but it needs no FCL object for each segment. This header needs neither FCL nor Eigen.
+/// Answers questions about fibers that a program keeps in its own arrays, such as which segments
+/// touch. It has the tree of the fiber managers and reports the same pairs, but it needs no FCL
+/// object for each segment. This header needs neither FCL nor Eigen.
 ///
 ///     FiberTree tree(options);
 ///     tree.build(fibers);
-///     tree.visitPairs([&](SegmentPair pair) { handle(capsuleContact(fibers, pair)); });
+///     tree.visit(Touching{}, [&](SegmentPair pair) { handle(capsuleContact(fibers, pair)); });
+///     tree.find(TouchingSegments{}, head, segments);
 ///
 /// Queries are const and may run from several threads at once. While a query runs, for instance in
 /// its visitor, build() and update() of each tree that it reads throw std::invalid_argument and
@@ -151,219 +113,141 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
  public:
   /// Makes an empty tree. Throws std::invalid_argument if an option is out of range.
   explicit FiberTree(const FiberTreeOptions& options = {});
-  ~FiberTree();
 
   /// Takes over the other tree, which afterwards may only be destroyed or assigned to.
   ///@{
-  FiberTree(FiberTree&&) noexcept;
-  FiberTree& operator=(FiberTree&&) noexcept;
+  FiberTree(FiberTree&&) noexcept = default;
+  FiberTree& operator=(FiberTree&&) noexcept = default;
   ///@}
 
   /// Replaces all fibers and builds the tree. Coordinates may be in any frame and unit.
-  ///@{
-  void build(const FiberArrays<float>& fibers);
-  void build(const FiberArrays<double>& fibers);
-  ///@}
+  template <typename S>
+  void build(const FiberArrays<S>& fibers);
 
   /// Reads the points and radii again after they have changed. Every fiber must have as many points
   /// as at the last build(). S may differ from it. Closed fibers, groups, categories and roots stay
   /// as they were at that build.
-  ///@{
-  void update(const FiberArrays<float>& fibers);
-  void update(const FiberArrays<double>& fibers);
-  ///@}
+  template <typename S>
+  void update(const FiberArrays<S>& fibers);
 
   /// Does the same for a step: from `start`, at time 0, to `end`, at time 1, each point and radius
-  /// changes linearly. visitImpacts(), visitMovingPairs() and safeStep() ask about the step. All
-  /// other calls answer for its end. An update with one argument, or a build, ends the step. Throws
+  /// changes linearly. Impacts, MovingPairs and safeStep() ask about the step; all other questions
+  /// are answered for its end. An update with one argument, or a build, ends the step. Throws
   /// std::invalid_argument as the update above does, and if the tree has wrapped spheres.
-  ///@{
-  void update(const FiberArrays<float>& start, const FiberArrays<float>& end);
-  void update(const FiberArrays<double>& start, const FiberArrays<double>& end);
-  ///@}
+  template <typename S>
+  void update(const FiberArrays<S>& start, const FiberArrays<S>& end);
 
-  /// Calls visit(SegmentPair) once for every pair that the options ask for. `visit` returns
-  /// nothing or a bool; true ends the query. The call returns whether `visit` ended it. The order
-  /// of the pairs depends only on the arrays that were passed to the builds and updates.
-  template <class Visitor>
-  bool visitPairs(Visitor&& visit) const {
-    Bridge<Visitor, SegmentPair> bridge(visit);
-    return visitRuns(bridge);
-  }
-
-  /// Does the same for pairs of a segment a of this tree and a segment b of another tree. The
-  /// report and the margin of this tree count. No pair is left out as neighbours or as one group.
-  /// If `other` is this tree, the call is the one above.
+  /// Calls visit() once for everything that the question finds of the partner: this tree or another
+  /// one, a mesh, a mesh that moves, a capsule or a box. `visit` returns nothing or a bool; true
+  /// ends the query. The call returns whether `visit` ended it. The order depends only on the
+  /// arrays that were passed to the builds and updates, and on the poses of meshes.
   ///
-  /// Throws std::invalid_argument if the other tree has different volumes or another topology, or
-  /// if this tree has Report::kCapsules and the other one does not.
-  template <class Visitor>
-  bool visitPairs(const FiberTree& other, Visitor&& visit) const {
-    Bridge<Visitor, SegmentPair> bridge(visit);
-    return visitRuns(other, bridge);
-  }
-
-  /// Replaces the content of `pairs` by all pairs. The vector keeps its memory for the next call.
-  void findPairs(std::vector<SegmentPair>& pairs) const;
-
-  /// Calls visit(Impact) once for every pair of segments that touch at any time of the step, within
-  /// the margin. Pairs that visitPairs() leaves out are left out here. `visit`, the return value
-  /// and the order are those of visitPairs(), so impacts do not come in the order of their times.
+  /// If another tree is the partner, a is a segment of this tree and b one of the other. The report
+  /// and the margin of this tree count. No pair is left out as neighbours or as one group. For
+  /// questions about a step, the other one was updated with a step too; if it rests, with the same
+  /// arrays twice.
   ///
-  /// No impact is missed, and no time is too late. At its time a pair is no further apart than its
-  /// radii, the margin, 2^-36 of the sizes and distance of its capsules, and 2^-48 of the extent of
-  /// all fibers, which is the rounding of their coordinates. docs/numerics.md tells how rare the
-  /// exceptions are.
-  ///
-  /// This call and the others about a step throw std::invalid_argument if the last update was no
-  /// step and, except visitMovingPairs(), if the tree has Report::kVolumes.
-  template <class Visitor>
-  bool visitImpacts(Visitor&& visit) const {
-    Bridge<Visitor, Impact> bridge(visit);
-    return visitRuns(bridge);
+  /// Throws std::invalid_argument if
+  /// * the other tree has different volumes or another topology, or if this tree has
+  ///   Report::kCapsules and the other one does not;
+  /// * the question is about a step and the last update was none, or the meshes of a MeshStep do
+  ///   not fit each other;
+  /// * the tree has Report::kVolumes, so that it keeps no capsules, and the question is another one
+  ///   than MovingPairs or what is Touching trees or shapes;
+  /// * a number of a shape is NaN or its magnitude exceeds 2^1000, its radius is negative or its
+  ///   low exceeds its high;
+  /// * a mesh or a shape is so far from the fibers that its coordinates overflow.
+  template <class Question, class Partner, class Visitor>
+  bool visit(const Question& question, const Partner& partner, Visitor&& visit) const {
+    requireAnswer<Question, Partner>();
+    using Found = FoundBy<Question, Partner>;
+    const auto hand = [&visit](const void* found, std::size_t count) {
+      for (auto one = static_cast<const Found*>(found), end = one + count; one != end; ++one) {
+        if constexpr (std::is_void_v<decltype(visit(*one))>) {
+          visit(*one);
+        } else if (visit(*one)) {
+          return true;
+        }
+      }
+      return false;
+    };
+    if constexpr (std::is_constructible_v<Questions, const Question&>) {
+      return ask({"visit", question, &partner}, std::ref(hand));
+    } else {
+      std::vector<Found> contacts;
+      findContacts(question, partner, contacts);
+      return hand(contacts.data(), contacts.size());
+    }
+  }
+  /// Does the same for this tree as the partner.
+  template <class Question, class Visitor>
+  bool visit(const Question& question, Visitor&& visit) const {
+    return this->visit(question, *this, std::forward<Visitor>(visit));
   }
 
-  /// Does the same for segments a of this tree and b of another tree, which was updated with a step
-  /// too; one that rests takes the same arrays twice. What visitPairs() of two trees says about
-  /// them holds here.
-  template <class Visitor>
-  bool visitImpacts(const FiberTree& other, Visitor&& visit) const {
-    Bridge<Visitor, Impact> bridge(visit);
-    return visitRuns(other, bridge);
+  /// Replaces the content of `found` by everything that visit() would be called with. The vector
+  /// keeps its memory for the next call, and its content if the call is refused.
+  template <class Question, class Partner, class Found>
+  void find(const Question& question, const Partner& partner, std::vector<Found>& found) const {
+    requireAnswer<Question, Partner>();
+    static_assert(std::is_same_v<Found, FoundBy<Question, Partner>>, "see found() of the question");
+    if constexpr (std::is_constructible_v<Questions, const Question&>) {
+      bool has_begun = false;
+      const auto append = [&](const void* run, std::size_t count) {
+        if (!std::exchange(has_begun, true)) found.clear();
+        const auto begin = static_cast<const Found*>(run);
+        found.insert(found.end(), begin, begin + count);
+        return false;
+      };
+      ask({"find", question, &partner}, std::ref(append));
+      if (!has_begun) found.clear();
+    } else {
+      findContacts(question, partner, found);
+    }
+  }
+  /// Does the same for this tree as the partner.
+  template <class Question, class Found>
+  void find(const Question& question, std::vector<Found>& found) const {
+    find(question, *this, found);
   }
 
-  /// Replaces the content of `impacts` by all impacts.
-  void findImpacts(std::vector<Impact>& impacts) const;
-
-  /// Calls visit(SegmentPair) once for every pair that may touch during the step: the boxes of both
-  /// overlap at one common time, if each side moves linearly. A program with a test of its own
-  /// takes these. `visit` and the return value are those of visitPairs().
-  template <class Visitor>
-  bool visitMovingPairs(Visitor&& visit) const {
-    Bridge<Visitor, SegmentPair> bridge(visit);
-    return visitMovingRuns(bridge);
-  }
-  /// Does the same for segments of this tree and of another tree, as visitImpacts() does.
-  template <class Visitor>
-  bool visitMovingPairs(const FiberTree& other, Visitor&& visit) const {
-    Bridge<Visitor, SegmentPair> bridge(visit);
-    return visitMovingRuns(other, bridge);
-  }
-
-  /// Calls visit(MeshImpact) once for every segment and triangle that touch at any time of the
-  /// step, while each corner moves linearly from its place in `start` to its place in `end`. A mesh
-  /// that rests is passed twice. One that turns is passed in two poses, which should not differ by
-  /// more than a few degrees: on the straight way, a corner comes nearer to the axis by up to 0.04
-  /// % for 3 degrees. A segment that is wholly inside a solid mesh at the start is visited once, at
-  /// time 0 with its nearest triangle. Roots and categories are those of visitMesh().
-  ///
-  /// Throws std::invalid_argument as visitMesh() does, if the last update was no step, and if the
-  /// two meshes do not have the same triangles, kind and categories; `end` is best a copy of
-  /// `start` that was moved by setPose() or update().
-  template <class Visitor>
-  bool visitImpacts(const TriangleMesh& start, const TriangleMesh& end, Visitor&& visit) const {
-    Bridge<Visitor, MeshImpact> bridge(visit);
-    return visitRuns(start, end, bridge);
-  }
-
-  /// Returns a time of the step up to which no pair of visitPairs() starts to touch, or 1 if none
+  /// Returns a time of the step up to which no pair of Touching starts to touch, or 1 if none
   /// does. A pair that touches at the start counts once it comes nearer, so the result is close to
   /// 0, such as 1e-9, if one of them does so at first. To leave them out, take the least time above
-  /// 0 of visitImpacts(), or pass radii to update() with which nothing touches at the start.
+  /// 0 of Impacts, or pass radii to update() with which nothing touches at the start. The lesser of
+  /// the results for several partners, trees and meshes that move, is safe for all.
   ///
   /// The time is as little too early as that of an impact, and never too late. What touches at the
   /// start, or misses that by less than rounding, counts once it is nearer than it was there by
   /// 2^-35 of the sizes and distance of the capsules. The last digits of the time may depend on the
   /// number of threads.
   ///
+  /// A segment that is wholly inside a solid mesh at the start, or whose axis crosses a triangle
+  /// there, cannot come nearer to it: the former does not count, the latter does for other
+  /// triangles and if its radius grows.
+  ///
   /// A program that moves only so far meets the same pair again at once. The pairs that touch next
-  /// are the impacts whose time is little more than this one.
-  double safeStep() const;
-
-  /// Does the same for the pairs with another tree, as visitImpacts() does. The lesser of all
-  /// results is safe for both trees.
-  double safeStep(const FiberTree& other) const;
-
-  /// Does the same for the pairs of visitMesh(), with a mesh that moves as in visitImpacts(). The
-  /// lesser of both results is safe for fibers and mesh. A segment that is wholly inside a solid at
-  /// the start, or whose axis crosses a triangle there, cannot come nearer to it: the former does
-  /// not count, the latter does for other triangles and if its radius grows. Throws as
-  /// visitImpacts() with a mesh does.
-  double safeStep(const TriangleMesh& start, const TriangleMesh& end) const;
-
-  /// Calls visit(TrianglePair) once for every segment and triangle of the mesh that touch: the
-  /// triangle is no further from the segment's axis than its radius and the margin together. An
-  /// axis that crosses a triangle touches it. A segment wholly inside a solid mesh is visited with
-  /// its nearest triangle. Segments at roots, and those that may not meet the mesh, are left out.
-  /// `visit` and the return value are those of visitPairs().
-  ///
-  /// The order of the pairs depends only on the arrays of fibers and mesh and on the poses.
-  ///
-  /// This call and the next two throw std::invalid_argument if the tree has Report::kVolumes,
-  /// because such a tree keeps no capsules, or if the mesh is so far from the fibers that its
-  /// coordinates overflow.
-  template <class Visitor>
-  bool visitMesh(const TriangleMesh& mesh, Visitor&& visit) const {
-    Bridge<Visitor, TrianglePair> bridge(visit);
-    return visitRuns(mesh, bridge);
+  /// are the impacts whose time is little more than this one. Throws as Impacts do.
+  template <class Partner>
+  double safeStep(const Partner& partner) const {
+    requireAnswer<SafeStep, Partner>();
+    double time = 1;
+    const auto keep = [&time](const void* found, std::size_t /*count*/) {
+      time = *static_cast<const double*>(found);
+      return true;
+    };
+    ask({"safeStep", SafeStep{}, &partner}, std::ref(keep));
+    return time;
   }
+  double safeStep() const { return safeStep(*this); }  ///< for the pairs of this tree
 
-  /// Replaces the content of `segments` by the segments that touch the mesh, each once.
-  void findTouching(const TriangleMesh& mesh, std::vector<std::int32_t>& segments) const;
-
-  /// Replaces the content of `pairs` by each segment that is at most `distance` from the mesh, and
-  /// its nearest triangle. The distance is that of the axis minus the radius; the margin does not
-  /// count. A segment inside a solid mesh is as far from it as from its triangles. Throws
-  /// std::invalid_argument if `distance` is negative or NaN.
-  void findNearest(const TriangleMesh& mesh, double distance,
-                   std::vector<TrianglePair>& pairs) const;
-
-  /// Calls visit(std::int32_t) once for each segment that touches the capsule, or the box and what
-  /// is in it: the two are at most the margin apart. A sphere is a capsule of length zero. If the
-  /// tree has Report::kVolumes, the segments are those whose volumes overlap the shape's volume.
-  /// Roots and categories do not matter here.
-  ///
-  /// Throws std::invalid_argument if a number is NaN or its magnitude exceeds 2^1000, if the radius
-  /// is negative, if low exceeds high, or if the shape is so far from the fibers that its
-  /// coordinates overflow.
-  ///@{
-  template <class Visitor>
-  bool visitOverlaps(const CapsuleShape& capsule, Visitor&& visit) const {
-    Bridge<Visitor, std::int32_t> bridge(visit);
-    return visitRuns(capsule, bridge);
-  }
-  template <class Visitor>
-  bool visitOverlaps(const BoxShape& box, Visitor&& visit) const {
-    Bridge<Visitor, std::int32_t> bridge(visit);
-    return visitRuns(box, bridge);
-  }
-  ///@}
-
-  /// Replaces the content of `contacts` by the contacts of all pairs that visitPairs() visits, or
-  /// of all that visitMesh() visits, in their order. `fibers` are the arrays of the last build or
-  /// update. Threads share the work. Throws as the visit does, and as capsuleContact() does for
-  /// fibers that do not suit it; then `contacts` keeps its content.
-  ///@{
-  void findContacts(const FiberArrays<float>& fibers, std::vector<Contact>& contacts) const;
-  void findContacts(const FiberArrays<double>& fibers, std::vector<Contact>& contacts) const;
-  void findContacts(const FiberArrays<float>& fibers, const TriangleMesh& mesh,
-                    std::vector<MeshContact>& contacts) const;
-  void findContacts(const FiberArrays<double>& fibers, const TriangleMesh& mesh,
-                    std::vector<MeshContact>& contacts) const;
-  ///@}
-
-  /// Writes the contacts of `count` pairs that this tree has visited to `contacts`, in their order.
-  /// Throws as the call above does; then some of the contacts may have been written.
-  ///@{
-  void findContacts(const FiberArrays<float>& fibers, const SegmentPair* pairs, std::size_t count,
-                    Contact* contacts) const;
-  void findContacts(const FiberArrays<double>& fibers, const SegmentPair* pairs, std::size_t count,
-                    Contact* contacts) const;
-  void findContacts(const FiberArrays<float>& fibers, const TriangleMesh& mesh,
-                    const TrianglePair* pairs, std::size_t count, MeshContact* contacts) const;
-  void findContacts(const FiberArrays<double>& fibers, const TriangleMesh& mesh,
-                    const TrianglePair* pairs, std::size_t count, MeshContact* contacts) const;
-  ///@}
+  /// Writes the contacts of `count` pairs of this tree and the partner to `contacts`, in their
+  /// order; the partner may be this tree. Throws as find() of Contacts does; then some of the
+  /// contacts may have been written.
+  template <typename S, class Partner>
+  void writeContacts(const Contacts<S>& question, const Partner& partner,
+                     const FoundBy<Touching, Partner>* pairs, std::size_t count,
+                     FoundBy<Contacts<S>, Partner>* contacts) const;
 
   /// Returns the volumes that are `depth` levels below the root, whose own depth is 0. Capsules
   /// that are less deep come as volumes of their own, so every capsule is in one of the volumes.
@@ -383,49 +267,39 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   std::size_t memoryUsage() const;
 
  private:
-  template <class Found>
-  class Runs {
-   public:
-    /// A return value of true ends the query.
-    virtual bool take(const Found* found, std::size_t count) = 0;
-
-   protected:
-    ~Runs() = default;
+  /// The question of safeStep().
+  struct SafeStep {
+    static double found(const FiberTree&);
+    static double found(const MeshStep&);
   };
-
-  template <class Visitor, class Found>
-  class Bridge : public Runs<Found> {
-   public:
-    explicit Bridge(Visitor& visit) : visit_(visit) {}
-    bool take(const Found* found, std::size_t count) override {
-      for (const Found* one = found; one != found + count; ++one) {
-        if constexpr (std::is_void_v<decltype(visit_(*one))>) {
-          visit_(*one);
-        } else if (visit_(*one)) {
-          return true;
-        }
-      }
-      return false;
-    }
-
-   private:
-    Visitor& visit_;
+  using Questions =
+      std::variant<Touching, TouchingSegments, Nearest, Impacts, MovingPairs, SafeStep>;
+  struct Query {
+    const char* call;  ///< the function that was called
+    Questions question;
+    std::variant<const FiberTree*, const TriangleMesh*, const MeshStep*, const CapsuleShape*,
+                 const BoxShape*>
+        partner;
   };
+  /// Takes a run of FoundBy<the question, the partner>. True ends the query.
+  using Take = std::function<bool(const void* found, std::size_t count)>;
+  bool ask(const Query& query, const Take& take) const;
+  template <typename S, class Partner, class Found>
+  void findContacts(const Contacts<S>& question, const Partner& partner,
+                    std::vector<Found>& contacts) const;
 
-  bool visitRuns(Runs<SegmentPair>& runs) const;
-  bool visitRuns(const FiberTree& other, Runs<SegmentPair>& runs) const;
-  bool visitRuns(const TriangleMesh& mesh, Runs<TrianglePair>& runs) const;
-  bool visitRuns(const TriangleMesh& start, const TriangleMesh& end, Runs<MeshImpact>& runs) const;
-  bool visitRuns(Runs<Impact>& runs) const;
-  bool visitRuns(const FiberTree& other, Runs<Impact>& runs) const;
-  bool visitMovingRuns(Runs<SegmentPair>& runs) const;
-  bool visitMovingRuns(const FiberTree& other, Runs<SegmentPair>& runs) const;
-  bool visitRuns(const CapsuleShape& capsule, Runs<std::int32_t>& runs) const;
-  bool visitRuns(const BoxShape& box, Runs<std::int32_t>& runs) const;
+  template <class Question, class Partner>
+  static constexpr void requireAnswer() {
+    static_assert(
+        kHasAnswer<Question, Partner>,
+        "This question is not asked of this partner. There are: Touching of a FiberTree, "
+        "TriangleMesh, CapsuleShape or BoxShape; TouchingSegments and Nearest of a "
+        "TriangleMesh; Impacts and safeStep() of a FiberTree or MeshStep; MovingPairs of a "
+        "FiberTree; Contacts of a FiberTree or TriangleMesh.");
+  }
 
   class FCL_FIBERS_TREE_NO_EXPORT Impl;
   FCL_FIBERS_TREE_NO_EXPORT Impl& change(const char* call);
-  FCL_FIBERS_TREE_NO_EXPORT std::shared_ptr<const Impl> held() const;
 
   std::shared_ptr<Impl> impl_;  ///< shared with the queries that run
 };

@@ -148,40 +148,37 @@ py::array Tree::offsets() const {
                  py::dtype::of<std::int64_t>());
 }
 
-template <class Found, class Visit>
-std::vector<Found> Tree::query(const Tree* other, Visit&& visit) const {
+template <class Question, class Partner>
+auto Tree::query(const Question& question, const Partner& partner) const {
   const Query own(users_);
-  const Query others((other != nullptr ? *other : *this).users_);
+  using Found = FoundBy<Question, Partner>;
+  const auto visit = [&](auto&& take) { tree_.visit(question, partner, take); };
   if constexpr (!std::is_same_v<Found, SegmentPair>) {
-    return collect<Found>(0, std::forward<Visit>(visit));
+    return collect<Found>(0, visit);
   } else {
-    auto pairs = collect<SegmentPair>(pairs_before_, std::forward<Visit>(visit));
+    auto pairs = collect<SegmentPair>(pairs_before_, visit);
     pairs_before_ = pairs.size();
     return pairs;
   }
 }
 
-py::array Tree::pairs(const Tree* other) const {
-  return toPairs(query<SegmentPair>(other, [&](auto&& take) {
-    return other != nullptr ? tree_.visitPairs(other->tree_, take) : tree_.visitPairs(take);
-  }));
+template <class Question>
+auto Tree::query(const Question& question, const Tree* other) const {
+  const Query others(partner(other).users_);
+  return query(question, partner(other).tree_);
 }
 
-py::array Tree::pairs(const TriangleMesh& mesh) const {
-  return toPairs(
-      query<TrianglePair>(nullptr, [&](auto&& take) { return tree_.visitMesh(mesh, take); }));
-}
+py::array Tree::pairs(const Tree* other) const { return toPairs(query(Touching{}, other)); }
+
+py::array Tree::pairs(const TriangleMesh& mesh) const { return toPairs(query(Touching{}, mesh)); }
 
 py::array Tree::movingPairs(const Tree* other) const {
-  return toPairs(query<SegmentPair>(other, [&](auto&& take) {
-    return other != nullptr ? tree_.visitMovingPairs(other->tree_, take)
-                            : tree_.visitMovingPairs(take);
-  }));
+  return toPairs(query(MovingPairs{}, other));
 }
 
 bool Tree::visitPairs(const py::function& visit, const Tree* other, std::size_t block) const {
   const Query own(users_);
-  const Query others((other != nullptr ? *other : *this).users_);
+  const Query others(partner(other).users_);
   std::vector<SegmentPair> pairs;
   Signals signals;
   bool failed = false;
@@ -207,7 +204,7 @@ bool Tree::visitPairs(const py::function& visit, const Tree* other, std::size_t 
   bool ended = false;
   {
     const Unlocked unlocked;
-    ended = other != nullptr ? tree_.visitPairs(other->tree_, take) : tree_.visitPairs(take);
+    ended = tree_.visit(Touching{}, partner(other).tree_, take);
   }
   signals.rethrow();
   if (!ended && !pairs.empty()) ended = hand();
@@ -217,54 +214,35 @@ bool Tree::visitPairs(const py::function& visit, const Tree* other, std::size_t 
 
 py::array Tree::contacts(const Tree* other) const {
   const Query own(users_);
-  const Query others((other != nullptr ? *other : *this).users_);
-  if (other == nullptr || other == this) {
-    const auto pairs =
-        query<SegmentPair>(nullptr, [&](auto&& take) { return tree_.visitPairs(take); });
-    return withArrays(numbers_, layout_, [&](const auto& fibers) {
-      return toArray(inBlocks<Contact>(
-                         pairs, [&](const SegmentPair* some, std::size_t count,
-                                    Contact* to) { tree_.findContacts(fibers, some, count, to); }),
-                     contactType());
-    });
-  }
-  const auto pairs =
-      query<SegmentPair>(other, [&](auto&& take) { return tree_.visitPairs(other->tree_, take); });
-  return withBoth(
-      numbers_, layout_, other->numbers_, other->layout_, [&](const auto& a, const auto& b) {
-        return toArray(
-            makeEach<Contact>(pairs, [&](SegmentPair pair) { return capsuleContact(a, b, pair); }),
-            contactType());
-      });
+  const Query others(partner(other).users_);
+  const auto pairs = query(Touching{}, other);
+  return withBoth(numbers_, layout_, partner(other).numbers_, partner(other).layout_,
+                  [&](const auto& a, const auto& b) {
+                    const auto write = [&](const SegmentPair* some, std::size_t count,
+                                           Contact* to) {
+                      tree_.writeContacts(Contacts{a, &b}, partner(other).tree_, some, count, to);
+                    };
+                    return toArray(inBlocks<Contact>(pairs, write), contactType());
+                  });
 }
 
 py::array Tree::contacts(const TriangleMesh& mesh) const {
   const Query own(users_);
-  const auto pairs =
-      query<TrianglePair>(nullptr, [&](auto&& take) { return tree_.visitMesh(mesh, take); });
+  const auto pairs = query(Touching{}, mesh);
   return withArrays(numbers_, layout_, [&](const auto& fibers) {
-    return toArray(
-        inBlocks<MeshContact>(pairs,
-                              [&](const TrianglePair* some, std::size_t count, MeshContact* to) {
-                                tree_.findContacts(fibers, mesh, some, count, to);
-                              }),
-        meshContactType());
+    const auto write = [&](const TrianglePair* some, std::size_t count, MeshContact* to) {
+      tree_.writeContacts(Contacts{fibers}, mesh, some, count, to);
+    };
+    return toArray(inBlocks<MeshContact>(pairs, write), meshContactType());
   });
 }
 
 py::array Tree::impacts(const Tree* other) const {
-  return toArray(query<Impact>(other,
-                               [&](auto&& take) {
-                                 return other != nullptr ? tree_.visitImpacts(other->tree_, take)
-                                                         : tree_.visitImpacts(take);
-                               }),
-                 impactType());
+  return toArray(query(Impacts{}, other), impactType());
 }
 
 py::array Tree::impacts(const TriangleMesh& start, const TriangleMesh& end) const {
-  return toArray(
-      query<MeshImpact>(nullptr, [&](auto&& take) { return tree_.visitImpacts(start, end, take); }),
-      meshImpactType());
+  return toArray(query(Impacts{}, MeshStep{start, end}), meshImpactType());
 }
 
 const FiberNumbers& Tree::startOfStep() const {
@@ -299,58 +277,41 @@ py::array Tree::impactContacts(const py::array& impacts, const TriangleMesh& mes
                                const TriangleMesh& mesh_end) const {
   const Query own(users_);
   const auto all = fromArray<MeshImpact>(impacts, meshImpactType());
+  const MeshStep mesh{mesh_start, mesh_end};
   return withBoth(startOfStep(), layout_, numbers_, layout_, [&](const auto& from, const auto& to) {
-    return toArray(makeEach<MeshContact>(all,
-                                         [&](const MeshImpact& impact) {
-                                           return impactContact(from, to, mesh_start, mesh_end,
-                                                                impact);
-                                         }),
-                   meshContactType());
+    return toArray(
+        makeEach<MeshContact>(
+            all, [&](const MeshImpact& impact) { return impactContact(from, to, mesh, impact); }),
+        meshContactType());
   });
 }
 
 double Tree::safeStep(const Tree* other) const {
   const Query own(users_);
-  const Query others((other != nullptr ? *other : *this).users_);
+  const Query others(partner(other).users_);
   const Unlocked unlocked;
-  return other != nullptr ? tree_.safeStep(other->tree_) : tree_.safeStep();
+  return tree_.safeStep(partner(other).tree_);
 }
 
 double Tree::safeStep(const TriangleMesh& start, const TriangleMesh& end) const {
   const Query own(users_);
   const Unlocked unlocked;
-  return tree_.safeStep(start, end);
+  return tree_.safeStep(MeshStep{start, end});
 }
 
 py::array Tree::touching(const TriangleMesh& mesh) const {
-  const Query own(users_);
-  std::vector<std::int32_t> segments;
-  {
-    const Unlocked unlocked;
-    tree_.findTouching(mesh, segments);
-  }
-  return toSegments(std::move(segments));
+  return toSegments(query(TouchingSegments{}, mesh));
 }
 
 py::array Tree::nearest(const TriangleMesh& mesh, double distance) const {
-  const Query own(users_);
-  std::vector<TrianglePair> pairs;
-  {
-    const Unlocked unlocked;
-    tree_.findNearest(mesh, distance, pairs);
-  }
-  return toPairs(std::move(pairs));
+  return toPairs(query(Nearest{distance}, mesh));
 }
 
 py::array Tree::overlaps(const CapsuleShape& capsule) const {
-  return toSegments(query<std::int32_t>(
-      nullptr, [&](auto&& take) { return tree_.visitOverlaps(capsule, take); }));
+  return toSegments(query(Touching{}, capsule));
 }
 
-py::array Tree::overlaps(const BoxShape& box) const {
-  return toSegments(
-      query<std::int32_t>(nullptr, [&](auto&& take) { return tree_.visitOverlaps(box, take); }));
-}
+py::array Tree::overlaps(const BoxShape& box) const { return toSegments(query(Touching{}, box)); }
 
 py::array Tree::fiberSegments(const py::array& segments) const {
   const Query own(users_);

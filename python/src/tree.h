@@ -56,8 +56,11 @@ class Tree {
   py::array offsets() const;                                ///< of the last build
 
  private:
-  template <class Found, class Visit>
-  std::vector<Found> query(const Tree* other, Visit&& visit) const;
+  const Tree& partner(const Tree* other) const { return other != nullptr ? *other : *this; }
+  template <class Question, class Partner>
+  auto query(const Question& question, const Partner& partner) const;
+  template <class Question>
+  auto query(const Question& question, const Tree* other) const;
 
   FiberTree tree_;
   FiberLayout layout_{{0}, {}, {}, {}, {}};

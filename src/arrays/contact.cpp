@@ -23,14 +23,6 @@ const Segment& checked(const char* call, const Segment& segment, Name&& name) {
   return segment;
 }
 
-template <typename S>
-Contact contactOf(const FiberArrays<S>& a, const FiberArrays<S>& b, SegmentPair pair) {
-  const arrays::LocatedSegment p = arrays::locate(kCall, a, pair.a);
-  const arrays::LocatedSegment q = arrays::locate(kCall, b, pair.b);
-  return fibers::publicContact(geometry::capsuleContact(p.segment, q.segment, {0, 0, 0}), p.place,
-                               q.place);
-}
-
 }  // namespace
 
 template <typename S>
@@ -54,10 +46,6 @@ arrays::LocatedSegment arrays::locate(const char* call, const FiberArrays<S>& fi
                         radiusOf(fibers, point, fiber)};
   return {checked(call, segment, name), {fiber, point - fibers.point_begin[fiber]}};
 }
-template arrays::LocatedSegment arrays::locate(const char*, const FiberArrays<float>&,
-                                               std::int32_t);
-template arrays::LocatedSegment arrays::locate(const char*, const FiberArrays<double>&,
-                                               std::int32_t);
 
 Contact capsuleContact(const CapsuleShape& a, const CapsuleShape& b) {
   return fibers::publicContact(geometry::capsuleContact(
@@ -65,18 +53,26 @@ Contact capsuleContact(const CapsuleShape& a, const CapsuleShape& b) {
       checked(kCall, arrays::toSegment(b), [] { return std::string("capsule b"); }), {0, 0, 0}));
 }
 
-Contact capsuleContact(const FiberArrays<float>& fibers, SegmentPair pair) {
-  return contactOf(fibers, fibers, pair);
+template <typename S>
+Contact capsuleContact(const FiberArrays<S>& fibers, SegmentPair pair) {
+  return capsuleContact(fibers, fibers, pair);
 }
-Contact capsuleContact(const FiberArrays<double>& fibers, SegmentPair pair) {
-  return contactOf(fibers, fibers, pair);
+
+template <typename S>
+Contact capsuleContact(const FiberArrays<S>& a, const FiberArrays<S>& b, SegmentPair pair) {
+  const arrays::LocatedSegment p = arrays::locate(kCall, a, pair.a);
+  const arrays::LocatedSegment q = arrays::locate(kCall, b, pair.b);
+  return fibers::publicContact(geometry::capsuleContact(p.segment, q.segment, {0, 0, 0}), p.place,
+                               q.place);
 }
-Contact capsuleContact(const FiberArrays<float>& a, const FiberArrays<float>& b, SegmentPair pair) {
-  return contactOf(a, b, pair);
-}
-Contact capsuleContact(const FiberArrays<double>& a, const FiberArrays<double>& b,
-                       SegmentPair pair) {
-  return contactOf(a, b, pair);
-}
+
+#define FCL_FIBERS_INSTANTIATE(S)                                                    \
+  template arrays::LocatedSegment arrays::locate(const char*, const FiberArrays<S>&, \
+                                                 std::int32_t);                      \
+  template Contact capsuleContact(const FiberArrays<S>&, SegmentPair);               \
+  template Contact capsuleContact(const FiberArrays<S>&, const FiberArrays<S>&, SegmentPair);
+FCL_FIBERS_INSTANTIATE(float)
+FCL_FIBERS_INSTANTIATE(double)
+#undef FCL_FIBERS_INSTANTIATE
 
 }  // namespace fcl_fibers

@@ -123,21 +123,13 @@ bool FiberIndex::hasFibersOf(const FiberArrays<S>& fibers) const {
   return has_same_fibers;
 }
 
-void FiberIndex::requireValid(const char* call) const {
-  if (!is_valid_) refuse(call, "the last build() or update() failed; call build()");
-}
-
-void FiberIndex::requireCapsules(const char* call) const {
-  requireValid(call);
-  if (index_.keepsSegments()) return;
-  refuse(call,
-         "the tree reports volumes and keeps no capsules; construct it with Report::kCapsules");
-}
-
-index::Step FiberIndex::step(const char* call) const {
-  requireValid(call);
-  if (!start_) refuse(call, "the fibers rest; call update(start, end) before");
-  return {*start_, index_};
+const char* FiberIndex::problem(bool needs_capsules, bool needs_step) const {
+  if (!is_valid_) return "the last build() or update() failed; call build()";
+  if (needs_capsules && !index_.keepsSegments()) {
+    return "the tree reports volumes and keeps no capsules; construct it with Report::kCapsules";
+  }
+  if (needs_step && !start_) return "the fibers rest; call update(start, end) before";
+  return nullptr;
 }
 
 #define FCL_FIBERS_INSTANTIATE(S)                                                 \

@@ -38,10 +38,10 @@ class FiberIndex {
   template <typename S>
   bool hasFibersOf(const FiberArrays<S>& fibers) const;
 
-  // Each refuses a call if what it needs is missing.
-  void requireValid(const char* call) const;
-  void requireCapsules(const char* call) const;
-  index::Step step(const char* call) const;
+  /// Tells what is missing for a query, or returns null if nothing is.
+  const char* problem(bool needs_capsules = false, bool needs_step = false) const;
+  /// @pre the last update was a step
+  index::Step step() const { return {*start_, index_}; }
 
  private:
   fibers::FiberTable emptyTable() const;

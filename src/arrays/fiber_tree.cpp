@@ -2,7 +2,9 @@
 #include <fcl_fibers/fiber_tree.h>
 
 #include <algorithm>
+#include <functional>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include <fcl_fibers/contact.h>
@@ -13,12 +15,11 @@
 #include "arrays/pair_sinks.h"
 #include "arrays/tree_volume.h"
 #include "arrays/triangle_mesh.h"
-#include "fibers/fiber_table.h"
 #include "fibers/mesh_contacts.h"
 #include "fibers/options.h"
 #include "geometry/contact.h"
+#include "geometry/obstacle.h"
 #include "index/moving_mesh.h"
-#include "index/posed_triangles.h"
 #include "index/segment_index.h"
 #include "joined_text.h"
 #include "tree/volumes.h"
@@ -26,33 +27,50 @@
 namespace fcl_fibers {
 namespace {
 
-using arrays::PairsOfOne;
-using arrays::PairsOfTwo;
-using arrays::PairsTo;
 using arrays::refuse;
-using arrays::SegmentsOf;
-using fibers::FiberTable;
-using geometry::Frame;
+using arrays::Take;
+using geometry::Obstacle;
 using geometry::Segment;
-using index::SegmentId;
 using tree::Visit;
+
+/// In the order of FiberTree::Questions. That of safeStep() is named by the call.
+constexpr const char* kQuestions[] = {"Touching", "TouchingSegments", "Nearest",
+                                      "Impacts",  "MovingPairs",      nullptr};
+
+template <class Question>
+constexpr bool kNeedsStep = kHasAnswer<Question, MeshStep> || std::is_same_v<Question, MovingPairs>;
+template <class Question, class Partner>
+constexpr bool kNeedsCapsules =
+    kHasAnswer<Question, MeshStep> || std::is_same_v<Partner, TriangleMesh>;
 
 /// Contacts that one thread computes in a row.
 constexpr std::size_t kContactsAtOnce = 512;
 
-/// Makes what hands all that it takes to a visitor.
-template <class Runs>
-auto handTo(Runs& runs) {
-  return [&runs](const auto* found, std::size_t count) { return runs.take(found, count); };
-}
+/// Keeps all that is found.
+constexpr auto kAll = [](const auto& /*found*/) { return true; };
 
-/// Makes what appends all that it takes.
-template <class Found>
-auto appendTo(std::vector<Found>& all) {
-  return [&all](const Found* found, std::size_t count) {
-    all.insert(all.end(), found, found + count);
-    return false;
-  };
+/// A call with a question. It refuses what cannot be answered.
+struct Call {
+  const char* name;
+  const char* question;  ///< null if the name tells
+
+  std::string text() const {
+    const std::string text = std::string("FiberTree::") + name;
+    return question != nullptr ? text + '(' + question + ')' : text;
+  }
+  [[noreturn]] void refuse(const std::string& what) const {
+    fibers::throwInvalidArgument(text(), what);
+  }
+  void require(const char* problem) const {
+    if (problem != nullptr) refuse(problem);
+  }
+};
+
+/// Hands on what search(sink) finds. Returns whether `take` ended it.
+template <class Found, class Keep, class Search>
+bool handOn(const Take& take, const Keep& keep, Search&& search) {
+  arrays::SinkTo<Found, Keep> sink(take, keep);
+  return search(sink) == Visit::kStop;
 }
 
 }  // namespace
@@ -63,166 +81,47 @@ class FiberTree::Impl {
 
   arrays::FiberIndex& index() { return index_; }
   const arrays::FiberIndex& index() const { return index_; }
-  std::size_t segmentCount() const { return index_->leaves().size(); }
 
-  template <class F>
-  bool visitPairs(F take) const {
-    index_.requireValid("visitPairs");
-    PairsTo sink(PairsOfOne(index_.table()), std::move(take));
-    return index_->search(sink) == Visit::kStop;
+  template <class Question, class Partner>
+  bool answer(const Call& call, const Question& question, const Partner& partner,
+              const Take& take) const {
+    call.require(index_.problem(kNeedsCapsules<Question, Partner>, kNeedsStep<Question>));
+    return search(call, question, partner, take);
   }
 
-  template <class F>
-  bool visitPairs(const Impl& other, F take) const {
-    requirePartner("visitPairs", other.index_);
-    PairsTo sink(PairsOfTwo<SegmentPair>(), std::move(take));
-    return index_->search(*other.index_, nullptr, sink) == Visit::kStop;
+  template <typename S, class Partner, class Found>
+  void findContacts(const Contacts<S>& question, const Partner& partner,
+                    std::vector<Found>& contacts) const {
+    const Call call{"find", "Contacts"};
+    requireContacts(call, question, partner);
+    using Pair = FoundBy<Touching, Partner>;
+    std::vector<Pair> pairs;
+    const auto append = [&pairs](const void* found, std::size_t count) {
+      const auto begin = static_cast<const Pair*>(found);
+      pairs.insert(pairs.end(), begin, begin + count);
+      return false;
+    };
+    answer(call, Touching(), partner, append);
+    contacts.resize(pairs.size());
+    compute(call, question, partner, pairs.data(), pairs.size(), contacts.data());
   }
 
-  // What calls a visitor takes copies of the meshes, because the visitor may change the originals.
-
-  template <class F>
-  bool visitMesh(const TriangleMesh mesh, F take) const {
-    const index::PosedMesh posed = posedMesh("visitMesh", mesh);
-    PairsTo sink(PairsOfTwo<TrianglePair>(), std::move(take));
-    return index_->searchTriangles(posed, index_->options().margin, sink) == Visit::kStop;
-  }
-
-  void findTouching(const TriangleMesh& mesh, std::vector<std::int32_t>& segments) const {
-    const index::PosedMesh posed = posedMesh("findTouching", mesh);
-    segments.clear();
-    PairsTo sink(SegmentsOf(), appendTo(segments));
-    index_->searchMesh(posed, index_->options().margin, sink);
-  }
-
-  void findNearest(const TriangleMesh& mesh, double distance,
-                   std::vector<TrianglePair>& pairs) const {
-    const index::PosedMesh posed = posedMesh("findNearest", mesh);
-    if (!(distance >= 0)) {
-      refuse("findNearest", joinedText("distance is ", distance, "; give 0 or more"));
-    }
-    std::vector<tree::Pair> found;
-    index_->findNearest(posed, distance, found);
-    pairs.clear();
-    pairs.reserve(found.size());
-    for (const tree::Pair& pair : found) pairs.push_back({pair.a, pair.b});
-  }
-
-  template <class F>
-  bool visitOverlaps(const CapsuleShape& capsule, F take) const {
-    index_.requireValid("visitOverlaps");
-    return visitOverlaps(inFrame("capsule", arrays::toSegment(capsule)), SegmentsOf(),
-                         std::move(take));
-  }
-
-  template <class F>
-  bool visitOverlaps(const BoxShape& box, F take) const {
-    index_.requireValid("visitOverlaps");
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (box.low[axis] > box.high[axis]) {
-        refuse("visitOverlaps", "low exceeds high of the box; exchange the two");
+  template <typename S, class Partner, class Pair, class Found>
+  void writeContacts(const Contacts<S>& question, const Partner& partner, const Pair* pairs,
+                     std::size_t count, Found* contacts) const {
+    const Call call{"writeContacts", nullptr};
+    requireContacts(call, question, partner);
+    if constexpr (std::is_same_v<Partner, TriangleMesh>) {
+      const std::string text = call.text();
+      for (std::size_t i = 0; i < count; ++i) {
+        requireTriangle(text.c_str(), partner, pairs[i].triangle);
       }
     }
-    Segment segment = inFrame("box", arrays::toSegment({box.low, box.high, 0}));
-    segment.radius = Segment::box({}, {}).radius;
-    return visitOverlaps(segment, arrays::SegmentsAtBox(*index_, segment), std::move(take));
-  }
-
-  template <class F>
-  bool visitImpacts(F take) const {
-    index_.requireCapsules("visitImpacts");
-    const index::Step step = index_.step("visitImpacts");
-    const arrays::NoNeighbors wanted(index_.table());
-    arrays::ImpactsTo sink(arrays::ImpactsOfOne(), std::move(take));
-    return step.searchImpacts(&wanted, sink) == Visit::kStop;
-  }
-
-  template <class F>
-  bool visitImpacts(const Impl& other, F take) const {
-    index_.requireCapsules("visitImpacts");
-    const Steps steps = stepsWith(other, "visitImpacts", "visitImpacts: the other tree");
-    arrays::ImpactsTo sink(arrays::ImpactsOfTwo(), std::move(take));
-    return steps.own.searchImpacts(steps.other, nullptr, sink) == Visit::kStop;
-  }
-
-  template <class F>
-  bool visitImpacts(const TriangleMesh start, const TriangleMesh end, F take) const {
-    const index::Step step = index_.step("visitImpacts");
-    const index::MovingMesh mesh = movingMesh("visitImpacts", start, end);
-    arrays::ImpactsTo sink(arrays::ImpactsOfMesh(), std::move(take));
-    return step.searchImpacts(mesh, index_->options().margin, sink) == Visit::kStop;
-  }
-
-  template <class F>
-  bool visitMovingPairs(F take) const {
-    const index::Step step = index_.step("visitMovingPairs");
-    PairsTo sink(PairsOfOne(index_.table()), std::move(take));
-    return step.searchMoving(nullptr, sink) == Visit::kStop;
-  }
-
-  template <class F>
-  bool visitMovingPairs(const Impl& other, F take) const {
-    const Steps steps = stepsWith(other, "visitMovingPairs", "visitMovingPairs: the other tree");
-    PairsTo sink(PairsOfTwo<SegmentPair>(), std::move(take));
-    return steps.own.searchMoving(steps.other, nullptr, sink) == Visit::kStop;
-  }
-
-  double safeStep() const {
-    index_.requireCapsules("safeStep");
-    const index::Step step = index_.step("safeStep");
-    const arrays::NoNeighbors wanted(index_.table());
-    return step.safeTime(&wanted);
-  }
-
-  double safeStep(const Impl& other) const {
-    index_.requireCapsules("safeStep");
-    const Steps steps = stepsWith(other, "safeStep", "safeStep: the other tree");
-    return steps.own.safeTime(steps.other);
-  }
-
-  double safeStep(const TriangleMesh& start, const TriangleMesh& end) const {
-    const index::Step step = index_.step("safeStep");
-    return step.safeTime(movingMesh("safeStep", start, end));
-  }
-
-  template <typename S>
-  void findContacts(const FiberArrays<S>& fibers, std::vector<Contact>& contacts) const {
-    requireContacts(fibers);
-    std::vector<SegmentPair> pairs;
-    visitPairs(appendTo(pairs));
-    contacts.resize(pairs.size());
-    writeContacts(fibers, pairs.data(), pairs.size(), contacts.data());
-  }
-
-  template <typename S>
-  void findContacts(const FiberArrays<S>& fibers, const SegmentPair* pairs, std::size_t count,
-                    Contact* contacts) const {
-    requireContacts(fibers);
-    writeContacts(fibers, pairs, count, contacts);
-  }
-
-  template <typename S>
-  void findContacts(const FiberArrays<S>& fibers, const TriangleMesh& mesh,
-                    std::vector<MeshContact>& contacts) const {
-    requireContacts(fibers);
-    std::vector<TrianglePair> pairs;
-    visitMesh(mesh, appendTo(pairs));
-    contacts.resize(pairs.size());
-    writeContacts(fibers, mesh, pairs.data(), pairs.size(), contacts.data());
-  }
-
-  template <typename S>
-  void findContacts(const FiberArrays<S>& fibers, const TriangleMesh& mesh,
-                    const TrianglePair* pairs, std::size_t count, MeshContact* contacts) const {
-    requireContacts(fibers);
-    for (std::size_t i = 0; i < count; ++i) {
-      requireTriangle("FiberTree::findContacts", mesh, pairs[i].triangle);
-    }
-    writeContacts(fibers, mesh, pairs, count, contacts);
+    compute(call, question, partner, pairs, count, contacts);
   }
 
   std::vector<TreeVolume> volumes(int depth) const {
-    index_.requireValid("volumes");
+    if (const char* problem = index_.problem()) refuse("volumes", problem);
     if (depth < 0) refuse("volumes", "depth is " + std::to_string(depth) + "; give 0 or more");
     std::vector<TreeVolume> volumes;
     std::visit(
@@ -246,51 +145,128 @@ class FiberTree::Impl {
   }
 
  private:
-  /// Refuses what capsuleContact() would, before a contact is written.
-  template <typename S>
-  void requireContacts(const FiberArrays<S>& fibers) const {
-    const double largest = arrays::checkArrays("FiberTree::findContacts", fibers);
-    if (const char* problem = geometry::contactProblem({{largest, 0, 0}, {0, 0, 0}, 0})) {
-      refuse("findContacts", problem);
+  // search() exists for each kind of partner. It holds trees and copies meshes, because a visitor
+  // may change or destroy them.
+
+  template <class Question>
+  bool search(const Call& call, Question, const FiberTree& partner, const Take& take) const {
+    const std::shared_ptr<const Impl> held = partner.impl_;
+    const arrays::FiberIndex& other = held->index_;
+    if (!index_->matches(*other)) {
+      call.refuse("the trees have different volumes or topologies; construct both with the same");
     }
-    if (!index_.hasFibersOf(fibers)) {
-      refuse("findContacts",
-             "the fibers have other numbers of points than those of the tree; pass the arrays of "
-             "its last build() or update()");
+    if (const char* problem = other.problem(index_->keepsSegments(), kNeedsStep<Question>)) {
+      call.refuse(std::string("the other tree: ") + problem);
+    }
+    const bool is_own = held.get() == this;
+    const arrays::PairsOfOne own(index_.table());
+    const auto handOnPairs = [&](const auto& searchOwn, const auto& searchBoth) {
+      using Found = FoundBy<Question, FiberTree>;
+      return is_own ? handOn<Found>(take, own, searchOwn) : handOn<Found>(take, kAll, searchBoth);
+    };
+    if constexpr (std::is_same_v<Question, Touching>) {
+      return handOnPairs([&](auto& sink) { return index_->search(sink); },
+                         [&](auto& sink) { return index_->search(*other, nullptr, sink); });
+    } else {
+      const index::Step step = index_.step(), other_step = other.step();
+      if constexpr (std::is_same_v<Question, MovingPairs>) {
+        return handOnPairs(
+            [&](auto& sink) { return step.searchMoving(nullptr, sink); },
+            [&](auto& sink) { return step.searchMoving(other_step, nullptr, sink); });
+      } else if constexpr (std::is_same_v<Question, Impacts>) {
+        return handOnPairs(
+            [&](auto& sink) { return step.searchImpacts(&own, sink); },
+            [&](auto& sink) { return step.searchImpacts(other_step, nullptr, sink); });
+      } else {
+        const double time = is_own ? step.safeTime(&own) : step.safeTime(other_step);
+        return take(&time, 1);
+      }
     }
   }
 
-  template <typename S>
-  void writeContacts(const FiberArrays<S>& fibers, const SegmentPair* pairs, std::size_t count,
-                     Contact* contacts) const {
-    index_->forRanges(count, kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) contacts[i] = capsuleContact(fibers, pairs[i]);
-    });
-  }
-
-  template <typename S>
-  void writeContacts(const FiberArrays<S>& fibers, const TriangleMesh& mesh,
-                     const TrianglePair* pairs, std::size_t count, MeshContact* contacts) const {
-    const fibers::MeshContacts contact(MeshReader::posed(mesh));
-    index_->forRanges(count, kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
-      constexpr std::size_t kAhead = 16;
-      for (std::size_t i = begin; i < end; ++i) {
-        // A point that does not exist is refused later.
-        const auto next = static_cast<std::size_t>(pairs[std::min(i + kAhead, end - 1)].segment);
-        if (next < fibers.point_count) __builtin_prefetch(fibers.points + 3 * next);
-        const auto capsule = arrays::locate("FiberTree::findContacts", fibers, pairs[i].segment);
-        contacts[i] = contact(contact.inFrame(capsule.segment), capsule.place, pairs[i].triangle);
+  template <class Question>
+  bool search(const Call& call, const Question& question, const TriangleMesh& partner,
+              const Take& take) const {
+    const TriangleMesh copy = partner;
+    const index::PosedMesh mesh = posedMesh(call, copy);
+    const double margin = index_->options().margin;
+    return handOn<FoundBy<Question, TriangleMesh>>(take, kAll, [&](auto& sink) {
+      if constexpr (std::is_same_v<Question, Touching>) {
+        return index_->searchTriangles(mesh, margin, sink);
+      } else if constexpr (std::is_same_v<Question, TouchingSegments>) {
+        return index_->searchMesh(mesh, margin, sink);
+      } else {
+        if (!(question.distance >= 0)) {
+          call.refuse(joinedText("distance is ", question.distance, "; give 0 or more"));
+        }
+        std::vector<tree::Pair> found;
+        index_->findNearest(mesh, question.distance, found);
+        return sink.take(found.data(), found.size());
       }
     });
   }
 
+  template <class Question>
+  bool search(const Call& call, Question, const MeshStep& partner, const Take& take) const {
+    const MeshStep copy = partner;
+    const index::PosedMesh start = posedMesh(call, copy.start), end = posedMesh(call, copy.end);
+    if (start.is_solid != end.is_solid || start.categories != end.categories ||
+        !start.mesh.hasTrianglesOf(end.mesh)) {
+      call.refuse(
+          "the mesh at the end has other triangles, another kind or other categories than the one "
+          "at the start; copy the mesh and move the copy");
+    }
+    const index::MovingMesh mesh(start, end, index_->frame(), index_->executor());
+    const index::Step step = index_.step();
+    if constexpr (std::is_same_v<Question, Impacts>) {
+      return handOn<MeshImpact>(take, kAll, [&](auto& sink) {
+        return step.searchImpacts(mesh, index_->options().margin, sink);
+      });
+    } else {
+      const double time = step.safeTime(mesh);
+      return take(&time, 1);
+    }
+  }
+
+  bool search(const Call& call, Touching, const CapsuleShape& capsule, const Take& take) const {
+    return searchShape(inFrame(call, "capsule", arrays::toSegment(capsule)), take, kAll);
+  }
+
+  bool search(const Call& call, Touching, const BoxShape& box, const Take& take) const {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (box.low[axis] > box.high[axis]) {
+        call.refuse("low exceeds high of the box; exchange the two");
+      }
+    }
+    Segment diagonal = inFrame(call, "box", arrays::toSegment({box.low, box.high, 0}));
+    diagonal.radius = Segment::box({}, {}).radius;
+    const geometry::Vec3d half = 0.5 * diagonal.b - 0.5 * diagonal.a;
+    Obstacle obstacle{Obstacle::Kind::kBox, midpoint(diagonal)};
+    obstacle.vector[0].x = half.x;
+    obstacle.vector[1].y = half.y;
+    obstacle.vector[2].z = half.z;
+    obstacle.error = endPointError(diagonal);
+    return searchShape(diagonal, take, [&](std::int32_t id) {
+      if (!index_->keepsSegments()) return true;
+      const Segment capsule = index_->segment(id);
+      return touch(capsule, obstacle, index_->margin(), endPointError(capsule));
+    });
+  }
+
+  template <class Keep>
+  bool searchShape(const Segment& shape, const Take& take, const Keep& keep) const {
+    return handOn<std::int32_t>(take, keep, [&](auto& sink) {
+      return index_->search(shape, endPointError(shape), tree::kNoGroup, /*second=*/0, sink);
+    });
+  }
+
   /// Takes a capsule, or the diagonal of a box, to the frame of the index.
-  Segment inFrame(const char* name, const Segment& shape) const {
-    const auto refuseIt = [name](const char* problem) {
-      refuse("visitOverlaps", std::string("the ") + name + ": " + problem);
+  Segment inFrame(const Call& call, const char* name, const Segment& shape) const {
+    const auto refuseIt = [&](const char* problem) {
+      call.refuse(std::string("the ") + name + ": " + problem);
     };
     if (const char* problem = geometry::contactProblem(shape)) refuseIt(problem);
-    const Frame& frame = index_->frame();
+    const geometry::Frame& frame = index_->frame();
     const Segment moved{frame.fromWorld(shape.a), frame.fromWorld(shape.b),
                         frame.scale * shape.radius};
     if (!isFinite(moved)) {
@@ -299,66 +275,72 @@ class FiberTree::Impl {
     return moved;
   }
 
-  template <class Convert, class F>
-  bool visitOverlaps(const Segment& shape, const Convert& convert, F take) const {
-    PairsTo sink(convert, std::move(take));
-    return index_->search(shape, endPointError(shape), tree::kNoGroup, /*second=*/0, sink) ==
-           Visit::kStop;
-  }
-
-  struct Steps {
-    index::Step own, other;
-  };
-  Steps stepsWith(const Impl& other, const char* call, const char* call_of_other) const {
-    requirePartner(call, other.index_);
-    return {index_.step(call), other.index_.step(call_of_other)};
-  }
-
-  /// Refuses a tree that this one cannot be searched with.
-  void requirePartner(const char* call, const arrays::FiberIndex& other) const {
-    index_.requireValid(call);
-    other.requireValid(call);
-    if (!index_->matches(*other)) {
-      refuse(call, "the trees have different volumes or topologies; construct both with the same");
-    }
-    if (index_->keepsSegments() && !other->keepsSegments()) {
-      refuse(call,
-             "the other tree reports volumes and keeps no capsules; construct it with "
-             "Report::kCapsules");
-    }
-  }
-
-  index::MovingMesh movingMesh(const char* call, const TriangleMesh& mesh_start,
-                               const TriangleMesh& mesh_end) const {
-    const index::PosedMesh start = posedMesh(call, mesh_start), end = posedMesh(call, mesh_end);
-    if (start.is_solid != end.is_solid || start.categories != end.categories ||
-        !start.mesh.hasTrianglesOf(end.mesh)) {
-      refuse(call,
-             "the mesh at the end has other triangles, another kind or other categories than the "
-             "one at the start; copy the mesh and move the copy");
-    }
-    return {start, end, index_->frame(), index_->executor()};
-  }
-
   /// The mesh for a search. Refuses what no search can be right for.
-  index::PosedMesh posedMesh(const char* call, const TriangleMesh& mesh) const {
-    index_.requireCapsules(call);
+  index::PosedMesh posedMesh(const Call& call, const TriangleMesh& mesh) const {
     const index::PosedMesh posed = MeshReader::posed(mesh);
     if (!index::fitsIn(index_->frame(), posed)) {
-      refuse(call,
-             "the coordinates of the mesh overflow in the unit of the fibers; bring it nearer to "
-             "them");
+      call.refuse(
+          "the coordinates of the mesh overflow in the unit of the fibers; bring it nearer to "
+          "them");
     }
     return posed;
+  }
+
+  /// Refuses what capsuleContact() would, before a contact is written.
+  template <typename S, class Partner>
+  void requireContacts(const Call& call, const Contacts<S>& question,
+                       const Partner& partner) const {
+    requireArrays(call, question.fibers);
+    if constexpr (std::is_same_v<Partner, FiberTree>) {
+      if (partner.impl_.get() == this) return;
+      if (question.others == nullptr) call.refuse("give Contacts the fibers of the other tree too");
+      partner.impl_->requireArrays(call, *question.others);
+    }
+  }
+  template <typename S>
+  void requireArrays(const Call& call, const FiberArrays<S>& fibers) const {
+    const double largest = arrays::checkArrays(call.text().c_str(), fibers);
+    call.require(geometry::contactProblem({{largest, 0, 0}, {0, 0, 0}, 0}));
+    if (!index_.hasFibersOf(fibers)) {
+      call.refuse(
+          "the fibers have other numbers of points than those of the tree; pass the arrays of its "
+          "last build() or update()");
+    }
+  }
+
+  template <typename S>
+  void compute(const Call& /*call*/, const Contacts<S>& question, const FiberTree& partner,
+               const SegmentPair* pairs, std::size_t count, Contact* contacts) const {
+    const FiberArrays<S>& others = partner.impl_.get() == this ? question.fibers : *question.others;
+    index_->forRanges(count, kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        contacts[i] = capsuleContact(question.fibers, others, pairs[i]);
+      }
+    });
+  }
+
+  template <typename S>
+  void compute(const Call& call, const Contacts<S>& question, const TriangleMesh& mesh,
+               const TrianglePair* pairs, std::size_t count, MeshContact* contacts) const {
+    const std::string text = call.text();
+    const fibers::MeshContacts contact(MeshReader::posed(mesh));
+    const FiberArrays<S>& fibers = question.fibers;
+    index_->forRanges(count, kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
+      constexpr std::size_t kAhead = 16;
+      for (std::size_t i = begin; i < end; ++i) {
+        // A point that does not exist is refused later.
+        const auto next = static_cast<std::size_t>(pairs[std::min(i + kAhead, end - 1)].segment);
+        if (next < fibers.point_count) __builtin_prefetch(fibers.points + 3 * next);
+        const auto capsule = arrays::locate(text.c_str(), fibers, pairs[i].segment);
+        contacts[i] = contact(contact.inFrame(capsule.segment), capsule.place, pairs[i].triangle);
+      }
+    });
   }
 
   arrays::FiberIndex index_;
 };
 
 FiberTree::FiberTree(const FiberTreeOptions& options) : impl_(std::make_shared<Impl>(options)) {}
-FiberTree::~FiberTree() = default;
-FiberTree::FiberTree(FiberTree&&) noexcept = default;
-FiberTree& FiberTree::operator=(FiberTree&&) noexcept = default;
 
 /// Returns the state for a call that changes it, unless a query holds it.
 FiberTree::Impl& FiberTree::change(const char* call) {
@@ -369,123 +351,72 @@ FiberTree::Impl& FiberTree::change(const char* call) {
   return *impl_;
 }
 
-/// Returns the state for a query, which holds it until it ends: a visitor may even destroy the
-/// tree.
-std::shared_ptr<const FiberTree::Impl> FiberTree::held() const { return impl_; }
+// A query holds the state until it ends: a visitor may even destroy the tree.
 
-void FiberTree::build(const FiberArrays<float>& fibers) { change("build").index().build(fibers); }
-void FiberTree::build(const FiberArrays<double>& fibers) { change("build").index().build(fibers); }
-void FiberTree::update(const FiberArrays<float>& fibers) {
-  change("update").index().update<float>(nullptr, fibers);
+bool FiberTree::ask(const Query& query, const Take& take) const {
+  const std::shared_ptr<const Impl> held = impl_;
+  const Call call{query.call, kQuestions[query.question.index()]};
+  return std::visit(
+      [&](const auto& question, const auto* partner) {
+        if constexpr (kHasAnswer<std::decay_t<decltype(question)>,
+                                 std::remove_cv_t<std::remove_pointer_t<decltype(partner)>>>) {
+          return held->answer(call, question, *partner, take);
+        } else {
+          return false;  // no call has asked this
+        }
+      },
+      query.question, query.partner);
 }
-void FiberTree::update(const FiberArrays<double>& fibers) {
-  change("update").index().update<double>(nullptr, fibers);
+
+template <typename S, class Partner, class Found>
+void FiberTree::findContacts(const Contacts<S>& question, const Partner& partner,
+                             std::vector<Found>& contacts) const {
+  std::shared_ptr<const Impl>(impl_)->findContacts(question, partner, contacts);
 }
-void FiberTree::update(const FiberArrays<float>& start, const FiberArrays<float>& end) {
+template <typename S, class Partner>
+void FiberTree::writeContacts(const Contacts<S>& question, const Partner& partner,
+                              const FoundBy<Touching, Partner>* pairs, std::size_t count,
+                              FoundBy<Contacts<S>, Partner>* contacts) const {
+  std::shared_ptr<const Impl>(impl_)->writeContacts(question, partner, pairs, count, contacts);
+}
+
+template <typename S>
+void FiberTree::build(const FiberArrays<S>& fibers) {
+  change("build").index().build(fibers);
+}
+template <typename S>
+void FiberTree::update(const FiberArrays<S>& fibers) {
+  change("update").index().template update<S>(nullptr, fibers);
+}
+template <typename S>
+void FiberTree::update(const FiberArrays<S>& start, const FiberArrays<S>& end) {
   change("update").index().update(&start, end);
 }
-void FiberTree::update(const FiberArrays<double>& start, const FiberArrays<double>& end) {
-  change("update").index().update(&start, end);
-}
 
-bool FiberTree::visitRuns(Runs<SegmentPair>& runs) const {
-  return held()->visitPairs(handTo(runs));
-}
-bool FiberTree::visitRuns(const FiberTree& other, Runs<SegmentPair>& runs) const {
-  if (&other == this) return visitRuns(runs);
-  return held()->visitPairs(*other.held(), handTo(runs));
-}
-bool FiberTree::visitRuns(const TriangleMesh& mesh, Runs<TrianglePair>& runs) const {
-  return held()->visitMesh(mesh, handTo(runs));
-}
-bool FiberTree::visitRuns(const TriangleMesh& start, const TriangleMesh& end,
-                          Runs<MeshImpact>& runs) const {
-  return held()->visitImpacts(start, end, handTo(runs));
-}
-bool FiberTree::visitRuns(Runs<Impact>& runs) const { return held()->visitImpacts(handTo(runs)); }
-bool FiberTree::visitRuns(const FiberTree& other, Runs<Impact>& runs) const {
-  if (&other == this) return visitRuns(runs);
-  return held()->visitImpacts(*other.held(), handTo(runs));
-}
-bool FiberTree::visitMovingRuns(Runs<SegmentPair>& runs) const {
-  return held()->visitMovingPairs(handTo(runs));
-}
-bool FiberTree::visitMovingRuns(const FiberTree& other, Runs<SegmentPair>& runs) const {
-  if (&other == this) return visitMovingRuns(runs);
-  return held()->visitMovingPairs(*other.held(), handTo(runs));
-}
-bool FiberTree::visitRuns(const CapsuleShape& capsule, Runs<std::int32_t>& runs) const {
-  return held()->visitOverlaps(capsule, handTo(runs));
-}
-bool FiberTree::visitRuns(const BoxShape& box, Runs<std::int32_t>& runs) const {
-  return held()->visitOverlaps(box, handTo(runs));
-}
+#define FCL_FIBERS_INSTANTIATE(S)                                                                  \
+  template void FiberTree::build(const FiberArrays<S>&);                                           \
+  template void FiberTree::update(const FiberArrays<S>&);                                          \
+  template void FiberTree::update(const FiberArrays<S>&, const FiberArrays<S>&);                   \
+  template void FiberTree::findContacts(const Contacts<S>&, const FiberTree&,                      \
+                                        std::vector<Contact>&) const;                              \
+  template void FiberTree::findContacts(const Contacts<S>&, const TriangleMesh&,                   \
+                                        std::vector<MeshContact>&) const;                          \
+  template void FiberTree::writeContacts(const Contacts<S>&, const FiberTree&, const SegmentPair*, \
+                                         std::size_t, Contact*) const;                             \
+  template void FiberTree::writeContacts(const Contacts<S>&, const TriangleMesh&,                  \
+                                         const TrianglePair*, std::size_t, MeshContact*) const;
+FCL_FIBERS_INSTANTIATE(float)
+FCL_FIBERS_INSTANTIATE(double)
+#undef FCL_FIBERS_INSTANTIATE
 
-void FiberTree::findPairs(std::vector<SegmentPair>& pairs) const {
-  pairs.clear();
-  held()->visitPairs(appendTo(pairs));
+std::vector<TreeVolume> FiberTree::volumes(int depth) const {
+  return std::shared_ptr<const Impl>(impl_)->volumes(depth);
 }
-
-void FiberTree::findImpacts(std::vector<Impact>& impacts) const {
-  impacts.clear();
-  held()->visitImpacts(appendTo(impacts));
-}
-double FiberTree::safeStep() const { return held()->safeStep(); }
-double FiberTree::safeStep(const FiberTree& other) const {
-  return &other == this ? safeStep() : held()->safeStep(*other.held());
-}
-double FiberTree::safeStep(const TriangleMesh& start, const TriangleMesh& end) const {
-  return held()->safeStep(start, end);
-}
-
-void FiberTree::findTouching(const TriangleMesh& mesh, std::vector<std::int32_t>& segments) const {
-  held()->findTouching(mesh, segments);
-}
-void FiberTree::findNearest(const TriangleMesh& mesh, double distance,
-                            std::vector<TrianglePair>& pairs) const {
-  held()->findNearest(mesh, distance, pairs);
-}
-void FiberTree::findContacts(const FiberArrays<float>& fibers,
-                             std::vector<Contact>& contacts) const {
-  held()->findContacts(fibers, contacts);
-}
-void FiberTree::findContacts(const FiberArrays<double>& fibers,
-                             std::vector<Contact>& contacts) const {
-  held()->findContacts(fibers, contacts);
-}
-void FiberTree::findContacts(const FiberArrays<float>& fibers, const SegmentPair* pairs,
-                             std::size_t count, Contact* contacts) const {
-  held()->findContacts(fibers, pairs, count, contacts);
-}
-void FiberTree::findContacts(const FiberArrays<double>& fibers, const SegmentPair* pairs,
-                             std::size_t count, Contact* contacts) const {
-  held()->findContacts(fibers, pairs, count, contacts);
-}
-void FiberTree::findContacts(const FiberArrays<float>& fibers, const TriangleMesh& mesh,
-                             const TrianglePair* pairs, std::size_t count,
-                             MeshContact* contacts) const {
-  held()->findContacts(fibers, mesh, pairs, count, contacts);
-}
-void FiberTree::findContacts(const FiberArrays<double>& fibers, const TriangleMesh& mesh,
-                             const TrianglePair* pairs, std::size_t count,
-                             MeshContact* contacts) const {
-  held()->findContacts(fibers, mesh, pairs, count, contacts);
-}
-void FiberTree::findContacts(const FiberArrays<float>& fibers, const TriangleMesh& mesh,
-                             std::vector<MeshContact>& contacts) const {
-  held()->findContacts(fibers, mesh, contacts);
-}
-void FiberTree::findContacts(const FiberArrays<double>& fibers, const TriangleMesh& mesh,
-                             std::vector<MeshContact>& contacts) const {
-  held()->findContacts(fibers, mesh, contacts);
-}
-
-std::vector<TreeVolume> FiberTree::volumes(int depth) const { return held()->volumes(depth); }
 FiberSegment FiberTree::fiberSegment(std::int32_t segment) const {
   return impl_->fiberSegment(segment);
 }
 std::size_t FiberTree::fiberCount() const { return impl_->index().table().fiberCount(); }
-std::size_t FiberTree::segmentCount() const { return impl_->segmentCount(); }
+std::size_t FiberTree::segmentCount() const { return impl_->index()->leaves().size(); }
 const FiberTreeOptions& FiberTree::options() const { return impl_->index().options(); }
 std::size_t FiberTree::memoryUsage() const { return impl_->index().memoryUsage(); }
 

@@ -44,10 +44,18 @@ MovingSegment relativeTo(const Vec3d& origin, const MovingSegment& s) {
   return {moved(s.start), moved(s.end)};
 }
 
+}  // namespace
+
 template <typename S>
-Contact contactOf(const FiberArrays<S>& a_start, const FiberArrays<S>& a_end,
-                  const FiberArrays<S>& b_start, const FiberArrays<S>& b_end,
-                  const Impact& impact) {
+Contact impactContact(const FiberArrays<S>& start, const FiberArrays<S>& end,
+                      const Impact& impact) {
+  return impactContact(start, end, start, end, impact);
+}
+
+template <typename S>
+Contact impactContact(const FiberArrays<S>& a_start, const FiberArrays<S>& a_end,
+                      const FiberArrays<S>& b_start, const FiberArrays<S>& b_end,
+                      const Impact& impact) {
   checkTime(impact.time);
   const LocatedMotion p = locate(a_start, a_end, impact.pair.a);
   const LocatedMotion q = locate(b_start, b_end, impact.pair.b);
@@ -59,48 +67,26 @@ Contact contactOf(const FiberArrays<S>& a_start, const FiberArrays<S>& a_end,
 }
 
 template <typename S>
-MeshContact contactOf(const FiberArrays<S>& start, const FiberArrays<S>& end,
-                      const TriangleMesh& mesh_start, const TriangleMesh& mesh_end,
-                      const MeshImpact& impact) {
+MeshContact impactContact(const FiberArrays<S>& start, const FiberArrays<S>& end,
+                          const MeshStep& mesh, const MeshImpact& impact) {
   checkTime(impact.time);
-  requireTriangle(kCall, mesh_start, impact.pair.triangle);
-  requireTriangle(kCall, mesh_end, impact.pair.triangle);
+  requireTriangle(kCall, mesh.start, impact.pair.triangle);
+  requireTriangle(kCall, mesh.end, impact.pair.triangle);
   const LocatedMotion capsule = locate(start, end, impact.pair.segment);
-  const Vec3d origin = MeshReader::posed(mesh_start).pose.shift;
-  return fibers::impactContact(relativeTo(origin, capsule.segment), origin,
-                               MeshReader::posed(mesh_start), MeshReader::posed(mesh_end),
-                               impact.pair.triangle, impact.time, capsule.place);
+  const index::PosedMesh from = MeshReader::posed(mesh.start);
+  return fibers::impactContact(relativeTo(from.pose.shift, capsule.segment), from.pose.shift, from,
+                               MeshReader::posed(mesh.end), impact.pair.triangle, impact.time,
+                               capsule.place);
 }
 
-}  // namespace
-
-Contact impactContact(const FiberArrays<float>& start, const FiberArrays<float>& end,
-                      const Impact& impact) {
-  return contactOf(start, end, start, end, impact);
-}
-Contact impactContact(const FiberArrays<float>& a_start, const FiberArrays<float>& a_end,
-                      const FiberArrays<float>& b_start, const FiberArrays<float>& b_end,
-                      const Impact& impact) {
-  return contactOf(a_start, a_end, b_start, b_end, impact);
-}
-Contact impactContact(const FiberArrays<double>& start, const FiberArrays<double>& end,
-                      const Impact& impact) {
-  return contactOf(start, end, start, end, impact);
-}
-Contact impactContact(const FiberArrays<double>& a_start, const FiberArrays<double>& a_end,
-                      const FiberArrays<double>& b_start, const FiberArrays<double>& b_end,
-                      const Impact& impact) {
-  return contactOf(a_start, a_end, b_start, b_end, impact);
-}
-MeshContact impactContact(const FiberArrays<float>& start, const FiberArrays<float>& end,
-                          const TriangleMesh& mesh_start, const TriangleMesh& mesh_end,
-                          const MeshImpact& impact) {
-  return contactOf(start, end, mesh_start, mesh_end, impact);
-}
-MeshContact impactContact(const FiberArrays<double>& start, const FiberArrays<double>& end,
-                          const TriangleMesh& mesh_start, const TriangleMesh& mesh_end,
-                          const MeshImpact& impact) {
-  return contactOf(start, end, mesh_start, mesh_end, impact);
-}
+#define FCL_FIBERS_INSTANTIATE(S)                                                              \
+  template Contact impactContact(const FiberArrays<S>&, const FiberArrays<S>&, const Impact&); \
+  template Contact impactContact(const FiberArrays<S>&, const FiberArrays<S>&,                 \
+                                 const FiberArrays<S>&, const FiberArrays<S>&, const Impact&); \
+  template MeshContact impactContact(const FiberArrays<S>&, const FiberArrays<S>&,             \
+                                     const MeshStep&, const MeshImpact&);
+FCL_FIBERS_INSTANTIATE(float)
+FCL_FIBERS_INSTANTIATE(double)
+#undef FCL_FIBERS_INSTANTIATE
 
 }  // namespace fcl_fibers

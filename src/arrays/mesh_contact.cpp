@@ -8,18 +8,6 @@
 #include "fibers/options.h"
 
 namespace fcl_fibers {
-namespace {
-
-template <typename S>
-MeshContact contactOf(const FiberArrays<S>& fibers, const TriangleMesh& mesh, TrianglePair pair) {
-  const arrays::LocatedSegment capsule = arrays::locate("meshContact", fibers, pair.segment);
-  requireTriangle("meshContact", mesh, pair.triangle);
-  const fibers::MeshContacts contact(MeshReader::posed(mesh));
-  return contact(contact.inFrame(capsule.segment), capsule.place, pair.triangle);
-}
-
-}  // namespace
-
 void requireTriangle(const char* call, const TriangleMesh& mesh, std::int32_t triangle) {
   if (triangle >= 0 && static_cast<std::size_t>(triangle) < mesh.triangleCount()) return;
   fibers::throwInvalidArgument(call, "there is no triangle " + std::to_string(triangle) + " of " +
@@ -27,13 +15,14 @@ void requireTriangle(const char* call, const TriangleMesh& mesh, std::int32_t tr
                                          "; pass the mesh that the tree was asked about");
 }
 
-MeshContact meshContact(const FiberArrays<float>& fibers, const TriangleMesh& mesh,
-                        TrianglePair pair) {
-  return contactOf(fibers, mesh, pair);
+template <typename S>
+MeshContact meshContact(const FiberArrays<S>& fibers, const TriangleMesh& mesh, TrianglePair pair) {
+  const arrays::LocatedSegment capsule = arrays::locate("meshContact", fibers, pair.segment);
+  requireTriangle("meshContact", mesh, pair.triangle);
+  const fibers::MeshContacts contact(MeshReader::posed(mesh));
+  return contact(contact.inFrame(capsule.segment), capsule.place, pair.triangle);
 }
-MeshContact meshContact(const FiberArrays<double>& fibers, const TriangleMesh& mesh,
-                        TrianglePair pair) {
-  return contactOf(fibers, mesh, pair);
-}
+template MeshContact meshContact(const FiberArrays<float>&, const TriangleMesh&, TrianglePair);
+template MeshContact meshContact(const FiberArrays<double>&, const TriangleMesh&, TrianglePair);
 
 }  // namespace fcl_fibers

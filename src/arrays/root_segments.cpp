@@ -13,10 +13,9 @@
 #include "joined_text.h"
 
 namespace fcl_fibers {
-namespace {
 
 template <typename S>
-std::vector<std::int32_t> countRoots(const FiberArrays<S>& fibers, double length) {
+std::vector<std::int32_t> rootSegments(const FiberArrays<S>& fibers, double length) {
   arrays::checkArrays("rootSegments", fibers);
   if (!(length >= 0 && std::isfinite(length))) {
     fibers::throwInvalidArgument(
@@ -34,13 +33,7 @@ std::vector<std::int32_t> countRoots(const FiberArrays<S>& fibers, double length
   return counts;
 }
 
-}  // namespace
-
-std::vector<std::int32_t> rootSegments(const FiberArrays<float>& fibers, double length) {
-  return countRoots(fibers, length);
-}
-std::vector<std::int32_t> rootSegments(const FiberArrays<double>& fibers, double length) {
-  return countRoots(fibers, length);
-}
+template std::vector<std::int32_t> rootSegments(const FiberArrays<float>&, double);
+template std::vector<std::int32_t> rootSegments(const FiberArrays<double>&, double);
 
 }  // namespace fcl_fibers

@@ -72,10 +72,10 @@ Pairs pairsFrom(Ask&& ask) {
   return pairs;
 }
 inline Pairs pairsOf(const FiberTree& tree) {
-  return pairsFrom([&](auto&& visit) { tree.visitPairs(visit); });
+  return pairsFrom([&](auto&& visit) { tree.visit(Touching{}, visit); });
 }
 inline Pairs pairsOf(const FiberTree& tree, const FiberTree& other) {
-  return pairsFrom([&](auto&& visit) { tree.visitPairs(other, visit); });
+  return pairsFrom([&](auto&& visit) { tree.visit(Touching{}, other, visit); });
 }
 
 }  // namespace fcl_fibers::test

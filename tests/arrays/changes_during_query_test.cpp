@@ -68,23 +68,25 @@ std::vector<VisitorQuery> allVisitorQueries() {
   using S = Watched;
   using V = Visitor;
   return {
-      {"pairs", false, [](S& s, V& visit) { s.own->visitPairs(visit); }},
-      {"pairs of two", true, [](S& s, V& visit) { s.own->visitPairs(*s.other, visit); }},
-      {"impacts", false, [](S& s, V& visit) { s.own->visitImpacts(visit); }},
-      {"impacts of two", true, [](S& s, V& visit) { s.own->visitImpacts(*s.other, visit); }},
-      {"moving pairs", false, [](S& s, V& visit) { s.own->visitMovingPairs(visit); }},
+      {"pairs", false, [](S& s, V& visit) { s.own->visit(Touching{}, visit); }},
+      {"pairs of two", true, [](S& s, V& visit) { s.own->visit(Touching{}, *s.other, visit); }},
+      {"impacts", false, [](S& s, V& visit) { s.own->visit(Impacts{}, visit); }},
+      {"impacts of two", true, [](S& s, V& visit) { s.own->visit(Impacts{}, *s.other, visit); }},
+      {"moving pairs", false, [](S& s, V& visit) { s.own->visit(MovingPairs{}, visit); }},
       {"moving pairs of two", true,
-       [](S& s, V& visit) { s.own->visitMovingPairs(*s.other, visit); }},
-      {"mesh", false, [](S& s, V& visit) { s.own->visitMesh(*s.start, visit); }},
+       [](S& s, V& visit) { s.own->visit(MovingPairs{}, *s.other, visit); }},
+      {"mesh", false, [](S& s, V& visit) { s.own->visit(Touching{}, *s.start, visit); }},
       {"impacts with a mesh", false,
-       [](S& s, V& visit) { s.own->visitImpacts(*s.start, *s.end, visit); }},
+       [](S& s, V& visit) {
+         s.own->visit(Impacts{}, MeshStep{*s.start, *s.end}, visit);
+       }},
       {"capsule", false,
        [](S& s, V& visit) {
-         s.own->visitOverlaps(CapsuleShape{{0, 0, 0}, {0.1, 0, 0}, 0.3}, visit);
+         s.own->visit(Touching{}, CapsuleShape{{0, 0, 0}, {0.1, 0, 0}, 0.3}, visit);
        }},
       {"box", false,
        [](S& s, V& visit) {
-         s.own->visitOverlaps(BoxShape{{-0.3, -0.3, -0.3}, {0.3, 0.3, 0.3}}, visit);
+         s.own->visit(Touching{}, BoxShape{{-0.3, -0.3, -0.3}, {0.3, 0.3, 0.3}}, visit);
        }},
   };
 }

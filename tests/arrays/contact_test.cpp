@@ -257,11 +257,11 @@ TYPED_TEST(ArrayContacts, AreThoseOfThePairsThatTheTreeFinds) {
       EXPECT_LE(contact.distance, 1e-15);
     };
     std::size_t pairs = 0;
-    tree.visitPairs([&](SegmentPair pair) {
+    tree.visit(Touching{}, [&](SegmentPair pair) {
       expectRightPlaced(fibers, fibers, pair, capsuleContact(fibers.view(), pair));
       ++pairs;
     });
-    tree.visitPairs(other, [&](SegmentPair pair) {
+    tree.visit(Touching{}, other, [&](SegmentPair pair) {
       expectRightPlaced(fibers, others, pair, capsuleContact(fibers.view(), others.view(), pair));
       ++pairs;
     });

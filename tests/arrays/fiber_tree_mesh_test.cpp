@@ -77,7 +77,8 @@ class Gaps {
 
 Pairs pairsOf(const FiberTree& tree, const TriangleMesh& mesh) {
   Pairs pairs;
-  tree.visitMesh(mesh, [&](TrianglePair pair) { pairs.emplace_back(pair.segment, pair.triangle); });
+  tree.visit(Touching{}, mesh,
+             [&](TrianglePair pair) { pairs.emplace_back(pair.segment, pair.triangle); });
   std::sort(pairs.begin(), pairs.end());
   EXPECT_EQ(std::adjacent_find(pairs.begin(), pairs.end()), pairs.end()) << "a pair came twice";
   return pairs;
@@ -85,7 +86,7 @@ Pairs pairsOf(const FiberTree& tree, const TriangleMesh& mesh) {
 
 Pairs nearestOf(const FiberTree& tree, const TriangleMesh& mesh, double distance) {
   std::vector<TrianglePair> found;
-  tree.findNearest(mesh, distance, found);
+  tree.find(Nearest{distance}, mesh, found);
   Pairs pairs;
   for (const TrianglePair& pair : found) pairs.emplace_back(pair.segment, pair.triangle);
   std::sort(pairs.begin(), pairs.end());
@@ -153,7 +154,7 @@ TEST(FiberTreeMeshTest, FindsWhatIsWithinTheMarginOfASkewedMesh) {
   for (FiberTreeOptions options : allKinds(Report::kCapsules)) {
     options.margin = 1;
     std::vector<std::int32_t> touching;
-    treeOf(fibers.view(), options).findTouching(mesh, touching);
+    treeOf(fibers.view(), options).find(TouchingSegments{}, mesh, touching);
     EXPECT_EQ(touching.size(), 100u);
   }
 }
@@ -184,9 +185,9 @@ TYPED_TEST(FiberTreeMesh, FindsEachTouchingSegmentOnce) {
       touching.insert(segment);
     }
     std::vector<std::int32_t> found, found_by_three;
-    treeOf(fibers.view(), options).findTouching(mesh, found);
+    treeOf(fibers.view(), options).find(TouchingSegments{}, mesh, found);
     options.threads = 3;
-    treeOf(fibers.view(), options).findTouching(mesh, found_by_three);
+    treeOf(fibers.view(), options).find(TouchingSegments{}, mesh, found_by_three);
     EXPECT_EQ(found, found_by_three);
     EXPECT_THAT(found, testing::UnorderedElementsAreArray(touching));
   }
@@ -197,7 +198,8 @@ TEST(FiberTreeMesh, AVisitorEndsTheQuery) {
   const auto triangles = ball<double>(0.3, 12, 16);
   const TriangleMesh mesh(triangles.view());
   int visits = 0;
-  EXPECT_TRUE(treeOf(fibers.view()).visitMesh(mesh, [&](TrianglePair) { return ++visits == 3; }));
+  EXPECT_TRUE(
+      treeOf(fibers.view()).visit(Touching{}, mesh, [&](TrianglePair) { return ++visits == 3; }));
   EXPECT_EQ(visits, 3);
 }
 
@@ -231,7 +233,7 @@ TYPED_TEST(FiberTreeMesh, ASolidCountsWhatIsInside) {
       options.margin = margin;
       std::vector<std::int32_t> found;
       const FiberTree tree = treeOf(fibers.view(), options);
-      tree.findTouching(solid, found);
+      tree.find(TouchingSegments{}, solid, found);
       EXPECT_THAT(found, testing::UnorderedElementsAreArray(expected));
       // A segment that touches no triangle comes with its nearest.
       for (const auto& [segment, triangle] : pairsOf(tree, solid)) {
@@ -259,7 +261,7 @@ TYPED_TEST(FiberTreeMesh, FindsTheNearestTriangleOfEachSegment) {
       const FiberTree tree = treeOf(fibers.view(), options);
       for (const double distance : {0.0, 0.1, std::numeric_limits<double>::infinity()}) {
         std::vector<TrianglePair> pairs;
-        tree.findNearest(mesh, distance, pairs);
+        tree.find(Nearest{distance}, mesh, pairs);
         std::vector<std::int32_t> triangle_of(fibers.pointCount(), -1);
         for (const TrianglePair& pair : pairs) {
           auto& triangle = triangle_of[static_cast<std::size_t>(pair.segment)];
@@ -298,9 +300,9 @@ TEST(FiberTreeMesh, FindsWhatItTouchesAtDistanceZero) {
     for (const FiberTreeOptions& options : allKinds(Report::kCapsules)) {
       const FiberTree tree = treeOf(fibers.view(), options);
       std::vector<std::int32_t> touching;
-      tree.findTouching(mesh, touching);
+      tree.find(TouchingSegments{}, mesh, touching);
       std::vector<TrianglePair> pairs;
-      tree.findNearest(mesh, 0, pairs);
+      tree.find(Nearest{0}, mesh, pairs);
       std::set<std::int32_t> found;
       for (const TrianglePair& pair : pairs) found.insert(pair.segment);
       EXPECT_GT(touching.size(), 20u);
@@ -338,7 +340,7 @@ TEST(FiberTreeMesh, FindsTheNearestWhateverTheSizes) {
           std::vector<TrianglePair> pairs;
           const FiberTree tree = treeOf(fibers.view(), options);
           const auto search = [&] {
-            tree.findNearest(mesh, std::numeric_limits<double>::infinity(), pairs);
+            tree.find(Nearest{std::numeric_limits<double>::infinity()}, mesh, pairs);
           };
           if (std::isinf(mesh_size / fiber_size)) {
             ASSERT_THROW(search(), std::invalid_argument);
@@ -393,10 +395,10 @@ TEST(FiberTreeMesh, RootsAndCategoriesLeaveSegmentsOut) {
     // Shapes meet them all.
     const auto inBox = [](const FiberTree& asked) {
       return pairsFrom([&](auto&& visit) {
-        asked.visitOverlaps(BoxShape{{-0.3, -0.3, -0.3}, {0.3, 0.3, 0.3}},
-                            [&](std::int32_t segment) {
-                              visit(SegmentPair{segment, 0});
-                            });
+        asked.visit(Touching{}, BoxShape{{-0.3, -0.3, -0.3}, {0.3, 0.3, 0.3}},
+                    [&](std::int32_t segment) {
+                      visit(SegmentPair{segment, 0});
+                    });
       });
     };
     EXPECT_EQ(inBox(tree), inBox(all));

@@ -423,10 +423,10 @@ TEST(ArrayTree, AVisitorEndsTheQuery) {
   FiberTree tree;
   tree.build(fibers.view());
   std::vector<SegmentPair> all;
-  tree.findPairs(all);
+  tree.find(Touching{}, all);
   ASSERT_GT(all.size(), 20u);
   std::vector<SegmentPair> seen;
-  EXPECT_TRUE(tree.visitPairs([&](SegmentPair pair) {
+  EXPECT_TRUE(tree.visit(Touching{}, [&](SegmentPair pair) {
     seen.push_back(pair);
     return seen.size() == 17;
   }));
@@ -435,7 +435,7 @@ TEST(ArrayTree, AVisitorEndsTheQuery) {
     EXPECT_EQ(seen[i].a, all[i].a);
     EXPECT_EQ(seen[i].b, all[i].b);
   }
-  EXPECT_FALSE(tree.visitPairs([](SegmentPair) { return false; }));
+  EXPECT_FALSE(tree.visit(Touching{}, [](SegmentPair) { return false; }));
 }
 
 /// An array that ends where memory does that may not be read.
@@ -498,10 +498,10 @@ TYPED_TEST(ArrayTree, ReadsNothingBehindTheArrays) {
       tree.update(fibers);
       if (options.volumes == FiberTreeOptions::Volumes::kLayeredBoxes) tree.update(fibers, fibers);
       std::vector<Contact> contacts;
-      tree.findContacts(fibers, contacts);
+      tree.find(Contacts{fibers}, contacts);
       EXPECT_GT(contacts.size(), 10u);
       std::vector<MeshContact> mesh_contacts;
-      tree.findContacts(fibers, mesh, mesh_contacts);
+      tree.find(Contacts{fibers}, mesh, mesh_contacts);
       EXPECT_GT(mesh_contacts.size(), 10u);
     }
   }
@@ -742,7 +742,7 @@ TEST(ArrayTree, RefusesATreeOfAnotherKind) {
     const auto none = [](auto&&) { ADD_FAILURE() << "a pair of two trees that do not match"; };
     const auto refusal =
         ::testing::ThrowsMessage<std::invalid_argument>(::testing::HasSubstr(text));
-    EXPECT_THAT([&] { first.visitPairs(other, none); }, refusal);
+    EXPECT_THAT([&] { first.visit(Touching{}, other, none); }, refusal);
   };
   for (const Report report : {Report::kVolumes, Report::kCapsules}) {
     expectRefusal(tree, treeOf(Volumes::kWrappedSpheres, Topology::kBundle, report),

@@ -124,9 +124,9 @@ TYPED_TEST(FindContacts, OfFibersAreThoseOfTheVisitedPairs) {
     FiberTree tree(options);
     tree.build(fibers.view());
     std::vector<Contact> contacts(7);
-    tree.findContacts(fibers.view(), contacts);
+    tree.find(Contacts{fibers.view()}, contacts);
     std::size_t next = 0;
-    tree.visitPairs([&](SegmentPair pair) {
+    tree.visit(Touching{}, [&](SegmentPair pair) {
       ASSERT_LT(next, contacts.size());
       const Contact expected = capsuleContact(fibers.view(), pair), &found = contacts[next++];
       ASSERT_EQ(
@@ -141,18 +141,20 @@ TYPED_TEST(FindContacts, OfFibersAreThoseOfTheVisitedPairs) {
 
     // A program may keep some of the pairs.
     std::vector<SegmentPair> pairs;
-    tree.findPairs(pairs);
+    tree.find(Touching{}, pairs);
     constexpr std::size_t kFirst = 5;
     ASSERT_GT(pairs.size(), kFirst);
     std::vector<Contact> some(pairs.size() - kFirst);
-    tree.findContacts(fibers.view(), pairs.data() + kFirst, some.size(), some.data());
+    tree.writeContacts(Contacts{fibers.view()}, tree, pairs.data() + kFirst, some.size(),
+                       some.data());
     for (std::size_t i = 0; i < some.size(); ++i) {
       const Contact& expected = contacts[i + kFirst];
       ASSERT_EQ(std::tie(some[i].point_a, some[i].point_b, some[i].distance),
                 std::tie(expected.point_a, expected.point_b, expected.distance));
     }
     pairs.back().b = -1;
-    EXPECT_THROW(tree.findContacts(fibers.view(), pairs.data(), pairs.size(), contacts.data()),
+    EXPECT_THROW(tree.writeContacts(Contacts{fibers.view()}, tree, pairs.data(), pairs.size(),
+                                    contacts.data()),
                  std::invalid_argument);
     EXPECT_GT(next, 1000u) << "enough for several ranges";
   }
@@ -175,11 +177,11 @@ TYPED_TEST(FindContacts, OfASurfaceAreWhereTheyTouch) {
         FiberTree tree(options);
         tree.build(fibers.view());
         std::vector<MeshContact> contacts(3);
-        tree.findContacts(fibers.view(), mesh, contacts);
+        tree.find(Contacts{fibers.view()}, mesh, contacts);
         std::vector<TrianglePair> pairs;
-        tree.visitMesh(mesh, [&](TrianglePair pair) { pairs.push_back(pair); });
+        tree.visit(Touching{}, mesh, [&](TrianglePair pair) { pairs.push_back(pair); });
         std::vector<MeshContact> same(pairs.size());
-        tree.findContacts(fibers.view(), mesh, pairs.data(), pairs.size(), same.data());
+        tree.writeContacts(Contacts{fibers.view()}, mesh, pairs.data(), pairs.size(), same.data());
         ASSERT_EQ(same.size(), contacts.size());
         for (std::size_t i = 0; i < same.size(); ++i) {
           ASSERT_EQ(std::tie(same[i].triangle, same[i].distance, same[i].point_b),
@@ -187,7 +189,7 @@ TYPED_TEST(FindContacts, OfASurfaceAreWhereTheyTouch) {
         }
         std::vector<std::vector<double>> rows;
         std::size_t next = 0;
-        tree.visitMesh(mesh, [&](TrianglePair pair) {
+        tree.visit(Touching{}, mesh, [&](TrianglePair pair) {
           ASSERT_LT(next, contacts.size());
           const MeshContact& contact = contacts[next++];
           ASSERT_EQ(fibers.point_begin[contact.a.fiber] + contact.a.segment,
@@ -221,7 +223,7 @@ TYPED_TEST(FindContacts, OfASolidLeadOut) {
     FiberTree tree(options);
     tree.build(fibers.view());
     std::vector<MeshContact> contacts;
-    tree.findContacts(fibers.view(), solid, contacts);
+    tree.find(Contacts{fibers.view()}, solid, contacts);
     int crossing = 0, inside = 0, outside = 0;
     for (const MeshContact& contact : contacts) {
       const ExactTriangle t = triangles.triangle(static_cast<std::size_t>(contact.triangle), pose);
@@ -256,7 +258,7 @@ TYPED_TEST(FindContacts, OfASolidLeadOut) {
 
 MeshContact deepest(const Assembly<double>& fibers, const TriangleMesh& mesh) {
   std::vector<MeshContact> contacts;
-  capsuleTree(fibers.view()).findContacts(fibers.view(), mesh, contacts);
+  capsuleTree(fibers.view()).find(Contacts{fibers.view()}, mesh, contacts);
   EXPECT_FALSE(contacts.empty());
   return *std::min_element(contacts.begin(), contacts.end(),
                            [](const auto& p, const auto& q) { return p.distance < q.distance; });
@@ -278,7 +280,7 @@ TEST(FindContacts, DepthsInASolidAreThoseByHand) {
   // The same capsules at the surface alone.
   const TriangleMesh surface(boxMesh({0, 0, 0}, {4, 4, 4}).view());
   std::vector<MeshContact> contacts;
-  capsuleTree(level.view()).findContacts(level.view(), surface, contacts);
+  capsuleTree(level.view()).find(Contacts{level.view()}, surface, contacts);
   EXPECT_TRUE(contacts.empty());
   const MeshContact crossing = deepest(upright, surface);
   EXPECT_FALSE(crossing.solid);
@@ -293,7 +295,7 @@ TEST(FindContacts, OneOfThoseOfAConvexSolidLeadsOut) {
   const Triangles<double> box = boxMesh(-high, high);
   const TriangleMesh solid(box.view(), TriangleMesh::Kind::kSolid);
   std::vector<MeshContact> contacts;
-  capsuleTree(fibers.view()).findContacts(fibers.view(), solid, contacts);
+  capsuleTree(fibers.view()).find(Contacts{fibers.view()}, solid, contacts);
   std::map<std::size_t, MeshContact> ways;  // by segment
   for (const MeshContact& contact : contacts) {
     const auto [way, is_new] =
@@ -322,7 +324,7 @@ TEST(FindContacts, OutsideOfAThinSolidIsOutside) {
   Assembly<double> above;
   above.addCapsule({1.5, 1.25, 0.125}, {2.5, 1.25, 0.125}, 0.25);
   std::vector<MeshContact> contacts;
-  capsuleTree(above.view()).findContacts(above.view(), plate, contacts);
+  capsuleTree(above.view()).find(Contacts{above.view()}, plate, contacts);
   bool has_far_side = false;
   for (const MeshContact& contact : contacts) {
     EXPECT_FALSE(contact.solid);
@@ -348,7 +350,7 @@ TEST(FindContacts, AreRelativeToTheMesh) {
   }
   const FiberTree tree = capsuleTree(near_fibers.view());
   std::vector<MeshContact> near;
-  tree.findContacts(near_fibers.view(), mesh, near);
+  tree.find(Contacts{near_fibers.view()}, mesh, near);
   EXPECT_GT(near.size(), 50u);
   mesh.setPose(pose);
   for (const MeshContact& contact : near) {
@@ -371,12 +373,14 @@ TEST(FindContacts, RefuseBadInputAndKeepTheContacts) {
   std::vector<Contact> contacts(3);
   std::vector<MeshContact> mesh_contacts(4);
   const auto refused = [&](const FiberArrays<double>& bad, const std::string& text) {
-    const auto refusal =
-        ThrowsMessage<std::invalid_argument>(HasSubstr("FiberTree::findContacts: " + text));
-    EXPECT_THAT([&] { tree.findContacts(bad, contacts); }, refusal);
-    EXPECT_THAT([&] { tree.findContacts(bad, nullptr, 0, nullptr); }, refusal);
-    EXPECT_THAT([&] { tree.findContacts(bad, mesh, nullptr, 0, nullptr); }, refusal);
-    EXPECT_THAT([&] { tree.findContacts(bad, mesh, mesh_contacts); }, refusal);
+    const auto refusalBy = [&](const std::string& call) {
+      return ThrowsMessage<std::invalid_argument>(HasSubstr("FiberTree::" + call + ": " + text));
+    };
+    const auto find = refusalBy("find(Contacts)"), write = refusalBy("writeContacts");
+    EXPECT_THAT([&] { tree.find(Contacts{bad}, contacts); }, find);
+    EXPECT_THAT([&] { tree.writeContacts(Contacts{bad}, tree, nullptr, 0, nullptr); }, write);
+    EXPECT_THAT([&] { tree.writeContacts(Contacts{bad}, mesh, nullptr, 0, nullptr); }, write);
+    EXPECT_THAT([&] { tree.find(Contacts{bad}, mesh, mesh_contacts); }, find);
     EXPECT_EQ(contacts.size(), 3u);
     EXPECT_EQ(mesh_contacts.size(), 4u);
   };
@@ -399,7 +403,7 @@ TEST(FindContacts, RefuseBadInputAndKeepTheContacts) {
         ThrowsMessage<std::invalid_argument>(
             HasSubstr("there is no triangle " + std::to_string(triangle))));
     const TrianglePair wrong = {0, triangle};
-    EXPECT_THROW(tree.findContacts(fibers.view(), mesh, &wrong, 1, mesh_contacts.data()),
+    EXPECT_THROW(tree.writeContacts(Contacts{fibers.view()}, mesh, &wrong, 1, mesh_contacts.data()),
                  std::invalid_argument);
   }
   // Pairs that are far enough behind the first are looked at before they are checked.
@@ -409,9 +413,12 @@ TEST(FindContacts, RefuseBadInputAndKeepTheContacts) {
                                      std::numeric_limits<std::int32_t>::min()}) {
     pairs[17].segment = segment;
     EXPECT_THAT(
-        [&] { tree.findContacts(fibers.view(), mesh, pairs.data(), pairs.size(), written.data()); },
+        [&] {
+          tree.writeContacts(Contacts{fibers.view()}, mesh, pairs.data(), pairs.size(),
+                             written.data());
+        },
         ThrowsMessage<std::invalid_argument>(HasSubstr(
-            "FiberTree::findContacts: no capsule starts at point " + std::to_string(segment))));
+            "FiberTree::writeContacts: no capsule starts at point " + std::to_string(segment))));
   }
   EXPECT_THAT(
       [&] {
@@ -429,17 +436,17 @@ TEST(FindContacts, OfNothingAreNone) {
   std::vector<std::int32_t> segments(4);
   std::vector<TrianglePair> nearest(4);
   const FiberTree tree = capsuleTree(fibers.view());
-  tree.findContacts(fibers.view(), empty, contacts);
-  tree.findTouching(empty, segments);
-  tree.findNearest(empty, 1e9, nearest);
+  tree.find(Contacts{fibers.view()}, empty, contacts);
+  tree.find(TouchingSegments{}, empty, segments);
+  tree.find(Nearest{1e9}, empty, nearest);
   EXPECT_TRUE(contacts.empty() && segments.empty() && nearest.empty());
   const std::size_t begin[] = {0};
   FiberArrays<double> none;
   none.point_begin = begin;
   contacts.resize(4);
   std::vector<Contact> pairs(4);
-  capsuleTree(none).findContacts(none, TriangleMesh(ball<double>(1, 4, 4).view()), contacts);
-  capsuleTree(none).findContacts(none, pairs);
+  capsuleTree(none).find(Contacts{none}, TriangleMesh(ball<double>(1, 4, 4).view()), contacts);
+  capsuleTree(none).find(Contacts{none}, pairs);
   EXPECT_TRUE(contacts.empty());
   EXPECT_TRUE(pairs.empty());
 }

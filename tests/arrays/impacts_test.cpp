@@ -81,7 +81,7 @@ TYPED_TEST(ImpactsOf, ImpactsAreThoseOfTheWholeStep) {
       options.topology = topology;
       const FiberTree tree = treeOf(motion, options);
       const auto impacts = impactsOf(tree);
-      const Pairs moving = pairsFrom([&](auto&& visit) { tree.visitMovingPairs(visit); });
+      const Pairs moving = pairsFrom([&](auto&& visit) { tree.visit(MovingPairs{}, visit); });
       const auto is_left_out = [&](const Pair& pair) { return motion.leavesOut(pair, 1); };
       EXPECT_TRUE(std::none_of(moving.begin(), moving.end(), is_left_out));
       const auto sampled = sampledTimes([&](double time) {
@@ -109,7 +109,7 @@ TEST(Impacts, MovingPairsAreFewAndContainAllImpacts) {
   const auto motion = Motion<double>::random(7, 30, 0.4);
   FiberTreeOptions options = capsules();
   const FiberTree tree = treeOf(motion, options);
-  const Pairs moving = pairsFrom([&](auto&& visit) { tree.visitMovingPairs(visit); });
+  const Pairs moving = pairsFrom([&](auto&& visit) { tree.visit(MovingPairs{}, visit); });
   const auto impacts = impactsOf(tree);
   EXPECT_GT(impacts.size(), 100u);
   for (const auto& [pair, impact] : impacts) {
@@ -138,8 +138,8 @@ TEST(Impacts, MovingPairsAreFewAndContainAllImpacts) {
   // Under kVolumes there are moving pairs but no impacts.
   options.ignored_neighbors = 1;
   const FiberTree volumes = treeOf(motion, options);
-  EXPECT_EQ(pairsFrom([&](auto&& visit) { volumes.visitMovingPairs(visit); }), moving);
-  EXPECT_THROW(volumes.visitImpacts([](const Impact&) {}), std::invalid_argument);
+  EXPECT_EQ(pairsFrom([&](auto&& visit) { volumes.visit(MovingPairs{}, visit); }), moving);
+  EXPECT_THROW(volumes.visit(Impacts{}, [](const Impact&) {}), std::invalid_argument);
   EXPECT_THROW((void)volumes.safeStep(), std::invalid_argument);
 }
 
@@ -203,7 +203,7 @@ TEST(Impacts, ThreadsDoNotShow) {
     const FiberTree tree = treeOf(motion, options);
     std::vector<double>& numbers = found.emplace_back();
     std::vector<Impact> impacts;
-    tree.findImpacts(impacts);
+    tree.find(Impacts{}, impacts);
     for (const Impact& i : impacts) {
       numbers.insert(numbers.end(), {static_cast<double>(i.pair.a), static_cast<double>(i.pair.b),
                                      i.time, i.s, i.t});
@@ -221,7 +221,7 @@ TEST(Impacts, ThreadsDoNotShow) {
 TEST(Impacts, AVisitorEndsTheQuery) {
   const FiberTree tree = treeOf(Motion<double>::random(5, 100, 0.1), capsules());
   int visits = 0;
-  EXPECT_TRUE(tree.visitImpacts([&](const Impact&) { return ++visits == 3; }));
+  EXPECT_TRUE(tree.visit(Impacts{}, [&](const Impact&) { return ++visits == 3; }));
   EXPECT_EQ(visits, 3);
 }
 
@@ -291,7 +291,7 @@ TYPED_TEST(ImpactsOf, TwoTreesMeetDuringTheStep) {
     options.threads = seed == 2 ? 2 : 1;
     const FiberTree tree = treeOf(mine, options), other = treeOf(theirs, capsules(1, 0.5));
     std::map<Pair, Impact> impacts;
-    tree.visitImpacts(other, [&](const Impact& impact) {
+    tree.visit(Impacts{}, other, [&](const Impact& impact) {
       const Pair pair{impact.pair.a, impact.pair.b};
       EXPECT_TRUE(impacts.emplace(pair, impact).second) << "a pair came twice";
       const Contact contact = impactContact(mine.start.view(), mine.end.view(), theirs.start.view(),
@@ -322,16 +322,18 @@ TEST(Impacts, TwoTreesHaveASafeStep) {
   EXPECT_NEAR(tree.safeStep(other), (10 - 1 - 1) / 20.0, 1e-9);
   EXPECT_NEAR(other.safeStep(tree), (10 - 1) / 20.0, 1e-9);
   EXPECT_EQ(tree.safeStep(tree), 1);
-  EXPECT_EQ(pairsFrom([&](auto&& visit) { tree.visitMovingPairs(other, visit); }), (Pairs{{0, 0}}));
-  EXPECT_EQ(pairsFrom([&](auto&& visit) { other.visitMovingPairs(other, visit); }),
-            pairsFrom([&](auto&& visit) { other.visitMovingPairs(visit); }));
+  EXPECT_EQ(pairsFrom([&](auto&& visit) { tree.visit(MovingPairs{}, other, visit); }),
+            (Pairs{{0, 0}}));
+  EXPECT_EQ(pairsFrom([&](auto&& visit) { other.visit(MovingPairs{}, other, visit); }),
+            pairsFrom([&](auto&& visit) { other.visit(MovingPairs{}, visit); }));
   falling.start.points = falling.end.points;
   for (double& x : falling.start.points) x /= 16;  // it touches, and leaves
   EXPECT_EQ(tree.safeStep(treeOf(falling, capsules())), 1);
   FiberTree at_rest(capsules());
   at_rest.build(resting.start.view());
-  for (const auto& text : {textOf([&] { (void)tree.safeStep(at_rest); }),
-                           textOf([&] { tree.visitMovingPairs(at_rest, [](SegmentPair) {}); })}) {
+  for (const auto& text : {textOf([&] { (void)tree.safeStep(at_rest); }), textOf([&] {
+                             tree.visit(MovingPairs{}, at_rest, [](SegmentPair) {});
+                           })}) {
     EXPECT_THAT(text, testing::HasSubstr("the other tree: the fibers rest; call update("));
   }
 }
@@ -339,7 +341,7 @@ TEST(Impacts, TwoTreesHaveASafeStep) {
 TEST(Impacts, ATreeAgainstItselfIsOneTree) {
   const FiberTree tree = treeOf(Motion<double>::random(3, 14, 0.3), capsules());
   std::map<Pair, double> times;
-  tree.visitImpacts(tree, [&](const Impact& impact) {
+  tree.visit(Impacts{}, tree, [&](const Impact& impact) {
     times[{impact.pair.a, impact.pair.b}] = impact.time;
   });
   std::map<Pair, double> expected;
@@ -351,7 +353,7 @@ TEST(Impacts, RefusesATreeThatDoesNotSuit) {
   const auto motion = Motion<double>::random(1, 5, 0.1);
   const FiberTree tree = treeOf(motion, capsules());
   const auto textWith = [&](const FiberTree& other) {
-    return textOf([&] { tree.visitImpacts(other, [](const Impact&) {}); });
+    return textOf([&] { tree.visit(Impacts{}, other, [](const Impact&) {}); });
   };
   FiberTreeOptions options = capsules();
   FiberTree other(options);
@@ -362,7 +364,7 @@ TEST(Impacts, RefusesATreeThatDoesNotSuit) {
   options = {};
   const FiberTree volumes = treeOf(motion, options);
   EXPECT_THAT(textWith(volumes), testing::HasSubstr("keeps no capsules"));
-  EXPECT_THAT(textOf([&] { volumes.visitImpacts(tree, [](const Impact&) {}); }),
+  EXPECT_THAT(textOf([&] { volumes.visit(Impacts{}, tree, [](const Impact&) {}); }),
               testing::HasSubstr("keeps no capsules"));
 }
 
@@ -395,8 +397,8 @@ TEST(Impacts, AStepLeavesNothingBehind) {
       }
     }
     std::vector<SegmentPair> pairs, expected;
-    stepped.findPairs(pairs);
-    still.findPairs(expected);
+    stepped.find(Touching{}, pairs);
+    still.find(Touching{}, expected);
     ASSERT_EQ(pairs.size(), expected.size());
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       EXPECT_EQ(std::pair(pairs[i].a, pairs[i].b), std::pair(expected[i].a, expected[i].b));
@@ -409,10 +411,10 @@ TEST(Impacts, RefusalsSayWhatToDo) {
   auto motion = Motion<double>::random(1, 5, 0.1);
   FiberTree tree(capsules());
   tree.build(motion.end.view());
-  const auto ask = [&] { tree.visitImpacts([](const Impact&) {}); };
+  const auto ask = [&] { tree.visit(Impacts{}, [](const Impact&) {}); };
   EXPECT_THAT(textOf(ask), HasSubstr("update(start, end)"));
   EXPECT_THAT(textOf([&] { (void)tree.safeStep(); }), HasSubstr("update(start, end)"));
-  EXPECT_THAT(textOf([&] { tree.visitMovingPairs([](SegmentPair) {}); }),
+  EXPECT_THAT(textOf([&] { tree.visit(MovingPairs{}, [](SegmentPair) {}); }),
               HasSubstr("update(start, end)"));
 
   tree.update(motion.start.view(), motion.end.view());
@@ -439,7 +441,9 @@ TEST(Impacts, RefusalsSayWhatToDo) {
 
   tree.update(motion.start.view(), motion.end.view());
   const TriangleMesh mesh(ball<double>(0.2, 6, 8).view()), coarse(ball<double>(0.2, 4, 8).view());
-  EXPECT_THAT(textOf([&] { tree.visitImpacts(mesh, coarse, [](const MeshImpact&) {}); }),
+  EXPECT_THAT(textOf([&] {
+                tree.visit(Impacts{}, MeshStep{mesh, coarse}, [](const MeshImpact&) {});
+              }),
               HasSubstr("other triangles"));
   EXPECT_THAT(
       textOf([&] {

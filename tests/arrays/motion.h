@@ -121,7 +121,7 @@ FiberTree treeOf(const Motion<S>& motion, const FiberTreeOptions& options) {
 
 inline std::map<Pair, Impact> impactsOf(const FiberTree& tree) {
   std::map<Pair, Impact> impacts;
-  tree.visitImpacts([&](const Impact& impact) {
+  tree.visit(Impacts{}, [&](const Impact& impact) {
     EXPECT_LT(impact.pair.a, impact.pair.b);
     EXPECT_TRUE(impacts.emplace(Pair{impact.pair.a, impact.pair.b}, impact).second)
         << "a pair came twice";
@@ -135,12 +135,12 @@ template <typename S>
 MeshPairs impactsOf(const FiberTree& tree, const TriangleMesh& start, const TriangleMesh& end,
                     const Motion<S>& motion) {
   MeshPairs impacts;
-  tree.visitImpacts(start, end, [&](const MeshImpact& impact) {
+  tree.visit(Impacts{}, MeshStep{start, end}, [&](const MeshImpact& impact) {
     EXPECT_TRUE(
         impacts.emplace(Pair{impact.pair.segment, impact.pair.triangle}, impact.time).second)
         << "a pair came twice";
     const MeshContact contact =
-        impactContact(motion.start.view(), motion.end.view(), start, end, impact);
+        impactContact(motion.start.view(), motion.end.view(), MeshStep{start, end}, impact);
     EXPECT_LE(contact.distance, tree.options().margin + kTolerance);
     // In a solid the distance is a depth, and a segment may meet a surface from inside.
     if (impact.time > 0 && !contact.solid) {

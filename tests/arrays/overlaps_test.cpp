@@ -31,7 +31,7 @@ using testing::ThrowsMessage;
 template <class Shape>
 std::set<std::int32_t> segmentsAt(const FiberTree& tree, const Shape& shape) {
   std::set<std::int32_t> segments;
-  tree.visitOverlaps(shape, [&](std::int32_t segment) {
+  tree.visit(Touching{}, shape, [&](std::int32_t segment) {
     EXPECT_TRUE(segments.insert(segment).second) << "twice";
   });
   return segments;
@@ -119,9 +119,9 @@ TEST(Overlaps, EndWhereTheVisitorSays) {
   tree.build(fibers.view());
   int calls = 0;
   const auto stop = [&](std::int32_t) { return ++calls == 2; };
-  EXPECT_TRUE(tree.visitOverlaps(BoxShape{{-1, -1, -1}, {1, 1, 1}}, stop));
+  EXPECT_TRUE(tree.visit(Touching{}, BoxShape{{-1, -1, -1}, {1, 1, 1}}, stop));
   EXPECT_EQ(calls, 2);
-  EXPECT_FALSE(FiberTree(options).visitOverlaps(BoxShape{{-1, -1, -1}, {1, 1, 1}}, stop));
+  EXPECT_FALSE(FiberTree(options).visit(Touching{}, BoxShape{{-1, -1, -1}, {1, 1, 1}}, stop));
 }
 
 // A shape that is none would be compared with NaN, which finds all or nothing.
@@ -130,8 +130,9 @@ TEST(Overlaps, RefuseShapesThatAreNone) {
   FiberTree tree;
   tree.build(fibers.view());
   const auto refused = [&](const auto& shape, const std::string& text) {
-    EXPECT_THAT([&] { segmentsAt(tree, shape); },
-                ThrowsMessage<std::invalid_argument>(HasSubstr("visitOverlaps: " + text)));
+    EXPECT_THAT(
+        [&] { segmentsAt(tree, shape); },
+        ThrowsMessage<std::invalid_argument>(HasSubstr("FiberTree::visit(Touching): " + text)));
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
   refused(CapsuleShape{{nan, 0, 0}, {0, 0, 0}, 1}, "the capsule: a coordinate or the radius");
@@ -152,16 +153,17 @@ TEST(Overlaps, OfTreesWithoutCapsulesAreRefusedForMeshes) {
   std::vector<TrianglePair> pairs(4);
   std::vector<MeshContact> contacts(5);
   const auto refusal = ThrowsMessage<std::invalid_argument>(HasSubstr("keeps no capsules"));
-  EXPECT_THAT([&] { tree.visitMesh(mesh, [](TrianglePair) {}); }, refusal);
-  EXPECT_THAT([&] { tree.findTouching(mesh, segments); }, refusal);
-  EXPECT_THAT([&] { tree.findNearest(mesh, 1, pairs); }, refusal);
-  EXPECT_THAT([&] { tree.findContacts(fibers.view(), mesh, contacts); }, refusal);
+  EXPECT_THAT([&] { tree.visit(Touching{}, mesh, [](TrianglePair) {}); }, refusal);
+  EXPECT_THAT([&] { tree.find(TouchingSegments{}, mesh, segments); }, refusal);
+  EXPECT_THAT([&] { tree.find(Nearest{1}, mesh, pairs); }, refusal);
+  EXPECT_THAT([&] { tree.find(Contacts{fibers.view()}, mesh, contacts); }, refusal);
   FiberTreeOptions options;
   options.report = Report::kCapsules;
   const FiberTree capsules(options);
   for (const double bad : {-1.0, std::numeric_limits<double>::quiet_NaN()}) {
-    EXPECT_THAT([&] { capsules.findNearest(mesh, bad, pairs); },
-                ThrowsMessage<std::invalid_argument>(HasSubstr("findNearest: distance is")));
+    EXPECT_THAT(
+        [&] { capsules.find(Nearest{bad}, mesh, pairs); },
+        ThrowsMessage<std::invalid_argument>(HasSubstr("FiberTree::find(Nearest): distance is")));
   }
   EXPECT_EQ(segments.size(), 3u);
   EXPECT_EQ(pairs.size(), 4u);

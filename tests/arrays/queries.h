@@ -85,14 +85,15 @@ inline std::vector<TreeQuery> volumeQueries() {
   using A = const Asked&;
   using R = Record&;
   return {
-      {"visitPairs", [](A asked, R record) { asked.tree.visitPairs(record); }},
-      {"visitPairs(other)", [](A asked, R record) { asked.tree.visitPairs(asked.other, record); }},
-      {"the other's visitPairs(tree)",
-       [](A asked, R record) { asked.other.visitPairs(asked.tree, record); }},
-      {"findPairs",
+      {"visit(Touching)", [](A asked, R record) { asked.tree.visit(Touching{}, record); }},
+      {"visit(Touching, other)",
+       [](A asked, R record) { asked.tree.visit(Touching{}, asked.other, record); }},
+      {"the other's visit(Touching, tree)",
+       [](A asked, R record) { asked.other.visit(Touching{}, asked.tree, record); }},
+      {"find(Touching)",
        [](A asked, R record) {
          std::vector<SegmentPair> pairs;
-         asked.tree.findPairs(pairs);
+         asked.tree.find(Touching{}, pairs);
          record.addAll(pairs);
        }},
       {"volumes",
@@ -104,13 +105,13 @@ inline std::vector<TreeQuery> volumeQueries() {
          record.add(asked.tree.fiberCount(), asked.tree.segmentCount(),
                     asked.tree.memoryUsage() > 0);
        }},
-      {"visitOverlaps(capsule)",
+      {"visit(Touching, capsule)",
        [](A asked, R record) {
-         asked.tree.visitOverlaps(CapsuleShape{{-0.2, 0, 0}, {0.2, 0.1, 0}, 0.1}, record);
+         asked.tree.visit(Touching{}, CapsuleShape{{-0.2, 0, 0}, {0.2, 0.1, 0}, 0.1}, record);
        }},
-      {"visitOverlaps(box)",
+      {"visit(Touching, box)",
        [](A asked, R record) {
-         asked.tree.visitOverlaps(BoxShape{{-0.2, 0, 0}, {0.2, 0.1, 0.1}}, record);
+         asked.tree.visit(Touching{}, BoxShape{{-0.2, 0, 0}, {0.2, 0.1, 0.1}}, record);
        }},
   };
 }
@@ -125,45 +126,48 @@ inline std::vector<TreeQuery> capsuleQueries(int rings = kFewRings) {
   const TriangleMesh mesh(ball<double>(0.3, rings, 3 * rings / 2).view(),
                           TriangleMesh::Kind::kSolid);
   return {
-      {"visitMesh", [mesh](A asked, R record) { asked.tree.visitMesh(mesh, record); }},
-      {"findTouching",
+      {"visit(Touching, mesh)",
+       [mesh](A asked, R record) { asked.tree.visit(Touching{}, mesh, record); }},
+      {"find(TouchingSegments, mesh)",
        [mesh](A asked, R record) {
          std::vector<std::int32_t> segments;
-         asked.tree.findTouching(mesh, segments);
+         asked.tree.find(TouchingSegments{}, mesh, segments);
          record.addAll(segments);
        }},
-      {"findNearest",
+      {"find(Nearest, mesh)",
        [mesh](A asked, R record) {
          std::vector<TrianglePair> pairs;
-         asked.tree.findNearest(mesh, 0.1, pairs);
+         asked.tree.find(Nearest{0.1}, mesh, pairs);
          record.addAll(pairs);
        }},
-      {"findContacts",
+      {"find(Contacts)",
        [](A asked, R record) {
          std::vector<Contact> contacts;
-         asked.tree.findContacts(asked.fibers, contacts);
+         asked.tree.find(Contacts{asked.fibers}, contacts);
          record.addAll(contacts);
        }},
-      {"findContacts(mesh)",
+      {"find(Contacts, mesh)",
        [mesh](A asked, R record) {
          std::vector<MeshContact> contacts;
-         asked.tree.findContacts(asked.fibers, mesh, contacts);
+         asked.tree.find(Contacts{asked.fibers}, mesh, contacts);
          record.addAll(contacts);
        }},
-      {"findContacts(pairs)",
+      {"writeContacts",
        [](A asked, R record) {
          std::vector<SegmentPair> pairs;
-         asked.tree.findPairs(pairs);
+         asked.tree.find(Touching{}, pairs);
          std::vector<Contact> contacts(pairs.size());
-         asked.tree.findContacts(asked.fibers, pairs.data(), pairs.size(), contacts.data());
+         asked.tree.writeContacts(Contacts{asked.fibers}, asked.tree, pairs.data(), pairs.size(),
+                                  contacts.data());
          record.addAll(contacts);
        }},
-      {"findContacts(mesh, pairs)",
+      {"writeContacts(mesh)",
        [mesh](A asked, R record) {
          std::vector<TrianglePair> pairs;
-         asked.tree.findNearest(mesh, 0.1, pairs);
+         asked.tree.find(Nearest{0.1}, mesh, pairs);
          std::vector<MeshContact> contacts(pairs.size());
-         asked.tree.findContacts(asked.fibers, mesh, pairs.data(), pairs.size(), contacts.data());
+         asked.tree.writeContacts(Contacts{asked.fibers}, mesh, pairs.data(), pairs.size(),
+                                  contacts.data());
          record.addAll(contacts);
        }},
   };
@@ -178,28 +182,28 @@ inline std::vector<TreeQuery> stepQueries(int rings = kFewRings) {
   TriangleMesh end = start;
   end.setPose({{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0.1, 0, 0.05}});
   return {
-      {"visitMovingPairs", [](A asked, R record) { asked.tree.visitMovingPairs(record); }},
-      {"visitMovingPairs(other)",
-       [](A asked, R record) { asked.tree.visitMovingPairs(asked.other, record); }},
-      {"visitImpacts and safeStep",
+      {"visit(MovingPairs)", [](A asked, R record) { asked.tree.visit(MovingPairs{}, record); }},
+      {"visit(MovingPairs, other)",
+       [](A asked, R record) { asked.tree.visit(MovingPairs{}, asked.other, record); }},
+      {"visit(Impacts) and safeStep",
        [](A asked, R record) {
-         asked.tree.visitImpacts(record);
+         asked.tree.visit(Impacts{}, record);
          record.add(asked.tree.safeStep());
        }},
-      {"visitImpacts and safeStep(other)",
+      {"visit(Impacts, other) and safeStep(other)",
        [](A asked, R record) {
-         asked.tree.visitImpacts(asked.other, record);
+         asked.tree.visit(Impacts{}, asked.other, record);
          record.add(asked.tree.safeStep(asked.other));
        }},
-      {"visitImpacts and safeStep(mesh)",
+      {"visit(Impacts, mesh) and safeStep(mesh)",
        [start, end](A asked, R record) {
-         asked.tree.visitImpacts(start, end, record);
-         record.add(asked.tree.safeStep(start, end));
+         asked.tree.visit(Impacts{}, MeshStep{start, end}, record);
+         record.add(asked.tree.safeStep(MeshStep{start, end}));
        }},
-      {"findImpacts",
+      {"find(Impacts)",
        [](A asked, R record) {
          std::vector<Impact> impacts;
-         asked.tree.findImpacts(impacts);
+         asked.tree.find(Impacts{}, impacts);
          record.addAll(impacts);
        }},
   };

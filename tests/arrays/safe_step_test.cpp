@@ -91,7 +91,7 @@ TEST(SafeStep, LaterImpactsAndSmallerRadiiLeaveOutWhatTouchesAtTheStart) {
   const FiberTree tree = treeWith(0.1);
   EXPECT_LT(tree.safeStep(), 1e-6);
   double later = 1;
-  tree.visitImpacts([&](const Impact& impact) {
+  tree.visit(Impacts{}, [&](const Impact& impact) {
     if (impact.time > 0) later = std::min(later, impact.time);
   });
   EXPECT_NEAR(later, 0.5, kEarly);
@@ -144,7 +144,7 @@ TYPED_TEST(SafeStepOf, WithAMeshItEndsAtTheFirstImpact) {
     for (const auto& [pair, time] : impactsOf(tree, start, end, motion)) {
       time == 0 ? touching.push_back(pair) : void(first = std::min(first, time));
     }
-    const double safe = tree.safeStep(start, end);
+    const double safe = tree.safeStep(MeshStep{start, end});
     // What touches counts once it is nearer. What crosses a triangle can only become thicker.
     const auto gapAt = [&](const Pair& pair, double time) {
       const auto i = static_cast<std::size_t>(pair.first);
@@ -152,7 +152,8 @@ TYPED_TEST(SafeStepOf, WithAMeshItEndsAtTheFirstImpact) {
         return -((1 - time) * motion.start.capsule(i).radius + time * motion.end.capsule(i).radius);
       }
       const MeshImpact at{{pair.first, pair.second}, time};
-      return impactContact(motion.start.view(), motion.end.view(), start, end, at).distance;
+      return impactContact(motion.start.view(), motion.end.view(), MeshStep{start, end}, at)
+          .distance;
     };
     bool comes_nearer = false;
     for (const Pair& pair : touching) {
@@ -189,7 +190,7 @@ struct OverATriangle {
   }
   double safeStep() const {
     const TriangleMesh mesh(triangles.view());
-    return treeOf(motion, capsules()).safeStep(mesh, mesh);
+    return treeOf(motion, capsules()).safeStep(MeshStep{mesh, mesh});
   }
 };
 
@@ -202,7 +203,7 @@ TEST(SafeStep, EndsAtATriangle) {
   TriangleMesh risen = mesh;
   risen.setPose({{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 2}});
   const FiberTree tree = treeOf(rest.motion, capsules());
-  EXPECT_NEAR(tree.safeStep(mesh, risen), 0.45, kEarly);
+  EXPECT_NEAR(tree.safeStep(MeshStep{mesh, risen}), 0.45, kEarly);
   EXPECT_EQ(tree.safeStep(), 1);
 }
 
@@ -237,10 +238,11 @@ TEST(SafeStep, WhatIsInsideASolidMayLeave) {
   motion.end = motion.start;
   motion.end.points[0] = 3;
   motion.end.points[3] = 3.1;
-  EXPECT_EQ(treeOf(motion, capsules()).safeStep(mesh, mesh), 1);
-  EXPECT_NEAR(treeOf(motion, capsules()).safeStep(surface, surface), (1 - 0.15) / 3, kEarly);
+  EXPECT_EQ(treeOf(motion, capsules()).safeStep(MeshStep{mesh, mesh}), 1);
+  EXPECT_NEAR(treeOf(motion, capsules()).safeStep(MeshStep{surface, surface}), (1 - 0.15) / 3,
+              kEarly);
   std::swap(motion.start, motion.end);
-  EXPECT_NEAR(treeOf(motion, capsules()).safeStep(mesh, mesh), (3 - 1.05) / 3, kEarly);
+  EXPECT_NEAR(treeOf(motion, capsules()).safeStep(MeshStep{mesh, mesh}), (3 - 1.05) / 3, kEarly);
 }
 
 TEST(SafeStep, RootsAndCategoriesMeetNoMesh) {
@@ -254,7 +256,7 @@ TEST(SafeStep, RootsAndCategoriesMeetNoMesh) {
     FiberTree tree(capsules());
     tree.build(end);
     tree.update(start, end);
-    return tree.safeStep(mesh, mesh);
+    return tree.safeStep(MeshStep{mesh, mesh});
   };
   EXPECT_NEAR(stepWith(0, 0b11), 0.45, kEarly);
   EXPECT_EQ(stepWith(1, 0b11), 1);
@@ -274,17 +276,27 @@ TEST(SafeStep, RefusesAMeshThatIsNotTheSame) {
   FiberTree tree = treeOf(falling.motion, capsules());
   for (const TriangleMesh* end :
        std::initializer_list<const TriangleMesh*>{&larger, &inward, &solid, &other_categories}) {
-    for (const auto& text : {textOf([&] { (void)tree.safeStep(mesh, *end); }),
-                             textOf([&] { (void)tree.safeStep(*end, mesh); }),
-                             textOf([&] { tree.visitImpacts(mesh, *end, [](MeshImpact) {}); })}) {
+    for (const auto& text : {textOf([&] {
+                               (void)tree.safeStep(MeshStep{mesh, *end});
+                             }),
+                             textOf([&] {
+                               (void)tree.safeStep(MeshStep{*end, mesh});
+                             }),
+                             textOf([&] {
+                               tree.visit(Impacts{}, MeshStep{mesh, *end}, [](MeshImpact) {});
+                             })}) {
       EXPECT_THAT(text, testing::HasSubstr("the mesh at the end has other triangles, another kind "
                                            "or other categories than the one at the start"));
     }
   }
-  EXPECT_THAT(textOf([&] { (void)tree.safeStep(mesh, larger); }),
+  EXPECT_THAT(textOf([&] {
+                (void)tree.safeStep(MeshStep{mesh, larger});
+              }),
               testing::HasSubstr("FiberTree::safeStep: "));
   tree.update(falling.motion.end.view());
-  EXPECT_THAT(textOf([&] { (void)tree.safeStep(mesh, mesh); }),
+  EXPECT_THAT(textOf([&] {
+                (void)tree.safeStep(MeshStep{mesh, mesh});
+              }),
               testing::HasSubstr("update(start, end)"));
 }
 

@@ -46,7 +46,8 @@ class Probe {
   }
   Pairs operator()(const TriangleMesh& mesh) const {
     Pairs pairs;
-    tree_.visitMesh(mesh, [&](TrianglePair p) { pairs.emplace_back(p.segment, p.triangle); });
+    tree_.visit(Touching{}, mesh,
+                [&](TrianglePair p) { pairs.emplace_back(p.segment, p.triangle); });
     return pairs;
   }
 

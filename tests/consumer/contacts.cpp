@@ -22,7 +22,7 @@ int main() {
   fcl_fibers::FiberTree tree;
   tree.build(fibers);
   int contacts = 0;
-  tree.visitPairs([&](fcl_fibers::SegmentPair pair) {
+  tree.visit(fcl_fibers::Touching{}, [&](fcl_fibers::SegmentPair pair) {
     const fcl_fibers::Contact contact = fcl_fibers::capsuleContact(fibers, pair);
     contacts += contact.distance < 0 && contact.normal[2] > 0.999;
   });
@@ -36,7 +36,7 @@ int main() {
   fcl_fibers::FiberTree capsules(options);
   capsules.build(fibers);
   std::vector<fcl_fibers::MeshContact> with_mesh;
-  capsules.findContacts(fibers, mesh, with_mesh);
+  capsules.find(fcl_fibers::Contacts{fibers}, mesh, with_mesh);
   if (with_mesh.size() != 1 || with_mesh[0].a.fiber != 1) return 1;
 
   std::printf("fcl_fibers %s: contacts %d\n", FCL_FIBERS_VERSION, contacts);

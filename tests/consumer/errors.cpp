@@ -37,7 +37,10 @@ int main() {
       throws<std::runtime_error>("no file",
                                  [] { fcl_fibers::io::readFibers("errors/no_such.hair"); }),
       throws<Enough>("a visitor's own",
-                     [&] { tree.visitPairs([](fcl_fibers::SegmentPair) { throw Enough{1}; }); }),
+                     [&] {
+                       tree.visit(fcl_fibers::Touching{},
+                                  [](fcl_fibers::SegmentPair) { throw Enough{1}; });
+                     }),
   };
   return is_right[0] && is_right[1] && is_right[2] ? 0 : 1;
 }

@@ -42,11 +42,11 @@ std::vector<std::pair<std::string, Query>> queries() {
     return [&note](SegmentPair pair) { note(pair.a, pair.b); };
   };
   return {
-      {"visitPairs",
-       [=](const Subject& subject, const Note& note) { subject.tree.visitPairs(visitor(note)); }},
-      {"visitPairs(other)",
+      {"visit(Touching)", [=](const Subject& subject,
+                              const Note& note) { subject.tree.visit(Touching{}, visitor(note)); }},
+      {"visit(Touching, other)",
        [=](const Subject& subject, const Note& note) {
-         subject.tree.visitPairs(subject.other, visitor(note));
+         subject.tree.visit(Touching{}, subject.other, visitor(note));
        }},
   };
 }
@@ -58,7 +58,7 @@ struct VisitorError : std::exception {};
 std::optional<Pairs> pairsOf(const FiberTree& tree) {
   Pairs pairs;
   try {
-    tree.visitPairs([&](SegmentPair pair) { pairs.emplace_back(pair.a, pair.b); });
+    tree.visit(Touching{}, [&](SegmentPair pair) { pairs.emplace_back(pair.a, pair.b); });
   } catch (const std::invalid_argument&) {
     return std::nullopt;
   }
@@ -135,9 +135,9 @@ TEST_P(TreeFaults, AQueryWithoutMemoryChangesNothing) {
       query(subject, [&](int a, int b) { subject.seen.emplace_back(a, b); });
     });
   }
-  expectAnswersWhereverStruck("findPairs", [](Subject& subject) {
+  expectAnswersWhereverStruck("find(Touching)", [](Subject& subject) {
     std::vector<SegmentPair> pairs;
-    subject.tree.findPairs(pairs);
+    subject.tree.find(Touching{}, pairs);
   });
 }
 
@@ -189,7 +189,7 @@ TEST_P(TreeFaults, NothingIsAllocatedAfterTheFirstFrame) {
     for (double& coordinate : fibers.points) coordinate *= scale;
     tree.update(fibers.view());
     pairs = 0;
-    tree.visitPairs([&](SegmentPair) { ++pairs; });
+    tree.visit(Touching{}, [&](SegmentPair) { ++pairs; });
   };
   frame(1);
   bool struck = false;
@@ -207,22 +207,23 @@ TEST_P(TreeFaults, AQueryOfAMeshWithoutMemoryChangesNothing) {
   if (GetParam().report == Report::kVolumes) GTEST_SKIP() << "of capsules only";
   for (const auto kind : {TriangleMesh::Kind::kSurface, TriangleMesh::Kind::kSolid}) {
     const TriangleMesh mesh(ball<double>(0.4, 8, 10).view(), kind);
-    expectAnswersWhereverStruck("visitMesh", [&](Subject& subject) {
+    expectAnswersWhereverStruck("visit(Touching, mesh)", [&](Subject& subject) {
       subject.seen.clear();
-      subject.tree.visitMesh(
-          mesh, [&](TrianglePair pair) { subject.seen.emplace_back(pair.segment, pair.triangle); });
+      subject.tree.visit(Touching{}, mesh, [&](TrianglePair pair) {
+        subject.seen.emplace_back(pair.segment, pair.triangle);
+      });
     });
-    expectAnswersWhereverStruck("findTouching", [&](Subject& subject) {
+    expectAnswersWhereverStruck("find(TouchingSegments, mesh)", [&](Subject& subject) {
       std::vector<std::int32_t> segments;
-      subject.tree.findTouching(mesh, segments);
+      subject.tree.find(TouchingSegments{}, mesh, segments);
     });
-    expectAnswersWhereverStruck("findNearest", [&](Subject& subject) {
+    expectAnswersWhereverStruck("find(Nearest, mesh)", [&](Subject& subject) {
       std::vector<TrianglePair> pairs;
-      subject.tree.findNearest(mesh, 0.1, pairs);
+      subject.tree.find(Nearest{0.1}, mesh, pairs);
     });
-    expectAnswersWhereverStruck("findContacts", [&](Subject& subject) {
+    expectAnswersWhereverStruck("find(Contacts)", [&](Subject& subject) {
       std::vector<MeshContact> contacts;
-      subject.tree.findContacts(hair_.view(), mesh, contacts);
+      subject.tree.find(Contacts{hair_.view()}, mesh, contacts);
     });
   }
 }
@@ -230,7 +231,8 @@ TEST_P(TreeFaults, AQueryOfAMeshWithoutMemoryChangesNothing) {
 /// What the tree finds at a mesh.
 Pairs pairsOf(const FiberTree& tree, const TriangleMesh& mesh) {
   Pairs pairs;
-  tree.visitMesh(mesh, [&](TrianglePair pair) { pairs.emplace_back(pair.segment, pair.triangle); });
+  tree.visit(Touching{}, mesh,
+             [&](TrianglePair pair) { pairs.emplace_back(pair.segment, pair.triangle); });
   return pairs;
 }
 

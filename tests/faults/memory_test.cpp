@@ -58,16 +58,16 @@ TEST(TreeMemory, IsWhatTheHeapGave) {
         }
         std::size_t pairs = 0;
         const auto count = [&](SegmentPair) { ++pairs; };
-        FiberTree(options).visitPairs(count);  // what threads need once is not the tree's
+        FiberTree(options).visit(Touching{}, count);  // what threads need once is not the tree's
         const std::size_t live_before = liveBytes();
         FiberTree tree(options);
         tree.build(arrays);
         expectBytes(tree.memoryUsage(), live_before);
-        tree.visitPairs(count);
+        tree.visit(Touching{}, count);
         EXPECT_GT(pairs, 100u);
         expectBytes(tree.memoryUsage(), live_before);
         tree.update(arrays);
-        tree.visitPairs(count);
+        tree.visit(Touching{}, count);
         expectBytes(tree.memoryUsage(), live_before);
       }
     }

@@ -37,22 +37,23 @@ std::optional<Seen> answerOf(Ask&& ask) {
 }
 
 void visitImpacts(const FiberTree& tree, Seen& seen) {
-  tree.visitImpacts(
-      [&](const Impact& impact) { seen.emplace_back(impact.pair.a, impact.pair.b, impact.time); });
+  tree.visit(Impacts{}, [&](const Impact& impact) {
+    seen.emplace_back(impact.pair.a, impact.pair.b, impact.time);
+  });
 }
 void visitImpacts(const FiberTree& tree, const FiberTree& other, Seen& seen) {
-  tree.visitImpacts(other, [&](const Impact& impact) {
+  tree.visit(Impacts{}, other, [&](const Impact& impact) {
     seen.emplace_back(impact.pair.a, impact.pair.b, impact.time);
   });
 }
 void visitImpacts(const FiberTree& tree, const TriangleMesh& mesh, const TriangleMesh& end,
                   Seen& seen) {
-  tree.visitImpacts(mesh, end, [&](const MeshImpact& impact) {
+  tree.visit(Impacts{}, MeshStep{mesh, end}, [&](const MeshImpact& impact) {
     seen.emplace_back(impact.pair.segment, impact.pair.triangle, impact.time);
   });
 }
 void visitMovingPairs(const FiberTree& tree, Seen& seen) {
-  tree.visitMovingPairs([&](SegmentPair pair) { seen.emplace_back(pair.a, pair.b, 0.0); });
+  tree.visit(MovingPairs{}, [&](SegmentPair pair) { seen.emplace_back(pair.a, pair.b, 0.0); });
 }
 
 /// All that a tree answers about its step and its end.
@@ -60,7 +61,8 @@ using Answers = std::vector<std::optional<Seen>>;
 
 Answers answersOf(const FiberTree& tree) {
   return {answerOf([&](Seen& seen) {
-            tree.visitPairs([&](SegmentPair pair) { seen.emplace_back(pair.a, pair.b, 0.0); });
+            tree.visit(Touching{},
+                       [&](SegmentPair pair) { seen.emplace_back(pair.a, pair.b, 0.0); });
           }),
           answerOf([&](Seen& seen) { visitImpacts(tree, seen); }),
           answerOf([&](Seen& seen) { visitMovingPairs(tree, seen); }),
@@ -173,19 +175,20 @@ TEST_P(StepFaults, AQueryWithoutMemoryChangesNothing) {
   end.setPose({{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0.2, 0, 0}});
   using Query = std::function<void(Subject&)>;
   const std::vector<std::pair<std::string, Query>> queries = {
-      {"visitImpacts", [](Subject& of) { visitImpacts(of.tree, of.seen); }},
-      {"visitImpacts(other)", [](Subject& of) { visitImpacts(of.tree, of.other, of.seen); }},
-      {"visitImpacts(mesh)", [&](Subject& of) { visitImpacts(of.tree, mesh, end, of.seen); }},
-      {"visitMovingPairs", [](Subject& of) { visitMovingPairs(of.tree, of.seen); }},
-      {"findImpacts",
+      {"visit(Impacts)", [](Subject& of) { visitImpacts(of.tree, of.seen); }},
+      {"visit(Impacts, other)", [](Subject& of) { visitImpacts(of.tree, of.other, of.seen); }},
+      {"visit(Impacts, mesh)", [&](Subject& of) { visitImpacts(of.tree, mesh, end, of.seen); }},
+      {"visit(MovingPairs)", [](Subject& of) { visitMovingPairs(of.tree, of.seen); }},
+      {"find(Impacts)",
        [](Subject& of) {
          std::vector<Impact> impacts;
-         of.tree.findImpacts(impacts);
+         of.tree.find(Impacts{}, impacts);
          of.seen.emplace_back(static_cast<int>(impacts.size()), 0, 0.0);
        }},
       {"safeStep", [](Subject& of) { of.seen.emplace_back(0, 0, of.tree.safeStep()); }},
-      {"safeStep(mesh)",
-       [&](Subject& of) { of.seen.emplace_back(0, 0, of.tree.safeStep(mesh, end)); }}};
+      {"safeStep(mesh)", [&](Subject& of) {
+         of.seen.emplace_back(0, 0, of.tree.safeStep(MeshStep{mesh, end}));
+       }}};
   for (const auto& [name, query] : queries) {
     const auto act = [&query = query](Subject& of) {
       of.seen.clear();

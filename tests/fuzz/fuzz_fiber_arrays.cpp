@@ -115,7 +115,7 @@ class AnyArrays {
 
 Pairs pairsOf(const FiberTree& tree) {
   Pairs pairs;
-  tree.visitPairs([&](SegmentPair pair) { pairs.emplace_back(pair.a, pair.b); });
+  tree.visit(Touching{}, [&](SegmentPair pair) { pairs.emplace_back(pair.a, pair.b); });
   return pairs;
 }
 
@@ -153,7 +153,8 @@ void fuzz(FuzzedDataProvider& data) {
     const std::int32_t triangle[] = {0, 1, 2};
     TriangleMesh mesh(MeshArrays<double>{points, 3, triangle, 1});
     mesh.setCategories(readByte(data));
-    tree.visitMesh(mesh, [&](TrianglePair pair) { fcl_fibers::meshContact(view, mesh, pair); });
+    tree.visit(Touching{}, mesh,
+               [&](TrianglePair pair) { fcl_fibers::meshContact(view, mesh, pair); });
   }
 }
 

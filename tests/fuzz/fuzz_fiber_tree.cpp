@@ -69,7 +69,7 @@ std::vector<double>* told = nullptr;
 
 Pairs pairsOf(const FiberTree& tree) {
   Pairs pairs;
-  tree.visitPairs([&](SegmentPair pair) { pairs.emplace_back(pair.a, pair.b); });
+  tree.visit(Touching{}, [&](SegmentPair pair) { pairs.emplace_back(pair.a, pair.b); });
   for (const auto& [a, b] : pairs) told->insert(told->end(), {double(a), double(b)});
   return pairs;
 }
@@ -141,8 +141,9 @@ struct Impacts {
       require(impact.time >= 0 && impact.time <= 1);
       told->insert(told->end(), {double(pair.first), double(pair.second), impact.time, impact.s});
     };
-    refused = isRefused(
-        [&] { other != nullptr ? tree.visitImpacts(*other, take) : tree.visitImpacts(take); });
+    refused = isRefused([&] {
+      other != nullptr ? tree.visit(Impacts{}, *other, take) : tree.visit(Impacts{}, take);
+    });
   }
 };
 
@@ -185,7 +186,7 @@ void checkStep(const FiberTree& tree, const Step<S>& step, const FiberTree* othe
     require(moving.emplace(pair.a, pair.b).second);
     told->insert(told->end(), {double(pair.a), double(pair.b)});
   };
-  other != nullptr ? tree.visitMovingPairs(*other, take) : tree.visitMovingPairs(take);
+  other != nullptr ? tree.visit(MovingPairs{}, *other, take) : tree.visit(MovingPairs{}, take);
   const Impacts impacts(tree, other);
   const auto safeStep = [&] { return other != nullptr ? tree.safeStep(*other) : tree.safeStep(); };
   if (options.report == Report::kVolumes) {
@@ -215,7 +216,7 @@ void checkOverlaps(const FiberTree& tree, const Hair<S>& hair, const Shape& shap
                    Gap&& gap) {
   std::set<int> found;
   if (isRefused([&] {
-        tree.visitOverlaps(shape, [&](std::int32_t segment) {
+        tree.visit(Touching{}, shape, [&](std::int32_t segment) {
           require(found.insert(segment).second);
           told->push_back(segment);
         });
@@ -345,16 +346,16 @@ void checkMesh(const FiberTree& tree, const Hair<S>& hair, const Triangles<S>& t
     touching.insert(pair.segment);
     told->insert(told->end(), {double(pair.segment), double(pair.triangle)});
   };
-  if (isRefused([&] { tree.visitMesh(mesh, take); })) {
+  if (isRefused([&] { tree.visit(Touching{}, mesh, take); })) {
     return require(size > 1e100 || tree.options().report == Report::kVolumes);
   }
   std::vector<std::int32_t> segments;
-  tree.findTouching(mesh, segments);
+  tree.find(TouchingSegments{}, mesh, segments);
   require(std::set<int>(segments.begin(), segments.end()) == touching &&
           segments.size() == touching.size());
   std::vector<TrianglePair> nearest;
   const double distance = 1.5;
-  tree.findNearest(mesh, distance, nearest);
+  tree.find(Nearest{distance}, mesh, nearest);
   std::vector<std::int32_t> nearest_of(hair.pointCount(), -1);
   for (const TrianglePair& pair : nearest) {
     std::int32_t& triangle = nearest_of[static_cast<std::size_t>(pair.segment)];
@@ -404,13 +405,13 @@ void checkStep(const FiberTree& tree, const Step<S>* step, const Triangles<S>& t
   std::map<std::pair<int, int>, double> impacts;
   double safe = 1;
   if (isRefused([&] {
-        tree.visitImpacts(at_start, at_end, [&](const MeshImpact& impact) {
+        tree.visit(Impacts{}, MeshStep{at_start, at_end}, [&](const MeshImpact& impact) {
           const std::pair<int, int> pair(impact.pair.segment, impact.pair.triangle);
           require(impacts.emplace(pair, impact.time).second);
           require(impact.time >= 0 && impact.time <= 1);
           told->insert(told->end(), {double(pair.first), double(pair.second), impact.time});
         });
-        safe = tree.safeStep(at_start, at_end);
+        safe = tree.safeStep(MeshStep{at_start, at_end});
       })) {
     return;
   }
@@ -452,7 +453,7 @@ void fuzzMesh(FuzzedDataProvider& data, const FiberTree& tree, const Hair<S>& ha
   checkMesh(tree, hair, refused ? before : triangles, *mesh);
   checkStep(tree, step, before, at_start, refused ? before : triangles, *mesh);
   std::vector<MeshContact> contacts;
-  isRefused([&] { tree.findContacts(hair.arrays(), *mesh, contacts); });
+  isRefused([&] { tree.find(Contacts{hair.arrays()}, *mesh, contacts); });
 }
 
 /// Moves the tree and the hair, unless it refuses.
@@ -494,7 +495,7 @@ struct Fibers {
     hair = next;
     step.reset();
     checkAnswers(pairsOf(tree), tree.options(), *hair);
-    require(isRefused([&] { tree.visitMovingPairs([](SegmentPair) {}); }));
+    require(isRefused([&] { tree.visit(MovingPairs{}, [](SegmentPair) {}); }));
   }
 
   void move(FuzzedDataProvider& data) {
@@ -510,7 +511,7 @@ template <typename S>
 void checkBoth(const Fibers<S>& first, const Fibers<S>& second) {
   if (!first.hair || !second.hair) return;
   Pairs pairs;
-  first.tree.visitPairs(second.tree, [&](SegmentPair pair) {
+  first.tree.visit(Touching{}, second.tree, [&](SegmentPair pair) {
     pairs.emplace_back(pair.a, pair.b);
     told->insert(told->end(), {double(pair.a), double(pair.b)});
   });
@@ -555,7 +556,7 @@ void fuzz(FuzzedDataProvider& data, int threads) {
       case 3: {
         const int most = data.ConsumeIntegralInRange(1, 40);
         int calls = 0;
-        const bool stopped = tree.visitPairs([&](SegmentPair) { return ++calls == most; });
+        const bool stopped = tree.visit(Touching{}, [&](SegmentPair) { return ++calls == most; });
         require(calls <= most && stopped == (calls == most));
         if (!fibers.hair) break;
         const std::uint8_t more = readByte(data);

@@ -57,7 +57,7 @@ inline std::size_t touchingPairs(const FiberPolylines& scene, int ignored) {
   FiberTree tree(options);
   tree.build(fiberArrays(scene));
   std::size_t pairs = 0;
-  tree.visitPairs([&](SegmentPair) { ++pairs; });
+  tree.visit(Touching{}, [&](SegmentPair) { ++pairs; });
   return pairs;
 }
 

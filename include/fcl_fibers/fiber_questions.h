@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <type_traits>
+#include <utility>
+
+#include <fcl_fibers/triangle_mesh.h>
+
+namespace fcl_fibers {
+
+/// Two segments that a query reports. Each is named by the index of the point at which it starts,
+/// not by its number along a fiber: segment `a` runs from point a to point a + 1 of the arrays.
+/// FiberTree::fiberSegment() returns its fiber and its number. These names stay the same over
+/// updates. In a pair of one tree, a < b.
+struct SegmentPair {
+  std::int32_t a;  ///< index of the point at which one segment starts
+  std::int32_t b;  ///< index of the point at which the other starts
+};
+
+/// The first touch of two segments in a step, which lasts from time 0 to time 1.
+struct Impact {
+  SegmentPair pair;  ///< the two segments
+  double time = 0;   ///< in [0, 1]; 0 if they touch at the start
+  double s = 0;      ///< arc parameter of the closest point on a's axis at that time, as in Contact
+  double t = 0;      ///< arc parameter of the closest point on b's axis
+};
+
+/// A segment of a tree, named as in SegmentPair, and a triangle of a mesh, named by its index.
+struct TrianglePair {
+  std::int32_t segment;   ///< index of the point at which the segment starts
+  std::int32_t triangle;  ///< index of the triangle in MeshArrays::triangles
+};
+
+/// The first touch of a segment and a triangle in a step. impactContact() tells at which points.
+struct MeshImpact {
+  TrianglePair pair;  ///< the segment and the triangle
+  double time = 0;    ///< in [0, 1]; 0 if they touch at the start
+};
+
+/// An axis-aligned box; low <= high on each axis.
+struct BoxShape {
+  std::array<double, 3> low;   ///< x, y, z of the low corner
+  std::array<double, 3> high;  ///< x, y, z of the high corner
+};
+
+/// A mesh that moves in a step: each corner moves linearly from its place in `start` to its place
+/// in `end`. A mesh that rests is both. One that turns is given in two poses, which should not
+/// differ by more than a few degrees: on the straight way, a corner comes nearer to the axis by up
+/// to 0.04 % for 3 degrees. Both must have the same triangles, kind and categories, so the end is
+/// best a copy of the start that was moved by TriangleMesh::setPose() or update().
+struct MeshStep {
+  TriangleMesh start;  ///< at time 0
+  TriangleMesh end;    ///< at time 1
+};
+
+class FiberTree;
+struct CapsuleShape;
+struct Contact;
+struct MeshContact;
+template <typename S>
+struct FiberArrays;
+
+/// @name Questions
+/// What FiberTree::visit() and find() can be asked. A question is asked about the segments of the
+/// tree and a partner. The functions found(), which nothing defines, tell of which partners, and
+/// what is found of each.
+///@{
+
+/// What touches: it is no further away than the radii and the margin allow. If the tree has
+/// Report::kVolumes, segments and shapes touch if their volumes overlap, and a mesh is refused.
+struct Touching {
+  /// Pairs of segments. Of one tree, neighbours and pairs within one group are left out.
+  static SegmentPair found(const FiberTree&);
+  /// A triangle touches if it is no further from the segment's axis than the radius and the margin
+  /// together, so an axis that crosses it touches it. A segment wholly inside a solid mesh is found
+  /// with its nearest triangle. Segments at roots, and those that may not meet the mesh, are left
+  /// out.
+  static TrianglePair found(const TriangleMesh&);
+  /// A sphere is a capsule of length zero. Roots and categories do not matter.
+  static std::int32_t found(const CapsuleShape&);
+  static std::int32_t found(const BoxShape&);  ///< what is in the box touches it too
+};
+
+/// The segments that touch a mesh as above, each once.
+struct TouchingSegments {
+  static std::int32_t found(const TriangleMesh&);
+};
+
+/// Each segment that is at most `distance` from a mesh, and its nearest triangle. The distance is
+/// that of the axis minus the radius; the margin does not count. A segment inside a solid mesh is
+/// as far from it as from its triangles. A negative distance and NaN are refused.
+struct Nearest {
+  double distance;
+  static TrianglePair found(const TriangleMesh&);
+};
+
+/// What touches at any time of the step, within the margin, once and with the time of impact. Pairs
+/// that Touching leaves out are left out here. Impacts do not come in the order of their times.
+///
+/// No impact is missed, and no time is too late. At its time a pair is no further apart than its
+/// radii, the margin, 2^-36 of the sizes and distance of its capsules, and 2^-48 of the extent of
+/// all fibers, which is the rounding of their coordinates. docs/numerics.md tells how rare the
+/// exceptions are.
+struct Impacts {
+  static Impact found(const FiberTree&);
+  /// A segment that is wholly inside a solid mesh at the start is found once, at time 0 with its
+  /// nearest triangle.
+  static MeshImpact found(const MeshStep&);
+};
+
+/// Pairs that may touch during the step: the boxes of both overlap at one common time, if each side
+/// moves linearly. A program with a test of its own takes these.
+struct MovingPairs {
+  static SegmentPair found(const FiberTree&);
+};
+
+/// The contacts of all that is Touching, in its order. Threads share the work. Arrays that are not
+/// those of the last build or update of their tree are refused if that shows.
+template <typename S>
+struct Contacts {
+  FiberArrays<S> fibers;                   ///< of the tree
+  const FiberArrays<S>* others = nullptr;  ///< of another tree that is the partner
+  static Contact found(const FiberTree&);
+  static MeshContact found(const TriangleMesh&);
+};
+template <typename S>
+Contacts(FiberArrays<S>) -> Contacts<S>;
+template <typename S>
+Contacts(FiberArrays<S>, const FiberArrays<S>*) -> Contacts<S>;
+///@}
+
+/// What a question finds of a partner.
+template <class Question, class Partner>
+using FoundBy = decltype(Question::found(std::declval<const Partner&>()));
+
+/// Whether a question may be asked of a partner.
+template <class Question, class Partner, class = void>
+inline constexpr bool kHasAnswer = false;
+template <class Question, class Partner>
+inline constexpr bool kHasAnswer<Question, Partner, std::void_t<FoundBy<Question, Partner>>> = true;
+
+}  // namespace fcl_fibers
