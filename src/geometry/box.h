@@ -10,7 +10,7 @@
 #include "geometry/rounding.h"
 #include "geometry/segment.h"
 #include "geometry/segment_block.h"
-#include "geometry/volume.h"
+#include "simd/always_inline.h"
 
 namespace fcl_fibers::geometry {
 

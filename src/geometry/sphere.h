@@ -6,7 +6,7 @@
 
 #include "geometry/rounding.h"
 #include "geometry/segment.h"
-#include "geometry/volume.h"
+#include "simd/always_inline.h"
 
 namespace fcl_fibers::geometry {
 

@@ -45,7 +45,7 @@ struct Kernels {
   static constexpr bool kMoves = std::is_same_v<Volume, geometry::MovingBox>;
   using Mesh = std::conditional_t<kMoves, MovingTree<MeshTree::kArity>, MeshTree>;
 
-  /// overlaps() of overlap-inl.h
+  /// overlaps() of volume-inl.h
   simd::LaneMask (*overlaps)(const Pack& pack, const Volume& volume);
   /// Finds those of the lanes that may be no farther than `limit` from a volume, and adds a place
   /// with the number first + lane for each to `count` places. Returns how many there are then. Null

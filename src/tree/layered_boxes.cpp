@@ -5,7 +5,7 @@
 #define HWY_TARGET_INCLUDE "tree/layered_boxes.cpp"
 #include <hwy/foreach_target.h>
 
-#include "geometry/unite-inl.h"
+#include "geometry/volume-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace fcl_fibers::tree::HWY_NAMESPACE {

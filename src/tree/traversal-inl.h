@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "geometry/overlap-inl.h"
+#include "geometry/volume-inl.h"
 #include "simd/lanes-inl.h"
 #include "tree/pairing-inl.h"
 #include "tree/search.h"

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "geometry/volume.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,6 +10,7 @@
 
 #include "geometry/box.h"
 #include "geometry/rounding.h"
+#include "geometry/sphere.h"
 #include "support/overlap.h"
 #include "support/random.h"
 #include "support/segments.h"

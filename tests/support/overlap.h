@@ -2,8 +2,7 @@
 #pragma once
 
 // Operations on packs, for the instruction set that the including file is compiled for.
-#include "geometry/overlap-inl.h"
-#include "geometry/unite-inl.h"
+#include "geometry/volume-inl.h"
 
 namespace fcl_fibers::geometry {
 using HWY_NAMESPACE::nearer;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#if defined(FCL_FIBERS_GEOMETRY_OVERLAP_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef FCL_FIBERS_GEOMETRY_OVERLAP_INL_H
-#undef FCL_FIBERS_GEOMETRY_OVERLAP_INL_H
+#if defined(FCL_FIBERS_GEOMETRY_VOLUME_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef FCL_FIBERS_GEOMETRY_VOLUME_INL_H
+#undef FCL_FIBERS_GEOMETRY_VOLUME_INL_H
 #else
-#define FCL_FIBERS_GEOMETRY_OVERLAP_INL_H
+#define FCL_FIBERS_GEOMETRY_VOLUME_INL_H
 #endif
 
 #include <limits>
@@ -12,6 +12,21 @@
 #include "geometry/moving_box.h"
 #include "geometry/sphere.h"
 #include "simd/lanes-inl.h"
+
+// A bounding volume `V` is a plain value over floats with
+//
+//   V::around(segment, padding)       the volume around a capsule thickened by padding, rounded
+//                                     outward
+//   v.size()                          a length that orders volumes by how much they cover
+//   V::Pack<N>                        N volumes as a structure of arrays
+//   pack.set(lane, v), pack.get(lane), pack.clear(lane)
+//   overlaps(pack, v)                 a bit for each lane whose volume overlaps v
+//   nearer(pack, v, limit, out)       a bit for each lane whose volume may be no farther than
+//                                     limit from v, and lower bounds of the distances
+//
+// A cleared lane overlaps nothing and is near nothing, not even an unbounded volume: it holds NaN,
+// which no comparison accepts. For boxes LayeredBoxes also needs pack.replace(), replaceAll(),
+// unite() and boxesAround(). For spheres WrappedSpheres also needs V::around(ball).
 
 HWY_BEFORE_NAMESPACE();
 namespace fcl_fibers::geometry::HWY_NAMESPACE {
@@ -173,6 +188,42 @@ FCL_FIBERS_ALWAYS_INLINE LaneMask nearer(const Sphere::Pack<N>& pack, const Sphe
           Lanes<N>::all(0));
   distance.store(distances);
   return ((distance <= Lanes<N>::all(limit)) & (radius <= radius)).mask();
+}
+
+/// The least box around all boxes of a pack; it is empty (low > high) if all lanes are clear.
+template <int N>
+FCL_FIBERS_ALWAYS_INLINE Box unite(const Box::Pack<N>& pack) {
+  using Row = Lanes<N>;
+  // Not infinity, which Highway's emulation of instruction sets would replace by this number.
+  constexpr float kLargest = std::numeric_limits<float>::max();
+  Box box;
+  for (int axis = 0; axis < 3; ++axis) {
+    box.low[axis] = Row::load(pack.low(axis)).unlessNaN(kLargest).least();
+    box.high[axis] = Row::load(pack.high(axis)).unlessNaN(-kLargest).greatest();
+  }
+  return box;
+}
+
+/// Sets all lanes of a pack, the first `count` of them to the boxes from `first` on, and clears the
+/// others. Returns whether any has changed.
+template <int N>
+FCL_FIBERS_ALWAYS_INLINE bool replaceAll(Box::Pack<N>& pack, const BoxRows& boxes, int first,
+                                         int count) {
+  using Row = Lanes<N>;
+  Row low[3], high[3];
+  bool changed = false;
+  for (int axis = 0; axis < 3; ++axis) {
+    low[axis] = Row::loadFirst(&boxes.low[axis][first], count);
+    high[axis] = Row::loadFirst(&boxes.high[axis][first], count);
+    changed |= low[axis].differs(Row::load(pack.low(axis)));
+    changed |= high[axis].differs(Row::load(pack.high(axis)));
+  }
+  if (!changed) return false;
+  for (int axis = 0; axis < 3; ++axis) {
+    low[axis].storeAligned(pack.low(axis));
+    high[axis].storeAligned(pack.high(axis));
+  }
+  return true;
 }
 
 }  // namespace fcl_fibers::geometry::HWY_NAMESPACE
