@@ -12,6 +12,7 @@
 
 #include "along_fibers.h"
 #include "contact_json.h"
+#include "first_of.h"
 
 namespace fcl_fibers::tools {
 namespace {
@@ -29,42 +30,6 @@ bool isDeeper(const ListRow& a, const ListRow& b) {
 bool isListedEarlier(const ListRow& a, const ListRow& b) {
   return a.along != b.along ? b.along : isDeeper(a, b);
 }
-
-/// Keeps the rows that are listed. Without an order they come in that of the fibers.
-class Keeper {
- public:
-  Keeper(const CheckRequest& request, std::vector<ListRow>& rows)
-      : deepest_first_(request.order == CheckRequest::Order::kDepth),
-        top_(request.top.value_or(std::numeric_limits<std::size_t>::max())),
-        is_earlier_(request.output == Output::kText ? isListedEarlier : isDeeper),
-        rows_(rows) {}
-
-  void add(const ListRow& row) {
-    if (deepest_first_ || rows_.size() < top_) rows_.push_back(row);
-    if (rows_.size() / 2 > top_) cut();
-  }
-
-  bool isEarlier(const ListRow& a, const ListRow& b) const { return is_earlier_(a, b); }
-
-  void finish() {
-    if (!deepest_first_) return;
-    cut();
-    std::sort(rows_.begin(), rows_.end(), is_earlier_);
-  }
-
- private:
-  void cut() {
-    if (rows_.size() <= top_) return;
-    const auto end = rows_.begin() + static_cast<std::ptrdiff_t>(top_);
-    std::nth_element(rows_.begin(), end, rows_.end(), is_earlier_);
-    rows_.erase(end, rows_.end());
-  }
-
-  bool deepest_first_;
-  std::size_t top_;
-  bool (*is_earlier_)(const ListRow&, const ListRow&);
-  std::vector<ListRow>& rows_;
-};
 
 std::size_t countOnes(const std::vector<unsigned char>& flags) {
   return static_cast<std::size_t>(std::count(flags.begin(), flags.end(), 1));
@@ -150,7 +115,10 @@ void ContactList::countDepth(const FoundContact& contact, double radii, bool is_
 }
 
 ContactList::ContactList(const CheckedFrame& frame) : meshes(frame.meshes.size()) {
-  Keeper keeper(frame.request, rows);
+  const bool by_depth = frame.request.order == CheckRequest::Order::kDepth;
+  const std::size_t top = frame.request.top.value_or(std::numeric_limits<std::size_t>::max());
+  const auto isEarlier = frame.request.output == Output::kText ? isListedEarlier : isDeeper;
+  FirstOf<ListRow> deepest(top, isEarlier);
   const AlongFibers along_fibers(frame.scene);
   const FiberPolylines& other = frame.other == nullptr ? frame.scene : *frame.other;
   std::vector<unsigned char> segments(other.points.size()), fibers(other.fiberCount());
@@ -161,7 +129,11 @@ ContactList::ContactList(const CheckedFrame& frame) : meshes(frame.meshes.size()
   std::map<std::pair<std::int32_t, std::size_t>, ListRow> of_fiber;
   const auto add = [&](const ListRow& row) {
     ++row_count;
-    keeper.add(row);
+    if (by_depth) {
+      deepest.add(row);
+    } else if (rows.size() < top) {
+      rows.push_back(row);
+    }
   };
   const auto endFiber = [&] {
     for (const auto& [with, row] : of_fiber) add(row);
@@ -196,11 +168,11 @@ ContactList::ContactList(const CheckedFrame& frame) : meshes(frame.meshes.size()
         of_fiber.try_emplace({pair.mesh, contact.b.fiber}, ListRow{row.distance, pair, 0, is_along})
             .first->second;
     const std::uint32_t contacts = group.contacts + 1;
-    if (keeper.isEarlier(row, group)) group = row;
+    if (isEarlier(row, group)) group = row;
     group.contacts = contacts;
   }
   endFiber();
-  keeper.finish();
+  if (by_depth) rows = deepest.take();
   other_segments = countOnes(segments);
   other_fibers = countOnes(fibers);
 }

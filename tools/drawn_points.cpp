@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 
 #include <fmt/format.h>
 
+#include "bounds.h"
 #include "bytes.h"
 
 namespace fcl_fibers::tools {
@@ -46,20 +46,13 @@ std::string Thinning::text() const {
 }
 
 Steps::Steps(const std::vector<const std::vector<Point>*>& frames) {
-  Point low, high;
-  low.fill(std::numeric_limits<double>::infinity());
-  high.fill(-std::numeric_limits<double>::infinity());
+  Bounds box;
   for (const std::vector<Point>* const frame : frames) {
-    for (const Point& point : *frame) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        low[k] = std::min(low[k], point[k]);
-        high[k] = std::max(high[k], point[k]);
-      }
-    }
+    for (const Point& point : *frame) box.add(point);
   }
   for (std::size_t k = 0; k < 3; ++k) {
-    middle[k] = (low[k] + high[k]) / 2;
-    size[k] = high[k] - low[k];
+    middle[k] = (box.low[k] + box.high[k]) / 2;
+    size[k] = box.high[k] - box.low[k];
   }
   const double largest = *std::max_element(size.begin(), size.end());
   step = largest > 0 ? largest / 65535 : 1;

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "bounds.h"
 #include "commands.h"
 #include "nearest.h"
 
@@ -35,18 +36,11 @@ struct Facts {
   std::vector<double> segment_lengths, radii;  ///< by segment
   std::size_t fewest_segments = 0, most_segments = 0;
   std::size_t without_segment = 0, closed = 0;  ///< fibers
-  Point low{}, high{};
+  Bounds bounds;
 
   explicit Facts(const FiberPolylines& scene) {
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    low.fill(scene.points.empty() ? 0 : kInfinity);
-    high.fill(scene.points.empty() ? 0 : -kInfinity);
-    for (const Point& point : scene.points) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        low[k] = std::min(low[k], point[k]);
-        high[k] = std::max(high[k], point[k]);
-      }
-    }
+    for (const Point& point : scene.points) bounds.add(point);
+    if (scene.points.empty()) bounds.low = bounds.high = Point{};
     fewest_segments = scene.fiberCount() > 0 ? std::numeric_limits<std::size_t>::max() : 0;
     for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
       const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
@@ -113,8 +107,9 @@ std::vector<std::string> warnings(const SceneSource& source, const FiberPolyline
   }
   double size = 0, far = 0;
   for (std::size_t k = 0; k < 3; ++k) {
-    size = std::max(size, facts.high[k] - facts.low[k]);
-    far = std::max({far, std::fabs(facts.low[k]), std::fabs(facts.high[k])});
+    const double low = facts.bounds.low[k], high = facts.bounds.high[k];
+    size = std::max(size, high - low);
+    far = std::max({far, std::fabs(low), std::fabs(high)});
   }
   if (size > 0 && far > 1e6 * size) {
     texts.push_back("the scene is more than a million times its size away from the origin");
@@ -165,7 +160,7 @@ int info(const SceneSource& source, Output output) {
         {"length", fibers.total},
         {"fiber_length", spread(fibers)},
         {"segment_length", spread(segments)},
-        {"bounds", {{"min", facts.low}, {"max", facts.high}}},
+        {"bounds", {{"min", facts.bounds.low}, {"max", facts.bounds.high}}},
         {"warnings", warned}};
     print(json.dump(2) + "\n");
     return 0;
@@ -196,8 +191,8 @@ int info(const SceneSource& source, Output output) {
   line("fiber length", fmt::format("{}, sum {:.4g}", spread(fibers), fibers.total));
   line("segment length", spread(segments));
   for (std::size_t k = 0; k < 3; ++k) {
-    line(k == 0 ? "bounds" : "",
-         fmt::format("{}  {:>10.4g} to {:.4g}", "xyz"[k], facts.low[k], facts.high[k]));
+    line(k == 0 ? "bounds" : "", fmt::format("{}  {:>10.4g} to {:.4g}", "xyz"[k],
+                                             facts.bounds.low[k], facts.bounds.high[k]));
   }
   if (!warned.empty()) text += "\n";
   for (const std::string& warning : warned) text += "  warning: " + warning + "\n";

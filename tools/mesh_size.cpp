@@ -5,10 +5,10 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 
 #include <fmt/format.h>
 
+#include "bounds.h"
 #include "messages.h"
 
 namespace fcl_fibers::tools {
@@ -16,30 +16,16 @@ namespace {
 
 constexpr double kOtherUnit = 100;  ///< in sizes
 
-struct Bounds {
-  Point low, high;
+double sizeOf(const Bounds& box) {
+  return std::hypot(box.high[0] - box.low[0], box.high[1] - box.low[1], box.high[2] - box.low[2]);
+}
 
-  Bounds() {
-    low.fill(std::numeric_limits<double>::infinity());
-    high.fill(-low[0]);
+bool meet(const Bounds& a, const Bounds& b, double distance) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (a.low[k] - distance > b.high[k] || b.low[k] - distance > a.high[k]) return false;
   }
-
-  void add(const Point& point) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], point[k]);
-      high[k] = std::max(high[k], point[k]);
-    }
-  }
-
-  double size() const { return std::hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]); }
-
-  bool meets(const Bounds& other, double distance) const {
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (low[k] - distance > other.high[k] || other.low[k] - distance > high[k]) return false;
-    }
-    return true;
-  }
-};
+  return true;
+}
 
 }  // namespace
 
@@ -54,7 +40,7 @@ void warnOfMeshSize(const FiberPolylines& fibers, const std::vector<MeshFile>& m
       of_meshes.add(mesh.points[static_cast<std::size_t>(i)]);
     }
   }
-  const double ratio = of_meshes.size() / of_fibers.size();
+  const double ratio = sizeOf(of_meshes) / sizeOf(of_fibers);
   const bool have_sizes = ratio > 0 && std::isfinite(ratio);
   if (have_sizes && (ratio >= kOtherUnit || ratio <= 1 / kOtherUnit)) {
     warn(name, fmt::format("the {} about {:.3g} times as large as the {}; they have to be in the "
@@ -65,7 +51,7 @@ void warnOfMeshSize(const FiberPolylines& fibers, const std::vector<MeshFile>& m
   }
   double radius = fibers.radius;
   for (const double r : fibers.radii) radius = std::max(radius, r);
-  if (of_fibers.meets(of_meshes, radius + margin)) return;
+  if (meet(of_fibers, of_meshes, radius + margin)) return;
   warn(
       name,
       "the fibers and the meshes are apart, because boxes around them do not meet; they have to be "

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <tuple>
 
+#include "first_of.h"
+
 namespace fcl_fibers::tools {
 namespace {
 
@@ -13,43 +15,22 @@ struct DeepPair {
   double depth;
 };
 
-/// Keeps the deepest pairs.
-class Deepest {
- public:
-  explicit Deepest(std::size_t most) : most_(most) {}
+bool isDeeper(const DeepPair& p, const DeepPair& q) {
+  return std::tie(q.depth, p.pair.a, p.pair.mesh, p.pair.b) <
+         std::tie(p.depth, q.pair.a, q.pair.mesh, q.pair.b);
+}
 
-  void add(const DeepPair& pair) {
-    pairs_.push_back(pair);
-    if (pairs_.size() == 2 * most_) cut();
-  }
-
-  /// The deepest last.
-  template <typename ContactOf>
-  std::vector<Marker> markers(ContactOf&& contactOf) {
-    cut();
-    std::sort(pairs_.rbegin(), pairs_.rend(), isDeeper);
-    std::vector<Marker> markers;
-    markers.reserve(pairs_.size());
-    for (const DeepPair& deep : pairs_) markers.push_back({contactOf(deep.pair), deep.depth});
-    return markers;
-  }
-
- private:
-  static bool isDeeper(const DeepPair& p, const DeepPair& q) {
-    return std::tie(q.depth, p.pair.a, p.pair.mesh, p.pair.b) <
-           std::tie(p.depth, q.pair.a, q.pair.mesh, q.pair.b);
-  }
-
-  void cut() {
-    if (pairs_.size() <= most_) return;
-    const auto end = pairs_.begin() + static_cast<std::ptrdiff_t>(most_);
-    std::nth_element(pairs_.begin(), end, pairs_.end(), isDeeper);
-    pairs_.erase(end, pairs_.end());
-  }
-
-  std::size_t most_;
-  std::vector<DeepPair> pairs_;
-};
+/// The deepest last.
+template <typename ContactOf>
+std::vector<Marker> markersOf(FirstOf<DeepPair>& deepest, ContactOf&& contactOf) {
+  const std::vector<DeepPair> pairs = deepest.take();
+  std::vector<Marker> markers;
+  markers.reserve(pairs.size());
+  std::for_each(pairs.rbegin(), pairs.rend(), [&](const DeepPair& deep) {
+    markers.push_back({contactOf(deep.pair), deep.depth});
+  });
+  return markers;
+}
 
 double relativeDepth(const FiberPolylines& scene, SegmentPair pair, const Contact& contact) {
   const double radii = scene.radiusAt(static_cast<std::size_t>(pair.a)) +
@@ -71,7 +52,7 @@ PageContacts findPageContacts(const FiberTree& tree, const FiberPolylines& scene
   PageContacts found;
   found.touching.resize(scene.segmentCount());
   const FiberArrays<double> arrays = fiberArrays(scene);
-  Deepest pairs(most_markers), mesh_pairs(most_markers);
+  FirstOf<DeepPair> pairs(most_markers, isDeeper), mesh_pairs(most_markers, isDeeper);
   found.stopped = tree.visit(Touching{}, [&](SegmentPair pair) {
     if (found.count == most_pairs) return true;
     ++found.count;
@@ -81,7 +62,7 @@ PageContacts findPageContacts(const FiberTree& tree, const FiberPolylines& scene
     pairs.add({{pair.a, pair.b}, relativeDepth(scene, pair, contact)});
     return false;
   });
-  found.markers = pairs.markers([&](const FoundPair& pair) {
+  found.markers = markersOf(pairs, [&](const FoundPair& pair) {
     return FoundContact(capsuleContact(arrays, {pair.a, pair.b}));
   });
 
@@ -100,7 +81,7 @@ PageContacts findPageContacts(const FiberTree& tree, const FiberPolylines& scene
       mesh_pairs.add({one, std::max(-contact.distance, 0.0)});
     }
   }
-  found.mesh_markers = mesh_pairs.markers(meshContactOf);
+  found.mesh_markers = markersOf(mesh_pairs, meshContactOf);
   return found;
 }
 

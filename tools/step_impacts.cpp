@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "first_of.h"
 #include "messages.h"
 #include "seconds.h"
 
@@ -18,17 +19,6 @@ constexpr std::size_t kMostSearched = 10000000;
 
 bool isEarlier(const Impact& i, const Impact& j) {
   return std::tie(i.time, i.pair.a, i.pair.b) < std::tie(j.time, j.pair.a, j.pair.b);
-}
-
-/// Adds an impact to a heap of the first ones, whose top is the last of them.
-void keepFirst(const Impact& impact, std::size_t limit, std::vector<Impact>& heap) {
-  if (heap.size() == limit) {
-    if (!isEarlier(impact, heap.front())) return;
-    std::pop_heap(heap.begin(), heap.end(), isEarlier);
-    heap.pop_back();
-  }
-  heap.push_back(impact);
-  std::push_heap(heap.begin(), heap.end(), isEarlier);
 }
 
 }  // namespace
@@ -78,6 +68,7 @@ StepImpacts findImpacts(const StepScene& step, const FiberTreeOptions& options, 
         "and --volumes spheres");
   }
   StepImpacts found;
+  FirstOf<Impact> first(limit, isEarlier);
   found.seconds = seconds([&] {
     FiberTree tree(options);
     tree.build(fiberArrays(step.start));
@@ -87,12 +78,12 @@ StepImpacts findImpacts(const StepScene& step, const FiberTreeOptions& options, 
       if (found.count == most) return true;
       ++found.count;
       found.at_start += impact.time == 0 ? 1 : 0;
-      keepFirst(impact, limit, found.impacts);
+      first.add(impact);
       return false;
     });
     found.safe_step = tree.safeStep();
   });
-  std::sort(found.impacts.begin(), found.impacts.end(), isEarlier);
+  found.impacts = first.take();
   if (found.ended) {
     warn(step.start_title, "the search ended after " + countText(found.count) +
                                " impacts; is the radius too large? --limit N sets another limit");
