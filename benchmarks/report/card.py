@@ -284,27 +284,13 @@ def label_ends(axis, climb, ends):
     heights = [axis.transData.transform(point)[1] for _, point, _ in ends]
     for (text, point, colour), at, height in zip(ends, heights, apart(heights, 10.5 * pixel)):
         if point[0] < climb.full:
-            axis.plot(
-                [point[0], climb.full], 2 * [point[1]], color=colour, lw=0.8, ls=":", zorder=2
-            )
-        axis.annotate(
-            text,
-            (climb.full, point[1]),
-            xytext=(14, (height - at) / pixel),
-            textcoords="offset points",
-            va="center",
-            fontsize=8.2,
-            color=colour,
-            annotation_clip=False,
-            arrowprops={
-                "arrowstyle": "-",
-                "color": colour,
-                "lw": 0.6,
-                "relpos": (0, 0.5),
-                "shrinkA": 0,
-                "shrinkB": 0,
-            },
-        )
+            dotted = {"color": colour, "lw": 0.8, "ls": ":", "zorder": 2}
+            axis.plot([point[0], climb.full], 2 * [point[1]], **dotted)
+        place = {"xytext": (14, (height - at) / pixel), "textcoords": "offset points"}
+        place |= {"va": "center", "fontsize": 8.2, "color": colour, "annotation_clip": False}
+        arrow = {"arrowstyle": "-", "color": colour, "lw": 0.6, "relpos": (0, 0.5)}
+        arrow |= {"shrinkA": 0, "shrinkB": 0}
+        axis.annotate(text, (climb.full, point[1]), arrowprops=arrow, **place)
 
 
 def draw_climb(axis, climb):

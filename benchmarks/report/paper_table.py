@@ -4,7 +4,7 @@
 from dataclasses import dataclass
 
 from paper_pictures import FCL_TREE
-from tables import Table, count, digits, time
+from tables import Rows, Table, count, digits, time
 
 PHASES = ("set_up", "update", "detection")
 PHASE_TITLES = ["construction", "update", "detection"]
@@ -210,77 +210,65 @@ def paper_seconds(case, volume, phase):
 def ratios(parts):
     """What each number is divided by, for the paper and for both of our scenes."""
     scenes = scenes_of(parts)
-    cases = [case for case in PAPER if any(scene.paper == case for scene in scenes.values())]
-    columns = []  # title, and the seconds and tests of (kind, volume)
-    for case in cases:
+    columns = {}  # by title: our scene if it is one of ours, and the paper's case
+    for case in [case for case in PAPER if any(s.paper == case for s in scenes.values())]:
         if "spheres" in PAPER[case]:  # else it has nothing to compare
-            columns.append((f"the paper's {case}", None, case))
-        columns += [(s.title, key, case) for key, s in scenes.items() if s.paper == case]
+            columns[f"the paper's {case}"] = None, case
+        columns |= {s.title: (key, case) for key, s in scenes.items() if s.paper == case}
+
+    def cells(key, which):
+        kind, volume = which
+        contender = {"published": PUBLISHED, "default": DEFAULT}[kind].get(volume)
+        return Cells(parts, key, contender)
 
     def seconds(key, case, which, phase):
-        if key is None:
-            return paper_seconds(case, which[1], phase) if which[0] == "published" else None
-        return Cells(parts, key, contender(which)).seconds(phase)
+        if key:
+            return cells(key, which).seconds(phase)
+        return paper_seconds(case, which[1], phase) if which[0] == "published" else None
 
     def tests(key, which):
-        found = key and Cells(parts, key, contender(which)).volume_tests()
+        found = key and cells(key, which).volume_tests()
         return found[0] if found else None
 
-    def memory(key, which):
-        return Cells(parts, key, contender(which)).bytes()
-
-    def contender(which):
-        kind, volume = which
-        return {"published": PUBLISHED, "default": DEFAULT}[kind][volume] if volume else None
-
     spheres, boxes = ("published", "spheres"), ("published", "boxes")
-    rows = []
+    rows = Rows(columns.values())
 
     def add(title, one, other):
         for phase, what in zip(PHASES, PHASE_TITLES):
-            rows.append(
-                [
-                    f"{title}: {what}",
-                    *(
-                        quotient(seconds(k, c, one, phase), seconds(k, c, other, phase))
-                        for _, k, c in columns
-                    ),
-                ]
-            )
-        rows.append(
-            [
-                f"{title}: volume tests",
-                *(quotient(tests(k, one), tests(k, other)) for _, k, _ in columns),
-            ]
-        )
+            both = [(which, phase) for which in (one, other)]
+            rows.add(f"{title}: {what}", lambda c: quotient(*(seconds(*c, *of) for of in both)))
+        rows.add(f"{title}: volume tests", lambda c: quotient(tests(c[0], one), tests(c[0], other)))
+
+    def bytes_of(column):
+        key = column[0]
+        return quotient(*(cells(key, of).bytes() for of in (spheres, boxes))) if key else "-"
 
     add("Spheres / boxes, as published", spheres, boxes)
-    found = (key and (memory(key, spheres), memory(key, boxes)) for _, key, _ in columns)
-    cells = [quotient(*pair) if pair else "-" for pair in found]
-    rows.append(["Spheres / boxes, as published: bytes of the tree", *cells])
+    rows.add("Spheres / boxes, as published: bytes of the tree", bytes_of)
     for phase, what in zip(PHASES, PHASE_TITLES):
-        cells = [
-            "1"
-            if key is None
-            else quotient(paper_seconds(case, "boxes", phase), seconds(key, case, boxes, phase))
-            for _, key, case in columns
-        ]
-        rows.append([f"The paper's boxes / ours as published: {what}", *cells])
+
+        def of_the_papers(column):
+            key, case = column
+            papers = paper_seconds(case, "boxes", phase)
+            return quotient(papers, seconds(key, case, boxes, phase)) if key else "1"
+
+        rows.add(f"The paper's boxes / ours as published: {what}", of_the_papers)
     add("As published / by default, boxes", boxes, ("default", "boxes"))
     add("FCL's best / boxes by default", ("default", None), ("default", "boxes"))
-    cells = [
-        "-"
-        if key is None or tests(key, boxes) is None
-        else f"{digits(1e9 * paper_seconds(case, 'boxes', 'detection') / tests(key, boxes), 2)} ns"
-        for _, key, case in columns
-    ]
-    rows.append(["The paper's detection with boxes / our volume tests", *cells])
+
+    def nanoseconds(column):
+        key, case = column
+        made = tests(key, boxes)
+        papers = 1e9 * paper_seconds(case, "boxes", "detection")
+        return f"{digits(papers / made, 2)} ns" if made else "-"
+
+    rows.add("The paper's detection with boxes / our volume tests", nanoseconds)
     caption = (
         "Quotients of the numbers of Table I. Above 1 the second is faster, or makes fewer tests. "
         "The last row is the time that a Pentium IV had for a test of two boxes if the paper's "
         "scene was ours: 30 to 120 ns is plausible."
     )
-    return Table("table-1-ratios", "Ratios", ["", *(c[0] for c in columns)], rows, caption)
+    return Table("table-1-ratios", "Ratios", ["", *columns], rows, caption)
 
 
 def styles(parts):

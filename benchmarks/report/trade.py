@@ -104,22 +104,15 @@ def sampling(part):
     return Table("sampling", "Sampling", header, rows, caption)
 
 
-def sampling_points(part):
-    """Segments a fiber, percent missed, seconds, both without margin; seconds, percent false with
-    one."""
-    points = []
-    for segments in samplings(part):
-        keys = ("missed", "contacts", "seconds", "extra", "reported")
-        missed, contacts, plain, *_ = part.medians("Sampling", f"{segments}/plain", *keys)
-        *_, seconds, extra, reported = part.medians("Sampling", f"{segments}/margin", *keys)
-        points.append((segments, 100 * missed / contacts, plain, seconds, 100 * extra / reported))
-    return points
-
-
-def wrong_and_time(points, what, margin, xlabel, times_of):
+def wrong_and_time(part, kind, names, whole, what, margin, xlabel, times_of):
     """Two panels: percent missed without a margin and false with one, and the times of both.
-    `points` are x, percent missed, seconds, both without margin; seconds, percent false with
-    one."""
+    `names` of what was measured, by x; missed are a part of `whole`."""
+    points = []
+    for x, name in names.items():
+        missed, of, plain = part.medians(kind, f"{name}/plain", "missed", whole, "seconds")
+        keys = ("seconds", "extra", "reported")
+        seconds, extra, reported = part.medians(kind, f"{name}/margin", *keys)
+        points.append((x, 100 * missed / of, plain, seconds, 100 * extra / reported))
     xs, missed, plain, with_margin, false = zip(*points)
     shares = {f"{what} missed, no margin": missed, f"false, margin of {margin}": false}
     times = {"time, no margin": plain, f"time, margin of {margin}": with_margin}
@@ -140,9 +133,10 @@ def wrong_and_time(points, what, margin, xlabel, times_of):
     )
 
 
-def sampling_figure(points):
+def sampling_figure(part):
+    names = {segments: segments for segments in samplings(part)}
     form = ("contacts", "2 e", "segments per fiber", "update + detection")
-    return wrong_and_time(points, *form)
+    return wrong_and_time(part, "Sampling", names, "contacts", *form)
 
 
 def resolutions(part):
@@ -150,24 +144,10 @@ def resolutions(part):
     return sorted({int(n.split("/")[1]) for n in part.names("Dials") if n.startswith("mesh/")})
 
 
-def resolution_points(part):
-    """What wrong_and_time() draws."""
-    points = []
-    for triangles in resolutions(part):
-        row = [triangles]
-        for name, wrong, whole in (
-            ("plain", "missed", "touching"),
-            ("margin", "extra", "reported"),
-        ):
-            keys = (wrong, whole, "seconds")
-            some, of, seconds = part.medians("Dials", f"mesh/{triangles}/{name}", *keys)
-            row += [100 * some / of, seconds] if name == "plain" else [seconds, 100 * some / of]
-        points.append(tuple(row))
-    return points
-
-
-def resolution_figure(points):
-    return wrong_and_time(points, "segments", "e", "triangles of the head", "time of a query")
+def resolution_figure(part):
+    names = {triangles: f"mesh/{triangles}" for triangles in resolutions(part)}
+    form = ("segments", "e", "triangles of the head", "time of a query")
+    return wrong_and_time(part, "Dials", names, "touching", *form)
 
 
 def dials(part):
@@ -213,24 +193,19 @@ def motions(part):
     return sorted({int(name.split("/")[1]) for name in part.names("Dials")})
 
 
-def motion_points(part):
-    """By way: (mean motion in radii, percent missed, seconds) of those that were not ended."""
-    points = {}
+def motion_figure(part):
+    """Of those that were not ended, over the mean motion in radii."""
+    shares, times = {}, {}
     for (dial, value), way in MOTION_WAYS.items():
         for radii in motions(part):
             name = f"motion/{radii}/{dial}/{value}"
             keys = ("ended", "motion", "missed", "impacts", "seconds")
             ended, moved, missed, impacts, seconds = part.medians("Dials", name, *keys)
             if not ended:
-                points.setdefault(way, []).append((moved, 100 * missed / impacts, seconds))
-    return points
-
-
-def motion_figure(points):
-    missed = {way: [(x, share) for x, share, _ in found] for way, found in points.items()}
-    times = {way: [(x, seconds) for x, _, seconds in found] for way, found in points.items()}
+                shares.setdefault(way, []).append((moved, 100 * missed / impacts))
+                times.setdefault(way, []).append((moved, seconds))
     form = {"xlabel": "mean motion, radii", "xscale": "log", "x_format": count_label}
-    percents = Panel("impacts missed", missed, y_format=lambda share, _: f"{share:g} %", **form)
+    percents = Panel("impacts missed", shares, y_format=lambda share, _: f"{share:g} %", **form)
     seconds = Panel("time of a step", times, y_format=seconds_label, yscale="log", **form)
     return panels_figure([percents, seconds])
 
