@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Compares the speed of two trees of the library, and what they find, call by call.
 
-OLD and NEW are folders of this repository, such as worktrees. The calls of benchmarks/compare/ are
-compiled over each of them. Instructions are counted under callgrind, with AVX2 and with SSE4, and
+OLD and NEW are folders of this repository, such as worktrees. Each is called as its own
+benchmarks/compare/ does, so names of calls may differ, but rows may not. Instructions are counted under callgrind, with AVX2 and with SSE4, and
 do not depend on what else the machine does. Times are taken of both libraries by turns in one
 process. They are given by the median of old/new, which is above 1 if the new one is faster, and its
 95 % interval. The comparison fails if a call finds something else, or the same in another order.
@@ -51,7 +51,8 @@ class Library:
 def build(name, tree):
     """Returns the path of the library that has the calls over a tree."""
     folder = ROOT / "build" / "compare" / name
-    source = ["-S", ROOT / "benchmarks" / "compare", f"-DTREE={Path(tree).resolve()}"]
+    tree = Path(tree).resolve()
+    source = ["-S", tree / "benchmarks" / "compare", f"-DTREE={tree}"]
     for command in (["-G", "Ninja", "-B", folder, *source], ["--build", folder, "-t", "rows"]):
         subprocess.run(["cmake", *command], check=True, stdout=sys.stderr)
     return str(folder / "librows.so")

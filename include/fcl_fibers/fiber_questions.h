@@ -85,15 +85,15 @@ struct Touching {
 
 /// The segments that touch a mesh as above, each once.
 struct TouchingSegments {
-  static std::int32_t found(const TriangleMesh&);
+  static std::int32_t found(const TriangleMesh&);  ///< the segment
 };
 
 /// Each segment that is at most `distance` from a mesh, and its nearest triangle. The distance is
 /// that of the axis minus the radius; the margin does not count. A segment inside a solid mesh is
 /// as far from it as from its triangles. A negative distance and NaN are refused.
 struct Nearest {
-  double distance;
-  static TrianglePair found(const TriangleMesh&);
+  double distance;                                 ///< not negative; may be infinite
+  static TrianglePair found(const TriangleMesh&);  ///< segment and triangle
 };
 
 /// What touches at any time of the step, within the margin, once and with the time of impact. Pairs
@@ -104,7 +104,7 @@ struct Nearest {
 /// all fibers, which is the rounding of their coordinates. docs/numerics.md tells how rare the
 /// exceptions are.
 struct Impacts {
-  static Impact found(const FiberTree&);
+  static Impact found(const FiberTree&);  ///< of two segments
   /// A segment that is wholly inside a solid mesh at the start is found once, at time 0 with its
   /// nearest triangle.
   static MeshImpact found(const MeshStep&);
@@ -113,22 +113,21 @@ struct Impacts {
 /// Pairs that may touch during the step: the boxes of both overlap at one common time, if each side
 /// moves linearly. A program with a test of its own takes these.
 struct MovingPairs {
-  static SegmentPair found(const FiberTree&);
+  static SegmentPair found(const FiberTree&);  ///< the pair
 };
 
 /// The contacts of all that is Touching, in its order. Threads share the work. Arrays that are not
 /// those of the last build or update of their tree are refused if that shows.
 template <typename S>
 struct Contacts {
-  FiberArrays<S> fibers;                   ///< of the tree
-  const FiberArrays<S>* others = nullptr;  ///< of another tree that is the partner
-  static Contact found(const FiberTree&);
-  static MeshContact found(const TriangleMesh&);
+  FiberArrays<S> fibers;                          ///< of the tree
+  const FiberArrays<S>* others = nullptr;         ///< of another tree that is the partner
+  static Contact found(const FiberTree&);         ///< of two segments
+  static MeshContact found(const TriangleMesh&);  ///< of a segment and a triangle
 };
+/// S is that of the arrays.
 template <typename S>
-Contacts(FiberArrays<S>) -> Contacts<S>;
-template <typename S>
-Contacts(FiberArrays<S>, const FiberArrays<S>*) -> Contacts<S>;
+Contacts(FiberArrays<S>, const FiberArrays<S>* = nullptr) -> Contacts<S>;
 ///@}
 
 /// What a question finds of a partner.

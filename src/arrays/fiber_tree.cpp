@@ -22,7 +22,6 @@
 #include "index/moving_mesh.h"
 #include "index/segment_index.h"
 #include "joined_text.h"
-#include "tree/volumes.h"
 
 namespace fcl_fibers {
 namespace {
@@ -89,51 +88,55 @@ class FiberTree::Impl {
     return search(call, question, partner, take);
   }
 
-  template <typename S, class Partner, class Found>
-  void findContacts(const Contacts<S>& question, const Partner& partner,
-                    std::vector<Found>& contacts) const {
-    const Call call{"find", "Contacts"};
-    requireContacts(call, question, partner);
-    using Pair = FoundBy<Touching, Partner>;
-    std::vector<Pair> pairs;
-    const auto append = [&pairs](const void* found, std::size_t count) {
-      const auto begin = static_cast<const Pair*>(found);
-      pairs.insert(pairs.end(), begin, begin + count);
-      return false;
-    };
-    answer(call, Touching(), partner, append);
-    contacts.resize(pairs.size());
-    compute(call, question, partner, pairs.data(), pairs.size(), contacts.data());
-  }
-
-  template <typename S, class Partner, class Pair, class Found>
-  void writeContacts(const Contacts<S>& question, const Partner& partner, const Pair* pairs,
-                     std::size_t count, Found* contacts) const {
-    const Call call{"writeContacts", nullptr};
-    requireContacts(call, question, partner);
-    if constexpr (std::is_same_v<Partner, TriangleMesh>) {
-      const std::string text = call.text();
-      for (std::size_t i = 0; i < count; ++i) {
-        requireTriangle(text.c_str(), partner, pairs[i].triangle);
-      }
+  /// Refuses what capsuleContact() would, before a contact is written.
+  template <typename S, class Partner>
+  void requireContacts(const Call& call, const Contacts<S>& question,
+                       const Partner& partner) const {
+    requireArrays(call, question.fibers);
+    if constexpr (std::is_same_v<Partner, FiberTree>) {
+      if (partner.impl_.get() == this) return;
+      if (question.others == nullptr) call.refuse("give Contacts the fibers of the other tree too");
+      partner.impl_->requireArrays(call, *question.others);
     }
-    compute(call, question, partner, pairs, count, contacts);
+  }
+  template <typename S>
+  void requireArrays(const Call& call, const FiberArrays<S>& fibers) const {
+    const double largest = arrays::checkArrays(call.text().c_str(), fibers);
+    call.require(geometry::contactProblem({{largest, 0, 0}, {0, 0, 0}, 0}));
+    if (!index_.hasFibersOf(fibers)) {
+      call.refuse(
+          "the fibers have other numbers of points than those of the tree; pass the arrays of its "
+          "last build() or update()");
+    }
   }
 
-  std::vector<TreeVolume> volumes(int depth) const {
-    if (const char* problem = index_.problem()) refuse("volumes", problem);
-    if (depth < 0) refuse("volumes", "depth is " + std::to_string(depth) + "; give 0 or more");
-    std::vector<TreeVolume> volumes;
-    std::visit(
-        [&](const auto& tree) {
-          visitVolumes(tree, depth, [&](const auto& volume, std::int32_t begin, std::int32_t end) {
-            volumes.push_back(arrays::toWorld(volume, index_->frame()));
-            volumes.back().segments = index_->leaves().data() + begin;
-            volumes.back().segment_count = static_cast<std::size_t>(end - begin);
-          });
-        },
-        index_->tree());
-    return volumes;
+  template <typename S>
+  void compute(const Call& /*call*/, const Contacts<S>& question, const FiberTree& partner,
+               const SegmentPair* pairs, std::size_t count, Contact* contacts) const {
+    const FiberArrays<S>& others = partner.impl_.get() == this ? question.fibers : *question.others;
+    index_->forRanges(count, kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        contacts[i] = capsuleContact(question.fibers, others, pairs[i]);
+      }
+    });
+  }
+
+  template <typename S>
+  void compute(const Call& call, const Contacts<S>& question, const TriangleMesh& mesh,
+               const TrianglePair* pairs, std::size_t count, MeshContact* contacts) const {
+    const std::string text = call.text();
+    const fibers::MeshContacts contact(MeshReader::posed(mesh));
+    const FiberArrays<S>& fibers = question.fibers;
+    index_->forRanges(count, kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
+      constexpr std::size_t kAhead = 16;
+      for (std::size_t i = begin; i < end; ++i) {
+        // A point that does not exist is refused later.
+        const auto next = static_cast<std::size_t>(pairs[std::min(i + kAhead, end - 1)].segment);
+        if (next < fibers.point_count) __builtin_prefetch(fibers.points + 3 * next);
+        const auto capsule = arrays::locate(text.c_str(), fibers, pairs[i].segment);
+        contacts[i] = contact(contact.inFrame(capsule.segment), capsule.place, pairs[i].triangle);
+      }
+    });
   }
 
   FiberSegment fiberSegment(std::int32_t segment) const {
@@ -286,57 +289,6 @@ class FiberTree::Impl {
     return posed;
   }
 
-  /// Refuses what capsuleContact() would, before a contact is written.
-  template <typename S, class Partner>
-  void requireContacts(const Call& call, const Contacts<S>& question,
-                       const Partner& partner) const {
-    requireArrays(call, question.fibers);
-    if constexpr (std::is_same_v<Partner, FiberTree>) {
-      if (partner.impl_.get() == this) return;
-      if (question.others == nullptr) call.refuse("give Contacts the fibers of the other tree too");
-      partner.impl_->requireArrays(call, *question.others);
-    }
-  }
-  template <typename S>
-  void requireArrays(const Call& call, const FiberArrays<S>& fibers) const {
-    const double largest = arrays::checkArrays(call.text().c_str(), fibers);
-    call.require(geometry::contactProblem({{largest, 0, 0}, {0, 0, 0}, 0}));
-    if (!index_.hasFibersOf(fibers)) {
-      call.refuse(
-          "the fibers have other numbers of points than those of the tree; pass the arrays of its "
-          "last build() or update()");
-    }
-  }
-
-  template <typename S>
-  void compute(const Call& /*call*/, const Contacts<S>& question, const FiberTree& partner,
-               const SegmentPair* pairs, std::size_t count, Contact* contacts) const {
-    const FiberArrays<S>& others = partner.impl_.get() == this ? question.fibers : *question.others;
-    index_->forRanges(count, kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        contacts[i] = capsuleContact(question.fibers, others, pairs[i]);
-      }
-    });
-  }
-
-  template <typename S>
-  void compute(const Call& call, const Contacts<S>& question, const TriangleMesh& mesh,
-               const TrianglePair* pairs, std::size_t count, MeshContact* contacts) const {
-    const std::string text = call.text();
-    const fibers::MeshContacts contact(MeshReader::posed(mesh));
-    const FiberArrays<S>& fibers = question.fibers;
-    index_->forRanges(count, kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
-      constexpr std::size_t kAhead = 16;
-      for (std::size_t i = begin; i < end; ++i) {
-        // A point that does not exist is refused later.
-        const auto next = static_cast<std::size_t>(pairs[std::min(i + kAhead, end - 1)].segment);
-        if (next < fibers.point_count) __builtin_prefetch(fibers.points + 3 * next);
-        const auto capsule = arrays::locate(text.c_str(), fibers, pairs[i].segment);
-        contacts[i] = contact(contact.inFrame(capsule.segment), capsule.place, pairs[i].triangle);
-      }
-    });
-  }
-
   arrays::FiberIndex index_;
 };
 
@@ -371,13 +323,35 @@ bool FiberTree::ask(const Query& query, const Take& take) const {
 template <typename S, class Partner, class Found>
 void FiberTree::findContacts(const Contacts<S>& question, const Partner& partner,
                              std::vector<Found>& contacts) const {
-  std::shared_ptr<const Impl>(impl_)->findContacts(question, partner, contacts);
+  const std::shared_ptr<const Impl> held = impl_;
+  const Call call{"find", "Contacts"};
+  held->requireContacts(call, question, partner);
+  using Pair = FoundBy<Touching, Partner>;
+  std::vector<Pair> pairs;
+  const auto append = [&pairs](const void* found, std::size_t count) {
+    const auto begin = static_cast<const Pair*>(found);
+    pairs.insert(pairs.end(), begin, begin + count);
+    return false;
+  };
+  held->answer(call, Touching(), partner, append);
+  contacts.resize(pairs.size());
+  held->compute(call, question, partner, pairs.data(), pairs.size(), contacts.data());
 }
+
 template <typename S, class Partner>
 void FiberTree::writeContacts(const Contacts<S>& question, const Partner& partner,
                               const FoundBy<Touching, Partner>* pairs, std::size_t count,
                               FoundBy<Contacts<S>, Partner>* contacts) const {
-  std::shared_ptr<const Impl>(impl_)->writeContacts(question, partner, pairs, count, contacts);
+  const std::shared_ptr<const Impl> held = impl_;
+  const Call call{"writeContacts", nullptr};
+  held->requireContacts(call, question, partner);
+  if constexpr (std::is_same_v<Partner, TriangleMesh>) {
+    const std::string text = call.text();
+    for (std::size_t i = 0; i < count; ++i) {
+      requireTriangle(text.c_str(), partner, pairs[i].triangle);
+    }
+  }
+  held->compute(call, question, partner, pairs, count, contacts);
 }
 
 template <typename S>
@@ -410,7 +384,10 @@ FCL_FIBERS_INSTANTIATE(double)
 #undef FCL_FIBERS_INSTANTIATE
 
 std::vector<TreeVolume> FiberTree::volumes(int depth) const {
-  return std::shared_ptr<const Impl>(impl_)->volumes(depth);
+  const std::shared_ptr<const Impl> held = impl_;
+  if (const char* problem = held->index().problem()) refuse("volumes", problem);
+  if (depth < 0) refuse("volumes", "depth is " + std::to_string(depth) + "; give 0 or more");
+  return arrays::volumesOf(*held->index(), depth);
 }
 FiberSegment FiberTree::fiberSegment(std::int32_t segment) const {
   return impl_->fiberSegment(segment);

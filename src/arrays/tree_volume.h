@@ -3,11 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <limits>
+#include <variant>
+#include <vector>
 
 #include <fcl_fibers/fiber_tree.h>
 
 #include "geometry/frame.h"
+#include "index/segment_index.h"
+#include "tree/volumes.h"
 
 namespace fcl_fibers::arrays {
 
@@ -41,6 +47,17 @@ inline TreeVolume toWorld(const geometry::Sphere& sphere, const geometry::Frame&
                                        std::numeric_limits<double>::infinity());
   std::fill_n(volume.half, 3, radius);
   return volume;
+}
+
+inline std::vector<TreeVolume> volumesOf(const index::SegmentIndex& index, int depth) {
+  std::vector<TreeVolume> volumes;
+  const auto add = [&](const auto& volume, std::int32_t begin, std::int32_t end) {
+    volumes.push_back(toWorld(volume, index.frame()));
+    volumes.back().segments = index.leaves().data() + begin;
+    volumes.back().segment_count = static_cast<std::size_t>(end - begin);
+  };
+  std::visit([&](const auto& tree) { visitVolumes(tree, depth, add); }, index.tree());
+  return volumes;
 }
 
 }  // namespace fcl_fibers::arrays

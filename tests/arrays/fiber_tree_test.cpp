@@ -418,6 +418,11 @@ TYPED_TEST(ArrayTree, ShowsTheVolumesOfALevel) {
   }
 }
 
+// What has no answer does not compile.
+static_assert(kHasAnswer<Touching, FiberTree> && kHasAnswer<Touching, BoxShape>);
+static_assert(!kHasAnswer<Touching, MeshStep> && !kHasAnswer<Impacts, TriangleMesh>);
+static_assert(!kHasAnswer<Nearest, FiberTree> && !kHasAnswer<TouchingSegments, BoxShape>);
+
 TEST(ArrayTree, AVisitorEndsTheQuery) {
   const auto fibers = curledFibers<double>(9);
   FiberTree tree;

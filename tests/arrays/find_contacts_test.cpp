@@ -160,6 +160,45 @@ TYPED_TEST(FindContacts, OfFibersAreThoseOfTheVisitedPairs) {
   }
 }
 
+// A contact would be that of a capsule of the wrong tree.
+TYPED_TEST(FindContacts, OfTwoTreesAreThoseOfTheirPairs) {
+  const auto mine = curledFibers<TypeParam>(36, 60), theirs = curledFibers<TypeParam>(37, 50);
+  FiberTreeOptions options;
+  options.report = Report::kCapsules;
+  FiberTree tree(options), other(options);
+  tree.build(mine.view());
+  other.build(theirs.view());
+  const auto others = theirs.view();
+  const Contacts question{mine.view(), &others};
+  std::vector<Contact> contacts;
+  tree.find(question, other, contacts);
+  std::size_t next = 0;
+  tree.visit(Touching{}, other, [&](SegmentPair pair) {
+    ASSERT_LT(next, contacts.size());
+    const Contact expected = capsuleContact(mine.view(), others, pair), &found = contacts[next++];
+    ASSERT_EQ(std::tie(found.a.fiber, found.a.segment, found.b.fiber, found.b.segment),
+              std::tie(expected.a.fiber, expected.a.segment, expected.b.fiber, expected.b.segment));
+    ASSERT_EQ(std::tie(found.distance, found.point_a, found.point_b),
+              std::tie(expected.distance, expected.point_a, expected.point_b));
+  });
+  EXPECT_EQ(next, contacts.size());
+  EXPECT_GT(next, 100u);
+
+  std::size_t visited = 0;
+  EXPECT_TRUE(tree.visit(question, other, [&](const Contact& contact) {
+    EXPECT_EQ(contact.distance, contacts[visited].distance);
+    return ++visited == 3;
+  }));
+  EXPECT_EQ(visited, 3u);
+
+  const auto fewer = curledFibers<TypeParam>(37, 49);
+  const auto few = fewer.view();
+  const auto refusal = ThrowsMessage<std::invalid_argument>(HasSubstr("fibers"));
+  EXPECT_THAT([&] { tree.find(Contacts{mine.view()}, other, contacts); }, refusal);
+  EXPECT_THAT([&] { tree.find(Contacts{mine.view(), &few}, other, contacts); }, refusal);
+  EXPECT_EQ(contacts.size(), next);
+}
+
 // A contact with a surface would not be where the two touch.
 TYPED_TEST(FindContacts, OfASurfaceAreWhereTheyTouch) {
   const auto fibers = curledFibers<TypeParam>(32, 120);
