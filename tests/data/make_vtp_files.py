@@ -63,7 +63,6 @@ def write_xml(mode, compressor, order, header, number):
     {
         "none": writer.SetCompressorTypeToNone,
         "zlib": writer.SetCompressorTypeToZLib,
-        "lz4": writer.SetCompressorTypeToLZ4,
     }[compressor]()
     {"little": writer.SetByteOrderToLittleEndian, "big": writer.SetByteOrderToBigEndian}[order]()
     {"h32": writer.SetHeaderTypeToUInt32, "h64": writer.SetHeaderTypeToUInt64}[header]()
@@ -75,7 +74,7 @@ def write_xml(mode, compressor, order, header, number):
 if "--all" in sys.argv:
     for choice in itertools.product(
         ["ascii", "binary", "appended_base64", "appended_raw"],
-        ["none", "zlib", "lz4"],
+        ["none", "zlib"],
         ["little", "big"],
         ["h32", "h64"],
         ["float", "double"],
@@ -88,5 +87,4 @@ else:
     write_xml("appended_raw", "none", "little", "h64", "double")
     write_xml("appended_raw", "zlib", "big", "h32", "float")
     write_xml("appended_base64", "zlib", "little", "h64", "double")
-    write_xml("binary", "lz4", "little", "h32", "float")
     write_radii()

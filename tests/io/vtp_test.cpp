@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <fstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -592,14 +591,6 @@ INSTANTIATE_TEST_SUITE_P(File, VtpWrittenByVtkTest,
                            const std::string name = file.param;
                            return name.substr(0, name.find('.'));
                          });
-
-TEST(VtpTest, NamesACompressorOfVtkThatIsNotRead) {
-  // If this fails, files of other compressors are read as nonsense.
-  std::ifstream stream(FCL_FIBERS_SOURCE_DIR "/tests/data/binary_lz4_little_h32_float.vtp");
-  const std::string bytes(std::istreambuf_iterator<char>(stream), {});
-  expectRefusal(bytes, kVtp, "byte " + std::to_string(bytes.find("<VTKFile")),
-                "compressor is 'vtkLZ4DataCompressor'");
-}
 
 }  // namespace
 }  // namespace fcl_fibers::io
