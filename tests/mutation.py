@@ -637,8 +637,8 @@ FAULTS = [
           " ||\n          enters(place, corners_[blocker.next].place, triangle, tolerance_)) {", ") {",
           "io_test"),
     Fault("a name that ends with a backslash swallows the next line", "io/obj.cpp",
-          "      read(file, takeWord(file));\n",
-          "      read(file, takeWord(file));\n      while (!takeWord(file).empty()) continue;\n",
+          "    read(file, takeWord(file));\n",
+          "    read(file, takeWord(file));\n    while (!takeWord(file).empty()) continue;\n",
           "io_test"),
 ]
 # fmt: on

@@ -16,7 +16,6 @@
 #include "arguments.h"
 #include "io/file_bytes.h"
 #include "io/formats.h"
-#include "io/gzip.h"
 #include "io/text.h"
 
 namespace fcl_fibers::io {

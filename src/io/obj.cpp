@@ -8,12 +8,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "io/byte_reader.h"
 #include "io/file_bytes.h"
-#include "io/gzip.h"
 #include "io/polygon.h"
 #include "io/text.h"
 
@@ -56,109 +54,95 @@ std::string_view takeWord(ByteReader& file) {
   return text.substr(begin, end - begin);
 }
 
-/// The statements `v` and `f` of a file.
-class Statements {
- public:
-  Statements(std::string_view bytes, const std::string& name)
-      : start_(bytes, name, ByteReader::Places::kLines, kCall) {
-    startText(start_);
+/// Calls read(file, keyword) at each statement. One that goes on in the next line is no other
+/// keyword's, because names may end with a backslash.
+template <typename Read>
+void forStatements(ByteReader file, Read&& read) {
+  while (!file.atEnd()) {
+    read(file, takeWord(file));
+    const std::size_t end = file.bytes().find_first_of("\r\n", file.offset());
+    file.seek(std::min(end, file.bytes().size()), kStatement);
+    file.take(lineEndSize(file.bytes().substr(file.offset(), 2)), kStatement);
   }
+}
 
-  MeshFile read() {
-    // A face may come before its points.
-    std::size_t triangles = 0;
-    forEach([&](ByteReader& file, std::string_view keyword) {
-      if (keyword == "v") readPoint(file);
-      if (keyword == "f") triangles += countTriangles(file);
-    });
-    if (triangles == 0) {
-      start_.refuse(start_.size(), "there is no face; give a Wavefront OBJ file with faces");
-    }
-    mesh_.triangles.reserve(3 * triangles);
-    forEach([&](ByteReader& file, std::string_view keyword) {
-      if (keyword == "v") ++points_before_;
-      if (keyword == "f") readFace(file);
-    });
-    return std::move(mesh_);
+Point readPoint(ByteReader& file) {
+  Point point;
+  for (double& coordinate : point) {
+    const std::string_view word = takeWord(file);
+    if (word.empty()) file.refuse(file.offset(), "the point has fewer than three coordinates");
+    coordinate = file.parse<double>(word);
   }
+  return point;
+}
 
- private:
-  /// A statement that goes on in the next line is no other keyword's, because names may end with a
-  /// backslash.
-  template <typename Read>
-  void forEach(Read&& read) const {
-    for (ByteReader file = start_; !file.atEnd();) {
-      read(file, takeWord(file));
-      const std::size_t end = file.bytes().find_first_of("\r\n", file.offset());
-      file.seek(std::min(end, file.bytes().size()), kStatement);
-      file.take(lineEndSize(file.bytes().substr(file.offset(), 2)), kStatement);
-    }
+std::size_t countTriangles(ByteReader& file) {
+  const std::uint64_t at = file.offset();
+  std::size_t corners = 0;
+  while (!takeWord(file).empty()) ++corners;
+  if (corners < 3) file.refuse(at, "the face has ", corners, " points; it needs 3");
+  return corners - 2;
+}
+
+/// A number counts from 1, or if it is negative from the last point so far. `/` ends it.
+std::int32_t pointOf(const ByteReader& file, std::string_view word, std::int64_t count,
+                     std::int64_t before) {
+  const std::string_view digits = word.substr(0, word.find('/'));
+  const std::optional<std::int64_t> number = parsedNumber<std::int64_t>(digits);
+  const std::uint64_t at = file.offsetOf(word);
+  if (!number || *number == 0) {
+    file.refuse(at, "'", ByteReader::shortened(digits),
+                "' does not name a point; points count from 1");
   }
-
-  void readPoint(ByteReader& file) {
-    if (mesh_.points.size() == std::numeric_limits<std::int32_t>::max()) {
-      file.refuse(file.offset(), "there are more than 2^31 - 1 points; use several files");
-    }
-    Point point;
-    for (double& coordinate : point) {
-      const std::string_view word = takeWord(file);
-      if (word.empty()) file.refuse(file.offset(), "the point has fewer than three coordinates");
-      coordinate = file.parse<double>(word);
-    }
-    mesh_.points.push_back(point);
+  if (*number > count) {
+    file.refuse(at, "the face has point ", *number, ", and the file has ", count);
   }
-
-  static std::size_t countTriangles(ByteReader& file) {
-    const std::uint64_t at = file.offset();
-    std::size_t corners = 0;
-    while (!takeWord(file).empty()) ++corners;
-    if (corners < 3) file.refuse(at, "the face has ", corners, " points; it needs 3");
-    return corners - 2;
+  if (*number < -before) {
+    file.refuse(at, "the face has point ", *number, ", and ", before, " are before it");
   }
-
-  void readFace(ByteReader& file) {
-    const std::uint64_t at = file.offset();
-    face_.clear();
-    for (auto word = takeWord(file); !word.empty(); word = takeWord(file)) {
-      face_.push_back(pointOf(file, word));
-    }
-    if (cutPolygon(mesh_.points, face_, mesh_.triangles)) return;
-    file.refuse(at,
-                "the face crosses itself; bring its points into the order of its outline, or have "
-                "the program that wrote the file cut its faces into triangles");
-  }
-
-  /// A number counts from 1, or if it is negative from the last point so far. `/` ends it.
-  std::int32_t pointOf(const ByteReader& file, std::string_view word) const {
-    const std::string_view digits = word.substr(0, word.find('/'));
-    const std::optional<std::int64_t> number = parsedNumber<std::int64_t>(digits);
-    const std::uint64_t at = file.offsetOf(word);
-    if (!number || *number == 0) {
-      file.refuse(at, "'", ByteReader::shortened(digits),
-                  "' does not name a point; points count from 1");
-    }
-    const auto count = static_cast<std::int64_t>(mesh_.points.size());
-    if (*number > count) {
-      file.refuse(at, "the face has point ", *number, ", and the file has ", count);
-    }
-    if (*number < -points_before_) {
-      file.refuse(at, "the face has point ", *number, ", and ", points_before_, " are before it");
-    }
-    return static_cast<std::int32_t>(*number > 0 ? *number - 1 : *number + points_before_);
-  }
-
-  ByteReader start_;
-  MeshFile mesh_;
-  std::int64_t points_before_ = 0;  ///< the statement that is read
-  std::vector<std::int32_t> face_;
-};
+  return static_cast<std::int32_t>(*number > 0 ? *number - 1 : *number + before);
+}
 
 }  // namespace
 
 MeshFile parseMesh(std::string_view bytes, const std::string& name) {
   std::string room;
-  const ByteReader file(bytes, name, ByteReader::Places::kBytes, kCall);
-  return Statements(unpacked(file, room), name).read();
+  const ByteReader packed(bytes, name, ByteReader::Places::kBytes, kCall);
+  ByteReader start(unpacked(packed, room), name, ByteReader::Places::kLines, kCall);
+  startText(start);
+  MeshFile mesh;
+  // A face may come before its points.
+  std::size_t triangles = 0;
+  forStatements(start, [&](ByteReader& file, std::string_view keyword) {
+    if (keyword == "v") {
+      if (mesh.points.size() == std::numeric_limits<std::int32_t>::max()) {
+        file.refuse(file.offset(), "there are more than 2^31 - 1 points; use several files");
+      }
+      mesh.points.push_back(readPoint(file));
+    }
+    if (keyword == "f") triangles += countTriangles(file);
+  });
+  if (triangles == 0) {
+    start.refuse(start.size(), "there is no face; give a Wavefront OBJ file with faces");
+  }
+  mesh.triangles.reserve(3 * triangles);
+  const auto count = static_cast<std::int64_t>(mesh.points.size());
+  std::int64_t points_before = 0;
+  std::vector<std::int32_t> face;
+  forStatements(start, [&](ByteReader& file, std::string_view keyword) {
+    if (keyword == "v") ++points_before;
+    if (keyword != "f") return;
+    const std::uint64_t at = file.offset();
+    face.clear();
+    for (auto word = takeWord(file); !word.empty(); word = takeWord(file)) {
+      face.push_back(pointOf(file, word, count, points_before));
+    }
+    if (cutPolygon(mesh.points, face, mesh.triangles)) return;
+    file.refuse(at,
+                "the face crosses itself; bring its points into the order of its outline, or have "
+                "the program that wrote the file cut its faces into triangles");
+  });
+  return mesh;
 }
 
 MeshFile readMesh(const std::string& path) { return parseMesh(readBytes(kCall, path), path); }
