@@ -617,7 +617,7 @@ FAULTS = [
     Fault("a sheared matrix is taken as it is", "io/trk.cpp",
           "= (m[i][k] + c[i][k] / det) / 2;", "= m[i][k] + 0 * c[i][k];", "io_test"),
     Fault("rounding decides on which side of an edge a corner is", "io/orientation.cpp",
-          "  return exactAreaSign(std::array<PlanePoint, 3>{a, b, c});",
+          "  return areaSign({a, b, c});",
           "  return signOf(left - right);", "io_test"),
     Fault("a product that overflows decides", "io/orientation.cpp",
           "if (std::fabs(left - right) > rounding)", "if (!(std::fabs(left - right) <= rounding))",

@@ -64,19 +64,16 @@ class ExactSum {
 
 int signOf(double x) { return (x > 0) - (x < 0); }
 
-template <typename Points>
-int exactAreaSign(const Points& points) {
+}  // namespace
+
+int areaSign(const std::vector<PlanePoint>& polygon) {
   ExactSum area;
-  for (std::size_t i = 0, last = points.size() - 1; i < points.size(); last = i++) {
-    area.addProduct(points[last][0], points[i][1], 1);
-    area.addProduct(points[last][1], points[i][0], -1);
+  for (std::size_t i = 0, last = polygon.size() - 1; i < polygon.size(); last = i++) {
+    area.addProduct(polygon[last][0], polygon[i][1], 1);
+    area.addProduct(polygon[last][1], polygon[i][0], -1);
   }
   return area.sign();
 }
-
-}  // namespace
-
-int areaSign(const std::vector<PlanePoint>& polygon) { return exactAreaSign(polygon); }
 
 int orientation(const PlanePoint& a, const PlanePoint& b, const PlanePoint& c, double tolerance) {
   const double bx = b[0] - a[0], by = b[1] - a[1], cx = c[0] - a[0], cy = c[1] - a[1];
@@ -94,7 +91,7 @@ int orientation(const PlanePoint& a, const PlanePoint& b, const PlanePoint& c, d
       std::numeric_limits<double>::min();
   // After an overflow this is false.
   if (std::fabs(left - right) > rounding) return signOf(left - right);
-  return exactAreaSign(std::array<PlanePoint, 3>{a, b, c});
+  return areaSign({a, b, c});
 }
 
 }  // namespace fcl_fibers::io

@@ -101,38 +101,11 @@ std::vector<Point> seenFromFirst(const std::vector<Point>& places) {
   return seen;
 }
 
-/// Of a polygon, by axis: what tells how it lies in space.
-struct Areas {
-  Point area = {};      ///< twice the area as it projects along the axis
-  Point size = {};      ///< the same of its parts, without signs
-  Point products = {};  ///< of which these are differences
-};
-
-Areas areasOf(const std::vector<Point>& seen) {
-  Areas areas;
-  for (std::size_t i = 1; i + 1 < seen.size(); ++i) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double left = seen[i][(k + 1) % 3] * seen[i + 1][(k + 2) % 3];
-      const double right = seen[i][(k + 2) % 3] * seen[i + 1][(k + 1) % 3];
-      areas.area[k] += left - right;
-      areas.size[k] += std::fabs(left - right);
-      areas.products[k] += std::fabs(left) + std::fabs(right);
-    }
-  }
-  return areas;
-}
-
-/// The axis nearest to the polygon's normal. If the parts of the area cancel, those of a flat
-/// polygon still are along its normal.
-std::size_t axisOf(const Areas& areas) {
-  const auto largest = [](const Point& numbers) {
-    const auto found = std::max_element(numbers.begin(), numbers.end(), [](double x, double y) {
-      return std::fabs(x) < std::fabs(y);
-    });
-    return static_cast<std::size_t>(found - numbers.begin());
-  };
-  const std::size_t of_area = largest(areas.area), of_size = largest(areas.size);
-  return std::fabs(areas.area[of_area]) > 0x1p-10 * areas.size[of_size] ? of_area : of_size;
+std::size_t largestOf(const Point& numbers) {
+  const auto found = std::max_element(numbers.begin(), numbers.end(), [](double x, double y) {
+    return std::fabs(x) < std::fabs(y);
+  });
+  return static_cast<std::size_t>(found - numbers.begin());
 }
 
 /// Whether a quadrangle is farther from flat than a thousandth of its size. Then its edges do not
@@ -188,18 +161,33 @@ class PolygonCutter {
 
  private:
   void project() {
-    const Areas areas = areasOf(seen_);
-    const std::size_t axis = axisOf(areas);
+    // By axis, twice the area as it projects along the axis, the same of its parts without signs,
+    // and of the products whose differences they are.
+    Point area{}, size{}, products{};
+    for (std::size_t i = 1; i + 1 < seen_.size(); ++i) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double left = seen_[i][(k + 1) % 3] * seen_[i + 1][(k + 2) % 3];
+        const double right = seen_[i][(k + 2) % 3] * seen_[i + 1][(k + 1) % 3];
+        area[k] += left - right;
+        size[k] += std::fabs(left - right);
+        products[k] += std::fabs(left) + std::fabs(right);
+      }
+    }
+    // The axis nearest to the normal. If the parts of the area cancel, those of a flat polygon
+    // still are along its normal.
+    std::size_t axis = largestOf(area);
+    const std::size_t of_size = largestOf(size);
+    if (!(std::fabs(area[axis]) > 0x1p-10 * size[of_size])) axis = of_size;
     std::vector<PlanePoint> places = projected(points_, axis);
     const double rounding = static_cast<double>(points_.size() + 8) *
-                            std::numeric_limits<double>::epsilon() * areas.products[axis];
+                            std::numeric_limits<double>::epsilon() * products[axis];
     int sign = 0;
-    if (std::fabs(areas.area[axis]) > rounding) {
-      sign = areas.area[axis] > 0 ? 1 : -1;
+    if (std::fabs(area[axis]) > rounding) {
+      sign = area[axis] > 0 ? 1 : -1;
     } else {
       sign = areaSign(places);
       // Products of numbers of very different sizes vanish.
-      for (std::size_t other = 0; sign == 0 && areas.size[axis] == 0 && other < 3; ++other) {
+      for (std::size_t other = 0; sign == 0 && size[axis] == 0 && other < 3; ++other) {
         places = projected(points_, other);
         sign = areaSign(places);
       }
