@@ -57,9 +57,11 @@ class ByteReader {
   enum class Places { kBytes, kLines };
 
   /// @param call  the function that reads, for error texts
-  ByteReader(std::string_view bytes, std::string name, Places places = Places::kBytes,
-             const char* call = "readFibers")
-      : bytes_(bytes), name_(std::move(name)), places_(places), call_(call) {}
+  ByteReader(std::string_view bytes, std::string name, const char* call = "readFibers")
+      : bytes_(bytes), name_(std::move(name)), call_(call) {}
+
+  /// Of the numbers that are read from now on; little endian before.
+  void setOrder(ByteOrder order) { order_ = order; }
 
   void setPlaces(Places places) {
     places_ = places;
@@ -99,22 +101,22 @@ class ByteReader {
   }
 
   template <typename T>
-  T number(const char* part, ByteOrder order = ByteOrder::kLittle) {
-    return decode<T>(take(sizeof(T), part).data(), order);
+  T number(const char* part) {
+    return decode<T>(take(sizeof(T), part).data(), order_);
   }
 
   template <typename T>
-  double coordinate(ByteOrder order = ByteOrder::kLittle) {
+  double coordinate() {
     const std::uint64_t at = offset_;
-    const double value = static_cast<double>(number<T>("the points", order));
+    const double value = static_cast<double>(number<T>("the points"));
     if (!std::isfinite(value)) refuse(at, "a coordinate is ", value);
     return value;
   }
 
   template <typename T>
-  Point point(ByteOrder order = ByteOrder::kLittle) {
+  Point point() {
     Point point;
-    for (double& c : point) c = coordinate<T>(order);
+    for (double& c : point) c = coordinate<T>();
     return point;
   }
 
@@ -174,7 +176,8 @@ class ByteReader {
  private:
   std::string_view bytes_;
   std::string name_;
-  Places places_;
+  Places places_ = Places::kBytes;
+  ByteOrder order_ = ByteOrder::kLittle;
   const char* call_;
   char line_end_ = '\n';
   std::size_t offset_ = 0;

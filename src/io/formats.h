@@ -3,11 +3,13 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fcl_fibers/io/fiber_file.h>
 
 #include "io/byte_reader.h"
+#include "io/point_radii.h"
 
 namespace fcl_fibers::io {
 
@@ -33,6 +35,11 @@ struct ParsedFibers {
   template <typename... Parts>
   void warn(const Parts&... parts) {
     warnings.push_back(joinedText(parts...));
+  }
+
+  void setRadii(std::vector<double> radii) {
+    setPointRadii(fibers, std::move(radii));
+    holds_radii = true;
   }
 
   /// Warns of fibers without points. They are left out, because a fiber has at least one point.

@@ -11,7 +11,6 @@
 #include "bytes.h"
 #include "io/file_bytes.h"
 #include "io/formats.h"
-#include "io/point_radii.h"
 
 namespace fcl_fibers::io {
 namespace {
@@ -115,8 +114,7 @@ ParsedFibers parseHair(ByteReader& file, const FiberFileOptions&) {
       const std::uint64_t at = file.offset();
       radii.push_back(radiusOf(file, at, "a thickness", file.number<float>("the thickness")));
     }
-    setPointRadii(scene, std::move(radii));
-    parsed.holds_radii = true;
+    parsed.setRadii(std::move(radii));
   } else {
     scene.radius = radiusOf(file, 20, "the default thickness", default_thickness);
   }

@@ -107,8 +107,7 @@ std::int32_t pointOf(const ByteReader& file, std::string_view word, std::int64_t
 
 MeshFile parseMesh(std::string_view bytes, const std::string& name) {
   std::string room;
-  const ByteReader packed(bytes, name, ByteReader::Places::kBytes, kCall);
-  ByteReader start(unpacked(packed, room), name, ByteReader::Places::kLines, kCall);
+  ByteReader start(unpacked(ByteReader(bytes, name, kCall), room), name, kCall);
   startText(start);
   MeshFile mesh;
   // A face may come before its points.

@@ -11,7 +11,6 @@
 
 #include "arguments.h"
 #include "io/formats.h"
-#include "io/point_radii.h"
 #include "io/text.h"
 
 namespace fcl_fibers::io {
@@ -131,10 +130,7 @@ ParsedFibers parsePolylines(ByteReader& file, const FiberFileOptions& options) {
   }
   if (parsed.isInFiber()) parsed.endFiber();
   if (points.empty()) file.refuse(file.size(), "there are no points");
-  if (radius_column > 0) {
-    setPointRadii(parsed.fibers, std::move(radii));
-    parsed.holds_radii = true;
-  }
+  if (radius_column > 0) parsed.setRadii(std::move(radii));
   // Radii may be among them, or the coordinates, if what was read as x is a number of the point.
   if (further_lines > 0) {
     parsed.warn("Columns after the ", radius_column > 0 ? "radius" : "third",

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "io/formats.h"
-#include "io/point_radii.h"
 #include "io/text.h"
 
 namespace fcl_fibers::io {
@@ -183,8 +182,7 @@ ParsedFibers parseSwc(ByteReader& file, const FiberFileOptions&) {
     std::reverse(radii.begin() + begin, radii.end());
     parsed.endFiber();
   }
-  setPointRadii(parsed.fibers, std::move(radii));
-  parsed.holds_radii = true;
+  parsed.setRadii(std::move(radii));
   if (branches > 0) {
     parsed.warn(branches, branches == 1 ? " branching point is" : " branching points are",
                 " split, which gives ", fiber_count, " fibers that touch where they meet.");

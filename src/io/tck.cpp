@@ -26,13 +26,12 @@ namespace {
 // Three NaN end a streamline, three infinite numbers end the file.
 struct Header {
   std::uint64_t number_size = 0;
-  ByteOrder order = ByteOrder::kLittle;
   std::uint64_t points_offset = 0;
   std::string_view count;
 };
 
-void readDatatype(const ByteReader& file, std::uint64_t at, std::string_view value,
-                  Header& header) {
+/// Sets the byte order of the file, and returns the size of its numbers.
+std::uint64_t readDatatype(ByteReader& file, std::uint64_t at, std::string_view value) {
   constexpr std::string_view kTypes[] = {"float32le", "float32be", "float64le", "float64be"};
   const auto* const type =
       std::find(std::begin(kTypes), std::end(kTypes), lowerCase(std::string(value)));  // as MRtrix
@@ -40,8 +39,8 @@ void readDatatype(const ByteReader& file, std::uint64_t at, std::string_view val
     file.refuse(at, "datatype is '", ByteReader::shortened(value),
                 "'; supported are Float32LE, Float32BE, Float64LE and Float64BE");
   }
-  header.number_size = type - kTypes < 2 ? 4 : 8;
-  header.order = (type - kTypes) % 2 == 1 ? ByteOrder::kBig : ByteOrder::kLittle;
+  file.setOrder((type - kTypes) % 2 == 1 ? ByteOrder::kBig : ByteOrder::kLittle);
+  return type - kTypes < 2 ? 4 : 8;
 }
 
 // The points begin after the header that it returns, and inside the file.
@@ -73,7 +72,7 @@ Header readHeader(ByteReader& file) {
       file.refuse(at, "there is a second '", key, ":'");
     }
     if (key == "datatype") {
-      readDatatype(file, at, value, header);
+      header.number_size = readDatatype(file, at, value);
     } else if (key == "file") {
       std::string_view rest = value;
       if (takeWord(rest) != ".") {
@@ -99,9 +98,8 @@ enum class Triplet { kPoint, kEndOfStreamline, kEndOfFile };
 Triplet readTriplet(ByteReader& file, const Header& header, Point& point) {
   const std::uint64_t at = file.offset();
   for (double& c : point) {
-    c = header.number_size == 8
-            ? file.number<double>("the points", header.order)
-            : static_cast<double>(file.number<float>("the points", header.order));
+    c = header.number_size == 8 ? file.number<double>("the points")
+                                : static_cast<double>(file.number<float>("the points"));
   }
   const auto all = [&](auto&& is) { return std::all_of(point.begin(), point.end(), is); };
   if (all([](double c) { return std::isfinite(c); })) return Triplet::kPoint;

@@ -91,7 +91,6 @@ std::optional<VoxelAxes> nearestAxes(Matrix3 m) {
 /// The header, of which `to_world` takes a track's points, which are millimetres along the voxel
 /// axes from the corner of the first voxel on, to the world's right, front and up.
 struct Header {
-  ByteOrder order = ByteOrder::kLittle;
   std::uint64_t floats_per_point = 3;
   std::uint64_t floats_per_streamline = 0;
   std::uint64_t streamlines = 0;  // 0: the file does not tell
@@ -119,14 +118,14 @@ struct Header {
 };
 
 template <typename T>
-T numberAt(ByteReader& file, std::uint64_t at, ByteOrder order) {
+T numberAt(ByteReader& file, std::uint64_t at) {
   file.seek(at, "the header");
-  return file.number<T>("the header", order);
+  return file.number<T>("the header");
 }
 
 template <typename T>
-std::uint64_t countAt(ByteReader& file, std::uint64_t at, ByteOrder order, const char* what) {
-  const T count = numberAt<T>(file, at, order);
+std::uint64_t countAt(ByteReader& file, std::uint64_t at, const char* what) {
+  const T count = numberAt<T>(file, at);
   if (count < 0) file.refuse(at, "the number of ", what, " is ", count);
   return static_cast<std::uint64_t>(count);
 }
@@ -153,7 +152,7 @@ void readVoxToRas(ByteReader& file, std::int32_t version, Header& header, Parsed
   std::array<double, 16> entries{};
   for (std::size_t i = 0; i < entries.size(); ++i) {
     const std::uint64_t at = kVoxToRas + sizeof(float) * i;
-    entries[i] = static_cast<double>(numberAt<float>(file, at, header.order));
+    entries[i] = static_cast<double>(numberAt<float>(file, at));
     if (version != 1 && !std::isfinite(entries[i])) {
       file.refuse(at, "an entry of vox_to_ras is ", entries[i]);
     }
@@ -170,9 +169,9 @@ void readVoxToRas(ByteReader& file, std::int32_t version, Header& header, Parsed
 
 void readSpace(ByteReader& file, std::int32_t version, Header& header, ParsedFibers& parsed) {
   for (std::size_t k = 0; k < 3; ++k) {
-    header.dimensions[k] = numberAt<std::int16_t>(file, kDimensions + 2 * k, header.order);
+    header.dimensions[k] = numberAt<std::int16_t>(file, kDimensions + 2 * k);
     const std::uint64_t at = kVoxelSize + 4 * k;
-    header.voxel_size[k] = static_cast<double>(numberAt<float>(file, at, header.order));
+    header.voxel_size[k] = static_cast<double>(numberAt<float>(file, at));
     if (!(header.voxel_size[k] > 0) || !std::isfinite(header.voxel_size[k])) {
       file.refuse(at, "a voxel size is ", header.voxel_size[k]);
     }
@@ -202,21 +201,20 @@ Header readHeader(ByteReader& file, ParsedFibers& parsed) {
   if (file.take(5, "the header") != "TRACK") file.refuse(0, "the file does not start with TRACK");
   Header header;
   const auto has_order = [&](ByteOrder order) {
-    header.order = order;
-    return numberAt<std::int32_t>(file, kSize, order) == kHeaderSize;
+    file.setOrder(order);
+    return numberAt<std::int32_t>(file, kSize) == kHeaderSize;
   };
   if (!has_order(ByteOrder::kLittle) && !has_order(ByteOrder::kBig)) {
     file.refuse(kSize, "the header's size is not 1000 in either byte order");
   }
-  const auto version = numberAt<std::int32_t>(file, kVersion, header.order);
+  const auto version = numberAt<std::int32_t>(file, kVersion);
   if (version < 1 || version > 3) {
     file.refuse(kVersion, "version is ", version, "; supported are 1 and 2");
   }
   if (version == 3) parsed.warn("Version is 3; the file is read as one of version 2.");
-  header.floats_per_point = 3 + countAt<std::int16_t>(file, kScalars, header.order, "scalars");
-  header.floats_per_streamline =
-      countAt<std::int16_t>(file, kProperties, header.order, "properties");
-  header.streamlines = countAt<std::int32_t>(file, kStreamlines, header.order, "streamlines");
+  header.floats_per_point = 3 + countAt<std::int16_t>(file, kScalars, "scalars");
+  header.floats_per_streamline = countAt<std::int16_t>(file, kProperties, "properties");
+  header.streamlines = countAt<std::int32_t>(file, kStreamlines, "streamlines");
   readSpace(file, version, header, parsed);
   file.seek(kHeaderSize, "the header");
   return header;
@@ -229,7 +227,7 @@ void forStreamlines(ByteReader& file, const Header& header, Visit&& visit) {
   for (std::uint64_t i = 0; !file.atEnd() && (header.streamlines == 0 || i < header.streamlines);
        ++i) {
     const std::uint64_t at = file.offset();
-    const auto count = file.number<std::int32_t>("a streamline", header.order);
+    const auto count = file.number<std::int32_t>("a streamline");
     if (count < 0) file.refuse(at, "the number of points is ", count);
     const auto points = static_cast<std::uint64_t>(count);
     // The product has 31 and 16 bits.
@@ -246,7 +244,7 @@ void forStreamlines(ByteReader& file, const Header& header, Visit&& visit) {
 
 Point readPoint(ByteReader& file, const Header& header) {
   const std::uint64_t at = file.offset();
-  const Point world = header.toWorld(file.point<float>(header.order));
+  const Point world = header.toWorld(file.point<float>());
   for (const double c : world) {
     // A double holds any product of floats, but what is beyond them is no place.
     if (std::abs(c) > static_cast<double>(std::numeric_limits<float>::max())) {

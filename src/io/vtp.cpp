@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "io/formats.h"
-#include "io/point_radii.h"
 #include "io/vtp_file.h"
 
 namespace fcl_fibers::io {
@@ -69,8 +68,7 @@ class VtpParser {
       if (radii_.size() != scene.points.size()) {
         file_.refuse(file_.root(), "some pieces have point data 'radius', and some have none");
       }
-      setPointRadii(scene, std::move(radii_));
-      parsed_.holds_radii = true;
+      parsed_.setRadii(std::move(radii_));
     } else if (!options_.radius && !other_radii_.empty()) {
       parsed_.warn(
           "There is no point data 'radius'; radius_from takes the radii from another array. "
