@@ -26,13 +26,6 @@ template <typename S>
 FCL_FIBERS_EXPORT Contact capsuleContact(const fcl::CollisionObject<S>& a,
                                          const fcl::CollisionObject<S>& b);
 
-/// @cond
-extern template FCL_FIBERS_EXPORT Contact capsuleContact(const fcl::CollisionObject<float>&,
-                                                         const fcl::CollisionObject<float>&);
-extern template FCL_FIBERS_EXPORT Contact capsuleContact(const fcl::CollisionObject<double>&,
-                                                         const fcl::CollisionObject<double>&);
-/// @endcond
-
 /// Returns whether this object is a capsule or a sphere, as capsuleContact() requires.
 template <typename S>
 bool isCapsule(const fcl::CollisionObject<S>& object) {

@@ -80,19 +80,4 @@ auto objectsByFiber(const FiberPolylines& scene, const std::vector<Pointer>& obj
   return fibers;
 }
 
-/// @cond
-extern template FCL_FIBERS_EXPORT std::vector<fcl::Transform3<float>> segmentPoses<float>(
-    const FiberPolylines& scene);
-extern template FCL_FIBERS_EXPORT std::vector<fcl::Transform3<double>> segmentPoses<double>(
-    const FiberPolylines& scene);
-extern template FCL_FIBERS_EXPORT std::vector<std::unique_ptr<fcl::CollisionObject<float>>>
-makeObjects<float>(const FiberPolylines& scene);
-extern template FCL_FIBERS_EXPORT std::vector<std::unique_ptr<fcl::CollisionObject<double>>>
-makeObjects<double>(const FiberPolylines& scene);
-extern template FCL_FIBERS_EXPORT void moveObjects<float>(
-    const FiberPolylines& scene, const std::vector<std::unique_ptr<fcl::CollisionObject<float>>>&);
-extern template FCL_FIBERS_EXPORT void moveObjects<double>(
-    const FiberPolylines& scene, const std::vector<std::unique_ptr<fcl::CollisionObject<double>>>&);
-/// @endcond
-
 }  // namespace fcl_fibers
