@@ -130,7 +130,7 @@ double byArrays(Scene& scene, const FiberTree& tree, double& distance) {
     distance = kNone;
     for (double limit = kRadius; distance == kNone; limit *= 2) {
       for (const TriangleMesh& mesh : scene.meshes) {
-        tree.find(Nearest{std::min(limit, distance)}, mesh, pairs);
+        tree.find(fcl_fibers::Nearest{std::min(limit, distance)}, mesh, pairs);
         for (const TrianglePair pair : pairs) {
           distance = std::min(distance, meshContact(arrays, mesh, pair).distance);
         }

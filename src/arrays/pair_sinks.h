@@ -30,9 +30,13 @@ class PairsOfOne final : public index::PairFilter {
     pair = {pair.a ^ differ, pair.b ^ differ};
     return !are_neighbors_(pair.a, pair.b);
   }
+  /// Orders an impact of a pair that keep() has kept.
   bool operator()(Impact& impact) const {
-    if (impact.pair.a > impact.pair.b) std::swap(impact.s, impact.t);
-    return (*this)(impact.pair);
+    if (impact.pair.a > impact.pair.b) {
+      std::swap(impact.pair.a, impact.pair.b);
+      std::swap(impact.s, impact.t);
+    }
+    return true;
   }
 
   std::size_t keep(tree::Pair* pairs, std::size_t count,

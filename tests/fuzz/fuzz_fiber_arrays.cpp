@@ -115,7 +115,7 @@ class AnyArrays {
 
 Pairs pairsOf(const FiberTree& tree) {
   Pairs pairs;
-  tree.visit(Touching{}, [&](SegmentPair pair) { pairs.emplace_back(pair.a, pair.b); });
+  tree.visit(fcl_fibers::Touching{}, [&](SegmentPair pair) { pairs.emplace_back(pair.a, pair.b); });
   return pairs;
 }
 
@@ -153,7 +153,7 @@ void fuzz(FuzzedDataProvider& data) {
     const std::int32_t triangle[] = {0, 1, 2};
     TriangleMesh mesh(MeshArrays<double>{points, 3, triangle, 1});
     mesh.setCategories(readByte(data));
-    tree.visit(Touching{}, mesh,
+    tree.visit(fcl_fibers::Touching{}, mesh,
                [&](TrianglePair pair) { fcl_fibers::meshContact(view, mesh, pair); });
   }
 }

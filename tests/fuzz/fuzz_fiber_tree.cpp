@@ -69,7 +69,7 @@ std::vector<double>* told = nullptr;
 
 Pairs pairsOf(const FiberTree& tree) {
   Pairs pairs;
-  tree.visit(Touching{}, [&](SegmentPair pair) { pairs.emplace_back(pair.a, pair.b); });
+  tree.visit(fcl_fibers::Touching{}, [&](SegmentPair pair) { pairs.emplace_back(pair.a, pair.b); });
   for (const auto& [a, b] : pairs) told->insert(told->end(), {double(a), double(b)});
   return pairs;
 }
@@ -142,7 +142,8 @@ struct Impacts {
       told->insert(told->end(), {double(pair.first), double(pair.second), impact.time, impact.s});
     };
     refused = isRefused([&] {
-      other != nullptr ? tree.visit(Impacts{}, *other, take) : tree.visit(Impacts{}, take);
+      other != nullptr ? tree.visit(fcl_fibers::Impacts{}, *other, take)
+                       : tree.visit(fcl_fibers::Impacts{}, take);
     });
   }
 };
@@ -186,7 +187,8 @@ void checkStep(const FiberTree& tree, const Step<S>& step, const FiberTree* othe
     require(moving.emplace(pair.a, pair.b).second);
     told->insert(told->end(), {double(pair.a), double(pair.b)});
   };
-  other != nullptr ? tree.visit(MovingPairs{}, *other, take) : tree.visit(MovingPairs{}, take);
+  other != nullptr ? tree.visit(fcl_fibers::MovingPairs{}, *other, take)
+                   : tree.visit(fcl_fibers::MovingPairs{}, take);
   const Impacts impacts(tree, other);
   const auto safeStep = [&] { return other != nullptr ? tree.safeStep(*other) : tree.safeStep(); };
   if (options.report == Report::kVolumes) {
@@ -216,7 +218,7 @@ void checkOverlaps(const FiberTree& tree, const Hair<S>& hair, const Shape& shap
                    Gap&& gap) {
   std::set<int> found;
   if (isRefused([&] {
-        tree.visit(Touching{}, shape, [&](std::int32_t segment) {
+        tree.visit(fcl_fibers::Touching{}, shape, [&](std::int32_t segment) {
           require(found.insert(segment).second);
           told->push_back(segment);
         });
@@ -346,16 +348,16 @@ void checkMesh(const FiberTree& tree, const Hair<S>& hair, const Triangles<S>& t
     touching.insert(pair.segment);
     told->insert(told->end(), {double(pair.segment), double(pair.triangle)});
   };
-  if (isRefused([&] { tree.visit(Touching{}, mesh, take); })) {
+  if (isRefused([&] { tree.visit(fcl_fibers::Touching{}, mesh, take); })) {
     return require(size > 1e100 || tree.options().report == Report::kVolumes);
   }
   std::vector<std::int32_t> segments;
-  tree.find(TouchingSegments{}, mesh, segments);
+  tree.find(fcl_fibers::TouchingSegments{}, mesh, segments);
   require(std::set<int>(segments.begin(), segments.end()) == touching &&
           segments.size() == touching.size());
   std::vector<TrianglePair> nearest;
   const double distance = 1.5;
-  tree.find(Nearest{distance}, mesh, nearest);
+  tree.find(fcl_fibers::Nearest{distance}, mesh, nearest);
   std::vector<std::int32_t> nearest_of(hair.pointCount(), -1);
   for (const TrianglePair& pair : nearest) {
     std::int32_t& triangle = nearest_of[static_cast<std::size_t>(pair.segment)];
@@ -405,13 +407,15 @@ void checkStep(const FiberTree& tree, const Step<S>* step, const Triangles<S>& t
   std::map<std::pair<int, int>, double> impacts;
   double safe = 1;
   if (isRefused([&] {
-        tree.visit(Impacts{}, MeshStep{at_start, at_end}, [&](const MeshImpact& impact) {
-          const std::pair<int, int> pair(impact.pair.segment, impact.pair.triangle);
-          require(impacts.emplace(pair, impact.time).second);
-          require(impact.time >= 0 && impact.time <= 1);
-          told->insert(told->end(), {double(pair.first), double(pair.second), impact.time});
-        });
-        safe = tree.safeStep(MeshStep{at_start, at_end});
+        tree.visit(
+            fcl_fibers::Impacts{}, fcl_fibers::MeshStep{at_start, at_end},
+            [&](const MeshImpact& impact) {
+              const std::pair<int, int> pair(impact.pair.segment, impact.pair.triangle);
+              require(impacts.emplace(pair, impact.time).second);
+              require(impact.time >= 0 && impact.time <= 1);
+              told->insert(told->end(), {double(pair.first), double(pair.second), impact.time});
+            });
+        safe = tree.safeStep(fcl_fibers::MeshStep{at_start, at_end});
       })) {
     return;
   }
@@ -453,7 +457,7 @@ void fuzzMesh(FuzzedDataProvider& data, const FiberTree& tree, const Hair<S>& ha
   checkMesh(tree, hair, refused ? before : triangles, *mesh);
   checkStep(tree, step, before, at_start, refused ? before : triangles, *mesh);
   std::vector<MeshContact> contacts;
-  isRefused([&] { tree.find(Contacts{hair.arrays()}, *mesh, contacts); });
+  isRefused([&] { tree.find(fcl_fibers::Contacts{hair.arrays()}, *mesh, contacts); });
 }
 
 /// Moves the tree and the hair, unless it refuses.
@@ -495,7 +499,7 @@ struct Fibers {
     hair = next;
     step.reset();
     checkAnswers(pairsOf(tree), tree.options(), *hair);
-    require(isRefused([&] { tree.visit(MovingPairs{}, [](SegmentPair) {}); }));
+    require(isRefused([&] { tree.visit(fcl_fibers::MovingPairs{}, [](SegmentPair) {}); }));
   }
 
   void move(FuzzedDataProvider& data) {
@@ -511,7 +515,7 @@ template <typename S>
 void checkBoth(const Fibers<S>& first, const Fibers<S>& second) {
   if (!first.hair || !second.hair) return;
   Pairs pairs;
-  first.tree.visit(Touching{}, second.tree, [&](SegmentPair pair) {
+  first.tree.visit(fcl_fibers::Touching{}, second.tree, [&](SegmentPair pair) {
     pairs.emplace_back(pair.a, pair.b);
     told->insert(told->end(), {double(pair.a), double(pair.b)});
   });
@@ -556,7 +560,8 @@ void fuzz(FuzzedDataProvider& data, int threads) {
       case 3: {
         const int most = data.ConsumeIntegralInRange(1, 40);
         int calls = 0;
-        const bool stopped = tree.visit(Touching{}, [&](SegmentPair) { return ++calls == most; });
+        const bool stopped =
+            tree.visit(fcl_fibers::Touching{}, [&](SegmentPair) { return ++calls == most; });
         require(calls <= most && stopped == (calls == most));
         if (!fibers.hair) break;
         const std::uint8_t more = readByte(data);
