@@ -3,10 +3,11 @@
 """Compares the speed of two trees of the library, and what they find, call by call.
 
 OLD and NEW are folders of this repository, such as worktrees. Each is called as its own
-benchmarks/compare/ does, so names of calls may differ, but rows may not. Instructions are counted under callgrind, with AVX2 and with SSE4, and
-do not depend on what else the machine does. Times are taken of both libraries by turns in one
-process. They are given by the median of old/new, which is above 1 if the new one is faster, and its
-95 % interval. The comparison fails if a call finds something else, or the same in another order.
+benchmarks/compare/ does, so names of calls may differ, but rows may not. Instructions are counted
+under callgrind, with AVX2 and with SSE4, and do not depend on what else the machine does. Times are
+taken of both libraries by turns in one process. They are given by the median of old/new, which is
+above 1 if the new one is faster, and its 95 % interval. The comparison fails if a call finds
+something else, or the same in another order.
 """
 
 import argparse
