@@ -181,14 +181,6 @@ TYPED_TEST(Contacts, NumberTheOtherManagersSegmentsByThatManager) {
     const FiberSegment b = other->fiberSegment(contact.object_b);
     EXPECT_TRUE(contact.b.fiber == b.fiber && contact.b.segment == b.segment);
   }
-
-  ContactCollector<S> single(*manager, nullptr);
-  manager->collide(others[0], &single, single.callback);
-  for (const auto& contact : single.contacts()) {
-    EXPECT_EQ(contact.object_b, others[0]);
-    EXPECT_EQ(contact.b.fiber + contact.b.segment, 0u);
-  }
-  EXPECT_FALSE(single.contacts().empty());
 }
 
 TYPED_TEST(Contacts, AreCollectedFromEveryQueryOfTheManager) {

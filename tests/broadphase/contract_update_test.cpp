@@ -16,21 +16,6 @@ namespace {
 MANAGER_SUITE(UpdateContract, AllManagers);
 MANAGER_SUITE(FiberUpdate, FiberManagers);
 
-// After a motion, pairs would be those of a frame ago.
-TYPED_TEST(UpdateContract, UpdateFollowsRandomMotions) {
-  for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0.02)) {
-    SCOPED_TRACE(describe(options));
-    const auto scene = strandScene<typename TypeParam::Scalar>(8, 16, 101);
-    Random random(102);
-    const Managed<TypeParam> manager(scene, options);
-    for (int step = 0; step < 15; ++step) {
-      jolt(scene.objects(), random, step % 5 == 4 ? 1.5 : 0.05, 0.3);
-      manager->update();
-      EXPECT_TRUE(manager.answersSelf()) << "step " << step;
-    }
-  }
-}
-
 // Over many small steps, bounds would fall behind what they bound.
 TYPED_TEST(UpdateContract, BoundsHoldOverManySmallMotions) {
   const auto scene = curledScene<typename TypeParam::Scalar>(110, 103);
@@ -40,32 +25,6 @@ TYPED_TEST(UpdateContract, BoundsHoldOverManySmallMotions) {
     jolt(scene.objects(), random, 0.004, 0.02);
     manager->update();
     EXPECT_TRUE(manager.answersSelf()) << "step " << step;
-  }
-}
-
-// A scene that contracts, expands, turns or travels as a whole would lose pairs or keep false ones.
-TYPED_TEST(UpdateContract, UpdateFollowsTheSceneAsAWhole) {
-  using S = typename TypeParam::Scalar;
-  const Scene<S> scene = unequalScene<S>(105);
-  const Managed<TypeParam> manager(scene);
-  const auto apply = [&](const Eigen::Quaterniond& turn, double scale,
-                         const Eigen::Vector3d& shift) {
-    for (auto* object : scene.objects()) {
-      const Eigen::Matrix3d rotation = object->getRotation().template cast<double>();
-      const Eigen::Vector3d position = object->getTranslation().template cast<double>();
-      moveTo(*object,
-             makePose<S>(turn * Eigen::Quaterniond(rotation), turn * (scale * position) + shift));
-    }
-    manager->update();
-    EXPECT_TRUE(manager.answersSelf()) << scale << " times, by " << shift.transpose();
-  };
-  const Eigen::Quaterniond none = Eigen::Quaterniond::Identity();
-  const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()));
-  for (int step = 0; step < 3; ++step) {
-    apply(none, 0.5, Eigen::Vector3d::Zero());
-    apply(turn, 1, Eigen::Vector3d::Zero());
-    apply(none, 3, Eigen::Vector3d::Zero());
-    apply(none, 1, Eigen::Vector3d(100, -300, 50));
   }
 }
 
@@ -145,20 +104,6 @@ TYPED_TEST(UpdateContract, AnObjectMayMoveAndLeaveWithoutUpdate) {
   }
 }
 
-// A coming and going between updates would leave the tree with leaves of another shape.
-TYPED_TEST(UpdateContract, UpdatesAndRegistrationsMayAlternate) {
-  const auto scene = strandScene<typename TypeParam::Scalar>(6, 12, 114);
-  Random random(115);
-  Managed<TypeParam> manager(scene);
-  for (int step = 0; step < 12; ++step) {
-    auto* object = manager.unregister(random.below(manager.size()));
-    jolt(manager.objects(), random, 0.05, 0.2);
-    manager->update();
-    manager.registerObject(object);
-    EXPECT_TRUE(manager.answersSelf()) << step;
-  }
-}
-
 // Logs would depend on whether a program skips updates in which nothing moves.
 TYPED_TEST(FiberUpdate, UpdateWithoutMotionChangesNothing) {
   using S = typename TypeParam::Scalar;
@@ -179,18 +124,6 @@ TYPED_TEST(FiberUpdate, UpdateWithoutMotionChangesNothing) {
     // This may put the pairs into another order.
     manager->update(scene[3]);
     EXPECT_TRUE(manager.answersSelf());
-  }
-}
-
-// The closest approach after a motion would be that of a frame ago.
-TYPED_TEST(FiberUpdate, DistancesFollowMotions) {
-  const auto scene = soupScene<typename TypeParam::Scalar>(60, 0.05, 116);
-  Random random(117);
-  const Managed<TypeParam> manager(scene);
-  for (int step = 0; step < 20; ++step) {
-    jolt(scene.objects(), random, 0.1, 0.5);
-    manager->update();
-    manager.expectNearest();
   }
 }
 

@@ -43,7 +43,6 @@ std::vector<FiberManagerOptions> neighborOptions() {
 }
 
 MANAGER_SUITE(FiberRules, FiberManagers);
-MANAGER_SUITE(Cascade, WrappedManagers);
 
 // A rope's ends that meet would be a contact; or segments be ignored by their number where the rule
 // is a length.
@@ -356,37 +355,6 @@ TYPED_TEST(FiberRules, NoCapsulesAreVisitedThatAreFartherThanTheNearest) {
   }
 }
 
-// After updates, neighbours would come back or others be ignored.
-TYPED_TEST(FiberRules, NeighborsStayIgnoredAfterUpdates) {
-  const auto scene = strandScene<typename TypeParam::Scalar>(6, 15, 146);
-  Managed<TypeParam> manager(ignoring(2, Report::kCapsules, 0.02));
-  manager.registerFibers(scene);
-  Random random(147);
-  for (int step = 0; step < 6; ++step) {
-    jolt(scene.objects(), random, 0.1, 0.3);
-    manager->update();
-    EXPECT_TRUE(manager.answersSelf());
-  }
-}
-
-// A large margin would be handled by another path, or be lost in the traversal's pruning.
-TYPED_TEST(FiberRules, AnyMarginIsKept) {
-  using S = typename TypeParam::Scalar;
-  const Scene<S> scene = soupScene<S>(70, 0.1, 148);
-  const Scene<S> others = soupScene<S>(9, 0.1, 149, {Eigen::Vector3d(1.5, 0, 0), 1});
-  for (const Report report : {Report::kVolumes, Report::kCapsules}) {
-    for (const double margin : {1e-9, 1e-3, 0.1, 0.5, 2.0, 100.0}) {
-      const FiberManagerOptions options = ignoring(0, report, margin);
-      SCOPED_TRACE(describe(options));
-      const Managed<TypeParam> manager(scene, options), other(others, options);
-      const std::size_t least = margin < 0.5 ? 0 : 1;
-      EXPECT_TRUE(manager.answersSelf(least));
-      EXPECT_TRUE(manager.answersWith(others[0], least));
-      EXPECT_TRUE(manager.answersWith(other, least));
-    }
-  }
-}
-
 // Bounds would be rounded inward: volumes that overlap by less than a bit of a float are missed.
 TYPED_TEST(FiberRules, VolumesThatBarelyOverlapAreFound) {
   using S = typename TypeParam::Scalar;
@@ -566,27 +534,6 @@ TYPED_TEST(FiberRules, OptionsAreKept) {
   EXPECT_EQ(defaults.report, Report::kVolumes);
   EXPECT_EQ(defaults.ignored_neighbors, 0);
   EXPECT_EQ(defaults.margin, 0);
-}
-
-// A scene that travels would lose pairs, or make every cage anew.
-TYPED_TEST(Cascade, FollowsAShiftOfEverything) {
-  using S = typename TypeParam::Scalar;
-  const Scene<S> scene = curledScene<S>(100, 157);
-  const Managed<TypeParam> manager(scene);
-  // Coordinates on a grid that survives the shift without rounding.
-  for (auto* object : scene.objects()) {
-    fcl::Transform3<S> pose = object->getTransform();
-    for (int i = 0; i < 3; ++i) {
-      pose.translation()[i] = std::round(pose.translation()[i] * S(1024)) / S(1024);
-    }
-    moveTo(*object, pose);
-  }
-  manager->update();
-  for (int step = 0; step < 6; ++step) {
-    for (auto* object : scene.objects()) translate(*object, {4, -2, 0.5});
-    manager->update();
-    EXPECT_TRUE(manager.answersSelf());
-  }
 }
 
 }  // namespace

@@ -274,34 +274,6 @@ TYPED_TEST(Generations, HalfSpacesMayComeBeforeOthersOrAfter) {
   }
 }
 
-// A clone would miss what came late, or hold it against the original.
-TYPED_TEST(Generations, AClonesPairsAreThoseOfTheOriginal) {
-  using S = typename TypeParam::Scalar;
-  Scene<S> scene = strandScene<S>(12, 16, 320);
-  scene.addHalfspace({0, 0, 1}, -0.4);
-  scene.addSphere({0.1, 0.1, 0}, 0.1);
-  for (const bool is_asked : {false, true}) {
-    Managed<TypeParam> managed;
-    for (const auto& fiber : scene.fibers()) managed.registerFiber(fiber);
-    managed->setup();
-    managed.registerEach(scene.loose());
-    if (is_asked) {
-      EXPECT_TRUE(managed.answersSelf());
-    }
-    const Scene<S> copies = scene.reallocated(321);
-    const Managed<TypeParam> clone = managed.clone(copies.objects());
-    EXPECT_TRUE(clone.answersSelf());
-    auto pairs = clone.numbered(selfPairs(*clone));
-    auto expected = managed.numbered(selfPairs(*managed));
-    // The clone has all objects in one tree, so the order is its own.
-    std::sort(pairs.begin(), pairs.end());
-    std::sort(expected.begin(), expected.end());
-    EXPECT_EQ(pairs, expected);
-    clone.expectNearest();
-    clone.expectAnswersWith(clone.every(17));
-  }
-}
-
 // A tool that is picked up and put down again would be forgotten, answered for when it has gone, or
 // cost more each time.
 TYPED_TEST(Generations, OneObjectMayComeAndGoAThousandTimes) {

@@ -145,38 +145,6 @@ TYPED_TEST(Meshes, MayChangeTheirForm) {
   EXPECT_TRUE(clone.answersSelf(20));
 }
 
-// What comes and goes would take others with it.
-TYPED_TEST(Meshes, MayComeAndGo) {
-  using S = typename TypeParam::Scalar;
-  HairAndHeads<S> made(907);
-  for (const FiberManagerOptions& options : {capsuleOptions()[0], capsuleOptions()[3]}) {
-    Managed<TypeParam> manager(options);
-    manager.registerObject(made.meshes[0]);
-    EXPECT_TRUE(manager.answersSelf(0));
-    for (const auto& fiber : made.scene.fibers()) manager.registerFiber(fiber);
-    EXPECT_TRUE(manager.answersSelf(10));
-    for (std::size_t i = 1; i < made.meshes.size(); ++i) {
-      manager.registerObject(made.meshes[i]);
-      EXPECT_TRUE(manager.answersSelf(10)) << "mesh " << i;
-      EXPECT_TRUE(manager.answersWith(made.meshes[i], 0));
-    }
-    Random random(908);
-    for (int step = 0; step < 12; ++step) {
-      auto* gone = manager.unregister(random.below(manager.size()));
-      EXPECT_TRUE(manager.answersSelf(10)) << "step " << step;
-      if (step % 3 == 0) manager->update();
-      manager.registerObject(gone);
-      EXPECT_TRUE(manager.answersSelf(10)) << "step " << step;
-    }
-    while (manager.size() > 3) manager.unregister(manager.size() / 2);
-    EXPECT_TRUE(manager.answersSelf(0));
-    manager.clear();
-    EXPECT_TRUE(manager.answersSelf(0));
-    manager.registerObjects(made.scene.objects());
-    EXPECT_TRUE(manager.answersSelf(10));
-  }
-}
-
 // Meshes of another manager would count by their boxes, or be missed.
 TYPED_TEST(Meshes, OfAnotherManagerCountToo) {
   using S = typename TypeParam::Scalar;

@@ -53,31 +53,6 @@ TYPED_TEST(MixedContract, ShapesBesideFibersAreFound) {
   }
 }
 
-// The manager would need fibers to work at all.
-TYPED_TEST(MixedContract, AManagerWithoutAnyFiberWorks) {
-  Scene<typename TypeParam::Scalar> scene;
-  addShapes(scene, 120, 0.5, 162);
-  for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0.03)) {
-    SCOPED_TRACE(describe(options));
-    EXPECT_TRUE(Managed<TypeParam>(scene, options).answersSelf());
-  }
-}
-
-// A floor, whose box is infinite, would break the tree or meet nothing.
-TYPED_TEST(MixedContract, UnboundedShapesAreFound) {
-  using S = typename TypeParam::Scalar;
-  Scene<S> unbounded_only;
-  addUnbounded(unbounded_only);
-  Scene<S> scene = fibersAndShapes<S>(20, 163);
-  addUnbounded(scene);
-  scene.addCapsule(Eigen::Vector3d(0, 0, -2), Eigen::Vector3d(0, 1, -2), 0.1);
-  for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0.03)) {
-    SCOPED_TRACE(describe(options));
-    EXPECT_TRUE(registeredEach<TypeParam>(scene, options).answersSelf());
-    EXPECT_TRUE(registeredEach<TypeParam>(unbounded_only, options).answersSelf());
-  }
-}
-
 // An unbounded or boxy object as the query, or in the other manager, would be lost.
 TYPED_TEST(MixedContract, ShapesAsPartnersAreFound) {
   using S = typename TypeParam::Scalar;
@@ -94,36 +69,6 @@ TYPED_TEST(MixedContract, ShapesAsPartnersAreFound) {
     EXPECT_TRUE(manager.answersWith(other));
     EXPECT_TRUE(other.answersWith(manager));
   }
-}
-
-// A head that turns would be found where it was.
-TYPED_TEST(MixedContract, ShapesMoveToo) {
-  const auto scene = fibersAndShapes<typename TypeParam::Scalar>(40, 166);
-  Random random(167);
-  const Managed<TypeParam> manager(scene);
-  for (int step = 0; step < 8; ++step) {
-    jolt(scene.objects(), random, 0.2, 0.5);
-    manager->update();
-    EXPECT_TRUE(manager.answersSelf());
-  }
-}
-
-// Shapes that come and go would take fibers with them.
-TYPED_TEST(FiberMixed, ShapesMayComeAndGo) {
-  auto scene = fibersAndShapes<typename TypeParam::Scalar>(15, 168);
-  addUnbounded(scene);
-  Managed<TypeParam> manager(scene);
-  Random random(169);
-  for (int step = 0; step < 30; ++step) {
-    const bool late = step % 2 == 0;
-    const std::size_t i =
-        late ? manager.size() - 1 - random.below(20) : random.below(manager.size());
-    auto* object = manager.unregister(i);
-    EXPECT_TRUE(manager.answersSelf()) << "step " << step;
-    manager.registerObject(object);
-  }
-  manager->update();
-  EXPECT_TRUE(manager.answersSelf());
 }
 
 // Registering everything at once would fail where one by one works, as in FCL's tree.

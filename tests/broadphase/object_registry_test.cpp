@@ -202,26 +202,6 @@ class Model {
   int order_ = 0, fibers_ = 0;
 };
 
-TEST(ObjectRegistry, RemovingLeavesTheOthersNumbersAsTheyAre) {
-  // If this fails, unregistering a segment joins its two neighbours, or moves the fiber's numbers.
-  const Stock stock(300);
-  Model model(stock);
-  model.add(stock.range(0, 100), oneFiber(100), true);
-  model.add(stock.range(100, 200), oneFiber(100), false);
-  model.add(stock.range(200, 300), oneFiber(100), true);
-  // Beyond the number at which ids are renumbered.
-  for (std::size_t i = 0; i < 300; ++i) {
-    if (i % 8 == 3) continue;
-    model.remove(stock[i]);
-    if (i % 11 == 0) model.expectEqual();
-    if (testing::Test::HasFatalFailure()) FAIL() << i;
-  }
-  model.expectEqual();
-  // The first segment of a fiber is gone, and the second starts no other fiber.
-  EXPECT_EQ(model.registry().fibers().placeOf(model.registry().find(stock[3])).segment, 3u);
-  EXPECT_EQ(model.registry().fibers().placeOf(model.registry().find(stock[203])).segment, 3u);
-}
-
 TEST(ObjectRegistry, IsTheModelUnderRandomUse) {
   // If this fails, some sequence of registering and unregistering loses an object or its place,
   // ignores neighbours across the ends of fibers or in guessed ones, or outlives clear().

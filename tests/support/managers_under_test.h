@@ -50,8 +50,6 @@ struct FiberManagerConfig {
   using Scalar = ScalarT;
   static constexpr bool kIsFiberManager = true;
   static constexpr LeafVolume kVolume = kLeafVolume;
-  using OtherTopology = FiberManagerConfig<
-      kVolume, Scalar, kTopology == Topology::kBundle ? Topology::kSuperThread : Topology::kBundle>;
 
   static auto make(FiberManagerOptions options = {}) {
     options.topology = kTopology;
