@@ -124,7 +124,7 @@ ParsedFibers parseBcc(ByteReader& file, const FiberFileOptions& options) {
     }
     left -= count;
     std::vector<Point> points(static_cast<std::size_t>(count) + 3);
-    for (std::size_t j = 1; j <= count; ++j) points[j] = file.point<float>();
+    for (std::size_t j = 1; j <= count; ++j) points[j] = file.point();
     if (count == 1) {
       scene.points.push_back(points[1]);
     } else {

@@ -52,10 +52,6 @@ std::optional<T> parsedNumber(std::string_view text) {
 /// place and the reason.
 class ByteReader {
  public:
-  /// How errors give a place. Lines end at each line feed, or at each carriage return if the file
-  /// has no line feed.
-  enum class Places { kBytes, kLines };
-
   /// @param call  the function that reads, for error texts
   ByteReader(std::string_view bytes, std::string name, const char* call = "readFibers")
       : bytes_(bytes), name_(std::move(name)), call_(call) {}
@@ -63,9 +59,11 @@ class ByteReader {
   /// Of the numbers that are read from now on; little endian before.
   void setOrder(ByteOrder order) { order_ = order; }
 
-  void setPlaces(Places places) {
-    places_ = places;
-    if (places == Places::kLines && bytes_.find('\n') == bytes_.npos) line_end_ = '\r';
+  /// Whether errors give a place by its line rather than its byte. Lines end at each line feed, or
+  /// at each carriage return if the file has no line feed.
+  void setInLines(bool in_lines) {
+    in_lines_ = in_lines;
+    if (in_lines && bytes_.find('\n') == bytes_.npos) line_end_ = '\r';
   }
 
   std::string_view bytes() const { return bytes_; }
@@ -105,18 +103,14 @@ class ByteReader {
     return decode<T>(take(sizeof(T), part).data(), order_);
   }
 
-  template <typename T>
-  double coordinate() {
-    const std::uint64_t at = offset_;
-    const double value = static_cast<double>(number<T>("the points"));
-    if (!std::isfinite(value)) refuse(at, "a coordinate is ", value);
-    return value;
-  }
-
-  template <typename T>
+  /// Three floats, which have to be finite.
   Point point() {
     Point point;
-    for (double& c : point) c = coordinate<T>();
+    for (double& c : point) {
+      const std::uint64_t at = offset_;
+      c = static_cast<double>(number<float>("the points"));
+      if (!std::isfinite(c)) refuse(at, "a coordinate is ", c);
+    }
     return point;
   }
 
@@ -155,9 +149,8 @@ class ByteReader {
 
   template <typename... Reason>
   [[noreturn]] void refuse(std::uint64_t offset, const Reason&... reason) const {
-    const bool in_lines = places_ == Places::kLines;
-    throw std::runtime_error(joinedText(call_, ": '", name_, "', ", in_lines ? "line " : "byte ",
-                                        in_lines ? lineAt(offset) : offset, ": ", reason...));
+    throw std::runtime_error(joinedText(call_, ": '", name_, "', ", in_lines_ ? "line " : "byte ",
+                                        in_lines_ ? lineAt(offset) : offset, ": ", reason...));
   }
 
   [[noreturn]] void refuseEnd(const char* part) const {
@@ -176,7 +169,7 @@ class ByteReader {
  private:
   std::string_view bytes_;
   std::string name_;
-  Places places_ = Places::kBytes;
+  bool in_lines_ = false;
   ByteOrder order_ = ByteOrder::kLittle;
   const char* call_;
   char line_end_ = '\n';

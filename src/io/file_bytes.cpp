@@ -13,6 +13,8 @@
 #include <system_error>
 #include <utility>
 
+#include "io/text.h"
+
 namespace fcl_fibers::io {
 namespace {
 
@@ -78,8 +80,7 @@ void writeBytes(const char* call, const std::string& path, const std::string& by
 }
 
 bool isPacked(std::string_view bytes) {
-  constexpr std::string_view kStart = "\x1F\x8B\x08";  // and deflate
-  return bytes.substr(0, kStart.size()) == kStart;
+  return startsWith(bytes, "\x1F\x8B\x08");  // and deflate
 }
 
 std::string unpackedStart(std::string_view bytes, std::size_t most) {

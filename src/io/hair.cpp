@@ -106,7 +106,7 @@ ParsedFibers parseHair(ByteReader& file, const FiberFileOptions&) {
   if (begin.back() != points) {
     file.refuse(8, "the header has ", points, " points, but the strands have ", begin.back());
   }
-  for (std::uint64_t i = 0; i < points; ++i) scene.points.push_back(file.point<float>());
+  for (std::uint64_t i = 0; i < points; ++i) scene.points.push_back(file.point());
   if (has(kThickness)) {
     std::vector<double> radii;
     radii.reserve(scene.points.size());

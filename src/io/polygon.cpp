@@ -154,8 +154,9 @@ class PolygonCutter {
   std::vector<std::size_t> cut() {
     if (takeOffEars(0) || takeOffEars(rounded_)) return triangles_;
     if (points_.size() > 4 || !isTwisted(seen_)) return {};
-    if (distance(points_[0], points_[2]) < distance(points_[1], points_[3]))
-      return {0, 1, 2, 2, 3, 0};
+    const bool is_first_shorter =
+        distance(points_[0], points_[2]) < distance(points_[1], points_[3]);
+    if (is_first_shorter) return {0, 1, 2, 2, 3, 0};
     return {1, 2, 3, 3, 0, 1};
   }
 
@@ -203,11 +204,6 @@ class PolygonCutter {
 
   bool isTwoWay(const Corner& from, const Corner& to) const {
     return edges_.count({to.place, from.place}) > 0;
-  }
-
-  bool isDoubtful(std::size_t corner) const {
-    const Corner& at = corners_[corner];
-    return isTwoWay(corners_[at.last], at) && isTwoWay(at, corners_[at.next]);
   }
 
   void readTurn(std::size_t corner) {
@@ -278,7 +274,8 @@ class PolygonCutter {
       const auto [ear, length, corner] = *ears_.begin();
       ears_.erase(ears_.begin());
       Corner& at = corners_[corner];
-      if ((ear == Ear::kFree || ear == Ear::kTouched) && isDoubtful(corner)) {
+      if ((ear == Ear::kFree || ear == Ear::kTouched) && isTwoWay(corners_[at.last], at) &&
+          isTwoWay(at, corners_[at.next])) {
         at.ear = Ear::kDoubtful;
         ears_.emplace(at.ear, length, corner);
         continue;
@@ -324,8 +321,8 @@ class PolygonCutter {
   std::vector<Point> seen_ = seenFromFirst(points_);
   std::vector<Corner> corners_;
   double tolerance_ = 0;  ///< of orientations
-  double rounded_ =
-      0;  ///< the same for corners that are rounded, but less than the size of the polygon
+  /// The same for corners that are rounded, but less than the size of the polygon.
+  double rounded_ = 0;
   /// The corners that do not turn left. An edge that enters the triangle of another corner begins
   /// or ends at one of them.
   std::vector<std::size_t> blockers_;

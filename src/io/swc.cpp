@@ -27,8 +27,10 @@ struct Node {
   std::size_t children = 0;
 
   bool isRoot() const { return parent == -1; }
-  /// A fiber ends here, and those of the children begin. A root begins fibers but ends none.
-  bool isEnd() const { return children != 1; }
+  /// A fiber begins or ends here.
+  bool isEnd() const { return isRoot() || children != 1; }
+  /// A root ends no fiber but its own, whose other end is the root again, if it is alone.
+  bool endsFiber() const { return isRoot() ? children == 0 : children != 1; }
 };
 
 /// The next line with a node, or an empty one.
@@ -150,14 +152,9 @@ ParsedFibers parseSwc(ByteReader& file, const FiberFileOptions&) {
   startText(file);
   const std::vector<Node> nodes = readNodes(file);
   std::size_t fiber_count = 0, point_count = 0, branches = 0;
-  // A root without children is a fiber whose other end is the root again.
-  const auto is_lone = [](const Node& node) { return node.isRoot() && node.children == 0; };
-  const auto is_fiber = [&](const Node& node) {
-    return node.isRoot() ? is_lone(node) : node.isEnd();
-  };
   for (const Node& node : nodes) {
-    fiber_count += is_fiber(node) ? 1 : 0;
-    point_count += (!node.isRoot() || is_lone(node) ? 1 : 0) + (is_fiber(node) ? 1 : 0);
+    fiber_count += node.endsFiber() ? 1 : 0;
+    point_count += (!node.isRoot() || node.endsFiber() ? 1 : 0) + (node.endsFiber() ? 1 : 0);
     branches += node.children > 1 ? 1 : 0;
   }
   ParsedFibers parsed;
@@ -170,14 +167,14 @@ ParsedFibers parseSwc(ByteReader& file, const FiberFileOptions&) {
     radii.push_back(node.radius);
   };
   for (const Node& end : nodes) {
-    if (!is_fiber(end)) continue;
+    if (!end.endsFiber()) continue;
     const auto begin = static_cast<std::ptrdiff_t>(points.size());
     add(end);
     const Node* node = &end;
     do {
       if (!node->isRoot()) node = &nodes[static_cast<std::size_t>(node->parent)];
       add(*node);
-    } while (!node->isRoot() && !node->isEnd());
+    } while (!node->isEnd());
     std::reverse(points.begin() + begin, points.end());
     std::reverse(radii.begin() + begin, radii.end());
     parsed.endFiber();

@@ -45,7 +45,7 @@ std::uint64_t readDatatype(ByteReader& file, std::uint64_t at, std::string_view 
 
 // The points begin after the header that it returns, and inside the file.
 Header readHeader(ByteReader& file) {
-  file.setPlaces(ByteReader::Places::kLines);
+  file.setInLines(true);
   if (trimmed(file.line()) != "mrtrix tracks") {
     file.refuse(0, "the file does not start with 'mrtrix tracks'");
   }
@@ -89,7 +89,7 @@ Header readHeader(ByteReader& file) {
   if (header.number_size == 0) file.refuse(file.offset(), "the header has no 'datatype:'");
   if (!place_at) file.refuse(file.offset(), "the header has no 'file:'");
   file.seekPoints(header.points_offset, file.offset(), *place_at);
-  file.setPlaces(ByteReader::Places::kBytes);
+  file.setInLines(false);
   return header;
 }
 

@@ -41,7 +41,7 @@ inline std::string_view takeWord(std::string_view& text, std::string_view space 
 
 /// Makes errors give lines, and goes to the start of the text.
 inline void startText(ByteReader& file) {
-  file.setPlaces(ByteReader::Places::kLines);
+  file.setInLines(true);
   if (isUtf16(file.bytes())) file.refuse(0, "the text is in UTF-16; save it in UTF-8");
   file.seek(startsWith(file.bytes(), kUtf8Mark) ? kUtf8Mark.size() : 0, "the text");
 }

@@ -42,7 +42,7 @@ ParsedFibers parseTfx(ByteReader& file, const FiberFileOptions&) {
   parsed.is_float = true;
   parsed.reserve(points, strands);
   for (std::uint64_t i = 1; i <= points; ++i) {
-    parsed.fibers.points.push_back(file.point<float>());
+    parsed.fibers.points.push_back(file.point());
     file.take(point_size - 12, "the points");
     if (i % points_per_strand == 0) parsed.endFiber();
   }

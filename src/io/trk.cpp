@@ -244,7 +244,7 @@ void forStreamlines(ByteReader& file, const Header& header, Visit&& visit) {
 
 Point readPoint(ByteReader& file, const Header& header) {
   const std::uint64_t at = file.offset();
-  const Point world = header.toWorld(file.point<float>());
+  const Point world = header.toWorld(file.point());
   for (const double c : world) {
     // A double holds any product of floats, but what is beyond them is no place.
     if (std::abs(c) > static_cast<double>(std::numeric_limits<float>::max())) {
