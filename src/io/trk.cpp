@@ -5,9 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <limits>
-#include <optional>
 #include <string>
 #include <string_view>
 
@@ -32,36 +30,23 @@ constexpr std::uint64_t kDimensions = 6, kVoxelSize = 12, kScalars = 36, kProper
                         kSize = 996;
 constexpr std::int32_t kHeaderSize = 1000;
 
-/// Where the voxel axes point to: 1 right, 2 to the front, 3 up, and the opposite if negative.
-using VoxelAxes = std::array<int, 3>;
 using Matrix3 = std::array<Point, 3>;  ///< rows
 
-/// Returns the axes that are named by three letters, for example LPS, unless two of them are along
-/// the same line.
-std::optional<VoxelAxes> namedAxes(std::string_view letters) {
-  constexpr std::string_view kLetters = "RLAPSI";
-  if (letters.size() != 3) return std::nullopt;
-  VoxelAxes axes{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const std::size_t letter = kLetters.find(letters[i]);
-    if (letter == kLetters.npos) return std::nullopt;
-    const int axis = static_cast<int>(letter / 2) + 1;
-    for (const int other : axes) {
-      if (std::abs(other) == axis) return std::nullopt;
-    }
-    axes[i] = letter % 2 == 0 ? axis : -axis;
-  }
-  return axes;
-}
+/// Where an axis may point to: right, left, to the front (anterior), back, up (superior) or down
+/// (inferior).
+constexpr std::string_view kLetters = "RLAPSI";
 
-/// Returns the axes of a matrix, whose columns are the voxel axes in the world, unless they are
+/// The line of a letter's direction: 0 for R and L, 1 for A and P, 2 for S and I.
+std::size_t lineOf(char letter) { return kLetters.find(letter) / 2; }
+
+/// Returns the letters of a matrix, whose columns are the voxel axes in the world; none if they are
 /// nearly in one plane. The nearest rotation or reflection decides, as in nibabel, so that a
 /// sheared matrix has three different axes too.
-std::optional<VoxelAxes> nearestAxes(Matrix3 m) {
+std::string nearestAxes(Matrix3 m) {
   constexpr double kFlat = 1e-6;  // Entries are floats, which are exact to 6e-8.
   for (std::size_t k = 0; k < 3; ++k) {
     const double length = norm({m[0][k], m[1][k], m[2][k]});
-    if (length == 0) return std::nullopt;
+    if (length == 0) return {};
     for (auto& row : m) row[k] /= length;
   }
   // Newton's iteration m = (m + inverse transpose of m) / 2 halves the singular values until they
@@ -69,12 +54,12 @@ std::optional<VoxelAxes> nearestAxes(Matrix3 m) {
   for (int step = 0; step < 30; ++step) {
     const Matrix3 c = {cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])};  // cofactors
     const double det = dot(m[0], c[0]);
-    if (!(std::abs(det) > kFlat)) return std::nullopt;
+    if (!(std::abs(det) > kFlat)) return {};
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t k = 0; k < 3; ++k) m[i][k] = (m[i][k] + c[i][k] / det) / 2;
     }
   }
-  VoxelAxes axes{};
+  std::string axes;
   std::array<bool, 3> is_taken{};
   for (std::size_t k = 0; k < 3; ++k) {
     std::size_t direction = 3;
@@ -83,7 +68,7 @@ std::optional<VoxelAxes> nearestAxes(Matrix3 m) {
       if (direction == 3 || std::abs(m[i][k]) > std::abs(m[direction][k])) direction = i;
     }
     is_taken[direction] = true;
-    axes[k] = static_cast<int>(direction + 1) * (m[direction][k] < 0 ? -1 : 1);
+    axes += kLetters[2 * direction + (m[direction][k] < 0 ? 1 : 0)];
   }
   return axes;
 }
@@ -131,7 +116,7 @@ std::uint64_t countAt(ByteReader& file, std::uint64_t at, const char* what) {
 }
 
 /// Reads the letters of the axes, for example LPS.
-VoxelAxes readVoxelOrder(ByteReader& file, ParsedFibers& parsed) {
+std::string readVoxelOrder(ByteReader& file, ParsedFibers& parsed) {
   file.seek(kVoxelOrder, "the header");
   std::string letters(file.take(4, "the header"));
   letters.resize(letters.find_last_not_of(std::string_view(" \0", 2)) + 1);
@@ -140,12 +125,16 @@ VoxelAxes readVoxelOrder(ByteReader& file, ParsedFibers& parsed) {
     letters = "LPS";
     parsed.warn("The header has no voxel order; LPS is assumed, TrackVis's default.");
   }
-  const std::optional<VoxelAxes> axes = namedAxes(letters);
-  if (!axes) {
+  bool is_order = letters.size() == 3;
+  for (std::size_t line = 0; line < 3; ++line) {
+    is_order = is_order && std::any_of(letters.begin(), letters.end(),
+                                       [&](char letter) { return lineOf(letter) == line; });
+  }
+  if (!is_order) {
     file.refuse(kVoxelOrder, "the voxel order is '", ByteReader::shortened(letters),
                 "'; give one letter each of R or L, A or P, and S or I");
   }
-  return *axes;
+  return letters;
 }
 
 void readVoxToRas(ByteReader& file, std::int32_t version, Header& header, ParsedFibers& parsed) {
@@ -177,17 +166,17 @@ void readSpace(ByteReader& file, std::int32_t version, Header& header, ParsedFib
     }
   }
   readVoxToRas(file, version, header, parsed);
-  const std::optional<VoxelAxes> axes = nearestAxes(header.to_world);
-  if (!axes) file.refuse(kVoxToRas, "vox_to_ras is flat: its columns are not independent");
-  const VoxelAxes points = readVoxelOrder(file, parsed);
+  const std::string axes = nearestAxes(header.to_world);
+  if (axes.empty()) file.refuse(kVoxToRas, "vox_to_ras is flat: its columns are not independent");
+  const std::string points = readVoxelOrder(file, parsed);
   bool needs_dimensions = false;
   // This is nibabel's rule, also where axes are exchanged: what another program would make of such
   // a file is not known, and nibabel wrote most of them.
   for (std::size_t k = 0; k < 3; ++k) {
     for (std::size_t other = 0; other < 3; ++other) {
-      if (std::abs(points[k]) != std::abs((*axes)[other])) continue;
+      if (lineOf(points[k]) != lineOf(axes[other])) continue;
       header.from[k] = other;
-      header.sign[k] = points[k] == (*axes)[other] ? 1 : -1;
+      header.sign[k] = points[k] == axes[other] ? 1 : -1;
     }
     needs_dimensions |= header.sign[k] < 0 && header.dimensions[k] <= 0;
   }
