@@ -31,7 +31,7 @@ constexpr double kCoarsestSpacing = 0.05;
 struct KnownFormat {
   FiberFormat format;
   std::string_view start, ending;  ///< of files; an empty start tells nothing
-  ParsedFibers (*parse)(ByteReader& file, const FiberFileOptions& options);
+  Parser* parse;
 };
 constexpr KnownFormat kFormats[] = {
     {FiberFormat::kHair, "HAIR", ".hair", parseHair},
@@ -88,10 +88,9 @@ void requireOptions(const FiberFileOptions& options) {
 ParsedFibers parse(ByteReader& file, FiberFormat format, const FiberFileOptions& options) {
   if (!options.radius_from.empty() && format != FiberFormat::kVtp &&
       format != FiberFormat::kPolylines) {
-    refuseArgument(
-        kCall, "radius_from", "'" + options.radius_from + "'",
-        "leave it out, because only .vtp files and text have several numbers that may be "
-        "radii");
+    refuseArgument(kCall, "radius_from", "'" + options.radius_from + "'",
+                   "leave it out, because only .vtp files and text have several numbers that may "
+                   "be radii");
   }
   for (const KnownFormat& known : kFormats) {
     if (known.format == format) return known.parse(file, options);
@@ -111,10 +110,8 @@ void markClosedFibers(FiberPolylines& scene) {
     const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
     const Point& start = scene.points[begin];
     if (end - begin < kLeastPoints || start != scene.points[end - 1]) continue;
-    if (std::count(&start, &start + (end - begin), start) ==
-        static_cast<std::ptrdiff_t>(end - begin)) {
-      continue;  // a point, repeated
-    }
+    const auto is_start = [&](const Point& point) { return point == start; };
+    if (std::all_of(&start, &start + (end - begin), is_start)) continue;  // a point, repeated
     scene.closed.resize(scene.fiberCount());
     scene.closed[f] = 1;
   }

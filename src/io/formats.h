@@ -63,14 +63,8 @@ struct ParsedFibers {
   }
 };
 
-// Each parses a file from its start.
-ParsedFibers parseBcc(ByteReader& file, const FiberFileOptions& options);
-ParsedFibers parseHair(ByteReader& file, const FiberFileOptions& options);
-ParsedFibers parsePolylines(ByteReader& file, const FiberFileOptions& options);
-ParsedFibers parseSwc(ByteReader& file, const FiberFileOptions& options);
-ParsedFibers parseTck(ByteReader& file, const FiberFileOptions& options);
-ParsedFibers parseTfx(ByteReader& file, const FiberFileOptions& options);
-ParsedFibers parseTrk(ByteReader& file, const FiberFileOptions& options);
-ParsedFibers parseVtp(ByteReader& file, const FiberFileOptions& options);
+/// Parses a file from its start.
+using Parser = ParsedFibers(ByteReader& file, const FiberFileOptions& options);
+Parser parseBcc, parseHair, parsePolylines, parseSwc, parseTck, parseTfx, parseTrk, parseVtp;
 
 }  // namespace fcl_fibers::io
