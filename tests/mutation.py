@@ -637,7 +637,7 @@ FAULTS = [
           "return edges_.count({to.place, from.place}) > 0;",
           "return edges_.count({to.place, from.place}) > 9;", "io_test"),
     Fault("the corner of a hole blocks no ear", "io/polygon.cpp",
-          " ||\n          enters(place, corners_[blocker.next].place, triangle, tolerance_)) {", ") {",
+          "enters(place, corners_[blocker.next].place, triangle, tolerance_)) {", "false) {",
           "io_test"),
     Fault("a name that ends with a backslash swallows the next line", "io/obj.cpp",
           "    read(file, takeWord(file));\n",
