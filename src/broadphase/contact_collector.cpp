@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "broadphase/object_segments.h"
+#include "broadphase/object_reader.h"
 #include "fibers/public_contact.h"
 
 namespace fcl_fibers {

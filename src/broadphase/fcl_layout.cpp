@@ -9,8 +9,6 @@
 #include <fcl/geometry/shape/sphere.h>
 #include <fcl/narrowphase/collision_object.h>
 
-#include "broadphase/object_members.h"
-
 namespace fcl_fibers::broadphase {
 namespace {
 

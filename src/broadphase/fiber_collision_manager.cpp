@@ -12,7 +12,6 @@
 #include "broadphase/manager_queries.h"
 #include "broadphase/manager_state.h"
 #include "broadphase/mesh_contacts_of_objects.h"
-#include "broadphase/new_objects.h"
 
 namespace fcl_fibers {
 

@@ -2,15 +2,62 @@
 #include "broadphase/manager_state.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
-#include "broadphase/new_objects.h"
+#include "joined_text.h"
 
 namespace fcl_fibers::broadphase {
 
 using fibers::throwInvalidArgument;
 using geometry::Frame;
 using geometry::Segment;
+
+namespace {
+
+/// Whether the two share an end point, within 4 ulp of the largest coordinate.
+template <typename S>
+bool shareEnd(const Segment& p, const Segment& q) {
+  const double largest = std::max({maxNorm(p.a), maxNorm(p.b), maxNorm(q.a), maxNorm(q.b)});
+  const double tolerance = 4 * double{std::numeric_limits<S>::epsilon()} * largest;
+  for (const auto& end : {p.a, p.b}) {
+    if (maxNorm(end - q.a) <= tolerance || maxNorm(end - q.b) <= tolerance) return true;
+  }
+  return false;
+}
+
+/// Reads an object that is about to be registered in the world's frame.
+template <typename S>
+Segment readNew(const char* call, const std::vector<fcl::CollisionObject<S>*>& objects,
+                std::size_t i, Bounds bounds) {
+  if (objects[i] == nullptr) {
+    throwInvalidArgument(call, nameOf(i) + " is null; pass a pointer to an object");
+  }
+  return readObject(call, *objects[i], Frame{}, bounds, [i] { return nameOf(i); });
+}
+
+}  // namespace
+
+template <typename S>
+SegmentId rootsOf(const char* call, const std::vector<fcl::CollisionObject<S>*>& fiber,
+                  const FiberObstacles& obstacles) {
+  if (obstacles.root_segments < 0) {
+    throwInvalidArgument(call, "root_segments is " + std::to_string(obstacles.root_segments) +
+                                   "; give 0 or more segments");
+  }
+  if (!(obstacles.root_length >= 0 && std::isfinite(obstacles.root_length))) {
+    throwInvalidArgument(call, joinedText("root_length is ", obstacles.root_length,
+                                          "; give a finite length of 0 or more"));
+  }
+  std::size_t by_length = 0;
+  for (double start = 0; by_length < fiber.size() && start < obstacles.root_length; ++by_length) {
+    const fcl::CollisionObject<S>* object = fiber[by_length];
+    if (object == nullptr || kindOf(*object) == ObjectKind::kNothing) break;
+    start += lengthInFiber(*object);
+  }
+  const auto by_number = static_cast<std::size_t>(obstacles.root_segments);
+  return static_cast<SegmentId>(std::min(fiber.size(), std::max(by_length, by_number)));
+}
 
 template <typename S>
 ManagerState<S>::ManagerState(bool wrapped_spheres, const FiberManagerOptions& options)
@@ -33,12 +80,13 @@ ManagerState<S>::ManagerState(const char* call, const ManagerState& original,
     if (model == nullptr) continue;
     prefetchObject<S>([&](std::size_t k) { return objects[k]; }, i, objects.size());
     readNew(call, objects, i, options_.bounds);
-    if (!lengthInFiber(*objects[i]) && original.registry_.isOfSeveral(model)) {
+    const ObjectKind kind = kindOf(*objects[i]);
+    if (!mayBeInFiber(kind) && original.registry_.isOfSeveral(model)) {
       throwInvalidArgument(call, nameOf(i) +
                                      " is not a capsule, cylinder or box, but replaces a "
                                      "segment of a fiber; pass a capsule, cylinder or box");
     }
-    if (++i == objects.size() && original.last_registered_ && isCapsule(*objects[i - 1])) {
+    if (++i == objects.size() && original.last_registered_ && kind == ObjectKind::kCapsule) {
       // If a box counts in place of the capsule, it has no end point to continue from.
       last_registered_ = readObject(call, *objects[i - 1], Frame{}, Bounds::kShapes,
                                     [i] { return nameOf(i - 1); });
@@ -53,12 +101,13 @@ ManagerState<S>::ManagerState(const char* call, const ManagerState& original,
   for (SegmentId id = 0; id < registry_.idCount(); ++id) {
     Object* const object = registry_[id];
     if (object == nullptr) continue;
-    has_same_segments &= isBesideTree(*object, options_) == original.obstacles_.isBeside(id);
-    if (isCapsule(*object) || isSphere(*object)) continue;
+    const ObjectKind kind = kindOf(*object);
+    has_same_segments &= isBesideTree(kind, options_) == original.obstacles_.isBeside(id);
+    if (isRound(kind)) continue;
     const bool is_solid = registry_.fibers().isSolid(id);
     obstacles_.addCopy(original.obstacles_, object, id, registry_.fibers().partyOf(id).categories,
                        is_solid);
-    if (countsTriangles(options_) && isMesh(*object)) {
+    if (countsTriangles(options_) && kind == ObjectKind::kMesh) {
       // The triangles are those of the original, unless they differ.
       readMesh(call, *object, is_solid, Frame{}, options_.bounds, obstacles_.cache(), [&] {
         return nameOf(static_cast<std::size_t>(std::find(objects.begin(), objects.end(), object) -
@@ -80,12 +129,40 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
   refuseDuringQuery(call);
   // An obstacle with categories of its own neither continues a fiber nor is continued.
   const bool may_continue = kind.categories == tree::kAllCategories;
-  const NewObjects found = readNewObjects<S>(call, added, kind, options_,
-                                             may_continue ? last_registered_ : std::nullopt);
+  std::optional<Segment> last = may_continue ? last_registered_ : std::nullopt;
+  std::vector<bool> starts_fiber(added.size());
+  std::vector<double> lengths(options_.ignored_arc_length > 0 ? added.size() : 0);
+  std::vector<std::size_t> boxes;  // positions of objects other than capsules and spheres
+  // The build reads the objects again, and finds margins, which cannot make an object unreadable
+  // unless they overflow.
+  const bool has_shapes = options_.bounds != Bounds::kObjects;
+  for (std::size_t i = 0; i < added.size(); ++i) {
+    prefetchObject<S>([&](std::size_t k) { return added[k]; }, i, added.size());
+    Segment segment = readNew(call, added, i, has_shapes ? Bounds::kShapes : Bounds::kObjects);
+    const ObjectKind its_kind = kindOf(*added[i]);
+    // If its box counts instead, there are no end points to compare, and nobody has checked the
+    // length.
+    if (!has_shapes && mayBeInFiber(its_kind)) segment = readNew(call, added, i, Bounds::kShapes);
+    if (!isRound(its_kind)) boxes.push_back(i);
+    if (!lengths.empty()) lengths[i] = lengthInFiber(*added[i]);
+    if (!kind.has_neighbors) {
+      const bool is_capsule = its_kind == ObjectKind::kCapsule;
+      starts_fiber[i] = !(is_capsule && last && shareEnd<S>(*last, segment));
+      last = is_capsule ? std::optional(segment) : std::nullopt;
+    } else if (!mayBeInFiber(its_kind)) {
+      throwInvalidArgument(call, nameOf(i) +
+                                     " is not a capsule, cylinder or box; register it by "
+                                     "registerObject()");
+    }
+  }
+  if (kind.has_neighbors) {
+    if (!added.empty()) starts_fiber[0] = true;
+    last.reset();
+  }
   const bool counts_triangles = countsTriangles(options_);
   MeshCache checked;
   std::vector<const Object*> obstacles;
-  for (const std::size_t i : found.obstacles) {
+  for (const std::size_t i : boxes) {
     obstacles.push_back(added[i]);
     if (!(counts_triangles || kind.is_solid) || !isMesh(*added[i])) continue;
     readMesh(call, *added[i], kind.is_solid, Frame{}, Bounds::kShapes,
@@ -97,15 +174,15 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
   if (added.size() > kMost - registry_.objects().size()) {
     throwInvalidArgument(call, "a manager holds at most 2^30 - 1 objects; use several managers");
   }
-  if (const auto duplicate = registry_.add(added, found.starts_fiber, kind, found.lengths)) {
+  if (const auto duplicate = registry_.add(added, starts_fiber, kind, lengths)) {
     throwInvalidArgument(call,
                          nameOf(*duplicate) + " is registered already; register each object once");
   }
   if (added.empty()) return;
-  for (const std::size_t i : found.obstacles) {
+  for (const std::size_t i : boxes) {
     obstacles_.add(added[i], first + static_cast<SegmentId>(i), kind.categories, kind.is_solid);
   }
-  last_registered_ = may_continue ? found.last : std::nullopt;
+  last_registered_ = may_continue ? last : std::nullopt;
   if (!hasTree()) return;
   const auto young_ids = static_cast<std::size_t>(registry_.idCount() - generations_.youngBegin());
   if (young_ids - removed_young_ > Generations::mostYoung(registry_.size()) ||
@@ -197,8 +274,8 @@ void ManagerState<S>::update(const char* call, const Objects& moved) {
     if (countsTriangles(options_) && isMesh(object)) {
       throwInvalidArgument(call, name(i) + ": " + kIsMeshNow);
     }
-    if (readSegment(object, generations_.frame(), options_.bounds, segments[i]) == nullptr) {
-      if (countsTriangles(options_)) numberBox(object, segments[i]);
+    if (readSegment(object, generations_.frame(), options_.bounds, segments[i],
+                    countsTriangles(options_)) == nullptr) {
       continue;
     }
     // If the object is valid and only the frame cannot hold it, a build chooses another frame.
@@ -350,6 +427,10 @@ std::size_t ManagerState<S>::memoryUsage() const {
          obstacles_.memoryUsage();
 }
 
+template SegmentId rootsOf(const char*, const std::vector<fcl::CollisionObject<float>*>&,
+                           const FiberObstacles&);
+template SegmentId rootsOf(const char*, const std::vector<fcl::CollisionObject<double>*>&,
+                           const FiberObstacles&);
 template class ManagerState<float>;
 template class ManagerState<double>;
 

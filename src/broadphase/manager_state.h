@@ -19,6 +19,12 @@
 
 namespace fcl_fibers::broadphase {
 
+/// How many of the first segments of a fiber meet no obstacle. Throws std::invalid_argument if an
+/// option is out of range. Objects that registering will refuse count as of length 0.
+template <typename S>
+SegmentId rootsOf(const char* call, const std::vector<fcl::CollisionObject<S>*>& fiber,
+                  const FiberObstacles& obstacles);
+
 /// The registered objects of a manager and the indexes over them. The first query or update after a
 /// change brings the indexes up to date.
 ///

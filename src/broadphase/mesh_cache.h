@@ -5,14 +5,46 @@
 #include <cstddef>
 #include <memory>
 #include <mutex>
+#include <string>
+#include <type_traits>
 #include <unordered_map>
 #include <vector>
 
-#include "broadphase/bvh_triangles.h"
+#include <fcl/geometry/collision_geometry.h>
+#include <fcl/math/triangle.h>
+
 #include "broadphase/shape_box.h"
 #include "index/mesh_index.h"
 
 namespace fcl_fibers::broadphase {
+
+/// What an `fcl::BVHModel` consists of, whatever its bounding volume. It borrows from the model.
+template <typename S>
+struct BvhTriangles {
+  /// Whether it is a cloud of points.
+  bool isCloud() const { return is_finished && triangle_count == 0; }
+
+  /// Why the triangles are refused and the remedy; empty if they are not.
+  std::string problem() const;
+
+  const fcl::Vector3<S>* points = nullptr;
+  const fcl::Triangle* triangles = nullptr;
+  std::size_t point_count = 0, triangle_count = 0;
+  bool is_finished = false;
+};
+
+/// @pre the model is of ObjectKind::kMesh
+template <typename S>
+BvhTriangles<S> trianglesOf(const fcl::CollisionGeometry<S>& model);
+
+/// The indices of the points of one of FCL's triangles. FCL's accessor is compiled in libfcl only,
+/// so it would cost a call for each index.
+inline const std::size_t* indicesOf(const fcl::Triangle& triangle) {
+  // Then a triangle and its only member have one address.
+  static_assert(std::is_standard_layout_v<fcl::Triangle> &&
+                sizeof(fcl::Triangle) == 3 * sizeof(std::size_t));
+  return reinterpret_cast<const std::size_t*>(&triangle);
+}
 
 /// The triangles of a geometry as they were read, with their index. Objects, managers and clones
 /// share it.

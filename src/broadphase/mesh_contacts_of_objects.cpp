@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "broadphase/obstacle_shapes.h"
+#include "broadphase/object_reader.h"
 #include "fibers/mesh_contacts.h"
 #include "geometry/contact.h"
 #include "joined_text.h"
@@ -31,7 +31,7 @@ bool findMeshContacts(const ManagerState<S>& state, const fcl::CollisionObject<S
   if (capsule == nullptr || mesh == nullptr) {
     fibers::throwInvalidArgument(kCall, "an object is null; pass a capsule and a mesh");
   }
-  if (ObjectMembers<S>::shape(*mesh) == nullptr || !isMesh(*mesh)) {
+  if (!isMesh(*mesh)) {
     fibers::throwInvalidArgument(kCall, "the second object is no mesh; pass an fcl::BVHModel");
   }
   if (!(margin >= 0)) {
@@ -63,10 +63,11 @@ bool findMeshContacts(const ManagerState<S>& state, const fcl::CollisionObject<S
   if (problem != nullptr) {
     fibers::throwInvalidArgument(kCall, std::string("the capsule: ") + problem);
   }
-  geometry::Obstacle in_box;
   if (!counted.isBox()) {
     margin += counted.radius - segment.radius;
-  } else if (readObstacle(*capsule, contact_of.frame(), state.options().bounds, in_box)) {
+  } else if (const geometry::Obstacle in_box =
+                 obstacleOf(readObject(*capsule, state.options().bounds), contact_of.frame());
+             in_box.kind != geometry::Obstacle::Kind::kNone) {
     margin += in_box.margin - segment.radius;
   }
   std::vector<index::TriangleId> triangles;

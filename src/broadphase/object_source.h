@@ -8,16 +8,11 @@
 #include <utility>
 #include <vector>
 
-#include <fcl/geometry/shape/capsule.h>
 #include <fcl/narrowphase/collision_object.h>
 
 #include <fcl_fibers/fiber_manager_options.h>
 
-#include "broadphase/bvh_triangles.h"
-#include "broadphase/object_members.h"
-#include "broadphase/object_segments.h"
-#include "fibers/options.h"
-#include "geometry/frame.h"
+#include "broadphase/object_reader.h"
 #include "index/segment_source.h"
 #include "simd/always_inline.h"
 
@@ -45,8 +40,9 @@ class ObjectSource final : public index::SegmentSource {
   /// @param call            for the text of refuse()
   /// @param objects         by id; borrowed
   /// @param beside          the objects that are no segments, in ascending order; borrowed, or null
-  /// @param counts_shapes   whether objects count by more than their boxes: then numberBox() marks
-  ///                        boxes, and any other fcl::BVHModel is refused
+  /// @param counts_shapes   whether objects count by more than their boxes: then boxes are marked,
+  /// as
+  ///                        segmentOf() does, and any other fcl::BVHModel is refused
   ObjectSource(const char* call, const std::vector<Object*>& objects, Bounds bounds,
                const Ids* beside = nullptr, bool counts_shapes = false)
       : call_(call),
@@ -60,12 +56,8 @@ class ObjectSource final : public index::SegmentSource {
   bool readNow(index::SegmentId id, const geometry::Frame& frame,
                geometry::Segment& segment) const override {
     const Object* object = objects_[static_cast<std::size_t>(id)];
-    if (object == nullptr || isBeside(id) || isRefused(*object) ||
-        readSegment(*object, frame, bounds_, segment) != nullptr) {
-      return false;
-    }
-    if (counts_shapes_) numberBox(*object, segment);
-    return true;
+    return object != nullptr && !isBeside(id) && !isRefused(*object) &&
+           readSegment(*object, frame, bounds_, segment, counts_shapes_) == nullptr;
   }
   bool staysFiniteIn(const geometry::Frame&) const override { return true; }
   bool isFasterInOrder() const override { return true; }
@@ -103,17 +95,6 @@ FCL_FIBERS_ALWAYS_INLINE void prefetchBehind(const void* address, std::size_t of
 FCL_FIBERS_ALWAYS_INLINE void prefetchLines(const void* object, std::size_t count) {
   if (object == nullptr) return;
   for (std::size_t line = 0; line < count; ++line) prefetchBehind(object, 64 * line);
-}
-
-/// Reads one object in `frame`. Throws std::invalid_argument with name() if it cannot be read.
-template <typename S, class Name>
-geometry::Segment readObject(const char* call, const fcl::CollisionObject<S>& object,
-                             const geometry::Frame& frame, Bounds bounds, Name&& name) {
-  geometry::Segment segment;
-  if (const char* problem = readSegment(object, frame, bounds, segment)) {
-    fibers::throwInvalidArgument(call, name() + ": " + problem);
-  }
-  return segment;
 }
 
 /// FCL objects are scattered on the heap. Round `i` of a loop over objectAt(0), ...,

@@ -6,23 +6,14 @@
 
 #include "broadphase/frame_of_other.h"
 #include "broadphase/object_source.h"
-#include "broadphase/obstacle_shapes.h"
 #include "index/posed_triangles.h"
 
 namespace fcl_fibers::broadphase {
 namespace {
 
 using geometry::Frame;
-using geometry::Obstacle;
 using geometry::Segment;
 using index::SegmentId;
-
-template <typename S>
-geometry::AffineMap poseOf(const fcl::CollisionObject<S>& object) {
-  const auto& matrix = ObjectMembers<S>::pose(object).matrix();
-  return {{toVec3(matrix.col(0)), toVec3(matrix.col(1)), toVec3(matrix.col(2))},
-          toVec3(matrix.col(3))};
-}
 
 }  // namespace
 
@@ -64,9 +55,11 @@ BesideReading readMesh(const char* call, const fcl::CollisionObject<S>& object, 
 template <typename S>
 void placeMesh(const fcl::CollisionObject<S>& object, const Frame& frame, Bounds bounds,
                BesideReading& reading) {
-  reading.pose = poseOf(object);
-  reading.counts_triangles =
-      readMeshBox(object, reading.mesh->bounds(), frame, bounds, reading.box, reading.margin);
+  const ReadObject now = readObject(object, bounds, &reading.mesh->bounds());
+  segmentOf(now, frame, reading.box);
+  reading.pose = now.pose;
+  reading.margin = now.added.margin;
+  reading.counts_triangles = now.isAllOfShape();
 }
 
 std::shared_ptr<const index::MovingMesh> MovingMeshOnDemand::get(const index::PosedMesh& start,
@@ -91,21 +84,12 @@ Obstacles<S>::Obstacles(const FiberManagerOptions& options)
 
 // --- Changing ---
 
-/// A box or a cylinder, of which there are many if they form fibers, is read again when it is asked
-/// for. Others may have many vertices.
-template <typename S>
-bool Obstacles<S>::keepsShape(const Object& object) const {
-  if (!countsTriangles(options_)) return false;
-  const fcl::NODE_TYPE type = ObjectMembers<S>::shape(object)->getNodeType();
-  return moves_ || (type != fcl::GEOM_BOX && type != fcl::GEOM_CYLINDER);
-}
-
 template <typename S>
 void Obstacles<S>::reserve(const std::vector<const Object*>& objects) {
   std::size_t beside = 0, shapes = 0;
   for (const Object* object : objects) {
-    beside += isBesideTree(*object, options_) ? 1 : 0;
-    shapes += !isMesh(*object) && keepsShape(*object) ? 1 : 0;
+    beside += isBesideTree(kindOf(*object), options_) ? 1 : 0;
+    shapes += keepsShape(kindOf(*object), options_) ? 1 : 0;
   }
   beside_.reserve(beside);
   shapes_.reserve(shapes);
@@ -113,16 +97,17 @@ void Obstacles<S>::reserve(const std::vector<const Object*>& objects) {
 
 template <typename S>
 void Obstacles<S>::add(Object* object, SegmentId id, tree::Categories categories, bool is_solid) {
-  if (isBesideTree(*object, options_)) {
+  const ObjectKind kind = kindOf(*object);
+  if (isBesideTree(kind, options_)) {
     BesideEntry entry;
     entry.object = object;
     entry.id = id;
     entry.categories = categories;
-    entry.is_mesh = isMesh(*object) && countsTriangles(options_);
+    entry.is_mesh = kind == ObjectKind::kMesh && countsTriangles(options_);
     entry.is_solid = is_solid;
     beside_.add(id, std::move(entry));
   }
-  if (!isMesh(*object) && keepsShape(*object)) shapes_.add(id, {object});
+  if (keepsShape(kind, options_)) shapes_.add(id, {object});
 }
 
 template <typename S>
@@ -238,9 +223,10 @@ void Obstacles<S>::read(const char* call, Place place, const Frame& frame,
 template <typename S>
 void Obstacles<S>::read(std::size_t place, const Frame& frame) {
   ShapeEntry& entry = shapes_[place];
-  readObstacle(*entry.object, frame, options_.bounds, entry.shape);
+  const ReadObject now = readObject(*entry.object, options_.bounds);
+  entry.shape = obstacleOf(now, frame);
   if (moves_) {
-    readObstacle(*entry.object, Frame{}, options_.bounds, entry.end);
+    entry.end = obstacleOf(now, Frame{});
     if (!entry.is_read) entry.start = entry.end;
     if (!entry.has_moved) moved_shapes_.push_back(place);
     entry.has_moved = true;
@@ -340,9 +326,8 @@ bool Obstacles<S>::isCurrent(const Frame& frame) const {
   }
   for (const ShapeEntry& entry : shapes_) {
     if (entry.object == nullptr || !entry.is_read) continue;
-    Obstacle shape;
-    readObstacle(*entry.object, frame, options_.bounds, shape);
-    if (!(shape == entry.shape)) return false;
+    const ReadObject now = readObject(*entry.object, options_.bounds);
+    if (!(obstacleOf(now, frame) == entry.shape)) return false;
   }
   return true;
 }

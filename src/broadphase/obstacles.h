@@ -16,26 +16,12 @@
 #include "broadphase/beside_boxes.h"
 #include "broadphase/by_id.h"
 #include "broadphase/mesh_cache.h"
-#include "broadphase/object_members.h"
+#include "broadphase/object_reader.h"
 #include "broadphase/object_registry.h"
 #include "geometry/obstacle.h"
 #include "index/moving_mesh.h"
 
 namespace fcl_fibers::broadphase {
-
-/// Whether objects count by more than their boxes, so that capsules touch them or not.
-inline bool countsTriangles(const FiberManagerOptions& options) {
-  return options.report == Report::kCapsules && options.bounds != Bounds::kObjects;
-}
-
-/// Whether objects of a shape are beside the tree: a mesh whose triangles count, and a shape
-/// without end, whose box would overlap most others.
-template <typename S>
-bool isBesideTree(const fcl::CollisionObject<S>& object, const FiberManagerOptions& options) {
-  const fcl::NODE_TYPE type = ObjectMembers<S>::shape(object)->getNodeType();
-  return type == fcl::GEOM_PLANE || type == fcl::GEOM_HALFSPACE ||
-         (countsTriangles(options) && isBvhModel(type));
-}
 
 /// An object beside the tree, as it was read.
 struct BesideReading {
@@ -201,7 +187,6 @@ class Obstacles {
  private:
   using Place = BesideBoxes::Place;
 
-  bool keepsShape(const Object& object) const;
   void read(const char* call, Place place, const geometry::Frame& frame, const NameOfObject& name);
   void read(std::size_t place, const geometry::Frame& frame);
   /// Lists those that have moved, or that are about to.

@@ -29,8 +29,8 @@
 #include <fcl/narrowphase/collision.h>
 #include <fcl_fibers/contact.h>
 
-#include "broadphase/bvh_triangles.h"
-#include "broadphase/shape_box.h"
+#include "broadphase/mesh_cache.h"
+#include "broadphase/object_reader.h"
 #include "joined_text.h"
 
 namespace fcl_fibers::broadphase {
@@ -196,7 +196,7 @@ RecordLine readShape(const fcl::CollisionGeometry<S>* shape) {
         for (const std::size_t corner : {std::size_t{1}, i, i + 1}) append(faces[at + corner]);
       }
     }
-  } else if (isBvhModel(type)) {
+  } else if (kindOf(type) == ObjectKind::kMesh) {
     const BvhTriangles<S> mesh = trianglesOf(from);
     if (!mesh.is_finished) return line;
     line.word = "mesh";

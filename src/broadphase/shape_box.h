@@ -8,27 +8,16 @@
 
 #include <fcl_fibers/fiber_manager_options.h>
 
-#include "broadphase/object_members.h"
-#include "geometry/frame.h"
-#include "geometry/segment.h"
+#include "broadphase/fcl_layout.h"
 #include "geometry/vec3.h"
 #include "simd/always_inline.h"
 
 namespace fcl_fibers::broadphase {
 
+// The floor of object_reader.h: the boxes of shapes, and the margins that programs add to the boxes
+// of objects.
+
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-constexpr const char* kBadRadius =
-    "its radius is negative, NaN or infinite; give it a finite radius of 0 or more";
-constexpr const char* kBadLength =
-    "its length is negative, NaN or infinite; give it a finite length of 0 or more";
-
-inline bool isSize(double x) { return x >= 0 && std::isfinite(x); }
-
-/// Why the size of a capsule, cylinder or cone is refused; nullptr if it is not.
-inline const char* sizeProblem(double radius, double length) {
-  return !isSize(radius) ? kBadRadius : !isSize(length) ? kBadLength : nullptr;
-}
 
 /// Two corners of a box. Open sides are at infinity.
 struct Corners {
@@ -52,13 +41,10 @@ double openLow(S side) {
   return side < -std::numeric_limits<S>::max() / 4 ? -kInfinity : static_cast<double>(side);
 }
 template <typename S>
-double openHigh(S side) {
-  return side > std::numeric_limits<S>::max() / 4 ? kInfinity : static_cast<double>(side);
-}
-template <typename S>
 Corners openCorners(const fcl::AABB<S>& box) {
-  return {{openLow(box.min_[0]), openLow(box.min_[1]), openLow(box.min_[2])},
-          {openHigh(box.max_[0]), openHigh(box.max_[1]), openHigh(box.max_[2])}};
+  const auto &low = box.min_, &high = box.max_;
+  return {{openLow(low[0]), openLow(low[1]), openLow(low[2])},
+          {-openLow(-high[0]), -openLow(-high[1]), -openLow(-high[2])}};
 }
 
 template <typename S>
@@ -83,12 +69,7 @@ struct ShapeBox {
   }
 };
 
-/// How far the shape may be outside of `posed`, by rounding. The smallest normal number covers the
-/// loss if subnormals are flushed to zero.
-inline double outwardRounding(const ShapeBox& shape) {
-  return 16 * std::numeric_limits<double>::epsilon() * shape.reach +
-         4 * std::numeric_limits<double>::min();
-}
+inline bool isBounded(const ShapeBox& shape) { return shape.is_least || isBounded(shape.posed); }
 
 /// FCL's two bounds of a mesh or an octree in its own axes: a box, and a ball around its middle.
 struct LocalBounds {
@@ -97,44 +78,44 @@ struct LocalBounds {
   double radius = 0;  ///< 0 means that there is no ball
 };
 
-/// A box of the world in `frame`. Sides that overflow stay outside of the box.
-Corners inFrame(const Corners& box, const geometry::Frame& frame);
+/// What a program has added to an object's box: on all sides the same, or more on some than on
+/// others. If it is uneven, another object has to meet the box as well as the shape.
+struct Widening {
+  double margin = 0;  ///< the most on any side
+  bool is_uneven = false;
+  /// If it is uneven: what counts on all sides, wherever the box is.
+  double everywhere = 0;
 
-/// The object's getAABB() in `frame`.
+  /// What counts on all sides.
+  double onAllSides() const { return is_uneven ? everywhere : margin; }
+};
+
+/// Guesses what a program has added to an object's box. docs/contract.md, "Boxes that a program
+/// widens", states the rule and why it misses nothing.
+/// @param shape  of the object, which is bounded
 template <typename S>
-Corners ownCorners(const fcl::AABB<S>& box, const geometry::Frame& frame);
+Widening wideningOf(const fcl::CollisionObject<S>& object, const ShapeBox& shape);
 
-/// Reads an object as a box: any object under Bounds::kObjects, otherwise all except capsules and
-/// spheres.
-/// @param type  the type of its shape
-/// @return nullptr, or why the object is refused and the remedy
-template <typename S>
-const char* readBox(const fcl::CollisionObject<S>& object, fcl::NODE_TYPE type,
-                    const geometry::Frame& frame, Bounds bounds, geometry::Segment& segment);
+constexpr const char* kBadRadius =
+    "its radius is negative, NaN or infinite; give it a finite radius of 0 or more";
+constexpr const char* kBadLength =
+    "its length is negative, NaN or infinite; give it a finite length of 0 or more";
 
-/// Reads a mesh as a box, by the bounds of its points instead of FCL's, and the margin that the
-/// program has added, in the world's unit. `bounds` is not Bounds::kObjects.
-/// @return whether the mesh and its margin are all that counts: false if the object's box counts as
-///         well, and then `box` is around both
-template <typename S>
-bool readMeshBox(const fcl::CollisionObject<S>& object, const LocalBounds& mesh,
-                 const geometry::Frame& frame, Bounds bounds, geometry::Segment& box,
-                 double& margin);
+inline bool isSize(double x) { return x >= 0 && std::isfinite(x); }
 
-/// Reads the boxes of any object except capsules and spheres, and the margin that the program has
-/// added to the object's box, in the world's unit. `bounds` is not Bounds::kObjects.
-/// @return whether only what is within `margin` of `box.local` counts: false if the shape is
-/// refused
-///         or has no bounds, or if the object's box counts and less is known of the shape
-template <typename S>
-bool readLocalBox(const fcl::CollisionObject<S>& object, fcl::NODE_TYPE type, Bounds bounds,
-                  ShapeBox& box, double& margin);
+/// Why the size of a capsule, sphere, cylinder or cone is refused; nullptr if it is not.
+inline const char* sizeProblem(double radius, double length) {
+  return !isSize(radius) ? kBadRadius : !isSize(length) ? kBadLength : nullptr;
+}
 
-/// Reads two boxes of any shape except capsules and spheres: in its own axes, and around the posed
-/// shape in the world.
+struct ReadObject;
+
+/// Reads the size, the boxes and the kind of an object's shape in the pose that has been read,
+/// unless it is a capsule or sphere.
+/// @param mesh  the bounds of a mesh that was read, or null for those that FCL has
 /// @return nullptr, or why the shape is refused and the remedy
 template <typename S>
-const char* readShapeBox(const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& pose,
-                         Corners& local, Corners& posed);
+const char* readShape(const fcl::CollisionObject<S>& object, Bounds bounds, const LocalBounds* mesh,
+                      ReadObject& out);
 
 }  // namespace fcl_fibers::broadphase

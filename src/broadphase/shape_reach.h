@@ -6,7 +6,6 @@
 
 #include "broadphase/frame_of_other.h"
 #include "broadphase/manager_state.h"
-#include "broadphase/obstacle_shapes.h"
 #include "geometry/touch.h"
 #include "simd/always_inline.h"
 
@@ -59,7 +58,7 @@ class ShapeReach {
   /// The shape of an object that was read as a segment, as it is now.
   MovingShape read(const fcl::CollisionObject<S>& object, const geometry::Segment& segment) const {
     MovingShape shape;
-    if (counts_ && segment.isBox()) readObstacle(object, frame(), bounds(), shape.end);
+    if (counts_ && segment.isBox()) shape.end = obstacleOf(readObject(object, bounds()), frame());
     return shape;
   }
 
@@ -84,16 +83,16 @@ class ShapeReach {
       }
       return {shape};
     }
-    MovingShape shape;
-    geometry::Segment now;
-    const fcl::CollisionObject<S>& object = *state_.registry()[id];
     // Where it was at the start is not known, nor where it was if it has moved since it was read.
-    if (!(moves_ && state_.options().motion) &&
-        readSegment(object, frame(), bounds(), now) == nullptr && isSame(object, now, box)) {
-      readObstacle(object, frame(), bounds(), shape.end);
-      shape.end = change(shape.end);
+    if (moves_ && state_.options().motion) return {};
+    const ReadObject object = readObject(*state_.registry()[id], bounds());
+    geometry::Segment now;
+    // What has no mark, because it became this shape by assignment, cannot be told from another.
+    if (segmentOf(object, frame(), now, /*marks_boxes=*/true) != nullptr || !(now == box) ||
+        now.radius == -1) {
+      return {};
     }
-    return shape;
+    return {change(obstacleOf(object, frame()))};
   }
 
   /// Two segments of the manager. Most scenes have no boxes, and pay for no more than that.
@@ -168,13 +167,6 @@ class ShapeReach {
         p, endPointError(p), [&] { return shape(a, p.end); }, q, endPointError(q),
         [&] { return shape(b, q.end); }, reach);
   }
-  /// Whether an object whose segment is `now` has the one that was read.
-  static bool isSame(const fcl::CollisionObject<S>& object, geometry::Segment now,
-                     const geometry::Segment& read) {
-    numberBox(object, now);
-    // What has no number, because it became this shape by assignment, cannot be told from another.
-    return now == read && now.radius != -1;
-  }
   const geometry::Frame& frame() const { return state_.generations().frame(); }
   Bounds bounds() const { return state_.options().bounds; }
 
@@ -221,8 +213,8 @@ class ReachOfOther {
     if (other_counts_) return its_reach_.shapeIn(state_.generations().frame(), from_other_, b, box);
     MovingShape now;
     if (countsTriangles(state_.options()) && other_.options().bounds != Bounds::kObjects) {
-      readObstacle(*other_.registry()[b], state_.generations().frame(), other_.options().bounds,
-                   now.end);
+      now.end = obstacleOf(readObject(*other_.registry()[b], other_.options().bounds),
+                           state_.generations().frame());
     }
     return now;
   }

@@ -99,7 +99,8 @@ FCL_FIBERS_ALWAYS_INLINE DoubleMask addNothing(const Vectors& size, const Vector
 }
 
 BlockMask segmentsOf(const PosedCapsules& capsules, int count, const Frame& frame,
-                     const UsualCapsules& usual, SegmentBlock& out) {
+                     double rotation_tolerance, double epsilon, bool count_boxes,
+                     SegmentBlock& out) {
   const Doubles d;
   constexpr int kLanes = static_cast<int>(hn::MaxLanes(Doubles()));
   static_assert(8 % kLanes == 0);
@@ -129,18 +130,28 @@ BlockMask segmentsOf(const PosedCapsules& capsules, int count, const Frame& fram
     };
     // Infinities and NaN survive addition.
     const auto ends = hn::Add(hn::Add(hn::Add(hn::Add(hn::Add(a.x, a.y), a.z), b.x), b.y), b.z);
-    auto is_usual = hn::And(isRotation(x, y, z, usual.rotation_tolerance), isSize(length));
+    auto is_usual = hn::And(isRotation(x, y, z, rotation_tolerance), isSize(length));
     is_usual = hn::And(is_usual, hn::And(isSize(radius), isSize(thickness)));
     is_usual = hn::And(is_usual, hn::Lt(hn::Abs(ends), infinity));
-    if (usual.count_boxes) {
+    if (count_boxes) {
       const Vectors size = Vectors::load(capsules.high, i) - Vectors::load(capsules.low, i);
-      is_usual = hn::And(is_usual, addNothing(size, position, z, length, radius, usual.epsilon));
+      is_usual = hn::And(is_usual, addNothing(size, position, z, length, radius, epsilon));
     }
     std::uint8_t bits[8];
     hn::StoreMaskBits(d, is_usual, bits);
     result |= BlockMask{bits[0]} << i;
   }
   return result;
+}
+
+bool addsNothing(const Vec3d& size, const Vec3d& position, const Vec3d& axis, double length,
+                 double radius, double epsilon) {
+  const Doubles d;
+  const auto spread = [d](const Vec3d& v) HWY_ATTR {
+    return Vectors{hn::Set(d, v.x), hn::Set(d, v.y), hn::Set(d, v.z)};
+  };
+  return hn::AllTrue(d, addNothing(spread(size), spread(position), spread(axis), hn::Set(d, length),
+                                   hn::Set(d, radius), epsilon));
 }
 
 }  // namespace fcl_fibers::geometry::HWY_NAMESPACE
@@ -152,6 +163,7 @@ HWY_AFTER_NAMESPACE();
 namespace fcl_fibers::geometry {
 
 HWY_EXPORT(segmentsOf);
+HWY_EXPORT(addsNothing);
 
 void PosedCapsules::clear(int i) {
   for (int axis = 0; axis < 3; ++axis) {
@@ -164,9 +176,17 @@ void PosedCapsules::clear(int i) {
 }
 
 BlockMask segmentsOf(const PosedCapsules& capsules, int count, const Frame& frame,
-                     const UsualCapsules& usual, SegmentBlock& out) {
+                     double rotation_tolerance, double epsilon, bool count_boxes,
+                     SegmentBlock& out) {
   simd::readEnvironment();
-  return HWY_DYNAMIC_DISPATCH(segmentsOf)(capsules, count, frame, usual, out);
+  return HWY_DYNAMIC_DISPATCH(segmentsOf)(capsules, count, frame, rotation_tolerance, epsilon,
+                                          count_boxes, out);
+}
+
+bool addsNothing(const Vec3d& size, const Vec3d& position, const Vec3d& axis, double length,
+                 double radius, double epsilon) {
+  simd::readEnvironment();
+  return HWY_DYNAMIC_DISPATCH(addsNothing)(size, position, axis, length, radius, epsilon);
 }
 
 }  // namespace fcl_fibers::geometry

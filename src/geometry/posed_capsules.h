@@ -24,19 +24,20 @@ struct PosedCapsules {
   alignas(64) double high[3][kCapacity];  ///< of the box
 };
 
-/// The limits by which a capsule needs no second look.
-struct UsualCapsules {
-  double rotation_tolerance;  ///< how far a rotation may be from an orthonormal one, in sum
-  double epsilon;             ///< machine epsilon of the scalar of poses and boxes
-  bool count_boxes;           ///< whether boxes count beside the shape
-};
-
 /// Writes the segments of the first `count` capsules, and of those up to the next multiple of
 /// eight, in `frame`. Returns a bit for each capsule whose pose, size and coordinates are proper.
 /// If boxes count, its box must also add nothing: it has the size that FCL gives it, turned or not,
 /// or the least size in its pose. Segments without a bit are unspecified.
+/// @param rotation_tolerance  how far a rotation may be from an orthonormal one, in sum
+/// @param epsilon             machine epsilon of the scalar of poses and boxes
 FCL_FIBERS_TREE_EXPORT BlockMask segmentsOf(const PosedCapsules& capsules, int count,
-                                            const Frame& frame, const UsualCapsules& usual,
-                                            SegmentBlock& out);
+                                            const Frame& frame, double rotation_tolerance,
+                                            double epsilon, bool count_boxes, SegmentBlock& out);
+
+/// Whether the box of one capsule adds nothing, as segmentsOf() asks of each.
+/// @param size  of the box
+/// @param axis  the third column of the rotation
+FCL_FIBERS_TREE_EXPORT bool addsNothing(const Vec3d& size, const Vec3d& position, const Vec3d& axis,
+                                        double length, double radius, double epsilon);
 
 }  // namespace fcl_fibers::geometry

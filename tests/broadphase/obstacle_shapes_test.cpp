@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "broadphase/obstacle_shapes.h"
+#include "broadphase/object_reader.h"
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,6 @@
 #include <fcl/geometry/shape/triangle_p.h>
 #include <fcl/narrowphase/collision.h>
 
-#include "broadphase/object_segments.h"
 #include "support/exact_geometry.h"
 #include "support/random.h"
 #include "support/scalars.h"
@@ -29,7 +28,6 @@
 namespace fcl_fibers::test {
 namespace {
 
-using broadphase::readObstacle;
 using geometry::Frame;
 using geometry::Obstacle;
 using geometry::Segment;
@@ -43,6 +41,13 @@ class Object : public fcl::CollisionObject<S> {
 
   fcl::CollisionGeometry<S>& shape() { return *this->cgeom; }
 };
+
+/// @return whether more than the box counts
+template <typename S>
+bool readObstacle(const Object<S>& object, const Frame& frame, Bounds bounds, Obstacle& obstacle) {
+  obstacle = obstacleOf(broadphase::readObject(object, bounds), frame);
+  return obstacle.kind != Obstacle::Kind::kNone;
+}
 
 enum Kind { kBox, kTriangle, kCylinder, kCone, kEllipsoid, kConvex, kBounded };
 

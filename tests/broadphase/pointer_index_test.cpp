@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "broadphase/pointer_index.h"
+#include "broadphase/object_registry.h"
 
 #include <gtest/gtest.h>
 

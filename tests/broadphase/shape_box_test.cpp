@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "broadphase/shape_box.h"
+#include "broadphase/object_reader.h"
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,6 @@
 #include <fcl/geometry/shape/ellipsoid.h>
 #include <fcl/geometry/shape/triangle_p.h>
 
-#include "broadphase/object_segments.h"
 #include "support/least_box.h"
 #include "support/random.h"
 #include "support/scalars.h"

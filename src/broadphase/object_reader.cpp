@@ -1,0 +1,339 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "broadphase/object_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <type_traits>
+
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/cylinder.h>
+
+#include "geometry/posed_capsules.h"
+
+namespace fcl_fibers::broadphase {
+namespace {
+
+using geometry::AffineMap;
+using geometry::Frame;
+using geometry::Obstacle;
+using geometry::Segment;
+using geometry::Vec3d;
+
+constexpr const char* kNoOwnBox =
+    "its box is empty or NaN; give it a non-empty shape and call computeAABB()";
+
+const char* rangeProblem(const Segment& segment) {
+  return isFinite(segment)
+             ? nullptr
+             : "its coordinates overflow; bring the scene nearer to the origin or change its unit";
+}
+
+bool allFinite(const Vec3d& v) {
+  // Zero times infinity or NaN is NaN.
+  return 0 * v.x + 0 * v.y + 0 * v.z == 0;
+}
+
+/// Why a pose is refused, and the remedy; nullptr if it is proper.
+FCL_FIBERS_ALWAYS_INLINE const char* poseProblem(const AffineMap& pose) {
+  const Vec3d &x = pose.column[0], &y = pose.column[1], &z = pose.column[2], &t = pose.shift;
+  // Most rotations are close to orthonormal, and their right hand tells so in fewer steps. The sum
+  // bounds what isRotation() asks for; see kUsualRotation.
+  const Vec3d off = cross(x, y) - z;
+  const double deviation =
+      (std::fabs(dot(x, x) - 1) + std::fabs(dot(y, y) - 1)) + (std::fabs(dot(x, y)) + norm1(off));
+  if (deviation <= kUsualRotation && allFinite(t)) return nullptr;
+  if (geometry::isRotation(x, y, z, kRotationTolerance) && allFinite(t)) return nullptr;
+  if (!allFinite(x) || !allFinite(y) || !allFinite(z) || !allFinite(t)) {
+    return "its pose is NaN or infinite; give it a finite pose";
+  }
+  return "its rotation is not orthonormal or is a reflection; give it a proper rotation";
+}
+
+// --- Boxes in a frame ---
+
+constexpr double kMost = std::numeric_limits<double>::max();
+
+/// A box far out may overflow. But its low side must not become +infinity, its high side must not
+/// become -infinity, and neither may become NaN.
+double finiteLow(double x) { return x <= kMost ? x : std::isnan(x) ? -kInfinity : kMost; }
+double finiteHigh(double x) { return -finiteLow(-x); }
+
+FCL_FIBERS_ALWAYS_INLINE Corners finiteCorners(const Vec3d& low, const Vec3d& high) {
+  if (std::isfinite(low.x + low.y + low.z + high.x + high.y + high.z)) return {low, high};
+  return {{finiteLow(low.x), finiteLow(low.y), finiteLow(low.z)},
+          {finiteHigh(high.x), finiteHigh(high.y), finiteHigh(high.z)}};
+}
+
+/// A box of the world in `frame`. Sides that overflow stay outside of the box.
+Corners inFrame(const Corners& box, const Frame& frame) {
+  return finiteCorners(frame.fromWorld(box.low), frame.fromWorld(box.high));
+}
+
+/// The box of a posed shape, larger by a length in the world's unit.
+FCL_FIBERS_ALWAYS_INLINE Corners posedCorners(const ShapeBox& shape, const Vec3d& position,
+                                              double larger, const Frame& frame) {
+  // How far the shape may be outside of its box, by rounding. The smallest normal number covers the
+  // loss if subnormals are flushed to zero.
+  const double outward = 16 * std::numeric_limits<double>::epsilon() * shape.reach +
+                         4 * std::numeric_limits<double>::min() + larger;
+  const Vec3d by{outward, outward, outward};
+  const Vec3d at = frame.fromWorld(position);
+  return finiteCorners(at + frame.scale * (shape.posed.low - by),
+                       at + frame.scale * (shape.posed.high + by));
+}
+
+bool contains(const Corners& outer, const Corners& inner, double rounding) {
+  const auto reaches = [rounding](const Vec3d& low, const Vec3d& high) {
+    return low.x <= high.x + rounding && low.y <= high.y + rounding && low.z <= high.z + rounding;
+  };
+  return reaches(outer.low, inner.low) && reaches(inner.high, outer.high);
+}
+
+double finiteNorm(const Vec3d& v) {
+  double largest = 0;
+  for (const double x : {v.x, v.y, v.z}) {
+    if (std::isfinite(x)) largest = std::max(largest, std::fabs(x));
+  }
+  return largest;
+}
+
+/// Reads what the program has added to the box of a capsule or sphere.
+template <typename S>
+FCL_FIBERS_ALWAYS_INLINE void readMarginOfRound(const fcl::CollisionObject<S>& object,
+                                                ReadObject& out) {
+  const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
+  const Vec3d axis = out.pose.column[2], position = out.pose.shift;
+  const double radius = out.size.x, length = out.size.y;
+  if (geometry::addsNothing(toVec3(box.max_) - toVec3(box.min_), position, axis, length, radius,
+                            double{std::numeric_limits<S>::epsilon()})) {
+    return;
+  }
+  const Vec3d half{std::fabs(axis.x) * length / 2 + radius, std::fabs(axis.y) * length / 2 + radius,
+                   std::fabs(axis.z) * length / 2 + radius};
+  out.added = wideningOf(object, ShapeBox::symmetric({radius, radius, length / 2 + radius}, half));
+  if (!out.added.is_uneven) return;
+  out.shape = Obstacle::Kind::kAxis;
+  out.own = openCorners(box);
+}
+
+/// Reads what the program has added to the box of any other shape.
+template <typename S>
+FCL_FIBERS_ALWAYS_INLINE void readMargin(const fcl::CollisionObject<S>& object, ReadObject& out) {
+  const bool is_open = !isBounded(out.box);
+  if (!is_open) out.added = wideningOf(object, out.box);
+  const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
+  if (is_open ? !isProper(box) : !out.added.is_uneven) return;
+  out.own = openCorners(box);
+  if (!is_open) return;
+  // FCL treats small rotations as the identity.
+  out.open_rounding =
+      4 * double{std::numeric_limits<S>::epsilon()} *
+          std::max(finiteNorm(out.own.low), finiteNorm(out.own.high)) +
+      4 * double{Eigen::NumTraits<S>::dummy_precision()} * finiteNorm(out.box.posed.half());
+}
+
+/// @param kind      of the object
+/// @param is_round  whether it is a capsule or sphere
+template <typename S, class IsRound>
+FCL_FIBERS_ALWAYS_INLINE const char* read(const fcl::CollisionObject<S>& object, ObjectKind kind,
+                                          IsRound is_round, Bounds bounds, const LocalBounds* mesh,
+                                          ReadObject& out) {
+  out.kind = kind;
+  if (kind == ObjectKind::kNothing) {
+    return "it has no geometry; construct it with a shape";
+  }
+  const auto& pose = ObjectMembers<S>::pose(object).matrix();
+  out.pose = {{toVec3(pose.col(0)), toVec3(pose.col(1)), toVec3(pose.col(2))}, toVec3(pose.col(3))};
+  if (const char* problem = poseProblem(out.pose)) return problem;
+  const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
+  out.is_own_box = bounds == Bounds::kObjects;
+  if (out.is_own_box) {
+    out.own = openCorners(box);
+    return isProper(box) ? nullptr : kNoOwnBox;
+  }
+  if (is_round) {
+    readSize(object, kind, out.size.x, out.size.y);
+    if (const char* problem = sizeProblem(out.size.x, out.size.y)) return problem;
+    if (bounds == Bounds::kShapesAndMargins) readMarginOfRound(object, out);
+    return nullptr;
+  }
+  if (const char* problem = readShape(object, bounds, mesh, out)) return problem;
+  if (bounds == Bounds::kShapesAndMargins) readMargin(object, out);
+  // Where only FCL's box of the shape is known, the program may know more.
+  if (out.shape == Obstacle::Kind::kBox && !(out.isAllOfShape() || out.box.is_least)) {
+    out.shape = Obstacle::Kind::kNone;
+  }
+  return nullptr;
+}
+
+/// See `marks_boxes`.
+FCL_FIBERS_ALWAYS_INLINE void mark(const ReadObject& object, Segment& segment) {
+  if (!segment.isBox() || !(isRound(object.kind) || object.kind == ObjectKind::kBar)) return;
+  // Odd numbers, at random.
+  constexpr std::uint64_t kFactors[] = {0x9e3779b97f4a7c15, 0xbf58476d1ce4e5b9, 0x94d049bb133111eb,
+                                        0xd6e8feb86659fd93, 0xa0761d6478bd642f, 0xe7037ed1a0b428db,
+                                        0x8ebc6af09c88c6e3, 0x589965cc75374cc3, 0x1d8e4e27c47d124f,
+                                        0xeb44accab455d165, 0x2127599bf4325c37, 0x880355f21e6d1965,
+                                        0xff51afd7ed558ccd, 0xc4ceb9fe1a85ec53, 0xd2a98b26625eee7b};
+  const auto& [x, y, z] = object.pose.column;
+  const Vec3d vectors[] = {x, y, z, object.pose.shift, object.size};
+  std::uint64_t sum = 0;
+  const std::uint64_t* factor = kFactors;
+  for (const Vec3d& v : vectors) {
+    for (const double number : {v.x, v.y, v.z}) {
+      std::uint64_t bits;
+      std::memcpy(&bits, &number, sizeof(bits));
+      // The signs of two numbers, which are their highest bits, must not cancel out.
+      sum += (bits ^ bits >> 32) * *factor++;
+    }
+  }
+  sum = (sum ^ sum >> 29) * kFactors[0];
+  const std::uint64_t bits = std::uint64_t{0x3ff} << 52 | sum >> 12;
+  double number;  // from 1 to 2
+  std::memcpy(&number, &bits, sizeof(number));
+  segment.radius *= number;
+}
+
+/// See segmentOf().
+template <class IsRound>
+FCL_FIBERS_ALWAYS_INLINE const char* place(const ReadObject& object, IsRound is_round,
+                                           const Frame& frame, Segment& segment, bool marks_boxes) {
+  const Widening& added = object.added;
+  if (object.is_own_box) {
+    const Corners own = inFrame(object.own, frame);
+    segment = Segment::box(own.low, own.high);
+    return nullptr;
+  }
+  if (is_round) {
+    const Vec3d center = frame.fromWorld(object.pose.shift);
+    // Halving the length instead of the scale could lose the last bit of a subnormal length.
+    const Vec3d half = (frame.scale / 2 * object.size.y) * object.pose.column[2];
+    segment = {center - half, center + half, frame.scale * object.size.x};
+    const double larger = frame.scale * added.onAllSides();
+    if (!added.is_uneven) segment.radius += larger;
+    if (const char* problem = rangeProblem(segment)) return problem;
+    if (!added.is_uneven) return nullptr;
+    segment.radius += larger;
+    const Corners own = inFrame(object.own, frame);
+    const Segment box = boxAround(segment, endPointError(segment));
+    segment = {min(own.low, box.a), max(own.high, box.b), -2};
+  } else {
+    Corners corners = posedCorners(object.box, object.pose.shift, added.onAllSides(), frame);
+    bool counts_own = added.is_uneven;
+    if (object.open_rounding >= 0) {
+      counts_own =
+          contains(inFrame(object.own, frame), corners, frame.scale * object.open_rounding);
+    }
+    if (counts_own) {
+      const Corners own = inFrame(object.own, frame);
+      corners = {min(own.low, corners.low), max(own.high, corners.high)};
+    }
+    segment = Segment::box(corners.low, corners.high);
+  }
+  if (marks_boxes) mark(object, segment);
+  return nullptr;
+}
+
+bool isFinite(const Obstacle& obstacle) {
+  double sum = obstacle.offset + obstacle.margin + obstacle.error + maxNorm(obstacle.point);
+  for (const Vec3d& v : obstacle.vector) sum += std::fabs(v.x) + std::fabs(v.y) + std::fabs(v.z);
+  return std::isfinite(sum);
+}
+
+}  // namespace
+
+template <typename S>
+double lengthInFiber(const fcl::CollisionObject<S>& object) {
+  const fcl::CollisionGeometry<S>& shape = *ObjectMembers<S>::shape(object);
+  switch (shape.getNodeType()) {
+    case fcl::GEOM_CAPSULE:
+      return static_cast<double>(static_cast<const fcl::Capsule<S>&>(shape).lz);
+    case fcl::GEOM_CYLINDER:
+      return static_cast<double>(static_cast<const fcl::Cylinder<S>&>(shape).lz);
+    case fcl::GEOM_BOX:
+      return static_cast<double>(static_cast<const fcl::Box<S>&>(shape).side[2]);
+    default:
+      return 0;
+  }
+}
+
+template <typename S>
+ReadObject readObject(const fcl::CollisionObject<S>& object, Bounds bounds,
+                      const LocalBounds* mesh) {
+  ReadObject out;
+  const ObjectKind kind = kindOf(object);
+  out.problem = read(object, kind, isRound(kind), bounds, mesh, out);
+  return out;
+}
+
+const char* segmentOf(const ReadObject& object, const Frame& frame, Segment& segment,
+                      bool marks_boxes) {
+  if (object.problem != nullptr) return object.problem;
+  return place(object, isRound(object.kind), frame, segment, marks_boxes);
+}
+
+template <typename S>
+const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& frame, Bounds bounds,
+                        Segment& segment, bool marks_boxes) {
+  // Capsules have code of their own, in which the compiler keeps them in registers.
+  const ObjectKind kind = kindOf(object);
+  const auto readAs = [&](auto is_round) -> const char* {
+    ReadObject out;
+    if (const char* problem = read(object, kind, is_round, bounds, nullptr, out)) return problem;
+    return place(out, is_round, frame, segment, marks_boxes);
+  };
+  return isRound(kind) ? readAs(std::true_type()) : readAs(std::false_type());
+}
+
+Obstacle obstacleOf(const ReadObject& object, const Frame& frame) {
+  Obstacle found;
+  if (object.problem != nullptr || object.shape == Obstacle::Kind::kNone) return found;
+  found.kind = object.shape;
+  found.point = frame.fromWorld(object.pose.shift);
+  const double position_error = geometry::endPointError(maxNorm(found.point));
+  const auto turn = [&](const Vec3d& p) { return frame.scale * object.pose.linear(p); };
+  found.margin = frame.scale * object.added.margin;
+  const Corners& local = object.box.local;
+  const double box_error = 16 * std::numeric_limits<double>::epsilon() * frame.scale *
+                           (maxNorm(local.low) + maxNorm(local.high));
+  switch (object.shape) {
+    case Obstacle::Kind::kAxis:
+      found.vector[0] = (frame.scale / 2 * object.size.y) * object.pose.column[2];
+      found.margin = frame.scale * (object.size.x + object.added.margin);
+      found.error = endPointError(found.capsule());
+      break;
+    case Obstacle::Kind::kTriangle:
+      found.error = box_error;
+      for (int i = 0; i < 3; ++i) found.vector[i] = found.point + turn(object.vector[i]);
+      break;
+    case Obstacle::Kind::kBox: {
+      found.error = box_error;
+      found.point = found.point + turn(local.middle());
+      const Vec3d half = local.half();
+      found.vector[0] = turn({half.x, 0, 0});
+      found.vector[1] = turn({0, half.y, 0});
+      found.vector[2] = turn({0, 0, half.z});
+      break;
+    }
+    default:
+      found.vector[0] = object.vector[0];
+      found.offset = frame.scale * object.offset;
+      found.margin = 0;
+  }
+  // The smallest normal number covers the loss if subnormals are flushed to zero.
+  found.error += position_error + 8 * (frame.scale + 1) * std::numeric_limits<double>::min();
+  return isFinite(found) ? found : Obstacle();
+}
+
+#define FCL_FIBERS_INSTANTIATE(S)                                                                  \
+  template double lengthInFiber(const fcl::CollisionObject<S>&);                                   \
+  template ReadObject readObject(const fcl::CollisionObject<S>&, Bounds, const LocalBounds*);      \
+  template const char* readSegment(const fcl::CollisionObject<S>&, const Frame&, Bounds, Segment&, \
+                                   bool);
+FCL_FIBERS_INSTANTIATE(float)
+FCL_FIBERS_INSTANTIATE(double)
+#undef FCL_FIBERS_INSTANTIATE
+
+}  // namespace fcl_fibers::broadphase

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "broadphase/object_source.h"
+
+#include <limits>
+
+#include "geometry/posed_capsules.h"
+
+namespace fcl_fibers::broadphase {
+namespace {
+
+using geometry::Frame;
+using geometry::PosedCapsules;
+using geometry::Segment;
+
+/// Puts a capsule or sphere at place i.
+template <typename S>
+FCL_FIBERS_ALWAYS_INLINE void put(const fcl::CollisionObject<S>& object, double radius,
+                                  double length, int i, PosedCapsules& out) {
+  const auto& pose = ObjectMembers<S>::pose(object).matrix();
+  const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int column = 0; column < 3; ++column) {
+      out.rotation[column][axis][i] = static_cast<double>(pose(axis, column));
+    }
+    out.position[axis][i] = static_cast<double>(pose(axis, 3));
+    out.low[axis][i] = static_cast<double>(box.min_[axis]);
+    out.high[axis][i] = static_cast<double>(box.max_[axis]);
+  }
+  out.radius[i] = radius;
+  out.length[i] = length;
+}
+
+}  // namespace
+
+/// Reads most capsules and spheres together, and others by readSegment(), which gives the same
+/// segments.
+template <typename S>
+bool ObjectSource<S>::read(const index::SegmentId* ids, int count, int ahead, const Frame& frame,
+                           index::SegmentBlock& out, index::BlockMask& present) const {
+  const auto objectAt = [&](std::size_t i) { return objects_[static_cast<std::size_t>(ids[i])]; };
+  const auto known = static_cast<std::size_t>(count + ahead);
+  PosedCapsules capsules;
+  index::BlockMask together = 0;
+  const bool may_be_beside = mayBeBeside(ids, count);
+  present = 0;
+  for (int i = 0; i < count; ++i) {
+    prefetchObject<S>(objectAt, static_cast<std::size_t>(i), known);
+    const Object* object = objectAt(static_cast<std::size_t>(i));
+    const index::BlockMask bit = index::BlockMask{1} << i;
+    if (may_be_beside && isBeside(ids[i])) continue;
+    if (object != nullptr) present |= bit;
+    if (object == nullptr || bounds_ == Bounds::kObjects) continue;
+    double radius, length;
+    if (!readSize(*object, kindOf(*object), radius, length)) {
+      if (isRefused(*object)) return false;
+      continue;
+    }
+    if (count == 1) continue;
+    put(*object, radius, length, i, capsules);
+    together |= bit;
+  }
+  if (together != 0) {
+    const index::BlockMask read = geometry::firstOfBlock((count + 7) / 8 * 8);
+    for (index::BlockMask rest = read & ~together; rest != 0; rest &= rest - 1) {
+      capsules.clear(__builtin_ctzll(rest));
+    }
+    together &= segmentsOf(capsules, count, frame, kUsualRotation,
+                           double{std::numeric_limits<S>::epsilon()},
+                           bounds_ == Bounds::kShapesAndMargins, out);
+  }
+  for (index::BlockMask rest = present & ~together; rest != 0; rest &= rest - 1) {
+    const int i = __builtin_ctzll(rest);
+    Segment segment;
+    if (readSegment(*objectAt(static_cast<std::size_t>(i)), frame, bounds_, segment,
+                    counts_shapes_) != nullptr) {
+      return false;
+    }
+    out.set(i, segment);
+  }
+  for (index::BlockMask absent = geometry::firstOfBlock(count) & ~present; absent != 0;
+       absent &= absent - 1) {
+    out.set(__builtin_ctzll(absent), Segment{});
+  }
+  return true;
+}
+
+template <typename S>
+void ObjectSource<S>::refuse(index::SegmentId id, const Frame& frame) const {
+  if (const Object* object = objects_[static_cast<std::size_t>(id)]) {
+    if (isRefused(*object)) fibers::throwInvalidArgument(call_, nameOf(id) + ": " + kIsMeshNow);
+    readObject(call_, *object, frame, bounds_, [&] { return nameOf(id); });
+  }
+  // If the object can be read now, another thread has changed it meanwhile.
+  fibers::throwInvalidArgument(call_,
+                               "an object has changed during the call; change objects after it");
+}
+
+template class ObjectSource<float>;
+template class ObjectSource<double>;
+
+}  // namespace fcl_fibers::broadphase
