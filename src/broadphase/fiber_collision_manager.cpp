@@ -81,14 +81,16 @@ class FiberCollisionManager<S>::Impl final : public broadphase::ManagerState<S> 
     }
     if (bounds != Bounds::kShapesAndMargins) return 0;
     if (broadphase::countsTriangles(options) && broadphase::isMesh(*object)) {
-      const auto mesh = broadphase::readMesh(call, *object, false, geometry::Frame{}, bounds,
-                                             this->obstacles().cache(),
-                                             [] { return std::string("the given object"); });
+      const auto mesh = broadphase::named(call, "the given object", [&] {
+        return broadphase::readMesh(*object, false, geometry::Frame{}, bounds,
+                                    this->obstacles().cache());
+      });
       if (mesh.counts_triangles) return mesh.margin;
     }
     const auto read = [&](Bounds counted_bounds) {
-      return broadphase::readObject(call, *object, geometry::Frame{}, counted_bounds,
-                                    [] { return std::string("the given object"); });
+      return broadphase::named(call, "the given object", [&] {
+        return broadphase::requireSegment(*object, geometry::Frame{}, counted_bounds);
+      });
     };
     const Segment shape = read(Bounds::kShapes), counted = read(Bounds::kShapesAndMargins);
     if (!shape.isBox() && !counted.isBox()) return counted.radius - shape.radius;

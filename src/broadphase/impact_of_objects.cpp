@@ -94,16 +94,16 @@ struct Partner {
   void read(const ManagerState<S>& state, const fcl::CollisionObject<S>& object,
             bool is_solid = false) {
     const geometry::Frame& frame = state.generations().frame();
-    const auto name = [] { return std::string("object b"); };
-    if (countsTriangles(state.options()) && isMesh(object)) {
-      const BesideReading reading =
-          readMesh(kFindImpact, object, is_solid, frame, state.options().bounds,
-                   state.obstacles().cache(), name);
-      setMesh(Entry::resting(reading, nullptr, 0, is_solid));
-    } else {
-      segment.end = readObject(kFindImpact, object, frame, state.options().bounds, name);
-      segment.start = segment.end;
-    }
+    named(kFindImpact, "object b", [&] {
+      if (countsTriangles(state.options()) && isMesh(object)) {
+        const BesideReading reading =
+            readMesh(object, is_solid, frame, state.options().bounds, state.obstacles().cache());
+        setMesh(Entry::resting(reading, nullptr, 0, is_solid));
+      } else {
+        segment.end = requireSegment(object, frame, state.options().bounds);
+        segment.start = segment.end;
+      }
+    });
     error = endPointError(segment);
   }
 

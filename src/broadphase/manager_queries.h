@@ -68,19 +68,23 @@ class ManagerQueries {
     if (object == nullptr) {
       fibers::throwInvalidArgument(Call::kName, "the object is null; pass an object");
     }
-    searchOne(object, [] { return std::string("the given object"); });
+    named(Call::kName, "the given object", [&] { searchOne(object); });
   }
 
   /// Finds the pairs with the objects of another manager class. It reads each object only when its
   /// turn comes, which saves time if the query ends early.
   void with(const std::vector<Object*>& others) {
-    for (std::size_t i = 0; i < others.size() && state_.registry().size() > 0; ++i) {
-      const auto name = [i] { return nameOf(i) + " of the other manager"; };
-      if (others[i] == nullptr) {
-        fibers::throwInvalidArgument(Call::kName, name() + " is null; remove it from that manager");
+    std::size_t i = 0;
+    const auto name = [&](SegmentId) { return nameOf(i) + " of the other manager"; };
+    named(Call::kName, name, [&] {
+      for (; i < others.size() && state_.registry().size() > 0; ++i) {
+        if (others[i] == nullptr) {
+          fibers::throwInvalidArgument(Call::kName,
+                                       name(0) + " is null; remove it from that manager");
+        }
+        if (searchOne(others[i]) == tree::Visit::kStop) return;
       }
-      if (searchOne(others[i], name) == tree::Visit::kStop) return;
-    }
+    });
   }
 
   /// Finds the pairs with the objects of another fiber manager.
@@ -105,9 +109,11 @@ class ManagerQueries {
       if (object == nullptr || !isMesh(*object)) continue;
       const fibers::FiberTable& table = other.registry().fibers();
       const bool is_solid = table.isSolid(b);
-      const BesideReading mesh =
-          readMesh(Call::kName, *object, is_solid, frame(), other.options().bounds,
-                   state_.obstacles().cache(), [&] { return other.source("").nameOf(b); });
+      const auto name = [&](SegmentId) { return other.source("").nameOf(b); };
+      const BesideReading mesh = named(Call::kName, name, [&] {
+        return readMesh(*object, is_solid, frame(), other.options().bounds,
+                        state_.obstacles().cache());
+      });
       const Entry entry =
           Entry::resting(mesh, other.registry()[b], b, is_solid, table.partyOf(b).categories);
       if (searchBeside(other, entry, {}) == tree::Visit::kStop) return;
@@ -271,17 +277,16 @@ class ManagerQueries {
   }
 
   /// @param own  what the manager has of the object, or null
-  template <class Name>
-  Entry readNow(const Object& object, const Entry* own, Name&& name) {
+  Entry readNow(const Object& object, const Entry* own) {
     const bool is_solid = own != nullptr && own->is_solid;
     const tree::Categories categories = own != nullptr ? own->categories : tree::kAllCategories;
-    const BesideReading mesh = readMesh(Call::kName, object, is_solid, frame(),
-                                        state_.options().bounds, state_.obstacles().cache(), name);
+    const BesideReading mesh =
+        readMesh(object, is_solid, frame(), state_.options().bounds, state_.obstacles().cache());
     return Entry::resting(mesh, nullptr, SegmentId{0}, is_solid, categories);
   }
 
-  template <class Name>
-  tree::Visit searchOne(Object* object, Name&& name) {
+  /// Throws RefusedObject if the object cannot be read.
+  tree::Visit searchOne(Object* object) {
     const SegmentId own_id = state_.registry().find(object);
     const bool is_managed = own_id != State::Registry::kNotFound;
     const Entry* own = is_managed ? state_.obstacles().beside(own_id) : nullptr;
@@ -293,7 +298,7 @@ class ManagerQueries {
     };
     if (countsTriangles(state_.options()) && isMesh(*object)) {
       // In a step a managed object is where it was read.
-      const Entry mesh = own != nullptr && moves_ ? *own : readNow(*object, own, name);
+      const Entry mesh = own != nullptr && moves_ ? *own : readNow(*object, own);
       if (searchTree(state_, mesh, {}, with_segment) == tree::Visit::kStop) {
         return tree::Visit::kStop;
       }
@@ -307,7 +312,7 @@ class ManagerQueries {
     if (has_step) {
       segment = own != nullptr ? own->movingBox() : reach_.segment(own_id);
     } else {
-      segment.end = readObject(Call::kName, *object, frame(), state_.options().bounds, name);
+      segment.end = requireSegment(*object, frame(), state_.options().bounds);
       segment.start = segment.end;
     }
     const double error = endPointError(segment);

@@ -15,6 +15,8 @@ using geometry::Segment;
 
 namespace {
 
+std::string nameOfPlace(SegmentId i) { return nameOf(static_cast<std::size_t>(i)); }
+
 /// Whether the two share an end point, within 4 ulp of the largest coordinate.
 template <typename S>
 bool shareEnd(const Segment& p, const Segment& q) {
@@ -26,14 +28,14 @@ bool shareEnd(const Segment& p, const Segment& q) {
   return false;
 }
 
-/// Reads an object that is about to be registered in the world's frame.
+/// Reads one of the objects of a call in the world's frame, or throws RefusedObject.
 template <typename S>
 Segment readNew(const char* call, const std::vector<fcl::CollisionObject<S>*>& objects,
                 std::size_t i, Bounds bounds) {
   if (objects[i] == nullptr) {
     throwInvalidArgument(call, nameOf(i) + " is null; pass a pointer to an object");
   }
-  return readObject(call, *objects[i], Frame{}, bounds, [i] { return nameOf(i); });
+  return requireSegment(*objects[i], Frame{}, bounds, static_cast<SegmentId>(i));
 }
 
 }  // namespace
@@ -75,23 +77,24 @@ ManagerState<S>::ManagerState(const char* call, const ManagerState& original,
                                    std::to_string(original.registry_.size()) +
                                    "; give one for each object of getObjects(), in that order");
   }
-  std::size_t i = 0;
-  for (const Object* model : original.registry_.objects()) {
-    if (model == nullptr) continue;
-    prefetchObject<S>([&](std::size_t k) { return objects[k]; }, i, objects.size());
-    readNew(call, objects, i, options_.bounds);
-    const ObjectKind kind = kindOf(*objects[i]);
-    if (!mayBeInFiber(kind) && original.registry_.isOfSeveral(model)) {
-      throwInvalidArgument(call, nameOf(i) +
-                                     " is not a capsule, cylinder or box, but replaces a "
-                                     "segment of a fiber; pass a capsule, cylinder or box");
+  named(call, nameOfPlace, [&] {
+    std::size_t i = 0;
+    for (const Object* model : original.registry_.objects()) {
+      if (model == nullptr) continue;
+      prefetchObject<S>([&](std::size_t k) { return objects[k]; }, i, objects.size());
+      readNew(call, objects, i, options_.bounds);
+      const ObjectKind kind = kindOf(*objects[i]);
+      if (!mayBeInFiber(kind) && original.registry_.isOfSeveral(model)) {
+        throwInvalidArgument(call, nameOf(i) +
+                                       " is not a capsule, cylinder or box, but replaces a "
+                                       "segment of a fiber; pass a capsule, cylinder or box");
+      }
+      if (++i == objects.size() && original.last_registered_ && kind == ObjectKind::kCapsule) {
+        // If a box counts in place of the capsule, it has no end point to continue from.
+        last_registered_ = readNew(call, objects, i - 1, Bounds::kShapes);
+      }
     }
-    if (++i == objects.size() && original.last_registered_ && kind == ObjectKind::kCapsule) {
-      // If a box counts in place of the capsule, it has no end point to continue from.
-      last_registered_ = readObject(call, *objects[i - 1], Frame{}, Bounds::kShapes,
-                                    [i] { return nameOf(i - 1); });
-    }
-  }
+  });
   if (const auto duplicate = registry_.copy(original.registry_, objects)) {
     throwInvalidArgument(call, nameOf(*duplicate) + " is passed twice; pass each object once");
   }
@@ -109,9 +112,10 @@ ManagerState<S>::ManagerState(const char* call, const ManagerState& original,
                        is_solid);
     if (countsTriangles(options_) && kind == ObjectKind::kMesh) {
       // The triangles are those of the original, unless they differ.
-      readMesh(call, *object, is_solid, Frame{}, options_.bounds, obstacles_.cache(), [&] {
-        return nameOf(static_cast<std::size_t>(std::find(objects.begin(), objects.end(), object) -
-                                               objects.begin()));
+      const auto place = std::find(objects.begin(), objects.end(), object) - objects.begin();
+      named(call, nameOfPlace, [&] {
+        readMesh(*object, is_solid, Frame{}, options_.bounds, obstacles_.cache(),
+                 static_cast<SegmentId>(place));
       });
     }
   }
@@ -136,37 +140,39 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
   // The build reads the objects again, and finds margins, which cannot make an object unreadable
   // unless they overflow.
   const bool has_shapes = options_.bounds != Bounds::kObjects;
-  for (std::size_t i = 0; i < added.size(); ++i) {
-    prefetchObject<S>([&](std::size_t k) { return added[k]; }, i, added.size());
-    Segment segment = readNew(call, added, i, has_shapes ? Bounds::kShapes : Bounds::kObjects);
-    const ObjectKind its_kind = kindOf(*added[i]);
-    // If its box counts instead, there are no end points to compare, and nobody has checked the
-    // length.
-    if (!has_shapes && mayBeInFiber(its_kind)) segment = readNew(call, added, i, Bounds::kShapes);
-    if (!isRound(its_kind)) boxes.push_back(i);
-    if (!lengths.empty()) lengths[i] = lengthInFiber(*added[i]);
-    if (!kind.has_neighbors) {
-      const bool is_capsule = its_kind == ObjectKind::kCapsule;
-      starts_fiber[i] = !(is_capsule && last && shareEnd<S>(*last, segment));
-      last = is_capsule ? std::optional(segment) : std::nullopt;
-    } else if (!mayBeInFiber(its_kind)) {
-      throwInvalidArgument(call, nameOf(i) +
-                                     " is not a capsule, cylinder or box; register it by "
-                                     "registerObject()");
-    }
-  }
-  if (kind.has_neighbors) {
-    if (!added.empty()) starts_fiber[0] = true;
-    last.reset();
-  }
   const bool counts_triangles = countsTriangles(options_);
   MeshCache checked;
   std::vector<const Object*> obstacles;
-  for (const std::size_t i : boxes) {
-    obstacles.push_back(added[i]);
-    if (!(counts_triangles || kind.is_solid) || !isMesh(*added[i])) continue;
-    readMesh(call, *added[i], kind.is_solid, Frame{}, Bounds::kShapes,
-             counts_triangles ? obstacles_.cache() : checked, [i] { return nameOf(i); });
+  named(call, nameOfPlace, [&] {
+    for (std::size_t i = 0; i < added.size(); ++i) {
+      prefetchObject<S>([&](std::size_t k) { return added[k]; }, i, added.size());
+      Segment segment = readNew(call, added, i, has_shapes ? Bounds::kShapes : Bounds::kObjects);
+      const ObjectKind its_kind = kindOf(*added[i]);
+      // If its box counts instead, there are no end points to compare, and nobody has checked the
+      // length.
+      if (!has_shapes && mayBeInFiber(its_kind)) segment = readNew(call, added, i, Bounds::kShapes);
+      if (!isRound(its_kind)) boxes.push_back(i);
+      if (!lengths.empty()) lengths[i] = lengthInFiber(*added[i]);
+      if (!kind.has_neighbors) {
+        const bool is_capsule = its_kind == ObjectKind::kCapsule;
+        starts_fiber[i] = !(is_capsule && last && shareEnd<S>(*last, segment));
+        last = is_capsule ? std::optional(segment) : std::nullopt;
+      } else if (!mayBeInFiber(its_kind)) {
+        throwInvalidArgument(call, nameOf(i) +
+                                       " is not a capsule, cylinder or box; register it by "
+                                       "registerObject()");
+      }
+    }
+    for (const std::size_t i : boxes) {
+      obstacles.push_back(added[i]);
+      if (!(counts_triangles || kind.is_solid) || !isMesh(*added[i])) continue;
+      readMesh(*added[i], kind.is_solid, Frame{}, Bounds::kShapes,
+               counts_triangles ? obstacles_.cache() : checked, static_cast<SegmentId>(i));
+    }
+  });
+  if (kind.has_neighbors) {
+    if (!added.empty()) starts_fiber[0] = true;
+    last.reset();
   }
   obstacles_.reserve(obstacles);
   const SegmentId first = registry_.idCount();
@@ -243,18 +249,17 @@ template <typename S>
 void ManagerState<S>::update(const char* call, const Objects& moved) {
   refuseDuringQuery(call);
   std::vector<SegmentId> ids;
-  std::vector<std::size_t> positions;  // of each id, among those that moved
   for (std::size_t i = 0; i < moved.size(); ++i) {
     if (moved[i] == nullptr) {
       throwInvalidArgument(call, nameOf(i) + " is null; pass registered objects");
     }
     const SegmentId id = registry_.find(moved[i]);
-    if (id == Registry::kNotFound) continue;
-    ids.push_back(id);
-    positions.push_back(i);
+    if (id != Registry::kNotFound) ids.push_back(id);
   }
-  const auto name = [&](std::size_t i) { return nameOf(positions[i]); };
-  const auto name_of_place = [&](SegmentId i) { return name(static_cast<std::size_t>(i)); };
+  const auto name = [&](SegmentId id) {
+    const auto place = std::find(moved.begin(), moved.end(), registry_[id]) - moved.begin();
+    return nameOf(static_cast<std::size_t>(place));
+  };
   // One sweep over all nodes costs less than the way up from each of many segments.
   const bool are_many = 4 * ids.size() > registry_.size();
   if (!ids.empty() && (!hasTree() || state_ == State::kCloned || are_many)) {
@@ -272,17 +277,17 @@ void ManagerState<S>::update(const char* call, const Objects& moved) {
     const Object& object = *registry_[ids[i]];
     if (obstacles_.isBeside(ids[i])) continue;
     if (countsTriangles(options_) && isMesh(object)) {
-      throwInvalidArgument(call, name(i) + ": " + kIsMeshNow);
+      throwInvalidArgument(call, name(ids[i]) + ": " + kIsMeshNow);
     }
     if (readSegment(object, generations_.frame(), options_.bounds, segments[i],
                     countsTriangles(options_)) == nullptr) {
       continue;
     }
     // If the object is valid and only the frame cannot hold it, a build chooses another frame.
-    readObject(call, object, Frame{}, options_.bounds, [&] { return name(i); });
+    named(call, name, [&] { requireSegment(object, Frame{}, options_.bounds, ids[i]); });
     return readAndBuild(call);
   }
-  obstacles_.readSome(call, ids, generations_.frame(), name_of_place);
+  named(call, name, [&] { obstacles_.readSome(ids, generations_.frame()); });
   // The next query reads objects that are in no index yet.
   std::size_t kept = 0;
   for (std::size_t i = 0; i < ids.size(); ++i) {
@@ -381,11 +386,9 @@ tree::Fibers ManagerState<S>::segmentsFrom(SegmentId begin) const {
 template <typename S>
 void ManagerState<S>::readObstacles(const char* call, bool all) const {
   const auto name = [this](SegmentId id) { return source("").nameOf(id); };
-  if (all) {
-    obstacles_.readAll(call, generations_.frame(), name);
-  } else {
-    obstacles_.readNew(call, generations_.frame(), name);
-  }
+  named(call, name, [&] {
+    all ? obstacles_.readAll(generations_.frame()) : obstacles_.readNew(generations_.frame());
+  });
 }
 
 // --- Asking ---

@@ -19,7 +19,7 @@ constexpr const char* kCall = "findMeshContacts";
 
 template <typename S>
 Segment readCapsule(const fcl::CollisionObject<S>& capsule, const Frame& frame, Bounds bounds) {
-  return readObject(kCall, capsule, frame, bounds, [] { return std::string("the capsule"); });
+  return named(kCall, "the capsule", [&] { return requireSegment(capsule, frame, bounds); });
 }
 
 }  // namespace
@@ -37,19 +37,18 @@ bool findMeshContacts(const ManagerState<S>& state, const fcl::CollisionObject<S
   if (!(margin >= 0)) {
     fibers::throwInvalidArgument(kCall, joinedText("margin is ", margin, "; give 0 or more"));
   }
-  const auto name = [] { return std::string("the mesh"); };
-  readObject(kCall, *mesh, Frame{}, Bounds::kShapes, name);  // it may have become invalid
   const auto entry = state.readMeshOf(mesh);
   BesideReading reading;
   if (entry) reading.mesh = entry->mesh;
   MeshCache& cache = state.obstacles().cache();
   if (reading.mesh == nullptr) reading.mesh = cache.find(mesh->collisionGeometry());
+  named(kCall, "the mesh", [&] {
+    requireSegment(*mesh, Frame{}, Bounds::kShapes);  // it may have become invalid
+    if (reading.mesh == nullptr) reading = readMesh(*mesh, false, Frame{}, Bounds::kShapes, cache);
+  });
   if (reading.mesh == nullptr) {
-    reading = readMesh(kCall, *mesh, false, Frame{}, Bounds::kShapes, cache, name);
-    if (reading.mesh == nullptr) {
-      contacts.clear();
-      return false;
-    }
+    contacts.clear();
+    return false;
   }
   placeMesh(*mesh, Frame{}, state.options().bounds, reading);
   const SegmentId mesh_id = state.registry().find(mesh);

@@ -244,6 +244,10 @@ bool isFinite(const Obstacle& obstacle) {
 
 }  // namespace
 
+void refuse(std::string_view reason, SegmentId place) {
+  throw RefusedObject{std::string(reason), place};
+}
+
 template <typename S>
 double lengthInFiber(const fcl::CollisionObject<S>& object) {
   const fcl::CollisionGeometry<S>& shape = *ObjectMembers<S>::shape(object);

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/sphere.h>
@@ -19,8 +20,11 @@
 #include "geometry/obstacle.h"
 #include "geometry/segment.h"
 #include "simd/always_inline.h"
+#include "tree/topology.h"
 
 namespace fcl_fibers::broadphase {
+
+using tree::SegmentId;
 
 /// What an object is by its geometry.
 enum class ObjectKind : std::uint8_t {
@@ -175,14 +179,37 @@ constexpr double kRotationTolerance = 1e-3;
 /// R^T R - I, of which that of the third column by twice the sum and a little.
 constexpr double kUsualRotation = kRotationTolerance / 2.05;
 
-/// Reads one object in `frame`. Throws std::invalid_argument with name() if it cannot be read.
-template <typename S, class Name>
-geometry::Segment readObject(const char* call, const fcl::CollisionObject<S>& object,
-                             const geometry::Frame& frame, Bounds bounds, Name&& name) {
-  geometry::Segment segment;
-  if (const char* problem = readSegment(object, frame, bounds, segment)) {
-    fibers::throwInvalidArgument(call, name() + ": " + problem);
+/// An object that cannot be read. Whoever knows its name catches it: see named().
+struct RefusedObject {
+  std::string reason;  ///< and the remedy
+  SegmentId place;     ///< of the object among those of a call
+};
+
+/// Throws it, and stays out of the loops over objects, which never call it.
+[[noreturn, gnu::cold]] void refuse(std::string_view reason, SegmentId place);
+
+/// Returns read(). Throws std::invalid_argument if it refuses an object, with name(place).
+template <class Name, class Read>
+auto named(const char* call, Name&& name, Read&& read) {
+  try {
+    return read();
+  } catch (const RefusedObject& refused) {
+    fibers::throwInvalidArgument(call, name(refused.place) + ": " + refused.reason);
   }
+}
+/// The same where there is one object.
+template <class Read>
+auto named(const char* call, const char* name, Read&& read) {
+  return named(
+      call, [name](SegmentId) { return std::string(name); }, read);
+}
+
+/// Reads one object in `frame`, or throws RefusedObject.
+template <typename S>
+geometry::Segment requireSegment(const fcl::CollisionObject<S>& object,
+                                 const geometry::Frame& frame, Bounds bounds, SegmentId place = 0) {
+  geometry::Segment segment;
+  if (const char* problem = readSegment(object, frame, bounds, segment)) refuse(problem, place);
   return segment;
 }
 

@@ -87,8 +87,12 @@ bool ObjectSource<S>::read(const index::SegmentId* ids, int count, int ahead, co
 template <typename S>
 void ObjectSource<S>::refuse(index::SegmentId id, const Frame& frame) const {
   if (const Object* object = objects_[static_cast<std::size_t>(id)]) {
-    if (isRefused(*object)) fibers::throwInvalidArgument(call_, nameOf(id) + ": " + kIsMeshNow);
-    readObject(call_, *object, frame, bounds_, [&] { return nameOf(id); });
+    named(
+        call_, [this](SegmentId i) { return nameOf(i); },
+        [&] {
+          if (isRefused(*object)) broadphase::refuse(kIsMeshNow, id);
+          requireSegment(*object, frame, bounds_, id);
+        });
   }
   // If the object can be read now, another thread has changed it meanwhile.
   fibers::throwInvalidArgument(call_,

@@ -18,36 +18,34 @@ using index::SegmentId;
 }  // namespace
 
 template <typename S>
-BesideReading readMesh(const char* call, const fcl::CollisionObject<S>& object, bool is_solid,
-                       const Frame& frame, Bounds bounds, MeshCache& cache,
-                       const NameOfObject& name) {
+BesideReading readMesh(const fcl::CollisionObject<S>& object, bool is_solid, const Frame& frame,
+                       Bounds bounds, MeshCache& cache, SegmentId place) {
   BesideReading reading;
   // This checks the pose, and gives the box of a cloud of points.
-  reading.box = readObject(call, object, frame, bounds, name);
+  reading.box = requireSegment(object, frame, bounds, place);
   const BvhTriangles<S> triangles = trianglesOf(*ObjectMembers<S>::shape(object));
   if (triangles.isCloud()) return reading;
-  if (const std::string problem = triangles.problem(); !problem.empty()) {
-    fibers::throwInvalidArgument(call, name() + ": " + problem);
-  }
+  if (const std::string problem = triangles.problem(); !problem.empty()) refuse(problem, place);
   reading.mesh = cache.read(object.collisionGeometry(), triangles);
   reading.model = object.collisionGeometry().get();
   if (is_solid && reading.mesh->firstLeak() >= 0) {
     const index::MeshIndex& mesh = reading.mesh->index();
-    fibers::throwInvalidArgument(call, name() + ": its mesh is not watertight: " +
-                                           index::leakProblem(mesh.points(), mesh.triangles()) +
-                                           ", or register it without ObstacleOptions::solid");
+    refuse("its mesh is not watertight: " + index::leakProblem(mesh.points(), mesh.triangles()) +
+               ", or register it without ObstacleOptions::solid",
+           place);
   }
   if (is_solid && reading.mesh->isInsideOut()) {
-    fibers::throwInvalidArgument(
-        call, name() +
-                  ": its mesh is inside out: its triangles are clockwise seen from outside; "
-                  "exchange two points of each");
+    refuse(
+        "its mesh is inside out: its triangles are clockwise seen from outside; "
+        "exchange two points of each",
+        place);
   }
   placeMesh(object, frame, bounds, reading);
   if (!index::fitsIn(frame, reading.posed(tree::kAllCategories, is_solid))) {
-    fibers::throwInvalidArgument(call, name() +
-                                           ": its coordinates overflow in the unit of the fibers; "
-                                           "bring it nearer to them or make it smaller");
+    refuse(
+        "its coordinates overflow in the unit of the fibers; "
+        "bring it nearer to them or make it smaller",
+        place);
   }
   return reading;
 }
@@ -188,17 +186,16 @@ void Obstacles<S>::addCopy(const Obstacles& other, Object* object, SegmentId id,
 // --- Reading ---
 
 template <typename S>
-void Obstacles<S>::read(const char* call, Place place, const Frame& frame,
-                        const NameOfObject& name) {
+void Obstacles<S>::readBeside(Place place, const Frame& frame) {
   BesideEntry& entry = beside_[static_cast<std::size_t>(place)];
   if (entry.is_mesh != (isMesh(*entry.object) && countsTriangles(options_))) {
-    fibers::throwInvalidArgument(call, name() + ": " + (entry.is_mesh ? kIsNoMeshNow : kIsMeshNow));
+    refuse(entry.is_mesh ? kIsNoMeshNow : kIsMeshNow, entry.id);
   }
   BesideReading now;
   if (entry.is_mesh) {
-    now = readMesh(call, *entry.object, entry.is_solid, frame, options_.bounds, cache_, name);
+    now = readMesh(*entry.object, entry.is_solid, frame, options_.bounds, cache_, entry.id);
   } else {
-    now.box = readObject(call, *entry.object, frame, options_.bounds, name);
+    now.box = requireSegment(*entry.object, frame, options_.bounds, entry.id);
   }
   if (moves_) {
     // Other triangles have no way from those before. They rest where they are now.
@@ -221,7 +218,7 @@ void Obstacles<S>::read(const char* call, Place place, const Frame& frame,
 }
 
 template <typename S>
-void Obstacles<S>::read(std::size_t place, const Frame& frame) {
+void Obstacles<S>::readShape(std::size_t place, const Frame& frame) {
   ShapeEntry& entry = shapes_[place];
   const ReadObject now = readObject(*entry.object, options_.bounds);
   entry.shape = obstacleOf(now, frame);
@@ -235,7 +232,7 @@ void Obstacles<S>::read(std::size_t place, const Frame& frame) {
 }
 
 template <typename S>
-void Obstacles<S>::readAll(const char* call, const Frame& frame, const Name& nameOfId) {
+void Obstacles<S>::readAll(const Frame& frame) {
   const bool keeps_places = has_boxes_ && beside_.removedCount() == 0;
   has_boxes_ = false;
   beside_.compact();
@@ -245,11 +242,8 @@ void Obstacles<S>::readAll(const char* call, const Frame& frame, const Name& nam
   for (BesideEntry& entry : beside_) {
     if (!moves_) entry.mesh.reset();
   }
-  for (Place place = 0; place < besideCount(); ++place) {
-    const SegmentId id = beside_.ids()[static_cast<std::size_t>(place)];
-    read(call, place, frame, [&] { return nameOfId(id); });
-  }
-  for (std::size_t place = 0; place < shapes_.size(); ++place) read(place, frame);
+  for (Place place = 0; place < besideCount(); ++place) readBeside(place, frame);
+  for (std::size_t place = 0; place < shapes_.size(); ++place) readShape(place, frame);
   cache_.forgetUnused();
   if (!keeps_places) boxes_.clear();
   boxes_.readAll(frame, besideCount(), boxOf());
@@ -257,8 +251,8 @@ void Obstacles<S>::readAll(const char* call, const Frame& frame, const Name& nam
 }
 
 template <typename S>
-void Obstacles<S>::readNew(const char* call, const Frame& frame, const Name& nameOfId) {
-  if (!has_boxes_) return readAll(call, frame, nameOfId);
+void Obstacles<S>::readNew(const Frame& frame) {
+  if (!has_boxes_) return readAll(frame);
   // New entries are the last, and some of them may have been removed again.
   const auto firstNew = [](const auto& entries) {
     std::size_t first = entries.size();
@@ -266,35 +260,32 @@ void Obstacles<S>::readNew(const char* call, const Frame& frame, const Name& nam
     return first;
   };
   for (std::size_t place = firstNew(shapes_); place < shapes_.size(); ++place) {
-    if (shapes_[place].object != nullptr) read(place, frame);
+    if (shapes_[place].object != nullptr) readShape(place, frame);
   }
   std::size_t first = firstNew(beside_);
   if (first == beside_.size()) return;
   has_boxes_ = false;
   for (; first < beside_.size(); ++first) {
-    if (beside_[first].object == nullptr) continue;
-    const SegmentId id = beside_.ids()[first];
-    read(call, static_cast<Place>(first), frame, [&] { return nameOfId(id); });
+    if (beside_[first].object != nullptr) readBeside(static_cast<Place>(first), frame);
   }
   boxes_.readNew(besideCount(), boxOf());
   has_boxes_ = true;
 }
 
 template <typename S>
-void Obstacles<S>::readSome(const char* call, const std::vector<SegmentId>& ids, const Frame& frame,
-                            const Name& name) {
+void Obstacles<S>::readSome(const std::vector<SegmentId>& ids, const Frame& frame) {
   // After a call that has thrown all are read next.
   if (!has_boxes_ || beside_.size() + shapes_.size() == 0) return;
   std::vector<Place> places;
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    const std::size_t place = beside_.find(ids[i]), shape = shapes_.find(ids[i]);
+  for (const SegmentId id : ids) {
+    const std::size_t place = beside_.find(id), shape = shapes_.find(id);
     if (place < beside_.size() && beside_[place].is_read) {
       has_boxes_ = false;
       if (!moves_) beside_[place].mesh.reset();
-      read(call, static_cast<Place>(place), frame, [&] { return name(static_cast<SegmentId>(i)); });
+      readBeside(static_cast<Place>(place), frame);
       places.push_back(static_cast<Place>(place));
     }
-    if (shape < shapes_.size() && shapes_[shape].is_read) read(shape, frame);
+    if (shape < shapes_.size() && shapes_[shape].is_read) readShape(shape, frame);
   }
   if (places.empty()) return;
   std::sort(places.begin(), places.end());
@@ -345,10 +336,10 @@ std::size_t Obstacles<S>::memoryUsage() const {
          cache_.memoryUsage();
 }
 
-#define FCL_FIBERS_INSTANTIATE(S)                                                                  \
-  template BesideReading readMesh(const char*, const fcl::CollisionObject<S>&, bool, const Frame&, \
-                                  Bounds, MeshCache&, const NameOfObject&);                        \
-  template void placeMesh(const fcl::CollisionObject<S>&, const Frame&, Bounds, BesideReading&);   \
+#define FCL_FIBERS_INSTANTIATE(S)                                                                \
+  template BesideReading readMesh(const fcl::CollisionObject<S>&, bool, const Frame&, Bounds,    \
+                                  MeshCache&, SegmentId);                                        \
+  template void placeMesh(const fcl::CollisionObject<S>&, const Frame&, Bounds, BesideReading&); \
   template class Obstacles<S>;
 FCL_FIBERS_INSTANTIATE(float)
 FCL_FIBERS_INSTANTIATE(double)

@@ -3,10 +3,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <mutex>
-#include <string>
 #include <vector>
 
 #include <fcl/narrowphase/collision_object.h>
@@ -57,16 +55,12 @@ class MovingMeshOnDemand {
   std::shared_ptr<const index::MovingMesh> mesh_;
 };
 
-/// Returns the name of an object, for an error text.
-using NameOfObject = std::function<std::string()>;
-
-/// Reads an object with a mesh. Throws std::invalid_argument with name() if it is refused, which it
-/// also is if `is_solid` is set and the mesh leaks.
+/// Reads an object with a mesh. Throws RefusedObject, also if `is_solid` is set and the mesh leaks.
 /// @pre isMesh(object)
 template <typename S>
-BesideReading readMesh(const char* call, const fcl::CollisionObject<S>& object, bool is_solid,
+BesideReading readMesh(const fcl::CollisionObject<S>& object, bool is_solid,
                        const geometry::Frame& frame, Bounds bounds, MeshCache& cache,
-                       const NameOfObject& name);
+                       SegmentId place = 0);
 
 /// Reads the pose and margin of an object whose mesh has been read.
 /// @pre reading.mesh is not null, and the pose is proper
@@ -154,16 +148,13 @@ class Obstacles {
 
   // --- Reading ---
 
-  /// Returns the name of the i-th object of a call, or of the object with an id.
-  using Name = std::function<std::string(SegmentId)>;
+  // These throw RefusedObject with the id.
 
-  void readAll(const char* call, const geometry::Frame& frame, const Name& nameOfId);
+  void readAll(const geometry::Frame& frame);
   /// Reads those that have not been read yet.
-  void readNew(const char* call, const geometry::Frame& frame, const Name& nameOfId);
+  void readNew(const geometry::Frame& frame);
   /// Reads those of these objects that have been read before.
-  /// @param name  name(i) names the object ids[i]
-  void readSome(const char* call, const std::vector<SegmentId>& ids, const geometry::Frame& frame,
-                const Name& name);
+  void readSome(const std::vector<SegmentId>& ids, const geometry::Frame& frame);
 
   /// Whether all are as they were read.
   bool isCurrent(const geometry::Frame& frame) const;
@@ -187,8 +178,8 @@ class Obstacles {
  private:
   using Place = BesideBoxes::Place;
 
-  void read(const char* call, Place place, const geometry::Frame& frame, const NameOfObject& name);
-  void read(std::size_t place, const geometry::Frame& frame);
+  void readBeside(Place place, const geometry::Frame& frame);
+  void readShape(std::size_t place, const geometry::Frame& frame);
   /// Lists those that have moved, or that are about to.
   void listMoved(bool all);
   Place besideCount() const { return static_cast<Place>(beside_.size()); }
