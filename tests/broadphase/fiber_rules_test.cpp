@@ -372,8 +372,9 @@ TYPED_TEST(FiberRules, VolumesThatBarelyOverlapAreFound) {
     const std::size_t count = scene.size();
     for (std::size_t i = 0; i < count; ++i) {
       // A partner of this one whose box, or whose sphere, is within the margin to a few bits.
-      fcl::CollisionObject<S>* partner = scene.addCapsule(
-          scene[i]->getTransform(), random.between(0, size / 4), random.between(0, size));
+      const double radius = random.between(0, size / 4);
+      fcl::CollisionObject<S>* partner =
+          scene.addCapsule(scene[i]->getTransform(), radius, random.between(0, size));
       jolt(*partner, random, 0, 3);
       const bool boxes = i % 2 == 0;
       const Eigen::Vector3d along =
@@ -424,14 +425,18 @@ TYPED_TEST(FiberRules, ContactIsDecidedToTheLastBits) {
     const Eigen::Vector3d other_axis = Eigen::AngleAxisd(angle, normal) * axis;
     const Eigen::Vector3d center = offset * random.direction();
     const double unit = static_cast<double>(std::numeric_limits<S>::epsilon()) * (1 + offset);
-    const double gap = random.between(-1, 1) * std::pow(10.0, random.between(-1, 3)) * unit;
+    const double digits = random.between(-1, 3);
+    const double gap = random.between(-1, 1) * std::pow(10.0, digits) * unit;
     const double apart = first_radius + second_radius + options.margin + gap;
     const Eigen::Vector3d other_center = center + apart * normal;
     Scene<S> scene;
-    scene.addCapsule(center - random.between(0.1, 1) * axis, center + random.between(0.1, 1) * axis,
-                     first_radius);
-    scene.addCapsule(other_center - random.between(0.1, 1) * other_axis,
-                     other_center + random.between(0.1, 1) * other_axis, second_radius);
+    const auto addAround = [&](const Eigen::Vector3d& middle, const Eigen::Vector3d& along,
+                               double radius) {
+      const Eigen::Vector3d from = middle - random.between(0.1, 1) * along;
+      scene.addCapsule(from, middle + random.between(0.1, 1) * along, radius);
+    };
+    addAround(center, axis, first_radius);
+    addAround(other_center, other_axis, second_radius);
     SCOPED_TRACE(std::to_string(i) + ": angle " + std::to_string(angle) + ", offset " +
                  std::to_string(offset) + ", gap " + std::to_string(gap));
     Managed<TypeParam> manager(scene, options), other(options);

@@ -37,8 +37,8 @@ double sizeOf(const Segment& p, const Segment& q) {
 }
 
 Segment randomCapsule(Random& random) {
-  const Vec3d p = fromEigen(random.inCube(1));
-  return {p, p + random.between(0, 0.5) * fromEigen(random.direction()), random.between(0, 0.2)};
+  const Vec3d p = fromEigen(random.inCube(1)), direction = fromEigen(random.direction());
+  return {p, p + random.between(0, 0.5) * direction, random.between(0, 0.2)};
 }
 
 /// A random box, every side infinite with the given probability.

@@ -48,7 +48,8 @@ FiberScene wanderingFibers(const std::vector<int>& lengths, std::uint64_t seed, 
   for (const int length : lengths) {
     Vec3d p = fromEigen(random.inCube(1));
     for (int i = 0; i < length; ++i) {
-      const Vec3d q = p + step * random.unit() * fromEigen(random.direction());
+      const Vec3d direction = fromEigen(random.direction());
+      const Vec3d q = p + step * random.unit() * direction;
       if (scene.segments.size() % 3 == 0) scene.segments.push_back({{99, 99, 99}, {0, 0, 0}, 99});
       scene.fibers.ids.push_back(static_cast<SegmentId>(scene.segments.size()));
       scene.segments.push_back({p, q, 0.3 * step * random.unit()});
@@ -478,9 +479,8 @@ TYPED_TEST(BvhTest, LeavesAreThoseThatOverlapTheVolume) {
   const auto volumes = leafVolumes(tree);
   std::size_t hits = 0;
   for (int i = 0; i < 300; ++i) {
-    const Vec3d p = fromEigen(random.inCube(2));
-    const Segment segment{p, p + random.unit() * fromEigen(random.direction()),
-                          0.3 * random.unit()};
+    const Vec3d p = fromEigen(random.inCube(2)), direction = fromEigen(random.direction());
+    const Segment segment{p, p + random.unit() * direction, 0.3 * random.unit()};
     const auto volume = TypeParam::Volume::around(segment, 0);
     constexpr SegmentId kVolume = 77;
     const PairList leaves = asSet(pairsWith(tree, volume, kVolume, kNoGroup), true);
