@@ -52,9 +52,9 @@ std::string dataArray(const char* name, const Items& items, Get&& number) {
     }
   }
   appendLittleEndian(sized, static_cast<std::uint64_t>(bytes.size()));
-  return joinedText("        <DataArray type=\"", vtp::typeName<Number>(), "\" Name=\"", name,
-                    "\" NumberOfComponents=\"", std::is_arithmetic_v<Item> ? 1 : 3,
-                    "\" format=\"binary\">", base64(sized + bytes), "</DataArray>\n");
+  return "        <DataArray type=\"" + vtp::typeName<Number>() + "\" Name=\"" + name +
+         "\" NumberOfComponents=\"" + (std::is_arithmetic_v<Item> ? "1" : "3") +
+         "\" format=\"binary\">" + base64(sized + bytes) + "</DataArray>\n";
 }
 
 template <typename Number, typename Items>
@@ -72,21 +72,23 @@ void write(const char* call, const std::string& path, const Mesh& mesh) {
     const bool has_cells = tag == mesh.cells;
     const std::vector<std::size_t> none;
     counts += joinedText(" NumberOf", tag, "=\"", has_cells ? mesh.corners_end.size() : 0, "\"");
-    cells += joinedText("      <", tag, ">\n",
-                        dataArray<std::int64_t>("connectivity", has_cells ? mesh.corners : none),
-                        dataArray<std::int64_t>("offsets", has_cells ? mesh.corners_end : none),
-                        "      </", tag, ">\n");
+    cells += std::string("      <") + tag + ">\n" +
+             dataArray<std::int64_t>("connectivity", has_cells ? mesh.corners : none) +
+             dataArray<std::int64_t>("offsets", has_cells ? mesh.corners_end : none) + "      </" +
+             tag + ">\n";
   }
-  writeBytes(
-      call, path,
-      joinedText("<?xml version=\"1.0\"?>\n"
-                 "<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" "
-                 "header_type=\"UInt64\">\n"
-                 "  <PolyData>\n    <Piece NumberOfPoints=\"",
-                 mesh.points.size(), "\"", counts, " NumberOfStrips=\"0\">\n      <Points>\n",
-                 dataArray<double>("Points", mesh.points), "      </Points>\n", cells,
-                 "      <PointData>\n", mesh.point_data, "      </PointData>\n      <CellData>\n",
-                 mesh.cell_data, "      </CellData>\n    </Piece>\n  </PolyData>\n</VTKFile>\n"));
+  const std::string head =
+      "<?xml version=\"1.0\"?>\n"
+      "<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" "
+      "header_type=\"UInt64\">\n"
+      "  <PolyData>\n    <Piece NumberOfPoints=\"";
+  writeBytes(call, path,
+             head + std::to_string(mesh.points.size()) + "\"" + counts +
+                 " NumberOfStrips=\"0\">\n      <Points>\n" +
+                 dataArray<double>("Points", mesh.points) + "      </Points>\n" + cells +
+                 "      <PointData>\n" + mesh.point_data +
+                 "      </PointData>\n      <CellData>\n" + mesh.cell_data +
+                 "      </CellData>\n    </Piece>\n  </PolyData>\n</VTKFile>\n");
 }
 
 // --- Meshes ---
