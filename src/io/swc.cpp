@@ -53,9 +53,9 @@ template <typename... Reason>
 /// Some programs write whole numbers with decimals, such as 1.000000.
 std::int64_t wholeNumber(const ByteReader& file, std::string_view text) {
   constexpr double kLargest = 0x1p53;
+  if (const std::optional<std::int64_t> number = parsedNumber<std::int64_t>(text)) return *number;
   const std::optional<double> number = parsedNumber<double>(text);
-  if (!parsedNumber<std::int64_t>(text) && number && std::abs(*number) <= kLargest &&
-      std::trunc(*number) == *number) {
+  if (number && std::abs(*number) <= kLargest && std::trunc(*number) == *number) {
     return static_cast<std::int64_t>(*number);
   }
   return file.parse<std::int64_t>(text);
