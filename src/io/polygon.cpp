@@ -341,8 +341,8 @@ bool cutPolygon(const std::vector<Point>& points, std::vector<std::int32_t>& cor
     return true;
   }
   std::vector<Point> places;
-  for (const std::int32_t corner : corners)
-    places.push_back(points[static_cast<std::size_t>(corner)]);
+  places.reserve(corners.size());
+  for (const auto corner : corners) places.push_back(points[static_cast<std::size_t>(corner)]);
   const std::vector<std::size_t> cut = PolygonCutter(places).cut();
   for (const std::size_t corner : cut) triangles.push_back(corners[corner]);
   return !cut.empty();
