@@ -124,6 +124,12 @@
 #include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
+
+std::map<std::string, Measure>& measures() {
+  static std::map<std::string, Measure> all;
+  return all;
+}
+
 namespace {
 
 void addOptions(CLI::App& app, std::string& measure, Request& request) {
@@ -169,8 +175,6 @@ void addContext(int argc, char** argv, const std::string& measure, const Request
   std::string scene = request.scene.text;
   if (tools::isFile(scene)) scene = scene.substr(scene.find_last_of('/') + 1);
   const std::size_t seed = scene.find("seed=");
-  benchmark::AddCustomContext("machine", machine());
-  benchmark::AddCustomContext("compiler", compiler());
   benchmark::AddCustomContext("build_type", FCL_FIBERS_BUILD_TYPE);
   benchmark::AddCustomContext("commit", told("FCL_FIBERS_COMMIT"));
   benchmark::AddCustomContext("code", told("FCL_FIBERS_CODE"));

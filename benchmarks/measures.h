@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+#include <iterator>
 #include <map>
 #include <string>
 
@@ -24,37 +27,25 @@ struct Request {
   std::string out_dir;  ///< of files that are not Google Benchmark's
 };
 
-using Measures = std::map<std::string, bool (*)(const Request&)>;
+/// Registers its runs, runs them through Google Benchmark, which has to be initialised, and returns
+/// whether all of ours are right. Names of results are at the head of main.cpp.
+using Measure = bool (*)(const Request&);
 
 /// What the program measures, by the names that --measure has.
-const Measures& measures();
+std::map<std::string, Measure>& measures();
 
-// Each measure registers its runs, runs them through Google Benchmark, which has to be initialised,
-// and returns whether all of ours are right. Names of results are at the head of main.cpp.
+/// Adds a measure before main().
+struct AddMeasure {
+  AddMeasure(const char* name, Measure measure) { measures().emplace(name, measure); }
+};
 
-bool measureArrays(const Request& request);
-bool measureFrames(const Request& request);
-bool measureCard(const Request& request);
-bool measureQueries(const Request& request);
-bool measureClients(const Request& request);
-bool measureGrowth(const Request& request);
-bool measureCosts(const Request& request);
-bool measureShapes(const Request& request);
-bool measureSampling(const Request& request);
-bool measureObstacles(const Request& request);
-bool measureCables(const Request& request);
-bool measureDials(const Request& request);
-bool measureMotion(const Request& request);
-bool measureMotionDials(const Request& request);
-bool measureNarrow(const Request& request);
-
-// The paper's.
-bool measureReplay(const Request& request);
-bool measureChain(const Request& request);
-bool measureRadii(const Request& request);
-bool measureRods(const Request& request);
-bool measureVolumeTests(const Request& request);
-bool measurePictures(const Request& request);
-bool measureVolumes(const Request& request);
+/// How many of `some` are not among the others, both in order.
+template <typename Items>
+std::size_t countWithout(const Items& some, const Items& others) {
+  Items only;
+  std::set_difference(some.begin(), some.end(), others.begin(), others.end(),
+                      std::back_inserter(only));
+  return only.size();
+}
 
 }  // namespace fcl_fibers::benchmarks

@@ -8,6 +8,28 @@
 #include <thread>
 
 namespace fcl_fibers::benchmarks {
+namespace {
+
+/// `AMD EPYC, 2 cores`
+std::string machine() {
+  std::string processor = "unknown processor";
+  std::ifstream cpuinfo("/proc/cpuinfo");
+  for (std::string line; std::getline(cpuinfo, line);) {
+    if (line.rfind("model name", 0) == 0) processor = line.substr(line.find(':') + 2);
+  }
+  return processor + ", " + std::to_string(std::thread::hardware_concurrency()) + " cores";
+}
+
+/// `g++ 12.2.0`
+std::string compiler() {
+#ifdef __clang__
+  return "clang " __clang_version__;
+#else
+  return "g++ " __VERSION__;
+#endif
+}
+
+}  // namespace
 
 void initializeBenchmark(char* program, const std::vector<std::string>& flags) {
   // Google Benchmark would print these and end the program.
@@ -25,23 +47,8 @@ void initializeBenchmark(char* program, const std::vector<std::string>& flags) {
   if (benchmark::ReportUnrecognizedArguments(count, pointers.data())) {
     throw std::invalid_argument("Google Benchmark does not know this option; see --help");
   }
-}
-
-std::string machine() {
-  std::string processor = "unknown processor";
-  std::ifstream cpuinfo("/proc/cpuinfo");
-  for (std::string line; std::getline(cpuinfo, line);) {
-    if (line.rfind("model name", 0) == 0) processor = line.substr(line.find(':') + 2);
-  }
-  return processor + ", " + std::to_string(std::thread::hardware_concurrency()) + " cores";
-}
-
-std::string compiler() {
-#ifdef __clang__
-  return "clang " __clang_version__;
-#else
-  return "g++ " __VERSION__;
-#endif
+  benchmark::AddCustomContext("machine", machine());
+  benchmark::AddCustomContext("compiler", compiler());
 }
 
 }  // namespace fcl_fibers::benchmarks

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fcl_fibers/benchmark/managers.h>
 
-#include <benchmark/benchmark.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -212,8 +211,6 @@ int runChecked(int argc, char** argv, const std::vector<std::string>& scenes) {
     return flag.rfind("--benchmark_format", 0) == 0 || flag.rfind("--benchmark_list", 0) == 0;
   });
   initializeBenchmark(argv[0], flags);
-  benchmark::AddCustomContext("machine", machine());
-  benchmark::AddCustomContext("compiler", compiler());
   const AllRuns runs(options);
   TableReporter table(runs.tables());
   const bool no_error = runRegistered(plain ? nullptr : &table);

@@ -72,8 +72,6 @@ void registerTree(const std::string& name, const std::shared_ptr<Scene>& scene,
   });
 }
 
-}  // namespace
-
 bool measureArrays(const Request& request) {
   tools::progress(request.scene.text + ": make the scene");
   const auto scene = std::make_shared<Scene>(request.scene);
@@ -95,5 +93,9 @@ bool measureArrays(const Request& request) {
   }
   return runRegistered();
 }
+
+const AddMeasure kMeasure("arrays", measureArrays);
+
+}  // namespace
 
 }  // namespace fcl_fibers::benchmarks

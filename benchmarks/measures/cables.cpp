@@ -187,8 +187,6 @@ void registerChecked(const Checked& checked, bool ours) {
                ours);
 }
 
-}  // namespace
-
 bool measureCables(const Request& request) {
   tools::progress("cables: make the scene");
   Scene scene(request);
@@ -235,5 +233,9 @@ bool measureCables(const Request& request) {
   registerChecked(check(scene, "manager", with_managers, truth), true);
   return runRegistered();
 }
+
+const AddMeasure kMeasure("cables", measureCables);
+
+}  // namespace
 
 }  // namespace fcl_fibers::benchmarks

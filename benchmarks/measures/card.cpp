@@ -86,10 +86,12 @@ bool measure(const Request& request) {
   return right;
 }
 
-}  // namespace
-
 bool measureCard(const Request& request) {
   return request.scalar == "float" ? measure<float>(request) : measure<double>(request);
 }
+
+const AddMeasure kMeasure("card", measureCard);
+
+}  // namespace
 
 }  // namespace fcl_fibers::benchmarks

@@ -284,8 +284,6 @@ MovingFibers standing(const FiberPolylines& scene) {
   return MovingFibers("standing", scene, scene);
 }
 
-}  // namespace
-
 bool measureClients(const Request&) {
   tools::progress("clients: make the scenes");
   std::vector<std::unique_ptr<Rods>> rods;
@@ -313,5 +311,9 @@ bool measureClients(const Request&) {
   for (const std::size_t swapped : {2u, 20u}) registerSwapped(cap, swapped);
   return runRegistered();
 }
+
+const AddMeasure kMeasure("clients", measureClients);
+
+}  // namespace
 
 }  // namespace fcl_fibers::benchmarks

@@ -106,8 +106,6 @@ FiberTreeOptions spheres(FiberTreeOptions options) {
   return options;
 }
 
-}  // namespace
-
 bool measureCosts(const Request&) {
   using Radii = FiberArrays<double>::Radii;
   tools::progress("costs: make the scenes");
@@ -169,5 +167,9 @@ bool measureCosts(const Request&) {
   registerManager<SphereManager>(fibers, "spheres, fibers, capsules", capsules);
   return runRegistered();
 }
+
+const AddMeasure kMeasure("costs", measureCosts);
+
+}  // namespace
 
 }  // namespace fcl_fibers::benchmarks

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
 #include <memory>
 #include <string>
 #include <utility>
@@ -57,13 +56,6 @@ class Setting {
   Segments found_;
 };
 
-std::size_t countWithout(const Segments& some, const Segments& others) {
-  Segments only;
-  std::set_difference(some.begin(), some.end(), others.begin(), others.end(),
-                      std::back_inserter(only));
-  return only.size();
-}
-
 void registerSetting(const std::string& name, const std::shared_ptr<Setting>& setting,
                      const Segments& truth, double error = 0) {
   const Segments found = setting->found();
@@ -84,8 +76,6 @@ std::string shortest(double number) {
   if (text.back() == '.') text.pop_back();
   return text;
 }
-
-}  // namespace
 
 bool measureDials(const Request&) {
   tools::progress("dials: make the scene");
@@ -116,5 +106,9 @@ bool measureDials(const Request&) {
   }
   return runRegistered();
 }
+
+const AddMeasure kMeasure("dials", measureDials);
+
+}  // namespace
 
 }  // namespace fcl_fibers::benchmarks

@@ -160,8 +160,6 @@ void registerFloor(Motion& motion) {
   });
 }
 
-}  // namespace
-
 bool measureFrames(const Request& request) {
   Motion motion = makeMotion(request.scene);
   const Against against = readAgainst(request.against);
@@ -199,5 +197,9 @@ bool measureFrames(const Request& request) {
   registerFloor(motion);
   return runRegistered() && oursAreRight(contenders, checked);
 }
+
+const AddMeasure kMeasure("frames", measureFrames);
+
+}  // namespace
 
 }  // namespace fcl_fibers::benchmarks

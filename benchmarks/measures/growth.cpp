@@ -24,8 +24,6 @@ double memoryOfMachine() {
   return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
 }
 
-}  // namespace
-
 bool measureGrowth(const Request& request) {
   constexpr int kRuns = 5, kRunsOfLarge = 3;
   std::vector<SceneRequest> requests = {request.scene};
@@ -63,5 +61,9 @@ bool measureGrowth(const Request& request) {
   }
   return runRegistered();
 }
+
+const AddMeasure kMeasure("growth", measureGrowth);
+
+}  // namespace
 
 }  // namespace fcl_fibers::benchmarks

@@ -10,23 +10,16 @@
 #include <utility>
 #include <vector>
 
-#include <fcl/geometry/bvh/BVH_model.h>
-#include <fcl/math/bv/OBBRSS.h>
-
 #include "contenders/contender.h"
+#include "contenders/mesh_model.h"
 
 namespace fcl_fibers::benchmarks {
 
 using Geometry = std::shared_ptr<fcl::CollisionGeometryd>;
 
 inline Geometry tetrahedron(double edge) {
-  auto mesh = std::make_shared<fcl::BVHModel<fcl::OBBRSSd>>();
-  const std::vector<fcl::Vector3d> corners = {{0, 0, 0}, {edge, 0, 0}, {0, edge, 0}, {0, 0, edge}};
-  const std::vector<fcl::Triangle> faces = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
-  mesh->beginModel();
-  mesh->addSubModel(corners, faces);
-  mesh->endModel();
-  return mesh;
+  return modelOf({{0, 0, 0}, {edge, 0, 0}, {0, edge, 0}, {0, 0, edge}},
+                 {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3});
 }
 
 /// Objects without any fiber, 10,000 in a cube of edge 1 or others at that density, and two frames

@@ -275,8 +275,6 @@ bool registerSafeStep(const Request& request) {
   return true;
 }
 
-}  // namespace
-
 bool measureMotion(const Request& request) {
   bool right = registerJudged(request);
   right = registerSafeStep(request) && right;
@@ -296,5 +294,9 @@ bool measureMotion(const Request& request) {
   }
   return runRegistered() && right;
 }
+
+const AddMeasure kMeasure("motion", measureMotion);
+
+}  // namespace
 
 }  // namespace fcl_fibers::benchmarks

@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <iterator>
 #include <memory>
 #include <string>
 #include <utility>
@@ -96,13 +95,6 @@ void makeUnique(Pairs& pairs) {
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
 }
 
-std::size_t countWithout(const Pairs& some, const Pairs& others) {
-  Pairs only;
-  std::set_difference(some.begin(), some.end(), others.begin(), others.end(),
-                      std::back_inserter(only));
-  return only.size();
-}
-
 void registerWay(const std::string& name, const Way& way, const Pairs& truth, double motion) {
   tools::progress("dials: check " + name);
   Found first;
@@ -123,8 +115,6 @@ void registerWay(const std::string& name, const Way& way, const Pairs& truth, do
     return found.seconds;
   });
 }
-
-}  // namespace
 
 bool measureMotionDials(const Request& request) {
   for (const int radii : {5, 50, 150, 480}) {
@@ -151,5 +141,9 @@ bool measureMotionDials(const Request& request) {
   }
   return runRegistered();
 }
+
+const AddMeasure kMeasure("motion-dials", measureMotionDials);
+
+}  // namespace
 
 }  // namespace fcl_fibers::benchmarks

@@ -415,8 +415,6 @@ PairScene extreme(const std::string& kind, int pairs) {
   return scene;
 }
 
-}  // namespace
-
 bool measureNarrow(const Request& request) {
   tools::progress("narrow: make the scene");
   const FiberPolylines scene = openScene(request.scene.text, request.scene.radius).scene();
@@ -443,5 +441,9 @@ bool measureNarrow(const Request& request) {
   }
   return runRegistered();
 }
+
+const AddMeasure kMeasure("narrow", measureNarrow);
+
+}  // namespace
 
 }  // namespace fcl_fibers::benchmarks

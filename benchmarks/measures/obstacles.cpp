@@ -252,8 +252,6 @@ void registerContacts(const HeadScene& scene, const std::string& set, bool roots
   });
 }
 
-}  // namespace
-
 bool measureObstacles(const Request& request) {
   tools::progress(request.scene.text + ": make the scene");
   HeadScene scene(request);
@@ -280,5 +278,9 @@ bool measureObstacles(const Request& request) {
   registerRefit(scene);
   return runRegistered() && right;
 }
+
+const AddMeasure kMeasure("obstacles", measureObstacles);
+
+}  // namespace
 
 }  // namespace fcl_fibers::benchmarks

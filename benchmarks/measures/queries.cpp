@@ -210,8 +210,6 @@ void registerCandidates(LooseObjects& loose) {
   count(fclTrees(Boxes::kStock).front(), "fcl");
 }
 
-}  // namespace
-
 bool measureQueries(const Request&) {
   tools::progress("queries: make the scenes");
   Helices helices;
@@ -237,5 +235,9 @@ bool measureQueries(const Request&) {
   }
   return runRegistered();
 }
+
+const AddMeasure kMeasure("queries", measureQueries);
+
+}  // namespace
 
 }  // namespace fcl_fibers::benchmarks

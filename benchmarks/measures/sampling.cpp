@@ -85,8 +85,6 @@ std::size_t countWithout(const std::set<Touch>& some, int from, const std::set<T
   return count;
 }
 
-}  // namespace
-
 bool measureSampling(const Request&) {
   tools::progress("helix: the finest sampling");
   const Sampled finest(kFinest, 0);
@@ -113,5 +111,9 @@ bool measureSampling(const Request&) {
   }
   return runRegistered();
 }
+
+const AddMeasure kMeasure("sampling", measureSampling);
+
+}  // namespace
 
 }  // namespace fcl_fibers::benchmarks

@@ -298,8 +298,6 @@ void registerAllChanges() {
   }
 }
 
-}  // namespace
-
 bool measureShapes(const Request& request) {
   tools::progress("shapes: make the scenes");
   const std::array<FiberPolylines, 2> scenes = twoFrames(request.scene);
@@ -323,5 +321,9 @@ bool measureShapes(const Request& request) {
   registerAllChanges();
   return runRegistered();
 }
+
+const AddMeasure kMeasure("shapes", measureShapes);
+
+}  // namespace
 
 }  // namespace fcl_fibers::benchmarks

@@ -24,8 +24,6 @@ double detect(const Contender& contender, MovingFibers& fibers, Numbers& numbers
   return taken;
 }
 
-}  // namespace
-
 bool measureChain(const Request& request) {
   const FiberPolylines scene = makeChain(chainOfName(request.chain), request.edge);
   MovingFibers fibers(request.chain, scene, scene);
@@ -53,5 +51,9 @@ bool measureChain(const Request& request) {
   }
   return runRegistered() && oursAreRight(contenders, checked);
 }
+
+const AddMeasure kMeasure("chain", measureChain);
+
+}  // namespace
 
 }  // namespace fcl_fibers::benchmarks

@@ -95,8 +95,6 @@ void writeVolumes(const std::string& path, const FiberPolylines& fiber) {
   writeNodes(file, fiber, FiberTreeOptions::Volumes::kWrappedSpheres);
 }
 
-}  // namespace
-
 bool measurePictures(const Request& request) {
   const std::string& dir = request.out_dir;
   if (dir.empty()) throw std::invalid_argument("--measure=pictures: give --out_dir");
@@ -117,5 +115,9 @@ bool measurePictures(const Request& request) {
   }
   return runRegistered();
 }
+
+const AddMeasure kMeasure("pictures", measurePictures);
+
+}  // namespace
 
 }  // namespace fcl_fibers::benchmarks

@@ -88,8 +88,6 @@ void registerScene(const std::string& name, int fibers) {
                      [=] { return openScene(name + ":fibers=" + count, {}).scene(); });
 }
 
-}  // namespace
-
 bool measureRadii(const Request&) {
   for (const char* chain : {"straight", "random", "snake"}) {
     for (const int edge : {2, 4, 6, 8, 12, 16, 24, 32}) {
@@ -101,5 +99,9 @@ bool measureRadii(const Request&) {
   for (const int fibers : {1, 10, 100}) registerScene("paper-strand", fibers);
   return runRegistered();
 }
+
+const AddMeasure kMeasure("radii", measureRadii);
+
+}  // namespace
 
 }  // namespace fcl_fibers::benchmarks

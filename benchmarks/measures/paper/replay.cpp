@@ -84,8 +84,6 @@ int replayCount(const std::vector<Contender>& contenders, const std::vector<Pref
   return step > kSlowStep ? 1 : kReplays;
 }
 
-}  // namespace
-
 bool measureReplay(const Request& request) {
   Motion motion = makeMotion(request.scene);
   if (!motion.summed) {
@@ -111,5 +109,9 @@ bool measureReplay(const Request& request) {
   }
   return runRegistered() && oursAreRight(contenders, checked);
 }
+
+const AddMeasure kMeasure("replay", measureReplay);
+
+}  // namespace
 
 }  // namespace fcl_fibers::benchmarks

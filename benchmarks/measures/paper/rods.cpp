@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <benchmark/benchmark.h>
-
 #include <string>
 
 #include "scenes/cosserat_rod.h"
@@ -33,24 +31,20 @@ struct Hair {
 void registerRod(int segments, bool warm) {
   const std::string name =
       std::string("Rod/") + (warm ? "warm" : "cold") + "/segments:" + std::to_string(segments);
-  const auto run = [segments, warm, name](benchmark::State& state) {
-    tools::progress("rods: " + name);
-    const Hair hair;
-    scenes::RodLoad other = hair.load;
-    other.tip_force *= 1.02;
-    other.tip_torque *= 1.02;
-    const scenes::RodShape guess = scenes::solveRod(hair.rod, other, segments);
-    int iterations = 0;
-    for ([[maybe_unused]] auto _ : state) {
-      const scenes::RodShape shape =
-          scenes::solveRod(hair.rod, hair.load, segments, warm ? &guess : nullptr);
-      iterations = shape.iterations;
-      benchmark::DoNotOptimize(shape.points.data());
-    }
-    state.counters["iterations"] = iterations;
-    state.counters["segments"] = segments;
-  };
-  benchmark::RegisterBenchmark(name.c_str(), run)->Unit(benchmark::kMicrosecond)->Repetitions(5);
+  tools::progress("rods: " + name);
+  const Hair hair;
+  scenes::RodLoad other = hair.load;
+  other.tip_force *= 1.02;
+  other.tip_torque *= 1.02;
+  const scenes::RodShape guess = scenes::solveRod(hair.rod, other, segments);
+  registerRuns(name, 5, [=](Numbers& numbers) {
+    const double taken = secondsOfCall([&] {
+      numbers["iterations"] =
+          scenes::solveRod(hair.rod, hair.load, segments, warm ? &guess : nullptr).iterations;
+    });
+    numbers["segments"] = segments;
+    return taken;
+  });
 }
 
 void registerScene(const std::string& name) {
@@ -64,8 +58,6 @@ void registerScene(const std::string& name) {
   });
 }
 
-}  // namespace
-
 bool measureRods(const Request&) {
   for (const int segments : {25, 50, 100, 200, 400}) {
     registerRod(segments, true);
@@ -76,5 +68,9 @@ bool measureRods(const Request&) {
   }
   return runRegistered();
 }
+
+const AddMeasure kMeasure("rods", measureRods);
+
+}  // namespace
 
 }  // namespace fcl_fibers::benchmarks

@@ -174,8 +174,6 @@ Numbers countTouching(const Contender& contender, const MovingFibers& fibers) {
           {"touching", static_cast<double>(countPairs(*manager).pairs)}};
 }
 
-}  // namespace
-
 bool measureVolumeTests(const Request& request) {
   Motion motion = makeMotion(request.scene);
   MovingFibers& fibers = motion.fibers;
@@ -203,5 +201,9 @@ bool measureVolumeTests(const Request& request) {
   }
   return runRegistered() && same_pairs.agree();
 }
+
+const AddMeasure kMeasure("volume-tests", measureVolumeTests);
+
+}  // namespace
 
 }  // namespace fcl_fibers::benchmarks

@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -132,20 +131,14 @@ template <class Volume>
 std::string errorOf(const ChainTree& chains) {
   const LeafPairs found = touchingPairs<Volume>(chains);
   if (std::adjacent_find(found.begin(), found.end()) != found.end()) return "finds a pair twice";
-  const auto countOnlyIn = [](const LeafPairs& these, const LeafPairs& others) {
-    LeafPairs only;
-    std::set_difference(these.begin(), these.end(), others.begin(), others.end(),
-                        std::back_inserter(only));
-    return only.size();
-  };
-  if (const std::size_t missed = countOnlyIn(chains.touching, found); missed > 0) {
+  if (const std::size_t missed = countWithout(chains.touching, found); missed > 0) {
     return "misses " + std::to_string(missed) + " of " + std::to_string(chains.touching.size()) +
            " touching pairs";
   }
   if (chains.capsules.size() <= kMostOfAllPairs && !reachesSurfaces<Volume>(chains)) {
     return "does not enclose all capsules";
   }
-  if (const std::size_t more = countOnlyIn(found, chains.touching); more > 0) {
+  if (const std::size_t more = countWithout(found, chains.touching); more > 0) {
     return "finds " + std::to_string(more) + " touching pairs that boxes miss";
   }
   return "";
@@ -205,8 +198,6 @@ bool registerKinds(const ChainTree& chains) {
   return right;
 }
 
-}  // namespace
-
 bool measureVolumes(const Request& request) {
   const tools::SceneSource source = openScene(request.scene.text, request.scene.radius);
   const MovingFibers fibers = movingFibers(source, request.scene.rows);
@@ -224,5 +215,9 @@ bool measureVolumes(const Request& request) {
   }
   return runRegistered() && right;
 }
+
+const AddMeasure kMeasure("volumes", measureVolumes);
+
+}  // namespace
 
 }  // namespace fcl_fibers::benchmarks
