@@ -54,14 +54,13 @@ RodLoad tipLoad(const TipLoad& load, const AssemblyFiber& fiber) {
 }
 
 // Shapes of the guide filament in the states 0 to `last`.
-std::vector<RodShape> guideShapes(const LoadTrajectory& trajectory, std::size_t last,
+std::vector<RodShape> guideShapes(const std::vector<TipLoad>& trajectory, std::size_t last,
                                   const RodGrid& grid) {
   std::vector<RodShape> shapes;
   shapes.reserve(last + 1);
   for (std::size_t i = 0; i <= last; ++i) {
     const RodShape* guess = shapes.empty() ? nullptr : &shapes.back();
-    shapes.push_back(
-        solveRod(hair(kAssemblyLength), tipLoad(trajectory.states[i]), grid.solved(), guess));
+    shapes.push_back(solveRod(hair(kAssemblyLength), tipLoad(trajectory[i]), grid.solved(), guess));
   }
   return shapes;
 }
@@ -91,13 +90,12 @@ FiberPolylines makePaperStatic(const PaperStaticParameters& parameters) {
   requireCounts(call, parameters);
   const RodGrid grid(parameters.segments, kAssemblyGrid);
   const Quaternion turn = parameters.turned ? turnedAboutTwoAxes() : Quaternion::Identity();
-  const LoadTrajectory trajectory = loopTrajectory();
-  if (parameters.state < 0 ||
-      static_cast<std::size_t>(parameters.state) >= trajectory.states.size()) {
+  const std::vector<TipLoad> trajectory = loopTrajectory();
+  if (parameters.state < 0 || static_cast<std::size_t>(parameters.state) >= trajectory.size()) {
     refuseArgument(call, "state", parameters.state, "ask for one from 0 to 100");
   }
   const auto state = static_cast<std::size_t>(parameters.state);
-  TipLoad load = trajectory.states[state];
+  TipLoad load = trajectory[state];
   const double swing = 1 + kStaticSwing * std::sin(kStaticSwingPerFrame * parameters.frame);
   load.force *= swing;
   load.torque *= swing;
@@ -107,39 +105,31 @@ FiberPolylines makePaperStatic(const PaperStaticParameters& parameters) {
 
 class PaperDynamic::Impl {
  public:
-  Impl(const PaperDynamicParameters& parameters, LoadTrajectory trajectory)
+  explicit Impl(const PaperDynamicParameters& parameters)
       : parameters_(parameters),
-        trajectory_(std::move(trajectory)),
         grid_(parameters.segments, kAssemblyGrid),
-        guides_(guideShapes(trajectory_, trajectory_.states.size() - 1, grid_)) {}
+        guides_(guideShapes(trajectory_, trajectory_.size() - 1, grid_)) {}
 
   int steps() const { return static_cast<int>(guides_.size()); }
 
   FiberPolylines scene(int step) const {
     const auto i = static_cast<std::size_t>(step);
-    return assembly("PaperDynamic", parameters_, trajectory_.states[i], Quaternion::Identity(),
-                    guides_[i], grid_);
+    return assembly("PaperDynamic", parameters_, trajectory_[i], Quaternion::Identity(), guides_[i],
+                    grid_);
   }
 
  private:
   PaperDynamicParameters parameters_;
-  LoadTrajectory trajectory_;
+  std::vector<TipLoad> trajectory_ = loopTrajectory();
   RodGrid grid_;
   std::vector<RodShape> guides_;
 };
 
-PaperDynamic::PaperDynamic(const PaperDynamicParameters& parameters, LoadTrajectory trajectory) {
+PaperDynamic::PaperDynamic(const PaperDynamicParameters& parameters) {
   requireCounts("PaperDynamic", parameters);
   requireRadius<double>("PaperDynamic", parameters.radius);
-  if (trajectory.states.empty()) {
-    refuseArgument("PaperDynamic", "the number of states", 0, "give at least the start");
-  }
-  impl_ = std::make_unique<Impl>(parameters, std::move(trajectory));
+  impl_ = std::make_shared<Impl>(parameters);
 }
-
-PaperDynamic::PaperDynamic(PaperDynamic&&) noexcept = default;
-PaperDynamic& PaperDynamic::operator=(PaperDynamic&&) noexcept = default;
-PaperDynamic::~PaperDynamic() = default;
 
 int PaperDynamic::steps() const { return impl_->steps(); }
 

@@ -61,22 +61,13 @@ struct PaperDynamicParameters {
   std::uint64_t seed = 1;  ///< same seed, same scenes
 };
 
-/// The assembly of case 1, not turned, whose loads replay a trajectory of a guide filament. Any
-/// number of threads may ask for scenes at once.
+/// The assembly of case 1, not turned, whose loads are those of loopTrajectory(). Any number of
+/// threads may ask for scenes at once.
 class PaperDynamic {
  public:
   /// Solves the guide filament in all states, each from the one before. Throws
-  /// std::invalid_argument as above, or if there are no states, and std::runtime_error where
-  /// solveRod finds no equilibrium.
-  explicit PaperDynamic(const PaperDynamicParameters& parameters,
-                        LoadTrajectory trajectory = loopTrajectory());
-  ~PaperDynamic();
-
-  /// What was moved from may be destroyed or assigned to, and nothing else.
-  ///@{
-  PaperDynamic(PaperDynamic&&) noexcept;
-  PaperDynamic& operator=(PaperDynamic&&) noexcept;
-  ///@}
+  /// std::invalid_argument as above, and std::runtime_error where solveRod finds no equilibrium.
+  explicit PaperDynamic(const PaperDynamicParameters& parameters);
 
   /// The number of states: 101 for 100 steps of deformation.
   int steps() const;
@@ -88,7 +79,7 @@ class PaperDynamic {
 
  private:
   class Impl;
-  std::unique_ptr<Impl> impl_;
+  std::shared_ptr<const Impl> impl_;
 };
 
 /// Case 3, half scalp: many fibers in layers that cross at small angles, none of them preferred.

@@ -285,29 +285,14 @@ TEST(PaperDynamic, StatesDoNotDependOnTheirOrder) {
   EXPECT_EQ(PaperDynamic(parameters).scene(100).points, hundred.points);
 }
 
-TEST(PaperDynamic, ReplaysTheTrajectoryGiven) {
-  // If this fails, another recording is not what is seen.
-  LoadTrajectory pull;
-  pull.states.resize(3);
-  pull.states[2].force = {0, 0, 1};
-  const PaperDynamic assembly(parametersOf<PaperDynamicParameters>(4, 20), pull);
-  EXPECT_EQ(assembly.steps(), 3);
-  for (std::size_t f = 0; f < 4; ++f) {
-    EXPECT_NEAR(assembly.scene(2).points[f * 21 + 20][2], 15, 1e-9);
-  }
-}
-
 TEST(PaperDynamic, RefusesStatesThatAreNone) {
   // If this fails, memory beyond the trajectory is read.
-  const auto parameters = parametersOf<PaperDynamicParameters>(2, 20);
-  const PaperDynamic assembly(parameters);
+  const PaperDynamic assembly(parametersOf<PaperDynamicParameters>(2, 20));
   for (const int bad : {-1, 101}) {
     EXPECT_THAT([&] { assembly.scene(bad); },
                 ThrowsMessage<std::invalid_argument>(HasSubstr("PaperDynamic::scene: step is " +
                                                                std::to_string(bad) + "; ask for")));
   }
-  EXPECT_THAT([&] { PaperDynamic(parameters, LoadTrajectory()); },
-              ThrowsMessage<std::invalid_argument>(HasSubstr("the number of states is 0")));
 }
 
 TEST(HalfScalp, FibersStayOutsideTheHead) {

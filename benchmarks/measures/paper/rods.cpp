@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <string>
+#include <vector>
 
 #include "scenes/cosserat_rod.h"
 #include "scenes/load_trajectory.h"
@@ -20,8 +21,8 @@ struct Hair {
     constexpr double kBending = 4.7, kTwist = 3.5;
     rod.length = 15;
     rod.bending_stiffness = {kBending, kBending, kTwist};
-    const scenes::LoadTrajectory trajectory = scenes::loopTrajectory();
-    const scenes::TipLoad& state = trajectory.states[trajectory.states.size() / 2];
+    const std::vector<scenes::TipLoad> trajectory = scenes::loopTrajectory();
+    const scenes::TipLoad& state = trajectory[trajectory.size() / 2];
     load.tip_force = state.force;
     load.tip_torque = state.torque;
   }
