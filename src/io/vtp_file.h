@@ -347,8 +347,9 @@ class VtpFile {
     std::size_t begin = 0;
     for (const std::uint64_t compressed_size : compressed_sizes) {
       const std::string compressed = bytes.take(compressed_size);
-      const auto expected = std::min<uLongf>(block_size, inflated.size() - begin);
-      uLongf got = expected;
+      const std::size_t expected =
+          std::min(static_cast<std::size_t>(block_size), inflated.size() - begin);
+      auto got = static_cast<uLongf>(expected);
       const int status = uncompress(reinterpret_cast<Bytef*>(&inflated[begin]), &got,
                                     reinterpret_cast<const Bytef*>(compressed.data()),
                                     static_cast<uLong>(compressed.size()));
