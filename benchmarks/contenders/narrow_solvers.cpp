@@ -185,7 +185,8 @@ class Filter {
   void keep(const IndexPairs& pairs, const Take& take) const {
     // As many at a time as a search hands on.
     constexpr std::size_t kBuffer = 1024;
-    const index::CapsuleFilter filter(range_, range_, nullptr, 0, kept_.usualUnit());
+    const index::CapsuleFilter filter({range_, range_}, {range_, range_}, nullptr, 0,
+                                      kept_.usualUnit());
     std::vector<tree::Pair> buffer;
     buffer.reserve(kBuffer);
     std::vector<geometry::Impact> none;

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "contenders/foreign_tree.h"
-#include "index/impact_filter.h"
+#include "index/capsule_filter.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -31,7 +31,7 @@ tree::Fibers fibersOf(const FiberPolylines& scene) {
 /// Tests candidates, a thousand at a time, as our own search does.
 class CandidateBuffer final : public index::PairSink {
  public:
-  CandidateBuffer(const index::ImpactFilter& filter, index::PairSink& sink)
+  CandidateBuffer(const index::CapsuleFilter& filter, index::PairSink& sink)
       : filter_(filter), sink_(sink) {}
 
   tree::Visit take(const tree::Pair* pairs, std::size_t count) override {
@@ -54,7 +54,7 @@ class CandidateBuffer final : public index::PairSink {
   std::size_t candidates() const { return candidates_; }
 
  private:
-  const index::ImpactFilter& filter_;
+  const index::CapsuleFilter& filter_;
   index::PairSink& sink_;
   std::array<tree::Pair, 1024> pairs_;
   std::size_t size_ = 0, candidates_ = 0;
@@ -172,8 +172,8 @@ std::size_t SweptTree::searchImpacts(index::PairSink& sink) const {
   index::MovingRange range{start_.range(), end_.range()};
   range.start.setMostError(error_);
   range.end.setMostError(error_);
-  const index::ImpactFilter filter(range, range, nullptr, /*margin=*/0, start_.usualUnit(),
-                                   /*error=*/0, nullptr);
+  const index::CapsuleFilter filter(range, range, nullptr, /*margin=*/0, start_.usualUnit(),
+                                    /*error=*/0, /*moves=*/true);
   CandidateBuffer buffer(filter, sink);
   searchCandidates(buffer);
   buffer.flush();

@@ -61,19 +61,22 @@ struct TimedContact : Contact {
 /// the box around it where it was. A query reads its present pose to find that out.
 ///
 /// **Motion.** If FiberManagerOptions::motion is set, `collide` reports the pairs that touch at any
-/// time of a *step*. The first `update`, of any form, after a `collide` begins a new step, at the
-/// poses that this `collide` saw. The step ends with the poses that are read last. So several
-/// updates are one step, and all queries before the next update see the same step. A `collide` with
-/// another manager sees the steps of both. An object that no `collide` has seen starts where it was
-/// first read. In between, end points and radii of capsules and spheres move linearly, also those
-/// of a capsule that turns. Any other object counts by its box, whose sides move linearly, and next
-/// to a capsule by its shape if it does not turn, up to 1/4096 of the way that the capsule goes
-/// against the shape. The points of an `fcl::BVHModel` move linearly, also those of a mesh that
-/// turns. If it has other triangles at the end than at the start, it rests where it is at the end.
-/// A managed object counts as it was read, even if it is the one that is passed to `collide` and
-/// has moved since. An object that is not managed, and one of a manager without this option, rests.
-/// `distance` answers for the end of the step. Neither it nor a `collide` that throws ends a step.
-/// clear() forgets all steps, and so does unregistering for that object. A clone has none at first.
+/// time of a *step*. beginStep() begins one, at the objects as they were read last. The step ends
+/// with the objects as they are read last before a query, so several updates lengthen it, and after
+/// an update of some objects the others rest. The next beginStep() begins the next step, and
+/// endStep() ends it without one. Without a step all rest. An object that is registered during a
+/// step starts where it is first read. A `collide` with another manager sees the steps of both.
+///
+/// In between, end points and radii of capsules and spheres move linearly, also those of a capsule
+/// that turns. Any other object counts by its box, whose sides move linearly, and next to a capsule
+/// by its shape if it does not turn, up to 1/4096 of the way that the capsule goes against the
+/// shape. The points of an `fcl::BVHModel` move linearly, also those of a mesh that turns. If it
+/// has other triangles at the end than at the start, it rests where it is at the end. A managed
+/// object counts as it was read, even if it is the one that is passed to `collide` and has moved
+/// since. An object that is not managed, and one of a manager without a step, rests. `distance`
+/// answers for the end of the step. An update that fails leaves the start as it is, so the step
+/// lasts until an update succeeds. clear() ends the step. Unregistering an object takes it out of
+/// the step. A clone has no step.
 ///
 /// **Threads.** Queries are const and may run from several threads at once. While a query runs, for
 /// instance in its callback, the manager refuses to register, unregister, update or clear.
@@ -152,6 +155,17 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   void update() override;
   void update(Object* object) override;
   void update(const std::vector<Object*>& objects) override;
+  ///@}
+
+  /// Begins a step, at the objects as they were read last, or ends it. See **Motion** above.
+  /// beginStep() reads what has not been read yet, as setup() does. It may be called again, which
+  /// begins the next step. endStep() without a step does nothing.
+  ///
+  /// Both throw std::invalid_argument and change nothing if FiberManagerOptions::motion is not set,
+  /// and while a query runs. beginStep() also throws it if an object cannot be read.
+  ///@{
+  void beginStep();
+  void endStep();
   ///@}
 
   /// Unregisters all objects. They may already have been destroyed.

@@ -66,9 +66,9 @@ struct FiberObstacles {
 struct FiberManagerOptions : FiberOptions {
   Bounds bounds = Bounds::kShapesAndMargins;  ///< what an object counts by
 
-  /// Whether `collide` reports the pairs that touch at any time of a step, not only at its end. A
-  /// step begins with the poses that the last `collide` saw and ends with those of the last update;
-  /// see "Motion" in FiberCollisionManager. This needs Report::kCapsules and layered boxes.
+  /// Whether the manager may have steps, which FiberCollisionManager::beginStep() begins. During
+  /// one `collide` reports the pairs that touch at any time of it, not only at its end; see
+  /// "Motion" in FiberCollisionManager. This needs Report::kCapsules and layered boxes.
   bool motion = false;
 };
 

@@ -22,6 +22,8 @@ struct ObjectImpact : TimedContact {
 /// fiber and segment numbers. The manager has FiberManagerOptions::motion:
 ///
 ///     ImpactCollector<double> collector(manager);
+///     manager.beginStep();
+///     ...  // objects move
 ///     manager.update();
 ///     manager.collide(&collector, collector.callback);
 ///     for (const auto& impact : collector.impacts()) ...  // impact.time, impact.normal, ...

@@ -43,8 +43,7 @@ FiberIndex::FiberIndex(const FiberTreeOptions& options)
     : options_(checked(options)), table_(emptyTable()), index_(indexOptions(options)) {}
 
 std::size_t FiberIndex::memoryUsage() const {
-  return sizeof(*this) + table_.memoryUsage() + index_.memoryUsage() +
-         (start_ ? sizeof(*start_) + start_->memoryUsage() : 0);
+  return sizeof(*this) + table_.memoryUsage() + index_.memoryUsage();
 }
 
 FiberTable FiberIndex::emptyTable() const {
@@ -57,7 +56,6 @@ void FiberIndex::build(const FiberArrays<S>& fibers) {
   FiberTable table = emptyTable();
   addFibers(fibers, table);
   rebuild("FiberTree::build", ArraySource<S>(fibers, largest), &table);
-  start_.reset();
 }
 
 template <typename S>
@@ -79,13 +77,9 @@ void FiberIndex::update(const FiberArrays<S>* start, const FiberArrays<S>& fiber
         "the end of the step alone");
   }
   refit(kUpdate, ArraySource<S>(fibers, largest));
-  if (start == nullptr) return start_.reset();
+  if (start == nullptr) return index_.endStep();
   is_valid_ = false;
-  if (!start_) {
-    start_ = std::make_unique<index::SegmentIndex>(index_.options());
-    start_->copy(index_);
-  }
-  if (!start_->tryRefit(ArraySource<S>(*start, largest), index_.frame())) {
+  if (!index_.fitStart(ArraySource<S>(*start, largest))) {
     refuse("update", "the start of the step cannot be read; do not change it during the call");
   }
   is_valid_ = true;
@@ -96,7 +90,6 @@ void FiberIndex::rebuild(const char* call, const ArraySource<S>& source, FiberTa
   const tree::Fibers runs = segmentsOf(*table);
   const Frame frame = frameFor(call, source, runs.ids);
   is_valid_ = false;
-  start_.reset();  // it has the topology of the tree before
   if (table != &table_) table_ = std::move(*table);
   index_.build(source, frame, 0, table_.idCount(), runs);
   is_valid_ = true;
@@ -107,7 +100,6 @@ void FiberIndex::refit(const char* call, const ArraySource<S>& source) {
   if (!is_valid_ || !source.staysFiniteIn(index_.frame())) return rebuild(call, source, &table_);
   is_valid_ = false;
   if (!index_.refit(source)) {
-    start_.reset();
     index_.build(source, index_.betterFrame(source), 0, table_.idCount(), segmentsOf(table_));
   }
   is_valid_ = true;
@@ -128,7 +120,7 @@ const char* FiberIndex::problem(bool needs_capsules, bool needs_step) const {
   if (needs_capsules && !index_.keepsSegments()) {
     return "the tree reports volumes and keeps no capsules; construct it with Report::kCapsules";
   }
-  if (needs_step && !start_) return "the fibers rest; call update(start, end) before";
+  if (needs_step && !index_.moves()) return "the fibers rest; call update(start, end) before";
   return nullptr;
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <memory>
 #include <string>
 
 #include <fcl_fibers/fiber_tree.h>
@@ -9,14 +8,13 @@
 #include "arrays/array_source.h"
 #include "fibers/fiber_table.h"
 #include "index/segment_index.h"
-#include "index/step.h"
 
 namespace fcl_fibers::arrays {
 
 /// Throws std::invalid_argument that names a call of FiberTree.
 [[noreturn]] void refuse(const char* call, const std::string& what);
 
-/// The fibers of a FiberTree and their index, and during a step a second index at its start.
+/// The fibers of a FiberTree and their index.
 class FiberIndex {
  public:
   /// Throws std::invalid_argument if an option is out of range.
@@ -40,8 +38,6 @@ class FiberIndex {
 
   /// Tells what is missing for a query, or returns null if nothing is.
   const char* problem(bool needs_capsules = false, bool needs_step = false) const;
-  /// @pre the last update was a step
-  index::Step step() const { return {*start_, index_}; }
 
  private:
   fibers::FiberTable emptyTable() const;
@@ -53,8 +49,7 @@ class FiberIndex {
   FiberTreeOptions options_;
   fibers::FiberTable table_;
   index::SegmentIndex index_;
-  std::unique_ptr<index::SegmentIndex> start_;  ///< null unless the last update was a step
-  bool is_valid_ = true;                        ///< false after a build or an update has thrown
+  bool is_valid_ = true;  ///< false after a build or an update has thrown
 };
 
 }  // namespace fcl_fibers::arrays

@@ -163,27 +163,22 @@ class FiberTree::Impl {
     }
     const bool is_own = held.get() == this;
     const arrays::PairsOfOne own(index_.table());
-    const auto handOnPairs = [&](const auto& searchOwn, const auto& searchBoth) {
+    const index::SegmentSource* const kept = nullptr;
+    index::Question asked;
+    asked.of_step = kNeedsStep<Question>;
+    asked.of_volumes = std::is_same_v<Question, MovingPairs>;
+    if (is_own && std::is_same_v<Question, Impacts>) asked.wanted = &own;
+    if constexpr (!std::is_same_v<Question, SafeStep>) {
       using Found = FoundBy<Question, FiberTree>;
-      return is_own ? handOn<Found>(take, own, searchOwn) : handOn<Found>(take, kAll, searchBoth);
-    };
-    if constexpr (std::is_same_v<Question, Touching>) {
-      return handOnPairs([&](auto& sink) { return index_->search(sink); },
-                         [&](auto& sink) { return index_->search(*other, nullptr, sink); });
-    } else {
-      const index::Step step = index_.step(), other_step = other.step();
-      if constexpr (std::is_same_v<Question, MovingPairs>) {
-        return handOnPairs(
-            [&](auto& sink) { return step.searchMoving(nullptr, sink); },
-            [&](auto& sink) { return step.searchMoving(other_step, nullptr, sink); });
-      } else if constexpr (std::is_same_v<Question, Impacts>) {
-        return handOnPairs(
-            [&](auto& sink) { return step.searchImpacts(&own, sink); },
-            [&](auto& sink) { return step.searchImpacts(other_step, nullptr, sink); });
-      } else {
-        const double time = is_own ? step.safeTime(&own) : step.safeTime(other_step);
-        return take(&time, 1);
+      if (is_own) {
+        return handOn<Found>(take, own, [&](auto& sink) { return index_->search(sink, asked); });
       }
+      return handOn<Found>(take, kAll,
+                           [&](auto& sink) { return index_->search(*other, kept, sink, asked); });
+    } else {
+      const double time =
+          is_own ? index_->firstTime(&own) : index_->firstTime(nullptr, *other, kept);
+      return take(&time, 1);
     }
   }
 
@@ -195,9 +190,11 @@ class FiberTree::Impl {
     const double margin = index_->options().margin;
     return handOn<FoundBy<Question, TriangleMesh>>(take, kAll, [&](auto& sink) {
       if constexpr (std::is_same_v<Question, Touching>) {
-        return index_->searchTriangles(mesh, margin, sink);
+        return index_->search(mesh, margin, sink);
       } else if constexpr (std::is_same_v<Question, TouchingSegments>) {
-        return index_->searchMesh(mesh, margin, sink);
+        index::Question asked;
+        asked.once = true;
+        return index_->search(mesh, margin, sink, asked);
       } else {
         if (!(question.distance >= 0)) {
           call.refuse(joinedText("distance is ", question.distance, "; give 0 or more"));
@@ -220,13 +217,13 @@ class FiberTree::Impl {
           "at the start; copy the mesh and move the copy");
     }
     const index::MovingMesh mesh(start, end, index_->frame(), index_->executor());
-    const index::Step step = index_.step();
+    const double margin = index_->options().margin;
     if constexpr (std::is_same_v<Question, Impacts>) {
       return handOn<MeshImpact>(take, kAll, [&](auto& sink) {
-        return step.searchImpacts(mesh, index_->options().margin, sink);
+        return index_->search(mesh, margin, sink, index::Question::ofStep());
       });
     } else {
-      const double time = step.safeTime(mesh);
+      const double time = index_->firstTime(nullptr, mesh, margin);
       return take(&time, 1);
     }
   }
@@ -259,7 +256,8 @@ class FiberTree::Impl {
   template <class Keep>
   bool searchShape(const Segment& shape, const Take& take, const Keep& keep) const {
     return handOn<std::int32_t>(take, keep, [&](auto& sink) {
-      return index_->search(shape, endPointError(shape), tree::kNoGroup, /*second=*/0, sink);
+      return index_->search({shape, shape}, endPointError(shape), tree::kNoGroup, /*second=*/0,
+                            sink);
     });
   }
 

@@ -48,133 +48,106 @@ index::IndexOptions boxOptions(double margin) {
 
 }  // namespace
 
-BesideBoxes::BesideBoxes(double margin, bool moves)
-    : moves_(moves),
-      main_{SegmentIndex(boxOptions(margin)), nullptr},
-      young_{SegmentIndex(boxOptions(margin)), nullptr} {}
+BesideBoxes::BesideBoxes(double margin) : main_(boxOptions(margin)), young_(boxOptions(margin)) {}
 
 void BesideBoxes::clear() {
-  for (Part* part : {&main_, &young_}) {
-    part->end.clear();
-    part->start = nullptr;
-  }
+  main_.clear();
+  young_.clear();
 }
 
-void BesideBoxes::build(Part& part, Place begin, Place end, const BoxOf& boxOf) {
+void BesideBoxes::setStep(bool has_step) {
+  has_step_ = has_step;
+  main_.endStep();
+  young_.endStep();
+}
+
+void BesideBoxes::build(SegmentIndex& part, Place begin, Place end, const BoxOf& boxOf) {
   tree::Fibers one_each;
   for (Place place = begin; place < end; ++place) {
     one_each.ids.push_back(place);
     one_each.endFiber();
   }
-  part.start = nullptr;
-  part.end.build(BoxSource(boxOf, &MovingSegment::end), frame_, begin, end, one_each);
+  part.build(BoxSource(boxOf, &MovingSegment::end), frame_, begin, end, one_each);
   fitStart(part, boxOf);
 }
 
-void BesideBoxes::fitStart(Part& part, const BoxOf& boxOf) {
-  if (!moves_) return;
-  if (part.start == nullptr) {
-    part.start = std::make_unique<SegmentIndex>(part.end.options());
-    part.start->copy(part.end);
-  }
-  part.start->tryRefit(BoxSource(boxOf, &MovingSegment::start), frame_);
+void BesideBoxes::fitStart(SegmentIndex& part, const BoxOf& boxOf) {
+  if (has_step_) part.fitStart(BoxSource(boxOf, &MovingSegment::start));
 }
 
 void BesideBoxes::readAll(const Frame& frame, Place count, const BoxOf& boxOf) {
-  const bool is_refit = frame_ == frame && !hasYoung() && main_.end.end() == count;
+  const bool is_refit = frame_ == frame && !hasYoung() && main_.end() == count;
   frame_ = frame;
   if (count == 0) return clear();
-  if (is_refit && main_.end.refit(BoxSource(boxOf, &MovingSegment::end), frame)) {
+  if (is_refit && main_.refit(BoxSource(boxOf, &MovingSegment::end), frame)) {
     return fitStart(main_, boxOf);
   }
-  young_.end.clear();
-  young_.start = nullptr;
+  young_.clear();
   build(main_, 0, count, boxOf);
 }
 
 void BesideBoxes::readNew(Place count, const BoxOf& boxOf) {
-  const auto added = static_cast<std::size_t>(count - main_.end.end());
+  const auto added = static_cast<std::size_t>(count - main_.end());
   if (added > Generations::mostYoung(static_cast<std::size_t>(count))) {
-    young_.end.clear();
-    young_.start = nullptr;
+    young_.clear();
     return build(main_, 0, count, boxOf);
   }
-  build(young_, main_.end.end(), count, boxOf);
+  build(young_, main_.end(), count, boxOf);
 }
 
 void BesideBoxes::readSome(const std::vector<Place>& places, const BoxOf& boxOf) {
-  for (Part* part : {&main_, &young_}) {
+  for (SegmentIndex* part : {&main_, &young_}) {
     std::vector<Place> moved;
-    std::vector<Segment> starts, ends;
+    std::vector<Segment> boxes;
     for (const Place place : places) {
-      if (place < part->end.begin() || place >= part->end.end()) continue;
-      const MovingSegment box = boxOf(place);
+      if (place < part->begin() || place >= part->end()) continue;
       moved.push_back(place);
-      starts.push_back(box.start);
-      ends.push_back(box.end);
+      boxes.push_back(boxOf(place).end);
     }
     if (moved.empty()) continue;
-    if (moves_ && part->start == nullptr) fitStart(*part, boxOf);
-    if (!part->end.refitSome(moved, ends)) {
-      build(*part, part->end.begin(), part->end.end(), boxOf);
-    } else if (moves_) {
-      part->start->refitSome(moved, starts);
+    if (part->refitSome(moved, boxes)) {
+      fitStart(*part, boxOf);
+    } else {
+      build(*part, part->begin(), part->end(), boxOf);
     }
   }
-}
-
-void BesideBoxes::beginStep() {
-  main_.start = nullptr;
-  young_.start = nullptr;
 }
 
 Visit BesideBoxes::search(index::PairSink& sink) const {
-  const auto within = [&](const Part& part) {
-    return moves_ ? part.step().searchImpacts(nullptr, sink) : part.end.search(sink);
-  };
-  if (within(main_) == Visit::kStop) return Visit::kStop;
+  const index::Question question = index::Question::ofStep();
+  if (main_.search(sink, question) == Visit::kStop) return Visit::kStop;
   if (!hasYoung()) return Visit::kContinue;
-  const Visit across = moves_ ? main_.step().searchImpacts(young_.step(), nullptr, sink)
-                              : main_.end.search(young_.end, nullptr, sink);
-  return across == Visit::kStop ? Visit::kStop : within(young_);
+  return main_.search(young_, nullptr, sink, question) == Visit::kStop
+             ? Visit::kStop
+             : young_.search(sink, question);
 }
 
 Visit BesideBoxes::search(index::NearestSink& sink) const {
-  if (main_.end.search(sink) == Visit::kStop) return Visit::kStop;
+  if (main_.search(sink) == Visit::kStop) return Visit::kStop;
   if (!hasYoung()) return Visit::kContinue;
-  return main_.end.search(young_.end, nullptr, sink) == Visit::kStop ? Visit::kStop
-                                                                     : young_.end.search(sink);
+  return main_.search(young_, nullptr, sink) == Visit::kStop ? Visit::kStop : young_.search(sink);
+}
+
+/// Calls search(part) with both parts.
+template <class Search>
+Visit BesideBoxes::within(const Search& search) const {
+  for (const SegmentIndex* part : {&main_, &young_}) {
+    if (part->begin() < part->end() && search(*part) == Visit::kStop) return Visit::kStop;
+  }
+  return Visit::kContinue;
 }
 
 Visit BesideBoxes::search(const MovingSegment& segment, double error, index::PairSink& sink) const {
-  for (const Part* part : {&main_, &young_}) {
-    if (part->end.begin() == part->end.end()) continue;
-    const Visit visit =
-        moves_ ? part->step().searchImpacts(segment, error, tree::kNoGroup, 0, nullptr, sink)
-               : part->end.search(segment.end, error, tree::kNoGroup, 0, sink);
-    if (visit == Visit::kStop) return visit;
-  }
-  return Visit::kContinue;
+  return within([&](const SegmentIndex& part) {
+    return part.search(segment, error, tree::kNoGroup, 0, sink, index::Question::ofStep());
+  });
 }
 
 Visit BesideBoxes::search(const MovingSegment& segment, double error,
                           index::NearestSink& sink) const {
-  for (const Part* part : {&main_, &young_}) {
-    if (part->end.begin() == part->end.end()) continue;
-    if (part->end.search(segment.end, error, tree::kNoGroup, 0, sink) == Visit::kStop) {
-      return Visit::kStop;
-    }
-  }
-  return Visit::kContinue;
-}
-
-std::size_t BesideBoxes::memoryUsage() const {
-  std::size_t bytes = 0;
-  for (const Part* part : {&main_, &young_}) {
-    bytes += part->end.memoryUsage() +
-             (part->start ? sizeof(SegmentIndex) + part->start->memoryUsage() : 0);
-  }
-  return bytes;
+  return within([&](const SegmentIndex& part) {
+    return part.search(segment, error, tree::kNoGroup, 0, sink);
+  });
 }
 
 }  // namespace fcl_fibers::broadphase

@@ -3,12 +3,10 @@
 
 #include <cstddef>
 #include <functional>
-#include <memory>
 #include <vector>
 
 #include "geometry/moving_segment.h"
 #include "index/segment_index.h"
-#include "index/step.h"
 
 namespace fcl_fibers::broadphase {
 
@@ -21,8 +19,7 @@ class BesideBoxes {
   /// Returns the box of a place at the start and at the end of the step, in the frame.
   using BoxOf = std::function<geometry::MovingSegment(Place)>;
 
-  /// @param moves  whether searches for pairs look at the step
-  BesideBoxes(double margin, bool moves);
+  explicit BesideBoxes(double margin);
 
   void clear();
   /// Takes the boxes of all places [0, count).
@@ -31,11 +28,11 @@ class BesideBoxes {
   void readNew(Place count, const BoxOf& boxOf);
   /// Takes those of some places that were there before, which ascend.
   void readSome(const std::vector<Place>& places, const BoxOf& boxOf);
-  /// Begins a step where the present one ends.
-  void beginStep();
+  /// Begins a step at the boxes as they are now, or ends it.
+  void setStep(bool has_step);
 
   /// @name Searches
-  /// See MovingIndex.
+  /// See Generations.
   ///@{
   tree::Visit search(index::PairSink& sink) const;
   tree::Visit search(index::NearestSink& sink) const;
@@ -45,23 +42,18 @@ class BesideBoxes {
                      index::NearestSink& sink) const;
   ///@}
 
-  std::size_t memoryUsage() const;
+  std::size_t memoryUsage() const { return main_.memoryUsage() + young_.memoryUsage(); }
 
  private:
-  struct Part {
-    index::SegmentIndex end;
-    std::unique_ptr<index::SegmentIndex> start;  ///< null if all rest
+  template <class Search>
+  tree::Visit within(const Search& search) const;
+  void build(index::SegmentIndex& part, Place begin, Place end, const BoxOf& boxOf);
+  void fitStart(index::SegmentIndex& part, const BoxOf& boxOf);
+  bool hasYoung() const { return young_.end() > young_.begin(); }
 
-    index::Step step() const { return {start ? *start : end, end}; }
-  };
-
-  void build(Part& part, Place begin, Place end, const BoxOf& boxOf);
-  void fitStart(Part& part, const BoxOf& boxOf);
-  bool hasYoung() const { return young_.end.end() > young_.end.begin(); }
-
-  const bool moves_;
+  bool has_step_ = false;
   geometry::Frame frame_;
-  Part main_, young_;
+  index::SegmentIndex main_, young_;
 };
 
 }  // namespace fcl_fibers::broadphase

@@ -64,7 +64,6 @@ class FiberCollisionManager<S>::Impl final : public broadphase::ManagerState<S> 
       const auto impl = fiber_manager->impl();
       if (impl.get() == this) return query(std::move(call));
       run(call, [&](auto& queries) { queries.with(*impl); });
-      if (Call::kLooksAtSteps && this->options().motion) impl->seeStep();
       return;
     }
     std::vector<Object*> objects;
@@ -105,12 +104,10 @@ class FiberCollisionManager<S>::Impl final : public broadphase::ManagerState<S> 
   }
 
  private:
-  /// A query that is refused has not looked at the step.
   template <class Call, class F>
   void run(Call& call, F&& find) const {
     broadphase::ManagerQueries<S, Call> queries(*this, call);
     find(queries);
-    if (Call::kLooksAtSteps) this->seeStep();
   }
 };
 
@@ -208,6 +205,16 @@ void FiberCollisionManager<S>::update(Object* object) {
 template <typename S>
 void FiberCollisionManager<S>::update(const std::vector<Object*>& objects) {
   impl().update("update", objects);
+}
+
+template <typename S>
+void FiberCollisionManager<S>::beginStep() {
+  impl().beginStep("beginStep");
+}
+
+template <typename S>
+void FiberCollisionManager<S>::endStep() {
+  impl().endStep("endStep");
 }
 
 template <typename S>

@@ -17,10 +17,8 @@ void Generations::clear() {
 
 void Generations::build(const index::SegmentSource& source, SegmentId end,
                         const tree::Fibers& fibers) {
-  main_.build(source, &young_, [&](index::SegmentIndex& index) {
-    index.build(source, frameFor(source, fibers.ids), 0, end, fibers);
-    return true;
-  });
+  keepStarts();
+  main_.build(source, frameFor(source, fibers.ids), 0, end, fibers);
   end_ = end;
 }
 
@@ -29,11 +27,9 @@ bool Generations::buildYoung(const index::SegmentSource& source, SegmentId end,
   end_ = youngBegin();
   // The index starts at the first object, which saves room for empty ids before it.
   const SegmentId begin = fibers.ids.empty() ? end : fibers.ids.front();
-  const bool is_built = young_.build(source, nullptr, [&](index::SegmentIndex& index) {
-    return index.tryBuild(source, frame(), begin, end, fibers);
-  });
-  if (is_built) end_ = end;
-  return is_built;
+  if (!young_.tryBuild(source, frame(), begin, end, fibers)) return false;
+  end_ = end;
+  return true;
 }
 
 bool Generations::refit(const index::SegmentSource& source) {

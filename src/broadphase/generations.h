@@ -6,9 +6,13 @@
 #include <cstddef>
 #include <vector>
 
-#include "broadphase/moving_index.h"
+#include "geometry/moving_segment.h"
+#include "index/moving_mesh.h"
+#include "index/segment_index.h"
 
 namespace fcl_fibers::broadphase {
+
+using tree::SegmentId;
 
 /// A manager's objects in two indexes with one frame. The main index has the objects that were
 /// registered when it was built; the young index has those registered since. Ids ascend in the
@@ -19,31 +23,31 @@ class Generations {
   using Segment = geometry::Segment;
   using MovingSegment = geometry::MovingSegment;
 
-  /// @param moves  see MovingIndex
+  /// @param moves  whether searches for pairs look at the step
   Generations(const index::IndexOptions& options, bool moves)
-      : main_(options, moves), young_(singleThreaded(options), moves) {}
+      : main_(options), young_(singleThreaded(options)), moves_(moves) {}
 
-  const index::IndexOptions& options() const { return main_->options(); }
-  const geometry::Frame& frame() const { return main_->frame(); }
+  const index::IndexOptions& options() const { return main_.options(); }
+  const geometry::Frame& frame() const { return main_.frame(); }
   /// Young ids are youngBegin(), ..., end() - 1.
   ///@{
-  SegmentId youngBegin() const { return main_->end(); }
+  SegmentId youngBegin() const { return main_.end(); }
   SegmentId end() const { return end_; }
   ///@}
-  bool isYoung(SegmentId id) const { return id >= main_->end(); }
+  bool isYoung(SegmentId id) const { return id >= main_.end(); }
   /// See SegmentIndex.
   ///@{
-  bool keepsSegments() const { return main_->keepsSegments(); }
+  bool keepsSegments() const { return main_.keepsSegments(); }
   bool hasBoxes() const {
-    return keepsSegments() && (main_->hasBoxes() || (hasYoung() && young_->hasBoxes()));
+    return keepsSegments() && (main_.hasBoxes() || (hasYoung() && young_.hasBoxes()));
   }
-  Segment segment(SegmentId id) const { return (isYoung(id) ? *young_ : *main_).segment(id); }
-  bool isBox(SegmentId id) const { return (isYoung(id) ? *young_ : *main_).isBox(id); }
-  double margin() const { return main_->margin(); }
+  Segment segment(SegmentId id) const { return (isYoung(id) ? young_ : main_).segment(id); }
+  bool isBox(SegmentId id) const { return (isYoung(id) ? young_ : main_).isBox(id); }
+  double margin() const { return main_.margin(); }
   ///@}
-  bool isSwampedBy(const Generations& other) const { return main_->isSwampedBy(*other.main_); }
+  bool isSwampedBy(const Generations& other) const { return main_.isSwampedBy(other.main_); }
   /// A segment during the step.
-  MovingSegment moving(SegmentId id) const { return (isYoung(id) ? young_ : main_).segment(id); }
+  MovingSegment moving(SegmentId id) const { return (isYoung(id) ? young_ : main_).moving(id); }
 
   /// How many of `size` objects may be young before all are built into one index. If objects are
   /// registered one by one, each costs a build of the young index, and the one that exceeds this
@@ -56,29 +60,29 @@ class Generations {
   void copy(const Generations& other);
   void clear();
 
-  /// See MovingIndex.
+  /// See SegmentIndex.
   ///@{
-  void beginStep(bool all) {
-    // This may run out of memory. The next call begins the same step then.
-    main_.makeStart();
-    young_.makeStart();
-    main_.beginStep(all);
-    young_.beginStep(all);
+  void beginStep() {
+    main_.beginStep();
+    young_.beginStep();
   }
-  void remember() {
-    main_.remember();
-    young_.remember();
-  }
-  template <class NewId>
-  void renumber(NewId&& newId) {
-    main_.renumber(newId);
-    young_.renumber(newId);
-  }
-  void settle() {
-    main_.settle();
-    young_.settle();
+  void endStep() {
+    main_.endStep();
+    young_.endStep();
   }
   ///@}
+  /// Keeps where the segments were at the start, of which ids are about to change; all have to be
+  /// built next.
+  void keepStarts() {
+    main_.takeStarts(young_);
+    end_ = youngBegin();
+  }
+  /// See KeptSegments.
+  /// @pre keepStarts() was called
+  template <class NewId>
+  void renumberStarts(NewId&& newId) {
+    main_.renumberStarts(newId);
+  }
 
   /// Builds all objects into the main index, in a new frame.
   void build(const index::SegmentSource& source, SegmentId end, const tree::Fibers& fibers);
@@ -93,7 +97,7 @@ class Generations {
   bool refit(const index::SegmentSource& source);
   bool refitSome(const std::vector<SegmentId>& ids, const std::vector<Segment>& moved);
   bool isFitted(const index::SegmentSource& source) const {
-    return main_->isFitted(source) && (!hasYoung() || young_->isFitted(source));
+    return main_.isFitted(source) && (!hasYoung() || young_.isFitted(source));
   }
   ///@}
 
@@ -101,59 +105,50 @@ class Generations {
 
   template <class Sink>
   tree::Visit search(Sink& sink) const {
-    if (main_.search(sink) == tree::Visit::kStop) return tree::Visit::kStop;
+    if (ask(main_, sink) == tree::Visit::kStop) return tree::Visit::kStop;
     if (!hasYoung()) return tree::Visit::kContinue;
-    return main_.search(young_, nullptr, sink) == tree::Visit::kStop ? tree::Visit::kStop
-                                                                     : young_.search(sink);
+    return ask(main_, sink, young_, kKept) == tree::Visit::kStop ? tree::Visit::kStop
+                                                                 : ask(young_, sink);
   }
 
   template <class Sink>
   tree::Visit search(const MovingSegment& segment, double error, tree::Group group,
                      SegmentId second, Sink& sink) const {
-    return forEach(
-        [&](const MovingIndex& part) { return part.search(segment, error, group, second, sink); });
+    return forEach([&](const index::SegmentIndex& part) {
+      return ask(part, sink, segment, error, group, second);
+    });
   }
 
   template <class Sink>
   tree::Visit search(const Generations& other, const index::SegmentSource& source,
                      Sink& sink) const {
-    return forEach([&](const MovingIndex& part) {
-      return other.forEach(
-          [&](const MovingIndex& other_part) { return part.search(other_part, &source, sink); });
+    return forEach([&](const index::SegmentIndex& part) {
+      return other.forEach([&](const index::SegmentIndex& other_part) {
+        return ask(part, sink, other_part, &source);
+      });
     });
   }
 
+  /// @param mesh    a PosedMesh, which rests while all else is at the end of the step, or a
+  ///                MovingMesh during the whole step
   /// @param margin  of the search, in the world's unit; searches for the nearest have none
-  ///@{
-  tree::Visit searchMesh(const index::PosedMesh& mesh, double margin, index::PairSink& sink) const {
-    return forEach([&](const MovingIndex& part) {
-      return part->leaves().empty() ? tree::Visit::kContinue : part->searchMesh(mesh, margin, sink);
+  template <class Mesh, class Sink>
+  tree::Visit searchMesh(const Mesh& mesh, double margin, Sink& sink) const {
+    return forEach([&](const index::SegmentIndex& part) {
+      return part.leaves().empty() ? tree::Visit::kContinue : ask(part, sink, mesh, margin);
     });
   }
-  tree::Visit searchMesh(const index::PosedMesh& mesh, double /*margin*/,
-                         index::NearestSink& sink) const {
-    return forEach([&](const MovingIndex& part) {
-      return part->leaves().empty() ? tree::Visit::kContinue : part->searchMesh(mesh, sink);
-    });
-  }
-  /// During the whole step.
-  tree::Visit searchMesh(const index::MovingMesh& mesh, double margin,
-                         index::PairSink& sink) const {
-    return forEach([&](const MovingIndex& part) { return part.search(mesh, margin, sink); });
-  }
-  ///@}
 
   /// See SegmentIndex::visitNear().
   /// @param moves  whether the whole step counts, not only its end
   template <class Near, class F>
   tree::Visit visitNear(bool moves, const Near& near, F&& visit) const {
-    return forEach([&](const MovingIndex& part) {
-      return part->visitNear(moves ? part.start() : *part, near, visit);
-    });
+    return forEach(
+        [&](const index::SegmentIndex& part) { return part.visitNear(moves, near, visit); });
   }
 
   /// The threads of a query; null for one.
-  parallel::Executor* executor() const { return main_->executor(); }
+  parallel::Executor* executor() const { return main_.executor(); }
 
   std::size_t memoryUsage() const { return main_.memoryUsage() + young_.memoryUsage(); }
 
@@ -162,7 +157,21 @@ class Generations {
     options.threads = 1;
     return options;
   }
-  bool hasYoung() const { return end_ > main_->end(); }
+  bool hasYoung() const { return end_ > main_.end(); }
+
+  template <class... Partner>
+  tree::Visit ask(const index::SegmentIndex& part, index::PairSink& sink,
+                  const Partner&... partner) const {
+    index::Question question;
+    question.of_step = moves_;
+    question.once = true;
+    return part.search(partner..., sink, question);
+  }
+  template <class... Partner>
+  tree::Visit ask(const index::SegmentIndex& part, index::NearestSink& sink,
+                  const Partner&... partner) const {
+    return part.search(partner..., sink);
+  }
 
   template <class F>
   tree::Visit forEach(F&& visit) const {
@@ -170,7 +179,9 @@ class Generations {
     return hasYoung() ? visit(young_) : tree::Visit::kContinue;
   }
 
-  MovingIndex main_, young_;
+  static constexpr const index::SegmentSource* kKept = nullptr;  ///< of what has its segments
+  index::SegmentIndex main_, young_;
+  const bool moves_;
   SegmentId end_ = 0;  ///< youngBegin() unless the young index is complete
 };
 

@@ -208,14 +208,14 @@ void ManagerState<S>::remove(const char* call, const Object* object) {
   if (options_.motion && registry_.nextRemovalRenumbers()) {
     before = registry_.objects();
     markStale();
-    generations_.remember();
+    generations_.keepStarts();
   }
   const bool keeps_ids = registry_.remove(object);
   last_registered_.reset();
   obstacles_.remove(id);
   if (!keeps_ids) {
     obstacles_.renumber(registry_);
-    generations_.renumber(
+    generations_.renumberStarts(
         [&](SegmentId old) { return registry_.find(before[static_cast<std::size_t>(old)]); });
   }
   ++(generations_.isYoung(id) ? removed_young_ : removed_);
@@ -231,7 +231,31 @@ void ManagerState<S>::clear(const char* call) {
   obstacles_.clear();
   last_registered_.reset();
   state_ = State::kStale;
-  step_is_seen_ = false;
+}
+
+// --- Steps ---
+
+template <typename S>
+void ManagerState<S>::beginStep(const char* call) {
+  requireSteps(call);
+  setup(call);
+  obstacles_.setStep(true);
+  generations_.beginStep();
+}
+
+template <typename S>
+void ManagerState<S>::endStep(const char* call) {
+  requireSteps(call);
+  obstacles_.setStep(false);
+  generations_.endStep();
+}
+
+template <typename S>
+void ManagerState<S>::requireSteps(const char* call) const {
+  refuseDuringQuery(call);
+  if (options_.motion) return;
+  throwInvalidArgument(call,
+                       "the manager has no steps; construct it with FiberManagerOptions::motion");
 }
 
 // --- Reading the objects ---
@@ -241,7 +265,6 @@ void ManagerState<S>::update(const char* call) {
   refuseDuringQuery(call);
   const bool is_built = hasTree();
   state_ = State::kFailed;
-  beginStep(/*all=*/true);
   is_built ? readAndFit(call) : readAndBuild(call);
 }
 
@@ -260,18 +283,12 @@ void ManagerState<S>::update(const char* call, const Objects& moved) {
     const auto place = std::find(moved.begin(), moved.end(), registry_[id]) - moved.begin();
     return nameOf(static_cast<std::size_t>(place));
   };
+  if (ids.empty()) return;
   // One sweep over all nodes costs less than the way up from each of many segments.
   const bool are_many = 4 * ids.size() > registry_.size();
-  if (!ids.empty() && (!hasTree() || state_ == State::kCloned || are_many)) {
-    return update(call);
-  }
+  if (!hasTree() || state_ == State::kCloned || are_many) return update(call);
   const State before = state_;
   state_ = State::kFailed;
-  beginStep(/*all=*/false);
-  if (ids.empty()) {
-    state_ = before;
-    return;
-  }
   std::vector<Segment> segments(ids.size());
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const Object& object = *registry_[ids[i]];
@@ -300,17 +317,6 @@ void ManagerState<S>::update(const char* call, const Objects& moved) {
   if (!generations_.refitSome(ids, segments)) return readAndBuild(call);
   state_ = before;
   if (before == State::kGrown) readYoung(call);
-}
-
-/// The next poses that are read are the end of a new step, if a query has looked at the present
-/// one.
-/// @param all  see MovingIndex::beginStep()
-template <typename S>
-void ManagerState<S>::beginStep(bool all) {
-  if (!options_.motion || !step_is_seen_) return;
-  obstacles_.beginStep();  // does no harm if it is repeated, as after std::bad_alloc
-  generations_.beginStep(all);
-  step_is_seen_ = false;
 }
 
 /// Several threads may query first; one of them builds.
@@ -367,7 +373,6 @@ void ManagerState<S>::readYoung(const char* call) const {
 
 template <typename S>
 void ManagerState<S>::setReady() const {
-  generations_.settle();
   state_.store(State::kReady, std::memory_order_release);
 }
 

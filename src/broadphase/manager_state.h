@@ -76,8 +76,11 @@ class ManagerState {
    private:
     const ManagerState& state_;
   };
-  /// To call after a query that has looked at the step, so that the next update begins a new one.
-  void seeStep() const { step_is_seen_ = true; }
+
+  /// Begins a step at the objects as they were read last, or ends it. To begin one reads what has
+  /// not been read.
+  void beginStep(const char* call);
+  void endStep(const char* call);
 
   const Registry& registry() const { return registry_; }
   /// The id of an object. Throws with `name` if the object is null or not registered.
@@ -126,7 +129,7 @@ class ManagerState {
   void markStale() {
     if (hasTree()) state_ = State::kStale;
   }
-  void beginStep(bool all);
+  void requireSteps(const char* call) const;
   tree::Fibers segmentsFrom(SegmentId begin) const;
   void readObstacles(const char* call, bool all) const;
   void makeReady(const char* call) const;
@@ -149,7 +152,6 @@ class ManagerState {
   mutable std::atomic<int> running_queries_{0};
   mutable Generations generations_;
   mutable Obstacles<S> obstacles_;
-  mutable std::atomic<bool> step_is_seen_{false};  ///< whether a query has looked at the step
 };
 
 extern template class ManagerState<float>;

@@ -78,7 +78,7 @@ std::size_t MovingMeshOnDemand::memoryUsage() const {
 
 template <typename S>
 Obstacles<S>::Obstacles(const FiberManagerOptions& options)
-    : options_(options), moves_(options.motion), boxes_(options.margin, options.motion) {}
+    : options_(options), moves_(options.motion), boxes_(options.margin) {}
 
 // --- Changing ---
 
@@ -133,7 +133,7 @@ void Obstacles<S>::renumber(const ObjectRegistry<S>& registry) {
 
 template <typename S>
 void Obstacles<S>::listMoved(bool all) {
-  if (!moves_) return;
+  if (!has_step_) return;
   const auto list = [all](auto& entries, std::vector<std::size_t>& moved) {
     moved.clear();
     for (std::size_t place = 0; place < entries.size(); ++place) {
@@ -149,6 +149,7 @@ template <typename S>
 void Obstacles<S>::clear() {
   beside_.clear();
   shapes_.clear();
+  setStep(false);
   boxes_.clear();
   moved_beside_.clear();
   moved_shapes_.clear();
@@ -156,7 +157,7 @@ void Obstacles<S>::clear() {
 }
 
 template <typename S>
-void Obstacles<S>::beginStep() {
+void Obstacles<S>::setStep(bool has_step) {
   for (const std::size_t place : moved_shapes_) {
     shapes_[place].start = shapes_[place].end;
     shapes_[place].has_moved = false;
@@ -169,7 +170,8 @@ void Obstacles<S>::beginStep() {
   }
   moved_shapes_.clear();
   moved_beside_.clear();
-  boxes_.beginStep();
+  boxes_.setStep(has_step);
+  has_step_ = has_step;
 }
 
 template <typename S>
@@ -200,7 +202,7 @@ void Obstacles<S>::readBeside(Place place, const Frame& frame) {
   if (moves_) {
     // Other triangles have no way from those before. They rest where they are now.
     const bool is_same =
-        entry.is_read && (entry.start.mesh == nullptr) == (now.mesh == nullptr) &&
+        has_step_ && entry.is_read && (entry.start.mesh == nullptr) == (now.mesh == nullptr) &&
         (now.mesh == nullptr || entry.start.mesh->index().hasTrianglesOf(now.mesh->index()));
     if (is_same) {
       const FrameOfOther change(entry.frame, frame);
@@ -209,8 +211,9 @@ void Obstacles<S>::readBeside(Place place, const Frame& frame) {
       entry.start = now;
     }
     entry.frame = frame;
-    if (!entry.has_moved) moved_beside_.push_back(static_cast<std::size_t>(place));
-    entry.has_moved = true;
+    if (has_step_ && !std::exchange(entry.has_moved, true)) {
+      moved_beside_.push_back(static_cast<std::size_t>(place));
+    }
   }
   static_cast<BesideReading&>(entry) = std::move(now);
   if (entry.is_mesh) entry.forgetTrees();
@@ -224,9 +227,8 @@ void Obstacles<S>::readShape(std::size_t place, const Frame& frame) {
   entry.shape = obstacleOf(now, frame);
   if (moves_) {
     entry.end = obstacleOf(now, Frame{});
-    if (!entry.is_read) entry.start = entry.end;
-    if (!entry.has_moved) moved_shapes_.push_back(place);
-    entry.has_moved = true;
+    if (!has_step_ || !entry.is_read) entry.start = entry.end;
+    if (has_step_ && !std::exchange(entry.has_moved, true)) moved_shapes_.push_back(place);
   }
   entry.is_read = true;
 }

@@ -139,8 +139,8 @@ class Obstacles {
   /// Takes new ids of the same objects. All have to be read then.
   void renumber(const ObjectRegistry<S>& registry);
   void clear();
-  /// Begins a step where the present one ends.
-  void beginStep();
+  /// Begins a step at the objects as they were read last, or ends it.
+  void setStep(bool has_step);
   /// Adds the object that replaces one of another manager. The cache has the triangles of that one,
   /// which both share if they are the same.
   void addCopy(const Obstacles& other, Object* object, SegmentId id, tree::Categories categories,
@@ -188,7 +188,8 @@ class Obstacles {
   }
 
   const FiberManagerOptions options_;
-  const bool moves_;
+  const bool moves_;       ///< whether there may be steps
+  bool has_step_ = false;  ///< otherwise all rest
   ById<BesideEntry> beside_;
   ById<ShapeEntry> shapes_;
   BesideBoxes boxes_;

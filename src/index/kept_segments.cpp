@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace fcl_fibers::index {
 
@@ -20,6 +21,18 @@ void KeptSegments::reset(SegmentId begin, SegmentId end, const std::vector<Segme
   ends_.assign(count_ + 1, {});
   is_segment_.assign(count_ + 1, false);
   for (const SegmentId id : ids) is_segment_[static_cast<std::size_t>(id - begin)] = true;
+}
+
+void KeptSegments::resize(SegmentId begin, SegmentId end) {
+  if (begin == begin_ && end == this->end()) return;
+  std::vector<geometry::CapsuleEnd> ends(2 * static_cast<std::size_t>(end - begin));
+  const SegmentId first = std::max(begin, begin_), last = std::min(end, this->end());
+  if (first < last) {
+    std::copy_n(range().capsule(first), 2 * (last - first), ends.data() + 2 * (first - begin));
+  }
+  ends_ = std::move(ends);
+  begin_ = begin;
+  count_ = static_cast<std::size_t>(end - begin);
 }
 
 SegmentRange KeptSegments::range() const { return {ends_.data(), stride(), begin_}; }

@@ -8,6 +8,7 @@
 #include <fcl_fibers/tree_export.h>
 
 #include "geometry/capsule_test.h"
+#include "geometry/segment_block.h"
 #include "tree/segment_range.h"
 
 namespace fcl_fibers::index {
@@ -23,7 +24,27 @@ class KeptSegments {
 
   /// Makes room for the segments `ids`, which are in [begin, end). They are unspecified until set.
   void reset(SegmentId begin, SegmentId end, const std::vector<SegmentId>& ids);
+  /// Makes room for the ids in [begin, end). Segments that are set and among them stay.
+  /// @pre ends are not shared
+  void resize(SegmentId begin, SegmentId end);
+  /// Gives each segment the id newId(id), or forgets it if that is negative. It needs no memory.
+  /// @pre ends are not shared; the order stays, and no id grows
+  template <class NewId>
+  void renumber(NewId&& newId) {
+    SegmentId next = begin_;
+    for (SegmentId old = begin_; old < end(); ++old) {
+      const SegmentId id = newId(old);
+      if (id < 0) continue;
+      set(id, (*this)[old]);
+      next = id + 1;
+    }
+    count_ = static_cast<std::size_t>(next - begin_);
+  }
   void clear() { *this = KeptSegments(share_ends_); }
+
+  SegmentId begin() const { return begin_; }
+  SegmentId end() const { return begin_ + static_cast<SegmentId>(count_); }
+  bool has(SegmentId id) const { return id >= begin() && id < end(); }
 
   /// Whether the segments include this id.
   /// @pre ends are shared
@@ -38,6 +59,13 @@ class KeptSegments {
     // A point that two segments share is written by the second, so no two threads write it.
     if (share_ends_ && is_segment_[i + 1]) return;
     out[1] = geometry::secondEndOf(segment);
+  }
+  /// Sets those of a block that are present.
+  void set(const SegmentId* ids, int count, geometry::BlockMask present,
+           const geometry::SegmentBlock& block) {
+    for (int i = 0; i < count; ++i) {
+      if ((present >> i & 1u) != 0) set(ids[i], block[i]);
+    }
   }
   geometry::Segment operator[](SegmentId id) const { return range()[id]; }
   FCL_FIBERS_TREE_EXPORT SegmentRange range() const;

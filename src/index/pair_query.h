@@ -24,7 +24,30 @@ class PairSink {
   ~PairSink() = default;
 };
 
-/// For a search whose filter keeps no pair.
+class FirstTime;
+class PairFilter;
+
+/// What a search for pairs asks about, beside the partners. By default it asks about the end of the
+/// step, and IndexOptions::capsules tells whether capsules or volumes count.
+struct Question {
+  /// Whether pairs count that touch at any time of the step, each with its impact. Two volumes
+  /// touch if they overlap at one common time, while each side moves linearly. What has no step
+  /// rests.
+  bool of_step = false;
+  bool of_volumes = false;             ///< whether volumes count in any case
+  bool once = false;                   ///< whether one pair with a mesh is enough for each segment
+  const PairFilter* wanted = nullptr;  ///< keeps the pairs that count at all; null for all
+  /// If it is not null, the search hands on no pair. This gets the first time of the step at which
+  /// two segments touch that did not at the start, or come nearer than they were there.
+  /// @pre no segment is a box
+  FirstTime* first = nullptr;
+
+  static Question ofStep(const PairFilter* wanted = nullptr, FirstTime* first = nullptr) {
+    return {/*of_step=*/true, false, false, wanted, first};
+  }
+};
+
+/// For a search that hands on no pair.
 struct NoSink final : PairSink {
   tree::Visit take(const tree::Pair* /*pairs*/, std::size_t /*count*/) override {
     return tree::Visit::kContinue;

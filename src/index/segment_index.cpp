@@ -31,14 +31,13 @@ SegmentIndex::SegmentIndex(const IndexOptions& options)
     : options_(options),
       executor_(parallel::makeExecutor(options.threads)),
       scratch_(std::make_unique<ScratchPool>()),
-      segments_(options.share_ends) {}
+      now_{{}, KeptSegments(options.share_ends), {}} {}
 
 void SegmentIndex::copy(const SegmentIndex& other) {
-  frame_ = other.frame_;
+  endStep();
+  now_ = other.now_;
   begin_ = other.begin_;
   end_ = other.end_;
-  segments_ = other.segments_;
-  tree_ = other.tree_;
   looseness_when_built_ = other.looseness_when_built_;
   in_new_frame_ = other.in_new_frame_;
   frame_lasts_ = other.frame_lasts_;
@@ -48,11 +47,10 @@ void SegmentIndex::copy(const SegmentIndex& other) {
 }
 
 void SegmentIndex::clear() {
-  frame_ = {};
+  endStep();
   frame_lasts_ = false;
   begin_ = end_ = 0;
-  segments_.clear();
-  tree_ = Tree();
+  now_ = {{}, KeptSegments(options_.share_ends), {}};
   scratch_->clear();
 }
 
@@ -74,12 +72,14 @@ bool SegmentIndex::tryBuild(const SegmentSource& source, const Frame& frame, Seg
 /// float's range.
 bool SegmentIndex::tryBuild(const SegmentSource& source, const Frame& frame, SegmentId begin,
                             SegmentId end, const tree::Fibers& fibers, bool in_range) {
+  keepStarts();
   begin_ = begin;
   end_ = end;
-  tree_ = Tree();  // its memory serves the next one
+  now_.frame = frame;
+  now_.tree = Tree();  // its memory serves the next one
   // A source that is slow to read is read once, into segments that are freed after the build.
   const bool stores = keepsSegments() || source.isFasterInOrder();
-  if (stores) segments_.reset(begin, end, fibers.ids);
+  if (stores) now_.segments.reset(begin, end, fibers.ids);
   std::vector<Middle> middles(options_.super_thread ? 0 : fibers.ids.size());
   std::atomic<bool> fits{true};
   const bool is_read = readRanges(
@@ -95,18 +95,27 @@ bool SegmentIndex::tryBuild(const SegmentSource& source, const Frame& frame, Seg
         for (int i = 0; i < count; ++i) {
           const Segment segment = block[i];
           if (in_range && !isInFloatRange(segment)) fits.store(false, std::memory_order_relaxed);
-          if (stores) segments_.set(ids[i], segment);
+          if (stores) now_.segments.set(ids[i], segment);
         }
       });
   if (!is_read || !fits) return false;
   makeTree(fibers, std::move(middles));
-  const bool is_fitted = stores ? fitFromSegments(frame) : fitFrom(source, frame);
-  if (!keepsSegments()) segments_.clear();
-  if (source.isFasterInOrder()) std::visit([](auto& tree) { tree.findPlaces(); }, tree_);
+  if (stores) {
+    fitFromSegments(now_);
+  } else if (!fitFrom(now_, source)) {
+    return false;
+  }
+  if (keepsSegments()) {
+    unit_ = now_.segments.usualUnit();
+  } else {
+    now_.segments.clear();
+  }
+  if (source.isFasterInOrder()) std::visit([](auto& tree) { tree.findPlaces(); }, now_.tree);
   useNewFrame();
   looseness_when_built_ = looseness();
+  bringStart(source);
   limitScratch();
-  return is_fitted;
+  return true;
 }
 
 /// Calls take(ids, count, present, block, position of the first) with blocks of the ids that
@@ -143,9 +152,9 @@ void SegmentIndex::makeTree(const tree::Fibers& fibers, std::vector<Middle> midd
   const auto make_tree = [&](auto topology) {
     constexpr int kArity = decltype(topology)::kArity;
     if (options_.wrapped_spheres) {
-      tree_ = tree::WrappedSphereTree<kArity>(std::move(topology));
+      now_.tree = tree::WrappedSphereTree<kArity>(std::move(topology));
     } else {
-      tree_ = tree::LayeredBoxTree<kArity>(std::move(topology));
+      now_.tree = tree::LayeredBoxTree<kArity>(std::move(topology));
     }
   };
   if (options_.super_thread) {
@@ -165,7 +174,7 @@ void SegmentIndex::makeTree(const tree::Fibers& fibers, std::vector<Middle> midd
 // --- Refitting ---
 
 bool SegmentIndex::refit(const SegmentSource& source) {
-  if (frame_lasts_ && tryRefit(source, frame_)) {
+  if (frame_lasts_ && tryRefit(source, frame())) {
     const tree::Extent now = extent();
     // A frame that is no longer good is used once more, so that no update refits twice, unless it
     // is far too bad.
@@ -177,7 +186,7 @@ bool SegmentIndex::refit(const SegmentSource& source) {
 
 Frame SegmentIndex::betterFrame(const SegmentSource& source) const {
   const Frame frame = frameFor(source, leaves());
-  return source.staysFiniteIn(frame) ? frame : frame_;
+  return source.staysFiniteIn(frame) ? frame : now_.frame;
 }
 
 bool SegmentIndex::refit(const SegmentSource& source, const Frame& frame) {
@@ -193,29 +202,37 @@ void SegmentIndex::useNewFrame() {
 }
 
 tree::Extent SegmentIndex::extent() const {
-  return std::visit([](const auto& tree) { return extentOf(tree); }, tree_);
+  return std::visit([](const auto& tree) { return extentOf(tree); }, now_.tree);
 }
 
 bool SegmentIndex::tryRefit(const SegmentSource& source, const Frame& frame) {
   fitted_ = 0;
-  segments_.forgetBoxes();
-  if (source.isFasterInOrder()) return placeFrom(source, frame);
-  if (!keepsSegments()) return fitFrom(source, frame);
-  const auto store = [&](const SegmentId* ids, int count, BlockMask present,
-                         const SegmentBlock& block) { setSegments(ids, count, present, block); };
-  return readInOrder(source, frame, store) && fitFromSegments(frame);
+  leaveStart(nullptr);
+  if (!read(now_, source, frame)) return false;
+  if (keepsSegments()) unit_ = now_.segments.usualUnit();
+  bringStart(source);
+  return true;
 }
 
-void SegmentIndex::setSegments(const SegmentId* ids, int count, BlockMask present,
-                               const SegmentBlock& block) {
-  for (int i = 0; i < count; ++i) {
-    if ((present >> i & 1u) != 0) segments_.set(ids[i], block[i]);
-  }
+/// Reads all segments and fits their volumes. Returns whether all could be read.
+bool SegmentIndex::read(End& end, const SegmentSource& source, const Frame& frame) {
+  end.frame = frame;
+  end.segments.forgetBoxes();
+  if (source.isFasterInOrder()) return placeFrom(end, source);
+  if (!keepsSegments()) return fitFrom(end, source);
+  const auto store = [&](const SegmentId* ids, int count, BlockMask present,
+                         const SegmentBlock& block) {
+    end.segments.set(ids, count, present, block);
+  };
+  if (!readInOrder(end.segments, source, frame, store)) return false;
+  fitFromSegments(end);
+  return true;
 }
 
 /// Reads all segments in the order of ids and calls take(ids, count, present, block).
 template <class Take>
-bool SegmentIndex::readInOrder(const SegmentSource& source, const Frame& frame, Take&& take) {
+bool SegmentIndex::readInOrder(const KeptSegments& segments, const SegmentSource& source,
+                               const Frame& frame, Take&& take) {
   return readRanges(
       source, frame, static_cast<std::size_t>(end_ - begin_),
       [&](std::size_t from, std::size_t to, Ids& ids) {
@@ -225,7 +242,7 @@ bool SegmentIndex::readInOrder(const SegmentSource& source, const Frame& frame, 
         std::size_t found = 0;
         for (SegmentId id = first; id < last; ++id) {
           ids[found] = id;
-          found += all_are_segments || segments_.isSegment(id) ? 1 : 0;
+          found += all_are_segments || segments.isSegment(id) ? 1 : 0;
         }
         return found;
       },
@@ -236,8 +253,7 @@ bool SegmentIndex::readInOrder(const SegmentSource& source, const Frame& frame, 
 /// Fits the volumes in the order of the tree, to segments that read(ids, count, ahead, block)
 /// reads.
 template <class Read>
-void SegmentIndex::fit(const Frame& frame, const Read& read) {
-  frame_ = frame;
+void SegmentIndex::fit(End& end, const Read& read) {
   std::visit(
       [&](auto& tree) {
         tree.startRefit(padding());
@@ -247,34 +263,31 @@ void SegmentIndex::fit(const Frame& frame, const Read& read) {
         });
         tree.fitAboveChunks(changed, read);
       },
-      tree_);
+      end.tree);
 }
 
-bool SegmentIndex::fitFrom(const SegmentSource& source, const Frame& frame) {
+bool SegmentIndex::fitFrom(End& end, const SegmentSource& source) {
   std::atomic<bool> is_read{true};
-  fit(frame, [&](const SegmentId* ids, int count, int ahead, SegmentBlock& block) {
+  fit(end, [&](const SegmentId* ids, int count, int ahead, SegmentBlock& block) {
     BlockMask present = 0;
-    if (source.read(ids, count, ahead, frame, block, present)) return present;
+    if (source.read(ids, count, ahead, end.frame, block, present)) return present;
     is_read.store(false, std::memory_order_relaxed);
     return BlockMask{0};
   });
   return is_read;
 }
 
-bool SegmentIndex::fitFromSegments(const Frame& frame) {
-  const SegmentRange segments = segments_.range();
-  fit(frame, [&](const SegmentId* ids, int count, int ahead, SegmentBlock& block) {
+void SegmentIndex::fitFromSegments(End& end) {
+  const SegmentRange segments = end.segments.range();
+  fit(end, [&](const SegmentId* ids, int count, int ahead, SegmentBlock& block) {
     for (int i = count; i < count + ahead; ++i) segments.prefetch(ids[i]);
     for (int i = 0; i < count; ++i) block.set(i, segments[ids[i]]);
     return geometry::firstOfBlock(count);
   });
-  unit_ = segments_.usualUnit();
-  return true;
 }
 
 /// Fits the leaves in the order of ids.
-bool SegmentIndex::placeFrom(const SegmentSource& source, const Frame& frame) {
-  frame_ = frame;
+bool SegmentIndex::placeFrom(End& end, const SegmentSource& source) {
   return std::visit(
       [&](auto& tree) {
         tree.findPlaces();
@@ -282,19 +295,18 @@ bool SegmentIndex::placeFrom(const SegmentSource& source, const Frame& frame) {
         std::atomic<bool> changed{false};
         const auto place = [&](const SegmentId* ids, int count, BlockMask present,
                                const SegmentBlock& block) {
-          if (keepsSegments()) setSegments(ids, count, present, block);
+          if (keepsSegments()) end.segments.set(ids, count, present, block);
           if (tree.placeLeaves(ids, count, present, block)) {
             changed.store(true, std::memory_order_relaxed);
           }
         };
-        if (!readInOrder(source, frame, place)) return false;
-        if (keepsSegments()) unit_ = segments_.usualUnit();
+        if (!readInOrder(end.segments, source, end.frame, place)) return false;
         if (!changed) return true;
         forChunks(tree.chunkCount(), [&](std::size_t chunk) { tree.fitChunkAbove(chunk); });
         tree.fitAboveChunks();
         return true;
       },
-      tree_);
+      end.tree);
 }
 
 template <class F>
@@ -306,10 +318,11 @@ void SegmentIndex::forChunks(std::size_t count, F&& visit) {
 }
 
 bool SegmentIndex::refitSome(const std::vector<SegmentId>& ids, const std::vector<Segment>& moved) {
+  leaveStart(&ids);
   if (keepsSegments()) {
-    for (std::size_t i = 0; i < ids.size(); ++i) segments_.set(ids[i], moved[i]);
+    for (std::size_t i = 0; i < ids.size(); ++i) now_.segments.set(ids[i], moved[i]);
   }
-  fitted_ += std::visit([&](auto& tree) { return tree.refitSome(ids, moved); }, tree_);
+  fitted_ += std::visit([&](auto& tree) { return tree.refitSome(ids, moved); }, now_.tree);
   // A few fibers that have changed places make all nodes above them as large as the scene. So the
   // looseness is checked before many segments have moved. At worst a build costs three microseconds
   // for each leaf that has moved.
@@ -325,30 +338,22 @@ bool SegmentIndex::isFitted(const SegmentSource& source) const {
     if (!is_fitted) return;
     SegmentBlock block;
     BlockMask present = 0;
-    const bool is_read = source.read(&id, 1, 0, frame_, block, present);
+    const bool is_read = source.read(&id, 1, 0, frame(), block, present);
     if (is_read && present == 0) return;
     is_fitted = is_fitted && is_read &&
-                (keepsSegments() ? segments_[id] == block[0] : volume_holds(block[0]));
+                (keepsSegments() ? now_.segments[id] == block[0] : volume_holds(block[0]));
   };
-  std::visit([&](const auto& tree) { tree.forEachLeaf(holds); }, tree_);
+  std::visit([&](const auto& tree) { tree.forEachLeaf(holds); }, now_.tree);
   return is_fitted;
-}
-
-/// The segments and a bound of their errors.
-SegmentRange SegmentIndex::keptRange() const {
-  SegmentRange range = segments_.range();
-  const double reach = std::visit([](const auto& tree) { return reachOf(tree); }, tree_);
-  range.setMostError(geometry::endPointError(reach));
-  return range;
 }
 
 const std::vector<SegmentId>& SegmentIndex::leaves() const {
   return std::visit([](const auto& tree) -> const std::vector<SegmentId>& { return tree.leaves(); },
-                    tree_);
+                    now_.tree);
 }
 
 double SegmentIndex::looseness() const {
-  return std::visit([](const auto& tree) { return tree::looseness(tree); }, tree_);
+  return std::visit([](const auto& tree) { return tree::looseness(tree); }, now_.tree);
 }
 
 bool SegmentIndex::hasDecayed(double loose) const {
@@ -361,8 +366,12 @@ void SegmentIndex::limitScratch() {
 }
 
 std::size_t SegmentIndex::memoryUsage() const {
-  return scratch_->memoryUsage() + segments_.memoryUsage() +
-         std::visit([](const auto& tree) { return tree.memoryUsage(); }, tree_);
+  const auto bytesOf = [](const End& end) {
+    return end.segments.memoryUsage() +
+           std::visit([](const auto& tree) { return tree.memoryUsage(); }, end.tree);
+  };
+  return scratch_->memoryUsage() + bytesOf(now_) + moved_.capacity() * sizeof(SegmentId) +
+         (start_ ? sizeof(End) + bytesOf(*start_) : 0);
 }
 
 }  // namespace fcl_fibers::index

@@ -10,6 +10,8 @@
 #include <fcl_fibers/tree_export.h>
 
 #include "geometry/frame.h"
+#include "geometry/moving_segment.h"
+#include "index/capsule_filter.h"
 #include "index/kept_segments.h"
 #include "index/mesh_index.h"
 #include "index/nearest_filter.h"
@@ -19,11 +21,14 @@
 #include "parallel/executor.h"
 #include "tree/bvh.h"
 #include "tree/extent.h"
+#include "tree/moving_tree.h"
 #include "tree/near_visit.h"
 #include "tree/topology.h"
 
 namespace fcl_fibers::index {
 
+class MovingMesh;
+class SegmentMarks;
 struct PosedTriangles;
 
 struct IndexOptions {
@@ -38,6 +43,10 @@ struct IndexOptions {
 /// Takes segments and finds their pairs. It is a Bvh over the segments begin(), ..., end() - 1 in a
 /// frame of its own. It reads them from a SegmentSource and does not know where they come from.
 ///
+/// During a step, from time 0 to time 1, it also has the segments as they were at the start, and
+/// the volumes around them in the same topology. Each segment moves linearly. All else that is said
+/// here of segments is about the end of the step.
+///
 /// Searches are const and may run at the same time. After a call has thrown, the index must be
 /// built again.
 class FCL_FIBERS_TREE_EXPORT SegmentIndex {
@@ -49,15 +58,15 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   explicit SegmentIndex(const IndexOptions& options);
 
   const IndexOptions& options() const { return options_; }
-  const geometry::Frame& frame() const { return frame_; }
-  const Tree& tree() const { return tree_; }
+  const geometry::Frame& frame() const { return now_.frame; }
+  const Tree& tree() const { return now_.tree; }
   SegmentId begin() const { return begin_; }
   SegmentId end() const { return end_; }
 
   /// In the unit of frame(), as are all lengths below.
-  double margin() const { return options_.margin * frame_.scale; }
+  double margin() const { return options_.margin * frame().scale; }
 
-  /// Copies the other index, except for its options, threads and scratch memory.
+  /// Copies the other index, except for its options, threads, step and scratch memory.
   /// @pre the options differ at most in threads
   void copy(const SegmentIndex& other);
   void clear();
@@ -90,18 +99,49 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   /// returns, but checks only now and then whether a build pays.
   bool refitSome(const std::vector<SegmentId>& ids, const std::vector<Segment>& moved);
 
+  /// @name Steps
+  /// A step needs layered boxes.
+  ///@{
+
+  /// Begins a step at the segments as they are now. It lasts over all builds and refits until the
+  /// next one begins or endStep(). A segment that is read for the first time during the step starts
+  /// where it is then. A call needs no memory; the next refit does.
+  /// @pre keepsSegments(), and ends are not shared
+  void beginStep() { step_ = Step::kBegins; }
+  /// Begins a step at the segments of a source, which ends at the segments as they are now. The
+  /// next refit or build ends the step. Returns whether all could be read in frame().
+  bool fitStart(const SegmentSource& source);
+  void endStep();
+  /// Whether any segment may have moved.
+  bool moves() const { return step_ == Step::kGiven || step_ == Step::kMoves; }
+  /// @pre keepsSegments()
+  geometry::MovingSegment moving(SegmentId id) const {
+    return {start().segments[id], now_.segments[id]};
+  }
+  /// Takes the starts of the segments of another index, because a build has to come next that reads
+  /// these segments, too. Both have to have a step or none. The other one becomes empty.
+  void takeStarts(SegmentIndex& other);
+  /// See KeptSegments.
+  /// @pre takeStarts() was called
+  template <class NewId>
+  void renumberStarts(NewId&& newId) {
+    if (step_ == Step::kMoves) start_->segments.renumber(newId);
+  }
+  ///@}
+
   /// The threads of a search; null for one.
   parallel::Executor* executor() const { return executor_.get(); }
 
   /// Whether refit() would change nothing that a search can see.
   bool isFitted(const SegmentSource& source) const;
 
-  // Each search exists for a PairSink and for a NearestSink, which it calls on the calling thread.
-  // It returns Visit::kStop if its sink did.
+  // Searches call their sink on the calling thread. They return Visit::kStop if it did. A
+  // NearestSink gets the pairs at the end of the step that may be nearer than its limit, roughly
+  // the nearest first. There is one search for each kind of partner.
 
   /// Finds the pairs within this index, except those within one group.
   ///@{
-  tree::Visit search(PairSink& sink) const;
+  tree::Visit search(PairSink& sink, const Question& question = {}) const;
   tree::Visit search(NearestSink& sink) const;
   ///@}
 
@@ -109,39 +149,53 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   /// `second` as its b.
   /// @param error  bound on the error of the segment's end points
   ///@{
-  tree::Visit search(const Segment& segment, double error, tree::Group group, SegmentId second,
-                     PairSink& sink) const;
-  tree::Visit search(const Segment& segment, double error, tree::Group group, SegmentId second,
-                     NearestSink& sink) const;
+  tree::Visit search(const geometry::MovingSegment& segment, double error, tree::Group group,
+                     SegmentId second, PairSink& sink, const Question& question = {}) const;
+  tree::Visit search(const geometry::MovingSegment& segment, double error, tree::Group group,
+                     SegmentId second, NearestSink& sink) const;
   ///@}
 
   /// Finds the pairs with another index, whatever their groups, with the margin of this one.
   /// @param source  the source of the other index, if that keeps no segments and the search needs
   ///                them. For a NearestSink null means its own source.
   ///@{
-  tree::Visit search(const SegmentIndex& other, const SegmentSource* source, PairSink& sink) const;
+  tree::Visit search(const SegmentIndex& other, const SegmentSource* source, PairSink& sink,
+                     const Question& question = {}) const;
   tree::Visit search(const SegmentIndex& other, const SegmentSource* source,
                      NearestSink& sink) const;
   ///@}
 
-  /// Finds the segments that touch a mesh. In each pair b is a triangle. A segment that is a box
-  /// touches a triangle if the boxes of both overlap, and if it overlaps the triangle's box in the
-  /// mesh's own axes, up to margins. Segments that may not meet the mesh, see tree::Fibers::meets,
-  /// are left out.
+  /// Finds the segments and triangles of a mesh that touch. In each pair b is a triangle. A segment
+  /// that is a box touches a triangle if the boxes of both overlap, and if it overlaps the
+  /// triangle's box in the mesh's own axes, up to margins. Segments that may not meet the mesh, see
+  /// tree::Fibers::meets, are left out. Each segment wholly inside a solid mesh comes with one
+  /// triangle, its nearest; if one triangle of each segment is enough, with -1.
   /// @param margin  of the search, in the world's unit, whatever the index's own; the mesh's margin
   ///                comes on top
   /// @pre keepsSegments()
   ///@{
-  /// Hands on every segment and triangle that touch, and each segment wholly inside a solid mesh
-  /// with one triangle, its nearest.
-  tree::Visit searchTriangles(const PosedMesh& mesh, double margin, PairSink& sink) const;
-  /// Hands on each segment that touches the mesh once, with one of its triangles, or with -1 if it
-  /// is wholly inside a solid mesh.
-  tree::Visit searchMesh(const PosedMesh& mesh, double margin, PairSink& sink) const;
-  /// Hands on segments and triangles that may be nearer than the limit, roughly the nearest first.
-  /// What is inside a solid mesh comes before, with -1. There is no margin but the mesh's own.
-  tree::Visit searchMesh(const PosedMesh& mesh, NearestSink& sink) const;
+  tree::Visit search(const PosedMesh& mesh, double margin, PairSink& sink,
+                     const Question& question = {}) const;
+  /// The same during a step of segments or mesh. A segment that is inside a solid at the start
+  /// comes first and once, at time 0. It does not count for a first time, because on its way out it
+  /// touches the surface.
+  /// @pre the mesh is in frame(); question.of_step
+  tree::Visit search(const MovingMesh& mesh, double margin, PairSink& sink,
+                     const Question& question) const;
+  /// Hands on segments and triangles that may be nearer than the limit. What is inside a solid mesh
+  /// comes before, with -1. There is no margin but the mesh's own.
+  tree::Visit search(const PosedMesh& mesh, double margin, NearestSink& sink) const;
   ///@}
+
+  /// Finds the first time of the step that Question::first asks for, with a partner of search().
+  /// Returns 1 if there is none.
+  template <class... Partner>
+  double firstTime(const PairFilter* wanted, const Partner&... partner) const {
+    FirstTime first;
+    NoSink nothing;
+    search(partner..., nothing, Question::ofStep(wanted, &first));
+    return first.get();
+  }
 
   /// Replaces the content of `pairs` by each segment that is at most `distance` from the mesh, and
   /// its nearest triangle, in the order of the tree.
@@ -150,17 +204,18 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
 
   /// Calls visit(id) for the segments below the volumes for which near(box) is true, in the order
   /// of the tree, until it returns Visit::kStop. The box, in this index's frame, is around a padded
-  /// volume at the start and at the end of a step.
-  /// @param start  this index, or one with the same topology and frame
+  /// volume.
+  /// @param of_step  whether the box is around the volume at the start, too
   template <class Near, class F>
-  tree::Visit visitNear(const SegmentIndex& start, const Near& near, F&& visit) const {
+  tree::Visit visitNear(bool of_step, const Near& near, F&& visit) const {
     return std::visit(
         [&](const auto& tree) {
-          const auto& tree_at_start = std::get<std::decay_t<decltype(tree)>>(start.tree_);
+          const auto& tree_at_start =
+              std::get<std::decay_t<decltype(tree)>>((of_step ? start() : now_).tree);
           return tree.empty() ? tree::Visit::kContinue
                               : tree::visitNear(tree_at_start, tree, 0, near, visit);
         },
-        tree_);
+        now_.tree);
   }
 
   /// Runs visit(begin, end) for ranges of [0, count), on the threads of this index.
@@ -178,19 +233,31 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   /// Whether the index keeps its segments beside their volumes, for the test of capsules.
   bool keepsSegments() const { return options_.capsules; }
   /// @pre keepsSegments()
-  Segment segment(SegmentId id) const { return segments_[id]; }
-  bool isBox(SegmentId id) const { return geometry::isBox(segments_.range().capsule(id)); }
+  Segment segment(SegmentId id) const { return now_.segments[id]; }
+  bool isBox(SegmentId id) const { return geometry::isBox(now_.segments.range().capsule(id)); }
   /// Whether a segment may be a box.
   /// @pre keepsSegments()
-  bool hasBoxes() const { return segments_.hasBoxes(); }
+  bool hasBoxes() const { return now_.segments.hasBoxes(); }
   /// All segments, in the order of the tree.
   const std::vector<SegmentId>& leaves() const;
 
   std::size_t memoryUsage() const;
 
  private:
-  friend class Step;
+  /// The segments at one end of a step, and the volumes around them.
+  struct End {
+    geometry::Frame frame;
+    KeptSegments segments{/*share_ends=*/false};  ///< empty unless capsules are tested
+    Tree tree;
+  };
+  enum class Step {
+    kNone,    ///< all rest
+    kGiven,   ///< start_ was given for the segments as they are
+    kBegins,  ///< the step has begun, and nothing has moved since
+    kMoves,   ///< start_ is where the segments were
+  };
 
+  const End& start() const { return moves() ? *start_ : now_; }
   double padding() const { return margin() / 2; }
   /// How near a mesh counts.
   struct MeshReach {
@@ -198,6 +265,9 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
     double growth;  ///< by how much a padded volume of the tree has to grow for that
   };
   MeshReach meshReach(double mesh_margin, double margin) const;
+
+  // Reading.
+
   bool tryBuild(const SegmentSource& source, const geometry::Frame& frame, SegmentId begin,
                 SegmentId end, const tree::Fibers& fibers, bool in_range);
   void makeTree(const tree::Fibers& fibers, std::vector<tree::Middle> middles);
@@ -205,46 +275,93 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   bool readRanges(const SegmentSource& source, const geometry::Frame& frame, std::size_t count,
                   IdsOf&& idsOf, Take&& take);
   template <class Take>
-  bool readInOrder(const SegmentSource& source, const geometry::Frame& frame, Take&& take);
-  void setSegments(const SegmentId* ids, int count, BlockMask present, const SegmentBlock& block);
+  bool readInOrder(const KeptSegments& segments, const SegmentSource& source,
+                   const geometry::Frame& frame, Take&& take);
+  bool read(End& end, const SegmentSource& source, const geometry::Frame& frame);
   template <class Read>
-  void fit(const geometry::Frame& frame, const Read& read);
-  bool fitFrom(const SegmentSource& source, const geometry::Frame& frame);
-  bool fitFromSegments(const geometry::Frame& frame);
-  bool placeFrom(const SegmentSource& source, const geometry::Frame& frame);
+  void fit(End& end, const Read& read);
+  bool fitFrom(End& end, const SegmentSource& source);
+  void fitFromSegments(End& end);
+  bool placeFrom(End& end, const SegmentSource& source);
   template <class F>
   void forChunks(std::size_t count, F&& visit);
   void useNewFrame();
   tree::Extent extent() const;
-  SegmentRange keptRange() const;
   void limitScratch();
   double looseness() const;
   bool hasDecayed(double loose) const;
 
+  // The start of a step.
+
+  void leaveStart(const std::vector<SegmentId>* moving);
+  void keepStarts();
+  void bringStart(const SegmentSource& source);
+
+  // Searching.
+
+  static SegmentRange rangeOf(const End& end);
+  SegmentRange keptRange() const { return rangeOf(now_); }
+  MovingRange movingRange() const { return {rangeOf(start()), keptRange()}; }
   FoundSegment find(const SegmentSource& source, SegmentId id) const;
-  template <class Sink>
+  template <class Sink, class... Asked>
   FCL_FIBERS_TREE_NO_EXPORT tree::Visit searchOneByOne(const SegmentIndex& other,
-                                                       const SegmentSource* source,
-                                                       Sink& sink) const;
-  tree::Visit searchSurfaceAndInside(const PosedMesh& mesh, double margin, bool once,
-                                     PairSink& sink) const;
-  void addNearest(const PosedTriangles& triangles, std::vector<tree::Pair>& pairs) const;
+                                                       const SegmentSource* source, Sink& sink,
+                                                       const Asked&... asked) const;
   template <class F>
-  tree::Visit visitTrees(const SegmentIndex& other, F&& visit) const;
+  tree::Visit visitTree(const Question& question, bool moves, F&& visit) const;
+  template <class ATree>
+  tree::TreePair<ATree> pairOf(const ATree& own, const ATree& its, const SegmentIndex& other) const;
+  template <class F>
+  tree::Visit visitTrees(const SegmentIndex& other, const Question& question, bool moves,
+                         F&& visit) const;
+  template <class F>
+  tree::Visit withFilter(const Question& question, bool moves, const MovingRange& b,
+                         const geometry::FrameChange* b_to_a, double error, F&& visit) const;
+  tree::Visit find(const PairSearch& search, const PairFilter* filter, PairSink& sink) const {
+    return findPairs(search, filter, executor_.get(), *scratch_, sink);
+  }
   KeptSegments readSegments(const SegmentSource& source) const;
+  tree::Visit search(const End& end, const PosedMesh& mesh, double margin, bool once,
+                     PairSink& sink) const;
+  std::vector<tree::Pair> findInside(const MovingMesh& mesh, double margin,
+                                     SegmentMarks& inside) const;
+  void addNearest(const End& end, const PosedTriangles& triangles,
+                  std::vector<tree::Pair>& pairs) const;
 
   IndexOptions options_;
   std::unique_ptr<parallel::Executor> executor_;  ///< null for one thread
   std::unique_ptr<ScratchPool> scratch_;
-  geometry::Frame frame_;
   SegmentId begin_ = 0, end_ = 0;
-  KeptSegments segments_;  ///< empty unless capsules are tested
-  Tree tree_;
+  End now_;
   double looseness_when_built_ = 0;
-  tree::Extent in_new_frame_;  ///< the extent when frame_ was chosen
-  bool frame_lasts_ = false;   ///< whether frame_ is kept until it is no longer good
+  tree::Extent in_new_frame_;  ///< the extent when the frame was chosen
+  bool frame_lasts_ = false;   ///< whether the frame is kept until it is no longer good
   std::size_t fitted_ = 0;     ///< leaves fitted by refitSome() since it last checked the looseness
   double unit_ = 1;            ///< see CapsulePairs
+
+  Step step_ = Step::kNone;
+  /// Of use if moves(). Otherwise it has memory and, if a step begins, where the segments were in
+  /// the step before. Its tree is empty if it has another topology.
+  std::unique_ptr<End> start_;
+  bool moved_all_ = true;         ///< whether any segment may have moved in the last step
+  std::vector<SegmentId> moved_;  ///< those that have, unless all may have
 };
+
+/// Calls visit(tree) with the tree or, if it moves, with that at both ends of the step.
+template <class F>
+tree::Visit SegmentIndex::visitTree(const Question& question, bool moves, F&& visit) const {
+  return std::visit(
+      [&](const auto& tree) {
+        using ATree = std::decay_t<decltype(tree)>;
+        if (!moves) return visit(tree);
+        if constexpr (std::is_same_v<ATree, tree::LayeredBoxTree<ATree::kArity>>) {
+          return visit(tree::MovingTree<ATree::kArity>(std::get<ATree>(start().tree), tree,
+                                                       lastTime(question)));
+        } else {
+          return tree::Visit::kContinue;  // spheres have no steps
+        }
+      },
+      now_.tree);
+}
 
 }  // namespace fcl_fibers::index

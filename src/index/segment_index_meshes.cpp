@@ -200,7 +200,7 @@ bool isWorthPosing(const PairSearch& turned, const PosedTriangles& triangles) {
 }  // namespace
 
 SegmentIndex::MeshReach SegmentIndex::meshReach(double mesh_margin, double margin) const {
-  const double reach = (margin + mesh_margin) * frame_.scale;
+  const double reach = (margin + mesh_margin) * frame().scale;
   // A volume that is padded by more contains what counts. The factor covers the rounding of the
   // difference. If both are infinite, the volumes are unbounded.
   constexpr double kOutward = 1 + 4 * std::numeric_limits<double>::epsilon();
@@ -209,11 +209,11 @@ SegmentIndex::MeshReach SegmentIndex::meshReach(double mesh_margin, double margi
 
 /// Hands on the pairs that touch, through `out`, and then each segment inside a solid, with its
 /// nearest triangle unless `once` is set.
-Visit SegmentIndex::searchSurfaceAndInside(const PosedMesh& mesh, double margin, bool once,
-                                           PairSink& sink) const {
+Visit SegmentIndex::search(const End& end, const PosedMesh& mesh, double margin, bool once,
+                           PairSink& sink) const {
   if (mesh.mesh.tree().empty()) return Visit::kContinue;
-  const PosedTriangles triangles(mesh, frame_);
-  const SegmentRange segments = keptRange();
+  const PosedTriangles triangles(mesh, frame());
+  const SegmentRange segments = rangeOf(end);
   const MeshReach reach = meshReach(mesh.margin, margin);
   const double growth = reach.growth + triangles.error;
   const TriangleFilter filter(segments, triangles, reach.margin, /*error=*/0, once, unit_);
@@ -224,27 +224,25 @@ Visit SegmentIndex::searchSurfaceAndInside(const PosedMesh& mesh, double margin,
   return std::visit(
       [&](const auto& tree) {
         if (tree.empty()) return Visit::kContinue;
-        const auto find = [&](const PairSearch& search) {
-          return findPairs(search, &filter, executor_.get(), *scratch_, out);
-        };
         const auto findPosed = [&] {
           const MeshTree posed =
               triangles.mesh.posedTree(triangles.mesh.points(), triangles.posing, executor_.get());
           const geometry::AffineMap same;
           const auto pair = meshPair(tree, posed, same, growth, segments, mesh.categories);
-          return find(TreeSearch(pair));
+          return find(TreeSearch(pair), &filter, out);
         };
         const auto pair = meshPair(tree, triangles.mesh.tree(), triangles.from_tree, growth,
                                    segments, mesh.categories);
         const TreeSearch search(pair);
-        if ((isWorthPosing(search, triangles) ? findPosed() : find(search)) == Visit::kStop) {
+        if ((isWorthPosing(search, triangles) ? findPosed() : find(search, &filter, out)) ==
+            Visit::kStop) {
           return Visit::kStop;
         }
         if (!mesh.is_solid) return Visit::kContinue;
         constexpr std::size_t kRun = 4096;
         std::vector<Pair> inside;
         const auto handOn = [&] {
-          if (!once) addNearest(triangles, inside);
+          if (!once) addNearest(end, triangles, inside);
           const Visit visit = sink.take(inside.data(), inside.size());
           inside.clear();
           return visit;
@@ -256,13 +254,14 @@ Visit SegmentIndex::searchSurfaceAndInside(const PosedMesh& mesh, double margin,
         InsideSearch search_inside(tree, segments, triangles, mesh.categories, marks, take);
         return search_inside.below(0) == Visit::kStop ? Visit::kStop : handOn();
       },
-      tree_);
+      end.tree);
 }
 
 /// Sets b of each pair to the triangle that is nearest to segment a.
-void SegmentIndex::addNearest(const PosedTriangles& triangles, std::vector<Pair>& pairs) const {
+void SegmentIndex::addNearest(const End& end, const PosedTriangles& triangles,
+                              std::vector<Pair>& pairs) const {
   const MeshQuery query(triangles);
-  const SegmentRange segments = keptRange();
+  const SegmentRange segments = end.segments.range();
   constexpr std::size_t kGrain = 64;
   forRanges(pairs.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -272,17 +271,14 @@ void SegmentIndex::addNearest(const PosedTriangles& triangles, std::vector<Pair>
   });
 }
 
-Visit SegmentIndex::searchTriangles(const PosedMesh& mesh, double margin, PairSink& sink) const {
-  return searchSurfaceAndInside(mesh, margin, /*once=*/false, sink);
+Visit SegmentIndex::search(const PosedMesh& mesh, double margin, PairSink& sink,
+                           const Question& question) const {
+  return search(now_, mesh, margin, question.once, sink);
 }
 
-Visit SegmentIndex::searchMesh(const PosedMesh& mesh, double margin, PairSink& sink) const {
-  return searchSurfaceAndInside(mesh, margin, /*once=*/true, sink);
-}
-
-Visit SegmentIndex::searchMesh(const PosedMesh& mesh, NearestSink& sink) const {
-  const PosedTriangles triangles(mesh, frame_);
-  const double margin_of_mesh = mesh.margin * frame_.scale;
+Visit SegmentIndex::search(const PosedMesh& mesh, double /*margin*/, NearestSink& sink) const {
+  const PosedTriangles triangles(mesh, frame());
+  const double margin_of_mesh = mesh.margin * frame().scale;
   NearTriangles visitor(keptRange(), triangles, margin_of_mesh, sink);
   return std::visit(
       [&](const auto& tree) {
@@ -300,16 +296,16 @@ Visit SegmentIndex::searchMesh(const PosedMesh& mesh, NearestSink& sink) const {
                                    margin_of_mesh + triangles.error, keptRange(), mesh.categories);
         return visitNearest(pair, sink.limit(), visitor);
       },
-      tree_);
+      now_.tree);
 }
 
 void SegmentIndex::findNearest(const PosedMesh& mesh, double distance,
                                std::vector<Pair>& pairs) const {
   pairs.clear();
-  const PosedTriangles triangles(mesh, frame_);
+  const PosedTriangles triangles(mesh, frame());
   const MeshQuery query(triangles);
   const SegmentRange segments = keptRange();
-  const double most = distance * frame_.scale;
+  const double most = distance * frame().scale;
   std::visit(
       [&](const auto& tree) {
         constexpr std::size_t kGrain = 256;
@@ -330,7 +326,7 @@ void SegmentIndex::findNearest(const PosedMesh& mesh, double distance,
             });
         for (const auto& part : found) pairs.insert(pairs.end(), part.begin(), part.end());
       },
-      tree_);
+      now_.tree);
 }
 
 void SegmentIndex::forRanges(std::size_t count, std::size_t grain,

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <limits>
+#include <algorithm>
 #include <type_traits>
 
+#include "geometry/moving_box.h"
 #include "index/capsule_filter.h"
 #include "index/nearest_filter.h"
 #include "index/segment_index.h"
@@ -12,47 +13,162 @@ namespace fcl_fibers::index {
 namespace {
 
 using geometry::FrameChange;
+using geometry::MovingSegment;
 using geometry::Segment;
 using tree::Group;
 using tree::Visit;
 
-/// Like FrameChange, but a box that overflows becomes open to all sides.
-Segment inFrame(const FrameChange& change, const Segment& segment) {
-  const Segment result = change(segment);
-  if (!segment.isBox() || isBounded(result) || !isBounded(segment)) return result;
-  return Segment::everywhere();
+/// The volume of a tree around a segment.
+template <class Tree>
+typename Tree::Volume around(const MovingSegment& segment, double padding) {
+  using Volume = typename Tree::Volume;
+  if constexpr (std::is_same_v<Volume, geometry::MovingBox>) {
+    return {volumeAround<geometry::Box>(segment.start, padding),
+            volumeAround<geometry::Box>(segment.end, padding)};
+  } else {
+    return volumeAround<Volume>(segment.end, padding);
+  }
 }
 
 }  // namespace
+
+/// The segments and a bound of their errors.
+SegmentRange SegmentIndex::rangeOf(const End& end) {
+  SegmentRange range = end.segments.range();
+  const double reach = std::visit([](const auto& tree) { return reachOf(tree); }, end.tree);
+  range.setMostError(geometry::endPointError(reach));
+  return range;
+}
 
 KeptSegments SegmentIndex::readSegments(const SegmentSource& source) const {
   KeptSegments segments(options_.share_ends);
   segments.reset(begin_, end_, leaves());
   for (const SegmentId id : leaves()) {
     Segment segment;
-    if (readOne(source, id, frame_, segment)) segments.set(id, segment);
+    if (readOne(source, id, frame(), segment)) segments.set(id, segment);
   }
   return segments;
 }
 
-Visit SegmentIndex::search(PairSink& sink) const {
-  const CapsuleFilter filter(keptRange(), keptRange(), nullptr, margin(), unit_);
-  return std::visit(
-      [&](const auto& tree) {
-        return findPairs(TreeSearch(tree), options_.capsules ? &filter : nullptr, executor_.get(),
-                         *scratch_, sink);
-      },
-      tree_);
+/// A tree of this index and one of another.
+template <class ATree>
+tree::TreePair<ATree> SegmentIndex::pairOf(const ATree& own, const ATree& its,
+                                           const SegmentIndex& other) const {
+  // Each tree is padded by half its own margin. The sum must be this index's margin.
+  const double growth = (options_.margin - other.options_.margin) / 2;
+  return {own, its, FrameChange(other.frame(), frame(), growth * frame().scale),
+          FrameChange(frame(), other.frame(), growth * other.frame().scale)};
 }
+
+/// Calls visit(trees) with both trees, if they have one type.
+template <class F>
+Visit SegmentIndex::visitTrees(const SegmentIndex& other, const Question& question, bool moves,
+                               F&& visit) const {
+  return visitTree(question, moves, [&](const auto& tree) {
+    return other.visitTree(question, moves, [&](const auto& other_tree) {
+      if constexpr (std::is_same_v<decltype(tree), decltype(other_tree)>) {
+        return visit(pairOf(tree, other_tree, other));
+      } else {
+        return Visit::kContinue;  // one of the two has never been built
+      }
+    });
+  });
+}
+
+/// Calls visit(filter) with what decides which pairs of this index and others count.
+template <class F>
+Visit SegmentIndex::withFilter(const Question& question, bool moves, const MovingRange& b,
+                               const FrameChange* b_to_a, double error, F&& visit) const {
+  if (question.of_volumes || !(moves || options_.capsules)) return visit(question.wanted);
+  if (question.first != nullptr && !moves) return Visit::kContinue;
+  const CapsuleFilter filter(movingRange(), b, b_to_a, margin(), unit_, error, moves, question);
+  return visit(&filter);
+}
+
+Visit SegmentIndex::search(PairSink& sink, const Question& question) const {
+  const bool moves = question.of_step && this->moves();
+  return withFilter(question, moves, movingRange(), nullptr, 0, [&](const PairFilter* filter) {
+    return visitTree(question, moves,
+                     [&](const auto& tree) { return find(TreeSearch(tree), filter, sink); });
+  });
+}
+
+Visit SegmentIndex::search(const MovingSegment& segment, double error, Group group,
+                           SegmentId second, PairSink& sink, const Question& question) const {
+  const bool moves = question.of_step && (this->moves() || !rests(segment));
+  const geometry::CapsuleEnd start[] = {firstEndOf(segment.start), secondEndOf(segment.start)};
+  const geometry::CapsuleEnd end[] = {firstEndOf(segment.end), secondEndOf(segment.end)};
+  MovingRange one{{start, 2, second}, {end, 2, second}};
+  one.start.setMostError(endPointError(segment.start));
+  one.end.setMostError(endPointError(segment.end));
+  return withFilter(question, moves, one, nullptr, error, [&](const PairFilter* filter) {
+    SerialBuffer buffer(filter, sink);
+    return visitTree(question, moves, [&](const auto& tree) {
+      const auto volume = around<std::decay_t<decltype(tree)>>(segment, padding() + error);
+      return visitOverlaps(tree, volume, second, group, buffer) == Visit::kStop ? Visit::kStop
+                                                                                : buffer.full();
+    });
+  });
+}
+
+bool SegmentIndex::isSwampedBy(const SegmentIndex& other) const {
+  constexpr double kTwiceTheSize = 0x1p51;  // see frameFor()
+  return options_.margin < other.options_.margin && other.padding() > kTwiceTheSize;
+}
+
+Visit SegmentIndex::search(const SegmentIndex& other, const SegmentSource* source, PairSink& sink,
+                           const Question& question) const {
+  const bool can_read = source != nullptr || other.keepsSegments();
+  if (!matches(other) || (can_read && isSwampedBy(other))) {
+    return searchOneByOne(other, source, sink, question);
+  }
+  KeptSegments read(other.options_.share_ends);
+  MovingRange second = other.movingRange();
+  if (options_.capsules && !other.keepsSegments()) {
+    read = other.readSegments(*source);
+    second = {read.range(), read.range()};
+  }
+  const bool moves = question.of_step && (this->moves() || other.moves());
+  const FrameChange to_this(other.frame(), frame());
+  return withFilter(question, moves, second, &to_this, 0, [&](const PairFilter* filter) {
+    return visitTrees(other, question, moves,
+                      [&](const auto& two) { return find(TreeSearch(two), filter, sink); });
+  });
+}
+
+/// @param asked  of search(), behind the sink
+template <class Sink, class... Asked>
+Visit SegmentIndex::searchOneByOne(const SegmentIndex& other, const SegmentSource* source,
+                                   Sink& sink, const Asked&... asked) const {
+  const FrameChange to_this(other.frame(), frame());
+  for (const SegmentId b : other.leaves()) {
+    MovingSegment segment;
+    if (other.keepsSegments()) {
+      segment = other.moving(b);
+    } else if (readOne(*source, b, other.frame(), segment.end)) {
+      segment.start = segment.end;
+    } else {
+      continue;
+    }
+    segment = {inFrame(to_this, segment.start), inFrame(to_this, segment.end)};
+    const double error = std::max(to_this.error(segment.start), to_this.error(segment.end));
+    if (search(segment, error, tree::kNoGroup, b, sink, asked...) == Visit::kStop) {
+      return Visit::kStop;
+    }
+  }
+  return Visit::kContinue;
+}
+
+// --- The nearest ---
 
 /// Returns a segment as it is kept or, if the index keeps none, as it is now.
 FoundSegment SegmentIndex::find(const SegmentSource& source, SegmentId id) const {
   FoundSegment found{};
   if (keepsSegments()) {
-    found.segment = segments_[id];
+    found.segment = segment(id);
     found.is_found = true;
   } else {
-    found.is_found = source.readNow(id, frame_, found.segment);
+    found.is_found = source.readNow(id, frame(), found.segment);
   }
   if (found.is_found) found.error = endPointError(found.segment);
   return found;
@@ -64,87 +180,27 @@ Visit SegmentIndex::search(NearestSink& sink) const {
   RememberingFind second(find_one);
   NearestFilter filter(first, second, options_.capsules, sink);
   return std::visit([&](const auto& tree) { return visitNearest(tree, sink.limit(), filter); },
-                    tree_);
+                    now_.tree);
 }
 
-Visit SegmentIndex::search(const Segment& segment, double error, Group group, SegmentId second,
-                           PairSink& sink) const {
-  const geometry::CapsuleEnd ends[] = {geometry::firstEndOf(segment),
-                                       geometry::secondEndOf(segment)};
-  SegmentRange one(ends, 2, second);
-  one.setMostError(endPointError(segment));
-  const CapsuleFilter filter(keptRange(), one, nullptr, margin(), unit_, error);
-  SerialBuffer buffer(options_.capsules ? &filter : nullptr, sink);
-  return std::visit(
-      [&](const auto& tree) {
-        using ATree = std::decay_t<decltype(tree)>;
-        const auto volume = volumeAround<typename ATree::Volume>(segment, tree.padding() + error);
-        return visitOverlaps(tree, volume, second, group, buffer) == Visit::kStop ? Visit::kStop
-                                                                                  : buffer.full();
-      },
-      tree_);
-}
-
-Visit SegmentIndex::search(const Segment& segment, double error, Group group, SegmentId second,
-                           NearestSink& sink) const {
-  const FoundSegment one{segment, error, true};
+Visit SegmentIndex::search(const MovingSegment& segment, double error, Group group,
+                           SegmentId second, NearestSink& sink) const {
+  const FoundSegment one{segment.end, error, true};
   const auto find_first = [&](SegmentId id) { return find(sink.source(), id); };
   const auto find_second = [&](SegmentId) -> const FoundSegment& { return one; };
   NearestFilter filter(find_first, find_second, options_.capsules, sink);
   return std::visit(
       [&](const auto& tree) {
-        using ATree = std::decay_t<decltype(tree)>;
-        const auto volume = volumeAround<typename ATree::Volume>(segment, tree.padding() + error);
+        const auto volume = around<std::decay_t<decltype(tree)>>(segment, padding() + error);
         return visitNearest(tree, volume, second, group, sink.limit(), filter);
       },
-      tree_);
-}
-
-/// Calls visit(trees, b_to_a) with both trees, if they have one type, and the change of frame of
-/// the other.
-template <class F>
-Visit SegmentIndex::visitTrees(const SegmentIndex& other, F&& visit) const {
-  return std::visit(
-      [&](const auto& tree, const auto& other_tree) {
-        using ATree = std::decay_t<decltype(tree)>;
-        if constexpr (std::is_same_v<decltype(tree), decltype(other_tree)>) {
-          // Each tree is padded by half its own margin. The sum must be this index's margin.
-          const double growth = (options_.margin - other.options_.margin) / 2;
-          const FrameChange b_to_a(other.frame_, frame_, growth * frame_.scale);
-          const FrameChange a_to_b(frame_, other.frame_, growth * other.frame_.scale);
-          return visit(tree::TreePair<ATree>{tree, other_tree, b_to_a, a_to_b}, b_to_a);
-        } else {
-          return Visit::kContinue;  // one of the two has never been built
-        }
-      },
-      tree_, other.tree_);
-}
-
-bool SegmentIndex::isSwampedBy(const SegmentIndex& other) const {
-  constexpr double kTwiceTheSize = 0x1p51;  // see frameFor()
-  return options_.margin < other.options_.margin && other.padding() > kTwiceTheSize;
-}
-
-Visit SegmentIndex::search(const SegmentIndex& other, const SegmentSource* source,
-                           PairSink& sink) const {
-  const bool can_read = source != nullptr || other.keepsSegments();
-  if (!matches(other) || (can_read && isSwampedBy(other))) {
-    return searchOneByOne(other, source, sink);
-  }
-  KeptSegments read(other.options_.share_ends);
-  if (options_.capsules && !other.keepsSegments()) read = other.readSegments(*source);
-  const SegmentRange second = (other.keepsSegments() ? other.segments_ : read).range();
-  return visitTrees(other, [&](const auto& two, const FrameChange& b_to_a) {
-    const CapsuleFilter filter(keptRange(), second, &b_to_a, margin(), unit_);
-    return findPairs(TreeSearch(two), options_.capsules ? &filter : nullptr, executor_.get(),
-                     *scratch_, sink);
-  });
+      now_.tree);
 }
 
 Visit SegmentIndex::search(const SegmentIndex& other, const SegmentSource* source,
                            NearestSink& sink) const {
   if (!matches(other)) return searchOneByOne(other, source, sink);
-  const FrameChange to_this(other.frame_, frame_);
+  const FrameChange to_this(other.frame(), frame());
   const SegmentSource& second_source = source != nullptr ? *source : sink.source();
   const auto find_first = [&](SegmentId a) { return find(sink.source(), a); };
   const auto find_second = [&](SegmentId b) {
@@ -157,28 +213,15 @@ Visit SegmentIndex::search(const SegmentIndex& other, const SegmentSource* sourc
   RememberingFind first(find_first);
   RememberingFind second(find_second);
   NearestFilter filter(first, second, options_.capsules, sink);
-  return visitTrees(other, [&](const auto& two, const FrameChange&) {
-    return visitNearest(two, sink.limit(), filter);
-  });
-}
-
-template <class Sink>
-Visit SegmentIndex::searchOneByOne(const SegmentIndex& other, const SegmentSource* source,
-                                   Sink& sink) const {
-  const FrameChange to_this(other.frame_, frame_);
-  for (const SegmentId b : other.leaves()) {
-    Segment segment;
-    if (other.keepsSegments()) {
-      segment = other.segments_[b];
-    } else if (!readOne(*source, b, other.frame_, segment)) {
-      continue;
-    }
-    segment = inFrame(to_this, segment);
-    if (search(segment, to_this.error(segment), tree::kNoGroup, b, sink) == Visit::kStop) {
-      return Visit::kStop;
-    }
-  }
-  return Visit::kContinue;
+  return std::visit(
+      [&](const auto& tree, const auto& other_tree) {
+        if constexpr (std::is_same_v<decltype(tree), decltype(other_tree)>) {
+          return visitNearest(pairOf(tree, other_tree, other), sink.limit(), filter);
+        } else {
+          return Visit::kContinue;
+        }
+      },
+      now_.tree, other.now_.tree);
 }
 
 }  // namespace fcl_fibers::index

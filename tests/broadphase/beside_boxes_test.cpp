@@ -123,7 +123,9 @@ struct Nearest final : index::NearestSink {
 class World {
  public:
   World(std::uint64_t seed, double margin, bool moves)
-      : random_(seed), margin_(margin), moves_(moves), boxes_(margin, moves) {}
+      : random_(seed), margin_(margin), moves_(moves), boxes_(margin) {
+    boxes_.setStep(moves_);
+  }
 
   Place count() const { return static_cast<Place>(known_.size()); }
 
@@ -154,7 +156,7 @@ class World {
   }
   void beginStep() {
     for (MovingSegment& box : known_) box.start = box.end;
-    boxes_.beginStep();
+    boxes_.setStep(moves_);
   }
   void clear() {
     known_.clear();

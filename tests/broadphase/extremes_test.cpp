@@ -269,6 +269,10 @@ TYPED_TEST(Extremes, MarginsOfTwoManagersMayBeFarApart) {
           walls->registerObstacle(scene.solid, ObstacleOptions{/*solid=*/true});
           const std::vector<fcl::CollisionObject<S>*> all = scene.walls.objects();
           walls->registerObjects({all.begin() + 1, all.end()});
+          if (options.motion) {
+            hair->beginStep();
+            walls->beginStep();
+          }
           hair->update();
           walls->update();
           EXPECT_TRUE(hair.answersWith(QueryPartner<S>(*walls, all)));

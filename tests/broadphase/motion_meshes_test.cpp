@@ -212,9 +212,9 @@ TYPED_TEST(ManagerMotionMeshes, AreMetDuringTheWholeStep) {
     fibers.setup();
     obstacles.setup();
     for (int step = 0; step < 2; ++step) {
-      for (auto& manager : managers) (void)selfPairs(*manager);
-      (void)pairsWith(fibers, obstacles);
-      (void)pairsWith(obstacles, fibers);
+      for (auto& manager : managers) manager->beginStep();
+      fibers.beginStep();
+      obstacles.beginStep();
       scene.beginStep();
       scene.move();
       for (auto& manager : managers) manager->update();
@@ -297,6 +297,7 @@ TYPED_TEST(ManagerMotionMeshes, MayBeSolidRestOrChangeTheirTriangles) {
   EXPECT_EQ(selfPairs(manager), with_inside);
 
   // All rest, one leaves the solid, and one passes through it.
+  manager.beginStep();
   manager.update();
   EXPECT_EQ(selfPairs(manager), with_inside);
   place(*inside, 0.1);
@@ -315,9 +316,11 @@ TYPED_TEST(ManagerMotionMeshes, MayBeSolidRestOrChangeTheirTriangles) {
   EXPECT_LT(collector.impacts()[0].distance, -0.3) << "it is not moved out of the solid";
   EXPECT_NEAR(collector.impacts()[1].time, 2.0 / 6, 0.02);
   EXPECT_NEAR(collector.impacts()[1].normal[0], -1, 0.2);
+  manager.beginStep();
   place(*inside, 2);
   manager.update(inside.get());
   EXPECT_EQ(selfPairs(manager), with_inside);
+  manager.beginStep();
   manager.update(inside.get());
   EXPECT_TRUE(selfPairs(manager).empty());
 
@@ -325,7 +328,7 @@ TYPED_TEST(ManagerMotionMeshes, MayBeSolidRestOrChangeTheirTriangles) {
   head.setTranslation(fcl::Vector3<S>(S(5), 0, 0));
   manager.update(&head);
   EXPECT_EQ(selfPairs(manager), with_inside);
-  manager.update(std::vector<Object<S>*>());
+  manager.beginStep();
   EXPECT_TRUE(selfPairs(manager).empty()) << "it has arrived";
 
   // With other triangles it has no way from where it was.
@@ -334,6 +337,8 @@ TYPED_TEST(ManagerMotionMeshes, MayBeSolidRestOrChangeTheirTriangles) {
             trianglesOf<S>(const_cast<fcl::CollisionGeometry<S>&>(*head.collisionGeometry()))[1]);
   manager.update();
   EXPECT_TRUE(selfPairs(manager).empty());
+
+  manager.beginStep();
 
   // An object that has moved since the update is where it was read, in each query.
   place(*inside, -1);
@@ -394,8 +399,8 @@ TYPED_TEST(ManagerMotionMeshes, AreSolidForManagersOfOtherMargins) {
             hair.registerFiber({strands.back().object.get()});
           }
         }
-        (void)pairsWith(heads, hair);
-        (void)pairsWith(hair, heads);
+        heads.beginStep();
+        hair.beginStep();
         heads.update();
         hair.update();
         if (moves) {
@@ -483,7 +488,7 @@ TYPED_TEST(ManagerMotionMeshes, MoveOnInOneStepAfterAQuestion) {
     manager.update();
   };
   moveTo(2);
-  EXPECT_TRUE(selfPairs(manager).empty());
+  manager.beginStep();
   TimedContact contact;
   moveTo(1);
   EXPECT_FALSE(manager.findImpact(&head, capsule.get(), nullptr, contact));
@@ -511,6 +516,7 @@ TYPED_TEST(ManagerMotionMeshes, NeedLittleStack) {
       LayeredAABBTreeCollisionManager<S> manager(movingOptions(threads));
       for (const auto& fiber : scene.fibers()) manager.registerFiber(fiber);
       manager.registerObstacle(head, ObstacleOptions{/*solid=*/true});
+      manager.beginStep();
       EXPECT_GT(selfPairs<S>(manager).size(), 500u);
       jolt(scene.objects(), random, 0.02, 0.02);
       manager.update();
@@ -549,7 +555,8 @@ TYPED_TEST(ManagerMotionMeshes, ThreadsShareAMesh) {
     for (const auto& impact : collector.impacts()) times.push_back(impact.time);
     return times;
   };
-  for (int which : {0, 1}) (void)ask(which);
+  fibers.beginStep();
+  obstacles.beginStep();
   scene.move();
   fibers.update();
   obstacles.update();
@@ -583,7 +590,7 @@ TYPED_TEST(ManagerMotionMeshes, PassOverManagersWithoutMotion) {
     manager->registerFiber({capsule.get()});
   }
   spheres.registerFiber({capsule.get()});
-  EXPECT_TRUE(pairsWith(obstacles, boxes).empty());
+  obstacles.beginStep();
   head.setTranslation(fcl::Vector3<S>(S(-2), 0, 0));
   obstacles.update();
   EXPECT_EQ(pairsWith(obstacles, boxes).size(), 1u);

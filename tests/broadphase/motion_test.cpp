@@ -48,7 +48,7 @@ TYPED_TEST(ManagerMotion, QueriesReportWhatTouchesWithinTheStep) {
     for (int call = 0; call < 60; ++call) {
       SCOPED_TRACE("seed " + std::to_string(seed) + ", call " + std::to_string(call));
       const double distance = std::pow(10, random.between(-3, 0));
-      switch (random.below(14)) {
+      switch (random.below(18)) {
         case 0:
           program.registerFiber(1 + random.below(20));
           break;
@@ -81,25 +81,43 @@ TYPED_TEST(ManagerMotion, QueriesReportWhatTouchesWithinTheStep) {
           program.manager.setup();
           program.read();
           break;
-        case 11: {
+        case 11:
+          if (random.below(8) == 0) {
+            program.endStep();
+          } else {
+            program.beginStep();
+          }
+          break;
+        case 12:
+          program.beginStep();
+          program.updateAll(distance);
+          break;
+        case 13:
+          program.beginStep();
+          program.update(random.below(6), distance);
+          break;
+        case 14:
+          other.beginStep();
+          break;
+        case 15: {
           probes.push_back(program.makeObject(0.4));
           fcl::CollisionObject<S>* probe = probes.back().get();
           if (random.below(2) == 0 && !program.order.empty()) {
             probe = program.order[random.below(program.order.size())];
           }
-          program.see();
+          program.read();
           program.judge(pairsWith(program.manager, *probe), {probe}, nullptr, "with an object");
           break;
         }
-        case 12:
+        case 16:
           if (random.below(2) == 0) other.updateAll(distance);
-          program.see();
-          other.see();
+          program.read();
+          other.read();
           program.judge(pairsWith(program.manager, other.manager), other.order, &other,
                         "with a manager");
           break;
         default:
-          program.see();
+          program.read();
           if (program.order.size() > 1) {
             program.judge(selfPairs(program.manager), {}, nullptr, "self");
           }
@@ -121,6 +139,8 @@ TYPED_TEST(ManagerMotion, ImpactsTellWhenAndWhere) {
   manager.registerFiber({&resting.object});
   manager.registerFiber({&falling.object});
   other.registerFiber({&its.object});
+  manager.beginStep();
+  other.beginStep();
   EXPECT_TRUE(selfPairs(manager).empty());
   EXPECT_TRUE(pairsWith(manager, other).empty());
   falling.place(0.05, 0, -1);
@@ -179,7 +199,7 @@ TYPED_TEST(ManagerMotion, PairsComeInOneOrderWithAnyThreads) {
     Program<S> program(movingOptions(threads), 77);
     for (int i = 0; i < 120; ++i) program.registerFiber(10);
     program.registerBall();
-    (void)selfPairs(program.manager);
+    program.beginStep();
     for (int i = 0; i < 5; ++i) program.registerBall();
     program.updateAll(0.2);
     auto& places = found.emplace_back();
@@ -203,6 +223,7 @@ TYPED_TEST(ManagerMotion, AnUnknownTimeIsTold) {
   falling.place(0, 0, 1);
   manager.registerFiber({&resting.object});
   other.registerFiber({&falling.object});
+  other.beginStep();
   EXPECT_TRUE(pairsWith(manager, other).empty());
   falling.place(0, 0, -1);
   other.update();
@@ -244,8 +265,7 @@ TYPED_TEST(ManagerMotion, CapsulesMeetShapesOnTheirWay) {
     program.place(shape, 0.5);
     program.manager.registerObject(&shape);
     for (int i = 0; i < 12; ++i) program.registerFiber(1);
-    (void)selfPairs(program.manager);
-    program.see();
+    program.beginStep();
     const fcl::Transform3<S> start = shape.getTransform();
     enum { kRests, kMoves, kTurns } way = static_cast<decltype(way)>(random.below(3));
     fcl::Transform3<S> end = start;

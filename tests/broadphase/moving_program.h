@@ -159,13 +159,11 @@ class Program {
     update(moved, distance);
   }
   void update(const Objects& moved, double distance) {
-    beginStep();
     for (Object* object : moved) place(*object, distance);
     manager.update(moved);
     if (!moved.empty()) read();
   }
   void updateAll(double distance) {
-    beginStep();
     for (Object* object : order) place(*object, distance);
     manager.update();
     read();
@@ -174,15 +172,17 @@ class Program {
     manager.clear();
     known.clear();
     order.clear();
-    is_seen = false;
+    has_step = false;
   }
 
   void beginStep() {
-    if (!is_seen) return;
-    is_seen = false;
-    for (auto& [object, known_object] : known) {
-      if (known_object.start) known_object.start = capsuleOf(*object);
-    }
+    manager.beginStep();
+    has_step = true;
+    for (auto& [object, known_object] : known) known_object.start = capsuleOf(*object);
+  }
+  void endStep() {
+    manager.endStep();
+    has_step = false;
   }
   /// What the next query sees has been read.
   void read() {
@@ -190,15 +190,11 @@ class Program {
       if (!known_object.start) known_object.start = capsuleOf(*object);
     }
   }
-  void see() {
-    read();
-    is_seen = true;
-  }
 
   Motion motionOf(const Object* object) const {
     const auto found = known.find(object);
     const Capsule end = capsuleOf(*object);
-    return {found == known.end() ? end : *found->second.start, end};
+    return {!has_step || found == known.end() ? end : *found->second.start, end};
   }
 
   bool areNeighbors(const Object* a, const Object* b) const {
@@ -249,7 +245,7 @@ class Program {
   Objects order;
   std::map<const Object*, Known> known;
   std::size_t fibers = 0;
-  bool is_seen = false;
+  bool has_step = false;
   Real reach = 1;                 ///< bounds the coordinates
   std::size_t missed_at_end = 0;  ///< pairs that a query about the end of the step would miss
 };

@@ -153,6 +153,7 @@ TYPED_TEST(Obstacles, AreSolidForAnotherManagerIfTheirOwnCountsVolumes) {
         EXPECT_EQ(is_met, is_solid);
         if (!options.motion) continue;
         // It has moved into the head, or in it, or leaves it.
+        manager->beginStep();
         for (auto* object : fiber) translate(*object, {0, 0.25, 0});
         manager->update();
         EXPECT_EQ(segmentsWith<S>(*manager, pairsWith<S>(*manager, its), mesh), expected);

@@ -127,7 +127,7 @@ class Program {
   }
 
   void step() {
-    switch (data_.ConsumeIntegralInRange(0, 16)) {
+    switch (data_.ConsumeIntegralInRange(0, 17)) {
       case 0: {
         Object* object = any();
         if (!isRefused([&] { manager_->registerObject(object); })) managed_.push_back(object);
@@ -150,6 +150,13 @@ class Program {
         isRefused([&] { manager_->update(object); });
         return;
       }
+      case 17:
+        if (data_.ConsumeBool()) {
+          isRefused([&] { manager_->beginStep(); });
+        } else {
+          isRefused([&] { manager_->endStep(); });
+        }
+        return;
       case 16: {
         std::vector<MeshContact> contacts;
         const Object *capsule = any(), *mesh = any();

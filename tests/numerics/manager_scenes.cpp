@@ -179,7 +179,7 @@ void ModelledManager::becomeClone(const std::vector<Thing*>& things) {
     manager_ =
         static_cast<const LayeredAABBTreeCollisionManagerd&>(*manager_).clone(objects(things));
   }
-  step_is_seen_ = false;
+  has_step_ = step_is_seen_ = false;
   for (std::size_t i = 0; i < things.size(); ++i) {
     members_[i].thing = things[i];
     members_[i].start = members_[i].end = things[i]->now();
@@ -196,11 +196,13 @@ std::vector<Thing*> ModelledManager::membersOf(const std::vector<Thing*>& things
 }
 
 void ModelledManager::beginStep() {
-  if (!std::exchange(step_is_seen_, false)) return;
+  if (!std::exchange(step_is_seen_, false) || !options_.motion) return;
+  manager_->beginStep();
+  has_step_ = true;
   for (Member& member : members_) member.start = member.end;
 }
 
-void ModelledManager::endStep() {
+void ModelledManager::readEnds() {
   for (Member& member : members_) member.end = member.thing->now();
 }
 
@@ -208,10 +210,8 @@ void ModelledManager::update(const std::vector<Thing*>& moved, Random& random) {
   std::vector<Thing*> list = membersOf(moved);
   const std::size_t form = random.below(3);
   if (form == 0) {
-    beginStep();
     manager_->update();
   } else if (!list.empty()) {
-    beginStep();
     if (form == 1) {
       // Objects that are repeated or are not managed do no harm.
       list.push_back(list.front());
@@ -221,7 +221,7 @@ void ModelledManager::update(const std::vector<Thing*>& moved, Random& random) {
       for (Thing* thing : list) manager_->update(thing);
     }
   }
-  endStep();
+  readEnds();
 }
 
 void ModelledManager::failToUpdate(const std::vector<Thing*>& moved, Random& random) {
@@ -234,7 +234,6 @@ void ModelledManager::failToUpdate(const std::vector<Thing*>& moved, Random& ran
     return false;
   };
   has_failed = true;
-  beginStep();
   const bool all = random.below(2) == 0;
   if (!isRefused([&] { all ? manager_->update() : manager_->update(objects(membersOf(moved))); })) {
     throw std::logic_error("an update takes a pose that is not finite");
@@ -254,7 +253,7 @@ bool ModelledManager::tellsMargins() const {
 
 void ModelledManager::repair(bool by_setup) {
   by_setup ? manager_->setup() : manager_->update();
-  endStep();
+  readEnds();
 }
 
 // --- Scenes ---
@@ -462,7 +461,10 @@ void ManagerScene::move(Thing& thing) {
 void ManagerScene::change() {
   std::vector<Thing*> moved;
   // An object starts where it is first read.
-  for (ModelledManager& manager : managers_) manager->setup();
+  for (ModelledManager& manager : managers_) {
+    manager->setup();
+    manager.beginStep();
+  }
   for (std::size_t updates = chance(0.2) ? 2 : 1; updates > 0; --updates) {
     moved.clear();
     for (const auto& thing : things_) {

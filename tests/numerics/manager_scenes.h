@@ -78,10 +78,13 @@ class ModelledManager {
 
   /// Where a member is during the steps that queries look at, or at the end.
   Body body(const Member& member, bool moves) const {
-    const Instant* start = moves && options_.motion ? &member.start : &member.end;
+    const Instant* start = moves && has_step_ ? &member.start : &member.end;
     return {&member.thing->shape(), start, &member.end, member.is_solid};
   }
+  /// To call after a query about the step, so that the next change begins a new one.
   void seeStep() { step_is_seen_ = true; }
+  /// Begins a step if a query has asked about the present one.
+  void beginStep();
 
   // Members that come are where they are now.
   void registerFiber(const std::vector<Thing*>& things, FiberEnds ends, int group,
@@ -108,15 +111,14 @@ class ModelledManager {
  private:
   void add(Thing* thing, Member member);
   std::vector<Thing*> membersOf(const std::vector<Thing*>& things) const;
-  void beginStep();
-  void endStep();
+  void readEnds();
 
   FiberManagerOptions options_;
   bool of_spheres_;
   std::unique_ptr<FiberCollisionManager<double>> manager_;
   std::vector<Member> members_;
   int fibers_ = 0;
-  bool step_is_seen_ = false;
+  bool has_step_ = false, step_is_seen_ = false;
 };
 
 /// Two managers over random objects, some in both and some in none, that move, deform, come and go.
