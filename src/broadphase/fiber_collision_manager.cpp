@@ -7,11 +7,10 @@
 #include <string>
 #include <utility>
 
+#include "broadphase/contacts_of_objects.h"
 #include "broadphase/fcl_layout.h"
-#include "broadphase/impact_of_objects.h"
-#include "broadphase/manager_queries.h"
+#include "broadphase/manager_query.h"
 #include "broadphase/manager_state.h"
-#include "broadphase/mesh_contacts_of_objects.h"
 
 namespace fcl_fibers {
 
@@ -19,8 +18,6 @@ template <typename S>
 class FiberCollisionManager<S>::Impl final : public broadphase::ManagerState<S> {
  public:
   using State = broadphase::ManagerState<S>;
-  using Collision = broadphase::CollisionCall<State>;
-  using Distance = broadphase::DistanceCall<State>;
   /// Fibers that are guessed from shared end points.
   static constexpr typename State::Kind kGuessed{/*has_neighbors=*/false, false, tree::kNoGroup};
 
@@ -46,29 +43,19 @@ class FiberCollisionManager<S>::Impl final : public broadphase::ManagerState<S> 
     return options;
   }
 
-  /// Each query finds the pairs with an object, within this manager, or with another manager.
-  template <class Call>
-  void query(Call call, Object* object) const {
-    run(call, [&](auto& queries) { queries.with(object); });
-  }
-  template <class Call>
-  void query(Call call) const {
-    run(call, [&](auto& queries) { queries.self(); });
-  }
-  template <class Call>
-  void query(Call call, fcl::BroadPhaseCollisionManager<S>* other) const {
+  /// Asks about the objects of another manager, of this class or of another one.
+  void ask(broadphase::ManagerQuery<S> query, fcl::BroadPhaseCollisionManager<S>* other) const {
     if (other == nullptr) {
-      fibers::throwInvalidArgument(Call::kName, "the manager is null; pass a manager");
+      fibers::throwInvalidArgument(query.name(), "the manager is null; pass a manager");
     }
     if (const auto* fiber_manager = dynamic_cast<const FiberCollisionManager*>(other)) {
       const auto impl = fiber_manager->impl();
-      if (impl.get() == this) return query(std::move(call));
-      run(call, [&](auto& queries) { queries.with(*impl); });
-      return;
+      if (impl.get() == this) return query.ask(*this);
+      return query.ask(*this, *impl);
     }
     std::vector<Object*> objects;
     other->getObjects(objects);
-    run(call, [&](auto& queries) { queries.with(objects); });
+    query.ask(*this, objects);
   }
 
   double marginOf(const char* call, const Object* object,
@@ -101,13 +88,6 @@ class FiberCollisionManager<S>::Impl final : public broadphase::ManagerState<S> 
     return std::max({beyond(box.a.x, counted.a.x), beyond(box.a.y, counted.a.y),
                      beyond(box.a.z, counted.a.z), beyond(counted.b.x, box.b.x),
                      beyond(counted.b.y, box.b.y), beyond(counted.b.z, box.b.z)});
-  }
-
- private:
-  template <class Call, class F>
-  void run(Call& call, F&& find) const {
-    broadphase::ManagerQueries<S, Call> queries(*this, call);
-    find(queries);
   }
 };
 
@@ -230,35 +210,35 @@ void FiberCollisionManager<S>::getObjects(std::vector<Object*>& objects) const {
 template <typename S>
 void FiberCollisionManager<S>::collide(Object* object, void* cdata,
                                        fcl::CollisionCallBack<S> callback) const {
-  impl()->query(typename Impl::Collision(cdata, callback), object);
+  broadphase::ManagerQuery<S>(cdata, callback).ask(*impl(), object);
 }
 
 template <typename S>
 void FiberCollisionManager<S>::collide(void* cdata, fcl::CollisionCallBack<S> callback) const {
-  impl()->query(typename Impl::Collision(cdata, callback));
+  broadphase::ManagerQuery<S>(cdata, callback).ask(*impl());
 }
 
 template <typename S>
 void FiberCollisionManager<S>::collide(fcl::BroadPhaseCollisionManager<S>* other, void* cdata,
                                        fcl::CollisionCallBack<S> callback) const {
-  impl()->query(typename Impl::Collision(cdata, callback), other);
+  impl()->ask({cdata, callback}, other);
 }
 
 template <typename S>
 void FiberCollisionManager<S>::distance(Object* object, void* cdata,
                                         fcl::DistanceCallBack<S> callback) const {
-  impl()->query(typename Impl::Distance(cdata, callback), object);
+  broadphase::ManagerQuery<S>(cdata, callback).ask(*impl(), object);
 }
 
 template <typename S>
 void FiberCollisionManager<S>::distance(void* cdata, fcl::DistanceCallBack<S> callback) const {
-  impl()->query(typename Impl::Distance(cdata, callback));
+  broadphase::ManagerQuery<S>(cdata, callback).ask(*impl());
 }
 
 template <typename S>
 void FiberCollisionManager<S>::distance(fcl::BroadPhaseCollisionManager<S>* other, void* cdata,
                                         fcl::DistanceCallBack<S> callback) const {
-  impl()->query(typename Impl::Distance(cdata, callback), other);
+  impl()->ask({cdata, callback}, other);
 }
 
 template <typename S>

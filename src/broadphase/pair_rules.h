@@ -2,70 +2,65 @@
 #pragma once
 
 #include "broadphase/object_registry.h"
+#include "simd/always_inline.h"
 
 namespace fcl_fibers::broadphase {
 
-/// Decides which pairs of an index are reported. It leaves out pairs of removed objects, of
-/// neighbours along a fiber, of one group, and of a fiber and an obstacle that it does not meet.
-template <class Registry>
+/// Decides which pairs of an object a of a manager and a partner b are reported. It leaves out
+/// removed objects, an object with itself, neighbours along a fiber, pairs of one group, and a
+/// fiber and an obstacle that it does not meet.
+template <typename S>
 class PairRules {
  public:
-  using Object = typename Registry::Object;
+  using Registry = ObjectRegistry<S>;
+  using Object = fcl::CollisionObject<S>;
 
-  /// @param young_begin  ids from here on are in an index of their own
-  PairRules(const Registry& registry, SegmentId young_begin)
-      : registry_(registry),
+  /// @param others       the registry of the partners, which may be the same; null if they are in
+  ///                     none, and so are obstacles of all categories
+  /// @param young_begin  if it is given, the search leaves out pairs of one group unless the two
+  /// are
+  ///                     on different sides of this id
+  PairRules(const Registry& registry, const Registry* others,
+            SegmentId young_begin = Registry::kNotFound)
+      : registry_(&registry),
+        others_(others),
         young_begin_(young_begin),
+        has_obstacle_rules_(registry.fibers().hasObstacleRules() ||
+                            (others != nullptr && others->fibers().hasObstacleRules())),
         ignores_neighbors_(registry.fibers().hasNeighbors()),
-        has_obstacle_rules_(registry.fibers().hasObstacleRules()) {}
+        has_groups_(registry.fibers().hasGroups()),
+        has_own_rules_(ignores_neighbors_ || has_groups_) {}
 
-  /// @param is_beside  whether one of the two is beside the tree
-  /// @pre a < b
-  bool reports(SegmentId a, SegmentId b, bool is_beside) const {
-    // Within one index, the search has excluded groups.
-    const bool is_across = is_beside || (a < young_begin_ && b >= young_begin_);
-    return registry_[a] != nullptr && registry_[b] != nullptr && !areNeighbors(a, b) &&
-           !(is_across && registry_.fibers().shareGroup(a, b)) && mayMeet(a, registry_, b);
-  }
-
-  /// Whether a pair with the object of a query is reported.
-  /// @param own_id  the object's id, kNotFound if it is not managed here
-  bool reportsWith(SegmentId a, SegmentId own_id) const {
-    if (registry_[a] == nullptr) return false;
-    if (own_id == Registry::kNotFound) {
-      // An object that is not managed is an obstacle of all categories.
-      return !has_obstacle_rules_ ||
-             registry_.fibers().partyOf(a).meets({true, tree::kAllCategories});
+  /// @param partner  the object b
+  FCL_FIBERS_ALWAYS_INLINE bool report(SegmentId a, SegmentId b, const Object* partner) const {
+    const Object* own = (*registry_)[a];
+    if (own == nullptr || partner == nullptr || own == partner) return false;
+    // A partner of another manager may be managed here, too.
+    SegmentId id = b;
+    if (others_ == registry_ ||
+        (has_own_rules_ && (id = registry_->find(partner)) != Registry::kNotFound)) {
+      if (ignores_neighbors_ && registry_->fibers().areNeighbors(a, id)) return false;
+      if (has_groups_ && !isLeftOut(a, id) && registry_->fibers().shareGroup(a, id)) return false;
     }
-    return isNotOwn(a, own_id) && mayMeet(a, registry_, own_id);
-  }
-
-  /// Whether a pair with the object b of another manager is reported.
-  bool reportsWith(SegmentId a, const Registry& other, SegmentId b) const {
-    const Object* partner = other[b];
-    if (partner == nullptr || registry_[a] == nullptr || registry_[a] == partner) return false;
-    if (!mayMeet(a, other, b)) return false;
-    // The partner may be managed here, too. It is looked up only if a rule depends on that.
-    if (!ignores_neighbors_ && !registry_.fibers().hasGroups()) return true;
-    const SegmentId own_id = registry_.find(partner);
-    return own_id == Registry::kNotFound || isNotOwn(a, own_id);
+    return !has_obstacle_rules_ || mayMeet(a, b);
   }
 
  private:
-  bool isNotOwn(SegmentId a, SegmentId own_id) const {
-    return a != own_id && !areNeighbors(a, own_id) && !registry_.fibers().shareGroup(a, own_id);
+  bool mayMeet(SegmentId a, SegmentId b) const {
+    using Party = fibers::FiberTable::Party;
+    const Party party =
+        others_ == nullptr ? Party{true, tree::kAllCategories} : others_->fibers().partyOf(b);
+    return registry_->fibers().partyOf(a).meets(party);
   }
-  bool mayMeet(SegmentId a, const Registry& of_b, SegmentId b) const {
-    if (!has_obstacle_rules_ && !of_b.fibers().hasObstacleRules()) return true;
-    return registry_.fibers().partyOf(a).meets(of_b.fibers().partyOf(b));
-  }
-  bool areNeighbors(SegmentId a, SegmentId b) const {
-    return ignores_neighbors_ && registry_.fibers().areNeighbors(a, b);
+  /// Whether the search has left out the pair if it is of one group.
+  bool isLeftOut(SegmentId a, SegmentId b) const {
+    return young_begin_ != Registry::kNotFound && (a < young_begin_) == (b < young_begin_);
   }
 
-  const Registry& registry_;
-  const SegmentId young_begin_;
-  const bool ignores_neighbors_, has_obstacle_rules_;
+  const Registry* registry_;
+  const Registry* others_;
+  SegmentId young_begin_;
+  bool has_obstacle_rules_, ignores_neighbors_, has_groups_, has_own_rules_;
 };
 
 }  // namespace fcl_fibers::broadphase

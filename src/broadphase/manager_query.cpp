@@ -1,0 +1,384 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "broadphase/manager_query.h"
+
+#include <string>
+#include <unordered_set>
+#include <utility>
+
+#include "broadphase/pair_rules.h"
+#include "broadphase/scene.h"
+#include "geometry/impact.h"
+#include "geometry/touch.h"
+#include "index/pair_query.h"
+
+namespace fcl_fibers::broadphase {
+namespace {
+
+using geometry::Segment;
+using tree::Visit;
+
+/// One query of one manager. Each search of an index fills in what its pairs are, and this decides
+/// which of them the callback gets.
+template <typename S>
+class Search final : index::PairSink, index::NearestSink {
+ public:
+  using State = ManagerState<S>;
+  using Object = fcl::CollisionObject<S>;
+  using Registry = ObjectRegistry<S>;
+
+  Search(ManagerQuery<S>& query, const State& state)
+      : query_(query),
+        state_(state),
+        moves_(query.moves(state)),
+        scope_(state, query.name()),
+        own_(query.name(), state, state, moves_),
+        rules_(state.registry(), nullptr) {}
+
+  void self();
+  void with(const State& other);
+  void with(Object* object);
+  void with(const std::vector<Object*>& others);
+
+ private:
+  /// Where one of a pair is found: in the tree of a scene by its id, beside the tree by its place,
+  /// or it is the one object that is asked about.
+  struct Side {
+    const Scene<S>* scene;
+    const Partner<S>* one = nullptr;
+    bool is_beside = false;
+
+    SegmentId id(SegmentId found) const {
+      if (one != nullptr) return one->id;
+      return is_beside ? scene->state().obstacles().beside().ids()[static_cast<std::size_t>(found)]
+                       : found;
+    }
+    bool isTree() const { return one == nullptr && !is_beside; }
+    /// Returns null if it cannot be read.
+    const Partner<S>* find(SegmentId found, Partner<S>& place) const {
+      if (one != nullptr) return one;
+      if (!is_beside) return scene->findInTree(found, place) ? &place : nullptr;
+      place =
+          scene->partnerOf(scene->state().obstacles().beside()[static_cast<std::size_t>(found)]);
+      return &place;
+    }
+  };
+  /// What a search leaves to be tested.
+  enum class Test { kNothing, kShapes, kSegmentsAndShapes };
+
+  /// @param others  the registry of the partners, or null if object_ is the only one
+  void setOthers(const Registry* others, SegmentId young_begin = Registry::kNotFound) {
+    others_ = others;
+    rules_ = {state_.registry(), others, young_begin};
+  }
+  /// @param own    of the manager that is asked
+  /// @param other  of the same manager or of another one, or one object
+  void begin(const Side& own, const Side& other, Test test) {
+    first_ = own;
+    second_ = other;
+    test_ = test == Test::kShapes && !own_.countsShapes() ? Test::kNothing : test;
+    searched_ = &own_;
+    takes_once_ = false;
+    seen_.clear();
+  }
+  index::PairSink& pairSink() { return *this; }
+  template <class F>
+  Visit run(F&& search) {
+    return query_.isForDistances() ? search(static_cast<index::NearestSink&>(*this))
+                                   : search(pairSink());
+  }
+
+  /// Throws RefusedObject if the object cannot be read.
+  Visit searchAll(Object& object) {
+    const Partner<S> one = own_.ofProgram(object);
+    object_ = &object;
+    setOthers(one.id != Registry::kNotFound ? &state_.registry() : nullptr);
+    return searchAll(one, own_);
+  }
+  /// @param scene  of the object if it has one
+  Visit searchAll(const Partner<S>& one, const Scene<S>& scene) {
+    return searchTree(own_, one, scene) == Visit::kStop ? Visit::kStop : searchBeside(one, scene);
+  }
+  Visit searchTree(const Scene<S>& in, const Partner<S>& one, const Scene<S>& scene);
+  Visit searchBeside(const Partner<S>& one, const Scene<S>& scene);
+  Visit searchTreeBesideOwn(const Scene<S>& theirs);
+
+  /// Whether the callback ends the query.
+  /// @tparam kIsPlain  whether the rules alone decide about the segments of two trees
+  template <bool kIsPlain>
+  bool pair(SegmentId found, SegmentId second);
+  bool mayTouch(SegmentId found, SegmentId second) const;
+
+  Visit take(const tree::Pair* pairs, std::size_t count) override {
+    // Most scenes have only capsules, and pay for no more than the rules.
+    return first_.isTree() && second_.isTree() && test_ == Test::kNothing
+               ? takeAll<true>(pairs, count)
+               : takeAll<false>(pairs, count);
+  }
+  template <bool kIsPlain>
+  Visit takeAll(const tree::Pair* pairs, std::size_t count) {
+    for (const tree::Pair* found = pairs; found != pairs + count; ++found) {
+      if (pair<kIsPlain>(found->a, found->b)) return Visit::kStop;
+    }
+    return Visit::kContinue;
+  }
+  double limit() const override { return query_.reach(searched_->state()); }
+  const index::SegmentSource& source() const override { return searched_->source(); }
+  Visit visit(SegmentId a, SegmentId b, double& nearer_than) override {
+    const bool stop = pair<false>(a, b);
+    nearer_than = limit();
+    return stop ? Visit::kStop : Visit::kContinue;
+  }
+
+  ManagerQuery<S>& query_;
+  const State& state_;
+  const bool moves_;
+  const typename State::QueryScope scope_;
+  const Scene<S> own_;
+  PairRules<S> rules_;
+  const Registry* others_ = nullptr;
+  Object* object_ = nullptr;
+  bool is_self_ = false;
+
+  // Of the present search.
+  Side first_{}, second_{};
+  Test test_ = Test::kNothing;
+  const Scene<S>* searched_ = nullptr;
+  bool takes_once_ = false;  ///< it hands on some objects several times
+  std::unordered_set<SegmentId> seen_;
+};
+
+template <typename S>
+template <bool kIsPlain>
+bool Search<S>::pair(SegmentId found, SegmentId second) {
+  if (!kIsPlain && takes_once_ && !seen_.insert(found).second) return false;
+  if (!kIsPlain && first_.one != nullptr) std::swap(found, second);
+  const SegmentId a = kIsPlain ? found : first_.id(found),
+                  b = kIsPlain ? second : second_.id(second);
+  Object* partner = others_ != nullptr ? (*others_)[b] : object_;
+  // The rules come first: they are quick, and leave out the many neighbours.
+  if (!rules_.report(a, b, partner)) return false;
+  if (!kIsPlain && test_ != Test::kNothing && !mayTouch(found, second)) return false;
+  Object* own = state_.registry()[a];
+  return is_self_ && a > b ? query_(partner, own) : query_(own, partner);
+}
+
+template <typename S>
+bool Search<S>::mayTouch(SegmentId found, SegmentId second) const {
+  const Scene<S>& scene = *second_.scene;
+  const Generations& segments = state_.generations();
+  if (test_ == Test::kShapes && first_.isTree() && &scene == &own_ && !segments.isBox(found) &&
+      !(second_.one != nullptr ? second_.one->segment.end.isBox() : segments.isBox(second))) {
+    return true;
+  }
+  // It is asked about as a mesh.
+  if (second_.isTree() && scene.isMeshInTree(*scene.state().registry()[second])) return false;
+  Partner<S> p_place, q_place;
+  const Partner<S>* p = first_.find(found, p_place);
+  const Partner<S>* q = second_.find(second, q_place);
+  if (p == nullptr || q == nullptr) return true;
+  const double reach = query_.reach(state_), error = p->error + q->error;
+  geometry::Impact impact;
+  if (test_ == Test::kSegmentsAndShapes &&
+      !(moves_ ? findImpact(p->segment, q->segment, reach, error, /*from=*/0, impact)
+               : touch(p->segment.end, q->segment.end, reach, error))) {
+    return false;
+  }
+  return own_.mayTouch(*p, *q, scene, reach);
+}
+
+/// Finds the partners of one object in the tree of a scene, where its id and that of a segment are
+/// the first and second number of a pair.
+template <typename S>
+Visit Search<S>::searchTree(const Scene<S>& in, const Partner<S>& one, const Scene<S>& scene) {
+  const bool is_own = &in == &own_;
+  const Side tree{&in}, single{&scene, &one};
+  is_own ? begin(tree, single, Test::kNothing) : begin(single, tree, Test::kNothing);
+  searched_ = &in;
+  const Generations& segments = in.state().generations();
+  if (one.mesh != nullptr) {
+    takes_once_ = moves_ || query_.isForDistances();
+    const double margin = state_.options().margin;
+    if (moves_) {
+      return segments.searchMesh(*in.state().movingMesh(*one.mesh), margin, pairSink());
+    }
+    return run([&](auto& sink) { return segments.searchMesh(one.mesh->posed(), margin, sink); });
+  }
+  if (is_own && isBounded(one.segment.start) && isBounded(one.segment.end)) {
+    if (own_.hasShapesInTree() || one.segment.end.isBox()) begin(tree, single, Test::kShapes);
+    const bool is_managed = &scene == &own_ && one.id != Registry::kNotFound;
+    const tree::Group group =
+        is_managed ? state_.registry().fibers().groupOf(one.id) : tree::kNoGroup;
+    return run([&](auto& sink) {
+      return segments.search(one.segment, one.error, group, SegmentId{0}, sink);
+    });
+  }
+  const geometry::FrameChange change(in.state().frame(), state_.frame());
+  const Segment around = aroundStep(one.segment);
+  // Volumes without segments have half of the margin already.
+  const bool has_padding = !segments.keepsSegments() && !query_.isForDistances();
+  const double padding = has_padding ? segments.margin() / 2 * change.scale() : 0;
+  // An object that counts by its box meets the boxes of others.
+  const MovingShape& shape = scene.shapeOf(one);
+  const bool has_plane = own_.countsShapes() && shape.is_moved_only && !segments.hasBoxes();
+  const auto isNear = [&](const geometry::Box& box) {
+    const geometry::Box its = change.isIdentity() ? box : change(box);
+    const double reach = query_.reach(state_);
+    // At distance 0 a query for distances has its answer.
+    return (reach > 0 || !query_.isForDistances()) &&
+           geometry::isNear(its, around, reach - padding) &&
+           !(has_plane && !mayReach(its, shape.end, shape.way, reach, shape.way_error));
+  };
+  if (segments.keepsSegments()) test_ = Test::kSegmentsAndShapes;
+  return segments.visitNear(moves_, isNear, [&](SegmentId found) {
+    return pair<false>(found, 0) ? Visit::kStop : Visit::kContinue;
+  });
+}
+
+/// Finds the partners of one object beside the tree.
+template <typename S>
+Visit Search<S>::searchBeside(const Partner<S>& one, const Scene<S>& scene) {
+  const Obstacles<S>& obstacles = state_.obstacles();
+  if (obstacles.beside().size() == 0) return Visit::kContinue;
+  begin({&own_, nullptr, /*is_beside=*/true}, {&scene, &one}, Test::kShapes);
+  return run([&](auto& sink) { return obstacles.boxes().search(one.segment, one.error, sink); });
+}
+
+template <typename S>
+void Search<S>::self() {
+  const Generations& segments = state_.generations();
+  const Obstacles<S>& obstacles = state_.obstacles();
+  is_self_ = true;
+  setOthers(&state_.registry(), segments.youngBegin());
+  begin({&own_}, {&own_}, own_.hasShapesInTree() ? Test::kShapes : Test::kNothing);
+  if (run([&](auto& sink) { return segments.search(sink); }) == Visit::kStop) return;
+  if (obstacles.beside().size() == 0) return;
+  setOthers(&state_.registry());
+  for (const auto& entry : obstacles.beside()) {
+    if (entry.object == nullptr) continue;
+    if (searchTree(own_, own_.partnerOf(entry), own_) == Visit::kStop) return;
+  }
+  const Side beside{&own_, nullptr, /*is_beside=*/true};
+  begin(beside, beside, Test::kShapes);
+  run([&](auto& sink) { return obstacles.boxes().search(sink); });
+}
+
+template <typename S>
+void Search<S>::with(const State& other) {
+  const typename State::QueryScope other_scope(other, query_.name());
+  const Scene<S> theirs(query_.name(), other, state_, moves_);
+  setOthers(&other.registry());
+  const bool has_shapes = own_.hasShapesInTree() || theirs.hasShapesInTree();
+  begin({&own_}, {&theirs}, has_shapes ? Test::kShapes : Test::kNothing);
+  const Visit visit = run([&](auto& sink) {
+    return state_.generations().search(other.generations(), theirs.source(), sink);
+  });
+  if (visit == Visit::kStop || searchTreeBesideOwn(theirs) == Visit::kStop) return;
+  for (const auto& entry : other.obstacles().beside()) {
+    if (entry.object == nullptr) continue;
+    if (searchAll(theirs.partnerOf(entry), theirs) == Visit::kStop) return;
+  }
+  for (SegmentId b = 0; theirs.hasMeshesInTree() && b < other.registry().idCount(); ++b) {
+    const Object* object = other.registry()[b];
+    if (object == nullptr || !theirs.isMeshInTree(*object)) continue;
+    Partner<S> mesh;
+    named(
+        query_.name(), [&](SegmentId) { return theirs.source().nameOf(b); },
+        [&] { theirs.find(b, mesh); });
+    if (searchAll(mesh, theirs) == Visit::kStop) return;
+  }
+}
+
+template <typename S>
+void Search<S>::with(Object* object) {
+  if (object == nullptr) {
+    fibers::throwInvalidArgument(query_.name(), "the object is null; pass an object");
+  }
+  named(query_.name(), "the given object", [&] { searchAll(*object); });
+}
+
+template <typename S>
+void Search<S>::with(const std::vector<Object*>& others) {
+  std::size_t i = 0;
+  const auto name = [&](SegmentId) { return nameOf(i) + " of the other manager"; };
+  named(query_.name(), name, [&] {
+    for (; i < others.size() && state_.registry().size() > 0; ++i) {
+      if (others[i] == nullptr) {
+        fibers::throwInvalidArgument(query_.name(),
+                                     name(0) + " is null; remove it from that manager");
+      }
+      if (searchAll(*others[i]) == Visit::kStop) return;
+    }
+  });
+}
+
+/// Finds what is in the other manager's tree and touches what this manager has beside its own.
+template <typename S>
+Visit Search<S>::searchTreeBesideOwn(const Scene<S>& theirs) {
+  const State& other = theirs.state();
+  const Generations& segments = other.generations();
+  const auto& beside = state_.obstacles().beside();
+  // What counts by its volume there counts by its shape here, and wrapped spheres have no steps.
+  const bool is_read_again = (moves_ && segments.options().wrapped_spheres) ||
+                             (!segments.keepsSegments() &&
+                              (own_.countsShapes() || state_.generations().isSwampedBy(segments)));
+  if (!is_read_again) {
+    for (const auto& entry : beside) {
+      if (entry.object == nullptr) continue;
+      if (searchTree(theirs, own_.partnerOf(entry), own_) == Visit::kStop) return Visit::kStop;
+    }
+    return Visit::kContinue;
+  }
+  for (SegmentId b = 0; beside.size() > 0 && b < other.registry().idCount(); ++b) {
+    const Object* object = other.registry()[b];
+    if (object == nullptr || theirs.isMeshInTree(*object) || other.obstacles().isBeside(b))
+      continue;
+    Partner<S> one;
+    if (!theirs.findInTree(b, one)) continue;
+    if (searchBeside(one, theirs) == Visit::kStop) return Visit::kStop;
+  }
+  return Visit::kContinue;
+}
+
+template <class Callback>
+Callback checked(const char* call, Callback callback) {
+  if (callback == nullptr) {
+    fibers::throwInvalidArgument(call, "the callback is null; pass a function");
+  }
+  return callback;
+}
+
+}  // namespace
+
+template <typename S>
+ManagerQuery<S>::ManagerQuery(void* cdata, fcl::CollisionCallBack<S> callback)
+    : cdata_(cdata), collision_(checked("collide", callback)) {}
+
+template <typename S>
+ManagerQuery<S>::ManagerQuery(void* cdata, fcl::DistanceCallBack<S> callback)
+    : cdata_(cdata), distance_(checked("distance", callback)) {}
+
+template <typename S>
+void ManagerQuery<S>::ask(const State& state) {
+  Search<S>(*this, state).self();
+}
+
+template <typename S>
+void ManagerQuery<S>::ask(const State& state, const State& other) {
+  if (&state == &other) return ask(state);
+  Search<S>(*this, state).with(other);
+}
+
+template <typename S>
+void ManagerQuery<S>::ask(const State& state, Object* object) {
+  Search<S>(*this, state).with(object);
+}
+
+template <typename S>
+void ManagerQuery<S>::ask(const State& state, const std::vector<Object*>& others) {
+  Search<S>(*this, state).with(others);
+}
+
+template class ManagerQuery<float>;
+template class ManagerQuery<double>;
+
+}  // namespace fcl_fibers::broadphase

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "broadphase/scene.h"
+
+#include <algorithm>
+
+#include "broadphase/object_reader.h"
+
+namespace fcl_fibers::broadphase {
+namespace {
+
+using geometry::MovingSegment;
+using geometry::Obstacle;
+using geometry::Segment;
+
+bool capsuleTouches(const MovingSegment& capsule, double error, const MovingShape& shape,
+                    double reach) {
+  // The boxes of both overlap at some time, and that is all that counts if a shape turns.
+  if (isBox(capsule) || !shape.is_moved_only) return true;
+  // The capsule as seen from the shape.
+  MovingSegment seen = capsule;
+  seen.start.a = seen.start.a + shape.way;
+  seen.start.b = seen.start.b + shape.way;
+  return touch(seen, shape.end, reach, error + shape.way_error);
+}
+
+/// A capsule in a box and another shape.
+bool axisTouches(const MovingShape& axis, const MovingShape& shape, double reach) {
+  if (axis.end.kind != Obstacle::Kind::kAxis || !axis.is_moved_only) return true;
+  MovingSegment capsule{axis.end.capsule(), axis.end.capsule()};
+  capsule.start.a = capsule.start.a - axis.way;
+  capsule.start.b = capsule.start.b - axis.way;
+  return capsuleTouches(capsule, axis.end.error + axis.way_error, shape, reach);
+}
+
+bool isMovedOnly(const Obstacle& p, const Obstacle& q) {
+  return p.kind == q.kind && p.vector[0] == q.vector[0] && p.vector[1] == q.vector[1] &&
+         p.vector[2] == q.vector[2] && p.offset == q.offset && p.margin == q.margin;
+}
+
+}  // namespace
+
+template <typename S>
+Scene<S>::Scene(const char* call, const State& state, const State& asked, bool moves)
+    : state_(state),
+      asked_(asked),
+      source_(state.source(call)),
+      change_(state.frame(), asked.frame()),
+      is_own_(&state == &asked),
+      moves_(moves),
+      counts_shapes_(countsTriangles(asked.options())),
+      has_shapes_in_tree_(counts_shapes_ &&
+                          (!countsTriangles(state.options()) || state.generations().hasBoxes())),
+      has_meshes_in_tree_(counts_shapes_ && state.options().report == Report::kVolumes &&
+                          state.options().bounds != Bounds::kObjects) {}
+
+template <typename S>
+bool Scene<S>::find(SegmentId id, Partner<S>& partner) const {
+  const Object& object = *state_.registry()[id];
+  if (const BesideEntry* entry = state_.obstacles().beside(id)) {
+    partner = partnerOf(*entry);
+  } else if (isMeshInTree(object)) {
+    partner = readNow(object, id);
+  } else {
+    return findInTree(id, partner);
+  }
+  return true;
+}
+
+template <typename S>
+bool Scene<S>::findInTree(SegmentId id, Partner<S>& partner) const {
+  partner.id = id;
+  MovingSegment& segment = partner.segment;
+  if (!state_.generations().keepsSegments()) {
+    if (!source_.readNow(id, frame(), segment.end)) return false;
+    segment.start = segment.end;
+    partner.error = endPointError(segment);
+    return true;
+  }
+  segment = state_.generations().moving(id);
+  if (!moves_) segment.start = segment.end;
+  if (is_own_) {
+    partner.error = endPointError(segment);
+  } else {
+    segment = {change_(segment.start), change_(segment.end)};
+    partner.error = std::max(change_.error(segment.start), change_.error(segment.end));
+  }
+  return true;
+}
+
+template <typename S>
+Partner<S> Scene<S>::partnerOf(const BesideEntry& entry) const {
+  Partner<S> partner;
+  partner.id = entry.id;
+  partner.segment = {hasSteps() ? entry.start.box : entry.box, entry.box};
+  if (!is_own_) partner.segment = {change_(partner.segment.start), change_(partner.segment.end)};
+  partner.error = endPointError(partner.segment);
+  if (entry.is_mesh) partner.shape.emplace();
+  if (counts(entry)) {
+    if (moves_ && !hasSteps()) {
+      BesideEntry resting = entry;
+      resting.start = entry;
+      partner.mesh = std::make_shared<const BesideEntry>(std::move(resting));
+    } else {
+      partner.mesh = {std::shared_ptr<void>(), &entry};
+    }
+  }
+  // A contact of this pair is asked for by the means of the manager that is asked.
+  if (!is_own_ && counts_shapes_ && entry.mesh != nullptr) {
+    asked_.obstacles().cache().keep(entry.object->collisionGeometry(), entry.mesh);
+  }
+  return partner;
+}
+
+template <typename S>
+Partner<S> Scene<S>::readNow(const Object& object, SegmentId id) const {
+  const Bounds bounds = state_.options().bounds;
+  Partner<S> partner;
+  partner.id = id;
+  MovingSegment& segment = partner.segment;
+  MovingShape& shape = partner.shape.emplace();
+  if (counts_shapes_ && isMesh(object)) {
+    bool is_solid = false;
+    tree::Categories categories = tree::kAllCategories;
+    if (id != ObjectRegistry<S>::kNotFound) {
+      const auto party = state_.registry().fibers().partyOf(id);
+      is_solid = state_.registry().fibers().isSolid(id);
+      if (party.is_obstacle) categories = party.categories;
+    }
+    const BesideReading mesh =
+        readMesh(object, is_solid, frame(), bounds, asked_.obstacles().cache());
+    segment.end = mesh.box;
+    if (mesh.counts_triangles) {
+      partner.mesh = std::make_shared<const BesideEntry>(
+          BesideEntry::resting(mesh, nullptr, SegmentId{0}, is_solid, categories));
+    }
+  } else {
+    const ReadObject read = readObject(object, bounds);
+    if (const char* problem = segmentOf(read, frame(), segment.end)) {
+      throw RefusedObject{problem, /*place=*/0};
+    }
+    if (counts_shapes_ && segment.end.isBox()) shape.end = obstacleOf(read, frame());
+  }
+  segment.start = segment.end;
+  partner.error = endPointError(segment);
+  return partner;
+}
+
+template <typename S>
+Partner<S> Scene<S>::ofProgram(const Object& object) const {
+  const SegmentId id = state_.registry().find(&object);
+  const bool is_managed = id != ObjectRegistry<S>::kNotFound;
+  const BesideEntry* entry = is_managed ? state_.obstacles().beside(id) : nullptr;
+  const bool was_mesh = entry != nullptr && entry->is_mesh;
+  if (!is_managed || !moves_ || was_mesh != (counts_shapes_ && isMesh(object))) {
+    return readNow(object, id);
+  }
+  Partner<S> partner;
+  find(id, partner);
+  return partner;
+}
+
+template <typename S>
+void Scene<S>::readShape(const Partner<S>& partner, MovingShape& shape) const {
+  if (!counts_shapes_ || !partner.segment.end.isBox()) return;
+  const FiberManagerOptions& options = state_.options();
+  const Object& object = *state_.registry()[partner.id];
+  if (!countsTriangles(options)) {
+    // What counts by its volume there is read again.
+    if (options.bounds != Bounds::kObjects) {
+      shape.end = obstacleOf(readObject(object, options.bounds), frame());
+    }
+  } else if (const auto* entry = state_.obstacles().shape(partner.id)) {
+    shape.end = change_(entry->shape);
+    if (hasSteps()) {
+      shape.way = frame().scale * (entry->end.point - entry->start.point);
+      shape.way_error = frame().scale * (entry->start.error + entry->end.error);
+      shape.is_moved_only = isMovedOnly(entry->start, entry->end);
+    }
+  } else if (!hasSteps()) {
+    // Where it was at the start is not known, nor where it was if it has moved since it was read.
+    const ReadObject read = readObject(object, options.bounds);
+    Segment now;
+    if (segmentOf(read, state_.frame(), now, /*marks_boxes=*/true) != nullptr) return;
+    // What has no mark, because it became this shape by assignment, cannot be told from another.
+    if (now == state_.generations().segment(partner.id) && now.radius != -1) {
+      shape.end = change_(obstacleOf(read, state_.frame()));
+    }
+  }
+}
+
+template <typename S>
+bool Scene<S>::mayTouch(const Partner<S>& p, const Partner<S>& q, const Scene& others,
+                        double reach) const {
+  // Lengths this large are as good as infinite; sums with them do not overflow.
+  if (!counts_shapes_ || !(reach < 0x1p500)) return true;
+  if (p.mesh != nullptr || q.mesh != nullptr) {
+    if (p.mesh != nullptr && q.mesh != nullptr) return true;
+    const BesideEntry& mesh = *(p.mesh != nullptr ? p : q).mesh;
+    const Partner<S>& other = p.mesh != nullptr ? q : p;
+    if (!moves_) return touches(mesh.posed(), other.segment.end, frame(), reach, other.error);
+    index::MeshImpact impact;
+    return findImpact(*asked_.movingMesh(mesh), other.segment, reach, other.error, impact);
+  }
+  const Segment &i = p.segment.end, &j = q.segment.end;
+  if (!i.isBox() && !j.isBox()) return true;
+  if (!j.isBox()) return capsuleTouches(q.segment, q.error, shapeOf(p), reach);
+  if (!i.isBox()) return capsuleTouches(p.segment, p.error, others.shapeOf(q), reach);
+  if (holdsCapsule(i)) return axisTouches(shapeOf(p), others.shapeOf(q), reach);
+  return !holdsCapsule(j) || axisTouches(others.shapeOf(q), shapeOf(p), reach);
+}
+
+template class Scene<float>;
+template class Scene<double>;
+
+}  // namespace fcl_fibers::broadphase
