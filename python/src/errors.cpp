@@ -15,7 +15,7 @@ namespace {
 /// Returns the text without the function of C++ that it begins with, as a traceback names the one
 /// of Python, and with the options as Python writes them.
 std::string inPython(const std::string& text) {
-  static const std::regex call("^(fcl_fibers: )?(\\w+(::\\w+)*: )?");
+  static const std::regex call("^(fcl_fibers: )?(\\w+(::\\w+)*(\\(\\w+\\))?: )?");
   std::string result = std::regex_replace(text, call, "", std::regex_constants::format_first_only);
   const char* const names[][2] = {{"Report::kCapsules", "report='capsules'"},
                                   {"Volumes::kLayeredBoxes", "volumes='boxes'"}};
