@@ -49,9 +49,7 @@ class FiberCollisionManager<S>::Impl final : public broadphase::ManagerState<S> 
       fibers::throwInvalidArgument(query.name(), "the manager is null; pass a manager");
     }
     if (const auto* fiber_manager = dynamic_cast<const FiberCollisionManager*>(other)) {
-      const auto impl = fiber_manager->impl();
-      if (impl.get() == this) return query.ask(*this);
-      return query.ask(*this, *impl);
+      return query.ask(*this, *fiber_manager->impl());
     }
     std::vector<Object*> objects;
     other->getObjects(objects);
