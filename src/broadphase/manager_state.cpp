@@ -30,8 +30,9 @@ bool shareEnd(const Segment& p, const Segment& q) {
 
 /// Reads one of the objects of a call in the world's frame, or throws RefusedObject.
 template <typename S>
-Segment readNew(const char* call, const std::vector<fcl::CollisionObject<S>*>& objects,
-                std::size_t i, Bounds bounds) {
+FCL_FIBERS_ALWAYS_INLINE Segment readNew(const char* call,
+                                         const std::vector<fcl::CollisionObject<S>*>& objects,
+                                         std::size_t i, Bounds bounds) {
   if (objects[i] == nullptr) {
     throwInvalidArgument(call, nameOf(i) + " is null; pass a pointer to an object");
   }

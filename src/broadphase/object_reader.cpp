@@ -10,8 +10,6 @@
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/cylinder.h>
 
-#include "geometry/posed_capsules.h"
-
 namespace fcl_fibers::broadphase {
 namespace {
 
@@ -35,20 +33,36 @@ bool allFinite(const Vec3d& v) {
   return 0 * v.x + 0 * v.y + 0 * v.z == 0;
 }
 
+template <typename S>
+FCL_FIBERS_ALWAYS_INLINE AffineMap poseOf(const fcl::CollisionObject<S>& object) {
+  const auto& pose = ObjectMembers<S>::pose(object).matrix();
+  return {{toVec3(pose.col(0)), toVec3(pose.col(1)), toVec3(pose.col(2))}, toVec3(pose.col(3))};
+}
+
+/// What poseProblem() returns of a pose that is not usual. It reads that pose again, because the
+/// compiler keeps the one before in registers only if no call needs its address.
+template <typename S>
+[[gnu::noinline]] const char* unusualPoseProblem(const fcl::CollisionObject<S>& object) {
+  const AffineMap pose = poseOf(object);
+  const Vec3d &x = pose.column[0], &y = pose.column[1], &z = pose.column[2], &t = pose.shift;
+  if (geometry::isRotation(x, y, z, kRotationTolerance) && allFinite(t)) return nullptr;
+  if (!allFinite(x) || !allFinite(y) || !allFinite(z) || !allFinite(t)) {
+    return "its pose is NaN or infinite; give it a finite pose";
+  }
+  return "its rotation is not orthonormal or is a reflection; give it a proper rotation";
+}
+
 /// Why a pose is refused, and the remedy; nullptr if it is proper.
-FCL_FIBERS_ALWAYS_INLINE const char* poseProblem(const AffineMap& pose) {
+template <typename S>
+FCL_FIBERS_ALWAYS_INLINE const char* poseProblem(const fcl::CollisionObject<S>& object,
+                                                 const AffineMap& pose) {
   const Vec3d &x = pose.column[0], &y = pose.column[1], &z = pose.column[2], &t = pose.shift;
   // Most rotations are close to orthonormal, and their right hand tells so in fewer steps. The sum
   // bounds what isRotation() asks for; see kUsualRotation.
   const Vec3d off = cross(x, y) - z;
   const double deviation =
       (std::fabs(dot(x, x) - 1) + std::fabs(dot(y, y) - 1)) + (std::fabs(dot(x, y)) + norm1(off));
-  if (deviation <= kUsualRotation && allFinite(t)) return nullptr;
-  if (geometry::isRotation(x, y, z, kRotationTolerance) && allFinite(t)) return nullptr;
-  if (!allFinite(x) || !allFinite(y) || !allFinite(z) || !allFinite(t)) {
-    return "its pose is NaN or infinite; give it a finite pose";
-  }
-  return "its rotation is not orthonormal or is a reflection; give it a proper rotation";
+  return deviation <= kUsualRotation && allFinite(t) ? nullptr : unusualPoseProblem(object);
 }
 
 // --- Boxes in a frame ---
@@ -67,7 +81,7 @@ FCL_FIBERS_ALWAYS_INLINE Corners finiteCorners(const Vec3d& low, const Vec3d& hi
 }
 
 /// A box of the world in `frame`. Sides that overflow stay outside of the box.
-Corners inFrame(const Corners& box, const Frame& frame) {
+Corners inFrame(Corners box, const Frame& frame) {
   return finiteCorners(frame.fromWorld(box.low), frame.fromWorld(box.high));
 }
 
@@ -99,6 +113,27 @@ double finiteNorm(const Vec3d& v) {
   return largest;
 }
 
+/// Whether the box of a capsule adds nothing. geometry::segmentsOf() decides in the same way, and
+/// has the reasons.
+/// @param size     of the box
+/// @param epsilon  machine epsilon of the scalar of poses and boxes
+FCL_FIBERS_ALWAYS_INLINE bool addsNothing(const Vec3d& size, const Vec3d& position,
+                                          const Vec3d& axis, double length, double radius,
+                                          double epsilon) {
+  const double thickness = radius + radius, end = length + thickness;
+  const double slack = epsilon * (2.5 * maxNorm(position) + 8 * end);
+  const auto is = [&](const Vec3d& sides) {
+    const Vec3d off = size - sides;
+    return std::fabs(off.x) <= slack && std::fabs(off.y) <= slack && std::fabs(off.z) <= slack;
+  };
+  constexpr double kSmall = 1e-280;
+  const double square = thickness * thickness * 2 + end * end;
+  const bool is_turned = is({size.x, size.x, size.x}) && length > 2 * slack && square > kSmall &&
+                         std::fabs(size.x * size.x - square) <= 2 * slack * size.x;
+  return is_turned || is({thickness, thickness, end}) ||
+         is(length * abs(axis) + Vec3d{thickness, thickness, thickness});
+}
+
 /// Reads what the program has added to the box of a capsule or sphere.
 template <typename S>
 FCL_FIBERS_ALWAYS_INLINE void readMarginOfRound(const fcl::CollisionObject<S>& object,
@@ -106,8 +141,8 @@ FCL_FIBERS_ALWAYS_INLINE void readMarginOfRound(const fcl::CollisionObject<S>& o
   const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
   const Vec3d axis = out.pose.column[2], position = out.pose.shift;
   const double radius = out.size.x, length = out.size.y;
-  if (geometry::addsNothing(toVec3(box.max_) - toVec3(box.min_), position, axis, length, radius,
-                            double{std::numeric_limits<S>::epsilon()})) {
+  if (addsNothing(toVec3(box.max_) - toVec3(box.min_), position, axis, length, radius,
+                  double{std::numeric_limits<S>::epsilon()})) {
     return;
   }
   const Vec3d half{std::fabs(axis.x) * length / 2 + radius, std::fabs(axis.y) * length / 2 + radius,
@@ -144,9 +179,8 @@ FCL_FIBERS_ALWAYS_INLINE const char* read(const fcl::CollisionObject<S>& object,
   if (kind == ObjectKind::kNothing) {
     return "it has no geometry; construct it with a shape";
   }
-  const auto& pose = ObjectMembers<S>::pose(object).matrix();
-  out.pose = {{toVec3(pose.col(0)), toVec3(pose.col(1)), toVec3(pose.col(2))}, toVec3(pose.col(3))};
-  if (const char* problem = poseProblem(out.pose)) return problem;
+  out.pose = poseOf(object);
+  if (const char* problem = poseProblem(object, out.pose)) return problem;
   const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
   out.is_own_box = bounds == Bounds::kObjects;
   if (out.is_own_box) {
@@ -236,6 +270,16 @@ FCL_FIBERS_ALWAYS_INLINE const char* place(const ReadObject& object, IsRound is_
   return nullptr;
 }
 
+/// See readSegment().
+template <typename S, class IsRound>
+FCL_FIBERS_ALWAYS_INLINE const char* readAs(const fcl::CollisionObject<S>& object, ObjectKind kind,
+                                            IsRound is_round, const Frame& frame, Bounds bounds,
+                                            Segment& segment, bool marks_boxes) {
+  ReadObject out;
+  if (const char* problem = read(object, kind, is_round, bounds, nullptr, out)) return problem;
+  return place(out, is_round, frame, segment, marks_boxes);
+}
+
 bool isFinite(const Obstacle& obstacle) {
   double sum = obstacle.offset + obstacle.margin + obstacle.error + maxNorm(obstacle.point);
   for (const Vec3d& v : obstacle.vector) sum += std::fabs(v.x) + std::fabs(v.y) + std::fabs(v.z);
@@ -283,12 +327,9 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& fram
                         Segment& segment, bool marks_boxes) {
   // Capsules have code of their own, in which the compiler keeps them in registers.
   const ObjectKind kind = kindOf(object);
-  const auto readAs = [&](auto is_round) -> const char* {
-    ReadObject out;
-    if (const char* problem = read(object, kind, is_round, bounds, nullptr, out)) return problem;
-    return place(out, is_round, frame, segment, marks_boxes);
-  };
-  return isRound(kind) ? readAs(std::true_type()) : readAs(std::false_type());
+  return isRound(kind)
+             ? readAs(object, kind, std::true_type(), frame, bounds, segment, marks_boxes)
+             : readAs(object, kind, std::false_type(), frame, bounds, segment, marks_boxes);
 }
 
 Obstacle obstacleOf(const ReadObject& object, const Frame& frame) {

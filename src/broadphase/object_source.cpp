@@ -51,8 +51,9 @@ bool ObjectSource<S>::read(const index::SegmentId* ids, int count, int ahead, co
     if (object != nullptr) present |= bit;
     if (object == nullptr || bounds_ == Bounds::kObjects) continue;
     double radius, length;
-    if (!readSize(*object, kindOf(*object), radius, length)) {
-      if (isRefused(*object)) return false;
+    const ObjectKind kind = kindOf(*object);
+    if (!readSize(*object, kind, radius, length)) {
+      if (isRefused(kind)) return false;
       continue;
     }
     if (count == 1) continue;
@@ -90,7 +91,7 @@ void ObjectSource<S>::refuse(index::SegmentId id, const Frame& frame) const {
     named(
         call_, [this](SegmentId i) { return nameOf(i); },
         [&] {
-          if (isRefused(*object)) broadphase::refuse(kIsMeshNow, id);
+          if (isRefused(kindOf(*object))) broadphase::refuse(kIsMeshNow, id);
           requireSegment(*object, frame, bounds_, id);
         });
   }

@@ -56,7 +56,7 @@ class ObjectSource final : public index::SegmentSource {
   bool readNow(index::SegmentId id, const geometry::Frame& frame,
                geometry::Segment& segment) const override {
     const Object* object = objects_[static_cast<std::size_t>(id)];
-    return object != nullptr && !isBeside(id) && !isRefused(*object) &&
+    return object != nullptr && !isBeside(id) && !isRefused(kindOf(*object)) &&
            readSegment(*object, frame, bounds_, segment, counts_shapes_) == nullptr;
   }
   bool staysFiniteIn(const geometry::Frame&) const override { return true; }
@@ -76,7 +76,7 @@ class ObjectSource final : public index::SegmentSource {
     const auto next = std::lower_bound(beside_->begin(), beside_->end(), *first);
     return next != beside_->end() && *next <= *last;
   }
-  bool isRefused(const Object& object) const { return counts_shapes_ && isMesh(object); }
+  bool isRefused(ObjectKind kind) const { return counts_shapes_ && kind == ObjectKind::kMesh; }
 
   const char* call_;
   const std::vector<Object*>& objects_;

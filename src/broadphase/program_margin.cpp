@@ -95,18 +95,15 @@ bool hasLength(fcl::NODE_TYPE type) {
          type == fcl::GEOM_BOX;
 }
 
-}  // namespace
-
+/// wideningOf() a box whose size is not a stock one.
 template <typename S>
-Widening wideningOf(const fcl::CollisionObject<S>& object, const ShapeBox& shape) {
+[[gnu::noinline]] Widening wideningOfSize(const fcl::CollisionObject<S>& object,
+                                          const ShapeBox& shape, const BoxSize& size) {
   const fcl::CollisionGeometry<S>& geometry = *ObjectMembers<S>::shape(object);
   const fcl::Transform3<S>& pose = ObjectMembers<S>::pose(object);
   const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
   const fcl::NODE_TYPE type = geometry.getNodeType();
   const bool is_sphere = type == fcl::GEOM_SPHERE;
-  const BoxSize size(box);
-  // segmentsOf() and addsNothing() have asked this of capsules and spheres.
-  if (type != fcl::GEOM_CAPSULE && !is_sphere && isStockSize(size, shape, pose)) return {};
   if (!isProper(box)) return {};
   // The program may have widened the shape's own box, too. Excess along the axis does not count,
   // because the length may have changed since FCL computed that box.
@@ -208,6 +205,20 @@ Widening wideningOf(const fcl::CollisionObject<S>& object, const ShapeBox& shape
   }
   if (!is_even) return {std::max(0.0, std::max(high, most(size.half - shape.posed.half()))), false};
   return {marginOfSize(size, forms, count), false};
+}
+
+}  // namespace
+
+template <typename S>
+Widening wideningOf(const fcl::CollisionObject<S>& object, const ShapeBox& shape) {
+  const BoxSize size(ObjectMembers<S>::box(object));
+  // segmentsOf() and addsNothing() have asked this of capsules and spheres.
+  const fcl::NODE_TYPE type = ObjectMembers<S>::shape(object)->getNodeType();
+  if (type != fcl::GEOM_CAPSULE && type != fcl::GEOM_SPHERE &&
+      isStockSize(size, shape, ObjectMembers<S>::pose(object))) {
+    return {};
+  }
+  return wideningOfSize(object, shape, size);
 }
 
 template Widening wideningOf(const fcl::CollisionObject<float>&, const ShapeBox&);

@@ -42,7 +42,7 @@ FCL_FIBERS_ALWAYS_INLINE ShapeBox boxOfSides(const AffineMap& pose, const Vec3d&
 
 /// Half the box of a disc of radius 1 in the plane of the x and y axes. Squares of tiny entries
 /// lose less than the rounding of the largest coordinate.
-Vec3d discHalf(const AffineMap& pose) {
+FCL_FIBERS_ALWAYS_INLINE Vec3d discHalf(const AffineMap& pose) {
   const Vec3d &x = pose.column[0], &y = pose.column[1];
   return {std::sqrt(x.x * x.x + y.x * y.x), std::sqrt(x.y * x.y + y.y * y.y),
           std::sqrt(x.z * x.z + y.z * y.z)};

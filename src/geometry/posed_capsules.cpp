@@ -144,16 +144,6 @@ BlockMask segmentsOf(const PosedCapsules& capsules, int count, const Frame& fram
   return result;
 }
 
-bool addsNothing(const Vec3d& size, const Vec3d& position, const Vec3d& axis, double length,
-                 double radius, double epsilon) {
-  const Doubles d;
-  const auto spread = [d](const Vec3d& v) HWY_ATTR {
-    return Vectors{hn::Set(d, v.x), hn::Set(d, v.y), hn::Set(d, v.z)};
-  };
-  return hn::AllTrue(d, addNothing(spread(size), spread(position), spread(axis), hn::Set(d, length),
-                                   hn::Set(d, radius), epsilon));
-}
-
 }  // namespace fcl_fibers::geometry::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -163,7 +153,6 @@ HWY_AFTER_NAMESPACE();
 namespace fcl_fibers::geometry {
 
 HWY_EXPORT(segmentsOf);
-HWY_EXPORT(addsNothing);
 
 void PosedCapsules::clear(int i) {
   for (int axis = 0; axis < 3; ++axis) {
@@ -181,12 +170,6 @@ BlockMask segmentsOf(const PosedCapsules& capsules, int count, const Frame& fram
   simd::readEnvironment();
   return HWY_DYNAMIC_DISPATCH(segmentsOf)(capsules, count, frame, rotation_tolerance, epsilon,
                                           count_boxes, out);
-}
-
-bool addsNothing(const Vec3d& size, const Vec3d& position, const Vec3d& axis, double length,
-                 double radius, double epsilon) {
-  simd::readEnvironment();
-  return HWY_DYNAMIC_DISPATCH(addsNothing)(size, position, axis, length, radius, epsilon);
 }
 
 }  // namespace fcl_fibers::geometry

@@ -34,10 +34,4 @@ FCL_FIBERS_TREE_EXPORT BlockMask segmentsOf(const PosedCapsules& capsules, int c
                                             const Frame& frame, double rotation_tolerance,
                                             double epsilon, bool count_boxes, SegmentBlock& out);
 
-/// Whether the box of one capsule adds nothing, as segmentsOf() asks of each.
-/// @param size  of the box
-/// @param axis  the third column of the rotation
-FCL_FIBERS_TREE_EXPORT bool addsNothing(const Vec3d& size, const Vec3d& position, const Vec3d& axis,
-                                        double length, double radius, double epsilon);
-
 }  // namespace fcl_fibers::geometry
