@@ -301,7 +301,10 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
 
   static SegmentRange rangeOf(const End& end);
   SegmentRange keptRange() const { return rangeOf(now_); }
-  MovingRange movingRange() const { return {rangeOf(start()), keptRange()}; }
+  MovingRange movingRange() const {
+    const SegmentRange end = keptRange();
+    return {moves() ? rangeOf(start()) : end, end};
+  }
   FoundSegment find(const SegmentSource& source, SegmentId id) const;
   template <class Sink, class... Asked>
   FCL_FIBERS_TREE_NO_EXPORT tree::Visit searchOneByOne(const SegmentIndex& other,
