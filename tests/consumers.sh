@@ -254,8 +254,9 @@ commands() {
   local tree=$work/commands options said line
   options=$(sed -n '/^cmake -S \. -B build/,/[^\\]$/p' README.md | grep -oE -- '-D[A-Z_]+=[A-Z]+')
   rm -rf "$tree"
+  # Where CMake would run again, -n ends.
   # shellcheck disable=SC2086
-  configure g++ "$tree" . $options
+  configure g++ "$tree" . $options -DCMAKE_SUPPRESS_REGENERATION=ON
   said=$(ninja -C "$tree" -n)
   grep -q 'Linking CXX shared library src/libfcl_fibers_tree\.so' <<<"$said" || fail "builds: $said"
   while read -r line; do

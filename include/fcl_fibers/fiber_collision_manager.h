@@ -74,9 +74,9 @@ struct TimedContact : Contact {
 /// has other triangles at the end than at the start, it rests where it is at the end. A managed
 /// object counts as it was read, even if it is the one that is passed to `collide` and has moved
 /// since. An object that is not managed, and one of a manager without a step, rests. `distance`
-/// answers for the end of the step. An update that fails leaves the start as it is, so the step
-/// lasts until an update succeeds. clear() ends the step. Unregistering an object takes it out of
-/// the step. A clone has no step.
+/// answers for the end of the step. An update that fails leaves the start as it is, and the next
+/// one that succeeds lengthens the same step. clear() ends the step. Unregistering an object takes
+/// it out of the step. A clone has no step.
 ///
 /// **Threads.** Queries are const and may run from several threads at once. While a query runs, for
 /// instance in its callback, the manager refuses to register, unregister, update or clear.
@@ -158,8 +158,9 @@ class FCL_FIBERS_EXPORT FiberCollisionManager : public fcl::BroadPhaseCollisionM
   ///@}
 
   /// Begins a step, at the objects as they were read last, or ends it. See **Motion** above.
-  /// beginStep() reads what has not been read yet, as setup() does. It may be called again, which
-  /// begins the next step. endStep() without a step does nothing.
+  /// Call beginStep() before objects move: it does the work of setup() first, which reads all
+  /// objects if many have come or gone. It may be called again, which begins the next step.
+  /// endStep() without a step does nothing.
   ///
   /// Both throw std::invalid_argument and change nothing if FiberManagerOptions::motion is not set,
   /// and while a query runs. beginStep() also throws it if an object cannot be read.

@@ -125,9 +125,10 @@ struct Contacts {
   static Contact found(const FiberTree&);         ///< of two segments
   static MeshContact found(const TriangleMesh&);  ///< of a segment and a triangle
 };
-/// S is that of the arrays.
+/// @cond
 template <typename S>
 Contacts(FiberArrays<S>, const FiberArrays<S>* = nullptr) -> Contacts<S>;
+/// @endcond
 ///@}
 
 /// What a question finds of a partner.

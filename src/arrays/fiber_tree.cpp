@@ -365,14 +365,15 @@ void FiberTree::update(const FiberArrays<S>& start, const FiberArrays<S>& end) {
   change("update").index().update(&start, end);
 }
 
+// clang hides what has a type of ours among its template arguments, unless it is marked again.
 #define FCL_FIBERS_INSTANTIATE(S)                                                                  \
   template void FiberTree::build(const FiberArrays<S>&);                                           \
   template void FiberTree::update(const FiberArrays<S>&);                                          \
   template void FiberTree::update(const FiberArrays<S>&, const FiberArrays<S>&);                   \
-  template void FiberTree::findContacts(const Contacts<S>&, const FiberTree&,                      \
-                                        std::vector<Contact>&) const;                              \
-  template void FiberTree::findContacts(const Contacts<S>&, const TriangleMesh&,                   \
-                                        std::vector<MeshContact>&) const;                          \
+  template FCL_FIBERS_TREE_EXPORT void FiberTree::findContacts(                                    \
+      const Contacts<S>&, const FiberTree&, std::vector<Contact>&) const;                          \
+  template FCL_FIBERS_TREE_EXPORT void FiberTree::findContacts(                                    \
+      const Contacts<S>&, const TriangleMesh&, std::vector<MeshContact>&) const;                   \
   template void FiberTree::writeContacts(const Contacts<S>&, const FiberTree&, const SegmentPair*, \
                                          std::size_t, Contact*) const;                             \
   template void FiberTree::writeContacts(const Contacts<S>&, const TriangleMesh&,                  \

@@ -134,8 +134,10 @@ void Obstacles<S>::renumber(const ObjectRegistry<S>& registry) {
 template <typename S>
 void Obstacles<S>::listMoved(bool all) {
   if (!has_step_) return;
+  // If memory runs out, no list has places of before.
+  moved_beside_.clear();
+  moved_shapes_.clear();
   const auto list = [all](auto& entries, std::vector<std::size_t>& moved) {
-    moved.clear();
     for (std::size_t place = 0; place < entries.size(); ++place) {
       if (all) entries[place].has_moved = true;
       if (entries[place].has_moved) moved.push_back(place);
@@ -147,12 +149,10 @@ void Obstacles<S>::listMoved(bool all) {
 
 template <typename S>
 void Obstacles<S>::clear() {
+  setStep(false);  // while the entries that have moved exist
   beside_.clear();
   shapes_.clear();
-  setStep(false);
   boxes_.clear();
-  moved_beside_.clear();
-  moved_shapes_.clear();
   cache_.clear();
 }
 
@@ -211,9 +211,8 @@ void Obstacles<S>::readBeside(Place place, const Frame& frame) {
       entry.start = now;
     }
     entry.frame = frame;
-    if (has_step_ && !std::exchange(entry.has_moved, true)) {
-      moved_beside_.push_back(static_cast<std::size_t>(place));
-    }
+    if (has_step_ && !entry.has_moved) moved_beside_.push_back(static_cast<std::size_t>(place));
+    entry.has_moved = has_step_;
   }
   static_cast<BesideReading&>(entry) = std::move(now);
   if (entry.is_mesh) entry.forgetTrees();
@@ -228,7 +227,8 @@ void Obstacles<S>::readShape(std::size_t place, const Frame& frame) {
   if (moves_) {
     entry.end = obstacleOf(now, Frame{});
     if (!has_step_ || !entry.is_read) entry.start = entry.end;
-    if (has_step_ && !std::exchange(entry.has_moved, true)) moved_shapes_.push_back(place);
+    if (has_step_ && !entry.has_moved) moved_shapes_.push_back(place);
+    entry.has_moved = has_step_;
   }
   entry.is_read = true;
 }

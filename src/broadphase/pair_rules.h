@@ -17,9 +17,9 @@ class PairRules {
 
   /// @param others       the registry of the partners, which may be the same; null if they are in
   ///                     none, and so are obstacles of all categories
-  /// @param young_begin  if it is given, the search leaves out pairs of one group unless the two
-  /// are
-  ///                     on different sides of this id
+  /// @param young_begin  if it is given, the search leaves out pairs of one group, unless this id
+  /// is
+  ///                     between the two
   PairRules(const Registry& registry, const Registry* others,
             SegmentId young_begin = Registry::kNotFound)
       : registry_(&registry),

@@ -4,7 +4,8 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "geometry/box.cpp"
 #include <hwy/foreach_target.h>
-#include <hwy/highway.h>
+
+#include "simd/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace fcl_fibers::geometry::HWY_NAMESPACE {

@@ -37,7 +37,6 @@ class MovingMesh {
   double margin() const { return std::max(start_.margin, end_.margin); }
 
   const PosedTriangles& trianglesAtStart() const { return at_start_; }
-  const PosedTriangles& trianglesAtEnd() const { return at_end_; }
   geometry::MovingTriangle operator[](TriangleId id) const { return {at_start_[id], at_end_[id]}; }
   /// Bounds the error of a corner at any time.
   double error() const { return std::max(at_start_.error, at_end_.error); }

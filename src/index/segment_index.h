@@ -313,7 +313,8 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   template <class F>
   tree::Visit visitTree(const Question& question, bool moves, F&& visit) const;
   template <class ATree>
-  tree::TreePair<ATree> pairOf(const ATree& own, const ATree& its, const SegmentIndex& other) const;
+  FCL_FIBERS_TREE_NO_EXPORT tree::TreePair<ATree> pairOf(const ATree& own, const ATree& its,
+                                                         const SegmentIndex& other) const;
   template <class F>
   tree::Visit visitTrees(const SegmentIndex& other, const Question& question, bool moves,
                          F&& visit) const;

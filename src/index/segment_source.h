@@ -55,8 +55,8 @@ class SegmentSource {
 
 /// Reads one segment in `frame`. Returns false if it was removed, and throws by refuse() if it
 /// cannot be read.
-FCL_FIBERS_TREE_EXPORT bool readOne(const SegmentSource& source, SegmentId id,
-                                    const geometry::Frame& frame, geometry::Segment& segment);
+bool readOne(const SegmentSource& source, SegmentId id, const geometry::Frame& frame,
+             geometry::Segment& segment);
 
 /// Refuses the segment with the least id of those that cannot be read.
 /// @pre one of them could not be read

@@ -8,6 +8,13 @@
 #define FCL_FIBERS_SIMD_LANES_INL_H
 #endif
 
+#include <cmath>
+
+// Where Highway has one lane, it calls isnan() without std.
+namespace hwy {
+using std::isnan;
+}  // namespace hwy
+
 #include <hwy/highway.h>
 
 #include "simd/always_inline.h"

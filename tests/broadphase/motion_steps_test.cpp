@@ -7,9 +7,13 @@
 #include <stdexcept>
 #include <vector>
 
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/halfspace.h>
+
 #include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
 #include "broadphase/moving_program.h"
+#include "support/mesh_models.h"
 #include "support/scalars.h"
 
 // When a step of a manager with FiberManagerOptions::motion begins, and what it remembers.
@@ -121,6 +125,37 @@ TYPED_TEST(ManagerMotionSteps, AStepBeginsAndEndsWhenTheProgramSays) {
   fall.falling.place(0, 0, 1);
   manager.update();
   EXPECT_EQ(fall.pairCount(), 0u) << "no step is left";
+}
+
+// The lists of what has moved would outlive what they name. Only the sanitized build is sure to see
+// that.
+TYPED_TEST(ManagerMotionSteps, EndWithClearBesideTheTreeToo) {
+  using S = TypeParam;
+  const auto model = makeModel<S>(modelTypes<S>().front(), blob(1, 0.2, 8, 5));
+  const std::shared_ptr<fcl::CollisionGeometry<S>> shapes[] = {
+      model, std::make_shared<fcl::Box<S>>(S(1), S(1), S(1)),
+      std::make_shared<fcl::Halfspace<S>>(0, 0, 1, 0)};
+  LayeredAABBTreeCollisionManager<S> manager(movingOptions());
+  OneCapsule<S> capsule;
+  for (int round = 0; round < 3; ++round) {
+    std::vector<std::unique_ptr<fcl::CollisionObject<S>>> objects;
+    for (const auto& shape : shapes) {
+      objects.push_back(std::make_unique<fcl::CollisionObject<S>>(shape));
+      objects.back()->setTranslation({0, 0, -9});
+      objects.back()->computeAABB();
+      manager.registerObject(objects.back().get());
+    }
+    capsule.place(0, 0, 9);
+    manager.registerObject(&capsule.object);
+    manager.beginStep();
+    capsule.place(0, 0, -20);
+    for (const auto& object : objects) object->setTranslation({1, 0, -9});
+    manager.update();
+    EXPECT_FALSE(selfPairs(manager).empty()) << "the capsule meets the half-space";
+    manager.clear();
+    EXPECT_TRUE(manager.empty());
+  }
+  EXPECT_EQ(model.use_count(), 2) << "the model, and its name in the list of shapes";
 }
 
 // A step that cannot be would be ignored in silence, or change what a query looks at.
