@@ -158,10 +158,10 @@ differential() {
   ! grep '^no hair' build/differential.log || skip "hair, as FCL_FIBERS_DATA has no .tfx"
 }
 
-# 10^8 segments and triangles near contact, decided exactly.
-triangles() {
+# 10^8 capsules near contact, half of them with triangles, decided exactly.
+touches() {
   build fcl_fibers_numerics_run
-  "$numerics" triangles --decisions 1e8
+  "$numerics" touches --decisions 1e8
 }
 
 # 10^8 pairs that move, and 10^6 in integers only.
@@ -324,7 +324,7 @@ steps=(
   wheels
   extremes
   differential
-  triangles
+  touches
   impacts
   managers
   pair_order

@@ -18,8 +18,8 @@
 #include "arrays/meshes.h"
 #include "arrays/motion.h"
 #include "support/exact_geometry.h"
+#include "support/impact_oracle.h"
 #include "support/scalars.h"
-#include "support/triangle_oracle.h"
 
 namespace fcl_fibers::test {
 namespace {
@@ -78,8 +78,9 @@ TYPED_TEST(MeshImpactsOf, ImpactsWithAMeshAreThoseOfTheWholeStep) {
         const GivenCapsule c = now.capsule(i);
         for (std::size_t t = 0; t < soup_at_start.count(); ++t) {
           const ExactTriangle p = soup_at_start.triangle(t, {}), &q = exact_end[t];
-          const GivenTriangle triangle{between(p.a, q.a), between(p.b, q.b), between(p.c, q.c)};
-          if (!TriangleOracle::judge({c.a, c.b}, triangle, c.radius + margin).within) continue;
+          const GivenInstant pair{{c.a, c.b},
+                                  {between(p.a, q.a), between(p.b, q.b), between(p.c, q.c)}};
+          if (!ImpactOracle::within(pair, 3, c.radius + margin).certain) continue;
           sampled.emplace(Pair{static_cast<std::int32_t>(i), static_cast<std::int32_t>(t)}, time);
         }
       });

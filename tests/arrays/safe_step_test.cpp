@@ -17,9 +17,9 @@
 
 #include "arrays/meshes.h"
 #include "arrays/motion.h"
+#include "support/impact_oracle.h"
 #include "support/scalars.h"
 #include "support/text_of.h"
-#include "support/triangle_oracle.h"
 
 namespace fcl_fibers::test {
 namespace {
@@ -120,7 +120,8 @@ bool crosses(const GivenCapsule& capsule, const Triangles<double>& triangles, st
     return std::array<double, 3>{triangles.points[i], triangles.points[i + 1],
                                  triangles.points[i + 2]};
   };
-  return TriangleOracle::judge({capsule.a, capsule.b}, {corner(0), corner(1), corner(2)}, 0).within;
+  const GivenInstant pair{{capsule.a, capsule.b}, {corner(0), corner(1), corner(2)}};
+  return ImpactOracle::within(pair, 3, 0).certain;
 }
 
 /// The safe step ends at the first impact, or where what touches at the start comes nearer. Some

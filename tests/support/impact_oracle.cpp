@@ -117,6 +117,12 @@ bool areBeyond(const Pose& start, const Pose& end, const Vector<double>& m, cons
   return true;
 }
 
+/// Differences and what is computed of them carry an error of 6 eps of the size, products with a
+/// direction 4 eps more, and the reach 6 eps of what it is made of.
+double errorOf(const GivenMotion& motion) {
+  return 16 * kEps * (motion.size() + std::fabs(motion.margin));
+}
+
 // --- In integers ---
 
 /// A motion in units of a power of two.
@@ -211,7 +217,11 @@ class ExactMotion {
   int unit_ = std::numeric_limits<int>::max();
 };
 
-Real distanceOf(const GivenMotion& motion, double time) {
+struct Places {
+  Point a, b, c, d, e;  ///< the axis, and the corners
+};
+
+Places placesAt(const GivenMotion& motion, double time) {
   const GivenInstant &i = motion.start, &j = motion.end;
   // Differences first, so that a place far from the origin costs no precision.
   const auto point = [&](const std::array<double, 3>& p, const std::array<double, 3>& q) {
@@ -222,10 +232,32 @@ Real distanceOf(const GivenMotion& motion, double time) {
     }
     return relative;
   };
-  const Point a = point(i.axis[0], j.axis[0]), b = point(i.axis[1], j.axis[1]);
-  const Point c = Point::Zero(), d = point(i.corner[1], j.corner[1]);
-  if (motion.corners == 2) return segmentDistance(a, b, c, d);
-  return segmentTriangleDistance(a, b, {c, d, point(i.corner[2], j.corner[2])});
+  return {point(i.axis[0], j.axis[0]), point(i.axis[1], j.axis[1]), Point::Zero(),
+          point(i.corner[1], j.corner[1]), point(i.corner[2], j.corner[2])};
+}
+
+Real distanceOf(const GivenMotion& motion, double time) {
+  const auto [a, b, c, d, e] = placesAt(motion, time);
+  return motion.corners == 2 ? segmentDistance(a, b, c, d)
+                             : segmentTriangleDistance(a, b, {c, d, e});
+}
+
+/// The distance of two of their points, which is that of the two unless the triangle is a needle.
+Real distanceOfPoints(const GivenMotion& motion, double time) {
+  if (motion.corners == 2) return distanceOf(motion, time);
+  const auto [a, b, c, d, e] = placesAt(motion, time);
+  const Point along = b - a, normal = d.cross(e);
+  const Real area = normal.squaredNorm(), from = a.dot(normal), to = b.dot(normal);
+  const auto intoUnit = [](Real t) { return t > 0 ? std::min(t, Real(1)) : 0; };
+  Real least = std::min(
+      {segmentDistance(a, b, c, d), segmentDistance(a, b, d, e), segmentDistance(a, b, e, c)});
+  for (const Real s : {Real(0), Real(1), intoUnit(from / (from - to))}) {
+    const Point p = a + s * along;
+    const Real x = intoUnit(p.cross(e).dot(normal) / area);
+    const Real y = std::min(intoUnit(d.cross(p).dot(normal) / area), 1 - x);
+    least = std::min(least, (p - x * d - y * e).norm());
+  }
+  return least;
 }
 
 Real reachOf(const GivenMotion& motion, double time) {
@@ -248,9 +280,7 @@ double GivenMotion::size() const {
 ImpactOracle::Verdict ImpactOracle::apartDuring(const GivenMotion& motion, double from, double to,
                                                 bool always_exact) {
   const Pose start = poseOf(motion, motion.start), end = poseOf(motion, motion.end);
-  // Differences and what is computed of them carry an error of 6 eps of the size, products with a
-  // direction 4 eps more, and the reach 6 eps of what it is made of.
-  const double error = 16 * kEps * (motion.size() + std::fabs(motion.margin));
+  const double error = errorOf(motion);
   const ExactMotion exact(motion);
   Verdict verdict{true, always_exact};
   struct Moment {
@@ -297,10 +327,17 @@ ImpactOracle::Verdict ImpactOracle::apartDuring(const GivenMotion& motion, doubl
 
 ImpactOracle::Verdict ImpactOracle::withinAt(const GivenMotion& motion, double time,
                                              bool always_exact) {
-  // As the oracle in long double, and a rounding for each of the numbers above.
-  const Real error = 0x1p-55L * (Real(motion.size()) + std::fabs(motion.margin));
-  if (!always_exact && distanceOf(motion, time) <= reachOf(motion, time) - error)
+  // Of distances in long double, and a rounding for each of the numbers above.
+  const double size = motion.size();
+  const Real error = 0x1p-55L * (Real(size) + std::fabs(motion.margin));
+  if (!always_exact && distanceOfPoints(motion, time) <= reachOf(motion, time) - error)
     return {true, false};
+  // Where squares of lengths neither overflow nor vanish.
+  if (!always_exact && size > 0x1p-150 && size < 0x1p150) {
+    const Pose pose = poseAt(poseOf(motion, motion.start), poseOf(motion, motion.end), time);
+    const Vector<double> n = BestDirection(pose, motion.corners).n;
+    if (areBeyond(pose, pose, n, n, motion.corners, errorOf(motion))) return {false, false};
+  }
   return {ExactMotion(motion).areWithin(time), true};
 }
 

@@ -6,7 +6,8 @@
 
 namespace fcl_fibers::test {
 
-/// A segment and the hull of two or three corners, at one time.
+/// A segment and the hull of two or three corners, at one time. The ends of the segment may be one
+/// point, and the corners be on one line or at one point.
 struct GivenInstant {
   std::array<std::array<double, 3>, 2> axis;
   std::array<std::array<double, 3>, 3> corner;
@@ -42,8 +43,16 @@ class ImpactOracle {
   static Verdict apartDuring(const GivenMotion& motion, double from, double to,
                              bool always_exact = false);
 
-  /// Whether the two are no farther apart than radii and margin at a time.
+  /// Whether the two are no farther apart than radii and margin at a time. Most pairs are decided
+  /// in double, by two points that are certainly near enough or a direction that certainly parts
+  /// them.
   static Verdict withinAt(const GivenMotion& motion, double time, bool always_exact = false);
+
+  /// The same of a pair that rests.
+  static Verdict within(const GivenInstant& pair, std::size_t corners, double margin,
+                        bool always_exact = false) {
+    return withinAt({pair, pair, corners, margin}, 0, always_exact);
+  }
 
   /// Their distance at a time less radii and margin, rounded.
   static double excessAt(const GivenMotion& motion, double time);

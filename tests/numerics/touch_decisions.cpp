@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "numerics/triangle_decisions.h"
+#include "numerics/touch_decisions.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <sstream>
 
+#include "geometry/capsule_test.h"
+#include "geometry/segment_distance.h"
 #include "geometry/triangle_distance.h"
 #include "geometry/triangle_test.h"
-#include "support/exact_geometry.h"
+#include "support/impact_oracle.h"
 #include "support/random.h"
+#include "support/scoped_target.h"
 #include "support/segments.h"
-#include "support/triangle_oracle.h"
 
 namespace fcl_fibers::test {
 namespace {
@@ -21,6 +25,7 @@ using geometry::Segment;
 using geometry::Triangle;
 using geometry::Vec3d;
 
+/// A segment and the hull of two or three corners. Of two, the last is there twice.
 struct Pair {
   Segment segment;
   Triangle triangle;
@@ -34,6 +39,13 @@ double powerOfTen(Random& random, double low, double high) {
   return std::pow(10, random.between(low, high));
 }
 Vec3d inCube(Random& random) { return fromEigen(random.inCube(1)); }
+// Compilers differ in the order of the operands of an expression. So each draw is a statement.
+
+/// @param shape  inCube or direction
+Vec3d ofSize(Random& random, double low, double high, Vec3d (*shape)(Random&)) {
+  const double size = powerOfTen(random, low, high);
+  return size * shape(random);
+}
 Vec3d direction(Random& random) { return fromEigen(random.direction()); }
 Vec3d onGrid(Random& random, double largest) {
   const Vec3d p = inCube(random);
@@ -45,6 +57,11 @@ Vec3d pointOf(Random& random, const Triangle& t) {
   if (random.below(4) == 0) x = 0;
   if (random.below(4) == 0) y = random.below(2) == 0 ? 0 : 1 - x;
   return t.a + x * (t.b - t.a) + y * (t.c - t.a);
+}
+/// At a distance of it.
+Vec3d besideIt(Random& random, const Triangle& t, double low, double high) {
+  const Vec3d p = pointOf(random, t);
+  return p + ofSize(random, low, high, direction);
 }
 /// Through a point.
 Segment along(Random& random, const Vec3d& p, const Vec3d& v) {
@@ -74,16 +91,17 @@ Pair coplanar(Random& random) {
 /// As hair that meets a head.
 Pair near(Random& random) {
   Pair pair = anywhere(random);
-  const Vec3d p = pointOf(random, pair.triangle) + powerOfTen(random, -17, -1) * direction(random);
-  pair.segment = along(random, p, powerOfTen(random, -3, 1) * direction(random));
+  const Vec3d p = besideIt(random, pair.triangle, -17, -1);
+  pair.segment = along(random, p, ofSize(random, -3, 1, direction));
   return pair;
 }
 Pair needle(Random& random) {
   Pair pair = near(random);
   Triangle& t = pair.triangle;
-  t.c = t.a + random.between(-1, 2) * (t.b - t.a) + powerOfTen(random, -18, -1) * inCube(random);
-  pair.segment = along(random, pointOf(random, t) + powerOfTen(random, -17, 0) * direction(random),
-                       inCube(random));
+  t.c = t.a + random.between(-1, 2) * (t.b - t.a);
+  t.c = t.c + ofSize(random, -18, -1, inCube);
+  const Vec3d p = besideIt(random, t, -17, 0);
+  pair.segment = along(random, p, inCube(random));
   return pair;
 }
 Pair withoutArea(Random& random) {
@@ -102,18 +120,18 @@ Pair withoutLength(Random& random) {
 Pair nearlyInPlane(Random& random) {
   Pair pair = anywhere(random);
   const Triangle& t = pair.triangle;
-  const Vec3d v = pointOf(random, t) - pointOf(random, t);
-  const Vec3d p = pointOf(random, t) + powerOfTen(random, -17, 0) * direction(random);
-  pair.segment = along(random, p, v + powerOfTen(random, -18, -1) * direction(random));
+  const Vec3d from = pointOf(random, t), to = pointOf(random, t);
+  const Vec3d p = besideIt(random, t, -17, 0);
+  pair.segment = along(random, p, to - from + ofSize(random, -18, -1, direction));
   return pair;
 }
 Pair nearlyAlongAnEdge(Random& random) {
   Pair pair = random.below(2) == 0 ? needle(random) : anywhere(random);
   const Triangle& t = pair.triangle;
   const Vec3d v = random.below(2) == 0 ? t.b - t.a : t.c - t.b;
-  const Vec3d p = t.b + powerOfTen(random, -17, 0) * direction(random);
-  pair.segment = along(random, p - random.unit() * v,
-                       random.between(-2, 2) * v + powerOfTen(random, -18, -1) * direction(random));
+  const Vec3d p = t.b - random.unit() * v, way = random.between(-2, 2) * v;
+  const Vec3d beside = p + ofSize(random, -17, 0, direction);
+  pair.segment = along(random, beside, way + ofSize(random, -18, -1, direction));
   return pair;
 }
 Pair ofUnlikeSizes(Random& random) {
@@ -121,7 +139,7 @@ Pair ofUnlikeSizes(Random& random) {
   Segment& s = pair.segment;
   Triangle& t = pair.triangle;
   if (random.below(2) == 0) {
-    s = along(random, s.a, powerOfTen(random, -13, 13) * direction(random));
+    s = along(random, s.a, ofSize(random, -13, 13, direction));
   } else {
     const double size = powerOfTen(random, -13, 13);
     t = {t.a, t.a + size * inCube(random), t.a + size * inCube(random)};
@@ -130,7 +148,7 @@ Pair ofUnlikeSizes(Random& random) {
 }
 Pair farFromTheOrigin(Random& random) {
   Pair pair = random.below(2) == 0 ? near(random) : needle(random);
-  const Vec3d offset = powerOfTen(random, 1, 15) * direction(random);
+  const Vec3d offset = ofSize(random, 1, 15, direction);
   for (Vec3d* p : pair.points()) *p = *p + offset;
   return pair;
 }
@@ -141,18 +159,9 @@ constexpr Pair (*kMakers[])(Random&) = {
 
 std::array<double, 3> numbers(const Vec3d& v) { return {v.x, v.y, v.z}; }
 
-double sizeOf(const Pair& pair) {
-  const auto norm1 = [](const Vec3d& v) {
-    return std::fabs(v.x) + std::fabs(v.y) + std::fabs(v.z);
-  };
+GivenInstant given(const Pair& pair) {
   const auto& [s, t] = pair;
-  return norm1(s.a - t.a) + norm1(s.b - s.a) + norm1(t.b - t.a) + norm1(t.c - t.a);
-}
-
-Real distanceOf(const Pair& pair) {
-  const auto& [s, t] = pair;
-  return segmentTriangleDistance(toPoint(s.a), toPoint(s.b),
-                                 {toPoint(t.a), toPoint(t.b), toPoint(t.c)});
+  return {{numbers(s.a), numbers(s.b)}, {numbers(t.a), numbers(t.b), numbers(t.c)}};
 }
 
 /// Near the distance, or none.
@@ -175,25 +184,52 @@ double someReach(Random& random, double distance, double size) {
   }
 }
 
-/// What TrianglePairs decides of one pair: 1 for touching, -1 for apart, 0 for neither.
-int inFloat(const Pair& pair, double reach, double unit) {
-  const auto& [s, t] = pair;
-  const geometry::CapsuleEnd ends[] = {{{s.a.x, s.a.y, s.a.z, reach}}, {{s.b.x, s.b.y, s.b.z, 0}}};
-  geometry::MeshPoint corners[3];
-  for (int i = 0; i < 3; ++i) {
-    const Vec3d& p = *std::array{&t.a, &t.b, &t.c}[static_cast<std::size_t>(i)];
-    corners[i] = {{p.x, p.y, p.z, 0}};
-  }
-  geometry::TrianglePairs pairs(geometry::AffineMap(), unit);
-  pairs.add(ends, {&corners[0], &corners[1], &corners[2]}, /*margin=*/0, /*error=*/0);
-  const auto [touching, apart] = pairs.decide();
-  return static_cast<int>(touching & 1u) - static_cast<int>(apart & 1u);
+int verdictOf(const geometry::PairBlock::Verdict& verdict) {
+  return static_cast<int>(verdict.touching & 1u) - static_cast<int>(verdict.apart & 1u);
 }
 
-void decide(Random& random, TriangleTally& tally) {
+/// What a test of many pairs decides of one: 1 for touching, -1 for apart, 0 for neither. All
+/// instruction sets have to agree, or it is 2.
+int inFloat(const Pair& pair, std::size_t corners, double reach, double unit) {
+  const auto& [s, t] = pair;
+  // All shares are exact.
+  const auto endsOf = [](const Vec3d& a, const Vec3d& b, double radius) {
+    return std::array<geometry::CapsuleEnd, 2>{{{{a.x, a.y, a.z, radius}}, {{b.x, b.y, b.z, 0}}}};
+  };
+  const auto ends = endsOf(s.a, s.b, corners == 2 ? reach / 4 : reach);
+  const auto others = endsOf(t.a, t.b, reach / 2);
+  geometry::MeshPoint points[3];
+  for (int i = 0; i < 3; ++i) {
+    const Vec3d& p = *std::array{&t.a, &t.b, &t.c}[static_cast<std::size_t>(i)];
+    points[i] = {{p.x, p.y, p.z, 0}};
+  }
+  int decided = 2;
+  bool is_first = true;
+  for (const std::int64_t target : simd::availableTargets()) {
+    const simd::ScopedTarget scoped(target);
+    int verdict = 0;
+    if (corners == 2) {
+      geometry::CapsulePairs pairs(unit);
+      pairs.add(ends.data(), others.data(), /*margin=*/reach / 4, /*error=*/0);
+      verdict = verdictOf(pairs.decide());
+    } else {
+      geometry::TrianglePairs pairs(geometry::AffineMap(), unit);
+      pairs.add(ends.data(), {&points[0], &points[1], &points[2]}, /*margin=*/0, /*error=*/0);
+      verdict = verdictOf(pairs.decide());
+    }
+    if (!is_first && verdict != decided) return 2;
+    decided = verdict;
+    is_first = false;
+  }
+  return decided;
+}
+
+void decide(Random& random, std::size_t corners, TouchTally& tally) {
   Pair pair = kMakers[tally.decisions % std::size(kMakers)](random);
-  const auto distance = static_cast<double>(distanceOf(pair));
-  double size = sizeOf(pair);
+  if (corners == 2) pair.triangle.c = pair.triangle.b;
+  GivenMotion rests{given(pair), given(pair), corners};
+  const double distance = ImpactOracle::excessAt(rests, 0);
+  double size = rests.size();
   double reach = std::max(0.0, someReach(random, distance, size));
   tally.at_contact += std::fabs(distance - reach) <= 1e-12 * size;
   if (random.below(4) == 0) {
@@ -203,28 +239,27 @@ void decide(Random& random, TriangleTally& tally) {
     size *= scale;
   }
   const auto& [s, t] = pair;
-  const GivenSegment segment{numbers(s.a), numbers(s.b)};
-  const GivenTriangle triangle{numbers(t.a), numbers(t.b), numbers(t.c)};
-  const bool answer = axisWithin(s, t, reach);
+  const bool answer = corners == 2 ? axesWithin(s, {t.a, t.b, 0}, reach) : axisWithin(s, t, reach);
   const auto judge = [&](double slack) {
     const double least = std::numeric_limits<double>::denorm_min();
-    return TriangleOracle::judge(segment, triangle, answer ? reach + slack * size + least : reach);
+    return ImpactOracle::within(given(pair), corners,
+                                answer ? reach + slack * size + least : reach);
   };
   const double unit = tally.decisions % 4 == 0 ? 1 : geometry::PairBlock::unitFor(size);
-  const int in_float = inFloat(pair, reach, unit);
+  const int in_float = inFloat(pair, corners, reach, unit);
   if (in_float != 0) {
     ++tally.in_float;
     // There is no tolerance: what float cannot decide has to be left open.
-    tally.wrong_in_float +=
-        TriangleOracle::judge(segment, triangle, reach).within != (in_float > 0);
+    const bool is_within = ImpactOracle::within(given(pair), corners, reach).certain;
+    tally.wrong_in_float += in_float != (is_within ? 1 : -1);
   }
-  const auto [within, exact] = judge(kUsualExcess);
+  const auto [within, exact] = judge(corners == 2 ? kExcessOfCapsules : kUsualExcess);
   ++tally.decisions;
   tally.within += answer;
   tally.exact += exact;
   if (within == answer) return;
   tally.beyond_usual += answer;
-  if (answer && judge(kMostExcess).within) return;
+  if (answer && corners == 3 && judge(kMostExcess).certain) return;
   ++(answer ? tally.unpromised : tally.missed);
   if (!tally.first_wrong.empty()) return;
   std::ostringstream out;
@@ -235,10 +270,10 @@ void decide(Random& random, TriangleTally& tally) {
 
 }  // namespace
 
-TriangleTally decideTriangles(std::uint64_t decisions, std::uint64_t seed) {
+TouchTally decideTouches(std::size_t corners, std::uint64_t decisions, std::uint64_t seed) {
   Random random(seed);
-  TriangleTally tally;
-  while (tally.decisions < decisions) decide(random, tally);
+  TouchTally tally;
+  while (tally.decisions < decisions) decide(random, corners, tally);
   return tally;
 }
 

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace fcl_fibers::test {
+
+/// How much farther than reach a pair may be and be taken for within, in parts of the distance and
+/// lengths of the two. Of triangles needles alone may need the last.
+constexpr double kExcessOfCapsules = 0x1.4p-49, kUsualExcess = 1e-14, kMostExcess = 1e-11;
+
+/// Of many pairs of a segment and the hull of two or three corners.
+struct TouchTally {
+  std::uint64_t decisions = 0;
+  std::uint64_t within = 0;
+  std::uint64_t at_contact = 0;    ///< distance and reach differ by at most 1e-12 of all lengths
+  std::uint64_t exact = 0;         ///< decided in integers
+  std::uint64_t missed = 0;        ///< within reach, and taken for apart
+  std::uint64_t beyond_usual = 0;  ///< farther than reach and the usual excess, taken for within
+  std::uint64_t unpromised = 0;    ///< and kMostExcess; of capsules the same
+  std::uint64_t in_float = 0;      ///< decided by CapsulePairs or TrianglePairs
+  std::uint64_t wrong_in_float = 0;
+  std::string first_wrong;
+};
+
+/// Asks axesWithin() and CapsulePairs, or axisWithin() and TrianglePairs, about random pairs of all
+/// kinds: of general position, on a grid where corners, edges and planes meet exactly, nearly
+/// parallel, needles, points, of unlike sizes, far from the origin, and scaled by powers of two
+/// from 2^-1000 to 2^960. Most are near contact.
+/// @param corners  2 for two capsules, 3 for a capsule and a triangle
+TouchTally decideTouches(std::size_t corners, std::uint64_t decisions, std::uint64_t seed);
+
+}  // namespace fcl_fibers::test
