@@ -365,20 +365,6 @@ TYPED_TEST(PackTest, OverlapsAreThoseOfOneVolumeAtATime) {
   EXPECT_GT(apart, 1000);
 }
 
-TYPED_TEST(PackTest, OverlapIsSymmetric) {
-  // If this fails, whether a pair is found depends on which tree is descended.
-  Random random(6);
-  for (int i = 0; i < 20000; ++i) {
-    const auto p = this->anyVolume(random, 1);
-    const auto q = i % 2 == 0 ? this->anyVolume(random, 1)
-                              : this->touching(p, static_cast<float>(random.unit()));
-    typename TestFixture::Pack of_p, of_q;
-    of_p.set(1, p);
-    of_q.set(1, q);
-    ASSERT_EQ(overlaps(of_p, q), overlaps(of_q, p)) << i;
-  }
-}
-
 TEST(BoxPack, BoxesAreClosedToTheLastBitOnEveryAxis) {
   // If this fails, some comparison of the six is strict, or looks at another axis.
   const Box box{{0, 0, 0}, {1, 1, 1}};
@@ -396,17 +382,6 @@ TEST(BoxPack, BoxesAreClosedToTheLastBitOnEveryAxis) {
     EXPECT_EQ(overlaps(pack, other), 8u);
     other.high[axis] = -1e-30f;
     EXPECT_EQ(overlaps(pack, other), 0u);
-  }
-}
-
-TEST(SpherePack, SpheresAreClosedWhereTheDistanceIsKnown) {
-  // If this fails, an axis is missing in the distance of two centres.
-  Sphere::Pack<8> pack;
-  pack.set(5, {{0, 0, 0}, 3});
-  for (const Sphere& sphere :
-       {Sphere{{6, 6, 3}, 6}, Sphere{{6, 3, -6}, 6}, Sphere{{-3, 6, 6}, 6}}) {
-    EXPECT_EQ(overlaps(pack, sphere), 32u);
-    EXPECT_EQ(overlaps(pack, {{sphere.center[0], sphere.center[1], sphere.center[2]}, 5.999f}), 0u);
   }
 }
 
@@ -467,15 +442,18 @@ TYPED_TEST(PackTest, UnboundedVolumesOverlapAll) {
   }
 }
 
-TYPED_TEST(PackTest, OverlapsAndDistancesAreTight) {
-  // If this fails, a pair of volumes that meet is missed or one well apart is reported, or the
-  // nearest pair is pruned, or nothing is.
+TYPED_TEST(PackTest, NothingIsMissedAndOverlapsAndDistancesAreTight) {
+  // If this fails, squares that overflow or vanish make volumes that meet look apart, or something
+  // look farther than it is; or one well apart is reported, or nothing is pruned.
   Random random(7);
-  for (int i = 0; i < 20000; ++i) {
-    const auto scale = static_cast<float>(std::pow(10.0, random.between(-12, 12)));
+  for (int i = 0; i < 80000; ++i) {
+    const bool is_moderate = i % 4 == 0;
+    const double most = is_moderate ? 12 : 38;
+    const auto scale = static_cast<float>(std::pow(10.0, random.between(-most, most)));
+    const auto other_scale = static_cast<float>(std::pow(10.0, random.between(-most, most)));
     const auto volumes = this->randomVolumes(random, scale);
-    auto volume = this->anyVolume(random, scale);
-    if (i % 3 == 0) volume = this->touching(volumes[0], scale);
+    auto volume = this->anyVolume(random, !is_moderate && i % 3 == 0 ? other_scale : scale);
+    if (is_moderate && i % 3 == 0) volume = this->touching(volumes[0], scale);
     const auto pack = this->packOf(volumes);
     const LaneMask mask = overlaps(pack, volume);
     float distances[TestFixture::kLanes];
@@ -484,33 +462,12 @@ TYPED_TEST(PackTest, OverlapsAndDistancesAreTight) {
       const auto& other = volumes[static_cast<std::size_t>(lane)];
       const Real gap = gapOf(other, volume), size = sizeOf(other, volume);
       const bool overlapping = (mask >> lane & 1u) != 0;
-      ASSERT_TRUE(gap > 0 || overlapping) << i;
-      ASSERT_FALSE(gap > 4e-6L * size && overlapping) << i;
-      ASSERT_GE(distances[lane], 0) << i;
-      ASSERT_LE(Real(distances[lane]), std::max(gap, Real(0))) << i;
-      ASSERT_GE(Real(distances[lane]), gap - 1e-5L * size) << i;
-    }
-  }
-}
-
-TYPED_TEST(PackTest, NothingIsMissedAtAnySize) {
-  // If this fails, squares that overflow or vanish make volumes that meet look apart, or something
-  // look farther than it is.
-  Random random(8);
-  for (int i = 0; i < 60000; ++i) {
-    const auto scale = static_cast<float>(std::pow(10.0, random.between(-38, 38)));
-    const auto other_scale = static_cast<float>(std::pow(10.0, random.between(-38, 38)));
-    const auto volumes = this->randomVolumes(random, scale);
-    const auto volume = this->anyVolume(random, i % 3 == 0 ? other_scale : scale);
-    const auto pack = this->packOf(volumes);
-    const LaneMask mask = overlaps(pack, volume);
-    float distances[TestFixture::kLanes];
-    ASSERT_EQ(nearer(pack, volume, kInfinity, distances), firstLanes(TestFixture::kLanes));
-    for (int lane = 0; lane < TestFixture::kLanes; ++lane) {
-      const Real gap = gapOf(volumes[static_cast<std::size_t>(lane)], volume);
-      ASSERT_TRUE(gap > 0 || (mask >> lane & 1u)) << i << " scale " << scale;
+      ASSERT_TRUE(gap > 0 || overlapping) << i << " scale " << scale;
       ASSERT_GE(distances[lane], 0) << i << " scale " << scale;
       ASSERT_LE(Real(distances[lane]), std::max(gap, Real(0))) << i << " scale " << scale;
+      if (!is_moderate) continue;
+      ASSERT_FALSE(gap > 4e-6L * size && overlapping) << i;
+      ASSERT_GE(Real(distances[lane]), gap - 1e-5L * size) << i;
     }
   }
 }
