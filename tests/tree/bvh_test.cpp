@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "geometry/enclosing_sphere.h"
-#include "geometry/frame.h"
 #include "support/overlap.h"
 #include "support/random.h"
 #include "support/segments.h"
@@ -27,8 +26,6 @@ namespace {
 
 using geometry::Ball;
 using geometry::Box;
-using geometry::Frame;
-using geometry::FrameChange;
 using geometry::fromEigen;
 using geometry::Segment;
 using geometry::Sphere;
@@ -404,73 +401,6 @@ TYPED_TEST(BvhTest, PaddingFindsPairsThatAreApart) {
   }
 }
 
-/// The segments of a scene that are given in one frame, in another.
-std::vector<Segment> seenFrom(const Frame& to, const Frame& from, std::vector<Segment> segments) {
-  const FrameChange change(from, to);
-  for (Segment& segment : segments) segment = change(segment);
-  return segments;
-}
-
-struct TwoFrames {
-  Frame a, b;
-};
-std::vector<TwoFrames> framesOfTwoTrees() {
-  return {{{}, {}},
-          {{{0, 0, 0}, 1}, {{0.5, -0.25, 0.125}, 1}},
-          {{{1, 2, 3}, 4}, {{1.5, 2, 2.5}, 0.125}},
-          {{{1000, 0, -500}, 0.0625}, {{1001, 1, -499}, 64}},
-          {{{1e6, 1e6, 1e6}, 1}, {{1e6 + 0.3, 1e6, 1e6}, 1024}}};
-}
-
-/// Two scenes, each in its own frame, and the second one's segments in the first's.
-struct TwoScenes {
-  FiberScene a, b;
-  std::vector<Segment> b_in_a;
-};
-TwoScenes seenFrom(const TwoFrames& frames, FiberScene a, FiberScene b) {
-  // World coordinates are taken relative to the first frame's origin.
-  const Frame world{frames.a.origin, 1};
-  a.segments = seenFrom(frames.a, world, a.segments);
-  b.segments = seenFrom(frames.b, world, b.segments);
-  return {a, b, seenFrom(frames.a, frames.b, b.segments)};
-}
-
-TYPED_TEST(BvhTest, PairsOfTwoTreesInTwoFramesAreFound) {
-  // If this fails, managers whose scenes lie elsewhere or have another size miss each other's
-  // objects.
-  const FiberScene world_a = wanderingFibers({50, 1, 70, 3}, 8, 0.5);
-  const FiberScene world_b = wanderingFibers({40, 40, 0, 1, 9}, 9, 0.5);
-  for (const TwoFrames& frames : framesOfTwoTrees()) {
-    const auto [a, b, b_in_a] = seenFrom(frames, world_a, world_b);
-    const TypeParam tree_a = this->build(a), tree_b = this->build(b);
-
-    for (const double growth : {0.0, 0.1}) {
-      const double in_a = growth * frames.a.scale, in_b = growth * frames.b.scale;
-      const FrameChange b_to_a(frames.b, frames.a, in_a), a_to_b(frames.a, frames.b, in_b);
-      const TreePair<TypeParam> two{tree_a, tree_b, b_to_a, a_to_b};
-      const PairList pairs = asSet(pairsFound<TypeParam>(two), true);
-      ASSERT_FALSE(hasDuplicates(pairs));
-      EXPECT_GE(pairs.size(), 20u);
-      for (const SegmentId i : a.fibers.ids) {
-        for (const SegmentId j : b.fibers.ids) {
-          const bool found = std::binary_search(pairs.begin(), pairs.end(), std::pair(i, j));
-          const Segment& p = this->at(a, i);
-          Segment q = b_in_a[static_cast<std::size_t>(j)];
-          const double reach = q.radius + in_a, slack = 1e-5 * frames.a.scale;
-          q.radius = reach - slack;
-          if (q.radius >= 0 && this->exactly(p, q)) {
-            ASSERT_TRUE(found) << "missing: " << i << ' ' << j;
-          }
-          q.radius = reach + slack;
-          if (!this->exactly(p, q)) {
-            ASSERT_FALSE(found) << "extra: " << i << ' ' << j;
-          }
-        }
-      }
-    }
-  }
-}
-
 TYPED_TEST(BvhTest, LeavesAreThoseThatOverlapTheVolume) {
   // If this fails, a query of one object misses segments or repeats them.
   Random random(10);
@@ -528,29 +458,6 @@ TYPED_TEST(BvhTest, TheNearestPairIsFoundByLookingAtFew) {
     Nearest below(scene.segments, scene.segments);
     visitNearest(tree, 0.5 * least, below);
     EXPECT_LT(below.visited, nearest.visited) << i;
-  }
-}
-
-TYPED_TEST(BvhTest, TheNearestPairOfTwoTreesIsFoundInTwoFrames) {
-  // If this fails, the limit of one frame is compared with distances of the other.
-  FiberScene world_a = wanderingFibers({50, 1, 70, 3}, 12),
-             world_b = wanderingFibers({40, 40, 0, 1, 9}, 13);
-  for (Segment& segment : world_b.segments)
-    segment = {segment.a + Vec3d{3, 1, 0}, segment.b + Vec3d{3, 1, 0}, segment.radius};
-  for (const TwoFrames& frames : framesOfTwoTrees()) {
-    const auto [a, b, b_in_a] = seenFrom(frames, world_a, world_b);
-    const FrameChange b_to_a(frames.b, frames.a), a_to_b(frames.a, frames.b);
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    const TypeParam tree_a = this->build(a), tree_b = this->build(b);
-    Nearest nearest(a.segments, b_in_a);
-    visitNearest(TreePair<TypeParam>{tree_a, tree_b, b_to_a, a_to_b}, kInfinity, nearest);
-    double least = kInfinity;
-    for (const SegmentId i : a.fibers.ids) {
-      for (const SegmentId j : b.fibers.ids) least = std::min(least, nearest.distance(i, j));
-    }
-    EXPECT_GT(least, 0);
-    EXPECT_NEAR(nearest.least, least, 1e-9 * frames.a.scale);
-    EXPECT_LT(nearest.visited, a.fibers.ids.size() * b.fibers.ids.size() / 4);
   }
 }
 
