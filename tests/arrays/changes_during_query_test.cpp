@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fcl_fibers/fiber_tree.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -39,28 +40,30 @@ struct Watched {
 using Found = std::vector<std::pair<std::int32_t, std::int32_t>>;
 using Change = std::function<void(Watched&)>;
 
-/// Hands what a query finds on, and makes a change at the first.
+/// Keeps what a query finds up to so many, and makes a change at the first.
 struct Visitor {
-  void operator()(SegmentPair pair) { take(pair.a, pair.b); }
-  void operator()(const Impact& impact) { take(impact.pair.a, impact.pair.b); }
-  void operator()(TrianglePair pair) { take(pair.segment, pair.triangle); }
-  void operator()(const MeshImpact& impact) { take(impact.pair.segment, impact.pair.triangle); }
-  void operator()(std::int32_t segment) { take(segment, 0); }
+  bool operator()(SegmentPair pair) { return take(pair.a, pair.b); }
+  bool operator()(const Impact& impact) { return take(impact.pair.a, impact.pair.b); }
+  bool operator()(TrianglePair pair) { return take(pair.segment, pair.triangle); }
+  bool operator()(const MeshImpact& i) { return take(i.pair.segment, i.pair.triangle); }
+  bool operator()(std::int32_t segment) { return take(segment, 0); }
 
-  void take(std::int32_t a, std::int32_t b) {
+  bool take(std::int32_t a, std::int32_t b) {
     found.emplace_back(a, b);
     if (found.size() == 1) change(scene);
+    return found.size() == wanted;
   }
 
   Watched& scene;
   const Change& change;
+  std::size_t wanted = 0;  ///< 0 for all
   Found found = {};
 };
 
 struct VisitorQuery {
   const char* name;
   bool reads_other;
-  std::function<void(Watched&, Visitor&)> ask;
+  std::function<bool(Watched&, Visitor&)> ask;
 };
 
 /// Each that calls a visitor.
@@ -68,25 +71,27 @@ std::vector<VisitorQuery> allVisitorQueries() {
   using S = Watched;
   using V = Visitor;
   return {
-      {"pairs", false, [](S& s, V& visit) { s.own->visit(Touching{}, visit); }},
-      {"pairs of two", true, [](S& s, V& visit) { s.own->visit(Touching{}, *s.other, visit); }},
-      {"impacts", false, [](S& s, V& visit) { s.own->visit(Impacts{}, visit); }},
-      {"impacts of two", true, [](S& s, V& visit) { s.own->visit(Impacts{}, *s.other, visit); }},
-      {"moving pairs", false, [](S& s, V& visit) { s.own->visit(MovingPairs{}, visit); }},
+      {"pairs", false, [](S& s, V& visit) { return s.own->visit(Touching{}, visit); }},
+      {"pairs of two", true,
+       [](S& s, V& visit) { return s.own->visit(Touching{}, *s.other, visit); }},
+      {"impacts", false, [](S& s, V& visit) { return s.own->visit(Impacts{}, visit); }},
+      {"impacts of two", true,
+       [](S& s, V& visit) { return s.own->visit(Impacts{}, *s.other, visit); }},
+      {"moving pairs", false, [](S& s, V& visit) { return s.own->visit(MovingPairs{}, visit); }},
       {"moving pairs of two", true,
-       [](S& s, V& visit) { s.own->visit(MovingPairs{}, *s.other, visit); }},
-      {"mesh", false, [](S& s, V& visit) { s.own->visit(Touching{}, *s.start, visit); }},
+       [](S& s, V& visit) { return s.own->visit(MovingPairs{}, *s.other, visit); }},
+      {"mesh", false, [](S& s, V& visit) { return s.own->visit(Touching{}, *s.start, visit); }},
       {"impacts with a mesh", false,
        [](S& s, V& visit) {
-         s.own->visit(Impacts{}, MeshStep{*s.start, *s.end}, visit);
+         return s.own->visit(Impacts{}, MeshStep{*s.start, *s.end}, visit);
        }},
       {"capsule", false,
        [](S& s, V& visit) {
-         s.own->visit(Touching{}, CapsuleShape{{0, 0, 0}, {0.1, 0, 0}, 0.3}, visit);
+         return s.own->visit(Touching{}, CapsuleShape{{0, 0, 0}, {0.1, 0, 0}, 0.3}, visit);
        }},
       {"box", false,
        [](S& s, V& visit) {
-         s.own->visit(Touching{}, BoxShape{{-0.3, -0.3, -0.3}, {0.3, 0.3, 0.3}}, visit);
+         return s.own->visit(Touching{}, BoxShape{{-0.3, -0.3, -0.3}, {0.3, 0.3, 0.3}}, visit);
        }},
   };
 }
@@ -109,6 +114,19 @@ void forChanges(FiberTree& tree, const Watched& scene, Use&& use) {
   use("FiberTree::update", [&] { tree.update(c); });
   use("FiberTree::update", [&] { tree.update(a, b); });
   use("FiberTree::update", [&] { tree.update(c, d); });
+}
+
+TEST(VisitorQueries, EndWhereTheVisitorSays) {
+  // If this fails, a program that wants the first contacts waits for all, or gets others.
+  for (const VisitorQuery& query : allVisitorQueries()) {
+    SCOPED_TRACE(query.name);
+    Watched scene;
+    const Change none = [](Watched&) {};
+    Visitor all{scene, none}, some{scene, none, 17};
+    EXPECT_FALSE(query.ask(scene, all));
+    EXPECT_TRUE(query.ask(scene, some));
+    EXPECT_EQ(some.found, Found(all.found.begin(), all.found.begin() + 17));
+  }
 }
 
 TEST(ChangesDuringAQuery, OfItsTreesAreRefused) {

@@ -193,16 +193,6 @@ TYPED_TEST(FiberTreeMesh, FindsEachTouchingSegmentOnce) {
   }
 }
 
-TEST(FiberTreeMesh, AVisitorEndsTheQuery) {
-  const auto fibers = curledFibers<double>(8);
-  const auto triangles = ball<double>(0.3, 12, 16);
-  const TriangleMesh mesh(triangles.view());
-  int visits = 0;
-  EXPECT_TRUE(
-      treeOf(fibers.view()).visit(Touching{}, mesh, [&](TrianglePair) { return ++visits == 3; }));
-  EXPECT_EQ(visits, 3);
-}
-
 TYPED_TEST(FiberTreeMesh, ASolidCountsWhatIsInside) {
   using S = TypeParam;
   const auto fibers = curledFibers<S>(9, 40);
@@ -403,18 +393,6 @@ TEST(FiberTreeMesh, RootsAndCategoriesLeaveSegmentsOut) {
     };
     EXPECT_EQ(inBox(tree), inBox(all));
   }
-}
-
-TEST(FiberTreeMesh, PointsThatMoveAreFoundAfterAnUpdate) {
-  const auto fibers = curledFibers<double>(13, 40);
-  auto triangles = ball<double>(0.2, 12, 16);
-  TriangleMesh mesh(triangles.view());
-  const TriangleMesh before = mesh;
-  const Pairs pairs_before = pairsOf(treeOf(fibers.view()), mesh);
-  for (double& x : triangles.points) x *= 1.6;
-  mesh.update(triangles.view());
-  Gaps<double>(fibers, triangles, {}).expect(pairsOf(treeOf(fibers.view()), mesh), 0);
-  EXPECT_EQ(pairsOf(treeOf(fibers.view()), before), pairs_before);
 }
 
 TEST(FiberTreeMesh, MeshesOfAnySizeAndPlaceAreRight) {

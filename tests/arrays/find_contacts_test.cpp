@@ -34,10 +34,12 @@ constexpr Real kContactRounding = 1e-14L;
 
 test::Point toPoint(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
 
-FiberTree capsuleTree(const FiberArrays<double>& fibers, int threads = 1) {
+template <typename S>
+FiberTree capsuleTree(const FiberArrays<S>& fibers, int threads = 1, double margin = 0) {
   FiberTreeOptions options;
   options.report = Report::kCapsules;
   options.threads = threads;
+  options.margin = margin;
   FiberTree tree(options);
   tree.build(fibers);
   return tree;
@@ -110,6 +112,14 @@ void expectRight(const Assembly<S>& fibers, const ExactTriangle& t, const MeshCo
   }
 }
 
+void expectSame(const Contact& found, const Contact& expected) {
+  ASSERT_EQ(std::tie(found.a.fiber, found.a.segment, found.b.fiber, found.b.segment),
+            std::tie(expected.a.fiber, expected.a.segment, expected.b.fiber, expected.b.segment));
+  ASSERT_EQ(std::tie(found.s, found.t, found.distance, found.point_a, found.point_b, found.normal),
+            std::tie(expected.s, expected.t, expected.distance, expected.point_a, expected.point_b,
+                     expected.normal));
+}
+
 template <typename S>
 class FindContacts : public testing::Test {};
 TYPED_TEST_SUITE(FindContacts, Scalars, ScalarName);
@@ -118,24 +128,13 @@ TYPED_TEST_SUITE(FindContacts, Scalars, ScalarName);
 TYPED_TEST(FindContacts, OfFibersAreThoseOfTheVisitedPairs) {
   const auto fibers = curledFibers<TypeParam>(31, 60);
   for (const int threads : {1, 3}) {
-    FiberTreeOptions options;
-    options.report = Report::kCapsules;
-    options.threads = threads;
-    FiberTree tree(options);
-    tree.build(fibers.view());
+    const FiberTree tree = capsuleTree(fibers.view(), threads);
     std::vector<Contact> contacts(7);
     tree.find(Contacts{fibers.view()}, contacts);
     std::size_t next = 0;
     tree.visit(Touching{}, [&](SegmentPair pair) {
       ASSERT_LT(next, contacts.size());
-      const Contact expected = capsuleContact(fibers.view(), pair), &found = contacts[next++];
-      ASSERT_EQ(
-          std::tie(found.a.fiber, found.a.segment, found.b.fiber, found.b.segment),
-          std::tie(expected.a.fiber, expected.a.segment, expected.b.fiber, expected.b.segment));
-      ASSERT_EQ(
-          std::tie(found.s, found.t, found.distance, found.point_a, found.point_b, found.normal),
-          std::tie(expected.s, expected.t, expected.distance, expected.point_a, expected.point_b,
-                   expected.normal));
+      expectSame(contacts[next++], capsuleContact(fibers.view(), pair));
     });
     EXPECT_EQ(next, contacts.size());
 
@@ -147,11 +146,7 @@ TYPED_TEST(FindContacts, OfFibersAreThoseOfTheVisitedPairs) {
     std::vector<Contact> some(pairs.size() - kFirst);
     tree.writeContacts(Contacts{fibers.view()}, tree, pairs.data() + kFirst, some.size(),
                        some.data());
-    for (std::size_t i = 0; i < some.size(); ++i) {
-      const Contact& expected = contacts[i + kFirst];
-      ASSERT_EQ(std::tie(some[i].point_a, some[i].point_b, some[i].distance),
-                std::tie(expected.point_a, expected.point_b, expected.distance));
-    }
+    for (std::size_t i = 0; i < some.size(); ++i) expectSame(some[i], contacts[i + kFirst]);
     pairs.back().b = -1;
     EXPECT_THROW(tree.writeContacts(Contacts{fibers.view()}, tree, pairs.data(), pairs.size(),
                                     contacts.data()),
@@ -163,11 +158,7 @@ TYPED_TEST(FindContacts, OfFibersAreThoseOfTheVisitedPairs) {
 // A contact would be that of a capsule of the wrong tree.
 TYPED_TEST(FindContacts, OfTwoTreesAreThoseOfTheirPairs) {
   const auto mine = curledFibers<TypeParam>(36, 60), theirs = curledFibers<TypeParam>(37, 50);
-  FiberTreeOptions options;
-  options.report = Report::kCapsules;
-  FiberTree tree(options), other(options);
-  tree.build(mine.view());
-  other.build(theirs.view());
+  const FiberTree tree = capsuleTree(mine.view()), other = capsuleTree(theirs.view());
   const auto others = theirs.view();
   const Contacts question{mine.view(), &others};
   std::vector<Contact> contacts;
@@ -175,11 +166,7 @@ TYPED_TEST(FindContacts, OfTwoTreesAreThoseOfTheirPairs) {
   std::size_t next = 0;
   tree.visit(Touching{}, other, [&](SegmentPair pair) {
     ASSERT_LT(next, contacts.size());
-    const Contact expected = capsuleContact(mine.view(), others, pair), &found = contacts[next++];
-    ASSERT_EQ(std::tie(found.a.fiber, found.a.segment, found.b.fiber, found.b.segment),
-              std::tie(expected.a.fiber, expected.a.segment, expected.b.fiber, expected.b.segment));
-    ASSERT_EQ(std::tie(found.distance, found.point_a, found.point_b),
-              std::tie(expected.distance, expected.point_a, expected.point_b));
+    expectSame(contacts[next++], capsuleContact(mine.view(), others, pair));
   });
   EXPECT_EQ(next, contacts.size());
   EXPECT_GT(next, 100u);
@@ -209,12 +196,7 @@ TYPED_TEST(FindContacts, OfASurfaceAreWhereTheyTouch) {
       mesh.setPose(pose);
       std::vector<std::vector<double>> by_one_thread;
       for (const int threads : {1, 3}) {
-        FiberTreeOptions options;
-        options.report = Report::kCapsules;
-        options.threads = threads;
-        options.margin = 0.01;
-        FiberTree tree(options);
-        tree.build(fibers.view());
+        const FiberTree tree = capsuleTree(fibers.view(), threads, 0.01);
         std::vector<MeshContact> contacts(3);
         tree.find(Contacts{fibers.view()}, mesh, contacts);
         std::vector<TrianglePair> pairs;
@@ -257,10 +239,7 @@ TYPED_TEST(FindContacts, OfASolidLeadOut) {
   for (const MeshPose& pose : {MeshPose(), randomPose(36, 0.1)}) {
     solid.setPose(pose);
     const test::Point middle = toPoint(pose.position);
-    FiberTreeOptions options;
-    options.report = Report::kCapsules;
-    FiberTree tree(options);
-    tree.build(fibers.view());
+    const FiberTree tree = capsuleTree(fibers.view());
     std::vector<MeshContact> contacts;
     tree.find(Contacts{fibers.view()}, solid, contacts);
     int crossing = 0, inside = 0, outside = 0;

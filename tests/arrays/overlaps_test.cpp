@@ -110,20 +110,6 @@ TYPED_TEST(Overlaps, OfVolumesIncludeTheSegmentsThatTouch) {
   }
 }
 
-// A visitor could not stop at the first segment.
-TEST(Overlaps, EndWhereTheVisitorSays) {
-  const auto fibers = curledFibers<double>(54, 60);
-  FiberTreeOptions options;
-  options.report = Report::kCapsules;
-  FiberTree tree(options);
-  tree.build(fibers.view());
-  int calls = 0;
-  const auto stop = [&](std::int32_t) { return ++calls == 2; };
-  EXPECT_TRUE(tree.visit(Touching{}, BoxShape{{-1, -1, -1}, {1, 1, 1}}, stop));
-  EXPECT_EQ(calls, 2);
-  EXPECT_FALSE(FiberTree(options).visit(Touching{}, BoxShape{{-1, -1, -1}, {1, 1, 1}}, stop));
-}
-
 // A shape that is none would be compared with NaN, which finds all or nothing.
 TEST(Overlaps, RefuseShapesThatAreNone) {
   const auto fibers = curledFibers<double>(55, 10);
