@@ -62,23 +62,6 @@ double largestDistance(const RodShape& shape, const RodShape& fine) {
   return largest;
 }
 
-TEST(CosseratRod, KeepsItsReferenceWithoutLoad) {
-  // If this fails, a rod is strained by nothing. A helix by its curvature and torsion: do Carmo,
-  // Differential Geometry of Curves and Surfaces, section 1-5.
-  CosseratRod rod = rodOf(10, {1, 2, 3});
-  rod.reference_curvature = {0, 0.6, 0.8};
-  const RodShape shape = solveRod(rod, {}, 40);
-  for (std::size_t i = 0; i < shape.points.size(); ++i) {
-    // About the axis (0, 0.6, 0.8), with w = 1, radius 0.6 and rise 0.8.
-    const double s = arcLength(rod, i, 40);
-    const Vector3d expected = {0.6 * (1 - std::cos(s)), 0.48 * (s - std::sin(s)),
-                               0.64 * s + 0.36 * std::sin(s)};
-    EXPECT_LE((shape.points[i] - expected).norm(), 1e-4) << s;
-    EXPECT_LE(shape.moments[i].norm(), 1e-15);
-  }
-  EXPECT_TRUE(shape.is_stable);
-}
-
 // Kirchhoff's helix: an isotropic rod under a wrench along the axis of the helix (Love, A Treatise
 // on the Mathematical Theory of Elasticity, 1927, chapter XIX). With curvature k, torsion t, twist
 // q and w^2 = k^2 + t^2, the balance of moments asks for the force w (C q - K t) along the axis and

@@ -101,19 +101,23 @@ TEST(Helix, HelicesVaryAsDescribed) {
 TEST(Helix, EveryPointIsOnItsHelix) {
   // If this fails, the fibers are no helices parametrised by arc length.
   const int segments = 60;
-  const FiberPolylines scene = makeHelix(parametersOf<HelixParameters>(50, segments));
-  for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-    const SeenHelix helix = seeHelix(scene, f, segments, 0);
-    const double slope = helix.radius * helix.angular_rate;
-    EXPECT_NEAR(helix.rise, std::sqrt(1 - slope * slope), 1e-9);
-    for (int i = 0; i <= segments; ++i) {
-      const double s = 30.0 * i / segments;
-      const double angle = helix.angular_rate * s + helix.phase;
-      const Point expected = {
-          helix.root[0] + helix.radius * (std::cos(angle) - std::cos(helix.phase)),
-          helix.root[1] + helix.radius * (std::sin(angle) - std::sin(helix.phase)), helix.rise * s};
-      const std::size_t at = scene.point_begin[f] + static_cast<std::size_t>(i);
-      ASSERT_LE(distance(untwisted(scene.points[at], 0), expected), 1e-9) << "fiber " << f;
+  auto parameters = parametersOf<HelixParameters>(50, segments);
+  for (parameters.frame = 0; parameters.frame < 3; ++parameters.frame) {
+    const FiberPolylines scene = makeHelix(parameters);
+    for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+      const SeenHelix helix = seeHelix(scene, f, segments, parameters.frame);
+      const double slope = helix.radius * helix.angular_rate;
+      EXPECT_NEAR(helix.rise, std::sqrt(1 - slope * slope), 1e-9);
+      for (int i = 0; i <= segments; ++i) {
+        const double s = 30.0 * i / segments;
+        const double angle = helix.angular_rate * s + helix.phase;
+        const Point expected = {
+            helix.root[0] + helix.radius * (std::cos(angle) - std::cos(helix.phase)),
+            helix.root[1] + helix.radius * (std::sin(angle) - std::sin(helix.phase)),
+            helix.rise * s};
+        const Point& point = scene.points[scene.point_begin[f] + static_cast<std::size_t>(i)];
+        ASSERT_LE(distance(untwisted(point, parameters.frame), expected), 1e-9) << "fiber " << f;
+      }
     }
   }
 }
@@ -125,17 +129,6 @@ TEST(Helix, WideHelicesAreNarrowedSoThatTheyRise) {
   const SeenHelix helix = seeHelix(makeHelix(parameters), 25, 100, 0);
   EXPECT_NEAR(helix.radius * helix.angular_rate, 0.95, 1e-9);
   EXPECT_NEAR(helix.rise, std::sqrt(1 - 0.95 * 0.95), 1e-9);
-}
-
-TEST(Helix, MoreSegmentsRefineTheSameFibers) {
-  // If this fails, scenes of different resolution cannot be compared.
-  const FiberPolylines coarse = makeHelix(parametersOf<HelixParameters>(9, 10));
-  const FiberPolylines fine = makeHelix(parametersOf<HelixParameters>(9, 30));
-  for (std::size_t f = 0; f < 9; ++f) {
-    for (std::size_t i = 0; i <= 10; ++i) {
-      EXPECT_EQ(coarse.points[f * 11 + i], fine.points[f * 31 + 3 * i]);
-    }
-  }
 }
 
 TEST(Helix, MoreFibersKeepTheHelicesOfTheFirst) {
@@ -170,22 +163,6 @@ TEST(Helix, FramesTurnPhaseAndHelixAndNothingElse) {
       EXPECT_NEAR(after[f].radius, before[f].radius, 1e-9);
       EXPECT_NEAR(after[f].angular_rate, before[f].angular_rate, 1e-9);
       EXPECT_NEAR(after[f].phase, before[f].phase + 0.01 * frame, 1e-9);
-    }
-  }
-}
-
-TEST(Helix, FramesMoveEveryPointAndStretchNothing) {
-  // If this fails, parts of the scene stand still, or fibers grow.
-  auto parameters = parametersOf<HelixParameters>(40, 50);
-  const FiberPolylines still = makeHelix(parameters);
-  parameters.frame = 1;
-  const FiberPolylines moved = makeHelix(parameters);
-  for (std::size_t f = 0; f < still.fiberCount(); ++f) {
-    for (std::size_t i = still.point_begin[f]; i < still.point_begin[f + 1]; ++i) {
-      EXPECT_GT(distance(moved.points[i], still.points[i]), 1e-6);
-      if (i == still.point_begin[f]) continue;
-      EXPECT_NEAR(distance(moved.points[i - 1], moved.points[i]),
-                  distance(still.points[i - 1], still.points[i]), 1e-12);
     }
   }
 }
