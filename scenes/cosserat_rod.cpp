@@ -2,418 +2,26 @@
 #include "scenes/cosserat_rod.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 #include <sstream>
 #include <stdexcept>
-#include <utility>
 
 #include "arguments.h"
+#include "scenes/rod_equations.h"
 
 namespace fcl_fibers::scenes {
 namespace {
 
-using Matrix = Eigen::Matrix3d;
-using Vector = Eigen::Vector3d;
-using Quaternion = Eigen::Quaterniond;
+using Vector = RodEquations::Vector;
+using Quaternion = RodEquations::Quaternion;
+using State = RodEquations::State;
 
-// The last correction, in radians; moments likewise. What it leaves is of the size of its square.
-constexpr double kTolerance = 1e-6;
-constexpr double kLargestResidual = 1e-10;
-constexpr int kNewtonSteps = 40;  // for one load
-constexpr double kReach = 1;      // radians that a load step may turn a frame by
+constexpr double kReach = 1;  // radians that a load step may turn a frame by
 constexpr double kLeastLoadStep = 0x1p-20;
 constexpr double kLargestTurn = 1;     // radians between neighbouring points
 constexpr double kLongestSpacing = 1;  // between points, in bending lengths
-
-// [v], with [v] x = v x x.
-Matrix crossMatrix(const Vector& v) {
-  Matrix m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
-// [v] m
-Matrix crossTimes(const Vector& v, const Matrix& m) {
-  Matrix product;
-  for (int k = 0; k < 3; ++k) product.col(k) = v.cross(m.col(k));
-  return product;
-}
-
-// m [v]
-Matrix timesCross(const Matrix& m, const Vector& v) {
-  Matrix product;
-  product.col(0) = m.col(1) * v.z() - m.col(2) * v.y();
-  product.col(1) = m.col(2) * v.x() - m.col(0) * v.z();
-  product.col(2) = m.col(0) * v.y() - m.col(1) * v.x();
-  return product;
-}
-
-Quaternion exponential(const Vector& turn) {
-  const double square = turn.squaredNorm();
-  const double half_angle = 0.5 * std::sqrt(square);
-  // Where the angle is small, its sine over itself is 1 to rounding.
-  const double factor = square < 1e-15 ? 0.5 : 0.5 * std::sin(half_angle) / half_angle;
-  return {std::cos(half_angle), factor * turn.x(), factor * turn.y(), factor * turn.z()};
-}
-
-// J with exponential(t + dt) = exponential(t) exponential(J dt) for small dt; its series to what
-// turns of at most one radian leave visible.
-Matrix exponentialSlope(const Vector& t) {
-  const double square = t.squaredNorm();
-  const double b = 1.0 / 2 - square * (1.0 / 24 - square * (1.0 / 720 - square / 40320));
-  const double c = 1.0 / 6 - square * (1.0 / 120 - square * (1.0 / 5040 - square / 362880));
-  Matrix slope = c * t * t.transpose() - b * crossMatrix(t);
-  slope.diagonal().array() += 1 - c * square;
-  return slope;
-}
-
-struct State {
-  std::vector<Quaternion> frames;
-  std::vector<Vector> moments;  // world frame
-};
-
-// The equations at all points, and their solution by Newton's method.
-//
-// From one point to the next, frame and moment are carried on by the rules of fourth order that
-// need the end points only: Hermite's quadrature for moment and centre line, and for the frame the
-// Magnus expansion, its integrals by the same quadrature (Iserles, Munthe-Kaas, Norsett and Zanna,
-// Lie-Group Methods, Acta Numerica, 2000, section 5.4).
-//
-// A small turn t of the frame and a small change of the moment, dm, are in the world frame. They
-// change the internal force and moment along the directors by R^T [n] t and R^T (dm + [m] t), from
-// which all other derivatives follow.
-class Equations {
- public:
-  struct Admitted {
-    double reach;  // radians, from the state that the search starts with
-    bool stable;
-  };
-
-  Equations(const CosseratRod& rod, const RodLoad& load, int segments)
-      : bending_compliance_(rod.bending_stiffness.cwiseInverse()),
-        reference_curvature_(rod.reference_curvature),
-        load_(load),
-        length_(rod.length),
-        spacing_(rod.length / segments),
-        moment_unit_(rod.bending_stiffness.minCoeff() / rod.length),
-        nodes_(static_cast<std::size_t>(segments) + 1),
-        intervals_(static_cast<std::size_t>(segments)) {}
-
-  State unloaded(const Quaternion& base) const {
-    State state;
-    state.frames.reserve(nodes_.size());
-    for (std::size_t i = 0; i < nodes_.size(); ++i) {
-      const double s = spacing_ * static_cast<double>(i);
-      state.frames.push_back(base * exponential(s * reference_curvature_));
-    }
-    state.moments.assign(nodes_.size(), Vector::Zero());
-    return state;
-  }
-
-  void applyLoad(const RodLoad& load) { load_ = load; }
-
-  // Moves `state` to an equilibrium that is admitted. If none is found, `state` stays.
-  bool solve(State& state, const Admitted& admitted) {
-    State current = state;
-    double merit = evaluate(current);
-    double turned = 0;
-    for (int step = 0; step < kNewtonSteps && std::isfinite(merit); ++step) {
-      ++iterations_;
-      const double turn = correct(current);
-      if (!std::isfinite(turn)) return false;
-      if (turn < kTolerance && momentsSettle(current)) {
-        move(current, 1, trial_);
-        evaluate(trial_);
-        if (residual_ <= kLargestResidual) {
-          if (admitted.stable && !stable_) return false;
-          std::swap(state, trial_);
-          return true;
-        }
-      }
-      double share = 1;
-      double new_merit = 0;
-      for (;; share /= 2) {
-        if (share < 1e-3) return false;
-        move(current, share, trial_);
-        new_merit = evaluate(trial_);
-        if (new_merit <= (1 - 0.1 * share) * merit) break;
-        // At the end of the digits the merit no longer falls.
-        if (turn < 1e-7 && new_merit < 1e-14) break;
-      }
-      turned += share * turn;
-      if (turned > admitted.reach) return false;
-      merit = new_merit;
-      std::swap(current, trial_);
-    }
-    return false;
-  }
-
-  // Fills nodes and jumps; the sum of the squared jumps.
-  double evaluate(const State& state) {
-    const Vector& weight = load_.distributed_force;
-    for (std::size_t i = 0; i < nodes_.size(); ++i) {
-      Node& node = nodes_[i];
-      const double s = spacing_ * static_cast<double>(i);
-      node.frame = state.frames[i].toRotationMatrix();
-      node.force = load_.tip_force + (length_ - s) * weight;
-      const Vector m = node.frame.transpose() * state.moments[i];
-      const Vector n = node.frame.transpose() * node.force;
-      const Vector u = reference_curvature_ + bending_compliance_.cwiseProduct(m);
-      const Vector v = Vector::UnitZ();
-      node.curvature = u;
-      node.curvature_slope = bending_compliance_.cwiseProduct(n.cross(v) - u.cross(m));
-      node.tangent = node.frame * v;
-      node.bend = node.frame * u.cross(v);
-      node.torque = node.force.cross(node.tangent);
-      node.torque_slope = node.force.cross(node.bend) - weight.cross(node.tangent);
-    }
-
-    double merit = 0;
-    residual_ = 0;
-    for (std::size_t i = 0; i < intervals_.size(); ++i) {
-      const Node& a = nodes_[i];
-      const Node& b = nodes_[i + 1];
-      Interval& interval = intervals_[i];
-      interval.turn = hermite(a.curvature, b.curvature, a.curvature_slope, b.curvature_slope) +
-                      spacing_ * spacing_ / 12 * a.curvature.cross(b.curvature);
-      const Quaternion jump =
-          state.frames[i] * exponential(interval.turn) * state.frames[i + 1].conjugate();
-      interval.turn_jump = std::copysign(2.0, jump.w()) * jump.vec();
-      interval.moment_jump = state.moments[i] - state.moments[i + 1] +
-                             hermite(a.torque, b.torque, a.torque_slope, b.torque_slope);
-      merit += addJump(interval.turn_jump) + addJump(interval.moment_jump / moment_unit_);
-    }
-    tip_jump_ = load_.tip_torque - state.moments.back();
-    return merit + addJump(tip_jump_ / moment_unit_);
-  }
-
-  // Of the state that was evaluated last.
-  double residual() const { return residual_; }
-  int iterations() const { return iterations_; }
-
-  double largestTurn() const {
-    double largest = 0;
-    for (const Interval& interval : intervals_) largest = std::max(largest, interval.turn.norm());
-    return largest;
-  }
-
-  double largestForce() const {
-    return std::max(load_.tip_force.norm(),
-                    (load_.tip_force + length_ * load_.distributed_force).norm());
-  }
-
-  // The shape in `state`, which was evaluated last.
-  RodShape shape(const State& state, const Vector& base_point) const {
-    RodShape shape;
-    const std::size_t count = nodes_.size();
-    shape.points.reserve(count);
-    shape.tangents.reserve(count);
-    shape.bends.reserve(count);
-    shape.frames.reserve(count);
-    shape.moments = state.moments;
-    Vector offset = Vector::Zero();
-    for (std::size_t i = 0; i < count; ++i) {
-      const Node& node = nodes_[i];
-      if (i > 0) {
-        const Node& last = nodes_[i - 1];
-        offset += hermite(last.tangent, node.tangent, last.bend, node.bend);
-      }
-      shape.points.push_back(base_point + offset);
-      shape.tangents.push_back(node.tangent);
-      shape.bends.push_back(node.bend);
-      shape.frames.emplace_back(state.frames[i]);
-    }
-    shape.spacing = spacing_;
-    shape.residual = residual_;
-    shape.iterations = iterations_;
-    shape.is_stable = stable_;
-    return shape;
-  }
-
- private:
-  struct Node {
-    Matrix frame;
-    Vector force;      // n
-    Vector curvature;  // u, along the directors
-    Vector curvature_slope;
-    Vector tangent;  // r'
-    Vector bend;     // r''
-    Vector torque;   // m'
-    Vector torque_slope;
-
-    // m of the correction is riccati * turn + constant.
-    Matrix riccati;
-    Vector constant;
-    Vector turn;    // of the frame, in the world frame
-    Vector moment;  // of the correction
-  };
-  struct Interval {
-    Vector turn;  // from frame to frame, along the directors
-    Vector turn_jump, moment_jump;
-    // The next point's turn is matrix * turn + constant.
-    Matrix matrix;
-    Vector constant;
-  };
-
-  Vector hermite(const Vector& f0, const Vector& f1, const Vector& df0, const Vector& df1) const {
-    return 0.5 * spacing_ * (f0 + f1) - spacing_ * spacing_ / 12 * (df1 - df0);
-  }
-
-  double addJump(const Vector& jump) {
-    const double square = jump.squaredNorm();
-    residual_ = std::max(residual_, std::sqrt(square));
-    return square;
-  }
-
-  // The derivatives of a node's curvature, along the directors, and torque by a turn of its frame
-  // and a change of its moment, and those of their slopes.
-  struct Derivatives {
-    Matrix curvature_by_turn, curvature_by_moment;
-    Matrix curvature_slope_by_turn, curvature_slope_by_moment;
-    Matrix torque_by_turn;
-    Matrix torque_slope_by_turn, torque_slope_by_moment;
-  };
-
-  void differentiate(const State& state, std::size_t i, Derivatives& d) const {
-    const Node& node = nodes_[i];
-    const Matrix& frame = node.frame;
-    const Vector& n = node.force;
-    const Vector& m = state.moments[i];
-    const Vector n_slope = -load_.distributed_force;
-    const Vector w = frame * node.curvature;
-
-    d.curvature_by_moment = bending_compliance_.asDiagonal() * frame.transpose();
-    d.curvature_by_turn = timesCross(d.curvature_by_moment, m);
-
-    const Matrix bending = frame * d.curvature_by_moment;  // R K^-1 R^T
-    const Matrix tangent_by_turn = -crossMatrix(node.tangent);
-    d.torque_by_turn = crossTimes(n, tangent_by_turn);
-
-    d.curvature_slope_by_moment.noalias() =
-        d.curvature_by_moment * (crossTimes(m, bending) - crossMatrix(w));
-    d.curvature_slope_by_turn.noalias() =
-        d.curvature_by_moment * (d.torque_by_turn + crossMatrix(node.torque));
-    d.curvature_slope_by_turn += timesCross(d.curvature_slope_by_moment, m);
-
-    const Matrix bend_by_moment = tangent_by_turn * bending;
-    const Matrix bend_by_turn = timesCross(bend_by_moment, m) - crossMatrix(node.bend);
-    d.torque_slope_by_moment = crossTimes(n, bend_by_moment);
-    d.torque_slope_by_turn = crossTimes(n, bend_by_turn) + crossTimes(n_slope, tangent_by_turn);
-  }
-
-  // Fills turn and moment of the correction; the largest turn.
-  //
-  // Moments are given at the tip, turns at the base: the sweep from the tip expresses what the
-  // correction does to a moment by the turn of its frame (a discrete Riccati equation), the sweep
-  // from the base then finds the turns. Either runs in its stable direction.
-  double correct(const State& state) {
-    const double h1 = 0.5 * spacing_;
-    const double h2 = spacing_ * spacing_ / 12;
-    std::array<Derivatives, 2> derivatives;  // of even and odd points
-    differentiate(state, nodes_.size() - 1, derivatives[(nodes_.size() - 1) % 2]);
-    nodes_.back().riccati.setZero();
-    nodes_.back().constant = tip_jump_;
-    stable_ = true;
-    for (std::size_t i = intervals_.size(); i-- > 0;) {
-      Derivatives& da = derivatives[i % 2];
-      const Derivatives& db = derivatives[(i + 1) % 2];
-      differentiate(state, i, da);
-      Node& a = nodes_[i];
-      const Node& b = nodes_[i + 1];
-      Interval& interval = intervals_[i];
-
-      // turn_b - turn_a = turn_jump + ta turn_a + ua moment_a + tb turn_b + ub moment_b
-      const Matrix slope = b.frame * exponentialSlope(interval.turn);
-      const Matrix ta =
-          slope * (h1 * da.curvature_by_turn - h2 * crossTimes(b.curvature, da.curvature_by_turn) +
-                   h2 * da.curvature_slope_by_turn);
-      const Matrix ua = slope * (h1 * da.curvature_by_moment -
-                                 h2 * crossTimes(b.curvature, da.curvature_by_moment) +
-                                 h2 * da.curvature_slope_by_moment);
-      const Matrix tb =
-          slope * (h1 * db.curvature_by_turn + h2 * crossTimes(a.curvature, db.curvature_by_turn) -
-                   h2 * db.curvature_slope_by_turn);
-      const Matrix ub = slope * (h1 * db.curvature_by_moment +
-                                 h2 * crossTimes(a.curvature, db.curvature_by_moment) -
-                                 h2 * db.curvature_slope_by_moment);
-      // moment_b - moment_a = moment_jump + va turn_a + wa moment_a + vb turn_b + wb moment_b,
-      // hence moment_a = q turn_b - z turn_a + k
-      const Matrix wa_inverse = (Matrix::Identity() + h2 * da.torque_slope_by_moment).inverse();
-      const Matrix wb = Matrix::Identity() + h2 * db.torque_slope_by_moment;
-      const Matrix q =
-          wa_inverse * (wb * b.riccati - h1 * db.torque_by_turn + h2 * db.torque_slope_by_turn);
-      const Matrix z = wa_inverse * (h1 * da.torque_by_turn + h2 * da.torque_slope_by_turn);
-      const Vector k = wa_inverse * (wb * b.constant - interval.moment_jump);
-
-      const Matrix inverse = (Matrix::Identity() - tb - ub * b.riccati - ua * q).inverse();
-      interval.matrix.noalias() = inverse * (Matrix::Identity() + ta - ua * z);
-      interval.constant.noalias() =
-          inverse * (interval.turn_jump + ua * k + ub * b.constant).eval();
-      a.riccati.noalias() = q * interval.matrix;
-      a.riccati -= z;
-      a.constant.noalias() = q * interval.constant;
-      a.constant += k;
-      stable_ = stable_ && holds(b.frame, b.riccati + q);
-    }
-
-    double largest = 0;
-    nodes_[0].turn.setZero();
-    nodes_[0].moment = nodes_[0].constant;
-    for (std::size_t i = 0; i < intervals_.size(); ++i) {
-      Node& b = nodes_[i + 1];
-      b.turn = intervals_[i].matrix * nodes_[i].turn + intervals_[i].constant;
-      b.moment = b.riccati * b.turn + b.constant;
-      const double square = b.turn.squaredNorm();
-      if (!std::isfinite(square)) return std::numeric_limits<double>::infinity();
-      largest = std::max(largest, square);
-    }
-    return std::sqrt(largest);
-  }
-
-  // Whether the rod beyond an interval resists a turn at its begin, where `response` is twice what
-  // the turn changes the moment by. What resists turns singular where the rod clamped at that point
-  // has a second equilibrium near by.
-  bool holds(const Matrix& frame, const Matrix& response) const {
-    const Matrix stiffness =
-        frame * bending_compliance_.cwiseInverse().asDiagonal() * frame.transpose() -
-        0.25 * spacing_ * (response + response.transpose());
-    return stiffness(0, 0) > 0 &&
-           stiffness(0, 0) * stiffness(1, 1) > stiffness(0, 1) * stiffness(1, 0) &&
-           stiffness.determinant() > 0;
-  }
-
-  bool momentsSettle(const State& state) const {
-    double largest = 0, change = 0;
-    for (std::size_t i = 0; i < nodes_.size(); ++i) {
-      largest = std::max(largest, state.moments[i].squaredNorm());
-      change = std::max(change, nodes_[i].moment.squaredNorm());
-    }
-    return std::sqrt(change) <= kTolerance * (moment_unit_ + std::sqrt(largest));
-  }
-
-  void move(const State& from, double share, State& to) const {
-    to.frames.resize(nodes_.size());
-    to.moments.resize(nodes_.size());
-    for (std::size_t i = 0; i < nodes_.size(); ++i) {
-      to.frames[i] = (exponential(share * nodes_[i].turn) * from.frames[i]).normalized();
-      to.moments[i] = from.moments[i] + share * nodes_[i].moment;
-    }
-  }
-
-  Vector bending_compliance_, reference_curvature_;
-  RodLoad load_;
-  double length_, spacing_, moment_unit_;
-  std::vector<Node> nodes_;
-  std::vector<Interval> intervals_;
-  Vector tip_jump_;
-  State trial_;
-  double residual_ = 0;
-  bool stable_ = true;
-  int iterations_ = 0;
-};
 
 void requireFinite(const char* name, const Vector& v) {
   for (int k = 0; k < 3; ++k) {
@@ -470,18 +78,10 @@ State stateFrom(const RodShape& guess, const Quaternion& base, std::size_t point
   return state;
 }
 
-RodLoad scaled(const RodLoad& load, double share) {
-  return {share * load.tip_force, share * load.tip_torque, share * load.distributed_force};
-}
-
-RodLoad turned(const RodLoad& load, const Quaternion& turn) {
-  return {turn * load.tip_force, turn * load.tip_torque, turn * load.distributed_force};
-}
-
 // Follows the equilibrium in `state` while load(t) goes from load(0) to load(1). False if it is
 // lost, or turns unstable and `stable` is asked for.
 template <typename Load>
-bool follow(Equations& equations, const Load& load, bool stable, State& state) {
+bool follow(RodEquations& equations, const Load& load, bool stable, State& state) {
   double reached = 0;
   for (double step = 1; reached < 1;) {
     const double next = std::min(1.0, reached + step);
@@ -507,7 +107,7 @@ Quaternion turnBetween(const Vector& from, const Vector& to) {
 }
 
 // Where one way to the load ends at a point at which the rod snaps, another may not.
-State solveFromUnloaded(Equations& equations, const RodLoad& load, double length,
+State solveFromUnloaded(RodEquations& equations, const RodLoad& load, double length,
                         const Quaternion& base) {
   const auto growing = [&](double t) { return scaled(load, t); };
   State state = equations.unloaded(base);
@@ -545,13 +145,21 @@ State solveFromUnloaded(Equations& equations, const RodLoad& load, double length
 
 }  // namespace
 
+RodLoad scaled(const RodLoad& load, double share) {
+  return {share * load.tip_force, share * load.tip_torque, share * load.distributed_force};
+}
+
+RodLoad turned(const RodLoad& load, const Quaternion& turn) {
+  return {turn * load.tip_force, turn * load.tip_torque, turn * load.distributed_force};
+}
+
 RodShape solveRod(const CosseratRod& rod, const RodLoad& load, int segments,
                   const RodShape* guess) {
   requireRod(rod);
   requireLoad(load);
   if (segments < 1) refuseArgument("solveRod", "segments", segments, "ask for at least 1");
 
-  Equations equations(rod, load, segments);
+  RodEquations equations(rod, load, segments);
   const double stiffness = rod.bending_stiffness.minCoeff();
   requireResolution(rod.length / segments * std::sqrt(equations.largestForce() / stiffness),
                     kLongestSpacing, segments, "their length in bending lengths");

@@ -39,6 +39,12 @@ struct RodLoad {
   Eigen::Vector3d distributed_force = {0, 0, 0};  ///< per length, such as weight
 };
 
+/// A load of which all is so many times as large, or turned.
+///@{
+RodLoad scaled(const RodLoad& load, double share);
+RodLoad turned(const RodLoad& load, const Eigen::Quaterniond& turn);
+///@}
+
 /// A rod in equilibrium at segments + 1 points of equal distance in s, base first.
 struct RodShape {
   double spacing = 0;                     ///< of the points, in s
