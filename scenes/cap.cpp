@@ -5,19 +5,12 @@
 #include <cmath>
 #include <cstddef>
 
-#include <Eigen/Geometry>
-
-#include "arguments.h"
-#include "scenes/fiber_random.h"
+#include "scenes/hair.h"
 
 namespace fcl_fibers::scenes {
 namespace {
 
-using Vector = Eigen::Vector3d;
-
-constexpr double kPi = 3.141592653589793;
 constexpr double kSegmentLength = 0.3;  // cm
-constexpr double kRootsPerArea = 325;   // 1 / cm2
 constexpr double kTurn = 0.35;          // of the direction, per cm
 constexpr double kSideways = 0.3;       // pull along the root's horizontal direction
 constexpr double kSidewaysDeviation = 0.02;
@@ -43,16 +36,8 @@ FiberPolylines fibersOnHead(const char* call, const CapParameters& parameters, A
     refuseArgument(call, "fibers", parameters.fibers,
                    "ask for at least 1 fiber and for no more than the head has room for, 330809");
   }
-  if (parameters.segments < 1) {
-    refuseArgument(call, "segments", parameters.segments, "ask for at least 1 segment per fiber");
-  }
-
-  const auto fibers = static_cast<std::size_t>(parameters.fibers);
-  FiberPolylines scene;
-  scene.radius = requireRadius<double>(call, parameters.radius);
-  scene.points.reserve(fibers * (static_cast<std::size_t>(parameters.segments) + 1));
-  scene.point_begin.reserve(fibers + 1);
-  for (std::size_t f = 0; f < fibers; ++f) {
+  FiberPolylines scene = emptyScene(call, parameters);
+  for (std::size_t f = 0; f < static_cast<std::size_t>(parameters.fibers); ++f) {
     Random random = fiberRandom(parameters.seed, f);
     const double z = 1 - cap_height / kHeadRadius * random.uniform();
     const double direction = 2 * kPi * random.uniform();

@@ -121,13 +121,19 @@ class Parameters {
 template <typename Struct>
 using Make = FiberPolylines (*)(const Struct&);
 
-/// A scene whose parameters have fibers, segments, radius, seed and frame.
+/// What all scenes have.
 template <typename Struct>
-SceneSource movingScene(Parameters& keys, Make<Struct> make, Struct parameters = {}) {
+void takeCommon(Parameters& keys, Struct& parameters) {
   parameters.fibers = keys.takeFibers(parameters.fibers);
   parameters.segments = keys.take("segments", parameters.segments);
   parameters.seed = keys.take<std::uint64_t>("seed", parameters.seed);
   parameters.radius = keys.take("radius", parameters.radius);
+}
+
+/// A scene whose parameters have a frame.
+template <typename Struct>
+SceneSource movingScene(Parameters& keys, Make<Struct> make, Struct parameters = {}) {
+  takeCommon(keys, parameters);
   SceneSource source;
   source.frame_count = kManyFrames;
   source.make = [parameters, make](int frame) {
@@ -167,10 +173,7 @@ SceneSource strandScene(Parameters& keys) {
 
 SceneSource dynamicScene(Parameters& keys) {
   PaperDynamicParameters parameters;
-  parameters.fibers = keys.takeFibers(parameters.fibers);
-  parameters.segments = keys.take("segments", parameters.segments);
-  parameters.seed = keys.take<std::uint64_t>("seed", parameters.seed);
-  parameters.radius = keys.take("radius", parameters.radius);
+  takeCommon(keys, parameters);
   const auto assembly = std::make_shared<PaperDynamic>(parameters);
   SceneSource source;
   source.frame_count = assembly->steps();

@@ -4,31 +4,27 @@
 #include <cmath>
 #include <cstddef>
 
-#include "arguments.h"
-#include "scenes/random.h"
+#include "scenes/hair.h"
 
 namespace fcl_fibers::scenes {
 namespace {
 
-constexpr double kPi = 3.141592653589793;
-constexpr double kFiberLength = 30;        // cm
-constexpr double kRootsPerArea = 325;      // 1 / cm2
-constexpr double kEllipseAxesRatio = 1.5;  // longer to shorter
-constexpr double kDeviation = 0.02;        // of turns, helix radius and phase
-constexpr double kSteepestSlope = 0.95;    // of R w; at 1 the helix would not rise
-constexpr double kTurnPerFrame = 0.01;     // rad
+constexpr double kFiberLength = 30;      // cm
+constexpr double kDeviation = 0.02;      // of turns, helix radius and phase
+constexpr double kSteepestSlope = 0.95;  // of R w; at 1 the helix would not rise
+constexpr double kTurnPerFrame = 0.01;   // rad
 
 struct Helix {
-  double root_x, root_y;  // cm
-  double radius;          // cm
-  double angular_rate;    // rad per cm of arc
-  double phase;           // rad
+  Vector root;          // cm
+  double radius;        // cm
+  double angular_rate;  // rad per cm of arc
+  double phase;         // rad
 
   Point at(double s) const {
     const double slope = radius * angular_rate;
     const double angle = angular_rate * s + phase;
-    return {root_x + radius * (std::cos(angle) - std::cos(phase)),
-            root_y + radius * (std::sin(angle) - std::sin(phase)),
+    return {root.x() + radius * (std::cos(angle) - std::cos(phase)),
+            root.y() + radius * (std::sin(angle) - std::sin(phase)),
             std::sqrt(1 - slope * slope) * s};
   }
 };
@@ -36,12 +32,7 @@ struct Helix {
 // The order of the draws is part of the scene.
 Helix drawHelix(Random& random, double ellipse_area) {
   Helix helix;
-  const double minor_axis = std::sqrt(ellipse_area / (kPi * kEllipseAxesRatio));
-  const double distance = minor_axis * std::sqrt(random.uniform());
-  const double direction = 2 * kPi * random.uniform();
-  helix.root_x = kEllipseAxesRatio * distance * std::cos(direction);
-  helix.root_y = distance * std::sin(direction);
-
+  helix.root = drawRoot(random, ellipse_area);
   const double turns = 4 * (1 + kDeviation * random.normal());
   helix.angular_rate = 2 * kPi * turns / kFiberLength;
   helix.radius = 1 + kDeviation * random.normal();
@@ -74,25 +65,11 @@ class Turn {
 }  // namespace
 
 FiberPolylines makeHelix(const HelixParameters& parameters) {
-  if (parameters.fibers < 1) {
-    refuseArgument("makeHelix", "fibers", parameters.fibers, "ask for at least 1 fiber");
-  }
-  if (parameters.segments < 1) {
-    refuseArgument("makeHelix", "segments", parameters.segments,
-                   "ask for at least 1 segment per fiber");
-  }
-
-  const auto fibers = static_cast<std::size_t>(parameters.fibers);
-  const auto points_per_fiber = static_cast<std::size_t>(parameters.segments) + 1;
+  FiberPolylines scene = emptyScene("makeHelix", parameters);
   const double motion = kTurnPerFrame * parameters.frame;
   const Turn turn(kPi / 4, kPi / 4 + motion);
   Random random(parameters.seed);
-
-  FiberPolylines scene;
-  scene.radius = requireRadius<double>("makeHelix", parameters.radius);
-  scene.points.reserve(fibers * points_per_fiber);
-  scene.point_begin.reserve(fibers + 1);
-  for (std::size_t f = 0; f < fibers; ++f) {
+  for (int f = 0; f < parameters.fibers; ++f) {
     Helix helix = drawHelix(random, parameters.fibers / kRootsPerArea);
     helix.phase += motion;
     for (int i = 0; i <= parameters.segments; ++i) {

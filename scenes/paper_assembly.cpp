@@ -4,14 +4,10 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
-#include <utility>
 #include <vector>
 
 #include "arguments.h"
-#include "scenes/cosserat_rod.h"
-#include "scenes/fiber_random.h"
-#include "scenes/paper_rods.h"
+#include "scenes/hair.h"
 
 namespace fcl_fibers::scenes {
 namespace {
@@ -22,6 +18,12 @@ constexpr int kAssemblyGrid = 50;
 constexpr double kLoadDeviation = 0.02;  // of force and torque, and of their direction in radians
 constexpr double kStaticSwing = 0.05;    // of the load
 constexpr double kStaticSwingPerFrame = 0.1;  // rad
+constexpr int kLoopSteps = 100;
+constexpr double kGuideStiffness = 4.7;  // dyn cm2
+constexpr double kLoopForce = 0.05;      // dyn
+
+// So that the loads are the same on every platform, whatever its sine; never -0.
+double rounded(double x) { return std::round(x * 1e6) / 1e6 + 0.0; }
 
 struct AssemblyFiber {
   Vector root;
@@ -40,33 +42,26 @@ AssemblyFiber drawAssemblyFiber(std::uint64_t seed, std::size_t fiber, double ar
   return drawn;
 }
 
-RodLoad tipLoad(const TipLoad& load) {
-  RodLoad rod_load;
-  rod_load.tip_force = load.force;
-  rod_load.tip_torque = load.torque;
-  return rod_load;
-}
-
-RodLoad tipLoad(const TipLoad& load, const AssemblyFiber& fiber) {
+RodLoad loadOf(const AssemblyFiber& fiber, const RodLoad& load) {
   const Eigen::AngleAxisd turn(fiber.turn, Vector::UnitZ());
-  return tipLoad(
-      {fiber.force_scale * (turn * load.force), fiber.torque_scale * (turn * load.torque)});
+  return {fiber.force_scale * (turn * load.tip_force),
+          fiber.torque_scale * (turn * load.tip_torque)};
 }
 
 // Shapes of the guide filament in the states 0 to `last`.
-std::vector<RodShape> guideShapes(const std::vector<TipLoad>& trajectory, std::size_t last,
+std::vector<RodShape> guideShapes(const std::vector<RodLoad>& trajectory, std::size_t last,
                                   const RodGrid& grid) {
   std::vector<RodShape> shapes;
   shapes.reserve(last + 1);
   for (std::size_t i = 0; i <= last; ++i) {
     const RodShape* guess = shapes.empty() ? nullptr : &shapes.back();
-    shapes.push_back(solveRod(hair(kAssemblyLength), tipLoad(trajectory[i]), grid.solved(), guess));
+    shapes.push_back(solveRod(hair(kAssemblyLength), trajectory[i], grid.solved(), guess));
   }
   return shapes;
 }
 
 template <typename Parameters>
-FiberPolylines assembly(const char* call, const Parameters& parameters, const TipLoad& load,
+FiberPolylines assembly(const char* call, const Parameters& parameters, const RodLoad& load,
                         const Quaternion& turn, const RodShape& guess, const RodGrid& grid) {
   FiberPolylines scene = emptyScene(call, parameters);
   const double area = parameters.fibers / kRootsPerArea;
@@ -75,9 +70,7 @@ FiberPolylines assembly(const char* call, const Parameters& parameters, const Ti
   for (std::size_t f = 0; f < static_cast<std::size_t>(parameters.fibers); ++f) {
     const AssemblyFiber fiber = drawAssemblyFiber(parameters.seed, f, area);
     rod.base_point = turn * fiber.root;
-    RodLoad rod_load = tipLoad(load, fiber);
-    rod_load.tip_force = turn * rod_load.tip_force;
-    rod_load.tip_torque = turn * rod_load.tip_torque;
+    const RodLoad rod_load = turned(loadOf(fiber, load), turn);
     grid.append(solveRod(rod, rod_load, grid.solved(), &guess), scene);
   }
   return scene;
@@ -85,59 +78,52 @@ FiberPolylines assembly(const char* call, const Parameters& parameters, const Ti
 
 }  // namespace
 
+std::vector<RodLoad> loopTrajectory() {
+  std::vector<RodLoad> trajectory;
+  const double loop_torque = kGuideStiffness * 2 * kPi / kAssemblyLength;
+  for (int step = 0; step <= kLoopSteps; ++step) {
+    const double a = static_cast<double>(step) / kLoopSteps;
+    const double b = a * a * (3 - 2 * a);
+    const double wave = std::sin(kPi * a);
+    const double double_wave = std::sin(2 * kPi * a);
+    const Vector force = kLoopForce * Vector(b, -wave, double_wave);
+    const Vector torque = loop_torque * Vector(b, 0.1 * wave, 0.2 * double_wave);
+    trajectory.push_back({force.unaryExpr(&rounded), torque.unaryExpr(&rounded)});
+  }
+  return trajectory;
+}
+
 FiberPolylines makePaperStatic(const PaperStaticParameters& parameters) {
   const char* call = "makePaperStatic";
   requireCounts(call, parameters);
   const RodGrid grid(parameters.segments, kAssemblyGrid);
   const Quaternion turn = parameters.turned ? turnedAboutTwoAxes() : Quaternion::Identity();
-  const std::vector<TipLoad> trajectory = loopTrajectory();
+  const std::vector<RodLoad> trajectory = loopTrajectory();
   if (parameters.state < 0 || static_cast<std::size_t>(parameters.state) >= trajectory.size()) {
     refuseArgument(call, "state", parameters.state, "ask for one from 0 to 100");
   }
   const auto state = static_cast<std::size_t>(parameters.state);
-  TipLoad load = trajectory[state];
   const double swing = 1 + kStaticSwing * std::sin(kStaticSwingPerFrame * parameters.frame);
-  load.force *= swing;
-  load.torque *= swing;
+  const RodLoad load = scaled(trajectory[state], swing);
   const RodShape guess = guideShapes(trajectory, state, grid).back();
   return assembly(call, parameters, load, turn, guess, grid);
 }
 
-class PaperDynamic::Impl {
- public:
-  explicit Impl(const PaperDynamicParameters& parameters)
-      : parameters_(parameters),
-        grid_(parameters.segments, kAssemblyGrid),
-        guides_(guideShapes(trajectory_, trajectory_.size() - 1, grid_)) {}
-
-  int steps() const { return static_cast<int>(guides_.size()); }
-
-  FiberPolylines scene(int step) const {
-    const auto i = static_cast<std::size_t>(step);
-    return assembly("PaperDynamic", parameters_, trajectory_[i], Quaternion::Identity(), guides_[i],
-                    grid_);
-  }
-
- private:
-  PaperDynamicParameters parameters_;
-  std::vector<TipLoad> trajectory_ = loopTrajectory();
-  RodGrid grid_;
-  std::vector<RodShape> guides_;
-};
-
-PaperDynamic::PaperDynamic(const PaperDynamicParameters& parameters) {
+PaperDynamic::PaperDynamic(const PaperDynamicParameters& parameters) : parameters_(parameters) {
   requireCounts("PaperDynamic", parameters);
   requireRadius<double>("PaperDynamic", parameters.radius);
-  impl_ = std::make_shared<Impl>(parameters);
+  const RodGrid grid(parameters.segments, kAssemblyGrid);
+  guides_ = guideShapes(trajectory_, trajectory_.size() - 1, grid);
 }
-
-int PaperDynamic::steps() const { return impl_->steps(); }
 
 FiberPolylines PaperDynamic::scene(int step) const {
   if (step < 0 || step >= steps()) {
     refuseArgument("PaperDynamic::scene", "step", step, "ask for one from 0 to steps() - 1");
   }
-  return impl_->scene(step);
+  const auto i = static_cast<std::size_t>(step);
+  const RodGrid grid(parameters_.segments, kAssemblyGrid);
+  return assembly("PaperDynamic", parameters_, trajectory_[i], Quaternion::Identity(), guides_[i],
+                  grid);
 }
 
 }  // namespace fcl_fibers::scenes

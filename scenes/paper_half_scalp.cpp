@@ -11,8 +11,7 @@
 
 #include "arguments.h"
 #include "scenes/cosserat_rod.h"
-#include "scenes/fiber_random.h"
-#include "scenes/paper_rods.h"
+#include "scenes/hair.h"
 
 namespace fcl_fibers::scenes {
 namespace {

@@ -2,11 +2,11 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
+#include <vector>
 
 #include <fcl_fibers/fiber_polylines.h>
 
-#include "scenes/load_trajectory.h"
+#include "scenes/cosserat_rod.h"
 
 namespace fcl_fibers::scenes {
 
@@ -29,6 +29,18 @@ namespace fcl_fibers::scenes {
 /// segments of a fiber touch. The paper gives their numbers for cases 3 and 4, but neither root
 /// areas nor how much fibers vary: those of makePaperHalfScalp() and makePaperStrand() were chosen
 /// so that the numbers come out within 15 %.
+
+/// The tip loads of the guide filament of the dynamic assembly, in the frame of the rod's base,
+/// from straight to a loop in 100 steps: 101 states. They are made, not recorded: with a = i / 100
+/// and the smooth step b = a^2 (3 - 2 a), for a rod along z of 15 cm and bending stiffness 4.7 dyn
+/// cm2,
+///
+///     force  = 0.05 (b, -sin(pi a), sin(2 pi a)) dyn
+///     torque = 4.7 (2 pi / 15) (b, 0.1 sin(pi a), 0.2 sin(2 pi a)) dyn cm,
+///
+/// rounded to 1e-6: the torque about x ends at that of a full circle in the plane of y and z; the
+/// rest sways the filament on its way and, at the end, keeps the loop from closing.
+std::vector<RodLoad> loopTrajectory();
 
 /// Case 1, static assembly: the order of magnitude that fibers grow to with a common bend.
 ///
@@ -70,7 +82,7 @@ class PaperDynamic {
   explicit PaperDynamic(const PaperDynamicParameters& parameters);
 
   /// The number of states: 101 for 100 steps of deformation.
-  int steps() const;
+  int steps() const { return static_cast<int>(guides_.size()); }
 
   /// The assembly in state `step`: the same bytes whatever was asked for before, as each fiber is
   /// solved from the guide filament's shape. Throws std::invalid_argument if step is not in
@@ -78,8 +90,9 @@ class PaperDynamic {
   FiberPolylines scene(int step) const;
 
  private:
-  class Impl;
-  std::shared_ptr<const Impl> impl_;
+  PaperDynamicParameters parameters_;
+  std::vector<RodLoad> trajectory_ = loopTrajectory();
+  std::vector<RodShape> guides_;  ///< by state
 };
 
 /// Case 3, half scalp: many fibers in layers that cross at small angles, none of them preferred.

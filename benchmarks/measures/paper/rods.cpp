@@ -2,8 +2,8 @@
 #include <string>
 #include <vector>
 
-#include "scenes/cosserat_rod.h"
-#include "scenes/load_trajectory.h"
+#include "scenes/hair.h"
+#include "scenes/paper_scenes.h"
 
 #include "harness/runs.h"
 #include "measures.h"
@@ -12,36 +12,19 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-/// A hair of the dynamic assembly, bent half way to the loop.
-struct Hair {
-  scenes::CosseratRod rod;
-  scenes::RodLoad load;
-
-  Hair() {
-    constexpr double kBending = 4.7, kTwist = 3.5;
-    rod.length = 15;
-    rod.bending_stiffness = {kBending, kBending, kTwist};
-    const std::vector<scenes::TipLoad> trajectory = scenes::loopTrajectory();
-    const scenes::TipLoad& state = trajectory[trajectory.size() / 2];
-    load.tip_force = state.force;
-    load.tip_torque = state.torque;
-  }
-};
-
+/// Of a hair of the dynamic assembly, bent half way to the loop.
 /// @param warm  from the shape under a load that differs by 2 %, as in a motion or an assembly
 void registerRod(int segments, bool warm) {
   const std::string name =
       std::string("Rod/") + (warm ? "warm" : "cold") + "/segments:" + std::to_string(segments);
   tools::progress("rods: " + name);
-  const Hair hair;
-  scenes::RodLoad other = hair.load;
-  other.tip_force *= 1.02;
-  other.tip_torque *= 1.02;
-  const scenes::RodShape guess = scenes::solveRod(hair.rod, other, segments);
+  const scenes::CosseratRod rod = scenes::hair(15);
+  const scenes::RodLoad load = scenes::loopTrajectory()[50];
+  const scenes::RodShape guess = scenes::solveRod(rod, scenes::scaled(load, 1.02), segments);
   registerRuns(name, 5, [=](Numbers& numbers) {
     const double taken = secondsOfCall([&] {
       numbers["iterations"] =
-          scenes::solveRod(hair.rod, hair.load, segments, warm ? &guess : nullptr).iterations;
+          scenes::solveRod(rod, load, segments, warm ? &guess : nullptr).iterations;
     });
     numbers["segments"] = segments;
     return taken;

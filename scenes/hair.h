@@ -9,12 +9,12 @@
 
 #include "arguments.h"
 #include "scenes/cosserat_rod.h"
-#include "scenes/random.h"
+#include "scenes/fiber_random.h"
 
 namespace fcl_fibers::scenes {
 
 /// @file
-/// What the paper's scenes have in common: rods that are hairs. Lengths are in cm, forces in dyn.
+/// What scenes of hair have in common. Lengths are in cm, forces in dyn.
 
 using Quaternion = Eigen::Quaterniond;
 using Vector = Eigen::Vector3d;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "scenes/paper_rods.h"
+#include "scenes/hair.h"
 
 #include <cmath>
 #include <vector>
