@@ -3,7 +3,7 @@
 
 from statistics import median
 
-from tables import Rows, Table, digits, target
+from tables import Rows, Table, Targets, chosen, digits
 
 SCENES = ("helix", "helix-2000", "cap")
 VOLUMES = ("boxes", "spheres")
@@ -20,11 +20,6 @@ LARGE = 1e6  # segments of the scenes that are to be as fast as that on 2 thread
 MOST_BYTES = {"boxes": 43, "boxes_capsules": 75}
 
 PHASES = {"build": "build", "update": "update", "unmoved": "update, nothing moved"}
-
-
-def parts_of(parts):
-    """By scene, those that were measured."""
-    return {name: parts[f"arrays_{name}"] for name in SCENES if f"arrays_{name}" in parts}
 
 
 class Arrays:
@@ -52,12 +47,18 @@ class Arrays:
         return self.get(name, "bytes") / self.segments
 
 
-def rows_of(parts):
-    return Rows(Arrays(part) for part in parts_of(parts).values())
+def scenes_of(parts):
+    return {name: Arrays(part) for name, part in chosen(parts, "arrays_{}", SCENES).items()}
+
+
+def header_of(scenes):
+    titles = (f"{name.split('-')[0]}, {s.segments:,.0f} segments" for name, s in scenes.items())
+    return ["FiberTree", *titles]
 
 
 def table(parts):
-    rows = rows_of(parts)
+    scenes = scenes_of(parts)
+    rows = Rows(scenes.values())
 
     def ns(scene, seconds):
         return f"{digits(1e9 * seconds / scene.segments)} ns"
@@ -75,26 +76,21 @@ def table(parts):
             rows.add(times, lambda s: digits(s.on_2_threads(volumes, key)) + "x as fast")
         for name, what in ((volumes, ""), (f"{volumes}_capsules", ", kCapsules")):
             rows.add(f"{volumes}: bytes per segment{what}", lambda s: digits(s.bytes(name)))
-    sizes = zip(parts_of(parts), rows.columns)
-    titles = (f"{name.split('-')[0]}, {scene.segments:,.0f} segments" for name, scene in sizes)
-    return Table("arrays", "FiberTree beside a plain loop", ["FiberTree", *titles], rows, READ)
+    return Table("arrays", "FiberTree beside a plain loop", header_of(scenes), rows, READ)
 
 
 def targets(parts):
-    rows = rows_of(parts)
+    scenes = scenes_of(parts)
+    rows = Targets(scenes.items())
     for key, goals in MOST_TIMES_THE_LOOP.items():
-        goal = dict(zip(rows.columns, (goals[SCENES.index(name)] for name in parts_of(parts))))
         what = f"{PHASES[key]}, times the loop"
-        rows.add(what, lambda s: target(s.times_the_loop("boxes", key), goal[s]))
+        rows.add(what, dict(zip(SCENES, goals)), lambda s: s.times_the_loop("boxes", key))
     what = "query for capsules, times volumes"
-    rows.add(what, lambda s: target(s.of_capsules("boxes"), MOST_OF_CAPSULES))
+    rows.add(what, MOST_OF_CAPSULES, lambda s: s.of_capsules("boxes"))
+    large = [name for name, scene in scenes.items() if scene.segments > LARGE]
     for key, least in LEAST_ON_2_THREADS.items():
-
-        def on_2_threads(s):
-            goal = least if s.segments > LARGE else None
-            return target(s.on_2_threads("boxes", key), goal, least=True)
-
-        rows.add(f"{key} on 2 threads", on_2_threads)
+        goals = dict.fromkeys(large, least)
+        rows.add(f"{key} on 2 threads", goals, lambda s: s.on_2_threads("boxes", key), least=True)
     for name, most in MOST_BYTES.items():
-        rows.add(f"bytes a segment, {name}", lambda s: target(s.bytes(name), most))
-    return Table("targets of arrays", "Targets of arrays", table(parts).header, rows)
+        rows.add(f"bytes a segment, {name}", most, lambda s: s.bytes(name))
+    return Table("targets of arrays", "Targets of arrays", header_of(scenes), rows)

@@ -13,7 +13,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from pictures import INK, count_label, log_axis, png, seconds_label
 from ratios import FCL, is_fcls, set_up_key
-from tables import Table, count, digits, time, title
+from tables import Table, chosen, count, digits, time, title
 
 SCENES = {
     "static": "static assembly",
@@ -47,12 +47,6 @@ PICTURE = (
     "boxes, by one check at each size, whose callback keeps the pairs. A cross is the last size "
     "before it ended; a dotted line leads from there to its name."
 )
-
-
-def parts_of(parts, scalar):
-    """By scene, those that were measured."""
-    names = {scene: f"card_{scene}_{scalar}" for scene in SCENES}
-    return {scene: parts[name] for scene, name in names.items() if name in parts}
 
 
 def place(name):
@@ -170,8 +164,8 @@ def same(texts):
 
 
 def scene_table(scene, parts):
-    climbs = [parts_of(parts, scalar).get(scene) for scalar in SCALARS]
-    climbs = [part and Climb(scene, part) for part in climbs]
+    found = [parts.get(f"card_{scene}_{scalar}") for scalar in SCALARS]
+    climbs = [part and Climb(scene, part) for part in found]
     known = [climb for climb in climbs if climb]
 
     def of(name, key):
@@ -195,6 +189,11 @@ def scene_table(scene, parts):
     return Table(f"card-scene {scene}", known[0].title(), header, rows, caption)
 
 
+def climbs_of(parts):
+    """Those in double."""
+    return [Climb(*found) for found in chosen(parts, "card_{}_double", SCENES).items()]
+
+
 def best(climb, manager):
     """Of its variants the one that got furthest, and of these the fastest."""
 
@@ -210,7 +209,7 @@ def best(climb, manager):
 
 def summary(parts):
     """One row a manager, one column a scene."""
-    climbs = [Climb(scene, part) for scene, part in parts_of(parts, "double").items()]
+    climbs = climbs_of(parts)
     rows = []
 
     def cell(climb, name):
@@ -326,8 +325,9 @@ def draw_climb(axis, climb):
 
 def picture(parts):
     """A panel for each scene that was climbed."""
-    climbs = [Climb(scene, part) for scene, part in parts_of(parts, "double").items()]
-    climbs = [climb for climb in climbs if len({s for n in climb.sizes.values() for s in n}) > 1]
+    climbs = [
+        climb for climb in climbs_of(parts) if len({s for n in climb.sizes.values() for s in n}) > 1
+    ]
     rows = max(1, math.ceil(len(climbs) / 2))
     figure = Figure(figsize=(13, 4.9 * rows))
     axes = figure.subplots(rows, 2, squeeze=False).ravel()

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import ratios
 from ratios import BOXES, Ratio, ratio_of
-from tables import Table, count, digits, target, time, title
+from tables import Table, count, digits, target, time, times_and_range, title
 
 # How many times as fast, by how a row's name begins or ends; any other row is to be as fast.
 LEAST = {"distance, ": 1.2}
@@ -100,17 +100,14 @@ def clients(part):
 
 
 def after(part, name):
-    """The query then, as a multiple of the reference, run by run."""
-    return part.runs("Changes", name, "seconds") / part.runs("Changes", name, "reference")
+    return part.ratios("Changes", name, "seconds", "reference")
 
 
 def changes(part):
     rows = []
     for name in sorted(part.names("Changes")):
         times = [part.median("Changes", name, key) for key in ("seconds", "reference")]
-        found = after(part, name)
-        spread = f"({digits(found.min())} to {digits(found.max())})"
-        rows.append([grouped(name), *map(time, times), f"{digits(found.median())}x {spread}"])
+        rows.append([grouped(name), *map(time, times), times_and_range(after(part, name))])
     header = ["self-collision after", "time", "reference", "time / reference"]
     caption = "Times are medians. The ratio is the median of the ratios of single runs."
     return Table("changes", "After changes", header, rows, caption)

@@ -5,7 +5,7 @@ import math
 
 import ratios
 from ratios import BOXES, EMBREE, ON_2_THREADS, Scene, ratio_of
-from tables import Rows, Table, count, digits, target, time, time_and_range, title
+from tables import Rows, Table, Targets, chosen, count, digits, target, time, time_and_range, title
 
 HEADLINE, FULL = ("helix", "cap", "paper-dynamic"), ratios.SCENES
 SPEED_UP = "Speed-up over"
@@ -28,8 +28,8 @@ READ_RATIOS = (
 
 def scenes_of(parts):
     """By name, those that were measured."""
-    there = [name for name in (*FULL, "hair") if f"frames_{name}" in parts]
-    return {name: Scene(name, parts[f"frames_{name}"]) for name in there}
+    found = chosen(parts, "frames_{}", (*FULL, "hair"))
+    return {name: Scene(name, part) for name, part in found.items()}
 
 
 def ratio_cells(scenes, row):
@@ -195,16 +195,10 @@ def growth(part):
 
 def targets(scenes, growth_part):
     columns = {name: scenes[name] for name in ratios.SCENES if name in scenes}
-    rows = Rows(columns.values())
+    rows = Targets(columns.items())
 
     def add(what, goals, value, least=False):
-        goal = dict(zip(ratios.SCENES, goals))
-
-        def cell(scene):
-            found = value(scene)
-            return "-" if found is None else target(found, goal[scene.name], least)
-
-        rows.add(what, cell)
+        rows.add(what, dict(zip(ratios.SCENES, goals)), value, least)
 
     for row, goals in ratios.TARGETS.items():
         add(row, goals, lambda scene: getattr(scene.ratios()[row], "value", None), least=True)

@@ -2,7 +2,7 @@
 """Tables of fibers in motion: what a step costs, and what is to be reached."""
 
 from ratios import ratio_of
-from tables import Rows, Table, count, digits, target, time, title
+from tables import Rows, Table, Targets, chosen, count, digits, time, title
 
 MOTIONS = (5, 50, 150, 480)  # radii
 READ = (
@@ -54,9 +54,7 @@ class Motion:
 
 def motions_of(parts):
     """By radii, those that were measured."""
-    return {
-        radii: Motion(parts[f"motion_{radii}"]) for radii in MOTIONS if f"motion_{radii}" in parts
-    }
+    return {radii: Motion(part) for radii, part in chosen(parts, "motion_{}", MOTIONS).items()}
 
 
 def table(parts):
@@ -98,16 +96,8 @@ def table(parts):
 
 
 def targets(parts):
-    rows = Rows(motions_of(parts).items())
-
-    def add(what, goals, value, least=False):
-        def cell(column):
-            radii, motion = column
-            goal = goals.get(radii) if isinstance(goals, dict) else goals
-            return "-" if goal is None else target(value(motion), goal, least)
-
-        rows.add(what, cell)
-
+    rows = Targets(motions_of(parts).items())
+    add = rows.add
     what = "impacts, times the static query"
     add(what, MOST_TIMES_THE_STATIC_QUERY, lambda m: m.times("query", "static_query"))
     what = "update, times the static one"

@@ -4,7 +4,7 @@
 from dataclasses import dataclass
 
 from ratios import Ratio, ratio_of
-from tables import Table, count, digits, target, time, title
+from tables import Table, chosen, count, digits, target, time, title
 
 HAIR = ("cap", "combed")
 SCENES = (*HAIR, "cables")
@@ -18,11 +18,6 @@ READ = (
 # times as long.
 LEAST = {"by arrays": 100, "candidates alone": 1, "least distance, by the manager": 10}
 MOST = {"contacts": 2, "head turned": 1.3, "refit": 3}
-
-
-def parts_of(parts, scenes):
-    """By scene, those that were measured."""
-    return {name: parts[f"obstacles_{name}"] for name in scenes if f"obstacles_{name}" in parts}
 
 
 @dataclass
@@ -98,9 +93,9 @@ def hair_rows(scene, part):
 
 def rows_of(parts):
     rows = []
-    for scene, part in parts_of(parts, HAIR).items():
+    for scene, part in chosen(parts, "obstacles_{}", HAIR).items():
         rows += hair_rows(scene, part)
-    for part in parts_of(parts, SCENES[-1:]).values():
+    for part in chosen(parts, "obstacles_{}", SCENES[-1:]).values():
         for who, how in (("arrays", "by arrays of FiberTree"), ("manager", "by the manager")):
             what = f"cables, least distance, {how}"
             row = speed_up(what, part, ("Distance", who), fcl_of(part, "Distance"))
@@ -118,7 +113,7 @@ def table(parts):
 def counts(parts):
     """What was found, and what FCL finds that is wrong."""
     rows = []
-    for scene, part in parts_of(parts, HAIR).items():
+    for scene, part in chosen(parts, "obstacles_{}", HAIR).items():
         for of in SETS:
             keys = ("segments", "triangles", "touching", "missed", "extra", "undecided")
             found = dict(zip(keys, part.medians("Judged", of, *keys)))

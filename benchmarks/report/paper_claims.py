@@ -8,7 +8,7 @@ import numpy as np
 
 from paper import numbered, steps
 from paper_table import DEFAULT, PUBLISHED, millions
-from tables import Table, count, digits, percent, time
+from tables import Table, chosen, count, digits, percent, time
 
 BOXES, SPHERES = PUBLISHED["boxes"], PUBLISHED["spheres"]
 WHO = {
@@ -137,8 +137,7 @@ VOLUME_SCENES = {
 
 def volumes(parts):
     """Tests, leaf pairs and times: of boxes, and of other volumes relative to them."""
-    found = {title: parts.get(f"volumes_{name}") for name, title in VOLUME_SCENES.items()}
-    found = {title: part for title, part in found.items() if part}
+    found = chosen(parts, "volumes_{}", VOLUME_SCENES)
     keys = ("volume_tests", "leaf_pairs", "detection", "fit")
     rows = []
     for tree, when in TREES.items():
@@ -157,7 +156,7 @@ def volumes(parts):
     return Table(
         "paper-volumes",
         "Other volumes",
-        ["", "bytes", *found],
+        ["", "bytes", *(VOLUME_SCENES[name] for name in found)],
         rows,
         "Volume tests / pairs of leaves / detection / update, those of other volumes relative to "
         "boxes in the same tree.",

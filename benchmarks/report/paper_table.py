@@ -4,7 +4,7 @@
 from dataclasses import dataclass
 
 from paper_pictures import FCL_TREE
-from tables import Rows, Table, count, digits, time
+from tables import Rows, Table, chosen, count, digits, time
 
 PHASES = ("set_up", "update", "detection")
 PHASE_TITLES = ["construction", "update", "detection"]
@@ -161,7 +161,7 @@ class Cells:
 
 
 def scenes_of(parts):
-    found = {key: scene for key, scene in SCENES.items() if f"table_{key}" in parts}
+    found = {key: SCENES[key] for key in chosen(parts, "table_{}", SCENES)}
     if "table_hair" in parts:
         found["hair"] = Scene(parts["table_hair"].title("hair"))
     return found
@@ -274,10 +274,7 @@ def ratios(parts):
 def styles(parts):
     """What order, length, style and turn cost the published boxes."""
     rows = []
-    for key, title in STYLES.items():
-        part = parts.get("styles_" + key)
-        if part is None:
-            continue
+    for key, part in chosen(parts, "styles_{}", STYLES).items():
         case = "half scalp" if key.startswith("scalp") else "strand of 1,000"
         touching = part.median("VolumeTests", "LayeredAABBTree/capsules", "touching")
         keys = ("volume_tests", "share")
@@ -286,7 +283,7 @@ def styles(parts):
         nanoseconds = 1e9 * PAPER[case]["boxes"][2] / published
         rows.append(
             [
-                f"{case}: {title}",
+                f"{case}: {STYLES[key]}",
                 count(touching),
                 ("~" if share < 1 else "") + millions(published),
                 ("~" if share_of_default < 1 else "") + millions(default),

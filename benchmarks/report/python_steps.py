@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Tables of the Python package: a step beside other ways, and what Python adds to it."""
 
-from tables import Rows, Table, count, digits, target, time
+from tables import Rows, Table, chosen, count, digits, target, time
 
 SCENES = {  # by the end of the file's name
     "helix-10": "helix 10 x 100",
@@ -37,10 +37,6 @@ MOST_OF_IMPORT = 0.1
 LARGE = ("helix-1000", "bundles-1000")
 
 
-def scenes_of(parts):
-    return {name: parts[f"steps_{name}"] for name in SCENES if f"steps_{name}" in parts}
-
-
 def quartiles(runs):
     return [runs.quantile(share) for share in (0.25, 0.5, 0.75)]
 
@@ -64,7 +60,7 @@ def times_as_fast(part, query, threads, rival):
 
 
 def steps(parts):
-    scenes = scenes_of(parts)
+    scenes = chosen(parts, "steps_{}", SCENES)
     rows = Rows(scenes.values())
     for query, call in QUERIES.items():
         for threads, on in THREADS.items():
@@ -101,13 +97,9 @@ def import_more(part):
     return quartiles(ours - numpy)
 
 
-def overheads_of(parts):
-    return {name: parts[f"overhead_{name}"] for name in LARGE if f"overhead_{name}" in parts}
-
-
 def costs(parts):
     rows = []
-    for scene, part in overheads_of(parts).items():
+    for scene, part in chosen(parts, "overhead_{}", LARGE).items():
         for query, call in QUERIES.items():
             for threads, on in THREADS.items():
                 for other, into in (("cpp", ""), ("cpp_new", ", new vector")):
@@ -131,9 +123,7 @@ def costs(parts):
 
 def targets(parts):
     rows = []
-    for name, part in scenes_of(parts).items():
-        if name not in LARGE:
-            continue
+    for name, part in chosen(parts, "steps_{}", LARGE).items():
         for query, call in QUERIES.items():
             seconds = part.median("Steps", step_name(query, 1), "seconds")
             what = f"{SCENES[name]}, {call}"
@@ -141,7 +131,7 @@ def targets(parts):
             for rival, least in LEAST_TIMES_AS_FAST.items():
                 ratio = times_as_fast(part, query, 1, rival)
                 rows.append([f"{what} over {rival}", target(ratio, least, least=True)])
-    for name, part in overheads_of(parts).items():
+    for name, part in chosen(parts, "overhead_{}", LARGE).items():
         for query, call in QUERIES.items():
             share = more(part, query, 1, "cpp")[1]
             rows.append([f"{SCENES[name]}, {call}, more than C++", target(share, MOST_MORE)])

@@ -69,6 +69,10 @@ class Part:
     def medians(self, kind, name, *keys):
         return [self.median(kind, name, key) for key in keys]
 
+    def ratios(self, kind, name, key, reference):
+        """Multiples of the reference, run by run."""
+        return self.runs(kind, name, key) / self.runs(kind, name, reference)
+
     def title(self, scene):
         """Of hair with the file's name."""
         return f"hair ({self.context['scene']})" if scene == "hair" else scene

@@ -5,24 +5,15 @@ import pandas as pd
 
 from elsewhere import grouped
 from ratios import BOXES, CAPSULES, ratio_of
-from tables import Table, count, digits, target, time
+from tables import Table, count, digits, target, time, times_and_range
 
 FCL = "DynamicAABBTree/stock"
 # What is to be reached: times the query without the object, bytes, times the update of capsules.
 MOST_BESIDE, MOST_BYTES, MOST_UPDATE = 1.05, 160, 1.5
 
 
-def ratios(part, kind, name, key, reference):
-    """Multiples of the reference, run by run."""
-    return part.runs(kind, name, key) / part.runs(kind, name, reference)
-
-
 def beside_of(part, name):
-    return ratios(part, "Beside", name, "seconds", "reference")
-
-
-def text(found):
-    return f"{digits(found.median())}x ({digits(found.min())} to {digits(found.max())})"
+    return part.ratios("Beside", name, "seconds", "reference")
 
 
 def beside(part):
@@ -45,7 +36,7 @@ def beside(part):
 
 def beside_cell(part, name):
     pairs = part.median("Beside", name, "with")
-    return text(beside_of(part, name)) + (f", {count(pairs)} pairs" if pairs else "")
+    return times_and_range(beside_of(part, name)) + (f", {count(pairs)} pairs" if pairs else "")
 
 
 def fibers_of(part):
@@ -54,8 +45,8 @@ def fibers_of(part):
         segments, size, pairs = part.medians("FibersOf", name, "segments", "bytes", "pairs")
         cells = [name, digits(size / segments), count(pairs)]
         for key in ("update", "detection"):
-            found = ratios(part, "FibersOf", name, key, "capsules_" + key)
-            cells += [time(part.median("FibersOf", name, key)), text(found)]
+            found = part.ratios("FibersOf", name, key, "capsules_" + key)
+            cells += [time(part.median("FibersOf", name, key)), times_and_range(found)]
         rows.append(cells)
     header = ["fibers of", "bytes per object", "pairs", "update", "update / capsules"]
     header += ["detection", "detection / capsules"]
@@ -90,7 +81,7 @@ def targets(part):
     for name in sorted(part.names("FibersOf")):
         size, segments = part.medians("FibersOf", name, "bytes", "segments")
         add(f"fibers of {name}, bytes per object", size / segments, MOST_BYTES)
-        update = ratios(part, "FibersOf", name, "update", "capsules_update").median()
+        update = part.ratios("FibersOf", name, "update", "capsules_update").median()
         add(f"fibers of {name}, update / capsules", update, MOST_UPDATE)
     header = ["", "bytes, or times the reference"]
     return Table("targets of shapes", "Targets of shapes", header, rows)

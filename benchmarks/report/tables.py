@@ -44,10 +44,28 @@ class Rows(list):
         self.append([what, *map(cell, self.columns)])
 
 
+class Targets(Rows):
+    """What is met and what is missed by things, which columns have by name."""
+
+    def add(self, what, goals, value, least=False):
+        """`goals`: one of all columns, or by name; a dash stands where there is none."""
+
+        def cell(column):
+            name, thing = column
+            goal = goals.get(name) if isinstance(goals, dict) else goals
+            found = None if goal is None else value(thing)
+            return "-" if found is None else target(found, goal, least)
+
+        super().add(what, cell)
+
+
+def chosen(parts, form, names):
+    """By name, the parts that were measured, whose names are `form` with it."""
+    return {name: parts[form.format(name)] for name in names if form.format(name) in parts}
+
+
 def target(value, goal, least=False):
-    """`4.50 met (at least 4)`, or a dash where there is none."""
-    if goal is None:
-        return "-"
+    """`4.50 met (at least 4)`."""
     met = value >= goal if least else value <= goal
     limit = f"at {'least' if least else 'most'} {goal}"
     return f"{digits(value)} {'met' if met else 'MISSED'} ({limit})"
@@ -76,6 +94,11 @@ def time_and_range(runs):
     """Median, and the least and the greatest in the same unit."""
     scale = _unit(runs.median())[1]
     return f"{time(runs.median())} ({digits(runs.min() / scale)} to {digits(runs.max() / scale)})"
+
+
+def times_and_range(runs):
+    """The same of ratios."""
+    return f"{digits(runs.median())}x ({digits(runs.min())} to {digits(runs.max())})"
 
 
 def percent(part, whole):
