@@ -72,18 +72,20 @@ bool findMeshContacts(const ManagerState<S>& state, const fcl::CollisionObject<S
   }
   const auto entry = state.readMeshOf(mesh);
   BesideReading reading;
-  if (entry) reading.mesh = entry->mesh;
+  if (entry) reading.mesh = entry->end.mesh;
   MeshCache& cache = state.obstacles().cache();
   if (reading.mesh == nullptr) reading.mesh = cache.find(mesh->collisionGeometry());
   named(kMeshContacts, "the mesh", [&] {
     requireSegment(*mesh, Frame{}, Bounds::kShapes);  // it may have become invalid
-    if (reading.mesh == nullptr) reading = readMesh(*mesh, false, Frame{}, Bounds::kShapes, cache);
+    if (reading.mesh == nullptr) {
+      reading = readBeside(*mesh, false, Frame{}, Bounds::kShapes, &cache);
+    }
   });
   if (reading.mesh == nullptr) {
     contacts.clear();
     return false;
   }
-  placeMesh(*mesh, Frame{}, state.options().bounds, reading);
+  reading.object = readObject(*mesh, state.options().bounds, &reading.mesh->bounds());
   const SegmentId mesh_id = state.registry().find(mesh);
   const bool is_solid =
       mesh_id != ObjectRegistry<S>::kNotFound && state.registry().fibers().isSolid(mesh_id);
@@ -102,7 +104,7 @@ bool findMeshContacts(const ManagerState<S>& state, const fcl::CollisionObject<S
     margin += in_box.margin - segment.radius;
   }
   std::vector<index::TriangleId> triangles;
-  contact_of.findTriangles(segment, margin + reading.margin, triangles);
+  contact_of.findTriangles(segment, margin + reading.object.added.margin, triangles);
   const SegmentId capsule_id = state.registry().find(capsule);
   FiberSegment place;
   if (capsule_id != ObjectRegistry<S>::kNotFound) {

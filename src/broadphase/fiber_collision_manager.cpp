@@ -58,31 +58,27 @@ class FiberCollisionManager<S>::Impl final : public broadphase::ManagerState<S> 
 
   double marginOf(const char* call, const Object* object,
                   const FiberManagerOptions& options) const {
-    const Bounds bounds = options.bounds;
-    using geometry::Segment;
     if (object == nullptr) {
       fibers::throwInvalidArgument(call, "the object is null; pass an object");
     }
-    if (bounds != Bounds::kShapesAndMargins) return 0;
-    if (broadphase::countsTriangles(options) && broadphase::isMesh(*object)) {
-      const auto mesh = broadphase::named(call, "the given object", [&] {
-        return broadphase::readMesh(*object, false, geometry::Frame{}, bounds,
-                                    this->obstacles().cache());
-      });
-      if (mesh.counts_triangles) return mesh.margin;
-    }
-    const auto read = [&](Bounds counted_bounds) {
-      return broadphase::named(call, "the given object", [&] {
-        return broadphase::requireSegment(*object, geometry::Frame{}, counted_bounds);
-      });
-    };
-    const Segment shape = read(Bounds::kShapes), counted = read(Bounds::kShapesAndMargins);
+    if (options.bounds != Bounds::kShapesAndMargins) return 0;
+    auto* cache = broadphase::countsTriangles(options) ? &this->obstacles().cache() : nullptr;
+    const broadphase::BesideReading read = broadphase::named(call, "the given object", [&] {
+      return broadphase::readBeside(*object, false, geometry::Frame{}, options.bounds, cache);
+    });
+    if (read.hasTriangles()) return read.object.added.margin;
+    broadphase::ReadObject bare = read.object;
+    bare.added = {};
+    bare.open_rounding = -1;
+    geometry::Segment shape;
+    broadphase::segmentOf(bare, geometry::Frame{}, shape);
+    const geometry::Segment& counted = read.box;
     if (!shape.isBox() && !counted.isBox()) return counted.radius - shape.radius;
     // An open side stays at infinity.
     const auto beyond = [](double outer, double inner) {
       return outer > inner ? outer - inner : 0;
     };
-    const Segment box = boxAround(shape, 0);
+    const geometry::Segment box = boxAround(shape, 0);
     return std::max({beyond(box.a.x, counted.a.x), beyond(box.a.y, counted.a.y),
                      beyond(box.a.z, counted.a.z), beyond(counted.b.x, box.b.x),
                      beyond(counted.b.y, box.b.y), beyond(counted.b.z, box.b.z)});

@@ -15,10 +15,10 @@ void Generations::clear() {
   end_ = 0;
 }
 
-void Generations::build(const index::SegmentSource& source, SegmentId end,
-                        const tree::Fibers& fibers) {
+void Generations::build(const index::SegmentSource& source, const geometry::Frame& frame,
+                        SegmentId end, const tree::Fibers& fibers) {
   keepStarts();
-  main_.build(source, frameFor(source, fibers.ids), 0, end, fibers);
+  main_.build(source, frame, 0, end, fibers);
   end_ = end;
 }
 
@@ -30,11 +30,6 @@ bool Generations::buildYoung(const index::SegmentSource& source, SegmentId end,
   if (!young_.tryBuild(source, frame(), begin, end, fibers)) return false;
   end_ = end;
   return true;
-}
-
-bool Generations::refit(const index::SegmentSource& source) {
-  const bool is_good = main_.refit(source);
-  return is_good && (!hasYoung() || young_.tryRefit(source, frame()));
 }
 
 bool Generations::refitSome(const std::vector<SegmentId>& ids, const std::vector<Segment>& moved) {

@@ -14,10 +14,10 @@ namespace fcl_fibers::broadphase {
 
 using tree::SegmentId;
 
-/// A manager's objects in two indexes with one frame. The main index has the objects that were
-/// registered when it was built; the young index has those registered since. Ids ascend in the
-/// order of registration, so young ids follow the others. The young index is small and is rebuilt
-/// when it grows, so that many single registrations share the price of one build of the main index.
+/// Segments in two indexes with one frame: a manager's objects by their ids, or the boxes of those
+/// beside its tree by their places. The main index has what was there when it was built; the young
+/// index has what has come since, whose ids follow. It is small and is rebuilt when it grows, so
+/// that many single registrations share the price of one build of the main index.
 class Generations {
  public:
   using Segment = geometry::Segment;
@@ -49,14 +49,14 @@ class Generations {
   /// A segment during the step.
   MovingSegment moving(SegmentId id) const { return (isYoung(id) ? young_ : main_).moving(id); }
 
-  /// How many of `size` objects may be young before all are built into one index. If objects are
-  /// registered one by one, each costs a build of the young index, and the one that exceeds this
-  /// number costs a build of the main index. The sum is least at sqrt(2 size).
+  /// How many of `size` segments may be young before all are built into one index. If they come one
+  /// by one, each costs a build of the young index, and the one that exceeds this number costs a
+  /// build of the main index. The sum is least at sqrt(2 size).
   static std::size_t mostYoung(std::size_t size) {
     return std::min(size / 8, static_cast<std::size_t>(std::sqrt(2.0 * static_cast<double>(size))));
   }
 
-  /// Copies the objects, which rest.
+  /// Copies the segments, which rest.
   void copy(const Generations& other);
   void clear();
 
@@ -69,6 +69,11 @@ class Generations {
   void endStep() {
     main_.endStep();
     young_.endStep();
+  }
+  /// @pre the source gives the segments in frame()
+  void fitStart(const index::SegmentSource& source) {
+    main_.fitStart(source);
+    if (hasYoung()) young_.fitStart(source);
   }
   ///@}
   /// Keeps where the segments were at the start, of which ids are about to change; all have to be
@@ -84,17 +89,22 @@ class Generations {
     main_.renumberStarts(newId);
   }
 
-  /// Builds all objects into the main index, in a new frame.
-  void build(const index::SegmentSource& source, SegmentId end, const tree::Fibers& fibers);
-  /// @param fibers  the fibers of young objects
-  /// @return false if the frame cannot hold a young object; all have to be built then
+  /// Builds all into the main index.
+  void build(const index::SegmentSource& source, const geometry::Frame& frame, SegmentId end,
+             const tree::Fibers& fibers);
+  /// @param fibers  those of young segments
+  /// @return false if the frame cannot hold a young segment; all have to be built then
   bool buildYoung(const index::SegmentSource& source, SegmentId end, const tree::Fibers& fibers);
 
   /// See SegmentIndex. Whether all should be built again depends on the main index alone, unless
-  /// its frame cannot hold a young object. The young index does not count, because it is small and
+  /// its frame cannot hold a young segment. The young index does not count, because it is small and
   /// is built whenever it grows.
   ///@{
-  bool refit(const index::SegmentSource& source);
+  template <class... Frame>
+  bool refit(const index::SegmentSource& source, const Frame&... given) {
+    const bool is_good = main_.refit(source, given...);
+    return is_good && (!hasYoung() || young_.tryRefit(source, frame()));
+  }
   bool refitSome(const std::vector<SegmentId>& ids, const std::vector<Segment>& moved);
   bool isFitted(const index::SegmentSource& source) const {
     return main_.isFitted(source) && (!hasYoung() || young_.isFitted(source));

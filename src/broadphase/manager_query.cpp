@@ -240,7 +240,9 @@ Visit Search<S>::searchBeside(const Partner<S>& one, const Scene<S>& scene) {
   const Obstacles<S>& obstacles = state_.obstacles();
   if (obstacles.beside().size() == 0) return Visit::kContinue;
   begin({&own_, nullptr, /*is_beside=*/true}, {&scene, &one}, Test::kShapes);
-  return run([&](auto& sink) { return obstacles.boxes().search(one.segment, one.error, sink); });
+  return run([&](auto& sink) {
+    return obstacles.boxes().search(one.segment, one.error, tree::kNoGroup, SegmentId{0}, sink);
+  });
 }
 
 template <typename S>

@@ -78,56 +78,56 @@ ManagerState<S>::ManagerState(const char* call, const ManagerState& original,
                                    std::to_string(original.registry_.size()) +
                                    "; give one for each object of getObjects(), in that order");
   }
+  // The original's first query may be building.
+  const std::lock_guard<std::mutex> lock(original.build_mutex_);
+  const fibers::FiberTable& fibers = original.registry_.fibers();
+  bool has_same_segments = true;
   named(call, nameOfPlace, [&] {
     std::size_t i = 0;
-    for (const Object* model : original.registry_.objects()) {
-      if (model == nullptr) continue;
+    for (SegmentId id = 0; id < original.registry_.idCount(); ++id) {
+      if (original.registry_[id] == nullptr) continue;
       prefetchObject<S>([&](std::size_t k) { return objects[k]; }, i, objects.size());
       readNew(call, objects, i, options_.bounds);
       const ObjectKind kind = kindOf(*objects[i]);
-      if (!mayBeInFiber(kind) && original.registry_.isOfSeveral(model)) {
+      if (!mayBeInFiber(kind) && original.registry_.isOfSeveral(original.registry_[id])) {
         throwInvalidArgument(call, nameOf(i) +
                                        " is not a capsule, cylinder or box, but replaces a "
                                        "segment of a fiber; pass a capsule, cylinder or box");
       }
-      if (++i == objects.size() && original.last_registered_ && kind == ObjectKind::kCapsule) {
+      if (i + 1 == objects.size() && original.last_registered_ && kind == ObjectKind::kCapsule) {
         // If a box counts in place of the capsule, it has no end point to continue from.
-        last_registered_ = readNew(call, objects, i - 1, Bounds::kShapes);
+        last_registered_ = readNew(call, objects, i, Bounds::kShapes);
       }
+      has_same_segments &= isBesideTree(kind, options_) == original.obstacles_.isBeside(id);
+      if (!isRound(kind)) {
+        obstacles_.addCopy(original.obstacles_, objects[i], id, fibers.partyOf(id).categories,
+                           fibers.isSolid(id));
+        // The triangles are those of the original, unless they differ.
+        if (countsTriangles(options_)) requireMesh(objects, i, fibers.isSolid(id));
+      }
+      ++i;
     }
   });
   if (const auto duplicate = registry_.copy(original.registry_, objects)) {
     throwInvalidArgument(call, nameOf(*duplicate) + " is passed twice; pass each object once");
   }
-  // The original's first query may be building.
-  const std::lock_guard<std::mutex> lock(original.build_mutex_);
-  bool has_same_segments = true;
-  for (SegmentId id = 0; id < registry_.idCount(); ++id) {
-    Object* const object = registry_[id];
-    if (object == nullptr) continue;
-    const ObjectKind kind = kindOf(*object);
-    has_same_segments &= isBesideTree(kind, options_) == original.obstacles_.isBeside(id);
-    if (isRound(kind)) continue;
-    const bool is_solid = registry_.fibers().isSolid(id);
-    obstacles_.addCopy(original.obstacles_, object, id, registry_.fibers().partyOf(id).categories,
-                       is_solid);
-    if (countsTriangles(options_) && kind == ObjectKind::kMesh) {
-      // The triangles are those of the original, unless they differ.
-      const auto place = std::find(objects.begin(), objects.end(), object) - objects.begin();
-      named(call, nameOfPlace, [&] {
-        readMesh(*object, is_solid, Frame{}, options_.bounds, obstacles_.cache(),
-                 static_cast<SegmentId>(place));
-      });
-    }
-  }
   if (!original.hasTree() || !has_same_segments) return;
   generations_.copy(original.generations_);
   removed_ = original.removed_;
   removed_young_ = original.removed_young_;
-  state_ = State::kCloned;
+  state_ = State::kUnread;
 }
 
 // --- Registering ---
+
+/// Refuses one of the objects of a call if it is a mesh that cannot be read.
+template <typename S>
+void ManagerState<S>::requireMesh(const Objects& objects, std::size_t i, bool is_solid) {
+  if (!(countsTriangles(options_) || is_solid) || !isMesh(*objects[i])) return;
+  MeshCache unused;
+  readBeside(*objects[i], is_solid, Frame{}, Bounds::kShapes,
+             countsTriangles(options_) ? &obstacles_.cache() : &unused, static_cast<SegmentId>(i));
+}
 
 template <typename S>
 void ManagerState<S>::add(const char* call, const Objects& added, const Kind& kind) {
@@ -137,13 +137,10 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
   std::optional<Segment> last = may_continue ? last_registered_ : std::nullopt;
   std::vector<bool> starts_fiber(added.size());
   std::vector<double> lengths(options_.ignored_arc_length > 0 ? added.size() : 0);
-  std::vector<std::size_t> boxes;  // positions of objects other than capsules and spheres
+  std::vector<std::size_t> others;  // positions of objects other than capsules and spheres
   // The build reads the objects again, and finds margins, which cannot make an object unreadable
   // unless they overflow.
   const bool has_shapes = options_.bounds != Bounds::kObjects;
-  const bool counts_triangles = countsTriangles(options_);
-  MeshCache checked;
-  std::vector<const Object*> obstacles;
   named(call, nameOfPlace, [&] {
     for (std::size_t i = 0; i < added.size(); ++i) {
       prefetchObject<S>([&](std::size_t k) { return added[k]; }, i, added.size());
@@ -152,7 +149,7 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
       // If its box counts instead, there are no end points to compare, and nobody has checked the
       // length.
       if (!has_shapes && mayBeInFiber(its_kind)) segment = readNew(call, added, i, Bounds::kShapes);
-      if (!isRound(its_kind)) boxes.push_back(i);
+      if (!isRound(its_kind)) others.push_back(i);
       if (!lengths.empty()) lengths[i] = lengthInFiber(*added[i]);
       if (!kind.has_neighbors) {
         const bool is_capsule = its_kind == ObjectKind::kCapsule;
@@ -164,18 +161,13 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
                                        "registerObject()");
       }
     }
-    for (const std::size_t i : boxes) {
-      obstacles.push_back(added[i]);
-      if (!(counts_triangles || kind.is_solid) || !isMesh(*added[i])) continue;
-      readMesh(*added[i], kind.is_solid, Frame{}, Bounds::kShapes,
-               counts_triangles ? obstacles_.cache() : checked, static_cast<SegmentId>(i));
-    }
+    for (const std::size_t i : others) requireMesh(added, i, kind.is_solid);
   });
   if (kind.has_neighbors) {
     if (!added.empty()) starts_fiber[0] = true;
     last.reset();
   }
-  obstacles_.reserve(obstacles);
+  obstacles_.reserve(added, others);
   const SegmentId first = registry_.idCount();
   constexpr auto kMost = static_cast<std::size_t>(std::numeric_limits<SegmentId>::max()) / 2;
   if (added.size() > kMost - registry_.objects().size()) {
@@ -186,7 +178,7 @@ void ManagerState<S>::add(const char* call, const Objects& added, const Kind& ki
                          nameOf(*duplicate) + " is registered already; register each object once");
   }
   if (added.empty()) return;
-  for (const std::size_t i : boxes) {
+  for (const std::size_t i : others) {
     obstacles_.add(added[i], first + static_cast<SegmentId>(i), kind.categories, kind.is_solid);
   }
   last_registered_ = may_continue ? last : std::nullopt;
@@ -264,9 +256,9 @@ void ManagerState<S>::requireSteps(const char* call) const {
 template <typename S>
 void ManagerState<S>::update(const char* call) {
   refuseDuringQuery(call);
-  const bool is_built = hasTree();
+  const State before = hasTree() ? State::kUnread : State::kStale;
   state_ = State::kFailed;
-  is_built ? readAndFit(call) : readAndBuild(call);
+  catchUp(call, before);
 }
 
 template <typename S>
@@ -287,37 +279,30 @@ void ManagerState<S>::update(const char* call, const Objects& moved) {
   if (ids.empty()) return;
   // One sweep over all nodes costs less than the way up from each of many segments.
   const bool are_many = 4 * ids.size() > registry_.size();
-  if (!hasTree() || state_ == State::kCloned || are_many) return update(call);
+  if (!hasTree() || state_ == State::kUnread || are_many) return update(call);
   const State before = state_;
   state_ = State::kFailed;
-  std::vector<Segment> segments(ids.size());
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    const Object& object = *registry_[ids[i]];
-    if (obstacles_.isBeside(ids[i])) continue;
+  std::vector<SegmentId> in_tree;
+  std::vector<Segment> segments;
+  for (const SegmentId id : ids) {
+    const Object& object = *registry_[id];
+    if (obstacles_.isBeside(id)) continue;
     if (countsTriangles(options_) && isMesh(object)) {
-      throwInvalidArgument(call, name(ids[i]) + ": " + kIsMeshNow);
+      throwInvalidArgument(call, name(id) + ": " + kIsMeshNow);
     }
-    if (readSegment(object, generations_.frame(), options_.bounds, segments[i],
-                    countsTriangles(options_)) == nullptr) {
-      continue;
+    Segment segment;
+    if (readSegment(object, frame(), options_.bounds, segment, countsTriangles(options_)) !=
+        nullptr) {
+      // If the object is valid and only the frame cannot hold it, a build chooses another frame.
+      named(call, name, [&] { requireSegment(object, Frame{}, options_.bounds, id); });
+      return catchUp(call, State::kStale);
     }
-    // If the object is valid and only the frame cannot hold it, a build chooses another frame.
-    named(call, name, [&] { requireSegment(object, Frame{}, options_.bounds, ids[i]); });
-    return readAndBuild(call);
+    if (id >= generations_.end()) continue;  // it is in no index yet
+    in_tree.push_back(id);
+    segments.push_back(segment);
   }
-  named(call, name, [&] { obstacles_.readSome(ids, generations_.frame()); });
-  // The next query reads objects that are in no index yet.
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    if (ids[i] >= generations_.end() || obstacles_.isBeside(ids[i])) continue;
-    ids[kept] = ids[i];
-    segments[kept++] = segments[i];
-  }
-  ids.resize(kept);
-  segments.resize(kept);
-  if (!generations_.refitSome(ids, segments)) return readAndBuild(call);
-  state_ = before;
-  if (before == State::kGrown) readYoung(call);
+  named(call, name, [&] { obstacles_.readSome(ids, frame()); });
+  catchUp(call, generations_.refitSome(in_tree, segments) ? before : State::kStale);
 }
 
 /// Several threads may query first; one of them builds.
@@ -331,49 +316,29 @@ void ManagerState<S>::makeReady(const char* call) const {
                          "the last update failed; repair the object that it named and call "
                          "update()");
   }
-  catchUp(call);
+  catchUp(call, state_);
 }
 
-/// Reads what is not up to date and makes it ready.
+/// Reads what is not up to date in this state, and makes all ready.
 template <typename S>
-void ManagerState<S>::catchUp(const char* call) const {
-  if (state_ == State::kGrown) return readYoung(call);
-  if (state_ != State::kCloned) return readAndBuild(call);
-  state_ = State::kStale;  // in case an object is refused
-  readAndFit(call);
-}
-
-template <typename S>
-void ManagerState<S>::readAndBuild(const char* call) const {
-  generations_.build(source(call), registry_.idCount(), segmentsFrom(0));
-  readObstacles(call, /*all=*/true);
-  removed_ = removed_young_ = 0;
-  setReady();
-}
-
-template <typename S>
-void ManagerState<S>::readAndFit(const char* call) const {
-  if (!generations_.refit(source(call))) return readAndBuild(call);
-  readObstacles(call, /*all=*/true);
-  readYoung(call);
-}
-
-template <typename S>
-void ManagerState<S>::readYoung(const char* call) const {
-  if (registry_.idCount() > generations_.end()) {
-    const bool is_in_frame = generations_.buildYoung(source(call), registry_.idCount(),
-                                                     segmentsFrom(generations_.youngBegin()));
-    if (!is_in_frame) {
-      if (state_ == State::kGrown) state_ = State::kStale;
-      return readAndBuild(call);
-    }
+void ManagerState<S>::catchUp(const char* call, State state) const {
+  if (state_ == State::kUnread) state_ = State::kStale;  // in case an object is refused
+  const Source source = this->source(call);
+  bool keeps_trees = state == State::kReady || state == State::kGrown ||
+                     (state == State::kUnread && generations_.refit(source));
+  if (keeps_trees && registry_.idCount() > generations_.end()) {
+    keeps_trees = generations_.buildYoung(source, registry_.idCount(),
+                                          segmentsFrom(generations_.youngBegin()));
   }
-  readObstacles(call, /*all=*/false);
-  setReady();
-}
-
-template <typename S>
-void ManagerState<S>::setReady() const {
+  if (!keeps_trees) {
+    if (state_ == State::kGrown) state_ = State::kStale;
+    const tree::Fibers fibers = segmentsFrom(0);
+    generations_.build(source, frameFor(source, fibers.ids), registry_.idCount(), fibers);
+    removed_ = removed_young_ = 0;
+  }
+  named(
+      call, [&](SegmentId id) { return source.nameOf(id); },
+      [&] { obstacles_.read(frame(), !keeps_trees || state == State::kUnread); });
   state_.store(State::kReady, std::memory_order_release);
 }
 
@@ -385,15 +350,6 @@ tree::Fibers ManagerState<S>::segmentsFrom(SegmentId begin) const {
   return registry_.fibersFrom(begin, [&](SegmentId id) {
     while (next != end && *next < id) ++next;
     return next == end || *next != id;
-  });
-}
-
-/// @param all  whether those that have been read before are read, too
-template <typename S>
-void ManagerState<S>::readObstacles(const char* call, bool all) const {
-  const auto name = [this](SegmentId id) { return source("").nameOf(id); };
-  named(call, name, [&] {
-    all ? obstacles_.readAll(generations_.frame()) : obstacles_.readNew(generations_.frame());
   });
 }
 
@@ -424,7 +380,7 @@ template <typename S>
 bool ManagerState<S>::movedSinceUpdate() const {
   const std::lock_guard<std::mutex> lock(build_mutex_);
   if (state_ == State::kFailed) return true;
-  if (!hasTree() || state_ == State::kCloned) return false;  // the next query reads all
+  if (!hasTree() || state_ == State::kUnread) return false;  // the next query reads all
   return !generations_.isFitted(source("movedSinceUpdate")) ||
          !obstacles_.isCurrent(generations_.frame());
 }

@@ -54,7 +54,7 @@ class ManagerState {
   void setup(const char* call) {
     if (state_ == State::kReady) return;
     refuseDuringQuery(call);
-    catchUp(call);
+    catchUp(call, state_);
   }
 
   /// Brings the indexes up to date and forbids changes while a query runs.
@@ -115,7 +115,7 @@ class ManagerState {
   enum class State {
     kStale,   ///< objects were registered or unregistered; the next query reads all and builds
     kGrown,   ///< a few objects were registered; the next query builds the young index
-    kCloned,  ///< the indexes fit the original's objects; the next query reads all and refits
+    kUnread,  ///< the indexes are the original's; the next query reads all and refits
     kReady,   ///< the indexes may be searched
     kFailed,  ///< the last update failed; the indexes may be inconsistent
   };
@@ -124,20 +124,16 @@ class ManagerState {
     if (running_queries_ > 0) fibers::throwQueryRuns(call);
   }
   bool hasTree() const {
-    return state_ == State::kReady || state_ == State::kGrown || state_ == State::kCloned;
+    return state_ == State::kReady || state_ == State::kGrown || state_ == State::kUnread;
   }
   void markStale() {
     if (hasTree()) state_ = State::kStale;
   }
   void requireSteps(const char* call) const;
   tree::Fibers segmentsFrom(SegmentId begin) const;
-  void readObstacles(const char* call, bool all) const;
+  void requireMesh(const Objects& objects, std::size_t i, bool is_solid);
   void makeReady(const char* call) const;
-  void catchUp(const char* call) const;
-  void readAndBuild(const char* call) const;
-  void readAndFit(const char* call) const;
-  void readYoung(const char* call) const;
-  void setReady() const;
+  void catchUp(const char* call, State state) const;
 
   const FiberManagerOptions options_;
   Registry registry_;

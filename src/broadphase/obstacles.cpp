@@ -2,6 +2,7 @@
 #include "broadphase/obstacles.h"
 
 #include <algorithm>
+#include <stdexcept>
 #include <utility>
 
 #include "broadphase/frame_of_other.h"
@@ -15,49 +16,89 @@ using geometry::Frame;
 using geometry::Segment;
 using index::SegmentId;
 
+/// The boxes of those beside the tree, at one end of a step.
+template <class Entry>
+class BoxSource final : public index::SegmentSource {
+ public:
+  BoxSource(const ById<Entry>& entries, BesideReading Entry::*end) : entries_(entries), end_(end) {}
+
+  bool read(const SegmentId* ids, int count, int /*ahead*/, const Frame& /*frame*/,
+            index::SegmentBlock& out, index::BlockMask& present) const override {
+    for (int i = 0; i < count; ++i) {
+      out.set(i, (entries_[static_cast<std::size_t>(ids[i])].*end_).box);
+    }
+    present = geometry::firstOfBlock(count);
+    return true;
+  }
+  bool staysFiniteIn(const Frame& /*frame*/) const override { return true; }
+  bool isFasterInOrder() const override { return false; }
+  [[noreturn]] void refuse(SegmentId /*id*/, const Frame& /*frame*/) const override {
+    throw std::logic_error("fcl_fibers: every box can be read");
+  }
+
+ private:
+  const ById<Entry>& entries_;
+  BesideReading Entry::*const end_;
+};
+
+index::IndexOptions boxOptions(double margin) {
+  index::IndexOptions options;
+  options.capsules = true;  // then boxes are compared in double
+  options.margin = margin;
+  return options;
+}
+
+tree::Fibers oneEach(SegmentId begin, SegmentId end) {
+  tree::Fibers fibers;
+  for (SegmentId id = begin; id < end; ++id) {
+    fibers.ids.push_back(id);
+    fibers.endFiber();
+  }
+  return fibers;
+}
+
 }  // namespace
 
 template <typename S>
-BesideReading readMesh(const fcl::CollisionObject<S>& object, bool is_solid, const Frame& frame,
-                       Bounds bounds, MeshCache& cache, SegmentId place) {
+BesideReading readBeside(const fcl::CollisionObject<S>& object, bool is_solid, const Frame& frame,
+                         Bounds bounds, MeshCache* cache, SegmentId place) {
   BesideReading reading;
-  // This checks the pose, and gives the box of a cloud of points.
-  reading.box = requireSegment(object, frame, bounds, place);
-  const BvhTriangles<S> triangles = trianglesOf(*ObjectMembers<S>::shape(object));
-  if (triangles.isCloud()) return reading;
-  if (const std::string problem = triangles.problem(); !problem.empty()) refuse(problem, place);
-  reading.mesh = cache.read(object.collisionGeometry(), triangles);
-  reading.model = object.collisionGeometry().get();
-  if (is_solid && reading.mesh->firstLeak() >= 0) {
-    const index::MeshIndex& mesh = reading.mesh->index();
-    refuse("its mesh is not watertight: " + index::leakProblem(mesh.points(), mesh.triangles()) +
-               ", or register it without ObstacleOptions::solid",
-           place);
+  if (cache != nullptr && isMesh(object)) {
+    requireSegment(object, frame, bounds, place);  // an improper pose is named first
+    const BvhTriangles<S> triangles = trianglesOf(*ObjectMembers<S>::shape(object));
+    if (!triangles.isCloud()) {
+      if (const std::string problem = triangles.problem(); !problem.empty()) {
+        refuse(problem, place);
+      }
+      reading.mesh = cache->read(object.collisionGeometry(), triangles);
+      reading.model = object.collisionGeometry().get();
+    }
   }
-  if (is_solid && reading.mesh->isInsideOut()) {
-    refuse(
-        "its mesh is inside out: its triangles are clockwise seen from outside; "
-        "exchange two points of each",
-        place);
+  if (is_solid && reading.mesh != nullptr) {
+    if (reading.mesh->firstLeak() >= 0) {
+      const index::MeshIndex& mesh = reading.mesh->index();
+      refuse("its mesh is not watertight: " + index::leakProblem(mesh.points(), mesh.triangles()) +
+                 ", or register it without ObstacleOptions::solid",
+             place);
+    }
+    if (reading.mesh->isInsideOut()) {
+      refuse(
+          "its mesh is inside out: its triangles are clockwise seen from outside; "
+          "exchange two points of each",
+          place);
+    }
   }
-  placeMesh(object, frame, bounds, reading);
-  if (!index::fitsIn(frame, reading.posed(tree::kAllCategories, is_solid))) {
+  reading.object =
+      readObject(object, bounds, reading.mesh == nullptr ? nullptr : &reading.mesh->bounds());
+  if (const char* problem = segmentOf(reading.object, frame, reading.box)) refuse(problem, place);
+  if (reading.mesh != nullptr &&
+      !index::fitsIn(frame, reading.posed(tree::kAllCategories, is_solid))) {
     refuse(
         "its coordinates overflow in the unit of the fibers; "
         "bring it nearer to them or make it smaller",
         place);
   }
   return reading;
-}
-
-template <typename S>
-void placeMesh(const fcl::CollisionObject<S>& object, const Frame& frame, Bounds bounds,
-               BesideReading& reading) {
-  const ReadObject now = readObject(object, bounds, &reading.mesh->bounds());
-  segmentOf(now, frame, reading.box);
-  reading.pose = now.pose;
-  reading.margin = now.added.margin;
-  reading.counts_triangles = now.isAllOfShape();
 }
 
 std::shared_ptr<const index::MovingMesh> MovingMeshOnDemand::get(const index::PosedMesh& start,
@@ -78,16 +119,19 @@ std::size_t MovingMeshOnDemand::memoryUsage() const {
 
 template <typename S>
 Obstacles<S>::Obstacles(const FiberManagerOptions& options)
-    : options_(options), moves_(options.motion), boxes_(options.margin) {}
+    : options_(options),
+      moves_(options.motion),
+      boxes_(boxOptions(options.margin), options.motion) {}
 
 // --- Changing ---
 
 template <typename S>
-void Obstacles<S>::reserve(const std::vector<const Object*>& objects) {
+void Obstacles<S>::reserve(const std::vector<Object*>& objects,
+                           const std::vector<std::size_t>& which) {
   std::size_t beside = 0, shapes = 0;
-  for (const Object* object : objects) {
-    beside += isBesideTree(kindOf(*object), options_) ? 1 : 0;
-    shapes += keepsShape(kindOf(*object), options_) ? 1 : 0;
+  for (const std::size_t i : which) {
+    beside += isBesideTree(kindOf(*objects[i]), options_) ? 1 : 0;
+    shapes += keepsShape(kindOf(*objects[i]), options_) ? 1 : 0;
   }
   beside_.reserve(beside);
   shapes_.reserve(shapes);
@@ -112,7 +156,7 @@ template <typename S>
 void Obstacles<S>::remove(SegmentId id) {
   if (const std::size_t place = beside_.find(id); place < beside_.size()) {
     // The object may be dead.
-    const void* model = beside_[place].model;
+    const void* model = beside_[place].end.model;
     beside_.remove(place);
     cache_.forget(model);
   }
@@ -164,41 +208,39 @@ void Obstacles<S>::setStep(bool has_step) {
   }
   for (const std::size_t place : moved_beside_) {
     BesideEntry& entry = beside_[place];
-    entry.start = entry;
+    entry.start = entry.end;
     entry.has_moved = false;
     if (entry.is_mesh) entry.forgetTrees();
   }
   moved_shapes_.clear();
   moved_beside_.clear();
-  boxes_.setStep(has_step);
+  boxes_.endStep();  // the next reading begins it where these are
   has_step_ = has_step;
 }
 
 template <typename S>
 void Obstacles<S>::addCopy(const Obstacles& other, Object* object, SegmentId id,
                            tree::Categories categories, bool is_solid) {
-  reserve({object});
+  reserve({object}, {0});
   add(object, id, categories, is_solid);
   const BesideEntry* original = other.beside(id);
-  if (original != nullptr && original->mesh != nullptr && isMesh(*object)) {
-    cache_.keep(object->collisionGeometry(), original->mesh);
+  if (original != nullptr && original->end.mesh != nullptr && isMesh(*object)) {
+    cache_.keep(object->collisionGeometry(), original->end.mesh);
   }
 }
 
 // --- Reading ---
 
 template <typename S>
-void Obstacles<S>::readBeside(Place place, const Frame& frame) {
-  BesideEntry& entry = beside_[static_cast<std::size_t>(place)];
+void Obstacles<S>::readBesideAt(std::size_t place, const Frame& frame) {
+  BesideEntry& entry = beside_[place];
   if (entry.is_mesh != (isMesh(*entry.object) && countsTriangles(options_))) {
     refuse(entry.is_mesh ? kIsNoMeshNow : kIsMeshNow, entry.id);
   }
-  BesideReading now;
-  if (entry.is_mesh) {
-    now = readMesh(*entry.object, entry.is_solid, frame, options_.bounds, cache_, entry.id);
-  } else {
-    now.box = requireSegment(*entry.object, frame, options_.bounds, entry.id);
-  }
+  // Meshes that nobody holds are refitted in place. A step holds them.
+  if (!moves_) entry.end.mesh.reset();
+  BesideReading now = readBeside(*entry.object, entry.is_solid, frame, options_.bounds,
+                                 entry.is_mesh ? &cache_ : nullptr, entry.id);
   if (moves_) {
     // Other triangles have no way from those before. They rest where they are now.
     const bool is_same =
@@ -211,10 +253,10 @@ void Obstacles<S>::readBeside(Place place, const Frame& frame) {
       entry.start = now;
     }
     entry.frame = frame;
-    if (has_step_ && !entry.has_moved) moved_beside_.push_back(static_cast<std::size_t>(place));
+    if (has_step_ && !entry.has_moved) moved_beside_.push_back(place);
     entry.has_moved = has_step_;
   }
-  static_cast<BesideReading&>(entry) = std::move(now);
+  entry.end = std::move(now);
   if (entry.is_mesh) entry.forgetTrees();
   entry.is_read = true;
 }
@@ -234,43 +276,54 @@ void Obstacles<S>::readShape(std::size_t place, const Frame& frame) {
 }
 
 template <typename S>
-void Obstacles<S>::readAll(const Frame& frame) {
+void Obstacles<S>::read(const Frame& frame, bool all) {
+  all |= !has_boxes_;
   const bool keeps_places = has_boxes_ && beside_.removedCount() == 0;
-  has_boxes_ = false;
-  beside_.compact();
-  shapes_.compact();
-  listMoved(/*all=*/true);
-  // Meshes that nobody holds are refitted in place. A step holds them.
-  for (BesideEntry& entry : beside_) {
-    if (!moves_) entry.mesh.reset();
+  if (all) {
+    has_boxes_ = false;
+    beside_.compact();
+    shapes_.compact();
+    listMoved(/*all=*/true);
+    // Objects of one mesh let go of it before the first of them reads it again.
+    for (BesideEntry& entry : beside_) {
+      if (!moves_) entry.end.mesh.reset();
+    }
   }
-  for (Place place = 0; place < besideCount(); ++place) readBeside(place, frame);
-  for (std::size_t place = 0; place < shapes_.size(); ++place) readShape(place, frame);
-  cache_.forgetUnused();
-  if (!keeps_places) boxes_.clear();
-  boxes_.readAll(frame, besideCount(), boxOf());
-  has_boxes_ = true;
-}
-
-template <typename S>
-void Obstacles<S>::readNew(const Frame& frame) {
-  if (!has_boxes_) return readAll(frame);
   // New entries are the last, and some of them may have been removed again.
-  const auto firstNew = [](const auto& entries) {
-    std::size_t first = entries.size();
+  const auto firstOf = [all](const auto& entries) {
+    std::size_t first = all ? 0 : entries.size();
     while (first > 0 && !entries[first - 1].is_read) --first;
     return first;
   };
-  for (std::size_t place = firstNew(shapes_); place < shapes_.size(); ++place) {
+  for (std::size_t place = firstOf(shapes_); place < shapes_.size(); ++place) {
     if (shapes_[place].object != nullptr) readShape(place, frame);
   }
-  std::size_t first = firstNew(beside_);
-  if (first == beside_.size()) return;
+  std::size_t place = firstOf(beside_);
+  if (!all && place == beside_.size()) return;
   has_boxes_ = false;
-  for (; first < beside_.size(); ++first) {
-    if (beside_[first].object != nullptr) readBeside(static_cast<Place>(first), frame);
+  for (; place < beside_.size(); ++place) {
+    if (beside_[place].object != nullptr) readBesideAt(place, frame);
   }
-  boxes_.readNew(besideCount(), boxOf());
+  if (all) cache_.forgetUnused();
+  const BoxSource source(beside_, &BesideEntry::end);
+  const auto count = static_cast<SegmentId>(beside_.size());
+  const SegmentId young = boxes_.youngBegin();
+  if (all)
+    return finishBoxes(frame, keeps_places && boxes_.end() == count && boxes_.refit(source, frame));
+  const bool are_few =
+      static_cast<std::size_t>(count - young) <= Generations::mostYoung(beside_.size());
+  finishBoxes(frame, are_few && boxes_.buildYoung(source, count, oneEach(young, count)));
+}
+
+/// Builds the boxes unless they fit what is read, and takes those at the start of the step.
+template <typename S>
+void Obstacles<S>::finishBoxes(const Frame& frame, bool are_fitted) {
+  if (!are_fitted) {
+    const auto count = static_cast<SegmentId>(beside_.size());
+    boxes_.clear();
+    boxes_.build(BoxSource(beside_, &BesideEntry::end), frame, count, oneEach(0, count));
+  }
+  if (has_step_) boxes_.fitStart(BoxSource(beside_, &BesideEntry::start));
   has_boxes_ = true;
 }
 
@@ -278,22 +331,24 @@ template <typename S>
 void Obstacles<S>::readSome(const std::vector<SegmentId>& ids, const Frame& frame) {
   // After a call that has thrown all are read next.
   if (!has_boxes_ || beside_.size() + shapes_.size() == 0) return;
-  std::vector<Place> places;
+  std::vector<SegmentId> places;
   for (const SegmentId id : ids) {
     const std::size_t place = beside_.find(id), shape = shapes_.find(id);
     if (place < beside_.size() && beside_[place].is_read) {
       has_boxes_ = false;
-      if (!moves_) beside_[place].mesh.reset();
-      readBeside(static_cast<Place>(place), frame);
-      places.push_back(static_cast<Place>(place));
+      readBesideAt(place, frame);
+      places.push_back(static_cast<SegmentId>(place));
     }
     if (shape < shapes_.size() && shapes_[shape].is_read) readShape(shape, frame);
   }
   if (places.empty()) return;
   std::sort(places.begin(), places.end());
   places.erase(std::unique(places.begin(), places.end()), places.end());
-  boxes_.readSome(places, boxOf());
-  has_boxes_ = true;
+  std::vector<Segment> boxes;
+  for (const SegmentId place : places) {
+    boxes.push_back(beside_[static_cast<std::size_t>(place)].end.box);
+  }
+  finishBoxes(frame, boxes_.refitSome(places, boxes));
 }
 
 template <typename S>
@@ -301,19 +356,18 @@ bool Obstacles<S>::isCurrent(const Frame& frame) const {
   for (const BesideEntry& entry : beside_) {
     if (entry.object == nullptr || !entry.is_read) continue;
     if (entry.is_mesh != (isMesh(*entry.object) && countsTriangles(options_))) return false;
-    BesideReading now;
-    if (readSegment(*entry.object, frame, options_.bounds, now.box) != nullptr) return false;
-    if (entry.is_mesh) {
-      const BvhTriangles<S> triangles = trianglesOf(*ObjectMembers<S>::shape(*entry.object));
-      if (!triangles.is_finished || triangles.isCloud() != (entry.mesh == nullptr)) return false;
-      if (entry.mesh != nullptr) {
-        if (!isSame(*entry.mesh, triangles)) return false;
-        now.mesh = entry.mesh;
-        placeMesh(*entry.object, frame, options_.bounds, now);
-      }
-    }
-    if (!(now.box == entry.box) || now.counts_triangles != entry.counts_triangles ||
-        now.margin != entry.margin || !(now.pose == entry.pose)) {
+    const std::shared_ptr<const Mesh>& mesh = entry.end.mesh;
+    const ReadObject now =
+        readObject(*entry.object, options_.bounds, mesh == nullptr ? nullptr : &mesh->bounds());
+    Segment box;
+    if (segmentOf(now, frame, box) != nullptr || !(box == entry.end.box)) return false;
+    if (!entry.is_mesh) continue;
+    const BvhTriangles<S> triangles = trianglesOf(*ObjectMembers<S>::shape(*entry.object));
+    if (!triangles.is_finished || triangles.isCloud() != (mesh == nullptr)) return false;
+    if (mesh == nullptr) continue;
+    const ReadObject& before = entry.end.object;
+    if (!isSame(*mesh, triangles) || now.isAllOfShape() != before.isAllOfShape() ||
+        now.added.margin != before.added.margin || !(now.pose == before.pose)) {
       return false;
     }
   }
@@ -330,7 +384,7 @@ std::size_t Obstacles<S>::memoryUsage() const {
   std::size_t steps = 0;
   for (const BesideEntry& entry : beside_) {
     steps += entry.trees != nullptr ? entry.trees->memoryUsage() : 0;
-    if (entry.start.mesh != nullptr && entry.start.mesh != entry.mesh) {
+    if (entry.start.mesh != nullptr && entry.start.mesh != entry.end.mesh) {
       steps += entry.start.mesh->memoryUsage();
     }
   }
@@ -338,10 +392,9 @@ std::size_t Obstacles<S>::memoryUsage() const {
          cache_.memoryUsage();
 }
 
-#define FCL_FIBERS_INSTANTIATE(S)                                                                \
-  template BesideReading readMesh(const fcl::CollisionObject<S>&, bool, const Frame&, Bounds,    \
-                                  MeshCache&, SegmentId);                                        \
-  template void placeMesh(const fcl::CollisionObject<S>&, const Frame&, Bounds, BesideReading&); \
+#define FCL_FIBERS_INSTANTIATE(S)                                                               \
+  template BesideReading readBeside(const fcl::CollisionObject<S>&, bool, const Frame&, Bounds, \
+                                    MeshCache*, SegmentId);                                     \
   template class Obstacles<S>;
 FCL_FIBERS_INSTANTIATE(float)
 FCL_FIBERS_INSTANTIATE(double)

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 #include <fcl/narrowphase/collision_object.h>
 
 #include <fcl_fibers/fiber_manager_options.h>
 
-#include "broadphase/beside_boxes.h"
-#include "broadphase/by_id.h"
+#include "broadphase/generations.h"
 #include "broadphase/mesh_cache.h"
 #include "broadphase/object_reader.h"
 #include "broadphase/object_registry.h"
@@ -21,21 +21,103 @@
 
 namespace fcl_fibers::broadphase {
 
+/// What is known of some of a manager's objects, in the order of their ids. An `Entry` has the
+/// object as `object`, which is null once it has been removed. Until compact() removed entries keep
+/// their places, so that one removal does not move all entries behind it.
+template <class Entry>
+class ById {
+ public:
+  /// By id, one for each place.
+  const std::vector<SegmentId>& ids() const { return ids_; }
+  std::size_t size() const { return ids_.size(); }
+  std::size_t removedCount() const { return removed_; }
+  Entry& operator[](std::size_t place) { return entries_[place]; }
+  const Entry& operator[](std::size_t place) const { return entries_[place]; }
+  auto begin() { return entries_.begin(); }
+  auto begin() const { return entries_.begin(); }
+  auto end() { return entries_.end(); }
+  auto end() const { return entries_.end(); }
+
+  /// The place of an object's entry; size() if there is none.
+  std::size_t find(SegmentId id) const {
+    const auto found = std::lower_bound(ids_.begin(), ids_.end(), id);
+    const auto place = static_cast<std::size_t>(found - ids_.begin());
+    return found == ids_.end() || *found != id || entries_[place].object == nullptr ? size()
+                                                                                    : place;
+  }
+  Entry* get(SegmentId id) {
+    const std::size_t place = find(id);
+    return place == size() ? nullptr : &entries_[place];
+  }
+  const Entry* get(SegmentId id) const { return const_cast<ById*>(this)->get(id); }
+
+  /// Makes room for more entries, so that adding them cannot throw.
+  void reserve(std::size_t more) {
+    if (size() + more <= ids_.capacity()) return;
+    const std::size_t capacity = std::max(size() + more, 2 * ids_.capacity());
+    entries_.reserve(capacity);
+    ids_.reserve(capacity);
+  }
+  /// @pre the ids ascend
+  void add(SegmentId id, Entry entry) {
+    ids_.push_back(id);
+    entries_.push_back(std::move(entry));
+  }
+  void remove(std::size_t place) {
+    entries_[place] = Entry();
+    ++removed_;
+  }
+  /// Gives the places of removed entries to those behind them.
+  void compact() {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; removed_ > 0 && i < size(); ++i) {
+      if (entries_[i].object == nullptr) continue;
+      if (kept != i) entries_[kept] = std::move(entries_[i]);
+      ids_[kept++] = ids_[i];
+    }
+    if (removed_ > 0) {
+      entries_.resize(kept);
+      ids_.resize(kept);
+    }
+    removed_ = 0;
+  }
+  /// Takes new ids, idOf(entry), of the same objects in the same order.
+  /// @pre compact() was called last
+  template <class IdOf>
+  void renumber(IdOf&& idOf) {
+    for (std::size_t i = 0; i < size(); ++i) ids_[i] = idOf(entries_[i]);
+  }
+  void clear() {
+    entries_.clear();
+    ids_.clear();
+    removed_ = 0;
+  }
+
+  std::size_t memoryUsage() const {
+    return entries_.capacity() * sizeof(Entry) + ids_.capacity() * sizeof(SegmentId);
+  }
+
+ private:
+  std::vector<SegmentId> ids_;
+  std::vector<Entry> entries_;
+  std::size_t removed_ = 0;
+};
+
 /// An object beside the tree, as it was read.
 struct BesideReading {
   /// Around it and its margin, in the frame of the indexes.
   geometry::Segment box = geometry::Segment::box({0, 0, 0}, {0, 0, 0});
-  std::shared_ptr<const Mesh> mesh;  ///< null for a cloud of points and for another shape
-  bool counts_triangles = false;     ///< if not, only the box and the shape count
-  const void* model = nullptr;       ///< the geometry that the mesh was read from
-  geometry::AffineMap pose;          ///< of a mesh
-  double margin = 0;                 ///< that the program has added to a mesh, in the world's unit
+  ReadObject object = {};
+  std::shared_ptr<const Mesh> mesh = nullptr;  ///< null for points and for another shape
+  const void* model = nullptr;                 ///< the geometry that the mesh was read from
 
-  /// @pre counts_triangles
+  /// Whether triangles count. If not, only the box and the shape do.
+  bool hasTriangles() const { return mesh != nullptr && object.isAllOfShape(); }
+  /// @pre hasTriangles()
   index::PosedMesh posed(tree::Categories categories, bool is_solid) const {
     // A mesh without categories meets other obstacles, and the rules leave out the fibers.
     const tree::Categories searched = categories != 0 ? categories : tree::kAllCategories;
-    return {mesh->index(), pose, searched, is_solid, margin};
+    return {mesh->index(), object.pose, searched, is_solid, object.added.margin};
   }
 };
 
@@ -55,18 +137,13 @@ class MovingMeshOnDemand {
   std::shared_ptr<const index::MovingMesh> mesh_;
 };
 
-/// Reads an object with a mesh. Throws RefusedObject, also if `is_solid` is set and the mesh leaks.
-/// @pre isMesh(object)
+/// Reads any object as one beside the tree. Throws RefusedObject, also if `is_solid` is set and a
+/// mesh leaks.
+/// @param cache  for triangles; null if they do not count
 template <typename S>
-BesideReading readMesh(const fcl::CollisionObject<S>& object, bool is_solid,
-                       const geometry::Frame& frame, Bounds bounds, MeshCache& cache,
-                       SegmentId place = 0);
-
-/// Reads the pose and margin of an object whose mesh has been read.
-/// @pre reading.mesh is not null, and the pose is proper
-template <typename S>
-void placeMesh(const fcl::CollisionObject<S>& object, const geometry::Frame& frame, Bounds bounds,
-               BesideReading& reading);
+BesideReading readBeside(const fcl::CollisionObject<S>& object, bool is_solid,
+                         const geometry::Frame& frame, Bounds bounds, MeshCache* cache,
+                         SegmentId place = 0);
 
 /// The objects of a manager that are beside its tree, and the shapes that are in the tree as boxes.
 template <typename S>
@@ -74,37 +151,22 @@ class Obstacles {
  public:
   using Object = fcl::CollisionObject<S>;
 
-  struct BesideEntry : BesideReading {
+  struct BesideEntry {
     Object* object = nullptr;
     SegmentId id = 0;
     tree::Categories categories = tree::kAllCategories;
     bool is_mesh = false;  ///< whether its triangles count if it has any
     bool is_solid = false;
     bool is_read = false;
-
-    // If objects move:
-    bool has_moved = false;      ///< whether it was read since the step began
-    BesideReading start = {};    ///< at the start of the step, with the same triangles
+    bool has_moved = false;  ///< whether it was read since the step began
+    /// At both ends of the step, with the same triangles. Without a step the end counts.
+    BesideReading start = {}, end = {};
     geometry::Frame frame = {};  ///< of both boxes
     /// Copies of the entry share it. Null for another shape than a mesh.
     std::shared_ptr<MovingMeshOnDemand> trees = nullptr;
 
-    /// What was just read and is in no manager, or in one that counts it by its box.
-    static BesideEntry resting(const BesideReading& reading, Object* object, SegmentId id,
-                               bool is_solid, tree::Categories categories = tree::kAllCategories) {
-      BesideEntry entry;
-      static_cast<BesideReading&>(entry) = entry.start = reading;
-      entry.object = object;
-      entry.id = id;
-      entry.categories = categories;
-      entry.is_mesh = reading.mesh != nullptr;
-      entry.is_solid = is_solid;
-      entry.forgetTrees();
-      return entry;
-    }
-
-    index::PosedMesh posed() const { return BesideReading::posed(categories, is_solid); }
-    /// @pre countsMovingTriangles(); the entry lives as long as the result
+    index::PosedMesh posed() const { return end.posed(categories, is_solid); }
+    /// @pre hasMovingTriangles(); the entry lives as long as the result
     std::shared_ptr<const index::MovingMesh> moving(const geometry::Frame& its_frame,
                                                     parallel::Executor* executor) const {
       return trees->get(start.posed(categories, is_solid), posed(), its_frame, executor);
@@ -112,8 +174,7 @@ class Obstacles {
     /// Gives up the trees, because the start or the end will change.
     void forgetTrees() { trees = std::make_shared<MovingMeshOnDemand>(); }
     /// Whether triangles count during the whole step.
-    bool countsMovingTriangles() const { return counts_triangles && start.counts_triangles; }
-    geometry::MovingSegment movingBox() const { return {start.box, box}; }
+    bool hasMovingTriangles() const { return start.hasTriangles() && end.hasTriangles(); }
   };
 
   /// A shape that takes time to read, or one that moves.
@@ -130,8 +191,8 @@ class Obstacles {
 
   // --- Changing ---
 
-  /// Makes room for those of some objects that it will add.
-  void reserve(const std::vector<const Object*>& objects);
+  /// Makes room for those of some objects, given by their places, that it will add.
+  void reserve(const std::vector<Object*>& objects, const std::vector<std::size_t>& which);
   /// Adds an object that is neither a capsule nor a sphere.
   /// @pre there is room; the ids ascend
   void add(Object* object, SegmentId id, tree::Categories categories, bool is_solid);
@@ -150,9 +211,8 @@ class Obstacles {
 
   // These throw RefusedObject with the id.
 
-  void readAll(const geometry::Frame& frame);
-  /// Reads those that have not been read yet.
-  void readNew(const geometry::Frame& frame);
+  /// @param all  whether those that have been read before are read, too
+  void read(const geometry::Frame& frame, bool all);
   /// Reads those of these objects that have been read before.
   void readSome(const std::vector<SegmentId>& ids, const geometry::Frame& frame);
 
@@ -170,29 +230,24 @@ class Obstacles {
   const ShapeEntry* shape(SegmentId id) const { return shapes_.get(id); }
 
   /// The boxes of those beside the tree, by their places.
-  const BesideBoxes& boxes() const { return boxes_; }
+  const Generations& boxes() const { return boxes_; }
 
   MeshCache& cache() const { return cache_; }
   std::size_t memoryUsage() const;
 
  private:
-  using Place = BesideBoxes::Place;
-
-  void readBeside(Place place, const geometry::Frame& frame);
+  void readBesideAt(std::size_t place, const geometry::Frame& frame);
   void readShape(std::size_t place, const geometry::Frame& frame);
+  void finishBoxes(const geometry::Frame& frame, bool are_fitted);
   /// Lists those that have moved, or that are about to.
   void listMoved(bool all);
-  Place besideCount() const { return static_cast<Place>(beside_.size()); }
-  BesideBoxes::BoxOf boxOf() const {
-    return [this](Place place) { return beside_[static_cast<std::size_t>(place)].movingBox(); };
-  }
 
   const FiberManagerOptions options_;
   const bool moves_;       ///< whether there may be steps
   bool has_step_ = false;  ///< otherwise all rest
   ById<BesideEntry> beside_;
   ById<ShapeEntry> shapes_;
-  BesideBoxes boxes_;
+  Generations boxes_;  ///< of those beside the tree, by their places
   /// Whether boxes_ has all that is read. It is not after a call that has thrown.
   bool has_boxes_ = true;
   /// The places of those that have moved.

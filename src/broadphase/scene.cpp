@@ -2,6 +2,7 @@
 #include "broadphase/scene.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "broadphase/object_reader.h"
 
@@ -91,57 +92,49 @@ template <typename S>
 Partner<S> Scene<S>::partnerOf(const BesideEntry& entry) const {
   Partner<S> partner;
   partner.id = entry.id;
-  partner.segment = {hasSteps() ? entry.start.box : entry.box, entry.box};
+  partner.segment = {hasSteps() ? entry.start.box : entry.end.box, entry.end.box};
   if (!is_own_) partner.segment = {change_(partner.segment.start), change_(partner.segment.end)};
   partner.error = endPointError(partner.segment);
   if (entry.is_mesh) partner.shape.emplace();
   if (counts(entry)) {
     if (moves_ && !hasSteps()) {
       BesideEntry resting = entry;
-      resting.start = entry;
+      resting.start = entry.end;
       partner.mesh = std::make_shared<const BesideEntry>(std::move(resting));
     } else {
       partner.mesh = {std::shared_ptr<void>(), &entry};
     }
   }
   // A contact of this pair is asked for by the means of the manager that is asked.
-  if (!is_own_ && counts_shapes_ && entry.mesh != nullptr) {
-    asked_.obstacles().cache().keep(entry.object->collisionGeometry(), entry.mesh);
+  if (!is_own_ && counts_shapes_ && entry.end.mesh != nullptr) {
+    asked_.obstacles().cache().keep(entry.object->collisionGeometry(), entry.end.mesh);
   }
   return partner;
 }
 
 template <typename S>
 Partner<S> Scene<S>::readNow(const Object& object, SegmentId id) const {
-  const Bounds bounds = state_.options().bounds;
   Partner<S> partner;
   partner.id = id;
-  MovingSegment& segment = partner.segment;
   MovingShape& shape = partner.shape.emplace();
-  if (counts_shapes_ && isMesh(object)) {
-    bool is_solid = false;
-    tree::Categories categories = tree::kAllCategories;
-    if (id != ObjectRegistry<S>::kNotFound) {
-      const auto party = state_.registry().fibers().partyOf(id);
-      is_solid = state_.registry().fibers().isSolid(id);
-      if (party.is_obstacle) categories = party.categories;
-    }
-    const BesideReading mesh =
-        readMesh(object, is_solid, frame(), bounds, asked_.obstacles().cache());
-    segment.end = mesh.box;
-    if (mesh.counts_triangles) {
-      partner.mesh = std::make_shared<const BesideEntry>(
-          BesideEntry::resting(mesh, nullptr, SegmentId{0}, is_solid, categories));
-    }
-  } else {
-    const ReadObject read = readObject(object, bounds);
-    if (const char* problem = segmentOf(read, frame(), segment.end)) {
-      throw RefusedObject{problem, /*place=*/0};
-    }
-    if (counts_shapes_ && segment.end.isBox()) shape.end = obstacleOf(read, frame());
+  BesideEntry entry;
+  if (id != ObjectRegistry<S>::kNotFound) {
+    const auto party = state_.registry().fibers().partyOf(id);
+    entry.is_solid = state_.registry().fibers().isSolid(id);
+    if (party.is_obstacle) entry.categories = party.categories;
   }
-  segment.start = segment.end;
-  partner.error = endPointError(segment);
+  BesideReading read = readBeside(object, entry.is_solid, frame(), state_.options().bounds,
+                                  counts_shapes_ ? &asked_.obstacles().cache() : nullptr);
+  partner.segment = {read.box, read.box};
+  partner.error = endPointError(partner.segment);
+  if (!counts_shapes_ || !read.box.isBox()) return partner;
+  if (!isMesh(object)) {
+    shape.end = obstacleOf(read.object, frame());
+  } else if (read.hasTriangles()) {
+    entry.start = entry.end = std::move(read);
+    entry.forgetTrees();
+    partner.mesh = std::make_shared<const BesideEntry>(std::move(entry));
+  }
   return partner;
 }
 

@@ -85,7 +85,7 @@ class Scene {
   void readShape(const Partner<S>& partner, MovingShape& shape) const;
   bool hasSteps() const { return moves_ && state_.options().motion; }
   bool counts(const BesideEntry& entry) const {
-    return counts_shapes_ && (hasSteps() ? entry.countsMovingTriangles() : entry.counts_triangles);
+    return counts_shapes_ && (hasSteps() ? entry.hasMovingTriangles() : entry.end.hasTriangles());
   }
 
   const State &state_, &asked_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "broadphase/by_id.h"
+#include "broadphase/obstacles.h"
 
 #include <gtest/gtest.h>
 

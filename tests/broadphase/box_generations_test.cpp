@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "broadphase/beside_boxes.h"
+#include "broadphase/generations.h"
 
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ using test::ExactBox;
 using test::Random;
 using test::Real;
 using tree::Visit;
-using Place = BesideBoxes::Place;
+using Place = SegmentId;
 using PlacePair = std::pair<Place, Place>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -89,32 +89,58 @@ struct Collect final : index::PairSink {
   bool repeated = false;
 };
 
-/// All boxes are kept, so none is read again.
-struct NotRead final : index::SegmentSource {
-  bool read(const Place*, int, int, const Frame&, index::SegmentBlock&,
-            index::BlockMask&) const override {
-    throw std::logic_error("read again");
+/// The boxes at one end of a step.
+struct Boxes final : index::SegmentSource {
+  Boxes(const std::vector<MovingSegment>& all, Segment MovingSegment::*end)
+      : all_(all), end_(end) {}
+  bool read(const Place* ids, int count, int, const Frame&, index::SegmentBlock& out,
+            index::BlockMask& present) const override {
+    for (int i = 0; i < count; ++i) out.set(i, all_.at(static_cast<std::size_t>(ids[i])).*end_);
+    present = geometry::firstOfBlock(count);
+    return true;
   }
   bool staysFiniteIn(const Frame&) const override { return true; }
   bool isFasterInOrder() const override { return false; }
   [[noreturn]] void refuse(Place, const Frame&) const override {
     throw std::logic_error("refused");
   }
+
+ private:
+  const std::vector<MovingSegment>& all_;
+  Segment MovingSegment::*const end_;
 };
+
+index::IndexOptions optionsOf(double margin) {
+  index::IndexOptions options;
+  options.capsules = true;
+  options.margin = margin;
+  return options;
+}
+
+tree::Fibers oneEach(Place begin, Place end) {
+  tree::Fibers fibers;
+  for (Place place = begin; place < end; ++place) {
+    fibers.ids.push_back(place);
+    fibers.endFiber();
+  }
+  return fibers;
+}
 
 /// Looks for the least distance.
 template <class Distance>
 struct Nearest final : index::NearestSink {
   explicit Nearest(Distance d) : distanceOf(std::move(d)) {}
   double limit() const override { return std::numeric_limits<double>::max(); }
-  const index::SegmentSource& source() const override { return not_read; }
+  const index::SegmentSource& source() const override { return none_is_read; }
   Visit visit(Place a, Place b, double& limit) override {
     ++visits;
     least = std::min(least, distanceOf(a, b));
     limit = std::min(limit, static_cast<double>(least));
     return Visit::kContinue;
   }
-  NotRead not_read;
+  // All boxes are kept, so none is read again.
+  std::vector<MovingSegment> none;
+  Boxes none_is_read{none, &MovingSegment::end};
   Distance distanceOf;
   Real least = std::numeric_limits<Real>::infinity();
   std::size_t visits = 0;
@@ -123,9 +149,7 @@ struct Nearest final : index::NearestSink {
 class World {
  public:
   World(std::uint64_t seed, double margin, bool moves)
-      : random_(seed), margin_(margin), moves_(moves), boxes_(margin) {
-    boxes_.setStep(moves_);
-  }
+      : random_(seed), margin_(margin), moves_(moves), boxes_(optionsOf(margin), moves) {}
 
   Place count() const { return static_cast<Place>(known_.size()); }
 
@@ -144,19 +168,29 @@ class World {
   }
   void readAll(const Frame& frame) {
     reach_ = margin_ * frame.scale;
-    boxes_.readAll(frame, count(), boxOf());
+    finish(frame, boxes_.end() == count() && boxes_.refit(source(), frame));
   }
-  void readNew() { boxes_.readNew(count(), boxOf()); }
+  void readNew() {
+    const Place young = boxes_.youngBegin();
+    const bool are_few =
+        static_cast<std::size_t>(count() - young) <= Generations::mostYoung(known_.size());
+    finish(boxes_.frame(),
+           are_few && boxes_.buildYoung(source(), count(), oneEach(young, count())));
+  }
   void moveSome(std::size_t most) {
     std::set<Place> some;
     for (std::size_t i = 0; i < most; ++i)
       some.insert(static_cast<Place>(random_.below(known_.size())));
-    for (const Place place : some) move(place, 0.4);
-    boxes_.readSome({some.begin(), some.end()}, boxOf());
+    std::vector<Segment> moved;
+    for (const Place place : some) {
+      move(place, 0.4);
+      moved.push_back(known_[static_cast<std::size_t>(place)].end);
+    }
+    finish(boxes_.frame(), boxes_.refitSome({some.begin(), some.end()}, moved));
   }
   void beginStep() {
     for (MovingSegment& box : known_) box.start = box.end;
-    boxes_.setStep(moves_);
+    boxes_.endStep();
   }
   void clear() {
     known_.clear();
@@ -204,8 +238,13 @@ class World {
     const MovingSegment& box = known_[static_cast<std::size_t>(place)];
     return moves_ ? box : MovingSegment{box.end, box.end};
   }
-  BesideBoxes::BoxOf boxOf() const {
-    return [this](Place place) { return known_.at(static_cast<std::size_t>(place)); };
+  Boxes source() const { return {known_, &MovingSegment::end}; }
+  void finish(Frame frame, bool are_fitted) {
+    if (!are_fitted) {
+      boxes_.clear();
+      boxes_.build(source(), frame, count(), oneEach(0, count()));
+    }
+    if (moves_) boxes_.fitStart(Boxes(known_, &MovingSegment::start));
   }
   Segment anyBox() {
     const Vec3d low = fromEigen(random_.inCube(1.25));
@@ -232,7 +271,7 @@ class World {
 
   void expectAnswersWith(const MovingSegment& query) {
     Collect pairs;
-    EXPECT_EQ(boxes_.search(query, 0, pairs), Visit::kContinue);
+    EXPECT_EQ(boxes_.search(query, 0, tree::kNoGroup, 0, pairs), Visit::kContinue);
     EXPECT_FALSE(pairs.repeated);
     // The query has the id 0.
     for (Place a = 0; a < count(); ++a) {
@@ -245,7 +284,7 @@ class World {
     Real nearest = std::numeric_limits<Real>::infinity();
     for (Place a = 0; a < count(); ++a) nearest = std::min(nearest, to_query(a, 0));
     Nearest search(to_query);
-    boxes_.search(query, 0, search);
+    boxes_.search(query, 0, tree::kNoGroup, 0, search);
     if (nearest > 0) {
       EXPECT_EQ(search.least, nearest);
     } else {
@@ -278,7 +317,7 @@ class World {
   Real reach_ = 0;  ///< the margin in the frame, which has the boxes
   const bool moves_;
   std::vector<MovingSegment> known_;
-  BesideBoxes boxes_;
+  Generations boxes_;
 };
 
 struct Case {
@@ -288,7 +327,7 @@ struct Case {
 constexpr Case kCases[] = {{0, false}, {0.25, false}, {0, true}, {0.25, true}};
 
 // A box that is new, or has moved, or rests since a step began would be lost, or be where it was.
-TEST(BesideBoxes, AnswersAreThoseOfAllBoxesInAnyOrderOfCalls) {
+TEST(BoxGenerations, AnswersAreThoseOfAllBoxesInAnyOrderOfCalls) {
   const Frame frames[] = {{}, {{0.25, -0.5, 0.125}, 8}};
   for (const Case& one : kCases) {
     std::size_t found = 0, passed = 0;
@@ -325,7 +364,7 @@ TEST(BesideBoxes, AnswersAreThoseOfAllBoxesInAnyOrderOfCalls) {
 }
 
 // One by one they are few beside many, and must not be forgotten when they become many.
-TEST(BesideBoxes, ManyMayComeOneByOne) {
+TEST(BoxGenerations, ManyMayComeOneByOne) {
   for (const Case& one : kCases) {
     SCOPED_TRACE("margin " + std::to_string(one.margin) + (one.moves ? ", moving" : ""));
     World world(981, one.margin, one.moves);
@@ -342,7 +381,7 @@ TEST(BesideBoxes, ManyMayComeOneByOne) {
 }
 
 // Those of before would still be found.
-TEST(BesideBoxes, AreNoneAfterTheyWereCleared) {
+TEST(BoxGenerations, AreNoneAfterTheyWereCleared) {
   for (const Case& one : kCases) {
     World world(982, one.margin, one.moves);
     for (int i = 0; i < 30; ++i) world.add();
