@@ -43,6 +43,14 @@ class PeakMemory {
   std::size_t before_;
 };
 
+/// Whether act() allocates. It has to do without, as no allocation succeeds.
+template <class Act>
+bool allocates(Act&& act) {
+  const AllocationFault fault(0, AllocationFault::Lasts::kForever);
+  EXPECT_NO_THROW(act());
+  return fault.struck();
+}
+
 /// Lets every allocation of act(subject) fail, one after the other, and with all that follow; then
 /// there is memory again.
 /// @param make   what to act upon
