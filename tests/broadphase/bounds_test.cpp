@@ -458,58 +458,6 @@ TYPED_TEST(FiberBounds, MarginsAreMeasuredOutward) {
   }
 }
 
-// A box that is swept along x would make a capsule count as that box, to its corners.
-TYPED_TEST(FiberBounds, ABoxWidenedUnevenlyCountsWithItsShape) {
-  using S = typename TypeParam::Scalar;
-  for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0.03)) {
-    SCOPED_TRACE(describe(options));
-    // Thin and slanted, so that they fill little of their boxes.
-    Scene<S> scene;
-    Random random(306);
-    for (int i = 0; i < 120; ++i) {
-      const Eigen::Vector3d from = random.inCube(0.7);
-      scene.addCapsule(from, from + random.inCube(0.5), 0.02);
-    }
-    for (std::size_t i = 0; i < scene.size(); i += 4) {
-      boxOf(*scene[i]) = tightBox(*scene[i]);
-      boxOf(*scene[i]).max_[static_cast<int>(i / 4 % 3)] += S(i % 8 == 0 ? 0.5 : 0.02);
-    }
-    Managed<TypeParam> manager(scene, options);
-    const auto reported = selfNumbers<S>(*manager, scene);
-    const bool counts_capsules = options.report == Report::kCapsules;
-    // What rounds the boxes of this scene, whose size is one.
-    const Real rounding = 64 * Real(std::numeric_limits<S>::epsilon());
-    int swept = 0, beside = 0;
-    for (std::size_t i = 0; i < scene.size(); ++i) {
-      for (std::size_t j = i + 1; j < scene.size(); ++j) {
-        if (i % 4 != 0 && j % 4 != 0) continue;
-        const auto box = [&](std::size_t k) -> ExactBox {
-          const fcl::AABB<S> is = k % 4 == 0 ? scene[k]->getAABB() : tightBox(*scene[k]);
-          return {is.min_.template cast<Real>(), is.max_.template cast<Real>()};
-        };
-        const auto excess = [&](std::size_t k) {
-          return k % 4 == 0 ? largestExcess(*scene[k]) : Real(0);
-        };
-        const Real boxes = boxGap(box(i), box(j)) - Real(options.margin),
-                   shapes =
-                       gap(*scene[i], *scene[j]) - excess(i) - excess(j) - Real(options.margin);
-        if (boxes <= 0 && (!counts_capsules || shapes <= 0)) {
-          EXPECT_TRUE(reported.count({i, j})) << i << ", " << j;
-          ++swept;
-        } else if (boxes > rounding || (counts_capsules && shapes > rounding)) {
-          // Spheres around boxes reach further.
-          if (counts_capsules) {
-            EXPECT_FALSE(reported.count({i, j})) << i << ", " << j;
-          }
-          beside += boxes <= 0 ? 1 : 0;
-        }
-      }
-    }
-    EXPECT_GT(swept, 10);
-    EXPECT_EQ(beside > 5, counts_capsules) << "pairs whose boxes alone overlap: " << beside;
-  }
-}
-
 // With other shapes, another manager or one object alone the box would count without its shape.
 TYPED_TEST(FiberBounds, AnUnevenExcessCountsInEveryQuery) {
   using S = typename TypeParam::Scalar;
@@ -778,75 +726,6 @@ TYPED_TEST(FiberBounds, TightBoxesOfAProgramAddNothing) {
       }
       EXPECT_GT(touching, 1000);
       EXPECT_GT(boxes, 100);
-    }
-  }
-}
-
-// A head that turns without computeAABB() would be found where it was, and one of a program with a
-// margin without that.
-TYPED_TEST(FiberBounds, OtherShapesNeedNoComputeAABBEither) {
-  using S = typename TypeParam::Scalar;
-  for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0)) {
-    for (const S margin : {S(0), S(0.0625)}) {
-      SCOPED_TRACE(describe(options) + ", " + std::to_string(margin));
-      Scene<S> scene = strandScene<S>(5, 12, 307), fresh = strandScene<S>(5, 12, 307);
-      for (Scene<S>* s : {&scene, &fresh}) {
-        addShapes(*s, 40, 0.5, 308);
-        s->addHalfspace({0, 0, 1}, -0.75);
-        s->addPlane({0, 1, 0}, 0.75);
-      }
-      for (auto* object : scene.objects()) grow(boxOf(*object), margin);
-      Random random(309);
-      std::vector<fcl::Transform3<S>> poses;
-      for (std::size_t i = 0; i < scene.size(); ++i) {
-        const bool is_unbounded = i + 2 >= scene.size();
-        poses.push_back(
-            makePose<S>(is_unbounded ? Eigen::Quaterniond::Identity() : random.rotation(),
-                        random.inCube(is_unbounded ? 0.1 : 1)));
-      }
-      Managed<TypeParam> manager(scene, options);
-      for (std::size_t i = 0; i < scene.size(); ++i) {
-        scene[i]->setTransform(poses[i]);
-        moveTo(*fresh[i], poses[i]);
-        grow(boxOf(*fresh[i]), margin);
-      }
-      manager->update();
-      const auto reported = selfNumbers<S>(*manager, scene);
-      // The octahedra of meshes and convex solids have every axis in them, and boxes have more.
-      std::size_t within = 0, boxes = 0;
-      for (std::size_t i = 0; i < scene.size(); ++i) {
-        for (std::size_t j = std::max<std::size_t>(i + 1, 60); j < scene.size(); ++j) {
-          boxes += fresh[i]->getAABB().overlap(fresh[j]->getAABB());
-          // Within both a ball about the middle that each shape covers and the two margins.
-          const auto ball = [&](std::size_t k) {
-            if (k < 60) return scene.capsule(k).radius;
-            const auto& local = scene[k]->collisionGeometry()->aabb_local;
-            // The plane x + y + z = r of an octahedron, and half of what an octree's cell is from
-            // the middle.
-            return (local.max_ - local.min_).minCoeff() / 2 * S(0.57);
-          };
-          if (j + 2 >= scene.size()) continue;
-          const S apart = (scene[i]->getTranslation() - scene[j]->getTranslation()).norm();
-          if (apart > ball(i) + ball(j) + 2 * margin) continue;
-          ++within;
-          EXPECT_TRUE(reported.count({i, j})) << i << ", " << j;
-        }
-      }
-      // The floor and the wall, by where capsules end.
-      for (std::size_t i = 0; i < 60; ++i) {
-        const fcl::AABB<S> box = tightBox(*scene[i]);
-        const S floor = S(-0.75) + poses[scene.size() - 2].translation()[2];
-        const S wall = S(0.75) + poses[scene.size() - 1].translation()[1];
-        if (box.min_[2] - margin <= floor) {
-          EXPECT_TRUE(reported.count({i, scene.size() - 2}));
-          ++within;
-        }
-        if (box.min_[1] - margin <= wall && box.max_[1] + margin >= wall) {
-          EXPECT_TRUE(reported.count({i, scene.size() - 1}));
-        }
-      }
-      EXPECT_GT(within, 20u);
-      EXPECT_LE(reported.size(), boxes + scene.size() * 20) << "a flood";
     }
   }
 }

@@ -126,52 +126,6 @@ TYPED_TEST(Clone, ReadsItsObjectsAtItsFirstQueryOrUpdate) {
   }
 }
 
-// Objects that are late or gone in the original would be lost, or come back.
-TYPED_TEST(Clone, TakesWhatHasComeAndGoneWithIt) {
-  for (const FiberManagerOptions& options : assortedOptions()) {
-    for (const bool is_late : {false, true}) {
-      SCOPED_TRACE(describe(options));
-      // Fibers, then what is in none; one of the fibers comes late.
-      Managed<TypeParam> original(options);
-      const auto register_fiber = [&](std::size_t f) {
-        original.registerFiber(this->scene_.fibers()[f], FiberEnds::kOpen,
-                               FiberGroup{this->groups_[f]});
-      };
-      for (std::size_t f = 0; f < 8; ++f) register_fiber(f);
-      original.registerObjects(this->scene_.loose());
-      original->setup();
-      for (const std::size_t i : {17u, 3u, 40u}) original.unregisterObject(this->scene_[i]);
-      register_fiber(8);
-      if (!is_late) original->setup();
-
-      const Scene<typename TypeParam::Scalar> copies = this->scene_.reallocated(197);
-      typename TestFixture::Objects managed;
-      for (auto* object : original.objects()) {
-        const auto& all = this->scene_.objects();
-        managed.push_back(copies[static_cast<std::size_t>(
-            std::find(all.begin(), all.end(), object) - all.begin())]);
-      }
-      auto clone = original.clone(managed);
-      this->expectSameNumbers(*original, *clone);
-      EXPECT_EQ(clone->fiberSegment(copies[18]).segment, 4u);
-
-      // More changes before its first query; where the original's tree has them, nobody is.
-      Random random(203);
-      jolt(managed, random, 0.2, 0.5);
-      clone.unregisterObject(copies[60]);
-      clone.registerObject(copies[3]);
-      this->expectAnswers(clone);
-      clone->update();
-      this->expectAnswers(clone);
-
-      // Until ids are dealt anew, in a clone that has not been asked yet.
-      auto second = clone.clone(clone.objects());
-      while (second.size() > 30) second.unregister(second.size() / 2);
-      this->expectAnswers(second);
-    }
-  }
-}
-
 // Objects of other shapes would be left in the tree, or out of it, as those they stand for were.
 TYPED_TEST(Clone, OtherShapesMayStandForOtherShapes) {
   for (const FiberManagerOptions& options : assortedOptions()) {
@@ -210,29 +164,6 @@ TYPED_TEST(Clone, AGroupHasNoPairsWithWhatHasComeBesideTheTree) {
       EXPECT_EQ(selfPairs(*original.clone({floor, wall})).size(), expected);
     }
   }
-}
-
-// Closed fibers and arc lengths would be measured anew, or forgotten.
-TYPED_TEST(Clone, KeepsNeighborsByArcLengthAndAcrossTheSeam) {
-  using S = typename TypeParam::Scalar;
-  // Eight sides of a ring, so thick that all touch all.
-  std::vector<Eigen::Vector3d> points;
-  for (int i = 0; i <= 8; ++i) {
-    const double angle = i % 8 * 3.141592653589793 / 4;
-    points.push_back({std::cos(angle), std::sin(angle), 0});
-  }
-  Scene<S> scene;
-  const auto ring = scene.addFiber(points, 3);
-  FiberManagerOptions options;
-  options.ignored_arc_length = 1;  // one side is 0.77
-  Managed<TypeParam> original(options);
-  original.registerFiber(ring, FiberEnds::kClosed);
-  EXPECT_EQ(selfPairs<S>(*original).size(), 28u - 16u);
-  // Of other lengths.
-  Scene<S> copies;
-  for (Eigen::Vector3d& point : points) point *= 2;
-  const auto larger = copies.addFiber(points, 6);
-  EXPECT_EQ(selfPairs<S>(*original.clone(larger)).size(), 28u - 16u);
 }
 
 // A clone of what is refused would be made of some of the objects; or the original be changed.
@@ -276,27 +207,6 @@ TYPED_TEST(Clone, RefusesWhatDoesNotFit) {
   objects[20]->setTransform(pose);
   refused(objects, "object 20: its pose is NaN");
   EXPECT_NO_THROW(cloneOf<S>(*original, this->scene_.objects())) << "in both managers";
-}
-
-// A query of a clone would use what was fitted before an object was refused.
-TYPED_TEST(Clone, AnswersOnceABrokenObjectIsMended) {
-  using S = typename TypeParam::Scalar;
-  const auto original = this->original(assortedOptions()[2]);
-  Scene<S> copies = this->scene_.reallocated(200);
-  auto managed = copies.objects();
-  // The tree has none in the half-space's place; there has to be one.
-  managed.back() = copies.addSphere({0, 0, 0}, 0.4);
-  const auto clone = original.clone(managed);
-  const fcl::Transform3<S> good = managed[20]->getTransform();
-  fcl::Transform3<S> bad = good;
-  bad.translation()[1] = std::numeric_limits<S>::quiet_NaN();
-  managed[20]->setTransform(bad);
-  for (int i = 0; i < 2; ++i) {
-    EXPECT_THROW(selfPairs<S>(*clone), std::invalid_argument);
-    EXPECT_THROW(clone->setup(), std::invalid_argument);
-  }
-  managed[20]->setTransform(good);
-  this->expectAnswers(clone);
 }
 
 // Cloning would disturb queries of other threads, or read a tree that one of them is building.

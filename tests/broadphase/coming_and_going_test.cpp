@@ -5,14 +5,10 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <map>
-#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
-
-#include <fcl/geometry/shape/ellipsoid.h>
 
 #include "support/managed.h"
 #include "support/mesh_models.h"
@@ -24,64 +20,7 @@
 namespace fcl_fibers::test {
 namespace {
 
-/// All of FCL's queries against brute force.
-template <typename Config>
-void expectAnswers(const Managed<Config>& managed, const Managed<Config>& other) {
-  EXPECT_TRUE(managed.answersSelf());
-  EXPECT_TRUE(managed.answersWith(other));
-  EXPECT_TRUE(other.answersWith(managed));
-  managed.expectAnswersWith(managed.every(7));
-  managed.expectAnswersWith(other.every(7));
-  managed.expectNearest();
-  managed.expectNearest(other);
-  for (auto* object : managed.every(7)) managed.expectNearest(object);
-  for (auto* object : other.every(7)) managed.expectNearest(object);
-}
-
 MANAGER_SUITE(ComingAndGoing, FiberManagers);
-
-// What came late, or has gone, would be missed or answered for.
-TYPED_TEST(ComingAndGoing, AnswersAreThoseOfANewTree) {
-  using S = typename TypeParam::Scalar;
-  Scene<S> scene = strandScene<S>(12, 16, 301);
-  const auto strands = scene.fibers();
-  const auto curl = scene.addFiber({{-0.5, 0, 0}, {0, 0.3, 0}, {0.2, -0.1, 0.4}, {0, 0, 0}}, 0.03);
-  scene.addHalfspace({0, 0, 1}, -0.4);
-  scene.addSphere({0.1, 0.1, 0}, 0.1);
-  scene.addPlane({1, 0, 0}, 0.3);
-  scene.addMesh({0, 0, 0.2}, 0.15);
-  Scene<S> other_scene = strandScene<S>(6, 9, 302);
-  other_scene.addHalfspace({0, 1, 0}, -0.6);
-
-  for (const FiberManagerOptions& options : assortedOptions()) {
-    SCOPED_TRACE(describe(options));
-    Managed<TypeParam> managed(options), other(options);
-    for (const auto& fiber : strands) managed.registerFiber(fiber, FiberEnds::kClosed);
-    other.registerEach(other_scene.objects());
-    managed->setup();
-    other->setup();
-
-    managed.registerFiber(curl, FiberEnds::kClosed);
-    managed.registerEach(scene.loose());
-    for (const std::size_t i : {190u, 100u, 41u, 40u, 0u}) managed.unregister(i);
-    other.unregister(20);
-    expectAnswers(managed, other);
-
-    SCOPED_TRACE("after a motion");
-    Random random(303);
-    jolt(managed.objects(), random, 0.02, 0.1);
-    managed->update();
-    expectAnswers(managed, other);
-    for (const std::size_t i : {3u, 180u}) jolt(*managed[i], random, 0.02, 0.1);
-    managed->update({managed[3], managed[180], curl[1]});
-    expectAnswers(managed, other);
-
-    SCOPED_TRACE("after some have gone again");
-    managed.unregister(managed.size() - 2);
-    managed.unregister(managed.size() - 4);
-    expectAnswers(managed, other);
-  }
-}
 
 /// What may come and go beside a few strands: meshes, of which some are solid, half-spaces, planes
 /// and other shapes.
@@ -168,73 +107,6 @@ TYPED_TEST(ComingAndGoing, WhatIsBesideTheTreeMayComeAndGoOneByOne) {
   }
 }
 
-/// That a manager has the pairs of a new one of the same objects, among them and with each.
-template <typename Config, typename Object>
-void expectPairsOfANew(const Managed<Config>& managed, const Managed<Config>& anew,
-                       const std::vector<Object*>& partners) {
-  const auto asSet = [](const auto& calls) {
-    std::set<std::pair<Object*, Object*>> pairs;
-    for (const auto& [a, b] : calls) EXPECT_TRUE(pairs.insert(std::minmax(a, b)).second);
-    return pairs;
-  };
-  EXPECT_TRUE(asSet(selfPairs(*managed)) == asSet(selfPairs(*anew)));
-  for (Object* one : partners) {
-    EXPECT_TRUE(asSet(pairsWith(*managed, *one)) == asSet(pairsWith(*anew, *one)));
-  }
-}
-
-// What is new would never be read if something newer has gone before a query.
-TYPED_TEST(ComingAndGoing, WhatGoesUnreadLeavesTheOthersToBeRead) {
-  using S = typename TypeParam::Scalar;
-  using Object = fcl::CollisionObject<S>;
-  std::vector<FiberManagerOptions> all = optionsToTest<TypeParam>(0);
-  all[1].margin = 0.02;
-  if (TypeParam::kVolume == LeafVolume::kBox) {
-    all.push_back(all[1]);
-    all.back().motion = true;
-  }
-  for (const FiberManagerOptions& options : all) {
-    Random random(354);
-    // So many strands that the tree stays.
-    Visitors<S> visitors(351, 12);
-    addShapes(visitors.scene, 11, 0.3, 353);
-    visitors.scene.addCapsule({0, 0, 0}, {0.3, 0.1, 0}, 0.05);
-    const auto ellipsoid = std::make_shared<fcl::Ellipsoid<S>>(S(0.3), S(0.1), S(0.2));
-    for (int i = 0; i < 6; ++i) {
-      visitors.scene.add(ellipsoid, makePose<S>(random.rotation(), random.inCube(0.6)));
-    }
-    std::vector<Object*> outside = visitors.scene.loose(), inside;
-    Managed<TypeParam> managed(options);
-    for (const auto& fiber : visitors.scene.fibers()) managed.registerFiber(fiber);
-    managed->setup();
-    const auto exchange = [&](std::vector<Object*>& from, std::vector<Object*>& to,
-                              std::size_t first) {
-      const std::size_t i = first + random.below(from.size() - first);
-      to.push_back(from[i]);
-      from.erase(from.begin() + static_cast<std::ptrdiff_t>(i));
-      return to.back();
-    };
-    for (int round = 0; round < 20 && !this->HasFailure(); ++round) {
-      SCOPED_TRACE(describe(options) + (options.motion ? ", motion" : "") + ", round " +
-                   std::to_string(round));
-      const std::size_t old = inside.size();
-      for (std::size_t i = 2 + random.below(3); i > 0 && !outside.empty(); --i) {
-        managed.registerObject(exchange(outside, inside, 0));
-      }
-      for (std::size_t i = 1 + random.below(2); i > 0 && inside.size() > old; --i) {
-        managed.unregisterObject(exchange(inside, outside, old));
-      }
-      while (inside.size() > 9) managed.unregisterObject(exchange(inside, outside, 0));
-      EXPECT_TRUE(managed.answersSelf());
-      Managed<TypeParam> anew(options);
-      for (const auto& fiber : visitors.scene.fibers()) anew.registerFiber(fiber);
-      anew.registerEach(inside);
-      expectPairsOfANew(managed, anew, inside);
-      EXPECT_FALSE(managed->movedSinceUpdate());
-    }
-  }
-}
-
 // An update of another object would make up for a query that has refused one, and what came with
 // that one would never be read.
 TYPED_TEST(ComingAndGoing, AfterARefusalAnUpdateOfAnotherObjectIsNotEnough) {
@@ -272,108 +144,6 @@ TYPED_TEST(ComingAndGoing, AfterARefusalAnUpdateOfAnotherObjectIsNotEnough) {
       }
     }
   }
-}
-
-// A step would begin where an object was two steps ago, or one that has come have a way.
-TEST(ComingAndGoingInSteps, AnswersAreThoseOfANewManager) {
-  using Config = LayeredAabb<double, Topology::kBundle>;
-  using Object = fcl::CollisionObject<double>;
-  FiberManagerOptions options;
-  options.report = Report::kCapsules;
-  options.motion = true;
-  std::size_t found = 0, only_on_their_way = 0;
-  for (std::uint64_t seed = 341; seed < 345; ++seed) {
-    Visitors<double> visitors(seed);
-    options.margin = seed % 2 == 0 ? 0.01 : 0;
-    const auto manager = Config::make(options);
-    // The poses at the start and at the end of the step, of what is registered.
-    struct Poses {
-      fcl::Transform3d start, end;
-    };
-    std::vector<Object*> inside = visitors.scene.objects(), outside;
-    std::map<Object*, Poses> poses;
-    for (std::size_t i = 0; i < 12; ++i) {
-      outside.push_back(inside.back());
-      inside.pop_back();
-    }
-    // Half of the closed meshes.
-    const std::set<const Object*> solid{visitors.all[0], visitors.all[8], visitors.all[16]};
-    const auto enter = [&](FiberCollisionManager<double>& its, Object* object) {
-      its.registerObstacle(object, ObstacleOptions{solid.count(object) > 0});
-    };
-    for (Object* object : inside) {
-      enter(*manager, object);
-      poses[object] = {object->getTransform(), object->getTransform()};
-    }
-    const auto numbersOf = [&](const Calls<double>& calls) {
-      std::set<std::pair<Object*, Object*>> pairs;
-      for (const auto& [a, b] : calls) EXPECT_TRUE(pairs.insert(std::minmax(a, b)).second);
-      return pairs;
-    };
-    const auto check = [&] {
-      const auto pairs = numbersOf(selfPairs(*manager));
-      const auto anew = Config::make(options);
-      for (Object* object : inside) {
-        object->setTransform(poses[object].start);
-        enter(*anew, object);
-      }
-      const auto at_start = numbersOf(selfPairs(*anew));
-      anew->beginStep();
-      for (Object* object : inside) object->setTransform(poses[object].end);
-      anew->update();
-      EXPECT_TRUE(pairs == numbersOf(selfPairs(*anew)));
-      anew->endStep();
-      const auto at_end = numbersOf(selfPairs(*anew));
-      found += pairs.size();
-      for (const auto& pair : pairs) {
-        only_on_their_way += at_start.count(pair) + at_end.count(pair) == 0 ? 1 : 0;
-      }
-      manager->beginStep();
-      for (auto& [object, its] : poses) its.start = its.end;
-    };
-    const auto moveThen = [&](const std::vector<Object*>& moved, auto&& update) {
-      update();
-      for (Object* object : moved) poses[object].end = object->getTransform();
-    };
-    check();
-    Random random(seed + 10);
-    for (int round = 0; round < 40 && !HasFailure(); ++round) {
-      const std::size_t what = random.below(9);
-      SCOPED_TRACE("seed " + std::to_string(seed) + ", round " + std::to_string(round) + ", call " +
-                   std::to_string(what));
-      if (what < 2 && !outside.empty()) {
-        Object* const one = outside.back();
-        outside.pop_back();
-        inside.push_back(one);
-        enter(*manager, one);
-        // Where it is read first, it rests.
-        poses[one] = {one->getTransform(), one->getTransform()};
-        check();
-      } else if (what == 2) {
-        const std::size_t i = round % 2 == 0 ? inside.size() - 1 : random.below(inside.size());
-        manager->unregisterObject(inside[i]);
-        poses.erase(inside[i]);
-        outside.insert(outside.begin(), inside[i]);
-        inside.erase(inside.begin() + static_cast<std::ptrdiff_t>(i));
-      } else if (what < 5) {
-        Object* const one = inside[random.below(inside.size())];
-        jolt(*one, random, 0.4, 0.3);
-        moveThen({one}, [&] { manager->update(one); });
-      } else if (what < 7) {
-        std::vector<Object*> some;
-        for (std::size_t i = random.below(5); i < inside.size(); i += 5) some.push_back(inside[i]);
-        jolt(some, random, 0.2, 0.2);
-        moveThen(some, [&] { manager->update(some); });
-      } else {
-        jolt(inside, random, 0.2, 0.2);
-        moveThen(inside, [&] { manager->update(); });
-      }
-      // Several updates may be one step.
-      if (random.below(3) > 0) check();
-    }
-  }
-  EXPECT_GT(found, 5000u);
-  EXPECT_GT(only_on_their_way, 50u);
 }
 
 // Those of its fiber that are in the tree already would be reported twice, or itself not at all.
@@ -520,26 +290,6 @@ TYPED_TEST(ComingAndGoing, AnEmptyManagerHasNothingToRefuse) {
   scene[3]->setTranslation(place);
   manager.registerObjects(scene.objects());
   EXPECT_TRUE(manager.answersSelf());
-}
-
-// An object that cannot be read would be passed over in silence.
-TYPED_TEST(ComingAndGoing, ALateObjectThatHasGoneBadIsNamed) {
-  using S = typename TypeParam::Scalar;
-  Scene<S> scene = strandScene<S>(12, 16, 305);
-  Managed<TypeParam> managed;
-  managed.registerFibers(scene);
-  managed->setup();
-  auto* const late = scene.addCapsule({0, 0, 0}, {0, 0, 1}, 0.1);
-  managed.registerObject(late);
-  const auto pose = late->getTransform();
-  auto bad = pose;
-  bad.translation().x() = std::numeric_limits<S>::quiet_NaN();
-  late->setTransform(bad);
-  EXPECT_THROW(managed->update(), std::invalid_argument);
-  EXPECT_THROW(selfPairs(*managed), std::invalid_argument);
-  late->setTransform(pose);
-  managed->update();
-  EXPECT_TRUE(managed.answersSelf());
 }
 
 }  // namespace

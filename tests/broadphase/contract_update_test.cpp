@@ -127,22 +127,6 @@ TYPED_TEST(FiberUpdate, UpdateWithoutMotionChangesNothing) {
   }
 }
 
-// Neighbours along a fiber, and beyond the ends of a closed one, would be forgotten by an update.
-TYPED_TEST(FiberUpdate, RulesOfFibersOutlastMotions) {
-  const auto scene = ringScene<typename TypeParam::Scalar>(5, 24, 127);
-  Random random(128);
-  for (const FiberManagerOptions& options : assortedOptions()) {
-    SCOPED_TRACE(describe(options));
-    Managed<TypeParam> manager(options);
-    manager.registerFibers(scene);
-    for (int step = 0; step < 4; ++step) {
-      jolt(manager.objects(), random, 0.02, 0.2);
-      manager->update();
-      EXPECT_TRUE(manager.answersSelf()) << step;
-    }
-  }
-}
-
 // Motions far from the origin that are small against the offset would be lost, as FCL's tree does.
 TYPED_TEST(FiberUpdate, TinyMotionsAtLargeOffsetsCount) {
   using S = typename TypeParam::Scalar;

@@ -4,14 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "support/managed.h"
-#include "support/mesh_models.h"
 #include "support/scene_generators.h"
 
 // Scenes and partners whose parts differ in size or place by more than a frame can bridge.
@@ -170,123 +168,6 @@ TYPED_TEST(Extremes, AQueryObjectFarLargerThanTheSceneMeetsIt) {
     EXPECT_EQ(pairs[0].first, scene[0]) << "half length 1e" << exponent;
     // The other is 4.8 away, more than rounding of such lengths once they are not too large.
     EXPECT_TRUE(pairs.size() == 1 || exponent >= 12) << "half length 1e" << exponent;
-  }
-}
-
-/// Obstacles of every kind whose surface is the plane x = 0 in the frame of `turn`, where they are
-/// on its left, and capsules on its right, at these distances.
-template <typename S>
-struct WallAndHair {
-  Scene<S> walls, hair;
-
-  WallAndHair(const Eigen::Quaterniond& turn, const std::vector<double>& distances) {
-    const auto add = [&](Scene<S>& scene, std::shared_ptr<fcl::CollisionGeometry<S>> shape,
-                         const Eigen::Vector3d& place) {
-      return scene.add(std::move(shape), makePose<S>(turn, turn * place));
-    };
-    const auto copyTo = [&](const Scene<S>& from) {
-      return std::const_pointer_cast<fcl::CollisionGeometry<S>>(
-          from.objects().back()->collisionGeometry());
-    };
-    MeshShape cube;
-    for (int i = 0; i < 8; ++i) cube.points.emplace_back(-(i & 1), i & 2 ? 1 : -1, i & 4 ? 1 : -1);
-    cube.triangles = {{1, 2, 0}, {1, 3, 2}, {5, 4, 6}, {5, 6, 7}, {1, 0, 4}, {1, 4, 5},
-                      {3, 6, 2}, {3, 7, 6}, {1, 5, 7}, {1, 7, 3}, {0, 6, 4}, {0, 2, 6}};
-    const auto model = makeModel<S>(modelTypes<S>().front(), cube);
-    solid = add(walls, model, {0, 0, 0});
-    add(walls, model, {0, 0, 0});
-    Scene<S> shapes;
-    shapes.addBox({0, 0, 0}, Eigen::Quaterniond::Identity(), {0.5, 1, 2});
-    add(walls, copyTo(shapes), {-0.25, 0, 0});
-    shapes.addHalfspace({1, 0, 0}, 0);
-    add(walls, copyTo(shapes), {0, 0, 0});
-    shapes.addPlane({1, 0, 0}, 0);
-    add(walls, copyTo(shapes), {0, 0, 0});
-    shapes.addSphere({0, 0, 0}, 0.5);
-    add(walls, copyTo(shapes), {-0.5, 0, 0});
-    shapes.addCapsule(Eigen::Vector3d(0, 0, -0.5), Eigen::Vector3d(0, 0, 0.5), 0.25);
-    add(walls, copyTo(shapes), {-0.25, 0, 0});
-    for (const double d : distances) {
-      shapes.addCapsule(Eigen::Vector3d(0, 0, -0.125), Eigen::Vector3d(0, 0, 0.125), 0.0625);
-      add(hair, copyTo(shapes), {d + 0.0625, 0, 0});
-    }
-    shapes.addCapsule(Eigen::Vector3d(0, 0, -0.125), Eigen::Vector3d(0, 0, 0.125), 0.0625);
-    inside = add(within, copyTo(shapes), {-0.5, 0, 0});
-  }
-
-  Scene<S> within;  ///< one capsule, inside the cube
-  fcl::CollisionObject<S>*solid = nullptr, *inside = nullptr;
-};
-
-// What is near would be lost where the other manager's margin overflows in this one's frame, and
-// what is far be reported where its rounding exceeds this one's margin.
-TYPED_TEST(Extremes, MarginsOfTwoManagersMayBeFarApart) {
-  using S = typename TypeParam::Scalar;
-  constexpr double kLargest = std::numeric_limits<double>::max() / 2;
-  const std::pair<double, double> margins[] = {{0, 1e4},       {0, 1e6},
-                                               {0, 1e10},      {0, 1e15},
-                                               {0, 1e100},     {0, 1e294},
-                                               {0, 1e300},     {0, kLargest},
-                                               {0.5, 1e4},     {0.5, 1e10},
-                                               {0.5, 1e15},    {0.5, 1e294},
-                                               {0.5, 1e300},   {0.5, kLargest},
-                                               {1e4, 1e10},    {1e4, 1e15},
-                                               {1e4, 1e300},   {1e4, kLargest},
-                                               {1e10, 1e294},  {1e294, 1e300},
-                                               {1e300, 1e300}, {kLargest, kLargest}};
-  Random random(941);
-  const auto turn = random.rotation();
-  struct Case {
-    const char* name;
-    WallAndHair<S> scene;
-    bool moves;
-  };
-  // Distances that only margins of 0 and 0.5 part, some by little, and others. A step has a
-  // tolerance of about 2^-36.
-  const Case cases[] = {
-      {"by little",
-       {Eigen::Quaterniond::Identity(), {0, 0x1p-36, 0x1p-20, 0.5, 0.5 + 0x1p-20}},
-       false},
-      {"moving",
-       {Eigen::Quaterniond::Identity(), {-0.03125, 0, 0x1p-20, 0.5, 0.5 + 0x1p-20, 1}},
-       true},
-      {"turned", {turn, {-0.03125, 0x1p-10, 0x1p-16, 0.5 - 0x1p-16, 0.5 + 0x1p-16, 1}}, true},
-      {"far", {turn, {-0.03125, 1, 10, 9999, 10001, 1e5}}, true}};
-  const bool has_spheres = TypeParam::kVolume == LeafVolume::kSphere;
-  for (const auto& [name, scene, moves] : cases) {
-    for (FiberManagerOptions options : optionsToTest<TypeParam>(0)) {
-      const bool by_capsules = options.report == Report::kCapsules;
-      options.motion = moves && by_capsules && !has_spheres;
-      for (const auto& [small, large] : margins) {
-        for (const bool is_larger : {false, true}) {
-          options.margin = is_larger ? large : small;
-          FiberManagerOptions its_options = options;
-          its_options.margin = is_larger ? small : large;
-          SCOPED_TRACE(testing::Message()
-                       << name << ", " << describe(options) << " and " << its_options.margin);
-          const Managed<TypeParam> hair(scene.hair, options), inner(scene.within, options);
-          const Managed<TypeParam> walls(its_options);
-          walls->registerObstacle(scene.solid, ObstacleOptions{/*solid=*/true});
-          const std::vector<fcl::CollisionObject<S>*> all = scene.walls.objects();
-          walls->registerObjects({all.begin() + 1, all.end()});
-          if (options.motion) {
-            hair->beginStep();
-            walls->beginStep();
-          }
-          hair->update();
-          walls->update();
-          EXPECT_TRUE(hair.answersWith(QueryPartner<S>(*walls, all)));
-          // From outside the solid counts by its surface.
-          const Managed<TypeParam> surfaces(all, its_options);
-          EXPECT_TRUE(surfaces.oracle(scene.hair.objects())
-                          .answersBetween(pairsWith(*walls, *hair), all, scene.hair.objects()));
-          const Calls<S> held = pairsWith(*inner, *walls), back = pairsWith(*walls, *inner);
-          const std::pair pair(scene.inside, scene.solid), turned(pair.second, pair.first);
-          EXPECT_EQ(std::count(held.begin(), held.end(), pair), 1);
-          EXPECT_EQ(std::count(back.begin(), back.end(), turned), 1);
-        }
-      }
-    }
   }
 }
 

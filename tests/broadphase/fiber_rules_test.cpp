@@ -191,31 +191,6 @@ TYPED_TEST(FiberRules, FiberNumbersAreNotDealtTwice) {
   registerNext(many.fibers()[0], "after clear()");
 }
 
-// The nearest pair would always be one of neighbours, at distance zero.
-TYPED_TEST(FiberRules, DistanceIgnoresNeighborsToo) {
-  // Thin fibers, far apart compared to their radius.
-  Scene<typename TypeParam::Scalar> scene;
-  Random random(145);
-  for (int f = 0; f < 9; ++f) {
-    std::vector<Eigen::Vector3d> points;
-    for (int i = 0; i <= 12; ++i) {
-      points.push_back(Eigen::Vector3d(f % 3, f / 3, 0.3 * i) + random.inCube(0.2));
-    }
-    scene.addFiber(points, 0.005);
-  }
-  for (const int neighbors : {1, 2, 5, 1000}) {
-    for (const Report report : {Report::kVolumes, Report::kCapsules}) {
-      const FiberManagerOptions options = ignoring(neighbors, report, 0.01);
-      SCOPED_TRACE(describe(options));
-      Managed<TypeParam> manager(options);
-      manager.registerFibers(scene);
-      EXPECT_GT(manager.expectNearest(), 0);
-      manager.expectEveryPair();
-      for (auto* object : manager.every(10)) manager.expectNearest(object);
-    }
-  }
-}
-
 // The neighbours of a segment that another manager holds as well would come back through that one.
 TYPED_TEST(FiberRules, NeighborsAreIgnoredThroughAnotherManager) {
   using S = typename TypeParam::Scalar;
@@ -286,48 +261,6 @@ TYPED_TEST(FiberRules, GroupsHoldThroughAnotherManager) {
   Managed<TypeParam> same_numbers(options);
   same_numbers.registerFibers(strangers.scene, strangers.groups);
   EXPECT_TRUE(manager.answersWith(same_numbers));
-}
-
-// Groups would be forgotten or mixed up where objects come late, leave, move, or fly apart.
-TYPED_TEST(FiberRules, GroupsStayThroughAllChanges) {
-  Grouped<typename TypeParam::Scalar> grouped(174);
-  Managed<TypeParam> manager(ignoring(1));
-  manager.registerFibers(grouped.scene, grouped.groups);
-  const auto check = [&](const char* when) {
-    SCOPED_TRACE(when);
-    EXPECT_TRUE(manager.answersSelf());
-    manager.expectEveryPair();
-    for (auto* object : manager.every(31)) EXPECT_TRUE(manager.answersWith(object, 0));
-  };
-  check("at first");
-  for (const std::size_t i : std::initializer_list<std::size_t>{100, 42, 3}) manager.unregister(i);
-  check("some are gone");
-
-  // Few, so that they stay outside the tree: with a group that is there, and a new one.
-  Random random(175);
-  for (const int group : {1, 9, 9, 0}) {
-    std::vector<Eigen::Vector3d> points;
-    for (int i = 0; i <= 4; ++i) points.push_back(random.inCube(0.6));
-    const auto late = grouped.scene.addFiber(points, 0.05);
-    manager.registerFiber(late, FiberEnds::kOpen, FiberGroup{group});
-    check("one is late");
-  }
-  for (const double far : {0.05, 40.0}) {
-    for (auto* object : manager.objects()) {
-      if (object->getNodeType() == fcl::GEOM_CAPSULE) jolt(*object, random, far, 0.3);
-    }
-    manager->update();
-    check("all have moved");
-    for (std::size_t i = 0; i < 3; ++i) jolt(*manager[50 * i], random, far, 0.3);
-    manager->update({manager[0], manager[50], manager[100]});
-    check("some have moved");
-  }
-  // Until ids are dealt anew.
-  while (manager.size() > 40) manager.unregister(random.below(manager.size()));
-  check("most are gone");
-  manager.clear();
-  manager.registerFibers(grouped.scene);
-  check("groups went with clear()");
 }
 
 // The narrow phase would be asked for every pair whose boxes overlap, however far the capsules are.
@@ -406,51 +339,6 @@ TYPED_TEST(FiberRules, VolumesThatBarelyOverlapAreFound) {
   }
 }
 
-// Contact would be decided by rounding: capsules that just touch are left out, or those that do not
-// are reported, worst where they are nearly parallel.
-TYPED_TEST(FiberRules, ContactIsDecidedToTheLastBits) {
-  using S = typename TypeParam::Scalar;
-  Random random(162);
-  std::size_t touching = 0;
-  for (int i = 0; i < 1500; ++i) {
-    // Axes that cross at a point of both, at any angle, the one moved along their normal until the
-    // gap is nothing but a few bits.
-    const double angle = std::pow(10.0, random.between(-13, 0));
-    const double offset = i % 3 == 0 ? 0 : std::pow(10.0, random.between(0, 5));
-    const FiberManagerOptions options = ignoring(0, Report::kCapsules, i % 2 == 0 ? 0 : 0.125);
-    const double first_radius = i % 5 == 0 ? 0 : random.between(0, 0.5);
-    const double second_radius = i % 5 == 0 ? 0 : random.between(0, 0.5);
-    const Eigen::Vector3d axis = random.direction();
-    const Eigen::Vector3d normal = axis.cross(random.direction()).normalized();
-    const Eigen::Vector3d other_axis = Eigen::AngleAxisd(angle, normal) * axis;
-    const Eigen::Vector3d center = offset * random.direction();
-    const double unit = static_cast<double>(std::numeric_limits<S>::epsilon()) * (1 + offset);
-    const double digits = random.between(-1, 3);
-    const double gap = random.between(-1, 1) * std::pow(10.0, digits) * unit;
-    const double apart = first_radius + second_radius + options.margin + gap;
-    const Eigen::Vector3d other_center = center + apart * normal;
-    Scene<S> scene;
-    const auto addAround = [&](const Eigen::Vector3d& middle, const Eigen::Vector3d& along,
-                               double radius) {
-      const Eigen::Vector3d from = middle - random.between(0.1, 1) * along;
-      scene.addCapsule(from, middle + random.between(0.1, 1) * along, radius);
-    };
-    addAround(center, axis, first_radius);
-    addAround(other_center, other_axis, second_radius);
-    SCOPED_TRACE(std::to_string(i) + ": angle " + std::to_string(angle) + ", offset " +
-                 std::to_string(offset) + ", gap " + std::to_string(gap));
-    Managed<TypeParam> manager(scene, options), other(options);
-    EXPECT_TRUE(manager.answersSelf(0));
-    EXPECT_TRUE(manager.answersWith(scene[0], 0));
-    other.registerObject(scene[1]);
-    manager.unregister(1);
-    EXPECT_TRUE(manager.answersWith(other, 0));
-    touching += pairsWith(*manager, *other).size();
-  }
-  EXPECT_GT(touching, 500u);
-  EXPECT_LT(touching, 1000u);
-}
-
 // A user could not say which segments touched.
 TYPED_TEST(FiberRules, FiberAndSegmentAreCountedInOrderOfRegistration) {
   using S = typename TypeParam::Scalar;
@@ -509,23 +397,6 @@ TYPED_TEST(FiberRules, CapsulesThatShareAnEndBecomeAFiber) {
         {0, 0}, {1, 0}, {2, 0}, {2, 1}, {4, 0}};
     EXPECT_EQ(places, apart <= 4 ? joined : apart_all) << apart;
   }
-}
-
-// Bytes a fiber could not be told, nor a leak be seen.
-TYPED_TEST(FiberRules, MemoryUsageGrowsWithTheScene) {
-  const auto scene = strandScene<typename TypeParam::Scalar>(30, 30, 154);
-  const auto few = TypeParam::make();
-  few->registerFiber(scene.fibers()[0]);
-  few->setup();
-  const auto many = TypeParam::make();
-  for (const auto& fiber : scene.fibers()) many->registerFiber(fiber);
-  many->setup();
-  EXPECT_GT(few->memoryUsage(), 30 * sizeof(void*));
-  EXPECT_GT(many->memoryUsage(), 5 * few->memoryUsage());
-  many->update();
-  const std::size_t bytes = many->memoryUsage();
-  for (int step = 0; step < 3; ++step) many->update();
-  EXPECT_EQ(many->memoryUsage(), bytes);
 }
 
 // A program could not tell how a manager was made.

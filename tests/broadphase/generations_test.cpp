@@ -102,7 +102,11 @@ TYPED_TEST(Generations, ObjectsHaveTheSamePairsWheneverTheyAreRegistered) {
   scene.addFiber({{-0.5, 0, 0}, {0, 0.3, 0}, {0.2, -0.1, 0.4}, {0, 0, 0}}, 0.03,
                  FiberEnds::kClosed);
   addShapes(scene, 7, 0.2, 312);
+  scene.addHalfspace({0, 0, 1}, -0.4);
+  scene.addHalfspace({1, 1, 1}, -0.6);
+  scene.addPlane({0, 1, 0}, 0.2);
   Scene<S> other_scene = strandScene<S>(6, 9, 313);
+  other_scene.addHalfspace({0, 1, 0}, -0.6);
   addShapes(other_scene, 6, 0.2, 314);
   for (const FiberManagerOptions& options : someOptions()) {
     SCOPED_TRACE(describe(options));
@@ -233,44 +237,6 @@ TYPED_TEST(Generations, AGroupHasNoPairsAmongItselfAcrossThem) {
     }
     // Objects that are in both keep their groups.
     expectSamePairs(before, after, after.every(5), none);
-  }
-}
-
-// A floor or a wall would be passed through by what came before it, or after.
-TYPED_TEST(Generations, HalfSpacesMayComeBeforeOthersOrAfter) {
-  using S = typename TypeParam::Scalar;
-  for (const FiberManagerOptions& options : someOptions()) {
-    SCOPED_TRACE(describe(options));
-    Scene<S> scene = strandScene<S>(10, 12, 318);
-    const auto fibers = scene.fibers();
-    const std::vector<fcl::CollisionObject<S>*> walls{
-        scene.addHalfspace({0, 0, 1}, -0.4), scene.addHalfspace({1, 0, 0}, -0.3),
-        scene.addPlane({0, 1, 0}, 0.2), scene.addHalfspace({1, 1, 1}, -0.6),
-        scene.addPlane({1, -1, 0}, 0.1)};
-    Scene<S> other_scene = strandScene<S>(6, 9, 319);
-    other_scene.addHalfspace({0, 1, 0}, -0.6);
-    Managed<TypeParam> other(options);
-    other->setup();
-    other.registerEach(other_scene.objects());
-
-    for (std::size_t late = 0; late <= walls.size(); ++late) {
-      SCOPED_TRACE("late: " + std::to_string(late));
-      // Those that are there first come first in both.
-      Managed<TypeParam> before(options), after(options);
-      for (Managed<TypeParam>* managed : {&before, &after}) {
-        managed->registerEach({walls.begin(), walls.end() - static_cast<std::ptrdiff_t>(late)});
-        for (const auto& fiber : fibers) managed->registerFiber(fiber);
-        if (managed == &after) after->setup();
-        managed->registerEach({walls.end() - static_cast<std::ptrdiff_t>(late), walls.end()});
-      }
-      expectSamePairs(before, after, walls, other);
-      EXPECT_TRUE(after.answersSelf());
-      EXPECT_TRUE(after.answersWith(other));
-      EXPECT_TRUE(other.answersWith(after));
-      after.expectAnswersWith(walls);
-      after.expectNearest();
-      after.expectNearest(other);
-    }
   }
 }
 

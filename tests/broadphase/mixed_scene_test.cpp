@@ -136,21 +136,5 @@ TYPED_TEST(FiberMixed, NoUnboundedShapeIsVisitedOnceTheDistanceIsZero) {
   EXPECT_LE(Managed<TypeParam>(scene).expectNearest(), 0);
 }
 
-// A sphere beside the fibers would count by FCL's box of it, a cube when turned.
-TYPED_TEST(FiberMixed, ASphereIsACapsuleOfLengthZero) {
-  using S = typename TypeParam::Scalar;
-  Scene<S> scene;
-  scene.addSphere({0, 0, 0}, 1);
-  scene.addCapsule(Eigen::Vector3d(0.75, 0.75, -1), Eigen::Vector3d(0.75, 0.75, 1), 0.03125);
-  scene.addSphere({2, 0, 0}, 1);
-  scene.addSphere({1.25, 1.25, 0}, 0.5);
-  moveTo(*scene[0], makePose<S>(Eigen::Quaterniond(Eigen::AngleAxisd(1, Eigen::Vector3d::UnitX())),
-                                {0, 0, 0}));
-  for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0.0625)) {
-    SCOPED_TRACE(describe(options));
-    EXPECT_TRUE(Managed<TypeParam>(scene, options).answersSelf());
-  }
-}
-
 }  // namespace
 }  // namespace fcl_fibers::test

@@ -403,18 +403,6 @@ TEST(ObjectRegistry, AddingOneByOneIsLinear) {
   }
 }
 
-TEST(ObjectRegistry, EmptyIdsDoNotPileUp) {
-  // If this fails, objects that come and go one by one make the manager grow for ever.
-  const Stock stock(2000);
-  Registry registry(1);
-  for (std::size_t i = 0; i < stock.size(); ++i) {
-    ASSERT_FALSE(registry.add({stock[i]}, {true}, {i % 2 == 0, false, 0}));
-    if (i >= 10) registry.remove(stock[i - 10]);
-    ASSERT_LE(registry.objects().size(), 2 * registry.size() + 130) << i;
-  }
-  EXPECT_EQ(registry.size(), 10u);
-}
-
 TEST(ObjectRegistry, RemovingOneByOneIsLinear) {
   // If this fails, each removal renumbers all objects. (A renumbering shows as fewer ids.)
   const Stock stock(20000);

@@ -5,7 +5,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <unordered_map>
 #include <vector>
 
 #include "support/random.h"
@@ -14,75 +13,6 @@ namespace fcl_fibers::broadphase {
 namespace {
 
 using test::Random;
-
-/// A table beside a vector of pointers, and the same as a map.
-class Model {
- public:
-  explicit Model(std::size_t things) : things_(things), index_(pointers_) {}
-
-  std::size_t things() const { return things_.size(); }
-  int* thing(std::size_t i) { return &things_[i]; }
-  std::size_t size() const { return map_.size(); }
-  PointerIndex<int>& index() { return index_; }
-  std::vector<int*>& pointers() { return pointers_; }
-
-  /// Enters a thing at the end of the vector, known already or not.
-  void insert(std::size_t i) {
-    const auto position = static_cast<std::int32_t>(pointers_.size());
-    index_.reserve(pointers_.size() + 1);
-    pointers_.push_back(thing(i));
-    const bool is_new = index_.insert(position);
-    ASSERT_EQ(is_new, map_.count(thing(i)) == 0) << i;
-    if (is_new) {
-      map_[thing(i)] = position;
-    } else {
-      pointers_.pop_back();
-    }
-  }
-  void erase(std::size_t i) {
-    pointers_[static_cast<std::size_t>(map_[thing(i)])] = nullptr;
-    map_.erase(thing(i));
-  }
-  bool contains(std::size_t i) { return map_.count(thing(i)) != 0; }
-
-  void expectEqual() {
-    ASSERT_EQ(index_.find(nullptr), PointerIndex<int>::kNotFound);
-    for (std::size_t i = 0; i < things_.size(); ++i) {
-      const auto expected = map_.find(thing(i));
-      ASSERT_EQ(index_.find(thing(i)),
-                expected == map_.end() ? PointerIndex<int>::kNotFound : expected->second)
-          << i;
-    }
-  }
-
- private:
-  std::vector<int> things_;
-  std::vector<int*> pointers_;
-  PointerIndex<int> index_;
-  std::unordered_map<int*, std::int32_t> map_;
-};
-
-TEST(PointerIndex, IsAMapUnderRandomUse) {
-  // If this fails, an object is lost when another is unregistered, or is found again.
-  for (const std::size_t things : {1u, 3u, 8u, 9u, 16u, 17u, 100u, 1000u}) {
-    Random random(things);
-    Model model(things);
-    EXPECT_EQ(model.index().memoryUsage(), 0u);
-    model.expectEqual();
-    for (int i = 0; i < 4000; ++i) {
-      const std::size_t k = random.below(things);
-      // By turns mostly filling and mostly emptying.
-      if (random.unit() < (i / 500 % 2 == 0 ? 0.8 : 0.2)) {
-        model.insert(k);
-      } else if (model.contains(k)) {
-        model.erase(k);
-      }
-      if (i % 37 == 0) model.expectEqual();
-      if (testing::Test::HasFatalFailure()) FAIL() << things << " things, step " << i;
-    }
-    model.expectEqual();
-  }
-}
 
 TEST(PointerIndex, TakesBackWhatWasInsertedLast) {
   // If this fails, a registration that is refused leaves objects behind, or takes others with it.

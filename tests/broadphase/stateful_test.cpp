@@ -321,7 +321,13 @@ struct Clone : Command<S> {
     sut.other->unregisterObject(sut.cast[kShared]);
     sut.other->registerObject(copies[kShared]);
     std::swap(sut.cast, copies);
-    sut.manager = cloneOf<S>(*sut.manager, sut.objects(model.managed));
+    const auto clone = [&] { return cloneOf<S>(*sut.manager, sut.objects(model.managed)); };
+    const auto original = std::exchange(sut.manager, clone());
+    for (const std::size_t i : model.managed) {
+      const FiberSegment its = original->fiberSegment(copies[i]);
+      const FiberSegment now = sut.manager->fiberSegment(sut.cast[i]);
+      RC_ASSERT(now.fiber == its.fiber && now.segment == its.segment);
+    }
     this->check(model, sut);
   }
   void show(std::ostream& os) const override { os << "clone, seed " << seed; }
