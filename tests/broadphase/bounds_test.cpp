@@ -23,21 +23,6 @@
 namespace fcl_fibers::test {
 namespace {
 
-// What a subclass of CollisionObject may write.
-template <typename S>
-fcl::AABB<S>& boxOf(fcl::CollisionObject<S>& object) {
-  struct Subclass : fcl::CollisionObject<S> {
-    using fcl::CollisionObject<S>::aabb;
-  };
-  return object.*(&Subclass::aabb);
-}
-
-template <typename S>
-void grow(fcl::AABB<S>& box, S by) {
-  box.min_.array() -= by;
-  box.max_.array() += by;
-}
-
 template <typename S>
 fcl::AABB<S> tightBox(const fcl::CollisionObject<S>& object) {
   fcl::Vector3<S> half = fcl::Vector3<S>::Zero();
@@ -52,20 +37,16 @@ fcl::AABB<S> tightBox(const fcl::CollisionObject<S>& object) {
   return {object.getTranslation() - half, object.getTranslation() + half};
 }
 
-// Whether a capsule or a sphere reaches a box; by its own box alone it might not for spheres.
+// Whether an object reaches a box. A capsule or a sphere has to by itself, as its box alone is not
+// what counts among spheres.
 template <typename S>
 bool meets(const fcl::AABB<S>& box, const fcl::CollisionObject<S>& object) {
-  const fcl::AABB<S> tight = tightBox(object);
-  Point half = Point::Zero();
-  Real radius = Real(tight.max_[0] - tight.min_[0]) / 2;
-  if (object.getNodeType() == fcl::GEOM_CAPSULE) {
-    const auto& capsule = static_cast<const fcl::Capsule<S>&>(*object.collisionGeometry());
-    half = Real(capsule.lz) / 2 * object.getRotation().col(2).template cast<Real>();
-    radius = Real(capsule.radius);
-  }
-  const Point center = object.getTranslation().template cast<Real>();
   const ExactBox exact{box.min_.template cast<Real>(), box.max_.template cast<Real>()};
-  return segmentBoxDistance(center - half, center + half, exact) <= radius;
+  if (object.getNodeType() != fcl::GEOM_CAPSULE && object.getNodeType() != fcl::GEOM_SPHERE) {
+    return boxGap(exact, leastBox(object)) <= 0;
+  }
+  const ExactCapsule capsule = exactCapsule(object);
+  return segmentBoxDistance(capsule.a, capsule.b, exact) <= capsule.radius;
 }
 
 // The most that a box has beyond the least one on any side.
@@ -78,38 +59,19 @@ Real largestExcess(const fcl::CollisionObject<S>& object) {
   return std::max({Real(0), below.maxCoeff(), above.maxCoeff()});
 }
 
-// The distance of the surfaces of capsules and spheres; negative if they overlap.
-template <typename S>
-Real gap(const fcl::CollisionObject<S>& p, const fcl::CollisionObject<S>& q) {
-  const auto capsule = [](const fcl::CollisionObject<S>& object) -> ExactCapsule {
-    const Point center = object.getTranslation().template cast<Real>();
-    if (object.getNodeType() == fcl::GEOM_SPHERE) {
-      const auto& sphere = static_cast<const fcl::Sphere<S>&>(*object.collisionGeometry());
-      return {center, center, Real(sphere.radius)};
-    }
-    const auto& shape = static_cast<const fcl::Capsule<S>&>(*object.collisionGeometry());
-    const Point half = Real(shape.lz) / 2 * object.getRotation().col(2).template cast<Real>();
-    return {center - half, center + half, Real(shape.radius)};
-  };
-  const ExactCapsule a = capsule(p), b = capsule(q);
-  return segmentDistance(a.a, a.b, b.a, b.b) - a.radius - b.radius;
-}
-
 // The ways in which programs give their objects a margin. A sphere is as FCL has it in the third,
 // where it is not turned.
 constexpr const char* kWays[] = {"in the object's box", "in the shape's box", "in the shape's ball",
                                  "in a tight box"};
 template <typename S>
 void widen(fcl::CollisionObject<S>& object, int way, S margin) {
-  auto& shape = const_cast<fcl::CollisionGeometry<S>&>(*object.collisionGeometry());
-  if (way == 1) {
-    grow(shape.aabb_local, margin);
-    shape.aabb_radius = (shape.aabb_local.max_ - shape.aabb_center).norm();
+  if (way == 1) widenShape(object, double{margin});
+  if (way == 2) {
+    const_cast<fcl::CollisionGeometry<S>&>(*object.collisionGeometry()).aabb_radius += margin;
   }
-  if (way == 2) shape.aabb_radius += margin;
   object.computeAABB();
-  if (way == 3) boxOf(object) = tightBox(object);
-  if (way == 0 || way == 3) grow(boxOf(object), margin);
+  if (way == 3) aabbOf(object) = tightBox(object);
+  if (way == 0 || way == 3) grow(aabbOf(object), margin);
 }
 
 template <typename S>
@@ -118,9 +80,7 @@ Scene<S> capsulesAndSpheres(std::uint64_t seed) {
   Random random(seed + 1);
   for (int i = 0; i < 20; ++i) {
     scene.addSphere(random.inCube(1), random.between(0.02, 0.1));
-    moveTo(*scene.objects().back(),
-           makePose<S>(random.rotation(),
-                       scene.objects().back()->getTranslation().template cast<double>()));
+    jolt(*scene.objects().back(), random, 0, 3);
   }
   for (int i = 0; i < 20; ++i) {
     const Eigen::Vector3d from = random.inCube(1);
@@ -165,7 +125,13 @@ Calls<S> translated(const Calls<S>& calls, const Scene<S>& from, const Scene<S>&
 
 MANAGER_SUITE(FiberBounds, FiberManagers);
 
-// A program that looks at a distance before objects touch would lose pairs in silence.
+template <typename S>
+auto selfNumbers(const fcl::BroadPhaseCollisionManager<S>& manager, const Scene<S>& scene) {
+  return numbersOf(selfPairs<S>(manager), scene.objects());
+}
+
+// A program that looks at a distance before objects touch would lose pairs in silence. A margin
+// would be lost where an object has moved by less than that, without computeAABB().
 TYPED_TEST(FiberBounds, AMarginInABoxIsTheObjects) {
   using S = typename TypeParam::Scalar;
   using Objects = std::vector<fcl::CollisionObject<S>*>;
@@ -181,15 +147,30 @@ TYPED_TEST(FiberBounds, AMarginInABoxIsTheObjects) {
       EXPECT_TRUE(oracle.answersSelf(image(selfPairs<S>(*manager)), thicker.objects(),
                                      ArgumentOrder::kPromised, 100));
 
-      // All moved by more than their boxes are large, and these as before: no motion changes a
-      // size.
-      Random random(302);
-      Objects moved;
-      for (std::size_t i = 0; i < scene.size(); ++i) {
-        const Eigen::Vector3d by = random.inCube(0.1) + Eigen::Vector3d::Constant(4);
+      // All moved by little, without computeAABB(): more may be reported, as a box is still around
+      // its shape.
+      const auto moveBy = [&](std::size_t i, const Eigen::Vector3d& by) {
         for (auto* object : {scene[i], thicker[i]}) {
           object->setTranslation(object->getTranslation() + by.cast<S>());
         }
+      };
+      Random random(302);
+      for (std::size_t i = 0; i < scene.size(); ++i) moveBy(i, random.inCube(0.01));
+      manager->update();
+      oracle = PairOracle<S>(thicker.objects(), rulesOf<TypeParam>(options));
+      const auto reported = selfNumbers<S>(*manager, scene);
+      for (std::size_t i = 0; i < scene.size(); ++i) {
+        for (std::size_t j = i + 1; j < scene.size(); ++j) {
+          if (oracle.verdict(thicker[i], thicker[j]) != Verdict::kMust) continue;
+          EXPECT_TRUE(reported.count({i, j})) << i << ", " << j;
+        }
+      }
+
+      // All moved by more than their boxes are large, and these as before: no motion changes a
+      // size.
+      Objects moved;
+      for (std::size_t i = 0; i < scene.size(); ++i) {
+        moveBy(i, random.inCube(0.1) + Eigen::Vector3d::Constant(4));
         if (i % 7 == 0) moved.push_back(scene[i]);
       }
       manager->update(moved);
@@ -212,49 +193,6 @@ TYPED_TEST(FiberBounds, AMarginInABoxIsTheObjects) {
       EXPECT_TRUE(oracle.answersBetween(
           image(pairsWith<S>(*a, *b)), Objects(thicker.objects().begin(), end),
           Objects(end, thicker.objects().end()), ArgumentOrder::kPromised, 20));
-    }
-  }
-}
-
-template <typename S>
-std::set<std::pair<std::size_t, std::size_t>> selfNumbers(
-    const fcl::BroadPhaseCollisionManager<S>& manager, const Scene<S>& scene) {
-  std::set<std::pair<std::size_t, std::size_t>> numbers;
-  for (const auto& [a, b] : selfPairs<S>(manager)) {
-    const auto numberOf = [&](const auto* object) {
-      const auto& all = scene.objects();
-      return static_cast<std::size_t>(std::find(all.begin(), all.end(), object) - all.begin());
-    };
-    EXPECT_TRUE(numbers.insert(std::minmax(numberOf(a), numberOf(b))).second);
-  }
-  return numbers;
-}
-
-// A margin would be lost where an object has moved by less than that, without computeAABB().
-TYPED_TEST(FiberBounds, AMarginOutlastsASmallMotion) {
-  using S = typename TypeParam::Scalar;
-  for (int way = 0; way < 4; ++way) {
-    for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0.03)) {
-      SCOPED_TRACE(std::string(kWays[way]) + ", " + describe(options));
-      const Scene<S> scene = capsulesAndSpheres<S>(301), thicker = thickened(scene);
-      for (std::size_t i = 0; i < scene.size(); ++i) widen(*scene[i], way, marginOf<S>(i));
-      Random random(311);
-      for (std::size_t i = 0; i < scene.size(); ++i) {
-        const Eigen::Vector3d by = random.inCube(0.01);
-        for (auto* object : {scene[i], thicker[i]}) {
-          object->setTranslation(object->getTranslation() + by.cast<S>());
-        }
-      }
-      const auto manager = TypeParam::make(options);
-      manager->registerObjects(scene.objects());
-      const auto reported = selfNumbers<S>(*manager, scene);
-      const PairOracle<S> oracle(thicker.objects(), rulesOf<TypeParam>(options));
-      for (std::size_t i = 0; i < scene.size(); ++i) {
-        for (std::size_t j = i + 1; j < scene.size(); ++j) {
-          if (oracle.verdict(thicker[i], thicker[j]) != Verdict::kMust) continue;
-          EXPECT_TRUE(reported.count({i, j})) << i << ", " << j;
-        }
-      }
     }
   }
 }
@@ -294,18 +232,18 @@ TYPED_TEST(FiberBounds, ABoxAroundTheShapeFindsWhatItFindsInFcl) {
         SCOPED_TRACE(std::string(how) + (is_turned ? ", turned, " : ", ") + describe(options));
         Random random(312);
         Scene<S> scene;
-        for (int i = 0; i < 60; ++i) {
-          const auto pose = makePose<S>(
-              is_turned ? random.rotation() : Eigen::Quaterniond::Identity(), random.inCube(0.6));
-          if (i % 3 == 0) scene.addCapsule(pose, 0.05, 0.3);
-          if (i % 3 == 1) scene.addCapsule(pose, 0.1, 0);
-          if (i % 3 == 2) {
-            scene.addSphere({0, 0, 0}, 0.1);
-            moveTo(*scene.objects().back(), pose);
-          }
+        for (int i = 0; i < 100; ++i) {
+          fcl::Transform3<S> pose = somePose<S>(random, 0.6);
+          if (!is_turned) pose.linear().setIdentity();
+          if (i % 5 == 0) scene.addCapsule(pose, 0.05, 0.3);
+          if (i % 5 == 1) scene.addCapsule(pose, 0.1, 0);
+          if (i % 5 == 2) scene.add(std::make_shared<fcl::Sphere<S>>(S(0.1)), pose);
+          if (i % 5 == 3) scene.add(std::make_shared<fcl::Cylinder<S>>(S(0.05), S(0.3)), pose);
+          if (i % 5 == 4) scene.add(std::make_shared<fcl::Box<S>>(S(0.1), S(0.05), S(0.3)), pose);
         }
+        const auto isRound = [](std::size_t i) { return i % 5 < 3; };
         for (std::size_t i = 0; i < scene.size(); i += 4) {
-          widen(boxOf(*scene[i]),
+          widen(aabbOf(*scene[i]),
                 const_cast<fcl::CollisionGeometry<S>&>(*scene[i]->collisionGeometry()), *scene[i]);
         }
         const auto manager = TypeParam::make(options);
@@ -314,10 +252,13 @@ TYPED_TEST(FiberBounds, ABoxAroundTheShapeFindsWhatItFindsInFcl) {
         std::size_t found = 0;
         for (std::size_t i = 0; i < scene.size(); i += 4) {
           for (std::size_t j = 0; j < scene.size(); ++j) {
-            const bool counts = options.report == Report::kVolumes ||
-                                options.bounds == Bounds::kObjects ||
-                                gap(*scene[i], *scene[j]) <= largestExcess(*scene[i]);
-            if (j != i && counts && meets(scene[i]->getAABB(), *scene[j])) {
+            if (j == i) continue;
+            if (options.report == Report::kCapsules) {
+              // AnUnevenExcessCountsInEveryQuery has the others.
+              if (isRound(i) != isRound(j)) continue;
+              if (isRound(i) && exactGap(*scene[i], *scene[j]) > largestExcess(*scene[i])) continue;
+            }
+            if (meets(scene[i]->getAABB(), *scene[j])) {
               EXPECT_TRUE(reported.count(std::minmax(i, j))) << i << ", " << j;
               ++found;
             }
@@ -347,7 +288,7 @@ TYPED_TEST(FiberBounds, PlanesAndHalfspacesKeepTheirs) {
         const double side = is_turned ? -size : size;
         scene.addCapsule(Eigen::Vector3d(0, 0.5, 0.5) * side, Eigen::Vector3d(1, 0.5, 0.5) * side,
                          0.1 * size);
-        for (auto* object : {scene[0], scene[1]}) grow(boxOf(*object), S(0.45 * size));
+        for (auto* object : {scene[0], scene[1]}) grow(aabbOf(*object), S(0.45 * size));
         auto manager = TypeParam::make(options);
         manager->registerObjects(scene.objects());
         const auto reported = selfNumbers<S>(*manager, scene);
@@ -427,12 +368,12 @@ TYPED_TEST(FiberBounds, BoxesThatNobodyWidensAddNothing) {
       for (std::size_t i = 0; i < scene.size(); i += 2) scene.capsule(i).computeLocalAABB();
       for (auto* object : scene.objects()) object->computeAABB();
       expectNone("computed in full");
-      for (auto* object : scene.objects()) boxOf(*object) = tightBox(*object);
+      for (auto* object : scene.objects()) aabbOf(*object) = tightBox(*object);
       expectNone("tight");
       for (auto* object : scene.objects()) object->setTransform(pose());
       expectNone("tight in another pose");
       for (auto* object : scene.objects()) {
-        boxOf(*object).min_.setConstant(std::numeric_limits<S>::quiet_NaN());
+        aabbOf(*object).min_.setConstant(std::numeric_limits<S>::quiet_NaN());
       }
       expectNone("NaN");
     }
@@ -488,7 +429,7 @@ TYPED_TEST(FiberBounds, AnUnevenExcessCountsInEveryQuery) {
     std::vector<Real> excesses(scene.size(), 0);
     for (std::size_t i = 0; i < scene.size(); ++i) {
       if (!is_wide[i]) continue;
-      fcl::AABB<S>& box = boxOf(*scene[i]);
+      fcl::AABB<S>& box = aabbOf(*scene[i]);
       const fcl::AABB<S> least = box = leastOf(*scene[i]);
       const int axis = static_cast<int>(i % 3 + i / 3) % 3;
       box.max_[axis] += S(i % 2 == 0 ? 0.4 : 0.02);
@@ -507,20 +448,11 @@ TYPED_TEST(FiberBounds, AnUnevenExcessCountsInEveryQuery) {
     };
     const auto isRound = [&](std::size_t i) { return i % 5 < 3; };
     const auto shapes = [&](std::size_t i, std::size_t j) -> Real {
-      if (isRound(i) && isRound(j)) return gap(*scene[i], *scene[j]);
+      if (isRound(i) && isRound(j)) return exactGap(*scene[i], *scene[j]);
       if (!isRound(i) && !isRound(j)) return 0;
       const Object &round = *scene[isRound(i) ? i : j], &other = *scene[isRound(i) ? j : i];
-      Real half = 0, radius = 0;
-      if (const auto* capsule =
-              dynamic_cast<const fcl::Capsule<S>*>(round.collisionGeometry().get())) {
-        half = Real(capsule->lz) / 2;
-        radius = Real(capsule->radius);
-      } else {
-        radius = Real(static_cast<const fcl::Sphere<S>&>(*round.collisionGeometry()).radius);
-      }
-      const Point center = round.getTranslation().template cast<Real>(),
-                  axis = half * round.getRotation().col(2).template cast<Real>();
-      return distanceFrom(other)(center - axis, center + axis) - radius;
+      const ExactCapsule capsule = exactCapsule(round);
+      return distanceFrom(other)(capsule.a, capsule.b) - capsule.radius;
     };
     // One manager, two of all pairs between even and odd ones, and each object alone.
     const Managed<TypeParam> manager(scene, options);
@@ -528,24 +460,14 @@ TYPED_TEST(FiberBounds, AnUnevenExcessCountsInEveryQuery) {
     for (std::size_t i = 0; i < scene.size(); ++i) (i % 2 == 0 ? even : odd).push_back(scene[i]);
     const Managed<TypeParam> first(even, options), second(odd, its_options);
     std::set<std::pair<std::size_t, std::size_t>> of_one, self = selfNumbers<S>(*manager, scene);
-    const auto numbersOf = [&](const Calls<S>& calls) {
-      std::set<std::pair<std::size_t, std::size_t>> numbers;
-      for (const auto& [a, b] : calls) {
-        const auto number = [&, end = scene.objects().end()](const Object* object) {
-          return static_cast<std::size_t>(std::find(scene.objects().begin(), end, object) -
-                                          scene.objects().begin());
-        };
-        EXPECT_TRUE(numbers.insert(std::minmax(number(a), number(b))).second);
-      }
-      return numbers;
-    };
-    const auto with = numbersOf(pairsWith(*first, *second)),
-               back = numbersOf(pairsWith(*second, *first));
+    const auto numbered = [&](const Calls<S>& calls) { return numbersOf(calls, scene.objects()); };
+    const auto with = numbered(pairsWith(*first, *second)),
+               back = numbered(pairsWith(*second, *first));
     for (std::size_t i = 0; i < scene.size(); ++i) {
-      for (const auto& pair : numbersOf(pairsWith(*manager, *scene[i]))) of_one.insert(pair);
+      for (const auto& pair : numbered(pairsWith(*manager, *scene[i]))) of_one.insert(pair);
       // What nobody has registered is read from itself.
       if (i % 2 == 0) continue;
-      for (const auto& pair : numbersOf(pairsWith(*first, *scene[i]))) {
+      for (const auto& pair : numbered(pairsWith(*first, *scene[i]))) {
         EXPECT_TRUE(with.count(pair)) << pair.first << ", " << pair.second;
       }
     }
@@ -595,7 +517,7 @@ TYPED_TEST(FiberBounds, AMotionWithinABoxWidenedUnevenlyIsAMotion) {
     // Within the excess of 1 of where it is at first, and not of where it goes.
     scene.addSphere({0.9375, 0.25, 0}, 0.015625);
     probes.addSphere({0.9375, 0.25, 0}, 0.015625);
-    boxOf(*wide).max_ += fcl::Vector3<S>(1, 1, 0);
+    aabbOf(*wide).max_ += fcl::Vector3<S>(1, 1, 0);
     const Managed<TypeParam> manager(scene, options), other(probes, options);
     const auto expectPair = [&] {
       EXPECT_EQ(selfPairs(*manager).size(), 1u);
@@ -652,7 +574,7 @@ TYPED_TEST(FiberBounds, ALittleMarginIsNeverLost) {
           const auto self = selfNumbers<S>(*manager, scene);
           for (std::size_t i = 0; i < scene.size(); i += 2) {
             // The poses and radii are rounded, too.
-            const Real away = gap(*scene[i], *scene[i + 1]);
+            const Real away = exactGap(*scene[i], *scene[i + 1]);
             if (away > 2 * Real(margin) - 32 * Real(eps) * Real(1 + offset)) continue;
             ++judged;
             EXPECT_TRUE(self.count({i, i + 1})) << i;
@@ -697,7 +619,7 @@ TYPED_TEST(FiberBounds, TightBoxesOfAProgramAddNothing) {
             a = a.cast<float>().cast<double>();
             b = b.cast<float>().cast<double>();
           }
-          auto& box = boxOf(*scene.objects().back());
+          auto& box = aabbOf(*scene.objects().back());
           box.min_ = (a.cwiseMin(b).array() - 0.02).matrix().template cast<S>();
           box.max_ = (a.cwiseMax(b).array() + 0.02).matrix().template cast<S>();
           p = q;
@@ -716,7 +638,7 @@ TYPED_TEST(FiberBounds, TightBoxesOfAProgramAddNothing) {
       for (std::size_t i = 0; i < scene.size(); ++i) {
         for (std::size_t j = i + 1; j < scene.size(); ++j) {
           if (!scene[i]->getAABB().overlap(scene[j]->getAABB())) continue;
-          const Real apart = gap(*scene[i], *scene[j]);
+          const Real apart = exactGap(*scene[i], *scene[j]);
           const bool is_reported = reported.count({i, j}) > 0;
           EXPECT_TRUE(is_reported || apart > 0) << i << ", " << j;
           EXPECT_TRUE(!is_reported || apart <= rounding) << i << ", " << j << ": " << apart;
@@ -744,26 +666,15 @@ TYPED_TEST(FiberBounds, AreOfShapesAloneOrOfObjectsAlone) {
 
     options.bounds = Bounds::kObjects;
     Managed<TypeParam> objects(scene, options);
-    const auto reported = selfNumbers<S>(*objects, scene);
-    std::size_t overlapping = 0;
-    for (std::size_t i = 0; i < scene.size(); ++i) {
-      for (std::size_t j = i + 1; j < scene.size(); ++j) {
-        if (!scene[i]->getAABB().overlap(scene[j]->getAABB())) continue;
-        ++overlapping;
-        EXPECT_TRUE(reported.count({i, j})) << i << ", " << j;
-      }
-    }
-    // Balls around boxes meet where the boxes do not.
-    if (TypeParam::kVolume == LeafVolume::kBox || options.report == Report::kCapsules) {
-      EXPECT_EQ(reported.size(), overlapping);
-    }
+    const std::size_t pairs = selfPairs<S>(*objects).size();
+    EXPECT_GT(pairs, selfPairs<S>(*shapes).size());
     // The box is as it was before the motion, and says so.
     translate(*scene[0], {100, 0, 0});
-    boxOf(*scene[0]).min_.setConstant(std::numeric_limits<S>::quiet_NaN());
+    aabbOf(*scene[0]).min_.setConstant(std::numeric_limits<S>::quiet_NaN());
     EXPECT_THROW(objects->update(), std::invalid_argument);
     scene[0]->computeAABB();
     objects->update();
-    EXPECT_LT(selfPairs<S>(*objects).size(), reported.size());
+    EXPECT_LT(selfPairs<S>(*objects).size(), pairs);
   }
 }
 

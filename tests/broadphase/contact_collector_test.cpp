@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
-#include <string>
 #include <type_traits>
 #include <vector>
 
@@ -17,6 +16,7 @@
 #include "support/mesh_models.h"
 #include "support/scalars.h"
 #include "support/scene.h"
+#include "support/text_of.h"
 
 namespace fcl_fibers {
 namespace {
@@ -28,32 +28,13 @@ using test::Scene;
 
 Point toPoint(const std::array<double, 3>& v) { return Point(v[0], v[1], v[2]); }
 
-template <typename S>
-test::ExactCapsule exactCapsule(const fcl::CollisionObject<S>& object) {
-  const auto& pose = object.getTransform().matrix();
-  const Point center = pose.col(3).template head<3>().template cast<Real>();
-  if (object.getNodeType() == fcl::GEOM_SPHERE) {
-    const auto& sphere = static_cast<const fcl::Sphere<S>&>(*object.collisionGeometry());
-    return {center, center, Real(sphere.radius)};
-  }
-  const auto& capsule = static_cast<const fcl::Capsule<S>&>(*object.collisionGeometry());
-  const Point half = Real(capsule.lz) / 2 * pose.col(2).template head<3>().template cast<Real>();
-  return {center - half, center + half, Real(capsule.radius)};
-}
-
-template <typename S>
-Real trueDistance(const fcl::CollisionObject<S>& a, const fcl::CollisionObject<S>& b) {
-  const test::ExactCapsule p = exactCapsule(a), q = exactCapsule(b);
-  return test::segmentDistance(p.a, p.b, q.a, q.b) - p.radius - q.radius;
-}
-
 /// That the contact is where these two touch; far from the origin too, where 1e-13 of the objects'
 /// size is less than the rounding of a coordinate. The points are in world coordinates.
 template <typename S>
 void expectRight(const fcl::CollisionObject<S>& a, const fcl::CollisionObject<S>& b,
                  const Contact& contact, Real coordinates) {
-  EXPECT_LE(std::fabs(contact.distance - trueDistance(a, b)), 1e-13L);
-  const test::ExactCapsule p = exactCapsule(a), q = exactCapsule(b);
+  EXPECT_LE(std::fabs(contact.distance - test::exactGap(a, b)), 1e-13L);
+  const test::ExactCapsule p = test::exactCapsule(a), q = test::exactCapsule(b);
   const Point normal = toPoint(contact.normal);
   const Real rounding = 1e-13L + 4e-16L * coordinates;
   EXPECT_LE(
@@ -208,12 +189,8 @@ TYPED_TEST(Contacts, AreCollectedFromEveryQueryOfTheManager) {
   ASSERT_FALSE(collector.contacts().empty());
   EXPECT_EQ(collector.contacts()[0].b.fiber, manager->fiberSegment(scene[30]).fiber);
   EXPECT_EQ(collector.contacts()[0].b.segment, manager->fiberSegment(scene[30]).segment);
-  try {
-    other->collide(&collector, collector.callback);
-    ADD_FAILURE() << "contacts of another manager";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_NE(std::string(error.what()).find("construct the collector with"), std::string::npos);
-  }
+  test::expectRefusal([&] { other->collide(&collector, collector.callback); },
+                      "construct the collector with");
 }
 
 TYPED_TEST(Contacts, AreWithinTheMarginsThatAProgramHasAddedToBoxes) {
@@ -229,11 +206,7 @@ TYPED_TEST(Contacts, AreWithinTheMarginsThatAProgramHasAddedToBoxes) {
       scene.addCapsule({0, 0, 0}, along, 0.1);
       other.addCapsule(0.31 * across, along + 0.31 * across, 0.1);
       for (auto* object : {scene[0], other[0]}) {
-        auto& shape = const_cast<fcl::CollisionGeometry<S>&>(*object->collisionGeometry());
-        shape.aabb_local.min_.array() -= static_cast<S>(added);
-        shape.aabb_local.max_.array() += static_cast<S>(added);
-        shape.aabb_radius = shape.aabb_local.max_.norm();
-        object->computeAABB();
+        test::widenShape(*object, added);
       }
       const std::size_t expected = added < 0.05 ? 0 : 1;
       const auto both = TypeParam::make(options), first = TypeParam::make(options),
@@ -357,7 +330,7 @@ TYPED_TEST(Contacts, WithAMeshAreThoseOfItsTriangles) {
   options.margin = 0.02;
   std::size_t expected = 0;
   for (auto* object : scene.objects()) {
-    const test::ExactCapsule c = exactCapsule(*object);
+    const test::ExactCapsule c = test::exactCapsule(*object);
     for (const auto& t : triangles) {
       expected += test::segmentTriangleDistance(c.a, c.b, t) <= c.radius + 0.02L ? 1 : 0;
     }
@@ -388,7 +361,7 @@ TYPED_TEST(Contacts, WithAMeshAreThoseOfItsTriangles) {
       const bool is_first = way == Way::kRegisteredFirst;
       EXPECT_EQ(is_first ? contact.object_a : contact.object_b, head);
       const auto* capsule = is_first ? contact.object_b : contact.object_a;
-      const test::ExactCapsule c = exactCapsule(*capsule);
+      const test::ExactCapsule c = test::exactCapsule(*capsule);
       ASSERT_LT(static_cast<std::size_t>(contact.triangle), triangles.size());
       const test::ExactTriangle& t = triangles[static_cast<std::size_t>(contact.triangle)];
       const Point on_mesh = Real(contact.weights[0]) * t.a + Real(contact.weights[1]) * t.b +

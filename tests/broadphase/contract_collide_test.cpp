@@ -221,25 +221,6 @@ TYPED_TEST(FiberCollide, AnObjectInBothManagersDoesNotMeetItself) {
   }
 }
 
-// Whoever forgets computeAABB after moving a capsule would get answers for where it was created.
-TYPED_TEST(FiberCollide, CapsulesAndSpheresNeedNoComputeAABB) {
-  using S = typename TypeParam::Scalar;
-  const Scene<S> scene = strandScene<S>(6, 10, 44);
-  Scene<S> probe;
-  probe.addSphere({50, 50, 50}, 0.4);
-  probe.addCapsule(Eigen::Vector3d(50, 50, 50), Eigen::Vector3d(51, 50, 50), 0.1);
-  for (std::size_t i = 0; i < scene.size(); i += 3) {
-    const fcl::Vector3<S> place = scene[i]->getTranslation();
-    scene[i]->setTranslation(place + fcl::Vector3<S>(S(0.25), 0, 0));
-  }
-  const Managed<TypeParam> manager(scene);
-  EXPECT_TRUE(manager.answersSelf());
-  for (auto* object : probe.objects()) {
-    object->setTranslation(scene[17]->getTranslation());
-    EXPECT_TRUE(manager.answersWith(object));
-  }
-}
-
 // Objects far outside the range of the others' bounds would be lost: FLT_MAX is not the end of the
 // world, nor are inf - inf and NaN distances.
 TYPED_TEST(FiberCollide, ObjectsBeyondTheRangeOfBoundsAreFound) {

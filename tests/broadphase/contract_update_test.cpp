@@ -169,8 +169,10 @@ TYPED_TEST(FiberUpdate, CapsulesNeedNoComputeAABB) {
   using S = typename TypeParam::Scalar;
   for (const FiberManagerOptions& options : optionsToTest<TypeParam>(0.02)) {
     SCOPED_TRACE(describe(options));
-    const Scene<S> scene = strandScene<S>(6, 10, 108);
-    const Managed<TypeParam> manager(scene, options);
+    Scene<S> scene = strandScene<S>(6, 10, 108), probes;
+    for (int i = 0; i < 5; ++i) scene.addSphere({0.1 * i, 0, 0}, 0.1);
+    probes.addSphere({50, 50, 50}, 0.4);
+    probes.addCapsule(Eigen::Vector3d(50, 50, 50), Eigen::Vector3d(51, 50, 50), 0.1);
     Random random(109);
     const auto move = [&](const std::vector<fcl::CollisionObject<S>*>& objects) {
       for (auto* object : objects) {
@@ -178,6 +180,13 @@ TYPED_TEST(FiberUpdate, CapsulesNeedNoComputeAABB) {
         object->setTranslation(place + random.inCube(0.3).template cast<S>());
       }
     };
+    move(scene.objects());
+    const Managed<TypeParam> manager(scene, options);
+    EXPECT_TRUE(manager.answersSelf());
+    for (auto* object : probes.objects()) {
+      object->setTranslation(scene[17]->getTranslation());
+      EXPECT_TRUE(manager.answersWith(object));
+    }
     move(scene.objects());
     manager->update();
     EXPECT_TRUE(manager.answersSelf());

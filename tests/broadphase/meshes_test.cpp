@@ -16,12 +16,6 @@
 namespace fcl_fibers::test {
 namespace {
 
-template <typename S>
-fcl::Transform3<S> anyPose(Random& random, double half_side) {
-  const Eigen::Quaterniond rotation = random.rotation();
-  return makePose<S>(rotation, random.inCube(half_side));
-}
-
 /// Strands among meshes of which some share their geometry, and a few other shapes.
 template <typename S>
 struct HairAndHeads {
@@ -36,11 +30,11 @@ struct HairAndHeads {
     models.push_back(makeModel<S>(types.front(), blob(0.4, 0.2, 9, 6)));
     models.push_back(makeModel<S>(types.back(), blob(0.25, 0.3, 7, 5)));
     for (std::size_t i = 0; i < 6; ++i) {
-      meshes.push_back(scene.add(models[i % 2], anyPose<S>(random, 0.7)));
+      meshes.push_back(scene.add(models[i % 2], somePose<S>(random, 0.7)));
       if (i == 1) scene.addSphere(random.inCube(0.6), 0.2);
       if (i == 3) {
         auto* box = scene.addBox({0, 0, 0}, Eigen::Quaterniond::Identity(), {0.5, 0.3, 0.2});
-        moveTo(*box, anyPose<S>(random, 0.5));
+        moveTo(*box, somePose<S>(random, 0.5));
       }
     }
     scene.addHalfspace({0, 0.6, 0.8}, -0.5);

@@ -5,20 +5,14 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include <fcl/geometry/shape/box.h>
-#include <fcl/geometry/shape/cylinder.h>
-#include <fcl/geometry/shape/halfspace.h>
-#include <fcl/geometry/shape/plane.h>
 #include <fcl_fibers/impact_collector.h>
 
 #include "broadphase/moving_program.h"
-#include "support/least_box.h"
 #include "support/scalars.h"
 
 // What a manager with FiberManagerOptions::motion finds, against brute force.
@@ -241,72 +235,6 @@ TYPED_TEST(ManagerMotion, AnUnknownTimeIsTold) {
   EXPECT_FALSE(manager.findImpact(&resting.object, &falling.object, nullptr, contact));
   EXPECT_TRUE(manager.findImpact(&resting.object, &falling.object, &other, contact));
   EXPECT_NEAR(contact.time, 0.49, 1e-6);
-}
-
-template <typename S>
-using Shape = std::shared_ptr<fcl::CollisionGeometry<S>>;
-
-// A capsule would pass through a floor or a box, or meet everything in the box around a tilted one.
-TYPED_TEST(ManagerMotion, CapsulesMeetShapesOnTheirWay) {
-  using S = TypeParam;
-  using V = fcl::Vector3<S>;
-  const Shape<S> shapes[] = {
-      std::make_shared<fcl::Box<S>>(S(1), S(0.6), S(0.02)),
-      std::make_shared<fcl::Halfspace<S>>(V(S(0.6), S(0), S(0.8)), S(-0.3)),
-      std::make_shared<fcl::Plane<S>>(V(S(0.6), S(0), S(0.8)), S(0.1)),
-      std::make_shared<fcl::Cylinder<S>>(S(0.05), S(0.8)),
-  };
-  std::size_t judged = 0, passed = 0;
-  Random random(7);
-  for (int round = 0; round < 200; ++round) {
-    SCOPED_TRACE("round " + std::to_string(round));
-    Program<S> program(movingOptions(), 100 + static_cast<std::uint64_t>(round));
-    fcl::CollisionObject<S> shape(shapes[round % 4]);
-    program.place(shape, 0.5);
-    program.manager.registerObject(&shape);
-    for (int i = 0; i < 12; ++i) program.registerFiber(1);
-    program.beginStep();
-    const fcl::Transform3<S> start = shape.getTransform();
-    enum { kRests, kMoves, kTurns } way = static_cast<decltype(way)>(random.below(3));
-    fcl::Transform3<S> end = start;
-    if (way != kRests) end.translation() += V(S(0.3), S(-0.2), S(random.between(-0.5, 0.5)));
-    if (way == kTurns) end.linear() = end.linear() * fcl::AngleAxis<S>(S(0.3), V::UnitX());
-    shape.setTransform(end);
-    program.updateAll(0.7);
-    const auto calls = selfPairs(program.manager);
-    const auto from_end = distanceFrom(shape);
-    shape.setTransform(start);
-    const auto from_start = distanceFrom(shape);
-    shape.setTransform(end);
-    const Point shift = (end.translation() - start.translation()).template cast<Real>();
-    for (auto* object : program.order) {
-      const Motion motion = program.motionOf(object);
-      const bool is_found = std::count(calls.begin(), calls.end(), std::pair(&shape, object)) > 0;
-      const Real at_start = from_start(motion.start.a, motion.start.b) - motion.start.radius;
-      const Real at_end = from_end(motion.end.a, motion.end.b) - motion.end.radius;
-      Real least = std::min(at_start, at_end);
-      if (way != kTurns) {
-        for (int k = 0; k <= 500; ++k) {
-          const Capsule now = motion.at(Real(k) / 500);
-          const Point back = (1 - Real(k) / 500) * shift;
-          least = std::min(least, from_end(now.a + back, now.b + back) - now.radius);
-        }
-      }
-      const Real rounding = 1e-12 + 16 * Real(std::numeric_limits<S>::epsilon());
-      // A thousandth is due to the samples here, and 1/4096 to the library's.
-      const Real tolerance = (motion.way() + shift.norm()) * (1e-3 + Real(1) / 4096);
-      const bool is_exact = way != kTurns && shapes[round % 4]->getNodeType() != fcl::GEOM_CYLINDER;
-      if (least < -rounding) {
-        EXPECT_TRUE(is_found) << "missing, " << double(least);
-      }
-      if (is_exact && least > tolerance) {
-        EXPECT_FALSE(is_found) << "extra, " << double(least);
-      }
-      ++judged;
-      passed += least < -rounding && std::min(at_start, at_end) > 0 ? 1 : 0;
-    }
-  }
-  EXPECT_GT(passed, 8u) << "of " << judged;
 }
 
 }  // namespace

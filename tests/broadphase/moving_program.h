@@ -20,9 +20,9 @@
 #include <fcl/geometry/shape/sphere.h>
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
 
-#include "support/exact_geometry.h"
+#include "support/least_box.h"
 #include "support/pair_queries.h"
-#include "support/random.h"
+#include "support/scene.h"
 
 // Programs with a manager with FiberManagerOptions::motion, and brute force, which follows each
 // pair through the step.
@@ -37,28 +37,10 @@ inline FiberManagerOptions movingOptions(int threads = 1) {
   return options;
 }
 
-/// A capsule or sphere at one time.
-struct Capsule {
-  Point a, b;
-  Real radius;
-};
-
-template <typename S>
-Capsule capsuleOf(const fcl::CollisionObject<S>& object) {
-  const fcl::Transform3<S>& pose = object.getTransform();
-  const Point center = pose.translation().template cast<Real>();
-  const auto* geometry = object.collisionGeometry().get();
-  if (const auto* capsule = dynamic_cast<const fcl::Capsule<S>*>(geometry)) {
-    const Point half = Real(capsule->lz) / 2 * pose.linear().col(2).template cast<Real>();
-    return {center - half, center + half, Real(capsule->radius)};
-  }
-  return {center, center, Real(dynamic_cast<const fcl::Sphere<S>&>(*geometry).radius)};
-}
-
 struct Motion {
-  Capsule start, end;
+  ExactCapsule start, end;
 
-  Capsule at(Real time) const {
+  ExactCapsule at(Real time) const {
     return {start.a + time * (end.a - start.a), start.b + time * (end.b - start.b),
             start.radius + time * (end.radius - start.radius)};
   }
@@ -76,7 +58,7 @@ inline Real leastGap(const Motion& p, const Motion& q, Real margin, Real resolut
   const Real way = p.way() + q.way();
   Real least = std::numeric_limits<Real>::infinity();
   for (Real time = 0;;) {
-    const Capsule i = p.at(time), j = q.at(time);
+    const ExactCapsule i = p.at(time), j = q.at(time);
     const Real gap = segmentDistance(i.a, i.b, j.a, j.b) - i.radius - j.radius - margin;
     least = std::min(least, gap);
     if (least < -1e-3 || time >= 1 || way == 0) return least;
@@ -95,7 +77,7 @@ class Program {
 
   struct Known {
     std::size_t fiber = 0, segment = 0;
-    std::optional<Capsule> start;  ///< nothing until it has been read
+    std::optional<ExactCapsule> start;  ///< nothing until it has been read
   };
 
   Program(const FiberManagerOptions& options, std::uint64_t seed)
@@ -115,16 +97,9 @@ class Program {
   }
   /// Moves an object by about `distance`, and turns it.
   void place(Object& object, double distance) {
-    fcl::Transform3<S> pose = object.getTransform();
-    reach = std::max(reach, 2 + pose.translation().template cast<Real>().cwiseAbs().maxCoeff());
-    for (int i = 0; i < 3; ++i) pose.translation()[i] += S(random.between(-distance, distance));
-    const fcl::Vector3<S> axis(S(random.between(-1, 1)), S(random.between(-1, 1)), S(1.5));
-    pose.linear() =
-        pose.linear() * fcl::AngleAxis<S>(S(random.between(-1, 1) * distance), axis.normalized())
-                            .toRotationMatrix();
-    // The manager turns by the matrix as it is.
-    pose.linear() = fcl::Quaternion<S>(pose.linear()).normalized().toRotationMatrix();
-    object.setTransform(pose);
+    const Point place = object.getTranslation().template cast<Real>();
+    reach = std::max(reach, 2 + place.cwiseAbs().maxCoeff());
+    jolt(object, random, distance, distance);
   }
 
   void registerFiber(std::size_t count) {
@@ -178,7 +153,7 @@ class Program {
   void beginStep() {
     manager.beginStep();
     has_step = true;
-    for (auto& [object, known_object] : known) known_object.start = capsuleOf(*object);
+    for (auto& [object, known_object] : known) known_object.start = exactCapsule(*object);
   }
   void endStep() {
     manager.endStep();
@@ -187,13 +162,13 @@ class Program {
   /// What the next query sees has been read.
   void read() {
     for (auto& [object, known_object] : known) {
-      if (!known_object.start) known_object.start = capsuleOf(*object);
+      if (!known_object.start) known_object.start = exactCapsule(*object);
     }
   }
 
   Motion motionOf(const Object* object) const {
     const auto found = known.find(object);
-    const Capsule end = capsuleOf(*object);
+    const ExactCapsule end = exactCapsule(*object);
     return {!has_step || found == known.end() ? end : *found->second.start, end};
   }
 

@@ -12,12 +12,11 @@
 #include <utility>
 #include <vector>
 
-#include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/sphere.h>
 
+#include "broadphase/shape_samples.h"
 #include "support/drift.h"
-#include "support/random.h"
 #include "support/scalars.h"
 
 namespace fcl_fibers::test {
@@ -28,13 +27,6 @@ using geometry::BlockMask;
 using geometry::Frame;
 using geometry::Segment;
 using geometry::SegmentBlock;
-
-template <typename S>
-class Object : public fcl::CollisionObject<S> {
- public:
-  using fcl::CollisionObject<S>::CollisionObject;
-  using fcl::CollisionObject<S>::aabb;
-};
 
 /// Capsules and spheres, sometimes a box, with boxes of FCL's, tight ones, widened ones and broken
 /// ones. Some have no length or hardly any, no radius, or are far out.
@@ -55,7 +47,8 @@ std::unique_ptr<Object<S>> makeObject(Random& random) {
   // all.
   if (random.below(4) == 0) {
     const double drift = random.below(64) == 0 ? 1.1e-3 : random.between(0, 0.999e-3);
-    pose.linear() = shearedRotation<S>(random.rotation(), drift, random);
+    const Eigen::Quaterniond turn = random.rotation();
+    pose.linear() = shearedRotation<S>(turn, drift, random);
   }
   const double offset = random.below(3) == 0 ? 1e4 * size : size;
   pose.translation() = (offset * random.inCube(1)).template cast<S>();
@@ -89,22 +82,44 @@ std::unique_ptr<Object<S>> makeObject(Random& random) {
   return object;
 }
 
+/// Breaks its pose or its size.
+template <typename S>
+void spoil(Object<S>& object, Random& random) {
+  const S kBad[] = {std::numeric_limits<S>::quiet_NaN(), std::numeric_limits<S>::infinity(),
+                    -std::numeric_limits<S>::infinity(), S(-1)};
+  const S bad = kBad[random.below(4)];
+  fcl::Transform3<S> pose = object.getTransform();
+  const int row = static_cast<int>(random.below(3)), column = static_cast<int>(random.below(4));
+  const std::size_t what = random.below(4);
+  if (what == 0) pose.matrix()(row, column) = bad;
+  if (what == 1) pose.linear().col(row) *= -1;
+  if (what == 2) pose.linear().col(row) += S(0.1) * pose.linear().col((row + 1) % 3);
+  object.setTransform(pose);
+  if (what < 3) return;
+  if (auto* capsule = dynamic_cast<fcl::Capsule<S>*>(&object.shape())) {
+    (column < 2 ? capsule->radius : capsule->lz) = bad;
+  }
+}
+
 template <typename S>
 class ObjectSources : public testing::Test {};
 TYPED_TEST_SUITE(ObjectSources, Scalars, ScalarName);
 
 // An update of all objects would give other bounds than updates of each, so the next update would
-// take what has not moved for moved, or miss a margin.
+// take what has not moved for moved, or miss a margin; or one broken object among others be taken
+// as it is.
 TYPED_TEST(ObjectSources, ObjectsReadTogetherAreAsEachAlone) {
   using S = TypeParam;
   Random random(61);
-  std::size_t with_margin = 0, boxes = 0;
+  std::size_t with_margin = 0, boxes = 0, refused = 0;
   for (int round = 0; round < 300; ++round) {
     std::vector<std::unique_ptr<Object<S>>> owned;
     std::vector<fcl::CollisionObject<S>*> objects;
     const std::size_t count = 2 + random.below(SegmentBlock::kCapacity - 1);
+    const std::size_t broken = round % 2 == 0 ? random.below(count) : count;
     while (objects.size() < count) {
       owned.push_back(makeObject<S>(random));
+      if (objects.size() == broken) spoil(*owned.back(), random);
       objects.push_back(random.below(16) == 0 ? nullptr : owned.back().get());
     }
     std::vector<index::SegmentId> ids(count);
@@ -140,65 +155,12 @@ TYPED_TEST(ObjectSources, ObjectsReadTogetherAreAsEachAlone) {
         }
       }
       EXPECT_EQ(is_read, all_readable);
+      refused += is_read ? 0 : 1;
     }
   }
   EXPECT_GT(with_margin, 300u);
   EXPECT_GT(boxes, 300u);
-}
-
-// One object out of sixty-four with a broken pose or size would be taken as it is.
-TYPED_TEST(ObjectSources, ABrokenObjectAmongOthersIsFound) {
-  using S = TypeParam;
-  const S kNan = std::numeric_limits<S>::quiet_NaN(),
-          kInfinity = std::numeric_limits<S>::infinity();
-  const auto capsule = [] { return std::make_shared<fcl::Capsule<S>>(S(0.1), S(1)); };
-  std::vector<std::unique_ptr<Object<S>>> owned;
-  std::vector<fcl::CollisionObject<S>*> objects;
-  std::vector<std::shared_ptr<fcl::Capsule<S>>> shapes;
-  for (int i = 0; i < SegmentBlock::kCapacity; ++i) {
-    shapes.push_back(capsule());
-    owned.push_back(std::make_unique<Object<S>>(shapes.back()));
-    objects.push_back(owned.back().get());
-  }
-  std::vector<index::SegmentId> ids(objects.size());
-  std::iota(ids.begin(), ids.end(), 0);
-  const auto isRead = [&] {
-    SegmentBlock block;
-    BlockMask present = 0;
-    return ObjectSource<S>("test", objects, Bounds::kShapesAndMargins)
-        .read(ids.data(), SegmentBlock::kCapacity, 0, Frame{}, block, present);
-  };
-  ASSERT_TRUE(isRead());
-  for (std::size_t at : {std::size_t{0}, std::size_t{29}, std::size_t{63}}) {
-    const auto expectRefused = [&](const fcl::Transform3<S>& pose) {
-      owned[at]->setTransform(pose);
-      EXPECT_FALSE(isRead());
-      owned[at]->setTransform(fcl::Transform3<S>::Identity());
-      ASSERT_TRUE(isRead());
-    };
-    for (const S bad : {kNan, kInfinity, -kInfinity}) {
-      for (int column = 0; column < 4; ++column) {
-        fcl::Transform3<S> pose = fcl::Transform3<S>::Identity();
-        pose.matrix()(column % 3, column) = bad;
-        expectRefused(pose);
-      }
-    }
-    fcl::Transform3<S> mirrored = fcl::Transform3<S>::Identity();
-    mirrored.matrix()(0, 0) = -1;
-    expectRefused(mirrored);
-    fcl::Transform3<S> oblique = fcl::Transform3<S>::Identity();
-    oblique.matrix()(0, 1) = S(0.1);
-    expectRefused(oblique);
-    for (const S bad : {kNan, kInfinity, S(-1)}) {
-      shapes[at]->radius = bad;
-      EXPECT_FALSE(isRead());
-      shapes[at]->radius = S(0.1);
-      shapes[at]->lz = bad;
-      EXPECT_FALSE(isRead());
-      shapes[at]->lz = S(1);
-    }
-    ASSERT_TRUE(isRead());
-  }
+  EXPECT_GT(refused, 100u);
 }
 
 }  // namespace

@@ -9,20 +9,13 @@
 #include <memory>
 #include <vector>
 
-#include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
-#include <fcl/geometry/shape/cone.h>
-#include <fcl/geometry/shape/convex.h>
-#include <fcl/geometry/shape/cylinder.h>
-#include <fcl/geometry/shape/ellipsoid.h>
 #include <fcl/geometry/shape/halfspace.h>
 #include <fcl/geometry/shape/plane.h>
 #include <fcl/geometry/shape/sphere.h>
-#include <fcl/geometry/shape/triangle_p.h>
 #include <fcl/narrowphase/collision.h>
 
-#include "support/exact_geometry.h"
-#include "support/random.h"
+#include "broadphase/shape_samples.h"
 #include "support/scalars.h"
 
 namespace fcl_fibers::test {
@@ -33,95 +26,11 @@ using geometry::Obstacle;
 using geometry::Segment;
 using Matrix = Eigen::Matrix<Real, 3, 3>;
 
-template <typename S>
-class Object : public fcl::CollisionObject<S> {
- public:
-  using fcl::CollisionObject<S>::CollisionObject;
-  using fcl::CollisionObject<S>::aabb;
-
-  fcl::CollisionGeometry<S>& shape() { return *this->cgeom; }
-};
-
 /// @return whether more than the box counts
 template <typename S>
 bool readObstacle(const Object<S>& object, const Frame& frame, Bounds bounds, Obstacle& obstacle) {
   obstacle = obstacleOf(broadphase::readObject(object, bounds), frame);
   return obstacle.kind != Obstacle::Kind::kNone;
-}
-
-enum Kind { kBox, kTriangle, kCylinder, kCone, kEllipsoid, kConvex, kBounded };
-
-/// A bounded shape, and points of it that lie at its ends.
-template <typename S>
-struct Sample {
-  std::shared_ptr<fcl::CollisionGeometry<S>> shape;
-  std::vector<Point> points;
-};
-
-template <typename S>
-Sample<S> makeSample(int kind, double size, Random& random) {
-  const auto side = [&] {
-    return static_cast<S>(random.below(8) == 0 ? 0 : size * random.between(0.1, 1));
-  };
-  const S a = side(), b = side(), c = side();
-  const Point half = Point(a, b, c) / 2;
-  std::vector<Point> points;
-  // A circle of points in a disc, turned by an angle that is no multiple of a quarter.
-  const auto addDisc = [&](Real radius, Real height) {
-    for (int i = 0; i < 8; ++i) {
-      const Real angle = i + Real(random.unit());
-      points.emplace_back(radius * std::cos(angle), radius * std::sin(angle), height);
-    }
-  };
-  switch (kind) {
-    case kBox:
-      for (int i = 0; i < 8; ++i) {
-        points.emplace_back(half.cwiseProduct(
-            Point(i % 2 == 0 ? -1 : 1, i / 2 % 2 == 0 ? -1 : 1, i / 4 == 0 ? -1 : 1)));
-      }
-      return {std::make_shared<fcl::Box<S>>(a, b, c), points};
-    case kCylinder:
-      addDisc(a, Real(b) / 2);
-      addDisc(a, -Real(b) / 2);
-      return {std::make_shared<fcl::Cylinder<S>>(a, b), points};
-    case kCone:
-      addDisc(a, -Real(b) / 2);
-      points.emplace_back(0, 0, Real(b) / 2);
-      return {std::make_shared<fcl::Cone<S>>(a, b), points};
-    case kEllipsoid:
-      for (int i = 0; i < 20; ++i) {
-        points.emplace_back(Point(a, b, c).cwiseProduct(random.direction().cast<Real>()) *
-                            (1 - 1e-15L));
-      }
-      return {std::make_shared<fcl::Ellipsoid<S>>(a, b, c), points};
-    default:
-      break;
-  }
-  const auto corners = std::make_shared<std::vector<fcl::Vector3<S>>>();
-  const Eigen::Vector3d center = random.inCube(2 * size);
-  for (int i = 0; i < 4; ++i) {
-    corners->emplace_back((center + random.inCube(size)).template cast<S>());
-    if (i < (kind == kTriangle ? 3 : 4)) points.push_back(corners->back().template cast<Real>());
-  }
-  if (kind == kTriangle) {
-    return {std::make_shared<fcl::TriangleP<S>>((*corners)[0], (*corners)[1], (*corners)[2]),
-            points};
-  }
-  const auto faces = std::make_shared<std::vector<int>>(
-      std::vector<int>{3, 0, 1, 2, 3, 0, 3, 1, 3, 1, 3, 2, 3, 2, 3, 0});
-  return {std::make_shared<fcl::Convex<S>>(corners, 4, faces), points};
-}
-
-template <typename S>
-fcl::Transform3<S> makePose(std::size_t i, const Eigen::Vector3d& position, Random& random) {
-  fcl::Transform3<S> pose = fcl::Transform3<S>::Identity();
-  pose.translation() = position.template cast<S>();
-  Eigen::Matrix3d turn = random.rotation().toRotationMatrix();
-  if (i % 4 == 0) turn.setIdentity();
-  // Drifted, within what is taken for rounding.
-  if (i % 4 == 1) turn *= 1 + 4e-4;
-  pose.linear() = turn.template cast<S>();
-  return pose;
 }
 
 Point toPoint(const geometry::Vec3d& v) { return {v.x, v.y, v.z}; }
@@ -169,7 +78,7 @@ TYPED_TEST(ObstacleShapes, ContainTheShapeAndAreExactForBoxesAndTriangles) {
       const double size = std::pow(10.0, random.between(-6, 6));
       const double offset = i % 3 == 0 ? 1e3 : size;
       const Sample<S> sample = makeSample<S>(kind, size, random);
-      const Object<S> object(sample.shape, makePose<S>(i, random.inCube(offset), random));
+      const Object<S> object(sample.shape, makePose<S>(i, random, offset));
       const Frame& frame = kFrames[i % std::size(kFrames)];
       Obstacle obstacle;
       ASSERT_TRUE(readObstacle(object, frame, Bounds::kShapesAndMargins, obstacle));
@@ -188,7 +97,7 @@ TYPED_TEST(ObstacleShapes, ContainTheShapeAndAreExactForBoxesAndTriangles) {
           continue;
         }
         ASSERT_LE(outside(obstacle, p), Real(obstacle.error)) << kind << ", " << i;
-        if (kind != kBox) continue;
+        if (kind != kBox && kind != kCube) continue;
         Point corner = toPoint(obstacle.point);
         for (std::size_t axis = 0; axis < 3; ++axis) {
           corner += (k >> axis & 1u ? 1 : -1) * toPoint(obstacle.vector[axis]);
@@ -225,7 +134,7 @@ TYPED_TEST(ObstacleShapes, ArePlanesThroughThePointsOfPlanes) {
     const bool is_plane = i % 2 == 0;
     is_plane ? make(std::make_shared<fcl::Plane<S>>(normal, d))
              : make(std::make_shared<fcl::Halfspace<S>>(normal, d));
-    const Object<S> object(shape, makePose<S>(i, random.inCube(size), random));
+    const Object<S> object(shape, makePose<S>(i, random, size));
     const Frame& frame = kFrames[i / 2 % std::size(kFrames)];
     Obstacle obstacle;
     ASSERT_TRUE(readObstacle(object, frame, Bounds::kShapesAndMargins, obstacle)) << i;
@@ -267,17 +176,14 @@ TEST(ObstacleShapesAndCapsules, TouchAsFclFinds) {
   for (std::size_t i = 0; i < 6000; ++i) {
     const int kind = static_cast<int>(i % (kBounded + 2));
     if (kind == kTriangle) continue;
-    std::shared_ptr<fcl::CollisionGeometry<S>> shape;
-    if (kind == kBounded) {
-      shape = std::make_shared<fcl::Plane<S>>(random.direction(), random.between(-1, 1));
-    } else if (kind == kBounded + 1) {
-      shape = std::make_shared<fcl::Halfspace<S>>(random.direction(), random.between(-1, 1));
-    } else {
-      shape = makeSample<S>(kind, 2, random).shape;
-    }
-    const Object<S> object(shape, makePose<S>(2, random.inCube(1), random));
+    auto shape = makeSample<S>(kind, 2, random).shape;
+    const Eigen::Vector3d normal = random.direction();
+    const double offset = random.between(-1, 1);
+    if (kind == kBounded) shape = std::make_shared<fcl::Plane<S>>(normal, offset);
+    if (kind == kBounded + 1) shape = std::make_shared<fcl::Halfspace<S>>(normal, offset);
+    const Object<S> object(shape, makePose<S>(kAnyTurn, random, 1));
     const double radius = random.between(0.1, 0.5), length = random.between(0.1, 2);
-    const fcl::Transform3<S> pose = makePose<S>(2, random.inCube(2), random);
+    const fcl::Transform3<S> pose = makePose<S>(kAnyTurn, random, 2);
     const fcl::CollisionObject<S> capsule(std::make_shared<fcl::Capsule<S>>(radius, length), pose);
     const Frame& frame = kFrames[i % std::size(kFrames)];
     Obstacle obstacle;
@@ -288,7 +194,7 @@ TEST(ObstacleShapesAndCapsules, TouchAsFclFinds) {
     if (touchesInFcl(0.98 * radius, length, pose, object)) {
       EXPECT_TRUE(answer) << "kind " << kind << ", " << i;
     }
-    const bool is_exact = kind == kBox || kind >= kBounded;
+    const bool is_exact = kind == kBox || kind == kCube || kind >= kBounded;
     if (is_exact && !touchesInFcl(1.02 * radius, length, pose, object)) {
       EXPECT_FALSE(answer) << "kind " << kind << ", " << i;
     }
@@ -308,7 +214,7 @@ TYPED_TEST(ObstacleShapes, HaveTheMarginOfTheProgramOrAreNone) {
   for (int kind = 0; kind < kBounded; ++kind) {
     for (std::size_t i = 0; i < 40; ++i) {
       Sample<S> sample = makeSample<S>(kind, 1, random);
-      Object<S> object(sample.shape, makePose<S>(i, random.inCube(1), random));
+      Object<S> object(sample.shape, makePose<S>(i, random, 1));
       object.aabb.expand(fcl::Vector3<S>::Constant(S(0.25)));
       const Frame& frame = kFrames[i % std::size(kFrames)];
       Obstacle obstacle;

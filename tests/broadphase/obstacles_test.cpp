@@ -15,6 +15,7 @@
 #include "support/managed.h"
 #include "support/mesh_models.h"
 #include "support/scene_generators.h"
+#include "support/text_of.h"
 
 namespace fcl_fibers::test {
 namespace {
@@ -83,6 +84,13 @@ TYPED_TEST(Obstacles, AreSurfacesUnlessTheyAreSolid) {
         if (a == head) found.insert(other->fiberSegment(b).segment);
       }
       EXPECT_EQ(found, expected);
+      // A manager that counts volumes knows what is solid, too.
+      auto owner = TypeParam::make(options);
+      owner->registerObstacle(head, ObstacleOptions{is_solid});
+      std::vector<MeshContact> contacts;
+      ASSERT_TRUE(owner->findMeshContacts(fiber[5], head, 0, contacts));
+      EXPECT_EQ(contacts.at(0).solid, is_solid);
+      EXPECT_EQ(contacts.at(0).distance < -3, is_solid);
     }
   }
 }
@@ -279,9 +287,6 @@ TYPED_TEST(Obstacles, AreAllThatAGroupMeets) {
 // A program that asks for contacts before they happen would get them late.
 TYPED_TEST(Obstacles, MayBeWidened) {
   using S = typename TypeParam::Scalar;
-  struct Subclass : fcl::CollisionObject<S> {
-    using fcl::CollisionObject<S>::aabb;
-  };
   Scene<S> scene;
   scene.add(makeModel<S>(fcl::BV_OBBRSS, blob(1, 0, 12, 9)),
             makePose<S>(Eigen::Quaterniond(0.8, 0, 0.6, 0), {0, 0, 0}));
@@ -290,9 +295,9 @@ TYPED_TEST(Obstacles, MayBeWidened) {
   for (const int way : {0, 1, 2}) {
     SCOPED_TRACE(way);
     auto manager = TypeParam::make(byCapsules());
-    fcl::AABB<S>& box = scene[0]->*(&Subclass::aabb);
+    fcl::AABB<S>& box = aabbOf(*scene[0]);
     scene[0]->computeAABB();
-    if (way == 1) box = {box.min_.array() - S(0.25), box.max_.array() + S(0.25)};
+    if (way == 1) grow(box, 0.25);
     if (way == 2) box.max_[0] += S(0.5);
     manager->registerObjects(scene.objects());
     if (way == 1) {
@@ -336,16 +341,6 @@ TYPED_TEST(Obstacles, OfOtherShapesTurn) {
   }
 }
 
-template <class Call>
-void refuses(Call&& call, const char* text) {
-  try {
-    call();
-    ADD_FAILURE() << "accepted, but expected: " << text;
-  } catch (const std::invalid_argument& error) {
-    EXPECT_NE(std::string(error.what()).find(text), std::string::npos) << error.what();
-  }
-}
-
 // A broken mesh would be read beyond its end.
 TEST(ObstaclesBadInput, BrokenMeshesAreRefused) {
   using Manager = FiberManagerConfig<LeafVolume::kBox, double, Topology::kBundle>;
@@ -357,9 +352,9 @@ TEST(ObstaclesBadInput, BrokenMeshesAreRefused) {
     const char* text;
   };
   const auto bad_index = makeModel<double>(fcl::BV_AABB, shape);
-  trianglesOf(*bad_index)[3].set(0, shape.points.size(), 1);
+  arraysOf(*bad_index).triangles[3].set(0, shape.points.size(), 1);
   const auto bad_point = makeModel<double>(fcl::BV_OBBRSS, shape);
-  pointsOf(*bad_point)[2][1] = std::nan("");
+  arraysOf(*bad_point).points[2][1] = std::nan("");
   const Case cases[] = {{bad_index, "triangle 3 of its mesh has the point"},
                         {bad_point, "point 2 of its mesh is NaN"},
                         {makeUnfinishedModel(shape), "unfinished"}};
@@ -367,12 +362,12 @@ TEST(ObstaclesBadInput, BrokenMeshesAreRefused) {
     fcl::CollisionObject<double> object(one.model);
     const auto manager = Manager::make(byCapsules());
     manager->registerObject(good);
-    refuses([&] { manager->registerObject(&object); }, one.text);
-    refuses([&] { manager->registerObstacle(&object); }, one.text);
+    expectRefusal([&] { manager->registerObject(&object); }, one.text);
+    expectRefusal([&] { manager->registerObstacle(&object); }, one.text);
     EXPECT_EQ(manager->size(), 1u);
     PairCollector<double> collector;
-    refuses([&] { manager->collide(&object, &collector, &PairCollector<double>::collide); },
-            one.text);
+    expectRefusal([&] { manager->collide(&object, &collector, &PairCollector<double>::collide); },
+                  one.text);
     EXPECT_TRUE(selfPairs<double>(*manager).empty());
   }
   // A cloud of points counts by its box.
@@ -387,12 +382,13 @@ TEST(ObstaclesBadInput, BrokenMeshesAreRefused) {
   fcl::CollisionObject<double> object(model);
   manager->registerObject(&object);
   const auto pairs = selfPairs<double>(*manager);
-  const double kept = pointsOf(*model)[0][0];
-  pointsOf(*model)[0][0] = std::numeric_limits<double>::infinity();
+  const double kept = arraysOf(*model).points[0][0];
+  arraysOf(*model).points[0][0] = std::numeric_limits<double>::infinity();
   EXPECT_TRUE(manager->movedSinceUpdate());
-  refuses([&] { manager->update(); }, "object 2 in order of registration: point 0 of its mesh");
-  refuses([&] { selfPairs<double>(*manager); }, "the last update failed");
-  pointsOf(*model)[0][0] = kept;
+  expectRefusal([&] { manager->update(); },
+                "object 2 in order of registration: point 0 of its mesh");
+  expectRefusal([&] { selfPairs<double>(*manager); }, "the last update failed");
+  arraysOf(*model).points[0][0] = kept;
   manager->update();
   EXPECT_EQ(selfPairs<double>(*manager), pairs);
 }
@@ -422,9 +418,9 @@ TEST(ObstaclesBadInput, OptionsAreChecked) {
     FiberManagerOptions options;
     options.report = report;
     const auto manager = Manager::make(options);
-    refuses([&] { manager->registerObstacle(leaking, ObstacleOptions{true}); },
-            "in the opposite direction; close the mesh, or register it without");
-    refuses(
+    expectRefusal([&] { manager->registerObstacle(leaking, ObstacleOptions{true}); },
+                  "in the opposite direction; close the mesh, or register it without");
+    expectRefusal(
         [&] { manager->registerObstacle(unmerged, ObstacleOptions{true}); },
         "object 0: its mesh is not watertight: the edge from point 0 to point 1 of triangle 0 is "
         "shared with no other triangle, because points that lie at the same place are not one "

@@ -12,16 +12,10 @@
 #include <utility>
 #include <vector>
 
-#include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
-#include <fcl/geometry/shape/cone.h>
-#include <fcl/geometry/shape/convex.h>
-#include <fcl/geometry/shape/cylinder.h>
-#include <fcl/geometry/shape/ellipsoid.h>
-#include <fcl/geometry/shape/triangle_p.h>
 
+#include "broadphase/shape_samples.h"
 #include "support/least_box.h"
-#include "support/random.h"
 #include "support/scalars.h"
 
 namespace fcl_fibers::test {
@@ -45,72 +39,20 @@ struct MeshOf : fcl::CollisionGeometry<S> {
   }
 };
 
-template <typename S>
-class Object : public fcl::CollisionObject<S> {
- public:
-  using fcl::CollisionObject<S>::CollisionObject;
-  using fcl::CollisionObject<S>::aabb;
-
-  fcl::CollisionGeometry<S>& shape() { return *this->cgeom; }
-};
-
-enum Kind { kBox, kCube, kCylinder, kCone, kEllipsoid, kConvex, kTriangle, kMesh, kKinds };
+/// After those of makeSample().
+constexpr int kMesh = kBounded, kKinds = kMesh + 1;
 constexpr const char* kNames[] = {"box",       "cube",   "cylinder", "cone",
                                   "ellipsoid", "convex", "triangle", "mesh"};
 
 template <typename S>
 std::shared_ptr<fcl::CollisionGeometry<S>> makeShape(int kind, double size, Random& random) {
-  // Some sizes are 0.
-  const auto side = [&] {
-    return static_cast<S>(random.below(8) == 0 ? 0 : size * random.between(0.1, 1));
-  };
-  const auto vertex = [&, center = random.inCube(2 * size)] {
-    return fcl::Vector3<S>((center + random.inCube(size)).template cast<S>());
-  };
-  const S a = side(), b = side(), c = side();
-  switch (kind) {
-    case kBox:
-      return std::make_shared<fcl::Box<S>>(a, b, c);
-    case kCube:
-      return std::make_shared<fcl::Box<S>>(a, a, a);
-    case kCylinder:
-      return std::make_shared<fcl::Cylinder<S>>(a, b);
-    case kCone:
-      return std::make_shared<fcl::Cone<S>>(a, b);
-    case kEllipsoid:
-      return std::make_shared<fcl::Ellipsoid<S>>(a, b, c);
-    case kConvex: {
-      const auto corners = std::make_shared<std::vector<fcl::Vector3<S>>>();
-      for (int i = 0; i < 4; ++i) corners->push_back(vertex());
-      const auto faces = std::make_shared<std::vector<int>>(
-          std::vector<int>{3, 0, 1, 2, 3, 0, 3, 1, 3, 1, 3, 2, 3, 2, 3, 0});
-      return std::make_shared<fcl::Convex<S>>(corners, 4, faces);
-    }
-    case kTriangle: {
-      const auto p = vertex(), q = vertex(), r = vertex();
-      return std::make_shared<fcl::TriangleP<S>>(p, q, r);
-    }
-    default: {
-      auto mesh = std::make_shared<MeshOf<S>>();
-      for (int i = 0; i < 9; ++i) mesh->vertices.push_back(vertex());
-      return mesh;
-    }
+  if (kind != kMesh) return makeSample<S>(kind, size, random).shape;
+  auto mesh = std::make_shared<MeshOf<S>>();
+  const Eigen::Vector3d center = random.inCube(2 * size);
+  for (int i = 0; i < 9; ++i) {
+    mesh->vertices.emplace_back((center + random.inCube(size)).template cast<S>());
   }
-}
-
-template <typename S>
-fcl::Transform3<S> makePose(std::size_t i, const Eigen::Vector3d& position, Random& random) {
-  fcl::Transform3<S> pose = fcl::Transform3<S>::Identity();
-  pose.translation() = position.template cast<S>();
-  Eigen::Matrix3d turn = random.rotation().toRotationMatrix();
-  const double tiny = std::is_same_v<S, float> ? 2e-6 : 2e-13;
-  if (i % 5 == 0) turn.setIdentity();
-  if (i % 5 == 1) turn = Eigen::AngleAxisd(tiny, random.direction()).toRotationMatrix();
-  if (i % 5 == 2) turn = Eigen::AngleAxisd(std::acos(0.0), Eigen::Vector3d::UnitX());
-  // Drifted, within what is taken for rounding.
-  if (i % 5 == 3) turn *= 1 + 4e-4;
-  pose.linear() = turn.template cast<S>();
-  return pose;
+  return mesh;
 }
 
 template <typename S>
@@ -217,9 +159,10 @@ TYPED_TEST(ShapeBoxes, DoNotDependOnComputeAABB) {
     object.computeAABB();
     expectNothingAdded("computed");
     // Turned, and by more than it is large; a cube is told from its ball by whether it is turned.
-    object.setTransform(makePose<S>(
-        kind == kCube ? 4 : random.below(5),
-        object.getTranslation().template cast<double>() * 1.5 + random.inCube(1), random));
+    const std::size_t turn = kind == kCube ? kAnyTurn : random.below(5);
+    const Eigen::Vector3d place =
+        object.getTranslation().template cast<double>() * 1.5 + random.inCube(1);
+    object.setTransform(makePose<S>(turn, place, random));
     expectNothingAdded("moved");
     object.computeAABB();
     expectNothingAdded("computed again");
@@ -438,7 +381,7 @@ TYPED_TEST(ShapeBoxes, BadSizesAreRefused) {
       for (int kind = 0; kind < kMesh; ++kind) {
         Random random(405);
         const auto shape = makeShape<S>(kind, 1, random);
-        const Object<S> object(shape, makePose<S>(4, {1, 2, 3}, random));
+        const Object<S> object(shape, makePose<S>(kAnyTurn, {1, 2, 3}, random));
         if (kind == kBox || kind == kCube) static_cast<fcl::Box<S>&>(*shape).side[which] = bad;
         if (kind == kCylinder) {
           auto& cylinder = static_cast<fcl::Cylinder<S>&>(*shape);

@@ -462,52 +462,42 @@ struct Query : Command<S> {
   void run(const Model& model, Sut<S>& sut) const override {
     sut.other->update();
     sut.foreign->update();
-    Objects partners;
     Object* one = with == With::kProbe ? sut.probes[object % sut.probes.size()] : sut.cast[object];
-    fcl::BroadPhaseCollisionManager<S>* other = nullptr;
+    QueryPartner<S> partner;
     switch (with) {
       case With::kItself:
         break;
       case With::kObject:
       case With::kProbe:
-        partners = {one};
+        partner = one;
         break;
       case With::kFiberManager:
-        other = sut.other.get();
+        partner = *sut.other;
         break;
       case With::kFclManager:
-        other = sut.foreign.get();
+        partner = *sut.foreign;
         break;
     }
-    if (other != nullptr) other->getObjects(partners);
+    const Objects& partners = partner.objects;
 
     const PairOracle<S> oracle = sut.oracle(model);
     const Objects managed = sut.objects(model.managed);
     if (with == With::kItself) this->countNeighbors(oracle, model, sut);
     if (is_distance) {
-      const auto run = [&](DistanceSearch<S>& search) {
-        if (other != nullptr) return search.run(*sut.manager, *other);
-        if (!partners.empty()) return search.run(*sut.manager, *partners[0]);
-        search.run(*sut.manager);
-      };
       DistanceSearch<S> search(oracle);
-      runBoth(DistanceSearch<S>(oracle), search, run);
+      runBoth(DistanceSearch<S>(oracle), search,
+              [&](DistanceSearch<S>& one_search) { one_search.run(*sut.manager, partner); });
       require(search.keepsToTheRules());
       if (model.stale.empty()) {
-        const S smallest = partners.empty() ? oracle.smallestDistance(managed)
-                                            : oracle.smallestDistance(managed, partners);
+        const S smallest = oracle.smallestDistance(managed, partner.isSelf() ? nullptr : &partners);
         RC_ASSERT((smallest > 0 ? search.result() == smallest : search.result() <= 0));
         for (std::size_t i = 0; i + 1 < search.left.size(); ++i) RC_ASSERT(search.left[i] > 0);
       }
     } else {
-      const auto run = [&](PairCollector<S>& collector) {
-        constexpr auto kCollide = &PairCollector<S>::collide;
-        if (other != nullptr) return sut.manager->collide(other, &collector, kCollide);
-        if (!partners.empty()) return sut.manager->collide(partners[0], &collector, kCollide);
-        sut.manager->collide(&collector, kCollide);
-      };
       PairCollector<S> collector;
-      runBoth(PairCollector<S>(), collector, run);
+      runBoth(PairCollector<S>(), collector, [&](PairCollector<S>& pairs) {
+        partner.collide(*sut.manager, &pairs, &PairCollector<S>::collide);
+      });
       if (model.stale.empty()) {
         // Nothing is registered at first; the test counts what was found in all.
         constexpr auto kOrder = ArgumentOrder::kPromised;

@@ -161,7 +161,7 @@ TYPED_TEST(Swap, ItIsToldWhetherObjectsHaveMoved) {
       for (const std::size_t i : {std::size_t{0}, std::size_t{150}, scene.size() - 1}) {
         if (has_floor && !sees_floor && i == scene.size() - 1) continue;
         const fcl::Transform3<S> pose = scene[i]->getTransform();
-        moveTo(*scene[i], makePose<S>(random.rotation(), random.inCube(1)));
+        moveTo(*scene[i], somePose<S>(random, 1));
         EXPECT_TRUE(manager->movedSinceUpdate()) << i;
         manager->update(scene[i]);
         EXPECT_FALSE(manager->movedSinceUpdate()) << i;

@@ -147,6 +147,7 @@ TYPED_TEST(UnboundedShapes, CountByTheirBoxesIfObjectsAreAsked) {
     SCOPED_TRACE(describe(options));
     options.bounds = Bounds::kObjects;
     Scene<S> scene = roomScene<S>(1201, 9), others = roomScene<S>(1202, 5);
+    for (std::size_t i = 0; i < scene.size(); i += 3) grow(aabbOf(*scene[i]), 0.05);
     const Managed<TypeParam> managed(scene, options), other(others, options);
     Random random(1203);
     for (const bool has_moved : {false, true}) {
@@ -241,8 +242,7 @@ TYPED_TEST(UnboundedShapes, MayBecomeOtherShapes) {
       addShapes(scene, 6, 0.3, 1304);
       std::vector<fcl::CollisionObject<S>*> changing;
       for (std::size_t i = 0; i < 4; ++i)
-        changing.push_back(
-            scene.add(shapes[i], makePose<S>(random.rotation(), random.inCube(0.3))));
+        changing.push_back(scene.add(shapes[i], somePose<S>(random, 0.3)));
       Managed<TypeParam> managed(options), other(options);
       managed.registerFibers(scene);
       other.registerFibers(others);
@@ -253,9 +253,8 @@ TYPED_TEST(UnboundedShapes, MayBecomeOtherShapes) {
         std::vector<fcl::CollisionObject<S>*> changed;
         for (std::size_t i = 0; i < changing.size(); ++i) {
           if ((step + i) % 3 == 0) continue;
-          *changing[i] =
-              fcl::CollisionObject<S>(shapes[(i + step) % std::size(shapes)],
-                                      makePose<S>(random.rotation(), random.inCube(0.3)));
+          *changing[i] = fcl::CollisionObject<S>(shapes[(i + step) % std::size(shapes)],
+                                                 somePose<S>(random, 0.3));
           changed.push_back(changing[i]);
         }
         EXPECT_TRUE(managed->movedSinceUpdate());
@@ -322,8 +321,8 @@ TYPED_TEST(UnboundedShapes, ThatHaveBecomeBoxesHaveTheSamePairsInEveryQuery) {
     (void)selfPairs(*manager);
     std::size_t beside = 0;
     for (int i = 0; i < 6; ++i) {
-      *object = Object(std::make_shared<fcl::Box<S>>(S(1.5), S(0.1), S(0.1)),
-                       makePose<S>(random.rotation(), random.inCube(0.2)));
+      *object =
+          Object(std::make_shared<fcl::Box<S>>(S(1.5), S(0.1), S(0.1)), somePose<S>(random, 0.2));
       manager->update();
       std::set<Object*> self, of_box, of_each;
       for (const auto& [a, b] : selfPairs(*manager)) {
@@ -351,19 +350,6 @@ TYPED_TEST(UnboundedShapes, ThatHaveBecomeBoxesHaveTheSamePairsInEveryQuery) {
       EXPECT_GT(beside, 10u);
     }
   }
-}
-
-/// The ends of a capsule or a sphere.
-template <typename S>
-std::pair<Point, Point> endsOf(const fcl::CollisionObject<S>& object) {
-  Real half = 0;
-  if (const auto* capsule =
-          dynamic_cast<const fcl::Capsule<S>*>(object.collisionGeometry().get())) {
-    half = Real(capsule->lz) / 2;
-  }
-  const Point middle = object.getTranslation().template cast<Real>(),
-              axis = half * object.getRotation().col(2).template cast<Real>();
-  return {middle - axis, middle + axis};
 }
 
 // A straight one would be rounded to the frame of its own manager, whose fibers are far away, and
@@ -419,8 +405,8 @@ TYPED_TEST(MovingUnboundedShapes, TouchByALittleWhatIsInAFarFrame) {
         first->update();
         second->update();
         const auto ends = [&] {
-          std::vector<std::pair<Point, Point>> now;
-          for (Object* capsule : capsules) now.push_back(endsOf(*capsule));
+          std::vector<ExactCapsule> now;
+          for (Object* capsule : capsules) now.push_back(exactCapsule(*capsule));
           return now;
         }();
         std::vector<std::pair<Object*, Object*>> expected;
@@ -428,14 +414,11 @@ TYPED_TEST(MovingUnboundedShapes, TouchByALittleWhatIsInAFarFrame) {
           const auto distance = distanceFrom(*walls[w]);
           for (std::size_t c = 0; c < capsules.size(); ++c) {
             // Where ends are is rounded, too.
-            if (distance(ends[c].first, ends[c].second) < Real(radius) - 1e-15L)
+            if (distance(ends[c].a, ends[c].b) < Real(radius) - 1e-15L)
               expected.emplace_back(capsules[c], walls[w]);
           }
         }
         touching += expected.size();
-        const auto asSet = [](const Calls<S>& calls) {
-          return std::set(calls.begin(), calls.end());
-        };
         const auto with = asSet(pairsWith(*first, *second)),
                    back = asSet(pairsWith(*second, *first));
         for (const auto& [capsule, wall] : expected) {
@@ -452,7 +435,8 @@ TYPED_TEST(MovingUnboundedShapes, TouchByALittleWhatIsInAFarFrame) {
   EXPECT_GT(touching, 1000u);
 }
 
-// A floor that comes up would pass what it carries, or one that passes meet all in the world.
+// A floor that comes up would pass what it carries, one that passes meet all in the world, or a
+// capsule pass through a box, or meet everything in the box around a tilted one.
 TYPED_TEST(MovingUnboundedShapes, AreMetDuringTheWholeStep) {
   using S = typename TypeParam::Scalar;
   using Object = fcl::CollisionObject<S>;
@@ -474,6 +458,14 @@ TYPED_TEST(MovingUnboundedShapes, AreMetDuringTheWholeStep) {
       }
     }
     addUnbounded(walls, 8, random, {at, 1});
+    for (int i = 0; i < 4; ++i) {
+      const auto pose = somePose<S>(random, 0.5);
+      auto* const wall =
+          i % 2 == 0 ? walls.addBox({0, 0, 0}, Eigen::Quaterniond::Identity(), {1, 0.6, 0.02})
+                     : walls.add(std::make_shared<fcl::Cylinder<S>>(S(0.05), S(0.8)), pose);
+      moveTo(*wall, pose);
+      translate(*wall, at);
+    }
     FiberManagerOptions options, its_options;
     options.report = its_options.report = Report::kCapsules;
     options.motion = its_options.motion = true;
@@ -488,13 +480,13 @@ TYPED_TEST(MovingUnboundedShapes, AreMetDuringTheWholeStep) {
       first->beginStep();
       second->beginStep();
       struct State {
-        std::vector<std::pair<Point, Point>> ends;
+        std::vector<ExactCapsule> ends;
         std::vector<fcl::Transform3<S>> poses;
         std::vector<std::function<Real(const Point&, const Point&)>> distances;
       };
       const auto state = [&] {
         State now;
-        for (const Object* object : hair.objects()) now.ends.push_back(endsOf(*object));
+        for (const Object* object : hair.objects()) now.ends.push_back(exactCapsule(*object));
         for (const Object* object : walls.objects()) {
           now.poses.push_back(object->getTransform());
           now.distances.push_back(distanceFrom(*object));
@@ -534,11 +526,6 @@ TYPED_TEST(MovingUnboundedShapes, AreMetDuringTheWholeStep) {
         second->update();
       }
       const State end = state();
-      const auto asSet = [](const Calls<S>& calls) {
-        std::set<std::pair<Object*, Object*>> set(calls.begin(), calls.end());
-        EXPECT_EQ(set.size(), calls.size()) << "a pair comes twice";
-        return set;
-      };
       const auto self = asSet(selfPairs(*both)), with = asSet(pairsWith(*first, *second)),
                  back = asSet(pairsWith(*second, *first));
       EXPECT_FALSE(both->movedSinceUpdate());
@@ -549,9 +536,11 @@ TYPED_TEST(MovingUnboundedShapes, AreMetDuringTheWholeStep) {
       for (std::size_t w = 0; w < walls.size(); ++w) {
         const Point shift =
             (end.poses[w].translation() - start.poses[w].translation()).template cast<Real>();
+        // A cylinder counts by its boxes.
+        const bool is_exact = !turns[w] && walls[w]->getNodeType() != fcl::GEOM_CYLINDER;
         for (std::size_t h = 0; h < hair.size(); ++h) {
-          const auto& [a, b] = start.ends[h];
-          const auto& [c, d] = end.ends[h];
+          const Point &a = start.ends[h].a, &b = start.ends[h].b;
+          const Point &c = end.ends[h].a, &d = end.ends[h].b;
           const Real at_end = end.distances[w](c, d) - Real(kRadius);
           Real least = std::min(at_end, start.distances[w](a, b) - Real(kRadius));
           const Real way = std::max((c - a).norm(), (d - b).norm()) + shift.norm();
@@ -566,7 +555,7 @@ TYPED_TEST(MovingUnboundedShapes, AreMetDuringTheWholeStep) {
           const auto expectPair = [&](const auto& found, const auto& one, double margin) {
             if (least < Real(margin) - rounding) {
               EXPECT_TRUE(found.count(one)) << "missing, " << static_cast<double>(least);
-            } else if (!turns[w] && least > Real(margin) + rounding + way / kSamples * 2) {
+            } else if (is_exact && least > Real(margin) + rounding + way / kSamples * 2) {
               EXPECT_FALSE(found.count(one)) << "extra, " << static_cast<double>(least);
               ++beside;
             }

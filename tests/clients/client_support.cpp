@@ -194,15 +194,6 @@ fcl::Transform3<S> posedAlong(const Eigen::Vector3d& from, const Eigen::Vector3d
 }
 
 template <typename S>
-void widenShape(fcl::CollisionObject<S>& object, double margin) {
-  auto& shape = const_cast<fcl::CollisionGeometry<S>&>(*object.collisionGeometry());
-  shape.aabb_local.min_.array() -= static_cast<S>(margin);
-  shape.aabb_local.max_.array() += static_cast<S>(margin);
-  shape.aabb_radius = (shape.aabb_local.max_ - shape.aabb_center).norm();
-  object.computeAABB();
-}
-
-template <typename S>
 void Truth<S>::read(const Objects& objects, double margin) {
   for (const Object* object : objects) {
     const Eigen::Matrix4d matrix = object->getTransform().matrix().template cast<double>();
@@ -374,7 +365,6 @@ void Truth<S>::expectNearest(const Manager& manager, Manager& other) const {
 #define FCL_FIBERS_INSTANTIATE(S)                                                            \
   template void addAllShapes<S>(Scene<S>&, std::size_t, double, double, Random&);            \
   template fcl::Transform3<S> posedAlong<S>(const Eigen::Vector3d&, const Eigen::Vector3d&); \
-  template void widenShape<S>(fcl::CollisionObject<S>&, double);                             \
   template std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> makeShadowed<S>(Report);      \
   template class Truth<S>;
 FCL_FIBERS_INSTANTIATE(float)

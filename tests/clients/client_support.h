@@ -85,11 +85,6 @@ std::vector<Eigen::Vector3d> wanderingChain(std::size_t segments, double length,
 template <typename S>
 fcl::Transform3<S> posedAlong(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
-/// Drake's way to say from how far away an object is to be heard of: the box of its shape grows, so
-/// that every computeAABB() of the object takes the margin along.
-template <typename S>
-void widenShape(fcl::CollisionObject<S>& object, double margin);
-
 /// What is there to be found: FCL's narrow phase in double, over all pairs. It shares nothing with
 /// any manager and takes its own copies of the shapes, so that it looks at no box of a program's.
 template <typename S>

@@ -31,6 +31,7 @@
 
 #include "fuzz_input.h"
 #include "fuzz_objects.h"
+#include "support/scene.h"
 
 namespace {
 
@@ -206,7 +207,10 @@ class Program {
         for (Object* object : moved) {
           object->setTransform(readPose<S>(data_));
           if (moved.size() % 4 != 3) object->computeAABB();
-          if (moved.size() > 8) widen(*object, readNumber<S>(data_, kNumbers));
+          if (moved.size() > 8) {
+            fcl_fibers::test::grow(fcl_fibers::test::aabbOf(*object),
+                                   readNumber<S>(data_, kNumbers));
+          }
         }
         manager_->movedSinceUpdate();
         if (data_.ConsumeBool()) {
@@ -239,15 +243,6 @@ class Program {
       default:
         return withClone([&](Manager& clone) { manager_->collide(&clone, &query_, record); });
     }
-  }
-
-  static void widen(Object& object, S margin) {
-    struct Subclass : Object {
-      using Object::aabb;
-    };
-    fcl::AABB<S>& box = object.*(&Subclass::aabb);
-    box.min_.array() -= margin;
-    box.max_.array() += margin;
   }
 
   struct Seen {

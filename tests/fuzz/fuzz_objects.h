@@ -238,29 +238,12 @@ double sizeOf(const fcl::CollisionObject<S>& object) {
   return size + static_cast<double>(shape.aabb_center.norm() + shape.aabb_radius);
 }
 
-template <typename S>
-test::ExactCapsule capsuleOf(const fcl::CollisionObject<S>& capsule) {
-  const auto& pose = capsule.getTransform();
-  const test::Point middle = pose.translation().template cast<test::Real>();
-  if (capsule.getNodeType() == fcl::GEOM_SPHERE) {
-    const auto& ball = static_cast<const fcl::Sphere<S>&>(*capsule.collisionGeometry());
-    return {middle, middle, ball.radius};
-  }
-  const auto& shape = static_cast<const fcl::Capsule<S>&>(*capsule.collisionGeometry());
-  const test::Point half =
-      test::Real(shape.lz) / 2 * pose.linear().col(2).template cast<test::Real>();
-  return {middle - half, middle + half, shape.radius};
-}
-
 /// How far a capsule or sphere is from another object, by what counts of that; negative if they
 /// overlap.
 template <typename S>
 test::Real gapOf(const fcl::CollisionObject<S>& object, const fcl::CollisionObject<S>& other) {
-  const test::ExactCapsule a = capsuleOf(object);
-  if (isCapsule(other)) {
-    const test::ExactCapsule b = capsuleOf(other);
-    return test::segmentDistance(a.a, a.b, b.a, b.b) - a.radius - b.radius;
-  }
+  if (isCapsule(other)) return test::exactGap(object, other);
+  const test::ExactCapsule a = test::exactCapsule(object);
   test::Real distance = test::distanceFrom(other)(a.a, a.b);
   const bool is_bounded =
       other.getNodeType() != fcl::GEOM_PLANE && other.getNodeType() != fcl::GEOM_HALFSPACE;

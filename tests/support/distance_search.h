@@ -51,19 +51,12 @@ struct DistanceSearch {
   };
   std::optional<Query> asked;
 
-  void run(const Manager& manager) {
-    note(manager);
-    manager.distance(this, &visit);
-  }
-  void run(const Manager& manager, fcl::CollisionObject<S>& partner) {
-    note(manager);
-    asked->partners.emplace({&partner});
-    manager.distance(&partner, this, &visit);
-  }
-  void run(const Manager& manager, Manager& partner) {
-    note(manager);
-    if (&partner != &manager) partner.getObjects(asked->partners.emplace());
-    manager.distance(&partner, this, &visit);
+  void run(const Manager& manager, const QueryPartner<S>& partner = {}) {
+    asked = Query{};
+    manager.getObjects(asked->managed);
+    asked->keeps_promises = dynamic_cast<const FiberCollisionManager<S>*>(&manager) != nullptr;
+    if (!partner.isSelf() && partner.manager != &manager) asked->partners = partner.objects;
+    partner.distance(manager, this, &visit);
   }
 
   S result() const { return left.empty() ? std::numeric_limits<S>::max() : left.back(); }
@@ -108,11 +101,6 @@ struct DistanceSearch {
   }
 
  private:
-  void note(const Manager& manager) {
-    asked = Query{};
-    manager.getObjects(asked->managed);
-    asked->keeps_promises = dynamic_cast<const FiberCollisionManager<S>*>(&manager) != nullptr;
-  }
   bool isForward(const fcl::CollisionObject<S>* a, const fcl::CollisionObject<S>* b) const {
     const auto find = [](const auto& objects, const void* object) {
       return std::find(objects.begin(), objects.end(), object);

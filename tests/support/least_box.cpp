@@ -8,7 +8,6 @@
 #include <limits>
 #include <vector>
 
-#include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/cone.h>
@@ -19,6 +18,8 @@
 #include <fcl/geometry/shape/plane.h>
 #include <fcl/geometry/shape/sphere.h>
 #include <fcl/geometry/shape/triangle_p.h>
+
+#include "support/mesh_models.h"
 
 namespace fcl_fibers::test {
 namespace {
@@ -137,52 +138,26 @@ ExactBox leastBox(const fcl::CollisionObject<S>& object) {
 
 namespace {
 
-template <typename Bv>
-std::vector<ExactTriangle> trianglesOf(const fcl::CollisionGeometry<typename Bv::S>& shape,
-                                       const Eigen::Matrix<Real, 3, 3>& turn,
-                                       const Point& position) {
-  const auto& model = dynamic_cast<const fcl::BVHModel<Bv>&>(shape);
-  const auto corner = [&](std::size_t i) {
-    return Point(turn * model.vertices[i].template cast<Real>() + position);
-  };
-  std::vector<ExactTriangle> triangles;
-  for (int t = 0; t < model.num_tris; ++t) {
-    const fcl::Triangle& indices = model.tri_indices[t];
-    triangles.push_back({corner(indices[0]), corner(indices[1]), corner(indices[2])});
-  }
-  return triangles;
-}
-
 template <typename S>
 std::vector<ExactTriangle> trianglesOf(const fcl::CollisionGeometry<S>& shape,
-                                       Eigen::Matrix<Real, 3, 3> turn, Point position) {
-  switch (shape.getNodeType()) {
-    case fcl::BV_AABB:
-      return trianglesOf<fcl::AABB<S>>(shape, turn, position);
-    case fcl::BV_OBB:
-      return trianglesOf<fcl::OBB<S>>(shape, turn, position);
-    case fcl::BV_RSS:
-      return trianglesOf<fcl::RSS<S>>(shape, turn, position);
-    case fcl::BV_kIOS:
-      return trianglesOf<fcl::kIOS<S>>(shape, turn, position);
-    case fcl::BV_OBBRSS:
-      return trianglesOf<fcl::OBBRSS<S>>(shape, turn, position);
-    case fcl::BV_KDOP16:
-      return trianglesOf<fcl::KDOP<S, 16>>(shape, turn, position);
-    case fcl::BV_KDOP18:
-      return trianglesOf<fcl::KDOP<S, 18>>(shape, turn, position);
-    case fcl::BV_KDOP24:
-      return trianglesOf<fcl::KDOP<S, 24>>(shape, turn, position);
-    case fcl::GEOM_TRIANGLE: {
-      const auto& triangle = static_cast<const fcl::TriangleP<S>&>(shape);
-      const auto corner = [&](const fcl::Vector3<S>& p) {
-        return Point(turn * p.template cast<Real>() + position);
-      };
-      return {{corner(triangle.a), corner(triangle.b), corner(triangle.c)}};
-    }
-    default:
-      return {};
+                                       const Eigen::Matrix<Real, 3, 3>& turn,
+                                       const Point& position) {
+  const auto corner = [&](const fcl::Vector3<S>& p) {
+    return Point(turn * p.template cast<Real>() + position);
+  };
+  std::vector<ExactTriangle> triangles;
+  if (shape.getNodeType() == fcl::GEOM_TRIANGLE) {
+    const auto& triangle = static_cast<const fcl::TriangleP<S>&>(shape);
+    triangles.push_back({corner(triangle.a), corner(triangle.b), corner(triangle.c)});
   }
+  if (shape.getObjectType() != fcl::OT_BVH) return triangles;
+  const auto model = arraysOf(const_cast<fcl::CollisionGeometry<S>&>(shape));
+  for (int t = 0; t < model.triangle_count; ++t) {
+    const fcl::Triangle& i = model.triangles[t];
+    triangles.push_back(
+        {corner(model.points[i[0]]), corner(model.points[i[1]]), corner(model.points[i[2]])});
+  }
+  return triangles;
 }
 
 template <typename S, class Plane>

@@ -4,6 +4,8 @@
 #include <functional>
 #include <vector>
 
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl/geometry/shape/sphere.h>
 #include <fcl/narrowphase/collision_object.h>
 
 #include "support/exact_geometry.h"
@@ -15,6 +17,26 @@ namespace fcl_fibers::test {
 /// getAABB(). Shares nothing with the library.
 template <typename S>
 ExactBox leastBox(const fcl::CollisionObject<S>& object);
+
+/// A capsule or a sphere where its pose puts it.
+template <typename S>
+ExactCapsule exactCapsule(const fcl::CollisionObject<S>& object) {
+  const Point center = object.getTranslation().template cast<Real>();
+  if (object.getNodeType() == fcl::GEOM_SPHERE) {
+    const auto& sphere = static_cast<const fcl::Sphere<S>&>(*object.collisionGeometry());
+    return {center, center, Real(sphere.radius)};
+  }
+  const auto& capsule = dynamic_cast<const fcl::Capsule<S>&>(*object.collisionGeometry());
+  const Point half = Real(capsule.lz) / 2 * object.getRotation().col(2).template cast<Real>();
+  return {center - half, center + half, Real(capsule.radius)};
+}
+
+/// The distance of the surfaces of two capsules or spheres; negative if they overlap.
+template <typename S>
+Real exactGap(const fcl::CollisionObject<S>& p, const fcl::CollisionObject<S>& q) {
+  const ExactCapsule a = exactCapsule(p), b = exactCapsule(q);
+  return segmentDistance(a.a, a.b, b.a, b.b) - a.radius - b.radius;
+}
 
 /// The triangles of a mesh, posed; none of any other shape.
 template <typename S>

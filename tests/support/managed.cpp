@@ -8,10 +8,6 @@
 namespace fcl_fibers::test {
 
 template <typename S>
-QueryPartner<S>::QueryPartner(const Answering<S>& other)
-    : manager(other.manager_), objects(other.objects()) {}
-
-template <typename S>
 typename Answering<S>::Objects Answering<S>::every(std::size_t step) const {
   Objects some;
   for (std::size_t i = 0; i < size(); i += step) some.push_back(objects_[i]);
@@ -55,9 +51,10 @@ testing::AssertionResult Answering<S>::answersSelf(std::size_t least) const {
 template <typename S>
 testing::AssertionResult Answering<S>::answersWith(const QueryPartner<S>& partner,
                                                    std::size_t least) const {
-  const Calls<S> calls = partner.object != nullptr ? pairsWith(*manager_, *partner.object)
-                                                   : pairsWith(*manager_, *partner.manager);
-  return oracle(partner.objects).answersBetween(calls, objects_, partner.objects, order_, least);
+  PairCollector<S> found;
+  partner.collide(*manager_, &found, &PairCollector<S>::collide);
+  return oracle(partner.objects)
+      .answersBetween(found.calls, objects_, partner.objects, order_, least);
 }
 
 template <typename S>
@@ -83,13 +80,7 @@ void Answering<S>::expectAnswersWith(const Objects& partners) const {
 
 template <typename S>
 void Answering<S>::run(DistanceSearch<S>& search, const QueryPartner<S>& partner) const {
-  if (partner.object != nullptr) {
-    search.run(*manager_, *partner.object);
-  } else if (partner.manager != nullptr) {
-    search.run(*manager_, *partner.manager);
-  } else {
-    search.run(*manager_);
-  }
+  search.run(*manager_, partner);
   EXPECT_TRUE(search.keepsToTheRules());
   if (order_ == ArgumentOrder::kAny) return;
   const auto rank = [](const Object* object, const Objects& list) {
@@ -109,8 +100,8 @@ S Answering<S>::expectNearest(const QueryPartner<S>& partner) const {
   const PairOracle<S> truth = oracle(partner.objects);
   DistanceSearch<S> search(truth);
   run(search, partner);
-  const S smallest = partner.isSelf() ? truth.smallestDistance(objects_)
-                                      : truth.smallestDistance(objects_, partner.objects);
+  const S smallest =
+      truth.smallestDistance(objects_, partner.isSelf() ? nullptr : &partner.objects);
   if (smallest <= 0) {
     EXPECT_LE(search.result(), 0);
   } else if (order_ == ArgumentOrder::kPromised) {
@@ -214,8 +205,6 @@ void Answering<S>::clear() {
   ends_.clear();
 }
 
-template struct QueryPartner<float>;
-template struct QueryPartner<double>;
 template class Answering<float>;
 template class Answering<double>;
 

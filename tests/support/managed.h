@@ -17,28 +17,6 @@
 
 namespace fcl_fibers::test {
 
-template <typename S>
-class Answering;
-
-/// What a manager is asked about: itself, one object, or another manager and the objects in it.
-template <typename S>
-struct QueryPartner {
-  using Object = fcl::CollisionObject<S>;
-  using Manager = fcl::BroadPhaseCollisionManager<S>;
-
-  QueryPartner() = default;
-  QueryPartner(Object* one) : object(one), objects{one} {}
-  QueryPartner(Manager& other, std::vector<Object*> others)
-      : manager(&other), objects(std::move(others)) {}
-  QueryPartner(const Answering<S>& other);
-
-  bool isSelf() const { return object == nullptr && manager == nullptr; }
-
-  Object* object = nullptr;
-  Manager* manager = nullptr;
-  std::vector<Object*> objects;
-};
-
 /// What a manager was given, and how its answers compare with brute force over that.
 template <typename S>
 class Answering {
@@ -51,6 +29,7 @@ class Answering {
   const Objects& objects() const { return objects_; }
   std::size_t size() const { return objects_.size(); }
   Object* operator[](std::size_t i) const { return objects_[i]; }
+  operator QueryPartner<S>() const { return {*manager_, objects_}; }
   /// One of every `step` objects.
   Objects every(std::size_t step) const;
 
@@ -97,8 +76,6 @@ class Answering {
   std::vector<FiberEnds> ends_;
 
  private:
-  friend struct QueryPartner<S>;
-
   PairOracle<S> oracle(const Objects& others, const PairRules& rules) const;
   void run(DistanceSearch<S>& search, const QueryPartner<S>& partner) const;
 
@@ -109,8 +86,6 @@ class Answering {
   std::set<Object*> gone_;
 };
 
-extern template struct QueryPartner<float>;
-extern template struct QueryPartner<double>;
 extern template class Answering<float>;
 extern template class Answering<double>;
 

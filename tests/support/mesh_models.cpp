@@ -13,54 +13,35 @@
 namespace fcl_fibers::test {
 namespace {
 
-/// Calls visit(model) with a model of one of modelTypes().
+template <class T>
+struct Volume {
+  using Type = T;
+};
+
+/// Calls visit(model) with a null pointer to a model of this type, one of modelTypes().
 template <typename S, class F>
-void visitModel(fcl::CollisionGeometry<S>& geometry, F&& visit) {
-  const auto as = [&](auto* model) {
-    visit(static_cast<std::remove_pointer_t<decltype(model)>&>(geometry));
+auto visitType(fcl::NODE_TYPE type, F&& visit) {
+  const auto with = [&](auto volume) {
+    return visit(static_cast<fcl::BVHModel<typename decltype(volume)::Type>*>(nullptr));
   };
-  switch (geometry.getNodeType()) {
-    case fcl::BV_AABB:
-      return as(static_cast<fcl::BVHModel<fcl::AABB<S>>*>(nullptr));
-    case fcl::BV_OBBRSS:
-      return as(static_cast<fcl::BVHModel<fcl::OBBRSS<S>>*>(nullptr));
-    default:
-      break;
-  }
+  if (type == fcl::BV_AABB) return with(Volume<fcl::AABB<S>>());
+  if (type == fcl::BV_OBBRSS) return with(Volume<fcl::OBBRSS<S>>());
   if constexpr (std::is_same_v<S, double>) {
-    switch (geometry.getNodeType()) {
-      case fcl::BV_OBB:
-        return as(static_cast<fcl::BVHModel<fcl::OBB<S>>*>(nullptr));
-      case fcl::BV_RSS:
-        return as(static_cast<fcl::BVHModel<fcl::RSS<S>>*>(nullptr));
-      case fcl::BV_kIOS:
-        return as(static_cast<fcl::BVHModel<fcl::kIOS<S>>*>(nullptr));
-      case fcl::BV_KDOP16:
-        return as(static_cast<fcl::BVHModel<fcl::KDOP<S, 16>>*>(nullptr));
-      case fcl::BV_KDOP18:
-        return as(static_cast<fcl::BVHModel<fcl::KDOP<S, 18>>*>(nullptr));
-      case fcl::BV_KDOP24:
-        return as(static_cast<fcl::BVHModel<fcl::KDOP<S, 24>>*>(nullptr));
-      default:
-        break;
-    }
+    if (type == fcl::BV_OBB) return with(Volume<fcl::OBB<S>>());
+    if (type == fcl::BV_RSS) return with(Volume<fcl::RSS<S>>());
+    if (type == fcl::BV_kIOS) return with(Volume<fcl::kIOS<S>>());
+    if (type == fcl::BV_KDOP16) return with(Volume<fcl::KDOP<S, 16>>());
+    if (type == fcl::BV_KDOP18) return with(Volume<fcl::KDOP<S, 18>>());
+    if (type == fcl::BV_KDOP24) return with(Volume<fcl::KDOP<S, 24>>());
   }
-  throw std::logic_error("This is no model of the tests.");
+  throw std::logic_error("Tests have no such models.");
 }
 
-template <typename S>
-std::shared_ptr<fcl::CollisionGeometry<S>> emptyModel(fcl::NODE_TYPE type) {
-  if (type == fcl::BV_AABB) return std::make_shared<fcl::BVHModel<fcl::AABB<S>>>();
-  if (type == fcl::BV_OBBRSS) return std::make_shared<fcl::BVHModel<fcl::OBBRSS<S>>>();
-  if constexpr (std::is_same_v<S, double>) {
-    if (type == fcl::BV_OBB) return std::make_shared<fcl::BVHModel<fcl::OBB<S>>>();
-    if (type == fcl::BV_RSS) return std::make_shared<fcl::BVHModel<fcl::RSS<S>>>();
-    if (type == fcl::BV_kIOS) return std::make_shared<fcl::BVHModel<fcl::kIOS<S>>>();
-    if (type == fcl::BV_KDOP16) return std::make_shared<fcl::BVHModel<fcl::KDOP<S, 16>>>();
-    if (type == fcl::BV_KDOP18) return std::make_shared<fcl::BVHModel<fcl::KDOP<S, 18>>>();
-    if (type == fcl::BV_KDOP24) return std::make_shared<fcl::BVHModel<fcl::KDOP<S, 24>>>();
-  }
-  throw std::logic_error("Tests make no such models.");
+template <typename S, class F>
+auto visitModel(fcl::CollisionGeometry<S>& geometry, F&& visit) {
+  return visitType<S>(geometry.getNodeType(), [&](auto* model) {
+    return visit(static_cast<std::remove_pointer_t<decltype(model)>&>(geometry));
+  });
 }
 
 template <typename S>
@@ -121,7 +102,10 @@ std::vector<fcl::NODE_TYPE> modelTypes() {
 
 template <typename S>
 std::shared_ptr<fcl::CollisionGeometry<S>> makeModel(fcl::NODE_TYPE type, const MeshShape& shape) {
-  auto geometry = emptyModel<S>(type);
+  const auto geometry =
+      visitType<S>(type, [](auto* model) -> std::shared_ptr<fcl::CollisionGeometry<S>> {
+        return std::make_shared<std::remove_pointer_t<decltype(model)>>();
+      });
   visitModel(*geometry, [&](auto& model) {
     addTriangles(model, shape);
     model.endModel();
@@ -159,17 +143,10 @@ void movePoints(fcl::CollisionGeometry<S>& geometry,
 }
 
 template <typename S>
-fcl::Vector3<S>* pointsOf(fcl::CollisionGeometry<S>& geometry) {
-  fcl::Vector3<S>* points = nullptr;
-  visitModel(geometry, [&](auto& model) { points = model.vertices; });
-  return points;
-}
-
-template <typename S>
-fcl::Triangle* trianglesOf(fcl::CollisionGeometry<S>& geometry) {
-  fcl::Triangle* triangles = nullptr;
-  visitModel(geometry, [&](auto& model) { triangles = model.tri_indices; });
-  return triangles;
+ModelArrays<S> arraysOf(fcl::CollisionGeometry<S>& geometry) {
+  return visitModel(geometry, [](auto& model) -> ModelArrays<S> {
+    return {model.vertices, model.tri_indices, model.num_tris};
+  });
 }
 
 #define FCL_FIBERS_INSTANTIATE(S)                                                                  \
@@ -177,8 +154,7 @@ fcl::Triangle* trianglesOf(fcl::CollisionGeometry<S>& geometry) {
   template std::shared_ptr<fcl::CollisionGeometry<S>> makeModel(fcl::NODE_TYPE, const MeshShape&); \
   template void movePoints(fcl::CollisionGeometry<S>&,                                             \
                            const std::function<Eigen::Vector3d(const Eigen::Vector3d&)>&);         \
-  template fcl::Vector3<S>* pointsOf(fcl::CollisionGeometry<S>&);                                  \
-  template fcl::Triangle* trianglesOf(fcl::CollisionGeometry<S>&);
+  template ModelArrays<S> arraysOf(fcl::CollisionGeometry<S>&);
 FCL_FIBERS_INSTANTIATE(float)
 FCL_FIBERS_INSTANTIATE(double)
 #undef FCL_FIBERS_INSTANTIATE

@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include <fcl/geometry/collision_geometry.h>
+#include <fcl/math/triangle.h>
 
 namespace fcl_fibers::test {
 
@@ -43,10 +44,14 @@ template <typename S>
 void movePoints(fcl::CollisionGeometry<S>& model,
                 const std::function<Eigen::Vector3d(const Eigen::Vector3d&)>& move);
 
-/// The points and triangles of a model, to be broken.
+/// The points and triangles of a model, to be read or broken.
 template <typename S>
-fcl::Vector3<S>* pointsOf(fcl::CollisionGeometry<S>& model);
+struct ModelArrays {
+  fcl::Vector3<S>* points;
+  fcl::Triangle* triangles;
+  int triangle_count;
+};
 template <typename S>
-fcl::Triangle* trianglesOf(fcl::CollisionGeometry<S>& model);
+ModelArrays<S> arraysOf(fcl::CollisionGeometry<S>& model);
 
 }  // namespace fcl_fibers::test

@@ -299,19 +299,9 @@ void PairOracle<S>::visitPairs(const Objects& managed, const Objects* others, Vi
 }
 
 template <typename S>
-S PairOracle<S>::smallestDistance(const Objects& managed) const {
+S PairOracle<S>::smallestDistance(const Objects& managed, const Objects* others) const {
   S smallest = std::numeric_limits<S>::max();
-  visitPairs(managed, nullptr, [&](std::size_t a, std::size_t b) {
-    if (ignored(shapes_[a], shapes_[b])) return;
-    smallest = std::min(smallest, static_cast<S>(gap(shapes_[a], shapes_[b])));
-  });
-  return smallest;
-}
-
-template <typename S>
-S PairOracle<S>::smallestDistance(const Objects& managed, const Objects& others) const {
-  S smallest = std::numeric_limits<S>::max();
-  visitPairs(managed, &others, [&](std::size_t a, std::size_t b) {
+  visitPairs(managed, others, [&](std::size_t a, std::size_t b) {
     if (ignored(shapes_[a], shapes_[b])) return;
     smallest = std::min(smallest, static_cast<S>(gap(shapes_[a], shapes_[b])));
   });

@@ -87,9 +87,9 @@ class PairOracle {
   /// that overlap have a negative one.
   S distance(const Object* a, const Object* b) const;
 
-  /// Smallest distance over all pairs that are not ignored; max() if there is none.
-  S smallestDistance(const Objects& managed) const;
-  S smallestDistance(const Objects& managed, const Objects& others) const;
+  /// Smallest distance over all pairs that are not ignored, among `managed` or with others; max()
+  /// if there is none.
+  S smallestDistance(const Objects& managed, const Objects* others = nullptr) const;
 
   /// Number of pairs that are not ignored.
   std::size_t pairCount(const Objects& managed) const;

@@ -93,6 +93,39 @@ void jolt(const std::vector<fcl::CollisionObject<S>*>& objects, Random& random, 
 template <typename S>
 void translate(fcl::CollisionObject<S>& object, const Eigen::Vector3d& by);
 
+/// A pose whose place is in a cube of this half side.
+template <typename S>
+fcl::Transform3<S> somePose(Random& random, double half_side) {
+  const Eigen::Quaterniond rotation = random.rotation();
+  return makePose<S>(rotation, random.inCube(half_side));
+}
+
+/// The box of an object, as a subclass of CollisionObject may write it.
+template <typename S>
+fcl::AABB<S>& aabbOf(fcl::CollisionObject<S>& object) {
+  struct Subclass : fcl::CollisionObject<S> {
+    using fcl::CollisionObject<S>::aabb;
+  };
+  return object.*(&Subclass::aabb);
+}
+
+/// Makes a box larger on all sides.
+template <typename S>
+void grow(fcl::AABB<S>& box, double by) {
+  box.min_.array() -= static_cast<S>(by);
+  box.max_.array() += static_cast<S>(by);
+}
+
+/// Drake's way to say from how far away an object is to be heard of: the box of its shape grows, so
+/// that every computeAABB() of the object takes the margin along.
+template <typename S>
+void widenShape(fcl::CollisionObject<S>& object, double margin) {
+  auto& shape = const_cast<fcl::CollisionGeometry<S>&>(*object.collisionGeometry());
+  grow(shape.aabb_local, margin);
+  shape.aabb_radius = (shape.aabb_local.max_ - shape.aabb_center).norm();
+  object.computeAABB();
+}
+
 extern template class Scene<float>;
 extern template class Scene<double>;
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <gmock/gmock.h>
+
 #include <stdexcept>
 #include <string>
 
@@ -15,6 +17,12 @@ std::string textOf(F&& call) {
     return error.what();
   }
   return "nothing was thrown";
+}
+
+/// That a call throws an error that has this in its text.
+template <class F>
+void expectRefusal(F&& call, const std::string& text) {
+  EXPECT_THAT(textOf(call), testing::HasSubstr(text));
 }
 
 }  // namespace fcl_fibers::test
