@@ -5,8 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <set>
-#include <stdexcept>
-#include <type_traits>
 #include <utility>
 
 #include <fcl/geometry/bvh/BVH_model.h>
@@ -26,12 +24,11 @@ namespace fcl_fibers::test {
 namespace {
 
 using Mesh = fcl::BVHModel<fcl::OBBRSS<double>>;
-using Geometry = std::shared_ptr<fcl::CollisionGeometry<double>>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// FCL's narrow phase is iterative, to 1e-6 of lengths of about 1, and poses of floats are off by
-// 1e-7: this much nearer than asked for is near enough without doubt.
+// FCL's narrow phase is iterative, to 1e-6 of lengths of about 1: this much nearer than asked for
+// is near enough without doubt.
 constexpr double kGap = 1e-4;
 
 std::shared_ptr<Mesh> octahedron(const Eigen::Vector3d& half_axes) {
@@ -48,123 +45,62 @@ std::shared_ptr<Mesh> octahedron(const Eigen::Vector3d& half_axes) {
   return mesh;
 }
 
-template <typename S>
-Geometry inDouble(const fcl::CollisionGeometry<S>& geometry) {
-  switch (geometry.getNodeType()) {
-    case fcl::GEOM_SPHERE: {
-      const auto& shape = static_cast<const fcl::Sphere<S>&>(geometry);
-      return std::make_shared<fcl::Sphered>(shape.radius);
-    }
-    case fcl::GEOM_BOX: {
-      const auto& shape = static_cast<const fcl::Box<S>&>(geometry);
-      return std::make_shared<fcl::Boxd>(shape.side.template cast<double>());
-    }
-    case fcl::GEOM_CAPSULE: {
-      const auto& shape = static_cast<const fcl::Capsule<S>&>(geometry);
-      return std::make_shared<fcl::Capsuled>(shape.radius, shape.lz);
-    }
-    case fcl::GEOM_CYLINDER: {
-      const auto& shape = static_cast<const fcl::Cylinder<S>&>(geometry);
-      return std::make_shared<fcl::Cylinderd>(shape.radius, shape.lz);
-    }
-    case fcl::GEOM_CONE: {
-      const auto& shape = static_cast<const fcl::Cone<S>&>(geometry);
-      return std::make_shared<fcl::Coned>(shape.radius, shape.lz);
-    }
-    case fcl::GEOM_ELLIPSOID: {
-      const auto& shape = static_cast<const fcl::Ellipsoid<S>&>(geometry);
-      return std::make_shared<fcl::Ellipsoidd>(shape.radii.template cast<double>());
-    }
-    case fcl::GEOM_CONVEX: {
-      const auto& shape = static_cast<const fcl::Convex<S>&>(geometry);
-      auto corners = std::make_shared<std::vector<Eigen::Vector3d>>();
-      for (const auto& corner : shape.getVertices()) {
-        corners->push_back(corner.template cast<double>());
-      }
-      return std::make_shared<fcl::Convexd>(corners, shape.getFaceCount(),
-                                            std::make_shared<std::vector<int>>(shape.getFaces()));
-    }
-    case fcl::GEOM_HALFSPACE: {
-      const auto& shape = static_cast<const fcl::Halfspace<S>&>(geometry);
-      return std::make_shared<fcl::Halfspaced>(shape.n.template cast<double>(), shape.d);
-    }
-    case fcl::BV_OBBRSS:
-      if constexpr (std::is_same_v<S, double>) {
-        return std::make_shared<Mesh>(static_cast<const Mesh&>(geometry));
-      }
-      [[fallthrough]];
-    default:
-      throw std::logic_error("no client has such a shape");
-  }
-}
-
 Point toPoint(const Eigen::Vector3d& v) { return v.cast<Real>(); }
 
-bool isHalfspace(const fcl::CollisionObject<double>& object) {
-  return object.getNodeType() == fcl::GEOM_HALFSPACE;
-}
+bool isHalfspace(const Object& object) { return object.getNodeType() == fcl::GEOM_HALFSPACE; }
 
-template <typename S>
 struct NearestSearch {
-  const Truth<S>* truth;
+  const Truth* truth;
   double found = kInfinity;
 
-  static bool visit(fcl::CollisionObject<S>* a, fcl::CollisionObject<S>* b, void* data, S& dist) {
+  static bool visit(Object* a, Object* b, void* data, double& dist) {
     auto& self = *static_cast<NearestSearch*>(data);
     const double distance = self.truth->distance(a, b);
     self.found = std::min(self.found, distance);
-    if (distance < static_cast<double>(dist)) dist = static_cast<S>(distance);
+    if (distance < dist) dist = distance;
     return dist <= 0;
   }
 };
 
 }  // namespace
 
-template <typename S>
-std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> makeShadowed(Report report) {
+std::unique_ptr<Manager> makeShadowed(Report report) {
   FiberManagerOptions options;
   options.report = report;
   ShadowOptions shadow;
   shadow.file.clear();
   shadow.on_difference = [](const ShadowResult& result) { ADD_FAILURE() << result.difference; };
-  return std::make_unique<ShadowManager<S>>(makeFclTree<S>(), options, shadow);
+  return std::make_unique<ShadowManager<double>>(makeFclTree<double>(), options, shadow);
 }
 
-template <typename S>
-void addAllShapes(Scene<S>& scene, std::size_t count, double size, double half_side,
+void addAllShapes(Scene<double>& scene, std::size_t count, double size, double half_side,
                   Random& random) {
   for (std::size_t i = 0; i < count; ++i) {
     const Eigen::Vector3d center = random.inCube(half_side);
-    const fcl::Transform3<S> pose = makePose<S>(random.rotation(), center);
-    const auto side = [&] { return static_cast<S>(size * random.between(0.5, 1)); };
-    const S a = side(), b = side(), c = side();
+    const fcl::Transform3d pose = makePose<double>(random.rotation(), center);
+    const auto side = [&] { return size * random.between(0.5, 1); };
+    const double a = side(), b = side(), c = side();
     switch (i % 7) {
       case 0:
-        scene.add(std::make_shared<fcl::Sphere<S>>(a / 2), pose);
+        scene.add(std::make_shared<fcl::Sphered>(a / 2), pose);
         break;
       case 1:
-        scene.add(std::make_shared<fcl::Box<S>>(a, b, c), pose);
+        scene.add(std::make_shared<fcl::Boxd>(a, b, c), pose);
         break;
       case 2:
-        scene.add(std::make_shared<fcl::Cylinder<S>>(a / 2, b), pose);
+        scene.add(std::make_shared<fcl::Cylinderd>(a / 2, b), pose);
         break;
       case 3:
-        scene.add(std::make_shared<fcl::Cone<S>>(a / 2, b), pose);
+        scene.add(std::make_shared<fcl::Coned>(a / 2, b), pose);
         break;
       case 4:
-        scene.add(std::make_shared<fcl::Ellipsoid<S>>(a / 2, b / 2, c / 2), pose);
+        scene.add(std::make_shared<fcl::Ellipsoidd>(a / 2, b / 2, c / 2), pose);
         break;
       case 5:
-        moveTo(*scene.addConvex(center, double(a) / 2), pose);
+        moveTo(*scene.addConvex(center, a / 2), pose);
         break;
       case 6:
-        // FCL's library has meshes of doubles only: those of floats would be compiled here, for
-        // half a minute.
-        if constexpr (std::is_same_v<S, double>) {
-          scene.add(octahedron({a / 2, b / 2, c / 2}), pose);
-        } else {
-          moveTo(*scene.addConvex(center, double(b) / 2), pose);
-        }
+        scene.add(octahedron({a / 2, b / 2, c / 2}), pose);
         break;
     }
   }
@@ -184,22 +120,18 @@ std::vector<Eigen::Vector3d> wanderingChain(std::size_t segments, double length,
   return points;
 }
 
-template <typename S>
-fcl::Transform3<S> posedAlong(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+fcl::Transform3d posedAlong(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   Eigen::Matrix3d axes;
   axes.col(2) = (to - from).normalized();
   axes.col(0) = axes.col(2).unitOrthogonal();
   axes.col(1) = axes.col(2).cross(axes.col(0));
-  return makePose<S>(Eigen::Quaterniond(axes), (from + to) / 2);
+  return makePose<double>(Eigen::Quaterniond(axes), (from + to) / 2);
 }
 
-template <typename S>
-void Truth<S>::read(const Objects& objects, double margin) {
+void Truth::read(const Objects& objects, double margin) {
   for (const Object* object : objects) {
-    const Eigen::Matrix4d matrix = object->getTransform().matrix().template cast<double>();
     Body& body = bodies_[object];
-    body.object = std::make_shared<fcl::CollisionObject<double>>(
-        inDouble(*object->collisionGeometry()), fcl::Transform3<double>(matrix));
+    body.object = std::make_shared<const Object>(*object);
     const auto& shape = *body.object->collisionGeometry();
     body.center = body.object->getTransform() * shape.aabb_center;
     body.radius = isHalfspace(*body.object) ? kInfinity : shape.aabb_local.radius();
@@ -214,19 +146,16 @@ void Truth<S>::read(const Objects& objects, double margin) {
   }
 }
 
-template <typename S>
-void Truth<S>::ignoreNeighbors(const Objects& chain) {
+void Truth::ignoreNeighbors(const Objects& chain) {
   for (std::size_t i = 1; i < chain.size(); ++i) bodies_.at(chain[i]).ignored = chain[i - 1];
 }
 
-template <typename S>
-double Truth<S>::distance(const Object* a, const Object* b) const {
+double Truth::distance(const Object* a, const Object* b) const {
   const Body &p = bodies_.at(a), &q = bodies_.at(b);
   return p.ignored == b || q.ignored == a ? kInfinity : distance(p, q);
 }
 
-template <typename S>
-double Truth<S>::distance(const Body& a, const Body& b) const {
+double Truth::distance(const Body& a, const Body& b) const {
   if (isHalfspace(*a.object) || isHalfspace(*b.object)) {
     fcl::CollisionResult<double> result;
     const auto contacts =
@@ -238,9 +167,8 @@ double Truth<S>::distance(const Body& a, const Body& b) const {
       0.0, fcl::distance(a.object.get(), b.object.get(), fcl::DistanceRequest<double>(), result));
 }
 
-template <typename S>
 template <typename Visitor>
-void Truth<S>::visitPairs(const Objects& managed, const Partners& partners, Visitor visit) const {
+void Truth::visitPairs(const Objects& managed, const Partners& partners, Visitor visit) const {
   for (std::size_t i = 0; i < managed.size(); ++i) {
     for (std::size_t j = partners ? 0 : i + 1; j < (partners ? *partners : managed).size(); ++j) {
       Object* partner = (partners ? *partners : managed)[j];
@@ -251,9 +179,8 @@ void Truth<S>::visitPairs(const Objects& managed, const Partners& partners, Visi
 
 /// By how much two bodies are further apart than any pair that this manager may report. The margin
 /// of what is turned grows with the cube that FCL bounds it by.
-template <typename S>
-double Truth<S>::apart(const FiberCollisionManager<S>& manager, const Body& p,
-                       const Body& q) const {
+double Truth::apart(const FiberCollisionManager<double>& manager, const Body& p,
+                    const Body& q) const {
   const double reach = 3 * (p.margin + q.margin) + kGap;
   const auto is_capsule = [](const Body& body) {
     const fcl::NODE_TYPE type = body.object->getNodeType();
@@ -262,7 +189,7 @@ double Truth<S>::apart(const FiberCollisionManager<S>& manager, const Body& p,
   if (manager.options().report == Report::kCapsules && is_capsule(p) && is_capsule(q)) {
     return distance(p, q) - reach;
   }
-  if (dynamic_cast<const LayeredAABBTreeCollisionManager<S>*>(&manager) != nullptr) {
+  if (dynamic_cast<const LayeredAABBTreeCollisionManager<double>*>(&manager) != nullptr) {
     const Point gaps = (p.box.min - q.box.max).cwiseMax(q.box.min - p.box.max);
     return static_cast<double>(gaps.maxCoeff()) - reach;
   }
@@ -270,12 +197,11 @@ double Truth<S>::apart(const FiberCollisionManager<S>& manager, const Body& p,
   return (p.center - q.center).norm() - std::sqrt(3) * (p.radius + q.radius) - reach;
 }
 
-template <typename S>
-testing::AssertionResult Truth<S>::areAll(const Manager& manager, const Calls<S>& calls,
-                                          const Partners& partners, std::size_t least) const {
+testing::AssertionResult Truth::areAll(const Manager& manager, const Calls<double>& calls,
+                                       const Partners& partners, std::size_t least) const {
   // FCL's tree keeps the larger box of an object from an earlier pose, or not, as the addresses of
   // its objects have it.
-  const auto* const ours = dynamic_cast<const FiberCollisionManager<S>*>(&manager);
+  const auto* const ours = dynamic_cast<const FiberCollisionManager<double>*>(&manager);
   const Objects managed = objectsOf(manager);
   const auto name = [&](const Object* object) {
     return testing::PrintToString(bodies_.at(object).object->getNodeType());
@@ -315,27 +241,22 @@ testing::AssertionResult Truth<S>::areAll(const Manager& manager, const Calls<S>
   return testing::AssertionSuccess();
 }
 
-template <typename S>
-void Truth<S>::expectAll(const Manager& manager, std::size_t least) const {
+void Truth::expectAll(const Manager& manager, std::size_t least) const {
   EXPECT_TRUE(areAll(manager, selfPairs(manager), {}, least));
 }
 
-template <typename S>
-void Truth<S>::expectAll(const Manager& manager, Object& object) const {
+void Truth::expectAll(const Manager& manager, Object& object) const {
   EXPECT_TRUE(areAll(manager, pairsWith(manager, object), Objects{&object}, 0));
 }
 
-template <typename S>
-void Truth<S>::expectAll(const Manager& manager, Manager& other, std::size_t least) const {
+void Truth::expectAll(const Manager& manager, Manager& other, std::size_t least) const {
   EXPECT_TRUE(areAll(manager, pairsWith(manager, other), objectsOf(other), least));
 }
 
-template <typename S>
 template <typename... Partner>
-void Truth<S>::nearest(const Manager& manager, const Partners& partners,
-                       Partner*... partner) const {
-  NearestSearch<S> search{this};
-  manager.distance(partner..., &search, &NearestSearch<S>::visit);
+void Truth::nearest(const Manager& manager, const Partners& partners, Partner*... partner) const {
+  NearestSearch search{this};
+  manager.distance(partner..., &search, &NearestSearch::visit);
   double least = kInfinity;
   visitPairs(objectsOf(manager), partners, [&](Object* a, Object* b) {
     const Body &p = bodies_.at(a), &q = bodies_.at(b);
@@ -347,27 +268,14 @@ void Truth<S>::nearest(const Manager& manager, const Partners& partners,
       << search.found << " instead of " << least;
 }
 
-template <typename S>
-void Truth<S>::expectNearest(const Manager& manager) const {
-  nearest(manager, {});
-}
+void Truth::expectNearest(const Manager& manager) const { nearest(manager, {}); }
 
-template <typename S>
-void Truth<S>::expectNearest(const Manager& manager, Object& object) const {
+void Truth::expectNearest(const Manager& manager, Object& object) const {
   nearest(manager, Objects{&object}, &object);
 }
 
-template <typename S>
-void Truth<S>::expectNearest(const Manager& manager, Manager& other) const {
+void Truth::expectNearest(const Manager& manager, Manager& other) const {
   nearest(manager, objectsOf(other), &other);
 }
 
-#define FCL_FIBERS_INSTANTIATE(S)                                                            \
-  template void addAllShapes<S>(Scene<S>&, std::size_t, double, double, Random&);            \
-  template fcl::Transform3<S> posedAlong<S>(const Eigen::Vector3d&, const Eigen::Vector3d&); \
-  template std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> makeShadowed<S>(Report);      \
-  template class Truth<S>;
-FCL_FIBERS_INSTANTIATE(float)
-FCL_FIBERS_INSTANTIATE(double)
-#undef FCL_FIBERS_INSTANTIATE
 }  // namespace fcl_fibers::test

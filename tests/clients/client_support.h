@@ -28,39 +28,39 @@
 // dynamic tree as well, which shows that the model asks for nothing that FCL does not serve.
 namespace fcl_fibers::test {
 
-/// FCL's tree with one of ours beside it. A difference of the two is a failure.
-template <typename S>
-std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> makeShadowed(Report report);
+// All of these programs have doubles.
+using Object = fcl::CollisionObjectd;
+using Objects = std::vector<Object*>;
+using Manager = fcl::BroadPhaseCollisionManagerd;
+using Geometry = std::shared_ptr<fcl::CollisionGeometryd>;
 
-template <typename ScalarT, Report kReport>
-struct Shadowed : FclTree<ScalarT> {
-  static auto make(const FiberManagerOptions& = {}) { return makeShadowed<ScalarT>(kReport); }
+/// FCL's tree with one of ours beside it. A difference of the two is a failure.
+std::unique_ptr<Manager> makeShadowed(Report report);
+
+template <Report kReport>
+struct Shadowed : FclTree<double> {
+  static auto make(const FiberManagerOptions& = {}) { return makeShadowed(kReport); }
   static std::string name() {
-    return "Shadowed" + std::string(kReport == Report::kVolumes ? "Volumes" : "Capsules") +
-           scalarName(ScalarT());
+    return kReport == Report::kVolumes ? "ShadowedVolumes" : "ShadowedCapsules";
   }
 };
 
-using ClientManagers = testing::Types<
-    FclTree<float>, FclTree<double>, LayeredAabb<float, Topology::kBundle>,
-    LayeredAabb<float, Topology::kSuperThread>, LayeredAabb<double, Topology::kBundle>,
-    LayeredAabb<double, Topology::kSuperThread>, WrappedSphere<float, Topology::kBundle>,
-    WrappedSphere<float, Topology::kSuperThread>, WrappedSphere<double, Topology::kBundle>,
-    WrappedSphere<double, Topology::kSuperThread>, Shadowed<float, Report::kVolumes>,
-    Shadowed<float, Report::kCapsules>, Shadowed<double, Report::kVolumes>,
-    Shadowed<double, Report::kCapsules>>;
+using ClientManagers = testing::Types<FclTree<double>, LayeredAabb<double, Topology::kBundle>,
+                                      LayeredAabb<double, Topology::kSuperThread>,
+                                      WrappedSphere<double, Topology::kBundle>,
+                                      WrappedSphere<double, Topology::kSuperThread>,
+                                      Shadowed<Report::kVolumes>, Shadowed<Report::kCapsules>>;
 
 /// The one thing that a program changes: what makes its managers.
-template <typename S>
 struct Swap {
-  std::function<std::unique_ptr<fcl::BroadPhaseCollisionManager<S>>()> make;
+  std::function<std::unique_ptr<Manager>()> make;
   PairRules rules;      ///< of what it makes
   ArgumentOrder order;  ///< likewise
 };
 
 /// Runs a program with managers of this configuration, with each Report, over several scenes.
 template <typename Config>
-void runClient(void (*program)(const Swap<typename Config::Scalar>&, Random&), std::uint64_t seed) {
+void runClient(void (*program)(const Swap&, Random&), std::uint64_t seed) {
   for (const FiberManagerOptions& options : optionsToTest<Config>(0)) {
     for (const std::uint64_t scene_seed : {seed, seed + 1}) {
       SCOPED_TRACE(describe(options) + ", seed " + std::to_string(scene_seed));
@@ -73,8 +73,7 @@ void runClient(void (*program)(const Swap<typename Config::Scalar>&, Random&), s
 
 /// Spheres, boxes, cylinders, cones, ellipsoids, convex solids and meshes in turn, turned at random
 /// and all over a cube of this half side.
-template <typename S>
-void addAllShapes(Scene<S>& scene, std::size_t count, double size, double half_side,
+void addAllShapes(Scene<double>& scene, std::size_t count, double size, double half_side,
                   Random& random);
 
 /// The points of a chain of segments of one length that stays about in a cube of this half side.
@@ -82,18 +81,12 @@ std::vector<Eigen::Vector3d> wanderingChain(std::size_t segments, double length,
                                             Random& random);
 
 /// The pose of a capsule from one point to another.
-template <typename S>
-fcl::Transform3<S> posedAlong(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
+fcl::Transform3d posedAlong(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
-/// What is there to be found: FCL's narrow phase in double, over all pairs. It shares nothing with
-/// any manager and takes its own copies of the shapes, so that it looks at no box of a program's.
-template <typename S>
+/// What is there to be found: FCL's narrow phase over all pairs. It shares nothing with any
+/// manager, and looks at shapes and poses, not at boxes.
 class Truth {
  public:
-  using Object = fcl::CollisionObject<S>;
-  using Objects = std::vector<Object*>;
-  using Manager = fcl::BroadPhaseCollisionManager<S>;
-
   Truth() = default;
   /// Objects as they are now, each of which a program wants to hear of from this far away, so that
   /// of a pair the sum counts.
@@ -122,7 +115,7 @@ class Truth {
 
  private:
   struct Body {
-    std::shared_ptr<fcl::CollisionObject<double>> object;
+    std::shared_ptr<const Object> object;
     Eigen::Vector3d center;  // Of a ball around it.
     double radius = 0;
     ExactBox box;
@@ -133,18 +126,15 @@ class Truth {
   using Partners = std::optional<Objects>;  // None in a query of a manager itself.
 
   double distance(const Body& a, const Body& b) const;
-  double apart(const FiberCollisionManager<S>& manager, const Body& p, const Body& q) const;
+  double apart(const FiberCollisionManager<double>& manager, const Body& p, const Body& q) const;
   template <typename Visitor>
   void visitPairs(const Objects& managed, const Partners& partners, Visitor visit) const;
-  testing::AssertionResult areAll(const Manager& manager, const Calls<S>& calls,
+  testing::AssertionResult areAll(const Manager& manager, const Calls<double>& calls,
                                   const Partners& partners, std::size_t least) const;
   template <typename... Partner>
   void nearest(const Manager& manager, const Partners& partners, Partner*... partner) const;
 
   std::unordered_map<const Object*, Body> bodies_;
 };
-
-extern template class Truth<float>;
-extern template class Truth<double>;
 
 }  // namespace fcl_fibers::test

@@ -4,9 +4,7 @@
 namespace fcl_fibers::test {
 namespace {
 
-template <typename S>
-std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> groupOf(
-    const Swap<S>& swap, const std::vector<fcl::CollisionObject<S>*>& objects) {
+std::unique_ptr<Manager> groupOf(const Swap& swap, const Objects& objects) {
   auto manager = swap.make();
   for (auto* object : objects) {
     manager->registerObject(object);
@@ -16,9 +14,8 @@ std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> groupOf(
 }
 
 // Groups that are set up after each object would be wrong, or know no floor.
-template <typename S>
-void groupsOfBodies(const Swap<S>& swap, Random& random) {
-  Scene<S> bodies, others;
+void groupsOfBodies(const Swap& swap, Random& random) {
+  Scene<double> bodies, others;
   bodies.addFiber(wanderingChain(14, 0.15, 0.5, random), 0.03);
   addAllShapes(bodies, 21, 0.3, 0.7, random);
   bodies.addHalfspace({0, 0, 1}, -0.5);
@@ -26,7 +23,7 @@ void groupsOfBodies(const Swap<S>& swap, Random& random) {
   addAllShapes(others, 14, 0.3, 0.7, random);
   const auto group = groupOf(swap, bodies.objects()), other = groupOf(swap, others.objects());
   // What moves; a half-space stays.
-  std::vector<fcl::CollisionObject<S>*> moving = bodies.objects();
+  Objects moving = bodies.objects();
   moving.pop_back();
   for (int step = 0; step < 4; ++step) {
     SCOPED_TRACE("step " + std::to_string(step));
@@ -35,7 +32,7 @@ void groupsOfBodies(const Swap<S>& swap, Random& random) {
     // A group calls it in each of its queries.
     group->update();
     other->update();
-    Truth<S> truth(bodies.objects());
+    Truth truth(bodies.objects());
     truth.read(others.objects());
     truth.expectAll(*group);
     truth.expectAll(*group, *other);

@@ -6,9 +6,8 @@ namespace {
 
 // A cable among robots that its planner moves without telling their manager: those count where they
 // were when they were registered.
-template <typename S>
-void cableAmongRobots(const Swap<S>& swap, Random& random) {
-  Scene<S> cable, robots;
+void cableAmongRobots(const Swap& swap, Random& random) {
+  Scene<double> cable, robots;
   cable.addFiber(wanderingChain(40, 0.1, 0.3, random), 0.02);
   addAllShapes(robots, 21, 0.3, 0.6, random);
   const auto cable_manager = swap.make(), robot_manager = swap.make();
@@ -16,7 +15,7 @@ void cableAmongRobots(const Swap<S>& swap, Random& random) {
   cable_manager->setup();
   for (auto* link : robots.objects()) robot_manager->registerObject(link);
   robot_manager->setup();
-  Truth<S> truth(robots.objects());
+  Truth truth(robots.objects());
   for (int plan = 0; plan < 4; ++plan) {
     SCOPED_TRACE("plan " + std::to_string(plan));
     jolt(cable.objects(), random, 0.02, 0.1);
@@ -26,7 +25,7 @@ void cableAmongRobots(const Swap<S>& swap, Random& random) {
     truth.expectAll(*cable_manager);
     truth.expectAll(*cable_manager, *robot_manager);
     truth.expectNearest(*cable_manager, *robot_manager);
-    Truth<S> links_apart(cable.objects());
+    Truth links_apart(cable.objects());
     links_apart.ignoreNeighbors(cable.objects());
     links_apart.expectNearest(*cable_manager);
   }

@@ -7,13 +7,9 @@ namespace fcl_fibers::test {
 namespace {
 
 /// What moves, and what is anchored to the world.
-template <typename S>
 class ProximityEngine {
  public:
-  using Manager = fcl::BroadPhaseCollisionManager<S>;
-  using Objects = std::vector<fcl::CollisionObject<S>*>;
-
-  explicit ProximityEngine(const Swap<S>& swap) : moving_(swap.make()), anchored_(swap.make()) {}
+  explicit ProximityEngine(const Swap& swap) : moving_(swap.make()), anchored_(swap.make()) {}
 
   void add(const Objects& objects, double margin, bool is_anchored) {
     for (auto* object : objects) {
@@ -29,7 +25,7 @@ class ProximityEngine {
     truth_.read(objects, margin);
     moving_->update();
   }
-  void remove(fcl::CollisionObject<S>* object) { moving_->unregisterObject(object); }
+  void remove(Object* object) { moving_->unregisterObject(object); }
   void clear() {
     moving_->clear();
     anchored_->clear();
@@ -42,9 +38,9 @@ class ProximityEngine {
   }
 
   void expectDistancesFrom(const Eigen::Vector3d& point) {
-    fcl::CollisionObject<S> query(std::make_shared<fcl::Sphere<S>>(S(0)),
-                                  makePose<S>(Eigen::Quaterniond::Identity(), point));
-    Truth<S> truth = truth_;
+    Object query(std::make_shared<fcl::Sphered>(0),
+                 makePose<double>(Eigen::Quaterniond::Identity(), point));
+    Truth truth = truth_;
     truth.read({&query});
     truth.expectNearest(moving(), query);
     truth.expectNearest(*anchored_, query);
@@ -55,23 +51,21 @@ class ProximityEngine {
 
  private:
   std::unique_ptr<Manager> moving_, anchored_;
-  Truth<S> truth_;
+  Truth truth_;
 };
 
-template <typename S>
-Scene<S> chainAndShapes(std::size_t shapes, Random& random) {
-  Scene<S> scene;
+Scene<double> chainAndShapes(std::size_t shapes, Random& random) {
+  Scene<double> scene;
   scene.addFiber(wanderingChain(14, 0.2, 0.5, random), 0.03);
   addAllShapes(scene, shapes, 0.25, 0.6, random);
   return scene;
 }
 
 // Soft bodies would lose whoever is within their margins.
-template <typename S>
-void bodiesWithMargins(const Swap<S>& swap, Random& random) {
-  const Scene<S> soft = chainAndShapes<S>(14, random), hard = chainAndShapes<S>(7, random);
-  const Scene<S> walls = chainAndShapes<S>(14, random);
-  ProximityEngine<S> engine(swap);
+void bodiesWithMargins(const Swap& swap, Random& random) {
+  const Scene<double> soft = chainAndShapes(14, random), hard = chainAndShapes(7, random);
+  const Scene<double> walls = chainAndShapes(14, random);
+  ProximityEngine engine(swap);
   EXPECT_TRUE(engine.moving().empty());
   engine.add(soft.objects(), 0.06, false);
   engine.add(hard.objects(), 0, false);

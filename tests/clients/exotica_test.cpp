@@ -5,18 +5,17 @@ namespace fcl_fibers::test {
 namespace {
 
 // A manager that is emptied and filled for each request would keep what it knew.
-template <typename S>
-void stateOfARobot(const Swap<S>& swap, Random& random) {
-  Scene<S> scene;
+void stateOfARobot(const Swap& swap, Random& random) {
+  Scene<double> scene;
   scene.addFiber(wanderingChain(30, 0.1, 0.3, random), 0.03);
   addAllShapes(scene, 28, 0.3, 0.5, random);
-  const std::shared_ptr<fcl::BroadPhaseCollisionManager<S>> manager = swap.make();
+  const std::shared_ptr<Manager> manager = swap.make();
   for (int request = 0; request < 4; ++request) {
     SCOPED_TRACE("request " + std::to_string(request));
     manager->clear();
     jolt(scene.objects(), random, 0.1, 0.5);
     manager->registerObjects(scene.objects());
-    Truth<S>(scene.objects()).expectAll(*manager);
+    Truth(scene.objects()).expectAll(*manager);
   }
 }
 

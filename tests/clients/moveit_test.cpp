@@ -5,9 +5,8 @@ namespace fcl_fibers::test {
 namespace {
 
 // Nothing would be found by a program that calls neither setup() nor update().
-template <typename S>
-void robotInAWorld(const Swap<S>& swap, Random& random) {
-  Scene<S> world, robot;
+void robotInAWorld(const Swap& swap, Random& random) {
+  Scene<double> world, robot;
   addAllShapes(world, 28, 0.5, 0.7, random);
   addAllShapes(robot, 14, 0.4, 0.5, random);
   robot.addFiber(wanderingChain(12, 0.2, 0.4, random), 0.06);
@@ -15,7 +14,7 @@ void robotInAWorld(const Swap<S>& swap, Random& random) {
   // Objects of the world have several shapes each.
   const auto part = [&](std::size_t i) {
     const auto begin = world.objects().begin() + static_cast<std::ptrdiff_t>(7 * i);
-    return std::vector<fcl::CollisionObject<S>*>(begin, begin + 7);
+    return Objects(begin, begin + 7);
   };
   for (std::size_t i = 0; i < 3; ++i) manager->registerObjects(part(i));
 
@@ -34,7 +33,7 @@ void robotInAWorld(const Swap<S>& swap, Random& random) {
     }
     if (request == 2) manager->registerObjects(part(3));
     jolt(robot.objects(), random, 0.1, 0.5);
-    Truth<S> truth(world.objects());
+    Truth truth(world.objects());
     truth.read(robot.objects());
     for (auto* link : robot.objects()) {
       truth.expectAll(*manager, *link);

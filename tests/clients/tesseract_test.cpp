@@ -5,54 +5,49 @@ namespace fcl_fibers::test {
 namespace {
 
 /// An object with a contact distance, half of which it adds to its box after every move.
-template <typename S>
-class WidenedObject : public fcl::CollisionObject<S> {
+class WidenedObject : public fcl::CollisionObjectd {
  public:
-  using fcl::CollisionObject<S>::CollisionObject;
+  using fcl::CollisionObjectd::CollisionObject;
 
-  void moveTo(const fcl::Transform3<S>& pose) {
-    this->setTransform(pose);
+  void moveTo(const fcl::Transform3d& pose) {
+    setTransform(pose);
     widen();
   }
   void setContactDistance(double distance) {
-    half_distance_ = static_cast<S>(distance / 2);
+    half_distance_ = distance / 2;
     widen();
   }
 
  private:
   void widen() {
-    fcl::Vector3<S> margin = fcl::Vector3<S>::Constant(half_distance_);
-    if (this->t.linear().isIdentity()) {
-      this->aabb = fcl::translate(this->cgeom->aabb_local, this->t.translation());
+    fcl::Vector3d margin = fcl::Vector3d::Constant(half_distance_);
+    if (t.linear().isIdentity()) {
+      aabb = fcl::translate(cgeom->aabb_local, t.translation());
     } else {
-      const fcl::Vector3<S> center = this->t * this->cgeom->aabb_center;
-      this->aabb.min_ = this->aabb.max_ = center;
-      margin.array() += this->cgeom->aabb_radius;
+      const fcl::Vector3d center = t * cgeom->aabb_center;
+      aabb.min_ = aabb.max_ = center;
+      margin.array() += cgeom->aabb_radius;
     }
-    this->aabb.min_ -= margin;
-    this->aabb.max_ += margin;
+    aabb.min_ -= margin;
+    aabb.max_ += margin;
   }
 
-  S half_distance_ = 0;
+  double half_distance_ = 0;
 };
 
-template <typename S>
 class ContactManager {
  public:
-  using Object = WidenedObject<S>;
-  using Objects = std::vector<fcl::CollisionObject<S>*>;
+  explicit ContactManager(const Swap& swap) : fixed_(swap.make()), moving_(swap.make()) {}
 
-  explicit ContactManager(const Swap<S>& swap) : fixed_(swap.make()), moving_(swap.make()) {}
-
-  Object* add(std::shared_ptr<fcl::CollisionGeometry<S>> shape, const fcl::Transform3<S>& pose) {
-    objects_.push_back(std::make_unique<Object>(std::move(shape), pose));
+  WidenedObject* add(Geometry shape, const fcl::Transform3d& pose) {
+    objects_.push_back(std::make_unique<WidenedObject>(std::move(shape), pose));
     objects_.back()->setContactDistance(distance_);
     fixed_->registerObject(objects_.back().get());
     fixed_->update();
     return objects_.back().get();
   }
 
-  void setActive(Object& object, bool is_active) {
+  void setActive(WidenedObject& object, bool is_active) {
     auto& from = is_active ? *fixed_ : *moving_;
     auto& to = is_active ? *moving_ : *fixed_;
     Objects held;
@@ -74,14 +69,14 @@ class ContactManager {
   /// Those that are turned and those that are not have boxes of two kinds.
   void jolt(const Objects& moved, Random& random) {
     for (auto* object : moved) {
-      fcl::Transform3<S> pose = object->getTransform();
-      pose.translation() += random.inCube(0.1).cast<S>();
+      fcl::Transform3d pose = object->getTransform();
+      pose.translation() += random.inCube(0.1);
       if (random.below(2) == 0) {
-        pose.linear() = random.rotation().toRotationMatrix().template cast<S>();
+        pose.linear() = random.rotation().toRotationMatrix();
       } else if (random.below(2) == 0) {
         pose.linear().setIdentity();
       }
-      static_cast<Object*>(object)->moveTo(pose);
+      static_cast<WidenedObject*>(object)->moveTo(pose);
     }
   }
   void moveSome(Random& random) {
@@ -102,7 +97,7 @@ class ContactManager {
   }
 
   void expectContacts() const {
-    Truth<S> truth(objectsOf(*fixed_), distance_ / 2);
+    Truth truth(objectsOf(*fixed_), distance_ / 2);
     truth.read(objectsOf(*moving_), distance_ / 2);
     EXPECT_EQ(fixed_->size() + moving_->size(), objects_.size());
     if (!fixed_->empty()) {
@@ -114,21 +109,20 @@ class ContactManager {
 
  private:
   double distance_ = 0.1;
-  std::vector<std::unique_ptr<Object>> objects_;
-  std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> fixed_, moving_;
+  std::vector<std::unique_ptr<WidenedObject>> objects_;
+  std::unique_ptr<Manager> fixed_, moving_;
 };
 
 // Whoever is within the contact distance would be lost.
-template <typename S>
-void linksWithinTheContactDistance(const Swap<S>& swap, Random& random) {
-  Scene<S> links;
+void linksWithinTheContactDistance(const Swap& swap, Random& random) {
+  Scene<double> links;
   links.addFiber(wanderingChain(20, 0.2, 0.5, random), 0.03);
   addAllShapes(links, 42, 0.3, 0.6, random);
-  ContactManager<S> manager(swap);
-  std::vector<WidenedObject<S>*> objects;
+  ContactManager manager(swap);
+  std::vector<WidenedObject*> objects;
   for (auto* link : links.objects()) {
     objects.push_back(
-        manager.add(std::const_pointer_cast<fcl::CollisionGeometry<S>>(link->collisionGeometry()),
+        manager.add(std::const_pointer_cast<fcl::CollisionGeometryd>(link->collisionGeometry()),
                     link->getTransform()));
   }
   for (auto* object : objects) manager.setActive(*object, random.below(2) == 0);

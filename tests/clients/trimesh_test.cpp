@@ -7,12 +7,9 @@
 namespace fcl_fibers::test {
 namespace {
 
-template <typename S>
 class NamedObjects {
  public:
-  using Object = fcl::CollisionObject<S>;
-
-  explicit NamedObjects(const Swap<S>& swap) : manager_(swap.make()) { manager_->setup(); }
+  explicit NamedObjects(const Swap& swap) : manager_(swap.make()) { manager_->setup(); }
 
   void add(const std::string& name, Object* object) {
     if (objects_.count(name) > 0) remove(name);
@@ -33,7 +30,7 @@ class NamedObjects {
   }
 
   /// Of one with all others, for which it is not of them for a while.
-  void expectNearestOfEach(const Truth<S>& truth) {
+  void expectNearestOfEach(const Truth& truth) {
     for (const auto& [name, object] : objects_) {
       manager_->unregisterObject(object);
       truth.expectNearest(*manager_, *object);
@@ -41,22 +38,21 @@ class NamedObjects {
     }
   }
 
-  fcl::BroadPhaseCollisionManager<S>& manager() const { return *manager_; }
+  Manager& manager() const { return *manager_; }
 
  private:
-  std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> manager_;
+  std::unique_ptr<Manager> manager_;
   std::map<std::string, Object*> objects_;
 };
 
 // A program would end where FCL passes over what it does not know.
-template <typename S>
-void objectsThatComeAndGo(const Swap<S>& swap, Random& random) {
-  Scene<S> scene, tools, probes;
+void objectsThatComeAndGo(const Swap& swap, Random& random) {
+  Scene<double> scene, tools, probes;
   scene.addFiber(wanderingChain(10, 0.2, 0.5, random), 0.04);
   addAllShapes(scene, 28, 0.4, 0.7, random);
   addAllShapes(tools, 14, 0.3, 0.7, random);
   addAllShapes(probes, 7, 0.3, 0.9, random);
-  NamedObjects<S> all(swap), other(swap);
+  NamedObjects all(swap), other(swap);
   std::vector<std::string> names;
   for (std::size_t i = 0; i < scene.size(); ++i) {
     names.push_back("object " + std::to_string(i));
@@ -74,7 +70,7 @@ void objectsThatComeAndGo(const Swap<S>& swap, Random& random) {
       all.add(names[gone], scene[gone]);
     }
     for (const std::string& name : names) all.move(name, random);
-    Truth<S> truth(scene.objects());
+    Truth truth(scene.objects());
     truth.read(tools.objects());
     truth.read(probes.objects());
     truth.expectAll(all.manager());
