@@ -9,7 +9,7 @@
 
 #include "arguments.h"
 #include "scenes/cosserat_rod.h"
-#include "scenes/fiber_random.h"
+#include "scenes/random.h"
 
 namespace fcl_fibers::scenes {
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <random>
 
@@ -31,5 +32,11 @@ class Random {
 
   std::mt19937_64 engine_;
 };
+
+/// The random numbers of one fiber, which depend on seed and fiber alone. The increment is that of
+/// Steele, Lea and Flood, Fast Splittable Pseudorandom Number Generators, OOPSLA 2014.
+inline Random fiberRandom(std::uint64_t seed, std::size_t fiber) {
+  return Random(seed + 0x9e3779b97f4a7c15U * (fiber + 1));
+}
 
 }  // namespace fcl_fibers::scenes

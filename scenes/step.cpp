@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 
 #include "arguments.h"
-#include "scenes/fiber_random.h"
+#include "scenes/random.h"
 
 namespace fcl_fibers::scenes {
 namespace {

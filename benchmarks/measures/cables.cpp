@@ -17,7 +17,7 @@
 #include "measures.h"
 #include "measures/nearest.h"
 #include "measures/obstacle_meshes.h"
-#include "scenes/fiber_random.h"
+#include "scenes/random.h"
 #include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
