@@ -99,11 +99,11 @@
 //                         those of ours are estimates from a random "share" of the traversal: then
 //                         "made" are the tests that were made, and "error" is the relative standard
 //                         error
-//   Radii/...             radii of layered and wrapped spheres, bytes of the trees
+//   Radii/...             radii of layered and wrapped spheres
 //   Volumes/<tree>/<kind> the paper's trees, binary, with other volumes in their nodes: one plain
 //                         query by one test at a time in double, without the exact test of leaves.
 //                         "fit" and "detection" are seconds, "bytes" are of one volume, and leaf
-//                         pairs and touching pairs are without neighbours in a fiber. Every kind
+//                         pairs are without neighbours in a fiber. Every kind
 //                         has to find all touching pairs that boxes find
 //   Rod/..., Make/...     the rods that the paper's scenes are made of
 //   Picture/...           counts of what --out_dir=FOLDER gets as files

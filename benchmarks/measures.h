@@ -3,9 +3,15 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <iterator>
 #include <map>
+#include <memory>
 #include <string>
+#include <utility>
+#include <vector>
+
+#include <fcl_fibers/fiber_tree.h>
 
 #include "contenders/contender.h"
 #include "scenes.h"
@@ -38,6 +44,36 @@ std::map<std::string, Measure>& measures();
 struct AddMeasure {
   AddMeasure(const char* name, Measure measure) { measures().emplace(name, measure); }
 };
+
+/// What a tree or a manager is told that reports what touches.
+/// @param neighbors  in a fiber, of which so many are left out
+inline FiberOptions touchingOptions(int neighbors = 0, int threads = 1, double margin = 0) {
+  FiberOptions options;
+  options.report = Report::kCapsules;
+  options.ignored_neighbors = neighbors;
+  options.threads = threads;
+  options.margin = margin;
+  return options;
+}
+
+inline std::shared_ptr<FiberTree> makeTree(const FiberArrays<double>& fibers,
+                                           const FiberTreeOptions& options = {}) {
+  auto tree = std::make_shared<FiberTree>(options);
+  tree->build(fibers);
+  return tree;
+}
+
+/// Seconds of a query that does nothing but count.
+template <class Question>
+double secondsOfCount(const FiberTree& tree, const Question& question, double& count) {
+  std::size_t found = 0;
+  const double taken = seconds([&] { tree.visit(question, [&found](const auto&) { ++found; }); });
+  count = static_cast<double>(found);
+  return taken;
+}
+
+/// Pairs of segments, by their numbers.
+using Pairs = std::vector<std::pair<std::int32_t, std::int32_t>>;
 
 /// How many of `some` are not among the others, both in order.
 template <typename Items>

@@ -39,8 +39,7 @@ class ErrorReporter : public benchmark::BenchmarkReporter {
     for (const Run& run : runs) {
       const std::string error = benchmarks::errorOf(run);
       if (error.empty()) continue;
-      tools::progress("");
-      std::fprintf(stderr, "%s: %s\n", run.run_name.function_name.c_str(), error.c_str());
+      tellWrong(run.run_name.function_name + ": " + error);
     }
   }
 };
@@ -92,6 +91,12 @@ void registerNumbers(const std::string& name, const Numbers& numbers, const std:
 }
 
 std::string errorOf(const benchmark::BenchmarkReporter::Run& run) { return errorOf(run, 0); }
+
+bool tellWrong(const std::string& what) {
+  tools::progress("");
+  std::fprintf(stderr, "%s\n", what.c_str());
+  return false;
+}
 
 bool runRegistered() {
   ErrorReporter reporter;

@@ -40,6 +40,9 @@ void registerNumbers(const std::string& name, const Numbers& numbers,
 /// The error of a run, or nothing.
 std::string errorOf(const benchmark::BenchmarkReporter::Run& run);
 
+/// Tells on stderr what is wrong, and returns false.
+bool tellWrong(const std::string& what);
+
 /// Runs what is registered, and shows the progress. Results go to --benchmark_out, of which reports
 /// are made, and errors to stderr. Returns whether no run of ours has ended in an error.
 bool runRegistered();

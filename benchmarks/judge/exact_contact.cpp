@@ -9,6 +9,8 @@
 
 #include <fcl_fibers/benchmark/judge.h>
 
+#include "support/exact_numbers.h"
+
 namespace fcl_fibers::benchmarks {
 namespace {
 
@@ -17,27 +19,15 @@ namespace {
 using Number = boost::multiprecision::number<
     boost::multiprecision::cpp_bin_float<300, boost::multiprecision::digit_base_2>,
     boost::multiprecision::et_off>;
-using NumberVector = std::array<Number, 3>;
-
-Number dot(const NumberVector& p, const NumberVector& q) {
-  return p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
-}
-
-NumberVector cross(const NumberVector& p, const NumberVector& q) {
-  return {p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]};
-}
-
-/// p + x q
-NumberVector along(const NumberVector& p, const Number& x, const NumberVector& q) {
-  return {p[0] + x * q[0], p[1] + x * q[1], p[2] + x * q[2]};
-}
+using NumberVector = test::Vector<Number>;
+using test::cross, test::dot, test::operator+, test::operator-, test::operator*;
 
 Number intoUnit(const Number& x) { return x < 0 ? Number(0) : x > 1 ? Number(1) : x; }
 
 NumberVector numbers(const fcl::Vector3d& p) { return {Number(p[0]), Number(p[1]), Number(p[2])}; }
 
 NumberVector halfAxis(const PosedCapsule& c) {
-  return along({0, 0, 0}, Number(c.length) / 2, numbers(c.axis));
+  return Number(Number(c.length) / 2) * numbers(c.axis);
 }
 
 ExactVector rounded(const NumberVector& p) {
@@ -57,7 +47,7 @@ Closest closestPoints(const NumberVector& w, const NumberVector& u, const Number
   const Number normal2 = dot(normal, normal);
   Closest best{0, w, dot(w, w)};
   const auto take = [&](const Number& s, const Number& t) {
-    const NumberVector apart = along(along(w, t, v), -s, u);
+    const NumberVector apart = w + t * v - s * u;
     const Number squared = dot(apart, apart);
     if (squared < best.squared) best = {s, apart, squared};
   };
@@ -101,10 +91,10 @@ bool certainlyApart(const PosedCapsule& a, const PosedCapsule& b) {
 std::optional<ExactContact> ExactContact::of(const PosedCapsule& a, const PosedCapsule& b) {
   if (certainlyApart(a, b)) return std::nullopt;
   const NumberVector half_a = halfAxis(a), half_b = halfAxis(b);
-  const NumberVector from_a = along(numbers(a.centre), -1, half_a);
-  const NumberVector from_b = along(numbers(b.centre), -1, half_b);
-  const NumberVector w = along(from_b, -1, from_a);
-  const NumberVector u = along({0, 0, 0}, 2, half_a), v = along({0, 0, 0}, 2, half_b);
+  const NumberVector from_a = numbers(a.centre) - half_a;
+  const NumberVector from_b = numbers(b.centre) - half_b;
+  const NumberVector w = from_b - from_a;
+  const NumberVector u = Number(2) * half_a, v = Number(2) * half_b;
   const Closest closest = closestPoints(w, u, v);
   const Number axis_distance = sqrt(closest.squared), radii = Number(a.radius) + Number(b.radius);
   ExactContact contact;
@@ -120,7 +110,7 @@ std::optional<ExactContact> ExactContact::of(const PosedCapsule& a, const PosedC
   contact.touching_ = closest.squared <= radii * radii;
   contact.apart_.setZero();
   if (axis_distance > 0) {
-    contact.apart_ = rounded(along({0, 0, 0}, 1 / axis_distance, closest.apart));
+    contact.apart_ = rounded(Number(1 / axis_distance) * closest.apart);
   }
   return contact;
 }

@@ -63,10 +63,8 @@ void registerTree(const std::string& name, const std::shared_ptr<Scene>& scene,
     tree->update(before);
     numbers["update"] = seconds([&] { tree->update(after); });
     numbers["unmoved"] = seconds([&] { tree->update(after); });
-    std::size_t pairs = 0;
-    numbers["query"] = seconds([&] { tree->visit(Touching{}, [&](SegmentPair) { ++pairs; }); });
+    numbers["query"] = secondsOfCount(*tree, Touching{}, numbers["pairs"]);
     numbers["segments"] = static_cast<double>(tree->segmentCount());
-    numbers["pairs"] = static_cast<double>(pairs);
     numbers["bytes"] = static_cast<double>(tree->memoryUsage());
     return numbers["update"] + numbers["query"];
   });

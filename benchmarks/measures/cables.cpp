@@ -15,8 +15,8 @@
 
 #include "harness/runs.h"
 #include "measures.h"
+#include "measures/meshes.h"
 #include "measures/nearest.h"
-#include "measures/obstacle_meshes.h"
 #include "scenes/random.h"
 #include "tools/messages.h"
 
@@ -216,10 +216,7 @@ bool measureCables(const Request& request) {
 
   // Ours would take the tight boxes for what a program has made of FCL's.
   scene.objects.bringTo(0, Boxes::kNone);
-  FiberTreeOptions options;
-  options.report = Report::kCapsules;
-  const auto tree = std::make_shared<FiberTree>(options);
-  tree->build(fiberArrays(scene.cables));
+  const auto tree = makeTree(fiberArrays(scene.cables), {touchingOptions()});
   const auto with_arrays = [=, &scene](double& distance) {
     return byArrays(scene, *tree, distance);
   };

@@ -38,13 +38,6 @@ std::vector<Size> sizesOf(const SceneRequest& scene) {
   return sizes;
 }
 
-template <typename S>
-void registerCard(const BasicContender<S>& contender, const Preflight& checked,
-                  const BasicMovingFibers<S>& fibers) {
-  const std::string segments = std::to_string(fibers.segmentCount());
-  registerChecked(contender, checked, fibers, "Card/" + contender.name() + "/" + segments);
-}
-
 /// Climbs the sizes. Who does not end in time, or is wrong, is left behind.
 template <typename S>
 bool measure(const Request& request) {
@@ -64,7 +57,8 @@ bool measure(const Request& request) {
     Contenders left;
     std::vector<Preflight> left_checked;
     for (std::size_t i = 0; i < contenders.size(); ++i) {
-      registerCard(contenders[i], checked[i], fibers);
+      registerChecked(contenders[i], checked[i], fibers,
+                      "Card/" + contenders[i].name() + "/" + std::to_string(fibers.segmentCount()));
       if (!checked[i].right()) continue;
       left.push_back(contenders[i]);
       left_checked.push_back(checked[i]);

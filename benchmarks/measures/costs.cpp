@@ -43,10 +43,9 @@ struct Arrays {
 };
 
 /// Returns the seconds of a frame.
-double addCounts(Numbers& numbers, std::size_t bytes, std::size_t segments, std::size_t pairs) {
+double addCounts(Numbers& numbers, std::size_t bytes, std::size_t segments) {
   numbers["bytes"] = static_cast<double>(bytes);
   numbers["segments"] = static_cast<double>(segments);
-  numbers["pairs"] = static_cast<double>(pairs);
   return numbers["update"] + numbers["detection"];
 }
 
@@ -62,9 +61,8 @@ void registerTree(
   registerRuns("Costs/arrays/" + name, kRuns, [=](Numbers& numbers) {
     tree->update(frames->front().view);
     numbers["update"] = seconds([&] { tree->update(frames->back().view); });
-    std::size_t pairs = 0;
-    numbers["detection"] = seconds([&] { tree->visit(Touching{}, [&](SegmentPair) { ++pairs; }); });
-    return addCounts(numbers, tree->memoryUsage(), tree->segmentCount(), pairs);
+    numbers["detection"] = secondsOfCount(*tree, Touching{}, numbers["pairs"]);
+    return addCounts(numbers, tree->memoryUsage(), tree->segmentCount());
   });
 }
 
@@ -90,7 +88,8 @@ void registerManager(MovingFibers& fibers, const std::string& name, const FiberO
     numbers["update"] = seconds([&] { manager->update(); });
     std::size_t pairs = 0;
     numbers["detection"] = seconds([&] { pairs = countPairs(*manager).pairs; });
-    return addCounts(numbers, manager->memoryUsage(), fibers.segmentCount(), pairs);
+    numbers["pairs"] = static_cast<double>(pairs);
+    return addCounts(numbers, manager->memoryUsage(), fibers.segmentCount());
   });
 }
 

@@ -31,14 +31,10 @@ class Setting {
  public:
   Setting(const FiberPolylines& hair, double root_length, double margin, TriangleMesh head)
       : head_(std::move(head)) {
-    FiberTreeOptions options;
-    options.report = Report::kCapsules;
-    options.margin = margin;
-    tree_ = std::make_unique<FiberTree>(options);
     FiberArrays<double> arrays = fiberArrays(hair);
     const std::vector<std::int32_t> roots = rootSegments(arrays, root_length);
     arrays.root_segments = roots.data();
-    tree_->build(arrays);
+    tree_ = makeTree(arrays, {touchingOptions(0, 1, margin)});
   }
 
   double find() {
@@ -52,7 +48,7 @@ class Setting {
 
  private:
   TriangleMesh head_;
-  std::unique_ptr<FiberTree> tree_;
+  std::shared_ptr<FiberTree> tree_;
   Segments found_;
 };
 
@@ -70,13 +66,6 @@ void registerSetting(const std::string& name, const std::shared_ptr<Setting>& se
   });
 }
 
-std::string shortest(double number) {
-  std::string text = std::to_string(number);
-  text.erase(text.find_last_not_of('0') + 1);
-  if (text.back() == '.') text.pop_back();
-  return text;
-}
-
 bool measureDials(const Request&) {
   tools::progress("dials: make the scene");
   scenes::CapParameters parameters;
@@ -86,13 +75,14 @@ bool measureDials(const Request&) {
   const TriangleMesh head = headOf(kTriangles);
 
   const Segments touching = Setting(combed, 0, 0, head).found();
-  for (const double radii : {0.0, 0.1, 0.2, 0.5, 1.0, 2.0}) {
-    registerSetting("margin/" + shortest(radii),
-                    std::make_shared<Setting>(combed, 0, radii * radius, head), touching);
-  }
-  for (const double length : {0.0, 0.1, 0.6, 3.0}) {
-    registerSetting("roots/" + shortest(length), std::make_shared<Setting>(combed, length, 0, head),
+  for (const std::string radii : {"0", "0.1", "0.2", "0.5", "1", "2"}) {
+    registerSetting("margin/" + radii,
+                    std::make_shared<Setting>(combed, 0, std::stod(radii) * radius, head),
                     touching);
+  }
+  for (const std::string length : {"0", "0.1", "0.6", "3"}) {
+    registerSetting("roots/" + length,
+                    std::make_shared<Setting>(combed, std::stod(length), 0, head), touching);
   }
   const Segments truth = Setting(combed, 0, 0, headOf(kFinest)).found();
   for (const int triangles : {1600, 6400, 25600, 102400, kFinest}) {

@@ -40,19 +40,17 @@ bool measureGrowth(const Request& request) {
   for (const SceneRequest& scene : requests) {
     tools::progress(scene.text + ": make the scene");
     const auto scenes = std::make_shared<std::array<FiberPolylines, 2>>(twoFrames(scene));
-    const auto tree = std::make_shared<FiberTree>();
-    tree->build(fiberArrays(scenes->front()));
+    const auto tree = makeTree(fiberArrays(scenes->front()));
     const auto segments = static_cast<double>(tree->segmentCount());
     const auto run = [=, frame = std::size_t{0}](Numbers& numbers) mutable {
       frame = 1 - frame;
       const double update = seconds([&] { tree->update(fiberArrays((*scenes)[frame])); });
-      std::size_t pairs = 0;
-      const double detection =
-          seconds([&] { tree->visit(Touching{}, [&](SegmentPair) { ++pairs; }); });
+      double pairs = 0;
+      const double detection = secondsOfCount(*tree, Touching{}, pairs);
       numbers = {{"segments", segments},
                  {"update", update / segments},
                  {"detection", detection / segments},
-                 {"answer", static_cast<double>(pairs) / segments},
+                 {"answer", pairs / segments},
                  {"bytes", static_cast<double>(tree->memoryUsage()) / segments}};
       return update + detection;
     };

@@ -9,7 +9,7 @@
 
 #include "contenders/moving_fibers.h"
 #include "measures.h"
-#include "measures/obstacle_meshes.h"
+#include "measures/meshes.h"
 #include "scenes/ball.h"
 #include "scenes/cap.h"
 

@@ -11,15 +11,15 @@
 #include <vector>
 
 #include "contenders/contender.h"
-#include "contenders/mesh_model.h"
+#include "measures/meshes.h"
 
 namespace fcl_fibers::benchmarks {
 
 using Geometry = std::shared_ptr<fcl::CollisionGeometryd>;
 
 inline Geometry tetrahedron(double edge) {
-  return modelOf({{0, 0, 0}, {edge, 0, 0}, {0, edge, 0}, {0, 0, edge}},
-                 {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3});
+  return modelOf({{{0, 0, 0}, {edge, 0, 0}, {0, edge, 0}, {0, 0, edge}},
+                  {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3}});
 }
 
 /// Objects without any fiber, 10,000 in a cube of edge 1 or others at that density, and two frames

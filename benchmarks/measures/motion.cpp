@@ -3,30 +3,29 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
 #include <cstdlib>
 #include <functional>
+#include <map>
 #include <memory>
 #include <stdexcept>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
 #include <fcl_fibers/fiber_tree.h>
 
-#include "contenders/mesh_model.h"
 #include "contenders/swept_tree.h"
 #include "harness/runs.h"
-#include "judge/exact_impact_test.h"
+#include "judge/impact_judge.h"
 #include "measures.h"
-#include "measures/motion.h"
+#include "measures/meshes.h"
 #include "scenes/step.h"
 #include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
 
+constexpr int kRuns = 5, kSlowRuns = 3;
 constexpr double kSlow = 5;         // seconds
 constexpr double kMostSwept = 150;  // radii, of boxes around both positions; more take minutes
 constexpr int kJudgedPart = 10;     // one out of so many fibers
@@ -36,6 +35,11 @@ scenes::Step makeStep(const Request& request, int fibers) {
   scenes::CapParameters parameters;
   parameters.fibers = std::max(1, fibers);
   return scenes::makeCapStep(parameters, request.radii);
+}
+
+/// At the start of a step.
+std::shared_ptr<FiberTree> treeAt(const scenes::Step& step, int threads = 1) {
+  return makeTree(fiberArrays(step.start), {touchingOptions(1, threads)});
 }
 
 scenes::Step reversed(const scenes::Step& step) { return {step.end, step.start}; }
@@ -48,9 +52,7 @@ void update(FiberTree& tree, const scenes::Step& step) {
 class ImpactSink final : public index::PairSink {
  public:
   explicit ImpactSink(Pairs* pairs = nullptr) : pairs_(pairs) {}
-  tree::Visit take(const tree::Pair*, std::size_t) override { return tree::Visit::kContinue; }
-  tree::Visit takeImpacts(const tree::Pair* pairs, const geometry::Impact*,
-                          std::size_t count) override {
+  tree::Visit take(const tree::Pair* pairs, std::size_t count) override {
     count_ += count;
     for (std::size_t i = 0; pairs_ != nullptr && i < count; ++i) {
       pairs_->push_back(std::minmax(pairs[i].a, pairs[i].b));
@@ -67,11 +69,11 @@ class ImpactSink final : public index::PairSink {
 /// Judges each pair whose boxes around both positions overlap.
 class Judge final : public index::PairSink {
  public:
-  Judge(const scenes::Step& step, std::vector<Impact> found)
-      : step_(step), found_(std::move(found)) {
-    const auto names = [](const Impact& i) { return std::tie(i.pair.a, i.pair.b); };
-    std::sort(found_.begin(), found_.end(),
-              [&](const Impact& i, const Impact& j) { return names(i) < names(j); });
+  Judge(const scenes::Step& step, const std::vector<Impact>& found)
+      : step_(step), found_(found.size()) {
+    for (const Impact& impact : found) {
+      times_.emplace(std::pair(impact.pair.a, impact.pair.b), impact.time);
+    }
   }
 
   tree::Visit take(const tree::Pair* pairs, std::size_t count) override {
@@ -85,12 +87,12 @@ class Judge final : public index::PairSink {
   Numbers numbers() const {
     return {{"touching", static_cast<double>(touching_)},
             {"missed", static_cast<double>(missed_)},
-            {"extra", static_cast<double>(extra_ + found_.size() - seen_)},
+            {"extra", static_cast<double>(extra_ + found_ - seen_)},
             {"undecided", static_cast<double>(undecided_)},
             {"late", static_cast<double>(late_)},
             {"widest_gap", widest_gap_ / step_.start.radius}};
   }
-  bool isRight() const { return missed_ + extra_ + late_ == 0 && seen_ == found_.size(); }
+  bool isRight() const { return missed_ + extra_ + late_ == 0 && seen_ == found_; }
 
  private:
   Capsule capsule(const FiberPolylines& scene, std::int32_t segment) const {
@@ -104,26 +106,24 @@ class Judge final : public index::PairSink {
   void judge(const std::pair<std::int32_t, std::int32_t>& pair) {
     const MovingCapsule a = moving(pair.first), b = moving(pair.second);
     const JudgedImpact judged = judgeImpact(a, b);
-    const auto at =
-        std::lower_bound(found_.begin(), found_.end(), pair, [](const Impact& i, const auto& p) {
-          return std::tie(i.pair.a, i.pair.b) < std::tie(p.first, p.second);
-        });
-    const bool is_found =
-        at != found_.end() && at->pair.a == pair.first && at->pair.b == pair.second;
+    const auto at = times_.find(pair);
+    const bool is_found = at != times_.end();
     seen_ += is_found ? 1 : 0;
     touching_ += judged.contact == Contact::kTouching ? 1 : 0;
     undecided_ += judged.contact == Contact::kBoundary ? 1 : 0;
     missed_ += judged.contact == Contact::kTouching && !is_found ? 1 : 0;
     if (!is_found) return;
-    const Capsule p = a.at(at->time), q = b.at(at->time);
+    const double time = at->second;
+    const Capsule p = a.at(time), q = b.at(time);
     const double gap = segmentDistance(p.from, p.to, q.from, q.to) - (p.radius + q.radius);
     widest_gap_ = std::max(widest_gap_, gap);
     extra_ += judged.contact == Contact::kApart ? 1 : 0;
-    late_ += judged.contact == Contact::kTouching && at->time > judged.to ? 1 : 0;
+    late_ += judged.contact == Contact::kTouching && time > judged.to ? 1 : 0;
   }
 
   const scenes::Step& step_;
-  std::vector<Impact> found_;
+  std::map<std::pair<std::int32_t, std::int32_t>, double> times_;  ///< of what was found
+  std::size_t found_;
   std::size_t touching_ = 0, missed_ = 0, extra_ = 0, undecided_ = 0, late_ = 0, seen_ = 0;
   double widest_gap_ = 0;  ///< of two capsules at the time of their impact
 };
@@ -132,32 +132,27 @@ class Judge final : public index::PairSink {
 bool registerJudged(const Request& request) {
   const scenes::Step step = makeStep(request, request.fibers / kJudgedPart);
   tools::progress("motion: judge the impacts");
-  FiberTree tree(capsules());
-  tree.build(fiberArrays(step.start));
-  update(tree, step);
+  const auto tree = treeAt(step);
+  update(*tree, step);
   std::vector<Impact> impacts;
-  tree.find(Impacts{}, impacts);
-  Judge judge(step, std::move(impacts));
+  tree->find(Impacts{}, impacts);
+  Judge judge(step, impacts);
   const auto swept = ourSweptTree();
   swept->update(step);
   swept->searchCandidates(judge);
   Numbers numbers = judge.numbers();
-  numbers["fibers"] = static_cast<double>(step.start.fiberCount());
-  numbers["motion"] = scenes::meanMotion(step) / step.start.radius;
   registerNumbers("Judged/impacts", numbers);
   if (judge.isRight()) return true;
-  tools::progress("");
-  std::fprintf(stderr, "motion: ours misses %.0f impacts, has %.0f too many and %.0f too late\n",
-               numbers["missed"], numbers["extra"], numbers["late"]);
-  return false;
+  const auto count = [&](const char* what) {
+    return std::to_string(static_cast<int>(numbers[what]));
+  };
+  return tellWrong("motion: ours misses " + count("missed") + " impacts, has " + count("extra") +
+                   " too many and " + count("late") + " too late");
 }
 
 /// Our trees, which live through all runs: one at rest at the start of the step, one in motion.
 void registerOurs(const std::shared_ptr<const scenes::Step>& step, int threads) {
-  const auto still = std::make_shared<FiberTree>(capsules(threads));
-  const auto moving = std::make_shared<FiberTree>(capsules(threads));
-  still->build(fiberArrays(step->start));
-  moving->build(fiberArrays(step->start));
+  const auto still = treeAt(*step, threads), moving = treeAt(*step, threads);
   const std::string name = threads == 1 ? "ours" : "ours_" + std::to_string(threads) + "_threads";
   registerRuns("Motion/" + name, kRuns, [=](Numbers& numbers) {
     // All come from the other end of the step.
@@ -165,21 +160,12 @@ void registerOurs(const std::shared_ptr<const scenes::Step>& step, int threads) 
     moving->update(fiberArrays(step->end), fiberArrays(step->start));
     numbers["static_update"] = seconds([&] { still->update(fiberArrays(step->start)); });
     numbers["update"] = seconds([&] { update(*moving, *step); });
-    std::size_t touching = 0, pairs = 0, impacts = 0;
-    numbers["static_query"] =
-        seconds([&] { still->visit(Touching{}, [&](SegmentPair) { ++touching; }); });
-    numbers["moving_pairs_query"] =
-        seconds([&] { moving->visit(MovingPairs{}, [&](SegmentPair) { ++pairs; }); });
-    numbers["query"] =
-        seconds([&] { moving->visit(Impacts{}, [&](const Impact&) { ++impacts; }); });
-    numbers["touching"] = static_cast<double>(touching);
-    numbers["candidates"] = static_cast<double>(pairs);
-    numbers["impacts"] = static_cast<double>(impacts);
+    numbers["static_query"] = secondsOfCount(*still, Touching{}, numbers["touching"]);
+    numbers["moving_pairs_query"] = secondsOfCount(*moving, MovingPairs{}, numbers["candidates"]);
+    numbers["query"] = secondsOfCount(*moving, Impacts{}, numbers["impacts"]);
     numbers["segments"] = static_cast<double>(step->start.segmentCount());
-    numbers["fibers"] = static_cast<double>(step->start.fiberCount());
     numbers["motion"] = scenes::meanMotion(*step) / step->start.radius;
     numbers["bytes"] = static_cast<double>(moving->memoryUsage());
-    numbers["static_bytes"] = static_cast<double>(still->memoryUsage());
     return numbers["update"] + numbers["query"];
   });
 }
@@ -200,10 +186,8 @@ bool registerSwept(const std::shared_ptr<const scenes::Step>& step, const std::s
   }
   std::sort(pairs.begin(), pairs.end());
   if (pairs != truth) {
-    tools::progress("");
-    std::fprintf(stderr, "motion: %s finds %zu impacts, and ours %zu\n", name.c_str(), pairs.size(),
-                 truth.size());
-    return false;
+    return tellWrong("motion: " + name + " finds " + std::to_string(pairs.size()) +
+                     " impacts, and ours " + std::to_string(truth.size()));
   }
   registerRuns("Motion/" + name, taken > kSlow ? kSlowRuns : kRuns,
                [=, count = truth.size()](Numbers& numbers) {
@@ -221,12 +205,11 @@ bool registerSwept(const std::shared_ptr<const scenes::Step>& step, const std::s
 }
 
 Pairs impactPairs(const scenes::Step& step) {
-  FiberTree tree(capsules());
-  tree.build(fiberArrays(step.start));
-  update(tree, step);
+  const auto tree = treeAt(step);
+  update(*tree, step);
   Pairs pairs;
-  tree.visit(Impacts{},
-             [&](const Impact& impact) { pairs.emplace_back(impact.pair.a, impact.pair.b); });
+  tree->visit(Impacts{},
+              [&](const Impact& impact) { pairs.emplace_back(impact.pair.a, impact.pair.b); });
   std::sort(pairs.begin(), pairs.end());
   return pairs;
 }
@@ -236,36 +219,26 @@ bool registerSafeStep(const Request& request) {
   scenes::Step made = makeStep(request, request.fibers * 2 / 5);
   tools::progress("motion: reduce the radii");
   const double radius = made.start.radius;
-  const auto tree = std::make_shared<FiberTree>(capsules());
-  for (tree->build(fiberArrays(made.start));
-       tree->visit(Touching{}, [](SegmentPair) { return true; });
-       tree->update(fiberArrays(made.start))) {
+  const auto tree = treeAt(made);
+  while (tree->visit(Touching{}, [](SegmentPair) { return true; })) {
     made.start.radius /= 2;
     made.end.radius = made.start.radius;
+    tree->update(fiberArrays(made.start));
   }
   update(*tree, made);
   double least = 1;
-  std::size_t count = 0;
-  tree->visit(Impacts{}, [&](const Impact& impact) {
-    least = std::min(least, impact.time);
-    ++count;
-  });
+  tree->visit(Impacts{}, [&](const Impact& impact) { least = std::min(least, impact.time); });
   const double fraction = tree->safeStep();
   // Both are certified as distances. The first pairs to touch are fast for their size, so that such
   // a tolerance is a very small part of the step.
   constexpr double kTolerance = 1e-9;
   if (!(std::abs(fraction - least) <= kTolerance)) {
-    tools::progress("");
-    std::fprintf(stderr, "motion: a safe step of %.17g, and the first impact at %.17g\n", fraction,
-                 least);
-    return false;
+    return tellWrong("motion: the safe step is " + std::to_string(1e9 * (fraction - least)) +
+                     " billionths later than the first impact");
   }
   const auto step = std::make_shared<const scenes::Step>(std::move(made));
   registerRuns("Safe/step", kRuns, [=](Numbers& numbers) {
-    std::size_t impacts = 0;
-    numbers["query"] = seconds([&] { tree->visit(Impacts{}, [&](const Impact&) { ++impacts; }); });
-    numbers["impacts"] = static_cast<double>(impacts);
-    numbers["segments"] = static_cast<double>(step->start.segmentCount());
+    numbers["query"] = secondsOfCount(*tree, Impacts{}, numbers["impacts"]);
     numbers["radius"] = step->start.radius / radius;
     double found = 0;
     const double taken = seconds([&] { found = tree->safeStep(); });

@@ -12,13 +12,13 @@
 
 #include "harness/runs.h"
 #include "measures.h"
-#include "measures/motion.h"
 #include "scenes/step.h"
 #include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
 
+constexpr int kRuns = 5, kSlowRuns = 3;
 constexpr int kPart = 10;                     // one out of so many fibers
 constexpr double kSlow = 1;                   // seconds
 constexpr std::size_t kMostPairs = 20000000;  // a query with more of them is ended
@@ -32,6 +32,10 @@ FiberPolylines between(const scenes::Step& step, double time) {
     }
   }
   return result;
+}
+
+std::shared_ptr<FiberTree> treeAt(const scenes::Step& step, double margin = 0) {
+  return makeTree(fiberArrays(step.start), {touchingOptions(1, 1, margin)});
 }
 
 /// A way to look for what touches during a step: reports pairs, returns the seconds that it took,
@@ -54,8 +58,7 @@ void query(const FiberTree& tree, Found& found) {
 
 /// Asks at so many instants, the last one at the end. Making the instants is not timed.
 Way substeps(const std::shared_ptr<const scenes::Step>& step, int count) {
-  const auto tree = std::make_shared<FiberTree>(capsules());
-  tree->build(fiberArrays(step->start));
+  const auto tree = treeAt(*step);
   return [=](Found& found) {
     for (int i = 1; i <= count; ++i) {
       const FiberPolylines instant =
@@ -68,8 +71,7 @@ Way substeps(const std::shared_ptr<const scenes::Step>& step, int count) {
 
 /// Asks at the start, with a margin.
 Way withMargin(const std::shared_ptr<const scenes::Step>& step, double margin) {
-  const auto tree = std::make_shared<FiberTree>(capsules(/*threads=*/1, margin));
-  tree->build(fiberArrays(step->start));
+  const auto tree = treeAt(*step, margin);
   return [=](Found& found) {
     tree->update(fiberArrays(step->end));
     found.seconds = seconds([&] { tree->update(fiberArrays(step->start)); });
@@ -78,8 +80,7 @@ Way withMargin(const std::shared_ptr<const scenes::Step>& step, double margin) {
 }
 
 Way linearBounds(const std::shared_ptr<const scenes::Step>& step) {
-  const auto tree = std::make_shared<FiberTree>(capsules());
-  tree->build(fiberArrays(step->start));
+  const auto tree = treeAt(*step);
   return [=](Found& found) {
     found.seconds = seconds([&] {
       tree->update(fiberArrays(step->start), fiberArrays(step->end));

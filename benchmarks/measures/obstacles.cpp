@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
 #include <functional>
 #include <iterator>
 #include <memory>
@@ -29,12 +28,6 @@ constexpr double kSlow = 1;  // seconds
 /// Numbers of segments in the scene.
 using Segments = std::vector<std::size_t>;
 
-FiberTreeOptions capsules() {
-  FiberTreeOptions options;
-  options.report = Report::kCapsules;
-  return options;
-}
-
 /// Who finds the segments that touch the head: seconds of its pose's update and of the query.
 struct Finder {
   std::string name;
@@ -54,14 +47,13 @@ void toNumbers(const FiberTree& tree, const std::vector<std::int32_t>& first_poi
 Finder byArrays(const std::string& name, const std::shared_ptr<FiberTree>& tree, TriangleMesh& mesh,
                 const fcl::Transform3d& pose) {
   const auto segments = std::make_shared<std::vector<std::int32_t>>();
-  return {name, true, [=, &mesh](Segments& found, Numbers& numbers) {
+  return {name, true, [=, &mesh](Segments& found, Numbers&) {
             mesh.setPose(toMeshPose(pose * before()));
             const double taken = seconds([&] {
               mesh.setPose(toMeshPose(pose));
               tree->find(TouchingSegments{}, mesh, *segments);
             });
             toNumbers(*tree, *segments, found);
-            numbers["bytes"] = static_cast<double>(tree->memoryUsage() + mesh.memoryUsage());
             return taken;
           }};
 }
@@ -91,9 +83,8 @@ struct Noted {
 
 /// Hair of one group, which is not searched for pairs within, and the head as an obstacle.
 Finder byManager(HeadScene& scene, bool roots) {
-  FiberManagerOptions options;
-  options.report = Report::kCapsules;
-  const auto manager = std::make_shared<LayeredAABBTreeCollisionManagerd>(options);
+  const auto manager =
+      std::make_shared<LayeredAABBTreeCollisionManagerd>(FiberManagerOptions{touchingOptions()});
   FiberObstacles obstacles;
   obstacles.root_segments = roots ? 0 : 1;
   for (const MovingFibers::Fiber& fiber : scene.objects.fibers()) {
@@ -101,7 +92,7 @@ Finder byManager(HeadScene& scene, bool roots) {
   }
   manager->registerObstacle(&scene.object);
   manager->setup();
-  return {"manager", true, [=, &scene](Segments& found, Numbers& numbers) {
+  return {"manager", true, [=, &scene](Segments& found, Numbers&) {
             scene.object.setTransform(before());
             manager->update(&scene.object);
             found.clear();
@@ -111,7 +102,6 @@ Finder byManager(HeadScene& scene, bool roots) {
               manager->update(&scene.object);
               manager->collide(&noted, Noted::all);
             });
-            numbers["bytes"] = static_cast<double>(manager->memoryUsage());
             return taken;
           }};
 }
@@ -213,10 +203,9 @@ bool registerTouching(const HeadScene& scene, const std::string& set,
     const Judge::Found first = judge.compare(found, truth);
     if (first.missed + first.extra > 0 ||
         (finder.ours && judged.missed + judged.extra + judged.undecided > 0)) {
-      tools::progress("");
-      std::fprintf(stderr, "%s, %s: ours misses %zu and has %zu that do not touch\n", set.c_str(),
-                   finder.name.c_str(), first.missed + judged.missed, first.extra + judged.extra);
-      right = false;
+      right = tellWrong(set + ", " + finder.name + ": ours misses " +
+                        std::to_string(first.missed + judged.missed) + " and has " +
+                        std::to_string(first.extra + judged.extra) + " that do not touch");
     }
     if (!finder.ours) {
       checked["missed"] = static_cast<double>(judged.missed);
@@ -266,8 +255,7 @@ bool measureObstacles(const Request& request) {
   bool right = true;
   for (const bool roots : {true, false}) {
     const std::string set = roots ? "all segments" : "without roots";
-    const auto tree = std::make_shared<FiberTree>(capsules());
-    tree->build(scene.arrays(roots));
+    const auto tree = makeTree(scene.arrays(roots), {touchingOptions()});
     const std::vector<Finder> finders = {byArrays("arrays", tree, scene.mesh, rest()),
                                          byArrays("turned", tree, scene.turned, rotation()),
                                          byManager(scene, roots), peers[roots ? 0 : 1]};

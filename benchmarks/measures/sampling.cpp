@@ -29,14 +29,9 @@ using Touch = std::array<std::size_t, 4>;
 
 class Sampled {
  public:
-  Sampled(int segments, double margin) : scene_(helixOf(segments)) {
-    FiberTreeOptions options;
-    options.report = Report::kCapsules;
-    options.margin = margin;
-    options.ignored_neighbors = 1;
-    tree_ = std::make_unique<FiberTree>(options);
-    tree_->build(fiberArrays(scene_));
-  }
+  Sampled(int segments, double margin)
+      : scene_(helixOf(segments)),
+        tree_(makeTree(fiberArrays(scene_), {touchingOptions(1, 1, margin)})) {}
 
   double frame() {
     std::size_t pairs = 0;
@@ -59,7 +54,7 @@ class Sampled {
 
  private:
   FiberPolylines scene_;
-  std::unique_ptr<FiberTree> tree_;
+  std::shared_ptr<FiberTree> tree_;
 };
 
 /// How many of `some`, cut into `from` segments a fiber, have none of `others`, cut into `to`,

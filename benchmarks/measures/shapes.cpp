@@ -20,11 +20,11 @@
 #include <fcl/geometry/shape/sphere.h>
 #include <fcl_fibers/layered_aabb_tree_collision_manager.h>
 
-#include "contenders/mesh_model.h"
 #include "contenders/narrow_phase.h"
 #include "harness/runs.h"
 #include "measures.h"
 #include "measures/loose_objects.h"
+#include "measures/meshes.h"
 #include "tools/messages.h"
 
 namespace fcl_fibers::benchmarks {
@@ -132,9 +132,7 @@ void registerBeside(const std::string& what, const Fibers& fibers,
 
 /// "capsules_" are of the same scene as capsules, by turns.
 void registerFibersOf(const std::string& shape, ShapedFibers& shaped, ShapedFibers& capsules) {
-  FiberManagerOptions options;
-  options.report = Report::kCapsules;
-  options.ignored_neighbors = 1;
+  const FiberManagerOptions options = {touchingOptions(1)};
   registerRuns("FibersOf/" + shape, kRuns, [=, &shaped, &capsules](Numbers& numbers) {
     const auto manager = setUp(shaped.fibers, options), other = setUp(capsules.fibers, options);
     const auto move = [&](ShapedFibers& fibers, FiberManager& of, const std::string& prefix) {
@@ -168,26 +166,18 @@ double touching(const Manager& manager) {
   return collide(sample).touching;
 }
 
-double registerAll(const Contender& contender, LooseObjects& loose, bool writes_boxes,
-                   double& answer) {
+template <bool kWritesBoxes>
+double registerEach(const Contender& contender, LooseObjects& loose, double& answer) {
   const auto manager = contender.make(loose.objects);
   const double taken = seconds([&] {
     for (Object* const object : loose.objects) {
-      if (writes_boxes && !contender.ours) object->computeAABB();
+      if (kWritesBoxes && !contender.ours) object->computeAABB();
       manager->registerObject(object);
       manager->update();
     }
   });
   answer = touching(*manager);
   return taken;
-}
-
-double registerEach(const Contender& contender, LooseObjects& loose, double& answer) {
-  return registerAll(contender, loose, false, answer);
-}
-
-double registerEachWithBox(const Contender& contender, LooseObjects& loose, double& answer) {
-  return registerAll(contender, loose, true, answer);
 }
 
 double unregisterEach(const Contender& contender, LooseObjects& loose, double& answer) {
@@ -212,29 +202,19 @@ struct WithCapsule {
   std::unique_ptr<Manager> manager;
 };
 
-/// Seconds of a motion of one object to the other frame of `frames` and back.
-double updateOne(const Contender& contender, Manager& manager, Object& object,
-                 const LooseObjects& loose, std::size_t pose) {
-  return secondsOfCall([&] {
+/// The capsule, or the first of the others, moves to the other frame and back.
+template <bool kCapsule>
+double updateOne(const Contender& contender, LooseObjects& loose, double& answer) {
+  WithCapsule all(contender, loose);
+  Object& object = kCapsule ? all.capsule : *loose.objects.front();
+  const std::size_t pose = kCapsule ? loose.objects.size() - 1 : 0;
+  const double taken = secondsOfCall([&] {
     for (const std::size_t frame : {1u, 0u}) {
       object.setTransform(loose.poses[frame][pose]);
       if (!contender.ours) object.computeAABB();
-      manager.update(&object);
+      all.manager->update(&object);
     }
   });
-}
-
-double updateCapsule(const Contender& contender, LooseObjects& loose, double& answer) {
-  WithCapsule all(contender, loose);
-  const double taken =
-      updateOne(contender, *all.manager, all.capsule, loose, loose.objects.size() - 1);
-  answer = touching(*all.manager);
-  return taken / 2;
-}
-
-double updateMesh(const Contender& contender, LooseObjects& loose, double& answer) {
-  const WithCapsule all(contender, loose);
-  const double taken = updateOne(contender, *all.manager, *loose.objects.front(), loose, 0);
   answer = touching(*all.manager);
   return taken / 2;
 }
@@ -287,14 +267,15 @@ void registerAllChanges() {
   }
   for (const std::size_t count : {500u, 2000u, 10000u}) {
     const auto meshes = make("meshes", mesh, count);
-    registerChanges("update a capsule", meshes, updateCapsule);
-    registerChanges("update a mesh", meshes, updateMesh);
+    registerChanges("update a capsule", meshes, updateOne<true>);
+    registerChanges("update a mesh", meshes, updateOne<false>);
     registerChanges("unregister and register a mesh, ask", meshes, registerAndAsk);
   }
   for (const std::size_t count : {10u, 100u, 1000u}) {
     const auto boxes = make("boxes", box, count);
-    registerChanges("register and update after each, box written before", boxes, registerEach);
-    registerChanges("register with its box and update after each", boxes, registerEachWithBox);
+    registerChanges("register and update after each, box written before", boxes,
+                    registerEach<false>);
+    registerChanges("register with its box and update after each", boxes, registerEach<true>);
   }
 }
 

@@ -23,12 +23,7 @@ std::ofstream openForWriting(const std::string& path) {
 }
 
 tools::FoundPairs findTouching(const FiberPolylines& scene) {
-  FiberTreeOptions options;
-  options.report = Report::kCapsules;
-  options.ignored_neighbors = 1;
-  FiberTree tree(options);
-  tree.build(fiberArrays(scene));
-  return tools::findPairs({tree, scene});
+  return tools::findPairs({*makeTree(fiberArrays(scene), {touchingOptions(1)}), scene});
 }
 
 template <typename T>

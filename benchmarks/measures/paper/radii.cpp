@@ -52,25 +52,17 @@ struct LayeredSpheres {
 void compare(const TreeScene& scene, Numbers& numbers) {
   tree::WrappedSphereTree<2> spheres(tree::superThread(scene.fibers));
   spheres.refit(scene.segments, 0);
-  tree::LayeredBoxTree<2> boxes(tree::superThread(scene.fibers));
-  boxes.refit(scene.segments, 0);
   const LayeredSpheres layered(spheres);
 
-  double largest_ratio = 0, largest_of_bound = 0;
+  double largest_of_bound = 0;
   for (std::size_t i = 0; i < spheres.nodes().size(); ++i) {
     const double ratio = layered.balls[i].radius / spheres.hierarchy().cage(i).ball.radius;
-    largest_ratio = std::max(largest_ratio, ratio);
     largest_of_bound = std::max(largest_of_bound, ratio / std::sqrt(layered.heights[i] + 1.0));
   }
-  const auto segments = static_cast<double>(scene.segments.size());
-  numbers = {{"segments", segments},
-             {"height", layered.heights[0]},
+  numbers = {{"height", layered.heights[0]},
              {"layered", layered.balls[0].radius},
              {"wrapped", spheres.hierarchy().cage(0).ball.radius},
-             {"largest_ratio", largest_ratio},
-             {"largest_of_bound", largest_of_bound},
-             {"box_bytes_per_segment", static_cast<double>(boxes.memoryUsage()) / segments},
-             {"sphere_bytes_per_segment", static_cast<double>(spheres.memoryUsage()) / segments}};
+             {"largest_of_bound", largest_of_bound}};
 }
 
 void registerComparison(const std::string& name,

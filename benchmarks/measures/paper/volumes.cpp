@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -25,12 +24,6 @@ constexpr double kSlow = 20;
 constexpr std::size_t kMostOfAllPairs = 2000;
 /// The radius of what may only just stick into a volume, relative to that of the capsule.
 constexpr double kSpeck = 1e-3;
-
-/// Two leaves, the lesser one first.
-using LeafPair = std::pair<std::int32_t, std::int32_t>;
-using LeafPairs = std::vector<LeafPair>;
-
-LeafPair pairOf(std::int32_t a, std::int32_t b) { return {std::min(a, b), std::max(a, b)}; }
 
 /// A tree of the paper's and the capsules that its volumes enclose.
 struct ChainTree {
@@ -64,18 +57,17 @@ struct ChainTree {
   std::vector<Capsule> thick;      ///< by leaf, see thickened()
   std::vector<std::int32_t> next;  ///< by leaf: the next one in the fiber, or itself
 
-  LeafPairs touching;  ///< that every kind has to find, neighbours too, in order
-  std::size_t touching_strangers = 0;
+  Pairs touching;  ///< of leaves that every kind has to find, neighbours too, in order
 };
 
 /// The pairs that touch among those whose volumes overlap, in order.
 template <class Volume>
-LeafPairs touchingPairs(const ChainTree& chains) {
+Pairs touchingPairs(const ChainTree& chains) {
   std::vector<Volume> volumes(chains.tree.size());
   fitVolumes(chains.tree, chains.thick, volumes);
-  LeafPairs pairs;
+  Pairs pairs;
   const auto visit = [&](std::int32_t a, std::int32_t b) {
-    if (chains.touch(a, b)) pairs.push_back(pairOf(a, b));
+    if (chains.touch(a, b)) pairs.push_back(std::minmax(a, b));
   };
   queryItself(chains.tree, volumes, visit);
   std::sort(pairs.begin(), pairs.end());
@@ -94,9 +86,6 @@ void judge(ChainTree& chains) {
     }
   } else {
     chains.touching = touchingPairs<AxisBox>(chains);
-  }
-  for (const auto& [a, b] : chains.touching) {
-    if (!chains.areNeighbors(a, b)) ++chains.touching_strangers;
   }
 }
 
@@ -129,7 +118,7 @@ bool reachesSurfaces(const ChainTree& chains) {
 /// What is wrong with a kind of volume and the touching pairs that it finds; empty if it is right.
 template <class Volume>
 std::string errorOf(const ChainTree& chains) {
-  const LeafPairs found = touchingPairs<Volume>(chains);
+  const Pairs found = touchingPairs<Volume>(chains);
   if (std::adjacent_find(found.begin(), found.end()) != found.end()) return "finds a pair twice";
   if (const std::size_t missed = countWithout(chains.touching, found); missed > 0) {
     return "misses " + std::to_string(missed) + " of " + std::to_string(chains.touching.size()) +
@@ -161,7 +150,6 @@ double measure(const ChainTree& chains, Numbers& numbers) {
   numbers = {{"segments", static_cast<double>(chains.capsules.size())},
              {"volume_tests", static_cast<double>(tests)},
              {"leaf_pairs", static_cast<double>(leaf_pairs)},
-             {"touching", static_cast<double>(chains.touching_strangers)},
              {"bytes", static_cast<double>(sizeof(Volume))},
              {"fit", fit},
              {"detection", detection}};
@@ -177,9 +165,7 @@ bool registerKind(const ChainTree& chains, const std::string& kind) {
   std::string error;
   const double taken = seconds([&] { error = errorOf<Volume>(chains); });
   if (!error.empty()) {
-    tools::progress("");
-    std::fprintf(stderr, "%s: %s\n", name.c_str(), error.c_str());
-    return false;
+    return tellWrong(name + ": " + error);
   }
   registerRuns(name, taken > kSlow ? 1 : kRuns,
                [&chains](Numbers& numbers) { return measure<Volume>(chains, numbers); });
