@@ -15,12 +15,6 @@ void add(Contenders& contenders, const Contenders& more) {
   contenders.insert(contenders.end(), more.begin(), more.end());
 }
 
-void addOtherFclManagers(Contenders& contenders, Boxes boxes) {
-  for (const Contender& manager : fclManagers(boxes)) {
-    if (manager.manager.find("DynamicAABBTree") != 0) contenders.push_back(manager);
-  }
-}
-
 /// Those of the pool that a list names.
 Against named(const std::string& list, const Contenders& pool) {
   std::set<std::string> names;
@@ -38,6 +32,12 @@ Against named(const std::string& list, const Contenders& pool) {
 }
 
 }  // namespace
+
+std::vector<Contender> Against::all() const {
+  Contenders found = contenders;
+  for (const Boxes boxes : fcl_trees) add(found, fclTrees(boxes));
+  return found;
+}
 
 Against readAgainst(const std::string& text) {
   constexpr std::array kBoth = {Boxes::kTight, Boxes::kStock};
@@ -58,10 +58,10 @@ Against readAgainst(const std::string& text) {
     }
   } else if (text == "all") {
     add(against.contenders, ourContenders());
-    for (const Boxes boxes : kBoth) addOtherFclManagers(against.contenders, boxes);
+    for (const Boxes boxes : kBoth) add(against.contenders, otherFclManagers(boxes));
   } else if (text == "paper" || text == "paper_all") {
     against.contenders = paperTrees();
-    if (text == "paper_all") addOtherFclManagers(against.contenders, Boxes::kTight);
+    if (text == "paper_all") add(against.contenders, otherFclManagers(Boxes::kTight));
     against.fcl_trees = {Boxes::kTight};
     return against;
   } else {

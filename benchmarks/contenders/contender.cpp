@@ -169,6 +169,12 @@ std::vector<BasicContender<S>> fclManagers(Boxes boxes) {
   return contenders;
 }
 
+Contenders otherFclManagers(Boxes boxes) {
+  Contenders contenders = fclManagers(boxes);
+  contenders.erase(contenders.begin(), contenders.begin() + 2);  // the dynamic tree's two forms
+  return contenders;
+}
+
 template <typename S>
 std::vector<BasicContender<S>> cardContenders() {
   std::vector<BasicContender<S>> contenders;

@@ -67,6 +67,9 @@ std::vector<Contender> fclTrees(Boxes boxes);
 template <typename S = double>
 std::vector<BasicContender<S>> fclManagers(Boxes boxes);
 
+/// FCL's managers but its trees.
+std::vector<Contender> otherFclManagers(Boxes boxes);
+
 /// Of the card: fclManagers() on both kinds of boxes, and ours on the published topology and on
 /// bundles, such as LayeredAABBTree/published.
 template <typename S>
@@ -85,6 +88,9 @@ struct Against {
   std::vector<Boxes> fcl_trees;
   bool narrow_phase = false;  ///< the fastest of them also with fcl::collide on their pairs
   bool quick = false;         ///< nobody is hopeless, and two are checked at once
+
+  /// The contenders, and all of FCL's trees that are tried.
+  std::vector<Contender> all() const;
 };
 
 /// Reads `--against`: headline, full, all, paper, paper_all, or names of contenders, `NAME,NAME`,

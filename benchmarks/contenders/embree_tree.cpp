@@ -21,7 +21,7 @@
 namespace fcl_fibers::benchmarks {
 namespace {
 
-using Device = std::unique_ptr<std::remove_pointer_t<RTCDevice>, void (*)(RTCDevice)>;
+using Device = std::shared_ptr<std::remove_pointer_t<RTCDevice>>;
 using Scene = std::unique_ptr<std::remove_pointer_t<RTCScene>, void (*)(RTCScene)>;
 using Geometry = std::unique_ptr<std::remove_pointer_t<RTCGeometry>, void (*)(RTCGeometry)>;
 
@@ -37,6 +37,22 @@ void requireNoError(RTCDevice device) {
   if (error != RTC_ERROR_NONE) {
     throw std::runtime_error("Embree: error " + std::to_string(static_cast<int>(error)));
   }
+}
+
+void commit(RTCDevice device, RTCScene scene) {
+  rtcCommitScene(scene);
+  requireNoError(device);
+}
+
+/// Calls block(collisions, count) for blocks of the pairs of leaves of two scenes of one device.
+template <typename Block>
+void forEachBlock(const Scene& a, const Scene& b, Block&& block) {
+  rtcCollide(
+      a.get(), b.get(),
+      [](void* data, RTCCollision* collisions, unsigned int count) {
+        (*static_cast<std::remove_reference_t<Block>*>(data))(collisions, count);
+      },
+      &block);
 }
 
 /// @param boxes  borrowed, and read again at each commit
@@ -82,20 +98,20 @@ class EmbreeTree : public ForeignTree {
     setBoxes(geometry_.get(), boxes());
     rtcCommitGeometry(geometry_.get());
     rtcAttachGeometry(scene_.get(), geometry_.get());
-    commitScene();
+    commit(device_.get(), scene_.get());
   }
 
   void update() override {
     readBoxes();
     rtcCommitGeometry(geometry_.get());
-    commitScene();
+    commit(device_.get(), scene_.get());
   }
 
   using ForeignTree::collide;
   void collide(void* cdata, fcl::CollisionCallBack<double> callback) const override {
     // Embree calls back from all of its threads.
     std::mutex mutex;
-    forEachBlock([&](const RTCCollision* collisions, unsigned int count) {
+    forEachBlock(scene_, scene_, [&](const RTCCollision* collisions, unsigned int count) {
       const std::lock_guard<std::mutex> lock(mutex);
       for (unsigned int i = 0; i < count; ++i) {
         const RTCCollision& found = collisions[i];
@@ -107,14 +123,14 @@ class EmbreeTree : public ForeignTree {
   PairCount countPairs() const override {
     if (threads_ == 1) {
       PairCount count;
-      forEachBlock([&](const RTCCollision* collisions, unsigned int size) {
+      forEachBlock(scene_, scene_, [&](const RTCCollision* collisions, unsigned int size) {
         count.pairs += pairsIn(collisions, size);
         count.visited += size;
       });
       return count;
     }
     std::atomic<std::size_t> pairs{0}, visited{0};
-    forEachBlock([&](const RTCCollision* collisions, unsigned int size) {
+    forEachBlock(scene_, scene_, [&](const RTCCollision* collisions, unsigned int size) {
       const std::size_t found = pairsIn(collisions, size);
       if (found > 0) pairs.fetch_add(found, std::memory_order_relaxed);
       visited.fetch_add(size, std::memory_order_relaxed);
@@ -138,21 +154,6 @@ class EmbreeTree : public ForeignTree {
     return pairs;
   }
 
-  template <typename Block>
-  void forEachBlock(Block&& block) const {
-    rtcCollide(
-        scene_.get(), scene_.get(),
-        [](void* data, RTCCollision* collisions, unsigned int count) {
-          (*static_cast<std::remove_reference_t<Block>*>(data))(collisions, count);
-        },
-        &block);
-  }
-
-  void commitScene() {
-    rtcCommitScene(scene_.get());
-    requireNoError(device_.get());
-  }
-
   int threads_;
   bool leaves_are_boxes_;
   // Outlives the device, which still frees memory when it is released.
@@ -163,89 +164,63 @@ class EmbreeTree : public ForeignTree {
 };
 
 /// A tree with one box to a leaf.
-struct StandingTree {
-  StandingTree(RTCDevice device, bool morton)
-      : device(device),
-        scene(rtcNewScene(device), rtcReleaseScene),
-        geometry(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER), rtcReleaseGeometry) {
-    const RTCBuildQuality quality = morton ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM;
-    if (morton) rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_DYNAMIC);
-    rtcSetSceneBuildQuality(scene.get(), quality);
-    rtcSetGeometryBuildQuality(geometry.get(), quality);
-    rtcAttachGeometry(scene.get(), geometry.get());
-  }
-
-  void build(std::vector<FloatBox> all) {
-    boxes = std::move(all);
-    setBoxes(geometry.get(), boxes);
-    rtcCommitGeometry(geometry.get());
-    rtcCommitScene(scene.get());
-    requireNoError(device);
-  }
-
-  RTCDevice device;
-  std::vector<FloatBox> boxes;
-  Scene scene;
-  Geometry geometry;
-};
-
-struct StandingTrees {
-  StandingTrees(std::vector<FloatBox> boxes_a, std::vector<FloatBox> boxes_b, bool morton)
-      : device(newDevice(1)), a(device.get(), morton), b(device.get(), morton) {
-    a.build(std::move(boxes_a));
-    b.build(std::move(boxes_b));
-  }
-
-  std::size_t countOverlaps() const {
-    std::size_t count = 0;
-    rtcCollide(
-        a.scene.get(), b.scene.get(),
-        [](void* sum, RTCCollision*, unsigned int more) {
-          *static_cast<std::size_t*>(sum) += more;
-        },
-        &count);
-    return count;
-  }
-
-  Device device;
-  StandingTree a, b;
-};
-
 class EmbreeBoxes : public BoxTree {
  public:
-  explicit EmbreeBoxes(bool morton) : device_(newDevice(1)), tree_(device_.get(), morton) {}
+  EmbreeBoxes(Device device, bool morton)
+      : device_(std::move(device)),
+        scene_(rtcNewScene(device_.get()), rtcReleaseScene),
+        geometry_(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_USER), rtcReleaseGeometry) {
+    const RTCBuildQuality quality = morton ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM;
+    if (morton) rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_DYNAMIC);
+    rtcSetSceneBuildQuality(scene_.get(), quality);
+    rtcSetGeometryBuildQuality(geometry_.get(), quality);
+    rtcAttachGeometry(scene_.get(), geometry_.get());
+  }
 
-  void update(std::vector<FloatBox> boxes) override { tree_.build(std::move(boxes)); }
+  void update(std::vector<FloatBox> boxes) override {
+    boxes_ = std::move(boxes);
+    setBoxes(geometry_.get(), boxes_);
+    rtcCommitGeometry(geometry_.get());
+    commit(device_.get(), scene_.get());
+  }
 
   void visitPairs(const Visitor& visit) const override {
-    rtcCollide(
-        tree_.scene.get(), tree_.scene.get(),
-        [](void* data, RTCCollision* collisions, unsigned int count) {
-          for (unsigned int i = 0; i < count; ++i) {
-            const RTCCollision& found = collisions[i];
-            if (found.primID0 < found.primID1) {
-              (*static_cast<const Visitor*>(data))(found.primID0, found.primID1);
-            }
-          }
-        },
-        const_cast<Visitor*>(&visit));
+    forEachBlock(scene_, scene_, [&](const RTCCollision* collisions, unsigned int count) {
+      for (unsigned int i = 0; i < count; ++i) {
+        const RTCCollision& found = collisions[i];
+        if (found.primID0 < found.primID1) visit(found.primID0, found.primID1);
+      }
+    });
+  }
+
+  std::size_t countOverlaps(const EmbreeBoxes& other) const {
+    std::size_t count = 0;
+    forEachBlock(scene_, other.scene_,
+                 [&](const RTCCollision*, unsigned int more) { count += more; });
+    return count;
   }
 
  private:
   Device device_;
-  StandingTree tree_;
+  std::vector<FloatBox> boxes_;
+  Scene scene_;
+  Geometry geometry_;
 };
 
 }  // namespace
 
 std::unique_ptr<BoxTree> makeEmbreeBoxes(bool morton) {
-  return std::make_unique<EmbreeBoxes>(morton);
+  return std::make_unique<EmbreeBoxes>(newDevice(1), morton);
 }
 
 std::function<std::size_t()> embreeOverlaps(std::vector<FloatBox> a, std::vector<FloatBox> b,
                                             bool morton) {
-  const auto trees = std::make_shared<StandingTrees>(std::move(a), std::move(b), morton);
-  return [trees] { return trees->countOverlaps(); };
+  const Device device = newDevice(1);
+  const auto tree = std::make_shared<EmbreeBoxes>(device, morton);
+  const auto other = std::make_shared<EmbreeBoxes>(device, morton);
+  tree->update(std::move(a));
+  other->update(std::move(b));
+  return [=] { return tree->countOverlaps(*other); };
 }
 
 std::unique_ptr<ForeignTree> makeEmbreeTree(EmbreeUpdate update, int threads) {

@@ -79,8 +79,8 @@ std::unique_ptr<Manager> setUpAtStart(const Contender& contender, MovingFibers& 
 
 // Each measures the seconds of a call, and an answer that has to be the same for all contenders.
 
-template <typename Work>
-double afterMotions(const Contender& contender, Rods& rods, double& answer, Work&& work) {
+template <bool kCollides>
+double updateRods(const Contender& contender, Rods& rods, double& answer) {
   auto manager = setUpAtStart(contender, rods.first);
   double sum = 0;
   int motions = 0;
@@ -88,22 +88,13 @@ double afterMotions(const Contender& contender, Rods& rods, double& answer, Work
     // As in frames: FCL's trees become slower with every update.
     if (!contender.ours) manager = contender.setUp(rods.first.objects());
     rods.first.setPoses(1 - motions % 2);
-    sum += seconds([&] { work(*manager); });
+    sum += seconds([&] {
+      update(contender, rods.first, *manager);
+      if (kCollides) countPairs(*manager);
+    });
   }
   answer = collide(samplePairs(*manager, 0, 0)).touching;  // of all pairs
   return sum / motions;
-}
-
-double updateAll(const Contender& contender, Rods& rods, double& answer) {
-  return afterMotions(contender, rods, answer,
-                      [&](Manager& manager) { update(contender, rods.first, manager); });
-}
-
-double updateAndCollide(const Contender& contender, Rods& rods, double& answer) {
-  return afterMotions(contender, rods, answer, [&](Manager& manager) {
-    update(contender, rods.first, manager);
-    countPairs(manager);
-  });
 }
 
 double collideSelf(const Contender& contender, Rods& rods, double& answer) {
@@ -133,15 +124,6 @@ double collideOther(const Contender& contender, Rods& rods, double& answer) {
   });
   answer = static_cast<double>(pairs);
   return taken;
-}
-
-/// FCL's trees at each level, and its other managers.
-std::vector<Contender> fclContenders(Boxes boxes) {
-  std::vector<Contender> contenders = fclTrees(boxes);
-  for (Contender& other : fclManagers(boxes)) {
-    if (other.manager.rfind("DynamicAABBTree", 0) != 0) contenders.push_back(std::move(other));
-  }
-  return contenders;
 }
 
 /// Bounds are rounded outward, so that ours may report a few more pairs.
@@ -182,9 +164,11 @@ void registerCall(const std::string& what, Call call, Rods& rods,
   }
 }
 
-/// Without those that crash, never end or miss a pair.
+/// FCL's trees at each level, its other managers and ours, without those that crash, never end or
+/// miss a pair.
 std::vector<Contender> checkedContenders(Boxes boxes, Rods& rods, const std::string& size) {
-  std::vector<Contender> right, all = fclContenders(boxes);
+  std::vector<Contender> right, all = fclTrees(boxes);
+  for (const Contender& other : otherFclManagers(boxes)) all.push_back(other);
   all.push_back(ourContenders().front());
   PreflightLimits limits;
   limits.phase_seconds = 1;
@@ -209,8 +193,8 @@ void registerCalls(Rods& rods) {
   std::vector<Contender> stock = checkedContenders(Boxes::kStock, rods, size);
   stock.pop_back();  // ours, which has no such boxes, is among the others
   tight.insert(tight.end(), stock.begin(), stock.end());
-  registerCall(size + ", update", updateAll, rods, tight);
-  registerCall(size + ", update + self-collision", updateAndCollide, rods, tight);
+  registerCall(size + ", update", updateRods<false>, rods, tight);
+  registerCall(size + ", update + self-collision", updateRods<true>, rods, tight);
 }
 
 double countAll(const Manager& manager, std::size_t& pairs) {

@@ -89,11 +89,7 @@ bool measureReplay(const Request& request) {
   if (!motion.summed) {
     throw std::invalid_argument("--measure=replay: give --scene=paper-dynamic, without a frame");
   }
-  const Against against = readAgainst("paper_all");
-  std::vector<Contender> contenders = against.contenders;
-  for (const Boxes boxes : against.fcl_trees) {
-    for (const Contender& tree : fclTrees(boxes)) contenders.push_back(tree);
-  }
+  const std::vector<Contender> contenders = readAgainst("paper_all").all();
   PreflightLimits limits;
   limits.phase_seconds = std::min(request.limit, kMostSeconds);
   // In the middle of the motion and at its end.

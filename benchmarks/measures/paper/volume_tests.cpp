@@ -177,13 +177,8 @@ Numbers countTouching(const Contender& contender, const MovingFibers& fibers) {
 bool measureVolumeTests(const Request& request) {
   Motion motion = makeMotion(request.scene);
   MovingFibers& fibers = motion.fibers;
-  Against against = readAgainst(request.against);
-  std::vector<Contender> contenders = std::move(against.contenders);
-  for (const Boxes boxes : against.fcl_trees) {
-    for (Contender& tree : fclTrees(boxes)) contenders.push_back(std::move(tree));
-  }
   SamePairs same_pairs;
-  for (const Contender& contender : contenders) {
+  for (const Contender& contender : readAgainst(request.against).all()) {
     const bool finds_touching = contender.reported == Reported::kTouching;
     // Boxes and spheres find the same, and boxes sooner.
     if (finds_touching && contender.manager != "LayeredAABBTree") continue;
