@@ -269,7 +269,8 @@ tools::GeneratedScenes generatedScenes(int part) {
 SceneSource openScene(const std::string& text, std::optional<double> radius, int part) {
   io::FiberFileOptions options;
   options.radius = radius;
-  return tools::openScene(text, options, generatedScenes(part));
+  const tools::GeneratedScenes generated = generatedScenes(part);
+  return tools::SceneName{text, options, &generated}.open();
 }
 
 }  // namespace fcl_fibers::scenes

@@ -14,7 +14,7 @@ using tools::SceneSource;
 /// @param part  generates only one of so many fibers, at the same density
 tools::GeneratedScenes generatedScenes(int part = 1);
 
-/// tools::openScene() with these.
+/// tools::SceneName::open() with these.
 SceneSource openScene(const std::string& text, std::optional<double> radius, int part = 1);
 
 }  // namespace fcl_fibers::scenes

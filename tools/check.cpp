@@ -34,7 +34,7 @@ void writePicture(const std::string& path, Write&& write) {
 }
 
 void writePictures(const CheckedFrame& frame, const FiberTree& tree) {
-  const CheckRequest& request = frame.request;
+  const Request& request = frame.request;
   writePicture(request.segments_path, [&](const std::string& path) {
     io::exportSegments(path, frame.scene, frame.found.touching);
   });
@@ -61,7 +61,7 @@ void writePictures(const CheckedFrame& frame, const FiberTree& tree) {
 /// Checks one frame after another, and writes each answer at once.
 class FrameChecker {
  public:
-  explicit FrameChecker(const CheckRequest& request)
+  explicit FrameChecker(const Request& request)
       : request_(request),
         meshes_(request.meshes.read()),
         tree_(request.tree),
@@ -70,8 +70,8 @@ class FrameChecker {
       throw std::invalid_argument(
           "--mesh looks for capsules that touch, so give it without --report volumes");
     }
-    if (!request.against) return;
-    const SceneSource source = request.against->open();
+    if (!request.other) return;
+    const SceneSource source = request.other->open();
     other_title_ = source.title;
     other_ = source.scene();
     other_tree_.emplace(request.tree);
@@ -164,7 +164,7 @@ class FrameChecker {
   }
 
   void checkFrame(const SceneSource& source, const FiberPolylines& scene, int number) {
-    CheckRequest listed = request_;
+    Request listed = request_;
     if (request_.output == Output::kText && !listed.top) listed.top = kFew;
     CheckedFrame frame = {listed,  source.title, std::nullopt,
                           scene,   other_title_, other_ ? &*other_ : nullptr,
@@ -199,7 +199,7 @@ class FrameChecker {
     }
   }
 
-  const CheckRequest& request_;
+  const Request& request_;
   std::vector<MeshFile> meshes_;
   FiberTree tree_;
   AnswerStream stream_;
@@ -215,7 +215,7 @@ class FrameChecker {
 
 }  // namespace
 
-int check(const CheckRequest& request) {
+int check(const Request& request) {
   if (request.end) return checkStep(request);
   const bool found = FrameChecker(request).run();
   return found && !request.exit_zero ? kExitContacts : 0;

@@ -39,12 +39,12 @@ Motion motionOf(const StepScene& step) {
 }
 
 /// Impacts that are listed.
-std::size_t rowCount(const CheckRequest& request, const StepImpacts& found) {
+std::size_t rowCount(const Request& request, const StepImpacts& found) {
   const std::size_t count = found.impacts.size();
   return std::min(count, request.top.value_or(request.output == Output::kText ? kFew : count));
 }
 
-void writeText(const CheckRequest& request, const StepScene& step, const StepImpacts& found,
+void writeText(const Request& request, const StepScene& step, const StepImpacts& found,
                AnswerStream& stream) {
   const Motion motion = motionOf(step);
   const std::size_t count = found.count;
@@ -73,7 +73,7 @@ void writeText(const CheckRequest& request, const StepScene& step, const StepImp
   }
 }
 
-void writeCsv(const CheckRequest& request, const StepScene& step, const StepImpacts& found,
+void writeCsv(const Request& request, const StepScene& step, const StepImpacts& found,
               AnswerStream& stream) {
   stream.write(
       "fiber_a,segment_a,s,fiber_b,segment_b,t,time,distance,point_a_x,point_a_y,point_a_z,"
@@ -90,7 +90,7 @@ void writeCsv(const CheckRequest& request, const StepScene& step, const StepImpa
   }
 }
 
-void writeJson(const CheckRequest& request, const StepScene& step, const StepImpacts& found,
+void writeJson(const Request& request, const StepScene& step, const StepImpacts& found,
                AnswerStream& stream) {
   const Motion motion = motionOf(step);
   const ordered_json head = {{"version", FCL_FIBERS_VERSION},
@@ -124,13 +124,13 @@ void writeJson(const CheckRequest& request, const StepScene& step, const StepImp
 
 }  // namespace
 
-int checkStep(const CheckRequest& request) {
+int checkStep(const Request& request) {
   if (request.scenes.size() != 1) {
     throw std::invalid_argument("--end takes one scene, which is the start of the step");
   }
   const bool pictures = !request.segments_path.empty() || !request.contacts_path.empty() ||
                         !request.volumes_path.empty();
-  if (request.against || !request.meshes.paths.empty() || request.summary || pictures) {
+  if (request.other || !request.meshes.paths.empty() || request.summary || pictures) {
     throw std::invalid_argument(
         "--end lists impacts within one scene; leave out --against, --mesh, --summary and "
         "--write-...");
@@ -139,7 +139,7 @@ int checkStep(const CheckRequest& request) {
   const StepScene step = readStep(request.scenes.front().open(), request.end->open());
   progress("looking for impacts in " + step.start_title);
   StepImpacts found = findImpacts(step, request.tree, request.limit);
-  if (request.order == CheckRequest::Order::kFiber) {
+  if (request.order == Request::Order::kFiber) {
     std::sort(found.impacts.begin(), found.impacts.end(), [](const Impact& i, const Impact& j) {
       return std::tie(i.pair.a, i.pair.b) < std::tie(j.pair.a, j.pair.b);
     });

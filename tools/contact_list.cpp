@@ -115,7 +115,7 @@ void ContactList::countDepth(const FoundContact& contact, double radii, bool is_
 }
 
 ContactList::ContactList(const CheckedFrame& frame) : meshes(frame.meshes.size()) {
-  const bool by_depth = frame.request.order == CheckRequest::Order::kDepth;
+  const bool by_depth = frame.request.order == Request::Order::kDepth;
   const std::size_t top = frame.request.top.value_or(std::numeric_limits<std::size_t>::max());
   const auto isEarlier = frame.request.output == Output::kText ? isListedEarlier : isDeeper;
   FirstOf<ListRow> deepest(top, isEarlier);
@@ -177,7 +177,7 @@ ContactList::ContactList(const CheckedFrame& frame) : meshes(frame.meshes.size()
   other_fibers = countOnes(fibers);
 }
 
-void writeCsvHead(const CheckRequest& request, bool several, AnswerStream& stream) {
+void writeCsvHead(const Request& request, bool several, AnswerStream& stream) {
   stream.write(several ? "frame," : "");
   stream.write(request.summary
                    ? "fiber_a,fiber_b,contacts,distance"
@@ -326,7 +326,7 @@ std::string histogram(const ContactList& list) {
 }  // namespace
 
 void writeText(const CheckedFrame& frame, const ContactList& list, AnswerStream& stream) {
-  const CheckRequest& request = frame.request;
+  const Request& request = frame.request;
   const auto size = [](std::size_t segments, std::size_t fibers) {
     return counted(segments, "segment") + " of " + counted(fibers, "fiber");
   };

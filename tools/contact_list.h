@@ -21,7 +21,7 @@ namespace fcl_fibers::tools {
 
 /// A frame of check, and what was found in it.
 struct CheckedFrame {
-  const CheckRequest& request;
+  const Request& request;
   std::string title;
   std::optional<int> number;  ///< unless there is one frame only
   const FiberPolylines& scene;
@@ -97,7 +97,7 @@ struct ContactList {
 };
 
 /// Beginning, rows and end of a list of contacts.
-void writeCsvHead(const CheckRequest& request, bool several, AnswerStream& stream);
+void writeCsvHead(const Request& request, bool several, AnswerStream& stream);
 void writeCsv(const CheckedFrame& frame, const ContactList& list, AnswerStream& stream);
 
 /// The frame as a JSON object that begins with `head`.

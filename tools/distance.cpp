@@ -28,8 +28,8 @@ std::string placeText(const FiberSegment& place, double along, const std::array<
 
 }  // namespace
 
-int distance(const DistanceRequest& request) {
-  const SceneSource source = request.scene.open();
+int distance(const Request& request) {
+  const SceneSource source = request.scenes.front().open();
   const FiberPolylines scene = source.scene();
   std::optional<SceneSource> other_source;
   std::optional<FiberPolylines> other;

@@ -60,24 +60,27 @@ void write(const SceneSource& source, const std::string& path) {
 
 }  // namespace
 
-int generate(const SceneSource& source, const std::string& path) {
+int generate(const Request& request) {
+  const SceneSource source = request.scenes.front().find();
   if (source.is_file) {
     throw std::invalid_argument(
         fmt::format("'{}' is a file, and only generated scenes are written by this command; for "
                     "another format use: {} convert",
                     source.title, programName()));
   }
-  write(source, path);
+  write(source, request.path);
   return 0;
 }
 
-int convert(const SceneSource& source, const std::string& path) {
+int convert(const Request& request) {
+  const SceneSource source = request.scenes.front().find();
+  printWarnings(source);
   if (!source.is_file) {
     throw std::invalid_argument(
         fmt::format("'{}' is no file; to write a generated scene use: {} generate", source.title,
                     programName()));
   }
-  write(source, path);
+  write(source, request.path);
   return 0;
 }
 

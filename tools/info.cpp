@@ -129,7 +129,8 @@ std::optional<Contact> nearestAxes(const FiberPolylines& scene) {
 
 }  // namespace
 
-int info(const SceneSource& source, Output output) {
+int info(const Request& request) {
+  const SceneSource source = request.scenes.front().find();
   requireNoProblem(source);
   progress("reading " + source.title);
   const FiberPolylines scene = source.scene();
@@ -142,7 +143,7 @@ int info(const SceneSource& source, Output output) {
     warned.push_back(std::move(text));
   }
 
-  if (output == Output::kJson) {
+  if (request.output == Output::kJson) {
     const auto spread = [](const Spread& lengths) {
       return nlohmann::ordered_json{
           {"min", lengths.least}, {"median", lengths.median}, {"max", lengths.largest}};

@@ -1,50 +1,64 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstddef>
-#include <map>
 #include <string>
 #include <vector>
 
-#include <fcl_fibers/fiber_tree.h>
 #include <CLI/CLI.hpp>
 
-#include "mesh_file.h"
+#include "commands.h"
 
 namespace fcl_fibers::tools {
 
-// Options that several commands share. CLI11's own validators print their range, up to the largest
-// double in 300 digits, so these have validators of their own.
+/// The parsed command line: a request, and the texts that name its scenes.
+struct Arguments {
+  const GeneratedScenes& generated;
+  Request request{};
+  std::vector<std::string> scenes{};
+  std::string other{}, end{};
+  std::vector<double> radii{};
+  std::string radius_from{};
 
-CLI::Validator zeroOrMore();
-CLI::Validator aboveZero();
+  /// Names the scenes of the request: `scenes`, and `other` and `end` if they are given. One radius
+  /// is for all files; several are for the files in order.
+  void nameScenes();
+};
 
-/// `--radius-from`, which is given instead of `radius`.
-void addRadiusFrom(CLI::App& command, std::string& name, CLI::Option* radius);
+// Options of commands, in the order of their help.
 
-/// `--radius`, which may be repeated: a radius for each file; and `--radius-from`.
-void addRadii(CLI::App& command, std::vector<double>& radii, std::string& radius_from);
+/// What a scene may be.
+std::string sceneText(const Arguments& arguments);
+
+/// The positional that is a scene, or that are several.
+void addScene(CLI::App& command, const char* name, const std::string& what, Arguments& arguments);
+void addScenes(CLI::App& command, const std::string& what, Arguments& arguments);
+
+/// The file that `convert` and `generate` write.
+void addFile(CLI::App& command, const char* name, const char* type, Arguments& arguments);
+
+/// `--radius` of one file, or of each file if there may be several, and `--radius-from`.
+void addRadius(CLI::App& command, Arguments& arguments);
+void addRadii(CLI::App& command, Arguments& arguments);
 
 /// Which pairs of one fiber are left out.
 void addNeighbors(CLI::App& command, FiberTreeOptions& tree);
 
-/// Neighbors, margin, topology and threads of a tree.
-void addTree(CLI::App& command, FiberTreeOptions& tree);
+/// Neighbors, margin, topology and threads of a tree, and the limit of a search.
+void addSearch(CLI::App& command, Request& request);
 
 /// `--mesh`, which may be repeated, and what belongs to it. Returns the option `--mesh`.
 CLI::Option* addMeshes(CLI::App& command, MeshOptions& meshes);
 
-void addLimit(CLI::App& command, std::size_t& limit);
+void addEnd(CLI::App& command, Arguments& arguments, const char* what);
 
-/// A file of check to write, which has to end in .vtp.
-void addPicture(CLI::App& command, const char* name, std::string& path, const char* what);
+/// What `check` looks for, and how and where to it writes that.
+void addReport(CLI::App& command, FiberTreeOptions& tree);
+void addList(CLI::App& command, Request& request);
+void addPictures(CLI::App& command, Request& request);
 
-template <typename Value>
-void addChoice(CLI::App& command, const char* name, Value& value,
-               const std::map<std::string, Value>& choices, const char* type, const char* what) {
-  command.add_option(name, value, what)
-      ->transform(CLI::CheckedTransformer(choices).description(""))
-      ->type_name(type);
-}
+/// What `view` draws.
+void addDrawing(CLI::App& command, Request& request);
+
+CLI::Option* addJson(CLI::App& command, Request& request);
 
 }  // namespace fcl_fibers::tools

@@ -94,23 +94,21 @@ bool isFile(const std::string& text) {
   return text == kStandardInput || std::filesystem::exists(text, error);
 }
 
-SceneSource findScene(const std::string& text, const io::FiberFileOptions& options,
-                      const GeneratedScenes& generated) {
+SceneSource SceneName::find() const {
   if (isFile(text)) return readFile(text, options);
-  if (!generated.make) refuse(text, "there is no file of that name");
+  if (!generated->make) refuse(text, "there is no file of that name");
   if (!options.radius_from.empty()) {
     refuse(text, "--radius-from is for files; a generated scene has the key `radius`");
   }
-  return generated.make(text, options.radius);
+  return generated->make(text, options.radius);
 }
 
 void requireNoProblem(const SceneSource& source) {
   if (!source.problem.empty()) refuse(source.title, source.problem);
 }
 
-SceneSource openScene(const std::string& text, const io::FiberFileOptions& options,
-                      const GeneratedScenes& generated) {
-  SceneSource source = findScene(text, options, generated);
+SceneSource SceneName::open() const {
+  SceneSource source = find();
   printWarnings(source);
   requireNoProblem(source);
   if (!source.has_radius) {

@@ -45,30 +45,25 @@ struct GeneratedScenes {
 /// generated scenes of the same name.
 bool isFile(const std::string& text);
 
-/// Reads `text`, which is the path of a file, `-` for standard input, or a generated scene. Throws
-/// std::invalid_argument if it is neither.
-/// @param options  of a file
-SceneSource findScene(const std::string& text, const io::FiberFileOptions& options,
-                      const GeneratedScenes& generated);
-
 /// Throws std::invalid_argument if the scene has a problem.
 void requireNoProblem(const SceneSource& source);
-
-/// findScene() for commands that look for pairs: prints the warnings, and throws
-/// std::invalid_argument if there is no radius or the scene has a problem.
-SceneSource openScene(const std::string& text, const io::FiberFileOptions& options,
-                      const GeneratedScenes& generated);
 
 /// Prints the file's warnings to stderr.
 void printWarnings(const SceneSource& source);
 
-/// A scene as the command line names it.
+/// A scene as the command line names it: the path of a file, `-` for standard input, or a generated
+/// scene.
 struct SceneName {
   std::string text;
   io::FiberFileOptions options;      ///< of a file
   const GeneratedScenes* generated;  ///< outlive it
 
-  SceneSource open() const { return openScene(text, options, *generated); }
+  /// Throws std::invalid_argument if there is no such file or scene.
+  SceneSource find() const;
+
+  /// find() for commands that look for pairs: prints the warnings, and throws std::invalid_argument
+  /// if there is no radius or the scene has a problem.
+  SceneSource open() const;
 };
 
 /// What a scene is, for --help.

@@ -99,7 +99,7 @@ json meshJson(const MeshFile& mesh) {
 /// @param contactsIn  returns the contacts, given a tree of the frame
 template <typename ContactsIn>
 json frameJson(const FiberPolylines& scene, const std::string& label, const Thinning& thinning,
-               const Steps& steps, const ViewRequest& request, ContactsIn&& contactsIn) {
+               const Steps& steps, const Request& request, ContactsIn&& contactsIn) {
   using Volumes = FiberTreeOptions::Volumes;
   json frame = {{"label", label}, {"points", pointsText(scene, thinning, steps)}};
   for (const auto kind : {Volumes::kLayeredBoxes, Volumes::kWrappedSpheres}) {
@@ -168,7 +168,7 @@ std::vector<PageFrame> framesOf(const StepScene& step) {
   return frames;
 }
 
-json sceneJson(const SceneSource& source, const ViewRequest& request,
+json sceneJson(const SceneSource& source, const Request& request,
                const std::vector<MeshFile>& meshes) {
   std::optional<StepScene> step;
   StepImpacts impacts;
@@ -237,7 +237,7 @@ json sceneJson(const SceneSource& source, const ViewRequest& request,
   return scene;
 }
 
-std::string pageOf(const std::vector<SceneSource>& sources, const ViewRequest& request,
+std::string pageOf(const std::vector<SceneSource>& sources, const Request& request,
                    const std::vector<MeshFile>& meshes) {
   json data = {{"scenes", json::array()}, {"meshes", json::array()}};
   for (const MeshFile& mesh : meshes) data["meshes"].push_back(meshJson(mesh));
@@ -251,7 +251,9 @@ std::string pageOf(const std::vector<SceneSource>& sources, const ViewRequest& r
 
 }  // namespace
 
-int view(const std::vector<SceneSource>& sources, const ViewRequest& request) {
+int view(const Request& request) {
+  std::vector<SceneSource> sources;
+  for (const SceneName& name : request.scenes) sources.push_back(name.open());
   if (request.end && sources.size() > 1) {
     throw std::invalid_argument("--end takes one scene, which is the start of the step");
   }
@@ -271,15 +273,15 @@ int view(const std::vector<SceneSource>& sources, const ViewRequest& request) {
   return 0;
 }
 
-std::string pageOf(const std::string& title, const FiberPolylines& fibers,
-                   const ViewRequest& request, const std::vector<MeshFile>& meshes) {
+std::string pageOf(const std::string& title, const FiberPolylines& fibers, const Request& request,
+                   const std::vector<MeshFile>& meshes) {
   SceneSource source;
   source.name = title;
   source.title = title;
   source.is_file = true;
   source.playable = {0};
   source.make = [&](int) { return fibers; };
-  ViewRequest at_rest = request;
+  Request at_rest = request;
   at_rest.end.reset();
   const struct Cleared {
     ~Cleared() { progress(""); }

@@ -45,8 +45,7 @@ std::string page(const std::string& title, const FiberNumbers& numbers, const Fi
   const FiberPolylines fibers = polylinesOf(numbers, layout);
   std::vector<tools::MeshFile> shown;
   for (const auto& [points, triangles] : meshes) shown.push_back(meshOf(points, triangles));
-  tools::ViewRequest request;
-  request.tree.report = Report::kCapsules;
+  tools::Request request;
   request.tree.ignored_neighbors = ignored_neighbors;
   request.tree.margin = margin;
   request.tree.threads = threads;

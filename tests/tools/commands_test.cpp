@@ -120,7 +120,7 @@ bool has(const std::string& page, const std::string& text) {
 }
 
 TEST_F(CommandsTest, PageIsOfFibersInMemory) {
-  ViewRequest request;
+  Request request;
   request.tree.ignored_neighbors = 1;
   const std::string page = pageOf("knots & loops", crossing(), request);
   EXPECT_EQ(page.substr(0, 15), "<!doctype html>");
@@ -141,7 +141,7 @@ TEST_F(CommandsTest, PageIsTheSameAsOfAFile) {
   run({"view", path("fibers.txt"), "--radius", "0.02", "-o", path("page.html")});
   std::ostringstream written;
   written << std::ifstream(path("page.html")).rdbuf();
-  ViewRequest request;
+  Request request;
   request.tree.ignored_neighbors = 1;
   EXPECT_TRUE(pageOf("fibers.txt", crossing(), request) == written.str());
 }
@@ -151,7 +151,7 @@ TEST_F(CommandsTest, PageHasMeshesInMemory) {
   const std::vector<std::int32_t> triangles = {0, 1, 2};
   const MeshArrays<double> arrays = {points.front().data(), points.size(), triangles.data(), 1};
   const std::vector<MeshFile> meshes = {{"floor", points, triangles, TriangleMesh(arrays)}};
-  ViewRequest request;
+  Request request;
   const std::string page = pageOf("a", crossing(), request, meshes);
   EXPECT_TRUE(has(page, "\"name\":\"floor\""));
   EXPECT_TRUE(has(page, "\"meshContacts\":3,"));
@@ -163,7 +163,7 @@ TEST_F(CommandsTest, PageNeedsASegment) {
   FiberPolylines point;
   point.points = {{0, 0, 0}};
   point.point_begin = {0, 1};
-  EXPECT_THROW(pageOf("a", point, ViewRequest{}), std::runtime_error);
+  EXPECT_THROW(pageOf("a", point, Request{}), std::runtime_error);
 }
 
 }  // namespace
