@@ -15,7 +15,6 @@
 #include "commands.h"
 #include "contact_list.h"
 #include "found_pairs.h"
-#include "mesh_size.h"
 #include "output_file.h"
 #include "seconds.h"
 

@@ -37,17 +37,6 @@ std::size_t countOnes(const std::vector<unsigned char>& flags) {
 
 }  // namespace
 
-FoundContact CheckedFrame::contact(const FoundPair& pair) const {
-  const FiberArrays<double> arrays = fiberArrays(scene);
-  if (pair.mesh != kNoMesh) {
-    const MeshFile& mesh = meshes[static_cast<std::size_t>(pair.mesh)];
-    return {meshContact(arrays, mesh.mesh, {pair.a, pair.b}), pair.mesh};
-  }
-  return FoundContact(other == nullptr
-                          ? capsuleContact(arrays, {pair.a, pair.b})
-                          : capsuleContact(arrays, fiberArrays(*other), {pair.a, pair.b}));
-}
-
 void ContactList::OfMesh::add(const Contact& contact) {
   if (segments == 0 || contact.a.fiber != last_fiber) ++fibers;
   least_distance = segments == 0 ? contact.distance : std::min(least_distance, contact.distance);

@@ -32,7 +32,9 @@ struct CheckedFrame {
   double seconds = 0;  ///< that build or update and search took
 
   std::size_t count() const { return found.pairs.size(); }
-  FoundContact contact(const FoundPair& pair) const;
+  FoundContact contact(const FoundPair& pair) const {
+    return contactOf(pair, scene, other, meshes);
+  }
 };
 
 /// A contact, or all contacts of two fibers or of a fiber and a mesh, by the deepest of them.

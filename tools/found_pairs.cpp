@@ -25,6 +25,36 @@ void findSegmentPairs(const PairSearch& search, FoundPairs& found) {
                                              : search.tree.visit(Touching{}, *search.other, keep));
 }
 
+/// A segment that touches the mesh is in one pair, with the triangle into which it is deepest.
+void findMeshPairs(const PairSearch& search, std::int32_t number, FoundPairs& found) {
+  struct Deepest {
+    double distance = std::numeric_limits<double>::infinity();
+    std::int32_t triangle = -1;
+  };
+  const MeshFile& mesh = (*search.meshes)[static_cast<std::size_t>(number)];
+  std::vector<Deepest> of_segment(search.scene.points.size());
+  const FiberArrays<double> arrays = fiberArrays(search.scene);
+  std::size_t visited = 0;
+  try {
+    const bool ended = search.tree.visit(Touching{}, mesh.mesh, [&](TrianglePair pair) {
+      if (visited++ == search.limit) return true;
+      const double distance = meshContact(arrays, mesh.mesh, pair).distance;
+      Deepest& deepest = of_segment[static_cast<std::size_t>(pair.segment)];
+      if (std::tie(distance, pair.triangle) < std::tie(deepest.distance, deepest.triangle)) {
+        deepest = {distance, pair.triangle};
+      }
+      return false;
+    });
+    found.complete = found.complete && !ended;
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument("'" + mesh.name + "': " + error.what());
+  }
+  for (std::size_t i = 0; i < of_segment.size(); ++i) {
+    if (of_segment[i].triangle < 0) continue;
+    found.pairs.push_back({static_cast<std::int32_t>(i), of_segment[i].triangle, number});
+  }
+}
+
 void countTouching(const PairSearch& search, FoundPairs& found) {
   found.touching.resize(search.scene.segmentCount());
   std::vector<unsigned char> fibers(search.scene.fiberCount());
@@ -52,47 +82,12 @@ FoundPairs findPairs(const PairSearch& search) {
   if (search.fibers) findSegmentPairs(search, found);
   const std::size_t meshes = search.meshes == nullptr ? 0 : search.meshes->size();
   for (std::size_t m = 0; m < meshes; ++m) {
-    const TouchingSegments touching =
-        findTouching(search.tree, search.scene, (*search.meshes)[m], search.limit);
-    for (const TrianglePair& pair : touching.pairs) {
-      found.pairs.push_back({pair.segment, pair.triangle, static_cast<std::int32_t>(m)});
-    }
-    found.complete = found.complete && touching.complete;
+    findMeshPairs(search, static_cast<std::int32_t>(m), found);
   }
   std::sort(found.pairs.begin(), found.pairs.end(), [](const FoundPair& p, const FoundPair& q) {
     return std::tie(p.a, p.mesh, p.b) < std::tie(q.a, q.mesh, q.b);
   });
   countTouching(search, found);
-  return found;
-}
-
-TouchingSegments findTouching(const FiberTree& tree, const FiberPolylines& scene,
-                              const MeshFile& mesh, std::size_t limit) {
-  struct Deepest {
-    double distance = std::numeric_limits<double>::infinity();
-    std::int32_t triangle = -1;
-  };
-  std::vector<Deepest> of_segment(scene.points.size());
-  const FiberArrays<double> arrays = fiberArrays(scene);
-  TouchingSegments found;
-  std::size_t visited = 0;
-  try {
-    found.complete = !tree.visit(Touching{}, mesh.mesh, [&](TrianglePair pair) {
-      if (visited++ == limit) return true;
-      const double distance = meshContact(arrays, mesh.mesh, pair).distance;
-      Deepest& deepest = of_segment[static_cast<std::size_t>(pair.segment)];
-      if (std::tie(distance, pair.triangle) < std::tie(deepest.distance, deepest.triangle)) {
-        deepest = {distance, pair.triangle};
-      }
-      return false;
-    });
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument("'" + mesh.name + "': " + error.what());
-  }
-  for (std::size_t i = 0; i < of_segment.size(); ++i) {
-    if (of_segment[i].triangle < 0) continue;
-    found.pairs.push_back({static_cast<std::int32_t>(i), of_segment[i].triangle});
-  }
   return found;
 }
 
@@ -104,6 +99,18 @@ FoundContact::FoundContact(const MeshContact& contact, std::int32_t its_mesh)
   point_a = contact.point_a;
   point_b = contact.point_b;
   normal = contact.normal;
+}
+
+FoundContact contactOf(const FoundPair& pair, const FiberPolylines& scene,
+                       const FiberPolylines* other, const std::vector<MeshFile>& meshes) {
+  const FiberArrays<double> arrays = fiberArrays(scene);
+  if (pair.mesh != kNoMesh) {
+    const TriangleMesh& mesh = meshes[static_cast<std::size_t>(pair.mesh)].mesh;
+    return {meshContact(arrays, mesh, {pair.a, pair.b}), pair.mesh};
+  }
+  return FoundContact(other == nullptr
+                          ? capsuleContact(arrays, {pair.a, pair.b})
+                          : capsuleContact(arrays, fiberArrays(*other), {pair.a, pair.b}));
 }
 
 void warnOfMany(const FoundPairs& found, const FiberTree& tree, const std::string& scene) {

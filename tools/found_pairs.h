@@ -47,15 +47,6 @@ struct FoundPairs {
 
 FoundPairs findPairs(const PairSearch& search);
 
-/// The segments that touch a mesh, in ascending order, each with the triangle into which it is
-/// deepest.
-struct TouchingSegments {
-  std::vector<TrianglePair> pairs;
-  bool complete = true;  ///< else the search ended after `limit` triangles
-};
-TouchingSegments findTouching(const FiberTree& tree, const FiberPolylines& scene,
-                              const MeshFile& mesh, std::size_t limit);
-
 /// A contact of two segments or, if there is a mesh, of segment a with a triangle of it.
 struct FoundContact : Contact {
   std::int32_t mesh = kNoMesh;
@@ -66,6 +57,11 @@ struct FoundContact : Contact {
   explicit FoundContact(const Contact& contact) : Contact(contact) {}
   FoundContact(const MeshContact& contact, std::int32_t mesh);
 };
+
+/// The contact of a pair.
+/// @param other  the scene of the second segment, if it is another one
+FoundContact contactOf(const FoundPair& pair, const FiberPolylines& scene,
+                       const FiberPolylines* other, const std::vector<MeshFile>& meshes);
 
 /// Tells on stderr that a search ended at its limit, or that there are so many pairs that the
 /// radius may be wrong.

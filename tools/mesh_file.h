@@ -35,4 +35,12 @@ struct MeshOptions {
   std::vector<std::int32_t> roots(const FiberPolylines& scene) const;
 };
 
+/// Warns, in one line, if fibers and meshes are probably not in the same unit or frame: one is a
+/// hundred times as large as the other, or a box around the fibers does not meet one around the
+/// meshes. Does nothing if there is no mesh.
+/// @param margin  within which they would touch
+/// @param name    of the fibers
+void warnOfMeshSize(const FiberPolylines& fibers, const std::vector<MeshFile>& meshes,
+                    double margin, const std::string& name);
+
 }  // namespace fcl_fibers::tools

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <tuple>
+#include <utility>
 
 #include "first_of.h"
 
@@ -32,56 +33,31 @@ std::vector<Marker> markersOf(FirstOf<DeepPair>& deepest, ContactOf&& contactOf)
   return markers;
 }
 
-double relativeDepth(const FiberPolylines& scene, SegmentPair pair, const Contact& contact) {
-  const double radii = scene.radiusAt(static_cast<std::size_t>(pair.a)) +
-                       scene.radiusAt(static_cast<std::size_t>(pair.b));
-  return radii > 0 ? std::max(-contact.distance / radii, 0.0) : 0;
-}
-
-/// Notes that the segment which starts at a point is in a pair. A fiber has one segment less than
-/// points.
-void mark(std::int32_t point, const FiberSegment& place, PageContacts& found) {
-  found.touching[static_cast<std::size_t>(point) - place.fiber] = 1;
-}
-
 }  // namespace
 
-PageContacts findPageContacts(const FiberTree& tree, const FiberPolylines& scene,
-                              const std::vector<MeshFile>& meshes, std::size_t most_pairs,
-                              std::size_t most_markers) {
+PageContacts findPageContacts(const PairSearch& search, std::size_t most_markers) {
+  FoundPairs all = findPairs(search);
   PageContacts found;
-  found.touching.resize(scene.segmentCount());
-  const FiberArrays<double> arrays = fiberArrays(scene);
-  FirstOf<DeepPair> pairs(most_markers, isDeeper), mesh_pairs(most_markers, isDeeper);
-  found.stopped = tree.visit(Touching{}, [&](SegmentPair pair) {
-    if (found.count == most_pairs) return true;
-    ++found.count;
-    const Contact contact = capsuleContact(arrays, pair);
-    mark(pair.a, contact.a, found);
-    mark(pair.b, contact.b, found);
-    pairs.add({{pair.a, pair.b}, relativeDepth(scene, pair, contact)});
-    return false;
-  });
-  found.markers = markersOf(pairs, [&](const FoundPair& pair) {
-    return FoundContact(capsuleContact(arrays, {pair.a, pair.b}));
-  });
-
-  const auto meshContactOf = [&](const FoundPair& pair) {
-    const TriangleMesh& mesh = meshes[static_cast<std::size_t>(pair.mesh)].mesh;
-    return FoundContact(meshContact(arrays, mesh, {pair.a, pair.b}), pair.mesh);
+  found.stopped = !all.complete;
+  found.touching = std::move(all.touching);
+  const auto contactIn = [&](const FoundPair& pair) {
+    return contactOf(pair, search.scene, nullptr, *search.meshes);
   };
-  for (std::size_t m = 0; m < meshes.size(); ++m) {
-    const TouchingSegments touching = findTouching(tree, scene, meshes[m], most_pairs);
-    found.mesh_count += touching.pairs.size();
-    found.stopped = found.stopped || !touching.complete;
-    for (const TrianglePair& pair : touching.pairs) {
-      const FoundPair one = {pair.segment, pair.triangle, static_cast<std::int32_t>(m)};
-      const FoundContact contact = meshContactOf(one);
-      mark(pair.segment, contact.a, found);
-      mesh_pairs.add({one, std::max(-contact.distance, 0.0)});
+  FirstOf<DeepPair> pairs(most_markers, isDeeper), mesh_pairs(most_markers, isDeeper);
+  for (const FoundPair& pair : all.pairs) {
+    const double depth = std::max(-contactIn(pair).distance, 0.0);
+    if (pair.mesh != kNoMesh) {
+      ++found.mesh_count;
+      mesh_pairs.add({pair, depth});
+    } else {
+      ++found.count;
+      const double radii = search.scene.radiusAt(static_cast<std::size_t>(pair.a)) +
+                           search.scene.radiusAt(static_cast<std::size_t>(pair.b));
+      pairs.add({pair, radii > 0 ? depth / radii : 0});
     }
   }
-  found.mesh_markers = markersOf(mesh_pairs, meshContactOf);
+  found.markers = markersOf(pairs, contactIn);
+  found.mesh_markers = markersOf(mesh_pairs, contactIn);
   return found;
 }
 
@@ -94,8 +70,11 @@ PageContacts takeImpacts(const StepScene& step, const StepImpacts& all, double u
     const Impact& impact = all.impacts[first];
     const FoundContact contact(contactOf(step, impact));
     ++found.count;
-    mark(impact.pair.a, contact.a, found);
-    mark(impact.pair.b, contact.b, found);
+    for (const auto& [point, place] :
+         {std::pair(impact.pair.a, contact.a), {impact.pair.b, contact.b}}) {
+      // A fiber has one segment less than points.
+      found.touching[static_cast<std::size_t>(point) - place.fiber] = 1;
+    }
     if (found.markers.size() < most_markers) found.markers.push_back({contact, 0, impact.time});
   }
   return found;

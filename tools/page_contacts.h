@@ -5,8 +5,6 @@
 #include <vector>
 
 #include <fcl_fibers/contact.h>
-#include <fcl_fibers/fiber_polylines.h>
-#include <fcl_fibers/fiber_tree.h>
 
 #include "found_pairs.h"
 #include "step_impacts.h"
@@ -31,13 +29,8 @@ struct PageContacts {
   std::vector<Marker> mesh_markers;     ///< likewise with a mesh
 };
 
-/// Finds the pairs of a scene in bounded memory.
-/// @param tree  built from the scene, with Report::kCapsules
-/// @param most_pairs  the search stops after so many pairs, because a radius far too large makes
-///   all segments touch
-PageContacts findPageContacts(const FiberTree& tree, const FiberPolylines& scene,
-                              const std::vector<MeshFile>& meshes, std::size_t most_pairs,
-                              std::size_t most_markers);
+/// Finds the pairs of a scene with itself and with meshes.
+PageContacts findPageContacts(const PairSearch& search, std::size_t most_markers);
 
 /// The impacts of a step after one time and up to another, as contacts that have no depth.
 /// @param first  the first of them among those of the step; then that behind them

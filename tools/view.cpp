@@ -15,7 +15,6 @@
 #include "bytes.h"
 #include "commands.h"
 #include "drawn_points.h"
-#include "mesh_size.h"
 #include "output_file.h"
 #include "page.h"
 #include "page_contacts.h"
@@ -221,7 +220,10 @@ json sceneJson(const SceneSource& source, const Request& request,
     const FiberPolylines& fibers = frames[i].fibers;
     json frame =
         frameJson(fibers, frames[i].label, thinning, steps, request, [&](const FiberTree& tree) {
-          if (!step) return findPageContacts(tree, fibers, meshes, request.limit, most_markers);
+          if (!step) {
+            return findPageContacts({tree, fibers, request.limit, nullptr, true, &meshes},
+                                    most_markers);
+          }
           const double time = static_cast<double>(i) / kInstants;
           return takeImpacts(*step, impacts, time, most_markers, next_impact);
         });
