@@ -20,25 +20,12 @@
 
 #include "arrays.h"
 #include "errors.h"
+#include "lock.h"
 #include "polylines.h"
 #include "tree.h"
 
 namespace fcl_fibers::python {
 namespace {
-
-FiberTreeOptions treeOptions(bool capsules, bool bundle, bool boxes, int ignored_neighbors,
-                             double ignored_arc_length, double margin, int threads) {
-  FiberTreeOptions options;
-  options.report = capsules ? Report::kCapsules : Report::kVolumes;
-  options.topology = bundle ? Topology::kBundle : Topology::kSuperThread;
-  options.volumes =
-      boxes ? FiberTreeOptions::Volumes::kLayeredBoxes : FiberTreeOptions::Volumes::kWrappedSpheres;
-  options.ignored_neighbors = ignored_neighbors;
-  options.ignored_arc_length = ignored_arc_length;
-  options.margin = margin;
-  options.threads = threads;
-  return options;
-}
 
 template <typename T>
 std::vector<T> numbersOf(const char* name, const py::object& array) {
@@ -110,7 +97,7 @@ void writeFile(const std::string& path, const FiberNumbers& numbers, const Fiber
   hair ? io::writeHair(path, fibers) : io::exportFibers(path, fibers);
 }
 
-void addTree(py::module_& module) {
+void addFibers(py::module_& module) {
   py::class_<FiberLayout>(module, "Layout")
       .def(py::init(&layoutOf), py::arg("offsets"), py::arg("closed"), py::arg("groups"),
            py::arg("meets"), py::arg("root_segments"));
@@ -122,57 +109,6 @@ void addTree(py::module_& module) {
       .def_readonly("points", &FiberNumbers::points)
       .def_readonly("radii", &FiberNumbers::radii)
       .def_readonly("radii_are", &FiberNumbers::radii_are);
-
-  using Other = const Tree*;
-  // A query takes a copy of a mesh, so that the program may move the mesh meanwhile.
-  using MeshCopy = TriangleMesh;
-  py::class_<Tree>(module, "Tree")
-      .def(py::init([](bool capsules, bool bundle, bool boxes, int ignored_neighbors,
-                       double ignored_arc_length, double margin, int threads) {
-        return std::make_unique<Tree>(treeOptions(capsules, bundle, boxes, ignored_neighbors,
-                                                  ignored_arc_length, margin, threads));
-      }))
-      .def("build", &Tree::build)
-      .def("update", py::overload_cast<FiberNumbers>(&Tree::update))
-      .def("update", py::overload_cast<FiberNumbers, FiberNumbers>(&Tree::update))
-      .def_property_readonly("numbers", &Tree::numbers)
-      .def_property_readonly("offsets", &Tree::offsets)
-      .def("pairs", py::overload_cast<Other>(&Tree::pairs, py::const_))
-      .def("pairs", [](const Tree& tree, MeshCopy mesh) { return tree.pairs(mesh); })
-      .def("moving_pairs", &Tree::movingPairs)
-      .def("visit_pairs", &Tree::visitPairs)
-      .def("contacts", py::overload_cast<Other>(&Tree::contacts, py::const_))
-      .def("contacts", [](const Tree& tree, MeshCopy mesh) { return tree.contacts(mesh); })
-      .def("impacts", py::overload_cast<Other>(&Tree::impacts, py::const_))
-      .def("impacts",
-           [](const Tree& tree, MeshCopy start, MeshCopy end) { return tree.impacts(start, end); })
-      .def("impact_contacts",
-           py::overload_cast<const py::array&, Other>(&Tree::impactContacts, py::const_))
-      .def("impact_contacts", [](const Tree& tree, const py::array& impacts, MeshCopy start,
-                                 MeshCopy end) { return tree.impactContacts(impacts, start, end); })
-      .def("safe_step", py::overload_cast<Other>(&Tree::safeStep, py::const_))
-      .def("safe_step",
-           [](const Tree& tree, MeshCopy start, MeshCopy end) { return tree.safeStep(start, end); })
-      .def("touching", [](const Tree& tree, MeshCopy mesh) { return tree.touching(mesh); })
-      .def("nearest", [](const Tree& tree, MeshCopy mesh,
-                         double distance) { return tree.nearest(mesh, distance); })
-      .def("overlaps_capsule",
-           [](const Tree& tree, const std::array<double, 3>& from, const std::array<double, 3>& to,
-              double radius) {
-             return tree.overlaps(CapsuleShape{from, to, radius});
-           })
-      .def("overlaps_box",
-           [](const Tree& tree, const std::array<double, 3>& low,
-              const std::array<double, 3>& high) {
-             return tree.overlaps(BoxShape{low, high});
-           })
-      .def("fiber_segments", &Tree::fiberSegments)
-      .def("volumes", &Tree::volumes)
-      .def_property_readonly("fiber_count", [](const Tree& t) { return t.tree().fiberCount(); })
-      .def_property_readonly("segment_count",
-                             [](const Tree& tree) { return tree.tree().segmentCount(); })
-      .def_property_readonly("memory_usage",
-                             [](const Tree& tree) { return tree.tree().memoryUsage(); });
 
   module.def(
       "root_segments", [](const FiberNumbers& numbers, const FiberLayout& layout, double length) {
@@ -224,6 +160,7 @@ PYBIND11_MODULE(_core, module) {
   module.attr("pybind11_version") = py::make_tuple(PYBIND11_VERSION_MAJOR, PYBIND11_VERSION_MINOR);
   translateErrors();
   addMesh(module);
+  addFibers(module);
   addTree(module);
   module.def("read", &readFile);
   module.def("write", &writeFile);
