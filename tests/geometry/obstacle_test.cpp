@@ -185,7 +185,9 @@ Obstacle randomBox(Random& random, const Vec3d& half, double skew) {
   const auto side = [&](double length, int i) {
     return length * fromEigen(turn.col(i) + skew * random.direction());
   };
-  return makeBox(fromEigen(random.inCube(1)), side(half.x, 0), side(half.y, 1), side(half.z, 2));
+  const Vec3d at[] = {fromEigen(random.inCube(1)), side(half.x, 0), side(half.y, 1),
+                      side(half.z, 2)};
+  return makeBox(at[0], at[1], at[2], at[3]);
 }
 
 Segment randomSegment(Random& random, double length) {
@@ -195,7 +197,8 @@ Segment randomSegment(Random& random, double length) {
 
 double randomSize(Random& random) {
   const double sizes[] = {1, 1, 1, 0, 1e-3, 1e-8, 1e-13, 30};
-  return sizes[random.below(8)] * random.between(0.1, 1);
+  const double size = sizes[random.below(8)];
+  return size * random.between(0.1, 1);
 }
 
 TEST(ObstacleBox, DecisionsAreExactForTurnedBoxes) {
@@ -219,10 +222,10 @@ TEST(ObstacleBox, DecisionsAreExactBesideFacesAndEdges) {
     const Vec3d across = i % 3 == 0 ? box.vector[1] : 0.7 * box.vector[1] - 0.2 * box.vector[0];
     const double tilt = std::pow(10.0, -random.between(1, 17));
     const double height = 1 + (random.below(3) == 0 ? 0 : std::pow(10.0, -random.between(0, 16)));
-    const Vec3d middle = box.point + height * box.vector[2] +
-                         random.between(-1, 1) * box.vector[0] +
-                         (i % 3 == 1 ? height : random.between(-2, 2)) * box.vector[1];
-    const Vec3d along = random.between(0.1, 3) * across + tilt * fromEigen(random.direction());
+    const double x = random.between(-1, 1), y = i % 3 == 1 ? height : random.between(-2, 2);
+    const Vec3d middle = box.point + height * box.vector[2] + x * box.vector[0] + y * box.vector[1];
+    const Vec3d way = random.between(0.1, 3) * across;
+    const Vec3d along = way + tilt * fromEigen(random.direction());
     ASSERT_NO_FATAL_FAILURE(expectExactDecisions({middle - along, middle + along, 0}, box)) << i;
   }
 }

@@ -64,7 +64,8 @@ void make(Random& random, double size, Sphere& sphere) {
 }
 void make(Random& random, double size, Segment& segment) {
   segment.a = size * fromEigen(random.inCube(1));
-  segment.b = segment.a + extentOf(random, size) * fromEigen(random.inCube(1));
+  const double length = extentOf(random, size);
+  segment.b = segment.a + length * fromEigen(random.inCube(1));
   segment.radius = extentOf(random, size);
 }
 
@@ -296,7 +297,8 @@ TYPED_TEST(PosedChangeOf, HoldsWhatIsHugeOrTiny) {
   Random random(6);
   for (int i = 0; i < 20000; ++i) {
     AffineMap map = turned(random, powerOfTen(random, -300, 300), 1e-9);
-    map.shift = powerOfTen(random, -300, 300) * fromEigen(random.inCube(1));
+    const double far = powerOfTen(random, -300, 300);
+    map.shift = far * fromEigen(random.inCube(1));
     typename TypeParam::Volume volume;
     make(random, powerOfTen(random, -30, 18), volume);
     const double growth = i % 2 == 0 ? 0 : powerOfTen(random, -300, 300);

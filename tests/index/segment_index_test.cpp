@@ -723,24 +723,6 @@ TEST_P(SegmentIndexTest, AClearedIndexIsEmpty) {
   EXPECT_FALSE(pairsOf(index).empty());
 }
 
-// A clone would answer for the original's segments, or stop with them.
-TEST_P(SegmentIndexTest, ACopyAnswersAlikeAndGoesItsOwnWay) {
-  const World world = smallWorld();
-  SegmentIndex index(options(2)), copy(options(1));
-  world.build(index);
-  const PairList pairs = pairsOf(index);
-  copy.copy(index);
-  EXPECT_TRUE(pairsOf(copy) == pairs);
-  World moved = world;
-  Random random(45);
-  for (SegmentId id = 0; id < moved.count(); ++id) moved.move(id, random, 0.03);
-  EXPECT_TRUE(moved.refit(copy));
-  EXPECT_TRUE(pairsOf(index) == pairs);
-  EXPECT_TRUE(moved.refit(index));
-  EXPECT_TRUE(pairsOf(copy) == pairsOf(index));
-  EXPECT_FALSE(pairsOf(copy) == pairs);
-}
-
 // --- Boxes that are open to a side ---
 
 /// In turn a slab, a half-space, a half-open box, a column and all of space, at some place.
@@ -954,23 +936,6 @@ TEST_P(SegmentIndexTest, IdsMayStartAnywhere) {
     EXPECT_TRUE(early.refitSome(from_zero, {0, 20, 449}));
     expectAlike("some refitted");
   }
-}
-
-// What came late would not meet what was there, or twice.
-TEST_P(SegmentIndexTest, TwoPartsOfAWorldHaveItsPairs) {
-  World world = smallWorld();
-  world.segments[100] = slab();
-  world.segments[500] = openBox(2, {0, 0, 0});
-  SegmentIndex all(options()), first(options(2)), second(options());
-  world.build(all);
-  world.build(first, 0, 420);
-  world.build(second, 420, world.count());
-  PairList found = pairsOf(first);
-  for (const PairList& more : {pairsOf(second), pairsOf(first, second, nullptr)}) {
-    found.insert(found.end(), more.begin(), more.end());
-  }
-  EXPECT_FALSE(hasDuplicates(asSet(found)));
-  EXPECT_TRUE(asSet(found) == asSet(pairsOf(all)));
 }
 
 World inFrame(World world, const Frame& frame) {

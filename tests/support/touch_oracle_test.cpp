@@ -62,12 +62,20 @@ TEST(TouchOracleTest, KnowsContactToTheLastBit) {
   expectBoth(capsule({0, 0, 0}, {0, 0, 0}, 2), capsule({3, 4, 0}, {3, 4, 0}, down(3)), false);
 }
 
+/// One time in three nearly parallel to p, or exactly.
+void layAlong(Random& random, int i, const GivenCapsule& p, GivenCapsule& q) {
+  if (i % 3 != 0) return;
+  const double tilt = i % 2 == 0 ? 0 : std::ldexp(1.0, -static_cast<int>(random.below(60)));
+  for (std::size_t k = 0; k < 3; ++k) q.b[k] = q.a[k] + (p.b[k] - p.a[k]) + tilt * random.unit();
+}
+
 // A slip in one of the cases: at an end, within one segment, within both.
 TEST(TouchOracleTest, IntegersAgreeWithTheDistance) {
   Random random(21);
   for (int i = 0; i < 3000; ++i) {
     GivenCapsule p = randomCapsule(random, i % 7 == 0 ? 0 : 1, 0);
-    const GivenCapsule q = randomCapsule(random, i % 11 == 0 ? 0 : 1, 0);
+    GivenCapsule q = randomCapsule(random, i % 11 == 0 ? 0 : 1, 0);
+    layAlong(random, i, p, q);
     const Real distance = distanceOf(p, q);
     p.radius = static_cast<double>(distance) * (1 + 1e-14);
     ASSERT_TRUE(TouchOracle::touchExactly(p, q, 0)) << i;
@@ -84,11 +92,7 @@ TEST(TouchOracleTest, TheFilterNeverContradictsIntegers) {
   for (int i = 0; i < 20000; ++i) {
     const double scale = std::ldexp(1.0, static_cast<int>(random.below(1000)) - 500);
     GivenCapsule p = randomCapsule(random, 1, 0), q = randomCapsule(random, 1, 0);
-    if (i % 3 == 0) {  // Nearly parallel, or exactly.
-      const double tilt = i % 2 == 0 ? 0 : std::ldexp(1.0, -static_cast<int>(random.below(60)));
-      for (std::size_t k = 0; k < 3; ++k)
-        q.b[k] = q.a[k] + (p.b[k] - p.a[k]) + tilt * random.unit();
-    }
+    layAlong(random, i, p, q);
     const auto distance = static_cast<double>(distanceOf(p, q));
     p.radius = distance * (1 + std::ldexp(random.unit() - 0.5, -static_cast<int>(i % 55)));
     for (GivenCapsule* c : {&p, &q}) {
