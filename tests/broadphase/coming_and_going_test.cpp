@@ -179,7 +179,10 @@ TYPED_TEST(ComingAndGoing, OneMayComeAndGoForever) {
       for (int frame = 0; frame < 600; ++frame) {
         auto* one = visitor;
         if (one == nullptr) one = managed.unregister(random.below(managed.size()));
-        if (one == tool) jolt(*one, random, 0.02, 0.1);
+        if (one == tool) {
+          moveTo(*one, makePose<S>(Eigen::Quaterniond::Identity(), {0.1, 0, 0}));
+          jolt(*one, random, 0.02, 0.1);
+        }
         managed.registerObject(one);
         if (frame % 50 == 0) {
           EXPECT_TRUE(managed.answersWith(one)) << frame;

