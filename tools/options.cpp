@@ -49,6 +49,13 @@ CLI::Option* add(CLI::App& command, const char* names, Value& value, const char*
   return command.add_option(names, value, what)->type_name(type);
 }
 
+/// A number of 0 or more.
+template <typename Value>
+CLI::Option* addNumber(CLI::App& command, const char* names, Value& value, const char* type,
+                       const std::string& what) {
+  return add(command, names, value, type, what)->check(kZeroOrMore);
+}
+
 template <typename Value>
 void addChoice(CLI::App& command, const char* name, Value& value, const char* type,
                const std::map<std::string, Value>& choices, const char* what) {
@@ -56,16 +63,245 @@ void addChoice(CLI::App& command, const char* name, Value& value, const char* ty
       ->transform(CLI::CheckedTransformer(choices).description(""));
 }
 
-void addRadiusOption(CLI::App& command, Arguments& arguments, const char* what, int most) {
-  CLI::Option* const radius = add(command, "-r,--radius", arguments.radii, "LENGTH", what)
-                                  ->expected(1, most)
-                                  ->check(kZeroOrMore)
-                                  ->allow_extra_args(false);
+std::string sceneText(const Arguments& arguments) {
+  return arguments.generated.make ? "A file, `-`, or a generated scene." : "A file, or `-`.";
+}
+
+void addScene(CLI::App& command, const char* name, const std::string& what, Arguments& arguments) {
+  const auto take = [&](const std::string& text) { arguments.scenes = {text}; };
+  command.add_option_function<std::string>(name, take, what)->required()->type_name("");
+}
+
+void addFile(CLI::App& command, const char* name, const char* type, Arguments& arguments) {
+  add(command, name, arguments.request.path, type,
+      "The file to write. It ends in .vtp (ParaView), .hair or .txt.")
+      ->required();
+}
+
+/// @param several  files, each of which may have a radius
+void addRadius(CLI::App& command, Arguments& arguments, bool several) {
+  CLI::Option* const radius =
+      add(command, "-r,--radius", arguments.radii, "LENGTH",
+          several ? "The radius of all files, in their unit. It replaces the\n"
+                    "radii in a file. Repeat it for a radius of each file."
+                  : "The radius of all fibers, in the file's unit. It replaces\n"
+                    "the radii in the file.")
+          ->expected(1, several ? CLI::detail::expected_max_vector_size : 1)
+          ->check(kZeroOrMore)
+          ->allow_extra_args(false);
   add(command, "--radius-from", arguments.radius_from, "NAME",
       "Take the radii from the array NAME of a .vtp file, instead of\n"
       "`radius`, or from column NAME of text, the fourth or a later\none.")
       ->check(kName)
       ->excludes(radius);
+}
+
+/// Which pairs of one fiber are left out.
+void addNeighbors(CLI::App& command, FiberTreeOptions& tree) {
+  addNumber(command, "-n,--ignored-neighbors", tree.ignored_neighbors, "N",
+            "Leave out pairs of one fiber that are at most N segments\n"
+            "apart. The default is 1, which leaves out adjacent segments.");
+  addNumber(command, "-a,--ignored-arc-length", tree.ignored_arc_length, "LENGTH",
+            "Leave out pairs of one fiber with at most LENGTH of it\n"
+            "between them. The default is 0.");
+}
+
+/// Neighbors, margin, topology and threads of a tree, and the limit of a search.
+void addSearch(CLI::App& command, Request& request) {
+  addNeighbors(command, request.tree);
+  addNumber(command, "-m,--margin", request.tree.margin, "LENGTH",
+            "Report pairs up to LENGTH apart, too. The default is 0.");
+  addChoice<Topology>(command, "--topology", request.tree.topology, "bundle|super-thread",
+                      {{"bundle", Topology::kBundle}, {"super-thread", Topology::kSuperThread}},
+                      "The shape of the tree: `bundle`, which is the default, or\n"
+                      "`super-thread`, which is the paper's.");
+  add(command, "--threads", request.tree.threads, "N", "Use N threads. The default is 1.")
+      ->check(kAboveZero);
+  add(command, "--limit", request.limit, "N",
+      "End the search of a frame after N pairs, or with --end\n"
+      "keep the first N, and warn. The default is 10,000,000.")
+      ->check(kAboveZero);
+}
+
+/// `--mesh`, which may be repeated, and what belongs to it. Returns the option `--mesh`.
+CLI::Option* addMeshes(CLI::App& command, MeshOptions& meshes) {
+  CLI::Option* const mesh = add(command, "--mesh", meshes.paths, "FILE",
+                                "Triangles that fibers may touch, as a Wavefront OBJ file, in\n"
+                                "the frame and unit of the fibers. Repeat it for more.")
+                                ->allow_extra_args(false);
+  addNumber(command, "--root-length", meshes.root_length, "LENGTH",
+            "Segments that begin at less than LENGTH along their fiber\n"
+            "meet no mesh, because they are in the scalp.")
+      ->needs(mesh);
+  addNumber(command, "--root-segments", meshes.root_segments, "N",
+            "The first N segments of each fiber meet no mesh.")
+      ->needs(mesh);
+  command
+      .add_flag("--solid", meshes.solid,
+                "The inside of meshes counts, too. They have to be watertight.")
+      ->needs(mesh);
+  return mesh;
+}
+
+CLI::Option* addJson(CLI::App& command, Request& request) {
+  return command.add_flag_callback(
+      "--json", [&request] { request.output = Output::kJson; }, "Print JSON, for programs.");
+}
+
+void addGenerate(CLI::App& command, Arguments& arguments) {
+  addScene(command, "SCENE", sceneText(arguments), arguments);
+  addFile(command, "-o,--output", "FILE", arguments);
+}
+
+void addConvert(CLI::App& command, Arguments& arguments) {
+  addScene(command, "IN", "The file to read, or `-`.", arguments);
+  addFile(command, "OUT", "", arguments);
+  addRadius(command, arguments, false);
+  command.footer(
+      "No radius is needed. Radii of points are kept, except in .txt, which has no place for them. "
+      "What\nelse a file holds is not, and is warned of.");
+}
+
+void addInfo(CLI::App& command, Arguments& arguments) {
+  addScene(command, "SCENE", sceneText(arguments), arguments);
+  addRadius(command, arguments, false);
+  addJson(command, arguments.request);
+}
+
+void addCheck(CLI::App& command, Arguments& arguments) {
+  Request& request = arguments.request;
+  add(command, "SCENES", arguments.scenes, "",
+      sceneText(arguments) + " Several are frames of one\nscene.")
+      ->required();
+  CLI::Option* const against =
+      add(command, "--against", arguments.other, "SCENE",
+          "Look for pairs of each scene with SCENE, instead of pairs\nwithin it.");
+  add(command, "--end", arguments.end, "SCENE",
+      "List pairs that touch while the fibers move from SCENES to\nSCENE in a straight "
+      "line, and when. Both have the same fibers.");
+  CLI::Option* const mesh = addMeshes(command, request.meshes);
+  command.add_flag("--meshes-only", request.meshes_only, "Leave out pairs of two fibers.")
+      ->needs(mesh)
+      ->excludes(against);
+  addRadius(command, arguments, true);
+  addSearch(command, request);
+  using Volumes = FiberTreeOptions::Volumes;
+  addChoice<Report>(
+      command, "--report", request.tree.report, "capsules|volumes",
+      {{"capsules", Report::kCapsules}, {"volumes", Report::kVolumes}},
+      "Look for capsules that touch, or for volumes that overlap.\nThe default is capsules.");
+  addChoice<Volumes>(command, "--volumes", request.tree.volumes, "boxes|spheres",
+                     {{"boxes", Volumes::kLayeredBoxes}, {"spheres", Volumes::kWrappedSpheres}},
+                     "The volumes of the tree. The default is boxes.");
+  addChoice<Request::Order>(
+      command, "--sort", request.order, "depth|fiber",
+      {{"depth", Request::Order::kDepth}, {"fiber", Request::Order::kFiber}},
+      "List the deepest first, with --end the first in time, which is\nthe default, or in the "
+      "order of the fibers.");
+  add(command, "--top", request.top, "N",
+      "List the first N only. The default for text is 10. CSV and\nJSON list all.")
+      ->check(kAboveZero);
+  command.add_flag(
+      "--summary", request.summary,
+      "List pairs of fibers, or of a fiber and a mesh, with their\nnumbers of contacts "
+      "and least distances.");
+  CLI::Option* const json = addJson(command, request);
+  command
+      .add_flag_callback(
+          "--csv", [&request] { request.output = Output::kCsv; }, "Print comma-separated values.")
+      ->excludes(json);
+  add(command, "-o,--output", request.path, "FILE", "Write to FILE instead of stdout.");
+  command.add_flag("--exit-zero", request.exit_zero, "Return 0 if there are contacts, too.");
+  constexpr const char* kGroup = "Pictures, .vtp";
+  const auto picture = [&](const char* name, std::string& path, const char* what) {
+    add(command, name, path, "FILE", what)->check(kVtp)->group(kGroup);
+  };
+  picture("--write-segments", request.segments_path,
+          "Write the segments, with `fiber`, `segment` and `touching`.");
+  picture("--write-contacts", request.contacts_path,
+          "Write a point between the two segments of each pair.");
+  picture("--write-volumes", request.volumes_path, "Write the volumes of one level of the tree.");
+  addNumber(command, "--depth", request.depth, "N",
+            "The depth of that level. The root has depth 0. The default\nis 2.")
+      ->group(kGroup);
+  command.footer(
+      "The exit code is 0 without contacts, 1 with contacts, and 2 after an error.\n"
+      "CSV has a line for each contact. JSON has the same names, with points and normals as "
+      "lists:\n"
+      "  fiber_a, segment_a, s   One segment, counted from 0, and the place along it, from 0 to "
+      "1.\n"
+      "  fiber_b, segment_b, t   The other segment.\n"
+      "  distance                From surface to surface. It is negative if they overlap.\n"
+      "  point_a_x, ...          The point on the surface of a that is nearest to b, or deepest in "
+      "it.\n"
+      "  point_b_x, ...          The point on the surface of b, likewise.\n"
+      "  normal_x, ...           The direction from a to b, of length one.\n"
+      "With --mesh there are also contacts of a segment and a mesh, without fiber_b, segment_b and "
+      "t:\n"
+      "  mesh, triangle          A mesh, and the triangle into which the segment is deepest.\n"
+      "  weight_0, ...           The place in the triangle: the weights of its three points.\n"
+      "  solid                   1 if the segment is in a solid mesh, else 0.\n"
+      "With --end there is the time at which a pair first touches, and the contact is that of "
+      "then:\n"
+      "  time                    From 0, the start, where some may touch already, to 1, the end.");
+}
+
+void addDistance(CLI::App& command, Arguments& arguments) {
+  addScene(command, "SCENE", sceneText(arguments), arguments);
+  add(command, "OTHER", arguments.other, "",
+      "Another scene. The distance is then from SCENE to OTHER.");
+  addRadius(command, arguments, true);
+  addNeighbors(command, arguments.request.tree);
+  addJson(command, arguments.request);
+  command.footer(
+      "The distance is from surface to surface. It is negative if fibers overlap, and then it is "
+      "the\ndeepest overlap; `check` lists all. Two segments of one fiber count only if the fiber "
+      "turns\nback to itself: the part between them has to be longer than half a circle over their "
+      "distance.");
+}
+
+void addReplay(CLI::App& command, Arguments& arguments) {
+  add(command, "FILE", arguments.request.path, "", "The file that the ShadowManager has written.")
+      ->required();
+  command.footer(
+      "Asks FCL's manager and ours again, up to the first call in which they differ, and explains "
+      "the\ndifference. The exit code is 1 if they differ.");
+}
+
+void addView(CLI::App& command, Arguments& arguments) {
+  Request& request = arguments.request;
+  add(command, "SCENES", arguments.scenes, "", "The scenes that the page shows.")->required();
+  addRadius(command, arguments, true);
+  command.add_option("-o,--output", request.path, "Write the page to FILE, which ends in .html.")
+      ->required()
+      ->type_name("FILE");
+  add(command, "--end", arguments.end, "SCENE",
+      "Play a step from the one scene to SCENE, which has the same\nfibers, and mark pairs "
+      "when they first touch.");
+  addMeshes(command, request.meshes);
+  addSearch(command, request);
+  add(command, "--depth", request.depth, "N", "The depth of the deepest volumes. The default is 2.")
+      ->check(CLI::Range(0, 8).description(""));
+  add(command, "--points", request.points, "N",
+      "The most points to draw, of all frames. The default is 1,000,000.")
+      ->check(CLI::Range(std::size_t{1000}, std::size_t{100000000}).description(""));
+  add(command, "--up", request.up, "x|y|z",
+      "The axis that points up. Without it the program guesses.")
+      ->check(CLI::IsMember({"x", "y", "z"}).description(""));
+  command.add_flag("--fragment", request.fragment,
+                   "Write a fragment without a head, to put into another page.");
+  const bool generated = static_cast<bool>(arguments.generated.make);
+  command.footer(
+      std::string(
+          generated ? "Generated scenes have a radius of their own, or the key `radius`.\n"
+                      "Scenes with frames are played: `paper-dynamic`, or `helix:frames=0:100:5`.\n"
+                    : "") +
+      "If a scene has more points than --points, every nth fiber and point is drawn.\n"
+      "Contacts are searched among all points. A page marks the deepest 100,000 of a frame.\n"
+      "Without --up, " +
+      (generated ? "z points up in generated scenes and y in TressFX files; for others it is\n"
+                 : "y points up in TressFX files; for others it is\n") +
+      "guessed from how the fibers run.");
 }
 
 }  // namespace
@@ -99,156 +335,23 @@ void Arguments::nameScenes() {
   }
 }
 
-std::string sceneText(const Arguments& arguments) {
-  return arguments.generated.make ? "A file, `-`, or a generated scene." : "A file, or `-`.";
-}
-
-void addScene(CLI::App& command, const char* name, const std::string& what, Arguments& arguments) {
-  const auto take = [&](const std::string& text) { arguments.scenes = {text}; };
-  command.add_option_function<std::string>(name, take, what)->required()->type_name("");
-}
-
-void addScenes(CLI::App& command, const std::string& what, Arguments& arguments) {
-  add(command, "SCENES", arguments.scenes, "", what)->required();
-}
-
-void addFile(CLI::App& command, const char* name, const char* type, Arguments& arguments) {
-  add(command, name, arguments.request.path, type,
-      "The file to write. It ends in .vtp (ParaView), .hair or .txt.")
-      ->required();
-}
-
-void addRadius(CLI::App& command, Arguments& arguments) {
-  addRadiusOption(
-      command, arguments,
-      "The radius of all fibers, in the file's unit. It replaces\nthe radii in the file.", 1);
-}
-
-void addRadii(CLI::App& command, Arguments& arguments) {
-  addRadiusOption(command, arguments,
-                  "The radius of all files, in their unit. It replaces the\n"
-                  "radii in a file. Repeat it for a radius of each file.",
-                  CLI::detail::expected_max_vector_size);
-}
-
-void addNeighbors(CLI::App& command, FiberTreeOptions& tree) {
-  add(command, "-n,--ignored-neighbors", tree.ignored_neighbors, "N",
-      "Leave out pairs of one fiber that are at most N segments\n"
-      "apart. The default is 1, which leaves out adjacent segments.")
-      ->check(kZeroOrMore);
-  add(command, "-a,--ignored-arc-length", tree.ignored_arc_length, "LENGTH",
-      "Leave out pairs of one fiber with at most LENGTH of it\n"
-      "between them. The default is 0.")
-      ->check(kZeroOrMore);
-}
-
-void addSearch(CLI::App& command, Request& request) {
-  addNeighbors(command, request.tree);
-  add(command, "-m,--margin", request.tree.margin, "LENGTH",
-      "Report pairs up to LENGTH apart, too. The default is 0.")
-      ->check(kZeroOrMore);
-  addChoice<Topology>(command, "--topology", request.tree.topology, "bundle|super-thread",
-                      {{"bundle", Topology::kBundle}, {"super-thread", Topology::kSuperThread}},
-                      "The shape of the tree: `bundle`, which is the default, or\n"
-                      "`super-thread`, which is the paper's.");
-  add(command, "--threads", request.tree.threads, "N", "Use N threads. The default is 1.")
-      ->check(kAboveZero);
-  add(command, "--limit", request.limit, "N",
-      "End the search of a frame after N pairs, or with --end\n"
-      "keep the first N, and warn. The default is 10,000,000.")
-      ->check(kAboveZero);
-}
-
-CLI::Option* addMeshes(CLI::App& command, MeshOptions& meshes) {
-  CLI::Option* const mesh = add(command, "--mesh", meshes.paths, "FILE",
-                                "Triangles that fibers may touch, as a Wavefront OBJ file, in\n"
-                                "the frame and unit of the fibers. Repeat it for more.")
-                                ->allow_extra_args(false);
-  add(command, "--root-length", meshes.root_length, "LENGTH",
-      "Segments that begin at less than LENGTH along their fiber\n"
-      "meet no mesh, because they are in the scalp.")
-      ->check(kZeroOrMore)
-      ->needs(mesh);
-  add(command, "--root-segments", meshes.root_segments, "N",
-      "The first N segments of each fiber meet no mesh.")
-      ->check(kZeroOrMore)
-      ->needs(mesh);
-  command
-      .add_flag("--solid", meshes.solid,
-                "The inside of meshes counts, too. They have to be watertight.")
-      ->needs(mesh);
-  return mesh;
-}
-
-void addEnd(CLI::App& command, Arguments& arguments, const char* what) {
-  add(command, "--end", arguments.end, "SCENE", what);
-}
-
-void addReport(CLI::App& command, FiberTreeOptions& tree) {
-  using Volumes = FiberTreeOptions::Volumes;
-  addChoice<Report>(
-      command, "--report", tree.report, "capsules|volumes",
-      {{"capsules", Report::kCapsules}, {"volumes", Report::kVolumes}},
-      "Look for capsules that touch, or for volumes that overlap.\nThe default is capsules.");
-  addChoice<Volumes>(command, "--volumes", tree.volumes, "boxes|spheres",
-                     {{"boxes", Volumes::kLayeredBoxes}, {"spheres", Volumes::kWrappedSpheres}},
-                     "The volumes of the tree. The default is boxes.");
-}
-
-void addList(CLI::App& command, Request& request) {
-  addChoice<Request::Order>(
-      command, "--sort", request.order, "depth|fiber",
-      {{"depth", Request::Order::kDepth}, {"fiber", Request::Order::kFiber}},
-      "List the deepest first, with --end the first in time, which is\nthe default, or in the "
-      "order of the fibers.");
-  add(command, "--top", request.top, "N",
-      "List the first N only. The default for text is 10. CSV and\nJSON list all.")
-      ->check(kAboveZero);
-  command.add_flag(
-      "--summary", request.summary,
-      "List pairs of fibers, or of a fiber and a mesh, with their\nnumbers of contacts "
-      "and least distances.");
-  CLI::Option* const json = addJson(command, request);
-  command
-      .add_flag_callback(
-          "--csv", [&request] { request.output = Output::kCsv; }, "Print comma-separated values.")
-      ->excludes(json);
-  add(command, "-o,--output", request.path, "FILE", "Write to FILE instead of stdout.");
-  command.add_flag("--exit-zero", request.exit_zero, "Return 0 if there are contacts, too.");
-}
-
-void addPictures(CLI::App& command, Request& request) {
-  constexpr const char* kGroup = "Pictures, .vtp";
-  const auto picture = [&](const char* name, std::string& path, const char* what) {
-    add(command, name, path, "FILE", what)->check(kVtp)->group(kGroup);
-  };
-  picture("--write-segments", request.segments_path,
-          "Write the segments, with `fiber`, `segment` and `touching`.");
-  picture("--write-contacts", request.contacts_path,
-          "Write a point between the two segments of each pair.");
-  picture("--write-volumes", request.volumes_path, "Write the volumes of one level of the tree.");
-  add(command, "--depth", request.depth, "N",
-      "The depth of that level. The root has depth 0. The default\nis 2.")
-      ->check(kZeroOrMore)
-      ->group(kGroup);
-}
-
-void addDrawing(CLI::App& command, Request& request) {
-  add(command, "--depth", request.depth, "N", "The depth of the deepest volumes. The default is 2.")
-      ->check(CLI::Range(0, 8).description(""));
-  add(command, "--points", request.points, "N",
-      "The most points to draw, of all frames. The default is 1,000,000.")
-      ->check(CLI::Range(std::size_t{1000}, std::size_t{100000000}).description(""));
-  add(command, "--up", request.up, "x|y|z",
-      "The axis that points up. Without it the program guesses.")
-      ->check(CLI::IsMember({"x", "y", "z"}).description(""));
-  command.add_flag("--fragment", request.fragment,
-                   "Write a fragment without a head, to put into another page.");
-}
-
-CLI::Option* addJson(CLI::App& command, Request& request) {
-  return command.add_flag_callback(
-      "--json", [&request] { request.output = Output::kJson; }, "Print JSON, for programs.");
+std::vector<Command> commandsOf(const ProgramParts& parts) {
+  std::vector<Command> commands;
+  if (parts.scenes.make) {
+    commands.push_back({"generate", "Write a generated scene to a file.", addGenerate, generate});
+  }
+  commands.push_back(
+      {"convert", "Write the fibers of a file in another format.", addConvert, convert});
+  commands.push_back({"info", "Count and measure a scene, and warn of oddities.", addInfo, info});
+  commands.push_back({"check", "List the segments that touch.", addCheck, check});
+  commands.push_back({"distance", "Find the least distance between fibers, and its place.",
+                      addDistance, distance});
+  if (parts.replay) {
+    commands.push_back({"replay", "Make the calls of a ShadowManager's record again.", addReplay,
+                        [&](const Request& request) { return parts.replay(request.path); }});
+  }
+  commands.push_back({"view", "Write a page that shows scenes in 3D, offline.", addView, view});
+  return commands;
 }
 
 }  // namespace fcl_fibers::tools

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include "commands.h"
+#include "program.h"
 
 namespace fcl_fibers::tools {
 
@@ -24,41 +26,14 @@ struct Arguments {
   void nameScenes();
 };
 
-// Options of commands, in the order of their help.
+struct Command {
+  std::string name;
+  const char* what;  ///< it does
+  void (*addOptions)(CLI::App& command, Arguments& arguments);
+  std::function<int(const Request& request)> run;
+};
 
-/// What a scene may be.
-std::string sceneText(const Arguments& arguments);
-
-/// The positional that is a scene, or that are several.
-void addScene(CLI::App& command, const char* name, const std::string& what, Arguments& arguments);
-void addScenes(CLI::App& command, const std::string& what, Arguments& arguments);
-
-/// The file that `convert` and `generate` write.
-void addFile(CLI::App& command, const char* name, const char* type, Arguments& arguments);
-
-/// `--radius` of one file, or of each file if there may be several, and `--radius-from`.
-void addRadius(CLI::App& command, Arguments& arguments);
-void addRadii(CLI::App& command, Arguments& arguments);
-
-/// Which pairs of one fiber are left out.
-void addNeighbors(CLI::App& command, FiberTreeOptions& tree);
-
-/// Neighbors, margin, topology and threads of a tree, and the limit of a search.
-void addSearch(CLI::App& command, Request& request);
-
-/// `--mesh`, which may be repeated, and what belongs to it. Returns the option `--mesh`.
-CLI::Option* addMeshes(CLI::App& command, MeshOptions& meshes);
-
-void addEnd(CLI::App& command, Arguments& arguments, const char* what);
-
-/// What `check` looks for, and how and where to it writes that.
-void addReport(CLI::App& command, FiberTreeOptions& tree);
-void addList(CLI::App& command, Request& request);
-void addPictures(CLI::App& command, Request& request);
-
-/// What `view` draws.
-void addDrawing(CLI::App& command, Request& request);
-
-CLI::Option* addJson(CLI::App& command, Request& request);
+/// The commands of a program, in the order of its help.
+std::vector<Command> commandsOf(const ProgramParts& parts);
 
 }  // namespace fcl_fibers::tools
