@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -24,37 +25,33 @@ struct Node {
   Point low, high;  ///< of the box around the axes
   double radius;    ///< the largest
   std::size_t fiber = kSeveral;
-  SegmentRange segments{};  ///< of the one fiber
-  std::size_t left = 0;     ///< child; 0 if there is none, since the root is the last node
-  std::size_t right = 0;
+  SegmentRange segments{};     ///< of the one fiber
+  const Node* left = nullptr;  ///< child
+  const Node* right = nullptr;
 };
 
 /// A binary tree over the segments of a scene: fibers are cut into halves, and joined by place.
 class Tree {
  public:
   explicit Tree(const FiberPolylines& scene) : scene_(scene) {
-    nodes_.emplace_back();  // no child has number 0
-    std::vector<std::size_t> fibers;
+    std::vector<const Node*> fibers;
     for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
       const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
       if (end - begin >= 2) fibers.push_back(cut(f, {begin, end - 2}));
     }
-    is_empty_ = fibers.empty();
-    if (!is_empty_) join(fibers.data(), fibers.data() + fibers.size());
+    if (!fibers.empty()) root_ = join(fibers.data(), fibers.data() + fibers.size());
   }
 
-  bool isEmpty() const { return is_empty_; }
-  const Node& root() const { return nodes_.back(); }
-  const Node& left(const Node& node) const { return nodes_[node.left]; }
-  const Node& right(const Node& node) const { return nodes_[node.right]; }
+  /// Null if there is no segment.
+  const Node* root() const { return root_; }
 
  private:
-  std::size_t cut(std::size_t fiber, SegmentRange segments) {
+  const Node* cut(std::size_t fiber, SegmentRange segments) {
     constexpr std::size_t kSegmentsOfLeaf = 4;
     const std::size_t count = segments.last - segments.first + 1;
     if (count > kSegmentsOfLeaf) {
       const std::size_t middle = segments.first + count / 2;
-      const std::size_t left = cut(fiber, {segments.first, middle - 1});
+      const Node* const left = cut(fiber, {segments.first, middle - 1});
       Node node = parent(left, cut(fiber, {middle, segments.last}));
       node.fiber = fiber;
       node.segments = segments;
@@ -71,48 +68,44 @@ class Tree {
     return add(leaf);
   }
 
-  std::size_t join(std::size_t* begin, std::size_t* end) {
+  const Node* join(const Node** begin, const Node** end) {
     if (end - begin == 1) return *begin;
-    const auto center = [&](std::size_t node, std::size_t k) {
-      return nodes_[node].low[k] / 2 + nodes_[node].high[k] / 2;
+    const auto center = [](const Node* node, std::size_t k) {
+      return node->low[k] / 2 + node->high[k] / 2;
     };
     std::size_t widest = 0;
     double width = -1;
     for (std::size_t k = 0; k < 3; ++k) {
       const auto [least, most] = std::minmax_element(
-          begin, end, [&](std::size_t a, std::size_t b) { return center(a, k) < center(b, k); });
+          begin, end, [&](const Node* a, const Node* b) { return center(a, k) < center(b, k); });
       if (center(*most, k) - center(*least, k) <= width) continue;
       width = center(*most, k) - center(*least, k);
       widest = k;
     }
-    std::size_t* const middle = begin + (end - begin) / 2;
-    std::nth_element(begin, middle, end, [&](std::size_t a, std::size_t b) {
-      return std::pair(center(a, widest), a) < std::pair(center(b, widest), b);
+    const Node** const middle = begin + (end - begin) / 2;
+    std::nth_element(begin, middle, end, [&](const Node* a, const Node* b) {
+      return std::pair(center(a, widest), a->fiber) < std::pair(center(b, widest), b->fiber);
     });
-    const std::size_t left = join(begin, middle);
+    const Node* const left = join(begin, middle);
     return add(parent(left, join(middle, end)));
   }
 
-  Node parent(std::size_t left, std::size_t right) const {
-    const Node &a = nodes_[left], &b = nodes_[right];
-    Node node{a.low, a.high, std::max(a.radius, b.radius)};
+  static Node parent(const Node* left, const Node* right) {
+    Node node = {left->low, left->high, std::max(left->radius, right->radius)};
     node.left = left;
     node.right = right;
     for (std::size_t k = 0; k < 3; ++k) {
-      node.low[k] = std::min(a.low[k], b.low[k]);
-      node.high[k] = std::max(a.high[k], b.high[k]);
+      node.low[k] = std::min(node.low[k], right->low[k]);
+      node.high[k] = std::max(node.high[k], right->high[k]);
     }
     return node;
   }
 
-  std::size_t add(const Node& node) {
-    nodes_.push_back(node);
-    return nodes_.size() - 1;
-  }
+  const Node* add(const Node& node) { return &nodes_.emplace_back(node); }
 
   const FiberPolylines& scene_;
-  std::vector<Node> nodes_;
-  bool is_empty_ = true;
+  std::deque<Node> nodes_;
+  const Node* root_ = nullptr;
 };
 
 /// What the distance of two axes inside the boxes is at least, rounded down.
@@ -138,13 +131,13 @@ class Search {
     const Tree tree(scene_);
     std::optional<Tree> other_tree;
     if (!is_self_) other_tree.emplace(other_);
-    const Tree& with = is_self_ ? tree : *other_tree;
-    if (tree.isEmpty() || with.isEmpty()) return std::nullopt;
-    push(tree.root(), with.root());
+    const Node* const with = is_self_ ? tree.root() : other_tree->root();
+    if (tree.root() == nullptr || with == nullptr) return std::nullopt;
+    push(*tree.root(), *with);
     while (!pairs_.empty()) {
       const NodePair pair = pairs_.back();
       pairs_.pop_back();
-      if (pair.least < least_) open(tree, with, *pair.a, *pair.b);
+      if (pair.least < least_) open(*pair.a, *pair.b);
     }
     if (!nearest_) return std::nullopt;
     return is_self_ ? capsuleContact(fiberArrays(scene_), *nearest_)
@@ -163,20 +156,20 @@ class Search {
     if (least < least_ && !leavesOut(a, b, axes)) pairs_.push_back({&a, &b, least});
   }
 
-  void open(const Tree& tree, const Tree& with, const Node& a, const Node& b) {
+  void open(const Node& a, const Node& b) {
     const std::size_t before = pairs_.size();
-    if (&a == &b && a.left != 0) {
-      push(tree.left(a), tree.left(a));
-      push(tree.right(a), tree.right(a));
-      push(tree.left(a), tree.right(a));
-    } else if (a.left == 0 && b.left == 0) {
+    if (&a == &b && a.left != nullptr) {
+      push(*a.left, *a.left);
+      push(*a.right, *a.right);
+      push(*a.left, *a.right);
+    } else if (a.left == nullptr && b.left == nullptr) {
       measure(a, b);
-    } else if (b.left == 0 || (a.left != 0 && size(a) >= size(b))) {
-      push(tree.left(a), b);
-      push(tree.right(a), b);
+    } else if (b.left == nullptr || (a.left != nullptr && size(a) >= size(b))) {
+      push(*a.left, b);
+      push(*a.right, b);
     } else {
-      push(a, with.left(b));
-      push(a, with.right(b));
+      push(a, *b.left);
+      push(a, *b.right);
     }
     std::sort(pairs_.begin() + static_cast<std::ptrdiff_t>(before), pairs_.end(),
               [](const NodePair& p, const NodePair& q) { return p.least > q.least; });
