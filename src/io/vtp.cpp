@@ -75,7 +75,7 @@ class VtpParser {
           "There are: ",
           listed(other_radii_), ".");
     }
-    parsed_.warnOfEmptyFibers(empty_.size(), "line");
+    parsed_.warnOfEmptyFibers(empty_, "line");
     return std::move(parsed_);
   }
 
@@ -87,15 +87,18 @@ class VtpParser {
     const pugi::xml_node array = file_.namedArray(file_.child(piece, "Lines"), "offsets");
     std::vector<std::size_t>& begin = parsed_.fibers.point_begin;
     const std::size_t first = begin.back();
+    std::vector<std::size_t>& ends = ends_.emplace_back();
+    ends.reserve(file_.believable(line_count, 1));
     std::uint64_t read = 0;
     std::int64_t previous = 0;
     file_.readNumbers<std::int64_t>(array, [&](std::int64_t end) {
       if (end < previous) file_.refuse(array, "the numbers do not ascend from 0 on");
       if (read++ < line_count) {
+        ends.push_back(static_cast<std::size_t>(end));
         if (end == previous) {
-          empty_.push_back(begin.size() - 1);
+          ++empty_;
         } else {
-          begin.push_back(first + static_cast<std::size_t>(end));
+          begin.push_back(first + ends.back());
         }
       }
       previous = end;
@@ -103,7 +106,6 @@ class VtpParser {
     if (read != line_count) {
       file_.refuse(array, "there are ", read, " numbers, but NumberOfLines is ", line_count);
     }
-    piece_end_.push_back(begin.back());
   }
 
   /// Reads the points of a piece's lines, after all ends have been read.
@@ -118,23 +120,17 @@ class VtpParser {
 
     FiberPolylines& scene = parsed_.fibers;
     if (radius) radii_.reserve(scene.points.capacity());
-    const std::size_t expected = piece_end_[pieces_read_++] - scene.points.size();
+    const std::vector<std::size_t>& ends = ends_[pieces_read_++];
+    const std::size_t expected = ends.back();
     const pugi::xml_node lines = file_.child(piece, "Lines");
     const pugi::xml_node array = file_.namedArray(lines, "connectivity");
-    std::size_t read = 0, lines_begun = 0;
+    std::size_t read = 0, line = 0;
     file_.readNumbers<std::int64_t>(array, [&](std::int64_t index) {
       if (index < 0 || static_cast<std::uint64_t>(index) >= points.size()) {
         file_.refuse(array, "a line has point ", index, " of ", points.size());
       }
       if (read++ >= expected) return;
-      if (scene.points.size() == scene.point_begin[fibers_begun_]) {
-        for (; empty_passed_ < empty_.size() && empty_[empty_passed_] == fibers_begun_;
-             ++empty_passed_) {
-          ++lines_begun;
-        }
-        ++lines_begun;
-        ++fibers_begun_;
-      }
+      while (ends[line] < read) ++line;
       // Points without a line may be anything.
       const auto i = static_cast<std::size_t>(index);
       for (const double c : points[i]) {
@@ -145,7 +141,7 @@ class VtpParser {
       }
       scene.points.push_back(points[i]);
       if (!radius) return;
-      const double r = radii[isOfCells(radius) ? lines_begun - 1 : i];
+      const double r = radii[isOfCells(radius) ? line : i];
       if (!(r >= 0) || !std::isfinite(r)) file_.refuse(radius, "a radius is ", r);
       radii_.push_back(r);
     });
@@ -153,7 +149,6 @@ class VtpParser {
       file_.refuse(file_.namedArray(lines, "offsets"), "the last number is ", expected,
                    ", but the lines have ", read, " points");
     }
-    empty_passed_ += static_cast<std::size_t>(line_count) - lines_begun;
   }
 
   pugi::xml_node pointArray(const pugi::xml_node& piece) const {
@@ -225,13 +220,11 @@ class VtpParser {
   vtp::VtpFile file_;
   const FiberFileOptions& options_;
   ParsedFibers parsed_;
-  std::vector<double> radii_;             ///< by point of the scene, if a piece has them
-  std::vector<std::size_t> empty_;        ///< lines without points: numbers of fibers before them
-  std::vector<std::size_t> piece_end_;    ///< of the points, by piece with lines
-  std::size_t pieces_read_ = 0;           ///< of those with lines
-  std::size_t fibers_begun_ = 0;          ///< fibers of which a point has been read
-  std::size_t empty_passed_ = 0;          ///< and lines of `empty_` before them
-  std::vector<std::string> other_radii_;  ///< names of arrays that could be radii
+  std::vector<double> radii_;                   ///< by point of the scene, if a piece has them
+  std::vector<std::vector<std::size_t>> ends_;  ///< of lines, by piece that has any
+  std::size_t pieces_read_ = 0;                 ///< of those
+  std::uint64_t empty_ = 0;                     ///< lines without points
+  std::vector<std::string> other_radii_;        ///< names of arrays that could be radii
 };
 
 }  // namespace
