@@ -44,16 +44,17 @@ class FiberCollisionManager<S>::Impl final : public broadphase::ManagerState<S> 
   }
 
   /// Asks about the objects of another manager, of this class or of another one.
-  void ask(broadphase::ManagerQuery<S> query, fcl::BroadPhaseCollisionManager<S>* other) const {
+  void ask(const broadphase::ManagerQuery<S>& query,
+           fcl::BroadPhaseCollisionManager<S>* other) const {
     if (other == nullptr) {
       fibers::throwInvalidArgument(query.name(), "the manager is null; pass a manager");
     }
     if (const auto* fiber_manager = dynamic_cast<const FiberCollisionManager*>(other)) {
-      return query.ask(*this, *fiber_manager->impl());
+      return broadphase::ask<S>(*this, query, *fiber_manager->impl());
     }
     std::vector<Object*> objects;
     other->getObjects(objects);
-    query.ask(*this, objects);
+    broadphase::ask<S>(*this, query, objects);
   }
 
   double marginOf(const char* call, const Object* object,
@@ -204,12 +205,12 @@ void FiberCollisionManager<S>::getObjects(std::vector<Object*>& objects) const {
 template <typename S>
 void FiberCollisionManager<S>::collide(Object* object, void* cdata,
                                        fcl::CollisionCallBack<S> callback) const {
-  broadphase::ManagerQuery<S>(cdata, callback).ask(*impl(), object);
+  broadphase::ask<S>(*impl(), {cdata, callback}, object);
 }
 
 template <typename S>
 void FiberCollisionManager<S>::collide(void* cdata, fcl::CollisionCallBack<S> callback) const {
-  broadphase::ManagerQuery<S>(cdata, callback).ask(*impl());
+  broadphase::ask<S>(*impl(), {cdata, callback});
 }
 
 template <typename S>
@@ -221,12 +222,12 @@ void FiberCollisionManager<S>::collide(fcl::BroadPhaseCollisionManager<S>* other
 template <typename S>
 void FiberCollisionManager<S>::distance(Object* object, void* cdata,
                                         fcl::DistanceCallBack<S> callback) const {
-  broadphase::ManagerQuery<S>(cdata, callback).ask(*impl(), object);
+  broadphase::ask<S>(*impl(), {cdata, callback}, object);
 }
 
 template <typename S>
 void FiberCollisionManager<S>::distance(void* cdata, fcl::DistanceCallBack<S> callback) const {
-  broadphase::ManagerQuery<S>(cdata, callback).ask(*impl());
+  broadphase::ask<S>(*impl(), {cdata, callback});
 }
 
 template <typename S>

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <type_traits>
 #include <vector>
 
 #include "geometry/moving_segment.h"
@@ -111,27 +112,33 @@ class Generations {
   }
   ///@}
 
+  /// Who gets the pairs of a search: one of the two. A NearestSink gets those at the end of the
+  /// step.
+  struct Sink {
+    Sink(index::PairSink& sink) : pairs(&sink) {}
+    Sink(index::NearestSink& sink) : nearest(&sink) {}
+    index::PairSink* pairs = nullptr;
+    index::NearestSink* nearest = nullptr;
+  };
+
   // See SegmentIndex::search(). Pairs of one group across the two indexes are not excluded.
 
-  template <class Sink>
-  tree::Visit search(Sink& sink) const {
+  tree::Visit search(const Sink& sink) const {
     if (ask(main_, sink) == tree::Visit::kStop) return tree::Visit::kStop;
     if (!hasYoung()) return tree::Visit::kContinue;
     return ask(main_, sink, young_, kKept) == tree::Visit::kStop ? tree::Visit::kStop
                                                                  : ask(young_, sink);
   }
 
-  template <class Sink>
   tree::Visit search(const MovingSegment& segment, double error, tree::Group group,
-                     SegmentId second, Sink& sink) const {
+                     SegmentId second, const Sink& sink) const {
     return forEach([&](const index::SegmentIndex& part) {
       return ask(part, sink, segment, error, group, second);
     });
   }
 
-  template <class Sink>
   tree::Visit search(const Generations& other, const index::SegmentSource& source,
-                     Sink& sink) const {
+                     const Sink& sink) const {
     return forEach([&](const index::SegmentIndex& part) {
       return other.forEach([&](const index::SegmentIndex& other_part) {
         return ask(part, sink, other_part, &source);
@@ -140,10 +147,10 @@ class Generations {
   }
 
   /// @param mesh    a PosedMesh, which rests while all else is at the end of the step, or a
-  ///                MovingMesh during the whole step
+  ///                MovingMesh during the whole step, which has no search for the nearest
   /// @param margin  of the search, in the world's unit; searches for the nearest have none
-  template <class Mesh, class Sink>
-  tree::Visit searchMesh(const Mesh& mesh, double margin, Sink& sink) const {
+  template <class Mesh>
+  tree::Visit searchMesh(const Mesh& mesh, double margin, const Sink& sink) const {
     return forEach([&](const index::SegmentIndex& part) {
       return part.leaves().empty() ? tree::Visit::kContinue : ask(part, sink, mesh, margin);
     });
@@ -170,17 +177,15 @@ class Generations {
   bool hasYoung() const { return end_ > main_.end(); }
 
   template <class... Partner>
-  tree::Visit ask(const index::SegmentIndex& part, index::PairSink& sink,
+  tree::Visit ask(const index::SegmentIndex& part, const Sink& sink,
                   const Partner&... partner) const {
+    if constexpr (!(std::is_same_v<Partner, index::MovingMesh> || ...)) {
+      if (sink.nearest != nullptr) return part.search(partner..., *sink.nearest);
+    }
     index::Question question;
     question.of_step = moves_;
     question.once = true;
-    return part.search(partner..., sink, question);
-  }
-  template <class... Partner>
-  tree::Visit ask(const index::SegmentIndex& part, index::NearestSink& sink,
-                  const Partner&... partner) const {
-    return part.search(partner..., sink);
+    return part.search(partner..., *sink.pairs, question);
   }
 
   template <class F>

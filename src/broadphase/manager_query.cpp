@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "broadphase/manager_query.h"
 
+#include <algorithm>
+#include <limits>
+#include <optional>
 #include <string>
 #include <unordered_set>
 #include <utility>
@@ -25,14 +28,16 @@ class Search final : index::PairSink, index::NearestSink {
   using State = ManagerState<S>;
   using Object = fcl::CollisionObject<S>;
   using Registry = ObjectRegistry<S>;
+  using Sink = Generations::Sink;
 
-  Search(ManagerQuery<S>& query, const State& state)
-      : query_(query),
+  Search(const State& state, const ManagerQuery<S>& query)
+      : query_(checked(query)),
         state_(state),
-        moves_(query.moves(state)),
+        moves_(!query.is_for_distances && state.options().motion),
         scope_(state, query.name()),
         own_(query.name(), state, state, moves_),
-        rules_(state.registry(), nullptr) {}
+        sink_(query.is_for_distances ? Sink(static_cast<index::NearestSink&>(*this))
+                                     : Sink(static_cast<index::PairSink&>(*this))) {}
 
   void self();
   void with(const State& other);
@@ -65,26 +70,27 @@ class Search final : index::PairSink, index::NearestSink {
   /// What a search leaves to be tested.
   enum class Test { kNothing, kShapes, kSegmentsAndShapes };
 
+  static const ManagerQuery<S>& checked(const ManagerQuery<S>& query) {
+    if (query.collision == nullptr && query.distance == nullptr) {
+      fibers::throwInvalidArgument(query.name(), "the callback is null; pass a function");
+    }
+    return query;
+  }
+
   /// @param others  the registry of the partners, or null if object_ is the only one
   void setOthers(const Registry* others, SegmentId young_begin = Registry::kNotFound) {
     others_ = others;
-    rules_ = {state_.registry(), others, young_begin};
+    rules_ = PairRules<S>(state_.registry(), others, young_begin);
   }
   /// @param own    of the manager that is asked
   /// @param other  of the same manager or of another one, or one object
   void begin(const Side& own, const Side& other, Test test) {
     first_ = own;
     second_ = other;
-    test_ = test == Test::kShapes && !own_.countsShapes() ? Test::kNothing : test;
+    test_ = own_.countsShapes() || test != Test::kShapes ? test : Test::kNothing;
+    is_plain_ = test_ == Test::kNothing && first_.isTree() && second_.isTree();
     searched_ = &own_;
-    takes_once_ = false;
-    seen_.clear();
-  }
-  index::PairSink& pairSink() { return *this; }
-  template <class F>
-  Visit run(F&& search) {
-    return query_.isForDistances() ? search(static_cast<index::NearestSink&>(*this))
-                                   : search(pairSink());
+    seen_.reset();
   }
 
   /// Throws RefusedObject if the object cannot be read.
@@ -103,25 +109,28 @@ class Search final : index::PairSink, index::NearestSink {
   Visit searchTreeBesideOwn(const Scene<S>& theirs);
 
   /// Whether the callback ends the query.
-  /// @tparam kIsPlain  whether the rules alone decide about the segments of two trees
+  /// @tparam kIsPlain  see is_plain_
   template <bool kIsPlain>
   bool pair(SegmentId found, SegmentId second);
   bool mayTouch(SegmentId found, SegmentId second) const;
 
   Visit take(const tree::Pair* pairs, std::size_t count) override {
     // Most scenes have only capsules, and pay for no more than the rules.
-    return first_.isTree() && second_.isTree() && test_ == Test::kNothing
-               ? takeAll<true>(pairs, count)
-               : takeAll<false>(pairs, count);
-  }
-  template <bool kIsPlain>
-  Visit takeAll(const tree::Pair* pairs, std::size_t count) {
+    const bool is_plain = is_plain_;
     for (const tree::Pair* found = pairs; found != pairs + count; ++found) {
-      if (pair<kIsPlain>(found->a, found->b)) return Visit::kStop;
+      if (is_plain ? pair<true>(found->a, found->b) : pair<false>(found->a, found->b)) {
+        return Visit::kStop;
+      }
     }
     return Visit::kContinue;
   }
-  double limit() const override { return query_.reach(searched_->state()); }
+  /// How far apart a pair may be, in the frame of a manager. Margins and steps have no effect on
+  /// distances.
+  double reachIn(const State& state) const {
+    return query_.is_for_distances ? static_cast<double>(least_) * state.frame().scale
+                                   : state.generations().margin();
+  }
+  double limit() const override { return reachIn(searched_->state()); }
   const index::SegmentSource& source() const override { return searched_->source(); }
   Visit visit(SegmentId a, SegmentId b, double& nearer_than) override {
     const bool stop = pair<false>(a, b);
@@ -129,12 +138,14 @@ class Search final : index::PairSink, index::NearestSink {
     return stop ? Visit::kStop : Visit::kContinue;
   }
 
-  ManagerQuery<S>& query_;
+  const ManagerQuery<S> query_;
   const State& state_;
   const bool moves_;
   const typename State::QueryScope scope_;
   const Scene<S> own_;
-  PairRules<S> rules_;
+  const Sink sink_;
+  S least_ = std::numeric_limits<S>::max();  ///< distance so far
+  std::optional<PairRules<S>> rules_;
   const Registry* others_ = nullptr;
   Object* object_ = nullptr;
   bool is_self_ = false;
@@ -143,23 +154,25 @@ class Search final : index::PairSink, index::NearestSink {
   Side first_{}, second_{};
   Test test_ = Test::kNothing;
   const Scene<S>* searched_ = nullptr;
-  bool takes_once_ = false;  ///< it hands on some objects several times
-  std::unordered_set<SegmentId> seen_;
+  bool is_plain_ = false;  ///< whether its pairs have ids, about which the rules alone decide
+  std::optional<std::unordered_set<SegmentId>> seen_;  ///< if it hands on some several times
 };
 
 template <typename S>
 template <bool kIsPlain>
 bool Search<S>::pair(SegmentId found, SegmentId second) {
-  if (!kIsPlain && takes_once_ && !seen_.insert(found).second) return false;
+  if (!kIsPlain && seen_ && !seen_->insert(found).second) return false;
   if (!kIsPlain && first_.one != nullptr) std::swap(found, second);
   const SegmentId a = kIsPlain ? found : first_.id(found),
                   b = kIsPlain ? second : second_.id(second);
   Object* partner = others_ != nullptr ? (*others_)[b] : object_;
   // The rules come first: they are quick, and leave out the many neighbours.
-  if (!rules_.report(a, b, partner)) return false;
+  if (!rules_->report(a, b, partner)) return false;
   if (!kIsPlain && test_ != Test::kNothing && !mayTouch(found, second)) return false;
-  Object* own = state_.registry()[a];
-  return is_self_ && a > b ? query_(partner, own) : query_(own, partner);
+  Object *one = state_.registry()[a], *other = partner;
+  if (is_self_ && a > b) std::swap(one, other);
+  return query_.is_for_distances ? query_.distance(one, other, query_.cdata, least_)
+                                 : query_.collision(one, other, query_.cdata);
 }
 
 template <typename S>
@@ -176,7 +189,7 @@ bool Search<S>::mayTouch(SegmentId found, SegmentId second) const {
   const Partner<S>* p = first_.find(found, p_place);
   const Partner<S>* q = second_.find(second, q_place);
   if (p == nullptr || q == nullptr) return true;
-  const double reach = query_.reach(state_), error = p->error + q->error;
+  const double reach = reachIn(state_), error = p->error + q->error;
   geometry::Impact impact;
   if (test_ == Test::kSegmentsAndShapes &&
       !(moves_ ? findImpact(p->segment, q->segment, reach, error, /*from=*/0, impact)
@@ -196,35 +209,32 @@ Visit Search<S>::searchTree(const Scene<S>& in, const Partner<S>& one, const Sce
   searched_ = &in;
   const Generations& segments = in.state().generations();
   if (one.mesh != nullptr) {
-    takes_once_ = moves_ || query_.isForDistances();
+    if (moves_ || query_.is_for_distances) seen_.emplace();
     const double margin = state_.options().margin;
-    if (moves_) {
-      return segments.searchMesh(*in.state().movingMesh(*one.mesh), margin, pairSink());
-    }
-    return run([&](auto& sink) { return segments.searchMesh(one.mesh->posed(), margin, sink); });
+    return moves_ ? segments.searchMesh(*in.state().movingMesh(*one.mesh), margin, sink_)
+                  : segments.searchMesh(one.mesh->posed(), margin, sink_);
   }
   if (is_own && isBounded(one.segment.start) && isBounded(one.segment.end)) {
     if (own_.hasShapesInTree() || one.segment.end.isBox()) begin(tree, single, Test::kShapes);
     const bool is_managed = &scene == &own_ && one.id != Registry::kNotFound;
     const tree::Group group =
         is_managed ? state_.registry().fibers().groupOf(one.id) : tree::kNoGroup;
-    return run([&](auto& sink) {
-      return segments.search(one.segment, one.error, group, SegmentId{0}, sink);
-    });
+    is_plain_ = test_ == Test::kNothing;
+    return segments.search(one.segment, one.error, group, std::max(one.id, 0), sink_);
   }
   const geometry::FrameChange change(in.state().frame(), state_.frame());
   const Segment around = aroundStep(one.segment);
   // Volumes without segments have half of the margin already.
-  const bool has_padding = !segments.keepsSegments() && !query_.isForDistances();
+  const bool has_padding = !segments.keepsSegments() && !query_.is_for_distances;
   const double padding = has_padding ? segments.margin() / 2 * change.scale() : 0;
   // An object that counts by its box meets the boxes of others.
   const MovingShape& shape = scene.shapeOf(one);
   const bool has_plane = own_.countsShapes() && shape.is_moved_only && !segments.hasBoxes();
   const auto isNear = [&](const geometry::Box& box) {
     const geometry::Box its = change.isIdentity() ? box : change(box);
-    const double reach = query_.reach(state_);
+    const double reach = reachIn(state_);
     // At distance 0 a query for distances has its answer.
-    return (reach > 0 || !query_.isForDistances()) &&
+    return (reach > 0 || !query_.is_for_distances) &&
            geometry::isNear(its, around, reach - padding) &&
            !(has_plane && !mayReach(its, shape.end, shape.way, reach, shape.way_error));
   };
@@ -240,9 +250,7 @@ Visit Search<S>::searchBeside(const Partner<S>& one, const Scene<S>& scene) {
   const Obstacles<S>& obstacles = state_.obstacles();
   if (obstacles.beside().size() == 0) return Visit::kContinue;
   begin({&own_, nullptr, /*is_beside=*/true}, {&scene, &one}, Test::kShapes);
-  return run([&](auto& sink) {
-    return obstacles.boxes().search(one.segment, one.error, tree::kNoGroup, SegmentId{0}, sink);
-  });
+  return obstacles.boxes().search(one.segment, one.error, tree::kNoGroup, 0, sink_);
 }
 
 template <typename S>
@@ -252,7 +260,7 @@ void Search<S>::self() {
   is_self_ = true;
   setOthers(&state_.registry(), segments.youngBegin());
   begin({&own_}, {&own_}, own_.hasShapesInTree() ? Test::kShapes : Test::kNothing);
-  if (run([&](auto& sink) { return segments.search(sink); }) == Visit::kStop) return;
+  if (segments.search(sink_) == Visit::kStop) return;
   if (obstacles.beside().size() == 0) return;
   setOthers(&state_.registry());
   for (const auto& entry : obstacles.beside()) {
@@ -261,7 +269,7 @@ void Search<S>::self() {
   }
   const Side beside{&own_, nullptr, /*is_beside=*/true};
   begin(beside, beside, Test::kShapes);
-  run([&](auto& sink) { return obstacles.boxes().search(sink); });
+  obstacles.boxes().search(sink_);
 }
 
 template <typename S>
@@ -271,9 +279,7 @@ void Search<S>::with(const State& other) {
   setOthers(&other.registry());
   const bool has_shapes = own_.hasShapesInTree() || theirs.hasShapesInTree();
   begin({&own_}, {&theirs}, has_shapes ? Test::kShapes : Test::kNothing);
-  const Visit visit = run([&](auto& sink) {
-    return state_.generations().search(other.generations(), theirs.source(), sink);
-  });
+  const Visit visit = state_.generations().search(other.generations(), theirs.source(), sink_);
   if (visit == Visit::kStop || searchTreeBesideOwn(theirs) == Visit::kStop) return;
   for (const auto& entry : other.obstacles().beside()) {
     if (entry.object == nullptr) continue;
@@ -341,46 +347,39 @@ Visit Search<S>::searchTreeBesideOwn(const Scene<S>& theirs) {
   return Visit::kContinue;
 }
 
-template <class Callback>
-Callback checked(const char* call, Callback callback) {
-  if (callback == nullptr) {
-    fibers::throwInvalidArgument(call, "the callback is null; pass a function");
-  }
-  return callback;
-}
-
 }  // namespace
 
 template <typename S>
-ManagerQuery<S>::ManagerQuery(void* cdata, fcl::CollisionCallBack<S> callback)
-    : cdata_(cdata), collision_(checked("collide", callback)) {}
-
-template <typename S>
-ManagerQuery<S>::ManagerQuery(void* cdata, fcl::DistanceCallBack<S> callback)
-    : cdata_(cdata), distance_(checked("distance", callback)) {}
-
-template <typename S>
-void ManagerQuery<S>::ask(const State& state) {
-  Search<S>(*this, state).self();
+void ask(const ManagerState<S>& state, const ManagerQuery<S>& query) {
+  Search<S>(state, query).self();
 }
 
 template <typename S>
-void ManagerQuery<S>::ask(const State& state, const State& other) {
-  if (&state == &other) return ask(state);
-  Search<S>(*this, state).with(other);
+void ask(const ManagerState<S>& state, const ManagerQuery<S>& query, const ManagerState<S>& other) {
+  if (&state == &other) return ask(state, query);
+  Search<S>(state, query).with(other);
 }
 
 template <typename S>
-void ManagerQuery<S>::ask(const State& state, Object* object) {
-  Search<S>(*this, state).with(object);
+void ask(const ManagerState<S>& state, const ManagerQuery<S>& query,
+         fcl::CollisionObject<S>* object) {
+  Search<S>(state, query).with(object);
 }
 
 template <typename S>
-void ManagerQuery<S>::ask(const State& state, const std::vector<Object*>& others) {
-  Search<S>(*this, state).with(others);
+void ask(const ManagerState<S>& state, const ManagerQuery<S>& query,
+         const std::vector<fcl::CollisionObject<S>*>& others) {
+  Search<S>(state, query).with(others);
 }
 
-template class ManagerQuery<float>;
-template class ManagerQuery<double>;
+#define FCL_FIBERS_INSTANTIATE(S)                                                              \
+  template void ask(const ManagerState<S>&, const ManagerQuery<S>&);                           \
+  template void ask(const ManagerState<S>&, const ManagerQuery<S>&, const ManagerState<S>&);   \
+  template void ask(const ManagerState<S>&, const ManagerQuery<S>&, fcl::CollisionObject<S>*); \
+  template void ask(const ManagerState<S>&, const ManagerQuery<S>&,                            \
+                    const std::vector<fcl::CollisionObject<S>*>&);
+FCL_FIBERS_INSTANTIATE(float)
+FCL_FIBERS_INSTANTIATE(double)
+#undef FCL_FIBERS_INSTANTIATE
 
 }  // namespace fcl_fibers::broadphase

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <limits>
 #include <vector>
 
 #include <fcl/broadphase/broadphase_collision_manager.h>
@@ -11,48 +10,41 @@
 namespace fcl_fibers::broadphase {
 
 /// What a program asks a manager for: the pairs that collide, or those nearer than the least
-/// distance so far. Of the manager's objects among themselves, or with others.
+/// distance so far. One of the callbacks is set.
 template <typename S>
-class ManagerQuery {
- public:
-  using State = ManagerState<S>;
-  using Object = fcl::CollisionObject<S>;
+struct ManagerQuery {
+  void* cdata;
+  fcl::CollisionCallBack<S> collision;
+  fcl::DistanceCallBack<S> distance;
+  bool is_for_distances;
 
-  // They throw std::invalid_argument if the callback is null.
-  ManagerQuery(void* cdata, fcl::CollisionCallBack<S> callback);
-  ManagerQuery(void* cdata, fcl::DistanceCallBack<S> callback);
+  ManagerQuery(void* data, fcl::CollisionCallBack<S> callback)
+      : cdata(data), collision(callback), distance(nullptr), is_for_distances(false) {}
+  ManagerQuery(void* data, fcl::DistanceCallBack<S> callback)
+      : cdata(data), collision(nullptr), distance(callback), is_for_distances(true) {}
 
-  void ask(const State& state);
-  void ask(const State& state, const State& other);
-  /// @param object  managed or not
-  void ask(const State& state, Object* object);
-  /// Asks for the pairs with the objects of another class of manager. It reads each object only
-  /// when its turn comes, which saves time if the query ends early.
-  void ask(const State& state, const std::vector<Object*>& others);
-
-  const char* name() const { return distance_ == nullptr ? "collide" : "distance"; }
-  /// Calls the callback, and returns whether that ends the query.
-  bool operator()(Object* a, Object* b) {
-    return distance_ == nullptr ? collision_(a, b, cdata_) : distance_(a, b, cdata_, least_);
-  }
-  bool isForDistances() const { return distance_ != nullptr; }
-  /// Whether it looks at the whole step.
-  bool moves(const State& state) const { return !isForDistances() && state.options().motion; }
-  /// How far apart a pair may be, in the frame of a manager. Margins and steps have no effect on
-  /// distances.
-  double reach(const State& state) const {
-    return isForDistances() ? static_cast<double>(least_) * state.frame().scale
-                            : state.generations().margin();
-  }
-
- private:
-  void* const cdata_;
-  const fcl::CollisionCallBack<S> collision_ = nullptr;
-  const fcl::DistanceCallBack<S> distance_ = nullptr;
-  S least_ = std::numeric_limits<S>::max();
+  const char* name() const { return is_for_distances ? "distance" : "collide"; }
 };
 
-extern template class ManagerQuery<float>;
-extern template class ManagerQuery<double>;
+/// @name Asks about the pairs of a manager's objects
+/// They throw std::invalid_argument if the callback is null.
+///@{
+
+/// Among themselves.
+template <typename S>
+void ask(const ManagerState<S>& state, const ManagerQuery<S>& query);
+/// With those of another manager, which may be the same.
+template <typename S>
+void ask(const ManagerState<S>& state, const ManagerQuery<S>& query, const ManagerState<S>& other);
+/// With one object, managed or not.
+template <typename S>
+void ask(const ManagerState<S>& state, const ManagerQuery<S>& query,
+         fcl::CollisionObject<S>* object);
+/// With those of another class of manager. It reads each object only when its turn comes, which
+/// saves time if the query ends early.
+template <typename S>
+void ask(const ManagerState<S>& state, const ManagerQuery<S>& query,
+         const std::vector<fcl::CollisionObject<S>*>& others);
+///@}
 
 }  // namespace fcl_fibers::broadphase

@@ -265,6 +265,7 @@ template <typename S>
 void ManagerState<S>::update(const char* call, const Objects& moved) {
   refuseDuringQuery(call);
   std::vector<SegmentId> ids;
+  ids.reserve(moved.size());
   for (std::size_t i = 0; i < moved.size(); ++i) {
     if (moved[i] == nullptr) {
       throwInvalidArgument(call, nameOf(i) + " is null; pass registered objects");
@@ -284,6 +285,8 @@ void ManagerState<S>::update(const char* call, const Objects& moved) {
   state_ = State::kFailed;
   std::vector<SegmentId> in_tree;
   std::vector<Segment> segments;
+  in_tree.reserve(ids.size());
+  segments.reserve(ids.size());
   for (const SegmentId id : ids) {
     const Object& object = *registry_[id];
     if (obstacles_.isBeside(id)) continue;

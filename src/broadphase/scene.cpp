@@ -114,27 +114,34 @@ Partner<S> Scene<S>::partnerOf(const BesideEntry& entry) const {
 
 template <typename S>
 Partner<S> Scene<S>::readNow(const Object& object, SegmentId id) const {
+  const Bounds bounds = state_.options().bounds;
   Partner<S> partner;
   partner.id = id;
-  MovingShape& shape = partner.shape.emplace();
-  BesideEntry entry;
-  if (id != ObjectRegistry<S>::kNotFound) {
-    const auto party = state_.registry().fibers().partyOf(id);
-    entry.is_solid = state_.registry().fibers().isSolid(id);
-    if (party.is_obstacle) entry.categories = party.categories;
+  Segment& now = partner.segment.end;
+  // Capsules have code of their own, which is quick. A refused one is refused below.
+  const bool is_capsule = isRound(kindOf(object)) &&
+                          readSegment(object, frame(), bounds, now) == nullptr && !now.isBox();
+  if (!is_capsule) {
+    BesideEntry entry;
+    if (id != ObjectRegistry<S>::kNotFound) {
+      const auto party = state_.registry().fibers().partyOf(id);
+      entry.is_solid = state_.registry().fibers().isSolid(id);
+      if (party.is_obstacle) entry.categories = party.categories;
+    }
+    entry.end = readBeside(object, entry.is_solid, frame(), bounds,
+                           counts_shapes_ ? &asked_.obstacles().cache() : nullptr);
+    now = entry.end.box;
+    MovingShape& shape = partner.shape.emplace();
+    if (counts_shapes_ && entry.end.hasTriangles()) {
+      entry.start = entry.end;
+      entry.forgetTrees();
+      partner.mesh = std::make_shared<const BesideEntry>(std::move(entry));
+    } else if (counts_shapes_ && !isMesh(object)) {
+      shape.end = obstacleOf(entry.end.object, frame());
+    }
   }
-  BesideReading read = readBeside(object, entry.is_solid, frame(), state_.options().bounds,
-                                  counts_shapes_ ? &asked_.obstacles().cache() : nullptr);
-  partner.segment = {read.box, read.box};
+  partner.segment.start = now;
   partner.error = endPointError(partner.segment);
-  if (!counts_shapes_ || !read.box.isBox()) return partner;
-  if (!isMesh(object)) {
-    shape.end = obstacleOf(read.object, frame());
-  } else if (read.hasTriangles()) {
-    entry.start = entry.end = std::move(read);
-    entry.forgetTrees();
-    partner.mesh = std::make_shared<const BesideEntry>(std::move(entry));
-  }
   return partner;
 }
 
