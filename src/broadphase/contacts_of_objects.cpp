@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "broadphase/contacts_of_objects.h"
-
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <fcl_fibers/contact_collector.h>
 
+#include "broadphase/manager_query.h"
 #include "broadphase/object_reader.h"
 #include "broadphase/scene.h"
 #include "fibers/mesh_contacts.h"

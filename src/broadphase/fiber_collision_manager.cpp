@@ -7,7 +7,6 @@
 #include <string>
 #include <utility>
 
-#include "broadphase/contacts_of_objects.h"
 #include "broadphase/fcl_layout.h"
 #include "broadphase/manager_query.h"
 #include "broadphase/manager_state.h"
@@ -184,12 +183,12 @@ void FiberCollisionManager<S>::update(const std::vector<Object*>& objects) {
 
 template <typename S>
 void FiberCollisionManager<S>::beginStep() {
-  impl().beginStep("beginStep");
+  impl().setStep("beginStep", true);
 }
 
 template <typename S>
 void FiberCollisionManager<S>::endStep() {
-  impl().endStep("endStep");
+  impl().setStep("endStep", false);
 }
 
 template <typename S>

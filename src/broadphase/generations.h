@@ -58,8 +58,16 @@ class Generations {
   }
 
   /// Copies the segments, which rest.
-  void copy(const Generations& other);
-  void clear();
+  void copy(const Generations& other) {
+    main_.copy(other.main_);
+    young_.copy(other.young_);
+    end_ = other.end_;
+  }
+  void clear() {
+    main_.clear();
+    young_.clear();
+    end_ = 0;
+  }
 
   /// See SegmentIndex.
   ///@{
@@ -92,10 +100,21 @@ class Generations {
 
   /// Builds all into the main index.
   void build(const index::SegmentSource& source, const geometry::Frame& frame, SegmentId end,
-             const tree::Fibers& fibers);
+             const tree::Fibers& fibers) {
+    keepStarts();
+    main_.build(source, frame, 0, end, fibers);
+    end_ = end;
+  }
   /// @param fibers  those of young segments
   /// @return false if the frame cannot hold a young segment; all have to be built then
-  bool buildYoung(const index::SegmentSource& source, SegmentId end, const tree::Fibers& fibers);
+  bool buildYoung(const index::SegmentSource& source, SegmentId end, const tree::Fibers& fibers) {
+    end_ = youngBegin();
+    // The index starts at the first segment, which saves room for empty ids before it.
+    const SegmentId begin = fibers.ids.empty() ? end : fibers.ids.front();
+    if (!young_.tryBuild(source, frame(), begin, end, fibers)) return false;
+    end_ = end;
+    return true;
+  }
 
   /// See SegmentIndex. Whether all should be built again depends on the main index alone, unless
   /// its frame cannot hold a young segment. The young index does not count, because it is small and
@@ -106,7 +125,21 @@ class Generations {
     const bool is_good = main_.refit(source, given...);
     return is_good && (!hasYoung() || young_.tryRefit(source, frame()));
   }
-  bool refitSome(const std::vector<SegmentId>& ids, const std::vector<Segment>& moved);
+  bool refitSome(const std::vector<SegmentId>& ids, const std::vector<Segment>& moved) {
+    bool is_good = true;
+    for (index::SegmentIndex* part : {&main_, &young_}) {
+      std::vector<SegmentId> part_ids;
+      std::vector<Segment> part_moved;
+      for (std::size_t i = 0; i < ids.size(); ++i) {
+        if (isYoung(ids[i]) != (part == &young_)) continue;
+        part_ids.push_back(ids[i]);
+        part_moved.push_back(moved[i]);
+      }
+      if (part_ids.empty()) continue;
+      is_good &= part->refitSome(part_ids, part_moved) || part == &young_;
+    }
+    return is_good;
+  }
   bool isFitted(const index::SegmentSource& source) const {
     return main_.isFitted(source) && (!hasYoung() || young_.isFitted(source));
   }

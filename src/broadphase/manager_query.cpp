@@ -8,7 +8,6 @@
 #include <unordered_set>
 #include <utility>
 
-#include "broadphase/pair_rules.h"
 #include "broadphase/scene.h"
 #include "geometry/impact.h"
 #include "geometry/touch.h"

@@ -229,26 +229,15 @@ void ManagerState<S>::clear(const char* call) {
 // --- Steps ---
 
 template <typename S>
-void ManagerState<S>::beginStep(const char* call) {
-  requireSteps(call);
-  setup(call);
-  obstacles_.setStep(true);
-  generations_.beginStep();
-}
-
-template <typename S>
-void ManagerState<S>::endStep(const char* call) {
-  requireSteps(call);
-  obstacles_.setStep(false);
-  generations_.endStep();
-}
-
-template <typename S>
-void ManagerState<S>::requireSteps(const char* call) const {
+void ManagerState<S>::setStep(const char* call, bool begins) {
   refuseDuringQuery(call);
-  if (options_.motion) return;
-  throwInvalidArgument(call,
-                       "the manager has no steps; construct it with FiberManagerOptions::motion");
+  if (!options_.motion) {
+    throwInvalidArgument(call,
+                         "the manager has no steps; construct it with FiberManagerOptions::motion");
+  }
+  if (begins) setup(call);
+  obstacles_.setStep(begins);
+  begins ? generations_.beginStep() : generations_.endStep();
 }
 
 // --- Reading the objects ---

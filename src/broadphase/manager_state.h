@@ -79,8 +79,7 @@ class ManagerState {
 
   /// Begins a step at the objects as they were read last, or ends it. To begin one reads what has
   /// not been read.
-  void beginStep(const char* call);
-  void endStep(const char* call);
+  void setStep(const char* call, bool begins);
 
   const Registry& registry() const { return registry_; }
   /// The id of an object. Throws with `name` if the object is null or not registered.
@@ -129,7 +128,6 @@ class ManagerState {
   void markStale() {
     if (hasTree()) state_ = State::kStale;
   }
-  void requireSteps(const char* call) const;
   tree::Fibers segmentsFrom(SegmentId begin) const;
   void requireMesh(const Objects& objects, std::size_t i, bool is_solid);
   void makeReady(const char* call) const;
