@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <type_traits>
 
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/cylinder.h>
@@ -39,30 +38,26 @@ FCL_FIBERS_ALWAYS_INLINE AffineMap poseOf(const fcl::CollisionObject<S>& object)
   return {{toVec3(pose.col(0)), toVec3(pose.col(1)), toVec3(pose.col(2))}, toVec3(pose.col(3))};
 }
 
-/// What poseProblem() returns of a pose that is not usual. It reads that pose again, because the
-/// compiler keeps the one before in registers only if no call needs its address.
-template <typename S>
-[[gnu::noinline]] const char* unusualPoseProblem(const fcl::CollisionObject<S>& object) {
-  const AffineMap pose = poseOf(object);
-  const Vec3d &x = pose.column[0], &y = pose.column[1], &z = pose.column[2], &t = pose.shift;
-  if (geometry::isRotation(x, y, z, kRotationTolerance) && allFinite(t)) return nullptr;
-  if (!allFinite(x) || !allFinite(y) || !allFinite(z) || !allFinite(t)) {
-    return "its pose is NaN or infinite; give it a finite pose";
-  }
-  return "its rotation is not orthonormal or is a reflection; give it a proper rotation";
+/// Most rotations are close to orthonormal, and their right hand tells so in fewer steps. The sum
+/// bounds what isRotation() asks for; see kUsualRotation.
+FCL_FIBERS_ALWAYS_INLINE bool isUsualRotation(const AffineMap& pose) {
+  const Vec3d &x = pose.column[0], &y = pose.column[1], &z = pose.column[2];
+  const Vec3d off = cross(x, y) - z;
+  return (std::fabs(dot(x, x) - 1) + std::fabs(dot(y, y) - 1)) +
+             (std::fabs(dot(x, y)) + norm1(off)) <=
+         kUsualRotation;
 }
 
 /// Why a pose is refused, and the remedy; nullptr if it is proper.
-template <typename S>
-FCL_FIBERS_ALWAYS_INLINE const char* poseProblem(const fcl::CollisionObject<S>& object,
-                                                 const AffineMap& pose) {
-  const Vec3d &x = pose.column[0], &y = pose.column[1], &z = pose.column[2], &t = pose.shift;
-  // Most rotations are close to orthonormal, and their right hand tells so in fewer steps. The sum
-  // bounds what isRotation() asks for; see kUsualRotation.
-  const Vec3d off = cross(x, y) - z;
-  const double deviation =
-      (std::fabs(dot(x, x) - 1) + std::fabs(dot(y, y) - 1)) + (std::fabs(dot(x, y)) + norm1(off));
-  return deviation <= kUsualRotation && allFinite(t) ? nullptr : unusualPoseProblem(object);
+const char* poseProblem(const AffineMap& pose) {
+  const Vec3d &x = pose.column[0], &y = pose.column[1], &z = pose.column[2];
+  const bool is_rotation =
+      isUsualRotation(pose) || geometry::isRotation(x, y, z, kRotationTolerance);
+  if (is_rotation && allFinite(pose.shift)) return nullptr;
+  if (!allFinite(x) || !allFinite(y) || !allFinite(z) || !allFinite(pose.shift)) {
+    return "its pose is NaN or infinite; give it a finite pose";
+  }
+  return "its rotation is not orthonormal or is a reflection; give it a proper rotation";
 }
 
 // --- Boxes in a frame ---
@@ -113,41 +108,39 @@ double finiteNorm(const Vec3d& v) {
   return largest;
 }
 
+FCL_FIBERS_ALWAYS_INLINE bool isWithin(const Vec3d& off, double slack) {
+  return std::fabs(off.x) <= slack && std::fabs(off.y) <= slack && std::fabs(off.z) <= slack;
+}
+
 /// Whether the box of a capsule adds nothing. geometry::segmentsOf() decides in the same way, and
 /// has the reasons.
-/// @param size     of the box
-/// @param epsilon  machine epsilon of the scalar of poses and boxes
-FCL_FIBERS_ALWAYS_INLINE bool addsNothing(const Vec3d& size, const Vec3d& position,
-                                          const Vec3d& axis, double length, double radius,
-                                          double epsilon) {
+template <typename S>
+FCL_FIBERS_ALWAYS_INLINE bool addsNothing(const fcl::AABB<S>& box, const AffineMap& pose,
+                                          double radius, double length) {
+  const Vec3d size = toVec3(box.max_) - toVec3(box.min_), at = abs(pose.shift);
   const double thickness = radius + radius, end = length + thickness;
-  const double slack = epsilon * (2.5 * maxNorm(position) + 8 * end);
-  const auto is = [&](const Vec3d& sides) {
-    const Vec3d off = size - sides;
-    return std::fabs(off.x) <= slack && std::fabs(off.y) <= slack && std::fabs(off.z) <= slack;
-  };
+  const double slack = double{std::numeric_limits<S>::epsilon()} *
+                       (2.5 * std::max(std::max(at.x, at.y), at.z) + 8 * end);
   constexpr double kSmall = 1e-280;
   const double square = thickness * thickness * 2 + end * end;
-  const bool is_turned = is({size.x, size.x, size.x}) && length > 2 * slack && square > kSmall &&
+  const bool is_turned = std::fabs(size.y - size.x) <= slack &&
+                         std::fabs(size.z - size.x) <= slack && length > 2 * slack &&
+                         square > kSmall &&
                          std::fabs(size.x * size.x - square) <= 2 * slack * size.x;
-  return is_turned || is({thickness, thickness, end}) ||
-         is(length * abs(axis) + Vec3d{thickness, thickness, thickness});
+  const Vec3d thick{thickness, thickness, thickness};
+  return is_turned || isWithin(size - Vec3d{thickness, thickness, end}, slack) ||
+         isWithin(size - (length * abs(pose.column[2]) + thick), slack);
 }
 
 /// Reads what the program has added to the box of a capsule or sphere.
 template <typename S>
-FCL_FIBERS_ALWAYS_INLINE void readMarginOfRound(const fcl::CollisionObject<S>& object,
-                                                ReadObject& out) {
+void readMarginOfRound(const fcl::CollisionObject<S>& object, ReadObject& out) {
   const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
-  const Vec3d axis = out.pose.column[2], position = out.pose.shift;
   const double radius = out.size.x, length = out.size.y;
-  if (addsNothing(toVec3(box.max_) - toVec3(box.min_), position, axis, length, radius,
-                  double{std::numeric_limits<S>::epsilon()})) {
-    return;
-  }
-  const Vec3d half{std::fabs(axis.x) * length / 2 + radius, std::fabs(axis.y) * length / 2 + radius,
-                   std::fabs(axis.z) * length / 2 + radius};
-  out.added = wideningOf(object, ShapeBox::symmetric({radius, radius, length / 2 + radius}, half));
+  if (addsNothing(box, out.pose, radius, length)) return;
+  const Vec3d end = 0.5 * (length * abs(out.pose.column[2])), ball{radius, radius, radius};
+  out.added =
+      wideningOf(object, ShapeBox::symmetric({radius, radius, length / 2 + radius}, end + ball));
   if (!out.added.is_uneven) return;
   out.shape = Obstacle::Kind::kAxis;
   out.own = openCorners(box);
@@ -155,7 +148,7 @@ FCL_FIBERS_ALWAYS_INLINE void readMarginOfRound(const fcl::CollisionObject<S>& o
 
 /// Reads what the program has added to the box of any other shape.
 template <typename S>
-FCL_FIBERS_ALWAYS_INLINE void readMargin(const fcl::CollisionObject<S>& object, ReadObject& out) {
+void readMargin(const fcl::CollisionObject<S>& object, ReadObject& out) {
   const bool is_open = !isBounded(out.box);
   if (!is_open) out.added = wideningOf(object, out.box);
   const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
@@ -167,39 +160,6 @@ FCL_FIBERS_ALWAYS_INLINE void readMargin(const fcl::CollisionObject<S>& object, 
       4 * double{std::numeric_limits<S>::epsilon()} *
           std::max(finiteNorm(out.own.low), finiteNorm(out.own.high)) +
       4 * double{Eigen::NumTraits<S>::dummy_precision()} * finiteNorm(out.box.posed.half());
-}
-
-/// @param kind      of the object
-/// @param is_round  whether it is a capsule or sphere
-template <typename S, class IsRound>
-FCL_FIBERS_ALWAYS_INLINE const char* read(const fcl::CollisionObject<S>& object, ObjectKind kind,
-                                          IsRound is_round, Bounds bounds, const LocalBounds* mesh,
-                                          ReadObject& out) {
-  out.kind = kind;
-  if (kind == ObjectKind::kNothing) {
-    return "it has no geometry; construct it with a shape";
-  }
-  out.pose = poseOf(object);
-  if (const char* problem = poseProblem(object, out.pose)) return problem;
-  const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
-  out.is_own_box = bounds == Bounds::kObjects;
-  if (out.is_own_box) {
-    out.own = openCorners(box);
-    return isProper(box) ? nullptr : kNoOwnBox;
-  }
-  if (is_round) {
-    readSize(object, kind, out.size.x, out.size.y);
-    if (const char* problem = sizeProblem(out.size.x, out.size.y)) return problem;
-    if (bounds == Bounds::kShapesAndMargins) readMarginOfRound(object, out);
-    return nullptr;
-  }
-  if (const char* problem = readShape(object, bounds, mesh, out)) return problem;
-  if (bounds == Bounds::kShapesAndMargins) readMargin(object, out);
-  // Where only FCL's box of the shape is known, the program may know more.
-  if (out.shape == Obstacle::Kind::kBox && !(out.isAllOfShape() || out.box.is_least)) {
-    out.shape = Obstacle::Kind::kNone;
-  }
-  return nullptr;
 }
 
 /// See `marks_boxes`.
@@ -230,54 +190,12 @@ FCL_FIBERS_ALWAYS_INLINE void mark(const ReadObject& object, Segment& segment) {
   segment.radius *= number;
 }
 
-/// See segmentOf().
-template <class IsRound>
-FCL_FIBERS_ALWAYS_INLINE const char* place(const ReadObject& object, IsRound is_round,
-                                           const Frame& frame, Segment& segment, bool marks_boxes) {
-  const Widening& added = object.added;
-  if (object.is_own_box) {
-    const Corners own = inFrame(object.own, frame);
-    segment = Segment::box(own.low, own.high);
-    return nullptr;
-  }
-  if (is_round) {
-    const Vec3d center = frame.fromWorld(object.pose.shift);
-    // Halving the length instead of the scale could lose the last bit of a subnormal length.
-    const Vec3d half = (frame.scale / 2 * object.size.y) * object.pose.column[2];
-    segment = {center - half, center + half, frame.scale * object.size.x};
-    const double larger = frame.scale * added.onAllSides();
-    if (!added.is_uneven) segment.radius += larger;
-    if (const char* problem = rangeProblem(segment)) return problem;
-    if (!added.is_uneven) return nullptr;
-    segment.radius += larger;
-    const Corners own = inFrame(object.own, frame);
-    const Segment box = boxAround(segment, endPointError(segment));
-    segment = {min(own.low, box.a), max(own.high, box.b), -2};
-  } else {
-    Corners corners = posedCorners(object.box, object.pose.shift, added.onAllSides(), frame);
-    bool counts_own = added.is_uneven;
-    if (object.open_rounding >= 0) {
-      counts_own =
-          contains(inFrame(object.own, frame), corners, frame.scale * object.open_rounding);
-    }
-    if (counts_own) {
-      const Corners own = inFrame(object.own, frame);
-      corners = {min(own.low, corners.low), max(own.high, corners.high)};
-    }
-    segment = Segment::box(corners.low, corners.high);
-  }
-  if (marks_boxes) mark(object, segment);
-  return nullptr;
-}
-
-/// See readSegment().
-template <typename S, class IsRound>
-FCL_FIBERS_ALWAYS_INLINE const char* readAs(const fcl::CollisionObject<S>& object, ObjectKind kind,
-                                            IsRound is_round, const Frame& frame, Bounds bounds,
-                                            Segment& segment, bool marks_boxes) {
-  ReadObject out;
-  if (const char* problem = read(object, kind, is_round, bounds, nullptr, out)) return problem;
-  return place(out, is_round, frame, segment, marks_boxes);
+FCL_FIBERS_ALWAYS_INLINE Segment capsuleOf(const AffineMap& pose, double radius, double length,
+                                           const Frame& frame) {
+  const Vec3d center = frame.fromWorld(pose.shift);
+  // Halving the length instead of the scale could lose the last bit of a subnormal length.
+  const Vec3d half = (frame.scale / 2 * length) * pose.column[2];
+  return {center - half, center + half, frame.scale * radius};
 }
 
 bool isFinite(const Obstacle& obstacle) {
@@ -311,25 +229,86 @@ template <typename S>
 ReadObject readObject(const fcl::CollisionObject<S>& object, Bounds bounds,
                       const LocalBounds* mesh) {
   ReadObject out;
-  const ObjectKind kind = kindOf(object);
-  out.problem = read(object, kind, isRound(kind), bounds, mesh, out);
+  out.kind = kindOf(object);
+  if (out.kind == ObjectKind::kNothing) {
+    out.problem = "it has no geometry; construct it with a shape";
+    return out;
+  }
+  out.pose = poseOf(object);
+  out.problem = poseProblem(out.pose);
+  if (out.problem != nullptr) return out;
+  out.is_own_box = bounds == Bounds::kObjects;
+  if (out.is_own_box) {
+    const fcl::AABB<S>& box = ObjectMembers<S>::box(object);
+    out.own = openCorners(box);
+    if (!isProper(box)) out.problem = kNoOwnBox;
+    return out;
+  }
+  const bool is_round = readSize(object, out.kind, out.size.x, out.size.y);
+  out.problem =
+      is_round ? sizeProblem(out.size.x, out.size.y) : readShape(object, bounds, mesh, out);
+  if (out.problem == nullptr && bounds == Bounds::kShapesAndMargins) {
+    is_round ? readMarginOfRound(object, out) : readMargin(object, out);
+  }
+  // Where only FCL's box of the shape is known, the program may know more.
+  if (out.shape == Obstacle::Kind::kBox && !(out.isAllOfShape() || out.box.is_least)) {
+    out.shape = Obstacle::Kind::kNone;
+  }
   return out;
 }
 
 const char* segmentOf(const ReadObject& object, const Frame& frame, Segment& segment,
                       bool marks_boxes) {
   if (object.problem != nullptr) return object.problem;
-  return place(object, isRound(object.kind), frame, segment, marks_boxes);
+  const Widening& added = object.added;
+  if (object.is_own_box) {
+    const Corners own = inFrame(object.own, frame);
+    segment = Segment::box(own.low, own.high);
+    return nullptr;
+  }
+  if (isRound(object.kind)) {
+    segment = capsuleOf(object.pose, object.size.x, object.size.y, frame);
+    const double larger = frame.scale * added.onAllSides();
+    if (!added.is_uneven) segment.radius += larger;
+    if (const char* problem = rangeProblem(segment)) return problem;
+    if (!added.is_uneven) return nullptr;
+    segment.radius += larger;
+    const Corners own = inFrame(object.own, frame);
+    const Segment box = boxAround(segment, endPointError(segment));
+    segment = {min(own.low, box.a), max(own.high, box.b), -2};
+  } else {
+    Corners corners = posedCorners(object.box, object.pose.shift, added.onAllSides(), frame);
+    bool counts_own = added.is_uneven;
+    if (object.open_rounding >= 0) {
+      counts_own =
+          contains(inFrame(object.own, frame), corners, frame.scale * object.open_rounding);
+    }
+    if (counts_own) {
+      const Corners own = inFrame(object.own, frame);
+      corners = {min(own.low, corners.low), max(own.high, corners.high)};
+    }
+    segment = Segment::box(corners.low, corners.high);
+  }
+  if (marks_boxes) mark(object, segment);
+  return nullptr;
 }
 
 template <typename S>
 const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& frame, Bounds bounds,
                         Segment& segment, bool marks_boxes) {
-  // Capsules have code of their own, in which the compiler keeps them in registers.
-  const ObjectKind kind = kindOf(object);
-  return isRound(kind)
-             ? readAs(object, kind, std::true_type(), frame, bounds, segment, marks_boxes)
-             : readAs(object, kind, std::false_type(), frame, bounds, segment, marks_boxes);
+  // Most capsules and spheres are proper and have a box that adds nothing. What is not finite shows
+  // in the segment.
+  double radius, length;
+  if (bounds != Bounds::kObjects && readSize(object, kindOf(object), radius, length)) {
+    const AffineMap pose = poseOf(object);
+    if (isUsualRotation(pose) && radius >= 0 && length >= 0 &&
+        (bounds == Bounds::kShapes ||
+         addsNothing(ObjectMembers<S>::box(object), pose, radius, length))) {
+      segment = capsuleOf(pose, radius, length, frame);
+      if (isFinite(segment)) return nullptr;
+    }
+  }
+  return segmentOf(readObject(object, bounds), frame, segment, marks_boxes);
 }
 
 Obstacle obstacleOf(const ReadObject& object, const Frame& frame) {

@@ -38,9 +38,8 @@ enum class ObjectKind : std::uint8_t {
 };
 
 inline ObjectKind kindOf(fcl::NODE_TYPE type) {
+  if (type == fcl::GEOM_CAPSULE) return ObjectKind::kCapsule;  // Most are.
   switch (type) {
-    case fcl::GEOM_CAPSULE:
-      return ObjectKind::kCapsule;
     case fcl::GEOM_SPHERE:
       return ObjectKind::kSphere;
     case fcl::GEOM_BOX:
