@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fcl/broadphase/broadphase_collision_manager.h>
@@ -23,7 +24,7 @@ struct ShadowSide {
 
 /// What a ShadowManager has seen so far.
 struct ShadowResult {
-  std::size_t changes = 0;  ///< calls that register, unregister, set up, update or clear
+  std::size_t changes = 0;  ///< calls that register, unregister, set up, update, clear or step
   std::size_t queries = 0;  ///< calls of collide and distance
   ShadowSide first;         ///< the program's manager
   ShadowSide second;        ///< the one beside it
@@ -33,7 +34,8 @@ struct ShadowResult {
   std::string file;             ///< the record that was written at the first difference, if any
 
   /// Pairs of only one manager that no contract decides, because an object has moved since it was
-  /// updated, or because an option may leave the pair out.
+  /// updated, because an option may leave the pair out, or because a manager has its step and it is
+  /// not known where an object began it.
   std::size_t undecided = 0;
 
   /// What went wrong with the comparison itself, such as a record that could not be written. The
@@ -85,8 +87,8 @@ FCL_FIBERS_EXPORT ShadowReplay replayRecord(const std::string& path);
 /// FiberCollisionManager has to hand on those within its margins, and no pair that its options
 /// exclude from its report; see Report. A query that the callback ended is compared as far as it
 /// went. The least distances have to agree, where both are known. Pairs count where their objects
-/// were at the last update; an object that has moved since decides nothing. docs/contract.md has
-/// the details.
+/// were at the last update, and in a step of a manager with motion on the straight way there; an
+/// object that has moved since decides nothing. docs/contract.md has the details.
 ///
 /// **Another manager.** If the other manager of a query is a ShadowManager too, the first ones meet
 /// and the second ones meet. So wrap all managers of a program, or ask the wrapped one: FCL's
@@ -115,16 +117,27 @@ class FCL_FIBERS_EXPORT ShadowManager final : public fcl::BroadPhaseCollisionMan
   /// Takes over the managers of the other one, also while a query of it runs. The other one may
   /// then only be assigned to or destroyed; its calls throw std::logic_error.
   ///@{
-  ShadowManager(ShadowManager&&) noexcept;
-  ShadowManager& operator=(ShadowManager&&) noexcept;
+  ShadowManager(ShadowManager&& other) noexcept : impl_(std::move(other.impl_)) {}
+  ShadowManager& operator=(ShadowManager&& other) noexcept {
+    impl_ = std::move(other.impl_);
+    return *this;
+  }
   ///@}
-  ~ShadowManager() override;
+  ~ShadowManager() override = default;
 
   /// Registers a fiber: by registerFiber() in each FiberCollisionManager, by registerObjects() in
   /// another one. Pairs of neighbours that the options leave out are no difference.
   void registerFiber(const std::vector<Object*>& fiber, FiberEnds ends = FiberEnds::kOpen) {
     change(ends == FiberEnds::kOpen ? "registerFiber" : "registerRing", fiber);
   }
+
+  /// Begins or ends a step in each FiberCollisionManager; see there, **Motion**. Throws as the
+  /// first manager does. The pairs of a manager with FiberManagerOptions::motion are compared for
+  /// the step.
+  ///@{
+  void beginStep() { change("beginStep", {}); }
+  void endStep() { change("endStep", {}); }
+  ///@}
 
   /// FCL's interface: what the program sees of the first manager, with the second one beside it.
   ///@{
@@ -142,22 +155,22 @@ class FCL_FIBERS_EXPORT ShadowManager final : public fcl::BroadPhaseCollisionMan
   bool empty() const override { return first().empty(); }
   std::size_t size() const override { return first().size(); }
   void collide(Object* object, void* cdata, fcl::CollisionCallBack<S> callback) const override {
-    query(With::kObject, object, nullptr, cdata, callback);
+    query("collideObject", object, nullptr, cdata, callback);
   }
   void collide(void* cdata, fcl::CollisionCallBack<S> callback) const override {
-    query(With::kSelf, nullptr, nullptr, cdata, callback);
+    query("collideSelf", nullptr, nullptr, cdata, callback);
   }
   void collide(Manager* other, void* cdata, fcl::CollisionCallBack<S> callback) const override {
-    query(With::kManager, nullptr, other, cdata, callback);
+    query("collideManager", nullptr, other, cdata, callback);
   }
   void distance(Object* object, void* cdata, fcl::DistanceCallBack<S> callback) const override {
-    query(With::kObject, object, nullptr, cdata, callback);
+    query("distanceObject", object, nullptr, cdata, callback);
   }
   void distance(void* cdata, fcl::DistanceCallBack<S> callback) const override {
-    query(With::kSelf, nullptr, nullptr, cdata, callback);
+    query("distanceSelf", nullptr, nullptr, cdata, callback);
   }
   void distance(Manager* other, void* cdata, fcl::DistanceCallBack<S> callback) const override {
-    query(With::kManager, nullptr, other, cdata, callback);
+    query("distanceManager", nullptr, other, cdata, callback);
   }
   ///@}
 
@@ -173,11 +186,10 @@ class FCL_FIBERS_EXPORT ShadowManager final : public fcl::BroadPhaseCollisionMan
   friend ShadowReplay replayRecord(const std::string& path);
   struct FCL_FIBERS_NO_EXPORT Impl;
   class FCL_FIBERS_NO_EXPORT Player;
-  enum class With { kSelf, kObject, kManager };
   void change(const char* call, const std::vector<Object*>& objects);
-  void query(With with, Object* object, Manager* other, void* cdata,
+  void query(const char* call, Object* object, Manager* other, void* cdata,
              fcl::CollisionCallBack<S> callback) const;
-  void query(With with, Object* object, Manager* other, void* cdata,
+  void query(const char* call, Object* object, Manager* other, void* cdata,
              fcl::DistanceCallBack<S> callback) const;
   FCL_FIBERS_NO_EXPORT std::shared_ptr<Impl> impl() const;
 

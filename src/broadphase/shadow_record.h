@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -11,11 +12,14 @@
 #include <stdexcept>
 #include <string>
 #include <type_traits>
+#include <typeinfo>
 #include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
 
+#include <fcl/broadphase/broadphase_bruteforce.h>
+#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
@@ -26,8 +30,8 @@
 #include <fcl/geometry/shape/halfspace.h>
 #include <fcl/geometry/shape/plane.h>
 #include <fcl/geometry/shape/sphere.h>
-#include <fcl/narrowphase/collision.h>
-#include <fcl_fibers/contact.h>
+#include <fcl_fibers/layered_aabb_tree_collision_manager.h>
+#include <fcl_fibers/wrapped_sphere_tree_collision_manager.h>
 
 #include "broadphase/mesh_cache.h"
 #include "broadphase/object_reader.h"
@@ -51,7 +55,8 @@ namespace fcl_fibers::broadphase {
 //
 // Shapes and objects are written again when they have changed.
 constexpr char kRecordHead[] = "fcl_fibers record 1";
-constexpr std::size_t kSizes = 11;                      // Where the sizes of a shape begin.
+constexpr char kLimit[] = "limit";  // The last call of a record that has reached its limit.
+constexpr std::size_t kSizes = 11;  // Where the sizes of a shape begin.
 constexpr std::size_t kPose = 2, kBox = 14, kEnd = 20;  // Places in the line of an object.
 
 inline void require(bool condition, const std::string& problem) {
@@ -240,12 +245,28 @@ struct RecordedShape {
     return *made;
   }
   bool isRound() const { return line.word == "capsule" || line.word == "sphere"; }
+  bool isLike(const RecordedShape& other) const {
+    if (this == &other) return true;
+    RecordLine its = other.line;
+    its.numbers[0] = line.numbers[0];
+    return line == its;
+  }
 };
 
 /// An object as a manager may read it.
 struct RecordedObject {
   std::shared_ptr<const RecordedShape> shape;
   RecordLine line;
+  std::array<double, 2> margins = {};  ///< as each manager counts them; NaN if unknown
+
+  bool isFinite() const {
+    const auto are = [](const std::vector<double>& numbers, std::size_t from, std::size_t to) {
+      return std::all_of(&numbers[0] + from, &numbers[0] + to,
+                         [](double x) { return std::isfinite(x); });
+    };
+    const std::vector<double>& sizes = shape->line.numbers;
+    return are(line.numbers, kPose, kBox) && are(sizes, kSizes, sizes.size());
+  }
 
   auto pose() const {
     return Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(&line.numbers[kPose]);
@@ -271,90 +292,70 @@ RecordedObject readObject(const fcl::CollisionObject<S>& object, double number,
   return read;
 }
 
-/// Bounds of the distance of two surfaces, which is negative where the shapes overlap.
-struct Gap {
-  double low = -kInfinity, high = kInfinity;
-  double volumes = -kInfinity;  ///< a lower bound for whatever managers put around the two
-};
+/// Calls visit(option, the largest number of it) for each option on which pairs depend.
+template <class Visit>
+void visitOptions(FiberManagerOptions& options, Visit visit) {
+  visit(options.topology, 1);
+  visit(options.report, 1);
+  visit(options.ignored_neighbors, std::numeric_limits<int>::max());
+  visit(options.ignored_arc_length, kInfinity);
+  visit(options.margin, kInfinity);
+  visit(options.bounds, 2);
+  visit(options.motion, 1);
+}
 
-/// Bounds the distance of two objects where they are recorded: that of capsules and spheres in
-/// closed form, and whether others touch by FCL's narrow phase, in double. What FCL's boxes may
-/// lose, as they are computed in float or double, is within the bounds.
-inline Gap gapBetween(const RecordedObject& a, const RecordedObject& b, bool is_float) {
-  struct Posed {
-    const fcl::CollisionGeometry<double>& shape;
-    fcl::Transform3<double> pose = fcl::Transform3<double>::Identity();
-    Eigen::Vector3d center = {0, 0, 0};
-    double radius = 0;  // Of a ball around the shape; a plane's is infinite.
-    double size = 0, drift = 0;
+/// A manager in a record: `boxes` or `spheres` with the options, or the name of another class.
+template <typename S>
+std::string nameOf(const fcl::BroadPhaseCollisionManager<S>& manager) {
+  const auto* const ours = dynamic_cast<const FiberCollisionManager<S>*>(&manager);
+  if (ours == nullptr) return typeid(manager).name();
+  const bool is_boxes = dynamic_cast<const LayeredAABBTreeCollisionManager<S>*>(ours) != nullptr;
+  RecordLine line{is_boxes ? "boxes" : "spheres", {}};
+  FiberManagerOptions options = ours->options();
+  visitOptions(options, [&](auto option, double) { line.numbers.push_back(double(option)); });
+  return line.text();
+}
 
-    explicit Posed(const RecordedObject& object) : shape(object.shape->exact()) {
-      pose.affine() = object.pose();
-      const bool is_open = !(shape.aabb_radius < 1e100);
-      center = pose * (is_open ? center : Eigen::Vector3d(shape.aabb_center));
-      radius = is_open ? kInfinity : shape.aabb_radius;
-      if (!is_open) size = 2 * radius;
-      const Eigen::Matrix3d r = pose.linear();
-      drift = (r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-    }
-    CapsuleShape capsule(const std::vector<double>& n) const {
-      const double half = n.size() > kSizes + 1 ? n[kSizes + 1] / 2 : 0;
-      const Eigen::Vector3d p = pose * Eigen::Vector3d(0, 0, -half);
-      const Eigen::Vector3d q = pose * Eigen::Vector3d(0, 0, half);
-      return {{p[0], p[1], p[2]}, {q[0], q[1], q[2]}, n[kSizes]};
-    }
-    /// A ball around a box around the ball, and around a ball around getAABB().
-    double volume(const RecordedObject& object) const {
-      const Eigen::Vector3d middle = (object.low() + object.high()) / 2 - center;
-      const double box = middle.norm() + (object.high() - object.low()).norm() / 2;
-      return box > 2 * radius ? box : 2 * radius;
-    }
-  };
-  const auto isFinite = [](const RecordedObject& object) {
-    const std::vector<double>&n = object.line.numbers, &sizes = object.shape->line.numbers;
-    const auto is = [](double x) { return std::isfinite(x); };
-    return std::all_of(&n[kPose], &n[kBox], is) &&
-           std::all_of(sizes.begin() + kSizes, sizes.end(), is);
-  };
-  // FCL's narrow phase need not end if numbers are far from 1, and is wrong for planes.
-  const auto isSolid = [](const RecordedShape& shape) {
-    const auto& [kind, n] = shape.line;
-    const fcl::AABB<double>& box = shape.exact().aabb_local;
-    if (kind == "mesh")
-      return double(n.size()) > kSizes + 1 + 3 * n[kSizes];  // No cloud of points.
-    return kind != "bounds" && kind != "plane" && (box.max_ - box.min_).minCoeff() > 1e-5;
-  };
-  Gap gap;
-  if (!isFinite(a) || !isFinite(b)) return gap;
-  try {
-    const Posed p(a), q(b);
-    const double between = (p.center - q.center).norm(), size = p.size + q.size;
-    const double far = p.center.norm() + q.center.norm() + size;
-    // FCL's boxes take a rotation for the identity if its entries are about that.
-    const double doubt = 2 * ((is_float ? 1e-5 : 1e-12) + p.drift + q.drift) * far;
-    gap.volumes = between - p.volume(a) - q.volume(b) - doubt;
-    gap.low = between - p.radius - q.radius - doubt;
-    if (a.shape->isRound() && b.shape->isRound()) {
-      const CapsuleShape c = p.capsule(a.shape->line.numbers), d = q.capsule(b.shape->line.numbers);
-      const double distance = capsuleContact(c, d).distance;
-      return {distance - doubt, distance + doubt, gap.volumes};
-    }
-    // The narrow phase is iterative, with a tolerance of 1e-6, so a pair touches without doubt only
-    // if it still does after one shape has been moved in any direction.
-    const double error = 2 * doubt + 2e-4 * size + 8e-6;
-    bool touches = isSolid(*a.shape) && isSolid(*b.shape) && far < 1e5;
-    for (int i = 0; touches && i < 7; ++i) {
-      fcl::Transform3<double> moved = q.pose;
-      if (i < 6) moved.translation() += (i < 3 ? error : -error) * Eigen::Vector3d::Unit(i % 3);
-      fcl::CollisionRequest<double> request;
-      request.gjk_solver_type = fcl::GST_INDEP;  // libccd does not always end.
-      fcl::CollisionResult<double> result;
-      touches = fcl::collide(&p.shape, p.pose, &q.shape, moved, request, result) > 0;
-    }
-    if (touches) gap.high = 0;
-  } catch (const std::exception&) {  // FCL gives up on some shapes, and a mesh may be broken.
+/// Makes the manager of a name, FCL's tree if there is none.
+template <typename S>
+std::unique_ptr<fcl::BroadPhaseCollisionManager<S>> makeManager(const std::string& name) {
+  if (name.find("Naive") != name.npos) return std::make_unique<fcl::NaiveCollisionManager<S>>();
+  const bool is_boxes = name.substr(0, 6) == "boxes ";
+  if (!is_boxes && name.substr(0, 8) != "spheres ") {
+    return std::make_unique<fcl::DynamicAABBTreeCollisionManager<S>>();
   }
-  return gap;
+  const RecordLine line = RecordLine::parse(name);
+  require(line.numbers.size() == 7, "the manager has another count of options");
+  FiberManagerOptions options;
+  std::size_t at = 0;
+  visitOptions(options, [&](auto& option, double most) {
+    require(line.numbers[at] >= 0 && line.numbers[at] <= most, "an option is out of range");
+    option = static_cast<std::decay_t<decltype(option)>>(line.numbers[at++]);
+  });
+  if (is_boxes) return std::make_unique<LayeredAABBTreeCollisionManager<S>>(options);
+  return std::make_unique<WrappedSphereTreeCollisionManager<S>>(options);
+}
+
+/// Makes the change of this name in the manager.
+template <typename S>
+void makeChange(fcl::BroadPhaseCollisionManager<S>& manager, const std::string& call,
+                const std::vector<fcl::CollisionObject<S>*>& objects) {
+  auto* const one = objects.size() == 1 ? objects[0] : nullptr;
+  auto* const fibers = dynamic_cast<FiberCollisionManager<S>*>(&manager);
+  const bool is_ring = call == "registerRing", is_fiber = is_ring || call == "registerFiber";
+  if (is_fiber && fibers != nullptr) {
+    return fibers->registerFiber(objects, is_ring ? FiberEnds::kClosed : FiberEnds::kOpen);
+  }
+  if (is_fiber || call == "registerObjects") return manager.registerObjects(objects);
+  if (call == "registerObject") return manager.registerObject(one);
+  if (call == "unregisterObject") return manager.unregisterObject(one);
+  if (call == "updateObjects") return manager.update(objects);
+  if (call == "updateObject") return manager.update(one);
+  if (call == "update") return manager.update();
+  if (call == "setup") return manager.setup();
+  if (call == "clear") return manager.clear();
+  require(call == "beginStep" || call == "endStep", "there is no such call");
+  if (fibers != nullptr) call == "beginStep" ? fibers->beginStep() : fibers->endStep();
 }
 
 }  // namespace fcl_fibers::broadphase

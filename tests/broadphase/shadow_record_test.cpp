@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "broadphase/shadow_record.h"
+#include "broadphase/shadow_gap.h"
 
 #include <gtest/gtest.h>
 

@@ -368,6 +368,162 @@ TYPED_TEST(Shadow, IsReplayedWithTheSameDifference) {
   }
 }
 
+/// Two capsules side by side, the first of which swaps sides in a step, and one far from both.
+template <typename S>
+struct Crossing : Scene<S> {
+  Crossing() {
+    for (const double x : {-2.0, 0.0, 9.0}) {
+      this->addCapsule(Eigen::Vector3d(x, 0, 0), Eigen::Vector3d(x, 0.3, 1), 0.2);
+    }
+  }
+  void step(ShadowManager<S>& shadow) {
+    shadow.registerObjects(this->objects());
+    shadow.beginStep();
+    (*this)[0]->setTranslation((*this)[0]->getTranslation() + fcl::Vector3<S>(4, 0, 0));
+    (*this)[0]->computeAABB();
+    shadow.update();
+    selfPairs<S>(shadow);
+  }
+};
+
+FiberManagerOptions withMotion() {
+  FiberManagerOptions options;
+  options.report = Report::kCapsules;
+  options.motion = true;
+  return options;
+}
+
+// A pair that touches on the way would be lost or invented unseen.
+TYPED_TEST(Shadow, JudgesPairsOfAStep) {
+  using S = TypeParam;
+  using Fault = typename Faulty<S>::Fault;
+  for (const bool invents : {false, true}) {
+    Crossing<S> scene;
+    ShadowManager<S> shadow(
+        makeLayeredAabbTree<S>(withMotion()),
+        std::make_unique<Faulty<S>>(invents ? Fault::kInvents : Fault::kLoses, scene[0],
+                                    scene[invents ? 2 : 1], withMotion()),
+        withoutFile());
+    scene.step(shadow);
+    EXPECT_THAT(shadow.result().difference, HasSubstr(invents ? "too far apart" : "does not hand"));
+    EXPECT_THAT(shadow.result().difference, HasSubstr("apart in the step"));
+  }
+  Crossing<S> scene;
+  ShadowManager<S> shadow(makeFclTree<S>(), withMotion(), withoutFile());
+  scene.step(shadow);
+  EXPECT_EQ(shadow.result().second.pairs, 1u);
+  EXPECT_EQ(shadow.result().undecided, 0u);
+  shadow.endStep();
+  selfPairs<S>(shadow);
+  EXPECT_EQ(shadow.result().second.pairs, 1u);
+  // Where this one begins is not known.
+  shadow.beginStep();
+  shadow.unregisterObject(scene[0]);
+  shadow.registerObject(scene[0]);
+  selfPairs<S>(shadow);
+  scene[0]->setTranslation(fcl::Vector3<S>(-2, 0, 0));
+  scene[0]->computeAABB();
+  shadow.update();
+  selfPairs<S>(shadow);
+  EXPECT_EQ(shadow.result().second.pairs, 2u);
+  EXPECT_EQ(shadow.result().undecided, 1u);
+  EXPECT_EQ(shadow.result().difference, "");
+}
+
+// A replay would look at other steps than the program.
+TYPED_TEST(Shadow, RecordsSteps) {
+  using S = TypeParam;
+  Crossing<S> scene;
+  ShadowManager<S> shadow(makeLayeredAabbTree<S>(withMotion()), withMotion(), withoutFile());
+  scene.step(shadow);
+  EXPECT_EQ(shadow.result().first.pairs, 1u);
+  shadow.endStep();
+  selfPairs<S>(shadow);
+  const std::string path = temporary("steps.txt");
+  shadow.writeRecord(path);
+  EXPECT_THAT(contentOf(path), HasSubstr("\nbeginStep\n"));
+  EXPECT_THAT(contentOf(path), HasSubstr("\nendStep\n"));
+  const ShadowReplay replay = replayRecord(path);
+  EXPECT_EQ(replay.result.difference, "");
+  EXPECT_EQ(replay.result.first.pairs, 1u);
+  EXPECT_EQ(replay.result.second.pairs, 1u);
+}
+
+// The program would not learn that its manager has no steps.
+TYPED_TEST(Shadow, PassesOnThatAManagerHasNoSteps) {
+  using S = TypeParam;
+  ShadowManager<S> shadow(makeLayeredAabbTree<S>({}), withMotion(), withoutFile());
+  EXPECT_THROW(shadow.beginStep(), std::invalid_argument);
+  EXPECT_EQ(shadow.result().difference, "");
+  ShadowManager<S> resting(makeFclTree<S>(), FiberManagerOptions{}, withoutFile());
+  resting.beginStep();
+  EXPECT_THAT(resting.result().difference, HasSubstr("beginStep: the second manager throws"));
+}
+
+// A difference would be found in a step although both managers keep their promises.
+TYPED_TEST(Shadow, FindsNoDifferenceInSteps) {
+  using S = TypeParam;
+  for (const Bounds bounds : {Bounds::kShapes, Bounds::kShapesAndMargins, Bounds::kObjects}) {
+    for (const double margin : {0.0, 0.05}) {
+      SCOPED_TRACE(int(bounds));
+      FiberManagerOptions options = withMotion();
+      options.bounds = bounds;
+      options.margin = margin;
+      FiberManagerOptions published = options;
+      published.topology = Topology::kSuperThread;
+      Scene<S> scene, others;
+      Random random(4718);
+      fill(scene, 4719, true);
+      fill(others, 4720);
+      ShadowManager<S> shadow(makeFclTree<S>(), options, withoutFile());
+      ShadowManager<S> both(makeLayeredAabbTree<S>(options), published, withoutFile());
+      ShadowManager<S> other(makeFclTree<S>(), options, withoutFile());
+      for (auto* object : scene.objects()) shadow.registerObject(object);
+      for (auto* object : scene.objects()) both.registerObject(object);
+      other.registerObjects(others.objects());
+      other.registerObject(scene[4]);
+      const std::vector<fcl::CollisionObject<S>*> few(scene.objects().begin() + 3,
+                                                      scene.objects().begin() + 9);
+      for (int step = 0; step < 8; ++step) {
+        if (step % 4 == 0) shadow.beginStep();
+        if (step % 2 == 0) both.beginStep();
+        if (step % 3 == 0) other.beginStep();
+        const auto& moved = step % 3 == 2 ? few : scene.objects();
+        for (auto* object : moved) {
+          if (object->getNodeType() != fcl::GEOM_PLANE) jolt(*object, random, 0.3, 0.3);
+        }
+        for (auto* object : others.objects()) jolt(*object, random, 0.3, 0.3);
+        // As programs widen boxes: a sphere's evenly, a capsule's on one side.
+        for (const std::size_t i : {0, 1}) {
+          auto& box = const_cast<fcl::AABB<S>&>(scene[i]->getAABB());
+          box.max_ += fcl::Vector3<S>(S(0.1), i == 0 ? S(0.1) : 0, i == 0 ? S(0.1) : 0);
+          if (i == 0) box.min_ -= S(0.1) * fcl::Vector3<S>::Ones();
+        }
+        if (step == 5) {
+          shadow.unregisterObject(few[0]);
+          shadow.registerObject(few[0]);
+        }
+        step % 3 == 2 ? shadow.update(few) : shadow.update();
+        both.update();
+        other.update();
+        selfPairs<S>(shadow);
+        selfPairs<S>(both);
+        pairsWith<S>(shadow, *scene[1]);
+        pairsWith<S>(shadow, *others[1]);
+        pairsWith<S>(shadow, other);
+        CenterSearch<S> search;
+        shadow.distance(&search, &CenterSearch<S>::visit);
+        if (step == 6) shadow.endStep();
+        for (const ShadowManager<S>* manager : {&shadow, &both, &other}) {
+          EXPECT_EQ(manager->result().difference, "");
+          EXPECT_EQ(manager->result().problem, "");
+        }
+      }
+      EXPECT_GT(shadow.result().second.pairs, shadow.result().undecided);
+    }
+  }
+}
+
 // A manager of FCL that ignores an unknown object would hide that ours refuses it.
 TYPED_TEST(Shadow, TellsOfAnObjectThatWasNeverRegistered) {
   using S = TypeParam;
