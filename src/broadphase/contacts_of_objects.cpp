@@ -69,15 +69,12 @@ bool findMeshContacts(const ManagerState<S>& state, const fcl::CollisionObject<S
     fibers::throwInvalidArgument(kMeshContacts,
                                  joinedText("margin is ", margin, "; give 0 or more"));
   }
-  const auto entry = state.readMeshOf(mesh);
   BesideReading reading;
-  if (entry) reading.mesh = entry->end.mesh;
-  MeshCache& cache = state.obstacles().cache();
-  if (reading.mesh == nullptr) reading.mesh = cache.find(mesh->collisionGeometry());
+  reading.mesh = state.knownMesh(*mesh);
   named(kMeshContacts, "the mesh", [&] {
     requireSegment(*mesh, Frame{}, Bounds::kShapes);  // it may have become invalid
     if (reading.mesh == nullptr) {
-      reading = readBeside(*mesh, false, Frame{}, Bounds::kShapes, &cache);
+      reading = readBeside(*mesh, false, Frame{}, Bounds::kShapes, &state.obstacles().cache());
     }
   });
   if (reading.mesh == nullptr) {

@@ -60,10 +60,7 @@ class Search final : index::PairSink, index::NearestSink {
     /// Returns null if it cannot be read.
     const Partner<S>* find(SegmentId found, Partner<S>& place) const {
       if (one != nullptr) return one;
-      if (!is_beside) return scene->findInTree(found, place) ? &place : nullptr;
-      place =
-          scene->partnerOf(scene->state().obstacles().beside()[static_cast<std::size_t>(found)]);
-      return &place;
+      return scene->find(id(found), place) ? &place : nullptr;
     }
   };
   /// What a search leaves to be tested.
@@ -340,7 +337,7 @@ Visit Search<S>::searchTreeBesideOwn(const Scene<S>& theirs) {
     if (object == nullptr || theirs.isMeshInTree(*object) || other.obstacles().isBeside(b))
       continue;
     Partner<S> one;
-    if (!theirs.findInTree(b, one)) continue;
+    if (!theirs.find(b, one)) continue;
     if (searchBeside(one, theirs) == Visit::kStop) return Visit::kStop;
   }
   return Visit::kContinue;

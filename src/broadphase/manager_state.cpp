@@ -359,13 +359,12 @@ SegmentId ManagerState<S>::managedId(const char* call, const Object* object,
 }
 
 template <typename S>
-std::optional<typename Obstacles<S>::BesideEntry> ManagerState<S>::readMeshOf(
-    const Object* object) const {
-  const SegmentId id = registry_.find(object);
-  if (id == Registry::kNotFound) return std::nullopt;
+std::shared_ptr<const Mesh> ManagerState<S>::knownMesh(const Object& object) const {
   const std::lock_guard<std::mutex> lock(build_mutex_);
-  const auto* entry = obstacles_.beside(id);
-  return entry == nullptr ? std::nullopt : std::optional(*entry);
+  const auto* entry = obstacles_.beside(registry_.find(&object));
+  return entry != nullptr && entry->end.mesh != nullptr
+             ? entry->end.mesh
+             : obstacles_.cache().find(object.collisionGeometry());
 }
 
 template <typename S>

@@ -103,9 +103,9 @@ class ManagerState {
             countsTriangles(options_)};
   }
 
-  /// What the manager has of an object that is a mesh. Another thread may be making the first
-  /// query.
-  std::optional<typename Obstacles<S>::BesideEntry> readMeshOf(const Object* object) const;
+  /// The triangles of an object as they were read last, or null. Another thread may be making the
+  /// first query.
+  std::shared_ptr<const Mesh> knownMesh(const Object& object) const;
 
   bool movedSinceUpdate() const;
   std::size_t memoryUsage() const;

@@ -41,13 +41,6 @@ class BoxSource final : public index::SegmentSource {
   BesideReading Entry::*const end_;
 };
 
-index::IndexOptions boxOptions(double margin) {
-  index::IndexOptions options;
-  options.capsules = true;  // then boxes are compared in double
-  options.margin = margin;
-  return options;
-}
-
 tree::Fibers oneEach(SegmentId begin, SegmentId end) {
   tree::Fibers fibers;
   for (SegmentId id = begin; id < end; ++id) {
@@ -120,8 +113,8 @@ std::size_t MovingMeshOnDemand::memoryUsage() const {
 template <typename S>
 Obstacles<S>::Obstacles(const FiberManagerOptions& options)
     : options_(options),
-      moves_(options.motion),
-      boxes_(boxOptions(options.margin), options.motion) {}
+      // If capsules are tested, boxes are compared in double.
+      boxes_({false, false, /*capsules=*/true, options.margin}, options.motion) {}
 
 // --- Changing ---
 
@@ -172,28 +165,11 @@ void Obstacles<S>::renumber(const ObjectRegistry<S>& registry) {
   shapes_.compact();
   shapes_.renumber(new_id);
   has_boxes_ = false;
-  listMoved(/*all=*/false);
-}
-
-template <typename S>
-void Obstacles<S>::listMoved(bool all) {
-  if (!has_step_) return;
-  // If memory runs out, no list has places of before.
-  moved_beside_.clear();
-  moved_shapes_.clear();
-  const auto list = [all](auto& entries, std::vector<std::size_t>& moved) {
-    for (std::size_t place = 0; place < entries.size(); ++place) {
-      if (all) entries[place].has_moved = true;
-      if (entries[place].has_moved) moved.push_back(place);
-    }
-  };
-  list(beside_, moved_beside_);
-  list(shapes_, moved_shapes_);
 }
 
 template <typename S>
 void Obstacles<S>::clear() {
-  setStep(false);  // while the entries that have moved exist
+  setStep(false);
   beside_.clear();
   shapes_.clear();
   boxes_.clear();
@@ -202,18 +178,16 @@ void Obstacles<S>::clear() {
 
 template <typename S>
 void Obstacles<S>::setStep(bool has_step) {
-  for (const std::size_t place : moved_shapes_) {
-    shapes_[place].start = shapes_[place].end;
-    shapes_[place].has_moved = false;
+  for (ShapeEntry& entry : shapes_) {
+    if (entry.has_moved) entry.start = entry.end;
+    entry.has_moved = false;
   }
-  for (const std::size_t place : moved_beside_) {
-    BesideEntry& entry = beside_[place];
+  for (BesideEntry& entry : beside_) {
+    if (!entry.has_moved) continue;
     entry.start = entry.end;
     entry.has_moved = false;
     if (entry.is_mesh) entry.forgetTrees();
   }
-  moved_shapes_.clear();
-  moved_beside_.clear();
   boxes_.endStep();  // the next reading begins it where these are
   has_step_ = has_step;
 }
@@ -238,10 +212,10 @@ void Obstacles<S>::readBesideAt(std::size_t place, const Frame& frame) {
     refuse(entry.is_mesh ? kIsNoMeshNow : kIsMeshNow, entry.id);
   }
   // Meshes that nobody holds are refitted in place. A step holds them.
-  if (!moves_) entry.end.mesh.reset();
+  if (!options_.motion) entry.end.mesh.reset();
   BesideReading now = readBeside(*entry.object, entry.is_solid, frame, options_.bounds,
                                  entry.is_mesh ? &cache_ : nullptr, entry.id);
-  if (moves_) {
+  if (options_.motion) {
     // Other triangles have no way from those before. They rest where they are now.
     const bool is_same =
         has_step_ && entry.is_read && (entry.start.mesh == nullptr) == (now.mesh == nullptr) &&
@@ -253,7 +227,6 @@ void Obstacles<S>::readBesideAt(std::size_t place, const Frame& frame) {
       entry.start = now;
     }
     entry.frame = frame;
-    if (has_step_ && !entry.has_moved) moved_beside_.push_back(place);
     entry.has_moved = has_step_;
   }
   entry.end = std::move(now);
@@ -266,10 +239,9 @@ void Obstacles<S>::readShape(std::size_t place, const Frame& frame) {
   ShapeEntry& entry = shapes_[place];
   const ReadObject now = readObject(*entry.object, options_.bounds);
   entry.shape = obstacleOf(now, frame);
-  if (moves_) {
+  if (options_.motion) {
     entry.end = obstacleOf(now, Frame{});
     if (!has_step_ || !entry.is_read) entry.start = entry.end;
-    if (has_step_ && !entry.has_moved) moved_shapes_.push_back(place);
     entry.has_moved = has_step_;
   }
   entry.is_read = true;
@@ -283,10 +255,9 @@ void Obstacles<S>::read(const Frame& frame, bool all) {
     has_boxes_ = false;
     beside_.compact();
     shapes_.compact();
-    listMoved(/*all=*/true);
     // Objects of one mesh let go of it before the first of them reads it again.
     for (BesideEntry& entry : beside_) {
-      if (!moves_) entry.end.mesh.reset();
+      if (!options_.motion) entry.end.mesh.reset();
     }
   }
   // New entries are the last, and some of them may have been removed again.

@@ -239,19 +239,14 @@ class Obstacles {
   void readBesideAt(std::size_t place, const geometry::Frame& frame);
   void readShape(std::size_t place, const geometry::Frame& frame);
   void finishBoxes(const geometry::Frame& frame, bool are_fitted);
-  /// Lists those that have moved, or that are about to.
-  void listMoved(bool all);
 
   const FiberManagerOptions options_;
-  const bool moves_;       ///< whether there may be steps
   bool has_step_ = false;  ///< otherwise all rest
   ById<BesideEntry> beside_;
   ById<ShapeEntry> shapes_;
   Generations boxes_;  ///< of those beside the tree, by their places
   /// Whether boxes_ has all that is read. It is not after a call that has thrown.
   bool has_boxes_ = true;
-  /// The places of those that have moved.
-  std::vector<std::size_t> moved_beside_, moved_shapes_;
   mutable MeshCache cache_;
 };
 

@@ -57,18 +57,11 @@ Scene<S>::Scene(const char* call, const State& state, const State& asked, bool m
 template <typename S>
 bool Scene<S>::find(SegmentId id, Partner<S>& partner) const {
   const Object& object = *state_.registry()[id];
-  if (const BesideEntry* entry = state_.obstacles().beside(id)) {
-    partner = partnerOf(*entry);
-  } else if (isMeshInTree(object)) {
-    partner = readNow(object, id);
-  } else {
-    return findInTree(id, partner);
+  const BesideEntry* entry = state_.obstacles().beside(id);
+  if (entry != nullptr || isMeshInTree(object)) {
+    partner = entry != nullptr ? partnerOf(*entry) : readNow(object, id);
+    return true;
   }
-  return true;
-}
-
-template <typename S>
-bool Scene<S>::findInTree(SegmentId id, Partner<S>& partner) const {
   partner.id = id;
   MovingSegment& segment = partner.segment;
   if (!state_.generations().keepsSegments()) {

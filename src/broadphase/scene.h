@@ -56,10 +56,8 @@ class Scene {
   bool isMeshInTree(const Object& object) const { return has_meshes_in_tree_ && isMesh(object); }
   bool hasMeshesInTree() const { return has_meshes_in_tree_; }
 
-  /// Finds any of the objects. Returns false if it cannot be read.
+  /// Finds one of the objects. Returns false if it cannot be read.
   bool find(SegmentId id, Partner<S>& partner) const;
-  /// The same for one in the tree.
-  bool findInTree(SegmentId id, Partner<S>& partner) const;
   /// One beside the tree. It borrows the entry.
   Partner<S> partnerOf(const BesideEntry& entry) const;
   /// An object of the manager, or of none, as it is now.
