@@ -643,6 +643,8 @@ FAULTS = [
     # --- Files ---
     Fault("a neuron's fiber runs through branching points", "io/swc.cpp",
           "while (!node->isEnd());", "while (!node->isRoot());", "io_test"),
+    Fault("a line without points shifts what belongs to lines", "io/vtp.cpp",
+          "while (ends[line] < read) ++line;", "if (ends[line] < read) ++line;", "io_test"),
     Fault("a voxel's corner passes for its centre", "io/trk.cpp",
           "voxel_size[from[k]] - 0.5;", "voxel_size[from[k]];", "io_test"),
     Fault("exchanged axes are reversed by one another", "io/trk.cpp",

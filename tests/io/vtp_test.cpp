@@ -536,6 +536,12 @@ TEST(VtpTest, MemoryIsBoundedWhereElementsAreShortest) {
   expectRefusal(before(elements), kVtp, "byte 0", "there are 50016 tags in ");
   EXPECT_TRUE(parsesSafely(before(few_elements), kVtp));
   EXPECT_TRUE(parsesSafely(before("<a" + attributes + "/>"), kVtp));
+  // Lines of one point, which take no more than its index and the end of the line.
+  std::string ends;
+  for (int i = 1; i <= 20000; ++i) ends += std::to_string(i) + ' ';
+  const std::string lines = replaced(textFile(), "NumberOfLines=\"2\"", "NumberOfLines=\"20000\"");
+  EXPECT_TRUE(parsesSafely(
+      replaced(replaced(lines, "0 1 2 0 3 4", numbers.substr(0, 40000)), "\t4 6\n", ends), kVtp));
   const std::string indices =
       replaced(replaced(textFile(), "0 1 2 0 3 4", numbers), "6\n", "50000");
   EXPECT_TRUE(parsesSafely(indices, kVtp));
