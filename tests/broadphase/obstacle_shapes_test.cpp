@@ -229,7 +229,8 @@ TYPED_TEST(ObstacleShapes, HaveTheMarginOfTheProgramOrAreNone) {
       EXPECT_EQ(obstacle.kind, Obstacle::Kind::kNone);
       object.aabb.max_[1] += 1;
       ASSERT_TRUE(readObstacle(object, frame, Bounds::kShapesAndMargins, obstacle));
-      EXPECT_GE(obstacle.margin / frame.scale, 1.25 * (1 - 1e-6)) << "not the most of any side";
+      // FCL gives a shape that is hardly turned the box of one that is not.
+      EXPECT_GE(obstacle.margin / frame.scale, 1.25 * (1 - 1e-5)) << "not the most of any side";
       EXPECT_TRUE(readObstacle(object, frame, Bounds::kShapes, obstacle));
       object.aabb.max_[1] = std::numeric_limits<S>::infinity();
       EXPECT_FALSE(readObstacle(object, frame, Bounds::kShapesAndMargins, obstacle));
