@@ -17,7 +17,7 @@
 
 #include "contenders/closed_form.h"
 #include "geometry/segment.h"
-#include "index/capsule_filter.h"
+#include "index/hull_filter.h"
 #include "index/kept_segments.h"
 
 // FCL's library has its tables of functions, one for each two kinds of shapes, in double alone. In
@@ -185,8 +185,8 @@ class Filter {
   void keep(const IndexPairs& pairs, const Take& take) const {
     // As many at a time as a search hands on.
     constexpr std::size_t kBuffer = 1024;
-    const index::CapsuleFilter filter({range_, range_}, {range_, range_}, nullptr, 0,
-                                      kept_.usualUnit());
+    const index::HullFilter filter(range_, index::SegmentHulls<tree::SegmentRange>{range_}, 0,
+                                   kept_.usualUnit());
     std::vector<tree::Pair> buffer;
     buffer.reserve(kBuffer);
     std::vector<geometry::Impact> none;

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "contenders/foreign_tree.h"
-#include "index/capsule_filter.h"
+#include "index/hull_filter.h"
 
 namespace fcl_fibers::benchmarks {
 namespace {
@@ -31,7 +31,7 @@ tree::Fibers fibersOf(const FiberPolylines& scene) {
 /// Tests candidates, a thousand at a time, as our own search does.
 class CandidateBuffer final : public index::PairSink {
  public:
-  CandidateBuffer(const index::CapsuleFilter& filter, index::PairSink& sink)
+  CandidateBuffer(const index::PairFilter& filter, index::PairSink& sink)
       : filter_(filter), sink_(sink) {}
 
   tree::Visit take(const tree::Pair* pairs, std::size_t count) override {
@@ -54,7 +54,7 @@ class CandidateBuffer final : public index::PairSink {
   std::size_t candidates() const { return candidates_; }
 
  private:
-  const index::CapsuleFilter& filter_;
+  const index::PairFilter& filter_;
   index::PairSink& sink_;
   std::array<tree::Pair, 1024> pairs_;
   std::size_t size_ = 0, candidates_ = 0;
@@ -118,8 +118,8 @@ geometry::Segment SweptBoxes::box(index::SegmentId id, const geometry::Frame& fr
     low[axis] = least - outward;
     high[axis] = most + outward;
   }
-  return geometry::Segment::box(frame.fromWorld({low[0], low[1], low[2]}),
-                                frame.fromWorld({high[0], high[1], high[2]}));
+  return geometry::Segment::box(frame.fromWorld(geometry::Vec3d{low[0], low[1], low[2]}),
+                                frame.fromWorld(geometry::Vec3d{high[0], high[1], high[2]}));
 }
 
 bool SweptBoxes::read(const index::SegmentId* ids, int count, int ahead,
@@ -172,8 +172,8 @@ std::size_t SweptTree::searchImpacts(index::PairSink& sink) const {
   index::MovingRange range{start_.range(), end_.range()};
   range.start.setMostError(error_);
   range.end.setMostError(error_);
-  const index::CapsuleFilter filter(range, range, nullptr, /*margin=*/0, start_.usualUnit(),
-                                    /*error=*/0, /*moves=*/true);
+  const index::HullFilter filter(range, index::SegmentHulls<index::MovingRange>{range},
+                                 /*margin=*/0, start_.usualUnit());
   CandidateBuffer buffer(filter, sink);
   searchCandidates(buffer);
   buffer.flush();

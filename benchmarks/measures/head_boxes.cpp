@@ -11,7 +11,7 @@
 
 #include "contenders/foreign_tree.h"
 #include "harness/runs.h"
-#include "index/posed_triangles.h"
+#include "index/posed_mesh.h"
 #include "index/tree_search.h"
 #include "measures/head_scene.h"
 #include "measures/paper/tree_scene.h"
@@ -39,7 +39,7 @@ class OurBoxes {
   std::size_t countOverlaps() const {
     const index::PosedTriangles posed({mesh_, {}}, geometry::Frame());
     const auto pair =
-        meshPair(segments_, mesh_.tree(), posed.from_tree, posed.error, {}, kAllCategories);
+        meshPair(segments_, mesh_.tree(), posed.fromTree(), posed.error(), {}, kAllCategories);
     CountingSink sink;
     index::ScratchPool scratch;
     findPairs(index::TreeSearch(pair), nullptr, nullptr, scratch, sink);

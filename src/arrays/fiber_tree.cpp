@@ -19,7 +19,7 @@
 #include "fibers/options.h"
 #include "geometry/contact.h"
 #include "geometry/obstacle.h"
-#include "index/moving_mesh.h"
+#include "index/posed_mesh.h"
 #include "index/segment_index.h"
 #include "joined_text.h"
 
@@ -125,7 +125,7 @@ class FiberTree::Impl {
   void compute(const Call& call, const Contacts<S>& question, const TriangleMesh& mesh,
                const TrianglePair* pairs, std::size_t count, MeshContact* contacts) const {
     const std::string text = call.text();
-    const fibers::MeshContacts contact(MeshReader::posed(mesh));
+    const fibers::MeshContacts contact(MeshReader::placed(mesh));
     const FiberArrays<S>& fibers = question.fibers;
     index_->forRanges(count, kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
       constexpr std::size_t kAhead = 16;
@@ -186,7 +186,7 @@ class FiberTree::Impl {
   bool search(const Call& call, const Question& question, const TriangleMesh& partner,
               const Take& take) const {
     const TriangleMesh copy = partner;
-    const index::PosedMesh mesh = posedMesh(call, copy);
+    const index::PosedMesh mesh(placed(call, copy), index_->frame());
     const double margin = index_->options().margin;
     return handOn<FoundBy<Question, TriangleMesh>>(take, kAll, [&](auto& sink) {
       if constexpr (std::is_same_v<Question, Touching>) {
@@ -209,14 +209,14 @@ class FiberTree::Impl {
   template <class Question>
   bool search(const Call& call, Question, const MeshStep& partner, const Take& take) const {
     const MeshStep copy = partner;
-    const index::PosedMesh start = posedMesh(call, copy.start), end = posedMesh(call, copy.end);
+    const index::PlacedMesh start = placed(call, copy.start), end = placed(call, copy.end);
     if (start.is_solid != end.is_solid || start.categories != end.categories ||
         !start.mesh.hasTrianglesOf(end.mesh)) {
       call.refuse(
           "the mesh at the end has other triangles, another kind or other categories than the one "
           "at the start; copy the mesh and move the copy");
     }
-    const index::MovingMesh mesh(start, end, index_->frame(), index_->executor());
+    const index::PosedMesh mesh(start, end, index_->frame(), index_->executor());
     const double margin = index_->options().margin;
     if constexpr (std::is_same_v<Question, Impacts>) {
       return handOn<MeshImpact>(take, kAll, [&](auto& sink) {
@@ -277,14 +277,14 @@ class FiberTree::Impl {
   }
 
   /// The mesh for a search. Refuses what no search can be right for.
-  index::PosedMesh posedMesh(const Call& call, const TriangleMesh& mesh) const {
-    const index::PosedMesh posed = MeshReader::posed(mesh);
-    if (!index::fitsIn(index_->frame(), posed)) {
+  index::PlacedMesh placed(const Call& call, const TriangleMesh& mesh) const {
+    const index::PlacedMesh placed = MeshReader::placed(mesh);
+    if (!index::fitsIn(index_->frame(), placed)) {
       call.refuse(
           "the coordinates of the mesh overflow in the unit of the fibers; bring it nearer to "
           "them");
     }
-    return posed;
+    return placed;
   }
 
   arrays::FiberIndex index_;

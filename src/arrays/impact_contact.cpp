@@ -73,9 +73,9 @@ MeshContact impactContact(const FiberArrays<S>& start, const FiberArrays<S>& end
   requireTriangle(kCall, mesh.start, impact.pair.triangle);
   requireTriangle(kCall, mesh.end, impact.pair.triangle);
   const LocatedMotion capsule = locate(start, end, impact.pair.segment);
-  const index::PosedMesh from = MeshReader::posed(mesh.start);
+  const index::PlacedMesh from = MeshReader::placed(mesh.start);
   return fibers::impactContact(relativeTo(from.pose.shift, capsule.segment), from.pose.shift, from,
-                               MeshReader::posed(mesh.end), impact.pair.triangle, impact.time,
+                               MeshReader::placed(mesh.end), impact.pair.triangle, impact.time,
                                capsule.place);
 }
 

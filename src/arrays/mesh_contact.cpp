@@ -19,7 +19,7 @@ template <typename S>
 MeshContact meshContact(const FiberArrays<S>& fibers, const TriangleMesh& mesh, TrianglePair pair) {
   const arrays::LocatedSegment capsule = arrays::locate("meshContact", fibers, pair.segment);
   requireTriangle("meshContact", mesh, pair.triangle);
-  const fibers::MeshContacts contact(MeshReader::posed(mesh));
+  const fibers::MeshContacts contact(MeshReader::placed(mesh));
   return contact(contact.inFrame(capsule.segment), capsule.place, pair.triangle);
 }
 template MeshContact meshContact(const FiberArrays<float>&, const TriangleMesh&, TrianglePair);

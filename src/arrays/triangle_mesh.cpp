@@ -186,7 +186,7 @@ std::size_t TriangleMesh::pointCount() const { return impl_->index.points().size
 std::size_t TriangleMesh::triangleCount() const { return impl_->index.triangles().size(); }
 std::size_t TriangleMesh::memoryUsage() const { return impl_->index.memoryUsage(); }
 
-index::PosedMesh MeshReader::posed(const TriangleMesh& mesh) {
+index::PlacedMesh MeshReader::placed(const TriangleMesh& mesh) {
   return {mesh.impl_->index, toAffineMap(mesh.pose_), mesh.categories_,
           mesh.kind() == TriangleMesh::Kind::kSolid};
 }

@@ -3,14 +3,14 @@
 
 #include <fcl_fibers/triangle_mesh.h>
 
-#include "index/mesh_index.h"
+#include "index/posed_mesh.h"
 
 namespace fcl_fibers {
 
 /// Gives the searches what they need of a mesh.
 struct MeshReader {
   /// The result borrows the triangles from the mesh until that is updated or destroyed.
-  static index::PosedMesh posed(const TriangleMesh& mesh);
+  static index::PlacedMesh placed(const TriangleMesh& mesh);
 };
 
 /// Throws std::invalid_argument if the mesh has no such triangle.

@@ -13,7 +13,7 @@
 #include "geometry/contact.h"
 #include "geometry/impact.h"
 #include "geometry/triangle_contact.h"
-#include "index/moving_mesh.h"
+#include "index/posed_mesh.h"
 #include "joined_text.h"
 
 namespace fcl_fibers {
@@ -85,7 +85,7 @@ bool findMeshContacts(const ManagerState<S>& state, const fcl::CollisionObject<S
   const SegmentId mesh_id = state.registry().find(mesh);
   const bool is_solid =
       mesh_id != ObjectRegistry<S>::kNotFound && state.registry().fibers().isSolid(mesh_id);
-  const fibers::MeshContacts contact_of(reading.posed(tree::kAllCategories, is_solid));
+  const fibers::MeshContacts contact_of(reading.placed(tree::kAllCategories, is_solid));
   const Segment segment =
       readCapsule(kMeshContacts, *capsule, contact_of.frame(), "the capsule", "pass one");
   const ReadObject read = readObject(*capsule, state.options().bounds);
@@ -166,7 +166,7 @@ bool findImpact(const ManagerState<S>& state, const ManagerState<S>* other,
   if (!contact.is_exact) return true;
   if (has_mesh) {
     const auto mesh = state.movingMesh(*q.mesh);
-    const MeshContact found = fibers::impactContact(i, frame.origin, mesh->start(), mesh->end(),
+    const MeshContact found = fibers::impactContact(i, frame.origin, mesh->start().placed(), mesh->end().placed(),
                                                     contact.triangle, contact.time, {});
     static_cast<Contact&>(contact) = {contact.a,      contact.b,     found.s,       contact.t,
                                       found.distance, found.point_a, found.point_b, found.normal};

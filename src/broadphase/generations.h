@@ -4,11 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <type_traits>
 #include <vector>
 
 #include "geometry/moving_segment.h"
-#include "index/moving_mesh.h"
+#include "index/posed_mesh.h"
 #include "index/segment_index.h"
 
 namespace fcl_fibers::broadphase {
@@ -179,11 +178,9 @@ class Generations {
     });
   }
 
-  /// @param mesh    a PosedMesh, which rests while all else is at the end of the step, or a
-  ///                MovingMesh during the whole step, which has no search for the nearest
+  /// @param mesh    has a step if the whole step counts
   /// @param margin  of the search, in the world's unit; searches for the nearest have none
-  template <class Mesh>
-  tree::Visit searchMesh(const Mesh& mesh, double margin, const Sink& sink) const {
+  tree::Visit searchMesh(const index::PosedMesh& mesh, double margin, const Sink& sink) const {
     return forEach([&](const index::SegmentIndex& part) {
       return part.leaves().empty() ? tree::Visit::kContinue : ask(part, sink, mesh, margin);
     });
@@ -212,9 +209,7 @@ class Generations {
   template <class... Partner>
   tree::Visit ask(const index::SegmentIndex& part, const Sink& sink,
                   const Partner&... partner) const {
-    if constexpr (!(std::is_same_v<Partner, index::MovingMesh> || ...)) {
-      if (sink.nearest != nullptr) return part.search(partner..., *sink.nearest);
-    }
+    if (sink.nearest != nullptr) return part.search(partner..., *sink.nearest);
     index::Question question;
     question.of_step = moves_;
     question.once = true;

@@ -208,7 +208,7 @@ Visit Search<S>::searchTree(const Scene<S>& in, const Partner<S>& one, const Sce
     if (moves_ || query_.is_for_distances) seen_.emplace();
     const double margin = state_.options().margin;
     return moves_ ? segments.searchMesh(*in.state().movingMesh(*one.mesh), margin, sink_)
-                  : segments.searchMesh(one.mesh->posed(), margin, sink_);
+                  : segments.searchMesh({one.mesh->placed(), in.state().frame()}, margin, sink_);
   }
   if (is_own && isBounded(one.segment.start) && isBounded(one.segment.end)) {
     if (own_.hasShapesInTree() || one.segment.end.isBox()) begin(tree, single, Test::kShapes);

@@ -92,7 +92,7 @@ class ManagerState {
   const Obstacles<S>& obstacles() const { return obstacles_; }
 
   /// A mesh in the frame of the indexes, during the step. See BesideEntry::moving().
-  std::shared_ptr<const index::MovingMesh> movingMesh(
+  std::shared_ptr<const index::PosedMesh> movingMesh(
       const typename Obstacles<S>::BesideEntry& entry) const {
     return entry.moving(frame(), generations_.executor());
   }

@@ -7,7 +7,6 @@
 
 #include "broadphase/frame_of_other.h"
 #include "broadphase/object_source.h"
-#include "index/posed_triangles.h"
 
 namespace fcl_fibers::broadphase {
 namespace {
@@ -85,7 +84,7 @@ BesideReading readBeside(const fcl::CollisionObject<S>& object, bool is_solid, c
       readObject(object, bounds, reading.mesh == nullptr ? nullptr : &reading.mesh->bounds());
   if (const char* problem = segmentOf(reading.object, frame, reading.box)) refuse(problem, place);
   if (reading.mesh != nullptr &&
-      !index::fitsIn(frame, reading.posed(tree::kAllCategories, is_solid))) {
+      !index::fitsIn(frame, reading.placed(tree::kAllCategories, is_solid))) {
     refuse(
         "its coordinates overflow in the unit of the fibers; "
         "bring it nearer to them or make it smaller",
@@ -94,13 +93,13 @@ BesideReading readBeside(const fcl::CollisionObject<S>& object, bool is_solid, c
   return reading;
 }
 
-std::shared_ptr<const index::MovingMesh> MovingMeshOnDemand::get(const index::PosedMesh& start,
-                                                                 const index::PosedMesh& end,
+std::shared_ptr<const index::PosedMesh> MovingMeshOnDemand::get(const index::PlacedMesh& start,
+                                                                 const index::PlacedMesh& end,
                                                                  const Frame& frame,
                                                                  parallel::Executor* executor) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (mesh_ == nullptr || !(mesh_->frame() == frame)) {
-    mesh_ = std::make_shared<const index::MovingMesh>(start, end, frame, executor);
+    mesh_ = std::make_shared<const index::PosedMesh>(start, end, frame, executor);
   }
   return mesh_;
 }

@@ -17,7 +17,7 @@
 #include "broadphase/object_reader.h"
 #include "broadphase/object_registry.h"
 #include "geometry/obstacle.h"
-#include "index/moving_mesh.h"
+#include "index/posed_mesh.h"
 
 namespace fcl_fibers::broadphase {
 
@@ -114,7 +114,7 @@ struct BesideReading {
   /// Whether triangles count. If not, only the box and the shape do.
   bool hasTriangles() const { return mesh != nullptr && object.isAllOfShape(); }
   /// @pre hasTriangles()
-  index::PosedMesh posed(tree::Categories categories, bool is_solid) const {
+  index::PlacedMesh placed(tree::Categories categories, bool is_solid) const {
     // A mesh without categories meets other obstacles, and the rules leave out the fibers.
     const tree::Categories searched = categories != 0 ? categories : tree::kAllCategories;
     return {mesh->index(), object.pose, searched, is_solid, object.added.margin};
@@ -126,15 +126,15 @@ struct BesideReading {
 class MovingMeshOnDemand {
  public:
   /// All calls have the same start and end. It keeps the mesh for the frame of the last call.
-  std::shared_ptr<const index::MovingMesh> get(const index::PosedMesh& start,
-                                               const index::PosedMesh& end,
-                                               const geometry::Frame& frame,
-                                               parallel::Executor* executor);
+  std::shared_ptr<const index::PosedMesh> get(const index::PlacedMesh& start,
+                                              const index::PlacedMesh& end,
+                                              const geometry::Frame& frame,
+                                              parallel::Executor* executor);
   std::size_t memoryUsage() const;
 
  private:
   mutable std::mutex mutex_;
-  std::shared_ptr<const index::MovingMesh> mesh_;
+  std::shared_ptr<const index::PosedMesh> mesh_;
 };
 
 /// Reads any object as one beside the tree. Throws RefusedObject, also if `is_solid` is set and a
@@ -165,11 +165,11 @@ class Obstacles {
     /// Copies of the entry share it. Null for another shape than a mesh.
     std::shared_ptr<MovingMeshOnDemand> trees = nullptr;
 
-    index::PosedMesh posed() const { return end.posed(categories, is_solid); }
+    index::PlacedMesh placed() const { return end.placed(categories, is_solid); }
     /// @pre hasMovingTriangles(); the entry lives as long as the result
-    std::shared_ptr<const index::MovingMesh> moving(const geometry::Frame& its_frame,
+    std::shared_ptr<const index::PosedMesh> moving(const geometry::Frame& its_frame,
                                                     parallel::Executor* executor) const {
-      return trees->get(start.posed(categories, is_solid), posed(), its_frame, executor);
+      return trees->get(start.placed(categories, is_solid), placed(), its_frame, executor);
     }
     /// Gives up the trees, because the start or the end will change.
     void forgetTrees() { trees = std::make_shared<MovingMeshOnDemand>(); }

@@ -190,7 +190,9 @@ bool Scene<S>::mayTouch(const Partner<S>& p, const Partner<S>& q, const Scene& o
     if (p.mesh != nullptr && q.mesh != nullptr) return true;
     const BesideEntry& mesh = *(p.mesh != nullptr ? p : q).mesh;
     const Partner<S>& other = p.mesh != nullptr ? q : p;
-    if (!moves_) return touches(mesh.posed(), other.segment.end, frame(), reach, other.error);
+    if (!moves_) {
+      return index::touches({mesh.placed(), frame()}, other.segment.end, reach, other.error);
+    }
     index::MeshImpact impact;
     return findImpact(*asked_.movingMesh(mesh), other.segment, reach, other.error, impact);
   }

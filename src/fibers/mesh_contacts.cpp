@@ -8,7 +8,6 @@
 #include "geometry/touch.h"
 #include "geometry/triangle_contact.h"
 #include "geometry/triangle_distance.h"
-#include "geometry/triangle_impact.h"
 #include "tree/search.h"
 
 namespace fcl_fibers::fibers {
@@ -30,34 +29,10 @@ void moveOut(const Segment& capsule, const Triangle& triangle, TriangleContact& 
   contact.normal = -1.0 * outward;
 }
 
-/// Collects the triangles that a search finds.
-class Triangles final : public tree::PairBuffer {
- public:
-  explicit Triangles(std::vector<index::TriangleId>& out) : out_(out) { start(); }
-  tree::Visit full() override {
-    for (const tree::Pair* pair = found_; pair != next_; ++pair) out_.push_back(pair->a);
-    start();
-    return tree::Visit::kContinue;
-  }
-
- private:
-  static constexpr std::size_t kCapacity = 64;
-  void start() {
-    next_ = found_;
-    end_ = found_ + kCapacity;
-  }
-
-  std::vector<index::TriangleId>& out_;
-  tree::Pair found_[kCapacity + kRoom];
-};
-
 }  // namespace
 
-MeshContacts::MeshContacts(const index::PosedMesh& mesh)
-    : is_solid_(mesh.is_solid),
-      frame_{mesh.pose.shift, 1},
-      triangles_(mesh, frame_),
-      query_(triangles_) {}
+MeshContacts::MeshContacts(const index::PlacedMesh& mesh)
+    : is_solid_(mesh.is_solid), frame_{mesh.pose.shift, 1}, triangles_(mesh, frame_) {}
 
 MeshContact MeshContacts::operator()(const Segment& capsule, FiberSegment place,
                                      index::TriangleId id) const {
@@ -65,7 +40,7 @@ MeshContact MeshContacts::operator()(const Segment& capsule, FiberSegment place,
   TriangleContact contact = geometry::triangleContact(capsule, triangle, frame_.origin);
   const bool is_inside =
       is_solid_ &&
-      (contact.crosses || query_.isInside(capsule.a + contact.s * (capsule.b - capsule.a)));
+      (contact.crosses || triangles_.isInside(capsule.a + contact.s * (capsule.b - capsule.a)));
   if (is_inside) moveOut(capsule, triangle, contact);
   return publicContact(contact, place, id, is_inside);
 }
@@ -87,23 +62,19 @@ MeshContact publicContact(const TriangleContact& contact, FiberSegment place, in
 void MeshContacts::findTriangles(const Segment& capsule, double reach,
                                  std::vector<index::TriangleId>& triangles) const {
   triangles.clear();
-  const double error = endPointError(capsule) + triangles_.error;
-  Triangles found(triangles);
-  visitOverlaps(triangles_.mesh.tree(), query_.boxOf(capsule, reach + error), 0, tree::kNoGroup,
-                found);
-  found.full();
-  triangles.erase(std::remove_if(triangles.begin(), triangles.end(),
-                                 [&](index::TriangleId id) {
-                                   return !touch(capsule, triangles_[id], reach, error);
-                                 }),
-                  triangles.end());
+  const double error = endPointError(capsule) + triangles_.error();
+  visitOverlapping(triangles_.mesh().tree(), triangles_.boxOf(capsule, reach + error),
+                   [&](index::TriangleId id) {
+                     if (touch(capsule, triangles_[id], reach, error)) triangles.push_back(id);
+                     return tree::Visit::kContinue;
+                   });
   std::sort(triangles.begin(), triangles.end());
   if (!triangles.empty()) return;
-  triangles.push_back(query_.nearest(capsule, std::numeric_limits<double>::max()).triangle);
+  triangles.push_back(triangles_.nearest(capsule, std::numeric_limits<double>::max()).triangle);
 }
 
 MeshContact impactContact(const geometry::MovingSegment& capsule, const Vec3d& origin,
-                          const index::PosedMesh& start, const index::PosedMesh& end,
+                          const index::PlacedMesh& start, const index::PlacedMesh& end,
                           index::TriangleId triangle, double time, FiberSegment place) {
   // What touches at the start may be inside a solid. What touches later comes from outside.
   if (time == 0) {

@@ -8,8 +8,7 @@
 
 #include "geometry/moving_segment.h"
 #include "geometry/triangle_contact.h"
-#include "index/mesh_query.h"
-#include "index/posed_triangles.h"
+#include "index/posed_mesh.h"
 
 namespace fcl_fibers::fibers {
 
@@ -20,7 +19,7 @@ MeshContact publicContact(const geometry::TriangleContact& contact, FiberSegment
 /// Computes the contacts of capsules with a mesh, which it borrows. Several threads may ask it.
 class FCL_FIBERS_TREE_EXPORT MeshContacts {
  public:
-  explicit MeshContacts(const index::PosedMesh& mesh);
+  explicit MeshContacts(const index::PlacedMesh& mesh);
   MeshContacts(const MeshContacts&) = delete;
 
   /// The frame of capsules. Its origin is the mesh's position, so that no digits are lost far from
@@ -44,7 +43,6 @@ class FCL_FIBERS_TREE_EXPORT MeshContacts {
   const bool is_solid_;
   const geometry::Frame frame_;
   const index::PosedTriangles triangles_;
-  const index::MeshQuery query_;
 };
 
 /// The contact of a capsule and a triangle of a mesh at the time of their impact in a step.
@@ -52,8 +50,8 @@ class FCL_FIBERS_TREE_EXPORT MeshContacts {
 /// @param start, end  the same triangles
 FCL_FIBERS_TREE_EXPORT MeshContact impactContact(const geometry::MovingSegment& capsule,
                                                  const geometry::Vec3d& origin,
-                                                 const index::PosedMesh& start,
-                                                 const index::PosedMesh& end,
+                                                 const index::PlacedMesh& start,
+                                                 const index::PlacedMesh& end,
                                                  index::TriangleId triangle, double time,
                                                  FiberSegment place);
 

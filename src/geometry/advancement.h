@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "geometry/double_double.h"
+#include "geometry/impact.h"
 #include "geometry/squared_distance.h"
 #include "geometry/squared_triangle_distance.h"
 
@@ -81,14 +82,6 @@ Closest<3> closestOf(const Pose<3>& pose) {
   const auto x = double(best.x), y = double(best.y);
   return {double(best.s), {std::max(1 - x - y, 0.0), x, y}, rounded(distance.between(best))};
 }
-
-/// The first time at which a moving axis and a moving hull are in reach, and where they are closest
-/// at that time.
-template <int K>
-struct Arrival {
-  double time;
-  double s, weight[K];  ///< axis[0] + s (axis[1] - axis[0]) and the sum of weight[k] corner[k]
-};
 
 /// How much too early an arrival may be, as a distance, for a pair of a size. It is 2^16 eps, which
 /// is far more than double needs to find a direction that parts the two.

@@ -8,12 +8,16 @@
 #include "geometry/advancement.h"
 #include "geometry/impact_pairs.h"
 #include "geometry/touch.h"
+#include "geometry/triangle_distance.h"
 
 namespace fcl_fibers::geometry {
 namespace {
 
 Instant<2> instant(const Segment& p, const Segment& q, double reach) {
   return {{p.a, p.b}, {q.a, q.b}, p.thickness() + q.thickness(), reach};
+}
+Instant<3> instant(const Segment& p, const Triangle& q, double reach) {
+  return {{p.a, p.b}, {q.a, q.b, q.c}, p.radius, reach};
 }
 
 /// The times at which a gap that changes linearly is at most `margin`, leaning outward.
@@ -36,12 +40,18 @@ struct Times {
   }
 };
 
+template <class Hull, int K>
+bool find(const MovingSegment& p, const Moving<Hull>& q, double margin, double error, double from,
+          bool only_nearer, Arrival<K>& arrival) {
+  return findArrival(
+      instant(p.start, q.start, reachOf(p.start, q.start, margin, error)),
+      instant(p.end, q.end, reachOf(p.end, q.end, margin, error)), from, only_nearer, arrival);
+}
+
 bool find(const MovingSegment& p, const MovingSegment& q, double margin, double error, double from,
           bool only_nearer, Impact& impact) {
   Arrival<2> arrival;
-  const bool found = findArrival(
-      instant(p.start, q.start, reachOf(p.start, q.start, margin, error)),
-      instant(p.end, q.end, reachOf(p.end, q.end, margin, error)), from, only_nearer, arrival);
+  const bool found = find(p, q, margin, error, from, only_nearer, arrival);
   if (found) impact = {arrival.time, arrival.s, arrival.weight[1]};
   return found;
 }
@@ -52,7 +62,7 @@ void setRow(ImpactRows::Instant& rows, int lane, const Pose<2>& pose, double rea
   for (int i = 0; i < 10; ++i) rows[i][lane] = numbers[i];
 }
 
-void setPair(ImpactRows& rows, int lane, const ImpactQuery& query) {
+void setPair(ImpactRows& rows, int lane, const ImpactQuery<Segment>& query) {
   const auto& [p, q, margin, error, from] = query;
   const Instant<2> start = instant(p.start, q.start, reachOf(p.start, q.start, margin, error));
   const Instant<2> end = instant(p.end, q.end, reachOf(p.end, q.end, margin, error));
@@ -81,8 +91,29 @@ bool findImpact(const MovingSegment& p, const MovingSegment& q, double margin, d
   if (isBox(p) || isBox(q)) return findBoxImpact(p, q, margin + error, from, impact);
   return find(p, q, margin, error, from, /*only_nearer=*/false, impact);
 }
+bool findImpact(const MovingSegment& p, const MovingTriangle& q, double margin, double error,
+                double from, TriangleImpact& impact) {
+  if (!isBox(p)) return find(p, q, margin, error, from, /*only_nearer=*/false, impact);
+  Impact of_boxes;
+  const MovingSegment box{boxAround(q.start), boxAround(q.end)};
+  if (!findBoxImpact(p, box, margin + error, from, of_boxes)) return false;
+  impact = {of_boxes.time, 0, {1, 0, 0}};
+  return true;
+}
 
-std::uint32_t findImpacts(const ImpactQuery* queries, int count, Impact* impacts) {
+std::uint32_t findImpacts(const ImpactQuery<Triangle>* queries, int count, Impact* impacts) {
+  std::uint32_t found = 0;
+  for (int i = 0; i < count; ++i) {
+    const auto& [p, q, margin, error, from] = queries[i];
+    TriangleImpact impact;
+    if (!findImpact(p, q, margin, error, from, impact)) continue;
+    impacts[i] = {impact.time, impact.s, 0};
+    found |= 1u << i;
+  }
+  return found;
+}
+
+std::uint32_t findImpacts(const ImpactQuery<Segment>* queries, int count, Impact* impacts) {
   static_assert(kImpactsAtOnce == ImpactRows::kLanes);
   ImpactRows rows{};
   std::uint32_t boxes = 0;
@@ -113,8 +144,15 @@ bool findApproach(const MovingSegment& p, const MovingSegment& q, double margin,
                   double from, Impact& impact) {
   return find(p, q, margin, error, from, /*only_nearer=*/true, impact);
 }
+bool findApproach(const MovingSegment& p, const MovingTriangle& q, double margin, double error,
+                  double from, TriangleImpact& impact) {
+  return find(p, q, margin, error, from, /*only_nearer=*/true, impact);
+}
 
 double impactTolerance(const MovingSegment& p, const MovingSegment& q) {
+  return toleranceFor(sizeOf(instant(p.start, q.start, 0), instant(p.end, q.end, 0)));
+}
+double impactTolerance(const MovingSegment& p, const MovingTriangle& q) {
   return toleranceFor(sizeOf(instant(p.start, q.start, 0), instant(p.end, q.end, 0)));
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <type_traits>
 
 #include <fcl_fibers/tree_export.h>
 
@@ -15,6 +16,20 @@ struct Impact {
   double time;
   double s, t;
 };
+
+/// The first time at which a moving axis and the moving hull of K corners are in reach, and where
+/// they are closest at that time.
+template <int K>
+struct Arrival {
+  double time;
+  double s;          ///< axis.a + s (axis.b - axis.a)
+  double weight[K];  ///< of the corners; not negative, with sum 1
+};
+/// Of a capsule and a triangle.
+using TriangleImpact = Arrival<3>;
+/// Of a capsule and another hull.
+template <class Hull>
+using ImpactWith = std::conditional_t<std::is_same_v<Hull, Triangle>, TriangleImpact, Impact>;
 
 /// Finds the first time at which two capsules are no further apart than the margin. It returns
 /// false if they are further apart during the whole step.
@@ -34,18 +49,25 @@ struct Impact {
 /// @param from   the capsules are known not to touch before this time
 FCL_FIBERS_TREE_EXPORT bool findImpact(const MovingSegment& p, const MovingSegment& q,
                                        double margin, double error, double from, Impact& impact);
+/// The same for a capsule and a triangle, through which its axis may pass, or for a box and that
+/// around a triangle.
+bool findImpact(const MovingSegment& p, const MovingTriangle& q, double margin, double error,
+                double from, TriangleImpact& impact);
 
 /// The arguments of findImpact().
+template <class Hull>
 struct ImpactQuery {
-  MovingSegment p, q;
+  MovingSegment p;
+  Moving<Hull> q;
   double margin, error, from;
 };
 
 constexpr int kImpactsAtOnce = 8;
 
 /// As findImpact() for up to kImpactsAtOnce pairs, most of which are decided side by side. It
-/// returns a bit for each pair that has an impact.
-std::uint32_t findImpacts(const ImpactQuery* queries, int count, Impact* impacts);
+/// returns a bit for each pair that has an impact. That with a triangle has 0 for t.
+std::uint32_t findImpacts(const ImpactQuery<Segment>* queries, int count, Impact* impacts);
+std::uint32_t findImpacts(const ImpactQuery<Triangle>* queries, int count, Impact* impacts);
 
 /// As findImpact(), but two capsules that touch at the start have to come nearer first: the result
 /// is the first time at which radii and margin exceed the distance by more than at the start, by
@@ -53,9 +75,12 @@ std::uint32_t findImpacts(const ImpactQuery* queries, int count, Impact* impacts
 /// @pre they are not boxes
 bool findApproach(const MovingSegment& p, const MovingSegment& q, double margin, double error,
                   double from, Impact& impact);
+bool findApproach(const MovingSegment& p, const MovingTriangle& q, double margin, double error,
+                  double from, TriangleImpact& impact);
 
 /// How much too early, as a distance, findImpact() of two capsules may be: 2^-36 of the 1-norms of
 /// their differences and of their radii.
 double impactTolerance(const MovingSegment& p, const MovingSegment& q);
+double impactTolerance(const MovingSegment& p, const MovingTriangle& q);
 
 }  // namespace fcl_fibers::geometry

@@ -4,15 +4,13 @@
 #include <cstdint>
 
 #include "geometry/capsule_test.h"
+#include "geometry/moving_segment.h"
 #include "simd/lanes.h"
 
 namespace fcl_fibers::geometry {
 
 /// The ends of a capsule at the start and at the end of a step.
-struct MovingCapsule {
-  const CapsuleEnd* start;
-  const CapsuleEnd* end;
-};
+using MovingCapsule = Moving<const CapsuleEnd*>;
 
 /// A block of pairs of moving capsules.
 class ImpactPairs : public PairsOf<MovingCapsule, MovingCapsule> {

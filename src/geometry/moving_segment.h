@@ -4,16 +4,20 @@
 #include <algorithm>
 
 #include "geometry/segment.h"
+#include "geometry/triangle.h"
 
 namespace fcl_fibers::geometry {
 
-/// A segment during a step, which lasts from time 0 to time 1. Both ends and the radius change
-/// linearly.
-struct MovingSegment {
-  Segment start, end;
-
-  friend bool rests(const MovingSegment& s) { return s.start == s.end; }
+/// What changes linearly during a step, which lasts from time 0 to time 1: the ends and the radius
+/// of a segment, or the corners of a triangle.
+template <class T>
+struct Moving {
+  T start, end;
 };
+using MovingSegment = Moving<Segment>;
+using MovingTriangle = Moving<Triangle>;
+
+inline bool rests(const MovingSegment& s) { return s.start == s.end; }
 
 /// Whether the segment counts by boxes, because it is one at the start or at the end.
 inline bool isBox(const MovingSegment& s) { return s.start.isBox() || s.end.isBox(); }
@@ -22,10 +26,14 @@ inline Vec3d between(const Vec3d& start, const Vec3d& end, double time) {
   return (1 - time) * start + time * end;
 }
 
-/// The segment at a time.
+/// The segment or triangle at a time.
 inline Segment at(const MovingSegment& s, double time) {
   return {between(s.start.a, s.end.a, time), between(s.start.b, s.end.b, time),
           (1 - time) * s.start.radius + time * s.end.radius};
+}
+inline Triangle at(const MovingTriangle& t, double time) {
+  return {between(t.start.a, t.end.a, time), between(t.start.b, t.end.b, time),
+          between(t.start.c, t.end.c, time)};
 }
 
 /// A box around the whole step.

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "geometry/vec3.h"
+#include "geometry/segment.h"
 
 namespace fcl_fibers::geometry {
 
@@ -11,6 +11,9 @@ namespace fcl_fibers::geometry {
 struct Triangle {
   Vec3d a, b, c;
 };
+inline Segment boxAround(const Triangle& t) {
+  return Segment::box(min(min(t.a, t.b), t.c), max(max(t.a, t.b), t.c));
+}
 
 /// A point of a mesh, which is loaded as one vector.
 struct alignas(32) MeshPoint {

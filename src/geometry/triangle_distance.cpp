@@ -100,12 +100,12 @@ bool axisWithin(const Segment& capsule, const Triangle& triangle, double reach) 
                     std::min(scale * reach, 0x1p150));
 }
 
-double reachOf(const Segment& capsule, double margin, double error) {
+double reachOf(const Segment& capsule, const Triangle& /*triangle*/, double margin, double error) {
   return std::max(capsule.radius + margin, 0.0) * (1 + 4 * kEps) + error;
 }
 
 bool touch(const Segment& capsule, const Triangle& triangle, double margin, double error) {
-  return axisWithin(capsule, triangle, reachOf(capsule, margin, error));
+  return axisWithin(capsule, triangle, reachOf(capsule, triangle, margin, error));
 }
 
 ClosestOnTriangle closestPoints(const Segment& capsule, const Triangle& triangle) {

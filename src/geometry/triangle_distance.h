@@ -12,7 +12,7 @@ namespace fcl_fibers::geometry {
 bool axisWithin(const Segment& capsule, const Triangle& triangle, double reach);
 
 /// How far apart the axis of a capsule and a triangle may be that touch.
-double reachOf(const Segment& capsule, double margin, double error);
+double reachOf(const Segment& capsule, const Triangle& triangle, double margin, double error);
 
 /// Whether a capsule and a triangle are at most `margin` apart. It errs on the side of touching, by
 /// at most `error` and a few ulp. `error` bounds the error of all five points together.

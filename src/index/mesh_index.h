@@ -77,17 +77,6 @@ class FCL_FIBERS_TREE_EXPORT MeshIndex {
   double reach_ = 0;
 };
 
-/// A mesh at a place in the world.
-struct PosedMesh {
-  const MeshIndex& mesh;
-  geometry::AffineMap pose;                      ///< from the mesh's coordinates to the world
-  std::uint32_t categories = ~std::uint32_t{0};  ///< segments meet it only if they have one
-  bool is_solid = false;                         ///< whether its inside counts
-  /// Its own margin, in the world's unit: it is touched from this much further away than a search's
-  /// margin says, and it is this much nearer than its triangles. Not negative.
-  double margin = 0;
-};
-
 /// Whether the triangles of a watertight mesh face inward, so that they enclose a negative volume.
 /// pointOf(i) is a point, in a frame that suits the mesh.
 template <class PointOf>
@@ -102,12 +91,6 @@ bool faceInward(const std::vector<geometry::TriangleIndices>& triangles, PointOf
   return volume < -0x1p-40 * size;
 }
 FCL_FIBERS_TREE_EXPORT bool isInsideOut(const MeshIndex& mesh);
-
-/// Whether a segment of a frame touches a mesh, as SegmentIndex::searchMesh() decides it.
-/// @param margin  in the unit of the frame, in addition to the mesh's own
-/// @param error   likewise; see geometry::touch()
-FCL_FIBERS_TREE_EXPORT bool touches(const PosedMesh& mesh, const geometry::Segment& segment,
-                                    const geometry::Frame& frame, double margin, double error);
 
 /// Whether each edge of a triangle is that of exactly one other one, in the opposite direction.
 /// Returns the first triangle for which that does not hold, or -1.

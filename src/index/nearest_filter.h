@@ -8,17 +8,20 @@
 #include <utility>
 
 #include "geometry/touch.h"
+#include "geometry/triangle_distance.h"
 #include "index/pair_query.h"
 
 namespace fcl_fibers::index {
 
-/// A segment of a pair in the frame of the first one, if it can be read now, and a bound on the
-/// error of its end points.
-struct FoundSegment {
-  geometry::Segment segment;
+/// A segment or triangle of a pair in the frame of the first one, if it can be read now, and a
+/// bound on the error of its points.
+template <class Hull>
+struct Found {
+  Hull hull;
   double error;
   bool is_found;
 };
+using FoundSegment = Found<geometry::Segment>;
 
 /// Remembers what find(id) has found, because pairs that follow soon after each other share
 /// segments.
@@ -44,19 +47,20 @@ class RememberingFind {
 };
 
 /// Receives the pairs whose volumes may be nearer than the limit, and hands on those whose capsules
-/// may be nearer, too. first(a) and second(b) return a FoundSegment or a reference to one. If a
-/// segment of a pair is not found, the pair is handed on.
+/// may be nearer, too. first(a) and second(b) return a Found or a reference to one. If one of a
+/// pair is not found, the pair is handed on.
 template <class First, class Second>
 class NearestFilter final : public tree::NearestVisitor {
  public:
   /// @param tests_all  whether every pair is tested. If not, most pairs are handed on untested
-  /// while
-  ///                   nearly all pass, as pairs of adjacent segments do.
-  NearestFilter(First& first, Second& second, bool tests_all, NearestSink& sink)
+  ///                   while nearly all pass, as pairs of adjacent segments do.
+  /// @param margin     how much nearer than its second one a pair is
+  NearestFilter(First& first, Second& second, bool tests_all, NearestSink& sink, double margin = 0)
       : first_(first),
         second_(second),
         tests_all_(tests_all),
         sink_(sink),
+        margin_(margin),
         first_limit_(sink.limit()) {}
 
   tree::Visit visit(tree::SegmentId a, tree::SegmentId b, double& limit) override {
@@ -79,10 +83,10 @@ class NearestFilter final : public tree::NearestVisitor {
   }
 
   bool passes(tree::SegmentId a, tree::SegmentId b, double limit) {
-    const FoundSegment& p = first_(a);
-    const FoundSegment& q = second_(b);
+    const auto& p = first_(a);
+    const auto& q = second_(b);
     const bool may_be_nearer =
-        !p.is_found || !q.is_found || touch(p.segment, q.segment, limit, p.error + q.error);
+        !p.is_found || !q.is_found || touch(p.hull, q.hull, limit + margin_, p.error + q.error);
     credit_ = may_be_nearer ? std::max(credit_ - 1, 0) : std::min(credit_ + kGain, kMost);
     return may_be_nearer;
   }
@@ -91,7 +95,7 @@ class NearestFilter final : public tree::NearestVisitor {
   Second& second_;
   const bool tests_all_;
   NearestSink& sink_;
-  const double first_limit_;
+  const double margin_, first_limit_;
   int credit_ = kFirst;
   unsigned untested_ = 0;
 };

@@ -11,7 +11,7 @@
 
 #include "geometry/frame.h"
 #include "geometry/moving_segment.h"
-#include "index/capsule_filter.h"
+#include "index/hull_filter.h"
 #include "index/kept_segments.h"
 #include "index/mesh_index.h"
 #include "index/nearest_filter.h"
@@ -27,9 +27,8 @@
 
 namespace fcl_fibers::index {
 
-class MovingMesh;
-class SegmentMarks;
-struct PosedTriangles;
+class PosedMesh;
+class PosedTriangles;
 
 struct IndexOptions {
   bool wrapped_spheres = false;  ///< wrapped spheres; otherwise layered boxes
@@ -165,27 +164,23 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
                      NearestSink& sink) const;
   ///@}
 
-  /// Finds the segments and triangles of a mesh that touch. In each pair b is a triangle. A segment
-  /// that is a box touches a triangle if the boxes of both overlap, and if it overlaps the
-  /// triangle's box in the mesh's own axes, up to margins. Segments that may not meet the mesh, see
-  /// tree::Fibers::meets, are left out. Each segment wholly inside a solid mesh comes with one
-  /// triangle, its nearest; if one triangle of each segment is enough, with -1.
+  /// Finds the segments and triangles of a mesh in frame() that touch. In each pair b is a
+  /// triangle. A segment that is a box touches a triangle if the boxes of both overlap, and if it
+  /// overlaps the triangle's box in the mesh's own axes, up to margins. Segments that may not meet
+  /// the mesh, see tree::Fibers::meets, are left out. Each segment wholly inside a solid mesh comes
+  /// with one triangle, its nearest; if one triangle of each segment is enough, with -1.
+  ///
+  /// In a step of segments or mesh, a segment that is inside a solid at the start comes first and
+  /// once, at time 0. It does not count for a first time, because on its way out it touches the
+  /// surface.
   /// @param margin  of the search, in the world's unit, whatever the index's own; the mesh's margin
   ///                comes on top
-  /// @pre keepsSegments()
-  ///@{
+  /// @pre keepsSegments(); the mesh has a step if question.of_step
   tree::Visit search(const PosedMesh& mesh, double margin, PairSink& sink,
                      const Question& question = {}) const;
-  /// The same during a step of segments or mesh. A segment that is inside a solid at the start
-  /// comes first and once, at time 0. It does not count for a first time, because on its way out it
-  /// touches the surface.
-  /// @pre the mesh is in frame(); question.of_step
-  tree::Visit search(const MovingMesh& mesh, double margin, PairSink& sink,
-                     const Question& question) const;
   /// Hands on segments and triangles that may be nearer than the limit. What is inside a solid mesh
   /// comes before, with -1. There is no margin but the mesh's own.
   tree::Visit search(const PosedMesh& mesh, double margin, NearestSink& sink) const;
-  ///@}
 
   /// Finds the first time of the step that Question::first asks for, with a partner of search().
   /// Returns 1 if there is none.
@@ -259,12 +254,12 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
 
   const End& start() const { return moves() ? *start_ : now_; }
   double padding() const { return margin() / 2; }
-  /// How near a mesh counts.
+  /// How near a mesh counts, in frame().
   struct MeshReach {
     double margin;  ///< of the search and the mesh together
     double growth;  ///< by how much a padded volume of the tree has to grow for that
   };
-  MeshReach meshReach(double mesh_margin, double margin) const;
+  MeshReach meshReach(double margin) const;
 
   // Reading.
 
@@ -325,10 +320,8 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
     return findPairs(search, filter, executor_.get(), *scratch_, sink);
   }
   KeptSegments readSegments(const SegmentSource& source) const;
-  tree::Visit search(const End& end, const PosedMesh& mesh, double margin, bool once,
-                     PairSink& sink) const;
-  std::vector<tree::Pair> findInside(const MovingMesh& mesh, double margin,
-                                     SegmentMarks& inside) const;
+  tree::Visit searchAt(const End& end, const PosedTriangles& triangles, double margin, bool once,
+                       PairSink& sink) const;
   void addNearest(const End& end, const PosedTriangles& triangles,
                   std::vector<tree::Pair>& pairs) const;
 

@@ -3,7 +3,7 @@
 #include <type_traits>
 
 #include "geometry/moving_box.h"
-#include "index/capsule_filter.h"
+#include "index/hull_filter.h"
 #include "index/nearest_filter.h"
 #include "index/segment_index.h"
 #include "index/tree_search.h"
@@ -81,7 +81,13 @@ Visit SegmentIndex::withFilter(const Question& question, bool moves, const Movin
                                const FrameChange* b_to_a, double error, F&& visit) const {
   if (question.of_volumes || !(moves || options_.capsules)) return visit(question.wanted);
   if (question.first != nullptr && !moves) return Visit::kContinue;
-  const CapsuleFilter filter(movingRange(), b, b_to_a, margin(), unit_, error, moves, question);
+  if (moves) {
+    const SegmentHulls<MovingRange> hulls{b, b_to_a, error};
+    const HullFilter filter(movingRange(), hulls, margin(), unit_, question);
+    return visit(&filter);
+  }
+  const SegmentHulls<SegmentRange> hulls{b.end, b_to_a, error};
+  const HullFilter filter(keptRange(), hulls, margin(), unit_, question);
   return visit(&filter);
 }
 
@@ -165,12 +171,12 @@ Visit SegmentIndex::searchOneByOne(const SegmentIndex& other, const SegmentSourc
 FoundSegment SegmentIndex::find(const SegmentSource& source, SegmentId id) const {
   FoundSegment found{};
   if (keepsSegments()) {
-    found.segment = segment(id);
+    found.hull = segment(id);
     found.is_found = true;
   } else {
-    found.is_found = source.readNow(id, frame(), found.segment);
+    found.is_found = source.readNow(id, frame(), found.hull);
   }
-  if (found.is_found) found.error = endPointError(found.segment);
+  if (found.is_found) found.error = endPointError(found.hull);
   return found;
 }
 
@@ -206,8 +212,8 @@ Visit SegmentIndex::search(const SegmentIndex& other, const SegmentSource* sourc
   const auto find_second = [&](SegmentId b) {
     FoundSegment found = other.find(second_source, b);
     if (!found.is_found) return found;
-    found.segment = to_this(found.segment);
-    found.error = to_this.error(found.segment);
+    found.hull = to_this(found.hull);
+    found.error = to_this.error(found.hull);
     return found;
   };
   RememberingFind first(find_first);

@@ -91,4 +91,33 @@ Visit visitNearest(const Tree& tree, const typename Tree::Volume& volume, Segmen
                    Group group, double limit, NearestVisitor& visitor);
 ///@}
 
+/// Calls visit(segment) for the leaves whose volumes overlap a volume, until it returns
+/// Visit::kStop.
+template <class Tree, class F>
+Visit visitOverlapping(const Tree& tree, const typename Tree::Volume& volume, F&& visit) {
+  constexpr std::size_t kCapacity = 64;
+  struct Each final : PairBuffer {
+    explicit Each(F& f) : visit_each(f) { restart(); }
+    Visit full() override {
+      for (const Pair* pair = found; pair != next_; ++pair) {
+        if (visit_each(pair->a) == Visit::kStop) return Visit::kStop;
+      }
+      // The first one may be all that is looked for.
+      if (limit < kCapacity) limit *= 2;
+      restart();
+      return Visit::kContinue;
+    }
+    void restart() {
+      next_ = found;
+      end_ = found + limit;
+    }
+
+    F& visit_each;
+    std::size_t limit = 1;
+    Pair found[kCapacity + kRoom];
+  } each(visit);
+  return visitOverlaps(tree, volume, 0, kNoGroup, each) == Visit::kStop ? Visit::kStop
+                                                                       : each.full();
+}
+
 }  // namespace fcl_fibers::tree

@@ -87,8 +87,9 @@ TYPED_TEST(ObstacleShapes, ContainTheShapeAndAreExactForBoxesAndTriangles) {
                 kind == kTriangle ? Obstacle::Kind::kTriangle : Obstacle::Kind::kBox);
       // A few ulp of the coordinates.
       const double largest =
-          std::max({maxNorm(frame.fromWorld({offset, offset, offset})),
-                    maxNorm(frame.fromWorld({-offset, -offset, -offset})), frame.scale * size});
+          std::max({maxNorm(frame.fromWorld(geometry::Vec3d{offset, offset, offset})),
+                    maxNorm(frame.fromWorld(geometry::Vec3d{-offset, -offset, -offset})),
+                    frame.scale * size});
       EXPECT_LE(obstacle.error, 128 * std::numeric_limits<double>::epsilon() * largest);
       for (std::size_t k = 0; k < sample.points.size(); ++k) {
         const Point p = posed(object.getTransform(), frame, sample.points[k]);

@@ -50,11 +50,11 @@ Change randomChange(Random& random, int i) {
 TEST(Frame, FromWorldIsTheDifferenceScaled) {
   // If this fails, end points carry more than the one rounding that bounds allow for.
   const Frame frame{{10, 20, 30}, 0.25};
-  const Vec3d q = frame.fromWorld({14, 12, 30});
+  const Vec3d q = frame.fromWorld(Vec3d{14, 12, 30});
   EXPECT_EQ(q.x, 1);
   EXPECT_EQ(q.y, -2);
   EXPECT_EQ(q.z, 0);
-  const Vec3d same = Frame{}.fromWorld({1.5, -2.5, 1e300});
+  const Vec3d same = Frame{}.fromWorld(Vec3d{1.5, -2.5, 1e300});
   EXPECT_EQ(same.x, 1.5);
   EXPECT_EQ(same.y, -2.5);
   EXPECT_EQ(same.z, 1e300);

@@ -12,7 +12,6 @@
 
 #include "geometry/touch.h"
 #include "geometry/triangle_distance.h"
-#include "geometry/triangle_impact.h"
 #include "support/random.h"
 #include "support/scoped_target.h"
 #include "support/segments.h"
@@ -257,7 +256,7 @@ TEST(Impact, ManyAreFoundAsOneByOne) {
   test::Random random(5);
   int found = 0, apart = 0;
   for (int i = 0; i < 2000; ++i) {
-    ImpactQuery queries[kImpactsAtOnce];
+    ImpactQuery<Segment> queries[kImpactsAtOnce];
     const int count = 1 + static_cast<int>(random.below(kImpactsAtOnce));
     for (int k = 0; k < count; ++k) {
       const double sizes[] = {1, 1, 1, 1e-200, 1e200, kNaN};
