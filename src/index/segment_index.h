@@ -22,8 +22,8 @@
 #include "tree/bvh.h"
 #include "tree/extent.h"
 #include "tree/moving_tree.h"
-#include "tree/near_visit.h"
 #include "tree/topology.h"
+#include "tree/volumes.h"
 
 namespace fcl_fibers::index {
 
