@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include <fcl_fibers/fiber_tree.h>
 
@@ -35,6 +36,9 @@ class FiberIndex {
   /// Whether the fibers have as many points as those of the index.
   template <typename S>
   bool hasFibersOf(const FiberArrays<S>& fibers) const;
+
+  /// See FiberTree::volumes().
+  std::vector<TreeVolume> volumes(int depth) const;
 
   /// Tells what is missing for a query, or returns null if nothing is.
   const char* problem(bool needs_capsules = false, bool needs_step = false) const;

@@ -13,7 +13,6 @@
 #include "arrays/fiber_index.h"
 #include "arrays/located_segment.h"
 #include "arrays/pair_sinks.h"
-#include "arrays/tree_volume.h"
 #include "arrays/triangle_mesh.h"
 #include "fibers/mesh_contacts.h"
 #include "fibers/options.h"
@@ -386,7 +385,7 @@ std::vector<TreeVolume> FiberTree::volumes(int depth) const {
   const std::shared_ptr<const Impl> held = impl_;
   if (const char* problem = held->index().problem()) refuse("volumes", problem);
   if (depth < 0) refuse("volumes", "depth is " + std::to_string(depth) + "; give 0 or more");
-  return arrays::volumesOf(*held->index(), depth);
+  return held->index().volumes(depth);
 }
 FiberSegment FiberTree::fiberSegment(std::int32_t segment) const {
   return impl_->fiberSegment(segment);
