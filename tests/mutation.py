@@ -578,7 +578,8 @@ FAULTS = [
           "    if (b == other.leaves().back()) break;\n", MANAGERS),
     Fault("segments of another kind of index stay in their frame",
           "index/segment_index_search.cpp",
-          "    segment = {inFrame(to_this, segment.start), inFrame(to_this, segment.end)};\n", "",
+          "    segment = {to_this.around(segment.start, FrameChange::Grows::kNothing),\n"
+          "               to_this.around(segment.end, FrameChange::Grows::kNothing)};\n", "",
           MANAGERS),
     Fault("a search for the nearest passes on capsules that are farther",
           "index/nearest_filter.h",

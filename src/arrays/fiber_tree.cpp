@@ -133,7 +133,8 @@ class FiberTree::Impl {
         const auto next = static_cast<std::size_t>(pairs[std::min(i + kAhead, end - 1)].segment);
         if (next < fibers.point_count) __builtin_prefetch(fibers.points + 3 * next);
         const auto capsule = arrays::locate(text.c_str(), fibers, pairs[i].segment);
-        contacts[i] = contact(contact.inFrame(capsule.segment), capsule.place, pairs[i].triangle);
+        contacts[i] =
+            contact(contact.frame().fromWorld(capsule.segment), capsule.place, pairs[i].triangle);
       }
     });
   }
@@ -266,9 +267,7 @@ class FiberTree::Impl {
       call.refuse(std::string("the ") + name + ": " + problem);
     };
     if (const char* problem = geometry::contactProblem(shape)) refuseIt(problem);
-    const geometry::Frame& frame = index_->frame();
-    const Segment moved{frame.fromWorld(shape.a), frame.fromWorld(shape.b),
-                        frame.scale * shape.radius};
+    const Segment moved = index_->frame().fromWorld(shape);
     if (!isFinite(moved)) {
       refuseIt("its coordinates overflow in the unit of the fibers; bring it nearer to them");
     }

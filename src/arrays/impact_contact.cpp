@@ -13,7 +13,6 @@ namespace {
 
 using arrays::LocatedSegment;
 using geometry::MovingSegment;
-using geometry::Segment;
 using geometry::Vec3d;
 
 constexpr char kCall[] = "impactContact";
@@ -38,10 +37,7 @@ LocatedMotion locate(const FiberArrays<S>& start, const FiberArrays<S>& end, std
 /// Relative to a point near by, interpolation costs no digits far from the origin.
 MovingSegment relativeTo(const Vec3d& origin, const MovingSegment& s) {
   const geometry::Frame frame{origin, 1};
-  const auto moved = [&](const Segment& segment) {
-    return Segment{frame.fromWorld(segment.a), frame.fromWorld(segment.b), segment.radius};
-  };
-  return {moved(s.start), moved(s.end)};
+  return {frame.fromWorld(s.start), frame.fromWorld(s.end)};
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ MeshContact meshContact(const FiberArrays<S>& fibers, const TriangleMesh& mesh, 
   const arrays::LocatedSegment capsule = arrays::locate("meshContact", fibers, pair.segment);
   requireTriangle("meshContact", mesh, pair.triangle);
   const fibers::MeshContacts contact(MeshReader::placed(mesh));
-  return contact(contact.inFrame(capsule.segment), capsule.place, pair.triangle);
+  return contact(contact.frame().fromWorld(capsule.segment), capsule.place, pair.triangle);
 }
 template MeshContact meshContact(const FiberArrays<float>&, const TriangleMesh&, TrianglePair);
 template MeshContact meshContact(const FiberArrays<double>&, const TriangleMesh&, TrianglePair);

@@ -5,7 +5,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "broadphase/frame_of_other.h"
 #include "broadphase/object_source.h"
 
 namespace fcl_fibers::broadphase {
@@ -220,8 +219,8 @@ void Obstacles<S>::readBesideAt(std::size_t place, const Frame& frame) {
         has_step_ && entry.is_read && (entry.start.mesh == nullptr) == (now.mesh == nullptr) &&
         (now.mesh == nullptr || entry.start.mesh->index().hasTrianglesOf(now.mesh->index()));
     if (is_same) {
-      const FrameOfOther change(entry.frame, frame);
-      if (!change.isIdentity()) entry.start.box = change.grown(entry.start.box);
+      const geometry::FrameChange change(entry.frame, frame);
+      entry.start.box = change.around(entry.start.box, geometry::FrameChange::Grows::kAll);
     } else {
       entry.start = now;
     }

@@ -75,7 +75,7 @@ bool Scene<S>::find(SegmentId id, Partner<S>& partner) const {
   if (is_own_) {
     partner.error = endPointError(segment);
   } else {
-    segment = {change_(segment.start), change_(segment.end)};
+    segment = {inThisFrame(segment.start), inThisFrame(segment.end)};
     partner.error = std::max(change_.error(segment.start), change_.error(segment.end));
   }
   return true;
@@ -86,7 +86,9 @@ Partner<S> Scene<S>::partnerOf(const BesideEntry& entry) const {
   Partner<S> partner;
   partner.id = entry.id;
   partner.segment = {hasSteps() ? entry.start.box : entry.end.box, entry.end.box};
-  if (!is_own_) partner.segment = {change_(partner.segment.start), change_(partner.segment.end)};
+  if (!is_own_) {
+    partner.segment = {inThisFrame(partner.segment.start), inThisFrame(partner.segment.end)};
+  }
   partner.error = endPointError(partner.segment);
   if (entry.is_mesh) partner.shape.emplace();
   if (counts(entry)) {
@@ -163,7 +165,7 @@ void Scene<S>::readShape(const Partner<S>& partner, MovingShape& shape) const {
       shape.end = obstacleOf(readObject(object, options.bounds), frame());
     }
   } else if (const auto* entry = state_.obstacles().shape(partner.id)) {
-    shape.end = change_(entry->shape);
+    shape.end = inFrame(change_, entry->shape);
     if (hasSteps()) {
       shape.way = frame().scale * (entry->end.point - entry->start.point);
       shape.way_error = frame().scale * (entry->start.error + entry->end.error);
@@ -176,7 +178,7 @@ void Scene<S>::readShape(const Partner<S>& partner, MovingShape& shape) const {
     if (segmentOf(read, state_.frame(), now, /*marks_boxes=*/true) != nullptr) return;
     // What has no mark, because it became this shape by assignment, cannot be told from another.
     if (now == state_.generations().segment(partner.id) && now.radius != -1) {
-      shape.end = change_(obstacleOf(read, state_.frame()));
+      shape.end = inFrame(change_, obstacleOf(read, state_.frame()));
     }
   }
 }

@@ -4,8 +4,8 @@
 #include <memory>
 #include <optional>
 
-#include "broadphase/frame_of_other.h"
 #include "broadphase/manager_state.h"
+#include "geometry/frame.h"
 
 namespace fcl_fibers::broadphase {
 
@@ -80,6 +80,9 @@ class Scene {
 
  private:
   const geometry::Frame& frame() const { return asked_.frame(); }
+  geometry::Segment inThisFrame(const geometry::Segment& segment) const {
+    return change_.around(segment, geometry::FrameChange::Grows::kBoxes);
+  }
   void readShape(const Partner<S>& partner, MovingShape& shape) const;
   bool hasSteps() const { return moves_ && state_.options().motion; }
   bool counts(const BesideEntry& entry) const {
@@ -88,7 +91,7 @@ class Scene {
 
   const State &state_, &asked_;
   const ObjectSource<S> source_;
-  const FrameOfOther change_;
+  const geometry::FrameChange change_;
   const bool is_own_, moves_, counts_shapes_, has_shapes_in_tree_, has_meshes_in_tree_;
 };
 

@@ -25,9 +25,6 @@ class FCL_FIBERS_TREE_EXPORT MeshContacts {
   /// The frame of capsules. Its origin is the mesh's position, so that no digits are lost far from
   /// the world's origin.
   const geometry::Frame& frame() const { return frame_; }
-  geometry::Segment inFrame(const geometry::Segment& world) const {
-    return {frame_.fromWorld(world.a), frame_.fromWorld(world.b), world.radius};
-  }
 
   /// @param capsule  in frame(); the contact is in the world
   /// @pre the mesh has this triangle

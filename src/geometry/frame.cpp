@@ -53,4 +53,21 @@ Frame frameFor(Segment* samples, std::size_t count) {
   return frame;
 }
 
+Segment FrameChange::around(const Segment& segment, Grows grows) const {
+  if (grows == Grows::kAll && isIdentity()) return segment;
+  Segment moved = (*this)(segment);
+  const double growth = grows == Grows::kNothing ? 0 : error(moved);
+  if (!segment.isBox()) {
+    if (grows != Grows::kAll) return moved;
+    moved.radius += growth;
+    return isFinite(moved) ? moved : Segment::everywhere();
+  }
+  if (grows != Grows::kNothing) moved = boxAround(moved, growth);
+  const bool is_box = moved.a.x <= moved.b.x && moved.a.y <= moved.b.y && moved.a.z <= moved.b.z;
+  // An open side stays open.
+  if (!is_box || (isBounded(segment) && !isBounded(moved))) moved = Segment::everywhere();
+  moved.radius = segment.radius;
+  return moved;
+}
+
 }  // namespace fcl_fibers::geometry

@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <limits>
 
+#include <fcl_fibers/tree_export.h>
+
 #include "geometry/box.h"
 #include "geometry/moving_box.h"
 #include "geometry/segment.h"
@@ -22,6 +24,9 @@ struct Frame {
   double scale = 1;  ///< a power of two, so that scaling is exact
 
   Vec3d fromWorld(const Vec3d& p) const { return scale * (p - origin); }
+  Segment fromWorld(const Segment& s) const {
+    return {fromWorld(s.a), fromWorld(s.b), s.isBox() ? s.radius : scale * s.radius};
+  }
 };
 
 inline bool operator==(const Frame& p, const Frame& q) {
@@ -75,6 +80,12 @@ class FrameChange {
   double error(const Segment& result) const {
     return endPointError(result) + 8 * kEps * maxNorm(shift_);
   }
+
+  /// What grows by error().
+  enum class Grows { kNothing, kBoxes, kAll };
+  /// The same for a segment that may overflow. A box becomes open to all sides then, and so does a
+  /// capsule that was to grow.
+  FCL_FIBERS_TREE_EXPORT Segment around(const Segment& segment, Grows grows) const;
 
   FCL_FIBERS_ALWAYS_INLINE Box operator()(const Box& box) const {
     // A high side is the low side of the mirrored box, so all six take the same steps, several at
@@ -131,6 +142,14 @@ class FrameChange {
   double growth_;
   double low_shift_[8] = {};  ///< of the low sides, then of the mirrored high sides
 };
+
+/// The volume around a segment of another frame. A segment whose coordinates have overflowed may be
+/// anywhere.
+template <class Volume>
+Volume volumeAround(const Segment& segment, double padding) {
+  const bool is_somewhere = segment.isBox() || isBounded(segment);
+  return is_somewhere ? Volume::around(segment, padding) : Volume::unbounded();
+}
 
 /// The identity change of frame.
 struct SameFrame {

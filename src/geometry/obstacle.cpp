@@ -285,4 +285,27 @@ bool touch(const MovingSegment& capsule, const Obstacle& obstacle, double margin
   return touchAround(0.5, 0.5, way * (1 + 16 * kEps), capsule, obstacle, margin, error + rounding);
 }
 
+Obstacle inFrame(const FrameChange& change, const Obstacle& obstacle) {
+  using Kind = Obstacle::Kind;
+  if (change.isIdentity() || obstacle.kind == Kind::kNone) return obstacle;
+  const auto at = [&](const Vec3d& p) { return change({p, p, 0}).a; };
+  const double scale = change.scale();
+  const bool has_normal = obstacle.kind == Kind::kPlane || obstacle.kind == Kind::kHalfspace;
+  Obstacle moved = obstacle;
+  moved.point = at(obstacle.point);
+  Segment around{moved.point, moved.point, 0};
+  for (int i = 0; i < 3 && !has_normal; ++i) {
+    const bool is_corner = obstacle.kind == Kind::kTriangle;
+    moved.vector[i] = is_corner ? at(obstacle.vector[i]) : scale * obstacle.vector[i];
+    around.b = max(abs(around.b), abs(moved.vector[i]));
+  }
+  moved.offset *= scale;
+  moved.margin *= scale;
+  // The smallest normal number covers the loss if lengths vanish.
+  moved.error =
+      scale * obstacle.error + change.error(around) + 8 * std::numeric_limits<double>::min();
+  const double sum = maxNorm(around.a) + maxNorm(around.b) + moved.offset + moved.margin;
+  return std::isfinite(sum + moved.error) ? moved : Obstacle();
+}
+
 }  // namespace fcl_fibers::geometry

@@ -6,6 +6,7 @@
 #include <fcl_fibers/tree_export.h>
 
 #include "geometry/box.h"
+#include "geometry/frame.h"
 #include "geometry/moving_segment.h"
 #include "geometry/segment.h"
 
@@ -41,6 +42,9 @@ inline bool operator==(const Obstacle& p, const Obstacle& q) {
          p.vector[1] == q.vector[1] && p.vector[2] == q.vector[2] && p.offset == q.offset &&
          p.margin == q.margin;
 }
+
+/// An obstacle in another frame. Of one that overflows nothing is known.
+FCL_FIBERS_TREE_EXPORT Obstacle inFrame(const FrameChange& change, const Obstacle& obstacle);
 
 /// Whether a capsule and an obstacle are at most `margin` apart. The answer is never false if they
 /// are. It is wrongly true only if they are further apart by at most a few ulp of the coordinates

@@ -10,7 +10,6 @@
 #include "geometry/moving_box.h"
 #include "geometry/touch.h"
 #include "geometry/triangle_distance.h"
-#include "index/volume_around.h"
 #include "tree/search.h"
 
 namespace fcl_fibers::index {
@@ -189,8 +188,9 @@ bool PosedTriangles::isInside(const Vec3d& point) const {
 }
 
 Box PosedTriangles::boxOf(const Segment& segment, double padding) const {
-  return segment.isBox() || !isBounded(segment) ? to_tree_(volumeAround<Box>(segment, padding))
-                                                : to_tree_.ofCapsule(segment, padding);
+  return segment.isBox() || !isBounded(segment)
+             ? to_tree_(geometry::volumeAround<Box>(segment, padding))
+             : to_tree_.ofCapsule(segment, padding);
 }
 
 PosedMesh::PosedMesh(const PlacedMesh& start, const PlacedMesh& end, const Frame& frame,
@@ -227,8 +227,8 @@ bool findImpact(const PosedMesh& mesh, const MovingSegment& segment, double marg
   margin += mesh.margin() * mesh.frame().scale;
   error += mesh.error();
   const double growth = std::max(margin, 0.0) + error;
-  const geometry::MovingBox box{volumeAround<Box>(segment.start, growth),
-                                volumeAround<Box>(segment.end, growth)};
+  const geometry::MovingBox box{geometry::volumeAround<Box>(segment.start, growth),
+                                geometry::volumeAround<Box>(segment.end, growth)};
   impact = {std::numeric_limits<double>::infinity(), -1};
   visitOverlapping(mesh.tree(), box, [&](TriangleId id) {
     geometry::TriangleImpact found;

@@ -7,7 +7,6 @@
 #include "index/nearest_filter.h"
 #include "index/segment_index.h"
 #include "index/tree_search.h"
-#include "index/volume_around.h"
 
 namespace fcl_fibers::index {
 namespace {
@@ -23,10 +22,10 @@ template <class Tree>
 typename Tree::Volume around(const MovingSegment& segment, double padding) {
   using Volume = typename Tree::Volume;
   if constexpr (std::is_same_v<Volume, geometry::MovingBox>) {
-    return {volumeAround<geometry::Box>(segment.start, padding),
-            volumeAround<geometry::Box>(segment.end, padding)};
+    return {geometry::volumeAround<geometry::Box>(segment.start, padding),
+            geometry::volumeAround<geometry::Box>(segment.end, padding)};
   } else {
-    return volumeAround<Volume>(segment.end, padding);
+    return geometry::volumeAround<Volume>(segment.end, padding);
   }
 }
 
@@ -156,7 +155,8 @@ Visit SegmentIndex::searchOneByOne(const SegmentIndex& other, const SegmentSourc
     } else {
       continue;
     }
-    segment = {inFrame(to_this, segment.start), inFrame(to_this, segment.end)};
+    segment = {to_this.around(segment.start, FrameChange::Grows::kNothing),
+               to_this.around(segment.end, FrameChange::Grows::kNothing)};
     const double error = std::max(to_this.error(segment.start), to_this.error(segment.end));
     if (search(segment, error, tree::kNoGroup, b, sink, asked...) == Visit::kStop) {
       return Visit::kStop;

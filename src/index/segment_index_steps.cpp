@@ -6,26 +6,11 @@
 #include <vector>
 
 #include "index/segment_index.h"
-#include "index/volume_around.h"
 
 namespace fcl_fibers::index {
 
 using geometry::FrameChange;
 using geometry::Segment;
-
-namespace {
-
-/// A segment in another frame, with what it may be there by rounding.
-Segment grown(const FrameChange& change, const Segment& segment) {
-  if (change.isIdentity()) return segment;
-  Segment moved = inFrame(change, segment);
-  const double error = change.error(moved);
-  if (moved.isBox()) return boxAround(moved, error);
-  moved.radius += error;
-  return isFinite(moved) ? moved : Segment::everywhere();
-}
-
-}  // namespace
 
 bool SegmentIndex::fitStart(const SegmentSource& source) {
   step_ = Step::kNone;
@@ -97,7 +82,8 @@ void SegmentIndex::takeStarts(SegmentIndex& other) {
   if (its.begin() < its.end()) {
     own.resize(own.begin(), its.end());
     const FrameChange change(other.start_->frame, start_->frame);
-    for (SegmentId id = its.begin(); id < its.end(); ++id) own.set(id, grown(change, its[id]));
+    for (SegmentId id = its.begin(); id < its.end(); ++id)
+      own.set(id, change.around(its[id], FrameChange::Grows::kAll));
   }
   other.clear();
   other.beginStep();
@@ -119,7 +105,7 @@ void SegmentIndex::bringStart(const SegmentSource& source) {
       const Segment before = segments[id];
       const bool has_moved =
           change.isIdentity() || !source.readNow(id, start_->frame, now) || !(now == before);
-      if (has_moved) start = grown(change, before);
+      if (has_moved) start = change.around(before, FrameChange::Grows::kAll);
     }
     segments.set(id, start);
   }
