@@ -5,8 +5,8 @@
 
 #include "arrays/fiber_arrays.h"
 #include "arrays/located_segment.h"
+#include "fibers/capsule_contact.h"
 #include "fibers/options.h"
-#include "fibers/public_contact.h"
 
 namespace fcl_fibers {
 namespace {
@@ -17,7 +17,7 @@ constexpr char kCall[] = "capsuleContact";
 
 template <class Name>
 const Segment& checked(const char* call, const Segment& segment, Name&& name) {
-  if (const char* problem = geometry::contactProblem(segment)) {
+  if (const char* problem = fibers::contactProblem(segment)) {
     fibers::throwInvalidArgument(call, name() + ": " + problem);
   }
   return segment;
@@ -48,9 +48,9 @@ arrays::LocatedSegment arrays::locate(const char* call, const FiberArrays<S>& fi
 }
 
 Contact capsuleContact(const CapsuleShape& a, const CapsuleShape& b) {
-  return fibers::publicContact(geometry::capsuleContact(
+  return fibers::contactOf(
       checked(kCall, arrays::toSegment(a), [] { return std::string("capsule a"); }),
-      checked(kCall, arrays::toSegment(b), [] { return std::string("capsule b"); }), {0, 0, 0}));
+      checked(kCall, arrays::toSegment(b), [] { return std::string("capsule b"); }), {0, 0, 0});
 }
 
 template <typename S>
@@ -62,8 +62,7 @@ template <typename S>
 Contact capsuleContact(const FiberArrays<S>& a, const FiberArrays<S>& b, SegmentPair pair) {
   const arrays::LocatedSegment p = arrays::locate(kCall, a, pair.a);
   const arrays::LocatedSegment q = arrays::locate(kCall, b, pair.b);
-  return fibers::publicContact(geometry::capsuleContact(p.segment, q.segment, {0, 0, 0}), p.place,
-                               q.place);
+  return fibers::contactOf(p.segment, q.segment, {0, 0, 0}, p.place, q.place);
 }
 
 #define FCL_FIBERS_INSTANTIATE(S)                                                    \

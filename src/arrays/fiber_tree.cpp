@@ -14,9 +14,9 @@
 #include "arrays/located_segment.h"
 #include "arrays/pair_sinks.h"
 #include "arrays/triangle_mesh.h"
+#include "fibers/capsule_contact.h"
 #include "fibers/mesh_contacts.h"
 #include "fibers/options.h"
-#include "geometry/contact.h"
 #include "geometry/obstacle.h"
 #include "index/posed_mesh.h"
 #include "index/segment_index.h"
@@ -101,7 +101,7 @@ class FiberTree::Impl {
   template <typename S>
   void requireArrays(const Call& call, const FiberArrays<S>& fibers) const {
     const double largest = arrays::checkArrays(call.text().c_str(), fibers);
-    call.require(geometry::contactProblem({{largest, 0, 0}, {0, 0, 0}, 0}));
+    call.require(fibers::contactProblem({{largest, 0, 0}, {0, 0, 0}, 0}));
     if (!index_.hasFibersOf(fibers)) {
       call.refuse(
           "the fibers have other numbers of points than those of the tree; pass the arrays of its "
@@ -266,7 +266,7 @@ class FiberTree::Impl {
     const auto refuseIt = [&](const char* problem) {
       call.refuse(std::string("the ") + name + ": " + problem);
     };
-    if (const char* problem = geometry::contactProblem(shape)) refuseIt(problem);
+    if (const char* problem = fibers::contactProblem(shape)) refuseIt(problem);
     const Segment moved = index_->frame().fromWorld(shape);
     if (!isFinite(moved)) {
       refuseIt("its coordinates overflow in the unit of the fibers; bring it nearer to them");

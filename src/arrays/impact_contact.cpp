@@ -3,9 +3,9 @@
 
 #include "arrays/located_segment.h"
 #include "arrays/triangle_mesh.h"
+#include "fibers/capsule_contact.h"
 #include "fibers/mesh_contacts.h"
 #include "fibers/options.h"
-#include "fibers/public_contact.h"
 #include "geometry/moving_segment.h"
 
 namespace fcl_fibers {
@@ -56,10 +56,9 @@ Contact impactContact(const FiberArrays<S>& a_start, const FiberArrays<S>& a_end
   const LocatedMotion p = locate(a_start, a_end, impact.pair.a);
   const LocatedMotion q = locate(b_start, b_end, impact.pair.b);
   const Vec3d origin = p.segment.start.a;
-  return fibers::publicContact(
-      geometry::capsuleContact(at(relativeTo(origin, p.segment), impact.time),
-                               at(relativeTo(origin, q.segment), impact.time), origin),
-      p.place, q.place);
+  return fibers::contactOf(at(relativeTo(origin, p.segment), impact.time),
+                           at(relativeTo(origin, q.segment), impact.time), origin, p.place,
+                           q.place);
 }
 
 template <typename S>

@@ -21,7 +21,7 @@ struct LocatedSegment {
 };
 
 /// Returns the capsule that starts at point `id`. Throws std::invalid_argument if there is none, or
-/// if geometry::contactProblem() refuses it.
+/// if fibers::contactProblem() refuses it.
 template <typename S>
 LocatedSegment locate(const char* call, const FiberArrays<S>& fibers, std::int32_t id);
 

@@ -8,9 +8,8 @@
 #include "broadphase/manager_query.h"
 #include "broadphase/object_reader.h"
 #include "broadphase/scene.h"
+#include "fibers/capsule_contact.h"
 #include "fibers/mesh_contacts.h"
-#include "fibers/public_contact.h"
-#include "geometry/contact.h"
 #include "geometry/impact.h"
 #include "geometry/triangle_contact.h"
 #include "index/posed_mesh.h"
@@ -37,7 +36,7 @@ Segment readCapsule(const char* call, const fcl::CollisionObject<S>& object, con
     fibers::throwInvalidArgument(
         call, joinedText(name, ": it is neither a capsule nor a sphere; ", remedy));
   }
-  if (const char* problem = geometry::contactProblem(segment)) {
+  if (const char* problem = fibers::contactProblem(segment)) {
     fibers::throwInvalidArgument(call, joinedText(name, ": ", problem));
   }
   return segment;
@@ -160,20 +159,20 @@ bool findImpact(const ManagerState<S>& state, const ManagerState<S>* other,
   }
   const MovingSegment i = inWorldUnit(p.segment, frame), j = inWorldUnit(q.segment, frame);
   const auto isExact = [&](const MovingSegment& s) {
-    return !isBox(s) && geometry::contactProblem(at(s, contact.time)) == nullptr;
+    return !isBox(s) && fibers::contactProblem(at(s, contact.time)) == nullptr;
   };
   contact.is_exact = isExact(i) && (has_mesh || isExact(j));
   if (!contact.is_exact) return true;
   if (has_mesh) {
     const auto mesh = state.movingMesh(*q.mesh);
-    const MeshContact found = fibers::impactContact(i, frame.origin, mesh->start().placed(), mesh->end().placed(),
-                                                    contact.triangle, contact.time, {});
+    const MeshContact found =
+        fibers::impactContact(i, frame.origin, mesh->start().placed(), mesh->end().placed(),
+                              contact.triangle, contact.time, {});
     static_cast<Contact&>(contact) = {contact.a,      contact.b,     found.s,       contact.t,
                                       found.distance, found.point_a, found.point_b, found.normal};
   } else {
-    static_cast<Contact&>(contact) = fibers::publicContact(
-        geometry::capsuleContact(at(i, contact.time), at(j, contact.time), frame.origin), contact.a,
-        contact.b);
+    static_cast<Contact&>(contact) = fibers::contactOf(at(i, contact.time), at(j, contact.time),
+                                                       frame.origin, contact.a, contact.b);
   }
   if (swaps) {
     std::swap(contact.s, contact.t);
@@ -195,7 +194,7 @@ Contact capsuleContact(const fcl::CollisionObject<S>& a, const fcl::CollisionObj
                                    "pass it to fcl::collide");
   };
   const geometry::Segment p = read(a, "object a"), q = read(b, "object b");
-  return fibers::publicContact(geometry::capsuleContact(p, q, frame.origin));
+  return fibers::contactOf(p, q, frame.origin);
 }
 
 #define FCL_FIBERS_INSTANTIATE(S)                                                                  \

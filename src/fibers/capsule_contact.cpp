@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "geometry/contact.h"
+#include "fibers/capsule_contact.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include "geometry/directions.h"
 #include "geometry/segment_distance.h"
 
-namespace fcl_fibers::geometry {
+namespace fcl_fibers::fibers {
+
+using geometry::Segment;
+using geometry::Vec3d;
 
 const char* contactProblem(const Segment& capsule) {
   constexpr double kLargest = 0x1p1000;
@@ -24,8 +28,9 @@ const char* contactProblem(const Segment& capsule) {
              : "a coordinate or the radius is NaN or beyond 2^1000; give smaller, finite numbers";
 }
 
-CapsuleContact capsuleContact(const Segment& p, const Segment& q, const Vec3d& origin) {
-  const ClosestPoints closest = closestPoints(p, q);
+Contact contactOf(const Segment& p, const Segment& q, const Vec3d& origin, FiberSegment a,
+                  FiberSegment b) {
+  const geometry::ClosestPoints closest = closestPoints(p, q);
   const Vec3d u = p.b - p.a, v = q.b - q.a;
   // This bounds the rounding of end points, which were rounded in world coordinates before.
   const double rounding =
@@ -34,15 +39,18 @@ CapsuleContact capsuleContact(const Segment& p, const Segment& q, const Vec3d& o
   const bool axes_intersect = maxNorm(closest.apart) <= rounding;
   const Vec3d normal =
       axes_intersect ? perpendicularTo(u, v, closest.apart) : normalized(closest.apart);
+  const auto toArray = [](const Vec3d& x) { return std::array{x.x, x.y, x.z}; };
 
   const double axes =
       maxNorm(closest.apart) > 0 ? dot(normalized(closest.apart), closest.apart) : 0;
-  return {closest.s,
+  return {a,
+          b,
+          closest.s,
           closest.t,
           axes - p.radius - q.radius,
-          p.a + closest.s * u + p.radius * normal + origin,
-          q.a + closest.t * v - q.radius * normal + origin,
-          normal};
+          toArray(p.a + closest.s * u + p.radius * normal + origin),
+          toArray(q.a + closest.t * v - q.radius * normal + origin),
+          toArray(normal)};
 }
 
-}  // namespace fcl_fibers::geometry
+}  // namespace fcl_fibers::fibers
