@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fcl_fibers/contact.h>
 
+#include <cstddef>
+#include <cstdint>
 #include <string>
 
 #include "arrays/fiber_arrays.h"
 #include "arrays/located_segment.h"
+#include "arrays/triangle_mesh.h"
 #include "fibers/capsule_contact.h"
+#include "fibers/mesh_contacts.h"
 #include "fibers/options.h"
 
 namespace fcl_fibers {
@@ -65,11 +69,27 @@ Contact capsuleContact(const FiberArrays<S>& a, const FiberArrays<S>& b, Segment
   return fibers::contactOf(p.segment, q.segment, {0, 0, 0}, p.place, q.place);
 }
 
-#define FCL_FIBERS_INSTANTIATE(S)                                                    \
-  template arrays::LocatedSegment arrays::locate(const char*, const FiberArrays<S>&, \
-                                                 std::int32_t);                      \
-  template Contact capsuleContact(const FiberArrays<S>&, SegmentPair);               \
-  template Contact capsuleContact(const FiberArrays<S>&, const FiberArrays<S>&, SegmentPair);
+void requireTriangle(const char* call, const TriangleMesh& mesh, std::int32_t triangle) {
+  if (triangle >= 0 && static_cast<std::size_t>(triangle) < mesh.triangleCount()) return;
+  fibers::throwInvalidArgument(call, "there is no triangle " + std::to_string(triangle) + " of " +
+                                         std::to_string(mesh.triangleCount()) +
+                                         "; pass the mesh that the tree was asked about");
+}
+
+template <typename S>
+MeshContact meshContact(const FiberArrays<S>& fibers, const TriangleMesh& mesh, TrianglePair pair) {
+  const arrays::LocatedSegment capsule = arrays::locate("meshContact", fibers, pair.segment);
+  requireTriangle("meshContact", mesh, pair.triangle);
+  const fibers::MeshContacts contact(MeshReader::placed(mesh));
+  return contact(contact.frame().fromWorld(capsule.segment), capsule.place, pair.triangle);
+}
+
+#define FCL_FIBERS_INSTANTIATE(S)                                                             \
+  template arrays::LocatedSegment arrays::locate(const char*, const FiberArrays<S>&,          \
+                                                 std::int32_t);                               \
+  template Contact capsuleContact(const FiberArrays<S>&, SegmentPair);                        \
+  template Contact capsuleContact(const FiberArrays<S>&, const FiberArrays<S>&, SegmentPair); \
+  template MeshContact meshContact(const FiberArrays<S>&, const TriangleMesh&, TrianglePair);
 FCL_FIBERS_INSTANTIATE(float)
 FCL_FIBERS_INSTANTIATE(double)
 #undef FCL_FIBERS_INSTANTIATE
