@@ -72,27 +72,17 @@ class BoxChange {
 
 /// The change of volumes of one tree into the frame of another, for two types of volumes.
 template <class From, class To>
-struct ChangeBetween {
-  using Type = geometry::FrameChange;
-};
-template <>
-struct ChangeBetween<geometry::Box, geometry::Box> {
-  using Type = BoxChange;
-};
-template <>
-struct ChangeBetween<geometry::Box, geometry::Sphere> {
-  using Type = geometry::PosedChange<geometry::Sphere>;
-};
-template <>
-struct ChangeBetween<geometry::Sphere, geometry::Box> {
-  using Type = PosedSegments;
-};
+using ChangeBetween = std::conditional_t<
+    std::is_same_v<From, To>,
+    std::conditional_t<std::is_same_v<From, geometry::Box>, BoxChange, geometry::FrameChange>,
+    std::conditional_t<std::is_same_v<To, geometry::Box>, PosedSegments,
+                       geometry::PosedChange<To>>>;
 
 /// Two trees and the changes between their frames. Their groups are independent.
 template <class TreeA, class TreeB = TreeA>
 struct TreePair {
-  using BToA = typename ChangeBetween<typename TreeB::Volume, typename TreeA::Volume>::Type;
-  using AToB = typename ChangeBetween<typename TreeA::Volume, typename TreeB::Volume>::Type;
+  using BToA = ChangeBetween<typename TreeB::Volume, typename TreeA::Volume>;
+  using AToB = ChangeBetween<typename TreeA::Volume, typename TreeB::Volume>;
 
   /// Whether the trees need no change.
   bool isInOneFrame() const {
