@@ -13,7 +13,6 @@
 #include <fcl_fibers/fiber_tree.h>
 
 #include "fibers/fiber_table.h"
-#include "index/pair_filter.h"
 #include "index/pair_query.h"
 
 namespace fcl_fibers::arrays {

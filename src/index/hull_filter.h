@@ -8,7 +8,6 @@
 
 #include "geometry/frame.h"
 #include "geometry/impact_pairs.h"
-#include "index/pair_filter.h"
 #include "index/pair_query.h"
 #include "index/segment_marks.h"
 #include "tree/moving_tree.h"

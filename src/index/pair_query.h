@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include "geometry/impact.h"
 #include "index/segment_source.h"
@@ -24,8 +25,20 @@ class PairSink {
   ~PairSink() = default;
 };
 
+/// Decides which of the pairs whose volumes overlap are handed on. Several threads may ask it at
+/// the same time.
+class PairFilter {
+ public:
+  /// Moves the pairs that are handed on to the front in their order, and returns their number.
+  /// @param impacts  empty; a filter that finds impacts adds that of each pair it keeps
+  virtual std::size_t keep(tree::Pair* pairs, std::size_t count,
+                           std::vector<geometry::Impact>& impacts) const = 0;
+
+ protected:
+  ~PairFilter() = default;
+};
+
 class FirstTime;
-class PairFilter;
 
 /// What a search for pairs asks about, beside the partners. By default it asks about the end of the
 /// step, and IndexOptions::capsules tells whether capsules or volumes count.

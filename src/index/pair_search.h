@@ -10,7 +10,6 @@
 
 #include <fcl_fibers/tree_export.h>
 
-#include "index/pair_filter.h"
 #include "index/pair_query.h"
 #include "parallel/executor.h"
 #include "tree/search.h"
