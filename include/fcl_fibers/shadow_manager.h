@@ -155,22 +155,22 @@ class FCL_FIBERS_EXPORT ShadowManager final : public fcl::BroadPhaseCollisionMan
   bool empty() const override { return first().empty(); }
   std::size_t size() const override { return first().size(); }
   void collide(Object* object, void* cdata, fcl::CollisionCallBack<S> callback) const override {
-    query("collideObject", object, nullptr, cdata, callback);
+    query("collideObject", object, nullptr, bound(cdata, callback));
   }
   void collide(void* cdata, fcl::CollisionCallBack<S> callback) const override {
-    query("collideSelf", nullptr, nullptr, cdata, callback);
+    query("collideSelf", nullptr, nullptr, bound(cdata, callback));
   }
   void collide(Manager* other, void* cdata, fcl::CollisionCallBack<S> callback) const override {
-    query("collideManager", nullptr, other, cdata, callback);
+    query("collideManager", nullptr, other, bound(cdata, callback));
   }
   void distance(Object* object, void* cdata, fcl::DistanceCallBack<S> callback) const override {
-    query("distanceObject", object, nullptr, cdata, callback);
+    query("distanceObject", object, nullptr, bound(cdata, callback));
   }
   void distance(void* cdata, fcl::DistanceCallBack<S> callback) const override {
-    query("distanceSelf", nullptr, nullptr, cdata, callback);
+    query("distanceSelf", nullptr, nullptr, bound(cdata, callback));
   }
   void distance(Manager* other, void* cdata, fcl::DistanceCallBack<S> callback) const override {
-    query("distanceManager", nullptr, other, cdata, callback);
+    query("distanceManager", nullptr, other, bound(cdata, callback));
   }
   ///@}
 
@@ -186,11 +186,19 @@ class FCL_FIBERS_EXPORT ShadowManager final : public fcl::BroadPhaseCollisionMan
   friend ShadowReplay replayRecord(const std::string& path);
   struct FCL_FIBERS_NO_EXPORT Impl;
   class FCL_FIBERS_NO_EXPORT Player;
-  void change(const char* call, const std::vector<Object*>& objects);
-  void query(const char* call, Object* object, Manager* other, void* cdata,
-             fcl::CollisionCallBack<S> callback) const;
-  void query(const char* call, Object* object, Manager* other, void* cdata,
-             fcl::DistanceCallBack<S> callback) const;
+  void change(const std::string& call, const std::vector<Object*>& objects);
+  /// A callback of collide, for which the distance is null, or of distance.
+  using Callback = std::function<bool(Object* a, Object* b, S* dist)>;
+  static Callback bound(void* cdata, fcl::CollisionCallBack<S> callback) {
+    if (callback == nullptr) return nullptr;
+    return [=](Object* a, Object* b, S*) { return callback(a, b, cdata); };
+  }
+  static Callback bound(void* cdata, fcl::DistanceCallBack<S> callback) {
+    if (callback == nullptr) return nullptr;
+    return [=](Object* a, Object* b, S* dist) { return callback(a, b, cdata, *dist); };
+  }
+  void query(const std::string& call, Object* object, Manager* other,
+             const Callback& callback) const;
   FCL_FIBERS_NO_EXPORT std::shared_ptr<Impl> impl() const;
 
   std::shared_ptr<Impl> impl_;  ///< null after a move; a query keeps it alive

@@ -47,8 +47,6 @@ template <typename S>
 struct ShadowManager<S>::Impl {
   using Fibers = FiberCollisionManager<S>;
   using Objects = std::vector<Object*>;
-  /// A callback of collide, for which the distance is null, or of distance.
-  using Callback = std::function<bool(Object* a, Object* b, S* dist)>;
   using Query = ShadowQuery<S>;
   // By the numbers of the objects.
   using Pairs = std::map<std::pair<double, double>, ShadowPair<S>>;
@@ -348,24 +346,14 @@ std::shared_ptr<typename ShadowManager<S>::Impl> ShadowManager<S>::impl() const 
 }
 
 template <typename S>
-void ShadowManager<S>::change(const char* call, const std::vector<Object*>& objects) {
+void ShadowManager<S>::change(const std::string& call, const std::vector<Object*>& objects) {
   impl()->change(call, objects);
 }
 
 template <typename S>
-void ShadowManager<S>::query(const char* call, Object* object, Manager* other, void* cdata,
-                             fcl::CollisionCallBack<S> callback) const {
-  typename Impl::Callback visit;
-  if (callback != nullptr) visit = [=](Object* a, Object* b, S*) { return callback(a, b, cdata); };
-  impl()->query({{call, {0}}, object, other}, visit);
-}
-
-template <typename S>
-void ShadowManager<S>::query(const char* call, Object* object, Manager* other, void* cdata,
-                             fcl::DistanceCallBack<S> callback) const {
-  typename Impl::Callback visit;
-  if (callback != nullptr) visit = [=](auto a, auto b, S* d) { return callback(a, b, cdata, *d); };
-  impl()->query({{call, {0}}, object, other}, visit);
+void ShadowManager<S>::query(const std::string& call, Object* object, Manager* other,
+                             const Callback& callback) const {
+  impl()->query({{call, {0}}, object, other}, callback);
 }
 
 template <typename S>

@@ -6,6 +6,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -67,22 +68,6 @@ class ShadowManager<S>::Player {
     }
   };
 
-  /// The program's callback: it ends the query where that did, and measures what is known.
-  struct Visit {
-    double most, pairs = 0;
-
-    static bool collide(Object*, Object*, void* data) {
-      auto& self = *static_cast<Visit*>(data);
-      return ++self.pairs == self.most;
-    }
-    static bool measure(Object* a, Object* b, void* data, S& dist) {
-      const Gap gap = gapBetween(static_cast<Played*>(a)->state, static_cast<Played*>(b)->state,
-                                 std::is_same_v<S, float>);
-      if (gap.high < kInfinity) dist = std::min(dist, S(std::max(0.0, gap.low)));
-      return collide(a, b, data);
-    }
-  };
-
   std::unique_ptr<ShadowManager> makeBoth() const {
     return std::make_unique<ShadowManager>(makeManager<S>(names_[0]), makeManager<S>(names_[1]),
                                            ShadowOptions{"", 0, nullptr});
@@ -106,18 +91,11 @@ class ShadowManager<S>::Player {
       shapes_[n[0]] = {std::make_shared<const RecordedShape>(RecordedShape{line}), shape};
       return;
     }
-    const bool is_distance = call.substr(0, 8) == "distance";
-    const bool is_query = is_distance || call.substr(0, 7) == "collide";
+    const bool is_query = call.substr(0, 7) == "collide" || call.substr(0, 8) == "distance";
     require(!is_query || !n.empty(), "the query has no numbers");
     std::vector<Object*> objects;
     for (std::size_t i = is_query; i < n.size(); ++i) objects.push_back(&at(objects_, n[i]));
-    if (is_query) {
-      Visit visit{n[0]};
-      return ask(call.substr(is_distance ? 8 : 7), objects, [&](auto... to) {
-        is_distance ? both_->distance(to..., &visit, Visit::measure)
-                    : both_->collide(to..., &visit, Visit::collide);
-      });
-    }
+    if (is_query) return query(call, objects, n[0]);
     require(call.back() != 't' || objects.size() == 1, "the call needs one object");
     if (call == "unregisterObject" && names_[0].find("Naive") == std::string::npos) {
       std::vector<Object*> registered;
@@ -125,19 +103,32 @@ class ShadowManager<S>::Player {
       require(std::count(registered.begin(), registered.end(), objects[0]) > 0,
               "the object is not registered, and FCL's tree would crash");
     }
-    both_->change(call.c_str(), objects);
+    both_->change(call, objects);
   }
 
-  template <class Ask>
-  void ask(const std::string& with, const std::vector<Object*>& objects, Ask asked) {
-    if (with == "Self") return asked();
-    if (with == "Itself") return asked(static_cast<Manager*>(both_.get()));
-    if (with == "Object" && objects.size() == 1) return asked(objects[0]);
+  void query(const std::string& call, const std::vector<Object*>& objects, double most) {
+    double pairs = 0;
+    // The callback ends the query where the program's did, and measures what is known.
+    const auto visit = [&](Object* a, Object* b, S* dist) {
+      if (dist != nullptr) {
+        const Gap gap = gapBetween(static_cast<Played*>(a)->state, static_cast<Played*>(b)->state,
+                                   std::is_same_v<S, float>);
+        if (gap.high < kInfinity) *dist = std::min(*dist, S(std::max(0.0, gap.low)));
+      }
+      return ++pairs == most;
+    };
+    const std::string kind = call[0] == 'd' ? "distance" : "collide",
+                      with = call.substr(kind.size());
+    if (with == "Self") return both_->query(call, nullptr, nullptr, visit);
+    if (with == "Itself") return both_->query(kind + "Manager", nullptr, both_.get(), visit);
+    if (with == "Object" && objects.size() == 1) {
+      return both_->query(call, objects[0], nullptr, visit);
+    }
     require(with == "Manager", "there is no such query");
     const std::unique_ptr<ShadowManager> other = makeBoth();
     for (Object* const object : objects) other->registerObject(object);
     other->setup();
-    asked(static_cast<Manager*>(other.get()));
+    both_->query(call, nullptr, other.get(), visit);
   }
 
   static constexpr double kUnknown = -1;  // An object that the program never registered.
