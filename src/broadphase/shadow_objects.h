@@ -268,7 +268,10 @@ std::string ShadowObjects<S>::judge(const Query& query, const ShadowPair<S>& pai
   const bool rests = p_start == &p && q_start == &q;
   const Gap at_end = gapBetween(p, q, kIsFloat);
   const double apart = std::max((p.low() - q.high()).maxCoeff(), (q.low() - p.high()).maxCoeff());
-  const bool boxes_meet = apart < -16 * double{std::numeric_limits<S>::epsilon()} * extent_;
+  const double rounding = 16 * double{std::numeric_limits<S>::epsilon()} * extent_;
+  const bool boxes_meet = apart < -rounding, is_round = p.shape->isRound() && q.shape->isRound();
+  // What was added to one side of a box alone is met only there.
+  const bool is_even = is_round && p.isEvenlyWidened(rounding) && q.isEvenlyWidened(rounding);
   bool is_decided = true;
   for (const std::size_t side : {kFirst, kSecond}) {
     const Fibers* const fibers = fibers_[side];
@@ -277,9 +280,8 @@ std::string ShadowObjects<S>::judge(const Query& query, const ShadowPair<S>& pai
     const bool is_by_box = fibers != nullptr && options.bounds == Bounds::kObjects;
     const bool moves = options.motion && !rests;
     double added = p.margins[side] + q.margins[side];
-    const bool must_at_end = at_end.high <= (boxes_meet  ? options.margin + added
-                                             : is_by_box ? -kInfinity
-                                                         : 0);
+    const double sure = options.margin + (is_even ? added : 0);
+    const bool must_at_end = at_end.high <= (boxes_meet ? sure : is_by_box ? -kInfinity : 0);
     Gap gap = at_end;
     if (moves) {
       gap = is_known ? gapBetween(*p_start, p, *q_start, q, kIsFloat) : Gap();
@@ -288,8 +290,8 @@ std::string ShadowObjects<S>::judge(const Query& query, const ShadowPair<S>& pai
     }
     const bool must = must_at_end || (moves && !is_by_box && gap.high <= 0);
     // A widened box of a capsule counts alone in a step.
-    const bool is_exact = options.report == Report::kCapsules && !is_by_box && p.shape->isRound() &&
-                          q.shape->isRound() && !(options.motion && added > 0);
+    const bool is_exact = options.report == Report::kCapsules && !is_by_box && is_round &&
+                          !(options.motion && added > 0);
     const double reach = options.margin + added;
     const bool may = (fibers == nullptr && side == kFirst) ||
                      !(is_exact ? gap.low > reach : gap.volumes > reach + 0x1p-20 * extent_);

@@ -273,6 +273,19 @@ struct RecordedObject {
   }
   Eigen::Vector3d low() const { return Eigen::Vector3d::Map(&line.numbers[kBox]); }
   Eigen::Vector3d high() const { return Eigen::Vector3d::Map(&line.numbers[kBox + 3]); }
+  /// Whether getAABB() exceeds what FCL or a program puts around a capsule or sphere by the same on
+  /// all sides.
+  bool isEvenlyWidened(double rounding) const {
+    const std::vector<double>& n = shape->line.numbers;
+    const double radius = n[kSizes], half = n.size() > kSizes + 1 ? n[kSizes + 1] / 2 : 0;
+    const double cube = Eigen::Vector3d(radius, radius, half + radius).norm();
+    const Eigen::Array3d size = (high() - low()) / 2, off = (high() + low()) / 2 - pose().col(3);
+    const auto isEven = [&](const Eigen::Array3d& excess) {
+      return excess.minCoeff() >= -rounding && excess.maxCoeff() - excess.minCoeff() <= rounding;
+    };
+    return off.abs().maxCoeff() <= rounding &&
+           (isEven(size - cube) || isEven(size - radius - half * pose().col(2).array().abs()));
+  }
   std::string describe() const {
     return joinedText(shape->line.word, " at ", pose().col(3).transpose(), ", its axis ",
                       pose().col(2).transpose(), ", getAABB() from ", low().transpose(), " to ",
