@@ -177,6 +177,14 @@ void twist(Random& random, Meeting& m) {
   if (random.below(2) == 0) m.velocity = across(m.velocity, m.gap);
 }
 
+/// Triangles are needles, and axes a bit tilted against them.
+void beNearAndThin(Random& random, Meeting& m) {
+  if (random.below(2) == 0) m.gap = powerOfTen(random, -17, 0) * m.gap;
+  if (random.below(4) == 0) m.edge[1] = nearlyAlong(random, m.edge[0], -18, -1);
+  if (random.below(8) == 0) m.u = nearlyAlong(random, m.edge[random.below(2)], -18, -1);
+  if (random.below(8) == 0) m.u = m.u + ofSize(random, -18, -1, inCube);
+}
+
 /// Near the distance, or none.
 double someReach(Random& random, double distance, double size) {
   switch (random.below(6)) {
@@ -219,16 +227,18 @@ const std::vector<ImpactKind>& allImpactKinds() {
   return kinds;
 }
 
-GivenMotion someMotion(Random& random, const ImpactKind& kind, std::size_t corners) {
+GivenMotion someMotion(Random& random, const ImpactKind& kind, std::size_t corners, bool rests) {
   const std::string name = kind.name;
   Meeting meeting = anyMeeting(random, corners);
   kind.change(random, meeting);
-  GivenMotion motion{meeting.at(0), meeting.at(1), corners};
+  if (rests) beNearAndThin(random, meeting);
+  GivenMotion motion{meeting.at(rests ? meeting.time : 0), meeting.at(1), corners};
   if (name == "OnAGrid") {
     const double largest = random.below(2) == 0 ? 2 : 8;
     changePoints(motion, [&](double& x) { x = std::round(largest * random.between(-1, 1)); });
     if (random.below(2) == 0) motion.end = motion.start;
   }
+  if (rests) motion.end = motion.start;
   if (name == "InFloat") changePoints(motion, [](double& x) { x = static_cast<float>(x); });
   const double distance = ImpactOracle::excessAt(motion, meeting.time);
   double reach = std::max(0.0, someReach(random, distance, motion.size()));
@@ -240,7 +250,7 @@ GivenMotion someMotion(Random& random, const ImpactKind& kind, std::size_t corne
   const double growth = name == "Growing" ? 2 : random.below(4) == 0 ? random.between(-1, 1) : 0;
   const auto radiusAt = [&](double t) { return std::max(0.0, 1 + (t - meeting.time) * growth); };
   for (GivenInstant* i : {&motion.start, &motion.end}) {
-    const double radii = reach * radiusAt(i == &motion.start ? 0 : 1);
+    const double radii = rests ? reach : reach * radiusAt(i == &motion.start ? 0 : 1);
     i->radii = {share * radii, (1 - share) * radii};
   }
   const auto round = [](double& x) { x = std::round(2 * x) / 2; };

@@ -22,7 +22,9 @@ struct ImpactKind {
 const std::vector<ImpactKind>& allImpactKinds();
 
 /// @param corners  2 for two capsules, 3 for a capsule and a triangle
-GivenMotion someMotion(Random& random, const ImpactKind& kind, std::size_t corners);
+/// @param rests    as they are when they meet, nearer, some as needles, some a bit tilted
+GivenMotion someMotion(Random& random, const ImpactKind& kind, std::size_t corners,
+                       bool rests = false);
 
 template <class Change>
 void changePoints(GivenMotion& motion, Change&& change) {

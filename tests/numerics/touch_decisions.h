@@ -25,10 +25,9 @@ struct TouchTally {
   std::string first_wrong;
 };
 
-/// Asks axesWithin() and CapsulePairs, or axisWithin() and TrianglePairs, about random pairs of all
-/// kinds: of general position, on a grid where corners, edges and planes meet exactly, nearly
-/// parallel, needles, points, of unlike sizes, far from the origin, and scaled by powers of two
-/// from 2^-1000 to 2^960. Most are near contact.
+/// Asks axesWithin() and CapsulePairs, or axisWithin() and TrianglePairs, about random pairs of the
+/// kinds of impact_kinds.h at rest. Most are near contact; some triangles are needles; one pair in
+/// four is scaled by a power of two from 2^-1000 to 2^960.
 /// @param corners  2 for two capsules, 3 for a capsule and a triangle
 TouchTally decideTouches(std::size_t corners, std::uint64_t decisions, std::uint64_t seed);
 
