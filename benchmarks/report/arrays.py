@@ -3,7 +3,7 @@
 
 from statistics import median
 
-from tables import Rows, Table, Targets, chosen, digits
+from tables import Rows, Table, chosen, digits
 
 SCENES = ("helix", "helix-2000", "cap")
 VOLUMES = ("boxes", "spheres")
@@ -11,13 +11,6 @@ READ = (
     "The loop reads the points and writes a box of floats for each segment. Times are medians, "
     "on one thread unless the row says otherwise. The fibers move between two frames."
 )
-
-# What is to be reached, by scene.
-MOST_TIMES_THE_LOOP = {"build": (28, 28, 45), "update": (6, 8, 10), "unmoved": (3, 3.5, 4)}
-MOST_OF_CAPSULES = 1.3
-LEAST_ON_2_THREADS = {"build": 1.6, "update": 1.6, "query": 1.8}
-LARGE = 1e6  # segments of the scenes that are to be as fast as that on 2 threads
-MOST_BYTES = {"boxes": 43, "boxes_capsules": 75}
 
 PHASES = {"build": "build", "update": "update", "unmoved": "update, nothing moved"}
 
@@ -71,26 +64,9 @@ def table(parts):
         rows.add(f"{volumes}: query, per segment", lambda s: ns(s, s.get(volumes, "query")))
         times = f"{volumes}: query with kCapsules"
         rows.add(times, lambda s: digits(s.of_capsules(volumes)) + "x kVolumes")
-        for key in LEAST_ON_2_THREADS:
+        for key in ("build", "update", "query"):
             times = f"{volumes}: {key} on 2 threads"
             rows.add(times, lambda s: digits(s.on_2_threads(volumes, key)) + "x as fast")
         for name, what in ((volumes, ""), (f"{volumes}_capsules", ", kCapsules")):
             rows.add(f"{volumes}: bytes per segment{what}", lambda s: digits(s.bytes(name)))
     return Table("arrays", "FiberTree beside a plain loop", header_of(scenes), rows, READ)
-
-
-def targets(parts):
-    scenes = scenes_of(parts)
-    rows = Targets(scenes.items())
-    for key, goals in MOST_TIMES_THE_LOOP.items():
-        what = f"{PHASES[key]}, times the loop"
-        rows.add(what, dict(zip(SCENES, goals)), lambda s: s.times_the_loop("boxes", key))
-    what = "query for capsules, times volumes"
-    rows.add(what, MOST_OF_CAPSULES, lambda s: s.of_capsules("boxes"))
-    large = [name for name, scene in scenes.items() if scene.segments > LARGE]
-    for key, least in LEAST_ON_2_THREADS.items():
-        goals = dict.fromkeys(large, least)
-        rows.add(f"{key} on 2 threads", goals, lambda s: s.on_2_threads("boxes", key), least=True)
-    for name, most in MOST_BYTES.items():
-        rows.add(f"bytes a segment, {name}", most, lambda s: s.bytes(name))
-    return Table("targets of arrays", "Targets of arrays", header_of(scenes), rows)

@@ -1,16 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tables of queries, loose objects, small scenes and changes, and what is to be reached there."""
+"""Tables of queries, loose objects, small scenes and changes."""
 
 import re
 from dataclasses import dataclass
 
 import ratios
 from ratios import BOXES, Ratio, ratio_of
-from tables import Table, count, digits, target, time, times_and_range, title
+from tables import Table, count, digits, time, times_and_range, title
 
-# How many times as fast, by how a row's name begins or ends; any other row is to be as fast.
-LEAST = {"distance, ": 1.2}
-MOST_AFTER = {"registered": 1.1, "change places": 1.3}  # times the reference
 SAME_TOUCHING = 1e-3  # fcl::collide may change its mind about a pair if the two change places
 READ = "The ratio of medians and its range. A cell says 'as fast' where that range contains 1."
 
@@ -130,16 +127,3 @@ def candidates(part):
     header = ["10,000", "touching", "ours", "ours after computeAABB()", "FCL's tree"]
     caption = "Pairs reported for each pair that touches, as fcl::collide decides."
     return Table("candidates", "Candidates", header, rows, caption)
-
-
-def targets(queries, small):
-    """Of the parts that there are."""
-    rows = []
-    for row in (query_rows(queries) if queries else []) + (client_rows(small) if small else []):
-        least = next((goal for start, goal in LEAST.items() if row.what.startswith(start)), 1)
-        rows.append([grouped(row.what), target(row.ratio.value, least, least=True)])
-    for name in sorted(small.names("Changes")) if small else []:
-        most = next(goal for word, goal in MOST_AFTER.items() if word in name)
-        rows.append([grouped(name), target(after(small, name).median(), most)])
-    header = ["", "times as fast as FCL's best, or times the reference"]
-    return Table("targets of managers", "Targets of managers", header, rows)

@@ -5,7 +5,7 @@ import math
 
 import ratios
 from ratios import BOXES, EMBREE, ON_2_THREADS, Scene, ratio_of
-from tables import Rows, Table, Targets, chosen, count, digits, target, time, time_and_range, title
+from tables import Rows, Table, chosen, count, digits, time, time_and_range, title
 
 HEADLINE, FULL = ("helix", "cap", "paper-dynamic"), ratios.SCENES
 SPEED_UP = "Speed-up over"
@@ -191,25 +191,3 @@ def growth(part):
         rows.append([what, *(digits(value) for value in growth_of(part, key)), "-"])
     header = ["FiberTree, per segment", *sizes, "last / first"]
     return Table("growth", "Growth", header, rows, "Helices of 100 segments at one density.")
-
-
-def targets(scenes, growth_part):
-    columns = {name: scenes[name] for name in ratios.SCENES if name in scenes}
-    rows = Targets(columns.items())
-
-    def add(what, goals, value, least=False):
-        rows.add(what, dict(zip(ratios.SCENES, goals)), value, least)
-
-    for row, goals in ratios.TARGETS.items():
-        add(row, goals, lambda scene: getattr(scene.ratios()[row], "value", None), least=True)
-    add("update, times the loop", ratios.MOST_TIMES_THE_FLOOR, Scene.times_the_floor)
-    add("bytes a segment", ratios.MOST_BYTES, lambda scene: scene.bytes(BOXES))
-    what = "bytes a segment, capsules"
-    add(what, ratios.MOST_OF_CAPSULES, lambda scene: scene.bytes(ratios.CAPSULES))
-    add("bytes, of FCL's best's", ratios.MOST_OF_FCLS_BYTES, Scene.of_fcls_bytes)
-    if growth_part:
-        for key in ("update", "detection"):
-            found = growth_of(growth_part, key)
-            cell = target(found[-1] / found[0], ratios.MOST_GROWTH)
-            rows.append([f"growth, {key}", cell, *["-"] * (len(columns) - 1)])
-    return Table("targets", "Targets", header_of(columns), rows)

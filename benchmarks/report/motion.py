@@ -1,19 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tables of fibers in motion: what a step costs, and what is to be reached."""
+"""Tables of fibers in motion: what a step costs."""
 
 from ratios import ratio_of
-from tables import Rows, Table, Targets, chosen, count, digits, time, title
+from tables import Rows, Table, chosen, count, digits, time, title
 
 MOTIONS = (5, 50, 150, 480)  # radii
 READ = (
     "A step of the cap in the wind, named by its mean motion. Times are medians on one thread. "
     "Ratios are of medians of runs that take turns."
 )
-
-# What is to be reached, by motion.
-MOST_TIMES_THE_STATIC_QUERY = {50: 4, 150: 8}
-MOST_TIMES_THE_STATIC_UPDATE = 2
-LEAST_AGAINST_SWEPT_BOXES = {150: 3}
 
 
 class Motion:
@@ -93,17 +88,3 @@ def table(parts):
     add("safe step: time of all impacts", lambda m: time(m.safe("query")))
     header = ["", *(f"{radii} radii" for radii in found)]
     return Table("motion", "Motion", header, rows, READ)
-
-
-def targets(parts):
-    rows = Targets(motions_of(parts).items())
-    add = rows.add
-    what = "impacts, times the static query"
-    add(what, MOST_TIMES_THE_STATIC_QUERY, lambda m: m.times("query", "static_query"))
-    what = "update, times the static one"
-    add(what, MOST_TIMES_THE_STATIC_UPDATE, lambda m: m.times("update", "static_update"))
-    what = "times as fast as the fastest of the swept boxes"
-    add(what, LEAST_AGAINST_SWEPT_BOXES, Motion.against_the_fastest, least=True)
-    add("impacts missed", 0, lambda m: m.judged("missed"))
-    add("safe step, times all impacts", 1, lambda m: m.safe("seconds") / m.safe("query"))
-    return Table("targets of motion", "Targets of motion", table(parts).header, rows)

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tables of fibers and triangle meshes: speed, what was found, and what is to be reached."""
+"""Tables of fibers and triangle meshes: speed, and what was found."""
 
 from dataclasses import dataclass
 
 from ratios import Ratio, ratio_of
-from tables import Table, chosen, count, digits, target, time, title
+from tables import Table, chosen, count, digits, time, title
 
 HAIR = ("cap", "combed")
 SCENES = (*HAIR, "cables")
@@ -13,11 +13,6 @@ READ = (
     "Times are medians on one thread. A ratio is one of medians, with the lowest and the highest "
     "that single runs allow."
 )
-
-# What is to be reached, by the end of a row's name: times as fast as the other, or at most so many
-# times as long.
-LEAST = {"by arrays": 100, "candidates alone": 1, "least distance, by the manager": 10}
-MOST = {"contacts": 2, "head turned": 1.3, "refit": 3}
 
 
 @dataclass
@@ -39,14 +34,6 @@ class Row:
 
     def spread(self):
         return f"({digits(self.ratio.low, 2)} to {digits(self.ratio.high, 2)})"
-
-    def goal(self):
-        """The number that is to be reached, or nothing."""
-        goals = LEAST if self.faster else MOST
-        return next((goal for end, goal in goals.items() if self.what.endswith(end)), None)
-
-    def target(self):
-        return [self.what, target(self.ratio.value, self.goal(), least=self.faster)]
 
 
 def speed_up(what, part, ours, others):
@@ -136,9 +123,3 @@ def counts(parts):
         "a radius or less from touching."
     )
     return Table("obstacle-counts", "What touches the head", header, rows, caption)
-
-
-def targets(parts):
-    rows = [row.target() for row in rows_of(parts) if row.goal() is not None]
-    header = ["", "times as fast as the other, or times as long"]
-    return Table("targets of obstacles", "Targets of obstacles", header, rows)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Tables of the Python package: a step beside other ways, and what Python adds to it."""
 
-from tables import Rows, Table, chosen, count, digits, target, time
+from tables import Rows, Table, chosen, count, digits, time
 
 SCENES = {  # by the end of the file's name
     "helix-10": "helix 10 x 100",
@@ -29,11 +29,6 @@ READ_COSTS = (
     "processes, which import the package or NumPy alone."
 )
 
-# What is to be reached with 100,000 segments.
-MOST_SECONDS = 0.1
-LEAST_TIMES_AS_FAST = {"all elements": 100, "midpoint tree": 10}
-MOST_MORE = 0.05
-MOST_OF_IMPORT = 0.1
 LARGE = ("helix-1000", "bundles-1000")
 
 
@@ -119,23 +114,3 @@ def costs(parts):
         rows.append(["import fcl_fibers, beside NumPy", *seconds, f"{middle} ms ({low} to {high})"])
     header = ["", "Python", "C++ or NumPy", "more"]
     return Table("python-costs", "What Python adds", header, rows, READ_COSTS)
-
-
-def targets(parts):
-    rows = []
-    for name, part in chosen(parts, "steps_{}", LARGE).items():
-        for query, call in QUERIES.items():
-            seconds = part.median("Steps", step_name(query, 1), "seconds")
-            what = f"{SCENES[name]}, {call}"
-            rows.append([f"{what}, seconds", target(seconds, MOST_SECONDS)])
-            for rival, least in LEAST_TIMES_AS_FAST.items():
-                ratio = times_as_fast(part, query, 1, rival)
-                rows.append([f"{what} over {rival}", target(ratio, least, least=True)])
-    for name, part in chosen(parts, "overhead_{}", LARGE).items():
-        for query, call in QUERIES.items():
-            share = more(part, query, 1, "cpp")[1]
-            rows.append([f"{SCENES[name]}, {call}, more than C++", target(share, MOST_MORE)])
-    part = parts.get("import")
-    if part:
-        rows.append(["import, seconds", target(import_more(part)[1], MOST_OF_IMPORT)])
-    return Table("targets of python", "Targets of the Python package", ["", "found"], rows)

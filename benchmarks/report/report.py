@@ -28,6 +28,7 @@ import paper_table
 import pictures
 import python_steps
 import shapes
+import targets
 import trade
 from results import circumstances, load
 from tables import MARK, Table, count, digits, documents, time
@@ -138,13 +139,13 @@ def speed(kind, folder, with_targets=False):
     picture = "headline" if kind == "headline" else ""
     report.draw("frames_.*", picture, "Time of a frame", BARS, pictures.headline, scenes)
     if with_targets:
-        report.add("frames_.*", frames.targets, scenes, parts.get("growth"))
+        report.add("frames_.*", targets.of_frames, scenes, parts.get("growth"))
         found = [parts.get(name) for name in ("queries", "clients")]
-        report.add("queries|clients", elsewhere.targets, *found)
-        report.add("shapes", shapes.targets, parts.get("shapes"))
-        report.add("arrays_.*", arrays.targets, parts)
-        report.add("obstacles_.*", obstacles.targets, parts)
-        report.add(r"motion_\d+", motion.targets, parts)
+        report.add("queries|clients", targets.of_managers, *found)
+        report.add("shapes", targets.of_shapes, parts.get("shapes"))
+        report.add("arrays_.*", targets.of_arrays, parts)
+        report.add("obstacles_.*", targets.of_obstacles, parts)
+        report.add(r"motion_\d+", targets.of_motion, parts)
     for name, scene in scenes.items():
         report.add(f"frames_{name}", frames.scene_table, scene, kind == "headline")
         report.add(f"frames_{name}", frames.tried, scene)
@@ -257,7 +258,7 @@ def python(folder, with_targets=False):
     report.add("steps_.*", python_steps.steps, report.parts)
     report.add("overhead_.*|import", python_steps.costs, report.parts)
     if with_targets:
-        report.blocks.append(python_steps.targets(report.parts))
+        report.blocks.append(targets.of_python(report.parts))
     return report
 
 

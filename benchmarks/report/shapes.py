@@ -5,11 +5,9 @@ import pandas as pd
 
 from elsewhere import grouped
 from ratios import BOXES, CAPSULES, ratio_of
-from tables import Table, count, digits, target, time, times_and_range
+from tables import Table, count, digits, time, times_and_range
 
 FCL = "DynamicAABBTree/stock"
-# What is to be reached: times the query without the object, bytes, times the update of capsules.
-MOST_BESIDE, MOST_BYTES, MOST_UPDATE = 1.05, 160, 1.5
 
 
 def beside_of(part, name):
@@ -67,21 +65,3 @@ def one_by_one(part):
         "The ratio of medians and its range. A cell says 'as fast' where that range contains 1."
     )
     return Table("one-by-one", "One by one", header, rows, caption)
-
-
-def targets(part):
-    rows = []
-
-    def add(what, found, most):
-        rows.append([what, target(found, most)])
-
-    for name in sorted(part.names("Beside")):
-        if part.median("Beside", name, "with") == 0 and name.endswith("half-space"):
-            add(name.replace("/", ", "), beside_of(part, name).median(), MOST_BESIDE)
-    for name in sorted(part.names("FibersOf")):
-        size, segments = part.medians("FibersOf", name, "bytes", "segments")
-        add(f"fibers of {name}, bytes per object", size / segments, MOST_BYTES)
-        update = part.ratios("FibersOf", name, "update", "capsules_update").median()
-        add(f"fibers of {name}, update / capsules", update, MOST_UPDATE)
-    header = ["", "bytes, or times the reference"]
-    return Table("targets of shapes", "Targets of shapes", header, rows)

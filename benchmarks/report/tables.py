@@ -44,31 +44,9 @@ class Rows(list):
         self.append([what, *map(cell, self.columns)])
 
 
-class Targets(Rows):
-    """What is met and what is missed by things, which columns have by name."""
-
-    def add(self, what, goals, value, least=False):
-        """`goals`: one of all columns, or by name; a dash stands where there is none."""
-
-        def cell(column):
-            name, thing = column
-            goal = goals.get(name) if isinstance(goals, dict) else goals
-            found = None if goal is None else value(thing)
-            return "-" if found is None else target(found, goal, least)
-
-        super().add(what, cell)
-
-
 def chosen(parts, form, names):
     """By name, the parts that were measured, whose names are `form` with it."""
     return {name: parts[form.format(name)] for name in names if form.format(name) in parts}
-
-
-def target(value, goal, least=False):
-    """`4.50 met (at least 4)`."""
-    met = value >= goal if least else value <= goal
-    limit = f"at {'least' if least else 'most'} {goal}"
-    return f"{digits(value)} {'met' if met else 'MISSED'} ({limit})"
 
 
 def digits(value, count=3):
