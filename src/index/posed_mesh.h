@@ -112,6 +112,7 @@ class FCL_FIBERS_TREE_EXPORT PosedMesh {
             parallel::Executor* executor);
 
   bool empty() const { return end_.mesh().tree().empty(); }
+  bool hasStep() const { return start_tree_.has_value(); }
   const geometry::Frame& frame() const { return frame_; }
   const PosedTriangles& start() const { return start_; }
   const PosedTriangles& end() const { return end_; }
@@ -125,7 +126,7 @@ class FCL_FIBERS_TREE_EXPORT PosedMesh {
   double error() const { return std::max(start_.error(), end_.error()); }
 
   /// @param until  see MovingTree
-  /// @pre it is a step
+  /// @pre hasStep()
   Tree tree(const std::atomic<float>& until = tree::kWholeStep) const {
     return {*start_tree_, end_tree_ ? *end_tree_ : *start_tree_, until};
   }

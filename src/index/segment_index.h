@@ -170,12 +170,12 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   /// the mesh, see tree::Fibers::meets, are left out. Each segment wholly inside a solid mesh comes
   /// with one triangle, its nearest; if one triangle of each segment is enough, with -1.
   ///
-  /// In a step of segments or mesh, a segment that is inside a solid at the start comes first and
-  /// once, at time 0. It does not count for a first time, because on its way out it touches the
-  /// surface.
+  /// If the mesh has a step, the whole step counts. Then a segment that is inside a solid at the
+  /// start comes first and once, at time 0. It does not count for a first time, because on its way
+  /// out it touches the surface.
   /// @param margin  of the search, in the world's unit, whatever the index's own; the mesh's margin
   ///                comes on top
-  /// @pre keepsSegments(); the mesh has a step if question.of_step
+  /// @pre keepsSegments()
   tree::Visit search(const PosedMesh& mesh, double margin, PairSink& sink,
                      const Question& question = {}) const;
   /// Hands on segments and triangles that may be nearer than the limit. What is inside a solid mesh

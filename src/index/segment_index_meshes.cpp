@@ -230,7 +230,7 @@ Visit SegmentIndex::search(const PosedMesh& mesh, double margin, PairSink& sink,
   // What is inside is found within the margins of the search for triangles, or what is between the
   // two would be lost.
   const double both_margins = margin + mesh.margin();
-  if (!question.of_step) return searchAt(now_, mesh.end(), both_margins, question.once, sink);
+  if (!mesh.hasStep()) return searchAt(now_, mesh.end(), both_margins, question.once, sink);
   struct Inside final : PairSink {
     explicit Inside(SegmentMarks& m) : marks(m) {}
     Visit take(const Pair* pairs, std::size_t count) override {
