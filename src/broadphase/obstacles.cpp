@@ -93,9 +93,9 @@ BesideReading readBeside(const fcl::CollisionObject<S>& object, bool is_solid, c
 }
 
 std::shared_ptr<const index::PosedMesh> MovingMeshOnDemand::get(const index::PlacedMesh& start,
-                                                                 const index::PlacedMesh& end,
-                                                                 const Frame& frame,
-                                                                 parallel::Executor* executor) {
+                                                                const index::PlacedMesh& end,
+                                                                const Frame& frame,
+                                                                parallel::Executor* executor) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (mesh_ == nullptr || !(mesh_->frame() == frame)) {
     mesh_ = std::make_shared<const index::PosedMesh>(start, end, frame, executor);

@@ -168,7 +168,7 @@ class Obstacles {
     index::PlacedMesh placed() const { return end.placed(categories, is_solid); }
     /// @pre hasMovingTriangles(); the entry lives as long as the result
     std::shared_ptr<const index::PosedMesh> moving(const geometry::Frame& its_frame,
-                                                    parallel::Executor* executor) const {
+                                                   parallel::Executor* executor) const {
       return trees->get(start.placed(categories, is_solid), placed(), its_frame, executor);
     }
     /// Gives up the trees, because the start or the end will change.

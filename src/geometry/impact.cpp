@@ -43,9 +43,9 @@ struct Times {
 template <class Hull, int K>
 bool find(const MovingSegment& p, const Moving<Hull>& q, double margin, double error, double from,
           bool only_nearer, Arrival<K>& arrival) {
-  return findArrival(
-      instant(p.start, q.start, reachOf(p.start, q.start, margin, error)),
-      instant(p.end, q.end, reachOf(p.end, q.end, margin, error)), from, only_nearer, arrival);
+  return findArrival(instant(p.start, q.start, reachOf(p.start, q.start, margin, error)),
+                     instant(p.end, q.end, reachOf(p.end, q.end, margin, error)), from, only_nearer,
+                     arrival);
 }
 
 bool find(const MovingSegment& p, const MovingSegment& q, double margin, double error, double from,

@@ -117,7 +117,7 @@ Visit visitOverlapping(const Tree& tree, const typename Tree::Volume& volume, F&
     Pair found[kCapacity + kRoom];
   } each(visit);
   return visitOverlaps(tree, volume, 0, kNoGroup, each) == Visit::kStop ? Visit::kStop
-                                                                       : each.full();
+                                                                        : each.full();
 }
 
 }  // namespace fcl_fibers::tree

@@ -35,7 +35,8 @@ Segment axisOf(const GivenInstant& i) {
 }
 
 /// As findImpact(), or by a search of many pairs.
-bool findImpact(const geometry::ImpactQuery<Segment>& query, bool among_many, geometry::Impact& impact) {
+bool findImpact(const geometry::ImpactQuery<Segment>& query, bool among_many,
+                geometry::Impact& impact) {
   if (among_many) return geometry::findImpacts(&query, 1, &impact) != 0;
   const auto& [p, q, margin, error, from] = query;
   return geometry::findImpact(p, q, margin, error, from, impact);
