@@ -177,7 +177,7 @@ FAULTS = [
     Fault("a shadow takes what came within a step for known", "broadphase/shadow_objects.h",
           "entry->start = nullptr;", "entry->start = entry->now;", "shadow_test"),
     Fault("a step is judged at its samples alone", "broadphase/shadow_gap.h",
-          "least - most / (2 * kParts) - doubt", "least - doubt", "shadow_test"),
+          "least - most / (2 * kParts) - doubt", "least - doubt", "shape_box_test"),
     Fault("a replay ends the steps that a program begins", "broadphase/shadow_record.h",
           "? fibers->beginStep() : fibers->endStep();", "? fibers->endStep() : fibers->endStep();",
           "shadow_test"),

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -178,6 +179,54 @@ RecordedObject objectOf(const std::shared_ptr<fcl::CollisionGeometry<double>>& s
 
 Eigen::Vector3d posed(const RecordedObject& object, const Eigen::Vector3d& p) {
   return object.pose() * p.homogeneous();
+}
+
+// A manager would be blamed for a pair that comes near between two times, or on a way that turns.
+TEST(RecordedGaps, HoldTheLeastDistanceOfAStep) {
+  std::mt19937 random(4804);
+  const auto shapes = eachShape<double>();
+  int apart = 0, touching = 0;
+  for (int trial = 0; trial < 400; ++trial) {
+    const bool are_spheres = trial % 2 == 0;
+    const auto shape = [&] { return shapes[are_spheres ? 0 : random() % shapes.size()]; };
+    const auto far = [&](RecordedObject object) {
+      for (const std::size_t i : {5, 9, 13}) object.line.numbers[i] *= 1 + trial % 30;
+      return object;
+    };
+    const auto p = shape(), q = shape();
+    const RecordedObject p0 = far(objectOf(p, random)), p1 = far(objectOf(p, random));
+    RecordedObject q0 = far(objectOf(q, random)), q1 = far(objectOf(q, random));
+    if (are_spheres) {  // One passes the other, half a sample away.
+      const double t = (trial % 64 + 0.5) / 64, beside = 0.001 * trial;
+      for (const std::size_t i : {5, 9, 13}) {
+        q0.line.numbers[i] = (1 - t) * p0.line.numbers[i] + t * p1.line.numbers[i] + beside / 2;
+      }
+      q1 = q0;
+    }
+    const Gap gap = gapBetween(p0, p1, q0, q1, false);
+    const std::string kind = p0.shape->line.word, other = q0.shape->line.word;
+    if (are_spheres) {
+      const Eigen::Vector3d d0 = p0.pose().col(3) - q0.pose().col(3),
+                            way = p1.pose().col(3) - q1.pose().col(3) - d0;
+      const double t = std::clamp(-d0.dot(way) / way.squaredNorm(), 0.0, 1.0);
+      const double least = (d0 + t * way).norm() - 2 * 0.1;
+      EXPECT_LE(gap.low, least);
+      EXPECT_GE(gap.high, least);
+      touching += gap.high <= 0;
+    } else if (std::isfinite(gap.low) && kind != "bounds" && other != "bounds") {
+      for (int i = 0; i < 500; ++i) {
+        const double t = double(i % 11) / 10;
+        const Eigen::Vector3d a = pointOf(*p0.shape, random), b = pointOf(*q0.shape, random);
+        const Eigen::Vector3d at = (1 - t) * posed(p0, a) + t * posed(p1, a),
+                              its = (1 - t) * posed(q0, b) + t * posed(q1, b);
+        ASSERT_LE(gap.low, (at - its).norm()) << kind << ", " << other;
+      }
+    }
+    EXPECT_LE(gap.volumes, gap.low);
+    apart += gap.low > 0;
+  }
+  EXPECT_GT(apart, 50);
+  EXPECT_GT(touching, 5);
 }
 
 // A pair would be called a touching one although its points are apart, or the other way round.
