@@ -268,7 +268,11 @@ void Obstacles<S>::read(const Frame& frame, bool all) {
     if (shapes_[place].object != nullptr) readShape(place, frame);
   }
   std::size_t place = firstOf(beside_);
-  if (!all && place == beside_.size()) return;
+  if (place == beside_.size() && (!all || boxes_.end() == 0)) {
+    if (all) cache_.forgetUnused();
+    has_boxes_ = true;
+    return;
+  }
   has_boxes_ = false;
   for (; place < beside_.size(); ++place) {
     if (beside_[place].object != nullptr) readBesideAt(place, frame);
@@ -277,8 +281,10 @@ void Obstacles<S>::read(const Frame& frame, bool all) {
   const BoxSource source(beside_, &BesideEntry::end);
   const auto count = static_cast<SegmentId>(beside_.size());
   const SegmentId young = boxes_.youngBegin();
-  if (all)
-    return finishBoxes(frame, keeps_places && boxes_.end() == count && boxes_.refit(source, frame));
+  if (all) {
+    const bool may_refit = keeps_places && boxes_.end() == count;
+    return finishBoxes(frame, may_refit && boxes_.refit(source, frame));
+  }
   const bool are_few =
       static_cast<std::size_t>(count - young) <= Generations::mostYoung(beside_.size());
   finishBoxes(frame, are_few && boxes_.buildYoung(source, count, oneEach(young, count)));
