@@ -242,7 +242,7 @@ FAULTS = [
           "motion_test numerics_test"),
     Fault("a mesh keeps the trees of another frame", "broadphase/obstacles.cpp",
           "if (mesh_ == nullptr || !(mesh_->frame() == frame)) {", "if (mesh_ == nullptr) {",
-          "motion_test numerics_test"),
+          "numerics_test"),
     Fault("triangles near the end of a segment's way are not looked at", "index/posed_mesh.cpp",
           "geometry::volumeAround<Box>(segment.end, growth)",
           "geometry::volumeAround<Box>(segment.start, growth)", "motion_test numerics_test"),
