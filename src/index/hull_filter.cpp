@@ -135,7 +135,6 @@ class Block<Range, SegmentHulls<Range>> : public SegmentPairs<Range> {
   Block(const Range& segments, const SegmentHulls<Range>& hulls, double unit)
       : Pairs(unit), segments_(segments), hulls_(hulls) {}
 
-  bool leavesOut(SegmentId /*segment*/) const { return false; }
   void keep(const Pair& /*pair*/) const {}
   FCL_FIBERS_ALWAYS_INLINE void prefetch(const Pair* pair, std::size_t left) const {
     // Segments are stored by id, so neighbours in the tree are far from each other in memory.
@@ -143,14 +142,13 @@ class Block<Range, SegmentHulls<Range>> : public SegmentPairs<Range> {
     if (pair[kAhead].a != pair[kAhead - 1].a) segments_.prefetch(pair[kAhead].a);
     hulls_.segments.prefetch(pair[kAhead].b);
   }
-  FCL_FIBERS_ALWAYS_INLINE void add(const Pair& pair, double margin, double error_of_all) {
-    if (error_of_all >= 0) {
-      Pairs::add(segments_.capsule(pair.a), hulls_.segments.capsule(pair.b), margin, error_of_all);
-    } else {
-      const auto both = together(segments_, hulls_, pair);
-      CapsuleEnd* const ends = moved_.data() + kEnds * static_cast<std::size_t>(this->size());
-      Pairs::add(segments_.capsule(pair.a), store(both.q, ends), margin, both.error);
-    }
+  FCL_FIBERS_ALWAYS_INLINE void add(const Pair& pair, double margin, double error) {
+    Pairs::add(segments_.capsule(pair.a), hulls_.segments.capsule(pair.b), margin, error);
+  }
+  FCL_FIBERS_ALWAYS_INLINE void add(const Pair& pair, double margin) {
+    const auto both = together(segments_, hulls_, pair);
+    CapsuleEnd* const ends = moved_.data() + kEnds * static_cast<std::size_t>(this->size());
+    Pairs::add(segments_.capsule(pair.a), store(both.q, ends), margin, both.error);
   }
 
  private:
@@ -240,11 +238,23 @@ FCL_FIBERS_ALWAYS_INLINE void HullFilter<Range, Hulls>::forEachLeft(const Pair* 
   std::array<Pair, kBlock> added;
   for (std::size_t i = 0; i < count;) {
     block.clear();
-    for (; i < count && block.size() < kBlock; ++i) {
-      block.prefetch(pairs + i, count - i);
-      if (block.leavesOut(pairs[i].a)) continue;
-      added[static_cast<std::size_t>(block.size())] = pairs[i];
-      block.add(pairs[i], margin_, error_of_all_);
+    if constexpr (std::is_same_v<Hulls, SegmentHulls<Range>>) {
+      // None is left out, and a loop for each task takes fewer operations.
+      const std::size_t end = std::min(i + kBlock, count);
+      std::copy(pairs + i, pairs + end, added.begin());
+      for (std::size_t k = i; k < end; ++k) block.prefetch(pairs + k, count - k);
+      if (error_of_all_ >= 0) {
+        for (; i < end; ++i) block.add(pairs[i], margin_, error_of_all_);
+      } else {
+        for (; i < end; ++i) block.add(pairs[i], margin_);
+      }
+    } else {
+      for (; i < count && block.size() < kBlock; ++i) {
+        block.prefetch(pairs + i, count - i);
+        if (block.leavesOut(pairs[i].a)) continue;
+        added[static_cast<std::size_t>(block.size())] = pairs[i];
+        block.add(pairs[i], margin_, error_of_all_);
+      }
     }
     if (block.size() == 0) return;
     const auto verdict = block.decide();
