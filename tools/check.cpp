@@ -14,13 +14,14 @@
 #include "answer_stream.h"
 #include "commands.h"
 #include "contact_list.h"
-#include "contact_rows.h"
 #include "found_pairs.h"
 #include "output_file.h"
 #include "seconds.h"
 
 namespace fcl_fibers::tools {
 namespace {
+
+constexpr std::size_t kFew = 10;
 
 template <typename Write>
 void writePicture(const std::string& path, Write&& write) {
@@ -108,7 +109,9 @@ class FrameChecker {
 
   void begin(bool several) {
     several_ = several;
-    if (several && request_.hasPictures()) {
+    const bool pictures = !request_.segments_path.empty() || !request_.contacts_path.empty() ||
+                          !request_.volumes_path.empty();
+    if (several && pictures) {
       throw std::invalid_argument("pictures are of one frame; give one scene without `frames`");
     }
     if (several && request_.output == Output::kText && (request_.summary || request_.top)) {
@@ -117,10 +120,7 @@ class FrameChecker {
           "`frames`, "
           "or --csv or --json");
     }
-    if (request_.output == Output::kCsv) {
-      stream_.write((several ? "frame," : "") +
-                    csvHead(rowOf(FoundContact(Contact{}), 0, request_)));
-    }
+    if (request_.output == Output::kCsv) writeCsvHead(request_, several, stream_);
     if (request_.output == Output::kText && several) {
       stream_.write(fmt::format("{:>6} {:>12} {:>12} {:>10}  {}\n", "frame", "pairs", "distance",
                                 "seconds", "scene"));
@@ -163,9 +163,11 @@ class FrameChecker {
   }
 
   void checkFrame(const SceneSource& source, const FiberPolylines& scene, int number) {
-    CheckedFrame frame = {request_, source.title, std::nullopt,
-                          scene,    other_title_, other_ ? &*other_ : nullptr,
-                          meshes_,  FoundPairs{}, 0};
+    Request listed = request_;
+    if (request_.output == Output::kText && !listed.top) listed.top = kFew;
+    CheckedFrame frame = {listed,  source.title, std::nullopt,
+                          scene,   other_title_, other_ ? &*other_ : nullptr,
+                          meshes_, FoundPairs{}, 0};
     if (several_) frame.number = number;
     if (frames_ == 0) warnOfMeshSize(scene, meshes_, request_.tree.margin, source.name);
     frame.seconds = seconds([&] {
@@ -180,9 +182,7 @@ class FrameChecker {
     warnOfMany(frame.found, tree_, source.name);
     warnOfPairsAlong(frame, list);
     if (request_.output == Output::kCsv) {
-      for (const ListRow& row : list.rows) {
-        stream_.write((several_ ? fmt::format("{},", number) : "") + csvLine(frame.row(row)));
-      }
+      writeCsv(frame, list, stream_);
     } else if (request_.output == Output::kJson) {
       if (several_) stream_.write(frames_ > 0 ? ",\n" : "\n");
       writeJson(frame, list, several_ ? nlohmann::ordered_json() : head(), stream_);

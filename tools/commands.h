@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -49,16 +48,6 @@ struct Request {
   bool fragment = false;         ///< a part of another page, without a head
   std::size_t points = 1000000;  ///< drawn of each scene, in all frames together
   std::string up{};              ///< axis that points up: x, y or z; empty to guess
-
-  /// Rows that a list has at most.
-  std::size_t mostRows() const {
-    constexpr std::size_t kFew = 10;
-    return top.value_or(output == Output::kText ? kFew : std::numeric_limits<std::size_t>::max());
-  }
-
-  bool hasPictures() const {
-    return !segments_path.empty() || !contacts_path.empty() || !volumes_path.empty();
-  }
 
   static FiberTreeOptions ofCapsules() {
     FiberTreeOptions tree;

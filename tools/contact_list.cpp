@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 
 #include "along_fibers.h"
-#include "contact_rows.h"
+#include "contact_json.h"
 #include "first_of.h"
 
 namespace fcl_fibers::tools {
@@ -90,20 +90,22 @@ std::string PairsAlong::text() const {
 
 void ContactList::countDepth(const FoundContact& contact, double radii, bool is_along) {
   const double depth = radii > 0 ? -contact.distance / radii : 0;
-  std::size_t number = 0;
-  if (contact.mesh != kNoMesh && -contact.distance > radii) {
-    number = kDepths.size();
-  } else if (contact.distance <= 0) {
-    const auto from = std::upper_bound(kDepths.begin() + 1, kDepths.end() - 1, depth);
-    number = static_cast<std::size_t>(from - kDepths.begin());
+  if (contact.distance > 0) {
+    ++apart;
+    apart_along += is_along ? 1 : 0;
+  } else if (contact.mesh != kNoMesh && -contact.distance > radii) {
+    ++deeper;
+  } else {
+    const auto bin = std::upper_bound(kDepths.begin() + 1, kDepths.end() - 1, depth);
+    const auto number = static_cast<std::size_t>(bin - kDepths.begin()) - 1;
+    ++depths[number];
+    depths_along[number] += is_along ? 1 : 0;
   }
-  ++depths[number].pairs;
-  depths[number].along += is_along ? 1 : 0;
 }
 
 ContactList::ContactList(const CheckedFrame& frame) : meshes(frame.meshes.size()) {
   const bool by_depth = frame.request.order == Request::Order::kDepth;
-  const std::size_t top = frame.request.mostRows();
+  const std::size_t top = frame.request.top.value_or(std::numeric_limits<std::size_t>::max());
   const auto isEarlier = frame.request.output == Output::kText ? isListedEarlier : isDeeper;
   FirstOf<ListRow> deepest(top, isEarlier);
   const AlongFibers along_fibers(frame.scene);
@@ -164,25 +166,67 @@ ContactList::ContactList(const CheckedFrame& frame) : meshes(frame.meshes.size()
   other_fibers = countOnes(fibers);
 }
 
-ordered_json rowOf(const FoundContact& c, std::uint32_t contacts, const Request& request) {
-  const bool meshes = !request.meshes.paths.empty();
-  if (!request.summary) return contactRow(c, meshes);
-  ordered_json row = {{"fiber_a", c.a.fiber},
-                      {"fiber_b", valueIf(c.mesh == kNoMesh, c.b.fiber)},
-                      {"contacts", contacts},
-                      {"distance", c.distance}};
-  if (meshes) row["mesh"] = valueIf(c.mesh != kNoMesh, c.mesh);
-  return row;
+void writeCsvHead(const Request& request, bool several, AnswerStream& stream) {
+  stream.write(several ? "frame," : "");
+  stream.write(request.summary
+                   ? "fiber_a,fiber_b,contacts,distance"
+                   : "fiber_a,segment_a,s,fiber_b,segment_b,t,distance,point_a_x,point_a_y,"
+                     "point_a_z,point_b_x,point_b_y,point_b_z,normal_x,normal_y,normal_z");
+  if (!request.meshes.paths.empty()) {
+    stream.write(request.summary ? ",mesh" : ",mesh,triangle,weight_0,weight_1,weight_2,solid");
+  }
+  stream.write("\n");
+}
+
+void writeCsv(const CheckedFrame& frame, const ContactList& list, AnswerStream& stream) {
+  for (const ListRow& row : list.rows) {
+    const FoundContact c = frame.contact(row.pair);
+    const bool is_mesh = c.mesh != kNoMesh;
+    if (frame.number) stream.write(fmt::format("{},", *frame.number));
+    if (frame.request.summary) {
+      stream.write(
+          is_mesh ? fmt::format("{},,{},{}", c.a.fiber, row.contacts, row.distance)
+                  : fmt::format("{},{},{},{}", c.a.fiber, c.b.fiber, row.contacts, row.distance));
+      if (!frame.meshes.empty()) stream.write(is_mesh ? fmt::format(",{}", c.mesh) : ",");
+      stream.write("\n");
+      continue;
+    }
+    stream.write(fmt::format("{},{},{},", c.a.fiber, c.a.segment, c.s));
+    stream.write(is_mesh ? ",,," : fmt::format("{},{},{},", c.b.fiber, c.b.segment, c.t));
+    stream.write(fmt::format("{}", c.distance));
+    for (const std::array<double, 3>& vector : {c.point_a, c.point_b, c.normal}) {
+      stream.write(fmt::format(",{},{},{}", vector[0], vector[1], vector[2]));
+    }
+    if (is_mesh) {
+      stream.write(fmt::format(",{},{},{},{},{},{:d}", c.mesh, c.triangle, c.weights[0],
+                               c.weights[1], c.weights[2], c.solid));
+    } else if (!frame.meshes.empty()) {
+      stream.write(",,,,,,");
+    }
+    stream.write("\n");
+  }
+}
+
+std::string openJson(const ordered_json& object) {
+  std::string text = object.dump(1);
+  text.resize(text.size() - 2);  // "\n}"
+  return text;
 }
 
 void writeJson(const CheckedFrame& frame, const ContactList& list, ordered_json head,
                AnswerStream& stream) {
   if (frame.number) head["frame"] = *frame.number;
-  head.update(sceneJson(frame.title, frame.scene));
+  head["scene"] = frame.title;
+  head["fibers"] = frame.scene.fiberCount();
+  head["segments"] = frame.scene.segmentCount();
+  head["radius"] = radiusJson(frame.scene);
   if (frame.other != nullptr) {
-    head["against"] = sceneJson(frame.other_title, *frame.other);
-    head["against"]["touching_segments"] = list.other_segments;
-    head["against"]["touching_fibers"] = list.other_fibers;
+    head["against"] = {{"scene", frame.other_title},
+                       {"fibers", frame.other->fiberCount()},
+                       {"segments", frame.other->segmentCount()},
+                       {"radius", radiusJson(*frame.other)},
+                       {"touching_segments", list.other_segments},
+                       {"touching_fibers", list.other_fibers}};
   }
   for (std::size_t m = 0; m < frame.meshes.size(); ++m) {
     const MeshFile& mesh = frame.meshes[m];
@@ -193,30 +237,50 @@ void writeJson(const CheckedFrame& frame, const ContactList& list, ordered_json 
          {"solid", mesh.mesh.kind() == TriangleMesh::Kind::kSolid},
          {"touching_segments", of_mesh.segments},
          {"touching_fibers", of_mesh.fibers},
-         {"least_distance", valueIf(of_mesh.segments > 0, of_mesh.least_distance)}});
+         {"least_distance",
+          of_mesh.segments > 0 ? ordered_json(of_mesh.least_distance) : ordered_json()}});
   }
   head["seconds"] = frame.seconds;
   head["complete"] = frame.found.complete;
   head["contact_count"] = frame.count();
   head["touching_segments"] = frame.found.touching_segments;
   head["touching_fibers"] = frame.found.touching_fibers;
-  head["least_distance"] = valueIf(frame.count() > 0, list.least_distance);
+  head["least_distance"] = frame.count() > 0 ? ordered_json(list.least_distance) : ordered_json();
   head["along_count"] = list.along.count();
   head["least_distance_of_others"] =
-      valueIf(std::isfinite(list.least_of_others), list.least_of_others);
+      std::isfinite(list.least_of_others) ? ordered_json(list.least_of_others) : ordered_json();
   ordered_json& depths = head["depths"] = ordered_json::array();
-  for (std::size_t i = 1; i < ContactList::kDepths.size(); ++i) {
-    depths.push_back({{"from", ContactList::kDepths[i - 1]},
-                      {"to", ContactList::kDepths[i]},
-                      {"pairs", list.depths[i].pairs},
-                      {"along", list.depths[i].along}});
+  for (std::size_t i = 0; i < list.depths.size(); ++i) {
+    depths.push_back({{"from", ContactList::kDepths[i]},
+                      {"to", ContactList::kDepths[i + 1]},
+                      {"pairs", list.depths[i]},
+                      {"along", list.depths_along[i]}});
   }
   if (!frame.meshes.empty()) {
-    depths.push_back({{"from", 1.0}, {"to", nullptr}, {"pairs", list.depths.back().pairs}});
+    depths.push_back({{"from", 1.0}, {"to", nullptr}, {"pairs", list.deeper}});
   }
-  writeJson(
-      head, frame.request.summary ? "fiber_pairs" : "contacts", list.rows,
-      [&](const ListRow& row) { return frame.row(row); }, stream);
+  stream.write(openJson(head));
+  stream.write(frame.request.summary ? ",\n \"fiber_pairs\": [" : ",\n \"contacts\": [");
+  const char* between = "\n  ";
+  for (const ListRow& row : list.rows) {
+    const FoundContact c = frame.contact(row.pair);
+    ordered_json item;
+    if (frame.request.summary) {
+      item["fiber_a"] = c.a.fiber;
+      if (c.mesh == kNoMesh) {
+        item["fiber_b"] = c.b.fiber;
+      } else {
+        item["mesh"] = c.mesh;
+      }
+      item["contacts"] = row.contacts;
+      item["distance"] = row.distance;
+    } else {
+      item = c.mesh == kNoMesh ? contactJson(c) : meshContactJson(c);
+    }
+    stream.write(between + item.dump());
+    between = ",\n  ";
+  }
+  stream.write("\n ]\n}");
 }
 
 namespace {
@@ -225,8 +289,11 @@ std::string histogram(const ContactList& list) {
   constexpr std::size_t kWidth = 30;
   std::string text = "\ndepth, in percent of the sum of the radii";
   text += list.meshes.empty() ? "\n" : "; in a mesh, of the radius\n";
-  std::size_t most = list.along.count();
-  for (const auto& [pairs, along] : list.depths) most = std::max(most, pairs - along);
+  std::array<std::size_t, std::tuple_size_v<decltype(list.depths)>> depths = list.depths;
+  for (std::size_t i = 0; i < depths.size(); ++i) depths[i] -= list.depths_along[i];
+  const std::size_t apart = list.apart - list.apart_along;
+  const std::size_t most = std::max(
+      {apart, list.deeper, list.along.count(), *std::max_element(depths.begin(), depths.end())});
   const auto line = [&](const std::string& name, std::size_t pairs) {
     // Any pair gets a mark.
     const std::size_t width = (pairs * kWidth + most - 1) / most;
@@ -234,13 +301,13 @@ std::string histogram(const ContactList& list) {
     text.erase(text.find_last_not_of(' ') + 1);
     text += '\n';
   };
-  const auto count = [&](std::size_t i) { return list.depths[i].pairs - list.depths[i].along; };
-  constexpr const auto& kDepths = ContactList::kDepths;
-  if (count(0) > 0) line("apart", count(0));
-  for (std::size_t i = 1; i < kDepths.size(); ++i) {
-    line(fmt::format("{:.0f} to {:.0f}", 100 * kDepths[i - 1], 100 * kDepths[i]), count(i));
+  if (apart > 0) line("apart", apart);
+  for (std::size_t i = 0; i < list.depths.size(); ++i) {
+    line(fmt::format("{:.0f} to {:.0f}", 100 * ContactList::kDepths[i],
+                     100 * ContactList::kDepths[i + 1]),
+         depths[i]);
   }
-  if (!list.meshes.empty()) line("over 100", count(kDepths.size()));
+  if (!list.meshes.empty()) line("over 100", list.deeper);
   if (list.along.count() > 0) line("along", list.along.count());
   return text;
 }
@@ -249,11 +316,14 @@ std::string histogram(const ContactList& list) {
 
 void writeText(const CheckedFrame& frame, const ContactList& list, AnswerStream& stream) {
   const Request& request = frame.request;
+  const auto size = [](std::size_t segments, std::size_t fibers) {
+    return counted(segments, "segment") + " of " + counted(fibers, "fiber");
+  };
   std::string text =
-      frame.title + ": " + sizeText(frame.scene.segmentCount(), frame.scene.fiberCount()) + "\n";
+      frame.title + ": " + size(frame.scene.segmentCount(), frame.scene.fiberCount()) + "\n";
   if (frame.other != nullptr) {
     text += "against " + frame.other_title + ": " +
-            sizeText(frame.other->segmentCount(), frame.other->fiberCount()) + "\n";
+            size(frame.other->segmentCount(), frame.other->fiberCount()) + "\n";
   }
   for (const MeshFile& mesh : frame.meshes) {
     text += "with " + mesh.name + ": " + counted(mesh.mesh.triangleCount(), "triangle") +
@@ -266,13 +336,12 @@ void writeText(const CheckedFrame& frame, const ContactList& list, AnswerStream&
                                  : "pairs of volumes overlap";
   text +=
       fmt::format("{}{} {}: {}", frame.found.complete ? "" : "at least ", countText(frame.count()),
-                  what, sizeText(frame.found.touching_segments, frame.found.touching_fibers));
-  if (frame.other != nullptr)
-    text += " against " + sizeText(list.other_segments, list.other_fibers);
+                  what, size(frame.found.touching_segments, frame.found.touching_fibers));
+  if (frame.other != nullptr) text += " against " + size(list.other_segments, list.other_fibers);
   for (std::size_t m = 0; m < frame.meshes.size(); ++m) {
     const ContactList::OfMesh& of_mesh = list.meshes[m];
     text += fmt::format("\n{} touches {}", frame.meshes[m].name,
-                        sizeText(of_mesh.segments, of_mesh.fibers));
+                        size(of_mesh.segments, of_mesh.fibers));
   }
   if (list.along.count() > 0) text += "\n" + list.along.text();
   text += fmt::format("\nbuilt and searched in {:.3g} s\n", frame.seconds);
@@ -301,7 +370,10 @@ void writeText(const CheckedFrame& frame, const ContactList& list, AnswerStream&
                                                c.a.segment, with, width, number, c.distance));
     stream.write(row.along ? "  along\n" : "\n");
   }
-  stream.write(moreText(list.row_count - list.rows.size()));
+  if (const std::size_t more = list.row_count - list.rows.size(); more > 0) {
+    stream.write(fmt::format("and {} more; --top N lists more, --csv and --json list all\n",
+                             countText(more)));
+  }
   if (frame.count() > 1) stream.write(histogram(list));
 }
 

@@ -19,18 +19,6 @@
 
 namespace fcl_fibers::tools {
 
-/// A contact, or all contacts of two fibers or of a fiber and a mesh, by the deepest of them.
-struct ListRow {
-  double distance;
-  FoundPair pair;
-  std::uint32_t contacts;
-  bool along;  ///< the pair is of one fiber, and touches because the fiber is thick, see PairsAlong
-};
-
-/// The row of a contact, or of as many as it stands for.
-nlohmann::ordered_json rowOf(const FoundContact& contact, std::uint32_t contacts,
-                             const Request& request);
-
 /// A frame of check, and what was found in it.
 struct CheckedFrame {
   const Request& request;
@@ -47,9 +35,14 @@ struct CheckedFrame {
   FoundContact contact(const FoundPair& pair) const {
     return contactOf(pair, scene, other, meshes);
   }
-  nlohmann::ordered_json row(const ListRow& row) const {
-    return rowOf(contact(row.pair), row.contacts, request);
-  }
+};
+
+/// A contact, or all contacts of two fibers or of a fiber and a mesh, by the deepest of them.
+struct ListRow {
+  double distance;
+  FoundPair pair;
+  std::uint32_t contacts;
+  bool along;  ///< the pair is of one fiber, and touches because the fiber is thick, see PairsAlong
 };
 
 /// Pairs of one fiber whose part between them is so short that it cannot turn back: at most half a
@@ -85,12 +78,9 @@ struct ContactList {
   double least_distance = 0;  ///< if there is a contact
   /// Without pairs along a fiber; infinite if there is no other.
   double least_of_others = std::numeric_limits<double>::infinity();
-  struct Depth {
-    std::size_t pairs = 0, along = 0;
-  };
-  /// The pairs that do not touch, those from each depth to the next one, and those in meshes that
-  /// are deeper.
-  std::array<Depth, kDepths.size() + 1> depths{};
+  std::array<std::size_t, kDepths.size() - 1> depths{}, depths_along{};
+  std::size_t deeper = 0;                            ///< than the radius, as only meshes allow
+  std::size_t apart = 0, apart_along = 0;            ///< pairs that do not touch
   std::size_t other_segments = 0, other_fibers = 0;  ///< of --against, that touch
   PairsAlong along;
 
@@ -108,9 +98,16 @@ struct ContactList {
   void countDepth(const FoundContact& contact, double radii, bool is_along);
 };
 
+/// Beginning, rows and end of a list of contacts.
+void writeCsvHead(const Request& request, bool several, AnswerStream& stream);
+void writeCsv(const CheckedFrame& frame, const ContactList& list, AnswerStream& stream);
+
 /// The frame as a JSON object that begins with `head`.
 void writeJson(const CheckedFrame& frame, const ContactList& list, nlohmann::ordered_json head,
                AnswerStream& stream);
+
+/// An object without its closing brace.
+std::string openJson(const nlohmann::ordered_json& object);
 
 void writeText(const CheckedFrame& frame, const ContactList& list, AnswerStream& stream);
 

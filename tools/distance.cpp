@@ -9,15 +9,16 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
-#include "contact_rows.h"
+#include "contact_json.h"
 #include "nearest.h"
 #include "seconds.h"
 
 namespace fcl_fibers::tools {
 namespace {
 
-std::string titleText(const SceneSource& source, const FiberPolylines& scene) {
-  return source.title + ": " + sizeText(scene.segmentCount(), scene.fiberCount()) + "\n";
+std::string sizeText(const SceneSource& source, const FiberPolylines& scene) {
+  return fmt::format("{}: {} of {}\n", source.title, counted(scene.segmentCount(), "segment"),
+                     counted(scene.fiberCount(), "fiber"));
 }
 
 std::string placeText(const FiberSegment& place, double along, const std::array<double, 3>& point) {
@@ -43,20 +44,22 @@ int distance(const Request& request) {
   progress("");
 
   if (request.output == Output::kJson) {
-    nlohmann::ordered_json json = {{"version", FCL_FIBERS_VERSION}};
-    json.update(sceneJson(source.title, scene));
+    nlohmann::ordered_json json = {{"version", FCL_FIBERS_VERSION},
+                                   {"scene", source.title},
+                                   {"fibers", scene.fiberCount()},
+                                   {"segments", scene.segmentCount()},
+                                   {"radius", radiusJson(scene)}};
     if (other) json["against"] = {{"scene", other_source->title}, {"radius", radiusJson(*other)}};
     json["ignored_neighbors"] = request.tree.ignored_neighbors;
     json["ignored_arc_length"] = request.tree.ignored_arc_length;
     json["seconds"] = seconds;
-    json["nearest"] =
-        nearest ? contactRow(FoundContact(*nearest), false) : nlohmann::ordered_json();
+    json["nearest"] = nearest ? contactJson(*nearest) : nlohmann::ordered_json();
     print(json.dump(2) + "\n");
     return 0;
   }
 
-  std::string text = titleText(source, scene);
-  if (other) text += "against " + titleText(*other_source, *other);
+  std::string text = sizeText(source, scene);
+  if (other) text += "against " + sizeText(*other_source, *other);
   if (!nearest) {
     print(text + "there are no two segments between which a distance counts\n");
     return 0;

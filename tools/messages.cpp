@@ -85,17 +85,8 @@ std::string countText(std::size_t count) {
   return text;
 }
 
-std::string moreText(std::size_t more) {
-  if (more == 0) return "";
-  return "and " + countText(more) + " more; --top N lists more, --csv and --json list all\n";
-}
-
 std::string counted(std::size_t count, const char* one) {
   return countText(count) + " " + one + (count == 1 ? "" : "s");
-}
-
-std::string sizeText(std::size_t segments, std::size_t fibers) {
-  return counted(segments, "segment") + " of " + counted(fibers, "fiber");
 }
 
 }  // namespace fcl_fibers::tools

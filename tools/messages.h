@@ -33,12 +33,6 @@ void warn(const std::string& what, const std::string& text);
 /// `1,234,567`
 std::string countText(std::size_t count);
 
-/// `2 segments of 1 fiber`
-std::string sizeText(std::size_t segments, std::size_t fibers);
-
-/// The line after those that a list shows, if there are more.
-std::string moreText(std::size_t more);
-
 /// `1 fiber`, `1,234 fibers`
 std::string counted(std::size_t count, const char* one);
 
