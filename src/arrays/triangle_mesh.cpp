@@ -21,8 +21,6 @@ using geometry::TriangleIndices;
 using geometry::Vec3d;
 using index::MeshIndex;
 
-constexpr char kConstructor[] = "TriangleMesh::TriangleMesh";
-constexpr char kUpdate[] = "TriangleMesh::update";
 constexpr double kLargest = 0x1p1000;
 
 template <typename S>
@@ -44,63 +42,76 @@ void checkSizes(const char* call, const MeshArrays<S>& arrays) {
 }
 
 template <typename S>
-std::vector<MeshPoint> readPoints(const char* call, const MeshArrays<S>& arrays) {
+void checkPoints(const char* call, const MeshArrays<S>& arrays) {
   if (arrays::largestCoordinate(call, arrays.points, arrays.point_count) > kLargest) {
     throwInvalidArgument(
         call,
         "a coordinate is beyond 2^1000; bring the mesh nearer to the origin or change its unit");
   }
-  std::vector<MeshPoint> points(arrays.point_count);
+}
+
+template <typename S>
+void checkTriangles(const MeshArrays<S>& arrays) {
+  const std::int32_t* const begin = arrays.triangles;
+  const std::int32_t* const end = begin + 3 * arrays.triangle_count;
+  const std::int32_t* const bad = std::find_if(begin, end, [&](std::int32_t i) {
+    return i < 0 || static_cast<std::size_t>(i) >= arrays.point_count;
+  });
+  if (bad == end) return;
+  throwInvalidArgument("TriangleMesh::TriangleMesh",
+                       "triangle " + std::to_string((bad - begin) / 3) + " has point " +
+                           std::to_string(*bad) + " of " + std::to_string(arrays.point_count) +
+                           "; give indices of 0 or more and less than point_count");
+}
+
+constexpr const char* kInsideOut =
+    "the solid mesh is inside out: its triangles are clockwise seen from outside; exchange two "
+    "points of each";
+
+/// Refuses points that turn a solid mesh inside out.
+template <typename S>
+void checkSolid(const char* call, const MeshArrays<S>& arrays, const MeshIndex& mesh) {
+  const auto pointOf = [&](std::int32_t i) {
+    const S* p = arrays.points + 3 * static_cast<std::size_t>(i);
+    return Vec3d{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
+  };
+  if (mesh.points().empty()) return;
+  const geometry::Frame frame{pointOf(0), mesh.frame().scale};
+  const bool is_inside_out = index::faceInward(
+      mesh.triangles(), [&](std::int32_t i) { return frame.fromWorld(pointOf(i)); });
+  if (is_inside_out) throwInvalidArgument(call, kInsideOut);
+}
+
+template <typename S>
+void readPoints(const MeshArrays<S>& arrays, std::vector<MeshPoint>& points) {
   for (std::size_t i = 0; i < arrays.point_count; ++i) {
     const S* p = arrays.points + 3 * i;
     points[i] = {
         {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2]), 0}};
   }
-  return points;
-}
-
-std::vector<TriangleIndices> readTriangles(const std::int32_t* begin, std::size_t count,
-                                           std::size_t point_count) {
-  const std::int32_t* const end = begin + 3 * count;
-  const std::int32_t* const bad = std::find_if(begin, end, [&](std::int32_t i) {
-    return i < 0 || static_cast<std::size_t>(i) >= point_count;
-  });
-  if (bad != end) {
-    throwInvalidArgument(kConstructor, "triangle " + std::to_string((bad - begin) / 3) +
-                                           " has point " + std::to_string(*bad) + " of " +
-                                           std::to_string(point_count) +
-                                           "; give indices of 0 or more and less than point_count");
-  }
-  std::vector<TriangleIndices> triangles(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    triangles[i] = {begin[3 * i], begin[3 * i + 1], begin[3 * i + 2]};
-  }
-  return triangles;
-}
-
-/// Refuses a solid mesh that is inside out.
-void checkSolid(const char* call, const std::vector<MeshPoint>& points,
-                const std::vector<TriangleIndices>& triangles, const geometry::Frame& frame) {
-  if (!index::isInsideOut(points, triangles, frame)) return;
-  throwInvalidArgument(call,
-                       "the solid mesh is inside out: its triangles are clockwise seen from "
-                       "outside; exchange two points of each");
 }
 
 template <typename S>
 MeshIndex makeIndex(const MeshArrays<S>& arrays, TriangleMesh::Kind kind) {
-  checkSizes(kConstructor, arrays);
-  std::vector<MeshPoint> points = readPoints(kConstructor, arrays);
-  std::vector<TriangleIndices> triangles =
-      readTriangles(arrays.triangles, arrays.triangle_count, points.size());
-  const bool is_solid = kind == TriangleMesh::Kind::kSolid;
-  if (is_solid && index::firstLeak(triangles) >= 0) {
-    throwInvalidArgument(
-        kConstructor, "the solid mesh is not watertight: " + index::leakProblem(points, triangles) +
-                          ", or make it a surface");
+  checkSizes("TriangleMesh::TriangleMesh", arrays);
+  checkPoints("TriangleMesh::TriangleMesh", arrays);
+  checkTriangles(arrays);
+  std::vector<TriangleIndices> triangles(arrays.triangle_count);
+  for (std::size_t i = 0; i < arrays.triangle_count; ++i) {
+    const std::int32_t* corner = arrays.triangles + 3 * i;
+    triangles[i] = {corner[0], corner[1], corner[2]};
+  }
+  std::vector<MeshPoint> points(arrays.point_count);
+  readPoints(arrays, points);
+  if (kind == TriangleMesh::Kind::kSolid && index::firstLeak(triangles) >= 0) {
+    throwInvalidArgument("TriangleMesh::TriangleMesh", "the solid mesh is not watertight: " +
+                                                           index::leakProblem(points, triangles) +
+                                                           ", or make it a surface");
   }
   MeshIndex mesh(std::move(points), std::move(triangles));
-  if (is_solid) checkSolid(kConstructor, mesh.points(), mesh.triangles(), mesh.frame());
+  if (kind == TriangleMesh::Kind::kSolid && index::isInsideOut(mesh)) {
+    throwInvalidArgument("TriangleMesh::TriangleMesh", kInsideOut);
+  }
   return mesh;
 }
 
@@ -122,21 +133,19 @@ struct TriangleMesh::Impl {
 
   template <typename S>
   static void update(std::shared_ptr<Impl>& impl, const MeshArrays<S>& arrays) {
-    checkSizes(kUpdate, arrays);
+    checkSizes("TriangleMesh::update", arrays);
     const std::vector<TriangleIndices>& triangles = impl->index.triangles();
     if (arrays.point_count != impl->index.points().size() ||
         arrays.triangle_count != triangles.size() ||
         (!triangles.empty() && std::memcmp(arrays.triangles, triangles.data(),
                                            triangles.size() * sizeof(triangles[0])) != 0)) {
       throwInvalidArgument(
-          kUpdate,
-          "the arrays have other triangles or another number of points than at the construction; "
-          "construct a new mesh");
+          "TriangleMesh::update",
+          "the arrays have other triangles or another number of points than at the "
+          "construction; construct a new mesh");
     }
-    std::vector<MeshPoint> points = readPoints(kUpdate, arrays);
-    if (impl->kind == Kind::kSolid && !points.empty()) {
-      checkSolid(kUpdate, points, triangles, {toVec3d(points[0]), impl->index.frame().scale});
-    }
+    checkPoints("TriangleMesh::update", arrays);
+    if (impl->kind == Kind::kSolid) checkSolid("TriangleMesh::update", arrays, impl->index);
     if (impl.use_count() > 1) {
       impl = std::make_shared<Impl>(*impl);
     } else {
@@ -144,7 +153,7 @@ struct TriangleMesh::Impl {
       // the pointer and let go of it orders those reads before what is written here.
       std::shared_ptr<Impl>(impl).reset();
     }
-    impl->index.refit(std::move(points));
+    impl->index.refitAfter([&](std::vector<MeshPoint>& points) { readPoints(arrays, points); });
   }
 };
 

@@ -172,10 +172,7 @@ index::TriangleId Mesh::firstLeak() const {
 }
 
 bool Mesh::isInsideOut() const {
-  if (is_inside_out_ == kUnknown) {
-    is_inside_out_ =
-        index::isInsideOut(index_.points(), index_.triangles(), index_.frame()) ? 1 : 0;
-  }
+  if (is_inside_out_ == kUnknown) is_inside_out_ = index::isInsideOut(index_) ? 1 : 0;
   return is_inside_out_ == 1;
 }
 

@@ -39,12 +39,6 @@ MeshIndex::MeshIndex(std::vector<MeshPoint> points, std::vector<TriangleIndices>
   fit(tree_, points_, frame_, nullptr);
 }
 
-void MeshIndex::refit(std::vector<MeshPoint> points) {
-  points_ = std::move(points);
-  chooseFrame();
-  fit(tree_, points_, frame_, nullptr);
-}
-
 MeshTree MeshIndex::posedTree(const std::vector<MeshPoint>& points,
                               const geometry::AffineMap& posing,
                               parallel::Executor* executor) const {
@@ -146,17 +140,10 @@ std::size_t MeshIndex::memoryUsage() const {
          triangles_.capacity() * sizeof(TriangleIndices) + tree_.memoryUsage();
 }
 
-bool isInsideOut(const std::vector<MeshPoint>& points,
-                 const std::vector<TriangleIndices>& triangles, const geometry::Frame& frame) {
-  const auto pointOf = [&](std::int32_t i) { return frame.fromWorld(toVec3d(at(points, i))); };
-  double volume = 0, size = 0;
-  for (const TriangleIndices& t : triangles) {
-    const double part = dot(pointOf(t.a), cross(pointOf(t.b), pointOf(t.c)));
-    volume += part;
-    size += std::fabs(part);
-  }
-  // The volume of a flat mesh is nothing but rounding.
-  return volume < -0x1p-40 * size;
+bool isInsideOut(const MeshIndex& mesh) {
+  return faceInward(mesh.triangles(), [&](std::int32_t i) {
+    return mesh.frame().fromWorld(toVec3d(mesh.points()[static_cast<std::size_t>(i)]));
+  });
 }
 
 namespace {

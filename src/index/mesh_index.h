@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -31,7 +32,16 @@ class FCL_FIBERS_TREE_EXPORT MeshIndex {
 
   /// Takes other points for the same triangles and refits the tree.
   /// @pre as many points as before, with finite coordinates
-  void refit(std::vector<geometry::MeshPoint> points);
+  void refit(const std::vector<geometry::MeshPoint>& points) {
+    refitAfter([&](std::vector<geometry::MeshPoint>& own) { own = points; });
+  }
+  /// Does the same after write(points) has changed the coordinates of the points in place.
+  template <class Write>
+  void refitAfter(Write&& write) {
+    write(points_);
+    chooseFrame();
+    fit(tree_, points_, frame_, nullptr);
+  }
 
   const std::vector<geometry::MeshPoint>& points() const { return points_; }
   const std::vector<geometry::TriangleIndices>& triangles() const { return triangles_; }
@@ -68,10 +78,19 @@ class FCL_FIBERS_TREE_EXPORT MeshIndex {
 };
 
 /// Whether the triangles of a watertight mesh face inward, so that they enclose a negative volume.
-/// @param frame  suits the mesh
-FCL_FIBERS_TREE_EXPORT bool isInsideOut(const std::vector<geometry::MeshPoint>& points,
-                                        const std::vector<geometry::TriangleIndices>& triangles,
-                                        const geometry::Frame& frame);
+/// pointOf(i) is a point, in a frame that suits the mesh.
+template <class PointOf>
+bool faceInward(const std::vector<geometry::TriangleIndices>& triangles, PointOf&& pointOf) {
+  double volume = 0, size = 0;
+  for (const geometry::TriangleIndices& t : triangles) {
+    const double part = dot(pointOf(t.a), cross(pointOf(t.b), pointOf(t.c)));
+    volume += part;
+    size += std::fabs(part);
+  }
+  // The volume of a flat mesh is nothing but rounding.
+  return volume < -0x1p-40 * size;
+}
+FCL_FIBERS_TREE_EXPORT bool isInsideOut(const MeshIndex& mesh);
 
 /// Whether each edge of a triangle is that of exactly one other one, in the opposite direction.
 /// Returns the first triangle for which that does not hold, or -1.
