@@ -61,6 +61,10 @@ struct Both {
   First p;
   Second q;
   double error;
+
+  // As an aggregate it would be cleared first, which takes as long as the rest.
+  FCL_FIBERS_ALWAYS_INLINE Both(const First& first, const Second& second, double both_error)
+      : p(first), q(second), error(both_error) {}
 };
 
 // For each kind of hulls: how a pair is read, and how its block is filled.
@@ -69,7 +73,7 @@ template <class Range>
 FCL_FIBERS_ALWAYS_INLINE auto together(const Range& segments, const SegmentHulls<Range>& hulls,
                                        const Pair& pair) {
   using S = decltype(segments[0]);
-  Both<S, S> both{segments[pair.a], hulls.segments[pair.b], 0};
+  Both<S, S> both(segments[pair.a], hulls.segments[pair.b], 0);
   const double p_error = endPointError(both.p);
   if (hulls.to_first == nullptr) {
     both.error = p_error + std::max(endPointError(both.q), hulls.error);
@@ -136,11 +140,11 @@ class Block<Range, SegmentHulls<Range>> : public SegmentPairs<Range> {
       : Pairs(unit), segments_(segments), hulls_(hulls) {}
 
   void keep(const Pair& /*pair*/) const {}
-  FCL_FIBERS_ALWAYS_INLINE void prefetch(const Pair* pair, std::size_t left) const {
+  /// @pre there is a pair before this one
+  FCL_FIBERS_ALWAYS_INLINE void prefetch(const Pair* pair) const {
     // Segments are stored by id, so neighbours in the tree are far from each other in memory.
-    if (left <= kAhead) return;
-    if (pair[kAhead].a != pair[kAhead - 1].a) segments_.prefetch(pair[kAhead].a);
-    hulls_.segments.prefetch(pair[kAhead].b);
+    if (pair[0].a != pair[-1].a) segments_.prefetch(pair->a);
+    hulls_.segments.prefetch(pair->b);
   }
   FCL_FIBERS_ALWAYS_INLINE void add(const Pair& pair, double margin, double error) {
     Pairs::add(segments_.capsule(pair.a), hulls_.segments.capsule(pair.b), margin, error);
@@ -152,11 +156,10 @@ class Block<Range, SegmentHulls<Range>> : public SegmentPairs<Range> {
   }
 
  private:
-  static constexpr std::size_t kAhead = Pairs::kCapacity;
   static constexpr std::size_t kEnds = std::is_same_v<Range, MovingRange> ? 4 : 2;
   const Range& segments_;
   const SegmentHulls<Range>& hulls_;
-  std::array<CapsuleEnd, kEnds * kAhead> moved_;
+  std::array<CapsuleEnd, kEnds * Pairs::kCapacity> moved_;
 };
 
 template <>
@@ -227,7 +230,7 @@ HullFilter<Range, Hulls>::HullFilter(const Range& segments, const Hulls& hulls, 
 }
 
 /// Calls visit(pair, i, block, verdict) for the pairs that are not left out and not apart by a test
-/// of blocks; i is the place in the block.
+/// of blocks; i is the place in the block. Until a pair is visited, it must stay in its place.
 template <class Range, class Hulls>
 template <class Visit>
 FCL_FIBERS_ALWAYS_INLINE void HullFilter<Range, Hulls>::forEachLeft(const Pair* pairs,
@@ -235,14 +238,15 @@ FCL_FIBERS_ALWAYS_INLINE void HullFilter<Range, Hulls>::forEachLeft(const Pair* 
                                                                     Visit&& visit) const {
   constexpr int kBlock = PairBlock::kCapacity;
   Block<Range, Hulls> block(segments_, hulls_, unit_);
-  std::array<Pair, kBlock> added;
+  std::array<Pair, kBlock> chosen;
   for (std::size_t i = 0; i < count;) {
+    const Pair* added = chosen.data();
     block.clear();
     if constexpr (std::is_same_v<Hulls, SegmentHulls<Range>>) {
       // None is left out, and a loop for each task takes fewer operations.
       const std::size_t end = std::min(i + kBlock, count);
-      std::copy(pairs + i, pairs + end, added.begin());
-      for (std::size_t k = i; k < end; ++k) block.prefetch(pairs + k, count - k);
+      added = pairs + i;
+      for (std::size_t k = end; k < std::min(end + kBlock, count); ++k) block.prefetch(pairs + k);
       if (error_of_all_ >= 0) {
         for (; i < end; ++i) block.add(pairs[i], margin_, error_of_all_);
       } else {
@@ -252,7 +256,7 @@ FCL_FIBERS_ALWAYS_INLINE void HullFilter<Range, Hulls>::forEachLeft(const Pair* 
       for (; i < count && block.size() < kBlock; ++i) {
         block.prefetch(pairs + i, count - i);
         if (block.leavesOut(pairs[i].a)) continue;
-        added[static_cast<std::size_t>(block.size())] = pairs[i];
+        chosen[static_cast<std::size_t>(block.size())] = pairs[i];
         block.add(pairs[i], margin_, error_of_all_);
       }
     }
@@ -261,7 +265,7 @@ FCL_FIBERS_ALWAYS_INLINE void HullFilter<Range, Hulls>::forEachLeft(const Pair* 
     const std::uint64_t all = ~std::uint64_t{0} >> (kBlock - block.size());
     for (std::uint64_t rest = all & ~apart(verdict); rest != 0; rest &= rest - 1) {
       const int k = __builtin_ctzll(rest);
-      visit(added[static_cast<std::size_t>(k)], k, block, verdict);
+      visit(added[k], k, block, verdict);
     }
   }
 }
