@@ -35,9 +35,9 @@ bool FCL_FIBERS_TREE_EXPORT fitsIn(const geometry::Frame& frame, const PlacedMes
 
 /// The triangles of a mesh in the frame of an index, and their tree for one segment after another
 /// of that frame.
-class FCL_FIBERS_TREE_EXPORT PosedTriangles {
+class PosedTriangles {
  public:
-  PosedTriangles(const PlacedMesh& placed, const geometry::Frame& frame);
+  FCL_FIBERS_TREE_EXPORT PosedTriangles(const PlacedMesh& placed, const geometry::Frame& frame);
 
   const PlacedMesh& placed() const { return placed_; }
   const MeshIndex& mesh() const { return placed_.mesh; }
@@ -98,7 +98,7 @@ class FCL_FIBERS_TREE_EXPORT PosedTriangles {
 /// A mesh in the frame of an index, at both ends of a step. In between, each corner moves linearly.
 /// At rest both ends are the same, and it has no trees of its own. Searches are const and may run
 /// at the same time.
-class FCL_FIBERS_TREE_EXPORT PosedMesh {
+class PosedMesh {
  public:
   using Tree = tree::MovingTree<MeshTree::kArity>;
 
@@ -108,8 +108,8 @@ class FCL_FIBERS_TREE_EXPORT PosedMesh {
   /// A step.
   /// @param start, end  the same triangles; their indexes are borrowed
   /// @param executor    null for one thread
-  PosedMesh(const PlacedMesh& start, const PlacedMesh& end, const geometry::Frame& frame,
-            parallel::Executor* executor);
+  FCL_FIBERS_TREE_EXPORT PosedMesh(const PlacedMesh& start, const PlacedMesh& end,
+                                   const geometry::Frame& frame, parallel::Executor* executor);
 
   bool empty() const { return end_.mesh().tree().empty(); }
   bool hasStep() const { return start_tree_.has_value(); }
@@ -131,7 +131,7 @@ class FCL_FIBERS_TREE_EXPORT PosedMesh {
     return {*start_tree_, end_tree_ ? *end_tree_ : *start_tree_, until};
   }
 
-  std::size_t memoryUsage() const;
+  FCL_FIBERS_TREE_EXPORT std::size_t memoryUsage() const;
 
  private:
   const geometry::Frame frame_;
