@@ -298,7 +298,7 @@ const char* readSegment(const fcl::CollisionObject<S>& object, const Frame& fram
                         Segment& segment, bool marks_boxes) {
   // Most capsules and spheres are proper and have a box that adds nothing. What is not finite shows
   // in the segment.
-  double radius, length;
+  double radius = 0, length = 0;
   if (bounds != Bounds::kObjects && readSize(object, kindOf(object), radius, length)) {
     const AffineMap pose = poseOf(object);
     if (isUsualRotation(pose) && radius >= 0 && length >= 0 &&

@@ -166,7 +166,8 @@ SegmentIndex::MeshReach SegmentIndex::meshReach(double margin) const {
 /// its nearest triangle unless `once` is set.
 Visit SegmentIndex::searchAt(const End& end, const PosedTriangles& triangles, double margin,
                              bool once, PairSink& sink) const {
-  const auto& [model, pose, categories, is_solid, own_margin] = triangles.placed();
+  const std::uint32_t categories = triangles.placed().categories;
+  const bool is_solid = triangles.placed().is_solid;
   const SegmentRange segments = rangeOf(end);
   const MeshReach reach = meshReach(margin);
   const double growth = reach.growth + triangles.error();

@@ -69,7 +69,7 @@ struct Subject {
 
   template <class Question, class... Partner>
   void visit(const Question& question, const Partner&... partner) {
-    tree.visit(question, partner..., [this](const auto& found) { see(found); });
+    tree.visit(question, partner..., [this](const auto& found) { this->see(found); });
   }
   template <class Found, class Question, class... Partner>
   void find(const Question& question, const Partner&... partner) {
