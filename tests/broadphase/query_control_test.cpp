@@ -99,9 +99,11 @@ TYPED_TEST(QueryContract, ACallbackMayThrow) {
   for (std::size_t query = 0; query < this->kQueries; ++query) {
     SCOPED_TRACE("query " + std::to_string(query));
     bool thrown = false;
-    const auto all = this->run(query, kNever, kNever, &thrown);
+    const std::size_t count = this->run(query, kNever, kNever, &thrown).size();
     EXPECT_FALSE(thrown);
-    for (const std::size_t at : {std::size_t{1}, all.size() / 2, all.size()}) {
+    for (const std::size_t at : {std::size_t{1}, count / 2, count}) {
+      // FCL's tree has another order after an update.
+      const auto all = this->run(query, kNever, kNever, &thrown);
       const auto some = this->run(query, kNever, at, &thrown);
       EXPECT_TRUE(thrown);
       EXPECT_EQ(some.size(), at);
@@ -109,9 +111,9 @@ TYPED_TEST(QueryContract, ACallbackMayThrow) {
         this->run(next, 1, kNever, &thrown);
         EXPECT_FALSE(thrown);
       }
+      EXPECT_EQ(this->run(query, kNever, kNever, &thrown), all);
       EXPECT_NO_THROW(this->manager_->update());
       EXPECT_NO_THROW(this->other_->update());
-      EXPECT_EQ(this->run(query, kNever, kNever, &thrown), all);
     }
   }
   // And for changes.
