@@ -131,7 +131,7 @@ void find(const FiberTree& tree, std::uint64_t copies, const Answer& of_block) {
   constexpr auto kBlock = static_cast<SegmentId>(kPointsOfBlock);
   Answer found;
   phase("find", [&] {
-    tree.visit(Touching{}, [&](SegmentPair pair) {
+    tree.visit(Pairs{}, [&](SegmentPair pair) {
       const SegmentId first = pair.a / kBlock * kBlock;
       found.add({pair.a - first, pair.b - first});
     });

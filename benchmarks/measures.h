@@ -73,7 +73,7 @@ double secondsOfCount(const FiberTree& tree, const Question& question, double& c
 }
 
 /// Pairs of segments, by their numbers.
-using Pairs = std::vector<std::pair<std::int32_t, std::int32_t>>;
+using PairList = std::vector<std::pair<std::int32_t, std::int32_t>>;
 
 /// How many of `some` are not among the others, both in order.
 template <typename Items>

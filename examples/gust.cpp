@@ -76,9 +76,9 @@ int main(int argc, char** argv) {
   FiberTree tree(options);
   tree.build(fiberArrays(start));
   std::vector<SegmentPair> at_start, at_end;
-  tree.find(Touching{}, at_start);
+  tree.find(Pairs{}, at_start);
   tree.update(fiberArrays(end));
-  tree.find(Touching{}, at_end);
+  tree.find(Pairs{}, at_end);
   std::printf("pairs that touch at the start: %zu, at the end: %zu\n", at_start.size(),
               at_end.size());
   // [end]
@@ -103,8 +103,8 @@ int main(int argc, char** argv) {
   tree.visit(Impacts{}, [&](const Impact& impact) {
     if (impact.time > safe + 1e-6) return;
     const FiberSegment a = tree.fiberSegment(impact.pair.a), b = tree.fiberSegment(impact.pair.b);
-    std::printf("then segment %zu of hair %zu touches segment %zu of hair %zu\n", a.segment,
-                a.fiber, b.segment, b.fiber);
+    std::printf("then segment %zu of hair %zu touches segment %zu of hair %zu\n", a.number,
+                a.fiber, b.number, b.fiber);
   });
   // [safe]
 

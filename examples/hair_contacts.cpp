@@ -33,10 +33,10 @@ void writeContacts(const std::string& path, const fcl_fibers::io::FiberFileOptio
   tree.build(fibers);
 
   std::puts("fiber_a,segment_a,s,fiber_b,segment_b,t,distance,x,y,z,normal_x,normal_y,normal_z");
-  tree.visit(fcl_fibers::Touching{}, [&](fcl_fibers::SegmentPair pair) {
+  tree.visit(fcl_fibers::Pairs{}, [&](fcl_fibers::SegmentPair pair) {
     const fcl_fibers::Contact c = fcl_fibers::capsuleContact(fibers, pair);
-    std::printf("%zu,%zu,%.9g,%zu,%zu,%.9g,%.9g,", c.a.fiber, c.a.segment, c.s, c.b.fiber,
-                c.b.segment, c.t, c.distance);
+    std::printf("%zu,%zu,%.9g,%zu,%zu,%.9g,%.9g,", c.a.fiber, c.a.number, c.s, c.b.fiber,
+                c.b.number, c.t, c.distance);
     std::printf("%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", (c.point_a[0] + c.point_b[0]) / 2,
                 (c.point_a[1] + c.point_b[1]) / 2, (c.point_a[2] + c.point_b[2]) / 2, c.normal[0],
                 c.normal[1], c.normal[2]);

@@ -107,8 +107,8 @@ void pushOut(std::vector<Vec>& points, const std::vector<MeshContact>& contacts)
     const double weight = shares[0] * shares[0] + shares[1] * shares[1];
     const auto& n = contact.normal;  // from the capsule into the head
     for (std::size_t end = 0; end < 2; ++end) {
-      const std::size_t number = static_cast<std::size_t>(contact.a.segment) + end;
-      const std::size_t i = static_cast<std::size_t>(contact.a.fiber) * kPoints + number;
+      const std::size_t number = static_cast<std::size_t>(contact.place.number) + end;
+      const std::size_t i = static_cast<std::size_t>(contact.place.fiber) * kPoints + number;
       if (number < kFixed || shares[end] == 0) continue;
       pushes[i] = pushes[i] + shares[end] / weight * contact.distance * Vec{n[0], n[1], n[2]};
       ++counts[i];

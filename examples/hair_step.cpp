@@ -146,7 +146,7 @@ int main(int argc, char** argv) {
     double deepest = 0;
     hair.pushes.assign(hair.now.size(), {0, 0, 0});
     hair.push_count.assign(hair.now.size(), 0);
-    tree.visit(Touching{}, [&](SegmentPair pair) {
+    tree.visit(Pairs{}, [&](SegmentPair pair) {
       contacts.push_back(capsuleContact(arrays, pair));
       separate(hair, pair, contacts.back());
       deepest = std::min(deepest, contacts.back().distance);

@@ -188,7 +188,7 @@ int main(int argc, char** argv) {
       const auto& [x, y, z] = nearest.contact.point_b;
       std::printf(
           "%d degrees: %.1f mm between cable %zu, segment %zu, and the %s at (%.3f, %.3f, %.3f)\n",
-          degrees, 1000 * nearest.contact.distance, place.fiber, place.segment,
+          degrees, 1000 * nearest.contact.distance, place.fiber, place.number,
           kNames[arm.fiberSegment(nearest.link).fiber], x, y, z);
     } else {
       const Contact& deepest = *std::min_element(
@@ -199,7 +199,7 @@ int main(int argc, char** argv) {
           "%d degrees: %zu contacts, %zu segments touch a link; the deepest is %.1f mm in the %s: "
           "cable %zu, segment %zu, normal (%.2f, %.2f, %.2f)\n",
           degrees, touching.contacts().size(), ways.size(), -1000 * deepest.distance,
-          kNames[deepest.b.fiber], deepest.a.fiber, deepest.a.segment, x, y, z);
+          kNames[deepest.b.fiber], deepest.a.fiber, deepest.a.number, x, y, z);
     }
     // [print]
     if (argc < 2) continue;

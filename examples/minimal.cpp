@@ -16,9 +16,9 @@ int main() {
   FiberTree tree(options);
   tree.build(fibers);
   const auto print = [](SegmentPair p) { std::printf("segments %d and %d touch\n", p.a, p.b); };
-  tree.visit(Touching{}, print);
+  tree.visit(Pairs{}, print);
 
   points[9] = points[12] = -0.5;  // the second fiber moves along the first
   tree.update(fibers);
-  tree.visit(Touching{}, print);
+  tree.visit(Pairs{}, print);
 }

@@ -51,7 +51,7 @@ void print(const char* name, const fcl::CollisionObjectd& obstacle, const Collec
   }
   if (deepest == nullptr) return;
   std::printf("  %s: %zu contacts, the deepest %.1f mm at blade %zu, segment %zu\n", name, count,
-              -1000 * deepest->distance, deepest->a.fiber, deepest->a.segment);
+              -1000 * deepest->distance, deepest->a.fiber, deepest->a.number);
 }
 
 }  // namespace

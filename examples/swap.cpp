@@ -79,7 +79,7 @@ void write(const std::string& folder) {
   fcl_fibers::FiberTree tree(options);
   tree.build(arrays);
   std::vector<fcl_fibers::Contact> contacts;
-  tree.visit(fcl_fibers::Touching{}, [&](fcl_fibers::SegmentPair pair) {
+  tree.visit(fcl_fibers::Pairs{}, [&](fcl_fibers::SegmentPair pair) {
     contacts.push_back(fcl_fibers::capsuleContact(arrays, pair));
   });
   fcl_fibers::io::exportFibers(folder + "/swap_fibers.vtp", lock);

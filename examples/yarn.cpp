@@ -55,7 +55,7 @@ std::vector<Contact> contacts(const FiberPolylines& yarns, int neighbors, double
   const FiberArrays<double> arrays = fiberArrays(yarns);  // with `closed`
   tree.build(arrays);
   std::vector<Contact> found;
-  tree.visit(Touching{}, [&](SegmentPair pair) { found.push_back(capsuleContact(arrays, pair)); });
+  tree.visit(Pairs{}, [&](SegmentPair pair) { found.push_back(capsuleContact(arrays, pair)); });
   return found;
 }
 // [contacts]

@@ -64,8 +64,8 @@ void writeText(const Request& request, const StepScene& step, const StepImpacts&
   const std::size_t rows = rowCount(request, found);
   for (std::size_t i = 0; i < rows; ++i) {
     const Contact c = contactOf(step, found.impacts[i]);
-    stream.write(fmt::format("{:>8} {:>8}   {:>8} {:>8} {:>12.6g}\n", c.a.fiber, c.a.segment,
-                             c.b.fiber, c.b.segment, found.impacts[i].time));
+    stream.write(fmt::format("{:>8} {:>8}   {:>8} {:>8} {:>12.6g}\n", c.a.fiber, c.a.number,
+                             c.b.fiber, c.b.number, found.impacts[i].time));
   }
   if (count > rows) {
     stream.write(fmt::format("and {} more; --top N lists more, --csv and --json list all\n",
@@ -81,8 +81,8 @@ void writeCsv(const Request& request, const StepScene& step, const StepImpacts& 
   const std::size_t rows = rowCount(request, found);
   for (std::size_t i = 0; i < rows; ++i) {
     const Contact c = contactOf(step, found.impacts[i]);
-    stream.write(fmt::format("{},{},{},{},{},{},{},{}", c.a.fiber, c.a.segment, c.s, c.b.fiber,
-                             c.b.segment, c.t, found.impacts[i].time, c.distance));
+    stream.write(fmt::format("{},{},{},{},{},{},{},{}", c.a.fiber, c.a.number, c.s, c.b.fiber,
+                             c.b.number, c.t, found.impacts[i].time, c.distance));
     for (const std::array<double, 3>& vector : {c.point_a, c.point_b, c.normal}) {
       stream.write(fmt::format(",{},{},{}", vector[0], vector[1], vector[2]));
     }

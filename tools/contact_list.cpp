@@ -191,8 +191,8 @@ void writeCsv(const CheckedFrame& frame, const ContactList& list, AnswerStream& 
       stream.write("\n");
       continue;
     }
-    stream.write(fmt::format("{},{},{},", c.a.fiber, c.a.segment, c.s));
-    stream.write(is_mesh ? ",,," : fmt::format("{},{},{},", c.b.fiber, c.b.segment, c.t));
+    stream.write(fmt::format("{},{},{},", c.a.fiber, c.a.number, c.s));
+    stream.write(is_mesh ? ",,," : fmt::format("{},{},{},", c.b.fiber, c.b.number, c.t));
     stream.write(fmt::format("{}", c.distance));
     for (const std::array<double, 3>& vector : {c.point_a, c.point_b, c.normal}) {
       stream.write(fmt::format(",{},{},{}", vector[0], vector[1], vector[2]));
@@ -363,11 +363,11 @@ void writeText(const CheckedFrame& frame, const ContactList& list, AnswerStream&
     const std::string with = is_mesh  ? frame.meshes[static_cast<std::size_t>(c.mesh)].name
                              : meshes ? fmt::format("fiber {}", c.b.fiber)
                                       : fmt::format("{}", c.b.fiber);
-    const std::size_t number = is_mesh ? static_cast<std::size_t>(c.triangle) : c.b.segment;
+    const std::size_t number = is_mesh ? static_cast<std::size_t>(c.triangle) : c.b.number;
     stream.write(request.summary ? fmt::format("{:>8}   {:>{}} {:>10} {:>12.4g}", c.a.fiber, with,
                                                width, countText(row.contacts), row.distance)
                                  : fmt::format("{:>8} {:>8}   {:>{}} {:>8} {:>12.4g}", c.a.fiber,
-                                               c.a.segment, with, width, number, c.distance));
+                                               c.a.number, with, width, number, c.distance));
     stream.write(row.along ? "  along\n" : "\n");
   }
   if (const std::size_t more = list.row_count - list.rows.size(); more > 0) {

@@ -23,7 +23,7 @@ std::string sizeText(const SceneSource& source, const FiberPolylines& scene) {
 
 std::string placeText(const FiberSegment& place, double along, const std::array<double, 3>& point) {
   return fmt::format("{:>8} {:>8} {:>7.4f} {:>12.6g} {:>12.6g} {:>12.6g}\n", place.fiber,
-                     place.segment, along, point[0], point[1], point[2]);
+                     place.number, along, point[0], point[1], point[2]);
 }
 
 }  // namespace

@@ -21,8 +21,8 @@ void findSegmentPairs(const PairSearch& search, FoundPairs& found) {
     found.pairs.push_back({pair.a, pair.b});
     return false;
   };
-  found.complete = !(search.other == nullptr ? search.tree.visit(Touching{}, keep)
-                                             : search.tree.visit(Touching{}, *search.other, keep));
+  found.complete = !(search.other == nullptr ? search.tree.visit(Pairs{}, keep)
+                                             : search.tree.visit(Pairs{}, *search.other, keep));
 }
 
 /// A segment that touches the mesh is in one pair, with the triangle into which it is deepest.
@@ -36,7 +36,7 @@ void findMeshPairs(const PairSearch& search, std::int32_t number, FoundPairs& fo
   const FiberArrays<double> arrays = fiberArrays(search.scene);
   std::size_t visited = 0;
   try {
-    const bool ended = search.tree.visit(Touching{}, mesh.mesh, [&](TrianglePair pair) {
+    const bool ended = search.tree.visit(Pairs{}, mesh.mesh, [&](TrianglePair pair) {
       if (visited++ == search.limit) return true;
       const double distance = meshContact(arrays, mesh.mesh, pair).distance;
       Deepest& deepest = of_segment[static_cast<std::size_t>(pair.segment)];
@@ -93,7 +93,7 @@ FoundPairs findPairs(const PairSearch& search) {
 
 FoundContact::FoundContact(const MeshContact& contact, std::int32_t its_mesh)
     : mesh(its_mesh), triangle(contact.triangle), weights(contact.weights), solid(contact.solid) {
-  a = contact.a;
+  a = contact.place;
   s = contact.s;
   distance = contact.distance;
   point_a = contact.point_a;

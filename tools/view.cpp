@@ -68,7 +68,7 @@ json markersJson(const std::vector<Marker>& markers, const Point& middle) {
                                   static_cast<std::size_t>(contact.triangle)};
     for (const FiberSegment& side : {contact.a, is_mesh ? of_mesh : contact.b}) {
       appendLittleEndian(segments, static_cast<std::uint32_t>(side.fiber));
-      appendLittleEndian(segments, static_cast<std::uint32_t>(side.segment));
+      appendLittleEndian(segments, static_cast<std::uint32_t>(side.number));
     }
   }
   return {

@@ -252,7 +252,7 @@ void add(const std::string& name, const std::string& calls, const Setting& setti
 
 template <typename S>
 void visitPairs(const TreeScene<S>& s) {
-  s.tree.visit(Touching{}, Keep());
+  s.tree.visit(Pairs{}, Keep());
 }
 
 template <class Of>
@@ -283,16 +283,16 @@ void addRows() {
                 {topology, Report::kVolumes, fibers, volumes}, visitPairs);
       add<Tree>(name + "capsules", "query", setting, visitPairs);
       add<Tree>(name + "two trees", "query", setting,
-                [](const Tree& s) { s.tree.visit(Touching{}, s.other, Keep()); });
+                [](const Tree& s) { s.tree.visit(Pairs{}, s.other, Keep()); });
       add<Tree>(name + "mesh", "query", setting,
-                [](const Tree& s) { s.tree.visit(Touching{}, s.mesh, Keep()); });
+                [](const Tree& s) { s.tree.visit(Pairs{}, s.mesh, Keep()); });
       add<TreeScene<float>>(name + "float, rules", "build update query",
                             {topology, Report::kCapsules, fibers, volumes, true}, visitPairs);
       add<Tree>(name + "shapes", "query", setting, [](const Tree& s) {
         for (int i = 0; i < 400; ++i) {
           const double x = 0.01 * i, z = 0.03 * i;
-          s.tree.visit(Touching{}, CapsuleShape{{x, 0, z}, {x, 1.5, z + 1}, 0.05}, Keep());
-          s.tree.visit(Touching{}, BoxShape{{x, 0, z}, {x + 0.3, 0.6, z + 0.3}}, Keep());
+          s.tree.visit(Pairs{}, CapsuleShape{{x, 0, z}, {x, 1.5, z + 1}, 0.05}, Keep());
+          s.tree.visit(Pairs{}, BoxShape{{x, 0, z}, {x + 0.3, 0.6, z + 0.3}}, Keep());
         }
       });
       const Setting few = {topology, Report::kCapsules, 60, volumes};

@@ -63,7 +63,7 @@ void registerTree(const std::string& name, const std::shared_ptr<Scene>& scene,
     tree->update(before);
     numbers["update"] = seconds([&] { tree->update(after); });
     numbers["unmoved"] = seconds([&] { tree->update(after); });
-    numbers["query"] = secondsOfCount(*tree, Touching{}, numbers["pairs"]);
+    numbers["query"] = secondsOfCount(*tree, Pairs{}, numbers["pairs"]);
     numbers["segments"] = static_cast<double>(tree->segmentCount());
     numbers["bytes"] = static_cast<double>(tree->memoryUsage());
     return numbers["update"] + numbers["query"];

@@ -61,7 +61,7 @@ void registerTree(
   registerRuns("Costs/arrays/" + name, kRuns, [=](Numbers& numbers) {
     tree->update(frames->front().view);
     numbers["update"] = seconds([&] { tree->update(frames->back().view); });
-    numbers["detection"] = secondsOfCount(*tree, Touching{}, numbers["pairs"]);
+    numbers["detection"] = secondsOfCount(*tree, Pairs{}, numbers["pairs"]);
     return addCounts(numbers, tree->memoryUsage(), tree->segmentCount());
   });
 }

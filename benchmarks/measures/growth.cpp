@@ -46,7 +46,7 @@ bool measureGrowth(const Request& request) {
       frame = 1 - frame;
       const double update = seconds([&] { tree->update(fiberArrays((*scenes)[frame])); });
       double pairs = 0;
-      const double detection = secondsOfCount(*tree, Touching{}, pairs);
+      const double detection = secondsOfCount(*tree, Pairs{}, pairs);
       numbers = {{"segments", segments},
                  {"update", update / segments},
                  {"detection", detection / segments},

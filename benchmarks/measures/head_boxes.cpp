@@ -27,7 +27,7 @@ struct CountingSink final : index::PairSink {
   std::size_t pairs = 0;
 };
 
-/// The search of FiberTree for triangles Touching without its filter: pairs of a segment's and a
+/// The search of FiberTree for Pairs of a mesh without its filter: pairs of a segment's and a
 /// triangle's box that overlap. No public call ends there.
 class OurBoxes {
  public:

@@ -51,7 +51,7 @@ void update(FiberTree& tree, const scenes::Step& step) {
 /// Counts impacts, and notes their pairs if it is told where.
 class ImpactSink final : public index::PairSink {
  public:
-  explicit ImpactSink(Pairs* pairs = nullptr) : pairs_(pairs) {}
+  explicit ImpactSink(PairList* pairs = nullptr) : pairs_(pairs) {}
   tree::Visit take(const tree::Pair* pairs, std::size_t count) override {
     count_ += count;
     for (std::size_t i = 0; pairs_ != nullptr && i < count; ++i) {
@@ -62,7 +62,7 @@ class ImpactSink final : public index::PairSink {
   std::size_t count() const { return count_; }
 
  private:
-  Pairs* pairs_;
+  PairList* pairs_;
   std::size_t count_ = 0;
 };
 
@@ -160,7 +160,7 @@ void registerOurs(const std::shared_ptr<const scenes::Step>& step, int threads) 
     moving->update(fiberArrays(step->end), fiberArrays(step->start));
     numbers["static_update"] = seconds([&] { still->update(fiberArrays(step->start)); });
     numbers["update"] = seconds([&] { update(*moving, *step); });
-    numbers["static_query"] = secondsOfCount(*still, Touching{}, numbers["touching"]);
+    numbers["static_query"] = secondsOfCount(*still, Pairs{}, numbers["touching"]);
     numbers["moving_pairs_query"] = secondsOfCount(*moving, MovingPairs{}, numbers["candidates"]);
     numbers["query"] = secondsOfCount(*moving, Impacts{}, numbers["impacts"]);
     numbers["segments"] = static_cast<double>(step->start.segmentCount());
@@ -174,9 +174,9 @@ void registerOurs(const std::shared_ptr<const scenes::Step>& step, int threads) 
 /// lives only while it runs, because an Embree of one thread allows no other to oneTBB.
 bool registerSwept(const std::shared_ptr<const scenes::Step>& step, const std::string& name,
                    const std::function<std::unique_ptr<SweptTree>()>& makeTree,
-                   const Pairs& truth) {
+                   const PairList& truth) {
   tools::progress("motion: check " + name);
-  Pairs pairs;
+  PairList pairs;
   ImpactSink all(&pairs);
   double taken = 0;
   {
@@ -204,10 +204,10 @@ bool registerSwept(const std::shared_ptr<const scenes::Step>& step, const std::s
   return true;
 }
 
-Pairs impactPairs(const scenes::Step& step) {
+PairList impactPairs(const scenes::Step& step) {
   const auto tree = treeAt(step);
   update(*tree, step);
-  Pairs pairs;
+  PairList pairs;
   tree->visit(Impacts{},
               [&](const Impact& impact) { pairs.emplace_back(impact.pair.a, impact.pair.b); });
   std::sort(pairs.begin(), pairs.end());
@@ -220,7 +220,7 @@ bool registerSafeStep(const Request& request) {
   tools::progress("motion: reduce the radii");
   const double radius = made.start.radius;
   const auto tree = treeAt(made);
-  while (tree->visit(Touching{}, [](SegmentPair) { return true; })) {
+  while (tree->visit(Pairs{}, [](SegmentPair) { return true; })) {
     made.start.radius /= 2;
     made.end.radius = made.start.radius;
     tree->update(fiberArrays(made.start));
@@ -254,7 +254,7 @@ bool measureMotion(const Request& request) {
   const auto step = std::make_shared<const scenes::Step>(makeStep(request, request.fibers));
   for (const int threads : {1, 2}) registerOurs(step, threads);
   if (request.radii <= kMostSwept) {
-    const Pairs truth = impactPairs(*step);
+    const PairList truth = impactPairs(*step);
     right = registerSwept(step, "swept_boxes", ourSweptTree, truth) && right;
 #ifdef FCL_FIBERS_WITH_EMBREE
     for (const bool morton : {false, true}) {

@@ -41,7 +41,7 @@ std::shared_ptr<FiberTree> treeAt(const scenes::Step& step, double margin = 0) {
 /// A way to look for what touches during a step: reports pairs, returns the seconds that it took,
 /// and whether it was ended.
 struct Found {
-  Pairs pairs;
+  PairList pairs;
   double seconds = 0;
   bool is_ended = false;
 };
@@ -49,7 +49,7 @@ using Way = std::function<void(Found&)>;
 
 void query(const FiberTree& tree, Found& found) {
   found.seconds += seconds([&] {
-    found.is_ended = tree.visit(Touching{}, [&](SegmentPair pair) {
+    found.is_ended = tree.visit(Pairs{}, [&](SegmentPair pair) {
       found.pairs.emplace_back(pair.a, pair.b);
       return found.pairs.size() > kMostPairs;
     });
@@ -91,12 +91,12 @@ Way linearBounds(const std::shared_ptr<const scenes::Step>& step) {
   };
 }
 
-void makeUnique(Pairs& pairs) {
+void makeUnique(PairList& pairs) {
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
 }
 
-void registerWay(const std::string& name, const Way& way, const Pairs& truth, double motion) {
+void registerWay(const std::string& name, const Way& way, const PairList& truth, double motion) {
   tools::progress("dials: check " + name);
   Found first;
   way(first);
@@ -128,7 +128,7 @@ bool measureMotionDials(const Request& request) {
     const double in_radii = motion / parameters.radius;
     Found found;
     linearBounds(step)(found);
-    Pairs truth = std::move(found.pairs);
+    PairList truth = std::move(found.pairs);
     makeUnique(truth);
     for (const int count : {1, 4, 16, 64}) {
       registerWay(before + "substeps/" + std::to_string(count), substeps(step, count), truth,

@@ -37,17 +37,17 @@ class Sampled {
     std::size_t pairs = 0;
     return seconds([&] {
       tree_->update(fiberArrays(scene_));
-      tree_->visit(Touching{}, [&](SegmentPair) { ++pairs; });
+      tree_->visit(Pairs{}, [&](SegmentPair) { ++pairs; });
     });
   }
 
   std::set<Touch> touches() const {
     std::set<Touch> found;
-    tree_->visit(Touching{}, [&](SegmentPair pair) {
+    tree_->visit(Pairs{}, [&](SegmentPair pair) {
       FiberSegment a = tree_->fiberSegment(pair.a), b = tree_->fiberSegment(pair.b);
       if (a.fiber == b.fiber) return;
       if (b.fiber < a.fiber) std::swap(a, b);
-      found.insert({a.fiber, b.fiber, a.segment, b.segment});
+      found.insert({a.fiber, b.fiber, a.number, b.number});
     });
     return found;
   }

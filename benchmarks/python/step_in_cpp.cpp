@@ -96,7 +96,7 @@ class Stepper {
     if (query == "new_contacts") contacts_ = {};
     const bool pairs_alone = query == "pairs" || query == "new_pairs";
     if (pairs_alone) {
-      tree_.find(Touching{}, pairs_);
+      tree_.find(Pairs{}, pairs_);
     } else {
       tree_.find(Contacts{fibers}, contacts_);
     }

@@ -104,8 +104,7 @@ class Ours:
         """Of whatever the query has returned."""
         if found.dtype.names is None:
             return found
-        sides = [self.offsets[found[f"fiber_{k}"]] + found[f"segment_{k}"] for k in "ab"]
-        return np.stack(sides, axis=1)
+        return np.stack([found["a"], found["b"]], axis=1)
 
 
 class Results:

@@ -36,8 +36,8 @@ def bundle(seed):
 
 def pushed(nodes, contacts):
     """The nodes after each contact has moved the four at its ends."""
-    a = contacts["fiber_a"] * NODES + contacts["segment_a"]
-    b = contacts["fiber_b"] * NODES + contacts["segment_b"]
+    a = contacts["a"]
+    b = contacts["b"]
     s, t = contacts["s"][:, np.newaxis], contacts["t"][:, np.newaxis]
     # Each side takes half of the way, and its two nodes share that by their weights. Divided by the
     # sum of the squared weights, they move the point between them by all of it.

@@ -64,8 +64,8 @@ def contact_forces(contacts, speeds):
     """Forces of the contacts on the nodes, (n, 3), and their energy."""
     # [nodes]
     # An element of a rod is a segment of a fiber. It starts at this node and ends at the next.
-    a = contacts["fiber_a"] * NODES + contacts["segment_a"]
-    b = contacts["fiber_b"] * NODES + contacts["segment_b"]
+    a = contacts["a"]
+    b = contacts["b"]
     s, t = contacts["s"][:, np.newaxis], contacts["t"][:, np.newaxis]
     normal, depth = contacts["normal"], -contacts["distance"]
     # [nodes]

@@ -17,19 +17,14 @@ struct CapsuleShape {
   double radius;               ///< finite, not negative
 };
 
-/// Where two capsules a and b touch or, if they are apart, where they are closest. Two closest
-/// points of their axes determine it. Points are in the frame of the capsules, lengths in their
-/// unit.
-///
-///     const Contact c = capsuleContact(fibers, pair);
-///     if (c.distance < 0) push(c.a.fiber, c.b.fiber, c.normal, -c.distance);
-///
-/// If many points are closest, as for parallel axes, the contact names one pair of them. The error
-/// of `distance` is at most 32 eps of (distance of the axes + their lengths + radii), at any angle.
-/// The points are rounded like coordinates of their size.
-struct Contact {
-  FiberSegment a;  ///< place of the first capsule; 0, 0 if it belongs to no fiber
-  FiberSegment b;  ///< place of the second capsule, likewise
+/// A contact without what can be computed from it and the arrays: 64 bytes for a solver that has
+/// many. Contact tells more.
+struct BareContact {
+  SegmentPair pair{-1, -1};  ///< the segments, each named by its first point; -1 if of no arrays
+
+  /// Tells of which fibers the segments are: equal for equal `point_begin`. 0 if it is not known.
+  std::uint32_t layout = 0;
+  std::int32_t reserved = 0;  ///< 0; room for a later version
 
   /// Arc parameter of the closest point on a's axis: 0 at the capsule's first end and 1 at its
   /// second. It is 0 if both ends are one point. The axis of an `fcl::Capsule` runs from -z to +z.
@@ -40,56 +35,76 @@ struct Contact {
   /// one capsule by that depth along `normal`, away from the other, separates them.
   double distance = 0;
 
-  std::array<double, 3> point_a{};  ///< closest point of a's axis, moved to a's surface
-  std::array<double, 3> point_b{};  ///< closest point of b's axis, moved to b's surface
-
   /// Unit vector from a to b: point_a is moved along it, point_b against it. If the axes intersect,
   /// up to 16 eps of the coordinates, the normal is perpendicular to both axes. If they are also
   /// parallel or have no length, it is one such direction, which depends only on the axes.
   std::array<double, 3> normal{};
 };
 
-/// Where a capsule and a triangle of a mesh touch or, if they are apart, where they are closest.
-/// Points are in the frame of the fibers, lengths in their unit.
+/// Where two capsules a and b touch or, if they are apart, where they are closest. Two closest
+/// points of their axes determine it. Points are in the frame of the capsules, lengths in their
+/// unit.
+///
+///     const Contact c = capsuleContact(fibers, pair);
+///     if (c.distance < 0) push(c.a.fiber, c.b.fiber, c.normal, -c.distance);
+///
+/// If many points are closest, as for parallel axes, the contact names one pair of them. The error
+/// of `distance` is at most 32 eps of (distance of the axes + their lengths + radii), at any angle.
+/// The points are rounded like coordinates of their size.
+struct Contact : BareContact {
+  FiberSegment a;                   ///< place of the first capsule
+  FiberSegment b;                   ///< place of the second capsule
+  std::array<double, 3> point_a{};  ///< closest point of a's axis, moved to a's surface
+  std::array<double, 3> point_b{};  ///< closest point of b's axis, moved to b's surface
+};
+
+/// Where a capsule and a shape touch or, if they are apart, where they are closest. Points are in
+/// the frame of the fibers, lengths in their unit.
+struct ShapeContact {
+  std::int32_t segment = -1;  ///< the capsule, named by its first point
+
+  /// Tells of which fibers the segment is, as in BareContact.
+  std::uint32_t layout = 0;
+  FiberSegment place;  ///< place of the capsule
+  double s = 0;        ///< arc parameter of the closest point on the capsule's axis, as in Contact
+
+  /// Distance between the capsule's surface and the shape. It is negative if they overlap: a motion
+  /// of the capsule by that depth against `normal` takes it off the shape.
+  double distance = 0;
+  std::array<double, 3> point_a{};  ///< closest point of the axis, moved by the radius and `normal`
+  std::array<double, 3> point_b{};  ///< closest point of the shape
+  std::array<double, 3> normal{};   ///< unit vector from the capsule to the shape
+};
+
+/// The contact of a capsule and a triangle of a mesh.
 ///
 ///     const MeshContact c = meshContact(fibers, head, pair);
-///     if (c.distance < 0) push(c.a.fiber, c.normal, -c.distance);  // against the normal
+///     if (c.distance < 0) push(c.place.fiber, c.normal, -c.distance);  // against the normal
 ///
 /// If the axis crosses the triangle, up to 16 eps of the coordinates, or if it is inside a solid
 /// mesh, a depth along the way between the closest points would be of no use. Then the depth is how
 /// far the whole capsule has to move perpendicular to the triangle's plane until it is on one side
-/// of it, even if it is tilted.
+/// of it, even if it is tilted; if `solid` is set, until it is out of the solid at this triangle.
+/// The depth in a solid is at least the radius.
+///
+/// The normal is perpendicular to the triangle if the axis crosses it, and the motion against it is
+/// the shorter one of the two. If `solid` is set, it is perpendicular too and points into the
+/// solid.
 ///
 /// The error of `distance` is at most 64 eps of the sum of the radius, the axis's length, two edges
 /// and the way between the first points of capsule and triangle. The points of axis and triangle
 /// are as near to each other as the closest ones, up to the same error. The pose of the mesh adds
 /// 16 eps of its largest coordinate. A depth along the normal of a needle is only as exact as that
 /// normal.
-struct MeshContact {
-  FiberSegment a;             ///< place of the capsule
+struct MeshContact : ShapeContact {
   std::int32_t triangle = 0;  ///< index of the triangle in MeshArrays::triangles
-
-  double s = 0;  ///< arc parameter of the closest point on the capsule's axis, as in Contact
-
-  /// Barycentric coordinates of the closest point of the triangle: the weights of its three points,
-  /// in their order. They are not negative, and their sum is 1.
-  std::array<double, 3> weights{};
-
-  /// Distance between the capsule's surface and the triangle. It is negative if they overlap: a
-  /// motion of the capsule by that depth against `normal` takes it off the triangle or, if `solid`
-  /// is set, out of the solid at this triangle. The depth in a solid is at least the radius.
-  double distance = 0;
 
   /// Whether the mesh is solid and the axis crosses the triangle or has its closest point inside.
   bool solid = false;
 
-  std::array<double, 3> point_a{};  ///< closest point of the axis, moved by the radius and `normal`
-  std::array<double, 3> point_b{};  ///< closest point of the triangle
-
-  /// Unit vector from the capsule to the triangle. If `solid` is set, it is perpendicular to the
-  /// triangle and points into the solid. Else, if the axis crosses the triangle, it is
-  /// perpendicular too, and the motion against it is the shorter one of the two.
-  std::array<double, 3> normal{};
+  /// Barycentric coordinates of the closest point of the triangle: the weights of its three points,
+  /// in their order. They are not negative, and their sum is 1.
+  std::array<double, 3> weights{};
 };
 
 /// Returns the contact of a segment and a triangle that a FiberTree found. `fibers` are the arrays

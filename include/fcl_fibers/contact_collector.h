@@ -74,11 +74,11 @@ class ContactCollector {
   using Object = fcl::CollisionObject<S>;    ///< an object of the manager
 
   /// Collects the contacts of collision queries of `manager`, which has to outlive the collector.
-  /// Contact::b is 0, 0 if the second object is not in this manager.
+  /// Contact::b has no place if the second object is not in this manager.
   explicit ContactCollector(const Manager& manager) : ContactCollector(manager, &manager) {}
 
   /// Collects the contacts of `manager.collide(other, ...)`. Contact::b has the numbers that
-  /// `other` has for the second object. If `other` is null, Contact::b is always 0, 0.
+  /// `other` has for the second object. If `other` is null, Contact::b never has a place.
   ContactCollector(const Manager& manager, const Manager* other)
       : manager_(manager), other_(other) {
     request.enable_contact = true;

@@ -9,12 +9,16 @@
 /// Collision detection among fibers of capsules.
 namespace fcl_fibers {
 
-/// The place of a segment: the number of its fiber, and its own number along that fiber. Both count
-/// from 0. Fibers are numbered in the order in which they were given. An object outside any fiber
-/// counts as a fiber of one segment.
+/// The fiber of what belongs to none.
+inline constexpr std::size_t kNoFiber = ~std::size_t{0};
+
+/// The place of a segment: its fiber, and its number along that fiber. Both count from 0. Fibers
+/// are numbered in the order in which they were given. An object of a manager that is outside any
+/// fiber counts as a fiber of one segment. What is in no manager or tree has no place; both numbers
+/// are kNoFiber.
 struct FiberSegment {
-  std::size_t fiber = 0;    ///< among all fibers
-  std::size_t segment = 0;  ///< along that fiber
+  std::size_t fiber = kNoFiber;   ///< among all fibers
+  std::size_t number = kNoFiber;  ///< along that fiber
 };
 
 /// Whether a fiber has two ends or is a ring, in which the last segment is a neighbour of the

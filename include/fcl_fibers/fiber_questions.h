@@ -70,7 +70,7 @@ struct FiberArrays;
 
 /// What touches: it is no further away than the radii and the margin allow. If the tree has
 /// Report::kVolumes, segments and shapes touch if their volumes overlap, and a mesh is refused.
-struct Touching {
+struct Pairs {
   /// Pairs of segments. Of one tree, neighbours and pairs within one group are left out.
   static SegmentPair found(const FiberTree&);
   /// A triangle touches if it is no further from the segment's axis than the radius and the margin
@@ -97,7 +97,7 @@ struct Nearest {
 };
 
 /// What touches at any time of the step, within the margin, once and with the time of impact. Pairs
-/// that Touching leaves out are left out here. Impacts do not come in the order of their times.
+/// that Pairs leaves out are left out here. Impacts do not come in the order of their times.
 ///
 /// No impact is missed, and no time is too late. At its time a pair is no further apart than its
 /// radii, the margin, 2^-36 of the sizes and distance of its capsules, and 2^-48 of the extent of
@@ -116,7 +116,7 @@ struct MovingPairs {
   static SegmentPair found(const FiberTree&);  ///< the pair
 };
 
-/// The contacts of all that is Touching, in its order. Threads share the work. Arrays that are not
+/// The contacts of all Pairs, in their order. Threads share the work. Arrays that are not
 /// those of the last build or update of their tree are refused if that shows.
 template <typename S>
 struct Contacts {

@@ -97,7 +97,7 @@ struct TreeVolume {
 ///
 ///     FiberTree tree(options);
 ///     tree.build(fibers);
-///     tree.visit(Touching{}, [&](SegmentPair pair) { handle(capsuleContact(fibers, pair)); });
+///     tree.visit(Pairs{}, [&](SegmentPair pair) { handle(capsuleContact(fibers, pair)); });
 ///     tree.find(TouchingSegments{}, head, segments);
 ///
 /// Queries are const and may run from several threads at once. While a query runs, for instance in
@@ -153,7 +153,7 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// * the question is about a step and the last update was none, or the meshes of a MeshStep do
   ///   not fit each other;
   /// * the tree has Report::kVolumes, so that it keeps no capsules, and the question is another one
-  ///   than MovingPairs or what is Touching trees or shapes;
+  ///   than MovingPairs, or Pairs of trees and shapes;
   /// * a number of a shape is NaN or its magnitude exceeds 2^1000, its radius is negative or its
   ///   low exceeds its high;
   /// * a mesh or a shape is so far from the fibers that its coordinates overflow.
@@ -211,7 +211,7 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
     find(question, *this, found);
   }
 
-  /// Returns a time of the step up to which no pair of Touching starts to touch, or 1 if none
+  /// Returns a time of the step up to which none of the Pairs starts to touch, or 1 if none
   /// does. A pair that touches at the start counts once it comes nearer, so the result is close to
   /// 0, such as 1e-9, if one of them does so at first. To leave them out, take the least time above
   /// 0 of Impacts, or pass radii to update() with which nothing touches at the start. The lesser of
@@ -246,7 +246,7 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// contacts may have been written.
   template <typename S, class Partner>
   void writeContacts(const Contacts<S>& question, const Partner& partner,
-                     const FoundBy<Touching, Partner>* pairs, std::size_t count,
+                     const FoundBy<Pairs, Partner>* pairs, std::size_t count,
                      FoundBy<Contacts<S>, Partner>* contacts) const;
 
   /// Returns the volumes that are `depth` levels below the root, whose own depth is 0. Capsules
@@ -273,7 +273,7 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
     static double found(const MeshStep&);
   };
   using Questions =
-      std::variant<Touching, TouchingSegments, Nearest, Impacts, MovingPairs, SafeStep>;
+      std::variant<Pairs, TouchingSegments, Nearest, Impacts, MovingPairs, SafeStep>;
   struct Query {
     const char* call;  ///< the function that was called
     Questions question;
@@ -292,7 +292,7 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   static constexpr void requireAnswer() {
     static_assert(
         kHasAnswer<Question, Partner>,
-        "This question is not asked of this partner. There are: Touching of a FiberTree, "
+        "This question is not asked of this partner. There are: Pairs of a FiberTree, "
         "TriangleMesh, CapsuleShape or BoxShape; TouchingSegments and Nearest of a "
         "TriangleMesh; Impacts and safeStep() of a FiberTree or MeshStep; MovingPairs of a "
         "FiberTree; Contacts of a FiberTree or TriangleMesh.");

@@ -34,12 +34,12 @@ struct MeshPose {
 };
 
 /// A triangle mesh that fibers may touch, such as a head or a part of a machine: triangles, a tree
-/// of boxes over them, and a pose. FiberTree::visit() finds what is Touching it. This header
+/// of boxes over them, and a pose. FiberTree::visit() finds its `Pairs`. This header
 /// needs neither FCL nor Eigen.
 ///
 ///     TriangleMesh head(arrays);
 ///     head.setPose({rotation, position});  // the tree is in the mesh's own frame
-///     tree.visit(Touching{}, head, [&](TrianglePair pair) { ... });
+///     tree.visit(Pairs{}, head, [&](TrianglePair pair) { ... });
 ///
 /// Copies share triangles and tree, so one mesh may be at many places. Different copies may be
 /// changed and queried from several threads. A visitor may change or destroy the mesh that its

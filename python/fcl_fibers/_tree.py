@@ -293,15 +293,17 @@ class FiberTree:
     def contacts(self, other: Union[FiberTree, TriangleMesh, None] = None) -> np.ndarray:
         """The contacts of all pairs, in the order of pairs(), as a structured array.
 
-        fiber_a, segment_a, fiber_b, segment_b   numbers of fiber and segment, from 0
+        a, b        the segments, named as in pairs()
+        fiber_a, number_a, fiber_b, number_b   their fibers, and their numbers along these, from 0
+        layout      tells of which offsets the segments are
         s, t        place of the closest points along the two axes, from 0 to 1
         distance    from surface to surface: negative if they overlap, and then minus the depth
         point_a, point_b   (3,) closest points, on the surfaces
         normal      (3,) unit vector from a to b
 
-        Contacts with a mesh have `fiber`, `segment`, `triangle`, `weights` (3,) and `solid` in
-        place of both fibers and t; `normal` points from the fiber to the mesh. C++'s contact.h
-        tells more.
+        Contacts with a mesh have `segment`, named as in pairs(), `fiber`, `number`, `triangle`,
+        `weights` (3,) and `solid` in place of both segments and t; `normal` points from the fiber
+        to the mesh. C++'s contact.h tells more.
         """
         return self._tree.contacts(_core_of(other))
 
@@ -370,8 +372,7 @@ class FiberTree:
         if array.dtype.names is not None:
             raise TypeError(
                 f"segments are {_arrays.type_of(array)}; give numbers of segments as in pairs(), "
-                "or as in the fields a and b of impacts(); contacts() tells fibers itself, in "
-                "fiber_a and segment_a"
+                "such as the field a of contacts() or impacts()"
             )
         flat = _arrays.whole("segments", array.reshape(-1), np.int32)
         return self._tree.fiber_segments(flat).reshape(array.shape + (2,))

@@ -54,8 +54,8 @@ py::array toArray(Found&& found, const py::dtype& type, std::size_t columns = 0)
 /// Returns the dtype of one of our structs; `fields` are (name, format, offset).
 template <typename Struct>
 py::dtype structType(
-    std::initializer_list<std::tuple<const char*, const char*, std::size_t>> fields) {
-  static_assert(std::is_standard_layout_v<Struct> && std::is_trivially_copyable_v<Struct>);
+    const std::vector<std::tuple<const char*, const char*, std::size_t>>& fields) {
+  static_assert(std::is_trivially_copyable_v<Struct>);
   py::list names, formats, offsets;
   for (const auto& [name, format, offset] : fields) {
     names.append(name);

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -16,34 +17,60 @@ namespace fcl_fibers::python {
 
 // What queries find, as NumPy has it.
 
+/// Where a field is in a struct that has a base class.
+template <class Struct, class Base, class Field>
+std::size_t offsetIn(Field Base::*field) {
+  static const Struct kStruct{};
+  return static_cast<std::size_t>(reinterpret_cast<const char*>(&(kStruct.*field)) -
+                                  reinterpret_cast<const char*>(&kStruct));
+}
+
+using Fields = std::vector<std::tuple<const char*, const char*, std::size_t>>;
+
+inline Fields bareFields() {
+  const std::size_t pair = offsetof(BareContact, pair);
+  return {{"a", "i4", pair + offsetof(SegmentPair, a)},
+          {"b", "i4", pair + offsetof(SegmentPair, b)},
+          {"layout", "u4", offsetof(BareContact, layout)},
+          {"s", "f8", offsetof(BareContact, s)},
+          {"t", "f8", offsetof(BareContact, t)},
+          {"distance", "f8", offsetof(BareContact, distance)},
+          {"normal", "3f8", offsetof(BareContact, normal)}};
+}
+
 inline py::dtype contactType() {
-  const std::size_t a = offsetof(Contact, a), b = offsetof(Contact, b);
-  const std::size_t fiber = offsetof(FiberSegment, fiber),
-                    segment = offsetof(FiberSegment, segment);
-  return structType<Contact>({{"fiber_a", "i8", a + fiber},
-                              {"segment_a", "i8", a + segment},
-                              {"fiber_b", "i8", b + fiber},
-                              {"segment_b", "i8", b + segment},
-                              {"s", "f8", offsetof(Contact, s)},
-                              {"t", "f8", offsetof(Contact, t)},
-                              {"distance", "f8", offsetof(Contact, distance)},
-                              {"point_a", "3f8", offsetof(Contact, point_a)},
-                              {"point_b", "3f8", offsetof(Contact, point_b)},
-                              {"normal", "3f8", offsetof(Contact, normal)}});
+  const std::size_t a = offsetIn<Contact>(&Contact::a), b = offsetIn<Contact>(&Contact::b);
+  const std::size_t fiber = offsetof(FiberSegment, fiber), number = offsetof(FiberSegment, number);
+  Fields fields = bareFields();
+  fields.insert(fields.end(), {{"fiber_a", "i8", a + fiber},
+                               {"number_a", "i8", a + number},
+                               {"fiber_b", "i8", b + fiber},
+                               {"number_b", "i8", b + number},
+                               {"point_a", "3f8", offsetIn<Contact>(&Contact::point_a)},
+                               {"point_b", "3f8", offsetIn<Contact>(&Contact::point_b)}});
+  return structType<Contact>(fields);
+}
+
+template <class Struct>
+Fields shapeFields() {
+  const std::size_t place = offsetIn<Struct>(&Struct::place);
+  return {{"segment", "i4", offsetIn<Struct>(&Struct::segment)},
+          {"layout", "u4", offsetIn<Struct>(&Struct::layout)},
+          {"fiber", "i8", place + offsetof(FiberSegment, fiber)},
+          {"number", "i8", place + offsetof(FiberSegment, number)},
+          {"s", "f8", offsetIn<Struct>(&Struct::s)},
+          {"distance", "f8", offsetIn<Struct>(&Struct::distance)},
+          {"point_a", "3f8", offsetIn<Struct>(&Struct::point_a)},
+          {"point_b", "3f8", offsetIn<Struct>(&Struct::point_b)},
+          {"normal", "3f8", offsetIn<Struct>(&Struct::normal)}};
 }
 
 inline py::dtype meshContactType() {
-  const std::size_t a = offsetof(MeshContact, a);
-  return structType<MeshContact>({{"fiber", "i8", a + offsetof(FiberSegment, fiber)},
-                                  {"segment", "i8", a + offsetof(FiberSegment, segment)},
-                                  {"triangle", "i4", offsetof(MeshContact, triangle)},
-                                  {"s", "f8", offsetof(MeshContact, s)},
-                                  {"weights", "3f8", offsetof(MeshContact, weights)},
-                                  {"distance", "f8", offsetof(MeshContact, distance)},
-                                  {"solid", "?", offsetof(MeshContact, solid)},
-                                  {"point_a", "3f8", offsetof(MeshContact, point_a)},
-                                  {"point_b", "3f8", offsetof(MeshContact, point_b)},
-                                  {"normal", "3f8", offsetof(MeshContact, normal)}});
+  Fields fields = shapeFields<MeshContact>();
+  fields.insert(fields.end(), {{"triangle", "i4", offsetIn<MeshContact>(&MeshContact::triangle)},
+                               {"solid", "?", offsetIn<MeshContact>(&MeshContact::solid)},
+                               {"weights", "3f8", offsetIn<MeshContact>(&MeshContact::weights)}});
+  return structType<MeshContact>(fields);
 }
 
 inline py::dtype impactType() {

@@ -144,7 +144,7 @@ class Tree {
     bool ended = false;
     {
       const Unlocked unlocked;
-      ended = tree_.visit(Touching{}, partner(other).tree_, take);
+      ended = tree_.visit(Pairs{}, partner(other).tree_, take);
     }
     signals.rethrow();
     if (!ended && !pairs.empty()) ended = hand();
@@ -155,7 +155,7 @@ class Tree {
   py::array contacts(Other other) const {
     const Query own(users_);
     const Query others(partner(other).users_);
-    const auto pairs = query(Touching{}, other);
+    const auto pairs = query(Pairs{}, other);
     return withBoth(numbers_, layout_, partner(other).numbers_, partner(other).layout_,
                     [&](const auto& a, const auto& b) {
                       const auto write = [&](const SegmentPair* some, std::size_t count,
@@ -168,7 +168,7 @@ class Tree {
 
   py::array contacts(const TriangleMesh& mesh) const {
     const Query own(users_);
-    const auto pairs = query(Touching{}, mesh);
+    const auto pairs = query(Pairs{}, mesh);
     return withArrays(numbers_, layout_, [&](const auto& fibers) {
       const auto write = [&](const TrianglePair* some, std::size_t count, MeshContact* to) {
         tree_.writeContacts(Contacts{fibers}, mesh, some, count, to);
@@ -326,8 +326,8 @@ void addTree(py::module_& module) {
       .def("update", py::overload_cast<FiberNumbers, FiberNumbers>(&Tree::update))
       .def_property_readonly("numbers", &Tree::numbers)
       .def_property_readonly("offsets", &Tree::offsets)
-      .def("pairs", &ask<Touching, Other>)
-      .def("pairs", &ask<Touching, MeshCopy>)
+      .def("pairs", &ask<Pairs, Other>)
+      .def("pairs", &ask<Pairs, MeshCopy>)
       .def("moving_pairs", &ask<MovingPairs, Other>)
       .def("visit_pairs", &Tree::visitPairs)
       .def("contacts", py::overload_cast<Other>(&Tree::contacts, py::const_))
@@ -350,12 +350,12 @@ void addTree(py::module_& module) {
       .def("overlaps_capsule",
            [](const Tree& tree, const std::array<double, 3>& from, const std::array<double, 3>& to,
               double radius) {
-             return tree.find(Touching{}, CapsuleShape{from, to, radius});
+             return tree.find(Pairs{}, CapsuleShape{from, to, radius});
            })
       .def("overlaps_box",
            [](const Tree& tree, const std::array<double, 3>& low,
               const std::array<double, 3>& high) {
-             return tree.find(Touching{}, BoxShape{low, high});
+             return tree.find(Pairs{}, BoxShape{low, high});
            })
       .def("fiber_segments", &Tree::fiberSegments)
       .def("volumes", &Tree::volumes)

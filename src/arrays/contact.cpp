@@ -66,7 +66,9 @@ template <typename S>
 Contact capsuleContact(const FiberArrays<S>& a, const FiberArrays<S>& b, SegmentPair pair) {
   const arrays::LocatedSegment p = arrays::locate(kCall, a, pair.a);
   const arrays::LocatedSegment q = arrays::locate(kCall, b, pair.b);
-  return fibers::contactOf(p.segment, q.segment, {0, 0, 0}, p.place, q.place);
+  Contact contact = fibers::contactOf(p.segment, q.segment, {0, 0, 0}, p.place, q.place);
+  contact.pair = pair;
+  return contact;
 }
 
 void requireTriangle(const char* call, const TriangleMesh& mesh, std::int32_t triangle) {
@@ -81,7 +83,10 @@ MeshContact meshContact(const FiberArrays<S>& fibers, const TriangleMesh& mesh, 
   const arrays::LocatedSegment capsule = arrays::locate("meshContact", fibers, pair.segment);
   requireTriangle("meshContact", mesh, pair.triangle);
   const fibers::MeshContacts contact(MeshReader::placed(mesh));
-  return contact(contact.frame().fromWorld(capsule.segment), capsule.place, pair.triangle);
+  MeshContact found =
+      contact(contact.frame().fromWorld(capsule.segment), capsule.place, pair.triangle);
+  found.segment = pair.segment;
+  return found;
 }
 
 #define FCL_FIBERS_INSTANTIATE(S)                                                             \

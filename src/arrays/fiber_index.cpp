@@ -66,6 +66,23 @@ TreeVolume toWorld(const geometry::Sphere& sphere, const geometry::Frame& frame)
   return volume;
 }
 
+/// A hash of two numbers, never 0 (Steele, Lea and Flood, Fast splittable pseudorandom number
+/// generators, 2014, mix64 of figure 16).
+std::uint32_t hashOf(std::uint64_t first, std::uint64_t second) {
+  std::uint64_t x = first * 0x9e3779b97f4a7c15 + second;
+  x = (x ^ (x >> 33)) * 0xff51afd7ed558ccd;
+  x = (x ^ (x >> 33)) * 0xc4ceb9fe1a85ec53;
+  return static_cast<std::uint32_t>(x >> 32) | 1;
+}
+
+std::uint32_t layoutOf(const FiberTable& table) {
+  std::uint32_t layout = hashOf(0, static_cast<std::uint64_t>(table.idCount()));
+  for (std::size_t f = 0; f < table.fiberCount(); ++f) {
+    layout = hashOf(layout, static_cast<std::uint64_t>(table.beginOf(f)));
+  }
+  return layout;
+}
+
 tree::Fibers segmentsOf(const FiberTable& table) {
   return table.segmentsFrom(0, [](SegmentId) { return true; });
 }
@@ -81,6 +98,10 @@ FiberIndex::FiberIndex(const FiberTreeOptions& options)
 
 std::size_t FiberIndex::memoryUsage() const {
   return sizeof(*this) + table_.memoryUsage() + index_.memoryUsage();
+}
+
+std::uint32_t FiberIndex::layout(const FiberIndex* other) const {
+  return other == nullptr || other == this ? layout_ : hashOf(layout_, other->layout_);
 }
 
 FiberTable FiberIndex::emptyTable() const {
@@ -127,7 +148,10 @@ void FiberIndex::rebuild(const char* call, const ArraySource<S>& source, FiberTa
   const tree::Fibers runs = segmentsOf(*table);
   const Frame frame = frameFor(call, source, runs.ids);
   is_valid_ = false;
-  if (table != &table_) table_ = std::move(*table);
+  if (table != &table_) {
+    table_ = std::move(*table);
+    layout_ = layoutOf(table_);
+  }
   index_.build(source, frame, 0, table_.idCount(), runs);
   is_valid_ = true;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,9 @@ class FiberIndex {
   const index::SegmentIndex& operator*() const { return index_; }
   const index::SegmentIndex* operator->() const { return &index_; }
   std::size_t memoryUsage() const;
+
+  /// See BareContact::layout; of the contacts with another index, if one is given.
+  std::uint32_t layout(const FiberIndex* other = nullptr) const;
 
   template <typename S>
   void build(const FiberArrays<S>& fibers);
@@ -53,6 +57,7 @@ class FiberIndex {
   FiberTreeOptions options_;
   fibers::FiberTable table_;
   index::SegmentIndex index_;
+  std::uint32_t layout_ = 0;
   bool is_valid_ = true;  ///< false after a build or an update has thrown
 };
 

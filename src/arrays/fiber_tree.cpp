@@ -32,7 +32,7 @@ using geometry::Segment;
 using tree::Visit;
 
 /// In the order of FiberTree::Questions. That of safeStep() is named by the call.
-constexpr const char* kQuestions[] = {"Touching", "TouchingSegments", "Nearest",
+constexpr const char* kQuestions[] = {"Pairs", "TouchingSegments", "Nearest",
                                       "Impacts",  "MovingPairs",      nullptr};
 
 template <class Question>
@@ -113,9 +113,11 @@ class FiberTree::Impl {
   void compute(const Call& /*call*/, const Contacts<S>& question, const FiberTree& partner,
                const SegmentPair* pairs, std::size_t count, Contact* contacts) const {
     const FiberArrays<S>& others = partner.impl_.get() == this ? question.fibers : *question.others;
+    const std::uint32_t layout = index_.layout(&partner.impl_->index_);
     index_->forRanges(count, kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         contacts[i] = capsuleContact(question.fibers, others, pairs[i]);
+        contacts[i].layout = layout;
       }
     });
   }
@@ -135,6 +137,8 @@ class FiberTree::Impl {
         const auto capsule = arrays::locate(text.c_str(), fibers, pairs[i].segment);
         contacts[i] =
             contact(contact.frame().fromWorld(capsule.segment), capsule.place, pairs[i].triangle);
+        contacts[i].segment = pairs[i].segment;
+        contacts[i].layout = index_.layout();
       }
     });
   }
@@ -189,7 +193,7 @@ class FiberTree::Impl {
     const index::PosedMesh mesh(placed(call, copy), index_->frame());
     const double margin = index_->options().margin;
     return handOn<FoundBy<Question, TriangleMesh>>(take, kAll, [&](auto& sink) {
-      if constexpr (std::is_same_v<Question, Touching>) {
+      if constexpr (std::is_same_v<Question, Pairs>) {
         return index_->search(mesh, margin, sink);
       } else if constexpr (std::is_same_v<Question, TouchingSegments>) {
         index::Question asked;
@@ -228,11 +232,11 @@ class FiberTree::Impl {
     }
   }
 
-  bool search(const Call& call, Touching, const CapsuleShape& capsule, const Take& take) const {
+  bool search(const Call& call, Pairs, const CapsuleShape& capsule, const Take& take) const {
     return searchShape(inFrame(call, "capsule", arrays::toSegment(capsule)), take, kAll);
   }
 
-  bool search(const Call& call, Touching, const BoxShape& box, const Take& take) const {
+  bool search(const Call& call, Pairs, const BoxShape& box, const Take& take) const {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (box.low[axis] > box.high[axis]) {
         call.refuse("low exceeds high of the box; exchange the two");
@@ -322,21 +326,21 @@ void FiberTree::findContacts(const Contacts<S>& question, const Partner& partner
   const std::shared_ptr<const Impl> held = impl_;
   const Call call{"find", "Contacts"};
   held->requireContacts(call, question, partner);
-  using Pair = FoundBy<Touching, Partner>;
+  using Pair = FoundBy<Pairs, Partner>;
   std::vector<Pair> pairs;
   const auto append = [&pairs](const void* found, std::size_t count) {
     const auto begin = static_cast<const Pair*>(found);
     pairs.insert(pairs.end(), begin, begin + count);
     return false;
   };
-  held->answer(call, Touching(), partner, append);
+  held->answer(call, Pairs(), partner, append);
   contacts.resize(pairs.size());
   held->compute(call, question, partner, pairs.data(), pairs.size(), contacts.data());
 }
 
 template <typename S, class Partner>
 void FiberTree::writeContacts(const Contacts<S>& question, const Partner& partner,
-                              const FoundBy<Touching, Partner>* pairs, std::size_t count,
+                              const FoundBy<Pairs, Partner>* pairs, std::size_t count,
                               FoundBy<Contacts<S>, Partner>* contacts) const {
   const std::shared_ptr<const Impl> held = impl_;
   const Call call{"writeContacts", nullptr};

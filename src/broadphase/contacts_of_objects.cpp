@@ -168,8 +168,11 @@ bool findImpact(const ManagerState<S>& state, const ManagerState<S>* other,
     const MeshContact found =
         fibers::impactContact(i, frame.origin, mesh->start().placed(), mesh->end().placed(),
                               contact.triangle, contact.time, {});
-    static_cast<Contact&>(contact) = {contact.a,      contact.b,     found.s,       contact.t,
-                                      found.distance, found.point_a, found.point_b, found.normal};
+    contact.s = found.s;
+    contact.distance = found.distance;
+    contact.point_a = found.point_a;
+    contact.point_b = found.point_b;
+    contact.normal = found.normal;
   } else {
     static_cast<Contact&>(contact) = fibers::contactOf(at(i, contact.time), at(j, contact.time),
                                                        frame.origin, contact.a, contact.b);

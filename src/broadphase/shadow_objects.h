@@ -172,7 +172,7 @@ class ShadowObjects {
       if (!fibers->isRegistered(p.object) || !fibers->isRegistered(q.object)) return false;
       const FiberSegment a = fibers->fiberSegment(p.object), b = fibers->fiberSegment(q.object);
       const auto neighbors = std::size_t(fibers->options().ignored_neighbors);
-      const auto [low, high] = std::minmax(a.segment, b.segment);
+      const auto [low, high] = std::minmax(a.number, b.number);
       return a.fiber == b.fiber &&
              (fibers->options().ignored_arc_length > 0 || high - low <= neighbors ||
               low < neighbors);  // The fiber may be a ring.

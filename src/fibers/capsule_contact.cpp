@@ -43,14 +43,16 @@ Contact contactOf(const Segment& p, const Segment& q, const Vec3d& origin, Fiber
 
   const double axes =
       maxNorm(closest.apart) > 0 ? dot(normalized(closest.apart), closest.apart) : 0;
-  return {a,
-          b,
-          closest.s,
-          closest.t,
-          axes - p.radius - q.radius,
-          toArray(p.a + closest.s * u + p.radius * normal + origin),
-          toArray(q.a + closest.t * v - q.radius * normal + origin),
-          toArray(normal)};
+  Contact contact;
+  contact.s = closest.s;
+  contact.t = closest.t;
+  contact.distance = axes - p.radius - q.radius;
+  contact.normal = toArray(normal);
+  contact.a = a;
+  contact.b = b;
+  contact.point_a = toArray(p.a + closest.s * u + p.radius * normal + origin);
+  contact.point_b = toArray(q.a + closest.t * v - q.radius * normal + origin);
+  return contact;
 }
 
 }  // namespace fcl_fibers::fibers

@@ -48,15 +48,17 @@ MeshContact MeshContacts::operator()(const Segment& capsule, FiberSegment place,
 MeshContact publicContact(const TriangleContact& contact, FiberSegment place, index::TriangleId id,
                           bool is_inside) {
   const auto toArray = [](const Vec3d& v) { return std::array{v.x, v.y, v.z}; };
-  return {place,
-          id,
-          contact.s,
-          {contact.weight[0], contact.weight[1], contact.weight[2]},
-          contact.distance,
-          is_inside,
-          toArray(contact.point_a),
-          toArray(contact.point_b),
-          toArray(contact.normal)};
+  MeshContact found;
+  found.place = place;
+  found.s = contact.s;
+  found.distance = contact.distance;
+  found.point_a = toArray(contact.point_a);
+  found.point_b = toArray(contact.point_b);
+  found.normal = toArray(contact.normal);
+  found.triangle = id;
+  found.solid = is_inside;
+  found.weights = {contact.weight[0], contact.weight[1], contact.weight[2]};
+  return found;
 }
 
 void MeshContacts::findTriangles(const Segment& capsule, double reach,

@@ -228,10 +228,10 @@ void exportContacts(const std::string& path, const std::vector<Contact>& contact
     mesh.cell_data += dataArray<Stored>(name, contacts, number);
   };
   add("fiber_a", [](const Contact& c) { return c.a.fiber; });
-  add("segment_a", [](const Contact& c) { return c.a.segment; });
+  add("segment_a", [](const Contact& c) { return c.a.number; });
   add("s", [](const Contact& c) { return c.s; });
   add("fiber_b", [](const Contact& c) { return c.b.fiber; });
-  add("segment_b", [](const Contact& c) { return c.b.segment; });
+  add("segment_b", [](const Contact& c) { return c.b.number; });
   add("t", [](const Contact& c) { return c.t; });
   add("distance", [](const Contact& c) { return c.distance; });
   add("normal_x", [](const Contact& c) { return c.normal[0]; });

@@ -18,7 +18,7 @@
 
 namespace fcl_fibers::test {
 
-using Pairs = std::vector<std::pair<std::int32_t, std::int32_t>>;  ///< ascending
+using PairList = std::vector<std::pair<std::int32_t, std::int32_t>>;  ///< ascending
 
 /// Curled fibers of 1 to 40 points about one place, thick ones among them; some have no point.
 template <typename S>
@@ -38,7 +38,7 @@ Assembly<S> curledFibers(std::uint64_t seed, int fibers = 30) {
 
 /// Touching pairs, those of neighbours up to `ignored` apart left out.
 template <typename S>
-Pairs touchingPairs(const Assembly<S>& a, const Assembly<S>& b, int ignored, double margin) {
+PairList touchingPairs(const Assembly<S>& a, const Assembly<S>& b, int ignored, double margin) {
   const bool same = &a == &b;
   std::vector<GivenCapsule> capsules = a.capsules();
   const std::size_t first_of_b = same ? 0 : capsules.size();
@@ -46,7 +46,7 @@ Pairs touchingPairs(const Assembly<S>& a, const Assembly<S>& b, int ignored, dou
     for (const GivenCapsule& capsule : b.capsules()) capsules.push_back(capsule);
   }
   const TouchOracle oracle(std::move(capsules));
-  Pairs pairs;
+  PairList pairs;
   std::size_t i = 0;
   a.visitCapsules([&](std::size_t p_fiber, std::size_t p) {
     std::size_t j = first_of_b;
@@ -64,18 +64,18 @@ Pairs touchingPairs(const Assembly<S>& a, const Assembly<S>& b, int ignored, dou
 
 /// What `ask` hands to the visitor it is given, each once.
 template <class Ask>
-Pairs pairsFrom(Ask&& ask) {
-  Pairs pairs;
+PairList pairsFrom(Ask&& ask) {
+  PairList pairs;
   ask([&](SegmentPair pair) { pairs.emplace_back(pair.a, pair.b); });
   std::sort(pairs.begin(), pairs.end());
   EXPECT_EQ(std::adjacent_find(pairs.begin(), pairs.end()), pairs.end()) << "a pair came twice";
   return pairs;
 }
-inline Pairs pairsOf(const FiberTree& tree) {
-  return pairsFrom([&](auto&& visit) { tree.visit(Touching{}, visit); });
+inline PairList pairsOf(const FiberTree& tree) {
+  return pairsFrom([&](auto&& visit) { tree.visit(Pairs{}, visit); });
 }
-inline Pairs pairsOf(const FiberTree& tree, const FiberTree& other) {
-  return pairsFrom([&](auto&& visit) { tree.visit(Touching{}, other, visit); });
+inline PairList pairsOf(const FiberTree& tree, const FiberTree& other) {
+  return pairsFrom([&](auto&& visit) { tree.visit(Pairs{}, other, visit); });
 }
 
 }  // namespace fcl_fibers::test

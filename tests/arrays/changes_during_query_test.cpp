@@ -71,27 +71,27 @@ std::vector<VisitorQuery> allVisitorQueries() {
   using S = Watched;
   using V = Visitor;
   return {
-      {"pairs", false, [](S& s, V& visit) { return s.own->visit(Touching{}, visit); }},
+      {"pairs", false, [](S& s, V& visit) { return s.own->visit(Pairs{}, visit); }},
       {"pairs of two", true,
-       [](S& s, V& visit) { return s.own->visit(Touching{}, *s.other, visit); }},
+       [](S& s, V& visit) { return s.own->visit(Pairs{}, *s.other, visit); }},
       {"impacts", false, [](S& s, V& visit) { return s.own->visit(Impacts{}, visit); }},
       {"impacts of two", true,
        [](S& s, V& visit) { return s.own->visit(Impacts{}, *s.other, visit); }},
       {"moving pairs", false, [](S& s, V& visit) { return s.own->visit(MovingPairs{}, visit); }},
       {"moving pairs of two", true,
        [](S& s, V& visit) { return s.own->visit(MovingPairs{}, *s.other, visit); }},
-      {"mesh", false, [](S& s, V& visit) { return s.own->visit(Touching{}, *s.start, visit); }},
+      {"mesh", false, [](S& s, V& visit) { return s.own->visit(Pairs{}, *s.start, visit); }},
       {"impacts with a mesh", false,
        [](S& s, V& visit) {
          return s.own->visit(Impacts{}, MeshStep{*s.start, *s.end}, visit);
        }},
       {"capsule", false,
        [](S& s, V& visit) {
-         return s.own->visit(Touching{}, CapsuleShape{{0, 0, 0}, {0.1, 0, 0}, 0.3}, visit);
+         return s.own->visit(Pairs{}, CapsuleShape{{0, 0, 0}, {0.1, 0, 0}, 0.3}, visit);
        }},
       {"box", false,
        [](S& s, V& visit) {
-         return s.own->visit(Touching{}, BoxShape{{-0.3, -0.3, -0.3}, {0.3, 0.3, 0.3}}, visit);
+         return s.own->visit(Pairs{}, BoxShape{{-0.3, -0.3, -0.3}, {0.3, 0.3, 0.3}}, visit);
        }},
   };
 }

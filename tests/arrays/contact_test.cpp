@@ -215,20 +215,20 @@ TYPED_TEST(ArrayContacts, AreThoseOfThePairsThatTheTreeFinds) {
 
     const auto expectRightPlaced = [](const Assembly<TypeParam>& a, const Assembly<TypeParam>& b,
                                       SegmentPair pair, const Contact& contact) {
-      EXPECT_EQ(a.point_begin[contact.a.fiber] + contact.a.segment, std::size_t(pair.a));
+      EXPECT_EQ(a.point_begin[contact.a.fiber] + contact.a.number, std::size_t(pair.a));
       EXPECT_LT(std::size_t(pair.a) + 1, a.point_begin[contact.a.fiber + 1]);
-      EXPECT_EQ(b.point_begin[contact.b.fiber] + contact.b.segment, std::size_t(pair.b));
+      EXPECT_EQ(b.point_begin[contact.b.fiber] + contact.b.number, std::size_t(pair.b));
       EXPECT_LT(std::size_t(pair.b) + 1, b.point_begin[contact.b.fiber + 1]);
       expectRight(shapeOf(a.capsule(std::size_t(pair.a))), shapeOf(b.capsule(std::size_t(pair.b))),
                   contact);
       EXPECT_LE(contact.distance, 1e-15);
     };
     std::size_t pairs = 0;
-    tree.visit(Touching{}, [&](SegmentPair pair) {
+    tree.visit(Pairs{}, [&](SegmentPair pair) {
       expectRightPlaced(fibers, fibers, pair, capsuleContact(fibers.view(), pair));
       ++pairs;
     });
-    tree.visit(Touching{}, other, [&](SegmentPair pair) {
+    tree.visit(Pairs{}, other, [&](SegmentPair pair) {
       expectRightPlaced(fibers, others, pair, capsuleContact(fibers.view(), others.view(), pair));
       ++pairs;
     });
@@ -266,7 +266,7 @@ TYPED_TEST(ArrayContacts, RefuseArraysThatDoNotFitEachOther) {
   for (const Radii radii_are : {Radii::kOne, Radii::kPerFiber, Radii::kPerSegment}) {
     const std::vector<std::size_t> all = {0, 10};
     const FiberArrays<TypeParam> good{points.data(), 10, all.data(), 1, radii.data(), radii_are};
-    EXPECT_EQ(capsuleContact(good, {0, 8}).b.segment, 8u);
+    EXPECT_EQ(capsuleContact(good, {0, 8}).b.number, 8u);
 
     FiberArrays<TypeParam> bad = good;
     for (const auto& begin : std::vector<std::vector<std::size_t>>{{0, 5}, {0, 0}, {0}, {2, 10}}) {

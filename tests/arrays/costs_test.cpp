@@ -39,7 +39,7 @@ double bytesPerSegment(const FiberTreeOptions& options, const FiberArrays<S>& ar
   tree.build(arrays);
   tree.update(arrays);
   std::size_t pairs = 0;
-  tree.visit(Touching{}, [&](SegmentPair) { ++pairs; });
+  tree.visit(Pairs{}, [&](SegmentPair) { ++pairs; });
   EXPECT_GT(pairs, 0u);
   return static_cast<double>(tree.memoryUsage()) / (kFibers * kSegments);
 }

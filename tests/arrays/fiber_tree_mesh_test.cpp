@@ -53,7 +53,7 @@ class Gaps {
   const std::vector<Row>& rows() const { return rows_; }
 
   /// Compares the pairs with those at most `margin` apart.
-  void expect(const Pairs& pairs, Real margin) const {
+  void expect(const PairList& pairs, Real margin) const {
     std::size_t next = 0;
     for (const Row& row : rows_) {
       for (std::size_t t = 0; t < row.gaps.size(); ++t) {
@@ -75,19 +75,19 @@ class Gaps {
   std::vector<Row> rows_;
 };
 
-Pairs pairsOf(const FiberTree& tree, const TriangleMesh& mesh) {
-  Pairs pairs;
-  tree.visit(Touching{}, mesh,
+PairList pairsOf(const FiberTree& tree, const TriangleMesh& mesh) {
+  PairList pairs;
+  tree.visit(Pairs{}, mesh,
              [&](TrianglePair pair) { pairs.emplace_back(pair.segment, pair.triangle); });
   std::sort(pairs.begin(), pairs.end());
   EXPECT_EQ(std::adjacent_find(pairs.begin(), pairs.end()), pairs.end()) << "a pair came twice";
   return pairs;
 }
 
-Pairs nearestOf(const FiberTree& tree, const TriangleMesh& mesh, double distance) {
+PairList nearestOf(const FiberTree& tree, const TriangleMesh& mesh, double distance) {
   std::vector<TrianglePair> found;
   tree.find(Nearest{distance}, mesh, found);
-  Pairs pairs;
+  PairList pairs;
   for (const TrianglePair& pair : found) pairs.emplace_back(pair.segment, pair.triangle);
   std::sort(pairs.begin(), pairs.end());
   return pairs;
@@ -123,7 +123,7 @@ TYPED_TEST(FiberTreeMesh, VisitsEveryTriangleThatASegmentTouches) {
         for (const double margin : {0.0, 0.02}) {
           options.margin = margin;
           options.threads = margin > 0 ? 3 : 1;
-          const Pairs pairs = pairsOf(treeOf(fibers.view(), options), mesh);
+          const PairList pairs = pairsOf(treeOf(fibers.view(), options), mesh);
           EXPECT_GT(pairs.size(), 20u);
           gaps.expect(pairs, margin);
         }
@@ -367,7 +367,7 @@ TEST(FiberTreeMesh, RootsAndCategoriesLeaveSegmentsOut) {
   };
   for (const FiberTreeOptions& options : allKinds(Report::kCapsules)) {
     const FiberTree all = treeOf(arrays, options);
-    const auto allowed = [&](Pairs pairs) {
+    const auto allowed = [&](PairList pairs) {
       const std::size_t before = pairs.size();
       pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
                                  [&](const auto& pair) { return !isAllowed(pair.first); }),
@@ -385,7 +385,7 @@ TEST(FiberTreeMesh, RootsAndCategoriesLeaveSegmentsOut) {
     // Shapes meet them all.
     const auto inBox = [](const FiberTree& asked) {
       return pairsFrom([&](auto&& visit) {
-        asked.visit(Touching{}, BoxShape{{-0.3, -0.3, -0.3}, {0.3, 0.3, 0.3}},
+        asked.visit(Pairs{}, BoxShape{{-0.3, -0.3, -0.3}, {0.3, 0.3, 0.3}},
                     [&](std::int32_t segment) {
                       visit(SegmentPair{segment, 0});
                     });
@@ -405,7 +405,7 @@ TEST(FiberTreeMesh, MeshesOfAnySizeAndPlaceAreRight) {
       for (double& r : fibers.radii) r *= scale;
       for (double& x : triangles.points) x = scale * (x + offset);
       const TriangleMesh mesh(triangles.view());
-      const Pairs pairs = pairsOf(treeOf(fibers.view()), mesh);
+      const PairList pairs = pairsOf(treeOf(fibers.view()), mesh);
       EXPECT_FALSE(pairs.empty()) << scale << " " << offset;
       std::size_t touching = 0;
       fibers.visitCapsules([&](std::size_t, std::size_t i) {

@@ -36,7 +36,7 @@ using test::allKinds;
 using test::Assembly;
 using test::curledFibers;
 using test::optionsOf;
-using test::Pairs;
+using test::PairList;
 using test::pairsOf;
 using test::Random;
 using test::touchingPairs;
@@ -56,7 +56,7 @@ TYPED_TEST(ArrayTree, ReportsTheCapsulesThatTouch) {
       options.threads = threads;
       FiberTree tree(options);
       tree.build(fibers.view());
-      const Pairs expected = touchingPairs(fibers, fibers, 2, 0.003);
+      const PairList expected = touchingPairs(fibers, fibers, 2, 0.003);
       EXPECT_GT(expected.size(), 100u);
       EXPECT_EQ(pairsOf(tree), expected);
     }
@@ -111,7 +111,7 @@ TYPED_TEST(ArrayTree, MeasuresArcsAlongOneFiber) {
   FiberArrays<TypeParam> fibers = hexagons.view();
   fibers.closed = closed;
   tree.build(fibers);
-  EXPECT_EQ(pairsOf(tree), (Pairs{{0, 3}, {1, 4}, {2, 5}, {7, 10}, {8, 11}, {9, 12}}));
+  EXPECT_EQ(pairsOf(tree), (PairList{{0, 3}, {1, 4}, {2, 5}, {7, 10}, {8, 11}, {9, 12}}));
 }
 
 // Fibers of one group would meet, or others not; after an update, or a new bundle, or in another
@@ -129,9 +129,9 @@ TYPED_TEST(ArrayTree, LeavesOutPairsOfOneGroup) {
   }
   std::vector<std::int32_t> groups;
   for (std::size_t f = 0; f < 30; ++f) groups.push_back(static_cast<std::int32_t>(f % 4) - 1);
-  std::vector<Pairs> expected;
+  std::vector<PairList> expected;
   for (const Assembly<TypeParam>& stage : stages) {
-    const Pairs touching = test::touchingPairs(stage, stage, 1, 0);
+    const PairList touching = test::touchingPairs(stage, stage, 1, 0);
     expected.emplace_back();
     for (const auto& [a, b] : touching) {
       const auto p = groups[fiberOf(a)];
@@ -160,7 +160,7 @@ TYPED_TEST(ArrayTree, LeavesOutPairsOfOneGroup) {
 
       plain.build(stages[0].view());
       other_tree.build(other.view());
-      const Pairs between = pairsOf(plain, other_tree);
+      const PairList between = pairsOf(plain, other_tree);
       EXPECT_GT(between.size(), 20u);
       EXPECT_EQ(pairsOf(tree, other_tree), between);
 
@@ -206,7 +206,7 @@ TYPED_TEST(ArrayTree, BundlesAnewWhenFibersHaveMovedApart) {
 // Pairs would be left out because of their numbers, as if the other tree's fibers were one's own.
 TYPED_TEST(ArrayTree, MeetsAnotherTree) {
   const auto a = curledFibers<TypeParam>(6), b = curledFibers<TypeParam>(7, 20);
-  const Pairs touching = test::touchingPairs(a, b, 0, 0);
+  const PairList touching = test::touchingPairs(a, b, 0, 0);
   EXPECT_GT(touching.size(), 50u);
   const std::vector<std::int32_t> groups(a.fiberCount(), 1);
   for (FiberTreeOptions options : allKinds(Report::kCapsules)) {
@@ -232,8 +232,8 @@ TEST(ArrayTree, MayBeUpdatedWithTheOtherScalar) {
   wide.points.assign(single.points.begin(), single.points.end());
   wide.radii.assign(single.radii.begin(), single.radii.end());
   for (double& x : wide.points) x *= 1.5;
-  const Pairs touching = test::touchingPairs(single, single, 0, 0);
-  const Pairs touching_wide = test::touchingPairs(wide, wide, 0, 0);
+  const PairList touching = test::touchingPairs(single, single, 0, 0);
+  const PairList touching_wide = test::touchingPairs(wide, wide, 0, 0);
   EXPECT_NE(touching, touching_wide);
   for (const FiberTreeOptions& options : allKinds(Report::kCapsules)) {
     FiberTree tree(options), other(options);
@@ -262,7 +262,7 @@ TEST(ArrayTree, NamesFiberAndSegment) {
         continue;
       }
       EXPECT_EQ(tree.fiberSegment(id).fiber, f);
-      EXPECT_EQ(tree.fiberSegment(id).segment, i - fibers.point_begin[f]);
+      EXPECT_EQ(tree.fiberSegment(id).number, i - fibers.point_begin[f]);
       ++count;
     }
   }
@@ -364,8 +364,8 @@ TYPED_TEST(ArrayTree, ShowsTheVolumesOfALevel) {
 }
 
 // What has no answer does not compile.
-static_assert(kHasAnswer<Touching, FiberTree> && kHasAnswer<Touching, BoxShape>);
-static_assert(!kHasAnswer<Touching, MeshStep> && !kHasAnswer<Impacts, TriangleMesh>);
+static_assert(kHasAnswer<Pairs, FiberTree> && kHasAnswer<Pairs, BoxShape>);
+static_assert(!kHasAnswer<Pairs, MeshStep> && !kHasAnswer<Impacts, TriangleMesh>);
 static_assert(!kHasAnswer<Nearest, FiberTree> && !kHasAnswer<TouchingSegments, BoxShape>);
 
 /// An array that ends where memory does that may not be read.
@@ -477,12 +477,12 @@ TEST(ArrayTree, AnswersWhenEmpty) {
   EXPECT_TRUE(pairsOf(tree).empty());
   EXPECT_EQ(tree.segmentCount(), 0u);
   EXPECT_FALSE(
-      tree.visit(Touching{}, BoxShape{{-1, -1, -1}, {1, 1, 1}}, [](auto) { return true; }));
+      tree.visit(Pairs{}, BoxShape{{-1, -1, -1}, {1, 1, 1}}, [](auto) { return true; }));
 }
 
 /// Refused with a text that says so, and nothing has changed.
 void expectRefused(FiberTree& tree, const FiberArrays<double>& bad, const std::string& text) {
-  const Pairs before = pairsOf(tree);
+  const PairList before = pairsOf(tree);
   ASSERT_FALSE(before.empty());
   for (const bool build : {true, false}) {
     try {
@@ -512,7 +512,7 @@ TEST(ArrayTree, FollowsTheFibersWhereTheOutermostWouldOverflow) {
   for (std::size_t k = last - 3; k < last + 3; ++k) fibers.points[k] = 1e290;
   // To the capsule that ends there, all others are one place.
   const auto outermost = static_cast<std::int32_t>(fibers.pointCount() - 3);
-  const auto others = [&](Pairs pairs) {
+  const auto others = [&](PairList pairs) {
     const auto is_out = [&](const auto& pair) { return pair.second >= outermost; };
     pairs.erase(std::remove_if(pairs.begin(), pairs.end(), is_out), pairs.end());
     return pairs;
@@ -525,13 +525,13 @@ TEST(ArrayTree, FollowsTheFibersWhereTheOutermostWouldOverflow) {
   const double scale = std::ldexp(1.0, -80);
   for (std::size_t k = 0; k < last - 3; ++k) fibers.points[k] *= scale;
   for (double& radius : fibers.radii) radius *= scale;
-  const Pairs touching = others(test::touchingPairs(fibers, fibers, 0, 0));
+  const PairList touching = others(test::touchingPairs(fibers, fibers, 0, 0));
   ASSERT_GT(touching.size(), 100u);
   for (int i = 0; i < 2; ++i) {
     volumes.update(fibers.view());
     capsules.update(fibers.view());
     EXPECT_EQ(others(pairsOf(capsules)), touching);
-    const Pairs found = others(pairsOf(volumes));
+    const PairList found = others(pairsOf(volumes));
     EXPECT_TRUE(std::includes(found.begin(), found.end(), touching.begin(), touching.end()));
     for (const auto& [a, b] : found) {
       ASSERT_LE(boxGap(fibers.capsule(static_cast<std::size_t>(a)),
@@ -555,7 +555,7 @@ TEST(ArrayTree, TakesCoordinatesUpToAPromisedSize) {
       ASSERT_LE(std::abs(fibers.points[i]), kMost);
     }
     for (double& radius : fibers.radii) radius *= 0x1p-6 * kMost;
-    const Pairs touching = test::touchingPairs(fibers, fibers, 0, 0);
+    const PairList touching = test::touchingPairs(fibers, fibers, 0, 0);
     EXPECT_GT(touching.size(), 100u);
     for (const FiberTreeOptions& options : allKinds(Report::kCapsules)) {
       FiberTree tree(options);
@@ -678,7 +678,7 @@ TEST(ArrayTree, RefusesATreeOfAnotherKind) {
     const auto none = [](auto&&) { ADD_FAILURE() << "a pair of two trees that do not match"; };
     const auto refusal =
         ::testing::ThrowsMessage<std::invalid_argument>(::testing::HasSubstr(text));
-    EXPECT_THAT([&] { first.visit(Touching{}, other, none); }, refusal);
+    EXPECT_THAT([&] { first.visit(Pairs{}, other, none); }, refusal);
   };
   for (const Report report : {Report::kVolumes, Report::kCapsules}) {
     expectRefusal(tree, treeOf(Volumes::kWrappedSpheres, Topology::kBundle, report),
@@ -696,7 +696,7 @@ TEST(ArrayTree, IsWhatWasMovedToIt) {
   FiberTree from(optionsOf({}, Topology::kSuperThread, Report::kCapsules)), to;
   from.build(first.view());
   to.build(second.view());
-  const Pairs pairs = pairsOf(from);
+  const PairList pairs = pairsOf(from);
   EXPECT_NE(pairs, pairsOf(to));
   to = std::move(from);
   EXPECT_EQ(pairsOf(to), pairs);

@@ -47,8 +47,8 @@ FiberTree capsuleTree(const FiberArrays<S>& fibers, int threads = 1, double marg
 
 /// The numbers of a contact with a mesh, to compare.
 std::vector<double> numbersOf(const MeshContact& c) {
-  std::vector<double> numbers = {static_cast<double>(c.a.fiber),
-                                 static_cast<double>(c.a.segment),
+  std::vector<double> numbers = {static_cast<double>(c.place.fiber),
+                                 static_cast<double>(c.place.number),
                                  static_cast<double>(c.triangle),
                                  c.s,
                                  c.distance,
@@ -64,7 +64,7 @@ std::vector<double> numbersOf(const MeshContact& c) {
 template <typename S>
 Real expectPoints(const Assembly<S>& fibers, const ExactTriangle& t, const MeshContact& contact) {
   const ExactCapsule capsule =
-      roundedCapsule(fibers.capsule(fibers.point_begin[contact.a.fiber] + contact.a.segment));
+      roundedCapsule(fibers.capsule(fibers.point_begin[contact.place.fiber] + contact.place.number));
   const test::Point x = capsule.a + Real(contact.s) * (capsule.b - capsule.a);
   const test::Point normal = toPoint(contact.normal);
   test::Point q = test::Point::Zero();
@@ -97,7 +97,7 @@ void expectRight(const Assembly<S>& fibers, const ExactTriangle& t, const MeshCo
   EXPECT_FALSE(contact.solid);
   const Real apart = expectPoints(fibers, t, contact);
   const ExactCapsule capsule =
-      roundedCapsule(fibers.capsule(fibers.point_begin[contact.a.fiber] + contact.a.segment));
+      roundedCapsule(fibers.capsule(fibers.point_begin[contact.place.fiber] + contact.place.number));
   const test::Point normal = toPoint(contact.normal);
   if (apart > 1e-10L) {
     EXPECT_LE(std::fabs(contact.distance - (apart - capsule.radius)), kContactRounding);
@@ -113,8 +113,8 @@ void expectRight(const Assembly<S>& fibers, const ExactTriangle& t, const MeshCo
 }
 
 void expectSame(const Contact& found, const Contact& expected) {
-  ASSERT_EQ(std::tie(found.a.fiber, found.a.segment, found.b.fiber, found.b.segment),
-            std::tie(expected.a.fiber, expected.a.segment, expected.b.fiber, expected.b.segment));
+  ASSERT_EQ(std::tie(found.a.fiber, found.a.number, found.b.fiber, found.b.number),
+            std::tie(expected.a.fiber, expected.a.number, expected.b.fiber, expected.b.number));
   ASSERT_EQ(std::tie(found.s, found.t, found.distance, found.point_a, found.point_b, found.normal),
             std::tie(expected.s, expected.t, expected.distance, expected.point_a, expected.point_b,
                      expected.normal));
@@ -132,7 +132,7 @@ TYPED_TEST(FindContacts, OfFibersAreThoseOfTheVisitedPairs) {
     std::vector<Contact> contacts(7);
     tree.find(Contacts{fibers.view()}, contacts);
     std::size_t next = 0;
-    tree.visit(Touching{}, [&](SegmentPair pair) {
+    tree.visit(Pairs{}, [&](SegmentPair pair) {
       ASSERT_LT(next, contacts.size());
       expectSame(contacts[next++], capsuleContact(fibers.view(), pair));
     });
@@ -140,7 +140,7 @@ TYPED_TEST(FindContacts, OfFibersAreThoseOfTheVisitedPairs) {
 
     // A program may keep some of the pairs.
     std::vector<SegmentPair> pairs;
-    tree.find(Touching{}, pairs);
+    tree.find(Pairs{}, pairs);
     constexpr std::size_t kFirst = 5;
     ASSERT_GT(pairs.size(), kFirst);
     std::vector<Contact> some(pairs.size() - kFirst);
@@ -164,7 +164,7 @@ TYPED_TEST(FindContacts, OfTwoTreesAreThoseOfTheirPairs) {
   std::vector<Contact> contacts;
   tree.find(question, other, contacts);
   std::size_t next = 0;
-  tree.visit(Touching{}, other, [&](SegmentPair pair) {
+  tree.visit(Pairs{}, other, [&](SegmentPair pair) {
     ASSERT_LT(next, contacts.size());
     expectSame(contacts[next++], capsuleContact(mine.view(), others, pair));
   });
@@ -200,7 +200,7 @@ TYPED_TEST(FindContacts, OfASurfaceAreWhereTheyTouch) {
         std::vector<MeshContact> contacts(3);
         tree.find(Contacts{fibers.view()}, mesh, contacts);
         std::vector<TrianglePair> pairs;
-        tree.visit(Touching{}, mesh, [&](TrianglePair pair) { pairs.push_back(pair); });
+        tree.visit(Pairs{}, mesh, [&](TrianglePair pair) { pairs.push_back(pair); });
         std::vector<MeshContact> same(pairs.size());
         tree.writeContacts(Contacts{fibers.view()}, mesh, pairs.data(), pairs.size(), same.data());
         ASSERT_EQ(same.size(), contacts.size());
@@ -210,10 +210,10 @@ TYPED_TEST(FindContacts, OfASurfaceAreWhereTheyTouch) {
         }
         std::vector<std::vector<double>> rows;
         std::size_t next = 0;
-        tree.visit(Touching{}, mesh, [&](TrianglePair pair) {
+        tree.visit(Pairs{}, mesh, [&](TrianglePair pair) {
           ASSERT_LT(next, contacts.size());
           const MeshContact& contact = contacts[next++];
-          ASSERT_EQ(fibers.point_begin[contact.a.fiber] + contact.a.segment,
+          ASSERT_EQ(fibers.point_begin[contact.place.fiber] + contact.place.number,
                     static_cast<std::size_t>(pair.segment));
           ASSERT_EQ(contact.triangle, pair.triangle);
           ASSERT_LE(contact.distance, 0.01 + static_cast<double>(kContactRounding));
@@ -246,7 +246,7 @@ TYPED_TEST(FindContacts, OfASolidLeadOut) {
     for (const MeshContact& contact : contacts) {
       const ExactTriangle t = triangles.triangle(static_cast<std::size_t>(contact.triangle), pose);
       const ExactCapsule capsule =
-          roundedCapsule(fibers.capsule(fibers.point_begin[contact.a.fiber] + contact.a.segment));
+          roundedCapsule(fibers.capsule(fibers.point_begin[contact.place.fiber] + contact.place.number));
       const test::Point x = capsule.a + Real(contact.s) * (capsule.b - capsule.a);
       const Real apart = expectPoints(fibers, t, contact);
       bool is_inside = apart < 1e-10L;
@@ -317,7 +317,7 @@ TEST(FindContacts, OneOfThoseOfAConvexSolidLeadsOut) {
   std::map<std::size_t, MeshContact> ways;  // by segment
   for (const MeshContact& contact : contacts) {
     const auto [way, is_new] =
-        ways.insert({fibers.point_begin[contact.a.fiber] + contact.a.segment, contact});
+        ways.insert({fibers.point_begin[contact.place.fiber] + contact.place.number, contact});
     MeshContact& best = way->second;
     if (contact.solid != best.solid ? contact.solid
                                     : contact.solid == (contact.distance > best.distance)) {
@@ -373,7 +373,7 @@ TEST(FindContacts, AreRelativeToTheMesh) {
   mesh.setPose(pose);
   for (const MeshContact& contact : near) {
     const auto segment =
-        static_cast<std::int32_t>(near_fibers.point_begin[contact.a.fiber] + contact.a.segment);
+        static_cast<std::int32_t>(near_fibers.point_begin[contact.place.fiber] + contact.place.number);
     const MeshContact far = meshContact(fibers.view(), mesh, {segment, contact.triangle});
     EXPECT_EQ(far.weights, contact.weights);
     EXPECT_EQ(far.s, contact.s);

@@ -81,12 +81,12 @@ TYPED_TEST(ImpactsOf, ImpactsAreThoseOfTheWholeStep) {
       options.topology = topology;
       const FiberTree tree = treeOf(motion, options);
       const auto impacts = impactsOf(tree);
-      const Pairs moving = pairsFrom([&](auto&& visit) { tree.visit(MovingPairs{}, visit); });
+      const PairList moving = pairsFrom([&](auto&& visit) { tree.visit(MovingPairs{}, visit); });
       const auto is_left_out = [&](const Pair& pair) { return motion.leavesOut(pair, 1); };
       EXPECT_TRUE(std::none_of(moving.begin(), moving.end(), is_left_out));
       const auto sampled = sampledTimes([&](double time) {
         const Assembly<double> now = motion.at(time);
-        Pairs pairs = touchingPairs(now, now, 1, options.margin);
+        PairList pairs = touchingPairs(now, now, 1, options.margin);
         pairs.erase(std::remove_if(pairs.begin(), pairs.end(), is_left_out), pairs.end());
         return pairs;
       });
@@ -109,7 +109,7 @@ TEST(Impacts, MovingPairsAreFew) {
   const auto motion = Motion<double>::random(7, 30, 0.4);
   FiberTreeOptions options = capsules();
   const FiberTree tree = treeOf(motion, options);
-  const Pairs moving = pairsFrom([&](auto&& visit) { tree.visit(MovingPairs{}, visit); });
+  const PairList moving = pairsFrom([&](auto&& visit) { tree.visit(MovingPairs{}, visit); });
   EXPECT_GT(moving.size(), 100u);
   // A capsule along the diagonal of the box around both positions has that box.
   Assembly<double> swept;
@@ -167,7 +167,7 @@ TEST(Impacts, OtherQueriesAnswerForTheEnd) {
 TEST(Impacts, FibersThatRestTouchAtTheStart) {
   const auto fibers = curledFibers<double>(3);
   const FiberTree tree = treeOf(Motion<double>{fibers, fibers}, capsules());
-  Pairs pairs;
+  PairList pairs;
   for (const auto& [pair, impact] : impactsOf(tree)) {
     EXPECT_EQ(impact.time, 0);
     pairs.push_back(pair);
@@ -286,7 +286,7 @@ TEST(Impacts, TwoTreesHaveASafeStep) {
   EXPECT_NEAR(other.safeStep(tree), (10 - 1) / 20.0, 1e-9);
   EXPECT_EQ(tree.safeStep(tree), 1);
   EXPECT_EQ(pairsFrom([&](auto&& visit) { tree.visit(MovingPairs{}, other, visit); }),
-            (Pairs{{0, 0}}));
+            (PairList{{0, 0}}));
   EXPECT_EQ(pairsFrom([&](auto&& visit) { other.visit(MovingPairs{}, other, visit); }),
             pairsFrom([&](auto&& visit) { other.visit(MovingPairs{}, visit); }));
   falling.start.points = falling.end.points;
@@ -360,8 +360,8 @@ TEST(Impacts, AStepLeavesNothingBehind) {
       }
     }
     std::vector<SegmentPair> pairs, expected;
-    stepped.find(Touching{}, pairs);
-    still.find(Touching{}, expected);
+    stepped.find(Pairs{}, pairs);
+    still.find(Pairs{}, expected);
     ASSERT_EQ(pairs.size(), expected.size());
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       EXPECT_EQ(std::pair(pairs[i].a, pairs[i].b), std::pair(expected[i].a, expected[i].b));

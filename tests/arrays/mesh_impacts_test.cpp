@@ -189,7 +189,7 @@ TEST(MeshImpacts, RootsAndCategoriesMeetNoMesh) {
   std::size_t of_roots = 0, of_categories = 0;
   for (auto i = expected.begin(); i != expected.end();) {
     const FiberSegment place = all.fiberSegment(i->first.first);
-    const bool is_root = place.segment < 2, meets_none = place.fiber % 2 == 0;
+    const bool is_root = place.number < 2, meets_none = place.fiber % 2 == 0;
     of_roots += is_root && !meets_none;
     of_categories += meets_none && !is_root;
     i = is_root || meets_none ? expected.erase(i) : std::next(i);

@@ -31,7 +31,7 @@ using testing::ThrowsMessage;
 template <class Shape>
 std::set<std::int32_t> segmentsAt(const FiberTree& tree, const Shape& shape) {
   std::set<std::int32_t> segments;
-  tree.visit(Touching{}, shape, [&](std::int32_t segment) {
+  tree.visit(Pairs{}, shape, [&](std::int32_t segment) {
     EXPECT_TRUE(segments.insert(segment).second) << "twice";
   });
   return segments;
@@ -118,7 +118,7 @@ TEST(Overlaps, RefuseShapesThatAreNone) {
   const auto refused = [&](const auto& shape, const std::string& text) {
     EXPECT_THAT(
         [&] { segmentsAt(tree, shape); },
-        ThrowsMessage<std::invalid_argument>(HasSubstr("FiberTree::visit(Touching): " + text)));
+        ThrowsMessage<std::invalid_argument>(HasSubstr("FiberTree::visit(Pairs): " + text)));
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
   refused(CapsuleShape{{nan, 0, 0}, {0, 0, 0}, 1}, "the capsule: a coordinate or the radius");
@@ -139,7 +139,7 @@ TEST(Overlaps, OfTreesWithoutCapsulesAreRefusedForMeshes) {
   std::vector<TrianglePair> pairs(4);
   std::vector<MeshContact> contacts(5);
   const auto refusal = ThrowsMessage<std::invalid_argument>(HasSubstr("keeps no capsules"));
-  EXPECT_THAT([&] { tree.visit(Touching{}, mesh, [](TrianglePair) {}); }, refusal);
+  EXPECT_THAT([&] { tree.visit(Pairs{}, mesh, [](TrianglePair) {}); }, refusal);
   EXPECT_THAT([&] { tree.find(TouchingSegments{}, mesh, segments); }, refusal);
   EXPECT_THAT([&] { tree.find(Nearest{1}, mesh, pairs); }, refusal);
   EXPECT_THAT([&] { tree.find(Contacts{fibers.view()}, mesh, contacts); }, refusal);
@@ -189,7 +189,7 @@ TEST(Overlaps, RootsThatAreNegativeAreRefusedByABuild) {
   arrays.root_segments = roots.data();
   FiberTree tree;
   tree.build(arrays);
-  const Pairs before = pairsOf(tree);
+  const PairList before = pairsOf(tree);
   roots[6] = -2;
   EXPECT_THAT([&] { tree.build(arrays); },
               ThrowsMessage<std::invalid_argument>(

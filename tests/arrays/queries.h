@@ -34,10 +34,10 @@ class Record {
     add(impact.pair.segment, impact.pair.triangle, impact.time);
   }
   void operator()(const Contact& contact) {
-    add(contact.a.fiber, contact.a.segment, contact.b.fiber, contact.b.segment, contact.distance);
+    add(contact.a.fiber, contact.a.number, contact.b.fiber, contact.b.number, contact.distance);
   }
   void operator()(const MeshContact& contact) {
-    add(contact.a.fiber, contact.a.segment, contact.triangle, contact.s, contact.distance);
+    add(contact.place.fiber, contact.place.number, contact.triangle, contact.s, contact.distance);
   }
   void operator()(std::int32_t segment) { add(segment); }
   template <class Found>
@@ -85,33 +85,33 @@ inline std::vector<TreeQuery> volumeQueries() {
   using A = const Asked&;
   using R = Record&;
   return {
-      {"visit(Touching)", [](A asked, R record) { asked.tree.visit(Touching{}, record); }},
-      {"visit(Touching, other)",
-       [](A asked, R record) { asked.tree.visit(Touching{}, asked.other, record); }},
-      {"the other's visit(Touching, tree)",
-       [](A asked, R record) { asked.other.visit(Touching{}, asked.tree, record); }},
-      {"find(Touching)",
+      {"visit(Pairs)", [](A asked, R record) { asked.tree.visit(Pairs{}, record); }},
+      {"visit(Pairs, other)",
+       [](A asked, R record) { asked.tree.visit(Pairs{}, asked.other, record); }},
+      {"the other's visit(Pairs, tree)",
+       [](A asked, R record) { asked.other.visit(Pairs{}, asked.tree, record); }},
+      {"find(Pairs)",
        [](A asked, R record) {
          std::vector<SegmentPair> pairs;
-         asked.tree.find(Touching{}, pairs);
+         asked.tree.find(Pairs{}, pairs);
          record.addAll(pairs);
        }},
       {"volumes",
        [](A asked, R record) {
          for (const TreeVolume& volume : asked.tree.volumes(5)) {
            const FiberSegment first = asked.tree.fiberSegment(volume.segments[0]);
-           record.add(first.fiber, first.segment, volume.segment_count);
+           record.add(first.fiber, first.number, volume.segment_count);
          }
          record.add(asked.tree.fiberCount(), asked.tree.segmentCount(),
                     asked.tree.memoryUsage() > 0);
        }},
-      {"visit(Touching, capsule)",
+      {"visit(Pairs, capsule)",
        [](A asked, R record) {
-         asked.tree.visit(Touching{}, CapsuleShape{{-0.2, 0, 0}, {0.2, 0.1, 0}, 0.1}, record);
+         asked.tree.visit(Pairs{}, CapsuleShape{{-0.2, 0, 0}, {0.2, 0.1, 0}, 0.1}, record);
        }},
-      {"visit(Touching, box)",
+      {"visit(Pairs, box)",
        [](A asked, R record) {
-         asked.tree.visit(Touching{}, BoxShape{{-0.2, 0, 0}, {0.2, 0.1, 0.1}}, record);
+         asked.tree.visit(Pairs{}, BoxShape{{-0.2, 0, 0}, {0.2, 0.1, 0.1}}, record);
        }},
   };
 }
@@ -126,8 +126,8 @@ inline std::vector<TreeQuery> capsuleQueries(int rings = kFewRings) {
   const TriangleMesh mesh(ball<double>(0.3, rings, 3 * rings / 2).view(),
                           TriangleMesh::Kind::kSolid);
   return {
-      {"visit(Touching, mesh)",
-       [mesh](A asked, R record) { asked.tree.visit(Touching{}, mesh, record); }},
+      {"visit(Pairs, mesh)",
+       [mesh](A asked, R record) { asked.tree.visit(Pairs{}, mesh, record); }},
       {"find(TouchingSegments, mesh)",
        [mesh](A asked, R record) {
          std::vector<std::int32_t> segments;
@@ -155,7 +155,7 @@ inline std::vector<TreeQuery> capsuleQueries(int rings = kFewRings) {
       {"writeContacts",
        [](A asked, R record) {
          std::vector<SegmentPair> pairs;
-         asked.tree.find(Touching{}, pairs);
+         asked.tree.find(Pairs{}, pairs);
          std::vector<Contact> contacts(pairs.size());
          asked.tree.writeContacts(Contacts{asked.fibers}, asked.tree, pairs.data(), pairs.size(),
                                   contacts.data());

@@ -44,9 +44,9 @@ class Probe {
     tree_ = FiberTree(options);
     tree_.build(curledFibers<double>(41, 40).view());
   }
-  Pairs operator()(const TriangleMesh& mesh) const {
-    Pairs pairs;
-    tree_.visit(Touching{}, mesh,
+  PairList operator()(const TriangleMesh& mesh) const {
+    PairList pairs;
+    tree_.visit(Pairs{}, mesh,
                 [&](TrianglePair p) { pairs.emplace_back(p.segment, p.triangle); });
     return pairs;
   }
@@ -192,7 +192,7 @@ TYPED_TEST(Meshes, RefuseUpdatesOfAnotherMeshAndStayAsTheyWere) {
   const Probe probe;
   const Triangles<TypeParam> good = ball<TypeParam>(0.3, 12, 16);
   TriangleMesh mesh(good.view());
-  const Pairs before = probe(mesh);
+  const PairList before = probe(mesh);
   ASSERT_FALSE(before.empty());
   const auto refused = [&](const MeshArrays<TypeParam>& bad, const std::string& text) {
     const TriangleMesh copy = mesh;
@@ -251,7 +251,7 @@ TEST(Meshes, ThatAreCopiesMayBeChangedOnSeveralThreads) {
   Triangles<double> second = first;
   for (double& x : second.points) x *= 0.75;
   const TriangleMesh fresh(first.view()), fresh_second(second.view());
-  const Pairs expected = probe(fresh), expected_second = probe(fresh_second);
+  const PairList expected = probe(fresh), expected_second = probe(fresh_second);
   for (int round = 0; round < 20; ++round) {
     TriangleMesh mesh(first.view());
     std::thread reader([copy = mesh, &probe, &expected]() mutable {

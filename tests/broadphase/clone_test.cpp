@@ -50,7 +50,7 @@ class Clone : public testing::Test {
     ASSERT_EQ(here.size(), there.size());
     for (std::size_t i = 0; i < here.size(); ++i) {
       EXPECT_EQ(original.fiberSegment(here[i]).fiber, clone.fiberSegment(there[i]).fiber);
-      EXPECT_EQ(original.fiberSegment(here[i]).segment, clone.fiberSegment(there[i]).segment);
+      EXPECT_EQ(original.fiberSegment(here[i]).number, clone.fiberSegment(there[i]).number);
     }
   }
 

@@ -202,7 +202,7 @@ TYPED_TEST(ComingAndGoing, OneMayComeAndGoForever) {
     EXPECT_LE(peak(), first + 1100);
     if (visitor == nullptr) continue;
     EXPECT_EQ(managed->fiberSegment(scene.fibers()[3][2]).fiber, 3u);
-    EXPECT_EQ(managed->fiberSegment(scene.fibers()[3][2]).segment, 2u);
+    EXPECT_EQ(managed->fiberSegment(scene.fibers()[3][2]).number, 2u);
   }
 }
 

@@ -133,8 +133,8 @@ TYPED_TEST(FiberRules, SegmentNumbersStayWhenOneIsUnregistered) {
       manager.unregister(i);
       // The oracle counts along the fiber as it was given.
       EXPECT_TRUE(manager.answersSelf());
-      EXPECT_EQ(manager->fiberSegment(scene[29]).segment, 29u);
-      EXPECT_EQ(manager->fiberSegment(scene[58]).segment, 58u);
+      EXPECT_EQ(manager->fiberSegment(scene[29]).number, 29u);
+      EXPECT_EQ(manager->fiberSegment(scene[58]).number, 58u);
     }
     // One that comes back by itself is no part of the fiber any more.
     manager.registerObject(scene[30]);
@@ -163,7 +163,7 @@ TYPED_TEST(FiberRules, SegmentNumbersStayWhenManyAreUnregistered) {
   const auto& left = manager.objects();
   for (std::size_t i = 0; i < scene.size(); ++i) {
     if (std::find(left.begin(), left.end(), scene[i]) == left.end()) continue;
-    EXPECT_EQ(manager->fiberSegment(scene[i]).segment, i);
+    EXPECT_EQ(manager->fiberSegment(scene[i]).number, i);
   }
 }
 
@@ -349,20 +349,20 @@ TYPED_TEST(FiberRules, FiberAndSegmentAreCountedInOrderOfRegistration) {
   for (const auto& fiber : scene.fibers()) manager->registerFiber(fiber);
   manager->registerObject(single[1]);
   EXPECT_EQ(manager->fiberSegment(single[0]).fiber, 0u);
-  EXPECT_EQ(manager->fiberSegment(single[0]).segment, 0u);
+  EXPECT_EQ(manager->fiberSegment(single[0]).number, 0u);
   for (std::size_t f = 0; f < scene.fibers().size(); ++f) {
     for (std::size_t i = 0; i < scene.fibers()[f].size(); ++i) {
       const FiberSegment place = manager->fiberSegment(scene.fibers()[f][i]);
       EXPECT_EQ(place.fiber, f + 1);
-      EXPECT_EQ(place.segment, i);
+      EXPECT_EQ(place.number, i);
     }
   }
   EXPECT_EQ(manager->fiberSegment(single[1]).fiber, scene.fibers().size() + 1);
-  EXPECT_EQ(manager->fiberSegment(single[1]).segment, 0u);
+  EXPECT_EQ(manager->fiberSegment(single[1]).number, 0u);
   // The same after the tree was built.
   manager->setup();
   EXPECT_EQ(manager->fiberSegment(scene.fibers()[1][7]).fiber, 2u);
-  EXPECT_EQ(manager->fiberSegment(scene.fibers()[1][7]).segment, 7u);
+  EXPECT_EQ(manager->fiberSegment(scene.fibers()[1][7]).number, 7u);
   EXPECT_THROW(manager->fiberSegment(nullptr), std::invalid_argument);
   const Scene<S> unknown = soupScene<S>(1, 0.3, 153);
   EXPECT_THROW(manager->fiberSegment(unknown[0]), std::invalid_argument);
@@ -389,7 +389,7 @@ TYPED_TEST(FiberRules, CapsulesThatShareAnEndBecomeAFiber) {
     std::vector<std::pair<std::size_t, std::size_t>> places;
     for (const auto* capsule : capsules) {
       const FiberSegment place = manager->fiberSegment(capsule);
-      places.emplace_back(place.fiber, place.segment);
+      places.emplace_back(place.fiber, place.number);
     }
     const std::vector<std::pair<std::size_t, std::size_t>> joined = {
         {0, 0}, {0, 1}, {0, 2}, {0, 3}, {2, 0}};

@@ -141,7 +141,7 @@ class Model {
     for (const auto& [object, record] : expected) {
       const FiberSegment place = registry_.fibers().placeOf(registry_.find(object));
       ASSERT_EQ(place.fiber, static_cast<std::size_t>(record.fiber)) << "a fiber's number";
-      ASSERT_EQ(place.segment, static_cast<std::size_t>(record.segment)) << "a segment's number";
+      ASSERT_EQ(place.number, static_cast<std::size_t>(record.segment)) << "a segment's number";
       ASSERT_EQ(registry_.fibers().groupOf(registry_.find(object)), record.group)
           << "a fiber's group";
     }
@@ -310,7 +310,7 @@ TEST(ObjectRegistry, ACopyHasOtherObjectsInTheirPlaces) {
       EXPECT_EQ(copy.objects()[static_cast<std::size_t>(id)], others[i]);
       const fibers::FiberTable &ours = copy.fibers(), &theirs = original.fibers();
       EXPECT_EQ(ours.placeOf(id).fiber, theirs.placeOf(id).fiber);
-      EXPECT_EQ(ours.placeOf(id).segment, theirs.placeOf(id).segment);
+      EXPECT_EQ(ours.placeOf(id).number, theirs.placeOf(id).number);
       EXPECT_EQ(ours.groupOf(id), theirs.groupOf(id));
       for (std::size_t j = i; j < 200 + added; ++j) {
         const SegmentId other = original.find(stock[j]);

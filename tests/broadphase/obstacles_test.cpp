@@ -46,7 +46,7 @@ std::set<std::size_t> segmentsWith(const FiberCollisionManager<S>& manager, cons
     if (a != object && b != object) continue;
     const fcl::CollisionObject<S>* partner = a == object ? b : a;
     if (partner->getNodeType() != fcl::GEOM_CAPSULE) continue;
-    segments.insert(manager.fiberSegment(partner).segment);
+    segments.insert(manager.fiberSegment(partner).number);
   }
   return segments;
 }
@@ -81,7 +81,7 @@ TYPED_TEST(Obstacles, AreSurfacesUnlessTheyAreSolid) {
       other->registerFiber(its_fiber);
       Numbers found;
       for (const auto& [a, b] : pairsWith<S>(*manager, *other)) {
-        if (a == head) found.insert(other->fiberSegment(b).segment);
+        if (a == head) found.insert(other->fiberSegment(b).number);
       }
       EXPECT_EQ(found, expected);
       // A manager that counts volumes knows what is solid, too.

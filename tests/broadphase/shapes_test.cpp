@@ -103,7 +103,7 @@ TYPED_TEST(ShapeFibers, HaveTheRulesOfFibers) {
         const auto manager = TypeParam::make(options);
         manager->registerFiber(scene.objects(), ends);
         EXPECT_EQ(numbersOf(selfPairs<S>(*manager), scene.objects()), expected);
-        EXPECT_EQ(manager->fiberSegment(scene[7]).segment, 7u);
+        EXPECT_EQ(manager->fiberSegment(scene[7]).number, 7u);
         jolt(scene.objects(), random, 1, 1);
         manager->update();
         EXPECT_EQ(numbersOf(selfPairs<S>(*manager), scene.objects()), expected);

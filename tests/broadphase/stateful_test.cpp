@@ -326,7 +326,7 @@ struct Clone : Command<S> {
     for (const std::size_t i : model.managed) {
       const FiberSegment its = original->fiberSegment(copies[i]);
       const FiberSegment now = sut.manager->fiberSegment(sut.cast[i]);
-      RC_ASSERT(now.fiber == its.fiber && now.segment == its.segment);
+      RC_ASSERT(now.fiber == its.fiber && now.number == its.number);
     }
     this->check(model, sut);
   }

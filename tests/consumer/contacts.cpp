@@ -22,7 +22,7 @@ int main() {
   fcl_fibers::FiberTree tree;
   tree.build(fibers);
   int contacts = 0;
-  tree.visit(fcl_fibers::Touching{}, [&](fcl_fibers::SegmentPair pair) {
+  tree.visit(fcl_fibers::Pairs{}, [&](fcl_fibers::SegmentPair pair) {
     const fcl_fibers::Contact contact = fcl_fibers::capsuleContact(fibers, pair);
     contacts += contact.distance < 0 && contact.normal[2] > 0.999;
   });

@@ -38,7 +38,7 @@ int main() {
                                  [] { fcl_fibers::io::readFibers("errors/no_such.hair"); }),
       throws<Enough>("a visitor's own",
                      [&] {
-                       tree.visit(fcl_fibers::Touching{},
+                       tree.visit(fcl_fibers::Pairs{},
                                   [](fcl_fibers::SegmentPair) { throw Enough{1}; });
                      }),
   };

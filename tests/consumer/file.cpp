@@ -22,10 +22,10 @@ int main() {
   FiberTree tree(reporting);
   tree.build(fiberArrays(fibers));
   int pairs = 0;
-  tree.visit(Touching{}, [&](SegmentPair) { ++pairs; });
+  tree.visit(Pairs{}, [&](SegmentPair) { ++pairs; });
   const io::MeshFile file = io::parseMesh("v 0 -1 -1\nv 0 1 -1\nv 0 0 1\nf 1 2 3\n", "a triangle");
   const TriangleMesh mesh(meshArrays(file));
-  tree.visit(Touching{}, mesh, [&](TrianglePair) { ++pairs; });
+  tree.visit(Pairs{}, mesh, [&](TrianglePair) { ++pairs; });
   std::printf("pairs %d, largest curvature %g\n", pairs, io::largestCurvature(fibers));
   return pairs == 3 && io::largestCurvature(fibers) == 0 ? 0 : 1;
 }

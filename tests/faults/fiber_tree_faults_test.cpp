@@ -87,7 +87,7 @@ using Answers = std::vector<std::optional<Seen>>;
 Answers answersOf(Subject& of) {
   Answers answers;
   for (const Act& ask :
-       {Act([](Subject& s) { s.visit(Touching{}); }), Act([](Subject& s) { s.visit(Impacts{}); }),
+       {Act([](Subject& s) { s.visit(Pairs{}); }), Act([](Subject& s) { s.visit(Impacts{}); }),
         Act([](Subject& s) { s.visit(MovingPairs{}); }),
         Act([](Subject& s) { s.see(0, 0, s.tree.safeStep()); })}) {
     of.seen.clear();
@@ -130,13 +130,13 @@ class TreeFaults : public testing::TestWithParam<FiberTreeOptions> {
   /// What these trees can be asked, during a step if they can have one.
   NamedActs queries() const {
     NamedActs all = {
-        {"visit(Touching)", [](Subject& of) { of.visit(Touching{}); }},
-        {"visit(Touching, other)", [](Subject& of) { of.visit(Touching{}, of.other); }},
-        {"find(Touching)", [](Subject& of) { of.find<SegmentPair>(Touching{}); }}};
+        {"visit(Pairs)", [](Subject& of) { of.visit(Pairs{}); }},
+        {"visit(Pairs, other)", [](Subject& of) { of.visit(Pairs{}, of.other); }},
+        {"find(Pairs)", [](Subject& of) { of.find<SegmentPair>(Pairs{}); }}};
     if (GetParam().report == Report::kVolumes) return all;
     for (const TriangleMesh* mesh : {&surface_, &solid_}) {
       const NamedActs of_mesh = {
-          {"visit(Touching, mesh)", [mesh](Subject& of) { of.visit(Touching{}, *mesh); }},
+          {"visit(Pairs, mesh)", [mesh](Subject& of) { of.visit(Pairs{}, *mesh); }},
           {"find(TouchingSegments, mesh)",
            [mesh](Subject& of) { of.find<std::int32_t>(TouchingSegments{}, *mesh); }},
           {"find(Nearest, mesh)",
@@ -306,7 +306,7 @@ TEST_P(TreeFaults, NothingIsAllocatedAfterTheFirstFrame) {
     for (double& coordinate : fibers.points) coordinate *= scale;
     tree.update(fibers.view());
     pairs = 0;
-    tree.visit(Touching{}, [&](SegmentPair) { ++pairs; });
+    tree.visit(Pairs{}, [&](SegmentPair) { ++pairs; });
   };
   frame(1);
   EXPECT_FALSE(allocates([&] { frame(1.001); }));
@@ -321,7 +321,7 @@ TEST(MeshFaults, UpdatingWithoutMemoryChangesNothing) {
   subject.tree.build(hair(20, 12, 194).view());
   const auto seenAt = [&](const TriangleMesh& mesh) {
     subject.seen.clear();
-    subject.visit(Touching{}, mesh);
+    subject.visit(Pairs{}, mesh);
     return subject.seen;
   };
   const Triangles<double> first = ball<double>(0.4, 20, 30);

@@ -58,16 +58,16 @@ TEST(TreeMemory, IsWhatTheHeapGave) {
         }
         std::size_t pairs = 0;
         const auto count = [&](SegmentPair) { ++pairs; };
-        FiberTree(options).visit(Touching{}, count);  // what threads need once is not the tree's
+        FiberTree(options).visit(Pairs{}, count);  // what threads need once is not the tree's
         const std::size_t live_before = liveBytes();
         FiberTree tree(options);
         tree.build(arrays);
         expectBytes(tree.memoryUsage(), live_before);
-        tree.visit(Touching{}, count);
+        tree.visit(Pairs{}, count);
         EXPECT_GT(pairs, 100u);
         expectBytes(tree.memoryUsage(), live_before);
         tree.update(arrays);
-        tree.visit(Touching{}, count);
+        tree.visit(Pairs{}, count);
         expectBytes(tree.memoryUsage(), live_before);
       }
     }

@@ -87,7 +87,7 @@ class Model {
       const Id& id = ids[static_cast<std::size_t>(a)];
       const Fiber& fiber = fibers_[id.fiber];
       ASSERT_EQ(table_.placeOf(a).fiber, fiber.number) << a;
-      ASSERT_EQ(table_.placeOf(a).segment, id.segment) << a;
+      ASSERT_EQ(table_.placeOf(a).number, id.segment) << a;
       ASSERT_EQ(table_.groupOf(a), fiber.group) << a;
       ASSERT_EQ(table_.isBehind(a), isBehind(id.fiber, id.segment)) << a;
       if (table_.isBehind(a)) continue;

@@ -31,7 +31,7 @@ using fcl_fibers::TrianglePair;
 using fcl_fibers::fuzz::isRefused;
 using fcl_fibers::fuzz::readByte;
 using fcl_fibers::fuzz::require;
-using Pairs = std::vector<std::pair<int, int>>;
+using PairList = std::vector<std::pair<int, int>>;
 
 /// Arrays on the heap of exactly the sizes that they say, so that a read beyond one is seen. Any of
 /// them may be null, and point_begin may hold anything.
@@ -113,9 +113,9 @@ class AnyArrays {
   FiberArrays<S> view_;
 };
 
-Pairs pairsOf(const FiberTree& tree) {
-  Pairs pairs;
-  tree.visit(fcl_fibers::Touching{}, [&](SegmentPair pair) { pairs.emplace_back(pair.a, pair.b); });
+PairList pairsOf(const FiberTree& tree) {
+  PairList pairs;
+  tree.visit(fcl_fibers::Pairs{}, [&](SegmentPair pair) { pairs.emplace_back(pair.a, pair.b); });
   return pairs;
 }
 
@@ -130,13 +130,13 @@ void fuzz(FuzzedDataProvider& data) {
   while (data.remaining_bytes() > 0) {
     const AnyArrays<S> arrays(data);
     const FiberArrays<S>& view = arrays.view();
-    const Pairs before = pairsOf(tree);
+    const PairList before = pairsOf(tree);
     const bool updates = data.ConsumeBool();
     const bool refused = isRefused([&] { updates ? tree.update(view) : tree.build(view); });
     require(refused !=
             (arrays.isSound() && (updates ? arrays.begin() == built : arrays.hasSoundRoots())));
     if (!refused) built = arrays.begin();
-    const Pairs after = pairsOf(tree);
+    const PairList after = pairsOf(tree);
     require(!refused || after == before);
     for (const auto& pair : after) {
       require(!isRefused([&] { capsuleContact(view, {pair.first, pair.second}); }) || refused);
@@ -153,7 +153,7 @@ void fuzz(FuzzedDataProvider& data) {
     const std::int32_t triangle[] = {0, 1, 2};
     TriangleMesh mesh(MeshArrays<double>{points, 3, triangle, 1});
     mesh.setCategories(readByte(data));
-    tree.visit(fcl_fibers::Touching{}, mesh,
+    tree.visit(fcl_fibers::Pairs{}, mesh,
                [&](TrianglePair pair) { fcl_fibers::meshContact(view, mesh, pair); });
   }
 }

@@ -62,14 +62,14 @@ using fcl_fibers::test::Point;
 using fcl_fibers::test::Real;
 using fcl_fibers::test::TouchOracle;
 using fcl_fibers::test::Triangles;
-using Pairs = std::vector<std::pair<int, int>>;
+using PairList = std::vector<std::pair<int, int>>;
 
 /// What a run has been told, in order.
 std::vector<double>* told = nullptr;
 
-Pairs pairsOf(const FiberTree& tree) {
-  Pairs pairs;
-  tree.visit(fcl_fibers::Touching{}, [&](SegmentPair pair) { pairs.emplace_back(pair.a, pair.b); });
+PairList pairsOf(const FiberTree& tree) {
+  PairList pairs;
+  tree.visit(fcl_fibers::Pairs{}, [&](SegmentPair pair) { pairs.emplace_back(pair.a, pair.b); });
   for (const auto& [a, b] : pairs) told->insert(told->end(), {double(a), double(b)});
   return pairs;
 }
@@ -116,7 +116,7 @@ void visitCandidates(const Hair<S>& hair, const Hair<S>* other, const FiberTreeO
 }
 
 template <typename S>
-void checkAnswers(const Pairs& pairs, const FiberTreeOptions& options, const Hair<S>& hair,
+void checkAnswers(const PairList& pairs, const FiberTreeOptions& options, const Hair<S>& hair,
                   const Hair<S>* other = nullptr) {
   const Hair<S>& second = other != nullptr ? *other : hair;
   const double size = std::max(hair.size(), second.size()) + options.margin;
@@ -218,7 +218,7 @@ void checkOverlaps(const FiberTree& tree, const Hair<S>& hair, const Shape& shap
                    Gap&& gap) {
   std::set<int> found;
   if (isRefused([&] {
-        tree.visit(fcl_fibers::Touching{}, shape, [&](std::int32_t segment) {
+        tree.visit(fcl_fibers::Pairs{}, shape, [&](std::int32_t segment) {
           require(found.insert(segment).second);
           told->push_back(segment);
         });
@@ -348,7 +348,7 @@ void checkMesh(const FiberTree& tree, const Hair<S>& hair, const Triangles<S>& t
     touching.insert(pair.segment);
     told->insert(told->end(), {double(pair.segment), double(pair.triangle)});
   };
-  if (isRefused([&] { tree.visit(fcl_fibers::Touching{}, mesh, take); })) {
+  if (isRefused([&] { tree.visit(fcl_fibers::Pairs{}, mesh, take); })) {
     return require(size > 1e100 || tree.options().report == Report::kVolumes);
   }
   std::vector<std::int32_t> segments;
@@ -466,7 +466,7 @@ std::optional<Step<S>> readStep(FuzzedDataProvider& data, FiberTree& tree, Hair<
   Step<S> step{hair, hair};
   if (data.ConsumeBool()) step.start.readNumbers(data);
   step.end.readNumbers(data);
-  const Pairs before = pairsOf(tree);
+  const PairList before = pairsOf(tree);
   const std::set<std::pair<int, int>> impacts_before = Impacts(tree).pairs;
   if (isRefused([&] { tree.update(step.start.arrays(), step.end.arrays()); })) {
     require(pairsOf(tree) == before && Impacts(tree).pairs == impacts_before);
@@ -490,7 +490,7 @@ struct Fibers {
     Hair<S> next = hair && data.ConsumeBool() ? *hair : Hair<S>(data);
     const bool same_fibers = hair && next.hasFibersOf(*hair);
     if (same_fibers) next.readNumbers(data);
-    const Pairs before = pairsOf(tree);
+    const PairList before = pairsOf(tree);
     const bool updates = same_fibers && data.ConsumeBool();
     updates ? next.measureAs(*hair) : next.measure();
     if (isRefused([&] { updates ? tree.update(next.arrays()) : tree.build(next.arrays()); })) {
@@ -514,8 +514,8 @@ struct Fibers {
 template <typename S>
 void checkBoth(const Fibers<S>& first, const Fibers<S>& second) {
   if (!first.hair || !second.hair) return;
-  Pairs pairs;
-  first.tree.visit(fcl_fibers::Touching{}, second.tree, [&](SegmentPair pair) {
+  PairList pairs;
+  first.tree.visit(fcl_fibers::Pairs{}, second.tree, [&](SegmentPair pair) {
     pairs.emplace_back(pair.a, pair.b);
     told->insert(told->end(), {double(pair.a), double(pair.b)});
   });
@@ -561,7 +561,7 @@ void fuzz(FuzzedDataProvider& data, int threads) {
         const int most = data.ConsumeIntegralInRange(1, 40);
         int calls = 0;
         const bool stopped =
-            tree.visit(fcl_fibers::Touching{}, [&](SegmentPair) { return ++calls == most; });
+            tree.visit(fcl_fibers::Pairs{}, [&](SegmentPair) { return ++calls == most; });
         require(calls <= most && stopped == (calls == most));
         if (!fibers.hair) break;
         const std::uint8_t more = readByte(data);

@@ -110,7 +110,7 @@ std::set<std::pair<std::size_t, std::size_t>> fibersInContact(const FiberPolylin
   FiberTree tree(options);
   tree.build(fiberArrays(scene));
   std::set<std::pair<std::size_t, std::size_t>> fibers;
-  tree.visit(Touching{}, [&](SegmentPair pair) {
+  tree.visit(Pairs{}, [&](SegmentPair pair) {
     const std::pair<std::size_t, std::size_t> ends =
         std::minmax({tree.fiberSegment(pair.a).fiber, tree.fiberSegment(pair.b).fiber});
     if (ends.first != ends.second) fibers.insert(ends);

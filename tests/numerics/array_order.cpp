@@ -23,7 +23,7 @@ OrderHash arrayOrderHash(const std::string& name, int threads) {
       FiberTree tree(options);
       tree.build(fibers.view());
       std::vector<SegmentPair> pairs;
-      tree.find(Touching{}, pairs);
+      tree.find(Pairs{}, pairs);
       if (pairs.empty()) throw std::logic_error("The scene has no pairs to put in order.");
       found.add(std::uint64_t{pairs.size()});
       for (const SegmentPair& pair : pairs) found.addPair(pair.a, pair.b);
@@ -71,7 +71,7 @@ OrderHash meshOrderHash(std::int32_t across, int threads) {
     FiberTree tree(options);
     tree.build(fibers.view());
     std::vector<TrianglePair> pairs;
-    tree.visit(Touching{}, mesh, [&](TrianglePair pair) { pairs.push_back(pair); });
+    tree.visit(Pairs{}, mesh, [&](TrianglePair pair) { pairs.push_back(pair); });
     if (pairs.empty()) throw std::logic_error("No segment touches the mesh.");
     found.add(std::uint64_t{pairs.size()});
     for (const TrianglePair& pair : pairs) found.addPair(pair.segment, pair.triangle);

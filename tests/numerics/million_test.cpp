@@ -41,7 +41,7 @@ class Million : public testing::TestWithParam<MillionCase> {
       FiberTree tree(options);
       tree.build(fibers.view());
       if (updated) tree.update(fibers.view());
-      tree.visit(Touching{}, [&](SegmentPair pair) {
+      tree.visit(Pairs{}, [&](SegmentPair pair) {
         pairs.push_back({pair.a, pair.b});
         return pairs.size() == kMany;
       });

@@ -175,7 +175,7 @@ FiberTree treeOf(const Assembly<S>& fibers, const FiberTreeOptions& options, His
     Assembly<S> elsewhere = fibers;
     std::reverse(elsewhere.points.begin(), elsewhere.points.end());
     tree.build(elsewhere.view());
-    tree.find(Touching{}, pairs);
+    tree.find(Pairs{}, pairs);
     tree.update(fibers.view());
     return tree;
   }
@@ -184,7 +184,7 @@ FiberTree treeOf(const Assembly<S>& fibers, const FiberTreeOptions& options, His
     half.point_begin.resize(fibers.fiberCount() / 2 + 1);
     half.radii.resize(half.point_begin.back());
     tree.build(half.view());
-    tree.find(Touching{}, pairs);
+    tree.find(Pairs{}, pairs);
   }
   tree.build(fibers.view());
   return tree;
@@ -217,7 +217,7 @@ std::vector<NumberPair> Specimen<S>::pairs(const FiberTreeOptions& options, Hist
     return objects_->numbered(callsOf(query, *objects_->manager(options, history)), *objects_);
   }
   std::vector<NumberPair> pairs;
-  treeOf(fibers_, options, history).visit(Touching{}, [&](SegmentPair pair) {
+  treeOf(fibers_, options, history).visit(Pairs{}, [&](SegmentPair pair) {
     pairs.push_back({numberOf(pair.a), numberOf(pair.b)});
   });
   return pairs;
@@ -243,7 +243,7 @@ std::vector<NumberPair> Specimen<S>::pairsWith(const Specimen& other,
   }
   const FiberTree second = treeOf(other.fibers_, other_options, History::kNew);
   std::vector<NumberPair> pairs;
-  treeOf(fibers_, options, History::kNew).visit(Touching{}, second, [&](SegmentPair pair) {
+  treeOf(fibers_, options, History::kNew).visit(Pairs{}, second, [&](SegmentPair pair) {
     pairs.push_back({numberOf(pair.a), other.numberOf(pair.b)});
   });
   return pairs;

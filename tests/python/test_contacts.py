@@ -60,8 +60,8 @@ def test_contacts(dtype, threads):
     tree = tree_of(scene, ignored_neighbors=1, threads=threads)
     pairs, contacts = tree.pairs(), tree.contacts()
     assert len(contacts) == len(pairs) > 50
-    names_a = scene.offsets[contacts["fiber_a"]] + contacts["segment_a"]
-    names_b = scene.offsets[contacts["fiber_b"]] + contacts["segment_b"]
+    names_a = scene.offsets[contacts["fiber_a"]] + contacts["number_a"]
+    names_b = scene.offsets[contacts["fiber_b"]] + contacts["number_b"]
     assert (np.column_stack([names_a, names_b]) == pairs).all()
     points, radii = scene.points.astype(float), scene.radii.astype(float)
     check_contact(
@@ -80,8 +80,8 @@ def test_contacts_of_two_trees():
         tree, other = tree_of(a, margin=0.01), tree_of(b)
         pairs, contacts = tree.pairs(other), tree.contacts(other)
         i, j = pairs.T
-        assert (a.offsets[contacts["fiber_a"]] + contacts["segment_a"] == i).all()
-        assert (b.offsets[contacts["fiber_b"]] + contacts["segment_b"] == j).all()
+        assert (a.offsets[contacts["fiber_a"]] + contacts["number_a"] == i).all()
+        assert (b.offsets[contacts["fiber_b"]] + contacts["number_b"] == j).all()
         p, q = a.points.astype(float), b.points.astype(float)
         check_contact(
             contacts,

@@ -268,9 +268,9 @@ def test_a_tree_in_the_place_of_a_mesh(tree):
 def test_structured_arrays_in_the_place_of_numbers(tree):
     contacts = tree.contacts()
     segments = dict(segments=contacts)
-    refused(tree.fiber_segment, TypeError, "fields fiber_a, segment_a", "pairs()", **segments)
+    refused(tree.fiber_segment, TypeError, "field a of contacts", "pairs()", **segments)
     for name in ("points", "offsets", "radii", "closed"):
-        refused(tree.build, TypeError, name, "fields fiber_a", **{**GOOD, name: contacts})
+        refused(tree.build, TypeError, name, "fields a, b", **{**GOOD, name: contacts})
 
 
 def test_errors_name_nothing_of_cpp(tree, tmp_path):

@@ -74,7 +74,7 @@ def test_contacts(scene, threads):
     corners = (points + 0.5)[triangles]
     tree = tree_of(scene, threads=threads)
     pairs, contacts = tree.pairs(mesh), tree.contacts(mesh)
-    names = scene.offsets[contacts["fiber"]] + contacts["segment"]
+    names = scene.offsets[contacts["fiber"]] + contacts["number"]
     assert (np.column_stack([names, contacts["triangle"]]) == pairs).all() and len(pairs) > 50
     at = np.searchsorted(scene.names, names)
     axis = scene.start[at] + contacts["s"][:, None] * (scene.end - scene.start)[at]

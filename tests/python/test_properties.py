@@ -81,7 +81,7 @@ def test_pairs_and_contacts(scene, chosen):
     pairs, contacts = tree.pairs(), tree.contacts()
     both = tree.fiber_segment(pairs)
     assert (both[:, 0, 0] == contacts["fiber_a"]).all()
-    assert (both[:, 1, 1] == contacts["segment_b"]).all()
+    assert (both[:, 1, 1] == contacts["number_b"]).all()
     gap, error = oracles.gaps(scene, scene)
     i, j = np.searchsorted(scene.names, pairs).T
     assert (np.abs(contacts["distance"] - gap[i, j]) <= error[i, j]).all()

@@ -50,7 +50,7 @@ def test_fiber_segment():
     assert both.shape == pairs.shape + (2,) and both.dtype == np.int64
     contacts = tree.contacts()
     assert (both[:, 0, 0] == contacts["fiber_a"]).all()
-    assert (both[:, 1, 1] == contacts["segment_b"]).all()
+    assert (both[:, 1, 1] == contacts["number_b"]).all()
     one = int(scene.names[7])
     assert tree.fiber_segment(one).tolist() == expected[7].tolist()
     assert tree.fiber_segment(np.full((2, 1, 3), one, np.uint8)).shape == (2, 1, 3, 2)

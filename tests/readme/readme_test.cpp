@@ -69,10 +69,10 @@ struct Objects {
   std::vector<Fiber> fibers;
 };
 
-using Pairs = std::vector<std::pair<fcl::CollisionObjectd*, fcl::CollisionObjectd*>>;
+using PairList = std::vector<std::pair<fcl::CollisionObjectd*, fcl::CollisionObjectd*>>;
 
 bool callback(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* data) {
-  static_cast<Pairs*>(data)->push_back({a, b});
+  static_cast<PairList*>(data)->push_back({a, b});
   return false;
 }
 
@@ -106,8 +106,8 @@ TEST(Options, HairWithItsHead) {
 #include "options_1_code.inc"
   // The root is left out; the last segment crosses the face, and the one before is inside.
   ASSERT_EQ(contacts.size(), 2U);
-  EXPECT_EQ(contacts[0].a.segment, 2U);
-  EXPECT_EQ(contacts[1].a.segment, 1U);
+  EXPECT_EQ(contacts[0].place.number, 2U);
+  EXPECT_EQ(contacts[1].place.number, 1U);
   for (const fcl_fibers::MeshContact& contact : contacts) {
     EXPECT_EQ(contact.triangle, 3);
     EXPECT_TRUE(contact.solid);
@@ -133,7 +133,7 @@ TEST(Options, HairWithItsHeadAsObjects) {
   for (const auto& contact : collector.contacts()) {
     EXPECT_EQ(contact.object_b, &head);
     EXPECT_TRUE(contact.solid);
-    segments.insert(contact.a.segment);
+    segments.insert(contact.a.number);
   }
   EXPECT_THAT(segments, testing::ElementsAre(1, 2, 3));
 }
@@ -241,7 +241,7 @@ TEST(Options, AClosedCableAndAHead) {
   const double radius = scene.radius;
   fcl::CollisionObjectd head(std::make_shared<fcl::Sphered>(0.2), fcl::Matrix3d::Identity(),
                              fcl::Vector3d(0.5, 0.2, 0));
-  Pairs data;
+  PairList data;
 #include "options_0_code.inc"
   EXPECT_THAT(data, testing::ElementsAre(std::pair(cable[0], &head)));
 }

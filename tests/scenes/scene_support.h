@@ -57,7 +57,7 @@ inline std::size_t touchingPairs(const FiberPolylines& scene, int ignored) {
   FiberTree tree(options);
   tree.build(fiberArrays(scene));
   std::size_t pairs = 0;
-  tree.visit(Touching{}, [&](SegmentPair) { ++pairs; });
+  tree.visit(Pairs{}, [&](SegmentPair) { ++pairs; });
   return pairs;
 }
 

@@ -129,7 +129,7 @@ TEST(Nearest, OneLongFiber) {
   scene.point_begin.back() += 2;
   const std::optional<Contact> found = findNearest(scene, nullptr, {});
   ASSERT_TRUE(found);
-  EXPECT_EQ(found->b.segment, 200'000u);
+  EXPECT_EQ(found->b.number, 200'000u);
   EXPECT_GT(found->distance, 6.9 - 1e-12);  // of z, less twice the radius
   EXPECT_LT(found->distance, 6.9001);       // points at y near 1 are less than 0.002 from it
 }

@@ -57,15 +57,15 @@ struct ChainTree {
   std::vector<Capsule> thick;      ///< by leaf, see thickened()
   std::vector<std::int32_t> next;  ///< by leaf: the next one in the fiber, or itself
 
-  Pairs touching;  ///< of leaves that every kind has to find, neighbours too, in order
+  PairList touching;  ///< of leaves that every kind has to find, neighbours too, in order
 };
 
 /// The pairs that touch among those whose volumes overlap, in order.
 template <class Volume>
-Pairs touchingPairs(const ChainTree& chains) {
+PairList touchingPairs(const ChainTree& chains) {
   std::vector<Volume> volumes(chains.tree.size());
   fitVolumes(chains.tree, chains.thick, volumes);
-  Pairs pairs;
+  PairList pairs;
   const auto visit = [&](std::int32_t a, std::int32_t b) {
     if (chains.touch(a, b)) pairs.push_back(std::minmax(a, b));
   };
@@ -118,7 +118,7 @@ bool reachesSurfaces(const ChainTree& chains) {
 /// What is wrong with a kind of volume and the touching pairs that it finds; empty if it is right.
 template <class Volume>
 std::string errorOf(const ChainTree& chains) {
-  const Pairs found = touchingPairs<Volume>(chains);
+  const PairList found = touchingPairs<Volume>(chains);
   if (std::adjacent_find(found.begin(), found.end()) != found.end()) return "finds a pair twice";
   if (const std::size_t missed = countWithout(chains.touching, found); missed > 0) {
     return "misses " + std::to_string(missed) + " of " + std::to_string(chains.touching.size()) +
