@@ -103,6 +103,11 @@ std::shared_ptr<const index::PosedMesh> MovingMeshOnDemand::get(const index::Pla
   return mesh_;
 }
 
+void MovingMeshOnDemand::forget() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  mesh_.reset();
+}
+
 std::size_t MovingMeshOnDemand::memoryUsage() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return mesh_ == nullptr ? 0 : mesh_->memoryUsage();
@@ -167,7 +172,7 @@ void Obstacles<S>::renumber(const ObjectRegistry<S>& registry) {
 
 template <typename S>
 void Obstacles<S>::clear() {
-  setStep(false);
+  has_step_ = false;
   beside_.clear();
   shapes_.clear();
   boxes_.clear();
@@ -184,7 +189,7 @@ void Obstacles<S>::setStep(bool has_step) {
     if (!entry.has_moved) continue;
     entry.start = entry.end;
     entry.has_moved = false;
-    if (entry.is_mesh) entry.forgetTrees();
+    if (entry.is_mesh) entry.trees->forget();
   }
   boxes_.endStep();  // the next reading begins it where these are
   has_step_ = has_step;

@@ -130,6 +130,8 @@ class MovingMeshOnDemand {
                                               const index::PlacedMesh& end,
                                               const geometry::Frame& frame,
                                               parallel::Executor* executor);
+  /// Gives up what was made for the start and the end that there were.
+  void forget();
   std::size_t memoryUsage() const;
 
  private:
@@ -200,7 +202,8 @@ class Obstacles {
   /// Takes new ids of the same objects. All have to be read then.
   void renumber(const ObjectRegistry<S>& registry);
   void clear();
-  /// Begins a step at the objects as they were read last, or ends it.
+  /// Begins a step at the objects as they were read last, or ends it. It needs no memory, because
+  /// the indexes follow.
   void setStep(bool has_step);
   /// Adds the object that replaces one of another manager. The cache has the triangles of that one,
   /// which both share if they are the same.

@@ -400,6 +400,38 @@ TEST_F(MotionFaults, AnUpdateWithoutMemoryKeepsTheStart) {
   }
 }
 
+// A step would end in part, or objects that are gone would be left in a manager.
+TEST_F(MotionFaults, StepsOfMeshesEndWithoutMemory) {
+  Scene<double> scene;
+  scene.addSphere({0, 0, 0}, 0.1);
+  auto* mesh = scene.addMesh({-5, 0, 0}, 1);
+  Manager manager(options_);
+  const auto sweep = [&] {
+    manager.registerObjects(scene.objects());
+    manager.beginStep();
+    moveTo(*mesh, makePose<double>(Eigen::Quaterniond::Identity(), {10, 0, 0}));
+    manager.update();
+    EXPECT_EQ(sortedPairs(manager).size(), 1u);
+  };
+  const fcl::Transform3<double> pose = mesh->getTransform();
+  for (const auto& [name, act] : std::vector<std::pair<std::string, std::function<void()>>>{
+           {"endStep()", [&] { manager.endStep(); }},
+           {"beginStep()", [&] { manager.beginStep(); }}}) {
+    SCOPED_TRACE(name);
+    moveTo(*mesh, pose);
+    sweep();
+    EXPECT_FALSE(allocates(act));
+    EXPECT_TRUE(sortedPairs(manager).empty());
+    manager.clear();
+  }
+  moveTo(*mesh, pose);
+  sweep();
+  EXPECT_FALSE(allocates([&] { manager.clear(); }));
+  EXPECT_TRUE(manager.empty());
+  moveTo(*mesh, pose);
+  sweep();
+}
+
 // A query would leave the manager locked, or with what it had found so far.
 TYPED_TEST(ManagerFaults, AQueryWithoutMemoryChangesNothing) {
   using Test = ManagerFaults<TypeParam>;
