@@ -322,7 +322,7 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
   KeptSegments readSegments(const SegmentSource& source) const;
   tree::Visit searchAt(const End& end, const PosedTriangles& triangles, double margin, bool once,
                        PairSink& sink) const;
-  void addNearest(const End& end, const PosedTriangles& triangles,
+  void addNearest(const End& at, const PosedTriangles& triangles,
                   std::vector<tree::Pair>& pairs) const;
 
   IndexOptions options_;

@@ -213,9 +213,9 @@ Visit SegmentIndex::searchAt(const End& end, const PosedTriangles& triangles, do
 }
 
 /// Sets b of each pair to the triangle that is nearest to segment a.
-void SegmentIndex::addNearest(const End& end, const PosedTriangles& triangles,
+void SegmentIndex::addNearest(const End& at, const PosedTriangles& triangles,
                               std::vector<Pair>& pairs) const {
-  const SegmentRange segments = end.segments.range();
+  const SegmentRange segments = at.segments.range();
   constexpr std::size_t kGrain = 64;
   forRanges(pairs.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {

@@ -65,11 +65,11 @@ class CollectRuns final : public PairSink {
   std::size_t wanted_;
 };
 
-using CapsuleFilter = HullFilter<SegmentRange, SegmentHulls<SegmentRange>>;
+using SegmentFilter = HullFilter<SegmentRange, SegmentHulls<SegmentRange>>;
 
 template <class Tree, class Trees>
 PairList pairsFound(const Trees& trees, parallel::Executor* executor = nullptr,
-                    const CapsuleFilter* filter = nullptr) {
+                    const SegmentFilter* filter = nullptr) {
   CollectRuns sink;
   ScratchPool scratch;
   EXPECT_EQ(findPairs(TreeSearch<Tree, Trees>(trees), filter, executor, scratch, sink),
@@ -315,12 +315,12 @@ TYPED_TEST(PairSearchTest, TheFilterKeepsThePairsThatTouchInTheirOrder) {
 
   const TypeParam tree = treeOf<TypeParam>(a, margin / 2);
   const KeptSegments of_a = kept(a), of_b = kept(b);
-  const CapsuleFilter within(of_a.range(), {of_a.range()}, margin, 4);
-  const CapsuleFilter between(of_a.range(), {of_b.range(), &trees.b_to_a}, margin, 4);
+  const SegmentFilter within(of_a.range(), {of_a.range()}, margin, 4);
+  const SegmentFilter between(of_a.range(), {of_b.range(), &trees.b_to_a}, margin, 4);
   const auto at = [](const FiberScene& in, SegmentId id) {
     return in.segments[static_cast<std::size_t>(id)];
   };
-  const auto expectKept = [&](const auto& what, const CapsuleFilter& filter, auto&& touches) {
+  const auto expectKept = [&](const auto& what, const SegmentFilter& filter, auto&& touches) {
     PairList expected = pairsFound<TypeParam>(what);
     const std::size_t before = expected.size();
     expected.erase(
@@ -346,13 +346,13 @@ TYPED_TEST(PairSearchTest, TheFilterKeepsThePairsThatTouchInTheirOrder) {
   // With one bound for the errors of all end points. Only a bound that is too wide would show.
   SegmentRange bounded = of_a.range();
   bounded.setMostError(1e-14);
-  expectKept(tree, CapsuleFilter(bounded, {bounded}, margin, 4), touchingInA);
+  expectKept(tree, SegmentFilter(bounded, {bounded}, margin, 4), touchingInA);
 
   // Of ids that do not start at 0.
   std::vector<Pair> pairs;
   for (const auto& [i, j] : pairsFound<TypeParam>(tree)) pairs.push_back({i + 1000, j + 3000});
   const KeptSegments from_1000 = kept(a, 1000), from_3000 = kept(a, 3000);
-  const CapsuleFilter shifted(from_1000.range(), {from_3000.range()}, margin, 4);
+  const SegmentFilter shifted(from_1000.range(), {from_3000.range()}, margin, 4);
   std::vector<geometry::Impact> impacts;
   const std::size_t kept = shifted.keep(pairs.data(), pairs.size(), impacts);
   const PairList expected = pairsFound<TypeParam>(tree, nullptr, &within);
