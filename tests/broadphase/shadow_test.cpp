@@ -232,8 +232,9 @@ TYPED_TEST(Shadow, FindsNoDifferenceWhateverTheOptions) {
           if (wraps) return makeWrappedSphereTree<S>(options);
           return makeLayeredAabbTree<S>(options);
         };
-        ShadowManager<S> shadow(makeFclTree<S>(), make(), withoutFile());
-        ShadowManager<S> other(makeFclTree<S>(), make(), withoutFile());
+        // FCL's tree reads what it has not set where it balances boxes without end.
+        ShadowManager<S> shadow(makeFclNaive<S>(), make(), withoutFile());
+        ShadowManager<S> other(makeFclNaive<S>(), make(), withoutFile());
         for (auto* object : scene.loose()) shadow.registerObject(object);
         for (const auto& fiber : scene.fibers()) shadow.registerFiber(fiber, FiberEnds::kClosed);
         other.registerObjects(others.objects());
@@ -649,9 +650,8 @@ TYPED_TEST(Shadow, RefusesManagersThatAreNullOrFilled) {
 
 /// A program of all calls and shapes.
 template <typename S>
-void runAll(ShadowManager<S>& shadow, Scene<S>& scene, Scene<S>& others) {
+void runAll(ShadowManager<S>& shadow, ShadowManager<S>& other, Scene<S>& scene, Scene<S>& others) {
   Random random(4709);
-  ShadowManager<S> other(makeFclTree<S>(), FiberManagerOptions{}, withoutFile());
   other.registerObjects(others.objects());
   for (auto* object : scene.loose()) shadow.registerObject(object);
   shadow.registerFiber(scene.fibers()[0]);
@@ -682,8 +682,9 @@ TYPED_TEST(Shadow, RecordsEveryCallAndShape) {
   Scene<S> scene, others;
   fill(scene, 4710, true);
   fill(others, 4711);
-  ShadowManager<S> shadow(makeFclTree<S>(), FiberManagerOptions{}, withoutFile());
-  runAll(shadow, scene, others);
+  ShadowManager<S> shadow(makeFclNaive<S>(), FiberManagerOptions{}, withoutFile());
+  ShadowManager<S> other(makeFclNaive<S>(), FiberManagerOptions{}, withoutFile());
+  runAll(shadow, other, scene, others);
   const std::string path = temporary("all.txt");
   shadow.writeRecord(path);
   const std::string text = contentOf(path);
@@ -732,7 +733,8 @@ TYPED_TEST(Shadow, EndsTheRecordAtItsLimit) {
   ShadowOptions options = withoutFile();
   options.record_limit = 40000;
   ShadowManager<S> shadow(makeFclTree<S>(), FiberManagerOptions{}, options);
-  runAll(shadow, scene, others);
+  ShadowManager<S> other(makeFclTree<S>(), FiberManagerOptions{}, withoutFile());
+  runAll(shadow, other, scene, others);
   const std::string path = temporary("limit.txt");
   shadow.writeRecord(path);
   EXPECT_THAT(contentOf(path), HasSubstr("\nlimit\n"));
