@@ -60,6 +60,12 @@ ClosestPoints wellScaledClosestPoints(const Segment& p, const Segment& q, double
   if (best.squared > kNear * kNear * m * m) {
     return {best.s, best.t, -1.0 * rough.between(best.s, best.t)};
   }
+  // The axes of adjacent segments meet at an end of both, which takes no arithmetic to see.
+  for (const double s : {0.0, 1.0}) {
+    const Vec3d& end = s == 0 ? p.a : p.b;
+    if (end == q.a) return {s, 0, {0, 0, 0}};
+    if (end == q.b) return {s, 1, {0, 0, 0}};
+  }
   const SquaredDistance<DoubleDouble> fine(p, q);
   const Certified<DoubleDouble> finest = fine.atBestCandidate();
   const Vec3<DoubleDouble> r = fine.between(finest.s, finest.t);

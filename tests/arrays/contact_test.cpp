@@ -153,6 +153,35 @@ TEST(CapsuleContact, HasANormalPerpendicularToAxesThatMeet) {
   expectRightBothWays(point, point);
 }
 
+TEST(CapsuleContact, IsAtAnEndThatBothHave) {
+  // If this fails, adjacent segments of a fiber meet beside their point, or rounding of a distance
+  // of 0 chooses the side of their normal.
+  Random random(5);
+  const int powers[] = {-960, -200, 0, 0, 0, 0, 30, 990};
+  for (int i = 0; i < 20000; ++i) {
+    const double size = std::ldexp(1, powers[random.below(8)]);
+    CapsuleShape a = capsule(random.inCube(size), random.inCube(size), 0.1 * size);
+    CapsuleShape b = capsule(random.inCube(size), random.inCube(size), 0);
+    const bool is_end_of_a = i % 2 == 1, is_end_of_b = i % 4 > 1;
+    (is_end_of_b ? b.to : b.from) = is_end_of_a ? a.to : a.from;
+    const Contact forth = capsuleContact(a, b), back = capsuleContact(b, a);
+    EXPECT_EQ(forth.s, is_end_of_a);
+    EXPECT_EQ(forth.t, is_end_of_b);
+    EXPECT_EQ(forth.distance, -a.radius);
+    EXPECT_LE((toPoint(forth.normal) + toPoint(back.normal)).norm(), 1e-9L);
+    expectRightBothWays(a, b);
+    if (HasFailure()) FAIL() << "case " << i;
+  }
+  // A choice among many closest points.
+  const Eigen::Vector3d p{0.1, 0.7, 0.3}, q{0.4, -0.2, 0.9};
+  for (const CapsuleShape& a : {capsule(p, q, 1), capsule(q, p, 1), capsule(p, p, 1)}) {
+    for (const CapsuleShape& b : {capsule(p, q, 2), capsule(q, p, 2), capsule(p, p, 2),
+                                  capsule(p, p + 0.3 * (q - p), 2), capsule(p + q, p, 2)}) {
+      expectRightBothWays(a, b);
+    }
+  }
+}
+
 TEST(CapsuleContact, TurnsTheNormalWithTheOrderOfThePair) {
   // If this fails, the force of a contact depends on which capsule came first.
   Random random(4);
