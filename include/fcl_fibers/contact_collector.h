@@ -73,13 +73,13 @@ class ContactCollector {
   using Manager = FiberCollisionManager<S>;  ///< a manager whose queries are collected
   using Object = fcl::CollisionObject<S>;    ///< an object of the manager
 
-  /// Collects the contacts of collision queries of `manager`, which has to outlive the collector.
-  /// Contact::b has no place if the second object is not in this manager.
-  explicit ContactCollector(const Manager& manager) : ContactCollector(manager, &manager) {}
-
-  /// Collects the contacts of `manager.collide(other, ...)`. Contact::b has the numbers that
-  /// `other` has for the second object. If `other` is null, Contact::b never has a place.
-  ContactCollector(const Manager& manager, const Manager* other)
+  /// Collects the contacts of collision queries.
+  /// @param manager  the manager that is queried; it has to outlive the collector
+  /// @param other    a fiber manager with second objects, as in `manager.collide(other, ...)`; it
+  /// has
+  ///                 to outlive the collector, too. Null if there is none. A second object that it
+  ///                 does not have is looked for in `manager`. What is in neither has no fiber.
+  explicit ContactCollector(const Manager& manager, const Manager* other = nullptr)
       : manager_(manager), other_(other) {
     request.enable_contact = true;
     request.num_max_contacts = 16;
@@ -103,6 +103,11 @@ class ContactCollector {
   }
 
  private:
+  /// Where a second object is looked for.
+  const Manager& managerOf(const Object* object) const {
+    return other_ != nullptr && other_->isRegistered(object) ? *other_ : manager_;
+  }
+
   void add(Object* a, Object* b) {
     ObjectContact<S> contact;
     contact.object_a = a;
@@ -141,9 +146,8 @@ class ContactCollector {
     const Object *capsule = contact.object_a, *mesh = contact.object_b;
     if (is_turned) std::swap(capsule, mesh);
     if (!isCapsule(*capsule) || mesh->getObjectType() != fcl::OT_BVH) return false;
-    const bool is_its = other_ != nullptr && !manager_.isRegistered(mesh) &&
-                        other_->isRegistered(mesh) && other_->options().report == Report::kCapsules;
-    const Manager& owner = is_its ? *other_ : manager_;
+    const Manager& its = is_turned ? manager_ : managerOf(mesh);
+    const Manager& owner = its.options().report == Report::kCapsules ? its : manager_;
     if (!owner.findMeshContacts(capsule, mesh, options.margin, mesh_contacts_)) return false;
     for (const MeshContact& found : mesh_contacts_) {
       contact.s = is_turned ? 0 : found.s;
@@ -169,9 +173,8 @@ class ContactCollector {
     if (options.bounds == Bounds::kObjects) return false;
     // Rounding must not drop a pair that the manager has reported.
     if (options.report == Report::kCapsules) return true;
-    const Manager& of_b = other_ != nullptr ? *other_ : manager_;
-    return contact.distance <=
-           options.margin + manager_.margin(contact.object_a) + of_b.margin(contact.object_b);
+    return contact.distance <= options.margin + manager_.margin(contact.object_a) +
+                                   managerOf(contact.object_b).margin(contact.object_b);
   }
 
   void keep(ObjectContact<S>& contact) {
@@ -181,9 +184,8 @@ class ContactCollector {
           "construct the collector with the manager that you query");
     }
     contact.a = manager_.fiberSegment(contact.object_a);
-    if (other_ != nullptr && other_->isRegistered(contact.object_b)) {
-      contact.b = other_->fiberSegment(contact.object_b);
-    }
+    const Manager& of_b = managerOf(contact.object_b);
+    if (of_b.isRegistered(contact.object_b)) contact.b = of_b.fiberSegment(contact.object_b);
     contacts_.push_back(contact);
   }
 

@@ -164,6 +164,38 @@ TYPED_TEST(Contacts, NumberTheOtherManagersSegmentsByThatManager) {
   }
 }
 
+TYPED_TEST(Contacts, LookForTheSecondObjectInBothManagers) {
+  // If this fails, what has a fiber is said to have none, or has the numbers of another manager.
+  using S = typename TypeParam::Scalar;
+  const Scene<S> scene = fibersAndSpheres<S>(1), others = fibersAndSpheres<S>(2);
+  test::Managed<TypeParam> manager, other;
+  manager.registerFibers(scene);
+  other.registerFibers(others);
+  // One of both.
+  auto* const shared = others[30];
+  manager->registerObject(shared);
+  for (const auto* partner : {&other, static_cast<decltype(&other)>(nullptr)}) {
+    const FiberCollisionManager<S>* const second = partner == nullptr ? nullptr : &**partner;
+    ContactCollector<S> self(*manager, second), all(*manager, second);
+    manager->collide(&self, self.callback);
+    ASSERT_FALSE(self.contacts().empty());
+    for (const auto& contact : self.contacts()) {
+      const bool is_others = second != nullptr && contact.object_b == shared;
+      const FiberSegment b = (is_others ? *other : *manager).fiberSegment(contact.object_b);
+      EXPECT_TRUE(contact.b.fiber == b.fiber && contact.b.number == b.number);
+    }
+    for (auto* object : others.objects()) manager->collide(object, &all, all.callback);
+    ASSERT_GT(all.contacts().size(), 50u);
+    for (const auto& contact : all.contacts()) {
+      const bool is_here = second == nullptr && contact.object_b == shared;
+      const FiberSegment b = second != nullptr ? other->fiberSegment(contact.object_b)
+                             : is_here         ? manager->fiberSegment(shared)
+                                               : FiberSegment();
+      EXPECT_TRUE(contact.b.fiber == b.fiber && contact.b.number == b.number);
+    }
+  }
+}
+
 TYPED_TEST(Contacts, AreCollectedFromEveryQueryOfTheManager) {
   // If this fails, a collector ends the query of one object, or of FCL's manager, by an exception.
   using S = typename TypeParam::Scalar;
