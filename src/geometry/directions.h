@@ -32,15 +32,21 @@ inline Vec3d perpendicularTo(const Vec3d& v) {
   return normalized(cross(v, axis));
 }
 
-/// A unit vector perpendicular to both, on the side of `apart`.
-inline Vec3d perpendicularTo(const Vec3d& along_p, const Vec3d& along_q, const Vec3d& apart) {
-  const Vec3d u = scaledToOne(along_p), v = scaledToOne(along_q);
-  if (maxNorm(u) == 0) return maxNorm(v) == 0 ? Vec3d{0, 0, 1} : perpendicularTo(v);
+/// The direction of the vector product u x v, or zero if its sine is at most `parallel`.
+inline Vec3d productDirection(const Vec3d& along_u, const Vec3d& along_v, double parallel) {
+  const Vec3d u = scaledToOne(along_u), v = scaledToOne(along_v);
+  if (maxNorm(u) == 0) return u;
   // A cross product with v itself would lean along u, by rounding divided by the angle.
   const Vec3d across = v - (dot(u, v) / squaredNorm(u)) * u;
+  return maxNorm(across) <= parallel ? Vec3d{0, 0, 0} : normalized(cross(u, across));
+}
+
+/// A unit vector perpendicular to both, on the side of `apart`.
+inline Vec3d perpendicularTo(const Vec3d& u, const Vec3d& v, const Vec3d& apart) {
+  if (maxNorm(u) == 0) return maxNorm(v) == 0 ? Vec3d{0, 0, 1} : perpendicularTo(scaledToOne(v));
   constexpr double kParallel = 0x1p-40;
-  if (maxNorm(across) <= kParallel) return perpendicularTo(u);
-  const Vec3d normal = normalized(cross(u, across));
+  const Vec3d normal = productDirection(u, v, kParallel);
+  if (maxNorm(normal) == 0) return perpendicularTo(scaledToOne(u));
   return dot(normal, apart) < 0 ? -1.0 * normal : normal;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 #include "geometry/double_double.h"
 #include "geometry/least_distance.h"
@@ -23,11 +24,13 @@ template <typename T>
 class Differences {
  public:
   static constexpr int kCount = 4;
+  /// More than enough for four variables, each of which has two bounds.
+  static constexpr int kMostSteps = 24;
 
   /// @param size  see sizeOf()
   Differences(const Segment& segment, const Obstacle& box, double size)
       : w_(difference<T>(segment.a, box.point) + difference<T>(segment.b, box.point)),
-        negligible_(0x1p-104 * size * size) {
+        negligible_(kNegligible * size * size) {
     for (int i = 0; i < 3; ++i) c_[i] = difference<T>(box.vector[i], -1.0 * box.vector[i]);
     c_[3] = difference<T>(segment.b, segment.a);
   }
@@ -56,9 +59,38 @@ class Differences {
   const T& squared() const { return squared_; }
   const T& gap() const { return gap_; }
   double x(int i) const { return double(x_[i]); }
+  Vec3d vector() const { return {double(r_.x), double(r_.y), double(r_.z)}; }
+
+  /// Goes on until no more than this is left to gain, as far as rounding shows.
+  void finish(const T& gain) {
+    for (int step = 0; step < kMostSteps && gap_ > gain && descend(); ++step) continue;
+  }
+
+  /// Whether rounding hardly moves the least vector: whether those c_i are far from dependent whose
+  /// x_i are between their bounds, or may be.
+  /// @param rounding  bounds the error of the vector
+  bool isSteady(double rounding) const {
+    constexpr double kLeastSine = 0x1p-8;  // squared
+    Vec3<T> q[kCount];
+    for (int i = 0; i < kCount; ++i) {
+      const T squared = squaredNorm(c_[i]);
+      q[i] = {T(0), T(0), T(0)};
+      const T rise = x_[i] < T(0) ? slope_[i] : -slope_[i];
+      const bool is_held = distanceFromZero(x_[i]) == T(1) && rise > T(0) &&
+                           rise * rise > T(rounding * rounding) * squared;
+      if (is_held) continue;
+      q[i] = c_[i];
+      for (int k = 0; k < i; ++k) {
+        q[i] = q[i] - quotientOrZero(dot(q[k], q[i]), squaredNorm(q[k])) * q[k];
+      }
+      if (squaredNorm(q[i]) < T(kLeastSine) * squared) return false;
+    }
+    return true;
+  }
 
   /// Moves to the least vector over the free x_i, or to the first bound on the way there.
-  void descend() {
+  /// @return whether that may not be the least vector over all x_i
+  bool descend() {
     T move[kCount];
     leastOverFree(move);
     T step(1);
@@ -76,13 +108,15 @@ class Differences {
       is_free_[stopped] = false;
     }
     measure();
-    if (stopped < 0) freeSteepest();
+    return stopped >= 0 || freeSteepest();
   }
 
  private:
   static T clamped(const T& x) { return x < T(-1) ? T(-1) : x > T(1) ? T(1) : x; }
   static T distanceFromZero(const T& x) { return x < T(0) ? -x : x; }
-  /// A vector of negligible length moves nothing by more than an ulp of the size.
+  /// What is left of a vector after rounding, squared and as a part of the size. A vector that is
+  /// no longer moves nothing by more than that.
+  static constexpr double kNegligible = std::is_same_v<T, double> ? 0x1p-104 : 0x1p-200;
   T significant(const T& squared) const { return squared > T(negligible_) ? squared : T(0); }
 
   void begin() {
@@ -122,7 +156,8 @@ class Differences {
   }
 
   /// Frees the x_i at a bound along which r falls most steeply away from that bound.
-  void freeSteepest() {
+  /// @return whether there is one
+  bool freeSteepest() {
     int steepest = -1;
     T most(0);
     for (int i = 0; i < kCount; ++i) {
@@ -131,7 +166,9 @@ class Differences {
       steepest = i;
       most = fall;
     }
-    if (steepest >= 0) is_free_[steepest] = true;
+    if (steepest < 0) return false;
+    is_free_[steepest] = true;
+    return true;
   }
 
   Vec3<T> w_, c_[kCount];
@@ -147,10 +184,8 @@ enum class Verdict { kWithin, kApart, kOpen };
 /// @param rounding  bounds the rounding of `squared - gap`
 template <typename T>
 Verdict decide(Differences<T>& differences, double reach, const T& rounding) {
-  // More than enough for four variables, each of which has two bounds.
-  constexpr int kMostSteps = 24;
   const T limit = T(reach) * T(reach);
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < differences.kMostSteps; ++step) {
     const T &squared = differences.squared(), &gap = differences.gap();
     if (squared <= limit) return Verdict::kWithin;
     if (squared - gap - rounding > limit) return Verdict::kApart;
@@ -167,10 +202,16 @@ double sizeOf(const Segment& segment, const Obstacle& box) {
          2 * (norm1(box.vector[0]) + norm1(box.vector[1]) + norm1(box.vector[2]));
 }
 
+/// Bounds the rounding of `squared - gap` in double. The vector r carries an error of 4 eps m, its
+/// square 10 eps m^2, and all slopes together 14 eps m^2.
+double roundingFor(double m) { return 128 * kEps * m * m; }
+
+/// Whether products of four lengths of such a size neither overflow nor vanish.
+bool isWellScaled(double m) { return m > 0x1p-200 && m < 0x1p200; }
+
 bool wellScaledBoxWithin(const Segment& segment, const Obstacle& box, double size, double reach) {
-  // The vector r carries an error of 4 eps m, its square 10 eps m^2, and all slopes together 14 eps
-  // m^2. DoubleDouble rounds to 2^-104, double to 2^-52.
-  const double rounding = 128 * kEps * size * size;
+  // DoubleDouble rounds to 2^-104, double to 2^-52.
+  const double rounding = roundingFor(size);
   Differences<double> rough(segment, box, size);
   rough.start();
   const Verdict verdict = decide(rough, 2 * reach, rounding);
@@ -180,21 +221,27 @@ bool wellScaledBoxWithin(const Segment& segment, const Obstacle& box, double siz
   return decide(fine, 2 * reach, DoubleDouble(0x1p-52 * rounding)) != Verdict::kApart;
 }
 
-bool boxWithin(const Segment& segment, const Obstacle& box, double reach) {
-  const double size = sizeOf(segment, box);
-  // Products of four lengths of such a size neither overflow nor vanish.
-  if (size > 0x1p-200 && size < 0x1p200) return wellScaledBoxWithin(segment, box, size, reach);
-  if (size == 0 || !std::isfinite(size)) return true;  // one point, or beyond all bounds
+double scaleFor(const Segment& segment, const Obstacle& box, double size) {
   const auto& [x, y, z] = box.vector;
-  const double largest = std::max({maxNorm(segment.a), maxNorm(segment.b), maxNorm(box.point),
-                                   maxNorm(x), maxNorm(y), maxNorm(z)});
-  const double scale = scaleForSize(size, largest);
+  return scaleForSize(size, std::max({maxNorm(segment.a), maxNorm(segment.b), maxNorm(box.point),
+                                      maxNorm(x), maxNorm(y), maxNorm(z)}));
+}
+
+Segment scaled(const Segment& s, double scale) { return {scale * s.a, scale * s.b, s.radius}; }
+Obstacle scaled(const Obstacle& box, double scale) {
   Obstacle scaled = box;
   scaled.point = scale * box.point;
   for (int i = 0; i < 3; ++i) scaled.vector[i] = scale * box.vector[i];
+  return scaled;
+}
+
+bool boxWithin(const Segment& segment, const Obstacle& box, double reach) {
+  const double size = sizeOf(segment, box);
+  if (isWellScaled(size)) return wellScaledBoxWithin(segment, box, size, reach);
+  if (size == 0 || !std::isfinite(size)) return true;  // one point, or beyond all bounds
+  const double scale = scaleFor(segment, box, size);
   // The scaled reach must not overflow either.
-  return boxWithin({scale * segment.a, scale * segment.b, segment.radius}, scaled,
-                   std::min(scale * reach, 0x1p200));
+  return boxWithin(scaled(segment, scale), scaled(box, scale), std::min(scale * reach, 0x1p200));
 }
 
 /// Whether a half-space, or else a plane, is that near.
@@ -210,6 +257,38 @@ bool planeWithin(const Segment& segment, const Obstacle& plane, double reach, bo
 }
 
 }  // namespace
+
+ClosestOnBox closestPoints(const Segment& capsule, const Obstacle& box) {
+  const double size = sizeOf(capsule, box);
+  if (size == 0) return {0, {0, 0, 0}, {0, 0, 0}};
+  if (!isWellScaled(size)) {
+    const double scale = scaleFor(capsule, box, size);
+    ClosestOnBox closest = closestPoints(scaled(capsule, scale), scaled(box, scale));
+    closest.apart = (1 / scale) * closest.apart;
+    return closest;
+  }
+  const auto closestOf = [&](const auto& differences) -> ClosestOnBox {
+    const auto& d = differences;
+    return {capsule.a == capsule.b ? 0 : 0.5 + 0.5 * d.x(3),
+            {-d.x(0), -d.x(1), -d.x(2)},
+            -0.5 * d.vector()};
+  };
+  Differences<double> rough(capsule, box, size);
+  rough.start();
+  rough.finish(0);
+  // Closer points need more digits, or rounding would show in the direction.
+  constexpr double kNear = 0x1p-20;
+  const double distance = std::sqrt(rough.squared());
+  if (distance > kNear * size && rough.gap() <= 16 * kEps * size * distance &&
+      rough.isSteady(8 * kEps * size)) {
+    return closestOf(rough);
+  }
+  Differences<DoubleDouble> fine(capsule, box, size);
+  fine.startAt(rough);
+  // The length of what is gained bounds how far the vector moves.
+  fine.finish(DoubleDouble(0x1p-104 * size * size));
+  return closestOf(fine);
+}
 
 bool touch(const Segment& capsule, const Obstacle& obstacle, double margin, double error) {
   const double near = margin + obstacle.margin, errors = error + obstacle.error;

@@ -58,6 +58,17 @@ bool touch(const Segment& capsule, const Obstacle& obstacle, double margin, doub
 FCL_FIBERS_TREE_EXPORT bool touch(const MovingSegment& capsule, const Obstacle& obstacle,
                                   double margin, double error);
 
+/// Two closest points of the axis of a capsule and a box. If many are closest, as for an axis along
+/// a face, this is one such pair.
+struct ClosestOnBox {
+  double s;     ///< capsule.a + s (capsule.b - capsule.a); 0 to 1, and 0 where a = b
+  double t[3];  ///< box.point + the sum of t[i] box.vector[i]; each from -1 to 1
+  Vec3d apart;  ///< from the point of the axis to the point of the box
+};
+
+/// @pre the obstacle is a box, and the sum of all lengths is finite
+ClosestOnBox closestPoints(const Segment& capsule, const Obstacle& box);
+
 /// Whether an obstacle may be at most `margin` from some point of a box at some time of a step. It
 /// is false only for a plane or half-space. `box` contains the step of what is in it.
 /// @param way    of the obstacle from the start to the end, where it is

@@ -10,12 +10,10 @@
 namespace fcl_fibers::geometry {
 
 Vec3d unitNormal(const Triangle& triangle, const Vec3d& otherwise) {
-  const Vec3d u = scaledToOne(triangle.b - triangle.a), v = scaledToOne(triangle.c - triangle.a);
-  if (maxNorm(u) == 0 || maxNorm(v) == 0) return otherwise;
-  // A cross product with v itself would lean along u, by rounding divided by the angle.
-  const Vec3d across = v - (dot(u, v) / squaredNorm(u)) * u;
   constexpr double kOnOneLine = 0x1p-40;
-  return maxNorm(across) <= kOnOneLine ? otherwise : normalized(cross(u, across));
+  const Vec3d normal =
+      productDirection(triangle.b - triangle.a, triangle.c - triangle.a, kOnOneLine);
+  return maxNorm(normal) == 0 ? otherwise : normal;
 }
 
 TriangleContact triangleContact(const Segment& capsule, const Triangle& triangle,
