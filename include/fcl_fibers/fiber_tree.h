@@ -114,7 +114,8 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// Makes an empty tree. Throws std::invalid_argument if an option is out of range.
   explicit FiberTree(const FiberTreeOptions& options = {});
 
-  /// Takes over the other tree, which afterwards may only be destroyed or assigned to.
+  /// Takes over the fibers and options of the other tree. The other one is then empty and keeps its
+  /// options.
   ///@{
   FiberTree(FiberTree&&) noexcept = default;
   FiberTree& operator=(FiberTree&&) noexcept = default;
@@ -301,7 +302,10 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   class FCL_FIBERS_TREE_NO_EXPORT Impl;
   FCL_FIBERS_TREE_NO_EXPORT Impl& change(const char* call);
 
-  std::shared_ptr<Impl> impl_;  ///< shared with the queries that run
+  FCL_FIBERS_TREE_NO_EXPORT std::shared_ptr<Impl> impl() const;
+
+  FiberTreeOptions options_;
+  std::shared_ptr<Impl> impl_;  ///< shared with the queries that run; null after a move
 };
 
 }  // namespace fcl_fibers

@@ -43,8 +43,8 @@ struct MeshPose {
 ///
 /// Copies share triangles and tree, so one mesh may be at many places. Different copies may be
 /// changed and queried from several threads. A visitor may change or destroy the mesh that its
-/// query reads, which goes on with the mesh as it was. A mesh that was moved from may only be
-/// destroyed or assigned to.
+/// query reads, which goes on with the mesh as it was. A mesh that was moved from has no triangles
+/// and keeps its kind, pose and categories.
 class FCL_FIBERS_TREE_EXPORT TriangleMesh {
  public:
   /// What a mesh is.
@@ -85,9 +85,9 @@ class FCL_FIBERS_TREE_EXPORT TriangleMesh {
   void setCategories(std::uint32_t bits) { categories_ = bits; }
   std::uint32_t categories() const { return categories_; }  ///< as set last
 
-  Kind kind() const;                  ///< as given at construction
-  std::size_t pointCount() const;     ///< number of points
-  std::size_t triangleCount() const;  ///< number of triangles
+  Kind kind() const { return kind_; }  ///< as given at construction
+  std::size_t pointCount() const;      ///< number of points
+  std::size_t triangleCount() const;   ///< number of triangles
 
   /// Returns the bytes of triangles and tree, which copies share.
   std::size_t memoryUsage() const;
@@ -95,7 +95,10 @@ class FCL_FIBERS_TREE_EXPORT TriangleMesh {
  private:
   friend struct MeshReader;
   struct FCL_FIBERS_TREE_NO_EXPORT Impl;
-  std::shared_ptr<Impl> impl_;
+  FCL_FIBERS_TREE_NO_EXPORT const std::shared_ptr<Impl>& impl() const;
+
+  Kind kind_;
+  std::shared_ptr<Impl> impl_;  ///< shared by copies; null after a move
   MeshPose pose_;
   std::uint32_t categories_ = ~std::uint32_t{0};
 };

@@ -93,9 +93,9 @@ class FiberTree::Impl {
                        const Partner& partner) const {
     requireArrays(call, question.fibers);
     if constexpr (std::is_same_v<Partner, FiberTree>) {
-      if (partner.impl_.get() == this) return;
+      if (isOf(partner)) return;
       if (question.others == nullptr) call.refuse("give Contacts the fibers of the other tree too");
-      partner.impl_->requireArrays(call, *question.others);
+      partner.impl()->requireArrays(call, *question.others);
     }
   }
   template <typename S>
@@ -112,8 +112,8 @@ class FiberTree::Impl {
   template <typename S>
   void compute(const Call& /*call*/, const Contacts<S>& question, const FiberTree& partner,
                const SegmentPair* pairs, std::size_t count, Contact* contacts) const {
-    const FiberArrays<S>& others = partner.impl_.get() == this ? question.fibers : *question.others;
-    const std::uint32_t layout = index_.layout(&partner.impl_->index_);
+    const FiberArrays<S>& others = isOf(partner) ? question.fibers : *question.others;
+    const std::uint32_t layout = index_.layout(&partner.impl()->index_);
     index_->forRanges(count, kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         contacts[i] = capsuleContact(question.fibers, others, pairs[i]);
@@ -143,6 +143,11 @@ class FiberTree::Impl {
     });
   }
 
+  /// Whether a tree has this state. One that was moved from has that of any empty tree.
+  bool isOf(const FiberTree& tree) const {
+    return tree.impl_.get() == this || (tree.impl_ == nullptr && index_->leaves().empty());
+  }
+
   FiberSegment fiberSegment(std::int32_t segment) const {
     if (segment < 0 || segment >= index_.table().idCount() || index_.table().isBehind(segment)) {
       refuse("fiberSegment", "no capsule starts at point " + std::to_string(segment) +
@@ -157,7 +162,7 @@ class FiberTree::Impl {
 
   template <class Question>
   bool search(const Call& call, Question, const FiberTree& partner, const Take& take) const {
-    const std::shared_ptr<const Impl> held = partner.impl_;
+    const std::shared_ptr<const Impl> held = partner.impl();
     const arrays::FiberIndex& other = held->index_;
     if (!index_->matches(*other)) {
       call.refuse("the trees have different volumes or topologies; construct both with the same");
@@ -292,10 +297,17 @@ class FiberTree::Impl {
   arrays::FiberIndex index_;
 };
 
-FiberTree::FiberTree(const FiberTreeOptions& options) : impl_(std::make_shared<Impl>(options)) {}
+FiberTree::FiberTree(const FiberTreeOptions& options)
+    : options_(options), impl_(std::make_shared<Impl>(options)) {}
+
+/// The state. After a move each call has an empty one of its own, because several threads may ask.
+std::shared_ptr<FiberTree::Impl> FiberTree::impl() const {
+  return impl_ != nullptr ? impl_ : std::make_shared<Impl>(options_);
+}
 
 /// Returns the state for a call that changes it, unless a query holds it.
 FiberTree::Impl& FiberTree::change(const char* call) {
+  if (impl_ == nullptr) impl_ = impl();
   if (impl_.use_count() > 1) fibers::throwQueryRuns(std::string("FiberTree::") + call);
   // A query of another thread may just have ended. To copy the pointer and let go of it orders what
   // that query has read before what is written now.
@@ -306,7 +318,7 @@ FiberTree::Impl& FiberTree::change(const char* call) {
 // A query holds the state until it ends: a visitor may even destroy the tree.
 
 bool FiberTree::ask(const Query& query, const Take& take) const {
-  const std::shared_ptr<const Impl> held = impl_;
+  const std::shared_ptr<const Impl> held = impl();
   const Call call{query.call, kQuestions[query.question.index()]};
   return std::visit(
       [&](const auto& question, const auto* partner) {
@@ -323,7 +335,7 @@ bool FiberTree::ask(const Query& query, const Take& take) const {
 template <typename S, class Partner, class Found>
 void FiberTree::findContacts(const Contacts<S>& question, const Partner& partner,
                              std::vector<Found>& contacts) const {
-  const std::shared_ptr<const Impl> held = impl_;
+  const std::shared_ptr<const Impl> held = impl();
   const Call call{"find", "Contacts"};
   held->requireContacts(call, question, partner);
   using Pair = FoundBy<Pairs, Partner>;
@@ -342,7 +354,7 @@ template <typename S, class Partner>
 void FiberTree::writeContacts(const Contacts<S>& question, const Partner& partner,
                               const FoundBy<Pairs, Partner>* pairs, std::size_t count,
                               FoundBy<Contacts<S>, Partner>* contacts) const {
-  const std::shared_ptr<const Impl> held = impl_;
+  const std::shared_ptr<const Impl> held = impl();
   const Call call{"writeContacts", nullptr};
   held->requireContacts(call, question, partner);
   if constexpr (std::is_same_v<Partner, TriangleMesh>) {
@@ -385,17 +397,17 @@ FCL_FIBERS_INSTANTIATE(double)
 #undef FCL_FIBERS_INSTANTIATE
 
 std::vector<TreeVolume> FiberTree::volumes(int depth) const {
-  const std::shared_ptr<const Impl> held = impl_;
+  const std::shared_ptr<const Impl> held = impl();
   if (const char* problem = held->index().problem()) refuse("volumes", problem);
   if (depth < 0) refuse("volumes", "depth is " + std::to_string(depth) + "; give 0 or more");
   return held->index().volumes(depth);
 }
 FiberSegment FiberTree::fiberSegment(std::int32_t segment) const {
-  return impl_->fiberSegment(segment);
+  return (impl_ != nullptr ? *impl_ : *impl()).fiberSegment(segment);
 }
-std::size_t FiberTree::fiberCount() const { return impl_->index().table().fiberCount(); }
-std::size_t FiberTree::segmentCount() const { return impl_->index()->leaves().size(); }
-const FiberTreeOptions& FiberTree::options() const { return impl_->index().options(); }
-std::size_t FiberTree::memoryUsage() const { return impl_->index().memoryUsage(); }
+std::size_t FiberTree::fiberCount() const { return impl()->index().table().fiberCount(); }
+std::size_t FiberTree::segmentCount() const { return impl()->index()->leaves().size(); }
+const FiberTreeOptions& FiberTree::options() const { return options_; }
+std::size_t FiberTree::memoryUsage() const { return impl()->index().memoryUsage(); }
 
 }  // namespace fcl_fibers

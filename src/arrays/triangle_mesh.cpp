@@ -124,15 +124,14 @@ AffineMap toAffineMap(const MeshPose& pose) {
 
 struct TriangleMesh::Impl {
   MeshIndex index;
-  Kind kind;
 
   template <typename S>
   static std::shared_ptr<Impl> make(const MeshArrays<S>& arrays, Kind kind) {
-    return std::make_shared<Impl>(Impl{makeIndex(arrays, kind), kind});
+    return std::make_shared<Impl>(Impl{makeIndex(arrays, kind)});
   }
 
   template <typename S>
-  static void update(std::shared_ptr<Impl>& impl, const MeshArrays<S>& arrays) {
+  static void update(std::shared_ptr<Impl>& impl, const MeshArrays<S>& arrays, Kind kind) {
     checkSizes("TriangleMesh::update", arrays);
     const std::vector<TriangleIndices>& triangles = impl->index.triangles();
     if (arrays.point_count != impl->index.points().size() ||
@@ -145,7 +144,7 @@ struct TriangleMesh::Impl {
           "construction; construct a new mesh");
     }
     checkPoints("TriangleMesh::update", arrays);
-    if (impl->kind == Kind::kSolid) checkSolid("TriangleMesh::update", arrays, impl->index);
+    if (kind == Kind::kSolid) checkSolid("TriangleMesh::update", arrays, impl->index);
     if (impl.use_count() > 1) {
       impl = std::make_shared<Impl>(*impl);
     } else {
@@ -158,11 +157,17 @@ struct TriangleMesh::Impl {
 };
 
 TriangleMesh::TriangleMesh(const MeshArrays<float>& arrays, Kind kind)
-    : impl_(Impl::make(arrays, kind)) {}
+    : kind_(kind), impl_(Impl::make(arrays, kind)) {}
 TriangleMesh::TriangleMesh(const MeshArrays<double>& arrays, Kind kind)
-    : impl_(Impl::make(arrays, kind)) {}
-void TriangleMesh::update(const MeshArrays<float>& arrays) { Impl::update(impl_, arrays); }
-void TriangleMesh::update(const MeshArrays<double>& arrays) { Impl::update(impl_, arrays); }
+    : kind_(kind), impl_(Impl::make(arrays, kind)) {}
+void TriangleMesh::update(const MeshArrays<float>& arrays) {
+  impl_ = impl();
+  Impl::update(impl_, arrays, kind_);
+}
+void TriangleMesh::update(const MeshArrays<double>& arrays) {
+  impl_ = impl();
+  Impl::update(impl_, arrays, kind_);
+}
 
 void TriangleMesh::setPose(const MeshPose& pose) {
   constexpr double kTolerance = 5e-3;
@@ -181,13 +186,17 @@ void TriangleMesh::setPose(const MeshPose& pose) {
   pose_ = pose;
 }
 
-TriangleMesh::Kind TriangleMesh::kind() const { return impl_->kind; }
-std::size_t TriangleMesh::pointCount() const { return impl_->index.points().size(); }
-std::size_t TriangleMesh::triangleCount() const { return impl_->index.triangles().size(); }
-std::size_t TriangleMesh::memoryUsage() const { return impl_->index.memoryUsage(); }
+const std::shared_ptr<TriangleMesh::Impl>& TriangleMesh::impl() const {
+  static const auto empty = std::make_shared<Impl>(Impl{MeshIndex({}, {})});
+  return impl_ != nullptr ? impl_ : empty;
+}
+
+std::size_t TriangleMesh::pointCount() const { return impl()->index.points().size(); }
+std::size_t TriangleMesh::triangleCount() const { return impl()->index.triangles().size(); }
+std::size_t TriangleMesh::memoryUsage() const { return impl()->index.memoryUsage(); }
 
 index::PlacedMesh MeshReader::placed(const TriangleMesh& mesh) {
-  return {mesh.impl_->index, toAffineMap(mesh.pose_), mesh.categories_,
+  return {mesh.impl()->index, toAffineMap(mesh.pose_), mesh.categories_,
           mesh.kind() == TriangleMesh::Kind::kSolid};
 }
 

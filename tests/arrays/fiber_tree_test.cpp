@@ -701,12 +701,49 @@ TEST(ArrayTree, IsWhatWasMovedToIt) {
   to = std::move(from);
   EXPECT_EQ(pairsOf(to), pairs);
   EXPECT_EQ(to.options().topology, Topology::kSuperThread);
-  from = FiberTree();  // what was moved from may be assigned to
+  from = FiberTree();
   EXPECT_TRUE(pairsOf(from).empty());
   from.build(first.view());
   EXPECT_FALSE(pairsOf(from).empty());
   const FiberTree constructed(std::move(to));
   EXPECT_EQ(pairsOf(constructed), pairs);
+}
+
+TEST(ArrayTree, IsAsConstructedAfterAMove) {
+  // If this fails, a call of a tree that was moved from crashes, or it has fibers or other options.
+  const auto fibers = curledFibers<double>(14);
+  const FiberTreeOptions options = optionsOf({}, Topology::kSuperThread, Report::kCapsules);
+  FiberTree from(options), fresh(options);
+  from.build(fibers.view());
+  const FiberTree to = std::move(from);
+  EXPECT_EQ(from.options().topology, options.topology);
+  EXPECT_EQ(from.fiberCount(), 0u);
+  EXPECT_EQ(from.segmentCount(), 0u);
+  EXPECT_EQ(from.memoryUsage(), fresh.memoryUsage());
+  EXPECT_EQ(from.volumes(0).size(), fresh.volumes(0).size());
+  EXPECT_THROW(from.fiberSegment(0), std::invalid_argument);
+  EXPECT_TRUE(pairsOf(from).empty());
+  EXPECT_TRUE(pairsOf(from, to).empty());
+  EXPECT_TRUE(pairsOf(to, from).empty());
+  const TriangleMesh mesh{MeshArrays<double>()};
+  std::vector<TrianglePair> touching;
+  from.find(Pairs(), mesh, touching);
+  EXPECT_TRUE(touching.empty());
+
+  const test::Assembly<double> none;
+  std::vector<Contact> contacts, of_fresh;
+  const Contacts<double> question{none.view()};
+  from.find(question, contacts);
+  fresh.find(question, of_fresh);
+  EXPECT_TRUE(contacts.empty());
+  for (FiberTree* tree : {&from, &fresh}) {
+    EXPECT_THAT([&] { tree->find(Contacts<double>{fibers.view()}, contacts); },
+                testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("other numbers")));
+    EXPECT_THROW(tree->safeStep(), std::invalid_argument);
+    EXPECT_THROW(tree->update(fibers.view()), std::invalid_argument);
+    tree->build(fibers.view());
+    EXPECT_EQ(pairsOf(*tree), pairsOf(to));
+  }
 }
 
 }  // namespace

@@ -314,6 +314,34 @@ TYPED_TEST(Meshes, ThatAreEmptyOrFarTouchNothing) {
   }
 }
 
+// A call with a mesh that was moved from would crash, or that mesh touch something.
+TEST(Meshes, HaveNoTrianglesAfterAMove) {
+  const Triangles<double> given = ball<double>(0.3, 12, 16);
+  const Probe probe;
+  TriangleMesh from(given.view(), TriangleMesh::Kind::kSolid);
+  from.setCategories(3);
+  const PairList pairs = probe(from);
+  ASSERT_FALSE(pairs.empty());
+  const TriangleMesh to = std::move(from);
+  EXPECT_EQ(probe(to), pairs);
+  const TriangleMesh fresh(MeshArrays<double>(), TriangleMesh::Kind::kSolid), copy = from;
+  for (const TriangleMesh* mesh : {&copy, static_cast<const TriangleMesh*>(&from)}) {
+    EXPECT_TRUE(probe(*mesh).empty());
+    EXPECT_EQ(mesh->pointCount(), 0u);
+    EXPECT_EQ(mesh->triangleCount(), 0u);
+    EXPECT_EQ(mesh->memoryUsage(), fresh.memoryUsage());
+    EXPECT_EQ(mesh->kind(), TriangleMesh::Kind::kSolid);
+    EXPECT_EQ(mesh->categories(), 3u);
+  }
+  EXPECT_THAT([&] { from.update(given.view()); }, refusal("update"));
+  from.update(MeshArrays<float>());
+  from.setPose({});
+  EXPECT_TRUE(probe(from).empty());
+  from = to;
+  from.update(given.view());
+  EXPECT_EQ(probe(from), pairs);
+}
+
 // A program that counts on it would run out of memory.
 TEST(Meshes, TellTheirMemory) {
   const Triangles<double> few = ball<double>(0.3, 6, 8), many = ball<double>(0.3, 60, 80);
