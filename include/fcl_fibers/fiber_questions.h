@@ -88,12 +88,18 @@ struct TouchingSegments {
   static std::int32_t found(const TriangleMesh&);  ///< the segment
 };
 
-/// Each segment that is at most `distance` from a mesh, and its nearest triangle. The distance is
-/// that of the axis minus the radius; the margin does not count. A segment inside a solid mesh is
-/// as far from it as from its triangles. A negative distance and NaN are refused.
+/// Each segment that is at most `distance` from the partner, and what of that is nearest to it. The
+/// distance is that of the surfaces, so of what overlaps a segment the deepest is nearest. The
+/// margin does not count. A negative distance and NaN are refused.
 struct Nearest {
-  double distance;                                 ///< not negative; may be infinite
-  static TrianglePair found(const TriangleMesh&);  ///< segment and triangle
+  double distance;  ///< not negative; may be infinite
+  /// a is a segment of this tree and b the nearest of the other one; if rounding leaves open which
+  /// of several it is, that with the least name. Of the tree itself, neighbours and segments of one
+  /// group are left out, and b may be less than a.
+  static SegmentPair found(const FiberTree&);
+  /// A segment and its nearest triangle. Its distance is that of its axis minus its radius, also
+  /// where it is inside a solid mesh.
+  static TrianglePair found(const TriangleMesh&);
 };
 
 /// What touches at any time of the step, within the margin, once and with the time of impact. Pairs

@@ -100,6 +100,12 @@ struct TreeVolume {
 ///     tree.visit(Pairs{}, [&](SegmentPair pair) { handle(capsuleContact(fibers, pair)); });
 ///     tree.find(TouchingSegments{}, head, segments);
 ///
+/// Points are fibers of one segment without length, whose two points are one: a tree of them finds
+/// the nearest segment of each point, and all segments that hold it.
+///
+///     points_tree.find(Nearest{distance}, tree, pairs);
+///     points_tree.find(Pairs{}, tree, pairs);
+///
 /// Queries are const and may run from several threads at once. While a query runs, for instance in
 /// its visitor, build() and update() of each tree that it reads throw std::invalid_argument and
 /// change nothing. What is moved, assigned to or destroyed meanwhile, and a mesh that changes,
@@ -153,7 +159,7 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   ///   Report::kCapsules and the other one does not;
   /// * the question is about a step and the last update was none, or the meshes of a MeshStep do
   ///   not fit each other;
-  /// * the tree has Report::kVolumes, so that it keeps no capsules, and the question is another one
+  /// * a tree has Report::kVolumes, so that it keeps no capsules, and the question is another one
   ///   than MovingPairs, or Pairs of trees and shapes;
   /// * a number of a shape is NaN or its magnitude exceeds 2^1000, its radius is negative or its
   ///   low exceeds its high;
@@ -242,6 +248,30 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   }
   double safeStep() const { return safeStep(*this); }  ///< for the pairs of this tree
 
+  /// Returns the contact of the least distance between this tree and the partner: another tree, a
+  /// mesh, or this tree, whose neighbours and groups are left out. If something touches, it is the
+  /// deepest contact, which has the least, negative distance. The margin does not count. Of equal
+  /// distances that of the least pair of names counts. If there is no pair, the distance is
+  /// infinite and the segments are -1. Threads share the work where something touches.
+  ///
+  ///     const Contact c = tree.closest(Contacts{fibers, &others}, other_tree);
+  ///     if (c.distance < 0.1) slowDown(c.a.fiber, c.b.fiber);
+  ///
+  /// The distance is that of a contact, and no other contact of the two has a smaller one, up to
+  /// the error of both. Throws as find() of Contacts does, if the tree has Report::kVolumes, and if
+  /// the coordinates of one tree overflow in the unit of the other.
+  template <typename S, class Partner>
+  FoundBy<Contacts<S>, Partner> closest(const Contacts<S>& question, const Partner& partner) const {
+    requireAnswer<Nearest, Partner>();
+    FoundBy<Contacts<S>, Partner> closest;
+    findClosest(question, partner, closest);
+    return closest;
+  }
+  template <typename S>
+  auto closest(const Contacts<S>& question) const {  ///< for the pairs of this tree
+    return closest(question, *this);
+  }
+
   /// Writes the contacts of `count` pairs of this tree and the partner to `contacts`, in their
   /// order; the partner may be this tree. Throws as find() of Contacts does; then some of the
   /// contacts may have been written.
@@ -273,8 +303,7 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
     static double found(const FiberTree&);
     static double found(const MeshStep&);
   };
-  using Questions =
-      std::variant<Pairs, TouchingSegments, Nearest, Impacts, MovingPairs, SafeStep>;
+  using Questions = std::variant<Pairs, TouchingSegments, Nearest, Impacts, MovingPairs, SafeStep>;
   struct Query {
     const char* call;  ///< the function that was called
     Questions question;
@@ -288,14 +317,17 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   template <typename S, class Partner, class Found>
   void findContacts(const Contacts<S>& question, const Partner& partner,
                     std::vector<Found>& contacts) const;
+  template <typename S, class Partner, class Found>
+  void findClosest(const Contacts<S>& question, const Partner& partner, Found& closest) const;
 
   template <class Question, class Partner>
   static constexpr void requireAnswer() {
     static_assert(
         kHasAnswer<Question, Partner>,
         "This question is not asked of this partner. There are: Pairs of a FiberTree, "
-        "TriangleMesh, CapsuleShape or BoxShape; TouchingSegments and Nearest of a "
-        "TriangleMesh; Impacts and safeStep() of a FiberTree or MeshStep; MovingPairs of a "
+        "TriangleMesh, CapsuleShape or BoxShape; TouchingSegments of a TriangleMesh; Nearest and "
+        "closest() of a FiberTree or TriangleMesh; Impacts and safeStep() of a FiberTree or "
+        "MeshStep; MovingPairs of a "
         "FiberTree; Contacts of a FiberTree or TriangleMesh.");
   }
 

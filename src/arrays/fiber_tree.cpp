@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 #include <string>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 
@@ -12,6 +14,7 @@
 #include "arrays/array_source.h"
 #include "arrays/fiber_index.h"
 #include "arrays/located_segment.h"
+#include "arrays/nearest.h"
 #include "arrays/pair_sinks.h"
 #include "arrays/triangle_mesh.h"
 #include "fibers/capsule_contact.h"
@@ -32,14 +35,15 @@ using geometry::Segment;
 using tree::Visit;
 
 /// In the order of FiberTree::Questions. That of safeStep() is named by the call.
-constexpr const char* kQuestions[] = {"Pairs", "TouchingSegments", "Nearest",
-                                      "Impacts",  "MovingPairs",      nullptr};
+constexpr const char* kQuestions[] = {"Pairs",   "TouchingSegments", "Nearest",
+                                      "Impacts", "MovingPairs",      nullptr};
 
 template <class Question>
 constexpr bool kNeedsStep = kHasAnswer<Question, MeshStep> || std::is_same_v<Question, MovingPairs>;
 template <class Question, class Partner>
 constexpr bool kNeedsCapsules =
-    kHasAnswer<Question, MeshStep> || std::is_same_v<Partner, TriangleMesh>;
+    kHasAnswer<Question, MeshStep> || std::is_same_v<Partner, TriangleMesh> ||
+    std::is_same_v<Question, Nearest>;
 
 /// Contacts that one thread computes in a row.
 constexpr std::size_t kContactsAtOnce = 512;
@@ -63,6 +67,23 @@ struct Call {
     if (problem != nullptr) refuse(problem);
   }
 };
+
+/// Adds what is found to a vector.
+template <class Found>
+Take appendTo(std::vector<Found>& all) {
+  return [&all](const void* found, std::size_t count) {
+    const auto begin = static_cast<const Found*>(found);
+    all.insert(all.end(), begin, begin + count);
+    return false;
+  };
+}
+
+bool isNearer(const Contact& p, const Contact& q) {
+  return std::tie(p.distance, p.pair.a, p.pair.b) < std::tie(q.distance, q.pair.a, q.pair.b);
+}
+bool isNearer(const MeshContact& p, const MeshContact& q) {
+  return std::tie(p.distance, p.segment, p.triangle) < std::tie(q.distance, q.segment, q.triangle);
+}
 
 /// Hands on what search(sink) finds. Returns whether `take` ended it.
 template <class Found, class Keep, class Search>
@@ -148,6 +169,23 @@ class FiberTree::Impl {
     return tree.impl_.get() == this || (tree.impl_ == nullptr && index_->leaves().empty());
   }
 
+  // The pairs of which one has the least distance: all that touch or, if none does, candidates.
+  void closestPairs(const Call& call, const FiberTree& partner,
+                    std::vector<SegmentPair>& pairs) const {
+    const std::shared_ptr<const Impl> held = partner.impl();
+    call.require(index_.problem(/*needs_capsules=*/true));
+    search(call, Pairs{}, partner, appendTo(pairs));
+    if (pairs.empty()) arrays::findClosest(call.text(), index_, held->index_, pairs);
+  }
+  void closestPairs(const Call& call, const TriangleMesh& partner,
+                    std::vector<TrianglePair>& pairs) const {
+    call.require(index_.problem(/*needs_capsules=*/true));
+    const index::PosedMesh mesh(placed(call, partner), index_->frame());
+    handOn<TrianglePair>(appendTo(pairs), kAll,
+                         [&](auto& sink) { return index_->search(mesh, /*margin=*/0, sink); });
+    if (pairs.empty()) arrays::findClosest(index_, mesh, pairs);
+  }
+
   FiberSegment fiberSegment(std::int32_t segment) const {
     if (segment < 0 || segment >= index_.table().idCount() || index_.table().isBehind(segment)) {
       refuse("fiberSegment", "no capsule starts at point " + std::to_string(segment) +
@@ -161,7 +199,8 @@ class FiberTree::Impl {
   // may change or destroy them.
 
   template <class Question>
-  bool search(const Call& call, Question, const FiberTree& partner, const Take& take) const {
+  bool search(const Call& call, const Question& question, const FiberTree& partner,
+              const Take& take) const {
     const std::shared_ptr<const Impl> held = partner.impl();
     const arrays::FiberIndex& other = held->index_;
     if (!index_->matches(*other)) {
@@ -177,7 +216,13 @@ class FiberTree::Impl {
     asked.of_step = kNeedsStep<Question>;
     asked.of_volumes = std::is_same_v<Question, MovingPairs>;
     if (is_own && std::is_same_v<Question, Impacts>) asked.wanted = &own;
-    if constexpr (!std::is_same_v<Question, SafeStep>) {
+    if constexpr (std::is_same_v<Question, Nearest>) {
+      requireDistance(call, question);
+      std::vector<tree::Pair> found;
+      arrays::findNearest(call.text(), index_, other, question.distance, found);
+      return handOn<SegmentPair>(take, kAll,
+                                 [&](auto& sink) { return sink.take(found.data(), found.size()); });
+    } else if constexpr (!std::is_same_v<Question, SafeStep>) {
       using Found = FoundBy<Question, FiberTree>;
       if (is_own) {
         return handOn<Found>(take, own, [&](auto& sink) { return index_->search(sink, asked); });
@@ -205,14 +250,17 @@ class FiberTree::Impl {
         asked.once = true;
         return index_->search(mesh, margin, sink, asked);
       } else {
-        if (!(question.distance >= 0)) {
-          call.refuse(joinedText("distance is ", question.distance, "; give 0 or more"));
-        }
+        requireDistance(call, question);
         std::vector<tree::Pair> found;
         index_->findNearest(mesh, question.distance, found);
         return sink.take(found.data(), found.size());
       }
     });
+  }
+
+  static void requireDistance(const Call& call, const Nearest& question) {
+    if (question.distance >= 0) return;
+    call.refuse(joinedText("distance is ", question.distance, "; give 0 or more"));
   }
 
   template <class Question>
@@ -338,16 +386,30 @@ void FiberTree::findContacts(const Contacts<S>& question, const Partner& partner
   const std::shared_ptr<const Impl> held = impl();
   const Call call{"find", "Contacts"};
   held->requireContacts(call, question, partner);
-  using Pair = FoundBy<Pairs, Partner>;
-  std::vector<Pair> pairs;
-  const auto append = [&pairs](const void* found, std::size_t count) {
-    const auto begin = static_cast<const Pair*>(found);
-    pairs.insert(pairs.end(), begin, begin + count);
-    return false;
-  };
-  held->answer(call, Pairs(), partner, append);
+  std::vector<FoundBy<Pairs, Partner>> pairs;
+  held->answer(call, Pairs(), partner, appendTo(pairs));
   contacts.resize(pairs.size());
   held->compute(call, question, partner, pairs.data(), pairs.size(), contacts.data());
+}
+
+template <typename S, class Partner, class Found>
+void FiberTree::findClosest(const Contacts<S>& question, const Partner& partner,
+                            Found& closest) const {
+  const std::shared_ptr<const Impl> held = impl_;
+  const Call call{"closest", nullptr};
+  held->requireContacts(call, question, partner);
+  std::vector<FoundBy<Pairs, Partner>> pairs;
+  held->closestPairs(call, partner, pairs);
+  constexpr std::size_t kBlock = 16384;
+  std::vector<Found> contacts(std::min(kBlock, pairs.size()));
+  closest.distance = std::numeric_limits<double>::infinity();
+  for (std::size_t begin = 0; begin < pairs.size(); begin += kBlock) {
+    contacts.resize(std::min(kBlock, pairs.size() - begin));
+    held->compute(call, question, partner, pairs.data() + begin, contacts.size(), contacts.data());
+    for (const Found& contact : contacts) {
+      if (isNearer(contact, closest)) closest = contact;
+    }
+  }
 }
 
 template <typename S, class Partner>
@@ -388,6 +450,10 @@ void FiberTree::update(const FiberArrays<S>& start, const FiberArrays<S>& end) {
       const Contacts<S>&, const FiberTree&, std::vector<Contact>&) const;                          \
   template FCL_FIBERS_TREE_EXPORT void FiberTree::findContacts(                                    \
       const Contacts<S>&, const TriangleMesh&, std::vector<MeshContact>&) const;                   \
+  template FCL_FIBERS_TREE_EXPORT void FiberTree::findClosest(const Contacts<S>&,                  \
+                                                              const FiberTree&, Contact&) const;   \
+  template FCL_FIBERS_TREE_EXPORT void FiberTree::findClosest(                                     \
+      const Contacts<S>&, const TriangleMesh&, MeshContact&) const;                                \
   template void FiberTree::writeContacts(const Contacts<S>&, const FiberTree&, const SegmentPair*, \
                                          std::size_t, Contact*) const;                             \
   template void FiberTree::writeContacts(const Contacts<S>&, const TriangleMesh&,                  \

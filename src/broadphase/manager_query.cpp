@@ -127,7 +127,7 @@ class Search final : index::PairSink, index::NearestSink {
                                    : state.generations().margin();
   }
   double limit() const override { return reachIn(searched_->state()); }
-  const index::SegmentSource& source() const override { return searched_->source(); }
+  const index::SegmentSource* source() const override { return &searched_->source(); }
   Visit visit(SegmentId a, SegmentId b, double& nearer_than) override {
     const bool stop = pair<false>(a, b);
     nearer_than = limit();

@@ -74,7 +74,8 @@ class NearestSink : public tree::NearestVisitor {
   virtual double limit() const = 0;
 
   /// The source of that index. Segments that the index does not keep are read as they are now.
-  virtual const SegmentSource& source() const = 0;
+  /// Null if it keeps them.
+  virtual const SegmentSource* source() const { return nullptr; }
 
  protected:
   ~NearestSink() = default;

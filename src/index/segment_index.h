@@ -300,7 +300,7 @@ class FCL_FIBERS_TREE_EXPORT SegmentIndex {
     const SegmentRange end = keptRange();
     return {moves() ? rangeOf(start()) : end, end};
   }
-  FoundSegment find(const SegmentSource& source, SegmentId id) const;
+  FoundSegment find(const SegmentSource* source, SegmentId id) const;
   template <class Sink, class... Asked>
   FCL_FIBERS_TREE_NO_EXPORT tree::Visit searchOneByOne(const SegmentIndex& other,
                                                        const SegmentSource* source, Sink& sink,

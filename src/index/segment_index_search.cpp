@@ -168,13 +168,13 @@ Visit SegmentIndex::searchOneByOne(const SegmentIndex& other, const SegmentSourc
 // --- The nearest ---
 
 /// Returns a segment as it is kept or, if the index keeps none, as it is now.
-FoundSegment SegmentIndex::find(const SegmentSource& source, SegmentId id) const {
+FoundSegment SegmentIndex::find(const SegmentSource* source, SegmentId id) const {
   FoundSegment found{};
   if (keepsSegments()) {
     found.hull = segment(id);
     found.is_found = true;
   } else {
-    found.is_found = source.readNow(id, frame(), found.hull);
+    found.is_found = source->readNow(id, frame(), found.hull);
   }
   if (found.is_found) found.error = endPointError(found.hull);
   return found;
@@ -207,7 +207,7 @@ Visit SegmentIndex::search(const SegmentIndex& other, const SegmentSource* sourc
                            NearestSink& sink) const {
   if (!matches(other)) return searchOneByOne(other, source, sink);
   const FrameChange to_this(other.frame(), frame());
-  const SegmentSource& second_source = source != nullptr ? *source : sink.source();
+  const SegmentSource* const second_source = source != nullptr ? source : sink.source();
   const auto find_first = [&](SegmentId a) { return find(sink.source(), a); };
   const auto find_second = [&](SegmentId b) {
     FoundSegment found = other.find(second_source, b);

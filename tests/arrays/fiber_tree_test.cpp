@@ -366,7 +366,7 @@ TYPED_TEST(ArrayTree, ShowsTheVolumesOfALevel) {
 // What has no answer does not compile.
 static_assert(kHasAnswer<Pairs, FiberTree> && kHasAnswer<Pairs, BoxShape>);
 static_assert(!kHasAnswer<Pairs, MeshStep> && !kHasAnswer<Impacts, TriangleMesh>);
-static_assert(!kHasAnswer<Nearest, FiberTree> && !kHasAnswer<TouchingSegments, BoxShape>);
+static_assert(!kHasAnswer<Nearest, BoxShape> && !kHasAnswer<TouchingSegments, BoxShape>);
 
 /// An array that ends where memory does that may not be read.
 template <typename T>

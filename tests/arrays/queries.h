@@ -140,6 +140,17 @@ inline std::vector<TreeQuery> capsuleQueries(int rings = kFewRings) {
          asked.tree.find(Nearest{0.1}, mesh, pairs);
          record.addAll(pairs);
        }},
+      {"find(Nearest) and find(Nearest, other)",
+       [](A asked, R record) {
+         std::vector<SegmentPair> pairs;
+         asked.tree.find(Nearest{0.1}, pairs);
+         record.addAll(pairs);
+         asked.tree.find(Nearest{0.1}, asked.other, pairs);
+         record.addAll(pairs);
+       }},
+      {"closest", [](A asked, R record) { record(asked.tree.closest(Contacts{asked.fibers})); }},
+      {"closest(mesh)",
+       [mesh](A asked, R record) { record(asked.tree.closest(Contacts{asked.fibers}, mesh)); }},
       {"find(Contacts)",
        [](A asked, R record) {
          std::vector<Contact> contacts;

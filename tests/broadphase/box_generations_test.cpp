@@ -131,7 +131,7 @@ template <class Distance>
 struct Nearest final : index::NearestSink {
   explicit Nearest(Distance d) : distanceOf(std::move(d)) {}
   double limit() const override { return std::numeric_limits<double>::max(); }
-  const index::SegmentSource& source() const override { return none_is_read; }
+  const index::SegmentSource* source() const override { return &none_is_read; }
   Visit visit(Place a, Place b, double& limit) override {
     ++visits;
     least = std::min(least, distanceOf(a, b));

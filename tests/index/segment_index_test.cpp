@@ -165,7 +165,7 @@ class CollectNear final : public NearestSink {
  public:
   CollectNear(double limit, const SegmentSource& source) : limit_(limit), source_(source) {}
   double limit() const override { return limit_; }
-  const SegmentSource& source() const override { return source_; }
+  const SegmentSource* source() const override { return &source_; }
   Visit visit(SegmentId a, SegmentId b, double& /*limit*/) override {
     found.emplace_back(a, b);
     return Visit::kContinue;

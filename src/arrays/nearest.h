@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "arrays/fiber_index.h"
+#include "index/posed_mesh.h"
+
+namespace fcl_fibers::arrays {
+
+// These measure distances from the segments that an index keeps, with a bound on the error of each.
+// If rounding leaves open which of several pairs is the nearest, all of them are candidates.
+
+/// Replaces the content of `pairs` by the candidates for the least distance of two trees, or of the
+/// pairs of one tree, which is both.
+/// @param call  that is refused, by std::invalid_argument, if coordinates overflow
+/// @pre no pair touches, or all have to be looked at
+void findClosest(const std::string& call, const FiberIndex& own, const FiberIndex& other,
+                 std::vector<SegmentPair>& pairs);
+/// Does the same for a tree and a mesh.
+void findClosest(const FiberIndex& own, const index::PosedMesh& mesh,
+                 std::vector<TrianglePair>& pairs);
+
+/// Replaces the content of `pairs` by each segment of a tree that is at most `distance` from
+/// another tree, or from the rest of its own, and the candidate of least id.
+void findNearest(const std::string& call, const FiberIndex& own, const FiberIndex& other,
+                 double distance, std::vector<tree::Pair>& pairs);
+
+}  // namespace fcl_fibers::arrays
