@@ -57,7 +57,7 @@ inline FiberOptions touchingOptions(int neighbors = 0, int threads = 1, double m
 }
 
 inline std::shared_ptr<FiberTree> makeTree(const FiberArrays<double>& fibers,
-                                           const FiberTreeOptions& options = {}) {
+                                           const FiberTreeOptions& options) {
   auto tree = std::make_shared<FiberTree>(options);
   tree->build(fibers);
   return tree;

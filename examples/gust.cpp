@@ -70,10 +70,7 @@ int main(int argc, char** argv) {
   std::printf("the gust moves %zu hairs by %.0f radii\n", start.fiberCount(),
               meanMotion(start, end) / start.radius);
 
-  FiberTreeOptions options;
-  options.report = Report::kCapsules;
-  options.ignored_neighbors = 1;
-  FiberTree tree(options);
+  FiberTree tree;
   tree.build(fiberArrays(start));
   std::vector<SegmentPair> at_start, at_end;
   tree.find(Pairs{}, at_start);
@@ -103,8 +100,8 @@ int main(int argc, char** argv) {
   tree.visit(Impacts{}, [&](const Impact& impact) {
     if (impact.time > safe + 1e-6) return;
     const FiberSegment a = tree.fiberSegment(impact.pair.a), b = tree.fiberSegment(impact.pair.b);
-    std::printf("then segment %zu of hair %zu touches segment %zu of hair %zu\n", a.number,
-                a.fiber, b.number, b.fiber);
+    std::printf("then segment %zu of hair %zu touches segment %zu of hair %zu\n", a.number, a.fiber,
+                b.number, b.fiber);
   });
   // [safe]
 

@@ -26,10 +26,7 @@ void writeContacts(const std::string& path, const fcl_fibers::io::FiberFileOptio
   for (const std::string& warning : file.warnings) std::fprintf(stderr, "%s\n", warning.c_str());
   const auto fibers = fcl_fibers::fiberArrays(file.fibers);
 
-  fcl_fibers::FiberTreeOptions options;
-  options.report = fcl_fibers::Report::kCapsules;
-  options.ignored_neighbors = 1;
-  fcl_fibers::FiberTree tree(options);
+  fcl_fibers::FiberTree tree;
   tree.build(fibers);
 
   std::puts("fiber_a,segment_a,s,fiber_b,segment_b,t,distance,x,y,z,normal_x,normal_y,normal_z");

@@ -171,9 +171,7 @@ int main(int argc, char** argv) {
   // [hair]
 
   // [roots]
-  FiberTreeOptions options;
-  options.report = Report::kCapsules;
-  FiberTree tree(options);
+  FiberTree tree;
   std::vector<MeshContact> contacts;
   tree.build(hair);
   tree.find(Contacts{hair}, head, contacts);

@@ -128,10 +128,7 @@ int main(int argc, char** argv) {
   // The arrays stay where they are, so this holds for all steps.
   const FiberArrays<float> arrays = {&hair.now[0].x, hair.now.size(), point_begin.data(), kHairs,
                                      &kRadius};
-  FiberTreeOptions options;
-  options.report = Report::kCapsules;
-  options.ignored_neighbors = 1;  // adjacent segments share a point, so they always touch
-  FiberTree tree(options);
+  FiberTree tree;  // leaves out adjacent segments, which share a point and always touch
   tree.build(arrays);
   // [arrays]
 

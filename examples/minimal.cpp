@@ -10,10 +10,7 @@ int main() {
   const double radius = 0.1;
   const FiberArrays<double> fibers = {points, 5, point_begin, 2, &radius};
 
-  FiberTreeOptions options;
-  options.report = Report::kCapsules;  // capsules that touch, not boxes that overlap
-  options.ignored_neighbors = 1;  // neighbors along a fiber share a point, so they always touch
-  FiberTree tree(options);
+  FiberTree tree;
   tree.build(fibers);
   const auto print = [](SegmentPair p) { std::printf("segments %d and %d touch\n", p.a, p.b); };
   tree.visit(Pairs{}, print);

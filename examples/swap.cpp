@@ -73,10 +73,7 @@ void run(const char* name, const Objects& objects) {
 void write(const std::string& folder) {
   const fcl_fibers::FiberPolylines lock = curls(0);
   const auto arrays = fcl_fibers::fiberArrays(lock);
-  fcl_fibers::FiberTreeOptions options;
-  options.report = fcl_fibers::Report::kCapsules;
-  options.ignored_neighbors = 1;
-  fcl_fibers::FiberTree tree(options);
+  fcl_fibers::FiberTree tree;
   tree.build(arrays);
   std::vector<fcl_fibers::Contact> contacts;
   tree.visit(fcl_fibers::Pairs{}, [&](fcl_fibers::SegmentPair pair) {

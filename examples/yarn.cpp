@@ -48,7 +48,6 @@ FiberPolylines knit() {
 // [contacts]
 std::vector<Contact> contacts(const FiberPolylines& yarns, int neighbors, double arc_length) {
   FiberTreeOptions options;
-  options.report = Report::kCapsules;
   options.ignored_neighbors = neighbors;
   options.ignored_arc_length = arc_length;
   FiberTree tree(options);

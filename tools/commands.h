@@ -31,7 +31,7 @@ struct Request {
   std::vector<SceneName> scenes{};   ///< for check, several are frames of one scene
   std::optional<SceneName> other{};  ///< to search or measure against; else a scene has only itself
   std::optional<SceneName> end{};    ///< of a step that starts with the scene
-  FiberTreeOptions tree = ofCapsules();
+  FiberTreeOptions tree;
   MeshOptions meshes{};
   bool meshes_only = false;        ///< leave out pairs of two segments
   std::size_t limit = kPairLimit;  ///< the search of a frame ends after so many pairs
@@ -48,13 +48,6 @@ struct Request {
   bool fragment = false;         ///< a part of another page, without a head
   std::size_t points = 1000000;  ///< drawn of each scene, in all frames together
   std::string up{};              ///< axis that points up: x, y or z; empty to guess
-
-  static FiberTreeOptions ofCapsules() {
-    FiberTreeOptions tree;
-    tree.report = Report::kCapsules;
-    tree.ignored_neighbors = 1;
-    return tree;
-  }
 };
 
 /// Writes a generated scene to the path, whose ending chooses the format: .vtp, .hair or .txt.

@@ -78,7 +78,7 @@ bool measureArrays(const Request& request) {
     const bool boxes = volumes == FiberTreeOptions::Volumes::kLayeredBoxes;
     for (const auto report : {Report::kVolumes, Report::kCapsules}) {
       for (const int threads : {1, 2}) {
-        FiberTreeOptions options;
+        FiberTreeOptions options = FiberOptions{Topology::kBundle, Report::kVolumes};
         options.volumes = volumes;
         options.report = report;
         options.threads = threads;

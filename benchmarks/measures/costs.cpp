@@ -95,7 +95,7 @@ void registerManager(MovingFibers& fibers, const std::string& name, const FiberO
 
 template <class Set>
 FiberTreeOptions with(Set set) {
-  FiberTreeOptions options;
+  FiberTreeOptions options = FiberOptions{Topology::kBundle, Report::kVolumes};
   set(options);
   return options;
 }
@@ -113,7 +113,7 @@ bool measureCosts(const Request&) {
   const auto frames = twoFrames(helix);
   MovingFibers fibers(helix.text, frames[0], frames[1]);
 
-  const FiberTreeOptions plain;
+  const FiberTreeOptions plain = FiberOptions{Topology::kBundle, Report::kVolumes};
   const auto neighbors = with([](auto& options) { options.ignored_neighbors = 1; });
   const auto arc_length = with([](auto& options) { options.ignored_arc_length = 0.3; });
   const auto margin = with([](auto& options) { options.margin = 0.0035; });

@@ -40,7 +40,8 @@ bool measureGrowth(const Request& request) {
   for (const SceneRequest& scene : requests) {
     tools::progress(scene.text + ": make the scene");
     const auto scenes = std::make_shared<std::array<FiberPolylines, 2>>(twoFrames(scene));
-    const auto tree = makeTree(fiberArrays(scenes->front()));
+    const auto tree =
+        makeTree(fiberArrays(scenes->front()), FiberOptions{Topology::kBundle, Report::kVolumes});
     const auto segments = static_cast<double>(tree->segmentCount());
     const auto run = [=, frame = std::size_t{0}](Numbers& numbers) mutable {
       frame = 1 - frame;

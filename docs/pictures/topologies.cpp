@@ -22,9 +22,7 @@ using fcl_fibers::TreeVolume;
 
 void printNodes(const fcl_fibers::FiberPolylines& fibers, Topology topology, const char* name,
                 int depth) {
-  fcl_fibers::FiberTreeOptions options;
-  options.topology = topology;
-  FiberTree tree(options);
+  FiberTree tree(fcl_fibers::FiberOptions{topology, fcl_fibers::Report::kVolumes});
   tree.build(fcl_fibers::fiberArrays(fibers));
   for (const TreeVolume& node : tree.volumes(depth)) {
     std::printf("%s %.9g %.9g %.9g %.9g", name, node.center[0] - node.half[0],

@@ -6,7 +6,7 @@ import fcl_fibers
 points = np.array([[-1, 0, 0], [0, 0, 0], [1, 0, 0], [0.5, -1, 0.15], [0.5, 1, 0.15]])
 offsets = [0, 3, 5]  # the first fiber has three of the points, the second two
 
-tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=1)
+tree = fcl_fibers.FiberTree()
 tree.build(points, offsets, radii=0.1)
 for c in tree.contacts():
     print(f"fiber {c['fiber_a']} and fiber {c['fiber_b']} overlap by {-c['distance']:.2f}")

@@ -71,7 +71,7 @@ def unpack(nodes):
     """The nodes free of collisions, and how many rounds that took."""
     lengths = norms(nodes)
     # The margin also reports what is near, so that it is kept apart before it overlaps again.
-    tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=2, margin=GAP, threads=2)
+    tree = fcl_fibers.FiberTree(ignored_neighbors=2, margin=GAP, threads=2)
     tree.build(nodes, radii=1.0)
     for rounds in range(1000):
         contacts = tree.contacts()
@@ -89,7 +89,7 @@ def unpack(nodes):
 
 
 def contacts_of(nodes):
-    tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=2)
+    tree = fcl_fibers.FiberTree(ignored_neighbors=2)
     tree.build(nodes, radii=1.0)
     return tree.contacts()
 

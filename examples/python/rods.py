@@ -99,7 +99,7 @@ pressed = slice(-RODS, None)
 
 # [tree]
 # Adjacent elements of a rod always touch. Leaving them out here is faster than to do it in NumPy.
-tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=1, threads=2)
+tree = fcl_fibers.FiberTree(threads=2)
 tree.build(nodes, radii=RADIUS)  # once: the rods keep their numbers of nodes
 # [tree]
 print(f"{tree.fiber_count} rods, {tree.segment_count} elements, {len(tree.contacts())} contacts")

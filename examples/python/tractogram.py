@@ -62,7 +62,7 @@ def overlapping(fibers):
     # tractogram has more such pairs of segments than fit into memory: 10^9 of them take 8 GB as
     # pairs(), and contacts() needs 16 times that. visit_pairs() passes blocks of them, of which
     # only the pairs of streamlines are kept.
-    tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=1, threads=2)
+    tree = fcl_fibers.FiberTree(threads=2)
     tree.build(*fibers)
     tree.visit_pairs(visit, block=1 << 18)
     # [blocks]

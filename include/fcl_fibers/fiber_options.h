@@ -66,9 +66,10 @@ enum class Report {
 };
 
 /// The options that managers and trees have in common. A manager or tree throws
-/// std::invalid_argument if it is constructed with an option out of the range given here.
+/// std::invalid_argument if it is constructed with an option out of the range given here. The
+/// defaults here are those of managers; FiberTreeOptions has its own.
 ///
-///     FiberTreeOptions options;            // or FiberManagerOptions
+///     FiberManagerOptions options;         // a FiberTreeOptions has both of these by default
 ///     options.report = Report::kCapsules;  // only segments that touch
 ///     options.ignored_neighbors = 1;       // neighbours share a point, so they always touch
 struct FiberOptions {

@@ -67,8 +67,13 @@ template <typename S>
 FCL_FIBERS_TREE_EXPORT std::vector<std::int32_t> rootSegments(const FiberArrays<S>& fibers,
                                                               double length);
 
-/// Options of a FiberTree: those of FiberOptions, and what bounds the nodes of the tree.
+/// Options of a FiberTree: those of FiberOptions, and what bounds the nodes of the tree. By default
+/// a tree reports what touches, and leaves out adjacent segments.
 struct FiberTreeOptions : FiberOptions {
+  /// Takes the options that trees and managers have in common.
+  FiberTreeOptions(const FiberOptions& options = {Topology::kBundle, Report::kCapsules, 1})
+      : FiberOptions(options) {}
+
   /// What bounds the nodes of the tree.
   enum class Volumes {
     kLayeredBoxes,    ///< as in LayeredAABBTreeCollisionManager

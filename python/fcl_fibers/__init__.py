@@ -3,7 +3,7 @@
 
 A fiber is a polyline, and each of its segments a capsule. Three lines lead to contacts:
 
-    tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=1)
+    tree = fcl_fibers.FiberTree()
     tree.build(points, offsets, radii)  # (n, 3), (fibers + 1,), a number
     contacts = tree.contacts()          # a structured array, one row for each pair that touches
 

@@ -167,10 +167,10 @@ class FiberTree:
     def __init__(
         self,
         *,
-        report: Literal["volumes", "capsules"] = "volumes",
+        report: Literal["volumes", "capsules"] = "capsules",
         topology: Literal["bundle", "super_thread"] = "bundle",
         volumes: Literal["boxes", "spheres"] = "boxes",
-        ignored_neighbors: int = 0,
+        ignored_neighbors: int = 1,
         ignored_arc_length: float = 0.0,
         margin: float = 0.0,
         threads: int = 1,

@@ -235,6 +235,7 @@ TYPED_TEST(ArrayContacts, AreThoseOfThePairsThatTheTreeFinds) {
   using Radii = typename FiberArrays<TypeParam>::Radii;
   FiberTreeOptions options;
   options.report = Report::kCapsules;
+  options.ignored_neighbors = 0;
   for (const Radii radii_are : {Radii::kOne, Radii::kPerFiber, Radii::kPerSegment}) {
     Assembly<TypeParam> fibers = randomArrays<TypeParam>(7), others = randomArrays<TypeParam>(8);
     fibers.radii_are = others.radii_are = radii_are;

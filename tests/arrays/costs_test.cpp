@@ -32,6 +32,8 @@ test::Assembly<S> lock() {
   return fibers;
 }
 
+const FiberTreeOptions kLeast = FiberOptions{Topology::kBundle, Report::kVolumes};
+
 /// After a frame, as a program has it.
 template <typename S>
 double bytesPerSegment(const FiberTreeOptions& options, const FiberArrays<S>& arrays) {
@@ -46,35 +48,35 @@ double bytesPerSegment(const FiberTreeOptions& options, const FiberArrays<S>& ar
 
 // The least tree would grow by what a scene does not use. docs/costs.md has the table: a node of
 // 256 bytes for 6.8 segments, and the number of each.
-TEST(Costs, OfTheLeastTree) { EXPECT_LE(bytesPerSegment({}, lock<double>().view()), 44); }
+TEST(Costs, OfTheLeastTree) { EXPECT_LE(bytesPerSegment(kLeast, lock<double>().view()), 44); }
 
 TEST(Costs, NothingIsKeptThatIsNotAskedFor) {
   const test::Assembly<double> fibers = lock<double>();
   FiberArrays<double> arrays = fibers.view();
   arrays.radii_are = FiberArrays<double>::Radii::kOne;
-  const double least = bytesPerSegment({}, arrays);
+  const double least = bytesPerSegment(kLeast, arrays);
   // Volumes are float whatever the points are.
-  EXPECT_EQ(bytesPerSegment({}, lock<float>().view()), least);
+  EXPECT_EQ(bytesPerSegment(kLeast, lock<float>().view()), least);
 
   using Radii = FiberArrays<double>::Radii;
   for (const Radii radii : {Radii::kPerFiber, Radii::kPerSegment}) {
     arrays.radii_are = radii;
-    EXPECT_EQ(bytesPerSegment({}, arrays), least);
+    EXPECT_EQ(bytesPerSegment(kLeast, arrays), least);
   }
   // A tree that threads search keeps what they write pairs to, a quarter of its own size at most.
-  FiberTreeOptions threaded;
+  FiberTreeOptions threaded = kLeast;
   threaded.threads = 2;
   const double scratch = bytesPerSegment(threaded, arrays) - least;
   EXPECT_GT(scratch, 0);
   EXPECT_LE(scratch, least / 4);
   const std::vector<std::uint8_t> closed(kFibers, 1);
   arrays.closed = closed.data();
-  EXPECT_EQ(bytesPerSegment({}, arrays), least) << "no neighbours are ignored";
+  EXPECT_EQ(bytesPerSegment(kLeast, arrays), least) << "no neighbours are ignored";
   const std::vector<std::int32_t> no_groups(kFibers, 0);
   arrays.groups = no_groups.data();
-  EXPECT_EQ(bytesPerSegment({}, arrays), least) << "no fiber has a group";
+  EXPECT_EQ(bytesPerSegment(kLeast, arrays), least) << "no fiber has a group";
 
-  FiberTreeOptions options;
+  FiberTreeOptions options = kLeast;
   options.margin = 0.01;
   EXPECT_EQ(bytesPerSegment(options, arrays), least);
   arrays.closed = nullptr;
@@ -87,20 +89,20 @@ TEST(Costs, OfWhatIsAskedFor) {
   const test::Assembly<double> fibers = lock<double>();
   FiberArrays<double> arrays = fibers.view();
   arrays.radii_are = FiberArrays<double>::Radii::kOne;
-  const double least = bytesPerSegment({}, arrays);
-  FiberTreeOptions capsules;
+  const double least = bytesPerSegment(kLeast, arrays);
+  FiberTreeOptions capsules = kLeast;
   capsules.report = Report::kCapsules;
   EXPECT_NEAR(bytesPerSegment(capsules, arrays) - least, 32 * 1.01, 1);
-  FiberTreeOptions by_length;
+  FiberTreeOptions by_length = kLeast;
   by_length.ignored_arc_length = 0.5;
   EXPECT_NEAR(bytesPerSegment(by_length, arrays) - least, 8 * 1.01, 0.1);
-  FiberTreeOptions spheres;
+  FiberTreeOptions spheres = kLeast;
   spheres.volumes = FiberTreeOptions::Volumes::kWrappedSpheres;
   EXPECT_LE(bytesPerSegment(spheres, arrays) - least, 32);
   std::vector<std::int32_t> groups;
   for (std::size_t f = 0; f < kFibers; ++f) groups.push_back(static_cast<std::int32_t>(f % 7) + 1);
   arrays.groups = groups.data();
-  const double grouped = bytesPerSegment({}, arrays);
+  const double grouped = bytesPerSegment(kLeast, arrays);
   EXPECT_GT(grouped, least);
   EXPECT_LE(grouped - least, 6);
 }

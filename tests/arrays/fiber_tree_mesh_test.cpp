@@ -94,8 +94,8 @@ PairList nearestOf(const FiberTree& tree, const TriangleMesh& mesh, double dista
 }
 
 template <typename S>
-FiberTree treeOf(const FiberArrays<S>& fibers, FiberTreeOptions options = {}) {
-  options.report = Report::kCapsules;
+FiberTree treeOf(const FiberArrays<S>& fibers, const FiberTreeOptions& options = FiberOptions{
+                                                   Topology::kBundle, Report::kCapsules}) {
   FiberTree tree(options);
   tree.build(fibers);
   return tree;

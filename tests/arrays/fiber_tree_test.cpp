@@ -79,7 +79,7 @@ TYPED_TEST(ArrayTree, IgnoresNeighborsByArcLengthAndAcrossTheSeam) {
                                                   {1, 1, 0 + 1},
                                                   {2, 0, 0 + 1},
                                                   {3, 0, 0}}) {
-    FiberTreeOptions options;
+    FiberTreeOptions options = FiberOptions{Topology::kBundle, Report::kVolumes};
     options.ignored_neighbors = neighbors;
     options.ignored_arc_length = length;
     FiberTree tree(options);
@@ -105,7 +105,7 @@ TYPED_TEST(ArrayTree, MeasuresArcsAlongOneFiber) {
     hexagons.addFiber(points, 2);
   }
   const std::uint8_t closed[] = {1, 1};
-  FiberTreeOptions options;
+  FiberTreeOptions options = FiberOptions{Topology::kBundle, Report::kVolumes};
   options.ignored_arc_length = 1.5;
   FiberTree tree(options);
   FiberArrays<TypeParam> fibers = hexagons.view();
@@ -476,8 +476,7 @@ TEST(ArrayTree, AnswersWhenEmpty) {
   tree.build(none.view());
   EXPECT_TRUE(pairsOf(tree).empty());
   EXPECT_EQ(tree.segmentCount(), 0u);
-  EXPECT_FALSE(
-      tree.visit(Pairs{}, BoxShape{{-1, -1, -1}, {1, 1, 1}}, [](auto) { return true; }));
+  EXPECT_FALSE(tree.visit(Pairs{}, BoxShape{{-1, -1, -1}, {1, 1, 1}}, [](auto) { return true; }));
 }
 
 /// Refused with a text that says so, and nothing has changed.
@@ -517,8 +516,8 @@ TEST(ArrayTree, FollowsTheFibersWhereTheOutermostWouldOverflow) {
     pairs.erase(std::remove_if(pairs.begin(), pairs.end(), is_out), pairs.end());
     return pairs;
   };
-  FiberTree volumes, capsules(test::optionsOf(FiberTreeOptions::Volumes::kLayeredBoxes,
-                                              Topology::kBundle, Report::kCapsules));
+  FiberTree volumes(FiberOptions{Topology::kBundle, Report::kVolumes});
+  FiberTree capsules(FiberOptions{Topology::kBundle, Report::kCapsules});
   volumes.build(fibers.view());
   capsules.build(fibers.view());
   // A power of two, so that what touches does not change.
@@ -570,7 +569,7 @@ TEST(ArrayTree, TakesCoordinatesUpToAPromisedSize) {
 // A silent wrong answer, or a crash.
 TEST(ArrayTree, RefusesWhatItCannotAnswerFor) {
   const auto good = curledFibers<double>(11, 200);  // of which the frame samples some
-  FiberTree tree;
+  FiberTree tree(FiberOptions{Topology::kBundle, Report::kVolumes});
   tree.build(good.view());
   const double infinity = std::numeric_limits<double>::infinity();
 
@@ -693,7 +692,8 @@ TEST(ArrayTree, RefusesATreeOfAnotherKind) {
 TEST(ArrayTree, IsWhatWasMovedToIt) {
   // If this fails, a tree that was moved answers for other fibers, or has other options.
   const auto first = curledFibers<double>(14), second = curledFibers<double>(15);
-  FiberTree from(optionsOf({}, Topology::kSuperThread, Report::kCapsules)), to;
+  FiberTree from(optionsOf({}, Topology::kSuperThread, Report::kCapsules));
+  FiberTree to(FiberOptions{Topology::kBundle, Report::kVolumes});
   from.build(first.view());
   to.build(second.view());
   const PairList pairs = pairsOf(from);

@@ -38,6 +38,7 @@ template <typename S>
 FiberTree capsuleTree(const FiberArrays<S>& fibers, int threads = 1, double margin = 0) {
   FiberTreeOptions options;
   options.report = Report::kCapsules;
+  options.ignored_neighbors = 0;
   options.threads = threads;
   options.margin = margin;
   FiberTree tree(options);
@@ -63,8 +64,8 @@ std::vector<double> numbersOf(const MeshContact& c) {
 /// @return the distance of the two closest points
 template <typename S>
 Real expectPoints(const Assembly<S>& fibers, const ExactTriangle& t, const MeshContact& contact) {
-  const ExactCapsule capsule =
-      roundedCapsule(fibers.capsule(fibers.point_begin[contact.place.fiber] + contact.place.number));
+  const ExactCapsule capsule = roundedCapsule(
+      fibers.capsule(fibers.point_begin[contact.place.fiber] + contact.place.number));
   const test::Point x = capsule.a + Real(contact.s) * (capsule.b - capsule.a);
   const test::Point normal = toPoint(contact.normal);
   test::Point q = test::Point::Zero();
@@ -96,8 +97,8 @@ template <typename S>
 void expectRight(const Assembly<S>& fibers, const ExactTriangle& t, const MeshContact& contact) {
   EXPECT_FALSE(contact.solid);
   const Real apart = expectPoints(fibers, t, contact);
-  const ExactCapsule capsule =
-      roundedCapsule(fibers.capsule(fibers.point_begin[contact.place.fiber] + contact.place.number));
+  const ExactCapsule capsule = roundedCapsule(
+      fibers.capsule(fibers.point_begin[contact.place.fiber] + contact.place.number));
   const test::Point normal = toPoint(contact.normal);
   if (apart > 1e-10L) {
     EXPECT_LE(std::fabs(contact.distance - (apart - capsule.radius)), kContactRounding);
@@ -245,8 +246,8 @@ TYPED_TEST(FindContacts, OfASolidLeadOut) {
     int crossing = 0, inside = 0, outside = 0;
     for (const MeshContact& contact : contacts) {
       const ExactTriangle t = triangles.triangle(static_cast<std::size_t>(contact.triangle), pose);
-      const ExactCapsule capsule =
-          roundedCapsule(fibers.capsule(fibers.point_begin[contact.place.fiber] + contact.place.number));
+      const ExactCapsule capsule = roundedCapsule(
+          fibers.capsule(fibers.point_begin[contact.place.fiber] + contact.place.number));
       const test::Point x = capsule.a + Real(contact.s) * (capsule.b - capsule.a);
       const Real apart = expectPoints(fibers, t, contact);
       bool is_inside = apart < 1e-10L;
@@ -372,8 +373,8 @@ TEST(FindContacts, AreRelativeToTheMesh) {
   EXPECT_GT(near.size(), 50u);
   mesh.setPose(pose);
   for (const MeshContact& contact : near) {
-    const auto segment =
-        static_cast<std::int32_t>(near_fibers.point_begin[contact.place.fiber] + contact.place.number);
+    const auto segment = static_cast<std::int32_t>(near_fibers.point_begin[contact.place.fiber] +
+                                                   contact.place.number);
     const MeshContact far = meshContact(fibers.view(), mesh, {segment, contact.triangle});
     EXPECT_EQ(far.weights, contact.weights);
     EXPECT_EQ(far.s, contact.s);

@@ -126,7 +126,7 @@ TEST(Impacts, MovingPairsAreFew) {
     const auto x = extent(i, 0), y = extent(i, 1), z = extent(i, 2);
     swept.addCapsule({x.first, y.first, z.first}, {x.second, y.second, z.second}, 0);
   });
-  options = {};
+  options = FiberOptions{Topology::kBundle, Report::kVolumes};
   FiberTree boxes(options);
   boxes.build(swept.view());
   EXPECT_LT(2 * moving.size(), pairsOf(boxes).size());
@@ -324,7 +324,7 @@ TEST(Impacts, RefusesATreeThatDoesNotSuit) {
   EXPECT_THAT(textWith(other), testing::HasSubstr("the other tree: the fibers rest; call update("));
   options.topology = Topology::kSuperThread;
   EXPECT_THAT(textWith(treeOf(motion, options)), testing::HasSubstr("different volumes"));
-  options = {};
+  options = FiberOptions{Topology::kBundle, Report::kVolumes};
   const FiberTree volumes = treeOf(motion, options);
   EXPECT_THAT(textWith(volumes), testing::HasSubstr("keeps no capsules"));
   EXPECT_THAT(textOf([&] { volumes.visit(Impacts{}, tree, [](const Impact&) {}); }),

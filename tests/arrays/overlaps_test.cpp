@@ -132,7 +132,7 @@ TEST(Overlaps, RefuseShapesThatAreNone) {
 // Searches for capsules would be done where there are none.
 TEST(Overlaps, OfTreesWithoutCapsulesAreRefusedForMeshes) {
   const auto fibers = curledFibers<double>(56, 10);
-  FiberTree tree;
+  FiberTree tree(FiberOptions{Topology::kBundle, Report::kVolumes});
   tree.build(fibers.view());
   const TriangleMesh mesh(ball<double>(0.3, 6, 8).view());
   std::vector<std::int32_t> segments(3);
@@ -143,9 +143,7 @@ TEST(Overlaps, OfTreesWithoutCapsulesAreRefusedForMeshes) {
   EXPECT_THAT([&] { tree.find(TouchingSegments{}, mesh, segments); }, refusal);
   EXPECT_THAT([&] { tree.find(Nearest{1}, mesh, pairs); }, refusal);
   EXPECT_THAT([&] { tree.find(Contacts{fibers.view()}, mesh, contacts); }, refusal);
-  FiberTreeOptions options;
-  options.report = Report::kCapsules;
-  const FiberTree capsules(options);
+  const FiberTree capsules(FiberOptions{Topology::kBundle, Report::kCapsules});
   for (const double bad : {-1.0, std::numeric_limits<double>::quiet_NaN()}) {
     EXPECT_THAT(
         [&] { capsules.find(Nearest{bad}, mesh, pairs); },

@@ -39,15 +39,12 @@ auto refusal(const std::string& text) {
 class Probe {
  public:
   Probe() {
-    FiberTreeOptions options;
-    options.report = Report::kCapsules;
-    tree_ = FiberTree(options);
+    tree_ = FiberTree(FiberOptions{Topology::kBundle, Report::kCapsules});
     tree_.build(curledFibers<double>(41, 40).view());
   }
   PairList operator()(const TriangleMesh& mesh) const {
     PairList pairs;
-    tree_.visit(Pairs{}, mesh,
-                [&](TrianglePair p) { pairs.emplace_back(p.segment, p.triangle); });
+    tree_.visit(Pairs{}, mesh, [&](TrianglePair p) { pairs.emplace_back(p.segment, p.triangle); });
     return pairs;
   }
 

@@ -19,7 +19,7 @@ int main() {
   const std::size_t point_begin[] = {0, 2, 4};
   const double radius = 0.06;
   const fcl_fibers::FiberArrays<double> fibers{points, 4, point_begin, 2, &radius};
-  fcl_fibers::FiberTree tree;
+  fcl_fibers::FiberTree tree(fcl_fibers::FiberOptions{});  // of volumes that overlap
   tree.build(fibers);
   int contacts = 0;
   tree.visit(fcl_fibers::Pairs{}, [&](fcl_fibers::SegmentPair pair) {
@@ -31,13 +31,11 @@ int main() {
   const std::int32_t triangle[] = {0, 1, 2};
   fcl_fibers::TriangleMesh mesh(fcl_fibers::MeshArrays<double>{corners, 3, triangle, 1});
   mesh.setPose({{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0.15}});
-  fcl_fibers::FiberTreeOptions options;
-  options.report = fcl_fibers::Report::kCapsules;
-  fcl_fibers::FiberTree capsules(options);
+  fcl_fibers::FiberTree capsules;
   capsules.build(fibers);
   std::vector<fcl_fibers::MeshContact> with_mesh;
   capsules.find(fcl_fibers::Contacts{fibers}, mesh, with_mesh);
-  if (with_mesh.size() != 1 || with_mesh[0].a.fiber != 1) return 1;
+  if (with_mesh.size() != 1 || with_mesh[0].place.fiber != 1) return 1;
 
   std::printf("fcl_fibers %s: contacts %d\n", FCL_FIBERS_VERSION, contacts);
   return contacts == 1 ? 0 : 1;

@@ -17,9 +17,7 @@ int main() {
   const FiberPolylines fibers = io::parseFibers("-1 0 0\n1 0 0\n\n0 -1 0.1\n0 1 0.1\n", "two lines",
                                                 io::FiberFormat::kPolylines, options)
                                     .fibers;
-  FiberTreeOptions reporting;
-  reporting.report = Report::kCapsules;
-  FiberTree tree(reporting);
+  FiberTree tree;
   tree.build(fiberArrays(fibers));
   int pairs = 0;
   tree.visit(Pairs{}, [&](SegmentPair) { ++pairs; });

@@ -129,10 +129,9 @@ class TreeFaults : public testing::TestWithParam<FiberTreeOptions> {
 
   /// What these trees can be asked, during a step if they can have one.
   NamedActs queries() const {
-    NamedActs all = {
-        {"visit(Pairs)", [](Subject& of) { of.visit(Pairs{}); }},
-        {"visit(Pairs, other)", [](Subject& of) { of.visit(Pairs{}, of.other); }},
-        {"find(Pairs)", [](Subject& of) { of.find<SegmentPair>(Pairs{}); }}};
+    NamedActs all = {{"visit(Pairs)", [](Subject& of) { of.visit(Pairs{}); }},
+                     {"visit(Pairs, other)", [](Subject& of) { of.visit(Pairs{}, of.other); }},
+                     {"find(Pairs)", [](Subject& of) { of.find<SegmentPair>(Pairs{}); }}};
     if (GetParam().report == Report::kVolumes) return all;
     for (const TriangleMesh* mesh : {&surface_, &solid_}) {
       const NamedActs of_mesh = {
@@ -315,8 +314,7 @@ TEST_P(TreeFaults, NothingIsAllocatedAfterTheFirstFrame) {
 
 // A mesh would be half where it was and half where it is, or its copy be moved.
 TEST(MeshFaults, UpdatingWithoutMemoryChangesNothing) {
-  FiberTreeOptions options;
-  options.report = Report::kCapsules;
+  const FiberTreeOptions options = FiberOptions{Topology::kBundle, Report::kCapsules};
   Subject subject{FiberTree(options), FiberTree(options), {}};
   subject.tree.build(hair(20, 12, 194).view());
   const auto seenAt = [&](const TriangleMesh& mesh) {

@@ -87,9 +87,7 @@ TEST(TreeMemory, OfABuildIsLittleMoreThanTheTrees) {
     fibers.endFiber();
   }
   for (const Report report : {Report::kVolumes, Report::kCapsules}) {
-    FiberTreeOptions options;
-    options.report = report;
-    FiberTree tree(options);
+    FiberTree tree(FiberOptions{Topology::kBundle, report});
     const PeakMemory peak;
     tree.build(fibers.view());
     EXPECT_LE(peak.bytes(), tree.memoryUsage() + 16 * tree.segmentCount());

@@ -124,7 +124,7 @@ void fuzz(FuzzedDataProvider& data) {
   FiberTreeOptions options;
   options.ignored_neighbors = data.ConsumeIntegralInRange(0, 1);
   options.ignored_arc_length = data.ConsumeBool() ? 0.5 : 0;
-  if ((readByte(data) & 1) != 0) options.report = Report::kCapsules;
+  options.report = (readByte(data) & 1) != 0 ? Report::kCapsules : Report::kVolumes;
   FiberTree tree(options);
   std::vector<std::size_t> built = {0};
   while (data.remaining_bytes() > 0) {

@@ -106,6 +106,7 @@ std::set<std::pair<std::size_t, std::size_t>> fibersInContact(const FiberPolylin
                                                               double margin) {
   FiberTreeOptions options;
   options.report = Report::kCapsules;
+  options.ignored_neighbors = 0;
   options.margin = margin;
   FiberTree tree(options);
   tree.build(fiberArrays(scene));

@@ -36,6 +36,7 @@ class Million : public testing::TestWithParam<MillionCase> {
     options.volumes = GetParam().volumes;
     options.topology = GetParam().topology;
     options.report = Report::kCapsules;
+    options.ignored_neighbors = 0;
     std::vector<NumberPair> pairs;
     runOnSmallStack([&] {
       FiberTree tree(options);

@@ -22,7 +22,7 @@ try:
 except ImportError as error:
     assert f"cannot read the arrays of NumPy {np.__version__}" in str(error), error
 else:
-    tree = fcl_fibers.FiberTree(report="capsules")
+    tree = fcl_fibers.FiberTree()
     tree.build([[(-1, 0, 0), (1, 0, 0)], [(0, -1, 0.125), (0, 1, 0.125)]], radii=0.1)
     assert tree.pairs().tolist() == [[0, 2]], tree.pairs()
     assert tree.contacts()["normal"].tolist() == [[0, 0, 1]], tree.contacts()

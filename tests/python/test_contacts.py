@@ -16,7 +16,7 @@ KINDS = list(
 
 
 def tree_of(scene, **options):
-    options = {"report": "capsules", **options}
+    options = {"report": "capsules", "ignored_neighbors": 0, **options}
     tree = fcl_fibers.FiberTree(**options)
     tree.build(**scene.arguments)
     return tree
@@ -107,7 +107,9 @@ def test_trees_that_do_not_fit_each_other():
 
 
 def test_empty_trees():
-    empty, full = fcl_fibers.FiberTree(report="capsules"), tree_of(random_scene(14))
+    empty, full = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=0), tree_of(
+        random_scene(14)
+    )
     for one, two in ((empty, None), (empty, full), (full, empty), (empty, empty)):
         assert one.pairs(two).shape == (0, 2) and one.pairs(two).dtype == np.int32
         assert len(one.contacts(two)) == 0

@@ -3,8 +3,11 @@
 
 import ast
 import inspect
+import json
 import pathlib
 import pydoc
+import subprocess
+import sys
 import typing
 
 import pytest
@@ -69,10 +72,36 @@ def test_help_tells_shapes_and_units():
 
 def test_fields_of_contacts_are_those_of_help():
     text = fcl_fibers.FiberTree.contacts.__doc__
-    tree = fcl_fibers.FiberTree(report="capsules")
+    tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=0)
     mesh = fcl_fibers.TriangleMesh([(0, 0, 0)], [(0, 0, 0)])
     for array in (tree.contacts(), tree.contacts(mesh)):
         assert all(field in text for field in array.dtype.names)
+
+
+def test_defaults_are_those_of_the_table(tmp_path):
+    """C++ compares its own with the same table, in tests/readme."""
+    page = (pathlib.Path(__file__).parents[2] / "docs" / "options.md").read_text(encoding="utf-8")
+    rows = [[cell.strip(" `") for cell in line.split("|")] for line in page.splitlines()]
+    begin = next(i for i, row in enumerate(rows) if row[1:4] == ["option", "what it does", "trees"])
+    end = next(i for i in range(begin, len(rows)) if len(rows[i]) == 1)
+    names = {"kCapsules": "capsules", "kBundle": "bundle", "kLayeredBoxes": "boxes"}
+    table = {row[1]: names.get(row[3], row[3]) for row in rows[begin + 2 : end] if row[3]}
+
+    def same(name, value):
+        return str(value) == table[name] or float(value) == float(table[name])
+
+    options = fcl_fibers.FiberTree().options._asdict()
+    assert options.keys() == table.keys()
+    assert all(same(*option) for option in options.items())
+    shown = inspect.signature(fcl_fibers.show).parameters
+    common = shown.keys() & table.keys()
+    assert len(common) == 3 and all(same(name, shown[name].default) for name in common)
+    scene = tmp_path / "line.txt"
+    scene.write_text("0 0 0\n1 0 0\n")
+    command = [sys.executable, "-m", "fcl_fibers", "check", "-r", "1", "--json", str(scene)]
+    told = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)
+    common = told.keys() & table.keys()
+    assert len(common) == 5 and all(same(name, told[name]) for name in common)
 
 
 def test_stubs_have_the_names_of_the_module():

@@ -22,7 +22,7 @@ def with_number(number, dtype=float):
 @pytest.fixture
 def tree():
     scene = random_scene(1)
-    tree = fcl_fibers.FiberTree(report="capsules")
+    tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=0)
     tree.build(**scene.arguments)
     before, fibers, numbers = tree.contacts(), tree.fiber_count, tree._tree.numbers.radii
     yield tree
@@ -168,7 +168,7 @@ def test_radii_in_the_place_of_the_end(tree, radii):
 
 def test_huge_numbers_are_refused_or_work(tree):
     largest = np.finfo(np.float32).max
-    other = fcl_fibers.FiberTree(report="capsules")
+    other = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=0)
     for points in (with_number(1e300), with_number(largest, np.float32)):
         other.build(points, GOOD["offsets"], 0.5)
         assert len(other.pairs()) == len(other.contacts())
@@ -276,7 +276,8 @@ def test_structured_arrays_in_the_place_of_numbers(tree):
 def test_errors_name_nothing_of_cpp(tree, tmp_path):
     """No text has a name of C++, which a program in Python has never seen."""
     mesh = fcl_fibers.TriangleMesh(np.eye(3), [[0, 1, 2]])
-    volumes, spheres = fcl_fibers.FiberTree(), fcl_fibers.FiberTree(volumes="spheres")
+    volumes = fcl_fibers.FiberTree(report="volumes")
+    spheres = fcl_fibers.FiberTree(report="volumes", volumes="spheres")
     for other in (volumes, spheres):
         other.build(**GOOD)
     turned = [[0, 1, 0], [1, 0, 0], [0, 0, 1]]

@@ -19,7 +19,7 @@ from scenes import cross, random_scene, tetrahedron
 
 
 def tree_of_two(points, offsets, radii=0.25):
-    tree = fcl_fibers.FiberTree(report="capsules")
+    tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=0)
     tree.build(points, offsets, radii)
     return tree
 
@@ -83,7 +83,7 @@ def test_radii_of_the_type_of_points_are_read_where_they_are():
 def test_offsets_and_rules_are_copied():
     points, offsets = cross()
     groups = np.array([1, 2], np.int32)
-    tree = fcl_fibers.FiberTree(report="capsules")
+    tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=0)
     tree.build(points, offsets, 0.25, groups=groups)
     groups[:], offsets[:] = 1, [0, 4, 4]
     assert len(tree.pairs()) == 1 and tree.contacts()["fiber_b"].tolist() == [1]
@@ -96,7 +96,7 @@ def test_builds_and_updates_of_plain_arrays_take_no_memory():
     points = np.zeros((200_000, 3))
     points[:, 0] = np.arange(200_000)
     offsets, radii = np.arange(0, 200_001, 10), np.full(200_000, 0.1)
-    tree = fcl_fibers.FiberTree()
+    tree = fcl_fibers.FiberTree(report="volumes", ignored_neighbors=0)
     for call in (lambda: tree.build(points, offsets, radii), lambda: tree.update(points)):
         tracemalloc.start()
         call()
@@ -197,7 +197,7 @@ def test_reference_counts_return():
     scene = random_scene(3)
     arrays = scene.points, scene.offsets, scene.radii
     before = [sys.getrefcount(array) for array in arrays]
-    tree = fcl_fibers.FiberTree(report="capsules")
+    tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=0)
     for _ in range(5):
         everything(tree, *arrays)
     del tree
@@ -211,7 +211,10 @@ def test_memory_does_not_grow():
     def turns(count):
         for _ in range(count):
             everything(
-                fcl_fibers.FiberTree(report="capsules"), scene.points, scene.offsets, scene.radii
+                fcl_fibers.FiberTree(report="capsules", ignored_neighbors=0),
+                scene.points,
+                scene.offsets,
+                scene.radii,
             )
         gc.collect()
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
@@ -228,7 +231,7 @@ import fcl_fibers
 
 # All capsules touch, as they do if the radius is in millimetres and the points are in metres.
 points = np.random.default_rng(1).random((20_000, 2, 3))
-tree = fcl_fibers.FiberTree(report="capsules", threads={threads})
+tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=0, threads={threads})
 tree.build(points, radii=50.0)
 corners = np.random.default_rng(2).random((60_000, 3))
 mesh = fcl_fibers.TriangleMesh(corners, np.arange(60_000).reshape(-1, 3))

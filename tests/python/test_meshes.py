@@ -97,7 +97,7 @@ def test_contacts(scene, threads):
 def test_contacts_with_a_solid():
     points, triangles = tetrahedron()
     mesh = fcl_fibers.TriangleMesh(points, triangles, solid=True)
-    tree = fcl_fibers.FiberTree(report="capsules")
+    tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=0)
     tree.build([[(0.2, 0.2, 0.125), (0.2, 0.2, 0.125)], [(5, 5, 5), (6, 6, 6)]], radii=0.05)
     (contact,) = tree.contacts(mesh)
     assert contact["solid"] and contact["triangle"] == 0
@@ -134,7 +134,7 @@ def test_categories_and_roots(scene):
     fibers = len(scene.offsets) - 1
     meets = np.array([0, 1, 2, 2**31])[np.arange(fibers) % 4].astype(np.uint32)
     roots = np.arange(fibers) % 3
-    tree = fcl_fibers.FiberTree(report="capsules")
+    tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=0)
     tree.build(**scene.arguments, meets=meets, root_segments=roots)
     for bits in (0, 1, 3, 2**31, 2**32 - 1):
         mesh.categories = bits
@@ -187,7 +187,7 @@ def test_copies():
         same.update(points + 100)
         assert mesh.categories == 5 and mesh.pose[1].tolist() == [1, 0, 0]
         assert same.triangle_count == mesh.triangle_count == 4 and same.point_count == 4
-    tree = fcl_fibers.FiberTree(report="capsules")
+    tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=0)
     tree.build([[(1.1, 0.1, 0.1), (1.2, 0.1, 0.1)]], radii=0.01)
     assert len(tree.pairs(mesh)) == 1
     assert repr(mesh) == "<TriangleMesh: solid, 4 triangles>" and mesh.memory_usage > 0
@@ -244,7 +244,7 @@ def test_wrong_meshes():
         fcl_fibers.TriangleMesh(points[:, :2], triangles)
     with pytest.raises(ValueError, match="point 1"):
         fcl_fibers.TriangleMesh([[0, 0, 0], [0, np.inf, 0], [0, 0, 0]], [[0, 1, 2]])
-    tree = fcl_fibers.FiberTree()
+    tree = fcl_fibers.FiberTree(report="volumes", ignored_neighbors=0)
     mesh = fcl_fibers.TriangleMesh(points, triangles)
     for call in (tree.pairs, tree.contacts, tree.touching, lambda m: tree.nearest(m, 1)):
         with pytest.raises(ValueError, match="kVolumes|capsules"):

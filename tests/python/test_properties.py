@@ -175,7 +175,7 @@ def test_random_calls(name, data):
     """Any call is answered or refused by an error that a program may expect, and one that is
     refused changes no answer."""
     points, offsets = np.eye(4, 3), np.array([0, 2, 4])
-    tree = fcl_fibers.FiberTree(report="capsules")
+    tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=0)
     tree.build(points, offsets, 0.75)
     before = tree.contacts()
     good = dict(

@@ -31,7 +31,7 @@ class Step:
         self.names = self.start.names
 
     def tree(self, **options):
-        tree = fcl_fibers.FiberTree(report="capsules", **options)
+        tree = fcl_fibers.FiberTree(**{"report": "capsules", "ignored_neighbors": 0, **options})
         tree.build(**self.start.arguments)
         tree.update(self.start.points, self.end.points, self.start.radii, self.end.radii)
         return tree
@@ -169,7 +169,7 @@ def test_moving_pairs():
         assert touching <= oracles.as_set(pairs)
     kept = a.start.kept(ignored_neighbors=1)
     assert len(tree.moving_pairs()) < 0.7 * np.count_nonzero(kept)
-    same = fcl_fibers.FiberTree()
+    same = fcl_fibers.FiberTree(report="volumes", ignored_neighbors=0)
     same.build(**a.start.arguments)
     same.update(a.start.points, a.end.points)
     assert len(same.moving_pairs()) > 0
@@ -191,7 +191,7 @@ def two(height, end_height):
     points = np.array([(-1, 0, 0), (1, 0, 0), (0, -1, height), (0, 1, height)], float)
     end = points.copy()
     end[2:, 2] = end_height
-    tree = fcl_fibers.FiberTree(report="capsules")
+    tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=0)
     tree.build(points, [0, 2, 4], 0.25)
     tree.update(points, end)
     return tree
@@ -219,7 +219,7 @@ def test_known_steps(height, end_height, impact, safe):
 
 
 def test_trees_without_a_step():
-    step, rest = Step(8).tree(), fcl_fibers.FiberTree(report="capsules")
+    step, rest = Step(8).tree(), fcl_fibers.FiberTree(report="capsules", ignored_neighbors=0)
     rest.build(**Step(8).start.arguments)
     impacts = step.impacts()
     updated = Step(8).tree()
@@ -236,13 +236,13 @@ def test_trees_without_a_step():
         ):
             with pytest.raises(ValueError, match="rest|step"):
                 call()
-    volumes = fcl_fibers.FiberTree()
+    volumes = fcl_fibers.FiberTree(report="volumes", ignored_neighbors=0)
     volumes.build(**Step(8).start.arguments)
     volumes.update(Step(8).start.points, Step(8).end.points)
     for call in (volumes.impacts, volumes.safe_step):
         with pytest.raises(ValueError):
             call()
-    spheres = fcl_fibers.FiberTree(report="capsules", volumes="spheres")
+    spheres = fcl_fibers.FiberTree(report="capsules", volumes="spheres", ignored_neighbors=0)
     spheres.build(**Step(8).start.arguments)
     with pytest.raises(ValueError, match="spheres"):
         spheres.update(Step(8).start.points, Step(8).end.points)

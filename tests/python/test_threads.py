@@ -128,7 +128,7 @@ def test_a_query_beside_a_build_is_refused_or_answered():
 def test_of_two_builds_one_may_be_refused(request):
     scenes = random_scene(5, fibers=20), random_scene(6, fibers=15)
     expected = [tree_of(scene).contacts() for scene in scenes]
-    tree = fcl_fibers.FiberTree(report="capsules")
+    tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=0)
     interval = sys.getswitchinterval()
     request.addfinalizer(lambda: sys.setswitchinterval(interval))
     sys.setswitchinterval(1e-6)  # a thread gives way at any line
@@ -175,7 +175,7 @@ def test_a_mesh_may_move_during_queries():
 @pytest.fixture(scope="module")
 def crowded():
     """All pairs of 8000 segments touch: 32 million."""
-    tree = fcl_fibers.FiberTree(report="capsules")
+    tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=0)
     points = np.random.default_rng(1).uniform(size=(8000, 2, 3))
     tree.build(points, radii=2.0)
     return tree
@@ -233,7 +233,7 @@ MESH = fcl_fibers.TriangleMesh(np.zeros((3, 3)), np.tile([0, 1, 2], (2000, 1)))
 @pytest.mark.parametrize("query", QUERIES)
 def test_an_exception_of_a_handler_ends_a_query(crowded, query):
     if not COPY:
-        COPY.append(fcl_fibers.FiberTree(report="capsules"))
+        COPY.append(fcl_fibers.FiberTree(report="capsules", ignored_neighbors=0))
         COPY[0].build(np.random.default_rng(1).uniform(size=(8000, 2, 3)), radii=2.0)
 
     points = np.random.default_rng(1).uniform(size=(8000, 2, 3))
@@ -306,7 +306,7 @@ import threading, time
 import numpy as np
 import fcl_fibers
 
-tree = fcl_fibers.FiberTree(report="capsules")
+tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=0)
 tree.build(np.random.default_rng(1).uniform(size=(1000, 2, 3)), radii=0.3)
 
 def run(query):

@@ -12,7 +12,7 @@ from test_contacts import KINDS, tree_of
 
 def test_options():
     tree = fcl_fibers.FiberTree()
-    assert tree.options == fcl_fibers.Options("volumes", "bundle", "boxes", 0, 0.0, 0.0, 1)
+    assert tree.options == fcl_fibers.Options("capsules", "bundle", "boxes", 1, 0.0, 0.0, 1)
     chosen = dict(
         report="capsules",
         topology="super_thread",
@@ -30,7 +30,7 @@ def test_options():
 
 
 def test_repr_and_counts():
-    tree = fcl_fibers.FiberTree(report="capsules")
+    tree = fcl_fibers.FiberTree()
     assert repr(tree) == "<FiberTree: 0 fibers, 0 segments, report='capsules'>"
     empty = tree.memory_usage
     tree.build(np.zeros((1000, 5, 3)), radii=1)
@@ -94,7 +94,7 @@ def test_volumes(report, topology, volumes):
 
 def test_update_keeps_what_build_has_set():
     points, offsets = cross()
-    tree = fcl_fibers.FiberTree(report="capsules")
+    tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=0)
     tree.build(points, offsets, 0.5, groups=[3, 3])
     tree.update(points.astype(np.float32))
     assert len(tree.pairs()) == 0
@@ -106,7 +106,7 @@ def test_update_keeps_what_build_has_set():
 
 def test_update_takes_radii_of_every_kind_and_other_types():
     points, offsets = cross(gap=1.0)
-    tree = fcl_fibers.FiberTree(report="capsules")
+    tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=0)
     for kept in (0.5, [0.5, 0.5], [0.5, 9, 0.5, 9]):
         tree.build(points, offsets, kept)
         for dtype in (np.float32, np.float64, np.int32):

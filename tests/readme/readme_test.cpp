@@ -2,13 +2,16 @@
 
 // The C++ of some pages in docs (code_blocks.cmake), with what it takes for granted declared before
 // it. Other pages show files of examples.
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <set>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -93,6 +96,55 @@ TEST(Options, TreeOverArrays) {
   EXPECT_EQ(pairs.size(), 1 + 4U) << "with adjacent segments";
 }
 
+/// Names and defaults in the table of docs/options.md.
+std::map<std::string, std::string> tableOfDefaults(std::size_t column) {
+  std::ifstream page(FCL_FIBERS_SOURCE_DIR "/docs/options.md");
+  std::map<std::string, std::string> defaults;
+  bool has_begun = false;
+  for (std::string line; std::getline(page, line);) {
+    has_begun = has_begun || line.rfind("| option | what it does | trees | managers |", 0) == 0;
+    if (has_begun && line.empty()) break;
+    if (!has_begun || line.rfind("| `", 0) != 0) continue;
+    std::vector<std::string> cells;
+    std::istringstream rest(line);
+    for (std::string cell; std::getline(rest, cell, '|');) {
+      cell.erase(
+          std::remove_if(cell.begin(), cell.end(), [](char c) { return c == ' ' || c == '`'; }),
+          cell.end());
+      cells.push_back(cell);
+    }
+    if (!cells.at(column).empty()) defaults[cells.at(1)] = cells.at(column);
+  }
+  return defaults;
+}
+
+std::map<std::string, std::string> defaultsOf(const fcl_fibers::FiberOptions& options) {
+  using namespace fcl_fibers;
+  std::ostringstream arc_length, margin;
+  arc_length << options.ignored_arc_length;
+  margin << options.margin;
+  return {{"report", options.report == Report::kCapsules ? "kCapsules" : "kVolumes"},
+          {"ignored_neighbors", std::to_string(options.ignored_neighbors)},
+          {"ignored_arc_length", arc_length.str()},
+          {"margin", margin.str()},
+          {"threads", std::to_string(options.threads)},
+          {"topology", options.topology == Topology::kBundle ? "kBundle" : "kSuperThread"}};
+}
+
+// The table would tell other defaults than those that a program gets.
+TEST(Options, TheTableHasTheDefaults) {
+  using namespace fcl_fibers;
+  auto of_trees = defaultsOf(FiberTreeOptions());
+  const bool has_boxes = FiberTreeOptions().volumes == FiberTreeOptions::Volumes::kLayeredBoxes;
+  of_trees["volumes"] = has_boxes ? "kLayeredBoxes" : "kWrappedSpheres";
+  EXPECT_EQ(tableOfDefaults(3), of_trees);
+  auto of_managers = defaultsOf(FiberManagerOptions());
+  const bool has_margins = FiberManagerOptions().bounds == Bounds::kShapesAndMargins;
+  of_managers["bounds"] = has_margins ? "kShapesAndMargins" : "others";
+  of_managers["motion"] = FiberManagerOptions().motion ? "on" : "off";
+  EXPECT_EQ(tableOfDefaults(4), of_managers);
+}
+
 TEST(Options, HairWithItsHead) {
   // A hair from the middle of a tetrahedron through its face x + y + z = 2.
   const double points[] = {-1, -1, -1, 4, -1, -1, -1, 4, -1, -1, -1, 4};
@@ -153,6 +205,7 @@ TEST(Options, HairThatMoves) {
   const fcl_fibers::TriangleMesh& head_at_end = head_at_start;
   fcl_fibers::FiberTreeOptions options;
   options.report = fcl_fibers::Report::kCapsules;
+  options.ignored_neighbors = 0;
   fcl_fibers::FiberTree tree(options);
   tree.build(start);
   std::vector<double> times;

@@ -9,10 +9,8 @@ namespace fcl_fibers::test {
 
 inline FiberTreeOptions optionsOf(FiberTreeOptions::Volumes volumes, Topology topology,
                                   Report report) {
-  FiberTreeOptions options;
+  FiberTreeOptions options = FiberOptions{topology, report};
   options.volumes = volumes;
-  options.topology = topology;
-  options.report = report;
   return options;
 }
 

@@ -56,7 +56,7 @@ void writePicture(const std::string& path, const FiberPolylines& scene, Numbers&
 /// The inner nodes of the paper's tree over one fiber, level by level: of boxes low and high
 /// corner, of spheres centre and radius.
 void writeNodes(std::ofstream& file, const FiberPolylines& fiber, FiberTreeOptions::Volumes kind) {
-  FiberTreeOptions options;
+  FiberTreeOptions options = FiberOptions{Topology::kBundle, Report::kVolumes};
   options.volumes = kind;
   options.topology = Topology::kSuperThread;
   FiberTree tree(options);
