@@ -395,7 +395,7 @@ void FiberTree::findContacts(const Contacts<S>& question, const Partner& partner
 template <typename S, class Partner, class Found>
 void FiberTree::findClosest(const Contacts<S>& question, const Partner& partner,
                             Found& closest) const {
-  const std::shared_ptr<const Impl> held = impl_;
+  const std::shared_ptr<const Impl> held = impl();
   const Call call{"closest", nullptr};
   held->requireContacts(call, question, partner);
   std::vector<FoundBy<Pairs, Partner>> pairs;

@@ -732,9 +732,13 @@ TEST(ArrayTree, IsAsConstructedAfterAMove) {
 
   const test::Assembly<double> none;
   std::vector<Contact> contacts, of_fresh;
-  const Contacts<double> question{none.view()};
+  const FiberArrays<double> view_of_none = none.view();
+  const Contacts<double> question{view_of_none};
   from.find(question, contacts);
   fresh.find(question, of_fresh);
+  EXPECT_EQ(from.closest(question).distance, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(to.closest(Contacts<double>{fibers.view(), &view_of_none}, from).distance,
+            std::numeric_limits<double>::infinity());
   EXPECT_TRUE(contacts.empty());
   for (FiberTree* tree : {&from, &fresh}) {
     EXPECT_THAT([&] { tree->find(Contacts<double>{fibers.view()}, contacts); },
