@@ -130,7 +130,7 @@ bool measureCosts(const Request&) {
   registerTree<double>(frames, "boxes, radius by fiber", plain,
                        [](auto& arrays) { arrays.view.radii_are = Radii::kPerFiber; });
   registerTree<double>(frames, "boxes, radius by segment", plain,
-                       [](auto& arrays) { arrays.view.radii_are = Radii::kPerSegment; });
+                       [](auto& arrays) { arrays.view.radii_are = Radii::kPerFirstPoint; });
   registerTree(frames, "boxes, neighbours by number", neighbors);
   registerTree<double>(frames, "boxes, neighbours by number, closed fibers", neighbors,
                        [](auto& arrays) { arrays.view.closed = arrays.closed.data(); });

@@ -69,7 +69,7 @@ inline FiberArrays<double> fiberArrays(const FiberPolylines& scene) {
   arrays.fiber_count = scene.fiberCount();
   arrays.radii = scene.radii.empty() ? &scene.radius : scene.radii.data();
   arrays.radii_are = scene.radii.empty() ? FiberArrays<double>::Radii::kOne
-                                         : FiberArrays<double>::Radii::kPerSegment;
+                                         : FiberArrays<double>::Radii::kPerFirstPoint;
   arrays.closed = scene.closed.empty() ? nullptr : scene.closed.data();
   return arrays;
 }

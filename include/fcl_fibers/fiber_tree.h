@@ -21,6 +21,9 @@ namespace fcl_fibers {
 /// fiber of fewer than two points has no capsule. The arrays are borrowed for the length of a call.
 /// S is float or double.
 ///
+/// `point_end` leaves out points between fibers. The two strides tell where numbers of other
+/// layouts are. So the arrays of most programs can be read in place.
+///
 ///     const double points[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};  // x, y, z of four points
 ///     const std::size_t point_begin[] = {0, 2, 4};                   // two fibers of two points
 ///     const double radius = 0.1;
@@ -33,13 +36,14 @@ struct FiberArrays {
   enum class Radii {
     kOne,       ///< one: radii[0] for all capsules
     kPerFiber,  ///< fiber_count: radii[f] for all capsules of fiber f
-    /// point_count: radii[i] for the capsule that starts at point i. The radius at the last point
-    /// of a fiber is checked but not used.
-    kPerSegment,
+    /// point_count: radii[i] for the capsule whose first point is point i. Those at the last point
+    /// of a fiber and at points of no fiber are not read.
+    kPerFirstPoint,
   };
 
-  const S* points = nullptr;    ///< x, y, z of each point: 3 * point_count finite numbers
-  std::size_t point_count = 0;  ///< at most 2^27
+  /// x, y, z of each point: 3 * point_count numbers, finite unless the point is of no fiber.
+  const S* points = nullptr;
+  std::size_t point_count = 0;  ///< including points of no fiber; at most 2^27
   /// fiber_count + 1 numbers, which begin with 0, end with point_count and never descend.
   const std::size_t* point_begin = nullptr;
   std::size_t fiber_count = 0;    ///< including fibers without capsules; at most 2^27
@@ -58,6 +62,22 @@ struct FiberArrays {
   /// fiber_count numbers, not negative: how many segments at the start of each fiber meet no mesh,
   /// because they are in the scalp. Null if there are none. rootSegments() counts them by length.
   const std::int32_t* root_segments = nullptr;
+  /// Bytes from a point to the next one: multiples of alignof(S), also negative, or 0 for
+  /// 3 * sizeof(S), as packed points have. `points` is x of point 0 in any case.
+  ///
+  ///     fibers.point_stride = 4 * sizeof(float);  // x, y, z and a fourth number of each point
+  std::ptrdiff_t point_stride = 0;
+  /// Bytes from x to y and from y to z of a point, as above; 0 for sizeof(S). If it is given, so is
+  /// point_stride.
+  ///
+  ///     fibers.point_stride = sizeof(double);  // all x, then all y, then all z
+  ///     fibers.axis_stride = point_count * sizeof(double);
+  std::ptrdiff_t axis_stride = 0;
+  /// fiber_count numbers: fiber f has the points [point_begin[f], point_end[f]). Those up to
+  /// point_begin[f + 1] are of no fiber, such as ghost nodes between rods. They are not read, but
+  /// count in the numbers of points. point_begin[0] may then be more than 0. Null if each fiber
+  /// ends where the next one begins.
+  const std::size_t* point_end = nullptr;
 };
 
 /// Returns for each fiber how many of its first segments begin at less than `length` along the

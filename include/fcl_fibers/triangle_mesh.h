@@ -24,7 +24,9 @@ struct MeshArrays {
   /// Indices of the three points of each triangle: 3 * triangle_count numbers of 0 to
   /// point_count - 1. A triangle may be a needle or a point.
   const std::int32_t* triangles = nullptr;
-  std::size_t triangle_count = 0;  ///< at most 2^27
+  std::size_t triangle_count = 0;   ///< at most 2^27
+  std::ptrdiff_t point_stride = 0;  ///< see FiberArrays::point_stride
+  std::ptrdiff_t axis_stride = 0;   ///< see FiberArrays::axis_stride
 };
 
 /// Where a mesh is: a point p of the mesh is at rotation * p + position in the frame of the fibers.

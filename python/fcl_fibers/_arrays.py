@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a program passes, as the arrays that C++ takes.
 
-The one rule of copies: an aligned C-contiguous array of float32 or float64 in the machine's byte
-order is read where it is. Any other array of points is copied, as float64 unless it is float32.
+The one rule of copies: an aligned array of float32 or float64 in the machine's byte order is read
+where it is, whatever its strides. Any other array of points is copied, as float64 unless it is
+float32.
+
+Offsets are (fibers + 1,), or (fibers, 2) if points between fibers are of no fiber.
 Radii get the type of the points; a radius that float32 cannot hold is rounded up, so that no touch
 is missed.
 """
@@ -21,7 +24,7 @@ ArrayLike = npt.ArrayLike
 # One array, or one array for each fiber.
 Points = Union[npt.ArrayLike, Sequence[npt.ArrayLike]]
 
-ONE, PER_FIBER, PER_SEGMENT = range(3)
+ONE, PER_FIBER, PER_FIRST_POINT = range(3)
 
 
 def unmasked(name: str, values: Any) -> np.ndarray:
@@ -36,13 +39,17 @@ def type_of(array: np.ndarray) -> str:
     return f"a structured array with the fields {', '.join(array.dtype.names)}"
 
 
-def numbers(name: str, values: Any) -> np.ndarray:
-    """An array of float32 or float64 that C++ can read."""
+def numbers(name: str, values: Any, keeps_strides: bool = False) -> np.ndarray:
+    """An array of float32 or float64 that C++ can read, C-contiguous unless strides are kept."""
     array = unmasked(name, values)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name} are {type_of(array)}; give real numbers")
     scalar = np.float32 if array.dtype == np.float32 else np.float64
-    return np.require(array, scalar, ["C", "A"])
+    # C++ takes a stride of 0 for packed. Strides of a dimension of one element mean nothing.
+    keeps_strides = keeps_strides and all(
+        n > 1 and step for n, step in zip(array.shape, array.strides)
+    )
+    return np.require(array, scalar, ["A"] if keeps_strides else ["C", "A"])
 
 
 def whole(name: str, values: ArrayLike, scalar: type) -> np.ndarray:
@@ -111,7 +118,7 @@ def is_array(points: Any) -> bool:
 def points_and_offsets(
     points: Any, offsets: Optional[ArrayLike], name: str = "points"
 ) -> Tuple[np.ndarray, np.ndarray]:
-    """The points of all fibers, and where each fiber begins.
+    """The points of all fibers, and their offsets.
 
     Without offsets, points are a list of arrays (n, 3), one for each fiber, or an array (fibers, n,
     3).
@@ -120,7 +127,7 @@ def points_and_offsets(
         begin = whole_offsets(
             offsets
         )  # first, because points without offsets may have other shapes
-        array = numbers(name, points)
+        array = numbers(name, points, keeps_strides=True)
         if array.ndim == 3:
             raise ValueError(
                 f"{name} have shape {array.shape}; give (n, 3), or leave out the offsets"
@@ -128,7 +135,7 @@ def points_and_offsets(
         check_offsets(begin, len(rows(name, array)))
         return array, begin
     if is_array(points):
-        array = numbers(name, points)
+        array = numbers(name, points, keeps_strides=True)
         if array.ndim == 2:
             raise TypeError(f"offsets are missing; for a single fiber give [{name}]")
         if array.ndim != 3 or array.shape[2] != 3:
@@ -137,7 +144,7 @@ def points_and_offsets(
         return array.reshape(-1, 3), np.arange(fibers + 1, dtype=np.int64) * count
     if not np.iterable(points):
         raise TypeError(f"{name} are a {type(points).__name__}; give arrays of shape (n, 3)")
-    parts = [rows(f"points of fiber {f}", numbers("points", p)) for f, p in enumerate(points)]
+    parts = [rows(f"points of fiber {f}", numbers("points", p, True)) for f, p in enumerate(points)]
     begin = np.zeros(len(parts) + 1, np.int64)
     np.cumsum([len(part) for part in parts], out=begin[1:])
     if not parts:
@@ -156,54 +163,97 @@ def whole_offsets(offsets: ArrayLike) -> np.ndarray:
         raise TypeError(
             f"offsets are {type_of(array)}; give whole numbers, and radii by name: radii=..."
         )
-    return whole("offsets", array, np.int64)
+    if array.ndim != 2:
+        return whole("offsets", array, np.int64)
+    if array.shape[1] != 2:
+        raise ValueError(f"offsets have shape {array.shape}; give (fibers + 1,) or (fibers, 2)")
+    return whole("offsets", array.reshape(-1), np.int64).reshape(-1, 2)
 
 
-def check_offsets(begin: np.ndarray, point_count: int) -> None:
-    if len(begin) == 0:
+def check_offsets(offsets: np.ndarray, point_count: int) -> None:
+    if offsets.ndim == 2:
+        limits = np.array([0, *offsets.ravel().tolist(), point_count])
+        fall = np.flatnonzero(limits[1:] < limits[:-1])
+        if len(fall) > 0:
+            f = min(fall[0] // 2, len(offsets) - 1)
+            raise ValueError(
+                f"fiber {f} has the offsets {offsets[f].tolist()}; give a begin and an end that "
+                f"ascend from fiber to fiber, from 0 to {point_count}, the number of points"
+            )
+        return
+    if len(offsets) == 0:
         raise ValueError("offsets are empty; give one number more than there are fibers")
-    if begin[0] != 0 or begin[-1] != point_count:
+    if offsets[0] != 0 or offsets[-1] != point_count:
         raise ValueError(
-            f"offsets run from {begin[0]} to {begin[-1]}; they have to run from 0 to "
+            f"offsets run from {offsets[0]} to {offsets[-1]}; they have to run from 0 to "
             f"{point_count}, the number of points"
         )
-    fall = np.flatnonzero(begin[1:] < begin[:-1])
+    fall = np.flatnonzero(offsets[1:] < offsets[:-1])
     if len(fall) > 0:
         f = fall[0]
-        raise ValueError(f"offsets descend at fiber {f}, from {begin[f]} to {begin[f + 1]}")
+        raise ValueError(f"offsets descend at fiber {f}, from {offsets[f]} to {offsets[f + 1]}")
 
 
-def radii_of(radii: Any, points: np.ndarray, begin: np.ndarray) -> Tuple[np.ndarray, int]:
+def begin_and_end(offsets: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Of each fiber the first point, and one past the last point."""
+    return (offsets[:-1], offsets[1:]) if offsets.ndim == 1 else (offsets[:, 0], offsets[:, 1])
+
+
+def without_gaps(
+    points: np.ndarray, offsets: np.ndarray, radii: np.ndarray, kind: int
+) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points, offsets and radii without points of no fiber, each in one piece, for files."""
+    if offsets.ndim == 1:
+        return np.ascontiguousarray(points), offsets, radii
+    begin, end = begin_and_end(offsets)
+    counts = end - begin
+    packed = np.concatenate(([0], np.cumsum(counts)))
+    kept = np.repeat(begin - packed[:-1], counts) + np.arange(packed[-1])
+    if kind == PER_FIRST_POINT:
+        radii = radii[kept]
+        radii[packed[1:][counts > 0] - 1] = 0  # no segment starts there, so it may be NaN
+    return points[kept], packed, radii
+
+
+def radii_of(radii: Any, points: np.ndarray, offsets: np.ndarray) -> Tuple[np.ndarray, int]:
     """The radii as C++ takes them, and for what each counts."""
     if radii is None:
         raise TypeError("radii are missing; give a number, or one for each fiber, segment or point")
+    begin, end = begin_and_end(offsets)
     is_joined = isinstance(radii, (list, tuple)) and len(radii) > 0 and np.ndim(radii[0]) > 0
     if is_joined:
-        radii = joined_radii([numbers("radii", r) for r in radii], begin)
+        radii = joined_radii([numbers("radii", r) for r in radii], end - begin)
     array = numbers("radii", radii)
     if array.ndim == 0:
         return in_type_of(points, array.reshape(1)), ONE
     if array.ndim != 1:
-        array, is_joined = joined_radii(list(array), begin), True
+        array, is_joined = joined_radii(list(array), end - begin), True
     meanings = []
-    if len(array) == len(begin) - 1 and not is_joined:
+    if len(array) == len(begin) and not is_joined:
         meanings.append((array, PER_FIBER))
-    if len(array) == len(points):
-        meanings.append((array, PER_SEGMENT))
-    # The last point of a fiber starts no segment.
-    starts = np.ones(len(points), bool)
-    starts[begin[1:][begin[1:] > begin[:-1]] - 1] = False
+    # With gaps, the last number, which is never read, may be missing, as in PyElastica's arrays.
+    gaps = offsets.ndim == 2
+    if len(array) == len(points) or (gaps and len(array) == len(points) - 1):
+        per_point = array if len(array) == len(points) else np.pad(array, (0, 1))
+        meanings.append((per_point, PER_FIRST_POINT))
+    # A segment starts at each point of a fiber except for the last one.
+    long = end - begin > 1
+    steps = np.zeros(len(points), np.int8)
+    steps[begin[long]] = 1
+    steps[end[long] - 1] = -1
+    starts = np.cumsum(steps, dtype=np.int8).view(bool)
     if len(array) == np.count_nonzero(starts):
         per_point = np.zeros(len(points), array.dtype)
         per_point[starts] = array
-        meanings.append((per_point, PER_SEGMENT))
+        meanings.append((per_point, PER_FIRST_POINT))
     if not meanings:
         raise ValueError(
-            f"there are {len(array)} radii for {len(begin) - 1} fibers, {np.count_nonzero(starts)} "
+            f"there are {len(array)} radii for {len(begin)} fibers, {np.count_nonzero(starts)} "
             f"segments and {len(points)} points; give one number, or as many as one of these"
         )
     if len(meanings) > 1:
-        spread = [by_point(*meaning, begin)[starts] for meaning in meanings]
+        counts = np.maximum(end - begin - 1, 0)
+        spread = [np.repeat(a, counts) if kind == PER_FIBER else a[starts] for a, kind in meanings]
         if any(not np.array_equal(s, spread[0], equal_nan=True) for s in spread[1:]):
             raise ValueError(
                 f"{len(array)} radii could be one for each fiber, segment or point, because there "
@@ -213,16 +263,15 @@ def radii_of(radii: Any, points: np.ndarray, begin: np.ndarray) -> Tuple[np.ndar
     return in_type_of(points, chosen), kind
 
 
-def joined_radii(parts: Sequence[np.ndarray], begin: np.ndarray) -> np.ndarray:
-    """The radii of all points or all segments, given those of each fiber."""
-    points = np.diff(begin)
+def joined_radii(parts: Sequence[np.ndarray], points: np.ndarray) -> np.ndarray:
+    """The radii of all segments, given those of each fiber and its number of points."""
     if len(parts) != len(points):
         raise ValueError(f"radii are those of {len(parts)} fibers instead of {len(points)}")
     segments = np.maximum(points - 1, 0)
     given = [part.shape for part in parts]
     for counts in (points, segments):
         if given == [(count,) for count in counts]:
-            return np.concatenate(parts)
+            return np.concatenate([part[:count] for part, count in zip(parts, segments)])
     for f, shape in enumerate(given):
         if shape not in ((points[f],), (segments[f],)):
             raise ValueError(
@@ -230,10 +279,6 @@ def joined_radii(parts: Sequence[np.ndarray], begin: np.ndarray) -> np.ndarray:
                 f"many, or {segments[f]}, one for each segment"
             )
     raise ValueError("radii are for points in some fibers and for segments in others; choose one")
-
-
-def by_point(radii: np.ndarray, kind: int, begin: np.ndarray) -> np.ndarray:
-    return np.repeat(radii, np.diff(begin)) if kind == PER_FIBER else radii
 
 
 def in_type_of(points: np.ndarray, radii: np.ndarray) -> np.ndarray:
@@ -256,12 +301,14 @@ def flags_of(closed: Optional[ArrayLike]) -> Optional[np.ndarray]:
 
 
 def layout_of(
-    begin: np.ndarray,
+    points: np.ndarray,
+    offsets: np.ndarray,
     closed: Optional[ArrayLike] = None,
     groups: Optional[ArrayLike] = None,
     meets: Optional[ArrayLike] = None,
     root_segments: Optional[ArrayLike] = None,
 ) -> _core.Layout:
+    begin, end = begin_and_end(offsets)
     by_fiber = {
         "closed": flags_of(closed),
         "groups": None if groups is None else whole("groups", groups, np.int32),
@@ -271,8 +318,11 @@ def layout_of(
         ),
     }
     for name, array in by_fiber.items():
-        if array is not None and len(array) != len(begin) - 1:
+        if array is not None and len(array) != len(begin):
             raise ValueError(
-                f"{name} are {len(array)} for {len(begin) - 1} fibers; give one for each fiber"
+                f"{name} are {len(array)} for {len(begin)} fibers; give one for each fiber"
             )
-    return _core.Layout(begin, **by_fiber)
+    ends = None
+    if offsets.ndim == 2:
+        offsets, ends = np.append(begin, len(points)), np.append(end, len(points))
+    return _core.Layout(offsets, ends, **by_fiber)

@@ -10,6 +10,7 @@ class Layout:
     def __init__(
         self,
         offsets: np.ndarray,
+        ends: Optional[np.ndarray],
         closed: Optional[np.ndarray],
         groups: Optional[np.ndarray],
         meets: Optional[np.ndarray],

@@ -118,7 +118,8 @@ def write(
         raise ValueError(f"{path!r}: give a file that ends in .vtp, .hair or .txt{packed}")
     array, begin = _arrays.points_and_offsets(points, offsets)
     values, kind = _arrays.radii_of(0.0 if radii is None else radii, array, begin)
-    layout = _arrays.layout_of(begin, closed)
+    array, begin, values = _arrays.without_gaps(array, begin, values, kind)
+    layout = _arrays.layout_of(array, begin, closed)
     _check_readable(array, begin, values, closed)
     numbers = _core.Numbers(array, values, kind)
     target = os.path.realpath(path)  # a link stays one

@@ -75,11 +75,12 @@ def show(
         raise ValueError(f"most_points is {most_points}; give at least 1000")
     array, begin = _arrays.points_and_offsets(points, offsets)
     numbers, kind = _arrays.radii_of(radii, array, begin)
+    array, begin, numbers = _arrays.without_gaps(array, begin, numbers, kind)
     try:
         text = _program.page(
             str(title),
             _core.Numbers(array, numbers, kind),
-            _arrays.layout_of(begin, closed),
+            _arrays.layout_of(array, begin, closed),
             _arrays.integer("ignored_neighbors", ignored_neighbors),
             _arrays.number("margin", margin),
             _arrays.integer("threads", threads),

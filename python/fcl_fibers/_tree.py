@@ -160,8 +160,8 @@ class FiberTree:
     as it was.
 
     The tree keeps the arrays of the last build or update, and contacts() reads them again. It makes
-    no copy of aligned C-contiguous arrays of float32 or float64. Do not change these in place
-    before the next update.
+    no copy of aligned arrays of float32 or float64, whatever their strides are, such as the
+    transpose of (3, n). Do not change these in place before the next update.
     """
 
     def __init__(
@@ -205,9 +205,12 @@ class FiberTree:
 
         points         (n, 3), fiber after fiber. Without offsets: a list of arrays (n, 3), one for
                        each fiber, or an array (fibers, n, 3).
-        offsets        (fibers + 1,) whole numbers: fiber f has points offsets[f] to offsets[f + 1]
-        radii          a number, or one for each fiber, for each segment, or for each point, which
-                       is the radius of the segment that starts there
+        offsets        (fibers + 1,) whole numbers: fiber f has points offsets[f] to offsets[f + 1].
+                       Or (fibers, 2), the begin and the end of each fiber; points between fibers,
+                       such as ghost nodes, are then of no fiber and may be NaN.
+        radii          a number, or one for each fiber, for each segment, or for each first point of
+                       a segment; the last is an array of all points, of which those that start no
+                       segment are not read
         closed         (fibers,) bool: the last point of a closed fiber repeats its first
         groups         (fibers,) whole numbers: fibers of one group do not meet; 0 is no group
         meets          (fibers,) 32 bits each: the categories of meshes that the fiber may meet
@@ -215,7 +218,7 @@ class FiberTree:
         """
         array, begin = _arrays.points_and_offsets(points, offsets)
         values, kind = _arrays.radii_of(radii, array, begin)
-        layout = _arrays.layout_of(begin, closed, groups, meets, root_segments)
+        layout = _arrays.layout_of(array, begin, closed, groups, meets, root_segments)
         self._tree.build(_core.Numbers(array, values, kind), layout)
 
     def update(
@@ -249,7 +252,7 @@ class FiberTree:
         kept = self._tree.numbers
         is_flat = isinstance(points, (list, tuple)) and len(points) > 0 and np.ndim(points[0]) == 1
         if is_flat or (_arrays.is_array(points) and np.ndim(points) == 2):
-            array = _arrays.rows(name, _arrays.numbers(name, points))
+            array = _arrays.rows(name, _arrays.numbers(name, points, keeps_strides=True))
         else:
             array, begin = _arrays.points_and_offsets(points, None, name)
             if not np.array_equal(begin, self._tree.offsets):
@@ -426,7 +429,7 @@ def root_segments(points: Points, offsets: Optional[ArrayLike], length: float) -
     radius = np.zeros(1, array.dtype)
     return _core.root_segments(
         _core.Numbers(array, radius, _arrays.ONE),
-        _arrays.layout_of(begin),
+        _arrays.layout_of(array, begin),
         _arrays.number("length", length),
     )
 

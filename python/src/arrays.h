@@ -53,8 +53,7 @@ py::array toArray(Found&& found, const py::dtype& type, std::size_t columns = 0)
 
 /// Returns the dtype of one of our structs; `fields` are (name, format, offset).
 template <typename Struct>
-py::dtype structType(
-    const std::vector<std::tuple<const char*, const char*, std::size_t>>& fields) {
+py::dtype structType(const std::vector<std::tuple<const char*, const char*, std::size_t>>& fields) {
   static_assert(std::is_trivially_copyable_v<Struct>);
   py::list names, formats, offsets;
   for (const auto& [name, format, offset] : fields) {
@@ -79,6 +78,7 @@ const T* requireArray(const char* name, const py::array& array, std::size_t colu
 /// What describes the fibers of a tree and stays the same over updates. It owns its numbers.
 struct FiberLayout {
   std::vector<std::size_t> begin;
+  std::vector<std::size_t> end;  ///< FiberArrays::point_end, and one more; empty if null
   std::vector<std::uint8_t> closed;
   std::vector<std::int32_t> groups;
   std::vector<std::uint32_t> meets;
@@ -88,7 +88,7 @@ struct FiberLayout {
 /// The points and radii of fibers, which are arrays of the Python program. Both have the same type,
 /// float32 or float64.
 struct FiberNumbers {
-  py::array points;   ///< (points, 3)
+  py::array points;   ///< (points, 3), with strides
   py::array radii;    ///< (1), (fibers) or (points)
   int radii_are = 0;  ///< FiberArrays::Radii
 
@@ -96,6 +96,7 @@ struct FiberNumbers {
 
   /// Returns the same numbers as doubles, which float can be converted to without an error.
   FiberNumbers asDouble() const {
+    if (!isFloat()) return *this;
     using Doubles = py::array_t<double, py::array::c_style>;
     const Doubles all[] = {Doubles::ensure(points), Doubles::ensure(radii)};
     if (!all[0] || !all[1]) throw std::bad_alloc();
@@ -110,9 +111,17 @@ struct FiberNumbers {
       return numbers.empty() ? nullptr : numbers.data();
     };
     FiberArrays<S> arrays;
-    arrays.points = requireArray<S>("points", points, 3);
+    if (!py::isinstance<py::array_t<S>>(points) || points.ndim() != 2 || points.shape(1) != 3) {
+      throw py::type_error("points have another type or shape");
+    }
+    arrays.points = static_cast<const S*>(points.data());
     arrays.point_count = static_cast<std::size_t>(points.shape(0));
+    if ((points.flags() & py::array::c_style) == 0) {
+      arrays.point_stride = points.strides(0);
+      arrays.axis_stride = points.strides(1);
+    }
     arrays.point_begin = layout.begin.data();
+    arrays.point_end = orNull(layout.end);
     arrays.fiber_count = layout.begin.size() - 1;
     arrays.radii = requireArray<S>("radii", radii);
     arrays.radii_are = static_cast<Radii>(radii_are);

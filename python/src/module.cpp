@@ -35,11 +35,14 @@ std::vector<T> numbersOf(const char* name, const py::object& array) {
   return std::vector<T>(begin, begin + numbers.size());
 }
 
-FiberLayout layoutOf(const py::array& offsets, const py::object& closed, const py::object& groups,
-                     const py::object& meets, const py::object& root_segments) {
+FiberLayout layoutOf(const py::array& offsets, const py::object& ends, const py::object& closed,
+                     const py::object& groups, const py::object& meets,
+                     const py::object& root_segments) {
   FiberLayout layout;
   const auto* const begin = requireArray<std::int64_t>("offsets", offsets);
   layout.begin.assign(begin, begin + offsets.size());
+  const std::vector<std::int64_t> end = numbersOf<std::int64_t>("ends", ends);
+  layout.end.assign(end.begin(), end.end());
   layout.closed = numbersOf<std::uint8_t>("closed", closed);
   layout.groups = numbersOf<std::int32_t>("groups", groups);
   layout.meets = numbersOf<std::uint32_t>("meets", meets);
@@ -99,8 +102,8 @@ void writeFile(const std::string& path, const FiberNumbers& numbers, const Fiber
 
 void addFibers(py::module_& module) {
   py::class_<FiberLayout>(module, "Layout")
-      .def(py::init(&layoutOf), py::arg("offsets"), py::arg("closed"), py::arg("groups"),
-           py::arg("meets"), py::arg("root_segments"));
+      .def(py::init(&layoutOf), py::arg("offsets"), py::arg("ends"), py::arg("closed"),
+           py::arg("groups"), py::arg("meets"), py::arg("root_segments"));
   py::class_<FiberNumbers>(module, "Numbers")
       .def(py::init([](py::array points, py::array radii, int radii_are) {
              return FiberNumbers{std::move(points), std::move(radii), radii_are};

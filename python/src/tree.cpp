@@ -105,8 +105,16 @@ class Tree {
   }
 
   py::array offsets() const {
-    return toArray(std::vector<std::int64_t>(layout_.begin.begin(), layout_.begin.end()),
-                   py::dtype::of<std::int64_t>());
+    const py::dtype type = py::dtype::of<std::int64_t>();
+    if (layout_.end.empty()) {
+      return toArray(std::vector<std::int64_t>(layout_.begin.begin(), layout_.begin.end()), type);
+    }
+    std::vector<std::array<std::int64_t, 2>> offsets;
+    for (std::size_t f = 0; f + 1 < layout_.end.size(); ++f) {
+      offsets.push_back({static_cast<std::int64_t>(layout_.begin[f]),
+                         static_cast<std::int64_t>(layout_.end[f])});
+    }
+    return toArray(std::move(offsets), type, 2);
   }
 
   /// What the question finds of a partner.
@@ -294,7 +302,7 @@ class Tree {
   }
 
   FiberTree tree_;
-  FiberLayout layout_{{0}, {}, {}, {}, {}};
+  FiberLayout layout_{{0}, {}, {}, {}, {}, {}};
   /// Of the last build or update.
   FiberNumbers numbers_{py::array_t<double>(std::vector<std::size_t>{0, 3}), py::array_t<double>(1),
                         0};

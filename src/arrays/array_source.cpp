@@ -17,19 +17,21 @@ using index::SegmentId;
 template <typename S>
 bool ArraySource<S>::read(const SegmentId* ids, int count, int ahead, const Frame& frame,
                           index::SegmentBlock& out, index::BlockMask& present) const {
-  for (int i = count; i < count + ahead; ++i) {
-    const S* point = fibers_.points + 3 * static_cast<std::size_t>(ids[i]);
-    __builtin_prefetch(point);
-    __builtin_prefetch(point + 5);
-  }
   const double origin[3] = {frame.origin.x, frame.origin.y, frame.origin.z};
-  for (int i = 0; i < count; ++i) {
-    const S* point = fibers_.points + 3 * static_cast<std::size_t>(ids[i]);
-    for (int axis = 0; axis < 3; ++axis) {
-      out.a[axis][i] = frame.scale * (static_cast<double>(point[axis]) - origin[axis]);
-      out.b[axis][i] = frame.scale * (static_cast<double>(point[axis + 3]) - origin[axis]);
+  withStrides(fibers_, [&](auto point, auto axis) {
+    for (int i = count; i < count + ahead; ++i) {
+      const S* const first = fibers_.points + std::ptrdiff_t{ids[i]} * point;
+      __builtin_prefetch(first);
+      __builtin_prefetch(first + point + 2 * axis);
     }
-  }
+    for (int i = 0; i < count; ++i) {
+      const S* const first = fibers_.points + std::ptrdiff_t{ids[i]} * point;
+      for (int k = 0; k < 3; ++k) {
+        out.a[k][i] = frame.scale * (static_cast<double>(first[k * axis]) - origin[k]);
+        out.b[k][i] = frame.scale * (static_cast<double>(first[k * axis + point]) - origin[k]);
+      }
+    }
+  });
   readRadii(ids, count, frame.scale, out.radius);
   present = geometry::firstOfBlock(count);
   return true;
@@ -51,7 +53,7 @@ void ArraySource<S>::readRadii(const SegmentId* ids, int count, double scale, do
       }
       break;
     }
-    case FiberArrays<S>::Radii::kPerSegment:
+    case FiberArrays<S>::Radii::kPerFirstPoint:
       for (int i = 0; i < count; ++i) out[i] = scale * static_cast<double>(fibers_.radii[index(i)]);
       break;
     default:
@@ -68,19 +70,28 @@ void ArraySource<S>::refuse(SegmentId id, const Frame&) const {
 
 namespace {
 
-/// Checks the radius at the last point of a fiber too, although no capsule starts there.
 template <typename S>
 double largestRadius(const char* call, const FiberArrays<S>& fibers) {
+  using Radii = typename FiberArrays<S>::Radii;
   double largest = 0;
-  for (std::size_t i = 0; i < radiusCount(fibers); ++i) {
-    const double radius = static_cast<double>(fibers.radii[i]);
-    if (!(radius >= 0 && std::isfinite(radius))) {
-      const bool is_one = fibers.radii_are == FiberArrays<S>::Radii::kOne;
-      throwInvalidArgument(call,
-                           (is_one ? std::string("the radius") : "radius " + std::to_string(i)) +
-                               " is negative, NaN or infinite; give a finite radius of 0 or more");
+  const auto take = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const double radius = static_cast<double>(fibers.radii[i]);
+      if (!(radius >= 0 && std::isfinite(radius))) {
+        const bool is_one = fibers.radii_are == Radii::kOne;
+        throwInvalidArgument(
+            call, (is_one ? std::string("the radius") : "radius " + std::to_string(i)) +
+                      " is negative, NaN or infinite; give a finite radius of 0 or more");
+      }
+      largest = std::max(largest, radius);
     }
-    largest = std::max(largest, radius);
+  };
+  if (fibers.radii_are != Radii::kPerFirstPoint) {
+    take(0, radiusCount(fibers));
+    return largest;
+  }
+  for (std::size_t f = 0; f < fibers.fiber_count; ++f) {
+    if (const std::size_t end = pointEnd(fibers, f); end > 0) take(fibers.point_begin[f], end - 1);
   }
   return largest;
 }
@@ -98,9 +109,21 @@ double checkArrays(const char* call, const FiberArrays<S>& fibers) {
                                      std::to_string(begin[f + 1]) +
                                      "; each number must be at least the one before");
     }
+    if (const std::size_t end = pointEnd(fibers, f); end < begin[f] || end > begin[f + 1]) {
+      throwInvalidArgument(call, "point_end of fiber " + std::to_string(f) + " is " +
+                                     std::to_string(end) + "; give a number from " +
+                                     std::to_string(begin[f]) + ", where the fiber begins, to " +
+                                     std::to_string(begin[f + 1]) + ", where the next one does");
+    }
   }
-  return std::max(largestCoordinate(call, fibers.points, fibers.point_count),
-                  largestRadius(call, fibers));
+  double largest = largestRadius(call, fibers);
+  if (fibers.point_end == nullptr) {
+    return std::max(largest, largestCoordinate(call, fibers, 0, fibers.point_count));
+  }
+  for (std::size_t f = 0; f < fibers.fiber_count; ++f) {
+    largest = std::max(largest, largestCoordinate(call, fibers, begin[f], fibers.point_end[f]));
+  }
+  return largest;
 }
 
 template <typename S>
@@ -137,16 +160,18 @@ void addFibers(const FiberArrays<S>& fibers, fibers::FiberTable& table) {
   }
   table.reserve(fibers.fiber_count, fibers.point_count,
                 {has_closed, has_groups, has_roots || fibers.meets != nullptr});
+  table.addGap(static_cast<SegmentId>(fibers.point_begin[0]));
   for (std::size_t f = 0; f < fibers.fiber_count; ++f) {
     table.startFiber({/*has_neighbors=*/true, has_closed && fibers.closed[f] != 0,
                       has_groups ? fibers.groups[f] : tree::kNoGroup,
                       fibers.meets != nullptr ? fibers.meets[f] : tree::kAllCategories,
                       has_roots ? fibers.root_segments[f] : 0});
-    const std::size_t end = fibers.point_begin[f + 1];
+    const std::size_t end = pointEnd(fibers, f);
     for (std::size_t i = fibers.point_begin[f]; i < end; ++i) {
       const bool needs_length = table.hasArcLengths() && i + 1 < end;
       table.addId(needs_length ? norm(pointOf(fibers, i + 1) - pointOf(fibers, i)) : 0);
     }
+    table.addGap(static_cast<SegmentId>(fibers.point_begin[f + 1] - end));
   }
 }
 

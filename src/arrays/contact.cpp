@@ -40,11 +40,14 @@ arrays::LocatedSegment arrays::locate(const char* call, const FiberArrays<S>& fi
     refuse("no capsule starts at point " + std::to_string(id) + " of " +
            std::to_string(fibers.point_count) + "; pass the arrays that the tree was built from");
   }
-  const std::size_t fiber = fiberOf(fibers.point_begin, fibers.fiber_count, point);
-  // The second comparison stays inside the array if point_begin descends.
-  if (point + 1 >= fibers.point_begin[fiber + 1] || point + 1 == fibers.point_count) {
+  const bool is_in_fiber = point >= fibers.point_begin[0];
+  const std::size_t fiber =
+      is_in_fiber ? fiberOf(fibers.point_begin, fibers.fiber_count, point) : 0;
+  // The last comparison stays inside the array if point_begin or point_end is wrong.
+  if (!is_in_fiber || point + 1 >= pointEnd(fibers, fiber) || point + 1 == fibers.point_count) {
     refuse("point " + std::to_string(id) +
-           " is the last of its fiber; pass the arrays that the tree was built from");
+           " is the last of its fiber or of no fiber; pass the arrays that the tree was built "
+           "from");
   }
   const Segment segment{pointOf(fibers, point), pointOf(fibers, point + 1),
                         radiusOf(fibers, point, fiber)};

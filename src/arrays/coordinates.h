@@ -10,21 +10,71 @@
 #include <type_traits>
 
 #include "fibers/options.h"
+#include "geometry/vec3.h"
 
 namespace fcl_fibers::arrays {
 
-/// Returns the largest magnitude of some numbers; it is not finite if any of them is not. The bits
-/// of magnitudes have the order of the numbers, and NaN comes last. They are compared without a
-/// branch.
-template <typename S>
-double largestMagnitude(const S* numbers, std::size_t count) {
+/// Returns use(point, axis), the strides of FiberArrays or MeshArrays as numbers of scalars. Those
+/// of packed points are constants at compile time.
+template <template <typename> class Arrays, typename S, class Use>
+auto withStrides(const Arrays<S>& arrays, Use&& use) {
+  using Packed = std::integral_constant<std::ptrdiff_t, 3>;
+  using One = std::integral_constant<std::ptrdiff_t, 1>;
+  constexpr auto kSize = static_cast<std::ptrdiff_t>(sizeof(S));
+  if (arrays.point_stride == 0) return use(Packed{}, One{});
+  const std::ptrdiff_t axis = arrays.axis_stride;
+  return use(arrays.point_stride / kSize, axis != 0 ? axis / kSize : 1);
+}
+
+/// Where x of a point is.
+template <template <typename> class Arrays, typename S>
+const S* addressOf(const Arrays<S>& arrays, std::size_t i) {
+  return withStrides(arrays, [&](auto point, auto) {
+    return arrays.points + static_cast<std::ptrdiff_t>(i) * point;
+  });
+}
+
+template <template <typename> class Arrays, typename S>
+geometry::Vec3d pointOf(const Arrays<S>& arrays, std::size_t i) {
+  return withStrides(arrays, [&](auto point, auto axis) {
+    const S* const p = arrays.points + static_cast<std::ptrdiff_t>(i) * point;
+    return geometry::Vec3d{static_cast<double>(p[0]), static_cast<double>(p[axis]),
+                           static_cast<double>(p[2 * axis])};
+  });
+}
+
+/// Calls refuse(text), which throws, if points cannot be read where they are.
+template <template <typename> class Arrays, typename S, class Refuse>
+void checkStrides(const Arrays<S>& arrays, Refuse&& refuse) {
+  constexpr auto kAlign = static_cast<std::ptrdiff_t>(alignof(S));
+  const auto check = [&](const char* name, std::ptrdiff_t bytes) {
+    if (bytes % kAlign == 0) return;
+    refuse(std::string(name) + " is " + std::to_string(bytes) +
+           " bytes; give a multiple of the alignment of a coordinate, " + std::to_string(kAlign));
+  };
+  check("point_stride", arrays.point_stride);
+  check("axis_stride", arrays.axis_stride);
+  if (arrays.axis_stride != 0 && arrays.point_stride == 0) {
+    refuse("axis_stride is given without point_stride; give both");
+  }
+  if (reinterpret_cast<std::uintptr_t>(arrays.points) % alignof(S) != 0) {
+    refuse("points are not aligned; their address has to be a multiple of " +
+           std::to_string(kAlign));
+  }
+}
+
+/// Returns the largest magnitude of numbers `step` apart; it is not finite if any of them is not.
+/// The bits of magnitudes have the order of the numbers, and NaN comes last. They are compared
+/// without a branch.
+template <typename S, class Step>
+double largestMagnitude(const S* numbers, std::size_t count, Step step) {
   using Bits = std::conditional_t<sizeof(S) == 8, std::uint64_t, std::uint32_t>;
   constexpr Bits kMagnitude = ~Bits{0} >> 1;
   constexpr std::size_t kLanes = 8;
   Bits largest[kLanes] = {};
   const auto take = [&](std::size_t i, std::size_t lane) {
     Bits bits;
-    std::memcpy(&bits, numbers + i, sizeof(bits));
+    std::memcpy(&bits, numbers + static_cast<std::ptrdiff_t>(i) * step, sizeof(bits));
     largest[lane] = std::max(largest[lane], bits & kMagnitude);
   };
   std::size_t i = 0;
@@ -38,16 +88,29 @@ double largestMagnitude(const S* numbers, std::size_t count) {
   return static_cast<double>(result);
 }
 
-/// Returns the largest magnitude of the coordinates of `count` points. Throws std::invalid_argument
-/// if one of them is NaN or infinite.
-template <typename S>
-double largestCoordinate(const char* call, const S* points, std::size_t count) {
-  const double largest = largestMagnitude(points, 3 * count);
+/// Returns the largest magnitude of the coordinates of the points [begin, end). Throws
+/// std::invalid_argument if one of them is NaN or infinite.
+template <template <typename> class Arrays, typename S>
+double largestCoordinate(const char* call, const Arrays<S>& arrays, std::size_t begin,
+                         std::size_t end) {
+  const double largest = withStrides(arrays, [&](auto point, auto axis) {
+    const S* const first = arrays.points + static_cast<std::ptrdiff_t>(begin) * point;
+    const std::size_t count = end - begin;
+    if (point == 3 * axis) return largestMagnitude(first, 3 * count, axis);
+    double most = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double magnitude = largestMagnitude(first + k * axis, count, point);
+      if (!(magnitude <= most)) most = magnitude;
+    }
+    return most;
+  });
   if (std::isfinite(largest)) return largest;
-  const S* const bad =
-      std::find_if(points, points + 3 * count, [](S x) { return !std::isfinite(x); });
-  fibers::throwInvalidArgument(call, "point " + std::to_string((bad - points) / 3) +
-                                         " is NaN or infinite; give it finite coordinates");
+  const auto isFinite = [](const geometry::Vec3d& p) {
+    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+  };
+  while (isFinite(pointOf(arrays, begin))) ++begin;
+  fibers::throwInvalidArgument(
+      call, "point " + std::to_string(begin) + " is NaN or infinite; give it finite coordinates");
 }
 
 }  // namespace fcl_fibers::arrays

@@ -6,6 +6,7 @@
 
 #include <fcl_fibers/fiber_tree.h>
 
+#include "arrays/coordinates.h"
 #include "fibers/fiber_of.h"
 #include "geometry/segment.h"
 
@@ -17,10 +18,10 @@ inline std::size_t fiberOf(const std::size_t* point_begin, std::size_t fiber_cou
   return fibers::fiberOf(point_begin, fiber_count, point_begin[fiber_count], point);
 }
 
+/// One past the last point of a fiber.
 template <typename S>
-geometry::Vec3d pointOf(const FiberArrays<S>& fibers, std::size_t i) {
-  const S* p = fibers.points + 3 * i;
-  return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
+std::size_t pointEnd(const FiberArrays<S>& fibers, std::size_t fiber) {
+  return fibers.point_end != nullptr ? fibers.point_end[fiber] : fibers.point_begin[fiber + 1];
 }
 
 /// The radius of the capsule that starts at point `id` of fiber `fiber`.
@@ -29,7 +30,7 @@ double radiusOf(const FiberArrays<S>& fibers, std::size_t id, std::size_t fiber)
   switch (fibers.radii_are) {
     case FiberArrays<S>::Radii::kPerFiber:
       return static_cast<double>(fibers.radii[fiber]);
-    case FiberArrays<S>::Radii::kPerSegment:
+    case FiberArrays<S>::Radii::kPerFirstPoint:
       return static_cast<double>(fibers.radii[id]);
     default:
       return static_cast<double>(fibers.radii[0]);
@@ -41,7 +42,7 @@ std::size_t radiusCount(const FiberArrays<S>& fibers) {
   switch (fibers.radii_are) {
     case FiberArrays<S>::Radii::kPerFiber:
       return fibers.fiber_count;
-    case FiberArrays<S>::Radii::kPerSegment:
+    case FiberArrays<S>::Radii::kPerFirstPoint:
       return fibers.point_count;
     default:
       return fibers.point_count > 0 ? 1 : 0;
@@ -63,7 +64,7 @@ void checkEnds(const FiberArrays<S>& fibers, Refuse&& refuse) {
     return refuse("point_begin is null; give fiber_count + 1 numbers");
   }
   const std::size_t begin = fibers.point_begin[0], end = fibers.point_begin[fibers.fiber_count];
-  if (begin != 0 || end != fibers.point_count) {
+  if ((begin != 0 && fibers.point_end == nullptr) || end != fibers.point_count) {
     return refuse("point_begin runs from " + std::to_string(begin) + " to " + std::to_string(end) +
                   "; it has to run from 0 to " + std::to_string(fibers.point_count) +
                   ", the number of points");
@@ -75,6 +76,7 @@ void checkEnds(const FiberArrays<S>& fibers, Refuse&& refuse) {
   if (const std::size_t radii = radiusCount(fibers); fibers.radii == nullptr && radii > 0) {
     return refuse("radii are null; give " + std::to_string(radii) + " numbers");
   }
+  checkStrides(fibers, refuse);
 }
 
 }  // namespace fcl_fibers::arrays

@@ -8,6 +8,7 @@
 #include <utility>
 #include <variant>
 
+#include "arrays/fiber_arrays.h"
 #include "fibers/options.h"
 #include "tree/volumes.h"
 
@@ -79,6 +80,7 @@ std::uint32_t layoutOf(const FiberTable& table) {
   std::uint32_t layout = hashOf(0, static_cast<std::uint64_t>(table.idCount()));
   for (std::size_t f = 0; f < table.fiberCount(); ++f) {
     layout = hashOf(layout, static_cast<std::uint64_t>(table.beginOf(f)));
+    if (table.hasGaps()) layout = hashOf(layout, static_cast<std::uint64_t>(table.idsEnd(f)));
   }
   return layout;
 }
@@ -171,7 +173,8 @@ bool FiberIndex::hasFibersOf(const FiberArrays<S>& fibers) const {
   bool has_same_fibers = fibers.fiber_count == table_.fiberCount() &&
                          fibers.point_count == static_cast<std::size_t>(table_.idCount());
   for (std::size_t f = 0; has_same_fibers && f < table_.fiberCount(); ++f) {
-    has_same_fibers = static_cast<std::size_t>(table_.beginOf(f)) == fibers.point_begin[f];
+    has_same_fibers = static_cast<std::size_t>(table_.beginOf(f)) == fibers.point_begin[f] &&
+                      static_cast<std::size_t>(table_.idsEnd(f)) == pointEnd(fibers, f);
   }
   return has_same_fibers;
 }

@@ -12,6 +12,7 @@
 #include <fcl_fibers/contact.h>
 
 #include "arrays/array_source.h"
+#include "arrays/coordinates.h"
 #include "arrays/fiber_index.h"
 #include "arrays/located_segment.h"
 #include "arrays/nearest.h"
@@ -154,7 +155,7 @@ class FiberTree::Impl {
       for (std::size_t i = begin; i < end; ++i) {
         // A point that does not exist is refused later.
         const auto next = static_cast<std::size_t>(pairs[std::min(i + kAhead, end - 1)].segment);
-        if (next < fibers.point_count) __builtin_prefetch(fibers.points + 3 * next);
+        if (next < fibers.point_count) __builtin_prefetch(arrays::addressOf(fibers, next));
         const auto capsule = arrays::locate(text.c_str(), fibers, pairs[i].segment);
         contacts[i] =
             contact(contact.frame().fromWorld(capsule.segment), capsule.place, pairs[i].triangle);

@@ -24,8 +24,8 @@ std::vector<std::int32_t> rootSegments(const FiberArrays<S>& fibers, double leng
   std::vector<std::int32_t> counts(fibers.fiber_count, 0);
   for (std::size_t f = 0; f < fibers.fiber_count; ++f) {
     double along = 0;
-    for (std::size_t i = fibers.point_begin[f]; i + 1 < fibers.point_begin[f + 1] && along < length;
-         ++i) {
+    const std::size_t end = arrays::pointEnd(fibers, f);
+    for (std::size_t i = fibers.point_begin[f]; i + 1 < end && along < length; ++i) {
       ++counts[f];
       along += geometry::safeNorm(arrays::pointOf(fibers, i + 1) - arrays::pointOf(fibers, i));
     }

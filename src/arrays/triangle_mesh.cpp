@@ -38,12 +38,14 @@ void checkSizes(const char* call, const MeshArrays<S>& arrays) {
     }
   };
   check("points", arrays.points, arrays.point_count, "x, y, z");
+  arrays::checkStrides(arrays,
+                       [call](const std::string& what) { throwInvalidArgument(call, what); });
   check("triangles", arrays.triangles, arrays.triangle_count, "three indices");
 }
 
 template <typename S>
 void checkPoints(const char* call, const MeshArrays<S>& arrays) {
-  if (arrays::largestCoordinate(call, arrays.points, arrays.point_count) > kLargest) {
+  if (arrays::largestCoordinate(call, arrays, 0, arrays.point_count) > kLargest) {
     throwInvalidArgument(
         call,
         "a coordinate is beyond 2^1000; bring the mesh nearer to the origin or change its unit");
@@ -72,8 +74,7 @@ constexpr const char* kInsideOut =
 template <typename S>
 void checkSolid(const char* call, const MeshArrays<S>& arrays, const MeshIndex& mesh) {
   const auto pointOf = [&](std::int32_t i) {
-    const S* p = arrays.points + 3 * static_cast<std::size_t>(i);
-    return Vec3d{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
+    return arrays::pointOf(arrays, static_cast<std::size_t>(i));
   };
   if (mesh.points().empty()) return;
   const geometry::Frame frame{pointOf(0), mesh.frame().scale};
@@ -85,9 +86,8 @@ void checkSolid(const char* call, const MeshArrays<S>& arrays, const MeshIndex& 
 template <typename S>
 void readPoints(const MeshArrays<S>& arrays, std::vector<MeshPoint>& points) {
   for (std::size_t i = 0; i < arrays.point_count; ++i) {
-    const S* p = arrays.points + 3 * i;
-    points[i] = {
-        {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2]), 0}};
+    const Vec3d p = arrays::pointOf(arrays, i);
+    points[i] = {{p.x, p.y, p.z, 0}};
   }
 }
 

@@ -26,6 +26,7 @@ void FiberTable::reserve(std::size_t fibers, std::size_t ids, const Kinds& kinds
 void FiberTable::clear() {
   end_ = 0;
   begin_.clear();
+  gaps_.clear();
   numbers_.clear();
   next_number_ = 0;
   flags_.clear();

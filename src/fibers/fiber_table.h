@@ -20,7 +20,8 @@ using tree::kNoGroup;
 using tree::SegmentId;
 
 /// Which ids form a fiber, which of them are neighbours, and which group each fiber has. A fiber
-/// owns a run of ids, which ascend along it. The runs follow each other from 0 on.
+/// owns a run of ids, which ascend along it. The runs follow each other from 0 on, if there are no
+/// gaps between them.
 ///
 /// Arrays that the rule, the groups and the fibers do not need stay empty.
 class FiberTable {
@@ -69,6 +70,9 @@ class FiberTable {
   /// @pre the rule has no arc length
   void addIds(SegmentId count) { end_ += count; }
 
+  /// Adds ids that are no segments and of no fiber, before the first fiber or after the last one.
+  void addGap(SegmentId count);
+
   /// Makes room, so that drop() cannot throw.
   void reserveForDrop() {
     if (numbers_.empty()) numbers_.reserve(begin_.size());
@@ -85,6 +89,10 @@ class FiberTable {
   // --- Questions ---
 
   SegmentId beginOf(std::size_t fiber) const { return begin_[fiber]; }
+  SegmentId idsEnd(std::size_t fiber) const {
+    return fiberEnd(fiber) - (gaps_.empty() ? 0 : gaps_[fiber]);
+  }
+  bool hasGaps() const { return !gaps_.empty(); }
   SegmentId idCount() const { return end_; }
   std::size_t fiberCount() const { return begin_.size(); }
   bool hasArcLengths() const { return rule_.arc_length > 0; }
@@ -98,8 +106,10 @@ class FiberTable {
             static_cast<std::size_t>(id - begin_[fiber])};
   }
 
-  /// Whether the id is one of `ids_behind` and so not a segment.
-  bool isBehind(SegmentId id) const { return id >= segmentsEnd(fiberOf(id)); }
+  /// Whether the id is one of `ids_behind` or in a gap, and so not a segment.
+  bool isBehind(SegmentId id) const {
+    return begin_.empty() || id < begin_[0] || id >= segmentsEnd(fiberOf(id));
+  }
 
   /// Whether the rule excludes this pair.
   /// @pre both ids are segments
@@ -177,7 +187,8 @@ class FiberTable {
   std::size_t memoryUsage() const {
     return begin_.capacity() * sizeof(SegmentId) + flags_.capacity() +
            numbers_.capacity() * sizeof(std::uint32_t) + groups_.capacity() * sizeof(Group) +
-           obstacle_rules_.capacity() * sizeof(ObstacleRule) + arc_end_.capacity() * sizeof(double);
+           obstacle_rules_.capacity() * sizeof(ObstacleRule) +
+           arc_end_.capacity() * sizeof(double) + gaps_.capacity() * sizeof(SegmentId);
   }
 
  private:
@@ -202,7 +213,7 @@ class FiberTable {
     return fiber + 1 < begin_.size() ? begin_[fiber + 1] : end_;
   }
   /// At most the fiber's begin if the fiber has no segment.
-  SegmentId segmentsEnd(std::size_t fiber) const { return fiberEnd(fiber) - ids_behind_; }
+  SegmentId segmentsEnd(std::size_t fiber) const { return idsEnd(fiber) - ids_behind_; }
 
   NeighborRule rule_;
   SegmentId ids_behind_;
@@ -210,6 +221,7 @@ class FiberTable {
   std::vector<SegmentId> begin_;        ///< by fiber: its first id
   std::vector<std::uint32_t> numbers_;  ///< by fiber; empty while each is the fiber's position
   std::uint32_t next_number_ = 0;
+  std::vector<SegmentId> gaps_;  ///< by fiber: ids of no fiber behind it; empty if there are none
   std::vector<std::uint8_t> flags_;           ///< by fiber; empty while none matters
   std::vector<Group> groups_;                 ///< by fiber; empty unless some fiber has one
   std::vector<ObstacleRule> obstacle_rules_;  ///< by fiber; empty if all may meet
@@ -234,6 +246,7 @@ inline void FiberTable::startFiber(const Kind& kind) {
     flags_.push_back(flags);
     has_closed_ = has_closed_ || (kind.closed && rule_.ignoresAny());
   }
+  if (!gaps_.empty()) gaps_.push_back(0);
   begin_.push_back(end_);
   if (!numbers_.empty() || next_number_ + 1 != begin_.size()) numbers_.push_back(next_number_);
   ++next_number_;
@@ -245,6 +258,15 @@ inline void FiberTable::addId(double length) {
     arc_end_.push_back((is_first ? 0 : arc_end_.back()) + length);
   }
   ++end_;
+}
+
+inline void FiberTable::addGap(SegmentId count) {
+  if (count == 0) return;
+  end_ += count;
+  if (hasArcLengths()) arc_end_.resize(static_cast<std::size_t>(end_));
+  if (begin_.empty()) return;
+  gaps_.resize(begin_.size());
+  gaps_.back() += count;
 }
 
 template <class Keep, class Move>
@@ -283,7 +305,8 @@ void FiberTable::drop(Keep&& keep, Move&& move) {
 template <class IsThere>
 tree::Fibers FiberTable::segmentsFrom(SegmentId first, IsThere&& is_there) const {
   tree::Fibers fibers;
-  std::size_t f = first < end_ ? fiberOf(first) : begin_.size();
+  const bool is_before_all = begin_.empty() || first <= begin_[0];
+  std::size_t f = is_before_all ? 0 : first < end_ ? fiberOf(first) : begin_.size();
   fibers.ids.reserve(static_cast<std::size_t>(end_ - first));
   fibers.begin.reserve(begin_.size() - f + 1);
   if (!groups_.empty()) {

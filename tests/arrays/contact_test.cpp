@@ -236,7 +236,7 @@ TYPED_TEST(ArrayContacts, AreThoseOfThePairsThatTheTreeFinds) {
   FiberTreeOptions options;
   options.report = Report::kCapsules;
   options.ignored_neighbors = 0;
-  for (const Radii radii_are : {Radii::kOne, Radii::kPerFiber, Radii::kPerSegment}) {
+  for (const Radii radii_are : {Radii::kOne, Radii::kPerFiber, Radii::kPerFirstPoint}) {
     Assembly<TypeParam> fibers = randomArrays<TypeParam>(7), others = randomArrays<TypeParam>(8);
     fibers.radii_are = others.radii_are = radii_are;
     FiberTree tree(options), other(options);
@@ -293,7 +293,7 @@ TYPED_TEST(ArrayContacts, RefuseArraysThatDoNotFitEachOther) {
     EXPECT_THAT([&] { capsuleContact(bad, pair); }, refusal);
     EXPECT_THAT([&] { capsuleContact(bad, bad, pair); }, refusal);
   };
-  for (const Radii radii_are : {Radii::kOne, Radii::kPerFiber, Radii::kPerSegment}) {
+  for (const Radii radii_are : {Radii::kOne, Radii::kPerFiber, Radii::kPerFirstPoint}) {
     const std::vector<std::size_t> all = {0, 10};
     const FiberArrays<TypeParam> good{points.data(), 10, all.data(), 1, radii.data(), radii_are};
     EXPECT_EQ(capsuleContact(good, {0, 8}).b.number, 8u);

@@ -59,7 +59,7 @@ TEST(Costs, NothingIsKeptThatIsNotAskedFor) {
   EXPECT_EQ(bytesPerSegment(kLeast, lock<float>().view()), least);
 
   using Radii = FiberArrays<double>::Radii;
-  for (const Radii radii : {Radii::kPerFiber, Radii::kPerSegment}) {
+  for (const Radii radii : {Radii::kPerFiber, Radii::kPerFirstPoint}) {
     arrays.radii_are = radii;
     EXPECT_EQ(bytesPerSegment(kLeast, arrays), least);
   }

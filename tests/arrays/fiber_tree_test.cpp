@@ -420,7 +420,7 @@ TYPED_TEST(ArrayTree, ReadsNothingBehindTheArrays) {
   EXPECT_EQ(rootSegments(fibers, 0.1).size(), fiber_count);
   for (FiberTreeOptions options : allKinds(Report::kCapsules)) {
     options.ignored_arc_length = 0.01;
-    for (const Radii radii_are : {Radii::kPerSegment, Radii::kPerFiber}) {
+    for (const Radii radii_are : {Radii::kPerFirstPoint, Radii::kPerFiber}) {
       fibers.radii_are = radii_are;
       fibers.radii = radii_are == Radii::kPerFiber ? fiber_radii.data() : radii.data();
       FiberTree tree(options);
@@ -632,7 +632,7 @@ TEST(ArrayTree, TextsAreTheSameInAnyLocale) {
 TEST(ArrayTree, RefusesNullArrays) {
   using Radii = FiberArrays<double>::Radii;
   auto good = curledFibers<double>(11);
-  for (const Radii radii_are : {Radii::kOne, Radii::kPerFiber, Radii::kPerSegment}) {
+  for (const Radii radii_are : {Radii::kOne, Radii::kPerFiber, Radii::kPerFirstPoint}) {
     good.radii_are = radii_are;
     FiberTree tree;
     tree.build(good.view());

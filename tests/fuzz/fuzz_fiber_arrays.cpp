@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -34,14 +35,14 @@ using fcl_fibers::fuzz::require;
 using PairList = std::vector<std::pair<int, int>>;
 
 /// Arrays on the heap of exactly the sizes that they say, so that a read beyond one is seen. Any of
-/// them may be null, and point_begin may hold anything.
+/// them may be null, and point_begin and point_end may hold anything.
 template <typename S>
 class AnyArrays {
  public:
   explicit AnyArrays(FuzzedDataProvider& data) {
     view_.point_count = data.ConsumeIntegralInRange<std::size_t>(0, 6);
     view_.fiber_count = data.ConsumeIntegralInRange<std::size_t>(0, 3);
-    view_.radii_are = data.PickValueInArray({Radii::kOne, Radii::kPerFiber, Radii::kPerSegment});
+    view_.radii_are = data.PickValueInArray({Radii::kOne, Radii::kPerFiber, Radii::kPerFirstPoint});
     const std::size_t points = view_.point_count, fibers = view_.fiber_count;
 
     const bool tidy = data.ConsumeBool();
@@ -53,8 +54,31 @@ class AnyArrays {
       point_begin_[0] = 0;
       point_begin_[fibers] = points;
     }
-    view_.points = fill(data, 3 * points, points_,
+    if (data.ConsumeBool()) {
+      view_.point_end = fill(data, fibers, point_end_, [&] {
+        return data.ConsumeIntegralInRange<std::size_t>(0, points + (tidy ? 0 : 2));
+      });
+    }
+    for (std::size_t f = 0; tidy && f < fibers && view_.point_end != nullptr; ++f) {
+      if (view_.point_begin == nullptr) break;
+      point_end_[f] = std::clamp(point_end_[f], point_begin_[f], point_begin_[f + 1]);
+    }
+    constexpr auto kSize = static_cast<std::ptrdiff_t>(sizeof(S));
+    const auto columns = static_cast<std::ptrdiff_t>(points);
+    const auto [point, axis] = data.PickValueInArray<std::pair<std::ptrdiff_t, std::ptrdiff_t>>(
+        {{0, 0}, {4, 0}, {1, columns}, {-3, 1}, {3, -1}, {0, 1}});
+    view_.point_stride = kSize * point;
+    view_.axis_stride = kSize * axis;
+    const std::ptrdiff_t step = point != 0 ? point : 3, last = points > 0 ? columns - 1 : 0;
+    const std::ptrdiff_t across = axis != 0 ? 2 * axis : 2;
+    const auto size = static_cast<std::size_t>(std::abs(step * last) + std::abs(across) + 1);
+    view_.points = fill(data, points > 0 ? size : 0, points_,
                         [&] { return S(data.ConsumeIntegral<std::int8_t>()) / 16; });
+    if (view_.points != nullptr && points > 0) {
+      view_.points += std::max<std::ptrdiff_t>(0, -step * last);
+      view_.points += std::max<std::ptrdiff_t>(0, -across);
+    }
+    if (readByte(data) == 1) ++view_.point_stride;
     view_.radii = fill(data, radiusCount(), radii_,
                        [&] { return S(data.ConsumeIntegral<std::uint8_t>()) / 64; });
     view_.closed = fill(data, fibers, closed_, [&] { return data.ConsumeBool(); });
@@ -69,15 +93,25 @@ class AnyArrays {
   }
 
   const FiberArrays<S>& view() const { return view_; }
-  std::vector<std::size_t> begin() const {
-    if (view_.point_begin == nullptr) return {};
-    return {view_.point_begin, view_.point_begin + view_.fiber_count + 1};
+  /// Begin and end of each fiber, and the number of points.
+  std::vector<std::size_t> runs() const {
+    std::vector<std::size_t> runs;
+    if (view_.point_begin == nullptr) return runs;
+    for (std::size_t f = 0; f < view_.fiber_count; ++f) {
+      runs.push_back(view_.point_begin[f]);
+      runs.push_back(view_.point_end != nullptr ? view_.point_end[f] : view_.point_begin[f + 1]);
+    }
+    runs.push_back(view_.point_begin[view_.fiber_count]);
+    return runs;
   }
 
   bool isSound() const {
-    const std::vector<std::size_t> begin = this->begin();
-    return !begin.empty() && begin.front() == 0 && begin.back() == view_.point_count &&
-           std::is_sorted(begin.begin(), begin.end()) &&
+    const std::vector<std::size_t> runs = this->runs();
+    constexpr auto kAlign = static_cast<std::ptrdiff_t>(alignof(S));
+    return !runs.empty() && (view_.point_end != nullptr || view_.point_begin[0] == 0) &&
+           runs.back() == view_.point_count && std::is_sorted(runs.begin(), runs.end()) &&
+           view_.point_stride % kAlign == 0 &&
+           (view_.point_stride != 0 || view_.axis_stride == 0) &&
            (view_.points != nullptr || view_.point_count == 0) &&
            (view_.radii != nullptr || radiusCount() == 0);
   }
@@ -93,7 +127,7 @@ class AnyArrays {
 
   std::size_t radiusCount() const {
     if (view_.radii_are == Radii::kPerFiber) return view_.fiber_count;
-    return view_.radii_are == Radii::kPerSegment ? view_.point_count : view_.point_count > 0;
+    return view_.radii_are == Radii::kPerFirstPoint ? view_.point_count : view_.point_count > 0;
   }
 
   template <typename T, typename Next>
@@ -106,7 +140,7 @@ class AnyArrays {
   }
 
   std::unique_ptr<S[]> points_, radii_;
-  std::unique_ptr<std::size_t[]> point_begin_;
+  std::unique_ptr<std::size_t[]> point_begin_, point_end_;
   std::unique_ptr<std::uint8_t[]> closed_;
   std::unique_ptr<std::int32_t[]> groups_, roots_;
   std::unique_ptr<std::uint32_t[]> meets_;
@@ -126,7 +160,7 @@ void fuzz(FuzzedDataProvider& data) {
   options.ignored_arc_length = data.ConsumeBool() ? 0.5 : 0;
   options.report = (readByte(data) & 1) != 0 ? Report::kCapsules : Report::kVolumes;
   FiberTree tree(options);
-  std::vector<std::size_t> built = {0};
+  std::vector<std::size_t> built = {0};  // runs()
   while (data.remaining_bytes() > 0) {
     const AnyArrays<S> arrays(data);
     const FiberArrays<S>& view = arrays.view();
@@ -134,8 +168,8 @@ void fuzz(FuzzedDataProvider& data) {
     const bool updates = data.ConsumeBool();
     const bool refused = isRefused([&] { updates ? tree.update(view) : tree.build(view); });
     require(refused !=
-            (arrays.isSound() && (updates ? arrays.begin() == built : arrays.hasSoundRoots())));
-    if (!refused) built = arrays.begin();
+            (arrays.isSound() && (updates ? arrays.runs() == built : arrays.hasSoundRoots())));
+    if (!refused) built = arrays.runs();
     const PairList after = pairsOf(tree);
     require(!refused || after == before);
     for (const auto& pair : after) {

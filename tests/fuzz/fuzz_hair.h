@@ -44,7 +44,7 @@ struct Hair : test::Assembly<S> {
       this->point_begin.push_back(this->pointCount() +
                                   data.ConsumeIntegralInRange<std::size_t>(0, 12));
     }
-    this->radii_are = data.PickValueInArray({Radii::kOne, Radii::kPerFiber, Radii::kPerSegment});
+    this->radii_are = data.PickValueInArray({Radii::kOne, Radii::kPerFiber, Radii::kPerFirstPoint});
     if (data.ConsumeBool()) {
       for (int f = 0; f < fibers; ++f) groups.push_back(data.ConsumeIntegralInRange(0, 2));
     }

@@ -243,7 +243,7 @@ TEST(FiberFileTest, GivesFiberTreeItsArrays) {
   EXPECT_EQ(arrays.radii[0], 0.5);
   scene.radii = {1, 2, 3};
   arrays = fiberArrays(scene);
-  EXPECT_EQ(arrays.radii_are, FiberArrays<double>::Radii::kPerSegment);
+  EXPECT_EQ(arrays.radii_are, FiberArrays<double>::Radii::kPerFirstPoint);
   EXPECT_EQ(arrays.radii[2], 3);
   const FiberPolylines none;
   EXPECT_EQ(fiberArrays(none).point_count, 0U);

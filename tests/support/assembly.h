@@ -22,7 +22,7 @@ struct Assembly {
   std::vector<S> points;  ///< x, y, z
   std::vector<std::size_t> point_begin = {0};
   std::vector<S> radii;
-  Radii radii_are = Radii::kPerSegment;
+  Radii radii_are = Radii::kPerFirstPoint;
 
   void addPoint(const Point& p, double radius) {
     for (const double x : p) points.push_back(static_cast<S>(x));
