@@ -353,9 +353,54 @@ class FiberTree:
         """The segments that touch the mesh, int32, each once."""
         return self._tree.touching(_mesh_of("mesh", mesh))
 
-    def nearest(self, mesh: TriangleMesh, distance: float) -> np.ndarray:
-        """Each segment at most `distance` from the mesh, and its nearest triangle: (n, 2) int32."""
-        return self._tree.nearest(_mesh_of("mesh", mesh), _arrays.number("distance", distance))
+    def closest(self, other: Union[FiberTree, TriangleMesh, None] = None) -> np.void:
+        """The contact of the least distance, one row of what contacts() returns.
+
+        Without `other`, of this tree, whose neighbours and groups are left out. If something
+        touches, it is the deepest contact. The margin does not count. If there is no pair, the
+        distance is infinite and the segments are -1. A tree with report="volumes" raises
+        ValueError.
+        """
+        return self._tree.closest(_core_of(other))[0]
+
+    def distance(self, other: Union[FiberTree, TriangleMesh, None] = None) -> float:
+        """The least distance of surfaces, that of closest(): negative if they overlap."""
+        return float(self.closest(other)["distance"])
+
+    def nearest(
+        self, other: Union[FiberTree, TriangleMesh, None] = None, distance: float = np.inf
+    ) -> np.ndarray:
+        """Each segment at most `distance` from the other, and its nearest there: (n, 2) int32.
+
+        The nearest of another tree is a segment, that of a mesh a triangle. Without `other`, it is
+        another segment of this tree that is no neighbour. Distances are from surface to surface;
+        the margin does not count.
+        """
+        return self._tree.nearest(_core_of(other), _arrays.number("distance", distance))
+
+    def nearest_to(self, points: ArrayLike, distance: float = np.inf) -> np.ndarray:
+        """Each of the points (m, 3) at most `distance` from a segment, and its nearest segment.
+
+        Returns (n, 2) int32: indices of points, ascending, and segments.
+        """
+        return self._of_points(points, lambda cloud: cloud.nearest(self, distance))
+
+    def holding(self, points: ArrayLike) -> np.ndarray:
+        """The points (m, 3) that segments hold, within the margin, with each of these segments.
+
+        Returns (n, 2) int32: indices of points, ascending, and segments.
+        """
+        return self._of_points(points, lambda cloud: cloud.pairs(self))
+
+    def _of_points(self, points: ArrayLike, ask: Callable[[FiberTree], np.ndarray]) -> np.ndarray:
+        array = _arrays.rows("points", _arrays.numbers("points", points))
+        options = self._options._replace(report="capsules", ignored_arc_length=0.0)
+        cloud = FiberTree(**options._asdict())
+        # A point is a fiber of one segment without length.
+        cloud.build(np.repeat(array, 2, axis=0), np.arange(0, 2 * len(array) + 1, 2), 0.0)
+        found = ask(cloud)
+        found[:, 0] //= 2
+        return found[np.lexsort(found.T[::-1])]
 
     def overlaps_capsule(self, start: ArrayLike, end: ArrayLike, radius: float) -> np.ndarray:
         """The segments that touch a capsule, int32. A sphere is one whose ends are one point."""

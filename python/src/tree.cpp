@@ -185,6 +185,22 @@ class Tree {
     });
   }
 
+  /// An array of one contact.
+  py::array closest(Other other) const {
+    const Query own(users_);
+    const Query others(partner(other).users_);
+    return withBoth(numbers_, layout_, partner(other).numbers_, partner(other).layout_,
+                    [&](const auto& a, const auto& b) {
+                      return onlyOne(Contacts{a, &b}, partner(other).tree_, contactType());
+                    });
+  }
+  py::array closest(const TriangleMesh& mesh) const {
+    const Query own(users_);
+    return withArrays(numbers_, layout_, [&](const auto& fibers) {
+      return onlyOne(Contacts{fibers}, mesh, meshContactType());
+    });
+  }
+
   py::array impactContacts(const py::array& impacts, Other other) const {
     const Query own(users_);
     const auto all = fromArray<Impact>(impacts, impactType());
@@ -279,6 +295,16 @@ class Tree {
     throw py::value_error("the fibers rest; call update(start, end) before");
   }
 
+  template <class Question, class Partner>
+  py::array onlyOne(const Question& question, const Partner& partner, const py::dtype& type) const {
+    std::vector<FoundBy<Question, Partner>> contacts(1);
+    {
+      const Unlocked unlocked;
+      contacts[0] = tree_.closest(question, partner);
+    }
+    return toArray(std::move(contacts), type);
+  }
+
   const Tree& partner(const Tree* other) const { return other != nullptr ? *other : *this; }
   template <class Question, class Partner>
   std::vector<FoundBy<Question, Partner>> query(const Question& question,
@@ -340,6 +366,8 @@ void addTree(py::module_& module) {
       .def("visit_pairs", &Tree::visitPairs)
       .def("contacts", py::overload_cast<Other>(&Tree::contacts, py::const_))
       .def("contacts", [](const Tree& tree, MeshCopy mesh) { return tree.contacts(mesh); })
+      .def("closest", py::overload_cast<Other>(&Tree::closest, py::const_))
+      .def("closest", [](const Tree& tree, MeshCopy mesh) { return tree.closest(mesh); })
       .def("impacts", &ask<Impacts, Other>)
       .def("impacts",
            [](const Tree& tree, MeshCopy start, MeshCopy end) {
@@ -353,6 +381,8 @@ void addTree(py::module_& module) {
       .def("safe_step",
            [](const Tree& tree, MeshCopy start, MeshCopy end) { return tree.safeStep(start, end); })
       .def("touching", &ask<TouchingSegments, MeshCopy>)
+      .def("nearest", [](const Tree& tree, Other other,
+                         double distance) { return tree.find(Nearest{distance}, other); })
       .def("nearest", [](const Tree& tree, MeshCopy mesh,
                          double distance) { return tree.find(Nearest{distance}, mesh); })
       .def("overlaps_capsule",

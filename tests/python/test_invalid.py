@@ -239,7 +239,7 @@ def test_types_of_scalars(tree):
     refused(tree.overlaps_capsule, TypeError, "radius is '1'", **ends, radius="1")
     refused(tree.overlaps_capsule, TypeError, "radius", **ends, radius=[1.0])
     refused(tree.overlaps_box, TypeError, "complex", low=(0, 0, 0), high=(1, 1, 1j))
-    refused(tree.nearest, TypeError, "distance is None", mesh=mesh, distance=None)
+    refused(tree.nearest, TypeError, "distance is None", other=mesh, distance=None)
     refused(tree.volumes, TypeError, "depth is 1.5", depth=1.5)
     refused(tree.volumes, ValueError, "depth", depth=2**40)
     refused(tree.visit_pairs, TypeError, "visit is None", visit=None)
@@ -258,7 +258,8 @@ def test_a_tree_in_the_place_of_a_mesh(tree):
     mesh = fcl_fibers.TriangleMesh(np.eye(3), [[0, 1, 2]])
     for wrong in (1, None, tree):
         refused(tree.touching, TypeError, "mesh", "give a TriangleMesh", mesh=wrong)
-        refused(tree.nearest, TypeError, "mesh", "give a TriangleMesh", mesh=wrong, distance=1.0)
+        if wrong == 1:
+            refused(tree.nearest, TypeError, "other", "give a FiberTree or", other=wrong)
         if wrong is not None:
             for call in (tree.impacts, tree.safe_step):
                 refused(call, TypeError, "mesh_end", "TriangleMesh", other=mesh, mesh_end=wrong)
