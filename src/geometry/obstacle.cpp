@@ -276,11 +276,12 @@ ClosestOnBox closestPoints(const Segment& capsule, const Obstacle& box) {
   Differences<double> rough(capsule, box, size);
   rough.start();
   rough.finish(0);
-  // Closer points need more digits, or rounding would show in the direction.
+  // Closer points need more digits, or rounding would show in the direction, unless that is lost in
+  // the rounding of coordinates.
   constexpr double kNear = 0x1p-20;
   const double distance = std::sqrt(rough.squared());
-  if (distance > kNear * size && rough.gap() <= 16 * kEps * size * distance &&
-      rough.isSteady(8 * kEps * size)) {
+  const bool is_far = distance > kNear * size && rough.gap() <= 16 * kEps * size * distance;
+  if (distance <= 0.5 * kEps * size || (is_far && rough.isSteady(8 * kEps * size))) {
     return closestOf(rough);
   }
   Differences<DoubleDouble> fine(capsule, box, size);
