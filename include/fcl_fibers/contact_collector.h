@@ -17,20 +17,47 @@
 
 namespace fcl_fibers {
 
-/// Returns the contact of two capsules or spheres at their present poses, without fiber and segment
-/// numbers. A sphere is a capsule of length zero.
+/// Returns the contact of a capsule or sphere and an object that hasCapsuleContact() tells of, at
+/// their present poses and in either order, without fiber and segment numbers. A sphere is a
+/// capsule of length zero. The arc parameter of what is neither is 0.
 ///
-/// Throws std::invalid_argument if an object has another shape, or if a fiber manager would refuse
-/// its pose, radius or length.
+/// A box and a half-space are solid. If the axis is outside, the normal is along the way between
+/// two closest points. If the axis reaches into them, or crosses a plane or triangle, `distance` is
+/// how far the whole capsule has to move against the normal until it is out of the box or
+/// half-space, or on one side of the plane or triangle. It is the shortest such way: from a box
+/// across a face or across an edge and the axis, from a half-space at the deeper end, from a plane
+/// or triangle to the nearer side. The points are those that touch after that motion, and in the
+/// middle of an axis along a plane; with a triangle they are as in MeshContact. If several ways out
+/// of a box are as short, up to 16 eps of the lengths, the first counts: across the faces of its x,
+/// y and z axis, then across edges, to the side of the axis's middle.
+///
+/// The error of `distance` is at most 32 eps of the sum of the radius, the axis's length, the box's
+/// sides and the ways from its middle to the axis's ends; with a plane, from its position, and of
+/// the plane's offset; with a triangle it is that of MeshContact. The pose adds 16 eps of the
+/// object's size and of the way between the two positions.
+///
+/// Throws std::invalid_argument if the objects have other shapes, if a fiber manager would refuse
+/// the pose, radius or size of one, or if a number of one exceeds 2^1000.
 template <typename S>
 FCL_FIBERS_EXPORT Contact capsuleContact(const fcl::CollisionObject<S>& a,
                                          const fcl::CollisionObject<S>& b);
 
-/// Returns whether this object is a capsule or a sphere, as capsuleContact() requires.
+/// Returns whether this object is a capsule or a sphere.
 template <typename S>
 bool isCapsule(const fcl::CollisionObject<S>& object) {
   const fcl::NODE_TYPE type = object.getNodeType();
   return type == fcl::GEOM_CAPSULE || type == fcl::GEOM_SPHERE;
+}
+
+/// Returns whether capsuleContact() takes these two: whether one is a capsule or a sphere, and the
+/// other is as well or an `fcl::Box`, `fcl::Plane`, `fcl::Halfspace` or `fcl::TriangleP`.
+template <typename S>
+bool hasCapsuleContact(const fcl::CollisionObject<S>& a, const fcl::CollisionObject<S>& b) {
+  if (!isCapsule(a) && !isCapsule(b)) return false;
+  const fcl::CollisionObject<S>& other = isCapsule(a) ? b : a;
+  const fcl::NODE_TYPE type = other.getNodeType();
+  return isCapsule(other) || type == fcl::GEOM_BOX || type == fcl::GEOM_PLANE ||
+         type == fcl::GEOM_HALFSPACE || type == fcl::GEOM_TRIANGLE;
 }
 
 /// A contact and its two objects.
@@ -53,9 +80,10 @@ struct ObjectContact : Contact {
 ///     manager.collide(&collector, collector.callback);
 ///     for (const auto& contact : collector.contacts()) ...
 ///
-/// Two capsules or spheres have one contact if they are no further apart than the manager's margin
-/// and their own margins together; Bounds explains an object's own margin. Under Report::kCapsules
-/// a pair may also be reported because a box counts in place of a capsule, and then it has one
+/// Two capsules or spheres, or one and a box, plane, half-space or single triangle, have one
+/// contact, that of capsuleContact(), if they are no further apart than the manager's margin and
+/// their own margins together; Bounds explains an object's own margin. Under Report::kCapsules a
+/// pair may also be reported because a box counts in place of an object, and then it has one
 /// contact too.
 ///
 /// If the manager has Report::kCapsules, a capsule or sphere and a mesh of triangles have a contact
@@ -63,10 +91,13 @@ struct ObjectContact : Contact {
 /// reported although no triangle touches, as inside a solid mesh, the contact is that with the
 /// nearest triangle. See FiberCollisionManager::findMeshContacts().
 ///
-/// All other pairs go to `fcl::collide` and have the contacts that it finds, at most as many as the
-/// request admits. FCL's normals, positions and depths are converted to those of Contact. The arc
-/// parameter of a capsule is where its axis is nearest to FCL's position; that of any other shape
-/// is 0. For a scene of floats the user's program compiles FCL's narrow phase.
+/// All other pairs go to `fcl::collide`: those of two objects that are neither capsules nor
+/// spheres, and those of a cylinder, cone, ellipsoid, convex or octree, even if cylinders or boxes
+/// form a fiber. They have the contacts that FCL finds, at most as many as the request admits, and
+/// none within a margin. FCL's points may be off the surfaces, and its depth need not be the least.
+/// Its normals, positions and depths are converted to those of Contact. The arc parameter of a
+/// capsule is where its axis is nearest to FCL's position; that of any other shape is 0. For a
+/// scene of floats the user's program compiles FCL's narrow phase.
 template <typename S>
 class ContactCollector {
  public:
@@ -112,7 +143,7 @@ class ContactCollector {
     ObjectContact<S> contact;
     contact.object_a = a;
     contact.object_b = b;
-    if (isCapsule(*a) && isCapsule(*b)) {
+    if (hasCapsuleContact(*a, *b)) {
       static_cast<Contact&>(contact) = capsuleContact(*a, *b);
       if (isNear(contact)) keep(contact);
       return;

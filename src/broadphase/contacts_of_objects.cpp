@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +14,7 @@
 #include "fibers/capsule_contact.h"
 #include "fibers/mesh_contacts.h"
 #include "geometry/impact.h"
+#include "geometry/obstacle_contact.h"
 #include "geometry/triangle_contact.h"
 #include "index/posed_mesh.h"
 #include "joined_text.h"
@@ -40,6 +44,33 @@ Segment readCapsule(const char* call, const fcl::CollisionObject<S>& object, con
     fibers::throwInvalidArgument(call, joinedText(name, ": ", problem));
   }
   return segment;
+}
+
+/// Reads a box, plane, half-space or triangle as it is now.
+template <typename S>
+geometry::Obstacle readObstacle(const char* call, const fcl::CollisionObject<S>& object,
+                                const Frame& frame, const char* name) {
+  const ReadObject read = readObject(object, Bounds::kShapes);
+  const char* problem = read.problem;
+  const geometry::Obstacle obstacle = obstacleOf(read, frame);
+  double largest = std::max(maxNorm(obstacle.point), std::fabs(obstacle.offset));
+  for (const geometry::Vec3d& v : obstacle.vector) largest = std::max(largest, maxNorm(v));
+  constexpr double kLargest = 0x1p1000;
+  if (problem == nullptr &&
+      !(obstacle.kind != geometry::Obstacle::Kind::kNone && largest <= kLargest)) {
+    problem =
+        "a coordinate or size is NaN or beyond 2^1000, or its normal is 0; give it smaller, "
+        "finite numbers and a normal";
+  }
+  if (problem != nullptr) fibers::throwInvalidArgument(call, joinedText(name, ": ", problem));
+  return obstacle;
+}
+
+/// The same contact with the shapes in the other order.
+void swapShapes(Contact& contact) {
+  std::swap(contact.s, contact.t);
+  std::swap(contact.point_a, contact.point_b);
+  for (double& x : contact.normal) x = -x;
 }
 
 /// In the world's unit, but with the origin of the frame.
@@ -177,11 +208,7 @@ bool findImpact(const ManagerState<S>& state, const ManagerState<S>* other,
     static_cast<Contact&>(contact) = fibers::contactOf(at(i, contact.time), at(j, contact.time),
                                                        frame.origin, contact.a, contact.b);
   }
-  if (swaps) {
-    std::swap(contact.s, contact.t);
-    std::swap(contact.point_a, contact.point_b);
-    for (double& x : contact.normal) x = -x;
-  }
+  if (swaps) swapShapes(contact);
   return true;
 }
 
@@ -189,15 +216,30 @@ bool findImpact(const ManagerState<S>& state, const ManagerState<S>* other,
 
 template <typename S>
 Contact capsuleContact(const fcl::CollisionObject<S>& a, const fcl::CollisionObject<S>& b) {
-  // The first object's position is the origin, so no digits are lost far from the world's origin.
+  constexpr char kCall[] = "capsuleContact", kOther[] = "pass it to fcl::collide";
+  // The capsule is the first.
+  const bool swaps = !isCapsule(a) && isCapsule(b);
+  const fcl::CollisionObject<S>&first = swaps ? b : a, &second = swaps ? a : b;
+  const char *first_name = swaps ? "object b" : "object a", *name = swaps ? "object a" : "object b";
+  // Its position is the origin, so no digits are lost far from the world's origin.
   geometry::Frame frame;
-  frame.origin = broadphase::toVec3(a.getTransform().matrix().col(3));
-  const auto read = [&](const fcl::CollisionObject<S>& object, const char* name) {
-    return broadphase::readCapsule("capsuleContact", object, frame, name,
-                                   "pass it to fcl::collide");
-  };
-  const geometry::Segment p = read(a, "object a"), q = read(b, "object b");
-  return fibers::contactOf(p, q, frame.origin);
+  frame.origin = broadphase::toVec3(first.getTransform().matrix().col(3));
+  const auto p = broadphase::readCapsule(kCall, first, frame, first_name, kOther);
+  if (isCapsule(second) || !hasCapsuleContact(first, second)) {
+    const auto q = broadphase::readCapsule(kCall, second, frame, name, kOther);
+    return fibers::contactOf(p, q, frame.origin);
+  }
+  const geometry::ObstacleContact found = geometry::obstacleContact(
+      p, broadphase::readObstacle(kCall, second, frame, name), frame.origin);
+  const auto toArray = [](const geometry::Vec3d& v) { return std::array{v.x, v.y, v.z}; };
+  Contact contact;
+  contact.s = found.s;
+  contact.distance = found.distance;
+  contact.point_a = toArray(found.point_a);
+  contact.point_b = toArray(found.point_b);
+  contact.normal = toArray(found.normal);
+  if (swaps) broadphase::swapShapes(contact);
+  return contact;
 }
 
 #define FCL_FIBERS_INSTANTIATE(S)                                                                  \

@@ -4,10 +4,19 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <memory>
 #include <stdexcept>
+#include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/cylinder.h>
+#include <fcl/geometry/shape/halfspace.h>
+#include <fcl/geometry/shape/plane.h>
+#include <fcl/geometry/shape/triangle_p.h>
 #include <gtest/gtest.h>
 
 #include "support/exact_geometry.h"
@@ -74,13 +83,121 @@ TYPED_TEST(ObjectContacts, RefuseOtherShapesAndBrokenPoses) {
   // If this fails, a box is taken for a capsule, or a NaN becomes a contact.
   Scene<TypeParam> scene;
   const auto* capsule = scene.addCapsule({0, 0, 0}, {1, 0, 0}, 0.1);
-  const auto* box = scene.addBox({0, 0, 0}, Eigen::Quaterniond::Identity(), {1, 1, 1});
+  auto* box = scene.addBox({0, 0, 0}, Eigen::Quaterniond::Identity(), {1, 1, 1});
+  const auto* convex = scene.addConvex({0, 0, 0}, 1);
   auto* broken = scene.addSphere({0, 0, 0}, 0.1);
-  broken->setTranslation({std::numeric_limits<TypeParam>::quiet_NaN(), 0, 0});
-  for (const auto* bad : {box, static_cast<decltype(box)>(broken)}) {
-    EXPECT_THROW(capsuleContact(*capsule, *bad), std::invalid_argument);
-    EXPECT_THROW(capsuleContact(*bad, *capsule), std::invalid_argument);
+  EXPECT_TRUE(hasCapsuleContact(*capsule, *box) && hasCapsuleContact(*box, *capsule));
+  EXPECT_FALSE(hasCapsuleContact(*box, *box) || hasCapsuleContact(*capsule, *convex));
+  const auto refuse = [&](const auto& bad, const std::string& text) {
+    test::expectRefusal([&] { capsuleContact(*capsule, bad); }, "object b: " + text);
+    test::expectRefusal([&] { capsuleContact(bad, *capsule); }, "object a: " + text);
+  };
+  refuse(*convex, "it is neither a capsule nor a sphere; pass it to fcl::collide");
+  test::expectRefusal([&] { capsuleContact(*box, *box); }, "object a: it is neither a capsule");
+  for (auto* bad : {broken, box}) {
+    bad->setTranslation({std::numeric_limits<TypeParam>::quiet_NaN(), 0, 0});
+    refuse(*bad, "its pose is NaN or infinite");
   }
+  auto* halfspace = scene.addHalfspace({0, 0, 1}, 0);
+  const_cast<fcl::Halfspace<TypeParam>&>(
+      static_cast<const fcl::Halfspace<TypeParam>&>(*halfspace->collisionGeometry()))
+      .d = std::numeric_limits<TypeParam>::infinity();
+  refuse(*halfspace, "a coordinate or size is NaN or beyond 2^1000");
+}
+
+/// A box, a plane, a half-space or a triangle near a place.
+template <typename S>
+fcl::CollisionObject<S>* addShape(Scene<S>& scene, Random& random, const Eigen::Vector3d& place,
+                                  std::size_t kind) {
+  const Eigen::Quaterniond turn = random.rotation();
+  const Eigen::Vector3d at = place + random.inCube(0.5);
+  const auto vector = [](const Eigen::Vector3d& v) { return fcl::Vector3<S>(v.cast<S>()); };
+  std::shared_ptr<fcl::CollisionGeometry<S>> shape;
+  if (kind == 0) {
+    const Eigen::Vector3d sides = random.inCube(1).cwiseAbs();
+    return scene.addBox(at, turn, sides);
+  } else if (kind == 1) {
+    shape = std::make_shared<fcl::Plane<S>>(vector(random.direction()), S(0.1));
+  } else if (kind == 2) {
+    shape = std::make_shared<fcl::Halfspace<S>>(vector(random.direction()), S(0.1));
+  } else {
+    const Eigen::Vector3d a = random.inCube(1), b = random.inCube(1), c = random.inCube(1);
+    shape = std::make_shared<fcl::TriangleP<S>>(vector(a), vector(b), vector(c));
+  }
+  return scene.add(shape, test::makePose<S>(turn, at));
+}
+
+/// That the first, a capsule, touches the second where the contact says.
+template <typename S>
+void expectRightOnShape(const fcl::CollisionObject<S>& capsule,
+                        const fcl::CollisionObject<S>& shape, const Contact& contact,
+                        Real coordinates) {
+  const test::ExactCapsule p = test::exactCapsule(capsule);
+  const auto distanceOf = test::distanceFrom(shape);
+  const Point normal = toPoint(contact.normal), a = toPoint(contact.point_a),
+              b = toPoint(contact.point_b);
+  // The objects have a size of a few units.
+  const Real rounding = 1e-13L + 1e-15L * coordinates;
+  EXPECT_LE(std::fabs(normal.norm() - 1), 1e-15L);
+  EXPECT_LE((p.a + Real(contact.s) * (p.b - p.a) + p.radius * normal - a).norm(), rounding);
+  EXPECT_LE(distanceOf(b, b), rounding);
+  const Real axis = distanceOf(p.a, p.b);
+  if (axis > rounding) {
+    EXPECT_LE(std::fabs(contact.distance + p.radius - axis), rounding);
+  } else {
+    EXPECT_LE(contact.distance, -p.radius + rounding);
+  }
+  const bool crosses_triangle = axis <= rounding && shape.getNodeType() == fcl::GEOM_TRIANGLE;
+  if (!crosses_triangle) {
+    EXPECT_LE((b - a - Real(contact.distance) * normal).norm(), 2 * rounding);
+  }
+  // The way out leads to contact, or off the plane of a triangle.
+  if (contact.distance >= 0) return;
+  const Point out = Real(contact.distance) * normal;
+  const Real after = distanceOf(p.a + out, p.b + out) - p.radius;
+  EXPECT_GE(after, -4 * rounding);
+  EXPECT_TRUE(after <= 4 * rounding || crosses_triangle) << after;
+}
+
+TYPED_TEST(ObjectContacts, AreWhereCapsulesTouchOtherShapes) {
+  // If this fails, a shape is read at another pose, its depth is not that of the way out, or digits
+  // are lost far from the origin.
+  Random random(2);
+  for (const double far : {0.0, 1e3, 1e6}) {
+    for (int i = 0; i < 2000; ++i) {
+      const Eigen::Vector3d place(far, -far, far);
+      Scene<TypeParam> scene;
+      const Eigen::Vector3d p = place + random.inCube(1), q = p + random.inCube(1);
+      const auto* capsule = i % 5 == 0 ? scene.addSphere(p, random.unit())
+                                       : scene.addCapsule(p, q, 0.2 * random.unit());
+      const auto* shape = addShape(scene, random, place, random.below(4));
+      const Contact contact = capsuleContact(*capsule, *shape);
+      expectRightOnShape(*capsule, *shape, contact, 2 * far + 4);
+      EXPECT_EQ(contact.t, 0);
+      EXPECT_EQ(contact.a.fiber, kNoFiber);
+      const Contact turned = capsuleContact(*shape, *capsule);
+      EXPECT_EQ(turned.s, 0);
+      EXPECT_EQ(turned.t, contact.s);
+      EXPECT_EQ(turned.distance, contact.distance);
+      EXPECT_EQ(turned.point_a, contact.point_b);
+      EXPECT_EQ(turned.point_b, contact.point_a);
+      EXPECT_EQ(toPoint(turned.normal), -toPoint(contact.normal));
+      if (this->HasFailure()) FAIL() << "case " << i << " at " << far;
+    }
+  }
+}
+
+TYPED_TEST(ObjectContacts, OfACapsuleFlatInABoxAreOnBothSurfaces) {
+  // If this fails, a rod on a table is pushed out too far or not enough, or at one end.
+  Scene<TypeParam> scene;
+  const auto* table = scene.addBox({0, 0, -0.5}, Eigen::Quaterniond::Identity(), {2, 2, 1});
+  const auto* rod = scene.addCapsule({-0.25, 0, -0.0078125}, {0.25, 0, -0.0078125}, 0.015625);
+  const Contact contact = capsuleContact(*rod, *table);
+  EXPECT_EQ(contact.distance, -0.0234375);
+  EXPECT_NEAR(contact.point_a[2], -0.0234375, 1e-9);
+  EXPECT_NEAR(contact.point_b[2], 0, 1e-9);
+  EXPECT_NEAR(contact.normal[2], -1, 1e-9);
+  EXPECT_NEAR(contact.s, 0.5, 1e-9);
 }
 
 /// Curled fibers about one place, some as thick as they are apart, and loose spheres.
@@ -122,7 +239,7 @@ void expectTouching(const test::Managed<Config>& manager, const test::QueryPartn
 using ManagersWithContacts = test::FiberManagers;
 #else
 using ManagersWithContacts = testing::Types<test::LayeredAabb<double, Topology::kSuperThread>,
-                                            test::WrappedSphere<double, Topology::kBundle> >;
+                                            test::WrappedSphere<double, Topology::kBundle>>;
 #endif
 MANAGER_SUITE(Contacts, ManagersWithContacts);
 
@@ -260,6 +377,86 @@ TYPED_TEST(Contacts, AreWithinTheMarginsThatAProgramHasAddedToBoxes) {
   }
 }
 
+TYPED_TEST(Contacts, WithShapesAreOfEachPairWithinTheMargins) {
+  // If this fails, a pair with a table or a floor is reported without a contact, or has one that is
+  // beyond the margin, the wrong way round or of another place.
+  using S = typename TypeParam::Scalar;
+  enum class Way { kRegisteredFirst, kRegisteredLast, kForeign, kOther };
+  // FCL knows nothing of two shapes if one is a triangle, and says so.
+  const auto ofBoth = [](auto* a, auto* b, void* collector) {
+    return isCapsule(*a) != isCapsule(*b) && ContactCollector<S>::callback(a, b, collector);
+  };
+  Random random(952);
+  std::size_t within_margin = 0, overlapping = 0;
+  for (int round = 0; round < 64; ++round) {
+    SCOPED_TRACE(round);
+    const auto way = static_cast<Way>(round % 4);
+    const Report report = round / 4 % 2 == 0 ? Report::kVolumes : Report::kCapsules;
+    const auto options = optionsOf(report, round / 8 % 2 == 0 ? 0 : 0.05);
+    Scene<S> scene, shapes;
+    for (int i = 0; i < 30; ++i) {
+      const Eigen::Vector3d from = random.inCube(0.8);
+      i % 6 == 0 ? scene.addSphere(from, 0.1 * random.unit())
+                 : scene.addCapsule(from, from + random.inCube(0.3), 0.05);
+    }
+    for (std::size_t i = 0; i < 6; ++i) addShape(shapes, random, {0, 0, 0}, i % 4);
+    if (round % 3 == 0) {
+      for (const std::size_t i : {1u, 7u, 12u}) test::widenShape(*scene[i], 0.03);
+      test::widenShape(*shapes[0], 0.04);
+    }
+    const auto manager = TypeParam::make(options), other = TypeParam::make(optionsOf(report, 0));
+    other->registerObjects(shapes.objects());
+    if (way == Way::kRegisteredFirst) manager->registerObjects(shapes.objects());
+    for (auto* object : scene.objects()) {
+      object->getNodeType() == fcl::GEOM_CAPSULE
+          ? manager->registerFiber({object}, FiberEnds::kOpen, {1})
+          : manager->registerObject(object);
+    }
+    if (way == Way::kRegisteredLast) manager->registerObjects(shapes.objects());
+    ContactCollector<S> collector(*manager, way == Way::kOther ? other.get() : nullptr);
+    if (way == Way::kForeign) {
+      for (auto* shape : shapes.objects()) manager->collide(shape, &collector, ofBoth);
+    } else if (way == Way::kOther) {
+      manager->collide(other.get(), &collector, ofBoth);
+    } else {
+      manager->collide(&collector, ofBoth);
+    }
+
+    std::map<std::pair<fcl::CollisionObject<S>*, fcl::CollisionObject<S>*>, Contact> found;
+    const bool is_first = way == Way::kRegisteredFirst;
+    for (const auto& contact : collector.contacts()) {
+      auto *capsule = contact.object_a, *shape = contact.object_b;
+      Contact seen = contact;
+      if (is_first) {
+        std::swap(capsule, shape);
+        std::swap(seen.s, seen.t);
+        std::swap(seen.point_a, seen.point_b);
+        for (double& x : seen.normal) x = -x;
+      }
+      ASSERT_TRUE(hasCapsuleContact(*capsule, *shape) && isCapsule(*capsule));
+      EXPECT_EQ((is_first ? contact.b : contact.a).fiber, manager->fiberSegment(capsule).fiber);
+      EXPECT_TRUE(found.emplace(std::pair(capsule, shape), seen).second);
+      expectRightOnShape(*capsule, *shape, seen, 4);
+    }
+    for (auto* shape : shapes.objects()) {
+      const auto distanceOf = test::distanceFrom(*shape);
+      const double its = (way == Way::kOther ? other : manager)->margin(shape);
+      for (auto* capsule : scene.objects()) {
+        const test::ExactCapsule c = test::exactCapsule(*capsule);
+        const Real reach = Real(options.margin) + Real(manager->margin(capsule)) + Real(its);
+        const Real distance = distanceOf(c.a, c.b) - c.radius;
+        if (std::fabs(distance - reach) < 1e-9L) continue;
+        EXPECT_EQ(found.count({capsule, shape}), distance < reach ? 1u : 0u) << distance;
+        overlapping += distance < 0 ? 1 : 0;
+        within_margin += distance >= 0 && distance < reach ? 1 : 0;
+      }
+    }
+    if (this->HasFailure()) return;
+  }
+  EXPECT_GT(overlapping, 1000u);
+  EXPECT_GT(within_margin, 100u);
+}
+
 TYPED_TEST(Contacts, WithOtherShapesAreFclsWithTheNormalFromAToB) {
   // If this fails, contacts with a head or a table push the wrong way, or are lost: FCL exchanges a
   // shape and a mesh.
@@ -269,18 +466,21 @@ TYPED_TEST(Contacts, WithOtherShapesAreFclsWithTheNormalFromAToB) {
     bool is_mesh;
     bool is_first;  // the other shape, in the pair
   };
-  for (const Row& row : {Row{"box, capsule", false, true}, Row{"capsule, box", false, false},
-                         Row{"mesh, capsule", true, true}, Row{"capsule, mesh", true, false}}) {
+  for (const Row& row :
+       {Row{"cylinder, capsule", false, true}, Row{"capsule, cylinder", false, false},
+        Row{"mesh, capsule", true, true}, Row{"capsule, mesh", true, false}}) {
     if (row.is_mesh && std::is_same_v<S, float>) continue;  // there are none, see Scene::addMesh
     SCOPED_TRACE(row.name);
     Scene<S> scene;
-    // Below the face z = 0 of a box, or a face x + y + z = 1 of an octahedron.
+    // Below the face z = 0 of a cylinder, or a face x + y + z = 1 of an octahedron.
     const Eigen::Vector3d outward =
         row.is_mesh ? Eigen::Vector3d(1, 1, 1).normalized() : Eigen::Vector3d(0, 0, 1);
     const Eigen::Vector3d face =
         row.is_mesh ? Eigen::Vector3d(1, 1, 1) / 3 : Eigen::Vector3d(0, 0, 0);
     auto* shape = row.is_mesh ? scene.addMesh({0, 0, 0}, 1)
-                              : scene.addBox({0, 0, -1}, Eigen::Quaterniond::Identity(), {2, 2, 2});
+                              : scene.add(std::make_shared<fcl::Cylinder<S>>(S(1), S(2)),
+                                          test::makePose<S>(Eigen::Quaterniond::Identity(),
+                                                            Eigen::Vector3d(0, 0, -1)));
     // Stands on the face, its lower end's surface 0.02 deep.
     auto* capsule = scene.addCapsule(face + 0.08 * outward, face + 0.58 * outward, 0.1);
     auto* away = scene.addCapsule({3, 3, 3}, {3, 3, 4}, 0.1);
