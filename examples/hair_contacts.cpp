@@ -29,7 +29,7 @@ void writeContacts(const std::string& path, const fcl_fibers::io::FiberFileOptio
   fcl_fibers::FiberTree tree;
   tree.build(fibers);
 
-  std::puts("fiber_a,segment_a,s,fiber_b,segment_b,t,distance,x,y,z,normal_x,normal_y,normal_z");
+  std::puts("fiber_a,number_a,s,fiber_b,number_b,t,distance,x,y,z,normal_x,normal_y,normal_z");
   tree.visit(fcl_fibers::Pairs{}, [&](fcl_fibers::SegmentPair pair) {
     const fcl_fibers::Contact c = fcl_fibers::capsuleContact(fibers, pair);
     std::printf("%zu,%zu,%.9g,%zu,%zu,%.9g,%.9g,", c.a.fiber, c.a.number, c.s, c.b.fiber,

@@ -59,8 +59,8 @@ void writeText(const Request& request, const StepScene& step, const StepImpacts&
       found.ended ? "at least " : "", countText(count), count == 1 ? "pair touches" : "pairs touch",
       countText(found.at_start), found.safe_step, found.seconds));
   if (count == 0) return;
-  stream.write(fmt::format("\n{:>8} {:>8}   {:>8} {:>8} {:>12}\n", "fiber", "segment", "fiber",
-                           "segment", "time"));
+  stream.write(fmt::format("\n{:>8} {:>8}   {:>8} {:>8} {:>12}\n", "fiber", "number", "fiber",
+                           "number", "time"));
   const std::size_t rows = rowCount(request, found);
   for (std::size_t i = 0; i < rows; ++i) {
     const Contact c = contactOf(step, found.impacts[i]);
@@ -76,7 +76,7 @@ void writeText(const Request& request, const StepScene& step, const StepImpacts&
 void writeCsv(const Request& request, const StepScene& step, const StepImpacts& found,
               AnswerStream& stream) {
   stream.write(
-      "fiber_a,segment_a,s,fiber_b,segment_b,t,time,distance,point_a_x,point_a_y,point_a_z,"
+      "fiber_a,number_a,s,fiber_b,number_b,t,time,distance,point_a_x,point_a_y,point_a_z,"
       "point_b_x,point_b_y,point_b_z,normal_x,normal_y,normal_z\n");
   const std::size_t rows = rowCount(request, found);
   for (std::size_t i = 0; i < rows; ++i) {

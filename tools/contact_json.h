@@ -10,17 +10,17 @@
 namespace fcl_fibers::tools {
 
 inline nlohmann::ordered_json contactJson(const Contact& c) {
-  return {{"fiber_a", c.a.fiber},   {"segment_a", c.a.number}, {"s", c.s},
-          {"fiber_b", c.b.fiber},   {"segment_b", c.b.number}, {"t", c.t},
-          {"distance", c.distance}, {"point_a", c.point_a},     {"point_b", c.point_b},
+  return {{"fiber_a", c.a.fiber},   {"number_a", c.a.number}, {"s", c.s},
+          {"fiber_b", c.b.fiber},   {"number_b", c.b.number}, {"t", c.t},
+          {"distance", c.distance}, {"point_a", c.point_a},   {"point_b", c.point_b},
           {"normal", c.normal}};
 }
 
 /// With the names of contactJson() for what both have.
 inline nlohmann::ordered_json meshContactJson(const FoundContact& c) {
-  return {{"fiber_a", c.a.fiber}, {"segment_a", c.a.number}, {"s", c.s},
-          {"mesh", c.mesh},       {"triangle", c.triangle},   {"weights", c.weights},
-          {"solid", c.solid},     {"distance", c.distance},   {"point_a", c.point_a},
+  return {{"fiber_a", c.a.fiber}, {"number_a", c.a.number}, {"s", c.s},
+          {"mesh", c.mesh},       {"triangle", c.triangle}, {"weights", c.weights},
+          {"solid", c.solid},     {"distance", c.distance}, {"point_a", c.point_a},
           {"point_b", c.point_b}, {"normal", c.normal}};
 }
 

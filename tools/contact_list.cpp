@@ -170,7 +170,7 @@ void writeCsvHead(const Request& request, bool several, AnswerStream& stream) {
   stream.write(several ? "frame," : "");
   stream.write(request.summary
                    ? "fiber_a,fiber_b,contacts,distance"
-                   : "fiber_a,segment_a,s,fiber_b,segment_b,t,distance,point_a_x,point_a_y,"
+                   : "fiber_a,number_a,s,fiber_b,number_b,t,distance,point_a_x,point_a_y,"
                      "point_a_z,point_b_x,point_b_y,point_b_z,normal_x,normal_y,normal_z");
   if (!request.meshes.paths.empty()) {
     stream.write(request.summary ? ",mesh" : ",mesh,triangle,weight_0,weight_1,weight_2,solid");
@@ -352,11 +352,10 @@ void writeText(const CheckedFrame& frame, const ContactList& list, AnswerStream&
   for (const MeshFile& mesh : frame.meshes) width = std::max(width, mesh.name.size());
   const bool meshes = !frame.meshes.empty();
   const char* const fiber = meshes ? "with" : "fiber";
-  const char* const segment = meshes ? "number" : "segment";
   stream.write(request.summary ? fmt::format("\n{:>8}   {:>{}} {:>10} {:>12}\n", "fiber", fiber,
                                              width, "contacts", "distance")
                                : fmt::format("\n{:>8} {:>8}   {:>{}} {:>8} {:>12}\n", "fiber",
-                                             "segment", fiber, width, segment, "distance"));
+                                             "number", fiber, width, "number", "distance"));
   for (const ListRow& row : list.rows) {
     const FoundContact c = frame.contact(row.pair);
     const bool is_mesh = c.mesh != kNoMesh;

@@ -68,7 +68,7 @@ int distance(const Request& request) {
               ? fmt::format("the least distance is {:.6g}\n", nearest->distance)
               : fmt::format("fibers touch; the deepest overlap is {:.6g}\n", 0 - nearest->distance);
   text += fmt::format("found in {:.3g} s\n\n{:>8} {:>8} {:>7} {:>12} {:>12} {:>12}\n", seconds,
-                      "fiber", "segment", "s", "x", "y", "z");
+                      "fiber", "number", "s", "x", "y", "z");
   text += placeText(nearest->a, nearest->s, nearest->point_a);
   text += placeText(nearest->b, nearest->t, nearest->point_b);
   print(text);

@@ -90,11 +90,11 @@ std::string touchingText(const FiberPolylines& scene, const Thinning& thinning,
                          const std::vector<unsigned char>& touching) {
   std::string bytes;
   std::size_t bit = 0;
-  thinning.forEachFiber(scene, [&](std::size_t fiber, const std::vector<std::size_t>& points) {
+  thinning.forEachFiber(scene, [&](std::size_t, const std::vector<std::size_t>& points) {
     for (std::size_t n = 0; n < points.size(); ++n, ++bit) {
       if (bit % 8 == 0) bytes += '\0';
       if (n + 1 == points.size()) continue;
-      const auto begin = touching.begin() + static_cast<std::ptrdiff_t>(points[n] - fiber);
+      const auto begin = touching.begin() + static_cast<std::ptrdiff_t>(points[n]);
       const auto end = begin + static_cast<std::ptrdiff_t>(points[n + 1] - points[n]);
       if (std::find(begin, end, 1) == end) continue;
       bytes.back() = static_cast<char>(static_cast<unsigned char>(bytes.back()) | 1u << bit % 8);

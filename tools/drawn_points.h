@@ -52,7 +52,7 @@ std::string pointsText(const FiberPolylines& scene, const Thinning& thinning, co
 std::string radiiText(const FiberPolylines& scene, const Thinning& thinning);
 
 /// One bit for each point, least significant first: whether the line drawn from it touches.
-/// @param touching  by segment, fiber after fiber: 1 if it touches
+/// @param touching  by the first point of a segment: 1 if it touches
 std::string touchingText(const FiberPolylines& scene, const Thinning& thinning,
                          const std::vector<unsigned char>& touching);
 

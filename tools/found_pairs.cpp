@@ -56,13 +56,11 @@ void findMeshPairs(const PairSearch& search, std::int32_t number, FoundPairs& fo
 }
 
 void countTouching(const PairSearch& search, FoundPairs& found) {
-  found.touching.resize(search.scene.segmentCount());
+  found.touching.resize(search.scene.points.size());
   std::vector<unsigned char> fibers(search.scene.fiberCount());
   const auto mark = [&](std::int32_t point) {
-    // A fiber has one segment less than points.
-    const std::size_t fiber = search.tree.fiberSegment(point).fiber;
-    found.touching[static_cast<std::size_t>(point) - fiber] = 1;
-    fibers[fiber] = 1;
+    found.touching[static_cast<std::size_t>(point)] = 1;
+    fibers[search.tree.fiberSegment(point).fiber] = 1;
   };
   for (const FoundPair& pair : found.pairs) {
     mark(pair.a);
@@ -93,6 +91,7 @@ FoundPairs findPairs(const PairSearch& search) {
 
 FoundContact::FoundContact(const MeshContact& contact, std::int32_t its_mesh)
     : mesh(its_mesh), triangle(contact.triangle), weights(contact.weights), solid(contact.solid) {
+  pair = {contact.segment, -1};
   a = contact.place;
   s = contact.s;
   distance = contact.distance;

@@ -39,7 +39,7 @@ struct PairSearch {
 
 struct FoundPairs {
   std::vector<FoundPair> pairs;         ///< ascending by a; of equal a, those without mesh first
-  std::vector<unsigned char> touching;  ///< by segment, fiber after fiber: 1 if it is in a pair
+  std::vector<unsigned char> touching;  ///< by first point: 1 if it is in a pair
   std::size_t touching_segments = 0;    ///< of this scene, not of another one
   std::size_t touching_fibers = 0;
   bool complete = true;  ///< else a search ended at the limit

@@ -217,7 +217,7 @@ void addCheck(CLI::App& command, Arguments& arguments) {
     add(command, name, path, "FILE", what)->check(kVtp)->group(kGroup);
   };
   picture("--write-segments", request.segments_path,
-          "Write the segments, with `fiber`, `segment` and `touching`.");
+          "Write the segments, with `fiber`, `number` and `touching`.");
   picture("--write-contacts", request.contacts_path,
           "Write a point between the two segments of each pair.");
   picture("--write-volumes", request.volumes_path, "Write the volumes of one level of the tree.");
@@ -228,15 +228,16 @@ void addCheck(CLI::App& command, Arguments& arguments) {
       "The exit code is 0 without contacts, 1 with contacts, and 2 after an error.\n"
       "CSV has a line for each contact. JSON has the same names, with points and normals as "
       "lists:\n"
-      "  fiber_a, segment_a, s   One segment, counted from 0, and the place along it, from 0 to "
-      "1.\n"
-      "  fiber_b, segment_b, t   The other segment.\n"
+      "  fiber_a, number_a, s    A segment by fiber and number along it, both counted from 0, and "
+      "the\n"
+      "                          place along it, from 0 to 1.\n"
+      "  fiber_b, number_b, t    The other segment.\n"
       "  distance                From surface to surface. It is negative if they overlap.\n"
       "  point_a_x, ...          The point on the surface of a that is nearest to b, or deepest in "
       "it.\n"
       "  point_b_x, ...          The point on the surface of b, likewise.\n"
       "  normal_x, ...           The direction from a to b, of length one.\n"
-      "With --mesh there are also contacts of a segment and a mesh, without fiber_b, segment_b and "
+      "With --mesh there are also contacts of a segment and a mesh, without fiber_b, number_b and "
       "t:\n"
       "  mesh, triangle          A mesh, and the triangle into which the segment is deepest.\n"
       "  weight_0, ...           The place in the triangle: the weights of its three points.\n"

@@ -65,15 +65,13 @@ PageContacts takeImpacts(const StepScene& step, const StepImpacts& all, double u
                          std::size_t most_markers, std::size_t& first) {
   PageContacts found;
   found.stopped = !all.isComplete(until);
-  found.touching.resize(step.start.segmentCount());
+  found.touching.resize(step.start.points.size());
   for (; first < all.impacts.size() && all.impacts[first].time <= until; ++first) {
     const Impact& impact = all.impacts[first];
     const FoundContact contact(contactOf(step, impact));
     ++found.count;
-    for (const auto& [point, place] :
-         {std::pair(impact.pair.a, contact.a), {impact.pair.b, contact.b}}) {
-      // A fiber has one segment less than points.
-      found.touching[static_cast<std::size_t>(point) - place.fiber] = 1;
+    for (const std::int32_t point : {impact.pair.a, impact.pair.b}) {
+      found.touching[static_cast<std::size_t>(point)] = 1;
     }
     if (found.markers.size() < most_markers) found.markers.push_back({contact, 0, impact.time});
   }

@@ -24,7 +24,7 @@ struct PageContacts {
   std::size_t count = 0;                ///< pairs of two segments that were found
   std::size_t mesh_count = 0;           ///< pairs of a segment and a mesh
   bool stopped = false;                 ///< there are more pairs than these
-  std::vector<unsigned char> touching;  ///< by segment, fiber after fiber: 1 if it is in a pair
+  std::vector<unsigned char> touching;  ///< by first point: 1 if it is in a pair
   std::vector<Marker> markers;          ///< the deepest of two segments, the deepest last
   std::vector<Marker> mesh_markers;     ///< likewise with a mesh
 };

@@ -314,6 +314,11 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// fiber, both counted from 0. Throws std::invalid_argument if no segment starts there.
   FiberSegment fiberSegment(std::int32_t segment) const;
 
+  /// Returns the names of all segments in ascending order, which is that along the fibers, fiber
+  /// after fiber. The place of a segment there is its running number, which suits arrays with an
+  /// element for each segment: segments()[n] is segment n, and std::lower_bound finds n.
+  std::vector<std::int32_t> segments() const;
+
   std::size_t fiberCount() const;           ///< including fibers without capsules
   std::size_t segmentCount() const;         ///< number of capsules
   const FiberTreeOptions& options() const;  ///< the options given at construction

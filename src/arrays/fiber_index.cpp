@@ -188,6 +188,8 @@ const char* FiberIndex::problem(bool needs_capsules, bool needs_step) const {
   return nullptr;
 }
 
+std::vector<std::int32_t> FiberIndex::segments() const { return segmentsOf(table_).ids; }
+
 std::vector<TreeVolume> FiberIndex::volumes(int depth) const {
   std::vector<TreeVolume> volumes;
   const auto add = [&](const auto& volume, std::int32_t begin, std::int32_t end) {

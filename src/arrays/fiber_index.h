@@ -41,6 +41,9 @@ class FiberIndex {
   template <typename S>
   bool hasFibersOf(const FiberArrays<S>& fibers) const;
 
+  /// See FiberTree::segments().
+  std::vector<std::int32_t> segments() const;
+
   /// See FiberTree::volumes().
   std::vector<TreeVolume> volumes(int depth) const;
 

@@ -472,6 +472,7 @@ std::vector<TreeVolume> FiberTree::volumes(int depth) const {
 FiberSegment FiberTree::fiberSegment(std::int32_t segment) const {
   return (impl_ != nullptr ? *impl_ : *impl()).fiberSegment(segment);
 }
+std::vector<std::int32_t> FiberTree::segments() const { return impl()->index().segments(); }
 std::size_t FiberTree::fiberCount() const { return impl()->index().table().fiberCount(); }
 std::size_t FiberTree::segmentCount() const { return impl()->index()->leaves().size(); }
 const FiberTreeOptions& FiberTree::options() const { return options_; }

@@ -191,25 +191,27 @@ void exportFibers(const std::string& path, const FiberPolylines& scene) {
 
 void exportSegments(const std::string& path, const FiberPolylines& scene,
                     const std::vector<unsigned char>& touching) {
-  if (touching.size() != scene.segmentCount()) {
+  if (touching.size() != scene.points.size()) {
     throw std::invalid_argument(joinedText("exportSegments: touching has ", touching.size(),
-                                           " numbers, but the scene has ", scene.segmentCount(),
-                                           " segments; give one for each"));
+                                           " numbers, but the scene has ", scene.points.size(),
+                                           " points; give one for each"));
   }
   Mesh mesh{kLines, scene.points};
-  std::vector<std::size_t> fibers, segments;
+  std::vector<std::size_t> fibers, numbers;
+  std::vector<unsigned char> touched;
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     const std::size_t begin = scene.point_begin[f];
     for (std::size_t i = begin; i + 1 < scene.point_begin[f + 1]; ++i) {
       mesh.corners.insert(mesh.corners.end(), {i, i + 1});
       mesh.endCell();
       fibers.push_back(f);
-      segments.push_back(i - begin);
+      numbers.push_back(i - begin);
+      touched.push_back(touching[i]);
     }
   }
   mesh.cell_data = dataArray<std::int32_t>("fiber", fibers) +
-                   dataArray<std::int32_t>("segment", segments) +
-                   dataArray<std::uint8_t>("touching", touching);
+                   dataArray<std::int32_t>("number", numbers) +
+                   dataArray<std::uint8_t>("touching", touched);
   mesh.point_data = radiusData(scene);
   write("exportSegments", path, mesh);
 }
@@ -228,10 +230,10 @@ void exportContacts(const std::string& path, const std::vector<Contact>& contact
     mesh.cell_data += dataArray<Stored>(name, contacts, number);
   };
   add("fiber_a", [](const Contact& c) { return c.a.fiber; });
-  add("segment_a", [](const Contact& c) { return c.a.number; });
+  add("number_a", [](const Contact& c) { return c.a.number; });
   add("s", [](const Contact& c) { return c.s; });
   add("fiber_b", [](const Contact& c) { return c.b.fiber; });
-  add("segment_b", [](const Contact& c) { return c.b.number; });
+  add("number_b", [](const Contact& c) { return c.b.number; });
   add("t", [](const Contact& c) { return c.t; });
   add("distance", [](const Contact& c) { return c.distance; });
   add("normal_x", [](const Contact& c) { return c.normal[0]; });

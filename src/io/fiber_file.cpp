@@ -54,7 +54,8 @@ struct ForeignFormat {
   std::array<std::string_view, 14> signs;  ///< how names end, which have a dot, and bytes start
 };
 constexpr ForeignFormat kForeignFormats[] = {
-    {"a mesh of triangles, which has no fibers; the program takes a Wavefront OBJ file by --mesh",
+    {"a mesh of triangles, which has no fibers; read a Wavefront OBJ file as a mesh, in the "
+     "program by --mesh",
      {".obj", ".ply", ".stl", ".off", "ply\n", "ply\r", "solid ", "v ", "mtllib ", "OFF\n"}},
     {"a legacy VTK file; save it as XML (.vtp), as ParaView does", {".vtk", "# vtk DataFile"}},
     {"a TRX file of streamlines; convert it to .tck or .trk", {".trx"}},

@@ -22,7 +22,7 @@ bool isOfCells(const pugi::xml_node& array) {
 /// no more than the lines do.
 bool isOwn(const pugi::xml_node& array) {
   const std::string_view name = array.attribute("Name").value();
-  return name.empty() || name == "fiber" || name == "segment" || name == "touching";
+  return name.empty() || name == "fiber" || name == "number" || name == "touching";
 }
 
 /// Adds the names of arrays of points and cells, of a few of them.

@@ -253,6 +253,8 @@ TEST(ArrayTree, NamesFiberAndSegment) {
   FiberTree tree;
   tree.build(fibers.view());
   EXPECT_EQ(tree.fiberCount(), 30u);
+  const std::vector<std::int32_t> segments = tree.segments();
+  ASSERT_EQ(segments.size(), tree.segmentCount());
   std::size_t count = 0;
   for (std::size_t f = 0; f < 30; ++f) {
     for (std::size_t i = fibers.point_begin[f]; i < fibers.point_begin[f + 1]; ++i) {
@@ -261,6 +263,7 @@ TEST(ArrayTree, NamesFiberAndSegment) {
         EXPECT_THROW(tree.fiberSegment(id), std::invalid_argument);
         continue;
       }
+      EXPECT_EQ(segments.at(count), id);
       EXPECT_EQ(tree.fiberSegment(id).fiber, f);
       EXPECT_EQ(tree.fiberSegment(id).number, i - fibers.point_begin[f]);
       ++count;

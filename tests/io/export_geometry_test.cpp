@@ -124,8 +124,7 @@ TEST_F(ExportTest, RadiiOfPointsAreReadBackBitByBit) {
     }
     exportFibers(path("a.vtp"), scene);
     writeHair(path("a.hair"), scene);
-    exportSegments(path("segments.vtp"), scene,
-                   std::vector<unsigned char>(scene.segmentCount(), 0));
+    exportSegments(path("segments.vtp"), scene, std::vector<unsigned char>(scene.points.size(), 0));
     for (const char* name : {"a.vtp", "a.hair"}) {
       const FiberPolylines read = readFibers(path(name)).fibers;
       EXPECT_EQ(read.point_radii, scene.point_radii) << name;
@@ -193,7 +192,7 @@ TEST_F(ExportTest, RefusesWhatItCannotWrite) {
   }
   EXPECT_THAT(
       [&] { exportSegments(path("a.vtp"), scene, {1}); },
-      ThrowsMessage<std::invalid_argument>(HasSubstr("1 numbers, but the scene has 2 segments")));
+      ThrowsMessage<std::invalid_argument>(HasSubstr("1 numbers, but the scene has 4 points")));
   EXPECT_THAT([&] { exportFibers(path("none/a.vtp"), scene); },
               ThrowsMessage<std::runtime_error>(HasSubstr("none/a.vtp")));
 }

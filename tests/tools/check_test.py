@@ -256,7 +256,7 @@ class Lists(ProgramTest):
         turned = along = 0
         others = []
         for contact in found["contacts"]:
-            a, b = contact["segment_a"], contact["segment_b"]
+            a, b = contact["number_a"], contact["number_b"]
             fiber = (*yarns, hairpin)[contact["fiber_a"]]
             between = sum(math.dist(*ends) for ends in zip(fiber[a + 1 :], fiber[a + 2 : b + 1]))
             if contact["fiber_a"] == contact["fiber_b"] and between <= math.pi * radius:
@@ -359,7 +359,7 @@ class Lists(ProgramTest):
         )
         arguments = ("check", self.ladder, "--against", bar)
         found = json.loads(self.run_program(*arguments, "-r", 0.5, "--json", code=1))
-        keys = ("fiber_a", "segment_a", "fiber_b", "segment_b")
+        keys = ("fiber_a", "number_a", "fiber_b", "number_b")
         self.assertEqual([tuple(c[k] for k in keys) for c in found["contacts"]], [(0, 1, 0, 0)])
         self.assertEqual(
             (found["touching_segments"], found["against"]["touching_segments"]), (1, 1)
@@ -456,7 +456,7 @@ class Distance(ProgramTest):
         self.assertIn("no two segments", self.run_program("distance", straight, "-r", 0.01))
         hairpin = self.write("hairpin.txt", "0 0 0\n5 0 0\n6 0.5 0\n5 1 0\n0 0.9 0\n")
         found = self.nearest(hairpin, "-r", 0.1)
-        self.assertEqual((found["segment_a"], found["segment_b"]), (0, 3))
+        self.assertEqual((found["number_a"], found["number_b"]), (0, 3))
         self.assertAlmostEqual(found["distance"], 0.7, delta=1e-9)
         self.assertIsNone(self.nearest(hairpin, "-r", 0.1, "-n", 3))
         self.assertIsNone(self.nearest(hairpin, "-r", 0.1, "-a", 3))

@@ -41,21 +41,21 @@ class Mesh(ProgramTest):
 
     def touching(self, *arguments, code=1):
         contacts = self.json(*arguments, code=code)["contacts"]
-        return [(c["fiber_a"], c["segment_a"]) for c in contacts]
+        return [(c["fiber_a"], c["number_a"]) for c in contacts]
 
     def test_lists_contacts_with_a_mesh(self):
         """A segment in the mesh would be missing, or in another place."""
         found = self.json()
         deep, flat = found["contacts"]
         # From the tip the segment has to move by 0.5 and the radius until it is above the box.
-        self.assertEqual((deep["fiber_a"], deep["segment_a"], deep["mesh"]), (0, 1, 0))
+        self.assertEqual((deep["fiber_a"], deep["number_a"], deep["mesh"]), (0, 1, 0))
         self.assertAlmostEqual(deep["distance"], -0.6, delta=1e-12)
         self.assertAlmostEqual(deep["s"], 0.5, delta=1e-12)
         self.assertEqual([round(x, 9) for x in deep["normal"]], [0, 0, -1])
         self.assertEqual([round(x, 9) for x in deep["point_b"]], [1, 1, 4])
         self.assertAlmostEqual(sum(deep["weights"]), 1, delta=1e-12)
         self.assertIs(deep["solid"], False)
-        self.assertEqual((flat["fiber_a"], flat["segment_a"]), (2, 0))
+        self.assertEqual((flat["fiber_a"], flat["number_a"]), (2, 0))
         self.assertAlmostEqual(flat["distance"], -0.02, delta=1e-12)
         self.assertEqual((found["contact_count"], found["touching_segments"]), (2, 2))
         (mesh,) = found["meshes"]
@@ -69,8 +69,8 @@ class Mesh(ProgramTest):
         rows = list(csv.DictReader(io.StringIO(self.check("--csv"))))
         self.assertEqual(list(rows[0]), CONTACT_COLUMNS + MESH_COLUMNS)
         for row, contact in zip(rows, self.json()["contacts"], strict=True):
-            self.assertEqual((row["fiber_b"], row["segment_b"], row["t"]), ("", "", ""))
-            for name in ("fiber_a", "segment_a", "s", "distance", "mesh", "triangle", "solid"):
+            self.assertEqual((row["fiber_b"], row["number_b"], row["t"]), ("", "", ""))
+            for name in ("fiber_a", "number_a", "s", "distance", "mesh", "triangle", "solid"):
                 self.assertEqual(float(row[name]), contact[name], name)
             self.assertEqual([float(row[f"weight_{k}"]) for k in range(3)], contact["weights"])
             for name in ("point_a", "point_b", "normal"):
@@ -138,7 +138,7 @@ class Mesh(ProgramTest):
         floor = self.write("floor.obj", "v 0 0 6\nv 9 0 6\nv 0 9 6\nf 1 2 3\n")
         found = self.json("--mesh", floor)
         self.assertEqual([m["touching_segments"] for m in found["meshes"]], [2, 1])
-        contacts = [(c["fiber_a"], c["segment_a"], c["mesh"]) for c in found["contacts"]]
+        contacts = [(c["fiber_a"], c["number_a"], c["mesh"]) for c in found["contacts"]]
         self.assertEqual(contacts, [(0, 1, 0), (0, 0, 1), (2, 0, 0)])
         self.assertIn("floor.obj touches 1 segment of 1 fiber\n", self.check("--mesh", floor))
 
@@ -155,7 +155,7 @@ class Mesh(ProgramTest):
         points, _, _, data = read_vtp(contacts)
         self.assertEqual(data["fiber_b"], [4, 4], "a mesh is the fiber after the last one")
         contact = self.json("--sort", "fiber")["contacts"][0]
-        self.assertEqual(data["segment_b"][0], contact["triangle"])
+        self.assertEqual(data["number_b"][0], contact["triangle"])
         for k in range(3):
             middle = (contact["point_a"][k] + contact["point_b"][k]) / 2
             self.assertAlmostEqual(points[0][k], middle, delta=1e-12)

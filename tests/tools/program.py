@@ -27,9 +27,9 @@ CROSSING = """# three fibers
 0 0 50
 0 1 50
 """
-SEGMENTS = ("fiber_a", "segment_a", "fiber_b", "segment_b")
+SEGMENTS = ("fiber_a", "number_a", "fiber_b", "number_b")
 CONTACT_COLUMNS = [
-    *("fiber_a", "segment_a", "s", "fiber_b", "segment_b", "t", "distance"),
+    *("fiber_a", "number_a", "s", "fiber_b", "number_b", "t", "distance"),
     *(f"{name}_{axis}" for name in ("point_a", "point_b", "normal") for axis in "xyz"),
 ]
 # In CSV after these, if there are meshes.

@@ -45,7 +45,7 @@ class Pictures(ProgramTest):
         self.assertEqual(points, self.points)
         self.assertEqual(cells["Lines"], [[0, 1], [1, 2], [2, 3], [4, 5], [6, 7]])
         self.assertEqual(data["fiber"], [0, 0, 0, 1, 2])
-        self.assertEqual(data["segment"], [0, 1, 2, 0, 0])
+        self.assertEqual(data["number"], [0, 1, 2, 0, 0])
         self.assertEqual(data["touching"], [0, 1, 0, 1, 0])
         self.assertEqual(point_data["radius"], [0.006] * 8)
 

@@ -88,11 +88,11 @@ class Vtk(ProgramTest):
         self.assertEqual(data.GetNumberOfLines(), SEGMENTS)
         self.assertEqual(data.GetNumberOfCells(), SEGMENTS)
         read = values(data.GetCellData())
-        self.assertEqual(sorted(read), ["fiber", "segment", "touching"])
-        names = list(zip(read["fiber"], read["segment"]))
+        self.assertEqual(sorted(read), ["fiber", "number", "touching"])
+        names = list(zip(read["fiber"], read["number"]))
         self.assertEqual(names, [(f, s) for f in range(12) for s in range(15)])
         self.assertEqual(cells(data), [[16 * f + s, 16 * f + s + 1] for f, s in names])
-        of_contacts = {(c["fiber_" + k], c["segment_" + k]) for c in said["contacts"] for k in "ab"}
+        of_contacts = {(c["fiber_" + k], c["number_" + k]) for c in said["contacts"] for k in "ab"}
         red = {name for name, touching in zip(names, read["touching"]) if touching}
         self.assertEqual(red, of_contacts)
         self.assertEqual(sum(read["touching"]), said["touching_segments"])

@@ -30,15 +30,15 @@ namespace fcl_fibers::io {
 /// file holds no `radius`, because 0 stands for an unknown radius.
 FCL_FIBERS_IO_EXPORT void exportFibers(const std::string& path, const FiberPolylines& scene);
 
-/// Writes one line per segment, with the numbers `fiber`, `segment` and `touching`. The argument
-/// `touching` holds one number per segment, fiber after fiber: 0 if the segment touches no other.
-/// Throws std::invalid_argument if it holds more or fewer.
+/// Writes one line per segment, with `fiber`, `number`, which is the one along the fiber, and
+/// `touching`. The argument `touching` holds one number per point: 0 if the segment that starts
+/// there touches no other. The number at a fiber's last point is not used. Throws
+/// std::invalid_argument if it holds more or fewer.
 FCL_FIBERS_IO_EXPORT void exportSegments(const std::string& path, const FiberPolylines& scene,
                                          const std::vector<unsigned char>& touching);
 
 /// Writes one point per contact, midway between point_a and point_b, with the numbers `fiber_a`,
-/// `segment_a`, `s`, `fiber_b`, `segment_b`, `t`, `distance`, `normal_x`, `normal_y` and
-/// `normal_z`.
+/// `number_a`, `s`, `fiber_b`, `number_b`, `t`, `distance`, `normal_x`, `normal_y` and `normal_z`.
 FCL_FIBERS_IO_EXPORT void exportContacts(const std::string& path,
                                          const std::vector<Contact>& contacts);
 
