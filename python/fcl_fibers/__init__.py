@@ -13,10 +13,10 @@ Files are read by `read`, written by `write`, and shown in a notebook by `show`.
 
 from . import _guard  # noqa: F401, before everything that it guards
 from ._core import version as __version__
-from ._files import Fibers, FiberFileWarning, read, write
+from ._files import Fibers, FiberFileWarning, read, read_mesh, write
 from ._page import Page, show
 
-from ._tree import FiberTree, Options, TriangleMesh, Volumes, root_segments
+from ._tree import FiberTree, Options, TriangleMesh, Volumes, flat, root_segments
 
 __all__ = [
     "FiberFileWarning",
@@ -27,7 +27,9 @@ __all__ = [
     "TriangleMesh",
     "Volumes",
     "__version__",
+    "flat",
     "read",
+    "read_mesh",
     "root_segments",
     "show",
     "write",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Files of fibers."""
+"""Files of fibers and meshes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import os
 import secrets
 import warnings
 from numbers import Integral
-from typing import NamedTuple, Optional, Union
+from typing import Any, Callable, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 
@@ -63,19 +63,32 @@ def read(
     """
     radius = None if radius is None else _arrays.number("radius", radius)
     segments_per_span = _arrays.integer("segments_per_span", segments_per_span)
-    with open(path, "rb"):  # Python's own error, if it is missing
-        pass
-    try:
-        *arrays, point_radii, remarks = _core.read(
-            os.fsencode(path), radius, segments_per_span, _radius_from(radius_from)
-        )
-    except RuntimeError as error:
-        raise ValueError(str(error)) from None
+    *arrays, point_radii, remarks = _content(
+        _core.read, path, radius, segments_per_span, _radius_from(radius_from)
+    )
     for remark in remarks:
         warnings.warn(f"{os.fsdecode(path)}: {remark}", FiberFileWarning, stacklevel=2)
     fibers = Fibers(*arrays)
     fibers.point_radii = point_radii
     return fibers
+
+
+def read_mesh(path: Union[str, os.PathLike]) -> Tuple[np.ndarray, np.ndarray]:
+    """Reads a Wavefront OBJ file, also packed by gzip: TriangleMesh(*read_mesh(path)).
+
+    The points are (n, 3) float64, all of the file, and the triangles (m, 3) int32. A face of k
+    points becomes k - 2 triangles. Raises errors as read() does.
+    """
+    return _content(_core.read_mesh, path)
+
+
+def _content(read: Callable[..., Any], path: Union[str, os.PathLike], *more: Any) -> Any:
+    with open(path, "rb"):  # Python's own error, if it is missing
+        pass
+    try:
+        return read(os.fsencode(path), *more)
+    except RuntimeError as error:
+        raise ValueError(str(error)) from None
 
 
 def _radius_from(name: Union[str, int, None]) -> bytes:

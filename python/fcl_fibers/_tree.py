@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, Literal, NamedTuple, Optional, Tuple, Union
+from typing import Any, Callable, Dict, Literal, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 
@@ -184,6 +184,7 @@ class FiberTree:
             _arrays.number("margin", margin),
             _arrays.integer("threads", threads),
         )
+        self._made: Dict[str, np.ndarray] = {}
         self._tree = _core.Tree(
             _choice("report", report, "capsules", "volumes"),
             _choice("topology", topology, "bundle", "super_thread"),
@@ -220,6 +221,7 @@ class FiberTree:
         values, kind = _arrays.radii_of(radii, array, begin)
         layout = _arrays.layout_of(array, begin, closed, groups, meets, root_segments)
         self._tree.build(_core.Numbers(array, values, kind), layout)
+        self._made = {}
 
     def update(
         self,
@@ -255,7 +257,7 @@ class FiberTree:
             array = _arrays.rows(name, _arrays.numbers(name, points, keeps_strides=True))
         else:
             array, begin = _arrays.points_and_offsets(points, None, name)
-            if not np.array_equal(begin, self._tree.offsets):
+            if not np.array_equal(begin, self.offsets):
                 raise ValueError(
                     f"{name} are of fibers with other numbers of points than at the last build()"
                 )
@@ -265,7 +267,7 @@ class FiberTree:
             )
         if radii is None:
             return _core.Numbers(array, _arrays.in_type_of(array, kept.radii), kept.radii_are)
-        values, kind = _arrays.radii_of(radii, array, self._tree.offsets)
+        values, kind = _arrays.radii_of(radii, array, self.offsets)
         return _core.Numbers(array, values, kind)
 
     def pairs(self, other: Union[FiberTree, TriangleMesh, None] = None) -> np.ndarray:
@@ -349,9 +351,9 @@ class FiberTree:
         """
         return self._tree.safe_step(*self._others(other, mesh_end))
 
-    def touching(self, mesh: TriangleMesh) -> np.ndarray:
+    def touching_segments(self, mesh: TriangleMesh) -> np.ndarray:
         """The segments that touch the mesh, int32, each once."""
-        return self._tree.touching(_mesh_of("mesh", mesh))
+        return self._tree.touching_segments(_mesh_of("mesh", mesh))
 
     def closest(self, other: Union[FiberTree, TriangleMesh, None] = None) -> np.void:
         """The contact of the least distance, one row of what contacts() returns.
@@ -416,14 +418,57 @@ class FiberTree:
 
     def fiber_segment(self, segments: ArrayLike) -> np.ndarray:
         """Fiber and number along it of segments of pairs(): an array of shape (..., 2), int64."""
-        array = np.asarray(segments)
-        if array.dtype.names is not None:
-            raise TypeError(
-                f"segments are {_arrays.type_of(array)}; give numbers of segments as in pairs(), "
-                "such as the field a of contacts() or impacts()"
-            )
-        flat = _arrays.whole("segments", array.reshape(-1), np.int32)
-        return self._tree.fiber_segments(flat).reshape(array.shape + (2,))
+        names = _names_of(segments)
+        return self._tree.fiber_segments(names.reshape(-1)).reshape(names.shape + (2,))
+
+    def running_number(self, segments: ArrayLike) -> np.ndarray:
+        """The running numbers of segments of pairs(), which have no gaps: int64, of their shape.
+
+        They are those along the fibers, fiber after fiber, so they suit arrays with an element for
+        each segment. tree.segments[numbers] has the segments again.
+        """
+        names = _names_of(segments)
+        self._tree.fiber_segments(names.reshape(-1))  # refuses what is no segment
+        return np.searchsorted(self.segments, names)
+
+    @property
+    def segments(self) -> np.ndarray:
+        """All segments, named as in pairs(), in ascending order: (segments,) int32, read-only."""
+        return self._kept("segments", self._tree.segments)
+
+    @property
+    def points(self) -> np.ndarray:
+        """The points of the last build or update, (n, 3), as a read-only view; of a step its end.
+
+        It is the array that was passed, or the copy that the tree had to make of it.
+        """
+        return _read_only(self._tree.numbers.points)
+
+    @property
+    def radii(self) -> np.ndarray:
+        """The radii of the last build or update, in the type of the points, as a read-only view.
+
+        (1,) for all, (fibers,), or (n,) for the segments that start at the points.
+        """
+        return _read_only(self._tree.numbers.radii)
+
+    @property
+    def offsets(self) -> np.ndarray:
+        """Where each fiber begins in points: (fibers + 1,) int64, read-only."""
+        return self._kept("offsets", lambda: self._tree.offsets)
+
+    def _kept(self, name: str, make: Callable[[], np.ndarray]) -> np.ndarray:
+        """What stays the same until the next build, and is made when it is first asked for."""
+        if name not in self._made:
+            self._made[name] = _read_only(make())
+        return self._made[name]
+
+    def __len__(self) -> int:
+        """The number of fibers: that of segments is segment_count."""
+        return self.fiber_count
+
+    def __bool__(self) -> bool:
+        return True  # also of an empty tree
 
     def volumes(self, depth: int) -> Volumes:
         """The volumes `depth` levels below the root, whose own depth is 0."""
@@ -477,6 +522,45 @@ def root_segments(points: Points, offsets: Optional[ArrayLike], length: float) -
         _arrays.layout_of(array, begin),
         _arrays.number("length", length),
     )
+
+
+def _read_only(array: np.ndarray) -> np.ndarray:
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+def _names_of(segments: ArrayLike) -> np.ndarray:
+    """Segments as C++ takes them, in their shape."""
+    array = np.asarray(segments)
+    if array.dtype.names is not None:
+        raise TypeError(
+            f"segments are {_arrays.type_of(array)}; give segments as in pairs(), such as the "
+            "field a of contacts() or impacts()"
+        )
+    return _arrays.whole("segments", array.reshape(-1), np.int32).reshape(array.shape)
+
+
+def flat(records: np.ndarray) -> np.ndarray:
+    """A view of contacts whose fields are all numbers, for CSV, pandas and the like.
+
+    Points and normals become three fields, such as point_a_x, point_a_y and point_a_z; `weights`
+    become weight_0 to weight_2, as in the program's CSV. `records` are an array of contacts() or
+    impacts(). There is no copy.
+    """
+    kind = getattr(records, "dtype", None)
+    if kind is None or kind.names is None:
+        raise TypeError(f"records are a {type(records).__name__}; give an array of contacts()")
+    fields = []
+    for name, (field, offset, *_) in kind.fields.items():
+        ends = ["_x", "_y", "_z"] if field.shape else [""]
+        stem, ends = ("weight", ["_0", "_1", "_2"]) if name == "weights" else (name, ends)
+        fields += [
+            (stem + end, field.base, offset + i * field.base.itemsize) for i, end in enumerate(ends)
+        ]
+    names, formats, offsets = (list(column) for column in zip(*fields))
+    split = {"names": names, "formats": formats, "offsets": offsets, "itemsize": kind.itemsize}
+    return records.view(np.dtype(split))  # type: ignore[call-overload]
 
 
 def _choice(name: str, value: str, yes: str, no: str) -> bool:

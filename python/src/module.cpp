@@ -13,6 +13,7 @@
 #include <fcl_fibers/fiber_tree.h>
 #include <fcl_fibers/io/export_geometry.h>
 #include <fcl_fibers/io/fiber_file.h>
+#include <fcl_fibers/io/mesh_file.h>
 #include <fcl_fibers/triangle_mesh.h>
 #include <fcl_fibers/version.h>
 #include <pybind11/pybind11.h>
@@ -91,6 +92,17 @@ py::tuple readFile(const std::string& path, std::optional<double> radius, int se
                         point_radii, std::move(file.warnings));
 }
 
+py::tuple readMeshFile(const std::string& path) {
+  io::MeshFile mesh;
+  {
+    const Unlocked unlocked;
+    mesh = io::readMesh(path);
+  }
+  return py::make_tuple(
+      toArray(std::move(mesh.points), py::dtype::of<double>(), 3),
+      toArray(std::move(mesh.triangles), py::dtype::of<std::int32_t>()).attr("reshape")(-1, 3));
+}
+
 void writeFile(const std::string& path, const FiberNumbers& numbers, const FiberLayout& layout,
                bool hair,
                const py::array_t<double, py::array::c_style | py::array::forcecast>& point_radii) {
@@ -166,6 +178,7 @@ PYBIND11_MODULE(_core, module) {
   addFibers(module);
   addTree(module);
   module.def("read", &readFile);
+  module.def("read_mesh", &readMeshFile);
   module.def("write", &writeFile);
 }
 

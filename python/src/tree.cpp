@@ -253,6 +253,11 @@ class Tree {
     return tree_.safeStep(MeshStep{start, end});
   }
 
+  py::array segments() const {
+    const Query own(users_);
+    return toNumPy(tree_.segments());
+  }
+
   /// Returns (segments, 2): fiber and number along it.
   py::array fiberSegments(const py::array& segments) const {
     const Query own(users_);
@@ -380,7 +385,7 @@ void addTree(py::module_& module) {
       .def("safe_step", py::overload_cast<Other>(&Tree::safeStep, py::const_))
       .def("safe_step",
            [](const Tree& tree, MeshCopy start, MeshCopy end) { return tree.safeStep(start, end); })
-      .def("touching", &ask<TouchingSegments, MeshCopy>)
+      .def("touching_segments", &ask<TouchingSegments, MeshCopy>)
       .def("nearest", [](const Tree& tree, Other other,
                          double distance) { return tree.find(Nearest{distance}, other); })
       .def("nearest", [](const Tree& tree, MeshCopy mesh,
@@ -395,6 +400,7 @@ void addTree(py::module_& module) {
               const std::array<double, 3>& high) {
              return tree.find(Pairs{}, BoxShape{low, high});
            })
+      .def("segments", &Tree::segments)
       .def("fiber_segments", &Tree::fiberSegments)
       .def("volumes", &Tree::volumes)
       .def_property_readonly("fiber_count",

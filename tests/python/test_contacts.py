@@ -22,6 +22,29 @@ def tree_of(scene, **options):
     return tree
 
 
+def test_flat_contacts(tmp_path):
+    contacts = tree_of(random_scene(4)).contacts()
+    table = fcl_fibers.flat(contacts)
+    assert np.shares_memory(table, contacts) and len(table) == len(contacts) > 10
+    assert table.dtype.names[:9] == tuple(
+        ["a", "b", "layout", "s", "t", "distance", "normal_x", "normal_y", "normal_z"]
+    )
+    assert all(table.dtype[name].shape == () for name in table.dtype.names)
+    for k, axis in enumerate("xyz"):
+        for name in ("normal", "point_a", "point_b"):
+            assert (table[f"{name}_{axis}"] == contacts[name][:, k]).all()
+    np.savetxt(tmp_path / "contacts.csv", table, "%.17g", ",", header=",".join(table.dtype.names))
+    read = np.genfromtxt(tmp_path / "contacts.csv", delimiter=",", names=True)
+    assert all((read[name] == table[name]).all() for name in table.dtype.names)
+    assert fcl_fibers.flat(contacts[::2])["b"].tolist() == contacts["b"][::2].tolist()
+    assert len(fcl_fibers.flat(contacts[:0])) == 0
+    for wrong in (contacts["a"], contacts.tolist()):
+        with pytest.raises(TypeError, match="give an array of contacts"):
+            fcl_fibers.flat(wrong)
+    frame = pytest.importorskip("pandas").DataFrame(table)
+    assert frame["point_b_z"].tolist() == contacts["point_b"][:, 2].tolist()
+
+
 def test_pairs_with_itself():
     tree = tree_of(random_scene(4), ignored_neighbors=1)
     assert (tree.pairs(tree) == tree.pairs()).all()

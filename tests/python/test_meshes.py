@@ -42,6 +42,31 @@ def check_mesh_pairs(pairs, scene, corners, solid=False, margin=0.0, met=True):
     return expected.any(axis=1) | inside
 
 
+def test_read_mesh(tmp_path):
+    path = tmp_path / "plate.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n")
+    points, triangles = fcl_fibers.read_mesh(path)
+    assert points.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    assert triangles.shape == (2, 3) and triangles.dtype == np.int32
+    mesh = fcl_fibers.TriangleMesh(*fcl_fibers.read_mesh(str(path)))
+    tree = fcl_fibers.FiberTree()
+    tree.build([[(0.25, 0.5, -1), (0.25, 0.5, 1)]], radii=0.125)
+    assert len(tree.touching_segments(mesh)) == 1
+    path.write_text("v 0 0 0\nf 1 2 3\n")
+    with pytest.raises(ValueError, match="plate.obj.*line 2"):
+        fcl_fibers.read_mesh(path)
+    with pytest.raises(FileNotFoundError):
+        fcl_fibers.read_mesh(tmp_path / "none.obj")
+
+
+def test_flat_contacts_of_a_mesh():
+    tree = tree_of(random_scene(1, fibers=60, radius=0.02))
+    contacts = tree.contacts(fcl_fibers.TriangleMesh(*ball(radius=0.4)))
+    table = fcl_fibers.flat(contacts)
+    assert len(table) > 10 and table.dtype["solid"] == bool
+    assert (table["weight_2"] == contacts["weights"][:, 2]).all()
+
+
 @pytest.fixture(params=[np.float32, np.float64])
 def scene(request):
     return random_scene(1, fibers=60, radius=0.02, dtype=request.param)
@@ -61,7 +86,7 @@ def test_pairs(scene, solid, topology, volumes):
             pairs = tree.pairs(mesh)
             assert pairs.dtype == np.int32 and len(pairs) > 50
             touching = check_mesh_pairs(pairs, scene, corners, solid, margin)
-            found = tree.touching(mesh)
+            found = tree.touching_segments(mesh)
             assert oracles.as_set(found) == set(scene.names[touching])
             assert oracles.as_set(found) == set(pairs[:, 0].tolist())
 
@@ -142,7 +167,7 @@ def test_categories_and_roots(scene):
         met = ((meets & bits) != 0)[scene.fiber] & (scene.number >= roots[scene.fiber])
         pairs = tree.pairs(mesh)
         touching = check_mesh_pairs(pairs, scene, (points + 0.5)[triangles], True, met=met)
-        assert oracles.as_set(tree.touching(mesh)) == set(scene.names[touching])
+        assert oracles.as_set(tree.touching_segments(mesh)) == set(scene.names[touching])
         assert (len(pairs) > 0) == (bits != 0)
     # Fibers that meet every mesh need no bits, and pairs of fibers ignore them.
     tree.build(**scene.arguments)
@@ -246,7 +271,7 @@ def test_wrong_meshes():
         fcl_fibers.TriangleMesh([[0, 0, 0], [0, np.inf, 0], [0, 0, 0]], [[0, 1, 2]])
     tree = fcl_fibers.FiberTree(report="volumes", ignored_neighbors=0)
     mesh = fcl_fibers.TriangleMesh(points, triangles)
-    for call in (tree.pairs, tree.contacts, tree.touching, lambda m: tree.nearest(m, 1)):
+    for call in (tree.pairs, tree.contacts, tree.touching_segments, lambda m: tree.nearest(m, 1)):
         with pytest.raises(ValueError, match="kVolumes|capsules"):
             call(mesh)
 
@@ -282,4 +307,4 @@ def test_meshes_without_triangles(scene):
     mesh = fcl_fibers.TriangleMesh(np.empty((0, 3)), np.empty((0, 3), int))
     tree = tree_of(scene)
     assert tree.pairs(mesh).shape == tree.nearest(mesh, 100).shape == (0, 2)
-    assert len(tree.contacts(mesh)) == len(tree.touching(mesh)) == 0
+    assert len(tree.contacts(mesh)) == len(tree.touching_segments(mesh)) == 0

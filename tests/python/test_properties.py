@@ -155,7 +155,7 @@ CALLS = {
     "impact_contacts": ["impacts", "other", "mesh_end"],
     "moving_pairs": ["other"],
     "safe_step": ["other", "mesh_end"],
-    "touching": ["mesh"],
+    "touching_segments": ["mesh"],
     "closest": ["other"],
     "distance": ["other"],
     "nearest": ["other", "distance"],

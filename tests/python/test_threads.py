@@ -54,7 +54,7 @@ def test_many_threads_query_one_tree(threads):
         tree.moving_pairs,
         lambda: tree.pairs(other),
         lambda: tree.contacts(mesh),
-        lambda: tree.touching(mesh),
+        lambda: tree.touching_segments(mesh),
         lambda: tree.impacts(other),
         lambda: np.array(tree.safe_step()),
         lambda: tree.volumes(3).center,
@@ -158,7 +158,7 @@ def test_a_mesh_may_move_during_queries():
     expected = []
     for place in places:
         mesh.set_pose(np.eye(3), place)
-        expected.append(tree.touching(mesh).tobytes())
+        expected.append(tree.touching_segments(mesh).tobytes())
 
     def move():
         for i in range(100):
@@ -166,7 +166,7 @@ def test_a_mesh_may_move_during_queries():
             mesh.update(points)
 
     def query():
-        return {tree.touching(mesh).tobytes() for _ in range(30)}
+        return {tree.touching_segments(mesh).tobytes() for _ in range(30)}
 
     moved, *found = in_threads([move, query, query])
     assert moved is None and all(results <= set(expected) for results in found)

@@ -65,6 +65,53 @@ def test_fiber_segment():
             tree.fiber_segment(wrong)
 
 
+def test_running_numbers():
+    scene = random_scene(1)  # with fibers of no and of one point
+    tree = tree_of(scene)
+    assert tree.segments.dtype == np.int32 and tree.segments.tolist() == scene.names.tolist()
+    numbers = np.arange(tree.segment_count)
+    assert tree.running_number(scene.names[::-1]).tolist() == numbers[::-1].tolist()
+    contacts = tree.contacts()
+    pairs = tree.running_number(np.column_stack([contacts["a"], contacts["b"]]))
+    assert pairs.dtype == np.int64 and (scene.fiber[pairs[:, 1]] == contacts["fiber_b"]).all()
+    assert (tree.segments[pairs] == tree.pairs()).all()
+    assert tree.running_number(int(scene.names[7])) == 7
+    for wrong in (-1, len(scene.points) - 1, [0, len(scene.points)]):
+        with pytest.raises(ValueError, match="no capsule starts at point"):
+            tree.running_number(wrong)
+    with pytest.raises(TypeError, match="field a of contacts"):
+        tree.running_number(contacts)
+    tree.build(np.zeros((3, 2, 3)), radii=1)
+    assert tree.segments.tolist() == [0, 2, 4] and tree.running_number([4, 0]).tolist() == [2, 0]
+
+
+def test_arrays_of_a_tree():
+    """They are the program's own, and nobody changes them by the way."""
+    tree = fcl_fibers.FiberTree()
+    assert (len(tree), len(tree.points), tree.offsets.tolist()) == (0, 0, [0]) and tree
+    points, offsets = cross()
+    radii = np.array([0.5, 0.25])
+    tree.build(points, offsets, radii)
+    assert len(tree) == tree.fiber_count == 2 and tree.offsets.tolist() == [0, 2, 4]
+    assert np.shares_memory(tree.points, points) and np.shares_memory(tree.radii, radii)
+    assert tree.radii.tolist() == [0.5, 0.25]
+    moved = points.astype(np.float32)
+    tree.update(moved, points + 1, radii=0.125)
+    assert tree.points.tolist() == (points + 1).tolist() and tree.radii.tolist() == [0.125]
+    tree.update(moved)
+    assert np.shares_memory(tree.points, moved) and tree.radii.dtype == np.float32
+    for array in (tree.points, tree.radii, tree.offsets, tree.segments):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1
+    assert moved.flags.writeable and points.flags.writeable
+    kept = tree.offsets
+    with pytest.raises(ValueError):
+        tree.build([[(0, 0, 0), (1, 1, np.nan)]], radii=1)
+    assert tree.offsets is kept and np.shares_memory(tree.points, moved)
+    tree.build(np.zeros((3, 2, 3)), radii=1)
+    assert tree.offsets.tolist() == [0, 2, 4, 6] and kept.tolist() == [0, 2, 4]
+
+
 @pytest.mark.parametrize("report, topology, volumes", KINDS)
 def test_volumes(report, topology, volumes):
     scene = random_scene(2, fibers=60)
