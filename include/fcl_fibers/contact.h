@@ -2,6 +2,12 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <vector>
 
 #include <fcl_fibers/fiber_options.h>
 #include <fcl_fibers/fiber_tree.h>
@@ -107,6 +113,42 @@ struct MeshContact : ShapeContact {
   /// in their order. They are not negative, and their sum is 1.
   std::array<double, 3> weights{};
 };
+
+/// Two fibers and their contacts, which follow each other.
+struct FiberPair {
+  std::size_t a;        ///< fiber of the first segment
+  std::size_t b;        ///< fiber of the second
+  std::size_t begin;    ///< their contacts are those from number `begin` ...
+  std::size_t end;      ///< ... to the one before `end`, so `end - begin` in number
+  std::size_t deepest;  ///< number of the one whose `distance` is least; of several, the first
+};
+
+/// Returns the pairs of fibers of contacts that are in the order of their fibers, ascending by a,
+/// then by b, as with Order::kFibers. A contact is anything with `a.fiber`, `b.fiber` and
+/// `distance`, such as a Contact or an ObjectContact. Throws std::invalid_argument if the contacts
+/// are in another order.
+///
+///     tree.find(Contacts{fibers, nullptr, Order::kFibers}, contacts);
+///     for (const FiberPair& pair : fiberPairs(contacts)) print(contacts[pair.deepest].distance);
+template <class Found>
+std::vector<FiberPair> fiberPairs(const std::vector<Found>& contacts) {
+  std::vector<FiberPair> pairs;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const std::size_t a = contacts[i].a.fiber, b = contacts[i].b.fiber;
+    if (pairs.empty() || std::tie(pairs.back().a, pairs.back().b) < std::tie(a, b)) {
+      pairs.push_back({a, b, i, i, i});
+    } else if (pairs.back().a != a || pairs.back().b != b) {
+      throw std::invalid_argument(
+          "fcl_fibers: fiberPairs: contact " + std::to_string(i) +
+          " is not in the order of the fibers; find the contacts with Order::kFibers, or sort them "
+          "by a.fiber, then by b.fiber");
+    }
+    FiberPair& pair = pairs.back();
+    pair.end = i + 1;
+    if (contacts[i].distance < contacts[pair.deepest].distance) pair.deepest = i;
+  }
+  return pairs;
+}
 
 /// Returns the contact of a segment and a triangle that a FiberTree found. `fibers` are the arrays
 /// of the tree's last build or update, and the mesh is where it was then. The coordinates are

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <type_traits>
 #include <utility>
@@ -17,6 +18,17 @@ namespace fcl_fibers {
 struct SegmentPair {
   std::int32_t a;  ///< index of the point at which one segment starts
   std::int32_t b;  ///< index of the point at which the other starts
+};
+
+/// The order in which Pairs and Contacts are found.
+enum class Order {
+  kFound,  ///< that of the search, which depends on the tree; it costs nothing
+  /// Ascending by the segments of the tree, and for one segment by those of the partner, or by its
+  /// triangles.
+  kSegments,
+  /// Ascending by the fiber of a, then by that of b, and in a pair of fibers by segments. So the
+  /// contacts of two fibers follow each other, see fiberPairs().
+  kFibers,
 };
 
 /// The first touch of two segments in a step, which lasts from time 0 to time 1.
@@ -56,6 +68,7 @@ struct MeshStep {
 };
 
 class FiberTree;
+struct BareContact;
 struct CapsuleShape;
 struct Contact;
 struct MeshContact;
@@ -81,6 +94,9 @@ struct Pairs {
   /// A sphere is a capsule of length zero. Roots and categories do not matter.
   static std::int32_t found(const CapsuleShape&);
   static std::int32_t found(const BoxShape&);  ///< what is in the box touches it too
+
+  /// In which order. Unless it is kFound, visit() finds all pairs before it hands on the first.
+  Order order = Order::kFound;
 };
 
 /// The segments that touch a mesh as above, each once.
@@ -123,17 +139,21 @@ struct MovingPairs {
 };
 
 /// The contacts of all Pairs, in their order. Threads share the work. Arrays that are not
-/// those of the last build or update of their tree are refused if that shows.
+/// those of the last build or update of their tree are refused if that shows. Where a Contact is
+/// found, find() also fills a vector of BareContact, which takes less than half of the memory.
 template <typename S>
 struct Contacts {
   FiberArrays<S> fibers;                          ///< of the tree
   const FiberArrays<S>* others = nullptr;         ///< of another tree that is the partner
+  Order order = Order::kFound;                    ///< as in Pairs
   static Contact found(const FiberTree&);         ///< of two segments
   static MeshContact found(const TriangleMesh&);  ///< of a segment and a triangle
 };
 /// @cond
 template <typename S>
-Contacts(FiberArrays<S>, const FiberArrays<S>* = nullptr) -> Contacts<S>;
+Contacts(FiberArrays<S>, const FiberArrays<S>* = nullptr, Order = Order::kFound) -> Contacts<S>;
+template <typename S>
+Contacts(FiberArrays<S>, std::nullptr_t, Order) -> Contacts<S>;
 /// @endcond
 ///@}
 
@@ -146,5 +166,11 @@ template <class Question, class Partner, class = void>
 inline constexpr bool kHasAnswer = false;
 template <class Question, class Partner>
 inline constexpr bool kHasAnswer<Question, Partner, std::void_t<FoundBy<Question, Partner>>> = true;
+
+/// Whether find() fills a vector of Found with what the question finds of the partner.
+template <class Found, class Question, class Partner>
+inline constexpr bool kIsFoundBy = std::is_same_v<Found, FoundBy<Question, Partner>> ||
+                                   (std::is_same_v<Found, BareContact> &&
+                                    std::is_same_v<Contact, FoundBy<Question, Partner>>);
 
 }  // namespace fcl_fibers

@@ -222,7 +222,7 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   template <class Question, class Partner, class Found>
   void find(const Question& question, const Partner& partner, std::vector<Found>& found) const {
     requireAnswer<Question, Partner>();
-    static_assert(std::is_same_v<Found, FoundBy<Question, Partner>>, "see found() of the question");
+    static_assert(kIsFoundBy<Found, Question, Partner>, "see found() of the question");
     if constexpr (std::is_constructible_v<Questions, const Question&>) {
       bool has_begun = false;
       const auto append = [&](const void* run, std::size_t count) {
@@ -300,10 +300,16 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
   /// Writes the contacts of `count` pairs of this tree and the partner to `contacts`, in their
   /// order; the partner may be this tree. Throws as find() of Contacts does; then some of the
   /// contacts may have been written.
-  template <typename S, class Partner>
+  template <typename S, class Partner, class Found>
   void writeContacts(const Contacts<S>& question, const Partner& partner,
                      const FoundBy<Pairs, Partner>* pairs, std::size_t count,
-                     FoundBy<Contacts<S>, Partner>* contacts) const;
+                     Found* contacts) const;
+
+  /// Returns what contacts of this tree have as `layout`: equal for equal `point_begin`, and never
+  /// 0 after a build.
+  std::uint32_t layout() const { return layout(*this); }
+  /// Returns what contacts with another tree have.
+  std::uint32_t layout(const FiberTree& other) const;
 
   /// Returns the volumes that are `depth` levels below the root, whose own depth is 0. Capsules
   /// that are less deep come as volumes of their own, so every capsule is in one of the volumes.

@@ -16,6 +16,7 @@
 #include "arrays/fiber_index.h"
 #include "arrays/located_segment.h"
 #include "arrays/nearest.h"
+#include "arrays/pair_order.h"
 #include "arrays/pair_sinks.h"
 #include "arrays/triangle_mesh.h"
 #include "fibers/capsule_contact.h"
@@ -106,7 +107,22 @@ class FiberTree::Impl {
   bool answer(const Call& call, const Question& question, const Partner& partner,
               const Take& take) const {
     call.require(index_.problem(kNeedsCapsules<Question, Partner>, kNeedsStep<Question>));
+    if constexpr (std::is_same_v<Question, Pairs>) {
+      if (question.order != Order::kFound) return answerInOrder(call, question, partner, take);
+    }
     return search(call, question, partner, take);
+  }
+  template <class Partner>
+  bool answerInOrder(const Call& call, const Pairs& question, const Partner& partner,
+                     const Take& take) const {
+    std::vector<FoundBy<Pairs, Partner>> all;
+    search(call, question, partner, appendTo(all));
+    if constexpr (std::is_same_v<Partner, FiberTree>) {
+      arrays::sortFound(question.order, index_.table(), partner.impl()->index_.table(), all);
+    } else {
+      arrays::sortFound(all);
+    }
+    return !all.empty() && take(all.data(), all.size());
   }
 
   /// Refuses what capsuleContact() would, before a contact is written.
@@ -131,9 +147,10 @@ class FiberTree::Impl {
     }
   }
 
-  template <typename S>
+  /// Writes contacts, or what is in BareContact of them.
+  template <typename S, class Found>
   void compute(const Call& /*call*/, const Contacts<S>& question, const FiberTree& partner,
-               const SegmentPair* pairs, std::size_t count, Contact* contacts) const {
+               const SegmentPair* pairs, std::size_t count, Found* contacts) const {
     const FiberArrays<S>& others = isOf(partner) ? question.fibers : *question.others;
     const std::uint32_t layout = index_.layout(&partner.impl()->index_);
     index_->forRanges(count, kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
@@ -388,7 +405,7 @@ void FiberTree::findContacts(const Contacts<S>& question, const Partner& partner
   const Call call{"find", "Contacts"};
   held->requireContacts(call, question, partner);
   std::vector<FoundBy<Pairs, Partner>> pairs;
-  held->answer(call, Pairs(), partner, appendTo(pairs));
+  held->answer(call, Pairs{question.order}, partner, appendTo(pairs));
   contacts.resize(pairs.size());
   held->compute(call, question, partner, pairs.data(), pairs.size(), contacts.data());
 }
@@ -413,10 +430,10 @@ void FiberTree::findClosest(const Contacts<S>& question, const Partner& partner,
   }
 }
 
-template <typename S, class Partner>
+template <typename S, class Partner, class Found>
 void FiberTree::writeContacts(const Contacts<S>& question, const Partner& partner,
                               const FoundBy<Pairs, Partner>* pairs, std::size_t count,
-                              FoundBy<Contacts<S>, Partner>* contacts) const {
+                              Found* contacts) const {
   const std::shared_ptr<const Impl> held = impl();
   const Call call{"writeContacts", nullptr};
   held->requireContacts(call, question, partner);
@@ -427,6 +444,11 @@ void FiberTree::writeContacts(const Contacts<S>& question, const Partner& partne
     }
   }
   held->compute(call, question, partner, pairs, count, contacts);
+}
+
+std::uint32_t FiberTree::layout(const FiberTree& other) const {
+  const std::shared_ptr<const Impl> held = impl(), others = other.impl();
+  return held->index().layout(&others->index());
 }
 
 template <typename S>
@@ -450,6 +472,8 @@ void FiberTree::update(const FiberArrays<S>& start, const FiberArrays<S>& end) {
   template FCL_FIBERS_TREE_EXPORT void FiberTree::findContacts(                                    \
       const Contacts<S>&, const FiberTree&, std::vector<Contact>&) const;                          \
   template FCL_FIBERS_TREE_EXPORT void FiberTree::findContacts(                                    \
+      const Contacts<S>&, const FiberTree&, std::vector<BareContact>&) const;                      \
+  template FCL_FIBERS_TREE_EXPORT void FiberTree::findContacts(                                    \
       const Contacts<S>&, const TriangleMesh&, std::vector<MeshContact>&) const;                   \
   template FCL_FIBERS_TREE_EXPORT void FiberTree::findClosest(const Contacts<S>&,                  \
                                                               const FiberTree&, Contact&) const;   \
@@ -457,6 +481,8 @@ void FiberTree::update(const FiberArrays<S>& start, const FiberArrays<S>& end) {
       const Contacts<S>&, const TriangleMesh&, MeshContact&) const;                                \
   template void FiberTree::writeContacts(const Contacts<S>&, const FiberTree&, const SegmentPair*, \
                                          std::size_t, Contact*) const;                             \
+  template void FiberTree::writeContacts(const Contacts<S>&, const FiberTree&, const SegmentPair*, \
+                                         std::size_t, BareContact*) const;                         \
   template void FiberTree::writeContacts(const Contacts<S>&, const TriangleMesh&,                  \
                                          const TrianglePair*, std::size_t, MeshContact*) const;
 FCL_FIBERS_INSTANTIATE(float)

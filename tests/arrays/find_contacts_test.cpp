@@ -397,8 +397,16 @@ TEST(FindContacts, RefuseBadInputAndKeepTheContacts) {
     };
     const auto find = refusalBy("find(Contacts)"), write = refusalBy("writeContacts");
     EXPECT_THAT([&] { tree.find(Contacts{bad}, contacts); }, find);
-    EXPECT_THAT([&] { tree.writeContacts(Contacts{bad}, tree, nullptr, 0, nullptr); }, write);
-    EXPECT_THAT([&] { tree.writeContacts(Contacts{bad}, mesh, nullptr, 0, nullptr); }, write);
+    EXPECT_THAT(
+        [&] {
+          tree.writeContacts(Contacts{bad}, tree, nullptr, 0, static_cast<Contact*>(nullptr));
+        },
+        write);
+    EXPECT_THAT(
+        [&] {
+          tree.writeContacts(Contacts{bad}, mesh, nullptr, 0, static_cast<MeshContact*>(nullptr));
+        },
+        write);
     EXPECT_THAT([&] { tree.find(Contacts{bad}, mesh, mesh_contacts); }, find);
     EXPECT_EQ(contacts.size(), 3u);
     EXPECT_EQ(mesh_contacts.size(), 4u);
