@@ -4,9 +4,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <tuple>
+#include <type_traits>
+#include <variant>
 #include <vector>
 
 #include <fcl_fibers/fiber_options.h>
@@ -21,6 +24,14 @@ struct CapsuleShape {
   std::array<double, 3> from;  ///< x, y, z of the first end of the axis
   std::array<double, 3> to;    ///< x, y, z of the second end
   double radius;               ///< finite, not negative
+};
+
+/// The points that carry a contact, and the part of it that each carries. The weights of a
+/// segment's two points are not negative, and their sum is 1.
+template <std::size_t N>
+struct ContactNodes {
+  std::array<std::int32_t, N> points;  ///< indices into the arrays of their owner
+  std::array<double, N> weights;       ///< in the same order
 };
 
 /// A contact without what can be computed from it and the arrays: 64 bytes for a solver that has
@@ -46,6 +57,12 @@ struct BareContact {
   /// up to 16 eps of the coordinates, the normal is perpendicular to both axes. If they are also
   /// parallel or have no length, it is one such direction, which depends only on the axes.
   std::array<double, 3> normal{};
+
+  /// The two points of a, then the two of b. If the contact is of two trees, the latter are points
+  /// of the other tree. The contact must be of arrays.
+  constexpr ContactNodes<4> nodes() const {
+    return {{pair.a, pair.a + 1, pair.b, pair.b + 1}, {1 - s, s, 1 - t, t}};
+  }
 };
 
 /// Where two capsules a and b touch or, if they are apart, where they are closest. Two closest
@@ -81,6 +98,10 @@ struct ShapeContact {
   std::array<double, 3> point_a{};  ///< closest point of the axis, moved by the radius and `normal`
   std::array<double, 3> point_b{};  ///< closest point of the shape
   std::array<double, 3> normal{};   ///< unit vector from the capsule to the shape
+
+  /// The two points of the segment. Those of a triangle are TriangleMesh::corners(), which
+  /// MeshContact::weights belong to. The contact must be of arrays.
+  constexpr ContactNodes<2> nodes() const { return {{segment, segment + 1}, {1 - s, s}}; }
 };
 
 /// The contact of a capsule and a triangle of a mesh.
@@ -112,6 +133,46 @@ struct MeshContact : ShapeContact {
   /// Barycentric coordinates of the closest point of the triangle: the weights of its three points,
   /// in their order. They are not negative, and their sum is 1.
   std::array<double, 3> weights{};
+};
+
+/// Contacts and the force at each of them, for FiberTree::accumulate(). Both are ranges, such as
+/// std::vector, which are borrowed for the length of the call. A contact is a Contact, BareContact,
+/// MeshContact or ShapeContact. A force is an std::array<double, 3>, or a double along the
+/// contact's normal, which pushes apart if it is positive.
+struct ContactForces {
+  template <class Contacts, class Forces>
+  ContactForces(const Contacts& contacts, const Forces& forces)
+      : first(std::data(contacts)),
+        contact_size(sizeof(*std::data(contacts))),
+        count(std::size(contacts)),
+        numbers(reinterpret_cast<const double*>(std::data(forces))),
+        numbers_each(sizeof(*std::data(forces)) / sizeof(double)),
+        force_count(std::size(forces)) {
+    using Force = std::decay_t<decltype(*std::data(forces))>;
+    static_assert(std::is_same_v<Force, double> || std::is_same_v<Force, std::array<double, 3>>,
+                  "a force is a double or an std::array<double, 3>");
+  }
+
+  std::variant<const BareContact*, const ShapeContact*, const MeshContact*> first;
+  std::size_t contact_size;  ///< bytes from one contact to the next
+  std::size_t count;         ///< of contacts
+  const double* numbers;     ///< the forces
+  std::size_t numbers_each;  ///< 1 or 3
+  std::size_t force_count;   ///< as many as contacts
+};
+
+/// Where FiberTree::accumulate() adds up: x, y, z of each point, in float or double. The numbers
+/// are borrowed for the length of the call.
+struct PointSums {
+  PointSums() = default;  ///< adds nothing
+  template <typename S>
+  PointSums(S* sums, std::size_t count) : numbers(sums), point_count(count) {}
+  template <typename S>
+  PointSums(std::vector<std::array<S, 3>>& sums)  // NOLINT: passed like the vector itself
+      : PointSums(reinterpret_cast<S*>(sums.data()), sums.size()) {}
+
+  std::variant<std::nullptr_t, float*, double*> numbers;
+  std::size_t point_count = 0;
 };
 
 /// Two fibers and their contacts, which follow each other.

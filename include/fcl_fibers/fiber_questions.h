@@ -71,7 +71,9 @@ class FiberTree;
 struct BareContact;
 struct CapsuleShape;
 struct Contact;
+struct ContactForces;
 struct MeshContact;
+struct PointSums;
 template <typename S>
 struct FiberArrays;
 

@@ -305,6 +305,33 @@ class FCL_FIBERS_TREE_EXPORT FiberTree {
                      const FoundBy<Pairs, Partner>* pairs, std::size_t count,
                      Found* contacts) const;
 
+  /// Adds the forces at contacts onto the points that carry them, by the weights of
+  /// BareContact::nodes(). A force acts on the side b of its contact, which is the mesh or the
+  /// shape if there is one, and the opposite force acts on a.
+  ///
+  ///     std::vector<double> pushes;  // one for each contact; positive numbers push apart
+  ///     std::vector<std::array<double, 3>> sums(point_count);
+  ///     tree.accumulate({contacts, pushes}, sums);
+  ///
+  /// The first form is for contacts of this tree alone, or adds onto its points what a mesh or a
+  /// shape does to them. The others are for contacts with a partner, whose points have sums of
+  /// their own. PointSums{} leaves one of the two out.
+  ///
+  /// The threads of this tree share the work. Each sum has the bits of a loop over the contacts in
+  /// their order that adds onto the points in the order of BareContact::nodes().
+  ///
+  /// Throws std::invalid_argument, before it adds anything, if there are more or fewer forces than
+  /// contacts, if a force is NaN or infinite as a number of the sums' type, if s, t or a weight is
+  /// not in [0, 1], if a contact's layout() is neither 0 nor that of this tree and the partner, if
+  /// a segment or triangle does not exist, or if there are not as many sums as points.
+  ///@{
+  void accumulate(const ContactForces& forces, const PointSums& sums) const;
+  void accumulate(const ContactForces& forces, const FiberTree& other, const PointSums& sums,
+                  const PointSums& other_sums) const;
+  void accumulate(const ContactForces& forces, const TriangleMesh& mesh, const PointSums& sums,
+                  const PointSums& mesh_sums) const;
+  ///@}
+
   /// Returns what contacts of this tree have as `layout`: equal for equal `point_begin`, and never
   /// 0 after a build.
   std::uint32_t layout() const { return layout(*this); }

@@ -91,6 +91,10 @@ class FCL_FIBERS_TREE_EXPORT TriangleMesh {
   std::size_t pointCount() const;      ///< number of points
   std::size_t triangleCount() const;   ///< number of triangles
 
+  /// Returns the indices of a triangle's three points, in their order. Throws std::invalid_argument
+  /// if there is no such triangle.
+  std::array<std::int32_t, 3> corners(std::int32_t triangle) const;
+
   /// Returns the bytes of triangles and tree, which copies share.
   std::size_t memoryUsage() const;
 

@@ -11,6 +11,7 @@
 
 #include <fcl_fibers/contact.h>
 
+#include "arrays/accumulate.h"
 #include "arrays/array_source.h"
 #include "arrays/coordinates.h"
 #include "arrays/fiber_index.h"
@@ -446,6 +447,23 @@ void FiberTree::writeContacts(const Contacts<S>& question, const Partner& partne
   held->compute(call, question, partner, pairs, count, contacts);
 }
 
+void FiberTree::accumulate(const ContactForces& forces, const PointSums& sums) const {
+  const std::shared_ptr<const Impl> held = impl();
+  arrays::accumulate("FiberTree::accumulate", forces, held->index(), nullptr, nullptr, sums, {});
+}
+void FiberTree::accumulate(const ContactForces& forces, const FiberTree& other,
+                           const PointSums& sums, const PointSums& other_sums) const {
+  const std::shared_ptr<const Impl> held = impl(), others = other.impl();
+  arrays::accumulate("FiberTree::accumulate", forces, held->index(), &others->index(), nullptr,
+                     sums, other_sums);
+}
+void FiberTree::accumulate(const ContactForces& forces, const TriangleMesh& mesh,
+                           const PointSums& sums, const PointSums& mesh_sums) const {
+  const std::shared_ptr<const Impl> held = impl();
+  const TriangleMesh copy = mesh;
+  arrays::accumulate("FiberTree::accumulate", forces, held->index(), nullptr, &copy, sums,
+                     mesh_sums);
+}
 std::uint32_t FiberTree::layout(const FiberTree& other) const {
   const std::shared_ptr<const Impl> held = impl(), others = other.impl();
   return held->index().layout(&others->index());

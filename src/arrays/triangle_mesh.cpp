@@ -193,6 +193,11 @@ const std::shared_ptr<TriangleMesh::Impl>& TriangleMesh::impl() const {
 
 std::size_t TriangleMesh::pointCount() const { return impl()->index.points().size(); }
 std::size_t TriangleMesh::triangleCount() const { return impl()->index.triangles().size(); }
+std::array<std::int32_t, 3> TriangleMesh::corners(std::int32_t triangle) const {
+  requireTriangle("TriangleMesh::corners", *this, triangle);
+  const TriangleIndices& points = impl()->index.triangles()[static_cast<std::size_t>(triangle)];
+  return {points.a, points.b, points.c};
+}
 std::size_t TriangleMesh::memoryUsage() const { return impl()->index.memoryUsage(); }
 
 index::PlacedMesh MeshReader::placed(const TriangleMesh& mesh) {
