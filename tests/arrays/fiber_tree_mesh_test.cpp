@@ -75,7 +75,7 @@ class Gaps {
   std::vector<Row> rows_;
 };
 
-PairList pairsOf(const FiberTree& tree, const TriangleMesh& mesh) {
+PairList meshPairsOf(const FiberTree& tree, const TriangleMesh& mesh) {
   PairList pairs;
   tree.visit(Pairs{}, mesh,
              [&](TrianglePair pair) { pairs.emplace_back(pair.segment, pair.triangle); });
@@ -123,7 +123,7 @@ TYPED_TEST(FiberTreeMesh, VisitsEveryTriangleThatASegmentTouches) {
         for (const double margin : {0.0, 0.02}) {
           options.margin = margin;
           options.threads = margin > 0 ? 3 : 1;
-          const PairList pairs = pairsOf(treeOf(fibers.view(), options), mesh);
+          const PairList pairs = meshPairsOf(treeOf(fibers.view(), options), mesh);
           EXPECT_GT(pairs.size(), 20u);
           gaps.expect(pairs, margin);
         }
@@ -169,7 +169,7 @@ TEST(FiberTreeMeshTest, FindsAllTrianglesOfALargeTurnedMesh) {
   const Gaps<double> gaps(fibers, triangles, pose);
   for (FiberTreeOptions options : allKinds(Report::kCapsules)) {
     options.threads = 2;
-    gaps.expect(pairsOf(treeOf(fibers.view(), options), mesh), 0);
+    gaps.expect(meshPairsOf(treeOf(fibers.view(), options), mesh), 0);
   }
 }
 
@@ -181,7 +181,7 @@ TYPED_TEST(FiberTreeMesh, FindsEachTouchingSegmentOnce) {
   mesh.setPose(randomPose(4, 0.1));
   for (FiberTreeOptions options : allKinds(Report::kCapsules)) {
     std::set<std::int32_t> touching;
-    for (const auto& [segment, triangle] : pairsOf(treeOf(fibers.view(), options), mesh)) {
+    for (const auto& [segment, triangle] : meshPairsOf(treeOf(fibers.view(), options), mesh)) {
       touching.insert(segment);
     }
     std::vector<std::int32_t> found, found_by_three;
@@ -226,7 +226,7 @@ TYPED_TEST(FiberTreeMesh, ASolidCountsWhatIsInside) {
       tree.find(TouchingSegments{}, solid, found);
       EXPECT_THAT(found, testing::UnorderedElementsAreArray(expected));
       // A segment that touches no triangle comes with its nearest.
-      for (const auto& [segment, triangle] : pairsOf(tree, solid)) {
+      for (const auto& [segment, triangle] : meshPairsOf(tree, solid)) {
         const auto row = std::find_if(gaps.rows().begin(), gaps.rows().end(),
                                       [s = segment](const auto& r) { return r.segment == s; });
         const Real least = *std::min_element(row->gaps.begin(), row->gaps.end());
@@ -380,7 +380,7 @@ TEST(FiberTreeMesh, RootsAndCategoriesLeaveSegmentsOut) {
     ruled.meets = meets.data();
     ruled.root_segments = roots.data();
     const FiberTree tree = treeOf(ruled, options);
-    EXPECT_EQ(pairsOf(tree, mesh), allowed(pairsOf(all, mesh)));
+    EXPECT_EQ(meshPairsOf(tree, mesh), allowed(meshPairsOf(all, mesh)));
     EXPECT_EQ(nearestOf(tree, mesh, 10), allowed(nearestOf(all, mesh, 10)));
     // Shapes meet them all.
     const auto inBox = [](const FiberTree& asked) {
@@ -405,7 +405,7 @@ TEST(FiberTreeMesh, MeshesOfAnySizeAndPlaceAreRight) {
       for (double& r : fibers.radii) r *= scale;
       for (double& x : triangles.points) x = scale * (x + offset);
       const TriangleMesh mesh(triangles.view());
-      const PairList pairs = pairsOf(treeOf(fibers.view()), mesh);
+      const PairList pairs = meshPairsOf(treeOf(fibers.view()), mesh);
       EXPECT_FALSE(pairs.empty()) << scale << " " << offset;
       std::size_t touching = 0;
       fibers.visitCapsules([&](std::size_t, std::size_t i) {
