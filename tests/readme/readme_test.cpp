@@ -28,6 +28,7 @@
 // clang-format off
 #include "contacts_0_includes.inc"
 #include "contacts_1_includes.inc"
+#include "contacts_2_includes.inc"
 #include "files_0_includes.inc"
 #include "files_1_includes.inc"
 #include "options_0_includes.inc"
@@ -256,6 +257,28 @@ TEST(Contacts, OfATreeAndOfAManager) {
     EXPECT_EQ(contact.b.fiber, 1U);
     EXPECT_NEAR(contact.distance, 0.15 - 2 * 0.1, 1e-12);
   }
+}
+
+TEST(Contacts, PointsAreFibersWithoutLength) {
+  using namespace fcl_fibers;
+  struct Point {
+    double x, y, z;
+  };
+  const std::vector<Point> points = {{0.05, 0, 0.5}, {0.7, 0, 0.5}, {5, 0, 0.5}};
+  const double axis[] = {0, 0, 0, 0, 0, 1}, its_radius = 0.1;
+  const std::size_t its_begin[] = {0, 2};
+  FiberTreeOptions options;
+  options.report = Report::kCapsules;
+  FiberTree tree(options), cloud(options);
+  tree.build(FiberArrays<double>{axis, 2, its_begin, 1, &its_radius});
+  std::vector<SegmentPair> pairs, near;
+  // clang-format off
+#include "contacts_2_code.inc"
+  // clang-format on
+  cloud.find(Nearest{1.0}, tree, near);
+  ASSERT_EQ(pairs.size(), 1U);
+  EXPECT_EQ(pairs[0].a / 2, 0);
+  EXPECT_EQ(near.size(), 2U);
 }
 
 TEST(Files, FibersFromAFile) {
