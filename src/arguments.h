@@ -35,12 +35,12 @@ inline void requireFiberRanges(const char* call, const FiberPolylines& scene) {
   const std::vector<std::size_t>& begin = scene.point_begin;
   const auto refuse = [call](const std::string& reason) {
     throw std::invalid_argument(std::string(call) + ": point_begin " + reason +
-                                "; it must ascend strictly from 0 to the number of points");
+                                "; it must run from 0 to the number of points and never descend");
   };
   if (begin.empty()) refuse("is empty");
   if (begin.front() != 0) refuse("starts at " + std::to_string(begin.front()));
   for (std::size_t f = 0; f + 1 < begin.size(); ++f) {
-    if (begin[f + 1] <= begin[f]) refuse("leaves fiber " + std::to_string(f) + " without a point");
+    if (begin[f + 1] < begin[f]) refuse("descends at fiber " + std::to_string(f));
   }
   if (begin.back() != scene.points.size()) {
     refuse("ends at " + std::to_string(begin.back()) + ", but there are " +

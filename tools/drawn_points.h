@@ -24,9 +24,9 @@ struct Thinning {
     std::vector<std::size_t> points;
     for (std::size_t f = 0; f < scene.fiberCount(); f += fiber_step) {
       points.clear();
-      const std::size_t last = scene.point_begin[f + 1] - 1;
-      for (std::size_t i = scene.point_begin[f]; i < last; i += point_step) points.push_back(i);
-      points.push_back(last);
+      const std::size_t end = scene.point_begin[f + 1];
+      for (std::size_t i = scene.point_begin[f]; i + 1 < end; i += point_step) points.push_back(i);
+      if (end > scene.point_begin[f]) points.push_back(end - 1);
       visit(f, points);
     }
   }

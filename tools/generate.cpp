@@ -19,6 +19,10 @@ namespace {
 std::string polylinesText(const FiberPolylines& scene) {
   fmt::memory_buffer text;
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    if (scene.point_begin[f] == scene.point_begin[f + 1]) {
+      throw std::invalid_argument(
+          fmt::format("fiber {} has no points, which text cannot hold; write .vtp", f));
+    }
     if (f > 0) text.push_back('\n');
     for (std::size_t i = scene.point_begin[f]; i < scene.point_begin[f + 1]; ++i) {
       const Point& p = scene.points[i];

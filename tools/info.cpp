@@ -52,9 +52,9 @@ struct Facts {
         length += segment_lengths.back();
       }
       fiber_lengths.push_back(length);
-      fewest_segments = std::min(fewest_segments, end - begin - 1);
-      most_segments = std::max(most_segments, end - begin - 1);
-      without_segment += end - begin < 2 ? 1 : 0;
+      fewest_segments = std::min(fewest_segments, scene.segmentCount(f));
+      most_segments = std::max(most_segments, scene.segmentCount(f));
+      without_segment += scene.segmentCount(f) == 0 ? 1 : 0;
       closed += scene.isClosed(f) ? 1 : 0;
     }
   }
@@ -77,7 +77,7 @@ std::vector<std::string> warnings(const SceneSource& source, const FiberPolyline
     }
   };
   if (scene.segmentCount() == 0) texts.push_back("there is no segment");
-  warn(facts.without_segment, "fibers of a single point, which touch nothing: {}");
+  warn(facts.without_segment, "fibers of one point or none, which touch nothing: {}");
   warn(count([](double length, double) { return length == 0; }),
        "segments of length zero, whose points coincide: {}");
   warn(count([&](double length, double) { return length > 20 * segments.median; }),
@@ -98,7 +98,8 @@ std::vector<std::string> warnings(const SceneSource& source, const FiberPolyline
        short_segments.c_str());
   std::vector<Point> roots;
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-    roots.push_back(scene.points[scene.point_begin[f]]);
+    const std::size_t begin = scene.point_begin[f];
+    if (begin < scene.point_begin[f + 1]) roots.push_back(scene.points[begin]);
   }
   std::sort(roots.begin(), roots.end());
   if (!source.branches) {

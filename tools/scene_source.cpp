@@ -23,6 +23,7 @@ namespace {
 /// Rotates each fiber about its root, around the x axis.
 FiberPolylines swing(FiberPolylines scene, double angle) {
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    if (scene.segmentCount(f) == 0) continue;
     const Point root = scene.points[scene.point_begin[f]];
     for (std::size_t i = scene.point_begin[f]; i < scene.point_begin[f + 1]; ++i) {
       Point& point = scene.points[i];

@@ -133,6 +133,7 @@ std::string guessedUp(const SceneSource& source, const FiberPolylines& scene, co
   Point mean{};
   double length = 0;
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
+    if (scene.segmentCount(f) == 0) continue;
     const Point& root = scene.points[scene.point_begin[f]];
     const Point& tip = scene.points[scene.point_begin[f + 1] - 1];
     for (std::size_t k = 0; k < 3; ++k) mean[k] += tip[k] - root[k];
@@ -193,8 +194,7 @@ json sceneJson(const SceneSource& source, const Request& request,
   thinning.forEachFiber(first, [&](std::size_t f, const std::vector<std::size_t>& drawn) {
     points += drawn.size();
     appendLittleEndian(begin, static_cast<std::uint32_t>(points));
-    const std::size_t all = first.point_begin[f + 1] - first.point_begin[f];
-    appendLittleEndian(segments, static_cast<std::uint32_t>(all - 1));
+    appendLittleEndian(segments, static_cast<std::uint32_t>(first.segmentCount(f)));
   });
   json scene = {{"name", source.name},
                 {"title", step ? step->start_title + " to " + step->end_title : source.title},

@@ -59,7 +59,7 @@ struct FiberObjects {
 ///       manager.registerFiber(fiber.objects, fiber.ends);
 ///     }
 ///
-/// A fiber of one point has no object, and a manager, which then registers nothing, does not count
+/// A fiber of one point or none has no object, and a manager, which then registers nothing, does not count
 /// it. Throws std::invalid_argument if there are not as many objects as segments.
 template <typename Pointer>
 auto objectsByFiber(const FiberPolylines& scene, const std::vector<Pointer>& objects) {
@@ -72,7 +72,7 @@ auto objectsByFiber(const FiberPolylines& scene, const std::vector<Pointer>& obj
   std::vector<FiberObjects<Object>> fibers(scene.fiberCount());
   auto next = objects.begin();
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-    const std::size_t segments = scene.point_begin[f + 1] - scene.point_begin[f] - 1;
+    const std::size_t segments = scene.segmentCount(f);
     fibers[f].ends = scene.isClosed(f) ? FiberEnds::kClosed : FiberEnds::kOpen;
     fibers[f].objects.reserve(segments);
     for (std::size_t i = 0; i < segments; ++i) fibers[f].objects.push_back(&**next++);

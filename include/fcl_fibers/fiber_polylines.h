@@ -24,8 +24,8 @@ using Point = std::array<double, 3>;  ///< x, y, z
 struct FiberPolylines {
   std::vector<Point> points;  ///< fiber after fiber, in the scene's unit of length; finite
 
-  /// fiber count + 1 numbers, which ascend strictly from 0 to points.size(). So every fiber has at
-  /// least one point.
+  /// fiber count + 1 numbers, which run from 0 to points.size() and never descend. A fiber may have
+  /// one point, or none.
   std::vector<std::size_t> point_begin = {0};
 
   /// Radius of every segment, if `radii` is empty. Finite, not negative.
@@ -47,11 +47,21 @@ struct FiberPolylines {
   /// one point is not lost. Finite, not negative.
   std::vector<double> point_radii;
 
-  /// Number of fibers, including those of a single point.
+  /// Number of fibers, including those without segments.
   std::size_t fiberCount() const { return point_begin.size() - 1; }
 
   /// Number of segments of all fibers.
-  std::size_t segmentCount() const { return points.size() - fiberCount(); }
+  std::size_t segmentCount() const {
+    std::size_t count = 0;
+    for (std::size_t f = 0; f < fiberCount(); ++f) count += segmentCount(f);
+    return count;
+  }
+
+  /// Number of segments of one fiber.
+  std::size_t segmentCount(std::size_t fiber) const {
+    const std::size_t begin = point_begin[fiber], end = point_begin[fiber + 1];
+    return end > begin ? end - begin - 1 : 0;
+  }
 
   /// Returns whether a fiber is a closed curve.
   bool isClosed(std::size_t fiber) const { return !closed.empty() && closed[fiber] != 0; }

@@ -115,7 +115,8 @@ def write(
 
     Fibers are passed as read() returns them, write(path, fibers), or as to FiberTree.build(). The
     first keeps Fibers.point_radii, if `radii` are still those of their segments. Text has no place
-    for radii, and .hair rounds to float32. A fiber without points is left out.
+    for radii, and .hair rounds to float32. Both refuse fibers without points. Points of no fiber
+    are left out.
     """
     point_radii = None
     if isinstance(points, Fibers):
@@ -134,6 +135,9 @@ def write(
     array, begin, values = _arrays.without_gaps(array, begin, values, kind)
     layout = _arrays.layout_of(array, begin, closed)
     _check_readable(array, begin, values, closed)
+    empty = np.flatnonzero(begin[1:] == begin[:-1])
+    if len(empty) > 0 and ending != ".vtp":
+        raise ValueError(f"fiber {empty[0]} has no points; leave it out, or write a .vtp file")
     numbers = _core.Numbers(array, values, kind)
     target = os.path.realpath(path)  # a link stays one
     draft = os.path.join(os.path.dirname(target), f".fibers-{secrets.token_hex(8)}{ending}")
@@ -179,5 +183,4 @@ def _write_text(path: str, points: np.ndarray, begin: np.ndarray) -> None:
         for first, last in zip(begin[:-1], begin[1:]):
             for x, y, z in points[first:last].tolist():
                 file.write(f"{x!r} {y!r} {z!r}\n")
-            if last > first:
-                file.write("\n")
+            file.write("\n")

@@ -10,8 +10,7 @@
 
 namespace fcl_fibers::python {
 
-/// Returns a copy of fibers as polylines. A fiber without points, which polylines cannot have, is
-/// left out.
+/// Returns a copy of fibers as polylines.
 inline FiberPolylines polylinesOf(const FiberNumbers& given, const FiberLayout& layout) {
   const FiberNumbers numbers = given.asDouble();
   const FiberArrays<double> arrays = numbers.view<double>(layout);
@@ -28,7 +27,6 @@ inline FiberPolylines polylinesOf(const FiberNumbers& given, const FiberLayout& 
   }
   for (std::size_t f = 0; f < arrays.fiber_count; ++f) {
     const std::size_t begin = arrays.point_begin[f], end = arrays.point_begin[f + 1];
-    if (begin == end) continue;
     fibers.point_begin.push_back(end);
     if (arrays.closed != nullptr) fibers.closed.push_back(arrays.closed[f]);
     for (std::size_t i = begin; i < end && arrays.radii_are != Radii::kOne; ++i) {

@@ -109,8 +109,8 @@ void markClosedFibers(FiberPolylines& scene) {
   }
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
+    if (end - begin < kLeastPoints || scene.points[begin] != scene.points[end - 1]) continue;
     const Point& start = scene.points[begin];
-    if (end - begin < kLeastPoints || start != scene.points[end - 1]) continue;
     const auto is_start = [&](const Point& point) { return point == start; };
     if (std::all_of(&start, &start + (end - begin), is_start)) continue;  // a point, repeated
     scene.closed.resize(scene.fiberCount());

@@ -42,13 +42,6 @@ struct ParsedFibers {
     holds_radii = true;
   }
 
-  /// Warns of fibers without points. They are left out, because a fiber has at least one point.
-  /// @param fiber  what the format calls one
-  void warnOfEmptyFibers(std::uint64_t count, const char* fiber) {
-    if (count == 1) warn("1 ", fiber, " has no points and is left out.");
-    if (count > 1) warn(count, " ", fiber, "s have no points and are left out.");
-  }
-
   /// Warns if bytes are left over, because the counts may be wrong.
   void expectEnd(const ByteReader& file) {
     if (file.atEnd()) return;

@@ -46,10 +46,11 @@ void requireHair(const FiberPolylines& scene) {
   }
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     const std::size_t points = scene.point_begin[f + 1] - scene.point_begin[f];
-    if (points <= std::size_t{1} << 16) continue;
+    if (points > 0 && points <= std::size_t{1} << 16) continue;
     const std::string name = "the number of points of fiber " + std::to_string(f);
     refuseArgument("writeHair", name.c_str(), points,
-                   "the format holds at most 65,536; divide the fiber");
+                   points == 0 ? "the format holds at least 1; leave the fiber out, or write .vtp"
+                               : "the format holds at most 65,536; divide the fiber");
   }
 }
 
@@ -143,8 +144,7 @@ void writeHair(const std::string& path, const FiberPolylines& scene) {
   for (int k = 0; k < 3; ++k) appendLittleEndian(bytes, 1.0F);  // colour
   bytes.resize(kHeaderSize, '\0');
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-    const std::size_t segments = scene.point_begin[f + 1] - scene.point_begin[f] - 1;
-    appendLittleEndian(bytes, static_cast<std::uint16_t>(segments));
+    appendLittleEndian(bytes, static_cast<std::uint16_t>(scene.segmentCount(f)));
   }
   for (const Point& point : scene.points) {
     for (const double coordinate : point) appendFloat(bytes, "a coordinate", coordinate);

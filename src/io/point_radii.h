@@ -18,9 +18,9 @@ namespace fcl_fibers::io {
 template <typename Visit>
 void forSegments(const FiberPolylines& scene, Visit&& visit) {
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-    const std::size_t begin = scene.point_begin[f], last = scene.point_begin[f + 1] - 1;
-    if (begin == last) visit(begin, begin);
-    for (std::size_t i = begin; i < last; ++i) visit(i, i + 1);
+    const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
+    if (begin + 1 == end) visit(begin, begin);
+    for (std::size_t i = begin; i + 1 < end; ++i) visit(i, i + 1);
   }
 }
 

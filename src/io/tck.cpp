@@ -129,25 +129,16 @@ ParsedFibers parseTck(ByteReader& file, const FiberFileOptions&) {
   ByteReader ahead = file;
   forTriplets(ahead, header,
               [&](Triplet triplet, const Point&) { ++counts[static_cast<std::size_t>(triplet)]; });
-  parsed.reserve(counts[0], std::min(counts[0], counts[1]));
+  parsed.reserve(counts[0], counts[1]);
 
-  std::uint64_t streamlines = 0, empty = 0;
   bool has_end = false;
-  const auto end_streamline = [&] {
-    ++streamlines;
-    if (parsed.isInFiber()) {
-      parsed.endFiber();
-    } else {
-      ++empty;
-    }
-  };
   forTriplets(file, header, [&](Triplet triplet, const Point& point) {
     if (triplet == Triplet::kPoint) scene.points.push_back(point);
-    if (triplet == Triplet::kEndOfStreamline) end_streamline();
+    if (triplet == Triplet::kEndOfStreamline) parsed.endFiber();
     has_end = triplet == Triplet::kEndOfFile;
   });
   if (parsed.isInFiber()) {
-    end_streamline();
+    parsed.endFiber();
     if (has_end) parsed.warn("The last streamline has no end; it may be truncated.");
   }
   if (scene.points.empty()) file.refuse(header.points_offset, "there are no streamlines");
@@ -156,7 +147,7 @@ ParsedFibers parseTck(ByteReader& file, const FiberFileOptions&) {
   } else {
     parsed.warn("The file has no end mark; it may be truncated.");
   }
-  parsed.warnOfEmptyFibers(empty, "streamline");
+  const std::size_t streamlines = scene.fiberCount();
   // MRtrix counts those without points, and writes 0 where it does not know the number.
   const auto count = parsedNumber<std::uint64_t>(header.count);
   if (!header.count.empty() && (!count || (*count != 0 && *count != streamlines))) {

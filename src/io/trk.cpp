@@ -249,25 +249,23 @@ ParsedFibers parseTrk(ByteReader& file, const FiberFileOptions&) {
   ParsedFibers parsed;
   parsed.is_float = true;
   const Header header = readHeader(file, parsed);
-  std::uint64_t streamlines = 0, empty = 0, all_points = 0;
+  std::uint64_t streamlines = 0, all_points = 0;
   ByteReader ahead = file;
   forStreamlines(ahead, header, [&](std::uint64_t points) {
     ++streamlines;
-    empty += points == 0 ? 1 : 0;
     all_points += points;
   });
   if (all_points == 0) file.refuse(kStreamlines, "there are no streamlines with points");
-  parsed.reserve(all_points, streamlines - empty);
+  parsed.reserve(all_points, streamlines);
   forStreamlines(file, header, [&](std::uint64_t points) {
     for (std::uint64_t i = 0; i < points; ++i) {
       parsed.fibers.points.push_back(readPoint(file, header));
       file.take(sizeof(float) * (header.floats_per_point - 3), "the scalars");
     }
-    if (points > 0) parsed.endFiber();
+    parsed.endFiber();
   });
   if (header.floats_per_point > 3) parsed.passed_over.push_back("scalars");
   if (header.floats_per_streamline > 0) parsed.passed_over.push_back("properties");
-  parsed.warnOfEmptyFibers(empty, "streamline");
   if (header.streamlines == 0) {
     parsed.warn(
         "The header does not tell the number of streamlines, so a truncated file may pass for "

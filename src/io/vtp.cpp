@@ -61,7 +61,7 @@ class VtpParser {
     const auto pieces = file_.child(file_.root(), "PolyData").children("Piece");
     for (const pugi::xml_node piece : pieces) readEnds(piece);
     FiberPolylines& scene = parsed_.fibers;
-    if (scene.fiberCount() == 0) file_.refuse(file_.root(), "there are no lines with points");
+    if (scene.point_begin.back() == 0) file_.refuse(file_.root(), "there are no lines with points");
     scene.points.reserve(file_.believable(scene.point_begin.back(), 1));
     for (const pugi::xml_node piece : pieces) readPoints(piece);
     if (!radii_.empty()) {
@@ -75,7 +75,6 @@ class VtpParser {
           "There are: ",
           listed(other_radii_), ".");
     }
-    parsed_.warnOfEmptyFibers(empty_, "line");
     return std::move(parsed_);
   }
 
@@ -95,11 +94,7 @@ class VtpParser {
       if (end < previous) file_.refuse(array, "the numbers do not ascend from 0 on");
       if (read++ < line_count) {
         ends.push_back(static_cast<std::size_t>(end));
-        if (end == previous) {
-          ++empty_;
-        } else {
-          begin.push_back(first + ends.back());
-        }
+        begin.push_back(first + ends.back());
       }
       previous = end;
     });
@@ -223,7 +218,6 @@ class VtpParser {
   std::vector<double> radii_;                   ///< by point of the scene, if a piece has them
   std::vector<std::vector<std::size_t>> ends_;  ///< of lines, by piece that has any
   std::size_t pieces_read_ = 0;                 ///< of those
-  std::uint64_t empty_ = 0;                     ///< lines without points
   std::vector<std::string> other_radii_;        ///< names of arrays that could be radii
 };
 

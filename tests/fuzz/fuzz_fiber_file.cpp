@@ -30,8 +30,8 @@ void requireWellFormed(const FiberPolylines& scene) {
   require(scene.point_begin.back() == scene.points.size());
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
     const std::size_t begin = scene.point_begin[f], end = scene.point_begin[f + 1];
-    require(begin < end);
-    if (scene.isClosed(f)) require(scene.points[begin] == scene.points[end - 1]);
+    require(begin <= end);
+    if (scene.isClosed(f)) require(begin < end && scene.points[begin] == scene.points[end - 1]);
   }
   for (const auto& point : scene.points) {
     for (const double coordinate : point) require(std::isfinite(coordinate));

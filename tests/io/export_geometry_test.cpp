@@ -102,6 +102,22 @@ TEST_F(ExportTest, RadiiAreReadBackOrBecomeLarger) {
   }
 }
 
+// A fiber without points would be lost, so that those after it have other numbers.
+TEST_F(ExportTest, FibersWithoutPointsAreReadBack) {
+  FiberPolylines scene;
+  scene.points = {{0, 0, 0}, {1, 0, 0}, {9, 9, 9}, {0, 1, 0}, {1, 1, 0}, {2, 1, 0}};
+  scene.point_begin = {0, 0, 2, 2, 2, 3, 6, 6};
+  scene.radii = scene.point_radii = {1, 1, 1, 2, 2, 2};
+  EXPECT_EQ(scene.segmentCount(), 3u);
+  exportFibers(path("a.vtp"), scene);
+  const FiberPolylines read = readFibers(path("a.vtp")).fibers;
+  EXPECT_EQ(read.points, scene.points);
+  EXPECT_EQ(read.point_begin, scene.point_begin);
+  EXPECT_EQ(read.radii, scene.radii);
+  exportSegments(path("segments.vtp"), scene, {1, 0, 0, 0, 1, 0});
+  EXPECT_EQ(readFibers(path("segments.vtp")).fibers.fiberCount(), 3u);
+}
+
 // A stenosis, the narrow place of one point, would be gone after it was written.
 TEST_F(ExportTest, RadiiOfPointsAreReadBackBitByBit) {
   scenes::Random random(3);

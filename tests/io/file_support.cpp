@@ -69,7 +69,7 @@ void expectWellFormed(const FiberPolylines& scene) {
   ASSERT_EQ(scene.point_begin.front(), 0U);
   ASSERT_EQ(scene.point_begin.back(), scene.points.size());
   for (std::size_t f = 0; f < scene.fiberCount(); ++f) {
-    ASSERT_GT(scene.point_begin[f + 1], scene.point_begin[f]);
+    ASSERT_GE(scene.point_begin[f + 1], scene.point_begin[f]);
   }
   for (const Point& point : scene.points) {
     for (const double coordinate : point) ASSERT_TRUE(std::isfinite(coordinate));

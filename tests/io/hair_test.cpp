@@ -219,6 +219,8 @@ TEST(HairTest, RefusesToWriteWhatTheFormatHasNoRoomFor) {
   FiberPolylines scene = sampleScene();
   scene.point_begin = {0, 2, 6};
   refuses(scene, "point_begin ends at 6, but there are 7 points");
+  scene.point_begin = {0, 2, 2, 7};
+  refuses(scene, "the number of points of fiber 1 is 0; the format holds at least 1");
   scene = sampleScene();
   scene.points[3][1] = 1e39;
   refuses(scene, "a coordinate is 1e+39");

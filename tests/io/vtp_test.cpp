@@ -339,12 +339,16 @@ TEST(VtpTest, SaysWhyAnArrayHoldsNoRadii) {
       testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("radius_from is 'R'")));
 }
 
-TEST(VtpTest, LinesWithoutPointsAreLeftOut) {
-  // If this fails, a cell that VTK's filters leave empty refuses a file, or shifts radii.
+TEST(VtpTest, LinesWithoutPointsAreKept) {
+  // If this fails, a cell that VTK's filters leave empty refuses a file, shifts radii, or gives all
+  // lines after it the number of another.
   const std::string three = replaced(textFile(), "NumberOfLines=\"2\"", "NumberOfLines=\"4\"");
   FiberFile file = parse(replaced(three, "\t4 6", "\t0 4 4 6"));
-  EXPECT_THAT(file.warnings, ElementsAre("2 lines have no points and are left out."));
-  file.warnings.clear();
+  EXPECT_THAT(file.fibers.point_begin, ElementsAre(0, 0, 4, 4, 6));
+  EXPECT_THAT(file.warnings, IsEmpty());
+  EXPECT_THAT(file.fibers.closed, ElementsAre(0, 1, 0, 0));
+  file.fibers.point_begin = {0, 4, 6};
+  file.fibers.closed = {1, 0};
   expectTwoLines(file);
   const std::string with =
       withCellData(replaced(three, "\t4 6", "\t0 4 4 6"), arrayOf("Float32", "R", "9 1 9 2"));

@@ -49,6 +49,32 @@ class Pictures(ProgramTest):
         self.assertEqual(data["touching"], [0, 1, 0, 1, 0])
         self.assertEqual(point_data["radius"], [0.006] * 8)
 
+    def test_fibers_without_points(self):
+        """Fibers after one without points would have the number of another, or a read beyond."""
+        nan, inf = 3 * (math.nan,), 3 * (math.inf,)
+        rows = [nan, *self.points[:4], nan, nan, *self.points[4:6], nan, *self.points[6:], nan, nan]
+        head = b"mrtrix tracks\ndatatype: Float64LE\nfile: . 128\nEND\n".ljust(128, b"\n")
+        self.fibers = self.folder / "some_empty.tck"
+        self.fibers.write_bytes(head + b"".join(struct.pack("<3d", *row) for row in [*rows, inf]))
+        data = read_vtp(self.export("segments"))[3]
+        self.assertEqual(data["fiber"], [1, 1, 1, 3, 4])
+        self.assertEqual(data["segment"], [0, 1, 2, 0, 0])
+        self.assertEqual(data["touching"], [0, 1, 0, 1, 0])
+        data = read_vtp(self.export("contacts"))[3]
+        self.assertEqual((data["fiber_a"], data["fiber_b"]), ([1], [3]))
+        vtp = self.folder / "converted.vtp"
+        self.run_program("convert", self.fibers, vtp)
+        for path in (self.fibers, vtp):
+            found = json.loads(self.run_program("info", path, "--json"))
+            self.assertEqual((found["fibers"], found["segments"]), (6, 5))
+            self.assertIn(
+                "one point or none, which touch nothing: 3", self.run_program("info", path)
+            )
+            self.run_program("view", path, "-r", 0.006, "-o", self.folder / "page.html")
+        for ending in ("txt", "hair"):
+            self.run_program("convert", self.fibers, self.folder / f"out.{ending}", code=2)
+            self.assertRegex(self.stderr, "fiber 0.* no points|points of fiber 0 is 0")
+
     def test_contacts(self):
         points, cells, _, data = read_vtp(self.export("contacts"))
         self.assertEqual(len(points), 1)
@@ -255,7 +281,7 @@ class Info(ProgramTest):
         self.assertIsNone(json.loads(self.run_program("info", path, "--json"))["radius"])
         self.assertIn("radius zero", self.run_program("info", path, "-r", 0))
         for expected in (
-            "single point, which touch nothing: 1",
+            "one point or none, which touch nothing: 1",
             "length zero, whose points coincide: 1",
             "join two fibers: 1",
             "the file holds no radius",

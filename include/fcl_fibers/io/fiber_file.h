@@ -37,8 +37,8 @@ enum class FiberFormat {
   /// VTK's XML format of polygonal data (.vtp). Every line of every piece is a fiber. The data may
   /// be ASCII, base64 inline or appended, or raw appended; uncompressed, or compressed by zlib.
   /// Points are Float32 or Float64, indices have 32 or 64 bits. The point data `radius` of any type
-  /// are radii, or the array that FiberFileOptions::radius_from names. Lines without points are
-  /// left out, with a warning.
+  /// are radii, or the array that FiberFileOptions::radius_from names. A line without
+  /// points is a fiber without points, as it is in the formats of streamlines.
   ///
   /// These are refused: LZ4 and LZMA compression; the parallel format (.pvtp); arrays that together
   /// are longer than the file, or more than 64 times as long when decompressed; and XML with more
@@ -161,7 +161,7 @@ FCL_FIBERS_IO_EXPORT std::optional<FiberFormat> recognizeFormat(std::string_view
 ///
 /// Throws std::invalid_argument, before it opens the file, if the scene is empty, not as
 /// FiberPolylines requires, or too large for the format. The format has coordinates and thickness
-/// of floats, at most 65,536 points per fiber and at most 2^32 - 1 points in all. Throws
+/// of floats, 1 to 65,536 points per fiber and at most 2^32 - 1 points in all. Throws
 /// std::runtime_error with the file's name if the file cannot be written.
 FCL_FIBERS_IO_EXPORT void writeHair(const std::string& path, const FiberPolylines& scene);
 
