@@ -148,20 +148,19 @@ inline std::vector<TreeQuery> capsuleQueries(int rings = kFewRings) {
          asked.tree.find(Nearest{0.1}, asked.other, pairs);
          record.addAll(pairs);
        }},
-      {"closest", [](A asked, R record) { record(asked.tree.closest(Contacts{asked.fibers})); }},
-      {"closest(mesh)",
-       [mesh](A asked, R record) { record(asked.tree.closest(Contacts{asked.fibers}, mesh)); }},
-      {"find(Contacts)",
+      {"find(Contacts) and closest",
        [](A asked, R record) {
          std::vector<Contact> contacts;
          asked.tree.find(Contacts{asked.fibers}, contacts);
          record.addAll(contacts);
+         record(asked.tree.closest(Contacts{asked.fibers}));
        }},
-      {"find(Contacts, mesh)",
+      {"find(Contacts, mesh) and closest(mesh)",
        [mesh](A asked, R record) {
          std::vector<MeshContact> contacts;
          asked.tree.find(Contacts{asked.fibers}, mesh, contacts);
          record.addAll(contacts);
+         record(asked.tree.closest(Contacts{asked.fibers}, mesh));
        }},
       {"writeContacts",
        [](A asked, R record) {

@@ -133,6 +133,14 @@ class TreeFaults : public testing::TestWithParam<FiberTreeOptions> {
                      {"visit(Pairs, other)", [](Subject& of) { of.visit(Pairs{}, of.other); }},
                      {"find(Pairs)", [](Subject& of) { of.find<SegmentPair>(Pairs{}); }}};
     if (GetParam().report == Report::kVolumes) return all;
+    const NamedActs of_capsules = {
+        {"find(Nearest, other)", [](Subject& of) { of.find<SegmentPair>(Nearest{0.1}, of.other); }},
+        {"closest", [this](Subject& of) {
+           const auto& fibers = hasSteps() ? moved_ : hair_;
+           const Contact contact = of.tree.closest(Contacts{fibers.view()});
+           of.see(contact.pair.a, contact.pair.b, contact.distance);
+         }}};
+    all.insert(all.end(), of_capsules.begin(), of_capsules.end());
     for (const TriangleMesh* mesh : {&surface_, &solid_}) {
       const NamedActs of_mesh = {
           {"visit(Pairs, mesh)", [mesh](Subject& of) { of.visit(Pairs{}, *mesh); }},
