@@ -117,24 +117,16 @@ struct Scene {
   std::vector<Object*> arm;
 };
 
-/// The poses of the arm, and the nearest triangle of each segment within a limit that grows until
-/// there is one.
+/// The poses of the arm, and the least of the distances to its links.
 double byArrays(Scene& scene, const FiberTree& tree, double& distance) {
-  const FiberArrays<double> arrays = fiberArrays(scene.cables);
-  std::vector<TrianglePair> pairs;
+  const Contacts<double> question{fiberArrays(scene.cables)};
   return seconds([&] {
     for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
       scene.meshes[i].setPose(toMeshPose(scene.rest[i]));
     }
-    constexpr double kNone = std::numeric_limits<double>::infinity();
-    distance = kNone;
-    for (double limit = kRadius; distance == kNone; limit *= 2) {
-      for (const TriangleMesh& mesh : scene.meshes) {
-        tree.find(fcl_fibers::Nearest{std::min(limit, distance)}, mesh, pairs);
-        for (const TrianglePair pair : pairs) {
-          distance = std::min(distance, meshContact(arrays, mesh, pair).distance);
-        }
-      }
+    distance = std::numeric_limits<double>::infinity();
+    for (const TriangleMesh& mesh : scene.meshes) {
+      distance = std::min(distance, tree.closest(question, mesh).distance);
     }
   });
 }
