@@ -637,6 +637,8 @@ FAULTS = [
           "first[k * axis + point]", "first[k * axis + 3]", "arrays_test"),
     Fault("a point's coordinates are next to each other", "arrays/coordinates.h",
           "static_cast<double>(p[axis]),", "static_cast<double>(p[1]),", "arrays_test"),
+    Fault("segments are in the order of the tree", "arrays/fiber_index.cpp",
+          "{ return segmentsOf(table_).ids; }", "{ return index_.leaves(); }", "arrays_test"),
     Fault("points of no fiber are checked", "arrays/array_source.cpp",
           "if (fibers.point_end == nullptr) {", "{", "arrays_test"),
     Fault("layouts with other gaps are one", "arrays/fiber_index.cpp",

@@ -111,8 +111,8 @@ class Tree {
     }
     std::vector<std::array<std::int64_t, 2>> offsets;
     for (std::size_t f = 0; f + 1 < layout_.end.size(); ++f) {
-      offsets.push_back({static_cast<std::int64_t>(layout_.begin[f]),
-                         static_cast<std::int64_t>(layout_.end[f])});
+      offsets.push_back(
+          {static_cast<std::int64_t>(layout_.begin[f]), static_cast<std::int64_t>(layout_.end[f])});
     }
     return toArray(std::move(offsets), type, 2);
   }

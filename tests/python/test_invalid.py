@@ -257,7 +257,7 @@ def test_types_of_scalars(tree):
 def test_a_tree_in_the_place_of_a_mesh(tree):
     mesh = fcl_fibers.TriangleMesh(np.eye(3), [[0, 1, 2]])
     for wrong in (1, None, tree):
-        refused(tree.touching, TypeError, "mesh", "give a TriangleMesh", mesh=wrong)
+        refused(tree.touching_segments, TypeError, "mesh", "give a TriangleMesh", mesh=wrong)
         if wrong == 1:
             refused(tree.nearest, TypeError, "other", "give a FiberTree or", other=wrong)
         if wrong is not None:
