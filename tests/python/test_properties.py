@@ -164,6 +164,7 @@ CALLS = {
     "overlaps_capsule": ["start", "end", "radius"],
     "overlaps_box": ["low", "high"],
     "fiber_segment": ["segments"],
+    "running_number": ["segments"],
     "volumes": ["depth"],
 }
 MESH = fcl_fibers.TriangleMesh(np.eye(3), [[0, 1, 2]])
@@ -225,4 +226,5 @@ def test_random_calls(name, data):
 def test_calls_are_all_that_a_tree_has():
     public = {n for n in vars(fcl_fibers.FiberTree) if not n.startswith("_")}
     values = {"fiber_count", "segment_count", "memory_usage", "options"}
+    values |= {"points", "radii", "offsets", "segments"}
     assert public - values == set(CALLS)
