@@ -179,25 +179,27 @@ struct PointSums {
 struct FiberPair {
   std::size_t a;        ///< fiber of the first segment
   std::size_t b;        ///< fiber of the second
-  std::size_t begin;    ///< their contacts are those from number `begin` ...
-  std::size_t end;      ///< ... to the one before `end`, so `end - begin` in number
+  std::size_t begin;    ///< number of their first contact
+  std::size_t end;      ///< number of the one after their last
+  std::size_t count;    ///< of their contacts: end - begin
   std::size_t deepest;  ///< number of the one whose `distance` is least; of several, the first
 };
 
 /// Returns the pairs of fibers of contacts that are in the order of their fibers, ascending by a,
-/// then by b, as with Order::kFibers. A contact is anything with `a.fiber`, `b.fiber` and
-/// `distance`, such as a Contact or an ObjectContact. Throws std::invalid_argument if the contacts
-/// are in another order.
+/// then by b, as with Order::kFibers. They are a range, such as std::vector, of anything with
+/// `a.fiber`, `b.fiber` and `distance`, such as Contact or ObjectContact. Throws
+/// std::invalid_argument if the contacts are in another order.
 ///
 ///     tree.find(Contacts{fibers, nullptr, Order::kFibers}, contacts);
 ///     for (const FiberPair& pair : fiberPairs(contacts)) print(contacts[pair.deepest].distance);
-template <class Found>
-std::vector<FiberPair> fiberPairs(const std::vector<Found>& contacts) {
+template <class Contacts>
+std::vector<FiberPair> fiberPairs(const Contacts& contacts) {
+  const auto* const contact = std::data(contacts);
   std::vector<FiberPair> pairs;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const std::size_t a = contacts[i].a.fiber, b = contacts[i].b.fiber;
+  for (std::size_t i = 0; i < std::size(contacts); ++i) {
+    const std::size_t a = contact[i].a.fiber, b = contact[i].b.fiber;
     if (pairs.empty() || std::tie(pairs.back().a, pairs.back().b) < std::tie(a, b)) {
-      pairs.push_back({a, b, i, i, i});
+      pairs.push_back({a, b, i, i, 0, i});
     } else if (pairs.back().a != a || pairs.back().b != b) {
       throw std::invalid_argument(
           "fcl_fibers: fiberPairs: contact " + std::to_string(i) +
@@ -206,7 +208,8 @@ std::vector<FiberPair> fiberPairs(const std::vector<Found>& contacts) {
     }
     FiberPair& pair = pairs.back();
     pair.end = i + 1;
-    if (contacts[i].distance < contacts[pair.deepest].distance) pair.deepest = i;
+    ++pair.count;
+    if (contact[i].distance < contact[pair.deepest].distance) pair.deepest = i;
   }
   return pairs;
 }

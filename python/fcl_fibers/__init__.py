@@ -12,6 +12,7 @@ Files are read by `read`, written by `write`, and shown in a notebook by `show`.
 """
 
 from . import _guard  # noqa: F401, before everything that it guards
+from ._contacts import Nodes, fiber_pairs
 from ._core import version as __version__
 from ._files import Fibers, FiberFileWarning, read, read_mesh, write
 from ._page import Page, show
@@ -22,11 +23,13 @@ __all__ = [
     "FiberFileWarning",
     "FiberTree",
     "Fibers",
+    "Nodes",
     "Options",
     "Page",
     "TriangleMesh",
     "Volumes",
     "__version__",
+    "fiber_pairs",
     "flat",
     "read",
     "read_mesh",

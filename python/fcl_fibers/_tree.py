@@ -7,8 +7,9 @@ from typing import Any, Callable, Dict, Literal, NamedTuple, Optional, Tuple, Un
 
 import numpy as np
 
-from . import _arrays, _core
+from . import _arrays, _contacts, _core
 from ._arrays import ArrayLike, Points
+from ._contacts import Nodes
 
 
 class Options(NamedTuple):
@@ -270,13 +271,21 @@ class FiberTree:
         values, kind = _arrays.radii_of(radii, array, self.offsets)
         return _core.Numbers(array, values, kind)
 
-    def pairs(self, other: Union[FiberTree, TriangleMesh, None] = None) -> np.ndarray:
+    def pairs(
+        self,
+        other: Union[FiberTree, TriangleMesh, None] = None,
+        order: Literal["found", "segments", "fibers"] = "found",
+    ) -> np.ndarray:
         """All pairs, (n, 2) int32, each once.
 
         Without `other`, pairs of two segments a < b. With another tree, a segment of this tree and
         one of the other. With a mesh, a segment and a triangle.
+
+        order   "found": as the search comes to them. "segments": ascending by the first segment,
+                then by the second one or the triangle. "fibers": ascending by the fiber of the
+                first segment, by that of the second, and then by segments.
         """
-        return self._tree.pairs(_core_of(other))
+        return self._tree.pairs(_core_of(other), _contacts.order_number(order))
 
     def visit_pairs(
         self,
@@ -295,7 +304,12 @@ class FiberTree:
             raise ValueError(f"block is {block}; give at least 1")
         return self._tree.visit_pairs(visit, _tree_of(other), block)
 
-    def contacts(self, other: Union[FiberTree, TriangleMesh, None] = None) -> np.ndarray:
+    def contacts(
+        self,
+        other: Union[FiberTree, TriangleMesh, None] = None,
+        order: Literal["found", "segments", "fibers"] = "found",
+        bare: bool = False,
+    ) -> np.ndarray:
         """The contacts of all pairs, in the order of pairs(), as a structured array.
 
         a, b        the segments, named as in pairs()
@@ -309,8 +323,66 @@ class FiberTree:
         Contacts with a mesh have `segment`, named as in pairs(), `fiber`, `number`, `triangle`,
         `weights` (3,) and `solid` in place of both segments and t; `normal` points from the fiber
         to the mesh. C++'s contact.h tells more.
+
+        order   as in pairs()
+        bare    leaves out fibers, numbers and points, in less than half of the memory; contacts
+                with a mesh have all fields
         """
-        return self._tree.contacts(_core_of(other))
+        return self._tree.contacts(_core_of(other), _contacts.order_number(order), bool(bare))
+
+    def nodes(
+        self, contacts: np.ndarray, other: Union[FiberTree, TriangleMesh, None] = None
+    ) -> Union[Nodes, Tuple[Nodes, Nodes]]:
+        """The points that carry contacts, and with which weights, as (points, weights).
+
+        contacts   those of contacts() or impact_contacts(), or some of them
+        other      the tree or mesh that they are with, if there is one
+
+        Without `other`, both are (n, 4): the two points of a, then the two of b; of contacts with a
+        mesh (n, 2), those of the fiber. With `other`, two are returned: (n, 2) of this tree, and
+        (n, 2) of the other tree or (n, 3) of the mesh. The weights of each side sum up to 1.
+        """
+        array = _contacts.contacts_of(contacts)
+        is_mesh = isinstance(other, TriangleMesh)
+        _contacts.require_layout(array, self._tree.layout(None if is_mesh else _core_of(other)))
+        if not is_mesh:
+            return _contacts.nodes_of(array, other is not None)
+        if "triangle" not in _contacts.names_of(array):
+            raise TypeError("the contacts are of two segments; leave the mesh out")
+        corners = other._triangles[array["triangle"]]
+        return _contacts.nodes_of(array, False), Nodes(corners, array["weights"].copy())
+
+    def accumulate(
+        self,
+        contacts: np.ndarray,
+        forces: ArrayLike,
+        out: Optional[np.ndarray] = None,
+        other: Union[FiberTree, TriangleMesh, None] = None,
+        other_out: Optional[np.ndarray] = None,
+    ) -> np.ndarray:
+        """Adds forces at contacts onto the points that carry them, and returns the sums.
+
+        contacts   those of contacts() or impact_contacts(), or some of them
+        forces     (n,) along the normals, where positive numbers push apart, or (n, 3). A force
+                   acts on b, or on the mesh, and the opposite one acts on a.
+        out        (points, 3) float32 or float64 to add to; zeros, float64, if there is none
+        other      the tree or mesh that the contacts are with, if there is one
+        other_out  likewise for its points; if there is none, what acts on these is left out
+
+        Each force is shared by the weights of nodes(). The sums are those of a loop over the
+        contacts, bit for bit, with any number of threads. Forces that are NaN or infinite, and
+        contacts of other offsets, raise ValueError before anything is added.
+        """
+        array = _contacts.contacts_of(contacts)
+        if out is None:
+            out = np.zeros((len(self._tree.numbers.points), 3))
+        if other is None and other_out is not None:
+            raise TypeError("other_out is given without other")
+        sums = _contacts.sums_of("out", out)
+        other_sums = None if other_out is None else _contacts.sums_of("other_out", other_out)
+        values = _contacts.forces_of(forces)
+        self._tree.accumulate(array, values, _core_of(other), sums, other_sums)
+        return out
 
     def impacts(
         self,

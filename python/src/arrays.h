@@ -18,6 +18,22 @@ namespace fcl_fibers::python {
 
 namespace py = pybind11;
 
+/// A range of numbers or structs of a NumPy array.
+template <typename T>
+class Borrowed {
+ public:
+  explicit Borrowed(const py::array& array)
+      : data_(static_cast<const T*>(array.data())),
+        size_(static_cast<std::size_t>(array.shape(0))) {}
+
+  const T* data() const { return data_; }
+  std::size_t size() const { return size_; }
+
+ private:
+  const T* data_;
+  std::size_t size_;
+};
+
 /// Memory for structs, all of which are written later. A vector would write zeros first, on one
 /// thread.
 template <typename T>

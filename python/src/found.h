@@ -38,6 +38,8 @@ inline Fields bareFields() {
           {"normal", "3f8", offsetof(BareContact, normal)}};
 }
 
+inline py::dtype bareType() { return structType<BareContact>(bareFields()); }
+
 inline py::dtype contactType() {
   const std::size_t a = offsetIn<Contact>(&Contact::a), b = offsetIn<Contact>(&Contact::b);
   const std::size_t fiber = offsetof(FiberSegment, fiber), number = offsetof(FiberSegment, number);
@@ -86,6 +88,15 @@ inline py::dtype meshImpactType() {
   return structType<MeshImpact>({{"segment", "i4", pair + offsetof(TrianglePair, segment)},
                                  {"triangle", "i4", pair + offsetof(TrianglePair, triangle)},
                                  {"time", "f8", offsetof(MeshImpact, time)}});
+}
+
+inline py::dtype fiberPairType() {
+  return structType<FiberPair>({{"fiber_a", "i8", offsetof(FiberPair, a)},
+                                {"fiber_b", "i8", offsetof(FiberPair, b)},
+                                {"begin", "i8", offsetof(FiberPair, begin)},
+                                {"end", "i8", offsetof(FiberPair, end)},
+                                {"count", "i8", offsetof(FiberPair, count)},
+                                {"deepest", "i8", offsetof(FiberPair, deepest)}});
 }
 
 static_assert(sizeof(SegmentPair) == 2 * sizeof(std::int32_t) &&

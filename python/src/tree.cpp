@@ -160,23 +160,24 @@ class Tree {
     return ended;
   }
 
-  py::array contacts(Other other) const {
+  template <class Found>
+  py::array contacts(Other other, Order order, const py::dtype& type) const {
     const Query own(users_);
     const Query others(partner(other).users_);
-    const auto pairs = query(Pairs{}, other);
+    const auto pairs = query(Pairs{order}, other);
     return withBoth(numbers_, layout_, partner(other).numbers_, partner(other).layout_,
                     [&](const auto& a, const auto& b) {
                       const auto write = [&](const SegmentPair* some, std::size_t count,
-                                             Contact* to) {
+                                             Found* to) {
                         tree_.writeContacts(Contacts{a, &b}, partner(other).tree_, some, count, to);
                       };
-                      return toArray(inBlocks<Contact>(pairs, write), contactType());
+                      return toArray(inBlocks<Found>(pairs, write), type);
                     });
   }
 
-  py::array contacts(const TriangleMesh& mesh) const {
+  py::array contacts(const TriangleMesh& mesh, Order order) const {
     const Query own(users_);
-    const auto pairs = query(Pairs{}, mesh);
+    const auto pairs = query(Pairs{order}, mesh);
     return withArrays(numbers_, layout_, [&](const auto& fibers) {
       const auto write = [&](const TrianglePair* some, std::size_t count, MeshContact* to) {
         tree_.writeContacts(Contacts{fibers}, mesh, some, count, to);
@@ -184,6 +185,36 @@ class Tree {
       return toArray(inBlocks<MeshContact>(pairs, write), meshContactType());
     });
   }
+
+  /// Adds forces at contacts of the partner, if there is one; see FiberTree::accumulate().
+  /// @param partner  Tree::Other or a mesh; null is the tree itself, and for contacts with a mesh
+  ///                 or a shape what acts on these alone
+  template <class Partner>
+  void accumulate(const py::array& contacts, const py::array& forces, const Partner& partner,
+                  const PointSums& sums, const PointSums& partner_sums) const {
+    const Query own(users_);
+    const auto add = [&](const auto& found) {
+      const auto addAll = [&](const ContactForces& all) {
+        const Unlocked unlocked;
+        if constexpr (std::is_same_v<Partner, TriangleMesh>) {
+          tree_.accumulate(all, partner, sums, partner_sums);
+        } else if (partner != nullptr) {
+          const Query others(partner->users_);
+          tree_.accumulate(all, partner->tree_, sums, partner_sums);
+        } else {
+          tree_.accumulate(all, sums);
+        }
+      };
+      forces.ndim() == 1 ? addAll({found, Borrowed<double>(forces)})
+                         : addAll({found, Borrowed<std::array<double, 3>>(forces)});
+    };
+    const py::dtype type = contacts.dtype();
+    if (type.equal(bareType())) return add(Borrowed<BareContact>(contacts));
+    if (type.equal(contactType())) return add(Borrowed<Contact>(contacts));
+    add(Borrowed<MeshContact>(contacts));
+  }
+
+  std::uint32_t layout(Other other) const { return tree_.layout(partner(other).tree_); }
 
   /// An array of one contact.
   py::array closest(Other other) const {
@@ -205,8 +236,14 @@ class Tree {
     const Query own(users_);
     const auto all = fromArray<Impact>(impacts, impactType());
     const FiberNumbers& start = startOfStep();
+    const std::uint32_t layout = this->layout(other);
     const auto contactsOf = [&](auto&& contact) {
-      return toArray(makeEach<Contact>(all, contact), contactType());
+      const auto make = [&](const Impact& impact) {
+        Contact made = contact(impact);
+        made.layout = layout;
+        return made;
+      };
+      return toArray(makeEach<Contact>(all, make), contactType());
     };
     if (other == nullptr || other == this) {
       return withBoth(start, layout_, numbers_, layout_, [&](const auto& from, const auto& to) {
@@ -234,7 +271,9 @@ class Tree {
         startOfStep(), layout_, numbers_, layout_, [&](const auto& from, const auto& to) {
           return toArray(makeEach<MeshContact>(all,
                                                [&](const MeshImpact& impact) {
-                                                 return impactContact(from, to, mesh, impact);
+                                                 auto made = impactContact(from, to, mesh, impact);
+                                                 made.layout = tree_.layout();
+                                                 return made;
                                                }),
                          meshContactType());
         });
@@ -342,11 +381,26 @@ class Tree {
   mutable std::size_t pairs_before_ = 0;  ///< of the last query; the next may find as many
 };
 
+PointSums sumsOf(const py::object& sums) {
+  if (sums.is_none()) return {};
+  py::array array = py::reinterpret_borrow<py::array>(sums);
+  const auto points = static_cast<std::size_t>(array.shape(0));
+  return py::isinstance<py::array_t<float>>(array)
+             ? PointSums(static_cast<float*>(array.mutable_data()), points)
+             : PointSums(static_cast<double*>(array.mutable_data()), points);
+}
+
 /// Asks a question that holds nothing. A query takes a copy of a mesh, so that the program may move
 /// the mesh meanwhile.
 template <class Question, class Partner>
 py::array ask(const Tree& tree, Partner partner) {
   return tree.find(Question{}, partner);
+}
+
+template <class Partner>
+void accumulate(const Tree& tree, const py::array& contacts, const py::array& forces,
+                Partner partner, const py::object& sums, const py::object& partner_sums) {
+  tree.accumulate(contacts, forces, partner, sumsOf(sums), sumsOf(partner_sums));
 }
 
 }  // namespace
@@ -365,12 +419,22 @@ void addTree(py::module_& module) {
       .def("update", py::overload_cast<FiberNumbers, FiberNumbers>(&Tree::update))
       .def_property_readonly("numbers", &Tree::numbers)
       .def_property_readonly("offsets", &Tree::offsets)
-      .def("pairs", &ask<Pairs, Other>)
-      .def("pairs", &ask<Pairs, MeshCopy>)
+      .def("pairs", [](const Tree& tree, Other other,
+                       int order) { return tree.find(Pairs{Order(order)}, other); })
+      .def("pairs", [](const Tree& tree, MeshCopy mesh,
+                       int order) { return tree.find(Pairs{Order(order)}, mesh); })
       .def("moving_pairs", &ask<MovingPairs, Other>)
       .def("visit_pairs", &Tree::visitPairs)
-      .def("contacts", py::overload_cast<Other>(&Tree::contacts, py::const_))
-      .def("contacts", [](const Tree& tree, MeshCopy mesh) { return tree.contacts(mesh); })
+      .def("contacts",
+           [](const Tree& tree, Other other, int order, bool bare) {
+             return bare ? tree.contacts<BareContact>(other, Order(order), bareType())
+                         : tree.contacts<Contact>(other, Order(order), contactType());
+           })
+      .def("contacts", [](const Tree& tree, MeshCopy mesh, int order,
+                          bool) { return tree.contacts(mesh, Order(order)); })
+      .def("accumulate", &accumulate<Other>)
+      .def("accumulate", &accumulate<MeshCopy>)
+      .def("layout", &Tree::layout)
       .def("closest", py::overload_cast<Other>(&Tree::closest, py::const_))
       .def("closest", [](const Tree& tree, MeshCopy mesh) { return tree.closest(mesh); })
       .def("impacts", &ask<Impacts, Other>)
@@ -409,6 +473,10 @@ void addTree(py::module_& module) {
                              [](const Tree& tree) { return tree.tree().segmentCount(); })
       .def_property_readonly("memory_usage",
                              [](const Tree& tree) { return tree.tree().memoryUsage(); });
+  module.attr("contact_types") = py::make_tuple(bareType(), contactType(), meshContactType());
+  module.def("fiber_pairs", [](const py::array& contacts) {
+    return toArray(fiberPairs(Borrowed<Contact>(contacts)), fiberPairType());
+  });
 }
 
 }  // namespace fcl_fibers::python

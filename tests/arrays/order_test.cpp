@@ -164,6 +164,7 @@ TEST(FiberPairs, HoldAllContactsOfTwoFibers) {
         contacts.begin(), contacts.end(),
         [&](const Contact& c) { return c.a.fiber == pair.a && c.b.fiber == pair.b; }));
     EXPECT_EQ(pair.end - pair.begin, count);
+    EXPECT_EQ(pair.count, count);
     for (std::size_t i = pair.begin; i < pair.end; ++i) {
       EXPECT_EQ(contacts[i].a.fiber, pair.a);
       EXPECT_EQ(contacts[i].b.fiber, pair.b);
