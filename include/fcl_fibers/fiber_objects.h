@@ -59,8 +59,8 @@ struct FiberObjects {
 ///       manager.registerFiber(fiber.objects, fiber.ends);
 ///     }
 ///
-/// A fiber of one point or none has no object, and a manager, which then registers nothing, does not count
-/// it. Throws std::invalid_argument if there are not as many objects as segments.
+/// A fiber of one point or none has no object, and a manager, which then registers nothing, does
+/// not count it. Throws std::invalid_argument if there are not as many objects as segments.
 template <typename Pointer>
 auto objectsByFiber(const FiberPolylines& scene, const std::vector<Pointer>& objects) {
   using Object = std::remove_reference_t<decltype(*objects.front())>;

@@ -56,9 +56,9 @@ Contact impactContact(const FiberArrays<S>& a_start, const FiberArrays<S>& a_end
   const LocatedMotion p = locate(a_start, a_end, impact.pair.a);
   const LocatedMotion q = locate(b_start, b_end, impact.pair.b);
   const Vec3d origin = p.segment.start.a;
-  Contact contact = fibers::contactOf(at(relativeTo(origin, p.segment), impact.time),
-                                      at(relativeTo(origin, q.segment), impact.time), origin,
-                                      p.place, q.place);
+  Contact contact =
+      fibers::contactOf(at(relativeTo(origin, p.segment), impact.time),
+                        at(relativeTo(origin, q.segment), impact.time), origin, p.place, q.place);
   contact.pair = impact.pair;
   return contact;
 }
@@ -71,9 +71,9 @@ MeshContact impactContact(const FiberArrays<S>& start, const FiberArrays<S>& end
   requireTriangle(kCall, mesh.end, impact.pair.triangle);
   const LocatedMotion capsule = locate(start, end, impact.pair.segment);
   const index::PlacedMesh from = MeshReader::placed(mesh.start);
-  MeshContact contact = fibers::impactContact(
-      relativeTo(from.pose.shift, capsule.segment), from.pose.shift, from,
-      MeshReader::placed(mesh.end), impact.pair.triangle, impact.time, capsule.place);
+  MeshContact contact = fibers::impactContact(relativeTo(from.pose.shift, capsule.segment),
+                                              from.pose.shift, from, MeshReader::placed(mesh.end),
+                                              impact.pair.triangle, impact.time, capsule.place);
   contact.segment = impact.pair.segment;
   return contact;
 }

@@ -121,8 +121,7 @@ class ObjectRegistry {
   /// @pre the object is managed
   bool isOfSeveral(const Object* object) const {
     const SegmentId id = find(object), next = id + 1;
-    return fibers_.placeOf(id).number > 0 ||
-           (next < idCount() && fibers_.placeOf(next).number > 0);
+    return fibers_.placeOf(id).number > 0 || (next < idCount() && fibers_.placeOf(next).number > 0);
   }
 
   /// Properties of the fibers of one add(). Guessed fibers have no neighbours.

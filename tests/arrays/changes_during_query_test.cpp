@@ -72,8 +72,7 @@ std::vector<VisitorQuery> allVisitorQueries() {
   using V = Visitor;
   return {
       {"pairs", false, [](S& s, V& visit) { return s.own->visit(Pairs{}, visit); }},
-      {"pairs of two", true,
-       [](S& s, V& visit) { return s.own->visit(Pairs{}, *s.other, visit); }},
+      {"pairs of two", true, [](S& s, V& visit) { return s.own->visit(Pairs{}, *s.other, visit); }},
       {"impacts", false, [](S& s, V& visit) { return s.own->visit(Impacts{}, visit); }},
       {"impacts of two", true,
        [](S& s, V& visit) { return s.own->visit(Impacts{}, *s.other, visit); }},
