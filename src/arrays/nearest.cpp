@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <limits>
+#include <utility>
 
 #include "arrays/pair_sinks.h"
 #include "fibers/capsule_contact.h"
@@ -24,11 +25,10 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// A distance of two surfaces, negative if they overlap, and a bound on its error.
 struct Apart {
-  double distance = kInfinity, error = 0;
+  double distance, error;
 };
-constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
 /// Of a pair that does not count. No comparison holds for it.
-constexpr Apart kNoPair{kNotANumber, kNotANumber};
+constexpr Apart kNoPair{std::numeric_limits<double>::quiet_NaN(), 0};
 
 /// The error of closest points, and of a contact that is computed from the arrays, relative to the
 /// lengths that contact.h bounds it by.
@@ -59,7 +59,7 @@ class Candidates final : public index::NearestSink {
   tree::Visit visit(SegmentId a, SegmentId b, double& limit) override {
     const Apart apart = measure_(a, b);
     if (apart.distance - apart.error <= most_) {
-      found_.push_back({{a, b}, apart.distance - apart.error});
+      found_.emplace_back(Pair{a, b}, apart.distance - apart.error);
       most_ = std::min(most_, apart.distance + apart.error);
       limit = this->limit();
     }
@@ -74,13 +74,9 @@ class Candidates final : public index::NearestSink {
   }
 
  private:
-  struct Found {
-    Pair pair;
-    double least;  ///< that the distance may be
-  };
   double most_;
   const Measure& measure_;
-  std::vector<Found> found_;
+  std::vector<std::pair<Pair, double>> found_;  ///< with the least that the distance may be
 };
 
 /// Takes a segment to the frame of an index.
