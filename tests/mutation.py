@@ -407,7 +407,7 @@ FAULTS = [
           "is_solid = state_.registry().fibers().isSolid(id);", "is_solid = is_own_ && "
           "state_.registry().fibers().isSolid(id);", "meshes_test numerics_test"),
     Fault("a mesh that no fiber meets is nowhere", "broadphase/obstacles.h",
-          "categories != 0 ? categories : tree::kAllCategories;", "categories;", "meshes_test"),
+          "meets_some ? categories : tree::kAllCategories;", "categories;", "meshes_test"),
     Fault("a mesh is known by its address alone", "broadphase/mesh_cache.cpp",
           "return is_known ? found->second.mesh : nullptr;", "return found->second.mesh;",
           "meshes_test"),
@@ -678,6 +678,8 @@ FAULTS = [
     Fault("a point that is not finite is passed over", "arrays/coordinates.h",
           "if (std::isfinite(largest)) return largest;", "if (largest >= 0) return largest;",
           "arrays_test"),
+    Fault("only the mesh has a category that the other one meets", "tree/topology.h",
+          "return (own & other.met) != 0 && ", "return ", "tree_test arrays_test"),
     Fault("a step with a mesh forgets categories", "index/segment_index_meshes.cpp",
           "reach.growth + mesh.error(), mesh.categories());",
           "reach.growth + mesh.error(), tree::kAllCategories);", "arrays_test"),

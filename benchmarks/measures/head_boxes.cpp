@@ -48,7 +48,7 @@ class OurBoxes {
 
  private:
   using Tree = tree::LayeredBoxTree<8>;
-  static constexpr tree::Categories kAllCategories = ~tree::Categories{0};
+  static constexpr tree::Categories kAllCategories = tree::kAllCategories;
 
   static index::MeshIndex indexOf(const scenes::Triangles& mesh) {
     std::vector<geometry::MeshPoint> points;

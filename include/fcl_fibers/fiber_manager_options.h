@@ -34,8 +34,10 @@ struct ObstacleOptions {
   /// counterclockwise seen from outside. Boxes, spheres, half-spaces and other shapes are solid in
   /// any case.
   bool solid = false;
-  /// Bits. A fiber meets the obstacle only if one of them is among its FiberObstacles::meets.
+  /// Bits. A fiber and the obstacle meet only if each has a category that the other one meets:
+  /// (fiber.categories & obstacle.meets) != 0 && (obstacle.categories & fiber.meets) != 0.
   std::uint32_t categories = ~std::uint32_t{0};
+  std::uint32_t meets = ~std::uint32_t{0};  ///< bits: the categories of fibers that it meets
 };
 
 /// Which obstacles a fiber meets. An obstacle is an object that was registered by registerObstacle,
@@ -54,6 +56,7 @@ struct FiberObstacles {
   /// Segments that begin at less than this length from the start of the fiber meet no obstacle,
   /// either. The length is measured when the fiber is registered. Finite, not negative.
   double root_length = 0;
+  std::uint32_t categories = ~std::uint32_t{0};  ///< bits; see ObstacleOptions::categories
 };
 
 /// Options of a fiber manager. The manager's constructor throws std::invalid_argument if one of

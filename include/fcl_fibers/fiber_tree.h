@@ -56,12 +56,14 @@ struct FiberArrays {
   /// fiber_count group numbers, 0 for a fiber without a group. Null if no fiber has one. See
   /// FiberGroup.
   const std::int32_t* groups = nullptr;
-  /// fiber_count bit masks: the categories of meshes that each fiber may meet, see
-  /// TriangleMesh::setCategories(). Null if every fiber may meet every mesh, whatever it has.
+  /// fiber_count bit masks: the categories of meshes that each fiber may meet. Null if all. See
+  /// TriangleMesh::setCategories() for the rule.
   const std::uint32_t* meets = nullptr;
   /// fiber_count numbers, not negative: how many segments at the start of each fiber meet no mesh,
   /// because they are in the scalp. Null if there are none. rootSegments() counts them by length.
   const std::int32_t* root_segments = nullptr;
+  /// fiber_count bit masks: the categories of each fiber. Null if every fiber has all.
+  const std::uint32_t* categories = nullptr;
   /// Bytes from a point to the next one: multiples of alignof(S), also negative, or 0 for
   /// 3 * sizeof(S), as packed points have. `points` is x of point 0 in any case.
   ///

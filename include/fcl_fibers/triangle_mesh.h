@@ -82,10 +82,15 @@ class FCL_FIBERS_TREE_EXPORT TriangleMesh {
   void setPose(const MeshPose& pose);
   const MeshPose& pose() const { return pose_; }  ///< the pose that was set last
 
-  /// Sets the categories of this mesh as bits. A fiber meets it only if one of them is among the
-  /// bits of FiberArrays::meets. All bits are set at first.
+  /// Sets the categories of this mesh, and those of the fibers that it meets, as bits. A fiber and
+  /// the mesh meet only if each has a category that the other one meets: (fiber.categories &
+  /// mesh.meets) != 0 && (mesh.categories & fiber.meets) != 0. All bits are set at first.
+  ///@{
   void setCategories(std::uint32_t bits) { categories_ = bits; }
+  void setMeets(std::uint32_t bits) { meets_ = bits; }
+  ///@}
   std::uint32_t categories() const { return categories_; }  ///< as set last
+  std::uint32_t meets() const { return meets_; }            ///< as set last
 
   Kind kind() const { return kind_; }  ///< as given at construction
   std::size_t pointCount() const;      ///< number of points
@@ -106,7 +111,7 @@ class FCL_FIBERS_TREE_EXPORT TriangleMesh {
   Kind kind_;
   std::shared_ptr<Impl> impl_;  ///< shared by copies; null after a move
   MeshPose pose_;
-  std::uint32_t categories_ = ~std::uint32_t{0};
+  std::uint32_t categories_ = ~std::uint32_t{0}, meets_ = ~std::uint32_t{0};
 };
 
 }  // namespace fcl_fibers

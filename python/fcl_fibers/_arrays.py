@@ -321,8 +321,10 @@ def layout_of(
         if array is not None and len(array) != len(begin):
             raise ValueError(
                 f"{name} are {len(array)} for {len(begin)} fibers; give one for each fiber"
+    categories: Optional[ArrayLike] = None,
             )
     ends = None
     if offsets.ndim == 2:
         offsets, ends = np.append(begin, len(points)), np.append(end, len(points))
     return _core.Layout(offsets, ends, **by_fiber)
+        "categories": None if categories is None else whole("categories", categories, np.uint32),

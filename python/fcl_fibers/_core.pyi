@@ -15,6 +15,7 @@ class Layout:
         groups: Optional[np.ndarray],
         meets: Optional[np.ndarray],
         root_segments: Optional[np.ndarray],
+        categories: Optional[np.ndarray],
     ) -> None: ...
 
 class Numbers:
@@ -28,6 +29,7 @@ class Numbers:
 
 class Mesh:
     categories: int
+    meets: int
     def __init__(self, points: np.ndarray, triangles: np.ndarray, solid: bool) -> None: ...
     def update(self, points: np.ndarray, triangles: np.ndarray) -> None: ...
     def set_pose(self, rotation: Sequence[float], position: Sequence[float]) -> None: ...

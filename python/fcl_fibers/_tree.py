@@ -82,12 +82,23 @@ class TriangleMesh:
 
     @property
     def categories(self) -> int:
-        """32 bits, all set at first. A fiber meets the mesh if one of them is in its `meets`."""
+        """32 bits, all set at first. A fiber and the mesh meet if each has a category that the
+        other one meets.
+        """
         return self._mesh.categories
 
     @categories.setter
     def categories(self, bits: int) -> None:
         self._mesh.categories = _arrays.integer("categories", bits, np.uint32)
+
+    @property
+    def meets(self) -> int:
+        """32 bits, all set at first: the categories of fibers that the mesh meets."""
+        return self._mesh.meets
+
+    @meets.setter
+    def meets(self, bits: int) -> None:
+        self._mesh.meets = _arrays.integer("meets", bits, np.uint32)
 
     @property
     def solid(self) -> bool:
@@ -106,13 +117,13 @@ class TriangleMesh:
         return self.copy()
 
     def __getstate__(self) -> tuple:
-        return self._points, self._triangles, self.solid, *self.pose, self.categories
+        return self._points, self._triangles, self.solid, *self.pose, self.categories, self.meets
 
     def __setstate__(self, state: tuple) -> None:
-        points, triangles, solid, rotation, position, categories = state
+        points, triangles, solid, rotation, position, categories, meets = state
         TriangleMesh.__init__(self, points, triangles, solid)
         self.set_pose(rotation, position)
-        self.categories = categories
+        self.categories, self.meets = categories, meets
 
     def placed(self) -> Tuple[np.ndarray, np.ndarray]:
         """The points in the fibers' frame, (n, 3) float64, and the triangles, (m, 3) int32."""
@@ -202,6 +213,7 @@ class FiberTree:
         groups: Optional[ArrayLike] = None,
         meets: Optional[ArrayLike] = None,
         root_segments: Optional[ArrayLike] = None,
+        categories: Optional[ArrayLike] = None,
     ) -> None:
         """Replaces all fibers and builds the tree.
 
@@ -219,8 +231,9 @@ class FiberTree:
         root_segments  (fibers,) whole numbers: so many segments at the start meet no mesh
         """
         array, begin = _arrays.points_and_offsets(points, offsets)
+        categories     (fibers,) 32 bits each: see TriangleMesh.categories
         values, kind = _arrays.radii_of(radii, array, begin)
-        layout = _arrays.layout_of(array, begin, closed, groups, meets, root_segments)
+        layout = _arrays.layout_of(array, begin, closed, groups, meets, root_segments, categories)
         self._tree.build(_core.Numbers(array, values, kind), layout)
         self._made = {}
 

@@ -97,7 +97,7 @@ struct FiberLayout {
   std::vector<std::size_t> end;  ///< FiberArrays::point_end, and one more; empty if null
   std::vector<std::uint8_t> closed;
   std::vector<std::int32_t> groups;
-  std::vector<std::uint32_t> meets;
+  std::vector<std::uint32_t> meets, categories;
   std::vector<std::int32_t> root_segments;
 };
 
@@ -151,6 +151,7 @@ struct FiberNumbers {
     arrays.closed = orNull(layout.closed);
     arrays.groups = orNull(layout.groups);
     arrays.meets = orNull(layout.meets);
+    arrays.categories = orNull(layout.categories);
     arrays.root_segments = orNull(layout.root_segments);
     return arrays;
   }

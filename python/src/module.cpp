@@ -38,7 +38,7 @@ std::vector<T> numbersOf(const char* name, const py::object& array) {
 
 FiberLayout layoutOf(const py::array& offsets, const py::object& ends, const py::object& closed,
                      const py::object& groups, const py::object& meets,
-                     const py::object& root_segments) {
+                     const py::object& root_segments, const py::object& categories) {
   FiberLayout layout;
   const auto* const begin = requireArray<std::int64_t>("offsets", offsets);
   layout.begin.assign(begin, begin + offsets.size());
@@ -47,6 +47,7 @@ FiberLayout layoutOf(const py::array& offsets, const py::object& ends, const py:
   layout.closed = numbersOf<std::uint8_t>("closed", closed);
   layout.groups = numbersOf<std::int32_t>("groups", groups);
   layout.meets = numbersOf<std::uint32_t>("meets", meets);
+  layout.categories = numbersOf<std::uint32_t>("categories", categories);
   layout.root_segments = numbersOf<std::int32_t>("root_segments", root_segments);
   return layout;
 }
@@ -115,7 +116,7 @@ void writeFile(const std::string& path, const FiberNumbers& numbers, const Fiber
 void addFibers(py::module_& module) {
   py::class_<FiberLayout>(module, "Layout")
       .def(py::init(&layoutOf), py::arg("offsets"), py::arg("ends"), py::arg("closed"),
-           py::arg("groups"), py::arg("meets"), py::arg("root_segments"));
+           py::arg("groups"), py::arg("meets"), py::arg("root_segments"), py::arg("categories"));
   py::class_<FiberNumbers>(module, "Numbers")
       .def(py::init([](py::array points, py::array radii, int radii_are) {
              return FiberNumbers{std::move(points), std::move(radii), radii_are};
@@ -149,6 +150,7 @@ void addMesh(py::module_& module) {
              // Another thread may have placed it meanwhile.
              changed.setPose(mesh.pose());
              changed.setCategories(mesh.categories());
+             changed.setMeets(mesh.meets());
              mesh = std::move(changed);
            })
       .def("set_pose",
@@ -159,6 +161,7 @@ void addMesh(py::module_& module) {
       .def("pose",
            [](const TriangleMesh& m) { return std::pair(m.pose().rotation, m.pose().position); })
       .def_property("categories", &TriangleMesh::categories, &TriangleMesh::setCategories)
+      .def_property("meets", &TriangleMesh::meets, &TriangleMesh::setMeets)
       .def_property_readonly(
           "solid",
           [](const TriangleMesh& mesh) { return mesh.kind() == TriangleMesh::Kind::kSolid; })

@@ -151,6 +151,7 @@ void addFibers(const FiberArrays<S>& fibers, fibers::FiberTable& table) {
   };
   const bool has_closed = hasAny(fibers.closed), has_groups = hasAny(fibers.groups);
   const bool has_roots = hasAny(fibers.root_segments);
+  constexpr std::uint32_t kAll = ~std::uint32_t{0};
   for (std::size_t f = 0; has_roots && f < fibers.fiber_count; ++f) {
     if (fibers.root_segments[f] < 0) {
       throwInvalidArgument("FiberTree::build",
@@ -159,12 +160,15 @@ void addFibers(const FiberArrays<S>& fibers, fibers::FiberTable& table) {
     }
   }
   table.reserve(fibers.fiber_count, fibers.point_count,
-                {has_closed, has_groups, has_roots || fibers.meets != nullptr});
+                {has_closed, has_groups,
+                 has_roots || fibers.meets != nullptr || fibers.categories != nullptr});
   table.addGap(static_cast<SegmentId>(fibers.point_begin[0]));
   for (std::size_t f = 0; f < fibers.fiber_count; ++f) {
-    table.startFiber({/*has_neighbors=*/true, has_closed && fibers.closed[f] != 0,
+    table.startFiber({/*has_neighbors=*/true,
+                      has_closed && fibers.closed[f] != 0,
                       has_groups ? fibers.groups[f] : tree::kNoGroup,
-                      fibers.meets != nullptr ? fibers.meets[f] : tree::kAllCategories,
+                      {fibers.categories != nullptr ? fibers.categories[f] : kAll,
+                       fibers.meets != nullptr ? fibers.meets[f] : kAll},
                       has_roots ? fibers.root_segments[f] : 0});
     const std::size_t end = pointEnd(fibers, f);
     for (std::size_t i = fibers.point_begin[f]; i < end; ++i) {

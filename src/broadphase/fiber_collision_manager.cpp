@@ -133,7 +133,8 @@ FiberCollisionManager<S>::~FiberCollisionManager() = default;
 template <typename S>
 void FiberCollisionManager<S>::registerFiber(const std::vector<Object*>& fiber, FiberEnds ends,
                                              FiberGroup group, const FiberObstacles& obstacles) {
-  typename Impl::Kind kind{true, ends == FiberEnds::kClosed, group.number, obstacles.meets};
+  typename Impl::Kind kind{
+      true, ends == FiberEnds::kClosed, group.number, {obstacles.categories, obstacles.meets}};
   kind.roots = broadphase::rootsOf<S>("registerFiber", fiber, obstacles);
   impl().add("registerFiber", fiber, kind);
 }
@@ -141,7 +142,7 @@ void FiberCollisionManager<S>::registerFiber(const std::vector<Object*>& fiber, 
 template <typename S>
 void FiberCollisionManager<S>::registerObstacle(Object* object, const ObstacleOptions& options) {
   typename Impl::Kind kind = Impl::kGuessed;
-  kind.categories = options.categories;
+  kind.categories = {options.categories, options.meets};
   kind.is_solid = options.solid;
   impl().add("registerObstacle", {object}, kind);
 }

@@ -132,7 +132,7 @@ void ManagerState<S>::requireMesh(const Objects& objects, std::size_t i, bool is
 template <typename S>
 void ManagerState<S>::add(const char* call, const Objects& added, const Kind& kind) {
   refuseDuringQuery(call);
-  // An obstacle with categories of its own neither continues a fiber nor is continued.
+  // An obstacle with filters of its own neither continues a fiber nor is continued.
   const bool may_continue = kind.categories == tree::kAllCategories;
   std::optional<Segment> last = may_continue ? last_registered_ : std::nullopt;
   std::vector<bool> starts_fiber(added.size());

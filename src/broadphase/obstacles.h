@@ -115,8 +115,9 @@ struct BesideReading {
   bool hasTriangles() const { return mesh != nullptr && object.isAllOfShape(); }
   /// @pre hasTriangles()
   index::PlacedMesh placed(tree::Categories categories, bool is_solid) const {
-    // A mesh without categories meets other obstacles, and the rules leave out the fibers.
-    const tree::Categories searched = categories != 0 ? categories : tree::kAllCategories;
+    // A mesh that meets no fiber meets other obstacles, and the rules leave out the fibers.
+    const bool meets_some = categories.meet(tree::kAllCategories);
+    const tree::Categories searched = meets_some ? categories : tree::kAllCategories;
     return {mesh->index(), object.pose, searched, is_solid, object.added.margin};
   }
 };

@@ -39,10 +39,10 @@ class FiberTable {
     bool has_neighbors = true;
     bool closed = false;
     Group group = kNoGroup;
-    tree::Categories meets = tree::kAllCategories;  ///< which obstacles it may meet
-    SegmentId roots = 0;                            ///< its first segments, which meet no obstacle
-    tree::Categories categories = tree::kAllCategories;  ///< of an obstacle
-    bool is_solid = false;                               ///< whether an obstacle's inside counts
+    /// Which obstacles it may meet, or which fibers if it is an obstacle.
+    tree::Categories categories = tree::kAllCategories;
+    SegmentId roots = 0;    ///< its first segments, which meet no obstacle
+    bool is_solid = false;  ///< whether an obstacle's inside counts
   };
 
   /// What some of several fibers have.
@@ -54,9 +54,7 @@ class FiberTable {
 
     static Kinds of(const Kind& kind) {
       return {kind.closed, kind.group != kNoGroup,
-              kind.meets != tree::kAllCategories || kind.roots > 0 ||
-                  kind.categories != tree::kAllCategories,
-              !kind.has_neighbors};
+              kind.roots > 0 || kind.categories != tree::kAllCategories, !kind.has_neighbors};
     }
   };
   /// Makes room, so that adding these fibers and ids cannot throw.
@@ -156,20 +154,20 @@ class FiberTable {
     return !flags_.empty() && (flags_[fiberOf(id)] & kIsSolid) != 0;
   }
 
-  /// The categories of obstacles that a segment may meet. An obstacle meets all others.
+  /// Which obstacles a segment may meet. An obstacle meets all others.
   tree::Categories meets(SegmentId id) const {
     const Party party = partyOf(id);
     return party.is_obstacle ? tree::kAllCategories : party.categories;
   }
 
-  /// A segment of a fiber and the categories that it meets, or an obstacle and its own.
+  /// A segment of a fiber, or an obstacle.
   struct Party {
     bool is_obstacle;
     tree::Categories categories;
 
     /// Only a fiber and an obstacle may be kept from meeting.
     bool meets(const Party& other) const {
-      return is_obstacle == other.is_obstacle || (categories & other.categories) != 0;
+      return is_obstacle == other.is_obstacle || categories.meet(other.categories);
     }
   };
   Party partyOf(SegmentId id) const {
@@ -177,7 +175,7 @@ class FiberTable {
     const bool is_obstacle = !flags_.empty() && (flags_[fiber] & kHasNoNeighbors) != 0;
     if (obstacle_rules_.empty()) return {is_obstacle, tree::kAllCategories};
     const ObstacleRule& rule = obstacle_rules_[fiber];
-    return {is_obstacle, id - begin_[fiber] < rule.roots ? 0 : rule.categories};
+    return {is_obstacle, id - begin_[fiber] < rule.roots ? tree::kNoCategories : rule.categories};
   }
 
   /// The fibers from the one with id `begin` on, with the segments for which is_there(id) is true.
@@ -194,8 +192,7 @@ class FiberTable {
  private:
   static constexpr std::uint8_t kHasNoNeighbors = 1, kIsClosed = 2, kIsSolid = 4;
 
-  /// Which obstacles a fiber meets, except for its first segments, which meet none; or the
-  /// categories of an obstacle.
+  /// Of a fiber or an obstacle. The first segments of a fiber meet no obstacle.
   struct ObstacleRule {
     tree::Categories categories = tree::kAllCategories;
     SegmentId roots = 0;
@@ -236,7 +233,7 @@ inline void FiberTable::startFiber(const Kind& kind) {
   }
   if (Kinds::of(kind).have_obstacle_rules || !obstacle_rules_.empty()) {
     obstacle_rules_.resize(begin_.size());
-    obstacle_rules_.push_back({kind.has_neighbors ? kind.meets : kind.categories, kind.roots});
+    obstacle_rules_.push_back({kind.categories, kind.roots});
   }
   const auto flags =
       static_cast<std::uint8_t>((kind.has_neighbors ? 0 : kHasNoNeighbors) |

@@ -22,9 +22,9 @@ namespace fcl_fibers::index {
 /// A mesh at a place in the world.
 struct PlacedMesh {
   const MeshIndex& mesh;
-  geometry::AffineMap pose;                      ///< from the mesh's coordinates to the world
-  std::uint32_t categories = ~std::uint32_t{0};  ///< segments meet it only if they have one
-  bool is_solid = false;                         ///< whether its inside counts
+  geometry::AffineMap pose;                            ///< from the mesh's coordinates to the world
+  tree::Categories categories = tree::kAllCategories;  ///< which segments meet it
+  bool is_solid = false;                               ///< whether its inside counts
   /// Its own margin, in the world's unit: it is touched from this much further away than a search's
   /// margin says, and it is this much nearer than its triangles. Not negative.
   double margin = 0;
@@ -117,7 +117,7 @@ class PosedMesh {
   const PosedTriangles& start() const { return start_; }
   const PosedTriangles& end() const { return end_; }
   bool isSolid() const { return end_.placed().is_solid; }
-  std::uint32_t categories() const { return end_.placed().categories; }
+  const tree::Categories& categories() const { return end_.placed().categories; }
   /// In the world's unit. A margin that is less at the start or at the end counts as the larger.
   double margin() const { return std::max(start_.placed().margin, end_.placed().margin); }
 

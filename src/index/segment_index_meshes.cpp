@@ -51,8 +51,8 @@ class MarkingSink final : public PairSink {
 
 /// Whether some segment below a slot may meet a mesh of these categories.
 template <class Tree>
-bool mayMeet(const Tree& tree, std::size_t slot, tree::Categories categories) {
-  return tree.meets().empty() || (tree.meets()[slot] & categories) != 0;
+bool mayMeet(const Tree& tree, std::size_t slot, const tree::Categories& categories) {
+  return tree.meets().empty() || tree.meets()[slot].meet(categories);
 }
 
 /// Calls visit(id) for the leaves of a tree that may meet the categories, in nodes [begin, end).
@@ -166,7 +166,7 @@ SegmentIndex::MeshReach SegmentIndex::meshReach(double margin) const {
 /// its nearest triangle unless `once` is set.
 Visit SegmentIndex::searchAt(const End& end, const PosedTriangles& triangles, double margin,
                              bool once, PairSink& sink) const {
-  const std::uint32_t categories = triangles.placed().categories;
+  const tree::Categories categories = triangles.placed().categories;
   const bool is_solid = triangles.placed().is_solid;
   const SegmentRange segments = rangeOf(end);
   const MeshReach reach = meshReach(margin);

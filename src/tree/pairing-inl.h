@@ -104,7 +104,7 @@ class MeetingCategories {
     if (by_slot_ == nullptr) return ~simd::LaneMask{0};
     simd::LaneMask mask = 0;
     for (int lane = 0; lane < Arity; ++lane) {
-      const bool meets = (by_slot_[Arity * a_node + lane] & categories_) != 0;
+      const bool meets = by_slot_[Arity * a_node + lane].meet(categories_);
       mask |= simd::LaneMask{meets} << lane;
     }
     return mask;

@@ -18,10 +18,20 @@ using SegmentId = std::int32_t;
 using Group = std::int32_t;
 constexpr Group kNoGroup = 0;
 
-/// Categories of obstacles, a bit each. A segment meets an obstacle only if they have one in
-/// common.
-using Categories = std::uint32_t;
-constexpr Categories kAllCategories = ~Categories{0};
+/// The categories that a segment or an obstacle has and those that it meets, a bit each.
+struct Categories {
+  std::uint32_t own = ~std::uint32_t{0}, met = ~std::uint32_t{0};
+
+  /// Two meet if each has a category that the other one meets.
+  bool meet(const Categories& other) const {
+    return (own & other.met) != 0 && (other.own & met) != 0;
+  }
+  bool operator==(const Categories& other) const { return own == other.own && met == other.met; }
+  bool operator!=(const Categories& other) const { return !(*this == other); }
+  Categories operator|(const Categories& other) const { return {own | other.own, met | other.met}; }
+};
+constexpr Categories kAllCategories = {};
+constexpr Categories kNoCategories = {0, 0};
 
 /// Fibers over the segments of an index. Fiber f consists of the segments ids[begin[f]], ...,
 /// ids[begin[f + 1] - 1], in their order along it.
@@ -30,8 +40,8 @@ struct Fibers {
   std::vector<std::int32_t> begin = {0};
   std::vector<Group> groups;  ///< by fiber; empty if no fiber has a group
 
-  /// By position in `ids`: the categories of meshes that the segment may meet. Empty if every
-  /// segment may meet every mesh.
+  /// By position in `ids`: which meshes the segment may meet. Empty if every segment may meet every
+  /// mesh.
   std::vector<Categories> meets;
 
   void endFiber() { begin.push_back(static_cast<std::int32_t>(ids.size())); }
@@ -85,8 +95,8 @@ struct Topology {
   /// By slot, which is Arity times the node plus the lane of the child: the group that all segments
   /// of the child share, or kNoGroup. Empty if no fiber has a group.
   std::vector<Group> groups;
-  /// By slot: the categories of meshes that some segment of the child may meet. Empty if every
-  /// segment may meet every mesh.
+  /// By slot: all categories of the segments of the child. Empty if every segment may meet every
+  /// mesh.
   std::vector<Categories> meets;
 };
 

@@ -107,7 +107,7 @@ void addRules(const Fibers& fibers, Topology<Arity>& topology) {
   }
   if (!fibers.meets.empty()) {
     topology.meets = valuesBySlot(topology, fibers.ids, fibers.meets, [](auto begin, auto end) {
-      return std::accumulate(begin, end, Categories{0}, std::bit_or<>());
+      return std::accumulate(begin, end, kNoCategories, std::bit_or<>());
     });
   }
 }

@@ -93,10 +93,10 @@ struct TreePair {
   const TreeB& b;
   BToA b_to_a;
   AToB a_to_b;
-  /// If it is not null, a segment of A meets B only if the categories of its slot have one of
-  /// `categories`. See Topology.
+  /// If it is not null, a segment of A meets B only if the categories of its slot and these meet.
+  /// See Topology.
   const Categories* meets = nullptr;
-  Categories categories = 0;
+  Categories categories = kAllCategories;
 };
 
 inline const Categories* meetsOf(const std::vector<Categories>& by_slot) {

@@ -353,17 +353,20 @@ TEST(FiberTreeMesh, RootsAndCategoriesLeaveSegmentsOut) {
   TriangleMesh mesh(triangles.view());
   mesh.setPose(randomPose(12, 0.05));
   mesh.setCategories(0b0110);
+  mesh.setMeets(0b0011);
   FiberArrays<double> arrays = fibers.view();
-  std::vector<std::uint32_t> meets;
+  std::vector<std::uint32_t> meets, categories;
   std::vector<std::int32_t> roots = rootSegments(arrays, 0.2);
   for (std::size_t f = 0; f < fibers.fiberCount(); ++f) {
     meets.push_back(f % 3 == 0 ? 0b1001 : f % 3 == 1 ? 0b0100 : ~0u);
+    categories.push_back(f % 4 == 0 ? 0b0100 : f % 4 == 1 ? 0b0110 : ~0u);
   }
   const auto isAllowed = [&](std::int32_t segment) {
     const auto point = static_cast<std::size_t>(segment);
     const std::size_t fiber = fibers.fiberOf(point);
     const auto number = static_cast<std::int32_t>(point - fibers.point_begin[fiber]);
-    return number >= roots[fiber] && (meets[fiber] & 0b0110) != 0;
+    return number >= roots[fiber] && (meets[fiber] & 0b0110) != 0 &&
+           (categories[fiber] & 0b0011) != 0;
   };
   for (const FiberTreeOptions& options : allKinds(Report::kCapsules)) {
     const FiberTree all = treeOf(arrays, options);
@@ -378,6 +381,7 @@ TEST(FiberTreeMesh, RootsAndCategoriesLeaveSegmentsOut) {
     };
     FiberArrays<double> ruled = arrays;
     ruled.meets = meets.data();
+    ruled.categories = categories.data();
     ruled.root_segments = roots.data();
     const FiberTree tree = treeOf(ruled, options);
     EXPECT_EQ(meshPairsOf(tree, mesh), allowed(meshPairsOf(all, mesh)));

@@ -269,6 +269,48 @@ TYPED_TEST(Obstacles, ThatShareEndsHaveTheirOwnCategories) {
   }
 }
 
+// A fiber and an obstacle would meet although one of them does not meet the other.
+TYPED_TEST(Obstacles, MeetByFiltersOfBothSides) {
+  using S = typename TypeParam::Scalar;
+  Scene<S> scene;
+  auto* mesh = scene.add(makeModel<S>(fcl::BV_AABB, blob(1, 0, 8, 6)),
+                         makePose<S>(Eigen::Quaterniond::Identity(), {0, 0, 0}));
+  auto* sphere = scene.addSphere({0, 1, 0}, 0.3);
+  auto* post = scene.addCapsule(Eigen::Vector3d(0, 0.9, 0), Eigen::Vector3d(0.1, 1.2, 0), 0.2);
+  auto* segment = scene.addCapsule(Eigen::Vector3d(0, 0.8, 0), Eigen::Vector3d(0, 1.2, 0), 0.1);
+  for (const std::uint32_t bits : {0u, 1u, 2u, 3u}) {
+    for (const std::uint32_t its_bits : {0u, 1u, 2u, 3u}) {
+      for (const bool by_fiber : {false, true}) {
+        SCOPED_TRACE(testing::Message() << bits << ' ' << its_bits << ' ' << by_fiber);
+        FiberObstacles fiber;
+        ObstacleOptions obstacle;
+        (by_fiber ? fiber.meets : fiber.categories) = bits;
+        (by_fiber ? obstacle.categories : obstacle.meets) = its_bits;
+        auto manager = TypeParam::make(byCapsules()), fibers = TypeParam::make(byCapsules()),
+             obstacles = TypeParam::make(byCapsules());
+        for (auto* its : {manager.get(), fibers.get()}) {
+          its->registerFiber({segment}, FiberEnds::kOpen, {}, fiber);
+        }
+        for (auto* its : {manager.get(), obstacles.get()}) {
+          for (auto* object : {mesh, sphere, post}) its->registerObstacle(object, obstacle);
+        }
+        const auto meeting = [&](const Calls<S>& calls) {
+          return std::count_if(calls.begin(), calls.end(), [&](const auto& call) {
+            return call.first == segment || call.second == segment;
+          });
+        };
+        const int expected = (bits & its_bits) != 0 ? 3 : 0;
+        EXPECT_EQ(meeting(selfPairs<S>(*manager)), expected);
+        EXPECT_EQ(meeting(pairsWith<S>(*manager, *segment)), expected);
+        EXPECT_EQ(meeting(pairsWith<S>(*fibers, *obstacles)), expected);
+        EXPECT_EQ(meeting(pairsWith<S>(*obstacles, *fibers)), expected);
+        // Obstacles meet each other in any case.
+        EXPECT_EQ(selfPairs<S>(*obstacles).size(), 3u);
+      }
+    }
+  }
+}
+
 // A query for obstacles alone would report hair against hair.
 TYPED_TEST(Obstacles, AreAllThatAGroupMeets) {
   using S = typename TypeParam::Scalar;

@@ -86,6 +86,7 @@ class AnyArrays {
     const std::uint8_t features = readByte(data);
     if ((features & 1) != 0) {
       view_.meets = fill(data, fibers, meets_, [&] { return readByte(data); });
+      view_.categories = fill(data, fibers, categories_, [&] { return readByte(data); });
     }
     if ((features & 2) != 0) {
       view_.root_segments = fill(data, fibers, roots_, [&] { return readByte(data) % 16 - 1; });
@@ -143,7 +144,7 @@ class AnyArrays {
   std::unique_ptr<std::size_t[]> point_begin_, point_end_;
   std::unique_ptr<std::uint8_t[]> closed_;
   std::unique_ptr<std::int32_t[]> groups_, roots_;
-  std::unique_ptr<std::uint32_t[]> meets_;
+  std::unique_ptr<std::uint32_t[]> meets_, categories_;
   FiberArrays<S> view_;
 };
 
@@ -187,6 +188,7 @@ void fuzz(FuzzedDataProvider& data) {
     const std::int32_t triangle[] = {0, 1, 2};
     TriangleMesh mesh(MeshArrays<double>{points, 3, triangle, 1});
     mesh.setCategories(readByte(data));
+    mesh.setMeets(readByte(data));
     tree.visit(fcl_fibers::Pairs{}, mesh,
                [&](TrianglePair pair) { fcl_fibers::meshContact(view, mesh, pair); });
   }

@@ -308,3 +308,27 @@ def test_meshes_without_triangles(scene):
     tree = tree_of(scene)
     assert tree.pairs(mesh).shape == tree.nearest(mesh, 100).shape == (0, 2)
     assert len(tree.contacts(mesh)) == len(tree.touching_segments(mesh)) == 0
+
+
+def test_filters_of_both_sides():
+    tree = fcl_fibers.FiberTree(report="capsules", ignored_neighbors=1)
+    mesh = fcl_fibers.TriangleMesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
+    fibers = [[(0.25, 0.25, -1), (0.25, 0.25, 1)]] * 4
+    assert mesh.categories == mesh.meets == 2**32 - 1
+    mesh.categories, mesh.meets = 6, 3
+    for one in (mesh, mesh.copy(), pickle.loads(pickle.dumps(mesh))):
+        assert (one.categories, one.meets) == (6, 3)
+        one.update([(0, 0, 0), (1, 0, 0), (0, 1, 0)])
+        for categories in ([1, 2, 4, 8], None):
+            for meets in ([1, 2, 4, 8], [8, 4, 2, 1], None):
+                tree.build(fibers, radii=0.1, categories=categories, meets=meets)
+                expected = [
+                    2 * f
+                    for f in range(4)
+                    if (categories is None or categories[f] & 3) and (meets is None or meets[f] & 6)
+                ]
+                assert tree.touching_segments(one).tolist() == expected
+    with pytest.raises(ValueError, match="meets is -1"):
+        mesh.meets = -1
+    with pytest.raises(ValueError, match="categories are 3 for 4 fibers"):
+        tree.build(fibers, radii=0.1, categories=[1, 2, 3])

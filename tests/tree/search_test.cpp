@@ -131,17 +131,19 @@ std::size_t countBetweenFirstTwo(const Trees& trees) {
 // Where a search has no room, it has to keep to the same groups, categories and frames.
 TYPED_TEST(SearchTest, HasNoRoomWithGroupsCategoriesAndFrames) {
   FiberScene scene = identical(128, 32);
-  Categories each = 1;
+  std::uint32_t each = 1;
   for (int fiber = 0; fiber < 128; ++fiber, each = each == 8 ? 1 : 2 * each) {
     scene.fibers.groups.push_back(fiber % 3 == 0 ? kNoGroup : fiber % 3);
-    scene.fibers.meets.insert(scene.fibers.meets.end(), 32, each);
+    const Categories categories = fiber < 96 ? Categories{2, each} : Categories{each, 4};
+    scene.fibers.meets.insert(scene.fibers.meets.end(), 32, categories);
   }
   const TypeParam tree = treeOf<TypeParam>(scene);
   const auto first = segmentsBelow(tree, 0), second = segmentsBelow(tree, 1);
   std::size_t of_other_groups = 0, meeting = 0;
   for (const SegmentId a : first) {
     const Group group = scene.fibers.groups[static_cast<std::size_t>(a / 32)];
-    meeting += (scene.fibers.meets[static_cast<std::size_t>(a)] & 5u) != 0;
+    const auto [own, met] = scene.fibers.meets[static_cast<std::size_t>(a)];
+    meeting += (met & 5u) != 0 && (own & 3u) != 0;
     for (const SegmentId b : second) {
       of_other_groups +=
           group == kNoGroup || group != scene.fibers.groups[static_cast<std::size_t>(b / 32)];
@@ -166,7 +168,7 @@ TYPED_TEST(SearchTest, HasNoRoomWithGroupsCategoriesAndFrames) {
     geometry::AffineMap map;
     map.column[0] = {std::cos(angle), std::sin(angle), 0};
     map.column[1] = {-std::sin(angle), std::cos(angle), 0};
-    const auto pair = meshPair(tree, triangles, map, 0.5, SegmentRange(ends.data(), 2, 0), 5);
+    const auto pair = meshPair(tree, triangles, map, 0.5, SegmentRange(ends.data(), 2, 0), {5, 3});
     EXPECT_EQ(countBetweenFirstTwo(pair), meeting * segmentsBelow(triangles, 1).size());
   }
 }
