@@ -58,7 +58,7 @@ class Pictures(ProgramTest):
         self.fibers.write_bytes(head + b"".join(struct.pack("<3d", *row) for row in [*rows, inf]))
         data = read_vtp(self.export("segments"))[3]
         self.assertEqual(data["fiber"], [1, 1, 1, 3, 4])
-        self.assertEqual(data["segment"], [0, 1, 2, 0, 0])
+        self.assertEqual(data["number"], [0, 1, 2, 0, 0])
         self.assertEqual(data["touching"], [0, 1, 0, 1, 0])
         data = read_vtp(self.export("contacts"))[3]
         self.assertEqual((data["fiber_a"], data["fiber_b"]), ([1], [3]))
