@@ -99,6 +99,11 @@ def corners(triangles: ArrayLike) -> np.ndarray:
 
 def refuse_radii(name: str, values: Any) -> None:
     """Refuses a number or a row of numbers in the place of points."""
+    if np.ndim(values) == 0 and np.asarray(values).dtype.kind in "fiu":
+        raise TypeError(
+            f"the number {values!s} is in the place of {name}; give a radius by name: "
+            f"radius={values!s}"
+        )
     if isinstance(values, (list, tuple)):
         are_flat = len(values) > 0 and np.ndim(values[0]) == 0
     else:
@@ -155,8 +160,8 @@ def points_and_offsets(
 def whole_offsets(offsets: ArrayLike) -> np.ndarray:
     if np.ndim(offsets) == 0 and np.asarray(offsets).dtype.kind in "fiu":
         raise TypeError(
-            f"the number {offsets!s} is in the place of offsets; give radii by name: "
-            f"radii={offsets!s}"
+            f"the number {offsets!s} is in the place of offsets; give a radius by name: "
+            f"radius={offsets!s}"
         )
     array = unmasked("offsets", offsets)
     if array.dtype.kind == "f" and array.size > 0:
@@ -213,6 +218,15 @@ def without_gaps(
         radii = radii[kept]
         radii[packed[1:][counts > 0] - 1] = 0  # no segment starts there, so it may be NaN
     return points[kept], packed, radii
+
+
+def one_of(radius: Optional[float], radii: Any) -> Any:
+    """Radii, which may be given as one radius."""
+    if radius is None:
+        return radii
+    if radii is not None:
+        raise TypeError("radius and radii are both given; give one of them")
+    return number("radius", radius)
 
 
 def radii_of(radii: Any, points: np.ndarray, offsets: np.ndarray) -> Tuple[np.ndarray, int]:
@@ -307,6 +321,7 @@ def layout_of(
     groups: Optional[ArrayLike] = None,
     meets: Optional[ArrayLike] = None,
     root_segments: Optional[ArrayLike] = None,
+    categories: Optional[ArrayLike] = None,
 ) -> _core.Layout:
     begin, end = begin_and_end(offsets)
     by_fiber = {
@@ -316,15 +331,14 @@ def layout_of(
         "root_segments": (
             None if root_segments is None else whole("root_segments", root_segments, np.int32)
         ),
+        "categories": None if categories is None else whole("categories", categories, np.uint32),
     }
     for name, array in by_fiber.items():
         if array is not None and len(array) != len(begin):
             raise ValueError(
                 f"{name} are {len(array)} for {len(begin)} fibers; give one for each fiber"
-    categories: Optional[ArrayLike] = None,
             )
     ends = None
     if offsets.ndim == 2:
         offsets, ends = np.append(begin, len(points)), np.append(end, len(points))
     return _core.Layout(offsets, ends, **by_fiber)
-        "categories": None if categories is None else whole("categories", categories, np.uint32),

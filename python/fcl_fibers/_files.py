@@ -110,6 +110,8 @@ def write(
     offsets: Optional[ArrayLike] = None,
     radii: Optional[Points] = None,
     closed: Optional[ArrayLike] = None,
+    *,
+    radius: Optional[float] = None,
 ) -> None:
     """Writes fibers to a file that ends in .vtp (ParaView), .hair or .txt, whole or not at all.
 
@@ -118,7 +120,7 @@ def write(
     for radii, and .hair rounds to float32. Both refuse fibers without points. Points of no fiber
     are left out.
     """
-    point_radii = None
+    point_radii, radii = None, _arrays.one_of(radius, radii)
     if isinstance(points, Fibers):
         if not (offsets is None and radii is None and closed is None):
             raise TypeError("fibers come with offsets, radii and closed; give them alone")

@@ -43,6 +43,7 @@ def show(
     radii: Optional[Points] = None,
     closed: Optional[ArrayLike] = None,
     *,
+    radius: Optional[float] = None,
     meshes: Sequence[TriangleMesh] = (),
     ignored_neighbors: int = 1,
     margin: float = 0.0,
@@ -55,7 +56,7 @@ def show(
 ) -> Page:
     """Shows fibers, their contacts and the volumes of the tree, which can be turned and picked.
 
-    points, offsets, radii, closed    as in FiberTree.build(): show(*fibers)
+    points, offsets, radii, closed, radius    as in FiberTree.build(): show(*fibers)
     meshes                            where they are now
     ignored_neighbors, margin, threads    as in FiberTree; pairs that touch are marked
     depth        deepest level of volumes that the page can show, 0 to 8
@@ -74,7 +75,7 @@ def show(
     if _arrays.integer("most_points", most_points, np.int64) < 1000:
         raise ValueError(f"most_points is {most_points}; give at least 1000")
     array, begin = _arrays.points_and_offsets(points, offsets)
-    numbers, kind = _arrays.radii_of(radii, array, begin)
+    numbers, kind = _arrays.radii_of(_arrays.one_of(radius, radii), array, begin)
     array, begin, numbers = _arrays.without_gaps(array, begin, numbers, kind)
     try:
         text = _program.page(

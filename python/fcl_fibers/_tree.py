@@ -214,6 +214,8 @@ class FiberTree:
         meets: Optional[ArrayLike] = None,
         root_segments: Optional[ArrayLike] = None,
         categories: Optional[ArrayLike] = None,
+        *,
+        radius: Optional[float] = None,
     ) -> None:
         """Replaces all fibers and builds the tree.
 
@@ -229,10 +231,11 @@ class FiberTree:
         groups         (fibers,) whole numbers: fibers of one group do not meet; 0 is no group
         meets          (fibers,) 32 bits each: the categories of meshes that the fiber may meet
         root_segments  (fibers,) whole numbers: so many segments at the start meet no mesh
+        categories     (fibers,) 32 bits each: see TriangleMesh.categories
+        radius         a number in the place of radii
         """
         array, begin = _arrays.points_and_offsets(points, offsets)
-        categories     (fibers,) 32 bits each: see TriangleMesh.categories
-        values, kind = _arrays.radii_of(radii, array, begin)
+        values, kind = _arrays.radii_of(_arrays.one_of(radius, radii), array, begin)
         layout = _arrays.layout_of(array, begin, closed, groups, meets, root_segments, categories)
         self._tree.build(_core.Numbers(array, values, kind), layout)
         self._made = {}
@@ -243,6 +246,8 @@ class FiberTree:
         end: Optional[Points] = None,
         radii: Optional[Points] = None,
         end_radii: Optional[Points] = None,
+        *,
+        radius: Optional[float] = None,
     ) -> None:
         """Reads the points again after they have moved. Each fiber has as many as before.
 
@@ -251,9 +256,11 @@ class FiberTree:
         about the step, and all other calls about its end.
 
         points, end       (n, 3) of all fibers, or as in build() without offsets
-        radii, end_radii  as in build(); without them the radii stay as the tree has them, which
-                          is rounded up if the points have been float32
+        radii, radius     as in build(). Without them the radii stay as the tree has them, which is
+                          rounded up if the points have been float32.
+        end_radii         those of `end`, if they differ
         """
+        radii = _arrays.one_of(radius, radii)
         start = self._numbers(points, radii, "points")
         if end is None:
             if end_radii is not None:
@@ -288,6 +295,8 @@ class FiberTree:
         self,
         other: Union[FiberTree, TriangleMesh, None] = None,
         order: Literal["found", "segments", "fibers"] = "found",
+        *,
+        limit: Optional[int] = None,
     ) -> np.ndarray:
         """All pairs, (n, 2) int32, each once.
 
@@ -297,8 +306,10 @@ class FiberTree:
         order   "found": as the search comes to them. "segments": ascending by the first segment,
                 then by the second one or the triangle. "fibers": ascending by the fiber of the
                 first segment, by that of the second, and then by segments.
+        limit   more pairs raise ValueError, before a radius far too large fills the memory
         """
-        return self._tree.pairs(_core_of(other), _contacts.order_number(order))
+        number = _contacts.order_number(order)
+        return self._tree.pairs(_core_of(other), number, _limit(limit))
 
     def visit_pairs(
         self,
@@ -322,6 +333,8 @@ class FiberTree:
         other: Union[FiberTree, TriangleMesh, None] = None,
         order: Literal["found", "segments", "fibers"] = "found",
         bare: bool = False,
+        *,
+        limit: Optional[int] = None,
     ) -> np.ndarray:
         """The contacts of all pairs, in the order of pairs(), as a structured array.
 
@@ -337,11 +350,12 @@ class FiberTree:
         `weights` (3,) and `solid` in place of both segments and t; `normal` points from the fiber
         to the mesh. C++'s contact.h tells more.
 
-        order   as in pairs()
+        order, limit   as in pairs()
         bare    leaves out fibers, numbers and points, in less than half of the memory; contacts
                 with a mesh have all fields
         """
-        return self._tree.contacts(_core_of(other), _contacts.order_number(order), bool(bare))
+        number = _contacts.order_number(order)
+        return self._tree.contacts(_core_of(other), number, _limit(limit), bool(bare))
 
     def nodes(
         self, contacts: np.ndarray, other: Union[FiberTree, TriangleMesh, None] = None
@@ -652,6 +666,13 @@ def _choice(name: str, value: str, yes: str, no: str) -> bool:
     if not isinstance(value, str) or value not in (yes, no):
         raise ValueError(f"{name} is {value!r}; give {yes!r} or {no!r}")
     return value == yes
+
+
+def _limit(limit: Optional[int]) -> int:
+    found = np.iinfo(np.int64).max if limit is None else _arrays.integer("limit", limit, np.int64)
+    if found < 0:
+        raise ValueError(f"limit is {found}; give 0 or more")
+    return int(found)
 
 
 def _core_of(other: Any) -> Any:

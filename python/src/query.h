@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdio>
 #include <new>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -46,17 +48,18 @@ class Signals {
   bool raised_ = false;
 };
 
+constexpr char kHint[] =
+    "the radius or the margin is probably too large (`python -m fcl_fibers info` tells the radius "
+    "of a file at which contact begins); visit_pairs() hands over any number of pairs in blocks";
+
 /// Memory has run out, most likely because a radius far too large makes everything touch. Python
 /// raises it as MemoryError.
 class TooMany : public std::bad_alloc {
  public:
   /// Takes no memory.
   explicit TooMany(std::size_t found) {
-    std::snprintf(text_, sizeof text_,
-                  "memory has run out after %zu pairs were found; the radius or the margin is "
-                  "probably too large (`python -m fcl_fibers info` tells the radius of a file at "
-                  "which contact begins); visit_pairs() hands over any number of pairs in blocks",
-                  found);
+    std::snprintf(text_, sizeof text_, "memory has run out after %zu pairs were found; %s", found,
+                  kHint);
   }
   const char* what() const noexcept override { return text_; }
 
@@ -67,27 +70,35 @@ class TooMany : public std::bad_alloc {
 /// Returns all that visit(visitor) finds, without the interpreter's lock.
 /// @param expected  room for so many is made before, because a vector that grows takes new memory
 ///                  twice; what is left over is given back if it is much
+/// @param limit     more raise ValueError
 template <class Found, class Visit>
-std::vector<Found> collect(std::size_t expected, Visit&& visit) {
+std::vector<Found> collect(std::size_t expected, std::size_t limit, Visit&& visit) {
   std::vector<Found> all;
+  bool are_more = false;
   Signals signals;
   {
     const Unlocked unlocked;
     try {
-      all.reserve(expected);
+      all.reserve(std::min(expected, limit));
     } catch (const std::bad_alloc&) {  // the query may find less
     }
     try {
       visit([&](const Found& found) {
-        all.push_back(found);
-        return signals.raised();
+        are_more = all.size() == limit;
+        if (!are_more) all.push_back(found);
+        return are_more || signals.raised();
       });
     } catch (const std::bad_alloc&) {
       throw TooMany(all.size());
     }
+    if (are_more) std::vector<Found>().swap(all);
     if (all.capacity() > 2 * all.size()) all.shrink_to_fit();
   }
   signals.rethrow();
+  if (are_more) {
+    throw py::value_error("there are more pairs than the limit, " + std::to_string(limit) + "; " +
+                          kHint);
+  }
   return all;
 }
 

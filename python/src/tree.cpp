@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <type_traits>
@@ -24,6 +25,8 @@ namespace {
 
 /// Contacts that are computed between two looks at signals.
 constexpr std::size_t kContactsAtOnce = std::size_t{1} << 18;
+/// That of Python.
+constexpr std::size_t kNoLimit = std::numeric_limits<std::int64_t>::max();
 
 /// Returns the contacts of all pairs, which write(pairs, count, contacts) computes block by block.
 template <class Found, class Pair, class Write>
@@ -117,10 +120,21 @@ class Tree {
     return toArray(std::move(offsets), type, 2);
   }
 
+  /// What has an order is all there before it is handed over, so it is counted first.
+  template <class Partner>
+  auto pairsOf(Order order, const Partner& partner, std::size_t limit) const {
+    if (order != Order::kFound && limit != kNoLimit) query(Pairs{}, partner, limit);
+    return query(Pairs{order}, partner, limit);
+  }
+
   /// What the question finds of a partner.
   template <class Question, class Partner>
   py::array find(const Question& question, const Partner& partner) const {
-    return toNumPy(query(question, partner));
+    return toNumPy(query(question, partner, kNoLimit));
+  }
+  template <class Partner>
+  py::array pairs(Order order, const Partner& partner, std::size_t limit) const {
+    return toNumPy(pairsOf(order, partner, limit));
   }
 
   /// Calls visit(array of at most `block` pairs) until it returns a true value.
@@ -161,10 +175,10 @@ class Tree {
   }
 
   template <class Found>
-  py::array contacts(Other other, Order order, const py::dtype& type) const {
+  py::array contacts(Other other, Order order, std::size_t limit, const py::dtype& type) const {
     const Query own(users_);
     const Query others(partner(other).users_);
-    const auto pairs = query(Pairs{order}, other);
+    const auto pairs = pairsOf(order, other, limit);
     return withBoth(numbers_, layout_, partner(other).numbers_, partner(other).layout_,
                     [&](const auto& a, const auto& b) {
                       const auto write = [&](const SegmentPair* some, std::size_t count,
@@ -175,9 +189,9 @@ class Tree {
                     });
   }
 
-  py::array contacts(const TriangleMesh& mesh, Order order) const {
+  py::array contacts(const TriangleMesh& mesh, Order order, std::size_t limit) const {
     const Query own(users_);
-    const auto pairs = query(Pairs{order}, mesh);
+    const auto pairs = pairsOf(order, mesh, limit);
     return withArrays(numbers_, layout_, [&](const auto& fibers) {
       const auto write = [&](const TrianglePair* some, std::size_t count, MeshContact* to) {
         tree_.writeContacts(Contacts{fibers}, mesh, some, count, to);
@@ -351,24 +365,25 @@ class Tree {
 
   const Tree& partner(const Tree* other) const { return other != nullptr ? *other : *this; }
   template <class Question, class Partner>
-  std::vector<FoundBy<Question, Partner>> query(const Question& question,
-                                                const Partner& partner) const {
+  std::vector<FoundBy<Question, Partner>> query(const Question& question, const Partner& partner,
+                                                std::size_t limit) const {
     const Query own(users_);
     using Found = FoundBy<Question, Partner>;
     const auto visit = [&](auto&& take) { tree_.visit(question, partner, take); };
     if constexpr (!std::is_same_v<Found, SegmentPair>) {
-      return collect<Found>(0, visit);
+      return collect<Found>(0, limit, visit);
     } else {
-      auto pairs = collect<SegmentPair>(pairs_before_, visit);
+      auto pairs = collect<SegmentPair>(pairs_before_, limit, visit);
       pairs_before_ = pairs.size();
       return pairs;
     }
   }
 
   template <class Question>
-  std::vector<FoundBy<Question, FiberTree>> query(const Question& question, Other other) const {
+  std::vector<FoundBy<Question, FiberTree>> query(const Question& question, Other other,
+                                                  std::size_t limit) const {
     const Query others(partner(other).users_);
-    return query(question, partner(other).tree_);
+    return query(question, partner(other).tree_, limit);
   }
 
   FiberTree tree_;
@@ -419,19 +434,19 @@ void addTree(py::module_& module) {
       .def("update", py::overload_cast<FiberNumbers, FiberNumbers>(&Tree::update))
       .def_property_readonly("numbers", &Tree::numbers)
       .def_property_readonly("offsets", &Tree::offsets)
-      .def("pairs", [](const Tree& tree, Other other,
-                       int order) { return tree.find(Pairs{Order(order)}, other); })
-      .def("pairs", [](const Tree& tree, MeshCopy mesh,
-                       int order) { return tree.find(Pairs{Order(order)}, mesh); })
+      .def("pairs", [](const Tree& tree, Other other, int order,
+                       std::size_t limit) { return tree.pairs(Order(order), other, limit); })
+      .def("pairs", [](const Tree& tree, MeshCopy mesh, int order,
+                       std::size_t limit) { return tree.pairs(Order(order), mesh, limit); })
       .def("moving_pairs", &ask<MovingPairs, Other>)
       .def("visit_pairs", &Tree::visitPairs)
       .def("contacts",
-           [](const Tree& tree, Other other, int order, bool bare) {
-             return bare ? tree.contacts<BareContact>(other, Order(order), bareType())
-                         : tree.contacts<Contact>(other, Order(order), contactType());
+           [](const Tree& tree, Other other, int order, std::size_t limit, bool bare) {
+             return bare ? tree.contacts<BareContact>(other, Order(order), limit, bareType())
+                         : tree.contacts<Contact>(other, Order(order), limit, contactType());
            })
-      .def("contacts", [](const Tree& tree, MeshCopy mesh, int order,
-                          bool) { return tree.contacts(mesh, Order(order)); })
+      .def("contacts", [](const Tree& tree, MeshCopy mesh, int order, std::size_t limit,
+                          bool) { return tree.contacts(mesh, Order(order), limit); })
       .def("accumulate", &accumulate<Other>)
       .def("accumulate", &accumulate<MeshCopy>)
       .def("layout", &Tree::layout)
