@@ -155,14 +155,18 @@ def test_closed_fibers(tmp_path, ending):
 
 
 @pytest.mark.parametrize("ending", ["vtp", "hair", "txt"])
-def test_empty_fibers_are_left_out(tmp_path, ending):
+def test_empty_fibers_are_kept_or_refused(ending, tmp_path):
     path = tmp_path / f"fibers.{ending}"
     points = np.arange(9.0).reshape(3, 3)
-    fcl_fibers.write(path, points, [0, 0, 2, 2, 3, 3], [9, 0.5, 9, 0.25, 9], [0, 0, 0, 0, 0])
-    found = fcl_fibers.read(path)
-    assert found.offsets.tolist() == [0, 2, 3] and (found.points == points).all()
-    if ending != "txt":
-        assert np.broadcast_to(found.radii, 3)[0] == 0.5
+    offsets = [0, 0, 2, 2, 3, 3]
+    if ending != "vtp":
+        with pytest.raises(ValueError, match="fiber 0 has no points; leave it out, or write a"):
+            fcl_fibers.write(path, points, offsets, 0.5)
+        assert list(tmp_path.iterdir()) == []
+        return
+    fcl_fibers.write(path, points, offsets, 0.5)
+    fibers = fcl_fibers.read(path)
+    assert (fibers.points == points).all() and fibers.offsets.tolist() == offsets
 
 
 def test_results_own_their_memory(tmp_path):
